@@ -1,0 +1,106 @@
+//! Tetrahedral lattices: the type itself, its measures and its boundary.
+
+mod block;
+
+pub use block::block;
+
+use nalgebra::{Matrix3, Point3};
+
+/// A tetrahedral lattice in local coordinates.
+///
+/// Invariants, held by every constructor of this room: every tetrahedron has positive volume,
+/// det(b−a, c−a, d−a) > 0; every node belongs to a tetrahedron; the tetrahedra are connected through faces; the
+/// boundary is a closed 2-manifold (every boundary edge has two boundary faces, every boundary node one fan).
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Lattice {
+    /// Node positions, local.
+    pub nodes: Vec<Point3<f64>>,
+    /// Four node indices per tetrahedron.
+    pub tets: Vec<[u32; 4]>,
+}
+
+/// The faces of a positively oriented tetrahedron (a, b, c, d), each counter-clockwise seen from outside; face k is
+/// opposite node k.
+pub const FACES: [[usize; 3]; 4] = [[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]];
+
+/// The edges of a tetrahedron, by local node index, lower first.
+pub const EDGES: [[usize; 2]; 6] = [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]];
+
+/// A triangle of the lattice's boundary.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct BoundaryFace {
+    /// Node indices, counter-clockwise seen from outside.
+    pub nodes: [u32; 3],
+    /// The tetrahedron behind it.
+    pub tet: u32,
+}
+
+impl Lattice {
+    /// The four corners of tetrahedron `tet`.
+    pub fn corners(&self, tet: usize) -> [Point3<f64>; 4] {
+        self.tets[tet].map(|node| self.nodes[node as usize])
+    }
+
+    /// The edge matrix [b−a, c−a, d−a] of tetrahedron `tet`, columns local lengths.
+    pub fn edge_matrix(&self, tet: usize) -> Matrix3<f64> {
+        let [a, b, c, d] = self.corners(tet);
+        Matrix3::from_columns(&[b - a, c - a, d - a])
+    }
+
+    /// Volume of tetrahedron `tet`, local.
+    pub fn tet_volume(&self, tet: usize) -> f64 {
+        self.edge_matrix(tet).determinant() / 6.0
+    }
+
+    /// Volume of the whole lattice, local.
+    pub fn volume(&self) -> f64 {
+        (0..self.tets.len()).map(|tet| self.tet_volume(tet)).sum()
+    }
+
+    /// A quarter of each tetrahedron's volume lumped to each of its nodes; length `nodes.len()`, sum [`Self::volume`].
+    pub fn node_volumes(&self) -> Vec<f64> {
+        let mut volumes = vec![0.0; self.nodes.len()];
+        for (tet, nodes) in self.tets.iter().enumerate() {
+            let quarter = self.tet_volume(tet) / 4.0;
+            for &node in nodes {
+                volumes[node as usize] += quarter;
+            }
+        }
+        volumes
+    }
+
+    /// All faces that belong to exactly one tetrahedron, outward, ordered by (tetrahedron, face).
+    pub fn boundary(&self) -> Vec<BoundaryFace> {
+        let mut keyed: Vec<([u32; 3], u32, u8)> = Vec::with_capacity(self.tets.len() * 4);
+        for (tet, nodes) in self.tets.iter().enumerate() {
+            for (face, corner) in FACES.iter().enumerate() {
+                let mut key = corner.map(|c| nodes[c]);
+                key.sort_unstable();
+                keyed.push((key, tet as u32, face as u8));
+            }
+        }
+        keyed.sort_unstable();
+        let mut boundary: Vec<(u32, u8)> = keyed
+            .chunk_by(|a, b| a.0 == b.0)
+            .filter(|same| same.len() == 1)
+            .map(|same| (same[0].1, same[0].2))
+            .collect();
+        boundary.sort_unstable();
+        boundary
+            .into_iter()
+            .map(|(tet, face)| BoundaryFace { nodes: FACES[face as usize].map(|c| self.tets[tet as usize][c]), tet })
+            .collect()
+    }
+
+    /// All edges once, as (lower node, higher node), sorted.
+    pub fn edges(&self) -> Vec<[u32; 2]> {
+        let mut edges: Vec<[u32; 2]> = self
+            .tets
+            .iter()
+            .flat_map(|nodes| EDGES.map(|[i, j]| [nodes[i].min(nodes[j]), nodes[i].max(nodes[j])]))
+            .collect();
+        edges.sort_unstable();
+        edges.dedup();
+        edges
+    }
+}

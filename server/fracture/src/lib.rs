@@ -1,0 +1,24 @@
+//! The science of Shatter as a plain library: from a surface mesh and an impact to closed fragment meshes.
+//!
+//! Data walks once through rooms named after the mathematics:
+//! [`surface`] → [`lattice`] → [`elasticity`] → [`lift`] → [`centroidal`] → [`degree`] → [`tessellation`] →
+//! [`fragment`]; [`database`] keeps what depends on the object alone, [`scene`] says what a scene wants, and
+//! [`pipeline`] is the one walk through all of them. No room knows of processes, files of others, or clocks.
+//!
+//! Lengths inside the library are *local*: the object's bounding-box diagonal is 1 and its box is centred at the
+//! origin ([`surface::Frame`]). Physical units appear only in [`scene`], [`pipeline`] and [`fragment`].
+
+pub mod centroidal;
+pub mod database;
+pub mod degree;
+pub mod elasticity;
+pub mod fragment;
+pub mod lattice;
+pub mod lift;
+pub mod pipeline;
+pub mod random;
+pub mod scene;
+pub mod sparse;
+pub mod surface;
+pub mod tessellation;
+pub mod token;

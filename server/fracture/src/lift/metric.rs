@@ -1,0 +1,102 @@
+//! The metric g = JᵀJ of a lift: its scale and the measures of each node's cell.
+
+use super::Lift;
+use crate::lattice::Lattice;
+use nalgebra::Matrix3;
+
+/// g = JᵀJ on tetrahedron `tet`, J the m × 3 gradient of X; 3 × 3, dimensionless.
+pub fn metric(lift: &Lift, lattice: &Lattice, tet: usize) -> Matrix3<f64> {
+    let nodes = lattice.tets[tet];
+    let Some(inverse) = lattice.edge_matrix(tet).try_inverse() else { return Matrix3::identity() };
+    let base = lift.at(nodes[0] as usize);
+    let mut gram = Matrix3::zeros();
+    for (i, &a) in nodes[1..].iter().enumerate() {
+        for (j, &b) in nodes[1..].iter().enumerate() {
+            let (xa, xb) = (lift.at(a as usize), lift.at(b as usize));
+            gram[(i, j)] = (0..lift.dimension).map(|k| (xa[k] - base[k]) * (xb[k] - base[k])).sum();
+        }
+    }
+    inverse.transpose() * gram * inverse
+}
+
+/// (det g)^(1/5), the factor of the optimal site density in three dimensions.
+fn density(lift: &Lift, lattice: &Lattice, tet: usize) -> f64 {
+    metric(lift, lattice, tet).determinant().max(0.0).powf(0.2)
+}
+
+/// Scales X so that the volume mean of (det g)^(1/5) is 1; det g grows with the sixth power of the scale.
+pub fn scale(lift: &mut Lift, lattice: &Lattice) {
+    let (mut sum, mut volume) = (0.0, 0.0);
+    for tet in 0..lattice.tets.len() {
+        let tet_volume = lattice.tet_volume(tet);
+        sum += tet_volume * density(lift, lattice, tet);
+        volume += tet_volume;
+    }
+    let factor = (sum / volume).powf(-5.0 / 6.0);
+    if factor != 1.0 && factor.is_finite() {
+        lift.coordinates.iter_mut().for_each(|x| *x *= factor);
+    }
+}
+
+/// Fills `second_moment` and `density`, cell by cell.
+///
+/// A node's barycentric cell in a tetrahedron (a, b, c, d) is six small tetrahedra at a, spanned by an edge midpoint, a
+/// face centroid and the tetrahedron's centroid; with corner vectors u, v, w from a, ∫|X − X_a|² over one of volume V is
+/// V/20·(|u|² + |v|² + |w|² + |u+v+w|²), and each has V_tet/24.
+pub fn measure(lift: &mut Lift, lattice: &Lattice) {
+    let count = lattice.nodes.len();
+    let mut moment = vec![0.0; count];
+    let mut weighted = vec![0.0; count];
+    let mut edges = vec![0.0; 3 * lift.dimension];
+    for (tet, nodes) in lattice.tets.iter().enumerate() {
+        let volume = lattice.tet_volume(tet);
+        let local = density(lift, lattice, tet);
+        for k in 0..4 {
+            let own = nodes[k] as usize;
+            let others = [1, 2, 3].map(|step| nodes[(k + step) % 4] as usize);
+            for (i, &other) in others.iter().enumerate() {
+                for axis in 0..lift.dimension {
+                    edges[i * lift.dimension + axis] = lift.at(other)[axis] - lift.at(own)[axis];
+                }
+            }
+            moment[own] += volume / 24.0 * corner_moment(&edges, lift.dimension);
+            weighted[own] += volume / 4.0 * local;
+        }
+    }
+    let volumes = lattice.node_volumes();
+    lift.second_moment = moment.iter().zip(&volumes).map(|(sum, volume)| sum / volume).collect();
+    lift.density = weighted.iter().zip(&volumes).map(|(sum, volume)| sum / volume).collect();
+}
+
+/// Sum over the six small tetrahedra at a corner of the mean of |X − X_corner|², from the three lifted edges.
+fn corner_moment(edges: &[f64], dimension: usize) -> f64 {
+    const ORDERS: [[usize; 2]; 6] = [[0, 1], [0, 2], [1, 0], [1, 2], [2, 0], [2, 1]];
+    let mut sum = 0.0;
+    for axis in 0..dimension {
+        let edge = |i: usize| edges[i * dimension + axis];
+        let centroid = (edge(0) + edge(1) + edge(2)) / 4.0;
+        for [first, second] in ORDERS {
+            let (middle, face) = (edge(first) / 2.0, (edge(first) + edge(second)) / 3.0);
+            let all = middle + face + centroid;
+            sum += (middle * middle + face * face + centroid * centroid + all * all) / 20.0;
+        }
+    }
+    sum
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::lattice::block;
+    use crate::lift::Lift;
+
+    #[test]
+    fn the_euclidean_lift_of_a_box_has_the_moments_of_its_cells() {
+        let lattice = block([2, 2, 2], 0.25);
+        let lift = Lift::euclidean(&lattice);
+        assert!((lift.at(5)[1] - lattice.nodes[5].y).abs() < 1e-15, "scale 1");
+        assert!(lift.density.iter().all(|density| (density - 1.0).abs() < 1e-12));
+        // All cells together: Σ V_v m_v is positive and no larger than V·h².
+        let total: f64 = lattice.node_volumes().iter().zip(&lift.second_moment).map(|(v, m)| v * m).sum();
+        assert!(total > 0.0 && total < lattice.volume() * 0.25 * 0.25);
+    }
+}

@@ -1,0 +1,59 @@
+//! The lift X: Ω → R^m that turns an interior distance into a straight one, d(x, y) = |X(x) − X(y)|.
+//!
+//! Based on: Schvartzman & Otaduy, *Fracture Animation Based on High-Dimensional Voronoi Diagrams* (I3D 2014), section
+//! 3; scale and measures are ours.
+
+mod metric;
+
+use crate::lattice::Lattice;
+use serde::{Deserialize, Serialize};
+
+/// Which lift.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum LiftKind {
+    /// X = x, the ablation: cells leak across concavities.
+    Euclidean,
+    /// X = s·[x; α·ψ(x)] with ψ_k = φ_k/λ_k from the Neumann eigenpairs of the tetrahedral Laplacian.
+    Interior,
+}
+
+/// A lifted lattice: coordinates on nodes, linear on each tetrahedron, with the measures that the criterion needs.
+///
+/// Scaled so that the volume mean of (det g)^(1/5), g = JᵀJ, is 1: the degree of a uniform field does not depend on the
+/// lift.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Lift {
+    /// Which lift this is.
+    pub kind: LiftKind,
+    /// m, at least 3.
+    pub dimension: usize,
+    /// Node-major, `nodes × dimension`; local lengths.
+    pub coordinates: Vec<f64>,
+    /// m_v: mean of |X − X_v|² over node v's barycentric cell; local length squared. Length `nodes`.
+    pub second_moment: Vec<f64>,
+    /// Volume mean of (det g)^(1/5) over node v's cell; dimensionless. Length `nodes`.
+    pub density: Vec<f64>,
+}
+
+impl Lift {
+    /// Scales `coordinates` (node-major, `nodes × dimension`) to unit mean of (det g)^(1/5) and measures the cells.
+    pub fn scaled(kind: LiftKind, lattice: &Lattice, dimension: usize, coordinates: Vec<f64>) -> Self {
+        debug_assert_eq!(coordinates.len(), lattice.nodes.len() * dimension);
+        let mut lift = Self { kind, dimension, coordinates, second_moment: Vec::new(), density: Vec::new() };
+        metric::scale(&mut lift, lattice);
+        metric::measure(&mut lift, lattice);
+        lift
+    }
+
+    /// X = x.
+    pub fn euclidean(lattice: &Lattice) -> Self {
+        let coordinates = lattice.nodes.iter().flat_map(|node| [node.x, node.y, node.z]).collect();
+        Self::scaled(LiftKind::Euclidean, lattice, 3, coordinates)
+    }
+
+    /// X of node `node`, length `dimension`.
+    pub fn at(&self, node: usize) -> &[f64] {
+        &self.coordinates[node * self.dimension..][..self.dimension]
+    }
+}

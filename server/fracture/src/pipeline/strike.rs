@@ -1,0 +1,45 @@
+//! What one strike asks for.
+
+use crate::lift::LiftKind;
+use nalgebra::{Point3, Vector3};
+
+/// One contact, in the coordinates of the mesh file (metres, y up).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Contact {
+    /// Where, metres.
+    pub point_m: Point3<f64>,
+    /// Impulse handed to the object, N·s.
+    pub impulse_ns: Vector3<f64>,
+    /// Contact duration, s; `None`: the scene's default.
+    pub duration_s: Option<f64>,
+    /// Contact radius, m; `None`: the scene's default.
+    pub radius_m: Option<f64>,
+}
+
+/// Where the number of sites comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DegreeRequest {
+    /// This many sites, at least 1.
+    Sites(u32),
+    /// The calibrated closed form.
+    ClosedForm,
+    /// The full optimisation: the first n at which the running minimum of E_max(n) passes γ.
+    Optimised,
+}
+
+/// One request.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Strike {
+    /// At least one contact.
+    pub contacts: Vec<Contact>,
+    /// Where the number of sites comes from.
+    pub degree: DegreeRequest,
+    /// Threshold γ in J·m²; `None`: the object's own.
+    pub gamma_j_m2: Option<f64>,
+    /// Which lift.
+    pub lift: LiftKind,
+    /// Everything random follows from it.
+    pub seed: u64,
+    /// Stop after the threshold test: the impulse that just breaks the object is asked for, no fragments.
+    pub threshold_only: bool,
+}
