@@ -6,6 +6,16 @@ pub use block::block;
 
 use nalgebra::{Matrix3, Point3};
 
+/// A solid given by its signed distance, local lengths.
+pub trait SignedDistance: Sync {
+    /// Distance from `point` to the surface, negative inside. Where the surface has holes the sign may jump at a
+    /// distance from it; the size must not exceed the true distance.
+    fn signed_distance(&self, point: &Point3<f64>) -> f64;
+
+    /// The corners, lowest and highest, of a box that holds the solid.
+    fn bounds(&self) -> (Point3<f64>, Point3<f64>);
+}
+
 /// A tetrahedral lattice in local coordinates.
 ///
 /// Invariants, held by every constructor of this room: every tetrahedron has positive volume,
