@@ -1,1 +1,15 @@
-//! To be filled by its room.
+//! What a scene says about an object: what it is made of, how it is struck by default.
+
+mod material;
+
+pub use material::{Material, MaterialError, Materials};
+
+/// Contact duration where the caller gives none, s: a hard ball of a few centimetres on a stiff body stays for about
+/// this long.
+pub const DEFAULT_DURATION_S: f64 = 2.0e-4;
+
+/// Contact radius where the caller gives none, over the object's bounding-box diagonal.
+pub const DEFAULT_RADIUS_DIAGONALS: f64 = 0.04;
+
+/// Reference fragment size d where the caller gives none, over the bounding-box diagonal.
+pub const DEFAULT_FRAGMENT_DIAGONALS: f64 = 0.1;

@@ -1,0 +1,133 @@
+//! Materials: the numbers that turn an impulse into strain energy and strain energy into a threshold.
+
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// A homogeneous isotropic brittle material. SI units.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Material {
+    /// Young's modulus E, Pa; positive.
+    pub young_pa: f64,
+    /// Poisson's ratio ν; the range that the element handles is checked where it is used.
+    pub poisson: f64,
+    /// Density ρ, kg/m³; positive.
+    pub density_kg_m3: f64,
+    /// Tensile strength σ_t, Pa; positive.
+    pub strength_pa: f64,
+    /// Where the numbers come from.
+    pub source: String,
+}
+
+/// What is wrong with a table of materials; the caller's fault, no use to retry.
+#[derive(Debug, thiserror::Error)]
+pub enum MaterialError {
+    /// Not TOML, or a key too many or too few.
+    #[error("materials cannot be read: {0}")]
+    Unreadable(#[from] toml::de::Error),
+    /// A number outside its range.
+    #[error("material \"{material}\": {key} must be finite and positive, got {value}")]
+    NotPositive {
+        /// The material's name.
+        material: String,
+        /// The offending key.
+        key: &'static str,
+        /// What it was.
+        value: f64,
+    },
+    /// No material of this name.
+    #[error("no material \"{name}\"; nearest is \"{nearest}\"; known: {known}")]
+    Unknown {
+        /// The name asked for.
+        name: String,
+        /// The known name with the smallest edit distance.
+        nearest: String,
+        /// All names, comma-separated.
+        known: String,
+    },
+}
+
+/// Materials by name.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Materials(BTreeMap<String, Material>);
+
+impl Materials {
+    /// Reads a TOML text of one table per material and checks every number.
+    pub fn parse(text: &str) -> Result<Self, MaterialError> {
+        let table: BTreeMap<String, Material> = toml::from_str(text)?;
+        for (name, material) in &table {
+            let numbers = [
+                ("young_pa", material.young_pa),
+                ("density_kg_m3", material.density_kg_m3),
+                ("strength_pa", material.strength_pa),
+            ];
+            for (key, value) in numbers {
+                if !(value.is_finite() && value > 0.0) {
+                    return Err(MaterialError::NotPositive { material: name.clone(), key, value });
+                }
+            }
+        }
+        Ok(Self(table))
+    }
+
+    /// The material called `name`, or an error that names the nearest one.
+    pub fn get(&self, name: &str) -> Result<&Material, MaterialError> {
+        self.0.get(name).ok_or_else(|| MaterialError::Unknown {
+            name: name.to_owned(),
+            nearest: self.0.keys().min_by_key(|known| edit_distance(name, known)).cloned().unwrap_or_default(),
+            known: self.0.keys().cloned().collect::<Vec<_>>().join(", "),
+        })
+    }
+
+    /// Names in order.
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        self.0.keys().map(String::as_str)
+    }
+}
+
+/// Levenshtein's distance: insertions, deletions and substitutions that turn `a` into `b`.
+fn edit_distance(a: &str, b: &str) -> usize {
+    let b: Vec<char> = b.chars().collect();
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for (i, from) in a.chars().enumerate() {
+        let mut diagonal = row[0];
+        row[0] = i + 1;
+        for (j, to) in b.iter().enumerate() {
+            let substituted = diagonal + usize::from(from != *to);
+            diagonal = row[j + 1];
+            row[j + 1] = substituted.min(diagonal + 1).min(row[j] + 1);
+        }
+    }
+    row[b.len()]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SHIPPED: &str = include_str!("../../../../config/materials.toml");
+
+    #[test]
+    fn the_shipped_materials_are_valid_and_carry_sources() {
+        let materials = Materials::parse(SHIPPED).unwrap();
+        for name in ["glass", "ceramic", "stone", "concrete", "plaster", "ice"] {
+            let material = materials.get(name).unwrap();
+            assert!(material.source.len() > 20 && (0.0..=0.45).contains(&material.poisson), "{name}");
+        }
+    }
+
+    #[test]
+    fn an_unknown_material_is_refused_with_the_nearest() {
+        let error = Materials::parse(SHIPPED).unwrap().get("plastre").unwrap_err().to_string();
+        assert!(error.contains("nearest is \"plaster\""), "{error}");
+    }
+
+    #[test]
+    fn numbers_out_of_range_and_unknown_keys_are_refused_by_name() {
+        let text = "[x]\nyoung_pa = -1.0\npoisson = 0.2\ndensity_kg_m3 = 1.0\nstrength_pa = 1.0\nsource = \"\"\n";
+        let error = Materials::parse(text).unwrap_err().to_string();
+        assert!(error.contains("young_pa") && error.contains("\"x\""), "{error}");
+        let error = Materials::parse(&format!("{text}colour = 1\n")).unwrap_err().to_string();
+        assert!(error.contains("colour"), "{error}");
+    }
+}
