@@ -1,5 +1,22 @@
 //! From a mesh file to a surface with an inside.
+//!
+//! [`read`] takes the file as it is, [`Surface::repair`] mends what can be mended and names what was wrong, [`Inside`]
+//! answers where a point lies and how far from the surface. [`shapes`] generates closed meshes.
 
+mod closest;
+mod defect;
+mod error;
 mod frame;
+mod inside;
+mod raw;
+mod repair;
+mod tree;
+mod volume;
+mod winding;
 
+pub use defect::{Defect, DefectKind};
+pub use error::SurfaceError;
 pub use frame::Frame;
+pub use inside::Inside;
+pub use raw::{DOUBLE, RawMesh, SINGLE, Unit, UnknownUnit, UnknownUp, Up};
+pub use repair::Surface;

@@ -1,0 +1,72 @@
+//! Why a mesh was refused.
+
+use std::path::PathBuf;
+
+/// A mesh that cannot be used; every variant names the place.
+#[derive(Debug, thiserror::Error)]
+pub enum SurfaceError {
+    /// The file, or one that it refers to, cannot be read.
+    #[error("cannot read {}: {source}", path.display())]
+    Unreadable {
+        /// The file.
+        path: PathBuf,
+        /// What the operating system said.
+        source: std::io::Error,
+    },
+    /// The file name ends in none of the known extensions.
+    #[error("unknown mesh format '{extension}': one of obj, ply, stl, gltf, glb")]
+    UnknownFormat {
+        /// The extension, empty if there is none.
+        extension: String,
+    },
+    /// The file does not follow its format.
+    #[error("malformed {format}, {place}: {reason}")]
+    Malformed {
+        /// The format's name.
+        format: &'static str,
+        /// Where: a line, a byte, an element.
+        place: String,
+        /// What is wrong there.
+        reason: String,
+    },
+    /// More vertices or triangles than 32-bit indices can name.
+    #[error("too many vertices or triangles: at most {} of each", u32::MAX)]
+    TooLarge,
+    /// No vertex or no triangle.
+    #[error("the mesh is empty")]
+    Empty,
+    /// A coordinate is infinite or not a number.
+    #[error("vertex {vertex} is not finite")]
+    NonFiniteVertex {
+        /// The vertex of the file, counted from 0.
+        vertex: u64,
+    },
+    /// A face names a vertex that does not exist.
+    #[error("face {face} names vertex {index}, but there are {vertices}")]
+    VertexOutOfBounds {
+        /// The face of the file, counted from 0.
+        face: u64,
+        /// The index, counted from 0; negative where the file counts backwards past its beginning.
+        index: i64,
+        /// How many vertices there are.
+        vertices: u64,
+    },
+    /// Every triangle has zero area.
+    #[error("every triangle is degenerate")]
+    AllDegenerate,
+    /// All vertices lie in one point.
+    #[error("the bounding box is a point")]
+    ZeroExtent,
+    /// The bounding box is so small or large that the fifth power of its diagonal (fracture energies) is no number.
+    #[error("a bounding box of {diagonal_m} m is out of range: 1e-60 to 1e60")]
+    ExtentOutOfRange {
+        /// Its diagonal, metres.
+        diagonal_m: f64,
+    },
+    /// The winding number exceeds ½ nowhere: a flat sheet, or shells that cancel.
+    #[error("the surface encloses nothing")]
+    NothingInside,
+    /// The work was cancelled.
+    #[error(transparent)]
+    Cancelled(#[from] crate::token::Cancelled),
+}

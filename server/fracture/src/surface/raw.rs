@@ -1,0 +1,159 @@
+//! A mesh as a file gives it, in metres and y-up, with nothing mended.
+
+use super::SurfaceError;
+use nalgebra::Point3;
+use std::fmt;
+use std::str::FromStr;
+
+/// The length unit of a mesh file's coordinates.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Unit {
+    /// Metres, the default.
+    #[default]
+    M,
+    /// Centimetres.
+    Cm,
+    /// Millimetres.
+    Mm,
+    /// Inches of 25.4 mm.
+    In,
+}
+
+impl Unit {
+    /// Metres per unit.
+    pub fn metres(self) -> f64 {
+        match self {
+            Self::M => 1.0,
+            Self::Cm => 0.01,
+            Self::Mm => 0.001,
+            Self::In => 0.0254,
+        }
+    }
+}
+
+impl fmt::Display for Unit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::M => "m",
+            Self::Cm => "cm",
+            Self::Mm => "mm",
+            Self::In => "in",
+        })
+    }
+}
+
+/// A word that names no unit.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("unknown unit '{0}': one of m, cm, mm, in")]
+pub struct UnknownUnit(String);
+
+impl FromStr for Unit {
+    type Err = UnknownUnit;
+
+    fn from_str(word: &str) -> Result<Self, UnknownUnit> {
+        match word {
+            "m" => Ok(Self::M),
+            "cm" => Ok(Self::Cm),
+            "mm" => Ok(Self::Mm),
+            "in" => Ok(Self::In),
+            _ => Err(UnknownUnit(word.to_owned())),
+        }
+    }
+}
+
+/// The axis of a mesh file that points up.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Up {
+    /// +Y, the default.
+    #[default]
+    Y,
+    /// +Z; (x, y, z) is turned to (x, z, −y).
+    Z,
+}
+
+impl fmt::Display for Up {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Y => "y",
+            Self::Z => "z",
+        })
+    }
+}
+
+/// A word that names no up axis.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("unknown up axis '{0}': one of y, z")]
+pub struct UnknownUp(String);
+
+impl FromStr for Up {
+    type Err = UnknownUp;
+
+    fn from_str(word: &str) -> Result<Self, UnknownUp> {
+        match word {
+            "y" => Ok(Self::Y),
+            "z" => Ok(Self::Z),
+            _ => Err(UnknownUp(word.to_owned())),
+        }
+    }
+}
+
+/// Rounding of a coordinate stored as f32, relative to its magnitude.
+pub const SINGLE: f64 = f32::EPSILON as f64 / 2.0;
+
+/// Rounding of a coordinate stored as f64 or as decimal text, relative to its magnitude.
+pub const DOUBLE: f64 = f64::EPSILON / 2.0;
+
+/// Triangles as they came from a file or a generator.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RawMesh {
+    /// Vertex positions, metres, y up.
+    pub positions_m: Vec<Point3<f64>>,
+    /// Vertex indices, counter-clockwise seen from outside if the maker was careful.
+    pub triangles: Vec<[u32; 3]>,
+    /// The face of the file, counted from 0, that each triangle was cut from; empty if every face is a triangle.
+    pub faces: Vec<u32>,
+    /// Rounding of the stored coordinates relative to their magnitude: [`SINGLE`] or [`DOUBLE`].
+    pub rounding: f64,
+}
+
+impl RawMesh {
+    /// A mesh of triangles in double precision.
+    pub fn new(positions_m: Vec<Point3<f64>>, triangles: Vec<[u32; 3]>) -> Self {
+        Self { positions_m, triangles, faces: Vec::new(), rounding: DOUBLE }
+    }
+
+    /// The file's face that triangle `triangle` was cut from.
+    pub fn face(&self, triangle: usize) -> u64 {
+        self.faces.get(triangle).map_or(triangle as u64, |&face| u64::from(face))
+    }
+
+    /// Checks that there is something, that every coordinate is finite and that every index names a vertex.
+    pub fn check(&self) -> Result<(), SurfaceError> {
+        if self.positions_m.is_empty() || self.triangles.is_empty() {
+            return Err(SurfaceError::Empty);
+        }
+        if let Some(vertex) = self.positions_m.iter().position(|p| !p.coords.iter().all(|c| c.is_finite())) {
+            return Err(SurfaceError::NonFiniteVertex { vertex: vertex as u64 });
+        }
+        let vertices = self.positions_m.len() as u64;
+        for (triangle, corners) in self.triangles.iter().enumerate() {
+            if let Some(&index) = corners.iter().find(|&&index| u64::from(index) >= vertices) {
+                let face = self.face(triangle);
+                return Err(SurfaceError::VertexOutOfBounds { face, index: i64::from(index), vertices });
+            }
+        }
+        Ok(())
+    }
+
+    /// Turns file coordinates into metres and y-up.
+    pub(super) fn place(&mut self, unit: Unit, up: Up) {
+        let metres = unit.metres();
+        for point in &mut self.positions_m {
+            let turned = match up {
+                Up::Y => *point,
+                Up::Z => Point3::new(point.x, point.z, -point.y),
+            };
+            *point = turned * metres;
+        }
+    }
+}

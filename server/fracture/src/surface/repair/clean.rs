@@ -1,0 +1,204 @@
+//! Welding, and dropping what carries no surface.
+
+use super::super::defect::Tally;
+use super::super::tree::Bounds;
+use super::super::{Defect, DefectKind, Frame, RawMesh, SurfaceError};
+use super::edges::Edges;
+use nalgebra::Point3;
+use robust::{Coord, orient2d};
+use std::collections::HashMap;
+
+/// Coordinates that are rounded by more than this share of the diagonal have lost the shape's details.
+const VISIBLE_ROUNDING: f64 = 1e-5;
+
+/// A welded mesh in local coordinates, and the triangles of the raw mesh that its triangles are.
+pub(super) struct Clean {
+    pub frame: Frame,
+    pub positions: Vec<Point3<f64>>,
+    pub triangles: Vec<[u32; 3]>,
+    pub source: Vec<u32>,
+}
+
+/// Welds equal positions and drops triangles that repeat a vertex, have no area or repeat another triangle.
+pub(super) fn clean(raw: &RawMesh, defects: &mut Vec<Defect>) -> Result<Clean, SurfaceError> {
+    let flat: Vec<bool> = raw.triangles.iter().map(|corners| is_flat(&raw.positions_m, corners)).collect();
+    let frame = frame(raw, &flat)?;
+    report_precision(raw, &frame, defects);
+    let (positions, welded) = weld(raw, &frame, defects);
+    let mut clean = Clean { frame, positions, triangles: Vec::new(), source: Vec::new() };
+    let mut degenerate = Tally::default();
+    for (triangle, corners) in raw.triangles.iter().enumerate() {
+        let [a, b, c] = corners.map(|vertex| welded[vertex as usize]);
+        if a == b || b == c || c == a {
+            degenerate.note(raw.face(triangle));
+        } else {
+            clean.triangles.push([a, b, c]);
+            clean.source.push(triangle as u32);
+        }
+    }
+    let repeated = degenerate.count() > 0;
+    clean.drop_duplicates(raw, defects);
+    let sewn = clean.drop_flat(&flat, raw, &mut degenerate);
+    let action = match (repeated || degenerate.count() > sewn, sewn) {
+        (true, 0) => "dropped".to_owned(),
+        (true, _) => format!("dropped, but for {sewn} that close the surface"),
+        (false, _) => "kept: they close the surface".to_owned(),
+    };
+    degenerate.report(DefectKind::DegenerateTriangles, action, defects);
+    clean.compact();
+    if clean.triangles.iter().all(|corners| is_flat(&clean.positions, corners)) {
+        return Err(SurfaceError::AllDegenerate);
+    }
+    Ok(clean)
+}
+
+/// Whether the corners lie exactly on a line.
+pub(super) fn is_flat(positions: &[Point3<f64>], corners: &[u32; 3]) -> bool {
+    let [a, b, c] = corners.map(|vertex| positions[vertex as usize]);
+    (0..3).all(|axis| {
+        let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
+        let [a, b, c] = [a, b, c].map(|p| Coord { x: p[u], y: p[v] });
+        orient2d(a, b, c) == 0.0
+    })
+}
+
+/// The frame of the triangles that have an area.
+fn frame(raw: &RawMesh, flat: &[bool]) -> Result<Frame, SurfaceError> {
+    let corners = |triangle: &[u32; 3]| triangle.map(|vertex| raw.positions_m[vertex as usize]);
+    let all = Bounds::of(raw.triangles.iter().flat_map(corners).collect::<Vec<_>>().iter());
+    if all.low == all.high {
+        return Err(SurfaceError::ZeroExtent);
+    }
+    let solid = raw.triangles.iter().zip(flat).filter(|(_, flat)| !**flat).map(|(triangle, _)| triangle);
+    let bounds = Bounds::of(solid.flat_map(corners).collect::<Vec<_>>().iter());
+    if bounds.low.x > bounds.high.x {
+        return Err(SurfaceError::AllDegenerate);
+    }
+    let diagonal_m = bounds.diagonal().norm();
+    if !(1e-60..=1e60).contains(&diagonal_m) {
+        return Err(SurfaceError::ExtentOutOfRange { diagonal_m });
+    }
+    Ok(Frame { centre_m: bounds.low + bounds.diagonal() * 0.5, diagonal_m })
+}
+
+fn report_precision(raw: &RawMesh, frame: &Frame, defects: &mut Vec<Defect>) {
+    let limit = VISIBLE_ROUNDING * frame.diagonal_m / raw.rounding;
+    let mut far = Tally::default();
+    for (vertex, point) in raw.positions_m.iter().enumerate() {
+        if point.coords.amax() > limit {
+            far.note(vertex as u64);
+        }
+    }
+    far.report(DefectKind::LostPrecision, "none: move the object near the origin or store doubles", defects);
+}
+
+/// Local positions with equal ones merged, and for each raw vertex its merged one; vertices of no triangle map to
+/// `u32::MAX`.
+fn weld(raw: &RawMesh, frame: &Frame, defects: &mut Vec<Defect>) -> (Vec<Point3<f64>>, Vec<u32>) {
+    let mut used = vec![false; raw.positions_m.len()];
+    raw.triangles.iter().flatten().for_each(|&vertex| used[vertex as usize] = true);
+    let mut positions = Vec::with_capacity(raw.positions_m.len());
+    let mut welded = vec![u32::MAX; raw.positions_m.len()];
+    let mut places = HashMap::with_capacity(raw.positions_m.len());
+    let (mut unreferenced, mut duplicate) = (Tally::default(), Tally::default());
+    for (vertex, point_m) in raw.positions_m.iter().enumerate() {
+        if !used[vertex] {
+            unreferenced.note(vertex as u64);
+            continue;
+        }
+        let local = frame.to_local(point_m);
+        // Adding 0 turns −0 into 0: equal positions have equal bits.
+        let key: [u64; 3] = [0, 1, 2].map(|k| (local[k] + 0.0).to_bits());
+        let next = positions.len() as u32;
+        let place = *places.entry(key).or_insert(next);
+        if place == next {
+            positions.push(local);
+        } else {
+            duplicate.note(vertex as u64);
+        }
+        welded[vertex] = place;
+    }
+    unreferenced.report(DefectKind::UnreferencedVertices, "left out", defects);
+    duplicate.report(DefectKind::DuplicateVertices, "welded", defects);
+    (positions, welded)
+}
+
+impl Clean {
+    /// Keeps one of several triangles with the same corners, or none where they are a wall between two sides that are
+    /// closed without it.
+    fn drop_duplicates(&mut self, raw: &RawMesh, defects: &mut Vec<Defect>) {
+        let mut sorted: Vec<([u32; 3], u32)> = Vec::with_capacity(self.triangles.len());
+        for (triangle, corners) in self.triangles.iter().enumerate() {
+            let mut key = *corners;
+            key.sort_unstable();
+            sorted.push((key, triangle as u32));
+        }
+        sorted.sort_unstable();
+        let mut repeated = Tally::default();
+        let mut keep = vec![true; self.triangles.len()];
+        let mut doubled = vec![false; self.triangles.len()];
+        for same in sorted.chunk_by(|a, b| a.0 == b.0).filter(|same| same.len() > 1) {
+            doubled[same[0].1 as usize] = true;
+            for &(_, triangle) in &same[1..] {
+                keep[triangle as usize] = false;
+                repeated.note(raw.face(self.source[triangle as usize] as usize));
+            }
+        }
+        if repeated.count() == 0 {
+            return;
+        }
+        let doubled: Vec<bool> = (0..keep.len()).filter(|&t| keep[t]).map(|t| doubled[t]).collect();
+        self.retain(&keep);
+        let walls = Edges::new(&self.triangles).walls(&doubled);
+        let wall_count = walls.iter().filter(|wall| **wall).count();
+        self.retain(&walls.iter().map(|wall| !wall).collect::<Vec<_>>());
+        let action = match wall_count {
+            0 => "all but one dropped".to_owned(),
+            _ => format!("all but one dropped, {wall_count} dropped as inner walls"),
+        };
+        repeated.report(DefectKind::DuplicateTriangles, action, defects);
+    }
+
+    /// Drops triangles without area that have an edge of their own; the others are sewn in, and dropping them would
+    /// open the surface. Returns how many were kept.
+    fn drop_flat(&mut self, flat: &[bool], raw: &RawMesh, degenerate: &mut Tally) -> u64 {
+        let is_flat =
+            |clean: &Self, t: usize| flat[clean.source[t] as usize] || is_flat(&clean.positions, &clean.triangles[t]);
+        let mut flat: Vec<bool> = (0..self.triangles.len()).map(|t| is_flat(self, t)).collect();
+        for triangle in (0..flat.len()).filter(|&t| flat[t]) {
+            degenerate.note(raw.face(self.source[triangle] as usize));
+        }
+        while flat.contains(&true) {
+            let loose = Edges::new(&self.triangles).with_boundary(self.triangles.len());
+            let keep: Vec<bool> = (0..flat.len()).map(|t| !(flat[t] && loose[t])).collect();
+            if keep.iter().all(|keep| *keep) {
+                break;
+            }
+            self.retain(&keep);
+            flat = (0..flat.len()).filter(|&t| keep[t]).map(|t| flat[t]).collect();
+        }
+        flat.iter().filter(|flat| **flat).count() as u64
+    }
+
+    fn retain(&mut self, keep: &[bool]) {
+        let mut kept = keep.iter();
+        self.triangles.retain(|_| kept.next().is_some_and(|keep| *keep));
+        let mut kept = keep.iter();
+        self.source.retain(|_| kept.next().is_some_and(|keep| *keep));
+    }
+
+    /// Forgets vertices that no triangle uses any more.
+    fn compact(&mut self) {
+        let mut place = vec![u32::MAX; self.positions.len()];
+        let mut positions = Vec::with_capacity(self.positions.len());
+        for vertex in self.triangles.iter_mut().flatten() {
+            let old = *vertex as usize;
+            if place[old] == u32::MAX {
+                place[old] = positions.len() as u32;
+                positions.push(self.positions[old]);
+            }
+            *vertex = place[old];
+        }
+        self.positions = positions;
+    }
+}

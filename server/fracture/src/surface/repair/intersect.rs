@@ -1,0 +1,174 @@
+//! Pairs of triangles that intersect.
+//!
+//! Based on: P. Guigue, O. Devillers, *Fast and robust triangle-triangle overlap test using orientation predicates*
+//! (2003), in the plainer form edge against triangle; signs by J. R. Shewchuk, *Adaptive precision floating-point
+//! arithmetic and fast robust geometric predicates* (1997), through `robust`.
+
+use super::super::tree::{Bounds, STACK, Tree};
+use super::clean::is_flat;
+use nalgebra::Point3;
+use rayon::prelude::*;
+use robust::{Coord, Coord3D, orient2d, orient3d};
+
+/// The number of intersecting pairs of triangles that share no vertex, and the lower triangle of the first pair.
+/// Triangles without area take no part; touching counts.
+pub(super) fn intersections(positions: &[Point3<f64>], triangles: &[[u32; 3]]) -> (u64, Option<u32>) {
+    let solid: Vec<u32> =
+        (0..triangles.len() as u32).filter(|&t| !is_flat(positions, &triangles[t as usize])).collect();
+    let corners = |&t: &u32| triangles[t as usize].map(|vertex| positions[vertex as usize]);
+    let tree = Tree::new(&solid.iter().map(corners).collect::<Vec<_>>());
+    let original = |place: usize| solid[tree.order[place] as usize];
+    let found: Vec<(u64, Option<u32>)> = (0..tree.triangles.len())
+        .into_par_iter()
+        .map(|place| {
+            let own = &triangles[original(place) as usize];
+            let (mut count, mut first) = (0, None);
+            later_overlaps(&tree, place, |other| {
+                let shares = triangles[original(other) as usize].iter().any(|vertex| own.contains(vertex));
+                if !shares && intersect(&tree.triangles[place], &tree.triangles[other]) {
+                    count += 1;
+                    let lower = original(place).min(original(other));
+                    first = Some(first.map_or(lower, |known: u32| known.min(lower)));
+                }
+            });
+            (count, first)
+        })
+        .collect();
+    let count = found.iter().map(|(count, _)| count).sum();
+    (count, found.iter().filter_map(|(_, first)| *first).min())
+}
+
+/// Calls `visit` for every triangle stored after `place` whose box overlaps its box.
+fn later_overlaps(tree: &Tree, place: usize, mut visit: impl FnMut(usize)) {
+    let bounds = Bounds::of(&tree.triangles[place]);
+    let mut stack = [0u32; STACK];
+    let mut top = 1;
+    while top > 0 {
+        top -= 1;
+        let index = stack[top];
+        let node = &tree.nodes[index as usize];
+        if node.range().end <= place + 1 || !node.bounds.overlaps(&bounds) {
+            continue;
+        }
+        if !node.is_leaf() {
+            stack[top] = index + 1;
+            stack[top + 1] = node.right;
+            top += 2;
+            continue;
+        }
+        for other in node.range().filter(|&other| other > place) {
+            if Bounds::of(&tree.triangles[other]).overlaps(&bounds) {
+                visit(other);
+            }
+        }
+    }
+}
+
+type Triangle = [Point3<f64>; 3];
+
+/// Whether two triangles with areas have a point in common; exact.
+fn intersect(one: &Triangle, two: &Triangle) -> bool {
+    let (above_one, above_two) = (two.map(|p| side(one, &p)), one.map(|p| side(two, &p)));
+    if apart(&above_one) || apart(&above_two) {
+        return false;
+    }
+    let crosses = |edge: &Triangle, sides: &[f64; 3], face: &Triangle| {
+        (0..3).any(|k| {
+            let next = (k + 1) % 3;
+            segment_meets(&edge[k], &edge[next], sides[k], sides[next], face)
+        })
+    };
+    crosses(two, &above_one, one) || crosses(one, &above_two, two)
+}
+
+/// The sign of a point's height above a triangle's plane.
+fn side([a, b, c]: &Triangle, point: &Point3<f64>) -> f64 {
+    orient3d(coord(a), coord(b), coord(c), coord(point))
+}
+
+fn coord(point: &Point3<f64>) -> Coord3D<f64> {
+    Coord3D { x: point.x, y: point.y, z: point.z }
+}
+
+fn apart(sides: &[f64; 3]) -> bool {
+    sides.iter().all(|side| *side > 0.0) || sides.iter().all(|side| *side < 0.0)
+}
+
+/// Whether the segment p q, whose ends lie at the given sides of the triangle's plane, meets the triangle.
+fn segment_meets(p: &Point3<f64>, q: &Point3<f64>, side_p: f64, side_q: f64, triangle: &Triangle) -> bool {
+    if side_p == 0.0 && side_q == 0.0 {
+        return coplanar_segment_meets(p, q, triangle);
+    }
+    if (side_p > 0.0 && side_q > 0.0) || (side_p < 0.0 && side_q < 0.0) {
+        return false;
+    }
+    let turns = [0, 1, 2].map(|k| side(&[*p, *q, triangle[k]], &triangle[(k + 1) % 3]));
+    turns.iter().all(|turn| *turn >= 0.0) || turns.iter().all(|turn| *turn <= 0.0)
+}
+
+/// The same for a segment in the triangle's plane, seen along an axis along which the triangle keeps an area.
+fn coplanar_segment_meets(p: &Point3<f64>, q: &Point3<f64>, triangle: &Triangle) -> bool {
+    let flatten = |point: &Point3<f64>, axis: usize| Coord { x: point[(axis + 1) % 3], y: point[(axis + 2) % 3] };
+    for axis in 0..3 {
+        let [a, b, c] = [0, 1, 2].map(|k| flatten(&triangle[k], axis));
+        if orient2d(a, b, c) == 0.0 {
+            continue;
+        }
+        let (p, q) = (flatten(p, axis), flatten(q, axis));
+        return inside_flat(p, [a, b, c]) || [(a, b), (b, c), (c, a)].iter().any(|&(u, v)| cross_flat(p, q, u, v));
+    }
+    false
+}
+
+fn inside_flat(p: Coord<f64>, [a, b, c]: [Coord<f64>; 3]) -> bool {
+    let turns = [orient2d(a, b, p), orient2d(b, c, p), orient2d(c, a, p)];
+    turns.iter().all(|turn| *turn >= 0.0) || turns.iter().all(|turn| *turn <= 0.0)
+}
+
+/// Whether two segments of the plane have a point in common, both not shorter than a point; ends on a line of the other
+/// are sorted out by their boxes.
+fn cross_flat(p: Coord<f64>, q: Coord<f64>, u: Coord<f64>, v: Coord<f64>) -> bool {
+    let opposed = |a: f64, b: f64| !((a > 0.0 && b > 0.0) || (a < 0.0 && b < 0.0));
+    let overlap = |a: f64, b: f64, c: f64, d: f64| a.min(b) <= c.max(d) && c.min(d) <= a.max(b);
+    opposed(orient2d(p, q, u), orient2d(p, q, v))
+        && opposed(orient2d(u, v, p), orient2d(u, v, q))
+        && overlap(p.x, q.x, u.x, v.x)
+        && overlap(p.y, q.y, u.y, v.y)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn triangle(a: [f64; 3], b: [f64; 3], c: [f64; 3]) -> Triangle {
+        [a, b, c].map(Point3::from)
+    }
+
+    fn check(one: Triangle, two: Triangle, expected: bool) {
+        for turn_one in 0..3 {
+            for turn_two in 0..3 {
+                let (mut a, mut b) = (one, two);
+                a.rotate_left(turn_one);
+                b.rotate_left(turn_two);
+                assert_eq!(intersect(&a, &b), expected);
+                assert_eq!(intersect(&b, &a), expected);
+                a.swap(0, 1);
+                assert_eq!(intersect(&a, &b), expected);
+            }
+        }
+    }
+
+    #[test]
+    fn triangles_meet_or_not() {
+        let flat = triangle([0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.0, 2.0, 0.0]);
+        check(flat, triangle([0.5, 0.5, -1.0], [0.5, 0.5, 1.0], [3.0, 3.0, 0.5]), true);
+        check(flat, triangle([1.5, 1.5, -1.0], [1.5, 1.5, 1.0], [3.0, 3.0, 0.5]), false);
+        check(flat, triangle([0.2, 0.2, 1e-300], [0.5, 0.2, 1.0], [0.2, 0.5, 1.0]), false);
+        check(flat, triangle([0.2, 0.2, 0.0], [0.5, 0.2, 1.0], [0.2, 0.5, 1.0]), true);
+        check(flat, triangle([0.2, 0.2, 0.0], [0.5, 0.2, 0.0], [0.2, 0.5, 0.0]), true);
+        check(flat, triangle([3.0, 0.0, 0.0], [4.0, 0.0, 0.0], [3.0, 1.0, 0.0]), false);
+        check(flat, triangle([2.0, 0.0, 0.0], [4.0, 0.0, 0.0], [3.0, -1.0, 0.0]), true);
+        check(flat, triangle([-1.0, 0.5, 0.0], [3.0, 0.5, 0.0], [1.0, 0.5, 3.0]), true);
+        check(flat, triangle([-1.0, 2.5, 0.0], [3.0, 2.5, 0.0], [1.0, 2.5, 3.0]), false);
+    }
+}

@@ -1,0 +1,163 @@
+//! From triangles as they came to a surface with an inside, and a list of what was wrong.
+
+mod clean;
+mod edges;
+mod intersect;
+mod orient;
+mod sets;
+mod shells;
+#[cfg(test)]
+mod tests;
+
+use super::defect::Tally;
+use super::{Defect, DefectKind, Frame, RawMesh, SurfaceError};
+use edges::{Edges, HalfEdge};
+use nalgebra::Point3;
+use sets::Sets;
+use shells::Shells;
+
+/// A welded, consistently wound, outward-facing surface in local coordinates. It may still be open or intersect itself;
+/// [`super::Inside`] copes with both.
+#[derive(Clone, Debug)]
+pub struct Surface {
+    /// Where the object is.
+    pub frame: Frame,
+    /// Vertex positions, local; every one is used.
+    pub positions: Vec<Point3<f64>>,
+    /// Vertex indices, counter-clockwise seen from outside.
+    pub triangles: Vec<[u32; 3]>,
+    /// For each triangle, the face of the input file that it came from, counted from 0.
+    pub faces: Vec<u64>,
+    /// What was wrong with the input, in a fixed order of kinds.
+    pub defects: Vec<Defect>,
+    /// Whether every edge is passed as often in one direction as in the other: the winding number is an integer.
+    pub closed: bool,
+    /// Whether the surface is closed, does not intersect itself and is nested so that the winding number is 0 or 1
+    /// everywhere: [`Surface::signed_volume`] is the volume.
+    pub simple: bool,
+}
+
+impl Surface {
+    /// Mends a mesh: welds bitwise-equal positions, drops duplicate triangles and those without area, makes the winding
+    /// consistent, turns inverted shells outward, keeps cavities; and names everything that was wrong.
+    ///
+    /// Errors: [`RawMesh::check`]'s, and meshes without extent or area.
+    pub fn repair(raw: RawMesh) -> Result<Self, SurfaceError> {
+        raw.check()?;
+        let mut defects = Vec::new();
+        let clean::Clean { frame, positions, mut triangles, source } = clean::clean(&raw, &mut defects)?;
+        let face = |triangle: u32| raw.face(source[triangle as usize] as usize);
+        let edges = Edges::new(&triangles);
+        let patches = orient::orient(&positions, &mut triangles, &edges, face);
+        patches.turned.report(DefectKind::MixedWinding, "turned to agree with their neighbours", &mut defects);
+        patches.twisted.report(DefectKind::NonOrientable, "none: one-sided there", &mut defects);
+        let shells = shells::face_outward(&positions, &mut triangles, &patches.members, face);
+        report_shells(&shells, &mut defects);
+        let edges = Edges::new(&triangles);
+        report_edges(&edges, &triangles, positions.len(), face, &mut defects);
+        let (crossings, first) = intersect::intersections(&positions, &triangles);
+        if let Some(first) = first {
+            let action = "none: what either part encloses is inside";
+            defects.push(Defect::new(DefectKind::SelfIntersection, crossings, face(first), action));
+        }
+        let closed = edges.balanced();
+        let simple = closed && crossings == 0 && shells.simple;
+        defects.sort_by_key(|defect| defect.kind);
+        let faces = (0..triangles.len() as u32).map(face).collect();
+        Ok(Self { frame, positions, triangles, faces, defects, closed, simple })
+    }
+
+    /// The three corners of triangle `triangle`.
+    pub fn corners(&self, triangle: usize) -> [Point3<f64>; 3] {
+        self.triangles[triangle].map(|vertex| self.positions[vertex as usize])
+    }
+
+    /// ∫ of the winding number over space by the divergence theorem, local; a volume if the surface is closed.
+    pub fn signed_volume(&self) -> f64 {
+        let cone = |t| {
+            let [a, b, c] = self.corners(t).map(|corner| corner.coords);
+            a.dot(&b.cross(&c)) / 6.0
+        };
+        (0..self.triangles.len()).map(cone).sum()
+    }
+}
+
+fn report_shells(shells: &Shells, defects: &mut Vec<Defect>) {
+    shells.flipped.report(DefectKind::FlippedShell, "turned outward", defects);
+    let (mut nested, cavities, solids) = (Tally::default(), shells.cavities.count(), shells.solids.count());
+    nested.merge(&shells.cavities);
+    nested.merge(&shells.solids);
+    let action = match (cavities, solids) {
+        (_, 0) => "kept as cavities".to_owned(),
+        (0, _) => "kept as solid".to_owned(),
+        _ => format!("{cavities} kept as cavities, {solids} as solid"),
+    };
+    nested.report(DefectKind::NestedShells, action, defects);
+}
+
+/// Holes, edges of more than two triangles, bow ties, and the number of shells.
+fn report_edges(
+    edges: &Edges,
+    triangles: &[[u32; 3]],
+    vertices: usize,
+    face: impl Fn(u32) -> u64,
+    defects: &mut Vec<Defect>,
+) {
+    let mut crowded = Tally::default();
+    let mut shells = Sets::new(triangles.len());
+    let mut fans = Sets::new(triangles.len() * 3);
+    let mut rims: Vec<&HalfEdge> = Vec::new();
+    let mut loops = Sets::new(vertices);
+    for group in edges.groups() {
+        for pair in group.windows(2) {
+            shells.join(pair[0].triangle, pair[1].triangle);
+            join_fans(&mut fans, &pair[0], &pair[1]);
+        }
+        if group.len() > 2 {
+            crowded.note(face(group[0].triangle));
+        } else if let [rim] = group {
+            rims.push(rim);
+            loops.join(rim.ends[0], rim.ends[1]);
+        }
+    }
+    let mut holes = Tally::default();
+    let mut seen = vec![false; vertices];
+    for rim in rims {
+        if !std::mem::replace(&mut seen[loops.root(rim.ends[0]) as usize], true) {
+            holes.note(face(rim.triangle));
+        }
+    }
+    holes.report(DefectKind::Holes, "closed where the winding number is one half", defects);
+    crowded.report(DefectKind::NonManifoldEdge, "kept", defects);
+    bow_ties(&mut fans, triangles, vertices, &face).report(DefectKind::NonManifoldVertex, "kept", defects);
+    let firsts: Vec<u32> = (0..triangles.len() as u32).filter(|&t| shells.root(t) == t).collect();
+    if let [_, second, ..] = firsts[..] {
+        defects.push(Defect::new(DefectKind::SeveralShells, firsts.len() as u64, face(second), "united"));
+    }
+}
+
+/// Joins the corners of two triangles at the ends of an edge that they share; corner k of triangle t is 3 t + k.
+fn join_fans(fans: &mut Sets, a: &HalfEdge, b: &HalfEdge) {
+    let corner = |half: &HalfEdge, lower: bool| {
+        let offset = if half.forward == lower { half.side } else { (half.side + 1) % 3 };
+        half.triangle * 3 + u32::from(offset)
+    };
+    fans.join(corner(a, true), corner(b, true));
+    fans.join(corner(a, false), corner(b, false));
+}
+
+/// Vertices whose corners form more than one fan, counted once each.
+fn bow_ties(fans: &mut Sets, triangles: &[[u32; 3]], vertices: usize, face: impl Fn(u32) -> u64) -> Tally {
+    let mut fan_of = vec![u32::MAX; vertices];
+    let mut tied = vec![false; vertices];
+    let mut tally = Tally::default();
+    for (corner, &vertex) in triangles.iter().flatten().enumerate() {
+        let (fan, vertex) = (fans.root(corner as u32), vertex as usize);
+        if fan_of[vertex] == u32::MAX {
+            fan_of[vertex] = fan;
+        } else if fan_of[vertex] != fan && !std::mem::replace(&mut tied[vertex], true) {
+            tally.note(face(corner as u32 / 3));
+        }
+    }
+    tally
+}

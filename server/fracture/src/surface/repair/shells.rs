@@ -1,0 +1,151 @@
+//! Which side of each patch is out.
+//!
+//! A patch that is closed, or nearly so, is judged by its signed volume: negative in empty space means inside out and it
+//! is turned; negative inside another one means a cavity and it stays. If the outermost patch was inside out, so were
+//! those inside it, and all are turned together. Panels too open to have a volume of their own are judged as one.
+
+use super::super::defect::Tally;
+use super::super::tree::{Bounds, Tree};
+use super::super::winding::Winding;
+use super::orient::area_vector;
+use nalgebra::{Point3, Vector3};
+
+/// A patch with a smaller part of its area facing one way counts as nearly closed; a hemisphere has ½.
+const OPEN: f64 = 0.45;
+
+/// A volume counts if a shift of its reference point by this many times the root of the area cannot change its sign.
+const SHIFT: f64 = 0.1;
+
+/// What was found out about the shells.
+#[derive(Default)]
+pub(super) struct Shells {
+    /// Patches that were turned.
+    pub flipped: Tally,
+    /// Patches inside others that stay negative.
+    pub cavities: Tally,
+    /// Patches inside others that are positive.
+    pub solids: Tally,
+    /// Whether no point can have a winding number other than 0 or 1, if the patches are closed and do not intersect.
+    pub simple: bool,
+}
+
+/// Turns patches outward. `face` names a triangle in the report.
+pub(super) fn face_outward(
+    positions: &[Point3<f64>],
+    triangles: &mut [[u32; 3]],
+    patches: &[Vec<u32>],
+    face: impl Fn(u32) -> u64,
+) -> Shells {
+    let measures: Vec<Measure> = patches.iter().map(|members| Measure::of(positions, triangles, members)).collect();
+    let mut shells = Shells { simple: true, ..Shells::default() };
+    let mut turn = vec![false; patches.len()];
+    let panels: Vec<usize> = (0..patches.len()).filter(|&p| !measures[p].is_nearly_closed()).collect();
+    if !panels.is_empty() {
+        let members: Vec<u32> = panels.iter().flat_map(|&p| patches[p].iter().copied()).collect();
+        let measure = Measure::of(positions, triangles, &members);
+        let inward = measure.has_sign() && measure.volume < 0.0;
+        panels.iter().for_each(|&panel| turn[panel] = inward);
+        shells.simple = false;
+    }
+    let mut nest = Nest { positions, triangles, patches, measures: &measures, hulls: vec![None; patches.len()] };
+    let mut solid: Vec<usize> = (0..patches.len()).filter(|&p| measures[p].is_nearly_closed()).collect();
+    solid.sort_by(|&a, &b| measures[b].volume.abs().total_cmp(&measures[a].volume.abs()).then(a.cmp(&b)));
+    for (rank, &patch) in solid.iter().enumerate() {
+        let containers = nest.containers(patch, &solid[..rank]);
+        let sign = |p: usize, turn: &[bool]| if (measures[p].volume < 0.0) != turn[p] { -1 } else { 1 };
+        turn[patch] = containers.first().is_some_and(|&outermost| turn[outermost]);
+        let surrounding: i32 = containers.iter().map(|&p| sign(p, &turn)).sum();
+        if surrounding <= 0 && sign(patch, &turn) < 0 {
+            turn[patch] = !turn[patch];
+        }
+        let own = sign(patch, &turn);
+        shells.simple &= (0..=1).contains(&(surrounding + own));
+        if !containers.is_empty() {
+            let tally = if own < 0 { &mut shells.cavities } else { &mut shells.solids };
+            tally.note(face(patches[patch][0]));
+        }
+    }
+    for patch in (0..patches.len()).filter(|&p| turn[p]) {
+        patches[patch].iter().for_each(|&triangle| triangles[triangle as usize].swap(1, 2));
+        shells.flipped.note(face(patches[patch][0]));
+    }
+    shells
+}
+
+/// Area, area vector and signed volume about the area's centre.
+struct Measure {
+    area: f64,
+    vector: Vector3<f64>,
+    volume: f64,
+    bounds: Bounds,
+    /// A point on the patch.
+    sample: Point3<f64>,
+}
+
+impl Measure {
+    fn of(positions: &[Point3<f64>], triangles: &[[u32; 3]], members: &[u32]) -> Self {
+        let corners = |t: u32| triangles[t as usize].map(|vertex| positions[vertex as usize]);
+        let centre_of = |[a, b, c]: [Point3<f64>; 3]| (a.coords + b.coords + c.coords) / 3.0;
+        let (mut area, mut vector, mut weighted) = (0.0, Vector3::zeros(), Vector3::zeros());
+        let (mut bounds, mut largest, mut sample) = (Bounds::EMPTY, -1.0, Point3::origin());
+        for &triangle in members {
+            let part = area_vector(positions, &triangles[triangle as usize]);
+            let size = part.norm();
+            let centre = centre_of(corners(triangle));
+            area += size;
+            vector += part;
+            weighted += centre * size;
+            bounds = corners(triangle).iter().fold(bounds, |bounds, corner| bounds.with(corner));
+            if size > largest {
+                (largest, sample) = (size, Point3::from(centre));
+            }
+        }
+        let reference = if area > 0.0 { weighted / area } else { sample.coords };
+        let cone = |t: u32| {
+            let [a, b, c] = corners(t).map(|corner| corner.coords - reference);
+            a.dot(&b.cross(&c)) / 6.0
+        };
+        let volume = members.iter().map(|&triangle| cone(triangle)).sum();
+        Self { area, vector, volume, bounds, sample }
+    }
+
+    /// Whether the volume's sign does not hang on the point that it is measured from.
+    fn has_sign(&self) -> bool {
+        let doubt = SHIFT * self.vector.norm() * self.area.sqrt() / 3.0 + 1e-12 * self.area.powf(1.5);
+        self.volume.abs() > doubt
+    }
+
+    fn is_nearly_closed(&self) -> bool {
+        self.vector.norm() <= OPEN * self.area && self.has_sign()
+    }
+}
+
+/// Tells which patches lie inside which.
+struct Nest<'a> {
+    positions: &'a [Point3<f64>],
+    triangles: &'a [[u32; 3]],
+    patches: &'a [Vec<u32>],
+    measures: &'a [Measure],
+    /// Hierarchies of the patches that were asked about.
+    hulls: Vec<Option<(Tree, Winding)>>,
+}
+
+impl Nest<'_> {
+    /// Those of `larger` that hold `patch`, in their order.
+    fn containers(&mut self, patch: usize, larger: &[usize]) -> Vec<usize> {
+        let measures = self.measures;
+        let around = |&&p: &&usize| measures[p].bounds.contains(&measures[patch].bounds);
+        let candidates: Vec<usize> = larger.iter().filter(around).copied().collect();
+        candidates.into_iter().filter(|&p| self.winding(p, &measures[patch].sample).abs() > 0.5).collect()
+    }
+
+    fn winding(&mut self, patch: usize, point: &Point3<f64>) -> f64 {
+        let (tree, winding) = self.hulls[patch].get_or_insert_with(|| {
+            let corners = |&t: &u32| self.triangles[t as usize].map(|vertex| self.positions[vertex as usize]);
+            let tree = Tree::new(&self.patches[patch].iter().map(corners).collect::<Vec<_>>());
+            let winding = Winding::new(&tree);
+            (tree, winding)
+        });
+        winding.at(tree, point)
+    }
+}

@@ -1,0 +1,120 @@
+//! A bounding-box hierarchy over triangles, shared by winding number, closest point and self-intersections.
+//!
+//! Based on: median split of the triangle centres along the longest axis of their box; balanced, so that its depth is
+//! at most 32 and a traversal needs a fixed stack.
+
+use nalgebra::{Point3, Vector3};
+
+/// Triangles per leaf, at most.
+const LEAF: usize = 8;
+
+/// More than a depth-first traversal that pushes both children can need: depth + 1.
+pub(super) const STACK: usize = 40;
+
+/// An axis-aligned box.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Bounds {
+    pub low: Point3<f64>,
+    pub high: Point3<f64>,
+}
+
+impl Bounds {
+    pub const EMPTY: Self = Self {
+        low: Point3::new(f64::INFINITY, f64::INFINITY, f64::INFINITY),
+        high: Point3::new(f64::NEG_INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY),
+    };
+
+    pub fn of<'a>(points: impl IntoIterator<Item = &'a Point3<f64>>) -> Self {
+        points.into_iter().fold(Self::EMPTY, |bounds, point| bounds.with(point))
+    }
+
+    pub fn with(&self, point: &Point3<f64>) -> Self {
+        Self { low: self.low.inf(point), high: self.high.sup(point) }
+    }
+
+    pub fn diagonal(&self) -> Vector3<f64> {
+        self.high - self.low
+    }
+
+    pub fn overlaps(&self, other: &Self) -> bool {
+        (0..3).all(|k| self.low[k] <= other.high[k] && other.low[k] <= self.high[k])
+    }
+
+    pub fn contains(&self, other: &Self) -> bool {
+        (0..3).all(|k| self.low[k] <= other.low[k] && other.high[k] <= self.high[k])
+    }
+
+    /// Squared distance of a point, 0 inside.
+    pub fn distance_squared(&self, point: &Point3<f64>) -> f64 {
+        let axis = |k: usize| (self.low[k] - point[k]).max(point[k] - self.high[k]).max(0.0);
+        let (x, y, z) = (axis(0), axis(1), axis(2));
+        x * x + y * y + z * z
+    }
+}
+
+/// A node: its left child follows it, its right child is at `right`; `right` = 0 marks a leaf.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Node {
+    pub bounds: Bounds,
+    pub first: u32,
+    pub count: u32,
+    pub right: u32,
+}
+
+impl Node {
+    pub fn is_leaf(&self) -> bool {
+        self.right == 0
+    }
+
+    /// Its triangles, in the tree's order.
+    pub fn range(&self) -> std::ops::Range<usize> {
+        self.first as usize..(self.first + self.count) as usize
+    }
+}
+
+/// The hierarchy. Triangles are stored in leaf order.
+#[derive(Clone, Debug)]
+pub(super) struct Tree {
+    pub nodes: Vec<Node>,
+    pub triangles: Vec<[Point3<f64>; 3]>,
+    /// For each stored triangle, its place in the list given to [`Tree::new`].
+    pub order: Vec<u32>,
+}
+
+impl Tree {
+    /// Builds the hierarchy in O(n log n); no triangles give no nodes.
+    pub fn new(triangles: &[[Point3<f64>; 3]]) -> Self {
+        let mut order: Vec<u32> = (0..triangles.len() as u32).collect();
+        let centres: Vec<Point3<f64>> =
+            triangles.iter().map(|[a, b, c]| Point3::from((a.coords + b.coords + c.coords) / 3.0)).collect();
+        let mut nodes = Vec::with_capacity(triangles.len() / 2 + 1);
+        if !triangles.is_empty() {
+            split(&mut nodes, &mut order, 0, triangles, &centres);
+        }
+        let triangles = order.iter().map(|&triangle| triangles[triangle as usize]).collect();
+        Self { nodes, triangles, order }
+    }
+}
+
+fn split(
+    nodes: &mut Vec<Node>,
+    order: &mut [u32],
+    first: usize,
+    triangles: &[[Point3<f64>; 3]],
+    centres: &[Point3<f64>],
+) {
+    let bounds = Bounds::of(order.iter().flat_map(|&t| &triangles[t as usize]));
+    let index = nodes.len();
+    nodes.push(Node { bounds, first: first as u32, count: order.len() as u32, right: 0 });
+    if order.len() <= LEAF {
+        return;
+    }
+    let axis = Bounds::of(order.iter().map(|&t| &centres[t as usize])).diagonal().imax();
+    let middle = order.len() / 2;
+    let key = |t: &u32| centres[*t as usize][axis];
+    order.select_nth_unstable_by(middle, |a, b| key(a).total_cmp(&key(b)).then(a.cmp(b)));
+    let (left, right) = order.split_at_mut(middle);
+    split(nodes, left, first, triangles, centres);
+    nodes[index].right = nodes.len() as u32;
+    split(nodes, right, first + middle, triangles, centres);
+}

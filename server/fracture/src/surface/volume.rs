@@ -1,0 +1,109 @@
+//! The volume that a surface encloses, whatever its state.
+//!
+//! Based on: the divergence theorem where the winding number w is 0 or 1. Otherwise stratified sampling on an adaptive
+//! grid: of 1[w > ½] − w if the surface is closed, which differs from 0 only where shells overlap (the divergence theorem
+//! gives ∫w exactly); of 1[w > ½] if it is open.
+
+use super::{Inside, SurfaceError};
+use crate::random::Stream;
+use crate::token::Token;
+use nalgebra::{Point3, Vector3};
+use rayon::prelude::*;
+
+/// Halvings of the bounding box along each axis; a finest cell that meets the surface is sampled in 2³ strata.
+const DEPTH: u32 = 6;
+
+/// Less than this, local, is nothing: the volume of a cube of a thousandth of the diagonal.
+const NOTHING: f64 = 1e-9;
+
+/// A cell of the bounding box, halved `depth` times: its place along each axis in units of its own size.
+#[derive(Clone, Copy)]
+struct Cell {
+    depth: u32,
+    place: [u32; 3],
+}
+
+/// What a cell adds: an integral over it, or eight smaller cells.
+enum Share {
+    Known(f64),
+    Split,
+}
+
+impl Inside {
+    /// The volume of the points with a winding number above ½, local (cubed diagonals): exact to rounding for simple
+    /// surfaces, else to about 0.1 %. The same for any number of threads.
+    ///
+    /// Errors: nothing inside, or cancelled.
+    pub fn input_volume(&self, token: &Token) -> Result<f64, SurfaceError> {
+        let volume = match (self.simple, self.closed) {
+            (true, _) => self.signed_volume,
+            (false, true) => self.signed_volume + self.integrate(token)?,
+            (false, false) => self.integrate(token)?,
+        };
+        if volume > NOTHING { Ok(volume) } else { Err(SurfaceError::NothingInside) }
+    }
+
+    /// The integral of [`Self::integrand`] over the bounding box, level by level.
+    fn integrate(&self, token: &Token) -> Result<f64, SurfaceError> {
+        let mut cells = vec![Cell { depth: 0, place: [0; 3] }];
+        let mut sum = 0.0;
+        while !cells.is_empty() {
+            token.check()?;
+            let shares: Vec<Share> = cells.par_iter().map(|cell| self.share(cell)).collect();
+            let mut finer = Vec::new();
+            for (cell, share) in cells.iter().zip(&shares) {
+                match share {
+                    Share::Known(part) => sum += part,
+                    Share::Split => finer.extend(cell.children()),
+                }
+            }
+            cells = finer;
+        }
+        Ok(sum)
+    }
+
+    fn integrand(&self, point: &Point3<f64>) -> f64 {
+        let winding = self.winding(point);
+        let indicator = if winding > 0.5 { 1.0 } else { 0.0 };
+        if self.closed { indicator - winding } else { indicator }
+    }
+
+    fn share(&self, cell: &Cell) -> Share {
+        let size = self.bounds.diagonal() / f64::from(1u32 << cell.depth);
+        let corner = self.bounds.low + size.component_mul(&Vector3::from(cell.place.map(f64::from)));
+        let centre = corner + size * 0.5;
+        let radius = 0.5 * size.norm();
+        // The film across a hole is at least a quarter as far as the signed distance says.
+        let clear = match self.closed {
+            true => self.distance(&centre) > radius,
+            false => self.signed_distance(&centre).abs() > 4.0 * radius,
+        };
+        if clear {
+            Share::Known(self.integrand(&centre) * size.product())
+        } else if cell.depth < DEPTH {
+            Share::Split
+        } else {
+            Share::Known(self.sample(cell, &corner, &size))
+        }
+    }
+
+    /// One random point in each octant.
+    fn sample(&self, cell: &Cell, corner: &Point3<f64>, size: &Vector3<f64>) -> f64 {
+        let [x, y, z] = cell.place.map(u64::from);
+        let mut random = Stream::new(0, (x << DEPTH | y) << DEPTH | z);
+        let half = size * 0.5;
+        let mut sum = 0.0;
+        for octant in 0..8 {
+            let jitter = Vector3::from_fn(|axis, _| f64::from(octant >> axis & 1) + random.uniform());
+            sum += self.integrand(&(corner + half.component_mul(&jitter)));
+        }
+        sum * half.product()
+    }
+}
+
+impl Cell {
+    fn children(&self) -> impl Iterator<Item = Self> {
+        let (depth, place) = (self.depth + 1, self.place);
+        (0..8u32).map(move |octant| Self { depth, place: [0, 1, 2].map(|axis| 2 * place[axis] + (octant >> axis & 1)) })
+    }
+}

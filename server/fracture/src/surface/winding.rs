@@ -1,0 +1,185 @@
+//! Generalised winding number of triangle soups, hierarchically.
+//!
+//! Based on: A. Jacobson, L. Kavan, O. Sorkine-Hornung, *Robust inside-outside segmentation using generalized winding
+//! numbers* (2013): w(q) = Σ Ω_t(q) / 4π. G. Barill, N. Dickson, R. Schmidt, D. Levin, A. Jacobson, *Fast winding
+//! numbers for soups and clouds* (2018): the Taylor expansion of far clusters, here to second order. A. Van Oosterom,
+//! J. Strackee, *The solid angle of a plane triangle* (1983): the exact term nearby.
+
+use super::tree::{STACK, Tree};
+use nalgebra::{Point3, Vector3};
+use std::f64::consts::TAU;
+
+/// A cluster is far once the query is further from its centre than this many cluster radii.
+const ACCURACY: f64 = 2.0;
+
+/// What a cluster of triangles looks like from afar.
+#[derive(Clone, Copy, Debug)]
+struct Moments {
+    /// Area-weighted centre.
+    centre: Point3<f64>,
+    /// Squared distance from which the expansion holds.
+    reach_squared: f64,
+    /// Σ a n, the area vector.
+    dipole: Vector3<f64>,
+    /// Σ a n (x − centre)ᵀ, symmetric part: xx yy zz xy xz yz.
+    quadrupole: [f64; 6],
+}
+
+/// Moments of every node of a [`Tree`].
+#[derive(Clone, Debug)]
+pub(super) struct Winding {
+    moments: Vec<Moments>,
+}
+
+impl Winding {
+    /// Computes the moments in O(n log n).
+    pub fn new(tree: &Tree) -> Self {
+        Self { moments: tree.nodes.iter().map(|node| Moments::of(&tree.triangles[node.range()])).collect() }
+    }
+
+    /// The winding number of the tree's triangles about `point`; 1 inside a closed surface that faces outward. Closed
+    /// surfaces are met to about 1e-3; on the surface itself any value between those of its sides may result.
+    pub fn at(&self, tree: &Tree, point: &Point3<f64>) -> f64 {
+        if tree.nodes.is_empty() {
+            return 0.0;
+        }
+        let mut far = 0.0;
+        let mut near = SolidAngle::default();
+        let mut stack = [0u32; STACK];
+        let mut top = 1;
+        while top > 0 {
+            top -= 1;
+            let index = stack[top] as usize;
+            let moments = &self.moments[index];
+            let offset = moments.centre - point;
+            let distance_squared = offset.norm_squared();
+            if distance_squared > moments.reach_squared {
+                far += moments.far_field(&offset, distance_squared);
+                continue;
+            }
+            let node = &tree.nodes[index];
+            if node.is_leaf() {
+                for triangle in &tree.triangles[node.range()] {
+                    near.add(triangle, point);
+                }
+            } else {
+                stack[top] = index as u32 + 1;
+                stack[top + 1] = node.right;
+                top += 2;
+            }
+        }
+        far / (2.0 * TAU) + near.turns()
+    }
+}
+
+/// The winding number by summing every triangle; the reference for [`Winding`].
+#[cfg(test)]
+pub(super) fn brute_force(triangles: &[[Point3<f64>; 3]], point: &Point3<f64>) -> f64 {
+    let mut sum = 0.0;
+    for triangle in triangles {
+        let (cosine, sine) = half_solid_angle(triangle, point);
+        sum += sine.atan2(cosine) / TAU;
+    }
+    sum
+}
+
+impl Moments {
+    fn of(triangles: &[[Point3<f64>; 3]]) -> Self {
+        let mut area = 0.0;
+        let mut weighted = Vector3::zeros();
+        let mut plain = Vector3::zeros();
+        for [a, b, c] in triangles {
+            let doubled = (b - a).cross(&(c - a)).norm();
+            let third = (a.coords + b.coords + c.coords) / 3.0;
+            area += doubled;
+            weighted += third * doubled;
+            plain += third;
+        }
+        let centre = Point3::from(if area > 0.0 { weighted / area } else { plain / triangles.len() as f64 });
+        let mut moments = Self { centre, reach_squared: 0.0, dipole: Vector3::zeros(), quadrupole: [0.0; 6] };
+        let mut radius_squared: f64 = 0.0;
+        for [a, b, c] in triangles {
+            let vector = (b - a).cross(&(c - a)) * 0.5;
+            let arm = ((a - centre) + (b - centre) + (c - centre)) / 3.0;
+            moments.dipole += vector;
+            moments.quadrupole[0] += vector.x * arm.x;
+            moments.quadrupole[1] += vector.y * arm.y;
+            moments.quadrupole[2] += vector.z * arm.z;
+            moments.quadrupole[3] += 0.5 * (vector.x * arm.y + vector.y * arm.x);
+            moments.quadrupole[4] += 0.5 * (vector.x * arm.z + vector.z * arm.x);
+            moments.quadrupole[5] += 0.5 * (vector.y * arm.z + vector.z * arm.y);
+            for corner in [a, b, c] {
+                radius_squared = radius_squared.max((corner - centre).norm_squared());
+            }
+        }
+        moments.reach_squared = radius_squared * (ACCURACY * ACCURACY);
+        moments
+    }
+
+    /// Solid angle from afar; `offset` = centre − query. First and second term of Barill et al., equation (13).
+    fn far_field(&self, offset: &Vector3<f64>, distance_squared: f64) -> f64 {
+        let inverse_squared = 1.0 / distance_squared;
+        let inverse_cubed = inverse_squared * inverse_squared.sqrt();
+        let [xx, yy, zz, xy, xz, yz] = self.quadrupole;
+        let (x, y, z) = (offset.x, offset.y, offset.z);
+        let along = xx * x * x + yy * y * y + zz * z * z + 2.0 * (xy * x * y + xz * x * z + yz * y * z);
+        (self.dipole.dot(offset) + (xx + yy + zz) - 3.0 * along * inverse_squared) * inverse_cubed
+    }
+}
+
+/// Cosine and sine, up to a common positive factor, of half the solid angle of a triangle (Van Oosterom & Strackee,
+/// equation 8).
+fn half_solid_angle([a, b, c]: &[Point3<f64>; 3], point: &Point3<f64>) -> (f64, f64) {
+    let (a, b, c) = (a - point, b - point, c - point);
+    let (la, lb, lc) = (a.norm(), b.norm(), c.norm());
+    (la * lb * lc + a.dot(&b) * lc + b.dot(&c) * la + c.dot(&a) * lb, a.dot(&b.cross(&c)))
+}
+
+/// A sum of half solid angles kept as a complex number and a count of whole turns, so that no arc tangent is taken per
+/// triangle.
+struct SolidAngle {
+    cosine: f64,
+    sine: f64,
+    turns: i32,
+}
+
+impl Default for SolidAngle {
+    fn default() -> Self {
+        Self { cosine: 1.0, sine: 0.0, turns: 0 }
+    }
+}
+
+impl SolidAngle {
+    fn add(&mut self, triangle: &[Point3<f64>; 3], point: &Point3<f64>) {
+        let (cosine, sine) = half_solid_angle(triangle, point);
+        let scale = cosine.abs().max(sine.abs());
+        if scale == 0.0 {
+            return;
+        }
+        let (cosine, sine) = (cosine / scale, sine / scale);
+        let (old, new) = (self.sine, self.sine * cosine + self.cosine * sine);
+        self.cosine = self.cosine * cosine - self.sine * sine;
+        // Adding 0 turns −0 into 0: a half turn has one representation.
+        self.sine = new + 0.0;
+        if old >= 0.0 && sine > 0.0 && new < 0.0 {
+            self.turns += 1;
+        } else if old < 0.0 && sine < 0.0 && new >= 0.0 {
+            self.turns -= 1;
+        }
+        self.rescale();
+    }
+
+    /// Keeps the magnitude near 1; factors lie in [1, √2], so once in a while is enough.
+    fn rescale(&mut self) {
+        let size = self.cosine.abs().max(self.sine.abs());
+        if size > 1e100 {
+            self.cosine /= size;
+            self.sine /= size;
+        }
+    }
+
+    /// The solid angle over 4π.
+    fn turns(&self) -> f64 {
+        self.sine.atan2(self.cosine) / TAU + f64::from(self.turns)
+    }
+}
