@@ -1,1 +1,34 @@
-//! stub
+//! What travels between `shatterd` and its clients, and where the two meet. Nothing else.
+//!
+//! A **request** ([`request::StrikeWire`], [`control::ControlWire`]) is fixed-size plain old data. The daemon copies it
+//! once and then validates the copy into a typed value: the sender can still write to its own memory.
+//!
+//! An **answer** is a header ([`answer::AnswerHeader`]), a section table, and sections of 64-byte [`answer::Block`]s.
+//! [`layout::Layout`] computes every offset from counts before a byte is written; [`view::Checked`] checks every offset,
+//! alignment, count and index before a byte is used.
+//!
+//! A **refusal** ([`refusal::Refusal`]) has one noun per rule. It never travels in an answer: an unanswered request means
+//! that the reason waits at the control service, so that an exhausted pool of answers silences no refusal.
+//!
+//! On the wire: little-endian (both ends run on one machine), right-handed, +Y up, metres, kilograms, seconds,
+//! counter-clockwise seen from outside.
+
+pub mod answer;
+pub mod control;
+pub mod hello;
+pub mod layout;
+pub mod name;
+pub mod place;
+pub mod refusal;
+pub mod request;
+mod text;
+pub mod transport;
+pub mod view;
+
+pub use refusal::{Fault, Kind, Refusal};
+
+/// Version of everything in this crate that travels. Any change of size or meaning raises it.
+pub const PROTOCOL_VERSION: u32 = 1;
+
+/// Version of the transport. iceoryx2 demands the same on both sides, patch included.
+pub const TRANSPORT_VERSION: &str = "iceoryx2 0.10.0";

@@ -1,0 +1,281 @@
+//! An answer: header, section table, sections.
+//!
+//! The header travels as the transport's user header. The payload is a slice of [`Block`]s: first the section table, one
+//! [`SectionWire`] per section, then the sections in the order of [`SectionKind::ALL`], each beginning at a multiple of
+//! 64 bytes. Index values and merge pairs are relative to the first vertex of their fragment; everything else counts from
+//! the beginning of its section.
+//!
+//! Vertex sets belong to runs: a vertex on the rim of two runs appears in both, at bitwise equal positions, and the merge
+//! pairs say which ones are the same, so that a fragment is provably closed although its normals split (after Manifold,
+//! *merge vectors*).
+
+use crate::name::OBJECT_NAME_MAX;
+use crate::text;
+use bytemuck::{Pod, Zeroable};
+use iceoryx2::prelude::ZeroCopySend;
+
+/// First bytes of every answer.
+pub const ANSWER_MAGIC: u32 = u32::from_le_bytes(*b"SHTa");
+
+/// The element in which answers are lent: its alignment is the alignment of every section.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
+#[repr(C)]
+#[repr(align(64))]
+#[type_name("shatter.Block.v1")]
+pub struct Block {
+    /// Whatever the section table says.
+    pub bytes: [u8; 64],
+}
+
+/// Bytes per [`Block`], and alignment of every section.
+pub const BLOCK_BYTES: usize = size_of::<Block>();
+
+/// Header of an answer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
+#[repr(C)]
+#[type_name("shatter.AnswerHeader.v1")]
+pub struct AnswerHeader {
+    /// [`ANSWER_MAGIC`].
+    pub magic: u32,
+    /// [`crate::PROTOCOL_VERSION`].
+    pub version: u32,
+    /// 1: answered. Refusals travel over the control service.
+    pub status: u32,
+    /// Entries of the section table.
+    pub sections: u32,
+    /// Bytes of the payload that count; the lent slice may be longer.
+    pub used_bytes: u64,
+    /// Sequence of the request that is answered.
+    pub sequence: u64,
+    /// Zero.
+    pub reserved: [u64; 4],
+}
+
+/// Entry of the section table.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
+#[repr(C)]
+pub struct SectionWire {
+    /// [`SectionKind`] as a number.
+    pub kind: u32,
+    /// Bytes per element.
+    pub element_bytes: u32,
+    /// First byte, counted from the beginning of the payload; a multiple of 64.
+    pub offset: u64,
+    /// Length in bytes, without padding; a multiple of `element_bytes`.
+    pub length: u64,
+}
+
+/// The sections of an answer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
+pub enum SectionKind {
+    /// One [`SummaryWire`].
+    Summary = 1,
+    /// One [`StageWire`] per stage.
+    Stages = 2,
+    /// One [`FragmentWire`] per fragment.
+    Fragments = 3,
+    /// One [`RunWire`] per run.
+    Runs = 4,
+    /// Pairs of u32: (from, to) vertices of one fragment that are the same point.
+    Merges = 5,
+    /// Three f32 per vertex, m, relative to the fragment's centre of mass.
+    Positions = 6,
+    /// One u32 per corner, three per triangle, counter-clockwise from outside.
+    Indices = 7,
+}
+
+impl SectionKind {
+    /// All sections, in the order in which they lie in the payload.
+    pub const ALL: [Self; 7] =
+        [Self::Summary, Self::Stages, Self::Fragments, Self::Runs, Self::Merges, Self::Positions, Self::Indices];
+
+    /// The name used in JSON.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Summary => "summary",
+            Self::Stages => "stages",
+            Self::Fragments => "fragments",
+            Self::Runs => "runs",
+            Self::Merges => "merges",
+            Self::Positions => "positions",
+            Self::Indices => "indices",
+        }
+    }
+
+    /// Bytes per element.
+    pub fn element_bytes(self) -> usize {
+        match self {
+            Self::Summary => size_of::<SummaryWire>(),
+            Self::Stages => size_of::<StageWire>(),
+            Self::Fragments => size_of::<FragmentWire>(),
+            Self::Runs => size_of::<RunWire>(),
+            Self::Merges => size_of::<[u32; 2]>(),
+            Self::Positions => size_of::<[f32; 3]>(),
+            Self::Indices => size_of::<u32>(),
+        }
+    }
+}
+
+/// Which rule produced the fracture degree; the numbers of [`SummaryWire::degree_source`].
+pub const DEGREE_SOURCES: [&str; 6] = ["threshold", "closed_form", "inferred", "verified", "optimised", "forced"];
+
+/// What stopped the strike; the numbers of [`SummaryWire::stop_reason`].
+pub const STOP_REASONS: [&str; 2] = ["complete", "cap"];
+
+/// Stages, by the number in [`StageWire::stage`].
+pub const STAGES: [&str; 8] =
+    ["load", "elasticity", "threshold", "degree", "centroidal", "labels", "tessellation", "fragments"];
+
+/// The facts of a strike.
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct SummaryWire {
+    /// UTF-8.
+    pub object: [u8; OBJECT_NAME_MAX],
+    /// Bytes of `object` that count.
+    pub object_length: u32,
+    /// Index into [`DEGREE_SOURCES`].
+    pub degree_source: u32,
+    /// Sites asked of the diagram.
+    pub sites: u32,
+    /// n of the criterion; 1: the object stays whole.
+    pub fracture_degree: u32,
+    /// 1 if the object's cap on the degree was reached.
+    pub capped: u32,
+    /// Index into [`STOP_REASONS`].
+    pub stop_reason: u32,
+    /// Contacts of the request, that is, entries of `radius_m`.
+    pub contacts: u32,
+    /// Zero.
+    pub reserved: u32,
+    /// γ used, J·m².
+    pub gamma_j_m2: f64,
+    /// E_1/γ.
+    pub e1_over_gamma: f64,
+    /// Factor on the impulses at which the object just breaks, √(γ/E_1).
+    pub threshold_impulse_factor: f64,
+    /// 0 to 1.
+    pub confidence: f64,
+    /// Seed used.
+    pub seed: u64,
+    /// Names this answer for later strikes; zero: not kept.
+    pub handle: u64,
+    /// Contact radii used, m: at least a multiple of the elastic spacing.
+    pub radius_m: [f64; crate::request::CONTACTS_MAX],
+}
+
+impl SummaryWire {
+    /// The object's name, for showing.
+    pub fn object(&self) -> String {
+        text::show(&self.object, self.object_length)
+    }
+
+    /// Sets the object's name.
+    pub fn set_object(&mut self, name: &str) {
+        self.object_length = text::put(&mut self.object, name);
+    }
+
+    /// Name of the rule that produced the degree.
+    pub fn degree_source(&self) -> &'static str {
+        DEGREE_SOURCES.get(self.degree_source as usize).copied().unwrap_or("unknown")
+    }
+
+    /// Name of what stopped the strike.
+    pub fn stop_reason(&self) -> &'static str {
+        STOP_REASONS.get(self.stop_reason as usize).copied().unwrap_or("unknown")
+    }
+}
+
+/// What one stage did.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
+#[repr(C)]
+pub struct StageWire {
+    /// Index into [`STAGES`].
+    pub stage: u32,
+    /// 1 if it ran.
+    pub ran: u32,
+    /// Time it took, ns; the only part of an answer that differs between equal strikes.
+    pub ns: u64,
+    /// Bytes of results it produced.
+    pub bytes: u64,
+}
+
+impl StageWire {
+    /// The stage's name.
+    pub fn name(&self) -> &'static str {
+        STAGES.get(self.stage as usize).copied().unwrap_or("unknown")
+    }
+}
+
+/// Neighbour of an outer run: nobody.
+pub const OUTER: u32 = u32::MAX;
+
+/// Triangles of one fragment that face one neighbour, or the outside. The outer run, if any, comes first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
+#[repr(C)]
+pub struct RunWire {
+    /// The fragment it belongs to.
+    pub fragment: u32,
+    /// The fragment on the other side, or [`OUTER`].
+    pub neighbour: u32,
+    /// First vertex in the positions.
+    pub vertex_first: u32,
+    /// Number of vertices.
+    pub vertex_count: u32,
+    /// First index in the indices.
+    pub index_first: u32,
+    /// Number of indices.
+    pub index_count: u32,
+    /// 0: outer. 1: crack.
+    pub material: u32,
+    /// Zero.
+    pub reserved: u32,
+}
+
+/// One fragment.
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct FragmentWire {
+    /// Position in the table.
+    pub id: u32,
+    /// Body (component of the object) it comes from.
+    pub body: u32,
+    /// First vertex in the positions.
+    pub vertex_first: u32,
+    /// Number of vertices.
+    pub vertex_count: u32,
+    /// First index in the indices.
+    pub index_first: u32,
+    /// Number of indices, three per triangle.
+    pub index_count: u32,
+    /// First run.
+    pub run_first: u32,
+    /// Number of runs.
+    pub run_count: u32,
+    /// First merge pair.
+    pub merge_first: u32,
+    /// Number of merge pairs.
+    pub merge_count: u32,
+    /// Zero.
+    pub reserved: [u32; 2],
+    /// Volume, m³.
+    pub volume_m3: f64,
+    /// Mass, kg.
+    pub mass_kg: f64,
+    /// Centre of mass in the coordinates of the mesh file, m.
+    pub centre_m: [f64; 3],
+    /// Inertia tensor about the centre, kg·m²: xx, yy, zz, xy, xz, yz.
+    pub inertia_kg_m2: [f64; 6],
+    /// Distance-weighted energy of the cell it belongs to, J·m².
+    pub energy_j_m2: f64,
+}
+
+const _: () = assert!(size_of::<Block>() == 64 && align_of::<Block>() == 64);
+const _: () = assert!(size_of::<AnswerHeader>() == 64);
+const _: () = assert!(size_of::<SectionWire>() == 24);
+const _: () = assert!(size_of::<SummaryWire>() == 208);
+const _: () = assert!(size_of::<StageWire>() == 24);
+const _: () = assert!(size_of::<RunWire>() == 32);
+const _: () = assert!(size_of::<FragmentWire>() == 144);
+const _: () = assert!(crate::PROTOCOL_VERSION == 1, "sizes above are those of version 1");

@@ -1,0 +1,338 @@
+//! The small service beside the strikes: what is loaded, how it goes, and why a strike was closed without an answer.
+//!
+//! It is answered by the daemon's waiting thread from a pool of its own, so neither a full queue nor an exhausted pool of
+//! answers silences it.
+
+use crate::answer::{Block, STAGES};
+use crate::name::OBJECT_NAME_MAX;
+use crate::refusal::RefusalWire;
+use crate::request::{REQUEST_MAGIC, head};
+use crate::{Kind, PROTOCOL_VERSION, Refusal, text};
+use bytemuck::{Pod, Zeroable};
+use iceoryx2::prelude::ZeroCopySend;
+
+/// Rows that one reply carries at most; a longer list is asked for in parts.
+pub const ROWS_MAX: usize = 64;
+
+/// Blocks that one reply needs at most.
+pub const REPLY_BLOCKS: usize = (ROWS_MAX * size_of::<ObjectRow>()).div_ceil(size_of::<Block>());
+
+/// What is asked.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Question {
+    /// Objects, from this position on. Rows are [`ObjectRow`]s.
+    List(u32),
+    /// How the service goes. One [`StatusRow`].
+    Status,
+    /// Why the strike with this sequence was closed without an answer. One [`RefusalWire`], or no row if the service
+    /// knows nothing of it.
+    Verdict(u64),
+}
+
+/// A question as it travels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
+#[repr(C)]
+#[type_name("shatter.Control.v1")]
+pub struct ControlWire {
+    /// [`REQUEST_MAGIC`].
+    pub magic: u32,
+    /// [`PROTOCOL_VERSION`].
+    pub version: u32,
+    /// 1: list. 2: status. 3: verdict.
+    pub question: u32,
+    /// First row of a list, else zero.
+    pub first: u32,
+    /// Sequence of the strike a verdict is asked about, else zero.
+    pub sequence: u64,
+    /// The client's listener: woken with the reply, and the owner of the strike.
+    pub listener: [u8; 16],
+    /// Zero.
+    pub reserved: [u64; 8],
+}
+
+/// Header of a reply.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
+#[repr(C)]
+#[type_name("shatter.ControlHeader.v1")]
+pub struct ControlHeader {
+    /// [`REQUEST_MAGIC`].
+    pub magic: u32,
+    /// [`PROTOCOL_VERSION`].
+    pub version: u32,
+    /// Rows in this reply.
+    pub rows: u32,
+    /// Rows there are.
+    pub total: u32,
+    /// Bytes per row.
+    pub row_bytes: u32,
+    /// 1 if the rows are one refusal of the question itself.
+    pub refused: u32,
+    /// Zero.
+    pub reserved: [u64; 5],
+}
+
+/// An object, loaded or not.
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct ObjectRow {
+    /// UTF-8.
+    pub name: [u8; OBJECT_NAME_MAX],
+    /// Bytes of `name` that count.
+    pub name_length: u32,
+    /// 1: ready. 0: `refusal` says why not, and everything else is zero.
+    pub ready: u32,
+    /// Bodies (components).
+    pub bodies: u32,
+    /// Cap on the degree.
+    pub degree_max: u32,
+    /// Nodes of the elastic lattices.
+    pub elastic_nodes: u32,
+    /// Nodes of the crack lattices.
+    pub crack_nodes: u32,
+    /// Bytes of `material` that count.
+    pub material_length: u32,
+    /// Zero.
+    pub reserved: u32,
+    /// UTF-8.
+    pub material: [u8; 32],
+    /// γ, J·m².
+    pub gamma_j_m2: f64,
+    /// Young's modulus, Pa.
+    pub young_pa: f64,
+    /// Poisson's ratio.
+    pub poisson: f64,
+    /// Density, kg/m³.
+    pub density_kg_m3: f64,
+    /// Volume, m³.
+    pub volume_m3: f64,
+    /// Diagonal of the bounding box, m.
+    pub diagonal_m: f64,
+    /// Centre of the bounding box, m.
+    pub centre_m: [f64; 3],
+    /// Default contact radius, m.
+    pub radius_m: f64,
+    /// Default contact duration, s.
+    pub duration_s: f64,
+    /// Why the object could not be loaded.
+    pub refusal: RefusalWire,
+}
+
+/// Times of one stage, ns, since the daemon started.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+#[repr(C)]
+pub struct Latency {
+    /// How often it ran.
+    pub count: u64,
+    /// Median.
+    pub p50_ns: u64,
+    /// 90th percentile.
+    pub p90_ns: u64,
+    /// 99th percentile.
+    pub p99_ns: u64,
+    /// Longest.
+    pub max_ns: u64,
+}
+
+/// How the service goes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
+#[repr(C)]
+pub struct StatusRow {
+    /// Process id of the daemon.
+    pub pid: u32,
+    /// Objects ready.
+    pub objects_ready: u32,
+    /// Objects that could not be loaded.
+    pub objects_failed: u32,
+    /// Threads that compute.
+    pub threads: u32,
+    /// Strikes computing now.
+    pub running: u32,
+    /// Strikes waiting now.
+    pub queued: u32,
+    /// Strikes that may wait.
+    pub queue_max: u32,
+    /// Clients connected now.
+    pub clients: u32,
+    /// Buckets of answers.
+    pub buckets: u32,
+    /// Zero.
+    pub reserved: u32,
+    /// Bytes per bucket.
+    pub bucket_bytes: u64,
+    /// Time since the daemon started, ns.
+    pub uptime_ns: u64,
+    /// Strikes answered.
+    pub answered: u64,
+    /// Strikes refused as wrong.
+    pub refused: u64,
+    /// Strikes refused because the service was full.
+    pub busy: u64,
+    /// Strikes that failed inside the service.
+    pub failed: u64,
+    /// Strikes whose client gave up or vanished.
+    pub cancelled: u64,
+    /// From the arrival of a strike to its answer.
+    pub strike: Latency,
+    /// By stage, in the order of [`STAGES`].
+    pub stages: [Latency; STAGES.len()],
+}
+
+const _: () = assert!(size_of::<ControlWire>() == 104);
+const _: () = assert!(size_of::<ControlHeader>() == 64);
+const _: () = assert!(size_of::<ObjectRow>() == 616);
+const _: () = assert!(size_of::<StatusRow>() == 40 + 7 * 8 + 9 * 40);
+
+impl Question {
+    /// Writes the question for the wire.
+    pub fn wire(self, listener: [u8; 16]) -> ControlWire {
+        let (question, first, sequence) = match self {
+            Self::List(first) => (1, first, 0),
+            Self::Status => (2, 0, 0),
+            Self::Verdict(sequence) => (3, 0, sequence),
+        };
+        let (magic, version) = (REQUEST_MAGIC, PROTOCOL_VERSION);
+        ControlWire { magic, version, question, first, sequence, listener, reserved: [0; 8] }
+    }
+}
+
+impl ControlWire {
+    /// Understands a private copy of a question. Never panics, whatever the bytes.
+    pub fn validate(&self) -> Result<Question, Refusal> {
+        head(self.magic, self.version)?;
+        if let Some(i) = self.reserved.iter().position(|word| *word != 0) {
+            return Err(Refusal::new(Kind::ReservedField, format!("reserved[{i}]"), "reserved words must be zero"));
+        }
+        match (self.question, self.first, self.sequence) {
+            (1, first, 0) => Ok(Question::List(first)),
+            (2, 0, 0) => Ok(Question::Status),
+            (3, 0, sequence) => Ok(Question::Verdict(sequence)),
+            (other, ..) => Err(Refusal::new(Kind::UnknownRequest, other.to_string(), "no such question")),
+        }
+    }
+}
+
+/// A type whose rows travel in replies.
+pub trait Row: Pod {}
+impl Row for ObjectRow {}
+impl Row for StatusRow {}
+impl Row for RefusalWire {}
+
+/// Blocks needed for `rows` rows of type `R`.
+pub fn blocks<R: Row>(rows: usize) -> usize {
+    (rows * size_of::<R>()).div_ceil(size_of::<Block>())
+}
+
+/// Writes rows into a payload of at least [`blocks`] blocks and returns the header; what does not fit is left out.
+pub fn write<R: Row>(payload: &mut [Block], rows: &[R], total: usize, refused: bool) -> ControlHeader {
+    let bytes: &mut [u8] = bytemuck::cast_slice_mut(payload);
+    let rows = &rows[..rows.len().min(bytes.len() / size_of::<R>())];
+    let source: &[u8] = bytemuck::cast_slice(rows);
+    bytes[..source.len()].copy_from_slice(source);
+    bytes[source.len()..].fill(0);
+    ControlHeader {
+        magic: REQUEST_MAGIC,
+        version: PROTOCOL_VERSION,
+        rows: rows.len() as u32,
+        total: total as u32,
+        row_bytes: size_of::<R>() as u32,
+        refused: u32::from(refused),
+        reserved: [0; 5],
+    }
+}
+
+/// Reads the rows of a reply, checked; the error may also be the service's refusal of the question.
+pub fn read<R: Row>(header: &ControlHeader, payload: &[Block]) -> Result<Vec<R>, Refusal> {
+    head(header.magic, header.version).map_err(|refusal| bad(refusal.message))?;
+    if header.refused != 0 {
+        let rows = copy::<RefusalWire>(header, payload)?;
+        return Err(rows.first().map_or_else(|| bad("a refusal without a row"), Refusal::from));
+    }
+    copy(header, payload)
+}
+
+fn copy<R: Row>(header: &ControlHeader, payload: &[Block]) -> Result<Vec<R>, Refusal> {
+    let size = size_of::<R>();
+    let rows = header.rows as usize;
+    let bytes: &[u8] = bytemuck::cast_slice(payload);
+    let bytes = rows.checked_mul(size).and_then(|length| bytes.get(..length));
+    match bytes {
+        Some(bytes) if header.row_bytes as usize == size && rows <= ROWS_MAX => {
+            Ok(bytes.chunks_exact(size).map(bytemuck::pod_read_unaligned).collect())
+        }
+        _ => Err(bad(format!("{rows} rows of {} bytes", header.row_bytes))),
+    }
+}
+
+fn bad(what: impl std::fmt::Display) -> Refusal {
+    Refusal::new(Kind::BadAnswer, "control", format!("the reply of the control service is not well formed: {what}"))
+}
+
+impl ObjectRow {
+    /// The object's name, for showing.
+    pub fn name(&self) -> String {
+        text::show(&self.name, self.name_length)
+    }
+
+    /// Sets the object's name.
+    pub fn set_name(&mut self, name: &str) {
+        self.name_length = text::put(&mut self.name, name);
+    }
+
+    /// The material's name.
+    pub fn material(&self) -> String {
+        text::show(&self.material, self.material_length)
+    }
+
+    /// Sets the material's name.
+    pub fn set_material(&mut self, name: &str) {
+        self.material_length = text::put(&mut self.material, name);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn questions_survive_the_wire() {
+        for question in [Question::List(7), Question::Status, Question::Verdict(u64::MAX)] {
+            assert_eq!(question.wire([3; 16]).validate().unwrap(), question);
+        }
+        let mut wire = Question::Status.wire([0; 16]);
+        wire.reserved[2] = 1;
+        assert_eq!(wire.validate().unwrap_err().at, "reserved[2]");
+    }
+
+    #[test]
+    fn rows_survive_the_wire() {
+        let mut row = ObjectRow::zeroed();
+        row.set_name("Bär");
+        let rows = vec![row; 3];
+        let mut payload = vec![Block::zeroed(); blocks::<ObjectRow>(3)];
+        let header = write(&mut payload, &rows, 9, false);
+        assert_eq!((header.rows, header.total), (3, 9));
+        assert_eq!(read::<ObjectRow>(&header, &payload).unwrap(), rows);
+        assert_eq!(read::<StatusRow>(&header, &payload).unwrap_err().kind, Kind::BadAnswer);
+    }
+
+    #[test]
+    fn a_refused_question_comes_back_as_such() {
+        let refusal = Refusal::new(Kind::UnknownRequest, "9", "no such question");
+        let mut payload = vec![Block::zeroed(); REPLY_BLOCKS];
+        let header = write(&mut payload, &[RefusalWire::from(&refusal)], 1, true);
+        assert_eq!(read::<StatusRow>(&header, &payload).unwrap_err(), refusal);
+    }
+
+    proptest! {
+        #[test]
+        fn random_bytes_never_panic(question in proptest::collection::vec(any::<u8>(), 104), rows in any::<u32>()) {
+            let wire: ControlWire = bytemuck::pod_read_unaligned(&question);
+            prop_assert!(wire.validate().is_err());
+            let payload = vec![Block::zeroed(); 3];
+            let mut header = write::<StatusRow>(&mut payload.clone(), &[], 0, rows % 2 == 0);
+            header.rows = rows;
+            prop_assert!(rows == 0 || read::<StatusRow>(&header, &payload).is_err());
+        }
+    }
+}

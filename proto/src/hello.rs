@@ -1,0 +1,76 @@
+//! The file by which a client tells absence from a mismatch. Its name carries no version, and a client of any version can
+//! read the fields it needs to say what is wrong.
+
+use crate::{Kind, PROTOCOL_VERSION, Refusal, TRANSPORT_VERSION};
+use serde::{Deserialize, Serialize};
+
+/// What a daemon says about itself.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Hello {
+    /// Its [`PROTOCOL_VERSION`].
+    pub protocol: u32,
+    /// Its [`TRANSPORT_VERSION`].
+    pub transport: String,
+    /// Version of the program.
+    #[serde(default)]
+    pub program: String,
+    /// Its process id.
+    #[serde(default)]
+    pub pid: u32,
+}
+
+impl Hello {
+    /// What this build says as process `pid`.
+    pub fn ours(pid: u32) -> Self {
+        Self {
+            protocol: PROTOCOL_VERSION,
+            transport: TRANSPORT_VERSION.to_owned(),
+            program: env!("CARGO_PKG_VERSION").to_owned(),
+            pid,
+        }
+    }
+
+    /// The file's contents.
+    pub fn to_json(&self) -> String {
+        // A struct of numbers and strings always serialises.
+        serde_json::to_string_pretty(self).unwrap_or_default()
+    }
+
+    /// Reads the file's contents.
+    pub fn from_json(json: &str) -> Result<Self, Refusal> {
+        serde_json::from_str(json).map_err(|error| {
+            let message = format!("the daemon's hello cannot be read: {error}");
+            Refusal::new(Kind::VersionMismatch, "hello", message)
+        })
+    }
+
+    /// Refuses a daemon that this build cannot talk to, naming both versions.
+    pub fn check(&self) -> Result<(), Refusal> {
+        let theirs = format!("protocol {}, {}", self.protocol, self.transport);
+        let ours = format!("protocol {PROTOCOL_VERSION}, {TRANSPORT_VERSION}");
+        if theirs == ours {
+            return Ok(());
+        }
+        let message = format!("the daemon speaks {theirs}; this client speaks {ours}");
+        Err(Refusal::new(Kind::VersionMismatch, theirs, message))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_mismatch_names_both_versions() {
+        let other = r#"{"protocol": 9, "transport": "iceoryx2 1.0.0", "something": "new"}"#;
+        let refusal = Hello::from_json(other).unwrap().check().unwrap_err();
+        assert_eq!(refusal.kind, Kind::VersionMismatch);
+        for version in ["protocol 9", "iceoryx2 1.0.0", "protocol 1", "iceoryx2 0.10.0"] {
+            assert!(refusal.message.contains(version), "{refusal}");
+        }
+        let ours = Hello::ours(7);
+        assert_eq!(Hello::from_json(&ours.to_json()).unwrap(), ours);
+        assert!(ours.check().is_ok());
+        assert_eq!(Hello::from_json("{").unwrap_err().kind, Kind::VersionMismatch);
+    }
+}

@@ -1,0 +1,181 @@
+//! From counts to offsets: where every section of an answer lies before a byte of it is written.
+
+use crate::PROTOCOL_VERSION;
+use crate::answer::{
+    ANSWER_MAGIC, AnswerHeader, BLOCK_BYTES, Block, FragmentWire, RunWire, STAGES, SectionKind, SectionWire, StageWire,
+    SummaryWire,
+};
+use bytemuck::Zeroable;
+
+/// Number of sections of an answer.
+pub const SECTIONS: usize = SectionKind::ALL.len();
+
+/// Bytes of the section table.
+pub const TABLE_BYTES: usize = SECTIONS * size_of::<SectionWire>();
+
+/// How many elements the sections hold that depend on the strike.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// Fragments.
+    pub fragments: usize,
+    /// Runs.
+    pub runs: usize,
+    /// Merge pairs.
+    pub merges: usize,
+    /// Vertices.
+    pub vertices: usize,
+    /// Indices.
+    pub indices: usize,
+}
+
+/// Offsets and lengths of all sections.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Layout {
+    table: [SectionWire; SECTIONS],
+    used_bytes: u64,
+}
+
+/// The sections of a payload, to be written.
+pub struct Sections<'a> {
+    /// The facts.
+    pub summary: &'a mut SummaryWire,
+    /// One row per stage, in the order of [`STAGES`].
+    pub stages: &'a mut [StageWire],
+    /// One row per fragment.
+    pub fragments: &'a mut [FragmentWire],
+    /// One row per run.
+    pub runs: &'a mut [RunWire],
+    /// Merge pairs.
+    pub merges: &'a mut [[u32; 2]],
+    /// Positions.
+    pub positions: &'a mut [[f32; 3]],
+    /// Indices.
+    pub indices: &'a mut [u32],
+}
+
+impl Layout {
+    /// Lays out an answer. Counts beyond 2³² elements per section cannot be addressed by the tables and give `None`.
+    pub fn new(counts: &Counts) -> Option<Self> {
+        let mut table = [SectionWire::zeroed(); SECTIONS];
+        let mut end = TABLE_BYTES as u64;
+        for (entry, kind) in table.iter_mut().zip(SectionKind::ALL) {
+            let elements = match kind {
+                SectionKind::Summary => 1,
+                SectionKind::Stages => STAGES.len(),
+                SectionKind::Fragments => counts.fragments,
+                SectionKind::Runs => counts.runs,
+                SectionKind::Merges => counts.merges,
+                SectionKind::Positions => counts.vertices,
+                SectionKind::Indices => counts.indices,
+            };
+            let elements = u32::try_from(elements).ok()?;
+            let element_bytes = kind.element_bytes() as u32;
+            let offset = end.next_multiple_of(BLOCK_BYTES as u64);
+            let length = u64::from(elements) * u64::from(element_bytes);
+            *entry = SectionWire { kind: kind as u32, element_bytes, offset, length };
+            end = offset + length;
+        }
+        Some(Self { table, used_bytes: end })
+    }
+
+    /// Bytes that count.
+    pub fn used_bytes(&self) -> u64 {
+        self.used_bytes
+    }
+
+    /// Blocks to lend.
+    pub fn blocks(&self) -> usize {
+        self.used_bytes.div_ceil(BLOCK_BYTES as u64) as usize
+    }
+
+    /// The header of the answer to request `sequence`.
+    pub fn header(&self, sequence: u64) -> AnswerHeader {
+        AnswerHeader {
+            magic: ANSWER_MAGIC,
+            version: PROTOCOL_VERSION,
+            status: 1,
+            sections: SECTIONS as u32,
+            used_bytes: self.used_bytes,
+            sequence,
+            reserved: [0; 4],
+        }
+    }
+
+    /// Writes the section table, zeroes the padding between sections, and hands out the sections, whose contents are
+    /// still whatever was there. `None` if `payload` is shorter than [`Self::blocks`].
+    pub fn split<'a>(&self, payload: &'a mut [Block]) -> Option<Sections<'a>> {
+        let bytes: &'a mut [u8] = bytemuck::cast_slice_mut(payload.get_mut(..self.blocks())?);
+        let (table, mut rest) = bytes.split_at_mut_checked(TABLE_BYTES)?;
+        table.copy_from_slice(bytemuck::bytes_of(&self.table));
+        let mut at = TABLE_BYTES as u64;
+        let mut parts = self.table.iter().map(|entry| {
+            let (padding, tail) = std::mem::take(&mut rest).split_at_mut_checked((entry.offset - at) as usize)?;
+            padding.fill(0);
+            let (section, tail) = tail.split_at_mut_checked(entry.length as usize)?;
+            (rest, at) = (tail, entry.offset + entry.length);
+            Some(section)
+        });
+        let mut next = || parts.next().flatten();
+        // Every section begins at a multiple of 64 bytes, so the casts cannot fail on alignment.
+        let sections = Sections {
+            summary: bytemuck::try_from_bytes_mut(next()?).ok()?,
+            stages: bytemuck::try_cast_slice_mut(next()?).ok()?,
+            fragments: bytemuck::try_cast_slice_mut(next()?).ok()?,
+            runs: bytemuck::try_cast_slice_mut(next()?).ok()?,
+            merges: bytemuck::try_cast_slice_mut(next()?).ok()?,
+            positions: bytemuck::try_cast_slice_mut(next()?).ok()?,
+            indices: bytemuck::try_cast_slice_mut(next()?).ok()?,
+        };
+        rest.fill(0);
+        Some(sections)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn an_answer_without_fragments_is_small() {
+        let layout = Layout::new(&Counts::default()).unwrap();
+        assert_eq!((layout.used_bytes(), layout.blocks()), (640, 10));
+    }
+
+    #[test]
+    fn counts_beyond_the_tables_are_refused() {
+        assert_eq!(Layout::new(&Counts { vertices: 1 << 32, ..Counts::default() }), None);
+    }
+
+    #[test]
+    fn a_short_payload_is_refused() {
+        let layout = Layout::new(&Counts::default()).unwrap();
+        let mut payload = vec![Block::zeroed(); layout.blocks() - 1];
+        assert!(layout.split(&mut payload).is_none());
+    }
+
+    proptest! {
+        #[test]
+        fn sections_are_aligned_disjoint_and_as_long_as_asked(
+            (fragments, runs, merges, vertices, indices) in (0usize..9, 0usize..9, 0usize..99, 0usize..99, 0usize..99),
+        ) {
+            let counts = Counts { fragments, runs, merges, vertices, indices };
+            let layout = Layout::new(&counts).unwrap();
+            let mut payload = vec![Block { bytes: [0xaa; 64] }; layout.blocks()];
+            let base = payload.as_ptr() as usize;
+            let sections = layout.split(&mut payload).unwrap();
+            prop_assert_eq!(sections.positions.len(), vertices);
+            prop_assert_eq!((sections.merges.len(), sections.indices.len()), (merges, indices));
+            prop_assert_eq!((sections.fragments.len(), sections.runs.len()), (fragments, runs));
+            prop_assert_eq!((sections.positions.as_ptr() as usize - base) % 64, 0);
+            for pair in layout.table.windows(2) {
+                prop_assert!(pair[0].offset + pair[0].length <= pair[1].offset && pair[1].offset % 64 == 0);
+            }
+            // Padding and tail are zeroed, sections are left alone.
+            let sum: u64 = layout.table.iter().map(|entry| entry.length).sum();
+            let bytes: &[u8] = bytemuck::cast_slice(&payload);
+            let touched = bytes[TABLE_BYTES..].iter().filter(|byte| **byte == 0xaa).count();
+            prop_assert_eq!(touched as u64, sum);
+        }
+    }
+}

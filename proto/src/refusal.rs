@@ -1,0 +1,270 @@
+//! Why something was not done: a closed set of nouns, whose fault it is, whether to try again, and the offender.
+
+use crate::text;
+use bytemuck::{Pod, Zeroable};
+use iceoryx2::prelude::ZeroCopySend;
+
+/// Whose fault a refusal is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Fault {
+    /// The request is wrong; sending it again changes nothing.
+    Caller,
+    /// The service could not do what it should, or not now.
+    Service,
+    /// Something around both: no daemon, no memory, no rights.
+    Environment,
+}
+
+impl Fault {
+    /// The word used in JSON.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Caller => "caller",
+            Self::Service => "service",
+            Self::Environment => "environment",
+        }
+    }
+}
+
+/// Exit codes of both programs.
+pub mod exit {
+    /// Refused input: mesh, database, request.
+    pub const REFUSED: u8 = 3;
+    /// No daemon, or lost.
+    pub const ABSENT: u8 = 4;
+    /// Busy or late.
+    pub const BUSY: u8 = 5;
+    /// A fault of ours.
+    pub const OURS: u8 = 6;
+}
+
+macro_rules! kinds {
+    ($($(#[$doc:meta])* $code:literal $kind:ident $name:literal $fault:ident $exit:ident $retry:literal;)*) => {
+        /// One noun per rule.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+        #[repr(u32)]
+        pub enum Kind {
+            $($(#[$doc])* $kind = $code,)*
+        }
+
+        impl Kind {
+            /// Every kind, in the order of its codes.
+            pub const ALL: &[Self] = &[$(Self::$kind),*];
+
+            /// The number on the wire.
+            pub fn code(self) -> u32 {
+                self as u32
+            }
+
+            /// The kind with this number, if there is one.
+            pub fn from_code(code: u32) -> Option<Self> {
+                match code {
+                    $($code => Some(Self::$kind),)*
+                    _ => None,
+                }
+            }
+
+            /// The noun used in JSON and logs.
+            pub fn name(self) -> &'static str {
+                match self {
+                    $(Self::$kind => $name,)*
+                }
+            }
+
+            /// Whose fault it is.
+            pub fn fault(self) -> Fault {
+                match self {
+                    $(Self::$kind => Fault::$fault,)*
+                }
+            }
+
+            /// Whether the same request may succeed a little later.
+            pub fn retry(self) -> bool {
+                match self {
+                    $(Self::$kind => $retry,)*
+                }
+            }
+
+            /// Exit code of a command that ends with it.
+            pub fn exit_code(self) -> u8 {
+                match self {
+                    $(Self::$kind => exit::$exit,)*
+                }
+            }
+        }
+    };
+}
+
+kinds! {
+    /// The bytes are not a request of ours.
+    1 BadMagic "bad_magic" Caller REFUSED false;
+    /// The other side speaks another version.
+    2 VersionMismatch "version_mismatch" Environment ABSENT false;
+    /// No such kind of request.
+    3 UnknownRequest "unknown_request" Caller REFUSED false;
+    /// A field or byte that this version keeps free is not zero.
+    4 ReservedField "reserved_field" Caller REFUSED false;
+    /// The object's name is empty, too long or not UTF-8.
+    5 ObjectName "object_name" Caller REFUSED false;
+    /// The service has no object of this name.
+    6 UnknownObject "unknown_object" Caller REFUSED false;
+    /// The object's database could not be loaded.
+    7 CorruptObject "corrupt_object" Environment REFUSED false;
+    /// No contact, or more than there is room for.
+    8 ContactCount "contact_count" Caller REFUSED false;
+    /// A contact point is not finite.
+    9 ContactPoint "contact_point" Caller REFUSED false;
+    /// A contact point is farther from the body than its radius.
+    10 ContactTooFar "contact_too_far" Caller REFUSED false;
+    /// An impulse is zero or not finite.
+    11 Impulse "impulse" Caller REFUSED false;
+    /// A contact duration is negative or not finite.
+    12 ContactDuration "contact_duration" Caller REFUSED false;
+    /// A contact radius is negative or not finite.
+    13 ContactRadius "contact_radius" Caller REFUSED false;
+    /// γ is not above zero, or not finite.
+    14 Gamma "gamma" Caller REFUSED false;
+    /// A degree of zero, beyond the object's cap, or from an unknown source.
+    15 Degree "degree" Caller REFUSED false;
+    /// A lift that is unknown or that the object was not baked for.
+    16 Lift "lift" Caller REFUSED false;
+    /// An effect that this version does not have.
+    17 UnknownEffect "unknown_effect" Caller REFUSED false;
+    /// A budget that this version does not have, or that is not finite.
+    18 Budget "budget" Caller REFUSED false;
+    /// A convention other than the default.
+    19 Convention "convention" Caller REFUSED false;
+    /// No answer with this handle is kept.
+    20 UnknownHandle "unknown_handle" Caller REFUSED false;
+    /// The answer would exceed the caller's cap on fragments or bytes.
+    21 CapExceeded "cap_exceeded" Caller REFUSED false;
+    /// A name of a service that is not 1 to 32 letters, digits, `-` or `_`.
+    22 ServiceName "service_name" Caller REFUSED false;
+    /// A configuration key or value that cannot be used.
+    23 Configuration "configuration" Caller REFUSED false;
+    /// An output file could not be written.
+    24 Output "output" Environment REFUSED false;
+    /// The queue is full, or no answer can be lent.
+    40 Busy "busy" Service BUSY true;
+    /// The deadline passed first.
+    41 Late "late" Service BUSY true;
+    /// The daemon is ending.
+    42 Stopping "stopping" Service BUSY true;
+    /// The strike was cancelled.
+    43 Cancelled "cancelled" Caller REFUSED true;
+    /// The strike failed inside the service.
+    44 Failed "failed" Service OURS false;
+    /// The answer is larger than the buckets of the daemon.
+    45 AnswerTooLarge "answer_too_large" Service OURS false;
+    /// The answer did not pass the client's checks.
+    46 BadAnswer "bad_answer" Service OURS false;
+    /// A call of the transport failed.
+    47 Transport "transport" Service OURS false;
+    /// No daemon of this name runs.
+    60 NoDaemon "no_daemon" Environment ABSENT true;
+    /// The daemon went away while a request was with it.
+    61 Lost "lost" Environment ABSENT true;
+    /// Another daemon of this name runs.
+    62 SecondDaemon "second_daemon" Environment REFUSED false;
+    /// The runtime folder cannot be used.
+    63 RuntimeFolder "runtime_folder" Environment REFUSED false;
+    /// The shared memory of the machine is full.
+    64 SharedMemory "shared_memory" Environment OURS true;
+    /// The folder of databases cannot be read.
+    65 DatabaseFolder "database_folder" Environment REFUSED false;
+}
+
+/// Why something was not done.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{message}")]
+pub struct Refusal {
+    /// The rule.
+    pub kind: Kind,
+    /// The offender: an index, key, bit or path, as short text; may be empty.
+    pub at: String,
+    /// One sentence for people.
+    pub message: String,
+}
+
+impl Refusal {
+    /// A refusal by rule `kind` of offender `at`.
+    pub fn new(kind: Kind, at: impl Into<String>, message: impl Into<String>) -> Self {
+        Self { kind, at: at.into(), message: message.into() }
+    }
+
+    /// The document that both programs print under `--json`.
+    pub fn document(&self) -> serde_json::Value {
+        serde_json::json!({"error": {
+            "kind": self.kind.name(),
+            "message": self.message,
+            "fault": self.kind.fault().name(),
+            "retry": self.kind.retry(),
+            "at": self.at,
+        }})
+    }
+}
+
+/// A [`Refusal`] as it travels. Longer texts are cut.
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable, ZeroCopySend)]
+#[repr(C)]
+#[type_name("shatter.Refusal.v1")]
+pub struct RefusalWire {
+    /// [`Kind::code`].
+    pub kind: u32,
+    /// Bytes of `at` that count.
+    pub at_length: u32,
+    /// Bytes of `message` that count.
+    pub message_length: u32,
+    /// Zero.
+    pub reserved: u32,
+    /// UTF-8.
+    pub at: [u8; 128],
+    /// UTF-8.
+    pub message: [u8; 256],
+}
+
+const _: () = assert!(size_of::<RefusalWire>() == 400);
+
+impl From<&Refusal> for RefusalWire {
+    fn from(refusal: &Refusal) -> Self {
+        let mut wire = Self::zeroed();
+        wire.kind = refusal.kind.code();
+        wire.at_length = text::put(&mut wire.at, &refusal.at);
+        wire.message_length = text::put(&mut wire.message, &refusal.message);
+        wire
+    }
+}
+
+impl From<&RefusalWire> for Refusal {
+    /// Never fails: an unknown kind becomes [`Kind::BadAnswer`], unreadable text is replaced.
+    fn from(wire: &RefusalWire) -> Self {
+        let message = text::show(&wire.message, wire.message_length);
+        match Kind::from_code(wire.kind) {
+            Some(kind) => Self { kind, at: text::show(&wire.at, wire.at_length), message },
+            None => Self::new(Kind::BadAnswer, wire.kind.to_string(), format!("unknown kind of refusal: {message}")),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn kinds_have_distinct_codes_and_names() {
+        for (i, a) in Kind::ALL.iter().enumerate() {
+            assert_eq!(Kind::from_code(a.code()), Some(*a));
+            assert!(Kind::ALL[..i].iter().all(|b| b.name() != a.name()), "{a:?}");
+        }
+        assert_eq!(Kind::from_code(0), None);
+    }
+
+    #[test]
+    fn refusals_survive_the_wire() {
+        let refusal = Refusal::new(Kind::Impulse, "contacts[1].impulse_ns", "the impulse is zero");
+        assert_eq!(Refusal::from(&RefusalWire::from(&refusal)), refusal);
+        let long = Refusal::new(Kind::Failed, "ü".repeat(99), "é".repeat(999));
+        let back = Refusal::from(&RefusalWire::from(&long));
+        assert_eq!((back.at.len(), back.message.len()), (128, 256));
+    }
+}

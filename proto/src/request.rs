@@ -1,0 +1,382 @@
+//! A strike as it travels, and as it is understood.
+
+use crate::name::{OBJECT_NAME_MAX, object_name};
+use crate::{Kind, PROTOCOL_VERSION, Refusal, text};
+use bytemuck::{Pod, Zeroable};
+use iceoryx2::prelude::ZeroCopySend;
+
+/// First bytes of every request.
+pub const REQUEST_MAGIC: u32 = u32::from_le_bytes(*b"SHTq");
+
+/// Contacts that one request has room for.
+pub const CONTACTS_MAX: usize = 8;
+
+/// A contact as it travels. Everything finite; zero for what the daemon shall choose.
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable, ZeroCopySend)]
+#[repr(C)]
+#[type_name("shatter.Contact.v1")]
+pub struct ContactWire {
+    /// Where, in the coordinates of the mesh file, m.
+    pub point_m: [f64; 3],
+    /// Impulse handed to the object, N·s; not zero.
+    pub impulse_ns: [f64; 3],
+    /// Contact duration, s; zero: the object's default.
+    pub duration_s: f64,
+    /// Contact radius, m; zero: the object's default.
+    pub radius_m: f64,
+}
+
+/// A strike as it travels. Every field that is reserved must be zero; it is copied once and then validated.
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable, ZeroCopySend)]
+#[repr(C)]
+#[type_name("shatter.Strike.v1")]
+pub struct StrikeWire {
+    /// [`REQUEST_MAGIC`].
+    pub magic: u32,
+    /// [`PROTOCOL_VERSION`].
+    pub version: u32,
+    /// 1: fragments. 2: the threshold alone.
+    pub purpose: u32,
+    /// How many of `contacts` count, 1 to [`CONTACTS_MAX`].
+    pub contact_count: u32,
+    /// Chosen by the client, different for each of its requests; names the request at the control service.
+    pub sequence: u64,
+    /// Everything random follows from it.
+    pub seed: u64,
+    /// The client's listener, woken when the request was answered or refused.
+    pub listener: [u8; 16],
+    /// Bytes of `object` that count.
+    pub object_length: u32,
+    /// 0 or 1: closed form. 2: optimised. 3: `degree_sites`.
+    pub degree: u32,
+    /// Number of sites under degree 3, else zero.
+    pub degree_sites: u32,
+    /// 0: the object's default. 1: Euclidean. 2: interior.
+    pub lift: u32,
+    /// γ, J·m²; zero: the object's own.
+    pub gamma_j_m2: f64,
+    /// Effects to switch on, one bit each. This version has none.
+    pub effects_on: u64,
+    /// Effects to switch off, one bit each. This version has none.
+    pub effects_off: u64,
+    /// Error budget; reserved.
+    pub error_max: f64,
+    /// Time budget, ms; reserved.
+    pub time_ms_max: f64,
+    /// 0: +Y; others reserved.
+    pub convention_up: u32,
+    /// 0: right; others reserved.
+    pub convention_hand: u32,
+    /// 0: counter-clockwise seen from outside; others reserved.
+    pub convention_winding: u32,
+    /// Fragments at most; zero: the object's cap.
+    pub fragments_max: u32,
+    /// Metres per unit of length of the caller; 0 or 1; others reserved.
+    pub convention_metres_per_unit: f64,
+    /// Answer whose fragment is struck; reserved.
+    pub handle: u64,
+    /// Bytes of answer at most; zero: the daemon's bucket.
+    pub bytes_max: u64,
+    /// UTF-8.
+    pub object: [u8; OBJECT_NAME_MAX],
+    /// Contacts; those beyond `contact_count` are zero.
+    pub contacts: [ContactWire; CONTACTS_MAX],
+    /// Zero.
+    pub reserved: [u64; 16],
+}
+
+const _: () = assert!(size_of::<ContactWire>() == 64);
+const _: () = assert!(size_of::<StrikeWire>() == 848);
+
+/// What a strike is for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Purpose {
+    /// Fragments.
+    #[default]
+    Fragments,
+    /// The load that just breaks the object; no fragments.
+    Threshold,
+}
+
+/// Where the number of sites comes from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Degree {
+    /// The calibrated closed form.
+    #[default]
+    ClosedForm,
+    /// The full optimisation.
+    Optimised,
+    /// This many, at least 1.
+    Sites(u32),
+}
+
+/// Which lift.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Lift {
+    /// X = x.
+    Euclidean,
+    /// The augmented interior lift.
+    Interior,
+}
+
+/// A validated contact. See [`ContactWire`] for the units.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Contact {
+    /// Where, m.
+    pub point_m: [f64; 3],
+    /// Impulse, N·s.
+    pub impulse_ns: [f64; 3],
+    /// Duration, s; `None`: the object's default.
+    pub duration_s: Option<f64>,
+    /// Radius, m; `None`: the object's default.
+    pub radius_m: Option<f64>,
+}
+
+/// A validated strike.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Strike {
+    /// Which object.
+    pub object: String,
+    /// What for.
+    pub purpose: Purpose,
+    /// 1 to [`CONTACTS_MAX`].
+    pub contacts: Vec<Contact>,
+    /// Where the number of sites comes from.
+    pub degree: Degree,
+    /// γ, J·m²; `None`: the object's own.
+    pub gamma_j_m2: Option<f64>,
+    /// Which lift; `None`: the object's default.
+    pub lift: Option<Lift>,
+    /// Everything random follows from it.
+    pub seed: u64,
+    /// Fragments at most; `None`: the object's cap.
+    pub fragments_max: Option<u32>,
+    /// Bytes of answer at most; `None`: the daemon's bucket.
+    pub bytes_max: Option<u64>,
+}
+
+impl Strike {
+    /// Writes the strike for the wire; refuses what the daemon would refuse.
+    pub fn wire(&self, listener: [u8; 16], sequence: u64) -> Result<StrikeWire, Refusal> {
+        if self.contacts.is_empty() || self.contacts.len() > CONTACTS_MAX {
+            return Err(contact_count(self.contacts.len()));
+        }
+        let mut wire = StrikeWire::zeroed();
+        wire.magic = REQUEST_MAGIC;
+        wire.version = PROTOCOL_VERSION;
+        wire.purpose = match self.purpose {
+            Purpose::Fragments => 1,
+            Purpose::Threshold => 2,
+        };
+        wire.contact_count = self.contacts.len() as u32;
+        (wire.sequence, wire.seed, wire.listener) = (sequence, self.seed, listener);
+        object_name(&self.object)?;
+        wire.object_length = text::put(&mut wire.object, &self.object);
+        (wire.degree, wire.degree_sites) = match self.degree {
+            Degree::ClosedForm => (1, 0),
+            Degree::Optimised => (2, 0),
+            Degree::Sites(sites) => (3, sites),
+        };
+        wire.lift = match self.lift {
+            None => 0,
+            Some(Lift::Euclidean) => 1,
+            Some(Lift::Interior) => 2,
+        };
+        wire.gamma_j_m2 = given(self.gamma_j_m2, |_| gamma(0.0))?;
+        wire.fragments_max = self.fragments_max.unwrap_or(0);
+        wire.bytes_max = self.bytes_max.unwrap_or(0);
+        for (i, (slot, contact)) in wire.contacts.iter_mut().zip(&self.contacts).enumerate() {
+            *slot = ContactWire {
+                point_m: contact.point_m,
+                impulse_ns: contact.impulse_ns,
+                duration_s: given(contact.duration_s, |value| duration(i, value))?,
+                radius_m: given(contact.radius_m, |value| radius(i, value))?,
+            };
+        }
+        wire.validate()?;
+        Ok(wire)
+    }
+}
+
+/// Zero stands for "not given" on the wire, so a given zero has to be refused here.
+fn given(value: Option<f64>, refuse: impl Fn(f64) -> Refusal) -> Result<f64, Refusal> {
+    match value {
+        Some(0.0) => Err(refuse(0.0)),
+        Some(value) => Ok(value),
+        None => Ok(0.0),
+    }
+}
+
+impl StrikeWire {
+    /// Understands a private copy of a request. Never panics, whatever the bytes.
+    pub fn validate(&self) -> Result<Strike, Refusal> {
+        head(self.magic, self.version)?;
+        self.reserved()?;
+        let purpose = match self.purpose {
+            1 => Purpose::Fragments,
+            2 => Purpose::Threshold,
+            other => return Err(Refusal::new(Kind::UnknownRequest, other.to_string(), "purpose must be 1 or 2")),
+        };
+        let object = text::get(&self.object, self.object_length).ok_or_else(|| {
+            Refusal::new(Kind::ObjectName, "object", "the object's name is not UTF-8 of at most 64 bytes")
+        })?;
+        object_name(object)?;
+        Ok(Strike {
+            object: object.to_owned(),
+            purpose,
+            contacts: self.contacts()?,
+            degree: self.degree()?,
+            gamma_j_m2: self.gamma()?,
+            lift: self.lift()?,
+            seed: self.seed,
+            fragments_max: (self.fragments_max > 0).then_some(self.fragments_max),
+            bytes_max: (self.bytes_max > 0).then_some(self.bytes_max),
+        })
+    }
+
+    fn contacts(&self) -> Result<Vec<Contact>, Refusal> {
+        let count = self.contact_count as usize;
+        if count == 0 || count > CONTACTS_MAX {
+            return Err(contact_count(count));
+        }
+        for (i, contact) in self.contacts.iter().enumerate().skip(count) {
+            if bytemuck::bytes_of(contact).iter().any(|byte| *byte != 0) {
+                let at = format!("contacts[{i}]");
+                return Err(Refusal::new(Kind::ReservedField, at, "contacts beyond contact_count must be zero"));
+            }
+        }
+        self.contacts[..count].iter().enumerate().map(|(i, contact)| contact.validate(i)).collect()
+    }
+
+    fn degree(&self) -> Result<Degree, Refusal> {
+        match (self.degree, self.degree_sites) {
+            (0 | 1, 0) => Ok(Degree::ClosedForm),
+            (2, 0) => Ok(Degree::Optimised),
+            (3, 0) => Err(Refusal::new(Kind::Degree, "0", "the degree must be at least 1")),
+            (3, sites) => Ok(Degree::Sites(sites)),
+            (0..=2, sites) => {
+                let at = sites.to_string();
+                Err(Refusal::new(Kind::Degree, at, "degree_sites must be zero unless that many sites are asked for"))
+            }
+            (other, _) => Err(Refusal::new(Kind::Degree, other.to_string(), "no such source of a degree")),
+        }
+    }
+
+    fn lift(&self) -> Result<Option<Lift>, Refusal> {
+        match self.lift {
+            0 => Ok(None),
+            1 => Ok(Some(Lift::Euclidean)),
+            2 => Ok(Some(Lift::Interior)),
+            other => Err(Refusal::new(Kind::Lift, other.to_string(), "lift must be 0, 1 or 2")),
+        }
+    }
+
+    fn gamma(&self) -> Result<Option<f64>, Refusal> {
+        match self.gamma_j_m2 {
+            0.0 => Ok(None),
+            value if value.is_finite() && value > 0.0 => Ok(Some(value)),
+            value => Err(gamma(value)),
+        }
+    }
+
+    /// Everything this version keeps free, refused by name.
+    fn reserved(&self) -> Result<(), Refusal> {
+        for (key, bits) in [("effects_on", self.effects_on), ("effects_off", self.effects_off)] {
+            if bits != 0 {
+                let bit = bits.trailing_zeros();
+                let message = format!("{key} bit {bit}: this version has no such effect");
+                return Err(Refusal::new(Kind::UnknownEffect, bit.to_string(), message));
+            }
+        }
+        for (key, value) in [("error_max", self.error_max), ("time_ms_max", self.time_ms_max)] {
+            if value != 0.0 {
+                return Err(Refusal::new(Kind::Budget, key, format!("{key} = {value}: this version has no budgets")));
+            }
+        }
+        let metres = self.convention_metres_per_unit;
+        for (key, default) in [
+            ("up", self.convention_up == 0),
+            ("hand", self.convention_hand == 0),
+            ("winding", self.convention_winding == 0),
+            ("metres_per_unit", metres == 0.0 || metres == 1.0),
+        ] {
+            if !default {
+                let message = "this version answers in the default convention alone: right-handed, +Y up, metres";
+                return Err(Refusal::new(Kind::Convention, format!("convention.{key}"), message));
+            }
+        }
+        if self.handle != 0 {
+            let message = format!("no answer with handle {} is kept", self.handle);
+            return Err(Refusal::new(Kind::UnknownHandle, self.handle.to_string(), message));
+        }
+        if let Some(i) = self.reserved.iter().position(|word| *word != 0) {
+            return Err(Refusal::new(Kind::ReservedField, format!("reserved[{i}]"), "reserved words must be zero"));
+        }
+        Ok(())
+    }
+}
+
+impl ContactWire {
+    fn validate(&self, i: usize) -> Result<Contact, Refusal> {
+        if !self.point_m.iter().all(|x| x.is_finite()) {
+            let at = format!("contacts[{i}].point_m");
+            return Err(Refusal::new(Kind::ContactPoint, at, format!("contact {i}: the point is not finite")));
+        }
+        // The square is what the energy is made of: it must neither vanish nor overflow.
+        let square: f64 = self.impulse_ns.iter().map(|x| x * x).sum();
+        if !square.is_finite() || square == 0.0 {
+            let what = if square == 0.0 { "zero" } else { "not finite, or its square is not" };
+            let at = format!("contacts[{i}].impulse_ns");
+            return Err(Refusal::new(Kind::Impulse, at, format!("contact {i}: the impulse is {what}")));
+        }
+        Ok(Contact {
+            point_m: self.point_m,
+            impulse_ns: self.impulse_ns,
+            duration_s: positive_or_default(self.duration_s, |value| duration(i, value))?,
+            radius_m: positive_or_default(self.radius_m, |value| radius(i, value))?,
+        })
+    }
+}
+
+/// Zero: not given. Otherwise finite and positive.
+fn positive_or_default(value: f64, refuse: impl Fn(f64) -> Refusal) -> Result<Option<f64>, Refusal> {
+    match value {
+        0.0 => Ok(None),
+        value if value.is_finite() && value > 0.0 => Ok(Some(value)),
+        value => Err(refuse(value)),
+    }
+}
+
+/// Checks magic and version of a request, shared with the control service.
+pub(crate) fn head(magic: u32, version: u32) -> Result<(), Refusal> {
+    if magic != REQUEST_MAGIC {
+        return Err(Refusal::new(Kind::BadMagic, format!("{magic:#010x}"), "the bytes are not a request of ours"));
+    }
+    if version != PROTOCOL_VERSION {
+        let message = format!("the request speaks protocol {version}, this side {PROTOCOL_VERSION}");
+        return Err(Refusal::new(Kind::VersionMismatch, version.to_string(), message));
+    }
+    Ok(())
+}
+
+fn contact_count(count: usize) -> Refusal {
+    let message = format!("{count} contacts: 1 to {CONTACTS_MAX} are possible");
+    Refusal::new(Kind::ContactCount, count.to_string(), message)
+}
+
+fn gamma(value: f64) -> Refusal {
+    Refusal::new(Kind::Gamma, "gamma_j_m2", format!("γ = {value}: must be finite and above zero"))
+}
+
+fn duration(i: usize, value: f64) -> Refusal {
+    let at = format!("contacts[{i}].duration_s");
+    Refusal::new(Kind::ContactDuration, at, format!("contact {i}: duration {value}: must be finite and above zero"))
+}
+
+fn radius(i: usize, value: f64) -> Refusal {
+    let at = format!("contacts[{i}].radius_m");
+    Refusal::new(Kind::ContactRadius, at, format!("contact {i}: radius {value}: must be finite and above zero"))
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,109 @@
+use super::*;
+use proptest::prelude::*;
+
+fn strike() -> Strike {
+    let contact =
+        Contact { point_m: [0.1, 0.2, 0.3], impulse_ns: [-1.0, 0.5, 0.0], duration_s: Some(1e-4), radius_m: None };
+    Strike {
+        object: "Vase 花".into(), contacts: vec![contact; 3], gamma_j_m2: Some(2.5), seed: 7, ..Strike::default()
+    }
+}
+
+fn wire() -> StrikeWire {
+    strike().wire([9; 16], 42).unwrap()
+}
+
+/// The one place where these tests look at a refusal.
+fn check(change: impl FnOnce(&mut StrikeWire), kind: Kind, at: &str) {
+    let mut wire = wire();
+    change(&mut wire);
+    let refusal = wire.validate().expect_err(at);
+    assert_eq!((refusal.kind, refusal.at.as_str()), (kind, at), "{}", refusal.message);
+    assert!(!refusal.message.is_empty());
+}
+
+#[test]
+fn a_strike_survives_the_wire() {
+    assert_eq!(wire().validate().unwrap(), strike());
+    let optimised = Strike {
+        purpose: Purpose::Threshold,
+        degree: Degree::Optimised,
+        lift: Some(Lift::Euclidean),
+        fragments_max: Some(9),
+        bytes_max: Some(1 << 20),
+        ..strike()
+    };
+    assert_eq!(optimised.wire([0; 16], 0).unwrap().validate().unwrap(), optimised);
+}
+
+#[test]
+fn zero_is_the_default() {
+    let mut wire = wire();
+    (wire.degree, wire.lift, wire.gamma_j_m2, wire.convention_metres_per_unit) = (0, 0, 0.0, 1.0);
+    let strike = wire.validate().unwrap();
+    assert_eq!((strike.degree, strike.lift, strike.gamma_j_m2), (Degree::ClosedForm, None, None));
+}
+
+#[test]
+fn every_rule_names_its_offender() {
+    check(|w| w.magic = 0, Kind::BadMagic, "0x00000000");
+    check(|w| w.version = 9, Kind::VersionMismatch, "9");
+    check(|w| w.purpose = 0, Kind::UnknownRequest, "0");
+    check(|w| w.contact_count = 0, Kind::ContactCount, "0");
+    check(|w| w.contact_count = 9, Kind::ContactCount, "9");
+    check(|w| w.contact_count = 2, Kind::ReservedField, "contacts[2]");
+    check(|w| w.contacts[1].point_m[2] = f64::NAN, Kind::ContactPoint, "contacts[1].point_m");
+    check(|w| w.contacts[2].impulse_ns = [0.0; 3], Kind::Impulse, "contacts[2].impulse_ns");
+    check(|w| w.contacts[0].impulse_ns[0] = f64::INFINITY, Kind::Impulse, "contacts[0].impulse_ns");
+    check(|w| w.contacts[0].impulse_ns[0] = 1e300, Kind::Impulse, "contacts[0].impulse_ns");
+    check(|w| w.contacts[0].duration_s = -1.0, Kind::ContactDuration, "contacts[0].duration_s");
+    check(|w| w.contacts[0].radius_m = f64::NAN, Kind::ContactRadius, "contacts[0].radius_m");
+    check(|w| w.gamma_j_m2 = -1.0, Kind::Gamma, "gamma_j_m2");
+    check(|w| w.gamma_j_m2 = f64::NAN, Kind::Gamma, "gamma_j_m2");
+    check(|w| w.degree = 3, Kind::Degree, "0");
+    check(|w| w.degree = 4, Kind::Degree, "4");
+    check(|w| w.degree_sites = 5, Kind::Degree, "5");
+    check(|w| w.lift = 3, Kind::Lift, "3");
+    check(|w| w.effects_on = 1 << 40, Kind::UnknownEffect, "40");
+    check(|w| w.effects_off = 4, Kind::UnknownEffect, "2");
+    check(|w| w.error_max = f64::NAN, Kind::Budget, "error_max");
+    check(|w| w.time_ms_max = 8.0, Kind::Budget, "time_ms_max");
+    check(|w| w.convention_up = 1, Kind::Convention, "convention.up");
+    check(|w| w.convention_metres_per_unit = 0.01, Kind::Convention, "convention.metres_per_unit");
+    check(|w| w.handle = 3, Kind::UnknownHandle, "3");
+    check(|w| w.reserved[5] = 1, Kind::ReservedField, "reserved[5]");
+    check(|w| w.object_length = 65, Kind::ObjectName, "object");
+    check(|w| w.object[0] = 0xff, Kind::ObjectName, "object");
+    check(|w| w.object_length = 0, Kind::ObjectName, "");
+}
+
+#[test]
+fn a_given_zero_is_refused_before_it_becomes_a_default() {
+    let kind = |strike: Strike| strike.wire([0; 16], 0).unwrap_err().kind;
+    assert_eq!(kind(Strike { gamma_j_m2: Some(0.0), ..strike() }), Kind::Gamma);
+    assert_eq!(kind(Strike { degree: Degree::Sites(0), ..strike() }), Kind::Degree);
+    assert_eq!(kind(Strike { contacts: vec![], ..strike() }), Kind::ContactCount);
+    let mut zero = strike();
+    zero.contacts[1].radius_m = Some(0.0);
+    assert_eq!(kind(zero), Kind::ContactRadius);
+}
+
+proptest! {
+    #[test]
+    fn random_bytes_never_panic(bytes in proptest::collection::vec(any::<u8>(), size_of::<StrikeWire>())) {
+        let wire: StrikeWire = bytemuck::pod_read_unaligned(&bytes);
+        prop_assert!(wire.validate().is_err());
+    }
+
+    /// One changed byte: either refused, or a strike that writes back without loss.
+    #[test]
+    fn mutated_bytes_never_panic(at in 0..size_of::<StrikeWire>(), value in any::<u8>()) {
+        let mut bytes = bytemuck::bytes_of(&wire()).to_vec();
+        bytes[at] = value;
+        let wire: StrikeWire = bytemuck::pod_read_unaligned(&bytes);
+        if let Ok(strike) = wire.validate() {
+            let again = strike.wire(wire.listener, wire.sequence).unwrap();
+            prop_assert_eq!(again.validate().unwrap(), strike);
+        }
+    }
+}

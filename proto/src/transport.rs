@@ -1,0 +1,54 @@
+//! What both sides tell the transport: names, limits and the configuration that keeps services apart.
+
+use crate::place::Place;
+use crate::{Kind, Refusal};
+use iceoryx2::prelude::{Config, FileName, Path, SemanticString, ServiceName};
+use std::os::unix::ffi::OsStrExt;
+
+/// The transport's flavour: ports may be shared between threads.
+pub type Ipc = iceoryx2::prelude::ipc_threadsafe::Service;
+
+/// Strikes. The protocol's version is part of the name: another version is another service.
+pub const STRIKE_SERVICE: &str = "shatter/strike/v1";
+/// List, status, verdicts.
+pub const CONTROL_SERVICE: &str = "shatter/control/v1";
+/// Wakes the daemon after a request.
+pub const WAKE_DAEMON_SERVICE: &str = "shatter/wake-daemon/v1";
+/// Wakes one client after an answer.
+pub const WAKE_CLIENT_SERVICE: &str = "shatter/wake-client/v1";
+
+/// Clients at once; one more than that in ports, for the daemon's own rehearsal.
+pub const CLIENTS_MAX: usize = 32;
+/// Strikes of one client that may be under way at once.
+pub const STRIKES_PER_CLIENT_MAX: usize = 64;
+/// Questions of one client that may be under way at once.
+pub const QUESTIONS_PER_CLIENT_MAX: usize = 4;
+
+/// The transport's configuration for `place`; the machine's and the user's own files are not read.
+pub fn config(place: &Place) -> Result<Config, Refusal> {
+    let mut config = Config::default();
+    let folder = Path::new(place.transport.as_os_str().as_bytes());
+    let prefix = FileName::new(place.prefix.as_bytes());
+    match (folder, prefix) {
+        (Ok(folder), Ok(prefix)) => {
+            config.global.set_root_path(&folder);
+            config.global.prefix = prefix;
+            Ok(config)
+        }
+        _ => {
+            let at = place.transport.display().to_string();
+            let message = format!("the transport cannot use the folder {at}");
+            Err(Refusal::new(Kind::RuntimeFolder, at, message))
+        }
+    }
+}
+
+/// One of the names above as the transport wants it.
+pub fn service_name(name: &str) -> Result<ServiceName, Refusal> {
+    ServiceName::new(name).map_err(|error| failed(name, error))
+}
+
+/// A call of the transport that failed.
+pub fn failed(at: &str, error: impl std::fmt::Debug) -> Refusal {
+    Refusal::new(Kind::Transport, at, format!("the transport failed at {at}: {error:?}"))
+}

@@ -1,0 +1,171 @@
+//! From bytes to borrowed sections: every offset, alignment, count and index is checked before one is used.
+
+use crate::answer::{
+    ANSWER_MAGIC, AnswerHeader, BLOCK_BYTES, Block, FragmentWire, OUTER, RunWire, SectionKind, SectionWire, StageWire,
+    SummaryWire,
+};
+use crate::layout::{SECTIONS, TABLE_BYTES};
+use crate::{Kind, PROTOCOL_VERSION, Refusal};
+use std::ops::Range;
+
+/// Where the sections of an answer lie, after all checks. Cheap to keep beside the payload that it was checked against.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Checked {
+    ranges: [Range<usize>; SECTIONS],
+}
+
+/// The sections of a checked answer, borrowed.
+#[derive(Clone, Copy, Debug)]
+pub struct View<'a> {
+    /// The facts.
+    pub summary: &'a SummaryWire,
+    /// One row per stage.
+    pub stages: &'a [StageWire],
+    /// One row per fragment.
+    pub fragments: &'a [FragmentWire],
+    /// One row per run.
+    pub runs: &'a [RunWire],
+    /// Merge pairs, relative to the first vertex of their fragment.
+    pub merges: &'a [[u32; 2]],
+    /// Positions, m, relative to the fragment's centre of mass.
+    pub positions: &'a [[f32; 3]],
+    /// Indices, relative to the first vertex of their fragment.
+    pub indices: &'a [u32],
+}
+
+impl Checked {
+    /// Checks header, table and contents of an answer. Never panics, whatever the bytes.
+    pub fn new(header: &AnswerHeader, payload: &[Block]) -> Result<Self, Refusal> {
+        head(header)?;
+        let bytes: &[u8] = bytemuck::cast_slice(payload);
+        let used = usize::try_from(header.used_bytes).ok().filter(|used| *used <= bytes.len());
+        let used = used.ok_or_else(|| bad("used_bytes", format!("{} of {} bytes", header.used_bytes, bytes.len())))?;
+        let bytes = &bytes[..used];
+        let checked = Self { ranges: ranges(bytes)? };
+        let view = checked.view(payload).ok_or_else(|| bad("sections", "a section does not fit its type"))?;
+        contents(&view)?;
+        Ok(checked)
+    }
+
+    /// The sections of `payload`: the one that was checked. `None` for another one in which they do not fit.
+    pub fn view<'a>(&self, payload: &'a [Block]) -> Option<View<'a>> {
+        let bytes: &'a [u8] = bytemuck::cast_slice(payload);
+        let section = |kind: SectionKind| bytes.get(self.ranges[kind as usize - 1].clone());
+        Some(View {
+            summary: bytemuck::try_from_bytes(section(SectionKind::Summary)?).ok()?,
+            stages: bytemuck::try_cast_slice(section(SectionKind::Stages)?).ok()?,
+            fragments: bytemuck::try_cast_slice(section(SectionKind::Fragments)?).ok()?,
+            runs: bytemuck::try_cast_slice(section(SectionKind::Runs)?).ok()?,
+            merges: bytemuck::try_cast_slice(section(SectionKind::Merges)?).ok()?,
+            positions: bytemuck::try_cast_slice(section(SectionKind::Positions)?).ok()?,
+            indices: bytemuck::try_cast_slice(section(SectionKind::Indices)?).ok()?,
+        })
+    }
+}
+
+fn bad(at: impl Into<String>, what: impl std::fmt::Display) -> Refusal {
+    let at = at.into();
+    let message = format!("the answer is not well formed: {at}: {what}");
+    Refusal::new(Kind::BadAnswer, at, message)
+}
+
+fn head(header: &AnswerHeader) -> Result<(), Refusal> {
+    if header.magic != ANSWER_MAGIC {
+        return Err(bad("magic", format!("{:#010x}", header.magic)));
+    }
+    if header.version != PROTOCOL_VERSION {
+        return Err(bad("version", format!("{} instead of {PROTOCOL_VERSION}", header.version)));
+    }
+    if header.status != 1 || header.sections as usize != SECTIONS {
+        return Err(bad("header", format!("status {}, {} sections", header.status, header.sections)));
+    }
+    Ok(())
+}
+
+/// Checks the section table: the known sections in their order, aligned, disjoint, inside, of whole elements.
+fn ranges(bytes: &[u8]) -> Result<[Range<usize>; SECTIONS], Refusal> {
+    let table = bytes.get(..TABLE_BYTES).ok_or_else(|| bad("table", "does not fit"))?;
+    let mut end = TABLE_BYTES as u64;
+    let mut ranges = [const { 0..0 }; SECTIONS];
+    for (i, kind) in SectionKind::ALL.into_iter().enumerate() {
+        let entry: SectionWire = bytemuck::pod_read_unaligned(&table[i * size_of::<SectionWire>()..][..24]);
+        let element = kind.element_bytes() as u64;
+        let last = entry.offset.checked_add(entry.length);
+        let inside = entry.offset >= end && last.is_some_and(|last| last <= bytes.len() as u64);
+        let whole = entry.length.is_multiple_of(element) && entry.length / element <= u64::from(u32::MAX);
+        let aligned = entry.offset.is_multiple_of(BLOCK_BYTES as u64);
+        if entry.kind != kind as u32 || u64::from(entry.element_bytes) != element || !inside || !whole || !aligned {
+            return Err(bad(format!("section {}", kind.name()), format!("{entry:?}")));
+        }
+        end = entry.offset + entry.length;
+        ranges[i] = entry.offset as usize..end as usize;
+    }
+    Ok(ranges)
+}
+
+/// Whether `count` elements from `first` on lie within `length`.
+fn within(first: u32, count: u32, length: usize) -> bool {
+    u64::from(first) + u64::from(count) <= length as u64
+}
+
+/// Whether the part lies inside the whole.
+fn nested(part: (u32, u32), whole: (u32, u32)) -> bool {
+    part.0 >= whole.0 && u64::from(part.0) + u64::from(part.1) <= u64::from(whole.0) + u64::from(whole.1)
+}
+
+fn contents(view: &View<'_>) -> Result<(), Refusal> {
+    for (i, fragment) in view.fragments.iter().enumerate() {
+        self::fragment(view, i, fragment).map_err(|what| bad(format!("fragments[{i}]"), what))?;
+    }
+    for (i, run) in view.runs.iter().enumerate() {
+        self::run(view, run).map_err(|what| bad(format!("runs[{i}]"), what))?;
+    }
+    Ok(())
+}
+
+fn fragment(view: &View<'_>, i: usize, fragment: &FragmentWire) -> Result<(), &'static str> {
+    let f = fragment;
+    if f.id as usize != i {
+        return Err("id is not its position");
+    }
+    if !within(f.vertex_first, f.vertex_count, view.positions.len()) {
+        return Err("vertices out of range");
+    }
+    if !within(f.index_first, f.index_count, view.indices.len()) || !f.index_count.is_multiple_of(3) {
+        return Err("indices out of range, or not whole triangles");
+    }
+    if !within(f.run_first, f.run_count, view.runs.len()) || !within(f.merge_first, f.merge_count, view.merges.len()) {
+        return Err("runs or merges out of range");
+    }
+    if view.runs[f.run_first as usize..][..f.run_count as usize].iter().any(|run| run.fragment != f.id) {
+        return Err("a run belongs to another fragment");
+    }
+    let indices = &view.indices[f.index_first as usize..][..f.index_count as usize];
+    if indices.iter().copied().max().is_some_and(|index| index >= f.vertex_count) {
+        return Err("an index points beyond the fragment");
+    }
+    let merges = &view.merges[f.merge_first as usize..][..f.merge_count as usize];
+    if merges.iter().flatten().any(|vertex| *vertex >= f.vertex_count) {
+        return Err("a merge pair points beyond the fragment");
+    }
+    Ok(())
+}
+
+fn run(view: &View<'_>, run: &RunWire) -> Result<(), &'static str> {
+    let fragment = view.fragments.get(run.fragment as usize).ok_or("belongs to no fragment")?;
+    if run.neighbour != OUTER && run.neighbour as usize >= view.fragments.len() {
+        return Err("neighbour is no fragment");
+    }
+    if run.material != u32::from(run.neighbour != OUTER) {
+        return Err("material is neither outer nor crack");
+    }
+    let vertices = (fragment.vertex_first, fragment.vertex_count);
+    let indices = (fragment.index_first, fragment.index_count);
+    let inside = nested((run.vertex_first, run.vertex_count), vertices)
+        && nested((run.index_first, run.index_count), indices)
+        && run.index_count.is_multiple_of(3);
+    if inside { Ok(()) } else { Err("reaches beyond its fragment") }
+}
+
+#[cfg(test)]
+mod tests;

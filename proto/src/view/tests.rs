@@ -1,0 +1,122 @@
+use super::*;
+use crate::layout::{Counts, Layout};
+use bytemuck::Zeroable;
+use proptest::prelude::*;
+
+/// Two fragments of one triangle each, one run each, one merge pair.
+fn answer() -> (AnswerHeader, Vec<Block>) {
+    let counts = Counts { fragments: 2, runs: 2, merges: 1, vertices: 6, indices: 6 };
+    let layout = Layout::new(&counts).unwrap();
+    let mut payload = vec![Block::zeroed(); layout.blocks()];
+    let sections = layout.split(&mut payload).unwrap();
+    for (i, fragment) in sections.fragments.iter_mut().enumerate() {
+        let i = i as u32;
+        (fragment.id, fragment.vertex_first, fragment.vertex_count) = (i, i * 3, 3);
+        (fragment.index_first, fragment.index_count, fragment.run_first, fragment.run_count) = (i * 3, 3, i, 1);
+    }
+    sections.fragments[1].merge_count = 1;
+    for (i, run) in sections.runs.iter_mut().enumerate() {
+        let i = i as u32;
+        (run.fragment, run.neighbour, run.material) = (i, 1 - i, 1);
+        (run.vertex_first, run.vertex_count, run.index_first, run.index_count) = (i * 3, 3, i * 3, 3);
+    }
+    sections.indices.copy_from_slice(&[0, 1, 2, 2, 1, 0]);
+    sections.merges[0] = [2, 1];
+    sections.summary.set_object("vase");
+    (layout.header(5), payload)
+}
+
+fn check(change: impl FnOnce(&mut AnswerHeader, &mut [Block]), at: &str) {
+    let (mut header, mut payload) = answer();
+    change(&mut header, &mut payload);
+    let refusal = Checked::new(&header, &payload).expect_err(at);
+    assert_eq!((refusal.kind, refusal.at.as_str()), (Kind::BadAnswer, at), "{}", refusal.message);
+}
+
+fn table(payload: &mut [Block]) -> &mut [SectionWire] {
+    bytemuck::cast_slice_mut(&mut bytemuck::cast_slice_mut::<_, u8>(payload)[..TABLE_BYTES])
+}
+
+/// Changes one section through a fresh layout of the same counts.
+fn section(payload: &mut [Block], change: impl FnOnce(crate::layout::Sections<'_>)) {
+    let counts = Counts { fragments: 2, runs: 2, merges: 1, vertices: 6, indices: 6 };
+    change(Layout::new(&counts).unwrap().split(payload).unwrap());
+}
+
+#[test]
+fn a_good_answer_is_borrowed() {
+    let (header, payload) = answer();
+    let checked = Checked::new(&header, &payload).unwrap();
+    let view = checked.view(&payload).unwrap();
+    assert_eq!((view.fragments.len(), view.positions.len(), view.summary.object()), (2, 6, "vase".into()));
+    let range = payload.as_ptr_range();
+    assert!(range.contains(&view.positions.as_ptr().cast()));
+}
+
+#[test]
+fn every_rule_names_its_offender() {
+    check(|h, _| h.magic = 1, "magic");
+    check(|h, _| h.version = 2, "version");
+    check(|h, _| h.status = 0, "header");
+    check(|h, _| h.sections = 6, "header");
+    check(|h, _| h.used_bytes = u64::MAX, "used_bytes");
+    check(|h, _| h.used_bytes = 100, "table");
+    check(|h, _| h.used_bytes -= 1, "section indices");
+    check(|_, p| table(p)[0].kind = 2, "section summary");
+    check(|_, p| table(p)[2].element_bytes = 8, "section fragments");
+    check(|_, p| table(p)[3].offset += 8, "section runs");
+    check(|_, p| table(p)[4].offset = 0, "section merges");
+    check(|_, p| table(p)[5].length = u64::MAX, "section positions");
+    check(|_, p| table(p)[6].offset = u64::MAX - 63, "section indices");
+    check(|_, p| section(p, |s| s.fragments[1].id = 0), "fragments[1]");
+    check(|_, p| section(p, |s| s.fragments[0].vertex_count = 7), "fragments[0]");
+    check(|_, p| section(p, |s| s.fragments[0].vertex_first = u32::MAX), "fragments[0]");
+    check(|_, p| section(p, |s| s.fragments[0].index_count = 2), "fragments[0]");
+    check(|_, p| section(p, |s| s.fragments[1].run_first = 2), "fragments[1]");
+    check(|_, p| section(p, |s| s.indices[4] = 3), "fragments[1]");
+    check(|_, p| section(p, |s| s.merges[0] = [0, 3]), "fragments[1]");
+    check(|_, p| section(p, |s| s.runs[0].fragment = 2), "fragments[0]");
+    check(|_, p| section(p, |s| (s.runs[0].fragment, s.fragments[0].run_count) = (2, 0)), "runs[0]");
+    check(|_, p| section(p, |s| s.runs[0].neighbour = 2), "runs[0]");
+    check(|_, p| section(p, |s| s.runs[1].material = 0), "runs[1]");
+    check(|_, p| section(p, |s| s.runs[1].index_first = 0), "runs[1]");
+}
+
+proptest! {
+    #[test]
+    fn random_tables_never_reach_out_of_bounds(
+        bytes in proptest::collection::vec(any::<u8>(), 64 * 20),
+        used in 0u64..1400,
+        words in proptest::collection::vec((0usize..42, 0u32..1500), 0..12),
+    ) {
+        let (mut header, mut payload) = answer();
+        header.used_bytes = used;
+        for (at, value) in words {
+            bytemuck::cast_slice_mut::<_, u32>(&mut payload)[at] = value;
+        }
+        let _ = Checked::new(&header, &payload);
+        let mut noise = vec![Block::zeroed(); 20];
+        bytemuck::cast_slice_mut::<_, u8>(&mut noise).copy_from_slice(&bytes);
+        prop_assert!(Checked::new(&header, &noise).is_err());
+    }
+
+    /// One changed byte anywhere: whatever still passes can be walked without a panic.
+    #[test]
+    fn mutated_answers_never_reach_out_of_bounds(at in 0usize..1344, value in any::<u8>()) {
+        let (header, mut payload) = answer();
+        let bytes = bytemuck::cast_slice_mut::<_, u8>(&mut payload);
+        let at = at % bytes.len();
+        bytes[at] = value;
+        if let Ok(checked) = Checked::new(&header, &payload) {
+            let view = checked.view(&payload).unwrap();
+            for fragment in view.fragments {
+                let vertices = &view.positions[fragment.vertex_first as usize..][..fragment.vertex_count as usize];
+                for index in &view.indices[fragment.index_first as usize..][..fragment.index_count as usize] {
+                    prop_assert!((*index as usize) < vertices.len());
+                }
+                let runs = &view.runs[fragment.run_first as usize..][..fragment.run_count as usize];
+                prop_assert!(runs.iter().all(|run| (run.fragment as usize) < view.fragments.len()));
+            }
+        }
+    }
+}
