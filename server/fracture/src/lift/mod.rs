@@ -3,7 +3,23 @@
 //! Based on: Schvartzman & Otaduy, *Fracture Animation Based on High-Dimensional Voronoi Diagrams* (I3D 2014), section
 //! 3; scale and measures are ours.
 
+mod basis;
+mod dense;
+mod error;
+mod gap;
+mod interior;
+mod lanczos;
+mod laplacian;
 mod metric;
+mod spectrum;
+mod stretch;
+#[cfg(test)]
+mod tests;
+
+pub use error::LiftError;
+pub use interior::{ALPHA_DEFAULT, MODES_DEFAULT, MODES_MAX, interior};
+pub use spectrum::Spectrum;
+pub use stretch::{Stretch, stretch};
 
 use crate::lattice::Lattice;
 use serde::{Deserialize, Serialize};

@@ -1,0 +1,62 @@
+//! Where to cut a spectrum so that no multiplet is torn.
+
+/// How far from the number asked for the cut may move. Wide enough for the largest multiplet of a cube or a sphere that
+/// the default can meet: nine functions of degree four.
+pub(super) const WINDOW: usize = 4;
+
+/// Eigenpairs to compute before [`cut`] can choose `modes`, at most `available` of them.
+pub(super) fn needed(modes: usize, available: usize) -> usize {
+    (modes + WINDOW + 1).min(available)
+}
+
+/// How many of the ascending, positive `eigenvalues` to keep: the cut within [`WINDOW`] of `modes` across which they
+/// grow by the largest factor; of equal factors the one nearest to `modes`, then the lower. `whole`: no eigenvalue lies
+/// beyond the last given one, so that keeping all is a clean cut, too.
+///
+/// |X(x) − X(y)| depends on the lattice alone if whole eigenspaces are kept: within one, the basis is arbitrary.
+pub(super) fn cut(eigenvalues: &[f64], modes: usize, whole: bool) -> usize {
+    let count = eigenvalues.len();
+    if whole && modes >= count {
+        return count;
+    }
+    let mut candidates: Vec<usize> = (modes.saturating_sub(WINDOW).max(1)..=modes + WINDOW).collect();
+    candidates.retain(|&kept| kept < count);
+    candidates.sort_by_key(|&kept| (kept.abs_diff(modes), kept));
+    let growth = |kept: usize| eigenvalues[kept] / eigenvalues[kept - 1];
+    let better = |best: usize, kept: usize| if growth(kept) > growth(best) { kept } else { best };
+    candidates.into_iter().reduce(better).unwrap_or(count)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[track_caller]
+    fn check(eigenvalues: &[f64], modes: usize, whole: bool, expected: usize) {
+        assert_eq!(cut(eigenvalues, modes, whole), expected);
+    }
+
+    #[test]
+    fn the_cut_keeps_the_multiplets_of_a_cube_whole() {
+        let cube = [1.0, 1.0, 1.0, 2.0, 2.0, 2.0, 3.0, 4.0, 4.0, 4.0, 5.0, 5.0, 5.0, 5.0, 5.0, 5.0, 6.0];
+        check(&cube, 3, false, 3);
+        check(&cube, 4, false, 3);
+        check(&cube, 1, false, 3);
+        check(&cube, 12, false, 10);
+        check(&cube[..12], 6, false, 3);
+    }
+
+    #[test]
+    fn the_cut_keeps_all_of_a_spectrum_that_ends() {
+        check(&[1.0, 2.0, 3.0], 16, true, 3);
+        check(&[1.0, 2.0, 3.0], 3, true, 3);
+        check(&[1.0], 1, false, 1);
+        check(&[], 4, true, 0);
+    }
+
+    #[test]
+    fn equal_gaps_are_cut_nearest_to_the_number_asked_for() {
+        let geometric: Vec<f64> = (0..16).map(|power| f64::from(1 << power)).collect();
+        check(&geometric, 8, false, 8);
+    }
+}

@@ -1,0 +1,164 @@
+//! The largest eigenpairs of a symmetric operator, by block Lanczos with full re-orthogonalisation and thick restarts.
+//!
+//! Based on: R. G. Grimes, J. G. Lewis & H. D. Simon, *A shifted block Lanczos algorithm for solving sparse symmetric
+//! generalized eigenproblems* (SIAM J. Matrix Anal. Appl. 15, 1994), sections 2 and 3 (blocks see multiplets that a
+//! single vector misses); K. Wu & H. Simon, *Thick-restart Lanczos method for large symmetric eigenvalue problems*
+//! (SIAM J. Matrix Anal. Appl. 22, 2000), for the restart.
+//!
+//! Termination: every pass of the loop applies the operator once to a block, and there are at most
+//! [`CYCLES_MAX`] · [`DIMENSION_MAX`] / [`BLOCK`] passes; orthogonalisation is a fixed number of projections. A NaN ends
+//! it at once.
+
+use super::LiftError;
+use super::basis::{Basis, length};
+use super::dense;
+use crate::token::Token;
+use faer::linalg::matmul::matmul;
+use faer::{Accum, Mat, MatMut, Par};
+
+/// Vectors per block: the operator's cost per vector falls by two to three up to here, and a multiplet of eight is seen
+/// whole from the first block on.
+pub(super) const BLOCK: usize = 8;
+/// Columns of the Krylov basis before a restart.
+pub(super) const DIMENSION_MAX: usize = 256;
+/// Restarts, the first run counted.
+const CYCLES_MAX: usize = 4;
+/// Residual of a converged pair, relative to its eigenvalue.
+const TOLERANCE: f64 = 1e-11;
+
+/// Eigenpairs of the operator, the largest first.
+pub(super) struct Pairs {
+    /// Eigenvalues θ, descending, all positive and finite.
+    pub(super) values: Vec<f64>,
+    /// Orthonormal eigenvectors, column-major, `order × values.len()`.
+    pub(super) vectors: Vec<f64>,
+}
+
+/// The `wanted` largest eigenpairs of a symmetric positive operator that leaves the unit vector `deflated` alone, among
+/// the vectors orthogonal to it. `apply` replaces a block (column-major, `order × width`, width at most [`BLOCK`]) by
+/// its image. The token is polled before every application.
+///
+/// Errors: [`LiftError::TooFewNodes`] unless `wanted` + 4 blocks fit both the space and [`DIMENSION_MAX`];
+/// [`LiftError::NotConverged`], also if the operator has fewer than `wanted` positive eigenvalues;
+/// [`LiftError::NotFinite`]; [`LiftError::Cancelled`].
+pub(super) fn largest(
+    deflated: &[f64],
+    wanted: usize,
+    mut apply: impl FnMut(&mut [f64], usize),
+    token: &Token,
+) -> Result<Pairs, LiftError> {
+    let order = deflated.len();
+    let dimension = DIMENSION_MAX.min(order.saturating_sub(1 + BLOCK));
+    if dimension < wanted + 4 * BLOCK {
+        return Err(LiftError::TooFewNodes { nodes: order, wanted, needed: wanted + 5 * BLOCK + 1 });
+    }
+    let mut krylov = Krylov::new(deflated, dimension)?;
+    let mut converged = 0;
+    for _ in 0..CYCLES_MAX {
+        while krylov.explored + BLOCK <= dimension {
+            token.check()?;
+            krylov.step(&mut apply)?;
+            if krylov.explored >= wanted + BLOCK {
+                let ritz = krylov.ritz()?;
+                converged = ritz.converged(wanted);
+                token.report(converged as f64 / wanted as f64);
+                if converged >= wanted {
+                    return Ok(krylov.pairs(&ritz, wanted));
+                }
+            }
+        }
+        krylov.restart(wanted + BLOCK)?;
+    }
+    Err(LiftError::NotConverged { converged, wanted })
+}
+
+/// The basis [deflated, explored columns, pending block] and the operator seen from the explored columns.
+struct Krylov {
+    basis: Basis,
+    /// Columns to which the operator was applied.
+    explored: usize,
+    /// Qᵀ C Q of the explored columns; both triangles.
+    projected: Mat<f64>,
+    /// Couples the last explored block to the pending one: C Q_last = Q(…) + Q_pending · factor.
+    factor: Mat<f64>,
+}
+
+/// Eigenpairs of the projected operator, ascending, with the residual of each.
+struct Ritz {
+    dense: dense::Dense,
+    residuals: Vec<f64>,
+}
+
+impl Ritz {
+    /// How many of the `wanted` largest are converged, counted from the largest to the first that is not.
+    fn converged(&self, wanted: usize) -> usize {
+        let largest = self.dense.values.iter().zip(&self.residuals).rev().take(wanted);
+        largest.take_while(|(value, residual)| **value > 0.0 && **residual <= TOLERANCE * **value).count()
+    }
+}
+
+impl Krylov {
+    fn new(deflated: &[f64], dimension: usize) -> Result<Self, LiftError> {
+        let mut basis = Basis::new(deflated, 1 + dimension + BLOCK);
+        for _ in 0..BLOCK {
+            basis.append_random()?;
+        }
+        let projected = Mat::zeros(dimension, dimension);
+        Ok(Self { basis, explored: 0, projected, factor: Mat::zeros(BLOCK, BLOCK) })
+    }
+
+    /// Applies the operator to the pending block and makes the image the next pending block.
+    fn step(&mut self, apply: &mut impl FnMut(&mut [f64], usize)) -> Result<(), LiftError> {
+        let order = self.basis.order();
+        let mut block = self.basis.tail(1 + self.explored).to_vec();
+        apply(&mut block, BLOCK);
+        let lengths: Vec<f64> = block.chunks_exact(order).map(length).collect();
+        if lengths.iter().any(|length| !length.is_finite()) {
+            return Err(LiftError::NotFinite);
+        }
+        let coefficients = self.basis.project(&mut block);
+        for column in 0..BLOCK {
+            for row in 0..self.explored + BLOCK {
+                // Row 0 of the coefficients is the deflated vector, no part of the projected operator.
+                let value = coefficients[(row + 1, column)];
+                self.projected[(row, self.explored + column)] = value;
+                self.projected[(self.explored + column, row)] = value;
+            }
+        }
+        self.factor = self.basis.append(&mut block, &lengths)?;
+        self.explored += BLOCK;
+        Ok(())
+    }
+
+    fn ritz(&self) -> Result<Ritz, LiftError> {
+        let dense = dense::symmetric(self.projected.submatrix(0, 0, self.explored, self.explored))?;
+        let last = dense.vectors.submatrix(self.explored - BLOCK, 0, BLOCK, self.explored);
+        let mut coupled = Mat::<f64>::zeros(BLOCK, self.explored);
+        matmul(&mut coupled, Accum::Replace, &self.factor, last, 1.0, Par::Seq);
+        let residuals = (0..self.explored).map(|column| coupled.col(column).norm_l2()).collect();
+        Ok(Ritz { dense, residuals })
+    }
+
+    /// Keeps the `kept` largest Ritz vectors and the pending block.
+    fn restart(&mut self, kept: usize) -> Result<(), LiftError> {
+        let Ritz { dense, .. } = self.ritz()?;
+        let first = self.explored - kept;
+        self.basis.restart(dense.vectors.submatrix(0, first, self.explored, kept), BLOCK);
+        self.projected.fill(0.0);
+        for (index, value) in dense.values[first..].iter().enumerate() {
+            self.projected[(index, index)] = *value;
+        }
+        self.explored = kept;
+        Ok(())
+    }
+
+    fn pairs(&self, ritz: &Ritz, wanted: usize) -> Pairs {
+        let (order, first) = (self.basis.order(), self.explored - wanted);
+        let chosen = ritz.dense.vectors.submatrix(0, first, self.explored, wanted).reverse_cols();
+        let mut vectors = vec![0.0; order * wanted];
+        let target = MatMut::from_column_major_slice_mut(&mut vectors, order, wanted);
+        matmul(target, Accum::Replace, self.basis.view(1, self.explored), chosen, 1.0, Par::Seq);
+        let values = ritz.dense.values[first..].iter().rev().copied().collect();
+        Pairs { values, vectors }
+    }
+}

@@ -1,0 +1,129 @@
+//! The lowest Neumann eigenpairs L φ = λ M φ of a lattice, the constant left out.
+//!
+//! Based on: T. Ericsson & A. Ruhe, *The spectral transformation Lanczos method for the numerical solution of large
+//! sparse generalized symmetric eigenvalue problems* (Mathematics of Computation 35, 1980): the pairs (λ, φ) are those
+//! of C = M^½ (L + σM)⁻¹ M^½ with θ = 1/(λ + σ) and M^½ φ, well apart at the low end.
+
+use super::laplacian::Laplacian;
+use super::{LiftError, MODES_MAX, dense, gap, lanczos};
+use crate::lattice::Lattice;
+use crate::sparse::{Cholesky, SolveScratch};
+use crate::token::Token;
+use faer::Mat;
+use rayon::prelude::*;
+
+/// Up to so many nodes all eigenpairs are computed densely: as fast, and without any limit on their number.
+const DENSE_MAX: usize = 300;
+/// The shift σ as a share of an upper bound of the smallest eigenvalue: L + σM is then as well conditioned as L is on
+/// the complement of the constants, while the wanted end of the spectrum stays spread.
+const SHIFT: f64 = 0.05;
+/// Largest residual of an accepted pair; see [`Spectrum::residual`].
+const RESIDUAL_MAX: f64 = 1e-6;
+
+/// Neumann eigenpairs of a lattice, the constant left out.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Spectrum {
+    /// λ_k, ascending, positive; local length⁻².
+    pub eigenvalues: Vec<f64>,
+    /// φ_k, function-major, `eigenvalues.len() × nodes`; φᵀ M φ = 1 with M the lumped volumes. Sign and, within an
+    /// eigenspace, basis are arbitrary but always the same for the same lattice.
+    pub functions: Vec<f64>,
+    /// Whether no eigenvalue lies beyond the last.
+    pub whole: bool,
+    /// Largest of ‖L φ − λ M φ‖ / λ over the pairs, in the norm of M⁻¹; an upper bound of the relative distance of λ to
+    /// an exact eigenvalue.
+    pub residual: f64,
+}
+
+impl Spectrum {
+    /// The `count` lowest pairs.
+    ///
+    /// Errors: [`LiftError::TooFewNodes`] if the lattice has no more than `count` nodes, [`LiftError::TooManyModes`],
+    /// [`LiftError::DegenerateTet`], [`LiftError::Disconnected`], [`LiftError::Sparse`],
+    /// [`LiftError::NotConverged`], [`LiftError::NotFinite`], [`LiftError::Cancelled`].
+    pub fn compute(lattice: &Lattice, count: usize, token: &Token) -> Result<Self, LiftError> {
+        token.check()?;
+        let laplacian = Laplacian::new(lattice)?;
+        let nodes = laplacian.order();
+        if count >= nodes {
+            return Err(LiftError::TooFewNodes { nodes, wanted: count, needed: count + 1 });
+        }
+        if count > MODES_MAX + gap::WINDOW + 1 {
+            return Err(LiftError::TooManyModes { modes: count, max: MODES_MAX + gap::WINDOW + 1 });
+        }
+        let functions = if nodes <= DENSE_MAX { by_dense(&laplacian, count)? } else { by_lanczos(&laplacian, count, token)? };
+        Self::verified(&laplacian, functions, count)
+    }
+
+    /// φ_k on the nodes.
+    pub fn function(&self, k: usize) -> &[f64] {
+        let nodes = self.functions.len() / self.eigenvalues.len();
+        &self.functions[k * nodes..][..nodes]
+    }
+
+    /// Eigenvalues as Rayleigh quotients of functions of unit mass, and their residuals.
+    fn verified(laplacian: &Laplacian<'_>, functions: Vec<f64>, count: usize) -> Result<Self, LiftError> {
+        let pairs: Vec<(f64, f64)> =
+            functions.par_chunks_exact(laplacian.order()).map(|function| quotient(laplacian, function)).collect();
+        let converged = pairs.iter().take_while(|(value, residual)| *value > 0.0 && *residual <= RESIDUAL_MAX).count();
+        if converged < count {
+            return Err(LiftError::NotConverged { converged, wanted: count });
+        }
+        let residual = pairs.iter().fold(0.0, |worst: f64, pair| worst.max(pair.1));
+        let eigenvalues = pairs.into_iter().map(|pair| pair.0).collect();
+        Ok(Self { eigenvalues, functions, whole: count + 1 == laplacian.order(), residual })
+    }
+}
+
+/// λ = φᵀ L φ and ‖L φ − λ M φ‖ / λ in the norm of M⁻¹.
+fn quotient(laplacian: &Laplacian<'_>, function: &[f64]) -> (f64, f64) {
+    let mut image = vec![0.0; function.len()];
+    laplacian.stiffness.multiply(function, &mut image);
+    let value: f64 = function.iter().zip(&image).map(|(x, y)| x * y).sum();
+    let entries = function.iter().zip(&image).zip(&laplacian.mass);
+    let squared: f64 = entries.map(|((x, y), mass)| (y - value * mass * x).powi(2) / mass).sum();
+    (value, squared.sqrt() / value)
+}
+
+/// All pairs of M^-½ L M^-½, the constant dropped; function-major.
+fn by_dense(laplacian: &Laplacian<'_>, count: usize) -> Result<Vec<f64>, LiftError> {
+    let roots: Vec<f64> = laplacian.mass.iter().map(|mass| mass.sqrt()).collect();
+    let mut matrix = Mat::<f64>::zeros(roots.len(), roots.len());
+    for row in 0..roots.len() {
+        let (columns, entries) = laplacian.stiffness.row(row);
+        for (&column, entry) in columns.iter().zip(entries) {
+            matrix[(row, column as usize)] = entry.x / (roots[row] * roots[column as usize]);
+        }
+    }
+    let pairs = dense::symmetric(matrix.as_ref())?;
+    let columns = (1..=count).flat_map(|k| pairs.vectors.col(k).iter().zip(&roots).map(|(x, root)| x / root));
+    Ok(columns.collect())
+}
+
+/// The lowest pairs by shift-inverted Lanczos; function-major.
+fn by_lanczos(laplacian: &Laplacian<'_>, count: usize, token: &Token) -> Result<Vec<f64>, LiftError> {
+    let roots: Vec<f64> = laplacian.mass.iter().map(|mass| mass.sqrt()).collect();
+    let length = roots.iter().map(|root| root * root).sum::<f64>().sqrt();
+    let constant: Vec<f64> = roots.iter().map(|root| root / length).collect();
+    let shift = SHIFT * laplacian.smallest_bound();
+    let mut shifted = laplacian.stiffness.clone();
+    shifted.add_diagonal(&laplacian.mass.iter().map(|mass| shift * mass).collect::<Vec<f64>>());
+    let cholesky = Cholesky::factor(&shifted)?;
+    let mut scratch = SolveScratch::default();
+    let apply = |block: &mut [f64], width: usize| {
+        scale(block, &roots);
+        cholesky.solve_in_place(block, width, &mut scratch);
+        scale(block, &roots);
+    };
+    let mut functions = lanczos::largest(&constant, count, apply, token)?.vectors;
+    let inverse: Vec<f64> = roots.iter().map(|root| 1.0 / root).collect();
+    scale(&mut functions, &inverse);
+    Ok(functions)
+}
+
+/// Multiplies every column of a column-major block by a diagonal.
+fn scale(block: &mut [f64], diagonal: &[f64]) {
+    for column in block.chunks_exact_mut(diagonal.len()) {
+        column.iter_mut().zip(diagonal).for_each(|(value, factor)| *value *= factor);
+    }
+}
