@@ -26,8 +26,7 @@ pub(super) fn symmetric(matrix: MatRef<'_, f64>) -> Result<Dense, LiftError> {
     let mut values = Diag::<f64>::zeros(order);
     let mut vectors = Mat::<f64>::zeros(order, order);
     if order > 0 {
-        let scratch =
-            self_adjoint_evd_scratch::<f64>(order, ComputeEigenvectors::Yes, Par::Seq, Default::default());
+        let scratch = self_adjoint_evd_scratch::<f64>(order, ComputeEigenvectors::Yes, Par::Seq, Default::default());
         self_adjoint_evd(
             matrix,
             values.as_mut(),

@@ -25,17 +25,12 @@ pub(super) const DIMENSION_MAX: usize = 256;
 const CYCLES_MAX: usize = 4;
 /// Residual of a converged pair, relative to its eigenvalue.
 const TOLERANCE: f64 = 1e-11;
+/// An eigenvalue below this share of the largest is rounding noise of an operator of lower rank.
+const NOISE: f64 = 1e-10;
 
-/// Eigenpairs of the operator, the largest first.
-pub(super) struct Pairs {
-    /// Eigenvalues θ, descending, all positive and finite.
-    pub(super) values: Vec<f64>,
-    /// Orthonormal eigenvectors, column-major, `order × values.len()`.
-    pub(super) vectors: Vec<f64>,
-}
-
-/// The `wanted` largest eigenpairs of a symmetric positive operator that leaves the unit vector `deflated` alone, among
-/// the vectors orthogonal to it. `apply` replaces a block (column-major, `order × width`, width at most [`BLOCK`]) by
+/// Orthonormal eigenvectors of the `wanted` largest eigenvalues, in descending order, of a symmetric positive operator
+/// that leaves the unit vector `deflated` alone, among the vectors orthogonal to it; column-major, `order × wanted`.
+/// Their Rayleigh quotients are better eigenvalues than the iteration's own. `apply` replaces a block (column-major, `order × width`, width at most [`BLOCK`]) by
 /// its image. The token is polled before every application.
 ///
 /// Errors: [`LiftError::TooFewNodes`] unless `wanted` + 4 blocks fit both the space and [`DIMENSION_MAX`];
@@ -46,7 +41,7 @@ pub(super) fn largest(
     wanted: usize,
     mut apply: impl FnMut(&mut [f64], usize),
     token: &Token,
-) -> Result<Pairs, LiftError> {
+) -> Result<Vec<f64>, LiftError> {
     let order = deflated.len();
     let dimension = DIMENSION_MAX.min(order.saturating_sub(1 + BLOCK));
     if dimension < wanted + 4 * BLOCK {
@@ -63,7 +58,7 @@ pub(super) fn largest(
                 converged = ritz.converged(wanted);
                 token.report(converged as f64 / wanted as f64);
                 if converged >= wanted {
-                    return Ok(krylov.pairs(&ritz, wanted));
+                    return Ok(krylov.vectors(&ritz, wanted));
                 }
             }
         }
@@ -92,8 +87,9 @@ struct Ritz {
 impl Ritz {
     /// How many of the `wanted` largest are converged, counted from the largest to the first that is not.
     fn converged(&self, wanted: usize) -> usize {
+        let noise = self.dense.values.last().map_or(0.0, |largest| NOISE * largest.max(0.0));
         let largest = self.dense.values.iter().zip(&self.residuals).rev().take(wanted);
-        largest.take_while(|(value, residual)| **value > 0.0 && **residual <= TOLERANCE * **value).count()
+        largest.take_while(|(value, residual)| **value > noise && **residual <= TOLERANCE * **value).count()
     }
 }
 
@@ -152,13 +148,13 @@ impl Krylov {
         Ok(())
     }
 
-    fn pairs(&self, ritz: &Ritz, wanted: usize) -> Pairs {
+    /// The `wanted` largest Ritz vectors, the largest first.
+    fn vectors(&self, ritz: &Ritz, wanted: usize) -> Vec<f64> {
         let (order, first) = (self.basis.order(), self.explored - wanted);
         let chosen = ritz.dense.vectors.submatrix(0, first, self.explored, wanted).reverse_cols();
         let mut vectors = vec![0.0; order * wanted];
         let target = MatMut::from_column_major_slice_mut(&mut vectors, order, wanted);
         matmul(target, Accum::Replace, self.basis.view(1, self.explored), chosen, 1.0, Par::Seq);
-        let values = ritz.dense.values[first..].iter().rev().copied().collect();
-        Pairs { values, vectors }
+        vectors
     }
 }

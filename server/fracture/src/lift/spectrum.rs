@@ -51,7 +51,8 @@ impl Spectrum {
         if count > MODES_MAX + gap::WINDOW + 1 {
             return Err(LiftError::TooManyModes { modes: count, max: MODES_MAX + gap::WINDOW + 1 });
         }
-        let functions = if nodes <= DENSE_MAX { by_dense(&laplacian, count)? } else { by_lanczos(&laplacian, count, token)? };
+        let functions =
+            if nodes <= DENSE_MAX { by_dense(&laplacian, count)? } else { by_lanczos(&laplacian, count, token)? };
         Self::verified(&laplacian, functions, count)
     }
 
@@ -115,7 +116,7 @@ fn by_lanczos(laplacian: &Laplacian<'_>, count: usize, token: &Token) -> Result<
         cholesky.solve_in_place(block, width, &mut scratch);
         scale(block, &roots);
     };
-    let mut functions = lanczos::largest(&constant, count, apply, token)?.vectors;
+    let mut functions = lanczos::largest(&constant, count, apply, token)?;
     let inverse: Vec<f64> = roots.iter().map(|root| 1.0 / root).collect();
     scale(&mut functions, &inverse);
     Ok(functions)

@@ -23,8 +23,10 @@ pub struct Stretch {
 
 /// The stretch ratios of `lift` on the lattice it was made for; all 1 for a lattice without tetrahedra.
 pub fn stretch(lift: &Lift, lattice: &Lattice) -> Stretch {
-    let mut ratios: Vec<(f64, f64)> =
-        (0..lattice.tets.len()).into_par_iter().map(|tet| (ratio(lift, lattice, tet), lattice.tet_volume(tet))).collect();
+    let mut ratios: Vec<(f64, f64)> = (0..lattice.tets.len())
+        .into_par_iter()
+        .map(|tet| (ratio(lift, lattice, tet), lattice.tet_volume(tet)))
+        .collect();
     ratios.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
     let volume: f64 = ratios.iter().map(|(_, volume)| volume).sum();
     let percentile = |share: f64| {

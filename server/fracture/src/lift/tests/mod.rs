@@ -1,0 +1,6 @@
+//! Tests of the room as a whole: spectra against closed forms, lifts against invariances.
+
+mod invariance;
+mod iteration;
+mod references;
+mod shapes;

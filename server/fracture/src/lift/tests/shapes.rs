@@ -1,0 +1,48 @@
+//! Lattices the tests are about.
+
+use crate::lattice::{Lattice, block};
+use nalgebra::Point3;
+
+/// `lattice` without the tetrahedra whose centroid fails `keep`, and without the nodes that are then left over.
+pub fn carved(lattice: Lattice, keep: impl Fn(&Point3<f64>) -> bool) -> Lattice {
+    let mut renumbered = vec![u32::MAX; lattice.nodes.len()];
+    let mut carved = Lattice::default();
+    for tet in 0..lattice.tets.len() {
+        let centroid =
+            Point3::from(lattice.corners(tet).iter().map(|corner| corner.coords).sum::<nalgebra::Vector3<f64>>() / 4.0);
+        if keep(&centroid) {
+            carved.tets.push(lattice.tets[tet].map(|node| {
+                let new = &mut renumbered[node as usize];
+                if *new == u32::MAX {
+                    *new = carved.nodes.len() as u32;
+                    carved.nodes.push(lattice.nodes[node as usize]);
+                }
+                *new
+            }));
+        }
+    }
+    carved
+}
+
+/// Two prongs, 1.0 long and 0.3 wide, 0.1 apart, on a foot 0.2 high: y is up, the slot is at x = 0.
+pub fn fork() -> Lattice {
+    carved(block([7, 12, 3], 0.1), |at| at.x.abs() > 0.05 || at.y < -0.4)
+}
+
+/// The unit ball: the cube of `cells`³ bent by x√(1 − y²/2 − z²/2 + y²z²/3), which maps its surface onto the sphere.
+pub fn ball(cells: usize) -> Lattice {
+    let mut lattice = block([cells; 3], 2.0 / cells as f64);
+    for node in &mut lattice.nodes {
+        let [xx, yy, zz] = [node.x * node.x, node.y * node.y, node.z * node.z];
+        let bend = |a: f64, b: f64| (1.0 - a / 2.0 - b / 2.0 + a * b / 3.0).sqrt();
+        *node = Point3::new(node.x * bend(yy, zz), node.y * bend(zz, xx), node.z * bend(xx, yy));
+    }
+    lattice
+}
+
+/// The node nearest to a point.
+pub fn nearest(lattice: &Lattice, x: f64, y: f64, z: f64) -> usize {
+    let target = Point3::new(x, y, z);
+    let distance = |node: &usize| (lattice.nodes[*node] - target).norm();
+    (0..lattice.nodes.len()).min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap()
+}
