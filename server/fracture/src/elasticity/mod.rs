@@ -1,1 +1,40 @@
-//! To be filled by its room.
+//! Quasi-static linear elasticity: from contacts to the strain energy of every tetrahedron.
+//!
+//! One impact is `load` → `solve` → `tet_energy`. Young's modulus is 1 and forces are relative: with forces in newtons,
+//! lengths in metres and Young's modulus E, displacements and energies of this room are divided by E.
+//!
+//! Based on: T. J. R. Hughes, *The Finite Element Method* (1987), linear tetrahedra, section 3.I; C. Miehe, M. Hofacker
+//! & F. Welschinger, *A phase field model for rate-independent crack propagation* (CMAME 199, 2010), equation 20, for
+//! the tensile part of the energy. Inertia relief is the d'Alembert load of a free body in consistent mass.
+
+mod boundary;
+mod element;
+mod energy;
+mod error;
+mod front;
+mod inertia;
+mod load;
+mod prepare;
+mod solve;
+mod support;
+#[cfg(test)]
+mod tests;
+
+pub use energy::Driving;
+pub use error::ElasticityError;
+pub use load::{Contact, Load, RADIUS_SPACINGS_MIN, Touch};
+pub use prepare::{Elasticity, POISSON_MAX};
+pub use solve::{RESIDUAL_MAX, Solved};
+pub use support::{Pins, Support};
+
+use crate::sparse::SolveScratch;
+
+/// Memory of the stages of one impact, kept from one to the next: after the first impact on the largest body nothing
+/// that grows with the lattice is allocated.
+#[derive(Default)]
+pub struct Workspace {
+    scratch: SolveScratch,
+    residual: Vec<f64>,
+    front: front::Front,
+    weights: Vec<(u32, f64)>,
+}

@@ -1,0 +1,143 @@
+//! The boundary of a lattice as a triangle mesh of its own, for contacts.
+//!
+//! Based on: C. Ericson, *Real-Time Collision Detection* (2005), section 5.1.5, for the closest point of a triangle.
+
+use crate::lattice::Lattice;
+use nalgebra::Point3;
+
+/// Boundary nodes, densely renumbered, and their faces.
+#[derive(Clone, Debug)]
+pub struct Boundary {
+    /// Lattice node of each boundary node, ascending.
+    pub nodes: Vec<u32>,
+    /// Positions of the boundary nodes, local.
+    pub positions: Vec<Point3<f64>>,
+    /// A third of the area of the faces around each boundary node, local.
+    pub areas: Vec<f64>,
+    /// Boundary nodes of each face.
+    pub faces: Vec<[u32; 3]>,
+    /// Where the faces around each node start in `incident`; one more than nodes.
+    starts: Vec<u32>,
+    incident: Vec<u32>,
+}
+
+/// The boundary point nearest to some point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Nearest {
+    /// The face that it lies on.
+    pub face: usize,
+    /// Local.
+    pub place: Point3<f64>,
+    /// From the point asked for, local.
+    pub distance: f64,
+}
+
+impl Boundary {
+    /// Of `lattice`.
+    pub fn new(lattice: &Lattice) -> Self {
+        let outer = lattice.boundary();
+        let mut nodes: Vec<u32> = outer.iter().flat_map(|face| face.nodes).collect();
+        nodes.sort_unstable();
+        nodes.dedup();
+        let positions: Vec<_> = nodes.iter().map(|&node| lattice.nodes[node as usize]).collect();
+        let dense = |node: u32| nodes.partition_point(|&other| other < node) as u32;
+        let faces: Vec<[u32; 3]> = outer.iter().map(|face| face.nodes.map(dense)).collect();
+        let (starts, incident) = around(nodes.len(), &faces);
+        let mut areas = vec![0.0; nodes.len()];
+        for face in &faces {
+            let [a, b, c] = face.map(|node| positions[node as usize]);
+            let third = (b - a).cross(&(c - a)).norm() / 6.0;
+            face.iter().for_each(|&node| areas[node as usize] += third);
+        }
+        Self { nodes, positions, areas, faces, starts, incident }
+    }
+
+    /// The faces around boundary node `node`.
+    pub fn around(&self, node: u32) -> &[u32] {
+        &self.incident[self.starts[node as usize] as usize..self.starts[node as usize + 1] as usize]
+    }
+
+    /// The three positions of face `face`.
+    pub fn corners(&self, face: usize) -> [Point3<f64>; 3] {
+        self.faces[face].map(|node| self.positions[node as usize])
+    }
+
+    /// The boundary point nearest to `point`; the lowest face wins ties. `None` if there are no faces.
+    pub fn nearest(&self, point: &Point3<f64>) -> Option<Nearest> {
+        let mut best: Option<Nearest> = None;
+        for face in 0..self.faces.len() {
+            let place = closest(point, self.corners(face));
+            // Overflow far outside gives no number: that far is infinitely far.
+            let distance = (place - point).norm().min(f64::INFINITY);
+            if best.is_none_or(|best| distance < best.distance) {
+                best = Some(Nearest { face, place, distance });
+            }
+        }
+        best
+    }
+}
+
+fn around(nodes: usize, faces: &[[u32; 3]]) -> (Vec<u32>, Vec<u32>) {
+    let mut pairs: Vec<(u32, u32)> =
+        faces.iter().enumerate().flat_map(|(face, nodes)| nodes.map(|node| (node, face as u32))).collect();
+    pairs.sort_unstable();
+    let starts = (0..=nodes as u32).map(|node| pairs.partition_point(|pair| pair.0 < node) as u32).collect();
+    (starts, pairs.into_iter().map(|pair| pair.1).collect())
+}
+
+/// The point of triangle (a, b, c) closest to `p`, by the Voronoi region of its features that `p` lies in.
+fn closest(p: &Point3<f64>, [a, b, c]: [Point3<f64>; 3]) -> Point3<f64> {
+    let (ab, ac) = (b - a, c - a);
+    let (d1, d2) = (ab.dot(&(p - a)), ac.dot(&(p - a)));
+    if d1 <= 0.0 && d2 <= 0.0 {
+        return a;
+    }
+    let (d3, d4) = (ab.dot(&(p - b)), ac.dot(&(p - b)));
+    if d3 >= 0.0 && d4 <= d3 {
+        return b;
+    }
+    let vc = d1 * d4 - d3 * d2;
+    if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 {
+        return a + ab * (d1 / (d1 - d3));
+    }
+    let (d5, d6) = (ab.dot(&(p - c)), ac.dot(&(p - c)));
+    if d6 >= 0.0 && d5 <= d6 {
+        return c;
+    }
+    let vb = d5 * d2 - d1 * d6;
+    if vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0 {
+        return a + ac * (d2 / (d2 - d6));
+    }
+    let va = d3 * d6 - d5 * d4;
+    if va <= 0.0 && d4 >= d3 && d5 >= d6 {
+        return b + (c - b) * ((d4 - d3) / ((d4 - d3) + (d5 - d6)));
+    }
+    let total = va + vb + vc;
+    a + ab * (vb / total) + ac * (vc / total)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn point() -> impl Strategy<Value = Point3<f64>> {
+        prop::array::uniform3(-1.0..1.0_f64).prop_map(Point3::from)
+    }
+
+    proptest! {
+        #[test]
+        fn no_point_of_a_triangle_is_closer_than_the_closest(p in point(), corners in prop::array::uniform3(point())) {
+            let [a, b, c] = corners;
+            let distance = (closest(&p, corners) - p).norm();
+            let mut sampled = f64::INFINITY;
+            for i in 0..=40 {
+                for j in 0..=40 - i {
+                    let place = a + (b - a) * (f64::from(i) / 40.0) + (c - a) * (f64::from(j) / 40.0);
+                    sampled = sampled.min((place - p).norm());
+                }
+            }
+            prop_assert!(distance <= sampled + 1e-9 && sampled <= distance + 0.1);
+        }
+    }
+}

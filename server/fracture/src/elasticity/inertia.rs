@@ -1,0 +1,68 @@
+//! Inertia relief: the d'Alembert forces of the rigid acceleration that a load gives to a free body.
+//!
+//! The acceleration a(x) = a₀ + α × (x − c) is linear in x, so its consistent forces ∫ φ_i a(x) dx need only two
+//! integrals per node, m_i = ∫ φ_i and s_i = ∫ φ_i (x − c): f_i = m_i a₀ + α × s_i. They are exact for linear tetrahedra.
+
+use crate::lattice::Lattice;
+use nalgebra::{Matrix3, Vector3};
+
+/// Mass distribution of one body of unit density.
+#[derive(Clone, Debug)]
+pub struct Inertia {
+    volume: f64,
+    /// x_i − c.
+    arms: Vec<Vector3<f64>>,
+    /// m_i, sum = volume.
+    masses: Vec<f64>,
+    /// s_i, sum = 0.
+    moments: Vec<Vector3<f64>>,
+    /// Inverse of the inertia tensor about c.
+    compliance: Matrix3<f64>,
+}
+
+impl Inertia {
+    /// `None` if the body has no volume.
+    pub fn new(lattice: &Lattice) -> Option<Self> {
+        let masses = lattice.node_volumes();
+        let volume: f64 = masses.iter().sum();
+        let centre = masses.iter().zip(&lattice.nodes).map(|(m, x)| x.coords * *m).sum::<Vector3<f64>>() / volume;
+        let arms: Vec<_> = lattice.nodes.iter().map(|x| x.coords - centre).collect();
+        let mut moments = vec![Vector3::zeros(); arms.len()];
+        for (tet, nodes) in lattice.tets.iter().enumerate() {
+            // ∫ φ_i φ_j = V (1 + δ_ij) / 20.
+            let sum: Vector3<f64> = nodes.iter().map(|&node| arms[node as usize]).sum();
+            let share = lattice.tet_volume(tet) / 20.0;
+            for &node in nodes {
+                moments[node as usize] += (sum + arms[node as usize]) * share;
+            }
+        }
+        let tensor: Matrix3<f64> =
+            arms.iter().zip(&moments).map(|(r, s)| Matrix3::from_diagonal_element(r.dot(s)) - s * r.transpose()).sum();
+        let compliance = (tensor + tensor.transpose()).scale(0.5).cholesky()?.inverse();
+        Some(Self { volume, arms, masses, moments, compliance })
+    }
+
+    /// Net force and net torque about the centre of mass of `forces` (three components per node).
+    pub fn net(&self, forces: &[f64]) -> (Vector3<f64>, Vector3<f64>) {
+        let (mut force, mut torque) = (Vector3::zeros(), Vector3::zeros());
+        for (arm, own) in self.arms.iter().zip(forces.chunks_exact(3)) {
+            let own = Vector3::from_column_slice(own);
+            force += own;
+            torque += arm.cross(&own);
+        }
+        (force, torque)
+    }
+
+    /// Subtracts the inertial forces, so that net force and torque vanish. The second pass removes what the rounding of
+    /// the first left, which is all there is when the load was nothing but a rigid acceleration.
+    pub fn relieve(&self, forces: &mut [f64]) {
+        for _ in 0..2 {
+            let (force, torque) = self.net(forces);
+            let (linear, angular) = (force / self.volume, self.compliance * torque);
+            for ((own, mass), moment) in forces.chunks_exact_mut(3).zip(&self.masses).zip(&self.moments) {
+                let inertial = linear * *mass + angular.cross(moment);
+                own.iter_mut().zip(inertial.iter()).for_each(|(own, inertial)| *own -= inertial);
+            }
+        }
+    }
+}

@@ -1,0 +1,140 @@
+//! Contacts to nodal forces.
+
+use super::{Elasticity, ElasticityError, Support, Workspace};
+use nalgebra::{Point3, Vector3};
+
+/// The contact radius is raised to this many spacings (mean edge length of the lattice): a narrower bell falls between
+/// the nodes, and its energy would be the lattice's, not the body's.
+///
+/// Measured error of the energy of one contact on a block, against a lattice three times as fine, over five places
+/// between the nodes: up to 43 % at 0.5 spacings, 8 % at 0.75, 2.5 % at 1, 1 % at 1.25.
+pub const RADIUS_SPACINGS_MIN: f64 = 1.0;
+
+/// Weights are cut off beyond this many contact radii.
+const CUT_RADII: f64 = 3.0;
+
+/// One contact. Its peak force is spread over the boundary with weight area · (exp(−ρ²/2r²) − exp(−9/2)), ρ ≤ 3r, ρ
+/// measured along the boundary from the boundary point nearest to `point`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Contact {
+    /// Where, local; at most `radius` away from the boundary.
+    pub point: Point3<f64>,
+    /// Direction and relative magnitude of the peak force.
+    pub impulse: Vector3<f64>,
+    /// r, local, > 0.
+    pub radius: f64,
+}
+
+/// How a contact was applied.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Touch {
+    /// The boundary point nearest to the contact, local.
+    pub place: Point3<f64>,
+    /// From the contact to it, local.
+    pub distance: f64,
+    /// The radius in effect, local: the one asked for, [`RADIUS_SPACINGS_MIN`] spacings, or the way to the nearest node,
+    /// whichever is greatest.
+    pub radius: f64,
+}
+
+/// Nodal forces of an impact.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Load {
+    /// Three components per node; in equilibrium if the body is free.
+    pub forces: Vec<f64>,
+    /// One per contact.
+    pub touches: Vec<Touch>,
+}
+
+impl Elasticity {
+    /// The forces of all `contacts` together into `load`, and for a free body the inertial forces of the rigid
+    /// acceleration that they cause, so that net force and torque vanish to rounding.
+    ///
+    /// # Errors
+    /// [`ElasticityError::NoContacts`], [`ElasticityError::NonFinitePoint`], [`ElasticityError::NonFiniteImpulse`],
+    /// [`ElasticityError::ZeroImpulse`], [`ElasticityError::RadiusOutOfRange`], [`ElasticityError::TooFar`]; `load` is
+    /// then of no use.
+    pub fn load(
+        &self,
+        contacts: &[Contact],
+        load: &mut Load,
+        workspace: &mut Workspace,
+    ) -> Result<(), ElasticityError> {
+        if contacts.is_empty() {
+            return Err(ElasticityError::NoContacts);
+        }
+        load.forces.clear();
+        load.forces.resize(self.size(), 0.0);
+        load.touches.clear();
+        for (index, contact) in contacts.iter().enumerate() {
+            check(index, contact)?;
+            let touch = self.touch(index, contact, workspace)?;
+            for &(node, weight) in &workspace.weights {
+                let own = &mut load.forces[3 * node as usize..][..3];
+                own.iter_mut().zip(contact.impulse.iter()).for_each(|(own, impulse)| *own += impulse * weight);
+            }
+            load.touches.push(touch);
+        }
+        if let Support::Free(_) = self.support {
+            self.relieve(&mut load.forces);
+        }
+        Ok(())
+    }
+
+    /// Subtracts from `forces` (length 3 · nodes) the inertial forces of the rigid acceleration that they cause.
+    ///
+    /// # Panics
+    /// If the length does not fit the body.
+    pub fn relieve(&self, forces: &mut [f64]) {
+        assert_eq!(forces.len(), self.size(), "three components per node");
+        self.inertia.relieve(forces);
+    }
+
+    /// Distance from `point` to the boundary, local, inside and outside alike: which body a contact belongs to.
+    pub fn distance(&self, point: &Point3<f64>) -> f64 {
+        self.boundary.nearest(point).map_or(f64::INFINITY, |nearest| nearest.distance)
+    }
+
+    /// Finds where `contact` touches and fills the workspace with (lattice node, weight), weights summing to 1.
+    fn touch(&self, index: usize, contact: &Contact, workspace: &mut Workspace) -> Result<Touch, ElasticityError> {
+        let nearest = self.boundary.nearest(&contact.point).ok_or(ElasticityError::EmptyLattice)?;
+        if nearest.distance > contact.radius {
+            let (distance, radius) = (nearest.distance, contact.radius);
+            return Err(ElasticityError::TooFar { contact: index, distance, radius });
+        }
+        // On lattices made elsewhere a face may be larger than the spacing; a corner of it must carry the load.
+        let corners = self.boundary.corners(nearest.face);
+        let corner = corners.iter().map(|corner| (corner - nearest.place).norm()).fold(f64::INFINITY, f64::min);
+        let radius = contact.radius.max(RADIUS_SPACINGS_MIN * self.spacing).max(corner);
+        let reached = workspace.front.run(&self.boundary, &nearest, CUT_RADII * radius);
+        workspace.weights.clear();
+        workspace.weights.extend(reached.iter().map(|&(node, distance)| {
+            let weight = self.boundary.areas[node as usize] * bell(distance / radius);
+            (self.boundary.nodes[node as usize], weight)
+        }));
+        let total: f64 = workspace.weights.iter().map(|&(_, weight)| weight).sum();
+        workspace.weights.iter_mut().for_each(|(_, weight)| *weight /= total);
+        Ok(Touch { place: nearest.place, distance: nearest.distance, radius })
+    }
+}
+
+/// exp(−t²/2) less its value at the cut, so that a node that just enters the patch does not jump.
+fn bell(t: f64) -> f64 {
+    ((-0.5 * t * t).exp() - (-0.5 * CUT_RADII * CUT_RADII).exp()).max(0.0)
+}
+
+fn check(index: usize, contact: &Contact) -> Result<(), ElasticityError> {
+    if !contact.point.iter().all(|x| x.is_finite()) {
+        return Err(ElasticityError::NonFinitePoint { contact: index });
+    }
+    if !contact.impulse.iter().all(|j| j.is_finite()) {
+        return Err(ElasticityError::NonFiniteImpulse { contact: index });
+    }
+    if contact.impulse == Vector3::zeros() {
+        return Err(ElasticityError::ZeroImpulse { contact: index });
+    }
+    if !(contact.radius > 0.0 && contact.radius.is_finite()) {
+        return Err(ElasticityError::RadiusOutOfRange { contact: index, radius: contact.radius });
+    }
+    Ok(())
+}

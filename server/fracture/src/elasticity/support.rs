@@ -1,0 +1,120 @@
+//! How a body is held while its stiffness is factored.
+
+use crate::lattice::Lattice;
+use crate::sparse::Symmetric;
+use nalgebra::{Matrix3, Point3, Vector3};
+
+/// What takes the rigid motions out of the stiffness.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Support {
+    /// A free body: six components are pinned, which a load in equilibrium does not notice.
+    Free(Pins),
+    /// These nodes do not move; they may carry any load.
+    Anchored(Vec<u32>),
+}
+
+/// Three nodes held statically determinately: the first in all directions, the second across the line to the first, the
+/// third out of the plane of the three.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pins {
+    nodes: [u32; 3],
+    /// Columns: along the line, across it in the plane, out of the plane.
+    frame: Matrix3<f64>,
+}
+
+impl Pins {
+    /// On these three nodes; `None` if they lie on a line.
+    pub fn on(lattice: &Lattice, nodes: [u32; 3]) -> Option<Self> {
+        let [a, b, c] = nodes.map(|node| lattice.nodes[node as usize]);
+        let along = (b - a).try_normalize(0.0)?;
+        let reach = (c - a).norm();
+        let normal = along.cross(&(c - a)).try_normalize(1e-9 * reach)?;
+        Some(Self { nodes, frame: Matrix3::from_columns(&[along, normal.cross(&along), normal]) })
+    }
+
+    /// On three nodes far apart: the farthest from the mean of the nodes, the farthest from it, the farthest from their
+    /// line; lower indices win ties. `None` if all nodes lie on a line.
+    pub fn far_apart(lattice: &Lattice) -> Option<Self> {
+        let sum: Vector3<f64> = lattice.nodes.iter().map(|x| x.coords).sum();
+        let mean = Point3::from(sum / lattice.nodes.len() as f64);
+        let a = farthest(lattice, |x| (x - mean).norm_squared())?;
+        let start = lattice.nodes[a as usize];
+        let b = farthest(lattice, |x| (x - start).norm_squared())?;
+        let along = lattice.nodes[b as usize] - start;
+        let c = farthest(lattice, |x| along.cross(&(x - start)).norm_squared())?;
+        Self::on(lattice, [a, b, c])
+    }
+}
+
+fn farthest(lattice: &Lattice, measure: impl Fn(&Point3<f64>) -> f64) -> Option<u32> {
+    let mut best = None;
+    for (node, place) in lattice.nodes.iter().enumerate() {
+        let value = measure(place);
+        if best.is_none_or(|(_, greatest)| value > greatest) {
+            best = Some((node as u32, value));
+        }
+    }
+    best.map(|(node, _)| node)
+}
+
+impl Support {
+    /// Puts the held nodes into their frame and fixes their held components.
+    pub(super) fn constrain(&self, stiffness: &mut Symmetric<3>) {
+        let diagonal = stiffness.diagonal();
+        let mean = diagonal.iter().sum::<f64>() / diagonal.len() as f64;
+        if let Self::Free(pins) = self {
+            for node in pins.nodes {
+                stiffness.rotate(node as usize, &pins.frame);
+            }
+        }
+        self.held(|node, component| stiffness.fix(node, component, mean));
+    }
+
+    /// A vector (three components per node) in the frames of the held nodes, held components set to zero.
+    pub(super) fn enter(&self, vector: &mut [f64]) {
+        if let Self::Free(pins) = self {
+            pins.turn(vector, &pins.frame.transpose());
+        }
+        self.held(|node, component| vector[3 * node + component] = 0.0);
+    }
+
+    /// Back from the frames of the held nodes.
+    pub(super) fn leave(&self, vector: &mut [f64]) {
+        if let Self::Free(pins) = self {
+            pins.turn(vector, &pins.frame);
+        }
+    }
+
+    /// Drops from a residual what reactions carry: at anchors they are real, at pins they must vanish and so they stay.
+    pub(super) fn drop_reactions(&self, residual: &mut [f64]) {
+        if let Self::Anchored(_) = self {
+            self.held(|node, component| residual[3 * node + component] = 0.0);
+        }
+    }
+
+    /// Calls `fix` with every held (node, component).
+    fn held(&self, mut fix: impl FnMut(usize, usize)) {
+        match self {
+            Self::Free(Pins { nodes: [a, b, c], .. }) => {
+                (0..3).for_each(|component| fix(*a as usize, component));
+                (1..3).for_each(|component| fix(*b as usize, component));
+                fix(*c as usize, 2);
+            }
+            Self::Anchored(nodes) => {
+                for &node in nodes {
+                    (0..3).for_each(|component| fix(node as usize, component));
+                }
+            }
+        }
+    }
+}
+
+impl Pins {
+    fn turn(&self, vector: &mut [f64], matrix: &Matrix3<f64>) {
+        for node in self.nodes {
+            let own = &mut vector[3 * node as usize..][..3];
+            let turned = matrix * Vector3::from_column_slice(own);
+            own.copy_from_slice(turned.as_slice());
+        }
+    }
+}

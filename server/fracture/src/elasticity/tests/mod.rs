@@ -1,0 +1,109 @@
+//! Analytic references, invariances and refusals. What they share: bodies, and one strike that checks its own residual.
+
+mod beam;
+mod contact;
+mod invariance;
+mod patch;
+mod refusal;
+
+use super::*;
+use crate::lattice::{Lattice, block};
+use crate::random::Stream;
+use crate::token::Token;
+use nalgebra::{Matrix3, Point3, Vector3};
+
+/// A block with every interior node moved at random by up to `amount` of the spacing along each axis.
+fn perturbed(cells: [usize; 3], spacing: f64, amount: f64, seed: u64) -> Lattice {
+    let mut lattice = block(cells, spacing);
+    let outer: std::collections::HashSet<u32> = lattice.boundary().iter().flat_map(|face| face.nodes).collect();
+    let mut stream = Stream::new(seed, 0);
+    for (node, place) in lattice.nodes.iter_mut().enumerate() {
+        let shift = Vector3::from_fn(|_, _| (stream.uniform() - 0.5) * 2.0 * amount * spacing);
+        if !outer.contains(&(node as u32)) {
+            *place += shift;
+        }
+    }
+    lattice
+}
+
+/// The tetrahedra whose centroid `keep` keeps, nodes renumbered.
+fn carve(lattice: &Lattice, keep: impl Fn(Point3<f64>) -> bool) -> Lattice {
+    let mut carved = Lattice::default();
+    let mut renumbered = std::collections::HashMap::new();
+    for tet in 0..lattice.tets.len() {
+        if !keep(centroid(lattice, tet)) {
+            continue;
+        }
+        carved.tets.push(lattice.tets[tet].map(|node| {
+            *renumbered.entry(node).or_insert_with(|| {
+                carved.nodes.push(lattice.nodes[node as usize]);
+                carved.nodes.len() as u32 - 1
+            })
+        }));
+    }
+    carved
+}
+
+fn centroid(lattice: &Lattice, tet: usize) -> Point3<f64> {
+    Point3::from(lattice.corners(tet).iter().map(|corner| corner.coords).sum::<Vector3<f64>>() / 4.0)
+}
+
+/// Consistent nodal forces of the traction σ(x) n on the boundary, σ linear in x.
+fn traction(lattice: &Lattice, stress: impl Fn(Point3<f64>) -> Matrix3<f64>) -> Vec<f64> {
+    let mut forces = vec![0.0; 3 * lattice.nodes.len()];
+    for face in lattice.boundary() {
+        let [a, b, c] = face.nodes.map(|node| lattice.nodes[node as usize]);
+        let area = (b - a).cross(&(c - a)) * 0.5;
+        let tractions = [a, b, c].map(|place| stress(place) * area);
+        let sum: Vector3<f64> = tractions.iter().sum();
+        for (&node, own) in face.nodes.iter().zip(tractions) {
+            let force = (sum + own) / 12.0;
+            forces[3 * node as usize..][..3].iter_mut().zip(force.iter()).for_each(|(f, df)| *f += df);
+        }
+    }
+    forces
+}
+
+/// A free body.
+fn free(lattice: &Lattice, poisson: f64) -> Elasticity {
+    Elasticity::prepare(lattice, poisson, &Token::default()).unwrap()
+}
+
+/// The displacement under `forces`.
+fn solve(body: &Elasticity, forces: &[f64]) -> Vec<f64> {
+    let mut displacement = Vec::new();
+    let solved = body.solve(forces, &mut displacement, &mut Workspace::default(), &Token::default()).unwrap();
+    assert!(solved.residual <= RESIDUAL_MAX);
+    displacement
+}
+
+/// The energies of all tetrahedra under `forces`; their sum must be the work of the forces.
+fn energies(body: &Elasticity, lattice: &Lattice, forces: &[f64], driving: Driving) -> Vec<f64> {
+    let displacement = solve(body, forces);
+    let mut energies = Vec::new();
+    body.tet_energy(lattice, &displacement, driving, &mut energies, &Token::default()).unwrap();
+    if driving == Driving::Total {
+        let (sum, work): (f64, f64) = (energies.iter().sum(), body.elastic_energy(forces, &displacement));
+        assert!((sum - work).abs() <= 1e-10 * work.abs(), "Σ W = {sum}, ½ f·u = {work}");
+    }
+    energies
+}
+
+/// The forces of `contacts`, in equilibrium.
+fn load(body: &Elasticity, contacts: &[Contact]) -> Load {
+    let mut load = Load::default();
+    body.load(contacts, &mut load, &mut Workspace::default()).unwrap();
+    load
+}
+
+fn strike(lattice: &Lattice, contacts: &[Contact], driving: Driving) -> Vec<f64> {
+    let body = free(lattice, 0.25);
+    energies(&body, lattice, &load(&body, contacts).forces, driving)
+}
+
+/// Largest difference relative to the largest value.
+fn difference(a: &[f64], b: &[f64]) -> f64 {
+    assert_eq!(a.len(), b.len());
+    let greatest = a.iter().fold(0.0, |greatest: f64, value| greatest.max(value.abs()));
+    a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) / greatest
+}
