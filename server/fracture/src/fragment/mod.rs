@@ -1,1 +1,7 @@
-//! To be filled by its room.
+//! What a fragment is once its surface is known: a rigid body, and a closed one.
+
+mod closed;
+mod properties;
+
+pub use closed::{Open, closed};
+pub use properties::{NotRigid, Properties, properties};

@@ -1,1 +1,180 @@
-//! To be filled by its room.
+//! Labels on a lattice to closed fragment meshes.
+//!
+//! [`Topology`] is prepared once per body. [`components`] turns cells into connected fragments, [`crack_points`] finds
+//! where their borders cross the lattice, [`tessellate`] counts and connects, [`Tessellation::emit`] writes the answer
+//! into the caller's memory. Every step has a twin that reuses what an earlier call allocated.
+//!
+//! The guarantee: for any labels, points and lift, every fragment is a closed, oriented 2-manifold, provided that the
+//! lattice's own boundary is one. Connectivity depends on labels alone. Crack polygons are made once and serve both of
+//! their fragments, so that the fragments' volumes add up to the lattice's.
+
+mod barycentric;
+mod components;
+mod emit;
+mod error;
+mod pattern;
+mod points;
+mod polygon;
+mod rank;
+mod runs;
+mod sheet;
+mod span;
+mod topology;
+
+pub use barycentric::MARGIN;
+pub use components::{Components, components};
+pub use emit::Transform;
+pub use error::TessellationError;
+pub use points::{FixedPoints, Points, Sites, crack_points};
+pub use runs::{Fragment, Run};
+pub use topology::{FACE_EDGES, OuterFace, Topology};
+
+use crate::lattice::Lattice;
+use nalgebra::Point3;
+use polygon::Polygons;
+use rank::{Input, Ranks};
+use sheet::Sheets;
+
+/// Scratch memory of [`Tessellation::build`]; what it holds between calls is of no meaning.
+#[derive(Debug, Default)]
+pub struct Workspace {
+    sheets: Sheets,
+    ranks: Ranks,
+    polygons: Polygons,
+    cursors: Vec<usize>,
+}
+
+/// The fragments' surfaces, in local coordinates, ready to be measured and emitted.
+///
+/// Vertices belong to runs: a point on the rim of two runs appears in both, and the merges map the later one to the
+/// earlier. Internally a crack is stored once for its two runs.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Tessellation {
+    fragments: Vec<Fragment>,
+    runs: Vec<Run>,
+    merges: Vec<[u32; 2]>,
+    vertices: Vec<Point3<f64>>,
+    triangles: Vec<[u32; 3]>,
+    vertex_offsets: Vec<usize>,
+    triangle_offsets: Vec<usize>,
+}
+
+impl Tessellation {
+    /// Tessellates `labels` (one per node, below the number of nodes) with the crack points found for the same labels.
+    /// A label that no node has gives a fragment without runs. Reuses what an earlier call allocated.
+    pub fn build(
+        &mut self,
+        lattice: &Lattice,
+        topology: &Topology,
+        labels: &[u32],
+        points: &Points,
+        workspace: &mut Workspace,
+    ) -> Result<(), TessellationError> {
+        let fragments = fragment_count(topology, labels)?;
+        let Workspace { sheets, ranks, polygons, cursors } = workspace;
+        sheets.find(topology, labels, fragments, points);
+        let input = Input { lattice, topology, labels, fragments, points, sheets };
+        ranks.count(input);
+        polygons.group(input);
+        prefix_sums(&ranks.vertices, &mut self.vertex_offsets);
+        prefix_sums(&polygons.triangles, &mut self.triangle_offsets);
+        self.lay_out_runs(fragments, &sheets.pairs, ranks, cursors);
+        self.place_vertices(input, ranks);
+        self.write_triangles(input, ranks, polygons);
+        self.write_merges(input, ranks, cursors);
+        Ok(())
+    }
+
+    /// All fragments, by label.
+    pub fn fragments(&self) -> &[Fragment] {
+        &self.fragments
+    }
+
+    /// All runs: by fragment; within one the outer run, if any, first, then by ascending neighbour.
+    pub fn runs(&self) -> &[Run] {
+        &self.runs
+    }
+
+    /// Length of the positions that [`Self::emit`] writes.
+    pub fn vertex_count(&self) -> usize {
+        self.fragments.last().map_or(0, |last| last.vertices.end)
+    }
+
+    /// Length of the indices that [`Self::emit`] writes, three per triangle.
+    pub fn index_count(&self) -> usize {
+        3 * self.fragments.last().map_or(0, |last| last.triangles.end)
+    }
+
+    /// Length of the merge pairs that [`Self::emit`] writes.
+    pub fn merge_count(&self) -> usize {
+        self.merges.len()
+    }
+
+    /// The vertices of `run`, local.
+    pub fn run_vertices(&self, run: &Run) -> &[Point3<f64>] {
+        &self.vertices[self.vertex_offsets[run.sheet]..self.vertex_offsets[run.sheet + 1]]
+    }
+
+    /// The triangles of `run` as indices into its vertices, counter-clockwise seen from outside its fragment.
+    pub fn run_triangles(&self, run: &Run) -> impl Iterator<Item = [u32; 3]> {
+        let stored = &self.triangles[self.triangle_offsets[run.sheet]..self.triangle_offsets[run.sheet + 1]];
+        let flipped = run.flipped;
+        stored.iter().map(move |&[a, b, c]| if flipped { [a, c, b] } else { [a, b, c] })
+    }
+
+    fn place_vertices(&mut self, input: Input<'_>, ranks: &Ranks) {
+        self.vertices.clear();
+        self.vertices.resize(total(&self.vertex_offsets), Point3::origin());
+        ranks.place(input, &self.vertex_offsets, &mut self.vertices);
+    }
+
+    fn write_triangles(&mut self, input: Input<'_>, ranks: &Ranks, polygons: &Polygons) {
+        let mut triangles = std::mem::take(&mut self.triangles);
+        triangles.clear();
+        triangles.resize(total(&self.triangle_offsets), [0; 3]);
+        let (vertices, offsets) = (&self.vertices, &self.vertex_offsets);
+        span::each_span(&self.triangle_offsets, &mut triangles, &|sheet, out| {
+            polygons.write(input, ranks, sheet, &vertices[offsets[sheet]..offsets[sheet + 1]], out);
+        });
+        self.triangles = triangles;
+    }
+}
+
+/// [`Tessellation::build`] into fresh memory.
+pub fn tessellate(
+    lattice: &Lattice,
+    topology: &Topology,
+    labels: &[u32],
+    points: &Points,
+) -> Result<Tessellation, TessellationError> {
+    let mut tessellation = Tessellation::default();
+    tessellation.build(lattice, topology, labels, points, &mut Workspace::default())?;
+    Ok(tessellation)
+}
+
+/// One more than the highest label, after a check that labels fit the lattice.
+fn fragment_count(topology: &Topology, labels: &[u32]) -> Result<usize, TessellationError> {
+    let nodes = topology.nodes;
+    if labels.len() != nodes {
+        return Err(TessellationError::LabelCount { nodes, labels: labels.len() });
+    }
+    match labels.iter().position(|&label| label as usize >= nodes) {
+        Some(node) => Err(TessellationError::LabelOutOfRange { node, label: labels[node] }),
+        None => Ok(labels.iter().max().map_or(0, |&label| label as usize + 1)),
+    }
+}
+
+/// Where each of `counts` begins, and the total at the end.
+fn prefix_sums(counts: &[u32], offsets: &mut Vec<usize>) {
+    offsets.clear();
+    offsets.push(0);
+    let mut sum = 0;
+    offsets.extend(counts.iter().map(|&count| {
+        sum += count as usize;
+        sum
+    }));
+}
+
+fn total(offsets: &[usize]) -> usize {
+    offsets.last().copied().unwrap_or(0)
+}

@@ -1,0 +1,125 @@
+//! The independent check of what is handed out: is a mesh, as a reader sees it, a closed and oriented surface?
+
+/// The first thing that keeps a mesh from being closed.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum Open {
+    /// No triangles.
+    #[error("no triangles")]
+    Empty,
+    /// The number of indices is no multiple of three.
+    #[error("{count} indices, not a multiple of three")]
+    IndexCount {
+        /// Indices given.
+        count: usize,
+    },
+    /// An index points past the vertices.
+    #[error("index {at} is vertex {vertex}, out of range")]
+    VertexOutOfRange {
+        /// Position of the index.
+        at: usize,
+        /// Its value.
+        vertex: u32,
+    },
+    /// A coordinate is not finite.
+    #[error("vertex {vertex} is not finite")]
+    NonFiniteVertex {
+        /// The vertex.
+        vertex: usize,
+    },
+    /// Two corners of a triangle have the same position.
+    #[error("triangle {triangle} has two corners at one place")]
+    Degenerate {
+        /// The triangle.
+        triangle: usize,
+    },
+    /// A half-edge appears more than once, or its opposite does not appear. Vertices are given by the lowest index at
+    /// their position.
+    #[error("edge from vertex {from} to vertex {to}: {forward} half-edges that way, {backward} back")]
+    Edge {
+        /// Vertex where it begins.
+        from: u32,
+        /// Vertex where it ends.
+        to: u32,
+        /// Half-edges from `from` to `to`.
+        forward: usize,
+        /// Half-edges from `to` to `from`.
+        backward: usize,
+    },
+    /// The enclosed volume is not positive.
+    #[error("volume {volume} is not positive")]
+    Volume {
+        /// Signed volume, cubed units of the positions.
+        volume: f64,
+    },
+}
+
+/// Whether the triangles are a closed, oriented surface around a positive volume: after welding vertices with bitwise
+/// equal positions, every edge has exactly two half-edges, opposite to each other. Uses nothing but what a reader of
+/// the answer has; merge pairs are not needed.
+pub fn closed(positions: &[[f32; 3]], indices: &[u32]) -> Result<(), Open> {
+    let (triangles, rest) = indices.as_chunks::<3>();
+    if !rest.is_empty() {
+        return Err(Open::IndexCount { count: indices.len() });
+    }
+    if triangles.is_empty() {
+        return Err(Open::Empty);
+    }
+    if let Some((at, &vertex)) = indices.iter().enumerate().find(|(_, vertex)| **vertex as usize >= positions.len()) {
+        return Err(Open::VertexOutOfRange { at, vertex });
+    }
+    if let Some(vertex) = positions.iter().position(|position| !position.iter().all(|x| x.is_finite())) {
+        return Err(Open::NonFiniteVertex { vertex });
+    }
+    let welded = weld(positions);
+    paired(triangles.iter().map(|triangle| triangle.map(|vertex| welded[vertex as usize])))?;
+    let volume = volume(positions, triangles);
+    if volume > 0.0 { Ok(()) } else { Err(Open::Volume { volume }) }
+}
+
+/// The lowest vertex at each vertex's position.
+fn weld(positions: &[[f32; 3]]) -> Vec<u32> {
+    let key = |vertex: u32| positions[vertex as usize].map(f32::to_bits);
+    let mut order: Vec<u32> = (0..positions.len() as u32).collect();
+    order.sort_unstable_by_key(|&vertex| (key(vertex), vertex));
+    let mut welded = vec![0; positions.len()];
+    for same in order.chunk_by(|&a, &b| key(a) == key(b)) {
+        same.iter().for_each(|&vertex| welded[vertex as usize] = same[0]);
+    }
+    welded
+}
+
+/// Checks that every half-edge appears once and has its opposite.
+fn paired(triangles: impl Iterator<Item = [u32; 3]>) -> Result<(), Open> {
+    let mut half_edges = Vec::new();
+    for (triangle, [a, b, c]) in triangles.enumerate() {
+        if a == b || b == c || c == a {
+            return Err(Open::Degenerate { triangle });
+        }
+        half_edges.extend([(a, b), (b, c), (c, a)]);
+    }
+    half_edges.sort_unstable();
+    let count = |edge: (u32, u32)| {
+        half_edges.partition_point(|&other| other <= edge) - half_edges.partition_point(|&other| other < edge)
+    };
+    for &(from, to) in &half_edges {
+        let (forward, backward) = (count((from, to)), count((to, from)));
+        if (forward, backward) != (1, 1) {
+            return Err(Open::Edge { from, to, forward, backward });
+        }
+    }
+    Ok(())
+}
+
+/// Signed volume, summed in f64 from the f32 positions, relative to the first vertex.
+fn volume(positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> f64 {
+    let base = positions[0].map(f64::from);
+    let corner = |vertex: u32| {
+        let place = positions[vertex as usize].map(f64::from);
+        [place[0] - base[0], place[1] - base[1], place[2] - base[2]]
+    };
+    let cone = |&triangle: &[u32; 3]| {
+        let [a, b, c] = triangle.map(corner);
+        a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2]) + a[2] * (b[0] * c[1] - b[1] * c[0])
+    };
+    triangles.iter().map(cone).sum::<f64>() / 6.0
+}

@@ -1,0 +1,170 @@
+//! Where a bisector, a triple line or a quadruple point meets an edge, a face or a tetrahedron, in barycentric
+//! coordinates, and how it is kept inside.
+//!
+//! Based on: Schvartzman & Otaduy, *Fracture Animation Based on High-Dimensional Voronoi Diagrams* (I3D 2014): inside a
+//! tetrahedron |X − p_i|² − |X − p_j|² is linear. The margin is ours; the projection is that of Held, Wolfe & Crowder,
+//! *Validation of subgradient optimization* (Mathematical Programming 6, 1974), onto the simplex shrunk by the margin.
+
+/// The least barycentric coordinate of a crack point, ε: on the boundary of its simplex two crack points would coincide.
+pub const MARGIN: f64 = 0.02;
+
+/// Below this share of its terms' magnitude a determinant counts as zero.
+const DEGENERATE: f64 = 1e-9;
+
+/// f_a − f_b at a node with lift coordinates `x`, f_i(X) = |p_i|² − 2 p_i·X, without the cancellation of its terms:
+/// Σ_k (p_b − p_a)_k (2 X − p_a − p_b)_k. All slices have the lift's dimension. Negative where `a` is nearer.
+pub fn preference(x: &[f64], a: &[f64], b: &[f64]) -> f64 {
+    let mut lanes = [0.0; 4];
+    let (xs, x_rest) = x.as_chunks::<4>();
+    let (aa, a_rest) = a.as_chunks::<4>();
+    let (bs, b_rest) = b.as_chunks::<4>();
+    for ((x, a), b) in xs.iter().zip(aa).zip(bs) {
+        for k in 0..4 {
+            lanes[k] += (b[k] - a[k]) * ((x[k] - a[k]) + (x[k] - b[k]));
+        }
+    }
+    let rest: f64 = x_rest.iter().zip(a_rest).zip(b_rest).map(|((x, a), b)| (b - a) * ((x - a) + (x - b))).sum();
+    (lanes[0] + lanes[1]) + (lanes[2] + lanes[3]) + rest
+}
+
+/// The zero of a function linear along an edge with values `h`, as barycentric coordinates of its two nodes; the middle
+/// where there is none.
+pub fn on_edge(h: [f64; 2]) -> [f64; 2] {
+    let t = h[0] / (h[0] - h[1]);
+    if !t.is_finite() {
+        return [0.5; 2];
+    }
+    let t = t.clamp(MARGIN, 1.0 - MARGIN);
+    [1.0 - t, t]
+}
+
+/// The common zero of two functions linear on a triangle, given by their values at its nodes, kept inside; the
+/// barycentre where there is none.
+pub fn on_face(h: [[f64; 3]; 2]) -> [f64; 3] {
+    let minor = |i: usize, j: usize| h[0][i] * h[1][j] - h[0][j] * h[1][i];
+    normalised([minor(1, 2), minor(2, 0), minor(0, 1)])
+}
+
+/// The common zero of three functions linear on a tetrahedron, given by their values at its nodes, kept inside; the
+/// barycentre where there is none.
+pub fn in_tet(h: [[f64; 4]; 3]) -> [f64; 4] {
+    let minor = |i: usize, j: usize, k: usize| {
+        let pair = |p: usize, q: usize| h[1][p] * h[2][q] - h[1][q] * h[2][p];
+        h[0][i] * pair(j, k) - h[0][j] * pair(i, k) + h[0][k] * pair(i, j)
+    };
+    normalised([minor(1, 2, 3), -minor(0, 2, 3), minor(0, 1, 3), -minor(0, 1, 2)])
+}
+
+/// Homogeneous coordinates to barycentric ones of the shrunk simplex.
+fn normalised<const N: usize>(homogeneous: [f64; N]) -> [f64; N] {
+    let sum: f64 = homogeneous.iter().sum();
+    let magnitude: f64 = homogeneous.iter().map(|x| x.abs()).sum();
+    if sum.is_finite() && sum.abs() > DEGENERATE * magnitude {
+        kept_inside(homogeneous.map(|x| x / sum))
+    } else {
+        [1.0 / N as f64; N]
+    }
+}
+
+/// The nearest coordinates (in the Euclidean norm of the coordinates) that are all at least [`MARGIN`]; `point` itself,
+/// bit for bit, if it is inside. `point` sums to 1.
+pub fn kept_inside<const N: usize>(point: [f64; N]) -> [f64; N] {
+    if point.iter().all(|&x| x >= MARGIN) {
+        return point;
+    }
+    let room = 1.0 - N as f64 * MARGIN;
+    let mut sorted = point.map(|x| x - MARGIN);
+    sorted.sort_unstable_by(|a, b| b.total_cmp(a));
+    let (mut sum, mut shift) = (0.0, 0.0);
+    for (count, &value) in sorted.iter().enumerate() {
+        sum += value;
+        let candidate = (sum - room) / (count + 1) as f64;
+        if value > candidate {
+            shift = candidate;
+        }
+    }
+    let mut inside = point.map(|x| (x - MARGIN - shift).max(0.0) + MARGIN);
+    let largest = (0..N).fold(0, |best, k| if inside[k] > inside[best] { k } else { best });
+    let others: f64 = (0..N).filter(|&k| k != largest).map(|k| inside[k]).sum();
+    inside[largest] = 1.0 - others;
+    inside
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::Stream;
+
+    fn check_inside<const N: usize>(point: [f64; N]) {
+        assert!(point.iter().all(|&x| x >= MARGIN), "{point:?}");
+        assert!((point.iter().sum::<f64>() - 1.0).abs() < 1e-14, "{point:?}");
+    }
+
+    #[test]
+    fn zeros_inside_are_exact_and_zeros_outside_are_kept_inside() {
+        assert_eq!(on_edge([-1.0, 3.0]), [0.75, 0.25]);
+        assert_eq!(on_edge([0.0, 3.0]), [1.0 - MARGIN, MARGIN]);
+        assert_eq!(on_edge([-3.0, 0.0]), [MARGIN, 1.0 - MARGIN]);
+        for nowhere in [[0.0, 0.0], [1.0, 1.0], [f64::NAN, 1.0], [f64::INFINITY, 1.0], [f64::INFINITY, f64::INFINITY]] {
+            check_inside(on_edge(nowhere));
+        }
+        assert_eq!(on_face([[0.0; 3]; 2]), [1.0 / 3.0; 3]);
+        assert_eq!(on_face([[-1.0, 1.0, 0.5], [-1.0, 1.0, 0.5]]), [1.0 / 3.0; 3], "parallel bisectors");
+        assert_eq!(in_tet([[f64::NAN; 4]; 3]), [0.25; 4]);
+    }
+
+    #[test]
+    fn random_linear_functions_vanish_at_their_common_zero() {
+        let mut random = Stream::new(3, 0);
+        let mut inside = 0;
+        for _ in 0..2000 {
+            let h: [[f64; 4]; 3] = std::array::from_fn(|_| std::array::from_fn(|_| random.uniform() - 0.5));
+            let point = in_tet(h);
+            check_inside(point);
+            if point.iter().all(|&x| x > MARGIN) {
+                inside += 1;
+                for row in h {
+                    let value: f64 = row.iter().zip(point).map(|(h, x)| h * x).sum();
+                    assert!(value.abs() < 1e-13, "{value:e}");
+                }
+            }
+            check_inside(on_face([0, 1].map(|row| [0, 1, 2].map(|k| h[row][k]))));
+        }
+        assert!(inside > 20);
+    }
+
+    #[test]
+    fn the_kept_point_is_the_nearest() {
+        let mut random = Stream::new(4, 0);
+        for _ in 0..500 {
+            let wild: [f64; 3] = std::array::from_fn(|_| 4.0 * random.uniform() - 2.0);
+            let wild = [wild[0], wild[1], 1.0 - wild[0] - wild[1]];
+            let kept = kept_inside(wild);
+            check_inside(kept);
+            let apart = |p: [f64; 3]| p.iter().zip(wild).map(|(a, b)| (a - b) * (a - b)).sum::<f64>();
+            for _ in 0..20 {
+                let [u, v] = [random.uniform(), random.uniform()];
+                let [u, v] = if u + v > 1.0 { [1.0 - u, 1.0 - v] } else { [u, v] };
+                let other = [u, v, 1.0 - u - v].map(|x| MARGIN + (1.0 - 3.0 * MARGIN) * x);
+                assert!(apart(kept) <= apart(other) + 1e-12);
+            }
+        }
+    }
+
+    #[test]
+    fn a_far_zero_stays_a_barycentric_point() {
+        check_inside(kept_inside([1e9, -1e9 + 0.5, 0.5]));
+        check_inside(kept_inside([-3e8, 1e8, 1e8, 1e8 + 1.0]));
+    }
+
+    #[test]
+    fn preference_is_the_difference_of_squared_distances() {
+        let mut random = Stream::new(5, 0);
+        for dimension in 3..20 {
+            let mut draw = || -> Vec<f64> { (0..dimension).map(|_| random.uniform()).collect() };
+            let (x, a, b) = (draw(), draw(), draw());
+            let squared = |p: &[f64]| x.iter().zip(p).map(|(x, p)| (x - p) * (x - p)).sum::<f64>();
+            assert!((preference(&x, &a, &b) - (squared(&a) - squared(&b))).abs() < 1e-13);
+        }
+    }
+}

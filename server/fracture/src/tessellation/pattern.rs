@@ -1,0 +1,282 @@
+//! The crack polygons of a tetrahedron by which of its edges are cut.
+//!
+//! Based on: Nielson & Franke, *Computing the separating surface for segmented data* (IEEE Visualization 1997), and
+//! Bronson, Levine & Whitaker, *Lattice cleaving* (IEEE TVCG 20, 2014). With s_l the sum of the barycentric coordinates
+//! over the nodes labelled l, the polygons bound the regions {s_l largest}; connectivity follows from labels alone, so
+//! that no geometry can open a fragment.
+
+use crate::lattice::{EDGES, FACES};
+
+/// First corner code of a face point: `FACE_CODE + k` is the point on the face opposite node k. Lower codes are edges.
+pub const FACE_CODE: u8 = 6;
+
+/// Corner code of the point inside the tetrahedron.
+pub const TET_CODE: u8 = 10;
+
+/// How a polygon splits into triangles.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Split {
+    /// It is a triangle; the last corner repeats the first.
+    Triangle,
+    /// A quadrilateral, split along its shorter diagonal.
+    Shorter,
+    /// A quadrilateral, split from its first to its third corner: those of four-label tetrahedra, where the other
+    /// diagonal can fold over.
+    First,
+}
+
+/// A piece of the crack between the labels of an edge's two nodes.
+#[derive(Clone, Copy, Debug)]
+pub struct Polygon {
+    /// An edge between the two labels, by its place in [`EDGES`].
+    pub edge: u8,
+    /// Corner codes, counter-clockwise seen from the edge's second node: the normal points from first to second.
+    pub corners: [u8; 4],
+    /// How it splits.
+    pub split: Split,
+}
+
+/// The polygons of one pattern.
+#[derive(Clone, Copy, Debug)]
+pub struct Pattern {
+    polygons: [Polygon; 6],
+    count: usize,
+}
+
+impl Pattern {
+    /// All polygons.
+    pub fn polygons(&self) -> &[Polygon] {
+        &self.polygons[..self.count]
+    }
+
+    /// Polygon number `index`.
+    pub fn polygon(&self, index: usize) -> &Polygon {
+        &self.polygons[index]
+    }
+}
+
+impl Split {
+    /// Triangles it makes.
+    pub const fn triangles(self) -> usize {
+        match self {
+            Self::Triangle => 1,
+            Self::Shorter | Self::First => 2,
+        }
+    }
+}
+
+/// Bit e is set where edge e of [`EDGES`] joins two labels.
+pub fn mask(labels: [u32; 4]) -> usize {
+    EDGES.iter().enumerate().fold(0, |mask, (edge, &[i, j])| mask | (usize::from(labels[i] != labels[j]) << edge))
+}
+
+/// Patterns by [`mask`]. The fifteen masks that a labelling can give have their polygons, the others none.
+pub static PATTERNS: [Pattern; 64] = {
+    let mut patterns = [EMPTY; 64];
+    let mut mask = 0;
+    while mask < 64 {
+        patterns[mask] = pattern(mask);
+        mask += 1;
+    }
+    patterns
+};
+
+const EMPTY: Pattern =
+    Pattern { polygons: [Polygon { edge: 0, corners: [0; 4], split: Split::Triangle }; 6], count: 0 };
+
+const fn edge_between(a: usize, b: usize) -> usize {
+    let mut edge = 0;
+    while !(EDGES[edge][0] == a && EDGES[edge][1] == b || EDGES[edge][0] == b && EDGES[edge][1] == a) {
+        edge += 1;
+    }
+    edge
+}
+
+const fn edge_code(a: usize, b: usize) -> u8 {
+    edge_between(a, b) as u8
+}
+
+/// The point on the face opposite `node`.
+const fn face_code(node: usize) -> u8 {
+    FACE_CODE + node as u8
+}
+
+/// (c, d) such that (a, b, c, d) is an even permutation of the nodes.
+const fn complete(a: usize, b: usize) -> (usize, usize) {
+    let face = FACES[a];
+    let mut k = 0;
+    while face[k] != b {
+        k += 1;
+    }
+    (face[(k + 1) % 3], face[(k + 2) % 3])
+}
+
+impl Pattern {
+    /// Adds a polygon whose normal points from the label of node `from` to that of node `to`.
+    const fn with(mut self, from: usize, to: usize, corners: [u8; 4], split: Split) -> Self {
+        let [p, q, r, s] = corners;
+        let corners = match (from < to, split) {
+            (true, _) => corners,
+            (false, Split::Triangle) => [p, r, q, p],
+            (false, _) => [p, s, r, q],
+        };
+        self.polygons[self.count] = Polygon { edge: edge_code(from, to), corners, split };
+        self.count += 1;
+        self
+    }
+
+    const fn triangle(self, from: usize, to: usize, [p, q, r]: [u8; 3]) -> Self {
+        self.with(from, to, [p, q, r, p], Split::Triangle)
+    }
+}
+
+/// Number of cut edges at `node`.
+const fn degree(mask: usize, node: usize) -> usize {
+    let (mut degree, mut edge) = (0, 0);
+    while edge < 6 {
+        if mask >> edge & 1 == 1 && (EDGES[edge][0] == node || EDGES[edge][1] == node) {
+            degree += 1;
+        }
+        edge += 1;
+    }
+    degree
+}
+
+const fn pattern(mask: usize) -> Pattern {
+    match mask.count_ones() {
+        3 => one_against_three(mask),
+        4 => two_against_two(mask),
+        5 => two_and_one_and_one(mask),
+        6 => all_different(),
+        _ => EMPTY,
+    }
+}
+
+const fn one_against_three(mask: usize) -> Pattern {
+    let mut a = 0;
+    while a < 4 {
+        if degree(mask, a) == 3 {
+            let [b, c, d] = FACES[a];
+            return EMPTY.triangle(a, b, [edge_code(a, b), edge_code(a, c), edge_code(a, d)]);
+        }
+        a += 1;
+    }
+    EMPTY
+}
+
+const fn two_against_two(mask: usize) -> Pattern {
+    let (a, mut b) = (0, 1);
+    while b < 4 {
+        let (c, d) = complete(a, b);
+        if mask >> edge_between(a, b) & 1 == 0 && mask >> edge_between(c, d) & 1 == 0 {
+            let corners = [edge_code(a, c), edge_code(a, d), edge_code(b, d), edge_code(b, c)];
+            return EMPTY.with(a, c, corners, Split::Shorter);
+        }
+        b += 1;
+    }
+    EMPTY
+}
+
+const fn two_and_one_and_one(mask: usize) -> Pattern {
+    let mut edge = 0;
+    while mask >> edge & 1 == 1 {
+        edge += 1;
+    }
+    let [a, b] = EDGES[edge];
+    let (c, d) = complete(a, b);
+    let (near_a, near_b) = (face_code(b), face_code(a)); // the three-label faces (a, c, d) and (b, c, d)
+    EMPTY
+        .with(a, c, [edge_code(a, c), near_a, near_b, edge_code(b, c)], Split::Shorter)
+        .with(a, d, [edge_code(b, d), near_b, near_a, edge_code(a, d)], Split::Shorter)
+        .triangle(c, d, [edge_code(c, d), near_a, near_b])
+}
+
+const fn all_different() -> Pattern {
+    let (mut pattern, mut edge) = (EMPTY, 0);
+    while edge < 6 {
+        let [a, b] = EDGES[edge];
+        let (c, d) = complete(a, b);
+        pattern = pattern.with(a, b, [edge as u8, face_code(d), TET_CODE, face_code(c)], Split::First);
+        edge += 1;
+    }
+    pattern
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::{Point3, Vector3};
+
+    fn corner(code: u8) -> Vector3<f64> {
+        let nodes: [Vector3<f64>; 4] = [Vector3::zeros(), Vector3::x(), Vector3::y(), Vector3::z()];
+        match code {
+            TET_CODE => nodes.iter().sum::<Vector3<f64>>() / 4.0,
+            FACE_CODE.. => FACES[(code - FACE_CODE) as usize].iter().map(|&k| nodes[k]).sum::<Vector3<f64>>() / 3.0,
+            _ => EDGES[code as usize].iter().map(|&k| nodes[k]).sum::<Vector3<f64>>() / 2.0,
+        }
+    }
+
+    fn labellings() -> impl Iterator<Item = [u32; 4]> {
+        (0..256).map(|code| [code & 3, code >> 2 & 3, code >> 4 & 3, code >> 6 & 3])
+    }
+
+    #[test]
+    fn every_polygon_separates_the_labels_of_its_edge() {
+        for labels in labellings() {
+            for polygon in PATTERNS[mask(labels)].polygons() {
+                let [from, to] = EDGES[polygon.edge as usize];
+                assert_ne!(labels[from], labels[to]);
+                let [p, q, r, s] = polygon.corners.map(corner);
+                let normal = (q - p).cross(&(r - p)) + (r - p).cross(&(s - p));
+                for (node, &label) in labels.iter().enumerate() {
+                    let place = [Vector3::zeros(), Vector3::x(), Vector3::y(), Vector3::z()][node];
+                    let side = normal.dot(&(place - (p + r) / 2.0));
+                    assert!(label != labels[from] || side < 0.0, "{labels:?} {polygon:?}");
+                    assert!(label != labels[to] || side > 0.0, "{labels:?} {polygon:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_polygons_border_each_label_without_gaps() {
+        for labels in labellings() {
+            let pattern = &PATTERNS[mask(labels)];
+            let distinct = (0..4).filter(|&k| !labels[..k].contains(&labels[k])).count();
+            assert_eq!(pattern.polygons().is_empty(), distinct == 1);
+            // Seen from one label, every half-edge inside the tetrahedron (towards its centre point or between two
+            // face points) has its opposite; those on a face of the tetrahedron have none here.
+            for own in labels {
+                let mut half_edges = Vec::new();
+                for polygon in pattern.polygons() {
+                    let [from, to] = EDGES[polygon.edge as usize].map(|node| labels[node]);
+                    let size = if polygon.split == Split::Triangle { 3 } else { 4 };
+                    for k in 0..size {
+                        let (p, q) = (polygon.corners[k], polygon.corners[(k + 1) % size]);
+                        half_edges.extend((from == own).then_some((p, q)));
+                        half_edges.extend((to == own).then_some((q, p)));
+                    }
+                }
+                let inside = |p: u8, q: u8| p.max(q) == TET_CODE || p.min(q) >= FACE_CODE;
+                for &(p, q) in &half_edges {
+                    assert_eq!(half_edges.iter().filter(|&&other| other == (p, q)).count(), 1);
+                    assert_eq!(half_edges.contains(&(q, p)), inside(p, q), "{labels:?} {own} {p} {q}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn faces_and_edges_name_the_points_they_should() {
+        let centre = Point3::from(corner(TET_CODE));
+        assert_eq!(centre, Point3::new(0.25, 0.25, 0.25));
+        for a in 0..4 {
+            for b in (0..4).filter(|&b| b != a) {
+                let (c, d) = complete(a, b);
+                let nodes: [Vector3<f64>; 4] = [Vector3::zeros(), Vector3::x(), Vector3::y(), Vector3::z()];
+                let [a, b, c, d] = [a, b, c, d].map(|k| nodes[k]);
+                assert!((b - a).cross(&(c - a)).dot(&(d - a)) > 0.0);
+            }
+        }
+    }
+}

@@ -1,0 +1,230 @@
+//! Count: the place of every point in every sheet that it belongs to, which is all that vertices and merges need.
+//!
+//! A sheet's vertices are its lattice nodes (outer sheets only), edge points, face points and tetrahedron points, each
+//! ascending. A fragment sees a point once per run that it lies on; its first run (outer, else the lowest neighbour)
+//! keeps it, the others merge into that one.
+
+use super::points::Points;
+use super::sheet::Sheets;
+use super::topology::{FACE_EDGES, Topology};
+use crate::lattice::{EDGES, Lattice};
+use nalgebra::Point3;
+
+/// What a point's ranks are computed from.
+#[derive(Clone, Copy)]
+pub(super) struct Input<'a> {
+    pub lattice: &'a Lattice,
+    pub topology: &'a Topology,
+    pub labels: &'a [u32],
+    pub fragments: usize,
+    pub points: &'a Points,
+    pub sheets: &'a Sheets,
+}
+
+/// Ranks of points in sheets; lengths by boundary, cut edges, cut faces, cut tetrahedra. Outer ranks of points inside
+/// the lattice are not set.
+#[derive(Debug, Default)]
+pub(super) struct Ranks {
+    /// By lattice node, in its fragment's outer sheet.
+    pub node: Vec<u32>,
+    /// In the crack of the edge.
+    pub edge: Vec<u32>,
+    /// In the outer sheets of the edge's two nodes.
+    pub edge_outer: Vec<[u32; 2]>,
+    /// In the cracks of the face's three edges.
+    pub face: Vec<[u32; 3]>,
+    /// In the outer sheets of the face's three nodes.
+    pub face_outer: Vec<[u32; 3]>,
+    /// In the cracks of the tetrahedron's six edges.
+    pub tet: Vec<[u32; 6]>,
+    /// Vertices of each sheet.
+    pub vertices: Vec<u32>,
+    /// Merges of each crack's two runs, lower fragment's first.
+    pub merges: Vec<[u32; 2]>,
+}
+
+/// A vertex of a run: that of side `side` of `sheet` (0: the lower fragment's; outer sheets have but side 0).
+#[derive(Clone, Copy)]
+pub(super) struct Place {
+    pub sheet: u32,
+    pub side: usize,
+    pub rank: u32,
+}
+
+/// Two vertices of one fragment that are the same point, the later and the first.
+#[derive(Clone, Copy)]
+pub(super) struct Merge {
+    pub from: Place,
+    pub to: Place,
+}
+
+impl Ranks {
+    pub fn count(&mut self, input: Input<'_>) {
+        let mut vertices = std::mem::take(&mut self.vertices);
+        vertices.clear();
+        vertices.resize(input.fragments + input.sheets.pairs.len(), 0);
+        let mut next = |sheet: u32| {
+            let count = &mut vertices[sheet as usize];
+            *count += 1;
+            *count - 1
+        };
+        self.node.clear();
+        self.node.resize(input.topology.nodes, 0);
+        for &node in &input.topology.boundary_nodes {
+            self.node[node as usize] = next(input.labels[node as usize]);
+        }
+        self.count_edges(input, &mut next);
+        self.count_faces(input, &mut next);
+        self.tet.clear();
+        self.tet.extend(input.points.tets.simplices.iter().map(|&tet| input.tet_sheets(tet).map(&mut next)));
+        self.vertices = vertices;
+        let mut merges = std::mem::take(&mut self.merges);
+        merges.clear();
+        merges.resize(input.sheets.pairs.len(), [0; 2]);
+        self.for_each_merge(input, |merge| merges[merge.from.sheet as usize - input.fragments][merge.from.side] += 1);
+        self.merges = merges;
+    }
+
+    fn count_edges(&mut self, input: Input<'_>, mut next: impl FnMut(u32) -> u32) {
+        self.edge.clear();
+        self.edge_outer.clear();
+        for (&edge, &sheet) in input.points.edges.simplices.iter().zip(&input.sheets.of_edge) {
+            self.edge.push(next(sheet));
+            let outer = input.topology.boundary_edge[edge as usize];
+            let nodes = input.topology.edges[edge as usize];
+            self.edge_outer.push(if outer { nodes.map(|node| next(input.labels[node as usize])) } else { [0; 2] });
+        }
+    }
+
+    fn count_faces(&mut self, input: Input<'_>, mut next: impl FnMut(u32) -> u32) {
+        self.face.clear();
+        self.face_outer.clear();
+        for (&face, &sheets) in input.points.faces.simplices.iter().zip(&input.sheets.of_face) {
+            self.face.push(sheets.map(&mut next));
+            let outer = input.topology.boundary_face[face as usize];
+            let nodes = input.topology.faces[face as usize];
+            self.face_outer.push(if outer { nodes.map(|node| next(input.labels[node as usize])) } else { [0; 3] });
+        }
+    }
+
+    /// Every merge once, ascending in rank within each run.
+    pub fn for_each_merge(&self, input: Input<'_>, mut tell: impl FnMut(Merge)) {
+        self.edge_merges(input, &mut tell);
+        self.face_merges(input, &mut tell);
+        self.tet_merges(input, &mut tell);
+    }
+
+    fn edge_merges(&self, input: Input<'_>, tell: &mut impl FnMut(Merge)) {
+        for (slot, &edge) in input.points.edges.simplices.iter().enumerate() {
+            if !input.topology.boundary_edge[edge as usize] {
+                continue;
+            }
+            let labels = input.topology.edges[edge as usize].map(|node| input.labels[node as usize]);
+            for own in 0..2 {
+                let side = side(labels[own], labels[1 - own]);
+                let from = Place { sheet: input.sheets.of_edge[slot], side, rank: self.edge[slot] };
+                tell(Merge { from, to: Place { sheet: labels[own], side: 0, rank: self.edge_outer[slot][own] } });
+            }
+        }
+    }
+
+    fn face_merges(&self, input: Input<'_>, tell: &mut impl FnMut(Merge)) {
+        for (slot, &face) in input.points.faces.simplices.iter().enumerate() {
+            let labels = input.topology.faces[face as usize].map(|node| input.labels[node as usize]);
+            let outer = input.topology.boundary_face[face as usize];
+            let sheets = input.sheets.of_face[slot];
+            let meeting = Meeting { labels: &labels, edges: &FACE_EDGES, sheets: &sheets, ranks: &self.face[slot] };
+            for own in 0..3 {
+                let to = Place { sheet: labels[own], side: 0, rank: self.face_outer[slot][own] };
+                meeting.merge_into(own, if outer { to } else { meeting.first_run(own) }, tell);
+            }
+        }
+    }
+
+    fn tet_merges(&self, input: Input<'_>, tell: &mut impl FnMut(Merge)) {
+        for (&tet, ranks) in input.points.tets.simplices.iter().zip(&self.tet) {
+            let labels = input.lattice.tets[tet as usize].map(|node| input.labels[node as usize]);
+            let sheets = input.tet_sheets(tet);
+            let meeting = Meeting { labels: &labels, edges: &EDGES, sheets: &sheets, ranks };
+            (0..4).for_each(|own| meeting.merge_into(own, meeting.first_run(own), tell));
+        }
+    }
+
+    /// Writes the vertices of all sheets; sheet s begins at `offsets[s]`.
+    pub fn place(&self, input: Input<'_>, offsets: &[usize], vertices: &mut [Point3<f64>]) {
+        let mut put = |sheet: u32, rank: u32, place: Point3<f64>| {
+            vertices[offsets[sheet as usize] + rank as usize] = place;
+        };
+        let label = |node: u32| input.labels[node as usize];
+        for &node in &input.topology.boundary_nodes {
+            put(label(node), self.node[node as usize], input.lattice.nodes[node as usize]);
+        }
+        let Points { edges, faces, tets } = input.points;
+        for (slot, (&edge, &place)) in edges.simplices.iter().zip(&edges.places).enumerate() {
+            put(input.sheets.of_edge[slot], self.edge[slot], place);
+            if input.topology.boundary_edge[edge as usize] {
+                let nodes = input.topology.edges[edge as usize];
+                (0..2).for_each(|k| put(label(nodes[k]), self.edge_outer[slot][k], place));
+            }
+        }
+        for (slot, (&face, &place)) in faces.simplices.iter().zip(&faces.places).enumerate() {
+            (0..3).for_each(|k| put(input.sheets.of_face[slot][k], self.face[slot][k], place));
+            if input.topology.boundary_face[face as usize] {
+                let nodes = input.topology.faces[face as usize];
+                (0..3).for_each(|k| put(label(nodes[k]), self.face_outer[slot][k], place));
+            }
+        }
+        for ((&tet, &place), ranks) in tets.simplices.iter().zip(&tets.places).zip(&self.tet) {
+            let sheets = input.tet_sheets(tet);
+            (0..6).for_each(|k| put(sheets[k], ranks[k], place));
+        }
+    }
+}
+
+impl Input<'_> {
+    /// The cracks of the six edges of a tetrahedron with four labels.
+    pub fn tet_sheets(&self, tet: u32) -> [u32; 6] {
+        self.topology.tet_edges[tet as usize].map(|edge| self.edge_sheet(edge))
+    }
+
+    /// The crack that a cut edge crosses.
+    pub fn edge_sheet(&self, edge: u32) -> u32 {
+        self.sheets.of_edge[self.points.edges.slots[edge as usize] as usize]
+    }
+}
+
+/// 0 for the lower fragment of a crack, 1 for the upper.
+fn side(own: u32, other: u32) -> usize {
+    usize::from(own > other)
+}
+
+/// The cracks that meet at a face point or a tetrahedron point, by edge of its simplex.
+struct Meeting<'a> {
+    labels: &'a [u32],
+    edges: &'a [[usize; 2]],
+    sheets: &'a [u32],
+    ranks: &'a [u32],
+}
+
+impl Meeting<'_> {
+    /// The point in each run of the label of corner `own`, and the label across.
+    fn runs(&self, own: usize) -> impl Iterator<Item = (u32, Place)> {
+        let touching = self.edges.iter().enumerate().filter(move |(_, edge)| edge.contains(&own));
+        touching.map(move |(k, &[i, j])| {
+            let across = self.labels[i + j - own];
+            let side = side(self.labels[own], across);
+            (across, Place { sheet: self.sheets[k], side, rank: self.ranks[k] })
+        })
+    }
+
+    /// The point in the run of corner `own` that has the lowest neighbour.
+    fn first_run(&self, own: usize) -> Place {
+        let outside = (u32::MAX, Place { sheet: self.labels[own], side: 0, rank: 0 });
+        self.runs(own).fold(outside, |first, run| if run.0 < first.0 { run } else { first }).1
+    }
+
+    /// Merges the point in all cracks of corner `own`, but the one of `to`, into `to`.
+    fn merge_into(&self, own: usize, to: Place, tell: &mut impl FnMut(Merge)) {
+        self.runs(own).filter(|(_, from)| from.sheet != to.sheet).for_each(|(_, from)| tell(Merge { from, to }));
+    }
+}

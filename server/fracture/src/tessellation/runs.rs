@@ -1,0 +1,114 @@
+//! Prefix sums: the layout of fragments and runs in the answer, and the merges.
+
+use super::Tessellation;
+use super::rank::{Input, Place, Ranks};
+use std::ops::Range;
+
+/// One fragment: ranges of the answer's sections.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Fragment {
+    /// Its runs.
+    pub runs: Range<usize>,
+    /// Its vertices; index values are relative to the first.
+    pub vertices: Range<usize>,
+    /// Its triangles; its indices are three times that.
+    pub triangles: Range<usize>,
+    /// Its merge pairs.
+    pub merges: Range<usize>,
+}
+
+/// Triangles of one fragment that face one neighbour, or the outside. Vertices, triangles and merges of a fragment's
+/// runs follow each other without gaps.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Run {
+    /// The fragment it belongs to.
+    pub fragment: u32,
+    /// The fragment on the other side; `None` is the outside.
+    pub neighbour: Option<u32>,
+    /// Its vertices in the answer.
+    pub vertices: Range<usize>,
+    /// Its triangles in the answer.
+    pub triangles: Range<usize>,
+    /// Merge pairs whose first entry is one of its vertices.
+    pub merges: Range<usize>,
+    /// Where its geometry is stored.
+    pub(super) sheet: usize,
+    /// Whether it is stored the other way round.
+    pub(super) flipped: bool,
+}
+
+impl Tessellation {
+    /// Fills `fragments` and `runs` from the counts; `slots` is scratch.
+    pub(super) fn lay_out_runs(&mut self, fragments: usize, pairs: &[[u32; 2]], ranks: &Ranks, slots: &mut Vec<usize>) {
+        let has_outer = |fragment: usize| usize::from(ranks.vertices[fragment] > 0);
+        slots.clear();
+        slots.resize(fragments + 1, 0);
+        pairs.iter().flatten().for_each(|&fragment| slots[fragment as usize + 1] += 1);
+        (0..fragments).for_each(|fragment| slots[fragment + 1] += slots[fragment] + has_outer(fragment));
+        self.runs.clear();
+        self.runs.resize(slots[fragments], EMPTY);
+        self.fragments.clear();
+        self.fragments.extend((0..fragments).map(|k| Fragment { runs: slots[k]..slots[k + 1], ..Default::default() }));
+        let mut put = |fragment: u32, neighbour: Option<u32>, sheet: usize, merges: u32| {
+            let slot = &mut slots[fragment as usize];
+            let flipped = neighbour.is_some_and(|neighbour| neighbour < fragment);
+            let merges = 0..merges as usize;
+            self.runs[*slot] = Run { fragment, neighbour, sheet, flipped, merges, ..EMPTY };
+            *slot += 1;
+        };
+        (0..fragments).filter(|&k| has_outer(k) > 0).for_each(|k| put(k as u32, None, k, 0));
+        // Pairs ascend by (lower, upper): every fragment gets its lower neighbours, ascending, then its upper ones.
+        for (crack, (&[lower, upper], merges)) in pairs.iter().zip(&ranks.merges).enumerate() {
+            put(lower, Some(upper), fragments + crack, merges[0]);
+            put(upper, Some(lower), fragments + crack, merges[1]);
+        }
+        self.lay_out_ranges();
+    }
+
+    /// Turns the lengths of all runs into ranges, one after another.
+    fn lay_out_ranges(&mut self) {
+        let (mut vertices, mut triangles, mut merges) = (0, 0, 0);
+        let append = |end: &mut usize, length: usize| {
+            let start = *end;
+            *end += length;
+            start..*end
+        };
+        for fragment in &mut self.fragments {
+            let start = (vertices, triangles, merges);
+            for run in &mut self.runs[fragment.runs.clone()] {
+                let length = |offsets: &[usize]| offsets[run.sheet + 1] - offsets[run.sheet];
+                run.vertices = append(&mut vertices, length(&self.vertex_offsets));
+                run.triangles = append(&mut triangles, length(&self.triangle_offsets));
+                run.merges = append(&mut merges, run.merges.len());
+            }
+            fragment.vertices = start.0..vertices;
+            fragment.triangles = start.1..triangles;
+            fragment.merges = start.2..merges;
+        }
+    }
+
+    /// Writes the merge pairs; `cursors` is scratch.
+    pub(super) fn write_merges(&mut self, input: Input<'_>, ranks: &Ranks, cursors: &mut Vec<usize>) {
+        // For each crack and side: the first vertex of its run within its fragment, and where its next merge goes.
+        cursors.clear();
+        cursors.resize(4 * input.sheets.pairs.len(), 0);
+        for run in self.runs.iter().filter(|run| run.neighbour.is_some()) {
+            let place = 4 * (run.sheet - input.fragments) + 2 * usize::from(run.flipped);
+            cursors[place] = run.vertices.start - self.fragments[run.fragment as usize].vertices.start;
+            cursors[place + 1] = run.merges.start;
+        }
+        self.merges.clear();
+        self.merges.resize(self.fragments.last().map_or(0, |last| last.merges.end), [0; 2]);
+        ranks.for_each_merge(input, |merge| {
+            let cursor = |place: Place| 4 * (place.sheet as usize - input.fragments) + 2 * place.side;
+            let outer = (merge.to.sheet as usize) < input.fragments; // the fragment's first run
+            let to = if outer { 0 } else { cursors[cursor(merge.to)] };
+            let from = cursor(merge.from);
+            self.merges[cursors[from + 1]] = [cursors[from] as u32 + merge.from.rank, to as u32 + merge.to.rank];
+            cursors[from + 1] += 1;
+        });
+    }
+}
+
+const EMPTY: Run =
+    Run { fragment: 0, neighbour: None, vertices: 0..0, triangles: 0..0, merges: 0..0, sheet: 0, flipped: false };

@@ -1,0 +1,82 @@
+//! Sheets: the crack between two fragments, stored once for both, and the outer surface of each fragment.
+//!
+//! Sheet numbers: 0 .. fragments are the outer sheets, by fragment; the cracks follow, by (lower, upper) fragment.
+
+use super::points::Points;
+use super::topology::Topology;
+
+/// Finds the pairs of fragments that meet and names the sheet of every cut edge.
+#[derive(Debug, Default)]
+pub(super) struct Sheets {
+    /// Lower and upper fragment of each crack; crack k is sheet `fragments + k`.
+    pub pairs: Vec<[u32; 2]>,
+    /// Sheet of each cut edge.
+    pub of_edge: Vec<u32>,
+    /// Sheets of the three edges of each cut face, in the order of `Topology::face_edges`.
+    pub of_face: Vec<[u32; 3]>,
+    /// Cut edges grouped by lower fragment.
+    grouped: Vec<u32>,
+    offsets: Vec<u32>,
+    /// Crack found last between some fragment and this one.
+    last: Vec<u32>,
+    uppers: Vec<u32>,
+}
+
+impl Sheets {
+    pub fn find(&mut self, topology: &Topology, labels: &[u32], fragments: usize, points: &Points) {
+        let sides = |slot: u32| {
+            let edge = points.edges.simplices[slot as usize];
+            let [a, b] = topology.edges[edge as usize].map(|node| labels[node as usize]);
+            [a.min(b), a.max(b)]
+        };
+        let count = points.edges.simplices.len() as u32;
+        self.group(count, fragments, |slot| sides(slot)[0]);
+        self.pairs.clear();
+        self.last.clear();
+        self.last.resize(fragments, u32::MAX);
+        self.of_edge.clear();
+        self.of_edge.resize(count as usize, 0);
+        for lower in 0..fragments {
+            let first = self.pairs.len() as u32;
+            let slots = &self.grouped[self.offsets[lower] as usize..self.offsets[lower + 1] as usize];
+            // A fragment met first here gets a placeholder at or above `first`, then its rank among the sorted ones.
+            self.uppers.clear();
+            for &slot in slots {
+                let upper = sides(slot)[1];
+                let last = &mut self.last[upper as usize];
+                if *last == u32::MAX || *last < first {
+                    *last = first + self.uppers.len() as u32;
+                    self.uppers.push(upper);
+                }
+            }
+            self.uppers.sort_unstable();
+            for &upper in &self.uppers {
+                self.last[upper as usize] = self.pairs.len() as u32;
+                self.pairs.push([lower as u32, upper]);
+            }
+            for &slot in slots {
+                self.of_edge[slot as usize] = fragments as u32 + self.last[sides(slot)[1] as usize];
+            }
+        }
+        self.of_face.clear();
+        self.of_face.extend(points.faces.simplices.iter().map(|&face| {
+            let edges = topology.face_edges[face as usize];
+            edges.map(|edge| self.of_edge[points.edges.slots[edge as usize] as usize])
+        }));
+    }
+
+    /// Counting sort of the cut edges by lower fragment.
+    fn group(&mut self, count: u32, fragments: usize, lower: impl Fn(u32) -> u32) {
+        self.offsets.clear();
+        self.offsets.resize(fragments + 2, 0);
+        (0..count).for_each(|slot| self.offsets[lower(slot) as usize + 2] += 1);
+        (0..fragments).for_each(|fragment| self.offsets[fragment + 2] += self.offsets[fragment + 1]);
+        self.grouped.clear();
+        self.grouped.resize(count as usize, 0);
+        for slot in 0..count {
+            let next = &mut self.offsets[lower(slot) as usize + 1];
+            self.grouped[*next as usize] = slot;
+            *next += 1;
+        }
+    }
+}
