@@ -3,5 +3,8 @@
 mod closed;
 mod properties;
 
+#[cfg(test)]
+mod tests;
+
 pub use closed::{Open, closed};
 pub use properties::{NotRigid, Properties, properties};

@@ -43,6 +43,9 @@ pub enum TessellationError {
         /// Tetrahedron index given.
         tet: u32,
     },
+    /// The crack points were found for other labels or another lattice.
+    #[error("crack points are not those of the labels")]
+    Points,
     /// The slice for positions is not of the tessellation's size.
     #[error("{given} positions given, {needed} needed")]
     Positions {

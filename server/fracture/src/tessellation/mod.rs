@@ -21,6 +21,9 @@ mod sheet;
 mod span;
 mod topology;
 
+#[cfg(test)]
+mod tests;
+
 pub use barycentric::MARGIN;
 pub use components::{Components, components};
 pub use emit::Transform;
@@ -71,6 +74,7 @@ impl Tessellation {
         workspace: &mut Workspace,
     ) -> Result<(), TessellationError> {
         let fragments = fragment_count(topology, labels)?;
+        points.fit(topology, labels).then_some(()).ok_or(TessellationError::Points)?;
         let Workspace { sheets, ranks, polygons, cursors } = workspace;
         sheets.find(topology, labels, fragments, points);
         let input = Input { lattice, topology, labels, fragments, points, sheets };

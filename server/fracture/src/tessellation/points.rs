@@ -143,6 +143,14 @@ impl Points {
         FixedPoints { edges: self.edges.fixed(), faces: self.faces.fixed(), tets: self.tets.fixed() }
     }
 
+    /// Whether these are points of `labels`: exactly the edges with two labels carry one; faces and tetrahedra follow.
+    pub(super) fn fit(&self, topology: &Topology, labels: &[u32]) -> bool {
+        let lengths = [self.edges.slots.len(), self.faces.slots.len(), self.tets.slots.len()];
+        let cut = |&[a, b]: &[u32; 2]| labels[a as usize] != labels[b as usize];
+        lengths == [topology.edges.len(), topology.faces.len(), topology.tet_edges.len()]
+            && topology.edges.iter().zip(&self.edges.slots).all(|(edge, &slot)| cut(edge) == (slot != NONE))
+    }
+
     fn select(&mut self, lattice: &Lattice, topology: &Topology, labels: &[u32]) {
         let label = |node: u32| labels[node as usize];
         self.edges.select(topology.edges.len(), |edge| {

@@ -1,0 +1,71 @@
+//! The heart of the project's guarantee: nothing that is fed in opens a fragment.
+
+use super::support::*;
+use crate::tessellation::*;
+use proptest::prelude::*;
+
+fn cells() -> impl Strategy<Value = [usize; 3]> {
+    [1usize..4, 1usize..4, 1usize..4]
+}
+
+/// Labels made of connected components of random labels: as a strike makes them.
+fn split(lattice: &crate::lattice::Lattice, labels: &[u32]) -> Components {
+    components(&Topology::new(lattice), labels)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 96, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn random_labels_give_closed_fragments(cells in cells(), count in 2usize..21, seed: u64) {
+        let lattice = wobbly(cells, seed);
+        check(&lattice, &random_labels(lattice.nodes.len(), count, seed), None);
+    }
+
+    #[test]
+    fn random_lifts_and_sites_give_closed_fragments(
+        cells in cells(), count in 2usize..21, dimension in 3usize..9, seed: u64,
+    ) {
+        let lattice = wobbly(cells, seed);
+        let (lift, sites) = random_lift(&lattice, dimension, count, seed);
+        // Labels that have nothing to do with the sites: every zero is anywhere.
+        let wild = split(&lattice, &random_labels(lattice.nodes.len(), count, seed));
+        check(&lattice, &wild.labels, Some(Sites { lift: &lift, coordinates: &sites, of_fragment: &wild.sites }));
+        let cells = split(&lattice, &nearest(&lift, &sites));
+        check(&lattice, &cells.labels, Some(Sites { lift: &lift, coordinates: &sites, of_fragment: &cells.sites }));
+    }
+
+    #[test]
+    fn voronoi_diagrams_give_closed_fragments(cells in cells(), count in 2usize..21, seed: u64) {
+        let lattice = wobbly(cells, seed);
+        Voronoi::new(&lattice, &random_points(count, 0.25, seed)).check(&lattice);
+    }
+
+    #[test]
+    fn lattices_with_handles_and_corners_do_too(count in 2usize..21, seed: u64) {
+        let ring = carved([3, 3, 1], 0.15, |centre| centre.x.abs() > 0.1 || centre.y.abs() > 0.1);
+        check(&ring, &random_labels(ring.nodes.len(), count, seed), None);
+        let bent = carved([3, 3, 2], 0.15, |centre| centre.x < 0.1 || centre.y < 0.1 || centre.z < 0.0);
+        Voronoi::new(&bent, &random_points(count, 0.25, seed)).check(&bent);
+    }
+}
+
+#[test]
+fn a_cavity_is_closed_too() {
+    let hollow = carved([3, 3, 3], 0.15, |centre| centre.coords.amax() > 0.1);
+    let whole = check(&hollow, &vec![0; hollow.nodes.len()], None);
+    assert_eq!(whole.tessellation.runs().len(), 1);
+    for seed in 0..10 {
+        check(&hollow, &random_labels(hollow.nodes.len(), 6, seed), None);
+    }
+}
+
+#[test]
+fn every_node_on_its_own_is_a_fragment() {
+    let lattice = wobbly([3, 2, 2], 5);
+    let labels: Vec<u32> = (0..lattice.nodes.len() as u32).collect();
+    let emitted = check(&lattice, &labels, None);
+    assert!(emitted.properties.iter().all(|properties| properties.volume > 0.0));
+    let (lift, sites) = random_lift(&lattice, 5, labels.len(), 5);
+    check(&lattice, &labels, Some(Sites { lift: &lift, coordinates: &sites, of_fragment: &labels }));
+}
