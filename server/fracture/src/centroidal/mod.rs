@@ -1,1 +1,137 @@
-//! To be filled by its room.
+//! The energy-weighted centroidal Voronoi diagram in the lift.
+//!
+//! Minimises F(p) = Σ_v w_v min_i |X_v − p_i|² over sites p_i in R^m, from a start that is deterministic in (seed, start,
+//! number of sites). Results have the same bits for any number of threads and on any machine.
+
+mod assign;
+mod field;
+mod kernel;
+mod lloyd;
+mod power;
+mod start;
+#[cfg(test)]
+mod tests;
+mod tiles;
+mod workspace;
+
+pub use field::{FLOOR, Field, FieldError};
+pub use lloyd::ITERATIONS_MAX;
+pub use workspace::Workspace;
+
+use crate::random::Stream;
+use crate::token::{Cancelled, Token};
+
+/// The default of [`Options::tolerance`]: the energy ends about 0.4 % above that of the same descent run to its end, less
+/// than two descents from different starts differ.
+pub const TOLERANCE: f64 = 1e-3;
+
+/// What diagram is wanted.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Options {
+    /// Number of sites; clamped to 1 ..= nodes.
+    pub sites: usize,
+    /// Everything random follows from (seed, start, sites).
+    pub seed: u64,
+    /// Which of several independent starts of one seed; 0 unless they are compared.
+    pub start: u32,
+    /// The descent ends when an iteration lowers F by less than this fraction of itself. Smaller is more accurate; at 0 it
+    /// runs to a fixed point or to [`ITERATIONS_MAX`].
+    pub tolerance: f64,
+}
+
+impl Options {
+    /// `sites` sites, start 0, default tolerance.
+    pub fn new(sites: usize, seed: u64) -> Self {
+        Self { sites, seed, start: 0, tolerance: TOLERANCE }
+    }
+}
+
+/// A Voronoi diagram of the lattice nodes, centroidal up to the tolerance.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Diagram {
+    /// m.
+    pub dimension: usize,
+    /// p_i, site-major, `sites × m`, lifted coordinates; the very sites that the labels belong to.
+    pub sites: Vec<f64>,
+    /// argmin_i |X_v − p_i|² per node in f64, ties to the lowest index. A cell may be empty when nodes coincide.
+    pub labels: Vec<u32>,
+    /// E_i = Σ_v w_v(|X_v − p_i|² + 2 b_v·(X_v − p_i) + m_v) per site, b_v and m_v the moments of node v's own cell: the
+    /// integral of W|X − p_i|² over the cells of the nodes; unit of the masses times local length squared.
+    pub cell_energy: Vec<f64>,
+    /// F = Σ_v w_v|X_v − p|², without the moments of the nodes' own cells.
+    pub energy: f64,
+    /// F of the start and after each iteration; never rises.
+    pub history: Vec<f64>,
+    /// Whether the tolerance was met before [`ITERATIONS_MAX`].
+    pub converged: bool,
+}
+
+impl Diagram {
+    /// Number of sites.
+    pub fn count(&self) -> usize {
+        self.cell_energy.len()
+    }
+
+    /// p_i, length m.
+    pub fn site(&self, site: usize) -> &[f64] {
+        &self.sites[site * self.dimension..][..self.dimension]
+    }
+
+    /// Iterations taken.
+    pub fn iterations(&self) -> usize {
+        self.history.len().saturating_sub(1)
+    }
+
+    /// max_i E_i.
+    pub fn energy_max(&self) -> f64 {
+        self.cell_energy.iter().copied().fold(0.0, f64::max)
+    }
+}
+
+/// The diagram of `field` that `options` asks for. Polls `token` once per iteration.
+///
+/// # Errors
+/// [`Cancelled`] once the token is.
+pub fn diagram(
+    field: &Field,
+    options: &Options,
+    workspace: &mut Workspace,
+    token: &Token,
+) -> Result<Diagram, Cancelled> {
+    let mut diagram = Diagram::default();
+    diagram_into(field, options, workspace, token, &mut diagram)?;
+    Ok(diagram)
+}
+
+/// [`diagram`] into one that exists, whose memory is reused. After an error its contents are of no use.
+///
+/// # Errors
+/// [`Cancelled`] once the token is.
+pub fn diagram_into(
+    field: &Field,
+    options: &Options,
+    workspace: &mut Workspace,
+    token: &Token,
+    diagram: &mut Diagram,
+) -> Result<(), Cancelled> {
+    let sites = options.sites.clamp(1, field.nodes());
+    let mut stream = Stream::new(options.seed, u64::from(options.start) << 32 | sites as u64);
+    workspace.scratch.load(field);
+    workspace.start.draw(field, sites, &mut stream, &mut workspace.current.sites);
+    diagram.converged = lloyd::descend(field, options, workspace, &mut diagram.history, token)?;
+    workspace.hand_over(field, diagram);
+    Ok(())
+}
+
+/// Exact labels of given sites (site-major, m each, at least one) and their energies E_i, without moving them.
+pub fn assign(field: &Field, sites: &[f64], workspace: &mut Workspace) -> Diagram {
+    let mut diagram = Diagram::default();
+    workspace.scratch.load(field);
+    workspace.current.sites.clear();
+    workspace.current.sites.extend_from_slice(sites);
+    workspace.scratch.assign(field, &mut workspace.current);
+    diagram.history.push(workspace.current.energy);
+    diagram.converged = true;
+    workspace.hand_over(field, &mut diagram);
+    diagram
+}

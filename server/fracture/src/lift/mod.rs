@@ -46,6 +46,9 @@ pub struct Lift {
     pub dimension: usize,
     /// Node-major, `nodes × dimension`; local lengths.
     pub coordinates: Vec<f64>,
+    /// b_v: mean of X − X_v over node v's barycentric cell, node-major, `nodes × dimension`; local lengths. It is of the
+    /// size of the spacing on the boundary and vanishes inside a regular lattice.
+    pub first_moment: Vec<f64>,
     /// m_v: mean of |X − X_v|² over node v's barycentric cell; local length squared. Length `nodes`.
     pub second_moment: Vec<f64>,
     /// Volume mean of (det g)^(1/5) over node v's cell; dimensionless. Length `nodes`.
@@ -56,7 +59,14 @@ impl Lift {
     /// Scales `coordinates` (node-major, `nodes × dimension`) to unit mean of (det g)^(1/5) and measures the cells.
     pub fn scaled(kind: LiftKind, lattice: &Lattice, dimension: usize, coordinates: Vec<f64>) -> Self {
         debug_assert_eq!(coordinates.len(), lattice.nodes.len() * dimension);
-        let mut lift = Self { kind, dimension, coordinates, second_moment: Vec::new(), density: Vec::new() };
+        let mut lift = Self {
+            kind,
+            dimension,
+            coordinates,
+            first_moment: Vec::new(),
+            second_moment: Vec::new(),
+            density: Vec::new(),
+        };
         metric::scale(&mut lift, lattice);
         metric::measure(&mut lift, lattice);
         lift

@@ -1,0 +1,41 @@
+//! x^(3/5) from additions, multiplications and divisions alone: the same bits on every machine, which the mathematical
+//! library of the platform does not promise.
+
+/// x^(3/5) to a few units in the last place. Zero, negative and subnormal numbers give 0; infinity and NaN stay.
+///
+/// A fifth of the bit pattern is within 7 % of the fifth root; each Newton step on r⁵ = x squares that error (times two).
+pub(crate) fn three_fifths(x: f64) -> f64 {
+    if x < f64::MIN_POSITIVE {
+        return 0.0;
+    }
+    if !x.is_finite() {
+        return x;
+    }
+    let mut root = f64::from_bits(x.to_bits() / 5 + 1.0f64.to_bits() / 5 * 4);
+    for _ in 0..5 {
+        let square = root * root;
+        root = 0.8 * root + 0.2 * (x / (square * square));
+    }
+    root * root * root
+}
+
+#[cfg(test)]
+mod tests {
+    use super::three_fifths;
+
+    #[test]
+    fn three_fifths_agrees_with_powf_over_all_magnitudes() {
+        for step in -3000..3000 {
+            let x = (f64::from(step) * 0.23).exp();
+            if x.is_normal() {
+                let (own, library) = (three_fifths(x), x.powf(0.6));
+                // The exponent that `powf` is given, 0.6, is itself 2e-17 off.
+                let tolerance = 4e-15 + 3e-17 * x.ln().abs();
+                assert!((own / library - 1.0).abs() <= tolerance, "{x:e}: {own:e} {library:e}");
+            }
+        }
+        assert_eq!(three_fifths(32.0), 8.0);
+        assert_eq!(three_fifths(0.0), 0.0);
+        assert_eq!(three_fifths(f64::INFINITY), f64::INFINITY);
+    }
+}

@@ -1,0 +1,103 @@
+//! Starting sites: well-spaced nodes among candidates drawn with the optimal site density.
+//!
+//! Based on: A. Gersho, *Asymptotically optimal block quantization* (1979) and P. Zador (1982) for the density
+//! W^(3/5)(det g)^(1/5) of the candidates; T. Gonzalez, *Clustering to minimize the maximum intercluster distance* (1985)
+//! for the choice. The spacing of optimal sites is ∝ (W/√det g)^(−1/5), so the next site is the candidate with the largest
+//! d²·W^(2/5)/(det g)^(1/5), d its distance to the sites so far.
+//!
+//! Measured against independent draws and against k-means++ on all nodes (12k nodes, 10 to 200 sites, three fields): half
+//! the excess energy of the former from a tenth to half a millisecond more, less than the latter in a tenth of its time.
+
+use super::Field;
+use super::kernel::square_distance;
+use crate::random::Stream;
+
+/// Part of the way to another candidate by which a site is moved off its node. Sites at nodes of a regular lattice have
+/// equally distant nodes everywhere, and rounding would decide to whom they go.
+const DETOUR: f64 = 1.0 / 1024.0;
+
+/// Candidates drawn per site. With fewer the spacing suffers, with more the boundary is favoured.
+const CANDIDATES: usize = 4;
+
+/// Reused from call to call.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Scratch {
+    prefix: Vec<f64>,
+    candidates: Vec<u32>,
+    weight: Vec<f64>,
+    distance: Vec<f64>,
+}
+
+impl Scratch {
+    /// Writes `count` ≤ nodes sites to `sites`, each a small detour away from a node of its own.
+    pub fn draw(&mut self, field: &Field, count: usize, stream: &mut Stream, sites: &mut Vec<f64>) {
+        self.gather(field, count, stream);
+        self.weight.clear();
+        self.weight.extend(self.candidates.iter().map(|&node| spacing_weight(field, node as usize)));
+        self.distance.clear();
+        self.distance.resize(self.candidates.len(), f64::INFINITY);
+        sites.clear();
+        let mut next = self.any(stream);
+        for _ in 0..count {
+            let (node, other) = (self.candidates[next] as usize, self.candidates[self.any(stream)] as usize);
+            let (place, aim) = (field.lift().at(node), field.lift().at(other));
+            let first = sites.len();
+            sites.extend(place.iter().zip(aim).map(|(x, aim)| x + DETOUR * (aim - x)));
+            next = self.spread(field, &sites[first..], next);
+        }
+    }
+
+    /// Any candidate.
+    fn any(&self, stream: &mut Stream) -> usize {
+        ((stream.uniform() * self.candidates.len() as f64) as usize).min(self.candidates.len() - 1)
+    }
+
+    /// Draws candidates, at least `count` of them and distinct. All nodes if drawing would not give enough.
+    fn gather(&mut self, field: &Field, count: usize, stream: &mut Stream) {
+        self.candidates.clear();
+        let nodes = field.nodes();
+        if count * CANDIDATES < nodes {
+            self.prefix.clear();
+            self.prefix.extend((0..nodes).scan(0.0, |sum, node| {
+                *sum += field.site_share(node);
+                Some(*sum)
+            }));
+            let total = self.prefix[nodes - 1];
+            for _ in 0..count * CANDIDATES {
+                let target = stream.uniform() * total;
+                let node = self.prefix.partition_point(|sum| *sum <= target).min(nodes - 1);
+                self.candidates.push(node as u32);
+            }
+            self.candidates.sort_unstable();
+            self.candidates.dedup();
+        }
+        if self.candidates.len() < 2 * count {
+            self.candidates.clear();
+            self.candidates.extend(0..nodes as u32);
+        }
+    }
+
+    /// Takes the chosen candidate out, updates the distances and returns the best next one, ties to the lowest.
+    fn spread(&mut self, field: &Field, place: &[f64], chosen: usize) -> usize {
+        self.distance[chosen] = -1.0;
+        let (mut best, mut next) = (f64::NEG_INFINITY, chosen);
+        for (index, distance) in self.distance.iter_mut().enumerate() {
+            if *distance < 0.0 {
+                continue;
+            }
+            *distance = distance.min(square_distance(field.lift().at(self.candidates[index] as usize), place));
+            let score = *distance * self.weight[index];
+            if score > best {
+                (best, next) = (score, index);
+            }
+        }
+        next
+    }
+}
+
+/// W^(2/5)/(det g)^(1/5), W in units of its mean; 0 where the lift is flat.
+fn spacing_weight(field: &Field, node: usize) -> f64 {
+    let flatness = field.lift().density[node];
+    let density = field.relative_density(node);
+    if flatness > 0.0 { density / (field.relative_density_three_fifths(node) * flatness) } else { 0.0 }
+}

@@ -1,0 +1,32 @@
+//! Memory that diagrams are made in.
+
+use super::assign::{Scratch, State};
+use super::{Diagram, Field, start};
+
+/// Reused from diagram to diagram: after the largest one, no call allocates anything that grows with the mesh.
+#[derive(Clone, Debug, Default)]
+pub struct Workspace {
+    pub(super) scratch: Scratch,
+    pub(super) start: start::Scratch,
+    /// The state reached.
+    pub(super) current: State,
+    /// The state tried next, or the one before.
+    pub(super) trial: State,
+}
+
+impl Workspace {
+    /// Copies the state reached into `diagram` and adds the moments of the nodes' own cells.
+    pub(super) fn hand_over(&self, field: &Field, diagram: &mut Diagram) {
+        let (current, m) = (&self.current, field.dimension());
+        diagram.dimension = m;
+        diagram.sites.clone_from(&current.sites);
+        diagram.labels.clone_from(&current.labels);
+        diagram.energy = current.energy;
+        diagram.cell_energy.clear();
+        diagram.cell_energy.extend((0..current.sites.len() / m).map(|site| current.cell(site, m).1));
+        for (node, (&label, mass)) in current.labels.iter().zip(field.mass()).enumerate() {
+            let site = &current.sites[label as usize * m..][..m];
+            diagram.cell_energy[label as usize] += mass * field.cell_moment(node, site);
+        }
+    }
+}
