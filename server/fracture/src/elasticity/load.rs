@@ -14,7 +14,8 @@ pub const RADIUS_SPACINGS_MIN: f64 = 1.0;
 const CUT_RADII: f64 = 3.0;
 
 /// One contact. Its peak force is spread over the boundary with weight area · (exp(−ρ²/2r²) − exp(−9/2)), ρ ≤ 3r, ρ
-/// measured along the boundary from the boundary point nearest to `point`.
+/// measured along the boundary from the boundary point nearest to `point`. A point deep inside, equally near to several
+/// parts of the boundary, touches one of them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Contact {
     /// Where, local; at most `radius` away from the boundary.

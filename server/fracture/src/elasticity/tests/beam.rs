@@ -90,3 +90,25 @@ fn an_anchored_cantilever_bends_like_a_beam() {
     let theory = 8.0_f64.powi(3) / (6.0 / 12.0) + 8.0 / (2.0 * 5.0 / 6.0 * 0.5);
     assert!((0.9..1.0).contains(&(energy / theory)), "energy {energy}, theory {theory}");
 }
+
+/// The residual of a slender body is the rounding of its displacement; its energies hardly notice.
+#[test]
+fn needles_and_plates_of_one_cell_are_solved() {
+    for cells in [[100, 1, 1], [30, 30, 1]] {
+        let lattice = block(cells, 0.01);
+        let body = free(&lattice, 0.3);
+        let tip = Point3::new(cells[0] as f64 * 0.005, 0.0, 0.0);
+        let contact = Contact { point: tip, impulse: Vector3::new(0.1, 0.0, -1.0), radius: 0.01 };
+        let forces = load(&body, &[contact]).forces;
+        let of = |body: &Elasticity| {
+            let mut out = Vec::new();
+            body.tet_energy(&lattice, &solve(body, &forces), Driving::Total, &mut out, &Token::default()).unwrap();
+            out
+        };
+        let last = lattice.nodes.len() as u32 - 1;
+        let pins = Pins::on(&lattice, [last, 2, last / 2]).unwrap();
+        let other = Elasticity::supported(&lattice, 0.3, Support::Free(pins), &Token::default()).unwrap();
+        let error = difference(&of(&body), &of(&other));
+        assert!(error < 1e-7, "{cells:?}: {error:e}");
+    }
+}

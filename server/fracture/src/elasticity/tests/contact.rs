@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::elasticity::front::Front;
+use proptest::prelude::*;
 
 fn contact(point: [f64; 3], impulse: [f64; 3], radius: f64) -> Contact {
     Contact { point: Point3::from(point), impulse: Vector3::from(impulse), radius }
@@ -20,7 +21,7 @@ fn imbalance(lattice: &Lattice, forces: &[f64]) -> f64 {
 }
 
 #[test]
-fn net_force_and_torque_vanish_to_rounding() {
+fn net_force_and_torque_vanish_to_rounding_and_leave_no_residual() {
     let lattice = perturbed([4, 3, 2], 0.2, 0.12, 3);
     let body = free(&lattice, 0.3);
     let strikes = [
@@ -29,8 +30,11 @@ fn net_force_and_torque_vanish_to_rounding() {
         vec![contact([0.4, 0.3, 0.2], [0.0, 0.0, 1e-12], 0.5)],
     ];
     for contacts in strikes {
-        let error = imbalance(&lattice, &load(&body, &contacts).forces);
+        let forces = load(&body, &contacts).forces;
+        let error = imbalance(&lattice, &forces);
         assert!(error < 1e-12, "{error:e}");
+        let solved = body.solve(&forces, &mut Vec::new(), &mut Workspace::default(), &Token::default()).unwrap();
+        assert!(solved.residual <= 1e-9 && !solved.refined, "{solved:?}");
     }
 }
 
@@ -129,5 +133,26 @@ fn the_smallest_radius_is_resolved_by_the_lattice() {
     for place in [[0.0, 0.0], [0.02, 0.01], [0.07, 0.05], [0.125, 0.125]] {
         let error = energy(&coarse, place) / energy(&fine, place) - 1.0;
         assert!(error.abs() < 0.04, "{place:?}: {error}");
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(12))]
+    #[test]
+    fn any_contact_gives_forces_in_equilibrium_and_finite_energies(
+        from in prop::array::uniform3(-1.0..1.0_f64),
+        impulse in prop::array::uniform3(-1.0..1.0_f64),
+        radius in 0.001..1.0_f64,
+    ) {
+        let lattice = carve(&block([4, 4, 3], 0.2), |place| place.x < 0.0 || place.y < 0.0);
+        let body = free(&lattice, 0.3);
+        let place = body.boundary.nearest(&Point3::from(from)).unwrap().place;
+        let load = load(&body, &[Contact { point: place, impulse: Vector3::from(impulse), radius }]);
+        prop_assert!(imbalance(&lattice, &load.forces) < 1e-12);
+        let [total, tensile] =
+            [Driving::Total, Driving::Tensile].map(|driving| energies(&body, &lattice, &load.forces, driving));
+        for (total, tensile) in total.iter().zip(&tensile) {
+            prop_assert!(*total >= 0.0 && *tensile >= 0.0 && *tensile <= total * (1.0 + 1e-12) && total.is_finite());
+        }
     }
 }

@@ -1,0 +1,51 @@
+//! After the first impact the elastic stages allocate nothing that grows with the lattice.
+
+use nalgebra::{Point3, Vector3};
+use shatter_fracture::elasticity::{Contact, Driving, Elasticity, Load, Workspace};
+use shatter_fracture::lattice::block;
+use shatter_fracture::token::Token;
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// Counts the bytes handed out.
+struct Counting(AtomicUsize);
+
+// SAFETY: every request is passed on unchanged to the system's allocator.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        self.0.fetch_add(layout.size(), Ordering::Relaxed);
+        // SAFETY: the caller's promises are passed on.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, place: *mut u8, layout: Layout) {
+        // SAFETY: the caller's promises are passed on.
+        unsafe { System.dealloc(place, layout) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting(AtomicUsize::new(0));
+
+#[test]
+fn elastic_stages_reuse_their_memory() {
+    let lattice = block([6, 6, 6], 0.1);
+    let token = Token::default();
+    let body = Elasticity::prepare(&lattice, 0.3, &token).unwrap();
+    let contact = |x: f64| Contact { point: Point3::new(x, 0.02, 0.05), impulse: -Vector3::x(), radius: 0.12 };
+    let (mut workspace, mut load) = (Workspace::default(), Load::default());
+    let (mut displacement, mut energies) = (Vec::new(), Vec::new());
+    let mut impact = |contact: Contact| {
+        let before = ALLOCATOR.0.load(Ordering::Relaxed);
+        body.load(&[contact], &mut load, &mut workspace).unwrap();
+        body.solve(&load.forces, &mut displacement, &mut workspace, &token).unwrap();
+        for driving in [Driving::Total, Driving::Tensile] {
+            body.tet_energy(&lattice, &displacement, driving, &mut energies, &token).unwrap();
+        }
+        ALLOCATOR.0.load(Ordering::Relaxed) - before
+    };
+    let first = impact(contact(0.3));
+    let later: usize = (0..8).map(|turn| impact(contact(if turn % 2 == 0 { -0.3 } else { 0.3 }))).sum();
+    // rayon's queues now and then take a block of their own, whatever the lattice.
+    assert!(later < first / 8, "{later} bytes in eight impacts, {first} in the first");
+}
