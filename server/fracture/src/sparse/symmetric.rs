@@ -126,21 +126,6 @@ impl<const B: usize> Symmetric<B> {
         }
     }
 
-    /// A ← D A D with D = diag(`factors`), length n.
-    pub fn scale(&mut self, factors: &[f64]) {
-        debug_assert_eq!(factors.len(), self.size());
-        for node in 0..self.nodes() {
-            for at in self.range(node) {
-                let column = self.columns[at] as usize;
-                for i in 0..B {
-                    for j in 0..B {
-                        self.blocks[at][(i, j)] *= factors[node * B + i] * factors[column * B + j];
-                    }
-                }
-            }
-        }
-    }
-
     /// A ← Qᵀ A Q, where Q is the identity except for node `node`, whose block is `basis` (columns: the new axes).
     pub fn rotate(&mut self, node: usize, basis: &SMatrix<f64, B, B>) {
         for at in self.range(node) {
