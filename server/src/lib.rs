@@ -1,1 +1,3 @@
-//! stub
+//! `shatterd`: the brittle-fracture daemon, and what people look at.
+
+pub mod picture;
