@@ -39,6 +39,9 @@ const KEY_TINT: [f32; 3] = [1.04, 1.0, 0.93];
 const FILL_TINT: [f32; 3] = [0.90, 0.98, 1.14];
 const SKY_TINT: [f32; 3] = [0.97, 1.0, 1.05];
 
+/// Shadows on the ground fainter than this are left out, so that they end before the picture does.
+const FAINT: f32 = 0.015;
+
 /// Sharpness of the highlight.
 const SHININESS: i32 = 36;
 
@@ -73,7 +76,8 @@ impl Lights {
     pub fn ground_shadow(&self, sky: f32, key: f32) -> f32 {
         let direct = self.style.key * self.key.y;
         let whole = self.style.sky + direct;
-        1.0 - (self.style.sky * sky + direct * key) / whole
+        let dark = 1.0 - (self.style.sky * sky + direct * key) / whole;
+        (dark - FAINT).max(0.0) / (1.0 - FAINT)
     }
 }
 
