@@ -1,3 +1,4 @@
 //! `shatterd`: the brittle-fracture daemon, and what people look at.
 
 pub mod picture;
+pub mod report;

@@ -51,7 +51,7 @@ pub(super) fn encode(linear: f32) -> u8 {
 
 /// A colour map: anchors in OKLab's polar form (lightness, chroma, hue in degrees), crossed at constant speed in OKLab,
 /// so that equal steps of the value look equally large.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ramp {
     anchors: &'static [[f32; 3]],
 }

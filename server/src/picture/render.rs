@@ -23,6 +23,9 @@ const KEY_SPREAD: f32 = 0.11;
 /// How dark the deepest shadow on the ground is.
 const GROUND_SHADOW: f32 = 0.62;
 
+/// The part of the picture's height, from the border, over which shadows on the ground fade.
+const SHADOW_INSET: f32 = 0.14;
+
 /// Draws `mesh` as `camera` sees it. `ground` is the height of the plane that takes the shadow, if any.
 pub fn draw(mesh: &Mesh, camera: &Camera, size: Size, style: Style, ground: Option<f32>, backdrop: Backdrop) -> Image {
     let (width, height) = (size.width * FINE, size.height * FINE);
@@ -136,7 +139,16 @@ impl Scene<'_> {
         let place = origin + forward * ((height - origin.y) / forward.y);
         let up = Vector3::y();
         let (sky, key) = (self.occlusion.sky(&place, &up, deal), self.occlusion.key(&place, &up, deal));
-        GROUND_SHADOW * self.lights.ground_shadow(sky, key)
+        GROUND_SHADOW * self.lights.ground_shadow(sky, key) * self.inset(x, y)
+    }
+
+    /// 0 at the border of the picture, 1 from a little inside on: shadows end before the picture does.
+    fn inset(&self, x: usize, y: usize) -> f32 {
+        let (width, height) = (self.seen.width as f32, 2.0 * self.half);
+        let (x, y) = (x as f32 + 0.5, y as f32 + 0.5);
+        let border = x.min(width - x).min(y).min(height - y) / height;
+        let share = (border / SHADOW_INSET).min(1.0);
+        share * share * (3.0 - 2.0 * share)
     }
 
     fn ray(&self, x: usize, y: usize) -> (Point3<f32>, Vector3<f32>) {
