@@ -14,6 +14,7 @@ mod mesh;
 mod occlusion;
 mod raster;
 mod render;
+mod shadow;
 
 pub use camera::{Camera, Projection};
 pub use colour::{Colour, ENERGY, Ramp, crack_colour, fragment_colour};

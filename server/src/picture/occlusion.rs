@@ -9,8 +9,14 @@ use super::raster::{Spot, nearest};
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
-/// Samples per side of a depth map.
-const SIDE: usize = 384;
+/// Samples per side of a depth map of the sky, whose light is soft anyway.
+const SKY_SIDE: usize = 192;
+
+/// Samples per side of a depth map of the key light.
+const KEY_SIDE: usize = 384;
+
+/// How far a point is lifted off its surface before the look-up, in samples of the map.
+const LIFT: f32 = 1.5;
 
 /// A depth map: the scene seen from far away in one direction.
 pub(super) struct DepthMap {
@@ -21,24 +27,25 @@ pub(super) struct DepthMap {
     centre: Point3<f32>,
     /// Samples per unit of length.
     scale: f32,
+    side: usize,
     nearest: Vec<f32>,
 }
 
 impl DepthMap {
-    fn new(mesh: &Mesh, centre: Point3<f32>, radius: f32, towards: Vector3<f32>) -> Self {
+    fn new(mesh: &Mesh, (centre, radius): (Point3<f32>, f32), side: usize, towards: Vector3<f32>) -> Self {
         let aside = if towards.y.abs() > 0.9 { Vector3::x() } else { Vector3::y() };
         let across = aside.cross(&towards).normalize();
         let along = towards.cross(&across);
-        let scale = (SIDE as f32 - 4.0) / (2.0 * radius);
-        let mut map = Self { towards, across, along, centre, scale, nearest: Vec::new() };
+        let scale = (side as f32 - 4.0) / (2.0 * radius);
+        let mut map = Self { towards, across, along, centre, scale, side, nearest: Vec::new() };
         let spots: Vec<Spot> = mesh.positions.iter().map(|position| map.spot(position)).collect();
-        map.nearest = nearest(&spots, &mesh.triangles, SIDE);
+        map.nearest = nearest(&spots, &mesh.triangles, side);
         map
     }
 
     fn spot(&self, point: &Point3<f32>) -> Spot {
         let offset = point - self.centre;
-        let middle = SIDE as f32 / 2.0;
+        let middle = self.side as f32 / 2.0;
         Spot {
             x: middle + offset.dot(&self.across) * self.scale,
             y: middle + offset.dot(&self.along) * self.scale,
@@ -46,18 +53,20 @@ impl DepthMap {
         }
     }
 
-    /// The part of the light that reaches `point`, the comparison filtered over four samples; `slack` is how much
-    /// nearer something must be to count as in between.
-    fn lit(&self, point: &Point3<f32>, slack: f32) -> f32 {
-        let spot = self.spot(point);
+    /// The part of the light that reaches a surface at `point`, the comparison filtered over four samples. The point is
+    /// lifted off the surface, and what lies in between must be nearer by a sample's width.
+    fn lit(&self, point: &Point3<f32>, normal: &Vector3<f32>) -> f32 {
+        let slack = 1.0 / self.scale;
+        let spot = self.spot(&(point + normal * (LIFT * slack)));
         let (x, y) = (spot.x - 0.5, spot.y - 0.5);
-        if !(x >= 0.0 && y >= 0.0 && x < SIDE as f32 - 1.0 && y < SIDE as f32 - 1.0) {
+        let last = self.side as f32 - 1.0;
+        if !(x >= 0.0 && y >= 0.0 && x < last && y < last) {
             return 1.0;
         }
         let (column, row) = (x as usize, y as usize);
         let (right, down) = (x - column as f32, y - row as f32);
         let free = |dx: usize, dy: usize| {
-            let between = self.nearest[(row + dy) * SIDE + column + dx] > spot.near + slack;
+            let between = self.nearest[(row + dy) * self.side + column + dx] > spot.near + slack;
             if between { 0.0 } else { 1.0 }
         };
         let upper = free(0, 0) * (1.0 - right) + free(1, 0) * right;
@@ -71,41 +80,49 @@ pub(super) struct Occlusion {
     sky: Vec<DepthMap>,
     key: Vec<DepthMap>,
     deals: usize,
-    /// Width of one sample of a map.
-    texel: f32,
 }
 
 impl Occlusion {
-    /// `deals` · `sky_per_deal` directions over the sphere and `deals` ones within `spread` (tangent) of `key`.
-    pub fn new(mesh: &Mesh, deals: usize, sky_per_deal: usize, key: Vector3<f32>, spread: f32) -> Self {
+    /// Per kind of sample `sky` directions over the sphere, and `key` ones within `spread` (tangent) of `towards`.
+    pub fn new(mesh: &Mesh, deals: usize, sky: usize, key: usize, towards: Vector3<f32>, spread: f32) -> Self {
         let (low, high) = mesh.bounds();
         let centre = nalgebra::center(&low, &high);
         let radius = mesh.positions.iter().map(|p| (p - centre).norm()).fold(f32::MIN_POSITIVE, f32::max);
-        let map = |towards| DepthMap::new(mesh, centre, radius, towards);
-        let sky = sphere(deals * sky_per_deal).into_par_iter().map(map).collect();
-        let key = cone(key, spread, deals).into_par_iter().map(map).collect();
-        Self { sky, key, deals, texel: 2.0 * radius / SIDE as f32 }
+        let map = |side| move |towards| DepthMap::new(mesh, (centre, radius), side, towards);
+        let sky = sphere(deals * sky).into_par_iter().map(map(SKY_SIDE)).collect();
+        let key = cone(towards, spread, deals * key).into_par_iter().map(map(KEY_SIDE)).collect();
+        Self { sky, key, deals }
     }
 
-    /// The part of the sky's light, weighted by the cosine to `normal`, that reaches `point`; sample kind `deal`.
-    pub fn sky(&self, point: &Point3<f32>, normal: &Vector3<f32>, deal: usize) -> f32 {
-        let lifted = point + normal * (1.5 * self.texel);
-        let (mut seen, mut whole) = (0.0, 0.0);
-        for map in self.sky.iter().skip(deal % self.deals).step_by(self.deals) {
-            let cosine = map.towards.dot(normal);
-            if cosine > 0.0 {
-                whole += cosine;
-                seen += cosine * map.lit(&lifted, self.texel);
-            }
+    /// The parts of the sky's light and of the key light that reach a surface at `point`, as samples of kind `deal`
+    /// see it.
+    pub fn dealt(&self, point: &Point3<f32>, normal: &Vector3<f32>, deal: usize) -> (f32, f32) {
+        let dealt = |maps| <[DepthMap]>::iter(maps).skip(deal).step_by(self.deals);
+        (sky(dealt(&self.sky), point, normal), key(dealt(&self.key), point, normal))
+    }
+
+    /// The same, seen along all directions.
+    pub fn all(&self, point: &Point3<f32>, normal: &Vector3<f32>) -> (f32, f32) {
+        (sky(self.sky.iter(), point, normal), key(self.key.iter(), point, normal))
+    }
+}
+
+/// Sky light weighted by the cosine to `normal`.
+fn sky<'a>(maps: impl Iterator<Item = &'a DepthMap>, point: &Point3<f32>, normal: &Vector3<f32>) -> f32 {
+    let (mut seen, mut whole) = (0.0, 0.0);
+    for map in maps {
+        let cosine = map.towards.dot(normal);
+        if cosine > 0.0 {
+            whole += cosine;
+            seen += cosine * map.lit(point, normal);
         }
-        if whole > 0.0 { seen / whole } else { 1.0 }
     }
+    if whole > 0.0 { seen / whole } else { 1.0 }
+}
 
-    /// The part of the key light that reaches `point`; sample kind `deal`.
-    pub fn key(&self, point: &Point3<f32>, normal: &Vector3<f32>, deal: usize) -> f32 {
-        let map = &self.key[deal % self.deals];
-        map.lit(&(point + normal * (1.5 * self.texel)), self.texel)
-    }
+fn key<'a>(maps: impl Iterator<Item = &'a DepthMap>, point: &Point3<f32>, normal: &Vector3<f32>) -> f32 {
+    let (sum, count) = maps.fold((0.0, 0.0), |(sum, count), map| (sum + map.lit(point, normal), count + 1.0));
+    sum / count
 }
 
 /// Nearly even directions over the sphere: a spiral with the golden angle (Vogel 1979, on the sphere).

@@ -2,6 +2,8 @@
 //!
 //! Based on: J. Pineda, *A parallel algorithm for polygon rasterization* (edge functions), SIGGRAPH 1988.
 
+use super::camera::Camera;
+use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
 /// A vertex on the sample grid: x to the right, y downwards, and nearness (larger is nearer).
@@ -10,6 +12,28 @@ pub(super) struct Spot {
     pub x: f32,
     pub y: f32,
     pub near: f32,
+}
+
+/// The samples of a picture.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Grid {
+    pub width: usize,
+    pub height: usize,
+}
+
+impl Grid {
+    /// Where a point of the scene falls.
+    pub fn spot(&self, camera: &Camera, point: &Point3<f32>) -> Spot {
+        let seen = camera.project(point);
+        let half = self.height as f32 / 2.0;
+        Spot { x: self.width as f32 / 2.0 + seen.x * half, y: half - seen.y * half, near: seen.near }
+    }
+
+    /// The ray through a point of the grid: origin and unit direction.
+    pub fn ray(&self, camera: &Camera, x: f32, y: f32) -> (Point3<f32>, Vector3<f32>) {
+        let half = self.height as f32 / 2.0;
+        camera.ray((x - self.width as f32 / 2.0) / half, (half - y) / half)
+    }
 }
 
 /// No triangle.

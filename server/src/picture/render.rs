@@ -6,7 +6,8 @@ use super::image::Image;
 use super::light::{Lights, Style};
 use super::mesh::Mesh;
 use super::occlusion::Occlusion;
-use super::raster::{NOTHING, Spot, Visible, visible, weights};
+use super::raster::{Grid, NOTHING, Spot, Visible, visible, weights};
+use super::shadow::Shadow;
 use super::{Backdrop, Size};
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
@@ -15,33 +16,23 @@ use rayon::prelude::*;
 const FINE: usize = 3;
 
 /// Directions into the sky per sample; a pixel has `FINE`² times as many.
-const SKY_PER_SAMPLE: usize = 7;
+const SKY_PER_SAMPLE: usize = 8;
+
+/// Directions to the key light per sample; likewise.
+const KEY_PER_SAMPLE: usize = 3;
 
 /// Tangent of half the key light's angle: how soft shadows are.
 const KEY_SPREAD: f32 = 0.11;
 
-/// How dark the deepest shadow on the ground is.
-const GROUND_SHADOW: f32 = 0.62;
-
-/// The part of the picture's height, from the border, over which shadows on the ground fade.
-const SHADOW_INSET: f32 = 0.14;
-
 /// Draws `mesh` as `camera` sees it. `ground` is the height of the plane that takes the shadow, if any.
 pub fn draw(mesh: &Mesh, camera: &Camera, size: Size, style: Style, ground: Option<f32>, backdrop: Backdrop) -> Image {
-    let (width, height) = (size.width * FINE, size.height * FINE);
-    let half = height as f32 / 2.0;
-    let spots: Vec<Spot> = mesh
-        .positions
-        .iter()
-        .map(|position| {
-            let seen = camera.project(position);
-            Spot { x: width as f32 / 2.0 + seen.x * half, y: half - seen.y * half, near: seen.near }
-        })
-        .collect();
-    let seen = visible(&spots, &mesh.triangles, width, height);
+    let grid = Grid { width: size.width * FINE, height: size.height * FINE };
+    let spots: Vec<Spot> = mesh.positions.iter().map(|position| grid.spot(camera, position)).collect();
+    let seen = visible(&spots, &mesh.triangles, grid.width, grid.height);
     let lights = Lights::new(style, camera);
-    let occlusion = Occlusion::new(mesh, FINE * FINE, SKY_PER_SAMPLE, lights.key, KEY_SPREAD);
-    let scene = Scene { mesh, camera, spots, seen, lights, occlusion, ground, half };
+    let occlusion = Occlusion::new(mesh, FINE * FINE, SKY_PER_SAMPLE, KEY_PER_SAMPLE, lights.key, KEY_SPREAD);
+    let shadow = ground.map(|height| Shadow::new(grid, camera, &lights, &occlusion, height));
+    let scene = Scene { mesh, camera, spots, seen, lights, occlusion, shadow, grid };
     let mut pixels = vec![[0; 4]; size.width * size.height];
     pixels.par_chunks_mut(size.width).enumerate().for_each(|(row, line)| {
         let behind = background(backdrop, row, size.height);
@@ -67,9 +58,8 @@ struct Scene<'a> {
     seen: Visible,
     lights: Lights,
     occlusion: Occlusion,
-    ground: Option<f32>,
-    /// Half the height of the sample grid.
-    half: f32,
+    shadow: Option<Shadow>,
+    grid: Grid,
 }
 
 impl Scene<'_> {
@@ -101,7 +91,7 @@ impl Scene<'_> {
     /// Light of one sample, already multiplied by its alpha, and the alpha.
     fn sample(&self, x: usize, y: usize, deal: usize) -> ([f32; 3], f32) {
         match self.seen.triangles[y * self.seen.width + x] {
-            NOTHING => ([0.0; 3], self.shadow(x, y, deal)),
+            NOTHING => ([0.0; 3], self.shadow.as_ref().map_or(0.0, |shadow| shadow.at(x, y))),
             triangle => (self.surface(triangle as usize, x, y, deal), 1.0),
         }
     }
@@ -124,35 +114,11 @@ impl Scene<'_> {
         let side = if flat.dot(&forward) > 0.0 { -1.0 } else { 1.0 };
         let mixed: Vector3<f32> = (0..3).map(|c| corners[c].normal * share[c]).sum();
         let normal = mixed.try_normalize(0.0).unwrap_or_else(Vector3::y) * side;
-        let sky = self.occlusion.sky(&place, &normal, deal);
-        let key = self.occlusion.key(&place, &normal, deal);
+        let (sky, key) = self.occlusion.dealt(&place, &normal, deal);
         self.lights.shade(colour, &normal, &-forward, sky, key)
     }
 
-    /// How much of the background the shadow on the ground takes away.
-    fn shadow(&self, x: usize, y: usize, deal: usize) -> f32 {
-        let Some(height) = self.ground else { return 0.0 };
-        let (origin, forward) = self.ray(x, y);
-        if forward.y >= -1e-3 || origin.y <= height {
-            return 0.0;
-        }
-        let place = origin + forward * ((height - origin.y) / forward.y);
-        let up = Vector3::y();
-        let (sky, key) = (self.occlusion.sky(&place, &up, deal), self.occlusion.key(&place, &up, deal));
-        GROUND_SHADOW * self.lights.ground_shadow(sky, key) * self.inset(x, y)
-    }
-
-    /// 0 at the border of the picture, 1 from a little inside on: shadows end before the picture does.
-    fn inset(&self, x: usize, y: usize) -> f32 {
-        let (width, height) = (self.seen.width as f32, 2.0 * self.half);
-        let (x, y) = (x as f32 + 0.5, y as f32 + 0.5);
-        let border = x.min(width - x).min(y).min(height - y) / height;
-        let share = (border / SHADOW_INSET).min(1.0);
-        share * share * (3.0 - 2.0 * share)
-    }
-
     fn ray(&self, x: usize, y: usize) -> (Point3<f32>, Vector3<f32>) {
-        let middle = self.seen.width as f32 / 2.0;
-        self.camera.ray((x as f32 + 0.5 - middle) / self.half, (self.half - y as f32 - 0.5) / self.half)
+        self.grid.ray(self.camera, x as f32 + 0.5, y as f32 + 0.5)
     }
 }
