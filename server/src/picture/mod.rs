@@ -12,6 +12,7 @@ mod light;
 mod marker;
 mod mesh;
 mod occlusion;
+mod pieces;
 mod raster;
 mod render;
 mod shadow;
@@ -22,6 +23,7 @@ pub use image::{Image, PictureError};
 pub use light::Style;
 pub use marker::arrow;
 pub use mesh::{Corner, Mesh};
+pub use pieces::{CREASE_DEG, Spread, pieces};
 pub use render::draw;
 
 /// Size of a picture in pixels.
