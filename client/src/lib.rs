@@ -1,3 +1,1 @@
-//! Rust client of `shatterd`.
-
-pub mod export;
+//! stub

@@ -1,4 +1,1 @@
-//! `shatterd`: the brittle-fracture daemon, and what people look at.
-
-pub mod picture;
-pub mod report;
+//! stub

@@ -1,8 +1,36 @@
-//! Tetrahedral lattices: the type itself, its measures and its boundary.
+//! Tetrahedral lattices: the type itself, its measures and its boundary; and how a shape becomes one.
 
+mod adjacency;
 mod block;
+mod cut;
+mod error;
+mod grid;
+mod level;
+mod levels;
+mod locate;
+mod measure;
+mod mend;
+#[cfg(test)]
+mod shapes;
+mod spacing;
+mod stencil;
+mod stuffing;
+#[cfg(test)]
+mod tests;
+mod transfer;
+mod tree;
 
+pub use adjacency::{NO_TET, Stars};
 pub use block::block;
+pub use error::LatticeError;
+pub use grid::{GRID_NODES_MAX, SPACING_RANGE};
+pub use level::{BODY_SHARE_MIN, BODY_TETS_MIN, Dropped, Level, stuff};
+pub use levels::{BodyLattice, LevelReport, Levels, OVERLAP_MIN, Replaced, Replacement, levels};
+pub use locate::{Locator, Nearest, Place};
+pub use measure::Dihedral;
+pub use mend::{Pinch, check_manifold};
+pub use spacing::{CRACK_NODES_DEFAULT, ELASTIC_NODES_DEFAULT, default_spacing};
+pub use transfer::Transfer;
 
 use nalgebra::{Matrix3, Point3};
 

@@ -1,0 +1,133 @@
+//! Which tetrahedra share a face, which belong to a node, and what hangs together through faces.
+
+use super::{FACES, Lattice};
+
+/// No tetrahedron on the other side of a face.
+pub const NO_TET: u32 = u32::MAX;
+
+/// The tetrahedra around every node, in increasing order.
+#[derive(Clone, Debug)]
+pub struct Stars {
+    offsets: Vec<u32>,
+    tets: Vec<u32>,
+}
+
+impl Stars {
+    /// The tetrahedra that have `node` as a corner, increasing.
+    pub fn of(&self, node: u32) -> &[u32] {
+        &self.tets[self.offsets[node as usize] as usize..self.offsets[node as usize + 1] as usize]
+    }
+}
+
+impl Lattice {
+    /// Per tetrahedron the four across its faces, face k opposite node k ([`FACES`]); [`NO_TET`] on the boundary, and
+    /// where more than two tetrahedra share a face, which no constructor lets happen.
+    pub fn neighbours(&self) -> Vec<[u32; 4]> {
+        let mut keyed: Vec<([u32; 3], u32, u8)> = Vec::with_capacity(self.tets.len() * 4);
+        for (tet, nodes) in self.tets.iter().enumerate() {
+            for (face, corner) in FACES.iter().enumerate() {
+                let mut key = corner.map(|c| nodes[c]);
+                key.sort_unstable();
+                keyed.push((key, tet as u32, face as u8));
+            }
+        }
+        keyed.sort_unstable();
+        let mut neighbours = vec![[NO_TET; 4]; self.tets.len()];
+        for same in keyed.chunk_by(|a, b| a.0 == b.0) {
+            if let [(_, a, face_a), (_, b, face_b)] = *same {
+                neighbours[a as usize][face_a as usize] = b;
+                neighbours[b as usize][face_b as usize] = a;
+            }
+        }
+        neighbours
+    }
+
+    /// The tetrahedra around every node.
+    pub fn stars(&self) -> Stars {
+        let mut offsets = vec![0u32; self.nodes.len() + 1];
+        for &node in self.tets.iter().flatten() {
+            offsets[node as usize + 1] += 1;
+        }
+        for node in 0..self.nodes.len() {
+            offsets[node + 1] += offsets[node];
+        }
+        let (mut next, mut tets) = (offsets.clone(), vec![0; self.tets.len() * 4]);
+        for (tet, nodes) in self.tets.iter().enumerate() {
+            for &node in nodes {
+                let slot = &mut next[node as usize];
+                tets[*slot as usize] = tet as u32;
+                *slot += 1;
+            }
+        }
+        Stars { offsets, tets }
+    }
+
+    /// The tetrahedra that hang together through faces, each group increasing, groups by their lowest member.
+    pub fn components(&self) -> Vec<Vec<u32>> {
+        let neighbours = self.neighbours();
+        let (mut seen, mut components) = (vec![false; self.tets.len()], Vec::new());
+        for start in 0..self.tets.len() {
+            if std::mem::replace(&mut seen[start], true) {
+                continue;
+            }
+            let mut component = vec![start as u32];
+            let mut next = 0;
+            while next < component.len() {
+                for &other in &neighbours[component[next] as usize] {
+                    if other != NO_TET && !std::mem::replace(&mut seen[other as usize], true) {
+                        component.push(other);
+                    }
+                }
+                next += 1;
+            }
+            component.sort_unstable();
+            components.push(component);
+        }
+        components
+    }
+
+    /// The lattice of `tets` alone, in that order, with the nodes they use in their old order.
+    pub fn part(&self, tets: &[u32]) -> Self {
+        let mut renamed = vec![u32::MAX; self.nodes.len()];
+        for &tet in tets {
+            self.tets[tet as usize].iter().for_each(|&node| renamed[node as usize] = 0);
+        }
+        let mut nodes = Vec::new();
+        for (node, name) in renamed.iter_mut().enumerate().filter(|(_, name)| **name == 0) {
+            *name = nodes.len() as u32;
+            nodes.push(self.nodes[node]);
+        }
+        let tets = tets.iter().map(|&tet| self.tets[tet as usize].map(|node| renamed[node as usize])).collect();
+        Self { nodes, tets }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lattice::block;
+
+    #[test]
+    fn neighbours_are_mutual_and_missing_exactly_on_the_boundary() {
+        let lattice = block([2, 3, 1], 0.25);
+        let neighbours = lattice.neighbours();
+        let open = neighbours.iter().flatten().filter(|&&other| other == NO_TET).count();
+        assert_eq!(open, lattice.boundary().len());
+        for (tet, around) in neighbours.iter().enumerate() {
+            let mutual = |other: &u32| *other == NO_TET || neighbours[*other as usize].contains(&(tet as u32));
+            assert!(around.iter().all(mutual));
+        }
+    }
+
+    #[test]
+    fn components_and_parts_split_what_only_an_edge_joins() {
+        let lattice = block([2, 2, 1], 0.5);
+        let kept: Vec<u32> = (0..lattice.tets.len() as u32).filter(|tet| matches!(tet / 24, 0 | 3)).collect();
+        let crossed = lattice.part(&kept);
+        let components = crossed.components();
+        assert_eq!(components.iter().map(Vec::len).collect::<Vec<_>>(), [24, 24]);
+        assert!(components.iter().all(|component| (crossed.part(component).volume() - 0.125).abs() < 1e-15));
+        let stars = crossed.stars();
+        assert_eq!((0..crossed.nodes.len() as u32).map(|node| stars.of(node).len()).sum::<usize>(), 48 * 4);
+    }
+}

@@ -1,0 +1,152 @@
+//! Where the surface cuts the edges of the grid.
+//!
+//! Based on: the cut points of Labelle & Shewchuk (2007), section 3.1, found here on the signed distance itself by
+//! regula falsi with bisection (a jump of the sign is a root too), not on its linear interpolant.
+
+use super::grid::{Grid, finite};
+use super::{LatticeError, SignedDistance};
+use crate::token::Token;
+use nalgebra::Point3;
+use rayon::prelude::*;
+use std::collections::HashMap;
+
+/// A cut is taken once the distance there is below this share of the spacing; one more interpolation then makes it exact
+/// to about its square.
+const CLOSE: f64 = 0.01;
+
+/// Samples per edge and offset at most; the bracket is then narrower than a thousandth of the edge.
+const STEPS_MAX: usize = 12;
+
+/// Narrowest bracket, as a share of the edge.
+const NARROW: f64 = 1e-3;
+
+/// Secant steps before bisection takes over.
+const SECANTS: usize = 4;
+
+/// An edge of the grid that the surface cuts.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Cut {
+    /// The end with the higher number.
+    pub(super) high: u32,
+    /// The cut's place from the lower-numbered end, 0 … 1.
+    pub(super) t: f64,
+}
+
+/// All cuts of one level set, in the order of their edges' (lower, higher) ends.
+pub(super) struct Cuts {
+    /// Per grid node the first of the cuts whose lower end it is; length nodes + 1.
+    first: Vec<u32>,
+    /// The cuts themselves.
+    pub(super) cuts: Vec<Cut>,
+}
+
+impl Cuts {
+    /// The cut on the edge between `a` and `b`, and its place from `a`, 0 … 1.
+    pub(super) fn find(&self, a: u32, b: u32) -> Option<(u32, f64)> {
+        let (low, high) = (a.min(b), a.max(b));
+        let (start, end) = (self.first[low as usize], self.first[low as usize + 1]);
+        let index = (start..end).find(|&cut| self.cuts[cut as usize].high == high)?;
+        let t = self.cuts[index as usize].t;
+        Some((index, if a == low { t } else { 1.0 - t }))
+    }
+
+    /// The lower-numbered ends, each with the range of its cuts; only those that have any.
+    pub(super) fn ends(&self) -> impl Iterator<Item = (u32, &[Cut])> {
+        self.first.windows(2).enumerate().filter(|(_, range)| range[0] < range[1]).map(|(low, range)| {
+            let cuts = &self.cuts[range[0] as usize..range[1] as usize];
+            (low as u32, cuts)
+        })
+    }
+}
+
+/// Distances along an edge, by increasing place: (place from the lower end, signed distance).
+type Samples = Vec<(f64, f64)>;
+
+/// Finds the cuts of one level set after another, keeping what it sampled for the last.
+pub(super) struct Cutter<'a> {
+    shape: &'a dyn SignedDistance,
+    grid: &'a Grid,
+    values: &'a [f64],
+    samples: HashMap<[u32; 2], Samples>,
+}
+
+impl<'a> Cutter<'a> {
+    /// For the distances `values` on the nodes of `grid`.
+    pub(super) fn new(shape: &'a dyn SignedDistance, grid: &'a Grid, values: &'a [f64]) -> Self {
+        Self { shape, grid, values, samples: HashMap::new() }
+    }
+
+    /// The cuts of the level set distance = `offset`.
+    pub(super) fn cut(&mut self, offset: f64, token: &Token) -> Result<Cuts, LatticeError> {
+        let (first, edges) = self.crossing(offset, token)?;
+        let mut work: Vec<([u32; 2], Samples)> = edges
+            .into_iter()
+            .map(|edge| {
+                let ends = || vec![(0.0, self.values[edge[0] as usize]), (1.0, self.values[edge[1] as usize])];
+                (edge, self.samples.remove(&edge).unwrap_or_else(ends))
+            })
+            .collect();
+        let roots: Vec<Result<f64, LatticeError>> = work
+            .par_iter_mut()
+            .enumerate()
+            .map(|(index, (edge, samples))| {
+                if index % 4096 == 0 {
+                    token.check()?;
+                }
+                self.root(*edge, samples, offset)
+            })
+            .collect();
+        let mut cuts = Vec::with_capacity(work.len());
+        for ((edge, samples), root) in work.into_iter().zip(roots) {
+            cuts.push(Cut { high: edge[1], t: root? });
+            self.samples.insert(edge, samples);
+        }
+        Ok(Cuts { first, cuts })
+    }
+
+    /// Edges whose ends lie strictly on either side, ordered, and per node the first of those it is the lower end of.
+    fn crossing(&self, offset: f64, token: &Token) -> Result<(Vec<u32>, Vec<[u32; 2]>), LatticeError> {
+        let (mut first, mut edges) = (Vec::with_capacity(self.values.len() + 1), Vec::new());
+        for node in 0..self.values.len() as u32 {
+            if node % 4096 == 0 {
+                token.check()?;
+            }
+            let start = edges.len();
+            first.push(start as u32);
+            let own = self.values[node as usize] - offset;
+            // Nodes far from the surface are not skipped: the sign may jump where the surface has holes.
+            for (other, _) in self.grid.neighbours(node).filter(|(other, _)| *other > node) {
+                if own * (self.values[other as usize] - offset) < 0.0 {
+                    edges.push([node, other]);
+                }
+            }
+            edges[start..].sort_unstable();
+        }
+        first.push(edges.len() as u32);
+        Ok((first, edges))
+    }
+
+    fn root(&self, edge: [u32; 2], samples: &mut Samples, offset: f64) -> Result<f64, LatticeError> {
+        let [low, high] = edge.map(|node| self.grid.place(node));
+        for step in 0..STEPS_MAX {
+            let (at, (t0, f0), (t1, f1)) = bracket(samples, offset);
+            let secant = t0 + (t1 - t0) * (f0 / (f0 - f1));
+            if t1 - t0 < NARROW || f0.abs().min(f1.abs()) < CLOSE * self.grid.spacing && t1 - t0 < 1.0 {
+                return Ok(secant);
+            }
+            let t = if step < SECANTS { secant.clamp(t0 + NARROW / 4.0, t1 - NARROW / 4.0) } else { 0.5 * (t0 + t1) };
+            let place = Point3::from(low.coords.lerp(&high.coords, t));
+            samples.insert(at, (t, finite(self.shape, &place)?));
+        }
+        let (_, (t0, _), (t1, _)) = bracket(samples, offset);
+        Ok(0.5 * (t0 + t1))
+    }
+}
+
+/// The first pair of neighbouring samples on either side of `offset`: the index of the second, and both less the offset.
+fn bracket(samples: &Samples, offset: f64) -> (usize, (f64, f64), (f64, f64)) {
+    let side = samples[0].1 - offset;
+    let at = samples.iter().position(|s| (s.1 - offset) * side <= 0.0).unwrap_or(samples.len() - 1).max(1);
+    let relative = |(t, value): (f64, f64)| (t, value - offset);
+    (at, relative(samples[at - 1]), relative(samples[at]))
+}

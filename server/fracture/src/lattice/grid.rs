@@ -1,0 +1,234 @@
+//! The body-centred cubic grid around a shape, and the signed distance on its nodes.
+//!
+//! Based on: F. Labelle & J. R. Shewchuk, *Isosurface Stuffing: Fast Tetrahedral Meshes with Good Dihedral Angles*
+//! (SIGGRAPH 2007), section 3, with one spacing everywhere.
+//!
+//! Nodes are the corners and the centres of cubes of side `spacing`. Twice a node's cube coordinates are integers: all
+//! even for a corner, all odd for a centre. Corners are numbered first, x fastest.
+
+use super::{LatticeError, SignedDistance};
+use crate::token::Token;
+use nalgebra::{Point3, Vector3};
+use rayon::prelude::*;
+
+/// Spacings that [`super::stuff`] accepts, local lengths: lowest and highest.
+pub const SPACING_RANGE: [f64; 2] = [0.002, 0.25];
+
+/// Most grid nodes that [`super::stuff`] lays over the box of a shape (16 MB of distances); checked before anything is
+/// allocated.
+pub const GRID_NODES_MAX: usize = 2_000_000;
+
+/// Cubes along the side of a block that is sampled, or skipped, as one.
+const BLOCK: usize = 4;
+
+/// Cubes between the box of the shape and the rim of the grid: half a spacing of offset, a spacing of edge, and rounding.
+const PADDING: f64 = 1.75;
+
+/// Offsets of the four corners of the face between a cube and the next along +x, counter-clockwise seen from +x, in
+/// twice the coordinates, from the cube's centre; other axes by cyclic rotation.
+const RING: [[i32; 3]; 4] = [[1, -1, -1], [1, 1, -1], [1, 1, 1], [1, -1, 1]];
+
+/// The grid's shape; see the head of the file.
+pub(super) struct Grid {
+    origin: Point3<f64>,
+    pub(super) spacing: f64,
+    cells: [usize; 3],
+}
+
+impl Grid {
+    /// The smallest grid centred on the shape's box whose outermost nodes lie outside for any offset up to half a
+    /// spacing.
+    pub(super) fn over(shape: &dyn SignedDistance, spacing: f64) -> Result<Self, LatticeError> {
+        let [spacing_min, spacing_max] = SPACING_RANGE;
+        if !(spacing_min..=spacing_max).contains(&spacing) {
+            return Err(LatticeError::SpacingOutOfRange { spacing, spacing_min, spacing_max });
+        }
+        let (low, high) = shape.bounds();
+        let extent = high - low;
+        if !(extent.iter().all(|e| e.is_finite() && *e >= 0.0) && low.iter().all(|c| c.is_finite())) {
+            return Err(LatticeError::BoundsNotFinite);
+        }
+        let counts = extent.map(|e| (e / spacing + 2.0 * PADDING).ceil());
+        let estimate = counts.map(|c| c + 1.0).product() + counts.product();
+        if estimate > GRID_NODES_MAX as f64 {
+            return Err(LatticeError::GridTooLarge { nodes: estimate, nodes_max: GRID_NODES_MAX, spacing });
+        }
+        let cells = [counts.x as usize, counts.y as usize, counts.z as usize];
+        let origin = low + extent / 2.0 - counts * (spacing / 2.0);
+        Ok(Self { origin, spacing, cells })
+    }
+
+    fn corner_count(&self) -> usize {
+        self.cells.iter().map(|c| c + 1).product()
+    }
+
+    /// Corners and centres.
+    pub(super) fn node_count(&self) -> usize {
+        self.corner_count() + self.cells.iter().product::<usize>()
+    }
+
+    /// Twice the cube coordinates of `node`.
+    pub(super) fn twice(&self, node: u32) -> [i32; 3] {
+        let (corners, node) = (self.corner_count(), node as usize);
+        let (index, sides, odd) =
+            if node < corners { (node, self.cells.map(|c| c + 1), 0) } else { (node - corners, self.cells, 1) };
+        let place = [index % sides[0], index / sides[0] % sides[1], index / (sides[0] * sides[1])];
+        place.map(|c| (2 * c + odd) as i32)
+    }
+
+    /// The node at twice its cube coordinates; none outside the grid. All three are even, or all odd.
+    pub(super) fn node(&self, twice: [i32; 3]) -> Option<u32> {
+        if (0..3).any(|k| twice[k] < 0 || twice[k] > 2 * self.cells[k] as i32) {
+            return None;
+        }
+        let odd = twice[0] & 1 == 1;
+        let [x, y, z] = twice.map(|t| (t / 2) as usize);
+        let [nx, ny, _] = if odd { self.cells } else { self.cells.map(|c| c + 1) };
+        Some((x + nx * (y + ny * z) + if odd { self.corner_count() } else { 0 }) as u32)
+    }
+
+    fn place_at(&self, twice: [i32; 3]) -> Point3<f64> {
+        self.origin + Vector3::from(twice.map(f64::from)) * (self.spacing / 2.0)
+    }
+
+    /// Where `node` stands.
+    pub(super) fn place(&self, node: u32) -> Point3<f64> {
+        self.place_at(self.twice(node))
+    }
+
+    /// The up to 14 neighbours of `node`, each with whether its edge is a long one (corner to corner, centre to centre).
+    pub(super) fn neighbours(&self, node: u32) -> impl Iterator<Item = (u32, bool)> + '_ {
+        const STEPS: [[i32; 3]; 14] = [
+            [-2, 0, 0],
+            [2, 0, 0],
+            [0, -2, 0],
+            [0, 2, 0],
+            [0, 0, -2],
+            [0, 0, 2],
+            [-1, -1, -1],
+            [1, -1, -1],
+            [-1, 1, -1],
+            [1, 1, -1],
+            [-1, -1, 1],
+            [1, -1, 1],
+            [-1, 1, 1],
+            [1, 1, 1],
+        ];
+        let from = self.twice(node);
+        STEPS.into_iter().enumerate().filter_map(move |(index, step)| {
+            let to = [from[0] + step[0], from[1] + step[1], from[2] + step[2]];
+            self.node(to).map(|node| (node, index < 6))
+        })
+    }
+
+    /// Calls `visit` with every grid tetrahedron, positively oriented: centre, next centre, two corners between them.
+    pub(super) fn for_each_tet(&self, mut visit: impl FnMut([u32; 4])) {
+        for centre in self.corner_count()..self.node_count() {
+            let from = self.twice(centre as u32);
+            for axis in 0..3 {
+                let shifted = |step: [i32; 3]| {
+                    let mut to = from;
+                    (0..3).for_each(|k| to[(axis + k) % 3] += step[k]);
+                    self.node(to)
+                };
+                let Some(next) = shifted([2, 0, 0]) else { continue };
+                let ring = RING.map(&shifted);
+                for k in 0..4 {
+                    if let (Some(a), Some(b)) = (ring[k], ring[(k + 1) % 4]) {
+                        visit([centre as u32, next, a, b]);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Signed distance on every node, length [`Self::node_count`].
+    ///
+    /// Blocks of cubes that lie farther from the surface than their own radius are filled with a bound of the same
+    /// sign instead; since holes in a surface let the sign jump, a block is only skipped if its corners agree too.
+    pub(super) fn sample(&self, shape: &dyn SignedDistance, token: &Token) -> Result<Vec<f64>, LatticeError> {
+        let blocks = self.cells.map(|c| c / BLOCK + 1);
+        let sampled: Vec<Result<Vec<f64>, LatticeError>> = (0..blocks.iter().product::<usize>())
+            .into_par_iter()
+            .map(|block| self.sample_block(shape, self.block_start(block, blocks), token))
+            .collect();
+        let mut values = vec![0.0; self.node_count()];
+        for (block, sampled) in sampled.into_iter().enumerate() {
+            let mut sampled = sampled?.into_iter();
+            self.for_each_in_block(self.block_start(block, blocks), |node, _| {
+                if let Some(value) = sampled.next() {
+                    values[node as usize] = value;
+                }
+            });
+        }
+        Ok(values)
+    }
+
+    fn block_start(&self, block: usize, blocks: [usize; 3]) -> [usize; 3] {
+        [block % blocks[0], block / blocks[0] % blocks[1], block / (blocks[0] * blocks[1])].map(|b| b * BLOCK)
+    }
+
+    fn for_each_in_block(&self, start: [usize; 3], mut visit: impl FnMut(u32, [i32; 3])) {
+        let range = |k: usize| start[k]..(start[k] + BLOCK).min(self.cells[k] + 1);
+        for z in range(2) {
+            for y in range(1) {
+                for x in range(0) {
+                    let twice = [x, y, z].map(|c| 2 * c as i32);
+                    for twice in [twice, twice.map(|t| t + 1)] {
+                        if let Some(node) = self.node(twice) {
+                            visit(node, twice);
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    fn sample_block(
+        &self,
+        shape: &dyn SignedDistance,
+        start: [usize; 3],
+        token: &Token,
+    ) -> Result<Vec<f64>, LatticeError> {
+        token.check()?;
+        let bound = self.block_bound(shape, start)?;
+        let (mut values, mut broken) = (Vec::with_capacity(2 * BLOCK.pow(3)), None);
+        self.for_each_in_block(start, |_, twice| {
+            let value = bound.unwrap_or_else(|| {
+                let place = self.place_at(twice);
+                let value = shape.signed_distance(&place);
+                if !value.is_finite() && broken.is_none() {
+                    broken = Some(place);
+                }
+                value
+            });
+            values.push(value);
+        });
+        broken.map_or(Ok(values), |place| Err(LatticeError::DistanceNotFinite { place }))
+    }
+
+    /// A value of the right sign for a whole block far from the surface; none where it has to be sampled.
+    fn block_bound(&self, shape: &dyn SignedDistance, start: [usize; 3]) -> Result<Option<f64>, LatticeError> {
+        let low = start.map(|s| 2 * s as i32);
+        let centre = self.place_at(low.map(|t| t + BLOCK as i32));
+        let middle = finite(shape, &centre)?;
+        let radius = BLOCK as f64 * self.spacing * 3f64.sqrt() / 2.0;
+        // An offset of half a spacing and the far end of an edge must not reach the surface either.
+        if middle.abs() <= radius + 1.5 * self.spacing {
+            return Ok(None);
+        }
+        for corner in 0..8 {
+            let twice = [0, 1, 2].map(|k| low[k] + if corner >> k & 1 == 1 { 2 * BLOCK as i32 } else { 0 });
+            if finite(shape, &self.place_at(twice))?.signum() != middle.signum() {
+                return Ok(None);
+            }
+        }
+        Ok(Some((middle.abs() - radius).copysign(middle)))
+    }
+}
+
+/// The signed distance at `place`, or which place has none.
+pub(super) fn finite(shape: &dyn SignedDistance, place: &Point3<f64>) -> Result<f64, LatticeError> {
+    let value = shape.signed_distance(place);
+    if value.is_finite() { Ok(value) } else { Err(LatticeError::DistanceNotFinite { place: *place }) }
+}

@@ -1,0 +1,180 @@
+//! Two levels of one shape: a coarse lattice to solve on and a fine one to cut, body by body.
+
+use super::level::{Dropped, Level, stuff};
+use super::measure::Dihedral;
+use super::{Lattice, LatticeError, Locator, SignedDistance, Transfer};
+use crate::token::{Cancelled, Token};
+use nalgebra::{Point3, Vector3};
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+/// A crack body is solved on an elastic body only if at least this share of its volume lies in it.
+pub const OVERLAP_MIN: f64 = 0.75;
+
+/// One body at both levels.
+#[derive(Clone, Debug)]
+pub struct BodyLattice {
+    /// Where elasticity is solved.
+    pub elastic: Lattice,
+    /// Where cracks run.
+    pub crack: Lattice,
+    /// Energy from the first to the second.
+    pub transfer: Transfer,
+}
+
+/// Why a body is solved on its crack lattice.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Replacement {
+    /// The coarser level holds too little of it ([`OVERLAP_MIN`]).
+    Lost,
+    /// The coarser level joins it with another body.
+    Fused,
+}
+
+/// A body that is solved on its crack lattice.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Replaced {
+    /// Index into [`Levels::bodies`].
+    pub body: usize,
+    /// Why.
+    pub reason: Replacement,
+    /// Share of its volume that lies in the elastic body it overlaps most, 0 … 1.
+    pub overlap: f64,
+}
+
+/// What one level became.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LevelReport {
+    /// Side of the grid's cubes, local.
+    pub spacing: f64,
+    /// The level set that was meshed, local.
+    pub offset: f64,
+    /// Volume of all bodies, local.
+    pub volume: f64,
+    /// Bodies.
+    pub bodies: usize,
+    /// Nodes of all bodies.
+    pub nodes: usize,
+    /// Tetrahedra of all bodies.
+    pub tets: usize,
+    /// Extreme dihedral angles over all bodies.
+    pub dihedral: Dihedral,
+    /// Components left out.
+    pub dropped: Vec<Dropped>,
+    /// Places where the boundary had to be made a 2-manifold.
+    pub pinches_mended: usize,
+    /// Volume dropped there, local.
+    pub mended_volume: f64,
+}
+
+/// Both levels of a shape, body by body, with what became of it.
+#[derive(Clone, Debug)]
+pub struct Levels {
+    /// The bodies, by decreasing volume of their crack lattices.
+    pub bodies: Vec<BodyLattice>,
+    /// The crack level.
+    pub crack: LevelReport,
+    /// The elastic level as stuffed, before bodies were matched; none if nothing lay inside at that spacing.
+    pub elastic: Option<LevelReport>,
+    /// Bodies solved on their crack lattice instead.
+    pub replaced: Vec<Replaced>,
+    /// Volume of elastic bodies that no crack body is solved on, local.
+    pub unmatched_volume: f64,
+}
+
+/// Stuffs a shape at two spacings (local), both to `volume` (local, positive), and pairs their bodies.
+///
+/// Bodies are matched by overlap. A body that the coarser level lost, or joined with another, is solved on its crack
+/// lattice, so that distinct bodies never share a solve and none is missing. Errors: those of [`stuff`]; an empty
+/// elastic level is none.
+pub fn levels(
+    shape: &dyn SignedDistance,
+    elastic_spacing: f64,
+    crack_spacing: f64,
+    volume: f64,
+    token: &Token,
+) -> Result<Levels, LatticeError> {
+    let crack = stuff(shape, crack_spacing, Some(volume), token)?;
+    let elastic = match stuff(shape, elastic_spacing, Some(volume), token) {
+        Ok(level) => Some(level),
+        Err(LatticeError::NothingInside { .. }) => None,
+        Err(error) => return Err(error),
+    };
+    Ok(pair(crack, elastic, token)?)
+}
+
+fn pair(crack: Level, elastic: Option<Level>, token: &Token) -> Result<Levels, Cancelled> {
+    let crack_report = report(&crack);
+    let elastic_report = elastic.as_ref().map(report);
+    let elastic_bodies = elastic.map_or_else(Vec::new, |level| level.bodies);
+    let homes = homes(&crack.bodies, &elastic_bodies);
+    let guests = |home: usize| homes.iter().filter(|(at, overlap)| *at == home && *overlap > 0.0).count();
+    let (mut bodies, mut replaced, mut used) = (Vec::new(), Vec::new(), vec![false; elastic_bodies.len()]);
+    for (body, crack) in crack.bodies.into_iter().enumerate() {
+        token.check()?;
+        let (home, overlap) = homes[body];
+        let reason = match overlap {
+            overlap if overlap < OVERLAP_MIN => Some(Replacement::Lost),
+            _ if guests(home) > 1 => Some(Replacement::Fused),
+            _ => None,
+        };
+        bodies.push(match reason {
+            Some(reason) => {
+                replaced.push(Replaced { body, reason, overlap });
+                BodyLattice { elastic: crack.clone(), transfer: Transfer::identity(&crack), crack }
+            }
+            None => {
+                used[home] = true;
+                let elastic = elastic_bodies[home].clone();
+                BodyLattice { transfer: Transfer::between(&elastic, &crack), elastic, crack }
+            }
+        });
+    }
+    let unmatched = elastic_bodies.iter().zip(used).filter(|(_, used)| !used).map(|(body, _)| body.volume());
+    let unmatched_volume = unmatched.sum();
+    Ok(Levels { bodies, crack: crack_report, elastic: elastic_report, replaced, unmatched_volume })
+}
+
+/// Per crack body the elastic body that holds most of its volume (by centroids), and what share that is.
+fn homes(crack: &[Lattice], elastic: &[Lattice]) -> Vec<(usize, f64)> {
+    let locators: Vec<Locator> = elastic.iter().map(Locator::new).collect();
+    let home = |body: &Lattice| {
+        let held = locators.iter().map(|locator| held(locator, body)).enumerate();
+        let most = held.fold((0, 0.0), |best: (usize, f64), next| if next.1 > best.1 { next } else { best });
+        (most.0, most.1 / body.volume())
+    };
+    crack.iter().map(home).collect()
+}
+
+/// Volume of the tetrahedra of `body` whose centroid the located lattice holds.
+fn held(locator: &Locator, body: &Lattice) -> f64 {
+    let inside: Vec<bool> = (0..body.tets.len())
+        .into_par_iter()
+        .map(|tet| {
+            let centroid = body.corners(tet).iter().map(|corner| corner.coords).sum::<Vector3<f64>>() / 4.0;
+            locator.containing(&Point3::from(centroid), None).is_some()
+        })
+        .collect();
+    (0..body.tets.len()).filter(|&tet| inside[tet]).map(|tet| body.tet_volume(tet)).sum()
+}
+
+fn report(level: &Level) -> LevelReport {
+    let angles = level.bodies.iter().map(Lattice::dihedral);
+    let dihedral = angles.fold(Dihedral { min_deg: 180.0, max_deg: 0.0 }, |sum, next| Dihedral {
+        min_deg: sum.min_deg.min(next.min_deg),
+        max_deg: sum.max_deg.max(next.max_deg),
+    });
+    LevelReport {
+        spacing: level.spacing,
+        offset: level.offset,
+        volume: level.volume(),
+        bodies: level.bodies.len(),
+        nodes: level.node_count(),
+        tets: level.tet_count(),
+        dihedral,
+        dropped: level.dropped.clone(),
+        pinches_mended: level.pinches_mended,
+        mended_volume: level.mended_volume,
+    }
+}

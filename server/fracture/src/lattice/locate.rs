@@ -1,0 +1,225 @@
+//! Where a point lies in a lattice, and the nearest point of its boundary.
+//!
+//! Based on: C. Ericson, *Real-Time Collision Detection* (2005), section 5.1.5 (closest point on a triangle).
+
+use super::tree::{Aabb, Tree};
+use super::{BoundaryFace, Lattice};
+use nalgebra::{Matrix3, Point3, Vector3};
+
+/// Barycentric coordinates this little below 0 still count as inside: rounding on shared faces.
+const ROUNDING: f64 = 1e-10;
+
+/// A place in a lattice.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Place {
+    /// The tetrahedron.
+    pub tet: u32,
+    /// Barycentric coordinates in the order of its nodes; sum 1, none below 0 by more than rounding.
+    pub barycentric: [f64; 4],
+}
+
+/// The point of the boundary nearest to a given one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Nearest {
+    /// Index into [`Locator::faces`].
+    pub face: u32,
+    /// The point, local.
+    pub point: Point3<f64>,
+    /// Its barycentric coordinates on the face, in the order of the face's nodes; sum 1, none negative.
+    pub barycentric: [f64; 3],
+    /// How far it is, local.
+    pub distance: f64,
+}
+
+/// Searches one lattice; build it once, ask it often, from any thread. Equal questions get equal answers.
+#[derive(Clone, Debug)]
+pub struct Locator {
+    /// Per tetrahedron its first corner and the inverse of its edge matrix.
+    frames: Vec<(Point3<f64>, Matrix3<f64>)>,
+    tets: Tree,
+    faces: Vec<BoundaryFace>,
+    triangles: Vec<[Point3<f64>; 3]>,
+    boundary: Tree,
+    /// Rounding of positions, local.
+    margin: f64,
+}
+
+impl Locator {
+    /// Prepares the search.
+    pub fn new(lattice: &Lattice) -> Self {
+        let frame = |tet| {
+            let [a, ..] = lattice.corners(tet);
+            // Every tetrahedron has positive volume.
+            (a, lattice.edge_matrix(tet).try_inverse().unwrap_or_else(Matrix3::zeros))
+        };
+        let boxes: Vec<Aabb> = (0..lattice.tets.len()).map(|tet| Aabb::around(&lattice.corners(tet))).collect();
+        let faces = lattice.boundary();
+        let triangles: Vec<[Point3<f64>; 3]> =
+            faces.iter().map(|face| face.nodes.map(|node| lattice.nodes[node as usize])).collect();
+        let rims: Vec<Aabb> = triangles.iter().map(|triangle| Aabb::around(triangle)).collect();
+        let reach = lattice.nodes.iter().map(|node| node.coords.amax()).fold(0.0, f64::max);
+        Self {
+            frames: (0..lattice.tets.len()).map(frame).collect(),
+            tets: Tree::new(&boxes),
+            boundary: Tree::new(&rims),
+            faces,
+            triangles,
+            margin: ROUNDING * reach,
+        }
+    }
+
+    /// The boundary's faces, as [`Lattice::boundary`] lists them.
+    pub fn faces(&self) -> &[BoundaryFace] {
+        &self.faces
+    }
+
+    /// Barycentric coordinates of `point` in tetrahedron `tet`, inside or not.
+    pub fn barycentric(&self, tet: u32, point: &Point3<f64>) -> [f64; 4] {
+        let (origin, inverse) = &self.frames[tet as usize];
+        let weights = inverse * (point - origin);
+        [1.0 - weights.sum(), weights.x, weights.y, weights.z]
+    }
+
+    /// The tetrahedron that holds `point`, if any; `hint` is tried first and costs nothing if it is right.
+    pub fn containing(&self, point: &Point3<f64>, hint: Option<u32>) -> Option<Place> {
+        let place = |tet| Place { tet, barycentric: self.barycentric(tet, point) };
+        let lowest = |place: &Place| place.barycentric.iter().copied().fold(f64::INFINITY, f64::min);
+        if let Some(place) = hint.map(place).filter(|place| lowest(place) >= 0.0) {
+            return Some(place);
+        }
+        let (mut best, mut least) = (None, -ROUNDING);
+        self.tets.containing(point, self.margin, |tet| {
+            let candidate = place(tet);
+            if lowest(&candidate) >= least {
+                least = lowest(&candidate);
+                best = Some(candidate);
+            }
+            least >= 0.0
+        });
+        best
+    }
+
+    /// The point of the boundary nearest to `point`; none of an empty lattice.
+    pub fn nearest(&self, point: &Point3<f64>) -> Option<Nearest> {
+        let on = |face: u32| {
+            let triangle = &self.triangles[face as usize];
+            let barycentric = closest(triangle, point);
+            let foot =
+                triangle.iter().zip(barycentric).map(|(corner, weight)| corner.coords * weight).sum::<Vector3<_>>();
+            (Point3::from(foot), barycentric)
+        };
+        let face = self.boundary.nearest(point, f64::INFINITY, |face| (on(face).0 - point).norm_squared())?;
+        let (foot, barycentric) = on(face);
+        Some(Nearest { face, point: foot, barycentric, distance: (foot - point).norm() })
+    }
+
+    /// The tetrahedron that holds `point`, or else the place of the boundary point nearest to it; none of an empty
+    /// lattice.
+    pub fn place(&self, point: &Point3<f64>, hint: Option<u32>) -> Option<Place> {
+        if let Some(place) = self.containing(point, hint) {
+            return Some(place);
+        }
+        let nearest = self.nearest(point)?;
+        let tet = self.faces[nearest.face as usize].tet;
+        let clamped = self.barycentric(tet, &nearest.point).map(|weight| weight.max(0.0));
+        let sum: f64 = clamped.iter().sum();
+        Some(Place { tet, barycentric: clamped.map(|weight| weight / sum) })
+    }
+}
+
+/// Barycentric coordinates of the point of a triangle closest to `point`.
+fn closest([a, b, c]: &[Point3<f64>; 3], point: &Point3<f64>) -> [f64; 3] {
+    let (ab, ac, ap) = (b - a, c - a, point - a);
+    let (d1, d2) = (ab.dot(&ap), ac.dot(&ap));
+    if d1 <= 0.0 && d2 <= 0.0 {
+        return [1.0, 0.0, 0.0];
+    }
+    let bp = point - b;
+    let (d3, d4) = (ab.dot(&bp), ac.dot(&bp));
+    if d3 >= 0.0 && d4 <= d3 {
+        return [0.0, 1.0, 0.0];
+    }
+    let vc = d1 * d4 - d3 * d2;
+    if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 {
+        let t = d1 / (d1 - d3);
+        return [1.0 - t, t, 0.0];
+    }
+    let cp = point - c;
+    let (d5, d6) = (ab.dot(&cp), ac.dot(&cp));
+    if d6 >= 0.0 && d5 <= d6 {
+        return [0.0, 0.0, 1.0];
+    }
+    let vb = d5 * d2 - d1 * d6;
+    if vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0 {
+        let t = d2 / (d2 - d6);
+        return [1.0 - t, 0.0, t];
+    }
+    let va = d3 * d6 - d5 * d4;
+    if va <= 0.0 && d4 >= d3 && d5 >= d6 {
+        let t = (d4 - d3) / ((d4 - d3) + (d5 - d6));
+        return [0.0, 1.0 - t, t];
+    }
+    let sum = va + vb + vc;
+    [va / sum, vb / sum, vc / sum]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lattice::block;
+    use crate::random::Stream;
+
+    fn points(seed: u64, reach: f64) -> Vec<Point3<f64>> {
+        let mut stream = Stream::new(seed, 0);
+        let mut coordinate = move || reach * (2.0 * stream.uniform() - 1.0);
+        (0..500).map(|_| Point3::new(coordinate(), coordinate(), coordinate())).collect()
+    }
+
+    #[test]
+    fn points_inside_are_found_with_coordinates_that_give_them_back() {
+        let lattice = block([3, 4, 2], 0.25);
+        let locator = Locator::new(&lattice);
+        let mut hint = None;
+        for point in points(1, 0.3) {
+            let inside = point.x.abs() < 0.375 && point.y.abs() < 0.5 && point.z.abs() < 0.25;
+            let place = locator.containing(&point, hint);
+            assert_eq!(place.is_some(), inside);
+            if let Some(place) = place {
+                let corners = lattice.corners(place.tet as usize);
+                let back: Vector3<f64> = corners.iter().zip(place.barycentric).map(|(c, w)| c.coords * w).sum();
+                assert!((back - point.coords).norm() < 1e-14);
+                assert!(place.barycentric.iter().all(|weight| *weight >= -1e-10));
+                hint = Some(place.tet);
+            }
+        }
+    }
+
+    #[test]
+    fn nodes_and_points_on_faces_are_found() {
+        let lattice = block([2, 2, 2], 0.3);
+        let locator = Locator::new(&lattice);
+        assert!(lattice.nodes.iter().all(|node| locator.containing(node, None).is_some()));
+        for tet in 0..lattice.tets.len() {
+            let [a, b, c, _] = lattice.corners(tet);
+            let on = Point3::from((a.coords + b.coords + c.coords) / 3.0);
+            assert!(locator.containing(&on, None).is_some());
+        }
+    }
+
+    #[test]
+    fn the_nearest_boundary_point_is_that_of_the_box() {
+        let lattice = block([3, 4, 2], 0.25);
+        let locator = Locator::new(&lattice);
+        let half = Vector3::new(0.375, 0.5, 0.25);
+        for point in points(2, 1.0) {
+            let nearest = locator.nearest(&point).unwrap();
+            let outside = (point.coords.abs() - half).sup(&Vector3::zeros()).norm();
+            let inside = (half - point.coords.abs()).min().max(0.0);
+            assert!((nearest.distance - outside.max(inside)).abs() < 1e-14);
+            assert!((nearest.barycentric.iter().sum::<f64>() - 1.0).abs() < 1e-14);
+            let place = locator.place(&point, None).unwrap();
+            assert!(outside == 0.0 || place.tet == locator.faces()[nearest.face as usize].tet);
+        }
+        assert!(Locator::new(&Lattice::default()).place(&Point3::origin(), None).is_none());
+    }
+}

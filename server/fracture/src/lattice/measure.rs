@@ -1,0 +1,69 @@
+//! Measures of a lattice: quality, area, deviation from the surface it stands for; and a moved copy.
+
+use super::{EDGES, FACES, Lattice};
+use nalgebra::{Isometry3, Point3, Vector3};
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+/// Smallest and largest dihedral angle, degrees.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Dihedral {
+    /// The smallest.
+    pub min_deg: f64,
+    /// The largest.
+    pub max_deg: f64,
+}
+
+impl Lattice {
+    /// The extreme dihedral angles of all tetrahedra; (180, 0) of an empty lattice.
+    pub fn dihedral(&self) -> Dihedral {
+        let (mut smallest, mut largest) = (-1.0f64, 1.0f64);
+        for tet in 0..self.tets.len() {
+            let corners = self.corners(tet);
+            let normals = FACES.map(|[i, j, k]| area_vector(&[corners[i], corners[j], corners[k]]).normalize());
+            for [i, j] in EDGES {
+                // Outward normals enclose the angle's supplement.
+                let cosine = -normals[i].dot(&normals[j]);
+                smallest = smallest.max(cosine);
+                largest = largest.min(cosine);
+            }
+        }
+        let degrees = |cosine: f64| cosine.clamp(-1.0, 1.0).acos().to_degrees();
+        Dihedral { min_deg: degrees(smallest), max_deg: degrees(largest) }
+    }
+
+    /// Area of the boundary, local.
+    pub fn boundary_area(&self) -> f64 {
+        self.boundary().iter().map(|face| area_vector(&face.nodes.map(|node| self.nodes[node as usize])).norm()).sum()
+    }
+
+    /// The largest size of `distance` over the boundary's nodes, edge midpoints and face centroids, local.
+    pub fn deviation(&self, distance: &(dyn Fn(&Point3<f64>) -> f64 + Sync)) -> f64 {
+        let mut places = Vec::new();
+        for face in self.boundary() {
+            let [a, b, c] = face.nodes.map(|node| (node, self.nodes[node as usize]));
+            places.push(Point3::from((a.1.coords + b.1.coords + c.1.coords) / 3.0));
+            // On a closed boundary every edge runs from its lower to its higher node in one of its two faces.
+            for (from, to) in [(a, b), (b, c), (c, a)] {
+                if from.0 < to.0 {
+                    places.push(nalgebra::center(&from.1, &to.1));
+                }
+            }
+        }
+        let mut rim: Vec<u32> = self.boundary().iter().flat_map(|face| face.nodes).collect();
+        rim.sort_unstable();
+        rim.dedup();
+        places.extend(rim.into_iter().map(|node| self.nodes[node as usize]));
+        places.par_iter().map(|place| distance(place).abs()).reduce(|| 0.0, f64::max)
+    }
+
+    /// The lattice moved by `isometry`.
+    pub fn transformed(&self, isometry: &Isometry3<f64>) -> Self {
+        Self { nodes: self.nodes.iter().map(|node| isometry * node).collect(), tets: self.tets.clone() }
+    }
+}
+
+/// Half the cross product of two edges: the triangle's area along its normal.
+pub(super) fn area_vector([a, b, c]: &[Point3<f64>; 3]) -> Vector3<f64> {
+    (b - a).cross(&(c - a)) / 2.0
+}

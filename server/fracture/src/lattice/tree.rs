@@ -1,0 +1,144 @@
+//! A tree of bounding boxes: which boxes hold a point, and which item is nearest.
+
+use nalgebra::{Point3, Vector3};
+
+/// Items per leaf.
+const LEAF: usize = 8;
+
+/// An axis-aligned box.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Aabb {
+    low: Point3<f64>,
+    high: Point3<f64>,
+}
+
+impl Aabb {
+    /// The box of some points.
+    pub(super) fn around(points: &[Point3<f64>]) -> Self {
+        let (mut low, mut high) = (Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY));
+        for point in points {
+            low = low.inf(&point.coords);
+            high = high.sup(&point.coords);
+        }
+        Self { low: Point3::from(low), high: Point3::from(high) }
+    }
+
+    fn join(&self, other: &Self) -> Self {
+        Self { low: self.low.inf(&other.low), high: self.high.sup(&other.high) }
+    }
+
+    fn centre(&self, axis: usize) -> f64 {
+        self.low[axis] + self.high[axis]
+    }
+
+    /// Squared distance to `point`, 0 inside.
+    fn distance_squared(&self, point: &Point3<f64>) -> f64 {
+        let clamped = point.coords.sup(&self.low.coords).inf(&self.high.coords);
+        (point.coords - clamped).norm_squared()
+    }
+}
+
+#[derive(Clone, Debug)]
+struct Branch {
+    bounds: Aabb,
+    /// A leaf's items, or an inner branch's children: the next in the list, and `second`.
+    items: std::ops::Range<u32>,
+    second: Option<u32>,
+}
+
+/// The tree, built once by splitting at the median of the longest side. Equal input gives an equal tree.
+#[derive(Clone, Debug)]
+pub(super) struct Tree {
+    branches: Vec<Branch>,
+    items: Vec<u32>,
+}
+
+impl Tree {
+    /// A tree over items 0 … with these boxes.
+    pub(super) fn new(boxes: &[Aabb]) -> Self {
+        let mut tree = Self { branches: Vec::new(), items: (0..boxes.len() as u32).collect() };
+        if !boxes.is_empty() {
+            tree.build(boxes, 0..boxes.len());
+        }
+        tree
+    }
+
+    fn build(&mut self, boxes: &[Aabb], range: std::ops::Range<usize>) {
+        let items = &mut self.items[range.clone()];
+        let bounds = items[1..].iter().fold(boxes[items[0] as usize], |sum, &item| sum.join(&boxes[item as usize]));
+        let own = self.branches.len();
+        let leaf = items.len() <= LEAF;
+        let middle = items.len() / 2;
+        if !leaf {
+            let axis = (bounds.high - bounds.low).imax();
+            let key = |item: &u32| boxes[*item as usize].centre(axis);
+            items.select_nth_unstable_by(middle, |a, b| key(a).total_cmp(&key(b)).then(a.cmp(b)));
+        }
+        self.branches.push(Branch { bounds, items: range.start as u32..range.end as u32, second: None });
+        if !leaf {
+            self.build(boxes, range.start..range.start + middle);
+            self.branches[own].second = Some(self.branches.len() as u32);
+            self.build(boxes, range.start + middle..range.end);
+        }
+    }
+
+    /// Visits items by increasing distance of their branch's box, as long as that is below what `visit` returned least:
+    /// it is given an item and returns the squared distance to it (infinite: not of interest).
+    ///
+    /// Returns the item of the least distance, the first visited at a tie.
+    pub(super) fn nearest(
+        &self,
+        point: &Point3<f64>,
+        limit_squared: f64,
+        mut visit: impl FnMut(u32) -> f64,
+    ) -> Option<u32> {
+        let (mut best, mut found) = (limit_squared, None);
+        let mut open: Vec<(f64, u32)> = Vec::with_capacity(64);
+        if let Some(root) = self.branches.first() {
+            open.push((root.bounds.distance_squared(point), 0));
+        }
+        while let Some((distance, at)) = open.pop() {
+            if distance > best {
+                continue;
+            }
+            let branch = &self.branches[at as usize];
+            let Some(second) = branch.second else {
+                for &item in &self.items[branch.items.start as usize..branch.items.end as usize] {
+                    let distance = visit(item);
+                    if distance < best || found.is_none() && distance <= best && distance.is_finite() {
+                        (best, found) = (distance, Some(item));
+                    }
+                }
+                continue;
+            };
+            let children =
+                [at + 1, second].map(|child| (self.branches[child as usize].bounds.distance_squared(point), child));
+            let [near, far] = if children[1].0 < children[0].0 { [children[1], children[0]] } else { children };
+            open.extend([far, near]);
+        }
+        found
+    }
+
+    /// Visits the items of all leaves whose box holds `point` (or comes as close as `margin`) until `visit` returns
+    /// true.
+    pub(super) fn containing(&self, point: &Point3<f64>, margin: f64, mut visit: impl FnMut(u32) -> bool) {
+        let mut open: Vec<u32> = Vec::with_capacity(64);
+        open.extend((!self.branches.is_empty()).then_some(0));
+        while let Some(at) = open.pop() {
+            let branch = &self.branches[at as usize];
+            if branch.bounds.distance_squared(point) > margin * margin {
+                continue;
+            }
+            match branch.second {
+                Some(second) => open.extend([second, at + 1]),
+                None => {
+                    for &item in &self.items[branch.items.start as usize..branch.items.end as usize] {
+                        if visit(item) {
+                            return;
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
