@@ -1,1 +1,3 @@
-//! stub
+//! Rust client of `shatterd`.
+
+pub mod export;

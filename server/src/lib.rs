@@ -1,1 +1,4 @@
-//! stub
+//! `shatterd`: the brittle-fracture daemon, and what people look at.
+
+pub mod picture;
+pub mod report;

@@ -1,0 +1,103 @@
+//! What a fragment must hold before it is written, and whether its surface is closed.
+
+use super::{ExportError, FragmentView};
+
+/// Refuses what would make a file that readers reject.
+pub(super) fn valid(view: &FragmentView<'_>) -> Result<(), ExportError> {
+    finite(view)?;
+    let vertices = view.positions.len();
+    if let Some(position) = view.indices.iter().position(|&vertex| vertex as usize >= vertices) {
+        let vertex = view.indices[position];
+        return Err(ExportError::IndexOutOfRange { fragment: view.id, position, vertex, vertices });
+    }
+    runs(view)?;
+    merges(view)
+}
+
+fn finite(view: &FragmentView<'_>) -> Result<(), ExportError> {
+    let figures = [
+        ("a coordinate", view.positions.iter().flatten().all(|x| x.is_finite())),
+        ("the centre", view.centre_m.iter().all(|&x| (x as f32).is_finite())),
+        ("the volume", view.volume_m3.is_finite()),
+        ("the mass", view.mass_kg.is_finite()),
+    ];
+    match figures.iter().find(|(_, fine)| !fine) {
+        Some((what, _)) => Err(ExportError::NonFinite { fragment: view.id, what }),
+        None => Ok(()),
+    }
+}
+
+/// Runs follow each other without gaps, outer before crack, in whole triangles, up to the end of the indices.
+fn runs(view: &FragmentView<'_>) -> Result<(), ExportError> {
+    let out_of_order = |run| Err(ExportError::RunOutOfOrder { fragment: view.id, run });
+    let mut end = 0_usize;
+    let mut cracks = false;
+    for (k, run) in view.runs.iter().enumerate() {
+        let fits = run.index_first as usize == end && run.index_count.is_multiple_of(3);
+        if !fits || (cracks && run.neighbour.is_none()) {
+            return out_of_order(k);
+        }
+        cracks |= run.neighbour.is_some();
+        end += run.index_count as usize;
+    }
+    if end != view.indices.len() || end == 0 { out_of_order(view.runs.len()) } else { Ok(()) }
+}
+
+fn merges(view: &FragmentView<'_>) -> Result<(), ExportError> {
+    let place = |vertex: u32| view.positions.get(vertex as usize);
+    let apart = |pair: &[u32; 2]| match (place(pair[0]), place(pair[1])) {
+        (Some(from), Some(to)) => from != to,
+        _ => true,
+    };
+    match view.merges.iter().position(apart) {
+        Some(pair) => Err(ExportError::MergeMoves { fragment: view.id, pair }),
+        None => Ok(()),
+    }
+}
+
+/// For every vertex the lowest vertex that the merge pairs join it with; chains and any order of pairs are fine.
+pub(super) fn merged(view: &FragmentView<'_>) -> Vec<u32> {
+    let mut root: Vec<u32> = (0..view.positions.len() as u32).collect();
+    for &[from, to] in view.merges {
+        let (a, b) = (find(&mut root, from), find(&mut root, to));
+        root[a.max(b) as usize] = a.min(b);
+    }
+    (0..root.len() as u32).map(|vertex| find(&mut root, vertex)).collect()
+}
+
+/// Root of `vertex`, halving the path on the way.
+fn find(root: &mut [u32], mut vertex: u32) -> u32 {
+    while root[vertex as usize] != vertex {
+        let above = root[root[vertex as usize] as usize];
+        root[vertex as usize] = above;
+        vertex = above;
+    }
+    vertex
+}
+
+/// Whether the fragment's surface is closed and consistently oriented once its merge pairs are applied: every
+/// half-edge occurs once and has exactly one opposite. False too where an index or a pair names no vertex.
+pub fn is_closed(view: &FragmentView<'_>) -> bool {
+    let vertices = view.positions.len();
+    let named = |vertex: &u32| (*vertex as usize) < vertices;
+    if view.indices.is_empty() || !view.indices.len().is_multiple_of(3) {
+        return false;
+    }
+    if !view.indices.iter().all(named) || !view.merges.iter().flatten().all(named) {
+        return false;
+    }
+    let point = merged(view);
+    closed(view.indices, &point)
+}
+
+/// The half-edge condition on merged indices.
+pub(super) fn closed(indices: &[u32], point: &[u32]) -> bool {
+    let mut half_edges = Vec::with_capacity(indices.len());
+    for triangle in indices.chunks_exact(3) {
+        let [a, b, c] = [0, 1, 2].map(|k| point[triangle[k] as usize]);
+        half_edges.extend([[a, b], [b, c], [c, a]]);
+    }
+    half_edges.sort_unstable();
+    let once = half_edges.windows(2).all(|pair| pair[0] != pair[1]);
+    once && half_edges.iter().all(|&[a, b]| a != b && half_edges.binary_search(&[b, a]).is_ok())
+}

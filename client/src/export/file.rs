@@ -1,0 +1,46 @@
+//! Files appear whole or not at all: written aside in the same folder, then renamed.
+
+use super::{ExportError, FragmentView, Written, glb_bytes};
+use std::fs::Permissions;
+use std::io::{self, Write};
+use std::os::unix::fs::PermissionsExt;
+use std::path::Path;
+
+/// What a new file may be, before the process's mask is taken off.
+const FILE_MODE: u32 = 0o666;
+
+/// Writes `fragments` to `path`. On failure the folder is as it was.
+pub fn write_glb(path: &Path, fragments: &[FragmentView<'_>]) -> Result<Written, ExportError> {
+    let (bytes, written) = glb_bytes(fragments)?;
+    write_whole(path, &bytes)?;
+    Ok(written)
+}
+
+/// Writes `bytes` to `path`, replacing a file of that name; a reader sees the old file or the new one, never a part.
+pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), ExportError> {
+    let folder = match path.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
+        _ => Path::new("."),
+    };
+    if !folder.is_dir() {
+        return Err(ExportError::MissingFolder(folder.to_owned()));
+    }
+    if path.is_dir() {
+        return Err(ExportError::IsFolder(path.to_owned()));
+    }
+    let in_folder = |source: io::Error| ExportError::Folder { folder: folder.to_owned(), source };
+    let mut aside = tempfile::Builder::new()
+        .prefix(".shatter-")
+        .permissions(Permissions::from_mode(FILE_MODE))
+        .tempfile_in(folder)
+        .map_err(|error| in_folder(plain(error)))?;
+    let failed = |source: io::Error| ExportError::Write { path: path.to_owned(), source };
+    aside.write_all(bytes).map_err(failed)?;
+    aside.persist(path).map_err(|error| failed(error.error))?;
+    Ok(())
+}
+
+/// The system's reason without the name of the file aside, which says nothing to anyone.
+fn plain(error: io::Error) -> io::Error {
+    error.kind().into()
+}

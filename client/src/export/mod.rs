@@ -1,0 +1,160 @@
+//! Fragments as a binary glTF file (`.glb`) that any viewer opens and a solid modeller can trust.
+//!
+//! One node per fragment, named `fragment_000`, …, whose translation is the centre of mass and whose mesh has one or
+//! two primitives: the outer faces, and the crack faces (a fragment from the inside has no outer ones). All primitives
+//! of a mesh share their vertex accessors and one buffer view of indices, and the vendor extension
+//! `EXT_mesh_manifold` (Khronos glTF registry, draft by E. Lalish) says which vertices are one point of the closed
+//! surface. Readers that do not know the extension see an ordinary mesh.
+//!
+//! Metres, +Y up, right-handed, counter-clockwise seen from outside. Equal fragments give equal bytes: the file holds
+//! no time, host or path.
+
+mod check;
+mod container;
+mod document;
+mod file;
+mod normals;
+
+pub use check::is_closed;
+pub use file::{write_glb, write_whole};
+
+use std::io;
+use std::path::PathBuf;
+
+/// One fragment, borrowed from wherever it lies.
+#[derive(Clone, Copy, Debug)]
+pub struct FragmentView<'a> {
+    /// Its number in the answer; becomes the node's name and `extras.fragment`.
+    pub id: u32,
+    /// The body (component of the object) it comes from.
+    pub body: u32,
+    /// Vertices relative to the centre of mass, metres. Each run has its own set.
+    pub positions: &'a [[f32; 3]],
+    /// Triangles, three vertex numbers each, counter-clockwise seen from outside.
+    pub indices: &'a [u32],
+    /// Consecutive stretches of `indices`, the outer one first; together they cover all of it.
+    pub runs: &'a [RunView],
+    /// Pairs (from, to) of vertices at the same position that are one point of the closed surface.
+    pub merges: &'a [[u32; 2]],
+    /// Centre of mass, metres.
+    pub centre_m: [f64; 3],
+    /// Volume, m³.
+    pub volume_m3: f64,
+    /// Mass, kg.
+    pub mass_kg: f64,
+}
+
+/// Triangles of one fragment that face one neighbour, or the outside.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct RunView {
+    /// The fragment on the other side of the crack; `None`: the outside.
+    pub neighbour: Option<u32>,
+    /// First entry in the fragment's `indices`.
+    pub index_first: u32,
+    /// Number of entries, a multiple of three.
+    pub index_count: u32,
+}
+
+/// What was written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Written {
+    /// Nodes in the file.
+    pub fragments: usize,
+    /// How many of them are closed and carry `EXT_mesh_manifold`; the others are written without that claim.
+    pub closed: usize,
+    /// Size of the file.
+    pub bytes: usize,
+}
+
+/// Why no file was written.
+#[derive(Debug, thiserror::Error)]
+pub enum ExportError {
+    /// The list is empty: the object stayed whole.
+    #[error("there is no fragment to write")]
+    NoFragments,
+    /// A coordinate, centre, volume or mass that is not a finite number.
+    #[error("fragment {fragment}: {what} is not finite")]
+    NonFinite {
+        /// The fragment's id.
+        fragment: u32,
+        /// Which figure.
+        what: &'static str,
+    },
+    /// An index that names no vertex.
+    #[error("fragment {fragment}: index {position} names vertex {vertex}, it has {vertices}")]
+    IndexOutOfRange {
+        /// The fragment's id.
+        fragment: u32,
+        /// Place in `indices`.
+        position: usize,
+        /// What stands there.
+        vertex: u32,
+        /// Number of vertices.
+        vertices: usize,
+    },
+    /// A run that does not begin where the one before it ends, is no whole number of triangles, or is an outer run
+    /// after a crack run.
+    #[error("fragment {fragment}: run {run} is out of order")]
+    RunOutOfOrder {
+        /// The fragment's id.
+        fragment: u32,
+        /// Place in `runs`.
+        run: usize,
+    },
+    /// A merge pair that names no vertex or joins two different positions.
+    #[error("fragment {fragment}: merge pair {pair} joins vertices that are not at one position")]
+    MergeMoves {
+        /// The fragment's id.
+        fragment: u32,
+        /// Place in `merges`.
+        pair: usize,
+    },
+    /// More than a binary glTF file can hold (4 GiB).
+    #[error("the fragments need {bytes} bytes, a .glb file holds less than 4 GiB")]
+    TooLarge {
+        /// What they need.
+        bytes: usize,
+    },
+    /// The folder to write into does not exist.
+    #[error("the folder {} does not exist", .0.display())]
+    MissingFolder(PathBuf),
+    /// The path names a folder.
+    #[error("{} is a folder, not a file", .0.display())]
+    IsFolder(PathBuf),
+    /// The folder does not take files.
+    #[error("cannot write into the folder {}: {source}", .folder.display())]
+    Folder {
+        /// The folder.
+        folder: PathBuf,
+        /// The system's reason.
+        source: io::Error,
+    },
+    /// Writing or renaming failed.
+    #[error("cannot write {}: {source}", .path.display())]
+    Write {
+        /// The file asked for.
+        path: PathBuf,
+        /// The system's reason.
+        source: io::Error,
+    },
+    /// The glTF document could not be turned into JSON.
+    #[error("cannot write the glTF document: {0}")]
+    Document(#[from] serde_json::Error),
+}
+
+/// The bytes of a `.glb` file with these fragments, and what they hold.
+pub fn glb_bytes(fragments: &[FragmentView<'_>]) -> Result<(Vec<u8>, Written), ExportError> {
+    if fragments.is_empty() {
+        return Err(ExportError::NoFragments);
+    }
+    for fragment in fragments {
+        check::valid(fragment)?;
+    }
+    let document = document::build(fragments)?;
+    let bytes = container::frame(&document.root.to_vec()?, &document.binary)?;
+    let written = Written { fragments: fragments.len(), closed: document.closed, bytes: bytes.len() };
+    Ok((bytes, written))
+}
+
+#[cfg(test)]
+mod tests;

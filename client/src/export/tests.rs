@@ -1,0 +1,194 @@
+//! The file against the rules of the formats, read by hand; `shatter-tests` reads it with an independent library.
+
+use super::*;
+use serde_json::Value;
+use std::path::Path;
+
+/// A tetrahedron: three outer faces with vertices of their own, one crack face with three more.
+struct Sample {
+    positions: Vec<[f32; 3]>,
+    indices: Vec<u32>,
+    runs: Vec<RunView>,
+    merges: Vec<[u32; 2]>,
+}
+
+fn sample() -> Sample {
+    let [o, x, y, z] = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    Sample {
+        positions: vec![o, x, y, z, x, y, z],
+        indices: vec![0, 2, 1, 0, 1, 3, 0, 3, 2, 4, 5, 6],
+        runs: vec![
+            RunView { neighbour: None, index_first: 0, index_count: 9 },
+            RunView { neighbour: Some(1), index_first: 9, index_count: 3 },
+        ],
+        merges: vec![[4, 1], [5, 2], [6, 3]],
+    }
+}
+
+fn view(sample: &Sample, id: u32) -> FragmentView<'_> {
+    FragmentView {
+        id,
+        body: 0,
+        positions: &sample.positions,
+        indices: &sample.indices,
+        runs: &sample.runs,
+        merges: &sample.merges,
+        centre_m: [0.5, -2.0, 0.25],
+        volume_m3: 1.0 / 6.0,
+        mass_kg: 400.0,
+    }
+}
+
+/// Splits a `.glb` into its document and its buffer, checking the frame.
+fn parts(bytes: &[u8]) -> (Value, Vec<u8>) {
+    let word = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap()) as usize;
+    assert_eq!(&bytes[..4], b"glTF");
+    assert_eq!((word(4), word(8)), (2, bytes.len()));
+    let json_end = 20 + word(12);
+    assert_eq!(&bytes[16..20], b"JSON");
+    assert_eq!(&bytes[json_end + 4..json_end + 8], b"BIN\0");
+    assert_eq!(json_end + 8 + word(json_end), bytes.len());
+    assert!(bytes.len().is_multiple_of(4) && json_end.is_multiple_of(4));
+    (serde_json::from_slice(&bytes[20..json_end]).unwrap(), bytes[json_end + 8..].to_vec())
+}
+
+/// The words of an accessor's dense part.
+fn words(document: &Value, buffer: &[u8], accessor: &Value) -> Vec<u32> {
+    let accessor = &document["accessors"][accessor.as_u64().unwrap() as usize];
+    let view = &document["bufferViews"][accessor["bufferView"].as_u64().unwrap() as usize];
+    let first = (view["byteOffset"].as_u64().unwrap() + accessor["byteOffset"].as_u64().unwrap()) as usize;
+    let lanes = if accessor["type"] == "VEC3" { 3 } else { 1 };
+    let count = accessor["count"].as_u64().unwrap() as usize * lanes;
+    buffer[first..first + 4 * count].chunks_exact(4).map(|w| u32::from_le_bytes(w.try_into().unwrap())).collect()
+}
+
+#[test]
+fn a_fragment_is_one_node_with_shared_accessors_and_two_materials() {
+    let sample = sample();
+    let (bytes, written) = glb_bytes(&[view(&sample, 0), view(&sample, 1)]).unwrap();
+    assert_eq!(written, Written { fragments: 2, closed: 2, bytes: bytes.len() });
+    let (document, _) = parts(&bytes);
+    assert_eq!(document["asset"]["version"], "2.0");
+    assert_eq!(document["extensionsUsed"], serde_json::json!(["EXT_mesh_manifold"]));
+    assert!(document.get("extensionsRequired").is_none());
+    let node = &document["nodes"][1];
+    assert_eq!(node["name"], "fragment_001");
+    assert_eq!(node["extras"]["fragment"], 1);
+    assert_eq!(node["extras"]["mass_kg"], 400.0);
+    assert_eq!(node["translation"], serde_json::json!([0.5, -2.0, 0.25]));
+    let primitives = &document["meshes"][1]["primitives"];
+    assert_eq!(primitives[0]["attributes"], primitives[1]["attributes"]);
+    assert_eq!([&primitives[0]["material"], &primitives[1]["material"]], [0, 1]);
+    let position = &document["accessors"][primitives[0]["attributes"]["POSITION"].as_u64().unwrap() as usize];
+    assert_eq!(position["min"], serde_json::json!([0.0, 0.0, 0.0]));
+    assert_eq!(position["max"], serde_json::json!([1.0, 1.0, 1.0]));
+}
+
+#[test]
+fn the_manifold_primitive_joins_what_the_runs_split() {
+    let sample = sample();
+    let (bytes, _) = glb_bytes(&[view(&sample, 0)]).unwrap();
+    let (document, buffer) = parts(&bytes);
+    let mesh = &document["meshes"][0];
+    let extension = &mesh["extensions"]["EXT_mesh_manifold"];
+    let manifold = &extension["manifoldPrimitive"];
+    assert_eq!(manifold["attributes"]["POSITION"], mesh["primitives"][0]["attributes"]["POSITION"]);
+    assert!(manifold.get("material").is_none());
+    let mut indices = words(&document, &buffer, &manifold["indices"]);
+    let places = words(&document, &buffer, &extension["mergeIndices"]);
+    let values = words(&document, &buffer, &extension["mergeValues"]);
+    assert!(places.windows(2).all(|pair| pair[0] < pair[1]), "sparse indices must rise");
+    for (place, value) in places.into_iter().zip(values) {
+        indices[place as usize] = value;
+    }
+    assert_eq!(indices, [0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3]);
+    let sparse = &document["accessors"][manifold["indices"].as_u64().unwrap() as usize]["sparse"];
+    assert_eq!(sparse["count"], 3);
+}
+
+#[test]
+fn normals_are_unit_and_sharp_between_runs() {
+    let sample = sample();
+    let (bytes, _) = glb_bytes(&[view(&sample, 0)]).unwrap();
+    let (document, buffer) = parts(&bytes);
+    let normals = words(&document, &buffer, &document["meshes"][0]["primitives"][1]["attributes"]["NORMAL"]);
+    let normals: Vec<f32> = normals.into_iter().map(f32::from_bits).collect();
+    let third = 1.0 / 3.0_f32.sqrt();
+    for (vertex, normal) in normals.chunks_exact(3).enumerate() {
+        assert!((normal.iter().map(|x| x * x).sum::<f32>() - 1.0).abs() < 1e-6);
+        assert_eq!(vertex >= 4, normal.iter().all(|x| (x - third).abs() < 1e-6));
+    }
+}
+
+#[test]
+fn an_open_fragment_makes_no_claim() {
+    let mut sample = sample();
+    sample.merges.pop();
+    let (bytes, written) = glb_bytes(&[view(&sample, 0)]).unwrap();
+    assert_eq!(written.closed, 0);
+    assert!(!is_closed(&view(&sample, 0)));
+    let (document, _) = parts(&bytes);
+    assert!(document["meshes"][0].get("extensions").is_none() && document.get("extensionsUsed").is_none());
+}
+
+#[test]
+fn a_fragment_from_the_inside_has_one_primitive() {
+    let mut sample = sample();
+    sample.runs[0].neighbour = Some(7);
+    let (document, _) = parts(&glb_bytes(&[view(&sample, 0)]).unwrap().0);
+    assert_eq!(document["meshes"][0]["primitives"].as_array().unwrap().len(), 1);
+    assert_eq!(document["meshes"][0]["primitives"][0]["material"], 1);
+}
+
+#[test]
+fn equal_fragments_give_equal_bytes() {
+    let (one, two) = (sample(), sample());
+    assert_eq!(glb_bytes(&[view(&one, 3)]).unwrap().0, glb_bytes(&[view(&two, 3)]).unwrap().0);
+}
+
+/// Spoils a sample and expects a refusal that begins so.
+fn check(message: &str, spoil: impl Fn(&mut Sample)) {
+    let mut spoilt = sample();
+    spoil(&mut spoilt);
+    let refusal = glb_bytes(&[view(&spoilt, 5)]).unwrap_err().to_string();
+    assert!(refusal.starts_with(message), "{refusal}");
+}
+
+#[test]
+fn what_no_reader_takes_is_refused_by_name() {
+    check("fragment 5: a coordinate is not finite", |s| s.positions[2][1] = f32::NAN);
+    check("fragment 5: index 4 names vertex 7", |s| s.indices[4] = 7);
+    check("fragment 5: run 1 is out of order", |s| s.runs[1].index_first = 6);
+    check("fragment 5: run 0 is out of order", |s| s.runs.swap(0, 1));
+    check("fragment 5: run 1 is out of order", |s| (s.runs[0].neighbour, s.runs[1].neighbour) = (Some(1), None));
+    check("fragment 5: run 2 is out of order", |s| s.indices.extend([0, 1, 2]));
+    check("fragment 5: merge pair 1 joins", |s| s.merges[1] = [5, 3]);
+    check("fragment 5: merge pair 0 joins", |s| s.merges[0] = [99, 3]);
+    assert!(matches!(glb_bytes(&[]), Err(ExportError::NoFragments)));
+}
+
+#[test]
+fn a_refused_folder_is_named_and_left_as_it_was() {
+    let folder = tempfile::tempdir().unwrap();
+    let sample = sample();
+    let fragments = [view(&sample, 0)];
+    let missing = folder.path().join("no such folder");
+    let refusal = write_glb(&missing.join("a.glb"), &fragments).unwrap_err();
+    assert!(matches!(&refusal, ExportError::MissingFolder(named) if *named == missing));
+    let refusal = write_glb(folder.path(), &fragments).unwrap_err();
+    assert!(matches!(refusal, ExportError::IsFolder(_)), "{refusal}");
+    let refusal = write_glb(Path::new("/proc/shatter.glb"), &fragments).unwrap_err();
+    assert!(matches!(refusal, ExportError::Folder { .. }), "{refusal}");
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
+}
+
+#[test]
+fn a_file_is_replaced_whole_and_keeps_any_name() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("zerbrochener Krug ☂.glb");
+    std::fs::write(&path, b"old").unwrap();
+    let sample = sample();
+    let written = write_glb(&path, &[view(&sample, 0)]).unwrap();
+    assert_eq!(std::fs::read(&path).unwrap().len(), written.bytes);
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+}

@@ -1,0 +1,87 @@
+//! What light does to a surface.
+
+use super::camera::Camera;
+use super::colour::Colour;
+use nalgebra::Vector3;
+
+/// Lights and gloss of a picture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Style {
+    /// Strength of the key light, which casts shadows.
+    pub key: f32,
+    /// Strength of the fill light, which does not.
+    pub fill: f32,
+    /// Strength of the sky's light from above.
+    pub sky: f32,
+    /// Strength of the light that the ground throws back.
+    pub bounce: f32,
+    /// Strength of the highlight.
+    pub gloss: f32,
+}
+
+impl Style {
+    /// Shapes first: a strong key light, a faint highlight.
+    pub const STUDIO: Self = Self { key: 0.80, fill: 0.10, sky: 0.55, bounce: 0.26, gloss: 0.05 };
+    /// Colours first, where they carry figures: even light, no highlight.
+    pub const CHART: Self = Self { key: 0.42, fill: 0.10, sky: 0.74, bounce: 0.48, gloss: 0.0 };
+}
+
+/// The lights as placed for one camera.
+pub(super) struct Lights {
+    style: Style,
+    /// Unit vector towards the key light.
+    pub key: Vector3<f32>,
+    fill: Vector3<f32>,
+}
+
+/// Warm key, cool fill and sky: linear colours of about equal brightness.
+const KEY_TINT: [f32; 3] = [1.04, 1.0, 0.93];
+const FILL_TINT: [f32; 3] = [0.90, 0.98, 1.14];
+const SKY_TINT: [f32; 3] = [0.97, 1.0, 1.05];
+
+/// Shadows on the ground fainter than this are left out, so that they end before the picture does.
+const FAINT: f32 = 0.015;
+
+/// Sharpness of the highlight.
+const SHININESS: i32 = 36;
+
+/// Brightness above which highlights are compressed instead of clipped.
+const KNEE: f32 = 0.80;
+
+impl Lights {
+    /// Key from the upper left behind the camera, fill from the right.
+    pub fn new(style: Style, camera: &Camera) -> Self {
+        let key = camera.right * -0.62 + camera.back * 0.62 + Vector3::y() * 0.85;
+        let fill = camera.right * 0.85 + camera.back * 0.45 + Vector3::y() * 0.10;
+        Self { style, key: key.normalize(), fill: fill.normalize() }
+    }
+
+    /// The light that leaves a surface of `colour` towards the eye (unit vector `view`), of whose sky and key light
+    /// these parts arrive.
+    pub fn shade(&self, colour: Colour, normal: &Vector3<f32>, view: &Vector3<f32>, sky: f32, key: f32) -> [f32; 3] {
+        let style = &self.style;
+        let above = 0.5 + 0.5 * normal.y;
+        let ambient = (style.bounce + (style.sky - style.bounce) * above) * sky;
+        let direct = style.key * normal.dot(&self.key).max(0.0) * key;
+        let fill = style.fill * normal.dot(&self.fill).max(0.0) * sky;
+        let half = (self.key + view).normalize();
+        let gloss = style.gloss * normal.dot(&half).max(0.0).powi(SHININESS) * key;
+        [0, 1, 2].map(|k| {
+            let arriving = ambient * SKY_TINT[k] + direct * KEY_TINT[k] + fill * FILL_TINT[k];
+            soften(colour.0[k] * arriving + gloss)
+        })
+    }
+
+    /// How dark the ground lies where these parts of sky and key light arrive: 0 in full light.
+    pub fn ground_shadow(&self, sky: f32, key: f32) -> f32 {
+        let direct = self.style.key * self.key.y;
+        let whole = self.style.sky + direct;
+        let dark = 1.0 - (self.style.sky * sky + direct * key) / whole;
+        (dark - FAINT).max(0.0) / (1.0 - FAINT)
+    }
+}
+
+/// Leaves values below the knee alone and bends the rest towards 1.
+fn soften(value: f32) -> f32 {
+    if value <= KNEE { value } else { KNEE + (1.0 - KNEE) * (1.0 - (-(value - KNEE) / (1.0 - KNEE)).exp()) }
+}

@@ -1,0 +1,153 @@
+//! How much of the sky and of a light a point sees: depth maps from many directions, looked up per sample.
+//!
+//! Based on: L. Williams, *Casting curved shadows on curved surfaces* (depth maps), 1978; W. Reeves, D. Salesin, R. Cook,
+//! *Rendering antialiased shadows with depth maps* (filtered comparison), 1987. Samples of one pixel look along
+//! different directions, so that a pixel's mean covers all of them.
+
+use super::mesh::Mesh;
+use super::raster::{Spot, nearest};
+use nalgebra::{Point3, Vector3};
+use rayon::prelude::*;
+
+/// Samples per side of a depth map of the sky, whose light is soft anyway.
+const SKY_SIDE: usize = 192;
+
+/// Samples per side of a depth map of the key light.
+const KEY_SIDE: usize = 384;
+
+/// How far a point is lifted off its surface before the look-up, in samples of the map.
+const LIFT: f32 = 1.5;
+
+/// A depth map: the scene seen from far away in one direction.
+pub(super) struct DepthMap {
+    /// Unit vector towards the light.
+    pub towards: Vector3<f32>,
+    across: Vector3<f32>,
+    along: Vector3<f32>,
+    centre: Point3<f32>,
+    /// Samples per unit of length.
+    scale: f32,
+    side: usize,
+    nearest: Vec<f32>,
+}
+
+impl DepthMap {
+    fn new(mesh: &Mesh, (centre, radius): (Point3<f32>, f32), side: usize, towards: Vector3<f32>) -> Self {
+        let aside = if towards.y.abs() > 0.9 { Vector3::x() } else { Vector3::y() };
+        let across = aside.cross(&towards).normalize();
+        let along = towards.cross(&across);
+        let scale = (side as f32 - 4.0) / (2.0 * radius);
+        let mut map = Self { towards, across, along, centre, scale, side, nearest: Vec::new() };
+        let spots: Vec<Spot> = mesh.positions.iter().map(|position| map.spot(position)).collect();
+        map.nearest = nearest(&spots, &mesh.triangles, side);
+        map
+    }
+
+    fn spot(&self, point: &Point3<f32>) -> Spot {
+        let offset = point - self.centre;
+        let middle = self.side as f32 / 2.0;
+        Spot {
+            x: middle + offset.dot(&self.across) * self.scale,
+            y: middle + offset.dot(&self.along) * self.scale,
+            near: offset.dot(&self.towards),
+        }
+    }
+
+    /// The part of the light that reaches a surface at `point`, the comparison filtered over four samples. The point is
+    /// lifted off the surface, and what lies in between must be nearer by a sample's width.
+    fn lit(&self, point: &Point3<f32>, normal: &Vector3<f32>) -> f32 {
+        let slack = 1.0 / self.scale;
+        let spot = self.spot(&(point + normal * (LIFT * slack)));
+        let (x, y) = (spot.x - 0.5, spot.y - 0.5);
+        let last = self.side as f32 - 1.0;
+        if !(x >= 0.0 && y >= 0.0 && x < last && y < last) {
+            return 1.0;
+        }
+        let (column, row) = (x as usize, y as usize);
+        let (right, down) = (x - column as f32, y - row as f32);
+        let free = |dx: usize, dy: usize| {
+            let between = self.nearest[(row + dy) * self.side + column + dx] > spot.near + slack;
+            if between { 0.0 } else { 1.0 }
+        };
+        let upper = free(0, 0) * (1.0 - right) + free(1, 0) * right;
+        let lower = free(0, 1) * (1.0 - right) + free(1, 1) * right;
+        upper * (1.0 - down) + lower * down
+    }
+}
+
+/// Depth maps over the whole sphere and around one light, dealt out over `deals` kinds of samples.
+pub(super) struct Occlusion {
+    sky: Vec<DepthMap>,
+    key: Vec<DepthMap>,
+    deals: usize,
+}
+
+impl Occlusion {
+    /// Per kind of sample `sky` directions over the sphere, and `key` ones within `spread` (tangent) of `towards`.
+    pub fn new(mesh: &Mesh, deals: usize, sky: usize, key: usize, towards: Vector3<f32>, spread: f32) -> Self {
+        let (low, high) = mesh.bounds();
+        let centre = nalgebra::center(&low, &high);
+        let radius = mesh.positions.iter().map(|p| (p - centre).norm()).fold(f32::MIN_POSITIVE, f32::max);
+        let map = |side| move |towards| DepthMap::new(mesh, (centre, radius), side, towards);
+        let sky = sphere(deals * sky).into_par_iter().map(map(SKY_SIDE)).collect();
+        let key = cone(towards, spread, deals * key).into_par_iter().map(map(KEY_SIDE)).collect();
+        Self { sky, key, deals }
+    }
+
+    /// The parts of the sky's light and of the key light that reach a surface at `point`, as samples of kind `deal`
+    /// see it.
+    pub fn dealt(&self, point: &Point3<f32>, normal: &Vector3<f32>, deal: usize) -> (f32, f32) {
+        let dealt = |maps| <[DepthMap]>::iter(maps).skip(deal).step_by(self.deals);
+        (sky(dealt(&self.sky), point, normal), key(dealt(&self.key), point, normal))
+    }
+
+    /// The same, seen along all directions.
+    pub fn all(&self, point: &Point3<f32>, normal: &Vector3<f32>) -> (f32, f32) {
+        (sky(self.sky.iter(), point, normal), key(self.key.iter(), point, normal))
+    }
+}
+
+/// Sky light weighted by the cosine to `normal`.
+fn sky<'a>(maps: impl Iterator<Item = &'a DepthMap>, point: &Point3<f32>, normal: &Vector3<f32>) -> f32 {
+    let (mut seen, mut whole) = (0.0, 0.0);
+    for map in maps {
+        let cosine = map.towards.dot(normal);
+        if cosine > 0.0 {
+            whole += cosine;
+            seen += cosine * map.lit(point, normal);
+        }
+    }
+    if whole > 0.0 { seen / whole } else { 1.0 }
+}
+
+fn key<'a>(maps: impl Iterator<Item = &'a DepthMap>, point: &Point3<f32>, normal: &Vector3<f32>) -> f32 {
+    let (sum, count) = maps.fold((0.0, 0.0), |(sum, count), map| (sum + map.lit(point, normal), count + 1.0));
+    sum / count
+}
+
+/// Nearly even directions over the sphere: a spiral with the golden angle (Vogel 1979, on the sphere).
+fn sphere(count: usize) -> Vec<Vector3<f32>> {
+    let turn = std::f32::consts::PI * (3.0 - 5.0_f32.sqrt());
+    (0..count)
+        .map(|k| {
+            let y = 1.0 - (2 * k + 1) as f32 / count as f32;
+            let (sin, cos) = (turn * k as f32).sin_cos();
+            let ring = (1.0 - y * y).sqrt();
+            Vector3::new(ring * cos, y, ring * sin)
+        })
+        .collect()
+}
+
+/// `count` directions evenly over the cone around `axis` whose half-angle has the tangent `spread`.
+fn cone(axis: Vector3<f32>, spread: f32, count: usize) -> Vec<Vector3<f32>> {
+    let aside = if axis.y.abs() > 0.9 { Vector3::x() } else { Vector3::y() };
+    let (across, turn) = (aside.cross(&axis).normalize(), std::f32::consts::PI * (3.0 - 5.0_f32.sqrt()));
+    let along = axis.cross(&across);
+    (0..count)
+        .map(|k| {
+            let radius = spread * ((k as f32 + 0.5) / count as f32).sqrt();
+            let (sin, cos) = (turn * k as f32).sin_cos();
+            (axis + (across * cos + along * sin) * radius).normalize()
+        })
+        .collect()
+}

@@ -1,0 +1,124 @@
+//! From meshes to a picture.
+
+use super::camera::Camera;
+use super::colour::{Colour, encode};
+use super::image::Image;
+use super::light::{Lights, Style};
+use super::mesh::Mesh;
+use super::occlusion::Occlusion;
+use super::raster::{Grid, NOTHING, Spot, Visible, visible, weights};
+use super::shadow::Shadow;
+use super::{Backdrop, Size};
+use nalgebra::{Point3, Vector3};
+use rayon::prelude::*;
+
+/// Samples per side of a pixel.
+const FINE: usize = 3;
+
+/// Directions into the sky per sample; a pixel has `FINE`² times as many.
+const SKY_PER_SAMPLE: usize = 8;
+
+/// Directions to the key light per sample; likewise.
+const KEY_PER_SAMPLE: usize = 3;
+
+/// Tangent of half the key light's angle: how soft shadows are.
+const KEY_SPREAD: f32 = 0.11;
+
+/// Draws `mesh` as `camera` sees it. `ground` is the height of the plane that takes the shadow, if any.
+pub fn draw(mesh: &Mesh, camera: &Camera, size: Size, style: Style, ground: Option<f32>, backdrop: Backdrop) -> Image {
+    let grid = Grid { width: size.width * FINE, height: size.height * FINE };
+    let spots: Vec<Spot> = mesh.positions.iter().map(|position| grid.spot(camera, position)).collect();
+    let seen = visible(&spots, &mesh.triangles, grid.width, grid.height);
+    let lights = Lights::new(style, camera);
+    let occlusion = Occlusion::new(mesh, FINE * FINE, SKY_PER_SAMPLE, KEY_PER_SAMPLE, lights.key, KEY_SPREAD);
+    let shadow = ground.map(|height| Shadow::new(grid, camera, &lights, &occlusion, height));
+    let scene = Scene { mesh, camera, spots, seen, lights, occlusion, shadow, grid };
+    let mut pixels = vec![[0; 4]; size.width * size.height];
+    pixels.par_chunks_mut(size.width).enumerate().for_each(|(row, line)| {
+        let behind = background(backdrop, row, size.height);
+        for (column, pixel) in line.iter_mut().enumerate() {
+            *pixel = scene.pixel(column, row, behind);
+        }
+    });
+    Image { size, pixels }
+}
+
+/// The colour behind row `row`, if there is one.
+fn background(backdrop: Backdrop, row: usize, height: usize) -> Option<Colour> {
+    match backdrop {
+        Backdrop::Clear => None,
+        Backdrop::Gradient(top, bottom) => Some(top.mix(bottom, (row as f32 + 0.5) / height as f32)),
+    }
+}
+
+struct Scene<'a> {
+    mesh: &'a Mesh,
+    camera: &'a Camera,
+    spots: Vec<Spot>,
+    seen: Visible,
+    lights: Lights,
+    occlusion: Occlusion,
+    shadow: Option<Shadow>,
+    grid: Grid,
+}
+
+impl Scene<'_> {
+    /// Mean of the pixel's samples: light and cover, the latter the alpha of what is not seen through.
+    fn pixel(&self, column: usize, row: usize, behind: Option<Colour>) -> [u8; 4] {
+        let mut light = [0.0_f32; 3];
+        let mut cover = 0.0;
+        for deal in 0..FINE * FINE {
+            let (x, y) = (column * FINE + deal % FINE, row * FINE + deal / FINE);
+            let (sample, alpha) = self.sample(x, y, deal);
+            light = [0, 1, 2].map(|k| light[k] + sample[k]);
+            cover += alpha;
+        }
+        let count = (FINE * FINE) as f32;
+        (light, cover) = (light.map(|x| x / count), cover / count);
+        match behind {
+            Some(colour) => {
+                let [r, g, b] = [0, 1, 2].map(|k| encode(light[k] + colour.0[k] * (1.0 - cover)));
+                [r, g, b, 255]
+            }
+            None if cover > 0.0 => {
+                let [r, g, b] = light.map(|x| encode(x / cover));
+                [r, g, b, (cover * 255.0).round() as u8]
+            }
+            None => [0; 4],
+        }
+    }
+
+    /// Light of one sample, already multiplied by its alpha, and the alpha.
+    fn sample(&self, x: usize, y: usize, deal: usize) -> ([f32; 3], f32) {
+        match self.seen.triangles[y * self.seen.width + x] {
+            NOTHING => ([0.0; 3], self.shadow.as_ref().map_or(0.0, |shadow| shadow.at(x, y))),
+            triangle => (self.surface(triangle as usize, x, y, deal), 1.0),
+        }
+    }
+
+    fn surface(&self, triangle: usize, x: usize, y: usize, deal: usize) -> [f32; 3] {
+        let vertices = self.mesh.triangles[triangle].map(|vertex| vertex as usize);
+        let spots = vertices.map(|vertex| self.spots[vertex]);
+        let mut share = weights(&spots, x as f32 + 0.5, y as f32 + 0.5);
+        if self.camera.is_perspective() {
+            share = [0, 1, 2].map(|k| share[k] * spots[k].near);
+            let sum: f32 = share.iter().sum();
+            share = share.map(|weight| weight / sum);
+        }
+        let corners = &self.mesh.corners[triangle];
+        let places = vertices.map(|vertex| self.mesh.positions[vertex].coords);
+        let place = Point3::from(places[0] * share[0] + places[1] * share[1] + places[2] * share[2]);
+        let colour = Colour([0, 1, 2].map(|k| (0..3).map(|c| corners[c].colour.0[k] * share[c]).sum()));
+        let (_, forward) = self.ray(x, y);
+        let flat = (places[1] - places[0]).cross(&(places[2] - places[0]));
+        let side = if flat.dot(&forward) > 0.0 { -1.0 } else { 1.0 };
+        let mixed: Vector3<f32> = (0..3).map(|c| corners[c].normal * share[c]).sum();
+        let normal = mixed.try_normalize(0.0).unwrap_or_else(Vector3::y) * side;
+        let (sky, key) = self.occlusion.dealt(&place, &normal, deal);
+        self.lights.shade(colour, &normal, &-forward, sky, key)
+    }
+
+    fn ray(&self, x: usize, y: usize) -> (Point3<f32>, Vector3<f32>) {
+        self.grid.ray(self.camera, x as f32 + 0.5, y as f32 + 0.5)
+    }
+}

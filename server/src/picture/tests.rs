@@ -1,0 +1,109 @@
+//! Pictures of simple things, looked at by figures.
+
+use super::*;
+use nalgebra::{Point3, Vector3};
+
+const SIZE: Size = Size { width: 96, height: 72 };
+
+/// A ball of radius 1 around the origin.
+fn ball(rings: u32) -> Mesh {
+    let sides = 2 * rings;
+    let mut positions = Vec::new();
+    for ring in 0..=rings {
+        let (sin, cos) = (std::f32::consts::PI * ring as f32 / rings as f32).sin_cos();
+        for side in 0..sides {
+            let turn = std::f32::consts::TAU * side as f32 / sides as f32;
+            positions.push(Point3::new(sin * turn.cos(), cos, -sin * turn.sin()));
+        }
+    }
+    let quad = |ring: u32, side: u32| {
+        let next = (side + 1) % sides;
+        let [a, b] = [ring * sides + side, ring * sides + next];
+        [[a, a + sides, b + sides], [a, b + sides, b]]
+    };
+    let triangles = (0..rings).flat_map(|ring| (0..sides).flat_map(move |side| quad(ring, side))).collect();
+    Mesh::paint(positions, triangles, 60.0, |_, _| Colour([0.5; 3]))
+}
+
+fn picture(mesh: &Mesh, projection: Projection, ground: Option<f32>) -> Image {
+    let camera = Camera::fit(&mesh.positions, Vector3::new(0.3, 0.4, 1.0), projection, 96.0 / 72.0);
+    draw(mesh, &camera, SIZE, Style::STUDIO, ground, Backdrop::Clear)
+}
+
+/// Columns and rows that anything opaque touches: (left, right, top, bottom).
+fn extent(image: &Image) -> [usize; 4] {
+    let solid = image.pixels.iter().enumerate().filter(|(_, pixel)| pixel[3] > 200);
+    solid.fold([usize::MAX, 0, usize::MAX, 0], |[left, right, top, bottom], (at, _)| {
+        let (x, y) = (at % image.size.width, at / image.size.width);
+        [left.min(x), right.max(x), top.min(y), bottom.max(y)]
+    })
+}
+
+#[test]
+fn the_camera_fills_the_picture_and_cuts_nothing_off() {
+    for projection in [Projection::Orthographic, Projection::Perspective { fov_deg: 30.0 }] {
+        let [left, right, top, bottom] = extent(&picture(&ball(24), projection, None));
+        let height = (bottom - top + 1) as f32 / SIZE.height as f32;
+        assert!((0.84..0.95).contains(&height), "{projection:?}: {height}");
+        let centred = |low: usize, high: usize, count: usize| (low + high).abs_diff(count - 1) <= 2;
+        assert!(centred(left, right, SIZE.width) && centred(top, bottom, SIZE.height), "{projection:?}");
+    }
+}
+
+#[test]
+fn the_nearer_thing_is_seen() {
+    let red = arrow(Point3::new(0.0, 0.0, 3.0), -Vector3::z(), 1.0, Colour([1.0, 0.0, 0.0]));
+    let mut mesh = ball(16);
+    mesh.append(red);
+    let camera = Camera::fit(&mesh.positions, Vector3::z(), Projection::Orthographic, 96.0 / 72.0);
+    let image = draw(&mesh, &camera, SIZE, Style::CHART, None, Backdrop::Clear);
+    let middle = image.pixels[SIZE.height / 2 * SIZE.width + SIZE.width / 2];
+    assert!(middle[0] > 2 * middle[1], "{middle:?}");
+}
+
+#[test]
+fn light_falls_from_above_and_shadow_on_the_ground() {
+    let image = picture(&ball(24), Projection::Orthographic, Some(-1.0));
+    let at = |x: usize, y: usize| image.pixels[y * SIZE.width + x];
+    assert!(at(48, 14)[1] > at(48, 58)[1]);
+    let veil = image.pixels.iter().filter(|pixel| (1..200).contains(&pixel[3])).count();
+    assert!(veil > 100, "no shadow on the ground: {veil} pixels");
+    assert_eq!(at(2, 2)[3], 0);
+}
+
+#[test]
+fn edges_are_smoothed() {
+    let image = picture(&ball(24), Projection::Orthographic, None);
+    let partial = image.pixels.iter().filter(|pixel| (20..235).contains(&pixel[3])).count();
+    assert!(partial > 60, "{partial}");
+}
+
+#[test]
+fn a_picture_does_not_depend_on_the_number_of_threads() {
+    let mesh = ball(12);
+    let drawn = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| picture(&mesh, Projection::Perspective { fov_deg: 40.0 }, Some(-1.0)))
+    };
+    assert_eq!(drawn(1), drawn(3));
+}
+
+#[test]
+fn a_png_holds_the_pixels() {
+    let image = Image::beside(&[
+        picture(&ball(8), Projection::Orthographic, None),
+        Image { size: SIZE, pixels: vec![[9; 4]; 96 * 72] },
+    ]);
+    let bytes = image.png().unwrap();
+    let mut reader = png::Decoder::new(std::io::Cursor::new(bytes)).read_info().unwrap();
+    let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
+    let info = reader.next_frame(&mut pixels).unwrap();
+    assert_eq!((info.width, info.height), (192, 72));
+    assert_eq!(pixels, image.pixels.as_flattened());
+}
+
+#[test]
+fn an_empty_scene_is_an_empty_picture() {
+    let image = picture(&Mesh::default(), Projection::Orthographic, Some(0.0));
+    assert!(image.pixels.iter().all(|pixel| pixel[3] == 0));
+}
