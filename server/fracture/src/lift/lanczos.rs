@@ -56,7 +56,6 @@ pub(super) fn largest(
             if krylov.explored >= wanted + BLOCK {
                 let ritz = krylov.ritz()?;
                 converged = ritz.converged(wanted);
-                token.report(converged as f64 / wanted as f64);
                 if converged >= wanted {
                     return Ok(krylov.vectors(&ritz, wanted));
                 }

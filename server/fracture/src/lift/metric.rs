@@ -3,8 +3,10 @@
 use super::Lift;
 use crate::lattice::Lattice;
 use nalgebra::Matrix3;
+use rayon::prelude::*;
 
-/// g = JᵀJ on tetrahedron `tet`, J the m × 3 gradient of X; 3 × 3, dimensionless.
+/// g = JᵀJ on tetrahedron `tet`, J the m × 3 gradient of X; 3 × 3, dimensionless. The identity for a tetrahedron without
+/// volume.
 pub fn metric(lift: &Lift, lattice: &Lattice, tet: usize) -> Matrix3<f64> {
     let nodes = lattice.tets[tet];
     let Some(inverse) = lattice.edge_matrix(tet).try_inverse() else { return Matrix3::identity() };
@@ -19,32 +21,37 @@ pub fn metric(lift: &Lift, lattice: &Lattice, tet: usize) -> Matrix3<f64> {
     inverse.transpose() * gram * inverse
 }
 
-/// (det g)^(1/5), the factor of the optimal site density in three dimensions.
-fn density(lift: &Lift, lattice: &Lattice, tet: usize) -> f64 {
-    metric(lift, lattice, tet).determinant().max(0.0).powf(0.2)
+/// (det g)^(1/5) per tetrahedron, the factor of the optimal site density in three dimensions.
+fn densities(lift: &Lift, lattice: &Lattice) -> Vec<f64> {
+    let density = |tet| metric(lift, lattice, tet).determinant().max(0.0).powf(0.2);
+    (0..lattice.tets.len()).into_par_iter().map(density).collect()
 }
 
-/// Scales X so that the volume mean of (det g)^(1/5) is 1; det g grows with the sixth power of the scale.
-pub fn scale(lift: &mut Lift, lattice: &Lattice) {
+/// Scales X so that the volume mean of (det g)^(1/5) is 1; det g grows with the sixth power of the scale. The density
+/// per tetrahedron after that; length `tets`.
+pub fn scale(lift: &mut Lift, lattice: &Lattice) -> Vec<f64> {
+    let mut densities = densities(lift, lattice);
     let (mut sum, mut volume) = (0.0, 0.0);
-    for tet in 0..lattice.tets.len() {
+    for (tet, density) in densities.iter().enumerate() {
         let tet_volume = lattice.tet_volume(tet);
-        sum += tet_volume * density(lift, lattice, tet);
+        sum += tet_volume * density;
         volume += tet_volume;
     }
     let factor = (sum / volume).powf(-5.0 / 6.0);
     if factor != 1.0 && factor.is_finite() {
         lift.coordinates.iter_mut().for_each(|x| *x *= factor);
+        densities.iter_mut().for_each(|density| *density *= volume / sum);
     }
+    densities
 }
 
-/// Fills `first_moment`, `second_moment` and `density`, cell by cell.
+/// Fills `first_moment`, `second_moment` and `density`, cell by cell, from the density per tetrahedron.
 ///
 /// A node's barycentric cell in a tetrahedron (a, b, c, d) is six small tetrahedra at a, spanned by an edge midpoint, a
 /// face centroid and the tetrahedron's centroid; with corner vectors u, v, w from a, ∫|X − X_a|² over one of volume V is
-/// V/20·(|u|² + |v|² + |w|² + |u+v+w|²), and each has V_tet/24. Their common centroid lies 23/144 of the three edges' sum from
-/// a.
-pub fn measure(lift: &mut Lift, lattice: &Lattice) {
+/// V/20·(|u|² + |v|² + |w|² + |u+v+w|²), and each has V_tet/24. Their common centroid lies 23/144 of the three edges' sum
+/// from a.
+pub fn measure(lift: &mut Lift, lattice: &Lattice, densities: &[f64]) {
     let count = lattice.nodes.len();
     let mut moment = vec![0.0; count];
     let mut weighted = vec![0.0; count];
@@ -52,7 +59,6 @@ pub fn measure(lift: &mut Lift, lattice: &Lattice) {
     let mut edges = vec![0.0; 3 * lift.dimension];
     for (tet, nodes) in lattice.tets.iter().enumerate() {
         let volume = lattice.tet_volume(tet);
-        let local = density(lift, lattice, tet);
         for k in 0..4 {
             let own = nodes[k] as usize;
             let others = [1, 2, 3].map(|step| nodes[(k + step) % 4] as usize);
@@ -66,7 +72,7 @@ pub fn measure(lift: &mut Lift, lattice: &Lattice) {
                 offset[own * lift.dimension + axis] += volume / 4.0 * sum * (23.0 / 144.0);
             }
             moment[own] += volume / 24.0 * corner_moment(&edges, lift.dimension);
-            weighted[own] += volume / 4.0 * local;
+            weighted[own] += volume / 4.0 * densities[tet];
         }
     }
     let volumes = lattice.node_volumes();

@@ -67,8 +67,8 @@ impl Lift {
             second_moment: Vec::new(),
             density: Vec::new(),
         };
-        metric::scale(&mut lift, lattice);
-        metric::measure(&mut lift, lattice);
+        let densities = metric::scale(&mut lift, lattice);
+        metric::measure(&mut lift, lattice, &densities);
         lift
     }
 
