@@ -12,12 +12,12 @@ pub(super) fn needed(modes: usize, available: usize) -> usize {
 
 /// How many of the ascending, positive `eigenvalues` to keep: the cut within [`WINDOW`] of `modes` across which they
 /// grow by the largest factor; of equal factors the one nearest to `modes`, then the lower. `whole`: no eigenvalue lies
-/// beyond the last given one, so that keeping all is a clean cut, too.
+/// beyond the last given one; if the window reaches so far, all are kept, the cleanest cut there is.
 ///
 /// |X(x) − X(y)| depends on the lattice alone if whole eigenspaces are kept: within one, the basis is arbitrary.
 pub(super) fn cut(eigenvalues: &[f64], modes: usize, whole: bool) -> usize {
     let count = eigenvalues.len();
-    if whole && modes >= count {
+    if whole && modes + WINDOW >= count {
         return count;
     }
     let mut candidates: Vec<usize> = (modes.saturating_sub(WINDOW).max(1)..=modes + WINDOW).collect();
@@ -31,6 +31,7 @@ pub(super) fn cut(eigenvalues: &[f64], modes: usize, whole: bool) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use proptest::prelude::*;
 
     #[track_caller]
     fn check(eigenvalues: &[f64], modes: usize, whole: bool, expected: usize) {
@@ -61,5 +62,25 @@ mod tests {
         let geometric: Vec<f64> = (0..20).map(|power| f64::from(1 << power)).collect();
         check(&geometric, 8, false, 8);
         check(&geometric, 10, false, 10);
+    }
+
+    proptest! {
+        #[test]
+        fn multiplets_that_fit_the_window_are_never_torn(
+            multiplets in prop::collection::vec((1usize..=2 * WINDOW + 1, 1.05f64..3.0), 1..20),
+            modes in 1usize..40,
+        ) {
+            let mut eigenvalues = Vec::new();
+            let (mut value, mut ends) = (1.0, vec![]);
+            for (size, growth) in multiplets {
+                // Rounding within an eigenspace.
+                eigenvalues.extend((0..size).map(|k| value * (1.0 + 1e-12 * k as f64)));
+                ends.push(eigenvalues.len());
+                value *= growth;
+            }
+            let kept = cut(&eigenvalues, modes, true);
+            prop_assert!(ends.contains(&kept) || modes <= WINDOW, "{kept} is none of {ends:?}");
+            prop_assert!(kept <= modes + WINDOW);
+        }
     }
 }
