@@ -1,0 +1,88 @@
+//! What the interior lift is for: cells of a Voronoi diagram do not join limbs that touch only through space.
+
+use nalgebra::Point3;
+use shatter_fracture::centroidal::{Field, Options, Workspace, diagram};
+use shatter_fracture::lattice::{Lattice, block};
+use shatter_fracture::lift::{ALPHA_DEFAULT, Lift, MODES_DEFAULT, interior};
+use shatter_fracture::token::Token;
+
+/// Starts per count of sites.
+const STARTS: u32 = 12;
+
+/// The parts of the nodes chosen by `limb` that the lattice joins without leaving them; `None` for all others. Parts of
+/// fewer than 20 nodes are no limbs.
+fn limbs(lattice: &Lattice, limb: impl Fn(&Point3<f64>) -> bool) -> Vec<Option<usize>> {
+    let mut parts: Vec<usize> = (0..lattice.nodes.len()).collect();
+    let edges = lattice.edges();
+    let mut changed = true;
+    while changed {
+        changed = false;
+        for [a, b] in edges.iter().map(|edge| edge.map(|node| node as usize)) {
+            if limb(&lattice.nodes[a]) && limb(&lattice.nodes[b]) && parts[a] != parts[b] {
+                let lower = parts[a].min(parts[b]);
+                (parts[a], parts[b], changed) = (lower, lower, true);
+            }
+        }
+    }
+    let mut sizes = vec![0; lattice.nodes.len()];
+    parts.iter().for_each(|&part| sizes[part] += 1);
+    let own = |node: usize| (limb(&lattice.nodes[node]) && sizes[parts[node]] >= 20).then_some(parts[node]);
+    (0..lattice.nodes.len()).map(own).collect()
+}
+
+/// In how many starts of uniform energy a cell holds nodes of two limbs.
+fn joined(lattice: &Lattice, lift: &Lift, limbs: &[Option<usize>], sites: usize) -> usize {
+    let volumes = lattice.node_volumes();
+    let mut mass = volumes.clone();
+    let field = Field::new(lift, &volumes, &mut mass).unwrap();
+    let mut workspace = Workspace::default();
+    let joins = |start: &u32| {
+        let options = Options { start: *start, ..Options::new(sites, 5) };
+        let diagram = diagram(&field, &options, &mut workspace, &Token::default()).unwrap();
+        let mut first = vec![None; diagram.count()];
+        limbs.iter().zip(&diagram.labels).any(|(limb, &cell)| {
+            let Some(limb) = limb else { return false };
+            *first[cell as usize].get_or_insert(limb) != limb
+        })
+    };
+    (0..STARTS).filter(joins).count()
+}
+
+/// The default interior lift joins limbs in at most `interior_max` starts, X = x in at least `euclidean_min`.
+#[track_caller]
+fn check(lattice: &Lattice, limbs: &[Option<usize>], sites: usize, euclidean_min: usize, interior_max: usize) {
+    let lift = interior(lattice, MODES_DEFAULT, ALPHA_DEFAULT, &Token::default()).unwrap();
+    let through_space = joined(lattice, &Lift::euclidean(lattice), limbs, sites);
+    let inside = joined(lattice, &lift, limbs, sites);
+    println!("{sites} sites, dimension {}: {inside} starts join limbs, {through_space} with X = x", lift.dimension);
+    assert!(through_space >= euclidean_min, "X = x joins limbs in {through_space} of {STARTS} starts");
+    assert!(inside <= interior_max, "the interior lift joins limbs in {inside} of {STARTS} starts");
+}
+
+#[test]
+fn the_teeth_of_a_comb_are_not_joined() {
+    // Eight teeth of two cells, slots of one, on a back of two rows.
+    let spacing = 0.05;
+    let solid = |at: &Point3<f64>| ((at.x / spacing + 11.5) / 3.0).fract() * 3.0 < 2.0 || at.y < -0.15;
+    let full = block([23, 10, 3], spacing);
+    let tets = (0..full.tets.len()).filter(|&tet| {
+        let centre = full.corners(tet).iter().fold(nalgebra::Vector3::zeros(), |sum, corner| sum + corner.coords) / 4.0;
+        solid(&Point3::from(centre))
+    });
+    let comb = compact(&full, &tets.map(|tet| full.tets[tet]).collect::<Vec<_>>());
+    let teeth = limbs(&comb, |node| node.y > -0.05);
+    check(&comb, &teeth, 20, 10, 2);
+    check(&comb, &teeth, 40, 4, 1);
+}
+
+/// The lattice of some tetrahedra of another.
+fn compact(lattice: &Lattice, tets: &[[u32; 4]]) -> Lattice {
+    let mut used: Vec<u32> = tets.iter().flatten().copied().collect();
+    used.sort_unstable();
+    used.dedup();
+    let renumbered = |node: u32| used.partition_point(|&other| other < node) as u32;
+    Lattice {
+        nodes: used.iter().map(|&node| lattice.nodes[node as usize]).collect(),
+        tets: tets.iter().map(|nodes| nodes.map(renumbered)).collect(),
+    }
+}
