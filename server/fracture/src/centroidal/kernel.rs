@@ -9,8 +9,11 @@
 
 use super::tiles::TILE;
 
-/// Entries of a cell's sums before its first moment: mass and energy.
-pub(super) const CELL_HEAD: usize = 2;
+/// Entries of a cell's sums before its first moment: mass, energy and two that stay 0.
+pub(super) const CELL_HEAD: usize = LANES;
+
+/// Rows of f64 are filled up with zeros to a multiple of this.
+pub(super) const LANES: usize = 4;
 
 /// Which compilation of the kernel runs. The AVX2 one cannot be made where the processor lacks it.
 #[derive(Clone, Copy, Debug)]
@@ -44,7 +47,9 @@ impl Path {
 pub(super) struct Sites<'a> {
     /// m.
     pub dimension: usize,
-    /// p_i, site-major, lifted coordinates.
+    /// m filled up to a multiple of [`LANES`].
+    pub stride: usize,
+    /// p_i, site-major, lifted coordinates; `stride` per site.
     pub exact: &'a [f64],
     /// |p_i|² and −2 p_i, centred and scaled, m + 1 per site.
     pub rounded: &'a [f32],
@@ -56,13 +61,13 @@ pub(super) struct Sites<'a> {
 pub(super) struct Chunk<'a> {
     /// Their tiles.
     pub tiles: &'a [f32],
-    /// X_v, node-major.
-    pub coordinates: &'a [f64],
+    /// X_v, node-major; `stride` per node.
+    pub rows: &'a [f64],
     /// w_v.
     pub mass: &'a [f64],
     /// Out: nearest site.
     pub labels: &'a mut [u32],
-    /// Out, added to: per site Σw, Σw|X − p|², Σw(X − p); m + 2 per site.
+    /// Out, added to: per site Σw, Σw|X − p|² and, after [`CELL_HEAD`], Σw(X − p); [`CELL_HEAD`] + `stride` per site.
     pub cells: &'a mut [f64],
 }
 
@@ -84,19 +89,19 @@ fn assign_avx2(sites: &Sites, chunk: Chunk) {
 
 #[inline(always)]
 fn assign_portable(sites: &Sites, chunk: Chunk) {
-    let m = sites.dimension;
+    let (m, stride) = (sites.dimension, sites.stride);
     for (tile, lanes) in chunk.tiles.chunks_exact(m * TILE).enumerate() {
         let nearest = nearest(sites, lanes);
         let first = tile * TILE;
         for node in first..(first + TILE).min(chunk.labels.len()) {
-            let place = &chunk.coordinates[node * m..][..m];
+            let row = &chunk.rows[node * stride..][..stride];
             let lane = node - first;
             let clear = nearest.second[lane] - nearest.best[lane] > sites.resolution;
-            let label = if clear { nearest.site[lane] } else { nearest_exact(sites, place) };
+            let label = if clear { nearest.site[lane] } else { nearest_exact(sites, row) };
             chunk.labels[node] = label;
-            let site = &sites.exact[label as usize * m..][..m];
-            let cell = &mut chunk.cells[label as usize * (m + CELL_HEAD)..][..m + CELL_HEAD];
-            accumulate(place, site, chunk.mass[node], cell);
+            let site = &sites.exact[label as usize * stride..][..stride];
+            let cell = &mut chunk.cells[label as usize * (stride + CELL_HEAD)..][..stride + CELL_HEAD];
+            accumulate(row, site, chunk.mass[node], cell);
         }
     }
 }
@@ -115,8 +120,8 @@ fn nearest(sites: &Sites, lanes: &[f32]) -> Nearest {
     for (site, terms) in sites.rounded.chunks_exact(sites.dimension + 1).enumerate() {
         let mut value = [terms[0]; TILE];
         for (row, &factor) in rows.iter().zip(&terms[1..]) {
-            for lane in 0..TILE {
-                value[lane] += factor * row[lane];
+            for (value, x) in value.iter_mut().zip(row) {
+                *value += factor * x;
             }
         }
         nearest = nearest.with(site as u32, &value);
@@ -130,8 +135,8 @@ impl Nearest {
     #[inline(always)]
     fn with(&self, site: u32, value: &[f32; TILE]) -> Self {
         let mut next = Self { best: [0.0; TILE], second: [0.0; TILE], site: [0; TILE] };
-        for lane in 0..TILE {
-            let (new, best, second) = (value[lane], self.best[lane], self.second[lane]);
+        for (lane, &new) in value.iter().enumerate() {
+            let (best, second) = (self.best[lane], self.second[lane]);
             let loser = if new < best { best } else { new };
             next.second[lane] = if loser < second { loser } else { second };
             next.best[lane] = if new < best { new } else { best };
@@ -143,10 +148,10 @@ impl Nearest {
 
 /// argmin |X − p_i|² in f64, ties to the lowest index.
 #[inline(always)]
-fn nearest_exact(sites: &Sites, place: &[f64]) -> u32 {
+fn nearest_exact(sites: &Sites, row: &[f64]) -> u32 {
     let (mut best, mut label) = (f64::INFINITY, 0);
-    for (site, position) in sites.exact.chunks_exact(sites.dimension).enumerate() {
-        let distance = square_distance(place, position);
+    for (site, position) in sites.exact.chunks_exact(sites.stride).enumerate() {
+        let distance = square_distance(row, position);
         if distance < best {
             (best, label) = (distance, site as u32);
         }
@@ -154,14 +159,15 @@ fn nearest_exact(sites: &Sites, place: &[f64]) -> u32 {
     label
 }
 
-/// |a − b|², summed in four interleaved parts so that it vectorises in a fixed order.
+/// |a − b|², summed in [`LANES`] interleaved parts so that it vectorises in a fixed order; zeros at the end of both do not
+/// change a bit.
 #[inline(always)]
 pub(super) fn square_distance(a: &[f64], b: &[f64]) -> f64 {
-    let mut parts = [0.0; 4];
-    let (a, a_rest) = a.as_chunks::<4>();
-    let (b, b_rest) = b.as_chunks::<4>();
+    let mut parts = [0.0; LANES];
+    let (a, a_rest) = a.as_chunks::<LANES>();
+    let (b, b_rest) = b.as_chunks::<LANES>();
     for (a, b) in a.iter().zip(b) {
-        for lane in 0..4 {
+        for lane in 0..LANES {
             let offset = a[lane] - b[lane];
             parts[lane] += offset * offset;
         }
@@ -174,21 +180,21 @@ pub(super) fn square_distance(a: &[f64], b: &[f64]) -> f64 {
 
 /// Adds a node to its cell.
 #[inline(always)]
-fn accumulate(place: &[f64], site: &[f64], mass: f64, cell: &mut [f64]) {
-    let (head, moment) = cell.split_at_mut(CELL_HEAD);
-    head[0] += mass;
-    head[1] += mass * square_distance(place, site);
-    let (places, place_rest) = place.as_chunks::<4>();
-    let (sites, site_rest) = site.as_chunks::<4>();
-    let (moments, moment_rest) = moment.as_chunks_mut::<4>();
-    for ((place, site), moment) in places.iter().zip(sites).zip(moments) {
+fn accumulate(row: &[f64], site: &[f64], mass: f64, cell: &mut [f64]) {
+    let (cell, _) = cell.as_chunks_mut::<LANES>();
+    let Some((head, moments)) = cell.split_first_mut() else { return };
+    let mut parts = [0.0; LANES];
+    let (rows, _) = row.as_chunks::<LANES>();
+    let (sites, _) = site.as_chunks::<LANES>();
+    for ((row, site), moment) in rows.iter().zip(sites).zip(moments) {
         let mut sum = *moment;
-        for lane in 0..4 {
-            sum[lane] += mass * (place[lane] - site[lane]);
+        for lane in 0..LANES {
+            let offset = row[lane] - site[lane];
+            sum[lane] += mass * offset;
+            parts[lane] += offset * offset;
         }
         *moment = sum;
     }
-    for ((place, site), moment) in place_rest.iter().zip(site_rest).zip(moment_rest) {
-        *moment += mass * (place - site);
-    }
+    head[0] += mass;
+    head[1] += mass * ((parts[0] + parts[1]) + (parts[2] + parts[3]));
 }

@@ -38,7 +38,7 @@ pub(super) fn descend(
     for _ in 0..ITERATIONS_MAX {
         token.check()?;
         let before = workspace.current.energy;
-        let reseeded = step(field, &workspace.current, relaxation, &mut workspace.trial.sites);
+        let reseeded = step(field, &workspace.current, relaxation, &mut workspace.trial);
         workspace.scratch.assign(field, &mut workspace.trial);
         if workspace.trial.energy > before {
             return Ok(true);
@@ -56,32 +56,30 @@ pub(super) fn descend(
 }
 
 /// Moves every site of `from` by ω times its way to its centroid. Whether the site of an empty cell was put elsewhere.
-fn step(field: &Field, from: &State, relaxation: f64, to: &mut Vec<f64>) -> bool {
-    let m = field.dimension();
-    to.clear();
-    to.extend_from_slice(&from.sites);
+fn step(field: &Field, from: &State, relaxation: f64, to: &mut State) -> bool {
+    to.stride = from.stride;
+    to.sites.clone_from(&from.sites);
     let mut empty = false;
-    for (site, place) in to.chunks_exact_mut(m).enumerate() {
-        let (mass, _, moment) = from.cell(site, m);
+    for (site, place) in to.sites.chunks_exact_mut(from.stride).enumerate() {
+        let (mass, _, moment) = from.cell(site);
         empty |= mass == 0.0;
         if mass > 0.0 {
             place.iter_mut().zip(moment).for_each(|(x, moment)| *x += relaxation * moment / mass);
         }
     }
-    empty && reseed(field, from, to)
+    empty && reseed(field, from, &mut to.sites)
 }
 
 /// Puts the site of each empty cell on the node with the largest w|X − p|² > 0 of the costliest cell; each such cell
 /// gives up one node. Whether any site was put anywhere.
 fn reseed(field: &Field, from: &State, to: &mut [f64]) -> bool {
-    let m = field.dimension();
-    let mut donors: Vec<usize> = (0..from.sites.len() / m).filter(|&site| from.cell(site, m).1 > 0.0).collect();
-    donors.sort_by(|&a, &b| from.cell(b, m).1.total_cmp(&from.cell(a, m).1).then(a.cmp(&b)));
-    let empty = (0..from.sites.len() / m).filter(|&site| from.cell(site, m).0 == 0.0);
+    let mut donors: Vec<usize> = (0..from.count()).filter(|&site| from.cell(site).1 > 0.0).collect();
+    donors.sort_by(|&a, &b| from.cell(b).1.total_cmp(&from.cell(a).1).then(a.cmp(&b)));
+    let empty = (0..from.count()).filter(|&site| from.cell(site).0 == 0.0);
     let mut reseeded = false;
     for (site, donor) in empty.zip(donors) {
         if let Some(node) = costliest(field, from, donor) {
-            to[site * m..][..m].copy_from_slice(field.lift().at(node));
+            to[site * from.stride..][..field.dimension()].copy_from_slice(field.lift().at(node));
             reseeded = true;
         }
     }
@@ -90,8 +88,7 @@ fn reseed(field: &Field, from: &State, to: &mut [f64]) -> bool {
 
 /// The node of cell `donor` with the largest w|X − p|² > 0, ties to the lowest index.
 fn costliest(field: &Field, from: &State, donor: usize) -> Option<usize> {
-    let m = field.dimension();
-    let site = &from.sites[donor * m..][..m];
+    let site = &from.site(donor)[..field.dimension()];
     let (mut worst, mut at) = (0.0, None);
     for (node, _) in from.labels.iter().enumerate().filter(|(_, label)| **label as usize == donor) {
         let cost = field.mass()[node] * square_distance(field.lift().at(node), site);

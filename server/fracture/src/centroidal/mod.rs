@@ -16,6 +16,7 @@ mod workspace;
 
 pub use field::{FLOOR, Field, FieldError};
 pub use lloyd::ITERATIONS_MAX;
+pub(crate) use power::three_fifths;
 pub use workspace::Workspace;
 
 use crate::random::Stream;
@@ -117,7 +118,8 @@ pub fn diagram_into(
     let sites = options.sites.clamp(1, field.nodes());
     let mut stream = Stream::new(options.seed, u64::from(options.start) << 32 | sites as u64);
     workspace.scratch.load(field);
-    workspace.start.draw(field, sites, &mut stream, &mut workspace.current.sites);
+    workspace.start.draw(field, sites, &mut stream, &mut workspace.sites);
+    workspace.current.set_sites(&workspace.sites, field.dimension());
     diagram.converged = lloyd::descend(field, options, workspace, &mut diagram.history, token)?;
     workspace.hand_over(field, diagram);
     Ok(())
@@ -127,11 +129,35 @@ pub fn diagram_into(
 pub fn assign(field: &Field, sites: &[f64], workspace: &mut Workspace) -> Diagram {
     let mut diagram = Diagram::default();
     workspace.scratch.load(field);
-    workspace.current.sites.clear();
-    workspace.current.sites.extend_from_slice(sites);
+    workspace.current.set_sites(sites, field.dimension());
     workspace.scratch.assign(field, &mut workspace.current);
     diagram.history.push(workspace.current.energy);
     diagram.converged = true;
     workspace.hand_over(field, &mut diagram);
     diagram
+}
+/// bench
+pub fn bench_parts(field: &Field, n: usize, reps: usize, cpu: fn() -> f64) {
+    let mut w = Workspace::default();
+    let o = Options::new(n, 1);
+    let mut d = Diagram::default();
+    diagram_into(field, &o, &mut w, &Token::default(), &mut d).unwrap();
+    let mut t = |name: &str, f: &mut dyn FnMut(&mut Workspace, &mut Diagram)| {
+        let mut best = f64::INFINITY;
+        let c = cpu();
+        for _ in 0..reps {
+            let t = std::time::Instant::now();
+            f(&mut w, &mut d);
+            best = best.min(t.elapsed().as_secs_f64() * 1e3);
+        }
+        print!("{name} {:.3} (min {best:.3}) ", (cpu() - c) / reps as f64);
+    };
+    t("load", &mut |w, _| w.scratch.load(field));
+    t("start", &mut |w, _| {
+        let mut s = Stream::new(1, 2);
+        w.start.draw(field, n, &mut s, &mut w.sites);
+    });
+    t("assign", &mut |w, _| w.scratch.assign(field, &mut w.current));
+    t("hand", &mut |w, d| w.hand_over(field, d));
+    println!();
 }

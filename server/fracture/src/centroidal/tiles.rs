@@ -1,12 +1,13 @@
-//! Node coordinates as the kernel sweeps them: f32, centred, scaled to the unit ball, sixteen nodes side by side.
+//! Node coordinates as the kernel reads them: once in f32, centred, scaled to the unit ball, sixteen nodes side by side, to
+//! be swept; once in f64 rows of whole vectors, to be summed.
 
 use super::Field;
-use super::kernel::{Sites, square_distance};
+use super::kernel::{LANES, Sites, square_distance};
 
 /// Nodes per tile.
 pub(super) const TILE: usize = 16;
 
-/// Structure-of-arrays copy of a lift's coordinates.
+/// Copies of a lift's coordinates.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Tiles {
     dimension: usize,
@@ -14,6 +15,8 @@ pub(super) struct Tiles {
     scale: f64,
     /// Tile-major, then coordinate, then lane; the last tile is filled up with zeros.
     lanes: Vec<f32>,
+    /// Node-major, [`Tiles::stride`] each.
+    rows: Vec<f64>,
 }
 
 impl Tiles {
@@ -39,6 +42,17 @@ impl Tiles {
                 }
             }
         }
+        self.rows.clear();
+        self.rows.resize(field.nodes() * self.stride(), 0.0);
+        for (row, place) in self.rows.chunks_exact_mut(m.next_multiple_of(LANES)).zip(lift.coordinates.chunks_exact(m))
+        {
+            row[..m].copy_from_slice(place);
+        }
+    }
+
+    /// m filled up to a multiple of [`LANES`].
+    pub fn stride(&self) -> usize {
+        self.dimension.next_multiple_of(LANES)
     }
 
     /// The tiles.
@@ -46,12 +60,17 @@ impl Tiles {
         &self.lanes
     }
 
-    /// Rounds `sites` (site-major, m each) into `rounded` and proves the resolution.
+    /// The rows.
+    pub fn rows(&self) -> &[f64] {
+        &self.rows
+    }
+
+    /// Rounds `sites` (site-major, [`Tiles::stride`] each) into `rounded` and proves the resolution.
     pub fn round<'a>(&self, sites: &'a [f64], rounded: &'a mut Vec<f32>) -> Sites<'a> {
         let m = self.dimension;
         rounded.clear();
         let mut bound = 0.0f64;
-        for site in sites.chunks_exact(m) {
+        for site in sites.chunks_exact(self.stride()) {
             let head = rounded.len();
             rounded.push(0.0);
             let mut square = 0.0;
@@ -65,6 +84,6 @@ impl Tiles {
         }
         let unit = 0.5 * f64::from(f32::EPSILON);
         let error = (m as f64 + 5.0) * (unit * bound + f64::from(f32::MIN_POSITIVE));
-        Sites { dimension: m, exact: sites, rounded, resolution: (2.0 * error) as f32 }
+        Sites { dimension: m, stride: self.stride(), exact: sites, rounded, resolution: (2.0 * error) as f32 }
     }
 }

@@ -8,6 +8,8 @@ use super::{Diagram, Field, start};
 pub struct Workspace {
     pub(super) scratch: Scratch,
     pub(super) start: start::Scratch,
+    /// The start's sites, m each.
+    pub(super) sites: Vec<f64>,
     /// The state reached.
     pub(super) current: State,
     /// The state tried next, or the one before.
@@ -19,13 +21,14 @@ impl Workspace {
     pub(super) fn hand_over(&self, field: &Field, diagram: &mut Diagram) {
         let (current, m) = (&self.current, field.dimension());
         diagram.dimension = m;
-        diagram.sites.clone_from(&current.sites);
+        diagram.sites.clear();
+        diagram.sites.extend((0..current.count()).flat_map(|site| &current.site(site)[..m]));
         diagram.labels.clone_from(&current.labels);
         diagram.energy = current.energy;
         diagram.cell_energy.clear();
-        diagram.cell_energy.extend((0..current.sites.len() / m).map(|site| current.cell(site, m).1));
+        diagram.cell_energy.extend((0..current.count()).map(|site| current.cell(site).1));
         for (node, (&label, mass)) in current.labels.iter().zip(field.mass()).enumerate() {
-            let site = &current.sites[label as usize * m..][..m];
+            let site = &current.site(label as usize)[..m];
             diagram.cell_energy[label as usize] += mass * field.cell_moment(node, site);
         }
     }

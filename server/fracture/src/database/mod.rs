@@ -1,1 +1,16 @@
-//! To be filled by its room.
+//! Databases: one object per file, baked once, verified before use.
+
+mod bake;
+mod container;
+mod error;
+mod object;
+
+pub use bake::{BakeError, BakeRequest, Step, bake};
+pub use error::DatabaseError;
+pub use object::{BODIES_MAX, NODES_MAX, load, save};
+
+/// The format that this program writes and reads; a whole number, raised by every incompatible change.
+pub const FORMAT: &str = "1";
+
+/// The ending of database files.
+pub const EXTENSION: &str = "shatter";

@@ -20,6 +20,7 @@ mod support;
 #[cfg(test)]
 mod tests;
 
+pub use boundary::{Boundary, Nearest};
 pub use energy::Driving;
 pub use error::ElasticityError;
 pub use load::{Contact, Load, RADIUS_SPACINGS_MIN, Touch};

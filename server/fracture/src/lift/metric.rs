@@ -27,12 +27,10 @@ fn densities(lift: &Lift, lattice: &Lattice) -> Vec<f64> {
     (0..lattice.tets.len()).into_par_iter().map(density).collect()
 }
 
-/// Scales X so that the volume mean of (det g)^(1/5) is 1; det g grows with the sixth power of the scale. The density
-/// per tetrahedron after that; length `tets`.
-pub fn scale(lift: &mut Lift, lattice: &Lattice) -> Vec<f64> {
-    let mut densities = densities(lift, lattice);
+/// Scales X so that the volume mean of (det g)^(1/5) is 1; det g grows with the sixth power of the scale.
+pub fn scale(lift: &mut Lift, lattice: &Lattice) {
     let (mut sum, mut volume) = (0.0, 0.0);
-    for (tet, density) in densities.iter().enumerate() {
+    for (tet, density) in densities(lift, lattice).iter().enumerate() {
         let tet_volume = lattice.tet_volume(tet);
         sum += tet_volume * density;
         volume += tet_volume;
@@ -40,18 +38,17 @@ pub fn scale(lift: &mut Lift, lattice: &Lattice) -> Vec<f64> {
     let factor = (sum / volume).powf(-5.0 / 6.0);
     if factor != 1.0 && factor.is_finite() {
         lift.coordinates.iter_mut().for_each(|x| *x *= factor);
-        densities.iter_mut().for_each(|density| *density *= volume / sum);
     }
-    densities
 }
 
-/// Fills `first_moment`, `second_moment` and `density`, cell by cell, from the density per tetrahedron.
+/// Fills `first_moment`, `second_moment` and `density`, cell by cell.
 ///
 /// A node's barycentric cell in a tetrahedron (a, b, c, d) is six small tetrahedra at a, spanned by an edge midpoint, a
 /// face centroid and the tetrahedron's centroid; with corner vectors u, v, w from a, ∫|X − X_a|² over one of volume V is
 /// V/20·(|u|² + |v|² + |w|² + |u+v+w|²), and each has V_tet/24. Their common centroid lies 23/144 of the three edges' sum
 /// from a.
-pub fn measure(lift: &mut Lift, lattice: &Lattice, densities: &[f64]) {
+pub fn measure(lift: &mut Lift, lattice: &Lattice) {
+    let densities = densities(lift, lattice);
     let count = lattice.nodes.len();
     let mut moment = vec![0.0; count];
     let mut weighted = vec![0.0; count];

@@ -58,18 +58,23 @@ pub struct Lift {
 impl Lift {
     /// Scales `coordinates` (node-major, `nodes × dimension`) to unit mean of (det g)^(1/5) and measures the cells.
     pub fn scaled(kind: LiftKind, lattice: &Lattice, dimension: usize, coordinates: Vec<f64>) -> Self {
-        debug_assert_eq!(coordinates.len(), lattice.nodes.len() * dimension);
-        let mut lift = Self {
-            kind,
-            dimension,
-            coordinates,
-            first_moment: Vec::new(),
-            second_moment: Vec::new(),
-            density: Vec::new(),
-        };
-        let densities = metric::scale(&mut lift, lattice);
-        metric::measure(&mut lift, lattice, &densities);
+        let mut lift = Self::unmeasured(kind, lattice, dimension, coordinates);
+        metric::scale(&mut lift, lattice);
+        metric::measure(&mut lift, lattice);
         lift
+    }
+
+    /// Measures the cells of coordinates that are scaled already: a stored lift gets the same bits as when it was made.
+    pub fn measured(kind: LiftKind, lattice: &Lattice, dimension: usize, coordinates: Vec<f64>) -> Self {
+        let mut lift = Self::unmeasured(kind, lattice, dimension, coordinates);
+        metric::measure(&mut lift, lattice);
+        lift
+    }
+
+    fn unmeasured(kind: LiftKind, lattice: &Lattice, dimension: usize, coordinates: Vec<f64>) -> Self {
+        debug_assert_eq!(coordinates.len(), lattice.nodes.len() * dimension);
+        let (first_moment, second_moment, density) = (Vec::new(), Vec::new(), Vec::new());
+        Self { kind, dimension, coordinates, first_moment, second_moment, density }
     }
 
     /// X = x.

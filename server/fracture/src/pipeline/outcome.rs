@@ -1,5 +1,6 @@
 //! What a strike answers.
 
+use super::Pieces;
 use serde::{Deserialize, Serialize};
 
 /// Which rule produced the fracture degree.
@@ -81,4 +82,28 @@ pub struct Counts {
     pub indices: usize,
     /// Merge pairs: two u32 each.
     pub merges: usize,
+}
+
+/// The answer to one strike. It knows its exact size before any mesh is written.
+pub struct Outcome {
+    /// The threshold in effect, J·m².
+    pub gamma_j_m2: f64,
+    /// E_1/γ of the body that is nearest to breaking, or broke most.
+    pub e1_over_gamma: f64,
+    /// Impulses times this factor just break the object.
+    pub impulse_factor: f64,
+    /// Contact radius in effect, m: the largest, after raising it to what the elastic lattice resolves.
+    pub radius_m: f64,
+    /// Sites of the diagrams; 0 where the object stays whole.
+    pub sites: u32,
+    /// Fracture degree of the criterion; 1 where the object stays whole.
+    pub fracture_degree: u32,
+    /// Which rule produced it.
+    pub degree_source: DegreeSource,
+    /// Trust in the degree, 0 ..= 1: 1 for a number given, tested or optimised, less for an estimate.
+    pub confidence: f64,
+    /// Whether the cap cut the degree.
+    pub capped: bool,
+    /// The fragments; `None` where the object stays whole.
+    pub pieces: Option<Pieces>,
 }

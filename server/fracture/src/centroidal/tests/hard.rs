@@ -94,20 +94,19 @@ fn far_from_the_origin_and_on_a_plane() {
 
 #[test]
 fn broken_fields_are_refused_by_name() {
-    let case = Case::cube(2);
-    let check = |spoil: &dyn Fn(&mut Lift, &mut Vec<f64>, &mut Vec<f64>)| {
-        let (mut lift, mut volumes, mut mass) = (case.lift.clone(), case.volumes.clone(), case.mass.clone());
-        spoil(&mut lift, &mut volumes, &mut mass);
-        Field::new(&lift, &volumes, &mut mass).map(|_| ()).unwrap_err()
+    let check = |spoil: &dyn Fn(&mut Case)| {
+        let mut case = Case::cube(2);
+        spoil(&mut case);
+        Field::new(&case.lift, &case.volumes, &mut case.mass).map(|_| ()).unwrap_err()
     };
-    assert!(matches!(check(&|_, _, mass| mass[3] = f64::NAN), FieldError::Mass { node: 3, .. }));
-    assert!(matches!(check(&|_, _, mass| mass[4] = -1e-9), FieldError::Mass { node: 4, .. }));
-    assert!(matches!(check(&|_, _, mass| mass.fill(0.0)), FieldError::Total { .. }));
-    assert!(matches!(check(&|_, _, mass| mass.fill(f64::MAX)), FieldError::Total { .. }));
-    assert!(matches!(check(&|_, volumes, _| volumes[5] = 0.0), FieldError::Volume { node: 5, .. }));
-    assert!(matches!(check(&|lift, _, _| lift.coordinates[7] = f64::INFINITY), FieldError::Lift { node: 2 }));
-    assert!(matches!(check(&|lift, _, _| lift.density[1] = -1.0), FieldError::Lift { node: 1 }));
-    assert!(matches!(check(&|_, _, mass| mass.truncate(1)), FieldError::Length { array: "mass", found: 1, .. }));
+    assert!(matches!(check(&|case| case.mass[3] = f64::NAN), FieldError::Mass { node: 3, .. }));
+    assert!(matches!(check(&|case| case.mass[4] = -1e-9), FieldError::Mass { node: 4, .. }));
+    assert!(matches!(check(&|case| case.mass.fill(0.0)), FieldError::Total { .. }));
+    assert!(matches!(check(&|case| case.mass.fill(f64::MAX)), FieldError::Total { .. }));
+    assert!(matches!(check(&|case| case.volumes[5] = 0.0), FieldError::Volume { node: 5, .. }));
+    assert!(matches!(check(&|case| case.lift.coordinates[7] = f64::INFINITY), FieldError::Lift { node: 2 }));
+    assert!(matches!(check(&|case| case.lift.density[1] = -1.0), FieldError::Lift { node: 1 }));
+    assert!(matches!(check(&|case| case.mass.truncate(1)), FieldError::Length { array: "mass", found: 1, .. }));
 }
 
 #[test]

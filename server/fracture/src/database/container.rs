@@ -1,0 +1,218 @@
+//! The container: safetensors with sorted metadata, a checksum per tensor, written aside and renamed.
+//!
+//! Based on: the safetensors format, version 0.x (little-endian, JSON header, contiguous tensors), through the
+//! `safetensors` crate; checksums by BLAKE3.
+
+use super::DatabaseError;
+use safetensors::tensor::TensorView;
+use safetensors::{Dtype, SafeTensors};
+use std::collections::{BTreeMap, HashMap};
+use std::fs::File;
+use std::io::Write;
+use std::path::Path;
+
+/// Metadata key of the checksums: a JSON object, tensor name → BLAKE3 in hexadecimal; the entry [`METADATA_ENTRY`] covers
+/// every other metadata key.
+pub const CHECKSUMS_KEY: &str = "checksums";
+
+/// Number of columns of a tensor with one axis.
+pub const FLAT: usize = 0;
+
+/// Entry of the checksums that covers the metadata.
+const METADATA_ENTRY: &str = "__metadata__";
+
+/// Tensors to be written, by name.
+#[derive(Default)]
+pub struct Tensors(BTreeMap<String, (Dtype, Vec<usize>, Vec<u8>)>);
+
+impl Tensors {
+    /// Adds 64-bit floats of the given shape.
+    pub fn f64(&mut self, name: String, shape: &[usize], values: &[f64]) {
+        self.0.insert(name, (Dtype::F64, shape.to_vec(), little_endian(values, f64::to_le_bytes)));
+    }
+
+    /// Adds 32-bit indices of the given shape.
+    pub fn u32(&mut self, name: String, shape: &[usize], values: &[u32]) {
+        self.0.insert(name, (Dtype::U32, shape.to_vec(), little_endian(values, u32::to_le_bytes)));
+    }
+}
+
+fn little_endian<T: Copy, const N: usize>(values: &[T], bytes: fn(T) -> [u8; N]) -> Vec<u8> {
+    values.iter().flat_map(|&value| bytes(value)).collect()
+}
+
+/// Writes `tensors` and `metadata` to `path`: aside first, then renamed, so that nobody ever sees half a file. The same
+/// content gives the same bytes.
+pub fn write(path: &Path, tensors: &Tensors, mut metadata: BTreeMap<String, String>) -> Result<(), DatabaseError> {
+    let mut checksums: BTreeMap<&str, String> =
+        tensors.0.iter().map(|(name, (_, _, bytes))| (name.as_str(), checksum(bytes))).collect();
+    checksums.insert(METADATA_ENTRY, metadata_checksum(metadata.iter()));
+    metadata.insert(CHECKSUMS_KEY.to_owned(), to_json(&checksums));
+    let views = tensors
+        .0
+        .iter()
+        .map(|(name, (dtype, shape, bytes))| Ok((name.as_str(), TensorView::new(*dtype, shape.clone(), bytes)?)))
+        .collect::<Result<Vec<_>, safetensors::SafeTensorError>>()?;
+    let bytes = sorted_header(safetensors::serialize(views, Some(metadata.into_iter().collect::<HashMap<_, _>>()))?);
+    write_aside(path, &bytes).map_err(|source| DatabaseError::Io { path: path.to_owned(), source })
+}
+
+/// The crate writes metadata in the order of a hash map; the same object must give the same bytes.
+fn sorted_header(bytes: Vec<u8>) -> Vec<u8> {
+    let Some((length, rest)) = bytes.split_first_chunk::<8>() else { return bytes };
+    let length = u64::from_le_bytes(*length) as usize;
+    let Ok(header) = serde_json::from_slice::<BTreeMap<String, serde_json::Value>>(&rest[..length]) else {
+        return bytes;
+    };
+    let mut header = to_json(&header).into_bytes();
+    header.resize(header.len().next_multiple_of(8), b' ');
+    let mut sorted = (header.len() as u64).to_le_bytes().to_vec();
+    sorted.extend(header);
+    sorted.extend(&rest[length..]);
+    sorted
+}
+
+fn to_json<T: serde::Serialize>(map: &BTreeMap<impl AsRef<str> + Ord + serde::Serialize, T>) -> String {
+    let entries: serde_json::Map<String, serde_json::Value> = map
+        .iter()
+        .map(|(key, value)| (key.as_ref().to_owned(), serde_json::to_value(value).unwrap_or(serde_json::Value::Null)))
+        .collect();
+    serde_json::Value::Object(entries).to_string()
+}
+
+fn write_aside(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let mut aside = tempfile::Builder::new().prefix(".shatter-").suffix(".part").tempfile_in(folder)?;
+    aside.write_all(bytes)?;
+    aside.as_file().sync_all()?;
+    aside.persist(path).map_err(|error| error.error)?;
+    Ok(())
+}
+
+fn checksum(bytes: &[u8]) -> String {
+    blake3::hash(bytes).to_hex().to_string()
+}
+
+fn metadata_checksum<'a>(entries: impl Iterator<Item = (&'a String, &'a String)>) -> String {
+    let mut hasher = blake3::Hasher::new();
+    for (key, value) in entries {
+        for text in [key, value] {
+            hasher.update(&(text.len() as u64).to_le_bytes()).update(text.as_bytes());
+        }
+    }
+    hasher.finalize().to_hex().to_string()
+}
+
+/// A file mapped into memory; verified tensors are read from it.
+pub struct Mapped(memmap2::Mmap);
+
+impl Mapped {
+    /// Maps `path`.
+    pub fn open(path: &Path) -> Result<Self, DatabaseError> {
+        let io = |source| DatabaseError::Io { path: path.to_owned(), source };
+        let file = File::open(path).map_err(io)?;
+        if !file.metadata().map_err(io)?.is_file() {
+            return Err(io(std::io::Error::new(std::io::ErrorKind::InvalidInput, "not a regular file")));
+        }
+        // SAFETY: the map is read-only and private to this process; databases are replaced by rename, never rewritten
+        // in place, and the README says that whoever may write to the folder is trusted.
+        unsafe { memmap2::Mmap::map(&file) }.map(Self).map_err(io)
+    }
+
+    /// Length of the file in bytes.
+    pub fn bytes(&self) -> usize {
+        self.0.len()
+    }
+
+    /// Parses the header. Verifies offsets and sizes against the file, nothing else yet.
+    pub fn parse(&self) -> Result<Contents<'_>, DatabaseError> {
+        let (_, header) = SafeTensors::read_metadata(&self.0)?;
+        let metadata: BTreeMap<String, String> = header.metadata().clone().unwrap_or_default().into_iter().collect();
+        Ok(Contents { tensors: SafeTensors::deserialize(&self.0)?, metadata })
+    }
+}
+
+/// What a container holds.
+pub struct Contents<'a> {
+    tensors: SafeTensors<'a>,
+    /// All metadata.
+    pub metadata: BTreeMap<String, String>,
+}
+
+impl Contents<'_> {
+    /// A metadata value.
+    pub fn text(&self, key: &'static str) -> Result<&str, DatabaseError> {
+        let missing = || DatabaseError::Metadata { key, reason: "missing".to_owned() };
+        self.metadata.get(key).map(String::as_str).ok_or_else(missing)
+    }
+
+    /// A metadata value that is JSON.
+    pub fn json<T: serde::de::DeserializeOwned>(&self, key: &'static str) -> Result<T, DatabaseError> {
+        serde_json::from_str(self.text(key)?)
+            .map_err(|error| DatabaseError::Metadata { key, reason: error.to_string() })
+    }
+
+    /// Compares every tensor, and the metadata, with its checksum.
+    pub fn verify(&self) -> Result<(), DatabaseError> {
+        let stored: BTreeMap<String, String> = self.json(CHECKSUMS_KEY)?;
+        let expect = |name: &str, found: String| match stored.get(name) {
+            Some(wanted) if *wanted == found => Ok(()),
+            _ => Err(DatabaseError::Checksum(name.to_owned())),
+        };
+        expect(METADATA_ENTRY, metadata_checksum(self.metadata.iter().filter(|(key, _)| *key != CHECKSUMS_KEY)))?;
+        for (name, view) in self.tensors.tensors() {
+            expect(&name, checksum(view.data()))?;
+        }
+        Ok(())
+    }
+
+    /// Finite 64-bit floats with `columns` columns, or [`FLAT`]; the number of rows is the file's, or must be `rows`.
+    pub fn f64(&self, name: &str, rows: Option<usize>, columns: usize) -> Result<Vec<f64>, DatabaseError> {
+        let values = self.typed(name, Dtype::F64, rows, columns, f64::from_le_bytes)?;
+        match values.iter().position(|value| !value.is_finite()) {
+            Some(index) => Err(DatabaseError::NonFinite { tensor: name.to_owned(), index }),
+            None => Ok(values),
+        }
+    }
+
+    /// 32-bit indices below `limit`, with `columns` columns, or [`FLAT`].
+    pub fn u32(&self, name: &str, rows: Option<usize>, columns: usize, limit: u64) -> Result<Vec<u32>, DatabaseError> {
+        let values = self.typed(name, Dtype::U32, rows, columns, u32::from_le_bytes)?;
+        match values.iter().position(|&value| u64::from(value) >= limit) {
+            Some(index) => Err(DatabaseError::OutOfRange {
+                tensor: name.to_owned(),
+                index,
+                value: u64::from(values[index]),
+                limit,
+            }),
+            None => Ok(values),
+        }
+    }
+
+    fn typed<T, const N: usize>(
+        &self,
+        name: &str,
+        dtype: Dtype,
+        rows: Option<usize>,
+        columns: usize,
+        read: fn([u8; N]) -> T,
+    ) -> Result<Vec<T>, DatabaseError> {
+        let view = self.tensors.tensor(name).map_err(|_| DatabaseError::MissingTensor(name.to_owned()))?;
+        let shape = view.shape();
+        let fits = view.dtype() == dtype
+            && match columns {
+                FLAT => shape.len() == 1,
+                _ => shape.len() == 2 && shape[1] == columns,
+            }
+            && rows.is_none_or(|rows| shape[0] == rows);
+        if !fits {
+            return Err(DatabaseError::Shape {
+                tensor: name.to_owned(),
+                found: format!("{:?} {shape:?}", view.dtype()),
+                wanted: format!("{dtype:?} [{}, {columns}]", rows.map_or("any".to_owned(), |rows| rows.to_string())),
+            });
+        }
+        let (chunks, _) = view.data().as_chunks::<N>();
+        Ok(chunks.iter().map(|bytes| read(*bytes)).collect())
+    }
+}

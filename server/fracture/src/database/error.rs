@@ -1,0 +1,98 @@
+//! What can be wrong with a database file.
+
+use crate::elasticity::ElasticityError;
+use std::path::PathBuf;
+
+/// Why a database was not written or not loaded. A refused file harms no other.
+#[derive(Debug, thiserror::Error)]
+pub enum DatabaseError {
+    /// The file or folder cannot be opened, mapped, written or renamed.
+    #[error("{path}: {source}", path = .path.display())]
+    Io {
+        /// Which file.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// Not a safetensors container, or cut short.
+    #[error("not a complete safetensors container: {0}")]
+    Container(#[from] safetensors::SafeTensorError),
+    /// Written by another version of the format.
+    #[error("format {found}, this program reads {known}; `shatterd upgrade FILE` converts older ones")]
+    Format {
+        /// What the file says.
+        found: String,
+        /// What this program reads.
+        known: &'static str,
+    },
+    /// A metadata key is missing or is not what it should be.
+    #[error("metadata key \"{key}\": {reason}")]
+    Metadata {
+        /// The key.
+        key: &'static str,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// A tensor is not in the file.
+    #[error("tensor \"{0}\" is missing")]
+    MissingTensor(String),
+    /// A tensor has another type or shape than its place wants.
+    #[error("tensor \"{tensor}\": {found}, wanted {wanted}")]
+    Shape {
+        /// Which tensor.
+        tensor: String,
+        /// Type and shape in the file.
+        found: String,
+        /// Type and shape wanted.
+        wanted: String,
+    },
+    /// The bytes are not those that were written.
+    #[error("checksum of \"{0}\" does not match: the file is damaged")]
+    Checksum(String),
+    /// An entry points outside what it indexes.
+    #[error("tensor \"{tensor}\", entry {index}: {value} is not below {limit}")]
+    OutOfRange {
+        /// Which tensor.
+        tensor: String,
+        /// Flat position of the entry.
+        index: usize,
+        /// What it holds.
+        value: u64,
+        /// What it must stay below.
+        limit: u64,
+    },
+    /// An entry is NaN or infinite.
+    #[error("tensor \"{tensor}\", entry {index} is not finite")]
+    NonFinite {
+        /// Which tensor.
+        tensor: String,
+        /// Flat position of the entry.
+        index: usize,
+    },
+    /// A tetrahedron has no positive volume.
+    #[error("tensor \"{tensor}\": tetrahedron {index} has no positive volume")]
+    Folded {
+        /// Which tensor.
+        tensor: String,
+        /// Which tetrahedron.
+        index: usize,
+    },
+    /// More bodies or nodes than an object may have.
+    #[error("{what}: {found} is beyond the cap of {cap}")]
+    TooLarge {
+        /// What there is too much of.
+        what: &'static str,
+        /// How much the file says.
+        found: usize,
+        /// The cap.
+        cap: usize,
+    },
+    /// The stored lattice cannot be factored.
+    #[error("elasticity of body {body}: {source}")]
+    Elasticity {
+        /// Which body.
+        body: usize,
+        /// What the factorisation said.
+        source: ElasticityError,
+    },
+}

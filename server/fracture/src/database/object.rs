@@ -1,0 +1,177 @@
+//! A prepared object as tensors and metadata, and back.
+
+use super::container::{Contents, FLAT, Mapped, Tensors, write};
+use super::{DatabaseError, FORMAT};
+use crate::lattice::{BodyLattice, Lattice, Transfer};
+use crate::lift::{Lift, LiftKind};
+use crate::pipeline::{BakeReport, Body, Parameters, Prepared};
+use crate::surface::Frame;
+use crate::token::Token;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// Most bodies that an object may have.
+pub const BODIES_MAX: usize = 4096;
+
+/// Most nodes of one lattice.
+pub const NODES_MAX: usize = 4_000_000;
+
+/// Most coordinates of a lift.
+const DIMENSION_MAX: usize = 512;
+
+/// Metadata key "shape": what the tensors alone do not say.
+#[derive(Serialize, Deserialize)]
+struct Shape {
+    frame: Frame,
+    gamma_j_m2: f64,
+    kappa: f64,
+    /// Dimension of each body's interior lift.
+    dimensions: Vec<usize>,
+}
+
+/// Metadata key "provenance": who wrote the file. No time and no host, so that equal inputs give equal bytes.
+#[derive(Serialize, Deserialize)]
+struct Provenance {
+    program: String,
+    version: String,
+}
+
+/// Writes `prepared` to `path` (aside, then renamed).
+pub fn save(prepared: &Prepared, path: &Path) -> Result<(), DatabaseError> {
+    let mut tensors = Tensors::default();
+    for (index, body) in prepared.bodies.iter().enumerate() {
+        let name = |part: &str| format!("body{index}.{part}");
+        put_lattice(&mut tensors, &name("elastic"), &body.elastic);
+        put_lattice(&mut tensors, &name("crack"), &body.crack);
+        let Transfer { offsets, tets, shares } = &body.transfer;
+        tensors.u32(name("transfer.offsets"), &[offsets.len()], offsets);
+        tensors.u32(name("transfer.tets"), &[tets.len()], tets);
+        tensors.f64(name("transfer.shares"), &[shares.len()], shares);
+        let shape = [body.crack.nodes.len(), body.interior.dimension];
+        tensors.f64(name("interior"), &shape, &body.interior.coordinates);
+    }
+    let shape = Shape {
+        frame: prepared.frame,
+        gamma_j_m2: prepared.gamma_j_m2,
+        kappa: prepared.kappa,
+        dimensions: prepared.bodies.iter().map(|body| body.interior.dimension).collect(),
+    };
+    let provenance = Provenance { program: "shatterd bake".into(), version: env!("CARGO_PKG_VERSION").into() };
+    let metadata = BTreeMap::from([
+        ("shatter_format".to_owned(), FORMAT.to_owned()),
+        ("object".to_owned(), prepared.name.clone()),
+        ("parameters".to_owned(), json("parameters", &prepared.parameters)?),
+        ("report".to_owned(), json("report", &prepared.report)?),
+        ("shape".to_owned(), json("shape", &shape)?),
+        ("provenance".to_owned(), json("provenance", &provenance)?),
+    ]);
+    write(path, &tensors, metadata)
+}
+
+fn json<T: Serialize>(key: &'static str, value: &T) -> Result<String, DatabaseError> {
+    serde_json::to_string(value).map_err(|error| DatabaseError::Metadata { key, reason: error.to_string() })
+}
+
+fn put_lattice(tensors: &mut Tensors, name: &str, lattice: &Lattice) {
+    let nodes: Vec<f64> = lattice.nodes.iter().flat_map(|node| [node.x, node.y, node.z]).collect();
+    tensors.f64(format!("{name}.nodes"), &[lattice.nodes.len(), 3], &nodes);
+    tensors.u32(format!("{name}.tets"), &[lattice.tets.len(), 4], lattice.tets.as_flattened());
+}
+
+/// Loads and verifies `path`: checksums, shapes, ranges, finiteness, orientation; then factors.
+pub fn load(path: &Path) -> Result<Prepared, DatabaseError> {
+    let mapped = Mapped::open(path)?;
+    let contents = mapped.parse()?;
+    let found = contents.text("shatter_format")?;
+    if found != FORMAT {
+        return Err(DatabaseError::Format { found: found.to_owned(), known: FORMAT });
+    }
+    contents.verify()?;
+    let parameters: Parameters = contents.json("parameters")?;
+    let report: BakeReport = contents.json("report")?;
+    let shape: Shape = contents.json("shape")?;
+    check_shape(&shape)?;
+    let bodies = (0..shape.dimensions.len())
+        .map(|index| body(&contents, index, shape.dimensions[index], parameters.material.poisson))
+        .collect::<Result<_, _>>()?;
+    Ok(Prepared {
+        name: contents.text("object")?.to_owned(),
+        frame: shape.frame,
+        parameters,
+        gamma_j_m2: shape.gamma_j_m2,
+        kappa: shape.kappa,
+        report,
+        bodies,
+    })
+}
+
+fn check_shape(shape: &Shape) -> Result<(), DatabaseError> {
+    let found = shape.dimensions.len();
+    if found > BODIES_MAX {
+        return Err(DatabaseError::TooLarge { what: "bodies", found, cap: BODIES_MAX });
+    }
+    let positive = |value: f64| value.is_finite() && value > 0.0;
+    let reason = if found == 0 {
+        "no body"
+    } else if !positive(shape.frame.diagonal_m) || !shape.frame.centre_m.iter().all(|x| x.is_finite()) {
+        "the frame is not finite"
+    } else if !positive(shape.gamma_j_m2) || !positive(shape.kappa) {
+        "gamma or kappa is not positive"
+    } else if shape.dimensions.iter().any(|dimension| !(3..=DIMENSION_MAX).contains(dimension)) {
+        "a lift's dimension is out of range"
+    } else {
+        return Ok(());
+    };
+    Err(DatabaseError::Metadata { key: "shape", reason: reason.to_owned() })
+}
+
+fn body(contents: &Contents, index: usize, dimension: usize, poisson: f64) -> Result<Body, DatabaseError> {
+    let name = |part: &str| format!("body{index}.{part}");
+    let elastic = lattice(contents, &name("elastic"))?;
+    let crack = lattice(contents, &name("crack"))?;
+    let transfer = transfer(contents, &name("transfer"), &elastic, &crack)?;
+    let coordinates = contents.f64(&name("interior"), Some(crack.nodes.len()), dimension)?;
+    let interior = Lift::measured(LiftKind::Interior, &crack, dimension, coordinates);
+    Body::new(BodyLattice { elastic, crack, transfer }, interior, poisson, &Token::default())
+        .map_err(|source| DatabaseError::Elasticity { body: index, source })
+}
+
+fn lattice(contents: &Contents, name: &str) -> Result<Lattice, DatabaseError> {
+    let coordinates = contents.f64(&format!("{name}.nodes"), None, 3)?;
+    let (nodes, _) = coordinates.as_chunks::<3>();
+    if nodes.len() > NODES_MAX {
+        return Err(DatabaseError::TooLarge { what: "nodes of a lattice", found: nodes.len(), cap: NODES_MAX });
+    }
+    let tensor = format!("{name}.tets");
+    let indices = contents.u32(&tensor, None, 4, nodes.len() as u64)?;
+    let (tets, _) = indices.as_chunks::<4>();
+    let lattice = Lattice { nodes: nodes.iter().map(|node| (*node).into()).collect(), tets: tets.to_vec() };
+    match (0..lattice.tets.len()).find(|&tet| lattice.tet_volume(tet) <= 0.0) {
+        Some(index) => Err(DatabaseError::Folded { tensor, index }),
+        None => Ok(lattice),
+    }
+}
+
+fn transfer(contents: &Contents, name: &str, elastic: &Lattice, crack: &Lattice) -> Result<Transfer, DatabaseError> {
+    let tets = contents.u32(&format!("{name}.tets"), None, FLAT, elastic.tets.len() as u64)?;
+    let shares = contents.f64(&format!("{name}.shares"), Some(tets.len()), FLAT)?;
+    let tensor = format!("{name}.offsets");
+    let offsets = contents.u32(&tensor, Some(crack.nodes.len() + 1), FLAT, tets.len() as u64 + 1)?;
+    let falls = offsets.windows(2).position(|pair| pair[1] < pair[0]);
+    let ends = offsets.first() == Some(&0) && offsets.last() == Some(&(tets.len() as u32));
+    match falls {
+        Some(index) => Err(DatabaseError::OutOfRange {
+            tensor,
+            index,
+            value: u64::from(offsets[index]),
+            limit: u64::from(offsets[index + 1]) + 1,
+        }),
+        None if !ends => Err(DatabaseError::Shape {
+            tensor,
+            found: "offsets that do not span the shares".to_owned(),
+            wanted: "0 ..= number of shares".to_owned(),
+        }),
+        None => Ok(Transfer { offsets, tets, shares }),
+    }
+}

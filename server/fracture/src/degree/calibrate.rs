@@ -1,0 +1,64 @@
+//! κ: by how much the optimised degree exceeds the closed form.
+//!
+//! The closed form equates all E_i; the criterion asks for the largest. Their ratio hardly depends on n once n is not
+//! small, so one number per object corrects it.
+
+use super::criterion::closed_form;
+use super::curve::Curve;
+use crate::centroidal::Field;
+
+/// Degrees below this are no evidence for κ: n is an integer and n₀ tends to 0.
+pub const SITES_MIN: usize = 8;
+
+/// κ of an object without evidence: the median that a prototype measured on a horse. Solid boxes have 1.4.
+pub const KAPPA: f64 = 2.0;
+
+/// One labelled threshold of one field.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sample {
+    /// n₀ of the closed form.
+    pub estimate: f64,
+    /// n of the optimisation.
+    pub sites: usize,
+}
+
+/// κ and how well it serves.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Calibration {
+    /// The median of n/n₀.
+    pub kappa: f64,
+    /// The median of |κ n₀ − n|/n.
+    pub error_median: f64,
+    /// Number of samples.
+    pub samples: usize,
+}
+
+/// One sample for each number of sites ≥ [`SITES_MIN`] that is the degree of some γ on `curve`: at the middle, in the
+/// logarithm, of the interval of γ whose degree it is.
+pub fn samples(field: &Field, curve: &Curve) -> Vec<Sample> {
+    let records = curve.points().windows(2).filter(|pair| pair[1].running_minimum < pair[0].running_minimum);
+    records
+        .filter(|pair| pair[1].sites >= SITES_MIN && pair[1].running_minimum > 0.0)
+        .map(|pair| {
+            let gamma = pair[0].running_minimum.sqrt() * pair[1].running_minimum.sqrt();
+            Sample { estimate: closed_form(field, gamma), sites: pair[1].sites }
+        })
+        .collect()
+}
+
+/// κ from the samples of several fields of one object; `None` without samples.
+pub fn fit_kappa(samples: &[Sample]) -> Option<Calibration> {
+    let kappa = median(samples.iter().map(|sample| sample.sites as f64 / sample.estimate))?;
+    let error = |sample: &Sample| (kappa * sample.estimate / sample.sites as f64 - 1.0).abs();
+    let error_median = median(samples.iter().map(error))?;
+    Some(Calibration { kappa, error_median, samples: samples.len() })
+}
+
+/// The middle value, or the mean of the two in the middle.
+fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
+    let mut sorted: Vec<f64> = values.collect();
+    sorted.sort_by(f64::total_cmp);
+    let middle = sorted.len() / 2;
+    let upper = *sorted.get(middle)?;
+    Some(if sorted.len().is_multiple_of(2) { 0.5 * (sorted[middle - 1] + upper) } else { upper })
+}

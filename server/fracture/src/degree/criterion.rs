@@ -1,0 +1,80 @@
+//! The threshold test and the closed-form estimate of the number of fragments.
+//!
+//! Based on: H. Schvartzman and M. A. Otaduy, *Fracture Animation Based on High-Dimensional Voronoi Diagrams* (I3D 2014),
+//! for the criterion; A. Gersho, *Asymptotically optimal block quantization* (1979) and P. Zador, *Asymptotic quantization
+//! error of continuous signals and the quantization dimension* (1982) for the estimate.
+//!
+//! The distance-weighted energy of a fragment is E_i = ∫ W|X − p_i|² over its cell. The fracture degree is the smallest
+//! number of fragments for which every E_i ≤ γ. Energies carry the unit of the field's masses times local length squared,
+//! and γ the same.
+
+use crate::centroidal::{Field, three_fifths};
+
+/// c = 3 G_3: dimension times the normalised second moment of the body-centred cubic lattice (Barnes and Sloane 1983), so
+/// that a region of volume V and density W holds c·W·V^(5/3) about its centre.
+pub const COEFFICIENT: f64 = 3.0 * 0.0785433;
+
+/// E_1 = ∫W|X − c|² over the whole body about its centre of energy c, the energy of the one fragment that it is.
+///
+/// Exact for W constant on each node's cell: the cells' own moments are counted, and X is centred first.
+pub fn first_moment(field: &Field) -> f64 {
+    let m = field.dimension();
+    let mut centre = vec![0.0; m];
+    let mut total = 0.0;
+    for (node, mass) in field.mass().iter().enumerate() {
+        let offset = &field.lift().first_moment[node * m..][..m];
+        let place = field.lift().at(node).iter().zip(offset);
+        centre.iter_mut().zip(place).for_each(|(sum, (x, b))| *sum += mass * (x + b));
+        total += mass;
+    }
+    centre.iter_mut().for_each(|sum| *sum /= total);
+    let square = |node: usize| field.lift().at(node).iter().zip(&centre).map(|(x, c)| (x - c) * (x - c)).sum::<f64>();
+    field.mass().iter().enumerate().map(|(node, mass)| mass * (square(node) + field.cell_moment(node, &centre))).sum()
+}
+
+/// The factor on the impulse at which a body of first moment `first_moment` just breaks: √(γ/E_1), since E_1 grows with
+/// the square of the impulse.
+pub fn threshold_factor(first_moment: f64, gamma: f64) -> f64 {
+    (gamma / first_moment).sqrt()
+}
+
+/// n₀ = (c/γ)^(3/5) ∫W^(3/5)(det g)^(1/5) dx, the number of equal cells of energy γ in three dimensions. Not rounded; less
+/// than 1 where the body holds.
+pub fn closed_form(field: &Field, gamma: f64) -> f64 {
+    let integral: f64 = (0..field.nodes()).map(|node| field.site_share(node)).sum();
+    three_fifths(COEFFICIENT * field.mean_density() / gamma) * integral
+}
+
+/// A number of sites, and whether the cap cut it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Degree {
+    /// Number of sites, at least 1.
+    pub sites: usize,
+    /// The criterion wanted more than the cap.
+    pub capped: bool,
+}
+
+/// The degree by the calibrated closed form: 1 iff E_1 ≤ γ, else max(2, round(κ n₀)), at most `sites_max`.
+///
+/// `estimate` is n₀ of [`closed_form`], `kappa` comes from [`fit_kappa`](super::fit_kappa).
+pub fn decide(first_moment: f64, gamma: f64, estimate: f64, kappa: f64, sites_max: usize) -> Degree {
+    if first_moment <= gamma {
+        return Degree { sites: 1, capped: false };
+    }
+    let wanted = (kappa * estimate).round().max(2.0);
+    let cap = sites_max.max(1);
+    if wanted > cap as f64 {
+        Degree { sites: cap, capped: true }
+    } else {
+        Degree { sites: wanted as usize, capped: false }
+    }
+}
+
+/// The default γ in J·m²: c·W_t·d⁵ with W_t = σ_t²/(2E) the energy density at the tensile strength: a region of size d
+/// strained to its strength just holds.
+///
+/// `youngs_pa` is E, `strength_pa` σ_t, `size_m` the reference fragment size d. Grows with the fifth power of d, so it
+/// belongs to an object, not to a material.
+pub fn reference_gamma(youngs_pa: f64, strength_pa: f64, size_m: f64) -> f64 {
+    COEFFICIENT * strength_pa * strength_pa / (2.0 * youngs_pa) * size_m.powi(5)
+}

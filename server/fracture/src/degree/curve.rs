@@ -1,0 +1,157 @@
+//! E_max(n): the largest cell energy of the best diagram of n sites, and the degree that it gives.
+//!
+//! The smallest n whose diagram passes γ is noise: one start passes where the next fails. So the degree is the first n at
+//! which the running minimum of E_max passes, over numbers of sites and starts that do not depend on γ: it never falls
+//! when γ does.
+
+use super::criterion::{self, Degree};
+use crate::centroidal::{self, Diagram, Field, Options, TOLERANCE, Workspace};
+use crate::token::{Cancelled, Token};
+
+/// How a curve is sampled. None of it may depend on γ.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CurveOptions {
+    /// The cap on the number of sites; clamped to 1 ..= nodes.
+    pub sites_max: usize,
+    /// Starts per number of sites, of which the best counts; at least 1.
+    pub starts: u32,
+    /// Seed of all starts.
+    pub seed: u64,
+    /// Tolerance of the diagrams, as in [`Options`].
+    pub tolerance: f64,
+}
+
+impl Default for CurveOptions {
+    fn default() -> Self {
+        Self { sites_max: 512, starts: 2, seed: 0, tolerance: TOLERANCE }
+    }
+}
+
+/// One number of sites.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Point {
+    /// n.
+    pub sites: usize,
+    /// E_max(n), the smallest of its starts.
+    pub energy_max: f64,
+    /// The largest of its starts: how far luck goes.
+    pub energy_max_worst: f64,
+    /// The start that gave `energy_max`.
+    pub start: u32,
+    /// The smallest `energy_max` up to here.
+    pub running_minimum: f64,
+}
+
+/// E_max(n) of one field, evaluated from small n on and only as far as it was asked for.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Curve {
+    options: CurveOptions,
+    sites_max: usize,
+    points: Vec<Point>,
+}
+
+impl Curve {
+    /// The curve of `field` with its first point, n = 1, whose energy is the first moment.
+    pub fn new(field: &Field, options: CurveOptions) -> Self {
+        let energy = criterion::first_moment(field);
+        let whole = Point { sites: 1, energy_max: energy, energy_max_worst: energy, start: 0, running_minimum: energy };
+        Self { options, sites_max: options.sites_max.clamp(1, field.nodes()), points: vec![whole] }
+    }
+
+    /// The points so far, by rising number of sites.
+    pub fn points(&self) -> &[Point] {
+        &self.points
+    }
+
+    /// Evaluates further points of `field`, the one that the curve was made for, until the running minimum passes `gamma`
+    /// or the cap is reached; with γ = 0, all of them.
+    ///
+    /// # Errors
+    /// [`Cancelled`] once the token is; the points so far stay.
+    pub fn extend(
+        &mut self,
+        field: &Field,
+        gamma: f64,
+        workspace: &mut Workspace,
+        token: &Token,
+    ) -> Result<(), Cancelled> {
+        let mut diagram = Diagram::default();
+        while let Some(last) = self.points.last().copied().filter(|last| last.running_minimum > gamma) {
+            let Some(sites) = next_sites(last.sites, self.sites_max) else { break };
+            let mut point = Point {
+                sites,
+                energy_max: f64::INFINITY,
+                energy_max_worst: 0.0,
+                start: 0,
+                running_minimum: last.running_minimum,
+            };
+            for start in 0..self.options.starts.max(1) {
+                let options = self.diagram_options(sites, start);
+                centroidal::diagram_into(field, &options, workspace, token, &mut diagram)?;
+                point.record(start, diagram.energy_max());
+            }
+            self.points.push(point);
+        }
+        Ok(())
+    }
+
+    /// The degree at `gamma` from the points so far, and the start of its best diagram; the cap if they do not reach it.
+    pub fn degree(&self, gamma: f64) -> (Degree, u32) {
+        match self.points.iter().find(|point| point.running_minimum <= gamma) {
+            Some(point) => (Degree { sites: point.sites, capped: false }, point.start),
+            None => {
+                let start = self.points.last().filter(|point| point.sites == self.sites_max).map_or(0, |p| p.start);
+                (Degree { sites: self.sites_max, capped: true }, start)
+            }
+        }
+    }
+
+    fn diagram_options(&self, sites: usize, start: u32) -> Options {
+        Options { sites, seed: self.options.seed, start, tolerance: self.options.tolerance }
+    }
+}
+
+impl Point {
+    fn record(&mut self, start: u32, energy_max: f64) {
+        if energy_max < self.energy_max {
+            (self.energy_max, self.start) = (energy_max, start);
+        }
+        self.energy_max_worst = self.energy_max_worst.max(energy_max);
+        self.running_minimum = self.running_minimum.min(energy_max);
+    }
+}
+
+/// The number of sites after `sites`: every integer up to 16, then a tenth more each time, the cap last.
+fn next_sites(sites: usize, sites_max: usize) -> Option<usize> {
+    let next = if sites < 16 { sites + 1 } else { sites + sites.div_ceil(10) };
+    (sites < sites_max).then(|| next.min(sites_max))
+}
+
+/// What the full optimisation found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Optimised {
+    /// The degree, from a grid of every integer up to 16 and steps of a tenth beyond.
+    pub degree: Degree,
+    /// The curve as far as it was needed.
+    pub curve: Curve,
+    /// The best diagram of that many sites.
+    pub diagram: Diagram,
+}
+
+/// The fracture degree of `field` at γ = `gamma`, by evaluating diagrams until one passes.
+///
+/// # Errors
+/// [`Cancelled`] once the token is.
+pub fn optimise(
+    field: &Field,
+    gamma: f64,
+    options: CurveOptions,
+    workspace: &mut Workspace,
+    token: &Token,
+) -> Result<Optimised, Cancelled> {
+    let mut curve = Curve::new(field, options);
+    curve.extend(field, gamma, workspace, token)?;
+    let (degree, start) = curve.degree(gamma);
+    let diagram = centroidal::diagram(field, &curve.diagram_options(degree.sites, start), workspace, token)?;
+    Ok(Optimised { degree, curve, diagram })
+}

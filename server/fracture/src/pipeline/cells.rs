@@ -1,0 +1,153 @@
+//! Degree and centroidal: how many sites, and where.
+
+use super::{DEGREE_MAX, DegreeRequest, DegreeSource, Prepared, Stage, Strike, StrikeError, Verdict, Watch, Workspace};
+use crate::centroidal::{self, Diagram, Field, Options};
+use crate::degree::{self, CurveOptions, Degree};
+use crate::token::Token;
+
+/// The diagram of one struck body.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BodyCells {
+    /// Position among the struck bodies.
+    pub struck: usize,
+    /// Sites, labels, cell energies.
+    pub diagram: Diagram,
+}
+
+/// What the degree and centroidal stages decided.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Division {
+    /// Which rule produced the number of sites.
+    pub source: DegreeSource,
+    /// Fracture degree of the criterion.
+    pub degree: u32,
+    /// Whether the cap cut it.
+    pub capped: bool,
+    /// Diagrams of the bodies that break; the others stay whole.
+    pub cells: Vec<BodyCells>,
+}
+
+/// Chooses the number of sites of each struck body and divides it.
+///
+/// A number asked for by the caller is shared out by the closed form's degree and breaks the object whatever γ says; the
+/// other rules leave a body whole where its E_1 ≤ γ.
+pub fn divide(
+    prepared: &Prepared,
+    strike: &Strike,
+    verdict: &Verdict,
+    fields: &[Field],
+    workspace: &mut Workspace,
+    token: &Token,
+    watch: &mut dyn Watch,
+) -> Result<Division, StrikeError> {
+    match strike.degree {
+        DegreeRequest::Optimised => optimise(strike, verdict, fields, workspace, token, watch),
+        DegreeRequest::ClosedForm => {
+            watch.enter(Stage::Degree);
+            let degrees: Vec<Degree> = fields
+                .iter()
+                .enumerate()
+                .map(|(struck, field)| {
+                    let (first_moment, gamma) = (verdict.first_moments[struck], verdict.gammas[struck]);
+                    let estimate = degree::closed_form(field, gamma);
+                    degree::decide(first_moment, gamma, estimate, prepared.kappa, DEGREE_MAX as usize)
+                })
+                .collect();
+            watch.leave(Stage::Degree, 0);
+            let sites: Vec<u32> =
+                degrees.iter().map(|degree| if degree.sites > 1 { degree.sites as u32 } else { 0 }).collect();
+            let cells = diagrams(strike, &sites, fields, workspace, token, watch)?;
+            Ok(Division {
+                source: DegreeSource::ClosedForm,
+                degree: degrees.iter().map(|degree| degree.sites as u32).sum(),
+                capped: degrees.iter().any(|degree| degree.capped),
+                cells,
+            })
+        }
+        DegreeRequest::Sites(count) => {
+            watch.enter(Stage::Degree);
+            let wishes: Vec<f64> = fields.iter().map(|field| degree::closed_form(field, 1.0)).collect();
+            let sites = shared_out(count, &wishes);
+            watch.leave(Stage::Degree, 0);
+            let cells = diagrams(strike, &sites, fields, workspace, token, watch)?;
+            Ok(Division { source: DegreeSource::Forced, degree: count, capped: false, cells })
+        }
+    }
+}
+
+fn diagrams(
+    strike: &Strike,
+    sites: &[u32],
+    fields: &[Field],
+    workspace: &mut Workspace,
+    token: &Token,
+    watch: &mut dyn Watch,
+) -> Result<Vec<BodyCells>, StrikeError> {
+    let mut cells = Vec::new();
+    for (struck, (&count, field)) in sites.iter().zip(fields).enumerate().filter(|(_, (count, _))| **count > 0) {
+        watch.enter(Stage::Centroidal);
+        let options = Options::new(count as usize, strike.seed);
+        let diagram = centroidal::diagram(field, &options, &mut workspace.centroidal, token)?;
+        watch.leave(Stage::Centroidal, diagram_bytes(&diagram));
+        cells.push(BodyCells { struck, diagram });
+    }
+    Ok(cells)
+}
+
+fn optimise(
+    strike: &Strike,
+    verdict: &Verdict,
+    fields: &[Field],
+    workspace: &mut Workspace,
+    token: &Token,
+    watch: &mut dyn Watch,
+) -> Result<Division, StrikeError> {
+    let mut division = Division { source: DegreeSource::Optimised, degree: 0, capped: false, cells: Vec::new() };
+    for (struck, field) in fields.iter().enumerate() {
+        if verdict.first_moments[struck] <= verdict.gammas[struck] {
+            division.degree += 1;
+            continue;
+        }
+        watch.enter(Stage::Degree);
+        let gamma = verdict.gammas[struck];
+        let options = CurveOptions { sites_max: DEGREE_MAX as usize, seed: strike.seed, ..CurveOptions::default() };
+        let optimised = degree::optimise(field, gamma, options, &mut workspace.centroidal, token)?;
+        watch.leave(Stage::Degree, 0);
+        watch.enter(Stage::Centroidal);
+        division.degree += optimised.degree.sites as u32;
+        division.capped |= optimised.degree.capped;
+        watch.leave(Stage::Centroidal, diagram_bytes(&optimised.diagram));
+        division.cells.push(BodyCells { struck, diagram: optimised.diagram });
+    }
+    Ok(division)
+}
+
+fn diagram_bytes(diagram: &Diagram) -> u64 {
+    (size_of_val(diagram.sites.as_slice()) + size_of_val(diagram.labels.as_slice())) as u64
+}
+
+/// `count` in whole parts proportional to `wishes` (largest remainders first, ties to the lower index). Where there are
+/// fewer sites than bodies the smallest wishes get none.
+fn shared_out(count: u32, wishes: &[f64]) -> Vec<u32> {
+    let total: f64 = wishes.iter().sum();
+    let exact: Vec<f64> = wishes.iter().map(|wish| f64::from(count) * wish / total).collect();
+    let mut parts: Vec<u32> = exact.iter().map(|part| part.floor() as u32).collect();
+    let mut order: Vec<usize> = (0..wishes.len()).collect();
+    order.sort_by(|&a, &b| (exact[b] - exact[b].floor()).total_cmp(&(exact[a] - exact[a].floor())).then(a.cmp(&b)));
+    let missing = count.saturating_sub(parts.iter().sum()) as usize;
+    order.iter().cycle().take(missing).for_each(|&body| parts[body] += 1);
+    parts
+}
+
+#[cfg(test)]
+mod tests {
+    use super::shared_out;
+
+    #[test]
+    fn sites_are_shared_out_without_loss() {
+        assert_eq!(shared_out(50, &[1.0]), [50]);
+        assert_eq!(shared_out(10, &[2.0, 1.0]), [7, 3]);
+        assert_eq!(shared_out(1, &[0.2, 5.0]), [0, 1]);
+        assert_eq!(shared_out(3, &[1.0, 1.0, 1.0, 1.0]).iter().sum::<u32>(), 3);
+    }
+}

@@ -1,0 +1,70 @@
+//! Load and elasticity: from an impact to strain energy on the crack lattice's nodes.
+//!
+//! Based on: Schvartzman & Otaduy (I3D 2014), section 3: one quasi-static solve per impact; inertia relief and units are
+//! ours. With diagonal L, modulus E and peak force F, energies in joules are F²/(E·L) times local ones.
+
+use super::{Impact, Prepared, Stage, StrikeError, Watch, Workspace};
+use crate::elasticity::{Driving, ElasticityError};
+use crate::token::Token;
+
+/// Strain energy of one struck body.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BodyEnergy {
+    /// Which body.
+    pub body: usize,
+    /// Share of the body's strain energy on each node of the crack lattice; sum 1.
+    pub shares: Vec<f64>,
+    /// The body's strain energy, J.
+    pub energy_j: f64,
+    /// Contact radius in effect, m: the largest of its contacts after raising them to what the lattice resolves.
+    pub radius_m: f64,
+}
+
+impl BodyEnergy {
+    /// Joule·metres² per unit of a local first moment of the shares: energy times the square of the diagonal.
+    pub fn unit_j_m2(&self, diagonal_m: f64) -> f64 {
+        self.energy_j * diagonal_m * diagonal_m
+    }
+}
+
+/// Solves `impact` on every body that it strikes.
+pub fn strain_energy(
+    prepared: &Prepared,
+    impact: &Impact,
+    workspace: &mut Workspace,
+    token: &Token,
+    watch: &mut dyn Watch,
+) -> Result<Vec<BodyEnergy>, StrikeError> {
+    let unit_j = impact.peak_force_n.powi(2) / (prepared.parameters.material.young_pa * prepared.frame.diagonal_m);
+    let mut energies = Vec::with_capacity(impact.bodies.len());
+    for (index, contacts) in &impact.bodies {
+        let body = &prepared.bodies[*index];
+        let failed = |source| match source {
+            ElasticityError::Cancelled(cancelled) => StrikeError::Cancelled(cancelled),
+            source => StrikeError::Elasticity { body: *index, source },
+        };
+        watch.enter(Stage::Load);
+        body.elasticity.load(contacts, &mut workspace.load, &mut workspace.elasticity).map_err(failed)?;
+        watch.leave(Stage::Load, size_of_val(workspace.load.forces.as_slice()) as u64);
+        watch.enter(Stage::Elasticity);
+        body.elasticity
+            .solve(&workspace.load.forces, &mut workspace.displacement, &mut workspace.elasticity, token)
+            .map_err(failed)?;
+        body.elasticity
+            .tet_energy(&body.elastic, &workspace.displacement, Driving::Total, &mut workspace.tet_energy, token)
+            .map_err(failed)?;
+        let mut shares = Vec::with_capacity(body.crack.nodes.len());
+        body.transfer.apply(&workspace.tet_energy, &mut shares);
+        let total: f64 = shares.iter().sum();
+        shares.iter_mut().for_each(|share| *share /= total);
+        watch.leave(Stage::Elasticity, size_of_val(shares.as_slice()) as u64);
+        let radius = workspace.load.touches.iter().map(|touch| touch.radius).fold(0.0, f64::max);
+        energies.push(BodyEnergy {
+            body: *index,
+            shares,
+            energy_j: total * unit_j,
+            radius_m: radius * prepared.frame.diagonal_m,
+        });
+    }
+    Ok(energies)
+}

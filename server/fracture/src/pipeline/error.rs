@@ -1,0 +1,106 @@
+//! Why a strike was refused or failed.
+
+use crate::centroidal::FieldError;
+use crate::elasticity::ElasticityError;
+use crate::pipeline::Counts;
+use crate::tessellation::TessellationError;
+use crate::token::Cancelled;
+
+/// Most contacts of one strike.
+pub const CONTACTS_MAX: usize = 8;
+
+/// A strike that has no answer. Nothing was changed by it; [`Self::is_callers`] says whose to mend it is.
+#[derive(Debug, thiserror::Error)]
+pub enum StrikeError {
+    /// No contact, or more than [`CONTACTS_MAX`].
+    #[error("{0} contacts; 1 to {CONTACTS_MAX} are possible")]
+    ContactCount(usize),
+    /// A coordinate, duration or radius is not finite, or not positive where it must be.
+    #[error("contact {contact}: {key} must be finite{also}, got {value}", also = if *.positive { " and positive" } else { "" })]
+    Number {
+        /// Which contact.
+        contact: usize,
+        /// Which number.
+        key: &'static str,
+        /// What it was.
+        value: f64,
+        /// Whether it must be positive too.
+        positive: bool,
+    },
+    /// All impulses are zero.
+    #[error("contact {contact}: the impulse is zero")]
+    ZeroImpulse {
+        /// Which contact.
+        contact: usize,
+    },
+    /// γ is not finite and positive.
+    #[error("gamma must be finite and positive, got {0}")]
+    Gamma(f64),
+    /// Zero sites, or more than the cap.
+    #[error("degree {degree}: 1 to {cap} sites are possible")]
+    Degree {
+        /// What was asked.
+        degree: u32,
+        /// The cap.
+        cap: u32,
+    },
+    /// The contact point is farther from the body than its radius.
+    #[error(
+        "contact {contact}: the point is {distance_m:.6} m from the body, farther than the contact radius of {radius_m:.6} m"
+    )]
+    TooFar {
+        /// Which contact.
+        contact: usize,
+        /// Distance to the nearest body, m.
+        distance_m: f64,
+        /// The radius given, m.
+        radius_m: f64,
+    },
+    /// The elastic solve refused.
+    #[error("elasticity of body {body}: {source}")]
+    Elasticity {
+        /// Which body.
+        body: usize,
+        /// Why.
+        source: ElasticityError,
+    },
+    /// The strain energy is no density.
+    #[error("strain energy of body {body}: {source}")]
+    Field {
+        /// Which body.
+        body: usize,
+        /// Why.
+        source: FieldError,
+    },
+    /// Labels do not fit the lattice; a fault of ours.
+    #[error(transparent)]
+    Tessellation(#[from] TessellationError),
+    /// The memory given to the emission has other lengths than the fragments need; a fault of ours.
+    #[error("sections hold {given:?}, the fragments need {needed:?}")]
+    SectionLengths {
+        /// What was given.
+        given: Counts,
+        /// What is needed.
+        needed: Counts,
+    },
+    /// Cancelled at a checkpoint.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+}
+
+impl StrikeError {
+    /// Whether the request was at fault (it will fail again), rather than the service.
+    pub fn is_callers(&self) -> bool {
+        !matches!(
+            self,
+            Self::Tessellation(_)
+                | Self::SectionLengths { .. }
+                | Self::Cancelled(_)
+                | Self::Field { .. }
+                | Self::Elasticity {
+                    source: ElasticityError::Residual { .. } | ElasticityError::OtherLattice { .. },
+                    ..
+                }
+        )
+    }
+}

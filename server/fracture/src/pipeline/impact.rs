@@ -1,0 +1,95 @@
+//! Load, first half: a request in metres and newton-seconds becomes relative forces in the local frame, body by body.
+//!
+//! Based on: Hertz impact as a half-sine pulse (Johnson, *Contact Mechanics*, 1985, section 11.4): peak force
+//! F = (π/2)·J/τ.
+
+use super::{CONTACTS_MAX, Contact, Prepared, Strike, StrikeError};
+use crate::elasticity;
+use crate::scene::{DEFAULT_DURATION_S, DEFAULT_RADIUS_DIAGONALS};
+use nalgebra::Vector3;
+
+/// Relative forces are rounded to this step, so that the same impact at another magnitude gives the same bits.
+const FORCE_STEP: f64 = 1.0 / (1u64 << 40) as f64;
+
+/// The contacts of one strike, as the engine sees them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Impact {
+    /// Largest peak force of all contacts, N; relative forces are fractions of it.
+    pub peak_force_n: f64,
+    /// Struck bodies in ascending order, each with its contacts: impulse relative to the peak, lengths local.
+    pub bodies: Vec<(usize, Vec<elasticity::Contact>)>,
+}
+
+impl Impact {
+    /// Validates `strike` and hands each contact to the body that it is nearest to.
+    pub fn new(prepared: &Prepared, strike: &Strike) -> Result<Self, StrikeError> {
+        let count = strike.contacts.len();
+        if !(1..=CONTACTS_MAX).contains(&count) {
+            return Err(StrikeError::ContactCount(count));
+        }
+        let forces = strike
+            .contacts
+            .iter()
+            .enumerate()
+            .map(|(index, contact)| peak_force_n(index, contact))
+            .collect::<Result<Vec<_>, _>>()?;
+        let peak_force_n = forces.iter().map(|force| force.norm()).fold(0.0, f64::max);
+        let mut bodies: Vec<(usize, Vec<elasticity::Contact>)> = Vec::new();
+        for (index, (contact, force)) in strike.contacts.iter().zip(&forces).enumerate() {
+            let (body, local) = place(prepared, index, contact, *force / peak_force_n)?;
+            match bodies.iter_mut().find(|(known, _)| *known == body) {
+                Some((_, contacts)) => contacts.push(local),
+                None => bodies.push((body, vec![local])),
+            }
+        }
+        bodies.sort_by_key(|(body, _)| *body);
+        Ok(Self { peak_force_n, bodies })
+    }
+}
+
+fn peak_force_n(contact: usize, given: &Contact) -> Result<Vector3<f64>, StrikeError> {
+    let duration_s = given.duration_s.unwrap_or(DEFAULT_DURATION_S);
+    let numbers = given.point_m.iter().map(|x| ("point", *x, false));
+    let numbers = numbers.chain(given.impulse_ns.iter().map(|x| ("impulse", *x, false)));
+    let numbers = numbers.chain([("duration", duration_s, true), ("radius", given.radius_m.unwrap_or(1.0), true)]);
+    for (key, value, positive) in numbers {
+        if !value.is_finite() || (positive && value <= 0.0) {
+            return Err(StrikeError::Number { contact, key, value, positive });
+        }
+    }
+    let force = given.impulse_ns * (std::f64::consts::FRAC_PI_2 / duration_s);
+    match force.norm() {
+        0.0 => Err(StrikeError::ZeroImpulse { contact }),
+        norm if !norm.is_finite() => {
+            Err(StrikeError::Number { contact, key: "peak force", value: norm, positive: true })
+        }
+        _ => Ok(force),
+    }
+}
+
+/// The nearest body, and the contact in its terms; refused if the surface is farther than the radius given. The crack
+/// lattice stands for the surface, to within the deviation that baking measured.
+fn place(
+    prepared: &Prepared,
+    index: usize,
+    contact: &Contact,
+    relative: Vector3<f64>,
+) -> Result<(usize, elasticity::Contact), StrikeError> {
+    let point = prepared.frame.to_local(&contact.point_m);
+    let radius = contact.radius_m.map_or(DEFAULT_RADIUS_DIAGONALS, |radius_m| radius_m / prepared.frame.diagonal_m);
+    let distances =
+        prepared.bodies.iter().map(|body| body.boundary.nearest(&point).map_or(f64::INFINITY, |near| near.distance));
+    let (body, distance) =
+        distances.enumerate().fold((0, f64::INFINITY), |best, next| if next.1 < best.1 { next } else { best });
+    if distance > radius + prepared.report.surface_deviation {
+        return Err(StrikeError::TooFar {
+            contact: index,
+            distance_m: distance * prepared.frame.diagonal_m,
+            radius_m: radius * prepared.frame.diagonal_m,
+        });
+    }
+    // The coarser lattice's boundary may lie farther away than the radius; the load is spread from there all the same.
+    let radius = radius.max(prepared.bodies[body].elasticity.distance(&point));
+    let impulse = relative.map(|x| (x / FORCE_STEP).round() * FORCE_STEP);
+    Ok((body, elasticity::Contact { point, impulse, radius }))
+}

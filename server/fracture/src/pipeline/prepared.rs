@@ -1,0 +1,141 @@
+//! Everything that depends on the object alone: built by baking, loaded at start-up, shared and never changed.
+
+use crate::elasticity::{Boundary, Elasticity, ElasticityError};
+use crate::lattice::{BodyLattice, Lattice, Transfer};
+use crate::lift::{Lift, LiftKind};
+use crate::scene::Material;
+use crate::surface::{Defect, Frame};
+use crate::tessellation::Topology;
+use crate::token::Token;
+use serde::{Deserialize, Serialize};
+
+/// What an object was baked from; with the mesh it determines the database.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Parameters {
+    /// Name of the material.
+    pub material_name: String,
+    /// The material's numbers at that time.
+    pub material: Material,
+    /// Reference fragment size d, m.
+    pub fragment_size_m: f64,
+    /// Spacing of the elastic lattice over the bounding-box diagonal.
+    pub elastic_spacing: f64,
+    /// Spacing of the crack lattice over the bounding-box diagonal.
+    pub crack_spacing: f64,
+    /// Neumann modes asked of the interior lift (the spectrum is cut at a gap near it).
+    pub modes: usize,
+    /// Weight α of the modes beside the coordinates.
+    pub alpha: f64,
+    /// Everything random while baking follows from it.
+    pub seed: u64,
+}
+
+/// What baking found out about the mesh and the lattices.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct BakeReport {
+    /// BLAKE3 of the normalised input (positions and triangles), hexadecimal.
+    pub input_hash: String,
+    /// Volume inside the input surface (generalised winding number above one half), m³.
+    pub input_volume_m3: f64,
+    /// Volume of the crack lattices, m³.
+    pub lattice_volume_m3: f64,
+    /// Largest distance from the crack lattice's boundary to the input surface, over the diagonal.
+    pub surface_deviation: f64,
+    /// What was wrong with the input and what was done about it.
+    pub defects: Vec<Defect>,
+}
+
+impl BakeReport {
+    /// Signed volume error of the crack lattices, relative to the input's volume.
+    pub fn volume_error(&self) -> f64 {
+        self.lattice_volume_m3 / self.input_volume_m3 - 1.0
+    }
+}
+
+/// One connected component of the object.
+pub struct Body {
+    /// Coarser lattice: elasticity.
+    pub elastic: Lattice,
+    /// Finer lattice: cracks.
+    pub crack: Lattice,
+    /// Energy from the coarser to the finer.
+    pub transfer: Transfer,
+    /// Factored stiffness on the coarser lattice.
+    pub elasticity: Elasticity,
+    /// The lift with interior distances, on the crack lattice.
+    pub interior: Lift,
+    /// The lift with straight distances, on the crack lattice.
+    pub euclidean: Lift,
+    /// Lumped volumes of the crack lattice's nodes, local.
+    pub volumes: Vec<f64>,
+    /// Edges, faces and boundary of the crack lattice.
+    pub topology: Topology,
+    /// Surface of the crack lattice: which body a contact is nearest to.
+    pub boundary: Boundary,
+}
+
+impl Body {
+    /// Derives and factors everything that follows from the lattices and the stored lift.
+    pub fn new(lattices: BodyLattice, interior: Lift, poisson: f64, token: &Token) -> Result<Self, ElasticityError> {
+        let BodyLattice { elastic, crack, transfer } = lattices;
+        Ok(Self {
+            elasticity: Elasticity::prepare(&elastic, poisson, token)?,
+            euclidean: Lift::euclidean(&crack),
+            volumes: crack.node_volumes(),
+            topology: Topology::new(&crack),
+            boundary: Boundary::new(&crack),
+            elastic,
+            crack,
+            transfer,
+            interior,
+        })
+    }
+
+    /// The lift of that kind.
+    pub fn lift(&self, kind: LiftKind) -> &Lift {
+        match kind {
+            LiftKind::Euclidean => &self.euclidean,
+            LiftKind::Interior => &self.interior,
+        }
+    }
+}
+
+/// An object ready to be struck.
+pub struct Prepared {
+    /// Its name.
+    pub name: String,
+    /// Local frame.
+    pub frame: Frame,
+    /// What it was baked from.
+    pub parameters: Parameters,
+    /// Threshold γ, J·m².
+    pub gamma_j_m2: f64,
+    /// κ: calibrated degree over the closed form's n₀.
+    pub kappa: f64,
+    /// What baking found.
+    pub report: BakeReport,
+    /// Its components.
+    pub bodies: Vec<Body>,
+}
+
+impl Prepared {
+    /// Nodes of all elastic lattices.
+    pub fn elastic_nodes(&self) -> usize {
+        self.bodies.iter().map(|body| body.elastic.nodes.len()).sum()
+    }
+
+    /// Tetrahedra of all elastic lattices.
+    pub fn elastic_tets(&self) -> usize {
+        self.bodies.iter().map(|body| body.elastic.tets.len()).sum()
+    }
+
+    /// Nodes of all crack lattices.
+    pub fn crack_nodes(&self) -> usize {
+        self.bodies.iter().map(|body| body.crack.nodes.len()).sum()
+    }
+
+    /// Tetrahedra of all crack lattices.
+    pub fn crack_tets(&self) -> usize {
+        self.bodies.iter().map(|body| body.crack.tets.len()).sum()
+    }
+}

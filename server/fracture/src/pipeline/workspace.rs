@@ -1,0 +1,14 @@
+//! Memory of one strike, kept from one to the next.
+
+use crate::centroidal;
+use crate::elasticity;
+
+/// What the stages write into. One per worker; after a first strike on the largest object little is allocated anew.
+#[derive(Default)]
+pub struct Workspace {
+    pub(super) elasticity: elasticity::Workspace,
+    pub(super) load: elasticity::Load,
+    pub(super) displacement: Vec<f64>,
+    pub(super) tet_energy: Vec<f64>,
+    pub(super) centroidal: centroidal::Workspace,
+}
