@@ -1,3 +1,51 @@
-//! Rust client of `shatterd`.
+//! Rust client of `shatterd`, the brittle-fracture daemon.
+//!
+//! ```no_run
+//! use shatter_client::{Deadline, Impact, Poll, Shatter};
+//!
+//! # fn main() -> Result<(), shatter_client::Refusal> {
+//! let service = Shatter::connect("default", Deadline::ms(50))?;
+//! let vase = service.object("vase", Deadline::ms(50))?;
+//! let mut ticket = vase.strike(&Impact::at([0.1, 0.2, 0.0]).impulse([0.0, -0.5, 0.0]))?; // never blocks
+//! loop {
+//!     match ticket.poll()? {
+//!         Poll::Pending => { /* draw a frame */ }
+//!         Poll::Ready(broken) => {
+//!             for fragment in broken.fragments() {
+//!                 // borrowed straight from shared memory
+//!                 let _ = (fragment.positions(), fragment.indices(), fragment.mass_kg());
+//!             }
+//!             break;
+//!         }
+//!     }
+//! }
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! Nothing here waits without a bound: [`Ticket::poll`] never blocks, everything else takes a [`Deadline`]. Dropping a
+//! [`Ticket`] cancels its strike. Errors are [`Refusal`]s: a closed set of kinds with whose fault it is and whether to try
+//! again.
 
+mod broken;
+mod connect;
+mod control;
+mod deadline;
+mod digest;
 pub mod export;
+mod impact;
+mod link;
+mod object;
+mod ticket;
+
+pub use broken::{Broken, Fragment, Run};
+pub use connect::{Shatter, place};
+pub use control::{ObjectFacts, Status};
+pub use deadline::Deadline;
+pub use digest::{Digest, SectionDigest};
+pub use impact::Impact;
+pub use object::Object;
+pub use shatter_proto::control::Latency;
+pub use shatter_proto::request::{Degree, Lift, Purpose, Strike};
+pub use shatter_proto::{Fault, Kind, Refusal, exit};
+pub use ticket::{Poll, Ticket};

@@ -1,1 +1,52 @@
-fn main() {}
+//! `shatter`: list, strike and watch the objects of a running `shatterd`.
+
+mod commands;
+
+use clap::{Parser, Subcommand};
+use commands::{Failure, impact, list, status, threshold};
+use std::process::ExitCode;
+
+/// Strikes brittle objects and fetches the fragments from a running shatterd.
+#[derive(Parser)]
+#[command(name = "shatter", version, max_term_width = 100)]
+struct Cli {
+    /// Service to talk to.
+    #[arg(long, global = true, env = "SHATTER_SERVICE", default_value = "default")]
+    service: String,
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Objects of the service.
+    List(list::Args),
+    /// How the service goes.
+    Status(status::Args),
+    /// Strikes an object.
+    Impact(impact::Args),
+    /// The impulse that just breaks an object.
+    Threshold(threshold::Args),
+}
+
+fn main() -> ExitCode {
+    let json = std::env::args_os().any(|argument| argument == "--json");
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => return commands::usage(&error, json),
+    };
+    let result = match &cli.command {
+        Command::List(args) => list::run(&cli.service, args),
+        Command::Status(args) => status::run(&cli.service, args),
+        Command::Impact(args) => impact::run(&cli.service, args),
+        Command::Threshold(args) => threshold::run(&cli.service, args),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(Failure::Closed) => ExitCode::SUCCESS,
+        Err(Failure::Usage(message)) => {
+            commands::usage(&clap::Error::raw(clap::error::ErrorKind::ValueValidation, format!("{message}\n")), json)
+        }
+        Err(Failure::Refused(refusal)) => commands::refused(&refusal, json),
+    }
+}

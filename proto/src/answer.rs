@@ -31,7 +31,7 @@ pub struct Block {
 pub const BLOCK_BYTES: usize = size_of::<Block>();
 
 /// Header of an answer.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
 #[repr(C)]
 #[type_name("shatter.AnswerHeader.v1")]
 pub struct AnswerHeader {
@@ -145,10 +145,8 @@ pub struct SummaryWire {
     pub capped: u32,
     /// Index into [`STOP_REASONS`].
     pub stop_reason: u32,
-    /// Contacts of the request, that is, entries of `radius_m`.
-    pub contacts: u32,
     /// Zero.
-    pub reserved: u32,
+    pub reserved: [u32; 2],
     /// γ used, J·m².
     pub gamma_j_m2: f64,
     /// E_1/γ.
@@ -161,8 +159,10 @@ pub struct SummaryWire {
     pub seed: u64,
     /// Names this answer for later strikes; zero: not kept.
     pub handle: u64,
-    /// Contact radii used, m: at least a multiple of the elastic spacing.
-    pub radius_m: [f64; crate::request::CONTACTS_MAX],
+    /// Largest contact radius in effect, m: at least a multiple of the elastic spacing.
+    pub radius_m: f64,
+    /// Zero.
+    pub reserved_tail: [u64; 7],
 }
 
 impl SummaryWire {

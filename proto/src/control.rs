@@ -51,7 +51,7 @@ pub struct ControlWire {
 }
 
 /// Header of a reply.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
 #[repr(C)]
 #[type_name("shatter.ControlHeader.v1")]
 pub struct ControlHeader {

@@ -25,7 +25,7 @@ mod text;
 pub mod transport;
 pub mod view;
 
-pub use refusal::{Fault, Kind, Refusal};
+pub use refusal::{Fault, Kind, Refusal, exit};
 
 /// Version of everything in this crate that travels. Any change of size or meaning raises it.
 pub const PROTOCOL_VERSION: u32 = 1;

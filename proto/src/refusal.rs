@@ -144,6 +144,8 @@ kinds! {
     23 Configuration "configuration" Caller REFUSED false;
     /// An output file could not be written.
     24 Output "output" Environment REFUSED false;
+    /// The elastic solve cannot follow this load.
+    25 Unsolvable "unsolvable" Caller REFUSED false;
     /// The queue is full, or no answer can be lent.
     40 Busy "busy" Service BUSY true;
     /// The deadline passed first.

@@ -1,0 +1,269 @@
+//! An answer: fragments borrowed straight from shared memory.
+
+use crate::link::Answer;
+use shatter_proto::answer::{BLOCK_BYTES, FragmentWire, OUTER, RunWire, StageWire, SummaryWire};
+use shatter_proto::view::{Checked, View};
+use shatter_proto::{Kind, Refusal};
+use std::time::Duration;
+
+/// The answer to a strike. It holds one bucket of the daemon's pool until it is dropped: drop it once the fragments are
+/// copied to where they are needed.
+///
+/// May be sent to another thread; to share it between threads, share its [`Broken::view`].
+pub struct Broken {
+    answer: Answer,
+    checked: Checked,
+    round_trip: Duration,
+}
+
+/// What a view shows if the daemon's memory changed under it.
+static NOTHING: SummaryWire = SummaryWire {
+    object: [0; 64],
+    object_length: 0,
+    degree_source: 0,
+    sites: 0,
+    fracture_degree: 0,
+    capped: 0,
+    stop_reason: 0,
+    reserved: [0; 2],
+    gamma_j_m2: 0.0,
+    e1_over_gamma: 0.0,
+    threshold_impulse_factor: 0.0,
+    confidence: 0.0,
+    seed: 0,
+    handle: 0,
+    radius_m: 0.0,
+    reserved_tail: [0; 7],
+};
+
+impl Broken {
+    /// Checks every offset, count and index of `answer` before anything of it is used.
+    pub(crate) fn new(answer: Answer, sequence: u64, round_trip: Duration) -> Result<Self, Refusal> {
+        let header = *answer.user_header();
+        if header.sequence != sequence {
+            let message = format!("the answer is to request {}, not {sequence}", header.sequence);
+            return Err(Refusal::new(Kind::BadAnswer, "sequence", message));
+        }
+        let checked = Checked::new(&header, answer.payload())?;
+        Ok(Self { answer, checked, round_trip })
+    }
+
+    /// All sections, borrowed from shared memory.
+    pub fn view(&self) -> View<'_> {
+        // The ranges fit: they were checked against this very payload, whose length does not change.
+        self.checked.view(self.answer.payload()).unwrap_or(View {
+            summary: &NOTHING,
+            stages: &[],
+            fragments: &[],
+            runs: &[],
+            merges: &[],
+            positions: &[],
+            indices: &[],
+        })
+    }
+
+    /// The facts of the strike.
+    pub fn summary(&self) -> SummaryWire {
+        *self.view().summary
+    }
+
+    /// What each stage did.
+    pub fn stages(&self) -> &[StageWire] {
+        self.view().stages
+    }
+
+    /// Whether the object stayed whole: below its threshold, or nothing but the threshold was asked for.
+    pub fn is_whole(&self) -> bool {
+        self.view().fragments.is_empty()
+    }
+
+    /// The fragments, in the order of their ids.
+    pub fn fragments(&self) -> impl ExactSizeIterator<Item = Fragment<'_>> {
+        let view = self.view();
+        view.fragments.iter().map(move |row| Fragment { row, view })
+    }
+
+    /// From sending the strike to finding the answer.
+    pub fn round_trip(&self) -> Duration {
+        self.round_trip
+    }
+
+    /// Bytes of the answer.
+    pub fn bytes(&self) -> u64 {
+        let view = self.view();
+        let end = view.indices.as_ptr() as usize + size_of_val(view.indices);
+        (end - self.answer.payload().as_ptr() as usize) as u64
+    }
+
+    /// Addresses of the answer in this process: where shared memory is mapped.
+    pub fn address_range(&self) -> std::ops::Range<usize> {
+        let payload = self.answer.payload();
+        let start = payload.as_ptr() as usize;
+        start..start + payload.len() * BLOCK_BYTES
+    }
+}
+
+/// One fragment, borrowed from shared memory.
+#[derive(Clone, Copy)]
+pub struct Fragment<'a> {
+    row: &'a FragmentWire,
+    view: View<'a>,
+}
+
+/// Triangles of one fragment that face one neighbour, or the outside.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Run<'a> {
+    /// The fragment on the other side of the crack; `None`: the outside.
+    pub neighbour: Option<u32>,
+    /// First index of the run, counted from the fragment's first.
+    pub index_first: u32,
+    /// Corners of the run's triangles; values count from the fragment's first vertex.
+    pub indices: &'a [u32],
+    /// First vertex of the run, counted from the fragment's first.
+    pub vertex_first: u32,
+    /// Positions of the run's own vertices, m.
+    pub positions: &'a [[f32; 3]],
+}
+
+/// The part of a slice that a table names. Checked when the answer came; a part that no longer fits is empty.
+fn part<T>(slice: &[T], first: u32, count: u32) -> &[T] {
+    let first = first as usize;
+    first.checked_add(count as usize).and_then(|end| slice.get(first..end)).unwrap_or(&[])
+}
+
+impl<'a> Fragment<'a> {
+    /// Everything the table says about it.
+    pub fn row(&self) -> FragmentWire {
+        *self.row
+    }
+
+    /// Its number in the answer.
+    pub fn id(&self) -> u32 {
+        self.row.id
+    }
+
+    /// Positions, m, relative to [`Self::centre_m`].
+    pub fn positions(&self) -> &'a [[f32; 3]] {
+        part(self.view.positions, self.row.vertex_first, self.row.vertex_count)
+    }
+
+    /// Indices into [`Self::positions`], three per triangle, counter-clockwise from outside.
+    pub fn indices(&self) -> &'a [u32] {
+        part(self.view.indices, self.row.index_first, self.row.index_count)
+    }
+
+    /// Pairs (from, to) of vertices that are the same point.
+    pub fn merges(&self) -> &'a [[u32; 2]] {
+        part(self.view.merges, self.row.merge_first, self.row.merge_count)
+    }
+
+    /// The runs: the outer one first, if there is one, then one per neighbour.
+    pub fn runs(&self) -> impl ExactSizeIterator<Item = Run<'a>> {
+        let (view, fragment) = (self.view, self.row);
+        let rows: &'a [RunWire] = part(view.runs, fragment.run_first, fragment.run_count);
+        rows.iter().map(move |run| Run {
+            neighbour: (run.neighbour != OUTER).then_some(run.neighbour),
+            index_first: run.index_first.saturating_sub(fragment.index_first),
+            indices: part(view.indices, run.index_first, run.index_count),
+            vertex_first: run.vertex_first.saturating_sub(fragment.vertex_first),
+            positions: part(view.positions, run.vertex_first, run.vertex_count),
+        })
+    }
+
+    /// Volume, m³.
+    pub fn volume_m3(&self) -> f64 {
+        self.row.volume_m3
+    }
+
+    /// Mass, kg.
+    pub fn mass_kg(&self) -> f64 {
+        self.row.mass_kg
+    }
+
+    /// Centre of mass in the coordinates of the mesh file, m.
+    pub fn centre_m(&self) -> [f64; 3] {
+        self.row.centre_m
+    }
+
+    /// Inertia tensor about the centre, kg·m²: xx, yy, zz, xy, xz, yz.
+    pub fn inertia_kg_m2(&self) -> [f64; 6] {
+        self.row.inertia_kg_m2
+    }
+
+    /// Whether its surface is closed and oriented: after welding bitwise equal positions, every edge has exactly two
+    /// opposite half-edges.
+    pub fn is_closed(&self) -> bool {
+        is_closed(self.positions(), self.indices())
+    }
+}
+
+/// See [`Fragment::is_closed`]; the merge pairs are not consulted.
+fn is_closed(positions: &[[f32; 3]], indices: &[u32]) -> bool {
+    let mut order: Vec<u32> = (0..positions.len() as u32).collect();
+    let key = |vertex: &u32| positions[*vertex as usize].map(f32::to_bits);
+    order.sort_unstable_by_key(key);
+    let mut welded = vec![0u32; positions.len()];
+    for same in order.chunk_by(|a, b| key(a) == key(b)) {
+        for vertex in same {
+            welded[*vertex as usize] = same[0];
+        }
+    }
+    let mut edges = Vec::with_capacity(indices.len());
+    for triangle in indices.chunks_exact(3) {
+        let Some(corners) = corners(triangle, &welded) else { return false };
+        for k in 0..3 {
+            edges.push((corners[k], corners[(k + 1) % 3]));
+        }
+    }
+    edges.sort_unstable();
+    let unique = edges.windows(2).all(|pair| pair[0] != pair[1]);
+    let paired = |&(a, b): &(u32, u32)| a != b && edges.binary_search(&(b, a)).is_ok();
+    !indices.is_empty() && indices.len().is_multiple_of(3) && unique && edges.iter().all(paired)
+}
+
+fn corners(triangle: &[u32], welded: &[u32]) -> Option<[u32; 3]> {
+    let corner = |k: usize| welded.get(triangle[k] as usize).copied();
+    Some([corner(0)?, corner(1)?, corner(2)?])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bytemuck::Zeroable;
+
+    const CORNERS: [[f32; 3]; 4] = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    const FACES: [u32; 12] = [1, 2, 3, 0, 3, 2, 0, 1, 3, 0, 2, 1];
+
+    #[test]
+    fn a_tetrahedron_is_closed_shared_or_split() {
+        assert!(is_closed(&CORNERS, &FACES));
+        let split: Vec<[f32; 3]> = FACES.iter().map(|corner| CORNERS[*corner as usize]).collect();
+        let indices: Vec<u32> = (0..12).collect();
+        assert!(is_closed(&split, &indices));
+    }
+
+    #[test]
+    fn holes_flips_duplicates_and_nothing_are_not_closed() {
+        assert!(!is_closed(&CORNERS, &FACES[3..]));
+        let mut flipped = FACES;
+        flipped.swap(0, 1);
+        assert!(!is_closed(&CORNERS, &flipped));
+        assert!(!is_closed(&CORNERS, &[FACES, FACES].concat()));
+        assert!(!is_closed(&CORNERS, &[]));
+        assert!(!is_closed(&CORNERS, &[0, 1, 9]));
+        let mut moved = FACES.map(|corner| CORNERS[corner as usize]);
+        moved[0][0] += f32::EPSILON;
+        assert!(!is_closed(&moved, &(0..12).collect::<Vec<u32>>()));
+    }
+
+    #[test]
+    fn parts_that_do_not_fit_are_empty() {
+        assert_eq!(part(&[1, 2, 3], 1, 2), [2, 3]);
+        assert!(part(&[1, 2, 3], 2, 2).is_empty() && part(&[1], u32::MAX, u32::MAX).is_empty());
+    }
+
+    #[test]
+    fn nothing_is_all_zero() {
+        assert_eq!(NOTHING, SummaryWire::zeroed());
+    }
+}

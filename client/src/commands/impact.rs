@@ -1,0 +1,163 @@
+//! `shatter impact`.
+
+use super::{ANSWER, Failure, document, out, reply, vector};
+use serde_json::{Value, json};
+use shatter_client::{Broken, Deadline, Degree, Impact, Lift, Shatter};
+
+/// Arguments of `shatter impact`.
+#[derive(clap::Args)]
+pub struct Args {
+    /// Object to strike.
+    object: String,
+    /// Contact point in the coordinates of the mesh file, m; repeat for several contacts.
+    #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true, required = true)]
+    point: Vec<[f64; 3]>,
+    /// Impulse handed to the object, N·s; one per point, in the same order.
+    #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true, required = true)]
+    impulse: Vec<[f64; 3]>,
+    /// Contact duration, s.
+    #[arg(long, value_name = "T", allow_hyphen_values = true)]
+    duration_s: Option<f64>,
+    /// Contact radius, m.
+    #[arg(long, value_name = "R", allow_hyphen_values = true)]
+    radius_m: Option<f64>,
+    /// Where the number of sites comes from: a number, `closed_form` or `optimised`.
+    #[arg(long, value_name = "N|closed_form|optimised", default_value = "closed_form", value_parser = degree)]
+    degree: Degree,
+    /// γ, J·m², instead of the object's own.
+    #[arg(long, value_name = "G", allow_hyphen_values = true)]
+    gamma: Option<f64>,
+    /// Which lift: `euclidean` or `interior`.
+    #[arg(long, value_parser = lift)]
+    lift: Option<Lift>,
+    /// Everything random follows from it.
+    #[arg(long, default_value_t = 0)]
+    seed: u64,
+    /// Print one JSON document.
+    #[arg(long)]
+    json: bool,
+}
+
+fn degree(text: &str) -> Result<Degree, String> {
+    match text {
+        "closed_form" => Ok(Degree::ClosedForm),
+        "optimised" => Ok(Degree::Optimised),
+        number => number.parse().map(Degree::Sites).map_err(|_| "a number, `closed_form` or `optimised`".to_owned()),
+    }
+}
+
+fn lift(text: &str) -> Result<Lift, String> {
+    match text {
+        "euclidean" => Ok(Lift::Euclidean),
+        "interior" => Ok(Lift::Interior),
+        _ => Err("`euclidean` or `interior`".to_owned()),
+    }
+}
+
+/// Strikes an object and shows what came back.
+pub fn run(service: &str, args: &Args) -> Result<(), Failure> {
+    if args.point.len() != args.impulse.len() {
+        let (points, impulses) = (args.point.len(), args.impulse.len());
+        return Err(Failure::Usage(format!(
+            "{points} --point but {impulses} --impulse: they belong together in pairs"
+        )));
+    }
+    let object = Shatter::connect(service, reply())?.object(&args.object, reply())?;
+    let broken = object.strike(&impact(args))?.wait(Deadline::after(ANSWER))?;
+    if args.json { document(&to_json(&broken)) } else { screen(&broken) }
+}
+
+fn impact(args: &Args) -> Impact {
+    let mut contacts = args.point.iter().zip(&args.impulse);
+    let describe = |impact: Impact, impulse: &[f64; 3]| {
+        let impact = impact.impulse(*impulse);
+        let impact = args.duration_s.map_or(impact.clone(), |duration_s| impact.duration(duration_s));
+        args.radius_m.map_or(impact.clone(), |radius_m| impact.radius(radius_m))
+    };
+    let first = contacts.next().map(|(point, impulse)| describe(Impact::at(*point), impulse));
+    let impact = contacts.fold(first.unwrap_or(Impact::at([0.0; 3])), |impact, (point, impulse)| {
+        describe(impact.and_at(*point), impulse)
+    });
+    let impact = impact.degree(args.degree).seed(args.seed);
+    let impact = args.gamma.map_or(impact.clone(), |gamma| impact.gamma(gamma));
+    args.lift.map_or(impact.clone(), |lift| impact.lift(lift))
+}
+
+fn to_json(broken: &Broken) -> Value {
+    let summary = broken.summary();
+    let digest = broken.digest();
+    let fragments: Vec<Value> = broken
+        .fragments()
+        .map(|fragment| {
+            let row = fragment.row();
+            json!({
+                "id": row.id,
+                "body": row.body,
+                "volume_m3": row.volume_m3,
+                "mass_kg": row.mass_kg,
+                "centre_m": row.centre_m,
+                "vertices": row.vertex_count,
+                "triangles": row.index_count / 3,
+                "energy_j_m2": row.energy_j_m2,
+                "closed": fragment.is_closed(),
+            })
+        })
+        .collect();
+    let stage = |stage: &shatter_proto::answer::StageWire| json!({ "name": stage.name(), "ran": stage.ran != 0, "ns": stage.ns, "bytes": stage.bytes });
+    let section = |section: &shatter_client::SectionDigest| json!({ "name": section.name, "bytes": section.bytes, "hash": section.hash });
+    json!({
+        "status": "ok",
+        "object": summary.object(),
+        "handle": (summary.handle != 0).then_some(summary.handle),
+        "gamma_j_m2": summary.gamma_j_m2,
+        "e1_over_gamma": summary.e1_over_gamma,
+        "sites": summary.sites,
+        "fracture_degree": summary.fracture_degree,
+        "degree_source": summary.degree_source(),
+        "confidence": summary.confidence,
+        "capped": summary.capped != 0,
+        "radius_m": summary.radius_m,
+        "fragments": fragments,
+        "stages": broken.stages().iter().map(stage).collect::<Vec<_>>(),
+        "sections": digest.sections.iter().map(section).collect::<Vec<_>>(),
+        "stop_reason": summary.stop_reason(),
+        "error_estimate": {},
+        "round_trip_ns": broken.round_trip().as_nanos() as u64,
+        "response_bytes": broken.bytes(),
+        "output_hash": digest.output_hash,
+    })
+}
+
+fn screen(broken: &Broken) -> Result<(), Failure> {
+    let summary = broken.summary();
+    let milliseconds = broken.round_trip().as_secs_f64() * 1e3;
+    let load = format!("γ {:.3e} J·m², E₁/γ {:.3}", summary.gamma_j_m2, summary.e1_over_gamma);
+    if broken.is_whole() {
+        return out(format_args!("{} stays whole ({load}; {milliseconds:.1} ms)\n", summary.object()));
+    }
+    out(format_args!(
+        "{}: {} fragments, {} sites by {}{} ({load}; {milliseconds:.1} ms, {} bytes)\n",
+        summary.object(),
+        broken.fragments().len(),
+        summary.sites,
+        summary.degree_source(),
+        if summary.capped != 0 { ", capped" } else { "" },
+        broken.bytes()
+    ))?;
+    let times: Vec<String> = broken
+        .stages()
+        .iter()
+        .filter(|stage| stage.ran != 0)
+        .map(|stage| format!("{} {:.2}", stage.name(), stage.ns as f64 * 1e-6))
+        .collect();
+    out(format_args!("  ms: {}\n", times.join(", ")))?;
+    let mut masses: Vec<f64> = broken.fragments().map(|fragment| fragment.mass_kg()).collect();
+    masses.sort_by(f64::total_cmp);
+    let (least, median, most) = (masses[0], masses[masses.len() / 2], masses[masses.len() - 1]);
+    let closed = broken.fragments().filter(|fragment| fragment.is_closed()).count();
+    out(format_args!(
+        "  kg: {:.4} in all, {least:.3e} to {most:.3e}, median {median:.3e}; {closed} of {} closed\n",
+        masses.iter().sum::<f64>(),
+        masses.len()
+    ))
+}

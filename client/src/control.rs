@@ -1,0 +1,129 @@
+//! Questions to the small service beside the strikes.
+
+use crate::Deadline;
+use crate::link::{Link, PendingQuestion, Pulse, receive_failed};
+use shatter_proto::answer::STAGES;
+use shatter_proto::control::{Latency, ObjectRow, Question, Row, StatusRow, read};
+use shatter_proto::{Kind, Refusal};
+
+/// What `list` says about one object.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ObjectFacts {
+    /// Its name.
+    pub name: String,
+    /// Why it could not be loaded; everything below is then zero.
+    pub refusal: Option<Refusal>,
+    /// Name of its material.
+    pub material: String,
+    /// Bodies (components).
+    pub bodies: u32,
+    /// Cap on the degree.
+    pub degree_max: u32,
+    /// Nodes of the elastic lattices.
+    pub elastic_nodes: u32,
+    /// Nodes of the crack lattices.
+    pub crack_nodes: u32,
+    /// γ, J·m².
+    pub gamma_j_m2: f64,
+    /// Young's modulus, Pa.
+    pub young_pa: f64,
+    /// Poisson's ratio.
+    pub poisson: f64,
+    /// Density, kg/m³.
+    pub density_kg_m3: f64,
+    /// Volume, m³.
+    pub volume_m3: f64,
+    /// Diagonal of the bounding box, m.
+    pub diagonal_m: f64,
+    /// Centre of the bounding box, m.
+    pub centre_m: [f64; 3],
+    /// Default contact radius, m.
+    pub radius_m: f64,
+    /// Default contact duration, s.
+    pub duration_s: f64,
+}
+
+impl From<&ObjectRow> for ObjectFacts {
+    fn from(row: &ObjectRow) -> Self {
+        Self {
+            name: row.name(),
+            refusal: (row.ready == 0).then(|| Refusal::from(&row.refusal)),
+            material: row.material(),
+            bodies: row.bodies,
+            degree_max: row.degree_max,
+            elastic_nodes: row.elastic_nodes,
+            crack_nodes: row.crack_nodes,
+            gamma_j_m2: row.gamma_j_m2,
+            young_pa: row.young_pa,
+            poisson: row.poisson,
+            density_kg_m3: row.density_kg_m3,
+            volume_m3: row.volume_m3,
+            diagonal_m: row.diagonal_m,
+            centre_m: row.centre_m,
+            radius_m: row.radius_m,
+            duration_s: row.duration_s,
+        }
+    }
+}
+
+/// How the service goes; counters since the daemon started.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Status(pub(crate) StatusRow);
+
+impl Status {
+    /// The row as it travelled.
+    pub fn row(&self) -> &StatusRow {
+        &self.0
+    }
+
+    /// Times by stage, in the order in which data flows.
+    pub fn stages(&self) -> impl Iterator<Item = (&'static str, &Latency)> {
+        STAGES.into_iter().zip(&self.0.stages)
+    }
+}
+
+pub(crate) fn objects(link: &Link, deadline: Deadline) -> Result<Vec<ObjectFacts>, Refusal> {
+    let mut objects: Vec<ObjectFacts> = Vec::new();
+    loop {
+        let (rows, total) = ask::<ObjectRow>(link, Question::List(objects.len() as u32), deadline)?;
+        objects.extend(rows.iter().map(ObjectFacts::from));
+        if rows.is_empty() || objects.len() >= total as usize {
+            return Ok(objects);
+        }
+    }
+}
+
+pub(crate) fn status(link: &Link, deadline: Deadline) -> Result<Status, Refusal> {
+    let (rows, _) = ask::<StatusRow>(link, Question::Status, deadline)?;
+    rows.first().copied().map(Status).ok_or_else(unanswered)
+}
+
+/// Asks and waits; returns the rows and how many there are in all.
+fn ask<R: Row>(link: &Link, question: Question, deadline: Deadline) -> Result<(Vec<R>, u32), Refusal> {
+    let pending = link.ask(question)?;
+    let mut pulse = Pulse::now();
+    loop {
+        if let Some(reply) = poll::<R>(&pending)? {
+            return Ok(reply);
+        }
+        if deadline.passed() {
+            return Err(Refusal::new(Kind::Late, "control", "the service did not reply in time"));
+        }
+        link.feel(&mut pulse)?;
+        link.doze(deadline);
+    }
+}
+
+/// Looks for the reply; never blocks.
+pub(crate) fn poll<R: Row>(pending: &PendingQuestion) -> Result<Option<(Vec<R>, u32)>, Refusal> {
+    let connected = pending.is_connected();
+    match pending.receive().map_err(receive_failed)? {
+        Some(reply) => Ok(Some((read::<R>(reply.user_header(), reply.payload())?, reply.user_header().total))),
+        None if connected => Ok(None),
+        None => Err(unanswered()),
+    }
+}
+
+fn unanswered() -> Refusal {
+    Refusal::new(Kind::Busy, "control", "the service closed the question without a reply")
+}

@@ -1,0 +1,56 @@
+//! Hashes of an answer, by which equal answers are told: everything counts except times.
+
+use crate::Broken;
+use shatter_proto::answer::{SectionKind, StageWire};
+
+/// Hash of one section.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SectionDigest {
+    /// Name of the section.
+    pub name: &'static str,
+    /// Its length in bytes.
+    pub bytes: u64,
+    /// 16 hexadecimal digits of BLAKE3 (O'Connor, Aumasson, Neves & Wilcox-O'Hearn 2020).
+    pub hash: String,
+}
+
+/// Hashes of an answer.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Digest {
+    /// By section, in the order in which they lie in the answer.
+    pub sections: Vec<SectionDigest>,
+    /// Of all sections together.
+    pub output_hash: String,
+}
+
+impl Broken {
+    /// Hashes the answer. Equal strikes on equal databases give equal hashes, whatever the number of threads.
+    pub fn digest(&self) -> Digest {
+        let view = self.view();
+        let timeless: Vec<StageWire> = view.stages.iter().map(|stage| StageWire { ns: 0, ..*stage }).collect();
+        let mut all = blake3::Hasher::new();
+        let sections = SectionKind::ALL
+            .into_iter()
+            .map(|kind| {
+                let bytes: &[u8] = match kind {
+                    SectionKind::Summary => bytemuck::bytes_of(view.summary),
+                    SectionKind::Stages => bytemuck::cast_slice(&timeless),
+                    SectionKind::Fragments => bytemuck::cast_slice(view.fragments),
+                    SectionKind::Runs => bytemuck::cast_slice(view.runs),
+                    SectionKind::Merges => bytemuck::cast_slice(view.merges),
+                    SectionKind::Positions => bytemuck::cast_slice(view.positions),
+                    SectionKind::Indices => bytemuck::cast_slice(view.indices),
+                };
+                all.update(kind.name().as_bytes());
+                all.update(&(bytes.len() as u64).to_le_bytes());
+                all.update(bytes);
+                SectionDigest { name: kind.name(), bytes: bytes.len() as u64, hash: short(blake3::hash(bytes)) }
+            })
+            .collect();
+        Digest { sections, output_hash: short(all.finalize()) }
+    }
+}
+
+fn short(hash: blake3::Hash) -> String {
+    hash.to_hex()[..16].to_owned()
+}

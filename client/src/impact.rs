@@ -1,0 +1,90 @@
+//! What strikes an object, put together step by step.
+
+use shatter_proto::request::{Contact, Degree, Lift, Purpose, Strike};
+
+/// One impact: contacts, and how the answer shall be computed. Lengths in m and directions in the coordinates of the mesh
+/// file, +Y up. Nothing is checked here; the service names what it refuses.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Impact(Strike);
+
+impl Impact {
+    /// A first contact at `point_m`, whose impulse is still zero.
+    pub fn at(point_m: [f64; 3]) -> Self {
+        Self(Strike::default()).and_at(point_m)
+    }
+
+    /// One more contact, which the following calls describe.
+    pub fn and_at(mut self, point_m: [f64; 3]) -> Self {
+        self.0.contacts.push(Contact { point_m, impulse_ns: [0.0; 3], duration_s: None, radius_m: None });
+        self
+    }
+
+    /// Impulse of the last contact, N·s: what it hands to the object.
+    pub fn impulse(self, impulse_ns: [f64; 3]) -> Self {
+        self.last(|contact| contact.impulse_ns = impulse_ns)
+    }
+
+    /// Duration of the last contact, s.
+    pub fn duration(self, duration_s: f64) -> Self {
+        self.last(|contact| contact.duration_s = Some(duration_s))
+    }
+
+    /// Radius of the last contact, m.
+    pub fn radius(self, radius_m: f64) -> Self {
+        self.last(|contact| contact.radius_m = Some(radius_m))
+    }
+
+    fn last(mut self, change: impl FnOnce(&mut Contact)) -> Self {
+        if let Some(contact) = self.0.contacts.last_mut() {
+            change(contact);
+        }
+        self
+    }
+
+    /// Where the number of sites comes from; the closed form by default.
+    pub fn degree(mut self, degree: Degree) -> Self {
+        self.0.degree = degree;
+        self
+    }
+
+    /// γ, J·m², instead of the object's own.
+    pub fn gamma(mut self, gamma_j_m2: f64) -> Self {
+        self.0.gamma_j_m2 = Some(gamma_j_m2);
+        self
+    }
+
+    /// Which lift, instead of the object's own.
+    pub fn lift(mut self, lift: Lift) -> Self {
+        self.0.lift = Some(lift);
+        self
+    }
+
+    /// Everything random follows from it; 0 by default.
+    pub fn seed(mut self, seed: u64) -> Self {
+        self.0.seed = seed;
+        self
+    }
+
+    /// Refuse an answer of more fragments.
+    pub fn fragments_max(mut self, count: u32) -> Self {
+        self.0.fragments_max = Some(count);
+        self
+    }
+
+    /// Refuse an answer of more bytes.
+    pub fn bytes_max(mut self, bytes: u64) -> Self {
+        self.0.bytes_max = Some(bytes);
+        self
+    }
+
+    /// Asks for the load that just breaks the object, without fragments.
+    pub fn threshold_only(mut self) -> Self {
+        self.0.purpose = Purpose::Threshold;
+        self
+    }
+
+    /// The strike of `object`.
+    pub(crate) fn strike(&self, object: &str) -> Strike {
+        Strike { object: object.to_owned(), ..self.0.clone() }
+    }
+}

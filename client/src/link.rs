@@ -1,0 +1,219 @@
+//! The ports of one connection, shared by everything that came from it.
+
+use crate::Deadline;
+use iceoryx2::node::{Node, NodeBuilder};
+use iceoryx2::pending_response::PendingResponse;
+use iceoryx2::port::client::{Client, RequestSendError};
+use iceoryx2::port::listener::Listener;
+use iceoryx2::port::notifier::Notifier;
+use iceoryx2::port::{LoanError, ReceiveError};
+use iceoryx2::prelude::SignalHandlingMode;
+use iceoryx2::response::Response;
+use iceoryx2::service::builder::request_response::RequestResponseOpenError;
+use iceoryx2::service::port_factory::client::ClientCreateError;
+use rustix::fs::{FlockOperation, flock};
+use shatter_proto::answer::{AnswerHeader, Block};
+use shatter_proto::control::{ControlHeader, ControlWire, Question};
+use shatter_proto::place::Place;
+use shatter_proto::request::StrikeWire;
+use shatter_proto::transport::{
+    CONTROL_SERVICE, Ipc, STRIKE_SERVICE, WAKE_CLIENT_SERVICE, WAKE_DAEMON_SERVICE, config, failed, service_name,
+};
+use shatter_proto::{Kind, Refusal};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::{Duration, Instant};
+
+/// A wake-up can be lost, so nobody sleeps longer than this without looking.
+const TICK: Duration = Duration::from_millis(5);
+
+/// The transport does not notice a killed daemon, so its lock is looked at this often.
+const PULSE: Duration = Duration::from_millis(200);
+
+/// When the daemon's lock was last looked at.
+pub(crate) struct Pulse(Instant);
+
+impl Pulse {
+    /// Just now.
+    pub(crate) fn now() -> Self {
+        Self(Instant::now())
+    }
+}
+
+/// A strike under way.
+pub(crate) type PendingStrike = PendingResponse<Ipc, StrikeWire, (), [Block], AnswerHeader>;
+/// An answer, lent.
+pub(crate) type Answer = Response<Ipc, [Block], AnswerHeader>;
+/// A question under way.
+pub(crate) type PendingQuestion = PendingResponse<Ipc, ControlWire, (), [Block], ControlHeader>;
+
+/// Ports of one connection. Fields are dropped in this order: ports before the node.
+pub(crate) struct Link {
+    strikes: Client<Ipc, StrikeWire, (), [Block], AnswerHeader>,
+    questions: Client<Ipc, ControlWire, (), [Block], ControlHeader>,
+    wake: Notifier<Ipc>,
+    woken: Listener<Ipc>,
+    sequence: AtomicU64,
+    place: Place,
+    _node: Node<Ipc>,
+}
+
+impl Link {
+    /// Opens the services that the daemon created; never creates one.
+    pub(crate) fn open(place: &Place) -> Result<Self, Refusal> {
+        let config = config(place)?;
+        let node = NodeBuilder::new()
+            .config(&config)
+            .signal_handling_mode(SignalHandlingMode::Disabled)
+            .create::<Ipc>()
+            .map_err(|error| failed("node", error))?;
+        let strikes = node
+            .service_builder(&service_name(STRIKE_SERVICE)?)
+            .request_response::<StrikeWire, [Block]>()
+            .response_user_header::<AnswerHeader>()
+            .open()
+            .map_err(open_failed)?;
+        let questions = node
+            .service_builder(&service_name(CONTROL_SERVICE)?)
+            .request_response::<ControlWire, [Block]>()
+            .response_user_header::<ControlHeader>()
+            .open()
+            .map_err(open_failed)?;
+        let event = |name| {
+            let builder = node.service_builder(&service_name(name)?).event();
+            builder.open().map_err(|error| failed(name, error))
+        };
+        Ok(Self {
+            strikes: strikes.client_builder().create().map_err(client_failed)?,
+            questions: questions.client_builder().create().map_err(client_failed)?,
+            wake: event(WAKE_DAEMON_SERVICE)?
+                .notifier_builder()
+                .create()
+                .map_err(|error| failed(WAKE_DAEMON_SERVICE, error))?,
+            woken: event(WAKE_CLIENT_SERVICE)?
+                .listener_builder()
+                .create()
+                .map_err(|error| failed(WAKE_CLIENT_SERVICE, error))?,
+            sequence: AtomicU64::new(1),
+            place: place.clone(),
+            _node: node,
+        })
+    }
+
+    /// A sequence that this connection has not used.
+    pub(crate) fn next_sequence(&self) -> u64 {
+        self.sequence.fetch_add(1, Ordering::Relaxed)
+    }
+
+    /// What names this connection to the daemon.
+    pub(crate) fn listener(&self) -> [u8; 16] {
+        self.woken.id().value().to_le_bytes()
+    }
+
+    /// Sends a strike. Never blocks.
+    pub(crate) fn send(&self, strike: StrikeWire) -> Result<PendingStrike, Refusal> {
+        let request = self.strikes.loan_uninit().map_err(loan_failed)?;
+        let pending = request.write_payload(strike).send().map_err(send_failed)?;
+        self.sent(pending.number_of_server_connections())?;
+        Ok(pending)
+    }
+
+    /// Sends a question. Never blocks.
+    pub(crate) fn ask(&self, question: Question) -> Result<PendingQuestion, Refusal> {
+        let request = self.questions.loan_uninit().map_err(loan_failed)?;
+        let pending = request.write_payload(question.wire(self.listener())).send().map_err(send_failed)?;
+        self.sent(pending.number_of_server_connections())?;
+        Ok(pending)
+    }
+
+    /// Wakes the daemon; a failure costs a tick of its clock, no more. What reached no daemon is lost: one that comes later
+    /// does not find it.
+    fn sent(&self, daemons: usize) -> Result<(), Refusal> {
+        if daemons == 0 {
+            return Err(self.lost());
+        }
+        if let Err(error) = self.wake.notify() {
+            tracing::debug!(?error, "the daemon was not woken");
+        }
+        Ok(())
+    }
+
+    /// Sleeps until the daemon rings, a tick has passed, or the deadline.
+    pub(crate) fn doze(&self, deadline: Deadline) {
+        let tick = deadline.left().min(TICK);
+        if let Err(error) = self.woken.timed_wait(|_| {}, tick) {
+            tracing::debug!(?error, "cannot listen");
+            std::thread::sleep(tick.min(Duration::from_millis(1)));
+        }
+    }
+
+    /// Whether a daemon of this name lives, looked at not too often; the error says that it went away.
+    pub(crate) fn feel(&self, pulse: &mut Pulse) -> Result<(), Refusal> {
+        if pulse.0.elapsed() < PULSE {
+            return Ok(());
+        }
+        pulse.0 = Instant::now();
+        if daemon_lives(&self.place) { Ok(()) } else { Err(self.lost()) }
+    }
+
+    /// The refusal for a daemon that went away.
+    pub(crate) fn lost(&self) -> Refusal {
+        let service = self.place.service.as_str();
+        Refusal::new(Kind::Lost, service, format!("the daemon of service `{service}` went away"))
+    }
+}
+
+/// Whether some process holds the daemon's lock. The kernel gives it back with the process, however that ends. A shared
+/// lock is tried, so clients do not disturb each other; a starting daemon tries more than once.
+pub(crate) fn daemon_lives(place: &Place) -> bool {
+    match std::fs::File::open(place.lock()) {
+        Ok(file) => flock(&file, FlockOperation::NonBlockingLockShared).is_err(),
+        Err(_) => false,
+    }
+}
+
+fn open_failed(error: RequestResponseOpenError) -> Refusal {
+    match error {
+        RequestResponseOpenError::ExceedsMaxNumberOfNodes => too_many(),
+        RequestResponseOpenError::VersionMismatch | RequestResponseOpenError::IncompatibleRequestOrResponseType => {
+            Refusal::new(Kind::VersionMismatch, "service", format!("the daemon is of another version: {error}"))
+        }
+        error => failed("open", error),
+    }
+}
+
+fn client_failed(error: ClientCreateError) -> Refusal {
+    match error {
+        ClientCreateError::ExceedsMaxSupportedClients => too_many(),
+        error => failed("client", error),
+    }
+}
+
+fn too_many() -> Refusal {
+    Refusal::new(Kind::Busy, "clients", "the service has no place for another client")
+}
+
+fn loan_failed(error: LoanError) -> Refusal {
+    match error {
+        LoanError::OutOfMemory | LoanError::ExceedsMaxLoans => full(),
+        error => failed("loan", error),
+    }
+}
+
+fn send_failed(error: RequestSendError) -> Refusal {
+    match error {
+        RequestSendError::ExceedsMaxActiveRequests => full(),
+        error => failed("send", error),
+    }
+}
+
+fn full() -> Refusal {
+    Refusal::new(Kind::Busy, "connection", "this connection has as many requests under way as it may")
+}
+
+/// Nothing could be received.
+pub(crate) fn receive_failed(error: ReceiveError) -> Refusal {
+    match error {
+        ReceiveError::ExceedsMaxBorrows => Refusal::new(Kind::Busy, "answers", "too many answers are held; drop some"),
+        error => failed("receive", error),
+    }
+}

@@ -1,0 +1,140 @@
+//! A strike under way.
+
+use crate::control;
+use crate::link::{Link, PendingQuestion, PendingStrike, Pulse, receive_failed};
+use crate::{Broken, Deadline};
+use shatter_proto::control::Question;
+use shatter_proto::refusal::RefusalWire;
+use shatter_proto::request::Strike;
+use shatter_proto::{Kind, Refusal};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+/// A reason that does not come within this time does not come.
+const VERDICT: Duration = Duration::from_secs(2);
+
+/// What [`Ticket::poll`] finds.
+pub enum Poll {
+    /// Not yet.
+    Pending,
+    /// The answer. It is handed out once.
+    Ready(Broken),
+}
+
+/// A strike under way. Dropping it cancels the strike.
+pub struct Ticket {
+    link: Arc<Link>,
+    sequence: u64,
+    sent: Instant,
+    pulse: Pulse,
+    state: State,
+}
+
+enum State {
+    /// The daemon has it.
+    Struck(PendingStrike),
+    /// The daemon closed it without an answer, and is asked why.
+    Closed { since: Instant, question: Option<PendingQuestion> },
+    /// Answered or refused.
+    Done,
+}
+
+impl Ticket {
+    pub(crate) fn send(link: Arc<Link>, strike: &Strike) -> Result<Self, Refusal> {
+        let sequence = link.next_sequence();
+        let wire = strike.wire(link.listener(), sequence)?;
+        let sent = Instant::now();
+        let pending = link.send(wire)?;
+        Ok(Self { link, sequence, sent, pulse: Pulse::now(), state: State::Struck(pending) })
+    }
+
+    /// Looks for the answer; never blocks. Once a frame is often enough.
+    ///
+    /// Errors: the refusal of the service; `lost` if the daemon went away; `bad_answer` if an answer fails the checks.
+    /// After an answer or an error the ticket is spent and only says so.
+    pub fn poll(&mut self) -> Result<Poll, Refusal> {
+        let found = match &mut self.state {
+            State::Done => return Err(Refusal::new(Kind::Cancelled, "ticket", "the ticket is spent")),
+            State::Struck(pending) => Self::answer(pending, self.sequence, self.sent),
+            State::Closed { since, question } => Self::verdict(&self.link, self.sequence, *since, question),
+        };
+        match found {
+            Ok(Found::Nothing) => match self.link.feel(&mut self.pulse) {
+                Ok(()) => Ok(Poll::Pending),
+                Err(lost) => {
+                    self.state = State::Done;
+                    Err(lost)
+                }
+            },
+            Ok(Found::Answer(broken)) => {
+                self.state = State::Done;
+                Ok(Poll::Ready(*broken))
+            }
+            Ok(Found::Closed) => {
+                self.state = State::Closed { since: Instant::now(), question: None };
+                self.poll()
+            }
+            // Answers held elsewhere are in the way: the strike is still good.
+            Err(refusal) if refusal.kind == Kind::Busy && refusal.at == "answers" => Err(refusal),
+            Err(refusal) => {
+                self.state = State::Done;
+                Err(refusal)
+            }
+        }
+    }
+
+    /// Waits for the answer. On `late` the ticket is still good: wait again, or drop it to cancel.
+    pub fn wait(&mut self, deadline: Deadline) -> Result<Broken, Refusal> {
+        loop {
+            if let Poll::Ready(broken) = self.poll()? {
+                return Ok(broken);
+            }
+            if deadline.passed() {
+                let message = format!("no answer after {:.1} s", self.sent.elapsed().as_secs_f64());
+                return Err(Refusal::new(Kind::Late, "ticket", message));
+            }
+            self.link.doze(deadline);
+        }
+    }
+
+    fn answer(pending: &PendingStrike, sequence: u64, sent: Instant) -> Result<Found, Refusal> {
+        // Asked before receiving: an answer sent between the two calls is then not overlooked.
+        let connected = pending.is_connected();
+        match pending.receive().map_err(receive_failed)? {
+            Some(answer) => Ok(Found::Answer(Box::new(Broken::new(answer, sequence, sent.elapsed())?))),
+            None if connected => Ok(Found::Nothing),
+            None => Ok(Found::Closed),
+        }
+    }
+
+    /// Fetches the reason from the control service.
+    fn verdict(
+        link: &Link,
+        sequence: u64,
+        since: Instant,
+        question: &mut Option<PendingQuestion>,
+    ) -> Result<Found, Refusal> {
+        let overdue = since.elapsed() > VERDICT;
+        let silent = || Refusal::new(Kind::Failed, "strike", "the service closed the strike and gave no reason");
+        match question {
+            None => match link.ask(Question::Verdict(sequence)) {
+                Ok(pending) => *question = Some(pending),
+                Err(refusal) if refusal.kind == Kind::Busy && !overdue => {}
+                Err(refusal) => return Err(refusal),
+            },
+            Some(pending) => match control::poll::<RefusalWire>(pending) {
+                Ok(None) => {}
+                Ok(Some((rows, _))) => return Err(rows.first().map_or_else(|| link.lost(), Refusal::from)),
+                Err(refusal) if refusal.kind == Kind::Busy && !overdue => *question = None,
+                Err(refusal) => return Err(refusal),
+            },
+        }
+        if overdue { Err(silent()) } else { Ok(Found::Nothing) }
+    }
+}
+
+enum Found {
+    Nothing,
+    Answer(Box<Broken>),
+    Closed,
+}
