@@ -1,4 +1,18 @@
 //! `shatterd`: the brittle-fracture daemon, and what people look at.
+//!
+//! One thread waits (tokio: bells, timers, signals), the others compute (rayon). [`serve`] puts the parts together.
 
+pub mod catalog;
+pub mod clock;
+pub mod commands;
+pub mod config;
+pub mod engine;
+pub mod ipc;
+pub mod jobs;
+pub mod metrics;
 pub mod picture;
 pub mod report;
+pub mod serve;
+pub mod verdicts;
+#[path = "wire_stub.rs"]
+pub mod wire;

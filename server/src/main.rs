@@ -1,1 +1,30 @@
-fn main() {}
+//! `shatterd`: bakes objects and serves them.
+
+use clap::{Parser, Subcommand};
+use shatter_server::commands::{Failure, serve};
+use std::process::ExitCode;
+
+/// Bakes brittle objects and serves their fragments.
+#[derive(Parser)]
+#[command(name = "shatterd", version, max_term_width = 100)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Serves the baked objects until it is ended.
+    Serve(serve::Args),
+}
+
+fn main() -> ExitCode {
+    let json = std::env::args_os().any(|argument| argument == "--json");
+    let result: Result<(), Failure> = match &Cli::parse().command {
+        Command::Serve(args) => serve::run(args),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => failure.print(json),
+    }
+}

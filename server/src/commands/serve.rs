@@ -1,0 +1,81 @@
+//! `shatterd serve`.
+
+use super::Failure;
+use crate::config::{Config, LogFormat};
+use crate::serve::{Options, run as serve};
+use crate::wire::loader;
+use shatter_proto::name::ServiceName;
+use shatter_proto::place::Place;
+use shatter_proto::{Kind, Refusal};
+use std::io::{IsTerminal, Write};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use tokio::sync::Notify;
+use tracing_subscriber::EnvFilter;
+
+/// Arguments of `shatterd serve`.
+#[derive(clap::Args)]
+pub struct Args {
+    /// Name of the service; several live side by side.
+    #[arg(long, env = "SHATTER_SERVICE")]
+    service: Option<String>,
+    /// Configuration file; what it does not hold keeps its default.
+    #[arg(long, value_name = "FILE")]
+    config: Option<PathBuf>,
+    /// Folder of databases.
+    #[arg(long, value_name = "DIR")]
+    databases: Option<PathBuf>,
+    /// Threads that compute; 0: one per core.
+    #[arg(long, value_name = "N")]
+    threads: Option<usize>,
+    /// Messages to show: error, warn, info, debug, trace, or directives.
+    #[arg(long, value_name = "FILTER")]
+    log: Option<String>,
+}
+
+/// Serves until it is ended.
+pub fn run(args: &Args) -> Result<(), Failure> {
+    let config = configured(args)?;
+    log(&config)?;
+    let name = ServiceName::new(&config.service.name)?;
+    let runtime = std::env::var_os("XDG_RUNTIME_DIR");
+    let place = Place::new(&name, runtime.as_deref().map(Path::new), rustix::process::geteuid().as_raw());
+    let ready = Box::new(|| {
+        let mut out = std::io::stdout();
+        // Whoever started the daemon may have stopped listening; it serves all the same.
+        let _ = writeln!(out, "ready").and_then(|()| out.flush());
+    });
+    serve(Options { place, config, loader: loader(), ready, stop: Arc::new(Notify::new()) })?;
+    Ok(())
+}
+
+/// File over default, flags over both.
+fn configured(args: &Args) -> Result<Config, Refusal> {
+    let mut config = Config::load(args.config.as_deref())?;
+    if let Some(service) = &args.service {
+        config.service.name.clone_from(service);
+    }
+    if let Some(databases) = &args.databases {
+        config.databases.folder.clone_from(databases);
+    }
+    if let Some(threads) = args.threads {
+        config.compute.threads = threads;
+    }
+    if let Some(filter) = &args.log {
+        config.log.filter.clone_from(filter);
+    }
+    Ok(config)
+}
+
+/// Messages go to stderr.
+fn log(config: &Config) -> Result<(), Refusal> {
+    let filter = EnvFilter::try_new(&config.log.filter)
+        .map_err(|error| Refusal::new(Kind::Configuration, "log.filter", format!("log.filter: {error}")))?;
+    let builder = tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr);
+    let builder = builder.with_ansi(std::io::stderr().is_terminal());
+    let started = match config.log.format {
+        LogFormat::Text => builder.try_init(),
+        LogFormat::Json => builder.json().try_init(),
+    };
+    started.map_err(|error| Refusal::new(Kind::Failed, "log", error.to_string()))
+}

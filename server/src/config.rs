@@ -1,0 +1,215 @@
+//! Configuration of the daemon: the compiled-in default, a file over it, flags over both.
+
+use serde::Deserialize;
+use shatter_proto::{Kind, Refusal};
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+/// The default, which documents every key.
+pub const DEFAULT: &str = include_str!("../../config/shatterd.toml");
+
+/// Configuration of the daemon. The keys are documented in `config/shatterd.toml`.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[expect(missing_docs, reason = "the compiled-in file documents every key for those who set it")]
+pub struct Config {
+    pub service: Service,
+    pub databases: Databases,
+    pub compute: Compute,
+    pub answers: Answers,
+    pub times: Times,
+    pub log: Log,
+}
+
+/// `[service]`
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[expect(missing_docs, reason = "see Config")]
+pub struct Service {
+    pub name: String,
+}
+
+/// `[databases]`
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[expect(missing_docs, reason = "see Config")]
+pub struct Databases {
+    pub folder: PathBuf,
+}
+
+/// `[compute]`
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[expect(missing_docs, reason = "see Config")]
+pub struct Compute {
+    pub threads: usize,
+    pub strikes_at_once: usize,
+    pub queue_max: usize,
+}
+
+/// `[answers]`
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[expect(missing_docs, reason = "see Config")]
+pub struct Answers {
+    pub buckets: usize,
+    pub bucket_mib_max: usize,
+    pub prefault_buckets: usize,
+    pub prefault_mib: usize,
+}
+
+/// `[times]`
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[expect(missing_docs, reason = "see Config")]
+pub struct Times {
+    pub tick_ms: u64,
+    pub cleanup_ms: u64,
+    pub metrics_s: u64,
+}
+
+/// `[log]`
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[expect(missing_docs, reason = "see Config")]
+pub struct Log {
+    pub filter: String,
+    pub format: LogFormat,
+}
+
+/// How messages are written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum LogFormat {
+    /// For people.
+    Text,
+    /// One JSON object per line.
+    Json,
+}
+
+impl Config {
+    /// The default, overlaid with the file at `path` if one is given.
+    pub fn load(path: Option<&Path>) -> Result<Self, Refusal> {
+        let Some(path) = path else { return Self::parse("", "default") };
+        let at = path.display().to_string();
+        let text = std::fs::read_to_string(path)
+            .map_err(|error| Refusal::new(Kind::Configuration, at.clone(), format!("cannot read {at}: {error}")))?;
+        Self::parse(&text, &at)
+    }
+
+    /// The default, overlaid with `text`; `at` names it in refusals.
+    pub fn parse(text: &str, at: &str) -> Result<Self, Refusal> {
+        let refuse = |error: toml::de::Error| {
+            let message = format!("{at}: {}", error.to_string().trim_end());
+            Refusal::new(Kind::Configuration, at, message)
+        };
+        let mut table: toml::Table = DEFAULT.parse().map_err(refuse)?;
+        overlay(&mut table, text.parse().map_err(refuse)?);
+        let config: Self = toml::Value::Table(table).try_into().map_err(refuse)?;
+        config
+            .check()
+            .map_err(|(key, rule)| Refusal::new(Kind::Configuration, key, format!("{at}: {key} must be {rule}")))?;
+        Ok(config)
+    }
+
+    fn check(&self) -> Result<(), (&'static str, &'static str)> {
+        let rules = [
+            ("compute.threads", "at most 1024", self.compute.threads <= 1024),
+            ("compute.strikes_at_once", "at most 1024", self.compute.strikes_at_once <= 1024),
+            ("compute.queue_max", "1 to 4096", (1..=4096).contains(&self.compute.queue_max)),
+            ("answers.buckets", "1 to 1024", (1..=1024).contains(&self.answers.buckets)),
+            ("answers.bucket_mib_max", "1 to 4096", (1..=4096).contains(&self.answers.bucket_mib_max)),
+            ("answers.prefault_buckets", "at most 16", self.answers.prefault_buckets <= 16),
+            ("answers.prefault_mib", "at most 1024", self.answers.prefault_mib <= 1024),
+            ("times.tick_ms", "1 to 1000", (1..=1000).contains(&self.times.tick_ms)),
+            ("times.cleanup_ms", "10 to 60000", (10..=60_000).contains(&self.times.cleanup_ms)),
+            ("times.metrics_s", "1 to 3600", (1..=3600).contains(&self.times.metrics_s)),
+        ];
+        match rules.into_iter().find(|(.., holds)| !holds) {
+            Some((key, rule, _)) => Err((key, rule)),
+            None => Ok(()),
+        }
+    }
+
+    /// Threads that compute, at least 1.
+    pub fn threads(&self) -> usize {
+        match self.compute.threads {
+            0 => std::thread::available_parallelism().map_or(1, usize::from),
+            threads => threads,
+        }
+    }
+
+    /// Strikes that compute at once, at least 1.
+    pub fn strikes_at_once(&self) -> usize {
+        match self.compute.strikes_at_once {
+            0 => self.threads(),
+            strikes => strikes,
+        }
+    }
+
+    /// Longest sleep of the waiting thread.
+    pub fn tick(&self) -> Duration {
+        Duration::from_millis(self.times.tick_ms)
+    }
+
+    /// Folder of the databases: the configured one, or the platform's.
+    pub fn databases(&self) -> Result<PathBuf, Refusal> {
+        if self.databases.folder.as_os_str().is_empty() { data_folder() } else { Ok(self.databases.folder.clone()) }
+    }
+}
+
+/// The platform's folder for databases (`~/.local/share/shatter` on Linux).
+pub fn data_folder() -> Result<PathBuf, Refusal> {
+    let folders = directories::ProjectDirs::from("", "", "shatter");
+    folders.map(|folders| folders.data_dir().to_owned()).ok_or_else(|| {
+        let message = "no home folder: say where the databases are with --databases DIR";
+        Refusal::new(Kind::DatabaseFolder, "databases.folder", message)
+    })
+}
+
+/// Lays `over` on `under`, table by table.
+fn overlay(under: &mut toml::Table, over: toml::Table) {
+    for (key, value) in over {
+        match (under.get_mut(&key), value) {
+            (Some(toml::Value::Table(under)), toml::Value::Table(over)) => overlay(under, over),
+            (_, value) => {
+                under.insert(key, value);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_default_stands_alone() {
+        let config = Config::parse("", "default").unwrap();
+        assert_eq!((config.service.name.as_str(), config.log.format), ("default", LogFormat::Text));
+        assert!(config.threads() >= 1 && config.strikes_at_once() >= 1);
+    }
+
+    #[test]
+    fn a_file_changes_only_what_it_holds() {
+        let config = Config::parse("[compute]\nthreads = 3\n[log]\nformat = \"json\"", "file").unwrap();
+        assert_eq!((config.threads(), config.strikes_at_once(), config.compute.queue_max), (3, 3, 256));
+        assert_eq!(config.log.format, LogFormat::Json);
+    }
+
+    fn check(text: &str, named: &str) {
+        let refusal = Config::parse(text, "file").unwrap_err();
+        assert_eq!(refusal.kind, Kind::Configuration);
+        assert!(refusal.message.contains(named) && refusal.message.contains("file"), "{refusal}");
+    }
+
+    #[test]
+    fn unknown_keys_and_bad_values_are_refused_by_name() {
+        check("[compute]\ntreads = 3", "treads");
+        check("[colour]\nx = 1", "colour");
+        check("[answers]\nbuckets = 0", "answers.buckets");
+        check("[times]\ntick_ms = -1", "-1");
+        check("[log]\nformat = \"xml\"", "xml");
+        check("[log", "log");
+    }
+}

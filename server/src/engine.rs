@@ -1,0 +1,44 @@
+//! What the daemon strikes, as the daemon sees it: [`crate::wire`] makes it of the science, tests make it of little.
+
+use shatter_fracture::pipeline::Watch;
+use shatter_fracture::token::Token;
+use shatter_proto::Refusal;
+use shatter_proto::control::ObjectRow;
+use shatter_proto::layout::{Counts, Sections};
+use shatter_proto::request::Strike;
+use std::path::Path;
+use std::sync::Arc;
+
+/// TEMPORARY until pipeline::Workspace is in main
+#[derive(Default)]
+pub struct Workspace;
+
+/// An object that can be struck from several threads at once.
+pub trait Object: Send + Sync {
+    /// What `list` says about it.
+    fn row(&self) -> ObjectRow;
+
+    /// Bytes of its largest answer: bounds the buckets.
+    fn answer_bytes_max(&self) -> usize;
+
+    /// Strikes it. `token` is polled, stages are told to `watch`.
+    fn strike(
+        &self,
+        strike: &Strike,
+        workspace: &mut Workspace,
+        token: &Token,
+        watch: &mut dyn Watch,
+    ) -> Result<Box<dyn Outcome>, Refusal>;
+}
+
+/// What a strike led to: it knows its size before a byte of it is written.
+pub trait Outcome {
+    /// Elements per section.
+    fn counts(&self) -> Counts;
+
+    /// Writes everything but the stages straight into the lent answer.
+    fn write(&self, sections: &mut Sections<'_>) -> Result<(), Refusal>;
+}
+
+/// Loads the database at a path; the error says what is wrong with it.
+pub type Loader = Arc<dyn Fn(&Path) -> Result<Arc<dyn Object>, String> + Send + Sync>;

@@ -1,0 +1,100 @@
+//! Shared memory is sparse: a page exists once it is written, and a machine that has none left answers with SIGBUS. So the
+//! pages of an answer are asked for before they are written.
+
+use super::home::SHARED_MEMORY;
+use rustix::io::Errno;
+use rustix::mm::{Advice, madvise};
+use shatter_proto::answer::Block;
+use shatter_proto::{Kind, Refusal};
+use std::collections::HashMap;
+use std::mem::MaybeUninit;
+use std::sync::{Mutex, PoisonError};
+
+/// How far each bucket is known to be populated, by address. Asking again for pages that are there costs milliseconds.
+#[derive(Default)]
+pub struct Populated(Mutex<HashMap<usize, usize>>);
+
+impl Populated {
+    /// Makes the pages of `range` exist. Errors: `shared_memory`.
+    pub fn ensure(&self, range: &mut [MaybeUninit<Block>]) -> Result<(), Refusal> {
+        let (start, length) = (range.as_mut_ptr() as usize, size_of_val(range));
+        let known = self.0.lock().unwrap_or_else(PoisonError::into_inner).get(&start).copied().unwrap_or(0);
+        if known >= length {
+            return Ok(());
+        }
+        populate(range, known)?;
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).insert(start, length);
+        Ok(())
+    }
+}
+
+/// Asks the kernel for the pages of `range` beyond its first `known` bytes.
+fn populate(range: &mut [MaybeUninit<Block>], known: usize) -> Result<(), Refusal> {
+    let page = rustix::param::page_size();
+    let start = (range.as_mut_ptr() as usize + known) / page * page;
+    let end = range.as_mut_ptr() as usize + size_of_val(range);
+    // SAFETY: the pages that hold `range` are mapped writable for as long as it is borrowed, and MADV_POPULATE_WRITE
+    // changes no byte: it faults pages in as a write would, also the rest of the first and last page, which belong to the
+    // same mapping.
+    let done = unsafe { madvise(start as *mut _, end - start, Advice::LinuxPopulateWrite) };
+    match done {
+        Ok(()) => Ok(()),
+        // Before Linux 5.14 there is no such advice: look at what is left instead.
+        Err(Errno::INVAL) if shared_memory_free()? > (end - start) as u64 => Ok(()),
+        Err(error) => Err(full((end - start) as u64, &error.to_string())),
+    }
+}
+
+/// Bytes that shared memory can still take.
+pub fn shared_memory_free() -> Result<u64, Refusal> {
+    match rustix::fs::statvfs(SHARED_MEMORY) {
+        Ok(data) => Ok(data.f_bavail.saturating_mul(data.f_frsize)),
+        Err(error) => Err(full(0, &error.to_string())),
+    }
+}
+
+fn full(wanted: u64, why: &str) -> Refusal {
+    let message = format!("{SHARED_MEMORY} cannot take another {wanted} bytes: {why}");
+    Refusal::new(Kind::SharedMemory, SHARED_MEMORY, message)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn populating_changes_no_byte_and_is_done_once() {
+        let mut blocks = vec![MaybeUninit::new(Block { bytes: [7; 64] }); 4096];
+        let populated = Populated::default();
+        let address = blocks.as_ptr() as usize;
+        for (count, known) in [(1000, 1000), (10, 1000), (4096, 4096)] {
+            populated.ensure(&mut blocks[..count]).unwrap();
+            assert_eq!(populated.0.lock().unwrap()[&address], known * 64);
+        }
+        // SAFETY: all blocks were initialised above.
+        assert!(blocks.iter().all(|block| unsafe { block.assume_init_ref() }.bytes == [7; 64]));
+    }
+
+    #[test]
+    fn memory_that_cannot_exist_is_an_error_not_a_signal() {
+        // A file of no length, mapped: every access is SIGBUS, and populating it fails instead.
+        let file = tempfile::tempfile().unwrap();
+        let length = 16 * rustix::param::page_size();
+        // SAFETY: a fresh mapping at an address of the kernel's choice; it is unmapped below and never read or written.
+        let mapped = unsafe {
+            let (read_write, shared) = (rustix::mm::ProtFlags::WRITE, rustix::mm::MapFlags::SHARED);
+            rustix::mm::mmap(std::ptr::null_mut(), length, read_write, shared, &file, 0).unwrap()
+        };
+        // SAFETY: the elements are `MaybeUninit` and never accessed; the mapping outlives the slice.
+        let range = unsafe { std::slice::from_raw_parts_mut(mapped.cast::<MaybeUninit<Block>>(), length / 64) };
+        let refusal = Populated::default().ensure(range).unwrap_err();
+        assert_eq!(refusal.kind, Kind::SharedMemory);
+        // SAFETY: the whole mapping, which nothing refers to any more.
+        unsafe { rustix::mm::munmap(mapped, length).unwrap() };
+    }
+
+    #[test]
+    fn shared_memory_says_what_it_can_take() {
+        assert!(shared_memory_free().unwrap() > 0);
+    }
+}

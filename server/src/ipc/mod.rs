@@ -1,0 +1,15 @@
+//! The daemon's side of the transport.
+//!
+//! What shaped it (iceoryx2 0.10.0): wake-ups can be lost, so every wait has a bound; a static pool of equal buckets, whose
+//! exhaustion is an error and not a panic; a failed loan must not use up a request's loans; a full `/dev/shm` kills with
+//! SIGBUS unless the pages are asked for first; a daemon killed while starting leaves a service that nobody can open.
+
+mod home;
+mod memory;
+mod ports;
+mod wake;
+
+pub use home::Home;
+pub use memory::{Populated, shared_memory_free};
+pub use ports::{ActiveQuestion, ActiveStrike, Lent, Pool, Ports, lend};
+pub use wake::{Bell, Waker};

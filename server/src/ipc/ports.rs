@@ -1,0 +1,210 @@
+//! Services and ports: strikes with a pool of buckets, questions with a small pool of their own, two bells.
+
+use super::{Bell, Populated, Waker};
+use bytemuck::Zeroable;
+use iceoryx2::active_request::ActiveRequest;
+use iceoryx2::node::{Node, NodeBuilder};
+use iceoryx2::port::server::Server;
+use iceoryx2::port::{LoanError, ReceiveError};
+use iceoryx2::prelude::{AllocationStrategy, BackpressureStrategy, PortFactory as _, SignalHandlingMode};
+use iceoryx2::response_mut_uninit::ResponseMutUninit;
+use iceoryx2::service::port_factory::{event, request_response};
+use shatter_proto::answer::{AnswerHeader, BLOCK_BYTES, Block};
+use shatter_proto::control::{ControlHeader, ControlWire, REPLY_BLOCKS};
+use shatter_proto::place::Place;
+use shatter_proto::request::StrikeWire;
+use shatter_proto::transport::{
+    CLIENTS_MAX, CONTROL_SERVICE, Ipc, QUESTIONS_PER_CLIENT_MAX, STRIKE_SERVICE, STRIKES_PER_CLIENT_MAX,
+    WAKE_CLIENT_SERVICE, WAKE_DAEMON_SERVICE, config, failed, service_name,
+};
+use shatter_proto::{Kind, Refusal};
+use std::mem::MaybeUninit;
+
+/// A strike received.
+pub type ActiveStrike = ActiveRequest<Ipc, StrikeWire, (), [Block], AnswerHeader>;
+/// A question received.
+pub type ActiveQuestion = ActiveRequest<Ipc, ControlWire, (), [Block], ControlHeader>;
+/// A lent answer, not written yet.
+pub type Lent = ResponseMutUninit<Ipc, [MaybeUninit<Block>], AnswerHeader>;
+
+type StrikeFactory = request_response::PortFactory<Ipc, StrikeWire, (), [Block], AnswerHeader>;
+type ControlFactory = request_response::PortFactory<Ipc, ControlWire, (), [Block], ControlHeader>;
+
+/// One client more than may connect: the daemon itself, for the rehearsal.
+const CLIENT_PORTS: usize = CLIENTS_MAX + 1;
+/// Processes at once.
+const NODES: usize = CLIENTS_MAX + 4;
+/// A failed loan is never taken off a request's count, so there are several.
+const LOANS_PER_REQUEST: usize = 4;
+/// Replies to questions that may lie about at once.
+const REPLIES: usize = 64;
+
+/// Size of the pool of answers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Pool {
+    /// Number of buckets.
+    pub buckets: usize,
+    /// Blocks per bucket.
+    pub blocks: usize,
+}
+
+impl Pool {
+    /// Bytes per bucket.
+    pub fn bucket_bytes(&self) -> u64 {
+        (self.blocks * BLOCK_BYTES) as u64
+    }
+}
+
+/// The daemon's ports. Fields are dropped in this order: ports, factories, node.
+pub struct Ports {
+    strikes: Server<Ipc, StrikeWire, (), [Block], AnswerHeader>,
+    questions: Server<Ipc, ControlWire, (), [Block], ControlHeader>,
+    strike_factory: StrikeFactory,
+    _control_factory: ControlFactory,
+    _events: [event::PortFactory<Ipc>; 2],
+    node: Node<Ipc>,
+    pool: Pool,
+}
+
+impl Ports {
+    /// Creates the services of `place`, or takes over those that clients of a dead predecessor still hold. Needs a tokio
+    /// runtime for the bell.
+    pub fn open(place: &Place, pool: Pool) -> Result<(Self, Bell, Waker), Refusal> {
+        let config = config(place)?;
+        let node = NodeBuilder::new()
+            .config(&config)
+            .signal_handling_mode(SignalHandlingMode::Disabled)
+            .create::<Ipc>()
+            .map_err(|error| failed("node", error))?;
+        let (wake_daemon, wake_client) = (event(&node, WAKE_DAEMON_SERVICE)?, event(&node, WAKE_CLIENT_SERVICE)?);
+        let listener = wake_daemon.listener_builder().create().map_err(|error| failed(WAKE_DAEMON_SERVICE, error))?;
+        let notifier = wake_client.notifier_builder().create().map_err(|error| failed(WAKE_CLIENT_SERVICE, error))?;
+        let bell = Bell::new(listener).map_err(|error| failed(WAKE_DAEMON_SERVICE, error))?;
+        let (strike_factory, control_factory) = (strike_factory(&node)?, control_factory(&node)?);
+        let strikes = strike_factory
+            .server_builder()
+            .initial_max_slice_len(pool.blocks)
+            .allocation_strategy(AllocationStrategy::Static)
+            .override_response_preallocation(move |worst| worst.min(pool.buckets))
+            .max_loaned_responses_per_request(LOANS_PER_REQUEST)
+            .backpressure_strategy(BackpressureStrategy::DiscardData)
+            .create()
+            .map_err(|error| failed(STRIKE_SERVICE, error))?;
+        let questions = control_factory
+            .server_builder()
+            .initial_max_slice_len(REPLY_BLOCKS)
+            .allocation_strategy(AllocationStrategy::Static)
+            .override_response_preallocation(|worst| worst.min(REPLIES))
+            .max_loaned_responses_per_request(LOANS_PER_REQUEST)
+            .backpressure_strategy(BackpressureStrategy::DiscardData)
+            .create()
+            .map_err(|error| failed(CONTROL_SERVICE, error))?;
+        let events = [wake_daemon, wake_client];
+        let ports =
+            Self { strikes, questions, strike_factory, _control_factory: control_factory, _events: events, node, pool };
+        Ok((ports, bell, Waker::new(notifier)))
+    }
+
+    /// The pool of answers.
+    pub fn pool(&self) -> Pool {
+        self.pool
+    }
+
+    /// Clients connected.
+    pub fn clients(&self) -> usize {
+        self.strike_factory.dynamic_config().number_of_clients()
+    }
+
+    /// The next strike that waits at a port.
+    pub fn next_strike(&self) -> Option<ActiveStrike> {
+        received(self.strikes.receive())
+    }
+
+    /// The next question that waits at a port.
+    pub fn next_question(&self) -> Option<ActiveQuestion> {
+        received(self.questions.receive())
+    }
+
+    /// Takes back what dead clients held; returns how many were found.
+    pub fn bury_the_dead(&self) -> u64 {
+        self.node.try_cleanup_dead_nodes().cleanups
+    }
+
+    /// Writes the first `blocks` blocks of `buckets` buckets once, through real requests to itself: the first strikes then
+    /// find memory that exists, and a transport that does not work is found before anyone is served.
+    pub fn rehearse(&self, buckets: usize, blocks: usize, populated: &Populated) -> Result<(), Refusal> {
+        let blocks = blocks.min(self.pool.blocks);
+        let buckets = buckets.min(self.pool.buckets).min(STRIKES_PER_CLIENT_MAX);
+        let client = self.strike_factory.client_builder().create().map_err(|error| failed("rehearsal", error))?;
+        let send = |_| client.send_copy(StrikeWire::zeroed()).map_err(|error| failed("rehearsal", error));
+        let _pending = (0..buckets).map(send).collect::<Result<Vec<_>, _>>()?;
+        let mut held = Vec::with_capacity(buckets);
+        for _ in 0..buckets {
+            let active = self.next_strike().ok_or_else(|| failed("rehearsal", "a request was lost"))?;
+            let mut lent = lend(&active, blocks)?;
+            populated.ensure(lent.payload_mut())?;
+            held.push((active, lent));
+        }
+        Ok(())
+    }
+}
+
+/// Lends a bucket for an answer. Errors: `busy` when all are held, `answer_too_large`.
+pub fn lend(active: &ActiveStrike, blocks: usize) -> Result<Lent, Refusal> {
+    active.loan_slice_uninit(blocks).map_err(|error| match error {
+        LoanError::OutOfMemory => Refusal::new(Kind::Busy, "answers", "all buckets of answers are held by clients"),
+        LoanError::ExceedsMaxLoanSize => {
+            let message = format!("the answer of {} bytes is larger than a bucket", blocks * BLOCK_BYTES);
+            Refusal::new(Kind::AnswerTooLarge, "answers", message)
+        }
+        error => failed("loan", error),
+    })
+}
+
+fn received<T>(result: Result<Option<T>, ReceiveError>) -> Option<T> {
+    match result {
+        Ok(request) => request,
+        // Clients hold all their slots: nothing now.
+        Err(ReceiveError::ExceedsMaxBorrows) => None,
+        Err(error) => {
+            tracing::warn!(?error, "cannot receive");
+            None
+        }
+    }
+}
+
+fn event(node: &Node<Ipc>, name: &str) -> Result<event::PortFactory<Ipc>, Refusal> {
+    let builder = node.service_builder(&service_name(name)?).event();
+    let builder = builder.max_listeners(CLIENT_PORTS).max_notifiers(CLIENT_PORTS).max_nodes(NODES);
+    builder.open_or_create().map_err(|error| failed(name, error))
+}
+
+fn strike_factory(node: &Node<Ipc>) -> Result<StrikeFactory, Refusal> {
+    node.service_builder(&service_name(STRIKE_SERVICE)?)
+        .request_response::<StrikeWire, [Block]>()
+        .response_user_header::<AnswerHeader>()
+        .max_clients(CLIENT_PORTS)
+        .max_servers(1)
+        .max_nodes(NODES)
+        .max_active_requests_per_client(STRIKES_PER_CLIENT_MAX)
+        .max_response_buffer_size(2)
+        .max_borrowed_responses_per_pending_response(4)
+        .enable_fire_and_forget_requests(false)
+        .open_or_create()
+        .map_err(|error| failed(STRIKE_SERVICE, error))
+}
+
+fn control_factory(node: &Node<Ipc>) -> Result<ControlFactory, Refusal> {
+    node.service_builder(&service_name(CONTROL_SERVICE)?)
+        .request_response::<ControlWire, [Block]>()
+        .response_user_header::<ControlHeader>()
+        .max_clients(CLIENT_PORTS)
+        .max_servers(1)
+        .max_nodes(NODES)
+        .max_active_requests_per_client(QUESTIONS_PER_CLIENT_MAX)
+        .max_response_buffer_size(2)
+        .max_borrowed_responses_per_pending_response(2)
+        .enable_fire_and_forget_requests(false)
+        .open_or_create()
+        .map_err(|error| failed(CONTROL_SERVICE, error))
+}

@@ -1,0 +1,70 @@
+//! Waking: clients ring the daemon's bell, the daemon wakes the one client that is concerned.
+
+use iceoryx2::port::listener::Listener;
+use iceoryx2::port::notifier::Notifier;
+use iceoryx2::prelude::{CallbackProgression, FileDescriptorBased};
+use shatter_proto::transport::Ipc;
+use std::os::fd::{AsRawFd, RawFd};
+use std::time::Duration;
+use tokio::io::Interest;
+use tokio::io::unix::AsyncFd;
+
+/// The daemon's bell.
+pub struct Bell(AsyncFd<Descriptor>);
+
+struct Descriptor {
+    listener: Listener<Ipc>,
+    fd: RawFd,
+}
+
+impl AsRawFd for Descriptor {
+    fn as_raw_fd(&self) -> RawFd {
+        self.fd
+    }
+}
+
+impl Bell {
+    /// Hangs the bell into the current tokio runtime.
+    pub fn new(listener: Listener<Ipc>) -> std::io::Result<Self> {
+        // SAFETY: the descriptor is neither closed nor used without the listener, which lives beside it in `Descriptor`.
+        let fd = unsafe { listener.file_descriptor().native_handle() };
+        // SAFETY: the listener keeps its one descriptor open until it is dropped, which `AsyncFd` does after it has
+        // deregistered it; `as_raw_fd` always gives this descriptor.
+        Ok(Self(unsafe { AsyncFd::register_with_interest(Descriptor { listener, fd }, Interest::READABLE)? }))
+    }
+
+    /// Waits until someone rings, but no longer than `tick`: rings can be lost.
+    pub async fn wait(&self, tick: Duration) {
+        if let Ok(Ok(mut ready)) = tokio::time::timeout(tick, self.0.readable()).await {
+            ready.clear_ready();
+        }
+        if let Err(error) = self.0.get_ref().listener.try_wait(|_| {}) {
+            tracing::debug!(?error, "the bell cannot be read");
+        }
+    }
+}
+
+/// Wakes clients. Shared by all threads.
+pub struct Waker(Notifier<Ipc>);
+
+impl Waker {
+    /// Wakes through this port.
+    pub fn new(notifier: Notifier<Ipc>) -> Self {
+        Self(notifier)
+    }
+
+    /// Wakes the client whose listener has this id. A client that is gone, or a ring that is lost, does not matter: clients
+    /// look by themselves every few milliseconds.
+    pub fn wake(&self, listener: [u8; 16]) {
+        let id = u128::from_le_bytes(listener);
+        self.0.for_each_listener(|monofier, details| {
+            if details.listener_id.value() != id {
+                return CallbackProgression::Continue;
+            }
+            if let Err(error) = monofier.notify() {
+                tracing::debug!(?error, "a client was not woken");
+            }
+            CallbackProgression::Stop
+        });
+    }
+}

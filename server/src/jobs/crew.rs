@@ -1,0 +1,172 @@
+//! The threads that compute, and what they share.
+
+use super::Flight;
+use super::flight::Written;
+use crate::catalog::Catalog;
+use crate::clock::Clock;
+use crate::engine::Outcome;
+use crate::engine::Workspace;
+use crate::ipc::{Lent, Populated, Waker};
+use crate::metrics::End;
+use crate::verdicts::{Key, Verdicts};
+use rayon::{ThreadPool, ThreadPoolBuilder};
+use shatter_fracture::pipeline::{Stage, Watch};
+use shatter_proto::answer::{Block, StageWire};
+use shatter_proto::layout::Layout;
+use shatter_proto::refusal::RefusalWire;
+use shatter_proto::request::Strike;
+use shatter_proto::{Kind, Refusal};
+use std::any::Any;
+use std::mem::MaybeUninit;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::{Arc, Mutex, PoisonError};
+use tokio::sync::mpsc::UnboundedSender;
+
+/// What the computing threads tell the waiting one.
+pub enum Event {
+    /// A strike has ended.
+    Landed {
+        /// Which.
+        flight: Arc<Flight>,
+        /// How.
+        end: End,
+        /// What each stage did.
+        stages: Box<[StageWire]>,
+    },
+    /// The databases were loaded again.
+    Reloaded(Result<Catalog, Refusal>),
+}
+
+/// The threads that compute, and what they share.
+pub struct Crew {
+    threads: ThreadPool,
+    workspaces: Mutex<Vec<Workspace>>,
+    verdicts: Mutex<Verdicts>,
+    populated: Populated,
+    waker: Waker,
+    events: UnboundedSender<Event>,
+}
+
+/// The computing threads of a daemon.
+pub fn threads(count: usize) -> Result<ThreadPool, Refusal> {
+    let builder = ThreadPoolBuilder::new().num_threads(count).thread_name(|index| format!("compute-{index}"));
+    builder.build().map_err(|error| Refusal::new(Kind::Failed, "threads", error.to_string()))
+}
+
+impl Crew {
+    /// A crew that reports to `events`. `populated` knows what was rehearsed.
+    pub fn new(threads: ThreadPool, populated: Populated, waker: Waker, events: UnboundedSender<Event>) -> Self {
+        let (workspaces, verdicts) = (Mutex::default(), Mutex::default());
+        Self { threads, workspaces, verdicts, populated, waker, events }
+    }
+
+    /// Number of threads.
+    pub fn threads(&self) -> usize {
+        self.threads.current_num_threads()
+    }
+
+    /// Runs `work` on a computing thread, which reports by itself.
+    pub fn spawn(self: &Arc<Self>, work: impl FnOnce(&Crew) -> Event + Send + 'static) {
+        let crew = self.clone();
+        self.threads.spawn(move || {
+            let event = work(&crew);
+            // A waiting thread that is gone has ended the daemon: nobody to tell.
+            let _ = crew.events.send(event);
+        });
+    }
+
+    /// Computes a strike on the crew's threads. A panic in it fails this strike alone.
+    pub(super) fn fly(self: &Arc<Self>, flight: Arc<Flight>) {
+        self.spawn(move |crew| {
+            let mut clock = Clock::default();
+            let result = catch_unwind(AssertUnwindSafe(|| crew.answer(&flight, &mut clock)));
+            let result = result.unwrap_or_else(|panic| Err(panicked(panic.as_ref())));
+            let end = match &result {
+                Ok(()) => End::Answered,
+                Err(refusal) => {
+                    tracing::warn!(kind = refusal.kind.name(), at = refusal.at, "not answered: {refusal}");
+                    crew.refuse(&flight, refusal);
+                    End::of(refusal)
+                }
+            };
+            crew.waker.wake(flight.key().0);
+            Event::Landed { flight, end, stages: Box::new(clock.rows()) }
+        });
+    }
+
+    /// Keeps the verdict, closes the request, wakes the client: in this order, so that a client that finds its request
+    /// closed finds the verdict too.
+    pub fn refuse(&self, flight: &Flight, refusal: &Refusal) {
+        let verdict = RefusalWire::from(refusal);
+        self.verdicts.lock().unwrap_or_else(PoisonError::into_inner).keep(flight.key(), verdict);
+        flight.close();
+        self.waker.wake(flight.key().0);
+    }
+
+    /// The verdict on a strike, if it is known.
+    pub fn verdict(&self, strike: Key) -> Option<RefusalWire> {
+        self.verdicts.lock().unwrap_or_else(PoisonError::into_inner).get(strike)
+    }
+
+    /// Wakes a client.
+    pub fn wake(&self, listener: [u8; 16]) {
+        self.waker.wake(listener);
+    }
+
+    fn answer(&self, flight: &Flight, clock: &mut Clock) -> Result<(), Refusal> {
+        let (strike, object) = flight.cargo()?;
+        let _span = tracing::info_span!("strike", object = strike.object, sequence = flight.key().1).entered();
+        let workspace = self.workspaces.lock().unwrap_or_else(PoisonError::into_inner).pop();
+        let mut workspace = workspace.unwrap_or_default();
+        let outcome = object.strike(strike, &mut workspace, flight.token(), clock);
+        self.workspaces.lock().unwrap_or_else(PoisonError::into_inner).push(workspace);
+        let outcome = outcome?;
+        let layout = fit(strike, outcome.as_ref())?;
+        let mut lent = flight.lend(layout.blocks())?;
+        self.populated.ensure(lent.payload_mut())?;
+        *lent.user_header_mut() = layout.header(flight.key().1);
+        flight.send(write(lent, &layout, outcome.as_ref(), clock)?)
+    }
+}
+
+/// Lays the answer out, within the caller's caps.
+fn fit(strike: &Strike, outcome: &dyn Outcome) -> Result<Layout, Refusal> {
+    let counts = outcome.counts();
+    if let Some(cap) = strike.fragments_max.filter(|cap| counts.fragments > *cap as usize) {
+        let message = format!("{} fragments, the request takes {cap}", counts.fragments);
+        return Err(Refusal::new(Kind::CapExceeded, "fragments_max", message));
+    }
+    let layout = Layout::new(&counts).ok_or_else(|| {
+        Refusal::new(Kind::AnswerTooLarge, "answers", format!("{counts:?} cannot be addressed by 32 bits"))
+    })?;
+    match strike.bytes_max.filter(|cap| layout.used_bytes() > *cap) {
+        None => Ok(layout),
+        Some(cap) => {
+            let message = format!("{} bytes, the request takes {cap}", layout.used_bytes());
+            Err(Refusal::new(Kind::CapExceeded, "bytes_max", message))
+        }
+    }
+}
+
+/// Writes the answer where the client will read it.
+fn write(mut lent: Lent, layout: &Layout, outcome: &dyn Outcome, clock: &mut Clock) -> Result<Written, Refusal> {
+    let raw: *mut [MaybeUninit<Block>] = lent.payload_mut();
+    // SAFETY: the slice is borrowed from `lent`, which is not touched while `payload` lives. Its bytes are initialised:
+    // they lie in shared memory, whose pages the kernel zeroes and earlier answers wrote; any bytes are a `Block`.
+    let payload: &mut [Block] = unsafe { &mut *(raw as *mut [Block]) };
+    let unfit = || Refusal::new(Kind::Failed, "layout", "the lent memory is shorter than the layout");
+    let mut sections = layout.split(payload).ok_or_else(unfit)?;
+    clock.enter(Stage::Fragments);
+    let written = outcome.write(&mut sections);
+    clock.leave(Stage::Fragments, layout.used_bytes());
+    written?;
+    sections.stages.copy_from_slice(&clock.rows());
+    // SAFETY: every byte is initialised, see above.
+    Ok(unsafe { lent.assume_init() })
+}
+
+fn panicked(panic: &(dyn Any + Send)) -> Refusal {
+    let text = panic.downcast_ref::<&str>().map(|text| (*text).to_owned());
+    let text = text.or_else(|| panic.downcast_ref::<String>().cloned()).unwrap_or_default();
+    Refusal::new(Kind::Failed, "strike", format!("the strike failed inside the service: {text}"))
+}

@@ -1,0 +1,113 @@
+//! One strike from its arrival to its end.
+
+use crate::engine::Object;
+use crate::ipc::{ActiveStrike, Lent, lend};
+use crate::verdicts::Key;
+use iceoryx2::response_mut::ResponseMut;
+use shatter_fracture::token::Token;
+use shatter_proto::answer::{AnswerHeader, Block};
+use shatter_proto::request::Strike;
+use shatter_proto::transport::{Ipc, failed};
+use shatter_proto::{Kind, Refusal};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Instant;
+
+/// A lent answer, written.
+pub(super) type Written = ResponseMut<Ipc, [Block], AnswerHeader>;
+
+/// One strike. The request is shared by the thread that computes the answer and the one that looks whether somebody still
+/// waits for it; both hold the lock for microseconds.
+pub struct Flight {
+    request: Mutex<Option<ActiveStrike>>,
+    cargo: Option<(Strike, Arc<dyn Object>)>,
+    token: Token,
+    key: Key,
+    arrived: Instant,
+}
+
+impl Flight {
+    /// A strike that arrived now from the client with this listener.
+    pub(super) fn new(request: ActiveStrike, listener: [u8; 16], sequence: u64) -> Self {
+        Self {
+            request: Mutex::new(Some(request)),
+            cargo: None,
+            token: Token::default(),
+            key: (listener, sequence),
+            arrived: Instant::now(),
+        }
+    }
+
+    /// What to do, once it is understood.
+    pub(super) fn place(&mut self, strike: Strike, object: Arc<dyn Object>) {
+        self.cargo = Some((strike, object));
+    }
+
+    /// What to do.
+    pub(super) fn cargo(&self) -> Result<(&Strike, &Arc<dyn Object>), Refusal> {
+        let missing = || Refusal::new(Kind::Failed, "queue", "a strike was queued before it was understood");
+        self.cargo.as_ref().map(|(strike, object)| (strike, object)).ok_or_else(missing)
+    }
+
+    /// Names the strike to its client.
+    pub(super) fn key(&self) -> Key {
+        self.key
+    }
+
+    /// Polled by the stages.
+    pub(super) fn token(&self) -> &Token {
+        &self.token
+    }
+
+    /// When it arrived.
+    pub fn arrived(&self) -> Instant {
+        self.arrived
+    }
+
+    fn request(&self) -> MutexGuard<'_, Option<ActiveStrike>> {
+        self.request.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Asks it to stop at its next checkpoint.
+    pub(super) fn cancel(&self) {
+        self.token.cancel();
+    }
+
+    /// Cancels the strike if its client gave it up or vanished; whether it did.
+    pub(super) fn cancel_if_abandoned(&self) -> bool {
+        let abandoned = match &*self.request() {
+            Some(request) => !request.is_connected(),
+            None => false,
+        };
+        if abandoned {
+            self.cancel();
+        }
+        abandoned
+    }
+
+    /// Lends memory for the answer.
+    pub(super) fn lend(&self, blocks: usize) -> Result<Lent, Refusal> {
+        match &*self.request() {
+            Some(request) => lend(request, blocks),
+            None => Err(closed()),
+        }
+    }
+
+    /// Sends the answer and closes the request.
+    pub(super) fn send(&self, answer: Written) -> Result<(), Refusal> {
+        let mut request = self.request();
+        match request.take() {
+            // Asked right before sending: channels are recycled, and a late answer would lie in the way of another.
+            Some(request) if request.is_connected() => answer.send().map_err(|error| failed("send", error)),
+            _ => Err(closed()),
+        }
+    }
+
+    /// Closes the request without an answer. The verdict must be kept before.
+    pub(super) fn close(&self) {
+        self.request().take();
+    }
+}
+
+fn closed() -> Refusal {
+    Refusal::new(Kind::Cancelled, "client", "nobody waits for the answer any more")
+}

@@ -1,0 +1,203 @@
+//! How the service goes: counters and times, as Prometheus text and as one row for `status`.
+
+use hdrhistogram::Histogram as Times;
+use prometheus_client::encoding::text::encode;
+use prometheus_client::metrics::counter::Counter;
+use prometheus_client::metrics::family::Family;
+use prometheus_client::metrics::gauge::Gauge;
+use prometheus_client::metrics::histogram::{Histogram, exponential_buckets};
+use prometheus_client::registry::{Registry, Unit};
+use shatter_proto::answer::{STAGES, StageWire};
+use shatter_proto::control::{Latency, StatusRow};
+use shatter_proto::{Fault, Kind, Refusal};
+use std::time::Duration;
+
+/// How a strike ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum End {
+    /// With an answer.
+    Answered,
+    /// With a refusal of the request.
+    Refused,
+    /// For want of room.
+    Busy,
+    /// Inside the service.
+    Failed,
+    /// Nobody waited for it any more.
+    Cancelled,
+}
+
+impl End {
+    const ALL: [Self; 5] = [Self::Answered, Self::Refused, Self::Busy, Self::Failed, Self::Cancelled];
+
+    /// The end that a refusal is.
+    pub fn of(refusal: &Refusal) -> Self {
+        match (refusal.kind, refusal.kind.fault()) {
+            (Kind::Cancelled, _) => Self::Cancelled,
+            (Kind::Busy | Kind::Late | Kind::Stopping | Kind::SharedMemory, _) => Self::Busy,
+            (_, Fault::Service) => Self::Failed,
+            _ => Self::Refused,
+        }
+    }
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Answered => "answered",
+            Self::Refused => "refused",
+            Self::Busy => "busy",
+            Self::Failed => "failed",
+            Self::Cancelled => "cancelled",
+        }
+    }
+}
+
+type Label = [(&'static str, &'static str); 1];
+
+/// Counters and times since the daemon started.
+pub struct Metrics {
+    registry: Registry,
+    ends: Family<Label, Counter>,
+    stage_seconds: Family<Label, Histogram, fn() -> Histogram>,
+    strike_seconds: Histogram,
+    running: Gauge,
+    queued: Gauge,
+    clients: Gauge,
+    objects: Gauge,
+    strike_times: Times<u64>,
+    stage_times: Vec<Times<u64>>,
+}
+
+/// 10 µs to 40 s.
+fn seconds() -> Histogram {
+    Histogram::new(exponential_buckets(1e-5, 2.0, 23))
+}
+
+/// Up to ten minutes, to two digits.
+fn times() -> Result<Times<u64>, Refusal> {
+    Times::new_with_max(600_000_000_000, 2).map_err(|error| Refusal::new(Kind::Failed, "metrics", error.to_string()))
+}
+
+impl Metrics {
+    /// All zero.
+    pub fn new() -> Result<Self, Refusal> {
+        let stage_seconds: Family<Label, Histogram, fn() -> Histogram> = Family::new_with_constructor(seconds);
+        let metrics = Self {
+            registry: Registry::with_prefix("shatter"),
+            ends: Family::default(),
+            stage_seconds,
+            strike_seconds: seconds(),
+            running: Gauge::default(),
+            queued: Gauge::default(),
+            clients: Gauge::default(),
+            objects: Gauge::default(),
+            strike_times: times()?,
+            stage_times: STAGES.iter().map(|_| times()).collect::<Result<_, _>>()?,
+        };
+        Ok(metrics.registered())
+    }
+
+    fn registered(mut self) -> Self {
+        let registry = &mut self.registry;
+        registry.register("strikes", "Strikes by how they ended", self.ends.clone());
+        let stages = self.stage_seconds.clone();
+        registry.register_with_unit("stage", "Time per stage that ran", Unit::Seconds, stages);
+        let strikes = self.strike_seconds.clone();
+        registry.register_with_unit("strike", "Time from arrival to answer", Unit::Seconds, strikes);
+        registry.register("running", "Strikes computing", self.running.clone());
+        registry.register("queued", "Strikes waiting", self.queued.clone());
+        registry.register("clients", "Clients connected", self.clients.clone());
+        registry.register("objects", "Objects ready", self.objects.clone());
+        self
+    }
+
+    /// Counts a strike that ended before it began.
+    pub fn ended(&self, end: End) {
+        self.ends.get_or_create(&[("end", end.name())]).inc();
+    }
+
+    /// Counts a strike that ran.
+    pub fn ran(&mut self, end: End, time: Duration, stages: &[StageWire]) {
+        self.ended(end);
+        if end != End::Answered {
+            return;
+        }
+        self.strike_seconds.observe(time.as_secs_f64());
+        self.strike_times.saturating_record(u64::try_from(time.as_nanos()).unwrap_or(u64::MAX));
+        for (stage, times) in stages.iter().zip(&mut self.stage_times) {
+            if stage.ran != 0 {
+                self.stage_seconds.get_or_create(&[("stage", stage.name())]).observe(stage.ns as f64 * 1e-9);
+                times.saturating_record(stage.ns);
+            }
+        }
+    }
+
+    /// Prometheus text; what goes on now is taken from `now`.
+    pub fn text(&self, now: &StatusRow) -> String {
+        self.running.set(i64::from(now.running));
+        self.queued.set(i64::from(now.queued));
+        self.clients.set(i64::from(now.clients));
+        self.objects.set(i64::from(now.objects_ready));
+        let mut text = String::new();
+        // Writing to a string fails only if a metric cannot be shown; what was written by then is still good.
+        if let Err(error) = encode(&mut text, &self.registry) {
+            tracing::warn!(%error, "metrics");
+        }
+        text
+    }
+
+    /// Fills the counters and times of a status row.
+    pub fn fill(&self, row: &mut StatusRow) {
+        let [answered, refused, busy, failed, cancelled] =
+            End::ALL.map(|end| self.ends.get_or_create(&[("end", end.name())]).get());
+        (row.answered, row.refused, row.busy, row.failed, row.cancelled) = (answered, refused, busy, failed, cancelled);
+        row.strike = latency(&self.strike_times);
+        for (slot, times) in row.stages.iter_mut().zip(&self.stage_times) {
+            *slot = latency(times);
+        }
+    }
+}
+
+fn latency(times: &Times<u64>) -> Latency {
+    Latency {
+        count: times.len(),
+        p50_ns: times.value_at_quantile(0.5),
+        p90_ns: times.value_at_quantile(0.9),
+        p99_ns: times.value_at_quantile(0.99),
+        max_ns: times.max(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bytemuck::Zeroable;
+
+    #[test]
+    fn strikes_are_counted_and_timed() {
+        let mut metrics = Metrics::new().unwrap();
+        let stage = StageWire { stage: 1, ran: 1, ns: 5_000_000, bytes: 0 };
+        let idle = StageWire { stage: 0, ran: 0, ..stage };
+        metrics.ran(End::Answered, Duration::from_millis(20), &[idle, stage]);
+        metrics.ran(End::Failed, Duration::from_millis(20), &[idle, stage]);
+        metrics.ended(End::Busy);
+        let mut row = StatusRow::zeroed();
+        metrics.fill(&mut row);
+        assert_eq!((row.answered, row.failed, row.busy, row.refused), (1, 1, 1, 0));
+        assert_eq!((row.strike.count, row.stages[0].count, row.stages[1].count), (1, 0, 1));
+        assert!((4_900_000..5_200_000).contains(&row.stages[1].p99_ns), "{row:?}");
+        let text = metrics.text(&row);
+        for line in ["shatter_strikes_total{end=\"busy\"} 1", "shatter_stage_seconds_count{stage=\"elasticity\"} 1"] {
+            assert!(text.contains(line), "{text}");
+        }
+    }
+
+    #[test]
+    fn every_refusal_has_an_end() {
+        let end = |kind| End::of(&Refusal::new(kind, "", ""));
+        assert_eq!(end(Kind::Impulse), End::Refused);
+        assert_eq!(end(Kind::CorruptObject), End::Refused);
+        assert_eq!(end(Kind::Busy), End::Busy);
+        assert_eq!(end(Kind::Failed), End::Failed);
+        assert_eq!(end(Kind::Cancelled), End::Cancelled);
+    }
+}

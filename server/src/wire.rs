@@ -1,0 +1,248 @@
+//! Where wire types turn into engine types and back: the only such place.
+
+use crate::engine::{Loader, Object, Outcome};
+use bytemuck::Zeroable;
+use shatter_fracture::database;
+use shatter_fracture::lift::LiftKind;
+use shatter_fracture::pipeline::{
+    self, Contact, DEGREE_MAX, DegreeRequest, DegreeSource, FragmentRow, Prepared, RunRow, StrikeError, Watch,
+    Workspace,
+};
+use shatter_fracture::scene::{DEFAULT_DURATION_S, DEFAULT_RADIUS_DIAGONALS};
+use shatter_fracture::token::Token;
+use shatter_proto::answer::{FragmentWire, OUTER, RunWire, SummaryWire};
+use shatter_proto::control::ObjectRow;
+use shatter_proto::layout::{Counts, Sections};
+use shatter_proto::request::{Degree, Lift, Purpose, Strike};
+use shatter_proto::{Kind, Refusal};
+use std::sync::Arc;
+
+/// Bytes of answer per crack tetrahedron at most: four labels in it make 24 crack triangles, with their share of
+/// vertices and merge pairs; and per boundary triangle, of which there are fewer than tetrahedra.
+const ANSWER_BYTES_PER_TET: usize = 1024 + 256;
+
+/// Loads databases as the science writes them.
+pub fn loader() -> Loader {
+    Arc::new(|path| match database::load(path) {
+        Ok(prepared) => Ok(Arc::new(Served(prepared))),
+        Err(error) => Err(error.to_string()),
+    })
+}
+
+/// A prepared object, served.
+pub struct Served(pub Prepared);
+
+impl Object for Served {
+    fn row(&self) -> ObjectRow {
+        let prepared = &self.0;
+        let material = &prepared.parameters.material;
+        let mut row = ObjectRow {
+            ready: 1,
+            bodies: prepared.bodies.len() as u32,
+            degree_max: DEGREE_MAX,
+            elastic_nodes: prepared.elastic_nodes() as u32,
+            crack_nodes: prepared.crack_nodes() as u32,
+            gamma_j_m2: prepared.gamma_j_m2,
+            young_pa: material.young_pa,
+            poisson: material.poisson,
+            density_kg_m3: material.density_kg_m3,
+            volume_m3: prepared.report.lattice_volume_m3,
+            diagonal_m: prepared.frame.diagonal_m,
+            centre_m: prepared.frame.centre_m.coords.into(),
+            radius_m: DEFAULT_RADIUS_DIAGONALS * prepared.frame.diagonal_m,
+            duration_s: DEFAULT_DURATION_S,
+            ..ObjectRow::zeroed()
+        };
+        row.set_name(&prepared.name);
+        row.set_material(&prepared.parameters.material_name);
+        row
+    }
+
+    fn answer_bytes_max(&self) -> usize {
+        self.0.crack_tets().saturating_mul(ANSWER_BYTES_PER_TET)
+    }
+
+    fn strike(
+        &self,
+        strike: &Strike,
+        workspace: &mut Workspace,
+        token: &Token,
+        watch: &mut dyn Watch,
+    ) -> Result<Box<dyn Outcome>, Refusal> {
+        let outcome = pipeline::strike(&self.0, &request(strike), workspace, token, watch).map_err(refusal)?;
+        Ok(Box::new(Struck { object: strike.object.clone(), seed: strike.seed, outcome }))
+    }
+}
+
+/// A strike as the engine wants it.
+fn request(strike: &Strike) -> pipeline::Strike {
+    let contact = |contact: &shatter_proto::request::Contact| Contact {
+        point_m: contact.point_m.into(),
+        impulse_ns: contact.impulse_ns.into(),
+        duration_s: contact.duration_s,
+        radius_m: contact.radius_m,
+    };
+    pipeline::Strike {
+        contacts: strike.contacts.iter().map(contact).collect(),
+        degree: match strike.degree {
+            Degree::ClosedForm => DegreeRequest::ClosedForm,
+            Degree::Optimised => DegreeRequest::Optimised,
+            Degree::Sites(sites) => DegreeRequest::Sites(sites),
+        },
+        gamma_j_m2: strike.gamma_j_m2,
+        lift: match strike.lift {
+            Some(Lift::Euclidean) => LiftKind::Euclidean,
+            Some(Lift::Interior) | None => LiftKind::Interior,
+        },
+        seed: strike.seed,
+        threshold_only: strike.purpose == Purpose::Threshold,
+    }
+}
+
+/// A refusal of the engine on the wire.
+fn refusal(error: StrikeError) -> Refusal {
+    let of = |contact: &usize, field: &str| format!("contacts[{contact}].{field}");
+    let (kind, at) = match &error {
+        StrikeError::ContactCount(count) => (Kind::ContactCount, count.to_string()),
+        StrikeError::Number { contact, key, .. } => match *key {
+            "point" => (Kind::ContactPoint, of(contact, "point_m")),
+            "duration" => (Kind::ContactDuration, of(contact, "duration_s")),
+            "radius" => (Kind::ContactRadius, of(contact, "radius_m")),
+            _ => (Kind::Impulse, of(contact, "impulse_ns")),
+        },
+        StrikeError::ZeroImpulse { contact } => (Kind::Impulse, of(contact, "impulse_ns")),
+        StrikeError::Gamma(gamma) => (Kind::Gamma, gamma.to_string()),
+        StrikeError::Degree { degree, .. } => (Kind::Degree, degree.to_string()),
+        StrikeError::TooFar { contact, .. } => (Kind::ContactTooFar, of(contact, "point_m")),
+        StrikeError::Cancelled(_) => (Kind::Cancelled, "client".to_owned()),
+        StrikeError::Elasticity { body, .. } | StrikeError::Field { body, .. } => {
+            let kind = if error.is_callers() { Kind::Unsolvable } else { Kind::Failed };
+            (kind, format!("body {body}"))
+        }
+        StrikeError::Tessellation(_) | StrikeError::SectionLengths { .. } => (Kind::Failed, "tessellation".to_owned()),
+    };
+    Refusal::new(kind, at, error.to_string())
+}
+
+/// An outcome of the engine, with what it does not know of the request.
+struct Struck {
+    object: String,
+    seed: u64,
+    outcome: pipeline::Outcome,
+}
+
+impl Outcome for Struck {
+    fn counts(&self) -> Counts {
+        self.outcome.pieces.as_ref().map_or(Counts::default(), |pieces| Counts {
+            fragments: pieces.fragments.len(),
+            runs: pieces.runs.len(),
+            merges: pieces.counts.merges,
+            vertices: pieces.counts.vertices,
+            indices: pieces.counts.indices,
+        })
+    }
+
+    fn write(&self, sections: &mut Sections<'_>) -> Result<(), Refusal> {
+        *sections.summary = self.summary();
+        let Some(pieces) = &self.outcome.pieces else { return Ok(()) };
+        for (wire, row) in sections.fragments.iter_mut().zip(&pieces.fragments) {
+            *wire = fragment(row);
+        }
+        for (wire, row) in sections.runs.iter_mut().zip(&pieces.runs) {
+            *wire = run(row);
+        }
+        pieces.emit(sections.positions, sections.indices, sections.merges).map_err(refusal)
+    }
+}
+
+impl Struck {
+    fn summary(&self) -> SummaryWire {
+        let outcome = &self.outcome;
+        let mut summary = SummaryWire {
+            degree_source: match outcome.degree_source {
+                DegreeSource::Threshold => 0,
+                DegreeSource::ClosedForm => 1,
+                DegreeSource::Optimised => 4,
+                DegreeSource::Forced => 5,
+            },
+            sites: outcome.sites,
+            fracture_degree: outcome.fracture_degree,
+            capped: u32::from(outcome.capped),
+            stop_reason: u32::from(outcome.capped),
+            gamma_j_m2: outcome.gamma_j_m2,
+            e1_over_gamma: outcome.e1_over_gamma,
+            threshold_impulse_factor: outcome.impulse_factor,
+            confidence: outcome.confidence,
+            seed: self.seed,
+            radius_m: outcome.radius_m,
+            ..SummaryWire::zeroed()
+        };
+        summary.set_object(&self.object);
+        summary
+    }
+}
+
+fn fragment(row: &FragmentRow) -> FragmentWire {
+    FragmentWire {
+        id: row.id,
+        body: row.body,
+        vertex_first: row.vertex_first,
+        vertex_count: row.vertex_count,
+        index_first: row.index_first,
+        index_count: row.index_count,
+        run_first: row.run_first,
+        run_count: row.run_count,
+        merge_first: row.merge_first,
+        merge_count: row.merge_count,
+        reserved: [0; 2],
+        volume_m3: row.volume_m3,
+        mass_kg: row.mass_kg,
+        centre_m: row.centre_m,
+        inertia_kg_m2: row.inertia_kg_m2,
+        energy_j_m2: row.energy_j_m2,
+    }
+}
+
+fn run(row: &RunRow) -> RunWire {
+    RunWire {
+        fragment: row.fragment,
+        neighbour: row.neighbour,
+        vertex_first: row.vertex_first,
+        vertex_count: row.vertex_count,
+        index_first: row.index_first,
+        index_count: row.index_count,
+        material: u32::from(row.neighbour != OUTER),
+        reserved: 0,
+    }
+}
+
+const _: () = assert!(OUTER == pipeline::OUTER);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use shatter_proto::answer::DEGREE_SOURCES;
+
+    #[test]
+    fn degree_sources_have_the_same_names_on_the_wire() {
+        for (source, number) in [
+            (DegreeSource::Threshold, 0),
+            (DegreeSource::ClosedForm, 1),
+            (DegreeSource::Optimised, 4),
+            (DegreeSource::Forced, 5),
+        ] {
+            assert_eq!(serde_json::json!(source), DEGREE_SOURCES[number]);
+        }
+    }
+
+    #[test]
+    fn refusals_of_the_engine_name_the_offender() {
+        let far = StrikeError::TooFar { contact: 2, distance_m: 1.0, radius_m: 0.5 };
+        let refusal = refusal(far);
+        assert_eq!((refusal.kind, refusal.at.as_str()), (Kind::ContactTooFar, "contacts[2].point_m"));
+        let number = StrikeError::Number { contact: 0, key: "peak force", value: f64::INFINITY, positive: true };
+        assert_eq!(super::refusal(number).kind, Kind::Impulse);
+        let cancelled = StrikeError::Cancelled(shatter_fracture::token::Cancelled);
+        assert_eq!(super::refusal(cancelled).kind, Kind::Cancelled);
+    }
+}

@@ -1,0 +1,225 @@
+//! Real processes: daemons and clients that come, go, and are killed.
+
+mod support;
+
+use rustix::process::Signal;
+use serde_json::Value;
+use shatter_client::{Impact, Kind, Shatter};
+use std::process::{Command, Stdio};
+use std::time::Duration;
+use support::{Child, TestPlace, patience, play, role, shatter, shatterd};
+
+/// Plays another process for the tests below; alone it does nothing.
+#[test]
+fn play_a_role() {
+    play(|client| match client {
+        "hoarder" => {
+            let vase = connect(None).object("vase", patience()).unwrap();
+            let held: Vec<_> = (0..2).map(|_| vase.strike(&impact()).unwrap().wait(patience()).unwrap()).collect();
+            let _pending = vase.strike(&impact()).unwrap();
+            println!("ready");
+            std::thread::sleep(Duration::from_secs(120));
+            drop(held);
+        }
+        other => panic!("no such role: {other}"),
+    });
+}
+
+fn impact() -> Impact {
+    Impact::at([0.0, 0.1, 0.0]).impulse([-1.0, 0.0, 0.0])
+}
+
+fn connect(here: Option<&TestPlace>) -> Shatter {
+    match here {
+        Some(here) => Shatter::connect_at(&here.place, patience()).unwrap(),
+        None => Shatter::connect(&std::env::var("SHATTER_SERVICE").unwrap(), patience()).unwrap(),
+    }
+}
+
+fn json(text: &str) -> Value {
+    serde_json::from_str(text).unwrap_or_else(|error| panic!("{error}: {text}"))
+}
+
+/// Runs `shatterd serve` to its end; returns exit code and stderr.
+fn serve(here: &TestPlace, arguments: &[&str]) -> (i32, String) {
+    let out = shatterd(here).args(arguments).stdin(Stdio::null()).output().unwrap();
+    (out.status.code().unwrap(), String::from_utf8_lossy(&out.stderr).into_owned())
+}
+
+#[test]
+fn the_daemon_serves_lists_and_ends_without_a_trace() {
+    let here = TestPlace::new("serves");
+    here.database("worn", "not a database");
+    let daemon = Child::start(&mut shatterd(&here));
+    let (code, out) = shatter(&here, &["list", "--json"]);
+    let list = json(&out);
+    assert_eq!((code, list["objects"][0]["object"].as_str()), (0, Some("worn")), "{out}");
+    assert_eq!(list["objects"][0]["error"]["kind"], "corrupt_object");
+    let (code, out) = shatter(&here, &["status", "--wait", "5", "--json"]);
+    assert_eq!((code, json(&out)["objects_failed"].as_u64()), (0, Some(1)), "{out}");
+    let strike = ["impact", "worn", "--point", "0,0,0", "--impulse", "-1,0,0", "--json"];
+    let (code, out) = shatter(&here, &strike);
+    assert_eq!((code, json(&out)["error"]["kind"].as_str()), (3, Some("corrupt_object")), "{out}");
+    let (code, out) = shatter(&here, &["threshold", "pot", "--point", "0,0,0", "--direction", "0,-1,0", "--json"]);
+    assert_eq!((code, json(&out)["error"]["at"].as_str()), (3, Some("pot")), "{out}");
+    assert_eq!(daemon.terminate().code(), Some(0));
+    assert_eq!(here.shared_memory(), Vec::<std::path::PathBuf>::new());
+    let (code, out) = shatter(&here, &["list", "--json"]);
+    assert_eq!((code, json(&out)["error"]["kind"].as_str()), (4, Some("no_daemon")), "{out}");
+}
+
+#[test]
+fn a_second_daemon_of_the_same_name_is_refused() {
+    let here = TestPlace::new("second");
+    let first = Child::start(&mut shatterd(&here));
+    let (code, error) = serve(&here, &[]);
+    assert_eq!(code, 3, "{error}");
+    assert!(error.contains("`second`") && error.contains(&first.id().to_string()), "{error}");
+    let other = Child::start(shatterd(&here).args(["--service", "other"]));
+    assert_eq!(other.terminate().code(), Some(0));
+    assert_eq!(connect(Some(&here)).status(patience()).unwrap().row().pid, first.id());
+}
+
+#[test]
+fn what_the_daemon_cannot_start_with_is_named() {
+    let here = TestPlace::new("named");
+    let check = |arguments: &[&str], exit: i32, named: &str| {
+        let (code, error) = serve(&here, arguments);
+        assert_eq!(code, exit, "{error}");
+        assert!(error.contains(named), "{error}");
+    };
+    check(&["--service", "a b"], 3, "`a b`");
+    check(&["--databases", "/nowhere/ä b"], 3, "/nowhere/ä b");
+    check(&["--config", "/nowhere.toml"], 3, "/nowhere.toml");
+    let config = here.file("colour.toml", "[compute]\ncolour = 3");
+    check(&["--config", config.to_str().unwrap()], 3, "colour");
+    check(&["--log", "a=b=c"], 3, "log.filter");
+    check(&["--nonsense"], 2, "--nonsense");
+}
+
+#[test]
+fn a_killed_daemon_is_noticed_and_can_be_started_again() {
+    let here = TestPlace::new("killed");
+    here.database("slow", "slow");
+    here.database("vase", "tetra");
+    let first = Child::start(&mut role(&here, "daemon", ""));
+    let service = connect(Some(&here));
+    let slow = service.object("slow", patience()).unwrap();
+    let mut ticket = slow.strike(&impact()).unwrap();
+    while service.status(patience()).unwrap().row().running == 0 {
+        std::thread::yield_now();
+    }
+    first.kill();
+    assert_eq!(ticket.wait(patience()).err().unwrap().kind, Kind::Lost);
+    assert_eq!(Shatter::connect_at(&here.place, patience()).err().unwrap().kind, Kind::NoDaemon);
+    let second = Child::start(&mut role(&here, "daemon", ""));
+    let vase = connect(Some(&here)).object("vase", patience()).unwrap();
+    assert!(vase.strike(&impact()).unwrap().wait(patience()).is_ok());
+    // The connection to the first daemon works with the second one as well.
+    let vase = service.object("vase", patience()).unwrap();
+    assert!(vase.strike(&impact()).unwrap().wait(patience()).is_ok());
+    drop((vase, service, slow, ticket));
+    assert_eq!(second.terminate().code(), Some(0));
+}
+
+#[test]
+fn daemons_killed_while_starting_leave_nothing_in_the_way() {
+    let here = TestPlace::new("early");
+    for delay_ms in 0..12 {
+        let child = Child::begin(&mut shatterd(&here));
+        std::thread::sleep(Duration::from_millis(delay_ms));
+        child.kill();
+    }
+    let daemon = Child::start(&mut shatterd(&here));
+    assert_eq!(shatter(&here, &["status"]).0, 0);
+    assert_eq!(daemon.terminate().code(), Some(0));
+}
+
+#[test]
+fn a_killed_client_gives_its_answers_back() {
+    let here = TestPlace::new("hoarder");
+    here.database("vase", "tetra");
+    let settings = "[answers]\nbuckets = 2\nprefault_buckets = 1";
+    let daemon = Child::start(&mut role(&here, "daemon", settings));
+    let hoarder = Child::start(&mut role(&here, "hoarder", ""));
+    let service = connect(Some(&here));
+    let vase = service.object("vase", patience()).unwrap();
+    let strike = || vase.strike(&impact()).unwrap().wait(patience());
+    assert_eq!(strike().err().unwrap().kind, Kind::Busy);
+    hoarder.kill();
+    let deadline = patience();
+    let broken = loop {
+        match strike() {
+            Err(refusal) if refusal.kind == Kind::Busy && !deadline.passed() => std::thread::yield_now(),
+            answer => break answer.unwrap(),
+        }
+    };
+    assert_eq!(broken.fragments().len(), 1);
+    drop((broken, vase, service));
+    assert_eq!(daemon.terminate().code(), Some(0));
+}
+
+#[test]
+fn hangup_loads_the_databases_again() {
+    let here = TestPlace::new("hangup");
+    here.database("vase", "tetra");
+    let daemon = Child::start(&mut role(&here, "daemon", ""));
+    let service = connect(Some(&here));
+    assert_eq!(service.objects(patience()).unwrap().len(), 1);
+    here.database("pot", "tetra");
+    daemon.signal(Signal::HUP);
+    let deadline = patience();
+    while service.objects(patience()).unwrap().len() < 2 && !deadline.passed() {
+        std::thread::yield_now();
+    }
+    let pot = service.object("pot", patience()).unwrap();
+    assert!(pot.strike(&impact()).unwrap().wait(patience()).is_ok());
+}
+
+#[test]
+fn the_command_line_strikes_and_prints_one_document() {
+    let here = TestPlace::new("strikes");
+    here.database("vase", "tetra");
+    let _daemon = Child::start(&mut role(&here, "daemon", ""));
+    let strike = ["impact", "vase", "--point", "-0.1,0,0", "--impulse", "-1,0.5,0", "--degree", "3", "--json"];
+    let (code, out) = shatter(&here, &strike);
+    let answer = json(&out);
+    assert_eq!((code, answer["status"].as_str()), (0, Some("ok")), "{out}");
+    assert_eq!(answer["fragments"].as_array().unwrap().len(), 3);
+    assert!(answer["fragments"].as_array().unwrap().iter().all(|fragment| fragment["closed"] == true));
+    assert_eq!(answer["stages"].as_array().unwrap().len(), 8);
+    let keys = ["object", "handle", "gamma_j_m2", "e1_over_gamma", "sites", "fracture_degree", "degree_source"];
+    let keys = keys.into_iter().chain(["confidence", "capped", "stop_reason", "error_estimate", "round_trip_ns"]);
+    for key in keys.chain(["response_bytes", "output_hash", "sections"]) {
+        assert!(answer.get(key).is_some(), "{key}: {out}");
+    }
+    let hash = |text: &str| json(text)["output_hash"].clone();
+    assert_eq!(hash(&out), hash(&shatter(&here, &strike).1));
+    let (code, out) = shatter(&here, &["threshold", "vase", "--point", "0,0,0", "--direction", "0,-3,0", "--json"]);
+    assert_eq!((code, json(&out)["impulse_ns"].as_f64()), (0, Some(0.5)), "{out}");
+    let (code, out) = shatter(&here, &["impact", "vase", "--point", "0,0,0", "--impulse", "0,0,0", "--json"]);
+    assert_eq!((code, json(&out)["error"]["kind"].as_str()), (3, Some("impulse")), "{out}");
+    for arguments in [&["list"][..], &["status"], &["impact", "vase", "--point", "0,0,0", "--impulse", "1,0,0"]] {
+        let (code, out) = shatter(&here, arguments);
+        assert!(code == 0 && !out.is_empty(), "{arguments:?}");
+    }
+}
+
+/// A supervisor hears that the daemon serves, and that it ends.
+#[test]
+fn the_supervisor_is_told() {
+    let here = TestPlace::new("told");
+    let socket = here.databases().join("notify");
+    let listener = std::os::unix::net::UnixDatagram::bind(&socket).unwrap();
+    listener.set_read_timeout(Some(Duration::from_secs(60))).unwrap();
+    let heard = move || {
+        let mut buffer = [0; 256];
+        let length = listener.recv(&mut buffer).unwrap();
+        String::from_utf8_lossy(&buffer[..length]).into_owned()
+    };
+    let mut command: Command = shatterd(&here);
+    let daemon = Child::start(command.env("NOTIFY_SOCKET", &socket));
+    assert!(heard().contains("READY=1"));
+    daemon.terminate();
+    assert!(heard().contains("STOPPING=1"));
+}

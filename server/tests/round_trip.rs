@@ -1,0 +1,311 @@
+//! Round trips through shared memory with a daemon in this process and a toy engine: what comes back, what is refused,
+//! and that one strike's trouble is no other's.
+
+mod support;
+
+use iceoryx2::prelude::{NodeBuilder, SignalHandlingMode};
+use shatter_client::{Deadline, Degree, Impact, Kind, Poll, Refusal, Shatter};
+use shatter_proto::answer::{AnswerHeader, Block};
+use shatter_proto::request::StrikeWire;
+use shatter_proto::transport::{Ipc, STRIKE_SERVICE, config, service_name};
+use support::{InProcess, TestPlace, addresses, patience, within};
+
+fn start(objects: &[(&str, &str)], settings: &str) -> InProcess {
+    let here = TestPlace::new("trip");
+    for (name, word) in objects {
+        here.database(name, word);
+    }
+    InProcess::start(here, settings)
+}
+
+fn impact() -> Impact {
+    Impact::at([0.0, 0.1, 0.0]).impulse([-1.0, 0.0, 0.0])
+}
+
+fn refused(service: &Shatter, object: &str, impact: &Impact) -> Refusal {
+    let object = service.object(object, patience()).unwrap();
+    object.strike(impact).and_then(|mut ticket| ticket.wait(patience())).err().unwrap()
+}
+
+#[test]
+fn fragments_come_back_through_shared_memory() {
+    let daemon = start(&[("vase ä", "tetra")], "");
+    let service = daemon.connect();
+    let vase = service.object("vase ä", patience()).unwrap();
+    assert_eq!((vase.facts().material.as_str(), vase.facts().gamma_j_m2), ("toy", 2.0));
+    let mut ticket = vase.strike(&impact().degree(Degree::Sites(3)).seed(9)).unwrap();
+    let broken = ticket.wait(patience()).unwrap();
+    let summary = broken.summary();
+    assert_eq!((summary.object(), summary.sites, summary.seed), ("vase ä".to_owned(), 3, 9));
+    assert_eq!(broken.fragments().len(), 3);
+    for (i, fragment) in broken.fragments().enumerate() {
+        assert!(fragment.is_closed() && fragment.id() as usize == i);
+        assert_eq!((fragment.positions().len(), fragment.indices().len(), fragment.mass_kg()), (4, 12, 2.0));
+        let run = fragment.runs().next().unwrap();
+        assert_eq!((run.neighbour, run.index_first, run.vertex_first), (None, 0, 0));
+        assert_eq!((run.indices, run.positions), (fragment.indices(), fragment.positions()));
+    }
+    let names: Vec<&str> = broken.stages().iter().map(|stage| stage.name()).collect();
+    assert_eq!(names, shatter_proto::answer::STAGES);
+    let ran: Vec<&str> = broken.stages().iter().filter(|stage| stage.ran != 0).map(|stage| stage.name()).collect();
+    assert_eq!(ran, ["load", "fragments"]);
+    // The answer is spent, and says so.
+    assert_eq!(ticket.poll().err().unwrap().kind, Kind::Cancelled);
+}
+
+#[test]
+fn writer_and_reader_both_work_in_the_mapped_segment() {
+    let daemon = start(&[("mapped", "tetra")], "");
+    let vase = daemon.connect().object("mapped", patience()).unwrap();
+    let broken = vase.strike(&impact()).unwrap().wait(patience()).unwrap();
+    let mapped = daemon.here.mapped();
+    assert!(within(&broken.address_range(), &mapped), "{:x?} is not in {mapped:x?}", broken.address_range());
+    let view = broken.view();
+    for address in [view.positions.as_ptr() as usize, view.indices.as_ptr() as usize] {
+        assert!(broken.address_range().contains(&address) && address.is_multiple_of(64));
+    }
+    let written = addresses("mapped");
+    assert_eq!(written.len(), 3, "positions, indices and merge pairs");
+    for range in written {
+        assert!(within(&range, &mapped), "{range:x?} is not in {mapped:x?}");
+        assert!(!within(&range, &[broken.address_range()]), "the daemon has a mapping of its own");
+    }
+}
+
+#[test]
+fn equal_strikes_give_equal_hashes() {
+    let daemon = start(&[("vase", "tetra")], "");
+    let vase = daemon.connect().object("vase", patience()).unwrap();
+    let digest = |seed| vase.strike(&impact().seed(seed)).unwrap().wait(patience()).unwrap().digest();
+    let (a, b, c) = (digest(1), digest(1), digest(2));
+    assert_eq!(a, b);
+    assert_ne!(a.output_hash, c.output_hash);
+    assert_eq!((a.output_hash.len(), a.sections.len()), (16, 7));
+    assert_eq!(a.sections[6], c.sections[6]);
+}
+
+#[test]
+fn polling_never_blocks_and_many_strikes_may_be_under_way() {
+    let daemon = start(&[("vase", "tetra")], "");
+    let vase = daemon.connect().object("vase", patience()).unwrap();
+    let mut tickets: Vec<_> = (0..40).map(|seed| vase.strike(&impact().seed(seed)).unwrap()).collect();
+    let mut answers = Vec::new();
+    let deadline = patience();
+    while !tickets.is_empty() && !deadline.passed() {
+        tickets.retain_mut(|ticket| match ticket.poll().unwrap() {
+            Poll::Pending => true,
+            Poll::Ready(broken) => {
+                answers.push(broken.summary().seed);
+                false
+            }
+        });
+        std::thread::yield_now();
+    }
+    answers.sort_unstable();
+    assert_eq!(answers, (0..40).collect::<Vec<u64>>());
+}
+
+#[test]
+fn one_connection_serves_several_threads() {
+    let daemon = start(&[("vase", "tetra")], "");
+    let vase = daemon.connect().object("vase", patience()).unwrap();
+    std::thread::scope(|scope| {
+        for thread in 0..4 {
+            let vase = vase.clone();
+            scope.spawn(move || {
+                for seed in 0..20 {
+                    let broken = vase.strike(&impact().seed(thread * 100 + seed)).unwrap().wait(patience()).unwrap();
+                    assert_eq!(broken.summary().seed, thread * 100 + seed);
+                }
+            });
+        }
+    });
+    let status = daemon.connect().status(patience()).unwrap();
+    assert_eq!(status.row().answered, 80);
+}
+
+#[test]
+fn refusals_name_rule_and_offender() {
+    let daemon = start(&[("vase", "tetra"), ("worn", "?")], "");
+    let service = daemon.connect();
+    let kind = |name| service.object(name, patience()).err().unwrap();
+    assert_eq!((kind("pot").kind, kind("pot").at), (Kind::UnknownObject, "pot".to_owned()));
+    assert_eq!(kind("worn").kind, Kind::CorruptObject);
+    assert!(kind("worn").message.contains("checksum"), "{}", kind("worn"));
+    let check = |impact: Impact, kind: Kind, at: &str| {
+        let refusal = refused(&service, "vase", &impact);
+        assert_eq!((refusal.kind, refusal.at.as_str()), (kind, at), "{refusal}");
+    };
+    check(Impact::at([0.0; 3]), Kind::Impulse, "contacts[0].impulse_ns");
+    check(impact().and_at([f64::NAN; 3]).impulse([1.0; 3]), Kind::ContactPoint, "contacts[1].point_m");
+    check(impact().gamma(-1.0), Kind::Gamma, "gamma_j_m2");
+    check(impact().degree(Degree::Sites(0)), Kind::Degree, "0");
+    check(impact().degree(Degree::Sites(3)).fragments_max(2), Kind::CapExceeded, "fragments_max");
+    check(impact().bytes_max(100), Kind::CapExceeded, "bytes_max");
+    // Those that the daemon refused were counted, and it still serves.
+    let broken = service.object("vase", patience()).unwrap().strike(&impact()).unwrap().wait(patience()).unwrap();
+    assert!(!broken.is_whole());
+    assert_eq!(service.status(patience()).unwrap().row().refused, 2);
+}
+
+#[test]
+fn the_threshold_alone_has_no_fragments() {
+    let daemon = start(&[("vase", "tetra")], "");
+    let vase = daemon.connect().object("vase", patience()).unwrap();
+    let broken = vase.strike(&impact().threshold_only()).unwrap().wait(patience()).unwrap();
+    assert!(broken.is_whole());
+    assert_eq!(broken.summary().threshold_impulse_factor, 0.5);
+}
+
+#[test]
+fn a_panic_fails_its_own_strike_alone() {
+    let daemon = start(&[("bomb", "panic"), ("vase", "tetra")], "");
+    let service = daemon.connect();
+    for _ in 0..3 {
+        let refusal = refused(&service, "bomb", &impact());
+        assert_eq!(refusal.kind, Kind::Failed);
+        assert!(refusal.message.contains("the toy is broken"), "{refusal}");
+    }
+    assert!(service.object("vase", patience()).unwrap().strike(&impact()).unwrap().wait(patience()).is_ok());
+    assert_eq!(service.status(patience()).unwrap().row().failed, 3);
+}
+
+#[test]
+fn a_full_queue_refuses_at_once_and_status_still_answers() {
+    let daemon = start(&[("slow", "slow")], "[compute]\nstrikes_at_once = 1\nqueue_max = 2");
+    let service = daemon.connect();
+    let slow = service.object("slow", patience()).unwrap();
+    let tickets: Vec<_> = (0..3).map(|_| slow.strike(&impact()).unwrap()).collect();
+    let refusal = slow.strike(&impact()).unwrap().wait(patience()).err().unwrap();
+    assert_eq!((refusal.kind, refusal.at.as_str()), (Kind::Busy, "queue"), "{refusal}");
+    assert!(refusal.kind.retry());
+    let status = service.status(patience()).unwrap();
+    assert_eq!((status.row().running, status.row().queued, status.row().busy), (1, 2, 1));
+    drop(tickets);
+}
+
+#[test]
+fn exhausted_answers_silence_no_refusal() {
+    let daemon = start(&[("vase", "tetra")], "[answers]\nbuckets = 2");
+    let service = daemon.connect();
+    let vase = service.object("vase", patience()).unwrap();
+    let strike = || vase.strike(&impact()).unwrap().wait(patience());
+    let held = [strike().unwrap(), strike().unwrap()];
+    for _ in 0..5 {
+        let refusal = strike().err().unwrap();
+        assert_eq!((refusal.kind, refusal.at.as_str()), (Kind::Busy, "answers"), "{refusal}");
+    }
+    assert_eq!(service.status(patience()).unwrap().row().busy, 5);
+    assert_eq!(held[0].fragments().len(), 1);
+    drop(held);
+    assert!(strike().is_ok());
+}
+
+#[test]
+fn an_answer_larger_than_a_bucket_is_refused() {
+    let daemon = start(&[("large", "large 2048"), ("fits", "large 900")], "");
+    let service = daemon.connect();
+    assert_eq!(refused(&service, "large", &impact()).kind, Kind::AnswerTooLarge);
+    let fits = service.object("fits", patience()).unwrap().strike(&impact()).unwrap().wait(patience()).unwrap();
+    assert!(fits.bytes() > 900 * 1024);
+}
+
+#[test]
+fn a_dropped_ticket_frees_its_worker() {
+    let daemon = start(&[("slow", "slow"), ("vase", "tetra")], "[compute]\nstrikes_at_once = 1");
+    let service = daemon.connect();
+    let slow = service.object("slow", patience()).unwrap();
+    let mut computing = slow.strike(&impact()).unwrap();
+    let waiting = slow.strike(&impact()).unwrap();
+    assert_eq!(computing.wait(Deadline::ms(20)).err().unwrap().kind, Kind::Late);
+    drop((computing, waiting));
+    // The only worker is free again.
+    assert!(service.object("vase", patience()).unwrap().strike(&impact()).unwrap().wait(patience()).is_ok());
+    assert_eq!(service.status(patience()).unwrap().row().cancelled, 2);
+}
+
+#[test]
+fn garbage_is_refused_and_harms_nobody() {
+    let daemon = start(&[("vase", "tetra")], "");
+    let settings = config(&daemon.here.place).unwrap();
+    let node = NodeBuilder::new()
+        .config(&settings)
+        .signal_handling_mode(SignalHandlingMode::Disabled)
+        .create::<Ipc>()
+        .unwrap();
+    let strikes = node
+        .service_builder(&service_name(STRIKE_SERVICE).unwrap())
+        .request_response::<StrikeWire, [Block]>()
+        .response_user_header::<AnswerHeader>()
+        .open()
+        .unwrap();
+    let client = strikes.client_builder().create().unwrap();
+    for byte in [0x00, 0x01, 0x7f, 0xff] {
+        let wire: StrikeWire = bytemuck::pod_read_unaligned(&[byte; size_of::<StrikeWire>()]);
+        let pending = client.send_copy(wire).unwrap();
+        let deadline = patience();
+        while pending.is_connected() && !deadline.passed() {
+            std::thread::yield_now();
+        }
+        assert!(pending.receive().unwrap().is_none());
+    }
+    let vase = daemon.connect().object("vase", patience()).unwrap();
+    assert!(vase.strike(&impact()).unwrap().wait(patience()).is_ok());
+}
+
+#[test]
+fn answers_outlive_connection_and_daemon() {
+    let mut daemon = start(&[("vase", "tetra")], "");
+    let broken = {
+        let vase = daemon.connect().object("vase", patience()).unwrap();
+        vase.strike(&impact()).unwrap().wait(patience()).unwrap()
+    };
+    daemon.end().unwrap();
+    assert!(broken.fragments().all(|fragment| fragment.is_closed()));
+}
+
+#[test]
+fn an_ending_daemon_refuses_what_waits_and_leaves_nothing() {
+    let mut daemon = start(&[("slow", "slow")], "[compute]\nstrikes_at_once = 1");
+    let service = daemon.connect();
+    let slow = service.object("slow", patience()).unwrap();
+    let _computing = slow.strike(&impact()).unwrap();
+    let mut waiting = slow.strike(&impact()).unwrap();
+    while service.status(patience()).unwrap().row().queued == 0 {
+        std::thread::yield_now();
+    }
+    let verdict = std::thread::scope(|scope| {
+        let verdict = scope.spawn(|| waiting.wait(patience()).err().unwrap());
+        daemon.end().unwrap();
+        verdict.join().unwrap()
+    });
+    assert_eq!(verdict.kind, Kind::Stopping, "{verdict}");
+    drop((_computing, waiting, slow, service));
+    assert!(!daemon.here.place.hello().exists());
+}
+
+#[test]
+fn a_place_without_a_daemon_says_so_at_once() {
+    let here = TestPlace::new("nobody");
+    let absent = || Shatter::connect_at(&here.place, patience()).err().unwrap();
+    assert_eq!(absent().kind, Kind::NoDaemon);
+    here.place.create().unwrap();
+    assert_eq!(absent().kind, Kind::NoDaemon);
+    // A hello that a killed daemon left does not count.
+    std::fs::write(here.place.hello(), "{}").unwrap();
+    std::fs::write(here.place.lock(), "1").unwrap();
+    assert_eq!(absent().kind, Kind::NoDaemon);
+}
+
+#[test]
+fn metrics_are_written_as_text() {
+    let mut daemon = start(&[("vase", "tetra")], "");
+    let vase = daemon.connect().object("vase", patience()).unwrap();
+    drop(vase.strike(&impact()).unwrap().wait(patience()).unwrap());
+    drop(vase);
+    let metrics = daemon.here.place.metrics();
+    daemon.end().unwrap();
+    let text = std::fs::read_to_string(metrics).unwrap();
+    assert!(text.contains("shatter_strikes_total{end=\"answered\"} 1"), "{text}");
+    assert!(text.contains("shatter_stage_seconds_bucket"), "{text}");
+}

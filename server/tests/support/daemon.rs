@@ -1,0 +1,177 @@
+//! Daemons: in a thread of this process, as a child of the test's own binary with the toy engine, and the real program.
+
+use super::{TestPlace, loader};
+use shatter_client::{Deadline, Refusal, Shatter};
+use shatter_server::config::Config;
+use shatter_server::serve::{Options, run};
+use std::io::{BufRead, BufReader, Read};
+use std::path::{Path, PathBuf};
+use std::process::{ChildStdout, Command, ExitStatus, Stdio};
+use std::sync::Arc;
+use std::thread::JoinHandle;
+use tokio::sync::Notify;
+
+/// Says which part a child of the test's own binary plays.
+const ROLE: &str = "SHATTER_TEST_ROLE";
+const CONFIG: &str = "SHATTER_TEST_CONFIG";
+const DATABASES: &str = "SHATTER_TEST_DATABASES";
+
+fn config(text: &str, databases: &Path) -> Config {
+    let mut config = Config::parse(text, "test").unwrap();
+    config.databases.folder = databases.to_owned();
+    config
+}
+
+/// A daemon with the toy engine in a thread of this process.
+pub struct InProcess {
+    pub here: TestPlace,
+    stop: Arc<Notify>,
+    thread: Option<JoinHandle<Result<(), Refusal>>>,
+}
+
+impl InProcess {
+    /// Starts it with `settings` over the default configuration and waits until it serves.
+    pub fn start(here: TestPlace, settings: &str) -> Self {
+        let stop = Arc::new(Notify::new());
+        let (ready, wait) = std::sync::mpsc::channel();
+        let options = Options {
+            place: here.place.clone(),
+            config: config(settings, &here.databases()),
+            loader: loader(),
+            ready: Box::new(move || ready.send(()).unwrap()),
+            stop: stop.clone(),
+        };
+        let thread = std::thread::spawn(move || run(options));
+        let ready = wait.recv();
+        let mut daemon = Self { here, stop, thread: Some(thread) };
+        if ready.is_err() {
+            daemon.end().unwrap();
+            panic!("the daemon ended before it was ready");
+        }
+        daemon
+    }
+
+    /// A fresh connection.
+    pub fn connect(&self) -> Shatter {
+        Shatter::connect_at(&self.here.place, Deadline::ms(30_000)).unwrap()
+    }
+
+    /// Ends it as SIGTERM does.
+    pub fn end(&mut self) -> Result<(), Refusal> {
+        self.stop.notify_one();
+        self.thread.take().map_or(Ok(()), |thread| thread.join().unwrap())
+    }
+}
+
+impl Drop for InProcess {
+    fn drop(&mut self) {
+        let _ = self.end();
+    }
+}
+
+/// A child process; killed if the test forgets it. What it prints is kept readable: nobody likes a closed pipe.
+pub struct Child(std::process::Child, Option<BufReader<ChildStdout>>);
+
+impl Child {
+    /// Starts `command` and waits until it says "ready".
+    pub fn start(command: &mut Command) -> Self {
+        let child = command.stdout(Stdio::piped()).stderr(Stdio::null()).spawn().unwrap();
+        let mut child = Self(child, None);
+        let mut out = BufReader::new(child.0.stdout.take().unwrap());
+        let ready = out.by_ref().lines().map_while(Result::ok).any(|line| line.ends_with("ready"));
+        assert!(ready, "the child ended before it was ready: {:?}", child.0.wait());
+        child.1 = Some(out);
+        child
+    }
+
+    /// Starts `command` without waiting.
+    pub fn begin(command: &mut Command) -> Self {
+        Self(command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap(), None)
+    }
+
+    /// Sends it a signal.
+    pub fn signal(&self, signal: rustix::process::Signal) {
+        let pid = rustix::process::Pid::from_child(&self.0);
+        rustix::process::kill_process(pid, signal).unwrap();
+    }
+
+    /// Kills it at once.
+    pub fn kill(mut self) {
+        self.0.kill().unwrap();
+        self.0.wait().unwrap();
+    }
+
+    /// Ends it as a supervisor does.
+    pub fn terminate(mut self) -> ExitStatus {
+        self.signal(rustix::process::Signal::TERM);
+        self.0.wait().unwrap()
+    }
+
+    pub fn id(&self) -> u32 {
+        self.0.id()
+    }
+}
+
+impl Drop for Child {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+/// The real daemon, to be started.
+pub fn shatterd(here: &TestPlace) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_shatterd"));
+    here.aim(&mut command);
+    command.arg("serve");
+    command
+}
+
+/// Runs the real command line; returns exit code and stdout.
+pub fn shatter(here: &TestPlace, arguments: &[&str]) -> (i32, String) {
+    let mut command = Command::new(program());
+    here.aim(&mut command);
+    let mut child = command.args(arguments).stdout(Stdio::piped()).stderr(Stdio::null()).spawn().unwrap();
+    let mut out = String::new();
+    child.stdout.take().unwrap().read_to_string(&mut out).unwrap();
+    (child.wait().unwrap().code().unwrap(), out)
+}
+
+/// `shatter` lies beside `shatterd`; where only this package was built it has to be built first.
+fn program() -> PathBuf {
+    let beside = Path::new(env!("CARGO_BIN_EXE_shatterd")).with_file_name("shatter");
+    if !beside.exists() {
+        let release = if beside.parent().unwrap().ends_with("release") { "release" } else { "dev" };
+        let built = Command::new(env!("CARGO")).args(["build", "-p", "shatter-client", "--profile", release]).status();
+        assert!(built.unwrap().success());
+    }
+    beside
+}
+
+/// This test binary as another process that plays `role`.
+pub fn role(here: &TestPlace, role: &str, settings: &str) -> Command {
+    let mut command = Command::new(std::env::current_exe().unwrap());
+    here.aim(&mut command);
+    command.args(["play_a_role", "--exact", "--nocapture", "--test-threads=1"]);
+    command.env(ROLE, role).env(CONFIG, settings).env(DATABASES, here.databases());
+    command
+}
+
+/// What `play_a_role` of each test binary calls: nothing, unless this process was started by [`role`].
+pub fn play(clients: impl FnOnce(&str)) {
+    match std::env::var(ROLE).as_deref() {
+        Err(_) => {}
+        Ok("daemon") => {
+            let databases = PathBuf::from(std::env::var_os(DATABASES).unwrap());
+            run(Options {
+                place: shatter_client::place(&std::env::var("SHATTER_SERVICE").unwrap()).unwrap(),
+                config: config(&std::env::var(CONFIG).unwrap(), &databases),
+                loader: loader(),
+                ready: Box::new(|| println!("ready")),
+                stop: Arc::new(Notify::new()),
+            })
+            .unwrap();
+        }
+        Ok(role) => clients(role),
+    }
+}

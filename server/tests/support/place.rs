@@ -1,0 +1,84 @@
+//! Every test has its own runtime folder, service name and shared memory, and leaves nothing.
+
+use shatter_proto::name::ServiceName;
+use shatter_proto::place::Place;
+use std::path::PathBuf;
+use std::process::Command;
+use tempfile::TempDir;
+
+/// A place that is removed with everything in it.
+pub struct TestPlace {
+    pub place: Place,
+    root: TempDir,
+}
+
+impl TestPlace {
+    /// A fresh place for service `name`.
+    pub fn new(name: &str) -> Self {
+        // Short, so that sockets fit into their paths.
+        let root = tempfile::Builder::new().prefix("sh").tempdir_in("/tmp").unwrap();
+        let uid = rustix::process::geteuid().as_raw();
+        let place = Place::new(&ServiceName::new(name).unwrap(), Some(root.path()), uid);
+        std::fs::create_dir_all(root.path().join("data/shatter")).unwrap();
+        Self { place, root }
+    }
+
+    /// Folder of databases, where the programs look by themselves.
+    pub fn databases(&self) -> PathBuf {
+        self.root.path().join("data/shatter")
+    }
+
+    /// Writes a database of the toy engine, or a damaged one for the real engine.
+    pub fn database(&self, name: &str, text: &str) {
+        std::fs::write(self.databases().join(name).with_extension("shatter"), text).unwrap();
+    }
+
+    /// A file beside the databases.
+    pub fn file(&self, name: &str, text: &str) -> PathBuf {
+        let path = self.root.path().join(name);
+        std::fs::write(&path, text).unwrap();
+        path
+    }
+
+    /// Points a program at this place.
+    pub fn aim(&self, command: &mut Command) {
+        command.env("XDG_RUNTIME_DIR", self.root.path()).env("XDG_DATA_HOME", self.root.path().join("data"));
+        command.env("SHATTER_SERVICE", self.place.service.as_str());
+        command.env_remove("NOTIFY_SOCKET").env_remove("WATCHDOG_USEC");
+    }
+
+    /// Shared memory of this place.
+    pub fn shared_memory(&self) -> Vec<PathBuf> {
+        let entries = std::fs::read_dir("/dev/shm").unwrap().flatten();
+        let ours = |path: &PathBuf| path.file_name().unwrap().to_string_lossy().starts_with(&self.place.prefix);
+        entries.map(|entry| entry.path()).filter(ours).collect()
+    }
+
+    /// Addresses at which this process has answers of this place mapped.
+    pub fn mapped(&self) -> Vec<std::ops::Range<usize>> {
+        let maps = std::fs::read_to_string("/proc/self/maps").unwrap();
+        let ours = maps.lines().filter(|line| line.contains(&self.place.prefix) && line.ends_with(".data"));
+        let hex = |text: &str| usize::from_str_radix(text, 16).unwrap();
+        ours.map(|line| {
+            let (start, end) = line.split_once(' ').unwrap().0.split_once('-').unwrap();
+            hex(start)..hex(end)
+        })
+        .collect()
+    }
+}
+
+impl Drop for TestPlace {
+    fn drop(&mut self) {
+        for path in self.shared_memory() {
+            let _ = std::fs::remove_file(path);
+        }
+        if !self.place.transport.starts_with(self.root.path()) {
+            let _ = std::fs::remove_dir_all(&self.place.transport);
+        }
+    }
+}
+
+/// Whether `part` lies within one of `ranges`.
+pub fn within(part: &std::ops::Range<usize>, ranges: &[std::ops::Range<usize>]) -> bool {
+    ranges.iter().any(|range| range.start <= part.start && part.end <= range.end)
+}

@@ -1,0 +1,174 @@
+//! An engine that knows no science: objects whose databases are one word that says how they behave.
+
+use bytemuck::Zeroable;
+use shatter_fracture::pipeline::{Stage, Watch};
+use shatter_fracture::token::Token;
+use shatter_proto::answer::{FragmentWire, OUTER, RunWire, SummaryWire};
+use shatter_proto::control::ObjectRow;
+use shatter_proto::layout::{Counts, Sections};
+use shatter_proto::request::{Purpose, Strike};
+use shatter_proto::{Kind, Refusal};
+use shatter_server::engine::Workspace;
+use shatter_server::engine::{Loader, Object, Outcome};
+use std::ops::Range;
+use std::path::Path;
+use std::sync::{Arc, Mutex};
+use std::time::{Duration, Instant};
+
+/// How an object behaves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Toy {
+    /// Breaks into `sites` tetrahedra (one by default).
+    Tetra,
+    /// Like a tetrahedron, but with this many KiB of vertices that no triangle uses.
+    Large(usize),
+    /// Computes until it is cancelled, or for a minute.
+    Slow,
+    /// Panics.
+    Panic,
+}
+
+const CORNERS: [[f32; 3]; 4] = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+const FACES: [u32; 12] = [1, 2, 3, 0, 3, 2, 0, 1, 3, 0, 2, 1];
+
+static WRITTEN: Mutex<Vec<(String, Range<usize>)>> = Mutex::new(Vec::new());
+
+/// Where positions, indices and merge pairs of an object's fragments were written in this process.
+pub fn addresses(object: &str) -> Vec<Range<usize>> {
+    let written = WRITTEN.lock().unwrap();
+    written.iter().filter(|(name, _)| name == object).map(|(_, range)| range.clone()).collect()
+}
+
+/// Loads toys.
+pub fn loader() -> Loader {
+    Arc::new(|path| {
+        let word = std::fs::read_to_string(path).map_err(|error| error.to_string())?;
+        let toy = match word.split_once(' ') {
+            None if word == "tetra" => Toy::Tetra,
+            None if word == "slow" => Toy::Slow,
+            None if word == "panic" => Toy::Panic,
+            Some(("large", kib)) => Toy::Large(kib.parse().map_err(|_| "not a number")?),
+            _ => return Err("checksum of tensor `toy` does not match".to_owned()),
+        };
+        Ok(Arc::new(Named { toy, name: name(path) }))
+    })
+}
+
+fn name(path: &Path) -> String {
+    path.file_stem().unwrap().to_string_lossy().into_owned()
+}
+
+struct Named {
+    toy: Toy,
+    name: String,
+}
+
+impl Object for Named {
+    fn row(&self) -> ObjectRow {
+        let mut row = ObjectRow { ready: 1, bodies: 1, degree_max: 512, gamma_j_m2: 2.0, ..ObjectRow::zeroed() };
+        row.set_name(&self.name);
+        row.set_material("toy");
+        row
+    }
+
+    fn answer_bytes_max(&self) -> usize {
+        1
+    }
+
+    fn strike(
+        &self,
+        strike: &Strike,
+        _: &mut Workspace,
+        token: &Token,
+        watch: &mut dyn Watch,
+    ) -> Result<Box<dyn Outcome>, Refusal> {
+        watch.enter(Stage::Load);
+        watch.leave(Stage::Load, 7);
+        match self.toy {
+            Toy::Panic => panic!("the toy is broken"),
+            Toy::Slow => slow(token)?,
+            _ => {}
+        }
+        let sites = match (strike.purpose, strike.degree) {
+            (Purpose::Threshold, _) => 0,
+            (_, shatter_proto::request::Degree::Sites(sites)) => sites as usize,
+            _ => 1,
+        };
+        let idle = if let Toy::Large(kib) = self.toy { kib * 1024 / size_of::<[f32; 3]>() } else { 0 };
+        Ok(Box::new(Tetrahedra { name: self.name.clone(), sites, idle, seed: strike.seed }))
+    }
+}
+
+fn slow(token: &Token) -> Result<(), Refusal> {
+    let begun = Instant::now();
+    while begun.elapsed() < Duration::from_secs(60) {
+        token.check().map_err(|error| Refusal::new(Kind::Cancelled, "client", error.to_string()))?;
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    Ok(())
+}
+
+struct Tetrahedra {
+    name: String,
+    sites: usize,
+    idle: usize,
+    seed: u64,
+}
+
+impl Outcome for Tetrahedra {
+    fn counts(&self) -> Counts {
+        let n = self.sites;
+        Counts { fragments: n, runs: n, merges: n, vertices: 4 * n + self.idle, indices: 12 * n }
+    }
+
+    fn write(&self, sections: &mut Sections<'_>) -> Result<(), Refusal> {
+        let range = |start: usize, bytes: usize| (self.name.clone(), start..start + bytes);
+        WRITTEN.lock().unwrap().extend([
+            range(sections.positions.as_ptr() as usize, size_of_val(sections.positions)),
+            range(sections.indices.as_ptr() as usize, size_of_val(sections.indices)),
+            range(sections.merges.as_ptr() as usize, size_of_val(sections.merges)),
+        ]);
+        let mut summary = SummaryWire { seed: self.seed, sites: self.sites as u32, ..SummaryWire::zeroed() };
+        (summary.gamma_j_m2, summary.e1_over_gamma, summary.threshold_impulse_factor) = (2.0, 4.0, 0.5);
+        summary.fracture_degree = self.sites.max(1) as u32;
+        summary.set_object(&self.name);
+        *sections.summary = summary;
+        sections.positions.fill([self.seed as f32; 3]);
+        for i in 0..self.sites {
+            sections.positions[4 * i..][..4].copy_from_slice(&CORNERS);
+            sections.indices[12 * i..][..12].copy_from_slice(&FACES);
+            sections.merges[i] = [0, 0];
+            sections.fragments[i] = fragment(i as u32);
+            sections.runs[i] = RunWire { neighbour: OUTER, material: 0, ..run(i as u32) };
+        }
+        Ok(())
+    }
+}
+
+fn fragment(i: u32) -> FragmentWire {
+    FragmentWire {
+        id: i,
+        vertex_first: 4 * i,
+        vertex_count: 4,
+        index_first: 12 * i,
+        index_count: 12,
+        run_first: i,
+        run_count: 1,
+        merge_first: i,
+        merge_count: 1,
+        volume_m3: 1.0 / 6.0,
+        mass_kg: 2.0,
+        ..FragmentWire::zeroed()
+    }
+}
+
+fn run(i: u32) -> RunWire {
+    RunWire {
+        fragment: i,
+        vertex_first: 4 * i,
+        vertex_count: 4,
+        index_first: 12 * i,
+        index_count: 12,
+        ..RunWire::zeroed()
+    }
+}
