@@ -132,8 +132,7 @@ fn files(folder: &Path) -> Result<Vec<PathBuf>, Refusal> {
 mod tests {
     use super::*;
     use crate::engine::Outcome;
-    use crate::engine::Workspace;
-    use shatter_fracture::pipeline::Watch;
+    use shatter_fracture::pipeline::{Watch, Workspace};
     use shatter_fracture::token::Token;
     use shatter_proto::request::Strike;
 

@@ -1,6 +1,6 @@
 //! What the daemon strikes, as the daemon sees it: [`crate::wire`] makes it of the science, tests make it of little.
 
-use shatter_fracture::pipeline::Watch;
+use shatter_fracture::pipeline::{Watch, Workspace};
 use shatter_fracture::token::Token;
 use shatter_proto::Refusal;
 use shatter_proto::control::ObjectRow;
@@ -8,10 +8,6 @@ use shatter_proto::layout::{Counts, Sections};
 use shatter_proto::request::Strike;
 use std::path::Path;
 use std::sync::Arc;
-
-/// TEMPORARY until pipeline::Workspace is in main
-#[derive(Default)]
-pub struct Workspace;
 
 /// An object that can be struck from several threads at once.
 pub trait Object: Send + Sync {

@@ -14,5 +14,4 @@ pub mod picture;
 pub mod report;
 pub mod serve;
 pub mod verdicts;
-#[path = "wire_stub.rs"]
 pub mod wire;

@@ -1,14 +1,13 @@
 //! An engine that knows no science: objects whose databases are one word that says how they behave.
 
 use bytemuck::Zeroable;
-use shatter_fracture::pipeline::{Stage, Watch};
+use shatter_fracture::pipeline::{Stage, Watch, Workspace};
 use shatter_fracture::token::Token;
 use shatter_proto::answer::{FragmentWire, OUTER, RunWire, SummaryWire};
 use shatter_proto::control::ObjectRow;
 use shatter_proto::layout::{Counts, Sections};
 use shatter_proto::request::{Purpose, Strike};
 use shatter_proto::{Kind, Refusal};
-use shatter_server::engine::Workspace;
 use shatter_server::engine::{Loader, Object, Outcome};
 use std::ops::Range;
 use std::path::Path;
