@@ -1,1 +1,3 @@
-//! stub
+//! Common parts of the tests that cross crates.
+
+pub mod glb;

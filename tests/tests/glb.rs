@@ -1,0 +1,67 @@
+//! Exported files against an independent reader.
+
+use shatter_client::export::{ExportError, FragmentView, RunView, glb_bytes};
+use shatter_tests::glb;
+
+/// Positions, indices, runs and merges of a fragment.
+type Parts = (Vec<[f32; 3]>, Vec<u32>, Vec<RunView>, Vec<[u32; 2]>);
+
+/// A box cut across at `cut` of its length: outer faces first, then the crack, with vertices of their own.
+fn halves(cut: f32) -> [Parts; 2] {
+    [(0.0, cut, [4, 6, 7, 5]), (cut, 1.0, [0, 1, 3, 2])].map(|(low, high, open)| {
+        let corner = |k: u32| [if k & 4 == 0 { low } else { high }, (k >> 1 & 1) as f32, (k & 1) as f32];
+        let mut positions: Vec<[f32; 3]> = (0..8).map(corner).collect();
+        let sides = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]];
+        let two = |[a, b, c, d]: [u32; 4]| [a, b, c, a, c, d];
+        let outer: Vec<u32> = sides.into_iter().filter(|side| *side != open).flat_map(two).collect();
+        positions.extend(open.map(corner));
+        let runs = vec![
+            RunView { neighbour: None, index_first: 0, index_count: 30 },
+            RunView { neighbour: Some(1), index_first: 30, index_count: 6 },
+        ];
+        let merges = (0..4).map(|k| [8 + k, open[k as usize]]).collect();
+        (positions, [outer, two([8, 9, 10, 11]).to_vec()].concat(), runs, merges)
+    })
+}
+
+fn file(cut: f32) -> Result<Vec<u8>, ExportError> {
+    let halves = halves(cut);
+    let views: Vec<FragmentView<'_>> = halves
+        .iter()
+        .enumerate()
+        .map(|(id, (positions, indices, runs, merges))| FragmentView {
+            id: id as u32,
+            body: 0,
+            positions,
+            indices,
+            runs,
+            merges,
+            centre_m: [id as f64, 0.0, 0.0],
+            volume_m3: if id == 0 { f64::from(cut) } else { 1.0 - f64::from(cut) },
+            mass_kg: 2.0,
+        })
+        .collect();
+    Ok(glb_bytes(&views)?.0)
+}
+
+#[test]
+fn an_independent_reader_finds_both_halves_closed() {
+    let fragments = glb::parse(&file(0.25).unwrap()).unwrap();
+    assert_eq!(fragments.len(), 2);
+    for fragment in &fragments {
+        fragment.check_closed().unwrap();
+        assert!(fragment.manifold.is_some());
+        assert_eq!((fragment.outer.len(), fragment.crack.len()), (10, 2));
+        assert!((fragment.volume_m3() - fragment.stated_volume_m3).abs() < 1e-7);
+    }
+    assert_eq!(fragments[1].centre_m, [1.0, 0.0, 0.0]);
+}
+
+#[test]
+fn the_reader_tells_an_open_fragment_from_a_closed_one() {
+    let mut fragments = glb::parse(&file(0.5).unwrap()).unwrap();
+    fragments[0].positions[9][1] += 1e-6;
+    assert!(fragments[0].check_closed().is_err());
+    fragments[1].crack.pop();
+    assert!(fragments[1].check_closed().is_err());
+}
