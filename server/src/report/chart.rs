@@ -1,6 +1,6 @@
 //! Bars and colour bars, drawn as inline SVG.
 
-use super::figures::{grouped, nanoseconds, significant};
+use super::figures::{grouped, nanoseconds, power_of_ten};
 use super::text::escape;
 use super::{Scale, StageTime};
 use std::fmt::Write;
@@ -63,5 +63,5 @@ fn decades(low: f64, high: f64) -> Vec<(f64, String)> {
         return Vec::new();
     }
     let powers = first.ceil() as i32..=last.floor() as i32;
-    powers.map(|power| ((f64::from(power) - first) / (last - first), significant(10_f64.powi(power), 1))).collect()
+    powers.map(|power| ((f64::from(power) - first) / (last - first), power_of_ten(power))).collect()
 }

@@ -15,6 +15,11 @@ pub fn significant(value: f64, digits: usize) -> String {
     format!("{mantissa} × 10{}", superscript(exponent))
 }
 
+/// 10 to that power, written out where it is short.
+pub(super) fn power_of_ten(power: i32) -> String {
+    if (-2..=2).contains(&power) { format!("{}", 10_f64.powi(power)) } else { format!("10{}", superscript(power)) }
+}
+
 /// An integer in raised digits.
 fn superscript(number: i32) -> String {
     let raised = |letter: char| match letter {
