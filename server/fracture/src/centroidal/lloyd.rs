@@ -3,7 +3,7 @@
 //! Based on: S. Lloyd, *Least squares quantization in PCM* (1982); Q. Du, V. Faber, M. Gunzburger, *Centroidal Voronoi
 //! Tessellations* (SIAM Review 1999), section 5. A step p ← p + ω(c − p) towards the centroid c changes the energy of
 //! unchanged cells by −ω(2 − ω) Σ M|c − p|², so it never rises for 0 < ω < 2, and new labels only lower it further.
-//! Fixed points do not depend on ω; the last step is a plain one, so that the sites end within it of their centroids.
+//! Fixed points do not depend on ω. The last step is a plain one: it takes back what over-relaxation overshot.
 //!
 //! Labels are exact, so only the rounding of the f64 sums could let the energy rise, at a fixed point; such a step is not
 //! taken and ends the descent.
