@@ -1,7 +1,7 @@
 //! `shatterd`: bakes objects and serves them.
 
 use clap::{Parser, Subcommand};
-use shatter_server::commands::{Failure, serve};
+use shatter_server::commands::{Failure, bake, inspect, serve};
 use std::process::ExitCode;
 
 /// Bakes brittle objects and serves their fragments.
@@ -14,6 +14,10 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
+    /// Turns a mesh into a database: names its defects, fills it with lattices, factors, calibrates.
+    Bake(bake::BakeArgs),
+    /// Verifies a database and prints what it holds.
+    Inspect(inspect::InspectArgs),
     /// Serves the baked objects until it is ended.
     Serve(serve::Args),
 }
@@ -21,6 +25,8 @@ enum Command {
 fn main() -> ExitCode {
     let json = std::env::args_os().any(|argument| argument == "--json");
     let result: Result<(), Failure> = match &Cli::parse().command {
+        Command::Bake(args) => bake::run(args),
+        Command::Inspect(args) => inspect::run(args),
         Command::Serve(args) => serve::run(args),
     };
     match result {

@@ -6,7 +6,7 @@ use crate::lattice::{self, LatticeError, Levels};
 use crate::lift::{self, LiftError};
 use crate::pipeline::{BakeReport, Body, Parameters, Prepared, StrikeError, calibrate};
 use crate::scene::{DEFAULT_FRAGMENT_DIAGONALS, Material};
-use crate::surface::{Defect, Inside, RawMesh, Surface, SurfaceError};
+use crate::surface::{Defect, DefectKind, Inside, RawMesh, Surface, SurfaceError};
 use crate::token::{Cancelled, Token};
 
 /// What to bake, apart from the mesh.
@@ -192,10 +192,10 @@ fn report(surface: &Surface, inside: &Inside, volume: f64, levels: &Levels) -> B
     let cubed = surface.frame.diagonal_m.powi(3);
     let lattice_volume: f64 = levels.bodies.iter().map(|body| body.crack.volume()).sum();
     let deviation =
-        levels.bodies.iter().map(|body| body.crack.deviation(&|point| inside.distance(point))).fold(0.0, f64::max);
+        levels.bodies.iter().map(|body| body.crack.deviation(&|point| inside.signed_distance(point).abs())).fold(0.0, f64::max);
     let mut defects = surface.defects.clone();
     defects.extend(inside.ambiguous(&boundary_samples(levels)));
-    defects.extend(dropped(inside, levels));
+    defects.extend(dropped(inside, volume, levels));
     BakeReport {
         input_hash: input_hash(surface),
         input_volume_m3: volume * cubed,
@@ -209,11 +209,13 @@ fn boundary_samples(levels: &Levels) -> Vec<nalgebra::Point3<f64>> {
     levels.bodies.iter().flat_map(|body| body.crack.nodes.iter().copied()).collect()
 }
 
-/// Components that the crack lattice could not keep.
-fn dropped(inside: &Inside, levels: &Levels) -> Option<Defect> {
+/// Components that the crack lattice could not keep, with their share of the volume.
+fn dropped(inside: &Inside, volume: f64, levels: &Levels) -> Option<Defect> {
     let dropped = &levels.crack.dropped;
-    let first = dropped.first()?;
-    Some(Defect::dropped_component(dropped.len() as u64, inside.nearest_face(&first.place)))
+    let first = inside.nearest_face(&dropped.first()?.place);
+    let share = 100.0 * dropped.iter().map(|component| component.volume).sum::<f64>() / volume;
+    let action = format!("left out: smaller than the lattice spacing, {share:.4} % of the volume");
+    Some(Defect::new(DefectKind::DroppedComponent, dropped.len() as u64, first, action))
 }
 
 fn input_hash(surface: &Surface) -> String {

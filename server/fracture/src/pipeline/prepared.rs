@@ -39,7 +39,8 @@ pub struct BakeReport {
     pub input_volume_m3: f64,
     /// Volume of the crack lattices, m³.
     pub lattice_volume_m3: f64,
-    /// Largest distance from the crack lattice's boundary to the input surface, over the diagonal.
+    /// Largest distance from the crack lattice's boundary to the input surface, over the diagonal. The films on which the
+    /// winding number is one half close the surface's holes and count as surface.
     pub surface_deviation: f64,
     /// What was wrong with the input and what was done about it.
     pub defects: Vec<Defect>,

@@ -17,7 +17,7 @@ pub enum DefectKind {
     NonOrientable,
     /// Pairs of triangles that intersect without sharing a vertex; the index is a face of the first pair.
     SelfIntersection,
-    /// More than one shell (triangles connected through edges); the index is a face of the second.
+    /// More than one shell (triangles connected through edges that exactly two share); the index is a face of the second.
     SeveralShells,
     /// Shells inside other shells, cavities among them; the index is a face of one.
     NestedShells,

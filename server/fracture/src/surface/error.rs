@@ -29,9 +29,12 @@ pub enum SurfaceError {
         /// What is wrong there.
         reason: String,
     },
-    /// More vertices or triangles than 32-bit indices can name.
-    #[error("too many vertices or triangles: at most {} of each", u32::MAX)]
-    TooLarge,
+    /// More vertices or triangles than are worked on.
+    #[error("too many vertices or triangles: at most {limit} of each")]
+    TooLarge {
+        /// How many are.
+        limit: u64,
+    },
     /// No vertex or no triangle.
     #[error("the mesh is empty")]
     Empty,

@@ -53,6 +53,10 @@ impl Surface {
         patches.twisted.report(DefectKind::NonOrientable, "none: one-sided there", &mut defects);
         let shells = shells::face_outward(&positions, &mut triangles, &patches.members, face);
         report_shells(&shells, &mut defects);
+        if let [_, second, ..] = &patches.members[..] {
+            let count = patches.members.len() as u64;
+            defects.push(Defect::new(DefectKind::SeveralShells, count, face(second[0]), "united"));
+        }
         let edges = Edges::new(&triangles);
         report_edges(&edges, &triangles, positions.len(), face, &mut defects);
         let (crossings, first) = intersect::intersections(&positions, &triangles);
@@ -95,7 +99,7 @@ fn report_shells(shells: &Shells, defects: &mut Vec<Defect>) {
     nested.report(DefectKind::NestedShells, action, defects);
 }
 
-/// Holes, edges of more than two triangles, bow ties, and the number of shells.
+/// Holes, edges of more than two triangles, and bow ties.
 fn report_edges(
     edges: &Edges,
     triangles: &[[u32; 3]],
@@ -104,13 +108,11 @@ fn report_edges(
     defects: &mut Vec<Defect>,
 ) {
     let mut crowded = Tally::default();
-    let mut shells = Sets::new(triangles.len());
     let mut fans = Sets::new(triangles.len() * 3);
     let mut rims: Vec<&HalfEdge> = Vec::new();
     let mut loops = Sets::new(vertices);
     for group in edges.groups() {
         for pair in group.windows(2) {
-            shells.join(pair[0].triangle, pair[1].triangle);
             join_fans(&mut fans, &pair[0], &pair[1]);
         }
         if group.len() > 2 {
@@ -130,10 +132,6 @@ fn report_edges(
     holes.report(DefectKind::Holes, "closed where the winding number is one half", defects);
     crowded.report(DefectKind::NonManifoldEdge, "kept", defects);
     bow_ties(&mut fans, triangles, vertices, &face).report(DefectKind::NonManifoldVertex, "kept", defects);
-    let firsts: Vec<u32> = (0..triangles.len() as u32).filter(|&t| shells.root(t) == t).collect();
-    if let [_, second, ..] = firsts[..] {
-        defects.push(Defect::new(DefectKind::SeveralShells, firsts.len() as u64, face(second), "united"));
-    }
 }
 
 /// Joins the corners of two triangles at the ends of an edge that they share; corner k of triangle t is 3 t + k.

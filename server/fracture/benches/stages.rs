@@ -1,0 +1,122 @@
+//! Time per stage of a strike, and of baking. `cargo bench` runs it on a generated mug, and on the mesh file that
+//! `SHATTER_BENCH_MESH` names where that is set.
+
+use criterion::{Criterion, criterion_group, criterion_main};
+use nalgebra::Point3;
+use shatter_fracture::centroidal::{self, Field, Options};
+use shatter_fracture::database::{BakeRequest, bake};
+use shatter_fracture::degree;
+use shatter_fracture::fragment::properties;
+use shatter_fracture::lift::{self, LiftKind};
+use shatter_fracture::pipeline::{self, Contact, DegreeRequest, Impact, Prepared, Strike, Workspace, strain_energy};
+use shatter_fracture::scene::Materials;
+use shatter_fracture::surface::{self, RawMesh, Unit, Up, shapes};
+use shatter_fracture::tessellation::{Components, FixedPoints, Points, Sites, Tessellation};
+use shatter_fracture::token::Token;
+use std::hint::black_box;
+
+const SITES: u32 = 50;
+
+fn mesh() -> RawMesh {
+    match std::env::var_os("SHATTER_BENCH_MESH") {
+        Some(path) => surface::read(path.as_ref(), Unit::M, Up::Y).unwrap(),
+        None => shapes::mug(),
+    }
+}
+
+fn request() -> BakeRequest {
+    let materials = Materials::parse(include_str!("../../../config/materials.toml")).unwrap();
+    BakeRequest {
+        name: "bench".into(),
+        material_name: "ceramic".into(),
+        material: materials.get("ceramic").unwrap().clone(),
+        fragment_size_m: None,
+        gamma_j_m2: None,
+        elastic_spacing: None,
+        crack_spacing: None,
+        seed: 0,
+    }
+}
+
+fn strike(prepared: &Prepared) -> Strike {
+    let body = &prepared.bodies[0];
+    let node = body.topology.boundary[body.topology.boundary.len() / 2].nodes[0];
+    let point: Point3<f64> = body.crack.nodes[node as usize];
+    Strike {
+        contacts: vec![Contact {
+            point_m: prepared.frame.to_metres(&point),
+            impulse_ns: -point.coords,
+            duration_s: None,
+            radius_m: None,
+        }],
+        degree: DegreeRequest::Sites(SITES),
+        gamma_j_m2: None,
+        lift: LiftKind::Interior,
+        seed: 1,
+        threshold_only: false,
+    }
+}
+
+fn stages(criterion: &mut Criterion) {
+    let prepared = bake(mesh(), &request(), &Token::default(), &mut |_| ()).unwrap();
+    println!("{} elastic nodes, {} crack nodes, {SITES} sites", prepared.elastic_nodes(), prepared.crack_nodes());
+    let (strike, token) = (strike(&prepared), Token::default());
+    let mut workspace = Workspace::default();
+    let body = &prepared.bodies[0];
+    let impact = Impact::new(&prepared, &strike).unwrap();
+
+    criterion.bench_function("load and elasticity", |bencher| {
+        bencher.iter(|| strain_energy(&prepared, black_box(&impact), &mut workspace, &token, &mut ()).unwrap())
+    });
+    let mut shares = strain_energy(&prepared, &impact, &mut workspace, &token, &mut ()).unwrap().remove(0).shares;
+    let field = Field::new(&body.interior, &body.volumes, &mut shares).unwrap();
+    criterion.bench_function("threshold", |bencher| bencher.iter(|| degree::first_moment(black_box(&field))));
+    criterion
+        .bench_function("degree (closed form)", |bencher| bencher.iter(|| degree::closed_form(black_box(&field), 1.0)));
+    let options = Options::new(SITES as usize, 1);
+    let mut cells = centroidal::Workspace::default();
+    criterion.bench_function("centroidal", |bencher| {
+        bencher.iter(|| centroidal::diagram(black_box(&field), &options, &mut cells, &token).unwrap())
+    });
+    let diagram = centroidal::diagram(&field, &options, &mut cells, &token).unwrap();
+    let mut components = Components::default();
+    criterion.bench_function("labels", |bencher| {
+        bencher.iter(|| components.split(&body.topology, black_box(&diagram.labels)))
+    });
+    let (mut points, mut tessellation) = (Points::default(), Tessellation::default());
+    let mut scratch = shatter_fracture::tessellation::Workspace::default();
+    criterion.bench_function("tessellation", |bencher| {
+        bencher.iter(|| {
+            let sites = Sites { lift: &body.interior, coordinates: &diagram.sites, of_fragment: &components.sites };
+            let fixed = FixedPoints::default();
+            points.find(&body.crack, &body.topology, &components.labels, Some(sites), &fixed).unwrap();
+            tessellation.build(&body.crack, &body.topology, &components.labels, &points, &mut scratch).unwrap();
+        })
+    });
+    let mut measured = Vec::new();
+    criterion.bench_function("fragments (properties)", |bencher| {
+        bencher.iter(|| properties(black_box(&tessellation), &mut measured))
+    });
+    criterion.bench_function("strike with emission", |bencher| {
+        bencher.iter(|| {
+            let outcome = pipeline::strike(&prepared, &strike, &mut workspace, &token, &mut ()).unwrap();
+            let pieces = outcome.pieces.unwrap();
+            let mut positions = vec![[0.0; 3]; pieces.counts.vertices];
+            let mut indices = vec![0; pieces.counts.indices];
+            let mut merges = vec![[0; 2]; pieces.counts.merges];
+            pieces.emit(&mut positions, &mut indices, &mut merges).unwrap();
+            (positions, indices, merges)
+        })
+    });
+    criterion.bench_function("bake: interior lift", |bencher| {
+        bencher
+            .iter(|| lift::interior(&body.crack, prepared.parameters.modes, prepared.parameters.alpha, &token).unwrap())
+    });
+}
+
+criterion_group! {
+    name = benches;
+    config = Criterion::default().sample_size(20);
+    targets = stages
+}
+criterion_main!(benches);

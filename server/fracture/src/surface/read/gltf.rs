@@ -1,0 +1,178 @@
+//! glTF 2.0 and GLB: the triangles, strips and fans of every node of the scene, placed.
+//!
+//! The `gltf` crate parses and validates the document; buffers and accessors are read with checked ranges. Skins, morphs
+//! and animations are left at rest; a required extension that the crate does not know (compression) is an error.
+
+use super::accessor::Buffers;
+use super::{RawMesh, SurfaceError, load, malformed, within_limit};
+use crate::surface::{DOUBLE, SINGLE};
+use gltf::mesh::{Mode, Primitive, Semantic};
+use gltf::{Document, Gltf, Node};
+use nalgebra::{Matrix4, Point3};
+use std::path::Path;
+
+pub(super) fn parse(bytes: &[u8], folder: &Path) -> Result<RawMesh, SurfaceError> {
+    // The crate subtracts the header from the length without a check.
+    if bytes.starts_with(b"glTF") && bytes.get(8..12).is_some_and(|length| length[0] < 12 && length[1..] == [0; 3]) {
+        return Err(malformed("gltf", "byte 8", "the length does not cover the header"));
+    }
+    let Gltf { document, blob } =
+        Gltf::from_slice_without_validation(bytes).map_err(|error| malformed("gltf", "document", error))?;
+    let document = validated(document)?;
+    let buffers = buffers(&document, blob, folder)?;
+    let mut builder = Builder { buffers, mesh: RawMesh::new(Vec::new(), Vec::new()), own_max: 0.0 };
+    for (node, placement) in placed_nodes(&document)? {
+        for primitive in node.mesh().iter().flat_map(|mesh| mesh.primitives()) {
+            builder.push(&primitive, &placement)?;
+        }
+    }
+    Ok(builder.finish())
+}
+
+/// Validates a document. The crate's validation looks up the accessor of positions before it has checked that there is
+/// one.
+fn validated(document: Document) -> Result<Document, SurfaceError> {
+    let json = document.into_json();
+    for (number, mesh) in json.meshes.iter().enumerate() {
+        let mut accessors = mesh.primitives.iter().flat_map(|primitive| primitive.attributes.values());
+        if accessors.any(|accessor| accessor.value() >= json.accessors.len()) {
+            return Err(malformed("gltf", format!("mesh {number}"), "refers to an accessor that does not exist"));
+        }
+    }
+    Document::from_json(json).map_err(|error| malformed("gltf", "document", error))
+}
+
+fn buffers(document: &Document, mut blob: Option<Vec<u8>>, folder: &Path) -> Result<Buffers, SurfaceError> {
+    let read = |buffer: gltf::Buffer| {
+        let place = format!("buffer {}", buffer.index());
+        match buffer.source() {
+            gltf::buffer::Source::Bin => blob.take().ok_or_else(|| malformed("gltf", place, "has no binary chunk")),
+            source @ gltf::buffer::Source::Uri(uri) if uri.starts_with("data:") => {
+                let data = gltf::buffer::Data::from_source(source, None);
+                data.map(|data| data.0).map_err(|error| malformed("gltf", place, error))
+            }
+            gltf::buffer::Source::Uri(uri) if uri.contains(':') => {
+                Err(malformed("gltf", place, format!("'{uri}' is not a file beside the mesh")))
+            }
+            gltf::buffer::Source::Uri(uri) => match percent_decoded(uri) {
+                Some(name) => load(&folder.join(name)),
+                None => Err(malformed("gltf", place, "its name is not UTF-8")),
+            },
+        }
+    };
+    Ok(Buffers(document.buffers().map(read).collect::<Result<_, _>>()?))
+}
+
+/// Turns %20 and the like into the bytes that they stand for.
+fn percent_decoded(uri: &str) -> Option<String> {
+    let mut bytes = Vec::with_capacity(uri.len());
+    let mut rest = uri.as_bytes();
+    while let Some((&first, tail)) = rest.split_first() {
+        let digit = |k: usize| tail.get(k).and_then(|&digit| (digit as char).to_digit(16));
+        match (first, digit(0), digit(1)) {
+            (b'%', Some(high), Some(low)) => {
+                bytes.push((high * 16 + low) as u8);
+                rest = &tail[2..];
+            }
+            _ => {
+                bytes.push(first);
+                rest = tail;
+            }
+        }
+    }
+    String::from_utf8(bytes).ok()
+}
+
+/// Every node below the roots of the default scene (or the first; or of the document, if it has no scene), with its
+/// placement in the scene.
+fn placed_nodes(document: &Document) -> Result<Vec<(Node<'_>, Matrix4<f64>)>, SurfaceError> {
+    let mut visited = vec![false; document.nodes().len()];
+    let mut pending: Vec<(Node, Matrix4<f64>)> = match document.default_scene().or_else(|| document.scenes().next()) {
+        Some(scene) => scene.nodes().map(|root| (root, Matrix4::identity())).collect(),
+        None => {
+            let mut is_child = visited.clone();
+            document.nodes().flat_map(|node| node.children()).for_each(|child| is_child[child.index()] = true);
+            let roots = document.nodes().filter(|node| !is_child[node.index()]);
+            roots.map(|root| (root, Matrix4::identity())).collect()
+        }
+    };
+    pending.reverse();
+    let mut placed = Vec::new();
+    while let Some((node, parent)) = pending.pop() {
+        if std::mem::replace(&mut visited[node.index()], true) {
+            return Err(malformed("gltf", format!("node {}", node.index()), "is reached twice"));
+        }
+        let own = Matrix4::from(node.transform().matrix()).map(f64::from);
+        let placement = parent * own;
+        pending.extend(node.children().map(|child| (child, placement)).collect::<Vec<_>>().into_iter().rev());
+        placed.push((node, placement));
+    }
+    Ok(placed)
+}
+
+struct Builder {
+    buffers: Buffers,
+    mesh: RawMesh,
+    /// The largest coordinate before translation: what f32 has rounded.
+    own_max: f64,
+}
+
+impl Builder {
+    fn push(&mut self, primitive: &Primitive, placement: &Matrix4<f64>) -> Result<(), SurfaceError> {
+        let (Some(accessor), mode @ (Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan)) =
+            (primitive.get(&Semantic::Positions), primitive.mode())
+        else {
+            return Ok(());
+        };
+        let positions = self.buffers.positions(&accessor)?;
+        let count = positions.len();
+        let indices = match primitive.indices() {
+            Some(accessor) => self.buffers.indices(&accessor)?,
+            None => (0..count as u32).collect(),
+        };
+        let first = self.mesh.positions_m.len();
+        within_limit(first + count)?;
+        within_limit(self.mesh.triangles.len() + indices.len())?;
+        let linear = placement.fixed_view::<3, 3>(0, 0).into_owned();
+        let offset = placement.fixed_view::<3, 1>(0, 3).into_owned();
+        for position in positions {
+            let turned = linear * nalgebra::Vector3::from(position.map(f64::from));
+            self.own_max = self.own_max.max(turned.amax());
+            self.mesh.positions_m.push(Point3::from(turned + offset));
+        }
+        let mirrored = linear.determinant() < 0.0;
+        for mut triangle in triangles(mode, &indices) {
+            if let Some(&index) = triangle.iter().find(|&&index| index as usize >= count) {
+                let face = self.mesh.triangles.len() as u64;
+                return Err(SurfaceError::VertexOutOfBounds { face, index: i64::from(index), vertices: count as u64 });
+            }
+            if mirrored {
+                triangle.swap(1, 2);
+            }
+            self.mesh.triangles.push(triangle.map(|index| index + first as u32));
+        }
+        Ok(())
+    }
+
+    fn finish(mut self) -> RawMesh {
+        let placed_max = self.mesh.positions_m.iter().map(|point| point.coords.amax()).fold(0.0, f64::max);
+        let rounding = SINGLE * self.own_max / placed_max;
+        self.mesh.rounding = if rounding.is_finite() { rounding.clamp(DOUBLE, SINGLE) } else { SINGLE };
+        self.mesh
+    }
+}
+
+/// glTF 2.0, section 3.7.2.1: strips turn every other triangle, fans share their first vertex.
+fn triangles(mode: Mode, indices: &[u32]) -> Box<dyn Iterator<Item = [u32; 3]> + '_> {
+    match mode {
+        Mode::TriangleStrip => Box::new(indices.windows(3).enumerate().map(|(k, window)| match k % 2 {
+            0 => [window[0], window[1], window[2]],
+            _ => [window[1], window[0], window[2]],
+        })),
+        Mode::TriangleFan => {
+            let rim = indices.get(1..).unwrap_or_default();
+            Box::new(rim.windows(2).map(|pair| [indices[0], pair[0], pair[1]]))
+        }
+        _ => Box::new(indices.chunks_exact(3).map(|chunk| [chunk[0], chunk[1], chunk[2]])),
+    }
+}

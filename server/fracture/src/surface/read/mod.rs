@@ -1,0 +1,54 @@
+//! Mesh files: OBJ, PLY, STL, glTF and GLB.
+
+mod accessor;
+mod gltf;
+mod obj;
+mod ply;
+mod ply_ascii;
+mod polygon;
+mod stl;
+#[cfg(test)]
+mod tests;
+
+use super::{RawMesh, SurfaceError, Unit, Up};
+use std::fmt::Display;
+use std::path::Path;
+
+/// Vertices, and triangles, that a mesh may have.
+const LIMIT: usize = 1 << 26;
+
+/// Reads a mesh file; the extension, in upper or lower case, tells the format.
+///
+/// Polygons are cut into triangles; points and lines are left out; every node of a glTF scene is placed. Nothing is
+/// mended. Buffers of a `.gltf` are looked for beside it; nothing is fetched from elsewhere.
+///
+/// Errors: unreadable or unknown files, malformed ones (with line, byte or element), empty meshes, coordinates that are
+/// not finite, indices that name no vertex, more than 2²⁶ vertices or triangles.
+pub fn read(path: &Path, unit: Unit, up: Up) -> Result<RawMesh, SurfaceError> {
+    let extension = path.extension().map(|word| word.to_string_lossy().to_lowercase()).unwrap_or_default();
+    let parse: fn(&[u8], &Path) -> Result<RawMesh, SurfaceError> = match extension.as_str() {
+        "obj" => |bytes, _| obj::parse(bytes),
+        "ply" => |bytes, _| ply::parse(bytes),
+        "stl" => |bytes, _| stl::parse(bytes),
+        "gltf" | "glb" => gltf::parse,
+        _ => return Err(SurfaceError::UnknownFormat { extension }),
+    };
+    let bytes = load(path)?;
+    let mut mesh = parse(&bytes, path.parent().unwrap_or(Path::new("")))?;
+    mesh.place(unit, up);
+    mesh.check()?;
+    Ok(mesh)
+}
+
+fn load(path: &Path) -> Result<Vec<u8>, SurfaceError> {
+    std::fs::read(path).map_err(|source| SurfaceError::Unreadable { path: path.to_owned(), source })
+}
+
+fn malformed(format: &'static str, place: impl Display, reason: impl Display) -> SurfaceError {
+    SurfaceError::Malformed { format, place: place.to_string(), reason: reason.to_string() }
+}
+
+/// Refuses to grow past [`LIMIT`].
+fn within_limit(count: usize) -> Result<(), SurfaceError> {
+    if count <= LIMIT { Ok(()) } else { Err(SurfaceError::TooLarge { limit: LIMIT as u64 }) }
+}

@@ -1,0 +1,183 @@
+//! PLY, ASCII and binary of either byte order: vertices, faces and triangle strips.
+//!
+//! `ply-rs-bw` reads headers and binary bodies; ASCII bodies are read by [`super::ply_ascii`].
+
+use super::ply_ascii::Rows;
+use super::polygon::Polygons;
+use super::{RawMesh, SurfaceError, malformed, within_limit};
+use crate::surface::{DOUBLE, SINGLE};
+use nalgebra::Point3;
+use ply_rs_bw::parser::{Parser, Reader};
+use ply_rs_bw::ply::{
+    ElementDef, Encoding, Header, Property, PropertyAccess, PropertyAccessResult, PropertyType, ScalarType,
+};
+
+/// What a row of an element says: coordinates or vertex indices.
+#[derive(Default)]
+pub(super) struct Row {
+    pub point: Point3<f64>,
+    pub indices: Vec<i64>,
+}
+
+/// Which property a value belongs to.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum Meaning {
+    Axis(usize),
+    Indices,
+    Nothing,
+}
+
+/// What the property called `name` means to us.
+pub(super) fn meaning(name: &str) -> Meaning {
+    match name {
+        "x" => Meaning::Axis(0),
+        "y" => Meaning::Axis(1),
+        "z" => Meaning::Axis(2),
+        "vertex_indices" | "vertex_index" => Meaning::Indices,
+        _ => Meaning::Nothing,
+    }
+}
+
+pub(super) fn parse(bytes: &[u8]) -> Result<RawMesh, SurfaceError> {
+    let mut reader = Reader::new(bytes);
+    let parser = Parser::<Row>::new();
+    let header = parser.read_header(&mut reader).map_err(|error| malformed("ply", "header", one_line(&error)))?;
+    let mut lines_read = reader.line().saturating_sub(1);
+    let mut body = Body::default();
+    for element in header.elements.values() {
+        check_size(element, reader.get_ref().len())?;
+        let rows = match header.encoding {
+            Encoding::Ascii => {
+                let mut rows = Rows::new(reader.get_ref(), lines_read);
+                let read = rows.read(element)?;
+                lines_read = rows.lines_read();
+                *reader.get_mut() = rows.rest();
+                read
+            }
+            _ => parser
+                .read_payload_for_element(&mut reader, element, &header)
+                .map_err(|error| malformed("ply", format!("element {}", element.name), one_line(&error)))?,
+        };
+        body.take(element, rows)?;
+    }
+    body.finish(&header)
+}
+
+fn one_line(error: &impl ToString) -> String {
+    error.to_string().split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+/// A row takes at least a byte: a count above the number of bytes left is a lie, and must not be believed by whoever
+/// allocates.
+fn check_size(element: &ElementDef, bytes: usize) -> Result<(), SurfaceError> {
+    let place = || format!("element {}", element.name);
+    if element.count > 0 && element.properties.is_empty() {
+        return Err(malformed("ply", place(), "has no properties"));
+    }
+    if element.count > bytes {
+        return Err(malformed("ply", place(), format!("{} rows cannot fit in {bytes} bytes", element.count)));
+    }
+    within_limit(element.count)
+}
+
+#[derive(Default)]
+struct Body {
+    positions: Vec<Point3<f64>>,
+    polygons: Polygons,
+}
+
+impl Body {
+    fn take(&mut self, element: &ElementDef, rows: Vec<Row>) -> Result<(), SurfaceError> {
+        match element.name.as_str() {
+            "vertex" => {
+                for axis in ["x", "y", "z"] {
+                    if !element.properties.contains_key(axis) {
+                        return Err(malformed("ply", "element vertex", format!("has no property {axis}")));
+                    }
+                }
+                self.positions.extend(rows.iter().map(|row| row.point));
+            }
+            "face" => {
+                for row in &rows {
+                    let corners = self.corners(&row.indices)?;
+                    self.polygons.push(corners);
+                }
+            }
+            "tristrips" => {
+                for strip in rows.iter().flat_map(|row| row.indices.split(|&index| index == -1)) {
+                    let corners = self.corners(strip)?;
+                    for (k, window) in corners.windows(3).enumerate() {
+                        let (a, b) = if k % 2 == 0 { (0, 1) } else { (1, 0) };
+                        self.polygons.push([window[a], window[b], window[2]]);
+                    }
+                }
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
+    /// Indices as unsigned numbers; whether they name vertices is found out once all vertices are read.
+    fn corners(&self, indices: &[i64]) -> Result<Vec<u32>, SurfaceError> {
+        let (face, vertices) = (self.polygons.len() as u64, self.positions.len() as u64);
+        let convert =
+            |&index: &i64| u32::try_from(index).map_err(|_| SurfaceError::VertexOutOfBounds { face, index, vertices });
+        indices.iter().map(convert).collect()
+    }
+
+    fn finish(self, header: &Header) -> Result<RawMesh, SurfaceError> {
+        let (triangles, faces) = self.polygons.triangles(&self.positions)?;
+        let is_double = |element: &ElementDef| {
+            let kind = element.properties.get("x").map(|x| &x.data_type);
+            kind != Some(&PropertyType::Scalar(ScalarType::Float))
+        };
+        let rounding = if header.elements.get("vertex").is_none_or(is_double) { DOUBLE } else { SINGLE };
+        Ok(RawMesh { positions_m: self.positions, triangles, faces, rounding })
+    }
+}
+
+impl PropertyAccess for Row {
+    fn new() -> Self {
+        Self::default()
+    }
+
+    fn set_property(&mut self, name: &str, value: Property) -> PropertyAccessResult {
+        match meaning(name) {
+            Meaning::Axis(axis) => self.point[axis] = scalar(&value),
+            Meaning::Indices => self.indices = list(value),
+            Meaning::Nothing => return PropertyAccessResult::Ignored,
+        }
+        PropertyAccessResult::Set
+    }
+}
+
+/// A number of any type; a list is not a number.
+fn scalar(value: &Property) -> f64 {
+    match *value {
+        Property::Char(v) => f64::from(v),
+        Property::UChar(v) => f64::from(v),
+        Property::Short(v) => f64::from(v),
+        Property::UShort(v) => f64::from(v),
+        Property::Int(v) => f64::from(v),
+        Property::UInt(v) => f64::from(v),
+        Property::Float(v) => f64::from(v),
+        Property::Double(v) => v,
+        _ => f64::NAN,
+    }
+}
+
+/// A list of integers of any type; other values give no indices.
+fn list(value: Property) -> Vec<i64> {
+    fn widen<T: Into<i64>>(values: Vec<T>) -> Vec<i64> {
+        values.into_iter().map(Into::into).collect()
+    }
+    match value {
+        Property::ListChar(v) => widen(v),
+        Property::ListUChar(v) => widen(v),
+        Property::ListShort(v) => widen(v),
+        Property::ListUShort(v) => widen(v),
+        Property::ListInt(v) => widen(v),
+        Property::ListUInt(v) => widen(v),
+        _ => Vec::new(),
+    }
+}

@@ -1,0 +1,91 @@
+//! ASCII bodies of PLY files, one row per line.
+//!
+//! Read here and not by `ply-rs-bw`, whose grammar refuses `.5`, `5.` and `nan`, and so good files and the name of what
+//! is wrong with bad ones.
+
+use super::ply::{Meaning, Row, meaning};
+use super::{SurfaceError, malformed};
+use ply_rs_bw::ply::{ElementDef, PropertyType};
+
+/// The lines of a body that are still to be read.
+pub(super) struct Rows<'a> {
+    rest: &'a [u8],
+    lines_read: usize,
+}
+
+impl<'a> Rows<'a> {
+    /// The lines of `rest`, of which `lines_read` precede.
+    pub fn new(rest: &'a [u8], lines_read: usize) -> Self {
+        Self { rest, lines_read }
+    }
+
+    /// What is left.
+    pub fn rest(&self) -> &'a [u8] {
+        self.rest
+    }
+
+    /// How many lines of the file were read.
+    pub fn lines_read(&self) -> usize {
+        self.lines_read
+    }
+
+    /// Reads all rows of an element.
+    pub fn read(&mut self, element: &ElementDef) -> Result<Vec<Row>, SurfaceError> {
+        let meanings: Vec<_> =
+            element.properties.values().map(|property| (meaning(&property.name), &property.data_type)).collect();
+        let mut rows = Vec::new();
+        while rows.len() < element.count {
+            let Some(line) = self.next_line() else {
+                let reason = format!("ends after {} of {} rows of {}", rows.len(), element.count, element.name);
+                return Err(malformed("ply", format!("line {}", self.lines_read), reason));
+            };
+            let text = String::from_utf8_lossy(line);
+            let mut words = text.split_whitespace().peekable();
+            if words.peek().is_some() {
+                let wrong = |reason| malformed("ply", format!("line {}", self.lines_read), reason);
+                rows.push(row(words, &meanings).map_err(wrong)?);
+            }
+        }
+        Ok(rows)
+    }
+
+    fn next_line(&mut self) -> Option<&'a [u8]> {
+        if self.rest.is_empty() {
+            return None;
+        }
+        let end = self.rest.iter().position(|&byte| byte == b'\n');
+        let (line, rest) = match end {
+            Some(end) => (&self.rest[..end], &self.rest[end + 1..]),
+            None => (self.rest, &[][..]),
+        };
+        self.rest = rest;
+        self.lines_read += 1;
+        Some(line)
+    }
+}
+
+fn row<'a>(mut words: impl Iterator<Item = &'a str>, meanings: &[(Meaning, &PropertyType)]) -> Result<Row, String> {
+    let mut row = Row::default();
+    let mut next = || words.next().ok_or("the row is too short");
+    for (meaning, kind) in meanings {
+        match kind {
+            PropertyType::Scalar(_) => {
+                let word = next()?;
+                if let Meaning::Axis(axis) = *meaning {
+                    row.point[axis] = word.parse().map_err(|_| format!("'{word}' is not a number"))?;
+                }
+            }
+            PropertyType::List(..) => {
+                let word = next()?;
+                let length: usize = word.parse().map_err(|_| format!("'{word}' is not a length"))?;
+                for _ in 0..length {
+                    let word = next()?;
+                    if *meaning == Meaning::Indices {
+                        row.indices.push(word.parse().map_err(|_| format!("'{word}' is not an index"))?);
+                    }
+                }
+            }
+        }
+    }
+    Ok(row)
+}

@@ -1,0 +1,30 @@
+//! Closed generated meshes, in metres and y-up: for tests, references and the demonstration.
+//!
+//! Every shape is one closed surface per body, consistently wound, facing outward, without self-intersections.
+
+mod implicit;
+mod objects;
+mod solids;
+mod sweep;
+#[cfg(test)]
+mod tests;
+
+pub use implicit::implicit;
+pub use objects::{arch, dumbbell, horseshoe, mug, statue, vase};
+pub use solids::{cuboid, ellipsoid, sphere, torus};
+
+use super::RawMesh;
+use std::io::{BufWriter, Write};
+use std::path::Path;
+
+/// Writes a mesh as Wavefront OBJ, metres; reading it again gives the same bits.
+pub fn write_obj(mesh: &RawMesh, path: &Path) -> std::io::Result<()> {
+    let mut file = BufWriter::new(std::fs::File::create(path)?);
+    for point in &mesh.positions_m {
+        writeln!(file, "v {} {} {}", point.x, point.y, point.z)?;
+    }
+    for [a, b, c] in &mesh.triangles {
+        writeln!(file, "f {} {} {}", a + 1, b + 1, c + 1)?;
+    }
+    file.flush()
+}

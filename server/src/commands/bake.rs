@@ -1,0 +1,188 @@
+//! `shatterd bake`: a mesh file becomes a database.
+
+use super::Failure;
+use crate::config::data_folder;
+use clap::Args;
+use indicatif::{ProgressBar, ProgressStyle};
+use serde_json::json;
+use shatter_fracture::database::{self, BakeRequest, Step};
+use shatter_fracture::pipeline::Prepared;
+use shatter_fracture::scene::Materials;
+use shatter_fracture::surface::{self, Unit, Up};
+use shatter_fracture::token::Token;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+/// The materials that come with the program.
+pub const MATERIALS: &str = include_str!("../../../config/materials.toml");
+
+/// Flags of `shatterd bake`.
+#[derive(Args, Debug)]
+pub struct BakeArgs {
+    /// Mesh file: .obj, .ply, .stl, .gltf, .glb
+    pub mesh: PathBuf,
+    /// Name of the object
+    #[arg(long)]
+    pub name: String,
+    /// Material
+    #[arg(long, default_value = "glass")]
+    pub material: String,
+    /// Table of materials to use instead of the built-in one
+    #[arg(long, value_name = "FILE")]
+    pub materials: Option<PathBuf>,
+    /// Reference fragment size in metres [default: a tenth of the diagonal]
+    #[arg(long, value_name = "M", allow_negative_numbers = true)]
+    pub fragment_size: Option<f64>,
+    /// Threshold in J·m² [default: from material and fragment size]
+    #[arg(long, value_name = "G", allow_negative_numbers = true)]
+    pub gamma: Option<f64>,
+    /// Unit of the mesh file: m, cm, mm, in
+    #[arg(long, default_value = "m")]
+    pub unit: Unit,
+    /// Axis of the mesh file that points up: y, z
+    #[arg(long, default_value = "y")]
+    pub up: Up,
+    /// Spacing of the elastic lattice over the bounding-box diagonal [default: about 3000 nodes]
+    #[arg(long, value_name = "R", allow_negative_numbers = true)]
+    pub elastic_spacing: Option<f64>,
+    /// Spacing of the crack lattice over the bounding-box diagonal [default: about 12000 nodes]
+    #[arg(long, value_name = "R", allow_negative_numbers = true)]
+    pub crack_spacing: Option<f64>,
+    /// Seed of everything random
+    #[arg(long, default_value_t = 0)]
+    pub seed: u64,
+    /// Folder of databases [default: the platform's]
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// One JSON document on stdout
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Bakes and prints what was found; nothing is written unless everything went well.
+pub fn run(args: &BakeArgs) -> Result<(), Failure> {
+    let begun = Instant::now();
+    let request = request(args)?;
+    let folder = args.out.clone().map_or_else(data_folder, Ok)?;
+    std::fs::create_dir_all(&folder).map_err(|error| Failure::output(&folder, &error))?;
+    let raw = surface::read(&args.mesh, args.unit, args.up)?;
+    let bar = bar();
+    let prepared = database::bake(raw, &request, &Token::default(), &mut |step| {
+        bar.set_message(describe(step));
+        bar.inc(1);
+    })?;
+    let file = folder.join(format!("{}.{}", args.name, database::EXTENSION));
+    bar.set_message("write");
+    database::save(&prepared, &file)?;
+    bar.finish_and_clear();
+    let seconds = begun.elapsed().as_secs_f64();
+    if args.json {
+        println!("{}", document(&prepared, &file, seconds))
+    } else {
+        print(&prepared, &file, seconds)
+    }
+    Ok(())
+}
+
+fn request(args: &BakeArgs) -> Result<BakeRequest, Failure> {
+    let table = match &args.materials {
+        None => MATERIALS.to_owned(),
+        Some(path) => std::fs::read_to_string(path).map_err(|error| {
+            Failure::refused("unreadable_file", path.display().to_string(), format!("{}: {error}", path.display()))
+        })?,
+    };
+    Ok(BakeRequest {
+        name: args.name.clone(),
+        material_name: args.material.clone(),
+        material: Materials::parse(&table)?.get(&args.material)?.clone(),
+        fragment_size_m: args.fragment_size,
+        gamma_j_m2: args.gamma,
+        elastic_spacing: args.elastic_spacing,
+        crack_spacing: args.crack_spacing,
+        seed: args.seed,
+    })
+}
+
+/// A bar on stderr; silent where that is not a terminal.
+fn bar() -> ProgressBar {
+    let bar = ProgressBar::new(7);
+    if let Ok(style) = ProgressStyle::with_template("{bar:24} {pos}/{len} {msg} ({elapsed})") {
+        bar.set_style(style);
+    }
+    bar.enable_steady_tick(Duration::from_millis(100));
+    bar
+}
+
+fn describe(step: Step) -> String {
+    match step {
+        Step::Surface => "surface: weld, orient, name defects".to_owned(),
+        Step::Volume => "volume: winding numbers".to_owned(),
+        Step::Lattices => "lattices".to_owned(),
+        Step::Lift(body) => format!("lift of body {body}"),
+        Step::Elasticity(body) => format!("elasticity of body {body}"),
+        Step::Calibration => "calibration of the degree".to_owned(),
+    }
+}
+
+/// The document of `bake --json`.
+fn document(prepared: &Prepared, file: &Path, seconds: f64) -> serde_json::Value {
+    let report = &prepared.report;
+    json!({
+        "object": prepared.name,
+        "file": file,
+        "elastic_nodes": prepared.elastic_nodes(),
+        "elastic_tets": prepared.elastic_tets(),
+        "crack_nodes": prepared.crack_nodes(),
+        "crack_tets": prepared.crack_tets(),
+        "elastic_spacing": prepared.parameters.elastic_spacing,
+        "crack_spacing": prepared.parameters.crack_spacing,
+        "lattice_volume_m3": report.lattice_volume_m3,
+        "input_volume_m3": report.input_volume_m3,
+        "volume_error": report.volume_error(),
+        "surface_deviation": report.surface_deviation,
+        "gamma_j_m2": prepared.gamma_j_m2,
+        "kappa": prepared.kappa,
+        "bodies": prepared.bodies.len(),
+        "defects": report.defects,
+        "seconds": seconds,
+    })
+}
+
+fn print(prepared: &Prepared, file: &Path, seconds: f64) {
+    let report = &prepared.report;
+    let parameters = &prepared.parameters;
+    println!("{}  {}", prepared.name, file.display());
+    println!(
+        "  elastic lattice  {} nodes, {} tetrahedra, spacing {:.4} of the diagonal",
+        prepared.elastic_nodes(),
+        prepared.elastic_tets(),
+        parameters.elastic_spacing
+    );
+    println!(
+        "  crack lattice    {} nodes, {} tetrahedra, spacing {:.4} of the diagonal",
+        prepared.crack_nodes(),
+        prepared.crack_tets(),
+        parameters.crack_spacing
+    );
+    println!(
+        "  volume           {:.6e} m³, {:+.3} % of the input's",
+        report.lattice_volume_m3,
+        100.0 * report.volume_error()
+    );
+    println!("  deviation        {:.5} of the diagonal", report.surface_deviation);
+    println!(
+        "  threshold        {:.4e} J·m² ({}, fragments of {:.4} m), kappa {:.3}",
+        prepared.gamma_j_m2, parameters.material_name, parameters.fragment_size_m, prepared.kappa
+    );
+    println!("  bodies           {}", prepared.bodies.len());
+    if report.defects.is_empty() {
+        println!("  defects          none");
+    }
+    for defect in &report.defects {
+        println!(
+            "  defect           {}: {} (first at {}): {}",
+            defect.kind, defect.count, defect.first_index, defect.action
+        );
+    }
+    println!("  {seconds:.1} s");
+}

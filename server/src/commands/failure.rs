@@ -1,0 +1,157 @@
+//! Why a command ended without its result: a kind, whose fault it is, whether to retry, the offender.
+
+use serde_json::json;
+use shatter_fracture::database::{BakeError, DatabaseError};
+use shatter_fracture::lattice::LatticeError;
+use shatter_fracture::scene::MaterialError;
+use shatter_fracture::surface::SurfaceError;
+use shatter_proto::{Kind, Refusal, exit};
+use std::io::Write;
+use std::path::Path;
+use std::process::ExitCode;
+
+/// A command's failure, as printed and as exit code.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Failure {
+    kind: &'static str,
+    fault: &'static str,
+    retry: bool,
+    at: String,
+    message: String,
+    exit_code: u8,
+}
+
+impl Failure {
+    /// Input that the caller has to mend.
+    pub fn refused(kind: &'static str, at: impl Into<String>, message: impl Into<String>) -> Self {
+        let (at, message) = (at.into(), message.into());
+        Self { kind, fault: "caller", retry: false, at, message, exit_code: exit::REFUSED }
+    }
+
+    /// A file or folder that cannot be written.
+    pub fn output(path: &Path, error: &dyn std::fmt::Display) -> Self {
+        let at = path.display().to_string();
+        Self { fault: "environment", ..Self::refused("output", at, format!("{}: {error}", path.display())) }
+    }
+
+    /// Something that is ours to mend.
+    pub fn ours(kind: &'static str, message: impl Into<String>) -> Self {
+        Self { fault: "service", exit_code: exit::OURS, ..Self::refused(kind, "", message) }
+    }
+
+    /// Prints the failure, as a JSON document on stdout too if that is wanted, and gives the exit code.
+    pub fn print(&self, as_json: bool) -> ExitCode {
+        if as_json {
+            // A reader that went away cannot be told.
+            let _ = writeln!(std::io::stdout(), "{:#}", self.document());
+        }
+        let at = if self.at.is_empty() { String::new() } else { format!(" (at {})", self.at) };
+        let _ = writeln!(std::io::stderr(), "shatterd: {}: {}{at}", self.kind, self.message);
+        ExitCode::from(self.exit_code)
+    }
+
+    /// The JSON document of the contract.
+    pub fn document(&self) -> serde_json::Value {
+        json!({"error": {
+            "kind": self.kind, "message": self.message, "fault": self.fault, "retry": self.retry, "at": self.at,
+        }})
+    }
+}
+
+impl From<Refusal> for Failure {
+    fn from(refusal: Refusal) -> Self {
+        Self {
+            kind: refusal.kind.name(),
+            fault: refusal.kind.fault().name(),
+            retry: refusal.kind.retry(),
+            exit_code: refusal.kind.exit_code(),
+            at: refusal.at,
+            message: refusal.message,
+        }
+    }
+}
+
+impl From<MaterialError> for Failure {
+    fn from(error: MaterialError) -> Self {
+        let (kind, at) = match &error {
+            MaterialError::Unreadable(_) => ("material_table", String::new()),
+            MaterialError::NotPositive { material, key, .. } => ("material_number", format!("{material}.{key}")),
+            MaterialError::Unknown { name, .. } => ("unknown_material", name.clone()),
+        };
+        Self::refused(kind, at, error.to_string())
+    }
+}
+
+impl From<SurfaceError> for Failure {
+    fn from(error: SurfaceError) -> Self {
+        let (kind, at) = match &error {
+            SurfaceError::Unreadable { path, .. } => ("unreadable_file", path.display().to_string()),
+            SurfaceError::UnknownFormat { extension } => ("unknown_format", extension.clone()),
+            SurfaceError::Malformed { place, .. } => ("malformed_file", place.clone()),
+            SurfaceError::TooLarge { .. } => ("too_large", String::new()),
+            SurfaceError::Empty => ("empty_mesh", String::new()),
+            SurfaceError::NonFiniteVertex { vertex } => ("non_finite_vertex", format!("vertex {vertex}")),
+            SurfaceError::VertexOutOfBounds { face, .. } => ("vertex_out_of_bounds", format!("face {face}")),
+            SurfaceError::AllDegenerate => ("all_degenerate", String::new()),
+            SurfaceError::ZeroExtent => ("zero_extent", String::new()),
+            SurfaceError::ExtentOutOfRange { .. } => ("extent_out_of_range", String::new()),
+            SurfaceError::NothingInside => ("nothing_inside", String::new()),
+            SurfaceError::Cancelled(_) => ("cancelled", String::new()),
+        };
+        Self::refused(kind, at, error.to_string())
+    }
+}
+
+impl From<LatticeError> for Failure {
+    fn from(error: LatticeError) -> Self {
+        let (kind, at) = match &error {
+            LatticeError::SpacingOutOfRange { spacing, .. } => ("spacing_out_of_range", spacing.to_string()),
+            LatticeError::GridTooLarge { spacing, .. } => ("grid_too_large", spacing.to_string()),
+            LatticeError::NothingInside { spacing } => ("nothing_inside", spacing.to_string()),
+            LatticeError::Cancelled(_) => ("cancelled", String::new()),
+            LatticeError::BoundsNotFinite
+            | LatticeError::VolumeNotPositive { .. }
+            | LatticeError::DistanceNotFinite { .. } => return Self::ours("lattice", error.to_string()),
+        };
+        Self::refused(kind, at, error.to_string())
+    }
+}
+
+impl From<BakeError> for Failure {
+    fn from(error: BakeError) -> Self {
+        let message = error.to_string();
+        match error {
+            BakeError::Name(name) => Self::refused("object_name", name, message),
+            BakeError::NotPositive { key, .. } => Self::refused("not_positive", key, message),
+            BakeError::Surface(error) => error.into(),
+            BakeError::Lattice(error) => error.into(),
+            BakeError::Elasticity { body, .. } => Self::refused("elasticity", format!("body {body}"), message),
+            BakeError::Lift { .. } => Self::ours("lift", message),
+            BakeError::Calibration(_) => Self::ours("calibration", message),
+            BakeError::Cancelled(_) => Self::refused("cancelled", "", message),
+        }
+    }
+}
+
+impl From<DatabaseError> for Failure {
+    fn from(error: DatabaseError) -> Self {
+        let message = error.to_string();
+        let at = match &error {
+            DatabaseError::Io { path, .. } => path.display().to_string(),
+            DatabaseError::Metadata { key, .. } => (*key).to_owned(),
+            DatabaseError::MissingTensor(tensor)
+            | DatabaseError::Shape { tensor, .. }
+            | DatabaseError::Checksum(tensor)
+            | DatabaseError::OutOfRange { tensor, .. }
+            | DatabaseError::NonFinite { tensor, .. }
+            | DatabaseError::Folded { tensor, .. } => tensor.clone(),
+            _ => String::new(),
+        };
+        let kind = match &error {
+            DatabaseError::Io { .. } => "database_file",
+            DatabaseError::Format { .. } => "database_format",
+            _ => "corrupt_database",
+        };
+        Self { fault: "environment", ..Self::refused(kind, at, message) }
+    }
+}

@@ -1,0 +1,50 @@
+//! `shatterd inspect`: what a database holds.
+
+use super::Failure;
+use clap::Args;
+use serde_json::json;
+use shatter_fracture::database;
+use std::path::PathBuf;
+
+/// Flags of `shatterd inspect`.
+#[derive(Args, Debug)]
+pub struct InspectArgs {
+    /// Database file
+    pub file: PathBuf,
+    /// One JSON document on stdout
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Loads and verifies the file as the daemon would, and prints what is inside.
+pub fn run(args: &InspectArgs) -> Result<(), Failure> {
+    let prepared = database::load(&args.file)?;
+    let bytes = std::fs::metadata(&args.file).map_or(0, |metadata| metadata.len());
+    let document = json!({
+        "object": prepared.name,
+        "format": database::FORMAT,
+        "bytes": bytes,
+        "bodies": prepared.bodies.len(),
+        "elastic_nodes": prepared.elastic_nodes(),
+        "crack_nodes": prepared.crack_nodes(),
+        "lattice_volume_m3": prepared.report.lattice_volume_m3,
+        "gamma_j_m2": prepared.gamma_j_m2,
+        "kappa": prepared.kappa,
+        "lift_dimensions": prepared.bodies.iter().map(|body| body.interior.dimension).collect::<Vec<_>>(),
+        "parameters": prepared.parameters,
+        "defects": prepared.report.defects,
+    });
+    if args.json {
+        println!("{document}");
+        return Ok(());
+    }
+    for (key, value) in document.as_object().into_iter().flatten() {
+        match value {
+            serde_json::Value::Object(inner) => {
+                inner.iter().for_each(|(inner, value)| println!("{key}.{inner}: {value}"))
+            }
+            value => println!("{key}: {value}"),
+        }
+    }
+    Ok(())
+}

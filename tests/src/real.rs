@@ -1,0 +1,51 @@
+//! Real test meshes, which the project does not contain: found through `SHATTER_MESHES`, else skipped and said so.
+
+use shatter_fracture::database::{BakeRequest, bake};
+use shatter_fracture::pipeline::Prepared;
+use shatter_fracture::scene::{Material, Materials};
+use shatter_fracture::surface::{self, Unit, Up};
+use shatter_fracture::token::Token;
+use std::path::PathBuf;
+
+/// The file `name` in the folder that `SHATTER_MESHES` names, or `None` after a line that CI counts.
+pub fn mesh(name: &str) -> Option<PathBuf> {
+    let found = std::env::var_os("SHATTER_MESHES").map(|folder| PathBuf::from(folder).join(name));
+    match found {
+        Some(path) if path.is_file() => Some(path),
+        Some(path) => {
+            println!("skipped: {} is not there", path.display());
+            None
+        }
+        None => {
+            println!("skipped: SHATTER_MESHES is not set ({name})");
+            None
+        }
+    }
+}
+
+/// A material that ships with the program.
+pub fn material(name: &str) -> Material {
+    let table = include_str!("../../config/materials.toml");
+    Materials::parse(table).and_then(|materials| materials.get(name).cloned()).unwrap()
+}
+
+/// Everything at its default, for an object called `name` of the material called `material_name`.
+pub fn request(name: &str, material_name: &str) -> BakeRequest {
+    BakeRequest {
+        name: name.to_owned(),
+        material_name: material_name.to_owned(),
+        material: material(material_name),
+        fragment_size_m: None,
+        gamma_j_m2: None,
+        elastic_spacing: None,
+        crack_spacing: None,
+        seed: 0,
+    }
+}
+
+/// A real mesh baked at default spacing, coordinates as in its file.
+pub fn baked(file: &str) -> Option<Prepared> {
+    let raw = surface::read(&mesh(file)?, Unit::M, Up::Y).unwrap();
+    let name = file.split('.').next().unwrap();
+    Some(bake(raw, &request(name, "glass"), &Token::default(), &mut |_| ()).unwrap())
+}

@@ -1,0 +1,60 @@
+//! Strikes through the engine itself, for tests that look inside.
+
+use nalgebra::{Point3, Vector3};
+use shatter_fracture::centroidal::{self, Diagram, Field, Options};
+use shatter_fracture::lift::LiftKind;
+use shatter_fracture::pipeline::{
+    self, BodyEnergy, Contact, DegreeRequest, Impact, Outcome, Prepared, Strike, StrikeError, Workspace,
+};
+use shatter_fracture::token::Token;
+
+/// One contact at `point_m`, everything else at its default.
+pub fn at(point_m: Point3<f64>, impulse_ns: Vector3<f64>) -> Strike {
+    Strike {
+        contacts: vec![Contact { point_m, impulse_ns, duration_s: None, radius_m: None }],
+        degree: DegreeRequest::ClosedForm,
+        gamma_j_m2: None,
+        lift: LiftKind::Interior,
+        seed: 1,
+        threshold_only: false,
+    }
+}
+
+/// The whole walk.
+pub fn outcome(prepared: &Prepared, strike: &Strike) -> Result<Outcome, StrikeError> {
+    pipeline::strike(prepared, strike, &mut Workspace::default(), &Token::default(), &mut ())
+}
+
+/// Strain energy of the first struck body.
+pub fn energy(prepared: &Prepared, strike: &Strike) -> BodyEnergy {
+    let impact = Impact::new(prepared, strike).unwrap();
+    let mut workspace = Workspace::default();
+    let mut all = pipeline::strain_energy(prepared, &impact, &mut workspace, &Token::default(), &mut ()).unwrap();
+    all.remove(0)
+}
+
+/// A diagram of `sites` sites of the first body for the given energy shares.
+pub fn diagram(prepared: &Prepared, lift: LiftKind, shares: &[f64], sites: usize, seed: u64) -> Diagram {
+    let body = &prepared.bodies[0];
+    let mut shares = shares.to_vec();
+    let field = Field::new(body.lift(lift), &body.volumes, &mut shares).unwrap();
+    let mut workspace = centroidal::Workspace::default();
+    centroidal::diagram(&field, &Options::new(sites, seed), &mut workspace, &Token::default()).unwrap()
+}
+
+/// The point of the mesh file's box at fractions `at` (0 ..= 1 along each axis), moved to the body's boundary node nearest
+/// to it; and the mean inward direction, towards the body's centre.
+pub fn surface_point(prepared: &Prepared, at: [f64; 3]) -> (Point3<f64>, Vector3<f64>) {
+    let nodes = &prepared.bodies[0].crack.nodes;
+    let low = nodes.iter().fold([f64::INFINITY; 3], |low, node| [0, 1, 2].map(|k| low[k].min(node[k])));
+    let high = nodes.iter().fold([f64::NEG_INFINITY; 3], |high, node| [0, 1, 2].map(|k| high[k].max(node[k])));
+    let wish = Point3::from([0, 1, 2].map(|k| low[k] + at[k] * (high[k] - low[k])));
+    let boundary = &prepared.bodies[0].topology.boundary;
+    let nearest = boundary
+        .iter()
+        .flat_map(|face| face.nodes)
+        .map(|node| nodes[node as usize])
+        .min_by(|a, b| (a - wish).norm().total_cmp(&(b - wish).norm()))
+        .unwrap();
+    (prepared.frame.to_metres(&nearest), -nearest.coords.normalize())
+}

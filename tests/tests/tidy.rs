@@ -1,0 +1,306 @@
+//! House rules that a program can check. Each names the file and line that breaks it.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Longest source file.
+const LINES_MAX: usize = 500;
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap().to_owned()
+}
+
+/// All files below `folder` with that ending, build outputs left out, sorted.
+fn files(folder: &Path, ending: &str) -> Vec<PathBuf> {
+    let mut found = Vec::new();
+    let mut open = vec![folder.to_owned()];
+    while let Some(folder) = open.pop() {
+        for entry in fs::read_dir(&folder).unwrap().map(|entry| entry.unwrap().path()) {
+            let name = entry.file_name().unwrap().to_string_lossy().into_owned();
+            if entry.is_dir() && name != "target" && !name.starts_with('.') {
+                open.push(entry);
+            } else if name.ends_with(ending) {
+                found.push(entry);
+            }
+        }
+    }
+    found.sort();
+    found
+}
+
+fn sources() -> Vec<(String, String)> {
+    let root = root();
+    files(&root, ".rs")
+        .into_iter()
+        .map(|path| {
+            let name = path.strip_prefix(&root).unwrap().to_string_lossy().into_owned();
+            let text = fs::read_to_string(&path).unwrap();
+            (name, text)
+        })
+        .collect()
+}
+
+/// The lines that ship: test files and everything after the first `#[cfg(test)]` module left out.
+fn shipped(name: &str, text: &str) -> Vec<(usize, String)> {
+    let test_file = name.starts_with("tests/")
+        || name.contains("/tests/")
+        || name.ends_with("tests.rs")
+        || name.contains("/benches/")
+        || name.contains("/examples/");
+    if test_file {
+        return Vec::new();
+    }
+    let lines: Vec<&str> = text.lines().collect();
+    let tests_begin = lines
+        .iter()
+        .enumerate()
+        .position(|(at, line)| {
+            line.trim() == "#[cfg(test)]"
+                && lines.get(at + 1).is_some_and(|next| next.contains("mod ") && next.ends_with('{'))
+        })
+        .unwrap_or(lines.len());
+    lines[..tests_begin].iter().enumerate().map(|(at, line)| (at + 1, (*line).to_owned())).collect()
+}
+
+/// Fails with every place that breaks the rule.
+#[track_caller]
+fn check(rule: &str, broken: Vec<String>) {
+    assert!(broken.is_empty(), "{rule}:\n  {}", broken.join("\n  "));
+}
+
+fn code(line: &str) -> &str {
+    line.split("//").next().unwrap_or("")
+}
+
+#[test]
+fn files_are_short() {
+    let long = |(name, text): (String, String)| {
+        let lines = text.lines().count();
+        (lines > LINES_MAX).then(|| format!("{name}: {lines} lines"))
+    };
+    check("no source file is longer than 500 lines", sources().into_iter().filter_map(long).collect());
+}
+
+#[test]
+fn nothing_that_ships_unwraps() {
+    let mut broken = Vec::new();
+    for (name, text) in sources() {
+        for (at, line) in shipped(&name, &text) {
+            let code = code(&line);
+            if [".unwrap()", ".expect(", "todo!(", "unimplemented!(", "dbg!("].iter().any(|word| code.contains(word)) {
+                broken.push(format!("{name}:{at}: {}", line.trim()));
+            }
+        }
+    }
+    check("no unwrap, expect or stub outside tests", broken);
+}
+
+#[test]
+fn nothing_is_left_to_do() {
+    let mut broken = Vec::new();
+    for (name, text) in sources() {
+        for (at, line) in text.lines().enumerate() {
+            let words = [concat!("TO", "DO"), concat!("FIX", "ME"), concat!("XX", "X")];
+            if words.iter().any(|word| line.contains(word)) && !line.contains("issue ") {
+                broken.push(format!("{name}:{}: {}", at + 1, line.trim()));
+            }
+        }
+    }
+    check("nothing is left to do without an issue", broken);
+}
+
+/// Where `unsafe` may stand: the loaned segment, memory maps, SIMD dispatch.
+const UNSAFE_ALLOWED: [&str; 6] = [
+    "proto/src/",
+    "client/src/",
+    "server/src/ipc",
+    "server/src/serve",
+    "server/fracture/src/database/container.rs",
+    "server/fracture/src/centroidal/kernel.rs",
+];
+
+#[test]
+fn unsafe_code_is_where_it_may_be_and_says_why() {
+    let mut broken = Vec::new();
+    for (name, text) in sources() {
+        let lines = shipped(&name, &text);
+        for (index, (at, line)) in lines.iter().enumerate() {
+            if !code(line).contains("unsafe ") || line.contains("unsafe_") {
+                continue;
+            }
+            if !UNSAFE_ALLOWED.iter().any(|place| name.starts_with(place)) {
+                broken.push(format!("{name}:{at}: unsafe has no business here"));
+            }
+            let before = lines[index.saturating_sub(8)..=index]
+                .iter()
+                .any(|(_, line)| line.contains("SAFETY") || line.contains("# Safety"));
+            if !before {
+                broken.push(format!("{name}:{at}: no SAFETY line"));
+            }
+        }
+    }
+    check("unsafe is rare and justified", broken);
+}
+
+#[test]
+fn every_package_is_used_by_the_crate_that_owns_it() {
+    let owners = [
+        ("iceoryx2", "proto"),
+        ("iceoryx2", "client"),
+        ("iceoryx2", "server"),
+        ("serde", "client"),
+        ("serde", "server"),
+        ("serde", "server/fracture"),
+        ("nalgebra", "server/fracture"),
+        ("faer", "server/fracture"),
+        ("rayon", "server/fracture"),
+        ("rayon", "server"),
+        ("tokio", "server"),
+        ("tracing", "server"),
+    ];
+    let sources = sources();
+    let mut broken = Vec::new();
+    for (package, owner) in owners {
+        let manifest = fs::read_to_string(root().join(owner).join("Cargo.toml")).unwrap();
+        let (use_a, use_b) = (format!("use {package}"), format!("{package}::"));
+        let used = sources.iter().any(|(name, text)| {
+            name.starts_with(&format!("{owner}/src/"))
+                && shipped(name, text).iter().any(|(_, line)| line.contains(&use_a) || line.contains(&use_b))
+        });
+        if !manifest.contains(&format!("{package}.workspace = true")) || !used {
+            broken.push(format!("{owner} does not use {package}"));
+        }
+    }
+    check("packages are really used", broken);
+}
+
+#[test]
+fn no_dependency_is_idle() {
+    let sources = sources();
+    let mut broken = Vec::new();
+    for folder in ["proto", "client", "server", "server/fracture", "tests"] {
+        let manifest = fs::read_to_string(root().join(folder).join("Cargo.toml")).unwrap();
+        for dependency in manifest.lines().filter_map(|line| line.strip_suffix(".workspace = true")) {
+            if ["version", "edition", "rust-version", "license", "publish"].contains(&dependency) {
+                continue;
+            }
+            let path = dependency.replace('-', "_");
+            let used = sources.iter().any(|(name, text)| {
+                let own = name.strip_prefix(folder).is_some_and(|rest| rest.starts_with('/'));
+                let nested = folder == "server" && name.starts_with("server/fracture/");
+                own && !nested && text.contains(&path)
+            });
+            if !used {
+                broken.push(format!("{folder} depends on {dependency} and does not use it"));
+            }
+        }
+    }
+    check("no dependency is idle", broken);
+}
+
+#[test]
+fn arrows_point_one_way() {
+    let forbidden = [
+        ("proto", ["shatter-client", "shatter-server", "shatter-fracture"].as_slice()),
+        ("client", &["shatter-server", "shatter-fracture", "tokio", "faer"]),
+        ("server/fracture", &["shatter-proto", "shatter-client", "shatter-server", "iceoryx2", "tokio"]),
+    ];
+    let mut broken = Vec::new();
+    for (folder, names) in forbidden {
+        let manifest = fs::read_to_string(root().join(folder).join("Cargo.toml")).unwrap();
+        broken.extend(names.iter().filter(|name| manifest.contains(*name)).map(|name| format!("{folder} → {name}")));
+    }
+    check("dependencies point one way", broken);
+}
+
+#[test]
+fn the_engine_has_no_clock() {
+    let mut broken = Vec::new();
+    for (name, text) in sources().into_iter().filter(|(name, _)| name.starts_with("server/fracture/src/")) {
+        for (at, line) in shipped(&name, &text) {
+            if ["Instant::", "SystemTime", "std::process", "static mut"].iter().any(|word| code(&line).contains(word)) {
+                broken.push(format!("{name}:{at}: {}", line.trim()));
+            }
+        }
+    }
+    check("the science knows nothing of clocks and processes", broken);
+}
+
+#[test]
+fn the_top_level_holds_the_agreed_tree() {
+    let agreed = BTreeSet::from([
+        "Cargo.toml",
+        "Cargo.lock",
+        "README.md",
+        "ARCHITECTURE.md",
+        "CHANGELOG.md",
+        "LICENSE",
+        "LICENSE-APACHE",
+        "LICENSE-MIT",
+        "server",
+        "client",
+        "proto",
+        "tests",
+        "config",
+        "target",
+    ]);
+    let odd = fs::read_dir(root())
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().to_string_lossy().into_owned())
+        .filter(|name| !name.starts_with('.') && !agreed.contains(name.as_str()) && name != "shatter-demo")
+        .collect();
+    check("nothing else lies at the top level", odd);
+}
+
+#[test]
+fn what_architecture_names_exists() {
+    let text = fs::read_to_string(root().join("ARCHITECTURE.md")).unwrap();
+    let sources = sources();
+    let mut broken = Vec::new();
+    for name in text.split('`').skip(1).step_by(2) {
+        let name = name.trim();
+        let is_path = name.contains('/') && name.chars().all(|c| c.is_ascii_alphanumeric() || "/_.-".contains(c));
+        let is_type = name.chars().next().is_some_and(|c| c.is_ascii_uppercase())
+            && name.chars().all(|c| c.is_ascii_alphanumeric())
+            && name.chars().any(|c| c.is_ascii_lowercase());
+        let is_function = name.contains('_') && name.chars().all(|c| c.is_ascii_lowercase() || c == '_');
+        let defined = |kinds: &[&str]| {
+            sources.iter().any(|(_, text)| kinds.iter().any(|kind| text.contains(&format!("{kind} {name}"))))
+        };
+        if is_path && !root().join(name).exists() {
+            broken.push(format!("path {name}"));
+        }
+        if is_type && name != "Arc" && !defined(&["struct", "enum", "trait", "type"]) {
+            broken.push(format!("type {name}"));
+        }
+        if is_function && !defined(&["fn", "mod"]) {
+            broken.push(format!("function {name}"));
+        }
+    }
+    check("ARCHITECTURE.md names what exists", broken);
+}
+
+#[test]
+fn nothing_names_the_machine_it_was_written_on() {
+    let words = [concat!("/wo", "rk/"), concat!("/ro", "ot/"), concat!("/ho", "me/")];
+    let mut broken = Vec::new();
+    for ending in [".rs", ".toml", ".md", "run"] {
+        for path in files(&root(), ending) {
+            let Ok(text) = fs::read_to_string(&path) else { continue };
+            for (at, line) in text.lines().enumerate().filter(|(_, line)| words.iter().any(|word| line.contains(word)))
+            {
+                broken.push(format!("{}:{}: {}", path.display(), at + 1, line.trim()));
+            }
+        }
+    }
+    check("no machine paths", broken);
+}
+
+#[test]
+fn the_readme_begins_with_the_demo_and_the_tests() {
+    let text = fs::read_to_string(root().join("README.md")).unwrap();
+    let commands: Vec<&str> = text.lines().map(str::trim).filter(|line| line.starts_with("cargo ")).collect();
+    assert_eq!(commands.first(), Some(&"cargo run --release -- demo"));
+    assert_eq!(commands.get(1), Some(&"cargo test --release --workspace"));
+}
