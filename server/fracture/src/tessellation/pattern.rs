@@ -48,11 +48,6 @@ impl Pattern {
     pub fn polygons(&self) -> &[Polygon] {
         &self.polygons[..self.count]
     }
-
-    /// Polygon number `index`.
-    pub fn polygon(&self, index: usize) -> &Polygon {
-        &self.polygons[index]
-    }
 }
 
 impl Split {
@@ -66,8 +61,33 @@ impl Split {
 }
 
 /// Bit e is set where edge e of [`EDGES`] joins two labels.
-pub fn mask(labels: [u32; 4]) -> usize {
-    EDGES.iter().enumerate().fold(0, |mask, (edge, &[i, j])| mask | (usize::from(labels[i] != labels[j]) << edge))
+pub fn mask(labels: [u32; 4]) -> u8 {
+    EDGES.iter().enumerate().fold(0, |mask, (edge, &[i, j])| mask | (u8::from(labels[i] != labels[j]) << edge))
+}
+
+/// The mask of a tetrahedron with four labels.
+pub const ALL_CUT: u8 = 63;
+
+/// The edges of the face opposite each node: all cut, the face has three labels.
+pub const FACE_MASKS: [u8; 4] = {
+    let (mut masks, mut node) = ([0; 4], 0);
+    while node < 4 {
+        masks[node] = ALL_CUT & !edges_at(node);
+        node += 1;
+    }
+    masks
+};
+
+/// The edges at `node`.
+const fn edges_at(node: usize) -> u8 {
+    let (mut edges, mut edge) = (0, 0);
+    while edge < 6 {
+        if EDGES[edge][0] == node || EDGES[edge][1] == node {
+            edges |= 1 << edge;
+        }
+        edge += 1;
+    }
+    edges
 }
 
 /// Patterns by [`mask`]. The fifteen masks that a labelling can give have their polygons, the others none.
@@ -75,7 +95,7 @@ pub static PATTERNS: [Pattern; 64] = {
     let mut patterns = [EMPTY; 64];
     let mut mask = 0;
     while mask < 64 {
-        patterns[mask] = pattern(mask);
+        patterns[mask] = pattern(mask as u8);
         mask += 1;
     }
     patterns
@@ -130,19 +150,7 @@ impl Pattern {
     }
 }
 
-/// Number of cut edges at `node`.
-const fn degree(mask: usize, node: usize) -> usize {
-    let (mut degree, mut edge) = (0, 0);
-    while edge < 6 {
-        if mask >> edge & 1 == 1 && (EDGES[edge][0] == node || EDGES[edge][1] == node) {
-            degree += 1;
-        }
-        edge += 1;
-    }
-    degree
-}
-
-const fn pattern(mask: usize) -> Pattern {
+const fn pattern(mask: u8) -> Pattern {
     match mask.count_ones() {
         3 => one_against_three(mask),
         4 => two_against_two(mask),
@@ -152,10 +160,10 @@ const fn pattern(mask: usize) -> Pattern {
     }
 }
 
-const fn one_against_three(mask: usize) -> Pattern {
+const fn one_against_three(mask: u8) -> Pattern {
     let mut a = 0;
     while a < 4 {
-        if degree(mask, a) == 3 {
+        if mask == edges_at(a) {
             let [b, c, d] = FACES[a];
             return EMPTY.triangle(a, b, [edge_code(a, b), edge_code(a, c), edge_code(a, d)]);
         }
@@ -164,7 +172,7 @@ const fn one_against_three(mask: usize) -> Pattern {
     EMPTY
 }
 
-const fn two_against_two(mask: usize) -> Pattern {
+const fn two_against_two(mask: u8) -> Pattern {
     let (a, mut b) = (0, 1);
     while b < 4 {
         let (c, d) = complete(a, b);
@@ -177,7 +185,7 @@ const fn two_against_two(mask: usize) -> Pattern {
     EMPTY
 }
 
-const fn two_and_one_and_one(mask: usize) -> Pattern {
+const fn two_and_one_and_one(mask: u8) -> Pattern {
     let mut edge = 0;
     while mask >> edge & 1 == 1 {
         edge += 1;
@@ -223,7 +231,7 @@ mod tests {
     #[test]
     fn every_polygon_separates_the_labels_of_its_edge() {
         for labels in labellings() {
-            for polygon in PATTERNS[mask(labels)].polygons() {
+            for polygon in PATTERNS[mask(labels) as usize].polygons() {
                 let [from, to] = EDGES[polygon.edge as usize];
                 assert_ne!(labels[from], labels[to]);
                 let [p, q, r, s] = polygon.corners.map(corner);
@@ -241,7 +249,7 @@ mod tests {
     #[test]
     fn the_polygons_border_each_label_without_gaps() {
         for labels in labellings() {
-            let pattern = &PATTERNS[mask(labels)];
+            let pattern = &PATTERNS[mask(labels) as usize];
             let distinct = (0..4).filter(|&k| !labels[..k].contains(&labels[k])).count();
             assert_eq!(pattern.polygons().is_empty(), distinct == 1);
             // Seen from one label, every half-edge inside the tetrahedron (towards its centre point or between two
