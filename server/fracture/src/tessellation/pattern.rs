@@ -13,16 +13,21 @@ pub const FACE_CODE: u8 = 6;
 /// Corner code of the point inside the tetrahedron.
 pub const TET_CODE: u8 = 10;
 
-/// How a polygon splits into triangles.
+/// How a polygon splits into triangles. The rules keep the part of every label in every tetrahedron positive, wherever
+/// inside their simplices the points are; quadrilaterals split otherwise can turn a part inside out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Split {
     /// It is a triangle; the last corner repeats the first.
     Triangle,
-    /// A quadrilateral, split along its shorter diagonal.
-    Shorter,
-    /// A quadrilateral, split from its first to its third corner: those of four-label tetrahedra, where the other
-    /// diagonal can fold over.
+    /// A quadrilateral, split along either diagonal.
+    Either,
+    /// A quadrilateral, split from its first to its third corner. In four-label tetrahedra that is from the edge point
+    /// to the inner point: seen from either node of the edge the quadrilateral is star-shaped about both.
     First,
+    /// One of the two quadrilaterals of a three-label tetrahedron that meet along the segment between its two face
+    /// points. Their diagonals come from one and the same of these points: both from first to third corner, or both
+    /// from second to fourth.
+    Joint,
 }
 
 /// A piece of the crack between the labels of an edge's two nodes.
@@ -47,16 +52,6 @@ impl Pattern {
     /// All polygons.
     pub fn polygons(&self) -> &[Polygon] {
         &self.polygons[..self.count]
-    }
-}
-
-impl Split {
-    /// Triangles it makes.
-    pub const fn triangles(self) -> usize {
-        match self {
-            Self::Triangle => 1,
-            Self::Shorter | Self::First => 2,
-        }
     }
 }
 
@@ -178,7 +173,7 @@ const fn two_against_two(mask: u8) -> Pattern {
         let (c, d) = complete(a, b);
         if mask >> edge_between(a, b) & 1 == 0 && mask >> edge_between(c, d) & 1 == 0 {
             let corners = [edge_code(a, c), edge_code(a, d), edge_code(b, d), edge_code(b, c)];
-            return EMPTY.with(a, c, corners, Split::Shorter);
+            return EMPTY.with(a, c, corners, Split::Either);
         }
         b += 1;
     }
@@ -194,8 +189,8 @@ const fn two_and_one_and_one(mask: u8) -> Pattern {
     let (c, d) = complete(a, b);
     let (near_a, near_b) = (face_code(b), face_code(a)); // the three-label faces (a, c, d) and (b, c, d)
     EMPTY
-        .with(a, c, [edge_code(a, c), near_a, near_b, edge_code(b, c)], Split::Shorter)
-        .with(a, d, [edge_code(b, d), near_b, near_a, edge_code(a, d)], Split::Shorter)
+        .with(a, c, [near_a, near_b, edge_code(b, c), edge_code(a, c)], Split::Joint)
+        .with(a, d, [edge_code(b, d), near_b, near_a, edge_code(a, d)], Split::Joint)
         .triangle(c, d, [edge_code(c, d), near_a, near_b])
 }
 
@@ -270,6 +265,20 @@ mod tests {
                     assert_eq!(half_edges.iter().filter(|&&other| other == (p, q)).count(), 1);
                     assert_eq!(half_edges.contains(&(q, p)), inside(p, q), "{labels:?} {own} {p} {q}");
                 }
+            }
+        }
+    }
+
+    #[test]
+    fn joint_diagonals_share_a_face_point() {
+        for pattern in PATTERNS {
+            let quads: Vec<[u8; 4]> =
+                pattern.polygons().iter().filter(|p| p.split == Split::Joint).map(|p| p.corners).collect();
+            assert!(quads.is_empty() || quads.len() == 2);
+            for (i, j) in [(0, 2), (1, 3)] {
+                let ends: Vec<[u8; 2]> = quads.iter().map(|corners| [corners[i], corners[j]]).collect();
+                let of_faces: Vec<u8> = ends.iter().flatten().copied().filter(|&code| code >= FACE_CODE).collect();
+                assert!(quads.is_empty() || of_faces.len() == 2 && of_faces[0] == of_faces[1], "{ends:?}");
             }
         }
     }
