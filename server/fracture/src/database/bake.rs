@@ -191,8 +191,11 @@ fn area(surface: &Surface) -> f64 {
 fn report(surface: &Surface, inside: &Inside, volume: f64, levels: &Levels) -> BakeReport {
     let cubed = surface.frame.diagonal_m.powi(3);
     let lattice_volume: f64 = levels.bodies.iter().map(|body| body.crack.volume()).sum();
-    let deviation =
-        levels.bodies.iter().map(|body| body.crack.deviation(&|point| inside.signed_distance(point).abs())).fold(0.0, f64::max);
+    let deviation = levels
+        .bodies
+        .iter()
+        .map(|body| body.crack.deviation(&|point| inside.signed_distance(point).abs()))
+        .fold(0.0, f64::max);
     let mut defects = surface.defects.clone();
     defects.extend(inside.ambiguous(&boundary_samples(levels)));
     defects.extend(dropped(inside, volume, levels));

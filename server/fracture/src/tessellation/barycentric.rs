@@ -5,8 +5,20 @@
 //! tetrahedron |X − p_i|² − |X − p_j|² is linear. The margin is ours; the projection is that of Held, Wolfe & Crowder,
 //! *Validation of subgradient optimization* (Mathematical Programming 6, 1974), onto the simplex shrunk by the margin.
 
-/// The least barycentric coordinate of a crack point, ε: on the boundary of its simplex two crack points would coincide.
+/// The least barycentric coordinate of a crack point on a face or in a tetrahedron, ε: on the boundary of its simplex two crack points would coincide.
 pub const MARGIN: f64 = 0.02;
+
+/// A crack point on an edge keeps this local distance from the edge's nodes: far enough to stay a point of its own in f32,
+/// near enough that bisectors stay flat to 1e-5 of the diagonal …
+const EDGE_DISTANCE: f64 = 2e-6;
+
+/// … and at least this share of the edge.
+const EDGE_MARGIN: f64 = 1e-4;
+
+/// The least barycentric coordinate of a crack point on an edge of that local length; at most [`MARGIN`].
+pub fn edge_margin(length: f64) -> f64 {
+    (EDGE_DISTANCE / length).clamp(EDGE_MARGIN, MARGIN)
+}
 
 /// Below this share of its terms' magnitude a determinant counts as zero.
 const DEGENERATE: f64 = 1e-9;
@@ -27,14 +39,14 @@ pub fn preference(x: &[f64], a: &[f64], b: &[f64]) -> f64 {
     (lanes[0] + lanes[1]) + (lanes[2] + lanes[3]) + rest
 }
 
-/// The zero of a function linear along an edge with values `h`, as barycentric coordinates of its two nodes; the middle
-/// where there is none.
-pub fn on_edge(h: [f64; 2]) -> [f64; 2] {
+/// The zero of a function linear along an edge with values `h`, as barycentric coordinates of its two nodes, both at least
+/// `margin`; the middle where there is none.
+pub fn on_edge(h: [f64; 2], margin: f64) -> [f64; 2] {
     let t = h[0] / (h[0] - h[1]);
     if !t.is_finite() {
         return [0.5; 2];
     }
-    let t = t.clamp(MARGIN, 1.0 - MARGIN);
+    let t = t.clamp(margin, 1.0 - margin);
     [1.0 - t, t]
 }
 
@@ -102,11 +114,11 @@ mod tests {
 
     #[test]
     fn zeros_inside_are_exact_and_zeros_outside_are_kept_inside() {
-        assert_eq!(on_edge([-1.0, 3.0]), [0.75, 0.25]);
-        assert_eq!(on_edge([0.0, 3.0]), [1.0 - MARGIN, MARGIN]);
-        assert_eq!(on_edge([-3.0, 0.0])[1], 1.0 - MARGIN);
+        assert_eq!(on_edge([-1.0, 3.0], MARGIN), [0.75, 0.25]);
+        assert_eq!(on_edge([0.0, 3.0], MARGIN), [1.0 - MARGIN, MARGIN]);
+        assert_eq!(on_edge([-3.0, 0.0], MARGIN)[1], 1.0 - MARGIN);
         for nowhere in [[0.0, 0.0], [1.0, 1.0], [f64::NAN, 1.0], [f64::INFINITY, 1.0], [f64::INFINITY, f64::INFINITY]] {
-            check_inside(on_edge(nowhere));
+            check_inside(on_edge(nowhere, MARGIN));
         }
         assert_eq!(on_face([[0.0; 3]; 2]), [1.0 / 3.0; 3]);
         assert_eq!(on_face([[-1.0, 1.0, 0.5], [-1.0, 1.0, 0.5]]), [1.0 / 3.0; 3], "parallel bisectors");

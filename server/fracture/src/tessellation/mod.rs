@@ -79,12 +79,14 @@ impl Tessellation {
         sheets.find(topology, labels, fragments, points);
         let input = Input { lattice, topology, labels, fragments, points, sheets };
         ranks.count(input);
-        polygons.group(input);
+        polygons.group(input, ranks);
         prefix_sums(&ranks.vertices, &mut self.vertex_offsets);
         prefix_sums(&polygons.triangles, &mut self.triangle_offsets);
         self.lay_out_runs(fragments, &sheets.pairs, ranks, cursors);
-        self.place_vertices(input, ranks);
-        self.write_triangles(input, ranks, polygons);
+        self.vertices.resize(total(&self.vertex_offsets), Point3::origin());
+        ranks.place(input, &self.vertex_offsets, &mut self.vertices);
+        self.triangles.resize(total(&self.triangle_offsets), [0; 3]);
+        span::each_span(&self.triangle_offsets, &mut self.triangles, &|sheet, out| polygons.write(sheet, out));
         self.write_merges(input, ranks, cursors);
         Ok(())
     }
@@ -124,23 +126,6 @@ impl Tessellation {
         let stored = &self.triangles[self.triangle_offsets[run.sheet]..self.triangle_offsets[run.sheet + 1]];
         let flipped = run.flipped;
         stored.iter().map(move |&[a, b, c]| if flipped { [a, c, b] } else { [a, b, c] })
-    }
-
-    fn place_vertices(&mut self, input: Input<'_>, ranks: &Ranks) {
-        self.vertices.clear();
-        self.vertices.resize(total(&self.vertex_offsets), Point3::origin());
-        ranks.place(input, &self.vertex_offsets, &mut self.vertices);
-    }
-
-    fn write_triangles(&mut self, input: Input<'_>, ranks: &Ranks, polygons: &Polygons) {
-        let mut triangles = std::mem::take(&mut self.triangles);
-        triangles.clear();
-        triangles.resize(total(&self.triangle_offsets), [0; 3]);
-        let (vertices, offsets) = (&self.vertices, &self.vertex_offsets);
-        span::each_span(&self.triangle_offsets, &mut triangles, &|sheet, out| {
-            polygons.write(input, ranks, sheet, &vertices[offsets[sheet]..offsets[sheet + 1]], out);
-        });
-        self.triangles = triangles;
     }
 }
 

@@ -13,16 +13,21 @@ pub const FACE_CODE: u8 = 6;
 /// Corner code of the point inside the tetrahedron.
 pub const TET_CODE: u8 = 10;
 
-/// How a polygon splits into triangles.
+/// How a polygon splits into triangles. The rules keep the part of every label in every tetrahedron positive, wherever
+/// inside their simplices the points are; quadrilaterals split otherwise can turn a part inside out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Split {
     /// It is a triangle; the last corner repeats the first.
     Triangle,
-    /// A quadrilateral, split along its shorter diagonal.
-    Shorter,
-    /// A quadrilateral, split from its first to its third corner: those of four-label tetrahedra, where the other
-    /// diagonal can fold over.
+    /// A quadrilateral, split along either diagonal.
+    Either,
+    /// A quadrilateral, split from its first to its third corner. In four-label tetrahedra that is from the edge point
+    /// to the inner point: seen from either node of the edge the quadrilateral is star-shaped about both.
     First,
+    /// One of the two quadrilaterals of a three-label tetrahedron that meet along the segment between its two face
+    /// points. Their diagonals come from one and the same of these points: both from first to third corner, or both
+    /// from second to fourth.
+    Joint,
 }
 
 /// A piece of the crack between the labels of an edge's two nodes.
@@ -48,26 +53,36 @@ impl Pattern {
     pub fn polygons(&self) -> &[Polygon] {
         &self.polygons[..self.count]
     }
-
-    /// Polygon number `index`.
-    pub fn polygon(&self, index: usize) -> &Polygon {
-        &self.polygons[index]
-    }
-}
-
-impl Split {
-    /// Triangles it makes.
-    pub const fn triangles(self) -> usize {
-        match self {
-            Self::Triangle => 1,
-            Self::Shorter | Self::First => 2,
-        }
-    }
 }
 
 /// Bit e is set where edge e of [`EDGES`] joins two labels.
-pub fn mask(labels: [u32; 4]) -> usize {
-    EDGES.iter().enumerate().fold(0, |mask, (edge, &[i, j])| mask | (usize::from(labels[i] != labels[j]) << edge))
+pub fn mask(labels: [u32; 4]) -> u8 {
+    EDGES.iter().enumerate().fold(0, |mask, (edge, &[i, j])| mask | (u8::from(labels[i] != labels[j]) << edge))
+}
+
+/// The mask of a tetrahedron with four labels.
+pub const ALL_CUT: u8 = 63;
+
+/// The edges of the face opposite each node: all cut, the face has three labels.
+pub const FACE_MASKS: [u8; 4] = {
+    let (mut masks, mut node) = ([0; 4], 0);
+    while node < 4 {
+        masks[node] = ALL_CUT & !edges_at(node);
+        node += 1;
+    }
+    masks
+};
+
+/// The edges at `node`.
+const fn edges_at(node: usize) -> u8 {
+    let (mut edges, mut edge) = (0, 0);
+    while edge < 6 {
+        if EDGES[edge][0] == node || EDGES[edge][1] == node {
+            edges |= 1 << edge;
+        }
+        edge += 1;
+    }
+    edges
 }
 
 /// Patterns by [`mask`]. The fifteen masks that a labelling can give have their polygons, the others none.
@@ -75,7 +90,7 @@ pub static PATTERNS: [Pattern; 64] = {
     let mut patterns = [EMPTY; 64];
     let mut mask = 0;
     while mask < 64 {
-        patterns[mask] = pattern(mask);
+        patterns[mask] = pattern(mask as u8);
         mask += 1;
     }
     patterns
@@ -130,19 +145,7 @@ impl Pattern {
     }
 }
 
-/// Number of cut edges at `node`.
-const fn degree(mask: usize, node: usize) -> usize {
-    let (mut degree, mut edge) = (0, 0);
-    while edge < 6 {
-        if mask >> edge & 1 == 1 && (EDGES[edge][0] == node || EDGES[edge][1] == node) {
-            degree += 1;
-        }
-        edge += 1;
-    }
-    degree
-}
-
-const fn pattern(mask: usize) -> Pattern {
+const fn pattern(mask: u8) -> Pattern {
     match mask.count_ones() {
         3 => one_against_three(mask),
         4 => two_against_two(mask),
@@ -152,10 +155,10 @@ const fn pattern(mask: usize) -> Pattern {
     }
 }
 
-const fn one_against_three(mask: usize) -> Pattern {
+const fn one_against_three(mask: u8) -> Pattern {
     let mut a = 0;
     while a < 4 {
-        if degree(mask, a) == 3 {
+        if mask == edges_at(a) {
             let [b, c, d] = FACES[a];
             return EMPTY.triangle(a, b, [edge_code(a, b), edge_code(a, c), edge_code(a, d)]);
         }
@@ -164,20 +167,20 @@ const fn one_against_three(mask: usize) -> Pattern {
     EMPTY
 }
 
-const fn two_against_two(mask: usize) -> Pattern {
+const fn two_against_two(mask: u8) -> Pattern {
     let (a, mut b) = (0, 1);
     while b < 4 {
         let (c, d) = complete(a, b);
         if mask >> edge_between(a, b) & 1 == 0 && mask >> edge_between(c, d) & 1 == 0 {
             let corners = [edge_code(a, c), edge_code(a, d), edge_code(b, d), edge_code(b, c)];
-            return EMPTY.with(a, c, corners, Split::Shorter);
+            return EMPTY.with(a, c, corners, Split::Either);
         }
         b += 1;
     }
     EMPTY
 }
 
-const fn two_and_one_and_one(mask: usize) -> Pattern {
+const fn two_and_one_and_one(mask: u8) -> Pattern {
     let mut edge = 0;
     while mask >> edge & 1 == 1 {
         edge += 1;
@@ -186,8 +189,8 @@ const fn two_and_one_and_one(mask: usize) -> Pattern {
     let (c, d) = complete(a, b);
     let (near_a, near_b) = (face_code(b), face_code(a)); // the three-label faces (a, c, d) and (b, c, d)
     EMPTY
-        .with(a, c, [edge_code(a, c), near_a, near_b, edge_code(b, c)], Split::Shorter)
-        .with(a, d, [edge_code(b, d), near_b, near_a, edge_code(a, d)], Split::Shorter)
+        .with(a, c, [near_a, near_b, edge_code(b, c), edge_code(a, c)], Split::Joint)
+        .with(a, d, [edge_code(b, d), near_b, near_a, edge_code(a, d)], Split::Joint)
         .triangle(c, d, [edge_code(c, d), near_a, near_b])
 }
 
@@ -223,7 +226,7 @@ mod tests {
     #[test]
     fn every_polygon_separates_the_labels_of_its_edge() {
         for labels in labellings() {
-            for polygon in PATTERNS[mask(labels)].polygons() {
+            for polygon in PATTERNS[mask(labels) as usize].polygons() {
                 let [from, to] = EDGES[polygon.edge as usize];
                 assert_ne!(labels[from], labels[to]);
                 let [p, q, r, s] = polygon.corners.map(corner);
@@ -241,7 +244,7 @@ mod tests {
     #[test]
     fn the_polygons_border_each_label_without_gaps() {
         for labels in labellings() {
-            let pattern = &PATTERNS[mask(labels)];
+            let pattern = &PATTERNS[mask(labels) as usize];
             let distinct = (0..4).filter(|&k| !labels[..k].contains(&labels[k])).count();
             assert_eq!(pattern.polygons().is_empty(), distinct == 1);
             // Seen from one label, every half-edge inside the tetrahedron (towards its centre point or between two
@@ -262,6 +265,20 @@ mod tests {
                     assert_eq!(half_edges.iter().filter(|&&other| other == (p, q)).count(), 1);
                     assert_eq!(half_edges.contains(&(q, p)), inside(p, q), "{labels:?} {own} {p} {q}");
                 }
+            }
+        }
+    }
+
+    #[test]
+    fn joint_diagonals_share_a_face_point() {
+        for pattern in PATTERNS {
+            let quads: Vec<[u8; 4]> =
+                pattern.polygons().iter().filter(|p| p.split == Split::Joint).map(|p| p.corners).collect();
+            assert!(quads.is_empty() || quads.len() == 2);
+            for (i, j) in [(0, 2), (1, 3)] {
+                let ends: Vec<[u8; 2]> = quads.iter().map(|corners| [corners[i], corners[j]]).collect();
+                let of_faces: Vec<u8> = ends.iter().flatten().copied().filter(|&code| code >= FACE_CODE).collect();
+                assert!(quads.is_empty() || of_faces.len() == 2 && of_faces[0] == of_faces[1], "{ends:?}");
             }
         }
     }

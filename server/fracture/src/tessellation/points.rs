@@ -4,7 +4,8 @@
 //! Bronson, Levine & Whitaker, *Lattice cleaving* (IEEE TVCG 20, 2014) for one point per cut edge, face and
 //! tetrahedron. The margin is ours ([`MARGIN`](super::MARGIN)).
 
-use super::barycentric::{in_tet, on_edge, on_face, preference};
+use super::barycentric::{edge_margin, in_tet, on_edge, on_face, preference};
+use super::pattern::{ALL_CUT, FACE_MASKS, mask};
 use super::{TessellationError, Topology};
 use crate::lattice::Lattice;
 use crate::lift::Lift;
@@ -57,6 +58,10 @@ pub struct FixedPoints {
 /// The edges with two labels, faces with three and tetrahedra with four, with one point each.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Points {
+    /// The labels that they are the points of.
+    pub(super) labels: Vec<u32>,
+    /// Which edges of each tetrahedron are cut, see [`mask`].
+    pub(super) masks: Vec<u8>,
     pub(super) edges: Cut,
     pub(super) faces: Cut,
     pub(super) tets: Cut,
@@ -74,16 +79,25 @@ pub(super) struct Cut {
 }
 
 impl Cut {
-    fn select(&mut self, count: usize, is_cut: impl Fn(usize) -> bool) {
-        self.simplices.clear();
+    /// Forgets all points of a lattice with `count` simplices.
+    fn clear(&mut self, count: usize) {
         self.slots.clear();
-        self.slots.extend((0..count).map(|simplex| {
-            if !is_cut(simplex) {
-                return NONE;
+        self.slots.resize(count, NONE);
+    }
+
+    fn mark(&mut self, simplex: u32) {
+        self.slots[simplex as usize] = 0;
+    }
+
+    /// Numbers the marked simplices.
+    fn number(&mut self) {
+        self.simplices.clear();
+        for (simplex, slot) in self.slots.iter_mut().enumerate() {
+            if *slot != NONE {
+                *slot = self.simplices.len() as u32;
+                self.simplices.push(simplex as u32);
             }
-            self.simplices.push(simplex as u32);
-            self.simplices.len() as u32 - 1
-        }));
+        }
     }
 
     fn locate(&mut self, place: impl Fn(usize) -> Point3<f64> + Sync) {
@@ -143,28 +157,36 @@ impl Points {
         FixedPoints { edges: self.edges.fixed(), faces: self.faces.fixed(), tets: self.tets.fixed() }
     }
 
-    /// Whether these are points of `labels`: exactly the edges with two labels carry one; faces and tetrahedra follow.
+    /// Whether these are points of `labels` on the lattice of `topology`.
     pub(super) fn fit(&self, topology: &Topology, labels: &[u32]) -> bool {
         let lengths = [self.edges.slots.len(), self.faces.slots.len(), self.tets.slots.len()];
-        let cut = |&[a, b]: &[u32; 2]| labels[a as usize] != labels[b as usize];
-        lengths == [topology.edges.len(), topology.faces.len(), topology.tet_edges.len()]
-            && topology.edges.iter().zip(&self.edges.slots).all(|(edge, &slot)| cut(edge) == (slot != NONE))
+        lengths == [topology.edges.len(), topology.faces.len(), topology.tet_edges.len()] && self.labels == labels
     }
 
+    /// Finds what is cut, from the labels alone.
     fn select(&mut self, lattice: &Lattice, topology: &Topology, labels: &[u32]) {
+        self.labels.clear();
+        self.labels.extend_from_slice(labels);
+        self.masks.resize(lattice.tets.len(), 0);
+        let tets = lattice.tets.par_iter().with_min_len(16 * GRAIN);
         let label = |node: u32| labels[node as usize];
-        self.edges.select(topology.edges.len(), |edge| {
-            let [a, b] = topology.edges[edge].map(label);
-            a != b
-        });
-        self.faces.select(topology.faces.len(), |face| {
-            let [a, b, c] = topology.faces[face].map(label);
-            a != b && a != c && b != c
-        });
-        self.tets.select(lattice.tets.len(), |tet| {
-            let [a, b, c, d] = lattice.tets[tet].map(label);
-            a != b && a != c && a != d && b != c && b != d && c != d
-        });
+        self.masks.par_iter_mut().zip(tets).for_each(|(own, nodes)| *own = mask(nodes.map(label)));
+        self.edges.clear(topology.edges.len());
+        for (slot, &[a, b]) in self.edges.slots.iter_mut().zip(&topology.edges) {
+            *slot = if label(a) == label(b) { NONE } else { 0 };
+        }
+        self.faces.clear(topology.faces.len());
+        self.tets.clear(lattice.tets.len());
+        for (tet, &mask) in self.masks.iter().enumerate().filter(|(_, mask)| mask.count_ones() >= 5) {
+            let faces = topology.tet_faces[tet].iter().zip(FACE_MASKS);
+            faces.filter(|(_, face)| mask & face == *face).for_each(|(&face, _)| self.faces.mark(face));
+            if mask == ALL_CUT {
+                self.tets.mark(tet as u32);
+            }
+        }
+        self.edges.number();
+        self.faces.number();
+        self.tets.number();
     }
 }
 
@@ -199,7 +221,9 @@ struct Finder<'a> {
 impl Finder<'_> {
     fn edge(&self, nodes: [u32; 2]) -> Point3<f64> {
         let [a, b] = self.labels_of(nodes);
-        let weights = self.sites.map_or([0.5; 2], |sites| on_edge(sites.preferences(nodes, a, b)));
+        let [from, to] = nodes.map(|node| self.lattice.nodes[node as usize]);
+        let margin = edge_margin((to - from).norm());
+        let weights = self.sites.map_or([0.5; 2], |sites| on_edge(sites.preferences(nodes, a, b), margin));
         self.combine(nodes, weights)
     }
 

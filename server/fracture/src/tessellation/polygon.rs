@@ -1,177 +1,230 @@
-//! Count and emit: the triangles of every sheet, grouped by sheet, each crack polygon once for both of its fragments.
+//! Count and emit: the triangles of every sheet, each crack polygon once for both of its fragments.
+//!
+//! Polygons are found in lattice order, in parallel over parts of the lattice, where what they look up lies close
+//! together; then they are grouped by sheet, and each sheet's triangles are written on their own.
 
-use super::pattern::{FACE_CODE, PATTERNS, Split, TET_CODE, mask};
+use super::pattern::{FACE_CODE, PATTERNS, Split, TET_CODE};
 use super::rank::{Input, Ranks};
+use crate::lattice::EDGES;
 use nalgebra::Point3;
+use rayon::prelude::*;
 
-/// Polygons of one tetrahedron fit in three bits, those of a boundary face in two.
-const POLYGON_BITS: u32 = 3;
+/// Boundary faces or tetrahedra that one task looks through.
+const CHUNK: usize = 2048;
 
-/// Polygons grouped by sheet, as tetrahedron (cracks) or boundary face (outer sheets) and polygon number.
+/// One polygon: ranks of its corners in its sheet, counter-clockwise seen from outside (outer sheets) or from the upper
+/// fragment. A quadrilateral splits from its first to its third corner.
+#[derive(Clone, Copy, Debug, Default)]
+struct Polygon {
+    sheet: u32,
+    corners: [u32; 4],
+    is_triangle: bool,
+}
+
+/// Polygons grouped by sheet, each group in lattice order.
 #[derive(Debug, Default)]
 pub(super) struct Polygons {
-    /// Codes: (tetrahedron or boundary face) · 8 + polygon.
-    codes: Vec<u32>,
-    /// First code of each sheet.
+    /// In lattice order, boundary first, by chunk.
+    found: Vec<Vec<Polygon>>,
+    grouped: Vec<Polygon>,
+    /// First polygon of each sheet.
     offsets: Vec<usize>,
     /// Triangles of each sheet.
     pub triangles: Vec<u32>,
 }
 
 impl Polygons {
-    /// Counts the triangles of every sheet and groups the polygons.
-    pub fn group(&mut self, input: Input<'_>) {
+    /// Finds all polygons, counts the triangles of every sheet and groups the polygons.
+    pub fn group(&mut self, input: Input<'_>, ranks: &Ranks) {
+        self.find(input, ranks);
         let sheets = input.fragments + input.sheets.pairs.len();
         self.triangles.clear();
         self.triangles.resize(sheets, 0);
         self.offsets.clear();
         self.offsets.resize(sheets + 2, 0);
-        for_each_polygon(input, |sheet, _, triangles| {
-            self.triangles[sheet as usize] += triangles as u32;
-            self.offsets[sheet as usize + 2] += 1;
-        });
+        for polygon in self.found.iter().flatten() {
+            self.triangles[polygon.sheet as usize] += if polygon.is_triangle { 1 } else { 2 };
+            self.offsets[polygon.sheet as usize + 2] += 1;
+        }
         (0..sheets).for_each(|sheet| self.offsets[sheet + 2] += self.offsets[sheet + 1]);
-        self.codes.clear();
-        self.codes.resize(self.offsets[sheets + 1], 0);
-        for_each_polygon(input, |sheet, code, _| {
-            let next = &mut self.offsets[sheet as usize + 1];
-            self.codes[*next] = code;
+        self.grouped.resize(self.offsets[sheets + 1], Polygon::default());
+        for &polygon in self.found.iter().flatten() {
+            let next = &mut self.offsets[polygon.sheet as usize + 1];
+            self.grouped[*next] = polygon;
             *next += 1;
+        }
+    }
+
+    /// The triangles of `sheet` into `out`, as ranks.
+    pub fn write(&self, sheet: usize, out: &mut [[u32; 3]]) {
+        let mut next = 0;
+        let mut push = |triangle: [u32; 3]| {
+            out[next] = triangle;
+            next += 1;
+        };
+        for polygon in &self.grouped[self.offsets[sheet]..self.offsets[sheet + 1]] {
+            let [p, q, r, s] = polygon.corners;
+            push([p, q, r]);
+            if !polygon.is_triangle {
+                push([r, s, p]);
+            }
+        }
+    }
+
+    fn find(&mut self, input: Input<'_>, ranks: &Ranks) {
+        let (faces, tets) = (input.topology.boundary.len(), input.lattice.tets.len());
+        let outer_chunks = faces.div_ceil(CHUNK);
+        self.found.resize_with(outer_chunks + tets.div_ceil(CHUNK), Vec::new);
+        self.found.par_iter_mut().enumerate().for_each(|(chunk, found)| {
+            found.clear();
+            if chunk < outer_chunks {
+                let first = chunk * CHUNK;
+                (first..faces.min(first + CHUNK)).for_each(|face| outer_polygons(input, ranks, face, found));
+            } else {
+                let first = (chunk - outer_chunks) * CHUNK;
+                (first..tets.min(first + CHUNK)).for_each(|tet| crack_polygons(input, ranks, tet, found));
+            }
         });
     }
-
-    /// The triangles of `sheet` into `out`, as ranks; counter-clockwise seen from outside (outer sheets) or from the
-    /// upper fragment. `vertices` are the sheet's.
-    pub fn write(&self, input: Input<'_>, ranks: &Ranks, sheet: usize, vertices: &[Point3<f64>], out: &mut [[u32; 3]]) {
-        let mut writer = Writer { out, next: 0, vertices };
-        for &code in &self.codes[self.offsets[sheet]..self.offsets[sheet + 1]] {
-            let (simplex, polygon) = ((code >> POLYGON_BITS) as usize, (code & ((1 << POLYGON_BITS) - 1)) as usize);
-            if sheet < input.fragments {
-                let (corners, split) = outer_polygon(input, ranks, simplex, polygon);
-                writer.write(corners, split);
-            } else {
-                let (corners, split) = crack_polygon(input, ranks, simplex, polygon, sheet as u32);
-                writer.write(corners, split);
-            }
-        }
-    }
 }
 
-/// Calls `tell(sheet, code, triangles)` for every polygon, in lattice order.
-fn for_each_polygon(input: Input<'_>, mut tell: impl FnMut(u32, u32, usize)) {
-    for (face, outer) in input.topology.boundary.iter().enumerate() {
-        let labels = outer.nodes.map(|node| input.labels[node as usize]);
-        for corner in 0..3 {
-            if let Some(triangles) = outer_triangles(labels, corner) {
-                tell(labels[corner], (face as u32) << POLYGON_BITS | corner as u32, triangles);
-            }
-        }
-    }
-    for (tet, nodes) in input.lattice.tets.iter().enumerate() {
-        let labels = nodes.map(|node| input.labels[node as usize]);
-        for (index, polygon) in PATTERNS[mask(labels)].polygons().iter().enumerate() {
-            let sheet = input.edge_sheet(input.topology.tet_edges[tet][polygon.edge as usize]);
-            tell(sheet, (tet as u32) << POLYGON_BITS | index as u32, polygon.split.triangles());
-        }
-    }
-}
-
-/// Triangles of the outer polygon that begins at `corner` of a boundary face: a polygon begins where, going round, a
-/// label does; that of a face with one label begins at corner 0.
-fn outer_triangles(labels: [u32; 3], corner: usize) -> Option<usize> {
-    let [own, next, previous] = [0, 1, 2].map(|step| labels[(corner + step) % 3]);
-    match (own == next, own == previous) {
-        (true, true) => (corner == 0).then_some(1),
-        (true, false) => Some(2),
-        (false, true) => None,
-        (false, false) => Some(if next == previous { 1 } else { 2 }),
-    }
-}
-
-/// Ranks of the corners of the outer polygon that begins at `corner` of boundary face `face`.
-fn outer_polygon(input: Input<'_>, ranks: &Ranks, face: usize, corner: usize) -> ([u32; 4], Split) {
-    let outer = input.topology.boundary[face];
+/// The polygons of boundary face `face`: one begins where, going round, a label does; that of a face with one label
+/// begins at corner 0.
+fn outer_polygons(input: Input<'_>, ranks: &Ranks, face: usize, found: &mut Vec<Polygon>) {
+    let outer = &input.topology.boundary[face];
     let labels = outer.nodes.map(|node| input.labels[node as usize]);
-    let [a, b, c] = [0, 1, 2].map(|step| (corner + step) % 3);
-    let own = labels[a];
     let node = |k: usize| ranks.node[outer.nodes[k] as usize];
-    let edge = |k: usize| {
-        let slot = input.points.edges.slots[outer.edges[k] as usize] as usize;
-        let first = input.topology.edges[outer.edges[k] as usize][0];
-        ranks.edge_outer[slot][usize::from(input.labels[first as usize] != own)]
-    };
-    match (own == labels[b], own == labels[c]) {
-        (true, true) => ([node(a), node(b), node(c), node(a)], Split::Triangle),
-        (true, false) => ([node(a), node(b), edge(b), edge(c)], Split::Shorter),
-        _ if labels[b] == labels[c] => ([node(a), edge(a), edge(c), node(a)], Split::Triangle),
-        _ => {
-            let slot = input.points.faces.slots[outer.face as usize] as usize;
-            let nodes = input.topology.faces[outer.face as usize];
-            let place = usize::from(nodes[1] == outer.nodes[a]) + 2 * usize::from(nodes[2] == outer.nodes[a]);
-            // Split from the node: the face point is inside the face, so that neither triangle can fold over.
-            ([node(a), edge(a), ranks.face_outer[slot][place], edge(c)], Split::First)
-        }
+    for (a, b, c) in [(0, 1, 2), (1, 2, 0), (2, 0, 1)] {
+        let sheet = labels[a];
+        let slot = |k: usize| input.points.edges.slots[outer.edges[k] as usize] as usize;
+        let edge = |k: usize| {
+            let [first, _] = input.topology.edges[outer.edges[k] as usize];
+            ranks.edge_outer[slot(k)][usize::from(input.labels[first as usize] != sheet)]
+        };
+        let (corners, is_triangle) = match (labels[a] == labels[b], labels[a] == labels[c]) {
+            (true, true) if a == 0 => ([node(a), node(b), node(c), node(a)], true),
+            (_, true) => continue,
+            (true, false) => {
+                let place = |k: usize| input.lattice.nodes[outer.nodes[k] as usize];
+                let point = |k: usize| input.points.edges.places[slot(k)];
+                let [first, second] = [apart(place(a), point(b)), apart(place(b), point(c))];
+                (rotated([node(a), node(b), edge(b), edge(c)], second < first), false)
+            }
+            _ if labels[b] == labels[c] => ([node(a), edge(a), edge(c), node(a)], true),
+            // From the node: the face point is inside the face, so that neither triangle can fold over.
+            _ => ([node(a), edge(a), face_rank(input, ranks, face, a), edge(c)], false),
+        };
+        found.push(Polygon { sheet, corners, is_triangle });
     }
 }
 
-/// Ranks of the corners of polygon `index` of tetrahedron `tet` in crack `sheet`, lower fragment behind it.
-fn crack_polygon(input: Input<'_>, ranks: &Ranks, tet: usize, index: usize, sheet: u32) -> ([u32; 4], Split) {
+/// Rank of the point on boundary face `face` in the outer sheet of its corner `corner`.
+fn face_rank(input: Input<'_>, ranks: &Ranks, face: usize, corner: usize) -> u32 {
+    let outer = &input.topology.boundary[face];
+    let nodes = input.topology.faces[outer.face as usize];
+    let place = usize::from(nodes[1] == outer.nodes[corner]) + 2 * usize::from(nodes[2] == outer.nodes[corner]);
+    ranks.face_outer[input.points.faces.slots[outer.face as usize] as usize][place]
+}
+
+/// The polygons inside tetrahedron `tet`.
+fn crack_polygons(input: Input<'_>, ranks: &Ranks, tet: usize, found: &mut Vec<Polygon>) {
+    let mask = input.points.masks[tet];
+    if mask == 0 {
+        return;
+    }
     let labels = input.lattice.tets[tet].map(|node| input.labels[node as usize]);
-    let polygon = PATTERNS[mask(labels)].polygon(index);
-    let corners = polygon.corners.map(|code| match code {
-        TET_CODE => ranks.tet[input.points.tets.slots[tet] as usize][polygon.edge as usize],
-        FACE_CODE.. => {
-            let face = input.topology.tet_faces[tet][(code - FACE_CODE) as usize];
-            let slot = input.points.faces.slots[face as usize] as usize;
-            let [first, second, _] = input.sheets.of_face[slot];
-            let place = if first == sheet {
-                0
-            } else if second == sheet {
-                1
-            } else {
-                2
-            };
-            ranks.face[slot][place]
-        }
-        _ => ranks.edge[input.points.edges.slots[input.topology.tet_edges[tet][code as usize] as usize] as usize],
-    });
-    let [from, to] = crate::lattice::EDGES[polygon.edge as usize].map(|node| labels[node]);
-    let [p, q, r, s] = corners;
-    match (from < to, polygon.split) {
-        (true, split) => (corners, split),
-        (false, Split::Triangle) => ([p, r, q, p], Split::Triangle),
-        (false, split) => ([p, s, r, q], split),
+    let slots = input.topology.tet_edges[tet].map(|edge| input.points.edges.slots[edge as usize] as usize);
+    let corners = Corners { input, ranks, tet, slots };
+    let pattern = PATTERNS[mask as usize].polygons();
+    let joint = mask.count_ones() == 5 && corners.second_is_shorter(&[pattern[0].corners, pattern[1].corners]);
+    for polygon in pattern {
+        let sheet = input.sheets.of_edge[slots[polygon.edge as usize]];
+        let rank = |k: usize| corners.rank(polygon.corners[k], polygon.edge, sheet);
+        let is_triangle = polygon.split == Split::Triangle;
+        let [p, q, r] = [rank(0), rank(1), rank(2)];
+        let s = if is_triangle { p } else { rank(3) };
+        let second = match polygon.split {
+            Split::Triangle | Split::First => false,
+            Split::Either => corners.second_is_shorter(&[polygon.corners]),
+            Split::Joint => joint,
+        };
+        let [p, q, r, s] = rotated([p, q, r, s], second);
+        let [from, to] = EDGES[polygon.edge as usize].map(|node| labels[node]);
+        let corners = if from < to {
+            [p, q, r, s]
+        } else if is_triangle {
+            [p, r, q, p]
+        } else {
+            [p, s, r, q]
+        };
+        found.push(Polygon { sheet, corners, is_triangle });
     }
 }
 
-struct Writer<'a> {
-    out: &'a mut [[u32; 3]],
-    next: usize,
-    vertices: &'a [Point3<f64>],
+/// The points of one tetrahedron by corner code.
+struct Corners<'a> {
+    input: Input<'a>,
+    ranks: &'a Ranks,
+    tet: usize,
+    /// Slots of its edge points; no slots where an edge is not cut.
+    slots: [usize; 6],
 }
 
-impl Writer<'_> {
-    fn write(&mut self, corners: [u32; 4], split: Split) {
-        let [p, q, r, s] = corners;
-        match split {
-            Split::Triangle => self.push([p, q, r]),
-            Split::Shorter if self.apart(q, s) < self.apart(p, r) => {
-                self.push([q, r, s]);
-                self.push([s, p, q]);
-            }
-            Split::Shorter | Split::First => {
-                self.push([p, q, r]);
-                self.push([r, s, p]);
+impl Corners<'_> {
+    fn face_slot(&self, code: u8) -> usize {
+        let face = self.input.topology.tet_faces[self.tet][(code - FACE_CODE) as usize];
+        self.input.points.faces.slots[face as usize] as usize
+    }
+
+    fn tet_slot(&self) -> usize {
+        self.input.points.tets.slots[self.tet] as usize
+    }
+
+    /// Rank in crack `sheet`, the one of `edge`.
+    #[inline]
+    fn rank(&self, code: u8, edge: u8, sheet: u32) -> u32 {
+        match code {
+            ..FACE_CODE => self.ranks.edge[self.slots[code as usize]],
+            TET_CODE => self.ranks.tet[self.tet_slot()][edge as usize],
+            _ => {
+                let slot = self.face_slot(code);
+                let [first, second, _] = self.input.sheets.of_face[slot];
+                self.ranks.face[slot][if first == sheet {
+                    0
+                } else if second == sheet {
+                    1
+                } else {
+                    2
+                }]
             }
         }
     }
 
-    fn push(&mut self, triangle: [u32; 3]) {
-        self.out[self.next] = triangle;
-        self.next += 1;
+    #[inline]
+    fn place(&self, code: u8) -> Point3<f64> {
+        let points = self.input.points;
+        match code {
+            ..FACE_CODE => points.edges.places[self.slots[code as usize]],
+            TET_CODE => points.tets.places[self.tet_slot()],
+            _ => points.faces.places[self.face_slot(code)],
+        }
     }
 
-    fn apart(&self, a: u32, b: u32) -> f64 {
-        (self.vertices[a as usize] - self.vertices[b as usize]).norm_squared()
+    /// Whether the diagonals from second to fourth corner are shorter than those from first to third, together.
+    fn second_is_shorter(&self, quads: &[[u8; 4]]) -> bool {
+        let total = |i: usize, j: usize| -> f64 {
+            quads.iter().map(|corners| apart(self.place(corners[i]), self.place(corners[j]))).sum()
+        };
+        total(1, 3) < total(0, 2)
     }
+}
+
+/// Squared distance.
+fn apart(a: Point3<f64>, b: Point3<f64>) -> f64 {
+    (a - b).norm_squared()
+}
+
+/// Begins at the second corner if `second`, which so becomes an end of the diagonal.
+fn rotated([p, q, r, s]: [u32; 4], second: bool) -> [u32; 4] {
+    if second { [q, r, s, p] } else { [p, q, r, s] }
 }

@@ -159,7 +159,7 @@ impl Ranks {
         for &node in &input.topology.boundary_nodes {
             put(label(node), self.node[node as usize], input.lattice.nodes[node as usize]);
         }
-        let Points { edges, faces, tets } = input.points;
+        let Points { edges, faces, tets, .. } = input.points;
         for (slot, (&edge, &place)) in edges.simplices.iter().zip(&edges.places).enumerate() {
             put(input.sheets.of_edge[slot], self.edge[slot], place);
             if input.topology.boundary_edge[edge as usize] {

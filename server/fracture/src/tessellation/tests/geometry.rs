@@ -2,6 +2,7 @@
 
 use super::support::*;
 use crate::lattice::{Lattice, block};
+use crate::tessellation::barycentric::edge_margin;
 use crate::tessellation::*;
 use nalgebra::{Matrix3, Point3, Vector3};
 
@@ -54,8 +55,12 @@ fn unclamped_points_of_a_voronoi_diagram_lie_on_all_their_bisectors() {
 /// nodes' sites; returns whether it is free.
 fn on_all_bisectors(lattice: &Lattice, voronoi: &Voronoi, nodes: &[u32], place: &Point3<f64>) -> bool {
     let weights = barycentric_of(lattice, nodes, place);
-    assert!(weights.iter().all(|&weight| weight > MARGIN - 1e-12), "{weights:?}");
-    let free = weights.iter().all(|&weight| weight > MARGIN + 1e-9);
+    let margin = match *nodes {
+        [a, b] => edge_margin((lattice.nodes[a as usize] - lattice.nodes[b as usize]).norm()),
+        _ => MARGIN,
+    };
+    assert!(weights.iter().all(|&weight| weight > margin - 1e-12), "{weights:?}");
+    let free = weights.iter().all(|&weight| weight > margin + 1e-9);
     let site = |node: u32| voronoi.site(voronoi.split.labels[node as usize]);
     for &other in &nodes[1..] {
         let away = beyond(place, &site(nodes[0]), &site(other));

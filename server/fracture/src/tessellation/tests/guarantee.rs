@@ -1,7 +1,10 @@
 //! The heart of the project's guarantee: nothing that is fed in opens a fragment.
 
 use super::support::*;
+use crate::lattice::Lattice;
+use crate::random::Stream;
 use crate::tessellation::*;
+use nalgebra::{Point3, Vector3};
 use proptest::prelude::*;
 
 fn cells() -> impl Strategy<Value = [usize; 3]> {
@@ -9,7 +12,7 @@ fn cells() -> impl Strategy<Value = [usize; 3]> {
 }
 
 /// Labels made of connected components of random labels: as a strike makes them.
-fn split(lattice: &crate::lattice::Lattice, labels: &[u32]) -> Components {
+fn split(lattice: &Lattice, labels: &[u32]) -> Components {
     components(&Topology::new(lattice), labels)
 }
 
@@ -68,4 +71,37 @@ fn every_node_on_its_own_is_a_fragment() {
     assert!(emitted.properties.iter().all(|properties| properties.volume > 0.0));
     let (lift, sites) = random_lift(&lattice, 5, labels.len(), 5);
     check(&lattice, &labels, Some(Sites { lift: &lift, coordinates: &sites, of_fragment: &labels }));
+}
+
+/// A point of the simplex `nodes` by the margin inside, often in a corner.
+fn extreme(lattice: &Lattice, nodes: &[u32], random: &mut Stream) -> Point3<f64> {
+    let count = nodes.len();
+    let chosen = (random.uniform() * count as f64) as usize;
+    let corner = random.uniform() < 0.6;
+    let raw: Vec<f64> =
+        (0..count).map(|k| if corner { f64::from(u8::from(k == chosen)) } else { random.uniform() }).collect();
+    let (sum, room) = (raw.iter().sum::<f64>(), 1.0 - count as f64 * MARGIN);
+    let weights = raw.iter().map(|x| MARGIN + room * x / sum);
+    Point3::from(
+        nodes.iter().zip(weights).map(|(&node, w)| lattice.nodes[node as usize].coords * w).sum::<Vector3<f64>>(),
+    )
+}
+
+#[test]
+fn every_part_of_a_tetrahedron_is_positive_wherever_its_points_are() {
+    let nodes = [[0.0, 0.0, 0.0], [1.0, 0.1, 0.0], [0.2, 0.9, 0.1], [0.3, 0.2, 0.8]].map(Point3::from);
+    let lattice = Lattice { nodes: nodes.to_vec(), tets: vec![[0, 1, 2, 3]] };
+    let topology = Topology::new(&lattice);
+    let mut random = Stream::new(1, 5);
+    for round in 0..6000 {
+        let labels = random_labels(4, 2 + round % 3, round as u64);
+        let mut points = |simplices: &[&[u32]]| -> Vec<(u32, Point3<f64>)> {
+            (0..).zip(simplices).map(|(index, nodes)| (index, extreme(&lattice, nodes, &mut random))).collect()
+        };
+        let edges: Vec<&[u32]> = topology.edges.iter().map(|edge| &edge[..]).collect();
+        let faces: Vec<&[u32]> = topology.faces.iter().map(|face| &face[..]).collect();
+        let fixed = FixedPoints { edges: points(&edges), faces: points(&faces), tets: points(&[&lattice.tets[0]]) };
+        let points = crack_points(&lattice, &topology, &labels, None, &fixed).unwrap();
+        check_emitted(&lattice, &emit(tessellate(&lattice, &topology, &labels, &points).unwrap(), 3.5));
+    }
 }
