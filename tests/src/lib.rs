@@ -1,6 +1,7 @@
 //! Common parts of the tests that cross crates.
 
 pub mod glb;
+pub mod house;
 pub mod real;
 pub mod statistics;
 pub mod struck;

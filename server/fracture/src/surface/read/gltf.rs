@@ -6,6 +6,8 @@
 use super::accessor::Buffers;
 use super::{RawMesh, SurfaceError, load, malformed, within_limit};
 use crate::surface::{DOUBLE, SINGLE};
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
 use gltf::mesh::{Mode, Primitive, Semantic};
 use gltf::{Document, Gltf, Node};
 use nalgebra::{Matrix4, Point3};
@@ -47,10 +49,10 @@ fn buffers(document: &Document, mut blob: Option<Vec<u8>>, folder: &Path) -> Res
         let place = format!("buffer {}", buffer.index());
         match buffer.source() {
             gltf::buffer::Source::Bin => blob.take().ok_or_else(|| malformed("gltf", place, "has no binary chunk")),
-            source @ gltf::buffer::Source::Uri(uri) if uri.starts_with("data:") => {
-                let data = gltf::buffer::Data::from_source(source, None);
-                data.map(|data| data.0).map_err(|error| malformed("gltf", place, error))
-            }
+            gltf::buffer::Source::Uri(uri) if uri.starts_with("data:") => match uri.split_once(";base64,") {
+                Some((_, data)) => STANDARD.decode(data).map_err(|error| malformed("gltf", place, error)),
+                None => Err(malformed("gltf", place, "is a data URI without base64")),
+            },
             gltf::buffer::Source::Uri(uri) if uri.contains(':') => {
                 Err(malformed("gltf", place, format!("'{uri}' is not a file beside the mesh")))
             }

@@ -1,0 +1,111 @@
+//! Both real programs in a place of their own: short runtime folder, own databases, own service name.
+
+use serde_json::Value;
+use std::io::{BufRead, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Output, Stdio};
+use tempfile::TempDir;
+
+/// A place of its own; ends its daemon and leaves nothing in shared memory.
+pub struct House {
+    root: TempDir,
+    daemon: Option<Child>,
+}
+
+/// A program of this workspace, built by cargo beside the test's own binary; built now where it is missing.
+fn program(name: &str) -> PathBuf {
+    let own = std::env::current_exe().unwrap();
+    let folder = own.parent().and_then(Path::parent).unwrap();
+    let path = folder.join(name);
+    if !path.exists() {
+        let profile = if folder.ends_with("release") { "release" } else { "dev" };
+        let built = Command::new(env!("CARGO")).args(["build", "--workspace", "--bins", "--profile", profile]).status();
+        assert!(built.unwrap().success());
+    }
+    path
+}
+
+impl House {
+    /// An empty place.
+    pub fn new() -> Self {
+        // Short, so that sockets fit into their paths.
+        Self { root: tempfile::Builder::new().prefix("st").tempdir_in("/tmp").unwrap(), daemon: None }
+    }
+
+    /// A path inside.
+    pub fn path(&self, name: &str) -> PathBuf {
+        self.root.path().join(name)
+    }
+
+    /// Where both programs look for databases.
+    pub fn databases(&self) -> PathBuf {
+        self.path("data/shatter")
+    }
+
+    fn command(&self, name: &str) -> Command {
+        let mut command = Command::new(program(name));
+        command.env("XDG_RUNTIME_DIR", self.root.path()).env("XDG_DATA_HOME", self.path("data"));
+        command.env_remove("SHATTER_SERVICE").env_remove("NOTIFY_SOCKET").env_remove("WATCHDOG_USEC");
+        command
+    }
+
+    /// Runs a program to its end.
+    pub fn run(&self, name: &str, arguments: &[&str]) -> Output {
+        self.command(name).args(arguments).output().unwrap()
+    }
+
+    /// Runs a program with `--json`; exit code and its one document.
+    #[track_caller]
+    pub fn json(&self, name: &str, arguments: &[&str]) -> (i32, Value) {
+        let output = self.run(name, &[arguments, &["--json"]].concat());
+        let text = String::from_utf8_lossy(&output.stdout);
+        let document = serde_json::from_str(&text).unwrap_or_else(|error| {
+            panic!("{name} {arguments:?}: {error} in {text:?}; {}", String::from_utf8_lossy(&output.stderr))
+        });
+        (output.status.code().unwrap(), document)
+    }
+
+    /// Runs a program with `--json` and expects success.
+    #[track_caller]
+    pub fn ok(&self, name: &str, arguments: &[&str]) -> Value {
+        let (code, document) = self.json(name, arguments);
+        assert_eq!(code, 0, "{name} {arguments:?}: {document}");
+        document
+    }
+
+    /// Starts the daemon with these further arguments and waits until it serves.
+    pub fn serve(&mut self, arguments: &[&str]) {
+        let mut command = self.command("shatterd");
+        command.arg("serve").args(arguments).stdout(Stdio::piped()).stderr(Stdio::null());
+        let mut child = command.spawn().unwrap();
+        let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
+        assert!(lines.any(|line| line.is_ok_and(|line| line == "ready")), "the daemon ended before it was ready");
+        self.daemon = Some(child);
+    }
+
+    /// Ends the daemon as a supervisor does; its exit code.
+    pub fn end(&mut self) -> Option<i32> {
+        let mut child = self.daemon.take()?;
+        rustix::process::kill_process(rustix::process::Pid::from_child(&child), rustix::process::Signal::TERM).unwrap();
+        child.wait().unwrap().code()
+    }
+
+    /// Resident memory of the daemon, bytes.
+    pub fn daemon_memory_bytes(&self) -> Option<u64> {
+        let status = std::fs::read_to_string(format!("/proc/{}/status", self.daemon.as_ref()?.id())).ok()?;
+        let line = status.lines().find(|line| line.starts_with("VmRSS:"))?;
+        Some(1024 * line.split_whitespace().nth(1)?.parse::<u64>().ok()?)
+    }
+}
+
+impl Default for House {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Drop for House {
+    fn drop(&mut self) {
+        self.end();
+    }
+}

@@ -1,0 +1,227 @@
+//! A new user's day: a mesh file, both real programs, and what comes back.
+
+use nalgebra::Point3;
+use serde_json::Value;
+use shatter_fracture::surface::{RawMesh, shapes, write_obj};
+use shatter_tests::house::House;
+use shatter_tests::{glb, real};
+use std::path::Path;
+
+/// A house with a small vase in it, and the daemon running.
+fn with_vase(arguments: &[&str]) -> House {
+    let mut house = House::new();
+    let mesh = house.path("vase of Žofie.obj");
+    write_obj(&shapes::vase(), &mesh).unwrap();
+    let spacings = ["--crack-spacing", "0.035", "--elastic-spacing", "0.05"];
+    let mesh = mesh.to_str().unwrap();
+    let bake = [&["bake", mesh, "--name", "vase", "--material", "ceramic"][..], &spacings].concat();
+    house.ok("shatterd", &bake);
+    house.serve(arguments);
+    house
+}
+
+/// A point of the vase's wall, and the impulse that just breaks it there along −x.
+fn contact(house: &House) -> (String, f64) {
+    let mesh = shapes::vase();
+    let height = |p: &Point3<f64>| p.y;
+    let top = mesh.positions_m.iter().map(height).fold(f64::NEG_INFINITY, f64::max);
+    let bottom = mesh.positions_m.iter().map(height).fold(f64::INFINITY, f64::min);
+    let middle = 0.5 * (top + bottom);
+    let band = mesh.positions_m.iter().filter(|p| (p.y - middle).abs() < 0.1 * (top - bottom));
+    let point = band.max_by(|a, b| a.x.total_cmp(&b.x)).unwrap();
+    let point = format!("{},{},{}", point.x, point.y, point.z);
+    let found = house.ok("shatter", &["threshold", "vase", "--point", &point, "--direction", "-1,0,0"]);
+    (point, number(&found, "impulse_ns"))
+}
+
+#[track_caller]
+fn number(document: &Value, key: &str) -> f64 {
+    document[key].as_f64().unwrap_or_else(|| panic!("{key} in {document}"))
+}
+
+fn impact(house: &House, point: &str, impulse_ns: f64, more: &[&str]) -> Value {
+    let impulse = format!("{},0,0", -impulse_ns);
+    house.ok("shatter", &[&["impact", "vase", "--point", point, "--impulse", &impulse], more].concat())
+}
+
+fn section_hashes(answer: &Value, names: &[&str]) -> Vec<String> {
+    let sections = answer["sections"].as_array().unwrap();
+    let hash = |name: &&str| sections.iter().find(|section| section["name"] == **name).unwrap()["hash"].to_string();
+    names.iter().map(hash).collect()
+}
+
+const GEOMETRY: [&str; 4] = ["positions", "indices", "runs", "merges"];
+
+#[test]
+fn a_strike_writes_closed_fragments_whose_volumes_add_up() {
+    let house = with_vase(&[]);
+    let (point, just) = contact(&house);
+    let file = house.path("scherben überall.glb");
+    let answer = impact(&house, &point, 5.0 * just, &["--degree", "24", "--out", file.to_str().unwrap()]);
+    assert_eq!((answer["degree_source"].as_str(), answer["sites"].as_u64()), (Some("forced"), Some(24)));
+    let names: Vec<&str> =
+        answer["stages"].as_array().unwrap().iter().map(|stage| stage["name"].as_str().unwrap()).collect();
+    let wanted = ["load", "elasticity", "threshold", "degree", "centroidal", "labels", "tessellation", "fragments"];
+    assert_eq!(names, wanted);
+    let inspected = house.ok("shatterd", &["inspect", house.databases().join("vase.shatter").to_str().unwrap()]);
+    check_glb(&file, answer["fragments"].as_array().unwrap().len(), number(&inspected, "lattice_volume_m3"));
+}
+
+/// Reads the file with a reader that shares nothing with the writer.
+fn check_glb(file: &Path, fragments: usize, volume_m3: f64) {
+    let read = glb::read(file).unwrap();
+    assert_eq!(read.len(), fragments);
+    read.iter().for_each(|fragment| fragment.check_closed().unwrap());
+    let sum: f64 = read.iter().map(glb::Fragment::volume_m3).sum();
+    println!("{fragments} fragments, volume sum off by {:.1e}", sum / volume_m3 - 1.0);
+    assert!((sum / volume_m3 - 1.0).abs() < 1e-6);
+}
+
+#[test]
+fn twice_the_threshold_breaks_and_half_does_not() {
+    let house = with_vase(&[]);
+    let (point, just) = contact(&house);
+    let half = impact(&house, &point, 0.5 * just, &[]);
+    assert_eq!(half["fracture_degree"], 1);
+    assert_eq!(half["degree_source"], "threshold");
+    assert_eq!(half["fragments"].as_array().unwrap().len(), 0);
+    let ran: Vec<bool> =
+        half["stages"].as_array().unwrap().iter().map(|stage| stage["ran"].as_bool().unwrap()).collect();
+    assert_eq!(ran, [true, true, true, false, false, false, false, false], "nothing follows the threshold test");
+    let twice = impact(&house, &point, 2.0 * just, &[]);
+    assert!(twice["fracture_degree"].as_u64().unwrap() >= 2 && twice["fragments"].as_array().unwrap().len() >= 2);
+    assert!((number(&twice, "e1_over_gamma") - 4.0).abs() < 1e-6);
+}
+
+#[test]
+fn ten_times_the_impulse_with_a_hundred_times_gamma_is_the_same_geometry() {
+    let house = with_vase(&[]);
+    let (point, just) = contact(&house);
+    let first = impact(&house, &point, 4.0 * just, &[]);
+    let gamma = format!("{:e}", 100.0 * number(&first, "gamma_j_m2"));
+    let second = impact(&house, &point, 40.0 * just, &["--gamma", &gamma]);
+    assert_eq!(section_hashes(&first, &GEOMETRY), section_hashes(&second, &GEOMETRY));
+    let other = impact(&house, &point, 4.0 * just, &["--seed", "9"]);
+    assert_ne!(section_hashes(&first, &GEOMETRY), section_hashes(&other, &GEOMETRY), "the hash would not notice");
+}
+
+#[test]
+fn any_number_of_threads_gives_the_same_bytes() {
+    let mut house = with_vase(&["--threads", "1"]);
+    let (point, just) = contact(&house);
+    let mut hashes = Vec::new();
+    for threads in ["1", "2", "4"] {
+        assert_eq!(house.end(), Some(0));
+        house.serve(&["--threads", threads]);
+        hashes.push(impact(&house, &point, 6.0 * just, &["--degree", "30"])["output_hash"].clone());
+    }
+    assert!(hashes.iter().all(|hash| *hash == hashes[0]), "{hashes:?}");
+}
+
+#[test]
+fn bad_strikes_are_refused_by_name() {
+    let house = with_vase(&[]);
+    let (point, _) = contact(&house);
+    let refused = |arguments: &[&str], kind: &str| {
+        let (code, document) = house.json("shatter", arguments);
+        assert_eq!((code, document["error"]["kind"].as_str()), (3, Some(kind)), "{arguments:?}: {document}");
+        assert_eq!(document["error"]["fault"], "caller");
+    };
+    let point = point.as_str();
+    refused(&["impact", "nothing", "--point", point, "--impulse", "-1,0,0"], "unknown_object");
+    refused(&["impact", "vase", "--point", "9,9,9", "--impulse", "-1,0,0"], "contact_too_far");
+    refused(&["impact", "vase", "--point", point, "--impulse", "0,0,0"], "impulse");
+    refused(&["impact", "vase", "--point", point, "--impulse", "NaN,0,0"], "impulse");
+    refused(&["impact", "vase", "--point", point, "--impulse", "-1,0,0", "--gamma", "0"], "gamma");
+    refused(&["impact", "vase", "--point", point, "--impulse", "-1,0,0", "--gamma", "-1"], "gamma");
+    refused(&["impact", "vase", "--point", point, "--impulse", "-1,0,0", "--degree", "0"], "degree");
+    refused(&["impact", "vase", "--point", point, "--impulse", "-1,0,0", "--degree", "100000"], "degree");
+}
+
+#[test]
+fn damaged_databases_are_named_and_the_others_served() {
+    let mut house = with_vase(&[]);
+    let good = std::fs::read(house.databases().join("vase.shatter")).unwrap();
+    std::fs::write(house.databases().join("cut.shatter"), &good[..good.len() / 2]).unwrap();
+    let mut worn = good.clone();
+    let last = worn.len() - 9;
+    worn[last] ^= 1;
+    std::fs::write(house.databases().join("worn.shatter"), &worn).unwrap();
+    assert_eq!(house.end(), Some(0));
+    house.serve(&[]);
+    contact(&house);
+    for name in ["cut.shatter", "worn.shatter"] {
+        let (code, document) = house.json("shatterd", &["inspect", house.databases().join(name).to_str().unwrap()]);
+        assert_eq!((code, document["error"]["kind"].as_str()), (3, Some("corrupt_database")), "{name}: {document}");
+    }
+    let listed = house.ok("shatter", &["list"]);
+    println!("{listed}");
+    assert!(listed.to_string().contains("checksum"), "the damaged ones are listed with their error: {listed}");
+}
+
+#[test]
+fn bad_meshes_are_refused_by_name_and_leave_nothing() {
+    let house = House::new();
+    let refused = |name: &str, text: &str, more: &[&str], kind: &str| {
+        let file = house.path(name);
+        std::fs::write(&file, text).unwrap();
+        let (code, document) =
+            house.json("shatterd", &[&["bake", file.to_str().unwrap(), "--name", "bad"], more].concat());
+        assert_eq!((code, document["error"]["kind"].as_str()), (3, Some(kind)), "{name}: {document}");
+        let left = std::fs::read_dir(house.databases()).map_or(0, Iterator::count);
+        assert_eq!(left, 0, "nothing is left in the folder of databases");
+    };
+    let triangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+    refused("empty.obj", "", &[], "empty_mesh");
+    refused("strange.xyz", triangle, &[], "unknown_format");
+    refused("sheet.obj", triangle, &[], "nothing_inside");
+    refused("nan.obj", "v nan 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", &[], "non_finite_vertex");
+    refused("far.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 7\n", &[], "vertex_out_of_bounds");
+    refused("point.obj", "v 0 0 0\nv 0 0 0\nv 0 0 0\nf 1 2 3\n", &[], "all_degenerate");
+    refused("garbage.ply", "ply\nformat what\n", &[], "malformed_file");
+    refused("material.obj", triangle, &["--material", "glas"], "unknown_material");
+    refused("gamma.obj", triangle, &["--gamma", "-1"], "not_positive");
+    let cube = house.path("cube.obj");
+    write_obj(&shapes::cuboid([1.0, 1.0, 1.0]), &cube).unwrap();
+    let text = std::fs::read_to_string(&cube).unwrap();
+    refused("fine.obj", &text, &["--crack-spacing", "1e-9"], "spacing_out_of_range");
+    refused("coarse.obj", &text, &["--crack-spacing", "7"], "spacing_out_of_range");
+    let (code, document) = house.json("shatterd", &["bake", "/no/such/file.obj", "--name", "bad"]);
+    assert_eq!((code, document["error"]["kind"].as_str()), (3, Some("unreadable_file")));
+}
+
+#[test]
+fn baking_twice_gives_the_same_file() {
+    let house = House::new();
+    let mesh = house.path("ball.obj");
+    let ball: RawMesh = shapes::sphere(0.1, 3);
+    write_obj(&ball, &mesh).unwrap();
+    let bytes = |out: &str| {
+        let out = house.path(out);
+        let arguments = ["bake", mesh.to_str().unwrap(), "--name", "ball", "--crack-spacing", "0.06"];
+        house
+            .ok("shatterd", &[&arguments[..], &["--elastic-spacing", "0.08", "--out", out.to_str().unwrap()]].concat());
+        std::fs::read(out.join("ball.shatter")).unwrap()
+    };
+    assert!(bytes("a") == bytes("b"));
+}
+
+#[test]
+fn the_horse_and_the_bunny_come_back_closed() {
+    for (file, point, impulse) in
+        [("horse.ply", "0,0.075,0.06", "0,-1,0"), ("stanford-bunny.obj", "-0.06,0.12,0.02", "1,-1,0")]
+    {
+        let Some(mesh) = real::mesh(file) else { continue };
+        let mut house = House::new();
+        let baked = house.ok("shatterd", &["bake", mesh.to_str().unwrap(), "--name", "it"]);
+        println!("{file}: bake {:.1} s, {baked}", number(&baked, "seconds"));
+        assert!(number(&baked, "volume_error").abs() <= 0.015);
+        assert!(number(&baked, "surface_deviation") <= number(&baked, "crack_spacing"));
+        house.serve(&[]);
+        let out = house.path("it.glb");
+        let strike = ["impact", "it", "--point", point, "--impulse", impulse, "--radius-m", "0.03", "--degree", "50"];
+        let answer = house.ok("shatter", &[&strike[..], &["--out", out.to_str().unwrap()]].concat());
+        check_glb(&out, answer["fragments"].as_array().unwrap().len(), number(&baked, "lattice_volume_m3"));
+        println!("{file}: daemon {:.0} MB", house.daemon_memory_bytes().unwrap() as f64 / 1e6);
+    }
+}
