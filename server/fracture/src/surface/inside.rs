@@ -34,7 +34,7 @@ impl Inside {
         let triangles: Vec<_> = (0..surface.triangles.len()).map(|t| surface.corners(t)).collect();
         let tree = Tree::new(&triangles);
         Self {
-            winding: Winding::new(&tree),
+            winding: Winding::new(&tree, surface.closed),
             bounds: Bounds::of(triangles.iter().flatten()),
             tree,
             closed: surface.closed,

@@ -16,6 +16,9 @@ mod tree;
 mod volume;
 mod winding;
 
+#[cfg(test)]
+mod tests;
+
 pub use defect::{Defect, DefectKind};
 pub use error::SurfaceError;
 pub use frame::Frame;

@@ -6,7 +6,7 @@
 use nalgebra::{Point3, Vector3};
 
 /// Triangles per leaf, at most.
-const LEAF: usize = 2;
+const LEAF: usize = 4;
 
 /// More than a depth-first traversal that pushes both children can need: depth + 1.
 pub(super) const STACK: usize = 40;

@@ -83,20 +83,25 @@ impl Inside {
                 return Share::Known(self.integrand(winding) * size.product());
             }
         }
-        if cell.depth < DEPTH { Share::Split } else { Share::Known(self.sample(cell, &corner, &size)) }
+        if cell.depth < DEPTH {
+            return Share::Split;
+        }
+        // A film that crosses the cell is smooth: a point of it will do.
+        let strata = if distance > radius { 1 } else { 8 };
+        Share::Known(self.sample(cell, &corner, &size, strata))
     }
 
-    /// One random point in each octant.
-    fn sample(&self, cell: &Cell, corner: &Point3<f64>, size: &Vector3<f64>) -> f64 {
+    /// One random point in the cell, or in each of its octants.
+    fn sample(&self, cell: &Cell, corner: &Point3<f64>, size: &Vector3<f64>, strata: u32) -> f64 {
         let [x, y, z] = cell.place.map(u64::from);
         let mut random = Stream::new(0, (x << DEPTH | y) << DEPTH | z);
-        let half = size * 0.5;
+        let part = if strata == 1 { *size } else { size * 0.5 };
         let mut sum = 0.0;
-        for octant in 0..8 {
+        for octant in 0..strata {
             let jitter = Vector3::from_fn(|axis, _| f64::from(octant >> axis & 1) + random.uniform());
-            sum += self.integrand(self.winding(&(corner + half.component_mul(&jitter))));
+            sum += self.integrand(self.winding(&(corner + part.component_mul(&jitter))));
         }
-        sum * half.product()
+        sum * part.product()
     }
 }
 

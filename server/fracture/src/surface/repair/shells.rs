@@ -143,7 +143,7 @@ impl Nest<'_> {
         let (tree, winding) = self.hulls[patch].get_or_insert_with(|| {
             let corners = |&t: &u32| self.triangles[t as usize].map(|vertex| self.positions[vertex as usize]);
             let tree = Tree::new(&self.patches[patch].iter().map(corners).collect::<Vec<_>>());
-            let winding = Winding::new(&tree);
+            let winding = Winding::new(&tree, false);
             (tree, winding)
         });
         winding.at(tree, point)
