@@ -2,9 +2,11 @@
 
 use nalgebra::Point3;
 use shatter_fracture::centroidal::{Field, Options, Workspace, diagram};
-use shatter_fracture::lattice::{Lattice, block};
-use shatter_fracture::lift::{ALPHA_DEFAULT, Lift, MODES_DEFAULT, interior};
+use shatter_fracture::lattice::{Lattice, block, stuff};
+use shatter_fracture::lift::{ALPHA_DEFAULT, Lift, MODES_DEFAULT, Spectrum, interior, stretch};
+use shatter_fracture::surface::{self, Inside, Surface, Unit, Up};
 use shatter_fracture::token::Token;
+use std::path::Path;
 
 /// Starts per count of sites.
 const STARTS: u32 = 12;
@@ -73,6 +75,34 @@ fn the_teeth_of_a_comb_are_not_joined() {
     let teeth = limbs(&comb, |node| node.y > -0.05);
     check(&comb, &teeth, 20, 10, 2);
     check(&comb, &teeth, 40, 4, 1);
+}
+
+#[test]
+fn the_lower_legs_of_the_horse_are_not_joined() {
+    let Some(folder) = std::env::var_os("SHATTER_MESHES") else {
+        println!("SHATTER_MESHES is not set: skipped");
+        return;
+    };
+    let token = Token::default();
+    let raw = surface::read(&Path::new(&folder).join("horse.ply"), Unit::M, Up::Z).unwrap();
+    let inside = Inside::new(&Surface::repair(raw).unwrap());
+    let volume = inside.input_volume(&token).unwrap();
+    let horse = stuff(&inside, 0.02, Some(volume), &token).unwrap().bodies.swap_remove(0);
+    let spectrum = Spectrum::compute(&horse, 24, &token).unwrap();
+    println!(
+        "{} nodes, residual {:.1e}, eigenvalues {:.1?}",
+        horse.nodes.len(),
+        spectrum.residual,
+        spectrum.eigenvalues
+    );
+    let lift = spectrum.lift(&horse, MODES_DEFAULT, ALPHA_DEFAULT).unwrap();
+    let stretch = stretch(&lift, &horse);
+    println!("{stretch:?}");
+    assert!(stretch.p99 < 12.0, "{stretch:?}");
+    let (low, high) = horse.nodes.iter().fold((f64::MAX, f64::MIN), |span, at| (span.0.min(at.y), span.1.max(at.y)));
+    let legs = limbs(&horse, |node| node.y < low + 0.2 * (high - low));
+    check(&horse, &legs, 14, 9, 4);
+    check(&horse, &legs, 20, 7, 1);
 }
 
 /// The lattice of some tetrahedra of another.
