@@ -36,6 +36,7 @@ pub mod export;
 mod impact;
 mod link;
 mod object;
+mod out;
 mod ticket;
 
 pub use broken::{Broken, Fragment, Run};

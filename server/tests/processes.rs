@@ -199,6 +199,12 @@ fn the_command_line_strikes_and_prints_one_document() {
     assert_eq!((code, json(&out)["impulse_ns"].as_f64()), (0, Some(0.5)), "{out}");
     let (code, out) = shatter(&here, &["impact", "vase", "--point", "0,0,0", "--impulse", "0,0,0", "--json"]);
     assert_eq!((code, json(&out)["error"]["kind"].as_str()), (3, Some("impulse")), "{out}");
+    let folder = here.databases().join("broken vase ä");
+    let (code, out) = shatter(&here, &[&strike[..], &["--out", folder.to_str().unwrap()]].concat());
+    assert!(code == 0 && json(&out)["file"].as_str().unwrap().ends_with("vase.glb"), "{out}");
+    assert!(std::fs::read(folder.join("vase.glb")).unwrap().starts_with(b"glTF"));
+    let (code, out) = shatter(&here, &[&strike[..], &["--out", "/proc/nowhere/x.glb"]].concat());
+    assert_eq!((code, json(&out)["error"]["kind"].as_str()), (3, Some("output")), "{out}");
     for arguments in [&["list"][..], &["status"], &["impact", "vase", "--point", "0,0,0", "--impulse", "1,0,0"]] {
         let (code, out) = shatter(&here, arguments);
         assert!(code == 0 && !out.is_empty(), "{arguments:?}");

@@ -2,7 +2,8 @@
 
 use super::{ANSWER, Failure, document, out, reply, vector};
 use serde_json::{Value, json};
-use shatter_client::{Broken, Deadline, Degree, Impact, Lift, Shatter};
+use shatter_client::{Broken, Deadline, Degree, Impact, Kind, Lift, Refusal, Shatter};
+use std::path::{Path, PathBuf};
 
 /// Arguments of `shatter impact`.
 #[derive(clap::Args)]
@@ -33,6 +34,9 @@ pub struct Args {
     /// Everything random follows from it.
     #[arg(long, default_value_t = 0)]
     seed: u64,
+    /// Write the fragments to this file, or to OBJECT.glb in this folder.
+    #[arg(long, value_name = "FILE.glb|DIR")]
+    out: Option<PathBuf>,
     /// Print one JSON document.
     #[arg(long)]
     json: bool,
@@ -64,7 +68,27 @@ pub fn run(service: &str, args: &Args) -> Result<(), Failure> {
     }
     let object = Shatter::connect(service, reply())?.object(&args.object, reply())?;
     let broken = object.strike(&impact(args))?.wait(Deadline::after(ANSWER))?;
-    if args.json { document(&to_json(&broken)) } else { screen(&broken) }
+    let file = write(&broken, args)?;
+    if args.json { document(&to_json(&broken, file.as_deref())) } else { screen(&broken, file.as_deref()) }
+}
+
+/// Writes the fragments where `--out` says; nothing for an object that stays whole.
+fn write(broken: &Broken, args: &Args) -> Result<Option<PathBuf>, Failure> {
+    let Some(out) = &args.out else { return Ok(None) };
+    if broken.is_whole() {
+        return Ok(None);
+    }
+    let file = if out.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("glb")) && !out.is_dir() {
+        out.clone()
+    } else {
+        std::fs::create_dir_all(out).map_err(|error| {
+            let at = out.display().to_string();
+            Refusal::new(Kind::Output, at.clone(), format!("cannot create the folder {at}: {error}"))
+        })?;
+        out.join(format!("{}.glb", args.object))
+    };
+    broken.write_glb(&file)?;
+    Ok(Some(file))
 }
 
 fn impact(args: &Args) -> Impact {
@@ -83,7 +107,7 @@ fn impact(args: &Args) -> Impact {
     args.lift.map_or(impact.clone(), |lift| impact.lift(lift))
 }
 
-fn to_json(broken: &Broken) -> Value {
+fn to_json(broken: &Broken, file: Option<&Path>) -> Value {
     let summary = broken.summary();
     let digest = broken.digest();
     let fragments: Vec<Value> = broken
@@ -125,10 +149,11 @@ fn to_json(broken: &Broken) -> Value {
         "round_trip_ns": broken.round_trip().as_nanos() as u64,
         "response_bytes": broken.bytes(),
         "output_hash": digest.output_hash,
+        "file": file.map(|file| file.display().to_string()),
     })
 }
 
-fn screen(broken: &Broken) -> Result<(), Failure> {
+fn screen(broken: &Broken, file: Option<&Path>) -> Result<(), Failure> {
     let summary = broken.summary();
     let milliseconds = broken.round_trip().as_secs_f64() * 1e3;
     let load = format!("γ {:.3e} J·m², E₁/γ {:.3}", summary.gamma_j_m2, summary.e1_over_gamma);
@@ -159,5 +184,6 @@ fn screen(broken: &Broken) -> Result<(), Failure> {
         "  kg: {:.4} in all, {least:.3e} to {most:.3e}, median {median:.3e}; {closed} of {} closed\n",
         masses.iter().sum::<f64>(),
         masses.len()
-    ))
+    ))?;
+    file.map_or(Ok(()), |file| out(format_args!("  {}\n", file.display())))
 }

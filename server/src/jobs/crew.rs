@@ -155,10 +155,15 @@ fn write(mut lent: Lent, layout: &Layout, outcome: &dyn Outcome, clock: &mut Clo
     let payload: &mut [Block] = unsafe { &mut *(raw as *mut [Block]) };
     let unfit = || Refusal::new(Kind::Failed, "layout", "the lent memory is shorter than the layout");
     let mut sections = layout.split(payload).ok_or_else(unfit)?;
-    clock.enter(Stage::Fragments);
-    let written = outcome.write(&mut sections);
-    clock.leave(Stage::Fragments, layout.used_bytes());
-    written?;
+    if sections.fragments.is_empty() {
+        // An object that stays whole: the stage did not run.
+        outcome.write(&mut sections)?;
+    } else {
+        clock.enter(Stage::Fragments);
+        let written = outcome.write(&mut sections);
+        clock.leave(Stage::Fragments, layout.used_bytes());
+        written?;
+    }
     sections.stages.copy_from_slice(&clock.rows());
     // SAFETY: every byte is initialised, see above.
     Ok(unsafe { lent.assume_init() })

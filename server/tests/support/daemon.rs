@@ -3,6 +3,7 @@
 use super::{TestPlace, loader};
 use shatter_client::{Deadline, Refusal, Shatter};
 use shatter_server::config::Config;
+use shatter_server::engine::Loader;
 use shatter_server::serve::{Options, run};
 use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
@@ -22,7 +23,7 @@ fn config(text: &str, databases: &Path) -> Config {
     config
 }
 
-/// A daemon with the toy engine in a thread of this process.
+/// A daemon in a thread of this process.
 pub struct InProcess {
     pub here: TestPlace,
     stop: Arc<Notify>,
@@ -30,14 +31,19 @@ pub struct InProcess {
 }
 
 impl InProcess {
-    /// Starts it with `settings` over the default configuration and waits until it serves.
+    /// Starts one with the toy engine and `settings` over the default configuration; waits until it serves.
     pub fn start(here: TestPlace, settings: &str) -> Self {
+        Self::start_with(here, settings, loader())
+    }
+
+    /// The same with another engine.
+    pub fn start_with(here: TestPlace, settings: &str, loader: Loader) -> Self {
         let stop = Arc::new(Notify::new());
         let (ready, wait) = std::sync::mpsc::channel();
         let options = Options {
             place: here.place.clone(),
             config: config(settings, &here.databases()),
-            loader: loader(),
+            loader,
             ready: Box::new(move || ready.send(()).unwrap()),
             stop: stop.clone(),
         };

@@ -1,0 +1,198 @@
+//! The real engine behind the real transport: a bar is baked, saved, loaded by the daemon and struck through the client,
+//! and what the tessellator writes lies in shared memory.
+
+mod support;
+
+use nalgebra::Point3;
+use shatter_client::{Degree, Impact, Kind, Object, Refusal};
+use shatter_fracture::database::{BakeRequest, bake, save};
+use shatter_fracture::pipeline::{Watch, Workspace};
+use shatter_fracture::scene::Materials;
+use shatter_fracture::surface::RawMesh;
+use shatter_fracture::token::Token;
+use shatter_proto::control::ObjectRow;
+use shatter_proto::layout::{Counts, Sections};
+use shatter_proto::request::Strike;
+use shatter_server::engine::{self, Loader, Outcome};
+use shatter_server::wire;
+use std::ops::Range;
+use std::path::Path;
+use std::sync::{Arc, LazyLock, Mutex};
+use support::{InProcess, TestPlace, patience, within};
+
+/// A bar of 0.4 × 0.2 × 0.2 m, baked once for all tests: the bytes of its database.
+static BAR: LazyLock<Vec<u8>> = LazyLock::new(|| {
+    let corner = |k: usize| Point3::new([-0.2, 0.2][k & 1], [-0.1, 0.1][k >> 1 & 1], [-0.1, 0.1][k >> 2 & 1]);
+    let quads = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
+    let triangles = quads.iter().flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]]).collect();
+    let materials = Materials::parse(include_str!("../../config/materials.toml")).unwrap();
+    let request = BakeRequest {
+        name: "bar".to_owned(),
+        material_name: "glass".to_owned(),
+        material: materials.get("glass").unwrap().clone(),
+        fragment_size_m: None,
+        gamma_j_m2: None,
+        elastic_spacing: Some(0.12),
+        crack_spacing: Some(0.08),
+        seed: 1,
+    };
+    let mesh = RawMesh::new((0..8).map(corner).collect(), triangles);
+    let prepared = bake(mesh, &request, &Token::default(), &mut |_| {}).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("bar.shatter");
+    save(&prepared, &path).unwrap();
+    std::fs::read(path).unwrap()
+});
+
+/// Where sections were written.
+type Written = Arc<Mutex<Vec<Range<usize>>>>;
+
+/// The real object, which remembers where its answers were written.
+struct Watched(Arc<dyn engine::Object>, Written);
+
+impl engine::Object for Watched {
+    fn row(&self) -> ObjectRow {
+        self.0.row()
+    }
+
+    fn answer_bytes_max(&self) -> usize {
+        self.0.answer_bytes_max()
+    }
+
+    fn strike(
+        &self,
+        strike: &Strike,
+        workspace: &mut Workspace,
+        token: &Token,
+        watch: &mut dyn Watch,
+    ) -> Result<Box<dyn Outcome>, Refusal> {
+        let outcome = self.0.strike(strike, workspace, token, watch)?;
+        Ok(Box::new(WatchedOutcome(outcome, self.1.clone())))
+    }
+}
+
+struct WatchedOutcome(Box<dyn Outcome>, Written);
+
+impl Outcome for WatchedOutcome {
+    fn counts(&self) -> Counts {
+        self.0.counts()
+    }
+
+    fn write(&self, sections: &mut Sections<'_>) -> Result<(), Refusal> {
+        let range = |start: usize, bytes: usize| start..start + bytes;
+        self.1.lock().unwrap().extend([
+            range(sections.positions.as_ptr() as usize, size_of_val(sections.positions)),
+            range(sections.indices.as_ptr() as usize, size_of_val(sections.indices)),
+            range(sections.merges.as_ptr() as usize, size_of_val(sections.merges)),
+        ]);
+        self.0.write(sections)
+    }
+}
+
+/// A daemon with the bar, and a connection's handle on it.
+fn start(settings: &str) -> (InProcess, Object, Written) {
+    let here = TestPlace::new("real");
+    std::fs::write(here.databases().join("bar.shatter"), BAR.as_slice()).unwrap();
+    let written = Written::default();
+    let (real, seen) = (wire::loader(), written.clone());
+    let loader: Loader = Arc::new(move |path: &Path| Ok(Arc::new(Watched(real(path)?, seen.clone()))));
+    let daemon = InProcess::start_with(here, settings, loader);
+    let bar = daemon.connect().object("bar", patience()).unwrap();
+    (daemon, bar, written)
+}
+
+/// A blow on the end of the bar.
+fn blow(impulse_ns: f64) -> Impact {
+    Impact::at([0.2, 0.0, 0.0]).impulse([-impulse_ns, 0.0, 0.0]).radius(0.05)
+}
+
+#[test]
+fn the_tessellator_writes_into_the_mapped_segment() {
+    let (daemon, bar, written) = start("");
+    let broken = bar.strike(&blow(50.0).degree(Degree::Sites(12))).unwrap().wait(patience()).unwrap();
+    assert!(broken.fragments().len() >= 12);
+    let mapped = daemon.here.mapped();
+    let written = written.lock().unwrap();
+    assert_eq!(written.len(), 3);
+    for range in written.iter() {
+        assert!(!range.is_empty() && within(range, &mapped), "{range:x?} is not in {mapped:x?}");
+    }
+}
+
+#[test]
+fn fragments_are_closed_and_weigh_what_the_bar_weighs() {
+    let (_daemon, bar, _) = start("");
+    let facts = bar.facts();
+    assert_eq!((facts.name.as_str(), facts.material.as_str(), facts.bodies), ("bar", "glass", 1));
+    let broken = bar.strike(&blow(50.0).degree(Degree::Sites(20))).unwrap().wait(patience()).unwrap();
+    assert!(broken.fragments().all(|fragment| fragment.is_closed()));
+    let volume: f64 = broken.fragments().map(|fragment| fragment.volume_m3()).sum();
+    let mass: f64 = broken.fragments().map(|fragment| fragment.mass_kg()).sum();
+    assert!((volume / facts.volume_m3 - 1.0).abs() < 1e-6, "{volume} of {}", facts.volume_m3);
+    assert!((mass / (facts.volume_m3 * facts.density_kg_m3) - 1.0).abs() < 1e-6);
+    let summary = broken.summary();
+    assert_eq!((summary.sites, summary.degree_source()), (20, "forced"));
+    assert!(broken.stages().iter().all(|stage| stage.ran == 1 || stage.name() == "degree"));
+}
+
+#[test]
+fn twice_the_threshold_breaks_and_half_does_not() {
+    let (_daemon, bar, _) = start("");
+    let strike = |impact: Impact| bar.strike(&impact).unwrap().wait(patience()).unwrap();
+    let just = strike(blow(1.0).threshold_only()).summary().threshold_impulse_factor;
+    let whole = strike(blow(0.5 * just));
+    assert!(whole.is_whole());
+    assert_eq!((whole.summary().fracture_degree, whole.summary().degree_source()), (1, "threshold"));
+    let ran: Vec<&str> = whole.stages().iter().filter(|stage| stage.ran == 1).map(|stage| stage.name()).collect();
+    assert_eq!(ran, ["load", "elasticity", "threshold"]);
+    let broken = strike(blow(2.0 * just));
+    assert!(broken.fragments().len() >= 2 && broken.summary().fracture_degree >= 2);
+}
+
+#[test]
+fn threads_and_company_change_no_byte() {
+    let digest = |threads: usize, company: usize| {
+        let (_daemon, bar, _) = start(&format!("[compute]\nthreads = {threads}\nstrikes_at_once = 4"));
+        let impact = blow(60.0).degree(Degree::Sites(15)).seed(3);
+        let _company: Vec<_> = (0..company).map(|seed| bar.strike(&blow(80.0).seed(seed as u64)).unwrap()).collect();
+        bar.strike(&impact).unwrap().wait(patience()).unwrap().digest()
+    };
+    let alone = digest(1, 0);
+    for (threads, company) in [(1, 3), (2, 0), (4, 3)] {
+        assert_eq!(digest(threads, company), alone, "{threads} threads, {company} others");
+    }
+}
+
+#[test]
+fn the_engines_refusals_name_the_offender() {
+    let (_daemon, bar, _) = start("");
+    let refusal = |impact: Impact| bar.strike(&impact).and_then(|mut ticket| ticket.wait(patience())).err().unwrap();
+    let check = |impact: Impact, kind: Kind, at: &str| {
+        let refusal = refusal(impact);
+        assert_eq!((refusal.kind, refusal.at.as_str()), (kind, at), "{refusal}");
+    };
+    check(Impact::at([1.0, 0.0, 0.0]).impulse([1.0, 0.0, 0.0]), Kind::ContactTooFar, "contacts[0].point_m");
+    check(blow(1.0).and_at([0.0, 3.0, 0.0]).impulse([1.0; 3]), Kind::ContactTooFar, "contacts[1].point_m");
+    check(blow(1.0).degree(Degree::Sites(513)), Kind::Degree, "513");
+    check(blow(50.0).degree(Degree::Sites(30)).fragments_max(5), Kind::CapExceeded, "fragments_max");
+}
+
+#[test]
+fn a_damaged_database_is_named_and_the_other_served() {
+    let here = TestPlace::new("damaged");
+    std::fs::write(here.databases().join("bar.shatter"), BAR.as_slice()).unwrap();
+    let mut damaged = BAR.clone();
+    let middle = damaged.len() / 2;
+    damaged[middle] ^= 1;
+    std::fs::write(here.databases().join("flipped.shatter"), damaged).unwrap();
+    std::fs::write(here.databases().join("cut.shatter"), &BAR[..middle]).unwrap();
+    let daemon = InProcess::start_with(here, "", wire::loader());
+    let service = daemon.connect();
+    for name in ["flipped", "cut"] {
+        let refusal = service.object(name, patience()).err().unwrap();
+        assert_eq!(refusal.kind, Kind::CorruptObject, "{refusal}");
+        assert!(refusal.message.contains(&format!("{name}.shatter")), "{refusal}");
+    }
+    let bar = service.object("bar", patience()).unwrap();
+    assert!(!bar.strike(&blow(50.0).degree(Degree::Sites(3))).unwrap().wait(patience()).unwrap().is_whole());
+}
