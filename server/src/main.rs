@@ -1,7 +1,7 @@
 //! `shatterd`: bakes objects and serves them.
 
 use clap::{Parser, Subcommand};
-use shatter_server::commands::{Failure, bake, inspect, serve};
+use shatter_server::commands::{Failure, bake, demo, inspect, serve};
 use std::process::ExitCode;
 
 /// Bakes brittle objects and serves their fragments.
@@ -14,6 +14,8 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
+    /// Bakes a mug, serves it, strikes it three times and shows what came of it on a page.
+    Demo(demo::Args),
     /// Turns a mesh into a database: names its defects, fills it with lattices, factors, calibrates.
     Bake(bake::BakeArgs),
     /// Verifies a database and prints what it holds.
@@ -25,6 +27,7 @@ enum Command {
 fn main() -> ExitCode {
     let json = std::env::args_os().any(|argument| argument == "--json");
     let result: Result<(), Failure> = match &Cli::parse().command {
+        Command::Demo(args) => demo::run(args),
         Command::Bake(args) => bake::run(args),
         Command::Inspect(args) => inspect::run(args),
         Command::Serve(args) => serve::run(args),

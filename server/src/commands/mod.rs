@@ -1,6 +1,7 @@
 //! The commands of `shatterd`, one file each.
 
 pub mod bake;
+pub mod demo;
 mod failure;
 pub mod inspect;
 pub mod serve;

@@ -80,7 +80,8 @@ impl Ramp {
     fn lab(&self, share: f32) -> [f32; 3] {
         let anchors: Vec<[f32; 3]> = self.anchors.iter().map(|&anchor| cartesian(anchor)).collect();
         let lengths: Vec<f32> = anchors.windows(2).map(|pair| distance(pair[0], pair[1])).collect();
-        let mut left = share.max(0.0).min(1.0) * lengths.iter().sum::<f32>();
+        let share = if share > 0.0 { share.min(1.0) } else { 0.0 };
+        let mut left = share * lengths.iter().sum::<f32>();
         for (pair, &length) in anchors.windows(2).zip(&lengths) {
             if left <= length {
                 return [0, 1, 2].map(|k| pair[0][k] + (pair[1][k] - pair[0][k]) * left / length);

@@ -221,7 +221,8 @@ fn dropped(inside: &Inside, volume: f64, levels: &Levels) -> Option<Defect> {
     Some(Defect::new(DefectKind::DroppedComponent, dropped.len() as u64, first, action))
 }
 
-fn input_hash(surface: &Surface) -> String {
+/// BLAKE3 of a normalised surface (positions and triangles), hexadecimal: what [`BakeReport::input_hash`] holds.
+pub fn input_hash(surface: &Surface) -> String {
     let mut hasher = blake3::Hasher::new();
     for position in &surface.positions {
         position.iter().for_each(|x| _ = hasher.update(&x.to_le_bytes()));

@@ -5,7 +5,7 @@ mod container;
 mod error;
 mod object;
 
-pub use bake::{BakeError, BakeRequest, Step, bake};
+pub use bake::{BakeError, BakeRequest, Step, bake, input_hash};
 pub use error::DatabaseError;
 pub use object::{BODIES_MAX, NODES_MAX, load, save};
 

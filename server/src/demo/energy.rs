@@ -1,0 +1,94 @@
+//! Strain energy on the surface of the intact object, for its picture: computed in this process with the daemon's engine
+//! from the daemon's database.
+
+use super::DemoError;
+use super::blow::Blow;
+use super::object::Target;
+use nalgebra::Point3;
+use shatter_fracture::lift::LiftKind;
+use shatter_fracture::pipeline::{Contact, DegreeRequest, Impact, Prepared, Strike, Workspace, strain_energy};
+use shatter_fracture::token::Token;
+
+/// How often densities are averaged with their neighbours: the elastic lattice, on which they are constant per
+/// tetrahedron, is coarser than the surface that shows them.
+const AVERAGES: usize = 3;
+
+/// The boundary of the crack lattices with the strain energy density on it.
+pub(super) struct SurfaceEnergy {
+    /// Vertices relative to the centre of the object's box, m.
+    pub positions: Vec<Point3<f32>>,
+    /// Triangles, counter-clockwise seen from outside.
+    pub triangles: Vec<[u32; 3]>,
+    /// Strain energy density W per vertex, J/m³: the energy of the node's share of the lattice over its volume,
+    /// averaged over neighbours on the surface.
+    pub density_j_m3: Vec<f64>,
+    /// Strain energy of the whole object, J.
+    pub energy_j: f64,
+}
+
+impl SurfaceEnergy {
+    /// Solves the blow's impact once more.
+    pub fn new(target: &Target, blow: &Blow) -> Result<Self, DemoError> {
+        let contact =
+            Contact { point_m: target.point_m, impulse_ns: blow.impulse_ns, duration_s: None, radius_m: None };
+        let strike = Strike {
+            contacts: vec![contact],
+            degree: DegreeRequest::ClosedForm,
+            gamma_j_m2: None,
+            lift: LiftKind::Interior,
+            seed: 0,
+            threshold_only: true,
+        };
+        let prepared = &target.prepared;
+        let impact = Impact::new(prepared, &strike)?;
+        let energies = strain_energy(prepared, &impact, &mut Workspace::default(), &Token::default(), &mut ())?;
+        let mut surface = Self { positions: vec![], triangles: vec![], density_j_m3: vec![], energy_j: 0.0 };
+        for body in 0..prepared.bodies.len() {
+            let struck = energies.iter().find(|energy| energy.body == body);
+            surface.add(
+                prepared,
+                body,
+                struck.map_or(&[], |energy| &energy.shares),
+                struck.map_or(0.0, |e| e.energy_j),
+            );
+        }
+        for _ in 0..AVERAGES {
+            surface.average();
+        }
+        Ok(surface)
+    }
+
+    /// Replaces every density by the mean over its vertex and, half as heavy, the corners of the triangles around it.
+    fn average(&mut self) {
+        let mut sums = self.density_j_m3.clone();
+        let mut weights = vec![1.0; sums.len()];
+        for triangle in &self.triangles {
+            let sum: f64 = triangle.iter().map(|&vertex| self.density_j_m3[vertex as usize]).sum();
+            for &vertex in triangle {
+                sums[vertex as usize] += 0.5 * sum;
+                weights[vertex as usize] += 1.5;
+            }
+        }
+        self.density_j_m3 = sums.iter().zip(&weights).map(|(sum, weight)| sum / weight).collect();
+    }
+
+    /// Adds the boundary of one body; a body that was not struck has no shares and no energy.
+    fn add(&mut self, prepared: &Prepared, body: usize, shares: &[f64], energy_j: f64) {
+        let (body, metre) = (&prepared.bodies[body], prepared.frame.diagonal_m);
+        let mut vertex = vec![u32::MAX; body.crack.nodes.len()];
+        for face in body.crack.boundary() {
+            let corners = face.nodes.map(|node| {
+                let node = node as usize;
+                if vertex[node] == u32::MAX {
+                    vertex[node] = self.positions.len() as u32;
+                    self.positions.push((body.crack.nodes[node] * metre).cast());
+                    let volume_m3 = body.volumes[node] * metre.powi(3);
+                    self.density_j_m3.push(shares.get(node).map_or(0.0, |share| share * energy_j / volume_m3));
+                }
+                vertex[node]
+            });
+            self.triangles.push(corners);
+        }
+        self.energy_j += energy_j;
+    }
+}

@@ -1,0 +1,127 @@
+//! What is struck: a mug, made here, baked once.
+
+use super::progress::Progress;
+use super::{DemoError, shape};
+use crate::commands::bake::MATERIALS;
+use nalgebra::{Point3, Vector3};
+use shatter_fracture::database::{self, BakeRequest, Step};
+use shatter_fracture::lift::{ALPHA_DEFAULT, MODES_DEFAULT};
+use shatter_fracture::pipeline::{Parameters, Prepared};
+use shatter_fracture::scene::Materials;
+use shatter_fracture::surface::{RawMesh, Surface};
+use shatter_fracture::token::Token;
+use std::path::Path;
+
+/// Name of the object in the service.
+pub const NAME: &str = "mug";
+
+/// What it is made of.
+pub const MATERIAL: &str = "ceramic";
+
+/// Reference fragment size d, m.
+const FRAGMENT_SIZE_M: f64 = 0.018;
+
+/// Spacings over the diagonal: several layers of tetrahedra across the wall.
+const ELASTIC_SPACING: f64 = 0.026;
+const CRACK_SPACING: f64 = 0.016;
+
+/// The outer wall away from the handle, two thirds up, seen from the axis.
+const STRUCK_FROM: [f64; 3] = [-0.45, 0.0, 0.9];
+const STRUCK_HEIGHT_M: f64 = 0.062;
+
+/// The object and the place where it is struck.
+pub(super) struct Target {
+    /// The prepared object, as the daemon has it.
+    pub prepared: Prepared,
+    /// A point of the surface, m.
+    pub point_m: Point3<f64>,
+    /// Unit direction of the impulse: straight in.
+    pub direction: Vector3<f64>,
+    /// Whether the database was there already.
+    pub reused: bool,
+}
+
+/// Loads the database if it was baked from this mesh with these parameters, and bakes it otherwise.
+pub(super) fn prepare(databases: &Path, progress: &Progress) -> Result<Target, DemoError> {
+    progress.step("make a mug");
+    let mesh = shape::mug();
+    let (point_m, direction) = struck(&mesh);
+    let request = request()?;
+    let file = databases.join(format!("{NAME}.{}", database::EXTENSION));
+    progress.step("look for its database");
+    if let Some(prepared) = stored(&file, &mesh, &request)? {
+        return Ok(Target { prepared, point_m, direction, reused: true });
+    }
+    let prepared = database::bake(mesh, &request, &Token::default(), &mut |step| progress.step(describe(step)))?;
+    progress.step("write the database");
+    database::save(&prepared, &file)?;
+    Ok(Target { prepared, point_m, direction, reused: false })
+}
+
+/// The stored object, if it is what a bake would make now. One that cannot be read counts as absent.
+fn stored(file: &Path, mesh: &RawMesh, request: &BakeRequest) -> Result<Option<Prepared>, DemoError> {
+    let Ok(prepared) = database::load(file) else {
+        return Ok(None);
+    };
+    let surface = Surface::repair(mesh.clone())?;
+    let same = prepared.report.input_hash == database::input_hash(&surface) && prepared.parameters == expected(request);
+    Ok(same.then_some(prepared))
+}
+
+fn request() -> Result<BakeRequest, DemoError> {
+    Ok(BakeRequest {
+        name: NAME.to_owned(),
+        material_name: MATERIAL.to_owned(),
+        material: Materials::parse(MATERIALS)?.get(MATERIAL)?.clone(),
+        fragment_size_m: Some(FRAGMENT_SIZE_M),
+        gamma_j_m2: None,
+        elastic_spacing: Some(ELASTIC_SPACING),
+        crack_spacing: Some(CRACK_SPACING),
+        seed: 0,
+    })
+}
+
+/// The parameters that `request` bakes with.
+fn expected(request: &BakeRequest) -> Parameters {
+    Parameters {
+        material_name: request.material_name.clone(),
+        material: request.material.clone(),
+        fragment_size_m: FRAGMENT_SIZE_M,
+        elastic_spacing: ELASTIC_SPACING,
+        crack_spacing: CRACK_SPACING,
+        modes: MODES_DEFAULT,
+        alpha: ALPHA_DEFAULT,
+        seed: request.seed,
+    }
+}
+
+/// The vertex farthest out in the direction of the blow at its height, and the direction straight in from there.
+fn struck(mesh: &RawMesh) -> (Point3<f64>, Vector3<f64>) {
+    let outward = Vector3::from(STRUCK_FROM).normalize();
+    let reach = |p: &Point3<f64>| p.coords.dot(&outward) - (p.y - STRUCK_HEIGHT_M).abs();
+    let farthest = mesh.positions_m.iter().max_by(|a, b| reach(a).total_cmp(&reach(b)));
+    (farthest.copied().unwrap_or_else(Point3::origin), -outward)
+}
+
+fn describe(step: Step) -> &'static str {
+    match step {
+        Step::Surface => "bake: surface",
+        Step::Volume => "bake: winding numbers",
+        Step::Lattices => "bake: lattices",
+        Step::Lift(_) => "bake: lift",
+        Step::Elasticity(_) => "bake: elasticity",
+        Step::Calibration => "bake: calibration of the degree",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_blow_meets_the_outer_wall_from_outside() {
+        let (point_m, direction) = struck(&shape::mug());
+        assert!((point_m.y - STRUCK_HEIGHT_M).abs() < 0.003 && (point_m.x.hypot(point_m.z) - 0.04).abs() < 0.001);
+        assert!(direction.dot(&point_m.coords) < -0.039 && (direction.norm() - 1.0).abs() < 1e-12);
+    }
+}
