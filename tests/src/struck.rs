@@ -42,19 +42,20 @@ pub fn diagram(prepared: &Prepared, lift: LiftKind, shares: &[f64], sites: usize
     centroidal::diagram(&field, &Options::new(sites, seed), &mut workspace, &Token::default()).unwrap()
 }
 
+/// How far around a surface point its normal is taken from, local.
+const PATCH: f64 = 0.025;
+
 /// The point of the mesh file's box at fractions `at` (0 ..= 1 along each axis), moved to the body's boundary node nearest
-/// to it; and the mean inward direction, towards the body's centre.
+/// to it; and the mean inward normal around it.
 pub fn surface_point(prepared: &Prepared, at: [f64; 3]) -> (Point3<f64>, Vector3<f64>) {
-    let nodes = &prepared.bodies[0].crack.nodes;
+    let body = &prepared.bodies[0];
+    let nodes = &body.crack.nodes;
     let low = nodes.iter().fold([f64::INFINITY; 3], |low, node| [0, 1, 2].map(|k| low[k].min(node[k])));
     let high = nodes.iter().fold([f64::NEG_INFINITY; 3], |high, node| [0, 1, 2].map(|k| high[k].max(node[k])));
     let wish = Point3::from([0, 1, 2].map(|k| low[k] + at[k] * (high[k] - low[k])));
-    let boundary = &prepared.bodies[0].topology.boundary;
-    let nearest = boundary
-        .iter()
-        .flat_map(|face| face.nodes)
-        .map(|node| nodes[node as usize])
-        .min_by(|a, b| (a - wish).norm().total_cmp(&(b - wish).norm()))
-        .unwrap();
-    (prepared.frame.to_metres(&nearest), -nearest.coords.normalize())
+    let faces = body.topology.boundary.iter().map(|face| face.nodes.map(|node| nodes[node as usize]));
+    let nearest = faces.clone().flatten().min_by(|a, b| (a - wish).norm().total_cmp(&(b - wish).norm())).unwrap();
+    let around = faces.filter(|[a, ..]| (a - nearest).norm() < PATCH);
+    let outward: Vector3<f64> = around.map(|[a, b, c]| (b - a).cross(&(c - a))).sum();
+    (prepared.frame.to_metres(&nearest), -outward.normalize())
 }

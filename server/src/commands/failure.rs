@@ -5,7 +5,7 @@ use shatter_fracture::database::{BakeError, DatabaseError};
 use shatter_fracture::lattice::LatticeError;
 use shatter_fracture::scene::MaterialError;
 use shatter_fracture::surface::SurfaceError;
-use shatter_proto::{Kind, Refusal, exit};
+use shatter_proto::{Refusal, exit};
 use std::io::Write;
 use std::path::Path;
 use std::process::ExitCode;

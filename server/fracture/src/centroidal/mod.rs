@@ -136,28 +136,3 @@ pub fn assign(field: &Field, sites: &[f64], workspace: &mut Workspace) -> Diagra
     workspace.hand_over(field, &mut diagram);
     diagram
 }
-/// bench
-pub fn bench_parts(field: &Field, n: usize, reps: usize, cpu: fn() -> f64) {
-    let mut w = Workspace::default();
-    let o = Options::new(n, 1);
-    let mut d = Diagram::default();
-    diagram_into(field, &o, &mut w, &Token::default(), &mut d).unwrap();
-    let mut t = |name: &str, f: &mut dyn FnMut(&mut Workspace, &mut Diagram)| {
-        let mut best = f64::INFINITY;
-        let c = cpu();
-        for _ in 0..reps {
-            let t = std::time::Instant::now();
-            f(&mut w, &mut d);
-            best = best.min(t.elapsed().as_secs_f64() * 1e3);
-        }
-        print!("{name} {:.3} (min {best:.3}) ", (cpu() - c) / reps as f64);
-    };
-    t("load", &mut |w, _| w.scratch.load(field));
-    t("start", &mut |w, _| {
-        let mut s = Stream::new(1, 2);
-        w.start.draw(field, n, &mut s, &mut w.sites);
-    });
-    t("assign", &mut |w, _| w.scratch.assign(field, &mut w.current));
-    t("hand", &mut |w, d| w.hand_over(field, d));
-    println!();
-}

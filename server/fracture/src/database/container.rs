@@ -119,11 +119,6 @@ impl Mapped {
         unsafe { memmap2::Mmap::map(&file) }.map(Self).map_err(io)
     }
 
-    /// Length of the file in bytes.
-    pub fn bytes(&self) -> usize {
-        self.0.len()
-    }
-
     /// Parses the header. Verifies offsets and sizes against the file, nothing else yet.
     pub fn parse(&self) -> Result<Contents<'_>, DatabaseError> {
         let (_, header) = SafeTensors::read_metadata(&self.0)?;
