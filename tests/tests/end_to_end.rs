@@ -2,7 +2,8 @@
 
 use nalgebra::Point3;
 use serde_json::Value;
-use shatter_fracture::surface::{RawMesh, shapes, write_obj};
+use shatter_fracture::surface::RawMesh;
+use shatter_fracture::surface::shapes::{self, write_obj};
 use shatter_tests::house::House;
 use shatter_tests::{glb, real};
 use std::path::Path;
