@@ -16,6 +16,9 @@ use std::time::{Duration, Instant};
 /// The materials that come with the program.
 pub const MATERIALS: &str = include_str!("../../../config/materials.toml");
 
+/// A larger volume error than this is worth a warning.
+const VOLUME_ERROR_TOLD: f64 = 0.03;
+
 /// Flags of `shatterd bake`.
 #[derive(Args, Debug)]
 pub struct BakeArgs {
@@ -76,6 +79,7 @@ pub fn run(args: &BakeArgs) -> Result<(), Failure> {
     database::save(&prepared, &file)?;
     bar.finish_and_clear();
     let seconds = begun.elapsed().as_secs_f64();
+    warn(&prepared);
     if args.json {
         println!("{}", document(&prepared, &file, seconds))
     } else {
@@ -121,6 +125,20 @@ fn describe(step: Step) -> String {
         Step::Lift(body) => format!("lift of body {body}"),
         Step::Elasticity(body) => format!("elasticity of body {body}"),
         Step::Calibration => "calibration of the degree".to_owned(),
+    }
+}
+
+/// Says on stderr when the lattice is too coarse for the shape: thin walls fall between its nodes.
+fn warn(prepared: &Prepared) {
+    let error = prepared.report.volume_error();
+    if error.abs() > VOLUME_ERROR_TOLD {
+        let kept = 100.0 * (1.0 + error);
+        let spacing = prepared.parameters.crack_spacing;
+        eprintln!(
+            "warning: the lattice holds {kept:.1} % of the input's volume: parts thinner than its spacing are lost; \
+             try --crack-spacing {:.4} (now {spacing:.4})",
+            0.5 * spacing
+        );
     }
 }
 
