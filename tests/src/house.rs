@@ -60,7 +60,8 @@ impl House {
         let output = self.run(name, &[arguments, &["--json"]].concat());
         let text = String::from_utf8_lossy(&output.stdout);
         let document = serde_json::from_str(&text).unwrap_or_else(|error| {
-            panic!("{name} {arguments:?}: {error} in {text:?}; {}", String::from_utf8_lossy(&output.stderr))
+            let stderr = String::from_utf8_lossy(&output.stderr);
+            panic!("{name} {arguments:?}, {}: {error} in {text:?}; {stderr}", output.status)
         });
         (output.status.code().unwrap(), document)
     }
