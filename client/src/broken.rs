@@ -12,7 +12,7 @@ use std::time::Duration;
 /// May be sent to another thread; to share it between threads, share its [`Broken::view`].
 pub struct Broken {
     answer: Answer,
-    checked: Checked,
+    checked: Box<Checked>,
     round_trip: Duration,
 }
 
@@ -44,7 +44,7 @@ impl Broken {
             let message = format!("the answer is to request {}, not {sequence}", header.sequence);
             return Err(Refusal::new(Kind::BadAnswer, "sequence", message));
         }
-        let checked = Checked::new(&header, answer.payload())?;
+        let checked = Box::new(Checked::new(&header, answer.payload())?);
         Ok(Self { answer, checked, round_trip })
     }
 

@@ -68,7 +68,7 @@ impl Ticket {
             },
             Ok(Found::Answer(broken)) => {
                 self.state = State::Done;
-                Ok(Poll::Ready(*broken))
+                Ok(Poll::Ready(broken))
             }
             Ok(Found::Closed) => {
                 self.state = State::Closed { since: Instant::now(), question: None };
@@ -101,7 +101,7 @@ impl Ticket {
         // Asked before receiving: an answer sent between the two calls is then not overlooked.
         let connected = pending.is_connected();
         match pending.receive().map_err(receive_failed)? {
-            Some(answer) => Ok(Found::Answer(Box::new(Broken::new(answer, sequence, sent.elapsed())?))),
+            Some(answer) => Ok(Found::Answer(Broken::new(answer, sequence, sent.elapsed())?)),
             None if connected => Ok(Found::Nothing),
             None => Ok(Found::Closed),
         }
@@ -135,6 +135,6 @@ impl Ticket {
 
 enum Found {
     Nothing,
-    Answer(Box<Broken>),
+    Answer(Broken),
     Closed,
 }

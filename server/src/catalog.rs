@@ -2,7 +2,7 @@
 
 use crate::engine::{Loader, Object};
 use bytemuck::Zeroable;
-use rayon::iter::{IntoParallelIterator, ParallelIterator};
+use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 use shatter_proto::control::ObjectRow;
 use shatter_proto::name::object_name;
 use shatter_proto::refusal::RefusalWire;
@@ -24,16 +24,10 @@ impl Catalog {
     /// Loads every `*.shatter` of `folder` on the current rayon pool.
     pub fn load(folder: &Path, loader: &Loader) -> Result<Self, Refusal> {
         let files = files(folder)?;
-        let loaded: Vec<(PathBuf, Result<Arc<dyn Object>, String>)> = files
-            .into_par_iter()
-            .map(|path| {
-                let object = loader(&path);
-                (path, object)
-            })
-            .collect();
+        let loaded: Vec<_> = files.par_iter().map(|path| loader(path)).collect();
         let mut catalog = Self::default();
-        for (path, object) in loaded {
-            catalog.insert(&path, object);
+        for (path, object) in files.iter().zip(loaded) {
+            catalog.insert(path, object);
         }
         Ok(catalog)
     }

@@ -7,7 +7,7 @@ use iceoryx2::prelude::{NodeBuilder, SignalHandlingMode};
 use shatter_client::{Deadline, Degree, Impact, Kind, Poll, Refusal, Shatter};
 use shatter_proto::answer::{AnswerHeader, Block};
 use shatter_proto::request::StrikeWire;
-use shatter_proto::transport::{Ipc, STRIKE_SERVICE, config, service_name};
+use shatter_proto::transport::{CLIENTS_MAX, Ipc, STRIKE_SERVICE, config, service_name};
 use support::{InProcess, TestPlace, addresses, patience, within};
 
 fn start(objects: &[(&str, &str)], settings: &str) -> InProcess {
@@ -295,6 +295,26 @@ fn a_place_without_a_daemon_says_so_at_once() {
     std::fs::write(here.place.hello(), "{}").unwrap();
     std::fs::write(here.place.lock(), "1").unwrap();
     assert_eq!(absent().kind, Kind::NoDaemon);
+}
+
+#[test]
+fn one_client_too_many_x() { tracing_subscriber::fmt().with_max_level(tracing::Level::DEBUG).init(); one_client_too_many_is_refused_and_a_place_is_given_back() }
+#[test]
+fn one_client_too_many_is_refused_and_a_place_is_given_back() {
+    let daemon = start(&[("vase", "tetra")], "[times]\ncleanup_ms=500");
+    let connect = || loop { match Shatter::connect_at(&daemon.here.place, Deadline::ms(1000)) { Err(e) if e.kind == Kind::Transport => println!("AGAIN {e:?}"), other => break other } };
+    let mut clients: Vec<Shatter> = (0..CLIENTS_MAX).map(|_| { let t = std::time::Instant::now(); let c = loop { match Shatter::connect_at(&daemon.here.place, Deadline::ms(1000)) { Ok(c) => break c, Err(e) => println!("{e:?}") } }; println!("{:?}", t.elapsed()); c }).collect();
+    let refusal = loop {
+        match connect() {
+            Ok(client) => clients.push(client),
+            Err(refusal) => break refusal,
+        }
+        assert!(clients.len() < 2 * CLIENTS_MAX);
+    };
+    assert_eq!((refusal.kind, refusal.at.as_str()), (Kind::Busy, "clients"), "{refusal}");
+    clients.pop();
+    let vase = connect().unwrap().object("vase", patience()).unwrap();
+    assert!(vase.strike(&impact()).unwrap().wait(patience()).is_ok());
 }
 
 #[test]

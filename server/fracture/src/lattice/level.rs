@@ -143,7 +143,10 @@ fn split(filled: &Lattice, offset: f64, spacing: f64) -> Level {
         Level { bodies: Vec::new(), dropped: Vec::new(), pinches_mended: 0, mended_volume: 0.0, offset, spacing };
     let components = filled.components().into_iter().map(|tets| filled.part(&tets)).collect();
     for body in keep_large(components, total, &mut level.dropped) {
-        let (mended, took) = mend(&body);
+        let Some((mended, took)) = mend(&body) else {
+            level.bodies.push(body);
+            continue;
+        };
         level.pinches_mended += took.pinches;
         level.mended_volume += took.volume;
         level.bodies.extend(mended.components().into_iter().map(|tets| mended.part(&tets)));
