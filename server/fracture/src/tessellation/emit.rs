@@ -51,16 +51,31 @@ impl Tessellation {
         indices: &mut [u32],
         merges: &mut [[u32; 2]],
     ) -> Result<(), TessellationError> {
-        let fits = |needed: usize, given: usize| needed == given;
-        let (needed, given) = (self.fragments.len(), centres.len());
-        fits(needed, given).then_some(()).ok_or(TessellationError::Centres { needed, given })?;
-        let (needed, given) = (self.vertex_count(), positions.len());
-        fits(needed, given).then_some(()).ok_or(TessellationError::Positions { needed, given })?;
-        let (needed, given) = (self.index_count(), indices.len());
-        fits(needed, given).then_some(()).ok_or(TessellationError::Indices { needed, given })?;
-        let (needed, given) = (self.merge_count(), merges.len());
-        fits(needed, given).then_some(()).ok_or(TessellationError::Merges { needed, given })?;
+        self.check_sizes(centres.len(), positions.len(), indices.len(), merges.len())?;
         self.emit_runs(&self.runs, centres, transform, Sections { positions, indices, merges });
+        Ok(())
+    }
+
+    fn check_sizes(
+        &self,
+        centres: usize,
+        positions: usize,
+        indices: usize,
+        merges: usize,
+    ) -> Result<(), TessellationError> {
+        let needed = (self.fragments.len(), self.vertex_count(), self.index_count(), self.merge_count());
+        if centres != needed.0 {
+            return Err(TessellationError::Centres { needed: needed.0, given: centres });
+        }
+        if positions != needed.1 {
+            return Err(TessellationError::Positions { needed: needed.1, given: positions });
+        }
+        if indices != needed.2 {
+            return Err(TessellationError::Indices { needed: needed.2, given: indices });
+        }
+        if merges != needed.3 {
+            return Err(TessellationError::Merges { needed: needed.3, given: merges });
+        }
         Ok(())
     }
 

@@ -4,9 +4,11 @@
 //! where their borders cross the lattice, [`tessellate`] counts and connects, [`Tessellation::emit`] writes the answer
 //! into the caller's memory. Every step has a twin that reuses what an earlier call allocated.
 //!
-//! The guarantee: for any labels, points and lift, every fragment is a closed, oriented 2-manifold, provided that the
-//! lattice's own boundary is one. Connectivity depends on labels alone. Crack polygons are made once and serve both of
-//! their fragments, so that the fragments' volumes add up to the lattice's.
+//! The guarantee: for any labels and lift, every fragment is a closed, oriented 2-manifold of positive volume, provided
+//! that the lattice's own boundary is a 2-manifold. Connectivity depends on labels alone; no two crack points coincide,
+//! because each stays inside its simplex by [`MARGIN`]; quadrilaterals split such that the part of each label in each
+//! tetrahedron is positive wherever its points are. Crack polygons are made once and serve both of their fragments, so
+//! that the fragments' volumes add up to the lattice's. Fixed points are the caller's, and so is their place.
 
 mod barycentric;
 mod components;

@@ -134,8 +134,8 @@ impl Ranks {
             let outer = input.topology.boundary_face[face as usize];
             let sheets = input.sheets.of_face[slot];
             let meeting = Meeting { labels: &labels, edges: &FACE_EDGES, sheets: &sheets, ranks: &self.face[slot] };
-            for own in 0..3 {
-                let to = Place { sheet: labels[own], side: 0, rank: self.face_outer[slot][own] };
+            for (own, (&sheet, &rank)) in labels.iter().zip(&self.face_outer[slot]).enumerate() {
+                let to = Place { sheet, side: 0, rank };
                 meeting.merge_into(own, if outer { to } else { meeting.first_run(own) }, tell);
             }
         }
