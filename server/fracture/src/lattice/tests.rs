@@ -62,11 +62,36 @@ fn angles_stay_within_the_proven_bounds_on_noise() {
 #[test]
 fn calibrate() {
     let cases: Vec<(&str, Box<dyn SignedDistance>, f64, f64)> = vec![
-        ("ball", Box::new(ball(0.28)), 4.0 / 3.0 * std::f64::consts::PI * 0.28f64.powi(3), 4.0 * std::f64::consts::PI * 0.28f64.powi(2)),
-        ("cube", Box::new(cuboid(Vector3::repeat(0.28), Isometry3::identity())), 0.56f64.powi(3), 6.0 * 0.56f64.powi(2)),
-        ("turned", Box::new(cuboid(Vector3::repeat(0.28), Isometry3::rotation(Vector3::new(0.3, 0.5, 0.2)))), 0.56f64.powi(3), 6.0 * 0.56f64.powi(2)),
-        ("slab", Box::new(cuboid(Vector3::new(0.35, 0.03, 0.35), Isometry3::rotation(Vector3::new(0.3, 0.5, 0.2)))), 0.7*0.7*0.06, 2.0*0.49+4.0*0.7*0.06),
-        ("torus", Box::new(torus(0.3, 0.08)), 2.0 * std::f64::consts::PI.powi(2) * 0.3 * 0.08 * 0.08, 4.0 * std::f64::consts::PI.powi(2) * 0.3 * 0.08),
+        (
+            "ball",
+            Box::new(ball(0.28)),
+            4.0 / 3.0 * std::f64::consts::PI * 0.28f64.powi(3),
+            4.0 * std::f64::consts::PI * 0.28f64.powi(2),
+        ),
+        (
+            "cube",
+            Box::new(cuboid(Vector3::repeat(0.28), Isometry3::identity())),
+            0.56f64.powi(3),
+            6.0 * 0.56f64.powi(2),
+        ),
+        (
+            "turned",
+            Box::new(cuboid(Vector3::repeat(0.28), Isometry3::rotation(Vector3::new(0.3, 0.5, 0.2)))),
+            0.56f64.powi(3),
+            6.0 * 0.56f64.powi(2),
+        ),
+        (
+            "slab",
+            Box::new(cuboid(Vector3::new(0.35, 0.03, 0.35), Isometry3::rotation(Vector3::new(0.3, 0.5, 0.2)))),
+            0.7 * 0.7 * 0.06,
+            2.0 * 0.49 + 4.0 * 0.7 * 0.06,
+        ),
+        (
+            "torus",
+            Box::new(torus(0.3, 0.08)),
+            2.0 * std::f64::consts::PI.powi(2) * 0.3 * 0.08 * 0.08,
+            4.0 * std::f64::consts::PI.powi(2) * 0.3 * 0.08,
+        ),
     ];
     for (name, shape, volume, area) in &cases {
         for nodes in [1000, 3000, 12000] {
@@ -77,7 +102,19 @@ fn calibrate() {
             check(&level);
             let layer = (level.node_count() as f64 * h.powi(3) / 2.0 - volume) / (area * h);
             let d = level.bodies[0].dihedral();
-            println!("{name} {nodes}: h {h:.4} nodes {} tets {} layer {layer:.3} v err {:+.5} offset/h {:+.4} dih {:.2} {:.2} pinch {} drop {} dev/h {:.4} {time:?} area/v23 {:.2}", level.node_count(), level.tet_count(), level.volume() / volume - 1.0, level.offset / h, d.min_deg, d.max_deg, level.pinches_mended, level.dropped.len(), level.bodies[0].deviation(&|p| shape.signed_distance(p)) / h, area / volume.powf(2.0/3.0));
+            println!(
+                "{name} {nodes}: h {h:.4} nodes {} tets {} layer {layer:.3} v err {:+.5} offset/h {:+.4} dih {:.2} {:.2} pinch {} drop {} dev/h {:.4} {time:?} area/v23 {:.2}",
+                level.node_count(),
+                level.tet_count(),
+                level.volume() / volume - 1.0,
+                level.offset / h,
+                d.min_deg,
+                d.max_deg,
+                level.pinches_mended,
+                level.dropped.len(),
+                level.bodies[0].deviation(&|p| shape.signed_distance(p)) / h,
+                area / volume.powf(2.0 / 3.0)
+            );
         }
     }
 }
@@ -87,7 +124,10 @@ fn measure_real() {
     use crate::surface::{Inside, RawMesh, Surface};
     for name in std::env::var("NAMES").unwrap_or("horse".into()).split(',') {
         let d = std::fs::read(format!("/tmp/{name}.bin")).unwrap();
-        let (nv, nt) = (i64::from_le_bytes(d[0..8].try_into().unwrap()) as usize, i64::from_le_bytes(d[8..16].try_into().unwrap()) as usize);
+        let (nv, nt) = (
+            i64::from_le_bytes(d[0..8].try_into().unwrap()) as usize,
+            i64::from_le_bytes(d[8..16].try_into().unwrap()) as usize,
+        );
         let f = |i: usize| f64::from_le_bytes(d[16 + 8 * i..24 + 8 * i].try_into().unwrap());
         let v: Vec<_> = (0..nv).map(|k| Point3::new(f(3 * k), f(3 * k + 1), f(3 * k + 2))).collect();
         let o = 16 + 24 * nv;
@@ -97,7 +137,11 @@ fn measure_real() {
         let inside = Inside::new(&surface);
         let token = Token::default();
         let volume = inside.input_volume(&token).unwrap();
-        let area: f64 = surface.triangles.iter().map(|t| super::measure::area_vector(&t.map(|n| surface.positions[n as usize])).norm()).sum();
+        let area: f64 = surface
+            .triangles
+            .iter()
+            .map(|t| super::measure::area_vector(&t.map(|n| surface.positions[n as usize])).norm())
+            .sum();
         println!("{name}: volume {volume:.5} area {area:.4} area/v23 {:.2}", area / volume.powf(2.0 / 3.0));
         for nodes in [3000, 12000] {
             let h = spacing_for(volume, area, nodes);
@@ -107,12 +151,37 @@ fn measure_real() {
                 let time = start.elapsed();
                 let layer = (level.node_count() as f64 * h.powi(3) / 2.0 - volume) / (area * h);
                 let d = level.bodies[0].dihedral();
-                println!("{name} {nodes} {}: h {h:.5} default {:.5} nodes {} tets {} layer {layer:.3} bodies {} v err {:+.5} offset/h {:+.4} dih {:.2} {:.2} pinch {} vol {:.2e} drop {:?} dev/h {:.4} dev {:.5} {time:?}", v.is_some(), default_spacing(volume, nodes), level.node_count(), level.tet_count(), level.bodies.len(), level.volume() / volume - 1.0, level.offset / h, d.min_deg, d.max_deg, level.pinches_mended, level.mended_volume / volume, level.dropped.iter().map(|d| (d.volume / volume, d.tets)).collect::<Vec<_>>(), level.bodies.iter().map(|b| b.deviation(&|p| inside.distance(p))).fold(0.0, f64::max) / h, level.bodies.iter().map(|b| b.deviation(&|p| inside.distance(p))).fold(0.0, f64::max));
-                if std::env::var("CHECK").is_ok() { check(&level); }
+                println!(
+                    "{name} {nodes} {}: h {h:.5} default {:.5} nodes {} tets {} layer {layer:.3} bodies {} v err {:+.5} offset/h {:+.4} dih {:.2} {:.2} pinch {} vol {:.2e} drop {:?} dev/h {:.4} dev {:.5} {time:?}",
+                    v.is_some(),
+                    default_spacing(volume, nodes),
+                    level.node_count(),
+                    level.tet_count(),
+                    level.bodies.len(),
+                    level.volume() / volume - 1.0,
+                    level.offset / h,
+                    d.min_deg,
+                    d.max_deg,
+                    level.pinches_mended,
+                    level.mended_volume / volume,
+                    level.dropped.iter().map(|d| (d.volume / volume, d.tets)).collect::<Vec<_>>(),
+                    level.bodies.iter().map(|b| b.deviation(&|p| inside.distance(p))).fold(0.0, f64::max) / h,
+                    level.bodies.iter().map(|b| b.deviation(&|p| inside.distance(p))).fold(0.0, f64::max)
+                );
+                if std::env::var("CHECK").is_ok() {
+                    check(&level);
+                }
             }
         }
         let start = std::time::Instant::now();
-        let both = levels(&inside, spacing_for(volume, area, 3000), spacing_for(volume, area, 12000), volume, &token).unwrap();
-        println!("{name} both {:?} replaced {:?} unmatched {:.2e} bodies {}", start.elapsed(), both.replaced, both.unmatched_volume, both.bodies.len());
+        let both =
+            levels(&inside, spacing_for(volume, area, 3000), spacing_for(volume, area, 12000), volume, &token).unwrap();
+        println!(
+            "{name} both {:?} replaced {:?} unmatched {:.2e} bodies {}",
+            start.elapsed(),
+            both.replaced,
+            both.unmatched_volume,
+            both.bodies.len()
+        );
     }
 }
