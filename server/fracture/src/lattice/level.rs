@@ -143,10 +143,7 @@ fn split(filled: &Lattice, offset: f64, spacing: f64) -> Level {
         Level { bodies: Vec::new(), dropped: Vec::new(), pinches_mended: 0, mended_volume: 0.0, offset, spacing };
     let components = filled.components().into_iter().map(|tets| filled.part(&tets)).collect();
     for body in keep_large(components, total, &mut level.dropped) {
-        let Some((mended, took)) = mend(&body) else {
-            level.bodies.push(body);
-            continue;
-        };
+        let (mended, took) = mend(&body);
         level.pinches_mended += took.pinches;
         level.mended_volume += took.volume;
         level.bodies.extend(mended.components().into_iter().map(|tets| mended.part(&tets)));

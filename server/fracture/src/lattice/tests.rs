@@ -5,7 +5,6 @@ use super::*;
 use crate::random::Stream;
 use crate::token::Token;
 use nalgebra::{Isometry3, Vector3};
-use proptest::prelude::*;
 
 /// The bounds that Labelle & Shewchuk prove for the safe parameters, degrees, rounded outwards.
 const DIHEDRAL_DEG: [f64; 2] = [10.7, 164.8];
@@ -59,129 +58,109 @@ fn angles_stay_within_the_proven_bounds_on_noise() {
     assert!(smallest < 14.0 && largest > 158.0, "the noise is too tame: {smallest} {largest}");
 }
 
+/// Volume and deviation of a ball at this spacing, relative to the ball and to its radius.
+fn ball_errors(spacing: f64) -> [f64; 2] {
+    let (radius, shape) = (0.3, ball(0.3));
+    let level = stuffed(&shape, spacing, None);
+    check(&level);
+    let exact = 4.0 / 3.0 * std::f64::consts::PI * f64::powi(radius, 3);
+    let deviation = level.bodies[0].deviation(&|point| shape.signed_distance(point).abs());
+    [(level.volume() / exact - 1.0).abs(), deviation / radius]
+}
+
 #[test]
-fn calibrate() {
-    let cases: Vec<(&str, Box<dyn SignedDistance>, f64, f64)> = vec![
-        (
-            "ball",
-            Box::new(ball(0.28)),
-            4.0 / 3.0 * std::f64::consts::PI * 0.28f64.powi(3),
-            4.0 * std::f64::consts::PI * 0.28f64.powi(2),
-        ),
-        (
-            "cube",
-            Box::new(cuboid(Vector3::repeat(0.28), Isometry3::identity())),
-            0.56f64.powi(3),
-            6.0 * 0.56f64.powi(2),
-        ),
-        (
-            "turned",
-            Box::new(cuboid(Vector3::repeat(0.28), Isometry3::rotation(Vector3::new(0.3, 0.5, 0.2)))),
-            0.56f64.powi(3),
-            6.0 * 0.56f64.powi(2),
-        ),
-        (
-            "slab",
-            Box::new(cuboid(Vector3::new(0.35, 0.03, 0.35), Isometry3::rotation(Vector3::new(0.3, 0.5, 0.2)))),
-            0.7 * 0.7 * 0.06,
-            2.0 * 0.49 + 4.0 * 0.7 * 0.06,
-        ),
-        (
-            "torus",
-            Box::new(torus(0.3, 0.08)),
-            2.0 * std::f64::consts::PI.powi(2) * 0.3 * 0.08 * 0.08,
-            4.0 * std::f64::consts::PI.powi(2) * 0.3 * 0.08,
-        ),
-    ];
-    for (name, shape, volume, area) in &cases {
-        for nodes in [1000, 3000, 12000] {
-            let h = (2.0 * volume / nodes as f64).cbrt();
-            let start = std::time::Instant::now();
-            let level = stuffed(&**shape, h, Some(*volume));
-            let time = start.elapsed();
-            check(&level);
-            let layer = (level.node_count() as f64 * h.powi(3) / 2.0 - volume) / (area * h);
-            let d = level.bodies[0].dihedral();
-            println!(
-                "{name} {nodes}: h {h:.4} nodes {} tets {} layer {layer:.3} v err {:+.5} offset/h {:+.4} dih {:.2} {:.2} pinch {} drop {} dev/h {:.4} {time:?} area/v23 {:.2}",
-                level.node_count(),
-                level.tet_count(),
-                level.volume() / volume - 1.0,
-                level.offset / h,
-                d.min_deg,
-                d.max_deg,
-                level.pinches_mended,
-                level.dropped.len(),
-                level.bodies[0].deviation(&|p| shape.signed_distance(p)) / h,
-                area / volume.powf(2.0 / 3.0)
-            );
+fn volume_and_deviation_of_a_ball_converge_with_the_square_of_the_spacing() {
+    let (coarse, fine) = (ball_errors(0.08), ball_errors(0.04));
+    let orders = [0, 1].map(|k| (coarse[k] / fine[k]).log2());
+    println!("volume {coarse:?} {fine:?}, orders {orders:?}");
+    assert!(orders[0] > 1.7 && orders[1] > 1.4, "{orders:?}");
+}
+
+#[test]
+fn a_wanted_volume_is_met_on_thin_and_round_shapes() {
+    let tilted = Isometry3::rotation(Vector3::new(0.3, 0.5, 0.1));
+    let ring = 2.0 * std::f64::consts::PI.powi(2) * 0.3 * f64::powi(0.06, 2);
+    let shapes: [(&dyn SignedDistance, f64); 2] =
+        [(&torus(0.3, 0.06), ring), (&cuboid(Vector3::new(0.3, 0.2, 0.05), tilted), 8.0 * 0.3 * 0.2 * 0.05)];
+    for (shape, volume) in shapes {
+        let level = stuffed(shape, 0.05, Some(volume));
+        check(&level);
+        assert!((level.volume() / volume - 1.0).abs() < 2e-3, "{} of {volume}", level.volume());
+        assert!(level.offset.abs() <= 0.025);
+    }
+}
+
+#[test]
+fn balls_that_touch_or_nearly_touch_give_bodies_without_pinches() {
+    let mut stream = Stream::new(5, 0);
+    for _ in 0..12 {
+        let centre = |stream: &mut Stream| Point3::from([(); 3].map(|()| 0.5 * stream.uniform() - 0.25));
+        let cloud = (0..6).map(|_| (centre(&mut stream), 0.06 + 0.08 * stream.uniform())).collect();
+        check(&stuffed(&balls(cloud), 0.05, None));
+    }
+    let apart = vec![(Point3::new(-0.25, 0.0, 0.0), 0.15), (Point3::new(0.25, 0.0, 0.0), 0.15)];
+    assert_eq!(stuffed(&balls(apart), 0.04, None).bodies.len(), 2);
+}
+
+#[test]
+fn any_set_of_tetrahedra_can_be_mended() {
+    let whole = block([4, 4, 4], 0.1);
+    for seed in 0..20 {
+        let mut stream = Stream::new(seed, 1);
+        let kept: Vec<u32> = (0..whole.tets.len() as u32).filter(|_| stream.uniform() < 0.7).collect();
+        let part = whole.part(&kept);
+        for tets in part.components() {
+            let (mended, _) = super::mend::mend(&part.part(&tets));
+            for tets in mended.components() {
+                check_manifold(&mended.part(&tets)).unwrap();
+            }
         }
     }
 }
 
 #[test]
-fn measure_real() {
-    use crate::surface::{Inside, RawMesh, Surface};
-    for name in std::env::var("NAMES").unwrap_or("horse".into()).split(',') {
-        let d = std::fs::read(format!("/tmp/{name}.bin")).unwrap();
-        let (nv, nt) = (
-            i64::from_le_bytes(d[0..8].try_into().unwrap()) as usize,
-            i64::from_le_bytes(d[8..16].try_into().unwrap()) as usize,
-        );
-        let f = |i: usize| f64::from_le_bytes(d[16 + 8 * i..24 + 8 * i].try_into().unwrap());
-        let v: Vec<_> = (0..nv).map(|k| Point3::new(f(3 * k), f(3 * k + 1), f(3 * k + 2))).collect();
-        let o = 16 + 24 * nv;
-        let u = |i: usize| u32::from_le_bytes(d[o + 4 * i..o + 4 * i + 4].try_into().unwrap());
-        let t: Vec<_> = (0..nt).map(|k| [u(3 * k), u(3 * k + 1), u(3 * k + 2)]).collect();
-        let surface = Surface::repair(RawMesh::new(v, t)).unwrap();
-        let inside = Inside::new(&surface);
-        let token = Token::default();
-        let volume = inside.input_volume(&token).unwrap();
-        let area: f64 = surface
-            .triangles
-            .iter()
-            .map(|t| super::measure::area_vector(&t.map(|n| surface.positions[n as usize])).norm())
-            .sum();
-        println!("{name}: volume {volume:.5} area {area:.4} area/v23 {:.2}", area / volume.powf(2.0 / 3.0));
-        for nodes in [3000, 12000] {
-            let h = spacing_for(volume, area, nodes);
-            for v in [None, Some(volume)] {
-                let start = std::time::Instant::now();
-                let level = stuff(&inside, h, v, &token).unwrap();
-                let time = start.elapsed();
-                let layer = (level.node_count() as f64 * h.powi(3) / 2.0 - volume) / (area * h);
-                let d = level.bodies[0].dihedral();
-                println!(
-                    "{name} {nodes} {}: h {h:.5} default {:.5} nodes {} tets {} layer {layer:.3} bodies {} v err {:+.5} offset/h {:+.4} dih {:.2} {:.2} pinch {} vol {:.2e} drop {:?} dev/h {:.4} dev {:.5} {time:?}",
-                    v.is_some(),
-                    default_spacing(volume, nodes),
-                    level.node_count(),
-                    level.tet_count(),
-                    level.bodies.len(),
-                    level.volume() / volume - 1.0,
-                    level.offset / h,
-                    d.min_deg,
-                    d.max_deg,
-                    level.pinches_mended,
-                    level.mended_volume / volume,
-                    level.dropped.iter().map(|d| (d.volume / volume, d.tets)).collect::<Vec<_>>(),
-                    level.bodies.iter().map(|b| b.deviation(&|p| inside.distance(p))).fold(0.0, f64::max) / h,
-                    level.bodies.iter().map(|b| b.deviation(&|p| inside.distance(p))).fold(0.0, f64::max)
-                );
-                if std::env::var("CHECK").is_ok() {
-                    check(&level);
-                }
-            }
-        }
-        let start = std::time::Instant::now();
-        let both =
-            levels(&inside, spacing_for(volume, area, 3000), spacing_for(volume, area, 12000), volume, &token).unwrap();
-        println!(
-            "{name} both {:?} replaced {:?} unmatched {:.2e} bodies {}",
-            start.elapsed(),
-            both.replaced,
-            both.unmatched_volume,
-            both.bodies.len()
-        );
+fn what_cannot_be_stuffed_is_refused_by_name() {
+    let shape = ball(0.3);
+    let refused = |spacing, volume| stuff(&shape, spacing, volume, &Token::default()).unwrap_err();
+    for spacing in [0.0, -1.0, 1e-6, 0.9, f64::NAN] {
+        assert!(matches!(refused(spacing, None), LatticeError::SpacingOutOfRange { .. }), "{spacing}");
     }
+    assert!(matches!(refused(0.05, Some(f64::NAN)), LatticeError::VolumeNotPositive { .. }));
+    let tiny = stuff(&ball(0.0), 0.1, None, &Token::default());
+    assert!(matches!(tiny, Err(LatticeError::NothingInside { .. } | LatticeError::BoundsNotFinite)), "{tiny:?}");
+    let token = Token::default();
+    token.cancel();
+    assert!(matches!(stuff(&shape, 0.05, None, &token), Err(LatticeError::Cancelled(_))));
+}
+
+/// Energy before and after the transfer agree; returns the nodes' share of the tetrahedra's volumes.
+fn transferred(elastic: &Lattice, crack: &Lattice) -> Vec<f64> {
+    let transfer = Transfer::between(elastic, crack);
+    let energy: Vec<f64> = (0..elastic.tets.len()).map(|tet| 1.0 + (tet as f64 * 0.37).sin()).collect();
+    let mut nodes = Vec::new();
+    transfer.apply(&energy, &mut nodes);
+    let (before, after): (f64, f64) = (energy.iter().sum(), nodes.iter().sum());
+    assert!((before - after).abs() < 1e-12 * before, "{before} {after}");
+    let volumes: Vec<f64> = (0..elastic.tets.len()).map(|tet| elastic.tet_volume(tet)).collect();
+    transfer.apply(&volumes, &mut nodes);
+    nodes
+}
+
+#[test]
+fn energy_is_conserved_between_the_levels() {
+    let shape = ball(0.3);
+    let [coarse, fine] = [0.09, 0.05].map(|spacing| stuffed(&shape, spacing, None).bodies.remove(0));
+    let nodes = transferred(&coarse, &fine);
+    let mut errors: Vec<f64> =
+        fine.node_volumes().iter().zip(&nodes).map(|(volume, energy)| (energy / volume - 1.0).abs()).collect();
+    errors.sort_by(f64::total_cmp);
+    let median = errors[errors.len() / 2];
+    println!("uniform density after the transfer: median error {median:.3}");
+    assert!(median < 0.1);
+}
+
+#[test]
+fn energy_is_conserved_where_the_levels_do_not_cover_each_other() {
+    transferred(&block([6, 4, 4], 0.1), &block([3, 3, 3], 0.05));
+    transferred(&block([2, 2, 2], 0.1), &block([9, 9, 9], 0.05));
 }

