@@ -11,7 +11,7 @@ pub const ELASTIC_NODES_DEFAULT: usize = 3_000;
 /// The spacing (local) at which a solid of this volume and surface area (local) gets about `nodes` nodes, boundary
 /// included, clamped to [`SPACING_RANGE`].
 ///
-/// A body-centred cubic grid has two nodes per cube; the boundary adds what a layer of [`LAYER`] spacings would.
+/// A body-centred cubic grid has two nodes per cube; the boundary adds what a layer of 0.4 spacings would.
 pub fn default_spacing(volume: f64, area: f64, nodes: usize) -> f64 {
     let [low, high] = SPACING_RANGE;
     let count = |spacing: f64| 2.0 * (volume + area * LAYER * spacing) / spacing.powi(3);
