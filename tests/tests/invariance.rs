@@ -1,0 +1,102 @@
+//! The whole walk does not know where the object is, how large it is, or which way it points.
+
+use nalgebra::{Isometry3, Point3, Vector3};
+use shatter_fracture::database::{BakeRequest, bake};
+use shatter_fracture::lattice::BodyLattice;
+use shatter_fracture::lift;
+use shatter_fracture::pipeline::{Body, Contact, DegreeRequest, FragmentRow, Prepared, Strike};
+use shatter_fracture::surface::{RawMesh, shapes};
+use shatter_fracture::token::Token;
+use shatter_tests::{real, struck};
+
+/// Everything that an answer's mesh consists of.
+struct Meshes {
+    rows: Vec<FragmentRow>,
+    positions: Vec<[f32; 3]>,
+    indices: Vec<u32>,
+}
+
+/// An arch askew, so that no face lies in a plane of the lattice, where rounding would decide.
+fn arch(place: impl Fn(Point3<f64>) -> Point3<f64>) -> Prepared {
+    let mesh = shapes::arch();
+    let askew = Isometry3::rotation(Vector3::new(0.31, 0.17, -0.23));
+    let moved = mesh.positions_m.iter().map(|p| place(askew * p)).collect();
+    let moved = RawMesh::new(moved, mesh.triangles.clone());
+    let spacings =
+        BakeRequest { elastic_spacing: Some(0.06), crack_spacing: Some(0.035), ..real::request("arch", "stone") };
+    bake(moved, &spacings, &Token::default(), &mut |_| ()).unwrap()
+}
+
+/// Struck with 20 sites at a boundary node of the unmoved arch, given with its direction by `place` and `turn`.
+fn strike(prepared: &Prepared, point_m: Point3<f64>, impulse_ns: Vector3<f64>) -> Meshes {
+    let contact = Contact { point_m, impulse_ns, duration_s: None, radius_m: None };
+    let strike =
+        Strike { contacts: vec![contact], degree: DegreeRequest::Sites(20), ..struck::at(point_m, impulse_ns) };
+    let pieces = struck::outcome(prepared, &strike).unwrap().pieces.unwrap();
+    let mut positions = vec![[0.0; 3]; pieces.counts.vertices];
+    let mut indices = vec![0; pieces.counts.indices];
+    let mut merges = vec![[0; 2]; pieces.counts.merges];
+    pieces.emit(&mut positions, &mut indices, &mut merges).unwrap();
+    Meshes { rows: pieces.fragments, positions, indices }
+}
+
+/// Where the unmoved arch is struck.
+fn contact(prepared: &Prepared) -> Point3<f64> {
+    struck::surface_point(prepared, [0.9, 0.5, 0.5]).0
+}
+
+const PUSH: Vector3<f64> = Vector3::new(-0.8, -0.3, 0.1);
+
+/// As many fragments, whose volumes agree to `tolerance` once divided by `volume`.
+#[track_caller]
+fn check(a: &Meshes, b: &Meshes, volume: f64, tolerance: f64) {
+    assert_eq!(a.rows.len(), b.rows.len());
+    for (a, b) in a.rows.iter().zip(&b.rows) {
+        let ratio = b.volume_m3 / a.volume_m3 / volume;
+        assert!((ratio - 1.0).abs() < tolerance, "fragment {}: {ratio}", a.id);
+    }
+}
+
+#[test]
+fn scaling_by_a_power_of_two_scales_the_meshes_exactly() {
+    let (own, large) = (arch(|p| p), arch(|p| p * 8.0));
+    let point = contact(&own);
+    let (a, b) = (strike(&own, point, PUSH), strike(&large, point * 8.0, PUSH * 64.0));
+    check(&a, &b, 512.0, 1e-12);
+    assert!(a.indices == b.indices);
+    assert!(a.positions.iter().zip(&b.positions).all(|(a, b)| a.map(|x| 8.0 * x) == *b));
+}
+
+#[test]
+fn translating_the_prepared_object_and_the_contact_keeps_the_fragments_to_rounding() {
+    let offset = Vector3::new(3.0, -7.0, 11.0);
+    let (own, mut moved) = (arch(|p| p), arch(|p| p));
+    moved.frame.centre_m += offset;
+    let point = contact(&own);
+    check(&strike(&own, point, PUSH), &strike(&moved, point + offset, PUSH), 1.0, 1e-6);
+}
+
+#[test]
+fn turning_the_prepared_lattice_and_the_contact_keeps_the_fragments_to_rounding() {
+    let own = arch(|p| p);
+    let turn = Isometry3::rotation(Vector3::new(0.4, -1.1, 0.7));
+    let bodies = own.bodies.iter().map(|body| {
+        let crack = body.crack.transformed(&turn);
+        let (modes, alpha) = (own.parameters.modes, own.parameters.alpha);
+        let interior = lift::interior(&crack, modes, alpha, &Token::default()).unwrap();
+        let elastic = body.elastic.transformed(&turn);
+        let lattices = BodyLattice { elastic, crack, transfer: body.transfer.clone() };
+        Body::new(lattices, interior, own.parameters.material.poisson, &Token::default()).unwrap()
+    });
+    let turned = Prepared {
+        bodies: bodies.collect(),
+        name: own.name.clone(),
+        parameters: own.parameters.clone(),
+        report: own.report.clone(),
+        ..own
+    };
+    let own = arch(|p| p);
+    let point = contact(&own);
+    let point_turned = own.frame.to_metres(&(turn * own.frame.to_local(&point)));
+    check(&strike(&own, point, PUSH), &strike(&turned, point_turned, turn * PUSH), 1.0, 1e-6);
+}
