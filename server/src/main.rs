@@ -26,7 +26,12 @@ enum Command {
 
 fn main() -> ExitCode {
     let json = std::env::args_os().any(|argument| argument == "--json");
-    let result: Result<(), Failure> = match &Cli::parse().command {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) if json && error.use_stderr() => return Failure::usage(&error).print(true),
+        Err(error) => error.exit(),
+    };
+    let result: Result<(), Failure> = match &cli.command {
         Command::Demo(args) => demo::run(args),
         Command::Bake(args) => bake::run(args),
         Command::Inspect(args) => inspect::run(args),

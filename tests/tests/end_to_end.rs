@@ -188,6 +188,8 @@ fn bad_meshes_are_refused_by_name_and_leave_nothing() {
     let text = std::fs::read_to_string(&cube).unwrap();
     refused("fine.obj", &text, &["--crack-spacing", "1e-9"], "spacing_out_of_range");
     refused("coarse.obj", &text, &["--crack-spacing", "7"], "spacing_out_of_range");
+    let (code, document) = house.json("shatterd", &["bake", "cube.obj", "--unit", "furlong"]);
+    assert_eq!((code, document["error"]["kind"].as_str()), (2, Some("usage")));
     let (code, document) = house.json("shatterd", &["bake", "/no/such/file.obj", "--name", "bad"]);
     assert_eq!((code, document["error"]["kind"].as_str()), (3, Some("unreadable_file")));
 }

@@ -10,6 +10,9 @@ use std::io::Write;
 use std::path::Path;
 use std::process::ExitCode;
 
+/// Exit code of a usage error, as clap has it.
+const USAGE: u8 = 2;
+
 /// A command's failure, as printed and as exit code.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Failure {
@@ -26,6 +29,13 @@ impl Failure {
     pub fn refused(kind: &'static str, at: impl Into<String>, message: impl Into<String>) -> Self {
         let (at, message) = (at.into(), message.into());
         Self { kind, fault: "caller", retry: false, at, message, exit_code: exit::REFUSED }
+    }
+
+    /// Flags that do not fit together.
+    pub fn usage(error: &clap::Error) -> Self {
+        let message = error.to_string();
+        let message = message.trim_start_matches("error: ").trim_end();
+        Self { exit_code: USAGE, ..Self::refused("usage", "", message) }
     }
 
     /// A file or folder that cannot be written.
