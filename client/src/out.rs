@@ -10,11 +10,16 @@ impl Broken {
     /// Errors: `output` (folder missing, not writable, or the path is a folder), `bad_answer` (the fragments make no valid
     /// file). An object that stayed whole has no fragments to write: `output` as well.
     pub fn write_glb(&self, path: &Path) -> Result<Written, Refusal> {
+        self.with_views(|views| write_glb(path, views)).map_err(|error| refusal(path, &error))
+    }
+
+    /// Shows all fragments to `look`, as files and pictures want them; the meshes stay where they are.
+    pub fn with_views<R>(&self, look: impl FnOnce(&[FragmentView<'_>]) -> R) -> R {
         let fragments: Vec<Fragment<'_>> = self.fragments().collect();
         let runs: Vec<Vec<RunView>> = fragments.iter().map(runs).collect();
         let views: Vec<FragmentView<'_>> =
             fragments.iter().zip(&runs).map(|(fragment, runs)| view(fragment, runs)).collect();
-        write_glb(path, &views).map_err(|error| refusal(path, &error))
+        look(&views)
     }
 }
 

@@ -20,7 +20,8 @@ pub struct Place {
     pub uid: u32,
     /// The service's own folder.
     pub folder: PathBuf,
-    /// Folder of the transport's files, short enough for sockets.
+    /// Folder of the transport's files, short enough for sockets and in memory: every file in it is synced when it is
+    /// created, which takes seconds on a busy disk.
     pub transport: PathBuf,
     /// Prefix of the transport's files and shared memory.
     pub prefix: String,
@@ -29,16 +30,15 @@ pub struct Place {
 impl Place {
     /// The place of `service` for user `uid`, under `runtime` (`XDG_RUNTIME_DIR`) if that is an absolute path.
     pub fn new(service: &ServiceName, runtime: Option<&Path>, uid: u32) -> Self {
-        let own = PathBuf::from(format!("/tmp/shatter-{uid}"));
-        let base = match runtime {
-            Some(runtime) if runtime.is_absolute() => runtime.join("shatter"),
-            _ => own.clone(),
+        let runtime = runtime.filter(|runtime| runtime.is_absolute()).map(|runtime| runtime.join("shatter"));
+        let folder = match &runtime {
+            Some(base) => base.join(service.as_str()),
+            None => PathBuf::from(format!("/tmp/shatter-{uid}")).join(service.as_str()),
         };
-        let folder = base.join(service.as_str());
         let hash = short_hash(folder.as_os_str().as_bytes(), uid);
-        let beside = base.join(format!(".t-{hash}"));
-        let short = beside.as_os_str().len() <= TRANSPORT_FOLDER_MAX;
-        let transport = if short { beside } else { own.join(format!(".t-{hash}")) };
+        let beside = runtime.map(|base| base.join(format!(".t-{hash}")));
+        let short = beside.filter(|beside| beside.as_os_str().len() <= TRANSPORT_FOLDER_MAX);
+        let transport = short.unwrap_or_else(|| PathBuf::from(format!("/dev/shm/shatter-{uid}/.t-{hash}")));
         Self { service: service.clone(), uid, folder, transport, prefix: format!("shatter_{hash}_") }
     }
 

@@ -4,7 +4,7 @@ use super::object::Target;
 use super::{ANSWER_PATIENCE, DemoError, views};
 use crate::report::{StageTime, significant};
 use nalgebra::Vector3;
-use shatter_client::export::{FragmentView, RunView, Written, write_glb};
+use shatter_client::export::Written;
 use shatter_client::{Broken, Deadline, Fragment, Impact, Object};
 use shatter_proto::answer::{STAGES, SummaryWire};
 use std::path::Path;
@@ -72,11 +72,8 @@ impl Blow {
             return Err(DemoError::StayedWhole { factor });
         }
         let file = format!("strike-{number}.glb");
-        let runs: Vec<Vec<RunView>> = broken.fragments().map(|fragment| runs(&fragment)).collect();
-        let fragments: Vec<FragmentView<'_>> =
-            broken.fragments().zip(&runs).map(|(fragment, runs)| view(&fragment, runs)).collect();
-        let written = write_glb(&folder.join(&file), &fragments)?;
-        let masses = || fragments.iter().map(|fragment| fragment.mass_kg);
+        let written = broken.write_glb(&folder.join(&file))?;
+        let masses = || broken.fragments().map(|fragment| fragment.mass_kg());
         Ok(Self {
             number,
             factor,
@@ -84,13 +81,13 @@ impl Blow {
             summary: broken.summary(),
             file,
             written,
-            volume_m3: fragments.iter().map(|fragment| fragment.volume_m3).sum(),
+            volume_m3: broken.fragments().map(|fragment| fragment.volume_m3()).sum(),
             masses_kg: [masses().fold(f64::INFINITY, f64::min), masses().fold(0.0, f64::max)],
             closed: broken.fragments().filter(Fragment::is_closed).count(),
             stages: stages(&broken),
             round_trip_ns: u64::try_from(broken.round_trip().as_nanos()).unwrap_or(u64::MAX),
             bytes: broken.bytes(),
-            picture: views::broken(&fragments, target)?,
+            picture: broken.with_views(|fragments| views::broken(fragments, target))?,
         })
     }
 
@@ -103,29 +100,6 @@ impl Blow {
             self.factor,
             significant(self.impulse_ns.norm(), 3)
         )
-    }
-}
-
-fn runs(fragment: &Fragment<'_>) -> Vec<RunView> {
-    let run = |run: shatter_client::Run<'_>| RunView {
-        neighbour: run.neighbour,
-        index_first: run.index_first,
-        index_count: run.indices.len() as u32,
-    };
-    fragment.runs().map(run).collect()
-}
-
-fn view<'a>(fragment: &Fragment<'a>, runs: &'a [RunView]) -> FragmentView<'a> {
-    FragmentView {
-        id: fragment.id(),
-        body: fragment.row().body,
-        positions: fragment.positions(),
-        indices: fragment.indices(),
-        runs,
-        merges: fragment.merges(),
-        centre_m: fragment.centre_m(),
-        volume_m3: fragment.volume_m3(),
-        mass_kg: fragment.mass_kg(),
     }
 }
 

@@ -12,7 +12,6 @@ mod error;
 mod object;
 mod page;
 mod progress;
-mod shape;
 mod views;
 
 pub use error::DemoError;

@@ -1,14 +1,14 @@
 //! What is struck: a mug, made here, baked once.
 
 use super::progress::Progress;
-use super::{DemoError, shape};
+use super::DemoError;
 use crate::commands::bake::MATERIALS;
 use nalgebra::{Point3, Vector3};
 use shatter_fracture::database::{self, BakeRequest, Step};
 use shatter_fracture::lift::{ALPHA_DEFAULT, MODES_DEFAULT};
 use shatter_fracture::pipeline::{Parameters, Prepared};
 use shatter_fracture::scene::Materials;
-use shatter_fracture::surface::{RawMesh, Surface};
+use shatter_fracture::surface::{RawMesh, Surface, shapes};
 use shatter_fracture::token::Token;
 use std::path::Path;
 
@@ -44,7 +44,7 @@ pub(super) struct Target {
 /// Loads the database if it was baked from this mesh with these parameters, and bakes it otherwise.
 pub(super) fn prepare(databases: &Path, progress: &Progress) -> Result<Target, DemoError> {
     progress.step("make a mug");
-    let mesh = shape::mug();
+    let mesh = shapes::mug();
     let (point_m, direction) = struck(&mesh);
     let request = request()?;
     let file = databases.join(format!("{NAME}.{}", database::EXTENSION));
@@ -120,7 +120,7 @@ mod tests {
 
     #[test]
     fn the_blow_meets_the_outer_wall_from_outside() {
-        let (point_m, direction) = struck(&shape::mug());
+        let (point_m, direction) = struck(&shapes::mug());
         assert!((point_m.y - STRUCK_HEIGHT_M).abs() < 0.003 && (point_m.x.hypot(point_m.z) - 0.04).abs() < 0.001);
         assert!(direction.dot(&point_m.coords) < -0.039 && (direction.norm() - 1.0).abs() < 1e-12);
     }

@@ -15,8 +15,8 @@ pub struct TestPlace {
 impl TestPlace {
     /// A fresh place for service `name`.
     pub fn new(name: &str) -> Self {
-        // Short, so that sockets fit into their paths.
-        let root = tempfile::Builder::new().prefix("sh").tempdir_in("/tmp").unwrap();
+        // Short, so that sockets fit into their paths; in memory, because the transport syncs every file it creates.
+        let root = tempfile::Builder::new().prefix("sh").tempdir_in("/dev/shm").unwrap();
         let uid = rustix::process::geteuid().as_raw();
         let place = Place::new(&ServiceName::new(name).unwrap(), Some(root.path()), uid);
         std::fs::create_dir_all(root.path().join("data/shatter")).unwrap();

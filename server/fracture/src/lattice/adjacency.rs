@@ -12,6 +12,14 @@ pub struct Stars {
     tets: Vec<u32>,
 }
 
+/// A face of one tetrahedron, less its lowest node.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+struct Face {
+    others: [u32; 2],
+    tet: u32,
+    face: u8,
+}
+
 impl Stars {
     /// The tetrahedra that have `node` as a corner, increasing.
     pub fn of(&self, node: u32) -> &[u32] {
@@ -23,23 +31,45 @@ impl Lattice {
     /// Per tetrahedron the four across its faces, face k opposite node k ([`FACES`]); [`NO_TET`] on the boundary, and
     /// where more than two tetrahedra share a face, which no constructor lets happen.
     pub fn neighbours(&self) -> Vec<[u32; 4]> {
-        let mut keyed: Vec<([u32; 3], u32, u8)> = Vec::with_capacity(self.tets.len() * 4);
-        for (tet, nodes) in self.tets.iter().enumerate() {
-            for (face, corner) in FACES.iter().enumerate() {
-                let mut key = corner.map(|c| nodes[c]);
-                key.sort_unstable();
-                keyed.push((key, tet as u32, face as u8));
-            }
-        }
-        keyed.sort_unstable();
+        let (offsets, faces) = self.faces_by_lowest_node();
         let mut neighbours = vec![[NO_TET; 4]; self.tets.len()];
-        for same in keyed.chunk_by(|a, b| a.0 == b.0) {
-            if let [(_, a, face_a), (_, b, face_b)] = *same {
-                neighbours[a as usize][face_a as usize] = b;
-                neighbours[b as usize][face_b as usize] = a;
+        for bucket in offsets.windows(2) {
+            let bucket = &faces[bucket[0] as usize..bucket[1] as usize];
+            for same in bucket.chunk_by(|a, b| a.others == b.others) {
+                if let [a, b] = same {
+                    neighbours[a.tet as usize][usize::from(a.face)] = b.tet;
+                    neighbours[b.tet as usize][usize::from(b.face)] = a.tet;
+                }
             }
         }
         neighbours
+    }
+
+    /// All faces, in buckets by their lowest node, sorted by the other two within each; and the buckets' starts.
+    fn faces_by_lowest_node(&self) -> (Vec<u32>, Vec<Face>) {
+        let faces = || {
+            self.tets.iter().enumerate().flat_map(|(tet, nodes)| {
+                FACES.iter().enumerate().map(move |(face, corner)| {
+                    let mut key = corner.map(|c| nodes[c]);
+                    key.sort_unstable();
+                    (key[0], Face { others: [key[1], key[2]], tet: tet as u32, face: face as u8 })
+                })
+            })
+        };
+        let mut offsets = vec![0u32; self.nodes.len() + 1];
+        faces().for_each(|(lowest, _)| offsets[lowest as usize + 1] += 1);
+        for node in 0..self.nodes.len() {
+            offsets[node + 1] += offsets[node];
+        }
+        let (mut next, mut sorted) = (offsets.clone(), vec![Face::default(); self.tets.len() * 4]);
+        for (lowest, face) in faces() {
+            sorted[next[lowest as usize] as usize] = face;
+            next[lowest as usize] += 1;
+        }
+        for bucket in offsets.windows(2) {
+            sorted[bucket[0] as usize..bucket[1] as usize].sort_unstable();
+        }
+        (offsets, sorted)
     }
 
     /// The tetrahedra around every node.

@@ -232,3 +232,7 @@ pub(super) fn finite(shape: &dyn SignedDistance, place: &Point3<f64>) -> Result<
     let value = shape.signed_distance(place);
     if value.is_finite() { Ok(value) } else { Err(LatticeError::DistanceNotFinite { place: *place }) }
 }
+
+#[cfg(test)]
+#[path = "grid_tests.rs"]
+mod tests;

@@ -137,13 +137,16 @@ fn meet_volume(
 }
 
 /// Splits into face-connected components, drops the tiny, mends the others, and splits again what mending parted.
-fn split(filled: &Lattice, offset: f64, spacing: f64) -> Level {
+pub(super) fn split(filled: &Lattice, offset: f64, spacing: f64) -> Level {
     let total = filled.volume();
     let mut level =
         Level { bodies: Vec::new(), dropped: Vec::new(), pinches_mended: 0, mended_volume: 0.0, offset, spacing };
     let components = filled.components().into_iter().map(|tets| filled.part(&tets)).collect();
     for body in keep_large(components, total, &mut level.dropped) {
-        let (mended, took) = mend(&body);
+        let Some((mended, took)) = mend(&body) else {
+            level.bodies.push(body);
+            continue;
+        };
         level.pinches_mended += took.pinches;
         level.mended_volume += took.volume;
         level.bodies.extend(mended.components().into_iter().map(|tets| mended.part(&tets)));

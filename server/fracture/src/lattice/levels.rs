@@ -109,7 +109,7 @@ fn pair(crack: Level, elastic: Option<Level>, token: &Token) -> Result<Levels, C
     let elastic_report = elastic.as_ref().map(report);
     let elastic_bodies = elastic.map_or_else(Vec::new, |level| level.bodies);
     let homes = homes(&crack.bodies, &elastic_bodies);
-    let guests = |home: usize| homes.iter().filter(|(at, overlap)| *at == home && *overlap > 0.0).count();
+    let guests = |home: usize| homes.iter().filter(|(at, overlap)| *at == home && *overlap >= OVERLAP_MIN).count();
     let (mut bodies, mut replaced, mut used) = (Vec::new(), Vec::new(), vec![false; elastic_bodies.len()]);
     for (body, crack) in crack.bodies.into_iter().enumerate() {
         token.check()?;
@@ -178,3 +178,7 @@ fn report(level: &Level) -> LevelReport {
         mended_volume: level.mended_volume,
     }
 }
+
+#[cfg(test)]
+#[path = "levels_tests.rs"]
+mod tests;

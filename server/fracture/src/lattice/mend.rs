@@ -118,22 +118,29 @@ pub(super) struct Mended {
 }
 
 /// Drops tetrahedra until every face-connected part passes [`check_manifold`]. Returns the lattice that is left,
-/// possibly in several parts (which share no node once split), and what it took.
-pub(super) fn mend(lattice: &Lattice) -> (Lattice, Mended) {
+/// possibly in several parts (which share no node once split), and what it took; none if there was nothing to mend.
+pub(super) fn mend(lattice: &Lattice) -> Option<(Lattice, Mended)> {
+    let neighbours = lattice.neighbours();
+    // The link of any other node is a sphere: its star was glued face to face.
+    let rim = lattice.tets.iter().zip(&neighbours).flat_map(|(nodes, around)| {
+        let open = (0..4).filter(|&face| around[face] == NO_TET);
+        open.flat_map(|face| FACES[face].map(|c| nodes[c])).collect::<Vec<u32>>()
+    });
+    let mut rim: Vec<u32> = rim.collect();
+    rim.sort_unstable();
+    rim.dedup();
+    let suspects: BTreeSet<u32> = rim.into_iter().collect();
     let mut mender = Mender {
         lattice,
-        neighbours: lattice.neighbours(),
+        neighbours,
         stars: lattice.stars(),
         alive: vec![true; lattice.tets.len()],
-        suspects: [(); 2].map(|()| (0..lattice.nodes.len() as u32).collect()),
+        suspects: [suspects.clone(), suspects],
         mended: Mended::default(),
     };
     mender.run();
-    if mender.mended.pinches == 0 {
-        return (lattice.clone(), mender.mended);
-    }
-    let kept: Vec<u32> = (0..lattice.tets.len() as u32).filter(|&tet| mender.alive[tet as usize]).collect();
-    (lattice.part(&kept), mender.mended)
+    let kept = || (0..lattice.tets.len() as u32).filter(|&tet| mender.alive[tet as usize]).collect::<Vec<u32>>();
+    (mender.mended.pinches > 0).then(|| (lattice.part(&kept()), mender.mended))
 }
 
 struct Mender<'a> {
@@ -193,14 +200,15 @@ impl Mender<'_> {
 
     /// `tets`, which all contain `nodes`, grouped by connection through faces that contain `nodes` too.
     fn groups(&self, tets: &[u32], nodes: &[u32]) -> Vec<Vec<u32>> {
-        let (mut left, mut groups): (BTreeSet<u32>, _) = (tets.iter().copied().collect(), Vec::new());
-        while let Some(start) = left.pop_first() {
-            let (mut group, mut next) = (vec![start], 0);
+        let (mut left, mut groups) = (tets.to_vec(), Vec::new());
+        while !left.is_empty() {
+            let (mut group, mut next) = (vec![left.remove(0)], 0);
             while next < group.len() {
                 let tet = group[next];
                 for other in self.faces_at(tet, nodes).filter_map(|face| self.across(tet, face)) {
-                    if left.remove(&other) {
-                        group.push(other);
+                    // A star is a few dozen tetrahedra: a scan is faster than a set.
+                    if let Some(at) = left.iter().position(|&tet| tet == other) {
+                        group.push(left.remove(at));
                     }
                 }
                 next += 1;
@@ -290,3 +298,7 @@ fn all_but_largest(lattice: &Lattice, mut groups: Vec<Vec<u32>>) -> Vec<u32> {
     }
     groups.concat()
 }
+
+#[cfg(test)]
+#[path = "mend_tests.rs"]
+mod tests;

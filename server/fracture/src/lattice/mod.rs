@@ -10,6 +10,9 @@ mod levels;
 mod locate;
 mod measure;
 mod mend;
+mod overlap;
+#[cfg(test)]
+mod real_tests;
 #[cfg(test)]
 mod shapes;
 mod spacing;
@@ -107,27 +110,15 @@ impl Lattice {
         volumes
     }
 
-    /// All faces that belong to exactly one tetrahedron, outward, ordered by (tetrahedron, face).
+    /// All faces without a neighbour ([`Self::neighbours`]), outward, ordered by (tetrahedron, face).
     pub fn boundary(&self) -> Vec<BoundaryFace> {
-        let mut keyed: Vec<([u32; 3], u32, u8)> = Vec::with_capacity(self.tets.len() * 4);
-        for (tet, nodes) in self.tets.iter().enumerate() {
-            for (face, corner) in FACES.iter().enumerate() {
-                let mut key = corner.map(|c| nodes[c]);
-                key.sort_unstable();
-                keyed.push((key, tet as u32, face as u8));
+        let mut boundary = Vec::new();
+        for (tet, around) in self.neighbours().iter().enumerate() {
+            for (face, _) in around.iter().enumerate().filter(|(_, other)| **other == NO_TET) {
+                boundary.push(BoundaryFace { nodes: FACES[face].map(|c| self.tets[tet][c]), tet: tet as u32 });
             }
         }
-        keyed.sort_unstable();
-        let mut boundary: Vec<(u32, u8)> = keyed
-            .chunk_by(|a, b| a.0 == b.0)
-            .filter(|same| same.len() == 1)
-            .map(|same| (same[0].1, same[0].2))
-            .collect();
-        boundary.sort_unstable();
         boundary
-            .into_iter()
-            .map(|(tet, face)| BoundaryFace { nodes: FACES[face as usize].map(|c| self.tets[tet as usize][c]), tet })
-            .collect()
     }
 
     /// All edges once, as (lower node, higher node), sorted.

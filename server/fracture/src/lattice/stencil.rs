@@ -137,3 +137,7 @@ fn prism(
     turn([top[i], top[j], bottom[k], bottom[j]]);
     turn([top[i], bottom[i], bottom[j], bottom[k]]);
 }
+
+#[cfg(test)]
+#[path = "stencil_tests.rs"]
+mod tests;

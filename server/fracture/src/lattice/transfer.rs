@@ -1,21 +1,27 @@
 //! From the elastic lattice to the crack lattice: who gets which share of each elastic tetrahedron's energy.
 
+use super::overlap::{Cell, Overlap};
+use super::tree::{Aabb, Tree};
 use super::{Lattice, Locator};
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
+/// A crack tetrahedron of which more than this share lies outside the elastic lattice gets that share from the nearest.
+const UNCOVERED: f64 = 1e-6;
+
 /// Shares of elastic tetrahedra, by crack node (compressed rows).
 ///
 /// Conservative by construction: the shares of every elastic tetrahedron sum to 1 over all crack nodes, so that the
-/// nodes' energies sum to the tetrahedra's whatever those are. A crack node gets the tetrahedra that its barycentric
-/// cell covers, in proportion to the volume covered; what the crack lattice does not cover goes to the nearest.
+/// nodes' energies sum to the tetrahedra's whatever those are. A node's share of a tetrahedron is the integral of the
+/// node's hat function over it, exact to rounding, so that well inside a uniform density stays uniform; what of the
+/// crack lattice no elastic tetrahedron covers takes its share of the nearest ones.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Transfer {
     /// Row starts; length crack nodes + 1.
     pub offsets: Vec<u32>,
     /// Elastic tetrahedra, increasing within a row.
     pub tets: Vec<u32>,
-    /// What share of each goes to the row's node, 0 … 1.
+    /// What share of each goes to the row's node, above 0, at most 1.
     pub shares: Vec<f64>,
 }
 
@@ -23,15 +29,15 @@ pub struct Transfer {
 type Entry = (u32, u32, f64);
 
 impl Transfer {
-    /// The operator between two lattices of one body; both not empty.
-    ///
-    /// Every crack tetrahedron is sampled at the centroids of the 24 small tetrahedra (corner, edge midpoint, face
-    /// centroid, centroid) that make up its nodes' barycentric cells, 6 for each node.
+    /// The operator between two lattices of one body; neither may be empty.
     pub fn between(elastic: &Lattice, crack: &Lattice) -> Self {
-        let locator = Locator::new(elastic);
-        let mut entries: Vec<Entry> =
-            (0..crack.tets.len()).into_par_iter().flat_map_iter(|tet| sampled(&locator, crack, tet)).collect();
-        entries.extend(unsampled(elastic, crack, &entries));
+        let cover = Cover::new(elastic);
+        let mut entries: Vec<Entry> = (0..crack.tets.len())
+            .into_par_iter()
+            .map_init(Overlap::default, |overlap, tet| cover.entries(crack, tet, overlap))
+            .flatten_iter()
+            .collect();
+        entries.extend(left_out(elastic, crack, &entries));
         // Stable: entries of one pair are summed in the order of the crack tetrahedra.
         entries.par_sort_by_key(|&(node, tet, _)| (node, tet));
         entries.dedup_by(|next, kept| {
@@ -44,12 +50,10 @@ impl Transfer {
         Self::normalised(&entries, elastic.tets.len(), crack.nodes.len())
     }
 
-    /// Every elastic tetrahedron to the nodes of a lattice that is the same: a quarter each.
+    /// The operator between a lattice and itself: a quarter of each tetrahedron to each of its corners.
     pub fn identity(lattice: &Lattice) -> Self {
-        let mut entries: Vec<Entry> = Vec::with_capacity(lattice.tets.len() * 4);
-        for (tet, nodes) in lattice.tets.iter().enumerate() {
-            entries.extend(nodes.map(|node| (node, tet as u32, 0.25)));
-        }
+        let quarters = |(tet, nodes): (usize, &[u32; 4])| nodes.map(|node| (node, tet as u32, 0.25));
+        let mut entries: Vec<Entry> = lattice.tets.iter().enumerate().flat_map(quarters).collect();
         entries.sort_by_key(|&(node, tet, _)| (node, tet));
         Self::normalised(&entries, lattice.tets.len(), lattice.nodes.len())
     }
@@ -57,18 +61,17 @@ impl Transfer {
     /// From sorted entries without repetition.
     fn normalised(entries: &[Entry], tet_count: usize, node_count: usize) -> Self {
         let mut totals = vec![0.0; tet_count];
-        for &(_, tet, volume) in entries {
-            totals[tet as usize] += volume;
-        }
         let mut offsets = vec![0u32; node_count + 1];
-        for &(node, ..) in entries {
+        for &(node, tet, volume) in entries {
+            totals[tet as usize] += volume;
             offsets[node as usize + 1] += 1;
         }
         for node in 0..node_count {
             offsets[node + 1] += offsets[node];
         }
-        let shares = entries.iter().map(|&(_, tet, volume)| volume / totals[tet as usize]).collect();
-        Self { offsets, tets: entries.iter().map(|&(_, tet, _)| tet).collect(), shares }
+        let share = |&(_, tet, volume): &Entry| (tet, volume / totals[tet as usize]);
+        let (tets, shares) = entries.iter().map(share).unzip();
+        Self { offsets, tets, shares }
     }
 
     /// Energies of the crack nodes from those of the elastic tetrahedra (both integrals, not densities); any unit.
@@ -83,35 +86,73 @@ impl Transfer {
     }
 }
 
-/// The sample points of tetrahedron `tet` of the crack lattice, each in an elastic tetrahedron or nearest to it.
-fn sampled(locator: &Locator, crack: &Lattice, tet: usize) -> impl Iterator<Item = Entry> {
-    const ORDERS: [[usize; 3]; 6] = [[1, 2, 3], [1, 3, 2], [2, 1, 3], [2, 3, 1], [3, 1, 2], [3, 2, 1]];
-    let corners = crack.corners(tet).map(|corner| corner.coords);
-    let centroid: Vector3<f64> = corners.iter().sum::<Vector3<f64>>() / 4.0;
-    let volume = crack.tet_volume(tet) / 24.0;
-    let mut hint = None;
-    let mut entries: Vec<Entry> = Vec::with_capacity(24);
-    for (own, &node) in crack.tets[tet].iter().enumerate() {
-        let corner = |step: usize| corners[(own + step) % 4];
-        for [first, second, _] in ORDERS {
-            let edge = (corner(0) + corner(first)) / 2.0;
-            let face = (corner(0) + corner(first) + corner(second)) / 3.0;
-            let point = Point3::from((corner(0) + edge + face + centroid) / 4.0);
-            if let Some(place) = locator.place(&point, hint) {
-                hint = Some(place.tet);
-                match entries.iter_mut().find(|entry| (entry.0, entry.1) == (node, place.tet)) {
-                    Some(entry) => entry.2 += volume,
-                    None => entries.push((node, place.tet, volume)),
-                }
+/// The elastic lattice, ready to be intersected.
+struct Cover {
+    cells: Vec<Cell>,
+    tree: Tree,
+    locator: Locator,
+}
+
+impl Cover {
+    fn new(elastic: &Lattice) -> Self {
+        let corners = |tet: usize| elastic.corners(tet);
+        let boxes: Vec<Aabb> = (0..elastic.tets.len()).map(|tet| Aabb::around(&corners(tet))).collect();
+        let cells = (0..elastic.tets.len()).map(|tet| Cell::new(&corners(tet))).collect();
+        Self { cells, tree: Tree::new(&boxes), locator: Locator::new(elastic) }
+    }
+
+    /// What the corners of crack tetrahedron `tet` get from whom.
+    fn entries(&self, crack: &Lattice, tet: usize, overlap: &mut Overlap) -> Vec<Entry> {
+        let (corners, volume) = (crack.corners(tet), crack.tet_volume(tet));
+        let cell = Cell::new(&corners);
+        let (mut entries, mut covered) = (Vec::new(), 0.0);
+        self.tree.overlapping(&Aabb::around(&corners), |other| {
+            if let Some((common, centroid)) = overlap.of(&cell, &self.cells[other as usize]) {
+                covered += common;
+                let weights = cell.barycentric(&centroid).map(|weight| weight * common);
+                entries.extend(positive(crack.tets[tet], other, weights));
+            }
+        });
+        let uncovered = 1.0 - covered / volume;
+        if uncovered > UNCOVERED {
+            self.add_nearest(crack.tets[tet], &corners, uncovered * volume, &mut entries);
+        }
+        entries
+    }
+
+    /// Shares `volume`, the part of a crack tetrahedron outside, among the elastic tetrahedra nearest to those of its
+    /// corners, face centroids and centroid that lie outside (to its centroid if none does).
+    fn add_nearest(&self, nodes: [u32; 4], corners: &[Point3<f64>; 4], volume: f64, entries: &mut Vec<Entry>) {
+        const THIRD: f64 = 1.0 / 3.0;
+        let mut samples = vec![[0.25; 4]];
+        for corner in 0..4 {
+            samples.push([0, 1, 2, 3].map(|k| if k == corner { 0.0 } else { THIRD }));
+            samples.push([0, 1, 2, 3].map(|k| if k == corner { 1.0 } else { 0.0 }));
+        }
+        let place = |weights: &[f64; 4]| {
+            Point3::from(corners.iter().zip(weights).map(|(corner, weight)| corner.coords * *weight).sum::<Vector3<f64>>())
+        };
+        let outside: Vec<[f64; 4]> =
+            samples.iter().copied().filter(|weights| self.locator.containing(&place(weights), None).is_none()).collect();
+        let outside = if outside.is_empty() { vec![samples[0]] } else { outside };
+        let each = volume / outside.len() as f64;
+        for weights in &outside {
+            if let Some(nearest) = self.locator.place(&place(weights), None) {
+                entries.extend(positive(nodes, nearest.tet, weights.map(|weight| weight * each)));
             }
         }
     }
-    entries.into_iter()
 }
 
-/// Entries for the elastic tetrahedra that no sample fell into: the corners of the crack tetrahedron that holds their
-/// centroid or is nearest to it.
-fn unsampled(elastic: &Lattice, crack: &Lattice, entries: &[Entry]) -> Vec<Entry> {
+/// The entries of one pair of tetrahedra, without those that rounding left at 0 or below.
+fn positive(nodes: [u32; 4], tet: u32, volumes: [f64; 4]) -> impl Iterator<Item = Entry> {
+    let pairs = nodes.into_iter().zip(volumes);
+    pairs.filter(|(_, volume)| *volume > 0.0).map(move |(node, volume)| (node, tet, volume))
+}
+
+/// Entries for the elastic tetrahedra that no crack tetrahedron meets: the corners of the one that is nearest to their
+/// centroid.
+fn left_out(elastic: &Lattice, crack: &Lattice, entries: &[Entry]) -> Vec<Entry> {
     let mut missing = vec![true; elastic.tets.len()];
     entries.iter().for_each(|&(_, tet, _)| missing[tet as usize] = false);
     let missing: Vec<usize> = (0..missing.len()).filter(|&tet| missing[tet]).collect();
@@ -120,13 +161,13 @@ fn unsampled(elastic: &Lattice, crack: &Lattice, entries: &[Entry]) -> Vec<Entry
     }
     let locator = Locator::new(crack);
     let shared = |tet: usize| {
-        let corners = elastic.corners(tet);
-        let centroid = corners.iter().map(|corner| corner.coords).sum::<Vector3<f64>>() / 4.0;
+        let centroid = elastic.corners(tet).iter().map(|corner| corner.coords).sum::<Vector3<f64>>() / 4.0;
         let place = locator.place(&Point3::from(centroid), None);
-        place.into_iter().flat_map(move |place| {
-            let nodes = crack.tets[place.tet as usize].into_iter().zip(place.barycentric);
-            nodes.filter(|(_, weight)| *weight > 0.0).map(move |(node, weight)| (node, tet as u32, weight))
-        })
+        place.into_iter().flat_map(move |place| positive(crack.tets[place.tet as usize], tet as u32, place.barycentric))
     };
     missing.into_iter().flat_map(shared).collect()
 }
+
+#[cfg(test)]
+#[path = "transfer_tests.rs"]
+mod tests;

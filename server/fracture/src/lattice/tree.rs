@@ -27,6 +27,10 @@ impl Aabb {
         Self { low: self.low.inf(&other.low), high: self.high.sup(&other.high) }
     }
 
+    fn overlaps(&self, other: &Self) -> bool {
+        (0..3).all(|axis| self.low[axis] <= other.high[axis] && other.low[axis] <= self.high[axis])
+    }
+
     fn centre(&self, axis: usize) -> f64 {
         self.low[axis] + self.high[axis]
     }
@@ -117,6 +121,23 @@ impl Tree {
             open.extend([far, near]);
         }
         found
+    }
+
+    /// Visits the items whose own box may overlap `bounds`: those of every leaf whose box does.
+    pub(super) fn overlapping(&self, bounds: &Aabb, mut visit: impl FnMut(u32)) {
+        let mut open: Vec<u32> = Vec::with_capacity(64);
+        open.extend((!self.branches.is_empty()).then_some(0));
+        while let Some(at) = open.pop() {
+            let branch = &self.branches[at as usize];
+            if branch.bounds.overlaps(bounds) {
+                match branch.second {
+                    Some(second) => open.extend([second, at + 1]),
+                    None => self.items[branch.items.start as usize..branch.items.end as usize]
+                        .iter()
+                        .for_each(|&item| visit(item)),
+                }
+            }
+        }
     }
 
     /// Visits the items of all leaves whose box holds `point` (or comes as close as `margin`) until `visit` returns

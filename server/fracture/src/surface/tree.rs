@@ -94,6 +94,31 @@ impl Tree {
         let triangles = order.iter().map(|&triangle| triangles[triangle as usize]).collect();
         Self { nodes, triangles, order }
     }
+
+    /// Calls `visit` for every triangle stored at `first` or later whose box overlaps `bounds`.
+    pub fn overlapping(&self, bounds: &Bounds, first: usize, mut visit: impl FnMut(usize)) {
+        let mut stack = [0u32; STACK];
+        let mut top = usize::from(!self.nodes.is_empty());
+        while top > 0 {
+            top -= 1;
+            let index = stack[top];
+            let node = &self.nodes[index as usize];
+            if node.range().end <= first || !node.bounds.overlaps(bounds) {
+                continue;
+            }
+            if !node.is_leaf() {
+                stack[top] = node.right;
+                stack[top + 1] = index + 1;
+                top += 2;
+                continue;
+            }
+            for place in node.range().filter(|&place| place >= first) {
+                if Bounds::of(&self.triangles[place]).overlaps(bounds) {
+                    visit(place);
+                }
+            }
+        }
+    }
 }
 
 fn split(

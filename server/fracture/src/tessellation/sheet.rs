@@ -2,8 +2,9 @@
 //!
 //! Sheet numbers: 0 .. fragments are the outer sheets, by fragment; the cracks follow, by (lower, upper) fragment.
 
-use super::points::Points;
+use super::points::{NONE, Points};
 use super::topology::Topology;
+use std::ops::Range;
 
 /// Finds the pairs of fragments that meet and names the sheet of every cut edge.
 #[derive(Debug, Default)]
@@ -17,12 +18,13 @@ pub(super) struct Sheets {
     /// Cut edges grouped by lower fragment.
     grouped: Vec<u32>,
     offsets: Vec<u32>,
-    /// Crack found last between some fragment and this one.
+    /// The latest crack on whose upper side each fragment is.
     last: Vec<u32>,
     uppers: Vec<u32>,
 }
 
 impl Sheets {
+    /// Fills all of it for the crack points of `labels`.
     pub fn find(&mut self, topology: &Topology, labels: &[u32], fragments: usize, points: &Points) {
         let sides = |slot: u32| {
             let edge = points.edges.simplices[slot as usize];
@@ -33,28 +35,13 @@ impl Sheets {
         self.group(count, fragments, |slot| sides(slot)[0]);
         self.pairs.clear();
         self.last.clear();
-        self.last.resize(fragments, u32::MAX);
+        self.last.resize(fragments, NONE);
         self.of_edge.clear();
         self.of_edge.resize(count as usize, 0);
         for lower in 0..fragments {
-            let first = self.pairs.len() as u32;
-            let slots = &self.grouped[self.offsets[lower] as usize..self.offsets[lower + 1] as usize];
-            // A fragment met first here gets a placeholder at or above `first`, then its rank among the sorted ones.
-            self.uppers.clear();
-            for &slot in slots {
-                let upper = sides(slot)[1];
-                let last = &mut self.last[upper as usize];
-                if *last == u32::MAX || *last < first {
-                    *last = first + self.uppers.len() as u32;
-                    self.uppers.push(upper);
-                }
-            }
-            self.uppers.sort_unstable();
-            for &upper in &self.uppers {
-                self.last[upper as usize] = self.pairs.len() as u32;
-                self.pairs.push([lower as u32, upper]);
-            }
-            for &slot in slots {
+            let slots = self.offsets[lower] as usize..self.offsets[lower + 1] as usize;
+            self.name_pairs(lower as u32, slots.clone(), |slot| sides(slot)[1]);
+            for &slot in &self.grouped[slots] {
                 self.of_edge[slot as usize] = fragments as u32 + self.last[sides(slot)[1] as usize];
             }
         }
@@ -63,6 +50,24 @@ impl Sheets {
             let edges = topology.face_edges[face as usize];
             edges.map(|edge| self.of_edge[points.edges.slots[edge as usize] as usize])
         }));
+    }
+
+    /// Appends the pairs of `lower`, whose cut edges are `grouped[slots]`, ascending, and leaves them in `last`.
+    fn name_pairs(&mut self, lower: u32, slots: Range<usize>, upper: impl Fn(u32) -> u32) {
+        let first = self.pairs.len() as u32;
+        self.uppers.clear();
+        for &slot in &self.grouped[slots] {
+            let last = &mut self.last[upper(slot) as usize];
+            if *last == NONE || *last < first {
+                *last = first; // met; its own number follows
+                self.uppers.push(upper(slot));
+            }
+        }
+        self.uppers.sort_unstable();
+        for &upper in &self.uppers {
+            self.last[upper as usize] = self.pairs.len() as u32;
+            self.pairs.push([lower, upper]);
+        }
     }
 
     /// Counting sort of the cut edges by lower fragment.

@@ -6,8 +6,8 @@
 use super::{SurfaceError, within_limit};
 use nalgebra::{Point3, Vector3};
 
-/// Polygons of more corners are cut as fans: searching ears takes the square of their number.
-const EARS_MAX: usize = 2048;
+/// Polygons of more corners are cut as fans: searching ears can take the cube of their number.
+const EARS_MAX: usize = 512;
 
 /// Faces of a file, one after the other.
 #[derive(Default)]

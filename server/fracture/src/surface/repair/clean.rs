@@ -11,6 +11,9 @@ use std::collections::HashMap;
 /// Coordinates that are rounded by more than this share of the diagonal have lost the shape's details.
 const VISIBLE_ROUNDING: f64 = 1e-5;
 
+/// Flat triangles whose neighbours were dropped have become loose themselves; so often they are looked at again.
+const PEELS_MAX: usize = 8;
+
 /// A welded mesh in local coordinates, and the triangles of the raw mesh that its triangles are.
 pub(super) struct Clean {
     pub frame: Frame,
@@ -64,13 +67,13 @@ pub(super) fn is_flat(positions: &[Point3<f64>], corners: &[u32; 3]) -> bool {
 
 /// The frame of the triangles that have an area.
 fn frame(raw: &RawMesh, flat: &[bool]) -> Result<Frame, SurfaceError> {
-    let corners = |triangle: &[u32; 3]| triangle.map(|vertex| raw.positions_m[vertex as usize]);
-    let all = Bounds::of(raw.triangles.iter().flat_map(corners).collect::<Vec<_>>().iter());
+    let corners = |triangle: &'_ [u32; 3]| triangle.map(|vertex| &raw.positions_m[vertex as usize]);
+    let all = Bounds::of(raw.triangles.iter().flat_map(corners));
     if all.low == all.high {
         return Err(SurfaceError::ZeroExtent);
     }
     let solid = raw.triangles.iter().zip(flat).filter(|(_, flat)| !**flat).map(|(triangle, _)| triangle);
-    let bounds = Bounds::of(solid.flat_map(corners).collect::<Vec<_>>().iter());
+    let bounds = Bounds::of(solid.flat_map(corners));
     if bounds.low.x > bounds.high.x {
         return Err(SurfaceError::AllDegenerate);
     }
@@ -168,12 +171,12 @@ impl Clean {
         for triangle in (0..flat.len()).filter(|&t| flat[t]) {
             degenerate.note(raw.face(self.source[triangle] as usize));
         }
-        while flat.contains(&true) {
-            let loose = Edges::new(&self.triangles).with_boundary(self.triangles.len());
-            let keep: Vec<bool> = (0..flat.len()).map(|t| !(flat[t] && loose[t])).collect();
-            if keep.iter().all(|keep| *keep) {
+        for _ in 0..PEELS_MAX {
+            if !flat.contains(&true) {
                 break;
             }
+            let loose = Edges::new(&self.triangles).with_boundary(self.triangles.len());
+            let keep: Vec<bool> = (0..flat.len()).map(|t| !(flat[t] && loose[t])).collect();
             self.retain(&keep);
             flat = (0..flat.len()).filter(|&t| keep[t]).map(|t| flat[t]).collect();
         }

@@ -4,64 +4,67 @@
 //! (2003), in the plainer form edge against triangle; signs by J. R. Shewchuk, *Adaptive precision floating-point
 //! arithmetic and fast robust geometric predicates* (1997), through `robust`.
 
-use super::super::tree::{Bounds, STACK, Tree};
+use super::super::tree::{Bounds, Tree};
 use super::clean::is_flat;
 use nalgebra::Point3;
 use rayon::prelude::*;
 use robust::{Coord, Coord3D, orient2d, orient3d};
 
-/// The number of intersecting pairs of triangles that share no vertex, and the lower triangle of the first pair.
-/// Triangles without area take no part; touching counts.
-pub(super) fn intersections(positions: &[Point3<f64>], triangles: &[[u32; 3]]) -> (u64, Option<u32>) {
+/// Triangles that are searched for at once, and pairs whose boxes overlap that are looked at before the search is given
+/// up: a heap of triangles in one place would take the square of their number.
+const BATCH: usize = 1024;
+const PAIRS_MAX: u64 = 100_000_000;
+
+/// Pairs that intersect.
+#[derive(Debug, Default, PartialEq)]
+pub(super) struct Crossings {
+    /// How many pairs.
+    pub count: u64,
+    /// The lowest triangle of them all.
+    pub first: Option<u32>,
+    /// Whether the search came to its end.
+    pub complete: bool,
+}
+
+/// The intersecting pairs of triangles that share no vertex. Triangles without area take no part; touching counts.
+pub(super) fn intersections(positions: &[Point3<f64>], triangles: &[[u32; 3]]) -> Crossings {
     let solid: Vec<u32> =
         (0..triangles.len() as u32).filter(|&t| !is_flat(positions, &triangles[t as usize])).collect();
     let corners = |&t: &u32| triangles[t as usize].map(|vertex| positions[vertex as usize]);
     let tree = Tree::new(&solid.iter().map(corners).collect::<Vec<_>>());
     let original = |place: usize| solid[tree.order[place] as usize];
-    let found: Vec<(u64, Option<u32>)> = (0..tree.triangles.len())
-        .into_par_iter()
-        .map(|place| {
-            let own = &triangles[original(place) as usize];
-            let (mut count, mut first) = (0, None);
-            later_overlaps(&tree, place, |other| {
-                let shares = triangles[original(other) as usize].iter().any(|vertex| own.contains(vertex));
-                if !shares && intersect(&tree.triangles[place], &tree.triangles[other]) {
-                    count += 1;
-                    let lower = original(place).min(original(other));
-                    first = Some(first.map_or(lower, |known: u32| known.min(lower)));
-                }
-            });
-            (count, first)
-        })
-        .collect();
-    let count = found.iter().map(|(count, _)| count).sum();
-    (count, found.iter().filter_map(|(_, first)| *first).min())
-}
-
-/// Calls `visit` for every triangle stored after `place` whose box overlaps its box.
-fn later_overlaps(tree: &Tree, place: usize, mut visit: impl FnMut(usize)) {
-    let bounds = Bounds::of(&tree.triangles[place]);
-    let mut stack = [0u32; STACK];
-    let mut top = 1;
-    while top > 0 {
-        top -= 1;
-        let index = stack[top];
-        let node = &tree.nodes[index as usize];
-        if node.range().end <= place + 1 || !node.bounds.overlaps(&bounds) {
-            continue;
-        }
-        if !node.is_leaf() {
-            stack[top] = index + 1;
-            stack[top + 1] = node.right;
-            top += 2;
-            continue;
-        }
-        for other in node.range().filter(|&other| other > place) {
-            if Bounds::of(&tree.triangles[other]).overlaps(&bounds) {
-                visit(other);
+    let search = |place: usize| {
+        let own = &triangles[original(place) as usize];
+        let (mut pairs, mut count, mut first) = (0, 0, None);
+        tree.overlapping(&Bounds::of(&tree.triangles[place]), place + 1, |other| {
+            pairs += 1;
+            let shares = triangles[original(other) as usize].iter().any(|vertex| own.contains(vertex));
+            if !shares && intersect(&tree.triangles[place], &tree.triangles[other]) {
+                count += 1;
+                first = lower(first, Some(original(place).min(original(other))));
             }
+        });
+        (pairs, count, first)
+    };
+    let (mut crossings, mut pairs) = (Crossings { complete: true, ..Crossings::default() }, 0);
+    for start in (0..solid.len()).step_by(BATCH) {
+        if pairs > PAIRS_MAX {
+            crossings.complete = false;
+            break;
+        }
+        let batch: Vec<(u64, u64, Option<u32>)> =
+            (start..solid.len().min(start + BATCH)).into_par_iter().map(search).collect();
+        for (looked_at, count, first) in batch {
+            pairs += looked_at;
+            crossings.count += count;
+            crossings.first = lower(crossings.first, first);
         }
     }
+    crossings
+}
+
+fn lower(a: Option<u32>, b: Option<u32>) -> Option<u32> {
+    a.into_iter().chain(b).min()
 }
 
 type Triangle = [Point3<f64>; 3];

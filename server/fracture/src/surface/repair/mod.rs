@@ -59,13 +59,16 @@ impl Surface {
         }
         let edges = Edges::new(&triangles);
         report_edges(&edges, &triangles, positions.len(), face, &mut defects);
-        let (crossings, first) = intersect::intersections(&positions, &triangles);
-        if let Some(first) = first {
-            let action = "none: what either part encloses is inside";
-            defects.push(Defect::new(DefectKind::SelfIntersection, crossings, face(first), action));
+        let crossings = intersect::intersections(&positions, &triangles);
+        if let Some(first) = crossings.first {
+            let action = match crossings.complete {
+                true => "none: what either part encloses is inside",
+                false => "none: what either part encloses is inside; counting was given up",
+            };
+            defects.push(Defect::new(DefectKind::SelfIntersection, crossings.count, face(first), action));
         }
         let closed = edges.balanced();
-        let simple = closed && crossings == 0 && shells.simple;
+        let simple = closed && crossings.complete && crossings.count == 0 && shells.simple;
         defects.sort_by_key(|defect| defect.kind);
         let faces = (0..triangles.len() as u32).map(face).collect();
         Ok(Self { frame, positions, triangles, faces, defects, closed, simple })

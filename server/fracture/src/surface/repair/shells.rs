@@ -47,11 +47,11 @@ pub(super) fn face_outward(
         panels.iter().for_each(|&panel| turn[panel] = inward);
         shells.simple = false;
     }
-    let mut nest = Nest { positions, triangles, patches, measures: &measures, hulls: vec![None; patches.len()] };
     let mut solid: Vec<usize> = (0..patches.len()).filter(|&p| measures[p].is_nearly_closed()).collect();
     solid.sort_by(|&a, &b| measures[b].volume.abs().total_cmp(&measures[a].volume.abs()).then(a.cmp(&b)));
+    let mut nest = Nest::new(positions, triangles, patches, &measures, &solid);
     for (rank, &patch) in solid.iter().enumerate() {
-        let containers = nest.containers(patch, &solid[..rank]);
+        let containers = nest.containers(rank);
         let sign = |p: usize, turn: &[bool]| if (measures[p].volume < 0.0) != turn[p] { -1 } else { 1 };
         turn[patch] = containers.first().is_some_and(|&outermost| turn[outermost]);
         let surrounding: i32 = containers.iter().map(|&p| sign(p, &turn)).sum();
@@ -126,17 +126,35 @@ struct Nest<'a> {
     triangles: &'a [[u32; 3]],
     patches: &'a [Vec<u32>],
     measures: &'a [Measure],
+    /// The patches in question, larger volumes first, and a hierarchy of their boxes.
+    solid: &'a [usize],
+    boxes: Tree,
     /// Hierarchies of the patches that were asked about.
     hulls: Vec<Option<(Tree, Winding)>>,
 }
 
-impl Nest<'_> {
-    /// Those of `larger` that hold `patch`, in their order.
-    fn containers(&mut self, patch: usize, larger: &[usize]) -> Vec<usize> {
-        let measures = self.measures;
-        let around = |&&p: &&usize| measures[p].bounds.contains(&measures[patch].bounds);
-        let candidates: Vec<usize> = larger.iter().filter(around).copied().collect();
-        candidates.into_iter().filter(|&p| self.winding(p, &measures[patch].sample).abs() > 0.5).collect()
+impl<'a> Nest<'a> {
+    fn new(
+        positions: &'a [Point3<f64>],
+        triangles: &'a [[u32; 3]],
+        patches: &'a [Vec<u32>],
+        measures: &'a [Measure],
+        solid: &'a [usize],
+    ) -> Self {
+        let corners = |&p: &usize| [measures[p].bounds.low, measures[p].bounds.high, measures[p].bounds.low];
+        let boxes = Tree::new(&solid.iter().map(corners).collect::<Vec<_>>());
+        Self { positions, triangles, patches, measures, solid, boxes, hulls: vec![None; patches.len()] }
+    }
+
+    /// The patches that hold the one of rank `rank`, larger volumes first.
+    fn containers(&mut self, rank: usize) -> Vec<usize> {
+        let own = &self.measures[self.solid[rank]];
+        let mut ranks = Vec::new();
+        self.boxes.overlapping(&Bounds::of(&[own.sample]), 0, |place| ranks.push(self.boxes.order[place] as usize));
+        ranks.retain(|&other| other < rank && self.measures[self.solid[other]].bounds.contains(&own.bounds));
+        ranks.sort_unstable();
+        let candidates = ranks.into_iter().map(|other| self.solid[other]);
+        candidates.filter(|&patch| self.winding(patch, &own.sample).abs() > 0.5).collect()
     }
 
     fn winding(&mut self, patch: usize, point: &Point3<f64>) -> f64 {

@@ -146,6 +146,18 @@ fn crossing_shells_intersect() {
 }
 
 #[test]
+fn many_shells_are_judged_one_by_one() {
+    let mut mesh = cube();
+    for k in 1..300 {
+        let shell = if k % 3 == 0 { inverted(cube()) } else { cube() };
+        mesh = both(mesh, &shell, [3.0 * f64::from(k % 20), 3.0 * f64::from(k / 20), 0.0]);
+    }
+    let surface = check(mesh, &[(DefectKind::FlippedShell, 99, 36), (DefectKind::SeveralShells, 300, 12)]);
+    assert!(surface.simple);
+    assert_close(volume_m3(&surface), 2400.0);
+}
+
+#[test]
 fn holes_are_counted_as_loops() {
     let mut mesh = shapes::sphere(1.0, 2);
     mesh.triangles.remove(200);

@@ -6,16 +6,22 @@ use super::sweep::{lathe, tube};
 use nalgebra::{Point3, Vector2, Vector3};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-/// A mug with a handle, 0.1 m high, with a wall of 8 mm; about 40,000 triangles, genus 1.
+/// A mug with a handle along +x, 0.1 m high and 0.08 m wide, with a wall of 9 mm; about 70,000 triangles, genus 1.
+///
+/// Its rims are rounded on purpose: lattices follow smooth surfaces well, and sharp edges only raggedly.
 pub fn mug() -> RawMesh {
-    let body = |p: &Point3<f64>| capped(p, 0.040, 0.0, 0.100);
-    let hollow = |p: &Point3<f64>| capped(p, 0.032, 0.010, 0.120);
-    let handle = |p: &Point3<f64>| {
-        let ring = Vector2::new(p.x - 0.040, p.y - 0.050).norm() - 0.027;
-        Vector2::new(ring, p.z).norm() - 0.007
-    };
-    let height = |p: &Point3<f64>| blend(body(p), handle(p), 0.006).max(-hollow(p));
-    implicit(Point3::new(-0.0443, -0.0042, -0.0443), Point3::new(0.0793, 0.1043, 0.0443), 0.0025, height)
+    implicit(Point3::new(-0.0443, -0.0042, -0.0443), Point3::new(0.0793, 0.1043, 0.0443), 0.0019, mug_height)
+}
+
+/// Negative inside the mug: a wall and a bottom thickened about their profiles, a ring for a handle, a hollow.
+fn mug_height(p: &Point3<f64>) -> f64 {
+    let profile = Point3::new(p.x.hypot(p.z), p.y, 0.0);
+    let wall = capsule(&profile, [0.0355, 0.0055, 0.0], [0.0355, 0.0955, 0.0], 0.0045, 0.0045);
+    let bottom = capsule(&profile, [0.0, 0.0055, 0.0], [0.0345, 0.0055, 0.0], 0.0055, 0.0055);
+    let ring = Vector2::new(p.x - 0.040, p.y - 0.051).norm() - 0.0265;
+    let handle = Vector2::new(ring, 0.9 * p.z).norm() - 0.0062;
+    let hollow = -blend(0.031 - profile.x, profile.y - 0.011, 0.008);
+    blend(blend(wall, bottom, 0.006), handle, 0.007).max(-hollow)
 }
 
 /// A vase, 0.3 m high, with a wall of 6 mm.
@@ -103,11 +109,6 @@ pub fn statue() -> RawMesh {
     implicit(Point3::new(-0.2703, -0.0042, -0.0843), Point3::new(0.3393, 0.5203, 0.0843), 0.0075, height)
 }
 
-/// Distance-like height of a cylinder about the y axis.
-fn capped(p: &Point3<f64>, radius: f64, low: f64, high: f64) -> f64 {
-    (p.x.hypot(p.z) - radius).max(low - p.y).max(p.y - high)
-}
-
 /// Height of a segment thickened by a radius that changes linearly.
 fn capsule(p: &Point3<f64>, from: [f64; 3], to: [f64; 3], start: f64, end: f64) -> f64 {
     let (from, to) = (Point3::from(from), Point3::from(to));
@@ -130,4 +131,19 @@ fn swept(path: &[([f64; 2], f64)], section: &[[f64; 2]]) -> RawMesh {
         section.iter().rev().map(|&[out, side]| Point3::new(x + out * cosine, y + out * sine, side)).collect()
     };
     tube(&path.iter().map(ring).collect::<Vec<Vec<_>>>())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_mug_holds_coffee_and_a_finger() {
+        let solid = |x: f64, y: f64| mug_height(&Point3::new(x, y, 0.0)) < 0.0;
+        assert!(!solid(0.0, 0.05) && !solid(0.028, 0.09), "hollow inside");
+        assert!(solid(0.0, 0.005) && solid(-0.0355, 0.05), "bottom and wall");
+        assert!(solid(0.0665, 0.051) && !solid(0.05, 0.051), "a handle with a hole");
+        let mesh = mug();
+        assert_eq!(mesh.positions_m.len() * 2, mesh.triangles.len(), "closed and of genus 1");
+    }
 }

@@ -31,7 +31,7 @@ fn spheres_converge_with_the_square_of_the_spacing() {
 
 #[test]
 fn objects_are_closed_and_of_the_expected_size() {
-    assert_near(check(mug()), 2.1e-4, 0.15);
+    assert_near(check(mug()), 2.49e-4, 0.01);
     assert_near(check(vase()), 7.5e-4, 0.3);
     assert_near(check(arch()), 0.2 * 0.3 * (0.8 + 0.5 * PI), 0.01);
     assert_near(check(horseshoe()), PI * 1e-4 * 0.355, 0.05);
