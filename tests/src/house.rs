@@ -4,6 +4,7 @@ use serde_json::Value;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
+use std::sync::OnceLock;
 use tempfile::TempDir;
 
 /// A place of its own; ends its daemon and leaves nothing in shared memory.
@@ -12,17 +13,19 @@ pub struct House {
     daemon: Option<Child>,
 }
 
-/// A program of this workspace, built by cargo beside the test's own binary; built now where it is missing.
+/// A program of this workspace, which cargo puts beside the test's own binary. `cargo test --test NAME` alone does not
+/// build it, so cargo is asked to, once per process: it has nothing to do after `cargo test --workspace`.
 fn program(name: &str) -> PathBuf {
-    let own = std::env::current_exe().unwrap();
-    let folder = own.parent().and_then(Path::parent).unwrap();
-    let path = folder.join(name);
-    if !path.exists() {
+    static FOLDER: OnceLock<PathBuf> = OnceLock::new();
+    let build = || {
+        let own = std::env::current_exe().unwrap();
+        let folder = own.parent().and_then(Path::parent).unwrap();
         let profile = if folder.ends_with("release") { "release" } else { "dev" };
-        let built = Command::new(env!("CARGO")).args(["build", "--workspace", "--bins", "--profile", profile]).status();
-        assert!(built.unwrap().success());
-    }
-    path
+        let arguments = ["build", "--quiet", "--workspace", "--bins", "--profile", profile];
+        assert!(Command::new(env!("CARGO")).args(arguments).status().unwrap().success());
+        folder.to_owned()
+    };
+    FOLDER.get_or_init(build).join(name)
 }
 
 impl House {

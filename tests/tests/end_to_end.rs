@@ -177,7 +177,7 @@ fn bad_meshes_are_refused_by_name_and_leave_nothing() {
     refused("strange.xyz", triangle, &[], "unknown_format");
     refused("sheet.obj", triangle, &[], "nothing_inside");
     refused("nan.obj", "v nan 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", &[], "non_finite_vertex");
-    refused("far.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 7\n", &[], "vertex_out_of_bounds");
+    refused("far.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 7\n", &[], "malformed_file");
     refused("point.obj", "v 0 0 0\nv 0 0 0\nv 0 0 0\nf 1 2 3\n", &[], "zero_extent");
     refused("line.obj", "v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n", &[], "all_degenerate");
     refused("garbage.ply", "ply\nformat what\n", &[], "malformed_file");
@@ -188,6 +188,8 @@ fn bad_meshes_are_refused_by_name_and_leave_nothing() {
     let text = std::fs::read_to_string(&cube).unwrap();
     refused("fine.obj", &text, &["--crack-spacing", "1e-9"], "spacing_out_of_range");
     refused("coarse.obj", &text, &["--crack-spacing", "7"], "spacing_out_of_range");
+    refused("many.obj", &text, &["--elastic-spacing", "0.01"], "too_many_nodes");
+    refused("order.obj", &text, &["--elastic-spacing", "0.05", "--crack-spacing", "0.06"], "spacing_order");
     let (code, document) = house.json("shatterd", &["bake", "cube.obj", "--unit", "furlong"]);
     assert_eq!((code, document["error"]["kind"].as_str()), (2, Some("usage")));
     let (code, document) = house.json("shatterd", &["bake", "/no/such/file.obj", "--name", "bad"]);

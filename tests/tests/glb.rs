@@ -1,5 +1,6 @@
 //! Exported files against an independent reader.
 
+use proptest::prelude::*;
 use shatter_client::export::{ExportError, FragmentView, RunView, glb_bytes};
 use shatter_tests::glb;
 
@@ -44,9 +45,9 @@ fn file(cut: f32) -> Result<Vec<u8>, ExportError> {
     Ok(glb_bytes(&views)?.0)
 }
 
-#[test]
-fn an_independent_reader_finds_both_halves_closed() {
-    let fragments = glb::parse(&file(0.25).unwrap()).unwrap();
+/// Both halves are closed, have their runs, and hold what the writer says.
+fn check(cut: f32) {
+    let fragments = glb::parse(&file(cut).unwrap()).unwrap();
     assert_eq!(fragments.len(), 2);
     for fragment in &fragments {
         fragment.check_closed().unwrap();
@@ -55,6 +56,13 @@ fn an_independent_reader_finds_both_halves_closed() {
         assert!((fragment.volume_m3() - fragment.stated_volume_m3).abs() < 1e-7);
     }
     assert_eq!(fragments[1].centre_m, [1.0, 0.0, 0.0]);
+}
+
+proptest! {
+    #[test]
+    fn an_independent_reader_finds_both_halves_closed(cut in 0.001f32..0.999) {
+        check(cut);
+    }
 }
 
 #[test]

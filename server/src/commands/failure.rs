@@ -117,6 +117,8 @@ impl From<LatticeError> for Failure {
         let (kind, at) = match &error {
             LatticeError::SpacingOutOfRange { spacing, .. } => ("spacing_out_of_range", spacing.to_string()),
             LatticeError::GridTooLarge { spacing, .. } => ("grid_too_large", spacing.to_string()),
+            LatticeError::TooManyNodes { level, .. } => ("too_many_nodes", (*level).to_owned()),
+            LatticeError::CrackCoarser { crack, .. } => ("spacing_order", crack.to_string()),
             LatticeError::NothingInside { spacing } => ("nothing_inside", spacing.to_string()),
             LatticeError::Cancelled(_) => ("cancelled", String::new()),
             LatticeError::BoundsNotFinite

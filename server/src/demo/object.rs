@@ -1,7 +1,7 @@
 //! What is struck: a mug, made here, baked once.
 
-use super::progress::Progress;
 use super::DemoError;
+use super::progress::Progress;
 use crate::commands::bake::MATERIALS;
 use nalgebra::{Point3, Vector3};
 use shatter_fracture::database::{self, BakeRequest, Step};

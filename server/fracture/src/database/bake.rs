@@ -111,7 +111,7 @@ pub fn bake(
     let inside = Inside::new(&surface);
     let volume = inside.input_volume(token)?;
     progress(Step::Lattices);
-    let parameters = parameters(request, &surface, volume);
+    let parameters = parameters(request, &surface, volume)?;
     let levels = lattice::levels(&inside, parameters.elastic_spacing, parameters.crack_spacing, volume, token)?;
     let report = report(&surface, &inside, volume, &levels);
     let poisson = parameters.material.poisson;
@@ -164,19 +164,19 @@ fn check(request: &BakeRequest) -> Result<(), BakeError> {
     Ok(())
 }
 
-fn parameters(request: &BakeRequest, surface: &Surface, volume: f64) -> Parameters {
-    let area = area(surface);
-    let spacing = |nodes| lattice::default_spacing(volume, area, nodes);
-    Parameters {
+fn parameters(request: &BakeRequest, surface: &Surface, volume: f64) -> Result<Parameters, LatticeError> {
+    let [elastic_spacing, crack_spacing] =
+        lattice::spacings(volume, area(surface), request.elastic_spacing, request.crack_spacing)?;
+    Ok(Parameters {
         material_name: request.material_name.clone(),
         material: request.material.clone(),
         fragment_size_m: request.fragment_size_m.unwrap_or(DEFAULT_FRAGMENT_DIAGONALS * surface.frame.diagonal_m),
-        elastic_spacing: request.elastic_spacing.unwrap_or_else(|| spacing(lattice::ELASTIC_NODES_DEFAULT)),
-        crack_spacing: request.crack_spacing.unwrap_or_else(|| spacing(lattice::CRACK_NODES_DEFAULT)),
+        elastic_spacing,
+        crack_spacing,
         modes: lift::MODES_DEFAULT,
         alpha: lift::ALPHA_DEFAULT,
         seed: request.seed,
-    }
+    })
 }
 
 /// Area of the surface, local.

@@ -26,6 +26,30 @@ pub enum LatticeError {
         /// The spacing, local.
         spacing: f64,
     },
+    /// A level would have more nodes than [`super::ELASTIC_NODES_MAX`] or [`super::CRACK_NODES_MAX`].
+    #[error(
+        "{level} spacing {spacing} gives about {nodes:.0} nodes, more than {nodes_max}; {spacing_needed:.4} is fine"
+    )]
+    TooManyNodes {
+        /// "elastic" or "crack".
+        level: &'static str,
+        /// What was asked for, local.
+        spacing: f64,
+        /// About how many nodes.
+        nodes: f64,
+        /// The limit.
+        nodes_max: usize,
+        /// The finest spacing within the limit, local.
+        spacing_needed: f64,
+    },
+    /// The crack level would be coarser than the elastic one.
+    #[error("crack spacing {crack} is coarser than elastic spacing {elastic}")]
+    CrackCoarser {
+        /// Spacing of the crack level, local.
+        crack: f64,
+        /// Spacing of the elastic level, local.
+        elastic: f64,
+    },
     /// The shape's box is not finite, or inside out.
     #[error("the shape's bounds are not finite, or inside out")]
     BoundsNotFinite,

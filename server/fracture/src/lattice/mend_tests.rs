@@ -48,7 +48,8 @@ fn two_holes_that_meet_at_a_node_become_one() {
     let whole = block([4, 4, 4], 0.25);
     let middle = whole.nodes.iter().position(|node| node.coords.norm() < 1e-12).unwrap() as u32;
     let star = whole.stars().of(middle).to_vec();
-    let apart = |a: u32, b: u32| whole.tets[a as usize].iter().filter(|n| whole.tets[b as usize].contains(n)).count() == 1;
+    let apart =
+        |a: u32, b: u32| whole.tets[a as usize].iter().filter(|n| whole.tets[b as usize].contains(n)).count() == 1;
     let other = star[1..].iter().copied().find(|&tet| apart(star[0], tet)).unwrap();
     let holes = part(&whole, |tet| tet as u32 != star[0] && tet as u32 != other);
     assert!(matches!(check_manifold(&holes), Err(Pinch::Node { fans: 2, .. })));

@@ -32,7 +32,9 @@ pub use levels::{BodyLattice, LevelReport, Levels, OVERLAP_MIN, Replaced, Replac
 pub use locate::{Locator, Nearest, Place};
 pub use measure::Dihedral;
 pub use mend::{Pinch, check_manifold};
-pub use spacing::{CRACK_NODES_DEFAULT, ELASTIC_NODES_DEFAULT, default_spacing};
+pub use spacing::{
+    CRACK_NODES_DEFAULT, CRACK_NODES_MAX, ELASTIC_NODES_DEFAULT, ELASTIC_NODES_MAX, default_spacing, spacings,
+};
 pub use transfer::Transfer;
 
 use nalgebra::{Matrix3, Point3};

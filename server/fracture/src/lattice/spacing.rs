@@ -1,5 +1,6 @@
-//! Which spacing gives about how many nodes.
+//! Which spacing gives about how many nodes, and which spacings are accepted.
 
+use super::LatticeError;
 use super::grid::SPACING_RANGE;
 
 /// Crack nodes that a bake aims at by default, boundary included.
@@ -8,22 +9,62 @@ pub const CRACK_NODES_DEFAULT: usize = 12_000;
 /// Elastic nodes that a bake aims at by default, boundary included.
 pub const ELASTIC_NODES_DEFAULT: usize = 3_000;
 
+/// Crack nodes that a bake accepts: the eigenpairs of the lift take minutes there.
+pub const CRACK_NODES_MAX: usize = 250_000;
+
+/// Elastic nodes that a bake accepts: the factor takes gigabytes and minutes there.
+pub const ELASTIC_NODES_MAX: usize = 60_000;
+
 /// Thickness of the layer that stands for the boundary's nodes, in spacings: measured 0.63 to 0.80 on balls, boxes,
 /// tori, slabs, the horse and the bunny, at 1 000 to 12 000 nodes.
 const LAYER: f64 = 0.7;
 
-/// The spacing (local) at which a solid of this volume and surface area (local) gets about `nodes` nodes, boundary
-/// included, clamped to [`SPACING_RANGE`].
+/// About how many nodes a solid of this volume and surface area (local) gets at `spacing`, boundary included.
 ///
 /// A body-centred cubic grid has two nodes per cube; the boundary adds what a layer of 0.7 spacings would.
+fn nodes_at(spacing: f64, volume: f64, area: f64) -> f64 {
+    2.0 * (volume + area * LAYER * spacing) / spacing.powi(3)
+}
+
+/// The spacing (local) at which a solid of this volume and surface area (local) gets about `nodes` nodes, boundary
+/// included, clamped to [`SPACING_RANGE`].
 pub fn default_spacing(volume: f64, area: f64, nodes: usize) -> f64 {
     let [low, high] = SPACING_RANGE;
-    let count = |spacing: f64| 2.0 * (volume + area * LAYER * spacing) / spacing.powi(3);
     let (mut below, mut above) = (low, high);
     // The count falls with the spacing; a thousandth of a percent is far finer than the estimate.
     for _ in 0..40 {
         let middle = 0.5 * (below + above);
-        if count(middle) > nodes as f64 { below = middle } else { above = middle }
+        if nodes_at(middle, volume, area) > nodes as f64 { below = middle } else { above = middle }
     }
     0.5 * (below + above)
+}
+
+/// The elastic and the crack spacing (local) for a solid of this volume and surface area (local): what was asked for, or
+/// about [`ELASTIC_NODES_DEFAULT`] and [`CRACK_NODES_DEFAULT`] nodes, the crack level never the coarser one.
+///
+/// Errors: [`LatticeError::SpacingOutOfRange`], [`LatticeError::TooManyNodes`], [`LatticeError::CrackCoarser`].
+pub fn spacings(volume: f64, area: f64, elastic: Option<f64>, crack: Option<f64>) -> Result<[f64; 2], LatticeError> {
+    let default = |nodes| default_spacing(volume, area, nodes);
+    let chosen = match (elastic, crack) {
+        (None, None) => [default(ELASTIC_NODES_DEFAULT), default(CRACK_NODES_DEFAULT)],
+        (Some(elastic), None) => [elastic, default(CRACK_NODES_DEFAULT).min(elastic)],
+        (None, Some(crack)) => [default(ELASTIC_NODES_DEFAULT).max(crack), crack],
+        (Some(elastic), Some(crack)) => [elastic, crack],
+    };
+    let [spacing_min, spacing_max] = SPACING_RANGE;
+    for (level, (spacing, nodes_max)) in chosen.into_iter().zip([ELASTIC_NODES_MAX, CRACK_NODES_MAX]).enumerate() {
+        if !(spacing_min..=spacing_max).contains(&spacing) {
+            return Err(LatticeError::SpacingOutOfRange { spacing, spacing_min, spacing_max });
+        }
+        let nodes = nodes_at(spacing, volume, area);
+        if nodes > nodes_max as f64 {
+            let level = ["elastic", "crack"][level];
+            let spacing_needed = default_spacing(volume, area, nodes_max);
+            return Err(LatticeError::TooManyNodes { level, spacing, nodes, nodes_max, spacing_needed });
+        }
+    }
+    match chosen {
+        [elastic, crack] if crack > elastic => Err(LatticeError::CrackCoarser { crack, elastic }),
+        chosen => Ok(chosen),
+    }
 }

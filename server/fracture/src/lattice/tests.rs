@@ -168,7 +168,10 @@ fn volume_and_deviation_of_a_ball_converge_with_the_square_of_the_spacing() {
     for (measure, name) in ["volume", "deviation"].iter().enumerate() {
         // The largest deviation depends on how the grid happens to lie: judge the whole range, a factor of four.
         let order = (errors[0][measure] / errors[2][measure]).log2() / 2.0;
-        println!("{name}: {:.2e} at 0.1, {:.2e} at 0.025, observed order {order:.2}", errors[0][measure], errors[2][measure]);
+        println!(
+            "{name}: {:.2e} at 0.1, {:.2e} at 0.025, observed order {order:.2}",
+            errors[0][measure], errors[2][measure]
+        );
         assert!((1.7..2.4).contains(&order), "{name} {order}");
     }
 }
@@ -200,9 +203,8 @@ fn the_lattice_does_not_depend_on_the_number_of_threads() {
 
 #[test]
 fn what_cannot_be_stuffed_is_refused_with_the_reason() {
-    let refused = |shape: &dyn SignedDistance, spacing, volume| {
-        stuff(shape, spacing, volume, &Token::default()).unwrap_err()
-    };
+    let refused =
+        |shape: &dyn SignedDistance, spacing, volume| stuff(shape, spacing, volume, &Token::default()).unwrap_err();
     let shape = ball(0.3);
     for spacing in [0.0, -0.1, 0.0019, 0.26, f64::INFINITY, f64::NAN] {
         assert!(matches!(refused(&shape, spacing, None), LatticeError::SpacingOutOfRange { .. }));
@@ -212,7 +214,8 @@ fn what_cannot_be_stuffed_is_refused_with_the_reason() {
         assert!(matches!(refused(&shape, 0.1, Some(volume)), LatticeError::VolumeNotPositive { .. }));
     }
     assert_eq!(refused(&ball(0.01), 0.2, None), LatticeError::NothingInside { spacing: 0.2 });
-    let hole = Shape { distance: |p: &Point3<f64>| if p.x > 0.0 { f64::NAN } else { -0.1 }, half: Vector3::repeat(0.1) };
+    let hole =
+        Shape { distance: |p: &Point3<f64>| if p.x > 0.0 { f64::NAN } else { -0.1 }, half: Vector3::repeat(0.1) };
     assert!(matches!(refused(&hole, 0.05, None), LatticeError::DistanceNotFinite { place } if place.x > 0.0));
     let endless = Shape { distance: |_: &Point3<f64>| 1.0, half: Vector3::repeat(f64::INFINITY) };
     assert_eq!(refused(&endless, 0.05, None), LatticeError::BoundsNotFinite);

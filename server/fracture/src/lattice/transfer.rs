@@ -130,10 +130,15 @@ impl Cover {
             samples.push([0, 1, 2, 3].map(|k| if k == corner { 1.0 } else { 0.0 }));
         }
         let place = |weights: &[f64; 4]| {
-            Point3::from(corners.iter().zip(weights).map(|(corner, weight)| corner.coords * *weight).sum::<Vector3<f64>>())
+            Point3::from(
+                corners.iter().zip(weights).map(|(corner, weight)| corner.coords * *weight).sum::<Vector3<f64>>(),
+            )
         };
-        let outside: Vec<[f64; 4]> =
-            samples.iter().copied().filter(|weights| self.locator.containing(&place(weights), None).is_none()).collect();
+        let outside: Vec<[f64; 4]> = samples
+            .iter()
+            .copied()
+            .filter(|weights| self.locator.containing(&place(weights), None).is_none())
+            .collect();
         let outside = if outside.is_empty() { vec![samples[0]] } else { outside };
         let each = volume / outside.len() as f64;
         for weights in &outside {

@@ -1,75 +1,108 @@
-//! Wavefront OBJ: `v` and `f` statements; everything else is left out.
+//! Wavefront OBJ: vertices and faces, through `tobj`; everything else is left out.
 //!
-//! Read here and not by `tobj`, which drops vertices of no face, renumbers the others per group, reads f32 unless a
-//! global feature is set, and tells no line: then a defect could not be found in the file.
+//! `tobj` numbers vertices by first use, tells no place in the file, and stops at lines that are no UTF-8 or that go on
+//! after a backslash. So it is handed statements, `v` and `f` alone and whole, with a point of every vertex just behind
+//! it, which keeps the file's own numbers; and where it refuses, halving finds the statement that it refuses.
 
 use super::polygon::Polygons;
 use super::{RawMesh, SurfaceError, malformed, within_limit};
 use crate::surface::DOUBLE;
 use nalgebra::Point3;
+use tobj::{LoadError, LoadOptions, Mesh};
 
 pub(super) fn parse(bytes: &[u8]) -> Result<RawMesh, SurfaceError> {
-    let text = String::from_utf8_lossy(bytes);
-    let mut positions = Vec::new();
+    let statements = statements(&String::from_utf8_lossy(bytes));
+    within_limit(statements.len())?;
+    let mesh = load(&statements, statements.len()).map_err(|error| refused(&statements, &error))?;
+    let positions: Vec<Point3<f64>> = mesh.positions.chunks_exact(3).map(Point3::from_slice).collect();
     let mut polygons = Polygons::default();
-    let mut pending = String::new();
-    for (line, part) in text.lines().enumerate() {
-        let statement = match (part.strip_suffix('\\'), pending.is_empty()) {
-            (Some(part), _) => {
-                pending.push_str(part);
-                pending.push(' ');
-                continue;
-            }
-            (None, true) => part,
-            (None, false) => {
-                pending.push_str(part);
-                pending.as_str()
-            }
-        };
-        let mut words = statement.split_whitespace();
-        match words.next() {
-            Some("v") => positions.push(vertex(words).map_err(|reason| malformed("obj", at(line), reason))?),
-            Some("f") => face(words, line, positions.len(), &mut polygons)?,
-            _ => {}
+    let mut start = 0;
+    for (statement, &arity) in statements.iter().zip(&mesh.face_arities) {
+        let end = start + arity as usize;
+        if !statement.is_vertex {
+            polygons.push(mesh.indices[start..end].iter().copied());
         }
-        pending.clear();
+        start = end;
     }
-    within_limit(positions.len())?;
     let (triangles, faces) = polygons.triangles(&positions)?;
     Ok(RawMesh { positions_m: positions, triangles, faces, rounding: DOUBLE })
 }
 
-fn at(line: usize) -> String {
-    format!("line {}", line + 1)
-}
-
-/// The first three numbers; a weight or a colour may follow.
-fn vertex<'a>(mut words: impl Iterator<Item = &'a str>) -> Result<Point3<f64>, String> {
-    let mut point = Point3::origin();
-    for axis in 0..3 {
-        let word = words.next().ok_or("a vertex needs three coordinates")?;
-        point[axis] = word.parse().map_err(|_| format!("'{word}' is not a number"))?;
-    }
-    Ok(point)
-}
-
-/// Corners `v`, `v/vt`, `v//vn` or `v/vt/vn`, counted from 1, or backwards from the latest vertex if negative.
-fn face<'a>(
-    words: impl Iterator<Item = &'a str>,
+/// A vertex or a face, as `tobj` shall see it.
+struct Statement {
+    is_vertex: bool,
+    /// The last of its lines, from 1.
     line: usize,
-    vertices: usize,
-    polygons: &mut Polygons,
-) -> Result<(), SurfaceError> {
-    let mut corners = Vec::new();
-    for word in words.take_while(|word| !word.starts_with('#')) {
-        let number = word.split('/').next().unwrap_or_default();
-        let index: i64 =
-            number.parse().map_err(|_| malformed("obj", at(line), format!("'{word}' is not a vertex index")))?;
-        let index = if index < 0 { index.saturating_add(vertices as i64) } else { index - 1 };
-        let vertices = vertices as u64;
-        let error = SurfaceError::VertexOutOfBounds { face: polygons.len() as u64, index, vertices };
-        corners.push(u32::try_from(index).map_err(|_| error)?);
+    /// How many vertices, or how many vertices and faces, come before it: what is left out first when halving.
+    rank: usize,
+    text: String,
+}
+
+/// Vertices without weights and colours, faces without texture and normal indices.
+fn statements(text: &str) -> Vec<Statement> {
+    let (mut statements, mut pending) = (Vec::new(), String::new());
+    for (line, part) in text.lines().enumerate() {
+        if let Some(part) = part.strip_suffix('\\') {
+            pending.push_str(part);
+            pending.push(' ');
+            continue;
+        }
+        pending.push_str(part);
+        let mut words = pending.split('#').next().unwrap_or_default().split_whitespace();
+        let text = match words.next() {
+            Some("v") => Some(words.take(3).fold("v".to_owned(), |text, word| text + " " + word)),
+            Some("f") => {
+                Some(words.fold("f".to_owned(), |text, word| text + " " + word.split('/').next().unwrap_or("")))
+            }
+            _ => None,
+        };
+        statements.extend(text.map(|text| Statement {
+            is_vertex: text.starts_with('v'),
+            line: line + 1,
+            rank: 0,
+            text,
+        }));
+        pending.clear();
     }
-    polygons.push(corners);
-    Ok(())
+    rank(&mut statements);
+    statements
+}
+
+/// All vertices, then all faces.
+fn rank(statements: &mut [Statement]) {
+    let vertices = statements.iter().filter(|statement| statement.is_vertex).count();
+    let (mut vertex, mut face) = (0, vertices);
+    for statement in statements {
+        let next = if statement.is_vertex { &mut vertex } else { &mut face };
+        statement.rank = *next;
+        *next += 1;
+    }
+}
+
+/// One mesh of the statements of rank below `end`: per statement one face, for a vertex the point alone.
+fn load(statements: &[Statement], end: usize) -> Result<Mesh, LoadError> {
+    let mut text = String::new();
+    for statement in statements.iter().filter(|statement| statement.rank < end) {
+        text += &statement.text;
+        text += if statement.is_vertex { "\nf -1\n" } else { "\n" };
+    }
+    let options = LoadOptions { single_index: true, ..LoadOptions::default() };
+    let (mut models, _) = tobj::load_obj_buf(&mut text.as_bytes(), &options, |_| Err(LoadError::OpenFileFailed))?;
+    models.pop().map(|model| model.mesh).ok_or(LoadError::GenericFailure)
+}
+
+/// Names the first statement, vertices before faces, that `tobj` refuses.
+fn refused(statements: &[Statement], error: &LoadError) -> SurfaceError {
+    let (mut accepted, mut refused) = (0, statements.len());
+    while refused - accepted > 1 {
+        let middle = accepted.midpoint(refused);
+        *(if load(statements, middle).is_ok() { &mut accepted } else { &mut refused }) = middle;
+    }
+    let found = statements.iter().find(|statement| statement.rank == accepted);
+    let line = found.map_or(0, |statement| statement.line);
+    malformed(
+        "obj",
+        format!("line {line}"),
+        found.map_or(error.to_string(), |found| format!("{error}: '{}'", found.text)),
+    )
 }

@@ -25,7 +25,7 @@ fn mesh() -> RawMesh {
 }
 
 fn request() -> BakeRequest {
-    let materials = Materials::parse(include_str!("../../../config/materials.toml")).unwrap();
+    let materials = Materials::parse(include_str!("../../config/materials.toml")).unwrap();
     BakeRequest {
         name: "bench".into(),
         material_name: "ceramic".into(),
