@@ -100,7 +100,7 @@ fn request(strike: &Strike) -> pipeline::Strike {
 }
 
 /// A refusal of the engine on the wire.
-fn refusal(error: StrikeError) -> Refusal {
+pub(crate) fn refusal(error: StrikeError) -> Refusal {
     let of = |contact: &usize, field: &str| format!("contacts[{contact}].{field}");
     let (kind, at) = match &error {
         StrikeError::ContactCount(count) => (Kind::ContactCount, count.to_string()),

@@ -71,8 +71,9 @@ fn stages(criterion: &mut Criterion) {
     let mut shares = strain_energy(&prepared, &impact, &mut workspace, &token, &mut ()).unwrap().remove(0).shares;
     let field = Field::new(&body.interior, &body.volumes, &mut shares).unwrap();
     criterion.bench_function("threshold", |bencher| bencher.iter(|| degree::first_moment(black_box(&field))));
-    criterion
-        .bench_function("degree (closed form)", |bencher| bencher.iter(|| degree::closed_form(black_box(&field), 1.0)));
+    criterion.bench_function("degree (closed form)", |bencher| {
+        bencher.iter(|| degree::closed_form(black_box(&field), &body.slenderness, 1.0))
+    });
     let options = Options::new(SITES as usize, 1);
     let mut cells = centroidal::Workspace::default();
     criterion.bench_function("centroidal", |bencher| {

@@ -17,6 +17,7 @@ pub mod lattice;
 pub mod lift;
 pub mod pipeline;
 pub mod random;
+pub mod reference;
 pub mod scene;
 pub mod sparse;
 pub mod surface;

@@ -16,11 +16,11 @@ const USAGE: u8 = 2;
 /// A command's failure, as printed and as exit code.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Failure {
-    kind: &'static str,
+    pub(crate) kind: &'static str,
     fault: &'static str,
     retry: bool,
     at: String,
-    message: String,
+    pub(crate) message: String,
     exit_code: u8,
 }
 
@@ -135,6 +135,7 @@ impl From<BakeError> for Failure {
         match error {
             BakeError::Name(name) => Self::refused("object_name", name, message),
             BakeError::NotPositive { key, .. } => Self::refused("not_positive", key, message),
+            BakeError::TooThin { spacing, .. } => Self::refused("too_thin", spacing.to_string(), message),
             BakeError::Surface(error) => error.into(),
             BakeError::Lattice(error) => error.into(),
             BakeError::Elasticity { body, .. } => Self::refused("elasticity", format!("body {body}"), message),

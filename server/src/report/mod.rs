@@ -5,9 +5,11 @@
 
 mod chart;
 mod figures;
+mod study;
 mod text;
 
 pub use figures::{bytes, grouped, nanoseconds, share, significant};
+pub use study::{Section, Study, Table, study};
 
 use crate::picture::Ramp;
 use base64::Engine;
@@ -99,19 +101,25 @@ pub struct Page {
 pub fn html(page: &Page) -> String {
     let longest = page.strikes.iter().flat_map(|strike| &strike.stages).filter_map(|stage| stage.ns).max().unwrap_or(0);
     let strikes: String = page.strikes.iter().enumerate().map(|(k, strike)| section(k, strike, longest)).collect();
-    let paragraphs =
-        |lines: &[String]| -> String { lines.iter().map(|line| format!("<p>{}</p>\n", escape(line))).collect() };
     let notes =
         if page.notes.is_empty() { String::new() } else { format!("<footer>\n{}</footer>\n", paragraphs(&page.notes)) };
+    shell(&page.title, &page.lead, &facts(&page.facts), &(strikes + &notes))
+}
+
+fn paragraphs(lines: &[String]) -> String {
+    lines.iter().map(|line| format!("<p>{}</p>\n", escape(line))).collect()
+}
+
+/// The document around `body`; `facts` and `body` are HTML already.
+fn shell(title: &str, lead: &[String], facts: &str, body: &str) -> String {
     format!(
         "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
          <meta name=\"color-scheme\" content=\"light dark\">\n<title>{title}</title>\n<style>\n{style}</style>\n</head>\n\
-         <body>\n<main>\n<header>\n<h1>{title}</h1>\n{lead}{facts}</header>\n{strikes}{notes}</main>\n</body>\n</html>\n",
-        title = escape(&page.title),
+         <body>\n<main>\n<header>\n<h1>{title}</h1>\n{lead}{facts}</header>\n{body}</main>\n</body>\n</html>\n",
+        title = escape(title),
         style = include_str!("style.css"),
-        lead = paragraphs(&page.lead),
-        facts = facts(&page.facts),
+        lead = paragraphs(lead),
     )
 }
 

@@ -129,7 +129,12 @@ impl<'a> Field<'a> {
     /// V_v·W_v^(3/5)·(det g)^(1/5): node v's share of the optimal number of sites, up to a factor (Gersho 1979, Zador 1982,
     /// in dimension 3); W in units of [`Self::mean_density`].
     pub fn site_share(&self, node: usize) -> f64 {
-        self.volumes[node] * self.relative_density_three_fifths(node) * self.lift.density[node]
+        self.measure(node) * self.relative_density_three_fifths(node)
+    }
+
+    /// V_v·(det g)^(1/5), local volume.
+    pub(crate) fn measure(&self, node: usize) -> f64 {
+        self.volumes[node] * self.lift.density[node]
     }
 }
 

@@ -16,7 +16,7 @@ mod workspace;
 
 pub use field::{FLOOR, Field, FieldError};
 pub use lloyd::ITERATIONS_MAX;
-pub(crate) use power::three_fifths;
+pub(crate) use power::{cube_root, three_fifths};
 pub use workspace::Workspace;
 
 use crate::random::Stream;

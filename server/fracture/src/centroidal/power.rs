@@ -1,4 +1,4 @@
-//! x^(3/5) from additions, multiplications and divisions alone: the same bits on every machine, which the mathematical
+//! x^(3/5) and x^(1/3) from additions, multiplications and divisions alone: the same bits on every machine, which the mathematical
 //! library of the platform does not promise.
 
 /// x^(3/5) to a few units in the last place. Zero, negative and subnormal numbers give 0; infinity and NaN stay.
@@ -19,9 +19,37 @@ pub(crate) fn three_fifths(x: f64) -> f64 {
     root * root * root
 }
 
+/// x^(1/3) to a few units in the last place; zero, negative and subnormal numbers give 0, infinity and NaN stay.
+///
+/// A third of the bit pattern is within 7 % of the root; each Newton step on r³ = x squares that error.
+pub(crate) fn cube_root(x: f64) -> f64 {
+    if x < f64::MIN_POSITIVE {
+        return 0.0;
+    }
+    if !x.is_finite() {
+        return x;
+    }
+    let mut root = f64::from_bits(x.to_bits() / 3 + 1.0f64.to_bits() / 3 * 2);
+    for _ in 0..5 {
+        root = (2.0 * root + x / (root * root)) / 3.0;
+    }
+    root
+}
+
 #[cfg(test)]
 mod tests {
-    use super::three_fifths;
+    use super::{cube_root, three_fifths};
+
+    #[test]
+    fn cube_roots_agree_with_cbrt_over_all_magnitudes() {
+        for step in -3000..3000 {
+            let x = (f64::from(step) * 0.23).exp();
+            if x.is_normal() {
+                assert!((cube_root(x) / x.cbrt() - 1.0).abs() <= 1e-15, "{x:e}");
+            }
+        }
+        assert_eq!((cube_root(0.0), cube_root(f64::INFINITY)), (0.0, f64::INFINITY));
+    }
 
     #[test]
     fn three_fifths_agrees_with_powf_over_all_magnitudes() {

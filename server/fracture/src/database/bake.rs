@@ -1,12 +1,13 @@
 //! Baking: a mesh and a few numbers become a prepared object.
 
+use super::thin::{self, WIDTH_MAX};
 use crate::degree;
 use crate::elasticity::ElasticityError;
 use crate::lattice::{self, LatticeError, Levels};
 use crate::lift::{self, LiftError};
 use crate::pipeline::{BakeReport, Body, Parameters, Prepared, StrikeError, calibrate};
 use crate::scene::{DEFAULT_FRAGMENT_DIAGONALS, Material};
-use crate::surface::{Defect, DefectKind, Inside, RawMesh, Surface, SurfaceError};
+use crate::surface::{Defect, DefectKind, Inside, RawMesh, Side, Surface, SurfaceError, Widths};
 use crate::token::{Cancelled, Token};
 
 /// What to bake, apart from the mesh.
@@ -66,6 +67,22 @@ pub enum BakeError {
     /// The mesh has no surface or no inside.
     #[error(transparent)]
     Surface(#[from] SurfaceError),
+    /// Walls are too thin for any lattice that is accepted, or for the one that was asked for.
+    #[error(
+        "a quarter of the surface or more has walls of {thickness_m:.3e} m or less: crack spacing {spacing:.5} loses them, \
+         {spacing_needed:.5} is needed{possible}",
+        possible = if *possible { "" } else { ", finer than what can be baked" }
+    )]
+    TooThin {
+        /// Thickness that a quarter of the surface does not exceed, m.
+        thickness_m: f64,
+        /// Crack spacing in question, over the diagonal.
+        spacing: f64,
+        /// Crack spacing that keeps such walls, over the diagonal.
+        spacing_needed: f64,
+        /// Whether that spacing is accepted.
+        possible: bool,
+    },
     /// No lattice could be made.
     #[error(transparent)]
     Lattice(#[from] LatticeError),
@@ -111,9 +128,11 @@ pub fn bake(
     let inside = Inside::new(&surface);
     let volume = inside.input_volume(token)?;
     progress(Step::Lattices);
-    let parameters = parameters(request, &surface, volume)?;
+    let walls = inside.widths(Side::Wall, WIDTH_MAX, token)?;
+    let parameters = parameters(request, &surface, volume, &walls)?;
     let levels = lattice::levels(&inside, parameters.elastic_spacing, parameters.crack_spacing, volume, token)?;
-    let report = report(&surface, &inside, volume, &levels);
+    let thin = thin::lost(&inside, &walls, &levels, &surface.frame, token)?;
+    let report = report(&surface, &inside, volume, &levels, thin);
     let poisson = parameters.material.poisson;
     let mut bodies = Vec::with_capacity(levels.bodies.len());
     for (index, lattices) in levels.bodies.into_iter().enumerate() {
@@ -164,9 +183,8 @@ fn check(request: &BakeRequest) -> Result<(), BakeError> {
     Ok(())
 }
 
-fn parameters(request: &BakeRequest, surface: &Surface, volume: f64) -> Result<Parameters, LatticeError> {
-    let [elastic_spacing, crack_spacing] =
-        lattice::spacings(volume, area(surface), request.elastic_spacing, request.crack_spacing)?;
+fn parameters(request: &BakeRequest, surface: &Surface, volume: f64, walls: &Widths) -> Result<Parameters, BakeError> {
+    let [elastic_spacing, crack_spacing] = thin::spacings(request, volume, area(surface), walls, &surface.frame)?;
     Ok(Parameters {
         material_name: request.material_name.clone(),
         material: request.material.clone(),
@@ -188,7 +206,7 @@ fn area(surface: &Surface) -> f64 {
     (0..surface.triangles.len()).map(triangle).sum()
 }
 
-fn report(surface: &Surface, inside: &Inside, volume: f64, levels: &Levels) -> BakeReport {
+fn report(surface: &Surface, inside: &Inside, volume: f64, levels: &Levels, thin: Vec<Defect>) -> BakeReport {
     let cubed = surface.frame.diagonal_m.powi(3);
     let lattice_volume: f64 = levels.bodies.iter().map(|body| body.crack.volume()).sum();
     let deviation = levels
@@ -198,6 +216,7 @@ fn report(surface: &Surface, inside: &Inside, volume: f64, levels: &Levels) -> B
         .fold(0.0, f64::max);
     let mut defects = surface.defects.clone();
     defects.extend(inside.ambiguous(&boundary_samples(levels)));
+    defects.extend(thin);
     defects.extend(dropped(inside, volume, levels));
     BakeReport {
         input_hash: input_hash(surface),

@@ -5,6 +5,7 @@
 
 use super::criterion::closed_form;
 use super::curve::Curve;
+use super::slender::Slenderness;
 use crate::centroidal::Field;
 
 /// Degrees below this are no evidence for κ: n is an integer and n₀ tends to 0.
@@ -35,13 +36,13 @@ pub struct Calibration {
 
 /// One sample for each number of sites ≥ [`SITES_MIN`] that is the degree of some γ on `curve`: at the middle, in the
 /// logarithm, of the interval of γ whose degree it is.
-pub fn samples(field: &Field, curve: &Curve) -> Vec<Sample> {
+pub fn samples(field: &Field, shape: &Slenderness, curve: &Curve) -> Vec<Sample> {
     let records = curve.points().windows(2).filter(|pair| pair[1].running_minimum < pair[0].running_minimum);
     records
         .filter(|pair| pair[1].sites >= SITES_MIN && pair[1].running_minimum > 0.0)
         .map(|pair| {
             let gamma = pair[0].running_minimum.sqrt() * pair[1].running_minimum.sqrt();
-            Sample { estimate: closed_form(field, gamma), sites: pair[1].sites }
+            Sample { estimate: closed_form(field, shape, gamma), sites: pair[1].sites }
         })
         .collect()
 }

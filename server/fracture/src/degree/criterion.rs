@@ -8,11 +8,18 @@
 //! number of fragments for which every E_i ≤ γ. Energies carry the unit of the field's masses times local length squared,
 //! and γ the same.
 
-use crate::centroidal::{Field, three_fifths};
+use super::slender::Slenderness;
+use crate::centroidal::{Field, cube_root, three_fifths};
 
 /// c = 3 G_3: dimension times the normalised second moment of the body-centred cubic lattice (Barnes and Sloane 1983), so
 /// that a region of volume V and density W holds c·W·V^(5/3) about its centre.
 pub const COEFFICIENT: f64 = 3.0 * 0.0785433;
+
+/// c_2 = 2 G_2, of the hexagonal tiling of the plane (Fejes Tóth 1959).
+const COEFFICIENT_PLATE: f64 = 2.0 * 0.080_187_537_387_448_2;
+
+/// c_1 = G_1, of equal pieces of a line.
+const COEFFICIENT_ROD: f64 = 1.0 / 12.0;
 
 /// E_1 = ∫W|X − c|² over the whole body about its centre of energy c, the energy of the one fragment that it is.
 ///
@@ -38,11 +45,22 @@ pub fn threshold_factor(first_moment: f64, gamma: f64) -> f64 {
     (gamma / first_moment).sqrt()
 }
 
-/// n₀ = (c/γ)^(3/5) ∫W^(3/5)(det g)^(1/5) dx, the number of equal cells of energy γ in three dimensions. Not rounded; less
-/// than 1 where the body holds.
-pub fn closed_form(field: &Field, gamma: f64) -> f64 {
-    let integral: f64 = (0..field.nodes()).map(|node| field.site_share(node)).sum();
-    three_fifths(COEFFICIENT * field.mean_density() / gamma) * integral
+/// n₀, the number of equal cells of energy γ. Not rounded; about 1 or less where the body holds.
+///
+/// In D dimensions n₀ = (c_D/γ)^(D/(D+2)) ∫W^(D/(D+2))(det g)^(1/5) dx, with W integrated over a plate's thickness
+/// (D = 2) or a rod's section (D = 1). Each formula holds where cells are larger than what it integrates over, and
+/// there it gives the largest number: the largest of the three is taken node by node (ours).
+pub fn closed_form(field: &Field, shape: &Slenderness, gamma: f64) -> f64 {
+    let Slenderness { thickness, section } = *shape;
+    let unit = field.mean_density() / gamma;
+    let cells = |node: usize| {
+        let density = field.relative_density(node) * unit;
+        let solid = three_fifths(COEFFICIENT * density);
+        let plate = (COEFFICIENT_PLATE * density * thickness).sqrt() / thickness;
+        let rod = cube_root(COEFFICIENT_ROD * density * section) / section;
+        field.measure(node) * solid.max(plate).max(rod)
+    };
+    (0..field.nodes()).map(cells).sum()
 }
 
 /// A number of sites, and whether the cap cut it.

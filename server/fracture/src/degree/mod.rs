@@ -6,9 +6,11 @@
 mod calibrate;
 mod criterion;
 mod curve;
+mod slender;
 #[cfg(test)]
 mod tests;
 
 pub use calibrate::{Calibration, KAPPA, SITES_MIN, Sample, fit_kappa, samples};
 pub use criterion::{COEFFICIENT, Degree, closed_form, decide, first_moment, reference_gamma, threshold_factor};
 pub use curve::{Curve, CurveOptions, Optimised, Point, optimise};
+pub use slender::Slenderness;

@@ -72,9 +72,10 @@ fn the_threshold_factor_brings_the_first_moment_to_gamma() {
 
 #[test]
 fn the_closed_form_of_a_uniform_box_is_its_volume_in_cells() {
-    let mut case = Case::new(&block([5, 5, 5], 0.2), |_| 1.0);
+    let lattice = block([5, 5, 5], 0.2);
+    let (mut case, shape) = (Case::new(&lattice, |_| 1.0), Slenderness::of(&lattice));
     let gamma = COEFFICIENT * (1.0f64 / 60.0).powf(5.0 / 3.0);
-    assert!((closed_form(&case.field(), gamma) - 60.0).abs() < 1e-11);
+    assert!((closed_form(&case.field(), &shape, gamma) - 60.0).abs() < 1e-11);
 }
 
 #[test]
@@ -168,12 +169,13 @@ fn the_largest_energy_falls_with_the_five_thirds_power_of_the_number_of_sites() 
 #[test]
 fn one_factor_reconciles_the_closed_form_with_the_optimisation() {
     let lattice = block([10, 9, 11], 0.1);
+    let shape = Slenderness::of(&lattice);
     let blows = [([0.5, 0.4, 0.5], 0.3), ([0.0, 0.4, 0.0], 0.2), ([0.5, 0.0, 0.0], 0.5), ([0.0, 0.0, 0.0], 10.0)];
     let mut evidence = Vec::new();
     for (from, width) in blows {
         let mut case = Case::blow(&lattice, from, width);
         let curve = case.optimise(0.0, few(128)).curve;
-        let own = samples(&case.field(), &curve);
+        let own = samples(&case.field(), &shape, &curve);
         println!("from {from:?}, width {width}: {:?}", fit_kappa(&own));
         evidence.extend(own);
     }
@@ -182,4 +184,32 @@ fn one_factor_reconciles_the_closed_form_with_the_optimisation() {
     assert!(evidence.len() > 30 && evidence.iter().all(|sample| sample.sites >= SITES_MIN));
     assert!(found.kappa > 1.0 && found.kappa < 3.0 && found.error_median < 0.2, "{found:?}");
     assert_eq!(fit_kappa(&[]), None);
+}
+
+/// Smallest and largest n/n₀ over the degrees n of a blow in the middle of a body, by the closed form and by that for
+/// solids alone.
+fn ratios(lattice: &Lattice, sites: std::ops::Range<usize>) -> [[f64; 2]; 2] {
+    let shape = Slenderness::of(lattice);
+    let solid = Slenderness { thickness: 1e6, section: 1e6 };
+    let mut case = Case::blow(lattice, [0.0; 3], 0.2);
+    let curve = case.optimise(0.0, few(sites.end)).curve;
+    let field = case.field();
+    [shape, solid].map(|shape| {
+        let passes = curve.points().windows(2).filter(|pair| pair[1].running_minimum < pair[0].running_minimum);
+        let ratio = passes.filter(|pair| sites.contains(&pair[1].sites)).map(|pair| {
+            let gamma = (pair[0].running_minimum * pair[1].running_minimum).sqrt();
+            pair[1].sites as f64 / closed_form(&field, &shape, gamma)
+        });
+        ratio.fold([f64::INFINITY, 0.0], |[low, high], ratio| [low.min(ratio), high.max(ratio)])
+    })
+}
+
+#[test]
+fn plates_and_rods_are_counted_in_their_own_dimension() {
+    for (cells, spacing) in [([50, 50, 1], 0.02), ([120, 1, 1], 0.01)] {
+        let [own, solid] = ratios(&block(cells, spacing), 4..64);
+        println!("{cells:?}: n/n₀ within {own:.2?}, by the formula for solids within {solid:.2?}");
+        assert!(own[0] > 0.8 && own[1] < 3.0, "{own:?}");
+        assert!(solid[0] > 1.2 * own[1], "{solid:?}");
+    }
 }

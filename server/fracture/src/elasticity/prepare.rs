@@ -44,6 +44,13 @@ impl Elasticity {
         Self::build(lattice, &elements, Lame::new(poisson), Support::Free(pins), token)
     }
 
+    /// A free body with any Poisson's ratio, for the measurement behind [`POISSON_MAX`].
+    pub(crate) fn with_any_law(lattice: &Lattice, poisson: f64) -> Result<Self, ElasticityError> {
+        let elements = check(lattice, 0.0)?;
+        let pins = Pins::far_apart(lattice).ok_or(ElasticityError::EmptyLattice)?;
+        Self::build(lattice, &elements, Lame::new(poisson), Support::Free(pins), &Token::default())
+    }
+
     /// As [`Self::prepare`], held by `support`.
     ///
     /// # Errors
@@ -121,14 +128,6 @@ fn check(lattice: &Lattice, poisson: f64) -> Result<Vec<Element>, ElasticityErro
     (0..lattice.tets.len())
         .map(|tet| Element::new(lattice, tet).ok_or(ElasticityError::DegenerateTet { tet }))
         .collect()
-}
-
-/// A free body with any Poisson's ratio, for the measurement behind [`POISSON_MAX`].
-#[cfg(test)]
-pub(super) fn with_any_law(lattice: &Lattice, poisson: f64) -> Elasticity {
-    let elements: Vec<_> = (0..lattice.tets.len()).map(|tet| Element::new(lattice, tet).unwrap()).collect();
-    let support = Support::Free(Pins::far_apart(lattice).unwrap());
-    Elasticity::build(lattice, &elements, Lame::new(poisson), support, &Token::default()).unwrap()
 }
 
 fn mean_edge_length(lattice: &Lattice) -> f64 {

@@ -20,6 +20,8 @@ mod stencil;
 mod stuffing;
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod thin_tests;
 mod transfer;
 mod tree;
 

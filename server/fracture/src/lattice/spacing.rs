@@ -13,7 +13,7 @@ pub const ELASTIC_NODES_DEFAULT: usize = 3_000;
 pub const CRACK_NODES_MAX: usize = 250_000;
 
 /// Elastic nodes that a bake accepts: the factor takes gigabytes and minutes there.
-pub const ELASTIC_NODES_MAX: usize = 60_000;
+pub const ELASTIC_NODES_MAX: usize = 100_000;
 
 /// Thickness of the layer that stands for the boundary's nodes, in spacings: measured 0.63 to 0.80 on balls, boxes,
 /// tori, slabs, the horse and the bunny, at 1 000 to 12 000 nodes.

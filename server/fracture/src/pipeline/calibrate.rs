@@ -32,7 +32,7 @@ pub fn calibrate(prepared: &Prepared, token: &Token) -> Result<f64, StrikeError>
             let options = CurveOptions { sites_max: SITES_MAX, seed: sample, ..CurveOptions::default() };
             let mut curve = Curve::new(&field, options);
             curve.extend(&field, 0.0, &mut workspace.centroidal, token)?;
-            samples.extend(degree::samples(&field, &curve));
+            samples.extend(degree::samples(&field, &body.slenderness, &curve));
         }
     }
     Ok(degree::fit_kappa(&samples).map_or(degree::KAPPA, |calibration| calibration.kappa))

@@ -49,7 +49,8 @@ pub fn divide(
                 .enumerate()
                 .map(|(struck, field)| {
                     let (first_moment, gamma) = (verdict.first_moments[struck], verdict.gammas[struck]);
-                    let estimate = degree::closed_form(field, gamma);
+                    let shape = &prepared.bodies[verdict.bodies[struck]].slenderness;
+                    let estimate = degree::closed_form(field, shape, gamma);
                     degree::decide(first_moment, gamma, estimate, prepared.kappa, DEGREE_MAX as usize)
                 })
                 .collect();
@@ -66,7 +67,11 @@ pub fn divide(
         }
         DegreeRequest::Sites(count) => {
             watch.enter(Stage::Degree);
-            let wishes: Vec<f64> = fields.iter().map(|field| degree::closed_form(field, 1.0)).collect();
+            let wish = |(struck, field): (usize, &Field)| {
+                let shape = &prepared.bodies[verdict.bodies[struck]].slenderness;
+                degree::closed_form(field, shape, verdict.gammas[struck])
+            };
+            let wishes: Vec<f64> = fields.iter().enumerate().map(wish).collect();
             let sites = shared_out(count, &wishes);
             watch.leave(Stage::Degree, 0);
             let cells = diagrams(strike, &sites, fields, workspace, token, watch)?;

@@ -1,5 +1,6 @@
 //! Everything that depends on the object alone: built by baking, loaded at start-up, shared and never changed.
 
+use crate::degree::Slenderness;
 use crate::elasticity::{Boundary, Elasticity, ElasticityError};
 use crate::lattice::{BodyLattice, Lattice, Transfer};
 use crate::lift::{Lift, LiftKind};
@@ -71,6 +72,8 @@ pub struct Body {
     pub volumes: Vec<f64>,
     /// Edges, faces and boundary of the crack lattice.
     pub topology: Topology,
+    /// Thickness and section, for the closed form.
+    pub slenderness: Slenderness,
     /// Surface of the crack lattice: which body a contact is nearest to.
     pub boundary: Boundary,
 }
@@ -84,6 +87,7 @@ impl Body {
             euclidean: Lift::euclidean(&crack),
             volumes: crack.node_volumes(),
             topology: Topology::new(&crack),
+            slenderness: Slenderness::of(&crack),
             boundary: Boundary::new(&crack),
             elastic,
             crack,

@@ -12,6 +12,8 @@ use crate::degree;
 pub struct Verdict {
     /// γ, J·m².
     pub gamma_j_m2: f64,
+    /// The struck bodies.
+    pub bodies: Vec<usize>,
     /// γ of each struck body in units of its own share field: dimensionless, local.
     pub gammas: Vec<f64>,
     /// E_1 of each struck body, in the same units.
@@ -23,7 +25,8 @@ impl Verdict {
     pub fn new(prepared: &Prepared, gamma_j_m2: f64, energies: &[BodyEnergy], fields: &[Field]) -> Self {
         let unit = |energy: &BodyEnergy| gamma_j_m2 / energy.unit_j_m2(prepared.frame.diagonal_m);
         let gammas: Vec<f64> = energies.iter().map(unit).collect();
-        Self { gamma_j_m2, gammas, first_moments: fields.iter().map(degree::first_moment).collect() }
+        let bodies = energies.iter().map(|energy| energy.body).collect();
+        Self { gamma_j_m2, bodies, gammas, first_moments: fields.iter().map(degree::first_moment).collect() }
     }
 
     /// The largest E_1/γ; above 1 something breaks.

@@ -37,6 +37,10 @@ pub enum DefectKind {
     AmbiguousInside,
     /// Vertices that lie so far from the origin that rounding shows in the shape; the index is the first such vertex.
     LostPrecision,
+    /// Points of the surface whose wall the lattice lost; the index is the face where it is thinnest.
+    ThinWall,
+    /// Points of the surface before which the lattice closed a gap; the index is the face where it is narrowest.
+    NarrowGap,
     /// Components that the lattice lost; the index is the first of them.
     DroppedComponent,
 }

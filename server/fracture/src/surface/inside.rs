@@ -25,7 +25,7 @@ pub struct Inside {
     /// The volume by the divergence theorem, and whether nothing more is needed.
     pub(super) signed_volume: f64,
     pub(super) simple: bool,
-    faces: Vec<u64>,
+    pub(super) faces: Vec<u64>,
 }
 
 impl Inside {

@@ -14,6 +14,7 @@ mod repair;
 pub mod shapes;
 mod tree;
 mod volume;
+mod width;
 mod winding;
 
 #[cfg(test)]
@@ -26,3 +27,4 @@ pub use inside::Inside;
 pub use raw::{DOUBLE, RawMesh, SINGLE, Unit, UnknownUnit, UnknownUp, Up};
 pub use read::read;
 pub use repair::Surface;
+pub use width::{Side, Width, Widths};

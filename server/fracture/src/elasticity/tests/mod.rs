@@ -9,22 +9,9 @@ mod refusal;
 use super::*;
 use crate::lattice::{Lattice, block};
 use crate::random::Stream;
+use crate::reference::{bending_error, kuhn, perturbed, traction};
 use crate::token::Token;
 use nalgebra::{Matrix3, Point3, Vector3};
-
-/// A block with every interior node moved at random by up to `amount` of the spacing along each axis.
-fn perturbed(cells: [usize; 3], spacing: f64, amount: f64, seed: u64) -> Lattice {
-    let mut lattice = block(cells, spacing);
-    let outer: std::collections::HashSet<u32> = lattice.boundary().iter().flat_map(|face| face.nodes).collect();
-    let mut stream = Stream::new(seed, 0);
-    for (node, place) in lattice.nodes.iter_mut().enumerate() {
-        let shift = Vector3::from_fn(|_, _| (stream.uniform() - 0.5) * 2.0 * amount * spacing);
-        if !outer.contains(&(node as u32)) {
-            *place += shift;
-        }
-    }
-    lattice
-}
 
 /// The tetrahedra whose centroid `keep` keeps, nodes renumbered.
 fn carve(lattice: &Lattice, keep: impl Fn(Point3<f64>) -> bool) -> Lattice {
@@ -46,22 +33,6 @@ fn carve(lattice: &Lattice, keep: impl Fn(Point3<f64>) -> bool) -> Lattice {
 
 fn centroid(lattice: &Lattice, tet: usize) -> Point3<f64> {
     Point3::from(lattice.corners(tet).iter().map(|corner| corner.coords).sum::<Vector3<f64>>() / 4.0)
-}
-
-/// Consistent nodal forces of the traction σ(x) n on the boundary, σ linear in x.
-fn traction(lattice: &Lattice, stress: impl Fn(Point3<f64>) -> Matrix3<f64>) -> Vec<f64> {
-    let mut forces = vec![0.0; 3 * lattice.nodes.len()];
-    for face in lattice.boundary() {
-        let [a, b, c] = face.nodes.map(|node| lattice.nodes[node as usize]);
-        let area = (b - a).cross(&(c - a)) * 0.5;
-        let tractions = [a, b, c].map(|place| stress(place) * area);
-        let sum: Vector3<f64> = tractions.iter().sum();
-        for (&node, own) in face.nodes.iter().zip(tractions) {
-            let force = (sum + own) / 12.0;
-            forces[3 * node as usize..][..3].iter_mut().zip(force.iter()).for_each(|(f, df)| *f += df);
-        }
-    }
-    forces
 }
 
 /// A free body.

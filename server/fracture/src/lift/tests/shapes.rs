@@ -1,6 +1,7 @@
 //! Lattices the tests are about.
 
 use crate::lattice::{Lattice, block};
+pub use crate::reference::ball;
 use nalgebra::Point3;
 
 /// `lattice` without the tetrahedra whose centroid fails `keep`, and without the nodes that are then left over.
@@ -27,17 +28,6 @@ pub fn carved(lattice: Lattice, keep: impl Fn(&Point3<f64>) -> bool) -> Lattice 
 /// Two prongs, 1.0 long and 0.3 wide, 0.1 apart, on a foot 0.2 high: y is up, the slot is at x = 0.
 pub fn fork() -> Lattice {
     carved(block([7, 12, 3], 0.1), |at| at.x.abs() > 0.05 || at.y < -0.4)
-}
-
-/// The unit ball: the cube of `cells`³ bent by x√(1 − y²/2 − z²/2 + y²z²/3), which maps its surface onto the sphere.
-pub fn ball(cells: usize) -> Lattice {
-    let mut lattice = block([cells; 3], 2.0 / cells as f64);
-    for node in &mut lattice.nodes {
-        let [xx, yy, zz] = [node.x * node.x, node.y * node.y, node.z * node.z];
-        let bend = |a: f64, b: f64| (1.0 - a / 2.0 - b / 2.0 + a * b / 3.0).sqrt();
-        *node = Point3::new(node.x * bend(yy, zz), node.y * bend(zz, xx), node.z * bend(xx, yy));
-    }
-    lattice
 }
 
 /// The node nearest to a point.

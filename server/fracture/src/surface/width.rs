@@ -1,0 +1,163 @@
+//! How thick the walls of a shape are, and how wide the gaps between them.
+//!
+//! Based on: L. Shapira, A. Shamir, D. Cohen-Or, *Consistent mesh partitioning and skeletonisation using the shape
+//! diameter function* (2008), with the one ray along the normal, and inside and outside by the winding number.
+
+use super::Inside;
+use crate::token::{Cancelled, Token};
+use nalgebra::{Point3, Vector3};
+use rayon::prelude::*;
+
+/// Points on the surface that are asked, uniform by area.
+const SAMPLES: usize = 2048;
+
+/// Steps along a ray, and halvings of the one in which the side changes.
+const STEPS: usize = 16;
+const HALVINGS: usize = 12;
+
+/// Depth, over the limit, at which a point is taken to be on one side of the surface.
+const SKIN: f64 = 1e-4;
+
+/// Which side of the surface is measured.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Side {
+    /// From the surface inward to where the body ends.
+    Wall,
+    /// From the surface outward to where the body begins again.
+    Gap,
+}
+
+/// A width at a point of the surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Width {
+    /// From here to the other side along the normal, local, at most the limit that was asked for.
+    pub width: f64,
+    /// The point halfway, local.
+    pub middle: Point3<f64>,
+    /// The face of the input file, counted from 0.
+    pub face: u64,
+}
+
+/// Widths at points uniform by area, ascending.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Widths {
+    /// One per point at which the surface separates inside from outside.
+    pub samples: Vec<Width>,
+}
+
+impl Widths {
+    /// The width that `share` (0 ..= 1) of the area falls below; infinite without samples.
+    pub fn quantile(&self, share: f64) -> f64 {
+        let rank = (share * self.samples.len() as f64) as usize;
+        self.samples.get(rank.min(self.samples.len().saturating_sub(1))).map_or(f64::INFINITY, |sample| sample.width)
+    }
+}
+
+impl Inside {
+    /// Widths up to `limit` (local, positive). Samples where the surface does not separate inside from outside, as on
+    /// sheets within a body, are left out. Errors: cancelled.
+    pub fn widths(&self, side: Side, limit: f64, token: &Token) -> Result<Widths, Cancelled> {
+        let areas: Vec<f64> = self.tree.triangles.iter().map(|corners| normal(corners).norm()).collect();
+        let ends: Vec<f64> = areas
+            .iter()
+            .scan(0.0, |sum, area| {
+                *sum += area;
+                Some(*sum)
+            })
+            .collect();
+        let total = ends.last().copied().unwrap_or(0.0);
+        let measured: Result<Vec<Option<Width>>, Cancelled> = (0..SAMPLES)
+            .into_par_iter()
+            .map(|sample| {
+                token.check()?;
+                let place = (sample as f64 + 0.5) / SAMPLES as f64 * total;
+                let triangle = ends.partition_point(|end| *end < place).min(ends.len().saturating_sub(1));
+                Ok(self.width(side, limit, triangle, sample))
+            })
+            .collect();
+        let mut samples: Vec<Width> = measured?.into_iter().flatten().collect();
+        samples.sort_by(|a, b| a.width.total_cmp(&b.width).then(a.face.cmp(&b.face)));
+        Ok(Widths { samples })
+    }
+
+    /// The width at a point of a stored triangle.
+    fn width(&self, side: Side, limit: f64, triangle: usize, sample: usize) -> Option<Width> {
+        let corners = self.tree.triangles.get(triangle)?;
+        let point = spread(corners, sample);
+        let outward = normal(corners).try_normalize(0.0)?;
+        let inside = |offset: f64| self.winding(&(point + outward * offset)) > 0.5;
+        let skin = SKIN * limit;
+        let direction = match (inside(-skin), inside(skin), side) {
+            (true, false, Side::Wall) | (false, true, Side::Gap) => -1.0,
+            (true, false, Side::Gap) | (false, true, Side::Wall) => 1.0,
+            _ => return None,
+        };
+        let within = |width: f64| inside(direction * width) == (side == Side::Wall);
+        let step = limit / STEPS as f64;
+        let end = (1..=STEPS).find(|&k| !within(k as f64 * step));
+        let face = self.faces.get(self.tree.order[triangle] as usize).copied().unwrap_or(0);
+        let width = |width: f64| Width { width, middle: point + outward * (0.5 * direction * width), face };
+        let Some(end) = end else { return Some(width(limit)) };
+        let (mut below, mut above) = ((end - 1) as f64 * step, end as f64 * step);
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (below + above);
+            *(if within(middle) { &mut below } else { &mut above }) = middle;
+        }
+        Some(width(above))
+    }
+}
+
+/// Twice the area vector.
+fn normal([a, b, c]: &[Point3<f64>; 3]) -> Vector3<f64> {
+    (b - a).cross(&(c - a))
+}
+
+/// A point inside a triangle, spread evenly over many samples (the R2 sequence of M. Roberts, 2018).
+fn spread([a, b, c]: &[Point3<f64>; 3], sample: usize) -> Point3<f64> {
+    let [u, v] = [0.754_877_666_246_693, 0.569_840_290_998_053].map(|step| (0.5 + step * sample as f64).fract());
+    let [u, v] = if u + v > 1.0 { [1.0 - u, 1.0 - v] } else { [u, v] };
+    a + (b - a) * u + (c - a) * v
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::surface::{RawMesh, Surface, shapes};
+
+    /// The widths of one side of a mesh, in metres.
+    fn check(mesh: RawMesh, side: Side, share: f64, expected_m: f64) {
+        let surface = Surface::repair(mesh).unwrap();
+        let metres = surface.frame.diagonal_m;
+        let widths = Inside::new(&surface).widths(side, 0.1, &Token::default()).unwrap();
+        let found_m = widths.quantile(share) * metres;
+        let expected_m = expected_m.min(0.1 * metres);
+        assert!((found_m / expected_m - 1.0).abs() < 0.02, "{found_m} instead of {expected_m}");
+    }
+
+    #[test]
+    fn plates_are_as_thick_as_they_are() {
+        check(shapes::cuboid([1.0, 1.0, 0.01]), Side::Wall, 0.05, 0.01);
+        check(shapes::cuboid([1.0, 1.0, 0.001]), Side::Wall, 0.5, 0.001);
+        check(shapes::cuboid([1.0, 0.02, 0.02]), Side::Wall, 0.05, 0.02);
+    }
+
+    #[test]
+    fn solid_bodies_are_thick_and_stand_alone() {
+        for mesh in [shapes::cuboid([1.0; 3]), shapes::sphere(1.0, 4)] {
+            check(mesh.clone(), Side::Wall, 0.01, f64::INFINITY);
+            check(mesh, Side::Gap, 0.01, f64::INFINITY);
+        }
+    }
+
+    #[test]
+    fn gaps_and_cavities_are_as_wide_as_they_are() {
+        let mut two = shapes::cuboid([1.0; 3]);
+        let other = shapes::cuboid([1.0; 3]);
+        let first = two.positions_m.len() as u32;
+        two.positions_m.extend(other.positions_m.iter().map(|p| p + Vector3::new(1.03, 0.0, 0.0)));
+        two.triangles.extend(other.triangles.iter().map(|corners| corners.map(|vertex| vertex + first)));
+        // One face in six looks at the other cube.
+        check(two.clone(), Side::Gap, 0.15, 0.03);
+        check(two, Side::Gap, 0.2, f64::INFINITY);
+    }
+}

@@ -1,0 +1,4 @@
+//! Studies: what people look at to see whether to trust the service.
+
+pub mod plot;
+pub mod stability;

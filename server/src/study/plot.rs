@@ -1,0 +1,164 @@
+//! Plots as SVG, by `plotters`: lines over one pair of axes, each linear or logarithmic.
+
+use plotters::coord::Shift;
+use plotters::coord::ranged1d::{AsRangedCoord, Ranged, ValueFormatter};
+use plotters::prelude::*;
+
+/// A line with a name.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Line {
+    /// What it is, for the legend.
+    pub name: String,
+    /// Its points.
+    pub points: Vec<(f64, f64)>,
+}
+
+/// Two axes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Axes {
+    /// What runs to the right, with its unit.
+    pub x: String,
+    /// What runs upwards, with its unit.
+    pub y: String,
+    /// Whether the first is logarithmic.
+    pub log_x: bool,
+    /// Whether the second is logarithmic.
+    pub log_y: bool,
+}
+
+/// Why there is no plot.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("plot: {0}")]
+pub struct PlotError(String);
+
+const SIZE: (u32, u32) = (760, 460);
+const COLOURS: [RGBColor; 5] = [
+    RGBColor(196, 92, 46),
+    RGBColor(46, 108, 168),
+    RGBColor(72, 138, 84),
+    RGBColor(132, 84, 160),
+    RGBColor(90, 94, 102),
+];
+
+/// An SVG document with all `lines`; points that are not finite, or not positive on a logarithmic axis, are left out.
+pub fn svg(axes: &Axes, lines: &[Line]) -> Result<String, PlotError> {
+    let shown =
+        |&(x, y): &(f64, f64)| x.is_finite() && y.is_finite() && (!axes.log_x || x > 0.0) && (!axes.log_y || y > 0.0);
+    let kept: Vec<Line> = lines
+        .iter()
+        .map(|line| Line { name: line.name.clone(), points: line.points.iter().copied().filter(shown).collect() })
+        .collect();
+    let x = range(kept.iter().flat_map(|line| &line.points).map(|point| point.0), axes.log_x);
+    let y = range(kept.iter().flat_map(|line| &line.points).map(|point| point.1), axes.log_y);
+    let mut text = String::new();
+    {
+        let area = SVGBackend::with_string(&mut text, SIZE).into_drawing_area();
+        area.fill(&WHITE).map_err(failed)?;
+        match (axes.log_x, axes.log_y) {
+            (false, false) => draw(&area, x, y, axes, &kept),
+            (true, false) => draw(&area, x.log_scale(), y, axes, &kept),
+            (false, true) => draw(&area, x, y.log_scale(), axes, &kept),
+            (true, true) => draw(&area, x.log_scale(), y.log_scale(), axes, &kept),
+        }?;
+        area.present().map_err(failed)?;
+    }
+    Ok(text)
+}
+
+fn failed(error: impl std::fmt::Display) -> PlotError {
+    PlotError(error.to_string())
+}
+
+/// The values' range with a margin; something to draw on where there is none.
+fn range(values: impl Iterator<Item = f64> + Clone, log: bool) -> std::ops::Range<f64> {
+    let low = values.clone().fold(f64::INFINITY, f64::min);
+    let high = values.fold(f64::NEG_INFINITY, f64::max);
+    match (low.is_finite() && high.is_finite(), log) {
+        (false, _) => 1.0..10.0,
+        (true, true) => low / 1.25..high * 1.25,
+        (true, false) => {
+            let margin = 0.05 * (high - low).max(1e-3 * high.abs()).max(f64::MIN_POSITIVE);
+            low - margin..high + margin
+        }
+    }
+}
+
+fn draw<'a, X, Y>(
+    area: &DrawingArea<SVGBackend<'a>, Shift>,
+    x: X,
+    y: Y,
+    axes: &Axes,
+    lines: &[Line],
+) -> Result<(), PlotError>
+where
+    X: AsRangedCoord<Value = f64>,
+    Y: AsRangedCoord<Value = f64>,
+    X::CoordDescType: ValueFormatter<f64> + Ranged<ValueType = f64>,
+    Y::CoordDescType: ValueFormatter<f64> + Ranged<ValueType = f64>,
+{
+    let mut builder = ChartBuilder::on(area);
+    builder.margin(16).x_label_area_size(44).y_label_area_size(64);
+    let mut chart = builder.build_cartesian_2d(x, y).map_err(failed)?;
+    let label = |value: &f64| {
+        if (1e-3..1e5).contains(&value.abs()) || *value == 0.0 { format!("{value}") } else { format!("{value:e}") }
+    };
+    chart
+        .configure_mesh()
+        .x_desc(axes.x.as_str())
+        .y_desc(axes.y.as_str())
+        .x_label_formatter(&|value| label(&rounded(*value)))
+        .y_label_formatter(&|value| label(&rounded(*value)))
+        .light_line_style(RGBColor(244, 242, 238))
+        .bold_line_style(RGBColor(226, 223, 216))
+        .label_style(("sans-serif", 13))
+        .draw()
+        .map_err(failed)?;
+    for (line, colour) in lines.iter().zip(COLOURS.iter().cycle()) {
+        let style = colour.stroke_width(2);
+        chart
+            .draw_series(LineSeries::new(line.points.iter().copied(), style))
+            .map_err(failed)?
+            .label(line.name.as_str())
+            .legend(move |(x, y)| PathElement::new(vec![(x, y), (x + 18, y)], style));
+        let dots = line.points.iter().map(|&point| Circle::new(point, 3, colour.filled()));
+        chart.draw_series(dots).map_err(failed)?;
+    }
+    chart
+        .configure_series_labels()
+        .background_style(WHITE.mix(0.85))
+        .border_style(RGBColor(226, 223, 216))
+        .label_font(("sans-serif", 13))
+        .draw()
+        .map_err(failed)
+}
+
+/// Without the digits that binary fractions add.
+fn rounded(value: f64) -> f64 {
+    format!("{value:.10e}").parse().unwrap_or(value)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn check(log_x: bool, log_y: bool, points: Vec<(f64, f64)>) -> String {
+        let axes = Axes { x: "to the right".into(), y: "upwards".into(), log_x, log_y };
+        svg(&axes, &[Line { name: "a line".into(), points }]).unwrap()
+    }
+
+    #[test]
+    fn plots_name_what_they_show() {
+        for (log_x, log_y) in [(false, false), (true, false), (false, true), (true, true)] {
+            let text = check(log_x, log_y, vec![(1.0, 1e-6), (10.0, 1e3)]);
+            assert!(text.starts_with("<svg") && text.contains("a line") && text.contains("upwards"));
+        }
+    }
+
+    #[test]
+    fn what_cannot_be_shown_is_left_out() {
+        let text = check(true, true, vec![(0.0, 1.0), (f64::NAN, 2.0), (1.0, f64::INFINITY)]);
+        assert!(!text.contains("NaN") && !text.contains("inf"));
+        check(false, false, Vec::new());
+        check(false, false, vec![(1.0, 1.0)]);
+    }
+}

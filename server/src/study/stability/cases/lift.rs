@@ -1,0 +1,69 @@
+//! Lifts of symmetric and broken lattices.
+
+use super::super::trial::Fault;
+use nalgebra::{Rotation3, Vector3};
+use shatter_fracture::lattice::{Lattice, block, stuff};
+use shatter_fracture::lift::{ALPHA_DEFAULT, Lift, LiftError, MODES_DEFAULT, interior};
+use shatter_fracture::random::Stream;
+use shatter_fracture::reference::ball;
+use shatter_fracture::surface::{Inside, Surface, shapes};
+use shatter_fracture::token::Token;
+
+fn lift(lattice: &Lattice, modes: usize) -> Result<Lift, LiftError> {
+    interior(lattice, modes, ALPHA_DEFAULT, &Token::default())
+}
+
+fn distance(lift: &Lift, a: usize, b: usize) -> f64 {
+    lift.at(a).iter().zip(lift.at(b)).map(|(x, y)| (x - y) * (x - y)).sum::<f64>().sqrt()
+}
+
+/// Largest relative change of an interior distance when the lattice is turned and its nodes are numbered backwards.
+fn turned(lattice: &Lattice, modes: usize) -> Result<f64, Fault> {
+    let rotation = Rotation3::from_scaled_axis(Vector3::new(0.3, -1.1, 0.7));
+    let mut other = lattice.clone();
+    other.nodes.iter_mut().for_each(|node| *node = rotation * *node);
+    other.nodes.reverse();
+    let last = lattice.nodes.len() - 1;
+    other.tets.iter_mut().flatten().for_each(|node| *node = last as u32 - *node);
+    let (one, two) = (lift(lattice, modes)?, lift(&other, modes)?);
+    let mut stream = Stream::new(7, 0);
+    let mut worst = 0.0f64;
+    for _ in 0..500 {
+        let [a, b] = [0, 1].map(|_| (stream.uniform() * lattice.nodes.len() as f64) as usize);
+        let (here, there) = (distance(&one, a, b), distance(&two, last - a, last - b));
+        worst = worst.max((here - there).abs() / here.max(1e-3));
+    }
+    Ok(worst)
+}
+
+pub fn cube() -> Result<f64, Fault> {
+    turned(&block([6; 3], 0.1), MODES_DEFAULT)
+}
+
+pub fn cube_cut_inside_a_multiplet() -> Result<f64, Fault> {
+    turned(&block([6; 3], 0.1), 4)
+}
+
+pub fn sphere() -> Result<f64, Fault> {
+    turned(&ball(6), MODES_DEFAULT)
+}
+
+pub fn torus() -> Result<f64, Fault> {
+    let surface = Surface::repair(shapes::torus(1.0, 0.35, [64, 32]))?;
+    let level = stuff(&Inside::new(&surface), 0.06, None, &Token::default())?;
+    turned(&level.bodies[0], MODES_DEFAULT)
+}
+
+pub fn disconnected() -> Result<f64, Fault> {
+    let (mut two, other) = (block([2; 3], 0.1), block([2; 3], 0.1));
+    let first = two.nodes.len() as u32;
+    two.nodes.extend(other.nodes.iter().map(|node| node + Vector3::x()));
+    two.tets.extend(other.tets.iter().map(|tet| tet.map(|node| node + first)));
+    Ok(lift(&two, MODES_DEFAULT)?.density.len() as f64)
+}
+
+pub fn tiny_lattice() -> Result<f64, Fault> {
+    let lift = lift(&block([1; 3], 1.0), MODES_DEFAULT)?;
+    let finite = lift.coordinates.iter().chain(&lift.density).all(|number| number.is_finite());
+    Ok(if finite { 0.0 } else { f64::INFINITY })
+}

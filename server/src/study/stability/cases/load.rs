@@ -1,0 +1,106 @@
+//! Loads: too small, too sharp, too far, and balanced ones.
+
+use super::super::trial::{Fault, at, baked, coarse, contact, sites, sound, struck};
+use nalgebra::{Point3, Vector3};
+use shatter_fracture::elasticity::{Contact, Driving, Elasticity, Load, Support, Workspace};
+use shatter_fracture::lattice::block;
+use shatter_fracture::pipeline::{Impact, Prepared, Strike, Workspace as Strikes, strain_energy};
+use shatter_fracture::surface::shapes;
+use shatter_fracture::token::Token;
+
+fn arch() -> Result<Prepared, Fault> {
+    baked(shapes::arch(), &coarse()?)
+}
+
+/// The strike `change` makes of a plain one, which must be sound.
+fn after(change: impl FnOnce(&mut Strike)) -> Result<f64, Fault> {
+    let prepared = arch()?;
+    let mut strike = at(&prepared, [0.4, 1.0, 0.1]);
+    change(&mut strike);
+    sound(&prepared, &struck(&prepared, &strike)?)
+}
+
+pub fn zero_impulse() -> Result<f64, Fault> {
+    after(|strike| strike.contacts[0].impulse_ns = Vector3::zeros())
+}
+
+pub fn not_a_number() -> Result<f64, Fault> {
+    after(|strike| strike.contacts[0].impulse_ns.y = f64::NAN)
+}
+
+pub fn infinite_point() -> Result<f64, Fault> {
+    after(|strike| strike.contacts[0].point_m.x = f64::INFINITY)
+}
+
+pub fn tiny_duration() -> Result<f64, Fault> {
+    after(|strike| strike.contacts[0].duration_s = Some(1e-310))
+}
+
+pub fn outside() -> Result<f64, Fault> {
+    after(|strike| strike.contacts[0].point_m.y += 10.0)
+}
+
+pub fn tangential() -> Result<f64, Fault> {
+    after(|strike| {
+        let inward = strike.contacts[0].impulse_ns;
+        strike.contacts[0].impulse_ns = inward.cross(&Vector3::new(0.3, 0.2, 0.9));
+    })
+}
+
+pub fn tiny_impulse() -> Result<f64, Fault> {
+    after(|strike| strike.contacts[0].impulse_ns *= 1e-150)
+}
+
+pub fn immense_impulse() -> Result<f64, Fault> {
+    after(|strike| strike.contacts[0].impulse_ns *= 1e140)
+}
+
+pub fn two_opposed() -> Result<f64, Fault> {
+    let prepared = baked(shapes::cuboid([1.0; 3]), &coarse()?)?;
+    let half = Point3::new(0.5, 0.0, 0.0);
+    let mut strike = sites(contact(half, -Vector3::x()), 12);
+    strike.contacts.extend(contact(Point3::from(-half.coords), Vector3::x()).contacts);
+    sound(&prepared, &struck(&prepared, &strike)?)
+}
+
+pub fn at_a_corner() -> Result<f64, Fault> {
+    let prepared = baked(shapes::cuboid([1.0; 3]), &coarse()?)?;
+    let corner = Point3::new(0.5, 0.5, 0.5);
+    let mut strike = sites(contact(corner, -Vector3::repeat(1.0)), 12);
+    strike.contacts[0].radius_m = Some(1e-9);
+    sound(&prepared, &struck(&prepared, &strike)?)
+}
+
+/// Strain energy under a contact of vanishing radius on a cube of this elastic spacing, J.
+fn point_load(spacing: f64) -> Result<f64, Fault> {
+    let mut request = coarse()?;
+    (request.elastic_spacing, request.crack_spacing) = (Some(spacing), Some(spacing.min(0.0625)));
+    let prepared = baked(shapes::sphere(0.5, 5), &request)?;
+    let mut strike = contact(Point3::new(0.5, 0.0, 0.0), -Vector3::x());
+    strike.contacts[0].radius_m = Some(1e-12);
+    let impact = Impact::new(&prepared, &strike)?;
+    let energies = strain_energy(&prepared, &impact, &mut Strikes::default(), &Token::default(), &mut ())?;
+    Ok(energies.iter().map(|energy| energy.energy_j * energy.radius_m).sum())
+}
+
+/// Energy times contact radius, which a point load keeps (energy ~ F²/(E r)), between the finest lattice and the next.
+pub fn point_load_under_refinement() -> Result<f64, Fault> {
+    Ok(point_load(0.05)? / point_load(0.1)?)
+}
+
+/// Displacement under a load on anchored nodes alone, over that under the same load elsewhere.
+pub fn on_an_anchor() -> Result<f64, Fault> {
+    let lattice = block([4, 4, 4], 0.25);
+    let low = (0..lattice.nodes.len() as u32).filter(|&node| lattice.nodes[node as usize].z < -0.49).collect();
+    let body = Elasticity::supported(&lattice, 0.25, Support::Anchored(low), &Token::default())?;
+    let energy = |point: [f64; 3]| -> Result<f64, Fault> {
+        let (mut load, mut displacement, mut energies) = (Load::default(), Vec::new(), Vec::new());
+        let (mut workspace, token) = (Workspace::default(), Token::default());
+        let contact = Contact { point: Point3::from(point), impulse: Vector3::new(0.0, 0.0, -1.0), radius: 0.01 };
+        body.load(&[contact], &mut load, &mut workspace)?;
+        body.solve(&load.forces, &mut displacement, &mut workspace, &token)?;
+        body.tet_energy(&lattice, &displacement, Driving::Total, &mut energies, &token)?;
+        Ok(energies.iter().sum())
+    };
+    Ok(energy([0.0, 0.0, -0.5])? / energy([0.0, 0.0, 0.5])?)
+}

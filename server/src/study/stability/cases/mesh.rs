@@ -1,0 +1,217 @@
+//! Meshes that users made.
+
+use super::super::trial::{self, Fault, at, baked, coarse, fine, sound, struck, survives};
+use nalgebra::{Point3, Vector3};
+use shatter_fracture::pipeline::Prepared;
+use shatter_fracture::surface::{DefectKind, RawMesh, SINGLE, shapes};
+use std::f64::consts::PI;
+
+/// A sphere of radius 1.
+fn ball() -> RawMesh {
+    shapes::sphere(1.0, 4)
+}
+
+/// Both meshes in one file, the second moved.
+pub(super) fn joined(mut one: RawMesh, two: &RawMesh, offset: [f64; 3]) -> RawMesh {
+    let first = one.positions_m.len() as u32;
+    one.positions_m.extend(two.positions_m.iter().map(|point| point + Vector3::from(offset)));
+    one.triangles.extend(two.triangles.iter().map(|corners| corners.map(|vertex| vertex + first)));
+    one
+}
+
+fn inverted(mut mesh: RawMesh) -> RawMesh {
+    mesh.triangles.iter_mut().for_each(|corners| corners.swap(1, 2));
+    mesh
+}
+
+/// The mesh without the triangles whose number `drop` drops.
+fn without(mut mesh: RawMesh, drop: impl Fn(usize) -> bool) -> RawMesh {
+    let mut number = 0..;
+    mesh.triangles.retain(|_| number.next().is_none_or(|number| !drop(number)));
+    mesh
+}
+
+/// Volume of the lattice against `volume_m3`, after a strike that must be sound.
+fn volume(mesh: RawMesh, volume_m3: f64) -> Result<f64, Fault> {
+    let prepared = baked(mesh, &coarse()?)?;
+    sound(&prepared, &struck(&prepared, &at(&prepared, [1.0, 0.3, 0.2]))?)?;
+    Ok((prepared.report.lattice_volume_m3 / volume_m3 - 1.0).abs())
+}
+
+/// The lattice of a spoilt arch against that of the arch itself.
+fn as_the_arch(spoil: impl FnOnce(RawMesh) -> RawMesh) -> Result<f64, Fault> {
+    let arch = baked(shapes::arch(), &coarse()?)?;
+    volume(spoil(shapes::arch()), arch.report.lattice_volume_m3)
+}
+
+pub fn inside_out() -> Result<f64, Fault> {
+    as_the_arch(inverted)
+}
+
+pub fn mixed_winding() -> Result<f64, Fault> {
+    as_the_arch(|mut mesh| {
+        mesh.triangles.iter_mut().step_by(3).for_each(|corners| corners.swap(0, 1));
+        mesh
+    })
+}
+
+pub fn duplicated() -> Result<f64, Fault> {
+    as_the_arch(|mut mesh| {
+        mesh.triangles.extend_from_within(..);
+        mesh
+    })
+}
+
+pub fn degenerate() -> Result<f64, Fault> {
+    as_the_arch(|mut mesh| {
+        let flat: Vec<[u32; 3]> = mesh.triangles.iter().flat_map(|&[a, b, _]| [[a, a, b], [b, b, b]]).collect();
+        mesh.triangles.extend(flat);
+        mesh
+    })
+}
+
+pub fn t_junctions() -> Result<f64, Fault> {
+    as_the_arch(|mut mesh| {
+        for triangle in (0..mesh.triangles.len()).step_by(5) {
+            let [a, b, c] = mesh.triangles[triangle];
+            let middle = nalgebra::center(&mesh.positions_m[a as usize], &mesh.positions_m[b as usize]);
+            mesh.positions_m.push(middle);
+            let new = mesh.positions_m.len() as u32 - 1;
+            mesh.triangles[triangle] = [a, new, c];
+            mesh.triangles.push([new, b, c]);
+        }
+        mesh
+    })
+}
+
+pub fn open() -> Result<f64, Fault> {
+    volume(without(ball(), |number| number % 50 == 0), 4.0 / 3.0 * PI)
+}
+
+pub fn self_intersecting() -> Result<f64, Fault> {
+    // Two unit balls, centres 1 apart: each loses a cap of height ½, π h²(3 − h)/3.
+    let cap = PI * 0.25 * 2.5 / 3.0;
+    volume(joined(ball(), &ball(), [1.0, 0.0, 0.0]), 8.0 / 3.0 * PI - 2.0 * cap)
+}
+
+pub fn nested() -> Result<f64, Fault> {
+    let cavity = inverted(shapes::sphere(0.6, 4));
+    volume(joined(ball(), &cavity, [0.0; 3]), 4.0 / 3.0 * PI * (1.0 - 0.216))
+}
+
+fn bodies(prepared: &Prepared, expected: usize) -> f64 {
+    (prepared.bodies.len() as f64 - expected as f64).abs()
+}
+
+pub fn several_components() -> Result<f64, Fault> {
+    let three = joined(joined(ball(), &ball(), [2.5, 0.0, 0.0]), &shapes::sphere(0.5, 3), [0.0, 2.0, 0.0]);
+    let prepared = baked(three, &coarse()?)?;
+    sound(&prepared, &struck(&prepared, &at(&prepared, [1.0, 0.0, 0.0]))?)?;
+    Ok(bodies(&prepared, 3))
+}
+
+/// One whole body, or a fault; how far its volume is from the box's.
+fn thin(size_m: [f64; 3]) -> Result<f64, Fault> {
+    let prepared = baked(shapes::cuboid(size_m), &fine()?)?;
+    sound(&prepared, &struck(&prepared, &at(&prepared, [1.0, 1.0, 1.0]))?)?;
+    if prepared.bodies.len() != 1 || !prepared.report.defects.is_empty() {
+        return Err(Fault::ours("lost", format!("{} bodies, {:?}", prepared.bodies.len(), prepared.report.defects)));
+    }
+    Ok(prepared.report.volume_error().abs())
+}
+
+pub fn plate() -> Result<f64, Fault> {
+    thin([1.0, 1.0, 0.01])
+}
+
+pub fn needle() -> Result<f64, Fault> {
+    thin([1.0, 0.01, 0.01])
+}
+
+pub fn foil() -> Result<f64, Fault> {
+    thin([1.0, 1.0, 0.0005])
+}
+
+pub fn lost_wall() -> Result<f64, Fault> {
+    survives(shapes::vase())
+}
+
+/// How many samples the defect of this kind counts.
+fn named(prepared: &Prepared, kind: DefectKind) -> f64 {
+    prepared.report.defects.iter().filter(|defect| defect.kind == kind).map(|defect| defect.count as f64).sum()
+}
+
+pub fn narrow_gap() -> Result<f64, Fault> {
+    let cube = shapes::cuboid([1.0; 3]);
+    let prepared = baked(joined(cube.clone(), &cube, [1.01, 0.0, 0.0]), &coarse()?)?;
+    sound(&prepared, &struck(&prepared, &at(&prepared, [1.0, 0.2, 0.1]))?)?;
+    Ok(named(&prepared, DefectKind::NarrowGap))
+}
+
+pub fn lost_fin() -> Result<f64, Fault> {
+    let fin = shapes::cuboid([0.01, 0.4, 0.4]);
+    let prepared = baked(joined(shapes::cuboid([1.0; 3]), &fin, [0.0, 0.6, 0.0]), &coarse()?)?;
+    sound(&prepared, &struck(&prepared, &at(&prepared, [1.0, 0.2, 0.1]))?)?;
+    Ok(named(&prepared, DefectKind::ThinWall))
+}
+
+pub fn lost_precision() -> Result<f64, Fault> {
+    let mut mesh = ball();
+    mesh.positions_m.iter_mut().for_each(|point| *point += Vector3::repeat(1e6));
+    mesh.positions_m.iter_mut().for_each(|point| *point = point.map(|x| f64::from(x as f32)));
+    mesh.rounding = SINGLE;
+    let prepared = baked(mesh, &coarse()?)?;
+    sound(&prepared, &struck(&prepared, &at(&prepared, [1.0, 0.2, 0.1]))?)?;
+    Ok(named(&prepared, DefectKind::LostPrecision))
+}
+
+/// The arch with one coordinate of one vertex replaced.
+fn with(coordinate: f64) -> Result<f64, Fault> {
+    let mut mesh = shapes::arch();
+    mesh.positions_m[7].y = coordinate;
+    survives(mesh)
+}
+
+pub fn not_a_number() -> Result<f64, Fault> {
+    with(f64::NAN)
+}
+
+pub fn infinite() -> Result<f64, Fault> {
+    with(f64::INFINITY)
+}
+
+pub fn immense() -> Result<f64, Fault> {
+    with(1e300)
+}
+
+pub fn out_of_range() -> Result<f64, Fault> {
+    let mut mesh = shapes::arch();
+    mesh.triangles[5][1] = 1 << 30;
+    survives(mesh)
+}
+
+pub fn empty() -> Result<f64, Fault> {
+    survives(RawMesh::new(Vec::new(), Vec::new()))
+}
+
+pub fn single_triangle() -> Result<f64, Fault> {
+    let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]].map(Point3::from);
+    survives(RawMesh::new(corners.to_vec(), vec![[0, 1, 2]]))
+}
+
+pub fn one_point() -> Result<f64, Fault> {
+    survives(RawMesh::new(vec![Point3::new(3.0, 4.0, 5.0); 3], vec![[0, 1, 2]]))
+}
+
+pub fn denormal() -> Result<f64, Fault> {
+    let mut mesh = ball();
+    mesh.positions_m.iter_mut().for_each(|point| *point *= 1e-310);
+    survives(mesh)
+}
+
+pub fn bow_tie() -> Result<f64, Fault> {
+    // Two cubes that share one corner: a hinge, which no solve may see.
+    let cube = shapes::cuboid([1.0; 3]);
+    let prepared = baked(joined(cube.clone(), &cube, [1.0; 3]), &trial::coarse()?)?;
+    sound(&prepared, &struck(&prepared, &at(&prepared, [1.0, 1.0, 1.0]))?)
+}

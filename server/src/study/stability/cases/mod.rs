@@ -1,0 +1,13 @@
+//! What each case does. Bounds and reasons are in the catalogue.
+
+pub mod cells;
+pub mod degree;
+pub mod lift;
+pub mod load;
+pub mod material;
+pub mod mesh;
+pub mod neck;
+pub mod poisson;
+pub mod reference;
+pub mod scale;
+pub mod tessellation;

@@ -1,0 +1,67 @@
+//! A weak neck: does a dumb-bell snap at its neck, or does the neck shatter?
+
+use super::super::trial::{Answer, Fault, at, baked, contact, fine, sound, struck};
+use nalgebra::Vector3;
+use shatter_fracture::pipeline::{DegreeRequest, Prepared, Strike};
+use shatter_fracture::surface::shapes;
+
+/// What one impulse makes of a dumb-bell.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Neck {
+    /// Impulse over the one that just breaks it.
+    pub times: f64,
+    /// Fragments.
+    pub fragments: usize,
+    /// Those whose centre lies in the neck.
+    pub in_neck: usize,
+    /// Largest fragment at either end, over the volume of one end.
+    pub ends_kept: f64,
+}
+
+/// Half the length of the neck over that of the dumb-bell along its axis.
+const NECK: f64 = 0.2;
+
+/// One end, pushed sideways: the neck bends.
+fn pushed() -> Result<(Prepared, Strike, f64), Fault> {
+    let prepared = baked(shapes::dumbbell(), &fine()?)?;
+    let side = at(&prepared, [0.3, 1.0, 0.0]).contacts[0].point_m;
+    let strike = Strike { degree: DegreeRequest::ClosedForm, ..contact(side, Vector3::new(-1.0, -0.2, 0.1)) };
+    let factor = struck(&prepared, &strike)?.impulse_factor;
+    Ok((prepared, strike, factor))
+}
+
+fn measure(prepared: &Prepared, times: f64, answer: &Answer) -> Neck {
+    let half = prepared.bodies[0].crack.nodes.iter().map(|node| node.y.abs()).fold(0.0, f64::max);
+    let place = |centre_m: [f64; 3]| (centre_m[1] - prepared.frame.centre_m.y) / prepared.frame.diagonal_m / half;
+    let in_neck = answer.rows.iter().filter(|row| place(row.centre_m).abs() < NECK).count();
+    let end = |sign: f64| {
+        let own = answer.rows.iter().filter(|row| place(row.centre_m) * sign > NECK).map(|row| row.volume_m3);
+        own.fold((0.0f64, 0.0f64), |(most, sum), volume| (most.max(volume), sum + volume))
+    };
+    let kept = [1.0, -1.0].map(end).map(|(most, sum)| if sum > 0.0 { most / sum } else { 0.0 });
+    Neck { times, fragments: answer.rows.len(), in_neck, ends_kept: kept[0].min(kept[1]) }
+}
+
+/// What a range of impulses makes of it; every answer must be sound.
+pub fn neck_over_impulses() -> Result<Vec<Neck>, Fault> {
+    let (prepared, strike, factor) = pushed()?;
+    let mut necks = Vec::new();
+    for times in [1.01, 1.2, 1.5, 2.0, 3.0, 5.0, 8.0, 12.0] {
+        let own = contact(strike.contacts[0].point_m, strike.contacts[0].impulse_ns * (factor * times));
+        let answer = struck(&prepared, &own)?;
+        sound(&prepared, &answer)?;
+        necks.push(measure(&prepared, times, &answer));
+    }
+    Ok(necks)
+}
+
+/// Share of each end that stays in one piece just above the threshold.
+pub fn snaps_near_the_threshold() -> Result<f64, Fault> {
+    Ok(neck_over_impulses()?[0].ends_kept)
+}
+
+/// Share of the fragments that come out of the neck at five times the threshold.
+pub fn shatters_far_above() -> Result<f64, Fault> {
+    let necks = neck_over_impulses()?;
+    Ok(necks[5].in_neck as f64 / necks[5].fragments as f64)
+}

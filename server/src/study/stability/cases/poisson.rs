@@ -1,0 +1,42 @@
+//! Locking: the error of pure bending against Poisson's ratio, on both ways to cut cubes into tetrahedra.
+
+use super::super::Fault;
+use shatter_fracture::lattice::block;
+use shatter_fracture::reference::{bending_error, kuhn};
+
+/// Relative shortfall of the energy in pure bending at one Poisson's ratio.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Locking {
+    /// ν.
+    pub poisson: f64,
+    /// On the body-centred lattice that baking makes, six cubes across.
+    pub body_centred: f64,
+    /// On cubes cut into six tetrahedra, eight across: what a badly stuffed boundary comes close to.
+    pub six_per_cube: f64,
+}
+
+/// The curve behind the largest Poisson's ratio that is accepted.
+pub fn locking() -> Result<Vec<Locking>, Fault> {
+    let centred = block([18, 6, 6], 1.0 / 6.0);
+    let cut = kuhn([24, 8, 8], 0.125);
+    let at = |poisson: f64| {
+        Ok(Locking {
+            poisson,
+            body_centred: bending_error(&centred, poisson)?,
+            six_per_cube: bending_error(&cut, poisson)?,
+        })
+    };
+    [-0.3, 0.0, 0.1, 0.2, 0.3, 0.35, 0.4, 0.42, 0.45, 0.47, 0.48, 0.49, 0.495, 0.499].into_iter().map(at).collect()
+}
+
+pub fn bending_at_045() -> Result<f64, Fault> {
+    Ok(bending_error(&block([18, 6, 6], 1.0 / 6.0), 0.45)?.abs())
+}
+
+pub fn worst_lattice_at_045() -> Result<f64, Fault> {
+    Ok(bending_error(&kuhn([24, 8, 8], 0.125), 0.45)?.abs())
+}
+
+pub fn worst_lattice_at_0499() -> Result<f64, Fault> {
+    Ok(bending_error(&kuhn([24, 8, 8], 0.125), 0.499)?.abs())
+}
