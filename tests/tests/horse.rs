@@ -23,6 +23,8 @@ fn horse() -> Option<&'static Prepared> {
 
 /// Head and croup, as fractions of the box of the file; impacts go along the inward normal.
 const HEAD: [f64; 3] = [0.3, 1.0, 0.8];
+/// Top of the head, behind the ears: a blow there stays in the head, one on the nose bends the neck.
+const POLL: [f64; 3] = [0.5, 0.8, 0.9];
 const CROUP: [f64; 3] = [0.65, 0.1, 0.75];
 
 /// The four hooves.
@@ -247,12 +249,12 @@ fn follows(prepared: &Prepared, at: [f64; 3], uniform: bool) -> (f64, f64, Cells
 fn fragments_follow_the_deformation() {
     let Some(horse) = horse() else { return };
     let mut patterns = Vec::new();
-    for (name, at) in [("head", HEAD), ("croup", CROUP)] {
+    for (name, at) in [("nose", HEAD), ("head", POLL), ("croup", CROUP)] {
         let (correlation, ratio, cells) = follows(horse, at, false);
         println!("{name}: rank correlation {correlation:.3}, near/far median volume {ratio:.4}");
         assert!(correlation <= -0.5);
-        // A blow on the head bends the neck: little energy stays at the contact, and the head comes off in one piece.
-        assert!(name == "head" || ratio <= 1.0 / 3.0);
+        // A blow on the nose bends the neck: little energy stays at the contact, and the head comes off in one piece.
+        assert!(name == "nose" || ratio <= 1.0 / 3.0);
         patterns.push(cells);
         let (correlation, ratio, _) = follows(horse, at, true);
         println!("{name}, uniform density: rank correlation {correlation:.3}, near/far {ratio:.4}");
@@ -262,7 +264,7 @@ fn fragments_follow_the_deformation() {
         let least = (0..cells.volumes.len()).min_by(|&a, &b| cells.volumes[a].total_cmp(&cells.volumes[b])).unwrap();
         cells.centres[least]
     };
-    let apart = (smallest(&patterns[0]) - smallest(&patterns[1])).norm();
+    let apart = (smallest(&patterns[1]) - smallest(&patterns[2])).norm();
     println!("the smallest fragments of the two patterns are {apart:.3} diagonals apart");
     assert!(apart > 0.3);
 }

@@ -23,7 +23,7 @@ pub struct Args {
     #[arg(long, value_name = "R", allow_hyphen_values = true)]
     radius_m: Option<f64>,
     /// Where the number of sites comes from: a number, `closed_form` or `optimised`.
-    #[arg(long, value_name = "N|closed_form|optimised", default_value = "closed_form", value_parser = degree)]
+    #[arg(long, value_name = "N|closed_form|optimised", default_value = "closed_form", value_parser = degree, allow_hyphen_values = true)]
     degree: Degree,
     /// γ, J·m², instead of the object's own.
     #[arg(long, value_name = "G", allow_hyphen_values = true)]

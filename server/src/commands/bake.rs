@@ -68,6 +68,8 @@ pub fn run(args: &BakeArgs) -> Result<(), Failure> {
     let request = request(args)?;
     let folder = args.out.clone().map_or_else(data_folder, Ok)?;
     std::fs::create_dir_all(&folder).map_err(|error| Failure::output(&folder, &error))?;
+    // Whether the folder can be written shows now, not after the work.
+    drop(tempfile::tempfile_in(&folder).map_err(|error| Failure::output(&folder, &error))?);
     let raw = surface::read(&args.mesh, args.unit, args.up)?;
     let bar = bar();
     let prepared = database::bake(raw, &request, &Token::default(), &mut |step| {
@@ -147,7 +149,7 @@ fn document(prepared: &Prepared, file: &Path, seconds: f64) -> serde_json::Value
     let report = &prepared.report;
     json!({
         "object": prepared.name,
-        "file": file,
+        "file": file.display().to_string(),
         "elastic_nodes": prepared.elastic_nodes(),
         "elastic_tets": prepared.elastic_tets(),
         "crack_nodes": prepared.crack_nodes(),

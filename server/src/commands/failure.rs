@@ -96,7 +96,7 @@ impl From<SurfaceError> for Failure {
     fn from(error: SurfaceError) -> Self {
         let (kind, at) = match &error {
             SurfaceError::Unreadable { path, .. } => ("unreadable_file", path.display().to_string()),
-            SurfaceError::UnknownFormat { extension } => ("unknown_format", extension.clone()),
+            SurfaceError::UnknownFormat { path, .. } => ("unknown_format", path.display().to_string()),
             SurfaceError::Malformed { place, .. } => ("malformed_file", place.clone()),
             SurfaceError::TooLarge { .. } => ("too_large", String::new()),
             SurfaceError::Empty => ("empty_mesh", String::new()),

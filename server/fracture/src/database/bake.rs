@@ -1,13 +1,14 @@
 //! Baking: a mesh and a few numbers become a prepared object.
 
+use super::parts;
 use super::thin::{self, WIDTH_MAX};
 use crate::degree;
 use crate::elasticity::ElasticityError;
-use crate::lattice::{self, LatticeError, Levels};
+use crate::lattice::{self, LatticeError, Levels, Spacings};
 use crate::lift::{self, LiftError};
 use crate::pipeline::{BakeReport, Body, Parameters, Prepared, StrikeError, calibrate};
 use crate::scene::{DEFAULT_FRAGMENT_DIAGONALS, Material};
-use crate::surface::{Defect, DefectKind, Inside, RawMesh, Side, Surface, SurfaceError, Widths};
+use crate::surface::{Defect, Inside, RawMesh, Side, Surface, SurfaceError, Widths};
 use crate::token::{Cancelled, Token};
 
 /// What to bake, apart from the mesh.
@@ -103,7 +104,7 @@ pub enum BakeError {
         source: ElasticityError,
     },
     /// A sampled impact failed.
-    #[error("calibration: {0}")]
+    #[error(transparent)]
     Calibration(#[from] StrikeError),
     /// Cancelled at a checkpoint.
     #[error(transparent)]
@@ -129,9 +130,19 @@ pub fn bake(
     let volume = inside.input_volume(token)?;
     progress(Step::Lattices);
     let walls = inside.widths(Side::Wall, WIDTH_MAX, token)?;
-    let parameters = parameters(request, &surface, volume, &walls)?;
-    let levels = lattice::levels(&inside, parameters.elastic_spacing, parameters.crack_spacing, volume, token)?;
-    let thin = thin::lost(&inside, &walls, &levels, &surface.frame, token)?;
+    let mut parameters = parameters(request, &surface, volume, &walls)?;
+    let spacings = Spacings {
+        elastic: parameters.elastic_spacing,
+        crack: parameters.crack_spacing,
+        refine: request.elastic_spacing.is_none(),
+    };
+    let levels =
+        lattice::levels(&inside, spacings, volume, token).map_err(|error| thin::explain(error, &walls, &surface))?;
+    parameters.elastic_spacing = levels.elastic.as_ref().map_or(parameters.crack_spacing, |level| level.spacing);
+    let mut thin = thin::lost(&inside, &walls, &levels, &surface.frame, token)?;
+    thin.extend(parts::severed(&surface, &levels));
+    thin.extend(parts::far(&inside, &levels));
+    thin.extend(parts::dropped(&inside, &surface, volume, &levels));
     let report = report(&surface, &inside, volume, &levels, thin);
     let poisson = parameters.material.poisson;
     let mut bodies = Vec::with_capacity(levels.bodies.len());
@@ -151,6 +162,9 @@ pub fn bake(
             parameters.fragment_size_m,
         )
     });
+    if !(gamma_j_m2.is_finite() && gamma_j_m2 > 0.0) {
+        return Err(BakeError::NotPositive { key: "gamma from the fragment size", value: gamma_j_m2 });
+    }
     let name = request.name.clone();
     let mut prepared = Prepared { name, frame: surface.frame, parameters, gamma_j_m2, kappa: 1.0, report, bodies };
     progress(Step::Calibration);
@@ -217,7 +231,6 @@ fn report(surface: &Surface, inside: &Inside, volume: f64, levels: &Levels, thin
     let mut defects = surface.defects.clone();
     defects.extend(inside.ambiguous(&boundary_samples(levels)));
     defects.extend(thin);
-    defects.extend(dropped(inside, volume, levels));
     BakeReport {
         input_hash: input_hash(surface),
         input_volume_m3: volume * cubed,
@@ -229,15 +242,6 @@ fn report(surface: &Surface, inside: &Inside, volume: f64, levels: &Levels, thin
 
 fn boundary_samples(levels: &Levels) -> Vec<nalgebra::Point3<f64>> {
     levels.bodies.iter().flat_map(|body| body.crack.nodes.iter().copied()).collect()
-}
-
-/// Components that the crack lattice could not keep, with their share of the volume.
-fn dropped(inside: &Inside, volume: f64, levels: &Levels) -> Option<Defect> {
-    let dropped = &levels.crack.dropped;
-    let first = inside.nearest_face(&dropped.first()?.place);
-    let share = 100.0 * dropped.iter().map(|component| component.volume).sum::<f64>() / volume;
-    let action = format!("left out: smaller than the lattice spacing, {share:.4} % of the volume");
-    Some(Defect::new(DefectKind::DroppedComponent, dropped.len() as u64, first, action))
 }
 
 /// BLAKE3 of a normalised surface (positions and triangles), hexadecimal: what [`BakeReport::input_hash`] holds.

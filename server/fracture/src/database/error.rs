@@ -18,7 +18,9 @@ pub enum DatabaseError {
     #[error("not a complete safetensors container: {0}")]
     Container(#[from] safetensors::SafeTensorError),
     /// Written by another version of the format.
-    #[error("format {found}, this program reads {known}; `shatterd upgrade FILE` converts older ones")]
+    #[error(
+        "format {found}, this program reads {known}: bake the object again with this program, or use the one that wrote it"
+    )]
     Format {
         /// What the file says.
         found: String,

@@ -4,6 +4,7 @@ mod bake;
 mod container;
 mod error;
 mod object;
+mod parts;
 mod thin;
 
 pub use bake::{BakeError, BakeRequest, Step, bake, input_hash};

@@ -3,7 +3,7 @@
 use super::BakeRequest;
 use super::bake::BakeError;
 use crate::lattice::{self, LatticeError, Levels, Locator};
-use crate::surface::{Defect, DefectKind, Frame, Inside, Side, Width, Widths};
+use crate::surface::{Defect, DefectKind, Frame, Inside, Side, Surface, Width, Widths};
 use crate::token::Token;
 use rayon::prelude::*;
 
@@ -41,6 +41,16 @@ pub(super) fn spacings(
         }
     }
     Err(too_thin(thickness, refused.unwrap_or(chosen[1]), false, frame))
+}
+
+/// Nothing inside a lattice of that spacing: the walls are too thin, if they have a thickness.
+pub(super) fn explain(error: LatticeError, walls: &Widths, surface: &Surface) -> BakeError {
+    match error {
+        LatticeError::NothingInside { spacing } if walls.quantile(SHARE) < WIDTH_MAX => {
+            too_thin(walls.quantile(SHARE), spacing, true, &surface.frame)
+        }
+        error => error.into(),
+    }
 }
 
 fn too_thin(thickness: f64, spacing: f64, possible: bool, frame: &Frame) -> BakeError {

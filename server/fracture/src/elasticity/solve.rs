@@ -5,9 +5,10 @@ use crate::random::Stream;
 use crate::token::Token;
 
 /// The largest relative residual ‖f − K u‖ / ‖f‖ that is returned as a solution. Compact bodies leave 1e-14. Long thin
-/// ones leave more, 2e-8 for a needle of 1:100: that is the rounding of their large displacements; its energies agree to
-/// 3e-9 between different pins. A mechanism or a load out of equilibrium leaves about 1.
-pub const RESIDUAL_MAX: f64 = 1e-6;
+/// ones leave more, 2e-8 for a needle of 1:100 and 2e-6 for one of 1:300: that is the rounding of their large displacements,
+/// which no refinement removes; energies agree to 3e-9 and 1e-6 between different pins. A mechanism or a load out of
+/// equilibrium leaves about 1.
+pub const RESIDUAL_MAX: f64 = 1e-4;
 
 /// Above this residual a sweep of iterative refinement is worth its back-substitution.
 const RESIDUAL_REFINED: f64 = 1e-10;

@@ -2,7 +2,7 @@
 
 use super::level::{Dropped, Level, stuff};
 use super::measure::Dihedral;
-use super::{Lattice, LatticeError, Locator, SignedDistance, Transfer};
+use super::{ELASTIC_NODES_MAX, Lattice, LatticeError, Locator, SignedDistance, Transfer};
 use crate::token::{Cancelled, Token};
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
@@ -10,6 +10,12 @@ use serde::{Deserialize, Serialize};
 
 /// A crack body is solved on an elastic body only if at least this share of its volume lies in it.
 pub const OVERLAP_MIN: f64 = 0.75;
+
+/// Share of the crack nodes that may lie farther than the elastic spacing from the lattice they are solved on.
+pub const FAR_SHARE_MAX: f64 = 0.002;
+
+/// By what the elastic spacing is multiplied while more than that do.
+const REFINEMENT: f64 = 0.88;
 
 /// One body at both levels.
 #[derive(Clone, Debug)]
@@ -81,34 +87,77 @@ pub struct Levels {
     pub replaced: Vec<Replaced>,
     /// Volume of elastic bodies that no crack body is solved on, local.
     pub unmatched_volume: f64,
+    /// Crack nodes farther than the elastic spacing from the lattice that they are solved on: what happens there is what
+    /// happens to the nearest part.
+    pub far: Vec<Point3<f64>>,
 }
 
-/// Stuffs a shape at two spacings (local), both to `volume` (local, positive), and pairs their bodies.
+/// Spacings of two levels (local).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Spacings {
+    /// Of the elastic level.
+    pub elastic: f64,
+    /// Of the crack level.
+    pub crack: f64,
+    /// Whether the elastic level is made finer, down to the crack level, until thin limbs are in it.
+    pub refine: bool,
+}
+
+/// Stuffs a shape at two spacings, both to `volume` (local, positive), and pairs their bodies.
 ///
 /// Bodies are matched by overlap. A body that the coarser level lost, or joined with another, is solved on its crack
 /// lattice, so that distinct bodies never share a solve and none is missing. Errors: those of [`stuff`]; an empty
 /// elastic level is none.
 pub fn levels(
     shape: &dyn SignedDistance,
-    elastic_spacing: f64,
-    crack_spacing: f64,
+    spacings: Spacings,
     volume: f64,
     token: &Token,
 ) -> Result<Levels, LatticeError> {
-    let crack = stuff(shape, crack_spacing, Some(volume), token)?;
-    let elastic = match stuff(shape, elastic_spacing, Some(volume), token) {
-        Ok(level) => Some(level),
-        Err(LatticeError::NothingInside { .. }) => None,
-        Err(error) => return Err(error),
-    };
-    Ok(pair(crack, elastic, token)?)
+    let crack = stuff(shape, spacings.crack, Some(volume), token)?;
+    let mut spacing = spacings.elastic;
+    loop {
+        let elastic = match stuff(shape, spacing, Some(volume), token) {
+            Ok(level) => Some(level),
+            Err(LatticeError::NothingInside { .. }) => None,
+            Err(error) => return Err(error),
+        };
+        let far = far_nodes(&crack.bodies, elastic.as_ref().map_or(&[], |level| &level.bodies), spacing);
+        let finer = (spacing * REFINEMENT).max(spacings.crack);
+        let nodes = elastic.as_ref().map_or(0, Level::node_count) as f64 * (spacing / finer).powi(3);
+        let near = far.len() as f64 <= FAR_SHARE_MAX * crack.node_count() as f64;
+        if near || !spacings.refine || finer == spacing || nodes > ELASTIC_NODES_MAX as f64 {
+            return Ok(pair(crack, elastic, far, token)?);
+        }
+        spacing = finer;
+    }
 }
 
-fn pair(crack: Level, elastic: Option<Level>, token: &Token) -> Result<Levels, Cancelled> {
+/// Crack nodes farther than `spacing` from the elastic body that theirs is solved on: the ends of limbs which the coarser
+/// level lost.
+fn far_nodes(crack: &[Lattice], elastic: &[Lattice], spacing: f64) -> Vec<Point3<f64>> {
+    let locators: Vec<Locator> = elastic.iter().map(Locator::new).collect();
+    let mut far = Vec::new();
+    for (body, (home, overlap)) in crack.iter().zip(homes(crack, &locators)) {
+        if overlap < OVERLAP_MIN {
+            continue;
+        }
+        let locator = &locators[home];
+        let is_far = |point: &&Point3<f64>| {
+            locator.containing(point, None).is_none()
+                && locator.nearest(point).is_none_or(|near| near.distance > spacing)
+        };
+        far.par_extend(body.nodes.par_iter().filter(is_far).copied());
+    }
+    far
+}
+
+fn pair(crack: Level, elastic: Option<Level>, far: Vec<Point3<f64>>, token: &Token) -> Result<Levels, Cancelled> {
     let crack_report = report(&crack);
     let elastic_report = elastic.as_ref().map(report);
     let elastic_bodies = elastic.map_or_else(Vec::new, |level| level.bodies);
-    let homes = homes(&crack.bodies, &elastic_bodies);
+    let locators: Vec<Locator> = elastic_bodies.iter().map(Locator::new).collect();
+    let homes = homes(&crack.bodies, &locators);
     let guests = |home: usize| homes.iter().filter(|(at, overlap)| *at == home && *overlap >= OVERLAP_MIN).count();
     let (mut bodies, mut replaced, mut used) = (Vec::new(), Vec::new(), vec![false; elastic_bodies.len()]);
     for (body, crack) in crack.bodies.into_iter().enumerate() {
@@ -133,12 +182,11 @@ fn pair(crack: Level, elastic: Option<Level>, token: &Token) -> Result<Levels, C
     }
     let unmatched = elastic_bodies.iter().zip(used).filter(|(_, used)| !used).map(|(body, _)| body.volume());
     let unmatched_volume = unmatched.sum();
-    Ok(Levels { bodies, crack: crack_report, elastic: elastic_report, replaced, unmatched_volume })
+    Ok(Levels { bodies, crack: crack_report, elastic: elastic_report, replaced, unmatched_volume, far })
 }
 
 /// Per crack body the elastic body that holds most of its volume (by centroids), and what share that is.
-fn homes(crack: &[Lattice], elastic: &[Lattice]) -> Vec<(usize, f64)> {
-    let locators: Vec<Locator> = elastic.iter().map(Locator::new).collect();
+fn homes(crack: &[Lattice], locators: &[Locator]) -> Vec<(usize, f64)> {
     let home = |body: &Lattice| {
         let held = locators.iter().map(|locator| held(locator, body)).enumerate();
         let most = held.fold((0, 0.0), |best: (usize, f64), next| if next.1 > best.1 { next } else { best });

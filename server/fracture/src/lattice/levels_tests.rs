@@ -5,7 +5,7 @@ use crate::lattice::{block, check_manifold};
 fn made(list: &[([f64; 3], f64)], elastic: f64, crack: f64) -> Levels {
     let shape = balls(list.iter().map(|(centre, radius)| (Point3::from(*centre), *radius)).collect());
     let volume = list.iter().map(|(_, radius)| 4.0 / 3.0 * std::f64::consts::PI * radius.powi(3)).sum();
-    let made = levels(&shape, elastic, crack, volume, &Token::default()).unwrap();
+    let made = levels(&shape, Spacings { elastic, crack, refine: false }, volume, &Token::default()).unwrap();
     check(&made);
     made
 }
@@ -76,7 +76,7 @@ fn pairing_names_what_was_fused_and_what_was_lost() {
     };
     let halves = || vec![part(&|x| x < 0.0), part(&|x| x > 0.0)];
     let reasons = |crack, elastic| {
-        let levels = pair(level(crack), Some(level(elastic)), &Token::default()).unwrap();
+        let levels = pair(level(crack), Some(level(elastic)), Vec::new(), &Token::default()).unwrap();
         check(&levels);
         (levels.replaced.iter().map(|replaced| replaced.reason).collect::<Vec<_>>(), levels.unmatched_volume)
     };
@@ -93,7 +93,8 @@ fn pairing_names_what_was_fused_and_what_was_lost() {
 #[test]
 fn an_empty_coarse_level_is_no_error() {
     let shape = ball(0.04);
-    let levels = levels(&shape, 0.2, 0.015, 2.6e-4, &Token::default()).unwrap();
+    let levels =
+        levels(&shape, Spacings { elastic: 0.2, crack: 0.015, refine: false }, 2.6e-4, &Token::default()).unwrap();
     check(&levels);
     assert!(levels.elastic.is_none() && levels.replaced.len() == 1);
 }

@@ -21,7 +21,7 @@ fn check(file: &str) {
     let area = surface.triangles.iter().map(area).sum();
     let [elastic, crack] =
         [ELASTIC_NODES_DEFAULT, CRACK_NODES_DEFAULT].map(|nodes| default_spacing(volume, area, nodes));
-    let levels = levels(&inside, elastic, crack, volume, &token).unwrap();
+    let levels = levels(&inside, Spacings { elastic, crack, refine: true }, volume, &token).unwrap();
     for body in &levels.bodies {
         check_manifold(&body.elastic).unwrap();
         check_manifold(&body.crack).unwrap();

@@ -195,7 +195,9 @@ fn the_lattice_does_not_depend_on_the_number_of_threads() {
     let lattice = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         let shape = torus(0.3, 0.1);
-        let both = pool.install(|| levels(&shape, 0.08, 0.05, 0.059, &Token::default()).unwrap());
+        let both = pool.install(|| {
+            levels(&shape, Spacings { elastic: 0.08, crack: 0.05, refine: false }, 0.059, &Token::default()).unwrap()
+        });
         both.bodies.into_iter().map(|body| (body.elastic, body.crack, body.transfer)).collect::<Vec<_>>()
     };
     assert!(lattice(1) == lattice(5));

@@ -1,4 +1,5 @@
 use super::*;
+use crate::lattice::Spacings;
 use crate::lattice::shapes::{ball, cuboid};
 use crate::lattice::{BodyLattice, SignedDistance, block, levels, stuff};
 use crate::token::Token;
@@ -11,7 +12,13 @@ fn body(shape: &dyn SignedDistance, spacing: f64) -> Lattice {
 /// A ball of radius 0.3 at two levels of equal volume, as [`crate::lattice::levels`] makes them.
 fn pair(spacing: f64) -> BodyLattice {
     let volume = 4.0 / 3.0 * std::f64::consts::PI * 0.3f64.powi(3);
-    let mut both = levels(&ball(0.3), spacing, 0.63 * spacing, volume, &Token::default()).unwrap();
+    let mut both = levels(
+        &ball(0.3),
+        Spacings { elastic: spacing, crack: 0.63 * spacing, refine: false },
+        volume,
+        &Token::default(),
+    )
+    .unwrap();
     both.bodies.remove(0)
 }
 

@@ -56,6 +56,9 @@ pub fn strain_energy(
         let mut shares = Vec::with_capacity(body.crack.nodes.len());
         body.transfer.apply(&workspace.tet_energy, &mut shares);
         let total: f64 = shares.iter().sum();
+        if total == 0.0 {
+            return Err(StrikeError::Balanced { body: *index });
+        }
         shares.iter_mut().for_each(|share| *share /= total);
         watch.leave(Stage::Elasticity, size_of_val(shares.as_slice()) as u64);
         let radius = workspace.load.touches.iter().map(|touch| touch.radius).fold(0.0, f64::max);

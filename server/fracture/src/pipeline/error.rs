@@ -33,6 +33,12 @@ pub enum StrikeError {
         /// Which contact.
         contact: usize,
     },
+    /// The contacts of a body cancel: nothing is deformed.
+    #[error("the contacts of body {body} cancel each other: nothing is deformed")]
+    Balanced {
+        /// Which body.
+        body: usize,
+    },
     /// γ is not finite and positive.
     #[error("gamma must be finite and positive, got {0}")]
     Gamma(f64),

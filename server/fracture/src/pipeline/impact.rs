@@ -68,7 +68,7 @@ fn peak_force_n(contact: usize, given: &Contact) -> Result<Vector3<f64>, StrikeE
 }
 
 /// The nearest body, and the contact in its terms; refused if the surface is farther than the radius given. The crack
-/// lattice stands for the surface, to within the deviation that baking measured.
+/// lattice stands for the surface, to within its spacing: it rounds corners off.
 fn place(
     prepared: &Prepared,
     index: usize,
@@ -81,7 +81,8 @@ fn place(
         prepared.bodies.iter().map(|body| body.boundary.nearest(&point).map_or(f64::INFINITY, |near| near.distance));
     let (body, distance) =
         distances.enumerate().fold((0, f64::INFINITY), |best, next| if next.1 < best.1 { next } else { best });
-    if distance > radius + prepared.report.surface_deviation {
+    let rounding = prepared.report.surface_deviation.max(prepared.parameters.crack_spacing);
+    if distance > radius + rounding {
         return Err(StrikeError::TooFar {
             contact: index,
             distance_m: distance * prepared.frame.diagonal_m,

@@ -41,6 +41,10 @@ pub enum DefectKind {
     ThinWall,
     /// Points of the surface before which the lattice closed a gap; the index is the face where it is narrowest.
     NarrowGap,
+    /// Parts joined by less than the lattice resolves, which became bodies of their own; the index is a face of one.
+    SeveredPart,
+    /// Crack nodes far from the lattice that they are solved on: limbs thinner than its spacing; the index is a face there.
+    CoarseElastic,
     /// Components that the lattice lost; the index is the first of them.
     DroppedComponent,
 }

@@ -14,8 +14,10 @@ pub enum SurfaceError {
         source: std::io::Error,
     },
     /// The file name ends in none of the known extensions.
-    #[error("unknown mesh format '{extension}': one of obj, ply, stl, gltf, glb")]
+    #[error("{path}: unknown mesh format '{extension}': one of obj, ply, stl, gltf, glb", path = .path.display())]
     UnknownFormat {
+        /// The file.
+        path: PathBuf,
         /// The extension, empty if there is none.
         extension: String,
     },

@@ -26,5 +26,5 @@ pub use frame::Frame;
 pub use inside::Inside;
 pub use raw::{DOUBLE, RawMesh, SINGLE, Unit, UnknownUnit, UnknownUp, Up};
 pub use read::read;
-pub use repair::Surface;
+pub use repair::{Part, Surface};
 pub use width::{Side, Width, Widths};

@@ -75,7 +75,7 @@ const SUM_WHY: &str = "sum of the fragments' volumes against the lattice: both a
 #[rustfmt::skip]
 pub const CASES: &[Case] = &[
     case("inside out", "mesh: inverted", AtMost(1e-9), "volume against the arch itself: turned round while welding, the lattice is the same", mesh::inside_out),
-    case("mixed winding", "mesh: inverted", AtMost(1e-9), "volume against the arch itself: neighbours agree on one orientation", mesh::mixed_winding),
+    case("mixed winding", "mesh: inverted", AtMost(1e-3), "volume against the arch itself: neighbours agree on one orientation, but corners start elsewhere and rounding differs", mesh::mixed_winding),
     case("sphere with holes", "mesh: open", AtMost(0.02), "volume against the whole sphere: a fiftieth of the triangles is missing, films close the holes", mesh::open),
     case("two balls in one another", "mesh: self-intersecting", AtMost(0.02), "volume against that of the union: the winding number exceeds one half in both", mesh::self_intersecting),
     case("every triangle twice", "mesh: duplicated", AtMost(1e-9), "volume against the arch itself: duplicates are dropped", mesh::duplicated),
@@ -101,7 +101,7 @@ pub const CASES: &[Case] = &[
     case("no triangle", "mesh: nothing there", Refused("empty_mesh"), "there is nothing", mesh::empty),
     case("one triangle", "mesh: nothing there", Refused("nothing_inside"), "it encloses nothing", mesh::single_triangle),
     case("one point", "mesh: nothing there", Refused("zero_extent"), "it has no extent", mesh::one_point),
-    case("denormal coordinates", "mesh: nothing there", Refused("extent_out_of_range"), "volumes of such lengths underflow", mesh::denormal),
+    case("denormal coordinates", "mesh: nothing there", Refused("all_degenerate"), "areas of such lengths underflow to none", mesh::denormal),
     case("cubes that share a corner", "mesh: touching parts", SUM, SUM_WHY, mesh::bow_tie),
     case("nu = 0", "material: nu = 0", SUM, SUM_WHY, material::poisson_zero),
     case("nu = 0.45", "material: nu = 0.45", SUM, SUM_WHY, material::poisson_045),
@@ -120,6 +120,7 @@ pub const CASES: &[Case] = &[
     case("zero impulse", "load: zero", Refused("impulse"), "nothing happens", load::zero_impulse),
     case("tangential", "load: tangential", SUM, SUM_WHY, load::tangential),
     case("two opposed", "load: two opposed", SUM, SUM_WHY, load::two_opposed),
+    case("two that cancel", "load: two opposed", Refused("impulse"), "nothing is deformed", load::two_that_cancel),
     case("10 m away", "load: outside the body", Refused("contact_too_far"), "it touches nothing", load::outside),
     case("on an anchor", "load: on an anchor", AtMost(1e-3), "strain energy over that of the same push at the free end: the support takes it", load::on_an_anchor),
     case("NaN impulse", "load: non-finite", Refused("impulse"), "no number", load::not_a_number),

@@ -31,7 +31,7 @@ pub fn read(path: &Path, unit: Unit, up: Up) -> Result<RawMesh, SurfaceError> {
         "ply" => |bytes, _| ply::parse(bytes),
         "stl" => |bytes, _| stl::parse(bytes),
         "gltf" | "glb" => gltf::parse,
-        _ => return Err(SurfaceError::UnknownFormat { extension }),
+        _ => return Err(SurfaceError::UnknownFormat { path: path.to_owned(), extension }),
     };
     let bytes = load(path)?;
     let mut mesh = parse(&bytes, path.parent().unwrap_or(Path::new("")))?;
@@ -41,7 +41,12 @@ pub fn read(path: &Path, unit: Unit, up: Up) -> Result<RawMesh, SurfaceError> {
 }
 
 fn load(path: &Path) -> Result<Vec<u8>, SurfaceError> {
-    std::fs::read(path).map_err(|source| SurfaceError::Unreadable { path: path.to_owned(), source })
+    let unreadable = |source| SurfaceError::Unreadable { path: path.to_owned(), source };
+    // Devices and pipes may never end.
+    if !std::fs::metadata(path).map_err(unreadable)?.is_file() {
+        return Err(unreadable(std::io::Error::other("not a regular file")));
+    }
+    std::fs::read(path).map_err(unreadable)
 }
 
 fn malformed(format: &'static str, place: impl Display, reason: impl Display) -> SurfaceError {

@@ -347,8 +347,12 @@ fn units_and_axes_are_applied() {
 
 #[test]
 fn other_files_are_refused() {
-    assert!(matches!(read_bytes("a.fbx", b""), Err(SurfaceError::UnknownFormat { extension }) if extension == "fbx"));
-    assert!(matches!(read_bytes("obj", b""), Err(SurfaceError::UnknownFormat { extension }) if extension.is_empty()));
+    assert!(
+        matches!(read_bytes("a.fbx", b""), Err(SurfaceError::UnknownFormat { extension, .. }) if extension == "fbx")
+    );
+    assert!(
+        matches!(read_bytes("obj", b""), Err(SurfaceError::UnknownFormat { extension, .. }) if extension.is_empty())
+    );
     let missing = read(Path::new("no such folder/a.obj"), Unit::M, Up::Y);
     assert!(matches!(missing, Err(SurfaceError::Unreadable { .. })));
 }

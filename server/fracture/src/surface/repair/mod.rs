@@ -6,6 +6,8 @@ mod intersect;
 mod orient;
 mod sets;
 mod shells;
+pub use shells::Part;
+
 #[cfg(test)]
 mod tests;
 
@@ -28,6 +30,8 @@ pub struct Surface {
     pub triangles: Vec<[u32; 3]>,
     /// For each triangle, the face of the input file that it came from, counted from 0.
     pub faces: Vec<u64>,
+    /// Shells that stand alone and enclose something.
+    pub parts: Vec<Part>,
     /// What was wrong with the input, in a fixed order of kinds.
     pub defects: Vec<Defect>,
     /// Whether every edge is passed as often in one direction as in the other: the winding number is an integer.
@@ -71,7 +75,7 @@ impl Surface {
         let simple = closed && crossings.complete && crossings.count == 0 && shells.simple;
         defects.sort_by_key(|defect| defect.kind);
         let faces = (0..triangles.len() as u32).map(face).collect();
-        Ok(Self { frame, positions, triangles, faces, defects, closed, simple })
+        Ok(Self { frame, positions, triangles, faces, parts: shells.parts, defects, closed, simple })
     }
 
     /// The three corners of triangle `triangle`.

@@ -25,8 +25,23 @@ pub(super) struct Shells {
     pub cavities: Tally,
     /// Patches inside others that are positive.
     pub solids: Tally,
+    /// Shells that stand alone and enclose something.
+    pub parts: Vec<Part>,
     /// Whether no point can have a winding number other than 0 or 1, if the patches are closed and do not intersect.
     pub simple: bool,
+}
+
+/// A shell that stands alone and encloses something, local.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Part {
+    /// Lowest corner of its box.
+    pub low: Point3<f64>,
+    /// Highest corner of its box.
+    pub high: Point3<f64>,
+    /// Volume that it encloses.
+    pub volume: f64,
+    /// A face of it in the input file, counted from 0.
+    pub face: u64,
 }
 
 /// Turns patches outward. `face` names a triangle in the report.
@@ -60,7 +75,11 @@ pub(super) fn face_outward(
         }
         let own = sign(patch, &turn);
         shells.simple &= (0..=1).contains(&(surrounding + own));
-        if !containers.is_empty() {
+        if containers.is_empty() {
+            let Measure { bounds, volume, .. } = &measures[patch];
+            let (low, high, volume) = (bounds.low, bounds.high, volume.abs());
+            shells.parts.push(Part { low, high, volume, face: face(patches[patch][0]) });
+        } else {
             let tally = if own < 0 { &mut shells.cavities } else { &mut shells.solids };
             tally.note(face(patches[patch][0]));
         }

@@ -63,6 +63,14 @@ pub fn two_opposed() -> Result<f64, Fault> {
     sound(&prepared, &struck(&prepared, &strike)?)
 }
 
+pub fn two_that_cancel() -> Result<f64, Fault> {
+    after(|strike| {
+        let mut back = strike.contacts[0];
+        back.impulse_ns = -back.impulse_ns;
+        strike.contacts.push(back);
+    })
+}
+
 pub fn at_a_corner() -> Result<f64, Fault> {
     let prepared = baked(shapes::cuboid([1.0; 3]), &coarse()?)?;
     let corner = Point3::new(0.5, 0.5, 0.5);

@@ -1,0 +1,34 @@
+//! The catalogue of hard cases: every figure within its bound.
+
+use shatter_server::study::stability::{CASES, Outcome, REAL, judge, real};
+use shatter_tests::real::mesh;
+
+#[test]
+fn every_hard_case_holds() {
+    let mut failed = Vec::new();
+    for case in CASES {
+        let begun = std::time::Instant::now();
+        let row = judge(case);
+        let figure = row.figure.map_or("-".to_owned(), |figure| format!("{figure:.3e}"));
+        println!("{:36} {figure:>10}  {:20} {:?}, {:.1?}", row.name, row.expected, row.outcome, begun.elapsed());
+        if row.outcome == Outcome::Failed {
+            failed.push(row);
+        }
+    }
+    assert!(failed.is_empty(), "{failed:#?}");
+}
+
+#[test]
+fn real_meshes_bake_and_break() {
+    let mut failed = Vec::new();
+    for file in REAL {
+        let Some(path) = mesh(file) else { continue };
+        let Some(folder) = path.parent() else { continue };
+        let row = real(folder, file);
+        println!("{file}: {:?} {:?} {:?}", row.outcome, row.figure, row.message);
+        if row.outcome == Outcome::Failed {
+            failed.push(row);
+        }
+    }
+    assert!(failed.is_empty(), "{failed:#?}");
+}
