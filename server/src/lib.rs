@@ -14,5 +14,6 @@ pub mod metrics;
 pub mod picture;
 pub mod report;
 pub mod serve;
+pub mod study;
 pub mod verdicts;
 pub mod wire;

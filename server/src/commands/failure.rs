@@ -49,6 +49,16 @@ impl Failure {
         Self { fault: "service", exit_code: exit::OURS, ..Self::refused(kind, "", message) }
     }
 
+    /// What it is called.
+    pub fn kind(&self) -> &'static str {
+        self.kind
+    }
+
+    /// Whether it is ours to mend.
+    pub fn is_ours(&self) -> bool {
+        self.fault == "service"
+    }
+
     /// Prints the failure, as a JSON document on stdout too if that is wanted, and gives the exit code.
     pub fn print(&self, as_json: bool) -> ExitCode {
         if as_json {

@@ -1,0 +1,3 @@
+//! Studies of the engine at its limits: what it makes of input that nobody should send.
+
+pub mod mutants;
