@@ -68,16 +68,16 @@ mod tests {
             let mutant = Mutant { mesh: "stanford-bunny".to_owned(), defect, seed: seed as u64 };
             assert_eq!(mutant.to_string().parse(), Ok(mutant));
         }
-        assert_eq!("horse/holes/7".parse::<Mutant>().unwrap().to_string(), "horse/holes/7");
+        assert_eq!("horse/small_holes/7".parse::<Mutant>().unwrap().to_string(), "horse/small_holes/7");
     }
 
     #[test]
     fn other_words_are_refused() {
         let refused = |id: &str| id.parse::<Mutant>().unwrap_err();
-        assert!(matches!(refused("horse/holes"), MutantIdError::Parts(_)));
-        assert!(matches!(refused("/holes/1"), MutantIdError::Parts(_)));
-        assert!(matches!(refused("horse/holes/1/2"), MutantIdError::Parts(_)));
+        assert!(matches!(refused("horse/small_holes"), MutantIdError::Parts(_)));
+        assert!(matches!(refused("/small_holes/1"), MutantIdError::Parts(_)));
+        assert!(matches!(refused("horse/small_holes/1/2"), MutantIdError::Parts(_)));
         assert!(matches!(refused("horse/hole/1"), MutantIdError::Defect(_)));
-        assert!(matches!(refused("horse/holes/-1"), MutantIdError::Seed(_)));
+        assert!(matches!(refused("horse/small_holes/-1"), MutantIdError::Seed(_)));
     }
 }

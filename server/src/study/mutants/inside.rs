@@ -13,6 +13,9 @@ const STEPS: f64 = 16.0;
 /// … at most this many of them along each side.
 const SIDE_MAX: usize = 24;
 
+/// Steps, m, for which single precision, in which fragments are handed out, has all its digits.
+const FRAGMENT_RANGE_M: std::ops::Range<f64> = 1e-30..1e34;
+
 /// A winding number of at least this size, whatever its sign, is inside.
 const SURE: f64 = 0.75;
 
@@ -27,7 +30,7 @@ pub(super) fn clearly_has_inside(mesh: &RawMesh) -> bool {
     let high = used().fold(Point3::from([f64::NEG_INFINITY; 3]), |high, p| high.sup(&p));
     let extent = high - low;
     let step = extent.norm() / STEPS;
-    if !(step.is_normal() && step.powi(3).is_normal()) {
+    if !FRAGMENT_RANGE_M.contains(&step) {
         return false;
     }
     let count = extent.map(|side| ((side / step) as usize + 1).min(SIDE_MAX));
