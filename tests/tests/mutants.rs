@@ -36,7 +36,7 @@ fn tally() -> Tally {
     let seed = number("SHATTER_MUTANTS_SEED").unwrap_or(1) as u64;
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
     let judge = Judge::new(DEADLINE).unwrap();
-    let plan = Plan { count, seed, meshes, judge, repeat_every: 16, threads };
+    let plan = Plan { count, seed, meshes, judge, repeat_every: 13, threads };
     let begun = Instant::now();
     let tally = run(&plan, &mut |mutant, verdict| {
         if let Verdict::Failed(fault) = verdict {
