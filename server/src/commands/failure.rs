@@ -16,11 +16,11 @@ const USAGE: u8 = 2;
 /// A command's failure, as printed and as exit code.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Failure {
-    pub(crate) kind: &'static str,
+    kind: &'static str,
     fault: &'static str,
     retry: bool,
     at: String,
-    pub(crate) message: String,
+    message: String,
     exit_code: u8,
 }
 
@@ -47,6 +47,21 @@ impl Failure {
     /// Something that is ours to mend.
     pub fn ours(kind: &'static str, message: impl Into<String>) -> Self {
         Self { fault: "service", exit_code: exit::OURS, ..Self::refused(kind, "", message) }
+    }
+
+    /// What it is called.
+    pub fn kind(&self) -> &'static str {
+        self.kind
+    }
+
+    /// In words.
+    pub fn message(&self) -> &str {
+        &self.message
+    }
+
+    /// Whether it is ours to mend.
+    pub fn is_ours(&self) -> bool {
+        self.fault == "service"
     }
 
     /// Prints the failure, as a JSON document on stdout too if that is wanted, and gives the exit code.

@@ -1,4 +1,5 @@
 //! Studies: what people look at to see whether to trust the service.
 
+pub mod mutants;
 pub mod plot;
 pub mod stability;

@@ -81,8 +81,10 @@ fn place(
         prepared.bodies.iter().map(|body| body.boundary.nearest(&point).map_or(f64::INFINITY, |near| near.distance));
     let (body, distance) =
         distances.enumerate().fold((0, f64::INFINITY), |best, next| if next.1 < best.1 { next } else { best });
-    let rounding = prepared.report.surface_deviation.max(prepared.parameters.crack_spacing);
-    if distance > radius + rounding {
+    let lattice = prepared.report.surface_deviation.max(prepared.parameters.crack_spacing);
+    // Far from the origin a point cannot be given more exactly than its coordinates are rounded.
+    let rounding = f64::EPSILON * contact.point_m.coords.norm() / prepared.frame.diagonal_m;
+    if distance > radius + lattice + rounding {
         return Err(StrikeError::TooFar {
             contact: index,
             distance_m: distance * prepared.frame.diagonal_m,

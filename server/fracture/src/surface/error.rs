@@ -62,8 +62,9 @@ pub enum SurfaceError {
     /// All vertices lie in one point.
     #[error("the bounding box is a point")]
     ZeroExtent,
-    /// The bounding box is so small or large that the fifth power of its diagonal (fracture energies) is no number.
-    #[error("a bounding box of {diagonal_m} m is out of range: 1e-60 to 1e60")]
+    /// The bounding box is so small or large that its fragments, whose vertices are single-precision metres, would lose their
+    /// shape.
+    #[error("a bounding box of {diagonal_m} m is out of range: 1e-30 to 1e36")]
     ExtentOutOfRange {
         /// Its diagonal, metres.
         diagonal_m: f64,

@@ -10,7 +10,9 @@ use crate::token::Token;
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
-/// Halvings of the bounding box along each axis; a finest cell that meets the surface is sampled in 2³ strata.
+/// Halvings of the bounding box along each axis. A finest cell that meets the surface is sampled at a random point and its
+/// mirror image about the centre: a plane through the cell rarely holds both or neither, so two points err
+/// little more than eight independent ones.
 const DEPTH: u32 = 6;
 
 /// Away from the surface the winding number is harmonic. If it varies by no more than 1 within a distance d, its gradient
@@ -87,21 +89,17 @@ impl Inside {
             return Share::Split;
         }
         // A film that crosses the cell is smooth: a point of it will do.
-        let strata = if distance > radius { 1 } else { 8 };
-        Share::Known(self.sample(cell, &corner, &size, strata))
+        Share::Known(self.sample(cell, &corner, &size, distance <= radius))
     }
 
-    /// One random point in the cell, or in each of its octants.
-    fn sample(&self, cell: &Cell, corner: &Point3<f64>, size: &Vector3<f64>, strata: u32) -> f64 {
+    /// A random point in the cell, with its mirror image if `paired`.
+    fn sample(&self, cell: &Cell, corner: &Point3<f64>, size: &Vector3<f64>, paired: bool) -> f64 {
         let [x, y, z] = cell.place.map(u64::from);
         let mut random = Stream::new(0, (x << DEPTH | y) << DEPTH | z);
-        let part = if strata == 1 { *size } else { size * 0.5 };
-        let mut sum = 0.0;
-        for octant in 0..strata {
-            let jitter = Vector3::from_fn(|axis, _| f64::from(octant >> axis & 1) + random.uniform());
-            sum += self.integrand(self.winding(&(corner + part.component_mul(&jitter))));
-        }
-        sum * part.product()
+        let jitter = Vector3::from_fn(|_, _| random.uniform());
+        let value = |share: Vector3<f64>| self.integrand(self.winding(&(corner + size.component_mul(&share))));
+        let mean = if paired { 0.5 * (value(jitter) + value(Vector3::repeat(1.0) - jitter)) } else { value(jitter) };
+        mean * size.product()
     }
 }
 

@@ -34,7 +34,7 @@ impl Fault {
 
 impl From<Failure> for Fault {
     fn from(failure: Failure) -> Self {
-        Self { kind: failure.kind.to_owned(), message: failure.message }
+        Self { kind: failure.kind().to_owned(), message: failure.message().to_owned() }
     }
 }
 

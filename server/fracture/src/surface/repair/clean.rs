@@ -11,6 +11,10 @@ use std::collections::HashMap;
 /// Coordinates that are rounded by more than this share of the diagonal have lost the shape's details.
 const VISIBLE_ROUNDING: f64 = 1e-5;
 
+/// Diagonals that are accepted, m: fragments go out in single precision, which keeps all its digits from 1e-38 to 3e38, and
+/// a vertex may lie a millionth of the diagonal from its fragment's centre.
+const DIAGONAL_RANGE_M: std::ops::RangeInclusive<f64> = 1e-30..=1e36;
+
 /// Flat triangles whose neighbours were dropped have become loose themselves; so often they are looked at again.
 const PEELS_MAX: usize = 8;
 
@@ -78,7 +82,7 @@ fn frame(raw: &RawMesh, flat: &[bool]) -> Result<Frame, SurfaceError> {
         return Err(SurfaceError::AllDegenerate);
     }
     let diagonal_m = bounds.diagonal().norm();
-    if !(1e-60..=1e60).contains(&diagonal_m) {
+    if !DIAGONAL_RANGE_M.contains(&diagonal_m) {
         return Err(SurfaceError::ExtentOutOfRange { diagonal_m });
     }
     Ok(Frame { centre_m: bounds.low + bounds.diagonal() * 0.5, diagonal_m })

@@ -24,7 +24,9 @@ pub fn write_obj(mesh: &RawMesh, path: &Path) -> std::io::Result<()> {
         writeln!(file, "v {} {} {}", point.x, point.y, point.z)?;
     }
     for [a, b, c] in &mesh.triangles {
-        writeln!(file, "f {} {} {}", a + 1, b + 1, c + 1)?;
+        // Indices of a mesh that was never checked may be as large as they can.
+        let [a, b, c] = [a, b, c].map(|&index| u64::from(index) + 1);
+        writeln!(file, "f {a} {b} {c}")?;
     }
     file.flush()
 }

@@ -1,0 +1,118 @@
+//! The meshes that are spoiled.
+
+use super::cluster::clustered;
+use nalgebra::Point3;
+use shatter_fracture::surface::{self, RawMesh, SurfaceError, Unit, Up, shapes};
+use std::path::{Path, PathBuf};
+
+/// Triangles that a base mesh has at most, so that a mutant takes some tens of milliseconds.
+pub const TRIANGLES_MAX: usize = 3000;
+
+/// A mesh with a name.
+#[derive(Clone, Debug)]
+pub struct Base {
+    /// Without a slash; part of each mutant's name.
+    pub name: String,
+    /// At most [`TRIANGLES_MAX`] triangles.
+    pub mesh: RawMesh,
+}
+
+/// Why a folder of meshes cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum FolderError {
+    /// The folder cannot be listed.
+    #[error("cannot list {}: {source}", path.display())]
+    Unreadable {
+        /// The folder.
+        path: PathBuf,
+        /// What the operating system said.
+        source: std::io::Error,
+    },
+    /// A mesh in it cannot be read.
+    #[error("{}: {source}", path.display())]
+    Mesh {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: SurfaceError,
+    },
+}
+
+impl Base {
+    /// Brings a mesh to [`TRIANGLES_MAX`].
+    pub fn new(name: impl Into<String>, mesh: &RawMesh) -> Self {
+        Self { name: name.into(), mesh: clustered(mesh, TRIANGLES_MAX) }
+    }
+}
+
+/// The generated shapes, coarse.
+pub fn generated() -> Vec<Base> {
+    vec![
+        Base::new("sphere", &shapes::sphere(0.5, 3)),
+        Base::new("cuboid", &quartered(&quartered(&shapes::cuboid([0.6, 0.4, 0.3])))),
+        Base::new("ellipsoid", &shapes::ellipsoid([0.5, 0.25, 0.2], 3)),
+        Base::new("torus", &shapes::torus(0.4, 0.15, [36, 18])),
+        Base::new("dumbbell", &shapes::dumbbell()),
+        Base::new("arch", &shapes::arch()),
+        Base::new("horseshoe", &shapes::horseshoe()),
+        Base::new("statue", &shapes::statue()),
+    ]
+}
+
+/// The meshes of a folder, by name; other files are left alone.
+pub fn from_folder(folder: &Path) -> Result<Vec<Base>, FolderError> {
+    let unreadable = |source| FolderError::Unreadable { path: folder.to_owned(), source };
+    let entries = std::fs::read_dir(folder).and_then(Iterator::collect::<Result<Vec<_>, _>>).map_err(unreadable)?;
+    let mut paths: Vec<PathBuf> = entries.into_iter().map(|entry| entry.path()).filter(|path| is_mesh(path)).collect();
+    paths.sort();
+    let base = |path: PathBuf| {
+        let name = path.file_stem().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
+        match surface::read(&path, Unit::M, Up::Y) {
+            Ok(mesh) => Ok(Base::new(name, &mesh)),
+            Err(source) => Err(FolderError::Mesh { path, source }),
+        }
+    };
+    paths.into_iter().map(base).collect()
+}
+
+fn is_mesh(path: &Path) -> bool {
+    let known = ["obj", "ply", "stl", "gltf", "glb"];
+    path.extension().and_then(|extension| extension.to_str()).is_some_and(|extension| known.contains(&extension))
+}
+
+/// Every triangle cut in four at the middles of its sides.
+fn quartered(mesh: &RawMesh) -> RawMesh {
+    let mut finer = RawMesh::new(mesh.positions_m.clone(), Vec::new());
+    let mut middles = std::collections::HashMap::new();
+    for &[a, b, c] in &mesh.triangles {
+        let [ab, bc, ca] = [[a, b], [b, c], [c, a]].map(|[from, to]| {
+            *middles.entry([from.min(to), from.max(to)]).or_insert_with(|| {
+                let [from, to] = [from, to].map(|vertex| mesh.positions_m[vertex as usize].coords);
+                finer.positions_m.push(Point3::from((from + to) * 0.5));
+                finer.positions_m.len() as u32 - 1
+            })
+        });
+        finer.triangles.extend([[a, ab, ca], [b, bc, ab], [c, ca, bc], [ab, bc, ca]]);
+    }
+    finer
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn generated_meshes_are_small_sound_and_named_once() {
+        let all = generated();
+        for base in &all {
+            assert!(base.mesh.triangles.len() <= TRIANGLES_MAX && base.mesh.check().is_ok(), "{}", base.name);
+            assert_eq!(all.iter().filter(|other| other.name == base.name).count(), 1);
+        }
+    }
+
+    #[test]
+    fn a_folder_that_is_not_there_is_named() {
+        let error = from_folder(Path::new("nowhere")).unwrap_err();
+        assert!(error.to_string().contains("nowhere"));
+    }
+}

@@ -1,0 +1,116 @@
+//! What an answer must be, and what was wrong with one that is not.
+
+use shatter_fracture::fragment::{Open, closed};
+use shatter_fracture::pipeline::{Outcome, Pieces, Prepared};
+use std::hash::{DefaultHasher, Hasher};
+
+/// Volumes of fragments add up to the lattice's to this share of it.
+const VOLUME_TOLERANCE: f64 = 1e-6;
+
+/// Why a mutant failed: the engine neither answered rightly nor refused.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum Fault {
+    /// A panic.
+    #[error("panicked: {0}")]
+    Panicked(String),
+    /// Neither answered nor refused in time.
+    #[error("took longer than {seconds} s")]
+    Deadline {
+        /// What was allowed.
+        seconds: f64,
+    },
+    /// Baking gave up for a reason of its own.
+    #[error("bake: {0}")]
+    Bake(String),
+    /// A valid strike had no answer.
+    #[error("strike: {0}")]
+    Strike(String),
+    /// A number is infinite or none.
+    #[error("{0} is not finite")]
+    NotFinite(&'static str),
+    /// A fragment's mesh is not a closed surface.
+    #[error("fragment {fragment}: {open}")]
+    Open {
+        /// Which one.
+        fragment: u32,
+        /// What is wrong with it.
+        open: Open,
+    },
+    /// A fragment without volume or mass.
+    #[error("fragment {fragment}: volume {volume_m3} m³, mass {mass_kg} kg")]
+    Empty {
+        /// Which one.
+        fragment: u32,
+        /// Its volume, m³.
+        volume_m3: f64,
+        /// Its mass, kg.
+        mass_kg: f64,
+    },
+    /// The fragments' volumes do not add up to the lattice's.
+    #[error("fragments hold {fragments_m3} m³, the lattice {lattice_m3} m³")]
+    VolumeSum {
+        /// Sum over the fragments, m³.
+        fragments_m3: f64,
+        /// Of all crack lattices, m³.
+        lattice_m3: f64,
+    },
+    /// Another number of threads gave another result.
+    #[error("not the same on another number of threads: {0}")]
+    Differs(String),
+}
+
+/// Checks every number and every mesh of an answer and digests its geometry.
+pub(super) fn check(prepared: &Prepared, outcome: &Outcome) -> Result<u64, Fault> {
+    let report = &prepared.report;
+    finite("kappa", &[prepared.kappa])?;
+    finite("gamma", &[prepared.gamma_j_m2, outcome.gamma_j_m2])?;
+    finite("the report", &[report.input_volume_m3, report.lattice_volume_m3, report.surface_deviation])?;
+    finite("E_1/gamma", &[outcome.e1_over_gamma, outcome.impulse_factor])?;
+    finite("the radius", &[outcome.radius_m, outcome.confidence])?;
+    let Some(pieces) = &outcome.pieces else {
+        return Err(Fault::Strike("stayed whole, though sites were asked for".to_owned()));
+    };
+    rows(pieces, report.lattice_volume_m3)?;
+    meshes(pieces)
+}
+
+fn finite(what: &'static str, numbers: &[f64]) -> Result<(), Fault> {
+    if numbers.iter().all(|number| number.is_finite()) { Ok(()) } else { Err(Fault::NotFinite(what)) }
+}
+
+/// Masses, centres, inertias; and that volumes add up.
+fn rows(pieces: &Pieces, lattice_m3: f64) -> Result<(), Fault> {
+    for row in &pieces.fragments {
+        finite("a centre", &row.centre_m)?;
+        finite("an inertia", &row.inertia_kg_m2)?;
+        finite("an energy", &[row.energy_j_m2])?;
+        finite("a mass", &[row.volume_m3, row.mass_kg])?;
+        if !(row.volume_m3 > 0.0 && row.mass_kg > 0.0) {
+            return Err(Fault::Empty { fragment: row.id, volume_m3: row.volume_m3, mass_kg: row.mass_kg });
+        }
+    }
+    let fragments_m3: f64 = pieces.fragments.iter().map(|row| row.volume_m3).sum();
+    if (fragments_m3 / lattice_m3 - 1.0).abs() <= VOLUME_TOLERANCE {
+        Ok(())
+    } else {
+        Err(Fault::VolumeSum { fragments_m3, lattice_m3 })
+    }
+}
+
+/// Writes the meshes as a caller would and checks each as its reader would.
+fn meshes(pieces: &Pieces) -> Result<u64, Fault> {
+    let mut positions = vec![[0.0; 3]; pieces.counts.vertices];
+    let mut indices = vec![0; pieces.counts.indices];
+    let mut merges = vec![[0; 2]; pieces.counts.merges];
+    pieces.emit(&mut positions, &mut indices, &mut merges).map_err(|error| Fault::Strike(error.to_string()))?;
+    for row in &pieces.fragments {
+        let vertices = &positions[row.vertex_first as usize..][..row.vertex_count as usize];
+        let corners = &indices[row.index_first as usize..][..row.index_count as usize];
+        closed(vertices, corners).map_err(|open| Fault::Open { fragment: row.id, open })?;
+    }
+    let mut hasher = DefaultHasher::new();
+    hasher.write(bytemuck::cast_slice(&positions));
+    hasher.write(bytemuck::cast_slice(&indices));
+    hasher.write(bytemuck::cast_slice(&merges));
+    Ok(hasher.finish())
+}

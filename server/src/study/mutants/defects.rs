@@ -1,0 +1,150 @@
+//! Twenty ways to spoil a mesh.
+
+mod numbers;
+mod shells;
+#[cfg(test)]
+mod tests;
+mod triangles;
+
+use super::draw::Draw;
+use serde::Serialize;
+use shatter_fracture::surface::RawMesh;
+use std::fmt;
+use std::str::FromStr;
+
+/// What can be wrong with a mesh; `snake_case` in print.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Defect {
+    /// Coordinates that are not numbers.
+    Nan,
+    /// Infinite coordinates.
+    Infinity,
+    /// Coordinates of 1e30, a few or all.
+    HugeCoordinate,
+    /// Coordinates below the smallest normal number, a few or all.
+    Denormal,
+    /// Triangles that name vertices past the last.
+    IndexOutOfRange,
+    /// Up to half of all triangles left out at random.
+    DroppedTriangles,
+    /// Triangles given twice, with the same vertices or with copies of them.
+    DuplicatedTriangles,
+    /// Single triangles turned over.
+    FlippedTriangles,
+    /// One to four holes of a few percent of the area at most.
+    SmallHoles,
+    /// Parts pushed through others, swapped vertices, or a second copy askew.
+    SelfIntersection,
+    /// Flattened along one direction, to nothing or nearly so.
+    ZeroThickness,
+    /// Every triangle turned over.
+    InsideOut,
+    /// A second copy, beside the first or overlapping it.
+    TwoShells,
+    /// A ball inside: a cavity or a solid.
+    NestedShell,
+    /// A vertex on an edge on one side only.
+    TJunction,
+    /// All vertices in one plane.
+    Coplanar,
+    /// Nothing but one triangle.
+    SingleTriangle,
+    /// A thousand to 1e18 diagonals from the origin.
+    HugeOffset,
+    /// A thousandth to 1e-80 of its size.
+    TinyScale,
+    /// A connected part turned over.
+    MixedWinding,
+}
+
+/// A word that names no defect.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("unknown defect '{0}'")]
+pub struct UnknownDefect(String);
+
+impl Defect {
+    /// All of them.
+    pub const ALL: [Self; 20] = [
+        Self::Nan,
+        Self::Infinity,
+        Self::HugeCoordinate,
+        Self::Denormal,
+        Self::IndexOutOfRange,
+        Self::DroppedTriangles,
+        Self::DuplicatedTriangles,
+        Self::FlippedTriangles,
+        Self::SmallHoles,
+        Self::SelfIntersection,
+        Self::ZeroThickness,
+        Self::InsideOut,
+        Self::TwoShells,
+        Self::NestedShell,
+        Self::TJunction,
+        Self::Coplanar,
+        Self::SingleTriangle,
+        Self::HugeOffset,
+        Self::TinyScale,
+        Self::MixedWinding,
+    ];
+
+    /// Whether what it leaves still has an inside that nobody would doubt, so that a refusal is never justified.
+    pub fn must_accept(self) -> bool {
+        matches!(
+            self,
+            Self::DuplicatedTriangles
+                | Self::FlippedTriangles
+                | Self::SmallHoles
+                | Self::InsideOut
+                | Self::TwoShells
+                | Self::NestedShell
+                | Self::TJunction
+                | Self::MixedWinding
+        )
+    }
+
+    /// Spoils a mesh, which must be sound and at least a few dozen triangles; strength, place and number follow from
+    /// `seed`.
+    pub fn apply(self, mesh: &RawMesh, seed: u64) -> RawMesh {
+        let (mut spoiled, mut draw) = (mesh.clone(), Draw::new(seed, self as u64));
+        let (mesh, draw) = (&mut spoiled, &mut draw);
+        match self {
+            Self::Nan => numbers::nan(mesh, draw),
+            Self::Infinity => numbers::infinity(mesh, draw),
+            Self::HugeCoordinate => numbers::huge(mesh, draw),
+            Self::Denormal => numbers::denormal(mesh, draw),
+            Self::IndexOutOfRange => numbers::index_out_of_range(mesh, draw),
+            Self::DroppedTriangles => triangles::dropped(mesh, draw),
+            Self::DuplicatedTriangles => triangles::duplicated(mesh, draw),
+            Self::FlippedTriangles => triangles::flipped(mesh, draw),
+            Self::SmallHoles => triangles::small_holes(mesh, draw),
+            Self::SelfIntersection => shells::self_intersection(mesh, draw),
+            Self::ZeroThickness => shells::zero_thickness(mesh, draw),
+            Self::InsideOut => triangles::inside_out(mesh),
+            Self::TwoShells => shells::two_shells(mesh, draw),
+            Self::NestedShell => shells::nested_shell(mesh, draw),
+            Self::TJunction => triangles::t_junction(mesh, draw),
+            Self::Coplanar => shells::coplanar(mesh, draw),
+            Self::SingleTriangle => triangles::single(mesh, draw),
+            Self::HugeOffset => numbers::huge_offset(mesh, draw),
+            Self::TinyScale => numbers::tiny_scale(mesh, draw),
+            Self::MixedWinding => triangles::mixed_winding(mesh, draw),
+        }
+        spoiled
+    }
+}
+
+impl fmt::Display for Defect {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.serialize(f)
+    }
+}
+
+impl FromStr for Defect {
+    type Err = UnknownDefect;
+
+    fn from_str(word: &str) -> Result<Self, UnknownDefect> {
+        let named = |defect: &Self| defect.to_string() == word;
+        Self::ALL.into_iter().find(named).ok_or_else(|| UnknownDefect(word.to_owned()))
+    }
+}

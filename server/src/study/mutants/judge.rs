@@ -1,0 +1,172 @@
+//! One mutant: baked, struck, and checked, within a deadline.
+
+use super::check::{Fault, check};
+use super::inside::clearly_has_inside;
+use super::{Mutant, kinds};
+use crate::commands::bake::MATERIALS;
+use shatter_fracture::database::{BakeError, BakeRequest, bake};
+use shatter_fracture::lift::LiftKind;
+use shatter_fracture::pipeline::{self, Contact, DegreeRequest, Prepared, Strike, StrikeError, Workspace};
+use shatter_fracture::scene::{Material, MaterialError, Materials};
+use shatter_fracture::surface::RawMesh;
+use shatter_fracture::token::Token;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::time::{Duration, Instant};
+
+/// Spacings over the diagonal, coarse for speed.
+const ELASTIC_SPACING: f64 = 0.1;
+const CRACK_SPACING: f64 = 1.0 / 16.0;
+
+/// Sites of the strike.
+const SITES: u32 = 8;
+
+/// How a mutant ended.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Verdict {
+    /// Baked and broken, and everything held.
+    Checked {
+        /// A digest of the fragments' meshes.
+        geometry: u64,
+        /// Volume that the engine found inside, m³.
+        volume_m3: f64,
+    },
+    /// Refused with a reason.
+    Refused {
+        /// The reason's name on the command line.
+        kind: &'static str,
+        /// The reason in words.
+        message: String,
+        /// Whether it could be: the defect may be refused, and the mesh has not clearly an inside.
+        justified: bool,
+    },
+    /// Neither.
+    Failed(Fault),
+}
+
+/// Judges meshes, all with the same settings.
+#[derive(Clone, Debug)]
+pub struct Judge {
+    material: Material,
+    /// Time that a mesh may take.
+    pub deadline: Duration,
+}
+
+impl Judge {
+    /// Meshes are glass and may take `deadline`. Errors: the program's own table of materials has no glass.
+    pub fn new(deadline: Duration) -> Result<Self, MaterialError> {
+        Ok(Self { material: Materials::parse(MATERIALS)?.get("glass")?.clone(), deadline })
+    }
+
+    /// Judges the mutant of `mesh`.
+    pub fn mutant(&self, mesh: &RawMesh, mutant: &Mutant) -> Verdict {
+        self.mesh(&mutant.defect.apply(mesh, mutant.seed), mutant.defect.must_accept(), mutant.seed)
+    }
+
+    /// Bakes and strikes `raw` and checks the answer; `seed` chooses where it is struck. Work that reaches no checkpoint of
+    /// its token is waited for, and then it has failed.
+    pub fn mesh(&self, raw: &RawMesh, must_accept: bool, seed: u64) -> Verdict {
+        let token = Token::default();
+        let (done, wait) = channel::<()>();
+        let begun = Instant::now();
+        let ended = std::thread::scope(|scope| {
+            let watched = token.clone();
+            scope.spawn(move || {
+                if wait.recv_timeout(self.deadline) == Err(RecvTimeoutError::Timeout) {
+                    watched.cancel();
+                }
+            });
+            let ended = catch_unwind(AssertUnwindSafe(|| self.walk(raw, seed, &token)));
+            drop(done);
+            ended
+        });
+        if begun.elapsed() > self.deadline {
+            return Verdict::Failed(Fault::Deadline { seconds: self.deadline.as_secs_f64() });
+        }
+        match ended {
+            Err(panic) => Verdict::Failed(Fault::Panicked(words(&*panic))),
+            Ok(Err(Stop::Refused(kind, message))) => {
+                Verdict::Refused { kind, message, justified: !must_accept && !clearly_has_inside(raw) }
+            }
+            Ok(Err(Stop::Failed(fault))) => Verdict::Failed(fault),
+            Ok(Ok(checked)) => checked,
+        }
+    }
+
+    fn walk(&self, raw: &RawMesh, seed: u64, token: &Token) -> Result<Verdict, Stop> {
+        let prepared = bake(raw.clone(), &self.request(), token, &mut |_| ())?;
+        let strike = strike(&prepared, seed);
+        let outcome = pipeline::strike(&prepared, &strike, &mut Workspace::default(), token, &mut ())?;
+        let geometry = check(&prepared, &outcome)?;
+        Ok(Verdict::Checked { geometry, volume_m3: prepared.report.input_volume_m3 })
+    }
+
+    fn request(&self) -> BakeRequest {
+        BakeRequest {
+            name: "mutant".to_owned(),
+            material_name: "glass".to_owned(),
+            material: self.material.clone(),
+            fragment_size_m: None,
+            gamma_j_m2: None,
+            elastic_spacing: Some(ELASTIC_SPACING),
+            crack_spacing: Some(CRACK_SPACING),
+            seed: 0,
+        }
+    }
+}
+
+/// What ends a walk before its answer is checked.
+enum Stop {
+    Refused(&'static str, String),
+    Failed(Fault),
+}
+
+impl From<BakeError> for Stop {
+    fn from(error: BakeError) -> Self {
+        match kinds::refusal(error) {
+            Ok((kind, message)) => Self::Refused(kind, message),
+            Err(message) => Self::Failed(Fault::Bake(message)),
+        }
+    }
+}
+
+impl From<StrikeError> for Stop {
+    fn from(error: StrikeError) -> Self {
+        Self::Failed(Fault::Strike(error.to_string()))
+    }
+}
+
+impl From<Fault> for Stop {
+    fn from(fault: Fault) -> Self {
+        Self::Failed(fault)
+    }
+}
+
+/// A blow of 1 N·s straight into a face of the largest body, which one follows from `seed`.
+fn strike(prepared: &Prepared, seed: u64) -> Strike {
+    let body = &prepared.bodies[0];
+    let faces = &body.topology.boundary;
+    let face = &faces[(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) % faces.len() as u64) as usize];
+    let [a, b, c] = face.nodes.map(|node| body.crack.nodes[node as usize]);
+    let middle = (a.coords + b.coords + c.coords) / 3.0;
+    let contact = Contact {
+        point_m: prepared.frame.to_metres(&middle.into()),
+        impulse_ns: -(b - a).cross(&(c - a)).normalize(),
+        duration_s: None,
+        radius_m: None,
+    };
+    Strike {
+        contacts: vec![contact],
+        degree: DegreeRequest::Sites(SITES),
+        gamma_j_m2: None,
+        lift: if seed % 4 == 3 { LiftKind::Euclidean } else { LiftKind::Interior },
+        seed,
+        threshold_only: false,
+    }
+}
+
+/// What a panic said.
+fn words(panic: &(dyn std::any::Any + Send)) -> String {
+    let text = panic.downcast_ref::<&str>().map(|text| (*text).to_owned());
+    text.or_else(|| panic.downcast_ref::<String>().cloned()).unwrap_or_else(|| "without words".to_owned())
+}

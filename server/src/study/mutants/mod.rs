@@ -1,0 +1,30 @@
+//! Bad meshes at scale: base meshes × twenty defects × seeds, each judged.
+//!
+//! A [`Mutant`] is named `mesh/defect/seed` and follows from its name alone. [`judge`] bakes and strikes it and checks the
+//! answer, [`run`] does so for many and tallies them, [`shrink`] reduces one that fails to few triangles, and
+//! [`REGRESSIONS`] holds those that failed once.
+
+mod base;
+mod check;
+mod cluster;
+mod defects;
+mod draw;
+mod id;
+mod inside;
+mod judge;
+mod kinds;
+mod regressions;
+mod run;
+mod shrink;
+mod table;
+mod tally;
+
+pub use base::{Base, FolderError, TRIANGLES_MAX, from_folder, generated};
+pub use check::Fault;
+pub use defects::{Defect, UnknownDefect};
+pub use id::{Mutant, MutantIdError};
+pub use judge::{Judge, Verdict};
+pub use regressions::REGRESSIONS;
+pub use run::{Plan, run};
+pub use shrink::{Shrunk, shrink};
+pub use tally::{Counts, Named, Tally, Told};
