@@ -162,6 +162,7 @@ fn document(prepared: &Prepared, file: &Path, seconds: f64) -> serde_json::Value
         "kappa": prepared.kappa,
         "bodies": prepared.bodies.len(),
         "defects": report.defects,
+        "unprepared": report.unprepared,
         "seconds": seconds,
     })
 }
@@ -201,6 +202,9 @@ fn print(prepared: &Prepared, file: &Path, seconds: f64) {
             "  defect           {}: {} (first at {}): {}",
             defect.kind, defect.count, defect.first_index, defect.action
         );
+    }
+    for absent in &report.unprepared {
+        println!("  not prepared     lift {} of body {}: {}", absent.lift, absent.body, absent.reason);
     }
     println!("  {seconds:.1} s");
 }

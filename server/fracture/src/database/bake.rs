@@ -2,9 +2,9 @@
 
 use crate::degree;
 use crate::elasticity::ElasticityError;
-use crate::lattice::{self, LatticeError, Levels};
-use crate::lift::{self, LiftError};
-use crate::pipeline::{BakeReport, Body, Parameters, Prepared, StrikeError, calibrate};
+use crate::lattice::{self, Lattice, LatticeError, Levels};
+use crate::lift::{self, Carry, Lift, LiftError, LiftKind};
+use crate::pipeline::{BakeReport, Body, Parameters, Prepared, StrikeError, Unprepared, calibrate};
 use crate::scene::{DEFAULT_FRAGMENT_DIAGONALS, Material};
 use crate::surface::{Defect, DefectKind, Inside, RawMesh, Surface, SurfaceError};
 use crate::token::{Cancelled, Token};
@@ -113,17 +113,17 @@ pub fn bake(
     progress(Step::Lattices);
     let parameters = parameters(request, &surface, volume)?;
     let levels = lattice::levels(&inside, parameters.elastic_spacing, parameters.crack_spacing, volume, token)?;
-    let report = report(&surface, &inside, volume, &levels);
-    let poisson = parameters.material.poisson;
+    let mut report = report(&surface, &inside, volume, &levels);
     let mut bodies = Vec::with_capacity(levels.bodies.len());
     for (index, lattices) in levels.bodies.into_iter().enumerate() {
         progress(Step::Lift(index));
-        let interior = lift::interior(&lattices.crack, parameters.modes, parameters.alpha, token)
-            .map_err(|source| BakeError::Lift { body: index, source })?;
+        let failed = |source| BakeError::Lift { body: index, source };
+        let interior = lift::interior(&lattices.crack, parameters.modes, parameters.alpha, token).map_err(failed)?;
+        let surface_diffusion = surface_lift(&lattices.crack, index, &mut report, token)?;
         progress(Step::Elasticity(index));
-        let body = Body::new(lattices, interior, poisson, token)
+        let body = Body::new(lattices, interior, parameters.material.poisson, token)
             .map_err(|source| BakeError::Elasticity { body: index, source })?;
-        bodies.push(body);
+        bodies.push(Body { surface_diffusion, ..body });
     }
     let gamma_j_m2 = request.gamma_j_m2.unwrap_or_else(|| {
         degree::reference_gamma(
@@ -137,6 +137,24 @@ pub fn bake(
     progress(Step::Calibration);
     prepared.kappa = calibrate(&prepared, token)?;
     Ok(prepared)
+}
+
+/// The surface lift of body `body`, or a line in the report: no strike needs it unless it asks for it by name.
+fn surface_lift(
+    crack: &Lattice,
+    body: usize,
+    report: &mut BakeReport,
+    token: &Token,
+) -> Result<Option<Lift>, Cancelled> {
+    match lift::surface_diffusion(crack, Carry::Harmonic, lift::SURFACE_MODES_DEFAULT, token) {
+        Ok(lift) => Ok(Some(lift)),
+        Err(LiftError::Cancelled(cancelled)) => Err(cancelled),
+        Err(error) => {
+            let lift = LiftKind::SurfaceDiffusion;
+            report.unprepared.push(Unprepared { body, lift, reason: error.to_string() });
+            Ok(None)
+        }
+    }
 }
 
 /// Whether `name` can name an object: it names a file and travels in a fixed field.
@@ -205,6 +223,7 @@ fn report(surface: &Surface, inside: &Inside, volume: f64, levels: &Levels) -> B
         lattice_volume_m3: lattice_volume * cubed,
         surface_deviation: deviation,
         defects,
+        unprepared: Vec::new(),
     }
 }
 
