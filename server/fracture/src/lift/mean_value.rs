@@ -14,7 +14,7 @@ use nalgebra::{Matrix3, Point3, Vector3};
 /// Distance from a corner, over the triangle's size, below which the point is that corner.
 const AT_CORNER: f64 = 1e-10;
 /// Elevation of the point over the triangle's plane (sine of the angle under which it is seen) below which the point is in
-/// that plane. There the weights of a triangle that does not hold the point vanish with the elevation.
+/// that plane; and sine of the angle under which an edge is seen, below which it is on that edge's line. There the weights of a triangle that does not hold the point vanish with its solid angle.
 const IN_PLANE: f64 = 1e-10;
 /// How far from 2π the three angles of an in-plane triangle may add up if it holds the point.
 const AROUND: f64 = 1e-6;
@@ -95,7 +95,8 @@ fn view(corners: [(Vector3<f64>, f64); 3]) -> View {
     let sine = cross.map(|cross| cross.norm());
     let angle = [0, 1, 2].map(|i| sine[i].atan2(u[next(i)].dot(&u[last(i)])));
     let elevation = u[0].dot(&cross[0]).abs() / (cross[0] + cross[1] + cross[2]).norm();
-    if elevation > IN_PLANE {
+    // On the line of an edge the chord triangle has no area, and its elevation no meaning.
+    if elevation > IN_PLANE && sine.iter().all(|sine| *sine > IN_PLANE) {
         let mean: Vector3<f64> = (0..3).map(|i| cross[i] * (0.5 * angle[i] / sine[i])).sum();
         let lambda = Matrix3::from_columns(&u).full_piv_lu().solve(&mean).unwrap_or_default();
         View::Weights([0, 1, 2].map(|i| lambda[i] / d[i]))

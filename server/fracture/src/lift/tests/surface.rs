@@ -43,21 +43,22 @@ fn a_sphere_has_the_spectrum_of_spherical_harmonics_and_converges_with_order_two
 
 #[test]
 fn the_three_lowest_functions_of_a_ball_are_its_positions() {
-    // Y_1 on the sphere is the position, and so is its harmonic extension: the lift is a similarity, up to h².
+    // Y_1 on the sphere is the position, and so is its harmonic extension: the lift is a similarity, up to the error of
+    // a gradient, which is of order h, and least regular where the bent cube's edges were.
     let unevenness = [4, 8].map(|cells| {
         let lattice = ball(cells);
         let lift = lift(&lattice, Carry::Harmonic, 1);
         assert_eq!((lift.kind, lift.dimension), (LiftKind::SurfaceDiffusion, 3));
         stretch(&lift, &lattice).p99 - 1.0
     });
-    assert!(unevenness[0] < 0.1 && unevenness[1] < 0.4 * unevenness[0], "{unevenness:?}");
+    assert!(unevenness[0] < 0.25 && unevenness[1] < 0.5 * unevenness[0], "{unevenness:?}");
 }
 
 #[test]
 fn the_carried_functions_of_a_ball_are_solid_harmonics() {
     // Σ_m |r^l Y_lm|² = (2 l + 1) r^(2 l)/4π, weighted by e^(−2 λ_l t) = e^(−l (l + 1)/8), with l = 1 and 2.
     let lattice = ball(16);
-    let lift = lift(&lattice, Carry::Harmonic, 8);
+    let lift = lift(&lattice, Carry::Harmonic, 10);
     assert_eq!(lift.dimension, 8);
     let squared = |r: f64| 3.0 * (-0.25_f64).exp() * r * r + 5.0 * (-0.75_f64).exp() * r.powi(4);
     let centre = nearest(&lattice, 0.0, 0.0, 0.0);
