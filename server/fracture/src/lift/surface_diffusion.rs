@@ -10,8 +10,12 @@ use super::{Lift, LiftError, LiftKind, MODES_MAX, Spectrum, gap, stretch};
 use crate::lattice::Lattice;
 use crate::token::Token;
 
-/// Eigenfunctions of the default surface lift, before the cut moves to a gap.
-pub const SURFACE_MODES_DEFAULT: usize = 10;
+/// Eigenfunctions of the default surface lift, before the cut moves to a gap: 14 to 26 are kept.
+///
+/// More than the interior lift's, since there are no positions to fall back on: around 10 the widest gap often leaves
+/// four, which flatten slender bodies (an arch of 11 728 nodes: median of σ₁/σ₃ 1 300) and tear fine cells (a mug, 120
+/// sites: 2.1 % of the volume in detached pieces and 166 pieces, with 22 functions 0.6 % and 139).
+pub const SURFACE_MODES_DEFAULT: usize = 20;
 /// Shells, the outer one and cavities, that a surface lift tells apart at most.
 pub const SHELLS_MAX: usize = 64;
 /// Median of σ₁/σ₃ from which on (det g)^(1/5), which gives the lift its scale, is made of rounding errors: the smallest

@@ -134,7 +134,8 @@ fn the_scale_is_that_of_the_other_lifts() {
         let lift = lift(&lattice, carry, 10);
         let degree: f64 =
             lattice.node_volumes().iter().zip(&lift.density).map(|(volume, density)| volume * density).sum();
-        assert!((degree / lattice.volume() - 1.0).abs() < 1e-9, "{degree}");
+        let ratio = degree / lattice.volume();
+        assert!((ratio - 1.0).abs() < 1e-7, "{carry:?}: {ratio}");
     }
 }
 
