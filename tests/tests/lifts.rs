@@ -43,7 +43,7 @@ fn means(comparison: &Comparison, sites: usize) -> Vec<(LiftRow, f64, f64)> {
 }
 
 /// Prints the table of one object and checks what holds for all.
-fn compare(prepared: &Prepared) {
+fn compare(prepared: &Prepared) -> Comparison<'_> {
     let body = &prepared.bodies[0];
     let comparison = Comparison::new(body, SURFACE_MODES_DEFAULT, &Token::default()).unwrap();
     for sites in SITES {
@@ -63,17 +63,29 @@ fn compare(prepared: &Prepared) {
             assert!(row.lift != LiftKind::Euclidean || row.stretch.p99 < 1.0 + 1e-6);
         }
     }
+    comparison
 }
 
 #[test]
-fn every_lift_divides_every_shape_and_the_table_tells_how_well() {
+fn every_lift_divides_shapes_on_which_straight_distances_fail() {
     println!("{HEAD}");
-    let shapes: [Shape; 5] = [
+    for (name, mesh) in [("vase", shapes::vase()), ("statue", shapes::statue())] {
+        let prepared = shape(name, mesh, None);
+        let comparison = compare(&prepared);
+        let stray: Vec<f64> = means(&comparison, SITES[0]).iter().map(|row| row.1).collect();
+        assert!(stray[0] > 1e-3 && stray[1..].iter().all(|other| *other < 0.1 * stray[0]), "{name}: {stray:?}");
+    }
+}
+
+#[test]
+#[ignore = "the table's other shapes; minutes, for their mean value coordinates"]
+fn every_lift_divides_every_shape() {
+    println!("{HEAD}");
+    let shapes: [Shape; 4] = [
         ("mug", shapes::mug),
-        ("vase", shapes::vase),
         ("arch", shapes::arch),
         ("horseshoe", shapes::horseshoe),
-        ("statue", shapes::statue),
+        ("dumbbell", shapes::dumbbell),
     ];
     for (name, mesh) in shapes {
         compare(&shape(name, mesh(), None));
