@@ -37,6 +37,7 @@ fn absence_is_exit_4_and_named() {
     check(&["status"], 4, "no_daemon");
     check(&["status", "--wait", "0.05"], 4, "no_daemon");
     check(&STRIKE, 4, "no_daemon");
+    check(&[&STRIKE[..], &["--lift", "surface_diffusion"]].concat(), 4, "no_daemon");
     check(&["threshold", "vase", "--point", "-1,-2,-3", "--direction", "-1,0,0"], 4, "no_daemon");
     check(&["list", "--service", "other-1"], 4, "no_daemon");
 }

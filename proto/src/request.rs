@@ -51,7 +51,7 @@ pub struct StrikeWire {
     pub degree: u32,
     /// Number of sites under degree 3, else zero.
     pub degree_sites: u32,
-    /// 0: the object's default. 1: Euclidean. 2: interior.
+    /// 0: the object's default. 1: Euclidean. 2: interior. 3: surface diffusion.
     pub lift: u32,
     /// γ, J·m²; zero: the object's own.
     pub gamma_j_m2: f64,
@@ -117,6 +117,8 @@ pub enum Lift {
     Euclidean,
     /// The augmented interior lift.
     Interior,
+    /// Diffusion on the surface, carried inside.
+    SurfaceDiffusion,
 }
 
 /// A validated contact. See [`ContactWire`] for the units.
@@ -181,6 +183,7 @@ impl Strike {
             None => 0,
             Some(Lift::Euclidean) => 1,
             Some(Lift::Interior) => 2,
+            Some(Lift::SurfaceDiffusion) => 3,
         };
         wire.gamma_j_m2 = given(self.gamma_j_m2, |_| gamma(0.0))?;
         wire.fragments_max = self.fragments_max.unwrap_or(0);
@@ -267,7 +270,8 @@ impl StrikeWire {
             0 => Ok(None),
             1 => Ok(Some(Lift::Euclidean)),
             2 => Ok(Some(Lift::Interior)),
-            other => Err(Refusal::new(Kind::Lift, other.to_string(), "lift must be 0, 1 or 2")),
+            3 => Ok(Some(Lift::SurfaceDiffusion)),
+            other => Err(Refusal::new(Kind::Lift, other.to_string(), "lift must be 0 to 3")),
         }
     }
 

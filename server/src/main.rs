@@ -1,7 +1,7 @@
 //! `shatterd`: bakes objects and serves them.
 
 use clap::{Parser, Subcommand};
-use shatter_server::commands::{Failure, bake, demo, inspect, serve};
+use shatter_server::commands::{Failure, bake, demo, inspect, serve, study};
 use std::process::ExitCode;
 
 /// Bakes brittle objects and serves their fragments.
@@ -22,6 +22,8 @@ enum Command {
     Inspect(inspect::InspectArgs),
     /// Serves the baked objects until it is ended.
     Serve(serve::Args),
+    /// Shows how far the results can be trusted: hard cases, bad meshes.
+    Study(study::Args),
 }
 
 fn main() -> ExitCode {
@@ -31,14 +33,16 @@ fn main() -> ExitCode {
         Err(error) if json && error.use_stderr() => return Failure::usage(&error).print(true),
         Err(error) => error.exit(),
     };
-    let result: Result<(), Failure> = match &cli.command {
-        Command::Demo(args) => demo::run(args),
-        Command::Bake(args) => bake::run(args),
-        Command::Inspect(args) => inspect::run(args),
-        Command::Serve(args) => serve::run(args),
+    let result: Result<bool, Failure> = match &cli.command {
+        Command::Demo(args) => demo::run(args).map(|()| true),
+        Command::Bake(args) => bake::run(args).map(|()| true),
+        Command::Inspect(args) => inspect::run(args).map(|()| true),
+        Command::Serve(args) => serve::run(args).map(|()| true),
+        Command::Study(args) => study::run(args),
     };
     match result {
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(true) => ExitCode::SUCCESS,
+        Ok(false) => ExitCode::from(shatter_proto::exit::OURS),
         Err(failure) => failure.print(json),
     }
 }

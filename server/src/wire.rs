@@ -92,6 +92,7 @@ fn request(strike: &Strike) -> pipeline::Strike {
         gamma_j_m2: strike.gamma_j_m2,
         lift: match strike.lift {
             Some(Lift::Euclidean) => LiftKind::Euclidean,
+            Some(Lift::SurfaceDiffusion) => LiftKind::SurfaceDiffusion,
             Some(Lift::Interior) | None => LiftKind::Interior,
         },
         seed: strike.seed,
@@ -114,6 +115,7 @@ pub(crate) fn refusal(error: StrikeError) -> Refusal {
         StrikeError::Balanced { body } => (Kind::Impulse, format!("body {body}")),
         StrikeError::Gamma(gamma) => (Kind::Gamma, gamma.to_string()),
         StrikeError::Degree { degree, .. } => (Kind::Degree, degree.to_string()),
+        StrikeError::LiftUnprepared { lift, .. } => (Kind::Lift, lift.to_string()),
         StrikeError::TooFar { contact, .. } => (Kind::ContactTooFar, of(contact, "point_m")),
         StrikeError::Cancelled(_) => (Kind::Cancelled, "client".to_owned()),
         StrikeError::Elasticity { body, .. } | StrikeError::Field { body, .. } => {
@@ -243,6 +245,8 @@ mod tests {
         assert_eq!((refusal.kind, refusal.at.as_str()), (Kind::ContactTooFar, "contacts[2].point_m"));
         let number = StrikeError::Number { contact: 0, key: "peak force", value: f64::INFINITY, positive: true };
         assert_eq!(super::refusal(number).kind, Kind::Impulse);
+        let unprepared = super::refusal(StrikeError::LiftUnprepared { body: 0, lift: LiftKind::SurfaceDiffusion });
+        assert_eq!((unprepared.kind, unprepared.at.as_str()), (Kind::Lift, "surface_diffusion"));
         let cancelled = StrikeError::Cancelled(shatter_fracture::token::Cancelled);
         assert_eq!(super::refusal(cancelled).kind, Kind::Cancelled);
     }

@@ -34,6 +34,7 @@ static BAR: LazyLock<Vec<u8>> = LazyLock::new(|| {
         gamma_j_m2: None,
         elastic_spacing: Some(0.12),
         crack_spacing: Some(0.08),
+        kappa: None,
         seed: 1,
     };
     let mesh = RawMesh::new((0..8).map(corner).collect(), triangles);

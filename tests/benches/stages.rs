@@ -7,7 +7,7 @@ use shatter_fracture::centroidal::{self, Field, Options};
 use shatter_fracture::database::{BakeRequest, bake};
 use shatter_fracture::degree;
 use shatter_fracture::fragment::properties;
-use shatter_fracture::lift::{self, LiftKind};
+use shatter_fracture::lift::{self, Carry, LiftKind, SURFACE_MODES_DEFAULT};
 use shatter_fracture::pipeline::{self, Contact, DegreeRequest, Impact, Prepared, Strike, Workspace, strain_energy};
 use shatter_fracture::scene::Materials;
 use shatter_fracture::surface::{self, RawMesh, Unit, Up, shapes};
@@ -34,6 +34,7 @@ fn request() -> BakeRequest {
         gamma_j_m2: None,
         elastic_spacing: None,
         crack_spacing: None,
+        kappa: None,
         seed: 0,
     }
 }
@@ -112,6 +113,9 @@ fn stages(criterion: &mut Criterion) {
     criterion.bench_function("bake: interior lift", |bencher| {
         bencher
             .iter(|| lift::interior(&body.crack, prepared.parameters.modes, prepared.parameters.alpha, &token).unwrap())
+    });
+    criterion.bench_function("bake: surface lift", |bencher| {
+        bencher.iter(|| lift::surface_diffusion(&body.crack, Carry::Harmonic, SURFACE_MODES_DEFAULT, &token).unwrap())
     });
 }
 

@@ -39,6 +39,7 @@ pub fn request(name: &str, material_name: &str) -> BakeRequest {
         gamma_j_m2: None,
         elastic_spacing: None,
         crack_spacing: None,
+        kappa: None,
         seed: 0,
     }
 }

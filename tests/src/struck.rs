@@ -37,7 +37,7 @@ pub fn energy(prepared: &Prepared, strike: &Strike) -> BodyEnergy {
 pub fn diagram(prepared: &Prepared, lift: LiftKind, shares: &[f64], sites: usize, seed: u64) -> Diagram {
     let body = &prepared.bodies[0];
     let mut shares = shares.to_vec();
-    let field = Field::new(body.lift(lift), &body.volumes, &mut shares).unwrap();
+    let field = Field::new(body.lift(lift).unwrap(), &body.volumes, &mut shares).unwrap();
     let mut workspace = centroidal::Workspace::default();
     centroidal::diagram(&field, &Options::new(sites, seed), &mut workspace, &Token::default()).unwrap()
 }

@@ -140,6 +140,20 @@ fn bad_strikes_are_refused_by_name() {
 }
 
 #[test]
+fn every_lift_can_be_asked_for() {
+    let house = with_arch(&[]);
+    let (point, just) = contact(&house);
+    let strike = |more: &[&str]| impact(&house, &point, 5.0 * just, &[&["--degree", "24"], more].concat());
+    let answers = ["euclidean", "interior", "surface_diffusion"].map(|lift| strike(&["--lift", lift]));
+    let hashes = answers.map(|answer| {
+        assert!(answer["fragments"].as_array().unwrap().iter().all(|fragment| fragment["closed"] == true));
+        answer["output_hash"].clone()
+    });
+    assert!(hashes[0] != hashes[1] && hashes[1] != hashes[2] && hashes[2] != hashes[0]);
+    assert_eq!(strike(&[])["output_hash"], hashes[1], "interior is the default");
+}
+
+#[test]
 fn damaged_databases_are_named_and_the_others_served() {
     let mut house = with_arch(&[]);
     let good = std::fs::read(house.databases().join("arch.shatter")).unwrap();

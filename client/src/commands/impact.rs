@@ -28,8 +28,8 @@ pub struct Args {
     /// γ, J·m², instead of the object's own.
     #[arg(long, value_name = "G", allow_hyphen_values = true)]
     gamma: Option<f64>,
-    /// Which lift: `euclidean` or `interior`.
-    #[arg(long, value_parser = lift)]
+    /// Which lift: `euclidean`, `interior` (the default) or `surface_diffusion`.
+    #[arg(long, value_name = "euclidean|interior|surface_diffusion", value_parser = lift)]
     lift: Option<Lift>,
     /// Everything random follows from it.
     #[arg(long, default_value_t = 0)]
@@ -54,7 +54,8 @@ fn lift(text: &str) -> Result<Lift, String> {
     match text {
         "euclidean" => Ok(Lift::Euclidean),
         "interior" => Ok(Lift::Interior),
-        _ => Err("`euclidean` or `interior`".to_owned()),
+        "surface_diffusion" => Ok(Lift::SurfaceDiffusion),
+        _ => Err("`euclidean`, `interior` or `surface_diffusion`".to_owned()),
     }
 }
 

@@ -28,12 +28,14 @@ fn a_strike_survives_the_wire() {
     let optimised = Strike {
         purpose: Purpose::Threshold,
         degree: Degree::Optimised,
-        lift: Some(Lift::Euclidean),
         fragments_max: Some(9),
         bytes_max: Some(1 << 20),
         ..strike()
     };
-    assert_eq!(optimised.wire([0; 16], 0).unwrap().validate().unwrap(), optimised);
+    for lift in [Lift::Euclidean, Lift::Interior, Lift::SurfaceDiffusion] {
+        let strike = Strike { lift: Some(lift), ..optimised.clone() };
+        assert_eq!(strike.wire([0; 16], 0).unwrap().validate().unwrap(), strike);
+    }
 }
 
 #[test]
@@ -63,7 +65,7 @@ fn every_rule_names_its_offender() {
     check(|w| w.degree = 3, Kind::Degree, "0");
     check(|w| w.degree = 4, Kind::Degree, "4");
     check(|w| w.degree_sites = 5, Kind::Degree, "5");
-    check(|w| w.lift = 3, Kind::Lift, "3");
+    check(|w| w.lift = 4, Kind::Lift, "4");
     check(|w| w.effects_on = 1 << 40, Kind::UnknownEffect, "40");
     check(|w| w.effects_off = 4, Kind::UnknownEffect, "2");
     check(|w| w.error_max = f64::NAN, Kind::Budget, "error_max");

@@ -105,6 +105,7 @@ fn request(args: &BakeArgs) -> Result<BakeRequest, Failure> {
         gamma_j_m2: args.gamma,
         elastic_spacing: args.elastic_spacing,
         crack_spacing: args.crack_spacing,
+        kappa: None,
         seed: args.seed,
     })
 }
@@ -164,6 +165,7 @@ fn document(prepared: &Prepared, file: &Path, seconds: f64) -> serde_json::Value
         "kappa": prepared.kappa,
         "bodies": prepared.bodies.len(),
         "defects": report.defects,
+        "unprepared": report.unprepared,
         "seconds": seconds,
     })
 }
@@ -203,6 +205,9 @@ fn print(prepared: &Prepared, file: &Path, seconds: f64) {
             "  defect           {}: {} (first at {}): {}",
             defect.kind, defect.count, defect.first_index, defect.action
         );
+    }
+    for absent in &report.unprepared {
+        println!("  not prepared     lift {} of body {}: {}", absent.lift, absent.body, absent.reason);
     }
     println!("  {seconds:.1} s");
 }

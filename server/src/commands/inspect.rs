@@ -31,8 +31,14 @@ pub fn run(args: &InspectArgs) -> Result<(), Failure> {
         "gamma_j_m2": prepared.gamma_j_m2,
         "kappa": prepared.kappa,
         "lift_dimensions": prepared.bodies.iter().map(|body| body.interior.dimension).collect::<Vec<_>>(),
+        "surface_diffusion_dimensions": prepared
+            .bodies
+            .iter()
+            .map(|body| body.surface_diffusion.as_ref().map(|lift| lift.dimension))
+            .collect::<Vec<_>>(),
         "parameters": prepared.parameters,
         "defects": prepared.report.defects,
+        "unprepared": prepared.report.unprepared,
     });
     if args.json {
         println!("{document}");

@@ -5,5 +5,6 @@ pub mod demo;
 mod failure;
 pub mod inspect;
 pub mod serve;
+pub mod study;
 
 pub use failure::Failure;

@@ -77,6 +77,7 @@ fn request() -> Result<BakeRequest, DemoError> {
         gamma_j_m2: None,
         elastic_spacing: Some(ELASTIC_SPACING),
         crack_spacing: Some(CRACK_SPACING),
+        kappa: None,
         seed: 0,
     })
 }

@@ -4,9 +4,9 @@ use super::parts;
 use super::thin::{self, WIDTH_MAX};
 use crate::degree;
 use crate::elasticity::ElasticityError;
-use crate::lattice::{self, LatticeError, Levels, Spacings};
-use crate::lift::{self, LiftError};
-use crate::pipeline::{BakeReport, Body, Parameters, Prepared, StrikeError, calibrate};
+use crate::lattice::{self, Lattice, LatticeError, Levels, Spacings};
+use crate::lift::{self, Carry, Lift, LiftError, LiftKind};
+use crate::pipeline::{BakeReport, Body, Parameters, Prepared, StrikeError, Unprepared, calibrate};
 use crate::scene::{DEFAULT_FRAGMENT_DIAGONALS, Material};
 use crate::surface::{Defect, Inside, RawMesh, Side, Surface, SurfaceError, Widths};
 use crate::token::{Cancelled, Token};
@@ -28,6 +28,8 @@ pub struct BakeRequest {
     pub elastic_spacing: Option<f64>,
     /// Spacing of the crack lattice over the diagonal; `None`: about 12 000 nodes.
     pub crack_spacing: Option<f64>,
+    /// κ; `None`: fitted on sampled impacts, which takes most of the time on small lattices.
+    pub kappa: Option<f64>,
     /// Everything random while baking follows from it.
     pub seed: u64,
 }
@@ -125,35 +127,17 @@ pub fn bake(
     progress(Step::Surface);
     let surface = Surface::repair(raw)?;
     token.check()?;
-    progress(Step::Volume);
-    let inside = Inside::new(&surface);
-    let volume = inside.input_volume(token)?;
-    progress(Step::Lattices);
-    let walls = inside.widths(Side::Wall, WIDTH_MAX, token)?;
-    let mut parameters = parameters(request, &surface, volume, &walls)?;
-    let spacings = Spacings {
-        elastic: parameters.elastic_spacing,
-        crack: parameters.crack_spacing,
-        refine: request.elastic_spacing.is_none(),
-    };
-    let levels =
-        lattice::levels(&inside, spacings, volume, token).map_err(|error| thin::explain(error, &walls, &surface))?;
-    parameters.elastic_spacing = levels.elastic.as_ref().map_or(parameters.crack_spacing, |level| level.spacing);
-    let mut thin = thin::lost(&inside, &walls, &levels, &surface.frame, token)?;
-    thin.extend(parts::severed(&surface, &levels));
-    thin.extend(parts::far(&inside, &levels));
-    thin.extend(parts::dropped(&inside, &surface, volume, &levels));
-    let report = report(&surface, &inside, volume, &levels, thin);
-    let poisson = parameters.material.poisson;
+    let (parameters, levels, mut report) = lattices(request, &surface, token, progress)?;
     let mut bodies = Vec::with_capacity(levels.bodies.len());
     for (index, lattices) in levels.bodies.into_iter().enumerate() {
         progress(Step::Lift(index));
-        let interior = lift::interior(&lattices.crack, parameters.modes, parameters.alpha, token)
-            .map_err(|source| BakeError::Lift { body: index, source })?;
+        let failed = |source| BakeError::Lift { body: index, source };
+        let interior = lift::interior(&lattices.crack, parameters.modes, parameters.alpha, token).map_err(failed)?;
+        let surface_diffusion = surface_lift(&lattices.crack, index, &mut report, token)?;
         progress(Step::Elasticity(index));
-        let body = Body::new(lattices, interior, poisson, token)
+        let body = Body::new(lattices, interior, parameters.material.poisson, token)
             .map_err(|source| BakeError::Elasticity { body: index, source })?;
-        bodies.push(body);
+        bodies.push(Body { surface_diffusion, ..body });
     }
     let gamma_j_m2 = request.gamma_j_m2.unwrap_or_else(|| {
         degree::reference_gamma(
@@ -168,8 +152,58 @@ pub fn bake(
     let name = request.name.clone();
     let mut prepared = Prepared { name, frame: surface.frame, parameters, gamma_j_m2, kappa: 1.0, report, bodies };
     progress(Step::Calibration);
-    prepared.kappa = calibrate(&prepared, token)?;
+    prepared.kappa = match request.kappa {
+        Some(kappa) => kappa,
+        None => calibrate(&prepared, token)?,
+    };
     Ok(prepared)
+}
+
+/// Volume, spacings, both lattices, and what was found out about them.
+fn lattices(
+    request: &BakeRequest,
+    surface: &Surface,
+    token: &Token,
+    progress: &mut dyn FnMut(Step),
+) -> Result<(Parameters, Levels, BakeReport), BakeError> {
+    progress(Step::Volume);
+    let inside = Inside::new(surface);
+    let volume = inside.input_volume(token)?;
+    progress(Step::Lattices);
+    let walls = inside.widths(Side::Wall, WIDTH_MAX, token)?;
+    let mut parameters = parameters(request, surface, volume, &walls)?;
+    let spacings = Spacings {
+        elastic: parameters.elastic_spacing,
+        crack: parameters.crack_spacing,
+        refine: request.elastic_spacing.is_none(),
+    };
+    let levels =
+        lattice::levels(&inside, spacings, volume, token).map_err(|error| thin::explain(error, &walls, surface))?;
+    parameters.elastic_spacing = levels.elastic.as_ref().map_or(parameters.crack_spacing, |level| level.spacing);
+    let mut thin = thin::lost(&inside, &walls, &levels, &surface.frame, token)?;
+    thin.extend(parts::severed(surface, &levels));
+    thin.extend(parts::far(&inside, &levels));
+    thin.extend(parts::dropped(&inside, surface, volume, &levels));
+    let report = report(surface, &inside, volume, &levels, thin);
+    Ok((parameters, levels, report))
+}
+
+/// The surface lift of body `body`, or a line in the report: no strike needs it unless it asks for it by name.
+fn surface_lift(
+    crack: &Lattice,
+    body: usize,
+    report: &mut BakeReport,
+    token: &Token,
+) -> Result<Option<Lift>, Cancelled> {
+    match lift::surface_diffusion(crack, Carry::Harmonic, lift::SURFACE_MODES_DEFAULT, token) {
+        Ok(lift) => Ok(Some(lift)),
+        Err(LiftError::Cancelled(cancelled)) => Err(cancelled),
+        Err(error) => {
+            let lift = LiftKind::SurfaceDiffusion;
+            report.unprepared.push(Unprepared { body, lift, reason: error.to_string() });
+            Ok(None)
+        }
+    }
 }
 
 /// Whether `name` can name an object: it names a file and travels in a fixed field.
@@ -188,6 +222,7 @@ fn check(request: &BakeRequest) -> Result<(), BakeError> {
         ("gamma", request.gamma_j_m2),
         ("elastic-spacing", request.elastic_spacing),
         ("crack-spacing", request.crack_spacing),
+        ("kappa", request.kappa),
     ];
     for (key, value) in numbers {
         if let Some(value) = value.filter(|value| !(value.is_finite() && *value > 0.0)) {
@@ -237,6 +272,7 @@ fn report(surface: &Surface, inside: &Inside, volume: f64, levels: &Levels, thin
         lattice_volume_m3: lattice_volume * cubed,
         surface_deviation: deviation,
         defects,
+        unprepared: Vec::new(),
     }
 }
 

@@ -28,6 +28,9 @@ struct Shape {
     kappa: f64,
     /// Dimension of each body's interior lift.
     dimensions: Vec<usize>,
+    /// Dimension of each body's surface lift; none for a body without one, and past the end.
+    #[serde(default)]
+    surface_dimensions: Vec<Option<usize>>,
 }
 
 /// Metadata key "provenance": who wrote the file. No time and no host, so that equal inputs give equal bytes.
@@ -50,12 +53,21 @@ pub fn save(prepared: &Prepared, path: &Path) -> Result<(), DatabaseError> {
         tensors.f64(name("transfer.shares"), &[shares.len()], shares);
         let shape = [body.crack.nodes.len(), body.interior.dimension];
         tensors.f64(name("interior"), &shape, &body.interior.coordinates);
+        if let Some(lift) = &body.surface_diffusion {
+            let shape = [body.crack.nodes.len(), lift.dimension];
+            tensors.f64(name("surface_diffusion"), &shape, &lift.coordinates);
+        }
     }
     let shape = Shape {
         frame: prepared.frame,
         gamma_j_m2: prepared.gamma_j_m2,
         kappa: prepared.kappa,
         dimensions: prepared.bodies.iter().map(|body| body.interior.dimension).collect(),
+        surface_dimensions: prepared
+            .bodies
+            .iter()
+            .map(|body| body.surface_diffusion.as_ref().map(|lift| lift.dimension))
+            .collect(),
     };
     let provenance = Provenance { program: "shatterd bake".into(), version: env!("CARGO_PKG_VERSION").into() };
     let metadata = BTreeMap::from([
@@ -93,7 +105,7 @@ pub fn load(path: &Path) -> Result<Prepared, DatabaseError> {
     let shape: Shape = contents.json("shape")?;
     check_shape(&shape)?;
     let bodies = (0..shape.dimensions.len())
-        .map(|index| body(&contents, index, shape.dimensions[index], parameters.material.poisson))
+        .map(|index| body(&contents, index, &shape, parameters.material.poisson))
         .collect::<Result<_, _>>()?;
     Ok(Prepared {
         name: contents.text("object")?.to_owned(),
@@ -118,7 +130,12 @@ fn check_shape(shape: &Shape) -> Result<(), DatabaseError> {
         "the frame is not finite"
     } else if !positive(shape.gamma_j_m2) || !positive(shape.kappa) {
         "gamma or kappa is not positive"
-    } else if shape.dimensions.iter().any(|dimension| !(3..=DIMENSION_MAX).contains(dimension)) {
+    } else if shape
+        .dimensions
+        .iter()
+        .chain(shape.surface_dimensions.iter().flatten())
+        .any(|dimension| !(3..=DIMENSION_MAX).contains(dimension))
+    {
         "a lift's dimension is out of range"
     } else {
         return Ok(());
@@ -126,15 +143,22 @@ fn check_shape(shape: &Shape) -> Result<(), DatabaseError> {
     Err(DatabaseError::Metadata { key: "shape", reason: reason.to_owned() })
 }
 
-fn body(contents: &Contents, index: usize, dimension: usize, poisson: f64) -> Result<Body, DatabaseError> {
+fn body(contents: &Contents, index: usize, shape: &Shape, poisson: f64) -> Result<Body, DatabaseError> {
     let name = |part: &str| format!("body{index}.{part}");
     let elastic = lattice(contents, &name("elastic"))?;
     let crack = lattice(contents, &name("crack"))?;
     let transfer = transfer(contents, &name("transfer"), &elastic, &crack)?;
-    let coordinates = contents.f64(&name("interior"), Some(crack.nodes.len()), dimension)?;
-    let interior = Lift::measured(LiftKind::Interior, &crack, dimension, coordinates);
-    Body::new(BodyLattice { elastic, crack, transfer }, interior, poisson, &Token::default())
-        .map_err(|source| DatabaseError::Elasticity { body: index, source })
+    let lift = |part: &str, kind, dimension| {
+        let coordinates = contents.f64(&name(part), Some(crack.nodes.len()), dimension)?;
+        Ok::<_, DatabaseError>(Lift::measured(kind, &crack, dimension, coordinates))
+    };
+    let interior = lift("interior", LiftKind::Interior, shape.dimensions[index])?;
+    let surface = shape.surface_dimensions.get(index).copied().flatten();
+    let surface_diffusion =
+        surface.map(|dimension| lift("surface_diffusion", LiftKind::SurfaceDiffusion, dimension)).transpose()?;
+    let body = Body::new(BodyLattice { elastic, crack, transfer }, interior, poisson, &Token::default())
+        .map_err(|source| DatabaseError::Elasticity { body: index, source })?;
+    Ok(Body { surface_diffusion, ..body })
 }
 
 fn lattice(contents: &Contents, name: &str) -> Result<Lattice, DatabaseError> {

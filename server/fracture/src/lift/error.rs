@@ -36,6 +36,26 @@ pub enum LiftError {
         /// Index of the first such tetrahedron.
         tet: usize,
     },
+    /// A triangle of the boundary without positive, finite area.
+    #[error("boundary triangle {face} has no positive, finite area")]
+    DegenerateFace {
+        /// Index of the first such triangle.
+        face: usize,
+    },
+    /// The boundary has more shells (the outer one and cavities) than a surface lift tells apart.
+    #[error("the boundary has {shells} shells, at most {max} are told apart")]
+    TooManyShells {
+        /// Shells of the boundary.
+        shells: usize,
+        /// [`super::SHELLS_MAX`].
+        max: usize,
+    },
+    /// The lift folds half of the body or more onto something without volume, so that it has no scale.
+    #[error("the lift is flat: half of the body is stretched {stretch:e} times as much one way as another")]
+    Flat {
+        /// Median of σ₁/σ₃; infinite where σ₃ vanishes.
+        stretch: f64,
+    },
     /// The lattice is not connected: distances between its parts are infinite.
     #[error("the lattice has {components} components; a lift needs one")]
     Disconnected {

@@ -1,20 +1,23 @@
-//! The Laplacian L of linear tetrahedra with natural (Neumann) boundary, and the lumped mass M.
+//! The Laplacian L of linear elements, tetrahedra with natural (Neumann) boundary or the triangles of a closed surface,
+//! and the lumped mass M.
 //!
 //! Based on: G. Dziuk, *Finite elements for the Beltrami operator on arbitrary surfaces* (1988), one dimension up: on
-//! one tetrahedron ∫∇λ_i·∇λ_j = V g_i·g_j with g_i the constant gradients of the barycentric coordinates.
+//! one tetrahedron ∫∇λ_i·∇λ_j = V g_i·g_j with g_i the constant gradients of the barycentric coordinates. On a triangle
+//! the same integral is e_i·e_j/(4 A), e_i the edge opposite corner i: the cotangent weights of U. Pinkall & K. Polthier,
+//! *Computing discrete minimal surfaces and their conjugates* (Experimental Mathematics 2, 1993).
 
 use super::LiftError;
 use crate::lattice::Lattice;
 use crate::sparse::Symmetric;
-use nalgebra::{Matrix1, Matrix3, Matrix3x4, Matrix4, Vector3};
+use nalgebra::{Matrix1, Matrix3, Matrix3x4, Matrix4, Point3, Vector3};
 use rayon::prelude::*;
 
 /// L and M.
 pub(super) struct Laplacian<'a> {
-    lattice: &'a Lattice,
+    points: &'a [Point3<f64>],
     /// L, one row per node; local lengths.
     pub(super) stiffness: Symmetric,
-    /// The diagonal of M: each node's share of the volume; positive.
+    /// The diagonal of M: each node's share of the volume or area; positive.
     pub(super) mass: Vec<f64>,
 }
 
@@ -39,7 +42,27 @@ impl<'a> Laplacian<'a> {
         }
         let entry = |tet: usize, i: usize, j: usize| Matrix1::new(elements[tet][(i, j)]);
         let stiffness = Symmetric::assemble(lattice.nodes.len(), &lattice.tets, entry)?;
-        Ok(Self { lattice, stiffness, mass: lattice.node_volumes() })
+        Ok(Self { points: &lattice.nodes, stiffness, mass: lattice.node_volumes() })
+    }
+
+    /// Assembles L and M of a closed, connected triangle surface: the cotangent Laplacian.
+    ///
+    /// Errors: [`LiftError::DegenerateFace`], [`LiftError::Sparse`].
+    pub(super) fn of_triangles(points: &'a [Point3<f64>], triangles: &[[u32; 3]]) -> Result<Self, LiftError> {
+        let (mut mass, mut entries) = (vec![0.0; points.len()], Vec::with_capacity(6 * triangles.len()));
+        for (face, corners) in triangles.iter().enumerate() {
+            let [a, b, c] = corners.map(|node| points[node as usize]);
+            let opposite = [c - b, a - c, b - a];
+            let area = 0.5 * opposite[0].cross(&opposite[1]).norm();
+            if !area.is_normal() {
+                return Err(LiftError::DegenerateFace { face });
+            }
+            for i in 0..3 {
+                mass[corners[i] as usize] += area / 3.0;
+                entries.extend((i..3).map(|j| (corners[i], corners[j], opposite[i].dot(&opposite[j]) / (4.0 * area))));
+            }
+        }
+        Ok(Self { points, stiffness: Symmetric::from_triplets(points.len(), &entries)?, mass })
     }
 
     /// Number of nodes.
@@ -48,13 +71,14 @@ impl<'a> Laplacian<'a> {
     }
 
     /// An upper bound of the smallest positive eigenvalue of L φ = λ M φ, and close to it for compact shapes: the
-    /// Rayleigh quotient of the coordinate along the longest principal axis, volume over ∫x².
+    /// Rayleigh quotient of the coordinate along the longest principal axis, at most volume over ∫x² (area on a surface,
+    /// where the gradient is the tangential one).
     pub(super) fn smallest_bound(&self) -> f64 {
         let volume: f64 = self.mass.iter().sum();
-        let weighted = |sum: Vector3<f64>, (node, mass): (&nalgebra::Point3<f64>, &f64)| sum + node.coords * *mass;
-        let centre = self.lattice.nodes.iter().zip(&self.mass).fold(Vector3::zeros(), weighted) / volume;
+        let weighted = |sum: Vector3<f64>, (node, mass): (&Point3<f64>, &f64)| sum + node.coords * *mass;
+        let centre = self.points.iter().zip(&self.mass).fold(Vector3::zeros(), weighted) / volume;
         let mut covariance = Matrix3::zeros();
-        for (node, mass) in self.lattice.nodes.iter().zip(&self.mass) {
+        for (node, mass) in self.points.iter().zip(&self.mass) {
             let offset = node.coords - centre;
             covariance += offset * offset.transpose() * (*mass / volume);
         }
@@ -92,7 +116,8 @@ fn components(lattice: &Lattice) -> usize {
     count
 }
 
-fn root(parents: &mut [u32], mut node: u32) -> u32 {
+/// The root of `node`'s tree; halves the path on the way.
+pub(super) fn root(parents: &mut [u32], mut node: u32) -> u32 {
     while parents[node as usize] != node {
         parents[node as usize] = parents[parents[node as usize] as usize];
         node = parents[node as usize];

@@ -4,22 +4,29 @@
 //! 3; scale and measures are ours.
 
 mod basis;
+mod boundary;
+mod carry;
 mod dense;
 mod error;
 mod gap;
 mod interior;
 mod lanczos;
 mod laplacian;
+mod mean_value;
 mod metric;
 mod spectrum;
 mod stretch;
+mod surface_diffusion;
 #[cfg(test)]
 mod tests;
 
+pub use boundary::{BoundarySurface, Shell};
+pub use carry::{Carry, carry_harmonic, carry_mean_value};
 pub use error::LiftError;
 pub use interior::{ALPHA_DEFAULT, MODES_DEFAULT, MODES_MAX, interior};
 pub use spectrum::Spectrum;
 pub use stretch::{Stretch, stretch};
+pub use surface_diffusion::{SHELLS_MAX, SURFACE_MODES_DEFAULT, surface_diffusion};
 
 use crate::lattice::Lattice;
 use serde::{Deserialize, Serialize};
@@ -32,6 +39,18 @@ pub enum LiftKind {
     Euclidean,
     /// X = s·[x; α·ψ(x)] with ψ_k = φ_k/λ_k from the Neumann eigenpairs of the tetrahedral Laplacian.
     Interior,
+    /// X = s·v*: diffusion coordinates e^(−λ_k t)·φ_k of the boundary surface, carried inside by barycentric coordinates.
+    SurfaceDiffusion,
+}
+
+impl std::fmt::Display for LiftKind {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        formatter.write_str(match self {
+            Self::Euclidean => "euclidean",
+            Self::Interior => "interior",
+            Self::SurfaceDiffusion => "surface_diffusion",
+        })
+    }
 }
 
 /// A lifted lattice: coordinates on nodes, linear on each tetrahedron, with the measures that the criterion needs.

@@ -1,9 +1,10 @@
-//! The lowest Neumann eigenpairs L φ = λ M φ of a lattice, the constant left out.
+//! The lowest eigenpairs L φ = λ M φ of a lattice (Neumann) or of its boundary surface, the constants left out.
 //!
 //! Based on: T. Ericsson & A. Ruhe, *The spectral transformation Lanczos method for the numerical solution of large
 //! sparse generalized symmetric eigenvalue problems* (Mathematics of Computation 35, 1980): the pairs (λ, φ) are those
 //! of C = M^½ (L + σM)⁻¹ M^½ with θ = 1/(λ + σ) and M^½ φ, well apart at the low end.
 
+use super::boundary::BoundarySurface;
 use super::laplacian::Laplacian;
 use super::{LiftError, MODES_MAX, dense, gap, lanczos};
 use crate::lattice::Lattice;
@@ -20,12 +21,12 @@ const SHIFT: f64 = 0.05;
 /// Largest residual of an accepted pair; see [`Spectrum::residual`].
 const RESIDUAL_MAX: f64 = 1e-6;
 
-/// Neumann eigenpairs of a lattice, the constant left out.
+/// Eigenpairs of a lattice or a surface, the constants left out.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Spectrum {
     /// λ_k, ascending, positive; local length⁻².
     pub eigenvalues: Vec<f64>,
-    /// φ_k, function-major, `eigenvalues.len() × nodes`; φᵀ M φ = 1 with M the lumped volumes. Sign and, within an
+    /// φ_k, function-major, `eigenvalues.len() × nodes`; φᵀ M φ = 1 with M the lumped volumes or areas. Sign and, within an
     /// eigenspace, basis are arbitrary but always the same for the same lattice.
     pub functions: Vec<f64>,
     /// Whether no eigenvalue lies beyond the last.
@@ -43,7 +44,43 @@ impl Spectrum {
     /// [`LiftError::NotConverged`], [`LiftError::NotFinite`], [`LiftError::Cancelled`].
     pub fn compute(lattice: &Lattice, count: usize, token: &Token) -> Result<Self, LiftError> {
         token.check()?;
-        let laplacian = Laplacian::new(lattice)?;
+        Self::of(&Laplacian::new(lattice)?, count, token)
+    }
+
+    /// The `count` lowest pairs of the cotangent Laplacian of a closed surface. Its shells do not hear of each other: every
+    /// function lives on one shell and vanishes on the others, and each shell's constant is left out.
+    ///
+    /// Errors: as [`Self::compute`], with [`LiftError::DegenerateFace`] instead of a tetrahedron's.
+    pub fn of_surface(surface: &BoundarySurface, count: usize, token: &Token) -> Result<Self, LiftError> {
+        let (nodes, shells) = (surface.nodes.len(), surface.shells());
+        if count + shells.len() > nodes || shells.is_empty() {
+            return Err(LiftError::TooFewNodes { nodes, wanted: count, needed: count + shells.len().max(1) });
+        }
+        let mut spectra = Vec::with_capacity(shells.len());
+        for shell in &shells {
+            token.check()?;
+            let laplacian = Laplacian::of_triangles(&shell.positions, &shell.triangles)?;
+            spectra.push(Self::of(&laplacian, count.min(shell.positions.len() - 1), token)?);
+        }
+        let mut order: Vec<(f64, usize, usize)> = Vec::new();
+        for (shell, spectrum) in spectra.iter().enumerate() {
+            order.extend(spectrum.eigenvalues.iter().enumerate().map(|(k, value)| (*value, shell, k)));
+        }
+        order.sort_by(|a, b| a.0.total_cmp(&b.0));
+        order.truncate(count);
+        let mut functions = vec![0.0; count * nodes];
+        for (row, &(_, shell, k)) in functions.chunks_exact_mut(nodes).zip(&order) {
+            for (&node, value) in shells[shell].nodes.iter().zip(spectra[shell].function(k)) {
+                row[node as usize] = *value;
+            }
+        }
+        let residual = spectra.iter().fold(0.0, |worst: f64, spectrum| worst.max(spectrum.residual));
+        let eigenvalues = order.iter().map(|entry| entry.0).collect();
+        Ok(Self { eigenvalues, functions, whole: count + shells.len() == nodes, residual })
+    }
+
+    /// The `count` lowest pairs of a connected Laplacian.
+    fn of(laplacian: &Laplacian<'_>, count: usize, token: &Token) -> Result<Self, LiftError> {
         let nodes = laplacian.order();
         if count >= nodes {
             return Err(LiftError::TooFewNodes { nodes, wanted: count, needed: count + 1 });
@@ -52,8 +89,8 @@ impl Spectrum {
             return Err(LiftError::TooManyModes { modes: count, max: MODES_MAX + gap::WINDOW + 1 });
         }
         let functions =
-            if nodes <= DENSE_MAX { by_dense(&laplacian, count)? } else { by_lanczos(&laplacian, count, token)? };
-        Self::verified(&laplacian, functions, count)
+            if nodes <= DENSE_MAX { by_dense(laplacian, count)? } else { by_lanczos(laplacian, count, token)? };
+        Self::verified(laplacian, functions, count)
     }
 
     /// φ_k on the nodes.

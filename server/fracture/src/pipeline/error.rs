@@ -2,6 +2,7 @@
 
 use crate::centroidal::FieldError;
 use crate::elasticity::ElasticityError;
+use crate::lift::LiftKind;
 use crate::pipeline::Counts;
 use crate::tessellation::TessellationError;
 use crate::token::Cancelled;
@@ -61,6 +62,14 @@ pub enum StrikeError {
         distance_m: f64,
         /// The radius given, m.
         radius_m: f64,
+    },
+    /// The object was baked without that lift.
+    #[error("body {body} was not prepared for the lift {lift}; bake the object again")]
+    LiftUnprepared {
+        /// Which body.
+        body: usize,
+        /// Which lift.
+        lift: LiftKind,
     },
     /// The elastic solve refused.
     #[error("elasticity of body {body}: {source}")]

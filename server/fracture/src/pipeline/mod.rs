@@ -2,6 +2,7 @@
 
 mod calibrate;
 mod cells;
+mod compare;
 mod energy;
 mod error;
 mod impact;
@@ -16,12 +17,13 @@ mod workspace;
 
 pub use calibrate::calibrate;
 pub use cells::{BodyCells, divide};
+pub use compare::{CompareError, Comparison, LiftRow};
 pub use energy::{BodyEnergy, strain_energy};
 pub use error::{CONTACTS_MAX, StrikeError};
 pub use impact::Impact;
 pub use outcome::{Counts, DegreeSource, FragmentRow, OUTER, Outcome, RunRow};
 pub use pieces::Pieces;
-pub use prepared::{BakeReport, Body, Parameters, Prepared};
+pub use prepared::{BakeReport, Body, Parameters, Prepared, Unprepared};
 pub use stage::{Stage, Watch};
 pub use strike::{Contact, DegreeRequest, Strike};
 pub use threshold::Verdict;

@@ -49,11 +49,9 @@ impl Pieces {
             components.split(&body.topology, cells.map_or(&whole, |cells| &cells.diagram.labels));
             watch.leave(Stage::Labels, size_of_val(components.labels.as_slice()) as u64);
             watch.enter(Stage::Tessellation);
-            let sites = cells.map(|cells| Sites {
-                lift: body.lift(strike.lift),
-                coordinates: &cells.diagram.sites,
-                of_fragment: &components.sites,
-            });
+            let lift = prepared.lift(index, strike.lift)?;
+            let of_fragment = &components.sites;
+            let sites = cells.map(|cells| Sites { lift, coordinates: &cells.diagram.sites, of_fragment });
             let mut points = Points::default();
             points.find(&body.crack, &body.topology, &components.labels, sites, &FixedPoints::default())?;
             let mut tessellation = Tessellation::default();

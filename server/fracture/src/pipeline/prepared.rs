@@ -1,5 +1,6 @@
 //! Everything that depends on the object alone: built by baking, loaded at start-up, shared and never changed.
 
+use super::StrikeError;
 use crate::degree::Slenderness;
 use crate::elasticity::{Boundary, Elasticity, ElasticityError};
 use crate::lattice::{BodyLattice, Lattice, Transfer};
@@ -45,6 +46,20 @@ pub struct BakeReport {
     pub surface_deviation: f64,
     /// What was wrong with the input and what was done about it.
     pub defects: Vec<Defect>,
+    /// Lifts that a body does without, and why.
+    #[serde(default)]
+    pub unprepared: Vec<Unprepared>,
+}
+
+/// A lift that could not be made for a body; strikes that ask for it are refused.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Unprepared {
+    /// Which body.
+    pub body: usize,
+    /// Which lift.
+    pub lift: LiftKind,
+    /// Why.
+    pub reason: String,
 }
 
 impl BakeReport {
@@ -66,6 +81,8 @@ pub struct Body {
     pub elasticity: Elasticity,
     /// The lift with interior distances, on the crack lattice.
     pub interior: Lift,
+    /// The lift with diffusion distances on the surface, on the crack lattice; `None`: not prepared.
+    pub surface_diffusion: Option<Lift>,
     /// The lift with straight distances, on the crack lattice.
     pub euclidean: Lift,
     /// Lumped volumes of the crack lattice's nodes, local.
@@ -79,7 +96,8 @@ pub struct Body {
 }
 
 impl Body {
-    /// Derives and factors everything that follows from the lattices and the stored lift.
+    /// Derives and factors everything that follows from the lattices and the stored lift; without a surface lift, which
+    /// whoever has one adds.
     pub fn new(lattices: BodyLattice, interior: Lift, poisson: f64, token: &Token) -> Result<Self, ElasticityError> {
         let BodyLattice { elastic, crack, transfer } = lattices;
         Ok(Self {
@@ -93,14 +111,16 @@ impl Body {
             crack,
             transfer,
             interior,
+            surface_diffusion: None,
         })
     }
 
-    /// The lift of that kind.
-    pub fn lift(&self, kind: LiftKind) -> &Lift {
+    /// The lift of that kind, if the body was prepared for it.
+    pub fn lift(&self, kind: LiftKind) -> Option<&Lift> {
         match kind {
-            LiftKind::Euclidean => &self.euclidean,
-            LiftKind::Interior => &self.interior,
+            LiftKind::Euclidean => Some(&self.euclidean),
+            LiftKind::Interior => Some(&self.interior),
+            LiftKind::SurfaceDiffusion => self.surface_diffusion.as_ref(),
         }
     }
 }
@@ -124,6 +144,13 @@ pub struct Prepared {
 }
 
 impl Prepared {
+    /// The lift of that kind of body `body`.
+    ///
+    /// Errors: [`StrikeError::LiftUnprepared`].
+    pub fn lift(&self, body: usize, kind: LiftKind) -> Result<&Lift, StrikeError> {
+        self.bodies[body].lift(kind).ok_or(StrikeError::LiftUnprepared { body, lift: kind })
+    }
+
     /// Nodes of all elastic lattices.
     pub fn elastic_nodes(&self) -> usize {
         self.bodies.iter().map(|body| body.elastic.nodes.len()).sum()

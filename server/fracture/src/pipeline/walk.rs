@@ -31,7 +31,7 @@ pub fn strike(
     let mut fields = Vec::with_capacity(energies.len());
     for (energy, shares) in energies.iter().zip(&mut shares) {
         let body = &prepared.bodies[energy.body];
-        let field = Field::new(body.lift(strike.lift), &body.volumes, shares)
+        let field = Field::new(prepared.lift(energy.body, strike.lift)?, &body.volumes, shares)
             .map_err(|source| StrikeError::Field { body: energy.body, source })?;
         fields.push(field);
     }

@@ -9,10 +9,10 @@ use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
 /// Points on the surface that are asked, uniform by area.
-const SAMPLES: usize = 2048;
+const SAMPLES: usize = 1024;
 
 /// Steps along a ray, and halvings of the one in which the side changes.
-const STEPS: usize = 16;
+const STEPS: usize = 12;
 const HALVINGS: usize = 12;
 
 /// Depth, over the limit, at which a point is taken to be on one side of the surface.

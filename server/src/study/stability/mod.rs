@@ -6,6 +6,7 @@
 mod case;
 mod cases;
 mod catalogue;
+mod page;
 mod real;
 mod trial;
 
@@ -13,5 +14,6 @@ pub use case::{Case, Expect, Outcome, Row, judge};
 pub use cases::neck::{Neck, neck_over_impulses};
 pub use cases::poisson::{Locking, locking};
 pub use catalogue::{CASES, LIST};
+pub use page::Findings;
 pub use real::{REAL, real};
 pub use trial::Fault;

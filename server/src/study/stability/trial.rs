@@ -90,6 +90,7 @@ pub fn fine() -> Result<BakeRequest, Fault> {
         gamma_j_m2: None,
         elastic_spacing: None,
         crack_spacing: None,
+        kappa: None,
         seed: 0,
     })
 }

@@ -1,6 +1,8 @@
 //! Tests of the room as a whole: spectra against closed forms, lifts against invariances.
 
+mod carry;
 mod invariance;
 mod iteration;
 mod references;
 mod shapes;
+mod surface;

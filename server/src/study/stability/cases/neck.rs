@@ -46,7 +46,7 @@ fn measure(prepared: &Prepared, times: f64, answer: &Answer) -> Neck {
 pub fn neck_over_impulses() -> Result<Vec<Neck>, Fault> {
     let (prepared, strike, factor) = pushed()?;
     let mut necks = Vec::new();
-    for times in [1.01, 1.2, 1.5, 2.0, 3.0, 5.0, 8.0, 12.0] {
+    for times in [1.01, 1.5, 2.0, 3.0, 5.0, 8.0, 12.0, 20.0] {
         let own = contact(strike.contacts[0].point_m, strike.contacts[0].impulse_ns * (factor * times));
         let answer = struck(&prepared, &own)?;
         sound(&prepared, &answer)?;
@@ -60,8 +60,8 @@ pub fn snaps_near_the_threshold() -> Result<f64, Fault> {
     Ok(neck_over_impulses()?[0].ends_kept)
 }
 
-/// Share of the fragments that come out of the neck at five times the threshold.
+/// Share of the fragments that come out of the neck at twelve times the threshold.
 pub fn shatters_far_above() -> Result<f64, Fault> {
-    let necks = neck_over_impulses()?;
-    Ok(necks[5].in_neck as f64 / necks[5].fragments as f64)
+    let far = neck_over_impulses()?[6];
+    Ok(far.in_neck as f64 / far.fragments as f64)
 }

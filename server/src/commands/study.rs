@@ -1,0 +1,195 @@
+//! `shatterd study`.
+
+use super::Failure;
+use crate::report;
+use crate::study::mutants::{self, Judge, Mutant, Plan, Tally, Verdict};
+use crate::study::stability::{CASES, Findings, Outcome, REAL, Row, judge, locking, neck_over_impulses, real};
+use indicatif::{ProgressBar, ProgressStyle};
+use shatter_fracture::surface::shapes::write_obj;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+/// Arguments of `shatterd study`.
+#[derive(clap::Args)]
+pub struct Args {
+    #[command(subcommand)]
+    study: Study,
+}
+
+#[derive(clap::Subcommand)]
+enum Study {
+    /// Runs the catalogue of hard cases and bad meshes, and writes a table and a page.
+    Stability(Stability),
+}
+
+/// Arguments of `shatterd study stability`.
+#[derive(clap::Args)]
+struct Stability {
+    /// Bad meshes to try.
+    #[arg(long, value_name = "N", default_value_t = 1000)]
+    mutants: usize,
+    /// Seed of the bad meshes.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Folder of further meshes, real ones.
+    #[arg(long, value_name = "DIR", env = "SHATTER_MESHES")]
+    meshes: Option<PathBuf>,
+    /// Judge this bad mesh alone; if it fails, reduce it and write what is left into the folder.
+    #[arg(long, value_name = "MESH/DEFECT/SEED")]
+    shrink: Option<Mutant>,
+    /// Folder for the page.
+    #[arg(long, value_name = "DIR", default_value = "shatter-study")]
+    out: PathBuf,
+    /// One JSON document on stdout.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Bad meshes take well below a second each; what takes this long hangs.
+const DEADLINE: Duration = Duration::from_secs(60);
+
+/// One bad mesh of this many is judged twice, on other threads.
+const REPEAT_EVERY: usize = 13;
+
+/// Meshes that shrinking tries.
+const TRIES_MAX: usize = 2000;
+
+/// Runs a study; whether everything held.
+pub fn run(args: &Args) -> Result<bool, Failure> {
+    let Study::Stability(args) = &args.study;
+    std::fs::create_dir_all(&args.out).map_err(|error| Failure::output(&args.out, &error))?;
+    match &args.shrink {
+        Some(mutant) => shrink(args, mutant),
+        None => stability(args),
+    }
+}
+
+fn stability(args: &Stability) -> Result<bool, Failure> {
+    let findings = Findings {
+        rows: rows(args),
+        locking: locking().map_err(|fault| Failure::ours("study", fault.message))?,
+        necks: neck_over_impulses().map_err(|fault| Failure::ours("study", fault.message))?,
+        mutants: tally(args)?,
+    };
+    let page = args.out.join("stability.html");
+    let study = findings.page().map_err(|error| Failure::ours("plot", error.to_string()))?;
+    std::fs::write(&page, report::study(&study)).map_err(|error| Failure::output(&page, &error))?;
+    if args.json {
+        println!("{}", findings.document());
+    } else {
+        findings.rows.iter().for_each(line);
+        println!("\n{}\nOpen {} in a browser.", findings.mutants, page.display());
+    }
+    Ok(!findings.failed())
+}
+
+fn line(row: &Row) {
+    let figure = row.figure.map_or_else(|| "–".to_owned(), |figure| report::significant(figure, 3));
+    let outcome = match row.outcome {
+        Outcome::Passed => "passed",
+        Outcome::Refused => "refused",
+        Outcome::Failed => "FAILED",
+    };
+    println!("{outcome:8} {:38} {figure:>14}   {}", row.name, row.expected);
+}
+
+fn bar(length: usize) -> ProgressBar {
+    let bar = ProgressBar::new(length as u64);
+    if let Ok(style) = ProgressStyle::with_template("{bar:24} {pos}/{len} {msg} ({elapsed}, {eta} left)") {
+        bar.set_style(style);
+    }
+    bar.enable_steady_tick(Duration::from_millis(200));
+    bar
+}
+
+/// The catalogue, then real meshes.
+fn rows(args: &Stability) -> Vec<Row> {
+    let files: Vec<(&Path, &str)> = match &args.meshes {
+        Some(folder) => REAL.iter().map(|file| (folder.as_path(), *file)).collect(),
+        None => Vec::new(),
+    };
+    let files: Vec<_> = files.into_iter().filter(|(folder, file)| folder.join(file).is_file()).collect();
+    let bar = bar(CASES.len() + files.len());
+    let mut rows = Vec::new();
+    for case in CASES {
+        bar.set_message(case.name);
+        rows.push(judge(case));
+        bar.inc(1);
+    }
+    for (folder, file) in files {
+        bar.set_message(file.to_owned());
+        rows.push(real(folder, file));
+        bar.inc(1);
+    }
+    bar.finish_and_clear();
+    rows
+}
+
+fn meshes(args: &Stability) -> Result<Vec<mutants::Base>, Failure> {
+    let mut meshes = mutants::generated();
+    if let Some(folder) = &args.meshes {
+        let refused = |error: mutants::FolderError| {
+            Failure::refused("unreadable_file", folder.display().to_string(), error.to_string())
+        };
+        meshes.extend(mutants::from_folder(folder).map_err(refused)?);
+    }
+    Ok(meshes)
+}
+
+fn judge_of() -> Result<Judge, Failure> {
+    Judge::new(DEADLINE).map_err(Failure::from)
+}
+
+fn tally(args: &Stability) -> Result<Tally, Failure> {
+    let threads = std::thread::available_parallelism().map_or(1, usize::from);
+    let plan = Plan {
+        count: args.mutants,
+        seed: args.seed,
+        meshes: meshes(args)?,
+        judge: judge_of()?,
+        repeat_every: REPEAT_EVERY,
+        threads,
+    };
+    let bar = bar(plan.count);
+    let tally = mutants::run(&plan, &mut |mutant, verdict| {
+        if let Verdict::Failed(fault) = verdict {
+            bar.suspend(|| eprintln!("failed: {mutant}: {fault}"));
+        }
+        bar.set_message(mutant.to_string());
+        bar.inc(1);
+    });
+    bar.finish_and_clear();
+    tally.map_err(|error| Failure::ours("threads", error.to_string()))
+}
+
+/// Judges one bad mesh; reduces it if it fails.
+fn shrink(args: &Stability, mutant: &Mutant) -> Result<bool, Failure> {
+    let (meshes, judge) = (meshes(args)?, judge_of()?);
+    let base = meshes.iter().find(|base| base.name == mutant.mesh).ok_or_else(|| {
+        let names: Vec<&str> = meshes.iter().map(|base| base.name.as_str()).collect();
+        Failure::refused(
+            "unknown_mesh",
+            mutant.mesh.clone(),
+            format!("no mesh '{}': one of {}", mutant.mesh, names.join(", ")),
+        )
+    })?;
+    let fault = match judge.mutant(&base.mesh, mutant) {
+        Verdict::Failed(fault) => fault,
+        verdict => {
+            println!("{mutant}: {verdict:?}");
+            return Ok(true);
+        }
+    };
+    let spoilt = mutant.defect.apply(&base.mesh, mutant.seed);
+    let bar = bar(TRIES_MAX);
+    let must_accept = mutant.defect.must_accept();
+    let shrunk = mutants::shrink(&spoilt, TRIES_MAX, &mut |mesh| {
+        bar.inc(1);
+        judge.fails_like(mesh, must_accept, mutant.seed, &fault)
+    });
+    bar.finish_and_clear();
+    let file = args.out.join(format!("{}.obj", mutant.to_string().replace('/', "-")));
+    write_obj(&shrunk.mesh, &file).map_err(|error| Failure::output(&file, &error))?;
+    println!("{mutant}: {fault}\n{} triangles left: {}", shrunk.mesh.triangles.len(), file.display());
+    Ok(false)
+}

@@ -1,0 +1,173 @@
+//! The page and the document of the stability study.
+
+use super::{Locking, Neck, Outcome, Row};
+use crate::report::{Fact, Section, Study, Table, significant};
+use crate::study::mutants::{Named, Tally};
+use crate::study::plot::{Axes, Line, PlotError, svg};
+use serde_json::{Value, json};
+
+/// Everything that the study found.
+#[derive(Clone, Debug)]
+pub struct Findings {
+    /// The catalogue, then real meshes if there were any.
+    pub rows: Vec<Row>,
+    /// Error of bending against Poisson's ratio.
+    pub locking: Vec<Locking>,
+    /// A weak neck over a range of impulses.
+    pub necks: Vec<Neck>,
+    /// Bad meshes.
+    pub mutants: Tally,
+}
+
+impl Findings {
+    /// Whether anything failed.
+    pub fn failed(&self) -> bool {
+        self.count(Outcome::Failed) > 0 || self.mutants.all.failed > 0
+    }
+
+    fn count(&self, outcome: Outcome) -> usize {
+        self.rows.iter().filter(|row| row.outcome == outcome).count()
+    }
+
+    /// The document of `--json`.
+    pub fn document(&self) -> Value {
+        let all = &self.mutants.all;
+        json!({
+            "cases": self.rows,
+            "mutants": {
+                "tried": all.tried,
+                "checked": all.checked,
+                "refused": all.refused,
+                "failed": all.failed,
+                "must_accept_rate": self.mutants.must_accept_rate,
+                "per_mesh": self.mutants.per_mesh,
+                "per_defect": self.mutants.per_defect,
+                "failures": self.mutants.failures,
+                "unjustified": self.mutants.unjustified,
+            },
+        })
+    }
+
+    /// The page.
+    pub fn page(&self) -> Result<Study, PlotError> {
+        let all = &self.mutants.all;
+        Ok(Study {
+            title: "Hard cases".to_owned(),
+            lead: vec![
+                "Every case ends in a checked answer, with a figure and a bound, or in a refusal that names its reason. \
+                 Nothing may panic, hang, return a number that is none, or an open mesh."
+                    .to_owned(),
+            ],
+            facts: vec![
+                Fact::new("Cases within their bound", self.count(Outcome::Passed).to_string()),
+                Fact::new("Refused, as they must be", self.count(Outcome::Refused).to_string()),
+                Fact::new("Cases failed", self.count(Outcome::Failed).to_string()),
+                Fact::new("Bad meshes tried", all.tried.to_string()),
+                Fact::new("Bad meshes failed", all.failed.to_string()),
+                Fact::new("Of those that must be accepted", format!("{:.1} %", 100.0 * self.mutants.must_accept_rate)),
+            ],
+            sections: vec![self.cases(), self.poisson()?, self.neck()?, self.bad_meshes()],
+        })
+    }
+
+    fn cases(&self) -> Section {
+        let cell = |row: &Row| {
+            let figure = row.figure.map_or_else(|| "–".to_owned(), |figure| significant(figure, 3));
+            let outcome = match row.outcome {
+                Outcome::Passed => "passed",
+                Outcome::Refused => "refused",
+                Outcome::Failed => "failed",
+            };
+            let why =
+                row.message.as_ref().map_or_else(|| row.why.clone(), |message| format!("{} ({message})", row.why));
+            (outcome, vec![row.item.clone(), row.name.clone(), outcome.to_owned(), figure, row.expected.clone(), why])
+        };
+        Section {
+            heading: format!("{} cases", self.rows.len()),
+            lead: vec!["What the figure is, and why its bound is what it is, stands in the last column.".to_owned()],
+            tables: vec![Table {
+                head: ["item", "case", "outcome", "figure", "bound", "why"].map(str::to_owned).to_vec(),
+                rows: self.rows.iter().map(cell).collect(),
+            }],
+            ..Section::default()
+        }
+    }
+
+    fn poisson(&self) -> Result<Section, PlotError> {
+        let line = |name: &str, figure: fn(&Locking) -> f64| Line {
+            name: name.to_owned(),
+            points: self.locking.iter().map(|at| (at.poisson, 100.0 * figure(at))).collect(),
+        };
+        let lines = [
+            line("body-centred lattice, 6 cubes across", |at| at.body_centred),
+            line("cubes cut in six, 8 across", |at| at.six_per_cube),
+        ];
+        let axes = Axes { x: "Poisson's ratio".into(), y: "missing energy, %".into(), log_x: false, log_y: false };
+        Ok(Section {
+            heading: "Nearly incompressible materials".to_owned(),
+            lead: vec![
+                "Linear tetrahedra lock as Poisson's ratio nears one half. Pure bending, relative shortfall of the energy: \
+                 the lattice that baking makes hardly notices, one of tetrahedra in the worst arrangement loses three \
+                 quarters. Baking accepts up to 0.45, where even that loses no more than 15 %, and refuses the rest."
+                    .to_owned(),
+            ],
+            plots: vec![(svg(&axes, &lines)?, "Error of a bent beam against Poisson's ratio.".to_owned())],
+            ..Section::default()
+        })
+    }
+
+    fn neck(&self) -> Result<Section, PlotError> {
+        let line = |name: &str, figure: fn(&Neck) -> f64| Line {
+            name: name.to_owned(),
+            points: self.necks.iter().map(|neck| (neck.times, figure(neck))).collect(),
+        };
+        let lines = [
+            line("fragments", |neck| neck.fragments as f64),
+            line("of these from the neck", |neck| neck.in_neck as f64),
+            line("share of each end in one piece", |neck| neck.ends_kept),
+        ];
+        let axes =
+            Axes { x: "impulse over the breaking one".into(), y: "count, share".into(), log_x: true, log_y: false };
+        Ok(Section {
+            heading: "A weak neck".to_owned(),
+            lead: vec![
+                "A dumb-bell, one end pushed sideways: the strain energy sits in its neck. Near the threshold it snaps in \
+                 two. Far above it an energy-weighted diagram puts its cells where the energy is, so the neck shatters \
+                 while the ends fly off whole. Who wants a clean snap at any impulse asks for two sites, or raises γ."
+                    .to_owned(),
+            ],
+            plots: vec![(svg(&axes, &lines)?, "What becomes of a dumb-bell over a range of impulses.".to_owned())],
+            ..Section::default()
+        })
+    }
+
+    fn bad_meshes(&self) -> Section {
+        let table = |title: &str, rows: &[Named]| Table {
+            head: [title, "tried", "checked", "refused", "of these unjustified", "failed", "must-accept answered"]
+                .map(str::to_owned)
+                .to_vec(),
+            rows: rows.iter().map(counts).collect(),
+        };
+        Section {
+            heading: format!("{} bad meshes", self.mutants.all.tried),
+            lead: vec![
+                "Twenty defects, by meshes and seeds. Each is repaired, baked, struck, and every fragment of the answer \
+                 checked. What has no inside, or is not finite, may be refused; inside-out, flipped, duplicated, mixed, \
+                 holed, doubled, nested and T-junctioned meshes must be answered."
+                    .to_owned(),
+            ],
+            tables: vec![table("defect", &self.mutants.per_defect), table("mesh", &self.mutants.per_mesh)],
+            ..Section::default()
+        }
+    }
+}
+
+fn counts(row: &Named) -> (&'static str, Vec<String>) {
+    let must = match row.must_accept.tried {
+        0 => "–".to_owned(),
+        _ => format!("{:.1} %", 100.0 * row.must_accept.accept_rate()),
+    };
+    let numbers = [row.all.tried, row.all.checked, row.all.refused, row.all.unjustified, row.all.failed];
+    let cells = std::iter::once(row.name.clone()).chain(numbers.iter().map(u64::to_string)).chain([must]);
+    (if row.all.failed > 0 { "failed" } else { "" }, cells.collect())
+}
