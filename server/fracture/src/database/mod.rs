@@ -3,6 +3,8 @@
 mod bake;
 mod container;
 mod error;
+#[cfg(test)]
+mod hostile_tests;
 mod object;
 mod parts;
 mod thin;

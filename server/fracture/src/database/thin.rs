@@ -73,8 +73,14 @@ pub(super) fn lost(
     let locators: Vec<Locator> = levels.bodies.iter().map(|body| Locator::new(&body.crack)).collect();
     let filled = |sample: &Width| locators.iter().any(|locator| locator.containing(&sample.middle, None).is_some());
     let spacing = levels.crack.spacing;
-    // At sharp edges the middle of a thick wall may lie outside: the lattice rounds them off.
-    let gone = pick(walls, |sample| sample.width < WALL_SPACINGS[0] * spacing && !filled(sample));
+    // Sharp edges are thin too, and rounded off; what is lost leaves nothing near.
+    let near = |locator: &Locator, sample: &Width| {
+        locator.nearest(&sample.middle).is_some_and(|nearest| nearest.distance < 0.5 * spacing)
+    };
+    let gone = pick(walls, |sample| {
+        let thin = sample.width < WALL_SPACINGS[0] * spacing;
+        thin && !filled(sample) && !locators.iter().any(|locator| near(locator, sample))
+    });
     let share = gone.len() as f64 / walls.samples.len().max(1) as f64;
     if share >= SHARE {
         let thickness = walls.quantile(SHARE);

@@ -1,0 +1,182 @@
+//! Files that were damaged, and files that were made to deceive: with hostile numbers and checksums that fit them.
+
+use super::*;
+use crate::fragment::closed;
+use crate::lift::LiftKind;
+use crate::pipeline::{Contact, DegreeRequest, Prepared, Strike, Workspace, strike};
+use crate::random::Stream;
+use crate::scene::Material;
+use crate::surface::shapes;
+use crate::token::Token;
+use nalgebra::Vector3;
+use serde_json::{Map, Value};
+
+/// A small object's file.
+fn file() -> Vec<u8> {
+    let material =
+        Material { young_pa: 7e10, poisson: 0.22, density_kg_m3: 2500.0, strength_pa: 4.5e7, source: String::new() };
+    let request = BakeRequest {
+        name: "hostile".into(),
+        material_name: "glass".into(),
+        material,
+        fragment_size_m: None,
+        gamma_j_m2: None,
+        elastic_spacing: Some(0.2),
+        crack_spacing: Some(0.15),
+        kappa: Some(2.0),
+        seed: 0,
+    };
+    let prepared = bake(shapes::arch(), &request, &Token::default(), &mut |_| ()).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("hostile.shatter");
+    save(&prepared, &path).unwrap();
+    std::fs::read(&path).unwrap()
+}
+
+fn opened(bytes: &[u8]) -> Result<Prepared, DatabaseError> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("hostile.shatter");
+    std::fs::write(&path, bytes).unwrap();
+    load(&path)
+}
+
+/// Header and where the data begin.
+fn header(bytes: &[u8]) -> (Map<String, Value>, usize) {
+    let length = u64::from_le_bytes(bytes[..8].try_into().unwrap()) as usize;
+    (serde_json::from_slice(&bytes[8..8 + length]).unwrap(), 8 + length)
+}
+
+/// Names of the tensors with the range of their bytes in the file.
+fn tensors(bytes: &[u8]) -> Vec<(String, std::ops::Range<usize>, String)> {
+    let (header, data) = header(bytes);
+    let range = |value: &Value| {
+        let ends: Vec<usize> =
+            value["data_offsets"].as_array().unwrap().iter().map(|end| end.as_u64().unwrap() as usize).collect();
+        data + ends[0]..data + ends[1]
+    };
+    let named = header.iter().filter(|(name, _)| *name != "__metadata__");
+    named.map(|(name, value)| (name.clone(), range(value), value["dtype"].as_str().unwrap().to_owned())).collect()
+}
+
+/// The file with checksums that fit its tensors.
+fn sealed(mut bytes: Vec<u8>) -> Vec<u8> {
+    let sums: Vec<(String, String)> = tensors(&bytes)
+        .into_iter()
+        .map(|(name, range, _)| (name, blake3::hash(&bytes[range]).to_hex().to_string()))
+        .collect();
+    let (mut header, data) = header(&bytes);
+    let metadata = header["__metadata__"].as_object_mut().unwrap();
+    let mut checksums: Map<String, Value> = serde_json::from_str(metadata["checksums"].as_str().unwrap()).unwrap();
+    sums.into_iter().for_each(|(name, sum)| _ = checksums.insert(name, sum.into()));
+    metadata.insert("checksums".into(), Value::Object(checksums).to_string().into());
+    let mut text = Value::Object(header).to_string().into_bytes();
+    text.resize(text.len().next_multiple_of(8), b' ');
+    let rest = bytes.split_off(data);
+    [(text.len() as u64).to_le_bytes().to_vec(), text, rest].concat()
+}
+
+/// Refused, or struck with an answer that is closed and finite or a refusal.
+fn check(bytes: &[u8], what: &str) {
+    let Ok(prepared) = opened(bytes) else { return };
+    let node = prepared.bodies[0].crack.nodes[0];
+    let strike_there = Strike {
+        contacts: vec![Contact {
+            point_m: prepared.frame.to_metres(&node),
+            impulse_ns: Vector3::new(0.3, -1.0, 0.2),
+            duration_s: None,
+            radius_m: Some(0.5 * prepared.frame.diagonal_m),
+        }],
+        degree: DegreeRequest::Sites(6),
+        gamma_j_m2: None,
+        lift: LiftKind::Interior,
+        seed: 1,
+        threshold_only: false,
+    };
+    let Ok(outcome) = strike(&prepared, &strike_there, &mut Workspace::default(), &Token::default(), &mut ()) else {
+        return;
+    };
+    let Some(pieces) = outcome.pieces else { return };
+    let (mut positions, mut indices) = (vec![[0.0; 3]; pieces.counts.vertices], vec![0; pieces.counts.indices]);
+    pieces.emit(&mut positions, &mut indices, &mut vec![[0; 2]; pieces.counts.merges]).unwrap();
+    for row in &pieces.fragments {
+        let vertices = &positions[row.vertex_first as usize..][..row.vertex_count as usize];
+        let triangles = &indices[row.index_first as usize..][..row.index_count as usize];
+        closed(vertices, triangles).unwrap_or_else(|open| panic!("{what}: fragment {}: {open}", row.id));
+        assert!(row.mass_kg.is_finite() && row.mass_kg > 0.0, "{what}");
+    }
+}
+
+#[test]
+fn a_flipped_bit_anywhere_is_refused() {
+    let bytes = file();
+    assert!(opened(&bytes).is_ok());
+    let mut stream = Stream::new(11, 0);
+    for at in (0..bytes.len()).step_by(bytes.len() / 400) {
+        let mut damaged = bytes.clone();
+        let flip = 1 << (stream.bits() % 8);
+        damaged[at] ^= flip;
+        let blank = damaged[at].is_ascii_whitespace() && bytes[at].is_ascii_whitespace();
+        assert!(opened(&damaged).is_err() || blank, "byte {at}");
+    }
+}
+
+#[test]
+fn a_truncated_file_is_refused_wherever_it_ends() {
+    let bytes = file();
+    let (_, data) = header(&bytes);
+    let ends = [0, 1, 7, 8, 9, data / 2, data - 1, data, data + 1, bytes.len() / 2, bytes.len() - 1];
+    for end in ends {
+        assert!(opened(&bytes[..end]).is_err(), "{end}");
+    }
+    let longer = [bytes.clone(), vec![0]].concat();
+    assert!(opened(&longer).is_err());
+}
+
+#[test]
+fn swapped_sections_are_refused() {
+    let bytes = file();
+    let tensors = tensors(&bytes);
+    let mut swapped = 0;
+    for (index, (_, one, _)) in tensors.iter().enumerate() {
+        for (_, other, _) in tensors[index + 1..].iter().filter(|(_, other, _)| other.len() == one.len()) {
+            if bytes[one.clone()] == bytes[other.clone()] {
+                continue;
+            }
+            let mut mixed = bytes.clone();
+            mixed[one.clone()].copy_from_slice(&bytes[other.clone()]);
+            mixed[other.clone()].copy_from_slice(&bytes[one.clone()]);
+            assert!(opened(&mixed).is_err());
+            check(&sealed(mixed), "swapped and sealed");
+            swapped += 1;
+        }
+    }
+    assert!(swapped > 0);
+}
+
+#[test]
+fn hostile_numbers_under_fitting_checksums_are_refused_or_harmless() {
+    let bytes = file();
+    check(&sealed(bytes.clone()), "untouched");
+    assert!(opened(&sealed(bytes.clone())).is_ok());
+    let mut stream = Stream::new(5, 0);
+    for (name, range, dtype) in tensors(&bytes) {
+        let width = if dtype == "U32" { 4 } else { 8 };
+        let values: [[u8; 8]; 6] = [
+            f64::NAN.to_le_bytes(),
+            f64::INFINITY.to_le_bytes(),
+            1e300f64.to_le_bytes(),
+            (-1.0f64).to_le_bytes(),
+            [0; 8],
+            stream.bits().to_le_bytes(),
+        ];
+        let integers: [[u8; 8]; 6] =
+            [[255; 8], [0; 8], [1; 8], [0, 0, 0, 128, 0, 0, 0, 128], [7; 8], stream.bits().to_le_bytes()];
+        for value in if width == 4 { integers } else { values } {
+            let count = range.len() / width;
+            let at = range.start + width * (stream.bits() as usize % count.max(1));
+            let mut hostile = bytes.clone();
+            hostile[at..at + width].copy_from_slice(&value[..width]);
+            check(&sealed(hostile), &format!("{name}: {value:?} at {at}"));
+        }
+    }
+}
