@@ -172,7 +172,8 @@ impl From<DatabaseError> for Failure {
             | DatabaseError::Checksum(tensor)
             | DatabaseError::OutOfRange { tensor, .. }
             | DatabaseError::NonFinite { tensor, .. }
-            | DatabaseError::Folded { tensor, .. } => tensor.clone(),
+            | DatabaseError::Folded { tensor, .. }
+            | DatabaseError::Pinched { tensor, .. } => tensor.clone(),
             _ => String::new(),
         };
         let kind = match &error {

@@ -1,6 +1,7 @@
 //! What can be wrong with a database file.
 
 use crate::elasticity::ElasticityError;
+use crate::lattice::Pinch;
 use std::path::PathBuf;
 
 /// Why a database was not written or not loaded. A refused file harms no other.
@@ -78,6 +79,14 @@ pub enum DatabaseError {
         tensor: String,
         /// Which tetrahedron.
         index: usize,
+    },
+    /// The boundary of a lattice is no closed 2-manifold: fragments would not be closed.
+    #[error("tensor \"{tensor}\": {source}")]
+    Pinched {
+        /// Which tensor.
+        tensor: String,
+        /// Where.
+        source: Pinch,
     },
     /// More bodies or nodes than an object may have.
     #[error("{what}: {found} is beyond the cap of {cap}")]

@@ -2,7 +2,7 @@
 
 use super::container::{Contents, FLAT, Mapped, Tensors, write};
 use super::{DatabaseError, FORMAT};
-use crate::lattice::{BodyLattice, Lattice, Transfer};
+use crate::lattice::{BodyLattice, Lattice, Transfer, check_manifold};
 use crate::lift::{Lift, LiftKind};
 use crate::pipeline::{BakeReport, Body, Parameters, Prepared};
 use crate::surface::Frame;
@@ -173,7 +173,10 @@ fn lattice(contents: &Contents, name: &str) -> Result<Lattice, DatabaseError> {
     let lattice = Lattice { nodes: nodes.iter().map(|node| (*node).into()).collect(), tets: tets.to_vec() };
     match (0..lattice.tets.len()).find(|&tet| lattice.tet_volume(tet) <= 0.0) {
         Some(index) => Err(DatabaseError::Folded { tensor, index }),
-        None => Ok(lattice),
+        None => match check_manifold(&lattice) {
+            Ok(()) => Ok(lattice),
+            Err(source) => Err(DatabaseError::Pinched { tensor, source }),
+        },
     }
 }
 

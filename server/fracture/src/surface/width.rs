@@ -11,8 +11,11 @@ use rayon::prelude::*;
 /// Points on the surface that are asked, uniform by area.
 const SAMPLES: usize = 1024;
 
-/// Steps along a ray, and halvings of the one in which the side changes.
-const STEPS: usize = 12;
+/// Shortest steps along a ray up to the limit, and halvings of the one in which the side changes.
+const STEPS: usize = 64;
+
+/// Longest stride, in such steps, through a body whose surface is open.
+const STEPS_OPEN: f64 = 6.0;
 const HALVINGS: usize = 12;
 
 /// Depth, over the limit, at which a point is taken to be on one side of the surface.
@@ -93,12 +96,23 @@ impl Inside {
             _ => return None,
         };
         let within = |width: f64| inside(direction * width) == (side == Side::Wall);
-        let step = limit / STEPS as f64;
-        let end = (1..=STEPS).find(|&k| !within(k as f64 * step));
         let face = self.faces.get(self.tree.order[triangle] as usize).copied().unwrap_or(0);
         let width = |width: f64| Width { width, middle: point + outward * (0.5 * direction * width), face };
-        let Some(end) = end else { return Some(width(limit)) };
-        let (mut below, mut above) = ((end - 1) as f64 * step, end as f64 * step);
+        let step = limit / STEPS as f64;
+        let mut below = skin;
+        let mut above = loop {
+            // As far as the nearest surface is away the side cannot change; films over holes may be nearer.
+            let free = self.distance(&(point + outward * (direction * below)));
+            let free = if self.closed { free } else { free.min(STEPS_OPEN * step) };
+            let next = below + free.max(step);
+            if !(self.closed && free >= step || within(next)) {
+                break next;
+            }
+            if next >= limit {
+                return Some(width(limit));
+            }
+            below = next;
+        };
         for _ in 0..HALVINGS {
             let middle = 0.5 * (below + above);
             *(if within(middle) { &mut below } else { &mut above }) = middle;
