@@ -108,7 +108,7 @@ where
         .y_desc(axes.y.as_str())
         .x_label_formatter(&|value| label(&rounded(*value)))
         .y_label_formatter(&|value| label(&rounded(*value)))
-        .light_line_style(RGBColor(244, 242, 238))
+        .max_light_lines(1)
         .bold_line_style(RGBColor(226, 223, 216))
         .label_style(("sans-serif", 13))
         .draw()
@@ -125,6 +125,7 @@ where
     }
     chart
         .configure_series_labels()
+        .position(SeriesLabelPosition::UpperLeft)
         .background_style(WHITE.mix(0.85))
         .border_style(RGBColor(226, 223, 216))
         .label_font(("sans-serif", 13))
@@ -132,9 +133,9 @@ where
         .map_err(failed)
 }
 
-/// Without the digits that binary fractions add.
+/// Without the digits that binary fractions add, and without the ends of them around zero.
 fn rounded(value: f64) -> f64 {
-    format!("{value:.10e}").parse().unwrap_or(value)
+    if value.abs() < 1e-14 { 0.0 } else { format!("{value:.10e}").parse().unwrap_or(value) }
 }
 
 #[cfg(test)]

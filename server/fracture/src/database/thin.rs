@@ -33,17 +33,16 @@ pub(super) fn spacings(
     let thickness = walls.quantile(SHARE);
     let finer =
         |asked: Option<f64>, chosen: f64, needed: f64| if asked.is_some() { chosen } else { chosen.min(needed) };
-    let mut refused = None;
     for factor in WALL_SPACINGS {
         let crack = finer(request.crack_spacing, chosen[1], thickness / factor);
         let elastic = finer(request.elastic_spacing, chosen[0], thickness / factor).max(crack);
         match lattice::spacings(volume, area, Some(elastic), Some(crack)) {
             Ok(spacings) => return Ok(spacings),
-            Err(LatticeError::SpacingOutOfRange { .. } | LatticeError::TooManyNodes { .. }) => refused = Some(crack),
+            Err(LatticeError::SpacingOutOfRange { .. } | LatticeError::TooManyNodes { .. }) => {}
             Err(error) => return Err(error.into()),
         }
     }
-    Err(too_thin(thickness, refused.unwrap_or(chosen[1]), false, frame))
+    Err(too_thin(thickness, chosen[1], false, frame))
 }
 
 /// Nothing inside a lattice of that spacing: the walls are too thin, if they have a thickness.
