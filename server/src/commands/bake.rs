@@ -6,6 +6,7 @@ use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
 use shatter_fracture::database::{self, BakeRequest, Step};
+use shatter_fracture::lattice::SPACING_RANGE;
 use shatter_fracture::pipeline::Prepared;
 use shatter_fracture::scene::Materials;
 use shatter_fracture::surface::{self, Unit, Up};
@@ -131,16 +132,18 @@ fn describe(step: Step) -> String {
     }
 }
 
-/// Says on stderr when the lattice is too coarse for the shape: thin walls fall between its nodes.
+/// Says on stderr when the lattice is too coarse for the shape: parts of about its spacing are lost or thickened.
 fn warn(prepared: &Prepared) {
     let error = prepared.report.volume_error();
     if error.abs() > VOLUME_ERROR_TOLD {
-        let kept = 100.0 * (1.0 + error);
-        let spacing = prepared.parameters.crack_spacing;
+        let (percent, spacing) = (100.0 * error, prepared.parameters.crack_spacing);
+        let finer = match 0.5 * spacing {
+            finer if finer >= SPACING_RANGE[0] => format!("; try --crack-spacing {finer:.4} (now {spacing:.4})"),
+            _ => String::new(),
+        };
         eprintln!(
-            "warning: the lattice holds {kept:.1} % of the input's volume: parts thinner than its spacing are lost; \
-             try --crack-spacing {:.4} (now {spacing:.4})",
-            0.5 * spacing
+            "warning: the lattice's volume is {percent:+.1} % off the input's: parts of about its spacing are lost or \
+             thickened{finer}"
         );
     }
 }

@@ -1,6 +1,6 @@
 //! Bad meshes at scale: base meshes × twenty defects × seeds, each judged.
 //!
-//! A [`Mutant`] is named `mesh/defect/seed` and follows from its name alone. [`judge`] bakes and strikes it and checks the
+//! A [`Mutant`] is named `mesh/defect/seed` and follows from its name alone. [`Judge`] bakes and strikes it and checks the
 //! answer, [`run`] does so for many and tallies them, [`shrink`] reduces one that fails to few triangles, and
 //! [`REGRESSIONS`] holds those that failed once.
 

@@ -3,7 +3,10 @@
 use super::super::trial::Fault;
 use nalgebra::{Rotation3, Vector3};
 use shatter_fracture::lattice::{Lattice, block, stuff};
-use shatter_fracture::lift::{ALPHA_DEFAULT, Lift, LiftError, MODES_DEFAULT, interior};
+use shatter_fracture::lift::{
+    ALPHA_DEFAULT, BoundarySurface, Carry, Lift, LiftError, MODES_DEFAULT, SURFACE_MODES_DEFAULT, interior,
+    surface_diffusion,
+};
 use shatter_fracture::random::Stream;
 use shatter_fracture::reference::ball;
 use shatter_fracture::surface::{Inside, Surface, shapes};
@@ -66,4 +69,35 @@ pub fn tiny_lattice() -> Result<f64, Fault> {
     let lift = lift(&block([1; 3], 1.0), MODES_DEFAULT)?;
     let finite = lift.coordinates.iter().chain(&lift.density).all(|number| number.is_finite());
     Ok(if finite { 0.0 } else { f64::INFINITY })
+}
+
+/// Largest difference between the interior distance of two nodes and the straight one, over the body's size, where the
+/// distances on the boundary are straight: the boundary's own coordinates carried inside.
+fn straight(carry: Carry) -> Result<f64, Fault> {
+    let lattice = ball(6);
+    let (surface, token) = (BoundarySurface::new(&lattice), Token::default());
+    let own: Vec<f64> = surface.positions.iter().flat_map(|place| [place.x, place.y, place.z]).collect();
+    let carried = carry.carry(&lattice, &surface, &own, 3, &token)?;
+    let at = |node: usize| Vector3::from_column_slice(&carried[3 * node..][..3]);
+    let mut stream = Stream::new(9, 0);
+    let mut worst = 0.0f64;
+    for _ in 0..500 {
+        let [a, b] = [0, 1].map(|_| (stream.uniform() * lattice.nodes.len() as f64) as usize);
+        worst = worst.max(((at(a) - at(b)).norm() - (lattice.nodes[a] - lattice.nodes[b]).norm()).abs() / 2.0);
+    }
+    Ok(worst)
+}
+
+pub fn straight_by_harmonic() -> Result<f64, Fault> {
+    straight(Carry::Harmonic)
+}
+
+pub fn straight_by_mean_value() -> Result<f64, Fault> {
+    straight(Carry::MeanValue)
+}
+
+pub fn flat_surface_lift() -> Result<f64, Fault> {
+    let lift =
+        surface_diffusion(&block([300, 1, 1], 0.003), Carry::Harmonic, SURFACE_MODES_DEFAULT, &Token::default())?;
+    Ok(lift.dimension as f64)
 }
