@@ -1,6 +1,6 @@
 //! `shatterd bake`: a mesh file becomes a database.
 
-use super::Failure;
+use super::{Failure, out};
 use crate::config::data_folder;
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
@@ -11,6 +11,7 @@ use shatter_fracture::pipeline::Prepared;
 use shatter_fracture::scene::Materials;
 use shatter_fracture::surface::{self, Unit, Up};
 use shatter_fracture::token::Token;
+use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -68,9 +69,7 @@ pub fn run(args: &BakeArgs) -> Result<(), Failure> {
     let begun = Instant::now();
     let request = request(args)?;
     let folder = args.out.clone().map_or_else(data_folder, Ok)?;
-    std::fs::create_dir_all(&folder).map_err(|error| Failure::output(&folder, &error))?;
-    // Whether the folder can be written shows now, not after the work.
-    drop(tempfile::tempfile_in(&folder).map_err(|error| Failure::output(&folder, &error))?);
+    out::folder(&folder)?;
     let raw = surface::read(&args.mesh, args.unit, args.up)?;
     let bar = bar();
     let prepared = database::bake(raw, &request, &Token::default(), &mut |step| {
@@ -83,18 +82,18 @@ pub fn run(args: &BakeArgs) -> Result<(), Failure> {
     bar.finish_and_clear();
     let seconds = begun.elapsed().as_secs_f64();
     warn(&prepared);
-    if args.json {
-        println!("{}", document(&prepared, &file, seconds))
+    let text = if args.json {
+        format!("{}\n", document(&prepared, &file, seconds))
     } else {
-        print(&prepared, &file, seconds)
-    }
-    Ok(())
+        screen(&prepared, &file, seconds)
+    };
+    out::print(&text)
 }
 
 fn request(args: &BakeArgs) -> Result<BakeRequest, Failure> {
     let table = match &args.materials {
         None => MATERIALS.to_owned(),
-        Some(path) => std::fs::read_to_string(path).map_err(|error| {
+        Some(path) => out::read_text(path).map_err(|error| {
             Failure::refused("unreadable_file", path.display().to_string(), format!("{}: {error}", path.display()))
         })?,
     };
@@ -173,44 +172,52 @@ fn document(prepared: &Prepared, file: &Path, seconds: f64) -> serde_json::Value
     })
 }
 
-fn print(prepared: &Prepared, file: &Path, seconds: f64) {
+fn screen(prepared: &Prepared, file: &Path, seconds: f64) -> String {
+    // Writing to a string cannot fail.
+    let mut text = String::new();
     let report = &prepared.report;
     let parameters = &prepared.parameters;
-    println!("{}  {}", prepared.name, file.display());
-    println!(
+    let _ = writeln!(text, "{}  {}", prepared.name, file.display());
+    let _ = writeln!(
+        text,
         "  elastic lattice  {} nodes, {} tetrahedra, spacing {:.4} of the diagonal",
         prepared.elastic_nodes(),
         prepared.elastic_tets(),
         parameters.elastic_spacing
     );
-    println!(
+    let _ = writeln!(
+        text,
         "  crack lattice    {} nodes, {} tetrahedra, spacing {:.4} of the diagonal",
         prepared.crack_nodes(),
         prepared.crack_tets(),
         parameters.crack_spacing
     );
-    println!(
+    let _ = writeln!(
+        text,
         "  volume           {:.6e} m³, {:+.3} % of the input's",
         report.lattice_volume_m3,
         100.0 * report.volume_error()
     );
-    println!("  deviation        {:.5} of the diagonal", report.surface_deviation);
-    println!(
+    let _ = writeln!(text, "  deviation        {:.5} of the diagonal", report.surface_deviation);
+    let _ = writeln!(
+        text,
         "  threshold        {:.4e} J·m² ({}, fragments of {:.4} m), kappa {:.3}",
         prepared.gamma_j_m2, parameters.material_name, parameters.fragment_size_m, prepared.kappa
     );
-    println!("  bodies           {}", prepared.bodies.len());
+    let _ = writeln!(text, "  bodies           {}", prepared.bodies.len());
     if report.defects.is_empty() {
-        println!("  defects          none");
+        let _ = writeln!(text, "  defects          none");
     }
     for defect in &report.defects {
-        println!(
+        let _ = writeln!(
+            text,
             "  defect           {}: {} (first at {}): {}",
             defect.kind, defect.count, defect.first_index, defect.action
         );
     }
     for absent in &report.unprepared {
-        println!("  not prepared     lift {} of body {}: {}", absent.lift, absent.body, absent.reason);
+        let _ = writeln!(text, "  not prepared     lift {} of body {}: {}", absent.lift, absent.body, absent.reason);
     }
-    println!("  {seconds:.1} s");
+    let _ = writeln!(text, "  {seconds:.1} s");
+    text
 }

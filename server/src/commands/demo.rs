@@ -1,11 +1,10 @@
 //! `shatterd demo`.
 
-use super::Failure;
+use super::{Failure, out};
 use crate::config::data_folder;
 use crate::demo::{self, DemoError, Options};
 use shatter_client::export::ExportError;
 use shatter_proto::{Kind, Refusal};
-use std::io::Write;
 use std::path::PathBuf;
 
 /// Arguments of `shatterd demo`.
@@ -24,6 +23,7 @@ pub struct Args {
 
 /// Runs the demonstration and says where to look.
 pub fn run(args: &Args) -> Result<(), Failure> {
+    out::folder(&args.out)?;
     let databases = match &args.databases {
         Some(folder) => folder.clone(),
         None => data_folder()?.join("demo"),
@@ -35,9 +35,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let made = demo::run(&options)?;
     let mut text = made.lines.iter().map(|line| format!("{line}\n")).collect::<String>();
     text.push_str(&format!("\nOpen {} in a browser.\n", made.page.display()));
-    // A reader that went away cannot be told.
-    let _ = std::io::stdout().write_all(text.as_bytes());
-    Ok(())
+    out::print(&text)
 }
 
 impl From<DemoError> for Failure {

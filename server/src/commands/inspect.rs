@@ -1,6 +1,6 @@
 //! `shatterd inspect`: what a database holds.
 
-use super::Failure;
+use super::{Failure, out};
 use clap::Args;
 use serde_json::json;
 use shatter_fracture::database;
@@ -41,16 +41,16 @@ pub fn run(args: &InspectArgs) -> Result<(), Failure> {
         "unprepared": prepared.report.unprepared,
     });
     if args.json {
-        println!("{document}");
-        return Ok(());
+        return out::print(&format!("{document}\n"));
     }
+    let mut text = String::new();
     for (key, value) in document.as_object().into_iter().flatten() {
         match value {
             serde_json::Value::Object(inner) => {
-                inner.iter().for_each(|(inner, value)| println!("{key}.{inner}: {value}"))
+                inner.iter().for_each(|(inner, value)| text += &format!("{key}.{inner}: {value}\n"));
             }
-            value => println!("{key}: {value}"),
+            value => text += &format!("{key}: {value}\n"),
         }
     }
-    Ok(())
+    out::print(&text)
 }

@@ -4,6 +4,7 @@ pub mod bake;
 pub mod demo;
 mod failure;
 pub mod inspect;
+pub(crate) mod out;
 pub mod serve;
 pub mod study;
 

@@ -1,6 +1,6 @@
 //! `shatterd study`.
 
-use super::Failure;
+use super::{Failure, out};
 use crate::report;
 use crate::study::mutants::{self, Judge, Mutant, Plan, Tally, Verdict};
 use crate::study::stability::{CASES, Findings, Outcome, REAL, Row, judge, locking, neck_over_impulses, real};
@@ -57,7 +57,7 @@ const TRIES_MAX: usize = 2000;
 /// Runs a study; whether everything held.
 pub fn run(args: &Args) -> Result<bool, Failure> {
     let Study::Stability(args) = &args.study;
-    std::fs::create_dir_all(&args.out).map_err(|error| Failure::output(&args.out, &error))?;
+    out::folder(&args.out)?;
     match &args.shrink {
         Some(mutant) => shrink(args, mutant),
         None => stability(args),
@@ -75,22 +75,22 @@ fn stability(args: &Stability) -> Result<bool, Failure> {
     let study = findings.page().map_err(|error| Failure::ours("plot", error.to_string()))?;
     std::fs::write(&page, report::study(&study)).map_err(|error| Failure::output(&page, &error))?;
     if args.json {
-        println!("{}", findings.document());
+        out::print(&format!("{}\n", findings.document()))?;
     } else {
-        findings.rows.iter().for_each(line);
-        println!("\n{}\nOpen {} in a browser.", findings.mutants, page.display());
+        let lines: String = findings.rows.iter().map(line).collect();
+        out::print(&format!("{lines}\n{}\nOpen {} in a browser.\n", findings.mutants, page.display()))?;
     }
     Ok(!findings.failed())
 }
 
-fn line(row: &Row) {
+fn line(row: &Row) -> String {
     let figure = row.figure.map_or_else(|| "–".to_owned(), |figure| report::significant(figure, 3));
     let outcome = match row.outcome {
         Outcome::Passed => "passed",
         Outcome::Refused => "refused",
         Outcome::Failed => "FAILED",
     };
-    println!("{outcome:8} {:38} {figure:>14}   {}", row.name, row.expected);
+    format!("{outcome:8} {:38} {figure:>14}   {}\n", row.name, row.expected)
 }
 
 fn bar(length: usize) -> ProgressBar {
@@ -176,7 +176,7 @@ fn shrink(args: &Stability, mutant: &Mutant) -> Result<bool, Failure> {
     let fault = match judge.mutant(&base.mesh, mutant) {
         Verdict::Failed(fault) => fault,
         verdict => {
-            println!("{mutant}: {verdict:?}");
+            out::print(&format!("{mutant}: {verdict:?}\n"))?;
             return Ok(true);
         }
     };
@@ -190,6 +190,7 @@ fn shrink(args: &Stability, mutant: &Mutant) -> Result<bool, Failure> {
     bar.finish_and_clear();
     let file = args.out.join(format!("{}.obj", mutant.to_string().replace('/', "-")));
     write_obj(&shrunk.mesh, &file).map_err(|error| Failure::output(&file, &error))?;
-    println!("{mutant}: {fault}\n{} triangles left: {}", shrunk.mesh.triangles.len(), file.display());
+    let left = shrunk.mesh.triangles.len();
+    out::print(&format!("{mutant}: {fault}\n{left} triangles left: {}\n", file.display()))?;
     Ok(false)
 }

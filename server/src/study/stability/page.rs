@@ -1,7 +1,7 @@
 //! The page and the document of the stability study.
 
 use super::{Locking, Neck, Outcome, Row};
-use crate::report::{Fact, Section, Study, Table, significant};
+use crate::report::{Fact, Section, Study, Table, share, significant};
 use crate::study::mutants::{Named, Tally};
 use crate::study::plot::{Axes, Line, PlotError, svg};
 use serde_json::{Value, json};
@@ -25,6 +25,11 @@ impl Findings {
         self.count(Outcome::Failed) > 0 || self.mutants.all.failed > 0
     }
 
+    /// None where no mutant that must be accepted was tried.
+    fn must_accept_rate(&self) -> Option<f64> {
+        (self.mutants.must_accept.tried > 0).then_some(self.mutants.must_accept_rate)
+    }
+
     fn count(&self, outcome: Outcome) -> usize {
         self.rows.iter().filter(|row| row.outcome == outcome).count()
     }
@@ -39,7 +44,7 @@ impl Findings {
                 "checked": all.checked,
                 "refused": all.refused,
                 "failed": all.failed,
-                "must_accept_rate": self.mutants.must_accept_rate,
+                "must_accept_rate": self.must_accept_rate(),
                 "per_mesh": self.mutants.per_mesh,
                 "per_defect": self.mutants.per_defect,
                 "failures": self.mutants.failures,
@@ -64,7 +69,7 @@ impl Findings {
                 Fact::new("Cases failed", self.count(Outcome::Failed).to_string()),
                 Fact::new("Bad meshes tried", all.tried.to_string()),
                 Fact::new("Bad meshes failed", all.failed.to_string()),
-                Fact::new("Of those that must be accepted", format!("{:.1} %", 100.0 * self.mutants.must_accept_rate)),
+                Fact::new("Of those that must be answered", self.must_accept_rate().map_or("–".to_owned(), share)),
             ],
             sections: vec![self.cases(), self.poisson()?, self.neck()?, self.bad_meshes()],
         })

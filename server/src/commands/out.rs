@@ -1,0 +1,43 @@
+//! What a command leaves on stdout, and where it writes: both can fail, and neither may panic.
+
+use super::Failure;
+use std::io::{ErrorKind, Write};
+use std::path::Path;
+
+/// Writes `text` to stdout. A reader that went away is no failure: it has what it wanted.
+pub fn print(text: &str) -> Result<(), Failure> {
+    let mut stdout = std::io::stdout().lock();
+    match stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()) {
+        Err(error) if error.kind() != ErrorKind::BrokenPipe => Err(Failure::output(Path::new("stdout"), &error)),
+        _ => Ok(()),
+    }
+}
+
+/// Makes `folder` if need be and shows that it can be written: before the work, not after it.
+pub fn folder(folder: &Path) -> Result<(), Failure> {
+    let failed = |error: std::io::Error| Failure::output(folder, &error);
+    std::fs::create_dir_all(folder).map_err(failed)?;
+    tempfile::tempfile_in(folder).map(drop).map_err(failed)
+}
+
+/// Reads a text file; devices and pipes, which may never end, are refused.
+pub fn read_text(path: &Path) -> std::io::Result<String> {
+    if std::fs::metadata(path)?.is_file() {
+        std::fs::read_to_string(path)
+    } else {
+        Err(std::io::Error::other("not a regular file"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn folders_are_tried_and_devices_are_not_read() {
+        let place = tempfile::tempdir().unwrap();
+        folder(&place.path().join("new/er")).unwrap();
+        assert!(folder(Path::new("/dev/null/below")).is_err());
+        assert!(read_text(Path::new("/dev/zero")).is_err() && read_text(place.path()).is_err());
+    }
+}
