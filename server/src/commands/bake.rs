@@ -47,10 +47,10 @@ pub struct BakeArgs {
     /// Axis of the mesh file that points up: y, z
     #[arg(long, default_value = "y")]
     pub up: Up,
-    /// Spacing of the elastic lattice over the bounding-box diagonal [default: about 3000 nodes]
+    /// Spacing of the elastic lattice over the bounding-box diagonal [default: about 3000 nodes, more where limbs are thin]
     #[arg(long, value_name = "R", allow_negative_numbers = true)]
     pub elastic_spacing: Option<f64>,
-    /// Spacing of the crack lattice over the bounding-box diagonal [default: about 12000 nodes]
+    /// Spacing of the crack lattice over the bounding-box diagonal [default: about 12000 nodes, more where walls are thin]
     #[arg(long, value_name = "R", allow_negative_numbers = true)]
     pub crack_spacing: Option<f64>,
     /// Seed of everything random
