@@ -4,15 +4,15 @@
 use criterion::{Criterion, criterion_group, criterion_main};
 use nalgebra::Point3;
 use shatter_fracture::centroidal::{self, Field, Options};
-use shatter_fracture::database::{BakeRequest, bake};
+use shatter_fracture::database::bake;
 use shatter_fracture::degree;
 use shatter_fracture::fragment::properties;
-use shatter_fracture::lift::{self, Carry, LiftKind, SURFACE_MODES_DEFAULT};
-use shatter_fracture::pipeline::{self, Contact, DegreeRequest, Impact, Prepared, Strike, Workspace, strain_energy};
-use shatter_fracture::scene::Materials;
+use shatter_fracture::lift::{self, Carry, SURFACE_MODES_DEFAULT};
+use shatter_fracture::pipeline::{self, DegreeRequest, Impact, Prepared, Strike, Workspace, strain_energy};
 use shatter_fracture::surface::{self, RawMesh, Unit, Up, shapes};
 use shatter_fracture::tessellation::{Components, FixedPoints, Points, Sites, Tessellation};
 use shatter_fracture::token::Token;
+use shatter_tests::real;
 use std::hint::black_box;
 
 const SITES: u32 = 50;
@@ -24,42 +24,16 @@ fn mesh() -> RawMesh {
     }
 }
 
-fn request() -> BakeRequest {
-    let materials = Materials::parse(include_str!("../../config/materials.toml")).unwrap();
-    BakeRequest {
-        name: "bench".into(),
-        material_name: "ceramic".into(),
-        material: materials.get("ceramic").unwrap().clone(),
-        fragment_size_m: None,
-        gamma_j_m2: None,
-        elastic_spacing: None,
-        crack_spacing: None,
-        kappa: None,
-        seed: 0,
-    }
-}
-
 fn strike(prepared: &Prepared) -> Strike {
     let body = &prepared.bodies[0];
     let node = body.topology.boundary[body.topology.boundary.len() / 2].nodes[0];
     let point: Point3<f64> = body.crack.nodes[node as usize];
-    Strike {
-        contacts: vec![Contact {
-            point_m: prepared.frame.to_metres(&point),
-            impulse_ns: -point.coords,
-            duration_s: None,
-            radius_m: None,
-        }],
-        degree: DegreeRequest::Sites(SITES),
-        gamma_j_m2: None,
-        lift: LiftKind::Interior,
-        seed: 1,
-        threshold_only: false,
-    }
+    let blow = Strike::at(prepared.frame.to_metres(&point), -point.coords);
+    Strike { degree: DegreeRequest::Sites(SITES), ..blow }
 }
 
 fn stages(criterion: &mut Criterion) {
-    let prepared = bake(mesh(), &request(), &Token::default(), &mut |_| ()).unwrap();
+    let prepared = bake(mesh(), &real::request("bench", "ceramic"), &Token::default(), &mut |_| ()).unwrap();
     println!("{} elastic nodes, {} crack nodes, {SITES} sites", prepared.elastic_nodes(), prepared.crack_nodes());
     let (strike, token) = (strike(&prepared), Token::default());
     let mut workspace = Workspace::default();

@@ -31,17 +31,7 @@ pub fn material(name: &str) -> Material {
 
 /// Everything at its default, for an object called `name` of the material called `material_name`.
 pub fn request(name: &str, material_name: &str) -> BakeRequest {
-    BakeRequest {
-        name: name.to_owned(),
-        material_name: material_name.to_owned(),
-        material: material(material_name),
-        fragment_size_m: None,
-        gamma_j_m2: None,
-        elastic_spacing: None,
-        crack_spacing: None,
-        kappa: None,
-        seed: 0,
-    }
+    BakeRequest::new(name, material_name, material(material_name))
 }
 
 /// A real mesh baked at default spacing, coordinates as in its file.

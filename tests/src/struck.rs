@@ -3,22 +3,8 @@
 use nalgebra::{Point3, Vector3};
 use shatter_fracture::centroidal::{self, Diagram, Field, Options};
 use shatter_fracture::lift::LiftKind;
-use shatter_fracture::pipeline::{
-    self, BodyEnergy, Contact, DegreeRequest, Impact, Outcome, Prepared, Strike, StrikeError, Workspace,
-};
+use shatter_fracture::pipeline::{self, BodyEnergy, Impact, Outcome, Prepared, Strike, StrikeError, Workspace};
 use shatter_fracture::token::Token;
-
-/// One contact at `point_m`, everything else at its default.
-pub fn at(point_m: Point3<f64>, impulse_ns: Vector3<f64>) -> Strike {
-    Strike {
-        contacts: vec![Contact { point_m, impulse_ns, duration_s: None, radius_m: None }],
-        degree: DegreeRequest::ClosedForm,
-        gamma_j_m2: None,
-        lift: LiftKind::Interior,
-        seed: 1,
-        threshold_only: false,
-    }
-}
 
 /// The whole walk.
 pub fn outcome(prepared: &Prepared, strike: &Strike) -> Result<Outcome, StrikeError> {

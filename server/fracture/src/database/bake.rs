@@ -34,6 +34,23 @@ pub struct BakeRequest {
     pub seed: u64,
 }
 
+impl BakeRequest {
+    /// An object of that name and material, everything else at its default.
+    pub fn new(name: impl Into<String>, material_name: impl Into<String>, material: Material) -> Self {
+        Self {
+            name: name.into(),
+            material_name: material_name.into(),
+            material,
+            fragment_size_m: None,
+            gamma_j_m2: None,
+            elastic_spacing: None,
+            crack_spacing: None,
+            kappa: None,
+            seed: 0,
+        }
+    }
+}
+
 /// What baking does, in order; the caller may show it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Step {
@@ -180,11 +197,11 @@ fn lattices(
     let levels =
         lattice::levels(&inside, spacings, volume, token).map_err(|error| thin::explain(error, &walls, surface))?;
     parameters.elastic_spacing = levels.elastic.as_ref().map_or(parameters.crack_spacing, |level| level.spacing);
-    let mut thin = thin::lost(&inside, &walls, &levels, &surface.frame, token)?;
-    thin.extend(parts::severed(surface, &levels));
-    thin.extend(parts::far(&inside, &levels));
-    thin.extend(parts::dropped(&inside, surface, volume, &levels));
-    let report = report(surface, &inside, volume, &levels, thin);
+    let mut lost = thin::lost(&inside, &walls, &levels, &surface.frame, token)?;
+    lost.extend(parts::severed(surface, &levels));
+    lost.extend(parts::far(&inside, &levels));
+    lost.extend(parts::dropped(&inside, surface, volume, &levels));
+    let report = report(surface, &inside, volume, &levels, lost);
     Ok((parameters, levels, report))
 }
 
@@ -255,7 +272,7 @@ fn area(surface: &Surface) -> f64 {
     (0..surface.triangles.len()).map(triangle).sum()
 }
 
-fn report(surface: &Surface, inside: &Inside, volume: f64, levels: &Levels, thin: Vec<Defect>) -> BakeReport {
+fn report(surface: &Surface, inside: &Inside, volume: f64, levels: &Levels, lost: Vec<Defect>) -> BakeReport {
     let cubed = surface.frame.diagonal_m.powi(3);
     let lattice_volume: f64 = levels.bodies.iter().map(|body| body.crack.volume()).sum();
     let deviation = levels
@@ -265,7 +282,7 @@ fn report(surface: &Surface, inside: &Inside, volume: f64, levels: &Levels, thin
         .fold(0.0, f64::max);
     let mut defects = surface.defects.clone();
     defects.extend(inside.ambiguous(&boundary_samples(levels)));
-    defects.extend(thin);
+    defects.extend(lost);
     BakeReport {
         input_hash: input_hash(surface),
         input_volume_m3: volume * cubed,

@@ -110,13 +110,11 @@ impl Mapped {
     /// Maps `path`.
     pub fn open(path: &Path) -> Result<Self, DatabaseError> {
         let io = |source| DatabaseError::Io { path: path.to_owned(), source };
-        // A pipe would be waited for when it is opened: ask first, and again for what was opened.
-        let asked = std::fs::metadata(path).map_err(io)?.is_file().then(|| File::open(path)).transpose().map_err(io)?;
-        let irregular = || io(std::io::Error::new(std::io::ErrorKind::InvalidInput, "not a regular file"));
-        let file = asked.ok_or_else(irregular)?;
-        if !file.metadata().map_err(io)?.is_file() {
-            return Err(irregular());
+        // Asked before it is opened: opening a pipe would wait for a writer.
+        if !std::fs::metadata(path).map_err(io)?.is_file() {
+            return Err(io(std::io::Error::new(std::io::ErrorKind::InvalidInput, "not a regular file")));
         }
+        let file = File::open(path).map_err(io)?;
         // SAFETY: the map is read-only and private to this process; databases are replaced by rename, never rewritten
         // in place, and the README says that whoever may write to the folder is trusted.
         unsafe { memmap2::Mmap::map(&file) }.map(Self).map_err(io)

@@ -2,8 +2,7 @@
 
 use super::*;
 use crate::fragment::closed;
-use crate::lift::LiftKind;
-use crate::pipeline::{Contact, DegreeRequest, Prepared, Strike, Workspace, strike};
+use crate::pipeline::{DegreeRequest, Prepared, Strike, Workspace, strike};
 use crate::random::Stream;
 use crate::scene::Material;
 use crate::surface::shapes;
@@ -16,15 +15,10 @@ fn file() -> Vec<u8> {
     let material =
         Material { young_pa: 7e10, poisson: 0.22, density_kg_m3: 2500.0, strength_pa: 4.5e7, source: String::new() };
     let request = BakeRequest {
-        name: "hostile".into(),
-        material_name: "glass".into(),
-        material,
-        fragment_size_m: None,
-        gamma_j_m2: None,
         elastic_spacing: Some(0.2),
         crack_spacing: Some(0.15),
         kappa: Some(2.0),
-        seed: 0,
+        ..BakeRequest::new("hostile", "glass", material)
     };
     let prepared = bake(shapes::arch(), &request, &Token::default(), &mut |_| ()).unwrap();
     let folder = tempfile::tempdir().unwrap();
@@ -79,19 +73,8 @@ fn sealed(mut bytes: Vec<u8>) -> Vec<u8> {
 fn check(bytes: &[u8], what: &str) {
     let Ok(prepared) = opened(bytes) else { return };
     let node = prepared.bodies[0].crack.nodes[0];
-    let strike_there = Strike {
-        contacts: vec![Contact {
-            point_m: prepared.frame.to_metres(&node),
-            impulse_ns: Vector3::new(0.3, -1.0, 0.2),
-            duration_s: None,
-            radius_m: Some(0.5 * prepared.frame.diagonal_m),
-        }],
-        degree: DegreeRequest::Sites(6),
-        gamma_j_m2: None,
-        lift: LiftKind::Interior,
-        seed: 1,
-        threshold_only: false,
-    };
+    let blow = Strike::at(prepared.frame.to_metres(&node), Vector3::new(0.3, -1.0, 0.2));
+    let strike_there = Strike { degree: DegreeRequest::Sites(6), ..blow };
     let Ok(outcome) = strike(&prepared, &strike_there, &mut Workspace::default(), &Token::default(), &mut ()) else {
         return;
     };

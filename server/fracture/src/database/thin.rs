@@ -114,23 +114,14 @@ mod tests {
     use crate::surface::{RawMesh, shapes};
 
     fn baked(mesh: RawMesh, crack_spacing: Option<f64>) -> Result<Prepared, BakeError> {
-        let request = BakeRequest {
-            name: "thin".into(),
-            material_name: "glass".into(),
-            material: Material {
-                young_pa: 7e10,
-                poisson: 0.22,
-                density_kg_m3: 2500.0,
-                strength_pa: 4.5e7,
-                source: String::new(),
-            },
-            fragment_size_m: None,
-            gamma_j_m2: None,
-            elastic_spacing: None,
-            crack_spacing,
-            kappa: None,
-            seed: 0,
+        let material = Material {
+            young_pa: 7e10,
+            poisson: 0.22,
+            density_kg_m3: 2500.0,
+            strength_pa: 4.5e7,
+            source: String::new(),
         };
+        let request = BakeRequest { crack_spacing, ..BakeRequest::new("thin", "glass", material) };
         bake(mesh, &request, &Token::default(), &mut |_| ())
     }
 

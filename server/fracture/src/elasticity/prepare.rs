@@ -21,6 +21,8 @@ pub const POISSON_MAX: f64 = 0.45;
 pub struct Elasticity {
     pub(super) lame: Lame,
     pub(super) stiffness: Symmetric<3>,
+    /// Largest sum of absolute values in a row of the stiffness.
+    pub(super) stiffness_norm: f64,
     pub(super) factor: Cholesky,
     pub(super) support: Support,
     pub(super) boundary: Boundary,
@@ -87,7 +89,8 @@ impl Elasticity {
         token.check()?;
         let (boundary, spacing) = (Boundary::new(lattice), mean_edge_length(lattice));
         let tets = lattice.tets.len();
-        let body = Self { lame, stiffness, factor, support, boundary, inertia, spacing, tets };
+        let stiffness_norm = greatest_row(&stiffness);
+        let body = Self { lame, stiffness, stiffness_norm, factor, support, boundary, inertia, spacing, tets };
         match probe(&body) {
             residual if residual <= RESIDUAL_MAX => Ok(body),
             residual => Err(ElasticityError::Mechanism { residual }),
@@ -128,6 +131,11 @@ fn check(lattice: &Lattice, poisson: f64) -> Result<Vec<Element>, ElasticityErro
     (0..lattice.tets.len())
         .map(|tet| Element::new(lattice, tet).ok_or(ElasticityError::DegenerateTet { tet }))
         .collect()
+}
+
+fn greatest_row(stiffness: &Symmetric<3>) -> f64 {
+    let row = |node: usize| stiffness.row(node).1.iter().map(|block| block.abs()).sum::<nalgebra::Matrix3<f64>>();
+    (0..stiffness.nodes()).map(|node| row(node).column_sum().max()).fold(0.0, f64::max)
 }
 
 fn mean_edge_length(lattice: &Lattice) -> f64 {

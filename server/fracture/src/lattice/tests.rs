@@ -49,16 +49,16 @@ fn noise(seed: u64, waves: usize, spacing: f64) -> impl SignedDistance {
         .collect();
     let distance = move |p: &Point3<f64>| {
         let sum: f64 = waves.iter().map(|(k, phase)| (k.dot(&p.coords) + phase).sin()).sum();
-        let rim = p.coords.abs().max() - 0.2;
+        let rim = p.coords.abs().max() - 0.25;
         (sum * 0.05 * spacing).max(rim)
     };
-    Shape { distance, half: Vector3::repeat(0.2) }
+    Shape { distance, half: Vector3::repeat(0.25) }
 }
 
 #[test]
 fn angles_stay_within_the_proven_bounds_on_noise() {
     let (mut smallest, mut largest, mut pinches) = (180.0f64, 0.0f64, 0);
-    for seed in 0..24 {
+    for seed in 0..60 {
         let level = stuffed(&noise(seed, 6, 0.05), 0.05, None);
         check_stuffed(&level);
         pinches += level.pinches_mended;
@@ -68,7 +68,7 @@ fn angles_stay_within_the_proven_bounds_on_noise() {
         }
     }
     println!("noise: dihedral angles {smallest:.2} to {largest:.2} degrees, {pinches} pinches");
-    assert!(smallest < 15.0 && largest > 145.0 && pinches > 100, "too tame: {smallest} {largest} {pinches}");
+    assert!(smallest < 14.0 && largest > 158.0 && pinches > 100, "too tame: {smallest} {largest} {pinches}");
 }
 
 proptest! {

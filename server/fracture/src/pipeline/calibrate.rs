@@ -2,10 +2,9 @@
 //!
 //! Based on: method of the house (section 1): n = max(2, round(κ·n₀)); n₀ after Gersho (1979) and Zador (1982).
 
-use super::{Body, Contact, DegreeRequest, Impact, Prepared, Strike, StrikeError, Workspace, strain_energy};
+use super::{Body, Impact, Prepared, Strike, StrikeError, Workspace, strain_energy};
 use crate::centroidal::Field;
 use crate::degree::{self, Curve, CurveOptions};
-use crate::lift::LiftKind;
 use crate::random::Stream;
 use crate::token::Token;
 use nalgebra::{Point3, Vector3};
@@ -54,14 +53,5 @@ fn surface_sample(body: &Body, stream: &mut Stream) -> (Point3<f64>, Vector3<f64
 }
 
 fn pressed(prepared: &Prepared, point: &Point3<f64>, inward: &Vector3<f64>) -> Strike {
-    let contact =
-        Contact { point_m: prepared.frame.to_metres(point), impulse_ns: *inward, duration_s: None, radius_m: None };
-    Strike {
-        contacts: vec![contact],
-        degree: DegreeRequest::ClosedForm,
-        gamma_j_m2: None,
-        lift: LiftKind::Interior,
-        seed: prepared.parameters.seed,
-        threshold_only: false,
-    }
+    Strike { seed: prepared.parameters.seed, ..Strike::at(prepared.frame.to_metres(point), *inward) }
 }

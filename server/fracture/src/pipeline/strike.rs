@@ -43,3 +43,17 @@ pub struct Strike {
     /// Stop after the threshold test: the impulse that just breaks the object is asked for, no fragments.
     pub threshold_only: bool,
 }
+
+impl Strike {
+    /// One contact at `point_m` (mesh file, m) with this impulse (N·s), everything else at its default.
+    pub fn at(point_m: Point3<f64>, impulse_ns: Vector3<f64>) -> Self {
+        Self {
+            contacts: vec![Contact { point_m, impulse_ns, duration_s: None, radius_m: None }],
+            degree: DegreeRequest::ClosedForm,
+            gamma_j_m2: None,
+            lift: LiftKind::Interior,
+            seed: 1,
+            threshold_only: false,
+        }
+    }
+}

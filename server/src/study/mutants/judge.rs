@@ -6,7 +6,7 @@ use super::{Mutant, kinds};
 use crate::commands::bake::MATERIALS;
 use shatter_fracture::database::{BakeError, BakeRequest, bake};
 use shatter_fracture::lift::LiftKind;
-use shatter_fracture::pipeline::{self, Contact, DegreeRequest, Prepared, Strike, StrikeError, Workspace};
+use shatter_fracture::pipeline::{self, DegreeRequest, Prepared, Strike, StrikeError, Workspace};
 use shatter_fracture::scene::{Material, MaterialError, Materials};
 use shatter_fracture::surface::RawMesh;
 use shatter_fracture::token::Token;
@@ -103,16 +103,11 @@ impl Judge {
 
     fn request(&self) -> BakeRequest {
         BakeRequest {
-            name: "mutant".to_owned(),
-            material_name: "glass".to_owned(),
-            material: self.material.clone(),
-            fragment_size_m: None,
-            gamma_j_m2: None,
             elastic_spacing: Some(ELASTIC_SPACING),
             crack_spacing: Some(CRACK_SPACING),
             // Fitting it would take most of the time, and decides nothing where the number of sites is given.
             kappa: Some(2.0),
-            seed: 0,
+            ..BakeRequest::new("mutant", "glass", self.material.clone())
         }
     }
 }
@@ -151,19 +146,12 @@ fn strike(prepared: &Prepared, seed: u64) -> Strike {
     let face = &faces[(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) % faces.len() as u64) as usize];
     let [a, b, c] = face.nodes.map(|node| body.crack.nodes[node as usize]);
     let middle = (a.coords + b.coords + c.coords) / 3.0;
-    let contact = Contact {
-        point_m: prepared.frame.to_metres(&middle.into()),
-        impulse_ns: -(b - a).cross(&(c - a)).normalize(),
-        duration_s: None,
-        radius_m: None,
-    };
+    let point_m = prepared.frame.to_metres(&middle.into());
     Strike {
-        contacts: vec![contact],
         degree: DegreeRequest::Sites(SITES),
-        gamma_j_m2: None,
         lift: if seed % 4 == 3 { LiftKind::Euclidean } else { LiftKind::Interior },
         seed,
-        threshold_only: false,
+        ..Strike::at(point_m, -(b - a).cross(&(c - a)).normalize())
     }
 }
 

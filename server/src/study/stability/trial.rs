@@ -8,9 +8,9 @@ use shatter_fracture::database::{BakeError, BakeRequest, bake};
 use shatter_fracture::elasticity::ElasticityError;
 use shatter_fracture::fragment::closed;
 use shatter_fracture::lattice::LatticeError;
-use shatter_fracture::lift::{LiftError, LiftKind};
+use shatter_fracture::lift::LiftError;
 use shatter_fracture::pipeline::{
-    self, Contact, DegreeRequest, DegreeSource, FragmentRow, Prepared, Strike, StrikeError, Workspace,
+    self, DegreeRequest, DegreeSource, FragmentRow, Prepared, Strike, StrikeError, Workspace,
 };
 use shatter_fracture::scene::{Material, MaterialError, Materials};
 use shatter_fracture::surface::{RawMesh, SurfaceError};
@@ -82,17 +82,7 @@ pub fn coarse() -> Result<BakeRequest, Fault> {
 
 /// Stone at default spacings.
 pub fn fine() -> Result<BakeRequest, Fault> {
-    Ok(BakeRequest {
-        name: "case".to_owned(),
-        material_name: "stone".to_owned(),
-        material: material("stone")?,
-        fragment_size_m: None,
-        gamma_j_m2: None,
-        elastic_spacing: None,
-        crack_spacing: None,
-        kappa: None,
-        seed: 0,
-    })
+    Ok(BakeRequest::new("case", "stone", material("stone")?))
 }
 
 /// Bakes.
@@ -107,19 +97,7 @@ pub fn at(prepared: &Prepared, outward: [f64; 3]) -> Strike {
     let nodes = prepared.bodies.iter().flat_map(|body| body.crack.nodes.iter());
     let farthest = nodes.max_by(|a, b| a.coords.dot(&outward).total_cmp(&b.coords.dot(&outward)));
     let point_m = prepared.frame.to_metres(farthest.unwrap_or(&Point3::origin()));
-    sites(contact(point_m, -outward), 12)
-}
-
-/// A contact at its default duration and radius.
-pub fn contact(point_m: Point3<f64>, impulse_ns: Vector3<f64>) -> Strike {
-    Strike {
-        contacts: vec![Contact { point_m, impulse_ns, duration_s: None, radius_m: None }],
-        degree: DegreeRequest::ClosedForm,
-        gamma_j_m2: None,
-        lift: LiftKind::Interior,
-        seed: 1,
-        threshold_only: false,
-    }
+    sites(Strike::at(point_m, -outward), 12)
 }
 
 /// The same strike with a number of sites.

@@ -50,7 +50,7 @@ fn the_sagitta_of_a_bent_beam_converges_with_order_two() {
 /// The residual of a slender body is the rounding of its displacement; its energies hardly notice.
 #[test]
 fn needles_and_plates_of_one_cell_are_solved() {
-    for cells in [[100, 1, 1], [30, 30, 1]] {
+    for (cells, bound) in [([100, 1, 1], 1e-7), ([30, 30, 1], 1e-7), ([333, 1, 1], 1e-5)] {
         let lattice = block(cells, 0.01);
         let body = free(&lattice, 0.3);
         let tip = Point3::new(cells[0] as f64 * 0.005, 0.0, 0.0);
@@ -65,6 +65,7 @@ fn needles_and_plates_of_one_cell_are_solved() {
         let pins = Pins::on(&lattice, [last, 2, last / 2]).unwrap();
         let other = Elasticity::supported(&lattice, 0.3, Support::Free(pins), &Token::default()).unwrap();
         let error = difference(&of(&body), &of(&other));
-        assert!(error < 1e-7, "{cells:?}: {error:e}");
+        println!("{cells:?}: energies differ by {error:.1e} between pins");
+        assert!(error < bound, "{cells:?}: {error:e}");
     }
 }

@@ -1,10 +1,11 @@
 //! Diagrams of fields that are hard to divide.
 
-use super::super::trial::{Fault, at, baked, coarse, contact, difference, sites, sound, struck};
+use super::super::trial::{Fault, at, baked, coarse, difference, sites, sound, struck};
 use nalgebra::{Point3, Vector3};
 use shatter_fracture::centroidal::{Diagram, Field, FieldError, Options, Workspace, diagram};
 use shatter_fracture::lattice::{Lattice, block};
 use shatter_fracture::lift::Lift;
+use shatter_fracture::pipeline::Strike;
 use shatter_fracture::surface::{RawMesh, shapes};
 use shatter_fracture::tessellation::{Topology, components};
 use shatter_fracture::token::Token;
@@ -99,7 +100,7 @@ pub fn yardstick() -> Result<f64, Fault> {
 /// The same symmetric strike twice, in pools of one and of four threads: largest relative difference of any number.
 fn repeated(mesh: RawMesh, point: [f64; 3]) -> Result<f64, Fault> {
     let prepared = baked(mesh, &coarse()?)?;
-    let strike = sites(contact(Point3::from(point), -Vector3::from(point).normalize()), 16);
+    let strike = sites(Strike::at(Point3::from(point), -Vector3::from(point).normalize()), 16);
     let pool = |threads| {
         rayon::ThreadPoolBuilder::new().num_threads(threads).build().map_err(|e| Fault::ours("threads", e.to_string()))
     };

@@ -1,6 +1,6 @@
 //! The degree without examples, and where it is decided by a hair.
 
-use super::super::trial::{Fault, at, baked, coarse, contact, struck};
+use super::super::trial::{Fault, at, baked, coarse, struck};
 use shatter_fracture::pipeline::{DegreeRequest, DegreeSource, Prepared, Strike};
 use shatter_fracture::surface::{RawMesh, shapes};
 
@@ -13,7 +13,7 @@ fn threshold() -> Result<(Prepared, Strike, f64), Fault> {
 }
 
 fn degree(prepared: &Prepared, strike: &Strike, factor: f64) -> Result<u32, Fault> {
-    let own = contact(strike.contacts[0].point_m, strike.contacts[0].impulse_ns * factor);
+    let own = Strike::at(strike.contacts[0].point_m, strike.contacts[0].impulse_ns * factor);
     Ok(struck(prepared, &Strike { degree: strike.degree, ..own })?.degree)
 }
 
@@ -27,7 +27,7 @@ pub fn by_a_hair() -> Result<f64, Fault> {
 /// 0 if an object without examples says that the closed form decided.
 pub fn no_example() -> Result<f64, Fault> {
     let (prepared, strike, factor) = threshold()?;
-    let own = contact(strike.contacts[0].point_m, strike.contacts[0].impulse_ns * (3.0 * factor));
+    let own = Strike::at(strike.contacts[0].point_m, strike.contacts[0].impulse_ns * (3.0 * factor));
     let answer = struck(&prepared, &own)?;
     Ok(f64::from(u8::from(answer.source != DegreeSource::ClosedForm)))
 }

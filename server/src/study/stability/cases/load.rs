@@ -1,6 +1,6 @@
 //! Loads: too small, too sharp, too far, and balanced ones.
 
-use super::super::trial::{Fault, at, baked, coarse, contact, sites, sound, struck};
+use super::super::trial::{Fault, at, baked, coarse, sites, sound, struck};
 use nalgebra::{Point3, Vector3};
 use shatter_fracture::elasticity::{Contact, Driving, Elasticity, Load, Support, Workspace};
 use shatter_fracture::lattice::block;
@@ -58,8 +58,8 @@ pub fn immense_impulse() -> Result<f64, Fault> {
 pub fn two_opposed() -> Result<f64, Fault> {
     let prepared = baked(shapes::cuboid([1.0; 3]), &coarse()?)?;
     let half = Point3::new(0.5, 0.0, 0.0);
-    let mut strike = sites(contact(half, -Vector3::x()), 12);
-    strike.contacts.extend(contact(Point3::from(-half.coords), Vector3::x()).contacts);
+    let mut strike = sites(Strike::at(half, -Vector3::x()), 12);
+    strike.contacts.extend(Strike::at(Point3::from(-half.coords), Vector3::x()).contacts);
     sound(&prepared, &struck(&prepared, &strike)?)
 }
 
@@ -74,7 +74,7 @@ pub fn two_that_cancel() -> Result<f64, Fault> {
 pub fn at_a_corner() -> Result<f64, Fault> {
     let prepared = baked(shapes::cuboid([1.0; 3]), &coarse()?)?;
     let corner = Point3::new(0.5, 0.5, 0.5);
-    let mut strike = sites(contact(corner, -Vector3::repeat(1.0)), 12);
+    let mut strike = sites(Strike::at(corner, -Vector3::repeat(1.0)), 12);
     strike.contacts[0].radius_m = Some(1e-9);
     sound(&prepared, &struck(&prepared, &strike)?)
 }
@@ -84,7 +84,7 @@ fn point_load(spacing: f64) -> Result<f64, Fault> {
     let mut request = coarse()?;
     (request.elastic_spacing, request.crack_spacing) = (Some(spacing), Some(spacing.min(0.0625)));
     let prepared = baked(shapes::sphere(0.5, 5), &request)?;
-    let mut strike = contact(Point3::new(0.5, 0.0, 0.0), -Vector3::x());
+    let mut strike = Strike::at(Point3::new(0.5, 0.0, 0.0), -Vector3::x());
     strike.contacts[0].radius_m = Some(1e-12);
     let impact = Impact::new(&prepared, &strike)?;
     let energies = strain_energy(&prepared, &impact, &mut Strikes::default(), &Token::default(), &mut ())?;

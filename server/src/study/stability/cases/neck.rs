@@ -1,6 +1,6 @@
 //! A weak neck: does a dumb-bell snap at its neck, or does the neck shatter?
 
-use super::super::trial::{Answer, Fault, at, baked, contact, fine, sound, struck};
+use super::super::trial::{Answer, Fault, at, baked, fine, sound, struck};
 use nalgebra::Vector3;
 use shatter_fracture::pipeline::{DegreeRequest, Prepared, Strike};
 use shatter_fracture::surface::shapes;
@@ -25,7 +25,7 @@ const NECK: f64 = 0.2;
 fn pushed() -> Result<(Prepared, Strike, f64), Fault> {
     let prepared = baked(shapes::dumbbell(), &fine()?)?;
     let side = at(&prepared, [0.3, 1.0, 0.0]).contacts[0].point_m;
-    let strike = Strike { degree: DegreeRequest::ClosedForm, ..contact(side, Vector3::new(-1.0, -0.2, 0.1)) };
+    let strike = Strike { degree: DegreeRequest::ClosedForm, ..Strike::at(side, Vector3::new(-1.0, -0.2, 0.1)) };
     let factor = struck(&prepared, &strike)?.impulse_factor;
     Ok((prepared, strike, factor))
 }
@@ -47,7 +47,7 @@ pub fn neck_over_impulses() -> Result<Vec<Neck>, Fault> {
     let (prepared, strike, factor) = pushed()?;
     let mut necks = Vec::new();
     for times in [1.01, 1.5, 2.0, 3.0, 5.0, 8.0, 12.0, 20.0] {
-        let own = contact(strike.contacts[0].point_m, strike.contacts[0].impulse_ns * (factor * times));
+        let own = Strike::at(strike.contacts[0].point_m, strike.contacts[0].impulse_ns * (factor * times));
         let answer = struck(&prepared, &own)?;
         sound(&prepared, &answer)?;
         necks.push(measure(&prepared, times, &answer));

@@ -1,7 +1,8 @@
 //! Size and place: the same object in micrometres, in megametres, and far from the origin.
 
-use super::super::trial::{Answer, Fault, baked, coarse, contact, difference, sites, sound, struck};
+use super::super::trial::{Answer, Fault, baked, coarse, difference, sites, sound, struck};
 use nalgebra::{Isometry3, Point3, Vector3};
+use shatter_fracture::pipeline::Strike;
 use shatter_fracture::surface::{RawMesh, shapes};
 
 /// The arch askew, so that no face lies in a plane of the lattice, where rounding would decide; scaled and moved.
@@ -18,7 +19,7 @@ fn answer(scale: f64, shift_m: f64) -> Result<Answer, Fault> {
     // A point of the input, so that it is the same for all of them.
     let point_m = arch(scale, shift_m).positions_m[0];
     let inward = prepared.frame.centre_m - point_m;
-    let strike = sites(contact(point_m, inward * scale), 16);
+    let strike = sites(Strike::at(point_m, inward * scale), 16);
     let answer = struck(&prepared, &strike)?;
     sound(&prepared, &answer)?;
     Ok(answer)
