@@ -61,13 +61,14 @@ impl Elasticity {
         }
     }
 
-    /// ε‖K‖‖u‖/‖f‖ in the norm of the largest entry: what rounding alone leaves of a residual; 0 if there are no forces.
+    /// ε‖K‖‖u‖/‖f‖, with the Euclidean norms of vectors: what rounding alone leaves of a residual; 0 without forces.
     fn rounding(&self, forces: &[f64], displacement: &[f64]) -> f64 {
-        let greatest = |vector: &[f64]| vector.iter().fold(0.0, |greatest: f64, entry| greatest.max(entry.abs()));
-        match greatest(forces) {
-            0.0 => 0.0,
-            force => f64::EPSILON * self.stiffness_norm * (greatest(displacement) / force),
+        let greatest = forces.iter().fold(0.0, |greatest: f64, f| greatest.max(f.abs()));
+        if greatest == 0.0 {
+            return 0.0;
         }
+        let norm = |vector: &[f64]| vector.iter().map(|v| (v / greatest).powi(2)).sum::<f64>().sqrt();
+        f64::EPSILON * self.stiffness_norm * norm(displacement) / norm(forces)
     }
 
     /// ½ f·u, the elastic energy of the whole body.
