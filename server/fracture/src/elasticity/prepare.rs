@@ -21,8 +21,8 @@ pub const POISSON_MAX: f64 = 0.45;
 pub struct Elasticity {
     pub(super) lame: Lame,
     pub(super) stiffness: Symmetric<3>,
-    /// Largest sum of absolute values in a row of the stiffness.
-    pub(super) stiffness_norm: f64,
+    /// Largest rounding of a row of K u, relative to ‖u‖: see [`row_rounding`].
+    pub(super) row_rounding: f64,
     pub(super) factor: Cholesky,
     pub(super) support: Support,
     pub(super) boundary: Boundary,
@@ -89,8 +89,8 @@ impl Elasticity {
         token.check()?;
         let (boundary, spacing) = (Boundary::new(lattice), mean_edge_length(lattice));
         let tets = lattice.tets.len();
-        let stiffness_norm = greatest_row(&stiffness);
-        let body = Self { lame, stiffness, stiffness_norm, factor, support, boundary, inertia, spacing, tets };
+        let row_rounding = row_rounding(&stiffness);
+        let body = Self { lame, stiffness, row_rounding, factor, support, boundary, inertia, spacing, tets };
         match probe(&body) {
             residual if residual <= RESIDUAL_MAX => Ok(body),
             residual => Err(ElasticityError::Mechanism { residual }),
@@ -133,9 +133,15 @@ fn check(lattice: &Lattice, poisson: f64) -> Result<Vec<Element>, ElasticityErro
         .collect()
 }
 
-fn greatest_row(stiffness: &Symmetric<3>) -> f64 {
-    let row = |node: usize| stiffness.row(node).1.iter().map(|block| block.abs()).sum::<nalgebra::Matrix3<f64>>();
-    (0..stiffness.nodes()).map(|node| row(node).column_sum().max()).fold(0.0, f64::max)
+/// The largest kε Σ|K_ij| over rows of k terms: the bound of an inner product's rounding (Higham, Accuracy and Stability
+/// of Numerical Algorithms, 2002, section 3.1).
+fn row_rounding(stiffness: &Symmetric<3>) -> f64 {
+    let row = |node: usize| {
+        let blocks = stiffness.row(node).1;
+        let sums = blocks.iter().map(|block| block.abs()).sum::<nalgebra::Matrix3<f64>>().column_sum();
+        f64::EPSILON * (3 * blocks.len()) as f64 * sums.max()
+    };
+    (0..stiffness.nodes()).map(row).fold(0.0, f64::max)
 }
 
 fn mean_edge_length(lattice: &Lattice) -> f64 {

@@ -9,7 +9,7 @@ use crate::token::Token;
 /// leaves about 1.
 pub const RESIDUAL_MAX: f64 = 1e-6;
 
-/// A residual that is the rounding of a slender body's large displacement, ε‖K‖‖u‖/‖f‖, is returned up to this: no
+/// A residual that is the rounding of a slender body's large displacement, kε‖K‖‖u‖/‖f‖, is returned up to this: no
 /// refinement removes it, and energies hardly notice.
 pub const ROUNDING_MAX: f64 = 1e-4;
 
@@ -61,14 +61,14 @@ impl Elasticity {
         }
     }
 
-    /// ε‖K‖‖u‖/‖f‖, with the Euclidean norms of vectors: what rounding alone leaves of a residual; 0 without forces.
+    /// kε‖K‖‖u‖/‖f‖, with the Euclidean norms of vectors: what rounding alone can leave of a residual; 0 without forces.
     fn rounding(&self, forces: &[f64], displacement: &[f64]) -> f64 {
         let greatest = forces.iter().fold(0.0, |greatest: f64, f| greatest.max(f.abs()));
         if greatest == 0.0 {
             return 0.0;
         }
         let norm = |vector: &[f64]| vector.iter().map(|v| (v / greatest).powi(2)).sum::<f64>().sqrt();
-        f64::EPSILON * self.stiffness_norm * norm(displacement) / norm(forces)
+        self.row_rounding * norm(displacement) / norm(forces)
     }
 
     /// ½ f·u, the elastic energy of the whole body.
