@@ -19,6 +19,15 @@ pub enum Fault {
         /// What was allowed.
         seconds: f64,
     },
+    /// It went on though it was cancelled.
+    #[error("still running after {seconds} s, and does not heed being cancelled")]
+    Stuck {
+        /// How long it was waited for.
+        seconds: f64,
+    },
+    /// No threads to run it on.
+    #[error("threads: {0}")]
+    Threads(String),
     /// Baking gave up for a reason of its own.
     #[error("bake: {0}")]
     Bake(String),

@@ -4,6 +4,7 @@ use super::check::{Fault, check};
 use super::inside::clearly_has_inside;
 use super::{Mutant, kinds};
 use crate::commands::bake::MATERIALS;
+use rayon::ThreadPoolBuilder;
 use shatter_fracture::database::{BakeError, BakeRequest, bake};
 use shatter_fracture::lift::LiftKind;
 use shatter_fracture::pipeline::{self, DegreeRequest, Prepared, Strike, StrikeError, Workspace};
@@ -11,7 +12,7 @@ use shatter_fracture::scene::{Material, MaterialError, Materials};
 use shatter_fracture::surface::RawMesh;
 use shatter_fracture::token::Token;
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::sync::mpsc::channel;
 use std::time::{Duration, Instant};
 
 /// Spacings over the diagonal, coarse for speed.
@@ -47,15 +48,18 @@ pub enum Verdict {
 /// Judges meshes, all with the same settings.
 #[derive(Clone, Debug)]
 pub struct Judge {
-    material: Material,
+    pub(super) material: Material,
     /// Time that a mesh may take.
     pub deadline: Duration,
+    /// Threads that it is given, at least one.
+    pub threads: usize,
 }
 
 impl Judge {
-    /// Meshes are glass and may take `deadline`. Errors: the program's own table of materials has no glass.
+    /// Meshes are glass, have one thread and may take `deadline`. Errors: the program's own table of materials has no
+    /// glass.
     pub fn new(deadline: Duration) -> Result<Self, MaterialError> {
-        Ok(Self { material: Materials::parse(MATERIALS)?.get("glass")?.clone(), deadline })
+        Ok(Self { material: Materials::parse(MATERIALS)?.get("glass")?.clone(), deadline, threads: 1 })
     }
 
     /// Judges the mutant of `mesh`.
@@ -63,32 +67,15 @@ impl Judge {
         self.mesh(&mutant.defect.apply(mesh, mutant.seed), mutant.defect.must_accept(), mutant.seed)
     }
 
-    /// Bakes and strikes `raw` and checks the answer; `seed` chooses where it is struck. Work that reaches no checkpoint of
-    /// its token is waited for, and then it has failed.
+    /// Bakes and strikes `raw` and checks the answer; `seed` chooses where it is struck.
     pub fn mesh(&self, raw: &RawMesh, must_accept: bool, seed: u64) -> Verdict {
-        let token = Token::default();
-        let (done, wait) = channel::<()>();
-        let begun = Instant::now();
-        let ended = std::thread::scope(|scope| {
-            let watched = token.clone();
-            scope.spawn(move || {
-                if wait.recv_timeout(self.deadline) == Err(RecvTimeoutError::Timeout) {
-                    watched.cancel();
-                }
-            });
-            let ended = catch_unwind(AssertUnwindSafe(|| self.walk(raw, seed, &token)));
-            drop(done);
-            ended
-        });
-        if begun.elapsed() > self.deadline {
-            return Verdict::Failed(Fault::Deadline { seconds: self.deadline.as_secs_f64() });
-        }
-        match ended {
-            Err(panic) => Verdict::Failed(Fault::Panicked(words(&*panic))),
+        let (judge, mesh) = (self.clone(), raw.clone());
+        let walk = move |token: &Token| judge.walk(&mesh, seed, token);
+        match timed(self.threads, self.deadline, walk) {
+            Err(fault) | Ok(Err(Stop::Failed(fault))) => Verdict::Failed(fault),
             Ok(Err(Stop::Refused(kind, message))) => {
                 Verdict::Refused { kind, message, justified: !must_accept && !clearly_has_inside(raw) }
             }
-            Ok(Err(Stop::Failed(fault))) => Verdict::Failed(fault),
             Ok(Ok(checked)) => checked,
         }
     }
@@ -109,6 +96,35 @@ impl Judge {
             kappa: Some(2.0),
             ..BakeRequest::new("mutant", "glass", self.material.clone())
         }
+    }
+}
+
+/// What `work` returns, on a pool of its own: neither its time nor a panic belongs to another's. It is cancelled at the
+/// deadline, and left behind, running, if it reaches no checkpoint for as long again.
+fn timed<T: Send + 'static>(
+    threads: usize,
+    deadline: Duration,
+    work: impl FnOnce(&Token) -> T + Send + 'static,
+) -> Result<T, Fault> {
+    let pool = ThreadPoolBuilder::new().num_threads(threads.max(1)).build();
+    let pool = pool.map_err(|error| Fault::Threads(error.to_string()))?;
+    let (token, begun) = (Token::default(), Instant::now());
+    let (sender, receiver) = channel();
+    let watched = token.clone();
+    pool.spawn(move || {
+        let ended = catch_unwind(AssertUnwindSafe(|| work(&watched)));
+        // Nobody listens if it was left behind.
+        let _ = sender.send(ended);
+    });
+    let ended = receiver.recv_timeout(deadline).or_else(|_| {
+        token.cancel();
+        receiver.recv_timeout(deadline)
+    });
+    match ended {
+        Err(_) => Err(Fault::Stuck { seconds: begun.elapsed().as_secs_f64() }),
+        Ok(Err(panic)) => Err(Fault::Panicked(words(&*panic))),
+        Ok(Ok(_)) if begun.elapsed() > deadline => Err(Fault::Deadline { seconds: deadline.as_secs_f64() }),
+        Ok(Ok(value)) => Ok(value),
     }
 }
 
@@ -159,4 +175,44 @@ fn strike(prepared: &Prepared, seed: u64) -> Strike {
 fn words(panic: &(dyn std::any::Any + Send)) -> String {
     let text = panic.downcast_ref::<&str>().map(|text| (*text).to_owned());
     text.or_else(|| panic.downcast_ref::<String>().cloned()).unwrap_or_else(|| "without words".to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SHORT: Duration = Duration::from_millis(50);
+
+    fn check(work: impl FnOnce(&Token) -> u32 + Send + 'static, ends: impl FnOnce(Result<u32, Fault>) -> bool) {
+        assert!(ends(timed(1, SHORT, work)));
+    }
+
+    #[test]
+    fn work_in_time_is_returned() {
+        assert_eq!(timed(2, Duration::from_secs(60), |_| rayon::current_num_threads()), Ok(2));
+    }
+
+    #[test]
+    fn a_panic_is_told_in_its_own_words() {
+        let panicked = timed(1, Duration::from_secs(60), |_| -> u32 { panic!("index {}", 7) });
+        assert_eq!(panicked, Err(Fault::Panicked("index 7".to_owned())));
+    }
+
+    #[test]
+    fn late_work_is_cancelled_and_has_failed() {
+        let until_cancelled = |token: &Token| {
+            while token.check().is_ok() {
+                std::thread::yield_now();
+            }
+            1
+        };
+        check(until_cancelled, |ended| matches!(ended, Err(Fault::Deadline { .. })));
+    }
+
+    #[test]
+    fn work_without_a_checkpoint_is_left_behind() {
+        let (end, wait) = channel::<()>();
+        check(move |_| u32::from(wait.recv().is_ok()), |ended| matches!(ended, Err(Fault::Stuck { .. })));
+        drop(end);
+    }
 }
