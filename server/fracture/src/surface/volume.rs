@@ -10,10 +10,16 @@ use crate::token::Token;
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
-/// Halvings of the bounding box along each axis. A finest cell that meets the surface is sampled at a random point and its
-/// mirror image about the centre: a plane through the cell rarely holds both or neither, so two points err
+/// Most halvings of the bounding box along each axis. A finest cell that meets the surface is sampled at a random point
+/// and its mirror image about the centre: a plane through the cell rarely holds both or neither, so two points err
 /// little more than eight independent ones.
 const DEPTH: u32 = 6;
+
+/// Standard error of a sampled cell over its volume: that of eight independent points.
+const CELL_ERROR: f64 = 0.18;
+
+/// Cells are halved until the standard error is this share of the volume.
+const TOLERANCE: f64 = 1e-3;
 
 /// Away from the surface the winding number is harmonic. If it varies by no more than 1 within a distance d, its gradient
 /// is at most this over d (the sharp bound in three dimensions: ¾ of the range).
@@ -29,10 +35,18 @@ struct Cell {
     place: [u32; 3],
 }
 
-/// What a cell adds: an integral over it, or eight smaller cells.
+/// What a cell adds: a known integral, or one that smaller cells or samples must tell.
 enum Share {
     Known(f64),
-    Split,
+    Mixed(Mixed),
+}
+
+/// A cell in which the integrand varies.
+#[derive(Clone, Copy)]
+struct Mixed {
+    cell: Cell,
+    /// Whether the surface itself may cross it; otherwise a film does, which is smooth: one point of the cell will do.
+    crossed: bool,
 }
 
 impl Inside {
@@ -53,19 +67,30 @@ impl Inside {
     fn integrate(&self, token: &Token) -> Result<f64, SurfaceError> {
         let mut cells = vec![Cell { depth: 0, place: [0; 3] }];
         let mut sum = 0.0;
-        while !cells.is_empty() {
+        loop {
             token.check()?;
             let shares: Vec<Share> = cells.par_iter().map(|cell| self.share(cell)).collect();
-            let mut finer = Vec::new();
-            for (cell, share) in cells.iter().zip(&shares) {
+            let mut mixed = Vec::new();
+            for share in shares {
                 match share {
                     Share::Known(part) => sum += part,
-                    Share::Split => finer.extend(cell.children()),
+                    Share::Mixed(cell) => mixed.push(cell),
                 }
             }
-            cells = finer;
+            if self.fine_enough(sum, &mixed) {
+                let sampled: Vec<f64> = mixed.par_iter().map(|mixed| self.sample(mixed)).collect();
+                return Ok(sum + sampled.iter().sum::<f64>());
+            }
+            cells = mixed.iter().flat_map(|mixed| mixed.cell.children()).collect();
         }
-        Ok(sum)
+    }
+
+    /// Whether samples of the `mixed` cells, all of one size, tell enough beside the `known` part.
+    fn fine_enough(&self, known: f64, mixed: &[Mixed]) -> bool {
+        let Some(Mixed { cell, .. }) = mixed.first() else { return true };
+        let (count, volume) = (mixed.len() as f64, self.size(cell).product());
+        let whole = if self.closed { self.signed_volume + known } else { known + 0.5 * count * volume };
+        cell.depth == DEPTH || CELL_ERROR * count.sqrt() * volume <= TOLERANCE * whole
     }
 
     /// What is summed, at a point with this winding number.
@@ -74,10 +99,17 @@ impl Inside {
         if self.closed { indicator - winding } else { indicator }
     }
 
+    fn size(&self, cell: &Cell) -> Vector3<f64> {
+        self.bounds.diagonal() / f64::from(1u32 << cell.depth)
+    }
+
+    fn corner(&self, cell: &Cell) -> Point3<f64> {
+        self.bounds.low + self.size(cell).component_mul(&Vector3::from(cell.place.map(f64::from)))
+    }
+
     fn share(&self, cell: &Cell) -> Share {
-        let size = self.bounds.diagonal() / f64::from(1u32 << cell.depth);
-        let corner = self.bounds.low + size.component_mul(&Vector3::from(cell.place.map(f64::from)));
-        let centre = corner + size * 0.5;
+        let size = self.size(cell);
+        let centre = self.corner(cell) + size * 0.5;
         let (radius, distance) = (0.5 * size.norm(), self.distance(&centre));
         if distance > radius {
             let winding = self.winding(&centre);
@@ -85,20 +117,17 @@ impl Inside {
                 return Share::Known(self.integrand(winding) * size.product());
             }
         }
-        if cell.depth < DEPTH {
-            return Share::Split;
-        }
-        // A film that crosses the cell is smooth: a point of it will do.
-        Share::Known(self.sample(cell, &corner, &size, distance <= radius))
+        Share::Mixed(Mixed { cell: *cell, crossed: distance <= radius })
     }
 
-    /// A random point in the cell, with its mirror image if `paired`.
-    fn sample(&self, cell: &Cell, corner: &Point3<f64>, size: &Vector3<f64>, paired: bool) -> f64 {
+    /// The integral over a mixed cell, from a random point in it, with its mirror image if the surface may cross it.
+    fn sample(&self, Mixed { cell, crossed }: &Mixed) -> f64 {
         let [x, y, z] = cell.place.map(u64::from);
         let mut random = Stream::new(0, (x << DEPTH | y) << DEPTH | z);
         let jitter = Vector3::from_fn(|_, _| random.uniform());
+        let (corner, size) = (self.corner(cell), self.size(cell));
         let value = |share: Vector3<f64>| self.integrand(self.winding(&(corner + size.component_mul(&share))));
-        let mean = if paired { 0.5 * (value(jitter) + value(Vector3::repeat(1.0) - jitter)) } else { value(jitter) };
+        let mean = if *crossed { 0.5 * (value(jitter) + value(Vector3::repeat(1.0) - jitter)) } else { value(jitter) };
         mean * size.product()
     }
 }
