@@ -47,8 +47,14 @@ impl Inside {
     /// The winding number: how often the surface goes around a local point; exactly an integer if the surface is
     /// closed, else to about 1e-3.
     pub fn winding(&self, point: &Point3<f64>) -> f64 {
-        let winding = self.winding.at(&self.tree, point);
-        if self.closed { winding.round() } else { winding }
+        let [winding] = self.windings(&[*point]);
+        winding
+    }
+
+    /// [`Self::winding`] of several points, cheaper if they lie close together.
+    pub(super) fn windings<const N: usize>(&self, points: &[Point3<f64>; N]) -> [f64; N] {
+        let windings = self.winding.at(&self.tree, points);
+        if self.closed { windings.map(f64::round) } else { windings }
     }
 
     /// Distance from a local point to the nearest triangle, local.

@@ -18,13 +18,19 @@ fn points(inside: &Inside, count: usize) -> Vec<Point3<f64>> {
     (0..count).map(|_| low + size.component_mul(&Vector3::from_fn(|_, _| uniform()))).collect()
 }
 
-/// Compares the hierarchy with the sum over all triangles; returns how many points lie inside.
+/// Compares the hierarchy, for points alone and for four close together, with the sum over all triangles; returns how many
+/// points lie inside.
 fn check_winding(surface: &Surface, count: usize) -> usize {
     let inside = Inside::new(surface);
     let triangles: Vec<_> = (0..surface.triangles.len()).map(|t| surface.corners(t)).collect();
     let compare = |point: &Point3<f64>| {
-        let exact = brute_force(&triangles, point);
-        let error = (inside.winding.at(&inside.tree, point) - exact).abs();
+        let together = [[0.0; 3], [0.02, 0.0, 0.0], [0.0, -0.02, 0.0], [0.01, 0.01, 0.02]];
+        let together = together.map(|offset| point + Vector3::from(offset));
+        let exacts = together.map(|point| brute_force(&triangles, &point));
+        let [alone] = inside.winding.at(&inside.tree, &[*point]);
+        let exact = exacts[0];
+        let errors = inside.winding.at(&inside.tree, &together).into_iter().zip(exacts);
+        let error = errors.chain([(alone, exact)]).map(|(found, exact)| (found - exact).abs()).fold(0.0, f64::max);
         (error, exact, inside.signed_distance(point) < 0.0)
     };
     let compared: Vec<_> = points(&inside, count).par_iter().map(compare).collect();

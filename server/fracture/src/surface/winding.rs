@@ -44,31 +44,33 @@ impl Winding {
         Self { moments: tree.nodes.iter().map(|node| Moments::of(&tree.triangles[node.range()], reach)).collect() }
     }
 
-    /// The winding number of the tree's triangles about `point`; 1 inside a closed surface that faces outward. The error
-    /// is below 0.1 for what was said to be closed, else below 0.01 and on average 0.001. On the surface itself any value
-    /// between those of its sides may result.
-    pub fn at(&self, tree: &Tree, point: &Point3<f64>) -> f64 {
+    /// The winding number of the tree's triangles about each of `points`; 1 inside a closed surface that faces outward. The
+    /// error is below 0.1 for what was said to be closed, else below 0.01 and on average 0.001. On the surface itself any
+    /// value between those of its sides may result. Points that lie close together share the work: a cluster is far when
+    /// it is far from all of them.
+    pub fn at<const N: usize>(&self, tree: &Tree, points: &[Point3<f64>; N]) -> [f64; N] {
         if tree.nodes.is_empty() {
-            return 0.0;
+            return [0.0; N];
         }
-        let mut far = 0.0;
-        let mut near = SolidAngle::default();
+        let points = Lanes::of(points);
+        let mut far = [0.0; N];
+        let mut near = SolidAngles::default();
         let mut stack = [0u32; STACK];
         let mut top = 1;
         while top > 0 {
             top -= 1;
             let index = stack[top] as usize;
             let moments = &self.moments[index];
-            let offset = moments.centre - point;
-            let distance_squared = offset.norm_squared();
-            if distance_squared > moments.reach_squared {
-                far += moments.far_field(&offset, distance_squared);
+            let offsets = points.to(&moments.centre);
+            let distances_squared = offsets.dot(&offsets);
+            if distances_squared.iter().all(|distance| *distance > moments.reach_squared) {
+                moments.add_far_field(&offsets, &distances_squared, &mut far);
                 continue;
             }
             let node = &tree.nodes[index];
             if node.is_leaf() {
                 for triangle in &tree.triangles[node.range()] {
-                    near.add(triangle, point);
+                    near.add(&triangle.map(|corner| points.to(&corner)));
                 }
             } else {
                 stack[top] = index as u32 + 1;
@@ -76,7 +78,8 @@ impl Winding {
                 top += 2;
             }
         }
-        far / (2.0 * TAU) + near.turns()
+        let near = near.turns();
+        std::array::from_fn(|lane| far[lane] / (2.0 * TAU) + near[lane])
     }
 }
 
@@ -85,7 +88,8 @@ impl Winding {
 pub(super) fn brute_force(triangles: &[[Point3<f64>; 3]], point: &Point3<f64>) -> f64 {
     let mut sum = 0.0;
     for triangle in triangles {
-        let (cosine, sine) = half_solid_angle(triangle, point);
+        let [a, b, c] = triangle.map(|corner| corner - point);
+        let (cosine, sine) = half_solid_angle(&a, &b, &c);
         sum += sine.atan2(cosine) / TAU;
     }
     sum
@@ -116,21 +120,49 @@ impl Moments {
         Self { centre, reach_squared: radius_squared * (reach * reach), dipole, quadrupole, octupole }
     }
 
-    /// Solid angle from afar; `offset` = centre − query. The terms of Barill et al., section 3.2, with ∇ⁿ(1/r).
-    fn far_field(&self, offset: &Vector3<f64>, distance_squared: f64) -> f64 {
-        let (x, y, z) = (offset.x, offset.y, offset.z);
-        let inverse_squared = 1.0 / distance_squared;
-        let inverse_cubed = inverse_squared * inverse_squared.sqrt();
+    /// Adds the solid angle from afar; `offsets` = centre − query. The terms of Barill et al., section 3.2, with ∇ⁿ(1/r).
+    fn add_far_field<const N: usize>(&self, offsets: &Lanes<N>, distances_squared: &[f64; N], far: &mut [f64; N]) {
         let [xx, yy, zz, xy, xz, yz] = self.quadrupole;
-        let second = xx * x * x + yy * y * y + zz * z * z + 2.0 * (xy * x * y + xz * x * z + yz * y * z);
         let [xxx, yyy, zzz, xxy, xxz, yyx, yyz, zzx, zzy, xyz] = self.octupole;
-        let trace = (xxx + yyx + zzx) * x + (yyy + xxy + zzy) * y + (zzz + xxz + yyz) * z;
-        let third = x * x * (xxx * x + 3.0 * (xxy * y + xxz * z))
-            + y * y * (yyy * y + 3.0 * (yyx * x + yyz * z))
-            + z * z * (zzz * z + 3.0 * (zzx * x + zzy * y))
-            + 6.0 * xyz * x * y * z;
-        let tail = (7.5 * third * inverse_squared - 4.5 * trace - 3.0 * second) * inverse_squared;
-        (self.dipole.dot(offset) + xx + yy + zz + tail) * inverse_cubed
+        let trace = [xxx + yyx + zzx, yyy + xxy + zzy, zzz + xxz + yyz];
+        for lane in 0..N {
+            let [x, y, z] = [offsets.x[lane], offsets.y[lane], offsets.z[lane]];
+            let inverse_squared = 1.0 / distances_squared[lane];
+            let inverse_cubed = inverse_squared * inverse_squared.sqrt();
+            let first = self.dipole.x * x + self.dipole.y * y + self.dipole.z * z;
+            let second = xx * x * x + yy * y * y + zz * z * z + 2.0 * (xy * x * y + xz * x * z + yz * y * z);
+            let third = x * x * (xxx * x + 3.0 * (xxy * y + xxz * z))
+                + y * y * (yyy * y + 3.0 * (yyx * x + yyz * z))
+                + z * z * (zzz * z + 3.0 * (zzx * x + zzy * y))
+                + 6.0 * xyz * x * y * z;
+            let traces = trace[0] * x + trace[1] * y + trace[2] * z;
+            let tail = (7.5 * third * inverse_squared - 4.5 * traces - 3.0 * second) * inverse_squared;
+            far[lane] += (first + xx + yy + zz + tail) * inverse_cubed;
+        }
+    }
+}
+
+/// `N` vectors, an array per axis.
+struct Lanes<const N: usize> {
+    x: [f64; N],
+    y: [f64; N],
+    z: [f64; N],
+}
+
+impl<const N: usize> Lanes<N> {
+    fn of(points: &[Point3<f64>; N]) -> Self {
+        Self { x: points.map(|point| point.x), y: points.map(|point| point.y), z: points.map(|point| point.z) }
+    }
+
+    /// From each of these points to `point`.
+    fn to(&self, point: &Point3<f64>) -> Self {
+        Self { x: self.x.map(|x| point.x - x), y: self.y.map(|y| point.y - y), z: self.z.map(|z| point.z - z) }
+    }
+
+    fn dot(&self, other: &Self) -> [f64; N] {
+        std::array::from_fn(|lane| {
+            self.x[lane] * other.x[lane] + self.y[lane] * other.y[lane] + self.z[lane] * other.z[lane]
+        })
     }
 }
 
@@ -152,59 +184,61 @@ fn centre(triangles: &[[Point3<f64>; 3]]) -> Point3<f64> {
     Point3::from(if area > 0.0 { weighted / area } else { plain / triangles.len() as f64 })
 }
 
-/// Cosine and sine, up to a common positive factor, of half the solid angle of a triangle (Van Oosterom & Strackee,
-/// equation 8).
-fn half_solid_angle([a, b, c]: &[Point3<f64>; 3], point: &Point3<f64>) -> (f64, f64) {
-    let (a, b, c) = (a - point, b - point, c - point);
+/// Cosine and sine, up to a common positive factor, of half the solid angle of a triangle whose corners are seen at
+/// these offsets (Van Oosterom & Strackee, equation 8).
+fn half_solid_angle(a: &Vector3<f64>, b: &Vector3<f64>, c: &Vector3<f64>) -> (f64, f64) {
     let (la, lb, lc) = (a.norm(), b.norm(), c.norm());
-    (la * lb * lc + a.dot(&b) * lc + b.dot(&c) * la + c.dot(&a) * lb, a.dot(&b.cross(&c)))
+    (la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb, a.dot(&b.cross(c)))
 }
 
-/// A sum of half solid angles kept as a complex number and a count of whole turns, so that no arc tangent is taken per
+/// Sums of half solid angles kept as complex numbers and counts of whole turns, so that no arc tangent is taken per
 /// triangle.
-struct SolidAngle {
-    cosine: f64,
-    sine: f64,
-    turns: i32,
+struct SolidAngles<const N: usize> {
+    cosine: [f64; N],
+    sine: [f64; N],
+    turns: [f64; N],
 }
 
-impl Default for SolidAngle {
+impl<const N: usize> Default for SolidAngles<N> {
     fn default() -> Self {
-        Self { cosine: 1.0, sine: 0.0, turns: 0 }
+        Self { cosine: [1.0; N], sine: [0.0; N], turns: [0.0; N] }
     }
 }
 
-impl SolidAngle {
-    fn add(&mut self, triangle: &[Point3<f64>; 3], point: &Point3<f64>) {
-        let (cosine, sine) = half_solid_angle(triangle, point);
-        let scale = cosine.abs().max(sine.abs());
-        if scale == 0.0 {
-            return;
-        }
-        let (cosine, sine) = (cosine / scale, sine / scale);
-        let (old, new) = (self.sine, self.sine * cosine + self.cosine * sine);
-        self.cosine = self.cosine * cosine - self.sine * sine;
-        // Adding 0 turns −0 into 0: a half turn has one representation.
-        self.sine = new + 0.0;
-        if old >= 0.0 && sine > 0.0 && new < 0.0 {
-            self.turns += 1;
-        } else if old < 0.0 && sine < 0.0 && new >= 0.0 {
-            self.turns -= 1;
+impl<const N: usize> SolidAngles<N> {
+    /// Adds the triangle with these corners, seen from each point.
+    fn add(&mut self, [a, b, c]: &[Lanes<N>; 3]) {
+        for lane in 0..N {
+            let corner = |of: &Lanes<N>| Vector3::new(of.x[lane], of.y[lane], of.z[lane]);
+            let (cosine, sine) = half_solid_angle(&corner(a), &corner(b), &corner(c));
+            let scale = cosine.abs().max(sine.abs());
+            // A corner of the triangle itself sees no angle.
+            let (cosine, sine) = if scale == 0.0 { (1.0, 0.0) } else { (cosine / scale, sine / scale) };
+            let old = self.sine[lane];
+            // Adding 0 turns −0 into 0: a half turn has one representation.
+            let new = old * cosine + self.cosine[lane] * sine + 0.0;
+            self.cosine[lane] = self.cosine[lane] * cosine - old * sine;
+            self.sine[lane] = new;
+            let forward = old >= 0.0 && sine > 0.0 && new < 0.0;
+            let backward = old < 0.0 && sine < 0.0 && new >= 0.0;
+            self.turns[lane] += f64::from(u8::from(forward)) - f64::from(u8::from(backward));
         }
         self.rescale();
     }
 
-    /// Keeps the magnitude near 1; factors lie in [1, √2], so once in a while is enough.
+    /// Keeps the magnitudes near 1; factors lie in [1, √2], so once in a while is enough.
     fn rescale(&mut self) {
-        let size = self.cosine.abs().max(self.sine.abs());
-        if size > 1e100 {
-            self.cosine /= size;
-            self.sine /= size;
+        for (cosine, sine) in self.cosine.iter_mut().zip(&mut self.sine) {
+            let size = cosine.abs().max(sine.abs());
+            if size > 1e100 {
+                *cosine /= size;
+                *sine /= size;
+            }
         }
     }
 
-    /// The solid angle over 4π.
-    fn turns(&self) -> f64 {
-        self.sine.atan2(self.cosine) / TAU + f64::from(self.turns)
+    /// The solid angles over 4π.
+    fn turns(&self) -> [f64; N] {
+        std::array::from_fn(|lane| self.sine[lane].atan2(self.cosine[lane]) / TAU + self.turns[lane])
     }
 }

@@ -183,6 +183,7 @@ impl<'a> Nest<'a> {
             let winding = Winding::new(&tree, false);
             (tree, winding)
         });
-        winding.at(tree, point)
+        let [winding] = winding.at(tree, &[*point]);
+        winding
     }
 }
