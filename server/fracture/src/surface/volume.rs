@@ -61,24 +61,21 @@ impl Inside {
 
     /// The integral of `integrand` over the bounding box, level by level.
     fn integrate(&self, token: &Token) -> Result<f64, SurfaceError> {
-        let mut cells = vec![Cell { depth: 0, place: [0; 3] }];
+        let mut mixed = vec![Cell { depth: 0, place: [0; 3] }];
         let mut sum = 0.0;
-        loop {
+        while !self.fine_enough(sum, &mixed) {
             token.check()?;
-            let shares: Vec<Share> = cells.par_iter().map(|cell| self.share(cell)).collect();
-            let mut mixed = Vec::new();
-            for share in shares {
+            let shares: Vec<[Share; 8]> = mixed.par_iter().map(|cell| self.shares(cell.children())).collect();
+            mixed.clear();
+            for share in shares.into_iter().flatten() {
                 match share {
                     Share::Known(part) => sum += part,
                     Share::Mixed(cell) => mixed.push(cell),
                 }
             }
-            if self.fine_enough(sum, &mixed) {
-                let sampled: Vec<f64> = mixed.par_chunks(TOGETHER).map(|cells| self.sample(cells)).collect();
-                return Ok(sum + sampled.iter().sum::<f64>());
-            }
-            cells = mixed.iter().flat_map(Cell::children).collect();
         }
+        let sampled: Vec<f64> = mixed.par_chunks(TOGETHER).map(|cells| self.sample(cells)).collect();
+        Ok(sum + sampled.iter().sum::<f64>())
     }
 
     /// Whether samples of the `mixed` cells, all of one size, tell enough beside the `known` part.
@@ -103,17 +100,25 @@ impl Inside {
         self.bounds.low + self.size(cell).component_mul(&Vector3::from(cell.place.map(f64::from)))
     }
 
-    fn share(&self, cell: &Cell) -> Share {
-        let size = self.size(cell);
-        let centre = self.corner(cell) + size * 0.5;
-        let (radius, distance) = (0.5 * size.norm(), self.distance(&centre));
-        if distance > radius {
-            let winding = self.winding(&centre);
-            if self.closed || (winding - 0.5).abs() > STEEPEST * radius / (distance - radius) {
-                return Share::Known(self.integrand(winding) * size.product());
-            }
+    /// What the cells of one parent add.
+    fn shares(&self, cells: [Cell; 8]) -> [Share; 8] {
+        let size = self.size(&cells[0]);
+        let radius = 0.5 * size.norm();
+        let centres = cells.map(|cell| self.corner(&cell) + size * 0.5);
+        let distances = centres.map(|centre| self.distance(&centre));
+        if distances.iter().all(|distance| *distance <= radius) {
+            return cells.map(Share::Mixed);
         }
-        Share::Mixed(*cell)
+        let windings = self.windings(&centres);
+        std::array::from_fn(|child| {
+            let (distance, winding) = (distances[child], windings[child]);
+            let varies = || !self.closed && (winding - 0.5).abs() <= STEEPEST * radius / (distance - radius);
+            if distance <= radius || varies() {
+                Share::Mixed(cells[child])
+            } else {
+                Share::Known(self.integrand(winding) * size.product())
+            }
+        })
     }
 
     /// The integral over 1 to [`TOGETHER`] cells of one size, from a random point in each and its mirror image.
@@ -134,8 +139,11 @@ impl Inside {
 }
 
 impl Cell {
-    fn children(&self) -> impl Iterator<Item = Self> {
+    fn children(&self) -> [Self; 8] {
         let (depth, place) = (self.depth + 1, self.place);
-        (0..8u32).map(move |octant| Self { depth, place: [0, 1, 2].map(|axis| 2 * place[axis] + (octant >> axis & 1)) })
+        std::array::from_fn(|octant| Self {
+            depth,
+            place: [0, 1, 2].map(|axis| 2 * place[axis] + (octant as u32 >> axis & 1)),
+        })
     }
 }
