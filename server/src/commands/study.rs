@@ -1,9 +1,12 @@
 //! `shatterd study`.
 
 use super::{Failure, out};
-use crate::report;
+use crate::report::{self, Figure};
 use crate::study::mutants::{self, Judge, Mutant, Plan, Tally, Verdict};
-use crate::study::stability::{CASES, Findings, Outcome, REAL, Row, judge, locking, neck_over_impulses, real};
+use crate::study::stability::{
+    CASES, Fault, Findings, Outcome, REAL, Row, judge, locking, neck_over_impulses, neck_portraits, real,
+    spoiled_statues,
+};
 use indicatif::{ProgressBar, ProgressStyle};
 use shatter_fracture::surface::shapes::write_obj;
 use std::path::{Path, PathBuf};
@@ -65,10 +68,15 @@ pub fn run(args: &Args) -> Result<bool, Failure> {
 }
 
 fn stability(args: &Stability) -> Result<bool, Failure> {
+    let ours = |fault: Fault| Failure::ours("study", fault.message);
+    let (rows, real_portraits) = rows(args);
     let findings = Findings {
-        rows: rows(args),
-        locking: locking().map_err(|fault| Failure::ours("study", fault.message))?,
-        necks: neck_over_impulses().map_err(|fault| Failure::ours("study", fault.message))?,
+        rows,
+        real_portraits,
+        locking: locking().map_err(ours)?,
+        necks: neck_over_impulses().map_err(ours)?,
+        neck_portraits: neck_portraits().map_err(ours)?,
+        spoiled: spoiled_statues().map_err(ours)?,
         mutants: tally(args)?,
     };
     let page = args.out.join("stability.html");
@@ -102,15 +110,15 @@ fn bar(length: usize) -> ProgressBar {
     bar
 }
 
-/// The catalogue, then real meshes.
-fn rows(args: &Stability) -> Vec<Row> {
+/// The catalogue, then real meshes with their pictures.
+fn rows(args: &Stability) -> (Vec<Row>, Vec<Figure>) {
     let files: Vec<(&Path, &str)> = match &args.meshes {
         Some(folder) => REAL.iter().map(|file| (folder.as_path(), *file)).collect(),
         None => Vec::new(),
     };
     let files: Vec<_> = files.into_iter().filter(|(folder, file)| folder.join(file).is_file()).collect();
     let bar = bar(CASES.len() + files.len());
-    let mut rows = Vec::new();
+    let (mut rows, mut pictures) = (Vec::new(), Vec::new());
     for case in CASES {
         bar.set_message(case.name);
         rows.push(judge(case));
@@ -118,11 +126,13 @@ fn rows(args: &Stability) -> Vec<Row> {
     }
     for (folder, file) in files {
         bar.set_message(file.to_owned());
-        rows.push(real(folder, file));
+        let (row, picture) = real(folder, file);
+        rows.push(row);
+        pictures.extend(picture);
         bar.inc(1);
     }
     bar.finish_and_clear();
-    rows
+    (rows, pictures)
 }
 
 fn meshes(args: &Stability) -> Result<Vec<mutants::Base>, Failure> {

@@ -12,7 +12,7 @@ pub fn significant(value: f64, digits: usize) -> String {
         return format!("{value:.decimals$}");
     }
     let mantissa = scientific.split('e').next().unwrap_or_default();
-    format!("{mantissa} × 10{}", superscript(exponent))
+    format!("{mantissa}\u{a0}×\u{a0}10{}", superscript(exponent))
 }
 
 /// 10 to that power, written out where it is short.

@@ -85,8 +85,8 @@ fn ticks_stand_at_powers_of_ten() {
 fn figures_read_well() {
     assert_eq!(significant(1234.5678, 3), "1235");
     assert_eq!(significant(0.012345, 3), "0.0123");
-    assert_eq!(significant(1.5e-7, 2), "1.5 × 10⁻⁷");
-    assert_eq!(significant(-2.5e12, 2), "-2.5 × 10¹²");
+    assert_eq!(significant(1.5e-7, 2), "1.5\u{a0}×\u{a0}10⁻⁷");
+    assert_eq!(significant(-2.5e12, 2), "-2.5\u{a0}×\u{a0}10¹²");
     assert_eq!((significant(0.0, 3), significant(0.999_96, 3)), ("0".to_owned(), "1.00".to_owned()));
     assert_eq!((grouped(1_234_567), grouped(999)), ("1\u{202f}234\u{202f}567".to_owned(), "999".to_owned()));
     assert_eq!((nanoseconds(999), nanoseconds(12_345_678)), ("999 ns".to_owned(), "12.3 ms".to_owned()));

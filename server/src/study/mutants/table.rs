@@ -1,5 +1,6 @@
 //! A tally for people.
 
+use super::Counts;
 use super::Tally;
 use super::tally::Named;
 use std::fmt;
@@ -23,10 +24,10 @@ impl fmt::Display for Tally {
 
 fn line(f: &mut fmt::Formatter<'_>, Named { name, all, must_accept }: &Named) -> fmt::Result {
     let counts = format!("{:>5} {:>7} {:>7}", all.tried, all.checked, all.refused);
-    let accepted = 100.0 * all.accept_rate();
-    let must = match must_accept.tried {
-        0 => String::new(),
-        _ => format!("{:>12.1} %", 100.0 * must_accept.accept_rate()),
+    let rate = |of: &Counts, none: &str| match of.tried {
+        0 => none.to_owned(),
+        _ => format!("{:.1} %", 100.0 * of.accept_rate()),
     };
-    writeln!(f, "{name:<22} {counts} {:>11} {:>6}  {accepted:>6.1} %{must}", all.unjustified, all.failed)
+    let (accepted, must) = (rate(all, "–"), rate(must_accept, ""));
+    writeln!(f, "{name:<22} {counts} {:>11} {:>6}  {accepted:>8} {must:>14}", all.unjustified, all.failed)
 }

@@ -1,6 +1,7 @@
 //! One case and its verdict.
 
 use super::Fault;
+use crate::report::significant;
 use serde::Serialize;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
@@ -96,9 +97,9 @@ pub(super) fn compare(
             Expect::Refused(_) => None,
         },
         expected: match expect {
-            Expect::AtMost(bound) => format!("≤ {bound:e}"),
-            Expect::AtLeast(bound) => format!("≥ {bound}"),
-            Expect::Between(low, high) => format!("{low} … {high}"),
+            Expect::AtMost(bound) => format!("≤ {}", significant(bound, 2)),
+            Expect::AtLeast(bound) => format!("≥ {}", significant(bound, 3)),
+            Expect::Between(low, high) => format!("{} … {}", significant(low, 3), significant(high, 3)),
             Expect::Refused(kind) => format!("refused: {kind}"),
         },
         why: why.to_owned(),

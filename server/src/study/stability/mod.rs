@@ -7,13 +7,15 @@ mod case;
 mod cases;
 mod catalogue;
 mod page;
+mod portrait;
 mod real;
 mod trial;
 
 pub use case::{Case, Expect, Outcome, Row, judge};
-pub use cases::neck::{Neck, neck_over_impulses};
+pub use cases::neck::{Neck, neck_over_impulses, neck_portraits};
 pub use cases::poisson::{Locking, locking};
 pub use catalogue::{CASES, LIST};
 pub use page::Findings;
+pub use portrait::spoiled_statues;
 pub use real::{REAL, real};
 pub use trial::Fault;

@@ -1,7 +1,7 @@
 //! The page and the document of the stability study.
 
 use super::{Locking, Neck, Outcome, Row};
-use crate::report::{Fact, Section, Study, Table, share, significant};
+use crate::report::{Fact, Figure, Section, Study, Table, share, significant};
 use crate::study::mutants::{Named, Tally};
 use crate::study::plot::{Axes, Line, PlotError, svg};
 use serde_json::{Value, json};
@@ -15,6 +15,12 @@ pub struct Findings {
     pub locking: Vec<Locking>,
     /// A weak neck over a range of impulses.
     pub necks: Vec<Neck>,
+    /// What three of these impulses make of it.
+    pub neck_portraits: Vec<Figure>,
+    /// Real meshes, broken.
+    pub real_portraits: Vec<Figure>,
+    /// Bad meshes, broken.
+    pub spoiled: Vec<Figure>,
     /// Bad meshes.
     pub mutants: Tally,
 }
@@ -71,7 +77,7 @@ impl Findings {
                 Fact::new("Bad meshes failed", all.failed.to_string()),
                 Fact::new("Of those that must be answered", self.must_accept_rate().map_or("–".to_owned(), share)),
             ],
-            sections: vec![self.cases(), self.poisson()?, self.neck()?, self.bad_meshes()],
+            sections: [vec![self.cases(), self.poisson()?, self.neck()?, self.bad_meshes()], self.real_meshes()].concat(),
         })
     }
 
@@ -142,8 +148,24 @@ impl Findings {
                     .to_owned(),
             ],
             plots: vec![(svg(&axes, &lines)?, "What becomes of a dumb-bell over a range of impulses.".to_owned())],
+            figures: self.neck_portraits.clone(),
             ..Section::default()
         })
+    }
+
+    /// Nothing without pictures.
+    fn real_meshes(&self) -> Vec<Section> {
+        let section = Section {
+            heading: "Meshes as people have them".to_owned(),
+            lead: vec![
+                "Scans and models with holes, open edges and inverted faces, baked at default spacings and struck once \
+                 with 12 sites."
+                    .to_owned(),
+            ],
+            figures: self.real_portraits.clone(),
+            ..Section::default()
+        };
+        if self.real_portraits.is_empty() { Vec::new() } else { vec![section] }
     }
 
     fn bad_meshes(&self) -> Section {
@@ -158,9 +180,11 @@ impl Findings {
             lead: vec![
                 "Twenty defects, by meshes and seeds. Each is repaired, baked, struck, and every fragment of the answer \
                  checked. What has no inside, or is not finite, may be refused; inside-out, flipped, duplicated, mixed, \
-                 holed, doubled, nested and T-junctioned meshes must be answered."
+                 holed, doubled, nested and T-junctioned meshes must be answered: the pictures show a statue with each \
+                 of these, struck alike."
                     .to_owned(),
             ],
+            figures: self.spoiled.clone(),
             tables: vec![table("defect", &self.mutants.per_defect), table("mesh", &self.mutants.per_mesh)],
             ..Section::default()
         }

@@ -1,8 +1,10 @@
 //! Real meshes, which the project does not contain: what users bring.
 
 use super::case::compare;
+use super::portrait::portrait;
 use super::trial::{at, baked, fine, sound, struck};
-use super::{Expect, Fault, Row};
+use super::{Expect, Row};
+use crate::report::Figure;
 use shatter_fracture::surface::{self, Unit, Up};
 use std::path::Path;
 
@@ -19,13 +21,16 @@ pub const REAL: &[&str] = &[
     "beetle.obj",
 ];
 
-/// Bakes and strikes a file at default spacings.
-pub fn real(folder: &Path, file: &str) -> Row {
+/// Bakes and strikes a file at default spacings; the picture shows its fragments.
+pub fn real(folder: &Path, file: &str) -> (Row, Option<Figure>) {
     let why = "sum of the fragments' volumes against the lattice, baked at default spacings";
-    compare(file, "real meshes", Expect::AtMost(1e-9), why, || whole_walk(&folder.join(file)))
-}
-
-fn whole_walk(path: &Path) -> Result<f64, Fault> {
-    let prepared = baked(surface::read(path, Unit::M, Up::Y)?, &fine()?)?;
-    sound(&prepared, &struck(&prepared, &at(&prepared, [1.0, 0.4, 0.3]))?)
+    let mut picture = None;
+    let row = compare(file, "real meshes", Expect::AtMost(1e-9), why, || {
+        let prepared = baked(surface::read(&folder.join(file), Unit::M, Up::Y)?, &fine()?)?;
+        let answer = struck(&prepared, &at(&prepared, [1.0, 0.4, 0.3]))?;
+        let figure = sound(&prepared, &answer)?;
+        picture = Some(portrait(&prepared, &answer, format!("{file}, {} fragments", answer.rows.len()))?);
+        Ok(figure)
+    });
+    (row, picture)
 }

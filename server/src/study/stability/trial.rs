@@ -10,7 +10,7 @@ use shatter_fracture::fragment::closed;
 use shatter_fracture::lattice::LatticeError;
 use shatter_fracture::lift::LiftError;
 use shatter_fracture::pipeline::{
-    self, DegreeRequest, DegreeSource, FragmentRow, Prepared, Strike, StrikeError, Workspace,
+    self, DegreeRequest, DegreeSource, FragmentRow, Prepared, RunRow, Strike, StrikeError, Workspace,
 };
 use shatter_fracture::scene::{Material, MaterialError, Materials};
 use shatter_fracture::surface::{RawMesh, SurfaceError};
@@ -110,6 +110,8 @@ pub fn sites(strike: Strike, sites: u32) -> Strike {
 pub struct Answer {
     /// Fragments; empty where the object stays whole.
     pub rows: Vec<FragmentRow>,
+    /// Runs of the fragments.
+    pub runs: Vec<RunRow>,
     /// Vertices relative to each fragment's centre, m.
     pub positions: Vec<[f32; 3]>,
     /// Corners relative to each fragment's first vertex.
@@ -131,6 +133,7 @@ pub fn struck(prepared: &Prepared, strike: &Strike) -> Result<Answer, Fault> {
     let outcome = pipeline::strike(prepared, strike, &mut Workspace::default(), &Token::default(), &mut ())?;
     let mut answer = Answer {
         rows: Vec::new(),
+        runs: Vec::new(),
         positions: Vec::new(),
         indices: Vec::new(),
         e1_over_gamma: outcome.e1_over_gamma,
@@ -144,7 +147,7 @@ pub fn struck(prepared: &Prepared, strike: &Strike) -> Result<Answer, Fault> {
         answer.indices = vec![0; pieces.counts.indices];
         let mut merges = vec![[0; 2]; pieces.counts.merges];
         pieces.emit(&mut answer.positions, &mut answer.indices, &mut merges)?;
-        answer.rows = pieces.fragments;
+        (answer.rows, answer.runs) = (pieces.fragments, pieces.runs);
     }
     Ok(answer)
 }

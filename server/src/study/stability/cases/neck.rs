@@ -1,6 +1,8 @@
 //! A weak neck: does a dumb-bell snap at its neck, or does the neck shatter?
 
+use super::super::portrait::portrait;
 use super::super::trial::{Answer, Fault, at, baked, fine, sound, struck};
+use crate::report::Figure;
 use nalgebra::Vector3;
 use shatter_fracture::pipeline::{DegreeRequest, Prepared, Strike};
 use shatter_fracture::surface::shapes;
@@ -53,6 +55,17 @@ pub fn neck_over_impulses() -> Result<Vec<Neck>, Fault> {
         necks.push(measure(&prepared, times, &answer));
     }
     Ok(necks)
+}
+
+/// The dumb-bell's fragments at three of these impulses.
+pub fn neck_portraits() -> Result<Vec<Figure>, Fault> {
+    let (prepared, strike, factor) = pushed()?;
+    let picture = |times: f64| {
+        let own = Strike::at(strike.contacts[0].point_m, strike.contacts[0].impulse_ns * (factor * times));
+        let answer = struck(&prepared, &own)?;
+        portrait(&prepared, &answer, format!("{times} × the breaking impulse: {} fragments", answer.rows.len()))
+    };
+    [1.01, 5.0, 12.0].into_iter().map(picture).collect()
 }
 
 /// Share of each end that stays in one piece just above the threshold.
