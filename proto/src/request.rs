@@ -47,7 +47,7 @@ pub struct StrikeWire {
     pub listener: [u8; 16],
     /// Bytes of `object` that count.
     pub object_length: u32,
-    /// 0 or 1: closed form. 2: optimised. 3: `degree_sites`.
+    /// 0: inferred. 1: closed form. 2: optimised. 3: `degree_sites`. 4: verified.
     pub degree: u32,
     /// Number of sites under degree 3, else zero.
     pub degree_sites: u32,
@@ -101,8 +101,12 @@ pub enum Purpose {
 /// Where the number of sites comes from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Degree {
-    /// The calibrated closed form.
+    /// What the object has learned from its examples; the calibrated closed form where they do not reach.
     #[default]
+    Inferred,
+    /// The inferred number, made to hold.
+    Verified,
+    /// The calibrated closed form.
     ClosedForm,
     /// The full optimisation.
     Optimised,
@@ -175,6 +179,8 @@ impl Strike {
         object_name(&self.object)?;
         wire.object_length = text::put(&mut wire.object, &self.object);
         (wire.degree, wire.degree_sites) = match self.degree {
+            Degree::Inferred => (0, 0),
+            Degree::Verified => (4, 0),
             Degree::ClosedForm => (1, 0),
             Degree::Optimised => (2, 0),
             Degree::Sites(sites) => (3, sites),
@@ -253,11 +259,13 @@ impl StrikeWire {
 
     fn degree(&self) -> Result<Degree, Refusal> {
         match (self.degree, self.degree_sites) {
-            (0 | 1, 0) => Ok(Degree::ClosedForm),
+            (0, 0) => Ok(Degree::Inferred),
+            (1, 0) => Ok(Degree::ClosedForm),
+            (4, 0) => Ok(Degree::Verified),
             (2, 0) => Ok(Degree::Optimised),
             (3, 0) => Err(Refusal::new(Kind::Degree, "0", "the degree must be at least 1")),
             (3, sites) => Ok(Degree::Sites(sites)),
-            (0..=2, sites) => {
+            (0..=2 | 4, sites) => {
                 let at = sites.to_string();
                 Err(Refusal::new(Kind::Degree, at, "degree_sites must be zero unless that many sites are asked for"))
             }

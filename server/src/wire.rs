@@ -85,6 +85,8 @@ fn request(strike: &Strike) -> pipeline::Strike {
     pipeline::Strike {
         contacts: strike.contacts.iter().map(contact).collect(),
         degree: match strike.degree {
+            Degree::Inferred => DegreeRequest::Inferred,
+            Degree::Verified => DegreeRequest::Verified,
             Degree::ClosedForm => DegreeRequest::ClosedForm,
             Degree::Optimised => DegreeRequest::Optimised,
             Degree::Sites(sites) => DegreeRequest::Sites(sites),
@@ -165,6 +167,8 @@ impl Struck {
             degree_source: match outcome.degree_source {
                 DegreeSource::Threshold => 0,
                 DegreeSource::ClosedForm => 1,
+                DegreeSource::Inferred => 2,
+                DegreeSource::Verified => 3,
                 DegreeSource::Optimised => 4,
                 DegreeSource::Forced => 5,
             },
@@ -231,6 +235,8 @@ mod tests {
         for (source, number) in [
             (DegreeSource::Threshold, 0),
             (DegreeSource::ClosedForm, 1),
+            (DegreeSource::Inferred, 2),
+            (DegreeSource::Verified, 3),
             (DegreeSource::Optimised, 4),
             (DegreeSource::Forced, 5),
         ] {

@@ -35,6 +35,7 @@ static BAR: LazyLock<Vec<u8>> = LazyLock::new(|| {
         elastic_spacing: Some(0.12),
         crack_spacing: Some(0.08),
         kappa: None,
+        examples: 0,
         seed: 1,
     };
     let mesh = RawMesh::new((0..8).map(corner).collect(), triangles);

@@ -3,7 +3,7 @@
 use shatter_fracture::database::{BakeRequest, bake};
 use shatter_fracture::pipeline::Prepared;
 use shatter_fracture::scene::{Material, Materials};
-use shatter_fracture::surface::{self, Unit, Up};
+use shatter_fracture::surface::{self, RawMesh, Unit, Up};
 use shatter_fracture::token::Token;
 use std::path::PathBuf;
 
@@ -34,9 +34,13 @@ pub fn request(name: &str, material_name: &str) -> BakeRequest {
     BakeRequest::new(name, material_name, material(material_name))
 }
 
-/// A real mesh baked at default spacing, coordinates as in its file.
+/// A real mesh, coordinates as in its file.
+pub fn raw(file: &str) -> Option<RawMesh> {
+    Some(surface::read(&mesh(file)?, Unit::M, Up::Y).unwrap())
+}
+
+/// A real mesh baked at default spacing.
 pub fn baked(file: &str) -> Option<Prepared> {
-    let raw = surface::read(&mesh(file)?, Unit::M, Up::Y).unwrap();
     let name = file.split('.').next().unwrap();
-    Some(bake(raw, &request(name, "glass"), &Token::default(), &mut |_| ()).unwrap())
+    Some(bake(raw(file)?, &request(name, "glass"), &Token::default(), &mut |_| ()).unwrap())
 }

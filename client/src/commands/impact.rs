@@ -22,8 +22,9 @@ pub struct Args {
     /// Contact radius, m.
     #[arg(long, value_name = "R", allow_hyphen_values = true)]
     radius_m: Option<f64>,
-    /// Where the number of sites comes from: a number, `closed_form` or `optimised`.
-    #[arg(long, value_name = "N|closed_form|optimised", default_value = "closed_form", value_parser = degree, allow_hyphen_values = true)]
+    /// Where the number of sites comes from: a number, or a rule: `inferred` from the object's examples (the closed form where
+    /// they do not reach), `verified`, `closed_form`, `optimised`.
+    #[arg(long, value_name = "N|inferred|verified|closed_form|optimised", default_value = "inferred", value_parser = degree, allow_hyphen_values = true)]
     degree: Degree,
     /// γ, J·m², instead of the object's own.
     #[arg(long, value_name = "G", allow_hyphen_values = true)]
@@ -44,9 +45,14 @@ pub struct Args {
 
 fn degree(text: &str) -> Result<Degree, String> {
     match text {
+        "inferred" => Ok(Degree::Inferred),
+        "verified" => Ok(Degree::Verified),
         "closed_form" => Ok(Degree::ClosedForm),
         "optimised" => Ok(Degree::Optimised),
-        number => number.parse().map(Degree::Sites).map_err(|_| "a number, `closed_form` or `optimised`".to_owned()),
+        number => number
+            .parse()
+            .map(Degree::Sites)
+            .map_err(|_| "a number, `inferred`, `verified`, `closed_form` or `optimised`".to_owned()),
     }
 }
 

@@ -32,6 +32,10 @@ fn a_strike_survives_the_wire() {
         bytes_max: Some(1 << 20),
         ..strike()
     };
+    for degree in [Degree::Inferred, Degree::Verified, Degree::ClosedForm, Degree::Sites(7)] {
+        let strike = Strike { degree, ..optimised.clone() };
+        assert_eq!(strike.wire([0; 16], 0).unwrap().validate().unwrap(), strike);
+    }
     for lift in [Lift::Euclidean, Lift::Interior, Lift::SurfaceDiffusion] {
         let strike = Strike { lift: Some(lift), ..optimised.clone() };
         assert_eq!(strike.wire([0; 16], 0).unwrap().validate().unwrap(), strike);
@@ -43,7 +47,7 @@ fn zero_is_the_default() {
     let mut wire = wire();
     (wire.degree, wire.lift, wire.gamma_j_m2, wire.convention_metres_per_unit) = (0, 0, 0.0, 1.0);
     let strike = wire.validate().unwrap();
-    assert_eq!((strike.degree, strike.lift, strike.gamma_j_m2), (Degree::ClosedForm, None, None));
+    assert_eq!((strike.degree, strike.lift, strike.gamma_j_m2), (Degree::Inferred, None, None));
 }
 
 #[test]

@@ -150,6 +150,7 @@ impl From<BakeError> for Failure {
         match error {
             BakeError::Name(name) => Self::refused("object_name", name, message),
             BakeError::NotPositive { key, .. } => Self::refused("not_positive", key, message),
+            BakeError::TooManyExamples { asked } => Self::refused("too_many_examples", asked.to_string(), message),
             BakeError::TooThin { spacing, .. } => Self::refused("too_thin", spacing.to_string(), message),
             BakeError::Surface(error) => error.into(),
             BakeError::Lattice(error) => error.into(),
@@ -172,6 +173,7 @@ impl From<DatabaseError> for Failure {
             | DatabaseError::Checksum(tensor)
             | DatabaseError::OutOfRange { tensor, .. }
             | DatabaseError::NonFinite { tensor, .. }
+            | DatabaseError::NotPositive { tensor, .. }
             | DatabaseError::Folded { tensor, .. }
             | DatabaseError::Pinched { tensor, .. } => tensor.clone(),
             _ => String::new(),

@@ -33,7 +33,7 @@ impl SurfaceEnergy {
             Contact { point_m: target.point_m, impulse_ns: blow.impulse_ns, duration_s: None, radius_m: None };
         let strike = Strike {
             contacts: vec![contact],
-            degree: DegreeRequest::ClosedForm,
+            degree: DegreeRequest::Inferred,
             gamma_j_m2: None,
             lift: LiftKind::Interior,
             seed: 0,

@@ -78,6 +78,7 @@ fn request() -> Result<BakeRequest, DemoError> {
         elastic_spacing: Some(ELASTIC_SPACING),
         crack_spacing: Some(CRACK_SPACING),
         kappa: None,
+        examples: 0,
         seed: 0,
     })
 }
@@ -112,6 +113,7 @@ fn describe(step: Step) -> &'static str {
         Step::Lift(_) => "bake: lift",
         Step::Elasticity(_) => "bake: elasticity",
         Step::Calibration => "bake: calibration of the degree",
+        Step::Examples { .. } => "bake: examples",
     }
 }
 

@@ -1,12 +1,13 @@
 //! Baking: a mesh and a few numbers become a prepared object.
 
+use super::learned::EXAMPLES_MAX;
 use super::parts;
 use super::thin::{self, WIDTH_MAX};
 use crate::degree;
 use crate::elasticity::ElasticityError;
 use crate::lattice::{self, Lattice, LatticeError, Levels, Spacings};
 use crate::lift::{self, Carry, Lift, LiftError, LiftKind};
-use crate::pipeline::{BakeReport, Body, Parameters, Prepared, StrikeError, Unprepared, calibrate};
+use crate::pipeline::{BakeReport, Body, Parameters, Prepared, StrikeError, Unprepared, calibrate, sampled};
 use crate::scene::{DEFAULT_FRAGMENT_DIAGONALS, Material};
 use crate::surface::{Defect, Inside, RawMesh, Side, Surface, SurfaceError, Widths};
 use crate::token::{Cancelled, Token};
@@ -30,6 +31,8 @@ pub struct BakeRequest {
     pub crack_spacing: Option<f64>,
     /// κ; `None`: fitted on sampled impacts, which takes most of the time on small lattices.
     pub kappa: Option<f64>,
+    /// Impacts to learn the degree from; with any, κ is fitted on them.
+    pub examples: u64,
     /// Everything random while baking follows from it.
     pub seed: u64,
 }
@@ -46,6 +49,7 @@ impl BakeRequest {
             elastic_spacing: None,
             crack_spacing: None,
             kappa: None,
+            examples: 0,
             seed: 0,
         }
     }
@@ -66,6 +70,13 @@ pub enum Step {
     Elasticity(usize),
     /// κ, from sampled impacts.
     Calibration,
+    /// Examples, and what is learned from them.
+    Examples {
+        /// Impacts that are done.
+        done: u64,
+        /// All of them.
+        of: u64,
+    },
 }
 
 /// Why an object was not baked.
@@ -102,6 +113,12 @@ pub enum BakeError {
         spacing_needed: f64,
         /// Whether that spacing is accepted.
         possible: bool,
+    },
+    /// More examples than a database holds.
+    #[error("{asked} examples: at most {EXAMPLES_MAX}")]
+    TooManyExamples {
+        /// How many were asked for.
+        asked: u64,
     },
     /// No lattice could be made.
     #[error(transparent)]
@@ -167,13 +184,34 @@ pub fn bake(
         return Err(BakeError::NotPositive { key: "gamma from the fragment size", value: gamma_j_m2 });
     }
     let name = request.name.clone();
-    let mut prepared = Prepared { name, frame: surface.frame, parameters, gamma_j_m2, kappa: 1.0, report, bodies };
-    progress(Step::Calibration);
-    prepared.kappa = match request.kappa {
-        Some(kappa) => kappa,
-        None => calibrate(&prepared, token)?,
-    };
+    let (frame, learned) = (surface.frame, None);
+    let mut prepared = Prepared { name, frame, parameters, gamma_j_m2, kappa: 1.0, report, bodies, learned };
+    learn(&mut prepared, request, token, progress)?;
     Ok(prepared)
+}
+
+/// κ, and the network if there are examples.
+fn learn(
+    prepared: &mut Prepared,
+    request: &BakeRequest,
+    token: &Token,
+    progress: &mut dyn FnMut(Step),
+) -> Result<(), BakeError> {
+    let of = request.examples;
+    let learned = match of {
+        0 => None,
+        _ => sampled(prepared, of, token, &mut |done| progress(Step::Examples { done, of }))?.learn(request.seed),
+    };
+    let fitted = learned.as_ref().map(|(kappa, _)| *kappa);
+    prepared.learned = learned.map(|(_, learned)| learned);
+    prepared.kappa = match request.kappa.or(fitted) {
+        Some(kappa) => kappa,
+        None => {
+            progress(Step::Calibration);
+            calibrate(prepared, token)?
+        }
+    };
+    Ok(())
 }
 
 /// Volume, spacings, both lattices, and what was found out about them.
@@ -245,6 +283,9 @@ fn check(request: &BakeRequest) -> Result<(), BakeError> {
         if let Some(value) = value.filter(|value| !(value.is_finite() && *value > 0.0)) {
             return Err(BakeError::NotPositive { key, value });
         }
+    }
+    if request.examples > EXAMPLES_MAX as u64 {
+        return Err(BakeError::TooManyExamples { asked: request.examples });
     }
     Ok(())
 }

@@ -72,6 +72,16 @@ pub enum DatabaseError {
         /// Flat position of the entry.
         index: usize,
     },
+    /// An entry must be positive and is not.
+    #[error("tensor \"{tensor}\", entry {index}: {value} is out of range")]
+    NotPositive {
+        /// Which tensor.
+        tensor: String,
+        /// Flat position of the entry.
+        index: usize,
+        /// What it is.
+        value: f64,
+    },
     /// A tetrahedron has no positive volume.
     #[error("tensor \"{tensor}\": tetrahedron {index} has no positive volume")]
     Folded {

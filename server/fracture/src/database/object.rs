@@ -1,6 +1,7 @@
 //! A prepared object as tensors and metadata, and back.
 
 use super::container::{Contents, FLAT, Mapped, Tensors, write};
+use super::learned::{self, QUALITY_KEY};
 use super::{DatabaseError, FORMAT};
 use crate::lattice::{BodyLattice, Lattice, Transfer, check_manifold};
 use crate::lift::{Lift, LiftKind};
@@ -58,6 +59,9 @@ pub fn save(prepared: &Prepared, path: &Path) -> Result<(), DatabaseError> {
             tensors.f64(name("surface_diffusion"), &shape, &lift.coordinates);
         }
     }
+    if let Some(learned) = &prepared.learned {
+        learned::put(&mut tensors, learned);
+    }
     let shape = Shape {
         frame: prepared.frame,
         gamma_j_m2: prepared.gamma_j_m2,
@@ -70,7 +74,7 @@ pub fn save(prepared: &Prepared, path: &Path) -> Result<(), DatabaseError> {
             .collect(),
     };
     let provenance = Provenance { program: "shatterd bake".into(), version: env!("CARGO_PKG_VERSION").into() };
-    let metadata = BTreeMap::from([
+    let mut metadata = BTreeMap::from([
         ("shatter_format".to_owned(), FORMAT.to_owned()),
         ("object".to_owned(), prepared.name.clone()),
         ("parameters".to_owned(), json("parameters", &prepared.parameters)?),
@@ -78,6 +82,9 @@ pub fn save(prepared: &Prepared, path: &Path) -> Result<(), DatabaseError> {
         ("shape".to_owned(), json("shape", &shape)?),
         ("provenance".to_owned(), json("provenance", &provenance)?),
     ]);
+    if let Some(learned) = &prepared.learned {
+        metadata.insert(QUALITY_KEY.to_owned(), json(QUALITY_KEY, &learned.quality)?);
+    }
     write(path, &tensors, metadata)
 }
 
@@ -106,7 +113,8 @@ pub fn load(path: &Path) -> Result<Prepared, DatabaseError> {
     check_shape(&shape)?;
     let bodies = (0..shape.dimensions.len())
         .map(|index| body(&contents, index, &shape, parameters.material.poisson))
-        .collect::<Result<_, _>>()?;
+        .collect::<Result<Vec<_>, _>>()?;
+    let learned = learned::get(&contents, bodies.len())?;
     Ok(Prepared {
         name: contents.text("object")?.to_owned(),
         frame: shape.frame,
@@ -115,6 +123,7 @@ pub fn load(path: &Path) -> Result<Prepared, DatabaseError> {
         kappa: shape.kappa,
         report,
         bodies,
+        learned,
     })
 }
 

@@ -86,7 +86,7 @@ impl Curve {
                 running_minimum: last.running_minimum,
             };
             for start in 0..self.options.starts.max(1) {
-                let options = self.diagram_options(sites, start);
+                let options = self.options.diagram(sites, start);
                 centroidal::diagram_into(field, &options, workspace, token, &mut diagram)?;
                 point.record(start, diagram.energy_max());
             }
@@ -105,10 +105,6 @@ impl Curve {
             }
         }
     }
-
-    fn diagram_options(&self, sites: usize, start: u32) -> Options {
-        Options { sites, seed: self.options.seed, start, tolerance: self.options.tolerance }
-    }
 }
 
 impl Point {
@@ -119,6 +115,18 @@ impl Point {
         self.energy_max_worst = self.energy_max_worst.max(energy_max);
         self.running_minimum = self.running_minimum.min(energy_max);
     }
+}
+
+impl CurveOptions {
+    /// The diagram that belongs to one start of one number of sites.
+    pub(super) fn diagram(&self, sites: usize, start: u32) -> Options {
+        Options { sites, seed: self.seed, start, tolerance: self.tolerance }
+    }
+}
+
+/// The numbers of sites at which a curve is evaluated.
+pub(super) fn grid(sites_max: usize) -> impl Iterator<Item = usize> {
+    std::iter::successors(Some(1), move |sites| next_sites(*sites, sites_max))
 }
 
 /// The number of sites after `sites`: every integer up to 16, then a tenth more each time, the cap last.
@@ -152,6 +160,6 @@ pub fn optimise(
     let mut curve = Curve::new(field, options);
     curve.extend(field, gamma, workspace, token)?;
     let (degree, start) = curve.degree(gamma);
-    let diagram = centroidal::diagram(field, &curve.diagram_options(degree.sites, start), workspace, token)?;
+    let diagram = centroidal::diagram(field, &options.diagram(degree.sites, start), workspace, token)?;
     Ok(Optimised { degree, curve, diagram })
 }

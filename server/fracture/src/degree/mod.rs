@@ -1,16 +1,23 @@
 //! The fracture degree: how many fragments a strain energy field makes.
 //!
-//! [`first_moment`] says whether the body breaks at all, [`closed_form`] and [`decide`] how often at no cost,
-//! [`optimise`] how often by the criterion itself, and [`fit_kappa`] reconciles the two.
+//! [`first_moment`] says whether the body breaks at all, [`closed_form`] and [`decide`] how often at no cost, a trained
+//! [`Network`] how often by what examples taught, [`optimise`] how often by the criterion itself; [`verify`] begins at a guess,
+//! and [`fit_kappa`] reconciles closed form and criterion.
 
 mod calibrate;
 mod criterion;
 mod curve;
+mod lesson;
+mod network;
 mod slender;
 #[cfg(test)]
 mod tests;
+mod verify;
 
 pub use calibrate::{Calibration, KAPPA, SITES_MIN, Sample, fit_kappa, samples};
 pub use criterion::{COEFFICIENT, Degree, closed_form, decide, first_moment, reference_gamma, threshold_factor};
 pub use curve::{Curve, CurveOptions, Optimised, Point, optimise};
+pub use lesson::{DESCRIPTOR_LENGTH, Lesson, descriptor, sites, target};
+pub use network::{Network, Prediction, Trained, train};
 pub use slender::Slenderness;
+pub use verify::{Verified, verify};

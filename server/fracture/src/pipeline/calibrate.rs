@@ -2,12 +2,11 @@
 //!
 //! Based on: method of the house (section 1): n = max(2, round(κ·n₀)); n₀ after Gersho (1979) and Zador (1982).
 
-use super::{Body, Impact, Prepared, Strike, StrikeError, Workspace, strain_energy};
+use super::{Impact, Prepared, Sampler, Strike, StrikeError, Workspace, strain_energy};
 use crate::centroidal::Field;
 use crate::degree::{self, Curve, CurveOptions};
 use crate::random::Stream;
 use crate::token::Token;
-use nalgebra::{Point3, Vector3};
 
 /// Impacts sampled.
 const IMPACTS: u64 = 6;
@@ -20,10 +19,10 @@ pub fn calibrate(prepared: &Prepared, token: &Token) -> Result<f64, StrikeError>
     let mut workspace = Workspace::default();
     let mut stream = Stream::new(prepared.parameters.seed, 0);
     let mut samples = Vec::new();
-    let largest = &prepared.bodies[0];
+    let sampler = Sampler::new(prepared);
     for sample in 0..IMPACTS {
-        let (point, inward) = surface_sample(largest, &mut stream);
-        let impact = Impact::new(prepared, &pressed(prepared, &point, &inward))?;
+        let (point, inward) = sampler.point(&mut stream);
+        let impact = Impact::new(prepared, &Strike::at(prepared.frame.to_metres(&point), inward))?;
         for mut energy in strain_energy(prepared, &impact, &mut workspace, token, &mut ())? {
             let body = &prepared.bodies[energy.body];
             let field = Field::new(&body.interior, &body.volumes, &mut energy.shares)
@@ -35,23 +34,4 @@ pub fn calibrate(prepared: &Prepared, token: &Token) -> Result<f64, StrikeError>
         }
     }
     Ok(degree::fit_kappa(&samples).map_or(degree::KAPPA, |calibration| calibration.kappa))
-}
-
-/// A point on the boundary, uniform by area, and the inward normal there; local.
-fn surface_sample(body: &Body, stream: &mut Stream) -> (Point3<f64>, Vector3<f64>) {
-    let corners = |face: usize| body.topology.boundary[face].nodes.map(|node| body.crack.nodes[node as usize]);
-    let normal = |[a, b, c]: [Point3<f64>; 3]| (b - a).cross(&(c - a));
-    let areas: Vec<f64> = (0..body.topology.boundary.len()).map(|face| normal(corners(face)).norm()).collect();
-    let mut left = stream.uniform() * areas.iter().sum::<f64>();
-    let face = areas.iter().position(|area| {
-        left -= area;
-        left < 0.0
-    });
-    let face = corners(face.unwrap_or(areas.len() - 1));
-    let [a, b, c] = face.map(|corner| corner.coords / 3.0);
-    (Point3::from(a + b + c), -normal(face).normalize())
-}
-
-fn pressed(prepared: &Prepared, point: &Point3<f64>, inward: &Vector3<f64>) -> Strike {
-    Strike { seed: prepared.parameters.seed, ..Strike::at(prepared.frame.to_metres(point), *inward) }
 }

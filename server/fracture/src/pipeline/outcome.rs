@@ -11,6 +11,10 @@ pub enum DegreeSource {
     Threshold,
     /// The calibrated closed form.
     ClosedForm,
+    /// A network that was trained on the object's examples.
+    Inferred,
+    /// A guess that was made to hold.
+    Verified,
     /// The full optimisation.
     Optimised,
     /// The caller's number.

@@ -1,6 +1,6 @@
 //! Everything that depends on the object alone: built by baking, loaded at start-up, shared and never changed.
 
-use super::StrikeError;
+use super::{Learned, StrikeError};
 use crate::degree::Slenderness;
 use crate::elasticity::{Boundary, Elasticity, ElasticityError};
 use crate::lattice::{BodyLattice, Lattice, Transfer};
@@ -141,6 +141,8 @@ pub struct Prepared {
     pub report: BakeReport,
     /// Its components.
     pub bodies: Vec<Body>,
+    /// What it has learned from examples, if it was given any.
+    pub learned: Option<Learned>,
 }
 
 impl Prepared {

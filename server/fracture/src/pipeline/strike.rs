@@ -23,6 +23,10 @@ pub enum DegreeRequest {
     Sites(u32),
     /// The calibrated closed form.
     ClosedForm,
+    /// What the object has learned from its examples; the closed form where they do not reach.
+    Inferred,
+    /// The inferred number, made to hold: the smallest near it that passes γ.
+    Verified,
     /// The full optimisation: the first n at which the running minimum of E_max(n) passes γ.
     Optimised,
 }
@@ -49,7 +53,7 @@ impl Strike {
     pub fn at(point_m: Point3<f64>, impulse_ns: Vector3<f64>) -> Self {
         Self {
             contacts: vec![Contact { point_m, impulse_ns, duration_s: None, radius_m: None }],
-            degree: DegreeRequest::ClosedForm,
+            degree: DegreeRequest::Inferred,
             gamma_j_m2: None,
             lift: LiftKind::Interior,
             seed: 1,

@@ -10,9 +10,6 @@ use super::{
 use crate::centroidal::Field;
 use crate::token::Token;
 
-/// Trust in a degree from the closed form: its median error against the optimised degree was 7–8 % where n ≥ 8.
-const CONFIDENCE_CLOSED_FORM: f64 = 0.9;
-
 /// An impact goes in, fragments come out. Stage names are told to `watch`; `token` may stop the work at any checkpoint.
 /// Where the object stays whole nothing after the threshold test runs.
 pub fn strike(
@@ -83,7 +80,7 @@ fn broken(verdict: &Verdict, radius_m: f64, division: &Division, pieces: Pieces)
         sites: sites as u32,
         fracture_degree: division.degree,
         degree_source: division.source,
-        confidence: if division.source == DegreeSource::ClosedForm { CONFIDENCE_CLOSED_FORM } else { 1.0 },
+        confidence: division.confidence,
         capped: division.capped,
         pieces: Some(pieces),
         ..whole(verdict, radius_m)

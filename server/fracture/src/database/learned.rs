@@ -1,0 +1,191 @@
+//! Examples and the network as tensors, and back. Checksums say that a file is what was written; what is checked here is that
+//! what was written can be used.
+
+use super::DatabaseError;
+use super::container::{Contents, FLAT, Tensors};
+use crate::degree::{DESCRIPTOR_LENGTH, Network};
+use crate::pipeline::{Contact, Example, ExamplePoint, Learned, Quality, lessons};
+
+/// Metadata key of [`Quality`]; a file without it has no examples.
+pub(super) const QUALITY_KEY: &str = "learned";
+
+/// Most examples of one object.
+pub const EXAMPLES_MAX: usize = 1 << 20;
+
+/// Most centres and components of a network.
+const NETWORK_MAX: usize = 1 << 12;
+
+/// What stands for "the default" among numbers that are positive.
+const DEFAULT: f64 = 0.0;
+
+/// Adds the tensors of `learned`.
+pub(super) fn put(tensors: &mut Tensors, learned: &Learned) {
+    let Learned { examples, network, .. } = learned;
+    let count = examples.len();
+    let heads: Vec<u32> = examples.iter().flat_map(|example| [example.impact as u32, example.body as u32]).collect();
+    tensors.u32("examples.heads".into(), &[count, 2], &heads);
+    let scalars: Vec<f64> = examples.iter().flat_map(|example| [example.energy_j, example.first_moment]).collect();
+    tensors.f64("examples.scalars".into(), &[count, 2], &scalars);
+    let contacts: Vec<f64> = examples.iter().flat_map(|example| &example.contacts).flat_map(contact).collect();
+    tensors.u32("examples.contact_offsets".into(), &[count + 1], &offsets(examples, |example| example.contacts.len()));
+    tensors.f64("examples.contacts".into(), &[contacts.len() / 8, 8], &contacts);
+    let points: Vec<&ExamplePoint> = examples.iter().flat_map(|example| &example.points).collect();
+    let sites: Vec<u32> = points.iter().map(|point| point.sites).collect();
+    let energies: Vec<f64> =
+        points.iter().flat_map(|point| [point.energy_max, point.energy_max_worst, point.estimate]).collect();
+    tensors.u32("examples.point_offsets".into(), &[count + 1], &offsets(examples, |example| example.points.len()));
+    tensors.u32("examples.sites".into(), &[sites.len()], &sites);
+    tensors.f64("examples.energies".into(), &[sites.len(), 3], &energies);
+    let columns = network.mean.len();
+    tensors.f64("network.mean".into(), &[columns], &network.mean);
+    tensors.f64("network.spread".into(), &[columns], &network.spread);
+    tensors.f64("network.centres".into(), &[network.centres.len() / columns, columns], &network.centres);
+    tensors.f64("network.weights".into(), &[network.weights.len()], &network.weights);
+    tensors.f64("network.scales".into(), &[2], &[network.width, network.reach]);
+}
+
+fn contact(contact: &Contact) -> [f64; 8] {
+    let (p, j) = (contact.point_m, contact.impulse_ns);
+    let [duration_s, radius_m] = [contact.duration_s, contact.radius_m].map(|given| given.unwrap_or(DEFAULT));
+    [p.x, p.y, p.z, j.x, j.y, j.z, duration_s, radius_m]
+}
+
+/// Where each example's rows begin, and where the last one's end.
+fn offsets(examples: &[Example], rows: impl Fn(&Example) -> usize) -> Vec<u32> {
+    let mut offsets = vec![0];
+    let mut sum = 0;
+    offsets.extend(examples.iter().map(|example| {
+        sum += rows(example) as u32;
+        sum
+    }));
+    offsets
+}
+
+/// What the file holds of an object of `bodies` components; `None` without examples.
+pub(super) fn get(contents: &Contents, bodies: usize) -> Result<Option<Learned>, DatabaseError> {
+    if !contents.metadata.contains_key(QUALITY_KEY) {
+        return Ok(None);
+    }
+    let quality: Quality = contents.json(QUALITY_KEY)?;
+    let heads = contents.u32("examples.heads", None, 2, u64::from(u32::MAX))?;
+    let (heads, _) = heads.as_chunks::<2>();
+    if heads.len() > EXAMPLES_MAX {
+        return Err(DatabaseError::TooLarge { what: "examples", found: heads.len(), cap: EXAMPLES_MAX });
+    }
+    if let Some(index) = heads.iter().position(|head| head[1] as usize >= bodies) {
+        let (value, limit) = (u64::from(heads[index][1]), bodies as u64);
+        return Err(DatabaseError::OutOfRange { tensor: "examples.heads".into(), index, value, limit });
+    }
+    let scalars = contents.f64("examples.scalars", Some(heads.len()), 2)?;
+    positive("examples.scalars", &scalars)?;
+    let contacts = contents.f64("examples.contacts", None, 8)?;
+    let (contacts, _) = contacts.as_chunks::<8>();
+    let contact_rows = rows(contents, "examples.contact_offsets", heads.len(), contacts.len())?;
+    let sites = contents.u32("examples.sites", None, FLAT, u64::from(u32::MAX))?;
+    let energies = contents.f64("examples.energies", Some(sites.len()), 3)?;
+    let (energies, _) = energies.as_chunks::<3>();
+    let point_rows = rows(contents, "examples.point_offsets", heads.len(), sites.len())?;
+    check_points(&sites, energies)?;
+    let point = |row: usize| ExamplePoint {
+        sites: sites[row],
+        energy_max: energies[row][0],
+        energy_max_worst: energies[row][1],
+        estimate: energies[row][2],
+    };
+    let given = |value: f64| (value != DEFAULT).then_some(value);
+    let contact = |&[x, y, z, i, j, k, duration_s, radius_m]: &[f64; 8]| Contact {
+        point_m: [x, y, z].into(),
+        impulse_ns: [i, j, k].into(),
+        duration_s: given(duration_s),
+        radius_m: given(radius_m),
+    };
+    let examples: Vec<Example> = heads
+        .iter()
+        .enumerate()
+        .map(|(index, head)| Example {
+            impact: u64::from(head[0]),
+            body: head[1] as usize,
+            contacts: contacts[contact_rows[index].clone()].iter().map(contact).collect(),
+            energy_j: scalars[2 * index],
+            first_moment: scalars[2 * index + 1],
+            points: point_rows[index].clone().map(point).collect(),
+        })
+        .collect();
+    let lessons = lessons(&examples);
+    if let Some(index) = lessons.iter().position(|lesson| !lesson.descriptor.iter().all(|x| x.is_finite())) {
+        return Err(DatabaseError::NonFinite { tensor: "examples.energies".into(), index });
+    }
+    let network = network(contents)?.knowing(&lessons);
+    Ok(Some(Learned { examples, network, quality }))
+}
+
+/// The range of each example's rows: at least one each, and all of them in turn.
+fn rows(
+    contents: &Contents,
+    tensor: &'static str,
+    count: usize,
+    total: usize,
+) -> Result<Vec<std::ops::Range<usize>>, DatabaseError> {
+    let offsets = contents.u32(tensor, Some(count + 1), FLAT, total as u64 + 1)?;
+    if offsets.first() != Some(&0) || offsets.last() != Some(&(total as u32)) {
+        return Err(DatabaseError::Shape {
+            tensor: tensor.to_owned(),
+            found: "offsets that do not span the rows".to_owned(),
+            wanted: format!("0 ..= {total}"),
+        });
+    }
+    match offsets.windows(2).position(|pair| pair[1] <= pair[0]) {
+        Some(index) => Err(DatabaseError::OutOfRange {
+            tensor: tensor.to_owned(),
+            index,
+            value: u64::from(offsets[index]),
+            limit: u64::from(offsets[index + 1]),
+        }),
+        None => Ok(offsets.windows(2).map(|pair| pair[0] as usize..pair[1] as usize).collect()),
+    }
+}
+
+/// Logarithms are taken of all of these.
+fn positive(tensor: &'static str, values: &[f64]) -> Result<(), DatabaseError> {
+    match values.iter().position(|value| *value <= 0.0) {
+        Some(index) => Err(DatabaseError::NotPositive { tensor: tensor.to_owned(), index, value: values[index] }),
+        None => Ok(()),
+    }
+}
+
+/// Numbers of sites are positive, energies too; an estimate is 0 where a point is no label, and positive elsewhere.
+fn check_points(sites: &[u32], energies: &[[f64; 3]]) -> Result<(), DatabaseError> {
+    if let Some(index) = sites.iter().position(|sites| *sites == 0) {
+        return Err(DatabaseError::NotPositive { tensor: "examples.sites".into(), index, value: 0.0 });
+    }
+    match energies.iter().position(|[best, worst, estimate]| *best <= 0.0 || worst < best || *estimate < 0.0) {
+        Some(index) => {
+            Err(DatabaseError::NotPositive { tensor: "examples.energies".into(), index, value: energies[index][0] })
+        }
+        None => Ok(()),
+    }
+}
+
+fn network(contents: &Contents) -> Result<Network, DatabaseError> {
+    let mean = contents.f64("network.mean", None, FLAT)?;
+    let columns = mean.len();
+    let wrong = |tensor: &str, found: usize, wanted: String| DatabaseError::Shape {
+        tensor: tensor.to_owned(),
+        found: found.to_string(),
+        wanted,
+    };
+    if columns != DESCRIPTOR_LENGTH {
+        return Err(wrong("network.mean", columns, DESCRIPTOR_LENGTH.to_string()));
+    }
+    let spread = contents.f64("network.spread", Some(columns), FLAT)?;
+    positive("network.spread", &spread)?;
+    let centres = contents.f64("network.centres", None, columns)?;
+    let count = centres.len() / columns;
+    if count > NETWORK_MAX {
+        return Err(DatabaseError::TooLarge { what: "centres of a network", found: count, cap: NETWORK_MAX });
+    }
+    let weights = contents.f64("network.weights", Some(1 + columns + count), FLAT)?;
+    let scales = contents.f64("network.scales", Some(2), FLAT)?;
+    positive("network.scales", &scales)?;
+    Ok(Network::new(mean, spread, centres, weights, [scales[0], scales[1]]))
+}

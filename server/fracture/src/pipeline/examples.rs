@@ -1,0 +1,155 @@
+//! Examples: impacts whose fracture degree is known at every magnitude and every threshold.
+//!
+//! Based on: Schvartzman & Otaduy (I3D 2014), section 3: examples fractured with a full optimisation teach the degree. That
+//! one curve E_max(n) labels every γ is ours: n depends on W/γ alone.
+
+use super::sample::Sampler;
+use super::{Contact, Impact, Prepared, StrikeError, Workspace, strain_energy};
+use crate::centroidal::Field;
+use crate::degree::{self, Curve, CurveOptions, Lesson, SITES_MIN};
+use crate::random::Stream;
+use crate::token::Token;
+
+/// Curves end at this many sites; predictions above the largest label are out of reach.
+pub const SITES_MAX: usize = 128;
+
+/// One point of an example's curve.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ExamplePoint {
+    /// n.
+    pub sites: u32,
+    /// E_max(n), the better of the starts; shares of the body's energy times local length squared.
+    pub energy_max: f64,
+    /// The worse of the starts.
+    pub energy_max_worst: f64,
+    /// n₀ at the threshold that this point is a label of; 0 where it is none.
+    pub estimate: f64,
+}
+
+/// One strain energy field and its curve.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Example {
+    /// Number of the impact; two bodies that it strikes make two examples.
+    pub impact: u64,
+    /// The body.
+    pub body: usize,
+    /// The whole impact.
+    pub contacts: Vec<Contact>,
+    /// The body's strain energy, J.
+    pub energy_j: f64,
+    /// E_1 in the units of the points.
+    pub first_moment: f64,
+    /// E_max(n) by rising n, from 1.
+    pub points: Vec<ExamplePoint>,
+}
+
+impl Example {
+    /// γ of each label, its n₀ and its n: the middles, in the logarithm, of the intervals of γ whose degree some point is.
+    pub fn labels(&self) -> impl Iterator<Item = (f64, f64, u32)> + '_ {
+        records(self.points.iter().map(|point| point.energy_max)).map(|(place, gamma)| {
+            let point = &self.points[place];
+            (gamma, point.estimate, point.sites)
+        })
+    }
+
+    /// One lesson per label.
+    pub fn lessons(&self, example: usize) -> impl Iterator<Item = Lesson> + '_ {
+        self.labels().map(move |(gamma, estimate, found)| Lesson {
+            example,
+            descriptor: degree::descriptor(estimate, self.first_moment, gamma),
+            target: degree::target(f64::from(found), estimate),
+        })
+    }
+}
+
+impl Example {
+    /// Lessons from the impact's pose and magnitude alone: place and direction of the first contact, its radius, and ln J²/γ.
+    pub(super) fn poses(&self, example: usize) -> impl Iterator<Item = Lesson> + '_ {
+        let first = self.contacts[0];
+        let (place, magnitude) = (first.point_m.coords, first.impulse_ns.norm());
+        let direction = first.impulse_ns / magnitude;
+        let radius = first.radius_m.unwrap_or(1.0).ln();
+        self.labels().map(move |(gamma, estimate, found)| {
+            let drive = (magnitude * magnitude / (gamma * self.energy_j)).ln();
+            Lesson {
+                example,
+                descriptor: place.iter().chain(direction.iter()).copied().chain([radius, drive]).collect(),
+                target: degree::target(f64::from(found), estimate),
+            }
+        })
+    }
+
+    /// |Δn|/n between the degrees that this curve and another of the same field give at the γ of this one's labels.
+    pub(super) fn noise(&self, other: &Self) -> Vec<f64> {
+        let at = |gamma: f64| {
+            other.points.iter().find(|point| point.energy_max <= gamma).map(|point| f64::from(point.sites))
+        };
+        let difference =
+            |(gamma, _, found): (f64, f64, u32)| Some((at(gamma)? - f64::from(found)).abs() / f64::from(found));
+        self.labels().filter(|(.., found)| *found as usize >= SITES_MIN).filter_map(difference).collect()
+    }
+}
+
+/// Places at which the running minimum falls, beyond the first, and the middle γ of the fall.
+fn records(energies: impl Iterator<Item = f64>) -> impl Iterator<Item = (usize, f64)> {
+    let mut least = f64::INFINITY;
+    energies.enumerate().filter_map(move |(place, energy)| {
+        let before = least;
+        least = before.min(energy);
+        (place > 0 && energy < before && energy > 0.0).then(|| (place, before.sqrt() * energy.sqrt()))
+    })
+}
+
+/// The examples of impact number `index` of `seed`, one per body that it strikes; `starts` numbers independent sets of starts
+/// of their curves.
+pub fn examples(
+    prepared: &Prepared,
+    sampler: &Sampler,
+    [seed, index, starts]: [u64; 3],
+    workspace: &mut Workspace,
+    token: &Token,
+) -> Result<Vec<Example>, StrikeError> {
+    let strike = sampler.impact(seed, index);
+    let impact = Impact::new(prepared, &strike)?;
+    let mut examples = Vec::new();
+    let energies = match strain_energy(prepared, &impact, workspace, token, &mut ()) {
+        // Two blows that cancel leave nothing to learn from.
+        Err(StrikeError::Balanced { .. }) => Vec::new(),
+        energies => energies?,
+    };
+    for mut energy in energies {
+        let body = &prepared.bodies[energy.body];
+        let field = Field::new(&body.interior, &body.volumes, &mut energy.shares)
+            .map_err(|source| StrikeError::Field { body: energy.body, source })?;
+        let options = CurveOptions {
+            sites_max: SITES_MAX,
+            seed: Stream::new(seed ^ index, starts).bits(),
+            ..CurveOptions::default()
+        };
+        let mut curve = Curve::new(&field, options);
+        curve.extend(&field, 0.0, &mut workspace.centroidal, token)?;
+        let mut points: Vec<ExamplePoint> = curve
+            .points()
+            .iter()
+            .map(|point| ExamplePoint {
+                sites: point.sites as u32,
+                energy_max: point.energy_max,
+                energy_max_worst: point.energy_max_worst,
+                estimate: 0.0,
+            })
+            .collect();
+        let labels: Vec<(usize, f64)> = records(curve.points().iter().map(|point| point.energy_max)).collect();
+        for (place, gamma) in labels {
+            points[place].estimate = degree::closed_form(&field, &body.slenderness, gamma);
+        }
+        examples.push(Example {
+            impact: index,
+            body: energy.body,
+            contacts: strike.contacts.clone(),
+            energy_j: energy.energy_j,
+            first_moment: curve.points()[0].energy_max,
+            points,
+        });
+    }
+    Ok(examples)
+}

@@ -1,0 +1,82 @@
+//! Pictures of what became of hard cases.
+
+use super::Fault;
+use super::trial::{Answer, at, baked, coarse, sound, struck};
+use crate::picture::{Backdrop, Camera, PictureError, Projection, Size, Spread, Style, draw, pieces};
+use crate::report::Figure;
+use crate::study::mutants::{Defect, generated};
+use nalgebra::Vector3;
+use shatter_client::export::{FragmentView, RunView};
+use shatter_fracture::pipeline::{OUTER, Prepared};
+
+const SIZE: Size = Size { width: 520, height: 420 };
+
+/// Where the camera is, seen from the object.
+const FROM: [f32; 3] = [0.6, 0.5, 1.0];
+
+const LENS: Projection = Projection::Perspective { fov_deg: 24.0 };
+
+/// How far fragments are moved apart, over their distance from the centre.
+const SPREAD: f64 = 0.35;
+
+impl From<PictureError> for Fault {
+    fn from(error: PictureError) -> Self {
+        Self::ours("picture", error.to_string())
+    }
+}
+
+/// The fragments of `answer`, moved apart.
+pub fn portrait(prepared: &Prepared, answer: &Answer, caption: String) -> Result<Figure, Fault> {
+    let runs: Vec<RunView> = answer
+        .runs
+        .iter()
+        .map(|run| RunView {
+            neighbour: (run.neighbour != OUTER).then_some(run.neighbour),
+            index_first: run.index_first,
+            index_count: run.index_count,
+        })
+        .collect();
+    let views: Vec<FragmentView> = answer
+        .rows
+        .iter()
+        .map(|row| FragmentView {
+            id: row.id,
+            body: row.body,
+            positions: &answer.positions[row.vertex_first as usize..][..row.vertex_count as usize],
+            indices: &answer.indices[row.index_first as usize..][..row.index_count as usize],
+            runs: &runs[row.run_first as usize..][..row.run_count as usize],
+            merges: &[],
+            centre_m: row.centre_m,
+            volume_m3: row.volume_m3,
+            mass_kg: row.mass_kg,
+        })
+        .collect();
+    let mesh = pieces(&views, Spread { hub_m: prepared.frame.centre_m.coords.into(), factor: SPREAD });
+    let camera = Camera::fit(&mesh.positions, Vector3::from(FROM), LENS, SIZE.width as f32 / SIZE.height as f32);
+    let ground = mesh.bounds().0.y;
+    let png = draw(&mesh, &camera, SIZE, Style::STUDIO, Some(ground), Backdrop::Clear).png()?;
+    Ok(Figure { png, caption, scale: None })
+}
+
+/// The statue under every defect that must be answered, struck alike.
+pub fn spoiled_statues() -> Result<Vec<Figure>, Fault> {
+    let bases = generated();
+    let statue = bases.iter().find(|base| base.name == "statue");
+    let statue = statue.ok_or_else(|| Fault::ours("picture", "no mesh is called statue"))?;
+    let defects = Defect::ALL.iter().filter(|defect| defect.must_accept());
+    defects
+        .map(|defect| {
+            let prepared = baked(defect.apply(&statue.mesh, 1), &coarse()?)?;
+            let answer = struck(&prepared, &at(&prepared, [1.0, 0.4, 0.3]))?;
+            sound(&prepared, &answer)?;
+            let found = prepared.report.defects.len();
+            let named = if found == 1 { "one line of defects" } else { "lines of defects" };
+            let caption = match found {
+                0 => format!("{defect}: harmless, nothing to repair; {} fragments", answer.rows.len()),
+                1 => format!("{defect}: {named}, {} fragments", answer.rows.len()),
+                _ => format!("{defect}: {found} {named}, {} fragments", answer.rows.len()),
+            };
+            portrait(&prepared, &answer, caption)
+        })
+        .collect()
+}

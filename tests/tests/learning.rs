@@ -1,0 +1,173 @@
+//! The degree inferred from examples: what it is worth, and that it is stored and used as it was learned.
+
+use nalgebra::{Point3, Vector3};
+use rayon::ThreadPoolBuilder;
+use shatter_fracture::centroidal::Field;
+use shatter_fracture::database::{BakeRequest, bake, load, save};
+use shatter_fracture::degree::{self, SITES_MIN};
+use shatter_fracture::lift::LiftKind;
+use shatter_fracture::pipeline::{
+    DegreeRequest, DegreeSource, Example, Impact, Outcome, Prepared, Sampler, Strike, Workspace, examples, sampled,
+    strain_energy, strike,
+};
+use shatter_fracture::surface::shapes;
+use shatter_fracture::token::Token;
+use shatter_tests::real;
+
+/// A horseshoe on coarse lattices that learned from 24 impacts.
+fn horseshoe() -> Prepared {
+    let request = BakeRequest {
+        elastic_spacing: Some(0.08),
+        crack_spacing: Some(0.05),
+        examples: 24,
+        ..real::request("horseshoe", "stone")
+    };
+    bake(shapes::horseshoe(), &request, &Token::default(), &mut |_| ()).unwrap()
+}
+
+fn struck(prepared: &Prepared, strike_: &Strike) -> Outcome {
+    strike(prepared, strike_, &mut Workspace::default(), &Token::default(), &mut ()).unwrap()
+}
+
+/// A blow at the top, `times` the breaking impulse.
+fn blow(prepared: &Prepared, times: f64, degree: DegreeRequest) -> Strike {
+    let top = prepared.bodies[0].crack.nodes.iter().max_by(|a, b| a.y.total_cmp(&b.y)).unwrap();
+    let point_m: Point3<f64> = prepared.frame.to_metres(top);
+    let unit = Strike { threshold_only: true, ..Strike::at(point_m, -Vector3::y()) };
+    let factor = struck(prepared, &unit).impulse_factor;
+    Strike { degree, ..Strike::at(point_m, -Vector3::y() * factor * times) }
+}
+
+#[test]
+fn what_was_learned_is_stored_and_the_same_for_any_number_of_threads() {
+    let pool = |threads| ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+    let (one, three) = (pool(1).install(horseshoe), pool(3).install(horseshoe));
+    assert_eq!((one.learned.as_ref(), one.kappa), (three.learned.as_ref(), three.kappa));
+    let folder = tempfile::tempdir().unwrap();
+    let [first, second] = ["a", "b"].map(|name| folder.path().join(name));
+    save(&one, &first).unwrap();
+    let loaded = load(&first).unwrap();
+    assert_eq!(loaded.learned, one.learned);
+    save(&loaded, &second).unwrap();
+    assert_eq!(std::fs::read(first).unwrap(), std::fs::read(second).unwrap());
+}
+
+#[test]
+fn degrees_are_inferred_within_reach_and_said_to_be() {
+    let prepared = horseshoe();
+    let quality = prepared.learned.as_ref().unwrap().quality;
+    println!("{quality:?}");
+    assert!(quality.median_relative_error < quality.pose_network_median, "{quality:?}");
+    assert!(quality.label_noise_median < 0.2, "{quality:?}");
+    let source = |times: f64, degree| struck(&prepared, &blow(&prepared, times, degree)).degree_source;
+    assert_eq!(source(0.5, DegreeRequest::Inferred), DegreeSource::Threshold);
+    assert_eq!(source(8.0, DegreeRequest::Inferred), DegreeSource::Inferred);
+    assert_eq!(source(8.0, DegreeRequest::ClosedForm), DegreeSource::ClosedForm);
+    assert_eq!(source(8.0, DegreeRequest::Verified), DegreeSource::Verified);
+    assert_eq!(source(1e5, DegreeRequest::Inferred), DegreeSource::ClosedForm, "no example is so violent");
+    let euclidean = Strike { lift: LiftKind::Euclidean, ..blow(&prepared, 8.0, DegreeRequest::Inferred) };
+    assert_eq!(
+        struck(&prepared, &euclidean).degree_source,
+        DegreeSource::ClosedForm,
+        "examples have the interior lift"
+    );
+    let inferred = struck(&prepared, &blow(&prepared, 8.0, DegreeRequest::Inferred));
+    assert!((0.6..=1.0).contains(&inferred.confidence), "{}", inferred.confidence);
+}
+
+/// Largest E_i of the fragments over γ.
+fn excess(outcome: &Outcome) -> f64 {
+    let pieces = outcome.pieces.as_ref().unwrap();
+    pieces.fragments.iter().map(|row| row.energy_j_m2).fold(0.0, f64::max) / outcome.gamma_j_m2
+}
+
+#[test]
+fn a_verified_degree_holds_and_is_near_the_optimised_one() {
+    let prepared = horseshoe();
+    for times in [1.1, 3.0, 8.0, 20.0] {
+        let of = |degree| struck(&prepared, &blow(&prepared, times, degree));
+        let (verified, optimised) = (of(DegreeRequest::Verified), of(DegreeRequest::Optimised));
+        assert!(excess(&verified) <= 1.0 + 1e-12, "{times}: {}", excess(&verified));
+        let (found, wanted) = (f64::from(verified.fracture_degree), f64::from(optimised.fracture_degree));
+        println!("{times}: verified {found}, optimised {wanted}");
+        assert!((found - wanted).abs() <= (0.15 * wanted).max(1.0), "{times}: {found} against {wanted}");
+    }
+}
+
+/// Relative errors of network and closed form over the labels of impacts that were not learned.
+fn held_out(prepared: &Prepared, impacts: u64) -> [Vec<f64>; 2] {
+    let learned = prepared.learned.as_ref().unwrap();
+    let sampler = Sampler::new(prepared);
+    let own = |index| {
+        let (mut workspace, token) = (Workspace::default(), Token::default());
+        examples(prepared, &sampler, [!prepared.parameters.seed, index, 0], &mut workspace, &token).unwrap()
+    };
+    let mut errors = [Vec::new(), Vec::new()];
+    for example in (0..impacts).flat_map(own) {
+        for (gamma, estimate, sites) in example.labels().filter(|(.., sites)| *sites as usize >= SITES_MIN) {
+            let told = learned.network.predict(&degree::descriptor(estimate, example.first_moment, gamma));
+            let error = |found: f64| (found.round() / f64::from(sites) - 1.0).abs();
+            errors[0].push(error(degree::sites(told.value, estimate)));
+            errors[1].push(error(prepared.kappa * estimate));
+        }
+    }
+    errors.each_mut().map(|errors| {
+        errors.sort_by(f64::total_cmp);
+        std::mem::take(errors)
+    })
+}
+
+fn quantile(sorted: &[f64], share: f64) -> f64 {
+    sorted[((sorted.len() - 1) as f64 * share) as usize]
+}
+
+/// Median at most 6 % or 1.5 times the noise of labels, nine of ten within 20 %, not behind the closed form, ahead of pose.
+fn check(prepared: &Prepared, impacts: u64) {
+    let quality = prepared.learned.as_ref().unwrap().quality;
+    let [network, closed] = held_out(prepared, impacts);
+    let figures = [&network, &closed].map(|errors| [0.5, 0.9].map(|share| quantile(errors, share)));
+    println!(
+        "{}: {} labels held out: network {:?}, closed form {:?}; {quality:?}",
+        prepared.name,
+        network.len(),
+        figures[0],
+        figures[1]
+    );
+    assert!(figures[0][0] <= 0.06_f64.max(1.5 * quality.label_noise_median), "{figures:?}");
+    assert!(figures[0][1] <= 0.20, "{figures:?}");
+    assert!(
+        figures[0][0] <= figures[1][0] && quality.median_relative_error < quality.pose_network_median,
+        "{figures:?}"
+    );
+}
+
+#[test]
+#[ignore = "minutes: 200 examples and 100 held out impacts of three objects; run with --ignored"]
+fn two_hundred_examples_teach_the_degree() {
+    let with_examples = |request: BakeRequest| BakeRequest { examples: 200, ..request };
+    let baked =
+        |raw, name| bake(raw, &with_examples(real::request(name, "glass")), &Token::default(), &mut |_| ()).unwrap();
+    check(&baked(shapes::horseshoe(), "horseshoe"), 100);
+    for file in ["horse.ply", "stanford-bunny.obj"] {
+        if let Some(raw) = real::raw(file) {
+            check(&baked(raw, file), 100);
+        }
+    }
+}
+
+#[test]
+fn an_example_is_the_field_of_its_impact() {
+    let prepared = horseshoe();
+    let all = sampled(&prepared, 4, &Token::default(), &mut |_| ()).unwrap().examples;
+    assert_eq!(all[..], prepared.learned.as_ref().unwrap().examples[..all.len()]);
+    let Example { impact, contacts, first_moment, body, .. } = &all[2];
+    let again =
+        Strike { contacts: contacts.clone(), seed: *impact, ..Strike::at(contacts[0].point_m, contacts[0].impulse_ns) };
+    let impact = Impact::new(&prepared, &again).unwrap();
+    let mut energies =
+        strain_energy(&prepared, &impact, &mut Workspace::default(), &Token::default(), &mut ()).unwrap();
+    let energy = energies.iter_mut().find(|energy| energy.body == *body).unwrap();
+    let own = &prepared.bodies[*body];
+    let field = Field::new(&own.interior, &own.volumes, &mut energy.shares).unwrap();
+    assert_eq!(degree::first_moment(&field), *first_moment);
+}
