@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::fragment::closed;
-use crate::pipeline::{DegreeRequest, Prepared, Strike, Workspace, strike};
+use crate::pipeline::{DegreeRequest, Pieces, Prepared, Strike, Workspace, strike};
 use crate::random::Stream;
 use crate::scene::Material;
 use crate::surface::shapes;
@@ -18,9 +18,11 @@ fn file() -> Vec<u8> {
         elastic_spacing: Some(0.2),
         crack_spacing: Some(0.15),
         kappa: Some(2.0),
+        examples: 10,
         ..BakeRequest::new("hostile", "glass", material)
     };
     let prepared = bake(shapes::arch(), &request, &Token::default(), &mut |_| ()).unwrap();
+    assert!(prepared.learned.is_some());
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("hostile.shatter");
     save(&prepared, &path).unwrap();
@@ -74,11 +76,16 @@ fn check(bytes: &[u8], what: &str) {
     let Ok(prepared) = opened(bytes) else { return };
     let node = prepared.bodies[0].crack.nodes[0];
     let blow = Strike::at(prepared.frame.to_metres(&node), Vector3::new(0.3, -1.0, 0.2));
-    let strike_there = Strike { degree: DegreeRequest::Sites(6), ..blow };
-    let Ok(outcome) = strike(&prepared, &strike_there, &mut Workspace::default(), &Token::default(), &mut ()) else {
-        return;
-    };
-    let Some(pieces) = outcome.pieces else { return };
+    for degree in [DegreeRequest::Sites(6), DegreeRequest::Inferred] {
+        let own = Strike { degree, ..blow.clone() };
+        if let Ok(outcome) = strike(&prepared, &own, &mut Workspace::default(), &Token::default(), &mut ()) {
+            assert!((0.0..=1.0).contains(&outcome.confidence), "{what}: {}", outcome.confidence);
+            outcome.pieces.iter().for_each(|pieces| check_pieces(pieces, what));
+        }
+    }
+}
+
+fn check_pieces(pieces: &Pieces, what: &str) {
     let (mut positions, mut indices) = (vec![[0.0; 3]; pieces.counts.vertices], vec![0; pieces.counts.indices]);
     pieces.emit(&mut positions, &mut indices, &mut vec![[0; 2]; pieces.counts.merges]).unwrap();
     for row in &pieces.fragments {
