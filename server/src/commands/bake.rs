@@ -9,7 +9,7 @@ use shatter_fracture::database::{self, BakeRequest, Step};
 use shatter_fracture::lattice::SPACING_RANGE;
 use shatter_fracture::pipeline::{Learned, Prepared};
 use shatter_fracture::scene::Materials;
-use shatter_fracture::surface::{self, Unit, Up};
+use shatter_fracture::surface::{self, RawMesh, Surface, Unit, Up};
 use shatter_fracture::token::Token;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -56,6 +56,11 @@ pub struct BakeArgs {
     /// Impacts to learn the fracture degree from; 0: none, the closed form decides
     #[arg(long, value_name = "K", default_value_t = 0)]
     pub examples: u64,
+    /// Add this many impacts to the examples of the database that is there; everything else stays as it was baked
+    #[arg(long, value_name = "K", conflicts_with_all = [
+        "examples", "material", "materials", "fragment_size", "gamma", "elastic_spacing", "crack_spacing", "seed",
+    ])]
+    pub add: Option<u64>,
     /// Seed of everything random
     #[arg(long, default_value_t = 0)]
     pub seed: u64,
@@ -75,7 +80,7 @@ pub fn run(args: &BakeArgs) -> Result<(), Failure> {
     out::folder(&folder)?;
     let raw = surface::read(&args.mesh, args.unit, args.up)?;
     let bar = bar();
-    let prepared = database::bake(raw, &request, &Token::default(), &mut |step| {
+    let mut show = |step| {
         bar.set_message(describe(step));
         match step {
             Step::Examples { done, of } => {
@@ -84,8 +89,16 @@ pub fn run(args: &BakeArgs) -> Result<(), Failure> {
             }
             _ => bar.inc(1),
         }
-    })?;
+    };
     let file = folder.join(format!("{}.{}", args.name, database::EXTENSION));
+    let prepared = match args.add {
+        None => database::bake(raw, &request, &Token::default(), &mut show)?,
+        Some(count) => {
+            let mut prepared = same_mesh(raw, &file)?;
+            database::add_examples(&mut prepared, count, &Token::default(), &mut show)?;
+            prepared
+        }
+    };
     bar.set_message("write");
     database::save(&prepared, &file)?;
     bar.finish_and_clear();
@@ -97,6 +110,16 @@ pub fn run(args: &BakeArgs) -> Result<(), Failure> {
         screen(&prepared, &file, seconds)
     };
     out::print(&text)
+}
+
+/// The database that is there, if it was baked from this mesh.
+fn same_mesh(raw: RawMesh, file: &Path) -> Result<Prepared, Failure> {
+    let prepared = database::load(file)?;
+    if prepared.report.input_hash == database::input_hash(&Surface::repair(raw)?) {
+        return Ok(prepared);
+    }
+    let message = format!("{} was baked from another mesh, or with another unit or axis", file.display());
+    Err(Failure::refused("other_mesh", file.display().to_string(), message))
 }
 
 fn request(args: &BakeArgs) -> Result<BakeRequest, Failure> {
@@ -176,7 +199,7 @@ fn document(prepared: &Prepared, file: &Path, seconds: f64) -> serde_json::Value
         "surface_deviation": report.surface_deviation,
         "gamma_j_m2": prepared.gamma_j_m2,
         "kappa": prepared.kappa,
-        "examples": prepared.learned.as_ref().map_or(0, |learned| learned.examples.len()),
+        "examples": prepared.examples.len(),
         "learned": prepared.learned.as_ref().map(|learned| learned.quality),
         "bodies": prepared.bodies.len(),
         "defects": report.defects,
@@ -218,13 +241,13 @@ fn screen(prepared: &Prepared, file: &Path, seconds: f64) -> String {
         prepared.gamma_j_m2, parameters.material_name, parameters.fragment_size_m, prepared.kappa
     );
     let _ = writeln!(text, "  bodies           {}", prepared.bodies.len());
-    if let Some(Learned { examples, quality, .. }) = &prepared.learned {
+    if let Some(Learned { quality, .. }) = &prepared.learned {
         let percent = |share: f64| 100.0 * share;
         let _ = writeln!(
             text,
             "  examples         {}; degrees of 8 and more with each left out: {:.1} % off (median), closed form {:.1} %, labels \
              themselves {:.1} %",
-            examples.len(),
+            prepared.examples.len(),
             percent(quality.median_relative_error),
             percent(quality.closed_form_median),
             percent(quality.label_noise_median)

@@ -30,7 +30,7 @@ pub fn run(args: &InspectArgs) -> Result<(), Failure> {
         "lattice_volume_m3": prepared.report.lattice_volume_m3,
         "gamma_j_m2": prepared.gamma_j_m2,
         "kappa": prepared.kappa,
-        "examples": prepared.learned.as_ref().map_or(0, |learned| learned.examples.len()),
+        "examples": prepared.examples.len(),
         "learned": prepared.learned.as_ref().map(|learned| learned.quality),
         "lift_dimensions": prepared.bodies.iter().map(|body| body.interior.dimension).collect::<Vec<_>>(),
         "surface_diffusion_dimensions": prepared

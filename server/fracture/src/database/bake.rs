@@ -7,7 +7,7 @@ use crate::degree;
 use crate::elasticity::ElasticityError;
 use crate::lattice::{self, Lattice, LatticeError, Levels, Spacings};
 use crate::lift::{self, Carry, Lift, LiftError, LiftKind};
-use crate::pipeline::{BakeReport, Body, Parameters, Prepared, StrikeError, Unprepared, calibrate, sampled};
+use crate::pipeline::{self, BakeReport, Body, Parameters, Prepared, StrikeError, Unprepared, calibrate, sampled};
 use crate::scene::{DEFAULT_FRAGMENT_DIAGONALS, Material};
 use crate::surface::{Defect, Inside, RawMesh, Side, Surface, SurfaceError, Widths};
 use crate::token::{Cancelled, Token};
@@ -184,8 +184,8 @@ pub fn bake(
         return Err(BakeError::NotPositive { key: "gamma from the fragment size", value: gamma_j_m2 });
     }
     let name = request.name.clone();
-    let (frame, learned) = (surface.frame, None);
-    let mut prepared = Prepared { name, frame, parameters, gamma_j_m2, kappa: 1.0, report, bodies, learned };
+    let (frame, examples, learned) = (surface.frame, Vec::new(), None);
+    let mut prepared = Prepared { name, frame, parameters, gamma_j_m2, kappa: 1.0, report, bodies, examples, learned };
     learn(&mut prepared, request, token, progress)?;
     Ok(prepared)
 }
@@ -197,20 +197,39 @@ fn learn(
     token: &Token,
     progress: &mut dyn FnMut(Step),
 ) -> Result<(), BakeError> {
-    let of = request.examples;
-    let learned = match of {
-        0 => None,
-        _ => sampled(prepared, of, token, &mut |done| progress(Step::Examples { done, of }))?.learn(request.seed),
-    };
-    let fitted = learned.as_ref().map(|(kappa, _)| *kappa);
-    prepared.learned = learned.map(|(_, learned)| learned);
-    prepared.kappa = match request.kappa.or(fitted) {
-        Some(kappa) => kappa,
-        None => {
-            progress(Step::Calibration);
-            calibrate(prepared, token)?
-        }
-    };
+    if request.examples > 0 {
+        add_examples(prepared, request.examples, token, progress)?;
+    }
+    if let Some(kappa) = request.kappa {
+        prepared.kappa = kappa;
+    } else if prepared.learned.is_none() {
+        progress(Step::Calibration);
+        prepared.kappa = calibrate(prepared, token)?;
+    }
+    Ok(())
+}
+
+fn few_enough(examples: u64) -> Result<(), BakeError> {
+    let fits = examples <= EXAMPLES_MAX as u64;
+    fits.then_some(()).ok_or(BakeError::TooManyExamples { asked: examples })
+}
+
+/// Adds the next `count` impacts to the examples of `prepared` and learns anew from all of them, κ included: the same as if all
+/// had been asked for at once.
+pub fn add_examples(
+    prepared: &mut Prepared,
+    count: u64,
+    token: &Token,
+    progress: &mut dyn FnMut(Step),
+) -> Result<(), BakeError> {
+    let first = prepared.examples.last().map_or(0, |example| example.impact + 1);
+    few_enough(first.saturating_add(count))?;
+    let impacts: Vec<u64> = (first..first + count).collect();
+    let added = sampled(prepared, &impacts, token, &mut |done| progress(Step::Examples { done, of: count }))?;
+    prepared.examples.extend(added);
+    if let Some((kappa, learned)) = pipeline::learn(&prepared.examples, prepared.parameters.seed) {
+        (prepared.kappa, prepared.learned) = (kappa, Some(learned));
+    }
     Ok(())
 }
 
@@ -284,10 +303,7 @@ fn check(request: &BakeRequest) -> Result<(), BakeError> {
             return Err(BakeError::NotPositive { key, value });
         }
     }
-    if request.examples > EXAMPLES_MAX as u64 {
-        return Err(BakeError::TooManyExamples { asked: request.examples });
-    }
-    Ok(())
+    few_enough(request.examples)
 }
 
 fn parameters(request: &BakeRequest, surface: &Surface, volume: f64, walls: &Widths) -> Result<Parameters, BakeError> {

@@ -136,6 +136,11 @@ pub struct Contents<'a> {
 }
 
 impl Contents<'_> {
+    /// Whether there is a tensor of that name.
+    pub fn holds(&self, name: &str) -> bool {
+        self.tensors.tensor(name).is_ok()
+    }
+
     /// A metadata value.
     pub fn text(&self, key: &'static str) -> Result<&str, DatabaseError> {
         let missing = || DatabaseError::Metadata { key, reason: "missing".to_owned() };

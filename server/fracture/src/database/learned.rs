@@ -6,7 +6,10 @@ use super::container::{Contents, FLAT, Tensors};
 use crate::degree::{DESCRIPTOR_LENGTH, Network};
 use crate::pipeline::{Contact, Example, ExamplePoint, Learned, Quality, lessons};
 
-/// Metadata key of [`Quality`]; a file without it has no examples.
+/// Tensor of the examples' impacts and bodies; a file without it has no examples.
+const HEADS: &str = "examples.heads";
+
+/// Metadata key of [`Quality`]; a file without it has no network.
 pub(super) const QUALITY_KEY: &str = "learned";
 
 /// Most examples of one object.
@@ -18,12 +21,14 @@ const NETWORK_MAX: usize = 1 << 12;
 /// What stands for "the default" among numbers that are positive.
 const DEFAULT: f64 = 0.0;
 
-/// Adds the tensors of `learned`.
-pub(super) fn put(tensors: &mut Tensors, learned: &Learned) {
-    let Learned { examples, network, .. } = learned;
+/// Adds the tensors of `examples`, if there are any.
+pub(super) fn put_examples(tensors: &mut Tensors, examples: &[Example]) {
     let count = examples.len();
+    if count == 0 {
+        return;
+    }
     let heads: Vec<u32> = examples.iter().flat_map(|example| [example.impact as u32, example.body as u32]).collect();
-    tensors.u32("examples.heads".into(), &[count, 2], &heads);
+    tensors.u32(HEADS.into(), &[count, 2], &heads);
     let scalars: Vec<f64> = examples.iter().flat_map(|example| [example.energy_j, example.first_moment]).collect();
     tensors.f64("examples.scalars".into(), &[count, 2], &scalars);
     let contacts: Vec<f64> = examples.iter().flat_map(|example| &example.contacts).flat_map(contact).collect();
@@ -31,11 +36,16 @@ pub(super) fn put(tensors: &mut Tensors, learned: &Learned) {
     tensors.f64("examples.contacts".into(), &[contacts.len() / 8, 8], &contacts);
     let points: Vec<&ExamplePoint> = examples.iter().flat_map(|example| &example.points).collect();
     let sites: Vec<u32> = points.iter().map(|point| point.sites).collect();
-    let energies: Vec<f64> =
-        points.iter().flat_map(|point| [point.energy_max, point.energy_max_worst, point.estimate]).collect();
+    let energies =
+        |point: &&ExamplePoint| [point.energy_max, point.energy_max_worst, point.energy_max_again, point.estimate];
+    let energies: Vec<f64> = points.iter().flat_map(energies).collect();
     tensors.u32("examples.point_offsets".into(), &[count + 1], &offsets(examples, |example| example.points.len()));
     tensors.u32("examples.sites".into(), &[sites.len()], &sites);
-    tensors.f64("examples.energies".into(), &[sites.len(), 3], &energies);
+    tensors.f64("examples.energies".into(), &[sites.len(), 4], &energies);
+}
+
+/// Adds the tensors of the network.
+pub(super) fn put_network(tensors: &mut Tensors, network: &Network) {
     let columns = network.mean.len();
     tensors.f64("network.mean".into(), &[columns], &network.mean);
     tensors.f64("network.spread".into(), &[columns], &network.spread);
@@ -61,20 +71,23 @@ fn offsets(examples: &[Example], rows: impl Fn(&Example) -> usize) -> Vec<u32> {
     offsets
 }
 
-/// What the file holds of an object of `bodies` components; `None` without examples.
-pub(super) fn get(contents: &Contents, bodies: usize) -> Result<Option<Learned>, DatabaseError> {
-    if !contents.metadata.contains_key(QUALITY_KEY) {
-        return Ok(None);
+/// The examples of an object of `bodies` components; none where the file has none.
+pub(super) fn examples(contents: &Contents, bodies: usize) -> Result<Vec<Example>, DatabaseError> {
+    if !contents.holds(HEADS) {
+        return Ok(Vec::new());
     }
-    let quality: Quality = contents.json(QUALITY_KEY)?;
-    let heads = contents.u32("examples.heads", None, 2, u64::from(u32::MAX))?;
+    let heads = contents.u32(HEADS, None, 2, u64::from(u32::MAX))?;
     let (heads, _) = heads.as_chunks::<2>();
     if heads.len() > EXAMPLES_MAX {
         return Err(DatabaseError::TooLarge { what: "examples", found: heads.len(), cap: EXAMPLES_MAX });
     }
     if let Some(index) = heads.iter().position(|head| head[1] as usize >= bodies) {
         let (value, limit) = (u64::from(heads[index][1]), bodies as u64);
-        return Err(DatabaseError::OutOfRange { tensor: "examples.heads".into(), index, value, limit });
+        return Err(DatabaseError::OutOfRange { tensor: HEADS.into(), index, value, limit });
+    }
+    if let Some(index) = heads.windows(2).position(|pair| pair[1] <= pair[0]) {
+        let (value, limit) = (u64::from(heads[index + 1][0]), u64::from(heads[index][0]));
+        return Err(DatabaseError::OutOfRange { tensor: HEADS.into(), index: index + 1, value, limit });
     }
     let scalars = contents.f64("examples.scalars", Some(heads.len()), 2)?;
     positive("examples.scalars", &scalars)?;
@@ -82,15 +95,16 @@ pub(super) fn get(contents: &Contents, bodies: usize) -> Result<Option<Learned>,
     let (contacts, _) = contacts.as_chunks::<8>();
     let contact_rows = rows(contents, "examples.contact_offsets", heads.len(), contacts.len())?;
     let sites = contents.u32("examples.sites", None, FLAT, u64::from(u32::MAX))?;
-    let energies = contents.f64("examples.energies", Some(sites.len()), 3)?;
-    let (energies, _) = energies.as_chunks::<3>();
+    let energies = contents.f64("examples.energies", Some(sites.len()), 4)?;
+    let (energies, _) = energies.as_chunks::<4>();
     let point_rows = rows(contents, "examples.point_offsets", heads.len(), sites.len())?;
     check_points(&sites, energies)?;
     let point = |row: usize| ExamplePoint {
         sites: sites[row],
         energy_max: energies[row][0],
         energy_max_worst: energies[row][1],
-        estimate: energies[row][2],
+        energy_max_again: energies[row][2],
+        estimate: energies[row][3],
     };
     let given = |value: f64| (value != DEFAULT).then_some(value);
     let contact = |&[x, y, z, i, j, k, duration_s, radius_m]: &[f64; 8]| Contact {
@@ -111,12 +125,21 @@ pub(super) fn get(contents: &Contents, bodies: usize) -> Result<Option<Learned>,
             points: point_rows[index].clone().map(point).collect(),
         })
         .collect();
-    let lessons = lessons(&examples);
-    if let Some(index) = lessons.iter().position(|lesson| !lesson.descriptor.iter().all(|x| x.is_finite())) {
-        return Err(DatabaseError::NonFinite { tensor: "examples.energies".into(), index });
+    let bare = |example: &Example| example.lessons(0).any(|lesson| !lesson.descriptor.iter().all(|x| x.is_finite()));
+    match examples.iter().position(bare) {
+        Some(index) => Err(DatabaseError::NonFinite { tensor: "examples.energies".into(), index }),
+        None => Ok(examples),
     }
-    let network = network(contents)?.knowing(&lessons);
-    Ok(Some(Learned { examples, network, quality }))
+}
+
+/// What `examples` taught; nothing where the file says that it was nothing.
+pub(super) fn learned(contents: &Contents, examples: &[Example]) -> Result<Option<Learned>, DatabaseError> {
+    if !contents.metadata.contains_key(QUALITY_KEY) {
+        return Ok(None);
+    }
+    let quality: Quality = contents.json(QUALITY_KEY)?;
+    let network = network(contents)?.knowing(&lessons(examples));
+    Ok(Some(Learned { network, quality }))
 }
 
 /// The range of each example's rows: at least one each, and all of them in turn.
@@ -154,11 +177,14 @@ fn positive(tensor: &'static str, values: &[f64]) -> Result<(), DatabaseError> {
 }
 
 /// Numbers of sites are positive, energies too; an estimate is 0 where a point is no label, and positive elsewhere.
-fn check_points(sites: &[u32], energies: &[[f64; 3]]) -> Result<(), DatabaseError> {
+fn check_points(sites: &[u32], energies: &[[f64; 4]]) -> Result<(), DatabaseError> {
     if let Some(index) = sites.iter().position(|sites| *sites == 0) {
         return Err(DatabaseError::NotPositive { tensor: "examples.sites".into(), index, value: 0.0 });
     }
-    match energies.iter().position(|[best, worst, estimate]| *best <= 0.0 || worst < best || *estimate < 0.0) {
+    match energies
+        .iter()
+        .position(|[best, worst, again, estimate]| *best <= 0.0 || worst < best || *again < 0.0 || *estimate < 0.0)
+    {
         Some(index) => {
             Err(DatabaseError::NotPositive { tensor: "examples.energies".into(), index, value: energies[index][0] })
         }

@@ -10,7 +10,7 @@ mod object;
 mod parts;
 mod thin;
 
-pub use bake::{BakeError, BakeRequest, Step, bake, input_hash};
+pub use bake::{BakeError, BakeRequest, Step, add_examples, bake, input_hash};
 pub use error::DatabaseError;
 pub use learned::EXAMPLES_MAX;
 pub use object::{BODIES_MAX, NODES_MAX, load, save};

@@ -59,8 +59,9 @@ pub fn save(prepared: &Prepared, path: &Path) -> Result<(), DatabaseError> {
             tensors.f64(name("surface_diffusion"), &shape, &lift.coordinates);
         }
     }
+    learned::put_examples(&mut tensors, &prepared.examples);
     if let Some(learned) = &prepared.learned {
-        learned::put(&mut tensors, learned);
+        learned::put_network(&mut tensors, &learned.network);
     }
     let shape = Shape {
         frame: prepared.frame,
@@ -114,7 +115,8 @@ pub fn load(path: &Path) -> Result<Prepared, DatabaseError> {
     let bodies = (0..shape.dimensions.len())
         .map(|index| body(&contents, index, &shape, parameters.material.poisson))
         .collect::<Result<Vec<_>, _>>()?;
-    let learned = learned::get(&contents, bodies.len())?;
+    let examples = learned::examples(&contents, bodies.len())?;
+    let learned = learned::learned(&contents, &examples)?;
     Ok(Prepared {
         name: contents.text("object")?.to_owned(),
         frame: shape.frame,
@@ -123,6 +125,7 @@ pub fn load(path: &Path) -> Result<Prepared, DatabaseError> {
         kappa: shape.kappa,
         report,
         bodies,
+        examples,
         learned,
     })
 }

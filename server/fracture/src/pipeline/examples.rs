@@ -6,12 +6,15 @@
 use super::sample::Sampler;
 use super::{Contact, Impact, Prepared, StrikeError, Workspace, strain_energy};
 use crate::centroidal::Field;
-use crate::degree::{self, Curve, CurveOptions, Lesson, SITES_MIN};
+use crate::degree::{self, Curve, CurveOptions, Lesson, Point, SITES_MIN};
 use crate::random::Stream;
 use crate::token::Token;
 
 /// Curves end at this many sites; predictions above the largest label are out of reach.
 pub const SITES_MAX: usize = 128;
+
+/// One impact of this many is labelled twice.
+pub const TWICE: u64 = 8;
 
 /// One point of an example's curve.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,6 +25,8 @@ pub struct ExamplePoint {
     pub energy_max: f64,
     /// The worse of the starts.
     pub energy_max_worst: f64,
+    /// E_max(n) from other starts: one impact of [`TWICE`] is labelled twice, to see what labels are worth; 0 elsewhere.
+    pub energy_max_again: f64,
     /// n₀ at the threshold that this point is a label of; 0 where it is none.
     pub estimate: f64,
 }
@@ -52,6 +57,11 @@ impl Example {
         })
     }
 
+    /// The degree at γ; `None` beyond the curve's end.
+    pub fn degree(&self, gamma: f64) -> Option<u32> {
+        self.points.iter().find(|point| point.energy_max <= gamma).map(|point| point.sites)
+    }
+
     /// One lesson per label.
     pub fn lessons(&self, example: usize) -> impl Iterator<Item = Lesson> + '_ {
         self.labels().map(move |(gamma, estimate, found)| Lesson {
@@ -60,9 +70,7 @@ impl Example {
             target: degree::target(f64::from(found), estimate),
         })
     }
-}
 
-impl Example {
     /// Lessons from the impact's pose and magnitude alone: place and direction of the first contact, its radius, and ln J²/γ.
     pub(super) fn poses(&self, example: usize) -> impl Iterator<Item = Lesson> + '_ {
         let first = self.contacts[0];
@@ -79,14 +87,16 @@ impl Example {
         })
     }
 
-    /// |Δn|/n between the degrees that this curve and another of the same field give at the γ of this one's labels.
-    pub(super) fn noise(&self, other: &Self) -> Vec<f64> {
-        let at = |gamma: f64| {
-            other.points.iter().find(|point| point.energy_max <= gamma).map(|point| f64::from(point.sites))
-        };
-        let difference =
-            |(gamma, _, found): (f64, f64, u32)| Some((at(gamma)? - f64::from(found)).abs() / f64::from(found));
-        self.labels().filter(|(.., found)| *found as usize >= SITES_MIN).filter_map(difference).collect()
+    /// |Δn|/n between the degrees of both curves at the γ of the first one's labels; nothing where there is one curve.
+    pub fn noise(&self) -> impl Iterator<Item = f64> + '_ {
+        let again = |gamma: f64| self.points.iter().find(|point| (0.0..=gamma).contains(&point.energy_max_again));
+        let twice = self.impact.is_multiple_of(TWICE);
+        self.labels().filter(move |(.., found)| twice && *found as usize >= SITES_MIN).filter_map(
+            move |(gamma, _, found)| {
+                let found = f64::from(found);
+                Some((f64::from(again(gamma)?.sites) - found).abs() / found)
+            },
+        )
     }
 }
 
@@ -100,12 +110,12 @@ fn records(energies: impl Iterator<Item = f64>) -> impl Iterator<Item = (usize, 
     })
 }
 
-/// The examples of impact number `index` of `seed`, one per body that it strikes; `starts` numbers independent sets of starts
-/// of their curves.
+/// The examples of impact number `index` of `seed`, one per body that it strikes.
 pub fn examples(
     prepared: &Prepared,
     sampler: &Sampler,
-    [seed, index, starts]: [u64; 3],
+    seed: u64,
+    index: u64,
     workspace: &mut Workspace,
     token: &Token,
 ) -> Result<Vec<Example>, StrikeError> {
@@ -121,24 +131,26 @@ pub fn examples(
         let body = &prepared.bodies[energy.body];
         let field = Field::new(&body.interior, &body.volumes, &mut energy.shares)
             .map_err(|source| StrikeError::Field { body: energy.body, source })?;
-        let options = CurveOptions {
-            sites_max: SITES_MAX,
-            seed: Stream::new(seed ^ index, starts).bits(),
-            ..CurveOptions::default()
+        let mut curve = |starts: u64| -> Result<Vec<Point>, StrikeError> {
+            let seed = Stream::new(seed ^ index, starts).bits();
+            let mut curve = Curve::new(&field, CurveOptions { sites_max: SITES_MAX, seed, ..CurveOptions::default() });
+            curve.extend(&field, 0.0, &mut workspace.centroidal, token)?;
+            Ok(curve.points().to_vec())
         };
-        let mut curve = Curve::new(&field, options);
-        curve.extend(&field, 0.0, &mut workspace.centroidal, token)?;
-        let mut points: Vec<ExamplePoint> = curve
-            .points()
+        let own = curve(0)?;
+        let again = if index.is_multiple_of(TWICE) { curve(1)? } else { Vec::new() };
+        let mut points: Vec<ExamplePoint> = own
             .iter()
-            .map(|point| ExamplePoint {
+            .enumerate()
+            .map(|(place, point)| ExamplePoint {
                 sites: point.sites as u32,
                 energy_max: point.energy_max,
                 energy_max_worst: point.energy_max_worst,
+                energy_max_again: again.get(place).map_or(0.0, |point| point.energy_max),
                 estimate: 0.0,
             })
             .collect();
-        let labels: Vec<(usize, f64)> = records(curve.points().iter().map(|point| point.energy_max)).collect();
+        let labels: Vec<(usize, f64)> = records(own.iter().map(|point| point.energy_max)).collect();
         for (place, gamma) in labels {
             points[place].estimate = degree::closed_form(&field, &body.slenderness, gamma);
         }
@@ -147,7 +159,7 @@ pub fn examples(
             body: energy.body,
             contacts: strike.contacts.clone(),
             energy_j: energy.energy_j,
-            first_moment: curve.points()[0].energy_max,
+            first_moment: own[0].energy_max,
             points,
         });
     }

@@ -26,7 +26,7 @@ pub use error::{CONTACTS_MAX, StrikeError};
 pub use examples::{Example, ExamplePoint, examples};
 pub use impact::Impact;
 pub(crate) use learned::lessons;
-pub use learned::{Learned, Quality, Sampled, sampled};
+pub use learned::{Learned, Quality, learn, sampled};
 pub use outcome::{Counts, DegreeSource, FragmentRow, OUTER, Outcome, RunRow};
 pub use pieces::Pieces;
 pub use prepared::{BakeReport, Body, Parameters, Prepared, Unprepared};

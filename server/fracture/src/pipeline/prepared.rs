@@ -1,6 +1,6 @@
 //! Everything that depends on the object alone: built by baking, loaded at start-up, shared and never changed.
 
-use super::{Learned, StrikeError};
+use super::{Example, Learned, StrikeError};
 use crate::degree::Slenderness;
 use crate::elasticity::{Boundary, Elasticity, ElasticityError};
 use crate::lattice::{BodyLattice, Lattice, Transfer};
@@ -141,7 +141,9 @@ pub struct Prepared {
     pub report: BakeReport,
     /// Its components.
     pub bodies: Vec<Body>,
-    /// What it has learned from examples, if it was given any.
+    /// Impacts whose fracture degree is known, by their numbers.
+    pub examples: Vec<Example>,
+    /// What they taught, if they are enough.
     pub learned: Option<Learned>,
 }
 
