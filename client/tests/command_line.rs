@@ -48,7 +48,7 @@ fn usage_errors_are_exit_2_and_one_document_too() {
     check(&["impact", "vase", "--point", "0,0"], 2, "usage");
     check(&["impact", "vase", "--point", "0,0,0", "--impulse", "a,b,c"], 2, "usage");
     check(&[&STRIKE[..], &["--point", "1,2,3"]].concat(), 2, "usage");
-    check(&[&STRIKE[..], &["--degree", "inferred"]].concat(), 2, "usage");
+    check(&[&STRIKE[..], &["--degree", "guessed"]].concat(), 2, "usage");
     check(&[&STRIKE[..], &["--lift", "sideways"]].concat(), 2, "usage");
     check(&[&STRIKE[..], &["--nonsense"]].concat(), 2, "usage");
     check(&["status", "--wait", "-1"], 2, "usage");

@@ -116,6 +116,7 @@ pub(crate) fn refusal(error: StrikeError) -> Refusal {
         StrikeError::ZeroImpulse { contact } => (Kind::Impulse, of(contact, "impulse_ns")),
         StrikeError::Balanced { body } => (Kind::Impulse, format!("body {body}")),
         StrikeError::Gamma(gamma) => (Kind::Gamma, gamma.to_string()),
+        StrikeError::Range(e1_over_gamma) => (Kind::Gamma, e1_over_gamma.to_string()),
         StrikeError::Degree { degree, .. } => (Kind::Degree, degree.to_string()),
         StrikeError::LiftUnprepared { lift, .. } => (Kind::Lift, lift.to_string()),
         StrikeError::TooFar { contact, .. } => (Kind::ContactTooFar, of(contact, "point_m")),

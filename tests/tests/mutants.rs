@@ -1,7 +1,7 @@
 //! Bad meshes at scale: every mutant ends in a checked answer or in a refusal that names its reason.
 
 use shatter_server::study::mutants::{
-    Base, Judge, Mutant, Plan, REGRESSIONS, Tally, Verdict, from_folder, generated, run,
+    Base, Judge, MUST_ACCEPT_RATE_MIN, Mutant, Plan, REGRESSIONS, Tally, Verdict, from_folder, generated, run,
 };
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -13,9 +13,6 @@ const REAL: usize = 180;
 
 /// Where something hangs; far from what a busy machine needs.
 const DEADLINE: Duration = Duration::from_secs(60);
-
-/// Share of the mutants that must be accepted that is.
-const MUST_ACCEPT_RATE_MIN: f64 = 0.95;
 
 /// The real meshes, if there are any.
 fn real() -> Vec<Base> {

@@ -67,7 +67,7 @@ fn every_rule_names_its_offender() {
     check(|w| w.gamma_j_m2 = -1.0, Kind::Gamma, "gamma_j_m2");
     check(|w| w.gamma_j_m2 = f64::NAN, Kind::Gamma, "gamma_j_m2");
     check(|w| w.degree = 3, Kind::Degree, "0");
-    check(|w| w.degree = 4, Kind::Degree, "4");
+    check(|w| w.degree = 5, Kind::Degree, "5");
     check(|w| w.degree_sites = 5, Kind::Degree, "5");
     check(|w| w.lift = 4, Kind::Lift, "4");
     check(|w| w.effects_on = 1 << 40, Kind::UnknownEffect, "40");

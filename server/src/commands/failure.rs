@@ -151,6 +151,7 @@ impl From<BakeError> for Failure {
             BakeError::Name(name) => Self::refused("object_name", name, message),
             BakeError::NotPositive { key, .. } => Self::refused("not_positive", key, message),
             BakeError::TooManyExamples { asked } => Self::refused("too_many_examples", asked.to_string(), message),
+            BakeError::TooSmall { spacing, .. } => Self::refused("too_small", spacing.to_string(), message),
             BakeError::TooThin { spacing, .. } => Self::refused("too_thin", spacing.to_string(), message),
             BakeError::Surface(error) => error.into(),
             BakeError::Lattice(error) => error.into(),

@@ -8,6 +8,7 @@ use crate::study::stability::{
     spoiled_statues,
 };
 use indicatif::{ProgressBar, ProgressStyle};
+use serde_json::{Value, json};
 use shatter_fracture::surface::shapes::write_obj;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -68,16 +69,15 @@ pub fn run(args: &Args) -> Result<bool, Failure> {
 }
 
 fn stability(args: &Stability) -> Result<bool, Failure> {
-    let ours = |fault: Fault| Failure::ours("study", fault.message);
-    let (rows, real_portraits) = rows(args);
+    let (mut rows, real_portraits) = rows(args);
     let findings = Findings {
-        rows,
         real_portraits,
-        locking: locking().map_err(ours)?,
-        necks: neck_over_impulses().map_err(ours)?,
-        neck_portraits: neck_portraits().map_err(ours)?,
-        spoiled: spoiled_statues().map_err(ours)?,
+        locking: found(locking(), "error against Poisson's ratio", &mut rows),
+        necks: found(neck_over_impulses(), "a neck over a range of impulses", &mut rows),
+        neck_portraits: found(neck_portraits(), "pictures of the neck", &mut rows),
+        spoiled: found(spoiled_statues(), "pictures of spoiled statues", &mut rows),
         mutants: tally(args)?,
+        rows,
     };
     let page = args.out.join("stability.html");
     let study = findings.page().map_err(|error| Failure::ours("plot", error.to_string()))?;
@@ -89,6 +89,14 @@ fn stability(args: &Stability) -> Result<bool, Failure> {
         out::print(&format!("{lines}\n{}\nOpen {} in a browser.\n", findings.mutants, page.display()))?;
     }
     Ok(!findings.failed())
+}
+
+/// What was found, or nothing and a failed row: one fault must not cost the rest of the study.
+fn found<T>(result: Result<Vec<T>, Fault>, name: &str, rows: &mut Vec<Row>) -> Vec<T> {
+    result.unwrap_or_else(|fault| {
+        rows.push(Row::failed(name, &fault));
+        Vec::new()
+    })
 }
 
 fn line(row: &Row) -> String {
@@ -185,9 +193,12 @@ fn shrink(args: &Stability, mutant: &Mutant) -> Result<bool, Failure> {
     })?;
     let fault = match judge.mutant(&base.mesh, mutant) {
         Verdict::Failed(fault) => fault,
-        verdict => {
-            out::print(&format!("{mutant}: {verdict:?}\n"))?;
-            return Ok(true);
+        Verdict::Checked { .. } => return told(args, &json!({ "mutant": mutant, "outcome": "checked" }), true),
+        Verdict::Refused { kind, message, justified } => {
+            let document = json!({
+                "mutant": mutant, "outcome": "refused", "kind": kind, "message": message, "justified": justified,
+            });
+            return told(args, &document, true);
         }
     };
     let spoilt = mutant.defect.apply(&base.mesh, mutant.seed);
@@ -200,7 +211,23 @@ fn shrink(args: &Stability, mutant: &Mutant) -> Result<bool, Failure> {
     bar.finish_and_clear();
     let file = args.out.join(format!("{}.obj", mutant.to_string().replace('/', "-")));
     write_obj(&shrunk.mesh, &file).map_err(|error| Failure::output(&file, &error))?;
-    let left = shrunk.mesh.triangles.len();
-    out::print(&format!("{mutant}: {fault}\n{left} triangles left: {}\n", file.display()))?;
-    Ok(false)
+    let document = json!({
+        "mutant": mutant, "outcome": "failed", "message": fault.to_string(),
+        "triangles": shrunk.mesh.triangles.len(), "file": file.display().to_string(),
+    });
+    told(args, &document, false)
+}
+
+/// Prints what became of one bad mesh, as a document or line by line.
+fn told(args: &Stability, document: &Value, held: bool) -> Result<bool, Failure> {
+    let lines = document.as_object().into_iter().flatten();
+    let text: String = if args.json {
+        format!("{document}\n")
+    } else {
+        lines
+            .map(|(key, value)| format!("{key}: {}\n", value.as_str().map_or(value.to_string(), str::to_owned)))
+            .collect()
+    };
+    out::print(&text)?;
+    Ok(held)
 }

@@ -55,6 +55,9 @@ impl BakeRequest {
     }
 }
 
+/// Share of the volume that may be in components which the lattice drops: beyond it, what is left is another object.
+const GONE_MAX: f64 = 0.25;
+
 /// What baking does, in order; the caller may show it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Step {
@@ -120,6 +123,19 @@ pub enum BakeError {
         /// How many were asked for.
         asked: u64,
     },
+    /// Most of the object is in components that no lattice of that spacing keeps.
+    #[error(
+        "{count} components with {percent:.0} % of the volume are smaller than crack spacing {spacing:.5} resolves: bake with a \
+         finer one, or fewer components at a time"
+    )]
+    TooSmall {
+        /// How many.
+        count: u64,
+        /// Their share of the volume, per cent.
+        percent: f64,
+        /// Crack spacing over the diagonal.
+        spacing: f64,
+    },
     /// No lattice could be made.
     #[error(transparent)]
     Lattice(#[from] LatticeError),
@@ -180,7 +196,7 @@ pub fn bake(
             parameters.fragment_size_m,
         )
     });
-    if !(gamma_j_m2.is_finite() && gamma_j_m2 > 0.0) {
+    if !(gamma_j_m2.is_normal() && gamma_j_m2 > 0.0) {
         return Err(BakeError::NotPositive { key: "gamma from the fragment size", value: gamma_j_m2 });
     }
     let name = request.name.clone();
@@ -257,7 +273,12 @@ fn lattices(
     let mut lost = thin::lost(&inside, &walls, &levels, &surface.frame, token)?;
     lost.extend(parts::severed(surface, &levels));
     lost.extend(parts::far(&inside, &levels));
-    lost.extend(parts::dropped(&inside, surface, volume, &levels));
+    let gone = parts::gone(surface, &levels);
+    if gone.volume > GONE_MAX * volume {
+        let percent = 100.0 * (gone.volume / volume).min(1.0);
+        return Err(BakeError::TooSmall { count: gone.count, percent, spacing: parameters.crack_spacing });
+    }
+    lost.extend(gone.defect(&inside, surface, volume));
     let report = report(surface, &inside, volume, &levels, lost);
     Ok((parameters, levels, report))
 }

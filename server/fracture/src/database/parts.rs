@@ -19,26 +19,51 @@ pub(super) fn far(inside: &Inside, levels: &Levels) -> Option<Defect> {
     Some(Defect::new(DefectKind::CoarseElastic, levels.far.len() as u64, first, action))
 }
 
-/// Components that the crack lattice could not keep, with their share of the volume: those that it dropped, and shells in
-/// whose box it has no node.
-pub(super) fn dropped(inside: &Inside, surface: &Surface, volume: f64, levels: &Levels) -> Option<Defect> {
+/// Components that the crack lattice could not keep: those that it dropped, and shells in whose box it has no node.
+pub(super) struct Gone {
+    /// How many.
+    pub count: u64,
+    /// Their volume, local.
+    pub volume: f64,
+    /// A place in the first that was dropped, or else a face of the first that was missed.
+    first: Option<First>,
+}
+
+enum First {
+    Place(Point3<f64>),
+    Face(u64),
+}
+
+/// What the crack lattice could not keep.
+pub(super) fn gone(surface: &Surface, levels: &Levels) -> Gone {
     let nodes = || levels.bodies.iter().flat_map(|body| &body.crack.nodes);
     let holds = |part: &Part, node: &Point3<f64>| (0..3).all(|k| (part.low[k]..=part.high[k]).contains(&node[k]));
+    let dropped = &levels.crack.dropped;
     let missed: Vec<&Part> = surface
         .parts
         .iter()
         .filter(|part| !nodes().any(|node| holds(part, node)))
-        .filter(|part| !levels.crack.dropped.iter().any(|dropped| holds(part, &dropped.place)))
+        .filter(|part| !dropped.iter().any(|dropped| holds(part, &dropped.place)))
         .collect();
-    let dropped = &levels.crack.dropped;
-    let first = match (dropped.first(), missed.first()) {
-        (Some(dropped), _) => inside.nearest_face(&dropped.place),
-        (None, Some(part)) => part.face,
-        (None, None) => return None,
-    };
-    let gone = dropped.iter().map(|component| component.volume).chain(missed.iter().map(|part| part.volume));
-    let lost: f64 = gone.sum();
-    let (share, lost_m3) = (100.0 * lost / volume, lost * surface.frame.diagonal_m.powi(3));
-    let action = format!("left out: smaller than the lattice spacing, {lost_m3:.3e} m³, {share:.4} % of the volume");
-    Some(Defect::new(DefectKind::DroppedComponent, (dropped.len() + missed.len()) as u64, first, action))
+    let volumes = dropped.iter().map(|component| component.volume).chain(missed.iter().map(|part| part.volume));
+    let place = dropped.first().map(|dropped| First::Place(dropped.place));
+    Gone {
+        count: (dropped.len() + missed.len()) as u64,
+        volume: volumes.sum(),
+        first: place.or(missed.first().map(|part| First::Face(part.face))),
+    }
+}
+
+impl Gone {
+    /// The line of the defect report, with the share of the input's volume.
+    pub fn defect(&self, inside: &Inside, surface: &Surface, volume: f64) -> Option<Defect> {
+        let first = match self.first.as_ref()? {
+            First::Place(place) => inside.nearest_face(place),
+            First::Face(face) => *face,
+        };
+        let (share, lost_m3) = (100.0 * self.volume / volume, self.volume * surface.frame.diagonal_m.powi(3));
+        let action =
+            format!("left out: smaller than the lattice spacing, {lost_m3:.3e} m³, {share:.4} % of the volume");
+        Some(Defect::new(DefectKind::DroppedComponent, self.count, first, action))
+    }
 }

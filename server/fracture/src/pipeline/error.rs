@@ -43,6 +43,9 @@ pub enum StrikeError {
     /// γ is not finite and positive.
     #[error("gamma must be finite and positive, got {0}")]
     Gamma(f64),
+    /// Impulse, modulus and γ are so far apart that E_1/γ is no number.
+    #[error("E_1/gamma is {0}: impulse, duration, size and gamma are too far apart for numbers to hold")]
+    Range(f64),
     /// Zero sites, or more than the cap.
     #[error("degree {degree}: 1 to {cap} sites are possible")]
     Degree {
@@ -64,7 +67,7 @@ pub enum StrikeError {
         radius_m: f64,
     },
     /// The object was baked without that lift.
-    #[error("body {body} was not prepared for the lift {lift}; bake the object again")]
+    #[error("body {body} has no lift {lift}: `shatterd inspect` says why, or bake the object again")]
     LiftUnprepared {
         /// Which body.
         body: usize,

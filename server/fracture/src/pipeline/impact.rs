@@ -57,13 +57,13 @@ fn peak_force_n(contact: usize, given: &Contact) -> Result<Vector3<f64>, StrikeE
             return Err(StrikeError::Number { contact, key, value, positive });
         }
     }
+    if given.impulse_ns == Vector3::zeros() {
+        return Err(StrikeError::ZeroImpulse { contact });
+    }
     let force = given.impulse_ns * (std::f64::consts::FRAC_PI_2 / duration_s);
     match force.norm() {
-        0.0 => Err(StrikeError::ZeroImpulse { contact }),
-        norm if !norm.is_finite() => {
-            Err(StrikeError::Number { contact, key: "peak force", value: norm, positive: true })
-        }
-        _ => Ok(force),
+        norm if norm.is_normal() => Ok(force),
+        norm => Err(StrikeError::Number { contact, key: "peak force", value: norm, positive: true }),
     }
 }
 
@@ -83,7 +83,7 @@ fn place(
         distances.enumerate().fold((0, f64::INFINITY), |best, next| if next.1 < best.1 { next } else { best });
     let lattice = prepared.report.surface_deviation.max(prepared.parameters.crack_spacing);
     // Far from the origin a point cannot be given more exactly than its coordinates are rounded.
-    let rounding = f64::EPSILON * contact.point_m.coords.norm() / prepared.frame.diagonal_m;
+    let rounding = f64::EPSILON * contact.point_m.coords.amax() / prepared.frame.diagonal_m;
     if distance > radius + lattice + rounding {
         return Err(StrikeError::TooFar {
             contact: index,

@@ -34,6 +34,9 @@ pub fn strike(
     }
     let verdict = Verdict::new(prepared, gamma_j_m2, &energies, &fields);
     watch.leave(Stage::Threshold, 0);
+    if !verdict.e1_over_gamma().is_normal() {
+        return Err(StrikeError::Range(verdict.e1_over_gamma()));
+    }
 
     let radius_m = energies.iter().map(|energy| energy.radius_m).fold(0.0, f64::max);
     let holds = verdict.e1_over_gamma() <= 1.0 && !matches!(strike.degree, DegreeRequest::Sites(_));

@@ -19,6 +19,10 @@ mod shrink;
 mod table;
 mod tally;
 
+/// Share of the mutants that must be accepted that is, at least: each of their defects leaves an inside that a person would
+/// point at, and the lattice of a mutant is coarse.
+pub const MUST_ACCEPT_RATE_MIN: f64 = 0.95;
+
 pub use base::{Base, FolderError, TRIANGLES_MAX, from_folder, generated};
 pub use check::Fault;
 pub use defects::{Defect, UnknownDefect};

@@ -66,6 +66,14 @@ pub struct Row {
     pub message: Option<String>,
 }
 
+impl Row {
+    /// What a part of the study that is no case leaves when it fails.
+    pub fn failed(name: &str, fault: &Fault) -> Self {
+        let why = "must not fail";
+        compare(name, "the study itself", Expect::AtMost(0.0), why, || Err(fault.clone()))
+    }
+}
+
 /// Runs a case and compares; a panic fails it.
 pub fn judge(case: &Case) -> Row {
     compare(case.name, case.item, case.expect, case.why, case.run)

@@ -2,7 +2,7 @@
 
 use super::{Locking, Neck, Outcome, Row};
 use crate::report::{Fact, Figure, Section, Study, Table, share, significant};
-use crate::study::mutants::{Named, Tally};
+use crate::study::mutants::{MUST_ACCEPT_RATE_MIN, Named, Tally};
 use crate::study::plot::{Axes, Line, PlotError, svg};
 use serde_json::{Value, json};
 
@@ -26,9 +26,10 @@ pub struct Findings {
 }
 
 impl Findings {
-    /// Whether anything failed.
+    /// Whether anything failed, or too much was refused.
     pub fn failed(&self) -> bool {
-        self.count(Outcome::Failed) > 0 || self.mutants.all.failed > 0
+        let refused = self.must_accept_rate().is_some_and(|rate| rate < MUST_ACCEPT_RATE_MIN);
+        self.count(Outcome::Failed) > 0 || self.mutants.all.failed > 0 || refused
     }
 
     /// None where no mutant that must be accepted was tried.

@@ -1,7 +1,9 @@
 //! The degree without examples, and where it is decided by a hair.
 
 use super::super::trial::{Fault, at, baked, coarse, struck};
-use shatter_fracture::pipeline::{DegreeRequest, DegreeSource, Prepared, Strike};
+use shatter_fracture::database::BakeRequest;
+use shatter_fracture::degree::{Lesson, train};
+use shatter_fracture::pipeline::{DegreeRequest, DegreeSource, Example, Prepared, Strike};
 use shatter_fracture::surface::{RawMesh, shapes};
 
 /// An arch, a strike, and the factor at which it just breaks.
@@ -30,6 +32,54 @@ pub fn no_example() -> Result<f64, Fault> {
     let own = Strike::at(strike.contacts[0].point_m, strike.contacts[0].impulse_ns * (3.0 * factor));
     let answer = struck(&prepared, &own)?;
     Ok(f64::from(u8::from(answer.source != DegreeSource::ClosedForm)))
+}
+
+/// An arch that learned from a dozen impacts.
+fn taught() -> Result<Prepared, Fault> {
+    baked(shapes::arch(), &BakeRequest { examples: 12, ..coarse()? })
+}
+
+/// Largest relative change of the number inferred for any lesson when every example is learned twice.
+pub fn duplicate_examples() -> Result<f64, Fault> {
+    let examples = taught()?.examples;
+    let once = lessons(&examples);
+    let again = once.iter().map(|lesson| Lesson { example: lesson.example + examples.len(), ..lesson.clone() });
+    let twice: Vec<Lesson> = once.iter().cloned().chain(again).collect();
+    let [Some(one), Some(two)] = [&once, &twice].map(|lessons| train(lessons, 1)) else {
+        return Err(Fault::ours("learning", "too few lessons"));
+    };
+    let change = |lesson: &Lesson| {
+        let [a, b] = [&one, &two].map(|trained| trained.network.predict(&lesson.descriptor).value);
+        (b - a).exp_m1().abs()
+    };
+    Ok(once.iter().map(change).fold(0.0, f64::max))
+}
+
+fn lessons(examples: &[Example]) -> Vec<Lesson> {
+    examples.iter().enumerate().flat_map(|(k, example)| example.lessons(k)).collect()
+}
+
+/// 0 if a blow like those of the examples is inferred, and one a million times as strong is not.
+pub fn far_outside() -> Result<f64, Fault> {
+    let prepared = taught()?;
+    let strike = breaking_blow(&prepared)?;
+    let source = |times: f64| -> Result<DegreeSource, Fault> {
+        let mut own = strike.clone();
+        own.contacts.iter_mut().for_each(|contact| contact.impulse_ns *= times);
+        Ok(struck(&prepared, &own)?.source)
+    };
+    let right = [source(6.0)? == DegreeSource::Inferred, source(6e6)? == DegreeSource::ClosedForm];
+    Ok(right.iter().filter(|right| !**right).count() as f64)
+}
+
+/// The first example's own blow at the impulse that just breaks the object.
+fn breaking_blow(prepared: &Prepared) -> Result<Strike, Fault> {
+    let first = prepared.examples.first().ok_or_else(|| Fault::ours("learning", "no example"))?;
+    let mut strike = Strike { contacts: first.contacts.clone(), ..at(prepared, [0.0, 1.0, 0.0]) };
+    strike.degree = DegreeRequest::Inferred;
+    let factor = struck(prepared, &strike)?.impulse_factor;
+    strike.contacts.iter_mut().for_each(|contact| contact.impulse_ns *= factor);
+    Ok(strike)
 }
 
 /// Largest fall of the optimised degree while γ falls.
