@@ -11,10 +11,10 @@ use crate::random::Stream;
 use crate::token::Token;
 
 /// Curves end at this many sites; predictions above the largest label are out of reach.
-pub const SITES_MAX: usize = 128;
+const SITES_MAX: usize = 128;
 
 /// One impact of this many is labelled twice.
-pub const TWICE: u64 = 8;
+const TWICE: u64 = 8;
 
 /// One point of an example's curve.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,7 +25,7 @@ pub struct ExamplePoint {
     pub energy_max: f64,
     /// The worse of the starts.
     pub energy_max_worst: f64,
-    /// E_max(n) from other starts: one impact of [`TWICE`] is labelled twice, to see what labels are worth; 0 elsewhere.
+    /// E_max(n) from other starts: one impact of eight is labelled twice, to see what labels are worth; 0 elsewhere.
     pub energy_max_again: f64,
     /// n₀ at the threshold that this point is a label of; 0 where it is none.
     pub estimate: f64,
