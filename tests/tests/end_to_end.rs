@@ -154,6 +154,34 @@ fn every_lift_can_be_asked_for() {
 }
 
 #[test]
+fn what_examples_taught_is_printed_drawn_added_to_and_used() {
+    let mut house = House::new();
+    let mesh = house.path("arch.obj");
+    write_obj(&shapes::arch(), &mesh).unwrap();
+    let (mesh, file) = (mesh.to_str().unwrap().to_owned(), house.databases().join("arch.shatter"));
+    let coarse = ["--crack-spacing", "0.06", "--elastic-spacing", "0.1", "--examples", "10"];
+    let baked = house.ok("shatterd", &[&["bake", mesh.as_str(), "--name", "arch"], &coarse[..]].concat());
+    assert!(number(&baked["learned"], "median_relative_error") < number(&baked["learned"], "closed_form_p90"));
+    let added = house.ok("shatterd", &["bake", &mesh, "--name", "arch", "--add", "2"]);
+    assert_eq!((number(&baked, "examples"), number(&added, "examples")), (10.0, 12.0));
+    let pages = house.path("pages");
+    let inspected = house.ok("shatterd", &["inspect", file.to_str().unwrap(), "--out", pages.to_str().unwrap()]);
+    assert_eq!(inspected["learned"], added["learned"]);
+    let page = std::fs::read_to_string(pages.join("arch.html")).unwrap();
+    assert!(page.matches("<svg").count() == 2 && page.contains("data:image/png") && page.contains("Predicted against"));
+    let other = house.path("mug.obj");
+    write_obj(&shapes::mug(), &other).unwrap();
+    let (code, refused) = house.json("shatterd", &["bake", other.to_str().unwrap(), "--name", "arch", "--add", "2"]);
+    assert_eq!((code, refused["error"]["kind"].as_str()), (3, Some("other_mesh")), "{refused}");
+    house.serve(&[]);
+    let (point, just) = contact(&house);
+    let source = |more: &[&str]| impact(&house, &point, 5.0 * just, more)["degree_source"].clone();
+    let rules = ["closed_form", "verified", "optimised"];
+    assert_eq!(rules.map(|rule| source(&["--degree", rule])), rules);
+    assert_eq!(source(&[]), source(&["--degree", "inferred"]));
+}
+
+#[test]
 fn damaged_databases_are_named_and_the_others_served() {
     let mut house = with_arch(&[]);
     let good = std::fs::read(house.databases().join("arch.shatter")).unwrap();

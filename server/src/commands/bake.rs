@@ -62,7 +62,7 @@ pub struct BakeArgs {
     ])]
     pub add: Option<u64>,
     /// Seed of everything random
-    #[arg(long, default_value_t = 0)]
+    #[arg(long, default_value_t = 0, allow_negative_numbers = true)]
     pub seed: u64,
     /// Folder of databases [default: the platform's]
     #[arg(long, value_name = "DIR")]

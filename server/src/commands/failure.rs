@@ -1,5 +1,6 @@
 //! Why a command ended without its result: a kind, whose fault it is, whether to retry, the offender.
 
+use crate::study::examples::ExamplesError;
 use serde_json::json;
 use shatter_fracture::database::{BakeError, DatabaseError};
 use shatter_fracture::lattice::LatticeError;
@@ -159,6 +160,16 @@ impl From<BakeError> for Failure {
             BakeError::Lift { .. } => Self::ours("lift", message),
             BakeError::Calibration(_) => Self::ours("calibration", message),
             BakeError::Cancelled(_) => Self::refused("cancelled", "", message),
+        }
+    }
+}
+
+impl From<ExamplesError> for Failure {
+    fn from(error: ExamplesError) -> Self {
+        let message = error.to_string();
+        match error {
+            ExamplesError::Nothing => Self::refused("no_examples", "", message),
+            ExamplesError::Plot(_) | ExamplesError::Picture(_) => Self::ours("page", message),
         }
     }
 }

@@ -1,6 +1,8 @@
 //! `shatterd inspect`: what a database holds.
 
 use super::{Failure, out};
+use crate::report;
+use crate::study::examples;
 use clap::Args;
 use serde_json::json;
 use shatter_fracture::database;
@@ -11,6 +13,9 @@ use std::path::PathBuf;
 pub struct InspectArgs {
     /// Database file
     pub file: PathBuf,
+    /// Folder for a page that shows what the object has learned, NAME.html
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
     /// One JSON document on stdout
     #[arg(long)]
     pub json: bool,
@@ -18,7 +23,13 @@ pub struct InspectArgs {
 
 /// Loads and verifies the file as the daemon would, and prints what is inside.
 pub fn run(args: &InspectArgs) -> Result<(), Failure> {
+    args.out.as_deref().map_or(Ok(()), out::folder)?;
     let prepared = database::load(&args.file)?;
+    let page = args.out.as_ref().map(|folder| folder.join(format!("{}.html", prepared.name)));
+    if let Some(page) = &page {
+        let study = examples::page(&prepared)?;
+        std::fs::write(page, report::study(&study)).map_err(|error| Failure::output(page, &error))?;
+    }
     let bytes = std::fs::metadata(&args.file).map_or(0, |metadata| metadata.len());
     let document = json!({
         "object": prepared.name,
@@ -41,6 +52,7 @@ pub fn run(args: &InspectArgs) -> Result<(), Failure> {
         "parameters": prepared.parameters,
         "defects": prepared.report.defects,
         "unprepared": prepared.report.unprepared,
+        "page": page,
     });
     if args.json {
         return out::print(&format!("{document}\n"));

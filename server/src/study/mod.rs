@@ -1,5 +1,6 @@
 //! Studies: what people look at to see whether to trust the service.
 
+pub mod examples;
 pub mod mutants;
 pub mod plot;
 pub mod stability;

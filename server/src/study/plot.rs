@@ -11,6 +11,20 @@ pub struct Line {
     pub name: String,
     /// Its points.
     pub points: Vec<(f64, f64)>,
+    /// How they are drawn.
+    pub mark: Mark,
+}
+
+/// How points are drawn.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Mark {
+    /// Joined, with a dot at each.
+    #[default]
+    Both,
+    /// Joined.
+    Line,
+    /// A small dot at each.
+    Dots,
 }
 
 /// Two axes.
@@ -46,7 +60,7 @@ pub fn svg(axes: &Axes, lines: &[Line]) -> Result<String, PlotError> {
         |&(x, y): &(f64, f64)| x.is_finite() && y.is_finite() && (!axes.log_x || x > 0.0) && (!axes.log_y || y > 0.0);
     let kept: Vec<Line> = lines
         .iter()
-        .map(|line| Line { name: line.name.clone(), points: line.points.iter().copied().filter(shown).collect() })
+        .map(|line| Line { points: line.points.iter().copied().filter(shown).collect(), ..line.clone() })
         .collect();
     let x = range(kept.iter().flat_map(|line| &line.points).map(|point| point.0), axes.log_x);
     let y = range(kept.iter().flat_map(|line| &line.points).map(|point| point.1), axes.log_y);
@@ -115,13 +129,18 @@ where
         .map_err(failed)?;
     for (line, colour) in lines.iter().zip(COLOURS.iter().cycle()) {
         let style = colour.stroke_width(2);
+        let joined = if line.mark == Mark::Dots { &[] } else { line.points.as_slice() };
         chart
-            .draw_series(LineSeries::new(line.points.iter().copied(), style))
+            .draw_series(LineSeries::new(joined.iter().copied(), style))
             .map_err(failed)?
             .label(line.name.as_str())
             .legend(move |(x, y)| PathElement::new(vec![(x, y), (x + 18, y)], style));
-        let dots = line.points.iter().map(|&point| Circle::new(point, 3, colour.filled()));
-        chart.draw_series(dots).map_err(failed)?;
+        let (dotted, radius) = match line.mark {
+            Mark::Both => (line.points.as_slice(), 3),
+            Mark::Line => (&[][..], 0),
+            Mark::Dots => (line.points.as_slice(), 1),
+        };
+        chart.draw_series(dotted.iter().map(|&point| Circle::new(point, radius, colour.filled()))).map_err(failed)?;
     }
     chart
         .configure_series_labels()
@@ -144,7 +163,8 @@ mod tests {
 
     fn check(log_x: bool, log_y: bool, points: Vec<(f64, f64)>) -> String {
         let axes = Axes { x: "to the right".into(), y: "upwards".into(), log_x, log_y };
-        svg(&axes, &[Line { name: "a line".into(), points }]).unwrap()
+        let mark = [Mark::Both, Mark::Line, Mark::Dots][usize::from(log_x) + usize::from(log_y)];
+        svg(&axes, &[Line { name: "a line".into(), points, mark }]).unwrap()
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use super::{Locking, Neck, Outcome, Row};
 use crate::report::{Fact, Figure, Section, Study, Table, share, significant};
 use crate::study::mutants::{MUST_ACCEPT_RATE_MIN, Named, Tally};
-use crate::study::plot::{Axes, Line, PlotError, svg};
+use crate::study::plot::{Axes, Line, Mark, PlotError, svg};
 use serde_json::{Value, json};
 
 /// Everything that the study found.
@@ -109,6 +109,7 @@ impl Findings {
         let line = |name: &str, figure: fn(&Locking) -> f64| Line {
             name: name.to_owned(),
             points: self.locking.iter().map(|at| (at.poisson, 100.0 * figure(at))).collect(),
+            mark: Mark::Both,
         };
         let lines = [
             line("body-centred lattice, 6 cubes across", |at| at.body_centred),
@@ -132,6 +133,7 @@ impl Findings {
         let line = |name: &str, figure: fn(&Neck) -> f64| Line {
             name: name.to_owned(),
             points: self.necks.iter().map(|neck| (neck.times, figure(neck))).collect(),
+            mark: Mark::Both,
         };
         let lines = [
             line("fragments", |neck| neck.fragments as f64),

@@ -11,7 +11,9 @@ use nalgebra::Point3;
 use tobj::{LoadError, LoadOptions, Mesh};
 
 pub(super) fn parse(bytes: &[u8]) -> Result<RawMesh, SurfaceError> {
-    let statements = statements(&String::from_utf8_lossy(bytes));
+    let text = String::from_utf8_lossy(bytes);
+    // Some editors begin a file with a mark that is no part of its first line.
+    let statements = statements(text.strip_prefix('\u{feff}').unwrap_or(&text));
     within_limit(statements.len())?;
     let mesh = load(&statements, statements.len()).map_err(|error| refused(&statements, &error))?;
     let positions: Vec<Point3<f64>> = mesh.positions.chunks_exact(3).map(Point3::from_slice).collect();

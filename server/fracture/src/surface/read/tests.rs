@@ -45,6 +45,7 @@ const OBJ: &str = "# caf\u{e9}\nmtllib no such file.mtl\no part\nv 0 0 0\nv 1. 0
 #[test]
 fn obj_is_read() {
     check("a.obj", OBJ.as_bytes());
+    check("a.obj", format!("\u{feff}{}", OBJ.trim_start()).as_bytes());
     check("A Name with späces.OBJ", OBJ.replace('\n', "\r\n").as_bytes());
     check("a.obj", &OBJ.bytes().map(|byte| if byte > 127 { 0xE9 } else { byte }).collect::<Vec<_>>());
 }

@@ -1,0 +1,168 @@
+//! What a database has learned, to look at: predicted against optimised degree, how errors are spread, and where the examples
+//! struck.
+
+use super::plot::{Axes, Line, Mark, PlotError, svg};
+use crate::picture::{Backdrop, CREASE_DEG, Camera, Colour, Mesh, PictureError, Projection, Size, Style, arrow, draw};
+use crate::report::{Fact, Figure, Section, Study, share};
+use nalgebra::{Point3, Vector3};
+use shatter_fracture::degree::{self, Lesson, SITES_MIN};
+use shatter_fracture::pipeline::{Learned, Prepared};
+
+/// Why there is no page.
+#[derive(Debug, thiserror::Error)]
+pub enum ExamplesError {
+    /// The database has not learned anything.
+    #[error("the database has no examples, or too few to learn from")]
+    Nothing,
+    /// No plot.
+    #[error(transparent)]
+    Plot(#[from] PlotError),
+    /// No picture.
+    #[error(transparent)]
+    Picture(#[from] PictureError),
+}
+
+/// Bars of the histogram, and the relative errors that they reach to either side.
+const BARS: usize = 40;
+const ERROR_MAX: f64 = 0.5;
+
+const SIZE: Size = Size { width: 900, height: 680 };
+const FROM: [f32; 3] = [0.6, 0.5, 1.0];
+const LENS: Projection = Projection::Perspective { fov_deg: 24.0 };
+
+/// Length of an arrow over the object's diagonal.
+const ARROW: f64 = 0.05;
+
+/// One label, and what is said of it without its example.
+struct Told {
+    optimised: f64,
+    network: f64,
+    closed_form: f64,
+}
+
+/// The page on what `prepared` has learned. The network is trained once more, to hear what it says of each example when that
+/// is left out.
+pub fn page(prepared: &Prepared) -> Result<Study, ExamplesError> {
+    let learned = prepared.learned.as_ref().ok_or(ExamplesError::Nothing)?;
+    let told = told(prepared).ok_or(ExamplesError::Nothing)?;
+    Ok(Study {
+        title: format!("What {} has learned", prepared.name),
+        lead: vec![
+            "Impacts drawn over the surface, each labelled by the full optimisation at every threshold; a network learned from \
+             them how many fragments there will be. Every example is left out in turn: what is shown of it comes from the \
+             others."
+                .to_owned(),
+        ],
+        facts: facts(prepared, learned),
+        sections: vec![against(&told)?, spread(&told)?, struck(prepared)?],
+    })
+}
+
+fn told(prepared: &Prepared) -> Option<Vec<Told>> {
+    let each = prepared.examples.iter().enumerate();
+    let lessons: Vec<Lesson> = each.flat_map(|(k, example)| example.lessons(k)).collect();
+    let trained = degree::train(&lessons, prepared.parameters.seed)?;
+    let labels = prepared.examples.iter().flat_map(|example| example.labels());
+    let one = |((_, estimate, sites), left_out): ((f64, f64, u32), &f64)| Told {
+        optimised: f64::from(sites),
+        network: degree::sites(*left_out, estimate).max(2.0),
+        closed_form: (prepared.kappa * estimate).max(2.0),
+    };
+    Some(labels.zip(&trained.left_out).map(one).collect())
+}
+
+fn facts(prepared: &Prepared, learned: &Learned) -> Vec<Fact> {
+    let quality = &learned.quality;
+    let both = |median: f64, p90: f64| format!("{}, nine of ten {}", share(median), share(p90));
+    vec![
+        Fact::new("Examples", prepared.examples.len().to_string()),
+        Fact::new("Network", both(quality.median_relative_error, quality.p90_relative_error)),
+        Fact::new("Closed form, κ of these examples", both(quality.closed_form_median, quality.closed_form_p90)),
+        Fact::new("Network on the blow's pose instead", share(quality.pose_network_median)),
+        Fact::new("Labels from other starts", share(quality.label_noise_median)),
+        Fact::new("Labels of 8 sites and more", quality.holdout.to_string()),
+    ]
+}
+
+fn against(told: &[Told]) -> Result<Section, PlotError> {
+    let points = |of: fn(&Told) -> f64| told.iter().map(|told| (told.optimised, of(told))).collect();
+    let most = told.iter().map(|told| told.optimised).fold(2.0, f64::max);
+    let lines = [
+        Line { name: "closed form".into(), points: points(|told| told.closed_form), mark: Mark::Dots },
+        Line { name: "network".into(), points: points(|told| told.network), mark: Mark::Dots },
+        Line { name: "what it should be".into(), points: vec![(2.0, 2.0), (most, most)], mark: Mark::Line },
+    ];
+    let axes = Axes { x: "optimised degree".into(), y: "predicted degree".into(), log_x: true, log_y: true };
+    Ok(Section {
+        heading: "Predicted against optimised".to_owned(),
+        plots: vec![(svg(&axes, &lines)?, "One dot per label.".to_owned())],
+        ..Section::default()
+    })
+}
+
+fn spread(told: &[Told]) -> Result<Section, PlotError> {
+    let counted: Vec<&Told> = told.iter().filter(|told| told.optimised >= SITES_MIN as f64).collect();
+    let line = |name: &str, of: fn(&Told) -> f64| Line {
+        name: name.to_owned(),
+        points: histogram(counted.iter().map(|told| of(told) / told.optimised - 1.0)),
+        mark: Mark::Line,
+    };
+    let lines = [line("closed form", |told| told.closed_form), line("network", |told| told.network)];
+    let axes = Axes { x: "Δn / n".into(), y: "labels".into(), log_x: false, log_y: false };
+    Ok(Section {
+        heading: "How errors are spread".to_owned(),
+        lead: vec!["Degrees of 8 and more; errors beyond the ends are counted at the ends.".to_owned()],
+        plots: vec![(svg(&axes, &lines)?, "Relative errors.".to_owned())],
+        ..Section::default()
+    })
+}
+
+/// The outline of a histogram from −[`ERROR_MAX`] to [`ERROR_MAX`].
+fn histogram(values: impl Iterator<Item = f64>) -> Vec<(f64, f64)> {
+    let mut counts = [0.0; BARS];
+    for value in values {
+        let place = (value / ERROR_MAX + 1.0) * 0.5 * BARS as f64;
+        counts[(place.max(0.0) as usize).min(BARS - 1)] += 1.0;
+    }
+    let edge = |bar: usize| (2.0 * bar as f64 / BARS as f64 - 1.0) * ERROR_MAX;
+    counts.iter().enumerate().flat_map(|(bar, count)| [(edge(bar), *count), (edge(bar + 1), *count)]).collect()
+}
+
+/// The object with an arrow per contact.
+fn struck(prepared: &Prepared) -> Result<Section, PictureError> {
+    let metre = prepared.frame.diagonal_m;
+    let mut scene = Mesh::default();
+    for body in &prepared.bodies {
+        let positions = body.crack.nodes.iter().map(|node| (node * metre).cast()).collect();
+        let faces = body.crack.boundary().iter().map(|face| face.nodes).collect();
+        scene.append(Mesh::paint(positions, faces, CREASE_DEG, |_, _| Colour::oklch(0.86, 0.02, 85.0)));
+    }
+    let ground = scene.bounds().0.y;
+    for contact in prepared.examples.iter().flat_map(|example| &example.contacts) {
+        let tip: Point3<f32> = Point3::from(contact.point_m - prepared.frame.centre_m).cast();
+        let length = (ARROW * metre) as f32;
+        scene.append(arrow(tip, contact.impulse_ns.cast(), length, Colour::oklch(0.55, 0.14, 40.0)));
+    }
+    let aspect = SIZE.width as f32 / SIZE.height as f32;
+    let camera = Camera::fit(&scene.positions, Vector3::from(FROM), LENS, aspect);
+    let png = draw(&scene, &camera, SIZE, Style::CHART, Some(ground), Backdrop::Clear).png()?;
+    let caption = "An arrow ends where a contact of an example is, and flies as its impulse does.".to_owned();
+    Ok(Section {
+        heading: "Where the examples struck".to_owned(),
+        figures: vec![Figure { png, caption, scale: None }],
+        ..Section::default()
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_histogram_counts_everything_once() {
+        let outline = histogram([-3.0, -0.5, 0.0, 0.01, 0.499, 0.5, 7.0].into_iter());
+        let total: f64 = outline.chunks(2).map(|edges| edges[0].1).sum();
+        assert_eq!((outline.len(), total), (2 * BARS, 7.0));
+        assert_eq!((outline[0], outline[2 * BARS - 1]), ((-0.5, 2.0), (0.5, 3.0)));
+    }
+}
