@@ -12,8 +12,6 @@ pub struct Verified {
     pub degree: Degree,
     /// The diagram that passed, or the cap's.
     pub diagram: Diagram,
-    /// Diagrams that were made.
-    pub diagrams: usize,
 }
 
 /// The smallest n of the curve's grid from `guess` downwards whose best diagram passes γ, or from `guess` upwards the first that
@@ -34,13 +32,11 @@ pub fn verify(
     let grid: Vec<usize> = grid(options.sites_max.clamp(1, field.nodes())).skip(1).collect();
     let Some(last) = grid.len().checked_sub(1) else {
         let diagram = centroidal::diagram(field, &options.diagram(1, 0), workspace, token)?;
-        return Ok(Verified { degree: Degree { sites: 1, capped: true }, diagram, diagrams: 1 });
+        return Ok(Verified { degree: Degree { sites: 1, capped: true }, diagram });
     };
-    let mut diagrams = 0;
-    let mut best = |place: usize, workspace: &mut Workspace| -> Result<Diagram, Cancelled> {
+    let best = |place: usize, workspace: &mut Workspace| -> Result<Diagram, Cancelled> {
         let mut best: Option<Diagram> = None;
         for start in 0..options.starts.max(1) {
-            diagrams += 1;
             let next = centroidal::diagram(field, &options.diagram(grid[place], start), workspace, token)?;
             if best.as_ref().is_none_or(|best| next.energy_max() < best.energy_max()) {
                 best = Some(next);
@@ -65,5 +61,5 @@ pub fn verify(
         }
     }
     let degree = Degree { sites: grid[place], capped: diagram.energy_max() > gamma };
-    Ok(Verified { degree, diagram, diagrams })
+    Ok(Verified { degree, diagram })
 }

@@ -47,8 +47,9 @@ pub fn divide(
     watch: &mut dyn Watch,
 ) -> Result<Division, StrikeError> {
     match strike.degree {
-        DegreeRequest::Optimised => optimise(strike, verdict, fields, workspace, token, watch),
-        DegreeRequest::Verified => verify(prepared, strike, verdict, fields, workspace, token, watch),
+        DegreeRequest::Optimised | DegreeRequest::Verified => {
+            search(prepared, strike, verdict, fields, workspace, token, watch)
+        }
         DegreeRequest::ClosedForm | DegreeRequest::Inferred => {
             watch.enter(Stage::Degree);
             let guesses = guesses(prepared, strike, verdict, fields);
@@ -128,35 +129,8 @@ fn diagrams(
     Ok(cells)
 }
 
-fn optimise(
-    strike: &Strike,
-    verdict: &Verdict,
-    fields: &[Field],
-    workspace: &mut Workspace,
-    token: &Token,
-    watch: &mut dyn Watch,
-) -> Result<Division, StrikeError> {
-    let mut division = Division::none(DegreeSource::Optimised);
-    for (struck, field) in fields.iter().enumerate() {
-        if verdict.first_moments[struck] <= verdict.gammas[struck] {
-            division.degree += 1;
-            continue;
-        }
-        watch.enter(Stage::Degree);
-        let gamma = verdict.gammas[struck];
-        let options = CurveOptions { sites_max: DEGREE_MAX as usize, seed: strike.seed, ..CurveOptions::default() };
-        let optimised = degree::optimise(field, gamma, options, &mut workspace.centroidal, token)?;
-        watch.leave(Stage::Degree, 0);
-        watch.enter(Stage::Centroidal);
-        division.degree += optimised.degree.sites as u32;
-        division.capped |= optimised.degree.capped;
-        watch.leave(Stage::Centroidal, diagram_bytes(&optimised.diagram));
-        division.cells.push(BodyCells { struck, diagram: optimised.diagram });
-    }
-    Ok(division)
-}
-
-fn verify(
+/// Searches the degree of each struck body by diagrams: from below, or from a guess.
+fn search(
     prepared: &Prepared,
     strike: &Strike,
     verdict: &Verdict,
@@ -165,30 +139,37 @@ fn verify(
     token: &Token,
     watch: &mut dyn Watch,
 ) -> Result<Division, StrikeError> {
-    let mut division = Division::none(DegreeSource::Verified);
-    for (struck, (field, guess)) in fields.iter().zip(guesses(prepared, strike, verdict, fields)).enumerate() {
-        if guess.sites == 1 {
+    let verified = strike.degree == DegreeRequest::Verified;
+    let source = if verified { DegreeSource::Verified } else { DegreeSource::Optimised };
+    let mut division = Division { source, degree: 0, capped: false, confidence: 1.0, cells: Vec::new() };
+    let guesses = verified.then(|| guesses(prepared, strike, verdict, fields));
+    for (struck, field) in fields.iter().enumerate() {
+        let gamma = verdict.gammas[struck];
+        if verdict.first_moments[struck] <= gamma {
             division.degree += 1;
             continue;
         }
         watch.enter(Stage::Degree);
-        let gamma = verdict.gammas[struck];
         let options = CurveOptions { sites_max: DEGREE_MAX as usize, seed: strike.seed, ..CurveOptions::default() };
-        let verified = degree::verify(field, gamma, guess.sites as usize, &options, &mut workspace.centroidal, token)?;
+        let (degree, diagram) = match &guesses {
+            Some(guesses) => {
+                let guess = guesses[struck].sites as usize;
+                let found = degree::verify(field, gamma, guess, &options, &mut workspace.centroidal, token)?;
+                (found.degree, found.diagram)
+            }
+            None => {
+                let found = degree::optimise(field, gamma, options, &mut workspace.centroidal, token)?;
+                (found.degree, found.diagram)
+            }
+        };
         watch.leave(Stage::Degree, 0);
         watch.enter(Stage::Centroidal);
-        division.degree += verified.degree.sites as u32;
-        division.capped |= verified.degree.capped;
-        watch.leave(Stage::Centroidal, diagram_bytes(&verified.diagram));
-        division.cells.push(BodyCells { struck, diagram: verified.diagram });
+        division.degree += degree.sites as u32;
+        division.capped |= degree.capped;
+        watch.leave(Stage::Centroidal, diagram_bytes(&diagram));
+        division.cells.push(BodyCells { struck, diagram });
     }
     Ok(division)
-}
-
-impl Division {
-    fn none(source: DegreeSource) -> Self {
-        Self { source, degree: 0, capped: false, confidence: 1.0, cells: Vec::new() }
-    }
 }
 
 fn diagram_bytes(diagram: &Diagram) -> u64 {
