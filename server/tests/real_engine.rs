@@ -175,6 +175,8 @@ fn the_engines_refusals_name_the_offender() {
     };
     check(Impact::at([1.0, 0.0, 0.0]).impulse([1.0, 0.0, 0.0]), Kind::ContactTooFar, "contacts[0].point_m");
     check(blow(1.0).and_at([0.0, 3.0, 0.0]).impulse([1.0; 3]), Kind::ContactTooFar, "contacts[1].point_m");
+    check(blow(1.0).and_at([1e200, 0.0, 0.0]).impulse([1.0; 3]), Kind::ContactTooFar, "contacts[1].point_m");
+    check(blow(1e145).gamma(1e-30), Kind::Gamma, "inf");
     check(blow(1.0).degree(Degree::Sites(513)), Kind::Degree, "513");
     check(blow(50.0).degree(Degree::Sites(30)).fragments_max(5), Kind::CapExceeded, "fragments_max");
 }

@@ -202,6 +202,36 @@ fn damaged_databases_are_named_and_the_others_served() {
     assert!(listed.to_string().contains("checksum"), "the damaged ones are listed with their error: {listed}");
 }
 
+/// A thousand small cubes apart from each other: half of them fall between the nodes of a lattice at default spacing.
+fn scraps() -> String {
+    let mut text = String::new();
+    let cube = shapes::cuboid([0.6; 3]);
+    for place in (0..1000).map(|k| [k % 10, k / 10 % 10, k / 100].map(f64::from)) {
+        text.extend(
+            cube.positions_m.iter().map(|p| format!("v {} {} {}\n", p.x + place[0], p.y + place[1], p.z + place[2])),
+        );
+    }
+    for first in (0..1000).map(|k| k * cube.positions_m.len() as u32 + 1) {
+        text.extend(cube.triangles.iter().map(|[a, b, c]| format!("f {} {} {}\n", a + first, b + first, c + first)));
+    }
+    text
+}
+
+#[test]
+fn one_bad_mesh_is_judged_with_one_document() {
+    let house = House::new();
+    let out = house.path("study");
+    let judged =
+        |id: &str| house.ok("shatterd", &["study", "stability", "--shrink", id, "--out", out.to_str().unwrap()]);
+    assert_eq!(judged("sphere/two_shells/1")["outcome"], "checked");
+    let refused = judged("sphere/nan/3");
+    assert_eq!(
+        (refused["outcome"].as_str(), refused["justified"].as_bool()),
+        (Some("refused"), Some(true)),
+        "{refused}"
+    );
+}
+
 #[test]
 fn bad_meshes_are_refused_by_name_and_leave_nothing() {
     let house = House::new();
@@ -231,6 +261,7 @@ fn bad_meshes_are_refused_by_name_and_leave_nothing() {
     refused("fine.obj", &text, &["--crack-spacing", "1e-9"], "spacing_out_of_range");
     refused("coarse.obj", &text, &["--crack-spacing", "7"], "spacing_out_of_range");
     refused("many.obj", &text, &["--elastic-spacing", "0.01"], "too_many_nodes");
+    refused("scraps.obj", &scraps(), &[], "too_small");
     refused("order.obj", &text, &["--elastic-spacing", "0.05", "--crack-spacing", "0.06"], "spacing_order");
     let (code, document) = house.json("shatterd", &["bake", "cube.obj", "--unit", "furlong"]);
     assert_eq!((code, document["error"]["kind"].as_str()), (2, Some("usage")));
