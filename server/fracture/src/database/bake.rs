@@ -267,17 +267,24 @@ fn lattices(
         crack: parameters.crack_spacing,
         refine: request.elastic_spacing.is_none(),
     };
-    let levels =
-        lattice::levels(&inside, spacings, volume, token).map_err(|error| thin::explain(error, &walls, surface))?;
-    parameters.elastic_spacing = levels.elastic.as_ref().map_or(parameters.crack_spacing, |level| level.spacing);
-    let mut lost = thin::lost(&inside, &walls, &levels, &surface.frame, token)?;
-    lost.extend(parts::severed(surface, &levels));
-    lost.extend(parts::far(&inside, &levels));
-    let gone = parts::gone(surface, &levels);
+    let stuffed = |volume| {
+        lattice::levels(&inside, spacings, volume, token).map_err(|error| thin::explain(error, &walls, surface))
+    };
+    let mut levels = stuffed(volume)?;
+    let mut gone = parts::gone(surface, &levels, volume);
     if gone.volume > GONE_MAX * volume {
         let percent = 100.0 * (gone.volume / volume).min(1.0);
         return Err(BakeError::TooSmall { count: gone.count, percent, spacing: parameters.crack_spacing });
     }
+    if gone.volume > lattice::VOLUME_TOLERANCE * volume {
+        // What is kept must not make up for what is not.
+        levels = stuffed(volume - gone.volume)?;
+        gone = parts::gone(surface, &levels, volume);
+    }
+    parameters.elastic_spacing = levels.elastic.as_ref().map_or(parameters.crack_spacing, |level| level.spacing);
+    let mut lost = thin::lost(&inside, &walls, &levels, &surface.frame, token)?;
+    lost.extend(parts::severed(surface, &levels));
+    lost.extend(parts::far(&inside, &levels));
     lost.extend(gone.defect(&inside, surface, volume));
     let report = report(surface, &inside, volume, &levels, lost);
     Ok((parameters, levels, report))

@@ -34,8 +34,10 @@ enum First {
     Face(u64),
 }
 
-/// What the crack lattice could not keep.
-pub(super) fn gone(surface: &Surface, levels: &Levels) -> Gone {
+/// What the crack lattice could not keep of a shape of `volume` (local).
+///
+/// Where the lattice swells to meet the volume, what it dropped has swollen too: its share counts, not its size.
+pub(super) fn gone(surface: &Surface, levels: &Levels, volume: f64) -> Gone {
     let nodes = || levels.bodies.iter().flat_map(|body| &body.crack.nodes);
     let holds = |part: &Part, node: &Point3<f64>| (0..3).all(|k| (part.low[k]..=part.high[k]).contains(&node[k]));
     let dropped = &levels.crack.dropped;
@@ -45,11 +47,13 @@ pub(super) fn gone(surface: &Surface, levels: &Levels) -> Gone {
         .filter(|part| !nodes().any(|node| holds(part, node)))
         .filter(|part| !dropped.iter().any(|dropped| holds(part, &dropped.place)))
         .collect();
-    let volumes = dropped.iter().map(|component| component.volume).chain(missed.iter().map(|part| part.volume));
+    let dropped_volume: f64 = dropped.iter().map(|component| component.volume).sum();
+    let missed_volume: f64 = missed.iter().map(|part| part.volume).sum();
+    let dropped_share = dropped_volume / (dropped_volume + levels.crack.volume);
     let place = dropped.first().map(|dropped| First::Place(dropped.place));
     Gone {
         count: (dropped.len() + missed.len()) as u64,
-        volume: volumes.sum(),
+        volume: missed_volume + dropped_share * (volume - missed_volume).max(0.0),
         first: place.or(missed.first().map(|part| First::Face(part.face))),
     }
 }

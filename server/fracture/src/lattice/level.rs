@@ -16,7 +16,7 @@ pub const BODY_SHARE_MIN: f64 = 1e-3;
 pub const BODY_TETS_MIN: usize = 12;
 
 /// How far the lattice's volume may stay from the one asked for, as a share of it.
-const VOLUME_TOLERANCE: f64 = 1e-3;
+pub const VOLUME_TOLERANCE: f64 = 1e-3;
 
 /// Offsets tried to meet a volume, at most.
 const OFFSETS_MAX: usize = 8;

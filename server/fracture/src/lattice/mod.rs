@@ -29,7 +29,7 @@ pub use adjacency::{NO_TET, Stars};
 pub use block::block;
 pub use error::LatticeError;
 pub use grid::{GRID_NODES_MAX, SPACING_RANGE};
-pub use level::{BODY_SHARE_MIN, BODY_TETS_MIN, Dropped, Level, stuff};
+pub use level::{BODY_SHARE_MIN, BODY_TETS_MIN, Dropped, Level, VOLUME_TOLERANCE, stuff};
 pub use levels::{BodyLattice, LevelReport, Levels, OVERLAP_MIN, Replaced, Replacement, Spacings, levels};
 pub use locate::{Locator, Nearest, Place};
 pub use measure::Dihedral;

@@ -44,6 +44,14 @@ fn as_the_arch(spoil: impl FnOnce(RawMesh) -> RawMesh) -> Result<f64, Fault> {
     volume(spoil(shapes::arch()), arch.report.lattice_volume_m3)
 }
 
+/// A ball beside 20 crumbs that hold a fortieth of its volume and are too small for the lattice.
+pub fn crumbs() -> Result<f64, Fault> {
+    let crumb = shapes::cuboid([0.17; 3]);
+    let places = (0..20).map(|k| [k / 10, k / 5 % 2, k % 5].map(|k| f64::from(k) * 0.4));
+    let mesh = places.fold(ball(), |mesh, [x, y, z]| joined(mesh, &crumb, [1.3 + x, y - 0.2, z - 0.8]));
+    volume(mesh, 4.0 / 3.0 * PI)
+}
+
 pub fn inside_out() -> Result<f64, Fault> {
     as_the_arch(inverted)
 }
