@@ -25,7 +25,8 @@ static NOTHING: SummaryWire = SummaryWire {
     fracture_degree: 0,
     capped: 0,
     stop_reason: 0,
-    reserved: [0; 2],
+    elastic: 0,
+    reserved: 0,
     gamma_j_m2: 0.0,
     e1_over_gamma: 0.0,
     threshold_impulse_factor: 0.0,
@@ -33,7 +34,8 @@ static NOTHING: SummaryWire = SummaryWire {
     seed: 0,
     handle: 0,
     radius_m: 0.0,
-    reserved_tail: [0; 7],
+    energy_error: 0.0,
+    reserved_tail: [0; 6],
 };
 
 impl Broken {

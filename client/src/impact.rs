@@ -1,6 +1,6 @@
 //! What strikes an object, put together step by step.
 
-use shatter_proto::request::{Contact, Degree, Lift, Purpose, Strike};
+use shatter_proto::request::{Contact, Degree, Elastic, Lift, Purpose, Strike};
 
 /// One impact: contacts, and how the answer shall be computed. Lengths in m and directions in the coordinates of the mesh
 /// file, +Y up. Nothing is checked here; the service names what it refuses.
@@ -56,6 +56,12 @@ impl Impact {
     /// Which lift, instead of the object's own.
     pub fn lift(mut self, lift: Lift) -> Self {
         self.0.lift = Some(lift);
+        self
+    }
+
+    /// Where displacements come from; by default the object's reduced basis, where it is exact enough.
+    pub fn elastic(mut self, elastic: Elastic) -> Self {
+        self.0.elastic = elastic;
         self
     }
 

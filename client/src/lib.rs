@@ -47,6 +47,6 @@ pub use digest::{Digest, SectionDigest};
 pub use impact::Impact;
 pub use object::Object;
 pub use shatter_proto::control::Latency;
-pub use shatter_proto::request::{Degree, Lift, Purpose, Strike};
+pub use shatter_proto::request::{Degree, Elastic, Lift, Purpose, Strike};
 pub use shatter_proto::{Fault, Kind, Refusal, exit};
 pub use ticket::{Poll, Ticket};

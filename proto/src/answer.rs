@@ -120,6 +120,9 @@ impl SectionKind {
 /// Which rule produced the fracture degree; the numbers of [`SummaryWire::degree_source`].
 pub const DEGREE_SOURCES: [&str; 6] = ["threshold", "closed_form", "inferred", "verified", "optimised", "forced"];
 
+/// Where the displacements came from; the numbers of [`SummaryWire::elastic`]. Solved if one body's were.
+pub const ELASTIC_SOURCES: [&str; 2] = ["solve", "reduced"];
+
 /// What stopped the strike; the numbers of [`SummaryWire::stop_reason`].
 pub const STOP_REASONS: [&str; 2] = ["complete", "cap"];
 
@@ -145,8 +148,10 @@ pub struct SummaryWire {
     pub capped: u32,
     /// Index into [`STOP_REASONS`].
     pub stop_reason: u32,
+    /// Index into [`ELASTIC_SOURCES`].
+    pub elastic: u32,
     /// Zero.
-    pub reserved: [u32; 2],
+    pub reserved: u32,
     /// γ used, J·m².
     pub gamma_j_m2: f64,
     /// E_1/γ.
@@ -161,8 +166,10 @@ pub struct SummaryWire {
     pub handle: u64,
     /// Largest contact radius in effect, m: at least a multiple of the elastic spacing.
     pub radius_m: f64,
+    /// Relative error of the elastic energy, estimated; zero where it was solved for.
+    pub energy_error: f64,
     /// Zero.
-    pub reserved_tail: [u64; 7],
+    pub reserved_tail: [u64; 6],
 }
 
 impl SummaryWire {
@@ -179,6 +186,11 @@ impl SummaryWire {
     /// Name of the rule that produced the degree.
     pub fn degree_source(&self) -> &'static str {
         DEGREE_SOURCES.get(self.degree_source as usize).copied().unwrap_or("unknown")
+    }
+
+    /// Name of where the displacements came from.
+    pub fn elastic(&self) -> &'static str {
+        ELASTIC_SOURCES.get(self.elastic as usize).copied().unwrap_or("unknown")
     }
 
     /// Name of what stopped the strike.

@@ -36,6 +36,8 @@ pub mod exit {
     pub const BUSY: u8 = 5;
     /// A fault of ours.
     pub const OURS: u8 = 6;
+    /// Ended by an interrupt; what was done may be kept.
+    pub const INTERRUPTED: u8 = 130;
 }
 
 macro_rules! kinds {
@@ -146,6 +148,8 @@ kinds! {
     24 Output "output" Environment REFUSED false;
     /// The elastic solve cannot follow this load.
     25 Unsolvable "unsolvable" Caller REFUSED false;
+    /// Displacements from nowhere that is known.
+    26 Elastic "elastic" Caller REFUSED false;
     /// The queue is full, or no answer can be lent.
     40 Busy "busy" Service BUSY true;
     /// The deadline passed first.

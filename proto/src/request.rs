@@ -81,8 +81,10 @@ pub struct StrikeWire {
     pub object: [u8; OBJECT_NAME_MAX],
     /// Contacts; those beyond `contact_count` are zero.
     pub contacts: [ContactWire; CONTACTS_MAX],
+    /// Where displacements come from. 0: the reduced basis, where it is exact enough. 1: the solve.
+    pub elastic: u64,
     /// Zero.
-    pub reserved: [u64; 16],
+    pub reserved: [u64; 15],
 }
 
 const _: () = assert!(size_of::<ContactWire>() == 64);
@@ -125,6 +127,16 @@ pub enum Lift {
     SurfaceDiffusion,
 }
 
+/// Where displacements come from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Elastic {
+    /// The object's reduced basis, where it has one that is exact enough for the impact; else the solve.
+    #[default]
+    Reduced,
+    /// The solve.
+    Solve,
+}
+
 /// A validated contact. See [`ContactWire`] for the units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Contact {
@@ -153,6 +165,8 @@ pub struct Strike {
     pub gamma_j_m2: Option<f64>,
     /// Which lift; `None`: the object's default.
     pub lift: Option<Lift>,
+    /// Where displacements come from.
+    pub elastic: Elastic,
     /// Everything random follows from it.
     pub seed: u64,
     /// Fragments at most; `None`: the object's cap.
@@ -190,6 +204,10 @@ impl Strike {
             Some(Lift::Euclidean) => 1,
             Some(Lift::Interior) => 2,
             Some(Lift::SurfaceDiffusion) => 3,
+        };
+        wire.elastic = match self.elastic {
+            Elastic::Reduced => 0,
+            Elastic::Solve => 1,
         };
         wire.gamma_j_m2 = given(self.gamma_j_m2, |_| gamma(0.0))?;
         wire.fragments_max = self.fragments_max.unwrap_or(0);
@@ -237,6 +255,7 @@ impl StrikeWire {
             degree: self.degree()?,
             gamma_j_m2: self.gamma()?,
             lift: self.lift()?,
+            elastic: self.elastic()?,
             seed: self.seed,
             fragments_max: (self.fragments_max > 0).then_some(self.fragments_max),
             bytes_max: (self.bytes_max > 0).then_some(self.bytes_max),
@@ -280,6 +299,14 @@ impl StrikeWire {
             2 => Ok(Some(Lift::Interior)),
             3 => Ok(Some(Lift::SurfaceDiffusion)),
             other => Err(Refusal::new(Kind::Lift, other.to_string(), "lift must be 0 to 3")),
+        }
+    }
+
+    fn elastic(&self) -> Result<Elastic, Refusal> {
+        match self.elastic {
+            0 => Ok(Elastic::Reduced),
+            1 => Ok(Elastic::Solve),
+            other => Err(Refusal::new(Kind::Elastic, other.to_string(), "elastic must be 0 or 1")),
         }
     }
 

@@ -1,7 +1,7 @@
 //! `shatterd`: bakes objects and serves them.
 
 use clap::{Parser, Subcommand};
-use shatter_server::commands::{Failure, bake, demo, inspect, serve, study};
+use shatter_server::commands::{Failure, bake, demo, inspect, merge, serve, study, upgrade};
 use std::process::ExitCode;
 
 /// Bakes brittle objects and serves their fragments.
@@ -18,6 +18,10 @@ enum Command {
     Demo(demo::Args),
     /// Turns a mesh into a database: names its defects, fills it with lattices, factors, calibrates.
     Bake(bake::BakeArgs),
+    /// Joins the shares of a bake that was divided: the same bytes as if it had not been.
+    Merge(merge::MergeArgs),
+    /// Converts databases of older formats, in place.
+    Upgrade(upgrade::UpgradeArgs),
     /// Verifies a database and prints what it holds.
     Inspect(inspect::InspectArgs),
     /// Serves the baked objects until it is ended.
@@ -36,6 +40,8 @@ fn main() -> ExitCode {
     let result: Result<bool, Failure> = match &cli.command {
         Command::Demo(args) => demo::run(args).map(|()| true),
         Command::Bake(args) => bake::run(args).map(|()| true),
+        Command::Merge(args) => merge::run(args).map(|()| true),
+        Command::Upgrade(args) => upgrade::run(args).map(|()| true),
         Command::Inspect(args) => inspect::run(args).map(|()| true),
         Command::Serve(args) => serve::run(args).map(|()| true),
         Command::Study(args) => study::run(args),

@@ -5,15 +5,15 @@ use bytemuck::Zeroable;
 use shatter_fracture::database;
 use shatter_fracture::lift::LiftKind;
 use shatter_fracture::pipeline::{
-    self, Contact, DEGREE_MAX, DegreeRequest, DegreeSource, FragmentRow, Prepared, RunRow, StrikeError, Watch,
-    Workspace,
+    self, Contact, DEGREE_MAX, DegreeRequest, DegreeSource, ElasticRequest, FragmentRow, Prepared, RunRow, StrikeError,
+    Watch, Workspace,
 };
 use shatter_fracture::scene::{DEFAULT_DURATION_S, DEFAULT_RADIUS_DIAGONALS};
 use shatter_fracture::token::Token;
 use shatter_proto::answer::{FragmentWire, OUTER, RunWire, SummaryWire};
 use shatter_proto::control::ObjectRow;
 use shatter_proto::layout::{Counts, Sections};
-use shatter_proto::request::{Degree, Lift, Purpose, Strike};
+use shatter_proto::request::{Degree, Elastic, Lift, Purpose, Strike};
 use shatter_proto::{Kind, Refusal};
 use std::sync::Arc;
 
@@ -92,6 +92,10 @@ fn request(strike: &Strike) -> pipeline::Strike {
             Degree::Sites(sites) => DegreeRequest::Sites(sites),
         },
         gamma_j_m2: strike.gamma_j_m2,
+        elastic: match strike.elastic {
+            Elastic::Reduced => ElasticRequest::Reduced,
+            Elastic::Solve => ElasticRequest::Solve,
+        },
         lift: match strike.lift {
             Some(Lift::Euclidean) => LiftKind::Euclidean,
             Some(Lift::SurfaceDiffusion) => LiftKind::SurfaceDiffusion,
@@ -183,6 +187,8 @@ impl Struck {
             confidence: outcome.confidence,
             seed: self.seed,
             radius_m: outcome.radius_m,
+            elastic: u32::from(outcome.reduced_error.is_some()),
+            energy_error: outcome.reduced_error.unwrap_or(0.0),
             ..SummaryWire::zeroed()
         };
         summary.set_object(&self.object);

@@ -45,7 +45,8 @@ impl House {
         self.path("data/shatter")
     }
 
-    fn command(&self, name: &str) -> Command {
+    /// A program with this place as its environment, for runs that are ended before their end.
+    pub fn command(&self, name: &str) -> Command {
         let mut command = Command::new(program(name));
         command.env("XDG_RUNTIME_DIR", self.root.path()).env("XDG_DATA_HOME", self.path("data"));
         command.env_remove("SHATTER_SERVICE").env_remove("NOTIFY_SOCKET").env_remove("WATCHDOG_USEC");

@@ -3,12 +3,12 @@
 use nalgebra::{Point3, Vector3};
 use rayon::ThreadPoolBuilder;
 use shatter_fracture::centroidal::Field;
-use shatter_fracture::database::{BakeRequest, add_examples, bake, load, save};
+use shatter_fracture::database::{BakeRequest, Partial, Share, bake, load, save};
 use shatter_fracture::degree::{self, SITES_MIN};
 use shatter_fracture::lift::LiftKind;
 use shatter_fracture::pipeline::{
-    DegreeRequest, DegreeSource, Example, Impact, Outcome, Prepared, Sampler, Strike, Workspace, examples, sampled,
-    strain_energy, strike,
+    DegreeRequest, DegreeSource, ElasticRequest, Example, Impact, Outcome, Prepared, Sampler, Strike, Workspace,
+    examples, sampled, strain_energy, strike,
 };
 use shatter_fracture::random::Stream;
 use shatter_fracture::surface::shapes;
@@ -66,8 +66,9 @@ fn examples_that_are_added_are_those_of_an_undivided_bake() {
         save(prepared, &path).unwrap();
         (load(&path).unwrap(), std::fs::read(path).unwrap())
     };
-    let (mut part, _) = file(&horseshoe_after(10), "part");
-    add_examples(&mut part, 14, &Token::default(), &mut |_| ()).unwrap();
+    let (part, _) = file(&horseshoe_after(10), "part");
+    let more = Partial::add(part, 14, Share::WHOLE).unwrap();
+    let part = more.complete(&Token::default(), &mut |_| ()).unwrap();
     assert!(file(&part, "added").1 == file(&horseshoe(), "whole").1);
 }
 
@@ -114,7 +115,7 @@ fn a_verified_degree_holds_and_is_near_the_optimised_one() {
 }
 
 /// Thresholds of an example, drawn uniformly in the logarithm, with n₀ (interpolated between its labels: a power law, nearly)
-/// and the degree, where that is 8 or more.
+/// and the degree.
 fn drawn(example: &Example) -> Vec<(f64, f64, u32)> {
     let labels: Vec<(f64, f64, u32)> = example.labels().collect();
     let (most, least) = (labels[0].0.ln(), labels[labels.len() - 1].0.ln());
@@ -125,13 +126,14 @@ fn drawn(example: &Example) -> Vec<(f64, f64, u32)> {
         let ([high, low], sites) = ([labels[above], *labels.get(above + 1)?], example.degree(gamma)?);
         let share = (gamma / high.0).ln() / (low.0 / high.0).ln();
         let estimate = (high.1.ln() + share * (low.1 / high.1).ln()).exp();
-        (sites as usize >= SITES_MIN).then_some((gamma, estimate, sites))
+        Some((gamma, estimate, sites))
     };
     (0..20).filter_map(|_| draw()).collect()
 }
 
-/// Relative errors of network and closed form over impacts that were not learned.
-fn held_out(prepared: &Prepared, impacts: u64) -> [Vec<f64>; 2] {
+/// Over impacts that were not learned: relative errors of network and closed form where n ≥ 8, and the share of the others
+/// for which the network is off by one at most.
+fn held_out(prepared: &Prepared, impacts: u64) -> ([Vec<f64>; 2], f64) {
     let learned = prepared.learned.as_ref().unwrap();
     let sampler = Sampler::new(prepared);
     let own = |index| {
@@ -139,31 +141,37 @@ fn held_out(prepared: &Prepared, impacts: u64) -> [Vec<f64>; 2] {
         examples(prepared, &sampler, !prepared.parameters.seed, index, &mut workspace, &token).unwrap()
     };
     let mut errors = [Vec::new(), Vec::new()];
+    let mut few = [0, 0];
     for example in (0..impacts).flat_map(own) {
         for (gamma, estimate, sites) in drawn(&example) {
             let told = learned.network.predict(&degree::descriptor(estimate, example.first_moment, gamma));
             let error = |found: f64| (found.round() / f64::from(sites) - 1.0).abs();
-            errors[0].push(error(degree::sites(told.value, estimate)));
+            let network = degree::sites(told.value, estimate);
+            if (sites as usize) < SITES_MIN {
+                let close = (network.round().max(2.0) - f64::from(sites)).abs() <= 1.0;
+                few = [few[0] + usize::from(close), few[1] + 1];
+                continue;
+            }
+            errors[0].push(error(network));
             errors[1].push(error(prepared.kappa * estimate));
         }
     }
-    errors.each_mut().map(|errors| {
-        errors.sort_by(f64::total_cmp);
-        std::mem::take(errors)
-    })
+    errors.iter_mut().for_each(|errors| errors.sort_by(f64::total_cmp));
+    (errors, few[0] as f64 / few[1] as f64)
 }
 
 fn quantile(sorted: &[f64], share: f64) -> f64 {
     sorted[((sorted.len() - 1) as f64 * share) as usize]
 }
 
-/// Median at most 6 % or 1.5 times the noise of labels, nine of ten within 20 %, not behind the closed form, ahead of pose.
+/// Median at most 6 % or 1.5 times the noise of labels, nine of ten within 20 %, not behind the closed form, ahead of pose; nine
+/// of ten degrees below 8 off by one at most.
 fn check(prepared: &Prepared, impacts: u64) {
     let quality = prepared.learned.as_ref().unwrap().quality;
-    let [network, closed] = held_out(prepared, impacts);
+    let ([network, closed], few) = held_out(prepared, impacts);
     let figures = [&network, &closed].map(|errors| [0.5, 0.9].map(|share| quantile(errors, share)));
     println!(
-        "{}: {} labels held out: network {:?}, closed form {:?}; {quality:?}",
+        "{}: {} labels held out: network {:?}, closed form {:?}; below 8 within one {few:.3}; {quality:?}",
         prepared.name,
         network.len(),
         figures[0],
@@ -171,6 +179,7 @@ fn check(prepared: &Prepared, impacts: u64) {
     );
     assert!(figures[0][0] <= 0.06_f64.max(1.5 * quality.label_noise_median), "{figures:?}");
     assert!(figures[0][1] <= 0.20, "{figures:?}");
+    assert!(few >= 0.9, "{few}");
     assert!(
         figures[0][0] <= figures[1][0] && quality.median_relative_error < quality.pose_network_median,
         "{figures:?}"
@@ -194,11 +203,11 @@ fn two_hundred_examples_teach_the_degree() {
 #[test]
 fn an_example_is_the_field_of_its_impact() {
     let prepared = horseshoe();
-    let all = sampled(&prepared, &[0, 1, 2, 3], &Token::default(), &mut |_| ()).unwrap();
+    let all = sampled(&prepared, &[0, 1, 2, 3], &Token::default()).unwrap();
     assert_eq!(all[..], prepared.examples[..all.len()]);
     let Example { impact, contacts, first_moment, body, .. } = &all[2];
-    let again =
-        Strike { contacts: contacts.clone(), seed: *impact, ..Strike::at(contacts[0].point_m, contacts[0].impulse_ns) };
+    let at = Strike::at(contacts[0].point_m, contacts[0].impulse_ns);
+    let again = Strike { contacts: contacts.clone(), seed: *impact, elastic: ElasticRequest::Solve, ..at };
     let impact = Impact::new(&prepared, &again).unwrap();
     let mut energies =
         strain_energy(&prepared, &impact, &mut Workspace::default(), &Token::default(), &mut ()).unwrap();

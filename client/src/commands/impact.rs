@@ -2,7 +2,7 @@
 
 use super::{ANSWER, Failure, document, out, reply, vector};
 use serde_json::{Value, json};
-use shatter_client::{Broken, Deadline, Degree, Impact, Kind, Lift, Refusal, Shatter};
+use shatter_client::{Broken, Deadline, Degree, Elastic, Impact, Kind, Lift, Refusal, Shatter};
 use std::path::{Path, PathBuf};
 
 /// Arguments of `shatter impact`.
@@ -32,6 +32,9 @@ pub struct Args {
     /// Which lift: `euclidean`, `interior` (the default) or `surface_diffusion`.
     #[arg(long, value_name = "euclidean|interior|surface_diffusion", value_parser = lift)]
     lift: Option<Lift>,
+    /// Where displacements come from: `reduced`, from the object's examples where that is exact enough, or `solve`.
+    #[arg(long, value_name = "reduced|solve", default_value = "reduced", value_parser = elastic)]
+    elastic: Elastic,
     /// Everything random follows from it.
     #[arg(long, default_value_t = 0)]
     seed: u64,
@@ -62,6 +65,14 @@ fn lift(text: &str) -> Result<Lift, String> {
         "interior" => Ok(Lift::Interior),
         "surface_diffusion" => Ok(Lift::SurfaceDiffusion),
         _ => Err("`euclidean`, `interior` or `surface_diffusion`".to_owned()),
+    }
+}
+
+fn elastic(text: &str) -> Result<Elastic, String> {
+    match text {
+        "reduced" => Ok(Elastic::Reduced),
+        "solve" => Ok(Elastic::Solve),
+        _ => Err("`reduced` or `solve`".to_owned()),
     }
 }
 
@@ -109,7 +120,7 @@ fn impact(args: &Args) -> Impact {
     let impact = contacts.fold(first.unwrap_or(Impact::at([0.0; 3])), |impact, (point, impulse)| {
         describe(impact.and_at(*point), impulse)
     });
-    let impact = impact.degree(args.degree).seed(args.seed);
+    let impact = impact.degree(args.degree).elastic(args.elastic).seed(args.seed);
     let impact = args.gamma.map_or(impact.clone(), |gamma| impact.gamma(gamma));
     args.lift.map_or(impact.clone(), |lift| impact.lift(lift))
 }
@@ -146,6 +157,8 @@ fn to_json(broken: &Broken, file: Option<&Path>) -> Value {
         "fracture_degree": summary.fracture_degree,
         "degree_source": summary.degree_source(),
         "confidence": summary.confidence,
+        "elastic": summary.elastic(),
+        "error_estimate": { "energy": summary.energy_error },
         "capped": summary.capped != 0,
         "radius_m": summary.radius_m,
         "fragments": fragments,

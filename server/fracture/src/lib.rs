@@ -11,6 +11,7 @@
 pub mod centroidal;
 pub mod database;
 pub mod degree;
+mod dense;
 pub mod elasticity;
 pub mod fragment;
 pub mod lattice;

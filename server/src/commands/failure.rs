@@ -2,7 +2,7 @@
 
 use crate::study::examples::ExamplesError;
 use serde_json::json;
-use shatter_fracture::database::{BakeError, DatabaseError};
+use shatter_fracture::database::{BakeError, DatabaseError, JoinError};
 use shatter_fracture::lattice::LatticeError;
 use shatter_fracture::scene::MaterialError;
 use shatter_fracture::surface::SurfaceError;
@@ -48,6 +48,11 @@ impl Failure {
     /// Something that is ours to mend.
     pub fn ours(kind: &'static str, message: impl Into<String>) -> Self {
         Self { fault: "service", exit_code: exit::OURS, ..Self::refused(kind, "", message) }
+    }
+
+    /// Somebody ended it.
+    pub fn interrupted(message: impl Into<String>) -> Self {
+        Self { retry: true, exit_code: exit::INTERRUPTED, ..Self::refused("interrupted", "", message) }
     }
 
     /// What it is called.
@@ -159,7 +164,24 @@ impl From<BakeError> for Failure {
             BakeError::Elasticity { body, .. } => Self::refused("elasticity", format!("body {body}"), message),
             BakeError::Lift { .. } => Self::ours("lift", message),
             BakeError::Calibration(_) => Self::ours("calibration", message),
-            BakeError::Cancelled(_) => Self::refused("cancelled", "", message),
+            BakeError::Cancelled(_) => Self::interrupted("interrupted; nothing was written"),
+        }
+    }
+}
+
+impl From<JoinError> for Failure {
+    fn from(error: JoinError) -> Self {
+        let message = error.to_string();
+        let shown = |path: &Path| path.display().to_string();
+        match error {
+            JoinError::Database { path, source } => Self { message, at: shown(&path), ..source.into() },
+            JoinError::Nothing => Self::refused("no_share", "", message),
+            JoinError::OtherWork { path, .. } => Self::refused("other_work", shown(&path), message),
+            JoinError::OtherBits { tensor, .. } => Self::refused("other_bits", tensor, message),
+            JoinError::Unfinished { path, .. } => Self::refused("unfinished_share", shown(&path), message),
+            JoinError::Twice { path, .. } => Self::refused("share_twice", shown(&path), message),
+            JoinError::Missing { share } => Self::refused("share_missing", share.to_string(), message),
+            JoinError::Bake(error) => error.into(),
         }
     }
 }
@@ -193,6 +215,7 @@ impl From<DatabaseError> for Failure {
         let kind = match &error {
             DatabaseError::Io { .. } => "database_file",
             DatabaseError::Format { .. } => "database_format",
+            DatabaseError::Share => "database_share",
             _ => "corrupt_database",
         };
         Self { fault: "environment", ..Self::refused(kind, at, message) }

@@ -42,7 +42,9 @@ pub fn run(args: &InspectArgs) -> Result<(), Failure> {
         "gamma_j_m2": prepared.gamma_j_m2,
         "kappa": prepared.kappa,
         "examples": prepared.examples.len(),
+        "impacts": prepared.impacts,
         "learned": prepared.learned.as_ref().map(|learned| learned.quality),
+        "reduced": prepared.reduction,
         "lift_dimensions": prepared.bodies.iter().map(|body| body.interior.dimension).collect::<Vec<_>>(),
         "surface_diffusion_dimensions": prepared
             .bodies

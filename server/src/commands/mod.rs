@@ -1,11 +1,17 @@
 //! The commands of `shatterd`, one file each.
 
 pub mod bake;
+mod baked;
+mod bar;
 pub mod demo;
 mod failure;
 pub mod inspect;
+mod interrupt;
+pub mod merge;
 pub(crate) mod out;
 pub mod serve;
+mod shares;
 pub mod study;
+pub mod upgrade;
 
 pub use failure::Failure;

@@ -6,7 +6,9 @@ use super::blow::Blow;
 use super::object::Target;
 use nalgebra::Point3;
 use shatter_fracture::lift::LiftKind;
-use shatter_fracture::pipeline::{Contact, DegreeRequest, Impact, Prepared, Strike, Workspace, strain_energy};
+use shatter_fracture::pipeline::{
+    Contact, DegreeRequest, ElasticRequest, Impact, Prepared, Strike, Workspace, strain_energy,
+};
 use shatter_fracture::token::Token;
 
 /// How often densities are averaged with their neighbours: the elastic lattice, on which they are constant per
@@ -35,6 +37,7 @@ impl SurfaceEnergy {
             contacts: vec![contact],
             degree: DegreeRequest::Inferred,
             gamma_j_m2: None,
+            elastic: ElasticRequest::Solve,
             lift: LiftKind::Interior,
             seed: 0,
             threshold_only: true,

@@ -112,6 +112,7 @@ fn describe(step: Step) -> &'static str {
         Step::Lattices => "bake: lattices",
         Step::Lift(_) => "bake: lift",
         Step::Elasticity(_) => "bake: elasticity",
+        Step::Reduction => "bake: reduced elasticity",
         Step::Calibration => "bake: calibration of the degree",
         Step::Examples { .. } => "bake: examples",
     }

@@ -2,18 +2,20 @@
 
 use super::learned::EXAMPLES_MAX;
 use super::parts;
+use super::share::{Partial, Share};
 use super::thin::{self, WIDTH_MAX};
 use crate::degree;
 use crate::elasticity::ElasticityError;
 use crate::lattice::{self, Lattice, LatticeError, Levels, Spacings};
 use crate::lift::{self, Carry, Lift, LiftError, LiftKind};
-use crate::pipeline::{self, BakeReport, Body, Parameters, Prepared, StrikeError, Unprepared, calibrate, sampled};
+use crate::pipeline::{self, BakeReport, Body, Parameters, Prepared, StrikeError, Unprepared, calibrate};
 use crate::scene::{DEFAULT_FRAGMENT_DIAGONALS, Material};
 use crate::surface::{Defect, Inside, RawMesh, Side, Surface, SurfaceError, Widths};
 use crate::token::{Cancelled, Token};
+use serde::{Deserialize, Serialize};
 
 /// What to bake, apart from the mesh.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct BakeRequest {
     /// The object's name: 1 to 63 bytes, no path separators, no control characters.
     pub name: String,
@@ -71,6 +73,8 @@ pub enum Step {
     Lift(usize),
     /// Stiffness and factor of body `0`.
     Elasticity(usize),
+    /// Reduced elastic bases from the examples' impacts.
+    Reduction,
     /// κ, from sampled impacts.
     Calibration,
     /// Examples, and what is learned from them.
@@ -157,10 +161,19 @@ pub enum BakeError {
     },
     /// A sampled impact failed.
     #[error(transparent)]
-    Calibration(#[from] StrikeError),
+    Calibration(StrikeError),
     /// Cancelled at a checkpoint.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
+}
+
+impl From<StrikeError> for BakeError {
+    fn from(error: StrikeError) -> Self {
+        match error {
+            StrikeError::Cancelled(cancelled) => Self::Cancelled(cancelled),
+            error => Self::Calibration(error),
+        }
+    }
 }
 
 /// Longest object name in bytes: it travels in a fixed field of the request.
@@ -168,6 +181,16 @@ pub const NAME_BYTES_MAX: usize = 63;
 
 /// Bakes `raw`. Deterministic in (mesh, request); `progress` is told of each step as it begins.
 pub fn bake(
+    raw: RawMesh,
+    request: &BakeRequest,
+    token: &Token,
+    progress: &mut dyn FnMut(Step),
+) -> Result<Prepared, BakeError> {
+    Partial::begin(raw, request, Share::WHOLE, token, progress)?.complete(token, progress)
+}
+
+/// Everything but the examples and what is learned from them.
+pub(super) fn whole(
     raw: RawMesh,
     request: &BakeRequest,
     token: &Token,
@@ -200,53 +223,48 @@ pub fn bake(
         return Err(BakeError::NotPositive { key: "gamma from the fragment size", value: gamma_j_m2 });
     }
     let name = request.name.clone();
-    let (frame, examples, learned) = (surface.frame, Vec::new(), None);
-    let mut prepared = Prepared { name, frame, parameters, gamma_j_m2, kappa: 1.0, report, bodies, examples, learned };
-    learn(&mut prepared, request, token, progress)?;
-    Ok(prepared)
+    Ok(Prepared {
+        name,
+        frame: surface.frame,
+        parameters,
+        gamma_j_m2,
+        kappa: 1.0,
+        report,
+        bodies,
+        impacts: 0,
+        examples: Vec::new(),
+        learned: None,
+        reduction: None,
+    })
 }
 
-/// κ, and the network if there are examples.
-fn learn(
+/// κ and the network from the examples; κ from a few impacts of its own where a new object has too few of them.
+pub(super) fn finish(
     prepared: &mut Prepared,
-    request: &BakeRequest,
+    request: Option<&BakeRequest>,
     token: &Token,
     progress: &mut dyn FnMut(Step),
 ) -> Result<(), BakeError> {
-    if request.examples > 0 {
-        add_examples(prepared, request.examples, token, progress)?;
-    }
-    if let Some(kappa) = request.kappa {
-        prepared.kappa = kappa;
-    } else if prepared.learned.is_none() {
-        progress(Step::Calibration);
-        prepared.kappa = calibrate(prepared, token)?;
-    }
-    Ok(())
-}
-
-fn few_enough(examples: u64) -> Result<(), BakeError> {
-    let fits = examples <= EXAMPLES_MAX as u64;
-    fits.then_some(()).ok_or(BakeError::TooManyExamples { asked: examples })
-}
-
-/// Adds the next `count` impacts to the examples of `prepared` and learns anew from all of them, κ included: the same as if all
-/// had been asked for at once.
-pub fn add_examples(
-    prepared: &mut Prepared,
-    count: u64,
-    token: &Token,
-    progress: &mut dyn FnMut(Step),
-) -> Result<(), BakeError> {
-    let first = prepared.examples.last().map_or(0, |example| example.impact + 1);
-    few_enough(first.saturating_add(count))?;
-    let impacts: Vec<u64> = (first..first + count).collect();
-    let added = sampled(prepared, &impacts, token, &mut |done| progress(Step::Examples { done, of: count }))?;
-    prepared.examples.extend(added);
-    if let Some((kappa, learned)) = pipeline::learn(&prepared.examples, prepared.parameters.seed) {
+    progress(Step::Reduction);
+    pipeline::reduce(prepared, pipeline::RANK_MAX, token)?;
+    let learned = pipeline::learn(&prepared.examples, prepared.parameters.seed);
+    if let Some((kappa, learned)) = learned {
         (prepared.kappa, prepared.learned) = (kappa, Some(learned));
     }
+    match request {
+        Some(BakeRequest { kappa: Some(kappa), .. }) => prepared.kappa = *kappa,
+        Some(_) if prepared.learned.is_none() => {
+            progress(Step::Calibration);
+            prepared.kappa = calibrate(prepared, token)?;
+        }
+        _ => {}
+    }
     Ok(())
+}
+
+pub(super) fn few_enough(examples: u64) -> Result<(), BakeError> {
+    let fits = examples <= EXAMPLES_MAX as u64;
+    fits.then_some(()).ok_or(BakeError::TooManyExamples { asked: examples })
 }
 
 /// Volume, spacings, both lattices, and what was found out about them.

@@ -31,6 +31,11 @@ impl Tensors {
         self.0.insert(name, (Dtype::F64, shape.to_vec(), little_endian(values, f64::to_le_bytes)));
     }
 
+    /// Adds 32-bit floats of the given shape.
+    pub fn f32(&mut self, name: String, shape: &[usize], values: &[f32]) {
+        self.0.insert(name, (Dtype::F32, shape.to_vec(), little_endian(values, f32::to_le_bytes)));
+    }
+
     /// Adds 32-bit indices of the given shape.
     pub fn u32(&mut self, name: String, shape: &[usize], values: &[u32]) {
         self.0.insert(name, (Dtype::U32, shape.to_vec(), little_endian(values, u32::to_le_bytes)));
@@ -153,9 +158,14 @@ impl Contents<'_> {
             .map_err(|error| DatabaseError::Metadata { key, reason: error.to_string() })
     }
 
+    /// The checksum of every tensor, as stored.
+    pub fn checksums(&self) -> Result<BTreeMap<String, String>, DatabaseError> {
+        self.json(CHECKSUMS_KEY)
+    }
+
     /// Compares every tensor, and the metadata, with its checksum.
     pub fn verify(&self) -> Result<(), DatabaseError> {
-        let stored: BTreeMap<String, String> = self.json(CHECKSUMS_KEY)?;
+        let stored = self.checksums()?;
         let expect = |name: &str, found: String| match stored.get(name) {
             Some(wanted) if *wanted == found => Ok(()),
             _ => Err(DatabaseError::Checksum(name.to_owned())),
@@ -173,6 +183,16 @@ impl Contents<'_> {
         match values.iter().position(|value| !value.is_finite()) {
             Some(index) => Err(DatabaseError::NonFinite { tensor: name.to_owned(), index }),
             None => Ok(values),
+        }
+    }
+
+    /// Finite 32-bit floats in `rows` rows of as many columns as there are, which are returned first.
+    pub fn f32(&self, name: &str, rows: usize) -> Result<(usize, Vec<f32>), DatabaseError> {
+        let columns = self.tensors.tensor(name).ok().and_then(|view| view.shape().get(1).copied()).unwrap_or(1);
+        let values = self.typed(name, Dtype::F32, Some(rows), columns.max(1), f32::from_le_bytes)?;
+        match values.iter().position(|value| !value.is_finite()) {
+            Some(index) => Err(DatabaseError::NonFinite { tensor: name.to_owned(), index }),
+            None => Ok((columns, values)),
         }
     }
 

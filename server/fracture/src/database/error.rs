@@ -20,14 +20,20 @@ pub enum DatabaseError {
     Container(#[from] safetensors::SafeTensorError),
     /// Written by another version of the format.
     #[error(
-        "format {found}, this program reads {known}: bake the object again with this program, or use the one that wrote it"
+        "format {found}, this program reads {known}: {}",
+        if *older { "convert it with `shatterd upgrade FILE`" } else { "use the program that wrote it" }
     )]
     Format {
         /// What the file says.
         found: String,
         /// What this program reads.
         known: &'static str,
+        /// Whether it can be converted.
+        older: bool,
     },
+    /// A share of a bake.
+    #[error("a share of a bake, not a whole database: join the shares with `shatterd merge`")]
+    Share,
     /// A metadata key is missing or is not what it should be.
     #[error("metadata key \"{key}\": {reason}")]
     Metadata {

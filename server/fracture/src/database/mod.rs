@@ -8,15 +8,21 @@ mod hostile_tests;
 mod learned;
 mod object;
 mod parts;
+mod reduced;
+mod share;
 mod thin;
 
-pub use bake::{BakeError, BakeRequest, Step, add_examples, bake, input_hash};
+pub use bake::{BakeError, BakeRequest, Step, bake, input_hash};
 pub use error::DatabaseError;
 pub use learned::EXAMPLES_MAX;
-pub use object::{BODIES_MAX, NODES_MAX, load, save};
+pub use object::{BODIES_MAX, NODES_MAX, load, load_older, load_partial, save, save_partial};
+pub use share::{JoinError, Partial, SHARE_EXTENSION, SHARES_MAX, Share, ShareError, Task, join};
 
 /// The format that this program writes and reads; a whole number, raised by every incompatible change.
-pub const FORMAT: &str = "1";
+pub const FORMAT: &str = "2";
+
+/// All formats that [`load_older`] reads: 1 has no reduced basis.
+pub const FORMATS: &[&str] = &["1", FORMAT];
 
 /// The ending of database files.
 pub const EXTENSION: &str = "shatter";

@@ -1,11 +1,14 @@
 //! A prepared object as tensors and metadata, and back.
 
 use super::container::{Contents, FLAT, Mapped, Tensors, write};
+use super::learned::EXAMPLES_MAX;
 use super::learned::{self, QUALITY_KEY};
-use super::{DatabaseError, FORMAT};
+use super::reduced::{self, REDUCTION_KEY};
+use super::share::{Partial, Rest, Share, Task};
+use super::{DatabaseError, FORMAT, FORMATS};
 use crate::lattice::{BodyLattice, Lattice, Transfer, check_manifold};
 use crate::lift::{Lift, LiftKind};
-use crate::pipeline::{BakeReport, Body, Parameters, Prepared};
+use crate::pipeline::{BakeReport, Body, Parameters, Prepared, Reduction};
 use crate::surface::Frame;
 use crate::token::Token;
 use serde::{Deserialize, Serialize};
@@ -17,6 +20,12 @@ pub const BODIES_MAX: usize = 4096;
 
 /// Most nodes of one lattice.
 pub const NODES_MAX: usize = 4_000_000;
+
+/// What the names of tensors begin with that an object has without examples too.
+pub(super) const BASE: &str = "body";
+
+/// Metadata key of [`Task`]: what is no whole database but a share of one.
+const SHARE_KEY: &str = "share";
 
 /// Most coordinates of a lift.
 const DIMENSION_MAX: usize = 512;
@@ -32,6 +41,9 @@ struct Shape {
     /// Dimension of each body's surface lift; none for a body without one, and past the end.
     #[serde(default)]
     surface_dimensions: Vec<Option<usize>>,
+    /// Impacts drawn for the examples; format 1 does not say.
+    #[serde(default)]
+    impacts: u64,
 }
 
 /// Metadata key "provenance": who wrote the file. No time and no host, so that equal inputs give equal bytes.
@@ -43,9 +55,18 @@ struct Provenance {
 
 /// Writes `prepared` to `path` (aside, then renamed).
 pub fn save(prepared: &Prepared, path: &Path) -> Result<(), DatabaseError> {
+    write_object(prepared, None, path)
+}
+
+/// Writes a share to `path` (aside, then renamed).
+pub fn save_partial(partial: &Partial, path: &Path) -> Result<(), DatabaseError> {
+    write_object(&partial.prepared, Some(&partial.task), path)
+}
+
+fn write_object(prepared: &Prepared, task: Option<&Task>, path: &Path) -> Result<(), DatabaseError> {
     let mut tensors = Tensors::default();
     for (index, body) in prepared.bodies.iter().enumerate() {
-        let name = |part: &str| format!("body{index}.{part}");
+        let name = |part: &str| format!("{BASE}{index}.{part}");
         put_lattice(&mut tensors, &name("elastic"), &body.elastic);
         put_lattice(&mut tensors, &name("crack"), &body.crack);
         let Transfer { offsets, tets, shares } = &body.transfer;
@@ -59,6 +80,7 @@ pub fn save(prepared: &Prepared, path: &Path) -> Result<(), DatabaseError> {
             tensors.f64(name("surface_diffusion"), &shape, &lift.coordinates);
         }
     }
+    reduced::put(&mut tensors, prepared);
     learned::put_examples(&mut tensors, &prepared.examples);
     if let Some(learned) = &prepared.learned {
         learned::put_network(&mut tensors, &learned.network);
@@ -73,6 +95,7 @@ pub fn save(prepared: &Prepared, path: &Path) -> Result<(), DatabaseError> {
             .iter()
             .map(|body| body.surface_diffusion.as_ref().map(|lift| lift.dimension))
             .collect(),
+        impacts: prepared.impacts,
     };
     let provenance = Provenance { program: "shatterd bake".into(), version: env!("CARGO_PKG_VERSION").into() };
     let mut metadata = BTreeMap::from([
@@ -85,6 +108,12 @@ pub fn save(prepared: &Prepared, path: &Path) -> Result<(), DatabaseError> {
     ]);
     if let Some(learned) = &prepared.learned {
         metadata.insert(QUALITY_KEY.to_owned(), json(QUALITY_KEY, &learned.quality)?);
+    }
+    if let Some(reduction) = &prepared.reduction {
+        metadata.insert(REDUCTION_KEY.to_owned(), json(REDUCTION_KEY, reduction)?);
+    }
+    if let Some(task) = task {
+        metadata.insert(SHARE_KEY.to_owned(), json(SHARE_KEY, task)?);
     }
     write(path, &tensors, metadata)
 }
@@ -102,21 +131,81 @@ fn put_lattice(tensors: &mut Tensors, name: &str, lattice: &Lattice) {
 /// Loads and verifies `path`: checksums, shapes, ranges, finiteness, orientation; then factors.
 pub fn load(path: &Path) -> Result<Prepared, DatabaseError> {
     let mapped = Mapped::open(path)?;
+    let contents = verified(&mapped, &[FORMAT])?;
+    if contents.metadata.contains_key(SHARE_KEY) {
+        return Err(DatabaseError::Share);
+    }
+    object(&contents)
+}
+
+/// As [`load`], of any format that can still be read, which is returned too.
+pub fn load_older(path: &Path) -> Result<(Prepared, String), DatabaseError> {
+    let mapped = Mapped::open(path)?;
+    let contents = verified(&mapped, FORMATS)?;
+    if contents.metadata.contains_key(SHARE_KEY) {
+        return Err(DatabaseError::Share);
+    }
+    Ok((object(&contents)?, contents.text("shatter_format")?.to_owned()))
+}
+
+/// As [`load`], of a share.
+pub fn load_partial(path: &Path) -> Result<Partial, DatabaseError> {
+    let mapped = Mapped::open(path)?;
+    let contents = verified(&mapped, &[FORMAT])?;
+    let task = task(&contents)?;
+    Ok(Partial { prepared: object(&contents)?, task })
+}
+
+/// The examples of a share and what it is a share of; the lattices are not looked at.
+pub(super) fn load_rest(path: &Path) -> Result<Rest, DatabaseError> {
+    let mapped = Mapped::open(path)?;
+    let contents = verified(&mapped, &[FORMAT])?;
+    let shape: Shape = contents.json("shape")?;
+    let report: BakeReport = contents.json("report")?;
+    Ok(Rest {
+        task: task(&contents)?,
+        input_hash: report.input_hash,
+        examples: learned::examples(&contents, shape.dimensions.len())?,
+        checksums: contents.checksums()?,
+    })
+}
+
+/// What the share holds is what its task says.
+fn task(contents: &Contents) -> Result<Task, DatabaseError> {
+    let task: Task = contents.json(SHARE_KEY)?;
+    let share = Share::new(task.share.index, task.share.count);
+    let reason = match share {
+        Err(error) => error.to_string(),
+        Ok(_) if task.end < task.first || task.end > EXAMPLES_MAX as u64 => "impacts out of range".to_owned(),
+        Ok(_) if task.done > task.impacts().len() as u64 => "more is done than there is".to_owned(),
+        Ok(_) => return Ok(task),
+    };
+    Err(DatabaseError::Metadata { key: SHARE_KEY, reason })
+}
+
+/// The contents of a file of one of these formats, all checksums compared.
+fn verified<'a>(mapped: &'a Mapped, formats: &[&'static str]) -> Result<Contents<'a>, DatabaseError> {
     let contents = mapped.parse()?;
     let found = contents.text("shatter_format")?;
-    if found != FORMAT {
-        return Err(DatabaseError::Format { found: found.to_owned(), known: FORMAT });
+    if !formats.contains(&found) {
+        let older = FORMATS.contains(&found);
+        return Err(DatabaseError::Format { found: found.to_owned(), known: FORMAT, older });
     }
     contents.verify()?;
+    Ok(contents)
+}
+
+fn object(contents: &Contents) -> Result<Prepared, DatabaseError> {
     let parameters: Parameters = contents.json("parameters")?;
     let report: BakeReport = contents.json("report")?;
     let shape: Shape = contents.json("shape")?;
     check_shape(&shape)?;
     let bodies = (0..shape.dimensions.len())
-        .map(|index| body(&contents, index, &shape, parameters.material.poisson))
+        .map(|index| body(contents, index, &shape, parameters.material.poisson))
         .collect::<Result<Vec<_>, _>>()?;
-    let examples = learned::examples(&contents, bodies.len())?;
-    let learned = learned::learned(&contents, &examples)?;
+    let examples = learned::examples(contents, bodies.len())?;
+    let learned = learned::learned(contents, &examples)?;
+    let impacts = examples.last().map_or(0, |example| example.impact + 1).max(shape.impacts);
     Ok(Prepared {
         name: contents.text("object")?.to_owned(),
         frame: shape.frame,
@@ -125,9 +214,15 @@ pub fn load(path: &Path) -> Result<Prepared, DatabaseError> {
         kappa: shape.kappa,
         report,
         bodies,
+        impacts,
         examples,
         learned,
+        reduction: reduction(contents)?,
     })
+}
+
+fn reduction(contents: &Contents) -> Result<Option<Reduction>, DatabaseError> {
+    contents.metadata.contains_key(REDUCTION_KEY).then(|| contents.json(REDUCTION_KEY)).transpose()
 }
 
 fn check_shape(shape: &Shape) -> Result<(), DatabaseError> {
@@ -156,7 +251,7 @@ fn check_shape(shape: &Shape) -> Result<(), DatabaseError> {
 }
 
 fn body(contents: &Contents, index: usize, shape: &Shape, poisson: f64) -> Result<Body, DatabaseError> {
-    let name = |part: &str| format!("body{index}.{part}");
+    let name = |part: &str| format!("{BASE}{index}.{part}");
     let elastic = lattice(contents, &name("elastic"))?;
     let crack = lattice(contents, &name("crack"))?;
     let transfer = transfer(contents, &name("transfer"), &elastic, &crack)?;
@@ -170,7 +265,8 @@ fn body(contents: &Contents, index: usize, shape: &Shape, poisson: f64) -> Resul
         surface.map(|dimension| lift("surface_diffusion", LiftKind::SurfaceDiffusion, dimension)).transpose()?;
     let body = Body::new(BodyLattice { elastic, crack, transfer }, interior, poisson, &Token::default())
         .map_err(|source| DatabaseError::Elasticity { body: index, source })?;
-    Ok(Body { surface_diffusion, ..body })
+    let reduced = reduced::reduced(contents, index, &body.elasticity)?;
+    Ok(Body { surface_diffusion, reduced, ..body })
 }
 
 fn lattice(contents: &Contents, name: &str) -> Result<Lattice, DatabaseError> {

@@ -53,16 +53,26 @@ impl Inertia {
         (force, torque)
     }
 
-    /// Subtracts the inertial forces, so that net force and torque vanish. The second pass removes what the rounding of
-    /// the first left, which is all there is when the load was nothing but a rigid acceleration.
-    pub fn relieve(&self, forces: &mut [f64]) {
+    /// Subtracts the inertial forces, so that net force and torque vanish, and returns the acceleration, linear and angular.
+    /// The second pass removes what the rounding of the first left, which is all there is when the load was nothing but a
+    /// rigid acceleration.
+    pub fn relieve(&self, forces: &mut [f64]) -> [Vector3<f64>; 2] {
+        let mut acceleration = [Vector3::zeros(); 2];
         for _ in 0..2 {
             let (force, torque) = self.net(forces);
             let (linear, angular) = (force / self.volume, self.compliance * torque);
+            acceleration[0] += linear;
+            acceleration[1] += angular;
             for ((own, mass), moment) in forces.chunks_exact_mut(3).zip(&self.masses).zip(&self.moments) {
                 let inertial = linear * *mass + angular.cross(moment);
                 own.iter_mut().zip(inertial.iter()).for_each(|(own, inertial)| *own -= inertial);
             }
         }
+        acceleration
+    }
+
+    /// The inertial force on node `node` under an acceleration, linear and angular.
+    pub fn force(&self, node: usize, [linear, angular]: &[Vector3<f64>; 2]) -> Vector3<f64> {
+        linear * self.masses[node] + angular.cross(&self.moments[node])
     }
 }

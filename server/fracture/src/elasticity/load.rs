@@ -45,6 +45,10 @@ pub struct Load {
     pub forces: Vec<f64>,
     /// One per contact.
     pub touches: Vec<Touch>,
+    /// What the contacts apply: node and force; a node may be there more than once.
+    pub applied: Vec<(u32, Vector3<f64>)>,
+    /// The rigid acceleration, linear and angular, whose inertial forces are subtracted; zero unless the body is free.
+    pub acceleration: [Vector3<f64>; 2],
 }
 
 impl Elasticity {
@@ -67,17 +71,21 @@ impl Elasticity {
         load.forces.clear();
         load.forces.resize(self.size(), 0.0);
         load.touches.clear();
+        load.applied.clear();
+        load.acceleration = [Vector3::zeros(); 2];
         for (index, contact) in contacts.iter().enumerate() {
             check(index, contact)?;
             let touch = self.touch(index, contact, workspace)?;
             for &(node, weight) in &workspace.weights {
+                let force = contact.impulse * weight;
                 let own = &mut load.forces[3 * node as usize..][..3];
-                own.iter_mut().zip(contact.impulse.iter()).for_each(|(own, impulse)| *own += impulse * weight);
+                own.iter_mut().zip(force.iter()).for_each(|(own, force)| *own += force);
+                load.applied.push((node, force));
             }
             load.touches.push(touch);
         }
         if let Support::Free(_) = self.support {
-            self.relieve(&mut load.forces);
+            load.acceleration = self.inertia.relieve(&mut load.forces);
         }
         Ok(())
     }

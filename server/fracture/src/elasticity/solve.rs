@@ -54,11 +54,20 @@ impl Elasticity {
             token.check()?;
             residual = self.residual(forces, displacement, &mut workspace.residual);
         }
-        if residual <= RESIDUAL_MAX.max(self.rounding(forces, displacement).min(ROUNDING_MAX)) {
+        if residual <= self.residual_max(forces, displacement) {
             Ok(Solved { residual, refined })
         } else {
             Err(ElasticityError::Residual { residual })
         }
+    }
+
+    /// Whether `displacement` balances `forces` as it is, without refinement.
+    pub(super) fn balances(&self, forces: &[f64], displacement: &[f64], workspace: &mut Workspace) -> bool {
+        self.residual(forces, displacement, &mut workspace.residual) <= RESIDUAL_REFINED
+    }
+
+    fn residual_max(&self, forces: &[f64], displacement: &[f64]) -> f64 {
+        RESIDUAL_MAX.max(self.rounding(forces, displacement).min(ROUNDING_MAX))
     }
 
     /// kε‖K‖‖u‖/‖f‖, with the Euclidean norms of vectors: what rounding alone can leave of a residual; 0 without forces.
@@ -76,11 +85,12 @@ impl Elasticity {
         0.5 * forces.iter().zip(displacement).map(|(f, u)| f * u).sum::<f64>()
     }
 
-    /// In place, in the frames of the support.
-    fn back_substitute(&self, vector: &mut [f64], workspace: &mut Workspace) {
-        self.support.enter(vector);
-        self.factor.solve_in_place(vector, 1, &mut workspace.scratch);
-        self.support.leave(vector);
+    /// Any number of columns in place, in the frames of the support.
+    pub(super) fn back_substitute(&self, columns: &mut [f64], workspace: &mut Workspace) {
+        let size = self.size();
+        columns.chunks_exact_mut(size).for_each(|column| self.support.enter(column));
+        self.factor.solve_in_place(columns, columns.len() / size, &mut workspace.scratch);
+        columns.chunks_exact_mut(size).for_each(|column| self.support.leave(column));
     }
 
     /// Fills `residual` with f − K u and returns its norm relative to that of f; 0 if there are no forces.

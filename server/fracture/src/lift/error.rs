@@ -1,5 +1,6 @@
 //! Why a lift could not be made.
 
+use crate::dense::DenseError;
 use crate::token::Cancelled;
 
 /// Why a lift could not be made. Every variant names what it is about; none is a matter of luck, so none is worth a
@@ -79,4 +80,13 @@ pub enum LiftError {
     /// The work was cancelled.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
+}
+
+impl From<DenseError> for LiftError {
+    fn from(error: DenseError) -> Self {
+        match error {
+            DenseError::NotFinite => Self::NotFinite,
+            DenseError::NotConverged { order } => Self::NotConverged { converged: 0, wanted: order },
+        }
+    }
 }

@@ -11,7 +11,7 @@
 
 use super::LiftError;
 use super::basis::{Basis, length};
-use super::dense;
+use crate::dense;
 use crate::token::Token;
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatMut, Par};

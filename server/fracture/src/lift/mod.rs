@@ -6,7 +6,6 @@
 mod basis;
 mod boundary;
 mod carry;
-mod dense;
 mod error;
 mod gap;
 mod interior;

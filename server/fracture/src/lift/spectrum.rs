@@ -6,7 +6,8 @@
 
 use super::boundary::BoundarySurface;
 use super::laplacian::Laplacian;
-use super::{LiftError, MODES_MAX, dense, gap, lanczos};
+use super::{LiftError, MODES_MAX, gap, lanczos};
+use crate::dense;
 use crate::lattice::Lattice;
 use crate::sparse::{Cholesky, SolveScratch};
 use crate::token::Token;

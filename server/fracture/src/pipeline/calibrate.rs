@@ -2,7 +2,7 @@
 //!
 //! Based on: method of the house (section 1): n = max(2, round(κ·n₀)); n₀ after Gersho (1979) and Zador (1982).
 
-use super::{Impact, Prepared, Sampler, Strike, StrikeError, Workspace, strain_energy};
+use super::{ElasticRequest, Impact, Prepared, Sampler, Strike, StrikeError, Workspace, strain_energy};
 use crate::centroidal::Field;
 use crate::degree::{self, Curve, CurveOptions};
 use crate::random::Stream;
@@ -22,7 +22,8 @@ pub fn calibrate(prepared: &Prepared, token: &Token) -> Result<f64, StrikeError>
     let sampler = Sampler::new(prepared);
     for sample in 0..IMPACTS {
         let (point, inward) = sampler.point(&mut stream);
-        let impact = Impact::new(prepared, &Strike::at(prepared.frame.to_metres(&point), inward))?;
+        let strike = Strike::at(prepared.frame.to_metres(&point), inward);
+        let impact = Impact::new(prepared, &Strike { elastic: ElasticRequest::Solve, ..strike })?;
         for mut energy in strain_energy(prepared, &impact, &mut workspace, token, &mut ())? {
             let body = &prepared.bodies[energy.body];
             let field = Field::new(&body.interior, &body.volumes, &mut energy.shares)

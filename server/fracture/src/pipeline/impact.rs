@@ -3,7 +3,7 @@
 //! Based on: Hertz impact as a half-sine pulse (Johnson, *Contact Mechanics*, 1985, section 11.4): peak force
 //! F = (π/2)·J/τ.
 
-use super::{CONTACTS_MAX, Contact, Prepared, Strike, StrikeError};
+use super::{CONTACTS_MAX, Contact, ElasticRequest, Prepared, Strike, StrikeError};
 use crate::elasticity;
 use crate::scene::{DEFAULT_DURATION_S, DEFAULT_RADIUS_DIAGONALS};
 use nalgebra::Vector3;
@@ -18,6 +18,8 @@ pub struct Impact {
     pub peak_force_n: f64,
     /// Struck bodies in ascending order, each with its contacts: impulse relative to the peak, lengths local.
     pub bodies: Vec<(usize, Vec<elasticity::Contact>)>,
+    /// Where displacements come from.
+    pub elastic: ElasticRequest,
 }
 
 impl Impact {
@@ -43,7 +45,7 @@ impl Impact {
             }
         }
         bodies.sort_by_key(|(body, _)| *body);
-        Ok(Self { peak_force_n, bodies })
+        Ok(Self { peak_force_n, bodies, elastic: strike.elastic })
     }
 }
 

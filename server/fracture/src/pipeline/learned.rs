@@ -6,9 +6,6 @@ use crate::token::Token;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-/// Impacts between two looks at the progress.
-const BATCH: usize = 16;
-
 /// What examples taught.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Learned {
@@ -37,25 +34,12 @@ pub struct Quality {
     pub label_noise_median: f64,
 }
 
-/// The examples of these impacts of the object's seed, in order, on all threads of the current pool. `progress` is told how
-/// many impacts are done.
-pub fn sampled(
-    prepared: &Prepared,
-    impacts: &[u64],
-    token: &Token,
-    progress: &mut dyn FnMut(u64),
-) -> Result<Vec<Example>, StrikeError> {
+/// The examples of these impacts of the object's seed, in order, on all threads of the current pool.
+pub fn sampled(prepared: &Prepared, impacts: &[u64], token: &Token) -> Result<Vec<Example>, StrikeError> {
     let (sampler, seed) = (Sampler::new(prepared), prepared.parameters.seed);
     let one = |workspace: &mut Workspace, index: &u64| examples(prepared, &sampler, seed, *index, workspace, token);
-    let mut all = Vec::new();
-    for (batch, impacts) in impacts.chunks(BATCH).enumerate() {
-        progress((batch * BATCH) as u64);
-        let batch: Vec<Vec<Example>> =
-            impacts.par_iter().map_init(Workspace::default, one).collect::<Result<_, _>>()?;
-        all.extend(batch.into_iter().flatten());
-    }
-    progress(impacts.len() as u64);
-    Ok(all)
+    let all: Vec<Vec<Example>> = impacts.par_iter().map_init(Workspace::default, one).collect::<Result<_, _>>()?;
+    Ok(all.into_iter().flatten().collect())
 }
 
 /// κ and the network; `None` where the examples have too few labels.

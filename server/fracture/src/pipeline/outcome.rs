@@ -98,6 +98,9 @@ pub struct Outcome {
     pub impulse_factor: f64,
     /// Contact radius in effect, m: the largest, after raising it to what the elastic lattice resolves.
     pub radius_m: f64,
+    /// Relative error of the elastic energy, estimated, if the displacements of all struck bodies are reduced ones: the
+    /// largest. `None`: solved for.
+    pub reduced_error: Option<f64>,
     /// Sites of the diagrams; 0 where the object stays whole.
     pub sites: u32,
     /// Fracture degree of the criterion; 1 where the object stays whole.

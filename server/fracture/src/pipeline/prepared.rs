@@ -1,8 +1,8 @@
 //! Everything that depends on the object alone: built by baking, loaded at start-up, shared and never changed.
 
-use super::{Example, Learned, StrikeError};
+use super::{Example, Impact, Learned, Reduction, StrikeError};
 use crate::degree::Slenderness;
-use crate::elasticity::{Boundary, Elasticity, ElasticityError};
+use crate::elasticity::{Boundary, Elasticity, ElasticityError, Reduced};
 use crate::lattice::{BodyLattice, Lattice, Transfer};
 use crate::lift::{Lift, LiftKind};
 use crate::scene::Material;
@@ -79,6 +79,8 @@ pub struct Body {
     pub transfer: Transfer,
     /// Factored stiffness on the coarser lattice.
     pub elasticity: Elasticity,
+    /// A few displacements that span those of most impacts; `None`: every strike is solved.
+    pub reduced: Option<Reduced>,
     /// The lift with interior distances, on the crack lattice.
     pub interior: Lift,
     /// The lift with diffusion distances on the surface, on the crack lattice; `None`: not prepared.
@@ -111,6 +113,7 @@ impl Body {
             crack,
             transfer,
             interior,
+            reduced: None,
             surface_diffusion: None,
         })
     }
@@ -141,10 +144,14 @@ pub struct Prepared {
     pub report: BakeReport,
     /// Its components.
     pub bodies: Vec<Body>,
+    /// Impacts that were drawn for the examples: the next is number `impacts`.
+    pub impacts: u64,
     /// Impacts whose fracture degree is known, by their numbers.
     pub examples: Vec<Example>,
     /// What they taught, if they are enough.
     pub learned: Option<Learned>,
+    /// How well the reduced bases do, if there are any.
+    pub reduction: Option<Reduction>,
 }
 
 impl Prepared {
@@ -153,6 +160,11 @@ impl Prepared {
     /// Errors: [`StrikeError::LiftUnprepared`].
     pub fn lift(&self, body: usize, kind: LiftKind) -> Result<&Lift, StrikeError> {
         self.bodies[body].lift(kind).ok_or(StrikeError::LiftUnprepared { body, lift: kind })
+    }
+
+    /// Joules per unit of local energy under `impact`: F²/(E·L).
+    pub fn unit_j(&self, impact: &Impact) -> f64 {
+        impact.peak_force_n.powi(2) / (self.parameters.material.young_pa * self.frame.diagonal_m)
     }
 
     /// Nodes of all elastic lattices.

@@ -2,7 +2,7 @@
 //!
 //! Ours: contact points uniform by area, directions around the inward normal, radii over two octaves, one or two contacts.
 
-use super::{Body, Contact, Prepared, Strike};
+use super::{Body, Contact, ElasticRequest, Prepared, Strike};
 use crate::random::Stream;
 use crate::scene::DEFAULT_RADIUS_DIAGONALS;
 use nalgebra::{Point3, Vector3};
@@ -49,13 +49,15 @@ impl<'a> Sampler<'a> {
         (Point3::from(a + b + c), -normal(triangle).normalize())
     }
 
-    /// Impact number `index` of `seed`, at a magnitude of about 1 N·s; everything that is not drawn is at its default.
+    /// Impact number `index` of `seed`, at a magnitude of about 1 N·s, to be solved; everything else that is not drawn is at
+    /// its default.
     pub fn impact(&self, seed: u64, index: u64) -> Strike {
         let mut stream = Stream::new(seed, index);
         let count = if stream.uniform() < TWO_CONTACTS { 2 } else { 1 };
         let contacts = (0..count).map(|_| self.contact(&mut stream)).collect::<Vec<_>>();
         let first = contacts[0];
-        Strike { contacts, seed: index, ..Strike::at(first.point_m, first.impulse_ns) }
+        let elastic = ElasticRequest::Solve;
+        Strike { contacts, seed: index, elastic, ..Strike::at(first.point_m, first.impulse_ns) }
     }
 
     fn contact(&self, stream: &mut Stream) -> Contact {

@@ -31,6 +31,15 @@ pub enum DegreeRequest {
     Optimised,
 }
 
+/// Where displacements come from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ElasticRequest {
+    /// From the reduced basis where there is one and it is exact enough for this impact, else from the solve.
+    Reduced,
+    /// From the solve.
+    Solve,
+}
+
 /// One request.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Strike {
@@ -40,6 +49,8 @@ pub struct Strike {
     pub degree: DegreeRequest,
     /// Threshold γ in J·m²; `None`: the object's own.
     pub gamma_j_m2: Option<f64>,
+    /// Where displacements come from.
+    pub elastic: ElasticRequest,
     /// Which lift.
     pub lift: LiftKind,
     /// Everything random follows from it.
@@ -55,6 +66,7 @@ impl Strike {
             contacts: vec![Contact { point_m, impulse_ns, duration_s: None, radius_m: None }],
             degree: DegreeRequest::Inferred,
             gamma_j_m2: None,
+            elastic: ElasticRequest::Reduced,
             lift: LiftKind::Interior,
             seed: 1,
             threshold_only: false,

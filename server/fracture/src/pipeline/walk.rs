@@ -4,8 +4,8 @@
 
 use super::cells::{Division, divide};
 use super::{
-    DEGREE_MAX, DegreeRequest, DegreeSource, Impact, Outcome, Pieces, Prepared, Stage, Strike, StrikeError, Verdict,
-    Watch, Workspace, strain_energy,
+    BodyEnergy, DEGREE_MAX, DegreeRequest, DegreeSource, Impact, Outcome, Pieces, Prepared, Stage, Strike, StrikeError,
+    Verdict, Watch, Workspace, strain_energy,
 };
 use crate::centroidal::Field;
 use crate::token::Token;
@@ -38,14 +38,13 @@ pub fn strike(
         return Err(StrikeError::Range(verdict.e1_over_gamma()));
     }
 
-    let radius_m = energies.iter().map(|energy| energy.radius_m).fold(0.0, f64::max);
     let holds = verdict.e1_over_gamma() <= 1.0 && !matches!(strike.degree, DegreeRequest::Sites(_));
     if holds || strike.threshold_only {
-        return Ok(whole(&verdict, radius_m));
+        return Ok(whole(&verdict, &energies));
     }
     let division = divide(prepared, strike, &verdict, &fields, workspace, token, watch)?;
     let pieces = Pieces::new(prepared, strike, &energies, &division, token, watch)?;
-    Ok(broken(&verdict, radius_m, &division, pieces))
+    Ok(broken(&verdict, &energies, &division, pieces))
 }
 
 /// γ in effect, after a check of what does not depend on the body.
@@ -62,12 +61,14 @@ fn check(prepared: &Prepared, strike: &Strike) -> Result<f64, StrikeError> {
     }
 }
 
-fn whole(verdict: &Verdict, radius_m: f64) -> Outcome {
+fn whole(verdict: &Verdict, energies: &[BodyEnergy]) -> Outcome {
+    let reduced = energies.iter().try_fold(0.0, |worst: f64, energy| energy.reduced_error.map(|own| worst.max(own)));
     Outcome {
         gamma_j_m2: verdict.gamma_j_m2,
         e1_over_gamma: verdict.e1_over_gamma(),
         impulse_factor: verdict.impulse_factor(),
-        radius_m,
+        radius_m: energies.iter().map(|energy| energy.radius_m).fold(0.0, f64::max),
+        reduced_error: reduced,
         sites: 0,
         fracture_degree: 1,
         degree_source: DegreeSource::Threshold,
@@ -77,7 +78,7 @@ fn whole(verdict: &Verdict, radius_m: f64) -> Outcome {
     }
 }
 
-fn broken(verdict: &Verdict, radius_m: f64, division: &Division, pieces: Pieces) -> Outcome {
+fn broken(verdict: &Verdict, energies: &[BodyEnergy], division: &Division, pieces: Pieces) -> Outcome {
     let sites: usize = division.cells.iter().map(|cells| cells.diagram.cell_energy.len()).sum();
     Outcome {
         sites: sites as u32,
@@ -86,6 +87,6 @@ fn broken(verdict: &Verdict, radius_m: f64, division: &Division, pieces: Pieces)
         confidence: division.confidence,
         capped: division.capped,
         pieces: Some(pieces),
-        ..whole(verdict, radius_m)
+        ..whole(verdict, energies)
     }
 }

@@ -9,6 +9,7 @@ pub struct Workspace {
     pub(super) elasticity: elasticity::Workspace,
     pub(super) load: elasticity::Load,
     pub(super) displacement: Vec<f64>,
+    pub(super) coordinates: Vec<f64>,
     pub(super) tet_energy: Vec<f64>,
     pub(super) centroidal: centroidal::Workspace,
 }

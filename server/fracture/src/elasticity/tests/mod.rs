@@ -4,6 +4,7 @@ mod beam;
 mod contact;
 mod invariance;
 mod patch;
+mod reduced;
 mod refusal;
 
 use super::*;

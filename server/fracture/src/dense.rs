@@ -1,27 +1,39 @@
 //! Dense symmetric eigenpairs by faer, on the calling thread alone.
 
-use super::LiftError;
 use faer::diag::Diag;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::evd::{ComputeEigenvectors, self_adjoint_evd, self_adjoint_evd_scratch};
 use faer::{Mat, MatRef, Par};
 
+/// Why there are no eigenpairs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub(crate) enum DenseError {
+    /// An entry is not finite.
+    #[error("an entry of the matrix is not finite")]
+    NotFinite,
+    /// faer's capped iteration gave up.
+    #[error("the eigenpairs of a matrix of order {order} did not converge")]
+    NotConverged {
+        /// Rows of the matrix.
+        order: usize,
+    },
+}
+
 /// All eigenpairs of a symmetric matrix, ascending.
-pub(super) struct Dense {
+pub(crate) struct Dense {
     /// Eigenvalues, ascending.
-    pub(super) values: Vec<f64>,
+    pub(crate) values: Vec<f64>,
     /// Orthonormal eigenvectors, column k belongs to `values[k]`.
-    pub(super) vectors: Mat<f64>,
+    pub(crate) vectors: Mat<f64>,
 }
 
 /// All eigenpairs of the symmetric matrix whose lower triangle is given.
 ///
-/// Errors: [`LiftError::NotFinite`] if an entry is not finite; [`LiftError::NotConverged`] if faer's capped iteration
-/// gives up.
-pub(super) fn symmetric(matrix: MatRef<'_, f64>) -> Result<Dense, LiftError> {
+/// Errors: see [`DenseError`].
+pub(crate) fn symmetric(matrix: MatRef<'_, f64>) -> Result<Dense, DenseError> {
     let order = matrix.nrows();
     if (0..order).any(|column| (column..order).any(|row| !matrix[(row, column)].is_finite())) {
-        return Err(LiftError::NotFinite);
+        return Err(DenseError::NotFinite);
     }
     let mut values = Diag::<f64>::zeros(order);
     let mut vectors = Mat::<f64>::zeros(order, order);
@@ -35,7 +47,7 @@ pub(super) fn symmetric(matrix: MatRef<'_, f64>) -> Result<Dense, LiftError> {
             MemStack::new(&mut MemBuffer::new(scratch)),
             Default::default(),
         )
-        .map_err(|_| LiftError::NotConverged { converged: 0, wanted: order })?;
+        .map_err(|_| DenseError::NotConverged { order })?;
     }
     Ok(Dense { values: values.column_vector().iter().copied().collect(), vectors })
 }

@@ -1,0 +1,50 @@
+//! Reduced bases as tensors, and back.
+
+use super::DatabaseError;
+use super::container::{Contents, FLAT, Tensors};
+use crate::elasticity::{Elasticity, Estimate, FEATURES, Reduced};
+use crate::pipeline::{Prepared, RANK_MAX};
+
+/// Metadata key of the figures of all bases; a file without it has none.
+pub(super) const REDUCTION_KEY: &str = "reduction";
+
+/// Tensors of body `index`.
+fn name(index: usize, part: &str) -> String {
+    format!("reduced{index}.{part}")
+}
+
+/// Adds the bases of all bodies that have one.
+pub(super) fn put(tensors: &mut Tensors, prepared: &Prepared) {
+    for (index, body) in prepared.bodies.iter().enumerate() {
+        if let Some(reduced) = &body.reduced {
+            let shape = [body.elasticity.size(), reduced.rank()];
+            tensors.f32(name(index, "basis"), &shape, reduced.basis());
+            tensors.f64(name(index, "radius"), &[1], &[reduced.radius_min()]);
+            tensors.f64(name(index, "estimate"), &[1 + FEATURES], &reduced.estimate().coefficients);
+        }
+    }
+}
+
+/// The basis of body `index`; nothing where the file has none.
+pub(super) fn reduced(
+    contents: &Contents,
+    index: usize,
+    elasticity: &Elasticity,
+) -> Result<Option<Reduced>, DatabaseError> {
+    let basis = name(index, "basis");
+    if !contents.holds(&basis) {
+        return Ok(None);
+    }
+    let (rank, values) = contents.f32(&basis, elasticity.size())?;
+    if !(1..=RANK_MAX).contains(&rank) {
+        return Err(DatabaseError::TooLarge { what: "columns of a basis", found: rank, cap: RANK_MAX });
+    }
+    let tensor = name(index, "radius");
+    let radius_min = contents.f64(&tensor, Some(1), FLAT)?[0];
+    if radius_min <= 0.0 {
+        return Err(DatabaseError::NotPositive { tensor, index: 0, value: radius_min });
+    }
+    let coefficients = contents.f64(&name(index, "estimate"), Some(1 + FEATURES), FLAT)?;
+    let estimate = Estimate { coefficients: std::array::from_fn(|k| coefficients[k]) };
+    Ok(Some(Reduced::new(elasticity, rank, values, radius_min, estimate)))
+}

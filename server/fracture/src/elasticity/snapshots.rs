@@ -1,0 +1,118 @@
+//! Snapshots: the displacements under many loads become a small basis.
+//!
+//! Based on: L. Sirovich (Quarterly of Applied Mathematics 45, 1987): the eigenvectors of the snapshots' Gram matrix, here
+//! G_ij = u_i'Ku_j = u_i'f_j, weigh the snapshots; every snapshot counts with unit energy.
+
+use super::{Elasticity, ElasticityError, Estimate, Load, Reduced, Workspace};
+use crate::dense;
+use crate::token::Token;
+use faer::linalg::matmul::matmul;
+use faer::{Accum, Mat, MatMut, MatRef, Par};
+use rayon::prelude::*;
+
+/// Right-hand sides that are solved at once.
+const BLOCK: usize = 8;
+
+/// Rows of the basis that are computed at once.
+const ROWS: usize = 4096;
+
+/// Directions with less than this share of the most energetic one's energy are rounding.
+const NOISE: f64 = 1e-11;
+
+impl Elasticity {
+    /// The displacements under `loads`, solved in blocks of right-hand sides on all threads of the current pool; column-major,
+    /// one column per load. Each is checked as [`Self::solve`] checks it.
+    ///
+    /// # Errors
+    /// [`ElasticityError::Residual`], [`ElasticityError::Cancelled`].
+    pub fn solve_all(&self, loads: &[Load], token: &Token) -> Result<Vec<f64>, ElasticityError> {
+        let size = self.size();
+        let mut columns = vec![0.0; size * loads.len()];
+        columns.par_chunks_mut(size * BLOCK).zip(loads.par_chunks(BLOCK)).try_for_each_init(
+            || (Workspace::default(), Vec::new()),
+            |(workspace, single), (columns, loads)| {
+                token.check()?;
+                for (column, load) in columns.chunks_exact_mut(size).zip(loads) {
+                    column.copy_from_slice(&load.forces);
+                }
+                self.back_substitute(columns, workspace);
+                for (column, load) in columns.chunks_exact_mut(size).zip(loads) {
+                    if !self.balances(&load.forces, column, workspace) {
+                        // One by one, with a sweep of refinement.
+                        self.solve(&load.forces, single, workspace, token)?;
+                        column.copy_from_slice(single);
+                    }
+                }
+                Ok::<_, ElasticityError>(())
+            },
+        )?;
+        Ok(columns)
+    }
+
+    /// A basis of at most `rank_max` displacements that spans those under `loads` best in energy. `None` where there is no
+    /// energy at all.
+    ///
+    /// # Errors
+    /// As [`Self::solve_all`].
+    pub fn reduce(&self, loads: &[Load], rank_max: usize, token: &Token) -> Result<Option<Reduced>, ElasticityError> {
+        let (size, count) = (self.size(), loads.len());
+        let columns = self.solve_all(loads, token)?;
+        let snapshots = MatRef::from_column_major_slice(&columns, size, count);
+        let mut gram = gram(snapshots, loads, token)?;
+        let scales: Vec<f64> = (0..count).map(|k| gram[(k, k)].max(0.0).sqrt()).map(inverse).collect();
+        for (i, j) in (0..count).flat_map(|i| (0..count).map(move |j| (i, j))) {
+            gram[(i, j)] *= scales[i] * scales[j];
+        }
+        let Ok(pairs) = dense::symmetric(gram.as_ref()) else { return Ok(None) };
+        token.check()?;
+        let greatest = pairs.values.last().copied().unwrap_or(0.0);
+        let kept = pairs.values.iter().rev().take_while(|value| **value > NOISE * greatest).take(rank_max);
+        let inverse_roots: Vec<f64> = kept.map(|value| 1.0 / value.sqrt()).collect();
+        let rank = inverse_roots.len();
+        if rank == 0 {
+            return Ok(None);
+        }
+        let weights = Mat::from_fn(count, rank, |row, column| {
+            scales[row] * pairs.vectors[(row, count - 1 - column)] * inverse_roots[column]
+        });
+        let basis = combined(snapshots, weights.as_ref());
+        let radius_min =
+            loads.iter().flat_map(|load| &load.touches).map(|touch| touch.radius).fold(f64::INFINITY, f64::min);
+        Ok(Some(Reduced::new(self, rank, basis, radius_min, Estimate::RAW)))
+    }
+}
+
+fn inverse(value: f64) -> f64 {
+    if value > 0.0 { 1.0 / value } else { 0.0 }
+}
+
+/// u_i'f_j, made symmetric.
+fn gram(snapshots: MatRef<'_, f64>, loads: &[Load], token: &Token) -> Result<Mat<f64>, ElasticityError> {
+    let (size, count) = (snapshots.nrows(), loads.len());
+    let mut products = vec![0.0; count * count];
+    products.par_chunks_mut(count * BLOCK).zip(loads.par_chunks(BLOCK)).try_for_each(|(products, loads)| {
+        token.check()?;
+        let forces: Vec<f64> = loads.iter().flat_map(|load| load.forces.iter().copied()).collect();
+        let forces = MatRef::from_column_major_slice(&forces, size, loads.len());
+        let products = MatMut::from_column_major_slice_mut(products, count, loads.len());
+        matmul(products, Accum::Replace, snapshots.transpose(), forces, 1.0, Par::Seq);
+        Ok::<_, ElasticityError>(())
+    })?;
+    let products = MatRef::from_column_major_slice(&products, count, count);
+    Ok(Mat::from_fn(count, count, |i, j| 0.5 * (products[(i, j)] + products[(j, i)])))
+}
+
+/// Snapshots times weights, row-major, narrowed.
+fn combined(snapshots: MatRef<'_, f64>, weights: MatRef<'_, f64>) -> Vec<f32> {
+    let (size, count, rank) = (snapshots.nrows(), snapshots.ncols(), weights.ncols());
+    let mut basis = vec![0.0; size * rank];
+    basis.par_chunks_mut(ROWS * rank).enumerate().for_each(|(chunk, narrow)| {
+        let rows = narrow.len() / rank;
+        let mut wide = vec![0.0; narrow.len()];
+        let snapshots = snapshots.submatrix(chunk * ROWS, 0, rows, count);
+        let product = MatMut::from_row_major_slice_mut(&mut wide, rows, rank);
+        matmul(product, Accum::Replace, snapshots, weights, 1.0, Par::Seq);
+        narrow.iter_mut().zip(wide).for_each(|(narrow, wide)| *narrow = wide as f32);
+    });
+    basis
+}

@@ -1,0 +1,118 @@
+//! Reduced elasticity against the solve.
+
+use super::*;
+
+/// A free bar and loads at places of its surface.
+fn bar() -> (Lattice, Elasticity) {
+    let lattice = block([6, 3, 3], 0.15);
+    let body = free(&lattice, 0.3);
+    (lattice, body)
+}
+
+/// A contact anywhere on the top, in any direction.
+fn drawn(lattice: &Lattice, stream: &mut Stream) -> Contact {
+    let top = lattice.nodes.iter().map(|node| node.y).fold(f64::NEG_INFINITY, f64::max);
+    let above: Vec<Point3<f64>> = lattice.nodes.iter().filter(|node| node.y == top).copied().collect();
+    let point = above[stream.bits() as usize % above.len()];
+    let impulse = Vector3::new(stream.uniform() - 0.5, -1.0, stream.uniform() - 0.5);
+    Contact { point, impulse, radius: 0.3 }
+}
+
+fn snapshots(lattice: &Lattice, body: &Elasticity, count: u64) -> Vec<Load> {
+    let mut stream = Stream::new(1, 0);
+    (0..count).map(|_| load(body, &[drawn(lattice, &mut stream)])).collect()
+}
+
+#[test]
+fn many_right_hand_sides_are_solved_as_one_by_one() {
+    let (lattice, body) = bar();
+    let loads = snapshots(&lattice, &body, 11);
+    let all = body.solve_all(&loads, &Token::default()).unwrap();
+    for (column, load) in all.chunks_exact(body.size()).zip(&loads) {
+        let alone = solve(&body, &load.forces);
+        let greatest = alone.iter().fold(0.0, |greatest: f64, u| greatest.max(u.abs()));
+        let worst = column.iter().zip(&alone).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        assert!(worst <= 1e-11 * greatest, "{worst} of {greatest}");
+    }
+}
+
+#[test]
+fn the_basis_is_orthonormal_in_energy() {
+    let (lattice, body) = bar();
+    let reduced = body.reduce(&snapshots(&lattice, &body, 40), 12, &Token::default()).unwrap().unwrap();
+    let rank = reduced.rank();
+    assert_eq!(rank, 12);
+    let column =
+        |k: usize| -> Vec<f64> { reduced.basis().iter().skip(k).step_by(rank).map(|b| f64::from(*b)).collect() };
+    for i in 0..rank {
+        let mut stiff = vec![0.0; body.size()];
+        body.stiffness.multiply(&column(i), &mut stiff);
+        for j in 0..rank {
+            let product: f64 = column(j).iter().zip(&stiff).map(|(a, b)| a * b).sum();
+            let wanted = f64::from(u8::from(i == j));
+            assert!((product - wanted).abs() < 1e-5, "{i}, {j}: {product}");
+        }
+    }
+}
+
+#[test]
+fn what_the_basis_has_seen_it_reproduces() {
+    let (lattice, body) = bar();
+    let loads = snapshots(&lattice, &body, 30);
+    let reduced = body.reduce(&loads, 256, &Token::default()).unwrap().unwrap();
+    let (mut coordinates, mut displacement) = (Vec::new(), Vec::new());
+    for load in &loads {
+        let captured = reduced.project(load, &mut coordinates);
+        reduced.expand(&coordinates, &mut displacement);
+        let mut own = Vec::new();
+        body.tet_energy(&lattice, &displacement, Driving::Total, &mut own, &Token::default()).unwrap();
+        let wanted = energies(&body, &lattice, &load.forces, Driving::Total);
+        let total: f64 = wanted.iter().sum();
+        let worst = own.iter().zip(&wanted).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        assert!((captured.energy / total - 1.0).abs() < 1e-5, "{} of {total}", captured.energy);
+        assert!(worst < 1e-5 * total, "{worst} of {total}");
+    }
+}
+
+#[test]
+fn captured_energy_grows_with_the_rank_and_never_exceeds_the_true_one() {
+    let (lattice, body) = bar();
+    let loads = snapshots(&lattice, &body, 60);
+    let other = load(&body, &[Contact { radius: 0.35, ..drawn(&lattice, &mut Stream::new(2, 0)) }]);
+    let truth: f64 = energies(&body, &lattice, &other.forces, Driving::Total).iter().sum();
+    let captured = |rank| {
+        let reduced = body.reduce(&loads, rank, &Token::default()).unwrap().unwrap();
+        reduced.project(&other, &mut Vec::new()).energy
+    };
+    let found = [4, 8, 16, 32].map(captured);
+    println!("{found:?} of {truth}");
+    assert!(found.windows(2).all(|pair| pair[0] <= pair[1] * (1.0 + 1e-6)), "{found:?}");
+    assert!(found[3] <= truth * (1.0 + 1e-6) && found[3] > 0.9 * truth, "{found:?} of {truth}");
+}
+
+#[test]
+fn a_smaller_contact_than_was_seen_has_no_estimate() {
+    let (lattice, body) = bar();
+    let reduced = body.reduce(&snapshots(&lattice, &body, 20), 16, &Token::default()).unwrap().unwrap();
+    let error = |radius| {
+        let contact = Contact { radius, ..drawn(&lattice, &mut Stream::new(3, 0)) };
+        reduced.project(&load(&body, &[contact]), &mut Vec::new()).error
+    };
+    assert!(error(0.3).is_finite() && error(0.5).is_finite());
+    assert_eq!(error(0.28), f64::INFINITY);
+}
+
+#[test]
+fn the_estimate_is_affine_in_the_features() {
+    let truth = Estimate { coefficients: [-2.0, 1.5, 0.25, -3.0] };
+    let mut stream = Stream::new(4, 0);
+    let features = |stream: &mut Stream| std::array::from_fn(|_| -5.0 * stream.uniform());
+    let pairs: Vec<_> = (0..40).map(|_| features(&mut stream)).map(|own| (own, truth.error(&own))).collect();
+    let found = Estimate::fit(&pairs);
+    assert!(found.coefficients.iter().zip(truth.coefficients).all(|(a, b)| (a - b).abs() < 1e-9), "{found:?}");
+    assert_eq!(Estimate::fit(&pairs[..15]), Estimate::RAW);
+    let one_radius: Vec<_> =
+        pairs.iter().map(|([a, b, _], _)| [*a, *b, -1.0]).map(|own| (own, truth.error(&own))).collect();
+    let told = Estimate::fit(&one_radius);
+    assert!(one_radius.iter().all(|(own, error)| (told.error(own) / error - 1.0).abs() < 1e-9), "{told:?}");
+}

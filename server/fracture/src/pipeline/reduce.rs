@@ -1,0 +1,220 @@
+//! Reduced bases from the examples' impacts, and what they are worth on others.
+//!
+//! Ours: the problem is linear, so every contact of an example is worth three snapshots, one per direction of its force.
+
+use super::{Impact, Prepared, Sampler, Strike, StrikeError, Workspace, strain_energy};
+use crate::centroidal::Field;
+use crate::degree;
+use crate::elasticity::{Captured, Contact, Driving, ElasticityError, Estimate, Load, Reduced};
+use crate::token::Token;
+use nalgebra::Vector3;
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+/// Most displacements of one body's basis.
+pub const RANK_MAX: usize = 128;
+
+/// Most bytes of one body's basis; larger lattices get fewer displacements.
+const BASIS_BYTES_MAX: usize = 32 << 20;
+
+/// Most bytes of one body's snapshots, while they are computed; larger lattices get fewer snapshots.
+const SNAPSHOT_BYTES_MAX: usize = 512 << 20;
+
+/// Fewer displacements are no basis.
+const RANK_MIN: usize = 8;
+
+/// Impacts on which the bases are tried and their estimates fitted; no example is among them.
+const HELD_OUT: u64 = 96;
+
+/// Numbers of the held-out impacts begin here: examples never get so far.
+const HELD_OUT_FIRST: u64 = 1 << 32;
+
+/// How well the bases do on impacts that they have not seen: medians over bodies struck.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Reduction {
+    /// Displacements of each body's basis; 0: it has none.
+    pub rank: Vec<usize>,
+    /// Displacements that were compared.
+    pub holdout: usize,
+    /// Relative error of the elastic energy.
+    pub energy_error_median: f64,
+    /// Its ninth decile.
+    pub energy_error_p90: f64,
+    /// Volume integral of the difference of the energy densities over that of the density.
+    pub density_error_median: f64,
+    /// Relative error of the closed form's n₀ at the object's own γ.
+    pub degree_error_median: f64,
+    /// Share of the estimated errors that are within a factor 3 of the true ones.
+    pub estimates_within_3: f64,
+    /// Share of the impacts that a strike would solve for, the estimate being too large.
+    pub solved: f64,
+}
+
+/// Makes the bases of all bodies, and tries them. Without impacts, or with `rank_max` 0, there are none.
+pub fn reduce(prepared: &mut Prepared, rank_max: usize, token: &Token) -> Result<(), StrikeError> {
+    prepared.bodies.iter_mut().for_each(|body| body.reduced = None);
+    prepared.reduction = None;
+    for index in 0..prepared.bodies.len() {
+        prepared.bodies[index].reduced = basis(prepared, index, rank_max, token)?;
+    }
+    if prepared.bodies.iter().all(|body| body.reduced.is_none()) {
+        return Ok(());
+    }
+    let trials = trials(prepared, token)?;
+    for index in 0..prepared.bodies.len() {
+        let own = trials.iter().filter(|trial| trial.body == index);
+        let pairs: Vec<_> = own.map(|trial| (trial.captured.features, trial.energy_error)).collect();
+        let reduced = prepared.bodies[index].reduced.take();
+        prepared.bodies[index].reduced = reduced.map(|reduced| reduced.estimating(Estimate::fit(&pairs)));
+    }
+    prepared.reduction = Reduction::of(prepared, &trials);
+    Ok(())
+}
+
+/// The basis of body `index` from the contacts of the object's impacts.
+fn basis(prepared: &Prepared, index: usize, rank_max: usize, token: &Token) -> Result<Option<Reduced>, StrikeError> {
+    let body = &prepared.bodies[index];
+    let column_bytes = size_of::<f64>() * body.elasticity.size();
+    let rank_max = rank_max.min(BASIS_BYTES_MAX / (column_bytes / 2));
+    if rank_max < RANK_MIN {
+        return Ok(None);
+    }
+    let failed = |source| failed(index, source);
+    let mut loads = Vec::new();
+    let mut workspace = Workspace::default();
+    for contact in contacts(prepared, index)?.into_iter().take(SNAPSHOT_BYTES_MAX / column_bytes / 3) {
+        for axis in 0..3 {
+            let impulse = Vector3::ith(axis, 1.0);
+            let mut load = Load::default();
+            body.elasticity
+                .load(&[Contact { impulse, ..contact }], &mut load, &mut workspace.elasticity)
+                .map_err(failed)?;
+            loads.push(load);
+        }
+    }
+    if loads.len() < RANK_MIN {
+        return Ok(None);
+    }
+    body.elasticity.reduce(&loads, rank_max, token).map_err(failed)
+}
+
+fn failed(body: usize, source: ElasticityError) -> StrikeError {
+    match source {
+        ElasticityError::Cancelled(cancelled) => StrikeError::Cancelled(cancelled),
+        source => StrikeError::Elasticity { body, source },
+    }
+}
+
+/// All contacts of the object's impacts with body `index`.
+fn contacts(prepared: &Prepared, index: usize) -> Result<Vec<Contact>, StrikeError> {
+    let sampler = Sampler::new(prepared);
+    let mut contacts = Vec::new();
+    for impact in 0..prepared.impacts {
+        let strike = sampler.impact(prepared.parameters.seed, impact);
+        let bodies = Impact::new(prepared, &strike)?.bodies;
+        contacts.extend(bodies.into_iter().filter(|(body, _)| *body == index).flat_map(|(_, contacts)| contacts));
+    }
+    Ok(contacts)
+}
+
+/// One body under one held-out impact, solved and reduced.
+struct Trial {
+    body: usize,
+    captured: Captured,
+    energy_error: f64,
+    density_error: f64,
+    degree_error: f64,
+}
+
+fn trials(prepared: &Prepared, token: &Token) -> Result<Vec<Trial>, StrikeError> {
+    let sampler = Sampler::new(prepared);
+    let one = |workspace: &mut Workspace, number: u64| {
+        let strike = sampler.impact(prepared.parameters.seed, HELD_OUT_FIRST + number);
+        trial(prepared, &strike, workspace, token)
+    };
+    let all: Vec<Vec<Trial>> =
+        (0..HELD_OUT).into_par_iter().map_init(Workspace::default, one).collect::<Result<_, _>>()?;
+    Ok(all.into_iter().flatten().collect())
+}
+
+fn trial(
+    prepared: &Prepared,
+    strike: &Strike,
+    workspace: &mut Workspace,
+    token: &Token,
+) -> Result<Vec<Trial>, StrikeError> {
+    let impact = Impact::new(prepared, strike)?;
+    let solved = match strain_energy(prepared, &impact, workspace, token, &mut ()) {
+        // Two blows that cancel have no energy to compare.
+        Err(StrikeError::Balanced { .. }) => return Ok(Vec::new()),
+        solved => solved?,
+    };
+    let mut trials = Vec::new();
+    for ((index, contacts), solved) in impact.bodies.iter().zip(solved) {
+        let body = &prepared.bodies[*index];
+        let Some(reduced) = &body.reduced else { continue };
+        let failed = |source| failed(*index, source);
+        body.elasticity.load(contacts, &mut workspace.load, &mut workspace.elasticity).map_err(failed)?;
+        let captured = reduced.project(&workspace.load, &mut workspace.coordinates);
+        reduced.expand(&workspace.coordinates, &mut workspace.displacement);
+        body.elasticity
+            .tet_energy(&body.elastic, &workspace.displacement, Driving::Total, &mut workspace.tet_energy, token)
+            .map_err(failed)?;
+        let mut shares = Vec::new();
+        body.transfer.apply(&workspace.tet_energy, &mut shares);
+        let total: f64 = shares.iter().sum();
+        let unit_j = prepared.unit_j(&impact);
+        let ratio = total * unit_j / solved.energy_j;
+        let differences = shares.iter().zip(&solved.shares).map(|(own, true_)| (own / total * ratio - true_).abs());
+        let density_error = differences.sum();
+        shares.iter_mut().for_each(|share| *share /= total);
+        let [own, wanted] = [(shares, ratio), (solved.shares, 1.0)].map(|(mut shares, ratio)| {
+            let field = Field::new(&body.interior, &body.volumes, &mut shares)
+                .map_err(|source| StrikeError::Field { body: *index, source })?;
+            let unit = solved.energy_j * ratio * prepared.frame.diagonal_m.powi(2);
+            Ok::<_, StrikeError>(degree::closed_form(&field, &body.slenderness, prepared.gamma_j_m2 / unit))
+        });
+        trials.push(Trial {
+            body: *index,
+            captured,
+            energy_error: (ratio - 1.0).abs(),
+            density_error,
+            degree_error: (own? / wanted? - 1.0).abs(),
+        });
+    }
+    Ok(trials)
+}
+
+impl Reduction {
+    /// `None` without trials.
+    fn of(prepared: &Prepared, trials: &[Trial]) -> Option<Self> {
+        let rank = |reduced: &Option<Reduced>| reduced.as_ref().map_or(0, Reduced::rank);
+        let estimates: Vec<(f64, f64)> = trials
+            .iter()
+            .filter_map(|trial| {
+                let reduced = prepared.bodies[trial.body].reduced.as_ref()?;
+                Some((reduced.estimate().error(&trial.captured.features), trial.energy_error))
+            })
+            .collect();
+        let share = |holds: &dyn Fn(&(f64, f64)) -> bool| {
+            estimates.iter().filter(|pair| holds(pair)).count() as f64 / estimates.len() as f64
+        };
+        Some(Self {
+            rank: prepared.bodies.iter().map(|body| rank(&body.reduced)).collect(),
+            holdout: trials.len(),
+            energy_error_median: quantile(trials, 0.5, |trial| trial.energy_error)?,
+            energy_error_p90: quantile(trials, 0.9, |trial| trial.energy_error)?,
+            density_error_median: quantile(trials, 0.5, |trial| trial.density_error)?,
+            degree_error_median: quantile(trials, 0.5, |trial| trial.degree_error)?,
+            estimates_within_3: share(&|(estimate, error)| (1.0 / 3.0..=3.0).contains(&(estimate / error))),
+            solved: share(&|(estimate, _)| *estimate > super::REDUCED_ERROR_MAX),
+        })
+    }
+}
+
+/// `None` of none.
+fn quantile(trials: &[Trial], share: f64, value: impl Fn(&Trial) -> f64) -> Option<f64> {
+    let mut sorted: Vec<f64> = trials.iter().map(value).collect();
+    sorted.sort_by(f64::total_cmp);
+    sorted.get((sorted.len() as f64 * share) as usize).copied()
+}

@@ -1,0 +1,140 @@
+//! What was baked, in words and as a document.
+
+use super::{Failure, out};
+use serde_json::json;
+use shatter_fracture::lattice::SPACING_RANGE;
+use shatter_fracture::pipeline::{Learned, Prepared};
+use std::fmt::Write;
+use std::path::Path;
+use std::time::Duration;
+
+/// A larger volume error than this is worth a warning.
+const VOLUME_ERROR_TOLD: f64 = 0.03;
+
+/// Warns on stderr and prints what was baked.
+pub fn tell(prepared: &Prepared, file: &Path, took: Duration, as_json: bool) -> Result<(), Failure> {
+    let seconds = took.as_secs_f64();
+    warn(prepared);
+    out::print(&if as_json {
+        format!("{}\n", document(prepared, file, seconds))
+    } else {
+        screen(prepared, file, seconds)
+    })
+}
+
+/// Says on stderr when the lattice is too coarse for the shape: parts of about its spacing are lost or thickened.
+fn warn(prepared: &Prepared) {
+    let error = prepared.report.volume_error();
+    if error.abs() > VOLUME_ERROR_TOLD {
+        let (percent, spacing) = (100.0 * error, prepared.parameters.crack_spacing);
+        let finer = match 0.5 * spacing {
+            finer if finer >= SPACING_RANGE[0] => format!("; try --crack-spacing {finer:.4} (now {spacing:.4})"),
+            _ => String::new(),
+        };
+        eprintln!(
+            "warning: the lattice's volume is {percent:+.1} % off the input's: parts of about its spacing are lost or \
+             thickened{finer}"
+        );
+    }
+}
+
+/// The document of `bake --json`.
+fn document(prepared: &Prepared, file: &Path, seconds: f64) -> serde_json::Value {
+    let report = &prepared.report;
+    json!({
+        "object": prepared.name,
+        "file": file.display().to_string(),
+        "elastic_nodes": prepared.elastic_nodes(),
+        "elastic_tets": prepared.elastic_tets(),
+        "crack_nodes": prepared.crack_nodes(),
+        "crack_tets": prepared.crack_tets(),
+        "elastic_spacing": prepared.parameters.elastic_spacing,
+        "crack_spacing": prepared.parameters.crack_spacing,
+        "lattice_volume_m3": report.lattice_volume_m3,
+        "input_volume_m3": report.input_volume_m3,
+        "volume_error": report.volume_error(),
+        "surface_deviation": report.surface_deviation,
+        "gamma_j_m2": prepared.gamma_j_m2,
+        "kappa": prepared.kappa,
+        "examples": prepared.examples.len(),
+        "learned": prepared.learned.as_ref().map(|learned| learned.quality),
+        "reduced": prepared.reduction,
+        "bodies": prepared.bodies.len(),
+        "defects": report.defects,
+        "unprepared": report.unprepared,
+        "seconds": seconds,
+    })
+}
+
+fn screen(prepared: &Prepared, file: &Path, seconds: f64) -> String {
+    // Writing to a string cannot fail.
+    let mut text = String::new();
+    let report = &prepared.report;
+    let parameters = &prepared.parameters;
+    let _ = writeln!(text, "{}  {}", prepared.name, file.display());
+    let _ = writeln!(
+        text,
+        "  elastic lattice  {} nodes, {} tetrahedra, spacing {:.4} of the diagonal",
+        prepared.elastic_nodes(),
+        prepared.elastic_tets(),
+        parameters.elastic_spacing
+    );
+    let _ = writeln!(
+        text,
+        "  crack lattice    {} nodes, {} tetrahedra, spacing {:.4} of the diagonal",
+        prepared.crack_nodes(),
+        prepared.crack_tets(),
+        parameters.crack_spacing
+    );
+    let _ = writeln!(
+        text,
+        "  volume           {:.6e} m³, {:+.3} % of the input's",
+        report.lattice_volume_m3,
+        100.0 * report.volume_error()
+    );
+    let _ = writeln!(text, "  deviation        {:.5} of the diagonal", report.surface_deviation);
+    let _ = writeln!(
+        text,
+        "  threshold        {:.4e} J·m² ({}, fragments of {:.4} m), kappa {:.3}",
+        prepared.gamma_j_m2, parameters.material_name, parameters.fragment_size_m, prepared.kappa
+    );
+    let _ = writeln!(text, "  bodies           {}", prepared.bodies.len());
+    if let Some(Learned { quality, .. }) = &prepared.learned {
+        let percent = |share: f64| 100.0 * share;
+        let _ = writeln!(
+            text,
+            "  examples         {}; degrees of 8 and more with each left out: {:.1} % off (median), closed form {:.1} %, labels \
+             themselves {:.1} %",
+            prepared.examples.len(),
+            percent(quality.median_relative_error),
+            percent(quality.closed_form_median),
+            percent(quality.label_noise_median)
+        );
+    }
+    if let Some(reduction) = &prepared.reduction {
+        let _ = writeln!(
+            text,
+            "  reduced          rank {}; {} other impacts: energy {:.2} % off (median), density {:.1} %, {:.0} % of them solved for",
+            reduction.rank.iter().map(usize::to_string).collect::<Vec<_>>().join(", "),
+            reduction.holdout,
+            100.0 * reduction.energy_error_median,
+            100.0 * reduction.density_error_median,
+            100.0 * reduction.solved
+        );
+    }
+    if report.defects.is_empty() {
+        let _ = writeln!(text, "  defects          none");
+    }
+    for defect in &report.defects {
+        let _ = writeln!(
+            text,
+            "  defect           {}: {} (first at {}): {}",
+            defect.kind, defect.count, defect.first_index, defect.action
+        );
+    }
+    for absent in &report.unprepared {
+        let _ = writeln!(text, "  not prepared     lift {} of body {}: {}", absent.lift, absent.body, absent.reason);
+    }
+    let _ = writeln!(text, "  {seconds:.1} s");
+    text
+}

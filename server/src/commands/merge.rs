@@ -1,0 +1,36 @@
+//! `shatterd merge`: the shares of a bake become the database.
+
+use super::bar::Bar;
+use super::{Failure, baked, interrupt, out};
+use clap::Args;
+use shatter_fracture::database;
+use std::path::PathBuf;
+use std::time::Instant;
+
+/// Flags of `shatterd merge`.
+#[derive(Args, Debug)]
+pub struct MergeArgs {
+    /// All shares of one bake, in any order
+    #[arg(required = true)]
+    pub files: Vec<PathBuf>,
+    /// Folder of databases: NAME.shatter is written there
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// One JSON document on stdout
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Joins the shares, learns from all of their examples, writes the database. The shares stay.
+pub fn run(args: &MergeArgs) -> Result<(), Failure> {
+    let begun = Instant::now();
+    out::folder(&args.out)?;
+    let token = interrupt::token()?;
+    let bar = Bar::new();
+    let prepared = database::join(&args.files, &token, &mut |step| bar.show(step))?;
+    let file = args.out.join(format!("{}.{}", prepared.name, database::EXTENSION));
+    bar.say("write");
+    database::save(&prepared, &file)?;
+    bar.finish();
+    baked::tell(&prepared, &file, begun.elapsed(), args.json)
+}

@@ -1,0 +1,103 @@
+//! What examples save: displacements without a solve, degrees without an optimisation; and what loading a database with them
+//! takes. `cargo bench --bench learned` runs it on a generated mug, and on the mesh file that `SHATTER_BENCH_MESH` names where
+//! that is set; `SHATTER_BENCH_EXAMPLES` says from how many impacts it learns (40 where it is not set).
+
+use criterion::{Criterion, criterion_group, criterion_main};
+use nalgebra::Point3;
+use shatter_fracture::centroidal::{self, Field};
+use shatter_fracture::database::{BakeRequest, bake, load, save};
+use shatter_fracture::degree::{self, Curve, CurveOptions};
+use shatter_fracture::elasticity::{self, Load};
+use shatter_fracture::pipeline::{ElasticRequest, Impact, Prepared, Strike, Workspace, strain_energy};
+use shatter_fracture::surface::{self, RawMesh, Unit, Up, shapes};
+use shatter_fracture::token::Token;
+use shatter_tests::real;
+use std::hint::black_box;
+
+/// The degree is asked at γ = E_1 over this: some thirty sites.
+const DRIVE: f64 = 300.0;
+
+fn mesh() -> RawMesh {
+    match std::env::var_os("SHATTER_BENCH_MESH") {
+        Some(path) => surface::read(path.as_ref(), Unit::M, Up::Y).unwrap(),
+        None => shapes::mug(),
+    }
+}
+
+fn prepared() -> Prepared {
+    let examples = std::env::var("SHATTER_BENCH_EXAMPLES").map_or(40, |count| count.parse().unwrap());
+    let request = BakeRequest { examples, ..real::request("bench", "ceramic") };
+    bake(mesh(), &request, &Token::default(), &mut |_| ()).unwrap()
+}
+
+fn strike(prepared: &Prepared) -> Strike {
+    let body = &prepared.bodies[0];
+    let node = body.topology.boundary[body.topology.boundary.len() / 2].nodes[0];
+    let point: Point3<f64> = body.crack.nodes[node as usize];
+    Strike::at(prepared.frame.to_metres(&point), -point.coords)
+}
+
+fn learned(criterion: &mut Criterion) {
+    let prepared = prepared();
+    println!("{} elastic nodes, {:?}", prepared.elastic_nodes(), prepared.reduction);
+    let (body, token) = (&prepared.bodies[0], Token::default());
+    let reduced = body.reduced.as_ref().unwrap();
+    let solve = Strike { elastic: ElasticRequest::Solve, ..strike(&prepared) };
+    let impacts = [solve.clone(), Strike { elastic: ElasticRequest::Reduced, ..solve }]
+        .map(|strike| Impact::new(&prepared, &strike).unwrap());
+
+    let (mut load_, mut workspace, mut displacement) = (Load::default(), elasticity::Workspace::default(), Vec::new());
+    body.elasticity.load(&impacts[0].bodies[0].1, &mut load_, &mut workspace).unwrap();
+    criterion.bench_function("displacement: solve", |bencher| {
+        bencher.iter(|| {
+            body.elasticity.solve(black_box(&load_.forces), &mut displacement, &mut workspace, &token).unwrap()
+        })
+    });
+    let mut coordinates = Vec::new();
+    criterion.bench_function("displacement: reduced", |bencher| {
+        bencher.iter(|| {
+            let captured = reduced.project(black_box(&load_), &mut coordinates);
+            reduced.expand(&coordinates, &mut displacement);
+            captured
+        })
+    });
+    let mut workspace = Workspace::default();
+    for (name, impact) in ["load and elasticity: solve", "load and elasticity: reduced"].into_iter().zip(&impacts) {
+        criterion.bench_function(name, |bencher| {
+            bencher.iter(|| strain_energy(&prepared, black_box(impact), &mut workspace, &token, &mut ()).unwrap())
+        });
+    }
+
+    let mut shares = strain_energy(&prepared, &impacts[0], &mut workspace, &token, &mut ()).unwrap().remove(0).shares;
+    let field = Field::new(&body.interior, &body.volumes, &mut shares).unwrap();
+    let first_moment = degree::first_moment(&field);
+    let gamma = first_moment / DRIVE;
+    let network = &prepared.learned.as_ref().unwrap().network;
+    criterion.bench_function("degree: inferred", |bencher| {
+        bencher.iter(|| {
+            let estimate = degree::closed_form(black_box(&field), &body.slenderness, gamma);
+            degree::sites(network.predict(&degree::descriptor(estimate, first_moment, gamma)).value, estimate)
+        })
+    });
+    let mut cells = centroidal::Workspace::default();
+    criterion.bench_function("degree: optimised", |bencher| {
+        bencher.iter(|| {
+            let mut curve = Curve::new(&field, CurveOptions::default());
+            curve.extend(black_box(&field), gamma, &mut cells, &token).unwrap();
+            curve.points().len()
+        })
+    });
+
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("bench.shatter");
+    save(&prepared, &file).unwrap();
+    println!("database: {} bytes", std::fs::metadata(&file).unwrap().len());
+    criterion.bench_function("load and verify the database", |bencher| bencher.iter(|| load(&file).unwrap()));
+}
+
+criterion_group! {
+    name = benches;
+    config = Criterion::default().sample_size(10);
+    targets = learned
+}
+criterion_main!(benches);

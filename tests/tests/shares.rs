@@ -1,0 +1,290 @@
+//! Bakes that are divided, stopped, resumed, joined and upgraded: the bytes are always those of an undivided bake.
+
+use nalgebra::Point3;
+use rustix::process::{Pid, Signal, kill_process};
+use serde_json::Value;
+use shatter_fracture::database::{
+    BakeRequest, JoinError, Partial, Share, ShareError, bake, join, load, load_partial, save, save_partial,
+};
+use shatter_fracture::surface::RawMesh;
+use shatter_fracture::surface::shapes::write_obj;
+use shatter_fracture::token::Token;
+use shatter_tests::house::House;
+use shatter_tests::real;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command};
+use std::time::{Duration, Instant};
+
+/// Examples of the undivided bake.
+const EXAMPLES: u64 = 40;
+
+/// A corner of a cube: small enough to be baked a hundred times.
+fn wedge() -> RawMesh {
+    let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    RawMesh::new(corners.map(Point3::from).to_vec(), vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]])
+}
+
+fn request(examples: u64) -> BakeRequest {
+    let coarse =
+        BakeRequest { elastic_spacing: Some(0.2), crack_spacing: Some(0.125), ..real::request("wedge", "glass") };
+    BakeRequest { examples, ..coarse }
+}
+
+fn undivided(folder: &Path) -> Vec<u8> {
+    let path = folder.join("undivided.shatter");
+    save(&bake(wedge(), &request(EXAMPLES), &Token::default(), &mut |_| ()).unwrap(), &path).unwrap();
+    std::fs::read(path).unwrap()
+}
+
+/// A share of that many impacts, saved and read again after every step, as if it were stopped each time.
+fn share(folder: &Path, share: Share, request: &BakeRequest) -> PathBuf {
+    let path = share.file(folder, &request.name);
+    let token = Token::default();
+    let mut partial = Partial::begin(wedge(), request, share, &token, &mut |_| ()).unwrap();
+    loop {
+        save_partial(&partial, &path).unwrap();
+        if partial.task.is_done() {
+            return path;
+        }
+        partial = load_partial(&path).unwrap();
+        partial.step(&token).unwrap();
+    }
+}
+
+fn joined(paths: &[PathBuf]) -> Result<Vec<u8>, JoinError> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("joined.shatter");
+    save(&join(paths, &Token::default(), &mut |_| ())?, &path).unwrap();
+    Ok(std::fs::read(path).unwrap())
+}
+
+#[test]
+fn shares_joined_in_any_order_are_the_undivided_bake() {
+    let folder = tempfile::tempdir().unwrap();
+    let whole = undivided(folder.path());
+    for count in [1, 3] {
+        let of = |index| share(folder.path(), Share::new(index, count).unwrap(), &request(EXAMPLES));
+        let mut shares: Vec<PathBuf> = (0..count).map(of).collect();
+        assert!(joined(&shares).unwrap() == whole, "{count} shares");
+        shares.reverse();
+        assert!(joined(&shares).unwrap() == whole, "{count} shares, reversed");
+    }
+}
+
+#[test]
+fn more_examples_may_be_divided_too() {
+    let folder = tempfile::tempdir().unwrap();
+    let whole = undivided(folder.path());
+    let first = folder.path().join("first.shatter");
+    save(&bake(wedge(), &request(10), &Token::default(), &mut |_| ()).unwrap(), &first).unwrap();
+    let shares = [0, 1].map(|index| {
+        let path = folder.path().join(format!("{index}.share"));
+        let mut partial = Partial::add(load(&first).unwrap(), EXAMPLES - 10, Share::new(index, 2).unwrap()).unwrap();
+        while !partial.task.is_done() {
+            partial.step(&Token::default()).unwrap();
+        }
+        save_partial(&partial, &path).unwrap();
+        path
+    });
+    assert!(joined(&shares).unwrap() == whole);
+}
+
+#[test]
+fn shares_that_do_not_belong_together_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let of = |index, request: &BakeRequest, name: &str| {
+        let place = folder.path().join(name);
+        std::fs::create_dir_all(&place).unwrap();
+        share(&place, Share::new(index, 2).unwrap(), request)
+    };
+    let [zero, one] = [0, 1].map(|index| of(index, &request(16), "same"));
+    let other = of(1, &BakeRequest { seed: 9, ..request(16) }, "other");
+    let unfinished = Share::new(1, 2).unwrap().file(folder.path(), "unfinished");
+    let partial = Partial::begin(wedge(), &request(16), Share::new(1, 2).unwrap(), &Token::default(), &mut |_| ());
+    save_partial(&partial.unwrap(), &unfinished).unwrap();
+    let database = folder.path().join("database.shatter");
+    save(&join(&[one.clone(), zero.clone()], &Token::default(), &mut |_| ()).unwrap(), &database).unwrap();
+    let check = |paths: &[&PathBuf], expected: &dyn Fn(&JoinError) -> bool| {
+        let error = joined(&paths.iter().map(|path| (*path).clone()).collect::<Vec<_>>()).unwrap_err();
+        assert!(expected(&error), "{error}");
+    };
+    check(&[], &|error| matches!(error, JoinError::Nothing));
+    check(&[&one], &|error| matches!(error, JoinError::Missing { share } if share.index == 0));
+    check(&[&zero, &zero], &|error| matches!(error, JoinError::Twice { .. }));
+    check(&[&zero, &other], &|error| matches!(error, JoinError::OtherWork { path, .. } if *path == other));
+    check(&[&zero, &unfinished], &|error| matches!(error, JoinError::Unfinished { done: 0, of: 8, .. }));
+    check(&[&zero, &database], &|error| matches!(error, JoinError::Database { path, .. } if *path == database));
+    assert!(load(&zero).err().unwrap().to_string().contains("shatterd merge"));
+}
+
+#[test]
+fn a_share_is_two_numbers() {
+    assert_eq!("3/8".parse(), Share::new(3, 8));
+    assert_eq!("3".parse::<Share>(), Err(ShareError::Text("3".into())));
+    assert_eq!("-1/2".parse::<Share>(), Err(ShareError::Text("-1/2".into())));
+    assert_eq!("2/2".parse::<Share>(), Err(ShareError::Index { index: 2, count: 2 }));
+    assert_eq!("0/0".parse::<Share>(), Err(ShareError::Count { count: 0 }));
+    let impacts: Vec<u64> = (0..3).flat_map(|index| Share::new(index, 3).unwrap().impacts(5, 12)).collect();
+    assert_eq!(impacts, [5, 8, 11, 6, 9, 7, 10]);
+}
+
+/// A house with the wedge as a mesh file, and what to bake it with.
+struct Bakery {
+    house: House,
+    mesh: String,
+}
+
+impl Bakery {
+    fn new() -> Self {
+        let house = House::new();
+        let mesh = house.path("wedge.obj");
+        write_obj(&wedge(), &mesh).unwrap();
+        Self { mesh: mesh.to_str().unwrap().to_owned(), house }
+    }
+
+    fn arguments<'a>(&'a self, more: &[&'a str]) -> Vec<&'a str> {
+        let own = ["bake", &self.mesh, "--name", "wedge", "--elastic-spacing", "0.2", "--crack-spacing", "0.125"];
+        [&own[..], more].concat()
+    }
+
+    fn bake(&self, more: &[&str]) -> (i32, Value) {
+        self.house.json("shatterd", &self.arguments(more))
+    }
+
+    fn command(&self, more: &[&str]) -> Command {
+        let mut command = self.house.command("shatterd");
+        command.args(self.arguments(more)).stdout(std::process::Stdio::null()).stderr(std::process::Stdio::null());
+        command
+    }
+
+    fn database(&self) -> PathBuf {
+        self.house.databases().join("wedge.shatter")
+    }
+
+    fn bytes(&self) -> Vec<u8> {
+        std::fs::read(self.database()).unwrap()
+    }
+}
+
+fn end(child: &mut Child, signal: Signal) -> Option<i32> {
+    kill_process(Pid::from_child(child), signal).unwrap();
+    child.wait().unwrap().code()
+}
+
+/// Waits until `file` is there.
+fn await_file(file: &Path) {
+    let begun = Instant::now();
+    while !file.exists() {
+        assert!(begun.elapsed() < Duration::from_secs(60), "{} did not appear", file.display());
+        std::thread::sleep(Duration::from_millis(1));
+    }
+}
+
+#[test]
+fn an_interrupted_bake_keeps_what_is_done_and_goes_on_with_it() {
+    let bakery = Bakery::new();
+    let examples = ["--examples", "4000"];
+    let kept = Share::WHOLE.file(&bakery.house.databases(), "wedge");
+    for signal in [Signal::INT, Signal::TERM] {
+        let _ = std::fs::remove_file(&kept);
+        let mut child = bakery.command(&examples).spawn().unwrap();
+        await_file(&kept);
+        assert_eq!(end(&mut child, signal), Some(130));
+        let partial = load_partial(&kept).unwrap();
+        assert!(!partial.task.is_done() && !bakery.database().exists());
+    }
+    let (code, refused) = bakery.bake(&["--examples", "4000", "--seed", "3", "--resume"]);
+    assert_eq!((code, refused["error"]["kind"].as_str()), (3, Some("other_work")), "{refused}");
+    let mut child = bakery.command(&["--examples", "4000", "--resume"]).spawn().unwrap();
+    std::thread::sleep(Duration::from_millis(500));
+    end(&mut child, Signal::INT);
+    let (done, undone) = (load_partial(&kept).unwrap().task.done, bakery.bake(&["--examples", "40", "--resume"]));
+    assert!(done > 0);
+    assert_eq!(undone.0, 3, "40 examples are other work than 4000");
+    assert_eq!(bakery.bake(&["--examples", "40"]).0, 0);
+    assert!(!kept.exists(), "what was kept is gone when the database is there");
+}
+
+#[test]
+fn shares_are_baked_and_merged_by_commands() {
+    let bakery = Bakery::new();
+    assert_eq!(bakery.bake(&["--examples", "40"]).0, 0);
+    let whole = bakery.bytes();
+    let out = bakery.house.path("shares");
+    let out = out.to_str().unwrap();
+    let (code, first) = bakery.bake(&["--examples", "40", "--shard", "0/2", "--out", out]);
+    assert_eq!((code, &first["share"]["count"], &first["impacts"]), (0, &2.into(), &20.into()), "{first}");
+    let mut array = bakery.command(&["--examples", "40", "--out", out]);
+    array.env("SLURM_ARRAY_TASK_ID", "1").env("SLURM_ARRAY_TASK_COUNT", "2");
+    assert!(array.status().unwrap().success());
+    let files = [0, 1].map(|index| format!("{out}/wedge.{index}-of-2.share"));
+    let merged = bakery.house.path("merged");
+    let merge = |files: &[&str]| {
+        let arguments = [&["merge", "--out", merged.to_str().unwrap()], files].concat();
+        bakery.house.json("shatterd", &arguments)
+    };
+    let (code, missing) = merge(&[&files[0]]);
+    assert_eq!((code, missing["error"]["at"].as_str()), (3, Some("1/2")), "{missing}");
+    assert_eq!(merge(&[&files[1], &files[0]]).0, 0);
+    assert!(std::fs::read(merged.join("wedge.shatter")).unwrap() == whole);
+    let (code, usage) = bakery.bake(&["--examples", "40", "--shard", "2/2"]);
+    assert_eq!((code, usage["error"]["kind"].as_str()), (2, Some("usage")), "{usage}");
+}
+
+/// Ends `command` by SIGKILL at a hundred random moments: `file` holds `old` or `new`, and nothing else ever.
+fn check_killed(command: impl Fn() -> Command, times: u64, file: &Path, old: &[u8], new: &[u8]) {
+    let begun = Instant::now();
+    assert!(command().status().unwrap().success());
+    let longest = begun.elapsed().mul_f64(1.1);
+    let mut seen = [0, 0];
+    for turn in 0..times {
+        std::fs::write(file, old).unwrap();
+        let mut child = command().spawn().unwrap();
+        // Golden-ratio steps: spread evenly over the whole run.
+        std::thread::sleep(longest.mul_f64((turn as f64 * 0.618_033_988_75).fract()));
+        end(&mut child, Signal::KILL);
+        let found = std::fs::read(file).unwrap();
+        assert!(found == old || found == new, "turn {turn}: {} bytes that are neither", found.len());
+        seen[usize::from(found == new)] += 1;
+        load(file).unwrap();
+    }
+    println!("{times} times SIGKILL within {longest:?}: {} times the old file, {} times the new one", seen[0], seen[1]);
+    assert!(seen[0] > 0, "no run was ended before its end");
+}
+
+#[test]
+fn a_killed_bake_or_merge_leaves_the_old_file_or_the_new_one() {
+    let bakery = Bakery::new();
+    assert_eq!(bakery.bake(&["--examples", "10"]).0, 0);
+    let old = bakery.bytes();
+    assert_eq!(bakery.bake(&["--examples", "40"]).0, 0);
+    let new = bakery.bytes();
+    check_killed(|| bakery.command(&["--examples", "40", "--resume"]), 60, &bakery.database(), &old, &new);
+    let shares = [0, 1].map(|index| share(&bakery.house.databases(), Share::new(index, 2).unwrap(), &request(40)));
+    let merge = || {
+        let mut command = bakery.house.command("shatterd");
+        command.arg("merge").args(&shares).arg("--out").arg(bakery.house.databases());
+        command.stdout(std::process::Stdio::null()).stderr(std::process::Stdio::null());
+        command
+    };
+    check_killed(merge, 40, &bakery.database(), &old, &new);
+}
+
+#[test]
+fn an_older_format_is_refused_with_the_command_that_converts_it() {
+    let house = House::new();
+    let old = Path::new(env!("CARGO_MANIFEST_DIR")).join("formats/1.shatter");
+    let file = house.path("wedge.shatter");
+    std::fs::copy(old, &file).unwrap();
+    let name = file.to_str().unwrap();
+    let (code, refused) = house.json("shatterd", &["inspect", name]);
+    assert_eq!((code, refused["error"]["kind"].as_str()), (3, Some("database_format")), "{refused}");
+    assert!(refused["error"]["message"].as_str().unwrap().contains("shatterd upgrade"), "{refused}");
+    let upgraded = house.ok("shatterd", &["upgrade", name]);
+    assert_eq!((&upgraded["files"][0]["from"], &upgraded["files"][0]["to"]), (&"1".into(), &"2".into()), "{upgraded}");
+    let inspected = house.ok("shatterd", &["inspect", name]);
+    assert_eq!((&inspected["format"], &inspected["examples"]), (&"2".into(), &12.into()), "{inspected}");
+    let bytes = std::fs::read(&file).unwrap();
+    assert_eq!(house.ok("shatterd", &["upgrade", name])["files"][0]["from"], "2");
+    assert!(std::fs::read(&file).unwrap() == bytes, "nothing to convert, nothing written");
+}
