@@ -41,9 +41,7 @@ pub fn width(objects: &[ObjectFacts]) -> usize {
 /// Prints why an object, or what lies in its place now, could not be loaded.
 pub fn complain(object: &ObjectFacts, width: usize) -> Result<(), Failure> {
     match &object.refusal {
-        Some(refusal) if object.ready => {
-            out(format_args!("{:width$}  outdated, the version loaded before is served: {refusal}\n", ""))
-        }
+        Some(refusal) if object.ready => out(format_args!("{:width$}  outdated: {refusal}\n", "")),
         Some(refusal) => out(format_args!("{:width$}  {refusal}\n", object.name)),
         None => Ok(()),
     }
