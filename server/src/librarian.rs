@@ -163,6 +163,7 @@ impl Unrest {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::time::{Duration, Instant};
     use tempfile::TempDir;
     use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
 
@@ -192,9 +193,13 @@ mod tests {
     }
 
     fn news(events: &mut UnboundedReceiver<Event>) -> News {
-        match events.blocking_recv() {
-            Some(Event::News(news)) => news,
-            _ => panic!("no news"),
+        let begun = Instant::now();
+        loop {
+            match events.try_recv() {
+                Ok(Event::News(news)) => return news,
+                _ => assert!(begun.elapsed() < Duration::from_secs(60), "no news"),
+            }
+            std::thread::yield_now();
         }
     }
 
