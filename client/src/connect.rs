@@ -71,8 +71,8 @@ impl Shatter {
         let objects = self.objects(deadline)?;
         match objects.into_iter().find(|facts| facts.name == name) {
             Some(facts) => match facts.refusal {
-                None => Ok(Object::new(self.link.clone(), facts)),
-                Some(refusal) => Err(refusal),
+                Some(refusal) if !facts.ready => Err(refusal),
+                _ => Ok(Object::new(self.link.clone(), facts)),
             },
             None => {
                 let message = format!("the service has no object `{name}`");

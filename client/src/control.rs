@@ -5,13 +5,17 @@ use crate::link::{Link, PendingQuestion, Pulse, receive_failed};
 use shatter_proto::answer::STAGES;
 use shatter_proto::control::{Latency, ObjectRow, Question, Row, StatusRow, read};
 use shatter_proto::{Kind, Refusal};
+use std::time::Duration;
 
 /// What `list` says about one object.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ObjectFacts {
     /// Its name.
     pub name: String,
-    /// Why it could not be loaded; everything below is then zero.
+    /// Whether it can be struck. If not, everything but `refusal` is zero.
+    pub ready: bool,
+    /// Why it could not be loaded. If it is ready: why what lies in its place now could not; the version loaded before is
+    /// served until that is mended or removed.
     pub refusal: Option<Refusal>,
     /// Name of its material.
     pub material: String,
@@ -41,13 +45,24 @@ pub struct ObjectFacts {
     pub radius_m: f64,
     /// Default contact duration, s.
     pub duration_s: f64,
+    /// 1 for the first version of it since the daemon started, one more for each that replaced another.
+    pub generation: u32,
+    /// Bytes of memory that it holds in the daemon.
+    pub memory_bytes: u64,
+    /// Bytes of the file that it was loaded from.
+    pub file_bytes: u64,
+    /// When it was loaded, since 1970 (UTC).
+    pub loaded_unix: Duration,
+    /// How long that took.
+    pub load_time: Duration,
 }
 
 impl From<&ObjectRow> for ObjectFacts {
     fn from(row: &ObjectRow) -> Self {
         Self {
             name: row.name(),
-            refusal: (row.ready == 0).then(|| Refusal::from(&row.refusal)),
+            ready: row.ready != 0,
+            refusal: row.refusal(),
             material: row.material(),
             bodies: row.bodies,
             degree_max: row.degree_max,
@@ -62,6 +77,11 @@ impl From<&ObjectRow> for ObjectFacts {
             centre_m: row.centre_m,
             radius_m: row.radius_m,
             duration_s: row.duration_s,
+            generation: row.generation,
+            memory_bytes: row.memory_bytes,
+            file_bytes: row.file_bytes,
+            loaded_unix: Duration::from_nanos(row.loaded_unix_ns),
+            load_time: Duration::from_nanos(row.load_ns),
         }
     }
 }

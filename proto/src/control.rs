@@ -91,8 +91,8 @@ pub struct ObjectRow {
     pub crack_nodes: u32,
     /// Bytes of `material` that count.
     pub material_length: u32,
-    /// Zero.
-    pub reserved: u32,
+    /// 1 for the first version of it since the daemon started, one more for each that replaced another.
+    pub generation: u32,
     /// UTF-8.
     pub material: [u8; 32],
     /// γ, J·m².
@@ -113,7 +113,16 @@ pub struct ObjectRow {
     pub radius_m: f64,
     /// Default contact duration, s.
     pub duration_s: f64,
-    /// Why the object could not be loaded.
+    /// Bytes of memory that it holds.
+    pub memory_bytes: u64,
+    /// Bytes of the file that it was loaded from.
+    pub file_bytes: u64,
+    /// When it was loaded, ns since 1970 (UTC).
+    pub loaded_unix_ns: u64,
+    /// How long that took, ns.
+    pub load_ns: u64,
+    /// Why the object could not be loaded; with `ready`, why what lies in its place now could not, which is why the
+    /// version loaded before is still served. Of kind 0 otherwise.
     pub refusal: RefusalWire,
 }
 
@@ -155,8 +164,8 @@ pub struct StatusRow {
     pub clients: u32,
     /// Buckets of answers.
     pub buckets: u32,
-    /// Zero.
-    pub reserved: u32,
+    /// Of the objects ready, those whose file was changed and can no longer be loaded.
+    pub objects_outdated: u32,
     /// Bytes per bucket.
     pub bucket_bytes: u64,
     /// Time since the daemon started, ns.
@@ -171,6 +180,16 @@ pub struct StatusRow {
     pub failed: u64,
     /// Strikes whose client gave up or vanished.
     pub cancelled: u64,
+    /// Bytes of memory that the objects hold.
+    pub memory_bytes: u64,
+    /// How often the databases were read again since the daemon started.
+    pub reloads: u64,
+    /// When they were last read, ns since 1970 (UTC).
+    pub read_unix_ns: u64,
+    /// Objects that were replaced or removed, and are still being struck.
+    pub retired: u64,
+    /// Bytes of memory that these hold until their last strike ends.
+    pub retired_bytes: u64,
     /// From the arrival of a strike to its answer.
     pub strike: Latency,
     /// By stage, in the order of [`STAGES`].
@@ -179,8 +198,8 @@ pub struct StatusRow {
 
 const _: () = assert!(size_of::<ControlWire>() == 104);
 const _: () = assert!(size_of::<ControlHeader>() == 64);
-const _: () = assert!(size_of::<ObjectRow>() == 616);
-const _: () = assert!(size_of::<StatusRow>() == 40 + 7 * 8 + 9 * 40);
+const _: () = assert!(size_of::<ObjectRow>() == 648);
+const _: () = assert!(size_of::<StatusRow>() == 40 + 12 * 8 + 9 * 40);
 
 impl Question {
     /// Writes the question for the wire.
@@ -268,6 +287,11 @@ fn bad(what: impl std::fmt::Display) -> Refusal {
 }
 
 impl ObjectRow {
+    /// Why the object, or what lies in its place now, could not be loaded.
+    pub fn refusal(&self) -> Option<Refusal> {
+        (self.ready == 0 || self.refusal.kind != 0).then(|| Refusal::from(&self.refusal))
+    }
+
     /// The object's name, for showing.
     pub fn name(&self) -> String {
         text::show(&self.name, self.name_length)
@@ -314,6 +338,17 @@ mod tests {
         assert_eq!((header.rows, header.total), (3, 9));
         assert_eq!(read::<ObjectRow>(&header, &payload).unwrap(), rows);
         assert_eq!(read::<StatusRow>(&header, &payload).unwrap_err().kind, Kind::BadAnswer);
+    }
+
+    #[test]
+    fn a_row_may_be_ready_and_refused_at_once() {
+        let mut row = ObjectRow::zeroed();
+        assert_eq!(row.refusal().map(|refusal| refusal.kind), Some(Kind::BadAnswer));
+        row.ready = 1;
+        assert_eq!(row.refusal(), None);
+        let refusal = Refusal::new(Kind::CorruptObject, "vase", "vase.shatter: cut short");
+        row.refusal = RefusalWire::from(&refusal);
+        assert_eq!(row.refusal(), Some(refusal));
     }
 
     #[test]

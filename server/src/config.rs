@@ -35,6 +35,7 @@ pub struct Service {
 #[expect(missing_docs, reason = "see Config")]
 pub struct Databases {
     pub folder: PathBuf,
+    pub watch_ms: u64,
 }
 
 /// `[compute]`
@@ -114,6 +115,7 @@ impl Config {
 
     fn check(&self) -> Result<(), (&'static str, &'static str)> {
         let rules = [
+            ("databases.watch_ms", "0, or 10 to 60000", matches!(self.databases.watch_ms, 0 | 10..=60_000)),
             ("compute.threads", "at most 1024", self.compute.threads <= 1024),
             ("compute.strikes_at_once", "at most 1024", self.compute.strikes_at_once <= 1024),
             ("compute.queue_max", "1 to 4096", (1..=4096).contains(&self.compute.queue_max)),
@@ -152,6 +154,11 @@ impl Config {
         Duration::from_millis(self.times.tick_ms)
     }
 
+    /// Pause between two looks at the folder of databases; `None`: nobody looks.
+    pub fn watch(&self) -> Option<Duration> {
+        (self.databases.watch_ms > 0).then(|| Duration::from_millis(self.databases.watch_ms))
+    }
+
     /// Folder of the databases: the configured one, or the platform's.
     pub fn databases(&self) -> Result<PathBuf, Refusal> {
         if self.databases.folder.as_os_str().is_empty() { data_folder() } else { Ok(self.databases.folder.clone()) }
@@ -187,7 +194,8 @@ mod tests {
     fn the_default_stands_alone() {
         let config = Config::parse("", "default").unwrap();
         assert_eq!((config.service.name.as_str(), config.log.format), ("default", LogFormat::Text));
-        assert!(config.threads() >= 1 && config.strikes_at_once() >= 1);
+        assert!(config.threads() >= 1 && config.strikes_at_once() >= 1 && config.watch().is_some());
+        assert_eq!(Config::parse("[databases]\nwatch_ms = 0", "file").unwrap().watch(), None);
     }
 
     #[test]
@@ -208,6 +216,7 @@ mod tests {
         check("[compute]\ntreads = 3", "treads");
         check("[colour]\nx = 1", "colour");
         check("[answers]\nbuckets = 0", "answers.buckets");
+        check("[databases]\nwatch_ms = 3", "databases.watch_ms");
         check("[times]\ntick_ms = -1", "-1");
         check("[log]\nformat = \"xml\"", "xml");
         check("[log", "log");

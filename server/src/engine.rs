@@ -14,6 +14,9 @@ pub trait Object: Send + Sync {
     /// What `list` says about it.
     fn row(&self) -> ObjectRow;
 
+    /// Bytes of memory that it holds.
+    fn bytes(&self) -> usize;
+
     /// Bytes of its largest answer: bounds the buckets.
     fn answer_bytes_max(&self) -> usize;
 

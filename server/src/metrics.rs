@@ -63,6 +63,8 @@ pub struct Metrics {
     queued: Gauge,
     clients: Gauge,
     objects: Gauge,
+    memory: Gauge,
+    reloads: Gauge,
     strike_times: Times<u64>,
     stage_times: Vec<Times<u64>>,
 }
@@ -90,6 +92,8 @@ impl Metrics {
             queued: Gauge::default(),
             clients: Gauge::default(),
             objects: Gauge::default(),
+            memory: Gauge::default(),
+            reloads: Gauge::default(),
             strike_times: times()?,
             stage_times: STAGES.iter().map(|_| times()).collect::<Result<_, _>>()?,
         };
@@ -107,6 +111,8 @@ impl Metrics {
         registry.register("queued", "Strikes waiting", self.queued.clone());
         registry.register("clients", "Clients connected", self.clients.clone());
         registry.register("objects", "Objects ready", self.objects.clone());
+        registry.register_with_unit("objects", "Memory of the objects", Unit::Bytes, self.memory.clone());
+        registry.register("reloads", "Times the databases were read again", self.reloads.clone());
         self
     }
 
@@ -137,6 +143,8 @@ impl Metrics {
         self.queued.set(i64::from(now.queued));
         self.clients.set(i64::from(now.clients));
         self.objects.set(i64::from(now.objects_ready));
+        self.memory.set(i64::try_from(now.memory_bytes).unwrap_or(i64::MAX));
+        self.reloads.set(i64::try_from(now.reloads).unwrap_or(i64::MAX));
         let mut text = String::new();
         // Writing to a string fails only if a metric cannot be shown; what was written by then is still good.
         if let Err(error) = encode(&mut text, &self.registry) {

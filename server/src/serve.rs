@@ -1,10 +1,11 @@
 //! The daemon from start to end, and its loop.
 
-use crate::catalog::Catalog;
+use crate::catalog::{Catalog, Retired, unix_ns};
 use crate::config::Config;
 use crate::engine::Loader;
 use crate::ipc::{ActiveQuestion, Bell, Home, Pool, Populated, Ports, shared_memory_free};
 use crate::jobs::{Crew, Event, Jobs, threads};
+use crate::librarian::{Folder, Librarian};
 use crate::metrics::{End, Metrics};
 use bytemuck::Zeroable;
 use sd_notify::NotifyState;
@@ -14,7 +15,6 @@ use shatter_proto::place::Place;
 use shatter_proto::refusal::RefusalWire;
 use shatter_proto::transport::failed;
 use shatter_proto::{Kind, Refusal};
-use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 use tokio::signal::unix::{Signal, SignalKind, signal};
@@ -32,6 +32,9 @@ const SHARED_MEMORY_SPARE: usize = 4 * MIB;
 
 /// How long strikes that compute may take to finish when the daemon ends, and to notice that they are cancelled.
 const GRACE: Duration = Duration::from_secs(3);
+
+/// A pause as long as none at all.
+const IDLE: Duration = Duration::from_secs(3600);
 
 /// What a daemon needs to know.
 pub struct Options {
@@ -97,21 +100,23 @@ struct Daemon {
     jobs: Jobs,
     crew: Arc<Crew>,
     ports: Ports,
-    catalog: Catalog,
+    catalog: Arc<Catalog>,
+    librarian: Librarian,
+    retired: Retired,
+    reloads: u64,
     metrics: Metrics,
     started: Instant,
-    reloading: bool,
-    loader: Loader,
-    folder: PathBuf,
     config: Config,
     home: Home,
 }
 
 impl Daemon {
     fn start(home: Home, config: Config, loader: Loader) -> Result<(Self, Bell, UnboundedReceiver<Event>), Refusal> {
-        let folder = config.databases()?;
+        let begun = Instant::now();
+        let folder = folder(&config)?;
         let threads = threads(config.threads())?;
-        let catalog = threads.install(|| first_catalog(&config, &folder, &loader))?;
+        let catalog = threads.install(|| folder.look().map(|shelf| Catalog::default().renewed(shelf, &loader)))?;
+        announce(&catalog, begun);
         let pool = pool(&config, &catalog);
         let rehearsed = (config.answers.prefault_mib * MIB / BLOCK_BYTES).min(pool.blocks);
         let needed = (config.answers.prefault_buckets * rehearsed * BLOCK_BYTES + SHARED_MEMORY_SPARE) as u64;
@@ -124,15 +129,13 @@ impl Daemon {
         let populated = Populated::default();
         ports.rehearse(config.answers.prefault_buckets, rehearsed, &populated)?;
         let (sender, events) = unbounded_channel();
+        let librarian = Librarian::new(folder, loader, sender.clone())?;
         let crew = Arc::new(Crew::new(threads, populated, waker, sender));
         let jobs = Jobs::new(config.strikes_at_once(), config.compute.queue_max, crew.clone());
         let (metrics, started) = (Metrics::new()?, Instant::now());
-        let reloading = false;
-        Ok((
-            Self { jobs, crew, ports, catalog, metrics, started, reloading, loader, folder, config, home },
-            bell,
-            events,
-        ))
+        let (catalog, retired, reloads) = (Arc::new(catalog), Retired::default(), 0);
+        let daemon = Self { jobs, crew, ports, catalog, librarian, retired, reloads, metrics, started, config, home };
+        Ok((daemon, bell, events))
     }
 
     /// Until someone ends it. Every wait has a bound, and after each everything is looked at.
@@ -145,8 +148,10 @@ impl Daemon {
     ) {
         let mut cleanup = every(Duration::from_millis(self.config.times.cleanup_ms));
         let mut metrics = every(Duration::from_secs(self.config.times.metrics_s));
+        let watch = self.config.watch();
+        let mut look = every(watch.unwrap_or(IDLE));
         let watchdog = sd_notify::watchdog_enabled();
-        let mut heartbeat = every(watchdog.map_or(Duration::from_secs(3600), |period| period / 2));
+        let mut heartbeat = every(watchdog.map_or(IDLE, |period| period / 2));
         loop {
             tokio::select! {
                 () = bell.wait(self.config.tick()) => {}
@@ -154,7 +159,8 @@ impl Daemon {
                 _ = cleanup.tick() => self.bury_the_dead(),
                 _ = metrics.tick() => self.write_metrics(),
                 _ = heartbeat.tick(), if watchdog.is_some() => notify(&[NotifyState::Watchdog]),
-                _ = signals.hangup.recv() => self.reload(),
+                _ = look.tick(), if watch.is_some() => self.librarian.look(),
+                _ = signals.hangup.recv() => self.librarian.reload(&self.catalog),
                 _ = signals.interrupt.recv() => return,
                 _ = signals.terminate.recv() => return,
                 () = stop.notified() => return,
@@ -184,30 +190,24 @@ impl Daemon {
                 self.metrics.ran(end, flight.arrived().elapsed(), &stages);
                 self.jobs.landed(&flight);
             }
-            Event::Reloaded(catalog) => {
-                self.reloading = false;
-                match catalog {
-                    Ok(catalog) => self.take(catalog),
-                    Err(refusal) => tracing::error!(%refusal, "the databases stay as they were"),
+            Event::News(news) => {
+                if let Some(catalog) = self.librarian.hear(news, &self.catalog) {
+                    self.take(catalog);
                 }
             }
         }
     }
 
-    fn take(&mut self, catalog: Catalog) {
+    /// Swaps the databases whole. Strikes that were admitted keep the versions that they were admitted with.
+    fn take(&mut self, catalog: Arc<Catalog>) {
         if catalog.answer_bytes_max() as u64 > self.ports.pool().bucket_bytes() {
             tracing::warn!("answers of the new objects may exceed the buckets: restart the daemon to enlarge them");
         }
-        tracing::info!(ready = catalog.ready(), entries = catalog.len(), "databases loaded again");
-        self.catalog = catalog;
-    }
-
-    fn reload(&mut self) {
-        if std::mem::replace(&mut self.reloading, true) {
-            return;
-        }
-        let (folder, loader) = (self.folder.clone(), self.loader.clone());
-        self.crew.spawn(move |_| Event::Reloaded(Catalog::load(&folder, &loader)));
+        self.retired.note(&self.catalog, &catalog);
+        let (ready, entries, bytes) = (catalog.ready(), catalog.len(), catalog.memory_bytes());
+        tracing::info!(ready, entries, bytes, "databases read again");
+        self.librarian.release(std::mem::replace(&mut self.catalog, catalog));
+        self.reloads += 1;
     }
 
     fn bury_the_dead(&mut self) {
@@ -236,10 +236,15 @@ impl Daemon {
             queue_max: self.config.compute.queue_max as u32,
             clients: self.ports.clients() as u32,
             buckets: pool.buckets as u32,
+            objects_outdated: self.catalog.outdated() as u32,
             bucket_bytes: pool.bucket_bytes(),
             uptime_ns: u64::try_from(self.started.elapsed().as_nanos()).unwrap_or(u64::MAX),
+            memory_bytes: self.catalog.memory_bytes(),
+            reloads: self.reloads,
+            read_unix_ns: unix_ns(self.catalog.read()),
             ..StatusRow::zeroed()
         };
+        (row.retired, row.retired_bytes) = self.retired.alive();
         self.metrics.fill(&mut row);
         row
     }
@@ -296,13 +301,19 @@ impl Daemon {
     }
 }
 
-/// The databases at start-up. The platform's own folder may not exist yet; one that was asked for must.
-fn first_catalog(config: &Config, folder: &std::path::Path, loader: &Loader) -> Result<Catalog, Refusal> {
-    if config.databases.folder.as_os_str().is_empty() && !folder.exists() {
-        tracing::warn!(folder = %folder.display(), "there are no databases yet");
-        return Ok(Catalog::default());
+/// Where the databases are. The platform's own folder may not exist yet; one that was asked for must.
+fn folder(config: &Config) -> Result<Folder, Refusal> {
+    let required = !config.databases.folder.as_os_str().is_empty();
+    let folder = Folder { path: config.databases()?, required };
+    if !required && !folder.path.exists() {
+        tracing::warn!(folder = %folder.path.display(), "there are no databases yet");
     }
-    Catalog::load(folder, loader)
+    Ok(folder)
+}
+
+fn announce(catalog: &Catalog, begun: Instant) {
+    let (ready, entries, bytes) = (catalog.ready(), catalog.len(), catalog.memory_bytes());
+    tracing::info!(ready, entries, bytes, ms = begun.elapsed().as_millis() as u64, "databases loaded");
 }
 
 /// Buckets as large as the largest answer of the loaded objects needs. They cost nothing until they are written.

@@ -58,6 +58,10 @@ impl Object for Served {
         row
     }
 
+    fn bytes(&self) -> usize {
+        self.0.bytes()
+    }
+
     fn answer_bytes_max(&self) -> usize {
         self.0.crack_tets().saturating_mul(ANSWER_BYTES_PER_TET)
     }

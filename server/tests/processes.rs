@@ -2,7 +2,6 @@
 
 mod support;
 
-use rustix::process::Signal;
 use serde_json::Value;
 use shatter_client::{Impact, Kind, Shatter};
 use std::process::{Command, Stdio};
@@ -157,23 +156,6 @@ fn a_killed_client_gives_its_answers_back() {
     assert_eq!(broken.fragments().len(), 1);
     drop((broken, vase, service));
     assert_eq!(daemon.terminate().code(), Some(0));
-}
-
-#[test]
-fn hangup_loads_the_databases_again() {
-    let here = TestPlace::new("hangup");
-    here.database("vase", "tetra");
-    let daemon = Child::start(&mut role(&here, "daemon", ""));
-    let service = connect(Some(&here));
-    assert_eq!(service.objects(patience()).unwrap().len(), 1);
-    here.database("pot", "tetra");
-    daemon.signal(Signal::HUP);
-    let deadline = patience();
-    while service.objects(patience()).unwrap().len() < 2 && !deadline.passed() {
-        std::thread::yield_now();
-    }
-    let pot = service.object("pot", patience()).unwrap();
-    assert!(pot.strike(&impact()).unwrap().wait(patience()).is_ok());
 }
 
 #[test]

@@ -57,6 +57,10 @@ impl engine::Object for Watched {
         self.0.row()
     }
 
+    fn bytes(&self) -> usize {
+        self.0.bytes()
+    }
+
     fn answer_bytes_max(&self) -> usize {
         self.0.answer_bytes_max()
     }

@@ -1,6 +1,6 @@
 //! `shatter list`.
 
-use super::{Failure, document, out, reply};
+use super::{Failure, document, objects, out, reply};
 use serde_json::{Value, json};
 use shatter_client::{ObjectFacts, Shatter};
 
@@ -14,35 +14,30 @@ pub struct Args {
 
 /// Lists the objects of the service.
 pub fn run(service: &str, args: &Args) -> Result<(), Failure> {
-    let objects = Shatter::connect(service, reply())?.objects(reply())?;
+    let listed = Shatter::connect(service, reply())?.objects(reply())?;
     if args.json {
-        let objects: Vec<Value> = objects.iter().map(object).collect();
-        return document(&json!({ "objects": objects }));
+        let listed: Vec<Value> = listed.iter().map(object).collect();
+        return document(&json!({ "objects": listed }));
     }
-    let width = objects.iter().map(|facts| facts.name.chars().count()).max().unwrap_or(0).max(6);
+    let width = objects::width(&listed);
     out(format_args!(
         "{:width$}  {:>8}  {:>11}  {:>11}  {:>6}  material\n",
         "object", "size m", "volume m³", "γ J·m²", "nodes"
     ))?;
-    for facts in &objects {
-        match &facts.refusal {
-            Some(refusal) => out(format_args!("{:width$}  {refusal}\n", facts.name))?,
-            None => out(format_args!(
+    for facts in &listed {
+        if facts.ready {
+            out(format_args!(
                 "{:width$}  {:8.3}  {:11.3e}  {:11.3e}  {:6}  {}\n",
                 facts.name, facts.diagonal_m, facts.volume_m3, facts.gamma_j_m2, facts.crack_nodes, facts.material
-            ))?,
+            ))?;
         }
+        objects::complain(facts, width)?;
     }
     Ok(())
 }
 
 fn object(facts: &ObjectFacts) -> Value {
-    if let Some(refusal) = &facts.refusal {
-        return json!({ "object": facts.name, "ready": false, "error": refusal.document()["error"] });
-    }
-    json!({
-        "object": facts.name,
-        "ready": true,
+    let more = json!({
         "material": facts.material,
         "bodies": facts.bodies,
         "degree_max": facts.degree_max,
@@ -57,5 +52,6 @@ fn object(facts: &ObjectFacts) -> Value {
         "centre_m": facts.centre_m,
         "radius_m": facts.radius_m,
         "duration_s": facts.duration_s,
-    })
+    });
+    objects::document(facts, more)
 }

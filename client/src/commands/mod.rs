@@ -2,8 +2,10 @@
 
 pub mod impact;
 pub mod list;
+mod objects;
 pub mod status;
 pub mod threshold;
+mod when;
 
 use shatter_client::{Deadline, Refusal};
 use std::fmt::Arguments;

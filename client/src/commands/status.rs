@@ -1,8 +1,9 @@
 //! `shatter status`.
 
-use super::{Failure, document, out, reply};
+use super::when::utc;
+use super::{Failure, document, objects, out, reply};
 use serde_json::{Map, Value, json};
-use shatter_client::{Deadline, Latency, Shatter, Status};
+use shatter_client::{Deadline, Latency, ObjectFacts, Shatter, Status};
 use std::time::Duration;
 
 /// Pause between two looks of `--watch`.
@@ -34,11 +35,11 @@ pub fn run(service: &str, args: &Args) -> Result<(), Failure> {
         None => Shatter::connect(service, reply())?,
     };
     loop {
-        let status = connection.status(reply())?;
+        let (status, loaded) = (connection.status(reply())?, connection.objects(reply())?);
         match (args.json, args.watch) {
-            (true, false) => document(&to_json(service, &status))?,
-            (true, true) => out(format_args!("{}\n", to_json(service, &status)))?,
-            (false, _) => screen(service, &status)?,
+            (true, false) => document(&to_json(service, &status, &loaded))?,
+            (true, true) => out(format_args!("{}\n", to_json(service, &status, &loaded)))?,
+            (false, _) => screen(service, &status, &loaded)?,
         }
         if !args.watch {
             return Ok(());
@@ -57,7 +58,7 @@ fn latency(latency: &Latency) -> Value {
     })
 }
 
-fn to_json(service: &str, status: &Status) -> Value {
+fn to_json(service: &str, status: &Status, loaded: &[ObjectFacts]) -> Value {
     let row = status.row();
     let stages: Map<String, Value> = status.stages().map(|(name, times)| (name.to_owned(), latency(times))).collect();
     json!({
@@ -66,6 +67,12 @@ fn to_json(service: &str, status: &Status) -> Value {
         "uptime_s": row.uptime_ns as f64 * 1e-9,
         "objects_ready": row.objects_ready,
         "objects_failed": row.objects_failed,
+        "objects_outdated": row.objects_outdated,
+        "memory_bytes": row.memory_bytes,
+        "retired": row.retired,
+        "retired_bytes": row.retired_bytes,
+        "reloads": row.reloads,
+        "read_unix_s": row.read_unix_ns as f64 * 1e-9,
         "threads": row.threads,
         "clients": row.clients,
         "running": row.running,
@@ -80,10 +87,11 @@ fn to_json(service: &str, status: &Status) -> Value {
         "cancelled": row.cancelled,
         "strike": latency(&row.strike),
         "stages": stages,
+        "objects": loaded.iter().map(objects::loaded).collect::<Vec<_>>(),
     })
 }
 
-fn screen(service: &str, status: &Status) -> Result<(), Failure> {
+fn screen(service: &str, status: &Status, loaded: &[ObjectFacts]) -> Result<(), Failure> {
     let row = status.row();
     out(format_args!(
         "{service}: pid {}, up {:.0} s, {} objects ready, {} failed, {} clients, {} threads\n",
@@ -111,5 +119,14 @@ fn screen(service: &str, status: &Status) -> Result<(), Failure> {
             ms(times.max_ns)
         ))?;
     }
-    Ok(())
+    let mib = |bytes: u64| bytes as f64 / 1_048_576.0;
+    out(format_args!(
+        "databases: read {}, {} reloads; {:.1} MiB of memory, {:.1} MiB more in {} replaced objects still being struck\n",
+        utc(Duration::from_nanos(row.read_unix_ns)),
+        row.reloads,
+        mib(row.memory_bytes),
+        mib(row.retired_bytes),
+        row.retired
+    ))?;
+    objects::table(loaded)
 }

@@ -16,6 +16,7 @@ pub mod elasticity;
 pub mod fragment;
 pub mod lattice;
 pub mod lift;
+mod memory;
 pub mod pipeline;
 pub mod random;
 pub mod reference;

@@ -2,11 +2,12 @@
 
 use super::Flight;
 use super::flight::Written;
-use crate::catalog::Catalog;
 use crate::clock::Clock;
 use crate::engine::Outcome;
 use crate::ipc::{Lent, Populated, Waker};
+use crate::librarian::News;
 use crate::metrics::End;
+use crate::panics;
 use crate::verdicts::{Key, Verdicts};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use shatter_fracture::pipeline::{Stage, Watch, Workspace};
@@ -15,7 +16,6 @@ use shatter_proto::layout::Layout;
 use shatter_proto::refusal::RefusalWire;
 use shatter_proto::request::Strike;
 use shatter_proto::{Kind, Refusal};
-use std::any::Any;
 use std::mem::MaybeUninit;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -32,8 +32,8 @@ pub enum Event {
         /// What each stage did.
         stages: Box<[StageWire]>,
     },
-    /// The databases were loaded again.
-    Reloaded(Result<Catalog, Refusal>),
+    /// What goes on in the folder of databases.
+    News(News),
 }
 
 /// The threads that compute, and what they share.
@@ -65,7 +65,7 @@ impl Crew {
     }
 
     /// Runs `work` on a computing thread, which reports by itself.
-    pub fn spawn(self: &Arc<Self>, work: impl FnOnce(&Crew) -> Event + Send + 'static) {
+    fn spawn(self: &Arc<Self>, work: impl FnOnce(&Crew) -> Event + Send + 'static) {
         let crew = self.clone();
         self.threads.spawn(move || {
             let event = work(&crew);
@@ -79,7 +79,10 @@ impl Crew {
         self.spawn(move |crew| {
             let mut clock = Clock::default();
             let result = catch_unwind(AssertUnwindSafe(|| crew.answer(&flight, &mut clock)));
-            let result = result.unwrap_or_else(|panic| Err(panicked(panic.as_ref())));
+            let result = result.unwrap_or_else(|panic| {
+                let message = format!("the strike failed inside the service: {}", panics::text(panic.as_ref()));
+                Err(Refusal::new(Kind::Failed, "strike", message))
+            });
             let end = match &result {
                 Ok(()) => End::Answered,
                 Err(refusal) => {
@@ -112,15 +115,17 @@ impl Crew {
         self.waker.wake(listener);
     }
 
+    /// Computes and sends the answer. The object is let go of here, with the strike: a version that was replaced is given
+    /// back by the thread that struck it last.
     fn answer(&self, flight: &Flight, clock: &mut Clock) -> Result<(), Refusal> {
-        let (strike, object) = flight.cargo()?;
+        let (strike, object) = flight.unload()?;
         let _span = tracing::info_span!("strike", object = strike.object, sequence = flight.key().1).entered();
         let workspace = self.workspaces.lock().unwrap_or_else(PoisonError::into_inner).pop();
         let mut workspace = workspace.unwrap_or_default();
-        let outcome = object.strike(strike, &mut workspace, flight.token(), clock);
+        let outcome = object.strike(&strike, &mut workspace, flight.token(), clock);
         self.workspaces.lock().unwrap_or_else(PoisonError::into_inner).push(workspace);
         let outcome = outcome?;
-        let layout = fit(strike, outcome.as_ref())?;
+        let layout = fit(&strike, outcome.as_ref())?;
         let mut lent = flight.lend(layout.blocks())?;
         self.populated.ensure(lent.payload_mut())?;
         *lent.user_header_mut() = layout.header(flight.key().1);
@@ -167,10 +172,4 @@ fn write(mut lent: Lent, layout: &Layout, outcome: &dyn Outcome, clock: &mut Clo
     sections.stages.copy_from_slice(&clock.rows());
     // SAFETY: every byte is initialised, see above.
     Ok(unsafe { lent.assume_init() })
-}
-
-fn panicked(panic: &(dyn Any + Send)) -> Refusal {
-    let text = panic.downcast_ref::<&str>().map(|text| (*text).to_owned());
-    let text = text.or_else(|| panic.downcast_ref::<String>().cloned()).unwrap_or_default();
-    Refusal::new(Kind::Failed, "strike", format!("the strike failed inside the service: {text}"))
 }

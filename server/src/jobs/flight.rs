@@ -19,7 +19,7 @@ pub(super) type Written = ResponseMut<Ipc, [Block], AnswerHeader>;
 /// waits for it; both hold the lock for microseconds.
 pub struct Flight {
     request: Mutex<Option<ActiveStrike>>,
-    cargo: Option<(Strike, Arc<dyn Object>)>,
+    cargo: Mutex<Option<(Strike, Arc<dyn Object>)>>,
     token: Token,
     key: Key,
     arrived: Instant,
@@ -30,7 +30,7 @@ impl Flight {
     pub(super) fn new(request: ActiveStrike, listener: [u8; 16], sequence: u64) -> Self {
         Self {
             request: Mutex::new(Some(request)),
-            cargo: None,
+            cargo: Mutex::new(None),
             token: Token::default(),
             key: (listener, sequence),
             arrived: Instant::now(),
@@ -39,13 +39,13 @@ impl Flight {
 
     /// What to do, once it is understood.
     pub(super) fn place(&mut self, strike: Strike, object: Arc<dyn Object>) {
-        self.cargo = Some((strike, object));
+        self.cargo = Mutex::new(Some((strike, object)));
     }
 
-    /// What to do.
-    pub(super) fn cargo(&self) -> Result<(&Strike, &Arc<dyn Object>), Refusal> {
+    /// What to do; handed out once, so that the object is held no longer than it is struck.
+    pub(super) fn unload(&self) -> Result<(Strike, Arc<dyn Object>), Refusal> {
         let missing = || Refusal::new(Kind::Failed, "queue", "a strike was queued before it was understood");
-        self.cargo.as_ref().map(|(strike, object)| (strike, object)).ok_or_else(missing)
+        self.cargo.lock().unwrap_or_else(PoisonError::into_inner).take().ok_or_else(missing)
     }
 
     /// Names the strike to its client.

@@ -28,9 +28,16 @@ impl TestPlace {
         self.root.path().join("data/shatter")
     }
 
-    /// Writes a database of the toy engine, or a damaged one for the real engine.
-    pub fn database(&self, name: &str, text: &str) {
-        std::fs::write(self.databases().join(name).with_extension("shatter"), text).unwrap();
+    /// Writes a database of the toy engine, or a damaged one for the real engine, as `shatterd bake` does: aside, renamed.
+    pub fn database(&self, name: &str, bytes: impl AsRef<[u8]>) {
+        let aside = self.databases().join(".shatter-test.part");
+        std::fs::write(&aside, bytes).unwrap();
+        std::fs::rename(aside, self.databases().join(name).with_extension("shatter")).unwrap();
+    }
+
+    /// Removes a database.
+    pub fn remove(&self, name: &str) {
+        std::fs::remove_file(self.databases().join(name).with_extension("shatter")).unwrap();
     }
 
     /// A file beside the databases.

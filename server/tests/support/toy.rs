@@ -10,7 +10,7 @@ use shatter_proto::request::{Purpose, Strike};
 use shatter_proto::{Kind, Refusal};
 use shatter_server::engine::{Loader, Object, Outcome};
 use std::ops::Range;
-use std::path::Path;
+use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
@@ -21,6 +21,10 @@ pub enum Toy {
     Tetra,
     /// Like a tetrahedron, but with this many KiB of vertices that no triangle uses.
     Large(usize),
+    /// Like a tetrahedron, with this γ, and vertices that tell it; holds so many kilobytes.
+    Tint(u32),
+    /// The same, but its strikes compute until the file beside it that ends in `.gate` is gone.
+    Gate(u32),
     /// Computes until it is cancelled, or for a minute.
     Slow,
     /// Panics.
@@ -46,28 +50,43 @@ pub fn loader() -> Loader {
             None if word == "tetra" => Toy::Tetra,
             None if word == "slow" => Toy::Slow,
             None if word == "panic" => Toy::Panic,
+            None if word == "rotten" => panic!("the loader fell over it"),
+            Some(("tint", tint)) => Toy::Tint(tint.parse().map_err(|_| "not a number")?),
+            Some(("gate", tint)) => Toy::Gate(tint.parse().map_err(|_| "not a number")?),
             Some(("large", kib)) => Toy::Large(kib.parse().map_err(|_| "not a number")?),
             _ => return Err("checksum of tensor `toy` does not match".to_owned()),
         };
-        Ok(Arc::new(Named { toy, name: name(path) }))
+        let name = path.file_stem().unwrap().to_string_lossy().into_owned();
+        Ok(Arc::new(Named { toy, name, gate: path.with_extension("gate") }))
     })
-}
-
-fn name(path: &Path) -> String {
-    path.file_stem().unwrap().to_string_lossy().into_owned()
 }
 
 struct Named {
     toy: Toy,
     name: String,
+    gate: PathBuf,
+}
+
+impl Named {
+    fn tint(&self) -> u32 {
+        match self.toy {
+            Toy::Tint(tint) | Toy::Gate(tint) => tint,
+            _ => 2,
+        }
+    }
 }
 
 impl Object for Named {
     fn row(&self) -> ObjectRow {
-        let mut row = ObjectRow { ready: 1, bodies: 1, degree_max: 512, gamma_j_m2: 2.0, ..ObjectRow::zeroed() };
+        let mut row = ObjectRow { ready: 1, bodies: 1, degree_max: 512, ..ObjectRow::zeroed() };
+        row.gamma_j_m2 = f64::from(self.tint());
         row.set_name(&self.name);
         row.set_material("toy");
         row
+    }
+
+    fn bytes(&self) -> usize {
+        1000 * self.tint() as usize
     }
 
     fn answer_bytes_max(&self) -> usize {
@@ -85,7 +104,8 @@ impl Object for Named {
         watch.leave(Stage::Load, 7);
         match self.toy {
             Toy::Panic => panic!("the toy is broken"),
-            Toy::Slow => slow(token)?,
+            Toy::Slow => wait(token, || true)?,
+            Toy::Gate(_) => wait(token, || self.gate.exists())?,
             _ => {}
         }
         let sites = match (strike.purpose, strike.degree) {
@@ -94,13 +114,14 @@ impl Object for Named {
             _ => 1,
         };
         let idle = if let Toy::Large(kib) = self.toy { kib * 1024 / size_of::<[f32; 3]>() } else { 0 };
-        Ok(Box::new(Tetrahedra { name: self.name.clone(), sites, idle, seed: strike.seed }))
+        Ok(Box::new(Tetrahedra { name: self.name.clone(), sites, idle, seed: strike.seed, tint: self.tint() }))
     }
 }
 
-fn slow(token: &Token) -> Result<(), Refusal> {
+/// Computes as long as it must, but no longer than a minute.
+fn wait(token: &Token, must: impl Fn() -> bool) -> Result<(), Refusal> {
     let begun = Instant::now();
-    while begun.elapsed() < Duration::from_secs(60) {
+    while must() && begun.elapsed() < Duration::from_secs(60) {
         token.check().map_err(|error| Refusal::new(Kind::Cancelled, "client", error.to_string()))?;
         std::thread::sleep(Duration::from_millis(1));
     }
@@ -112,6 +133,7 @@ struct Tetrahedra {
     sites: usize,
     idle: usize,
     seed: u64,
+    tint: u32,
 }
 
 impl Outcome for Tetrahedra {
@@ -128,13 +150,15 @@ impl Outcome for Tetrahedra {
             range(sections.merges.as_ptr() as usize, size_of_val(sections.merges)),
         ]);
         let mut summary = SummaryWire { seed: self.seed, sites: self.sites as u32, ..SummaryWire::zeroed() };
-        (summary.gamma_j_m2, summary.e1_over_gamma, summary.threshold_impulse_factor) = (2.0, 4.0, 0.5);
+        (summary.gamma_j_m2, summary.e1_over_gamma, summary.threshold_impulse_factor) =
+            (f64::from(self.tint), 4.0, 0.5);
         summary.fracture_degree = self.sites.max(1) as u32;
         summary.set_object(&self.name);
         *sections.summary = summary;
         sections.positions.fill([self.seed as f32; 3]);
+        let corners = CORNERS.map(|corner| corner.map(|x| 0.5 * self.tint as f32 * x));
         for i in 0..self.sites {
-            sections.positions[4 * i..][..4].copy_from_slice(&CORNERS);
+            sections.positions[4 * i..][..4].copy_from_slice(&corners);
             sections.indices[12 * i..][..12].copy_from_slice(&FACES);
             sections.merges[i] = [0, 0];
             sections.fragments[i] = fragment(i as u32);

@@ -5,6 +5,7 @@
 //! linear weights; ridge and leave-one-out as in M. J. L. Orr, *Introduction to radial basis function networks* (1996).
 
 use super::lesson::Lesson;
+use crate::memory::held;
 use crate::random::Stream;
 use nalgebra::{Cholesky, DMatrix, DVector};
 
@@ -96,6 +97,12 @@ impl Network {
     /// A network of these numbers (see its fields; `scales` are width and reach) that knows no lesson yet.
     pub fn new(mean: Vec<f64>, spread: Vec<f64>, centres: Vec<f64>, weights: Vec<f64>, scales: [f64; 2]) -> Self {
         Self { mean, spread, centres, weights, width: scales[0], reach: scales[1], known: Vec::new() }
+    }
+
+    /// Bytes that it holds.
+    pub fn bytes(&self) -> usize {
+        let Self { mean, spread, centres, weights, known, width: _, reach: _ } = self;
+        held(mean) + held(spread) + held(centres) + held(weights) + held(known)
     }
 
     /// The same network, knowing the descriptors of `lessons` only: for one whose numbers were stored.

@@ -3,6 +3,7 @@
 //! Based on: C. Ericson, *Real-Time Collision Detection* (2005), section 5.1.5, for the closest point of a triangle.
 
 use crate::lattice::Lattice;
+use crate::memory::held;
 use nalgebra::Point3;
 
 /// Boundary nodes, densely renumbered, and their faces.
@@ -50,6 +51,12 @@ impl Boundary {
             face.iter().for_each(|&node| areas[node as usize] += third);
         }
         Self { nodes, positions, areas, faces, starts, incident }
+    }
+
+    /// Bytes that it holds.
+    pub fn bytes(&self) -> usize {
+        let Self { nodes, positions, areas, faces, starts, incident } = self;
+        held(nodes) + held(positions) + held(areas) + held(faces) + held(starts) + held(incident)
     }
 
     /// The faces around boundary node `node`.

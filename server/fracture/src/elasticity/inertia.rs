@@ -4,6 +4,7 @@
 //! integrals per node, m_i = ∫ φ_i and s_i = ∫ φ_i (x − c): f_i = m_i a₀ + α × s_i. They are exact for linear tetrahedra.
 
 use crate::lattice::Lattice;
+use crate::memory::held;
 use nalgebra::{Matrix3, Vector3};
 
 /// Mass distribution of one body of unit density.
@@ -51,6 +52,11 @@ impl Inertia {
             torque += arm.cross(&own);
         }
         (force, torque)
+    }
+
+    /// Bytes that it holds.
+    pub fn bytes(&self) -> usize {
+        held(&self.arms) + held(&self.masses) + held(&self.moments)
     }
 
     /// Subtracts the inertial forces, so that net force and torque vanish, and returns the acceleration, linear and angular.

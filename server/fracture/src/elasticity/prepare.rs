@@ -112,9 +112,10 @@ impl Elasticity {
         &self.support
     }
 
-    /// Bytes that the factor holds.
-    pub fn factor_bytes(&self) -> usize {
-        self.factor.stored() * size_of::<f64>()
+    /// Bytes that the body holds, most of them its factor.
+    pub fn bytes(&self) -> usize {
+        let Self { stiffness, factor, support, boundary, inertia, .. } = self;
+        stiffness.bytes() + factor.bytes() + support.bytes() + boundary.bytes() + inertia.bytes()
     }
 }
 

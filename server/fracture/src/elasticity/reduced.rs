@@ -5,6 +5,7 @@
 //! Galerkin projection, and its energy ½|B'f|² never exceeds the true one.
 
 use super::{Elasticity, Load};
+use crate::memory::held;
 use faer::linalg::matmul::matmul;
 use faer::{Accum, MatMut, MatRef, Par};
 use nalgebra::{DMatrix, DVector, Vector3};
@@ -82,6 +83,11 @@ impl Reduced {
     /// The displacements, one row of [`Self::rank`] per component of a node.
     pub fn basis(&self) -> &[f32] {
         &self.basis
+    }
+
+    /// Bytes that it holds.
+    pub fn bytes(&self) -> usize {
+        held(&self.basis) + self.inertial.iter().map(held).sum::<usize>()
     }
 
     /// Smallest contact radius that the basis has seen, local.

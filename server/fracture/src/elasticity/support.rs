@@ -1,6 +1,7 @@
 //! How a body is held while its stiffness is factored.
 
 use crate::lattice::Lattice;
+use crate::memory::held;
 use crate::sparse::Symmetric;
 use nalgebra::{Matrix3, Point3, Vector3};
 
@@ -58,6 +59,14 @@ fn farthest(lattice: &Lattice, measure: impl Fn(&Point3<f64>) -> f64) -> Option<
 }
 
 impl Support {
+    /// Bytes that it holds beyond its own size.
+    pub fn bytes(&self) -> usize {
+        match self {
+            Self::Free(_) => 0,
+            Self::Anchored(nodes) => held(nodes),
+        }
+    }
+
     /// Puts the held nodes into their frame and fixes their held components.
     pub(super) fn constrain(&self, stiffness: &mut Symmetric<3>) {
         let diagonal = stiffness.diagonal();

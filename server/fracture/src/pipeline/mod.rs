@@ -8,6 +8,7 @@ mod error;
 mod examples;
 mod impact;
 mod learned;
+mod memory;
 mod outcome;
 mod pieces;
 mod prepared;

@@ -9,6 +9,7 @@
 //! bits of a factor can differ.
 
 use super::{SparseError, Symmetric};
+use crate::memory::held;
 use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
 use faer::linalg::cholesky::llt::factor::{LltError, LltRegularization};
 use faer::perm::PermRef;
@@ -89,6 +90,18 @@ impl Cholesky {
     /// Number of stored entries of L, explicit zeros of its supernodes included; 8 bytes each.
     pub fn stored(&self) -> usize {
         self.values.len()
+    }
+
+    /// Bytes that the factor holds: its entries, where they stand, and the ordering both ways. Left out are the
+    /// neighbours among supernodes, which faer keeps to itself: one index per block of entries.
+    pub fn bytes(&self) -> usize {
+        let indices = match self.symbolic.raw() {
+            SymbolicCholeskyRaw::Simplicial(columns) => columns.row_idx().len() + 2 * columns.col_ptr().len(),
+            SymbolicCholeskyRaw::Supernodal(nodes) => {
+                nodes.row_idx().len() + 3 * nodes.col_ptr_for_row_idx().len() + nodes.supernode_begin().len()
+            }
+        };
+        held(&self.values) + size_of::<u32>() * (indices + 2 * self.size())
     }
 
     /// x ← A⁻¹ x for each of the `k` columns of `x` (n × k, column-major). Eight columns at once cost two to three times one.

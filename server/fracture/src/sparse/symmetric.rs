@@ -1,6 +1,7 @@
 //! Symmetric block-sparse matrices with a fixed order of summation.
 
 use super::SparseError;
+use crate::memory::held;
 use nalgebra::{SMatrix, SVector};
 use rayon::prelude::*;
 
@@ -85,6 +86,11 @@ impl<const B: usize> Symmetric<B> {
     /// Number of scalar rows, n = `nodes · B`.
     pub fn size(&self) -> usize {
         self.nodes() * B
+    }
+
+    /// Bytes that the matrix holds.
+    pub fn bytes(&self) -> usize {
+        held(&self.offsets) + held(&self.columns) + held(&self.blocks)
     }
 
     /// Block row `node`: columns (ascending node indices) and their blocks.

@@ -1,6 +1,7 @@
 //! Incidences of a lattice, prepared once per body: what every tessellation of it looks up.
 
 use crate::lattice::{BoundaryFace, EDGES, FACES, Lattice};
+use crate::memory::held;
 
 /// The edges of a face by position in its sorted node triple; edge k of [`Topology::face_edges`].
 pub const FACE_EDGES: [[usize; 2]; 3] = [[0, 1], [0, 2], [1, 2]];
@@ -72,6 +73,21 @@ impl Topology {
         };
         topology.mark_boundary(&lattice.boundary(), &finder);
         topology
+    }
+
+    /// Bytes that it holds.
+    pub fn bytes(&self) -> usize {
+        held(&self.edges)
+            + held(&self.faces)
+            + held(&self.face_edges)
+            + held(&self.tet_edges)
+            + held(&self.tet_faces)
+            + held(&self.boundary)
+            + held(&self.boundary_nodes)
+            + held(&self.boundary_edge)
+            + held(&self.boundary_face)
+            + held(&self.neighbour_offsets)
+            + held(&self.neighbours)
     }
 
     /// Nodes that share an edge with `node`, ascending.

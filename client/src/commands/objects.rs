@@ -1,0 +1,72 @@
+//! What `list` and `status` say about objects.
+
+use super::when::utc;
+use super::{Failure, out};
+use serde_json::{Map, Value, json};
+use shatter_client::ObjectFacts;
+
+const MIB: f64 = 1_048_576.0;
+
+/// An object as JSON: its name, whether it can be struck, why it or what lies in its place now could not be loaded, and
+/// `facts` if it can be struck.
+pub fn document(object: &ObjectFacts, facts: Value) -> Value {
+    let mut document =
+        Map::from_iter([("object".to_owned(), json!(object.name)), ("ready".to_owned(), json!(object.ready))]);
+    if let Some(refusal) = &object.refusal {
+        document.insert("error".to_owned(), refusal.document()["error"].clone());
+    }
+    if let (true, Value::Object(facts)) = (object.ready, facts) {
+        document.extend(facts);
+    }
+    Value::Object(document)
+}
+
+/// What is loaded, when, and how much memory it holds.
+pub fn loaded(object: &ObjectFacts) -> Value {
+    let facts = json!({
+        "generation": object.generation,
+        "memory_bytes": object.memory_bytes,
+        "file_bytes": object.file_bytes,
+        "loaded_unix_s": object.loaded_unix.as_secs_f64(),
+        "load_s": object.load_time.as_secs_f64(),
+    });
+    document(object, facts)
+}
+
+/// Width of the column of names.
+pub fn width(objects: &[ObjectFacts]) -> usize {
+    objects.iter().map(|object| object.name.chars().count()).max().unwrap_or(0).max(6)
+}
+
+/// Prints why an object, or what lies in its place now, could not be loaded.
+pub fn complain(object: &ObjectFacts, width: usize) -> Result<(), Failure> {
+    match &object.refusal {
+        Some(refusal) if object.ready => out(format_args!("{:width$}  outdated: {refusal}\n", "")),
+        Some(refusal) => out(format_args!("{:width$}  {refusal}\n", object.name)),
+        None => Ok(()),
+    }
+}
+
+/// Prints the table of [`loaded`].
+pub fn table(objects: &[ObjectFacts]) -> Result<(), Failure> {
+    let width = width(objects);
+    out(format_args!(
+        "{:width$}  {:>10}  {:>8}  {:>7}  {:>7}  loaded\n",
+        "object", "memory MiB", "file MiB", "load ms", "version"
+    ))?;
+    for object in objects {
+        if object.ready {
+            out(format_args!(
+                "{:width$}  {:10.1}  {:8.1}  {:7.0}  {:7}  {}\n",
+                object.name,
+                object.memory_bytes as f64 / MIB,
+                object.file_bytes as f64 / MIB,
+                object.load_time.as_secs_f64() * 1e3,
+                object.generation,
+                utc(object.loaded_unix)
+            ))?;
+        }
+        complain(object, width)?;
+    }
+    Ok(())
+}

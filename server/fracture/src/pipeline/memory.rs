@@ -1,0 +1,58 @@
+//! How much memory a prepared object holds.
+
+use super::{Body, Example, Learned, Prepared};
+use crate::elasticity::Reduced;
+use crate::lattice::{Lattice, Transfer};
+use crate::lift::Lift;
+use crate::memory::held;
+
+impl Prepared {
+    /// Bytes that the object holds as long as anybody may strike it: lattices, operators, factors, lifts, examples. Left out
+    /// are what the allocator adds, and texts.
+    pub fn bytes(&self) -> usize {
+        let bodies = self.bodies.iter().map(Body::bytes).sum::<usize>() + held(&self.bodies);
+        let examples = self.examples.iter().map(example).sum::<usize>() + held(&self.examples);
+        bodies + examples + self.learned.as_ref().map_or(0, |Learned { network, .. }| network.bytes())
+    }
+}
+
+impl Body {
+    /// Bytes that the body holds. Everything is named, so that what is added to a body is not forgotten here.
+    pub fn bytes(&self) -> usize {
+        let Self {
+            elastic,
+            crack,
+            transfer,
+            elasticity,
+            interior,
+            reduced,
+            surface_diffusion,
+            euclidean,
+            volumes,
+            topology,
+            slenderness: _,
+            boundary,
+        } = self;
+        let lifts = lift(interior) + lift(euclidean) + surface_diffusion.as_ref().map_or(0, lift);
+        let lattices = lattice(elastic) + lattice(crack) + shares(transfer);
+        let reduced = reduced.as_ref().map_or(0, Reduced::bytes);
+        lattices + lifts + reduced + elasticity.bytes() + topology.bytes() + boundary.bytes() + held(volumes)
+    }
+}
+
+fn lattice(Lattice { nodes, tets }: &Lattice) -> usize {
+    held(nodes) + held(tets)
+}
+
+fn shares(Transfer { offsets, tets, shares }: &Transfer) -> usize {
+    held(offsets) + held(tets) + held(shares)
+}
+
+fn lift(lift: &Lift) -> usize {
+    let Lift { coordinates, first_moment, second_moment, density, kind: _, dimension: _ } = lift;
+    held(coordinates) + held(first_moment) + held(second_moment) + held(density)
+}
+
+fn example(example: &Example) -> usize {
+    held(&example.contacts) + held(&example.points)
+}

@@ -1,0 +1,197 @@
+//! The objects of the service. A database that cannot be loaded is logged and listed with its error; the others are served.
+//!
+//! A catalog never changes: a reload makes another one of it, in which what lies in the folder unchanged is kept, and which
+//! takes its place whole. Strikes hold on to the version that they began with.
+
+mod retired;
+mod shelf;
+mod version;
+
+pub use retired::Retired;
+pub use shelf::Shelf;
+pub use version::unix_ns;
+
+use crate::engine::{Loader, Object};
+use bytemuck::Zeroable;
+use shatter_proto::control::ObjectRow;
+use shatter_proto::refusal::RefusalWire;
+use shatter_proto::{Kind, Refusal};
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::Arc;
+use std::time::SystemTime;
+use version::Version;
+
+/// All objects of a folder, by name.
+pub struct Catalog {
+    entries: BTreeMap<String, Entry>,
+    shelf: Shelf,
+    read: SystemTime,
+}
+
+/// What a name stands for.
+#[derive(Default)]
+struct Entry {
+    /// What is served.
+    version: Option<Arc<Version>>,
+    /// How many versions of this name there were, this one counted.
+    generation: u32,
+    /// Why there is none, or why what lies in its place now is not served.
+    refusal: Option<Refusal>,
+}
+
+impl Default for Catalog {
+    fn default() -> Self {
+        Self { entries: BTreeMap::new(), shelf: Shelf::default(), read: SystemTime::now() }
+    }
+}
+
+impl Catalog {
+    /// The catalog of `shelf`, on the current rayon pool. Versions whose files did not change are kept; files that failed
+    /// are tried again, and one that took the place of a version and fails leaves that version served.
+    #[must_use]
+    pub fn renewed(&self, shelf: Shelf, loader: &Loader) -> Self {
+        let found = shelf.map(|path, stamp| match self.at(path) {
+            Some(version) if version.stamp == stamp => (path.to_owned(), Ok(version.clone())),
+            _ => (path.to_owned(), Version::load(path, stamp, loader).map(Arc::new)),
+        });
+        let mut catalog = Self { entries: BTreeMap::new(), shelf, read: SystemTime::now() };
+        for (path, version) in &found {
+            if let Ok(version) = version {
+                catalog.put(path, version, self);
+            }
+        }
+        // Last, so that a version whose place was spoilt takes no name away from one that was not.
+        for (path, version) in &found {
+            if let Err(why) = version {
+                catalog.miss(path, why, self);
+            }
+        }
+        catalog
+    }
+
+    /// The version that was loaded from `path`.
+    fn at(&self, path: &Path) -> Option<&Arc<Version>> {
+        self.versions().find(|version| version.path == path)
+    }
+
+    /// Everything that can be struck.
+    fn versions(&self) -> impl Iterator<Item = &Arc<Version>> {
+        self.entries.values().filter_map(|entry| entry.version.as_ref())
+    }
+
+    /// Takes `version` in under its name, unless an earlier file has it.
+    fn put(&mut self, path: &Path, version: &Arc<Version>, before: &Self) {
+        if self.entries.get(&version.name).is_some_and(|entry| entry.version.is_some()) {
+            let why = format!("another file already holds an object `{}`", version.name);
+            return self.refuse(&stem(path), path, &why);
+        }
+        let generation = match before.entries.get(&version.name) {
+            Some(Entry { version: Some(old), generation, .. }) if Arc::ptr_eq(old, version) => *generation,
+            Some(Entry { generation, .. }) => generation + 1,
+            None => 1,
+        };
+        let entry = self.entries.entry(version.name.clone()).or_default();
+        (entry.version, entry.generation) = (Some(version.clone()), generation);
+    }
+
+    /// The file at `path` cannot be loaded. What was loaded from that place before is served on.
+    fn miss(&mut self, path: &Path, why: &str, before: &Self) {
+        let free = |name: &str| self.entries.get(name).is_none_or(|entry| entry.version.is_none());
+        match before.at(path).filter(|old| free(&old.name)) {
+            Some(old) => {
+                self.put(path, old, before);
+                self.refuse(&old.name, path, why);
+            }
+            None => self.refuse(&stem(path), path, why),
+        }
+    }
+
+    /// Lists under `name` that the file at `path` is not served.
+    fn refuse(&mut self, name: &str, path: &Path, why: &str) {
+        let entry = self.entries.entry(name.to_owned()).or_default();
+        let served = entry.version.is_some();
+        tracing::error!(object = name, path = %path.display(), why, served, "cannot be loaded");
+        let message = format!("{}: {why}", path.file_name().unwrap_or_default().to_string_lossy());
+        entry.refusal.get_or_insert(Refusal::new(Kind::CorruptObject, name, message));
+    }
+
+    /// The object `name`, or why there is none.
+    pub fn get(&self, name: &str) -> Result<Arc<dyn Object>, Refusal> {
+        match self.entries.get(name) {
+            Some(Entry { version: Some(version), .. }) => Ok(version.object.clone()),
+            Some(Entry { refusal: Some(refusal), .. }) => Err(refusal.clone()),
+            _ => {
+                let message = format!("the service has no object `{name}`");
+                Err(Refusal::new(Kind::UnknownObject, name, message))
+            }
+        }
+    }
+
+    /// Rows for `list`, from position `first` on, at most `count`.
+    pub fn rows(&self, first: usize, count: usize) -> Vec<ObjectRow> {
+        self.entries.iter().skip(first).take(count).map(|(name, entry)| entry.row(name)).collect()
+    }
+
+    /// Number of entries, loaded or not.
+    pub fn len(&self) -> usize {
+        self.entries.len()
+    }
+
+    /// Whether there is no entry at all.
+    pub fn is_empty(&self) -> bool {
+        self.entries.is_empty()
+    }
+
+    /// Number of objects that can be struck.
+    pub fn ready(&self) -> usize {
+        self.versions().count()
+    }
+
+    /// Number of objects that can be struck, but are not what lies in their place now.
+    pub fn outdated(&self) -> usize {
+        self.entries.values().filter(|entry| entry.version.is_some() && entry.refusal.is_some()).count()
+    }
+
+    /// Bytes of memory that the objects hold.
+    pub fn memory_bytes(&self) -> u64 {
+        self.versions().map(|version| version.memory_bytes()).sum()
+    }
+
+    /// The folder as it was when this catalog was made.
+    pub fn shelf(&self) -> &Shelf {
+        &self.shelf
+    }
+
+    /// When it was made.
+    pub fn read(&self) -> SystemTime {
+        self.read
+    }
+
+    /// Bytes of the largest answer that any object may give.
+    pub fn answer_bytes_max(&self) -> usize {
+        self.versions().map(|version| version.object.answer_bytes_max()).max().unwrap_or(0)
+    }
+}
+
+impl Entry {
+    fn row(&self, name: &str) -> ObjectRow {
+        let mut row = ObjectRow::zeroed();
+        match &self.version {
+            Some(version) => row = version.row(self.generation),
+            None => row.set_name(name),
+        }
+        if let Some(refusal) = &self.refusal {
+            row.refusal = RefusalWire::from(refusal);
+        }
+        row
+    }
+}
+
+/// The name that a file stands for as long as nobody knows what is in it.
+fn stem(path: &Path) -> String {
+    path.file_stem().unwrap_or_default().to_string_lossy().into_owned()
+}
+
+#[cfg(test)]
+mod tests;

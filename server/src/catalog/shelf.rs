@@ -1,0 +1,119 @@
+//! The databases of a folder as they lie there at one moment, told apart without being opened.
+
+use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
+use shatter_proto::{Kind, Refusal};
+use std::fs::Metadata;
+use std::io;
+use std::os::unix::fs::MetadataExt;
+use std::path::{Path, PathBuf};
+
+/// The ending of database files.
+pub(super) const EXTENSION: &str = "shatter";
+
+/// What tells one version of a file from another. The time of the last change of its status is among it, which nobody can
+/// set: a file that was overwritten and given its old date is another version.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Stamp {
+    device: u64,
+    inode: u64,
+    bytes: u64,
+    modified: (i64, i64),
+    changed: (i64, i64),
+}
+
+impl From<&Metadata> for Stamp {
+    fn from(data: &Metadata) -> Self {
+        Self {
+            device: data.dev(),
+            inode: data.ino(),
+            bytes: data.len(),
+            modified: (data.mtime(), data.mtime_nsec()),
+            changed: (data.ctime(), data.ctime_nsec()),
+        }
+    }
+}
+
+impl Stamp {
+    /// Length of the file.
+    pub fn bytes(&self) -> u64 {
+        self.bytes
+    }
+}
+
+/// The databases of a folder at one moment, sorted by path: a name given twice always goes to the same file.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Shelf(Vec<(PathBuf, Stamp)>);
+
+impl Shelf {
+    /// Looks at `folder`. Errors: `database_folder`.
+    pub fn of(folder: &Path) -> Result<Self, Refusal> {
+        let refuse = |error: io::Error| {
+            let at = folder.display().to_string();
+            let message = format!("cannot read the folder of databases {at}: {error}");
+            Refusal::new(Kind::DatabaseFolder, at, message)
+        };
+        let mut files = Vec::new();
+        for entry in std::fs::read_dir(folder).map_err(refuse)? {
+            let path = entry.map_err(refuse)?.path();
+            if path.extension().is_some_and(|extension| extension == EXTENSION) {
+                files.extend(stamp(&path).map(|stamp| (path, stamp)));
+            }
+        }
+        files.sort_by(|a, b| a.0.cmp(&b.0));
+        Ok(Self(files))
+    }
+
+    /// Calls `each` for every file on the current rayon pool; the results are in the order of the files.
+    pub(super) fn map<T: Send>(&self, each: impl Fn(&Path, Stamp) -> T + Sync) -> Vec<T> {
+        self.0.par_iter().map(|(path, stamp)| each(path, *stamp)).collect()
+    }
+}
+
+/// The stamp of a file; `None` if it is gone by now. A link to nowhere is there all the same: whoever loads it says so.
+fn stamp(path: &Path) -> Option<Stamp> {
+    match std::fs::metadata(path) {
+        Ok(data) => Some(Stamp::from(&data)),
+        Err(_) => std::fs::symlink_metadata(path).ok().map(|_| Stamp::default()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::fs;
+
+    #[test]
+    fn any_change_of_a_database_shows_and_nothing_else_does() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        let look = || Shelf::of(folder.path()).unwrap();
+        assert_eq!(look(), Shelf::default());
+        let mut last = look();
+        let mut changes = |what: &str, wanted: bool| {
+            let now = look();
+            assert_eq!(now != last, wanted, "{what}");
+            last = now;
+        };
+        fs::write(at("a.shatter"), "one").unwrap();
+        changes("a file appears", true);
+        changes("nothing happens", false);
+        fs::write(at("notes.txt"), "x").unwrap();
+        fs::write(at(".shatter-x.part"), "x").unwrap();
+        changes("other files appear", false);
+        fs::write(at("aside"), "two").unwrap();
+        let dated = fs::metadata(at("a.shatter")).unwrap().modified().unwrap();
+        fs::File::options().write(true).open(at("aside")).unwrap().set_modified(dated).unwrap();
+        fs::rename(at("aside"), at("a.shatter")).unwrap();
+        changes("another file of the same size and date takes its place", true);
+        std::os::unix::fs::symlink(at("nowhere"), at("b.shatter")).unwrap();
+        changes("a link to nowhere appears", true);
+        fs::remove_file(at("a.shatter")).unwrap();
+        changes("a file is removed", true);
+    }
+
+    #[test]
+    fn a_missing_folder_is_refused_by_name() {
+        let refusal = Shelf::of(Path::new("/nowhere/at all")).err().unwrap();
+        assert_eq!((refusal.kind, refusal.at.as_str()), (Kind::DatabaseFolder, "/nowhere/at all"));
+    }
+}

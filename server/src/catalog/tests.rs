@@ -1,0 +1,172 @@
+//! Catalogs of toy objects, and what becomes of them when their files change.
+
+use super::shelf::EXTENSION;
+use super::*;
+use crate::engine::Outcome;
+use shatter_fracture::pipeline::{Watch, Workspace};
+use shatter_fracture::token::Token;
+use shatter_proto::request::Strike;
+use std::path::PathBuf;
+use tempfile::TempDir;
+
+struct Named(String);
+
+impl Object for Named {
+    fn row(&self) -> ObjectRow {
+        let mut row = ObjectRow::zeroed();
+        row.set_name(&self.0);
+        row
+    }
+
+    fn bytes(&self) -> usize {
+        100
+    }
+
+    fn answer_bytes_max(&self) -> usize {
+        self.0.len()
+    }
+
+    fn strike(&self, _: &Strike, _: &mut Workspace, _: &Token, _: &mut dyn Watch) -> Result<Box<dyn Outcome>, Refusal> {
+        Err(Refusal::new(Kind::Failed, "", "not struck here"))
+    }
+}
+
+/// A "database" is a text: the object's name, `!` for a damaged one, `panic` for one that the loader falls over.
+fn loader() -> Loader {
+    Arc::new(|path| match std::fs::read_to_string(path).map_err(|error| error.to_string())?.as_str() {
+        "!" => Err("damaged".to_owned()),
+        "panic" => panic!("fell over it"),
+        name => Ok(Arc::new(Named(name.to_owned()))),
+    })
+}
+
+/// A folder of "databases".
+struct Folder(TempDir);
+
+impl Folder {
+    fn of(files: &[(&str, &str)]) -> Self {
+        let folder = Self(tempfile::tempdir().unwrap());
+        files.iter().for_each(|(file, text)| folder.put(file, text));
+        folder
+    }
+
+    fn path(&self, file: &str) -> PathBuf {
+        self.0.path().join(file).with_extension(EXTENSION)
+    }
+
+    /// Written aside and renamed.
+    fn put(&self, file: &str, text: &str) {
+        let aside = self.0.path().join("aside");
+        std::fs::write(&aside, text).unwrap();
+        std::fs::rename(aside, self.path(file)).unwrap();
+    }
+
+    fn load(&self) -> Catalog {
+        self.reload(&Catalog::default())
+    }
+
+    fn reload(&self, catalog: &Catalog) -> Catalog {
+        catalog.renewed(Shelf::of(self.0.path()).unwrap(), &loader())
+    }
+}
+
+fn row(catalog: &Catalog, name: &str) -> ObjectRow {
+    catalog.rows(0, 99).into_iter().find(|row| row.name() == name).unwrap()
+}
+
+fn kind(catalog: &Catalog, name: &str) -> Kind {
+    catalog.get(name).err().unwrap().kind
+}
+
+#[test]
+fn damaged_files_are_named_and_the_others_served() {
+    let folder =
+        Folder::of(&[("a", "alpha"), ("b", "!"), ("c", "alpha"), ("d d ä", "delta"), ("e", "x/y"), ("f", "panic")]);
+    std::fs::write(folder.0.path().join("notes.txt"), "!").unwrap();
+    let catalog = folder.load();
+    assert_eq!((catalog.len(), catalog.ready(), catalog.answer_bytes_max()), (6, 2, 5));
+    assert!(catalog.get("alpha").is_ok() && catalog.get("delta").is_ok());
+    for name in ["b", "c", "e", "f"] {
+        assert_eq!(kind(&catalog, name), Kind::CorruptObject, "{name}");
+    }
+    assert!(catalog.get("f").err().unwrap().message.contains("fell over it"));
+    assert_eq!(kind(&catalog, "omega"), Kind::UnknownObject);
+    let rows = catalog.rows(1, 2);
+    assert_eq!((rows.len(), rows[0].name(), rows[0].ready), (2, "b".to_owned(), 0));
+    let alpha = row(&catalog, "alpha");
+    assert_eq!((alpha.ready, alpha.file_bytes, alpha.memory_bytes, alpha.generation), (1, 5, 100, 1));
+    assert!(alpha.loaded_unix_ns > 0 && alpha.refusal().is_none());
+    assert_eq!(catalog.memory_bytes(), 200);
+}
+
+#[test]
+fn a_reload_keeps_what_is_unchanged_and_follows_the_folder() {
+    let folder = Folder::of(&[("a", "alpha"), ("b", "beta"), ("c", "gamma")]);
+    let before = folder.load();
+    folder.put("b", "beta");
+    std::fs::remove_file(folder.path("c")).unwrap();
+    folder.put("d", "delta");
+    let after = folder.reload(&before);
+    let same = |name| Arc::ptr_eq(&before.get(name).unwrap(), &after.get(name).unwrap());
+    assert!(same("alpha") && !same("beta"));
+    assert_eq!(kind(&after, "gamma"), Kind::UnknownObject);
+    let generations = ["alpha", "beta", "delta"].map(|name| row(&after, name).generation);
+    assert_eq!(generations, [1, 2, 1]);
+    assert_eq!(row(&before, "alpha").loaded_unix_ns, row(&after, "alpha").loaded_unix_ns);
+}
+
+#[test]
+fn a_bad_replacement_leaves_the_version_before_it_served() {
+    let folder = Folder::of(&[("a", "alpha"), ("b", "beta")]);
+    let before = folder.load();
+    folder.put("a", "!");
+    let spoilt = folder.reload(&before);
+    assert!(Arc::ptr_eq(&before.get("alpha").unwrap(), &spoilt.get("alpha").unwrap()));
+    assert_eq!((spoilt.len(), spoilt.ready(), spoilt.outdated()), (2, 2, 1));
+    let alpha = row(&spoilt, "alpha");
+    assert_eq!((alpha.ready, alpha.generation), (1, 1));
+    assert_eq!(alpha.refusal().unwrap().message, "a.shatter: damaged");
+    // Again and again.
+    let still = folder.reload(&folder.reload(&spoilt));
+    assert!(Arc::ptr_eq(&before.get("alpha").unwrap(), &still.get("alpha").unwrap()));
+    folder.put("a", "alpha");
+    let mended = folder.reload(&still);
+    let alpha = row(&mended, "alpha");
+    assert_eq!((alpha.ready, alpha.generation, alpha.refusal(), mended.outdated()), (1, 2, None, 0));
+    std::fs::remove_file(folder.path("a")).unwrap();
+    assert_eq!(kind(&folder.reload(&spoilt), "alpha"), Kind::UnknownObject, "a file that is gone is not served");
+}
+
+#[test]
+fn a_version_whose_place_was_spoilt_takes_no_name_from_a_good_file() {
+    let folder = Folder::of(&[("a", "alpha")]);
+    let before = folder.load();
+    folder.put("a", "!");
+    folder.put("z", "alpha");
+    let after = folder.reload(&before);
+    assert!(!Arc::ptr_eq(&before.get("alpha").unwrap(), &after.get("alpha").unwrap()));
+    assert_eq!((row(&after, "alpha").generation, row(&after, "alpha").refusal()), (2, None));
+    assert_eq!(kind(&after, "a"), Kind::CorruptObject);
+    // A bad file whose stem names an object of another file is not passed over in silence either.
+    folder.put("alpha", "!");
+    let after = folder.reload(&after);
+    assert!(row(&after, "alpha").refusal().unwrap().message.starts_with("alpha.shatter"));
+    assert!(after.get("alpha").is_ok());
+}
+
+#[test]
+fn what_was_replaced_is_counted_until_it_is_released() {
+    let folder = Folder::of(&[("a", "alpha"), ("b", "beta")]);
+    let (before, mut retired) = (folder.load(), Retired::default());
+    folder.put("a", "alpha");
+    let after = folder.reload(&before);
+    retired.note(&before, &after);
+    let struck = before.get("alpha").unwrap();
+    assert_eq!(retired.alive(), (1, 100));
+    drop(before);
+    assert_eq!(retired.alive(), (1, 100), "a strike holds it");
+    drop(struck);
+    assert_eq!(retired.alive(), (0, 0));
+    retired.note(&after, &after);
+    assert!(retired.alive() == (0, 0) && after.ready() == 2);
+}

@@ -1,0 +1,80 @@
+//! One version of an object, as it was loaded from one version of a file.
+
+use super::shelf::Stamp;
+use crate::engine::{Loader, Object};
+use crate::panics;
+use shatter_proto::control::ObjectRow;
+use shatter_proto::name::object_name;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::{Duration, Instant, SystemTime};
+
+/// One version of an object.
+pub struct Version {
+    pub(super) object: Arc<dyn Object>,
+    pub(super) name: String,
+    pub(super) path: PathBuf,
+    pub(super) stamp: Stamp,
+    memory_bytes: u64,
+    loaded: SystemTime,
+    load_time: Duration,
+}
+
+impl Version {
+    /// Loads the file at `path`; the error says what is wrong with it. A loader that panics has found that, too: the daemon
+    /// does not fall over a file.
+    pub(super) fn load(path: &Path, stamp: Stamp, loader: &Loader) -> Result<Self, String> {
+        let begun = Instant::now();
+        let object = catch_unwind(AssertUnwindSafe(|| loader(path)))
+            .unwrap_or_else(|panic| Err(format!("loading it failed: {}", panics::text(panic.as_ref()))))?;
+        let name = object.row().name();
+        object_name(&name).map_err(|refusal| refusal.message)?;
+        let version = Self {
+            memory_bytes: object.bytes() as u64,
+            object,
+            name,
+            path: path.to_owned(),
+            stamp,
+            loaded: SystemTime::now(),
+            load_time: begun.elapsed(),
+        };
+        version.log();
+        Ok(version)
+    }
+
+    fn log(&self) {
+        tracing::info!(
+            object = self.name,
+            path = %self.path.display(),
+            file_bytes = self.stamp.bytes(),
+            memory_bytes = self.memory_bytes,
+            ms = self.load_time.as_millis() as u64,
+            "loaded"
+        );
+    }
+
+    /// Bytes of memory that it holds.
+    pub fn memory_bytes(&self) -> u64 {
+        self.memory_bytes
+    }
+
+    /// What `list` and `status` say about it, the `generation`th of its name.
+    pub(super) fn row(&self, generation: u32) -> ObjectRow {
+        ObjectRow {
+            ready: 1,
+            generation,
+            memory_bytes: self.memory_bytes,
+            file_bytes: self.stamp.bytes(),
+            loaded_unix_ns: unix_ns(self.loaded),
+            load_ns: u64::try_from(self.load_time.as_nanos()).unwrap_or(u64::MAX),
+            ..self.object.row()
+        }
+    }
+}
+
+/// A time of day as it travels; zero before 1970.
+pub fn unix_ns(time: SystemTime) -> u64 {
+    let since = time.duration_since(SystemTime::UNIX_EPOCH).unwrap_or_default();
+    u64::try_from(since.as_nanos()).unwrap_or(u64::MAX)
+}

@@ -1,0 +1,206 @@
+//! Databases that come, change, spoil and go under a daemon that serves: real processes, toy objects.
+
+mod support;
+
+use rustix::process::Signal;
+use serde_json::Value;
+use shatter_client::{Impact, Kind, ObjectFacts, Shatter};
+use shatter_proto::control::StatusRow;
+use std::time::Duration;
+use support::{Child, TestPlace, patience, play, role, shatter};
+
+/// A daemon that reads its databases again when it is told to, and not by itself.
+const UNWATCHED: &str = "[databases]\nwatch_ms = 0";
+
+/// One that looks often.
+const WATCHED: &str = "[databases]\nwatch_ms = 10";
+
+/// Plays another process for the tests below; alone it does nothing.
+#[test]
+fn play_a_role() {
+    play(|other| panic!("no such role: {other}"));
+}
+
+/// A daemon, and a connection to it.
+fn start(here: &TestPlace, settings: &str) -> (Child, Shatter) {
+    let daemon = Child::start(&mut role(here, "daemon", settings));
+    (daemon, Shatter::connect_at(&here.place, patience()).unwrap())
+}
+
+fn impact() -> Impact {
+    Impact::at([0.0, 0.1, 0.0]).impulse([-1.0, 0.0, 0.0])
+}
+
+/// γ of the object's version that a new strike meets.
+fn strike(service: &Shatter, object: &str) -> f64 {
+    let object = service.object(object, patience()).unwrap();
+    object.strike(&impact()).unwrap().wait(patience()).unwrap().summary().gamma_j_m2
+}
+
+fn status(service: &Shatter) -> StatusRow {
+    *service.status(patience()).unwrap().row()
+}
+
+fn facts(service: &Shatter, object: &str) -> Option<ObjectFacts> {
+    service.objects(patience()).unwrap().into_iter().find(|facts| facts.name == object)
+}
+
+/// Waits, not for ever, until `holds`.
+#[track_caller]
+fn eventually(service: &Shatter, holds: impl Fn(&Shatter) -> bool) {
+    let deadline = patience();
+    while !holds(service) {
+        assert!(!deadline.passed(), "never: {:?}, {:?}", status(service), service.objects(patience()));
+        std::thread::sleep(Duration::from_millis(2));
+    }
+}
+
+fn generation(service: &Shatter, object: &str) -> u32 {
+    facts(service, object).map_or(0, |facts| facts.generation)
+}
+
+#[test]
+fn a_hangup_swaps_whole_and_a_strike_keeps_the_version_it_began_with() {
+    let here = TestPlace::new("swap");
+    here.database("vase", "gate 3");
+    here.database("pot", "tint 5");
+    let gate = here.databases().join("vase.gate");
+    std::fs::write(&gate, "").unwrap();
+    let (daemon, service) = start(&here, UNWATCHED);
+    assert_eq!((status(&service).memory_bytes, status(&service).reloads), (8000, 0));
+    let pot = facts(&service, "pot").unwrap();
+    let mut early = service.object("vase", patience()).unwrap().strike(&impact()).unwrap();
+    eventually(&service, |service| status(service).running == 1);
+    here.database("vase", "tint 7");
+    here.database("jug", "tint 1");
+    daemon.signal(Signal::HUP);
+    eventually(&service, |service| generation(service, "vase") == 2);
+    assert_eq!(strike(&service, "vase"), 7.0, "new strikes meet the new version");
+    assert_eq!(strike(&service, "jug"), 1.0);
+    let row = status(&service);
+    assert_eq!((row.reloads, row.memory_bytes, row.objects_ready), (1, 13_000, 3));
+    assert_eq!((row.retired, row.retired_bytes), (1, 3000), "the old version lives as long as it is struck");
+    assert_eq!(facts(&service, "pot").unwrap(), pot, "what did not change was not loaded again");
+    std::fs::remove_file(gate).unwrap();
+    let broken = early.wait(patience()).unwrap();
+    assert_eq!(broken.summary().gamma_j_m2, 3.0);
+    assert_eq!(broken.view().positions[1], [1.5, 0.0, 0.0]);
+    eventually(&service, |service| status(service).retired == 0);
+    assert_eq!((status(&service).retired_bytes, status(&service).failed), (0, 0));
+}
+
+#[test]
+fn a_changed_folder_is_read_again_by_itself() {
+    let here = TestPlace::new("watched");
+    here.database("vase", "tint 3");
+    let (_daemon, service) = start(&here, WATCHED);
+    let first = facts(&service, "vase").unwrap();
+    assert_eq!((first.generation, first.file_bytes, first.memory_bytes), (1, 6, 3000));
+    here.database("pot", "tint 5");
+    eventually(&service, |service| generation(service, "pot") == 1);
+    here.database("vase", "tint 7");
+    eventually(&service, |service| generation(service, "vase") == 2);
+    assert_eq!((strike(&service, "vase"), strike(&service, "pot")), (7.0, 5.0));
+    assert!(facts(&service, "vase").unwrap().loaded_unix > first.loaded_unix);
+    here.remove("vase");
+    eventually(&service, |service| facts(service, "vase").is_none());
+    assert_eq!(service.object("vase", patience()).err().unwrap().kind, Kind::UnknownObject);
+    assert_eq!(strike(&service, "pot"), 5.0);
+    assert_eq!(generation(&service, "pot"), 1, "it never changed");
+    let reloads = status(&service).reloads;
+    std::thread::sleep(Duration::from_millis(200));
+    assert_eq!(status(&service).reloads, reloads, "a folder at rest is not read again");
+}
+
+#[test]
+fn a_folder_that_nobody_watches_is_read_when_asked() {
+    let here = TestPlace::new("unwatched");
+    here.database("vase", "tint 3");
+    let (daemon, service) = start(&here, UNWATCHED);
+    here.database("vase", "tint 7");
+    // Ten times as long as the default pause.
+    std::thread::sleep(Duration::from_millis(2500));
+    assert_eq!((generation(&service, "vase"), status(&service).reloads), (1, 0));
+    daemon.signal(Signal::HUP);
+    eventually(&service, |service| generation(service, "vase") == 2);
+}
+
+#[test]
+fn bad_files_are_named_and_everything_else_is_served() {
+    let here = TestPlace::new("bad");
+    for (name, text) in [("vase", "tint 3"), ("worn", "?"), ("rotten", "rotten")] {
+        here.database(name, text);
+    }
+    let (daemon, service) = start(&here, UNWATCHED);
+    let refusal = |name: &str| service.object(name, patience()).err().unwrap();
+    assert!(refusal("worn").message.contains("worn.shatter") && refusal("rotten").message.contains("fell over it"));
+    here.database("cut", "?");
+    here.database("pot", "tint 5");
+    daemon.signal(Signal::HUP);
+    eventually(&service, |service| generation(service, "pot") == 1);
+    for name in ["worn", "rotten", "cut"] {
+        assert_eq!(refusal(name).kind, Kind::CorruptObject, "{name}");
+    }
+    assert_eq!((strike(&service, "vase"), strike(&service, "pot")), (3.0, 5.0));
+    let row = status(&service);
+    assert_eq!((row.objects_ready, row.objects_failed, row.objects_outdated), (2, 3, 0));
+}
+
+#[test]
+fn a_bad_replacement_is_named_and_the_version_before_it_served() {
+    let here = TestPlace::new("spoilt");
+    here.database("vase", "tint 3");
+    let (_daemon, service) = start(&here, WATCHED);
+    here.database("vase", "?");
+    eventually(&service, |service| status(service).objects_outdated == 1);
+    let vase = facts(&service, "vase").unwrap();
+    assert!(vase.ready && vase.generation == 1);
+    assert!(vase.refusal.unwrap().message.contains("vase.shatter: checksum"));
+    assert_eq!((status(&service).objects_ready, status(&service).objects_failed), (1, 0));
+    assert_eq!(strike(&service, "vase"), 3.0);
+    for command in ["list", "status"] {
+        let (code, out) = shatter(&here, &[command, "--json"]);
+        let vase = &serde_json::from_str::<Value>(&out).unwrap()["objects"][0];
+        assert_eq!(
+            (code, &vase["ready"], &vase["error"]["kind"]),
+            (0, &true.into(), &"corrupt_object".into()),
+            "{out}"
+        );
+        assert!(shatter(&here, &[command]).1.contains("outdated"));
+    }
+    here.database("vase", "tint 7");
+    eventually(&service, |service| generation(service, "vase") == 2);
+    assert_eq!((status(&service).objects_outdated, strike(&service, "vase")), (0, 7.0));
+    assert_eq!(facts(&service, "vase").unwrap().refusal, None);
+}
+
+#[test]
+fn status_shows_what_is_loaded_its_memory_and_since_when() {
+    let here = TestPlace::new("shown");
+    here.database("vase", "tint 3000");
+    here.database("worn", "?");
+    let (daemon, service) = start(&here, UNWATCHED);
+    here.database("pot", "tint 5");
+    daemon.signal(Signal::HUP);
+    eventually(&service, |service| status(service).reloads == 1);
+    let (code, out) = shatter(&here, &["status", "--json"]);
+    let shown: Value = serde_json::from_str(&out).unwrap();
+    assert_eq!(
+        (code, shown["reloads"].as_u64(), shown["memory_bytes"].as_u64()),
+        (0, Some(1), Some(3_005_000)),
+        "{out}"
+    );
+    assert_eq!((shown["retired"].as_u64(), shown["retired_bytes"].as_u64()), (Some(0), Some(0)), "{out}");
+    let [pot, vase, worn] = [0, 1, 2].map(|row| &shown["objects"][row]);
+    assert_eq!((&pot["object"], &vase["object"], &worn["object"]), (&"pot".into(), &"vase".into(), &"worn".into()));
+    assert_eq!((vase["memory_bytes"].as_u64(), vase["file_bytes"].as_u64()), (Some(3_000_000), Some(9)), "{out}");
+    assert_eq!((vase["ready"].as_bool(), vase["generation"].as_u64()), (Some(true), Some(1)), "{out}");
+    assert!(vase["loaded_unix_s"].as_f64().unwrap() < pot["loaded_unix_s"].as_f64().unwrap(), "{out}");
+    assert!(shown["read_unix_s"].as_f64().unwrap() > vase["loaded_unix_s"].as_f64().unwrap(), "{out}");
+    assert!(vase["load_s"].as_f64().unwrap() >= 0.0 && vase.get("error").is_none(), "{out}");
+    assert_eq!((worn["ready"].as_bool(), worn["error"]["at"].as_str()), (Some(false), Some("worn")), "{out}");
+    let screen = shatter(&here, &["status"]).1;
+    let line = screen.lines().find(|line| line.starts_with("vase")).unwrap();
+    assert!(line.contains(" 2.9 ") && line.ends_with(" UTC"), "{screen}");
+    assert!(screen.contains("1 reloads") && screen.contains("worn.shatter: checksum"), "{screen}");
+}

@@ -1,0 +1,142 @@
+//! Reloads under load, with the real program and the real engine: every answer is one of one version, and none is missing.
+
+mod support;
+
+use nalgebra::Point3;
+use rustix::process::Signal;
+use shatter_client::{Degree, Impact, Shatter, Ticket};
+use shatter_fracture::database::{BakeRequest, bake, save};
+use shatter_fracture::scene::Materials;
+use shatter_fracture::surface::RawMesh;
+use shatter_fracture::token::Token;
+use std::collections::VecDeque;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::{Duration, Instant};
+use support::{Child, TestPlace, patience, shatterd};
+
+const STRIKES: usize = 10_000;
+const RELOADS: usize = 20;
+/// Clients, and strikes that each has under way.
+const CLIENTS: usize = 3;
+const UNDER_WAY: usize = 4;
+/// Different impacts.
+const IMPACTS: usize = 16;
+
+/// A bar of 0.4 × 0.2 × 0.2 m.
+fn database(crack_spacing: f64) -> Vec<u8> {
+    let corner = |k: usize| Point3::new([-0.2, 0.2][k & 1], [-0.1, 0.1][k >> 1 & 1], [-0.1, 0.1][k >> 2 & 1]);
+    let quads = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
+    let triangles = quads.iter().flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]]).collect();
+    let materials = Materials::parse(include_str!("../../config/materials.toml")).unwrap();
+    let request = BakeRequest {
+        name: "bar".to_owned(),
+        material_name: "glass".to_owned(),
+        material: materials.get("glass").unwrap().clone(),
+        fragment_size_m: None,
+        gamma_j_m2: None,
+        elastic_spacing: Some(0.12),
+        crack_spacing: Some(crack_spacing),
+        kappa: None,
+        examples: 0,
+        seed: 1,
+    };
+    let mesh = RawMesh::new((0..8).map(corner).collect(), triangles);
+    let prepared = bake(mesh, &request, &Token::default(), &mut |_| {}).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("bar.shatter");
+    save(&prepared, &path).unwrap();
+    std::fs::read(path).unwrap()
+}
+
+fn impact(index: usize) -> Impact {
+    let y = 0.06 * (index as f64 / IMPACTS as f64 - 0.5);
+    let impact = Impact::at([0.2, y, 0.0]).impulse([-50.0, 0.0, 0.0]).radius(0.05);
+    impact.degree(Degree::Sites(4 + index as u32 % 5)).seed(index as u64)
+}
+
+/// Hashes of the answers to all impacts.
+type Hashes = Vec<String>;
+
+fn hashes(service: &Shatter) -> Hashes {
+    let bar = service.object("bar", patience()).unwrap();
+    (0..IMPACTS).map(|index| hash(&mut bar.strike(&impact(index)).unwrap())).collect()
+}
+
+fn hash(ticket: &mut Ticket) -> String {
+    ticket.wait(patience()).unwrap().digest().output_hash
+}
+
+fn generation(service: &Shatter) -> u32 {
+    service.objects(patience()).unwrap()[0].generation
+}
+
+/// Puts `bytes` in the database's place and waits until the `wanted`th version is served.
+fn swap(here: &TestPlace, daemon: &Child, service: &Shatter, bytes: &[u8], wanted: u32) {
+    here.database("bar", bytes);
+    daemon.signal(Signal::HUP);
+    let deadline = patience();
+    while generation(service) < wanted {
+        assert!(!deadline.passed(), "version {wanted} never came");
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    assert_eq!(generation(service), wanted);
+}
+
+/// Strikes until `STRIKES` are begun by all clients together; how many answers were of each version.
+fn client(here: &TestPlace, begun: &AtomicUsize, versions: &[Hashes; 2]) -> [usize; 2] {
+    let service = Shatter::connect_at(&here.place, patience()).unwrap();
+    let bar = service.object("bar", patience()).unwrap();
+    let (mut under_way, mut seen) = (VecDeque::new(), [0; 2]);
+    loop {
+        let number = begun.fetch_add(1, Ordering::Relaxed);
+        if number < STRIKES {
+            under_way.push_back((number % IMPACTS, bar.strike(&impact(number % IMPACTS)).unwrap()));
+        }
+        if number < STRIKES && under_way.len() < UNDER_WAY {
+            continue;
+        }
+        let Some((index, mut ticket)) = under_way.pop_front() else { return seen };
+        let hash = hash(&mut ticket);
+        let version = versions.iter().position(|hashes| hashes[index] == hash);
+        seen[version.unwrap_or_else(|| panic!("impact {index}: {hash} is of neither version"))] += 1;
+    }
+}
+
+#[test]
+fn ten_thousand_strikes_across_twenty_reloads_are_each_of_one_version() {
+    let here = TestPlace::new("load");
+    let bytes = [database(0.08), database(0.07)];
+    here.database("bar", &bytes[0]);
+    let config = here.file("config.toml", "[databases]\nwatch_ms = 0\n[log]\nfilter = \"error\"");
+    let daemon = Child::start(shatterd(&here).args(["--config", config.to_str().unwrap()]));
+    let service = Shatter::connect_at(&here.place, patience()).unwrap();
+    let first = hashes(&service);
+    swap(&here, &daemon, &service, &bytes[1], 2);
+    let versions = [first, hashes(&service)];
+    assert!((0..IMPACTS).all(|index| versions[0][index] != versions[1][index]), "nobody could tell them apart");
+    let (began, begun) = (Instant::now(), AtomicUsize::new(0));
+    let seen = std::thread::scope(|scope| {
+        let clients: Vec<_> = (0..CLIENTS).map(|_| scope.spawn(|| client(&here, &begun, &versions))).collect();
+        for reload in 0..RELOADS {
+            // Spread over the strikes: the first reload soon after they begin, the last well before they end.
+            while begun.load(Ordering::Relaxed) < (2 * reload + 1) * STRIKES / (2 * RELOADS) {
+                std::thread::sleep(Duration::from_millis(1));
+            }
+            swap(&here, &daemon, &service, &bytes[reload % 2], 3 + reload as u32);
+            assert!(begun.load(Ordering::Relaxed) < STRIKES, "reload {reload} came after the last strike");
+        }
+        let seen = clients.into_iter().map(|client| client.join().unwrap());
+        seen.fold([0; 2], |sum, seen| [sum[0] + seen[0], sum[1] + seen[1]])
+    });
+    println!("{seen:?} of the two versions in {:.1} s", began.elapsed().as_secs_f64());
+    assert_eq!(seen[0] + seen[1], STRIKES);
+    assert!(seen.iter().all(|seen| *seen > STRIKES / 10), "{seen:?}");
+    let row = *service.status(patience()).unwrap().row();
+    assert_eq!((row.failed, row.refused, row.busy, row.cancelled), (0, 0, 0, 0));
+    assert_eq!(row.reloads, 1 + RELOADS as u64);
+    let deadline = patience();
+    while service.status(patience()).unwrap().row().retired > 0 {
+        assert!(!deadline.passed(), "a replaced version is never released");
+        std::thread::sleep(Duration::from_millis(1));
+    }
+}
