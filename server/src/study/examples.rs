@@ -74,14 +74,24 @@ fn told(prepared: &Prepared) -> Option<Vec<Told>> {
 fn facts(prepared: &Prepared, learned: &Learned) -> Vec<Fact> {
     let quality = &learned.quality;
     let both = |median: f64, p90: f64| format!("{}, nine of ten {}", share(median), share(p90));
-    vec![
+    let mut facts = vec![
         Fact::new("Examples", prepared.examples.len().to_string()),
         Fact::new("Network", both(quality.median_relative_error, quality.p90_relative_error)),
         Fact::new("Closed form, κ of these examples", both(quality.closed_form_median, quality.closed_form_p90)),
         Fact::new("Network on the blow's pose instead", share(quality.pose_network_median)),
         Fact::new("Labels from other starts", share(quality.label_noise_median)),
         Fact::new("Labels of 8 sites and more", quality.holdout.to_string()),
-    ]
+    ];
+    facts.extend(prepared.reduction.iter().flat_map(|reduction| {
+        let ranks: Vec<String> = reduction.rank.iter().map(usize::to_string).collect();
+        [
+            Fact::new("Reduced elasticity, rank", ranks.join(", ")),
+            Fact::new("Its energy, other impacts", both(reduction.energy_error_median, reduction.energy_error_p90)),
+            Fact::new("Its energy density", share(reduction.density_error_median)),
+            Fact::new("Estimates within a factor 3", share(reduction.estimates_within_3)),
+        ]
+    }));
+    facts
 }
 
 fn against(told: &[Told]) -> Result<Section, PlotError> {
