@@ -37,14 +37,15 @@ fn without_impacts_or_without_rank_there_is_no_basis() {
 
 #[test]
 fn a_reduced_strike_is_within_its_estimate_and_a_solve_is_the_same_with_a_basis() {
-    let (bare, prepared) = (arch(0, 0), arch(60, 64));
+    let (bare, prepared) = (arch(0, 0), arch(160, RANK_MAX));
     let reduction = prepared.reduction.clone().unwrap();
     println!("{reduction:?}");
     assert!(reduction.energy_error_median < 0.01 && reduction.density_error_median < 0.06, "{reduction:?}");
     let [reduced, solved] = [ElasticRequest::Reduced, ElasticRequest::Solve].map(|elastic| struck(&prepared, elastic));
     let error = (reduced.e1_over_gamma / solved.e1_over_gamma - 1.0).abs();
     println!("E_1 is {error:.2e} off, energy estimated {:?}", reduced.reduced_error);
-    assert!(reduced.reduced_error.is_some_and(|estimate| estimate > 0.0) && error < 0.01);
+    let estimate = reduced.reduced_error.expect("the basis is good enough");
+    assert!(estimate <= REDUCED_ERROR_MAX && error <= 3.0 * estimate, "{error} against {estimate}");
     assert_eq!(solved.reduced_error, None);
     let without = struck(&bare, ElasticRequest::Reduced);
     assert_eq!((solved.e1_over_gamma, solved.sites), (without.e1_over_gamma, without.sites));
