@@ -12,10 +12,10 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 /// Most displacements of one body's basis.
-pub const RANK_MAX: usize = 128;
+pub const RANK_MAX: usize = 256;
 
 /// Most bytes of one body's basis; larger lattices get fewer displacements.
-const BASIS_BYTES_MAX: usize = 32 << 20;
+const BASIS_BYTES_MAX: usize = 13 << 20;
 
 /// Most bytes of one body's snapshots, while they are computed; larger lattices get fewer snapshots.
 const SNAPSHOT_BYTES_MAX: usize = 512 << 20;
