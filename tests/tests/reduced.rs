@@ -52,6 +52,19 @@ fn a_reduced_strike_is_within_its_estimate_and_a_solve_is_the_same_with_a_basis(
 }
 
 #[test]
+fn a_blow_of_the_default_radius_needs_no_solve() {
+    let request =
+        BakeRequest { elastic_spacing: Some(0.03), crack_spacing: Some(0.03), ..real::request("bar", "glass") };
+    let mut prepared = bake(shapes::cuboid([1.0, 0.2, 0.2]), &request, &Token::default(), &mut |_| ()).unwrap();
+    prepared.impacts = 200;
+    reduce(&mut prepared, RANK_MAX, &Token::default()).unwrap();
+    println!("{:?}", prepared.reduction);
+    let outcome = struck(&prepared, ElasticRequest::Reduced);
+    assert!(outcome.radius_m < 1.01 * 0.04 * prepared.frame.diagonal_m, "the lattice resolves the default radius");
+    assert!(outcome.reduced_error.is_some());
+}
+
+#[test]
 fn a_basis_that_is_too_coarse_is_not_used() {
     let prepared = arch(12, 8);
     let reduction = prepared.reduction.clone().unwrap();

@@ -42,12 +42,13 @@ pub struct Captured {
     /// Logarithms of the shares of it in the last quarter and in the last sixteenth of the basis, and of the smallest contact
     /// radius.
     pub features: [f64; FEATURES],
-    /// Relative error of the energy, estimated; infinite where a contact is smaller than those that the basis has seen.
+    /// Relative error of the energy, estimated; infinite where a contact is a tenth smaller than those that the basis has seen.
     pub error: f64,
 }
 
-/// A contact as small as the smallest that was seen, to rounding.
-const RADIUS_ROUNDING: f64 = 1.0 - 1e-9;
+/// A contact may be this much smaller than the smallest that was seen: radii are drawn from the default upwards, so that the
+/// default itself is a little smaller than all of them.
+const RADIUS_SMALLER: f64 = 0.9;
 
 /// Fewer pairs fit no estimate.
 const PAIRS_MIN: usize = 4 * (1 + FEATURES);
@@ -121,7 +122,7 @@ impl Reduced {
         let last = |one_of: usize| energy(&coordinates[self.rank - self.rank.div_ceil(one_of)..]) / whole;
         let smallest = load.touches.iter().map(|touch| touch.radius).fold(f64::INFINITY, f64::min);
         let features = [last(4), last(16), smallest].map(|value| value.max(f64::MIN_POSITIVE).ln());
-        let seen = smallest >= self.radius_min * RADIUS_ROUNDING;
+        let seen = smallest >= self.radius_min * RADIUS_SMALLER;
         let error = if seen { self.estimate.error(&features) } else { f64::INFINITY };
         Captured { energy: whole, features, error }
     }
