@@ -165,7 +165,6 @@ fn to_json(broken: &Broken, file: Option<&Path>) -> Value {
         "stages": broken.stages().iter().map(stage).collect::<Vec<_>>(),
         "sections": digest.sections.iter().map(section).collect::<Vec<_>>(),
         "stop_reason": summary.stop_reason(),
-        "error_estimate": {},
         "round_trip_ns": broken.round_trip().as_nanos() as u64,
         "response_bytes": broken.bytes(),
         "output_hash": digest.output_hash,
