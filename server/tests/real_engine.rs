@@ -3,12 +3,8 @@
 
 mod support;
 
-use nalgebra::Point3;
 use shatter_client::{Degree, Impact, Kind, Object, Refusal};
-use shatter_fracture::database::{BakeRequest, bake, save};
 use shatter_fracture::pipeline::{Watch, Workspace};
-use shatter_fracture::scene::Materials;
-use shatter_fracture::surface::RawMesh;
 use shatter_fracture::token::Token;
 use shatter_proto::control::ObjectRow;
 use shatter_proto::layout::{Counts, Sections};
@@ -18,33 +14,10 @@ use shatter_server::wire;
 use std::ops::Range;
 use std::path::Path;
 use std::sync::{Arc, LazyLock, Mutex};
-use support::{InProcess, TestPlace, patience, within};
+use support::{InProcess, TestPlace, bar, patience, within};
 
-/// A bar of 0.4 × 0.2 × 0.2 m, baked once for all tests: the bytes of its database.
-static BAR: LazyLock<Vec<u8>> = LazyLock::new(|| {
-    let corner = |k: usize| Point3::new([-0.2, 0.2][k & 1], [-0.1, 0.1][k >> 1 & 1], [-0.1, 0.1][k >> 2 & 1]);
-    let quads = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
-    let triangles = quads.iter().flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]]).collect();
-    let materials = Materials::parse(include_str!("../../config/materials.toml")).unwrap();
-    let request = BakeRequest {
-        name: "bar".to_owned(),
-        material_name: "glass".to_owned(),
-        material: materials.get("glass").unwrap().clone(),
-        fragment_size_m: None,
-        gamma_j_m2: None,
-        elastic_spacing: Some(0.12),
-        crack_spacing: Some(0.08),
-        kappa: None,
-        examples: 0,
-        seed: 1,
-    };
-    let mesh = RawMesh::new((0..8).map(corner).collect(), triangles);
-    let prepared = bake(mesh, &request, &Token::default(), &mut |_| {}).unwrap();
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("bar.shatter");
-    save(&prepared, &path).unwrap();
-    std::fs::read(path).unwrap()
-});
+/// A bar, baked once for all tests: the bytes of its database.
+static BAR: LazyLock<Vec<u8>> = LazyLock::new(|| bar(0.08));
 
 /// Where sections were written.
 type Written = Arc<Mutex<Vec<Range<usize>>>>;

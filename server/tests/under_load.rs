@@ -2,17 +2,12 @@
 
 mod support;
 
-use nalgebra::Point3;
 use rustix::process::Signal;
 use shatter_client::{Degree, Impact, Shatter, Ticket};
-use shatter_fracture::database::{BakeRequest, bake, save};
-use shatter_fracture::scene::Materials;
-use shatter_fracture::surface::RawMesh;
-use shatter_fracture::token::Token;
 use std::collections::VecDeque;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
-use support::{Child, TestPlace, patience, shatterd};
+use support::{Child, TestPlace, bar, patience, shatterd};
 
 const STRIKES: usize = 10_000;
 const RELOADS: usize = 20;
@@ -21,32 +16,6 @@ const CLIENTS: usize = 3;
 const UNDER_WAY: usize = 4;
 /// Different impacts.
 const IMPACTS: usize = 16;
-
-/// A bar of 0.4 × 0.2 × 0.2 m.
-fn database(crack_spacing: f64) -> Vec<u8> {
-    let corner = |k: usize| Point3::new([-0.2, 0.2][k & 1], [-0.1, 0.1][k >> 1 & 1], [-0.1, 0.1][k >> 2 & 1]);
-    let quads = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
-    let triangles = quads.iter().flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]]).collect();
-    let materials = Materials::parse(include_str!("../../config/materials.toml")).unwrap();
-    let request = BakeRequest {
-        name: "bar".to_owned(),
-        material_name: "glass".to_owned(),
-        material: materials.get("glass").unwrap().clone(),
-        fragment_size_m: None,
-        gamma_j_m2: None,
-        elastic_spacing: Some(0.12),
-        crack_spacing: Some(crack_spacing),
-        kappa: None,
-        examples: 0,
-        seed: 1,
-    };
-    let mesh = RawMesh::new((0..8).map(corner).collect(), triangles);
-    let prepared = bake(mesh, &request, &Token::default(), &mut |_| {}).unwrap();
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("bar.shatter");
-    save(&prepared, &path).unwrap();
-    std::fs::read(path).unwrap()
-}
 
 fn impact(index: usize) -> Impact {
     let y = 0.06 * (index as f64 / IMPACTS as f64 - 0.5);
@@ -105,7 +74,7 @@ fn client(here: &TestPlace, begun: &AtomicUsize, versions: &[Hashes; 2]) -> [usi
 #[test]
 fn ten_thousand_strikes_across_twenty_reloads_are_each_of_one_version() {
     let here = TestPlace::new("load");
-    let bytes = [database(0.08), database(0.07)];
+    let bytes = [bar(0.08), bar(0.07)];
     here.database("bar", &bytes[0]);
     let config = here.file("config.toml", "[databases]\nwatch_ms = 0\n[log]\nfilter = \"error\"");
     let daemon = Child::start(shatterd(&here).args(["--config", config.to_str().unwrap()]));

@@ -57,7 +57,7 @@ fn learned(criterion: &mut Criterion) {
     criterion.bench_function("displacement: reduced", |bencher| {
         bencher.iter(|| {
             let captured = reduced.project(black_box(&load_), &mut coordinates);
-            reduced.expand(&coordinates, &mut displacement);
+            reduced.expand(&coordinates, &mut displacement, &mut workspace);
             captured
         })
     });

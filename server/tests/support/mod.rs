@@ -2,10 +2,12 @@
 
 #![allow(dead_code, unused_imports, reason = "every test file uses another part")]
 
+mod bar;
 mod daemon;
 mod place;
 mod toy;
 
+pub use bar::bar;
 pub use daemon::{Child, InProcess, play, role, shatter, shatterd};
 pub use place::{TestPlace, within};
 pub use toy::{addresses, loader};

@@ -245,10 +245,11 @@ pub(super) fn finish(
     token: &Token,
     progress: &mut dyn FnMut(Step),
 ) -> Result<(), BakeError> {
-    progress(Step::Reduction);
-    pipeline::reduce(prepared, pipeline::RANK_MAX, token)?;
-    let learned = pipeline::learn(&prepared.examples, prepared.parameters.seed);
-    if let Some((kappa, learned)) = learned {
+    if prepared.impacts > 0 {
+        progress(Step::Reduction);
+        pipeline::reduce(prepared, pipeline::RANK_MAX, token)?;
+    }
+    if let Some((kappa, learned)) = pipeline::learn(&prepared.examples, prepared.parameters.seed) {
         (prepared.kappa, prepared.learned) = (kappa, Some(learned));
     }
     match request {

@@ -1,8 +1,7 @@
 //! A prepared object as tensors and metadata, and back.
 
 use super::container::{Contents, FLAT, Mapped, Tensors, write};
-use super::learned::EXAMPLES_MAX;
-use super::learned::{self, QUALITY_KEY};
+use super::learned::{self, EXAMPLES_MAX, QUALITY_KEY};
 use super::reduced::{self, REDUCTION_KEY};
 use super::share::{Partial, Rest, Share, Task};
 use super::{DatabaseError, FORMAT, FORMATS};
@@ -130,18 +129,17 @@ fn put_lattice(tensors: &mut Tensors, name: &str, lattice: &Lattice) {
 
 /// Loads and verifies `path`: checksums, shapes, ranges, finiteness, orientation; then factors.
 pub fn load(path: &Path) -> Result<Prepared, DatabaseError> {
-    let mapped = Mapped::open(path)?;
-    let contents = verified(&mapped, &[FORMAT])?;
-    if contents.metadata.contains_key(SHARE_KEY) {
-        return Err(DatabaseError::Share);
-    }
-    object(&contents)
+    Ok(load_of(path, &[FORMAT])?.0)
 }
 
 /// As [`load`], of any format that can still be read, which is returned too.
 pub fn load_older(path: &Path) -> Result<(Prepared, String), DatabaseError> {
+    load_of(path, FORMATS)
+}
+
+fn load_of(path: &Path, formats: &[&'static str]) -> Result<(Prepared, String), DatabaseError> {
     let mapped = Mapped::open(path)?;
-    let contents = verified(&mapped, FORMATS)?;
+    let contents = verified(&mapped, formats)?;
     if contents.metadata.contains_key(SHARE_KEY) {
         return Err(DatabaseError::Share);
     }

@@ -69,8 +69,8 @@ impl Inertia {
             let (linear, angular) = (force / self.volume, self.compliance * torque);
             acceleration[0] += linear;
             acceleration[1] += angular;
-            for ((own, mass), moment) in forces.chunks_exact_mut(3).zip(&self.masses).zip(&self.moments) {
-                let inertial = linear * *mass + angular.cross(moment);
+            for (node, own) in forces.chunks_exact_mut(3).enumerate() {
+                let inertial = self.force(node, &[linear, angular]);
                 own.iter_mut().zip(inertial.iter()).for_each(|(own, inertial)| *own -= inertial);
             }
         }

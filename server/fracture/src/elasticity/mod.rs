@@ -41,4 +41,5 @@ pub struct Workspace {
     residual: Vec<f64>,
     front: front::Front,
     weights: Vec<(u32, f64)>,
+    narrow: [Vec<f32>; 2],
 }

@@ -4,7 +4,7 @@
 //! method of snapshots, here in the energy inner product: with B'KB = 1 the best displacement in the span of B is B(B'f), a
 //! Galerkin projection, and its energy ½|B'f|² never exceeds the true one.
 
-use super::{Elasticity, Load};
+use super::{Elasticity, Load, Workspace};
 use crate::memory::held;
 use faer::linalg::matmul::matmul;
 use faer::{Accum, MatMut, MatRef, Par};
@@ -128,15 +128,17 @@ impl Reduced {
     }
 
     /// The displacement with these coordinates, resized to the size of the body.
-    pub fn expand(&self, coordinates: &[f64], displacement: &mut Vec<f64>) {
+    pub fn expand(&self, coordinates: &[f64], displacement: &mut Vec<f64>, workspace: &mut Workspace) {
         let rows = self.basis.len() / self.rank;
-        let narrow: Vec<f32> = coordinates.iter().map(|q| *q as f32).collect();
-        let mut sums = vec![0.0f32; rows];
+        let [narrow, sums] = &mut workspace.narrow;
+        narrow.clear();
+        narrow.extend(coordinates.iter().map(|q| *q as f32));
+        sums.resize(rows, 0.0);
         let basis = MatRef::from_row_major_slice(&self.basis, rows, self.rank);
-        let column = MatRef::from_column_major_slice(&narrow, self.rank, 1);
-        matmul(MatMut::from_column_major_slice_mut(&mut sums, rows, 1), Accum::Replace, basis, column, 1.0, Par::Seq);
+        let column = MatRef::from_column_major_slice(narrow, self.rank, 1);
+        matmul(MatMut::from_column_major_slice_mut(sums, rows, 1), Accum::Replace, basis, column, 1.0, Par::Seq);
         displacement.clear();
-        displacement.extend(sums.into_iter().map(f64::from));
+        displacement.extend(sums.iter().copied().map(f64::from));
     }
 
     /// Adds B'f of one node's force.

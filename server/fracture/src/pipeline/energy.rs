@@ -88,7 +88,7 @@ fn displace(
     if let (ElasticRequest::Reduced, Some(reduced)) = (request, &body.reduced) {
         let captured = reduced.project(load, coordinates);
         if captured.error <= REDUCED_ERROR_MAX {
-            reduced.expand(coordinates, displacement);
+            reduced.expand(coordinates, displacement, elasticity);
             return Ok(Some(captured.error));
         }
     }

@@ -156,7 +156,7 @@ fn trial(
         let failed = |source| failed(*index, source);
         body.elasticity.load(contacts, &mut workspace.load, &mut workspace.elasticity).map_err(failed)?;
         let captured = reduced.project(&workspace.load, &mut workspace.coordinates);
-        reduced.expand(&workspace.coordinates, &mut workspace.displacement);
+        reduced.expand(&workspace.coordinates, &mut workspace.displacement, &mut workspace.elasticity);
         body.elasticity
             .tet_energy(&body.elastic, &workspace.displacement, Driving::Total, &mut workspace.tet_energy, token)
             .map_err(failed)?;

@@ -63,7 +63,7 @@ fn what_the_basis_has_seen_it_reproduces() {
     let (mut coordinates, mut displacement) = (Vec::new(), Vec::new());
     for load in &loads {
         let captured = reduced.project(load, &mut coordinates);
-        reduced.expand(&coordinates, &mut displacement);
+        reduced.expand(&coordinates, &mut displacement, &mut Workspace::default());
         let mut own = Vec::new();
         body.tet_energy(&lattice, &displacement, Driving::Total, &mut own, &Token::default()).unwrap();
         let wanted = energies(&body, &lattice, &load.forces, Driving::Total);

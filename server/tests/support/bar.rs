@@ -1,0 +1,23 @@
+//! A real object, small enough to be baked in every test.
+
+use shatter_fracture::database::{BakeRequest, bake, save};
+use shatter_fracture::scene::Materials;
+use shatter_fracture::surface::shapes;
+use shatter_fracture::token::Token;
+
+/// The bytes of the database of a bar of 0.4 × 0.2 × 0.2 m.
+pub fn bar(crack_spacing: f64) -> Vec<u8> {
+    let materials = Materials::parse(include_str!("../../../config/materials.toml")).unwrap();
+    let glass = materials.get("glass").unwrap().clone();
+    let request = BakeRequest {
+        elastic_spacing: Some(0.12),
+        crack_spacing: Some(crack_spacing),
+        seed: 1,
+        ..BakeRequest::new("bar", "glass", glass)
+    };
+    let prepared = bake(shapes::cuboid([0.4, 0.2, 0.2]), &request, &Token::default(), &mut |_| {}).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("bar.shatter");
+    save(&prepared, &path).unwrap();
+    std::fs::read(path).unwrap()
+}
