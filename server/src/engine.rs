@@ -20,6 +20,11 @@ pub trait Object: Send + Sync {
     /// Bytes of its largest answer: bounds the buckets.
     fn answer_bytes_max(&self) -> usize;
 
+    /// Does what loading left for later, so that no strike has to. The error is what such strikes will be told.
+    fn finish(&self) -> Result<(), Refusal> {
+        Ok(())
+    }
+
     /// Strikes it. `token` is polled, stages are told to `watch`.
     fn strike(
         &self,

@@ -4,13 +4,14 @@
 //! A changed folder is read again once it has come to rest: once it looks the same twice in a row. A database that is renamed
 //! into place is taken whole, and many that come together are one reload.
 
-use crate::catalog::{Catalog, Shelf};
+use crate::catalog::{Catalog, Shelf, Version};
 use crate::engine::Loader;
 use crate::jobs::Event;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use shatter_proto::{Kind, Refusal};
+use std::collections::VecDeque;
 use std::path::PathBuf;
-use std::sync::Arc;
+use std::sync::{Arc, Weak};
 use tokio::sync::mpsc::UnboundedSender;
 
 /// How much less urgent than strikes it is: on a loaded machine the thread gets about a third of what theirs get.
@@ -25,6 +26,8 @@ pub enum News {
     Seen(Result<Shelf, Refusal>),
     /// The databases, read again.
     Loaded(Result<Catalog, Refusal>),
+    /// One more object has all that strikes may need.
+    Finished,
 }
 
 /// Looks after a folder. Owned by the waiting thread, which it never blocks.
@@ -36,6 +39,8 @@ pub struct Librarian {
     busy: bool,
     /// A reload was asked for while it was busy.
     asked: bool,
+    /// Objects with work that loading left for later, done between other things.
+    unfinished: VecDeque<Weak<Version>>,
     unrest: Unrest,
     /// The folder could not be looked at, which was said.
     blind: bool,
@@ -72,7 +77,8 @@ impl Librarian {
         });
         let thread = builder.build().map_err(|error| Refusal::new(Kind::Failed, "threads", error.to_string()))?;
         let (unrest, [busy, asked, blind]) = (Unrest::default(), [false; 3]);
-        Ok(Self { folder, loader, thread, events, busy, asked, unrest, blind })
+        let unfinished = VecDeque::new();
+        Ok(Self { folder, loader, thread, events, busy, asked, unfinished, unrest, blind })
     }
 
     /// Looks at the folder, unless it is busy; what it found comes as news.
@@ -94,6 +100,25 @@ impl Librarian {
         self.work(move || News::Loaded(folder.look().map(|shelf| catalog.renewed(shelf, &loader))));
     }
 
+    /// Finishes the objects of `catalog`, one after the other.
+    pub fn finish(&mut self, catalog: &Catalog) {
+        self.unfinished = catalog.versions().map(Arc::downgrade).collect();
+        if !self.busy {
+            self.go_on();
+        }
+    }
+
+    fn go_on(&mut self) {
+        while let Some(version) = self.unfinished.pop_front() {
+            if let Some(version) = version.upgrade() {
+                return self.work(move || {
+                    version.finish();
+                    News::Finished
+                });
+            }
+        }
+    }
+
     /// Takes note of its own news; the catalog that is to take the place of `catalog`, if there is one.
     pub fn hear(&mut self, news: News, catalog: &Arc<Catalog>) -> Option<Arc<Catalog>> {
         self.busy = false;
@@ -103,7 +128,11 @@ impl Librarian {
                 self.asked |= self.unrest.settled(shelf, catalog.shelf());
                 None
             }
-            News::Loaded(Ok(fresh)) => Some(Arc::new(fresh)),
+            News::Loaded(Ok(fresh)) => {
+                self.unfinished = fresh.versions().map(Arc::downgrade).collect();
+                Some(Arc::new(fresh))
+            }
+            News::Finished => None,
             News::Loaded(Err(refusal)) => {
                 tracing::error!(%refusal, "the databases stay as they were");
                 None
@@ -117,6 +146,8 @@ impl Librarian {
         };
         if self.asked {
             self.reload(fresh.as_ref().unwrap_or(catalog));
+        } else {
+            self.go_on();
         }
         fresh
     }
@@ -163,6 +194,13 @@ impl Unrest {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::engine::{Object, Outcome};
+    use bytemuck::Zeroable;
+    use shatter_fracture::pipeline::{Watch, Workspace};
+    use shatter_fracture::token::Token;
+    use shatter_proto::control::ObjectRow;
+    use shatter_proto::request::Strike;
+    use std::sync::Mutex;
     use std::time::{Duration, Instant};
     use tempfile::TempDir;
     use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
@@ -190,6 +228,68 @@ mod tests {
         let loader: Loader = Arc::new(|_| Err("nothing is ever loaded here".to_owned()));
         let path = folder.path().join("databases");
         (Librarian::new(Folder { path, required }, loader, sender).unwrap(), events)
+    }
+
+    /// An object that must be finished, and falls over it if it is named so.
+    struct Raw(String, Arc<Mutex<Vec<String>>>);
+
+    impl Object for Raw {
+        fn row(&self) -> ObjectRow {
+            let mut row = ObjectRow::zeroed();
+            row.set_name(&self.0);
+            row
+        }
+
+        fn bytes(&self) -> usize {
+            1
+        }
+
+        fn finish(&self) -> Result<(), Refusal> {
+            self.1.lock().unwrap().push(self.0.clone());
+            assert!(self.0 != "b", "cannot be finished");
+            Ok(())
+        }
+
+        fn answer_bytes_max(&self) -> usize {
+            1
+        }
+
+        fn strike(
+            &self,
+            _: &Strike,
+            _: &mut Workspace,
+            _: &Token,
+            _: &mut dyn Watch,
+        ) -> Result<Box<dyn Outcome>, Refusal> {
+            Err(Refusal::new(Kind::Failed, "", "not struck here"))
+        }
+    }
+
+    #[test]
+    fn objects_are_finished_one_by_one_and_a_reload_goes_first() {
+        let folder = tempfile::tempdir().unwrap();
+        let (mut librarian, mut events) = start(&folder, true);
+        let databases = folder.path().join("databases");
+        std::fs::create_dir(&databases).unwrap();
+        ["a", "b", "c"].map(|name| std::fs::write(databases.join(name).with_extension("shatter"), "").unwrap());
+        let finished = Arc::new(Mutex::new(Vec::new()));
+        let told = finished.clone();
+        librarian.loader =
+            Arc::new(move |path| Ok(Arc::new(Raw(path.file_stem().unwrap().display().to_string(), told.clone()))));
+        let catalog = Arc::new(Catalog::default().renewed(Shelf::of(&databases).unwrap(), &librarian.loader));
+        librarian.finish(&catalog);
+        librarian.reload(&catalog);
+        let first = news(&mut events);
+        assert!(matches!(first, News::Finished) && librarian.hear(first, &catalog).is_none());
+        let second = news(&mut events);
+        assert_eq!(*finished.lock().unwrap(), ["a"], "the reload that was asked for went first");
+        let catalog = librarian.hear(second, &catalog).unwrap();
+        for _ in 0..3 {
+            let more = news(&mut events);
+            assert!(matches!(more, News::Finished) && librarian.hear(more, &catalog).is_none());
+        }
+        assert_eq!(*finished.lock().unwrap(), ["a", "a", "b", "c"], "one that falls over it stops nobody");
+        assert!(!librarian.busy);
     }
 
     fn news(events: &mut UnboundedReceiver<Event>) -> News {

@@ -67,6 +67,7 @@ async fn serve(options: Options) -> Result<(), Refusal> {
     notify(&[NotifyState::Ready]);
     tracing::info!(service = place.service.as_str(), folder = %place.folder.display(), "ready");
     ready();
+    daemon.librarian.finish(&daemon.catalog);
     daemon.serve(&bell, &mut events, &mut signals, &stop).await;
     notify(&[NotifyState::Stopping]);
     daemon.end(bell, &mut events).await;

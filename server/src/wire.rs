@@ -62,6 +62,10 @@ impl Object for Served {
         self.0.bytes()
     }
 
+    fn finish(&self) -> Result<(), Refusal> {
+        self.0.factor().map_err(refusal)
+    }
+
     fn answer_bytes_max(&self) -> usize {
         self.0.crack_tets().saturating_mul(ANSWER_BYTES_PER_TET)
     }

@@ -9,7 +9,7 @@ mod version;
 
 pub use retired::Retired;
 pub use shelf::Shelf;
-pub use version::unix_ns;
+pub use version::{Version, unix_ns};
 
 use crate::engine::{Loader, Object};
 use bytemuck::Zeroable;
@@ -20,7 +20,6 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 use std::time::SystemTime;
-use version::Version;
 
 /// All objects of a folder, by name.
 pub struct Catalog {
@@ -76,7 +75,7 @@ impl Catalog {
     }
 
     /// Everything that can be struck.
-    fn versions(&self) -> impl Iterator<Item = &Arc<Version>> {
+    pub fn versions(&self) -> impl Iterator<Item = &Arc<Version>> {
         self.entries.values().filter_map(|entry| entry.version.as_ref())
     }
 

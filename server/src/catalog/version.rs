@@ -54,6 +54,18 @@ impl Version {
         );
     }
 
+    /// Does what loading left for later; what goes wrong is logged, and told again to every strike that needs it.
+    pub fn finish(&self) {
+        let begun = Instant::now();
+        let finished = catch_unwind(AssertUnwindSafe(|| self.object.finish()));
+        let object = self.name.as_str();
+        match finished {
+            Ok(Ok(())) => tracing::debug!(object, ms = begun.elapsed().as_millis() as u64, "finished"),
+            Ok(Err(refusal)) => tracing::error!(object, %refusal, "some strikes will fail"),
+            Err(panic) => tracing::error!(object, why = panics::text(panic.as_ref()), "some strikes will fail"),
+        }
+    }
+
     /// Bytes of memory that it holds.
     pub fn memory_bytes(&self) -> u64 {
         self.memory_bytes

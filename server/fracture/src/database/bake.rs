@@ -208,8 +208,9 @@ pub(super) fn whole(
         let interior = lift::interior(&lattices.crack, parameters.modes, parameters.alpha, token).map_err(failed)?;
         let surface_diffusion = surface_lift(&lattices.crack, index, &mut report, token)?;
         progress(Step::Elasticity(index));
-        let body = Body::new(lattices, interior, parameters.material.poisson, token)
-            .map_err(|source| BakeError::Elasticity { body: index, source })?;
+        let failed = |source| BakeError::Elasticity { body: index, source };
+        let body = Body::new(lattices, interior, parameters.material.poisson, token).map_err(failed)?;
+        body.elasticity.factor().map_err(failed)?;
         bodies.push(Body { surface_diffusion, ..body });
     }
     let gamma_j_m2 = request.gamma_j_m2.unwrap_or_else(|| {

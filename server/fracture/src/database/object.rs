@@ -127,7 +127,8 @@ fn put_lattice(tensors: &mut Tensors, name: &str, lattice: &Lattice) {
     tensors.u32(format!("{name}.tets"), &[lattice.tets.len(), 4], lattice.tets.as_flattened());
 }
 
-/// Loads and verifies `path`: checksums, shapes, ranges, finiteness, orientation; then factors.
+/// Loads and verifies `path`: checksums, shapes, ranges, finiteness, orientation. Bodies without a reduced basis are factored,
+/// the others at first need ([`Prepared::factor`]).
 pub fn load(path: &Path) -> Result<Prepared, DatabaseError> {
     Ok(load_of(path, &[FORMAT])?.0)
 }
@@ -261,9 +262,14 @@ fn body(contents: &Contents, index: usize, shape: &Shape, poisson: f64) -> Resul
     let surface = shape.surface_dimensions.get(index).copied().flatten();
     let surface_diffusion =
         surface.map(|dimension| lift("surface_diffusion", LiftKind::SurfaceDiffusion, dimension)).transpose()?;
-    let body = Body::new(BodyLattice { elastic, crack, transfer }, interior, poisson, &Token::default())
-        .map_err(|source| DatabaseError::Elasticity { body: index, source })?;
+    let failed = |source| DatabaseError::Elasticity { body: index, source };
+    let lattices = BodyLattice { elastic, crack, transfer };
+    let body = Body::new(lattices, interior, poisson, &Token::default()).map_err(failed)?;
     let reduced = reduced::reduced(contents, index, &body.elasticity)?;
+    if reduced.is_none() {
+        // Every strike will need it.
+        body.elasticity.factor().map_err(failed)?;
+    }
     Ok(Body { surface_diffusion, reduced, ..body })
 }
 

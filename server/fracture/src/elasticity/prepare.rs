@@ -6,8 +6,9 @@ use super::inertia::Inertia;
 use super::solve::probe;
 use super::{ElasticityError, Pins, RESIDUAL_MAX, Support};
 use crate::lattice::Lattice;
-use crate::sparse::{Cholesky, Symmetric};
+use crate::sparse::{Cholesky, Symbolic, Symmetric};
 use crate::token::Token;
+use std::sync::OnceLock;
 
 /// The largest Poisson's ratio accepted: linear tetrahedra lock towards ½.
 ///
@@ -16,14 +17,17 @@ use crate::token::Token;
 /// centres and faces hardly lock: six across, 2.2 %, 1.9 %, 2.0 %, 2.1 %, 2.2 % and 2.2 %.
 pub const POISSON_MAX: f64 = 0.45;
 
-/// An elastic body, ready for any number of impacts. Immutable: impacts may be solved at the same time.
+/// An elastic body, ready for any number of impacts, which may be solved at the same time.
 #[derive(Debug)]
 pub struct Elasticity {
     pub(super) lame: Lame,
     pub(super) stiffness: Symmetric<3>,
     /// Largest rounding of a row of K u, relative to ‖u‖: see [`row_rounding`].
     pub(super) row_rounding: f64,
-    pub(super) factor: Cholesky,
+    symbolic: Symbolic,
+    /// Made at first need, by whoever needs it: the others wait. Making it hands nothing to other threads, so that no thread can
+    /// come to wait for itself.
+    factor: OnceLock<Result<Cholesky, ElasticityError>>,
     pub(super) support: Support,
     pub(super) boundary: Boundary,
     pub(super) inertia: Inertia,
@@ -43,6 +47,17 @@ impl Elasticity {
     pub fn prepare(lattice: &Lattice, poisson: f64, token: &Token) -> Result<Self, ElasticityError> {
         let elements = check(lattice, poisson)?;
         let pins = Pins::far_apart(lattice).ok_or(ElasticityError::EmptyLattice)?;
+        Self::build(lattice, &elements, Lame::new(poisson), Support::Free(pins), token)?.factored(token)
+    }
+
+    /// As [`Self::prepare`], but factored and probed at first need, by [`Self::factor`] or by a solve: for a body that was
+    /// factored before, while it was baked.
+    ///
+    /// # Errors
+    /// As [`Self::prepare`], without [`ElasticityError::Mechanism`] and indefinite matrices.
+    pub fn assembled(lattice: &Lattice, poisson: f64, token: &Token) -> Result<Self, ElasticityError> {
+        let elements = check(lattice, poisson)?;
+        let pins = Pins::far_apart(lattice).ok_or(ElasticityError::EmptyLattice)?;
         Self::build(lattice, &elements, Lame::new(poisson), Support::Free(pins), token)
     }
 
@@ -50,7 +65,8 @@ impl Elasticity {
     pub(crate) fn with_any_law(lattice: &Lattice, poisson: f64) -> Result<Self, ElasticityError> {
         let elements = check(lattice, 0.0)?;
         let pins = Pins::far_apart(lattice).ok_or(ElasticityError::EmptyLattice)?;
-        Self::build(lattice, &elements, Lame::new(poisson), Support::Free(pins), &Token::default())
+        let token = Token::default();
+        Self::build(lattice, &elements, Lame::new(poisson), Support::Free(pins), &token)?.factored(&token)
     }
 
     /// As [`Self::prepare`], held by `support`.
@@ -69,7 +85,7 @@ impl Elasticity {
         {
             return Err(ElasticityError::UnknownAnchor { node });
         }
-        Self::build(lattice, &elements, Lame::new(poisson), support, token)
+        Self::build(lattice, &elements, Lame::new(poisson), support, token)?.factored(token)
     }
 
     fn build(
@@ -83,18 +99,36 @@ impl Elasticity {
         let stiffness =
             Symmetric::assemble(lattice.nodes.len(), &lattice.tets, |tet, i, j| elements[tet].stiffness(i, j, lame))?;
         token.check()?;
-        let mut held = stiffness.clone();
-        support.constrain(&mut held);
-        let factor = Cholesky::factor(&held)?;
+        let symbolic = Symbolic::analyse(&stiffness)?;
         token.check()?;
         let (boundary, spacing) = (Boundary::new(lattice), mean_edge_length(lattice));
         let tets = lattice.tets.len();
         let row_rounding = row_rounding(&stiffness);
-        let body = Self { lame, stiffness, row_rounding, factor, support, boundary, inertia, spacing, tets };
-        match probe(&body) {
-            residual if residual <= RESIDUAL_MAX => Ok(body),
-            residual => Err(ElasticityError::Mechanism { residual }),
-        }
+        let factor = OnceLock::new();
+        Ok(Self { lame, stiffness, row_rounding, symbolic, factor, support, boundary, inertia, spacing, tets })
+    }
+
+    fn factored(self, token: &Token) -> Result<Self, ElasticityError> {
+        self.factor()?;
+        token.check()?;
+        Ok(self)
+    }
+
+    /// The factor of the stiffness, probed; made by the first who asks, which cannot be interrupted.
+    ///
+    /// # Errors
+    /// [`ElasticityError::Stiffness`], [`ElasticityError::Mechanism`]; the same ones ever after.
+    pub fn factor(&self) -> Result<&Cholesky, ElasticityError> {
+        let made = self.factor.get_or_init(|| {
+            let mut held = self.stiffness.clone();
+            self.support.constrain(&mut held);
+            let factor = self.symbolic.factor(&held)?;
+            match probe(self, &factor) {
+                residual if residual <= RESIDUAL_MAX => Ok(factor),
+                residual => Err(ElasticityError::Mechanism { residual }),
+            }
+        });
+        made.as_ref().map_err(|error| *error)
     }
 
     /// Number of scalar unknowns, three per node.
@@ -112,10 +146,10 @@ impl Elasticity {
         &self.support
     }
 
-    /// Bytes that the body holds, most of them its factor.
+    /// Bytes that the body holds, most of them its factor, which is counted before it is made.
     pub fn bytes(&self) -> usize {
-        let Self { stiffness, factor, support, boundary, inertia, .. } = self;
-        stiffness.bytes() + factor.bytes() + support.bytes() + boundary.bytes() + inertia.bytes()
+        let Self { stiffness, symbolic, support, boundary, inertia, .. } = self;
+        stiffness.bytes() + symbolic.factor_bytes() + support.bytes() + boundary.bytes() + inertia.bytes()
     }
 }
 

@@ -24,9 +24,9 @@ impl Elasticity {
     /// one column per load. Each is checked as [`Self::solve`] checks it.
     ///
     /// # Errors
-    /// [`ElasticityError::Residual`], [`ElasticityError::Cancelled`].
+    /// [`ElasticityError::Residual`], [`ElasticityError::Cancelled`], those of [`Self::factor`].
     pub fn solve_all(&self, loads: &[Load], token: &Token) -> Result<Vec<f64>, ElasticityError> {
-        let size = self.size();
+        let (size, factor) = (self.size(), self.factor()?);
         let mut columns = vec![0.0; size * loads.len()];
         columns.par_chunks_mut(size * BLOCK).zip(loads.par_chunks(BLOCK)).try_for_each_init(
             || (Workspace::default(), Vec::new()),
@@ -35,7 +35,7 @@ impl Elasticity {
                 for (column, load) in columns.chunks_exact_mut(size).zip(loads) {
                     column.copy_from_slice(&load.forces);
                 }
-                self.back_substitute(columns, workspace);
+                self.back_substitute(factor, columns, workspace);
                 for (column, load) in columns.chunks_exact_mut(size).zip(loads) {
                     if !self.balances(&load.forces, column, workspace) {
                         // One by one, with a sweep of refinement.

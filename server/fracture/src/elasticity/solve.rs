@@ -2,6 +2,7 @@
 
 use super::{Elasticity, ElasticityError, Workspace};
 use crate::random::Stream;
+use crate::sparse::Cholesky;
 use crate::token::Token;
 
 /// The largest relative residual ‖f − K u‖ / ‖f‖ that is returned as a solution, unless it is rounding
@@ -31,7 +32,8 @@ impl Elasticity {
     /// something, the rigid motion does not.
     ///
     /// # Errors
-    /// [`ElasticityError::OtherLattice`], [`ElasticityError::Residual`], [`ElasticityError::Cancelled`].
+    /// [`ElasticityError::OtherLattice`], [`ElasticityError::Residual`], [`ElasticityError::Cancelled`], those of
+    /// [`Self::factor`].
     pub fn solve(
         &self,
         forces: &[f64],
@@ -40,15 +42,16 @@ impl Elasticity {
         token: &Token,
     ) -> Result<Solved, ElasticityError> {
         self.check_length("the load", forces)?;
+        let factor = self.factor()?;
         displacement.clear();
         displacement.extend_from_slice(forces);
-        self.back_substitute(displacement, workspace);
+        self.back_substitute(factor, displacement, workspace);
         token.check()?;
         let mut residual = self.residual(forces, displacement, &mut workspace.residual);
         let refined = residual > RESIDUAL_REFINED;
         if refined {
             let mut correction = std::mem::take(&mut workspace.residual);
-            self.back_substitute(&mut correction, workspace);
+            self.back_substitute(factor, &mut correction, workspace);
             displacement.iter_mut().zip(&correction).for_each(|(u, du)| *u += du);
             workspace.residual = correction;
             token.check()?;
@@ -86,10 +89,10 @@ impl Elasticity {
     }
 
     /// Any number of columns in place, in the frames of the support.
-    pub(super) fn back_substitute(&self, columns: &mut [f64], workspace: &mut Workspace) {
+    pub(super) fn back_substitute(&self, factor: &Cholesky, columns: &mut [f64], workspace: &mut Workspace) {
         let size = self.size();
         columns.chunks_exact_mut(size).for_each(|column| self.support.enter(column));
-        self.factor.solve_in_place(columns, columns.len() / size, &mut workspace.scratch);
+        factor.solve_in_place(columns, columns.len() / size, &mut workspace.scratch);
         columns.chunks_exact_mut(size).for_each(|column| self.support.leave(column));
     }
 
@@ -97,6 +100,12 @@ impl Elasticity {
     fn residual(&self, forces: &[f64], displacement: &[f64], residual: &mut Vec<f64>) -> f64 {
         residual.resize(forces.len(), 0.0);
         self.stiffness.multiply(displacement, residual);
+        self.unbalanced(forces, residual)
+    }
+
+    /// Of K u in `product` makes f − K u, and returns its norm relative to that of f; 0 if there are no forces.
+    fn unbalanced(&self, forces: &[f64], product: &mut [f64]) -> f64 {
+        let residual = product;
         residual.iter_mut().zip(forces).for_each(|(r, f)| *r = f - *r);
         self.support.drop_reactions(residual);
         let greatest = forces.iter().fold(0.0, |greatest: f64, f| greatest.max(f.abs()));
@@ -117,13 +126,15 @@ impl Elasticity {
 }
 
 /// Relative residual under a fixed pseudo-random load in equilibrium. It excites every mode, so a mechanism (a
-/// part that hangs by an edge or a node, or not at all) shows even where rounding let the factorisation pass.
-pub(super) fn probe(body: &Elasticity) -> f64 {
+/// part that hangs by an edge or a node, or not at all) shows even where rounding let the factorisation pass. On one
+/// thread: it is called where others wait.
+pub(super) fn probe(body: &Elasticity, factor: &Cholesky) -> f64 {
     let mut stream = Stream::new(0, 0);
     let mut forces: Vec<f64> = (0..body.size()).map(|_| stream.uniform() - 0.5).collect();
     body.inertia.relieve(&mut forces);
-    let mut workspace = Workspace::default();
     let mut displacement = forces.clone();
-    body.back_substitute(&mut displacement, &mut workspace);
-    body.residual(&forces, &displacement, &mut workspace.residual)
+    body.back_substitute(factor, &mut displacement, &mut Workspace::default());
+    let mut product = vec![0.0; forces.len()];
+    body.stiffness.multiply_alone(&displacement, &mut product);
+    body.unbalanced(&forces, &mut product)
 }

@@ -72,31 +72,29 @@ pub fn scale(lift: &mut Lift, lattice: &Lattice) {
 /// Fills `first_moment`, `second_moment` and `density`, cell by cell.
 ///
 /// A node's barycentric cell in a tetrahedron (a, b, c, d) is six small tetrahedra at a, spanned by an edge midpoint, a
-/// face centroid and the tetrahedron's centroid; with corner vectors u, v, w from a, ∫|X − X_a|² over one of volume V is
-/// V/20·(|u|² + |v|² + |w|² + |u+v+w|²), and each has V_tet/24. Their common centroid lies 23/144 of the three edges' sum
-/// from a.
+/// face centroid and the tetrahedron's centroid. Each has V/24, V the tetrahedron's volume; their common centroid lies 23/144
+/// of the three edges' sum from a; their second moment follows from the lengths of the edges: [`corner_moment`].
 pub fn measure(lift: &mut Lift, lattice: &Lattice) {
     let densities = densities(lift, lattice);
     let count = lattice.nodes.len();
     let mut moment = vec![0.0; count];
     let mut weighted = vec![0.0; count];
     let mut offset = vec![0.0; count * lift.dimension];
-    let mut edges = vec![0.0; 3 * lift.dimension];
+    let mut sum = vec![0.0; lift.dimension];
     for (tet, nodes) in lattice.tets.iter().enumerate() {
         let volume = lattice.tet_volume(tet);
-        for k in 0..4 {
-            let own = nodes[k] as usize;
-            let others = [1, 2, 3].map(|step| nodes[(k + step) % 4] as usize);
-            for (i, &other) in others.iter().enumerate() {
-                for axis in 0..lift.dimension {
-                    edges[i * lift.dimension + axis] = lift.at(other)[axis] - lift.at(own)[axis];
-                }
+        let corners = nodes.map(|node| lift.at(node as usize));
+        for (axis, sum) in sum.iter_mut().enumerate() {
+            *sum = corners.iter().map(|corner| corner[axis]).sum();
+        }
+        let squares = squares(&corners);
+        for (corner, &node) in nodes.iter().enumerate() {
+            let own = node as usize;
+            let offset = &mut offset[own * lift.dimension..][..lift.dimension];
+            for ((offset, sum), x) in offset.iter_mut().zip(&sum).zip(corners[corner]) {
+                *offset += volume / 4.0 * (23.0 / 144.0) * (sum - 4.0 * x);
             }
-            for axis in 0..lift.dimension {
-                let sum: f64 = (0..3).map(|i| edges[i * lift.dimension + axis]).sum();
-                offset[own * lift.dimension + axis] += volume / 4.0 * sum * (23.0 / 144.0);
-            }
-            moment[own] += volume / 24.0 * corner_moment(&edges, lift.dimension);
+            moment[own] += volume / 24.0 * corner_moment(&squares, corner);
             weighted[own] += volume / 4.0 * densities[tet];
         }
     }
@@ -109,20 +107,26 @@ pub fn measure(lift: &mut Lift, lattice: &Lattice) {
     lift.density = weighted.iter().zip(&volumes).map(|(sum, volume)| sum / volume).collect();
 }
 
-/// Sum over the six small tetrahedra at a corner of the mean of |X − X_corner|², from the three lifted edges.
-fn corner_moment(edges: &[f64], dimension: usize) -> f64 {
-    const ORDERS: [[usize; 2]; 6] = [[0, 1], [0, 2], [1, 0], [1, 2], [2, 0], [2, 1]];
-    let mut sum = 0.0;
-    for axis in 0..dimension {
-        let edge = |i: usize| edges[i * dimension + axis];
-        let centroid = (edge(0) + edge(1) + edge(2)) / 4.0;
-        for [first, second] in ORDERS {
-            let (middle, face) = (edge(first) / 2.0, (edge(first) + edge(second)) / 3.0);
-            let all = middle + face + centroid;
-            sum += (middle * middle + face * face + centroid * centroid + all * all) / 20.0;
-        }
+/// Squared distances between the four corners of a lifted tetrahedron.
+fn squares(corners: &[&[f64]; 4]) -> [[f64; 4]; 4] {
+    let mut squares = [[0.0; 4]; 4];
+    for (i, j) in [(0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3)] {
+        let square = corners[i].iter().zip(corners[j]).map(|(x, y)| (x - y) * (x - y)).sum();
+        (squares[i][j], squares[j][i]) = (square, square);
     }
-    sum
+    squares
+}
+
+/// Sum over the six small tetrahedra at a corner of the mean of |X − X_corner|², from the squared lengths of the edges.
+///
+/// With corner vectors u, v, w from X_corner the mean over one is (|u|² + |v|² + |w|² + |u+v+w|²)/20. With u = e_i/2,
+/// v = (e_i + e_j)/3, w = (e_1 + e_2 + e_3)/4 the six add up to (161 Σ|e_i|² + 194 Σ e_i·e_j)/720 over edges and pairs of them,
+/// and 2 e_i·e_j = |e_i|² + |e_j|² − |e_i − e_j|².
+fn corner_moment(squares: &[[f64; 4]; 4], corner: usize) -> f64 {
+    let [i, j, k] = [1, 2, 3].map(|step| (corner + step) % 4);
+    let own: f64 = [i, j, k].iter().map(|&other| squares[corner][other]).sum();
+    let opposite = squares[i][j] + squares[j][k] + squares[k][i];
+    (355.0 * own - 97.0 * opposite) / 720.0
 }
 
 #[cfg(test)]

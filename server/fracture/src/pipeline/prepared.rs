@@ -98,12 +98,12 @@ pub struct Body {
 }
 
 impl Body {
-    /// Derives and factors everything that follows from the lattices and the stored lift; without a surface lift, which
-    /// whoever has one adds.
+    /// Derives everything that follows from the lattices and the stored lift; without a surface lift or a reduced basis, which
+    /// whoever has one adds. The stiffness is factored at first need.
     pub fn new(lattices: BodyLattice, interior: Lift, poisson: f64, token: &Token) -> Result<Self, ElasticityError> {
         let BodyLattice { elastic, crack, transfer } = lattices;
         Ok(Self {
-            elasticity: Elasticity::prepare(&elastic, poisson, token)?,
+            elasticity: Elasticity::assembled(&elastic, poisson, token)?,
             euclidean: Lift::euclidean(&crack),
             volumes: crack.node_volumes(),
             topology: Topology::new(&crack),
@@ -165,6 +165,16 @@ impl Prepared {
     /// Joules per unit of local energy under `impact`: F²/(E·L).
     pub fn unit_j(&self, impact: &Impact) -> f64 {
         impact.peak_force_n.powi(2) / (self.parameters.material.young_pa * self.frame.diagonal_m)
+    }
+
+    /// Factors the stiffness of every body that is not factored yet, so that no strike has to.
+    ///
+    /// Errors: [`StrikeError::Elasticity`], what every strike that needs that factor will be told.
+    pub fn factor(&self) -> Result<(), StrikeError> {
+        for (body, own) in self.bodies.iter().enumerate() {
+            own.elasticity.factor().map_err(|source| StrikeError::Elasticity { body, source })?;
+        }
+        Ok(())
     }
 
     /// Nodes of all elastic lattices.

@@ -5,7 +5,7 @@ mod symmetric;
 #[cfg(test)]
 mod tests;
 
-pub use cholesky::{Cholesky, SolveScratch};
+pub use cholesky::{Cholesky, SolveScratch, Symbolic};
 pub use symmetric::Symmetric;
 
 /// Why a matrix was not built or not factored.

@@ -158,7 +158,7 @@ impl<const B: usize> Symmetric<B> {
         }
     }
 
-    /// y = A x for each of the columns of `x` and `y` (n × k, column-major).
+    /// y = A x for each of the columns of `x` and `y` (n × k, column-major), on all threads of the current pool.
     ///
     /// # Panics
     /// If the lengths differ or are no multiple of n.
@@ -166,15 +166,27 @@ impl<const B: usize> Symmetric<B> {
         let size = self.size();
         assert!(x.len() == y.len() && x.len().is_multiple_of(size), "n × k column-major");
         for (x, y) in x.chunks_exact(size).zip(y.chunks_exact_mut(size)) {
-            y.par_chunks_exact_mut(B).with_min_len(ROWS_PER_TASK_MIN).enumerate().for_each(|(node, y)| {
-                let (columns, blocks) = self.row(node);
-                let mut sum = SVector::<f64, B>::zeros();
-                for (&column, block) in columns.iter().zip(blocks) {
-                    sum += block * SVector::<f64, B>::from_column_slice(&x[column as usize * B..][..B]);
-                }
-                y.copy_from_slice(sum.as_slice());
-            });
+            let rows = y.par_chunks_exact_mut(B).with_min_len(ROWS_PER_TASK_MIN).enumerate();
+            rows.for_each(|(node, y)| self.multiply_row(node, x, y));
         }
+    }
+
+    /// y = A x for one column each, with the bits of [`Self::multiply`], on the calling thread alone: for whoever holds a lock.
+    ///
+    /// # Panics
+    /// If a length is not n.
+    pub fn multiply_alone(&self, x: &[f64], y: &mut [f64]) {
+        assert!(x.len() == self.size() && y.len() == self.size(), "one column each");
+        y.chunks_exact_mut(B).enumerate().for_each(|(node, y)| self.multiply_row(node, x, y));
+    }
+
+    fn multiply_row(&self, node: usize, x: &[f64], y: &mut [f64]) {
+        let (columns, blocks) = self.row(node);
+        let mut sum = SVector::<f64, B>::zeros();
+        for (&column, block) in columns.iter().zip(blocks) {
+            sum += block * SVector::<f64, B>::from_column_slice(&x[column as usize * B..][..B]);
+        }
+        y.copy_from_slice(sum.as_slice());
     }
 }
 

@@ -153,6 +153,9 @@ fn bits_do_not_depend_on_the_number_of_threads() {
         let mut x: Vec<f64> = (0..matrix.size()).map(|i| (i as f64 * 0.7).sin()).collect();
         let mut y = vec![0.0; x.len()];
         matrix.multiply(&x, &mut y);
+        let mut alone = vec![0.0; x.len()];
+        matrix.multiply_alone(&x, &mut alone);
+        assert_eq!(alone, y);
         Cholesky::factor(&matrix).unwrap().solve_in_place(&mut x, 1, &mut SolveScratch::default());
         (matrix, x, y)
     };

@@ -48,6 +48,10 @@ fn mechanisms_are_refused() {
     for lattice in [cubes([1.0, 1.0, 1.0]), cubes([1.0, 1.0, -1.0])] {
         let error = prepare(&lattice, 0.3);
         assert!(matches!(error, Some(ElasticityError::Mechanism { .. } | ElasticityError::Stiffness(_))), "{error:?}");
+        let later = Elasticity::assembled(&lattice, 0.3, &Token::default()).unwrap();
+        let forces = vec![0.0; later.size()];
+        let solved = later.solve(&forces, &mut Vec::new(), &mut Workspace::default(), &Token::default());
+        assert_eq!((solved.err(), later.factor().err()), (error, error), "refused whenever it is needed");
     }
     assert_eq!(prepare(&cubes([1.0, -1.0, -1.0]), 0.3), None, "a shared face holds");
 }
