@@ -271,7 +271,8 @@ mod tests {
         let (mut librarian, mut events) = start(&folder, true);
         let databases = folder.path().join("databases");
         std::fs::create_dir(&databases).unwrap();
-        ["a", "b", "c"].map(|name| std::fs::write(databases.join(name).with_extension("shatter"), "").unwrap());
+        let write = |name: &str| std::fs::write(databases.join(name).with_extension("shatter"), "").unwrap();
+        ["a", "b", "c"].iter().for_each(|name| write(name));
         let finished = Arc::new(Mutex::new(Vec::new()));
         let told = finished.clone();
         librarian.loader =

@@ -1,14 +1,13 @@
 //! The degree inferred from examples: what it is worth, and that it is stored and used as it was learned.
 
-use nalgebra::{Point3, Vector3};
 use rayon::ThreadPoolBuilder;
 use shatter_fracture::centroidal::Field;
 use shatter_fracture::database::{BakeRequest, Partial, Share, bake, load, save};
 use shatter_fracture::degree::{self, SITES_MIN};
 use shatter_fracture::lift::LiftKind;
 use shatter_fracture::pipeline::{
-    DegreeRequest, DegreeSource, ElasticRequest, Example, Impact, Outcome, Prepared, Sampler, Strike, Workspace,
-    examples, sampled, strain_energy, strike,
+    Contact, DegreeRequest, DegreeSource, ElasticRequest, Example, Impact, Outcome, Prepared, Sampler, Strike,
+    Workspace, examples, sampled, strain_energy, strike,
 };
 use shatter_fracture::random::Stream;
 use shatter_fracture::surface::shapes;
@@ -34,13 +33,12 @@ fn struck(prepared: &Prepared, strike_: &Strike) -> Outcome {
     strike(prepared, strike_, &mut Workspace::default(), &Token::default(), &mut ()).unwrap()
 }
 
-/// A blow at the top, `times` the breaking impulse.
+/// A blow like those that were learned from, but none of them, `times` the breaking impulse.
 fn blow(prepared: &Prepared, times: f64, degree: DegreeRequest) -> Strike {
-    let top = prepared.bodies[0].crack.nodes.iter().max_by(|a, b| a.y.total_cmp(&b.y)).unwrap();
-    let point_m: Point3<f64> = prepared.frame.to_metres(top);
-    let unit = Strike { threshold_only: true, ..Strike::at(point_m, -Vector3::y()) };
-    let factor = struck(prepared, &unit).impulse_factor;
-    Strike { degree, ..Strike::at(point_m, -Vector3::y() * factor * times) }
+    let like = Sampler::new(prepared).impact(!prepared.parameters.seed, 0);
+    let factor = struck(prepared, &Strike { threshold_only: true, ..like.clone() }).impulse_factor;
+    let harder = |contact: &Contact| Contact { impulse_ns: contact.impulse_ns * factor * times, ..*contact };
+    Strike { contacts: like.contacts.iter().map(harder).collect(), degree, ..like }
 }
 
 #[test]
@@ -144,7 +142,8 @@ fn held_out(prepared: &Prepared, impacts: u64) -> ([Vec<f64>; 2], f64) {
     let mut few = [0, 0];
     for example in (0..impacts).flat_map(own) {
         for (gamma, estimate, sites) in drawn(&example) {
-            let told = learned.network.predict(&degree::descriptor(estimate, example.first_moment, gamma));
+            let told =
+                learned.network.predict(&degree::descriptor(estimate, example.first_moment, example.evenness, gamma));
             let error = |found: f64| (found.round() / f64::from(sites) - 1.0).abs();
             let network = degree::sites(told.value, estimate);
             if (sites as usize) < SITES_MIN {

@@ -272,8 +272,14 @@ fn a_killed_bake_or_merge_leaves_the_old_file_or_the_new_one() {
 
 #[test]
 fn an_older_format_is_refused_with_the_command_that_converts_it() {
+    for older in ["1", "2"] {
+        check_upgraded(older);
+    }
+}
+
+fn check_upgraded(older: &str) {
     let house = House::new();
-    let old = Path::new(env!("CARGO_MANIFEST_DIR")).join("formats/1.shatter");
+    let old = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("formats/{older}.shatter"));
     let file = house.path("wedge.shatter");
     std::fs::copy(old, &file).unwrap();
     let name = file.to_str().unwrap();
@@ -281,10 +287,15 @@ fn an_older_format_is_refused_with_the_command_that_converts_it() {
     assert_eq!((code, refused["error"]["kind"].as_str()), (3, Some("database_format")), "{refused}");
     assert!(refused["error"]["message"].as_str().unwrap().contains("shatterd upgrade"), "{refused}");
     let upgraded = house.ok("shatterd", &["upgrade", name]);
-    assert_eq!((&upgraded["files"][0]["from"], &upgraded["files"][0]["to"]), (&"1".into(), &"2".into()), "{upgraded}");
+    assert_eq!(
+        (&upgraded["files"][0]["from"], &upgraded["files"][0]["to"]),
+        (&older.into(), &"3".into()),
+        "{upgraded}"
+    );
     let inspected = house.ok("shatterd", &["inspect", name]);
-    assert_eq!((&inspected["format"], &inspected["examples"]), (&"2".into(), &12.into()), "{inspected}");
+    assert_eq!((&inspected["format"], &inspected["examples"]), (&"3".into(), &12.into()), "{inspected}");
+    assert!(inspected["learned"].is_object() && inspected["reduced"].is_object(), "{inspected}");
     let bytes = std::fs::read(&file).unwrap();
-    assert_eq!(house.ok("shatterd", &["upgrade", name])["files"][0]["from"], "2");
+    assert_eq!(house.ok("shatterd", &["upgrade", name])["files"][0]["from"], "3");
     assert!(std::fs::read(&file).unwrap() == bytes, "nothing to convert, nothing written");
 }

@@ -1,9 +1,12 @@
-//! `shatterd upgrade`: databases of older formats are converted, in place.
+//! `shatterd upgrade`: databases of older formats are converted, in place. Lattices and lifts are taken over, examples and what
+//! is learned from them are made again, from the same impacts.
 
-use super::{Failure, out};
+use super::bar::Bar;
+use super::{Failure, interrupt, out};
 use clap::Args;
 use serde_json::json;
 use shatter_fracture::database;
+use shatter_fracture::token::Token;
 use std::path::{Path, PathBuf};
 
 /// Flags of `shatterd upgrade`.
@@ -20,7 +23,9 @@ pub struct UpgradeArgs {
 /// Converts each file; one that has the newest format already is left as it is. The first that fails ends it: those before
 /// it are converted, it and those after it are as they were.
 pub fn run(args: &UpgradeArgs) -> Result<(), Failure> {
-    let converted = args.files.iter().map(|file| Ok((file, upgrade(file)?))).collect::<Result<Vec<_>, Failure>>()?;
+    let token = interrupt::token()?;
+    let converted = args.files.iter().map(|file| Ok((file, upgrade(file, &token)?)));
+    let converted = converted.collect::<Result<Vec<_>, Failure>>()?;
     if args.json {
         let files: Vec<_> = converted
             .iter()
@@ -34,10 +39,14 @@ pub fn run(args: &UpgradeArgs) -> Result<(), Failure> {
 }
 
 /// Converts one file and says which format it had.
-fn upgrade(file: &Path) -> Result<String, Failure> {
-    let (prepared, from) = database::load_older(file)?;
+fn upgrade(file: &Path, token: &Token) -> Result<String, Failure> {
+    let (partial, from) = database::load_older(file)?;
     if from != database::FORMAT {
+        let bar = Bar::new();
+        let prepared = partial.complete(token, &mut |step| bar.show(step))?;
+        bar.say("write");
         database::save(&prepared, file)?;
+        bar.finish();
     }
     Ok(from)
 }

@@ -132,6 +132,11 @@ impl<'a> Field<'a> {
         self.measure(node) * self.relative_density_three_fifths(node)
     }
 
+    /// V_v, local volume.
+    pub(crate) fn volume(&self, node: usize) -> f64 {
+        self.volumes[node]
+    }
+
     /// V_v·(det g)^(1/5), local volume.
     pub(crate) fn measure(&self, node: usize) -> f64 {
         self.volumes[node] * self.lift.density[node]

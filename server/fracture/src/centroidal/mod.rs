@@ -19,6 +19,7 @@ pub use lloyd::ITERATIONS_MAX;
 pub(crate) use power::{cube_root, three_fifths};
 pub use workspace::Workspace;
 
+use crate::lift::Lift;
 use crate::random::Stream;
 use crate::token::{Cancelled, Token};
 
@@ -76,6 +77,27 @@ impl Diagram {
     /// p_i, length m.
     pub fn site(&self, site: usize) -> &[f64] {
         &self.sites[site * self.dimension..][..self.dimension]
+    }
+
+    /// The node nearest to each site, of its own cell if it has one, ties to the lowest index; `lift` is the field's.
+    pub fn site_nodes(&self, lift: &Lift) -> Vec<u32> {
+        let square = |node: usize, site: usize| -> f64 {
+            lift.at(node).iter().zip(self.site(site)).map(|(x, p)| (x - p) * (x - p)).sum()
+        };
+        let mut nearest = vec![(f64::INFINITY, 0); self.count()];
+        let mut try_ = |node: usize, site: usize| {
+            let distance = square(node, site);
+            if distance < nearest[site].0 {
+                nearest[site] = (distance, node as u32);
+            }
+        };
+        self.labels.iter().enumerate().for_each(|(node, &site)| try_(node, site as usize));
+        let mut inhabited = vec![false; self.count()];
+        self.labels.iter().for_each(|&site| inhabited[site as usize] = true);
+        for site in (0..self.count()).filter(|&site| !inhabited[site]) {
+            (0..self.labels.len()).for_each(|node| try_(node, site));
+        }
+        nearest.into_iter().map(|(_, node)| node).collect()
     }
 
     /// Iterations taken.

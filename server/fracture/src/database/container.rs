@@ -146,6 +146,11 @@ impl Contents<'_> {
         self.tensors.tensor(name).is_ok()
     }
 
+    /// Rows of the tensor `name`; none where there is no such tensor.
+    pub fn rows(&self, name: &str) -> usize {
+        self.tensors.tensor(name).ok().and_then(|view| view.shape().first().copied()).unwrap_or(0)
+    }
+
     /// A metadata value.
     pub fn text(&self, key: &'static str) -> Result<&str, DatabaseError> {
         let missing = || DatabaseError::Metadata { key, reason: "missing".to_owned() };

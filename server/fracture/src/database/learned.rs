@@ -29,8 +29,9 @@ pub(super) fn put_examples(tensors: &mut Tensors, examples: &[Example]) {
     }
     let heads: Vec<u32> = examples.iter().flat_map(|example| [example.impact as u32, example.body as u32]).collect();
     tensors.u32(HEADS.into(), &[count, 2], &heads);
-    let scalars: Vec<f64> = examples.iter().flat_map(|example| [example.energy_j, example.first_moment]).collect();
-    tensors.f64("examples.scalars".into(), &[count, 2], &scalars);
+    let scalars: Vec<f64> =
+        examples.iter().flat_map(|example| [example.energy_j, example.first_moment, example.evenness]).collect();
+    tensors.f64("examples.scalars".into(), &[count, 3], &scalars);
     let contacts: Vec<f64> = examples.iter().flat_map(|example| &example.contacts).flat_map(contact).collect();
     tensors.u32("examples.contact_offsets".into(), &[count + 1], &offsets(examples, |example| example.contacts.len()));
     tensors.f64("examples.contacts".into(), &[contacts.len() / 8, 8], &contacts);
@@ -42,6 +43,8 @@ pub(super) fn put_examples(tensors: &mut Tensors, examples: &[Example]) {
     tensors.u32("examples.point_offsets".into(), &[count + 1], &offsets(examples, |example| example.points.len()));
     tensors.u32("examples.sites".into(), &[sites.len()], &sites);
     tensors.f64("examples.energies".into(), &[sites.len(), 4], &energies);
+    let nodes: Vec<u32> = examples.iter().flat_map(|example| example.site_nodes.iter().copied()).collect();
+    tensors.u32("examples.site_nodes".into(), &[nodes.len()], &nodes);
 }
 
 /// Adds the tensors of the network.
@@ -71,8 +74,17 @@ fn offsets(examples: &[Example], rows: impl Fn(&Example) -> usize) -> Vec<u32> {
     offsets
 }
 
-/// The examples of an object of `bodies` components; none where the file has none.
-pub(super) fn examples(contents: &Contents, bodies: usize) -> Result<Vec<Example>, DatabaseError> {
+/// Impacts of a file that does not say how many: up to that of the last example.
+pub(super) fn impacts_of_1(contents: &Contents) -> Result<u64, DatabaseError> {
+    if !contents.holds(HEADS) {
+        return Ok(0);
+    }
+    let heads = contents.u32(HEADS, None, 2, u64::from(u32::MAX))?;
+    Ok(heads.as_chunks::<2>().0.last().map_or(0, |head| u64::from(head[0]) + 1))
+}
+
+/// The examples of an object whose bodies have so many crack nodes each; none where the file has none.
+pub(super) fn examples(contents: &Contents, bodies: &[usize]) -> Result<Vec<Example>, DatabaseError> {
     if !contents.holds(HEADS) {
         return Ok(Vec::new());
     }
@@ -81,15 +93,15 @@ pub(super) fn examples(contents: &Contents, bodies: usize) -> Result<Vec<Example
     if heads.len() > EXAMPLES_MAX {
         return Err(DatabaseError::TooLarge { what: "examples", found: heads.len(), cap: EXAMPLES_MAX });
     }
-    if let Some(index) = heads.iter().position(|head| head[1] as usize >= bodies) {
-        let (value, limit) = (u64::from(heads[index][1]), bodies as u64);
+    if let Some(index) = heads.iter().position(|head| head[1] as usize >= bodies.len()) {
+        let (value, limit) = (u64::from(heads[index][1]), bodies.len() as u64);
         return Err(DatabaseError::OutOfRange { tensor: HEADS.into(), index, value, limit });
     }
     if let Some(index) = heads.windows(2).position(|pair| pair[1] <= pair[0]) {
         let (value, limit) = (u64::from(heads[index + 1][0]), u64::from(heads[index][0]));
         return Err(DatabaseError::OutOfRange { tensor: HEADS.into(), index: index + 1, value, limit });
     }
-    let scalars = contents.f64("examples.scalars", Some(heads.len()), 2)?;
+    let scalars = contents.f64("examples.scalars", Some(heads.len()), 3)?;
     positive("examples.scalars", &scalars)?;
     let contacts = contents.f64("examples.contacts", None, 8)?;
     let (contacts, _) = contacts.as_chunks::<8>();
@@ -99,6 +111,7 @@ pub(super) fn examples(contents: &Contents, bodies: usize) -> Result<Vec<Example
     let (energies, _) = energies.as_chunks::<4>();
     let point_rows = rows(contents, "examples.point_offsets", heads.len(), sites.len())?;
     check_points(&sites, energies)?;
+    let mut site_nodes = site_nodes(contents, heads, bodies, &sites, &point_rows)?.into_iter();
     let point = |row: usize| ExamplePoint {
         sites: sites[row],
         energy_max: energies[row][0],
@@ -120,9 +133,11 @@ pub(super) fn examples(contents: &Contents, bodies: usize) -> Result<Vec<Example
             impact: u64::from(head[0]),
             body: head[1] as usize,
             contacts: contacts[contact_rows[index].clone()].iter().map(contact).collect(),
-            energy_j: scalars[2 * index],
-            first_moment: scalars[2 * index + 1],
+            energy_j: scalars[3 * index],
+            first_moment: scalars[3 * index + 1],
+            evenness: scalars[3 * index + 2],
             points: point_rows[index].clone().map(point).collect(),
+            site_nodes: site_nodes.next().unwrap_or_default(),
         })
         .collect();
     let bare = |example: &Example| example.lessons(0).any(|lesson| !lesson.descriptor.iter().all(|x| x.is_finite()));
@@ -166,6 +181,39 @@ fn rows(
         }),
         None => Ok(offsets.windows(2).map(|pair| pair[0] as usize..pair[1] as usize).collect()),
     }
+}
+
+/// The sites of each example, nodes of the body that it is of.
+fn site_nodes(
+    contents: &Contents,
+    heads: &[[u32; 2]],
+    bodies: &[usize],
+    sites: &[u32],
+    rows: &[std::ops::Range<usize>],
+) -> Result<Vec<Vec<u32>>, DatabaseError> {
+    let length = |rows: &std::ops::Range<usize>| -> usize {
+        sites[rows.clone()].iter().filter(|sites| **sites > 1).map(|sites| *sites as usize).sum()
+    };
+    let tensor = "examples.site_nodes";
+    let nodes = contents.u32(tensor, Some(rows.iter().map(length).sum()), FLAT, u64::from(u32::MAX))?;
+    let mut rest = nodes.as_slice();
+    let mut taken = Vec::with_capacity(rows.len());
+    for (head, rows) in heads.iter().zip(rows) {
+        let (own, others) = rest.split_at(length(rows));
+        let limit = bodies[head[1] as usize] as u64;
+        if let Some(place) = own.iter().position(|node| u64::from(*node) >= limit) {
+            let index = nodes.len() - rest.len() + place;
+            return Err(DatabaseError::OutOfRange {
+                tensor: tensor.into(),
+                index,
+                value: u64::from(own[place]),
+                limit,
+            });
+        }
+        taken.push(own.to_vec());
+        rest = others;
+    }
+    Ok(taken)
 }
 
 /// Logarithms are taken of all of these.

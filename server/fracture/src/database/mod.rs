@@ -19,10 +19,11 @@ pub use object::{BODIES_MAX, NODES_MAX, load, load_older, load_partial, save, sa
 pub use share::{JoinError, Partial, SHARE_EXTENSION, SHARES_MAX, Share, ShareError, Task, join};
 
 /// The format that this program writes and reads; a whole number, raised by every incompatible change.
-pub const FORMAT: &str = "2";
+pub const FORMAT: &str = "3";
 
-/// All formats that [`load_older`] reads: 1 has no reduced basis.
-pub const FORMATS: &[&str] = &["1", FORMAT];
+/// All formats that [`load_older`] reads: 1 has no reduced basis, 2 neither sites nor how evenly the energy of an example is
+/// spread.
+pub const FORMATS: &[&str] = &["1", "2", FORMAT];
 
 /// The ending of database files.
 pub const EXTENSION: &str = "shatter";

@@ -130,21 +130,37 @@ fn put_lattice(tensors: &mut Tensors, name: &str, lattice: &Lattice) {
 /// Loads and verifies `path`: checksums, shapes, ranges, finiteness, orientation. Bodies without a reduced basis are factored,
 /// the others at first need ([`Prepared::factor`]).
 pub fn load(path: &Path) -> Result<Prepared, DatabaseError> {
-    Ok(load_of(path, &[FORMAT])?.0)
-}
-
-/// As [`load`], of any format that can still be read, which is returned too.
-pub fn load_older(path: &Path) -> Result<(Prepared, String), DatabaseError> {
-    load_of(path, FORMATS)
-}
-
-fn load_of(path: &Path, formats: &[&'static str]) -> Result<(Prepared, String), DatabaseError> {
     let mapped = Mapped::open(path)?;
-    let contents = verified(&mapped, formats)?;
-    if contents.metadata.contains_key(SHARE_KEY) {
-        return Err(DatabaseError::Share);
+    let contents = verified(&mapped, &[FORMAT])?;
+    no_share(&contents)?;
+    object(&contents)
+}
+
+/// An object of any format that can still be read as work that remains, and that format: nothing remains of the newest format,
+/// of an older one all its examples do, for what was learned from them is not read.
+pub fn load_older(path: &Path) -> Result<(Partial, String), DatabaseError> {
+    let mapped = Mapped::open(path)?;
+    let contents = verified(&mapped, FORMATS)?;
+    no_share(&contents)?;
+    let format = contents.text("shatter_format")?.to_owned();
+    let (prepared, end) = if format == FORMAT {
+        let prepared = object(&contents)?;
+        (prepared, 0)
+    } else {
+        let prepared = bare(&contents)?;
+        let known = contents.json::<Shape>("shape")?.impacts.max(learned::impacts_of_1(&contents)?);
+        (prepared, known)
+    };
+    if end > EXAMPLES_MAX as u64 {
+        return Err(DatabaseError::TooLarge { what: "impacts", found: end as usize, cap: EXAMPLES_MAX });
     }
-    Ok((object(&contents)?, contents.text("shatter_format")?.to_owned()))
+    let first = prepared.impacts;
+    let task = Task { request: None, share: Share::WHOLE, first, end: first + end, done: 0 };
+    Ok((Partial { prepared, task }, format))
+}
+
+fn no_share(contents: &Contents) -> Result<(), DatabaseError> {
+    if contents.metadata.contains_key(SHARE_KEY) { Err(DatabaseError::Share) } else { Ok(()) }
 }
 
 /// As [`load`], of a share.
@@ -161,10 +177,12 @@ pub(super) fn load_rest(path: &Path) -> Result<Rest, DatabaseError> {
     let contents = verified(&mapped, &[FORMAT])?;
     let shape: Shape = contents.json("shape")?;
     let report: BakeReport = contents.json("report")?;
+    let crack_nodes: Vec<usize> =
+        (0..shape.dimensions.len()).map(|index| contents.rows(&format!("{BASE}{index}.crack.nodes"))).collect();
     Ok(Rest {
         task: task(&contents)?,
         input_hash: report.input_hash,
-        examples: learned::examples(&contents, shape.dimensions.len())?,
+        examples: learned::examples(&contents, &crack_nodes)?,
         checksums: contents.checksums()?,
     })
 }
@@ -195,6 +213,24 @@ fn verified<'a>(mapped: &'a Mapped, formats: &[&'static str]) -> Result<Contents
 }
 
 fn object(contents: &Contents) -> Result<Prepared, DatabaseError> {
+    let mut prepared = bare(contents)?;
+    for (index, body) in prepared.bodies.iter_mut().enumerate() {
+        body.reduced = reduced::reduced(contents, index, &body.elasticity)?;
+        if body.reduced.is_none() {
+            // Every strike will need it.
+            body.elasticity.factor().map_err(|source| DatabaseError::Elasticity { body: index, source })?;
+        }
+    }
+    let crack_nodes: Vec<usize> = prepared.bodies.iter().map(|body| body.crack.nodes.len()).collect();
+    prepared.examples = learned::examples(contents, &crack_nodes)?;
+    prepared.learned = learned::learned(contents, &prepared.examples)?;
+    prepared.reduction = reduction(contents)?;
+    prepared.impacts = contents.json::<Shape>("shape")?.impacts;
+    Ok(prepared)
+}
+
+/// Everything but the impacts and what was learned from them.
+fn bare(contents: &Contents) -> Result<Prepared, DatabaseError> {
     let parameters: Parameters = contents.json("parameters")?;
     let report: BakeReport = contents.json("report")?;
     let shape: Shape = contents.json("shape")?;
@@ -202,9 +238,6 @@ fn object(contents: &Contents) -> Result<Prepared, DatabaseError> {
     let bodies = (0..shape.dimensions.len())
         .map(|index| body(contents, index, &shape, parameters.material.poisson))
         .collect::<Result<Vec<_>, _>>()?;
-    let examples = learned::examples(contents, bodies.len())?;
-    let learned = learned::learned(contents, &examples)?;
-    let impacts = examples.last().map_or(0, |example| example.impact + 1).max(shape.impacts);
     Ok(Prepared {
         name: contents.text("object")?.to_owned(),
         frame: shape.frame,
@@ -213,10 +246,10 @@ fn object(contents: &Contents) -> Result<Prepared, DatabaseError> {
         kappa: shape.kappa,
         report,
         bodies,
-        impacts,
-        examples,
-        learned,
-        reduction: reduction(contents)?,
+        impacts: 0,
+        examples: Vec::new(),
+        learned: None,
+        reduction: None,
     })
 }
 
@@ -265,12 +298,7 @@ fn body(contents: &Contents, index: usize, shape: &Shape, poisson: f64) -> Resul
     let failed = |source| DatabaseError::Elasticity { body: index, source };
     let lattices = BodyLattice { elastic, crack, transfer };
     let body = Body::new(lattices, interior, poisson, &Token::default()).map_err(failed)?;
-    let reduced = reduced::reduced(contents, index, &body.elasticity)?;
-    if reduced.is_none() {
-        // Every strike will need it.
-        body.elasticity.factor().map_err(failed)?;
-    }
-    Ok(Body { surface_diffusion, reduced, ..body })
+    Ok(Body { surface_diffusion, ..body })
 }
 
 fn lattice(contents: &Contents, name: &str) -> Result<Lattice, DatabaseError> {

@@ -2,7 +2,7 @@
 
 use super::DatabaseError;
 use super::container::{Contents, FLAT, Tensors};
-use crate::elasticity::{Elasticity, Estimate, FEATURES, Reduced};
+use crate::elasticity::{Elasticity, Estimate, Reduced};
 use crate::pipeline::{Prepared, RANK_MAX};
 
 /// Metadata key of the figures of all bases; a file without it has none.
@@ -19,8 +19,8 @@ pub(super) fn put(tensors: &mut Tensors, prepared: &Prepared) {
         if let Some(reduced) = &body.reduced {
             let shape = [body.elasticity.size(), reduced.rank()];
             tensors.f32(name(index, "basis"), &shape, reduced.basis());
-            tensors.f64(name(index, "radius"), &[1], &[reduced.radius_min()]);
-            tensors.f64(name(index, "estimate"), &[1 + FEATURES], &reduced.estimate().coefficients);
+            let Estimate { factor, power } = reduced.estimate();
+            tensors.f64(name(index, "estimate"), &[2], &[factor, power]);
         }
     }
 }
@@ -39,12 +39,11 @@ pub(super) fn reduced(
     if !(1..=RANK_MAX).contains(&rank) {
         return Err(DatabaseError::TooLarge { what: "columns of a basis", found: rank, cap: RANK_MAX });
     }
-    let tensor = name(index, "radius");
-    let radius_min = contents.f64(&tensor, Some(1), FLAT)?[0];
-    if radius_min <= 0.0 {
-        return Err(DatabaseError::NotPositive { tensor, index: 0, value: radius_min });
+    let tensor = name(index, "estimate");
+    let fitted = contents.f64(&tensor, Some(2), FLAT)?;
+    if let Some(index) = fitted.iter().position(|value| *value <= 0.0) {
+        return Err(DatabaseError::NotPositive { tensor, index, value: fitted[index] });
     }
-    let coefficients = contents.f64(&name(index, "estimate"), Some(1 + FEATURES), FLAT)?;
-    let estimate = Estimate { coefficients: std::array::from_fn(|k| coefficients[k]) };
-    Ok(Some(Reduced::new(elasticity, rank, values, radius_min, estimate)))
+    let estimate = Estimate { factor: fitted[0], power: fitted[1] };
+    Ok(Some(Reduced::new(elasticity, rank, values, estimate)))
 }

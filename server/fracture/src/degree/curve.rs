@@ -75,6 +75,21 @@ impl Curve {
         workspace: &mut Workspace,
         token: &Token,
     ) -> Result<(), Cancelled> {
+        self.extend_showing(field, gamma, workspace, token, &mut |_, _| ())
+    }
+
+    /// As [`Self::extend`]; `show` sees the diagram of every start that is the best so far of its number of sites.
+    ///
+    /// # Errors
+    /// As [`Self::extend`].
+    pub fn extend_showing(
+        &mut self,
+        field: &Field,
+        gamma: f64,
+        workspace: &mut Workspace,
+        token: &Token,
+        show: &mut dyn FnMut(usize, &Diagram),
+    ) -> Result<(), Cancelled> {
         let mut diagram = Diagram::default();
         while let Some(last) = self.points.last().copied().filter(|last| last.running_minimum > gamma) {
             let Some(sites) = next_sites(last.sites, self.sites_max) else { break };
@@ -88,7 +103,9 @@ impl Curve {
             for start in 0..self.options.starts.max(1) {
                 let options = self.options.diagram(sites, start);
                 centroidal::diagram_into(field, &options, workspace, token, &mut diagram)?;
-                point.record(start, diagram.energy_max());
+                if point.record(start, diagram.energy_max()) {
+                    show(sites, &diagram);
+                }
             }
             self.points.push(point);
         }
@@ -108,12 +125,15 @@ impl Curve {
 }
 
 impl Point {
-    fn record(&mut self, start: u32, energy_max: f64) {
-        if energy_max < self.energy_max {
+    /// Whether it is the best start so far.
+    fn record(&mut self, start: u32, energy_max: f64) -> bool {
+        let best = energy_max < self.energy_max;
+        if best {
             (self.energy_max, self.start) = (energy_max, start);
         }
         self.energy_max_worst = self.energy_max_worst.max(energy_max);
         self.running_minimum = self.running_minimum.min(energy_max);
+        best
     }
 }
 

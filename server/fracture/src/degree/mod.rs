@@ -15,7 +15,9 @@ mod tests;
 mod verify;
 
 pub use calibrate::{Calibration, KAPPA, SITES_MIN, Sample, fit_kappa, samples};
-pub use criterion::{COEFFICIENT, Degree, closed_form, decide, first_moment, reference_gamma, threshold_factor};
+pub use criterion::{
+    COEFFICIENT, Degree, closed_form, decide, evenness, first_moment, reference_gamma, threshold_factor,
+};
 pub use curve::{Curve, CurveOptions, Optimised, Point, optimise};
 pub use lesson::{DESCRIPTOR_LENGTH, Lesson, descriptor, sites, target};
 pub use network::{Network, Prediction, Trained, train};

@@ -17,8 +17,15 @@ const RIDGES: [f64; 4] = [1e-4, 1e-2, 1e-1, 1.0];
 /// Sweeps of k-means.
 const SWEEPS: usize = 50;
 
-/// A descriptor is within reach if it lies no farther from the nearest lesson than this share of the lessons' spread.
-const REACH: f64 = 0.25;
+/// A descriptor is within reach if it lies no farther from the nearest lesson than this share of the lessons lie from the nearest
+/// lesson of another example: as far as errors were measured.
+const REACHED: f64 = 0.95;
+
+/// Lessons over which that is taken.
+const REACH_SAMPLE: usize = 2000;
+
+/// Least reach, standardised: lessons may be all alike.
+const REACH_MIN: f64 = 1e-9;
 
 /// Fewer examples teach nothing.
 pub const EXAMPLES_MIN: usize = 8;
@@ -73,6 +80,7 @@ pub fn train(lessons: &[Lesson], seed: u64) -> Option<Trained> {
     if examples.chunk_by(|a, b| a == b).count() < EXAMPLES_MIN {
         return None;
     }
+    let reach = reach(&known, columns, &examples);
     let mut best: Option<(f64, Network, Vec<f64>)> = None;
     for count in CENTRES.into_iter().filter(|count| 4 * count <= lessons.len()) {
         let centres = k_means(&known, columns, count, seed);
@@ -83,7 +91,7 @@ pub fn train(lessons: &[Lesson], seed: u64) -> Option<Trained> {
                 let error = left_out.iter().zip(&targets).map(|(found, wanted)| (found - wanted).abs()).sum::<f64>();
                 if best.as_ref().is_none_or(|(least, ..)| error < *least) {
                     let (mean, spread) = (mean.clone(), spread.clone());
-                    let network = Network::new(mean, spread, centres.clone(), weights, [width, REACH]);
+                    let network = Network::new(mean, spread, centres.clone(), weights, [width, reach]);
                     best = Some((error, network, left_out));
                 }
             }
@@ -140,6 +148,18 @@ fn moments(lessons: &[Lesson], columns: usize) -> (Vec<f64>, Vec<f64>) {
 
 fn standardised(descriptor: &[f64], mean: &[f64], spread: &[f64]) -> Vec<f64> {
     descriptor.iter().zip(mean).zip(spread).map(|((x, mean), spread)| (x - mean) / spread).collect()
+}
+
+/// How far the lessons reach: see [`REACHED`].
+fn reach(rows: &[f64], columns: usize, examples: &[usize]) -> f64 {
+    let all: Vec<(&[f64], usize)> = rows.chunks(columns).zip(examples.iter().copied()).collect();
+    let nearest = |(row, example): &(&[f64], usize)| {
+        let others = all.iter().filter(|(_, other)| other != example);
+        others.map(|(other, _)| squared(other, row)).fold(f64::INFINITY, f64::min)
+    };
+    let mut distances: Vec<f64> = all.iter().step_by(all.len().div_ceil(REACH_SAMPLE)).map(nearest).collect();
+    distances.sort_by(f64::total_cmp);
+    distances[((distances.len() - 1) as f64 * REACHED) as usize].sqrt().max(REACH_MIN)
 }
 
 fn squared(a: &[f64], b: &[f64]) -> f64 {
@@ -246,6 +266,18 @@ mod tests {
         );
         let far = trained.network.predict(&[40.0, -300.0]);
         assert!(!far.within_reach && far.confidence < 1e-6, "{far:?}");
+    }
+
+    #[test]
+    fn most_of_what_is_like_the_lessons_is_within_reach() {
+        let trained = train(&lessons(curved), 1).unwrap();
+        let mut stream = Stream::new(9, 0);
+        let mut drawn = |shift: f64| {
+            let like = (0..200).map(|_| [4.0 * stream.uniform() + shift, 100.0 * stream.uniform()]);
+            like.filter(|descriptor| trained.network.predict(descriptor).within_reach).count()
+        };
+        let (like, unlike) = (drawn(0.0), drawn(4.5));
+        assert!((180..200).contains(&like) && unlike < 20, "{like} and {unlike} of 200");
     }
 
     #[test]

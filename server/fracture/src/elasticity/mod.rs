@@ -27,7 +27,7 @@ pub use energy::Driving;
 pub use error::ElasticityError;
 pub use load::{Contact, Load, RADIUS_SPACINGS_MIN, Touch};
 pub use prepare::{Elasticity, POISSON_MAX};
-pub use reduced::{Captured, Estimate, FEATURES, Reduced};
+pub use reduced::{Estimate, Reduced};
 pub use solve::{RESIDUAL_MAX, ROUNDING_MAX, Solved};
 pub use support::{Pins, Support};
 

@@ -2,13 +2,15 @@
 //!
 //! Based on: L. Sirovich, *Turbulence and the dynamics of coherent structures* (Quarterly of Applied Mathematics 45, 1987),
 //! method of snapshots, here in the energy inner product: with B'KB = 1 the best displacement in the span of B is B(B'f), a
-//! Galerkin projection, and its energy ½|B'f|² never exceeds the true one.
+//! Galerkin projection, and its energy ½|B'f|² never exceeds the true one. The energy that it misses is ½ r'K⁻¹r, r = f − K u
+//! the residual; with the diagonal of K in the place of K it is cheap, and proportional to the true one over impacts of one
+//! body (a residual estimator: R. Verfürth, *A Review of A Posteriori Error Estimation*, 1996; the proportion, fitted, is ours).
 
 use super::{Elasticity, Load, Workspace};
 use crate::memory::held;
 use faer::linalg::matmul::matmul;
 use faer::{Accum, MatMut, MatRef, Par};
-use nalgebra::{DMatrix, DVector, Vector3};
+use nalgebra::Vector3;
 
 /// A basis of displacements of one free body, K-orthonormal, the most energetic first.
 #[derive(Clone, Debug, PartialEq)]
@@ -16,54 +18,38 @@ pub struct Reduced {
     rank: usize,
     /// One row of `rank` per component of a node's displacement.
     basis: Vec<f32>,
-    /// Smallest contact radius that the basis has seen, local.
-    radius_min: f64,
     estimate: Estimate,
+    /// 1/K_ii, one entry per component.
+    inverse_diagonal: Vec<f64>,
     /// B'f of the inertial forces of unit accelerations: linear x, y, z, angular x, y, z.
     inertial: [Vec<f64>; 6],
 }
 
-/// Number of features that errors are estimated from.
-pub const FEATURES: usize = 3;
-
-/// ln(relative error of the energy) as an affine function of [`Captured::features`], fitted on impacts that the basis has not
-/// seen.
+/// Relative error of the energy from the relative residual ρ of [`Reduced::residual`]: factor · ρ^power, fitted on impacts that
+/// the basis has not seen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Estimate {
-    /// The constant, then one factor per feature.
-    pub coefficients: [f64; 1 + FEATURES],
+    /// Positive.
+    pub factor: f64,
+    /// Positive; 1 where missing energy and residual are proportional.
+    pub power: f64,
 }
-
-/// What the basis says of a load before anything is expanded.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Captured {
-    /// Elastic energy in the span of the basis, ½|B'f|².
-    pub energy: f64,
-    /// Logarithms of the shares of it in the last quarter and in the last sixteenth of the basis, and of the smallest contact
-    /// radius.
-    pub features: [f64; FEATURES],
-    /// Relative error of the energy, estimated; infinite where a contact is a tenth smaller than those that the basis has seen.
-    pub error: f64,
-}
-
-/// A contact may be this much smaller than the smallest that was seen: radii are drawn from the default upwards, so that the
-/// default itself is a little smaller than all of them.
-const RADIUS_SMALLER: f64 = 0.9;
 
 /// Fewer pairs fit no estimate.
-const PAIRS_MIN: usize = 4 * (1 + FEATURES);
+const PAIRS_MIN: usize = 8;
 
-/// Singular values below this are rounding: features that say the same.
-const RANK_ROUNDING: f64 = 1e-9;
+/// Powers beyond this are an accident of few pairs.
+const POWER_RANGE: [f64; 2] = [0.5, 2.0];
 
 impl Reduced {
     /// From a basis (one row of `rank` per component, `rank` ≥ 1) of the free displacements of `body`.
     ///
     /// # Panics
     /// If the length of the basis is not `rank` times the size of the body.
-    pub fn new(body: &Elasticity, rank: usize, basis: Vec<f32>, radius_min: f64, estimate: Estimate) -> Self {
+    pub fn new(body: &Elasticity, rank: usize, basis: Vec<f32>, estimate: Estimate) -> Self {
         assert_eq!(basis.len(), rank * body.size(), "one row per component");
-        let mut reduced = Self { rank, basis, radius_min, estimate, inertial: Default::default() };
+        let inverse_diagonal = body.stiffness.diagonal().into_iter().map(|stiffness| 1.0 / stiffness).collect();
+        let mut reduced = Self { rank, basis, estimate, inverse_diagonal, inertial: Default::default() };
         reduced.inertial = std::array::from_fn(|axis| {
             let mut unit = [Vector3::zeros(); 2];
             unit[axis / 3][axis % 3] = 1.0;
@@ -88,12 +74,7 @@ impl Reduced {
 
     /// Bytes that it holds.
     pub fn bytes(&self) -> usize {
-        held(&self.basis) + self.inertial.iter().map(held).sum::<usize>()
-    }
-
-    /// Smallest contact radius that the basis has seen, local.
-    pub fn radius_min(&self) -> f64 {
-        self.radius_min
+        held(&self.basis) + held(&self.inverse_diagonal) + self.inertial.iter().map(held).sum::<usize>()
     }
 
     /// How errors are estimated.
@@ -106,8 +87,8 @@ impl Reduced {
         Self { estimate, ..self }
     }
 
-    /// B'f of `load` into `coordinates`, and what it is worth.
-    pub fn project(&self, load: &Load, coordinates: &mut Vec<f64>) -> Captured {
+    /// B'f of `load` into `coordinates`; the elastic energy in the span of the basis, ½|B'f|².
+    pub fn project(&self, load: &Load, coordinates: &mut Vec<f64>) -> f64 {
         coordinates.clear();
         coordinates.resize(self.rank, 0.0);
         for (node, force) in &load.applied {
@@ -117,14 +98,7 @@ impl Reduced {
         for (inertial, acceleration) in self.inertial.iter().zip(acceleration) {
             coordinates.iter_mut().zip(inertial).for_each(|(own, inertial)| *own -= inertial * acceleration);
         }
-        let energy = |part: &[f64]| 0.5 * part.iter().map(|q| q * q).sum::<f64>();
-        let whole = energy(coordinates);
-        let last = |one_of: usize| energy(&coordinates[self.rank - self.rank.div_ceil(one_of)..]) / whole;
-        let smallest = load.touches.iter().map(|touch| touch.radius).fold(f64::INFINITY, f64::min);
-        let features = [last(4), last(16), smallest].map(|value| value.max(f64::MIN_POSITIVE).ln());
-        let seen = smallest >= self.radius_min * RADIUS_SMALLER;
-        let error = if seen { self.estimate.error(&features) } else { f64::INFINITY };
-        Captured { energy: whole, features, error }
+        0.5 * coordinates.iter().map(|q| q * q).sum::<f64>()
     }
 
     /// The displacement with these coordinates, resized to the size of the body.
@@ -141,6 +115,26 @@ impl Reduced {
         displacement.extend(sums.iter().copied().map(f64::from));
     }
 
+    /// ρ = ½ r'D⁻¹r over `energy`, r = f − K u the residual of the expanded `displacement` under `load` and D the diagonal of K.
+    ///
+    /// # Panics
+    /// If `body` or one of the arrays is another body's.
+    pub fn residual(
+        &self,
+        body: &Elasticity,
+        load: &Load,
+        displacement: &[f64],
+        energy: f64,
+        workspace: &mut Workspace,
+    ) -> f64 {
+        let product = &mut workspace.residual;
+        product.resize(displacement.len(), 0.0);
+        body.stiffness.multiply(displacement, product);
+        let weighted = |((f, ku), inverse): ((&f64, &f64), &f64)| (f - ku) * (f - ku) * inverse;
+        let missed: f64 = load.forces.iter().zip(product.iter()).zip(&self.inverse_diagonal).map(weighted).sum();
+        0.5 * missed / energy
+    }
+
     /// Adds B'f of one node's force.
     fn add(&self, node: usize, force: &Vector3<f64>, coordinates: &mut [f64]) {
         let rows = self.basis[3 * node * self.rank..][..3 * self.rank].chunks_exact(self.rank);
@@ -151,28 +145,28 @@ impl Reduced {
 }
 
 impl Estimate {
-    /// The share of the last quarter itself.
-    pub const RAW: Self = Self { coefficients: [0.0, 1.0, 0.0, 0.0] };
+    /// The residual itself.
+    pub const RAW: Self = Self { factor: 1.0, power: 1.0 };
 
-    /// Relative error of the energy of a load with these features.
-    pub fn error(&self, features: &[f64; FEATURES]) -> f64 {
-        let [constant, factors @ ..] = &self.coefficients;
-        (constant + factors.iter().zip(features).map(|(factor, feature)| factor * feature).sum::<f64>()).exp()
+    /// Relative error of the energy of a displacement with this relative residual.
+    pub fn error(&self, residual: f64) -> f64 {
+        self.factor * residual.powf(self.power)
     }
 
-    /// By least squares of the logarithms over pairs of features and relative error; pairs without an error are left out, and
-    /// of all that fit equally well the least coefficients are taken. [`Self::RAW`] where too few pairs are left.
-    pub fn fit(pairs: &[([f64; FEATURES], f64)]) -> Self {
-        let known: Vec<_> = pairs.iter().filter(|(_, error)| *error > 0.0).collect();
-        if known.len() < PAIRS_MIN {
+    /// By least squares of the logarithms over pairs of residual and relative error, both positive; others are left out.
+    /// [`Self::RAW`] where too few pairs are left, or all are alike.
+    pub fn fit(pairs: &[(f64, f64)]) -> Self {
+        let known = pairs.iter().filter(|(residual, error)| *residual > 0.0 && *error > 0.0);
+        let logarithms: Vec<[f64; 2]> = known.map(|(residual, error)| [residual.ln(), error.ln()]).collect();
+        let count = logarithms.len() as f64;
+        let mean = |axis: usize| logarithms.iter().map(|pair| pair[axis]).sum::<f64>() / count;
+        let [x, y] = [mean(0), mean(1)];
+        let covariance: f64 = logarithms.iter().map(|pair| (pair[0] - x) * (pair[1] - y)).sum();
+        let variance: f64 = logarithms.iter().map(|pair| (pair[0] - x).powi(2)).sum();
+        if logarithms.len() < PAIRS_MIN || variance <= f64::EPSILON * count {
             return Self::RAW;
         }
-        let rows = DMatrix::from_fn(known.len(), 1 + FEATURES, |row, column| match column {
-            0 => 1.0,
-            column => known[row].0[column - 1],
-        });
-        let logarithms = DVector::from_iterator(known.len(), known.iter().map(|(_, error)| error.ln()));
-        let solution = rows.svd(true, true).solve(&logarithms, RANK_ROUNDING);
-        solution.map_or(Self::RAW, |found| Self { coefficients: std::array::from_fn(|k| found[k]) })
+        let power = (covariance / variance).clamp(POWER_RANGE[0], POWER_RANGE[1]);
+        Self { factor: (y - power * x).exp(), power }
     }
 }

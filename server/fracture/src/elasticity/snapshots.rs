@@ -76,9 +76,7 @@ impl Elasticity {
             scales[row] * pairs.vectors[(row, count - 1 - column)] * inverse_roots[column]
         });
         let basis = combined(snapshots, weights.as_ref());
-        let radius_min =
-            loads.iter().flat_map(|load| &load.touches).map(|touch| touch.radius).fold(f64::INFINITY, f64::min);
-        Ok(Some(Reduced::new(self, rank, basis, radius_min, Estimate::RAW)))
+        Ok(Some(Reduced::new(self, rank, basis, Estimate::RAW)))
     }
 }
 

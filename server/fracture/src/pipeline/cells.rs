@@ -100,7 +100,8 @@ fn guesses(prepared: &Prepared, strike: &Strike, verdict: &Verdict, fields: &[Fi
             return Guess { sites: 1, capped: false, inferred: true, confidence: 1.0 };
         }
         let estimate = degree::closed_form(field, &prepared.bodies[verdict.bodies[struck]].slenderness, gamma);
-        let told = learned.map(|learned| learned.network.predict(&degree::descriptor(estimate, first_moment, gamma)));
+        let descriptor = || degree::descriptor(estimate, first_moment, degree::evenness(field), gamma);
+        let told = learned.map(|learned| learned.network.predict(&descriptor()));
         let told = told.filter(|told| told.within_reach);
         let wanted = told.map_or(prepared.kappa * estimate, |told| degree::sites(told.value, estimate));
         let Degree { sites, capped } = degree::decide(first_moment, gamma, wanted, 1.0, DEGREE_MAX as usize);

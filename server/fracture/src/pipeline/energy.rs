@@ -86,10 +86,12 @@ fn displace(
 ) -> Result<Option<f64>, ElasticityError> {
     let Workspace { load, displacement, coordinates, elasticity, .. } = workspace;
     if let (ElasticRequest::Reduced, Some(reduced)) = (request, &body.reduced) {
-        let captured = reduced.project(load, coordinates);
-        if captured.error <= REDUCED_ERROR_MAX {
-            reduced.expand(coordinates, displacement, elasticity);
-            return Ok(Some(captured.error));
+        let energy = reduced.project(load, coordinates);
+        reduced.expand(coordinates, displacement, elasticity);
+        let residual = reduced.residual(&body.elasticity, load, displacement, energy, elasticity);
+        let error = reduced.estimate().error(residual);
+        if error <= REDUCED_ERROR_MAX {
+            return Ok(Some(error));
         }
     }
     body.elasticity.solve(&load.forces, displacement, elasticity, token)?;

@@ -5,10 +5,11 @@
 
 use super::sample::Sampler;
 use super::{Contact, Impact, Prepared, StrikeError, Workspace, strain_energy};
-use crate::centroidal::Field;
+use crate::centroidal::{Diagram, Field};
 use crate::degree::{self, Curve, CurveOptions, Lesson, Point, SITES_MIN};
 use crate::random::Stream;
 use crate::token::Token;
+use std::collections::BTreeMap;
 
 /// Curves end at this many sites; predictions above the largest label are out of reach.
 const SITES_MAX: usize = 128;
@@ -44,11 +45,22 @@ pub struct Example {
     pub energy_j: f64,
     /// E_1 in the units of the points.
     pub first_moment: f64,
+    /// How evenly the energy is spread: [`degree::evenness`].
+    pub evenness: f64,
     /// E_max(n) by rising n, from 1.
     pub points: Vec<ExamplePoint>,
+    /// The sites of the best diagram of each point but n = 1, as the crack nodes nearest to them, point after point.
+    pub site_nodes: Vec<u32>,
 }
 
 impl Example {
+    /// The sites of the best diagram of point `place`, as crack nodes; none where n = 1.
+    pub fn sites(&self, place: usize) -> &[u32] {
+        let length = |point: &ExamplePoint| if point.sites > 1 { point.sites as usize } else { 0 };
+        let begin: usize = self.points[..place].iter().map(length).sum();
+        &self.site_nodes[begin..][..length(&self.points[place])]
+    }
+
     /// γ of each label, its n₀ and its n: the middles, in the logarithm, of the intervals of γ whose degree some point is.
     pub fn labels(&self) -> impl Iterator<Item = (f64, f64, u32)> + '_ {
         records(self.points.iter().map(|point| point.energy_max)).map(|(place, gamma)| {
@@ -66,7 +78,7 @@ impl Example {
     pub fn lessons(&self, example: usize) -> impl Iterator<Item = Lesson> + '_ {
         self.labels().map(move |(gamma, estimate, found)| Lesson {
             example,
-            descriptor: degree::descriptor(estimate, self.first_moment, gamma),
+            descriptor: degree::descriptor(estimate, self.first_moment, self.evenness, gamma),
             target: degree::target(f64::from(found), estimate),
         })
     }
@@ -131,14 +143,18 @@ pub fn examples(
         let body = &prepared.bodies[energy.body];
         let field = Field::new(&body.interior, &body.volumes, &mut energy.shares)
             .map_err(|source| StrikeError::Field { body: energy.body, source })?;
-        let mut curve = |starts: u64| -> Result<Vec<Point>, StrikeError> {
+        let mut curve = |starts: u64| -> Result<(Vec<Point>, Vec<u32>), StrikeError> {
             let seed = Stream::new(seed ^ index, starts).bits();
             let mut curve = Curve::new(&field, CurveOptions { sites_max: SITES_MAX, seed, ..CurveOptions::default() });
-            curve.extend(&field, 0.0, &mut workspace.centroidal, token)?;
-            Ok(curve.points().to_vec())
+            let mut sites = BTreeMap::new();
+            let mut show = |count: usize, diagram: &Diagram| {
+                sites.insert(count, diagram.site_nodes(&body.interior));
+            };
+            curve.extend_showing(&field, 0.0, &mut workspace.centroidal, token, &mut show)?;
+            Ok((curve.points().to_vec(), sites.into_values().flatten().collect()))
         };
-        let own = curve(0)?;
-        let again = if index.is_multiple_of(TWICE) { curve(1)? } else { Vec::new() };
+        let (own, site_nodes) = curve(0)?;
+        let again = if index.is_multiple_of(TWICE) { curve(1)?.0 } else { Vec::new() };
         let mut points: Vec<ExamplePoint> = own
             .iter()
             .enumerate()
@@ -160,7 +176,9 @@ pub fn examples(
             contacts: strike.contacts.clone(),
             energy_j: energy.energy_j,
             first_moment: own[0].energy_max,
+            evenness: degree::evenness(&field),
             points,
+            site_nodes,
         });
     }
     Ok(examples)

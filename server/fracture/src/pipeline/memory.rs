@@ -54,5 +54,5 @@ fn lift(lift: &Lift) -> usize {
 }
 
 fn example(example: &Example) -> usize {
-    held(&example.contacts) + held(&example.points)
+    held(&example.contacts) + held(&example.points) + held(&example.site_nodes)
 }

@@ -5,7 +5,7 @@
 use super::{Impact, Prepared, Sampler, Strike, StrikeError, Workspace, strain_energy};
 use crate::centroidal::Field;
 use crate::degree;
-use crate::elasticity::{Captured, Contact, Driving, ElasticityError, Estimate, Load, Reduced};
+use crate::elasticity::{Contact, Driving, ElasticityError, Estimate, Load, Reduced};
 use crate::token::Token;
 use nalgebra::Vector3;
 use rayon::prelude::*;
@@ -63,7 +63,7 @@ pub fn reduce(prepared: &mut Prepared, rank_max: usize, token: &Token) -> Result
     let trials = trials(prepared, token)?;
     for index in 0..prepared.bodies.len() {
         let own = trials.iter().filter(|trial| trial.body == index);
-        let pairs: Vec<_> = own.map(|trial| (trial.captured.features, trial.energy_error)).collect();
+        let pairs: Vec<_> = own.map(|trial| (trial.residual, trial.energy_error)).collect();
         let reduced = prepared.bodies[index].reduced.take();
         prepared.bodies[index].reduced = reduced.map(|reduced| reduced.estimating(Estimate::fit(&pairs)));
     }
@@ -120,7 +120,7 @@ fn contacts(prepared: &Prepared, index: usize) -> Result<Vec<Contact>, StrikeErr
 /// One body under one held-out impact, solved and reduced.
 struct Trial {
     body: usize,
-    captured: Captured,
+    residual: f64,
     energy_error: f64,
     density_error: f64,
     degree_error: f64,
@@ -155,8 +155,10 @@ fn trial(
         let Some(reduced) = &body.reduced else { continue };
         let failed = |source| failed(*index, source);
         body.elasticity.load(contacts, &mut workspace.load, &mut workspace.elasticity).map_err(failed)?;
-        let captured = reduced.project(&workspace.load, &mut workspace.coordinates);
-        reduced.expand(&workspace.coordinates, &mut workspace.displacement, &mut workspace.elasticity);
+        let Workspace { load, displacement, coordinates, elasticity, .. } = workspace;
+        let energy = reduced.project(load, coordinates);
+        reduced.expand(coordinates, displacement, elasticity);
+        let residual = reduced.residual(&body.elasticity, load, displacement, energy, elasticity);
         body.elasticity
             .tet_energy(&body.elastic, &workspace.displacement, Driving::Total, &mut workspace.tet_energy, token)
             .map_err(failed)?;
@@ -176,7 +178,7 @@ fn trial(
         });
         trials.push(Trial {
             body: *index,
-            captured,
+            residual,
             energy_error: (ratio - 1.0).abs(),
             density_error,
             degree_error: (own? / wanted? - 1.0).abs(),
@@ -193,7 +195,7 @@ impl Reduction {
             .iter()
             .filter_map(|trial| {
                 let reduced = prepared.bodies[trial.body].reduced.as_ref()?;
-                Some((reduced.estimate().error(&trial.captured.features), trial.energy_error))
+                Some((reduced.estimate().error(trial.residual), trial.energy_error))
             })
             .collect();
         let share = |holds: &dyn Fn(&(f64, f64)) -> bool| {

@@ -14,8 +14,9 @@ const TWO_CONTACTS: f64 = 0.2;
 /// Directions are at most this far from the inward normal: cosine of the angle.
 const COSINE_MIN: f64 = 0.5;
 
-/// Radii run from the default to this many times it.
-const RADIUS_FACTOR_MAX: f64 = 4.0;
+/// Radii over the default: from just below it, so that it is within, to four times it. Contacts much smaller would need a
+/// larger reduced basis: from 0.7 on, the energy of the bunny's is 2.3 % off instead of 0.5 %.
+const RADIUS_FACTORS: [f64; 2] = [0.95, 4.0];
 
 /// Draws impacts over all bodies of an object.
 pub struct Sampler<'a> {
@@ -64,7 +65,8 @@ impl<'a> Sampler<'a> {
         let (point, inward) = self.point(stream);
         let cosine = 1.0 - (1.0 - COSINE_MIN) * stream.uniform();
         let (turn, magnitude) = (TAU * stream.uniform(), 1.0 - 0.5 * stream.uniform());
-        let radius = DEFAULT_RADIUS_DIAGONALS * RADIUS_FACTOR_MAX.powf(stream.uniform());
+        let [least, greatest] = RADIUS_FACTORS;
+        let radius = DEFAULT_RADIUS_DIAGONALS * least * (greatest / least).powf(stream.uniform());
         let across = inward.cross(&least_axis(&inward)).normalize();
         let sideways = across * turn.cos() + inward.cross(&across) * turn.sin();
         let direction = inward * cosine + sideways * (1.0 - cosine * cosine).sqrt();

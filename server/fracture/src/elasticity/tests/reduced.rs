@@ -62,14 +62,14 @@ fn what_the_basis_has_seen_it_reproduces() {
     let reduced = body.reduce(&loads, 256, &Token::default()).unwrap().unwrap();
     let (mut coordinates, mut displacement) = (Vec::new(), Vec::new());
     for load in &loads {
-        let captured = reduced.project(load, &mut coordinates);
+        let energy = reduced.project(load, &mut coordinates);
         reduced.expand(&coordinates, &mut displacement, &mut Workspace::default());
         let mut own = Vec::new();
         body.tet_energy(&lattice, &displacement, Driving::Total, &mut own, &Token::default()).unwrap();
         let wanted = energies(&body, &lattice, &load.forces, Driving::Total);
         let total: f64 = wanted.iter().sum();
         let worst = own.iter().zip(&wanted).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-        assert!((captured.energy / total - 1.0).abs() < 1e-5, "{} of {total}", captured.energy);
+        assert!((energy / total - 1.0).abs() < 1e-5, "{energy} of {total}");
         assert!(worst < 1e-5 * total, "{worst} of {total}");
     }
 }
@@ -82,7 +82,7 @@ fn captured_energy_grows_with_the_rank_and_never_exceeds_the_true_one() {
     let truth: f64 = energies(&body, &lattice, &other.forces, Driving::Total).iter().sum();
     let captured = |rank| {
         let reduced = body.reduce(&loads, rank, &Token::default()).unwrap().unwrap();
-        reduced.project(&other, &mut Vec::new()).energy
+        reduced.project(&other, &mut Vec::new())
     };
     let found = [4, 8, 16, 32].map(captured);
     println!("{found:?} of {truth}");
@@ -90,29 +90,45 @@ fn captured_energy_grows_with_the_rank_and_never_exceeds_the_true_one() {
     assert!(found[3] <= truth * (1.0 + 1e-6) && found[3] > 0.9 * truth, "{found:?} of {truth}");
 }
 
-#[test]
-fn a_smaller_contact_than_was_seen_has_no_estimate() {
-    let (lattice, body) = bar();
-    let reduced = body.reduce(&snapshots(&lattice, &body, 20), 16, &Token::default()).unwrap().unwrap();
-    let error = |radius| {
-        let contact = Contact { radius, ..drawn(&lattice, &mut Stream::new(3, 0)) };
-        reduced.project(&load(&body, &[contact]), &mut Vec::new()).error
-    };
-    assert!(error(0.28).is_finite() && error(0.3).is_finite() && error(0.5).is_finite());
-    assert_eq!(error(0.26), f64::INFINITY);
+/// The relative residual of the reduced displacement under a load, and what is missing of the true energy.
+fn missing(lattice: &Lattice, body: &Elasticity, reduced: &Reduced, load: &Load) -> (f64, f64) {
+    let (mut coordinates, mut displacement, mut workspace) = (Vec::new(), Vec::new(), Workspace::default());
+    let energy = reduced.project(load, &mut coordinates);
+    reduced.expand(&coordinates, &mut displacement, &mut workspace);
+    let residual = reduced.residual(body, load, &displacement, energy, &mut workspace);
+    let truth: f64 = energies(body, lattice, &load.forces, Driving::Total).iter().sum();
+    (residual, 1.0 - energy / truth)
 }
 
 #[test]
-fn the_estimate_is_affine_in_the_features() {
-    let truth = Estimate { coefficients: [-2.0, 1.5, 0.25, -3.0] };
+fn the_residual_tells_the_missing_energy_of_any_contact() {
+    let (lattice, body) = bar();
+    let reduced = body.reduce(&snapshots(&lattice, &body, 30), 20, &Token::default()).unwrap().unwrap();
+    let mut stream = Stream::new(3, 0);
+    let mut pairs = |radius| -> Vec<(f64, f64)> {
+        let mut drawn = || load(&body, &[Contact { radius, ..drawn(&lattice, &mut stream) }]);
+        (0..20).map(|_| missing(&lattice, &body, &reduced, &drawn())).collect()
+    };
+    let estimate = Estimate::fit(&pairs(0.3));
+    println!("{estimate:?}");
+    for radius in [0.25, 0.3, 0.4, 0.5] {
+        let others = pairs(radius);
+        let ratios: Vec<f64> = others.iter().map(|(residual, missing)| estimate.error(*residual) / missing).collect();
+        println!("radius {radius}: {ratios:.2?}");
+        assert!(ratios.iter().all(|ratio| (1.0 / 3.0..=3.0).contains(ratio)), "radius {radius}: {ratios:?}");
+    }
+}
+
+#[test]
+fn estimates_are_fitted_to_the_power() {
+    let truth = Estimate { factor: 0.3, power: 1.25 };
     let mut stream = Stream::new(4, 0);
-    let features = |stream: &mut Stream| std::array::from_fn(|_| -5.0 * stream.uniform());
-    let pairs: Vec<_> = (0..40).map(|_| features(&mut stream)).map(|own| (own, truth.error(&own))).collect();
+    let mut drawn = || (-12.0 * stream.uniform()).exp();
+    let pairs: Vec<_> = (0..40).map(|_| drawn()).map(|residual| (residual, truth.error(residual))).collect();
     let found = Estimate::fit(&pairs);
-    assert!(found.coefficients.iter().zip(truth.coefficients).all(|(a, b)| (a - b).abs() < 1e-9), "{found:?}");
-    assert_eq!(Estimate::fit(&pairs[..15]), Estimate::RAW);
-    let one_radius: Vec<_> =
-        pairs.iter().map(|([a, b, _], _)| [*a, *b, -1.0]).map(|own| (own, truth.error(&own))).collect();
-    let told = Estimate::fit(&one_radius);
-    assert!(one_radius.iter().all(|(own, error)| (told.error(own) / error - 1.0).abs() < 1e-9), "{told:?}");
+    assert!((found.factor - truth.factor).abs() < 1e-9 && (found.power - truth.power).abs() < 1e-9, "{found:?}");
+    assert_eq!(Estimate::fit(&pairs[..7]), Estimate::RAW);
+    assert_eq!(Estimate::fit(&vec![(0.1, 0.2); 40]), Estimate::RAW, "no power is told");
+    let without_error: Vec<_> = pairs.iter().copied().chain([(0.1, 0.0), (0.0, 0.1)]).collect();
+    assert_eq!(Estimate::fit(&without_error), found);
 }
