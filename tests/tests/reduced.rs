@@ -1,7 +1,7 @@
 //! Reduced elasticity: what it is worth on impacts that the examples do not have, and when it is used.
 
 use nalgebra::{Point3, Vector3};
-use shatter_fracture::database::{BakeRequest, bake};
+use shatter_fracture::database::{BakeRequest, Partial, Share, bake, load, save};
 use shatter_fracture::pipeline::{
     ElasticRequest, Outcome, Prepared, RANK_MAX, REDUCED_ERROR_MAX, Strike, Workspace, reduce, strike,
 };
@@ -33,6 +33,26 @@ fn without_impacts_or_without_rank_there_is_no_basis() {
         assert!(prepared.reduction.is_none() && prepared.bodies[0].reduced.is_none());
         assert_eq!(struck(&prepared, ElasticRequest::Reduced).reduced_error, None);
     }
+}
+
+#[test]
+fn an_object_that_is_to_be_solved_learns_degrees_and_has_no_basis() {
+    let request = BakeRequest {
+        elastic_spacing: Some(0.08),
+        crack_spacing: Some(0.06),
+        examples: 10,
+        elastic: ElasticRequest::Solve,
+        ..real::request("arch", "ceramic")
+    };
+    let prepared = bake(shapes::arch(), &request, &Token::default(), &mut |_| ()).unwrap();
+    assert!(prepared.learned.is_some() && prepared.reduction.is_none() && prepared.bodies[0].reduced.is_none());
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("arch.shatter");
+    save(&prepared, &file).unwrap();
+    let more = Partial::add(load(&file).unwrap(), 2, Share::WHOLE).unwrap();
+    let more = more.complete(&Token::default(), &mut |_| ()).unwrap();
+    assert!(more.examples.len() > prepared.examples.len() && more.reduction.is_none(), "it stays so");
+    assert_eq!(struck(&more, ElasticRequest::Reduced).reduced_error, None);
 }
 
 #[test]

@@ -5,7 +5,7 @@ use super::{Failure, baked, interrupt, out, shares};
 use crate::config::data_folder;
 use clap::Args;
 use shatter_fracture::database::{self, BakeRequest, Partial, Share};
-use shatter_fracture::pipeline::Prepared;
+use shatter_fracture::pipeline::{ElasticRequest, Prepared};
 use shatter_fracture::scene::Materials;
 use shatter_fracture::surface::{self, RawMesh, Surface, Unit, Up};
 use std::path::{Path, PathBuf};
@@ -49,9 +49,13 @@ pub struct BakeArgs {
     /// Impacts to learn the fracture degree from; 0: none, the closed form decides
     #[arg(long, value_name = "K", default_value_t = 0)]
     pub examples: u64,
+    /// How its strikes get their displacements: `reduced`, from a basis that the examples give, where it fits; `solve`: always
+    /// from the solve, and no basis is made
+    #[arg(long, value_name = "reduced|solve", default_value = "reduced", value_parser = elastic)]
+    pub elastic: ElasticRequest,
     /// Add this many impacts to the examples of the database that is there; everything else stays as it was baked
     #[arg(long, value_name = "K", conflicts_with_all = [
-        "examples", "material", "materials", "fragment_size", "gamma", "elastic_spacing", "crack_spacing", "seed",
+        "examples", "elastic", "material", "materials", "fragment_size", "gamma", "elastic_spacing", "crack_spacing", "seed",
     ])]
     pub add: Option<u64>,
     /// Seed of everything random
@@ -103,6 +107,14 @@ pub fn run(args: &BakeArgs) -> Result<(), Failure> {
     baked::tell(&prepared, &file, begun.elapsed(), args.json)
 }
 
+fn elastic(text: &str) -> Result<ElasticRequest, String> {
+    match text {
+        "reduced" => Ok(ElasticRequest::Reduced),
+        "solve" => Ok(ElasticRequest::Solve),
+        _ => Err("`reduced` or `solve`".to_owned()),
+    }
+}
+
 /// The database that is there, if it was baked from this mesh.
 fn same_mesh(raw: RawMesh, file: &Path) -> Result<Prepared, Failure> {
     let prepared = database::load(file)?;
@@ -130,6 +142,7 @@ fn request(args: &BakeArgs) -> Result<BakeRequest, Failure> {
         crack_spacing: args.crack_spacing,
         kappa: None,
         examples: args.examples,
+        elastic: args.elastic,
         seed: args.seed,
     })
 }

@@ -70,16 +70,10 @@ fn stored(file: &Path, mesh: &RawMesh, request: &BakeRequest) -> Result<Option<P
 
 fn request() -> Result<BakeRequest, DemoError> {
     Ok(BakeRequest {
-        name: NAME.to_owned(),
-        material_name: MATERIAL.to_owned(),
-        material: Materials::parse(MATERIALS)?.get(MATERIAL)?.clone(),
         fragment_size_m: Some(FRAGMENT_SIZE_M),
-        gamma_j_m2: None,
         elastic_spacing: Some(ELASTIC_SPACING),
         crack_spacing: Some(CRACK_SPACING),
-        kappa: None,
-        examples: 0,
-        seed: 0,
+        ..BakeRequest::new(NAME, MATERIAL, Materials::parse(MATERIALS)?.get(MATERIAL)?.clone())
     })
 }
 
@@ -94,6 +88,7 @@ fn expected(request: &BakeRequest) -> Parameters {
         modes: MODES_DEFAULT,
         alpha: ALPHA_DEFAULT,
         seed: request.seed,
+        elastic: request.elastic,
     }
 }
 

@@ -8,7 +8,9 @@ use crate::degree;
 use crate::elasticity::ElasticityError;
 use crate::lattice::{self, Lattice, LatticeError, Levels, Spacings};
 use crate::lift::{self, Carry, Lift, LiftError, LiftKind};
-use crate::pipeline::{self, BakeReport, Body, Parameters, Prepared, StrikeError, Unprepared, calibrate};
+use crate::pipeline::{
+    self, BakeReport, Body, ElasticRequest, Parameters, Prepared, StrikeError, Unprepared, calibrate,
+};
 use crate::scene::{DEFAULT_FRAGMENT_DIAGONALS, Material};
 use crate::surface::{Defect, Inside, RawMesh, Side, Surface, SurfaceError, Widths};
 use crate::token::{Cancelled, Token};
@@ -35,6 +37,9 @@ pub struct BakeRequest {
     pub kappa: Option<f64>,
     /// Impacts to learn the degree from; with any, κ is fitted on them.
     pub examples: u64,
+    /// Whether they give the object a reduced basis, too.
+    #[serde(default)]
+    pub elastic: ElasticRequest,
     /// Everything random while baking follows from it.
     pub seed: u64,
 }
@@ -52,6 +57,7 @@ impl BakeRequest {
             crack_spacing: None,
             kappa: None,
             examples: 0,
+            elastic: ElasticRequest::Reduced,
             seed: 0,
         }
     }
@@ -246,7 +252,7 @@ pub(super) fn finish(
     token: &Token,
     progress: &mut dyn FnMut(Step),
 ) -> Result<(), BakeError> {
-    if prepared.impacts > 0 {
+    if prepared.impacts > 0 && prepared.parameters.elastic == ElasticRequest::Reduced {
         progress(Step::Reduction);
         pipeline::reduce(prepared, pipeline::RANK_MAX, token)?;
     }
@@ -365,6 +371,7 @@ fn parameters(request: &BakeRequest, surface: &Surface, volume: f64, walls: &Wid
         modes: lift::MODES_DEFAULT,
         alpha: lift::ALPHA_DEFAULT,
         seed: request.seed,
+        elastic: request.elastic,
     })
 }
 

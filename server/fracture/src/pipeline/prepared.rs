@@ -1,6 +1,6 @@
 //! Everything that depends on the object alone: built by baking, loaded at start-up, shared and never changed.
 
-use super::{Example, Impact, Learned, Reduction, StrikeError};
+use super::{ElasticRequest, Example, Impact, Learned, Reduction, StrikeError};
 use crate::degree::Slenderness;
 use crate::elasticity::{Boundary, Elasticity, ElasticityError, Reduced};
 use crate::lattice::{BodyLattice, Lattice, Transfer};
@@ -30,6 +30,9 @@ pub struct Parameters {
     pub alpha: f64,
     /// Everything random while baking follows from it.
     pub seed: u64,
+    /// Whether its impacts give it a reduced basis; without one every strike is solved.
+    #[serde(default)]
+    pub elastic: ElasticRequest,
 }
 
 /// What baking found out about the mesh and the lattices.

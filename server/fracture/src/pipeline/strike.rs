@@ -2,6 +2,7 @@
 
 use crate::lift::LiftKind;
 use nalgebra::{Point3, Vector3};
+use serde::{Deserialize, Serialize};
 
 /// One contact, in the coordinates of the mesh file (metres, y up).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,10 +32,12 @@ pub enum DegreeRequest {
     Optimised,
 }
 
-/// Where displacements come from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// Where displacements come from: of an object, and of one strike.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum ElasticRequest {
     /// From the reduced basis where there is one and it is exact enough for this impact, else from the solve.
+    #[default]
     Reduced,
     /// From the solve.
     Solve,
