@@ -19,6 +19,7 @@ pub(super) fn put(tensors: &mut Tensors, prepared: &Prepared) {
         if let Some(reduced) = &body.reduced {
             let shape = [body.elasticity.size(), reduced.rank()];
             tensors.f32(name(index, "basis"), &shape, reduced.basis());
+            tensors.f64(name(index, "gram"), &[reduced.rank(), reduced.rank()], reduced.gram());
             let Estimate { factor, power } = reduced.estimate();
             tensors.f64(name(index, "estimate"), &[2], &[factor, power]);
         }
@@ -45,5 +46,6 @@ pub(super) fn reduced(
         return Err(DatabaseError::NotPositive { tensor, index, value: fitted[index] });
     }
     let estimate = Estimate { factor: fitted[0], power: fitted[1] };
-    Ok(Some(Reduced::new(elasticity, rank, values, estimate)))
+    let gram = contents.f64(&name(index, "gram"), Some(rank), rank)?;
+    Ok(Some(Reduced::stored(elasticity, rank, values, gram, estimate)))
 }

@@ -62,16 +62,26 @@ pub fn threshold_factor(first_moment: f64, gamma: f64) -> f64 {
 /// (D = 2) or a rod's section (D = 1). Each formula holds where cells are larger than what it integrates over, and
 /// there it gives the largest number: the largest of the three is taken node by node (ours).
 pub fn closed_form(field: &Field, shape: &Slenderness, gamma: f64) -> f64 {
+    closed_form_and_evenness(field, shape, gamma)[0]
+}
+
+/// [`closed_form`] and [`evenness`] in one pass.
+pub fn closed_form_and_evenness(field: &Field, shape: &Slenderness, gamma: f64) -> [f64; 2] {
     let Slenderness { thickness, section } = *shape;
     let unit = field.mean_density() / gamma;
-    let cells = |node: usize| {
+    let solid_unit = three_fifths(COEFFICIENT * unit);
+    let (mut cells, mut even, mut volume) = (0.0, 0.0, 0.0);
+    for node in 0..field.nodes() {
         let density = field.relative_density(node) * unit;
-        let solid = three_fifths(COEFFICIENT * density);
+        let share = field.relative_density_three_fifths(node);
+        let solid = solid_unit * share;
         let plate = (COEFFICIENT_PLATE * density * thickness).sqrt() / thickness;
         let rod = cube_root(COEFFICIENT_ROD * density * section) / section;
-        field.measure(node) * solid.max(plate).max(rod)
-    };
-    (0..field.nodes()).map(cells).sum()
+        cells += field.measure(node) * solid.max(plate).max(rod);
+        even += field.volume(node) * share;
+        volume += field.volume(node);
+    }
+    [cells, even / volume]
 }
 
 /// A number of sites, and whether the cap cut it.

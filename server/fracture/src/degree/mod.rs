@@ -16,7 +16,8 @@ mod verify;
 
 pub use calibrate::{Calibration, KAPPA, SITES_MIN, Sample, fit_kappa, samples};
 pub use criterion::{
-    COEFFICIENT, Degree, closed_form, decide, evenness, first_moment, reference_gamma, threshold_factor,
+    COEFFICIENT, Degree, closed_form, closed_form_and_evenness, decide, evenness, first_moment, reference_gamma,
+    threshold_factor,
 };
 pub use curve::{Curve, CurveOptions, Optimised, Point, optimise};
 pub use lesson::{DESCRIPTOR_LENGTH, Lesson, descriptor, sites, target};

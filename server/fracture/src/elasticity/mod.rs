@@ -16,6 +16,7 @@ mod inertia;
 mod load;
 mod prepare;
 mod reduced;
+mod residual;
 mod snapshots;
 mod solve;
 mod support;
@@ -42,4 +43,6 @@ pub struct Workspace {
     front: front::Front,
     weights: Vec<(u32, f64)>,
     narrow: [Vec<f32>; 2],
+    touched: Vec<u32>,
+    pulled: residual::Sums,
 }

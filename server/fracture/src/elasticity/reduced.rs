@@ -6,6 +6,7 @@
 //! the residual; with the diagonal of K in the place of K it is cheap, and proportional to the true one over impacts of one
 //! body (a residual estimator: R. Verfürth, *A Review of A Posteriori Error Estimation*, 1996; the proportion, fitted, is ours).
 
+use super::residual::{self, Residual, dot};
 use super::{Elasticity, Load, Workspace};
 use crate::memory::held;
 use faer::linalg::matmul::matmul;
@@ -19,8 +20,7 @@ pub struct Reduced {
     /// One row of `rank` per component of a node's displacement.
     basis: Vec<f32>,
     estimate: Estimate,
-    /// 1/K_ii, one entry per component.
-    inverse_diagonal: Vec<f64>,
+    residual: Residual,
     /// B'f of the inertial forces of unit accelerations: linear x, y, z, angular x, y, z.
     inertial: [Vec<f64>; 6],
 }
@@ -46,20 +46,34 @@ impl Reduced {
     ///
     /// # Panics
     /// If the length of the basis is not `rank` times the size of the body.
-    pub fn new(body: &Elasticity, rank: usize, basis: Vec<f32>, estimate: Estimate) -> Self {
+    pub fn new(body: &Elasticity, rank: usize, basis: Vec<f32>) -> Self {
         assert_eq!(basis.len(), rank * body.size(), "one row per component");
-        let inverse_diagonal = body.stiffness.diagonal().into_iter().map(|stiffness| 1.0 / stiffness).collect();
-        let mut reduced = Self { rank, basis, estimate, inverse_diagonal, inertial: Default::default() };
+        let gram = residual::gram(body, rank, &basis);
+        Self::stored(body, rank, basis, gram, Estimate::RAW)
+    }
+
+    /// From what [`Self::basis`], [`Self::gram`] and [`Self::estimate`] said of a basis of `body`.
+    ///
+    /// # Panics
+    /// If the length of the basis is not `rank` times the size of the body, or that of the gram matrix not `rank²`.
+    pub fn stored(body: &Elasticity, rank: usize, basis: Vec<f32>, gram: Vec<f64>, estimate: Estimate) -> Self {
+        assert_eq!(basis.len(), rank * body.size(), "one row per component");
+        assert_eq!(gram.len(), rank * rank, "rank × rank");
+        let residual = Residual::new(body, rank, &basis, gram);
+        let mut reduced = Self { rank, basis, estimate, residual, inertial: Default::default() };
         reduced.inertial = std::array::from_fn(|axis| {
-            let mut unit = [Vector3::zeros(); 2];
-            unit[axis / 3][axis % 3] = 1.0;
             let mut coordinates = vec![0.0; rank];
             for node in 0..body.size() / 3 {
-                reduced.add(node, &body.inertia.force(node, &unit), &mut coordinates);
+                reduced.add(node, &body.inertia.force(node, &residual::unit(axis)), &mut coordinates);
             }
             coordinates
         });
         reduced
+    }
+
+    /// B'KD⁻¹KB, `rank × rank`, D the diagonal of K: what the residual's estimate needs beside the basis.
+    pub fn gram(&self) -> &[f64] {
+        self.residual.gram()
     }
 
     /// Number of displacements.
@@ -74,7 +88,7 @@ impl Reduced {
 
     /// Bytes that it holds.
     pub fn bytes(&self) -> usize {
-        held(&self.basis) + held(&self.inverse_diagonal) + self.inertial.iter().map(held).sum::<usize>()
+        held(&self.basis) + self.residual.bytes() + self.inertial.iter().map(held).sum::<usize>()
     }
 
     /// How errors are estimated.
@@ -115,24 +129,18 @@ impl Reduced {
         displacement.extend(sums.iter().copied().map(f64::from));
     }
 
-    /// ρ = ½ r'D⁻¹r over `energy`, r = f − K u the residual of the expanded `displacement` under `load` and D the diagonal of K.
+    /// ρ = ½ r'D⁻¹r over ½|q|², r = f − K u the residual of the displacement with coordinates `q` under `load`, D the diagonal
+    /// of K. Not a number where there is no energy.
     ///
     /// # Panics
-    /// If `body` or one of the arrays is another body's.
-    pub fn residual(
-        &self,
-        body: &Elasticity,
-        load: &Load,
-        displacement: &[f64],
-        energy: f64,
-        workspace: &mut Workspace,
-    ) -> f64 {
-        let product = &mut workspace.residual;
-        product.resize(displacement.len(), 0.0);
-        body.stiffness.multiply(displacement, product);
-        let weighted = |((f, ku), inverse): ((&f64, &f64), &f64)| (f - ku) * (f - ku) * inverse;
-        let missed: f64 = load.forces.iter().zip(product.iter()).zip(&self.inverse_diagonal).map(weighted).sum();
-        0.5 * missed / energy
+    /// If `body`, the load or the coordinates are another body's.
+    pub fn residual(&self, body: &Elasticity, load: &Load, q: &[f64], workspace: &mut Workspace) -> f64 {
+        let place = |node: usize| {
+            let rows = self.basis[3 * node * self.rank..][..3 * self.rank].chunks_exact(self.rank);
+            Vector3::from_iterator(rows.map(|row| dot(row, q)))
+        };
+        let missed = self.residual.energy(body, load, q, place, workspace);
+        missed / (0.5 * q.iter().map(|q| q * q).sum::<f64>())
     }
 
     /// Adds B'f of one node's force.

@@ -3,7 +3,7 @@
 //! Based on: L. Sirovich (Quarterly of Applied Mathematics 45, 1987): the eigenvectors of the snapshots' Gram matrix, here
 //! G_ij = u_i'Ku_j = u_i'f_j, weigh the snapshots; every snapshot counts with unit energy.
 
-use super::{Elasticity, ElasticityError, Estimate, Load, Reduced, Workspace};
+use super::{Elasticity, ElasticityError, Load, Reduced, Workspace};
 use crate::dense;
 use crate::token::Token;
 use faer::linalg::matmul::matmul;
@@ -76,7 +76,7 @@ impl Elasticity {
             scales[row] * pairs.vectors[(row, count - 1 - column)] * inverse_roots[column]
         });
         let basis = combined(snapshots, weights.as_ref());
-        Ok(Some(Reduced::new(self, rank, basis, Estimate::RAW)))
+        Ok(Some(Reduced::new(self, rank, basis)))
     }
 }
 

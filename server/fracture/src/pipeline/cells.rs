@@ -99,8 +99,9 @@ fn guesses(prepared: &Prepared, strike: &Strike, verdict: &Verdict, fields: &[Fi
         if first_moment <= gamma {
             return Guess { sites: 1, capped: false, inferred: true, confidence: 1.0 };
         }
-        let estimate = degree::closed_form(field, &prepared.bodies[verdict.bodies[struck]].slenderness, gamma);
-        let descriptor = || degree::descriptor(estimate, first_moment, degree::evenness(field), gamma);
+        let slenderness = &prepared.bodies[verdict.bodies[struck]].slenderness;
+        let [estimate, evenness] = degree::closed_form_and_evenness(field, slenderness, gamma);
+        let descriptor = || degree::descriptor(estimate, first_moment, evenness, gamma);
         let told = learned.map(|learned| learned.network.predict(&descriptor()));
         let told = told.filter(|told| told.within_reach);
         let wanted = told.map_or(prepared.kappa * estimate, |told| degree::sites(told.value, estimate));

@@ -86,11 +86,10 @@ fn displace(
 ) -> Result<Option<f64>, ElasticityError> {
     let Workspace { load, displacement, coordinates, elasticity, .. } = workspace;
     if let (ElasticRequest::Reduced, Some(reduced)) = (request, &body.reduced) {
-        let energy = reduced.project(load, coordinates);
-        reduced.expand(coordinates, displacement, elasticity);
-        let residual = reduced.residual(&body.elasticity, load, displacement, energy, elasticity);
-        let error = reduced.estimate().error(residual);
+        reduced.project(load, coordinates);
+        let error = reduced.estimate().error(reduced.residual(&body.elasticity, load, coordinates, elasticity));
         if error <= REDUCED_ERROR_MAX {
+            reduced.expand(coordinates, displacement, elasticity);
             return Ok(Some(error));
         }
     }

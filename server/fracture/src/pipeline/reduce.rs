@@ -156,9 +156,9 @@ fn trial(
         let failed = |source| failed(*index, source);
         body.elasticity.load(contacts, &mut workspace.load, &mut workspace.elasticity).map_err(failed)?;
         let Workspace { load, displacement, coordinates, elasticity, .. } = workspace;
-        let energy = reduced.project(load, coordinates);
+        reduced.project(load, coordinates);
+        let residual = reduced.residual(&body.elasticity, load, coordinates, elasticity);
         reduced.expand(coordinates, displacement, elasticity);
-        let residual = reduced.residual(&body.elasticity, load, displacement, energy, elasticity);
         body.elasticity
             .tet_energy(&body.elastic, &workspace.displacement, Driving::Total, &mut workspace.tet_energy, token)
             .map_err(failed)?;

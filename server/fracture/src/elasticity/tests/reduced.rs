@@ -95,7 +95,17 @@ fn missing(lattice: &Lattice, body: &Elasticity, reduced: &Reduced, load: &Load)
     let (mut coordinates, mut displacement, mut workspace) = (Vec::new(), Vec::new(), Workspace::default());
     let energy = reduced.project(load, &mut coordinates);
     reduced.expand(&coordinates, &mut displacement, &mut workspace);
-    let residual = reduced.residual(body, load, &displacement, energy, &mut workspace);
+    let residual = reduced.residual(body, load, &coordinates, &mut workspace);
+    let (mut product, diagonal) = (vec![0.0; body.size()], body.stiffness.diagonal());
+    body.stiffness.multiply(&displacement, &mut product);
+    let unbalanced = load.forces.iter().zip(&product).zip(&diagonal).map(|((f, ku), d)| (f - ku).powi(2) / d);
+    let direct = 0.5 * unbalanced.sum::<f64>() / energy;
+    // The displacement is expanded in single precision, which changes a square by twice its root times the change.
+    let rounding = f64::from(f32::EPSILON);
+    assert!(
+        (residual - direct).abs() <= 2.0 * rounding * direct.sqrt() + 1e-11,
+        "{residual} by the form, {direct} by the displacement"
+    );
     let truth: f64 = energies(body, lattice, &load.forces, Driving::Total).iter().sum();
     (residual, 1.0 - energy / truth)
 }

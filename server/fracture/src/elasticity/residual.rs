@@ -1,0 +1,196 @@
+//! What a reduced displacement leaves unbalanced, without the displacement.
+//!
+//! Based on: C. Prud'homme, D. V. Rovas, K. Veroy, L. Machiels, Y. Maday, A. T. Patera & G. Turinici, *Reliable real-time
+//! solution of parametrized partial differential equations: reduced-basis output bound methods* (Journal of Fluids Engineering
+//! 124, 2002): the square of a residual f − K B q is a quadratic form whose large part depends on the body alone. Here the norm
+//! is that of D⁻¹, D the diagonal of K, and forces are few applied ones less the inertial ones of a rigid acceleration:
+//! f'D⁻¹f − 2 f'D⁻¹KB q + q'(B'KD⁻¹KB) q.
+
+use super::{Elasticity, Load, Workspace};
+use crate::memory::held;
+use faer::linalg::matmul::matmul;
+use faer::{Accum, Mat, MatMut, MatRef, Par};
+use nalgebra::{Matrix6, Vector3, Vector6};
+use rayon::prelude::*;
+
+/// Nodes whose rows of K B are computed at once.
+const NODES: usize = 512;
+
+/// The form of one basis.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Residual {
+    /// B'KD⁻¹KB, `rank × rank`.
+    gram: Vec<f64>,
+    /// B'KD⁻¹m of the inertial forces m of unit accelerations, `rank` each.
+    inertial: [Vec<f64>; 6],
+    /// m'D⁻¹m.
+    inertia: Matrix6<f64>,
+    /// 1/K_ii, one entry per component.
+    inverse_diagonal: Vec<f64>,
+}
+
+/// B'KD⁻¹KB of a basis (one row of `rank` per component) of `body`, on all threads of the current pool.
+pub(super) fn gram(body: &Elasticity, rank: usize, basis: &[f32]) -> Vec<f64> {
+    let nodes: Vec<usize> = (0..body.size() / 3).collect();
+    let inverse_diagonal = inverse_diagonal(body);
+    let part = |nodes: &[usize]| {
+        let mut rows = vec![0.0; 3 * nodes.len() * rank];
+        for (own, node) in rows.chunks_exact_mut(3 * rank).zip(nodes) {
+            let (columns, blocks) = body.stiffness.row(*node);
+            for (column, block) in columns.iter().zip(blocks) {
+                let other = &basis[3 * *column as usize * rank..][..3 * rank];
+                for (axis, own) in own.chunks_exact_mut(rank).enumerate() {
+                    let scale = inverse_diagonal[3 * node + axis].sqrt();
+                    for (k, other) in other.chunks_exact(rank).enumerate() {
+                        let factor = scale * block[(axis, k)];
+                        own.iter_mut().zip(other).for_each(|(own, b)| *own += factor * f64::from(*b));
+                    }
+                }
+            }
+        }
+        let rows = MatRef::from_row_major_slice(&rows, 3 * nodes.len(), rank);
+        let mut gram = Mat::<f64>::zeros(rank, rank);
+        matmul(&mut gram, Accum::Replace, rows.transpose(), rows, 1.0, Par::Seq);
+        gram
+    };
+    let parts: Vec<Mat<f64>> = nodes.par_chunks(NODES).map(part).collect();
+    let mut sum = vec![0.0; rank * rank];
+    let mut total = MatMut::from_column_major_slice_mut(&mut sum, rank, rank);
+    // In order, whatever the number of threads.
+    parts.iter().for_each(|part| total += part);
+    sum
+}
+
+fn inverse_diagonal(body: &Elasticity) -> Vec<f64> {
+    body.stiffness.diagonal().into_iter().map(|stiffness| 1.0 / stiffness).collect()
+}
+
+impl Residual {
+    /// Of a basis of `body` with this `gram`.
+    pub(super) fn new(body: &Elasticity, rank: usize, basis: &[f32], gram: Vec<f64>) -> Self {
+        let inverse_diagonal = inverse_diagonal(body);
+        let nodes = body.size() / 3;
+        // D⁻¹m, then K D⁻¹m.
+        let weighted: [Vec<f64>; 6] = std::array::from_fn(|axis| {
+            let forces = (0..nodes).flat_map(|node| body.inertia.force(node, &unit(axis)).data.0[0]);
+            forces.zip(&inverse_diagonal).map(|(force, inverse)| force * inverse).collect()
+        });
+        let inertial = weighted.each_ref().map(|weighted| {
+            let mut stiff = vec![0.0; body.size()];
+            body.stiffness.multiply(weighted, &mut stiff);
+            let mut sum = vec![0.0; rank];
+            stiff.iter().zip(basis.chunks_exact(rank)).for_each(|(k, row)| {
+                sum.iter_mut().zip(row).for_each(|(sum, b)| *sum += k * f64::from(*b));
+            });
+            sum
+        });
+        let inertia = Matrix6::from_fn(|i, j| {
+            let forces = (0..nodes).flat_map(|node| body.inertia.force(node, &unit(i)).data.0[0]);
+            forces.zip(&weighted[j]).map(|(force, weighted)| force * weighted).sum()
+        });
+        Self { gram, inertial, inertia, inverse_diagonal }
+    }
+
+    /// B'KD⁻¹KB.
+    pub(super) fn gram(&self) -> &[f64] {
+        &self.gram
+    }
+
+    /// Bytes that it holds.
+    pub(super) fn bytes(&self) -> usize {
+        held(&self.gram) + held(&self.inverse_diagonal) + self.inertial.iter().map(held).sum::<usize>()
+    }
+
+    /// ½ r'D⁻¹r of the displacement of `body` with these coordinates under `load`; `place` gives the displacement of a node.
+    pub(super) fn energy(
+        &self,
+        body: &Elasticity,
+        load: &Load,
+        coordinates: &[f64],
+        place: impl Fn(usize) -> Vector3<f64>,
+        workspace: &mut Workspace,
+    ) -> f64 {
+        let acceleration = Vector6::from_iterator(load.acceleration.iter().flatten().copied());
+        let mut forces = acceleration.dot(&(self.inertia * acceleration));
+        let Workspace { touched, pulled, .. } = workspace;
+        pulled.begin(body.size() / 3);
+        touched.clear();
+        touched.extend(load.applied.iter().map(|(node, _)| *node));
+        touched.sort_unstable();
+        touched.dedup();
+        for node in touched.iter().map(|node| *node as usize) {
+            let rows = 3 * node..3 * node + 3;
+            let inverse = Vector3::from_column_slice(&self.inverse_diagonal[rows.clone()]);
+            let whole = Vector3::from_column_slice(&load.forces[rows]);
+            let inertial = body.inertia.force(node, &load.acceleration);
+            forces += inverse.dot(&(whole.component_mul(&whole) - inertial.component_mul(&inertial)));
+            let weighted = (whole + inertial).component_mul(&inverse);
+            let (columns, blocks) = body.stiffness.row(node);
+            columns.iter().zip(blocks).for_each(|(column, block)| pulled.add(*column, block.tr_mul(&weighted)));
+        }
+        let mut cross: f64 = pulled.iter().map(|(node, pull)| pull.dot(&place(node))).sum();
+        for (inertial, acceleration) in self.inertial.iter().zip(&acceleration) {
+            cross -= acceleration * dot(inertial, coordinates);
+        }
+        let rows = self.gram.chunks_exact(coordinates.len()).zip(coordinates);
+        let displacement: f64 = rows.map(|(row, q)| q * dot(row, coordinates)).sum();
+        // Rounding may leave less than nothing of what is balanced.
+        0.5 * (forces - 2.0 * cross + displacement).max(0.0)
+    }
+}
+
+/// Sums over a few nodes of a body.
+#[derive(Default)]
+pub(super) struct Sums {
+    /// Zero at every node that is not among `nodes`.
+    sums: Vec<Vector3<f64>>,
+    /// Whether it is, one entry per node.
+    among: Vec<bool>,
+    /// In the order in which they came.
+    nodes: Vec<u32>,
+}
+
+impl Sums {
+    /// Forgets all sums; for a body of `count` nodes.
+    fn begin(&mut self, count: usize) {
+        for node in self.nodes.drain(..) {
+            (self.sums[node as usize], self.among[node as usize]) = (Vector3::zeros(), false);
+        }
+        self.sums.resize(count, Vector3::zeros());
+        self.among.resize(count, false);
+    }
+
+    fn add(&mut self, node: u32, more: Vector3<f64>) {
+        if !std::mem::replace(&mut self.among[node as usize], true) {
+            self.nodes.push(node);
+        }
+        self.sums[node as usize] += more;
+    }
+
+    fn iter(&self) -> impl Iterator<Item = (usize, Vector3<f64>)> {
+        self.nodes.iter().map(|node| (*node as usize, self.sums[*node as usize]))
+    }
+}
+
+/// Numbers that are summed side by side: the order of summation is fixed, and a processor may take it several at a time.
+const LANES: usize = 8;
+
+/// a·b of two rows of one length.
+pub(super) fn dot<T: Copy + Into<f64>>(a: &[T], b: &[f64]) -> f64 {
+    let (chunks, others) = (a.chunks_exact(LANES), b.chunks_exact(LANES));
+    let rest = chunks.remainder().iter().zip(others.remainder()).map(|(a, b)| (*a).into() * b).sum::<f64>();
+    let mut lanes = [0.0; LANES];
+    for (a, b) in chunks.zip(others) {
+        for (lane, (a, b)) in lanes.iter_mut().zip(a.iter().zip(b)) {
+            *lane += (*a).into() * b;
+        }
+    }
+    lanes.iter().sum::<f64>() + rest
+}
+
+/// A unit acceleration: linear x, y, z, angular x, y, z.
+pub(super) fn unit(axis: usize) -> [Vector3<f64>; 2] {
+    let mut unit = [Vector3::zeros(); 2];
+    unit[axis / 3][axis % 3] = 1.0;
+    unit
+}
