@@ -1,6 +1,7 @@
 //! What strikes an object, put together step by step.
 
 use shatter_proto::request::{Contact, Degree, Elastic, Lift, Purpose, Strike};
+use std::time::Duration;
 
 /// One impact: contacts, and how the answer shall be computed. Lengths in m and directions in the coordinates of the mesh
 /// file, +Y up. Nothing is checked here; the service names what it refuses.
@@ -80,6 +81,13 @@ impl Impact {
     /// Refuse an answer of more bytes.
     pub fn bytes_max(mut self, bytes: u64) -> Self {
         self.0.bytes_max = Some(bytes);
+        self
+    }
+
+    /// How long after the daemon took it in the answer is still of use. Strikes with less time left go first; one that cannot be
+    /// in time is refused at once, one that is not costs no more work: both with `late`.
+    pub fn deadline(mut self, time: Duration) -> Self {
+        self.0.deadline = Some(time);
         self
     }
 

@@ -3,6 +3,7 @@
 use crate::text;
 use bytemuck::{Pod, Zeroable};
 use iceoryx2::prelude::ZeroCopySend;
+use std::time::Duration;
 
 /// Whose fault a refusal is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -190,12 +191,20 @@ pub struct Refusal {
     pub at: String,
     /// One sentence for people.
     pub message: String,
+    /// When the same request is likely to find room, if that is known.
+    pub retry_after: Option<Duration>,
 }
 
 impl Refusal {
     /// A refusal by rule `kind` of offender `at`.
     pub fn new(kind: Kind, at: impl Into<String>, message: impl Into<String>) -> Self {
-        Self { kind, at: at.into(), message: message.into() }
+        Self { kind, at: at.into(), message: message.into(), retry_after: None }
+    }
+
+    /// The same, with a hint when to try again.
+    #[must_use]
+    pub fn after(self, wait: Duration) -> Self {
+        Self { retry_after: Some(wait), ..self }
     }
 
     /// The document that both programs print under `--json`.
@@ -205,6 +214,7 @@ impl Refusal {
             "message": self.message,
             "fault": self.kind.fault().name(),
             "retry": self.kind.retry(),
+            "retry_after_ms": self.retry_after.map(|wait| wait.as_secs_f64() * 1e3),
             "at": self.at,
         }})
     }
@@ -221,8 +231,8 @@ pub struct RefusalWire {
     pub at_length: u32,
     /// Bytes of `message` that count.
     pub message_length: u32,
-    /// Zero.
-    pub reserved: u32,
+    /// Microseconds after which to try again; 0: not known.
+    pub retry_after_us: u32,
     /// UTF-8.
     pub at: [u8; 128],
     /// UTF-8.
@@ -235,6 +245,8 @@ impl From<&Refusal> for RefusalWire {
     fn from(refusal: &Refusal) -> Self {
         let mut wire = Self::zeroed();
         wire.kind = refusal.kind.code();
+        let micros = |wait: Duration| u32::try_from(wait.as_micros()).unwrap_or(u32::MAX).max(1);
+        wire.retry_after_us = refusal.retry_after.map_or(0, micros);
         wire.at_length = text::put(&mut wire.at, &refusal.at);
         wire.message_length = text::put(&mut wire.message, &refusal.message);
         wire
@@ -245,8 +257,9 @@ impl From<&RefusalWire> for Refusal {
     /// Never fails: an unknown kind becomes [`Kind::BadAnswer`], unreadable text is replaced.
     fn from(wire: &RefusalWire) -> Self {
         let message = text::show(&wire.message, wire.message_length);
+        let retry_after = (wire.retry_after_us > 0).then(|| Duration::from_micros(wire.retry_after_us.into()));
         match Kind::from_code(wire.kind) {
-            Some(kind) => Self { kind, at: text::show(&wire.at, wire.at_length), message },
+            Some(kind) => Self { kind, at: text::show(&wire.at, wire.at_length), message, retry_after },
             None => Self::new(Kind::BadAnswer, wire.kind.to_string(), format!("unknown kind of refusal: {message}")),
         }
     }
@@ -269,6 +282,9 @@ mod tests {
     fn refusals_survive_the_wire() {
         let refusal = Refusal::new(Kind::Impulse, "contacts[1].impulse_ns", "the impulse is zero");
         assert_eq!(Refusal::from(&RefusalWire::from(&refusal)), refusal);
+        let busy = Refusal::new(Kind::Busy, "queue", "full").after(Duration::from_micros(1500));
+        assert_eq!(Refusal::from(&RefusalWire::from(&busy)), busy);
+        assert_eq!(busy.document()["error"]["retry_after_ms"], 1.5);
         let long = Refusal::new(Kind::Failed, "ü".repeat(99), "é".repeat(999));
         let back = Refusal::from(&RefusalWire::from(&long));
         assert_eq!((back.at.len(), back.message.len()), (128, 256));

@@ -4,6 +4,7 @@ use crate::name::{OBJECT_NAME_MAX, object_name};
 use crate::{Kind, PROTOCOL_VERSION, Refusal, text};
 use bytemuck::{Pod, Zeroable};
 use iceoryx2::prelude::ZeroCopySend;
+use std::time::Duration;
 
 /// First bytes of every request.
 pub const REQUEST_MAGIC: u32 = u32::from_le_bytes(*b"SHTq");
@@ -83,8 +84,10 @@ pub struct StrikeWire {
     pub contacts: [ContactWire; CONTACTS_MAX],
     /// Where displacements come from. 0: the reduced basis, where it is exact enough. 1: the solve.
     pub elastic: u64,
+    /// Time from the daemon's admission after which the answer is of no use, ns; 0: it always is.
+    pub deadline_ns: u64,
     /// Zero.
-    pub reserved: [u64; 15],
+    pub reserved: [u64; 14],
 }
 
 const _: () = assert!(size_of::<ContactWire>() == 64);
@@ -173,6 +176,9 @@ pub struct Strike {
     pub fragments_max: Option<u32>,
     /// Bytes of answer at most; `None`: the daemon's bucket.
     pub bytes_max: Option<u64>,
+    /// Time from the daemon's admission after which the answer is of no use; `None`: it always is. Strikes with less time left
+    /// go first, one that cannot be in time is refused at once.
+    pub deadline: Option<Duration>,
 }
 
 impl Strike {
@@ -212,6 +218,8 @@ impl Strike {
         wire.gamma_j_m2 = given(self.gamma_j_m2, |_| gamma(0.0))?;
         wire.fragments_max = self.fragments_max.unwrap_or(0);
         wire.bytes_max = self.bytes_max.unwrap_or(0);
+        let nanos = |deadline: Duration| u64::try_from(deadline.as_nanos()).unwrap_or(u64::MAX).max(1);
+        wire.deadline_ns = self.deadline.map_or(0, nanos);
         for (i, (slot, contact)) in wire.contacts.iter_mut().zip(&self.contacts).enumerate() {
             *slot = ContactWire {
                 point_m: contact.point_m,
@@ -259,6 +267,7 @@ impl StrikeWire {
             seed: self.seed,
             fragments_max: (self.fragments_max > 0).then_some(self.fragments_max),
             bytes_max: (self.bytes_max > 0).then_some(self.bytes_max),
+            deadline: (self.deadline_ns > 0).then(|| Duration::from_nanos(self.deadline_ns)),
         })
     }
 

@@ -155,7 +155,7 @@ impl Daemon {
         let mut heartbeat = every(watchdog.map_or(IDLE, |period| period / 2));
         loop {
             tokio::select! {
-                () = bell.wait(self.config.tick()) => {}
+                () = bell.wait(self.nap()) => {}
                 Some(event) = events.recv() => self.on(event),
                 _ = cleanup.tick() => self.bury_the_dead(),
                 _ = metrics.tick() => self.write_metrics(),
@@ -170,7 +170,16 @@ impl Daemon {
             for _ in 0..self.jobs.prune() {
                 self.metrics.ended(End::Cancelled);
             }
+            for end in self.jobs.expire() {
+                self.metrics.ended(end);
+            }
         }
+    }
+
+    /// How long it may sleep: a tick, or until the next deadline.
+    fn nap(&self) -> Duration {
+        let left = |deadline: Instant| deadline.saturating_duration_since(Instant::now());
+        self.jobs.next_deadline().map_or(self.config.tick(), |deadline| left(deadline).min(self.config.tick()))
     }
 
     /// Takes in everything that waits at the ports: scheduling is done in our own queue.
@@ -189,7 +198,7 @@ impl Daemon {
         match event {
             Event::Landed { flight, end, stages } => {
                 self.metrics.ran(end, flight.arrived().elapsed(), &stages);
-                self.jobs.landed(&flight);
+                self.jobs.landed(&flight, end);
             }
             Event::News(news) => {
                 if let Some(catalog) = self.librarian.hear(news, &self.catalog) {

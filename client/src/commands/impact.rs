@@ -4,6 +4,7 @@ use super::{ANSWER, Failure, document, out, reply, vector};
 use serde_json::{Value, json};
 use shatter_client::{Broken, Deadline, Degree, Elastic, Impact, Kind, Lift, Refusal, Shatter};
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 /// Arguments of `shatter impact`.
 #[derive(clap::Args)]
@@ -35,6 +36,10 @@ pub struct Args {
     /// Where displacements come from: `reduced`, from the object's examples where that is exact enough, or `solve`.
     #[arg(long, value_name = "reduced|solve", default_value = "reduced", value_parser = elastic)]
     elastic: Elastic,
+    /// Milliseconds from when the service takes it in after which the answer is of no use: more urgent strikes go first, and what
+    /// cannot be in time is refused.
+    #[arg(long, value_name = "T")]
+    deadline_ms: Option<u64>,
     /// Everything random follows from it.
     #[arg(long, default_value_t = 0)]
     seed: u64,
@@ -122,7 +127,8 @@ fn impact(args: &Args) -> Impact {
     });
     let impact = impact.degree(args.degree).elastic(args.elastic).seed(args.seed);
     let impact = args.gamma.map_or(impact.clone(), |gamma| impact.gamma(gamma));
-    args.lift.map_or(impact.clone(), |lift| impact.lift(lift))
+    let impact = args.lift.map_or(impact.clone(), |lift| impact.lift(lift));
+    args.deadline_ms.map_or(impact.clone(), |ms| impact.deadline(Duration::from_millis(ms)))
 }
 
 fn to_json(broken: &Broken, file: Option<&Path>) -> Value {

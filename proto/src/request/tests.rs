@@ -30,6 +30,7 @@ fn a_strike_survives_the_wire() {
         degree: Degree::Optimised,
         fragments_max: Some(9),
         bytes_max: Some(1 << 20),
+        deadline: Some(Duration::from_millis(12)),
         ..strike()
     };
     for degree in [Degree::Inferred, Degree::Verified, Degree::ClosedForm, Degree::Sites(7)] {

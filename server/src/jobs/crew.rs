@@ -83,6 +83,9 @@ impl Crew {
                 let message = format!("the strike failed inside the service: {}", panics::text(panic.as_ref()));
                 Err(Refusal::new(Kind::Failed, "strike", message))
             });
+            let late =
+                |refusal: Refusal| if refusal.kind == Kind::Cancelled && flight.expired() { late() } else { refusal };
+            let result = result.map_err(late);
             let end = match &result {
                 Ok(()) => End::Answered,
                 Err(refusal) => {
@@ -131,6 +134,11 @@ impl Crew {
         *lent.user_header_mut() = layout.header(flight.key().1);
         flight.send(write(lent, &layout, outcome.as_ref(), clock)?)
     }
+}
+
+/// The deadline of a strike has passed.
+pub(super) fn late() -> Refusal {
+    Refusal::new(Kind::Late, "deadline", "the deadline passed before the answer was ready")
 }
 
 /// Lays the answer out, within the caller's caps.

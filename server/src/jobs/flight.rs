@@ -9,6 +9,7 @@ use shatter_proto::answer::{AnswerHeader, Block};
 use shatter_proto::request::Strike;
 use shatter_proto::transport::{Ipc, failed};
 use shatter_proto::{Kind, Refusal};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
@@ -23,6 +24,10 @@ pub struct Flight {
     token: Token,
     key: Key,
     arrived: Instant,
+    /// Name of the object that it strikes, once it is understood.
+    object: String,
+    /// Its deadline passed while it computed.
+    expired: AtomicBool,
 }
 
 impl Flight {
@@ -34,11 +39,14 @@ impl Flight {
             token: Token::default(),
             key: (listener, sequence),
             arrived: Instant::now(),
+            object: String::new(),
+            expired: AtomicBool::new(false),
         }
     }
 
     /// What to do, once it is understood.
     pub(super) fn place(&mut self, strike: Strike, object: Arc<dyn Object>) {
+        self.object.clone_from(&strike.object);
         self.cargo = Mutex::new(Some((strike, object)));
     }
 
@@ -51,6 +59,11 @@ impl Flight {
     /// Names the strike to its client.
     pub(super) fn key(&self) -> Key {
         self.key
+    }
+
+    /// Name of the object that it strikes.
+    pub(super) fn object(&self) -> &str {
+        &self.object
     }
 
     /// Polled by the stages.
@@ -70,6 +83,17 @@ impl Flight {
     /// Asks it to stop at its next checkpoint.
     pub(super) fn cancel(&self) {
         self.token.cancel();
+    }
+
+    /// Asks it to stop at its next checkpoint, its deadline having passed.
+    pub(super) fn expire(&self) {
+        self.expired.store(true, Ordering::Relaxed);
+        self.cancel();
+    }
+
+    /// Whether its deadline passed while it computed.
+    pub(super) fn expired(&self) -> bool {
+        self.expired.load(Ordering::Relaxed)
     }
 
     /// Cancels the strike if its client gave it up or vanished; whether it did.

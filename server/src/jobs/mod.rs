@@ -1,8 +1,10 @@
-//! Strikes on their way: a bounded queue, a few that compute, and the bookkeeping between the thread that waits and the
-//! threads that compute.
+//! Strikes on their way: a bounded queue by urgency, a few that compute, and the bookkeeping between the thread that waits and
+//! the threads that compute.
 
 mod crew;
 mod flight;
+mod forecast;
+mod queue;
 
 pub use crew::{Crew, Event, threads};
 pub use flight::Flight;
@@ -10,24 +12,36 @@ pub use flight::Flight;
 use crate::catalog::Catalog;
 use crate::ipc::ActiveStrike;
 use crate::metrics::End;
+use forecast::Forecast;
+use queue::{Place, Pushed, Queue};
 use shatter_proto::{Kind, Refusal};
-use std::collections::VecDeque;
 use std::sync::Arc;
-use std::time::Instant;
+use std::time::{Duration, Instant};
+
+/// What a strike is expected to take of whose object nothing is known yet.
+const COST_UNKNOWN: Duration = Duration::from_millis(10);
 
 /// Strikes that wait and strikes that compute. Owned by the waiting thread.
 pub struct Jobs {
-    waiting: VecDeque<Arc<Flight>>,
-    running: Vec<Arc<Flight>>,
+    waiting: Queue<Arc<Flight>>,
+    running: Vec<Running>,
+    forecast: Forecast,
     at_once: usize,
-    queue_max: usize,
     crew: Arc<Crew>,
+}
+
+/// A strike that computes.
+struct Running {
+    flight: Arc<Flight>,
+    place: Place,
+    begun: Instant,
 }
 
 impl Jobs {
     /// No strike yet. At most `at_once` compute, at most `queue_max` wait.
     pub fn new(at_once: usize, queue_max: usize, crew: Arc<Crew>) -> Self {
-        Self { waiting: VecDeque::new(), running: Vec::new(), at_once, queue_max, crew }
+        let (waiting, forecast) = (Queue::new(queue_max), Forecast::default());
+        Self { waiting, running: Vec::new(), forecast, at_once, crew }
     }
 
     /// Strikes that compute.
@@ -40,63 +54,124 @@ impl Jobs {
         self.waiting.len()
     }
 
-    /// Takes a strike in, or refuses it at once; the end in that case.
+    /// Takes a strike in, or refuses it at once, or another one in its stead; the end of the one that was refused.
     pub fn admit(&mut self, active: ActiveStrike, catalog: &Catalog) -> Option<End> {
         // The one copy: the sender can still write to the original.
         let wire = *active.payload();
         let mut flight = Flight::new(active, wire.listener, wire.sequence);
         let placed = wire.validate().and_then(|strike| {
             let object = catalog.get(&strike.object)?;
-            if self.waiting.len() >= self.queue_max {
-                let message = format!("{} strikes wait already", self.waiting.len());
-                return Err(Refusal::new(Kind::Busy, "queue", message));
-            }
-            Ok((strike, object))
+            let deadline = strike.deadline.and_then(|deadline| flight.arrived().checked_add(deadline));
+            self.in_time(deadline, &strike.object)?;
+            let cost = self.forecast.of(&strike.object).unwrap_or(COST_UNKNOWN);
+            Ok((Place { client: wire.listener, deadline, cost }, strike, object))
         });
-        match placed {
-            Ok((strike, object)) => {
+        let place = match placed {
+            Ok((place, strike, object)) => {
                 flight.place(strike, object);
-                self.waiting.push_back(Arc::new(flight));
-                self.dispatch();
-                None
+                place
             }
-            Err(refusal) => {
-                tracing::info!(kind = refusal.kind.name(), at = refusal.at, "refused");
-                self.crew.refuse(&flight, &refusal);
-                Some(End::of(&refusal))
-            }
+            Err(refusal) => return Some(self.refuse(&flight, &refusal)),
+        };
+        let refused = match self.waiting.push(place, Arc::new(flight)) {
+            Pushed::Waits => None,
+            Pushed::InsteadOf(other) | Pushed::Full(other) => Some(self.refuse(&other, &self.full())),
+        };
+        self.dispatch();
+        refused
+    }
+
+    /// Refuses what is expected to be late anyway.
+    fn in_time(&self, deadline: Option<Instant>, object: &str) -> Result<(), Refusal> {
+        let (Some(deadline), Some(cost)) = (deadline, self.forecast.of(object)) else { return Ok(()) };
+        let wait = self.wait(Some(deadline));
+        let left = deadline.saturating_duration_since(Instant::now());
+        if wait + cost <= left {
+            return Ok(());
         }
+        let ms = |time: Duration| time.as_secs_f64() * 1e3;
+        let message = format!(
+            "{:.1} ms are left, but {:.1} ms of waiting and {:.1} ms of computing are expected",
+            ms(left),
+            ms(wait),
+            ms(cost)
+        );
+        Err(Refusal::new(Kind::Late, "deadline", message).after(wait))
+    }
+
+    /// How long a new strike with this deadline is expected to wait.
+    fn wait(&self, deadline: Option<Instant>) -> Duration {
+        if self.running.len() < self.at_once {
+            return Duration::ZERO;
+        }
+        let remaining = |running: &Running| running.place.cost.saturating_sub(running.begun.elapsed());
+        let ahead = self.running.iter().map(remaining).sum::<Duration>() + self.waiting.ahead(deadline);
+        ahead / self.at_once.max(1) as u32
+    }
+
+    /// The refusal for which there is no room.
+    fn full(&self) -> Refusal {
+        let message = format!("{} strikes wait already", self.waiting.len());
+        Refusal::new(Kind::Busy, "queue", message).after(self.wait(None))
+    }
+
+    fn refuse(&self, flight: &Flight, refusal: &Refusal) -> End {
+        tracing::info!(kind = refusal.kind.name(), at = refusal.at, "refused");
+        self.crew.refuse(flight, refusal);
+        End::of(refusal)
     }
 
     /// Lets waiting strikes compute while there is room.
     fn dispatch(&mut self) {
         while self.running.len() < self.at_once {
-            let Some(flight) = self.waiting.pop_front() else { return };
-            self.running.push(flight.clone());
+            let Some((place, flight)) = self.waiting.pop() else { return };
+            self.running.push(Running { flight: flight.clone(), place, begun: Instant::now() });
             self.crew.fly(flight);
         }
     }
 
     /// A strike has ended.
-    pub fn landed(&mut self, flight: &Arc<Flight>) {
-        self.running.retain(|other| !Arc::ptr_eq(other, flight));
+    pub fn landed(&mut self, flight: &Arc<Flight>, end: End) {
+        let Some(index) = self.running.iter().position(|running| Arc::ptr_eq(&running.flight, flight)) else { return };
+        let Running { place, begun, .. } = self.running.swap_remove(index);
+        let time = begun.elapsed();
+        self.waiting.landed(&place, time);
+        if end == End::Answered {
+            self.forecast.learn(flight.object(), time);
+        }
         self.dispatch();
     }
 
     /// Cancels what nobody waits for any more; returns how many of the waiting were dropped.
     pub fn prune(&mut self) -> usize {
-        for flight in &self.running {
-            flight.cancel_if_abandoned();
+        for running in &self.running {
+            running.flight.cancel_if_abandoned();
         }
-        let before = self.waiting.len();
-        self.waiting.retain(|flight| !flight.cancel_if_abandoned());
-        before - self.waiting.len()
+        self.waiting.take(|_, flight| flight.cancel_if_abandoned()).len()
+    }
+
+    /// Ends what is late: refuses what waits, and asks what computes to stop at its next checkpoint. The ends of those that
+    /// were refused.
+    pub fn expire(&mut self) -> Vec<End> {
+        let now = Instant::now();
+        let late = |place: &Place| place.deadline.is_some_and(|deadline| deadline <= now);
+        for running in self.running.iter().filter(|running| late(&running.place)) {
+            running.flight.expire();
+        }
+        let waiting = self.waiting.take(|place, _| late(place));
+        waiting.iter().map(|flight| self.refuse(flight, &crew::late())).collect()
+    }
+
+    /// The next deadline of a strike.
+    pub fn next_deadline(&self) -> Option<Instant> {
+        let running = self.running.iter().filter(|running| !running.flight.expired());
+        running.filter_map(|running| running.place.deadline).chain(self.waiting.next_deadline()).min()
     }
 
     /// Refuses everything that waits; what computes may finish. Returns how many were refused.
     pub fn stop(&mut self) -> usize {
         let refusal = Refusal::new(Kind::Stopping, "daemon", "the daemon is ending");
-        let waiting = std::mem::take(&mut self.waiting);
+        let waiting = self.waiting.take(|_, _| true);
         for flight in &waiting {
             self.crew.refuse(flight, &refusal);
         }
@@ -105,13 +180,8 @@ impl Jobs {
 
     /// Asks what computes to stop at its next checkpoint.
     pub fn cancel(&self) {
-        for flight in &self.running {
-            flight.cancel();
+        for running in &self.running {
+            running.flight.cancel();
         }
-    }
-
-    /// When the oldest strike that computes arrived.
-    pub fn oldest(&self) -> Option<Instant> {
-        self.running.iter().map(|flight| flight.arrived()).min()
     }
 }

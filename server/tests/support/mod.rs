@@ -10,7 +10,7 @@ mod toy;
 pub use bar::bar;
 pub use daemon::{Child, InProcess, play, role, shatter, shatterd};
 pub use place::{TestPlace, within};
-pub use toy::{addresses, loader};
+pub use toy::{addresses, loader, order};
 
 use shatter_client::Deadline;
 

@@ -34,12 +34,22 @@ pub enum Toy {
 const CORNERS: [[f32; 3]; 4] = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 const FACES: [u32; 12] = [1, 2, 3, 0, 3, 2, 0, 1, 3, 0, 2, 1];
 
+/// Parts of an answer whose addresses are noted.
+const PARTS: usize = 3;
+
 static WRITTEN: Mutex<Vec<(String, Range<usize>)>> = Mutex::new(Vec::new());
 
 /// Where positions, indices and merge pairs of an object's fragments were written in this process.
 pub fn addresses(object: &str) -> Vec<Range<usize>> {
     let written = WRITTEN.lock().unwrap();
     written.iter().filter(|(name, _)| name == object).map(|(_, range)| range.clone()).collect()
+}
+
+/// Names of the objects that end so, in the order in which their fragments were written in this process.
+pub fn order(ending: &str) -> Vec<String> {
+    let written = WRITTEN.lock().unwrap();
+    let names = written.iter().map(|(name, _)| name).filter(|name| name.ends_with(ending));
+    names.step_by(PARTS).cloned().collect()
 }
 
 /// Loads toys.
@@ -144,11 +154,12 @@ impl Outcome for Tetrahedra {
 
     fn write(&self, sections: &mut Sections<'_>) -> Result<(), Refusal> {
         let range = |start: usize, bytes: usize| (self.name.clone(), start..start + bytes);
-        WRITTEN.lock().unwrap().extend([
+        let parts: [_; PARTS] = [
             range(sections.positions.as_ptr() as usize, size_of_val(sections.positions)),
             range(sections.indices.as_ptr() as usize, size_of_val(sections.indices)),
             range(sections.merges.as_ptr() as usize, size_of_val(sections.merges)),
-        ]);
+        ];
+        WRITTEN.lock().unwrap().extend(parts);
         let mut summary = SummaryWire { seed: self.seed, sites: self.sites as u32, ..SummaryWire::zeroed() };
         (summary.gamma_j_m2, summary.e1_over_gamma, summary.threshold_impulse_factor) =
             (f64::from(self.tint), 4.0, 0.5);

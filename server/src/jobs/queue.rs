@@ -1,0 +1,256 @@
+//! What waits, by urgency: the earliest deadline first; among those without one, or with the same, whoever's client has had the
+//! least computing time.
+//!
+//! Based on: C. L. Liu & J. W. Layland, *Scheduling algorithms for multiprogramming in a hard real-time environment* (1973), for
+//! deadlines; A. Demers, S. Keshav & S. Shenker, *Analysis and simulation of a fair queueing algorithm* (1989), for shares.
+
+use std::cmp::Reverse;
+use std::collections::HashMap;
+use std::time::{Duration, Instant};
+
+/// What names a client: its listener.
+pub type Client = [u8; 16];
+
+/// Something that waits.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Place {
+    /// Whose it is.
+    pub client: Client,
+    /// When it is of no use any more.
+    pub deadline: Option<Instant>,
+    /// How long it is expected to compute.
+    pub cost: Duration,
+}
+
+/// A bounded queue.
+pub struct Queue<T> {
+    waiting: Vec<(Place, u64, T)>,
+    accounts: HashMap<Client, Account>,
+    most: usize,
+    count: u64,
+}
+
+/// What a client has had. It is forgotten once nothing of it waits or computes.
+#[derive(Clone, Copy, Default)]
+struct Account {
+    /// Computing time, that of what computes as far as it is expected.
+    used: Duration,
+    /// Of its own that wait or compute.
+    open: usize,
+}
+
+/// What became of something that wanted to wait.
+#[derive(Debug, PartialEq)]
+pub enum Pushed<T> {
+    /// It waits.
+    Waits,
+    /// It waits, and this one, of a client with more than its share of the queue, does not any more.
+    InsteadOf(T),
+    /// The queue is full, and its client has its share of it.
+    Full(T),
+}
+
+impl<T> Queue<T> {
+    /// Nothing waits; at most `most` will.
+    pub fn new(most: usize) -> Self {
+        Self { waiting: Vec::new(), accounts: HashMap::new(), most, count: 0 }
+    }
+
+    /// How many wait.
+    pub fn len(&self) -> usize {
+        self.waiting.len()
+    }
+
+    /// The earliest deadline of all that wait.
+    pub fn next_deadline(&self) -> Option<Instant> {
+        self.waiting.iter().filter_map(|(place, ..)| place.deadline).min()
+    }
+
+    /// What is expected to compute before something new with this deadline does.
+    pub fn ahead(&self, deadline: Option<Instant>) -> Duration {
+        let late = |deadline: Option<Instant>| (deadline.is_none(), deadline);
+        self.waiting
+            .iter()
+            .filter(|(place, ..)| late(place.deadline) <= late(deadline))
+            .map(|(place, ..)| place.cost)
+            .sum()
+    }
+
+    /// Takes `item` in. When the queue is full, a client that has less of it than the greediest displaces the least urgent of
+    /// that one.
+    pub fn push(&mut self, place: Place, item: T) -> Pushed<T> {
+        let mut result = Pushed::Waits;
+        if self.waiting.len() >= self.most {
+            let Some(victim) = self.least_urgent_of_the_greediest(&place.client) else { return Pushed::Full(item) };
+            let (old, _, displaced) = self.waiting.swap_remove(victim);
+            self.close(&old.client);
+            result = Pushed::InsteadOf(displaced);
+        }
+        // A newcomer begins where the others are: neither ahead of them nor behind.
+        let level = self.accounts.values().map(|account| account.used).min().unwrap_or_default();
+        self.accounts.entry(place.client).or_insert(Account { used: level, open: 0 }).open += 1;
+        self.count += 1;
+        self.waiting.push((place, self.count, item));
+        result
+    }
+
+    /// The most urgent one.
+    pub fn pop(&mut self) -> Option<(Place, T)> {
+        let used = |client: &Client| self.accounts.get(client).map_or(Duration::ZERO, |account| account.used);
+        let urgency = |(place, number, _): &(Place, u64, T)| {
+            (place.deadline.is_none(), place.deadline, used(&place.client), *number)
+        };
+        let best = (0..self.waiting.len()).min_by_key(|&index| urgency(&self.waiting[index]))?;
+        let (place, _, item) = self.waiting.swap_remove(best);
+        if let Some(account) = self.accounts.get_mut(&place.client) {
+            account.used += place.cost;
+        }
+        Some((place, item))
+    }
+
+    /// One that was popped has computed for `time`.
+    pub fn landed(&mut self, place: &Place, time: Duration) {
+        if let Some(account) = self.accounts.get_mut(&place.client) {
+            account.used = (account.used + time).saturating_sub(place.cost);
+        }
+        self.close(&place.client);
+    }
+
+    /// Takes out all that `which` says.
+    pub fn take(&mut self, which: impl Fn(&Place, &T) -> bool) -> Vec<T> {
+        let mut taken = Vec::new();
+        for index in (0..self.waiting.len()).rev() {
+            if which(&self.waiting[index].0, &self.waiting[index].2) {
+                let (place, _, item) = self.waiting.swap_remove(index);
+                self.close(&place.client);
+                taken.push(item);
+            }
+        }
+        taken
+    }
+
+    fn close(&mut self, client: &Client) {
+        if let Some(account) = self.accounts.get_mut(client) {
+            account.open -= 1;
+            if account.open == 0 {
+                self.accounts.remove(client);
+            }
+        }
+    }
+
+    fn least_urgent_of_the_greediest(&self, client: &Client) -> Option<usize> {
+        let mut held: HashMap<&Client, usize> = HashMap::new();
+        self.waiting.iter().for_each(|(place, ..)| *held.entry(&place.client).or_default() += 1);
+        let (greediest, most) = held.iter().max_by_key(|(client, count)| (**count, Reverse(**client)))?;
+        if held.get(client).copied().unwrap_or(0) + 1 >= *most {
+            return None;
+        }
+        let own = (0..self.waiting.len()).filter(|&index| self.waiting[index].0.client == **greediest);
+        own.max_by_key(|&index| {
+            let (place, number, _) = &self.waiting[index];
+            (place.deadline.is_none(), place.deadline, *number)
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const MS: Duration = Duration::from_millis(1);
+
+    fn place(client: u8, deadline: Option<Instant>) -> Place {
+        Place { client: [client; 16], deadline, cost: 10 * MS }
+    }
+
+    fn order<T>(queue: &mut Queue<T>) -> Vec<T> {
+        std::iter::from_fn(|| queue.pop()).map(|(_, item)| item).collect()
+    }
+
+    #[test]
+    fn the_earliest_deadline_goes_first_and_none_last() {
+        let now = Instant::now();
+        let mut queue = Queue::new(9);
+        for (name, deadline) in [("never", None), ("third", Some(30)), ("first", Some(10)), ("second", Some(20))] {
+            assert_eq!(queue.push(place(1, deadline.map(|ms| now + ms * MS)), name), Pushed::Waits);
+        }
+        assert_eq!(queue.next_deadline(), Some(now + 10 * MS));
+        assert_eq!(queue.ahead(Some(now + 25 * MS)), 20 * MS);
+        assert_eq!((queue.ahead(None), queue.ahead(Some(now))), (40 * MS, Duration::ZERO));
+        assert_eq!(order(&mut queue), ["first", "second", "third", "never"]);
+    }
+
+    #[test]
+    fn clients_take_turns_however_much_one_asks() {
+        let mut queue = Queue::new(99);
+        (0..6).for_each(|n| _ = queue.push(place(1, None), format!("greedy {n}")));
+        (0..2).for_each(|n| _ = queue.push(place(2, None), format!("modest {n}")));
+        let found = order(&mut queue);
+        assert_eq!(found[..4], ["greedy 0", "modest 0", "greedy 1", "modest 1"], "{found:?}");
+        assert_eq!(found[4..].len(), 4);
+    }
+
+    #[test]
+    fn a_share_is_computing_time_and_not_a_number_of_strikes() {
+        let mut queue = Queue::new(99);
+        for round in 0..8 {
+            queue.push(place(1, None), ("long", round));
+            queue.push(place(2, None), ("short", round));
+        }
+        let mut first = Vec::new();
+        for _ in 0..8 {
+            let (place, (name, _)) = queue.pop().unwrap();
+            queue.landed(&place, if name == "long" { 30 * MS } else { 10 * MS });
+            first.push(name);
+        }
+        assert_eq!(first.iter().filter(|name| **name == "long").count(), 2, "{first:?}");
+    }
+
+    #[test]
+    fn a_newcomer_is_neither_favoured_nor_made_to_wait_for_the_past() {
+        let mut queue = Queue::new(99);
+        (0..40).for_each(|n| _ = queue.push(place(1, None), n));
+        (0..20).for_each(|_| {
+            let (place, _) = queue.pop().unwrap();
+            queue.landed(&place, 10 * MS);
+        });
+        (0..4).for_each(|n| _ = queue.push(place(2, None), 100 + n));
+        let next: Vec<i32> = (0..6).map(|_| queue.pop().unwrap().1).collect();
+        assert_eq!(next.iter().filter(|n| **n >= 100).count(), 3, "{next:?}");
+    }
+
+    #[test]
+    fn a_full_queue_is_shared() {
+        let mut queue = Queue::new(4);
+        (0..4).for_each(|n| _ = queue.push(place(1, None), n));
+        assert_eq!(queue.push(place(1, None), 4), Pushed::Full(4));
+        assert_eq!(queue.push(place(2, None), 10), Pushed::InsteadOf(3));
+        assert_eq!(queue.push(place(2, None), 11), Pushed::InsteadOf(2));
+        assert_eq!(queue.push(place(2, None), 12), Pushed::Full(12), "both have their share");
+        assert_eq!(queue.len(), 4);
+        assert_eq!(order(&mut queue), [0, 10, 1, 11]);
+        assert_eq!(Queue::new(0).push(place(1, None), 7), Pushed::Full(7));
+    }
+
+    #[test]
+    fn what_is_taken_out_counts_no_more() {
+        let now = Instant::now();
+        let mut queue = Queue::new(9);
+        (0..6).for_each(|n| _ = queue.push(place(1 + (n % 2) as u8, Some(now + n * MS)), n));
+        let mut late = queue.take(|place, _| place.deadline <= Some(now + 2 * MS));
+        late.sort_unstable();
+        assert_eq!((late, queue.len()), (vec![0, 1, 2], 3));
+        assert_eq!(order(&mut queue), [3, 4, 5]);
+    }
+
+    #[test]
+    fn no_client_is_remembered_for_ever() {
+        let mut queue = Queue::new(9);
+        for client in 0..200 {
+            queue.push(place(client, None), client);
+            let (place, _) = queue.pop().unwrap();
+            queue.landed(&place, MS);
+        }
+        assert!(queue.accounts.is_empty());
+    }
+}

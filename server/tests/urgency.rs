@@ -1,0 +1,133 @@
+//! Who goes first, who is refused at once, and who is late: a daemon in this process with one thread that computes.
+
+mod support;
+
+use shatter_client::{Impact, Kind, Object, Shatter, Ticket};
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+use support::{InProcess, TestPlace, order, patience};
+
+/// A daemon whose only worker is kept by a strike until the gate opens.
+struct Kept {
+    daemon: InProcess,
+    gate: PathBuf,
+    service: Shatter,
+    keeper: Ticket,
+}
+
+fn impact() -> Impact {
+    Impact::at([0.0, 0.1, 0.0]).impulse([-1.0, 0.0, 0.0])
+}
+
+fn object(service: &Shatter, name: &str) -> Object {
+    service.object(name, patience()).unwrap()
+}
+
+impl Kept {
+    fn new(objects: &[&str], queue_max: usize) -> Self {
+        let here = TestPlace::new("urgent");
+        objects.iter().for_each(|name| here.database(name, "tetra"));
+        here.database("keeper", "gate 2");
+        here.database("slow", "slow");
+        let gate = here.databases().join("keeper.gate");
+        std::fs::write(&gate, "").unwrap();
+        let daemon = InProcess::start(here, &format!("[compute]\nstrikes_at_once = 1\nqueue_max = {queue_max}"));
+        let service = daemon.connect();
+        let keeper = object(&daemon.connect(), "keeper").strike(&impact()).unwrap();
+        let kept = Self { daemon, gate, service, keeper };
+        kept.until(|running, _| running == 1);
+        kept
+    }
+
+    /// Waits until so many compute and so many wait.
+    fn until(&self, holds: impl Fn(u32, u32) -> bool) {
+        let deadline = patience();
+        loop {
+            let status = self.service.status(patience()).unwrap();
+            if holds(status.row().running, status.row().queued) {
+                return;
+            }
+            assert!(!deadline.passed(), "never");
+            std::thread::sleep(Duration::from_millis(1));
+        }
+    }
+
+    /// Sends a strike, and waits until it is among those that wait.
+    fn send(&self, service: &Shatter, name: &str, impact: &Impact, queued: u32) -> Ticket {
+        let ticket = object(service, name).strike(impact).unwrap();
+        self.until(|_, found| found == queued);
+        ticket
+    }
+
+    fn open(&mut self) {
+        std::fs::remove_file(&self.gate).unwrap();
+        self.keeper.wait(patience()).unwrap();
+    }
+}
+
+fn refused(mut ticket: Ticket) -> shatter_client::Refusal {
+    ticket.wait(patience()).err().unwrap()
+}
+
+#[test]
+fn the_earliest_deadline_goes_first() {
+    let mut kept = Kept::new(&["never-d", "late-d", "soon-d"], 99);
+    let within = |seconds| impact().deadline(Duration::from_secs(seconds));
+    let mut tickets = vec![kept.send(&kept.service, "never-d", &impact(), 1)];
+    tickets.push(kept.send(&kept.service, "late-d", &within(120), 2));
+    tickets.push(kept.send(&kept.service, "soon-d", &within(60), 3));
+    kept.open();
+    tickets.iter_mut().for_each(|ticket| drop(ticket.wait(patience()).unwrap()));
+    assert_eq!(order("-d"), ["soon-d", "late-d", "never-d"]);
+}
+
+#[test]
+fn clients_take_turns() {
+    let mut kept = Kept::new(&["greedy-t", "modest-t"], 99);
+    let other = kept.daemon.connect();
+    let mut tickets: Vec<Ticket> = (1..=4).map(|n| kept.send(&kept.service, "greedy-t", &impact(), n)).collect();
+    tickets.push(kept.send(&other, "modest-t", &impact(), 5));
+    kept.open();
+    tickets.iter_mut().for_each(|ticket| drop(ticket.wait(patience()).unwrap()));
+    let found = order("-t");
+    let place = found.iter().position(|name| name == "modest-t").unwrap();
+    assert!(place < 2 && found.len() == 5, "{found:?}");
+}
+
+#[test]
+fn a_full_queue_is_shared_and_the_refused_know_when_to_come_back() {
+    let mut kept = Kept::new(&["vase-f"], 2);
+    let other = kept.daemon.connect();
+    let first = kept.send(&kept.service, "vase-f", &impact(), 1);
+    let second = kept.send(&kept.service, "vase-f", &impact(), 2);
+    let third = refused(object(&kept.service, "vase-f").strike(&impact()).unwrap());
+    let theirs = object(&other, "vase-f").strike(&impact()).unwrap();
+    let displaced = refused(second);
+    for refusal in [&third, &displaced] {
+        assert_eq!((refusal.kind, refusal.at.as_str()), (Kind::Busy, "queue"), "{refusal}");
+        assert!(refusal.retry_after.is_some_and(|wait| wait > Duration::ZERO), "{refusal:?}");
+    }
+    kept.open();
+    for mut ticket in [first, theirs] {
+        ticket.wait(patience()).unwrap();
+    }
+}
+
+#[test]
+fn what_is_late_costs_no_more_and_what_will_be_late_is_refused_at_once() {
+    let mut kept = Kept::new(&["vase-l"], 99);
+    let within = |ms| impact().deadline(Duration::from_millis(ms));
+    let late = refused(object(&kept.service, "vase-l").strike(&within(20)).unwrap());
+    assert_eq!((late.kind, late.at.as_str()), (Kind::Late, "deadline"), "while the keeper still computes: {late}");
+    std::thread::sleep(Duration::from_millis(100));
+    kept.open();
+    let late = refused(object(&kept.service, "slow").strike(&within(20)).unwrap());
+    assert_eq!((late.kind, late.at.as_str()), (Kind::Late, "deadline"), "it would compute for a minute: {late}");
+    // The keeper is known to take a tenth of a second.
+    let begun = Instant::now();
+    let hopeless = refused(object(&kept.service, "keeper").strike(&within(50)).unwrap());
+    assert_eq!((hopeless.kind, hopeless.at.as_str()), (Kind::Late, "deadline"), "{hopeless}");
+    assert!(hopeless.message.contains("expected"), "{hopeless} after {:?}", begun.elapsed());
+    object(&kept.service, "keeper").strike(&within(60_000)).unwrap().wait(patience()).unwrap();
+    kept.until(|running, queued| running == 0 && queued == 0);
+}
