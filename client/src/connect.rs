@@ -81,6 +81,12 @@ impl Shatter {
         }
     }
 
+    /// Sleeps until the service has something for this connection, a few milliseconds have passed, or the deadline: between two
+    /// looks at tickets, for a thread that has nothing else to do.
+    pub fn doze(&self, deadline: Deadline) {
+        self.link.doze(deadline);
+    }
+
     /// How the service goes.
     pub fn status(&self, deadline: Deadline) -> Result<Status, Refusal> {
         control::status(&self.link, deadline)

@@ -3,7 +3,7 @@
 mod commands;
 
 use clap::{Parser, Subcommand};
-use commands::{Failure, impact, list, status, threshold};
+use commands::{Failure, impact, list, load, status, threshold};
 use std::process::ExitCode;
 
 /// Strikes brittle objects and fetches the fragments from a running shatterd.
@@ -27,6 +27,11 @@ enum Command {
     Impact(impact::Args),
     /// The impulse that just breaks an object.
     Threshold(threshold::Args),
+    /// What the service does under many impacts from many processes.
+    Load(load::Args),
+    /// One client process of a load.
+    #[command(hide = true)]
+    LoadClient,
 }
 
 fn main() -> ExitCode {
@@ -40,6 +45,8 @@ fn main() -> ExitCode {
         Command::Status(args) => status::run(&cli.service, args),
         Command::Impact(args) => impact::run(&cli.service, args),
         Command::Threshold(args) => threshold::run(&cli.service, args),
+        Command::Load(args) => load::run(&cli.service, args),
+        Command::LoadClient => load::work(&cli.service),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

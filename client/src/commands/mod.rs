@@ -2,6 +2,7 @@
 
 pub mod impact;
 pub mod list;
+pub mod load;
 mod objects;
 pub mod status;
 pub mod threshold;

@@ -88,7 +88,7 @@ impl Named {
 
 impl Object for Named {
     fn row(&self) -> ObjectRow {
-        let mut row = ObjectRow { ready: 1, bodies: 1, degree_max: 512, ..ObjectRow::zeroed() };
+        let mut row = ObjectRow { ready: 1, bodies: 1, degree_max: 512, diagonal_m: 1.0, ..ObjectRow::zeroed() };
         row.gamma_j_m2 = f64::from(self.tint());
         row.set_name(&self.name);
         row.set_material("toy");

@@ -1,0 +1,182 @@
+//! `shatter load`: what the service does under many impacts from many processes.
+//!
+//! Arrivals are open: every client process has its own schedule, drawn in advance, and a strike's time counts from when it was
+//! due, not from when it could be sent. A service that falls behind is therefore seen to (G. Tene, *How not to measure latency*).
+
+mod ideal;
+mod picture;
+mod plan;
+mod schedule;
+mod tally;
+mod worker;
+
+pub use worker::run as work;
+
+use super::{Failure, document, out, reply};
+use plan::{Plan, Target};
+use serde_json::{Value, json};
+use shatter_client::{Kind, Refusal, Shatter};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, SystemTime};
+use tally::{Record, Tally};
+
+/// Sites of a strike that the command line says nothing about.
+const DEGREE: u32 = 20;
+
+/// Time that client processes have to connect before the first strike is due.
+const HEAD_START: Duration = Duration::from_millis(1500);
+
+/// Arguments of `shatter load`.
+#[derive(clap::Args)]
+pub struct Args {
+    /// Objects to strike, in equal parts [default: all that are ready].
+    objects: Vec<String>,
+    /// Client processes.
+    #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u16).range(1..=256))]
+    clients: u16,
+    /// Strikes per second of all clients together; several rates, separated by commas, are run one after the other.
+    #[arg(long, value_name = "PER_SECOND_TOTAL", value_delimiter = ',', required_unless_present = "closed", value_parser = rate)]
+    rate: Vec<f64>,
+    /// Instead of a rate: every client sends a strike as soon as the one before is answered.
+    #[arg(long, conflicts_with = "rate")]
+    closed: bool,
+    /// Seconds of each run.
+    #[arg(long, value_name = "S", default_value = "10", value_parser = rate)]
+    seconds: f64,
+    /// Sites of every strike [default: 20].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    degree: Option<u32>,
+    /// Milliseconds after which an answer is of no use.
+    #[arg(long, value_name = "T")]
+    deadline_ms: Option<u64>,
+    /// What is struck how often: a TOML file of `[[strike]]` tables with `object`, and `weight` and `degree` where they are not 1
+    /// and 20.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["objects", "degree"])]
+    mix: Option<PathBuf>,
+    /// Schedules and impacts follow from it.
+    #[arg(long, default_value_t = 0)]
+    seed: u64,
+    /// Write load.json, load.csv with every strike and, of several rates, load.svg into this folder.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Print one JSON document.
+    #[arg(long)]
+    json: bool,
+}
+
+fn rate(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(number) if number.is_finite() && number > 0.0 => Ok(number),
+        _ => Err("a number above zero is wanted".to_owned()),
+    }
+}
+
+/// Runs the load and prints what became of it.
+pub fn run(service: &str, args: &Args) -> Result<(), Failure> {
+    let connection = Shatter::connect(service, reply())?;
+    let targets = targets(&connection, args)?;
+    let servers = connection.status(reply())?.row().threads.max(1) as usize;
+    let rates: Vec<Option<f64>> = if args.closed { vec![None] } else { args.rate.iter().copied().map(Some).collect() };
+    let mut runs = Vec::new();
+    for rate in rates {
+        let records = one(service, args, &targets, rate)?;
+        runs.push((rate, Tally::of(&records, servers, args.seconds), records));
+    }
+    let told: Vec<Value> = runs.iter().map(|(rate, tally, _)| tally.document(*rate)).collect();
+    let told = if told.len() == 1 { told.into_iter().next().unwrap_or_default() } else { json!({ "runs": told }) };
+    if let Some(folder) = &args.out {
+        write(folder, &told, &runs)?;
+    }
+    if args.json {
+        return document(&told);
+    }
+    out(format_args!("{}\n", Tally::HEAD))?;
+    runs.iter().try_for_each(|(rate, tally, _)| out(format_args!("{}\n", tally.line(*rate))))
+}
+
+fn targets(connection: &Shatter, args: &Args) -> Result<Vec<Target>, Failure> {
+    if let Some(file) = &args.mix {
+        return Ok(plan::mix(file)?);
+    }
+    let target = |object: String| Target { object, weight: 1.0, degree: args.degree.unwrap_or(DEGREE) };
+    if !args.objects.is_empty() {
+        return Ok(args.objects.iter().cloned().map(target).collect());
+    }
+    let ready = connection.objects(reply())?.into_iter().filter(|facts| facts.ready);
+    let all: Vec<Target> = ready.map(|facts| target(facts.name)).collect();
+    if all.is_empty() {
+        return Err(Refusal::new(Kind::UnknownObject, "", "the service has no object to strike").into());
+    }
+    Ok(all)
+}
+
+/// One run: what every strike of every client came to.
+fn one(service: &str, args: &Args, targets: &[Target], rate: Option<f64>) -> Result<Vec<Vec<Record>>, Failure> {
+    let begin = SystemTime::now() + HEAD_START;
+    let plan = |client: u16| Plan {
+        targets: targets.to_vec(),
+        rate: rate.map(|rate| rate / f64::from(args.clients)),
+        seconds: args.seconds,
+        deadline_ms: args.deadline_ms,
+        seed: args.seed.wrapping_add(u64::from(client) << 32),
+        begin_unix_ns: begin.duration_since(SystemTime::UNIX_EPOCH).map_or(0, |since| since.as_nanos() as u64),
+    };
+    let children = (0..args.clients).map(|client| start(service, &plan(client))).collect::<Result<Vec<_>, _>>()?;
+    children.into_iter().map(finish).collect()
+}
+
+fn failed(at: &str, error: impl std::fmt::Display) -> Failure {
+    Refusal::new(Kind::Failed, at, format!("a client process: {error}")).into()
+}
+
+fn start(service: &str, plan: &Plan) -> Result<Child, Failure> {
+    let program = std::env::current_exe().map_err(|error| failed("program", error))?;
+    let mut command = Command::new(program);
+    command.args(["--service", service, "load-client"]).stdin(Stdio::piped()).stdout(Stdio::piped());
+    let mut child = command.spawn().map_err(|error| failed("start", error))?;
+    let text = serde_json::to_vec(plan).map_err(|error| failed("plan", error))?;
+    if let Some(mut input) = child.stdin.take() {
+        input.write_all(&text).map_err(|error| failed("plan", error))?;
+    }
+    Ok(child)
+}
+
+fn finish(child: Child) -> Result<Vec<Record>, Failure> {
+    let output = child.wait_with_output().map_err(|error| failed("end", error))?;
+    let told: Result<plan::Told, _> = serde_json::from_slice(&output.stdout);
+    match told {
+        Ok(plan::Told::Records(records)) => Ok(records),
+        Ok(plan::Told::Refused { kind, at, message }) => {
+            let kind = Kind::ALL.iter().copied().find(|known| known.name() == kind).unwrap_or(Kind::Failed);
+            Err(Refusal::new(kind, at, message).into())
+        }
+        Err(error) => Err(failed("answer", format!("{error}; it ended with {}", output.status))),
+    }
+}
+
+type Run = (Option<f64>, Tally, Vec<Vec<Record>>);
+
+fn write(folder: &Path, told: &Value, runs: &[Run]) -> Result<(), Failure> {
+    let refuse = |error: std::io::Error| {
+        let at = folder.display().to_string();
+        Refusal::new(Kind::Output, at.clone(), format!("cannot write to {at}: {error}"))
+    };
+    std::fs::create_dir_all(folder).map_err(refuse)?;
+    std::fs::write(folder.join("load.json"), format!("{told:#}\n")).map_err(refuse)?;
+    let rates: Vec<(f64, &Tally)> = runs.iter().filter_map(|(rate, tally, _)| Some(((*rate)?, tally))).collect();
+    match picture::svg(&rates) {
+        Some(Ok(text)) => std::fs::write(folder.join("load.svg"), text).map_err(refuse)?,
+        Some(Err(why)) => return Err(failed("picture", why)),
+        None => {}
+    }
+    let mut text = "rate_hz,client,due_us,latency_us,service_us,ipc_us,end\n".to_owned();
+    for (rate, _, clients) in runs {
+        let rate = rate.map_or("closed".to_owned(), |rate| rate.to_string());
+        for (client, records) in clients.iter().enumerate() {
+            records.iter().for_each(|record| text.push_str(&format!("{rate},{client},{}\n", record.csv())));
+        }
+    }
+    Ok(std::fs::write(folder.join("load.csv"), text).map_err(refuse)?)
+}

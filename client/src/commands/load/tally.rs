@@ -1,0 +1,192 @@
+//! What became of all strikes.
+
+use super::ideal;
+use hdrhistogram::Histogram;
+use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
+
+/// How a strike ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum End {
+    /// With an answer.
+    Ok,
+    /// No room.
+    Busy,
+    /// Too late.
+    Late,
+    /// Otherwise.
+    Failed,
+}
+
+/// One strike.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Record {
+    /// When it was due, from the beginning of the run on, µs.
+    pub due_us: u64,
+    /// From when it was due to its end, µs.
+    pub latency_us: u64,
+    /// All its stages, µs.
+    pub service_us: u64,
+    /// Its round trip, from when it was sent, less its stages, µs.
+    pub ipc_us: u64,
+    /// How it ended.
+    pub end: End,
+}
+
+impl Record {
+    /// Its line of a table.
+    pub fn csv(&self) -> String {
+        let Self { due_us, latency_us, service_us, ipc_us, end } = self;
+        let end = format!("{end:?}").to_lowercase();
+        format!("{due_us},{latency_us},{service_us},{ipc_us},{end}")
+    }
+}
+
+/// Counts and times of one run.
+pub struct Tally {
+    sent: usize,
+    counts: [usize; 4],
+    throughput_hz: f64,
+    latency: Times,
+    refusal: Times,
+    ipc_p50: u64,
+    ideal_p99: u64,
+    per_client: Vec<usize>,
+}
+
+/// Longer times count as this.
+const LONGEST_US: u64 = 600_000_000;
+
+/// Digits of a time that are right.
+const DIGITS: u8 = 3;
+
+/// Some times, µs.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+struct Times {
+    p50: u64,
+    p90: u64,
+    p99: u64,
+    max: u64,
+}
+
+impl Times {
+    fn of(values: impl Iterator<Item = u64>) -> Self {
+        // The only errors are those of limits that make no sense.
+        let Ok(mut histogram) = Histogram::<u64>::new_with_max(LONGEST_US, DIGITS) else { return Self::default() };
+        values.for_each(|value| histogram.saturating_record(value));
+        let at = |share| histogram.value_at_quantile(share);
+        Self { p50: at(0.5), p90: at(0.9), p99: at(0.99), max: histogram.max() }
+    }
+}
+
+impl Tally {
+    /// The head of a table of [`Self::line`]s.
+    pub const HEAD: &str =
+        "   rate/s    sent      ok    busy    late  failed    ok/s   p50 ms   p90 ms   p99 ms   max ms  ideal p99";
+
+    /// Of the records of all clients of a run of so many seconds; the ideal queue has so many servers.
+    pub fn of(clients: &[Vec<Record>], servers: usize, seconds: f64) -> Self {
+        let all = || clients.iter().flatten();
+        let ended = |end: End| all().filter(move |record| record.end == end);
+        let counts = [End::Ok, End::Busy, End::Late, End::Failed].map(|end| ended(end).count());
+        let served: Vec<(u64, u64)> = ended(End::Ok).map(|record| (record.due_us, record.service_us)).collect();
+        // A run lasts until its last answer.
+        let last = ended(End::Ok).map(|record| record.due_us + record.latency_us).max().unwrap_or(0) as f64 * 1e-6;
+        let refusals = all().filter(|record| matches!(record.end, End::Busy | End::Late));
+        Self {
+            sent: all().count(),
+            counts,
+            throughput_hz: counts[0] as f64 / last.max(seconds),
+            latency: Times::of(ended(End::Ok).map(|record| record.latency_us)),
+            refusal: Times::of(refusals.map(|record| record.latency_us)),
+            ipc_p50: Times::of(ended(End::Ok).map(|record| record.ipc_us)).p50,
+            ideal_p99: Times::of(ideal::sojourns(served, servers).into_iter()).p99,
+            per_client: clients
+                .iter()
+                .map(|records| records.iter().filter(|record| record.end == End::Ok).count())
+                .collect(),
+        }
+    }
+
+    /// Answers per second.
+    pub fn throughput_hz(&self) -> f64 {
+        self.throughput_hz
+    }
+
+    /// Within how long one of two and 99 of 100 were answered, ms.
+    pub fn latency_ms(&self) -> (f64, f64) {
+        (self.latency.p50 as f64 * 1e-3, self.latency.p99 as f64 * 1e-3)
+    }
+
+    /// Within how long an ideal queue answers 99 of 100, ms.
+    pub fn ideal_ms(&self) -> f64 {
+        self.ideal_p99 as f64 * 1e-3
+    }
+
+    /// The document of `load --json`.
+    pub fn document(&self, rate: Option<f64>) -> Value {
+        let [ok, busy, late, failed] = self.counts;
+        let Times { p50, p90, p99, max } = self.latency;
+        let refusal = self.refusal;
+        json!({
+            "rate_hz": rate,
+            "sent": self.sent,
+            "ok": ok,
+            "busy": busy,
+            "late": late,
+            "failed": failed,
+            "throughput_hz": self.throughput_hz,
+            "latency_us": { "p50": p50, "p90": p90, "p99": p99, "max": max },
+            "refusal_us": { "p50": refusal.p50, "p99": refusal.p99, "max": refusal.max },
+            "ipc_share_us_p50": self.ipc_p50,
+            "ideal_queue_p99_us": self.ideal_p99,
+            "per_client_ok": self.per_client,
+        })
+    }
+
+    /// One line for people.
+    pub fn line(&self, rate: Option<f64>) -> String {
+        let rate = rate.map_or("closed".to_owned(), |rate| format!("{rate:.1}"));
+        let [ok, busy, late, failed] = self.counts;
+        let ms = |us: u64| us as f64 * 1e-3;
+        let Times { p50, p90, p99, max } = self.latency;
+        format!(
+            "{rate:>9} {:>7} {ok:>7} {busy:>7} {late:>7} {failed:>7} {:>7.1} {:>8.2} {:>8.2} {:>8.2} {:>8.2} {:>10.2}",
+            self.sent,
+            self.throughput_hz,
+            ms(p50),
+            ms(p90),
+            ms(p99),
+            ms(max),
+            ms(self.ideal_p99)
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn strikes_are_counted_by_their_ends_and_clients() {
+        let record = |due_us, end| Record { due_us, latency_us: 2000, service_us: 1500, ipc_us: 100, end };
+        let first = (0..100).map(|k| record(10_000 * k, End::Ok)).collect();
+        let second = vec![record(0, End::Busy), record(5, End::Late), record(9, End::Failed), record(400, End::Ok)];
+        let tally = Tally::of(&[first, second], 2, 1.0);
+        let told = tally.document(Some(104.0));
+        assert_eq!((&told["sent"], &told["ok"], &told["busy"]), (&104.into(), &101.into(), &1.into()));
+        assert_eq!((&told["late"], &told["failed"]), (&1.into(), &1.into()));
+        assert_eq!(told["per_client_ok"], json!([100, 1]));
+        assert_eq!(told["throughput_hz"], 101.0);
+        for (times, quantile) in [("latency_us", "p50"), ("latency_us", "max"), ("refusal_us", "p99")] {
+            let found = told[times][quantile].as_f64().unwrap();
+            assert!((found / 2000.0 - 1.0).abs() < 2e-3, "{times} {quantile}: {found}");
+        }
+        assert!((told["ideal_queue_p99_us"].as_f64().unwrap() / 1500.0 - 1.0).abs() < 2e-3);
+        assert_eq!(
+            tally.line(None).split_whitespace().count(),
+            Tally::HEAD.split("  ").filter(|part| !part.is_empty()).count()
+        );
+    }
+}

@@ -1,0 +1,76 @@
+//! `shatter load` against a daemon in this process with a toy engine: real client processes, every strike accounted for.
+
+mod support;
+
+use serde_json::Value;
+use support::{InProcess, TestPlace, shatter};
+
+fn daemon() -> InProcess {
+    let here = TestPlace::new("load");
+    for name in ["vase", "arch"] {
+        here.database(name, "tetra");
+    }
+    here.database("slow", "slow");
+    InProcess::start(here, "")
+}
+
+/// The document of a run; every strike has one end.
+fn run(daemon: &InProcess, arguments: &[&str]) -> Value {
+    let all: Vec<&str> = ["load", "--seconds", "1", "--json"].iter().chain(arguments).copied().collect();
+    let (code, text) = shatter(&daemon.here, &all);
+    assert_eq!(code, 0, "{text}");
+    let told: Value = serde_json::from_str(&text).unwrap();
+    let ends: u64 = ["ok", "busy", "late", "failed"].iter().map(|end| told[*end].as_u64().unwrap()).sum();
+    assert_eq!(told["sent"].as_u64(), Some(ends), "{told}");
+    told
+}
+
+#[test]
+fn many_processes_strike_by_schedule_and_all_is_accounted_for() {
+    let daemon = daemon();
+    let told = run(&daemon, &["vase", "arch", "--clients", "3", "--rate", "150"]);
+    let (sent, ok) = (told["sent"].as_u64().unwrap(), told["ok"].as_u64().unwrap());
+    assert!((90..220).contains(&sent) && ok == sent, "{told}");
+    assert_eq!(told["per_client_ok"].as_array().unwrap().len(), 3);
+    assert!(told["latency_us"]["p50"].as_u64() <= told["latency_us"]["max"].as_u64(), "{told}");
+}
+
+#[test]
+fn what_is_late_is_counted_so_and_a_closed_loop_waits() {
+    let daemon = daemon();
+    let closed = run(&daemon, &["vase", "--clients", "2", "--closed"]);
+    assert!(closed["ok"].as_u64() > Some(20) && closed["rate_hz"].is_null(), "{closed}");
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("load");
+    let mix = folder.path().join("mix.toml");
+    std::fs::write(&mix, "[[strike]]\nobject = \"vase\"\nweight = 3\n[[strike]]\nobject = \"arch\"\ndegree = 2")
+        .unwrap();
+    let (out_, mix) = (out.to_str().unwrap(), mix.to_str().unwrap());
+    let (code, text) =
+        shatter(&daemon.here, &["load", "--seconds", "1", "--rate", "20,40", "--mix", mix, "--out", out_, "--json"]);
+    assert_eq!(code, 0, "{text}");
+    let told: Value = serde_json::from_str(&text).unwrap();
+    assert_eq!(told["runs"].as_array().unwrap().len(), 2);
+    let read = |name: &str| std::fs::read_to_string(out.join(name)).unwrap();
+    assert!(read("load.svg").contains("most answered"));
+    let strikes: u64 = told["runs"].as_array().unwrap().iter().map(|run| run["sent"].as_u64().unwrap()).sum();
+    assert_eq!(read("load.csv").lines().count() as u64, 1 + strikes);
+}
+
+#[test]
+fn what_cannot_be_struck_is_refused_by_name() {
+    let daemon = daemon();
+    let refused = |arguments: &[&str]| {
+        let all: Vec<&str> = ["load", "--json"].iter().chain(arguments).copied().collect();
+        let (code, text) = shatter(&daemon.here, &all);
+        let told: Value = serde_json::from_str(&text).unwrap();
+        (code, told["error"]["kind"].as_str().unwrap().to_owned())
+    };
+    assert_eq!(refused(&["nothing", "--rate", "5"]), (3, "unknown_object".to_owned()));
+    assert_eq!(refused(&["vase", "--mix", "/nowhere", "--rate", "5"]).0, 2);
+    assert_eq!(refused(&["--mix", "/nowhere", "--rate", "5"]), (3, "configuration".to_owned()));
+    for wrong in [["--rate", "0"], ["--rate", "x"], ["--clients", "0"], ["--seconds", "-1"]] {
+        assert_eq!(refused(&wrong), (2, "usage".to_owned()), "{wrong:?}");
+    }
+    assert_eq!(refused(&["vase"]).0, 2, "a rate or --closed");
+}
