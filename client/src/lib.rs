@@ -23,8 +23,8 @@
 //! # }
 //! ```
 //!
-//! Nothing here waits without a bound: [`Ticket::poll`] never blocks, everything else takes a [`Deadline`]. Dropping a
-//! [`Ticket`] cancels its strike. Errors are [`Refusal`]s: a closed set of kinds with whose fault it is and whether to try
+//! Nothing here waits without a bound: [`Ticket::poll`] never blocks, everything else takes a [`Deadline`]. A ticket can be
+//! awaited, too, on any executor. Dropping a [`Ticket`] cancels its strike. Errors are [`Refusal`]s: a closed set of kinds with whose fault it is and whether to try
 //! again.
 
 mod broken;
@@ -33,6 +33,7 @@ mod control;
 mod deadline;
 mod digest;
 pub mod export;
+mod future;
 mod impact;
 mod link;
 mod object;
@@ -44,6 +45,7 @@ pub use connect::{Shatter, place};
 pub use control::{ObjectFacts, Status};
 pub use deadline::Deadline;
 pub use digest::{Digest, SectionDigest};
+pub use future::Answer;
 pub use impact::Impact;
 pub use object::Object;
 pub use shatter_proto::control::Latency;

@@ -1,6 +1,7 @@
 //! The ports of one connection, shared by everything that came from it.
 
 use crate::Deadline;
+use crate::future::Audience;
 use iceoryx2::node::{Node, NodeBuilder};
 use iceoryx2::pending_response::PendingResponse;
 use iceoryx2::port::client::{Client, RequestSendError};
@@ -53,6 +54,7 @@ pub(crate) struct Link {
     wake: Notifier<Ipc>,
     woken: Listener<Ipc>,
     sequence: AtomicU64,
+    audience: Audience,
     place: Place,
     _node: Node<Ipc>,
 }
@@ -94,6 +96,7 @@ impl Link {
                 .create()
                 .map_err(|error| failed(WAKE_CLIENT_SERVICE, error))?,
             sequence: AtomicU64::new(1),
+            audience: Audience::default(),
             place: place.clone(),
             _node: node,
         })
@@ -102,6 +105,11 @@ impl Link {
     /// A sequence that this connection has not used.
     pub(crate) fn next_sequence(&self) -> u64 {
         self.sequence.fetch_add(1, Ordering::Relaxed)
+    }
+
+    /// Those who await tickets of this connection.
+    pub(crate) fn audience(&self) -> &Audience {
+        &self.audience
     }
 
     /// What names this connection to the daemon.
@@ -204,6 +212,11 @@ fn send_failed(error: RequestSendError) -> Refusal {
         RequestSendError::ExceedsMaxActiveRequests => full(),
         error => failed("send", error),
     }
+}
+
+/// The thread that awaited tickets need could not be started.
+pub(crate) fn no_thread(error: &std::io::Error) -> Refusal {
+    Refusal::new(Kind::Failed, "threads", format!("no thread can be started: {error}"))
 }
 
 fn full() -> Refusal {

@@ -48,6 +48,10 @@ impl Ticket {
         Ok(Self { link, sequence, sent, pulse: Pulse::now(), state: State::Struck(pending) })
     }
 
+    pub(crate) fn link(&self) -> &Arc<Link> {
+        &self.link
+    }
+
     /// Looks for the answer; never blocks. Once a frame is often enough.
     ///
     /// Errors: the refusal of the service; `lost` if the daemon went away; `bad_answer` if an answer fails the checks.

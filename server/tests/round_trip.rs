@@ -9,6 +9,7 @@ use shatter_proto::answer::{AnswerHeader, Block};
 use shatter_proto::control::StatusRow;
 use shatter_proto::request::StrikeWire;
 use shatter_proto::transport::{CLIENTS_MAX, Ipc, STRIKE_SERVICE, config, service_name};
+use std::future::IntoFuture;
 use support::{InProcess, TestPlace, addresses, patience, within};
 
 fn start(objects: &[(&str, &str)], settings: &str) -> InProcess {
@@ -220,6 +221,28 @@ fn an_answer_larger_than_a_bucket_is_refused() {
     assert_eq!(refused(&service, "large", &impact()).kind, Kind::AnswerTooLarge);
     let fits = service.object("fits", patience()).unwrap().strike(&impact()).unwrap().wait(patience()).unwrap();
     assert!(fits.bytes() > 900 * 1024);
+}
+
+#[test]
+fn tickets_can_be_awaited_and_a_dropped_future_cancels() {
+    let daemon = start(&[("vase", "tetra"), ("slow", "slow")], "[compute]\nstrikes_at_once = 1");
+    let service = daemon.connect();
+    let [vase, slow] = ["vase", "slow"].map(|name| service.object(name, patience()).unwrap());
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_time().build().unwrap();
+    runtime.block_on(async {
+        let tasks: Vec<_> = (0..20).map(|_| tokio::spawn(vase.strike(&impact()).unwrap().into_future())).collect();
+        for task in tasks {
+            assert_eq!(task.await.unwrap().unwrap().fragments().len(), 1);
+        }
+        let nobody = service.object("vase", patience()).unwrap().strike(&impact().degree(Degree::Sites(0)));
+        assert_eq!(nobody.err().unwrap().kind, Kind::Degree);
+        let refusal = vase.strike(&impact().bytes_max(100)).unwrap().await.err().unwrap();
+        assert_eq!(refusal.kind, Kind::CapExceeded);
+        let slow = slow.strike(&impact()).unwrap().into_future();
+        assert!(tokio::time::timeout(std::time::Duration::from_millis(30), slow).await.is_err());
+        assert!(vase.strike(&impact()).unwrap().await.is_ok(), "the only worker is free again");
+    });
+    eventually(&service, |row| row.cancelled == 1);
 }
 
 #[test]
