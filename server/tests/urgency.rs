@@ -131,3 +131,39 @@ fn what_is_late_costs_no_more_and_what_will_be_late_is_refused_at_once() {
     object(&kept.service, "keeper").strike(&within(60_000)).unwrap().wait(patience()).unwrap();
     kept.until(|running, queued| running == 0 && queued == 0);
 }
+
+#[test]
+fn forty_impacts_of_one_moment_are_all_answered_by_deadline() {
+    const CLIENTS: usize = 4;
+    const EACH: usize = 10;
+    // Every client has urgent and less urgent ones: the deadline of number n is the (7n mod 40)th.
+    let name = |number: usize| format!("w{:02}-m", number * 7 % (CLIENTS * EACH));
+    let names: Vec<String> = (0..CLIENTS * EACH).map(name).collect();
+    let mut kept = Kept::new(&names.iter().map(String::as_str).collect::<Vec<_>>(), 99);
+    let together = std::sync::Barrier::new(CLIENTS);
+    std::thread::scope(|scope| {
+        let strikes = |client: usize| {
+            let service = kept.daemon.connect();
+            let objects: Vec<Object> = (0..EACH).map(|own| object(&service, &names[client * EACH + own])).collect();
+            let together = &together;
+            move || {
+                together.wait();
+                let send = |own: &Object| {
+                    let rank: u64 = own.facts().name[1..3].parse().unwrap();
+                    own.strike(&impact().deadline(Duration::from_secs(100 + rank))).unwrap()
+                };
+                (service, objects.iter().map(send).collect::<Vec<Ticket>>())
+            }
+        };
+        let threads: Vec<_> = (0..CLIENTS).map(|client| scope.spawn(strikes(client))).collect();
+        let sent: Vec<(Shatter, Vec<Ticket>)> = threads.into_iter().map(|thread| thread.join().unwrap()).collect();
+        kept.until(|_, queued| queued == (CLIENTS * EACH) as u32);
+        kept.open();
+        for mut ticket in sent.into_iter().flat_map(|(_, tickets)| tickets) {
+            drop(ticket.wait(patience()).unwrap());
+        }
+    });
+    let mut sorted = names.clone();
+    sorted.sort();
+    assert_eq!(order("-m"), sorted);
+}
