@@ -160,7 +160,7 @@ pub const CASES: &[Case] = &[
     case("2 to 20 random labels", "tessellation: any labels", SUM, SUM_WHY, tessellation::random_labels_on_a_block),
     case("random labels, nodes moved", "tessellation: any labels", SUM, SUM_WHY, tessellation::random_labels_on_a_perturbed_block),
     case("no example", "degree: no example", AtMost(0.0), "0 if the answer says that the closed form decided", degree::no_example),
-    case("every example twice", "degree: duplicate examples", AtMost(0.05), "relative change of the inferred numbers: ridge and leave-one-out weigh twice the lessons, the function stays", degree::duplicate_examples),
+    case("every example twice", "degree: duplicate examples", AtMost(0.05), "relative change of the inferred numbers: a lesson that is there twice counts once", degree::duplicate_examples),
     case("a blow beyond all examples", "degree: far outside the examples", AtMost(0.0), "0 if near blows are inferred and the far one falls back to the closed form", degree::far_outside),
     case("by a hair", "degree: at the threshold", Between(1.0, 7.0), "degree just above the threshold minus 1 below: at least two pieces, not dozens", degree::by_a_hair),
     case("falling gamma", "degree: at the threshold", AtMost(0.0), "largest fall of the optimised degree: monotone by construction", degree::monotone),
