@@ -1,9 +1,8 @@
 //! From the name of a service to a connection.
 
 use crate::control::{self, ObjectFacts, Status};
-use crate::link::{Link, daemon_lives};
+use crate::line::{Attempt, Line};
 use crate::{Deadline, Object};
-use shatter_proto::hello::Hello;
 use shatter_proto::name::ServiceName;
 use shatter_proto::place::Place;
 use shatter_proto::{Kind, Refusal};
@@ -15,9 +14,12 @@ use std::time::Duration;
 const PAUSE: Duration = Duration::from_millis(5);
 
 /// A connection to a service. Cheap to clone: clones share it.
+///
+/// It outlives the daemon: strikes and questions under way when a daemon goes away end with `lost`, and the next ones go to
+/// the daemon that then serves, or end with `no_daemon` at once.
 #[derive(Clone)]
 pub struct Shatter {
-    link: Arc<Link>,
+    line: Arc<Line>,
 }
 
 /// Where the service `name` of this user lives.
@@ -39,8 +41,8 @@ impl Shatter {
     /// Connects to the service at `place`, as [`Self::connect`].
     pub fn connect_at(place: &Place, deadline: Deadline) -> Result<Self, Refusal> {
         loop {
-            match attempt(place) {
-                Ok(link) => return Ok(Self { link: Arc::new(link) }),
+            match Line::open(place) {
+                Ok(line) => return Ok(Self { line: Arc::new(line) }),
                 Err(Attempt::Final(refusal)) => return Err(refusal),
                 Err(Attempt::Starting(refusal)) if deadline.passed() => return Err(refusal),
                 Err(Attempt::Starting(_)) => std::thread::sleep(PAUSE.min(deadline.left())),
@@ -63,7 +65,8 @@ impl Shatter {
 
     /// All objects, ready or not, by name.
     pub fn objects(&self, deadline: Deadline) -> Result<Vec<ObjectFacts>, Refusal> {
-        control::objects(&self.link, deadline)
+        let link = self.line.link()?;
+        control::objects(&link, deadline)
     }
 
     /// The object `name`, ready to be struck. Errors: `unknown_object`, `corrupt_object`.
@@ -72,7 +75,7 @@ impl Shatter {
         match objects.into_iter().find(|facts| facts.name == name) {
             Some(facts) => match facts.refusal {
                 Some(refusal) if !facts.ready => Err(refusal),
-                _ => Ok(Object::new(self.link.clone(), facts)),
+                _ => Ok(Object::new(self.line.clone(), facts)),
             },
             None => {
                 let message = format!("the service has no object `{name}`");
@@ -84,39 +87,12 @@ impl Shatter {
     /// Sleeps until the service has something for this connection, a few milliseconds have passed, or the deadline: between two
     /// looks at tickets, for a thread that has nothing else to do.
     pub fn doze(&self, deadline: Deadline) {
-        self.link.doze(deadline);
+        self.line.last().doze(deadline);
     }
 
     /// How the service goes.
     pub fn status(&self, deadline: Deadline) -> Result<Status, Refusal> {
-        control::status(&self.link, deadline)
+        let link = self.line.link()?;
+        control::status(&link, deadline)
     }
-}
-
-/// Why an attempt to connect failed.
-enum Attempt {
-    /// Trying again changes nothing.
-    Final(Refusal),
-    /// A daemon is starting, or just ended.
-    Starting(Refusal),
-}
-
-fn attempt(place: &Place) -> Result<Link, Attempt> {
-    if !place.exists().map_err(Attempt::Final)? || !daemon_lives(place) {
-        return Err(Attempt::Final(no_daemon(place, "no daemon of service")));
-    }
-    let Ok(json) = std::fs::read_to_string(place.hello()) else {
-        return Err(Attempt::Starting(no_daemon(place, "not ready in time: the daemon of service")));
-    };
-    Hello::from_json(&json).and_then(|hello| hello.check()).map_err(Attempt::Final)?;
-    Link::open(place).map_err(|refusal| match refusal.kind {
-        Kind::Transport => Attempt::Starting(refusal),
-        _ => Attempt::Final(refusal),
-    })
-}
-
-fn no_daemon(place: &Place, what: &str) -> Refusal {
-    let service = place.service.as_str();
-    let message = format!("{what} `{service}` in {}", place.folder.display());
-    Refusal::new(Kind::NoDaemon, service, message)
 }

@@ -24,8 +24,11 @@
 //! ```
 //!
 //! Nothing here waits without a bound: [`Ticket::poll`] never blocks, everything else takes a [`Deadline`]. A ticket can be
-//! awaited, too, on any executor. Dropping a [`Ticket`] cancels its strike. Errors are [`Refusal`]s: a closed set of kinds with whose fault it is and whether to try
-//! again.
+//! awaited, too, on any executor. Dropping a [`Ticket`] cancels its strike. Errors are [`Refusal`]s: a closed set of kinds with whose
+//! fault it is and whether to try again.
+//!
+//! Connections outlive the daemon. What was under way when it went away ends with `lost` (no answer will come, sending it again is
+//! safe); what is sent next goes to the daemon that then serves.
 
 mod broken;
 mod connect;
@@ -35,6 +38,7 @@ mod digest;
 pub mod export;
 mod future;
 mod impact;
+mod line;
 mod link;
 mod object;
 mod out;

@@ -21,7 +21,7 @@ use shatter_proto::transport::{
     CONTROL_SERVICE, Ipc, STRIKE_SERVICE, WAKE_CLIENT_SERVICE, WAKE_DAEMON_SERVICE, config, failed, service_name,
 };
 use shatter_proto::{Kind, Refusal};
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 /// A wake-up can be lost, so nobody sleeps longer than this without looking.
@@ -55,6 +55,8 @@ pub(crate) struct Link {
     woken: Listener<Ipc>,
     sequence: AtomicU64,
     audience: Audience,
+    /// Its daemon went away.
+    lost: AtomicBool,
     place: Place,
     _node: Node<Ipc>,
 }
@@ -97,6 +99,7 @@ impl Link {
                 .map_err(|error| failed(WAKE_CLIENT_SERVICE, error))?,
             sequence: AtomicU64::new(1),
             audience: Audience::default(),
+            lost: AtomicBool::new(false),
             place: place.clone(),
             _node: node,
         })
@@ -163,10 +166,19 @@ impl Link {
         if daemon_lives(&self.place) { Ok(()) } else { Err(self.lost()) }
     }
 
-    /// The refusal for a daemon that went away.
+    /// Whether its daemon is known to have gone away.
+    pub(crate) fn is_lost(&self) -> bool {
+        self.lost.load(Ordering::Relaxed)
+    }
+
+    /// The refusal for a daemon that went away; remembered, so that what comes next goes to another one. Daemons keep nothing of
+    /// a strike: sending it again is safe.
     pub(crate) fn lost(&self) -> Refusal {
+        self.lost.store(true, Ordering::Relaxed);
         let service = self.place.service.as_str();
-        Refusal::new(Kind::Lost, service, format!("the daemon of service `{service}` went away"))
+        let message =
+            format!("the daemon of service `{service}` went away; no answer will come, and sending it again is safe");
+        Refusal::new(Kind::Lost, service, message)
     }
 }
 

@@ -1,6 +1,6 @@
 //! An object of the service.
 
-use crate::link::Link;
+use crate::line::Line;
 use crate::{Impact, ObjectFacts, Ticket};
 use shatter_proto::Refusal;
 use std::sync::Arc;
@@ -8,13 +8,13 @@ use std::sync::Arc;
 /// An object that can be struck. Cheap to clone.
 #[derive(Clone)]
 pub struct Object {
-    link: Arc<Link>,
+    line: Arc<Line>,
     facts: Arc<ObjectFacts>,
 }
 
 impl Object {
-    pub(crate) fn new(link: Arc<Link>, facts: ObjectFacts) -> Self {
-        Self { link, facts: Arc::new(facts) }
+    pub(crate) fn new(line: Arc<Line>, facts: ObjectFacts) -> Self {
+        Self { line, facts: Arc::new(facts) }
     }
 
     /// What the service says about it.
@@ -22,11 +22,12 @@ impl Object {
         &self.facts
     }
 
-    /// Sends a strike. Never blocks: the answer is fetched from the ticket.
+    /// Sends a strike. Never waits: the answer is fetched from the ticket. The first strike after the daemon was lost connects
+    /// to its successor, which takes some milliseconds.
     ///
     /// Errors: whatever the daemon would refuse in the request's own fields, found before it is sent; `busy` if the
-    /// connection has too many strikes under way.
+    /// connection has too many strikes under way; `lost` if it reached no daemon, `no_daemon` while there is none.
     pub fn strike(&self, impact: &Impact) -> Result<Ticket, Refusal> {
-        Ticket::send(self.link.clone(), &impact.strike(&self.facts.name))
+        Ticket::send(self.line.link()?, &impact.strike(&self.facts.name))
     }
 }

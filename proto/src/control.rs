@@ -168,6 +168,16 @@ pub struct StatusRow {
     pub objects_outdated: u32,
     /// Bytes per bucket.
     pub bucket_bytes: u64,
+    /// Most buckets that were held at once.
+    pub buckets_used_max: u64,
+    /// Bytes of shared memory that the buckets take up.
+    pub buckets_bytes: u64,
+    /// Daemons that this service has had before this one since its runtime folder was made.
+    pub restarts: u64,
+    /// Of the restarts, those after a daemon that was killed or crashed.
+    pub crashes: u64,
+    /// 1 while the daemon is ending.
+    pub ending: u64,
     /// Time since the daemon started, ns.
     pub uptime_ns: u64,
     /// Strikes answered.
@@ -176,6 +186,8 @@ pub struct StatusRow {
     pub refused: u64,
     /// Strikes refused because the service was full.
     pub busy: u64,
+    /// Strikes whose deadline passed, or would have.
+    pub late: u64,
     /// Strikes that failed inside the service.
     pub failed: u64,
     /// Strikes whose client gave up or vanished.
@@ -199,7 +211,7 @@ pub struct StatusRow {
 const _: () = assert!(size_of::<ControlWire>() == 104);
 const _: () = assert!(size_of::<ControlHeader>() == 64);
 const _: () = assert!(size_of::<ObjectRow>() == 648);
-const _: () = assert!(size_of::<StatusRow>() == 40 + 12 * 8 + 9 * 40);
+const _: () = assert!(size_of::<StatusRow>() == 40 + 18 * 8 + 9 * 40);
 
 impl Question {
     /// Writes the question for the wire.

@@ -57,6 +57,11 @@ impl Place {
         self.folder.join("metrics.txt")
     }
 
+    /// What the daemon knows of those before it.
+    pub fn past(&self) -> PathBuf {
+        self.folder.join("past.json")
+    }
+
     /// Creates the folders for their owner alone, and checks those that exist.
     pub fn create(&self) -> Result<(), Refusal> {
         for folder in [&self.folder, &self.transport] {

@@ -179,6 +179,8 @@ kinds! {
     64 SharedMemory "shared_memory" Environment OURS true;
     /// The folder of databases cannot be read.
     65 DatabaseFolder "database_folder" Environment REFUSED false;
+    /// The loopback port for health and metrics cannot be opened.
+    66 Port "port" Environment REFUSED false;
 }
 
 /// Why something was not done.

@@ -18,6 +18,7 @@ pub struct Config {
     pub compute: Compute,
     pub answers: Answers,
     pub times: Times,
+    pub operations: Operations,
     pub log: Log,
 }
 
@@ -67,6 +68,15 @@ pub struct Times {
     pub tick_ms: u64,
     pub cleanup_ms: u64,
     pub metrics_s: u64,
+    pub drain_s: f64,
+}
+
+/// `[operations]`
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[expect(missing_docs, reason = "see Config")]
+pub struct Operations {
+    pub port: u16,
 }
 
 /// `[log]`
@@ -126,6 +136,7 @@ impl Config {
             ("times.tick_ms", "1 to 1000", (1..=1000).contains(&self.times.tick_ms)),
             ("times.cleanup_ms", "10 to 60000", (10..=60_000).contains(&self.times.cleanup_ms)),
             ("times.metrics_s", "1 to 3600", (1..=3600).contains(&self.times.metrics_s)),
+            ("times.drain_s", "0 to 3600", (0.0..=3600.0).contains(&self.times.drain_s)),
         ];
         match rules.into_iter().find(|(.., holds)| !holds) {
             Some((key, rule, _)) => Err((key, rule)),
@@ -152,6 +163,11 @@ impl Config {
     /// Longest sleep of the waiting thread.
     pub fn tick(&self) -> Duration {
         Duration::from_millis(self.times.tick_ms)
+    }
+
+    /// How long an ending daemon lets strikes finish that it has taken in.
+    pub fn drain(&self) -> Duration {
+        Duration::from_secs_f64(self.times.drain_s)
     }
 
     /// Pause between two looks at the folder of databases; `None`: nobody looks.
@@ -218,6 +234,8 @@ mod tests {
         check("[answers]\nbuckets = 0", "answers.buckets");
         check("[databases]\nwatch_ms = 3", "databases.watch_ms");
         check("[times]\ntick_ms = -1", "-1");
+        check("[times]\ndrain_s = nan", "times.drain_s");
+        check("[operations]\nport = 70000", "70000");
         check("[log]\nformat = \"xml\"", "xml");
         check("[log", "log");
     }

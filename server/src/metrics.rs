@@ -21,6 +21,8 @@ pub enum End {
     Refused,
     /// For want of room.
     Busy,
+    /// Its deadline passed, or would have.
+    Late,
     /// Inside the service.
     Failed,
     /// Nobody waited for it any more.
@@ -28,13 +30,14 @@ pub enum End {
 }
 
 impl End {
-    const ALL: [Self; 5] = [Self::Answered, Self::Refused, Self::Busy, Self::Failed, Self::Cancelled];
+    const ALL: [Self; 6] = [Self::Answered, Self::Refused, Self::Busy, Self::Late, Self::Failed, Self::Cancelled];
 
     /// The end that a refusal is.
     pub fn of(refusal: &Refusal) -> Self {
         match (refusal.kind, refusal.kind.fault()) {
             (Kind::Cancelled, _) => Self::Cancelled,
-            (Kind::Busy | Kind::Late | Kind::Stopping | Kind::SharedMemory, _) => Self::Busy,
+            (Kind::Late, _) => Self::Late,
+            (Kind::Busy | Kind::Stopping | Kind::SharedMemory, _) => Self::Busy,
             (_, Fault::Service) => Self::Failed,
             _ => Self::Refused,
         }
@@ -45,6 +48,7 @@ impl End {
             Self::Answered => "answered",
             Self::Refused => "refused",
             Self::Busy => "busy",
+            Self::Late => "late",
             Self::Failed => "failed",
             Self::Cancelled => "cancelled",
         }
@@ -53,18 +57,35 @@ impl End {
 
 type Label = [(&'static str, &'static str); 1];
 
+/// What a gauge shows of a status row.
+type Reading = fn(&StatusRow) -> u64;
+
+/// What goes on now: name, meaning, unit, where it is read.
+const GAUGES: &[(&str, &str, Option<Unit>, Reading)] = &[
+    ("running", "Strikes computing", None, |row| row.running.into()),
+    ("queued", "Strikes waiting", None, |row| row.queued.into()),
+    ("queue_max", "Strikes that may wait", None, |row| row.queue_max.into()),
+    ("clients", "Clients connected", None, |row| row.clients.into()),
+    ("objects", "Objects ready", None, |row| row.objects_ready.into()),
+    ("objects_failed", "Objects that could not be loaded", None, |row| row.objects_failed.into()),
+    ("objects", "Memory of the objects", Some(Unit::Bytes), |row| row.memory_bytes),
+    ("reloads", "Times the databases were read again", None, |row| row.reloads),
+    ("pool_buckets", "Buckets for answers", None, |row| row.buckets.into()),
+    ("pool_buckets_used_max", "Most buckets that were held at once", None, |row| row.buckets_used_max),
+    ("pool", "Shared memory that the buckets take up", Some(Unit::Bytes), |row| row.buckets_bytes),
+    ("restarts", "Daemons that this service has had before this one", None, |row| row.restarts),
+    ("crashes", "Of these, those that ended without a goodbye", None, |row| row.crashes),
+    ("ending", "1 while the daemon is ending", None, |row| row.ending),
+    ("uptime", "Time since the daemon started", Some(Unit::Seconds), |row| row.uptime_ns / 1_000_000_000),
+];
+
 /// Counters and times since the daemon started.
 pub struct Metrics {
     registry: Registry,
     ends: Family<Label, Counter>,
     stage_seconds: Family<Label, Histogram, fn() -> Histogram>,
     strike_seconds: Histogram,
-    running: Gauge,
-    queued: Gauge,
-    clients: Gauge,
-    objects: Gauge,
-    memory: Gauge,
-    reloads: Gauge,
+    gauges: Vec<(Gauge, Reading)>,
     strike_times: Times<u64>,
     stage_times: Vec<Times<u64>>,
 }
@@ -88,12 +109,7 @@ impl Metrics {
             ends: Family::default(),
             stage_seconds,
             strike_seconds: seconds(),
-            running: Gauge::default(),
-            queued: Gauge::default(),
-            clients: Gauge::default(),
-            objects: Gauge::default(),
-            memory: Gauge::default(),
-            reloads: Gauge::default(),
+            gauges: Vec::new(),
             strike_times: times()?,
             stage_times: STAGES.iter().map(|_| times()).collect::<Result<_, _>>()?,
         };
@@ -107,12 +123,14 @@ impl Metrics {
         registry.register_with_unit("stage", "Time per stage that ran", Unit::Seconds, stages);
         let strikes = self.strike_seconds.clone();
         registry.register_with_unit("strike", "Time from arrival to answer", Unit::Seconds, strikes);
-        registry.register("running", "Strikes computing", self.running.clone());
-        registry.register("queued", "Strikes waiting", self.queued.clone());
-        registry.register("clients", "Clients connected", self.clients.clone());
-        registry.register("objects", "Objects ready", self.objects.clone());
-        registry.register_with_unit("objects", "Memory of the objects", Unit::Bytes, self.memory.clone());
-        registry.register("reloads", "Times the databases were read again", self.reloads.clone());
+        for (name, help, unit, reading) in GAUGES {
+            let gauge = Gauge::default();
+            match unit {
+                Some(unit) => registry.register_with_unit(*name, *help, unit.clone(), gauge.clone()),
+                None => registry.register(*name, *help, gauge.clone()),
+            }
+            self.gauges.push((gauge, *reading));
+        }
         self
     }
 
@@ -139,12 +157,9 @@ impl Metrics {
 
     /// Prometheus text; what goes on now is taken from `now`.
     pub fn text(&self, now: &StatusRow) -> String {
-        self.running.set(i64::from(now.running));
-        self.queued.set(i64::from(now.queued));
-        self.clients.set(i64::from(now.clients));
-        self.objects.set(i64::from(now.objects_ready));
-        self.memory.set(i64::try_from(now.memory_bytes).unwrap_or(i64::MAX));
-        self.reloads.set(i64::try_from(now.reloads).unwrap_or(i64::MAX));
+        for (gauge, reading) in &self.gauges {
+            gauge.set(i64::try_from(reading(now)).unwrap_or(i64::MAX));
+        }
         let mut text = String::new();
         // Writing to a string fails only if a metric cannot be shown; what was written by then is still good.
         if let Err(error) = encode(&mut text, &self.registry) {
@@ -155,9 +170,10 @@ impl Metrics {
 
     /// Fills the counters and times of a status row.
     pub fn fill(&self, row: &mut StatusRow) {
-        let [answered, refused, busy, failed, cancelled] =
+        let [answered, refused, busy, late, failed, cancelled] =
             End::ALL.map(|end| self.ends.get_or_create(&[("end", end.name())]).get());
-        (row.answered, row.refused, row.busy, row.failed, row.cancelled) = (answered, refused, busy, failed, cancelled);
+        (row.answered, row.refused, row.busy, row.late) = (answered, refused, busy, late);
+        (row.failed, row.cancelled) = (failed, cancelled);
         row.strike = latency(&self.strike_times);
         for (slot, times) in row.stages.iter_mut().zip(&self.stage_times) {
             *slot = latency(times);
@@ -205,6 +221,7 @@ mod tests {
         assert_eq!(end(Kind::Impulse), End::Refused);
         assert_eq!(end(Kind::CorruptObject), End::Refused);
         assert_eq!(end(Kind::Busy), End::Busy);
+        assert_eq!(end(Kind::Late), End::Late);
         assert_eq!(end(Kind::Failed), End::Failed);
         assert_eq!(end(Kind::Cancelled), End::Cancelled);
     }

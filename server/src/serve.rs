@@ -2,11 +2,13 @@
 
 use crate::catalog::{Catalog, Retired, unix_ns};
 use crate::config::Config;
+use crate::ears::{Ears, Signals, Woken};
 use crate::engine::Loader;
 use crate::ipc::{ActiveQuestion, Bell, Home, Pool, Populated, Ports, shared_memory_free};
 use crate::jobs::{Crew, Event, Jobs, threads};
 use crate::librarian::{Folder, Librarian};
 use crate::metrics::{End, Metrics};
+use crate::operations::{Inquiry, Operations, Report};
 use bytemuck::Zeroable;
 use sd_notify::NotifyState;
 use shatter_proto::answer::{BLOCK_BYTES, Block};
@@ -17,10 +19,8 @@ use shatter_proto::transport::failed;
 use shatter_proto::{Kind, Refusal};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
-use tokio::signal::unix::{Signal, SignalKind, signal};
 use tokio::sync::Notify;
 use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
-use tokio::time::{Interval, MissedTickBehavior, interval};
 
 const MIB: usize = 1024 * 1024;
 
@@ -30,11 +30,11 @@ const BUCKET_MIN_BYTES: usize = MIB;
 /// What shared memory must be able to take beyond the rehearsal.
 const SHARED_MEMORY_SPARE: usize = 4 * MIB;
 
-/// How long strikes that compute may take to finish when the daemon ends, and to notice that they are cancelled.
+/// How long strikes that compute may take to notice that they are cancelled, when the daemon ends.
 const GRACE: Duration = Duration::from_secs(3);
 
-/// A pause as long as none at all.
-const IDLE: Duration = Duration::from_secs(3600);
+/// How long an ending daemon stays to tell those that it refused why.
+const FAREWELL: Duration = Duration::from_millis(100);
 
 /// What a daemon needs to know.
 pub struct Options {
@@ -60,39 +60,24 @@ pub fn run(options: Options) -> Result<(), Refusal> {
 
 async fn serve(options: Options) -> Result<(), Refusal> {
     let Options { place, config, loader, ready, stop } = options;
-    let mut signals = Signals::new().map_err(|error| Refusal::new(Kind::Failed, "signals", error.to_string()))?;
+    let signals = Signals::hear()?;
     let home = Home::take(&place)?;
-    let (mut daemon, bell, mut events) = Daemon::start(home, config, loader)?;
+    let operations = Operations::open(config.operations.port).await?;
+    let (mut daemon, bell, events) = Daemon::start(home, config, loader)?;
+    let mut ears = Ears::new(&daemon.config, bell, events, operations, signals, stop);
     daemon.home.say_hello()?;
-    notify(&[NotifyState::Ready]);
+    daemon.tell(NotifyState::Ready);
     tracing::info!(service = place.service.as_str(), folder = %place.folder.display(), "ready");
     ready();
     daemon.librarian.finish(&daemon.catalog);
-    daemon.serve(&bell, &mut events, &mut signals, &stop).await;
-    notify(&[NotifyState::Stopping]);
-    daemon.end(bell, &mut events).await;
+    while !daemon.turn(&mut ears).await {}
+    daemon.end(ears).await;
     Ok(())
 }
 
 fn notify(states: &[NotifyState]) {
     if let Err(error) = sd_notify::notify(states) {
         tracing::warn!(%error, "the supervisor cannot be told");
-    }
-}
-
-struct Signals {
-    interrupt: Signal,
-    terminate: Signal,
-    hangup: Signal,
-}
-
-impl Signals {
-    fn new() -> std::io::Result<Self> {
-        Ok(Self {
-            interrupt: signal(SignalKind::interrupt())?,
-            terminate: signal(SignalKind::terminate())?,
-            hangup: signal(SignalKind::hangup())?,
-        })
     }
 }
 
@@ -139,41 +124,28 @@ impl Daemon {
         Ok((daemon, bell, events))
     }
 
-    /// Until someone ends it. Every wait has a bound, and after each everything is looked at.
-    async fn serve(
-        &mut self,
-        bell: &Bell,
-        events: &mut UnboundedReceiver<Event>,
-        signals: &mut Signals,
-        stop: &Notify,
-    ) {
-        let mut cleanup = every(Duration::from_millis(self.config.times.cleanup_ms));
-        let mut metrics = every(Duration::from_secs(self.config.times.metrics_s));
-        let watch = self.config.watch();
-        let mut look = every(watch.unwrap_or(IDLE));
-        let watchdog = sd_notify::watchdog_enabled();
-        let mut heartbeat = every(watchdog.map_or(IDLE, |period| period / 2));
-        loop {
-            tokio::select! {
-                () = bell.wait(self.nap()) => {}
-                Some(event) = events.recv() => self.on(event),
-                _ = cleanup.tick() => self.bury_the_dead(),
-                _ = metrics.tick() => self.write_metrics(),
-                _ = heartbeat.tick(), if watchdog.is_some() => notify(&[NotifyState::Watchdog]),
-                _ = look.tick(), if watch.is_some() => self.librarian.look(),
-                _ = signals.hangup.recv() => self.librarian.reload(&self.catalog),
-                _ = signals.interrupt.recv() => return,
-                _ = signals.terminate.recv() => return,
-                () = stop.notified() => return,
-            }
-            self.receive();
-            for _ in 0..self.jobs.prune() {
-                self.metrics.ended(End::Cancelled);
-            }
-            for end in self.jobs.expire() {
-                self.metrics.ended(end);
-            }
+    /// Sleeps until something wakes it, or a tick: every wait has a bound, and after each everything is looked at. Whether it was
+    /// asked to end.
+    async fn turn(&mut self, ears: &mut Ears) -> bool {
+        match ears.listen(self.nap()).await {
+            Woken::Bell => {}
+            Woken::Event(event) => self.on(event),
+            Woken::Cleanup => self.bury_the_dead(),
+            Woken::Metrics => self.write_metrics(),
+            Woken::Heartbeat => notify(&[NotifyState::Watchdog]),
+            Woken::Look => self.librarian.look(),
+            Woken::Reload => self.librarian.reload(&self.catalog),
+            Woken::Inquiry(inquiry) => self.report(inquiry),
+            Woken::End => return true,
         }
+        self.receive();
+        for _ in 0..self.jobs.prune() {
+            self.metrics.ended(End::Cancelled);
+        }
+        for end in self.jobs.expire() {
+            self.metrics.ended(end);
+        }
+        false
     }
 
     /// How long it may sleep: a tick, or until the next deadline.
@@ -250,11 +222,15 @@ impl Daemon {
             bucket_bytes: pool.bucket_bytes(),
             uptime_ns: u64::try_from(self.started.elapsed().as_nanos()).unwrap_or(u64::MAX),
             memory_bytes: self.catalog.memory_bytes(),
+            restarts: self.home.past().restarts,
+            crashes: self.home.past().crashes,
+            ending: u64::from(self.jobs.closed()),
             reloads: self.reloads,
             read_unix_ns: unix_ns(self.catalog.read()),
             ..StatusRow::zeroed()
         };
         (row.retired, row.retired_bytes) = self.retired.alive();
+        (row.buckets_used_max, row.buckets_bytes) = self.crew.pool_extent();
         self.metrics.fill(&mut row);
         row
     }
@@ -280,31 +256,50 @@ impl Daemon {
         }
     }
 
-    /// Ends in order: nobody new, what waits is refused, what computes may finish for a while.
-    async fn end(mut self, bell: Bell, events: &mut UnboundedReceiver<Event>) {
-        tracing::info!("ending");
+    /// Tells the supervisor what it is at.
+    fn tell(&self, state: NotifyState<'_>) {
+        notify(&[state, NotifyState::Status(&self.summary())]);
+    }
+
+    /// In one line.
+    fn summary(&self) -> String {
+        let (ready, entries) = (self.catalog.ready(), self.catalog.len());
+        let state = if self.jobs.closed() { "ending" } else { "serving" };
+        let (running, queued) = (self.jobs.running(), self.jobs.queued());
+        format!("{state}: {ready} of {entries} objects ready, {running} strikes computing, {queued} waiting\n")
+    }
+
+    /// Replies to the operations port. One that went away is not missed.
+    fn report(&self, inquiry: Inquiry) {
+        let metrics = self.metrics.text(&self.status());
+        let _ = inquiry.send(Report { ready: !self.jobs.closed(), summary: self.summary(), metrics });
+    }
+
+    /// Ends in order: nobody new, what was taken in may finish for a while (a second signal ends the wait), what is left is
+    /// refused or cancelled.
+    async fn end(mut self, mut ears: Ears) {
         self.home.say_goodbye();
+        self.jobs.close();
+        tracing::info!(running = self.jobs.running(), queued = self.jobs.queued(), "ending");
+        self.tell(NotifyState::Stopping);
+        let (begun, drain) = (Instant::now(), self.config.drain());
+        while self.jobs.running() + self.jobs.queued() > 0 && begun.elapsed() < drain {
+            if self.turn(&mut ears).await {
+                break;
+            }
+        }
         for _ in 0..self.jobs.stop() {
             self.metrics.ended(End::Busy);
         }
+        self.jobs.cancel();
         let begun = Instant::now();
-        while self.jobs.running() > 0 && begun.elapsed() < 2 * GRACE {
-            tokio::select! {
-                Some(event) = events.recv() => self.on(event),
-                () = bell.wait(self.config.tick()) => {}
-            }
-            while let Some(question) = self.ports.next_question() {
-                self.reply(&question);
-            }
-            self.jobs.prune();
-            if begun.elapsed() > GRACE {
-                self.jobs.cancel();
-            }
+        while begun.elapsed() < FAREWELL || self.jobs.running() > 0 && begun.elapsed() < GRACE {
+            self.turn(&mut ears).await;
         }
         self.write_metrics();
         let Self { jobs, crew, ports, home, .. } = self;
         // Everything that holds on to the transport: afterwards no node of ours is alive.
-        drop((jobs, crew, ports, bell));
+        drop((jobs, crew, ports, ears));
         if let Err(refusal) = home.heal() {
             tracing::warn!(%refusal, "leftovers stay");
         }
@@ -330,12 +325,6 @@ fn announce(catalog: &Catalog, begun: Instant) {
 fn pool(config: &Config, catalog: &Catalog) -> Pool {
     let bytes = catalog.answer_bytes_max().max(BUCKET_MIN_BYTES).min(config.answers.bucket_mib_max * MIB);
     Pool { buckets: config.answers.buckets, blocks: bytes.div_ceil(BLOCK_BYTES) }
-}
-
-fn every(period: Duration) -> Interval {
-    let mut interval = interval(period.max(Duration::from_millis(1)));
-    interval.set_missed_tick_behavior(MissedTickBehavior::Skip);
-    interval
 }
 
 fn send_rows<R: Row>(active: &ActiveQuestion, rows: &[R], total: usize, refused: bool) -> Result<(), Refusal> {

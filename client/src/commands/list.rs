@@ -31,7 +31,7 @@ pub fn run(service: &str, args: &Args) -> Result<(), Failure> {
                 facts.name, facts.diagonal_m, facts.volume_m3, facts.gamma_j_m2, facts.crack_nodes, facts.material
             ))?;
         }
-        objects::complain(facts, width)?;
+        out(format_args!("{}", objects::complaint(facts, width)))?;
     }
     Ok(())
 }

@@ -1,7 +1,6 @@
 //! What `list` and `status` say about objects.
 
 use super::when::utc;
-use super::{Failure, out};
 use serde_json::{Map, Value, json};
 use shatter_client::ObjectFacts;
 
@@ -38,25 +37,25 @@ pub fn width(objects: &[ObjectFacts]) -> usize {
     objects.iter().map(|object| object.name.chars().count()).max().unwrap_or(0).max(6)
 }
 
-/// Prints why an object, or what lies in its place now, could not be loaded.
-pub fn complain(object: &ObjectFacts, width: usize) -> Result<(), Failure> {
+/// Why an object, or what lies in its place now, could not be loaded; empty if it could.
+pub fn complaint(object: &ObjectFacts, width: usize) -> String {
     match &object.refusal {
-        Some(refusal) if object.ready => out(format_args!("{:width$}  outdated: {refusal}\n", "")),
-        Some(refusal) => out(format_args!("{:width$}  {refusal}\n", object.name)),
-        None => Ok(()),
+        Some(refusal) if object.ready => format!("{:width$}  outdated: {refusal}\n", ""),
+        Some(refusal) => format!("{:width$}  {refusal}\n", object.name),
+        None => String::new(),
     }
 }
 
-/// Prints the table of [`loaded`].
-pub fn table(objects: &[ObjectFacts]) -> Result<(), Failure> {
+/// The table of [`loaded`].
+pub fn table(objects: &[ObjectFacts]) -> String {
     let width = width(objects);
-    out(format_args!(
+    let mut text = format!(
         "{:width$}  {:>10}  {:>8}  {:>7}  {:>7}  loaded\n",
         "object", "memory MiB", "file MiB", "load ms", "version"
-    ))?;
+    );
     for object in objects {
         if object.ready {
-            out(format_args!(
+            text += &format!(
                 "{:width$}  {:10.1}  {:8.1}  {:7.0}  {:7}  {}\n",
                 object.name,
                 object.memory_bytes as f64 / MIB,
@@ -64,9 +63,9 @@ pub fn table(objects: &[ObjectFacts]) -> Result<(), Failure> {
                 object.load_time.as_secs_f64() * 1e3,
                 object.generation,
                 utc(object.loaded_unix)
-            ))?;
+            );
         }
-        complain(object, width)?;
+        text += &complaint(object, width);
     }
-    Ok(())
+    text
 }

@@ -4,10 +4,14 @@ use super::when::utc;
 use super::{Failure, document, objects, out, reply};
 use serde_json::{Map, Value, json};
 use shatter_client::{Deadline, Latency, ObjectFacts, Shatter, Status};
-use std::time::Duration;
+use std::io::IsTerminal;
+use std::time::{Duration, Instant};
 
 /// Pause between two looks of `--watch`.
 const PAUSE: Duration = Duration::from_secs(1);
+
+/// Clears a terminal, and goes to its first line.
+const CLEAR: &str = "\x1b[2J\x1b[H";
 
 /// Arguments of `shatter status`.
 #[derive(clap::Args)]
@@ -34,16 +38,31 @@ pub fn run(service: &str, args: &Args) -> Result<(), Failure> {
         Some(wait) => Shatter::wait_for(service, Deadline::after(wait))?,
         None => Shatter::connect(service, reply())?,
     };
+    if args.watch { watch(service, &connection, args.json) } else { once(service, &connection, args.json) }
+}
+
+fn once(service: &str, connection: &Shatter, json: bool) -> Result<(), Failure> {
+    let (status, loaded) = (connection.status(reply())?, connection.objects(reply())?);
+    if json {
+        return document(&to_json(service, &status, &loaded));
+    }
+    out(format_args!("{}", screen(service, &status, &loaded, None)))
+}
+
+/// Looks again and again; daemons may come and go meanwhile.
+fn watch(service: &str, connection: &Shatter, json: bool) -> Result<(), Failure> {
+    let mut last: Option<(Instant, Status)> = None;
     loop {
-        let (status, loaded) = (connection.status(reply())?, connection.objects(reply())?);
-        match (args.json, args.watch) {
-            (true, false) => document(&to_json(service, &status, &loaded))?,
-            (true, true) => out(format_args!("{}\n", to_json(service, &status, &loaded)))?,
-            (false, _) => screen(service, &status, &loaded)?,
-        }
-        if !args.watch {
-            return Ok(());
-        }
+        let looked = connection.status(reply()).and_then(|status| Ok((status, connection.objects(reply())?)));
+        let text = match &looked {
+            Ok((status, loaded)) if json => format!("{}\n", to_json(service, status, loaded)),
+            Ok((status, loaded)) => screen(service, status, loaded, last.as_ref()),
+            Err(refusal) if json => format!("{}\n", refusal.document()),
+            Err(refusal) => format!("{service}: {refusal}\n"),
+        };
+        last = looked.ok().map(|(status, _)| (Instant::now(), status));
+        let clear = if !json && std::io::stdout().is_terminal() { CLEAR } else { "" };
+        out(format_args!("{clear}{text}"))?;
         std::thread::sleep(PAUSE);
     }
 }
@@ -80,9 +99,15 @@ fn to_json(service: &str, status: &Status, loaded: &[ObjectFacts]) -> Value {
         "queue_max": row.queue_max,
         "buckets": row.buckets,
         "bucket_bytes": row.bucket_bytes,
+        "buckets_used_max": row.buckets_used_max,
+        "buckets_bytes": row.buckets_bytes,
+        "restarts": row.restarts,
+        "crashes": row.crashes,
+        "ending": row.ending != 0,
         "answered": row.answered,
         "refused": row.refused,
         "busy": row.busy,
+        "late": row.late,
         "failed": row.failed,
         "cancelled": row.cancelled,
         "strike": latency(&row.strike),
@@ -91,42 +116,64 @@ fn to_json(service: &str, status: &Status, loaded: &[ObjectFacts]) -> Value {
     })
 }
 
-fn screen(service: &str, status: &Status, loaded: &[ObjectFacts]) -> Result<(), Failure> {
+/// One screen of text; `last` is the look before this one, for rates.
+fn screen(service: &str, status: &Status, loaded: &[ObjectFacts], last: Option<&(Instant, Status)>) -> String {
     let row = status.row();
-    out(format_args!(
-        "{service}: pid {}, up {:.0} s, {} objects ready, {} failed, {} clients, {} threads\n",
+    let mib = |bytes: u64| bytes as f64 / 1_048_576.0;
+    let mut text = format!(
+        "{service}: {}pid {}, up {:.0} s, {} objects ready, {} failed, {} clients, {} threads; {} restarts, {} of them after crashes\n",
+        if row.ending == 0 { "" } else { "ending, " },
         row.pid,
         row.uptime_ns as f64 * 1e-9,
         row.objects_ready,
         row.objects_failed,
         row.clients,
-        row.threads
-    ))?;
-    out(format_args!(
-        "strikes: {} running, {} of {} queued; {} answered, {} refused, {} busy, {} failed, {} cancelled\n",
-        row.running, row.queued, row.queue_max, row.answered, row.refused, row.busy, row.failed, row.cancelled
-    ))?;
-    out(format_args!("answers: {} buckets of {:.1} MiB\n", row.buckets, row.bucket_bytes as f64 / 1_048_576.0))?;
-    out(format_args!("{:14} {:>8} {:>9} {:>9} {:>9} {:>9}  ms\n", "", "count", "p50", "p90", "p99", "max"))?;
+        row.threads,
+        row.restarts,
+        row.crashes
+    );
+    text += &format!(
+        "strikes: {} running, {} of {} queued; {} answered{}, {} refused, {} busy, {} late, {} failed, {} cancelled\n",
+        row.running,
+        row.queued,
+        row.queue_max,
+        row.answered,
+        last.map(|last| rate(last, status)).unwrap_or_default(),
+        row.refused,
+        row.busy,
+        row.late,
+        row.failed,
+        row.cancelled
+    );
+    text += &format!(
+        "answers: {} buckets of {:.1} MiB; at most {} were held at once, {:.1} MiB exist\n",
+        row.buckets,
+        mib(row.bucket_bytes),
+        row.buckets_used_max,
+        mib(row.buckets_bytes)
+    );
+    text += &format!("{:14} {:>8} {:>9} {:>9} {:>9} {:>9}  ms\n", "", "count", "p50", "p90", "p99", "max");
     for (name, times) in std::iter::once(("strike", &row.strike)).chain(status.stages()) {
-        let ms = |ns: u64| ns as f64 * 1e-6;
-        out(format_args!(
-            "{name:14} {:8} {:9.3} {:9.3} {:9.3} {:9.3}\n",
-            times.count,
-            ms(times.p50_ns),
-            ms(times.p90_ns),
-            ms(times.p99_ns),
-            ms(times.max_ns)
-        ))?;
+        let [p50, p90, p99, max] =
+            [times.p50_ns, times.p90_ns, times.p99_ns, times.max_ns].map(|ns| ns as f64 * 1e-6);
+        text += &format!("{name:14} {:8} {p50:9.3} {p90:9.3} {p99:9.3} {max:9.3}\n", times.count);
     }
-    let mib = |bytes: u64| bytes as f64 / 1_048_576.0;
-    out(format_args!(
+    text += &format!(
         "databases: read {}, {} reloads; {:.1} MiB of memory, {:.1} MiB more in {} replaced objects still being struck\n",
         utc(Duration::from_nanos(row.read_unix_ns)),
         row.reloads,
         mib(row.memory_bytes),
         mib(row.retired_bytes),
         row.retired
-    ))?;
-    objects::table(loaded)
+    );
+    text + &objects::table(loaded)
+}
+
+/// Answers per second since the last look at the same daemon.
+fn rate((then, last): &(Instant, Status), status: &Status) -> String {
+    let (before, now) = (last.row(), status.row());
+    if before.pid != now.pid {
+        return String::new();
+    }
+    format!(" ({:.0}/s)", now.answered.saturating_sub(before.answered) as f64 / then.elapsed().as_secs_f64())
 }

@@ -3,6 +3,7 @@
 use iceoryx2::node::{Node, NodeState};
 use iceoryx2::prelude::CallbackProgression;
 use rustix::fs::{FlockOperation, flock};
+use serde::{Deserialize, Serialize};
 use shatter_proto::hello::Hello;
 use shatter_proto::place::Place;
 use shatter_proto::transport::{Ipc, config};
@@ -20,9 +21,38 @@ const LOCK_PAUSE: Duration = Duration::from_millis(10);
 /// Where shared memory lives.
 pub(super) const SHARED_MEMORY: &str = "/dev/shm";
 
+/// The daemons that a service has had before the one that runs. The file lies in the runtime folder, and goes with it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Past {
+    /// How many there were.
+    pub restarts: u64,
+    /// How many of them ended without a goodbye: killed, or crashed.
+    pub crashes: u64,
+}
+
+impl Past {
+    /// The past of a daemon that begins now.
+    fn read(place: &Place) -> Self {
+        let Ok(text) = fs::read(place.past()) else { return Self::default() };
+        let past: Self = serde_json::from_slice(&text).unwrap_or_default();
+        let crashed = u64::from(place.hello().exists());
+        Self { restarts: past.restarts.saturating_add(1), crashes: past.crashes.saturating_add(crashed) }
+    }
+
+    /// Kept for the next daemon. A past that cannot be written is lost, no more.
+    fn write(self, place: &Place) {
+        let written = serde_json::to_vec(&self).map(|json| write_aside(&place.past(), &json));
+        if !matches!(written, Ok(Ok(()))) {
+            tracing::warn!("restarts are not counted: the runtime folder cannot be written");
+        }
+    }
+}
+
 /// The runtime folder of a running daemon. Dropping it gives up the name.
 pub struct Home {
     place: Place,
+    past: Past,
     _lock: File,
 }
 
@@ -32,9 +62,11 @@ impl Home {
     pub fn take(place: &Place) -> Result<Self, Refusal> {
         place.create()?;
         let lock = lock(place)?;
+        let past = Past::read(place);
+        past.write(place);
         // A stale hello would invite clients while the folders are being healed.
         let _ = fs::remove_file(place.hello());
-        let home = Self { place: place.clone(), _lock: lock };
+        let home = Self { place: place.clone(), past, _lock: lock };
         home.heal()?;
         Ok(home)
     }
@@ -42,6 +74,11 @@ impl Home {
     /// Where it is.
     pub fn place(&self) -> &Place {
         &self.place
+    }
+
+    /// The daemons before this one.
+    pub fn past(&self) -> Past {
+        self.past
     }
 
     /// Tells clients that the daemon serves, and what it speaks.
@@ -168,6 +205,23 @@ mod tests {
         assert!(refusal.message.contains(&std::process::id().to_string()), "{refusal}");
         drop(home);
         assert!(Home::take(&place).is_ok());
+    }
+
+    #[test]
+    fn restarts_and_crashes_are_counted() {
+        let root = tempfile::tempdir().unwrap();
+        let place = place(root.path());
+        let past = |goodbye: bool| {
+            let home = Home::take(&place).unwrap();
+            home.say_hello().unwrap();
+            if goodbye {
+                home.say_goodbye();
+            }
+            (home.past().restarts, home.past().crashes)
+        };
+        assert_eq!([past(true), past(false), past(true), past(true)], [(0, 0), (1, 0), (2, 1), (3, 1)]);
+        fs::write(place.past(), "not a past").unwrap();
+        assert_eq!(past(true), (1, 0));
     }
 
     #[test]

@@ -26,6 +26,13 @@ impl Populated {
         self.0.lock().unwrap_or_else(PoisonError::into_inner).insert(start, length);
         Ok(())
     }
+
+    /// Buckets that were ever populated, and bytes of them. The transport lends the bucket that came back last, so this is
+    /// how many were held at once at most.
+    pub fn extent(&self) -> (u64, u64) {
+        let known = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        (known.len() as u64, known.values().map(|length| *length as u64).sum())
+    }
 }
 
 /// Asks the kernel for the pages of `range` beyond its first `known` bytes.
@@ -70,6 +77,7 @@ mod tests {
         for (count, known) in [(1000, 1000), (10, 1000), (4096, 4096)] {
             populated.ensure(&mut blocks[..count]).unwrap();
             assert_eq!(populated.0.lock().unwrap()[&address], known * 64);
+            assert_eq!(populated.extent(), (1, known as u64 * 64));
         }
         // SAFETY: all blocks were initialised above.
         assert!(blocks.iter().all(|block| unsafe { block.assume_init_ref() }.bytes == [7; 64]));

@@ -12,7 +12,7 @@ mod memory;
 mod ports;
 mod wake;
 
-pub use home::Home;
+pub use home::{Home, Past};
 pub use memory::{Populated, shared_memory_free};
 pub use ports::{ActiveQuestion, ActiveStrike, Lent, Pool, Ports, lend};
 pub use wake::{Bell, Waker};

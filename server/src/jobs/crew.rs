@@ -64,6 +64,11 @@ impl Crew {
         self.threads.current_num_threads()
     }
 
+    /// Buckets that were held at once at most, and bytes of shared memory that they take up.
+    pub fn pool_extent(&self) -> (u64, u64) {
+        self.populated.extent()
+    }
+
     /// Runs `work` on a computing thread, which reports by itself.
     fn spawn(self: &Arc<Self>, work: impl FnOnce(&Crew) -> Event + Send + 'static) {
         let crew = self.clone();

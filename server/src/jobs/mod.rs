@@ -27,6 +27,8 @@ pub struct Jobs {
     running: Vec<Running>,
     forecast: Forecast,
     at_once: usize,
+    /// Nothing more is taken in.
+    closed: bool,
     crew: Arc<Crew>,
 }
 
@@ -41,7 +43,7 @@ impl Jobs {
     /// No strike yet. At most `at_once` compute, at most `queue_max` wait.
     pub fn new(at_once: usize, queue_max: usize, crew: Arc<Crew>) -> Self {
         let (waiting, forecast) = (Queue::new(queue_max), Forecast::default());
-        Self { waiting, running: Vec::new(), forecast, at_once, crew }
+        Self { waiting, running: Vec::new(), forecast, at_once, closed: false, crew }
     }
 
     /// Strikes that compute.
@@ -54,12 +56,23 @@ impl Jobs {
         self.waiting.len()
     }
 
+    /// Takes nothing more in.
+    pub fn close(&mut self) {
+        self.closed = true;
+    }
+
+    /// Whether nothing more is taken in.
+    pub fn closed(&self) -> bool {
+        self.closed
+    }
+
     /// Takes a strike in, or refuses it at once, or another one in its stead; the end of the one that was refused.
     pub fn admit(&mut self, active: ActiveStrike, catalog: &Catalog) -> Option<End> {
         // The one copy: the sender can still write to the original.
         let wire = *active.payload();
         let mut flight = Flight::new(active, wire.listener, wire.sequence);
         let placed = wire.validate().and_then(|strike| {
+            self.open()?;
             let object = catalog.get(&strike.object)?;
             let deadline = strike.deadline.and_then(|deadline| flight.arrived().checked_add(deadline));
             self.in_time(deadline, &strike.object)?;
@@ -79,6 +92,11 @@ impl Jobs {
         };
         self.dispatch();
         refused
+    }
+
+    /// Refuses everything once it is closed.
+    fn open(&self) -> Result<(), Refusal> {
+        if self.closed { Err(ending()) } else { Ok(()) }
     }
 
     /// Refuses what is expected to be late anyway.
@@ -170,7 +188,7 @@ impl Jobs {
 
     /// Refuses everything that waits; what computes may finish. Returns how many were refused.
     pub fn stop(&mut self) -> usize {
-        let refusal = Refusal::new(Kind::Stopping, "daemon", "the daemon is ending");
+        let refusal = ending();
         let waiting = self.waiting.take(|_, _| true);
         for flight in &waiting {
             self.crew.refuse(flight, &refusal);
@@ -184,4 +202,8 @@ impl Jobs {
             running.flight.cancel();
         }
     }
+}
+
+fn ending() -> Refusal {
+    Refusal::new(Kind::Stopping, "daemon", "the daemon is ending")
 }

@@ -17,9 +17,13 @@ const ROLE: &str = "SHATTER_TEST_ROLE";
 const CONFIG: &str = "SHATTER_TEST_CONFIG";
 const DATABASES: &str = "SHATTER_TEST_DATABASES";
 
+/// Toys may compute for a minute; tests do not wait for them.
+const DRAIN_S: f64 = 0.5;
+
 fn config(text: &str, databases: &Path) -> Config {
     let mut config = Config::parse(text, "test").unwrap();
     config.databases.folder = databases.to_owned();
+    config.times.drain_s = config.times.drain_s.min(DRAIN_S);
     config
 }
 

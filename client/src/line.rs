@@ -1,0 +1,76 @@
+//! The way to a service, whichever daemon serves: a link, and a new one once its daemon is lost.
+
+use crate::link::{Link, daemon_lives};
+use shatter_proto::hello::Hello;
+use shatter_proto::place::Place;
+use shatter_proto::{Kind, Refusal};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+/// The way to a service. It outlives daemons.
+pub(crate) struct Line {
+    place: Place,
+    link: Mutex<Arc<Link>>,
+}
+
+impl Line {
+    /// Opens it to the daemon that serves now.
+    pub(crate) fn open(place: &Place) -> Result<Self, Attempt> {
+        let link = Mutex::new(Arc::new(attempt(place)?));
+        Ok(Self { place: place.clone(), link })
+    }
+
+    fn guard(&self) -> MutexGuard<'_, Arc<Link>> {
+        self.link.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The link that was used last, whatever became of it.
+    pub(crate) fn last(&self) -> Arc<Link> {
+        self.guard().clone()
+    }
+
+    /// A link that is not known to be lost: the last one, or a new one to the daemon that serves now. Never waits; opening
+    /// takes some milliseconds, once per daemon. Errors: as [`Attempt`].
+    pub(crate) fn link(&self) -> Result<Arc<Link>, Refusal> {
+        let mut link = self.guard();
+        if link.is_lost() {
+            *link = Arc::new(attempt(&self.place)?);
+        }
+        Ok(link.clone())
+    }
+}
+
+/// Why an attempt to connect failed.
+pub(crate) enum Attempt {
+    /// Trying again changes nothing.
+    Final(Refusal),
+    /// A daemon is starting, or just ended.
+    Starting(Refusal),
+}
+
+impl From<Attempt> for Refusal {
+    fn from(attempt: Attempt) -> Self {
+        match attempt {
+            Attempt::Final(refusal) | Attempt::Starting(refusal) => refusal,
+        }
+    }
+}
+
+fn attempt(place: &Place) -> Result<Link, Attempt> {
+    if !place.exists().map_err(Attempt::Final)? || !daemon_lives(place) {
+        return Err(Attempt::Final(no_daemon(place, "no daemon of service")));
+    }
+    let Ok(json) = std::fs::read_to_string(place.hello()) else {
+        return Err(Attempt::Starting(no_daemon(place, "not ready in time: the daemon of service")));
+    };
+    Hello::from_json(&json).and_then(|hello| hello.check()).map_err(Attempt::Final)?;
+    Link::open(place).map_err(|refusal| match refusal.kind {
+        Kind::Transport => Attempt::Starting(refusal),
+        _ => Attempt::Final(refusal),
+    })
+}
+
+fn no_daemon(place: &Place, what: &str) -> Refusal {
+    let service = place.service.as_str();
+    let message = format!("{what} `{service}` in {}", place.folder.display());
+    Refusal::new(Kind::NoDaemon, service, message)
+}

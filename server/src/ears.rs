@@ -1,0 +1,125 @@
+//! Everything that wakes the daemon's loop: bells, events, clocks, signals, questions from the operations port.
+
+use crate::config::Config;
+use crate::ipc::Bell;
+use crate::jobs::Event;
+use crate::operations::{Inquiry, Operations};
+use shatter_proto::{Kind, Refusal};
+use std::sync::Arc;
+use std::time::Duration;
+use tokio::signal::unix::{Signal, SignalKind, signal};
+use tokio::sync::Notify;
+use tokio::sync::mpsc::UnboundedReceiver;
+use tokio::time::{Interval, MissedTickBehavior, interval};
+
+/// A pause as long as none at all.
+const IDLE: Duration = Duration::from_secs(3600);
+
+/// What woke the loop.
+pub enum Woken {
+    /// A client rang, or a tick has passed.
+    Bell,
+    /// A computing thread or the librarian has news.
+    Event(Event),
+    /// Time to look for clients that died.
+    Cleanup,
+    /// Time to write the metrics.
+    Metrics,
+    /// Time to tell the supervisor that the loop turns.
+    Heartbeat,
+    /// Time to look at the folder of databases.
+    Look,
+    /// SIGHUP.
+    Reload,
+    /// A question from the operations port.
+    Inquiry(Inquiry),
+    /// SIGINT, SIGTERM, or whoever started it.
+    End,
+}
+
+/// All of it.
+pub struct Ears {
+    bell: Bell,
+    events: UnboundedReceiver<Event>,
+    operations: Operations,
+    stop: Arc<Notify>,
+    cleanup: Interval,
+    metrics: Interval,
+    look: Option<Interval>,
+    heartbeat: Option<Interval>,
+    signals: Signals,
+}
+
+/// The signals that the daemon hears; heard from the moment it has them, so that one that comes early ends it in order.
+pub struct Signals {
+    interrupt: Signal,
+    terminate: Signal,
+    hangup: Signal,
+}
+
+impl Signals {
+    /// Needs a tokio runtime. Errors: `failed`.
+    pub fn hear() -> Result<Self, Refusal> {
+        let hear = |kind| signal(kind).map_err(|error| Refusal::new(Kind::Failed, "signals", error.to_string()));
+        Ok(Self {
+            interrupt: hear(SignalKind::interrupt())?,
+            terminate: hear(SignalKind::terminate())?,
+            hangup: hear(SignalKind::hangup())?,
+        })
+    }
+}
+
+impl Ears {
+    /// Needs a tokio runtime.
+    pub fn new(
+        config: &Config,
+        bell: Bell,
+        events: UnboundedReceiver<Event>,
+        operations: Operations,
+        signals: Signals,
+        stop: Arc<Notify>,
+    ) -> Self {
+        Self {
+            bell,
+            events,
+            operations,
+            stop,
+            cleanup: every(Duration::from_millis(config.times.cleanup_ms)),
+            metrics: every(Duration::from_secs(config.times.metrics_s)),
+            look: config.watch().map(every),
+            heartbeat: sd_notify::watchdog_enabled().map(|period| every(period / 2)),
+            signals,
+        }
+    }
+
+    /// Waits until something happens, or a tick has passed: a lost ring costs that long.
+    pub async fn listen(&mut self, tick: Duration) -> Woken {
+        tokio::select! {
+            () = self.bell.wait(tick) => Woken::Bell,
+            Some(event) = self.events.recv() => Woken::Event(event),
+            _ = self.cleanup.tick() => Woken::Cleanup,
+            _ = self.metrics.tick() => Woken::Metrics,
+            () = next(&mut self.heartbeat) => Woken::Heartbeat,
+            () = next(&mut self.look) => Woken::Look,
+            inquiry = self.operations.next() => Woken::Inquiry(inquiry),
+            _ = self.signals.hangup.recv() => Woken::Reload,
+            _ = self.signals.interrupt.recv() => Woken::End,
+            _ = self.signals.terminate.recv() => Woken::End,
+            () = self.stop.notified() => Woken::End,
+        }
+    }
+}
+
+fn every(period: Duration) -> Interval {
+    let mut interval = interval(period.clamp(Duration::from_millis(1), IDLE));
+    interval.set_missed_tick_behavior(MissedTickBehavior::Skip);
+    interval
+}
+
+/// The next tick of a clock that may not be wanted.
+async fn next(interval: &mut Option<Interval>) {
+    match interval {
+        Some(interval) => drop(interval.tick().await),
+        None => std::future::pending().await,
+    }
+}

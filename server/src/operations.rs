@@ -1,0 +1,157 @@
+//! A loopback port for supervisors and scrapers: is the daemon alive, is it ready, and how does it go. Nothing of a strike passes
+//! here. Every answer comes from the daemon's own loop, so a daemon whose loop hangs is seen to hang.
+
+use http_body_util::Full;
+use hyper::body::{Bytes, Incoming};
+use hyper::header::{ALLOW, CONTENT_TYPE, HeaderValue};
+use hyper::server::conn::http1;
+use hyper::service::service_fn;
+use hyper::{Method, Request, Response, StatusCode};
+use hyper_util::rt::TokioIo;
+use shatter_proto::{Kind, Refusal};
+use std::convert::Infallible;
+use std::net::{Ipv4Addr, SocketAddr};
+use std::sync::Arc;
+use std::time::Duration;
+use tokio::net::{TcpListener, TcpStream};
+use tokio::sync::{Semaphore, mpsc, oneshot};
+use tokio::task::JoinHandle;
+use tokio::time::timeout;
+
+/// The loop looks at least once per tick; one that has not replied by then hangs.
+const PATIENCE: Duration = Duration::from_secs(2);
+
+/// Connections at once, and how long one may last: any user of the machine can connect, and each holds a descriptor.
+const CONNECTIONS_MAX: usize = 16;
+const CONNECTION: Duration = Duration::from_secs(10);
+
+/// After a connection could not be accepted.
+const PAUSE: Duration = Duration::from_millis(100);
+
+/// The format of the metrics (OpenMetrics 1.0).
+const OPENMETRICS: HeaderValue =
+    HeaderValue::from_static("application/openmetrics-text; version=1.0.0; charset=utf-8");
+const TEXT: HeaderValue = HeaderValue::from_static("text/plain; charset=utf-8");
+
+/// How the daemon goes, as its loop says it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Report {
+    /// Whether it takes strikes in.
+    pub ready: bool,
+    /// In one line.
+    pub summary: String,
+    /// The metrics as text.
+    pub metrics: String,
+}
+
+/// A question to the daemon's loop.
+pub type Inquiry = oneshot::Sender<Report>;
+
+/// The loopback port. Dropping it closes it.
+pub struct Operations {
+    task: Option<JoinHandle<()>>,
+    inquiries: mpsc::Receiver<Inquiry>,
+    /// Keeps the channel open where no port is wanted: nobody ever asks then.
+    _asker: mpsc::Sender<Inquiry>,
+}
+
+impl Operations {
+    /// Listens on `port` of the loopback address; 0: does not listen. Needs a tokio runtime. Errors: `port`.
+    pub async fn open(port: u16) -> Result<Self, Refusal> {
+        let (asker, inquiries) = mpsc::channel(CONNECTIONS_MAX);
+        if port == 0 {
+            return Ok(Self { task: None, inquiries, _asker: asker });
+        }
+        let address = SocketAddr::from((Ipv4Addr::LOCALHOST, port));
+        let taken = |error: std::io::Error| {
+            Refusal::new(Kind::Port, "operations.port", format!("cannot listen on {address}: {error}"))
+        };
+        let listener = TcpListener::bind(address).await.map_err(taken)?;
+        tracing::info!(%address, "health and metrics");
+        let task = tokio::spawn(listen(listener, asker.clone()));
+        Ok(Self { task: Some(task), inquiries, _asker: asker })
+    }
+
+    /// The next question. Never ends by itself.
+    pub async fn next(&mut self) -> Inquiry {
+        match self.inquiries.recv().await {
+            Some(inquiry) => inquiry,
+            // Unreachable while `_asker` lives; waiting for ever is what a silent port does.
+            None => std::future::pending().await,
+        }
+    }
+}
+
+impl Drop for Operations {
+    fn drop(&mut self) {
+        if let Some(task) = &self.task {
+            task.abort();
+        }
+    }
+}
+
+/// Takes connections in, a few at once.
+async fn listen(listener: TcpListener, asker: mpsc::Sender<Inquiry>) {
+    let places = Arc::new(Semaphore::new(CONNECTIONS_MAX));
+    loop {
+        let Ok(place) = places.clone().acquire_owned().await else { return };
+        match listener.accept().await {
+            Ok((stream, _)) => {
+                let asker = asker.clone();
+                tokio::spawn(async move {
+                    if timeout(CONNECTION, converse(stream, asker)).await.is_err() {
+                        tracing::debug!("a connection to the operations port took too long");
+                    }
+                    drop(place);
+                });
+            }
+            Err(error) => {
+                tracing::warn!(%error, "the operations port cannot accept");
+                tokio::time::sleep(PAUSE).await;
+            }
+        }
+    }
+}
+
+/// One connection, one request.
+async fn converse(stream: TcpStream, asker: mpsc::Sender<Inquiry>) {
+    let service = service_fn(|request| reply(request, &asker));
+    let connection = http1::Builder::new().keep_alive(false).serve_connection(TokioIo::new(stream), service);
+    if let Err(error) = connection.await {
+        tracing::debug!(%error, "operations port");
+    }
+}
+
+async fn reply(request: Request<Incoming>, asker: &mpsc::Sender<Inquiry>) -> Result<Response<Full<Bytes>>, Infallible> {
+    if !matches!(*request.method(), Method::GET | Method::HEAD) {
+        let mut refusal = response(StatusCode::METHOD_NOT_ALLOWED, TEXT, "only GET and HEAD\n".to_owned());
+        refusal.headers_mut().insert(ALLOW, HeaderValue::from_static("GET, HEAD"));
+        return Ok(refusal);
+    }
+    let path = request.uri().path();
+    if !matches!(path, "/healthz" | "/readyz" | "/metrics") {
+        return Ok(response(StatusCode::NOT_FOUND, TEXT, "there are /healthz, /readyz and /metrics\n".to_owned()));
+    }
+    let Some(report) = ask(asker).await else {
+        return Ok(response(StatusCode::SERVICE_UNAVAILABLE, TEXT, "the daemon's loop does not reply\n".to_owned()));
+    };
+    Ok(match path {
+        "/metrics" => response(StatusCode::OK, OPENMETRICS, report.metrics),
+        "/readyz" if !report.ready => response(StatusCode::SERVICE_UNAVAILABLE, TEXT, report.summary),
+        _ => response(StatusCode::OK, TEXT, report.summary),
+    })
+}
+
+/// Asks the loop.
+async fn ask(asker: &mpsc::Sender<Inquiry>) -> Option<Report> {
+    let (inquiry, report) = oneshot::channel();
+    asker.try_send(inquiry).ok()?;
+    timeout(PATIENCE, report).await.ok()?.ok()
+}
+
+fn response(status: StatusCode, kind: HeaderValue, body: String) -> Response<Full<Bytes>> {
+    let mut response = Response::new(Full::new(Bytes::from(body)));
+    *response.status_mut() = status;
+    response.headers_mut().insert(CONTENT_TYPE, kind);
+    response
+}
