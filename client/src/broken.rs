@@ -1,6 +1,6 @@
 //! An answer: fragments borrowed straight from shared memory.
 
-use crate::link::Answer;
+use crate::link::{Answer, Held};
 use shatter_proto::answer::{BLOCK_BYTES, FragmentWire, OUTER, RunWire, StageWire, SummaryWire};
 use shatter_proto::view::{Checked, View};
 use shatter_proto::{Kind, Refusal};
@@ -14,6 +14,7 @@ pub struct Broken {
     answer: Answer,
     checked: Box<Checked>,
     round_trip: Duration,
+    _held: Held,
 }
 
 /// What a view shows if the daemon's memory changed under it.
@@ -40,14 +41,14 @@ static NOTHING: SummaryWire = SummaryWire {
 
 impl Broken {
     /// Checks every offset, count and index of `answer` before anything of it is used.
-    pub(crate) fn new(answer: Answer, sequence: u64, round_trip: Duration) -> Result<Self, Refusal> {
+    pub(crate) fn new(answer: Answer, sequence: u64, round_trip: Duration, held: Held) -> Result<Self, Refusal> {
         let header = *answer.user_header();
         if header.sequence != sequence {
             let message = format!("the answer is to request {}, not {sequence}", header.sequence);
             return Err(Refusal::new(Kind::BadAnswer, "sequence", message));
         }
         let checked = Box::new(Checked::new(&header, answer.payload())?);
-        Ok(Self { answer, checked, round_trip })
+        Ok(Self { answer, checked, round_trip, _held: held })
     }
 
     /// All sections, borrowed from shared memory.

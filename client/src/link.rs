@@ -20,7 +20,8 @@ use shatter_proto::request::StrikeWire;
 use shatter_proto::transport::{
     CONTROL_SERVICE, Ipc, STRIKE_SERVICE, WAKE_CLIENT_SERVICE, WAKE_DAEMON_SERVICE, config, failed, service_name,
 };
-use shatter_proto::{Kind, Refusal};
+use shatter_proto::{Kind, Refusal, shared_memory};
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
@@ -29,6 +30,12 @@ const TICK: Duration = Duration::from_millis(5);
 
 /// The transport does not notice a killed daemon, so its lock is looked at this often.
 const PULSE: Duration = Duration::from_millis(200);
+
+/// Shared memory that a connection may need, bytes; a transport that does not get it dies of SIGBUS.
+const ROOM: u64 = 8 * 1024 * 1024;
+
+/// What a request may need beyond what exists, should a new daemon have come meanwhile.
+const ROOM_TO_SEND: u64 = 256 * 1024;
 
 /// When the daemon's lock was last looked at.
 pub(crate) struct Pulse(Instant);
@@ -47,6 +54,15 @@ pub(crate) type Answer = Response<Ipc, [Block], AnswerHeader>;
 /// A question under way.
 pub(crate) type PendingQuestion = PendingResponse<Ipc, ControlWire, (), [Block], ControlHeader>;
 
+/// An answer that is held: the daemon is told how many there are, and gives no client all of its buckets.
+pub(crate) struct Held(Arc<AtomicU64>);
+
+impl Drop for Held {
+    fn drop(&mut self) {
+        self.0.fetch_sub(1, Ordering::Relaxed);
+    }
+}
+
 /// Ports of one connection. Fields are dropped in this order: ports before the node.
 pub(crate) struct Link {
     strikes: Client<Ipc, StrikeWire, (), [Block], AnswerHeader>,
@@ -55,6 +71,7 @@ pub(crate) struct Link {
     woken: Listener<Ipc>,
     sequence: AtomicU64,
     audience: Audience,
+    held: Arc<AtomicU64>,
     /// Its daemon went away.
     lost: AtomicBool,
     place: Place,
@@ -64,6 +81,7 @@ pub(crate) struct Link {
 impl Link {
     /// Opens the services that the daemon created; never creates one.
     pub(crate) fn open(place: &Place) -> Result<Self, Refusal> {
+        shared_memory::need(ROOM)?;
         let config = config(place)?;
         let node = NodeBuilder::new()
             .config(&config)
@@ -86,7 +104,7 @@ impl Link {
             let builder = node.service_builder(&service_name(name)?).event();
             builder.open().map_err(|error| failed(name, error))
         };
-        Ok(Self {
+        let link = Self {
             strikes: strikes.client_builder().create().map_err(client_failed)?,
             questions: questions.client_builder().create().map_err(client_failed)?,
             wake: event(WAKE_DAEMON_SERVICE)?
@@ -99,15 +117,24 @@ impl Link {
                 .map_err(|error| failed(WAKE_CLIENT_SERVICE, error))?,
             sequence: AtomicU64::new(1),
             audience: Audience::default(),
+            held: Arc::default(),
             lost: AtomicBool::new(false),
             place: place.clone(),
             _node: node,
-        })
+        };
+        shared_memory::populate_mapped(&place.prefix)?;
+        Ok(link)
     }
 
     /// A sequence that this connection has not used.
     pub(crate) fn next_sequence(&self) -> u64 {
         self.sequence.fetch_add(1, Ordering::Relaxed)
+    }
+
+    /// Answers that are held, counting one more.
+    pub(crate) fn hold(&self) -> Held {
+        self.held.fetch_add(1, Ordering::Relaxed);
+        Held(self.held.clone())
     }
 
     /// Those who await tickets of this connection.
@@ -122,7 +149,9 @@ impl Link {
 
     /// Sends a strike. Never blocks.
     pub(crate) fn send(&self, strike: StrikeWire) -> Result<PendingStrike, Refusal> {
+        shared_memory::need(ROOM_TO_SEND)?;
         let request = self.strikes.loan_uninit().map_err(loan_failed)?;
+        let strike = StrikeWire { held: self.held.load(Ordering::Relaxed), ..strike };
         let pending = request.write_payload(strike).send().map_err(send_failed)?;
         self.sent(pending.number_of_server_connections())?;
         Ok(pending)
@@ -130,6 +159,7 @@ impl Link {
 
     /// Sends a question. Never blocks.
     pub(crate) fn ask(&self, question: Question) -> Result<PendingQuestion, Refusal> {
+        shared_memory::need(ROOM_TO_SEND)?;
         let request = self.questions.loan_uninit().map_err(loan_failed)?;
         let pending = request.write_payload(question.wire(self.listener())).send().map_err(send_failed)?;
         self.sent(pending.number_of_server_connections())?;

@@ -59,7 +59,7 @@ impl Ticket {
     pub fn poll(&mut self) -> Result<Poll, Refusal> {
         let found = match &mut self.state {
             State::Done => return Err(Refusal::new(Kind::Cancelled, "ticket", "the ticket is spent")),
-            State::Struck(pending) => Self::answer(pending, self.sequence, self.sent),
+            State::Struck(pending) => Self::answer(&self.link, pending, self.sequence, self.sent),
             State::Closed { since, question } => Self::verdict(&self.link, self.sequence, *since, question),
         };
         match found {
@@ -101,11 +101,11 @@ impl Ticket {
         }
     }
 
-    fn answer(pending: &PendingStrike, sequence: u64, sent: Instant) -> Result<Found, Refusal> {
+    fn answer(link: &Link, pending: &PendingStrike, sequence: u64, sent: Instant) -> Result<Found, Refusal> {
         // Asked before receiving: an answer sent between the two calls is then not overlooked.
         let connected = pending.is_connected();
         match pending.receive().map_err(receive_failed)? {
-            Some(answer) => Ok(Found::Answer(Broken::new(answer, sequence, sent.elapsed())?)),
+            Some(answer) => Ok(Found::Answer(Broken::new(answer, sequence, sent.elapsed(), link.hold())?)),
             None if connected => Ok(Found::Nothing),
             None => Ok(Found::Closed),
         }

@@ -21,6 +21,7 @@ pub mod name;
 pub mod place;
 pub mod refusal;
 pub mod request;
+pub mod shared_memory;
 mod text;
 pub mod transport;
 pub mod view;

@@ -86,8 +86,10 @@ pub struct StrikeWire {
     pub elastic: u64,
     /// Time from the daemon's admission after which the answer is of no use, ns; 0: it always is.
     pub deadline_ns: u64,
+    /// Answers of earlier strikes that the client holds, by its own account.
+    pub held: u64,
     /// Zero.
-    pub reserved: [u64; 14],
+    pub reserved: [u64; 13],
 }
 
 const _: () = assert!(size_of::<ContactWire>() == 64);

@@ -55,6 +55,7 @@ pub struct Compute {
 #[expect(missing_docs, reason = "see Config")]
 pub struct Answers {
     pub buckets: usize,
+    pub held_max: usize,
     pub bucket_mib_max: usize,
     pub prefault_buckets: usize,
     pub prefault_mib: usize,
@@ -130,6 +131,7 @@ impl Config {
             ("compute.strikes_at_once", "at most 1024", self.compute.strikes_at_once <= 1024),
             ("compute.queue_max", "1 to 4096", (1..=4096).contains(&self.compute.queue_max)),
             ("answers.buckets", "1 to 1024", (1..=1024).contains(&self.answers.buckets)),
+            ("answers.held_max", "at most answers.buckets", self.answers.held_max <= self.answers.buckets),
             ("answers.bucket_mib_max", "1 to 4096", (1..=4096).contains(&self.answers.bucket_mib_max)),
             ("answers.prefault_buckets", "at most 16", self.answers.prefault_buckets <= 16),
             ("answers.prefault_mib", "at most 1024", self.answers.prefault_mib <= 1024),
@@ -157,6 +159,14 @@ impl Config {
         match self.compute.strikes_at_once {
             0 => self.threads(),
             strikes => strikes,
+        }
+    }
+
+    /// Buckets that one client may hold, at least 1.
+    pub fn held_max(&self) -> usize {
+        match self.answers.held_max {
+            0 => (self.answers.buckets / 2).max(1),
+            most => most,
         }
     }
 

@@ -4,7 +4,7 @@ use crate::catalog::{Catalog, Retired, unix_ns};
 use crate::config::Config;
 use crate::ears::{Ears, Signals, Woken};
 use crate::engine::Loader;
-use crate::ipc::{ActiveQuestion, Bell, Home, Pool, Populated, Ports, shared_memory_free};
+use crate::ipc::{ActiveQuestion, Bell, Home, Pool, Populated, Ports};
 use crate::jobs::{Crew, Event, Jobs, threads};
 use crate::librarian::{Folder, Librarian};
 use crate::metrics::{End, Metrics};
@@ -16,7 +16,7 @@ use shatter_proto::control::{self, ControlHeader, Question, ROWS_MAX, Row, Statu
 use shatter_proto::place::Place;
 use shatter_proto::refusal::RefusalWire;
 use shatter_proto::transport::failed;
-use shatter_proto::{Kind, Refusal};
+use shatter_proto::{Kind, Refusal, shared_memory};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 use tokio::sync::Notify;
@@ -106,18 +106,15 @@ impl Daemon {
         let pool = pool(&config, &catalog);
         let rehearsed = (config.answers.prefault_mib * MIB / BLOCK_BYTES).min(pool.blocks);
         let needed = (config.answers.prefault_buckets * rehearsed * BLOCK_BYTES + SHARED_MEMORY_SPARE) as u64;
-        let free = shared_memory_free()?;
-        if free < needed {
-            let message = format!("shared memory has {free} bytes left, {needed} are needed to start");
-            return Err(Refusal::new(Kind::SharedMemory, "/dev/shm", message));
-        }
+        shared_memory::need(needed)?;
         let (ports, bell, waker) = Ports::open(home.place(), pool)?;
         let populated = Populated::default();
         ports.rehearse(config.answers.prefault_buckets, rehearsed, &populated)?;
+        shared_memory::populate_mapped(&home.place().prefix)?;
         let (sender, events) = unbounded_channel();
         let librarian = Librarian::new(folder, loader, sender.clone())?;
         let crew = Arc::new(Crew::new(threads, populated, waker, sender));
-        let jobs = Jobs::new(config.strikes_at_once(), config.compute.queue_max, crew.clone());
+        let jobs = Jobs::new(config.strikes_at_once(), config.compute.queue_max, config.held_max(), crew.clone());
         let (metrics, started) = (Metrics::new()?, Instant::now());
         let (catalog, retired, reloads) = (Arc::new(catalog), Retired::default(), 0);
         let daemon = Self { jobs, crew, ports, catalog, librarian, retired, reloads, metrics, started, config, home };
@@ -138,10 +135,10 @@ impl Daemon {
             Woken::Inquiry(inquiry) => self.report(inquiry),
             Woken::End => return true,
         }
-        self.receive();
         for _ in 0..self.jobs.prune() {
             self.metrics.ended(End::Cancelled);
         }
+        self.receive();
         for end in self.jobs.expire() {
             self.metrics.ended(end);
         }

@@ -20,9 +20,11 @@ pub struct Verdicts {
 impl Verdicts {
     /// Keeps the verdict on a strike.
     pub fn keep(&mut self, strike: Key, verdict: RefusalWire) {
-        if self.by_strike.insert(strike, verdict).is_none() {
-            self.order.push_back(strike);
+        if self.by_strike.insert(strike, verdict).is_some() {
+            // A client that uses a sequence again: the new verdict is as young as any.
+            self.order.retain(|other| *other != strike);
         }
+        self.order.push_back(strike);
         while self.order.len() > KEPT {
             if let Some(oldest) = self.order.pop_front() {
                 self.by_strike.remove(&oldest);
@@ -49,7 +51,9 @@ mod tests {
             verdicts.keep(([1; 16], n), verdict(n));
             verdicts.keep(([1; 16], n), verdict(n));
         }
-        assert_eq!(verdicts.get(([1; 16], 0)), None);
+        verdicts.keep(([1; 16], 1), verdict(1));
+        verdicts.keep(([3; 16], 1), verdict(1));
+        assert_eq!((verdicts.get(([1; 16], 0)), verdicts.get(([1; 16], 2))), (None, None));
         assert_eq!(verdicts.get(([1; 16], 1)), Some(verdict(1)));
         assert_eq!(verdicts.get(([2; 16], 1)), None);
         assert_eq!((verdicts.by_strike.len(), verdicts.order.len()), (KEPT, KEPT));

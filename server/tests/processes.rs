@@ -138,7 +138,7 @@ fn daemons_killed_while_starting_leave_nothing_in_the_way() {
 fn a_killed_client_gives_its_answers_back() {
     let here = TestPlace::new("hoarder");
     here.database("vase", "tetra");
-    let settings = "[answers]\nbuckets = 2\nprefault_buckets = 1";
+    let settings = "[answers]\nbuckets = 2\nheld_max = 2\nprefault_buckets = 1";
     let daemon = Child::start(&mut role(&here, "daemon", settings));
     let hoarder = Child::start(&mut role(&here, "hoarder", ""));
     let service = connect(Some(&here));

@@ -10,6 +10,7 @@ use shatter_proto::control::StatusRow;
 use shatter_proto::request::StrikeWire;
 use shatter_proto::transport::{CLIENTS_MAX, Ipc, STRIKE_SERVICE, config, service_name};
 use std::future::IntoFuture;
+use std::io::{Read, Write};
 use support::{InProcess, TestPlace, addresses, patience, within};
 
 fn start(objects: &[(&str, &str)], settings: &str) -> InProcess {
@@ -199,19 +200,66 @@ fn a_full_queue_refuses_at_once_and_status_still_answers() {
 
 #[test]
 fn exhausted_answers_silence_no_refusal() {
-    let daemon = start(&[("vase", "tetra")], "[answers]\nbuckets = 2");
-    let service = daemon.connect();
-    let vase = service.object("vase", patience()).unwrap();
-    let strike = || vase.strike(&impact()).unwrap().wait(patience());
-    let held = [strike().unwrap(), strike().unwrap()];
+    let daemon = start(&[("vase", "tetra")], "[answers]\nbuckets = 2\nheld_max = 2");
+    let services = [daemon.connect(), daemon.connect()];
+    let strike = |service: &Shatter| service.object("vase", patience()).unwrap().strike(&impact()).unwrap().wait(patience());
+    let held = services.each_ref().map(|service| strike(service).unwrap());
     for _ in 0..5 {
-        let refusal = strike().err().unwrap();
+        let refusal = strike(&services[0]).err().unwrap();
         assert_eq!((refusal.kind, refusal.at.as_str()), (Kind::Busy, "answers"), "{refusal}");
     }
-    eventually(&service, |row| row.busy == 5);
+    eventually(&services[0], |row| (row.busy, row.buckets_used_max) == (5, 2));
     assert_eq!(held[0].fragments().len(), 1);
     drop(held);
-    assert!(strike().is_ok());
+    assert!(strike(&services[0]).is_ok());
+}
+
+#[test]
+fn no_client_holds_more_than_its_share_of_the_answers() {
+    let daemon = start(&[("vase", "tetra")], "[answers]\nbuckets = 4");
+    let [hoarder, other] = [daemon.connect(), daemon.connect()];
+    let strike = |service: &Shatter| service.object("vase", patience()).unwrap().strike(&impact()).unwrap().wait(patience());
+    let held = [strike(&hoarder).unwrap(), strike(&hoarder).unwrap()];
+    let refusal = strike(&hoarder).err().unwrap();
+    assert_eq!((refusal.kind, refusal.at.as_str()), (Kind::Busy, "share"), "{refusal}");
+    assert!((0..3).all(|_| strike(&other).is_ok()));
+    drop(held);
+    assert!(strike(&hoarder).is_ok());
+}
+
+#[test]
+fn a_client_that_never_reads_harms_nobody() {
+    let daemon = start(&[("vase", "tetra")], "[answers]\nbuckets = 4");
+    let [silent, other] = [daemon.connect(), daemon.connect()];
+    let vase = silent.object("vase", patience()).unwrap();
+    let mut unread: Vec<_> = (0..10).map(|_| vase.strike(&impact()).unwrap()).collect();
+    eventually(&other, |row| (row.answered, row.queued) == (2, 8));
+    let theirs = other.object("vase", patience()).unwrap();
+    (0..20).for_each(|_| drop(theirs.strike(&impact()).unwrap().wait(patience()).unwrap()));
+    eventually(&other, |row| (row.answered, row.queued) == (22, 8));
+    // It reads after all, and gets everything.
+    unread.iter_mut().for_each(|ticket| drop(ticket.wait(patience()).unwrap()));
+}
+
+#[test]
+fn connections_outlive_the_daemon_and_say_what_was_lost() {
+    let mut daemon = start(&[("slow", "slow"), ("vase", "tetra")], "");
+    let service = daemon.connect();
+    let [slow, vase] = ["slow", "vase"].map(|name| service.object(name, patience()).unwrap());
+    let mut under_way = slow.strike(&impact()).unwrap();
+    let unread = vase.strike(&impact()).unwrap();
+    eventually(&service, |row| row.answered == 1);
+    daemon.end().unwrap();
+    let lost = under_way.wait(patience()).err().unwrap();
+    assert!(lost.kind == Kind::Lost && lost.kind.retry() && lost.message.contains("safe"), "{lost}");
+    let gone = vase.strike(&impact()).err().unwrap();
+    assert!(matches!(gone.kind, Kind::Lost | Kind::NoDaemon), "{gone}");
+    assert_eq!(vase.strike(&impact()).err().unwrap().kind, Kind::NoDaemon, "known by now, and said at once");
+    daemon.again();
+    assert_eq!(vase.strike(&impact()).unwrap().wait(patience()).unwrap().fragments().len(), 1);
+    assert_eq!(service.status(patience()).unwrap().row().restarts, 1);
+    assert!(service.objects(patience()).unwrap().len() == 2);
+    drop(unread);
 }
 
 #[test]
@@ -348,6 +396,62 @@ fn one_client_too_many_is_refused_and_a_place_is_given_back() {
     clients.pop();
     let vase = connect().unwrap().object("vase", patience()).unwrap();
     assert!(vase.strike(&impact()).unwrap().wait(patience()).is_ok());
+}
+
+#[test]
+fn an_ending_daemon_finishes_what_it_took_in_and_refuses_what_is_new() {
+    let mut daemon = start(&[("gate", "gate 1"), ("vase", "tetra")], "[compute]\nstrikes_at_once = 1");
+    let gate = daemon.here.databases().join("gate.gate");
+    std::fs::write(&gate, "").unwrap();
+    let service = daemon.connect();
+    let [kept, vase] = ["gate", "vase"].map(|name| service.object(name, patience()).unwrap());
+    let mut finished = [kept.strike(&impact()).unwrap(), vase.strike(&impact()).unwrap()];
+    eventually(&service, |row| (row.running, row.queued) == (1, 1));
+    std::thread::scope(|scope| {
+        let ending = scope.spawn(|| daemon.end().unwrap());
+        eventually(&service, |row| row.ending == 1);
+        let refused = vase.strike(&impact()).unwrap().wait(patience()).err().unwrap();
+        assert_eq!(refused.kind, Kind::Stopping, "{refused}");
+        std::fs::remove_file(gate).unwrap();
+        finished.iter_mut().for_each(|ticket| drop(ticket.wait(patience()).unwrap()));
+        ending.join().unwrap();
+    });
+}
+
+/// A request of a scraper or a supervisor; status line and body.
+fn get(port: u16, request: &str) -> (String, String) {
+    let mut stream = std::net::TcpStream::connect(("127.0.0.1", port)).unwrap();
+    stream.set_read_timeout(Some(std::time::Duration::from_secs(30))).unwrap();
+    stream.write_all(format!("{request} HTTP/1.1\r\nHost: localhost\r\n\r\n").as_bytes()).unwrap();
+    let mut text = String::new();
+    stream.read_to_string(&mut text).unwrap();
+    let (head, body) = text.split_once("\r\n\r\n").unwrap();
+    (head.lines().next().unwrap().to_owned(), body.to_owned())
+}
+
+#[test]
+fn supervisors_and_scrapers_are_answered_on_a_loopback_port() {
+    let free = std::net::TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
+    let mut daemon = start(&[("vase", "tetra")], &format!("[operations]\nport = {free}"));
+    let vase = daemon.connect().object("vase", patience()).unwrap();
+    drop(vase.strike(&impact()).unwrap().wait(patience()).unwrap());
+    let (head, body) = get(free, "GET /readyz");
+    assert!(head.contains("200") && body.starts_with("serving: 1 of 1 objects ready"), "{head} {body}");
+    assert!(get(free, "GET /healthz").0.contains("200"));
+    let wanted = ["strikes_total{end=\"answered\"} 1", "stage_seconds_bucket{", "queued 0", "pool_buckets 64", "restarts 0"];
+    eventually(&daemon.connect(), |row| row.answered == 1);
+    let (_, body) = get(free, "GET /metrics");
+    wanted.iter().for_each(|line| assert!(body.contains(&format!("shatter_{line}")), "{line}: {body}"));
+    assert!(body.ends_with("# EOF\n"));
+    assert!(get(free, "GET /secrets").0.contains("404") && get(free, "POST /metrics").0.contains("405"));
+    // Connections that say nothing leave room for others, and garbage harms nobody.
+    let _silent: Vec<_> = (0..8).map(|_| std::net::TcpStream::connect(("127.0.0.1", free)).unwrap()).collect();
+    assert!(get(free, "GET /healthz").0.contains("200"));
+    assert!(get(free, "\u{1}\u{2}\u{3}").0.contains("400"));
+    let taken = InProcess::refused(TestPlace::new("taken"), &format!("[operations]\nport = {free}"));
+    assert_eq!((taken.kind, taken.at.as_str()), (Kind::Port, "operations.port"), "{taken}");
+    daemon.end().unwrap();
+    assert!(std::net::TcpStream::connect(("127.0.0.1", free)).is_err());
 }
 
 #[test]

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use shatter_proto::hello::Hello;
 use shatter_proto::place::Place;
 use shatter_proto::transport::{Ipc, config};
-use shatter_proto::{Kind, Refusal};
+use shatter_proto::{Kind, Refusal, shared_memory};
 use std::fs::{self, File};
 use std::io::{Read, Seek, Write};
 use std::os::unix::fs::{MetadataExt, OpenOptionsExt};
@@ -17,9 +17,6 @@ use std::time::Duration;
 /// Clients hold the lock for microseconds to see whether a daemon lives: a few tries get past them.
 const LOCK_TRIES: u32 = 20;
 const LOCK_PAUSE: Duration = Duration::from_millis(10);
-
-/// Where shared memory lives.
-pub(super) const SHARED_MEMORY: &str = "/dev/shm";
 
 /// The daemons that a service has had before the one that runs. The file lies in the runtime folder, and goes with it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -105,7 +102,7 @@ impl Home {
             return Ok(());
         }
         wipe(&self.place.transport);
-        for entry in fs::read_dir(SHARED_MEMORY).into_iter().flatten().flatten() {
+        for entry in fs::read_dir(shared_memory::FOLDER).into_iter().flatten().flatten() {
             if entry.file_name().to_string_lossy().starts_with(&self.place.prefix) {
                 let _ = fs::remove_file(entry.path());
             }
@@ -229,8 +226,8 @@ mod tests {
         let root = tempfile::tempdir().unwrap();
         let place = place(root.path());
         place.create().unwrap();
-        let left = Path::new(SHARED_MEMORY).join(format!("{}left.data", place.prefix));
-        let other = Path::new(SHARED_MEMORY).join(format!("shatter_other_{}", std::process::id()));
+        let left = Path::new(shared_memory::FOLDER).join(format!("{}left.data", place.prefix));
+        let other = Path::new(shared_memory::FOLDER).join(format!("shatter_other_{}", std::process::id()));
         fs::create_dir_all(place.transport.join("services")).unwrap();
         for path in [&left, &other, &place.transport.join("services/x.service"), &place.hello()] {
             fs::write(path, "").unwrap();

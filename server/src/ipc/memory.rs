@@ -1,11 +1,8 @@
-//! Shared memory is sparse: a page exists once it is written, and a machine that has none left answers with SIGBUS. So the
-//! pages of an answer are asked for before they are written.
+//! The pages of an answer are asked for before they are written.
 
-use super::home::SHARED_MEMORY;
-use rustix::io::Errno;
-use rustix::mm::{Advice, madvise};
+use shatter_proto::Refusal;
 use shatter_proto::answer::Block;
-use shatter_proto::{Kind, Refusal};
+use shatter_proto::shared_memory::populate;
 use std::collections::HashMap;
 use std::mem::MaybeUninit;
 use std::sync::{Mutex, PoisonError};
@@ -22,7 +19,7 @@ impl Populated {
         if known >= length {
             return Ok(());
         }
-        populate(range, known)?;
+        populate(start + known..start + length)?;
         self.0.lock().unwrap_or_else(PoisonError::into_inner).insert(start, length);
         Ok(())
     }
@@ -35,39 +32,10 @@ impl Populated {
     }
 }
 
-/// Asks the kernel for the pages of `range` beyond its first `known` bytes.
-fn populate(range: &mut [MaybeUninit<Block>], known: usize) -> Result<(), Refusal> {
-    let page = rustix::param::page_size();
-    let start = (range.as_mut_ptr() as usize + known) / page * page;
-    let end = range.as_mut_ptr() as usize + size_of_val(range);
-    // SAFETY: the pages that hold `range` are mapped writable for as long as it is borrowed, and MADV_POPULATE_WRITE
-    // changes no byte: it faults pages in as a write would, also the rest of the first and last page, which belong to the
-    // same mapping.
-    let done = unsafe { madvise(start as *mut _, end - start, Advice::LinuxPopulateWrite) };
-    match done {
-        Ok(()) => Ok(()),
-        // Before Linux 5.14 there is no such advice: look at what is left instead.
-        Err(Errno::INVAL) if shared_memory_free()? > (end - start) as u64 => Ok(()),
-        Err(error) => Err(full((end - start) as u64, &error.to_string())),
-    }
-}
-
-/// Bytes that shared memory can still take.
-pub fn shared_memory_free() -> Result<u64, Refusal> {
-    match rustix::fs::statvfs(SHARED_MEMORY) {
-        Ok(data) => Ok(data.f_bavail.saturating_mul(data.f_frsize)),
-        Err(error) => Err(full(0, &error.to_string())),
-    }
-}
-
-fn full(wanted: u64, why: &str) -> Refusal {
-    let message = format!("{SHARED_MEMORY} cannot take another {wanted} bytes: {why}");
-    Refusal::new(Kind::SharedMemory, SHARED_MEMORY, message)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use shatter_proto::Kind;
 
     #[test]
     fn populating_changes_no_byte_and_is_done_once() {
@@ -99,10 +67,5 @@ mod tests {
         assert_eq!(refusal.kind, Kind::SharedMemory);
         // SAFETY: the whole mapping, which nothing refers to any more.
         unsafe { rustix::mm::munmap(mapped, length).unwrap() };
-    }
-
-    #[test]
-    fn shared_memory_says_what_it_can_take() {
-        assert!(shared_memory_free().unwrap() > 0);
     }
 }

@@ -13,6 +13,6 @@ mod ports;
 mod wake;
 
 pub use home::{Home, Past};
-pub use memory::{Populated, shared_memory_free};
+pub use memory::Populated;
 pub use ports::{ActiveQuestion, ActiveStrike, Lent, Pool, Ports, lend};
 pub use wake::{Bell, Waker};

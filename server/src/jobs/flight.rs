@@ -116,14 +116,18 @@ impl Flight {
         }
     }
 
-    /// Sends the answer and closes the request.
+    /// Sends the answer. The request stays open until the client has read the answer or gone: so it is seen what is unread.
     pub(super) fn send(&self, answer: Written) -> Result<(), Refusal> {
-        let mut request = self.request();
-        match request.take() {
+        match &*self.request() {
             // Asked right before sending: channels are recycled, and a late answer would lie in the way of another.
             Some(request) if request.is_connected() => answer.send().map_err(|error| failed("send", error)),
             _ => Err(closed()),
         }
+    }
+
+    /// Whether the client still waits, or has not read the answer yet.
+    pub(super) fn is_open(&self) -> bool {
+        self.request().as_ref().is_some_and(|request| request.is_connected())
     }
 
     /// Closes the request without an answer. The verdict must be kept before.

@@ -13,8 +13,9 @@ use crate::catalog::Catalog;
 use crate::ipc::ActiveStrike;
 use crate::metrics::End;
 use forecast::Forecast;
-use queue::{Place, Pushed, Queue};
+use queue::{Client, Place, Pushed, Queue};
 use shatter_proto::{Kind, Refusal};
+use std::collections::HashMap;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -25,8 +26,12 @@ const COST_UNKNOWN: Duration = Duration::from_millis(10);
 pub struct Jobs {
     waiting: Queue<Arc<Flight>>,
     running: Vec<Running>,
+    /// Answered, and not read yet.
+    unread: Vec<Arc<Flight>>,
     forecast: Forecast,
     at_once: usize,
+    /// Buckets that one client may hold.
+    held_max: usize,
     /// Nothing more is taken in.
     closed: bool,
     crew: Arc<Crew>,
@@ -40,10 +45,11 @@ struct Running {
 }
 
 impl Jobs {
-    /// No strike yet. At most `at_once` compute, at most `queue_max` wait.
-    pub fn new(at_once: usize, queue_max: usize, crew: Arc<Crew>) -> Self {
+    /// No strike yet. At most `at_once` compute, at most `queue_max` wait, and no client holds more than `held_max` buckets.
+    pub fn new(at_once: usize, queue_max: usize, held_max: usize, crew: Arc<Crew>) -> Self {
         let (waiting, forecast) = (Queue::new(queue_max), Forecast::default());
-        Self { waiting, running: Vec::new(), forecast, at_once, closed: false, crew }
+        let (running, unread) = (Vec::new(), Vec::new());
+        Self { waiting, running, unread, forecast, at_once, held_max, closed: false, crew }
     }
 
     /// Strikes that compute.
@@ -73,6 +79,7 @@ impl Jobs {
         let mut flight = Flight::new(active, wire.listener, wire.sequence);
         let placed = wire.validate().and_then(|strike| {
             self.open()?;
+            self.within_share(wire.held)?;
             let object = catalog.get(&strike.object)?;
             let deadline = strike.deadline.and_then(|deadline| flight.arrived().checked_add(deadline));
             self.in_time(deadline, &strike.object)?;
@@ -97,6 +104,15 @@ impl Jobs {
     /// Refuses everything once it is closed.
     fn open(&self) -> Result<(), Refusal> {
         if self.closed { Err(ending()) } else { Ok(()) }
+    }
+
+    /// Refuses a client that holds its share of the buckets.
+    fn within_share(&self, held: u64) -> Result<(), Refusal> {
+        if held < self.held_max as u64 {
+            return Ok(());
+        }
+        let message = format!("this client holds {held} answers, of {} that one may hold: drop some", self.held_max);
+        Err(Refusal::new(Kind::Busy, "share", message))
     }
 
     /// Refuses what is expected to be late anyway.
@@ -139,10 +155,14 @@ impl Jobs {
         End::of(refusal)
     }
 
-    /// Lets waiting strikes compute while there is room.
+    /// Lets waiting strikes compute while there is room. Those of a client that does not read its answers wait until it does.
     fn dispatch(&mut self) {
         while self.running.len() < self.at_once {
-            let Some((place, flight)) = self.waiting.pop() else { return };
+            let (running, unread) = (self.running.iter().map(|running| &running.flight), self.unread.iter());
+            let mut buckets: HashMap<Client, usize> = HashMap::new();
+            running.chain(unread).for_each(|flight| *buckets.entry(flight.key().0).or_default() += 1);
+            let may = |client: &Client| buckets.get(client).is_none_or(|held| *held < self.held_max);
+            let Some((place, flight)) = self.waiting.pop(may) else { return };
             self.running.push(Running { flight: flight.clone(), place, begun: Instant::now() });
             self.crew.fly(flight);
         }
@@ -156,16 +176,23 @@ impl Jobs {
         self.waiting.landed(&place, time);
         if end == End::Answered {
             self.forecast.learn(flight.object(), time);
+            self.unread.push(flight.clone());
         }
         self.dispatch();
     }
 
-    /// Cancels what nobody waits for any more; returns how many of the waiting were dropped.
+    /// Forgets answers that were read, and cancels what nobody waits for any more; returns how many of the waiting were dropped.
     pub fn prune(&mut self) -> usize {
+        let unread = self.unread.len();
+        self.unread.retain(|flight| flight.is_open());
         for running in &self.running {
             running.flight.cancel_if_abandoned();
         }
-        self.waiting.take(|_, flight| flight.cancel_if_abandoned()).len()
+        let dropped = self.waiting.take(|_, flight| flight.cancel_if_abandoned()).len();
+        if self.unread.len() < unread {
+            self.dispatch();
+        }
+        dropped
     }
 
     /// Ends what is late: refuses what waits, and asks what computes to stop at its next checkpoint. The ends of those that

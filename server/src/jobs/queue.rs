@@ -94,13 +94,14 @@ impl<T> Queue<T> {
         result
     }
 
-    /// The most urgent one.
-    pub fn pop(&mut self) -> Option<(Place, T)> {
+    /// The most urgent one of the clients whose turn it may be.
+    pub fn pop(&mut self, may: impl Fn(&Client) -> bool) -> Option<(Place, T)> {
         let used = |client: &Client| self.accounts.get(client).map_or(Duration::ZERO, |account| account.used);
         let urgency = |(place, number, _): &(Place, u64, T)| {
             (place.deadline.is_none(), place.deadline, used(&place.client), *number)
         };
-        let best = (0..self.waiting.len()).min_by_key(|&index| urgency(&self.waiting[index]))?;
+        let eligible = (0..self.waiting.len()).filter(|&index| may(&self.waiting[index].0.client));
+        let best = eligible.min_by_key(|&index| urgency(&self.waiting[index]))?;
         let (place, _, item) = self.waiting.swap_remove(best);
         if let Some(account) = self.accounts.get_mut(&place.client) {
             account.used += place.cost;
@@ -164,7 +165,7 @@ mod tests {
     }
 
     fn order<T>(queue: &mut Queue<T>) -> Vec<T> {
-        std::iter::from_fn(|| queue.pop()).map(|(_, item)| item).collect()
+        std::iter::from_fn(|| queue.pop(|_| true)).map(|(_, item)| item).collect()
     }
 
     #[test]
@@ -199,7 +200,7 @@ mod tests {
         }
         let mut first = Vec::new();
         for _ in 0..8 {
-            let (place, (name, _)) = queue.pop().unwrap();
+            let (place, (name, _)) = queue.pop(|_| true).unwrap();
             queue.landed(&place, if name == "long" { 30 * MS } else { 10 * MS });
             first.push(name);
         }
@@ -211,11 +212,11 @@ mod tests {
         let mut queue = Queue::new(99);
         (0..40).for_each(|n| _ = queue.push(place(1, None), n));
         (0..20).for_each(|_| {
-            let (place, _) = queue.pop().unwrap();
+            let (place, _) = queue.pop(|_| true).unwrap();
             queue.landed(&place, 10 * MS);
         });
         (0..4).for_each(|n| _ = queue.push(place(2, None), 100 + n));
-        let next: Vec<i32> = (0..6).map(|_| queue.pop().unwrap().1).collect();
+        let next: Vec<i32> = (0..6).map(|_| queue.pop(|_| true).unwrap().1).collect();
         assert_eq!(next.iter().filter(|n| **n >= 100).count(), 3, "{next:?}");
     }
 
@@ -230,6 +231,17 @@ mod tests {
         assert_eq!(queue.len(), 4);
         assert_eq!(order(&mut queue), [0, 10, 1, 11]);
         assert_eq!(Queue::new(0).push(place(1, None), 7), Pushed::Full(7));
+    }
+
+    #[test]
+    fn a_client_that_may_not_is_passed_over() {
+        let mut queue = Queue::new(9);
+        (0..2).for_each(|n| _ = queue.push(place(1, None), n));
+        queue.push(place(2, None), 10);
+        let other = |client: &Client| *client != [1; 16];
+        assert_eq!(queue.pop(other).unwrap().1, 10);
+        assert_eq!((queue.pop(other), queue.len()), (None, 2));
+        assert_eq!(order(&mut queue), [0, 1]);
     }
 
     #[test]
@@ -248,7 +260,7 @@ mod tests {
         let mut queue = Queue::new(9);
         for client in 0..200 {
             queue.push(place(client, None), client);
-            let (place, _) = queue.pop().unwrap();
+            let (place, _) = queue.pop(|_| true).unwrap();
             queue.landed(&place, MS);
         }
         assert!(queue.accounts.is_empty());

@@ -30,6 +30,8 @@ fn config(text: &str, databases: &Path) -> Config {
 /// A daemon in a thread of this process.
 pub struct InProcess {
     pub here: TestPlace,
+    settings: String,
+    loader: Loader,
     stop: Arc<Notify>,
     thread: Option<JoinHandle<Result<(), Refusal>>>,
 }
@@ -42,23 +44,39 @@ impl InProcess {
 
     /// The same with another engine.
     pub fn start_with(here: TestPlace, settings: &str, loader: Loader) -> Self {
-        let stop = Arc::new(Notify::new());
-        let (ready, wait) = std::sync::mpsc::channel();
-        let options = Options {
-            place: here.place.clone(),
-            config: config(settings, &here.databases()),
-            loader,
-            ready: Box::new(move || ready.send(()).unwrap()),
-            stop: stop.clone(),
-        };
-        let thread = std::thread::spawn(move || run(options));
-        let ready = wait.recv();
-        let mut daemon = Self { here, stop, thread: Some(thread) };
-        if ready.is_err() {
+        let mut daemon = Self { here, settings: settings.to_owned(), loader, stop: Arc::default(), thread: None };
+        if !daemon.begin() {
             daemon.end().unwrap();
             panic!("the daemon ended before it was ready");
         }
         daemon
+    }
+
+    /// Why one cannot be started so.
+    pub fn refused(here: TestPlace, settings: &str) -> Refusal {
+        let settings = settings.to_owned();
+        let mut daemon = Self { here, settings, loader: loader(), stop: Arc::default(), thread: None };
+        assert!(!daemon.begin(), "it was to be refused");
+        daemon.end().unwrap_err()
+    }
+
+    /// Starts it again at the same place, once it has ended.
+    pub fn again(&mut self) {
+        assert!(self.thread.is_none() && self.begin());
+    }
+
+    /// Starts the thread; whether it came to serve.
+    fn begin(&mut self) -> bool {
+        let (ready, wait) = std::sync::mpsc::channel();
+        let options = Options {
+            place: self.here.place.clone(),
+            config: config(&self.settings, &self.here.databases()),
+            loader: self.loader.clone(),
+            ready: Box::new(move || ready.send(()).unwrap()),
+            stop: self.stop.clone(),
+        };
+        self.thread = Some(std::thread::spawn(move || run(options)));
+        wait.recv().is_ok()
     }
 
     /// A fresh connection.

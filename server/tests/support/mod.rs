@@ -5,11 +5,13 @@
 mod bar;
 mod daemon;
 mod place;
+mod raw;
 mod toy;
 
 pub use bar::bar;
 pub use daemon::{Child, InProcess, play, role, shatter, shatterd};
 pub use place::{TestPlace, within};
+pub use raw::{RawPeer, Sent};
 pub use toy::{addresses, loader, order};
 
 use shatter_client::Deadline;

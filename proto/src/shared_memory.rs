@@ -1,0 +1,98 @@
+//! Shared memory is sparse: a page exists once it is written, and a machine that has none left answers with SIGBUS. So pages are
+//! asked for before they are written, by both sides.
+
+use crate::{Kind, Refusal};
+use rustix::io::Errno;
+use rustix::mm::{Advice, madvise};
+use std::ops::Range;
+
+/// Where shared memory lives.
+pub const FOLDER: &str = "/dev/shm";
+
+/// Segments beyond this size are pools, of which only what is lent is populated.
+const SEGMENT_MAX: usize = 16 * 1024 * 1024;
+
+/// Bytes that shared memory can still take. Errors: `shared_memory`.
+pub fn free_bytes() -> Result<u64, Refusal> {
+    match rustix::fs::statvfs(FOLDER) {
+        Ok(data) => Ok(data.f_bavail.saturating_mul(data.f_frsize)),
+        Err(error) => Err(full(0, &error.to_string())),
+    }
+}
+
+/// Refuses unless shared memory can take `bytes` more. Errors: `shared_memory`.
+pub fn need(bytes: u64) -> Result<(), Refusal> {
+    let free = free_bytes()?;
+    if free >= bytes { Ok(()) } else { Err(full(bytes, &format!("{free} are left"))) }
+}
+
+/// Makes the pages of `range` (addresses) exist; no byte changes. Errors: `shared_memory`, also for addresses that are not mapped
+/// writable.
+pub fn populate(range: Range<usize>) -> Result<(), Refusal> {
+    let page = rustix::param::page_size();
+    let start = range.start / page * page;
+    let length = range.end.saturating_sub(start);
+    // SAFETY: MADV_POPULATE_WRITE changes no byte: it faults pages in as a write would, and refuses addresses that are not
+    // mapped, or not mapped writable. No Rust object is touched.
+    let done = unsafe { madvise(start as *mut _, length, Advice::LinuxPopulateWrite) };
+    match done {
+        Ok(()) => Ok(()),
+        // Before Linux 5.14 there is no such advice: look at what is left instead.
+        Err(Errno::INVAL) => need(length as u64),
+        Err(error) => Err(full(length as u64, &error.to_string())),
+    }
+}
+
+/// Makes the pages of every segment exist whose name begins with `prefix` and that this process has mapped writable; pools aside.
+pub fn populate_mapped(prefix: &str) -> Result<(), Refusal> {
+    let maps = std::fs::read_to_string("/proc/self/maps").map_err(|error| full(0, &error.to_string()))?;
+    maps.lines().filter_map(|line| writable(line, prefix)).try_for_each(populate)
+}
+
+/// The addresses of a line of the memory map, if it is such a segment.
+fn writable(line: &str, prefix: &str) -> Option<Range<usize>> {
+    let (addresses, rest) = line.split_once(' ')?;
+    let name = rest.split(FOLDER).nth(1)?.trim_start_matches('/');
+    let (start, end) = addresses.split_once('-')?;
+    let hex = |text| usize::from_str_radix(text, 16).ok();
+    let range = hex(start)?..hex(end)?;
+    (rest.starts_with("rw-s") && name.starts_with(prefix) && range.len() <= SEGMENT_MAX).then_some(range)
+}
+
+fn full(wanted: u64, why: &str) -> Refusal {
+    let message = format!("{FOLDER} cannot take another {wanted} bytes: {why}");
+    Refusal::new(Kind::SharedMemory, FOLDER, message)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn populating_changes_no_byte() {
+        let bytes = vec![7u8; 1 << 16];
+        let start = bytes.as_ptr() as usize;
+        populate(start..start + bytes.len()).unwrap();
+        assert!(bytes.iter().all(|byte| *byte == 7));
+        populate_mapped("shatter_nobody").unwrap();
+    }
+
+    #[test]
+    fn memory_that_cannot_exist_is_an_error_not_a_signal() {
+        // Page zero is never mapped.
+        assert_eq!(populate(0..4096).unwrap_err().kind, Kind::SharedMemory);
+        assert_eq!(need(u64::MAX).unwrap_err().kind, Kind::SharedMemory);
+        assert!(free_bytes().unwrap() > 0);
+    }
+
+    #[test]
+    fn only_small_writable_segments_of_the_place_are_populated() {
+        let line = |rights: &str, end: &str, name: &str| format!("7f0000000000-{end} {rights} 00000000 00:1a 3   /dev/shm/{name}");
+        let found = |rights, end, name| writable(&line(rights, end, name), "shatter_ab_").is_some();
+        assert!(found("rw-s", "7f0000001000", "shatter_ab_1.connection"));
+        assert!(!found("r--s", "7f0000001000", "shatter_ab_1.data"));
+        assert!(!found("rw-s", "7f0000001000", "shatter_cd_1.data"));
+        assert!(!found("rw-s", "7f0040000000", "shatter_ab_1.data"));
+        assert_eq!(writable("7f00-7f01 rw-p 0 0:0 0", "shatter_ab_"), None);
+    }
+}

@@ -1,0 +1,168 @@
+//! Peers that send garbage, write to what they have sent, or speak another version: refused by the rule that they break, or
+//! answered as what they are; nobody else is harmed.
+
+mod support;
+
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{Rng, SeedableRng};
+use shatter_client::{Degree, Impact, Kind, Shatter};
+use shatter_proto::name::OBJECT_NAME_MAX;
+use shatter_proto::request::{Strike, StrikeWire};
+use std::collections::BTreeMap;
+use support::{InProcess, RawPeer, TestPlace, patience};
+
+/// Under way at once.
+const BATCH: u64 = 32;
+
+/// Words that hurt where they are believed: zeros, ones, signs, infinities, not-a-numbers, lengths, large counts.
+const WORDS: [u64; 12] = [
+    0,
+    1,
+    u64::MAX,
+    1 << 63,
+    0x7ff0_0000_0000_0000,
+    0xfff0_0000_0000_0000,
+    0x7ff8_0000_0000_0001,
+    0x3ff0_0000_0000_0000,
+    64,
+    65,
+    0x0000_0040_0000_0040,
+    0x7fff_ffff,
+];
+
+fn start() -> InProcess {
+    let here = TestPlace::new("garbage");
+    here.database("vase", "tetra");
+    InProcess::start(here, "[times]\ntick_ms = 1")
+}
+
+fn good(sequence: u64) -> StrikeWire {
+    let contact = shatter_proto::request::Contact {
+        point_m: [0.0, 0.1, 0.0],
+        impulse_ns: [-1.0, 0.0, 0.0],
+        duration_s: None,
+        radius_m: None,
+    };
+    let strike = Strike { object: "vase".to_owned(), contacts: vec![contact], degree: Degree::Sites(3), ..Strike::default() };
+    Strike { seed: sequence / 3, ..strike }.wire([7; 16], sequence).unwrap()
+}
+
+/// A good strike with one to four words or bytes changed.
+fn mutant(random: &mut ChaCha8Rng, sequence: u64) -> StrikeWire {
+    let mut wire = good(sequence);
+    let bytes = bytemuck::bytes_of_mut(&mut wire);
+    for _ in 0..=random.next_u32() % 4 {
+        let at = random.next_u32() as usize % bytes.len();
+        match random.next_u32() % 3 {
+            0 => bytes[at] = random.next_u32() as u8,
+            1 => bytes[at] ^= 1 << (random.next_u32() % 8),
+            _ => {
+                let word = at / 8 * 8;
+                let value = WORDS[random.next_u32() as usize % WORDS.len()];
+                bytes[word..word + 8].copy_from_slice(&value.to_le_bytes());
+            }
+        }
+    }
+    wire
+}
+
+/// Sends mutants; each must end as the rules say of the bytes that were sent. How they ended.
+fn check(count: u64) -> BTreeMap<&'static str, u64> {
+    let daemon = start();
+    let peer = RawPeer::open(&daemon.here.place);
+    let mut random = ChaCha8Rng::seed_from_u64(count);
+    let mut ends: BTreeMap<&'static str, u64> = BTreeMap::new();
+    for batch in 0..count / BATCH {
+        // Spread, so that no changed bit makes one the other's.
+        let spread = |number: u64| number.wrapping_mul(0x9e37_79b9_7f4a_7c15);
+        let wires = (1..=BATCH).map(|i| mutant(&mut random, spread(batch * BATCH + i)));
+        let sent: Vec<_> = wires.map(|wire| (wire, peer.send(wire))).collect();
+        for (wire, sent) in sent {
+            let found = peer.outcome(&sent);
+            let name = match (wire.validate(), &found) {
+                (Ok(strike), Ok(summary)) => {
+                    assert_eq!((summary.seed, summary.object()), (strike.seed, strike.object.clone()), "misread");
+                    if let Degree::Sites(sites) = strike.degree {
+                        assert!(summary.sites == sites || summary.sites == 0, "{strike:?}: {}", summary.sites);
+                    }
+                    "answered"
+                }
+                (Err(refusal), Err(Some(kind))) => {
+                    assert_eq!(refusal.kind, *kind, "{refusal}");
+                    kind.name()
+                }
+                (Ok(_), Err(Some(kind))) => {
+                    let later = [Kind::UnknownObject, Kind::Late, Kind::Busy, Kind::CapExceeded, Kind::AnswerTooLarge];
+                    assert!(later.contains(kind), "{kind:?}");
+                    kind.name()
+                }
+                (meant, found) => panic!("{meant:?}, but {found:?}"),
+            };
+            *ends.entry(name).or_default() += 1;
+        }
+    }
+    // A toy has no cap on its sites.
+    serves(&daemon, ends.get(Kind::AnswerTooLarge.name()).copied().unwrap_or(0));
+    ends
+}
+
+/// It still answers others, correctly, and no more than `failed` strikes failed in it.
+fn serves(daemon: &InProcess, failed: u64) {
+    let service: Shatter = daemon.connect();
+    let vase = service.object("vase", patience()).unwrap();
+    let impact = Impact::at([0.0, 0.1, 0.0]).impulse([-1.0, 0.0, 0.0]).degree(Degree::Sites(5));
+    assert_eq!(vase.strike(&impact).unwrap().wait(patience()).unwrap().fragments().len(), 5);
+    assert_eq!(service.status(patience()).unwrap().row().failed, failed);
+}
+
+#[test]
+fn mutated_requests_end_as_the_rules_say() {
+    let ends = check(20_000);
+    println!("20000 mutated requests: {ends:?}");
+    assert!(ends["answered"] > 100 && ends.len() > 8, "{ends:?}");
+}
+
+/// The long run: `cargo test --release --workspace --test garbage -- --ignored --nocapture`.
+#[test]
+#[ignore = "minutes"]
+fn a_million_mutated_requests_end_as_the_rules_say() {
+    println!("1000000 mutated requests: {:?}", check(1_000_000));
+}
+
+#[test]
+fn writing_to_what_was_sent_changes_nothing_for_others() {
+    let daemon = start();
+    let peer = RawPeer::open(&daemon.here.place);
+    let mut random = ChaCha8Rng::seed_from_u64(5);
+    let mut answered = 0;
+    for round in 0..400 {
+        let sent: Vec<_> = (0..8).map(|i| peer.send(good(1 + round * 8 + i))).collect();
+        for sent in &sent {
+            let own = std::ptr::from_ref(sent.payload()).cast_mut().cast::<u8>();
+            for _ in 0..32 {
+                let at = random.next_u32() as usize % size_of::<StrikeWire>();
+                // SAFETY: the request's own memory, writable and mapped while `sent` lives; that the daemon reads it meanwhile is
+                // what is tested.
+                unsafe { own.add(at).write_volatile(random.next_u32() as u8) };
+            }
+        }
+        answered += sent.iter().filter(|sent| peer.end(sent).is_some()).count();
+    }
+    println!("{answered} of 3200 scribbled requests were copied before, or stayed good");
+    serves(&daemon, 0);
+}
+
+#[test]
+fn peers_of_another_version_are_told_so() {
+    let daemon = start();
+    let peer = RawPeer::open(&daemon.here.place);
+    let check = |wire: StrikeWire, kind| assert_eq!(peer.outcome(&peer.send(wire)).unwrap_err(), Some(kind));
+    check(StrikeWire { version: 2, ..good(1) }, Kind::VersionMismatch);
+    check(StrikeWire { magic: 7, ..good(2) }, Kind::BadMagic);
+    check(StrikeWire { object_length: OBJECT_NAME_MAX as u32 + 1, ..good(3) }, Kind::ObjectName);
+    let hello = std::fs::read_to_string(daemon.here.place.hello()).unwrap();
+    std::fs::write(daemon.here.place.hello(), hello.replace("\"protocol\": 1", "\"protocol\": 9")).unwrap();
+    let refusal = Shatter::connect_at(&daemon.here.place, patience()).err().unwrap();
+    assert_eq!(refusal.kind, Kind::VersionMismatch);
+    assert!(refusal.message.contains('1') && refusal.message.contains('9'), "{refusal}");
+}
