@@ -64,7 +64,9 @@ fn attempt(place: &Place) -> Result<Link, Attempt> {
     };
     Hello::from_json(&json).and_then(|hello| hello.check()).map_err(Attempt::Final)?;
     Link::open(place).map_err(|refusal| match refusal.kind {
-        Kind::Transport => Attempt::Starting(refusal),
+        Kind::Transport => {
+            Attempt::Starting(no_daemon(place, &format!("not ready ({refusal}): the daemon of service")))
+        }
         _ => Attempt::Final(refusal),
     })
 }

@@ -166,6 +166,10 @@ pub struct StatusRow {
     pub buckets: u32,
     /// Of the objects ready, those whose file was changed and can no longer be loaded.
     pub objects_outdated: u32,
+    /// Clients that may be connected.
+    pub clients_max: u32,
+    /// 1 while the daemon is ending.
+    pub ending: u32,
     /// Bytes per bucket.
     pub bucket_bytes: u64,
     /// Most buckets that were held at once.
@@ -176,8 +180,6 @@ pub struct StatusRow {
     pub restarts: u64,
     /// Of the restarts, those after a daemon that was killed or crashed.
     pub crashes: u64,
-    /// 1 while the daemon is ending.
-    pub ending: u64,
     /// Time since the daemon started, ns.
     pub uptime_ns: u64,
     /// Strikes answered.
@@ -211,7 +213,7 @@ pub struct StatusRow {
 const _: () = assert!(size_of::<ControlWire>() == 104);
 const _: () = assert!(size_of::<ControlHeader>() == 64);
 const _: () = assert!(size_of::<ObjectRow>() == 648);
-const _: () = assert!(size_of::<StatusRow>() == 40 + 18 * 8 + 9 * 40);
+const _: () = assert!(size_of::<StatusRow>() == 48 + 17 * 8 + 9 * 40);
 
 impl Question {
     /// Writes the question for the wire.

@@ -26,8 +26,8 @@ pub fn need(bytes: u64) -> Result<(), Refusal> {
     if free >= bytes { Ok(()) } else { Err(full(bytes, &format!("{free} are left"))) }
 }
 
-/// Makes the pages of `range` (addresses) exist; no byte changes. Errors: `shared_memory`, also for addresses that are not mapped
-/// writable.
+/// Makes the pages of `range` (addresses) exist; no byte changes. Errors: `shared_memory`; `transport` for addresses that are not
+/// mapped writable, or a segment that is cut short.
 pub fn populate(range: Range<usize>) -> Result<(), Refusal> {
     let page = rustix::param::page_size();
     let start = range.start / page * page;
@@ -39,6 +39,7 @@ pub fn populate(range: Range<usize>) -> Result<(), Refusal> {
         Ok(()) => Ok(()),
         // Before Linux 5.14 there is no such advice: look at what is left instead.
         Err(Errno::INVAL) => need(length as u64),
+        Err(_) if need(length as u64).is_ok() => Err(torn(length)),
         Err(error) => Err(full(length as u64, &error.to_string())),
     }
 }
@@ -57,6 +58,11 @@ fn writable(line: &str, prefix: &str) -> Option<Range<usize>> {
     let hex = |text| usize::from_str_radix(text, 16).ok();
     let range = hex(start)?..hex(end)?;
     (rest.starts_with("rw-s") && name.starts_with(prefix) && range.len() <= SEGMENT_MAX).then_some(range)
+}
+
+/// There is room, and the pages cannot exist all the same: whoever made the segment died before it was as long as it should be.
+fn torn(length: usize) -> Refusal {
+    Refusal::new(Kind::Transport, FOLDER, format!("a segment of {length} bytes is cut short: its maker died"))
 }
 
 fn full(wanted: u64, why: &str) -> Refusal {
@@ -80,14 +86,16 @@ mod tests {
     #[test]
     fn memory_that_cannot_exist_is_an_error_not_a_signal() {
         // Page zero is never mapped.
-        assert_eq!(populate(0..4096).unwrap_err().kind, Kind::SharedMemory);
+        assert_eq!(populate(0..4096).unwrap_err().kind, Kind::Transport);
         assert_eq!(need(u64::MAX).unwrap_err().kind, Kind::SharedMemory);
         assert!(free_bytes().unwrap() > 0);
     }
 
     #[test]
     fn only_small_writable_segments_of_the_place_are_populated() {
-        let line = |rights: &str, end: &str, name: &str| format!("7f0000000000-{end} {rights} 00000000 00:1a 3   /dev/shm/{name}");
+        let line = |rights: &str, end: &str, name: &str| {
+            format!("7f0000000000-{end} {rights} 00000000 00:1a 3   /dev/shm/{name}")
+        };
         let found = |rights, end, name| writable(&line(rights, end, name), "shatter_ab_").is_some();
         assert!(found("rw-s", "7f0000001000", "shatter_ab_1.connection"));
         assert!(!found("r--s", "7f0000001000", "shatter_ab_1.data"));

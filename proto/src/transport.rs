@@ -17,8 +17,8 @@ pub const WAKE_DAEMON_SERVICE: &str = "shatter/wake-daemon/v1";
 /// Wakes one client after an answer.
 pub const WAKE_CLIENT_SERVICE: &str = "shatter/wake-client/v1";
 
-/// Clients at once; one more than that in ports, for the daemon's own rehearsal.
-pub const CLIENTS_MAX: usize = 32;
+/// Clients at once that a daemon may be set to serve.
+pub const CLIENTS_MAX: usize = 128;
 /// Strikes of one client that may be under way at once.
 pub const STRIKES_PER_CLIENT_MAX: usize = 64;
 /// Questions of one client that may be under way at once.

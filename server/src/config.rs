@@ -1,6 +1,7 @@
 //! Configuration of the daemon: the compiled-in default, a file over it, flags over both.
 
 use serde::Deserialize;
+use shatter_proto::transport::CLIENTS_MAX;
 use shatter_proto::{Kind, Refusal};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -28,6 +29,7 @@ pub struct Config {
 #[expect(missing_docs, reason = "see Config")]
 pub struct Service {
     pub name: String,
+    pub clients_max: usize,
 }
 
 /// `[databases]`
@@ -126,6 +128,7 @@ impl Config {
 
     fn check(&self) -> Result<(), (&'static str, &'static str)> {
         let rules = [
+            ("service.clients_max", "1 to 128", (1..=CLIENTS_MAX).contains(&self.service.clients_max)),
             ("databases.watch_ms", "0, or 10 to 60000", matches!(self.databases.watch_ms, 0 | 10..=60_000)),
             ("compute.threads", "at most 1024", self.compute.threads <= 1024),
             ("compute.strikes_at_once", "at most 1024", self.compute.strikes_at_once <= 1024),
@@ -242,6 +245,7 @@ mod tests {
         check("[compute]\ntreads = 3", "treads");
         check("[colour]\nx = 1", "colour");
         check("[answers]\nbuckets = 0", "answers.buckets");
+        check("[service]\nclients_max = 129", "service.clients_max");
         check("[databases]\nwatch_ms = 3", "databases.watch_ms");
         check("[times]\ntick_ms = -1", "-1");
         check("[times]\ndrain_s = nan", "times.drain_s");

@@ -66,6 +66,7 @@ const GAUGES: &[(&str, &str, Option<Unit>, Reading)] = &[
     ("queued", "Strikes waiting", None, |row| row.queued.into()),
     ("queue_max", "Strikes that may wait", None, |row| row.queue_max.into()),
     ("clients", "Clients connected", None, |row| row.clients.into()),
+    ("clients_max", "Clients that may be connected", None, |row| row.clients_max.into()),
     ("objects", "Objects ready", None, |row| row.objects_ready.into()),
     ("objects_failed", "Objects that could not be loaded", None, |row| row.objects_failed.into()),
     ("objects", "Memory of the objects", Some(Unit::Bytes), |row| row.memory_bytes),
@@ -75,7 +76,7 @@ const GAUGES: &[(&str, &str, Option<Unit>, Reading)] = &[
     ("pool", "Shared memory that the buckets take up", Some(Unit::Bytes), |row| row.buckets_bytes),
     ("restarts", "Daemons that this service has had before this one", None, |row| row.restarts),
     ("crashes", "Of these, those that ended without a goodbye", None, |row| row.crashes),
-    ("ending", "1 while the daemon is ending", None, |row| row.ending),
+    ("ending", "1 while the daemon is ending", None, |row| row.ending.into()),
     ("uptime", "Time since the daemon started", Some(Unit::Seconds), |row| row.uptime_ns / 1_000_000_000),
 ];
 

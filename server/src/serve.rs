@@ -214,6 +214,7 @@ impl Daemon {
             queued: self.jobs.queued() as u32,
             queue_max: self.config.compute.queue_max as u32,
             clients: self.ports.clients() as u32,
+            clients_max: pool.clients as u32,
             buckets: pool.buckets as u32,
             objects_outdated: self.catalog.outdated() as u32,
             bucket_bytes: pool.bucket_bytes(),
@@ -221,7 +222,7 @@ impl Daemon {
             memory_bytes: self.catalog.memory_bytes(),
             restarts: self.home.past().restarts,
             crashes: self.home.past().crashes,
-            ending: u64::from(self.jobs.closed()),
+            ending: u32::from(self.jobs.closed()),
             reloads: self.reloads,
             read_unix_ns: unix_ns(self.catalog.read()),
             ..StatusRow::zeroed()
@@ -321,7 +322,7 @@ fn announce(catalog: &Catalog, begun: Instant) {
 /// Buckets as large as the largest answer of the loaded objects needs. They cost nothing until they are written.
 fn pool(config: &Config, catalog: &Catalog) -> Pool {
     let bytes = catalog.answer_bytes_max().max(BUCKET_MIN_BYTES).min(config.answers.bucket_mib_max * MIB);
-    Pool { buckets: config.answers.buckets, blocks: bytes.div_ceil(BLOCK_BYTES) }
+    Pool { clients: config.service.clients_max, buckets: config.answers.buckets, blocks: bytes.div_ceil(BLOCK_BYTES) }
 }
 
 fn send_rows<R: Row>(active: &ActiveQuestion, rows: &[R], total: usize, refused: bool) -> Result<(), Refusal> {

@@ -8,7 +8,7 @@ use shatter_client::{Deadline, Degree, Impact, Kind, Poll, Refusal, Shatter};
 use shatter_proto::answer::{AnswerHeader, Block};
 use shatter_proto::control::StatusRow;
 use shatter_proto::request::StrikeWire;
-use shatter_proto::transport::{CLIENTS_MAX, Ipc, STRIKE_SERVICE, config, service_name};
+use shatter_proto::transport::{Ipc, STRIKE_SERVICE, config, service_name};
 use std::future::IntoFuture;
 use std::io::{Read, Write};
 use support::{InProcess, TestPlace, addresses, patience, within};
@@ -202,7 +202,8 @@ fn a_full_queue_refuses_at_once_and_status_still_answers() {
 fn exhausted_answers_silence_no_refusal() {
     let daemon = start(&[("vase", "tetra")], "[answers]\nbuckets = 2\nheld_max = 2");
     let services = [daemon.connect(), daemon.connect()];
-    let strike = |service: &Shatter| service.object("vase", patience()).unwrap().strike(&impact()).unwrap().wait(patience());
+    let strike =
+        |service: &Shatter| service.object("vase", patience()).unwrap().strike(&impact()).unwrap().wait(patience());
     let held = services.each_ref().map(|service| strike(service).unwrap());
     for _ in 0..5 {
         let refusal = strike(&services[0]).err().unwrap();
@@ -218,7 +219,8 @@ fn exhausted_answers_silence_no_refusal() {
 fn no_client_holds_more_than_its_share_of_the_answers() {
     let daemon = start(&[("vase", "tetra")], "[answers]\nbuckets = 4");
     let [hoarder, other] = [daemon.connect(), daemon.connect()];
-    let strike = |service: &Shatter| service.object("vase", patience()).unwrap().strike(&impact()).unwrap().wait(patience());
+    let strike =
+        |service: &Shatter| service.object("vase", patience()).unwrap().strike(&impact()).unwrap().wait(patience());
     let held = [strike(&hoarder).unwrap(), strike(&hoarder).unwrap()];
     let refusal = strike(&hoarder).err().unwrap();
     assert_eq!((refusal.kind, refusal.at.as_str()), (Kind::Busy, "share"), "{refusal}");
@@ -382,7 +384,8 @@ fn a_place_without_a_daemon_says_so_at_once() {
 
 #[test]
 fn one_client_too_many_is_refused_and_a_place_is_given_back() {
-    let daemon = start(&[("vase", "tetra")], "");
+    const CLIENTS_MAX: usize = 8;
+    let daemon = start(&[("vase", "tetra")], &format!("[service]\nclients_max = {CLIENTS_MAX}"));
     let connect = || Shatter::connect_at(&daemon.here.place, patience());
     let mut clients: Vec<Shatter> = (0..CLIENTS_MAX).map(|_| connect().unwrap()).collect();
     let refusal = loop {
@@ -438,7 +441,8 @@ fn supervisors_and_scrapers_are_answered_on_a_loopback_port() {
     let (head, body) = get(free, "GET /readyz");
     assert!(head.contains("200") && body.starts_with("serving: 1 of 1 objects ready"), "{head} {body}");
     assert!(get(free, "GET /healthz").0.contains("200"));
-    let wanted = ["strikes_total{end=\"answered\"} 1", "stage_seconds_bucket{", "queued 0", "pool_buckets 64", "restarts 0"];
+    let wanted =
+        ["strikes_total{end=\"answered\"} 1", "stage_seconds_bucket{", "queued 0", "pool_buckets 64", "restarts 0"];
     eventually(&daemon.connect(), |row| row.answered == 1);
     let (_, body) = get(free, "GET /metrics");
     wanted.iter().for_each(|line| assert!(body.contains(&format!("shatter_{line}")), "{line}: {body}"));

@@ -94,6 +94,7 @@ fn to_json(service: &str, status: &Status, loaded: &[ObjectFacts]) -> Value {
         "read_unix_s": row.read_unix_ns as f64 * 1e-9,
         "threads": row.threads,
         "clients": row.clients,
+        "clients_max": row.clients_max,
         "running": row.running,
         "queued": row.queued,
         "queue_max": row.queue_max,
@@ -121,13 +122,14 @@ fn screen(service: &str, status: &Status, loaded: &[ObjectFacts], last: Option<&
     let row = status.row();
     let mib = |bytes: u64| bytes as f64 / 1_048_576.0;
     let mut text = format!(
-        "{service}: {}pid {}, up {:.0} s, {} objects ready, {} failed, {} clients, {} threads; {} restarts, {} of them after crashes\n",
+        "{service}: {}pid {}, up {:.0} s, {} objects ready, {} failed, {} of {} clients, {} threads; {} restarts, {} of them after crashes\n",
         if row.ending == 0 { "" } else { "ending, " },
         row.pid,
         row.uptime_ns as f64 * 1e-9,
         row.objects_ready,
         row.objects_failed,
         row.clients,
+        row.clients_max,
         row.threads,
         row.restarts,
         row.crashes
@@ -154,8 +156,7 @@ fn screen(service: &str, status: &Status, loaded: &[ObjectFacts], last: Option<&
     );
     text += &format!("{:14} {:>8} {:>9} {:>9} {:>9} {:>9}  ms\n", "", "count", "p50", "p90", "p99", "max");
     for (name, times) in std::iter::once(("strike", &row.strike)).chain(status.stages()) {
-        let [p50, p90, p99, max] =
-            [times.p50_ns, times.p90_ns, times.p99_ns, times.max_ns].map(|ns| ns as f64 * 1e-6);
+        let [p50, p90, p99, max] = [times.p50_ns, times.p90_ns, times.p99_ns, times.max_ns].map(|ns| ns as f64 * 1e-6);
         text += &format!("{name:14} {:8} {p50:9.3} {p90:9.3} {p99:9.3} {max:9.3}\n", times.count);
     }
     text += &format!(

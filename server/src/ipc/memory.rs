@@ -2,10 +2,13 @@
 
 use shatter_proto::Refusal;
 use shatter_proto::answer::Block;
-use shatter_proto::shared_memory::populate;
+use shatter_proto::shared_memory::{need, populate};
 use std::collections::HashMap;
 use std::mem::MaybeUninit;
 use std::sync::{Mutex, PoisonError};
+
+/// Shared memory that answers leave to others: to clients that come, and to the transport, bytes.
+const RESERVE: u64 = 8 * 1024 * 1024;
 
 /// How far each bucket is known to be populated, by address. Asking again for pages that are there costs milliseconds.
 #[derive(Default)]
@@ -19,6 +22,7 @@ impl Populated {
         if known >= length {
             return Ok(());
         }
+        need((length - known) as u64 + RESERVE)?;
         populate(start + known..start + length)?;
         self.0.lock().unwrap_or_else(PoisonError::into_inner).insert(start, length);
         Ok(())
@@ -64,7 +68,7 @@ mod tests {
         // SAFETY: the elements are `MaybeUninit` and never accessed; the mapping outlives the slice.
         let range = unsafe { std::slice::from_raw_parts_mut(mapped.cast::<MaybeUninit<Block>>(), length / 64) };
         let refusal = Populated::default().ensure(range).unwrap_err();
-        assert_eq!(refusal.kind, Kind::SharedMemory);
+        assert_eq!(refusal.kind, Kind::Transport);
         // SAFETY: the whole mapping, which nothing refers to any more.
         unsafe { rustix::mm::munmap(mapped, length).unwrap() };
     }

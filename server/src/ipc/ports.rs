@@ -4,6 +4,7 @@ use super::{Bell, Populated, Waker};
 use bytemuck::Zeroable;
 use iceoryx2::active_request::ActiveRequest;
 use iceoryx2::node::{Node, NodeBuilder};
+use iceoryx2::port::client::Client;
 use iceoryx2::port::server::Server;
 use iceoryx2::port::{LoanError, ReceiveError};
 use iceoryx2::prelude::{AllocationStrategy, BackpressureStrategy, PortFactory as _, SignalHandlingMode};
@@ -14,8 +15,8 @@ use shatter_proto::control::{ControlHeader, ControlWire, REPLY_BLOCKS};
 use shatter_proto::place::Place;
 use shatter_proto::request::StrikeWire;
 use shatter_proto::transport::{
-    CLIENTS_MAX, CONTROL_SERVICE, Ipc, QUESTIONS_PER_CLIENT_MAX, STRIKE_SERVICE, STRIKES_PER_CLIENT_MAX,
-    WAKE_CLIENT_SERVICE, WAKE_DAEMON_SERVICE, config, failed, service_name,
+    CONTROL_SERVICE, Ipc, QUESTIONS_PER_CLIENT_MAX, STRIKE_SERVICE, STRIKES_PER_CLIENT_MAX, WAKE_CLIENT_SERVICE,
+    WAKE_DAEMON_SERVICE, config, failed, service_name,
 };
 use shatter_proto::{Kind, Refusal};
 use std::mem::MaybeUninit;
@@ -31,17 +32,19 @@ type StrikeFactory = request_response::PortFactory<Ipc, StrikeWire, (), [Block],
 type ControlFactory = request_response::PortFactory<Ipc, ControlWire, (), [Block], ControlHeader>;
 
 /// One client more than may connect: the daemon itself, for the rehearsal.
-const CLIENT_PORTS: usize = CLIENTS_MAX + 1;
-/// Processes at once.
-const NODES: usize = CLIENTS_MAX + 4;
+const OWN_CLIENTS: usize = 1;
+/// Processes more than clients: the daemon, one that takes over from it, and some that are just going.
+const OTHER_NODES: usize = 4;
 /// A failed loan is never taken off a request's count, so there are several.
 const LOANS_PER_REQUEST: usize = 4;
 /// Replies to questions that may lie about at once.
 const REPLIES: usize = 64;
 
-/// Size of the pool of answers.
+/// Size of the pool of answers, and for how many.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Pool {
+    /// Clients at once.
+    pub clients: usize,
     /// Number of buckets.
     pub buckets: usize,
     /// Blocks per bucket.
@@ -59,6 +62,8 @@ impl Pool {
 pub struct Ports {
     strikes: Server<Ipc, StrikeWire, (), [Block], AnswerHeader>,
     questions: Server<Ipc, ControlWire, (), [Block], ControlHeader>,
+    /// Of the rehearsal; it keeps its place, so that what is left is the limit.
+    rehearsal: Client<Ipc, StrikeWire, (), [Block], AnswerHeader>,
     strike_factory: StrikeFactory,
     _control_factory: ControlFactory,
     _events: [event::PortFactory<Ipc>; 2],
@@ -76,11 +81,13 @@ impl Ports {
             .signal_handling_mode(SignalHandlingMode::Disabled)
             .create::<Ipc>()
             .map_err(|error| failed("node", error))?;
-        let (wake_daemon, wake_client) = (event(&node, WAKE_DAEMON_SERVICE)?, event(&node, WAKE_CLIENT_SERVICE)?);
+        let (wake_daemon, wake_client) =
+            (event(&node, WAKE_DAEMON_SERVICE, pool.clients)?, event(&node, WAKE_CLIENT_SERVICE, pool.clients)?);
         let listener = wake_daemon.listener_builder().create().map_err(|error| failed(WAKE_DAEMON_SERVICE, error))?;
         let notifier = wake_client.notifier_builder().create().map_err(|error| failed(WAKE_CLIENT_SERVICE, error))?;
         let bell = Bell::new(listener).map_err(|error| failed(WAKE_DAEMON_SERVICE, error))?;
-        let (strike_factory, control_factory) = (strike_factory(&node)?, control_factory(&node)?);
+        let (strike_factory, control_factory) =
+            (strike_factory(&node, pool.clients)?, control_factory(&node, pool.clients)?);
         let strikes = strike_factory
             .server_builder()
             .initial_max_slice_len(pool.blocks)
@@ -99,9 +106,18 @@ impl Ports {
             .backpressure_strategy(BackpressureStrategy::DiscardData)
             .create()
             .map_err(|error| failed(CONTROL_SERVICE, error))?;
+        let rehearsal = strike_factory.client_builder().create().map_err(|error| failed("rehearsal", error))?;
         let events = [wake_daemon, wake_client];
-        let ports =
-            Self { strikes, questions, strike_factory, _control_factory: control_factory, _events: events, node, pool };
+        let ports = Self {
+            strikes,
+            questions,
+            rehearsal,
+            strike_factory,
+            _control_factory: control_factory,
+            _events: events,
+            node,
+            pool,
+        };
         Ok((ports, bell, Waker::new(notifier)))
     }
 
@@ -112,7 +128,7 @@ impl Ports {
 
     /// Clients connected.
     pub fn clients(&self) -> usize {
-        self.strike_factory.dynamic_config().number_of_clients()
+        self.strike_factory.dynamic_config().number_of_clients().saturating_sub(OWN_CLIENTS)
     }
 
     /// The next strike that waits at a port.
@@ -135,8 +151,7 @@ impl Ports {
     pub fn rehearse(&self, buckets: usize, blocks: usize, populated: &Populated) -> Result<(), Refusal> {
         let blocks = blocks.min(self.pool.blocks);
         let buckets = buckets.min(self.pool.buckets).min(STRIKES_PER_CLIENT_MAX);
-        let client = self.strike_factory.client_builder().create().map_err(|error| failed("rehearsal", error))?;
-        let send = |_| client.send_copy(StrikeWire::zeroed()).map_err(|error| failed("rehearsal", error));
+        let send = |_| self.rehearsal.send_copy(StrikeWire::zeroed()).map_err(|error| failed("rehearsal", error));
         let _pending = (0..buckets).map(send).collect::<Result<Vec<_>, _>>()?;
         let mut held = Vec::with_capacity(buckets);
         for _ in 0..buckets {
@@ -173,38 +188,46 @@ fn received<T>(result: Result<Option<T>, ReceiveError>) -> Option<T> {
     }
 }
 
-fn event(node: &Node<Ipc>, name: &str) -> Result<event::PortFactory<Ipc>, Refusal> {
-    let builder = node.service_builder(&service_name(name)?).event();
-    let builder = builder.max_listeners(CLIENT_PORTS).max_notifiers(CLIENT_PORTS).max_nodes(NODES);
-    builder.open_or_create().map_err(|error| failed(name, error))
+/// A service that clients of the daemon before still hold keeps its limits until they are gone.
+fn taken_over(name: &str, error: impl std::fmt::Debug) -> Refusal {
+    let Refusal { kind, at, message, .. } = failed(name, error);
+    let hint = "if clients of a daemon with other limits (service.clients_max) are still there, end them first";
+    Refusal::new(kind, at, format!("{message}; {hint}"))
 }
 
-fn strike_factory(node: &Node<Ipc>) -> Result<StrikeFactory, Refusal> {
+fn event(node: &Node<Ipc>, name: &str, clients: usize) -> Result<event::PortFactory<Ipc>, Refusal> {
+    let builder = node.service_builder(&service_name(name)?).event();
+    let ports = clients + OWN_CLIENTS;
+    let builder = builder.max_listeners(ports).max_notifiers(ports).max_nodes(clients + OTHER_NODES);
+    builder.open_or_create().map_err(|error| taken_over(name, error))
+}
+
+fn strike_factory(node: &Node<Ipc>, clients: usize) -> Result<StrikeFactory, Refusal> {
     node.service_builder(&service_name(STRIKE_SERVICE)?)
         .request_response::<StrikeWire, [Block]>()
         .response_user_header::<AnswerHeader>()
-        .max_clients(CLIENT_PORTS)
+        .max_clients(clients + OWN_CLIENTS)
         .max_servers(1)
-        .max_nodes(NODES)
+        .max_nodes(clients + OTHER_NODES)
         .max_active_requests_per_client(STRIKES_PER_CLIENT_MAX)
         .max_response_buffer_size(2)
         .max_borrowed_responses_per_pending_response(4)
         .enable_fire_and_forget_requests(false)
         .open_or_create()
-        .map_err(|error| failed(STRIKE_SERVICE, error))
+        .map_err(|error| taken_over(STRIKE_SERVICE, error))
 }
 
-fn control_factory(node: &Node<Ipc>) -> Result<ControlFactory, Refusal> {
+fn control_factory(node: &Node<Ipc>, clients: usize) -> Result<ControlFactory, Refusal> {
     node.service_builder(&service_name(CONTROL_SERVICE)?)
         .request_response::<ControlWire, [Block]>()
         .response_user_header::<ControlHeader>()
-        .max_clients(CLIENT_PORTS)
+        .max_clients(clients + OWN_CLIENTS)
         .max_servers(1)
-        .max_nodes(NODES)
+        .max_nodes(clients + OTHER_NODES)
         .max_active_requests_per_client(QUESTIONS_PER_CLIENT_MAX)
         .max_response_buffer_size(2)
         .max_borrowed_responses_per_pending_response(2)
         .enable_fire_and_forget_requests(false)
         .open_or_create()
-        .map_err(|error| failed(CONTROL_SERVICE, error))
+        .map_err(|error| taken_over(CONTROL_SERVICE, error))
 }

@@ -135,6 +135,12 @@ impl Child {
         self.0.wait().unwrap()
     }
 
+    /// Waits until it ends by itself, well.
+    pub fn finish(mut self) {
+        let status = self.0.wait().unwrap();
+        assert!(status.success(), "it ended with {status}");
+    }
+
     pub fn id(&self) -> u32 {
         self.0.id()
     }
@@ -183,6 +189,21 @@ pub fn role(here: &TestPlace, role: &str, settings: &str) -> Command {
     command.args(["play_a_role", "--exact", "--nocapture", "--test-threads=1"]);
     command.env(ROLE, role).env(CONFIG, settings).env(DATABASES, here.databases());
     command
+}
+
+/// `command` behind `wrapper` (a program and its arguments) and a line of shell.
+pub fn under(wrapper: &[&str], line: &str, command: Command) -> Command {
+    let mut words = wrapper.iter().copied().chain(["sh", "-c"]);
+    let mut wrapped = Command::new(words.next().unwrap());
+    wrapped.args(words).arg(format!("{line} && exec \"$0\" \"$@\"")).arg(command.get_program());
+    wrapped.args(command.get_args());
+    for (key, value) in command.get_envs() {
+        match value {
+            Some(value) => wrapped.env(key, value),
+            None => wrapped.env_remove(key),
+        };
+    }
+    wrapped
 }
 
 /// What `play_a_role` of each test binary calls: nothing, unless this process was started by [`role`].

@@ -1,0 +1,419 @@
+//! Faults at random moments, with real processes: killed and stopped daemons and clients, machines without shared memory or
+//! descriptors, clients that come and go by the thousand. After each, the next strike is answered and nothing is left behind.
+//!
+//! The long runs: `cargo test --release --workspace --test faults -- --ignored --nocapture`.
+
+mod support;
+
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{Rng, SeedableRng};
+use rustix::process::Signal;
+use shatter_client::{Deadline, Degree, Impact, Kind, Object, Refusal, Shatter};
+use std::collections::{BTreeMap, VecDeque};
+use std::process::Command;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+use support::{Child, InProcess, TestPlace, bar, patience, play, role, shatterd, under};
+
+/// No call takes longer than its deadline by this much, on however busy a machine.
+const SLACK: Duration = Duration::from_secs(5);
+
+/// One at a time: some count what this process holds.
+fn alone() -> MutexGuard<'static, ()> {
+    static ALONE: Mutex<()> = Mutex::new(());
+    ALONE.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Plays another process for the tests below; alone it does nothing.
+#[test]
+fn play_a_role() {
+    play(|client| match client {
+        "striker" => strike_for_ever(),
+        "crowded" => crowded(),
+        "poor" => poor(),
+        other => panic!("no such role: {other}"),
+    });
+}
+
+fn impact(number: u64) -> Impact {
+    let y = 0.06 * ((number % 16) as f64 / 16.0 - 0.5);
+    let impact = Impact::at([0.2, y, 0.0]).impulse([-50.0, 0.0, 0.0]).radius(0.05);
+    impact.degree(Degree::Sites(4 + (number % 5) as u32)).seed(number)
+}
+
+fn named() -> Shatter {
+    Shatter::connect(&std::env::var("SHATTER_SERVICE").unwrap(), patience()).unwrap()
+}
+
+/// Eight strikes under way and three answers held, at every moment.
+fn strike_for_ever() {
+    let bar = named().object("bar", patience()).unwrap();
+    println!("ready");
+    let (mut under_way, mut held) = (VecDeque::new(), VecDeque::new());
+    for number in 0.. {
+        if let Ok(ticket) = bar.strike(&impact(number)) {
+            under_way.push_back(ticket);
+        }
+        if under_way.len() >= 8
+            && let Some(mut ticket) = under_way.pop_front()
+            && let Ok(broken) = ticket.wait(patience())
+        {
+            held.push_back(broken);
+        }
+        if held.len() > 3 {
+            held.pop_front();
+        }
+    }
+}
+
+/// Descriptors that the process `pid` has open.
+fn descriptors(pid: u32) -> usize {
+    std::fs::read_dir(format!("/proc/{pid}/fd")).unwrap().count()
+}
+
+fn pause(random: &mut ChaCha8Rng, most_us: u64) {
+    std::thread::sleep(Duration::from_micros(random.next_u64() % most_us));
+}
+
+/// Waits, not for ever, until it holds.
+#[track_caller]
+fn eventually(what: &str, holds: impl Fn() -> bool) {
+    let deadline = patience();
+    while !holds() {
+        assert!(!deadline.passed(), "never: {what}");
+        std::thread::sleep(Duration::from_millis(2));
+    }
+}
+
+/// What calls came to, and the most that one overstayed its deadline.
+#[derive(Default)]
+struct Calls {
+    ends: BTreeMap<&'static str, u64>,
+    overstayed: Duration,
+}
+
+impl Calls {
+    fn add(&mut self, other: Self) {
+        other.ends.into_iter().for_each(|(end, count)| *self.ends.entry(end).or_default() += count);
+        self.overstayed = self.overstayed.max(other.overstayed);
+    }
+}
+
+/// Strikes, each with a deadline, until told to stop; daemons come and go meanwhile.
+fn strike_until(bar: &Object, over: &AtomicBool) -> Calls {
+    const WAIT: Duration = Duration::from_millis(500);
+    let mut calls = Calls::default();
+    for number in 0.. {
+        if over.load(Ordering::Relaxed) {
+            break;
+        }
+        let begun = Instant::now();
+        let result = bar.strike(&impact(number)).and_then(|mut ticket| ticket.wait(Deadline::after(WAIT)));
+        calls.overstayed = calls.overstayed.max(begun.elapsed().saturating_sub(WAIT));
+        let end = match &result {
+            Ok(_) => "ok",
+            Err(Refusal { kind, .. }) => kind.name(),
+        };
+        *calls.ends.entry(end).or_default() += 1;
+        if result.is_err() {
+            std::thread::sleep(Duration::from_millis(1));
+        }
+    }
+    calls
+}
+
+fn quantiles(mut times: Vec<Duration>) -> String {
+    times.sort();
+    let ms = |time: Duration| time.as_secs_f64() * 1e3;
+    format!("median {:.0} ms, most {:.0} ms", ms(times[times.len() / 2]), ms(times[times.len() - 1]))
+}
+
+/// Kills the daemon so often, under full load, also while it starts. Every call ends, the next daemon serves the same
+/// connections, and nothing piles up.
+fn daemons_killed(kills: u64) {
+    const CLIENTS: usize = 3;
+    let _alone = alone();
+    let here = TestPlace::new("kills");
+    here.database("bar", bar(0.08));
+    let before = descriptors(std::process::id());
+    let mut random = ChaCha8Rng::seed_from_u64(kills);
+    let (mut restarts, over) = (Vec::new(), AtomicBool::new(false));
+    let mut daemon = Some(Child::start(&mut shatterd(&here)));
+    let mut calls = Calls::default();
+    let service = Shatter::connect_at(&here.place, patience()).unwrap();
+    let own = service.object("bar", patience()).unwrap();
+    let connect = || Shatter::connect_at(&here.place, patience()).unwrap().object("bar", patience()).unwrap();
+    let files = here.shared_memory().len();
+    std::thread::scope(|scope| {
+        let bars: Vec<Object> = (0..CLIENTS).map(|_| connect()).collect();
+        let over = &over;
+        let clients: Vec<_> = bars.into_iter().map(|bar| scope.spawn(move || strike_until(&bar, over))).collect();
+        for kill in 0..kills {
+            pause(&mut random, 60_000);
+            daemon.take().into_iter().for_each(Child::kill);
+            // Some are killed before they serve.
+            if kill % 4 == 0 {
+                let early = Child::begin(&mut shatterd(&here));
+                pause(&mut random, 30_000);
+                early.kill();
+            }
+            let begun = Instant::now();
+            daemon = Some(Child::start(&mut shatterd(&here)));
+            let deadline = patience();
+            while let Err(refusal) = own.strike(&impact(kill)).and_then(|mut ticket| ticket.wait(patience())) {
+                assert!(refusal.kind.retry() && !deadline.passed(), "after kill {kill}: {refusal}");
+            }
+            restarts.push(begun.elapsed());
+        }
+        over.store(true, Ordering::Relaxed);
+        clients.into_iter().for_each(|client| calls.add(client.join().unwrap()));
+    });
+    println!("{kills} killed daemons: next strike answered after {}; {:?}", quantiles(restarts), calls.ends);
+    println!("  a call overstayed its deadline by {:.1} ms at most", calls.overstayed.as_secs_f64() * 1e3);
+    assert!(calls.overstayed < SLACK, "{:?}", calls.overstayed);
+    let known = ["ok", "lost", "no_daemon", "late", "busy", "stopping", "transport", "version_mismatch"];
+    assert!(calls.ends.keys().all(|end| known.contains(end)) && calls.ends["ok"] > kills, "{:?}", calls.ends);
+    println!("  files in shared memory: {files} before, {} after", here.shared_memory().len());
+    // The transport lets go of a connection when it sends the next time.
+    let answers = || own.strike(&impact(0)).unwrap().wait(patience()).is_ok() && service.status(patience()).is_ok();
+    eventually("files are removed", || answers() && here.shared_memory().len() <= files);
+    drop((own, service));
+    assert_eq!(daemon.unwrap().terminate().code(), Some(0));
+    assert_eq!(here.shared_memory(), Vec::<std::path::PathBuf>::new());
+    eventually("descriptors are given back", || descriptors(std::process::id()) <= before);
+}
+
+#[test]
+fn twenty_killed_daemons_hang_nobody() {
+    daemons_killed(20);
+}
+
+#[test]
+#[ignore = "minutes"]
+fn three_hundred_killed_daemons_hang_nobody() {
+    daemons_killed(300);
+}
+
+/// Kills that many clients at random moments, with strikes under way and answers held. Others are served, and the daemon
+/// gets everything back.
+fn clients_killed(kills: u64) {
+    let _alone = alone();
+    let here = TestPlace::new("deaths");
+    here.database("bar", bar(0.08));
+    let config =
+        here.file("config.toml", "[answers]\nbuckets = 16\n[times]\ncleanup_ms = 50\n[log]\nfilter = \"error\"");
+    let daemon = Child::start(shatterd(&here).args(["--config", config.to_str().unwrap()]));
+    let service = Shatter::connect_at(&here.place, patience()).unwrap();
+    let bar = service.object("bar", patience()).unwrap();
+    let strike = |number| bar.strike(&impact(number)).and_then(|mut ticket| ticket.wait(patience()));
+    drop(strike(0).unwrap());
+    let baseline = (descriptors(daemon.id()), here.shared_memory().len());
+    let mut random = ChaCha8Rng::seed_from_u64(kills);
+    let mut served = 0;
+    for kill in 0..kills {
+        // Some before they are connected, most in full swing.
+        let victim = if kill % 4 == 0 {
+            Child::begin(&mut role(&here, "striker", ""))
+        } else {
+            Child::start(&mut role(&here, "striker", ""))
+        };
+        pause(&mut random, 40_000);
+        victim.kill();
+        served += usize::from(strike(kill).is_ok());
+    }
+    println!("{kills} killed clients: {served} strikes of another one answered meanwhile");
+    assert_eq!(served as u64, kills);
+    eventually("the dead are buried", || service.status(patience()).unwrap().row().clients == 1);
+    eventually("nothing computes for them", || service.status(patience()).unwrap().row().running == 0);
+    // Their buckets are back: half of all are this client's share, the other half a second one's.
+    let other = Shatter::connect_at(&here.place, patience()).unwrap();
+    let theirs = other.object("bar", patience()).unwrap();
+    let held: Vec<_> = (0..8).map(|number| strike(number).unwrap()).collect();
+    let others: Vec<_> =
+        (0..8).map(|number| theirs.strike(&impact(number)).unwrap().wait(patience()).unwrap()).collect();
+    drop((held, others, theirs, other));
+    eventually("the second one is gone", || service.status(patience()).unwrap().row().clients == 1);
+    let found = || (descriptors(daemon.id()), here.shared_memory().len());
+    println!("  descriptors and files of the daemon: {baseline:?} before, {:?} after", found());
+    eventually("descriptors and files are given back", || found().0 <= baseline.0 && found().1 <= baseline.1);
+    drop((bar, service));
+    assert_eq!(daemon.terminate().code(), Some(0));
+    assert_eq!(here.shared_memory(), Vec::<std::path::PathBuf>::new());
+}
+
+#[test]
+fn twenty_killed_clients_harm_nobody() {
+    clients_killed(20);
+}
+
+#[test]
+#[ignore = "minutes"]
+fn three_hundred_killed_clients_harm_nobody() {
+    clients_killed(300);
+}
+
+#[test]
+fn stopped_daemons_and_clients_hang_nobody() {
+    let _alone = alone();
+    let here = TestPlace::new("stopped");
+    here.database("bar", bar(0.08));
+    let daemon = Child::start(&mut shatterd(&here));
+    let client = Child::start(&mut role(&here, "striker", ""));
+    let bar = Shatter::connect_at(&here.place, patience()).unwrap().object("bar", patience()).unwrap();
+    client.signal(Signal::STOP);
+    (0..40).for_each(|number| drop(bar.strike(&impact(number)).unwrap().wait(patience()).unwrap()));
+    daemon.signal(Signal::STOP);
+    let begun = Instant::now();
+    let mut ticket = bar.strike(&impact(1)).unwrap();
+    assert_eq!(ticket.wait(Deadline::ms(300)).err().unwrap().kind, Kind::Late);
+    assert!(begun.elapsed() < Duration::from_millis(300) + SLACK);
+    daemon.signal(Signal::CONT);
+    client.signal(Signal::CONT);
+    assert!(ticket.wait(patience()).is_ok(), "it was late, not lost");
+    drop((client, ticket, bar));
+    assert_eq!(daemon.terminate().code(), Some(0));
+}
+
+/// Lets clients come and go, with so many allowed at once.
+fn connects(count: usize) {
+    const CLIENTS_MAX: usize = 8;
+    let _alone = alone();
+    let here = TestPlace::new("guests");
+    here.database("vase", "tetra");
+    let daemon = InProcess::start(here, &format!("[service]\nclients_max = {CLIENTS_MAX}"));
+    let strike = |service: &Shatter| {
+        let vase = service.object("vase", patience()).unwrap();
+        vase.strike(&impact(0)).unwrap().wait(patience()).unwrap().fragments().len()
+    };
+    let mut guests: VecDeque<Shatter> = (0..CLIENTS_MAX).map(|_| daemon.connect()).collect();
+    let turn = |guests: &mut VecDeque<Shatter>| {
+        let refusal = Shatter::connect_at(&daemon.here.place, Deadline::ms(0)).err().unwrap();
+        assert_eq!((refusal.kind, refusal.at.as_str()), (Kind::Busy, "clients"), "{refusal}");
+        guests.pop_front();
+        let guest = daemon.connect();
+        assert_eq!(strike(&guest), 4);
+        guests.push_back(guest);
+    };
+    (0..count / 10).for_each(|_| turn(&mut guests));
+    let baseline = (descriptors(std::process::id()), daemon.here.shared_memory().len());
+    (count / 10..count).for_each(|_| turn(&mut guests));
+    let found = (descriptors(std::process::id()), daemon.here.shared_memory().len());
+    println!("{count} connects, {CLIENTS_MAX} at once: descriptors and files {baseline:?}, then {found:?}");
+    assert_eq!(found, baseline);
+}
+
+#[test]
+fn clients_come_and_go() {
+    connects(200);
+}
+
+#[test]
+#[ignore = "minutes"]
+fn ten_thousand_clients_come_and_go() {
+    connects(10_000);
+}
+
+/// In a machine with little shared memory: what does not fit is refused, nobody dies, and room that comes back is used.
+fn crowded() {
+    let here = TestPlace::new("crowded");
+    here.database("vase", "tetra");
+    here.database("large", "large 900");
+    let daemon = InProcess::start(here, "[answers]\nbucket_mib_max = 1");
+    let service = daemon.connect();
+    let strike = |name: &str| {
+        let object = service.object(name, patience())?;
+        object.strike(&impact(0))?.wait(patience())
+    };
+    assert!(strike("vase").is_ok());
+    let held: Vec<_> = std::iter::from_fn(|| strike("large").ok()).collect();
+    assert!(held.len() > 2, "{}", held.len());
+    let refusal = strike("large").err().unwrap();
+    assert_eq!(refusal.kind, Kind::SharedMemory, "{refusal}");
+    // Answers leave room for clients.
+    drop(daemon.connect());
+    // Somebody else takes the last byte.
+    let greedy = std::path::Path::new("/dev/shm/greedy");
+    let _ = std::fs::write(greedy, vec![1u8; 64 << 20]);
+    for _ in 0..20 {
+        let refusal = strike("large").err().unwrap();
+        assert_eq!(refusal.kind, Kind::SharedMemory, "{refusal}");
+    }
+    let late = Shatter::connect_at(&daemon.here.place, Deadline::ms(100)).err().unwrap();
+    assert_eq!(late.kind, Kind::SharedMemory, "{late}");
+    drop(held);
+    std::fs::remove_file(greedy).unwrap();
+    for name in ["large", "vase"] {
+        drop(strike(name).unwrap());
+    }
+    drop(Shatter::connect_at(&daemon.here.place, patience()).unwrap());
+    println!("ready");
+}
+
+#[test]
+fn full_shared_memory_is_a_refusal_and_not_a_signal() {
+    let _alone = alone();
+    let namespace = ["unshare", "--user", "--map-root-user", "--mount"];
+    let own = "mount -t tmpfs -o size=24m tmpfs /dev/shm";
+    let probe = Command::new(namespace[0]).args(&namespace[1..]).args(["sh", "-c", own]).output();
+    if !probe.is_ok_and(|probe| probe.status.success()) {
+        println!("skipped: this machine lets nobody have shared memory of their own");
+        return;
+    }
+    let here = TestPlace::new("outside");
+    let inside = under(&namespace, own, role(&here, "crowded", ""));
+    Child::start(&mut { inside }).finish();
+}
+
+/// With few descriptors, on both sides: what does not fit is refused, nobody dies, and the next one is served.
+fn poor() {
+    let service = named();
+    let mut guests = vec![service];
+    let refusal = loop {
+        match Shatter::connect(&std::env::var("SHATTER_SERVICE").unwrap(), Deadline::ms(200)) {
+            Ok(guest) => guests.push(guest),
+            Err(refusal) => break refusal,
+        }
+    };
+    println!("a poor client has {} connections, then: {refusal}", guests.len());
+    let vase = guests[0].object("vase", patience()).unwrap();
+    assert!(vase.strike(&impact(0)).unwrap().wait(patience()).is_ok());
+    println!("ready");
+}
+
+#[test]
+fn exhausted_descriptors_are_a_refusal_and_not_an_end() {
+    let _alone = alone();
+    let here = TestPlace::new("poor");
+    here.database("vase", "tetra");
+    // A poor client at a rich daemon.
+    let daemon = Child::start(&mut role(&here, "daemon", ""));
+    Child::start(&mut under(&[], "ulimit -n 48", role(&here, "poor", ""))).finish();
+    assert_eq!(daemon.terminate().code(), Some(0));
+    // Rich clients at a poor daemon.
+    let daemon = Child::start(&mut under(&[], "ulimit -n 56", role(&here, "daemon", "")));
+    let connect = || {
+        let service = Shatter::connect_at(&here.place, Deadline::ms(500))?;
+        let vase = service.object("vase", Deadline::ms(500))?;
+        vase.strike(&impact(0)).and_then(|mut ticket| ticket.wait(Deadline::ms(500)))?;
+        Ok::<_, Refusal>(service)
+    };
+    let first = connect().unwrap();
+    let (mut guests, mut refused) = (Vec::new(), 0);
+    for _ in 0..24 {
+        match connect() {
+            Ok(guest) => guests.push(guest),
+            Err(_) => refused += 1,
+        }
+    }
+    println!("a poor daemon serves {} more clients, {refused} were refused", guests.len());
+    drop(guests);
+    let vase = first.object("vase", patience()).unwrap();
+    assert!(vase.strike(&impact(0)).unwrap().wait(patience()).is_ok());
+    let deadline = patience();
+    while let Err(refusal) = connect() {
+        assert!(!deadline.passed(), "{refusal}");
+    }
+    drop((vase, first));
+    assert_eq!(daemon.terminate().code(), Some(0));
+}
