@@ -76,9 +76,10 @@ fn check(count: u64) -> BTreeMap<&'static str, u64> {
     for batch in 0..count / BATCH {
         // Spread, so that no changed bit makes one the other's.
         let spread = |number: u64| number.wrapping_mul(0x9e37_79b9_7f4a_7c15);
-        let wires = (1..=BATCH).map(|i| mutant(&mut random, spread(batch * BATCH + i)));
-        let sent: Vec<_> = wires.map(|wire| (wire, peer.send(wire))).collect();
-        for (wire, sent) in sent {
+        let numbers = (1..=BATCH).map(|i| spread(batch * BATCH + i));
+        let mutants = numbers.map(|number| (number, mutant(&mut random, number)));
+        let sent: Vec<_> = mutants.map(|(number, wire)| (number, wire, peer.send(wire))).collect();
+        for (number, wire, sent) in sent {
             let found = peer.outcome(&sent);
             let name = match (wire.validate(), &found) {
                 (Ok(strike), Ok(summary)) => {
@@ -89,7 +90,8 @@ fn check(count: u64) -> BTreeMap<&'static str, u64> {
                     "answered"
                 }
                 (Err(refusal), Err(Some(kind))) => {
-                    assert_eq!(refusal.kind, *kind, "{refusal}");
+                    // Two that call themselves the same share a verdict.
+                    assert!(refusal.kind == *kind || wire.sequence != number, "{refusal}, but {kind:?}");
                     kind.name()
                 }
                 (Ok(_), Err(Some(kind))) => {

@@ -55,10 +55,13 @@ impl Catalog {
             _ => (path.to_owned(), Version::load(path, stamp, loader).map(Arc::new)),
         });
         let mut catalog = Self { entries: BTreeMap::new(), shelf, read: SystemTime::now() };
-        for (path, version) in &found {
-            if let Ok(version) = version {
-                catalog.put(path, version, self);
-            }
+        let mut loaded: Vec<_> =
+            found.iter().filter_map(|(path, version)| Some((path, version.as_ref().ok()?))).collect();
+        // A name that several files hold goes to the file of that name, where bakes write; else to the one that had it. Copies
+        // take nothing away.
+        loaded.sort_by_key(|(path, version)| (stem(path) != version.name, !self.serves(path, &version.name)));
+        for (path, version) in loaded {
+            catalog.put(path, version, self);
         }
         // Last, so that a version whose place was spoilt takes no name away from one that was not.
         for (path, version) in &found {
@@ -67,6 +70,11 @@ impl Catalog {
             }
         }
         catalog
+    }
+
+    /// Whether the object `name` is the one from `path`.
+    fn serves(&self, path: &Path, name: &str) -> bool {
+        self.at(path).is_some_and(|version| version.name == name)
     }
 
     /// The version that was loaded from `path`.
@@ -79,10 +87,10 @@ impl Catalog {
         self.entries.values().filter_map(|entry| entry.version.as_ref())
     }
 
-    /// Takes `version` in under its name, unless an earlier file has it.
+    /// Takes `version` in under its name, unless another file has it.
     fn put(&mut self, path: &Path, version: &Arc<Version>, before: &Self) {
-        if self.entries.get(&version.name).is_some_and(|entry| entry.version.is_some()) {
-            let why = format!("another file already holds an object `{}`", version.name);
+        if let Some(other) = self.entries.get(&version.name).and_then(|entry| entry.version.as_ref()) {
+            let why = format!("{} already holds an object `{}`", other.path.display(), version.name);
             return self.refuse(&stem(path), path, &why);
         }
         let generation = match before.entries.get(&version.name) {

@@ -138,6 +138,26 @@ fn a_bad_replacement_leaves_the_version_before_it_served() {
 }
 
 #[test]
+fn copies_of_a_database_take_nothing_away() {
+    let folder = Folder::of(&[("spot", "spot"), ("vase-1", "vase")]);
+    let before = folder.load();
+    let same = |after: &Catalog, name: &str| Arc::ptr_eq(&before.get(name).unwrap(), &after.get(name).unwrap());
+    // Their names come first in the folder.
+    folder.put("a copy", "spot");
+    folder.put("vase-0", "vase");
+    let after = folder.reload(&before);
+    assert!(same(&after, "spot") && same(&after, "vase"));
+    assert_eq!(kind(&after, "a copy"), Kind::CorruptObject);
+    assert!(row(&after, "vase-0").refusal().unwrap().message.contains("vase-1.shatter already holds"));
+    assert!(folder.load().get("spot").is_ok_and(|_| folder.load().at(&folder.path("spot")).is_some()));
+    // The file of the object's own name has it, also when it comes late.
+    folder.put("vase", "vase");
+    let after = folder.reload(&after);
+    assert!(!same(&after, "vase") && after.at(&folder.path("vase")).is_some());
+    assert_eq!((row(&after, "vase").generation, row(&after, "vase").refusal()), (2, None));
+}
+
+#[test]
 fn a_version_whose_place_was_spoilt_takes_no_name_from_a_good_file() {
     let folder = Folder::of(&[("a", "alpha")]);
     let before = folder.load();

@@ -6,8 +6,9 @@ use crate::degree::{self, CurveOptions, Degree};
 use crate::lift::LiftKind;
 use crate::token::Token;
 
-/// Trust in a degree from the closed form: its median error against the optimised degree was 7–8 % where n ≥ 8.
-const CONFIDENCE_CLOSED_FORM: f64 = 0.9;
+/// Trust in a degree from the closed form where no examples are asked: what is said at the edge of their reach, since it errs about
+/// as much as they do there.
+const CONFIDENCE_CLOSED_FORM: f64 = 0.6;
 
 /// The diagram of one struck body.
 #[derive(Clone, Debug, PartialEq)]
@@ -103,10 +104,11 @@ fn guesses(prepared: &Prepared, strike: &Strike, verdict: &Verdict, fields: &[Fi
         let [estimate, evenness] = degree::closed_form_and_evenness(field, slenderness, gamma);
         let descriptor = || degree::descriptor(estimate, first_moment, evenness, gamma);
         let told = learned.map(|learned| learned.network.predict(&descriptor()));
+        // Beyond their reach the examples decide nothing, but how far it is beyond says how much to trust the closed form.
+        let confidence = told.as_ref().map_or(CONFIDENCE_CLOSED_FORM, |told| told.confidence);
         let told = told.filter(|told| told.within_reach);
         let wanted = told.map_or(prepared.kappa * estimate, |told| degree::sites(told.value, estimate));
         let Degree { sites, capped } = degree::decide(first_moment, gamma, wanted, 1.0, DEGREE_MAX as usize);
-        let confidence = told.map_or(CONFIDENCE_CLOSED_FORM, |told| told.confidence);
         Guess { sites: sites as u32, capped, inferred: told.is_some(), confidence }
     };
     fields.iter().enumerate().map(guess).collect()
