@@ -1,0 +1,175 @@
+//! What the service adds to the computing, in one run: the same strikes in this process and through the daemon, at saturation, at
+//! 80 % of it and at three times it. `cargo bench --bench service` takes a generated mug, or the mesh file that
+//! `SHATTER_BENCH_MESH` names; `SHATTER_BENCH_SECONDS` is the length of each of its parts (8).
+//!
+//! Ratios are of medians of alternating rounds: on a shared machine a second is not always a second.
+
+#[path = "../tests/support/mod.rs"]
+mod support;
+
+use rayon::ThreadPool;
+use serde_json::Value;
+use shatter_fracture::database::{BakeRequest, bake, load, save};
+use shatter_fracture::pipeline::{Prepared, Workspace};
+use shatter_fracture::scene::Materials;
+use shatter_fracture::surface::{self, RawMesh, Unit, Up, shapes};
+use shatter_fracture::token::Token;
+use shatter_proto::answer::{AnswerHeader, Block, StageWire};
+use shatter_proto::layout::Layout;
+use shatter_proto::request::{Contact, Degree, Strike};
+use shatter_server::clock::Clock;
+use shatter_server::engine::Object;
+use shatter_server::jobs::threads;
+use shatter_server::wire::Served;
+use std::path::Path;
+use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
+use std::time::{Duration, Instant};
+use support::{Child, TestPlace, shatter, shatterd};
+
+const SITES: u32 = 50;
+const CLIENTS: &str = "8";
+const ROUNDS: usize = 3;
+
+fn seconds() -> f64 {
+    std::env::var("SHATTER_BENCH_SECONDS").ok().and_then(|text| text.parse().ok()).unwrap_or(8.0)
+}
+
+fn mesh() -> RawMesh {
+    match std::env::var_os("SHATTER_BENCH_MESH") {
+        Some(path) => surface::read(path.as_ref(), Unit::M, Up::Y).unwrap(),
+        None => shapes::mug(),
+    }
+}
+
+fn database(folder: &Path) -> Prepared {
+    let materials = Materials::parse(include_str!("../../config/materials.toml")).unwrap();
+    let ceramic = materials.get("ceramic").unwrap().clone();
+    let request = BakeRequest { seed: 1, ..BakeRequest::new("bench", "ceramic", ceramic) };
+    let file = folder.join("bench.shatter");
+    save(&bake(mesh(), &request, &Token::default(), &mut |_| {}).unwrap(), &file).unwrap();
+    load(&file).unwrap()
+}
+
+/// A blow somewhere on the surface, towards the middle.
+fn strike(served: &Served, number: usize) -> Strike {
+    let prepared = &served.0;
+    let body = &prepared.bodies[0];
+    let face = &body.topology.boundary[number.wrapping_mul(7919) % body.topology.boundary.len()];
+    let point_m = prepared.frame.to_metres(&body.crack.nodes[face.nodes[0] as usize]);
+    let impulse_ns = (prepared.frame.centre_m - point_m).normalize().into();
+    let contact = Contact { point_m: point_m.coords.into(), impulse_ns, duration_s: None, radius_m: None };
+    let object = "bench".to_owned();
+    Strike { object, contacts: vec![contact], degree: Degree::Sites(SITES), seed: number as u64, ..Strike::default() }
+}
+
+/// One strike from request to bytes, as the daemon's threads do it; length of the answer, and time of all stages.
+fn answer(served: &Served, number: usize, workspace: &mut Workspace, payload: &mut Vec<Block>) -> (u64, u64) {
+    let mut clock = Clock::default();
+    let strike = strike(served, number);
+    let outcome = served.strike(&strike, workspace, &Token::default(), &mut clock).unwrap();
+    let layout = Layout::new(&outcome.counts()).unwrap();
+    payload.resize(payload.len().max(layout.blocks()), bytemuck::Zeroable::zeroed());
+    let _header: AnswerHeader = layout.header(0);
+    outcome.write(&mut layout.split(&mut payload[..layout.blocks()]).unwrap()).unwrap();
+    (layout.used_bytes(), clock.rows().iter().map(|row: &StageWire| row.ns).sum())
+}
+
+/// Strikes per second of as many strikes side by side as there are threads.
+fn in_process(served: &Served, pool: &ThreadPool) -> (f64, u64, Duration) {
+    let (done, bytes, busy) = (AtomicUsize::new(0), AtomicU64::new(0), AtomicU64::new(0));
+    let (begun, length) = (Instant::now(), Duration::from_secs_f64(seconds()));
+    pool.scope(|scope| {
+        for _ in 0..pool.current_num_threads() {
+            scope.spawn(|_| {
+                let (mut workspace, mut payload) = (Workspace::default(), Vec::new());
+                while begun.elapsed() < length {
+                    let number = done.fetch_add(1, Ordering::Relaxed);
+                    let (used, ns) = answer(served, number, &mut workspace, &mut payload);
+                    bytes.fetch_add(used, Ordering::Relaxed);
+                    busy.fetch_add(ns, Ordering::Relaxed);
+                }
+            });
+        }
+    });
+    let count = done.into_inner();
+    let each = Duration::from_nanos(busy.into_inner() / count as u64);
+    (count as f64 / begun.elapsed().as_secs_f64(), bytes.into_inner() / count as u64, each)
+}
+
+/// One run of the load tool.
+fn loaded(here: &TestPlace, clients: &str, how: &[&str]) -> Value {
+    let (seconds, sites) = (seconds().to_string(), SITES.to_string());
+    let all = ["load", "bench", "--clients", clients, "--seconds", &seconds, "--degree", &sites, "--json"];
+    let (code, text) = shatter(here, &[&all, how].concat());
+    assert_eq!(code, 0, "{text}");
+    serde_json::from_str(&text).unwrap()
+}
+
+fn number(value: &Value) -> f64 {
+    value.as_f64().unwrap()
+}
+
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values[values.len() / 2]
+}
+
+/// The slowest client's answers over the fastest one's.
+fn fairness(told: &Value) -> f64 {
+    let each: Vec<f64> = told["per_client_ok"].as_array().unwrap().iter().map(number).collect();
+    each.iter().copied().fold(f64::INFINITY, f64::min) / each.iter().copied().fold(0.0, f64::max)
+}
+
+fn main() {
+    // `cargo test` may run benches to see that they begin.
+    if std::env::args().any(|argument| argument == "--test") {
+        return;
+    }
+    let here = TestPlace::new("bench");
+    let served = Served(database(&here.databases()));
+    served.finish().unwrap();
+    let pool = threads(std::thread::available_parallelism().map_or(1, usize::from)).unwrap();
+    let daemon = Child::start(&mut shatterd(&here));
+    let (mut alone, mut through, mut fair) = (Vec::new(), Vec::new(), Vec::new());
+    for round in 0..ROUNDS {
+        let (rate, bytes, each) = in_process(&served, &pool);
+        let told = loaded(&here, CLIENTS, &["--closed", "--seed", &round.to_string()]);
+        println!(
+            "round {round}: in process {rate:.1}/s ({:.1} ms each, {bytes} bytes), {CLIENTS} clients {:.1}/s, slowest/fastest {:.2}",
+            each.as_secs_f64() * 1e3,
+            number(&told["throughput_hz"]),
+            fairness(&told)
+        );
+        alone.push(rate);
+        through.push(number(&told["throughput_hz"]));
+        fair.push(fairness(&told));
+    }
+    let saturation = median(through);
+    println!("throughput through the service over in process: {:.3} (wanted: 0.9)", saturation / median(alone));
+    println!("slowest client over fastest: {:.3} (wanted: 0.8)", median(fair));
+
+    let told = loaded(&here, CLIENTS, &["--rate", &(0.8 * saturation).to_string()]);
+    let (p99, ideal) = (number(&told["latency_us"]["p99"]), number(&told["ideal_queue_p99_us"]));
+    println!(
+        "at 80 %: {} of {} ok, p99 {:.1} ms, ideal queue {:.1} ms: {:.2} (wanted: 1.5)",
+        told["ok"],
+        told["sent"],
+        p99 * 1e-3,
+        ideal * 1e-3,
+        p99 / ideal
+    );
+    let told = loaded(&here, CLIENTS, &["--rate", &(3.0 * saturation).to_string()]);
+    let refusal = &told["refusal_us"];
+    println!(
+        "at 300 %: goodput {:.3} of saturation (wanted: 0.9); {} of {} ok, {} busy, refused within {:.2} ms (median; wanted: 2), {:.2} ms (99 of 100; wanted: 10)",
+        number(&told["throughput_hz"]) / saturation,
+        told["ok"],
+        told["sent"],
+        told["busy"],
+        number(&refusal["p50"]) * 1e-3,
+        number(&refusal["p99"]) * 1e-3
+    );
+    let told = loaded(&here, "1", &["--closed"]);
+    println!("one client: round trip less stages, median {} us (wanted: 150)", told["ipc_share_us_p50"]);
+    assert_eq!(daemon.terminate().code(), Some(0));
+}
