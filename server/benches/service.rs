@@ -128,7 +128,7 @@ fn main() {
     let here = TestPlace::new("bench");
     let served = Served(database(&here.databases()));
     served.finish().unwrap();
-    let pool = threads(std::thread::available_parallelism().map_or(1, usize::from)).unwrap();
+    let pool = threads(std::thread::available_parallelism().map_or(1, usize::from), 5).unwrap();
     let daemon = Child::start(&mut shatterd(&here));
     let (mut alone, mut through, mut fair) = (Vec::new(), Vec::new(), Vec::new());
     for round in 0..ROUNDS {

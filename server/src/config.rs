@@ -48,6 +48,7 @@ pub struct Databases {
 pub struct Compute {
     pub threads: usize,
     pub strikes_at_once: usize,
+    pub nice: i32,
     pub queue_max: usize,
 }
 
@@ -132,6 +133,7 @@ impl Config {
             ("databases.watch_ms", "0, or 10 to 60000", matches!(self.databases.watch_ms, 0 | 10..=60_000)),
             ("compute.threads", "at most 1024", self.compute.threads <= 1024),
             ("compute.strikes_at_once", "at most 1024", self.compute.strikes_at_once <= 1024),
+            ("compute.nice", "0 to 19", (0..=19).contains(&self.compute.nice)),
             ("compute.queue_max", "1 to 4096", (1..=4096).contains(&self.compute.queue_max)),
             ("answers.buckets", "1 to 1024", (1..=1024).contains(&self.answers.buckets)),
             ("answers.held_max", "at most answers.buckets", self.answers.held_max <= self.answers.buckets),

@@ -100,7 +100,7 @@ impl Daemon {
     fn start(home: Home, config: Config, loader: Loader) -> Result<(Self, Bell, UnboundedReceiver<Event>), Refusal> {
         let begun = Instant::now();
         let folder = folder(&config)?;
-        let threads = threads(config.threads())?;
+        let threads = threads(config.threads(), config.compute.nice)?;
         let catalog = threads.install(|| folder.look().map(|shelf| Catalog::default().renewed(shelf, &loader)))?;
         announce(&catalog, begun);
         let pool = pool(&config, &catalog);

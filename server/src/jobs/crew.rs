@@ -46,10 +46,16 @@ pub struct Crew {
     events: UnboundedSender<Event>,
 }
 
-/// The computing threads of a daemon.
-pub fn threads(count: usize) -> Result<ThreadPool, Refusal> {
+/// The computing threads of a daemon, so much nicer than others: they give way to the thread that waits, and to hosts.
+pub fn threads(count: usize, nice: i32) -> Result<ThreadPool, Refusal> {
     let builder = ThreadPoolBuilder::new().num_threads(count).thread_name(|index| format!("compute-{index}"));
-    builder.build().map_err(|error| Refusal::new(Kind::Failed, "threads", error.to_string()))
+    let give_way = move |_| {
+        // On Linux it is the thread's own.
+        if let Err(error) = rustix::process::nice(nice) {
+            tracing::debug!(%error, "the priority of a computing thread stays");
+        }
+    };
+    builder.start_handler(give_way).build().map_err(|error| Refusal::new(Kind::Failed, "threads", error.to_string()))
 }
 
 impl Crew {
