@@ -215,7 +215,9 @@ fn shares_are_baked_and_merged_by_commands() {
     let (code, first) = bakery.bake(&["--examples", "40", "--shard", "0/2", "--out", out]);
     assert_eq!((code, &first["share"]["count"], &first["impacts"]), (0, &2.into(), &20.into()), "{first}");
     let mut array = bakery.command(&["--examples", "40", "--out", out]);
-    array.env("SLURM_ARRAY_TASK_ID", "1").env("SLURM_ARRAY_TASK_COUNT", "2");
+    // What Slurm sets where task 1 alone is repeated.
+    let repeated = ["ID", "MIN", "MAX", "COUNT"].map(|name| (format!("SLURM_ARRAY_TASK_{name}"), "1"));
+    array.envs(repeated).env("SHATTER_SHARDS", "2");
     assert!(array.status().unwrap().success());
     let files = [0, 1].map(|index| format!("{out}/wedge.{index}-of-2.share"));
     let merged = bakery.house.path("merged");
@@ -229,6 +231,9 @@ fn shares_are_baked_and_merged_by_commands() {
     assert!(std::fs::read(merged.join("wedge.shatter")).unwrap() == whole);
     let (code, usage) = bakery.bake(&["--examples", "40", "--shard", "2/2"]);
     assert_eq!((code, usage["error"]["kind"].as_str()), (2, Some("usage")), "{usage}");
+    assert!(usage["error"]["message"].as_str().unwrap().contains("2 is too large for 2 shares"), "{usage}");
+    let (code, refused) = bakery.bake(&["--shard", "0/2"]);
+    assert_eq!((code, refused["error"]["at"].as_str()), (3, Some("--shard")), "{refused}");
 }
 
 /// Ends `command` by SIGKILL at a hundred random moments: `file` holds `old` or `new`, and nothing else ever.

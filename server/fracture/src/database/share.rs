@@ -80,7 +80,7 @@ pub enum ShareError {
         count: u64,
     },
     /// There is no such share.
-    #[error("share {index} of {count}: they are counted from 0")]
+    #[error("{index} is too large for {count} shares: they are counted from 0, the last is {}/{count}", count - 1)]
     Index {
         /// Which.
         index: u64,
