@@ -11,6 +11,7 @@ use shatter_fracture::surface::shapes::write_obj;
 use shatter_fracture::token::Token;
 use shatter_tests::house::House;
 use shatter_tests::real;
+use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command};
 use std::time::{Duration, Instant};
@@ -303,4 +304,28 @@ fn check_upgraded(older: &str) {
     let bytes = std::fs::read(&file).unwrap();
     assert_eq!(house.ok("shatterd", &["upgrade", name])["files"][0]["from"], "3");
     assert!(std::fs::read(&file).unwrap() == bytes, "nothing to convert, nothing written");
+}
+
+/// Mode of a file, without its type.
+fn mode(file: &Path) -> u32 {
+    std::fs::metadata(file).unwrap().permissions().mode() & 0o777
+}
+
+#[test]
+fn a_new_database_has_the_usual_mode_and_one_that_is_replaced_keeps_its_own() {
+    let bakery = Bakery::new();
+    let masked = |mask: &str, more: &[&str]| {
+        let plain = bakery.house.command("shatterd");
+        let mut shell = Command::new("sh");
+        shell.args(["-c", &format!("umask {mask}; exec \"$0\" \"$@\"")]).arg(plain.get_program());
+        shell.envs(plain.get_envs().filter_map(|(name, value)| Some((name, value?))));
+        assert!(shell.args(bakery.arguments(more)).output().unwrap().status.success());
+    };
+    masked("027", &[]);
+    assert_eq!(mode(&bakery.database()), 0o640);
+    masked("022", &[]);
+    assert_eq!(mode(&bakery.database()), 0o640);
+    std::fs::remove_file(bakery.database()).unwrap();
+    masked("022", &[]);
+    assert_eq!(mode(&bakery.database()), 0o644);
 }
