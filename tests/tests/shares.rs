@@ -4,7 +4,8 @@ use nalgebra::Point3;
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
 use shatter_fracture::database::{
-    BakeRequest, JoinError, Partial, Share, ShareError, bake, join, load, load_partial, save, save_partial,
+    BakeRequest, DatabaseError, JoinError, Partial, Share, ShareError, bake, join, load, load_partial, save,
+    save_partial,
 };
 use shatter_fracture::surface::RawMesh;
 use shatter_fracture::surface::shapes::write_obj;
@@ -114,7 +115,11 @@ fn shares_that_do_not_belong_together_are_refused() {
     check(&[&zero, &zero], &|error| matches!(error, JoinError::Twice { .. }));
     check(&[&zero, &other], &|error| matches!(error, JoinError::OtherWork { path, .. } if *path == other));
     check(&[&zero, &unfinished], &|error| matches!(error, JoinError::Unfinished { done: 0, of: 8, .. }));
-    check(&[&zero, &database], &|error| matches!(error, JoinError::Database { path, .. } if *path == database));
+    let whole = |error: &JoinError| matches!(error, JoinError::Database { path, source: DatabaseError::Whole } if *path == database);
+    check(&[&zero, &database], &whole);
+    let absent = folder.path().join("nope.share");
+    let named = |error: &JoinError| error.to_string().matches("nope.share").count() == 1;
+    check(&[&absent], &named);
     assert!(load(&zero).err().unwrap().to_string().contains("shatterd merge"));
 }
 
@@ -202,7 +207,12 @@ fn an_interrupted_bake_keeps_what_is_done_and_goes_on_with_it() {
     let (done, undone) = (load_partial(&kept).unwrap().task.done, bakery.bake(&["--examples", "40", "--resume"]));
     assert!(done > 0);
     assert_eq!(undone.0, 3, "40 examples are other work than 4000");
-    assert_eq!(bakery.bake(&["--examples", "40"]).0, 0);
+    let (code, refused) = bakery.bake(&["--examples", "40"]);
+    assert_eq!((code, refused["error"]["kind"].as_str()), (3, Some("kept_share")), "{refused}");
+    let message = refused["error"]["message"].as_str().unwrap();
+    assert!(message.starts_with(&format!("{done} of 4000 impacts are kept")), "{message}");
+    assert!(message.contains("--resume") && message.contains("--restart") && kept.exists(), "{message}");
+    assert_eq!(bakery.bake(&["--examples", "40", "--restart"]).0, 0);
     assert!(!kept.exists(), "what was kept is gone when the database is there");
 }
 
@@ -328,4 +338,79 @@ fn a_new_database_has_the_usual_mode_and_one_that_is_replaced_keeps_its_own() {
     std::fs::remove_file(bakery.database()).unwrap();
     masked("022", &[]);
     assert_eq!(mode(&bakery.database()), 0o644);
+}
+
+/// Spoils a byte of the last tensor.
+fn spoil(file: &Path) {
+    let mut bytes = std::fs::read(file).unwrap();
+    let last = bytes.len() - 9;
+    bytes[last] ^= 1;
+    std::fs::write(file, bytes).unwrap();
+}
+
+#[track_caller]
+fn check_named(document: &Value, file: &Path, words: &[&str]) {
+    let (error, name) = (&document["error"], file.display().to_string());
+    assert!(error["at"].as_str().unwrap().contains(&name), "{document}");
+    let message = error["message"].as_str().unwrap();
+    assert!(message.contains(&name) && words.iter().all(|word| message.contains(word)), "{document}");
+}
+
+#[test]
+fn damaged_files_are_named_with_what_is_damaged_and_what_to_do() {
+    let bakery = Bakery::new();
+    let folder = bakery.house.databases();
+    std::fs::create_dir_all(&folder).unwrap();
+    let kept = share(&folder, Share::WHOLE, &request(16));
+    spoil(&kept);
+    let (code, refused) = bakery.bake(&["--examples", "16", "--resume"]);
+    assert_eq!(code, 3, "{refused}");
+    check_named(&refused, &kept, &["checksum of", "remove it", "--restart"]);
+    check_named(&bakery.bake(&["--examples", "16"]).1, &kept, &["remove it", "--restart"]);
+    let (code, refused) = bakery.house.json("shatterd", &["inspect", kept.to_str().unwrap()]);
+    assert_eq!(code, 3, "{refused}");
+    check_named(&refused, &kept, &["checksum of"]);
+}
+
+#[test]
+fn upgrade_goes_on_after_bad_files_and_names_each() {
+    let house = House::new();
+    let old = Path::new(env!("CARGO_MANIFEST_DIR")).join("formats/2.shatter");
+    let [first, bad, absent, last] =
+        ["first", "bad", "absent", "last"].map(|name| house.path(&format!("{name}.shatter")));
+    for file in [&first, &bad, &last] {
+        std::fs::copy(&old, file).unwrap();
+    }
+    spoil(&bad);
+    let files = [&first, &bad, &absent, &last].map(|file| file.to_str().unwrap());
+    let (code, document) = house.json("shatterd", &[&["upgrade"], &files[..]].concat());
+    assert_eq!(code, 3, "{document}");
+    check_named(&document, &bad, &["checksum of"]);
+    check_named(&document, &absent, &[]);
+    let said = String::from_utf8(house.run("shatterd", &[&["upgrade"], &files[1..3]].concat()).stderr).unwrap();
+    assert_eq!((said.matches(files[1]).count(), said.matches(files[2]).count()), (1, 1), "{said}");
+    let told = document["files"].as_array().unwrap();
+    let became: Vec<_> = told
+        .iter()
+        .map(|file| (file["file"].as_str().unwrap(), file["from"].as_str(), file["error"].is_object()))
+        .collect();
+    assert_eq!(
+        became,
+        [(files[0], Some("2"), false), (files[1], None, true), (files[2], None, true), (files[3], Some("2"), false),]
+    );
+    assert!(load(&first).is_ok() && load(&last).is_ok(), "those around the bad ones are converted");
+}
+
+#[test]
+fn upgrade_follows_links_and_keeps_modes() {
+    let house = House::new();
+    let old = Path::new(env!("CARGO_MANIFEST_DIR")).join("formats/2.shatter");
+    std::fs::create_dir(house.path("elsewhere")).unwrap();
+    let (target, link) = (house.path("elsewhere/it.shatter"), house.path("link.shatter"));
+    std::fs::copy(&old, &target).unwrap();
+    std::fs::set_permissions(&target, std::fs::Permissions::from_mode(0o664)).unwrap();
+    std::os::unix::fs::symlink("elsewhere/it.shatter", &link).unwrap();
+    house.ok("shatterd", &["upgrade", link.to_str().unwrap()]);
+    assert!(std::fs::symlink_metadata(&link).unwrap().is_symlink() && load(&target).is_ok());
+    assert_eq!(mode(&target), 0o664);
 }

@@ -24,7 +24,8 @@ pub struct InspectArgs {
 /// Loads and verifies the file as the daemon would, and prints what is inside.
 pub fn run(args: &InspectArgs) -> Result<(), Failure> {
     args.out.as_deref().map_or(Ok(()), out::folder)?;
-    let prepared = database::load(&args.file)?;
+    let damaged = |error| Failure::database(&args.file, &error);
+    let prepared = database::load(&args.file).map_err(damaged)?;
     let page = args.out.as_ref().map(|folder| folder.join(format!("{}.html", prepared.name)));
     if let Some(page) = &page {
         let study = examples::page(&prepared)?;

@@ -30,7 +30,7 @@ pub fn run(args: &MergeArgs) -> Result<(), Failure> {
     let prepared = database::join(&args.files, &token, &mut |step| bar.show(step))?;
     let file = args.out.join(format!("{}.{}", prepared.name, database::EXTENSION));
     bar.say("write");
-    database::save(&prepared, &file)?;
+    database::save(&prepared, &file).map_err(|error| Failure::database(&file, &error))?;
     bar.finish();
     baked::tell(&prepared, &file, begun.elapsed(), args.json)
 }

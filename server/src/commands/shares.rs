@@ -101,6 +101,19 @@ fn number(name: &'static str) -> Result<Option<u64>, Failure> {
     }
 }
 
+/// Refuses to bake anew where `file` keeps what is done of such a bake: hours of work are not thrown away unasked.
+pub fn nothing_kept(file: &Path) -> Result<(), Failure> {
+    if !file.exists() {
+        return Ok(());
+    }
+    let task = database::load_task(file)
+        .map_err(|error| Failure::database(file, &error).advised("remove it, or discard it with --restart"))?;
+    let (done, of, shown) = (task.done, task.impacts().len(), file.display());
+    let message =
+        format!("{done} of {of} impacts are kept in {shown}: go on with --resume, or discard them with --restart");
+    Err(Failure::refused("kept_share", shown.to_string(), message))
+}
+
 /// What `file` kept of the same work; nothing if there is no such file.
 pub fn resume(
     file: &Path,
@@ -113,7 +126,9 @@ pub fn resume(
         eprintln!("{} is not there: baking from the beginning", file.display());
         return Ok(None);
     }
-    let partial = database::load_partial(file)?;
+    let partial = database::load_partial(file).map_err(|error| {
+        Failure::database(file, &error).advised("remove it, or bake with --restart instead of --resume")
+    })?;
     let task = &partial.task;
     let asked = match args.add {
         None => task.request.as_ref() == Some(request),
@@ -123,24 +138,28 @@ pub fn resume(
     if asked && same_mesh && task.share == share && partial.prepared.name == args.name {
         return Ok(Some(partial));
     }
-    let message =
-        format!("{} was baked from another mesh or with other flags; without --resume it is replaced", file.display());
+    let message = format!(
+        "{} was baked from another mesh or with other flags; with --restart instead of --resume it is replaced",
+        file.display()
+    );
     Err(Failure::refused("other_work", file.display().to_string(), message))
 }
 
 /// Does what remains of the share, and keeps what is done in `file`: from time to time, when interrupted, and at the end of
 /// a share that others must be joined to.
 pub fn work(mut partial: Partial, file: &Path, token: &Token, bar: &Bar) -> Result<Partial, Failure> {
+    let keep =
+        |partial: &Partial| database::save_partial(partial, file).map_err(|error| Failure::database(file, &error));
     let mut kept = None;
     while !partial.task.is_done() {
         bar.show(partial.examples());
         if kept.is_none_or(|kept: Instant| kept.elapsed() >= KEPT_EVERY) {
-            database::save_partial(&partial, file)?;
+            keep(&partial)?;
             kept = Some(Instant::now());
         }
         match partial.step(token) {
             Err(BakeError::Cancelled(_)) => {
-                database::save_partial(&partial, file)?;
+                keep(&partial)?;
                 return Err(interrupted(&partial, file));
             }
             step => step?,
@@ -148,7 +167,7 @@ pub fn work(mut partial: Partial, file: &Path, token: &Token, bar: &Bar) -> Resu
     }
     bar.show(partial.examples());
     if partial.task.share.count > 1 {
-        database::save_partial(&partial, file)?;
+        keep(&partial)?;
     }
     Ok(partial)
 }
