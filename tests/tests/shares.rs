@@ -340,6 +340,19 @@ fn a_new_database_has_the_usual_mode_and_one_that_is_replaced_keeps_its_own() {
     assert_eq!(mode(&bakery.database()), 0o644);
 }
 
+#[test]
+fn a_log_without_a_terminal_tells_how_far_a_bake_is() {
+    let bakery = Bakery::new();
+    let output = bakery.house.run("shatterd", &bakery.arguments(&["--examples", "40"]));
+    let log = String::from_utf8(output.stderr).unwrap();
+    let wordless = bakery.house.run("shatterd", &bakery.arguments(&[])).stderr;
+    assert!(!String::from_utf8(wordless).unwrap().contains("examples"), "there are none");
+    let line = |text: &str| log.lines().any(|line| line.starts_with("shatterd: wedge: ") && line.ends_with(text));
+    for text in ["lattices", "lift of body 0", "examples 0/40", "examples 40/40", "reduced elasticity", "write"] {
+        assert!(line(text), "{text} in {log}");
+    }
+}
+
 /// Spoils a byte of the last tensor.
 fn spoil(file: &Path) {
     let mut bytes = std::fs::read(file).unwrap();

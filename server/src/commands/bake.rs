@@ -95,7 +95,7 @@ pub fn run(args: &BakeArgs) -> Result<(), Failure> {
     let raw = surface::read(&args.mesh, args.unit, args.up)?;
     let token = interrupt::token()?;
     let resumed = if args.resume { shares::resume(&kept, &raw, args, &request, share)? } else { None };
-    let bar = Bar::new();
+    let bar = Bar::new(&args.name, share.size(new));
     let begin = || match args.add {
         None => Ok::<_, Failure>(Partial::begin(raw, &request, share, &token, &mut |step| bar.show(step))?),
         Some(count) => Ok(Partial::add(same_mesh(raw, &file)?, count, share)?),

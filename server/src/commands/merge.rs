@@ -26,7 +26,7 @@ pub fn run(args: &MergeArgs) -> Result<(), Failure> {
     let begun = Instant::now();
     out::folder(&args.out)?;
     let token = interrupt::token()?;
-    let bar = Bar::new();
+    let bar = Bar::new("merge", 0);
     let prepared = database::join(&args.files, &token, &mut |step| bar.show(step))?;
     let file = args.out.join(format!("{}.{}", prepared.name, database::EXTENSION));
     bar.say("write");

@@ -57,7 +57,7 @@ fn upgrade(file: &Path, token: &Token) -> Result<String, Failure> {
     let damaged = |error: DatabaseError| Failure::database(file, &error);
     let (partial, from) = database::load_older(file).map_err(damaged)?;
     if from != database::FORMAT {
-        let bar = Bar::new();
+        let bar = Bar::new(&shown(file), partial.impacts());
         let failed = |error| Failure::from(error).of_file(file);
         let prepared = partial.complete(token, &mut |step| bar.show(step)).map_err(failed)?;
         bar.say("write");
