@@ -310,6 +310,12 @@ fn check_upgraded(older: &str) {
     );
     let inspected = house.ok("shatterd", &["inspect", name]);
     assert_eq!((&inspected["format"], &inspected["examples"]), (&"3".into(), &12.into()), "{inspected}");
+    for key in ["program", "version", "input_hash"] {
+        assert!(inspected["provenance"][key].as_str().is_some_and(|text| !text.is_empty()), "{key}: {inspected}");
+    }
+    for key in ["pose_network_p90", "few_holdout", "few_within_one"] {
+        assert!(inspected["learned"][key].is_number(), "{key}: {inspected}");
+    }
     assert!(inspected["learned"].is_object() && inspected["reduced"].is_object(), "{inspected}");
     let bytes = std::fs::read(&file).unwrap();
     assert_eq!(house.ok("shatterd", &["upgrade", name])["files"][0]["from"], "3");
