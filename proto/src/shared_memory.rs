@@ -87,7 +87,9 @@ mod tests {
 
     #[test]
     fn only_small_writable_segments_of_the_place_are_populated() {
-        let line = |rights: &str, end: &str, name: &str| format!("7f0000000000-{end} {rights} 00000000 00:1a 3   /dev/shm/{name}");
+        let line = |rights: &str, end: &str, name: &str| {
+            format!("7f0000000000-{end} {rights} 00000000 00:1a 3   /dev/shm/{name}")
+        };
         let found = |rights, end, name| writable(&line(rights, end, name), "shatter_ab_").is_some();
         assert!(found("rw-s", "7f0000001000", "shatter_ab_1.connection"));
         assert!(!found("r--s", "7f0000001000", "shatter_ab_1.data"));

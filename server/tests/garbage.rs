@@ -43,7 +43,8 @@ fn good(sequence: u64) -> StrikeWire {
         duration_s: None,
         radius_m: None,
     };
-    let strike = Strike { object: "vase".to_owned(), contacts: vec![contact], degree: Degree::Sites(3), ..Strike::default() };
+    let strike =
+        Strike { object: "vase".to_owned(), contacts: vec![contact], degree: Degree::Sites(3), ..Strike::default() };
     Strike { seed: sequence / 3, ..strike }.wire([7; 16], sequence).unwrap()
 }
 

@@ -202,7 +202,8 @@ fn a_full_queue_refuses_at_once_and_status_still_answers() {
 fn exhausted_answers_silence_no_refusal() {
     let daemon = start(&[("vase", "tetra")], "[answers]\nbuckets = 2\nheld_max = 2");
     let services = [daemon.connect(), daemon.connect()];
-    let strike = |service: &Shatter| service.object("vase", patience()).unwrap().strike(&impact()).unwrap().wait(patience());
+    let strike =
+        |service: &Shatter| service.object("vase", patience()).unwrap().strike(&impact()).unwrap().wait(patience());
     let held = services.each_ref().map(|service| strike(service).unwrap());
     for _ in 0..5 {
         let refusal = strike(&services[0]).err().unwrap();
@@ -218,7 +219,8 @@ fn exhausted_answers_silence_no_refusal() {
 fn no_client_holds_more_than_its_share_of_the_answers() {
     let daemon = start(&[("vase", "tetra")], "[answers]\nbuckets = 4");
     let [hoarder, other] = [daemon.connect(), daemon.connect()];
-    let strike = |service: &Shatter| service.object("vase", patience()).unwrap().strike(&impact()).unwrap().wait(patience());
+    let strike =
+        |service: &Shatter| service.object("vase", patience()).unwrap().strike(&impact()).unwrap().wait(patience());
     let held = [strike(&hoarder).unwrap(), strike(&hoarder).unwrap()];
     let refusal = strike(&hoarder).err().unwrap();
     assert_eq!((refusal.kind, refusal.at.as_str()), (Kind::Busy, "share"), "{refusal}");
@@ -438,7 +440,8 @@ fn supervisors_and_scrapers_are_answered_on_a_loopback_port() {
     let (head, body) = get(free, "GET /readyz");
     assert!(head.contains("200") && body.starts_with("serving: 1 of 1 objects ready"), "{head} {body}");
     assert!(get(free, "GET /healthz").0.contains("200"));
-    let wanted = ["strikes_total{end=\"answered\"} 1", "stage_seconds_bucket{", "queued 0", "pool_buckets 64", "restarts 0"];
+    let wanted =
+        ["strikes_total{end=\"answered\"} 1", "stage_seconds_bucket{", "queued 0", "pool_buckets 64", "restarts 0"];
     eventually(&daemon.connect(), |row| row.answered == 1);
     let (_, body) = get(free, "GET /metrics");
     wanted.iter().for_each(|line| assert!(body.contains(&format!("shatter_{line}")), "{line}: {body}"));

@@ -154,8 +154,7 @@ fn screen(service: &str, status: &Status, loaded: &[ObjectFacts], last: Option<&
     );
     text += &format!("{:14} {:>8} {:>9} {:>9} {:>9} {:>9}  ms\n", "", "count", "p50", "p90", "p99", "max");
     for (name, times) in std::iter::once(("strike", &row.strike)).chain(status.stages()) {
-        let [p50, p90, p99, max] =
-            [times.p50_ns, times.p90_ns, times.p99_ns, times.max_ns].map(|ns| ns as f64 * 1e-6);
+        let [p50, p90, p99, max] = [times.p50_ns, times.p90_ns, times.p99_ns, times.max_ns].map(|ns| ns as f64 * 1e-6);
         text += &format!("{name:14} {:8} {p50:9.3} {p90:9.3} {p99:9.3} {max:9.3}\n", times.count);
     }
     text += &format!(

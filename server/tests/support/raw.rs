@@ -11,9 +11,7 @@ use shatter_proto::control::{ControlHeader, ControlWire, Question, read};
 use shatter_proto::place::Place;
 use shatter_proto::refusal::RefusalWire;
 use shatter_proto::request::StrikeWire;
-use shatter_proto::transport::{
-    CONTROL_SERVICE, Ipc, STRIKE_SERVICE, WAKE_DAEMON_SERVICE, config, service_name,
-};
+use shatter_proto::transport::{CONTROL_SERVICE, Ipc, STRIKE_SERVICE, WAKE_DAEMON_SERVICE, config, service_name};
 use shatter_proto::view::Checked;
 use std::time::Duration;
 
