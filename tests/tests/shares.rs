@@ -251,8 +251,8 @@ fn shares_are_baked_and_merged_by_commands() {
 fn check_killed(command: impl Fn() -> Command, times: u64, file: &Path, old: &[u8], new: &[u8]) {
     let begun = Instant::now();
     assert!(command().status().unwrap().success());
-    // A fifth of the turns are given more time than a whole run took.
-    let longest = begun.elapsed().mul_f64(1.25);
+    // A third of the turns are given more time than a whole run took, so that some end by themselves on a busy machine too.
+    let longest = begun.elapsed().mul_f64(1.5);
     let mut seen = [0, 0];
     for turn in 0..times {
         std::fs::write(file, old).unwrap();
