@@ -95,6 +95,24 @@ fn twice_the_threshold_breaks_and_half_does_not() {
 }
 
 #[test]
+fn the_threshold_depends_on_the_contact_as_the_impact_does() {
+    let house = with_arch(&[]);
+    let (point, just) = contact(&house);
+    let at = ["threshold", "arch", "--point", &point, "--direction", "-1,0,0"];
+    let contact = ["--radius-m", "0.4", "--duration-s", "0.05"];
+    let other = number(&house.ok("shatter", &[&at[..], &contact].concat()), "impulse_ns");
+    assert!((other / just - 1.0).abs() > 1e-3, "{other} and {just}");
+    let struck = impact(&house, &point, 2.0 * other, &contact);
+    assert!((number(&struck, "e1_over_gamma") - 4.0).abs() < 1e-6, "{struck}");
+    for impulse in [0.5 * just, 2.0 * just] {
+        let impulse = format!("{},0,0", -impulse);
+        let shown = house.run("shatter", &["impact", "arch", "--point", &point, "--impulse", &impulse]);
+        let text = String::from_utf8(shown.stdout).unwrap();
+        assert!(["displacements: ", "energy error", "confidence"].iter().all(|word| text.contains(word)), "{text}");
+    }
+}
+
+#[test]
 fn ten_times_the_impulse_with_a_hundred_times_gamma_is_the_same_geometry() {
     let house = with_arch(&[]);
     let (point, just) = contact(&house);

@@ -1,8 +1,9 @@
 //! `shatter impact`.
 
-use super::{ANSWER, Failure, document, out, reply, vector};
+use super::{ANSWER, Failure, document, out, reply, vector, with_contact};
 use serde_json::{Value, json};
 use shatter_client::{Broken, Deadline, Degree, Elastic, Impact, Kind, Lift, Refusal, Shatter};
+use shatter_proto::answer::SummaryWire;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -116,11 +117,8 @@ fn write(broken: &Broken, args: &Args) -> Result<Option<PathBuf>, Failure> {
 
 fn impact(args: &Args) -> Impact {
     let mut contacts = args.point.iter().zip(&args.impulse);
-    let describe = |impact: Impact, impulse: &[f64; 3]| {
-        let impact = impact.impulse(*impulse);
-        let impact = args.duration_s.map_or(impact.clone(), |duration_s| impact.duration(duration_s));
-        args.radius_m.map_or(impact.clone(), |radius_m| impact.radius(radius_m))
-    };
+    let describe =
+        |impact: Impact, impulse: &[f64; 3]| with_contact(impact.impulse(*impulse), args.duration_s, args.radius_m);
     let first = contacts.next().map(|(point, impulse)| describe(Impact::at(*point), impulse));
     let impact = contacts.fold(first.unwrap_or(Impact::at([0.0; 3])), |impact, (point, impulse)| {
         describe(impact.and_at(*point), impulse)
@@ -178,12 +176,23 @@ fn to_json(broken: &Broken, file: Option<&Path>) -> Value {
     })
 }
 
+/// How far the answer can be trusted.
+fn trust(summary: &SummaryWire) -> String {
+    format!(
+        "displacements: {}, energy error {:.2} % (estimated); confidence in the degree {:.2}",
+        summary.elastic(),
+        100.0 * summary.energy_error,
+        summary.confidence
+    )
+}
+
 fn screen(broken: &Broken, file: Option<&Path>) -> Result<(), Failure> {
     let summary = broken.summary();
     let milliseconds = broken.round_trip().as_secs_f64() * 1e3;
     let load = format!("γ {:.3e} J·m², E₁/γ {:.3}", summary.gamma_j_m2, summary.e1_over_gamma);
     if broken.is_whole() {
-        return out(format_args!("{} stays whole ({load}; {milliseconds:.1} ms)\n", summary.object()));
+        out(format_args!("{} stays whole ({load}; {milliseconds:.1} ms)\n", summary.object()))?;
+        return out(format_args!("  {}\n", trust(&summary)));
     }
     out(format_args!(
         "{}: {} fragments, {} sites by {}{} ({load}; {milliseconds:.1} ms, {} bytes)\n",
@@ -194,6 +203,7 @@ fn screen(broken: &Broken, file: Option<&Path>) -> Result<(), Failure> {
         if summary.capped != 0 { ", capped" } else { "" },
         broken.bytes()
     ))?;
+    out(format_args!("  {}\n", trust(&summary)))?;
     let times: Vec<String> = broken
         .stages()
         .iter()

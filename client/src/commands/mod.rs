@@ -8,7 +8,7 @@ pub mod status;
 pub mod threshold;
 mod when;
 
-use shatter_client::{Deadline, Refusal};
+use shatter_client::{Deadline, Impact, Refusal};
 use std::fmt::Arguments;
 use std::io::Write;
 use std::process::ExitCode;
@@ -49,6 +49,12 @@ fn out(text: Arguments<'_>) -> Result<(), Failure> {
 /// Prints one JSON document.
 fn document(value: &serde_json::Value) -> Result<(), Failure> {
     out(format_args!("{value:#}\n"))
+}
+
+/// `impact` with the duration and the radius of its last contact, where they were given.
+fn with_contact(impact: Impact, duration_s: Option<f64>, radius_m: Option<f64>) -> Impact {
+    let impact = duration_s.map_or(impact.clone(), |duration_s| impact.duration(duration_s));
+    radius_m.map_or(impact.clone(), |radius_m| impact.radius(radius_m))
 }
 
 /// `X,Y,Z` as an argument.

@@ -1,6 +1,6 @@
 //! `shatter threshold`.
 
-use super::{ANSWER, Failure, document, out, reply, vector};
+use super::{ANSWER, Failure, document, out, reply, vector, with_contact};
 use nalgebra::Vector3;
 use serde_json::json;
 use shatter_client::{Deadline, Impact, Shatter};
@@ -16,6 +16,12 @@ pub struct Args {
     /// Direction of the impulse; its length does not matter.
     #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true)]
     direction: [f64; 3],
+    /// Contact duration, s.
+    #[arg(long, value_name = "T", allow_hyphen_values = true)]
+    duration_s: Option<f64>,
+    /// Contact radius, m.
+    #[arg(long, value_name = "R", allow_hyphen_values = true)]
+    radius_m: Option<f64>,
     /// Print one JSON document.
     #[arg(long)]
     json: bool,
@@ -28,6 +34,7 @@ pub fn run(service: &str, args: &Args) -> Result<(), Failure> {
     let unit = direction.try_normalize(0.0).filter(|unit| unit.iter().all(|x| x.is_finite())).unwrap_or(direction);
     let object = Shatter::connect(service, reply())?.object(&args.object, reply())?;
     let impact = Impact::at(args.point).impulse(unit.into()).threshold_only();
+    let impact = with_contact(impact, args.duration_s, args.radius_m);
     let broken = object.strike(&impact)?.wait(Deadline::after(ANSWER))?;
     let summary = broken.summary();
     if args.json {

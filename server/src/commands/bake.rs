@@ -68,6 +68,9 @@ pub struct BakeArgs {
     /// Go on with the examples of a bake that was stopped; from the beginning if there is nothing to go on with
     #[arg(long)]
     pub resume: bool,
+    /// Begin anew, and discard the examples that a bake of that name has kept
+    #[arg(long, conflicts_with = "resume")]
+    pub restart: bool,
     /// Folder of databases [default: the platform's]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
@@ -80,15 +83,19 @@ pub struct BakeArgs {
 pub fn run(args: &BakeArgs) -> Result<(), Failure> {
     let begun = Instant::now();
     let request = request(args)?;
-    let share = shares::share(args.shard, args.add.unwrap_or(args.examples))?;
+    let new = args.add.unwrap_or(args.examples);
+    let share = shares::share(args.shard, new)?;
     let folder = args.out.clone().map_or_else(data_folder, Ok)?;
     out::folder(&folder)?;
-    let raw = surface::read(&args.mesh, args.unit, args.up)?;
-    let token = interrupt::token()?;
-    let bar = Bar::new();
     let file = folder.join(format!("{}.{}", args.name, database::EXTENSION));
     let kept = share.file(&folder, &args.name);
+    if !args.resume && !args.restart {
+        shares::nothing_kept(&kept)?;
+    }
+    let raw = surface::read(&args.mesh, args.unit, args.up)?;
+    let token = interrupt::token()?;
     let resumed = if args.resume { shares::resume(&kept, &raw, args, &request, share)? } else { None };
+    let bar = Bar::new(&args.name, share.size(new));
     let begin = || match args.add {
         None => Ok::<_, Failure>(Partial::begin(raw, &request, share, &token, &mut |step| bar.show(step))?),
         Some(count) => Ok(Partial::add(same_mesh(raw, &file)?, count, share)?),
@@ -101,7 +108,7 @@ pub fn run(args: &BakeArgs) -> Result<(), Failure> {
     }
     let prepared = partial.learn(&token, &mut |step| bar.show(step))?;
     bar.say("write");
-    database::save(&prepared, &file)?;
+    database::save(&prepared, &file).map_err(|error| Failure::database(&file, &error))?;
     shares::forget(&kept)?;
     bar.finish();
     baked::tell(&prepared, &file, begun.elapsed(), args.json)
@@ -117,7 +124,7 @@ fn elastic(text: &str) -> Result<ElasticRequest, String> {
 
 /// The database that is there, if it was baked from this mesh.
 fn same_mesh(raw: RawMesh, file: &Path) -> Result<Prepared, Failure> {
-    let prepared = database::load(file)?;
+    let prepared = database::load(file).map_err(|error| Failure::database(file, &error))?;
     if prepared.report.input_hash == database::input_hash(&Surface::repair(raw)?) {
         return Ok(prepared);
     }

@@ -1,49 +1,159 @@
-//! The progress bar of baking.
+//! The progress of baking: one bar on a terminal, a line now and then in a log.
 
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
 use shatter_fracture::database::Step;
-use std::time::Duration;
+use std::cell::RefCell;
+use std::io::{IsTerminal, Write};
+use std::time::{Duration, Instant};
 
-/// A bar on stderr; silent where that is not a terminal.
-pub struct Bar(ProgressBar);
+/// Without a terminal, examples are told of this often.
+const TOLD_EVERY: Duration = Duration::from_secs(30);
+
+/// Stages of work without examples; see [`rank`].
+const STAGES: u64 = 7;
+
+/// How far the work is, on stderr.
+pub struct Bar {
+    object: String,
+    begun: Instant,
+    course: RefCell<Course>,
+    /// Where stderr is a terminal.
+    terminal: Option<ProgressBar>,
+}
 
 impl Bar {
-    /// At the beginning.
-    pub fn new() -> Self {
-        let bar = ProgressBar::new(7);
-        if let Ok(style) = ProgressStyle::with_template("{bar:24} {pos}/{len} {msg} ({elapsed}, {eta} left)") {
-            bar.set_style(style);
-        }
-        bar.enable_steady_tick(Duration::from_millis(100));
-        Self(bar)
+    /// At the beginning of work on `object` with that many examples.
+    pub fn new(object: &str, examples: u64) -> Self {
+        let terminal = std::io::stderr().is_terminal().then(terminal);
+        let course = RefCell::new(Course::new(examples));
+        Self { object: object.to_owned(), begun: Instant::now(), course, terminal }
     }
 
-    /// Shows that `step` begins, or how far the examples are.
+    /// Shows that `step` begins, or how far the examples are, if there are any.
     pub fn show(&self, step: Step) {
-        self.0.set_message(describe(step));
-        match step {
-            Step::Examples { done, of } => {
-                self.0.set_length(of);
-                self.0.set_position(done);
-            }
-            _ => self.0.inc(1),
+        if examples(step).is_some_and(|[_, of]| of == 0) {
+            return;
         }
+        self.tell(rank(step), &describe(step), examples(step));
     }
 
-    /// Shows what is done now.
-    pub fn say(&self, what: &'static str) {
-        self.0.set_message(what);
+    /// Shows what is done at the very end.
+    pub fn say(&self, what: &str) {
+        self.tell(STAGES - 1, what, None);
     }
 
     /// Removes it.
     pub fn finish(&self) {
-        self.0.finish_and_clear();
+        if let Some(bar) = &self.terminal {
+            bar.finish_and_clear();
+        }
+    }
+
+    fn tell(&self, rank: u64, what: &str, examples: Option<[u64; 2]>) {
+        let mut course = self.course.borrow_mut();
+        let told = course.tell(rank, what, examples, self.begun.elapsed());
+        if let Some(bar) = &self.terminal {
+            bar.set_length(course.length());
+            bar.set_position(course.position);
+            bar.set_message(format!("{what}{}", told.left));
+        } else if told.due {
+            // Work goes on where nobody reads of it.
+            let _ = writeln!(std::io::stderr(), "shatterd: {}: {}", self.object, told.line(what));
+        }
     }
 }
 
-impl Default for Bar {
-    fn default() -> Self {
-        Self::new()
+fn terminal() -> ProgressBar {
+    let bar = ProgressBar::new(STAGES);
+    if let Ok(style) = ProgressStyle::with_template("{bar:24} {pos}/{len} {msg} ({elapsed})") {
+        bar.set_style(style);
+    }
+    bar.enable_steady_tick(Duration::from_millis(100));
+    bar
+}
+
+/// What is counted: the examples where there are any, else the stages. Knows no clock.
+struct Course {
+    examples: u64,
+    position: u64,
+    /// When the examples began, and how many of them were there already.
+    paced: Option<(Duration, u64)>,
+    /// What was last told of, and when.
+    told: Option<(String, Duration)>,
+}
+
+/// What there is to tell, beside what is done.
+struct Told {
+    count: String,
+    left: String,
+    /// Whether a log should hold it.
+    due: bool,
+}
+
+impl Told {
+    fn line(&self, what: &str) -> String {
+        format!("{what}{}{}", self.count, self.left)
+    }
+}
+
+impl Course {
+    fn new(examples: u64) -> Self {
+        Self { examples, position: 0, paced: None, told: None }
+    }
+
+    fn length(&self) -> u64 {
+        if self.examples > 0 { self.examples } else { STAGES }
+    }
+
+    /// Stage `rank`, called `what`, has come, or goes on: of its examples, so many of so many are done.
+    fn tell(&mut self, rank: u64, what: &str, examples: Option<[u64; 2]>, now: Duration) -> Told {
+        let position = match examples {
+            Some([done, _]) if self.examples > 0 => done,
+            _ if self.examples == 0 => rank,
+            _ if rank > EXAMPLES => self.examples,
+            _ => 0,
+        };
+        // Each body has stages of its own, and the count does not go back for them.
+        self.position = self.position.max(position.min(self.length()));
+        let count = examples.map_or_else(String::new, |[done, of]| format!(" {done}/{of}"));
+        let left = examples.and_then(|[done, of]| self.left(done, of, now));
+        let left = left.map_or_else(String::new, |left| format!(", {} left", HumanDuration(left)));
+        let ended = examples.is_some_and(|[done, of]| done == of);
+        let fresh = |(told, when): &(String, Duration)| told == what && now.saturating_sub(*when) < TOLD_EVERY;
+        let due = ended || !self.told.as_ref().is_some_and(fresh);
+        if due {
+            self.told = Some((what.to_owned(), now));
+        }
+        Told { count, left, due }
+    }
+
+    /// How long the remaining examples take at the pace of those that were done here.
+    fn left(&mut self, done: u64, of: u64, now: Duration) -> Option<Duration> {
+        let (begun, first) = *self.paced.get_or_insert((now, done));
+        let here = done.checked_sub(first).filter(|here| *here > 0 && done < of)?;
+        Some(now.saturating_sub(begun).mul_f64((of - done) as f64 / here as f64))
+    }
+}
+
+/// Rank of the examples among the stages.
+const EXAMPLES: u64 = 5;
+
+fn rank(step: Step) -> u64 {
+    match step {
+        Step::Surface => 0,
+        Step::Volume => 1,
+        Step::Lattices => 2,
+        Step::Lift(_) => 3,
+        Step::Elasticity(_) => 4,
+        Step::Examples { .. } => EXAMPLES,
+        Step::Reduction | Step::Calibration => STAGES - 1,
+    }
+}
+
+fn examples(step: Step) -> Option<[u64; 2]> {
+    match step {
+        Step::Examples { done, of } => Some([done, of]),
+        _ => None,
     }
 }
 
@@ -57,5 +167,48 @@ fn describe(step: Step) -> String {
         Step::Reduction => "reduced elasticity".to_owned(),
         Step::Calibration => "calibration of the degree".to_owned(),
         Step::Examples { .. } => "examples".to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn told(course: &mut Course, step: Step, seconds: u64) -> Told {
+        course.tell(rank(step), &describe(step), examples(step), Duration::from_secs(seconds))
+    }
+
+    #[test]
+    fn the_count_never_falls_and_never_exceeds_its_length() {
+        for of in [0, 300] {
+            let mut course = Course::new(of);
+            let begin = [Step::Surface, Step::Volume, Step::Lattices];
+            let bodies = (0..3).flat_map(|body| [Step::Lift(body), Step::Elasticity(body)]);
+            let examples = (0..=of).step_by(50).map(|done| Step::Examples { done, of });
+            let mut before = 0;
+            for step in begin.into_iter().chain(bodies).chain(examples).chain([Step::Reduction, Step::Calibration]) {
+                told(&mut course, step, 0);
+                assert!((before..=course.length()).contains(&course.position), "{step:?}: {}", course.position);
+                before = course.position;
+            }
+            course.tell(STAGES - 1, "write", None, Duration::ZERO);
+            assert!(course.position <= course.length());
+            assert_eq!(course.length(), if of == 0 { STAGES } else { of });
+        }
+    }
+
+    #[test]
+    fn a_log_gets_a_line_at_each_stage_and_every_half_minute() {
+        let mut course = Course::new(300);
+        assert!(told(&mut course, Step::Lift(0), 0).due && told(&mut course, Step::Lift(1), 1).due);
+        let mut lines = Vec::new();
+        for second in 0..=60 {
+            let told = told(&mut course, Step::Examples { done: 100 + second, of: 300 }, 10 + second);
+            lines.extend(told.due.then(|| told.line("examples")));
+        }
+        assert_eq!(lines, ["examples 100/300", "examples 130/300, 3 minutes left", "examples 160/300, 2 minutes left"]);
+        let end = told(&mut course, Step::Examples { done: 300, of: 300 }, 71);
+        assert!(end.due && end.line("examples") == "examples 300/300");
+        assert!(told(&mut course, Step::Reduction, 71).due);
     }
 }

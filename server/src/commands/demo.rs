@@ -53,7 +53,7 @@ impl From<DemoError> for Failure {
             DemoError::Material(error) => error.into(),
             DemoError::Surface(error) => error.into(),
             DemoError::Bake(error) => error.into(),
-            DemoError::Database(error) => error.into(),
+            DemoError::Database { path, source } => Self::database(&path, &source),
             DemoError::Process(_) | DemoError::DaemonEnded(_) | DemoError::DaemonSilent { .. } => {
                 Self::ours("daemon", message)
             }

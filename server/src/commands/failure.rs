@@ -14,6 +14,9 @@ use std::process::ExitCode;
 /// Exit code of a usage error, as clap has it.
 const USAGE: u8 = 2;
 
+/// Between several offenders.
+const AND: &str = ", ";
+
 /// A command's failure, as printed and as exit code.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Failure {
@@ -23,13 +26,15 @@ pub struct Failure {
     at: String,
     message: String,
     exit_code: u8,
+    /// What became of each file, where there were several.
+    files: Option<serde_json::Value>,
 }
 
 impl Failure {
     /// Input that the caller has to mend.
     pub fn refused(kind: &'static str, at: impl Into<String>, message: impl Into<String>) -> Self {
         let (at, message) = (at.into(), message.into());
-        Self { kind, fault: "caller", retry: false, at, message, exit_code: exit::REFUSED }
+        Self { kind, fault: "caller", retry: false, at, message, exit_code: exit::REFUSED, files: None }
     }
 
     /// Flags that do not fit together.
@@ -45,6 +50,44 @@ impl Failure {
         Self { fault: "environment", ..Self::refused("output", at, format!("{}: {error}", path.display())) }
     }
 
+    /// A database that cannot be read or written: the file is the offender, the message names what in it is.
+    pub fn database(path: &Path, error: &DatabaseError) -> Self {
+        let kind = match error {
+            DatabaseError::Io { .. } => "database_file",
+            DatabaseError::Format { .. } => "database_format",
+            DatabaseError::Share => "database_share",
+            DatabaseError::Whole => "whole_database",
+            _ => "corrupt_database",
+        };
+        Self { fault: "environment", ..Self::refused(kind, path.display().to_string(), error.of(path)) }
+    }
+
+    /// Several in one, of as many files; nothing of none.
+    pub fn of_files(failures: &[Self]) -> Option<Self> {
+        let joined = |part: fn(&Self) -> &str, between| failures.iter().map(part).collect::<Vec<_>>().join(between);
+        let first = failures.first()?.clone();
+        let (at, message) = (joined(|failure| &failure.at, AND), joined(|failure| &failure.message, "; "));
+        Some(Self { at, message, exit_code: exit::REFUSED, ..first })
+    }
+
+    /// With what became of each file.
+    pub fn with_files(self, files: serde_json::Value) -> Self {
+        Self { files: Some(files), ..self }
+    }
+
+    /// Of work on `file`, which its message does not name.
+    pub fn of_file(self, file: &Path) -> Self {
+        let at = file.display().to_string();
+        Self { message: format!("{at}: {}", self.message), at, ..self }
+    }
+
+    /// With what can be done about it.
+    pub fn advised(mut self, advice: &str) -> Self {
+        self.message += "; ";
+        self.message += advice;
+        self
+    }
+
     /// Something that is ours to mend.
     pub fn ours(kind: &'static str, message: impl Into<String>) -> Self {
         Self { fault: "service", exit_code: exit::OURS, ..Self::refused(kind, "", message) }
@@ -53,6 +96,11 @@ impl Failure {
     /// Somebody ended it.
     pub fn interrupted(message: impl Into<String>) -> Self {
         Self { retry: true, exit_code: exit::INTERRUPTED, ..Self::refused("interrupted", "", message) }
+    }
+
+    /// Whether somebody ended it.
+    pub fn is_interrupted(&self) -> bool {
+        self.kind == "interrupted"
     }
 
     /// What it is called.
@@ -76,16 +124,22 @@ impl Failure {
             // A reader that went away cannot be told.
             let _ = writeln!(std::io::stdout(), "{:#}", self.document());
         }
-        let at = if self.at.is_empty() { String::new() } else { format!(" (at {})", self.at) };
+        // What the message names already is not named twice.
+        let named = self.at.split(AND).all(|at| self.message.contains(at));
+        let at = if named { String::new() } else { format!(" (at {})", self.at) };
         let _ = writeln!(std::io::stderr(), "shatterd: {}: {}{at}", self.kind, self.message);
         ExitCode::from(self.exit_code)
     }
 
     /// The JSON document of the contract.
     pub fn document(&self) -> serde_json::Value {
-        json!({"error": {
+        let mut document = json!({"error": {
             "kind": self.kind, "message": self.message, "fault": self.fault, "retry": self.retry, "at": self.at,
-        }})
+        }});
+        if let Some(files) = &self.files {
+            document["files"] = files.clone();
+        }
+        document
     }
 }
 
@@ -98,6 +152,7 @@ impl From<Refusal> for Failure {
             exit_code: refusal.kind.exit_code(),
             at: refusal.at,
             message: refusal.message,
+            files: None,
         }
     }
 }
@@ -174,7 +229,7 @@ impl From<JoinError> for Failure {
         let message = error.to_string();
         let shown = |path: &Path| path.display().to_string();
         match error {
-            JoinError::Database { path, source } => Self { message, at: shown(&path), ..source.into() },
+            JoinError::Database { path, source } => Self::database(&path, &source),
             JoinError::Nothing => Self::refused("no_share", "", message),
             JoinError::OtherWork { path, .. } => Self::refused("other_work", shown(&path), message),
             JoinError::OtherBits { tensor, .. } => Self::refused("other_bits", tensor, message),
@@ -193,31 +248,5 @@ impl From<ExamplesError> for Failure {
             ExamplesError::Nothing => Self::refused("no_examples", "", message),
             ExamplesError::Plot(_) | ExamplesError::Picture(_) => Self::ours("page", message),
         }
-    }
-}
-
-impl From<DatabaseError> for Failure {
-    fn from(error: DatabaseError) -> Self {
-        let message = error.to_string();
-        let at = match &error {
-            DatabaseError::Io { path, .. } => path.display().to_string(),
-            DatabaseError::Metadata { key, .. } => (*key).to_owned(),
-            DatabaseError::MissingTensor(tensor)
-            | DatabaseError::Shape { tensor, .. }
-            | DatabaseError::Checksum(tensor)
-            | DatabaseError::OutOfRange { tensor, .. }
-            | DatabaseError::NonFinite { tensor, .. }
-            | DatabaseError::NotPositive { tensor, .. }
-            | DatabaseError::Folded { tensor, .. }
-            | DatabaseError::Pinched { tensor, .. } => tensor.clone(),
-            _ => String::new(),
-        };
-        let kind = match &error {
-            DatabaseError::Io { .. } => "database_file",
-            DatabaseError::Format { .. } => "database_format",
-            DatabaseError::Share => "database_share",
-            _ => "corrupt_database",
-        };
-        Self { fault: "environment", ..Self::refused(kind, at, message) }
     }
 }

@@ -24,7 +24,9 @@ pub struct InspectArgs {
 /// Loads and verifies the file as the daemon would, and prints what is inside.
 pub fn run(args: &InspectArgs) -> Result<(), Failure> {
     args.out.as_deref().map_or(Ok(()), out::folder)?;
-    let prepared = database::load(&args.file)?;
+    let damaged = |error| Failure::database(&args.file, &error);
+    let prepared = database::load(&args.file).map_err(damaged)?;
+    let provenance = database::load_provenance(&args.file).map_err(damaged)?;
     let page = args.out.as_ref().map(|folder| folder.join(format!("{}.html", prepared.name)));
     if let Some(page) = &page {
         let study = examples::page(&prepared)?;
@@ -51,6 +53,13 @@ pub fn run(args: &InspectArgs) -> Result<(), Failure> {
             .iter()
             .map(|body| body.surface_diffusion.as_ref().map(|lift| lift.dimension))
             .collect::<Vec<_>>(),
+        "provenance": {
+            "program": provenance.program,
+            "version": provenance.version,
+            "input_hash": prepared.report.input_hash,
+        },
+        "input_volume_m3": prepared.report.input_volume_m3,
+        "surface_deviation": prepared.report.surface_deviation,
         "parameters": prepared.parameters,
         "defects": prepared.report.defects,
         "unprepared": prepared.report.unprepared,

@@ -26,11 +26,11 @@ pub fn run(args: &MergeArgs) -> Result<(), Failure> {
     let begun = Instant::now();
     out::folder(&args.out)?;
     let token = interrupt::token()?;
-    let bar = Bar::new();
+    let bar = Bar::new("merge", 0);
     let prepared = database::join(&args.files, &token, &mut |step| bar.show(step))?;
     let file = args.out.join(format!("{}.{}", prepared.name, database::EXTENSION));
     bar.say("write");
-    database::save(&prepared, &file)?;
+    database::save(&prepared, &file).map_err(|error| Failure::database(&file, &error))?;
     bar.finish();
     baked::tell(&prepared, &file, begun.elapsed(), args.json)
 }

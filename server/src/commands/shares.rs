@@ -14,45 +14,81 @@ use std::time::{Duration, Instant};
 /// What is done is written at most this often.
 const KEPT_EVERY: Duration = Duration::from_secs(10);
 
-/// Number of shares of an indexed Kubernetes job, which tells its pods their index only.
+/// Number of shares of a job: an indexed Kubernetes job tells its pods their index only, and a Slurm array that repeats some tasks
+/// counts those alone.
 const SHARDS_VARIABLE: &str = "SHATTER_SHARDS";
+
+/// The task's number in a Slurm job array.
+const SLURM_ID: &str = "SLURM_ARRAY_TASK_ID";
+
+/// The pod's number in an indexed Kubernetes job.
+const KUBERNETES_INDEX: &str = "JOB_COMPLETION_INDEX";
 
 /// The share that was asked for; in a job array, of a bake with examples, the task's own.
 pub fn share(asked: Option<Share>, examples: u64) -> Result<Share, Failure> {
-    let refused = |error: ShareError| Failure::refused("shard", "", error.to_string());
     match asked {
+        Some(share) if share.count > 1 && examples == 0 => {
+            let message = format!("--shard {share} divides examples, and there are none: say how many with --examples");
+            Err(Failure::refused("shard", "--shard", message))
+        }
         Some(share) => Ok(share),
         None if examples == 0 => Ok(Share::WHOLE),
-        None => match scheduled(&|name| number(name))? {
-            None => Ok(Share::WHOLE),
-            Some((index, count, scheduler)) => {
-                eprintln!("share {index} of {count}, says {scheduler}; --shard 0/1 bakes everything");
-                Share::new(index, count).map_err(refused)
-            }
-        },
+        None => Ok(scheduled(&|name| number(name))?.map_or(Share::WHOLE, |(share, scheduler)| {
+            let (index, count) = (share.index, share.count);
+            eprintln!("share {index} of {count}, says {scheduler}; --shard 0/1 bakes everything");
+            share
+        })),
     }
 }
 
-/// Index and count that the job scheduler gives by these variables, and what it is called.
-fn scheduled(
-    variable: &dyn Fn(&'static str) -> Result<Option<u64>, Failure>,
-) -> Result<Option<(u64, u64, &'static str)>, Failure> {
-    if let (Some(id), Some(count)) = (variable("SLURM_ARRAY_TASK_ID")?, variable("SLURM_ARRAY_TASK_COUNT")?) {
-        let first = variable("SLURM_ARRAY_TASK_MIN")?.unwrap_or(0);
-        let step = variable("SLURM_ARRAY_TASK_STEP")?.unwrap_or(1).max(1);
-        return Ok(Some((id.saturating_sub(first) / step, count, "Slurm")));
+/// A variable of the environment, if it is set.
+type Variable<'a> = &'a dyn Fn(&'static str) -> Result<Option<u64>, Failure>;
+
+/// The share that the job scheduler gives by these variables, and what the scheduler is called.
+fn scheduled(variable: Variable) -> Result<Option<(Share, &'static str)>, Failure> {
+    let shards = variable(SHARDS_VARIABLE)?;
+    if let Some(id) = variable(SLURM_ID)? {
+        let share = shards.map_or_else(|| of_array(id, variable), |count| of_shards(SLURM_ID, id, count))?;
+        return Ok(Some((share, "Slurm")));
     }
-    match (variable("JOB_COMPLETION_INDEX")?, variable(SHARDS_VARIABLE)?) {
-        (Some(index), Some(count)) => Ok(Some((index, count, "Kubernetes"))),
-        (Some(_), None) => Err(Failure::refused(
-            "shard",
-            SHARDS_VARIABLE,
-            format!(
-                "JOB_COMPLETION_INDEX is set: set {SHARDS_VARIABLE} to the job's completions, or bake everything with --shard 0/1"
-            ),
-        )),
+    match (variable(KUBERNETES_INDEX)?, shards) {
         (None, _) => Ok(None),
+        (Some(index), Some(count)) => Ok(Some((of_shards(KUBERNETES_INDEX, index, count)?, "Kubernetes"))),
+        (Some(_), None) => Err(unknown_count(&format!("{KUBERNETES_INDEX} is set"), "the job's completions")),
     }
+}
+
+/// Share `index`, which the variable `name` holds, of as many as [`SHARDS_VARIABLE`] says.
+fn of_shards(name: &'static str, index: u64, count: u64) -> Result<Share, Failure> {
+    Share::new(index, count).map_err(|error| match error {
+        ShareError::Count { .. } => Failure::refused("shard", SHARDS_VARIABLE, format!("{SHARDS_VARIABLE}: {error}")),
+        _ => Failure::refused("shard", name, format!("{name} is {index}, {SHARDS_VARIABLE} is {count}: {error}")),
+    })
+}
+
+/// The share of task `id` of a Slurm array that alone says how many there are. One with gaps may be the repetition of some
+/// tasks of another: its own count would divide the examples otherwise than that did.
+fn of_array(id: u64, variable: Variable) -> Result<Share, Failure> {
+    let [count, first, last] = ["SLURM_ARRAY_TASK_COUNT", "SLURM_ARRAY_TASK_MIN", "SLURM_ARRAY_TASK_MAX"].map(variable);
+    let (Some(count), Some(first), Some(last)) = (count?, first?, last?) else {
+        return Err(unknown_count(
+            &format!("{SLURM_ID} is set without the array's count, first and last task"),
+            ALL_TASKS,
+        ));
+    };
+    let contiguous = last.checked_sub(first).and_then(|span| span.checked_add(1)) == Some(count);
+    match id.checked_sub(first).map(|index| Share::new(index, count)) {
+        Some(Ok(share)) if contiguous => Ok(share),
+        _ => Err(unknown_count(&format!("the Slurm array has {count} tasks from {first} to {last}"), ALL_TASKS)),
+    }
+}
+
+/// What a Slurm user sets [`SHARDS_VARIABLE`] to.
+const ALL_TASKS: &str = "the number of shares of the whole bake and number the tasks from 0";
+
+fn unknown_count(found: &str, wanted: &str) -> Failure {
+    let message = format!("{found}: set {SHARDS_VARIABLE} to {wanted}, or bake everything with --shard 0/1");
+    Failure::refused("shard", SHARDS_VARIABLE, message)
 }
 
 /// A variable of the environment that is a number.
@@ -63,6 +99,19 @@ fn number(name: &'static str) -> Result<Option<u64>, Failure> {
         Err(error) => Err(refused(&error)),
         Ok(text) => text.parse().map(Some).map_err(|error| refused(&error)),
     }
+}
+
+/// Refuses to bake anew where `file` keeps what is done of such a bake: hours of work are not thrown away unasked.
+pub fn nothing_kept(file: &Path) -> Result<(), Failure> {
+    if !file.exists() {
+        return Ok(());
+    }
+    let task = database::load_task(file)
+        .map_err(|error| Failure::database(file, &error).advised("remove it, or discard it with --restart"))?;
+    let (done, of, shown) = (task.done, task.impacts().len(), file.display());
+    let message =
+        format!("{done} of {of} impacts are kept in {shown}: go on with --resume, or discard them with --restart");
+    Err(Failure::refused("kept_share", shown.to_string(), message))
 }
 
 /// What `file` kept of the same work; nothing if there is no such file.
@@ -77,7 +126,9 @@ pub fn resume(
         eprintln!("{} is not there: baking from the beginning", file.display());
         return Ok(None);
     }
-    let partial = database::load_partial(file)?;
+    let partial = database::load_partial(file).map_err(|error| {
+        Failure::database(file, &error).advised("remove it, or bake with --restart instead of --resume")
+    })?;
     let task = &partial.task;
     let asked = match args.add {
         None => task.request.as_ref() == Some(request),
@@ -87,24 +138,28 @@ pub fn resume(
     if asked && same_mesh && task.share == share && partial.prepared.name == args.name {
         return Ok(Some(partial));
     }
-    let message =
-        format!("{} was baked from another mesh or with other flags; without --resume it is replaced", file.display());
+    let message = format!(
+        "{} was baked from another mesh or with other flags; with --restart instead of --resume it is replaced",
+        file.display()
+    );
     Err(Failure::refused("other_work", file.display().to_string(), message))
 }
 
 /// Does what remains of the share, and keeps what is done in `file`: from time to time, when interrupted, and at the end of
 /// a share that others must be joined to.
 pub fn work(mut partial: Partial, file: &Path, token: &Token, bar: &Bar) -> Result<Partial, Failure> {
+    let keep =
+        |partial: &Partial| database::save_partial(partial, file).map_err(|error| Failure::database(file, &error));
     let mut kept = None;
     while !partial.task.is_done() {
         bar.show(partial.examples());
         if kept.is_none_or(|kept: Instant| kept.elapsed() >= KEPT_EVERY) {
-            database::save_partial(&partial, file)?;
+            keep(&partial)?;
             kept = Some(Instant::now());
         }
         match partial.step(token) {
             Err(BakeError::Cancelled(_)) => {
-                database::save_partial(&partial, file)?;
+                keep(&partial)?;
                 return Err(interrupted(&partial, file));
             }
             step => step?,
@@ -112,7 +167,7 @@ pub fn work(mut partial: Partial, file: &Path, token: &Token, bar: &Bar) -> Resu
     }
     bar.show(partial.examples());
     if partial.task.share.count > 1 {
-        database::save_partial(&partial, file)?;
+        keep(&partial)?;
     }
     Ok(partial)
 }
@@ -153,22 +208,48 @@ mod tests {
     use super::*;
     use std::collections::BTreeMap;
 
-    fn check(variables: &[(&'static str, u64)], wanted: Result<Option<(u64, u64)>, &str>) {
+    fn check(variables: &[(&'static str, u64)], wanted: Result<Option<&str>, &str>) {
         let all: BTreeMap<_, _> = variables.iter().copied().collect();
         let found = scheduled(&|name| Ok(all.get(name).copied()));
-        let found = found.as_ref().map(|found| found.map(|(index, count, _)| (index, count))).map_err(Failure::kind);
-        assert_eq!(found, wanted, "{variables:?}");
+        let found = found.map(|found| found.map(|(share, _)| share.to_string())).map_err(|refused| {
+            assert!(refused.message().contains("SHATTER_SHARDS"), "{refused:?}");
+            refused.document()["error"]["at"].as_str().unwrap().to_owned()
+        });
+        assert_eq!(found.as_ref().map(Option::as_deref).map_err(String::as_str), wanted, "{variables:?}");
+    }
+
+    /// What Slurm sets for task `id` of an array.
+    fn array(id: u64, count: u64, first: u64, last: u64) -> [(&'static str, u64); 4] {
+        let [id, count] = [("SLURM_ARRAY_TASK_ID", id), ("SLURM_ARRAY_TASK_COUNT", count)];
+        [id, count, ("SLURM_ARRAY_TASK_MIN", first), ("SLURM_ARRAY_TASK_MAX", last)]
     }
 
     #[test]
     fn a_task_of_a_job_array_knows_its_share() {
         check(&[], Ok(None));
-        check(&[("SLURM_ARRAY_TASK_ID", 3), ("SLURM_ARRAY_TASK_COUNT", 8)], Ok(Some((3, 8))));
-        let from_one = [("SLURM_ARRAY_TASK_ID", 5), ("SLURM_ARRAY_TASK_COUNT", 4), ("SLURM_ARRAY_TASK_MIN", 1)];
-        check(&[&from_one[..], &[("SLURM_ARRAY_TASK_STEP", 2)]].concat(), Ok(Some((2, 4))));
-        check(&[("SLURM_ARRAY_TASK_ID", 3)], Ok(None));
-        check(&[("JOB_COMPLETION_INDEX", 2), ("SHATTER_SHARDS", 5)], Ok(Some((2, 5))));
-        check(&[("JOB_COMPLETION_INDEX", 2)], Err("shard"));
         check(&[("SHATTER_SHARDS", 5)], Ok(None));
+        check(&array(3, 8, 0, 7), Ok(Some("3/8")));
+        check(&array(3, 4, 1, 4), Ok(Some("2/4")));
+        check(&[("JOB_COMPLETION_INDEX", 2), ("SHATTER_SHARDS", 5)], Ok(Some("2/5")));
+    }
+
+    #[test]
+    fn tasks_that_are_repeated_bake_the_share_that_they_had() {
+        let of_8 = |array: [(&'static str, u64); 4]| [&array[..], &[("SHATTER_SHARDS", 8)]].concat();
+        check(&of_8(array(3, 1, 3, 3)), Ok(Some("3/8")));
+        check(&of_8(array(1, 2, 1, 3)), Ok(Some("1/8")));
+        check(&[("SLURM_ARRAY_TASK_ID", 3), ("SHATTER_SHARDS", 8)], Ok(Some("3/8")));
+        check(&of_8(array(8, 1, 8, 8)), Err("SLURM_ARRAY_TASK_ID"));
+        check(&[("JOB_COMPLETION_INDEX", 5), ("SHATTER_SHARDS", 5)], Err("JOB_COMPLETION_INDEX"));
+        check(&[("JOB_COMPLETION_INDEX", 0), ("SHATTER_SHARDS", 0)], Err("SHATTER_SHARDS"));
+    }
+
+    #[test]
+    fn a_task_that_cannot_know_its_share_is_refused() {
+        check(&array(1, 2, 1, 3), Err("SHATTER_SHARDS"));
+        check(&array(5, 4, 1, 7), Err("SHATTER_SHARDS"));
+        check(&[("SLURM_ARRAY_TASK_ID", 3)], Err("SHATTER_SHARDS"));
+        check(&array(3, 8, 0, 7)[..2], Err("SHATTER_SHARDS"));
+        check(&[("JOB_COMPLETION_INDEX", 2)], Err("SHATTER_SHARDS"));
     }
 }

@@ -4,8 +4,8 @@
 use super::bar::Bar;
 use super::{Failure, interrupt, out};
 use clap::Args;
-use serde_json::json;
-use shatter_fracture::database;
+use serde_json::{Value, json};
+use shatter_fracture::database::{self, DatabaseError};
 use shatter_fracture::token::Token;
 use std::path::{Path, PathBuf};
 
@@ -20,32 +20,50 @@ pub struct UpgradeArgs {
     pub json: bool,
 }
 
-/// Converts each file; one that has the newest format already is left as it is. The first that fails ends it: those before
-/// it are converted, it and those after it are as they were.
+/// Converts each file; one that has the newest format already is left as it is. One that fails is as it was, and the others are
+/// converted all the same; an interruption ends it.
 pub fn run(args: &UpgradeArgs) -> Result<(), Failure> {
     let token = interrupt::token()?;
-    let converted = args.files.iter().map(|file| Ok((file, upgrade(file, &token)?)));
-    let converted = converted.collect::<Result<Vec<_>, Failure>>()?;
-    if args.json {
-        let files: Vec<_> = converted
-            .iter()
-            .map(|(file, from)| json!({ "file": file.display().to_string(), "from": from, "to": database::FORMAT }))
-            .collect();
-        return out::print(&format!("{}\n", json!({ "files": files })));
+    let (mut files, mut failures) = (Vec::new(), Vec::new());
+    for file in &args.files {
+        match upgrade(file, &token) {
+            Err(failure) if failure.is_interrupted() => return Err(failure.with_files(Value::Array(files))),
+            Err(failure) => {
+                files.push(json!({ "file": shown(file), "error": failure.document()["error"] }));
+                failures.push(failure);
+            }
+            Ok(from) => {
+                if !args.json {
+                    out::print(&format!("{}: format {from} → {}\n", shown(file), database::FORMAT))?;
+                }
+                files.push(json!({ "file": shown(file), "from": from, "to": database::FORMAT }));
+            }
+        }
     }
-    let line =
-        |(file, from): &(&PathBuf, String)| format!("{}: format {from} → {}\n", file.display(), database::FORMAT);
-    out::print(&converted.iter().map(line).collect::<String>())
+    let files = Value::Array(files);
+    match Failure::of_files(&failures) {
+        Some(failure) => Err(failure.with_files(files)),
+        None if args.json => out::print(&format!("{}\n", json!({ "files": files }))),
+        None => Ok(()),
+    }
+}
+
+fn shown(file: &Path) -> String {
+    file.display().to_string()
 }
 
 /// Converts one file and says which format it had.
 fn upgrade(file: &Path, token: &Token) -> Result<String, Failure> {
-    let (partial, from) = database::load_older(file)?;
+    let damaged = |error: DatabaseError| Failure::database(file, &error);
+    let (partial, from) = database::load_older(file).map_err(damaged)?;
     if from != database::FORMAT {
-        let bar = Bar::new();
-        let prepared = partial.complete(token, &mut |step| bar.show(step))?;
+        let bar = Bar::new(&shown(file), partial.impacts());
+        let failed = |error| Failure::from(error).of_file(file);
+        let prepared = partial.complete(token, &mut |step| bar.show(step)).map_err(failed)?;
         bar.say("write");
-        database::save(&prepared, file)?;
+        // A link stays one: what it points at is replaced.
+        let target = file.canonicalize().map_err(|error| Failure::output(file, &error))?;
+        database::save(&prepared, &target).map_err(damaged)?;
         bar.finish();
     }
     Ok(from)

@@ -32,8 +32,13 @@ pub enum DemoError {
     #[error(transparent)]
     Bake(#[from] BakeError),
     /// The database file.
-    #[error(transparent)]
-    Database(#[from] DatabaseError),
+    #[error("{}", source.of(path))]
+    Database {
+        /// Which file.
+        path: PathBuf,
+        /// What is wrong with it.
+        source: DatabaseError,
+    },
     /// The daemon's process could not be started, or not be ended.
     #[error("the daemon's process: {0}")]
     Process(io::Error),

@@ -54,7 +54,7 @@ pub(super) fn prepare(databases: &Path, progress: &Progress) -> Result<Target, D
     }
     let prepared = database::bake(mesh, &request, &Token::default(), &mut |step| progress.step(describe(step)))?;
     progress.step("write the database");
-    database::save(&prepared, &file)?;
+    database::save(&prepared, &file).map_err(|source| DemoError::Database { path: file.clone(), source })?;
     Ok(Target { prepared, point_m, direction, reused: false })
 }
 

@@ -7,9 +7,13 @@ use super::DatabaseError;
 use safetensors::tensor::TensorView;
 use safetensors::{Dtype, SafeTensors};
 use std::collections::{BTreeMap, HashMap};
-use std::fs::File;
+use std::fs::{File, Permissions};
 use std::io::Write;
+use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
+
+/// Mode of a file that anybody may read and write, but for what the process's mask takes away: the usual one of a new file.
+const MODE: u32 = 0o666;
 
 /// Metadata key of the checksums: a JSON object, tensor name → BLAKE3 in hexadecimal; the entry [`METADATA_ENTRY`] covers
 /// every other metadata key.
@@ -85,9 +89,15 @@ fn to_json<T: serde::Serialize>(map: &BTreeMap<impl AsRef<str> + Ord + serde::Se
     serde_json::Value::Object(entries).to_string()
 }
 
+/// A new file gets the usual mode, one that is replaced keeps its own.
 fn write_aside(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let mut aside = tempfile::Builder::new().prefix(".shatter-").suffix(".part").tempfile_in(folder)?;
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".shatter-").suffix(".part").permissions(Permissions::from_mode(MODE));
+    let mut aside = builder.tempfile_in(folder)?;
+    if let Ok(replaced) = std::fs::metadata(path) {
+        aside.as_file().set_permissions(replaced.permissions())?;
+    }
     aside.write_all(bytes)?;
     aside.as_file().sync_all()?;
     aside.persist(path).map_err(|error| error.error)?;

@@ -2,7 +2,7 @@
 
 use crate::elasticity::ElasticityError;
 use crate::lattice::Pinch;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Why a database was not written or not loaded. A refused file harms no other.
 #[derive(Debug, thiserror::Error)]
@@ -34,6 +34,9 @@ pub enum DatabaseError {
     /// A share of a bake.
     #[error("a share of a bake, not a whole database: join the shares with `shatterd merge`")]
     Share,
+    /// No share of a bake.
+    #[error("a whole database, not a share of a bake")]
+    Whole,
     /// A metadata key is missing or is not what it should be.
     #[error("metadata key \"{key}\": {reason}")]
     Metadata {
@@ -122,4 +125,14 @@ pub enum DatabaseError {
         /// What the factorisation said.
         source: ElasticityError,
     },
+}
+
+impl DatabaseError {
+    /// What is wrong with the file `path`, which is named once.
+    pub fn of(&self, path: &Path) -> String {
+        match self {
+            Self::Io { .. } => self.to_string(),
+            _ => format!("{}: {self}", path.display()),
+        }
+    }
 }

@@ -15,7 +15,9 @@ mod thin;
 pub use bake::{BakeError, BakeRequest, Step, bake, input_hash};
 pub use error::DatabaseError;
 pub use learned::EXAMPLES_MAX;
-pub use object::{BODIES_MAX, NODES_MAX, load, load_older, load_partial, save, save_partial};
+pub use object::{
+    BODIES_MAX, NODES_MAX, Provenance, load, load_older, load_partial, load_provenance, load_task, save, save_partial,
+};
 pub use share::{JoinError, Partial, SHARE_EXTENSION, SHARES_MAX, Share, ShareError, Task, join};
 
 /// The format that this program writes and reads; a whole number, raised by every incompatible change.

@@ -46,10 +46,12 @@ struct Shape {
 }
 
 /// Metadata key "provenance": who wrote the file. No time and no host, so that equal inputs give equal bytes.
-#[derive(Serialize, Deserialize)]
-struct Provenance {
-    program: String,
-    version: String,
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Provenance {
+    /// Which command.
+    pub program: String,
+    /// Its version.
+    pub version: String,
 }
 
 /// Writes `prepared` to `path` (aside, then renamed).
@@ -187,8 +189,21 @@ pub(super) fn load_rest(path: &Path) -> Result<Rest, DatabaseError> {
     })
 }
 
+/// What a share is a share of, and how far it is: nothing else of it is looked at.
+pub fn load_task(path: &Path) -> Result<Task, DatabaseError> {
+    task(&verified(&Mapped::open(path)?, &[FORMAT])?)
+}
+
+/// Who wrote the database or share `path`.
+pub fn load_provenance(path: &Path) -> Result<Provenance, DatabaseError> {
+    Mapped::open(path)?.parse()?.json("provenance")
+}
+
 /// What the share holds is what its task says.
 fn task(contents: &Contents) -> Result<Task, DatabaseError> {
+    if !contents.metadata.contains_key(SHARE_KEY) {
+        return Err(DatabaseError::Whole);
+    }
     let task: Task = contents.json(SHARE_KEY)?;
     let share = Share::new(task.share.index, task.share.count);
     let reason = match share {

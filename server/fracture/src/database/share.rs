@@ -55,6 +55,11 @@ impl Share {
         (first.saturating_add(self.index)..end).step_by(self.count as usize).collect()
     }
 
+    /// How many those are of `all`.
+    pub fn size(self, all: u64) -> u64 {
+        all.saturating_sub(self.index).div_ceil(self.count)
+    }
+
     /// The file of this share of object `name` in `folder`.
     pub fn file(self, folder: &Path, name: &str) -> PathBuf {
         folder.join(format!("{name}.{}-of-{}.{SHARE_EXTENSION}", self.index, self.count))
@@ -80,7 +85,7 @@ pub enum ShareError {
         count: u64,
     },
     /// There is no such share.
-    #[error("share {index} of {count}: they are counted from 0")]
+    #[error("{index} is too large for {count} shares: they are counted from 0, the last is {}/{count}", count - 1)]
     Index {
         /// Which.
         index: u64,
@@ -190,9 +195,14 @@ impl Partial {
         self.learn(token, progress)
     }
 
+    /// Impacts of its share, done or not.
+    pub fn impacts(&self) -> u64 {
+        self.task.share.size(self.task.end - self.task.first)
+    }
+
     /// How far it is.
     pub fn examples(&self) -> Step {
-        Step::Examples { done: self.task.done, of: self.task.impacts().len() as u64 }
+        Step::Examples { done: self.task.done, of: self.impacts() }
     }
 
     /// Learns from the examples that are there.
@@ -218,7 +228,7 @@ pub(super) struct Rest {
 #[derive(Debug, thiserror::Error)]
 pub enum JoinError {
     /// A file is damaged, or no share.
-    #[error("{path}: {source}", path = .path.display())]
+    #[error("{}", source.of(path))]
     Database {
         /// Which file.
         path: PathBuf,

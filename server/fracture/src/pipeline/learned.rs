@@ -30,6 +30,15 @@ pub struct Quality {
     pub closed_form_p90: f64,
     /// Median of a network on the impact's pose and magnitude instead.
     pub pose_network_median: f64,
+    /// Its ninth decile; files of earlier programs do not say.
+    #[serde(default)]
+    pub pose_network_p90: Option<f64>,
+    /// Labels below [`SITES_MIN`], which the other figures leave out.
+    #[serde(default)]
+    pub few_holdout: usize,
+    /// Share of those that the network is off by one at most; nothing of none.
+    #[serde(default)]
+    pub few_within_one: Option<f64>,
     /// Median difference between two labels of one field at one γ from different starts: the floor for any learner.
     pub label_noise_median: f64,
 }
@@ -60,6 +69,11 @@ pub fn learn(examples: &[Example], seed: u64) -> Option<(f64, Learned)> {
     let closed = Errors::of(closed)?;
     let pose: Vec<Lesson> = examples.iter().enumerate().flat_map(|(k, example)| example.poses(k)).collect();
     let pose = degree::train(&pose, seed).and_then(|trained| network(&trained.left_out))?;
+    let few = labels.iter().zip(&trained.left_out).filter(|(label, _)| !counts(label));
+    let off = |((estimate, sites), found): (&(f64, f64), &f64)| {
+        (degree::sites(*found, *estimate).round().max(2.0) - sites).abs()
+    };
+    let few: Vec<f64> = few.map(off).collect();
     let quality = Quality {
         holdout: own.count,
         median_relative_error: own.median,
@@ -67,6 +81,10 @@ pub fn learn(examples: &[Example], seed: u64) -> Option<(f64, Learned)> {
         closed_form_median: closed.median,
         closed_form_p90: closed.p90,
         pose_network_median: pose.median,
+        pose_network_p90: Some(pose.p90),
+        few_holdout: few.len(),
+        few_within_one: (!few.is_empty())
+            .then(|| few.iter().filter(|off| **off <= 1.0).count() as f64 / few.len() as f64),
         label_noise_median: Errors::of(examples.iter().flat_map(Example::noise))?.median,
     };
     Some((kappa, Learned { network: trained.network, quality }))
