@@ -19,7 +19,7 @@ use shatter_proto::layout::Layout;
 use shatter_proto::request::{Contact, Degree, Strike};
 use shatter_server::clock::Clock;
 use shatter_server::engine::Object;
-use shatter_server::jobs::threads;
+use shatter_server::jobs::lanes;
 use shatter_server::wire::Served;
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
@@ -29,6 +29,8 @@ use support::{Child, TestPlace, shatter, shatterd};
 const SITES: u32 = 50;
 const CLIENTS: &str = "8";
 const ROUNDS: usize = 3;
+/// That of the daemon's threads.
+const NICE: i32 = 5;
 
 fn seconds() -> f64 {
     std::env::var("SHATTER_BENCH_SECONDS").ok().and_then(|text| text.parse().ok()).unwrap_or(8.0)
@@ -74,26 +76,23 @@ fn answer(served: &Served, number: usize, workspace: &mut Workspace, payload: &m
     (layout.used_bytes(), clock.rows().iter().map(|row: &StageWire| row.ns).sum())
 }
 
-/// Strikes per second of as many strikes side by side as there are threads.
-fn in_process(served: &Served, pool: &ThreadPool) -> (f64, u64, Duration) {
+/// Strikes per second of as many strikes side by side as there are threads, each on one of them.
+fn in_process(served: &Served, lanes: &[ThreadPool]) -> (f64, u64, Duration) {
     let (done, bytes, busy) = (AtomicUsize::new(0), AtomicU64::new(0), AtomicU64::new(0));
     let (begun, length) = (Instant::now(), Duration::from_secs_f64(seconds()));
-    pool.scope(|scope| {
-        for _ in 0..pool.current_num_threads() {
-            scope.spawn(|_| {
-                let (mut workspace, mut payload) = (Workspace::default(), Vec::new());
-                while begun.elapsed() < length {
-                    let number = done.fetch_add(1, Ordering::Relaxed);
-                    let (used, ns) = answer(served, number, &mut workspace, &mut payload);
-                    bytes.fetch_add(used, Ordering::Relaxed);
-                    busy.fetch_add(ns, Ordering::Relaxed);
-                }
-            });
+    let work = || {
+        let (mut workspace, mut payload) = (Workspace::default(), Vec::new());
+        while begun.elapsed() < length {
+            let number = done.fetch_add(1, Ordering::Relaxed);
+            let (used, ns) = answer(served, number, &mut workspace, &mut payload);
+            bytes.fetch_add(used, Ordering::Relaxed);
+            busy.fetch_add(ns, Ordering::Relaxed);
         }
-    });
-    let count = done.into_inner();
-    let each = Duration::from_nanos(busy.into_inner() / count as u64);
-    (count as f64 / begun.elapsed().as_secs_f64(), bytes.into_inner() / count as u64, each)
+    };
+    std::thread::scope(|scope| lanes.iter().for_each(|lane| _ = scope.spawn(|| lane.install(work))));
+    let count = done.load(Ordering::Relaxed);
+    let each = Duration::from_nanos(busy.load(Ordering::Relaxed) / count as u64);
+    (count as f64 / begun.elapsed().as_secs_f64(), bytes.load(Ordering::Relaxed) / count as u64, each)
 }
 
 /// One run of the load tool.
@@ -128,11 +127,11 @@ fn main() {
     let here = TestPlace::new("bench");
     let served = Served(database(&here.databases()));
     served.finish().unwrap();
-    let pool = threads(std::thread::available_parallelism().map_or(1, usize::from), 5).unwrap();
+    let lanes = lanes(std::thread::available_parallelism().map_or(1, usize::from), NICE).unwrap();
     let daemon = Child::start(&mut shatterd(&here));
     let (mut alone, mut through, mut fair) = (Vec::new(), Vec::new(), Vec::new());
     for round in 0..ROUNDS {
-        let (rate, bytes, each) = in_process(&served, &pool);
+        let (rate, bytes, each) = in_process(&served, &lanes);
         let told = loaded(&here, CLIENTS, &["--closed", "--seed", &round.to_string()]);
         println!(
             "round {round}: in process {rate:.1}/s ({:.1} ms each, {bytes} bytes), {CLIENTS} clients {:.1}/s, slowest/fastest {:.2}",

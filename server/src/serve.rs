@@ -5,7 +5,7 @@ use crate::config::Config;
 use crate::ears::{Ears, Signals, Woken};
 use crate::engine::Loader;
 use crate::ipc::{ActiveQuestion, Bell, Home, Pool, Populated, Ports};
-use crate::jobs::{Crew, Event, Jobs, threads};
+use crate::jobs::{Crew, Event, Jobs, lanes, threads};
 use crate::librarian::{Folder, Librarian};
 use crate::metrics::{End, Metrics};
 use crate::operations::{Inquiry, Operations, Report};
@@ -101,6 +101,7 @@ impl Daemon {
         let begun = Instant::now();
         let folder = folder(&config)?;
         let threads = threads(config.threads(), config.compute.nice)?;
+        let lanes = lanes(config.strikes_at_once(), config.compute.nice)?;
         let catalog = threads.install(|| folder.look().map(|shelf| Catalog::default().renewed(shelf, &loader)))?;
         announce(&catalog, begun);
         let pool = pool(&config, &catalog);
@@ -113,8 +114,8 @@ impl Daemon {
         shared_memory::populate_mapped(&home.place().prefix)?;
         let (sender, events) = unbounded_channel();
         let librarian = Librarian::new(folder, loader, sender.clone())?;
-        let crew = Arc::new(Crew::new(threads, populated, waker, sender));
-        let jobs = Jobs::new(config.strikes_at_once(), config.compute.queue_max, config.held_max(), crew.clone());
+        let crew = Arc::new(Crew::new(threads, lanes, populated, waker, sender));
+        let jobs = Jobs::new(config.compute.queue_max, config.held_max(), crew.clone());
         let (metrics, started) = (Metrics::new()?, Instant::now());
         let (catalog, retired, reloads) = (Arc::new(catalog), Retired::default(), 0);
         let daemon = Self { jobs, crew, ports, catalog, librarian, retired, reloads, metrics, started, config, home };

@@ -36,9 +36,22 @@ pub enum Event {
     News(News),
 }
 
+/// Where a strike computes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Lane {
+    /// On all threads: nothing else computes.
+    All,
+    /// On the one thread of this lane.
+    One(usize),
+}
+
 /// The threads that compute, and what they share.
+///
+/// Strikes never share a pool: a thread that waits for a part of its strike would take up another whole strike meanwhile, and the
+/// first would be as late as that one.
 pub struct Crew {
-    threads: ThreadPool,
+    all: ThreadPool,
+    lanes: Vec<ThreadPool>,
     workspaces: Mutex<Vec<Workspace>>,
     verdicts: Mutex<Verdicts>,
     populated: Populated,
@@ -46,7 +59,7 @@ pub struct Crew {
     events: UnboundedSender<Event>,
 }
 
-/// The computing threads of a daemon, so much nicer than others: they give way to the thread that waits, and to hosts.
+/// Computing threads, so much nicer than others: they give way to the thread that waits, and to hosts.
 pub fn threads(count: usize, nice: i32) -> Result<ThreadPool, Refusal> {
     let builder = ThreadPoolBuilder::new().num_threads(count).thread_name(|index| format!("compute-{index}"));
     let give_way = move |_| {
@@ -55,19 +68,36 @@ pub fn threads(count: usize, nice: i32) -> Result<ThreadPool, Refusal> {
             tracing::debug!(%error, "the priority of a computing thread stays");
         }
     };
-    builder.start_handler(give_way).build().map_err(|error| Refusal::new(Kind::Failed, "threads", error.to_string()))
+    let built = builder.start_handler(give_way).build();
+    built.map_err(|error| Refusal::new(Kind::Failed, "threads", error.to_string()))
+}
+
+/// Threads of which each is its own.
+pub fn lanes(count: usize, nice: i32) -> Result<Vec<ThreadPool>, Refusal> {
+    (0..count).map(|_| threads(1, nice)).collect()
 }
 
 impl Crew {
     /// A crew that reports to `events`. `populated` knows what was rehearsed.
-    pub fn new(threads: ThreadPool, populated: Populated, waker: Waker, events: UnboundedSender<Event>) -> Self {
+    pub fn new(
+        all: ThreadPool,
+        lanes: Vec<ThreadPool>,
+        populated: Populated,
+        waker: Waker,
+        events: UnboundedSender<Event>,
+    ) -> Self {
         let (workspaces, verdicts) = (Mutex::default(), Mutex::default());
-        Self { threads, workspaces, verdicts, populated, waker, events }
+        Self { all, lanes, workspaces, verdicts, populated, waker, events }
+    }
+
+    /// Strikes that may compute at once.
+    pub fn lanes(&self) -> usize {
+        self.lanes.len()
     }
 
     /// Number of threads.
     pub fn threads(&self) -> usize {
-        self.threads.current_num_threads()
+        self.all.current_num_threads()
     }
 
     /// Buckets that were held at once at most, and bytes of shared memory that they take up.
@@ -75,19 +105,23 @@ impl Crew {
         self.populated.extent()
     }
 
-    /// Runs `work` on a computing thread, which reports by itself.
-    fn spawn(self: &Arc<Self>, work: impl FnOnce(&Crew) -> Event + Send + 'static) {
+    /// Runs `work` in a lane, which reports by itself.
+    fn spawn(self: &Arc<Self>, lane: Lane, work: impl FnOnce(&Crew) -> Event + Send + 'static) {
         let crew = self.clone();
-        self.threads.spawn(move || {
+        let pool = match lane {
+            Lane::One(lane) => self.lanes.get(lane).unwrap_or(&self.all),
+            Lane::All => &self.all,
+        };
+        pool.spawn(move || {
             let event = work(&crew);
             // A waiting thread that is gone has ended the daemon: nobody to tell.
             let _ = crew.events.send(event);
         });
     }
 
-    /// Computes a strike on the crew's threads. A panic in it fails this strike alone.
-    pub(super) fn fly(self: &Arc<Self>, flight: Arc<Flight>) {
-        self.spawn(move |crew| {
+    /// Computes a strike in a lane. A panic in it fails this strike alone.
+    pub(super) fn fly(self: &Arc<Self>, flight: Arc<Flight>, lane: Lane) {
+        self.spawn(lane, move |crew| {
             let mut clock = Clock::default();
             let result = catch_unwind(AssertUnwindSafe(|| crew.answer(&flight, &mut clock)));
             let result = result.unwrap_or_else(|panic| {
@@ -105,7 +139,6 @@ impl Crew {
                     End::of(refusal)
                 }
             };
-            crew.waker.wake(flight.key().0);
             Event::Landed { flight, end, stages: Box::new(clock.rows()) }
         });
     }
@@ -143,7 +176,10 @@ impl Crew {
         let mut lent = flight.lend(layout.blocks())?;
         self.populated.ensure(lent.payload_mut())?;
         *lent.user_header_mut() = layout.header(flight.key().1);
-        flight.send(write(lent, &layout, outcome.as_ref(), clock)?)
+        flight.send(write(lent, &layout, outcome.as_ref(), clock)?)?;
+        // Before the outcome is given back, which takes as long again.
+        self.waker.wake(flight.key().0);
+        Ok(())
     }
 }
 

@@ -6,12 +6,13 @@ mod flight;
 mod forecast;
 mod queue;
 
-pub use crew::{Crew, Event, threads};
+pub use crew::{Crew, Event, lanes, threads};
 pub use flight::Flight;
 
 use crate::catalog::Catalog;
 use crate::ipc::ActiveStrike;
 use crate::metrics::End;
+use crew::Lane;
 use forecast::Forecast;
 use queue::{Client, Place, Pushed, Queue};
 use shatter_proto::{Kind, Refusal};
@@ -29,7 +30,6 @@ pub struct Jobs {
     /// Answered, and not read yet.
     unread: Vec<Arc<Flight>>,
     forecast: Forecast,
-    at_once: usize,
     /// Buckets that one client may hold.
     held_max: usize,
     /// Nothing more is taken in.
@@ -41,15 +41,17 @@ pub struct Jobs {
 struct Running {
     flight: Arc<Flight>,
     place: Place,
+    lane: Lane,
     begun: Instant,
 }
 
 impl Jobs {
-    /// No strike yet. At most `at_once` compute, at most `queue_max` wait, and no client holds more than `held_max` buckets.
-    pub fn new(at_once: usize, queue_max: usize, held_max: usize, crew: Arc<Crew>) -> Self {
+    /// No strike yet. At most one computes in each lane of the crew, at most `queue_max` wait, and no client holds more than
+    /// `held_max` buckets.
+    pub fn new(queue_max: usize, held_max: usize, crew: Arc<Crew>) -> Self {
         let (waiting, forecast) = (Queue::new(queue_max), Forecast::default());
         let (running, unread) = (Vec::new(), Vec::new());
-        Self { waiting, running, unread, forecast, at_once, held_max, closed: false, crew }
+        Self { waiting, running, unread, forecast, held_max, closed: false, crew }
     }
 
     /// Strikes that compute.
@@ -135,12 +137,12 @@ impl Jobs {
 
     /// How long a new strike with this deadline is expected to wait.
     fn wait(&self, deadline: Option<Instant>) -> Duration {
-        if self.running.len() < self.at_once {
+        if self.running.len() < self.crew.lanes() {
             return Duration::ZERO;
         }
         let remaining = |running: &Running| running.place.cost.saturating_sub(running.begun.elapsed());
         let ahead = self.running.iter().map(remaining).sum::<Duration>() + self.waiting.ahead(deadline);
-        ahead / self.at_once.max(1) as u32
+        ahead / self.crew.lanes().max(1) as u32
     }
 
     /// The refusal for which there is no room.
@@ -157,15 +159,25 @@ impl Jobs {
 
     /// Lets waiting strikes compute while there is room. Those of a client that does not read its answers wait until it does.
     fn dispatch(&mut self) {
-        while self.running.len() < self.at_once {
+        while self.running.len() < self.crew.lanes() {
             let (running, unread) = (self.running.iter().map(|running| &running.flight), self.unread.iter());
             let mut buckets: HashMap<Client, usize> = HashMap::new();
             running.chain(unread).for_each(|flight| *buckets.entry(flight.key().0).or_default() += 1);
             let may = |client: &Client| buckets.get(client).is_none_or(|held| *held < self.held_max);
             let Some((place, flight)) = self.waiting.pop(may) else { return };
-            self.running.push(Running { flight: flight.clone(), place, begun: Instant::now() });
-            self.crew.fly(flight);
+            let lane = self.lane();
+            self.running.push(Running { flight: flight.clone(), place, lane, begun: Instant::now() });
+            self.crew.fly(flight, lane);
         }
+    }
+
+    /// Where the next one computes: on all threads if it is alone, else in a lane that is free.
+    fn lane(&self) -> Lane {
+        if self.running.is_empty() && self.waiting.len() == 0 {
+            return Lane::All;
+        }
+        let free = |lane: &usize| self.running.iter().all(|running| running.lane != Lane::One(*lane));
+        (0..self.crew.lanes()).find(free).map_or(Lane::All, Lane::One)
     }
 
     /// A strike has ended.
