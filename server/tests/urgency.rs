@@ -85,13 +85,13 @@ fn the_earliest_deadline_goes_first() {
 fn clients_take_turns() {
     let mut kept = Kept::new(&["greedy-t", "modest-t"], 99);
     let other = kept.daemon.connect();
-    let mut tickets: Vec<Ticket> = (1..=4).map(|n| kept.send(&kept.service, "greedy-t", &impact(), n)).collect();
-    tickets.push(kept.send(&other, "modest-t", &impact(), 5));
+    let mut tickets: Vec<Ticket> = (1..=20).map(|n| kept.send(&kept.service, "greedy-t", &impact(), n)).collect();
+    tickets.push(kept.send(&other, "modest-t", &impact(), 21));
     kept.open();
     tickets.iter_mut().for_each(|ticket| drop(ticket.wait(patience()).unwrap()));
     let found = order("-t");
     let place = found.iter().position(|name| name == "modest-t").unwrap();
-    assert!(place < 2 && found.len() == 5, "{found:?}");
+    assert!(place < 10 && found.len() == 21, "{found:?}");
 }
 
 #[test]

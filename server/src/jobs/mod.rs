@@ -23,6 +23,10 @@ use std::time::{Duration, Instant};
 /// What a strike is expected to take of whose object nothing is known yet.
 const COST_UNKNOWN: Duration = Duration::from_millis(10);
 
+/// A client may be ahead of its share by so many of its strikes: enough for first come first served among clients that send at
+/// random what they may, too few for one that sends a wall of them.
+const AHEAD: f64 = 4.0;
+
 /// Strikes that wait and strikes that compute. Owned by the waiting thread.
 pub struct Jobs {
     waiting: Queue<Arc<Flight>>,
@@ -49,7 +53,7 @@ impl Jobs {
     /// No strike yet. At most one computes in each lane of the crew, at most `queue_max` wait, and no client holds more than
     /// `held_max` buckets.
     pub fn new(queue_max: usize, held_max: usize, crew: Arc<Crew>) -> Self {
-        let (waiting, forecast) = (Queue::new(queue_max), Forecast::default());
+        let (waiting, forecast) = (Queue::new(queue_max, crew.lanes(), AHEAD), Forecast::default());
         let (running, unread) = (Vec::new(), Vec::new());
         Self { waiting, running, unread, forecast, held_max, closed: false, crew }
     }
@@ -95,7 +99,7 @@ impl Jobs {
             }
             Err(refusal) => return Some(self.refuse(&flight, &refusal)),
         };
-        let refused = match self.waiting.push(place, Arc::new(flight)) {
+        let refused = match self.waiting.push(flight.arrived(), place, Arc::new(flight)) {
             Pushed::Waits => None,
             Pushed::InsteadOf(other) | Pushed::Full(other) => Some(self.refuse(&other, &self.full())),
         };
@@ -185,7 +189,7 @@ impl Jobs {
         let Some(index) = self.running.iter().position(|running| Arc::ptr_eq(&running.flight, flight)) else { return };
         let Running { place, begun, .. } = self.running.swap_remove(index);
         let time = begun.elapsed();
-        self.waiting.landed(&place, time);
+        self.waiting.landed(Instant::now(), &place, time);
         if end == End::Answered {
             self.forecast.learn(flight.object(), time);
             self.unread.push(flight.clone());
