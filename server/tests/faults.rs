@@ -14,7 +14,7 @@ use std::process::Command;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
-use support::{Child, InProcess, TestPlace, bar, patience, play, role, shatterd, under};
+use support::{Child, InProcess, TestPlace, bar, patience, play, role, shatter, shatterd, under};
 
 /// No call takes longer than its deadline by this much, on however busy a machine.
 const SLACK: Duration = Duration::from_secs(5);
@@ -415,5 +415,51 @@ fn exhausted_descriptors_are_a_refusal_and_not_an_end() {
         assert!(!deadline.passed(), "{refusal}");
     }
     drop((vase, first));
+    assert_eq!(daemon.terminate().code(), Some(0));
+}
+
+/// Anonymous memory of the process `pid`, KiB: what it has allocated, without what it has mapped.
+fn allocated_kib(pid: u32) -> u64 {
+    let status = std::fs::read_to_string(format!("/proc/{pid}/status")).unwrap();
+    let line = status.lines().find(|line| line.starts_with("RssAnon:")).unwrap();
+    line.split_whitespace().nth(1).unwrap().parse().unwrap()
+}
+
+/// Eight client processes at 80 % of what the service can do, for `SHATTER_SOAK_MINUTES` (30).
+#[test]
+#[ignore = "half an hour"]
+fn half_an_hour_of_load_leaves_memory_where_it_was() {
+    /// Buffers grow to the largest strike in these first minutes.
+    const WARM: u64 = 3;
+    let _alone = alone();
+    let minutes: u64 = std::env::var("SHATTER_SOAK_MINUTES").map_or(30, |text| text.parse().unwrap());
+    assert!(minutes > WARM, "the first {WARM} minutes tell nothing");
+    let here = TestPlace::new("soak");
+    here.database("bar", bar(0.03));
+    let daemon = Child::start(&mut shatterd(&here));
+    let load = |how: &[&str]| {
+        let (code, text) = shatter(&here, &[&["load", "bar", "--clients", "8", "--json"], how].concat());
+        assert_eq!(code, 0, "{text}");
+        serde_json::from_str::<serde_json::Value>(&text).unwrap()
+    };
+    let rate = 0.8 * load(&["--closed", "--seconds", "10"])["throughput_hz"].as_f64().unwrap();
+    let mut memory = Vec::new();
+    for minute in 0..minutes {
+        let (seed, rate) = (minute.to_string(), rate.to_string());
+        let told = load(&["--rate", &rate, "--seconds", "58", "--seed", &seed]);
+        memory.push(allocated_kib(daemon.id()));
+        println!(
+            "minute {minute}: {} of {} ok, p99 {} us, {} KiB, {} descriptors, {} files",
+            told["ok"],
+            told["sent"],
+            told["latency_us"]["p99"],
+            memory[memory.len() - 1],
+            descriptors(daemon.id()),
+            here.shared_memory().len()
+        );
+    }
+    let drift = memory[memory.len() - 1] as f64 / memory[WARM as usize] as f64 - 1.0;
+    println!("memory drifted by {:.2} % from minute {WARM} on", 100.0 * drift);
+    assert!(drift < 0.02, "{memory:?}");
     assert_eq!(daemon.terminate().code(), Some(0));
 }

@@ -101,8 +101,8 @@ impl<T> Queue<T> {
         places.filter(|place| late(place.deadline) <= late(deadline)).map(|place| place.cost).sum()
     }
 
-    /// Takes `item` in, at this moment. When the queue is full, a client that has less of it than the greediest displaces the least urgent of
-    /// that one.
+    /// Takes `item` in, at this moment. When the queue is full, a client that has clearly less of it than the greediest displaces the
+    /// least urgent of that one.
     pub fn push(&mut self, at: Instant, place: Place, item: T) -> Pushed<T> {
         self.advance(at);
         let mut result = Pushed::Waits;
@@ -179,7 +179,8 @@ impl<T> Queue<T> {
         let mut held: HashMap<&Client, usize> = HashMap::new();
         self.waiting.iter().for_each(|waiting| *held.entry(&waiting.place.client).or_default() += 1);
         let (greediest, most) = held.iter().max_by_key(|(client, count)| (**count, Reverse(**client)))?;
-        if held.get(client).copied().unwrap_or(0) + 1 >= *most {
+        // Among about equals nobody is made to wait in vain.
+        if held.get(client).copied().unwrap_or(0) + 1 >= *most - *most / 4 {
             return None;
         }
         let own = (0..self.waiting.len()).filter(|&index| self.waiting[index].place.client == **greediest);

@@ -20,7 +20,10 @@ pub fn strike(
     watch: &mut dyn Watch,
 ) -> Result<Outcome, StrikeError> {
     let gamma_j_m2 = check(prepared, strike)?;
-    let impact = Impact::new(prepared, strike)?;
+    watch.enter(Stage::Load);
+    let impact = Impact::new(prepared, strike);
+    watch.leave(Stage::Load, 0);
+    let impact = impact?;
     let mut energies = strain_energy(prepared, &impact, workspace, token, watch)?;
 
     watch.enter(Stage::Threshold);
