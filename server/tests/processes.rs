@@ -2,11 +2,13 @@
 
 mod support;
 
+use rustix::process::Signal;
 use serde_json::Value;
 use shatter_client::{Impact, Kind, Shatter};
+use std::io::{BufRead, BufReader};
 use std::process::{Command, Stdio};
 use std::time::Duration;
-use support::{Child, TestPlace, patience, play, role, shatter, shatterd};
+use support::{Child, TestPlace, patience, play, role, shatter, shatter_program, shatterd};
 
 /// Plays another process for the tests below; alone it does nothing.
 #[test]
@@ -206,8 +208,53 @@ fn the_supervisor_is_told() {
         String::from_utf8_lossy(&buffer[..length]).into_owned()
     };
     let mut command: Command = shatterd(&here);
-    let daemon = Child::start(command.env("NOTIFY_SOCKET", &socket));
-    assert!(heard().contains("READY=1"));
-    daemon.terminate();
-    assert!(heard().contains("STOPPING=1"));
+    let daemon = Child::start(command.env("NOTIFY_SOCKET", &socket).env("WATCHDOG_USEC", "100000"));
+    let first = heard();
+    assert!(first.contains("READY=1") && first.contains("STATUS=serving: 0 of 0 objects ready"), "{first}");
+    // Twice per period of the watchdog, as long as its loop turns.
+    (0..3).for_each(|_| assert_eq!(heard().trim(), "WATCHDOG=1"));
+    daemon.signal(Signal::TERM);
+    let last = std::iter::repeat_with(heard).find(|text| !text.contains("WATCHDOG=1")).unwrap();
+    assert!(last.contains("STOPPING=1") && last.contains("STATUS=ending"), "{last}");
+    daemon.finish();
+}
+
+/// The unit runs what `cargo install` installs, with arguments that it understands.
+#[test]
+fn the_unit_file_starts_the_daemon_as_it_is() {
+    let unit = include_str!("../../config/shatterd.service");
+    let value = |key: &str| unit.lines().find_map(|line| line.strip_prefix(key)).unwrap();
+    let (program, arguments) = value("ExecStart=").split_once(' ').unwrap();
+    assert_eq!(program, "%h/.cargo/bin/shatterd");
+    let here = TestPlace::new("unit");
+    let mut command = Command::new(env!("CARGO_BIN_EXE_shatterd"));
+    here.aim(&mut command);
+    let daemon = Child::start(command.args(arguments.split(' ')));
+    daemon.signal(Signal::HUP);
+    assert_eq!(daemon.terminate().code(), Some(0));
+    let seconds = |key| value(key).trim_end_matches('s').parse::<f64>().unwrap();
+    let drain_s = shatter_server::config::Config::parse("", "default").unwrap().times.drain_s;
+    assert!(seconds("TimeoutStopSec=") >= drain_s + 5.0, "a supervisor must not cut the drain short");
+    assert_eq!(value("Type="), "notify");
+}
+
+#[test]
+fn the_live_view_goes_on_when_the_daemon_is_replaced() {
+    let here = TestPlace::new("view");
+    let first = Child::start(&mut shatterd(&here));
+    let mut view = shatter_program(&here);
+    let mut view =
+        view.args(["status", "--watch", "--json"]).stdout(Stdio::piped()).stderr(Stdio::null()).spawn().unwrap();
+    let mut lines = BufReader::new(view.stdout.take().unwrap()).lines().map(|line| json(&line.unwrap()));
+    let pid = |line: Value| line["pid"].as_u64().map(|pid| pid as u32);
+    assert_eq!(pid(lines.next().unwrap()), Some(first.id()));
+    first.kill();
+    let absent = lines.find(|line| line["error"].is_object()).unwrap();
+    assert!(["lost", "no_daemon"].contains(&absent["error"]["kind"].as_str().unwrap()), "{absent}");
+    let second = Child::start(&mut shatterd(&here));
+    let back = lines.find(|line| line["pid"].is_u64()).unwrap();
+    assert_eq!((&back["restarts"], &back["crashes"]), (&1.into(), &1.into()), "{back}");
+    assert_eq!(pid(back), Some(second.id()));
+    view.kill().unwrap();
+    view.wait().unwrap();
 }

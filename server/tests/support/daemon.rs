@@ -163,12 +163,17 @@ pub fn shatterd(here: &TestPlace) -> Command {
 
 /// Runs the real command line; returns exit code and stdout.
 pub fn shatter(here: &TestPlace, arguments: &[&str]) -> (i32, String) {
-    let mut command = Command::new(program());
-    here.aim(&mut command);
-    let mut child = command.args(arguments).stdout(Stdio::piped()).stderr(Stdio::null()).spawn().unwrap();
+    let mut child = shatter_program(here).args(arguments).stdout(Stdio::piped()).stderr(Stdio::null()).spawn().unwrap();
     let mut out = String::new();
     child.stdout.take().unwrap().read_to_string(&mut out).unwrap();
     (child.wait().unwrap().code().unwrap(), out)
+}
+
+/// The real command line, to be started.
+pub fn shatter_program(here: &TestPlace) -> Command {
+    let mut command = Command::new(program());
+    here.aim(&mut command);
+    command
 }
 
 /// `shatter` lies beside `shatterd`; where only this package was built it has to be built first.

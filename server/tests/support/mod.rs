@@ -9,7 +9,7 @@ mod raw;
 mod toy;
 
 pub use bar::bar;
-pub use daemon::{Child, InProcess, play, role, shatter, shatterd, under};
+pub use daemon::{Child, InProcess, play, role, shatter, shatter_program, shatterd, under};
 pub use place::{TestPlace, within};
 pub use raw::{RawPeer, Sent};
 pub use toy::{addresses, loader, order};
