@@ -229,6 +229,24 @@ fn the_engine_has_no_clock() {
     check("the science knows nothing of clocks and processes", broken);
 }
 
+/// What shows the time of day, and when the processes of a load begin.
+const TIME_OF_DAY: [&str; 2] = ["server/src/catalog/", "client/src/commands/load/"];
+
+#[test]
+fn no_decision_depends_on_the_time_of_day() {
+    let mut broken = Vec::new();
+    for (name, text) in
+        sources().into_iter().filter(|(name, _)| !TIME_OF_DAY.iter().any(|place| name.starts_with(place)))
+    {
+        for (at, line) in shipped(&name, &text) {
+            if code(&line).contains("SystemTime") {
+                broken.push(format!("{name}:{at}: {}", line.trim()));
+            }
+        }
+    }
+    check("clocks may jump: waits and ages are measured by the monotonic one", broken);
+}
+
 #[test]
 fn the_top_level_holds_the_agreed_tree() {
     let agreed = BTreeSet::from([
