@@ -55,4 +55,4 @@ pub use object::Object;
 pub use shatter_proto::control::Latency;
 pub use shatter_proto::request::{Degree, Elastic, Lift, Purpose, Strike};
 pub use shatter_proto::{Fault, Kind, Refusal, exit};
-pub use ticket::{Poll, Ticket};
+pub use ticket::{Poll, Progress, Ticket};

@@ -3,7 +3,8 @@
 use crate::control;
 use crate::link::{Link, PendingQuestion, PendingStrike, Pulse, receive_failed};
 use crate::{Broken, Deadline};
-use shatter_proto::control::Question;
+use shatter_proto::answer::STAGES;
+use shatter_proto::control::{ProgressRow, Question};
 use shatter_proto::refusal::RefusalWire;
 use shatter_proto::request::Strike;
 use shatter_proto::{Kind, Refusal};
@@ -21,8 +22,26 @@ pub enum Poll {
     Ready(Broken),
 }
 
+/// How far a strike is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Progress {
+    /// On its way to the daemon, or among those that wait.
+    Waiting,
+    /// In this stage, since so long with the daemon.
+    Computing {
+        /// Name of the stage.
+        stage: &'static str,
+        /// Since the daemon took it in.
+        age: Duration,
+    },
+    /// Answered, refused or given up: [`Ticket::poll`] tells.
+    Ended,
+}
+
 /// A strike under way. Dropping it cancels the strike.
 pub struct Ticket {
+    progress: Progress,
+    question: Option<PendingQuestion>,
     link: Arc<Link>,
     sequence: u64,
     sent: Instant,
@@ -45,7 +64,8 @@ impl Ticket {
         let wire = strike.wire(link.listener(), sequence)?;
         let sent = Instant::now();
         let pending = link.send(wire)?;
-        Ok(Self { link, sequence, sent, pulse: Pulse::now(), state: State::Struck(pending) })
+        let (progress, question, pulse) = (Progress::Waiting, None, Pulse::now());
+        Ok(Self { progress, question, link, sequence, sent, pulse, state: State::Struck(pending) })
     }
 
     pub(crate) fn link(&self) -> &Arc<Link> {
@@ -85,6 +105,25 @@ impl Ticket {
                 Err(refusal)
             }
         }
+    }
+
+    /// How far the strike is, as the daemon said last; never blocks: each call takes in what it replied to the one before, and asks
+    /// again. For a bar under long strikes, once a frame. What cannot be asked now is asked by the next call.
+    pub fn progress(&mut self) -> Progress {
+        if matches!(self.state, State::Done) {
+            self.question = None;
+            return Progress::Ended;
+        }
+        match self.question.take() {
+            None => self.question = self.link.ask(Question::Progress(self.sequence)).ok(),
+            Some(question) => match control::poll::<ProgressRow>(&question) {
+                Ok(None) => self.question = Some(question),
+                Ok(Some((rows, _))) => self.progress = rows.first().map_or(Progress::Ended, said),
+                // Asked again by the next call.
+                Err(_) => {}
+            },
+        }
+        self.progress
     }
 
     /// Waits for the answer. On `late` the ticket is still good: wait again, or drop it to cancel.
@@ -134,6 +173,16 @@ impl Ticket {
             },
         }
         if overdue { Err(silent()) } else { Ok(Found::Nothing) }
+    }
+}
+
+/// A row that a daemon of a later version may have filled differently says that it computes.
+fn said(row: &ProgressRow) -> Progress {
+    match (row.state, STAGES.get(row.stage as usize)) {
+        (1, _) => Progress::Waiting,
+        (_, stage) => {
+            Progress::Computing { stage: stage.copied().unwrap_or("unknown"), age: Duration::from_nanos(row.age_ns) }
+        }
     }
 }
 

@@ -27,6 +27,8 @@ pub enum Question {
     /// Why the strike with this sequence was closed without an answer. One [`RefusalWire`], or no row if the service
     /// knows nothing of it.
     Verdict(u64),
+    /// How far the strike with this sequence is. One [`ProgressRow`], or no row if it neither waits nor computes.
+    Progress(u64),
 }
 
 /// A question as it travels.
@@ -210,6 +212,18 @@ pub struct StatusRow {
     pub stages: [Latency; STAGES.len()],
 }
 
+/// How far a strike is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
+#[repr(C)]
+pub struct ProgressRow {
+    /// 1: it waits. 2: it computes.
+    pub state: u32,
+    /// Position in [`STAGES`] of the stage that computes, or that computed last.
+    pub stage: u32,
+    /// Time since the daemon took it in, ns.
+    pub age_ns: u64,
+}
+
 const _: () = assert!(size_of::<ControlWire>() == 104);
 const _: () = assert!(size_of::<ControlHeader>() == 64);
 const _: () = assert!(size_of::<ObjectRow>() == 648);
@@ -222,6 +236,7 @@ impl Question {
             Self::List(first) => (1, first, 0),
             Self::Status => (2, 0, 0),
             Self::Verdict(sequence) => (3, 0, sequence),
+            Self::Progress(sequence) => (4, 0, sequence),
         };
         let (magic, version) = (REQUEST_MAGIC, PROTOCOL_VERSION);
         ControlWire { magic, version, question, first, sequence, listener, reserved: [0; 8] }
@@ -239,6 +254,7 @@ impl ControlWire {
             (1, first, 0) => Ok(Question::List(first)),
             (2, 0, 0) => Ok(Question::Status),
             (3, 0, sequence) => Ok(Question::Verdict(sequence)),
+            (4, 0, sequence) => Ok(Question::Progress(sequence)),
             (other, ..) => Err(Refusal::new(Kind::UnknownRequest, other.to_string(), "no such question")),
         }
     }
@@ -248,6 +264,7 @@ impl ControlWire {
 pub trait Row: Pod {}
 impl Row for ObjectRow {}
 impl Row for StatusRow {}
+impl Row for ProgressRow {}
 impl Row for RefusalWire {}
 
 /// Blocks needed for `rows` rows of type `R`.
@@ -334,7 +351,7 @@ mod tests {
 
     #[test]
     fn questions_survive_the_wire() {
-        for question in [Question::List(7), Question::Status, Question::Verdict(u64::MAX)] {
+        for question in [Question::List(7), Question::Status, Question::Verdict(u64::MAX), Question::Progress(9)] {
             assert_eq!(question.wire([3; 16]).validate().unwrap(), question);
         }
         let mut wire = Question::Status.wire([0; 16]);

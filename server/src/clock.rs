@@ -2,23 +2,34 @@
 
 use shatter_fracture::pipeline::{Stage, Watch};
 use shatter_proto::answer::{STAGES, StageWire};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::Instant;
 use tracing::span::EnteredSpan;
+
+/// The stage that a strike is in, for those who ask: its number.
+pub type Shown = Arc<AtomicU32>;
 
 /// Watches one strike.
 pub struct Clock {
     rows: [StageWire; STAGES.len()],
+    shown: Shown,
     entered: Option<(Instant, EnteredSpan)>,
 }
 
 impl Default for Clock {
     fn default() -> Self {
-        let rows = std::array::from_fn(|stage| StageWire { stage: stage as u32, ran: 0, ns: 0, bytes: 0 });
-        Self { rows, entered: None }
+        Self::showing(Shown::default())
     }
 }
 
 impl Clock {
+    /// One that shows the stage that it is in.
+    pub fn showing(shown: Shown) -> Self {
+        let rows = std::array::from_fn(|stage| StageWire { stage: stage as u32, ran: 0, ns: 0, bytes: 0 });
+        Self { rows, shown, entered: None }
+    }
+
     /// One row per stage, also for those that did not run.
     pub fn rows(&self) -> [StageWire; STAGES.len()] {
         self.rows
@@ -28,6 +39,7 @@ impl Clock {
 impl Watch for Clock {
     fn enter(&mut self, stage: Stage) {
         let span = tracing::debug_span!("stage", name = stage.name()).entered();
+        self.shown.store(stage as u32, Ordering::Relaxed);
         self.entered = Some((Instant::now(), span));
     }
 
@@ -54,12 +66,14 @@ mod tests {
 
     #[test]
     fn a_stage_entered_twice_adds_up_and_others_did_not_run() {
-        let mut clock = Clock::default();
+        let shown = Shown::default();
+        let mut clock = Clock::showing(shown.clone());
         for bytes in [3, 4] {
             clock.enter(Stage::Labels);
             clock.leave(Stage::Labels, bytes);
         }
         let rows = clock.rows();
+        assert_eq!(shown.load(Ordering::Relaxed), 5);
         assert_eq!((rows[5].ran, rows[5].bytes, rows[5].name()), (1, 7, "labels"));
         assert!(rows.iter().filter(|row| row.stage != 5).all(|row| (row.ran, row.ns, row.bytes) == (0, 0, 0)));
     }

@@ -247,6 +247,10 @@ impl Daemon {
                 let verdict = self.crew.verdict((wire.listener, sequence));
                 send_rows(active, verdict.as_slice(), verdict.iter().len(), false)
             }
+            Ok(Question::Progress(sequence)) => {
+                let progress = self.jobs.progress((wire.listener, sequence));
+                send_rows(active, progress.as_slice(), progress.iter().len(), false)
+            }
             Err(refusal) => send_rows(active, &[RefusalWire::from(&refusal)], 1, true),
         };
         match sent {

@@ -4,7 +4,7 @@
 mod support;
 
 use iceoryx2::prelude::{NodeBuilder, SignalHandlingMode};
-use shatter_client::{Deadline, Degree, Impact, Kind, Poll, Refusal, Shatter};
+use shatter_client::{Deadline, Degree, Impact, Kind, Poll, Progress, Refusal, Shatter, Ticket};
 use shatter_proto::answer::{AnswerHeader, Block};
 use shatter_proto::control::StatusRow;
 use shatter_proto::request::StrikeWire;
@@ -235,12 +235,17 @@ fn a_client_that_never_reads_harms_nobody() {
     let [silent, other] = [daemon.connect(), daemon.connect()];
     let vase = silent.object("vase", patience()).unwrap();
     let mut unread: Vec<_> = (0..10).map(|_| vase.strike(&impact()).unwrap()).collect();
-    eventually(&other, |row| (row.answered, row.queued) == (2, 8));
+    eventually(&other, |row| row.answered == 2);
     let theirs = other.object("vase", patience()).unwrap();
     (0..20).for_each(|_| drop(theirs.strike(&impact()).unwrap().wait(patience()).unwrap()));
-    eventually(&other, |row| (row.answered, row.queued) == (22, 8));
-    // It reads after all, and gets everything.
-    unread.iter_mut().for_each(|ticket| drop(ticket.wait(patience()).unwrap()));
+    // It waits for the last one without reading the others: what it holds is in its own way, for a while and not for ever.
+    let refusal = unread.pop().unwrap().wait(patience()).err().unwrap();
+    assert_eq!((refusal.kind, refusal.at.as_str()), (Kind::Busy, "share"), "{refusal}");
+    eventually(&other, |row| (row.answered, row.busy, row.queued) == (22, 8, 0));
+    unread.drain(..2).for_each(|mut ticket| drop(ticket.wait(patience()).unwrap()));
+    // Who reads as it goes is not held up, however many are under way.
+    let mut read: Vec<_> = (0..40).map(|_| vase.strike(&impact()).unwrap()).collect();
+    read.iter_mut().for_each(|ticket| drop(ticket.wait(patience()).unwrap()));
 }
 
 #[test]
@@ -293,6 +298,29 @@ fn tickets_can_be_awaited_and_a_dropped_future_cancels() {
         assert!(vase.strike(&impact()).unwrap().await.is_ok(), "the only worker is free again");
     });
     eventually(&service, |row| row.cancelled == 1);
+}
+
+#[test]
+fn a_ticket_tells_how_far_its_strike_is() {
+    let daemon = start(&[("gate", "gate 1")], "[compute]\nstrikes_at_once = 1");
+    let gate = daemon.here.databases().join("gate.gate");
+    std::fs::write(&gate, "").unwrap();
+    let object = daemon.connect().object("gate", patience()).unwrap();
+    let [mut first, mut second] = [object.strike(&impact()).unwrap(), object.strike(&impact()).unwrap()];
+    let until = |ticket: &mut Ticket, holds: fn(Progress) -> bool| {
+        let deadline = patience();
+        while !holds(ticket.progress()) {
+            assert!(!deadline.passed(), "never");
+            std::thread::sleep(std::time::Duration::from_millis(1));
+        }
+    };
+    until(&mut first, |progress| matches!(progress, Progress::Computing { stage: "load", age } if !age.is_zero()));
+    (0..20).for_each(|_| until(&mut second, |progress| progress == Progress::Waiting));
+    std::fs::remove_file(gate).unwrap();
+    for ticket in [&mut first, &mut second] {
+        drop(ticket.wait(patience()).unwrap());
+        assert_eq!(ticket.progress(), Progress::Ended);
+    }
 }
 
 #[test]

@@ -122,7 +122,7 @@ impl Crew {
     /// Computes a strike in a lane. A panic in it fails this strike alone.
     pub(super) fn fly(self: &Arc<Self>, flight: Arc<Flight>, lane: Lane) {
         self.spawn(lane, move |crew| {
-            let mut clock = Clock::default();
+            let mut clock = Clock::showing(flight.stage().clone());
             let result = catch_unwind(AssertUnwindSafe(|| crew.answer(&flight, &mut clock)));
             let result = result.unwrap_or_else(|panic| {
                 let message = format!("the strike failed inside the service: {}", panics::text(panic.as_ref()));

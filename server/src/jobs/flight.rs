@@ -1,5 +1,6 @@
 //! One strike from its arrival to its end.
 
+use crate::clock::Shown;
 use crate::engine::Object;
 use crate::ipc::{ActiveStrike, Lent, lend};
 use crate::verdicts::Key;
@@ -24,6 +25,8 @@ pub struct Flight {
     token: Token,
     key: Key,
     arrived: Instant,
+    /// The stage that it is in.
+    stage: Shown,
     /// Name of the object that it strikes, once it is understood.
     object: String,
     /// Its deadline passed while it computed.
@@ -39,6 +42,7 @@ impl Flight {
             token: Token::default(),
             key: (listener, sequence),
             arrived: Instant::now(),
+            stage: Shown::default(),
             object: String::new(),
             expired: AtomicBool::new(false),
         }
@@ -69,6 +73,11 @@ impl Flight {
     /// Polled by the stages.
     pub(super) fn token(&self) -> &Token {
         &self.token
+    }
+
+    /// The stage that it is in.
+    pub(super) fn stage(&self) -> &Shown {
+        &self.stage
     }
 
     /// When it arrived.

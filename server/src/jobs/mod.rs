@@ -12,12 +12,15 @@ pub use flight::Flight;
 use crate::catalog::Catalog;
 use crate::ipc::ActiveStrike;
 use crate::metrics::End;
+use crate::verdicts::Key;
 use crew::Lane;
 use forecast::Forecast;
 use queue::{Client, Place, Pushed, Queue};
+use shatter_proto::control::ProgressRow;
 use shatter_proto::{Kind, Refusal};
 use std::collections::HashMap;
 use std::sync::Arc;
+use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 /// What a strike is expected to take of whose object nothing is known yet.
@@ -26,6 +29,9 @@ const COST_UNKNOWN: Duration = Duration::from_millis(10);
 /// A client may be ahead of its share by so many of its strikes: enough for first come first served among clients that send at
 /// random what they may, too few for one that sends a wall of them.
 const AHEAD: f64 = 4.0;
+
+/// Strikes of a client that does not read its answers wait no longer than this: it may wait for one of them before it reads.
+const UNREAD_PATIENCE: Duration = Duration::from_secs(1);
 
 /// Strikes that wait and strikes that compute. Owned by the waiting thread.
 pub struct Jobs {
@@ -66,6 +72,17 @@ impl Jobs {
     /// Strikes that wait.
     pub fn queued(&self) -> usize {
         self.waiting.len()
+    }
+
+    /// How far a strike is; `None` if it neither waits nor computes.
+    pub fn progress(&self, strike: Key) -> Option<ProgressRow> {
+        let row = |state: u32, flight: &Flight| {
+            let age_ns = u64::try_from(flight.arrived().elapsed().as_nanos()).unwrap_or(u64::MAX);
+            ProgressRow { state, stage: flight.stage().load(Ordering::Relaxed), age_ns }
+        };
+        let computing = self.running.iter().find(|running| running.flight.key() == strike);
+        let waiting = || self.waiting.items().find(|flight| flight.key() == strike);
+        computing.map(|running| row(2, &running.flight)).or_else(|| waiting().map(|flight| row(1, flight)))
     }
 
     /// Takes nothing more in.
@@ -164,15 +181,21 @@ impl Jobs {
     /// Lets waiting strikes compute while there is room. Those of a client that does not read its answers wait until it does.
     fn dispatch(&mut self) {
         while self.running.len() < self.crew.lanes() {
-            let (running, unread) = (self.running.iter().map(|running| &running.flight), self.unread.iter());
-            let mut buckets: HashMap<Client, usize> = HashMap::new();
-            running.chain(unread).for_each(|flight| *buckets.entry(flight.key().0).or_default() += 1);
+            let buckets = self.buckets();
             let may = |client: &Client| buckets.get(client).is_none_or(|held| *held < self.held_max);
             let Some((place, flight)) = self.waiting.pop(may) else { return };
             let lane = self.lane();
             self.running.push(Running { flight: flight.clone(), place, lane, begun: Instant::now() });
             self.crew.fly(flight, lane);
         }
+    }
+
+    /// Buckets by client, as far as the daemon sees: of what computes, and of answers that are unread.
+    fn buckets(&self) -> HashMap<Client, usize> {
+        let (running, unread) = (self.running.iter().map(|running| &running.flight), self.unread.iter());
+        let mut buckets: HashMap<Client, usize> = HashMap::new();
+        running.chain(unread).for_each(|flight| *buckets.entry(flight.key().0).or_default() += 1);
+        buckets
     }
 
     /// Where the next one computes: on all threads if it is alone, else in a lane that is free.
@@ -211,8 +234,8 @@ impl Jobs {
         dropped
     }
 
-    /// Ends what is late: refuses what waits, and asks what computes to stop at its next checkpoint. The ends of those that
-    /// were refused.
+    /// Ends what is late: refuses what waits, and asks what computes to stop at its next checkpoint; refuses what has waited too long
+    /// for its client to read. The ends of those that were refused.
     pub fn expire(&mut self) -> Vec<End> {
         let now = Instant::now();
         let late = |place: &Place| place.deadline.is_some_and(|deadline| deadline <= now);
@@ -220,7 +243,21 @@ impl Jobs {
             running.flight.expire();
         }
         let waiting = self.waiting.take(|place, _| late(place));
-        waiting.iter().map(|flight| self.refuse(flight, &crew::late())).collect()
+        let buckets = self.buckets();
+        let stuck = self.waiting.take(|place, flight| {
+            let full = buckets.get(&place.client).is_some_and(|held| *held >= self.held_max);
+            full && flight.arrived().elapsed() > UNREAD_PATIENCE
+        });
+        let late = waiting.iter().map(|flight| (flight, crew::late()));
+        let stuck = stuck.iter().map(|flight| (flight, self.unread(flight)));
+        late.chain(stuck).map(|(flight, refusal)| self.refuse(flight, &refusal)).collect()
+    }
+
+    /// The refusal of what would need a bucket more than its client may hold.
+    fn unread(&self, flight: &Flight) -> Refusal {
+        let held = self.buckets().get(&flight.key().0).copied().unwrap_or(0);
+        let message = format!("{held} answers of this client are unread, as many as one may hold: read some");
+        Refusal::new(Kind::Busy, "share", message)
     }
 
     /// The next deadline of a strike.

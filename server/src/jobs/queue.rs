@@ -53,6 +53,8 @@ struct Waiting<T> {
 struct Account {
     /// Virtual time at which its share would have all of its strikes done.
     end: f64,
+    /// Virtual time at which its last one may begin: the next one not before, whatever is expected of either.
+    start: f64,
     /// Of its own that wait or compute.
     open: usize,
 }
@@ -89,6 +91,11 @@ impl<T> Queue<T> {
         self.waiting.len()
     }
 
+    /// All that wait.
+    pub fn items(&self) -> impl Iterator<Item = &T> {
+        self.waiting.iter().map(|waiting| &waiting.item)
+    }
+
     /// The earliest deadline of all that wait.
     pub fn next_deadline(&self) -> Option<Instant> {
         self.waiting.iter().filter_map(|waiting| waiting.place.deadline).min()
@@ -116,7 +123,8 @@ impl<T> Queue<T> {
         account.end = self.now + ahead + cost;
         account.open += 1;
         self.count += 1;
-        let start = self.now + (ahead - self.ahead * cost).max(0.0);
+        let start = (self.now + (ahead - self.ahead * cost).max(0.0)).max(account.start);
+        account.start = start;
         self.waiting.push(Waiting { place, start, number: self.count, item });
         result
     }
@@ -248,6 +256,23 @@ mod tests {
             queue.push(now + 8 * n as u32 * MS, place(client, None), n);
         }
         assert_eq!(order(&mut queue), [0, 1, 2, 3, 4, 5, 6, 7]);
+    }
+
+    #[test]
+    fn those_of_one_client_keep_their_order_whatever_they_cost() {
+        let now = Instant::now();
+        let mut queue = Queue::new(99, 2, 4.0);
+        let costs = [10, 10, 10, 1, 40, 1, 10, 1, 1, 30];
+        (0..3).for_each(|n| _ = queue.push(now, place(2, None), 100 + n));
+        for (n, cost) in costs.into_iter().enumerate() {
+            queue.push(now, Place { cost: cost * MS, ..place(1, None) }, n);
+            if n == 4 {
+                let (place, _) = queue.pop(|client| *client == [2; 16]).unwrap();
+                queue.landed(now, &place, MS);
+            }
+        }
+        let found: Vec<usize> = order(&mut queue).into_iter().filter(|n| *n < 100).collect();
+        assert_eq!(found, (0..costs.len()).collect::<Vec<_>>());
     }
 
     #[test]
