@@ -174,6 +174,8 @@ pub struct StatusRow {
     pub ending: u32,
     /// Bytes per bucket.
     pub bucket_bytes: u64,
+    /// Answers that their clients have not read yet.
+    pub unread: u64,
     /// Most buckets that were held at once.
     pub buckets_used_max: u64,
     /// Bytes of shared memory that the buckets take up.
@@ -227,7 +229,7 @@ pub struct ProgressRow {
 const _: () = assert!(size_of::<ControlWire>() == 104);
 const _: () = assert!(size_of::<ControlHeader>() == 64);
 const _: () = assert!(size_of::<ObjectRow>() == 648);
-const _: () = assert!(size_of::<StatusRow>() == 48 + 17 * 8 + 9 * 40);
+const _: () = assert!(size_of::<StatusRow>() == 48 + 18 * 8 + 9 * 40);
 
 impl Question {
     /// Writes the question for the wire.

@@ -68,6 +68,7 @@ impl Place {
             if let Some(parent) = folder.parent() {
                 make(parent)?;
                 trusted(parent, self.uid)?;
+                parent.parent().map_or(Ok(()), |above| steady(above, self.uid))?;
             }
             make(folder)?;
             trusted(folder, self.uid)?;
@@ -81,6 +82,7 @@ impl Place {
             if folder.symlink_metadata().is_err() {
                 return Ok(false);
             }
+            folder.parent().map_or(Ok(()), |parent| trusted(parent, self.uid))?;
             trusted(folder, self.uid)?;
         }
         Ok(true)
@@ -92,6 +94,23 @@ fn make(folder: &Path) -> Result<(), Refusal> {
         let message = format!("cannot create the runtime folder {}: {error}", folder.display());
         Refusal::new(Kind::RuntimeFolder, folder.display().to_string(), message)
     })
+}
+
+/// A folder in which others cannot put something else in the place of what is the user's.
+fn steady(folder: &Path, uid: u32) -> Result<(), Refusal> {
+    const STICKY: u32 = 0o1000;
+    let refuse = |what: String| {
+        let message = format!("the folder {} above the runtime folder {what}", folder.display());
+        Err(Refusal::new(Kind::RuntimeFolder, folder.display().to_string(), message))
+    };
+    match folder.metadata() {
+        Err(error) => refuse(format!("cannot be read: {error}")),
+        Ok(data) if data.uid() != uid && data.uid() != 0 => refuse(format!("belongs to user {}", data.uid())),
+        Ok(data) if data.mode() & 0o022 != 0 && data.mode() & STICKY == 0 => {
+            refuse(format!("can be changed by others (mode {:o})", data.mode() & 0o7777))
+        }
+        Ok(_) => Ok(()),
+    }
 }
 
 /// A real folder, owned by the user, closed to everyone else: `/tmp` is open to all, and names in it can be guessed.

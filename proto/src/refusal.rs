@@ -176,7 +176,7 @@ kinds! {
     /// The runtime folder cannot be used.
     63 RuntimeFolder "runtime_folder" Environment REFUSED false;
     /// The shared memory of the machine is full.
-    64 SharedMemory "shared_memory" Environment OURS true;
+    64 SharedMemory "shared_memory" Environment BUSY true;
     /// The folder of databases cannot be read.
     65 DatabaseFolder "database_folder" Environment REFUSED false;
     /// The loopback port for health and metrics cannot be opened.

@@ -24,6 +24,9 @@ pub const STRIKES_PER_CLIENT_MAX: usize = 64;
 /// Questions of one client that may be under way at once.
 pub const QUESTIONS_PER_CLIENT_MAX: usize = 4;
 
+/// A process that may open fewer files is told so when the transport fails: it does not say what it lacks.
+const FILES_FEW: u64 = 256;
+
 /// The transport's configuration for `place`; the machine's and the user's own files are not read.
 pub fn config(place: &Place) -> Result<Config, Refusal> {
     let mut config = Config::default();
@@ -50,5 +53,10 @@ pub fn service_name(name: &str) -> Result<ServiceName, Refusal> {
 
 /// A call of the transport that failed.
 pub fn failed(at: &str, error: impl std::fmt::Debug) -> Refusal {
-    Refusal::new(Kind::Transport, at, format!("the transport failed at {at}: {error:?}"))
+    let limit = rustix::process::getrlimit(rustix::process::Resource::Nofile).current;
+    let hint = match limit {
+        Some(files) if files < FILES_FEW => format!(" (this process may open only {files} files)"),
+        _ => String::new(),
+    };
+    Refusal::new(Kind::Transport, at, format!("the transport failed at {at}: {error:?}{hint}"))
 }

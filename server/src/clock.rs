@@ -38,7 +38,7 @@ impl Clock {
 
 impl Watch for Clock {
     fn enter(&mut self, stage: Stage) {
-        let span = tracing::debug_span!("stage", name = stage.name()).entered();
+        let span = tracing::debug_span!("stage", stage = stage.name()).entered();
         self.shown.store(stage as u32, Ordering::Relaxed);
         self.entered = Some((Instant::now(), span));
     }

@@ -72,6 +72,7 @@ const GAUGES: &[(&str, &str, Option<Unit>, Reading)] = &[
     ("objects", "Memory of the objects", Some(Unit::Bytes), |row| row.memory_bytes),
     ("reloads", "Times the databases were read again", None, |row| row.reloads),
     ("pool_buckets", "Buckets for answers", None, |row| row.buckets.into()),
+    ("pool_buckets_unread", "Answers that their clients have not read yet", None, |row| row.unread),
     ("pool_buckets_used_max", "Most buckets that were held at once", None, |row| row.buckets_used_max),
     ("pool", "Shared memory that the buckets take up", Some(Unit::Bytes), |row| row.buckets_bytes),
     ("restarts", "Daemons that this service has had before this one", None, |row| row.restarts),

@@ -22,8 +22,8 @@ use tokio::time::timeout;
 const PATIENCE: Duration = Duration::from_secs(2);
 
 /// Connections at once, and how long one may last: any user of the machine can connect, and each holds a descriptor.
-const CONNECTIONS_MAX: usize = 16;
-const CONNECTION: Duration = Duration::from_secs(10);
+const CONNECTIONS_MAX: usize = 64;
+const CONNECTION: Duration = Duration::from_secs(3);
 
 /// After a connection could not be accepted.
 const PAUSE: Duration = Duration::from_millis(100);

@@ -224,6 +224,7 @@ impl Daemon {
             restarts: self.home.past().restarts,
             crashes: self.home.past().crashes,
             ending: u32::from(self.jobs.closed()),
+            unread: self.jobs.unread_answers() as u64,
             reloads: self.reloads,
             read_unix_ns: unix_ns(self.catalog.read()),
             ..StatusRow::zeroed()
@@ -281,7 +282,6 @@ impl Daemon {
     /// Ends in order: nobody new, what was taken in may finish for a while (a second signal ends the wait), what is left is
     /// refused or cancelled.
     async fn end(mut self, mut ears: Ears) {
-        self.home.say_goodbye();
         self.jobs.close();
         tracing::info!(running = self.jobs.running(), queued = self.jobs.queued(), "ending");
         self.tell(NotifyState::Stopping);
@@ -291,6 +291,7 @@ impl Daemon {
                 break;
             }
         }
+        self.home.say_goodbye();
         for _ in 0..self.jobs.stop() {
             self.metrics.ended(End::Busy);
         }

@@ -82,6 +82,9 @@ fn elastic(text: &str) -> Result<Elastic, String> {
     }
 }
 
+/// What connecting and the way back may take beyond the deadline of a strike.
+const SLACK_MS: u64 = 250;
+
 /// Strikes an object and shows what came back.
 pub fn run(service: &str, args: &Args) -> Result<(), Failure> {
     if args.point.len() != args.impulse.len() {
@@ -90,8 +93,11 @@ pub fn run(service: &str, args: &Args) -> Result<(), Failure> {
             "{points} --point but {impulses} --impulse: they belong together in pairs"
         )));
     }
-    let object = Shatter::connect(service, reply())?.object(&args.object, reply())?;
-    let broken = object.strike(&impact(args))?.wait(Deadline::after(ANSWER))?;
+    // Whoever gives a deadline is not kept longer, whatever the daemon does.
+    let within =
+        |usual: Deadline| args.deadline_ms.map_or(usual, |ms| usual.min(Deadline::ms(ms.saturating_add(SLACK_MS))));
+    let object = Shatter::connect(service, within(reply()))?.object(&args.object, within(reply()))?;
+    let broken = object.strike(&impact(args))?.wait(within(Deadline::after(ANSWER)))?;
     let file = write(&broken, args)?;
     if args.json { document(&to_json(&broken, file.as_deref())) } else { screen(&broken, file.as_deref()) }
 }

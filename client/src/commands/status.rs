@@ -100,6 +100,7 @@ fn to_json(service: &str, status: &Status, loaded: &[ObjectFacts]) -> Value {
         "queue_max": row.queue_max,
         "buckets": row.buckets,
         "bucket_bytes": row.bucket_bytes,
+        "unread": row.unread,
         "buckets_used_max": row.buckets_used_max,
         "buckets_bytes": row.buckets_bytes,
         "restarts": row.restarts,
@@ -148,9 +149,10 @@ fn screen(service: &str, status: &Status, loaded: &[ObjectFacts], last: Option<&
         row.cancelled
     );
     text += &format!(
-        "answers: {} buckets of {:.1} MiB; at most {} were held at once, {:.1} MiB exist\n",
+        "answers: {} buckets of {:.1} MiB, {} unread; at most {} were held at once, {:.1} MiB exist\n",
         row.buckets,
         mib(row.bucket_bytes),
+        row.unread,
         row.buckets_used_max,
         mib(row.buckets_bytes)
     );

@@ -12,6 +12,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use tokio::sync::Notify;
 use tracing_subscriber::EnvFilter;
+use tracing_subscriber::filter::LevelFilter;
 
 /// Arguments of `shatterd serve`.
 #[derive(clap::Args)]
@@ -37,6 +38,8 @@ pub struct Args {
 pub fn run(args: &Args) -> Result<(), Failure> {
     let config = configured(args)?;
     log(&config)?;
+    // Nothing that is made from here on is for others, whoever makes it.
+    rustix::process::umask(rustix::fs::Mode::RWXG | rustix::fs::Mode::RWXO);
     let name = ServiceName::new(&config.service.name)?;
     let runtime = std::env::var_os("XDG_RUNTIME_DIR");
     let place = Place::new(&name, runtime.as_deref().map(Path::new), rustix::process::geteuid().as_raw());
@@ -69,8 +72,13 @@ fn configured(args: &Args) -> Result<Config, Refusal> {
 
 /// Messages go to stderr.
 fn log(config: &Config) -> Result<(), Refusal> {
-    let filter = EnvFilter::try_new(&config.log.filter)
-        .map_err(|error| Refusal::new(Kind::Configuration, "log.filter", format!("log.filter: {error}")))?;
+    let wrong = |why: String| Refusal::new(Kind::Configuration, "log.filter", format!("log.filter: {why}"));
+    // A bare word is taken for the name of a module, and nothing would be heard.
+    let level = |word: &&str| word.contains(['=', '[', ':', '_']) || word.parse::<LevelFilter>().is_ok();
+    if let Some(word) = config.log.filter.split(',').map(str::trim).find(|word| !level(word)) {
+        return Err(wrong(format!("`{word}` is no level: error, warn, info, debug, trace or off")));
+    }
+    let filter = EnvFilter::try_new(&config.log.filter).map_err(|error| wrong(error.to_string()))?;
     let builder = tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr);
     let builder = builder.with_ansi(std::io::stderr().is_terminal());
     let started = match config.log.format {

@@ -15,7 +15,7 @@ use shatter_proto::answer::{Block, StageWire};
 use shatter_proto::layout::Layout;
 use shatter_proto::refusal::RefusalWire;
 use shatter_proto::request::Strike;
-use shatter_proto::{Kind, Refusal};
+use shatter_proto::{Fault, Kind, Refusal};
 use std::mem::MaybeUninit;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -128,13 +128,18 @@ impl Crew {
                 let message = format!("the strike failed inside the service: {}", panics::text(panic.as_ref()));
                 Err(Refusal::new(Kind::Failed, "strike", message))
             });
-            let late =
-                |refusal: Refusal| if refusal.kind == Kind::Cancelled && flight.expired() { late() } else { refusal };
-            let result = result.map_err(late);
+            let result = result.map_err(|refusal| match flight.stopped() {
+                Some(why) if refusal.kind == Kind::Cancelled => why.refusal(),
+                _ => refusal,
+            });
             let end = match &result {
                 Ok(()) => End::Answered,
                 Err(refusal) => {
-                    tracing::warn!(kind = refusal.kind.name(), at = refusal.at, "not answered: {refusal}");
+                    if refusal.kind.fault() == Fault::Caller {
+                        tracing::debug!(kind = refusal.kind.name(), at = refusal.at, "not answered: {refusal}");
+                    } else {
+                        tracing::warn!(kind = refusal.kind.name(), at = refusal.at, "not answered: {refusal}");
+                    }
                     crew.refuse(&flight, refusal);
                     End::of(refusal)
                 }
@@ -166,7 +171,9 @@ impl Crew {
     /// back by the thread that struck it last.
     fn answer(&self, flight: &Flight, clock: &mut Clock) -> Result<(), Refusal> {
         let (strike, object) = flight.unload()?;
-        let _span = tracing::info_span!("strike", object = strike.object, sequence = flight.key().1).entered();
+        let _span =
+            tracing::info_span!("strike", object = strike.object, client = flight.client(), sequence = flight.key().1)
+                .entered();
         let workspace = self.workspaces.lock().unwrap_or_else(PoisonError::into_inner).pop();
         let mut workspace = workspace.unwrap_or_default();
         let outcome = object.strike(&strike, &mut workspace, flight.token(), clock);
@@ -181,11 +188,6 @@ impl Crew {
         self.waker.wake(flight.key().0);
         Ok(())
     }
-}
-
-/// The deadline of a strike has passed.
-pub(super) fn late() -> Refusal {
-    Refusal::new(Kind::Late, "deadline", "the deadline passed before the answer was ready")
 }
 
 /// Lays the answer out, within the caller's caps.

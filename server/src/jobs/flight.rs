@@ -10,12 +10,30 @@ use shatter_proto::answer::{AnswerHeader, Block};
 use shatter_proto::request::Strike;
 use shatter_proto::transport::{Ipc, failed};
 use shatter_proto::{Kind, Refusal};
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::time::Instant;
 
 /// A lent answer, written.
 pub(super) type Written = ResponseMut<Ipc, [Block], AnswerHeader>;
+
+/// Why the daemon stopped a strike that computed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Stop {
+    /// Its deadline passed.
+    Late,
+    /// The daemon is ending.
+    Ending,
+}
+
+impl Stop {
+    /// What its client is told.
+    pub(super) fn refusal(self) -> Refusal {
+        match self {
+            Self::Late => Refusal::new(Kind::Late, "deadline", "the deadline passed before the answer was ready"),
+            Self::Ending => Refusal::new(Kind::Stopping, "daemon", "the daemon is ending"),
+        }
+    }
+}
 
 /// One strike. The request is shared by the thread that computes the answer and the one that looks whether somebody still
 /// waits for it; both hold the lock for microseconds.
@@ -29,8 +47,8 @@ pub struct Flight {
     stage: Shown,
     /// Name of the object that it strikes, once it is understood.
     object: String,
-    /// Its deadline passed while it computed.
-    expired: AtomicBool,
+    /// Why it was stopped while it computed.
+    stopped: OnceLock<Stop>,
 }
 
 impl Flight {
@@ -44,7 +62,7 @@ impl Flight {
             arrived: Instant::now(),
             stage: Shown::default(),
             object: String::new(),
-            expired: AtomicBool::new(false),
+            stopped: OnceLock::new(),
         }
     }
 
@@ -94,15 +112,20 @@ impl Flight {
         self.token.cancel();
     }
 
-    /// Asks it to stop at its next checkpoint, its deadline having passed.
-    pub(super) fn expire(&self) {
-        self.expired.store(true, Ordering::Relaxed);
+    /// Asks it to stop at its next checkpoint, and why.
+    pub(super) fn stop(&self, why: Stop) {
+        self.stopped.get_or_init(|| why);
         self.cancel();
     }
 
-    /// Whether its deadline passed while it computed.
-    pub(super) fn expired(&self) -> bool {
-        self.expired.load(Ordering::Relaxed)
+    /// Why it was asked to stop.
+    pub(super) fn stopped(&self) -> Option<Stop> {
+        self.stopped.get().copied()
+    }
+
+    /// Its client, for messages: the first digits of what names it.
+    pub(super) fn client(&self) -> String {
+        self.key.0[..4].iter().map(|byte| format!("{byte:02x}")).collect()
     }
 
     /// Cancels the strike if its client gave it up or vanished; whether it did.

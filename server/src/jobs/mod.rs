@@ -14,6 +14,7 @@ use crate::ipc::ActiveStrike;
 use crate::metrics::End;
 use crate::verdicts::Key;
 use crew::Lane;
+use flight::Stop;
 use forecast::Forecast;
 use queue::{Client, Place, Pushed, Queue};
 use shatter_proto::control::ProgressRow;
@@ -85,6 +86,11 @@ impl Jobs {
         computing.map(|running| row(2, &running.flight)).or_else(|| waiting().map(|flight| row(1, flight)))
     }
 
+    /// Answers that their clients have not read yet.
+    pub fn unread_answers(&self) -> usize {
+        self.unread.len()
+    }
+
     /// Takes nothing more in.
     pub fn close(&mut self) {
         self.closed = true;
@@ -126,7 +132,7 @@ impl Jobs {
 
     /// Refuses everything once it is closed.
     fn open(&self) -> Result<(), Refusal> {
-        if self.closed { Err(ending()) } else { Ok(()) }
+        if self.closed { Err(Stop::Ending.refusal()) } else { Ok(()) }
     }
 
     /// Refuses a client that holds its share of the buckets.
@@ -168,12 +174,12 @@ impl Jobs {
 
     /// The refusal for which there is no room.
     fn full(&self) -> Refusal {
-        let message = format!("{} strikes wait already", self.waiting.len());
+        let message = format!("the queue is full: {} waiting", self.waiting.len());
         Refusal::new(Kind::Busy, "queue", message).after(self.wait(None))
     }
 
     fn refuse(&self, flight: &Flight, refusal: &Refusal) -> End {
-        tracing::info!(kind = refusal.kind.name(), at = refusal.at, "refused");
+        tracing::debug!(kind = refusal.kind.name(), at = refusal.at, "refused: {refusal}");
         self.crew.refuse(flight, refusal);
         End::of(refusal)
     }
@@ -240,7 +246,7 @@ impl Jobs {
         let now = Instant::now();
         let late = |place: &Place| place.deadline.is_some_and(|deadline| deadline <= now);
         for running in self.running.iter().filter(|running| late(&running.place)) {
-            running.flight.expire();
+            running.flight.stop(Stop::Late);
         }
         let waiting = self.waiting.take(|place, _| late(place));
         let buckets = self.buckets();
@@ -248,7 +254,7 @@ impl Jobs {
             let full = buckets.get(&place.client).is_some_and(|held| *held >= self.held_max);
             full && flight.arrived().elapsed() > UNREAD_PATIENCE
         });
-        let late = waiting.iter().map(|flight| (flight, crew::late()));
+        let late = waiting.iter().map(|flight| (flight, Stop::Late.refusal()));
         let stuck = stuck.iter().map(|flight| (flight, self.unread(flight)));
         late.chain(stuck).map(|(flight, refusal)| self.refuse(flight, &refusal)).collect()
     }
@@ -262,13 +268,13 @@ impl Jobs {
 
     /// The next deadline of a strike.
     pub fn next_deadline(&self) -> Option<Instant> {
-        let running = self.running.iter().filter(|running| !running.flight.expired());
+        let running = self.running.iter().filter(|running| running.flight.stopped().is_none());
         running.filter_map(|running| running.place.deadline).chain(self.waiting.next_deadline()).min()
     }
 
     /// Refuses everything that waits; what computes may finish. Returns how many were refused.
     pub fn stop(&mut self) -> usize {
-        let refusal = ending();
+        let refusal = Stop::Ending.refusal();
         let waiting = self.waiting.take(|_, _| true);
         for flight in &waiting {
             self.crew.refuse(flight, &refusal);
@@ -278,12 +284,6 @@ impl Jobs {
 
     /// Asks what computes to stop at its next checkpoint.
     pub fn cancel(&self) {
-        for running in &self.running {
-            running.flight.cancel();
-        }
+        self.running.iter().for_each(|running| running.flight.stop(Stop::Ending));
     }
-}
-
-fn ending() -> Refusal {
-    Refusal::new(Kind::Stopping, "daemon", "the daemon is ending")
 }

@@ -15,6 +15,9 @@ const SITES: u32 = 8;
 /// Points of a surface that are remembered.
 const POINTS_MAX: usize = 4096;
 
+/// A client that is refused comes back no sooner.
+const PAUSE: Duration = Duration::from_millis(10);
+
 /// How long answers are waited for after the last strike is sent.
 const PATIENCE: Duration = Duration::from_secs(30);
 
@@ -54,12 +57,25 @@ impl Mark {
         let centre = facts.centre_m;
         let all_over =
             Impact::at(centre).impulse([1.0, 0.0, 0.0]).radius(facts.diagonal_m).degree(Degree::Sites(SITES));
-        let broken = object.strike(&all_over)?.wait(Deadline::after(ANSWER))?;
+        let broken = insist(|| object.strike(&all_over)?.wait(Deadline::after(ANSWER)))?;
         let points = surface(&broken);
         if points.is_empty() {
             return Err(Refusal::new(Kind::Failed, target.object.clone(), "the object shows no surface to strike"));
         }
         Ok(Self { degree: target.degree, points, centre, object })
+    }
+}
+
+/// Tries again while there is no room: others may be asking, too.
+fn insist<T>(ask: impl Fn() -> Result<T, Refusal>) -> Result<T, Refusal> {
+    let deadline = Deadline::after(ANSWER);
+    loop {
+        match ask() {
+            Err(refusal) if refusal.kind == Kind::Busy && !deadline.passed() => {
+                std::thread::sleep(refusal.retry_after.unwrap_or_default().clamp(PAUSE, Duration::from_secs(1)));
+            }
+            result => return result,
+        }
     }
 }
 
@@ -181,8 +197,9 @@ fn closed(mut sender: Sender) -> Vec<Record> {
         records.push(match result {
             Ok(broken) => answered(sender.begin, due, &broken),
             Err(refusal) => {
-                std::thread::sleep(refusal.retry_after.unwrap_or_default().min(Duration::from_secs(1)));
-                ended(sender.begin, due, &refusal)
+                let record = ended(sender.begin, due, &refusal);
+                std::thread::sleep(refusal.retry_after.unwrap_or_default().clamp(PAUSE, Duration::from_secs(1)));
+                record
             }
         });
     }
