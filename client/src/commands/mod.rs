@@ -71,9 +71,12 @@ fn vector(text: &str) -> Result<[f64; 3], String> {
 pub fn usage(error: &clap::Error, json: bool) -> ExitCode {
     if json && error.use_stderr() {
         let message = error.to_string();
-        let first = message.lines().next().unwrap_or_default().trim_start_matches("error: ");
+        // Up to the usage that follows; what is missing stands on lines of its own.
+        let lines = message.lines().take_while(|line| !line.is_empty()).map(str::trim);
+        let first = lines.collect::<Vec<_>>().join(" ");
+        let first = first.trim_start_matches("error: ");
         let document = serde_json::json!({"error": {
-            "kind": "usage", "message": first, "fault": "caller", "retry": false, "at": "",
+            "kind": "usage", "message": first, "fault": "caller", "retry": false, "retry_after_ms": null, "at": "",
         }});
         // A reader that went away cannot be told.
         let _ = out(format_args!("{document:#}\n"));

@@ -28,6 +28,10 @@ const DEGREE: u32 = 20;
 /// Time that client processes have to connect before the first strike is due.
 const HEAD_START: Duration = Duration::from_millis(1500);
 
+/// Strikes per second, and seconds of a run, that make sense: a day.
+const RATE_MAX: f64 = 1e6;
+const SECONDS_MAX: f64 = 86_400.0;
+
 /// Arguments of `shatter load`.
 #[derive(clap::Args)]
 pub struct Args {
@@ -43,7 +47,7 @@ pub struct Args {
     #[arg(long, conflicts_with = "rate")]
     closed: bool,
     /// Seconds of each run.
-    #[arg(long, value_name = "S", default_value = "10", value_parser = rate)]
+    #[arg(long, value_name = "S", default_value = "10", value_parser = seconds)]
     seconds: f64,
     /// Sites of every strike [default: 20].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
@@ -67,9 +71,17 @@ pub struct Args {
 }
 
 fn rate(text: &str) -> Result<f64, String> {
+    within(text, RATE_MAX)
+}
+
+fn seconds(text: &str) -> Result<f64, String> {
+    within(text, SECONDS_MAX)
+}
+
+fn within(text: &str, most: f64) -> Result<f64, String> {
     match text.parse::<f64>() {
-        Ok(number) if number.is_finite() && number > 0.0 => Ok(number),
-        _ => Err("a number above zero is wanted".to_owned()),
+        Ok(number) if number > 0.0 && number <= most => Ok(number),
+        _ => Err(format!("a number above zero, at most {most}, is wanted")),
     }
 }
 

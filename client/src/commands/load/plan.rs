@@ -71,6 +71,10 @@ struct Mix {
 pub fn mix(file: &Path) -> Result<Vec<Target>, Refusal> {
     let at = file.display().to_string();
     let refuse = |why: String| Refusal::new(Kind::Configuration, at.clone(), format!("{at}: {why}"));
+    // Devices and pipes may never end.
+    if !std::fs::metadata(file).map_err(|error| refuse(error.to_string()))?.is_file() {
+        return Err(refuse("not a regular file".to_owned()));
+    }
     let text = std::fs::read_to_string(file).map_err(|error| refuse(error.to_string()))?;
     parse(&text).map_err(refuse)
 }

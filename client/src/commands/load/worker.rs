@@ -23,6 +23,10 @@ const PATIENCE: Duration = Duration::from_secs(30);
 
 /// Reads a plan, carries it out, and says what became of it.
 pub fn run(service: &str) -> Result<(), Failure> {
+    // Nobody is left to tell once the tool is gone.
+    if let Err(error) = rustix::process::set_parent_process_death_signal(Some(rustix::process::Signal::TERM)) {
+        tracing::debug!(%error, "a client process may outlive the tool");
+    }
     let told = match carried_out(service) {
         Ok(records) => Told::Records(records),
         Err(Refusal { kind, at, message, .. }) => Told::Refused { kind: kind.name().to_owned(), at, message },
