@@ -28,6 +28,9 @@ use std::time::{Duration, Instant};
 /// A wake-up can be lost, so nobody sleeps longer than this without looking.
 const TICK: Duration = Duration::from_millis(5);
 
+/// Nobody sleeps less.
+const TICK_MIN: Duration = Duration::from_millis(1);
+
 /// The transport does not notice a killed daemon, so its lock is looked at this often.
 const PULSE: Duration = Duration::from_millis(200);
 
@@ -180,7 +183,11 @@ impl Link {
 
     /// Sleeps until the daemon rings, a tick has passed, or the deadline.
     pub(crate) fn doze(&self, deadline: Deadline) {
-        let tick = deadline.left().min(TICK);
+        if deadline.passed() {
+            return;
+        }
+        // To the socket below a timeout of nothing, or of less than a microsecond, means to wait for ever.
+        let tick = deadline.left().clamp(TICK_MIN, TICK);
         if let Err(error) = self.woken.timed_wait(|_| {}, tick) {
             tracing::debug!(?error, "cannot listen");
             std::thread::sleep(tick.min(Duration::from_millis(1)));

@@ -14,8 +14,8 @@ use std::path::PathBuf;
 use std::sync::{Arc, Weak};
 use tokio::sync::mpsc::UnboundedSender;
 
-/// How much less urgent than strikes it is: on a loaded machine the thread gets about a third of what theirs get.
-const NICE: i32 = 5;
+/// How much less urgent it is than the thread that waits; strikes are at `compute.nice`, 5: beside them it gets about a tenth.
+const NICE: i32 = 15;
 
 /// A folder that does not come to rest is read again after this many looks all the same.
 const RESTLESS_MAX: u32 = 10;

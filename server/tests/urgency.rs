@@ -2,7 +2,7 @@
 
 mod support;
 
-use shatter_client::{Impact, Kind, Object, Shatter, Ticket};
+use shatter_client::{Deadline, Impact, Kind, Object, Shatter, Ticket};
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 use support::{InProcess, TestPlace, order, patience};
@@ -79,6 +79,19 @@ fn the_earliest_deadline_goes_first() {
     kept.open();
     tickets.iter_mut().for_each(|ticket| drop(ticket.wait(patience()).unwrap()));
     assert_eq!(order("-d"), ["soon-d", "late-d", "never-d"]);
+}
+
+#[test]
+fn nobody_sleeps_beyond_a_deadline_that_has_passed() {
+    let kept = Kept::new(&["vase-z"], 9);
+    let mut waiting = object(&kept.service, "vase-z").strike(&impact()).unwrap();
+    for ns in (0..4000).chain((0..2000).map(|ns| 500 * ns)) {
+        let deadline = Deadline::after(Duration::from_nanos(ns));
+        kept.service.doze(deadline);
+        if ns % 50 == 0 {
+            assert_eq!(waiting.wait(deadline).err().unwrap().kind, Kind::Late);
+        }
+    }
 }
 
 #[test]

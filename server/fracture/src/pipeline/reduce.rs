@@ -133,7 +133,7 @@ fn trials(prepared: &Prepared, token: &Token) -> Result<Vec<Trial>, StrikeError>
     let one = |workspace: &mut Workspace, number: u64| {
         let strike = sampler.impact(prepared.parameters.seed, HELD_OUT_FIRST + number);
         let mut trials = trial(prepared, &strike, workspace, token)?;
-        trials.iter_mut().for_each(|trial| trial.fits = number % 2 == 0);
+        trials.iter_mut().for_each(|trial| trial.fits = number.is_multiple_of(2));
         Ok::<_, StrikeError>(trials)
     };
     let all: Vec<Vec<Trial>> =
