@@ -109,21 +109,18 @@ fn clients_take_turns() {
 
 #[test]
 fn a_full_queue_is_shared_and_the_refused_know_when_to_come_back() {
-    let mut kept = Kept::new(&["vase-f"], 2);
+    let mut kept = Kept::new(&["vase-f"], 6);
     let other = kept.daemon.connect();
-    let first = kept.send(&kept.service, "vase-f", &impact(), 1);
-    let second = kept.send(&kept.service, "vase-f", &impact(), 2);
-    let third = refused(object(&kept.service, "vase-f").strike(&impact()).unwrap());
-    let theirs = object(&other, "vase-f").strike(&impact()).unwrap();
-    let displaced = refused(second);
-    for refusal in [&third, &displaced] {
-        assert_eq!((refusal.kind, refusal.at.as_str()), (Kind::Busy, "queue"), "{refusal}");
+    let mut taken: Vec<Ticket> = (1..=4).map(|n| kept.send(&kept.service, "vase-f", &impact(), n)).collect();
+    let share = refused(object(&kept.service, "vase-f").strike(&impact()).unwrap());
+    taken.extend((5..=6).map(|n| kept.send(&other, "vase-f", &impact(), n)));
+    let full = refused(object(&other, "vase-f").strike(&impact()).unwrap());
+    for (refusal, at) in [(&share, "share"), (&full, "queue")] {
+        assert_eq!((refusal.kind, refusal.at.as_str()), (Kind::Busy, at), "{refusal}");
         assert!(refusal.retry_after.is_some_and(|wait| wait > Duration::ZERO), "{refusal:?}");
     }
     kept.open();
-    for mut ticket in [first, theirs] {
-        ticket.wait(patience()).unwrap();
-    }
+    taken.iter_mut().for_each(|ticket| drop(ticket.wait(patience()).unwrap()));
 }
 
 #[test]

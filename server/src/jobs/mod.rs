@@ -16,7 +16,7 @@ use crate::verdicts::Key;
 use crew::Lane;
 use flight::Stop;
 use forecast::Forecast;
-use queue::{Client, Place, Pushed, Queue};
+use queue::{Client, Place, Queue};
 use shatter_proto::control::ProgressRow;
 use shatter_proto::{Kind, Refusal};
 use std::collections::HashMap;
@@ -101,7 +101,7 @@ impl Jobs {
         self.closed
     }
 
-    /// Takes a strike in, or refuses it at once, or another one in its stead; the end of the one that was refused.
+    /// Takes a strike in, or refuses it at once; the end of one that was refused.
     pub fn admit(&mut self, active: ActiveStrike, catalog: &Catalog) -> Option<End> {
         // The one copy: the sender can still write to the original.
         let wire = *active.payload();
@@ -122,10 +122,8 @@ impl Jobs {
             }
             Err(refusal) => return Some(self.refuse(&flight, &refusal)),
         };
-        let refused = match self.waiting.push(flight.arrived(), place, Arc::new(flight)) {
-            Pushed::Waits => None,
-            Pushed::InsteadOf(other) | Pushed::Full(other) => Some(self.refuse(&other, &self.full())),
-        };
+        let pushed = self.waiting.push(flight.arrived(), place, Arc::new(flight));
+        let refused = pushed.err().map(|flight| self.refuse(&flight, &self.full(&place.client)));
         self.dispatch();
         refused
     }
@@ -172,10 +170,16 @@ impl Jobs {
         ahead / self.crew.lanes().max(1) as u32
     }
 
-    /// The refusal for which there is no room.
-    fn full(&self) -> Refusal {
-        let message = format!("the queue is full: {} waiting", self.waiting.len());
-        Refusal::new(Kind::Busy, "queue", message).after(self.wait(None))
+    /// The refusal of one of this client for which there is no room.
+    fn full(&self, client: &Client) -> Refusal {
+        let (all, own) = (self.waiting.len(), self.waiting.held(client));
+        let (at, message) = match self.waiting.is_full() {
+            true => ("queue", format!("the queue is full: {all} waiting")),
+            false => {
+                ("share", format!("of {all} that wait {own} are this client's: the rest of the queue is for others"))
+            }
+        };
+        Refusal::new(Kind::Busy, at, message).after(self.wait(None))
     }
 
     fn refuse(&self, flight: &Flight, refusal: &Refusal) -> End {

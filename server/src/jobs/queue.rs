@@ -3,10 +3,11 @@
 //!
 //! Based on: C. L. Liu & J. W. Layland, *Scheduling algorithms for multiprogramming in a hard real-time environment* (1973), for
 //! deadlines; A. Demers, S. Keshav & S. Shenker, *Analysis and simulation of a fair queueing algorithm* (1989), for virtual time and
-//! shares. Ours: a client may be ahead of its share by a few strikes before others go first. Strict shares reorder the chance
+//! shares; A. K. Choudhury & E. L. Hahne, *Dynamic queue length thresholds for shared-memory packet switches* (1998), for who may wait:
+//! a client has at most twice as much of the queue as is free, so there is room for whoever comes next, however greedy the others,
+//! and nobody is sent away who waits already. Ours: a client may be ahead of its share by a few strikes before others go first. Strict shares reorder the chance
 //! bursts of equal clients, too, and make the slowest answers a third slower than first come first served does.
 
-use std::cmp::Reverse;
 use std::collections::HashMap;
 use std::time::{Duration, Instant};
 
@@ -59,16 +60,9 @@ struct Account {
     open: usize,
 }
 
-/// What became of something that wanted to wait.
-#[derive(Debug, PartialEq)]
-pub enum Pushed<T> {
-    /// It waits.
-    Waits,
-    /// It waits, and this one, of a client with more than its share of the queue, does not any more.
-    InsteadOf(T),
-    /// The queue is full, and its client has its share of it.
-    Full(T),
-}
+/// Of the free places of the queue, a client may have so many times as many: alone it fills two thirds of the queue, eight of them
+/// have two seventeenths each.
+const SHARE: usize = 2;
 
 impl<T> Queue<T> {
     /// Nothing waits; at most `most` will, for so many servers. A client may be ahead of its share by `ahead` of its strikes.
@@ -108,14 +102,21 @@ impl<T> Queue<T> {
         places.filter(|place| late(place.deadline) <= late(deadline)).map(|place| place.cost).sum()
     }
 
-    /// Takes `item` in, at this moment. When the queue is full, a client that has clearly less of it than the greediest displaces the
-    /// least urgent of that one.
-    pub fn push(&mut self, at: Instant, place: Place, item: T) -> Pushed<T> {
+    /// Whether nobody more may wait.
+    pub fn is_full(&self) -> bool {
+        self.waiting.len() >= self.most
+    }
+
+    /// How many of this client wait.
+    pub fn held(&self, client: &Client) -> usize {
+        self.waiting.iter().filter(|waiting| waiting.place.client == *client).count()
+    }
+
+    /// Takes `item` in, at this moment; gives it back if the queue is full, or its client has its share of it.
+    pub fn push(&mut self, at: Instant, place: Place, item: T) -> Result<(), T> {
         self.advance(at);
-        let mut result = Pushed::Waits;
-        if self.waiting.len() >= self.most {
-            let Some(victim) = self.least_urgent_of_the_greediest(&place.client) else { return Pushed::Full(item) };
-            result = Pushed::InsteadOf(self.remove(victim));
+        if self.held(&place.client) >= SHARE * self.most.saturating_sub(self.waiting.len()) {
+            return Err(item);
         }
         let cost = place.cost.as_secs_f64();
         let account = self.accounts.entry(place.client).or_default();
@@ -126,7 +127,7 @@ impl<T> Queue<T> {
         let start = (self.now + (ahead - self.ahead * cost).max(0.0)).max(account.start);
         account.start = start;
         self.waiting.push(Waiting { place, start, number: self.count, item });
-        result
+        Ok(())
     }
 
     /// The most urgent one of the clients whose turn it may be.
@@ -182,21 +183,6 @@ impl<T> Queue<T> {
             self.now = 0.0;
         }
     }
-
-    fn least_urgent_of_the_greediest(&self, client: &Client) -> Option<usize> {
-        let mut held: HashMap<&Client, usize> = HashMap::new();
-        self.waiting.iter().for_each(|waiting| *held.entry(&waiting.place.client).or_default() += 1);
-        let (greediest, most) = held.iter().max_by_key(|(client, count)| (**count, Reverse(**client)))?;
-        // Among about equals nobody is made to wait in vain.
-        if held.get(client).copied().unwrap_or(0) + 1 >= *most - *most / 4 {
-            return None;
-        }
-        let own = (0..self.waiting.len()).filter(|&index| self.waiting[index].place.client == **greediest);
-        own.max_by_key(|&index| {
-            let Waiting { place, number, .. } = &self.waiting[index];
-            (place.deadline.is_none(), place.deadline, *number)
-        })
-    }
 }
 
 #[cfg(test)]
@@ -224,7 +210,7 @@ mod tests {
     fn the_earliest_deadline_goes_first_and_none_last() {
         let (mut queue, now) = strict(9);
         for (name, deadline) in [("never", None), ("third", Some(30)), ("first", Some(10)), ("second", Some(20))] {
-            assert_eq!(queue.push(now, place(1, deadline.map(|ms| now + ms * MS)), name), Pushed::Waits);
+            assert_eq!(queue.push(now, place(1, deadline.map(|ms| now + ms * MS)), name), Ok(()));
         }
         assert_eq!(queue.next_deadline(), Some(now + 10 * MS));
         assert_eq!(queue.ahead(Some(now + 25 * MS)), 20 * MS);
@@ -253,7 +239,7 @@ mod tests {
         let mut queue = Queue::new(99, 1, 4.0);
         let senders = [1, 1, 2, 1, 2, 2, 1, 1];
         for (n, client) in senders.into_iter().enumerate() {
-            queue.push(now + 8 * n as u32 * MS, place(client, None), n);
+            queue.push(now + 8 * n as u32 * MS, place(client, None), n).unwrap();
         }
         assert_eq!(order(&mut queue), [0, 1, 2, 3, 4, 5, 6, 7]);
     }
@@ -265,7 +251,7 @@ mod tests {
         let costs = [10, 10, 10, 1, 40, 1, 10, 1, 1, 30];
         (0..3).for_each(|n| _ = queue.push(now, place(2, None), 100 + n));
         for (n, cost) in costs.into_iter().enumerate() {
-            queue.push(now, Place { cost: cost * MS, ..place(1, None) }, n);
+            queue.push(now, Place { cost: cost * MS, ..place(1, None) }, n).unwrap();
             if n == 4 {
                 let (place, _) = queue.pop(|client| *client == [2; 16]).unwrap();
                 queue.landed(now, &place, MS);
@@ -279,8 +265,8 @@ mod tests {
     fn a_share_is_computing_time_and_not_a_number_of_strikes() {
         let (mut queue, now) = strict(99);
         for round in 0..8 {
-            queue.push(now, Place { cost: 30 * MS, ..place(1, None) }, ("long", round));
-            queue.push(now, place(2, None), ("short", round));
+            queue.push(now, Place { cost: 30 * MS, ..place(1, None) }, ("long", round)).unwrap();
+            queue.push(now, place(2, None), ("short", round)).unwrap();
         }
         let first = &order(&mut queue)[..8];
         assert_eq!(first.iter().filter(|(name, _)| *name == "long").count(), 2, "{first:?}");
@@ -319,7 +305,7 @@ mod tests {
             now += time / 2;
             queue.landed(now, &place, time);
             served[client as usize] += 1;
-            queue.push(now, Place { cost: MS * (8 + random() as u32 % 4), ..place }, client);
+            queue.push(now, Place { cost: MS * (8 + random() as u32 % 4), ..place }, client).unwrap();
         }
         let (least, most) = (served.iter().min().unwrap(), served.iter().max().unwrap());
         assert!(f64::from(*least) > 0.95 * f64::from(*most), "{served:?}");
@@ -336,24 +322,48 @@ mod tests {
         }
     }
 
+    /// Sends as many as are taken in.
+    fn fill(queue: &mut Queue<u32>, at: Instant, client: u8) -> usize {
+        while queue.push(at, place(client, None), 0).is_ok() {}
+        queue.held(&[client; 16])
+    }
+
     #[test]
-    fn a_full_queue_is_shared() {
-        let (mut queue, now) = strict(4);
-        (0..4).for_each(|n| _ = queue.push(now, place(1, None), n));
-        assert_eq!(queue.push(now, place(1, None), 4), Pushed::Full(4));
-        assert_eq!(queue.push(now, place(2, None), 10), Pushed::InsteadOf(3));
-        assert_eq!(queue.push(now, place(2, None), 11), Pushed::InsteadOf(2));
-        assert_eq!(queue.push(now, place(2, None), 12), Pushed::Full(12), "both have their share");
-        assert_eq!(queue.len(), 4);
-        assert_eq!(order(&mut queue), [0, 10, 1, 11]);
-        assert_eq!(Queue::new(0, 1, 0.0).push(now, place(1, None), 7), Pushed::Full(7));
+    fn there_is_room_for_who_comes_next_and_nobody_is_sent_away() {
+        let (mut queue, now) = strict(99);
+        assert_eq!((fill(&mut queue, now, 1), queue.len()), (66, 66), "alone it has two thirds");
+        assert_eq!((fill(&mut queue, now, 2), queue.len()), (22, 88), "and then two thirds of the rest");
+        for client in 3..=5 {
+            assert!(fill(&mut queue, now, client) > 0, "{client}: {} wait", queue.len());
+        }
+        assert_eq!(fill(&mut queue, now, 1), 66, "nobody is sent away");
+    }
+
+    #[test]
+    fn as_many_as_may_wait_do() {
+        for most in 0..9 {
+            let (mut queue, now) = strict(most);
+            let taken: usize = (1..=9).map(|client| fill(&mut queue, now, client)).sum();
+            assert_eq!((taken, queue.len(), queue.is_full()), (most, most, true));
+        }
+    }
+
+    #[test]
+    fn equals_that_keep_sending_have_equal_shares() {
+        let (mut queue, now) = strict(99);
+        for round in 0..2000 {
+            (0..8).for_each(|client| _ = queue.push(now, place((client + round) as u8 % 8, None), 0));
+            queue.pop(|_| true).unwrap();
+        }
+        let held: Vec<usize> = (0..8).map(|client| queue.held(&[client; 16])).collect();
+        assert!(held.iter().all(|held| (10..=13).contains(held)), "{held:?}");
     }
 
     #[test]
     fn a_client_that_may_not_is_passed_over() {
         let (mut queue, now) = strict(9);
         (0..2).for_each(|n| _ = queue.push(now, place(1, None), n));
-        queue.push(now, place(2, None), 10);
+        queue.push(now, place(2, None), 10).unwrap();
         let other = |client: &Client| *client != [1; 16];
         assert_eq!(queue.pop(other).unwrap().1, 10);
         assert_eq!((queue.pop(other), queue.len()), (None, 2));
@@ -374,9 +384,9 @@ mod tests {
     fn no_client_is_remembered_for_ever() {
         let (mut queue, mut now) = strict(9);
         // One never leaves; two hundred come and go.
-        queue.push(now, place(255, None), 255);
+        queue.push(now, place(255, None), 255).unwrap();
         for client in 0..200 {
-            queue.push(now, place(client, None), client);
+            queue.push(now, place(client, None), client).unwrap();
             let (place, _) = queue.pop(|other| *other != [255; 16]).unwrap();
             now += 40 * MS;
             queue.landed(now, &place, MS);
