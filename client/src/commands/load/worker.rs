@@ -143,8 +143,10 @@ fn open(connection: &Shatter, mut sender: Sender) -> Vec<Record> {
             let mut refused = Vec::new();
             while let Some(due) = sender.schedule.next().filter(|due| !sender.over(*due)) {
                 sender.sleep_until(due);
+                // Locked before it is sent: an answer may be there before its ticket.
+                let mut flying = flying.lock().unwrap_or_else(PoisonError::into_inner);
                 match sender.strike() {
-                    Ok(ticket) => flying.lock().unwrap_or_else(PoisonError::into_inner).push(Flying { ticket, due }),
+                    Ok(ticket) => flying.push(Flying { ticket, due }),
                     Err(refusal) => refused.push(ended(begin, due, &refusal)),
                 }
             }
