@@ -142,38 +142,71 @@ fn what_is_late_costs_no_more_and_what_will_be_late_is_refused_at_once() {
     kept.until(|running, queued| running == 0 && queued == 0);
 }
 
-#[test]
-fn forty_impacts_of_one_moment_are_all_answered_by_deadline() {
-    const CLIENTS: usize = 4;
-    const EACH: usize = 10;
-    // Every client has urgent and less urgent ones: the deadline of number n is the (7n mod 40)th.
-    let name = |number: usize| format!("w{:02}-m", number * 7 % (CLIENTS * EACH));
-    let names: Vec<String> = (0..CLIENTS * EACH).map(name).collect();
-    let mut kept = Kept::new(&names.iter().map(String::as_str).collect::<Vec<_>>(), 99);
+/// What four clients send at once, ten strikes each: deadlines of `ms(rank)`, the rank that the names of the objects say.
+fn at_once(daemon: &InProcess, names: &[String], ms: impl Fn(u64) -> u64 + Sync) -> Vec<(Shatter, Vec<Ticket>)> {
     let together = std::sync::Barrier::new(CLIENTS);
     std::thread::scope(|scope| {
         let strikes = |client: usize| {
-            let service = kept.daemon.connect();
+            let service = daemon.connect();
             let objects: Vec<Object> = (0..EACH).map(|own| object(&service, &names[client * EACH + own])).collect();
-            let together = &together;
+            let (together, ms) = (&together, &ms);
             move || {
                 together.wait();
                 let send = |own: &Object| {
                     let rank: u64 = own.facts().name[1..3].parse().unwrap();
-                    own.strike(&impact().deadline(Duration::from_secs(100 + rank))).unwrap()
+                    own.strike(&impact().deadline(Duration::from_millis(ms(rank)))).unwrap()
                 };
                 (service, objects.iter().map(send).collect::<Vec<Ticket>>())
             }
         };
         let threads: Vec<_> = (0..CLIENTS).map(|client| scope.spawn(strikes(client))).collect();
-        let sent: Vec<(Shatter, Vec<Ticket>)> = threads.into_iter().map(|thread| thread.join().unwrap()).collect();
-        kept.until(|_, queued| queued == (CLIENTS * EACH) as u32);
-        kept.open();
-        for mut ticket in sent.into_iter().flat_map(|(_, tickets)| tickets) {
-            drop(ticket.wait(patience()).unwrap());
-        }
-    });
+        threads.into_iter().map(|thread| thread.join().unwrap()).collect()
+    })
+}
+
+const CLIENTS: usize = 4;
+const EACH: usize = 10;
+
+/// Names of objects that tell ranks, mixed: every client has urgent and less urgent ones.
+fn names(ending: &str) -> Vec<String> {
+    (0..CLIENTS * EACH).map(|number| format!("w{:02}-{ending}", number * 7 % (CLIENTS * EACH))).collect()
+}
+
+#[test]
+fn forty_impacts_of_one_moment_are_all_answered_by_deadline() {
+    let names = names("m");
+    let mut kept = Kept::new(&names.iter().map(String::as_str).collect::<Vec<_>>(), 99);
+    let sent = at_once(&kept.daemon, &names, |rank| 1000 * (100 + rank));
+    kept.until(|_, queued| queued == (CLIENTS * EACH) as u32);
+    kept.open();
+    for mut ticket in sent.into_iter().flat_map(|(_, tickets)| tickets) {
+        drop(ticket.wait(patience()).unwrap());
+    }
     let mut sorted = names.clone();
     sorted.sort();
     assert_eq!(order("-m"), sorted);
+}
+
+/// One after the other they take longer than the least urgent has: whatever the machine does, each is answered or late, the urgent
+/// ones among the answered go first, and what was late is not computed to its end.
+#[test]
+fn forty_impacts_that_cannot_all_be_in_time_are_answered_or_late() {
+    let here = TestPlace::new("wall");
+    let names = names("n");
+    names.iter().for_each(|name| here.database(name, "brief 5"));
+    let daemon = InProcess::start(here, "[compute]\nstrikes_at_once = 1");
+    let sent = at_once(&daemon, &names, |rank| 40 + 2 * rank);
+    let (mut answered, mut late) = (0, 0);
+    for mut ticket in sent.into_iter().flat_map(|(_, tickets)| tickets) {
+        match ticket.wait(patience()) {
+            Ok(_) => answered += 1,
+            Err(refusal) => {
+                assert_eq!((refusal.kind, refusal.at.as_str()), (Kind::Late, "deadline"), "{refusal}");
+                late += 1;
+            }
+        }
+    }
+    assert_eq!(answered + late, CLIENTS * EACH);
+    assert!(late > 0, "40 of 5 ms in 118 ms");
+    assert_eq!(order("-n").len(), answered, "what is late is not written");
 }

@@ -1,7 +1,7 @@
 //! The threads that compute, and what they share.
 
 use super::Flight;
-use super::flight::Written;
+use super::flight::{Stop, Written};
 use crate::clock::Clock;
 use crate::engine::Outcome;
 use crate::ipc::{Lent, Populated, Waker};
@@ -179,6 +179,9 @@ impl Crew {
         let outcome = object.strike(&strike, &mut workspace, flight.token(), clock);
         self.workspaces.lock().unwrap_or_else(PoisonError::into_inner).push(workspace);
         let outcome = outcome?;
+        if flight.stopped() == Some(Stop::Late) {
+            return Err(Stop::Late.refusal());
+        }
         let layout = fit(&strike, outcome.as_ref())?;
         let mut lent = flight.lend(layout.blocks())?;
         self.populated.ensure(lent.payload_mut())?;

@@ -27,6 +27,8 @@ pub enum Toy {
     Gate(u32),
     /// Computes until it is cancelled, or for a minute.
     Slow,
+    /// Like a tetrahedron, after so many milliseconds of computing.
+    Brief(u64),
     /// Panics.
     Panic,
 }
@@ -61,6 +63,7 @@ pub fn loader() -> Loader {
             None if word == "slow" => Toy::Slow,
             None if word == "panic" => Toy::Panic,
             None if word == "rotten" => panic!("the loader fell over it"),
+            Some(("brief", ms)) => Toy::Brief(ms.parse().map_err(|_| "not a number")?),
             Some(("tint", tint)) => Toy::Tint(tint.parse().map_err(|_| "not a number")?),
             Some(("gate", tint)) => Toy::Gate(tint.parse().map_err(|_| "not a number")?),
             Some(("large", kib)) => Toy::Large(kib.parse().map_err(|_| "not a number")?),
@@ -115,6 +118,10 @@ impl Object for Named {
         match self.toy {
             Toy::Panic => panic!("the toy is broken"),
             Toy::Slow => wait(token, || true)?,
+            Toy::Brief(ms) => {
+                let begun = Instant::now();
+                wait(token, || begun.elapsed() < Duration::from_millis(ms))?;
+            }
             Toy::Gate(_) => wait(token, || self.gate.exists())?,
             _ => {}
         }
