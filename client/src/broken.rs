@@ -1,7 +1,9 @@
 //! An answer: fragments borrowed straight from shared memory.
 
 use crate::link::{Answer, Held};
-use shatter_proto::answer::{BLOCK_BYTES, FragmentWire, OUTER, RunWire, StageWire, SummaryWire};
+use shatter_proto::answer::{
+    BLOCK_BYTES, BondWire, DebrisWire, EffectWire, FragmentWire, OUTER, RunWire, StageWire, SummaryWire, VelocityWire,
+};
 use shatter_proto::view::{Checked, View};
 use shatter_proto::{Kind, Refusal};
 use std::time::Duration;
@@ -62,6 +64,12 @@ impl Broken {
             merges: &[],
             positions: &[],
             indices: &[],
+            effects: &[],
+            velocities: &[],
+            normals: &[],
+            uvs: &[],
+            bonds: &[],
+            debris: &[],
         })
     }
 
@@ -73,6 +81,21 @@ impl Broken {
     /// What each stage did.
     pub fn stages(&self) -> &[StageWire] {
         self.view().stages
+    }
+
+    /// What each effect did.
+    pub fn effects(&self) -> &[EffectWire] {
+        self.view().effects
+    }
+
+    /// Which fragments touch, by their ids; empty unless `bonds` is on.
+    pub fn bonds(&self) -> &[BondWire] {
+        self.view().bonds
+    }
+
+    /// Points on cracks from which dust and chips come; empty unless `debris` is on.
+    pub fn debris(&self) -> &[DebrisWire] {
+        self.view().debris
     }
 
     /// Whether the object stayed whole: below its threshold, or nothing but the threshold was asked for.
@@ -93,9 +116,7 @@ impl Broken {
 
     /// Bytes of the answer.
     pub fn bytes(&self) -> u64 {
-        let view = self.view();
-        let end = view.indices.as_ptr() as usize + size_of_val(view.indices);
-        (end - self.answer.payload().as_ptr() as usize) as u64
+        self.answer.user_header().used_bytes
     }
 
     /// Addresses of the answer in this process: where shared memory is mapped.
@@ -148,6 +169,21 @@ impl<'a> Fragment<'a> {
     /// Positions, m, relative to [`Self::centre_m`].
     pub fn positions(&self) -> &'a [[f32; 3]] {
         part(self.view.positions, self.row.vertex_first, self.row.vertex_count)
+    }
+
+    /// Normals, one per position; empty unless `normals` is on.
+    pub fn normals(&self) -> &'a [[f32; 3]] {
+        part(self.view.normals, self.row.vertex_first, self.row.vertex_count)
+    }
+
+    /// Texture coordinates, m, one per position; zero on the outside; empty unless `uv` is on.
+    pub fn uvs(&self) -> &'a [[f32; 2]] {
+        part(self.view.uvs, self.row.vertex_first, self.row.vertex_count)
+    }
+
+    /// How it moves once it is free, on top of how the object moved; `None` unless `release` is on.
+    pub fn velocity(&self) -> Option<VelocityWire> {
+        self.view.velocities.get(self.row.id as usize).copied()
     }
 
     /// Indices into [`Self::positions`], three per triangle, counter-clockwise from outside.

@@ -1,7 +1,7 @@
 //! Hashes of an answer, by which equal answers are told: everything counts except times.
 
 use crate::Broken;
-use shatter_proto::answer::{SectionKind, StageWire};
+use shatter_proto::answer::{EffectWire, SectionKind, StageWire};
 
 /// Hash of one section.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -17,7 +17,7 @@ pub struct SectionDigest {
 /// Hashes of an answer.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Digest {
-    /// By section, in the order in which they lie in the answer.
+    /// By section, in the order in which they lie in the answer; those of effects that are off are not there.
     pub sections: Vec<SectionDigest>,
     /// Of all sections together.
     pub output_hash: String,
@@ -28,10 +28,11 @@ impl Broken {
     pub fn digest(&self) -> Digest {
         let view = self.view();
         let timeless: Vec<StageWire> = view.stages.iter().map(|stage| StageWire { ns: 0, ..*stage }).collect();
+        let timeless_effects: Vec<EffectWire> = view.effects.iter().map(|row| EffectWire { ns: 0, ..*row }).collect();
         let mut all = blake3::Hasher::new();
         let sections = SectionKind::ALL
             .into_iter()
-            .map(|kind| {
+            .filter_map(|kind| {
                 let bytes: &[u8] = match kind {
                     SectionKind::Summary => bytemuck::bytes_of(view.summary),
                     SectionKind::Stages => bytemuck::cast_slice(&timeless),
@@ -40,11 +41,20 @@ impl Broken {
                     SectionKind::Merges => bytemuck::cast_slice(view.merges),
                     SectionKind::Positions => bytemuck::cast_slice(view.positions),
                     SectionKind::Indices => bytemuck::cast_slice(view.indices),
+                    SectionKind::Effects => bytemuck::cast_slice(&timeless_effects),
+                    SectionKind::Velocities => bytemuck::cast_slice(view.velocities),
+                    SectionKind::Normals => bytemuck::cast_slice(view.normals),
+                    SectionKind::Uvs => bytemuck::cast_slice(view.uvs),
+                    SectionKind::Bonds => bytemuck::cast_slice(view.bonds),
+                    SectionKind::Debris => bytemuck::cast_slice(view.debris),
                 };
+                if kind.effect().is_some() && bytes.is_empty() {
+                    return None;
+                }
                 all.update(kind.name().as_bytes());
                 all.update(&(bytes.len() as u64).to_le_bytes());
                 all.update(bytes);
-                SectionDigest { name: kind.name(), bytes: bytes.len() as u64, hash: short(blake3::hash(bytes)) }
+                Some(SectionDigest { name: kind.name(), bytes: bytes.len() as u64, hash: short(blake3::hash(bytes)) })
             })
             .collect();
         Digest { sections, output_hash: short(all.finalize()) }

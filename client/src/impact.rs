@@ -1,5 +1,6 @@
 //! What strikes an object, put together step by step.
 
+use shatter_proto::effect::{Effect, Effects};
 use shatter_proto::request::{Contact, Degree, Elastic, Lift, Purpose, Strike};
 use std::time::Duration;
 
@@ -63,6 +64,18 @@ impl Impact {
     /// Where displacements come from; by default the object's reduced basis, where it is exact enough.
     pub fn elastic(mut self, elastic: Elastic) -> Self {
         self.0.elastic = elastic;
+        self
+    }
+
+    /// Switches an effect on.
+    pub fn enable(mut self, effect: Effect) -> Self {
+        self.0.enable = Effects::of(self.0.enable.iter().chain([effect]));
+        self
+    }
+
+    /// Switches an effect off.
+    pub fn disable(mut self, effect: Effect) -> Self {
+        self.0.disable = Effects::of(self.0.disable.iter().chain([effect]));
         self
     }
 

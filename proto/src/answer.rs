@@ -9,6 +9,7 @@
 //! pairs say which ones are the same, so that a fragment is provably closed although its normals split (after Manifold,
 //! *merge vectors*).
 
+use crate::effect::Effect;
 use crate::name::OBJECT_NAME_MAX;
 use crate::text;
 use bytemuck::{Pod, Zeroable};
@@ -83,12 +84,49 @@ pub enum SectionKind {
     Positions = 6,
     /// One u32 per corner, three per triangle, counter-clockwise from outside.
     Indices = 7,
+    /// One [`EffectWire`] per effect.
+    Effects = 8,
+    /// One [`VelocityWire`] per fragment, or none.
+    Velocities = 9,
+    /// Three f32 per vertex, of length one; or none.
+    Normals = 10,
+    /// Two f32 per vertex, m; or none.
+    Uvs = 11,
+    /// One [`BondWire`] per pair of fragments that touch, or none.
+    Bonds = 12,
+    /// One [`DebrisWire`] per point, or none.
+    Debris = 13,
 }
 
 impl SectionKind {
     /// All sections, in the order in which they lie in the payload.
-    pub const ALL: [Self; 7] =
-        [Self::Summary, Self::Stages, Self::Fragments, Self::Runs, Self::Merges, Self::Positions, Self::Indices];
+    pub const ALL: [Self; 13] = [
+        Self::Summary,
+        Self::Stages,
+        Self::Fragments,
+        Self::Runs,
+        Self::Merges,
+        Self::Positions,
+        Self::Indices,
+        Self::Effects,
+        Self::Velocities,
+        Self::Normals,
+        Self::Uvs,
+        Self::Bonds,
+        Self::Debris,
+    ];
+
+    /// The effect that it belongs to; `None`: every answer has it.
+    pub fn effect(self) -> Option<Effect> {
+        match self {
+            Self::Velocities => Some(Effect::Release),
+            Self::Normals => Some(Effect::Normals),
+            Self::Uvs => Some(Effect::Uv),
+            Self::Bonds => Some(Effect::Bonds),
+            Self::Debris => Some(Effect::Debris),
+            _ => None,
+        }
+    }
 
     /// The name used in JSON.
     pub fn name(self) -> &'static str {
@@ -100,6 +138,12 @@ impl SectionKind {
             Self::Merges => "merges",
             Self::Positions => "positions",
             Self::Indices => "indices",
+            Self::Effects => "effects",
+            Self::Velocities => "velocities",
+            Self::Normals => "normals",
+            Self::Uvs => "uvs",
+            Self::Bonds => "bonds",
+            Self::Debris => "debris",
         }
     }
 
@@ -113,6 +157,12 @@ impl SectionKind {
             Self::Merges => size_of::<[u32; 2]>(),
             Self::Positions => size_of::<[f32; 3]>(),
             Self::Indices => size_of::<u32>(),
+            Self::Effects => size_of::<EffectWire>(),
+            Self::Velocities => size_of::<VelocityWire>(),
+            Self::Normals => size_of::<[f32; 3]>(),
+            Self::Uvs => size_of::<[f32; 2]>(),
+            Self::Bonds => size_of::<BondWire>(),
+            Self::Debris => size_of::<DebrisWire>(),
         }
     }
 }
@@ -220,6 +270,70 @@ impl StageWire {
     }
 }
 
+/// What one effect did.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
+#[repr(C)]
+pub struct EffectWire {
+    /// Its bit: place in [`Effect::ALL`].
+    pub effect: u32,
+    /// 1 if it ran.
+    pub ran: u32,
+    /// Time it took by itself, ns; zero where it is part of a stage. Like those of stages it differs between equal strikes.
+    pub ns: u64,
+    /// Bytes of results it produced, or of tables it used.
+    pub bytes: u64,
+}
+
+impl EffectWire {
+    /// The effect's name.
+    pub fn name(&self) -> &'static str {
+        Effect::ALL.get(self.effect as usize).map_or("unknown", |effect| effect.name())
+    }
+}
+
+/// How a fragment moves once it is free, on top of how the object moved. Sums over all fragments: neither linear nor angular
+/// momentum.
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct VelocityWire {
+    /// Velocity of the centre of mass, m/s.
+    pub linear_m_s: [f64; 3],
+    /// Angular velocity, rad/s.
+    pub angular_rad_s: [f64; 3],
+}
+
+/// Two fragments that touch.
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct BondWire {
+    /// The fragments, the lower id first.
+    pub fragments: [u32; 2],
+    /// Area of the crack between them, m².
+    pub area_m2: f64,
+    /// Mean normal, of length one, from the first to the second; zero where the crack closes upon itself.
+    pub normal: [f64; 3],
+    /// Centroid of the crack in the coordinates of the mesh file, m.
+    pub centroid_m: [f64; 3],
+}
+
+/// A point of a crack from which dust and chips come.
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct DebrisWire {
+    /// The fragment on whose crack face it lies: of two neighbours the one with the lower id.
+    pub fragment: u32,
+    /// The other one.
+    pub neighbour: u32,
+    /// Where, m, relative to the fragment's centre of mass.
+    pub position_m: [f32; 3],
+    /// Normal of the crack there, out of the fragment.
+    pub normal: [f32; 3],
+    /// Diameter, m.
+    pub size_m: f32,
+    /// Zero.
+    pub reserved: u32,
+}
+
 /// Neighbour of an outer run: nobody.
 pub const OUTER: u32 = u32::MAX;
 
@@ -290,4 +404,8 @@ const _: () = assert!(size_of::<SummaryWire>() == 208);
 const _: () = assert!(size_of::<StageWire>() == 24);
 const _: () = assert!(size_of::<RunWire>() == 32);
 const _: () = assert!(size_of::<FragmentWire>() == 144);
-const _: () = assert!(crate::PROTOCOL_VERSION == 1, "sizes above are those of version 1");
+const _: () = assert!(size_of::<EffectWire>() == 24);
+const _: () = assert!(size_of::<VelocityWire>() == 48);
+const _: () = assert!(size_of::<BondWire>() == 64);
+const _: () = assert!(size_of::<DebrisWire>() == 40);
+const _: () = assert!(crate::PROTOCOL_VERSION == 2, "sizes above are those of version 2");

@@ -2,9 +2,10 @@
 
 use crate::PROTOCOL_VERSION;
 use crate::answer::{
-    ANSWER_MAGIC, AnswerHeader, BLOCK_BYTES, Block, FragmentWire, RunWire, STAGES, SectionKind, SectionWire, StageWire,
-    SummaryWire,
+    ANSWER_MAGIC, AnswerHeader, BLOCK_BYTES, Block, BondWire, DebrisWire, EffectWire, FragmentWire, RunWire, STAGES,
+    SectionKind, SectionWire, StageWire, SummaryWire, VelocityWire,
 };
+use crate::effect::Effect;
 use bytemuck::Zeroable;
 
 /// Number of sections of an answer.
@@ -26,6 +27,16 @@ pub struct Counts {
     pub vertices: usize,
     /// Indices.
     pub indices: usize,
+    /// Velocities: one per fragment, or none.
+    pub velocities: usize,
+    /// Normals: one per vertex, or none.
+    pub normals: usize,
+    /// Texture coordinates: one per vertex, or none.
+    pub uvs: usize,
+    /// Bonds.
+    pub bonds: usize,
+    /// Points of debris.
+    pub debris: usize,
 }
 
 /// Offsets and lengths of all sections.
@@ -51,6 +62,18 @@ pub struct Sections<'a> {
     pub positions: &'a mut [[f32; 3]],
     /// Indices.
     pub indices: &'a mut [u32],
+    /// One row per effect, in the order of [`Effect::ALL`].
+    pub effects: &'a mut [EffectWire],
+    /// Velocities.
+    pub velocities: &'a mut [VelocityWire],
+    /// Normals.
+    pub normals: &'a mut [[f32; 3]],
+    /// Texture coordinates.
+    pub uvs: &'a mut [[f32; 2]],
+    /// Bonds.
+    pub bonds: &'a mut [BondWire],
+    /// Debris.
+    pub debris: &'a mut [DebrisWire],
 }
 
 impl Layout {
@@ -67,6 +90,12 @@ impl Layout {
                 SectionKind::Merges => counts.merges,
                 SectionKind::Positions => counts.vertices,
                 SectionKind::Indices => counts.indices,
+                SectionKind::Effects => Effect::ALL.len(),
+                SectionKind::Velocities => counts.velocities,
+                SectionKind::Normals => counts.normals,
+                SectionKind::Uvs => counts.uvs,
+                SectionKind::Bonds => counts.bonds,
+                SectionKind::Debris => counts.debris,
             };
             let elements = u32::try_from(elements).ok()?;
             let element_bytes = kind.element_bytes() as u32;
@@ -76,6 +105,12 @@ impl Layout {
             end = offset + length;
         }
         Some(Self { table, used_bytes: end })
+    }
+
+    /// Bytes of the sections that every answer has.
+    pub fn base_bytes(&self) -> u64 {
+        let base = SectionKind::ALL.into_iter().zip(&self.table).filter(|(kind, _)| kind.effect().is_none());
+        base.map(|(_, entry)| entry.length).sum()
     }
 
     /// Bytes that count.
@@ -125,6 +160,12 @@ impl Layout {
             merges: bytemuck::try_cast_slice_mut(next()?).ok()?,
             positions: bytemuck::try_cast_slice_mut(next()?).ok()?,
             indices: bytemuck::try_cast_slice_mut(next()?).ok()?,
+            effects: bytemuck::try_cast_slice_mut(next()?).ok()?,
+            velocities: bytemuck::try_cast_slice_mut(next()?).ok()?,
+            normals: bytemuck::try_cast_slice_mut(next()?).ok()?,
+            uvs: bytemuck::try_cast_slice_mut(next()?).ok()?,
+            bonds: bytemuck::try_cast_slice_mut(next()?).ok()?,
+            debris: bytemuck::try_cast_slice_mut(next()?).ok()?,
         };
         rest.fill(0);
         Some(sections)
@@ -139,7 +180,7 @@ mod tests {
     #[test]
     fn an_answer_without_fragments_is_small() {
         let layout = Layout::new(&Counts::default()).unwrap();
-        assert_eq!((layout.used_bytes(), layout.blocks()), (640, 10));
+        assert_eq!((layout.used_bytes(), layout.blocks()), (1024, 16));
     }
 
     #[test]
@@ -158,8 +199,10 @@ mod tests {
         #[test]
         fn sections_are_aligned_disjoint_and_as_long_as_asked(
             (fragments, runs, merges, vertices, indices) in (0usize..9, 0usize..9, 0usize..99, 0usize..99, 0usize..99),
+            (velocities, normals, uvs, bonds, debris) in (0usize..9, 0usize..99, 0usize..99, 0usize..9, 0usize..9),
         ) {
-            let counts = Counts { fragments, runs, merges, vertices, indices };
+            let extra = Counts { velocities, normals, uvs, bonds, debris, ..Counts::default() };
+            let counts = Counts { fragments, runs, merges, vertices, indices, ..extra };
             let layout = Layout::new(&counts).unwrap();
             let mut payload = vec![Block { bytes: [0xaa; 64] }; layout.blocks()];
             let base = payload.as_ptr() as usize;

@@ -151,6 +151,8 @@ kinds! {
     25 Unsolvable "unsolvable" Caller REFUSED false;
     /// Displacements from nowhere that is known.
     26 Elastic "elastic" Caller REFUSED false;
+    /// An effect that is both on and off, or without what it needs.
+    27 Effect "effect" Caller REFUSED false;
     /// The queue is full, or no answer can be lent.
     40 Busy "busy" Service BUSY true;
     /// The deadline passed first.

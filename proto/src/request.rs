@@ -1,5 +1,6 @@
 //! A strike as it travels, and as it is understood.
 
+use crate::effect::Effects;
 use crate::name::{OBJECT_NAME_MAX, object_name};
 use crate::{Kind, PROTOCOL_VERSION, Refusal, text};
 use bytemuck::{Pod, Zeroable};
@@ -56,9 +57,9 @@ pub struct StrikeWire {
     pub lift: u32,
     /// γ, J·m²; zero: the object's own.
     pub gamma_j_m2: f64,
-    /// Effects to switch on, one bit each. This version has none.
+    /// Effects to switch on, one bit each ([`crate::effect::Effect`]).
     pub effects_on: u64,
-    /// Effects to switch off, one bit each. This version has none.
+    /// Effects to switch off, one bit each.
     pub effects_off: u64,
     /// Error budget; reserved.
     pub error_max: f64,
@@ -172,6 +173,10 @@ pub struct Strike {
     pub lift: Option<Lift>,
     /// Where displacements come from.
     pub elastic: Elastic,
+    /// Effects to switch on.
+    pub enable: Effects,
+    /// Effects to switch off.
+    pub disable: Effects,
     /// Everything random follows from it.
     pub seed: u64,
     /// Fragments at most; `None`: the object's cap.
@@ -217,6 +222,7 @@ impl Strike {
             Elastic::Reduced => 0,
             Elastic::Solve => 1,
         };
+        (wire.effects_on, wire.effects_off) = (self.enable.bits(), self.disable.bits());
         wire.gamma_j_m2 = given(self.gamma_j_m2, |_| gamma(0.0))?;
         wire.fragments_max = self.fragments_max.unwrap_or(0);
         wire.bytes_max = self.bytes_max.unwrap_or(0);
@@ -258,6 +264,8 @@ impl StrikeWire {
             Refusal::new(Kind::ObjectName, "object", "the object's name is not UTF-8 of at most 64 bytes")
         })?;
         object_name(object)?;
+        let enable = Effects::from_bits("effects_on", self.effects_on)?;
+        let disable = Effects::from_bits("effects_off", self.effects_off)?;
         Ok(Strike {
             object: object.to_owned(),
             purpose,
@@ -266,6 +274,8 @@ impl StrikeWire {
             gamma_j_m2: self.gamma()?,
             lift: self.lift()?,
             elastic: self.elastic()?,
+            enable,
+            disable,
             seed: self.seed,
             fragments_max: (self.fragments_max > 0).then_some(self.fragments_max),
             bytes_max: (self.bytes_max > 0).then_some(self.bytes_max),
@@ -331,13 +341,6 @@ impl StrikeWire {
 
     /// Everything this version keeps free, refused by name.
     fn reserved(&self) -> Result<(), Refusal> {
-        for (key, bits) in [("effects_on", self.effects_on), ("effects_off", self.effects_off)] {
-            if bits != 0 {
-                let bit = bits.trailing_zeros();
-                let message = format!("{key} bit {bit}: this version has no such effect");
-                return Err(Refusal::new(Kind::UnknownEffect, bit.to_string(), message));
-            }
-        }
         for (key, value) in [("error_max", self.error_max), ("time_ms_max", self.time_ms_max)] {
             if value != 0.0 {
                 return Err(Refusal::new(Kind::Budget, key, format!("{key} = {value}: this version has no budgets")));

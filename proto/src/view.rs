@@ -1,8 +1,8 @@
 //! From bytes to borrowed sections: every offset, alignment, count and index is checked before one is used.
 
 use crate::answer::{
-    ANSWER_MAGIC, AnswerHeader, BLOCK_BYTES, Block, FragmentWire, OUTER, RunWire, SectionKind, SectionWire, StageWire,
-    SummaryWire,
+    ANSWER_MAGIC, AnswerHeader, BLOCK_BYTES, Block, BondWire, DebrisWire, EffectWire, FragmentWire, OUTER, RunWire,
+    SectionKind, SectionWire, StageWire, SummaryWire, VelocityWire,
 };
 use crate::layout::{SECTIONS, TABLE_BYTES};
 use crate::{Kind, PROTOCOL_VERSION, Refusal};
@@ -31,6 +31,18 @@ pub struct View<'a> {
     pub positions: &'a [[f32; 3]],
     /// Indices, relative to the first vertex of their fragment.
     pub indices: &'a [u32],
+    /// One row per effect.
+    pub effects: &'a [EffectWire],
+    /// One per fragment, or none.
+    pub velocities: &'a [VelocityWire],
+    /// One per vertex, or none.
+    pub normals: &'a [[f32; 3]],
+    /// One per vertex, m, or none.
+    pub uvs: &'a [[f32; 2]],
+    /// Pairs of fragments that touch.
+    pub bonds: &'a [BondWire],
+    /// Points on cracks.
+    pub debris: &'a [DebrisWire],
 }
 
 impl Checked {
@@ -59,6 +71,12 @@ impl Checked {
             merges: bytemuck::try_cast_slice(section(SectionKind::Merges)?).ok()?,
             positions: bytemuck::try_cast_slice(section(SectionKind::Positions)?).ok()?,
             indices: bytemuck::try_cast_slice(section(SectionKind::Indices)?).ok()?,
+            effects: bytemuck::try_cast_slice(section(SectionKind::Effects)?).ok()?,
+            velocities: bytemuck::try_cast_slice(section(SectionKind::Velocities)?).ok()?,
+            normals: bytemuck::try_cast_slice(section(SectionKind::Normals)?).ok()?,
+            uvs: bytemuck::try_cast_slice(section(SectionKind::Uvs)?).ok()?,
+            bonds: bytemuck::try_cast_slice(section(SectionKind::Bonds)?).ok()?,
+            debris: bytemuck::try_cast_slice(section(SectionKind::Debris)?).ok()?,
         })
     }
 }
@@ -114,6 +132,23 @@ fn nested(part: (u32, u32), whole: (u32, u32)) -> bool {
 }
 
 fn contents(view: &View<'_>) -> Result<(), Refusal> {
+    let (fragments, vertices) = (view.fragments.len(), view.positions.len());
+    for (name, length, whole) in [
+        ("velocities", view.velocities.len(), fragments),
+        ("normals", view.normals.len(), vertices),
+        ("uvs", view.uvs.len(), vertices),
+    ] {
+        if length != 0 && length != whole {
+            return Err(bad(name, format!("{length} of {whole}")));
+        }
+    }
+    let pairs = view.bonds.iter().map(|bond| ("bonds", bond.fragments));
+    let pairs = pairs.chain(view.debris.iter().map(|point| ("debris", [point.fragment, point.neighbour])));
+    for (name, [lower, upper]) in pairs {
+        if lower >= upper || upper as usize >= fragments {
+            return Err(bad(name, format!("fragments {lower} and {upper} of {fragments}")));
+        }
+    }
     for (i, fragment) in view.fragments.iter().enumerate() {
         self::fragment(view, i, fragment).map_err(|what| bad(format!("fragments[{i}]"), what))?;
     }

@@ -74,7 +74,7 @@ fn answer(served: &Served, number: usize, workspace: &mut Workspace, payload: &m
     let layout = Layout::new(&outcome.counts()).unwrap();
     payload.resize(payload.len().max(layout.blocks()), bytemuck::Zeroable::zeroed());
     let _header: AnswerHeader = layout.header(0);
-    outcome.write(&mut layout.split(&mut payload[..layout.blocks()]).unwrap()).unwrap();
+    outcome.write(&mut layout.split(&mut payload[..layout.blocks()]).unwrap(), &mut clock).unwrap();
     (layout.used_bytes(), clock.rows().iter().map(|row: &StageWire| row.ns).sum())
 }
 

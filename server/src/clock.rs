@@ -1,7 +1,8 @@
 //! The clock that the science does not have: times and spans per stage.
 
 use shatter_fracture::pipeline::{Stage, Watch};
-use shatter_proto::answer::{STAGES, StageWire};
+use shatter_fracture::scene::Effect;
+use shatter_proto::answer::{EffectWire, STAGES, StageWire};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::Instant;
@@ -13,8 +14,12 @@ pub type Shown = Arc<AtomicU32>;
 /// Watches one strike.
 pub struct Clock {
     rows: [StageWire; STAGES.len()],
+    effects: [EffectWire; Effect::ALL.len()],
     shown: Shown,
     entered: Option<(Instant, EnteredSpan)>,
+    begun: Option<Instant>,
+    /// What effects took of the stage that is entered.
+    others_ns: u64,
 }
 
 impl Default for Clock {
@@ -27,7 +32,19 @@ impl Clock {
     /// One that shows the stage that it is in.
     pub fn showing(shown: Shown) -> Self {
         let rows = std::array::from_fn(|stage| StageWire { stage: stage as u32, ran: 0, ns: 0, bytes: 0 });
-        Self { rows, shown, entered: None }
+        let effects = std::array::from_fn(|effect| EffectWire { effect: effect as u32, ran: 0, ns: 0, bytes: 0 });
+        Self { rows, effects, shown, entered: None, begun: None, others_ns: 0 }
+    }
+
+    fn count(&mut self, effect: Effect, ns: u64, bytes: u64) {
+        let row = &mut self.effects[effect as usize];
+        (row.ran, row.ns, row.bytes) = (1, row.ns.saturating_add(ns), row.bytes.saturating_add(bytes));
+        tracing::debug!(ns, bytes, "{}", effect.name());
+    }
+
+    /// One row per effect, also for those that did not run.
+    pub fn effects(&self) -> [EffectWire; Effect::ALL.len()] {
+        self.effects
     }
 
     /// One row per stage, also for those that did not run.
@@ -36,32 +53,78 @@ impl Clock {
     }
 }
 
+fn ns_since(since: Instant) -> u64 {
+    u64::try_from(since.elapsed().as_nanos()).unwrap_or(u64::MAX)
+}
+
 impl Watch for Clock {
     fn enter(&mut self, stage: Stage) {
         let span = tracing::debug_span!("stage", stage = stage.name()).entered();
         self.shown.store(stage as u32, Ordering::Relaxed);
-        self.entered = Some((Instant::now(), span));
+        (self.entered, self.others_ns) = (Some((Instant::now(), span)), 0);
     }
 
     fn leave(&mut self, stage: Stage, bytes: u64) {
         if let Some((since, _span)) = self.entered.take() {
-            let ns = u64::try_from(since.elapsed().as_nanos()).unwrap_or(u64::MAX);
+            let ns = ns_since(since).saturating_sub(self.others_ns);
             let row = &mut self.rows[stage as usize];
             (row.ran, row.ns, row.bytes) = (1, row.ns.saturating_add(ns), row.bytes.saturating_add(bytes));
             tracing::debug!(ns, bytes, "{}", stage.name());
         }
+    }
+
+    fn begin(&mut self, _: Effect) {
+        self.begun = Some(Instant::now());
+    }
+
+    fn end(&mut self, effect: Effect, bytes: u64) {
+        if let Some(since) = self.begun.take() {
+            let ns = ns_since(since);
+            self.others_ns = self.others_ns.saturating_add(ns);
+            self.count(effect, ns, bytes);
+        }
+    }
+
+    fn part(&mut self, effect: Effect, bytes: u64) {
+        self.count(effect, 0, bytes);
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use shatter_fracture::scene::Effects;
 
     #[test]
     fn stages_have_the_same_numbers_and_names_on_the_wire() {
         for (stage, name) in Stage::ALL.into_iter().zip(STAGES) {
             assert_eq!((stage.name(), STAGES[stage as usize]), (name, name));
         }
+    }
+
+    #[test]
+    fn effects_have_the_same_numbers_and_names_on_the_wire() {
+        for (effect, wire) in Effect::ALL.into_iter().zip(shatter_proto::effect::Effect::ALL) {
+            assert_eq!((effect.name(), effect as u32), (wire.name(), wire as u32));
+            assert_eq!(Effects::default().has(effect), wire.default_on());
+        }
+        assert_eq!(Effect::ALL.len(), shatter_proto::effect::Effect::ALL.len());
+    }
+
+    #[test]
+    fn what_an_effect_takes_is_not_its_stages() {
+        let mut clock = Clock::default();
+        clock.enter(Stage::Fragments);
+        clock.begin(Effect::Bonds);
+        std::thread::sleep(std::time::Duration::from_millis(20));
+        clock.end(Effect::Bonds, 64);
+        clock.leave(Stage::Fragments, 7);
+        clock.part(Effect::Interior, 9);
+        let [bonds, interior] = [Effect::Bonds, Effect::Interior].map(|effect| clock.effects()[effect as usize]);
+        assert_eq!((bonds.ran, bonds.bytes, bonds.name()), (1, 64, "bonds"));
+        assert_eq!((interior.ran, interior.ns, interior.bytes), (1, 0, 9));
+        assert!(clock.rows()[7].ns < bonds.ns, "{:?} {bonds:?}", clock.rows()[7]);
+        assert_eq!(clock.effects().iter().filter(|row| row.ran == 0 && (row.ns, row.bytes) == (0, 0)).count(), 8);
     }
 
     #[test]

@@ -40,8 +40,8 @@ pub trait Outcome {
     /// Elements per section.
     fn counts(&self) -> Counts;
 
-    /// Writes everything but the stages straight into the lent answer.
-    fn write(&self, sections: &mut Sections<'_>) -> Result<(), Refusal>;
+    /// Writes everything but the stages and effects straight into the lent answer; effects are told to `watch`.
+    fn write(&self, sections: &mut Sections<'_>, watch: &mut dyn Watch) -> Result<(), Refusal>;
 }
 
 /// Loads the database at a path; the error says what is wrong with it.

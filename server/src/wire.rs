@@ -2,15 +2,16 @@
 
 use crate::engine::{Loader, Object, Outcome};
 use bytemuck::Zeroable;
+use nalgebra::Vector3;
 use shatter_fracture::database;
 use shatter_fracture::lift::LiftKind;
 use shatter_fracture::pipeline::{
-    self, Contact, DEGREE_MAX, DegreeRequest, DegreeSource, ElasticRequest, FragmentRow, Prepared, RunRow, StrikeError,
-    Watch, Workspace,
+    self, Bond, Contact, DEGREE_MAX, Debris, DegreeRequest, DegreeSource, ElasticRequest, FragmentRow, Pieces,
+    Prepared, RunRow, StrikeError, Velocity, Watch, Workspace,
 };
-use shatter_fracture::scene::{DEFAULT_DURATION_S, DEFAULT_RADIUS_DIAGONALS};
+use shatter_fracture::scene::{DEFAULT_DURATION_S, DEFAULT_RADIUS_DIAGONALS, Effect, Effects};
 use shatter_fracture::token::Token;
-use shatter_proto::answer::{FragmentWire, OUTER, RunWire, SummaryWire};
+use shatter_proto::answer::{BondWire, DebrisWire, FragmentWire, OUTER, RunWire, SummaryWire, VelocityWire};
 use shatter_proto::control::ObjectRow;
 use shatter_proto::layout::{Counts, Sections};
 use shatter_proto::request::{Degree, Elastic, Lift, Purpose, Strike};
@@ -18,8 +19,9 @@ use shatter_proto::{Kind, Refusal};
 use std::sync::Arc;
 
 /// Bytes of answer per crack tetrahedron at most: four labels in it make 24 crack triangles, with their share of
-/// vertices and merge pairs; and per boundary triangle, of which there are fewer than tetrahedra.
-const ANSWER_BYTES_PER_TET: usize = 1024 + 256;
+/// vertices and merge pairs; and per boundary triangle, of which there are fewer than tetrahedra. Normals and texture
+/// coordinates are not twice as long as positions, debris has a row per four triangles, bonds one per crack.
+const ANSWER_BYTES_PER_TET: usize = 2 * (1024 + 256);
 
 /// Loads databases as the science writes them.
 pub fn loader() -> Loader {
@@ -77,20 +79,39 @@ impl Object for Served {
         token: &Token,
         watch: &mut dyn Watch,
     ) -> Result<Box<dyn Outcome>, Refusal> {
-        let outcome = pipeline::strike(&self.0, &request(strike), workspace, token, watch).map_err(refusal)?;
+        let outcome = pipeline::strike(&self.0, &request(strike)?, workspace, token, watch).map_err(refusal)?;
         Ok(Box::new(Struck { object: strike.object.clone(), seed: strike.seed, outcome }))
     }
 }
 
+/// What is on of the usual effects after what the strike switches; refused where its lift says otherwise.
+fn effects(strike: &Strike) -> Result<Effects, Refusal> {
+    use shatter_proto::effect::{self, Effect as Wire};
+    let on = effect::Effects::usual().changed(strike.enable, strike.disable)?;
+    match strike.lift {
+        Some(Lift::Euclidean) if strike.enable.has(Wire::Interior) => {
+            return Err(effect::conflict(
+                Wire::Interior,
+                "interior distances are switched on, but the lift is `euclidean`",
+            ));
+        }
+        Some(Lift::Interior | Lift::SurfaceDiffusion) if strike.disable.has(Wire::Interior) => {
+            return Err(effect::conflict(Wire::Interior, "interior distances are switched off, but the lift has them"));
+        }
+        _ => {}
+    }
+    Ok(Effects::of(Effect::ALL.into_iter().zip(Wire::ALL).filter(|(_, wire)| on.has(*wire)).map(|(effect, _)| effect)))
+}
+
 /// A strike as the engine wants it.
-fn request(strike: &Strike) -> pipeline::Strike {
+fn request(strike: &Strike) -> Result<pipeline::Strike, Refusal> {
     let contact = |contact: &shatter_proto::request::Contact| Contact {
         point_m: contact.point_m.into(),
         impulse_ns: contact.impulse_ns.into(),
         duration_s: contact.duration_s,
         radius_m: contact.radius_m,
     };
-    pipeline::Strike {
+    Ok(pipeline::Strike {
         contacts: strike.contacts.iter().map(contact).collect(),
         degree: match strike.degree {
             Degree::Inferred => DegreeRequest::Inferred,
@@ -109,9 +130,10 @@ fn request(strike: &Strike) -> pipeline::Strike {
             Some(Lift::SurfaceDiffusion) => LiftKind::SurfaceDiffusion,
             Some(Lift::Interior) | None => LiftKind::Interior,
         },
+        effects: effects(strike)?,
         seed: strike.seed,
         threshold_only: strike.purpose == Purpose::Threshold,
-    }
+    })
 }
 
 /// A refusal of the engine on the wire.
@@ -157,10 +179,15 @@ impl Outcome for Struck {
             merges: pieces.counts.merges,
             vertices: pieces.counts.vertices,
             indices: pieces.counts.indices,
+            velocities: pieces.velocities.len(),
+            normals: if pieces.effects.has(Effect::Normals) { pieces.counts.vertices } else { 0 },
+            uvs: if pieces.effects.has(Effect::Uv) { pieces.counts.vertices } else { 0 },
+            bonds: pieces.counts.bonds,
+            debris: pieces.counts.debris,
         })
     }
 
-    fn write(&self, sections: &mut Sections<'_>) -> Result<(), Refusal> {
+    fn write(&self, sections: &mut Sections<'_>, watch: &mut dyn Watch) -> Result<(), Refusal> {
         *sections.summary = self.summary();
         let Some(pieces) = &self.outcome.pieces else { return Ok(()) };
         for (wire, row) in sections.fragments.iter_mut().zip(&pieces.fragments) {
@@ -169,7 +196,9 @@ impl Outcome for Struck {
         for (wire, row) in sections.runs.iter_mut().zip(&pieces.runs) {
             *wire = run(row);
         }
-        pieces.emit(sections.positions, sections.indices, sections.merges).map_err(refusal)
+        pieces.emit(sections.positions, sections.indices, sections.merges).map_err(refusal)?;
+        write_effects(pieces, sections, watch);
+        Ok(())
     }
 }
 
@@ -201,6 +230,56 @@ impl Struck {
         };
         summary.set_object(&self.object);
         summary
+    }
+}
+
+/// Writes what was asked for beside the pieces.
+fn write_effects(pieces: &Pieces, sections: &mut Sections<'_>, watch: &mut dyn Watch) {
+    // It was computed, and told, where the energies were.
+    sections.velocities.iter_mut().zip(&pieces.velocities).for_each(|(wire, own)| *wire = velocity(own));
+    let mut effect = |effect: Effect, write: &mut dyn FnMut() -> usize| {
+        if pieces.effects.has(effect) {
+            watch.begin(effect);
+            let bytes = write();
+            watch.end(effect, bytes as u64);
+        }
+    };
+    effect(Effect::Normals, &mut || {
+        pieces.normals(sections.normals);
+        size_of_val(sections.normals)
+    });
+    effect(Effect::Uv, &mut || {
+        pieces.uvs(sections.uvs);
+        size_of_val(sections.uvs)
+    });
+    effect(Effect::Bonds, &mut || {
+        sections.bonds.iter_mut().zip(pieces.bonds()).for_each(|(wire, own)| *wire = bond(&own));
+        size_of_val(sections.bonds)
+    });
+    effect(Effect::Debris, &mut || {
+        sections.debris.iter_mut().zip(pieces.debris()).for_each(|(wire, own)| *wire = debris(&own));
+        size_of_val(sections.debris)
+    });
+}
+
+fn velocity(own: &Velocity) -> VelocityWire {
+    VelocityWire { linear_m_s: own.linear_m_s.into(), angular_rad_s: own.angular_rad_s.into() }
+}
+
+fn bond(own: &Bond) -> BondWire {
+    let Bond { fragments, area_m2, normal, centroid_m } = *own;
+    BondWire { fragments, area_m2, normal: normal.into(), centroid_m: centroid_m.coords.into() }
+}
+
+fn debris(own: &Debris) -> DebrisWire {
+    let single = |vector: Vector3<f64>| [vector.x as f32, vector.y as f32, vector.z as f32];
+    DebrisWire {
+        fragment: own.fragment,
+        neighbour: own.neighbour,
+        position_m: single(own.position_m),
+        normal: single(own.normal),
+        size_m: own.size_m as f32,
+        reserved: 0,
     }
 }
 

@@ -57,14 +57,14 @@ impl Outcome for WatchedOutcome {
         self.0.counts()
     }
 
-    fn write(&self, sections: &mut Sections<'_>) -> Result<(), Refusal> {
+    fn write(&self, sections: &mut Sections<'_>, watch: &mut dyn Watch) -> Result<(), Refusal> {
         let range = |start: usize, bytes: usize| start..start + bytes;
         self.1.lock().unwrap().extend([
             range(sections.positions.as_ptr() as usize, size_of_val(sections.positions)),
             range(sections.indices.as_ptr() as usize, size_of_val(sections.indices)),
             range(sections.merges.as_ptr() as usize, size_of_val(sections.merges)),
         ]);
-        self.0.write(sections)
+        self.0.write(sections, watch)
     }
 }
 

@@ -2,8 +2,8 @@
 
 use super::{ANSWER, Failure, document, out, reply, vector, with_contact};
 use serde_json::{Value, json};
-use shatter_client::{Broken, Deadline, Degree, Elastic, Impact, Kind, Lift, Refusal, Shatter};
-use shatter_proto::answer::SummaryWire;
+use shatter_client::{Broken, Deadline, Degree, Effect, Elastic, Impact, Kind, Lift, Refusal, Shatter};
+use shatter_proto::answer::{EffectWire, SummaryWire};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -37,6 +37,12 @@ pub struct Args {
     /// Where displacements come from: `reduced`, from the object's examples where that is exact enough, or `solve`.
     #[arg(long, value_name = "reduced|solve", default_value = "reduced", value_parser = elastic)]
     elastic: Elastic,
+    /// Effects to switch on, separated by commas.
+    #[arg(long, value_name = "EFFECT,..", value_delimiter = ',', value_parser = effect)]
+    enable: Vec<Effect>,
+    /// Effects to switch off, separated by commas.
+    #[arg(long, value_name = "EFFECT,..", value_delimiter = ',', value_parser = effect)]
+    disable: Vec<Effect>,
     /// Milliseconds from when the service takes it in after which the answer is of no use: more urgent strikes go first, and what
     /// cannot be in time is refused.
     #[arg(long, value_name = "T")]
@@ -80,6 +86,10 @@ fn elastic(text: &str) -> Result<Elastic, String> {
         "solve" => Ok(Elastic::Solve),
         _ => Err("`reduced` or `solve`".to_owned()),
     }
+}
+
+fn effect(text: &str) -> Result<Effect, Refusal> {
+    Effect::by_name(text)
 }
 
 /// What connecting and the way back may take beyond the deadline of a strike.
@@ -130,6 +140,8 @@ fn impact(args: &Args) -> Impact {
         describe(impact.and_at(*point), impulse)
     });
     let impact = impact.degree(args.degree).elastic(args.elastic).seed(args.seed);
+    let impact = args.enable.iter().fold(impact, |impact, effect| impact.enable(*effect));
+    let impact = args.disable.iter().fold(impact, |impact, effect| impact.disable(*effect));
     let impact = args.gamma.map_or(impact.clone(), |gamma| impact.gamma(gamma));
     let impact = args.lift.map_or(impact.clone(), |lift| impact.lift(lift));
     args.deadline_ms.map_or(impact.clone(), |ms| impact.deadline(Duration::from_millis(ms)))
@@ -156,6 +168,7 @@ fn to_json(broken: &Broken, file: Option<&Path>) -> Value {
         })
         .collect();
     let stage = |stage: &shatter_proto::answer::StageWire| json!({ "name": stage.name(), "ran": stage.ran != 0, "ns": stage.ns, "bytes": stage.bytes });
+    let effect = |effect: &EffectWire| json!({ "name": effect.name(), "ran": effect.ran != 0, "ns": effect.ns, "bytes": effect.bytes });
     let section = |section: &shatter_client::SectionDigest| json!({ "name": section.name, "bytes": section.bytes, "hash": section.hash });
     json!({
         "status": "ok",
@@ -172,7 +185,7 @@ fn to_json(broken: &Broken, file: Option<&Path>) -> Value {
         "capped": summary.capped != 0,
         "radius_m": summary.radius_m,
         "fragments": fragments,
-        "stages": broken.stages().iter().map(stage).collect::<Vec<_>>(),
+        "stages": broken.stages().iter().map(stage).chain(broken.effects().iter().map(effect)).collect::<Vec<_>>(),
         "sections": digest.sections.iter().map(section).collect::<Vec<_>>(),
         "stop_reason": summary.stop_reason(),
         "round_trip_ns": broken.round_trip().as_nanos() as u64,
@@ -217,6 +230,8 @@ fn screen(broken: &Broken, file: Option<&Path>) -> Result<(), Failure> {
         .map(|stage| format!("{} {:.2}", stage.name(), stage.ns as f64 * 1e-6))
         .collect();
     out(format_args!("  ms: {}\n", times.join(", ")))?;
+    let effects: Vec<&str> = broken.effects().iter().filter(|row| row.ran != 0).map(EffectWire::name).collect();
+    out(format_args!("  effects: {}\n", if effects.is_empty() { "none".to_owned() } else { effects.join(", ") }))?;
     let mut masses: Vec<f64> = broken.fragments().map(|fragment| fragment.mass_kg()).collect();
     masses.sort_by(f64::total_cmp);
     let (least, median, most) = (masses[0], masses[masses.len() / 2], masses[masses.len() - 1]);

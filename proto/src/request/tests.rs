@@ -72,7 +72,7 @@ fn every_rule_names_its_offender() {
     check(|w| w.degree_sites = 5, Kind::Degree, "5");
     check(|w| w.lift = 4, Kind::Lift, "4");
     check(|w| w.effects_on = 1 << 40, Kind::UnknownEffect, "40");
-    check(|w| w.effects_off = 4, Kind::UnknownEffect, "2");
+    check(|w| w.effects_off = 1 << 63 | 4, Kind::UnknownEffect, "63");
     check(|w| w.error_max = f64::NAN, Kind::Budget, "error_max");
     check(|w| w.time_ms_max = 8.0, Kind::Budget, "time_ms_max");
     check(|w| w.convention_up = 1, Kind::Convention, "convention.up");

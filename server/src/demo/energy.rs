@@ -9,6 +9,7 @@ use shatter_fracture::lift::LiftKind;
 use shatter_fracture::pipeline::{
     Contact, DegreeRequest, ElasticRequest, Impact, Prepared, Strike, Workspace, strain_energy,
 };
+use shatter_fracture::scene::Effects;
 use shatter_fracture::token::Token;
 
 /// How often densities are averaged with their neighbours: the elastic lattice, on which they are constant per
@@ -39,6 +40,7 @@ impl SurfaceEnergy {
             gamma_j_m2: None,
             elastic: ElasticRequest::Solve,
             lift: LiftKind::Interior,
+            effects: Effects::default(),
             seed: 0,
             threshold_only: true,
         };

@@ -222,14 +222,15 @@ fn write(mut lent: Lent, layout: &Layout, outcome: &dyn Outcome, clock: &mut Clo
     let mut sections = layout.split(payload).ok_or_else(unfit)?;
     if sections.fragments.is_empty() {
         // An object that stays whole: the stage did not run.
-        outcome.write(&mut sections)?;
+        outcome.write(&mut sections, clock)?;
     } else {
         clock.enter(Stage::Fragments);
-        let written = outcome.write(&mut sections);
-        clock.leave(Stage::Fragments, layout.used_bytes());
+        let written = outcome.write(&mut sections, clock);
+        clock.leave(Stage::Fragments, layout.base_bytes());
         written?;
     }
     sections.stages.copy_from_slice(&clock.rows());
+    sections.effects.copy_from_slice(&clock.effects());
     // SAFETY: every byte is initialised, see above.
     Ok(unsafe { lent.assume_init() })
 }

@@ -156,10 +156,11 @@ struct Tetrahedra {
 impl Outcome for Tetrahedra {
     fn counts(&self) -> Counts {
         let n = self.sites;
-        Counts { fragments: n, runs: n, merges: n, vertices: 4 * n + self.idle, indices: 12 * n }
+        let vertices = 4 * n + self.idle;
+        Counts { fragments: n, runs: n, merges: n, vertices, indices: 12 * n, ..Counts::default() }
     }
 
-    fn write(&self, sections: &mut Sections<'_>) -> Result<(), Refusal> {
+    fn write(&self, sections: &mut Sections<'_>, _: &mut dyn Watch) -> Result<(), Refusal> {
         let range = |start: usize, bytes: usize| (self.name.clone(), start..start + bytes);
         let parts: [_; PARTS] = [
             range(sections.positions.as_ptr() as usize, size_of_val(sections.positions)),

@@ -4,6 +4,7 @@ use super::{DEGREE_MAX, DegreeRequest, DegreeSource, Prepared, Stage, Strike, St
 use crate::centroidal::{self, Diagram, Field, Options};
 use crate::degree::{self, CurveOptions, Degree};
 use crate::lift::LiftKind;
+use crate::scene::Effect;
 use crate::token::Token;
 
 /// Trust in a degree from the closed form where no examples are asked: what is said at the edge of their reach, since it errs about
@@ -54,6 +55,9 @@ pub fn divide(
         DegreeRequest::ClosedForm | DegreeRequest::Inferred => {
             watch.enter(Stage::Degree);
             let guesses = guesses(prepared, strike, verdict, fields);
+            if guesses.iter().any(|guess| guess.inferred && guess.sites > 1) {
+                watch.part(Effect::Examples, size_of_val(guesses.as_slice()) as u64);
+            }
             watch.leave(Stage::Degree, 0);
             let sites: Vec<u32> = guesses.iter().map(|guess| if guess.sites > 1 { guess.sites } else { 0 }).collect();
             let cells = diagrams(strike, &sites, fields, workspace, token, watch)?;

@@ -3,8 +3,10 @@
 //! Based on: Schvartzman & Otaduy (I3D 2014), section 3: one quasi-static solve per impact; inertia relief and units are
 //! ours. With diagonal L, modulus E and peak force F, energies in joules are F²/(E·L) times local ones.
 
+use super::falloff::falloff;
 use super::{Body, ElasticRequest, Impact, Prepared, Stage, StrikeError, Watch, Workspace};
 use crate::elasticity::{Driving, ElasticityError};
+use crate::scene::Effect;
 use crate::token::Token;
 
 /// Strain energy of one struck body.
@@ -29,8 +31,25 @@ impl BodyEnergy {
     }
 }
 
-/// Solves `impact` on every body that it strikes.
+/// The strain energy of every body that `impact` strikes: from its deformation, or a falloff where its effects do without.
 pub fn strain_energy(
+    prepared: &Prepared,
+    impact: &Impact,
+    workspace: &mut Workspace,
+    token: &Token,
+    watch: &mut dyn Watch,
+) -> Result<Vec<BodyEnergy>, StrikeError> {
+    if impact.effects.has(Effect::Elastic) {
+        return deformed(prepared, impact, workspace, token, watch);
+    }
+    watch.enter(Stage::Load);
+    let energies: Vec<BodyEnergy> = falloff(prepared, impact);
+    watch.leave(Stage::Load, energies.iter().map(|energy| size_of_val(energy.shares.as_slice()) as u64).sum());
+    Ok(energies)
+}
+
+/// Solves `impact` on every body that it strikes.
+fn deformed(
     prepared: &Prepared,
     impact: &Impact,
     workspace: &mut Workspace,
@@ -50,9 +69,18 @@ pub fn strain_energy(
         watch.leave(Stage::Load, size_of_val(workspace.load.forces.as_slice()) as u64);
         watch.enter(Stage::Elasticity);
         let reduced_error = displace(body, impact.elastic, workspace, token).map_err(failed)?;
+        watch.part(Effect::Elastic, size_of_val(workspace.displacement.as_slice()) as u64);
+        let tensile = impact.effects.has(Effect::Tensile);
+        let driving = if tensile { Driving::Tensile } else { Driving::Total };
+        if tensile {
+            watch.begin(Effect::Tensile);
+        }
         body.elasticity
-            .tet_energy(&body.elastic, &workspace.displacement, Driving::Total, &mut workspace.tet_energy, token)
+            .tet_energy(&body.elastic, &workspace.displacement, driving, &mut workspace.tet_energy, token)
             .map_err(failed)?;
+        if tensile {
+            watch.end(Effect::Tensile, size_of_val(workspace.tet_energy.as_slice()) as u64);
+        }
         let mut shares = Vec::with_capacity(body.crack.nodes.len());
         body.transfer.apply(&workspace.tet_energy, &mut shares);
         let total: f64 = shares.iter().sum();

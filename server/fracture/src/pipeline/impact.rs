@@ -5,7 +5,7 @@
 
 use super::{CONTACTS_MAX, Contact, ElasticRequest, Prepared, Strike, StrikeError};
 use crate::elasticity;
-use crate::scene::{DEFAULT_DURATION_S, DEFAULT_RADIUS_DIAGONALS};
+use crate::scene::{DEFAULT_DURATION_S, DEFAULT_RADIUS_DIAGONALS, Effect, Effects};
 use nalgebra::Vector3;
 
 /// Relative forces are rounded to this step, so that the same impact at another magnitude gives the same bits.
@@ -20,6 +20,8 @@ pub struct Impact {
     pub bodies: Vec<(usize, Vec<elasticity::Contact>)>,
     /// Where displacements come from.
     pub elastic: ElasticRequest,
+    /// What is simulated.
+    pub effects: Effects,
 }
 
 impl Impact {
@@ -38,14 +40,18 @@ impl Impact {
         let peak_force_n = forces.iter().map(|force| force.norm()).fold(0.0, f64::max);
         let mut bodies: Vec<(usize, Vec<elasticity::Contact>)> = Vec::new();
         for (index, (contact, force)) in strike.contacts.iter().zip(&forces).enumerate() {
-            let (body, local) = place(prepared, index, contact, *force / peak_force_n)?;
+            let (body, mut local) = place(prepared, index, contact, *force / peak_force_n)?;
+            if strike.effects.has(Effect::Elastic) {
+                // The coarser lattice's boundary may lie farther away than the radius; the load is spread from there all the same.
+                local.radius = local.radius.max(prepared.bodies[body].elasticity.distance(&local.point));
+            }
             match bodies.iter_mut().find(|(known, _)| *known == body) {
                 Some((_, contacts)) => contacts.push(local),
                 None => bodies.push((body, vec![local])),
             }
         }
         bodies.sort_by_key(|(body, _)| *body);
-        Ok(Self { peak_force_n, bodies, elastic: strike.elastic })
+        Ok(Self { peak_force_n, bodies, elastic: strike.elastic, effects: strike.effects })
     }
 }
 
@@ -93,8 +99,6 @@ fn place(
             radius_m: radius * prepared.frame.diagonal_m,
         });
     }
-    // The coarser lattice's boundary may lie farther away than the radius; the load is spread from there all the same.
-    let radius = radius.max(prepared.bodies[body].elasticity.distance(&point));
     let impulse = relative.map(|x| (x / FORCE_STEP).round() * FORCE_STEP);
     Ok((body, elasticity::Contact { point, impulse, radius }))
 }

@@ -86,6 +86,10 @@ pub struct Counts {
     pub indices: usize,
     /// Merge pairs: two u32 each.
     pub merges: usize,
+    /// Bonds.
+    pub bonds: usize,
+    /// Points of debris.
+    pub debris: usize,
 }
 
 /// The answer to one strike. It knows its exact size before any mesh is written.

@@ -1,82 +1,90 @@
 //! Labels, tessellation, fragments: cells become closed meshes that know their mass.
 
-use super::cells::Division;
-use super::{BodyEnergy, Counts, FragmentRow, OUTER, Prepared, RunRow, Stage, Strike, StrikeError, Watch};
+use super::cells::{BodyCells, Division};
+use super::outputs::{bond_count, debris_count};
+use super::release::{self, Velocity};
+use super::{BodyEnergy, Counts, FragmentRow, OUTER, Prepared, RunRow, Stage, Strike, StrikeError, Watch, slivers};
+use crate::centroidal::Field;
 use crate::fragment::{Properties, properties};
+use crate::scene::{Effect, Effects};
+use crate::surface::Frame;
 use crate::tessellation::{Components, FixedPoints, Points, Sites, Tessellation, Transform, Workspace};
 use crate::token::Token;
 use nalgebra::Point3;
 
 /// The meshes of one body, whole or broken.
-struct BodyPieces {
+pub(super) struct BodyPieces {
     body: usize,
-    tessellation: Tessellation,
-    properties: Vec<Properties>,
+    pub(super) tessellation: Tessellation,
+    /// Fragment of each node, within the body.
+    pub(super) labels: Vec<u32>,
+    pub(super) properties: Vec<Properties>,
     centres: Vec<Point3<f64>>,
     energies_j_m2: Vec<f64>,
 }
 
 /// The meshes of all bodies, ready to be emitted: their size is known to the byte.
 pub struct Pieces {
-    bodies: Vec<BodyPieces>,
-    transform: Transform,
+    pub(super) bodies: Vec<BodyPieces>,
+    pub(super) transform: Transform,
+    pub(super) frame: Frame,
+    pub(super) crack_spacing: f64,
+    pub(super) seed: u64,
     /// One row per fragment, by body, then by site, then by lowest node.
     pub fragments: Vec<FragmentRow>,
     /// One row per run; a fragment's rows follow each other.
     pub runs: Vec<RunRow>,
+    /// One per fragment, if release is asked for.
+    pub velocities: Vec<Velocity>,
+    /// What is asked for.
+    pub effects: Effects,
     /// Lengths of the bulk sections.
     pub counts: Counts,
 }
 
+/// What the pieces of a strike are made of.
+#[derive(Clone, Copy)]
+pub(super) struct Broken<'a> {
+    pub prepared: &'a Prepared,
+    pub strike: &'a Strike,
+    pub energies: &'a [BodyEnergy],
+    pub fields: &'a [Field<'a>],
+    pub division: &'a Division,
+}
+
 impl Pieces {
-    /// Cuts every body of `prepared`: those with cells along them, the others stay whole.
-    pub(super) fn new(
-        prepared: &Prepared,
-        strike: &Strike,
-        energies: &[BodyEnergy],
-        division: &Division,
-        token: &Token,
-        watch: &mut dyn Watch,
-    ) -> Result<Self, StrikeError> {
+    /// Cuts every body: those with cells along them, the others stay whole.
+    pub(super) fn new(broken: Broken<'_>, token: &Token, watch: &mut dyn Watch) -> Result<Self, StrikeError> {
+        let Broken { prepared, strike, energies, fields, .. } = broken;
         let mut workspace = Workspace::default();
-        let mut bodies = Vec::with_capacity(prepared.bodies.len());
+        let (mut bodies, mut velocities) = (Vec::with_capacity(prepared.bodies.len()), Vec::new());
         for (index, body) in prepared.bodies.iter().enumerate() {
             token.check()?;
-            let cells = division.cells.iter().find(|cells| energies[cells.struck].body == index);
-            watch.enter(Stage::Labels);
-            let mut components = Components::default();
-            let whole = vec![0; body.crack.nodes.len()];
-            components.split(&body.topology, cells.map_or(&whole, |cells| &cells.diagram.labels));
-            watch.leave(Stage::Labels, size_of_val(components.labels.as_slice()) as u64);
-            watch.enter(Stage::Tessellation);
-            let lift = prepared.lift(index, strike.lift)?;
-            let of_fragment = &components.sites;
-            let sites = cells.map(|cells| Sites { lift, coordinates: &cells.diagram.sites, of_fragment });
-            let mut points = Points::default();
-            points.find(&body.crack, &body.topology, &components.labels, sites, &FixedPoints::default())?;
-            let mut tessellation = Tessellation::default();
-            tessellation.build(&body.crack, &body.topology, &components.labels, &points, &mut workspace)?;
-            watch.leave(Stage::Tessellation, size_of_val(tessellation.runs()) as u64);
-            watch.enter(Stage::Fragments);
-            let mut measured = Vec::new();
-            properties(&tessellation, &mut measured);
-            let energies_j_m2 = components
-                .sites
-                .iter()
-                .map(|&site| match cells {
-                    Some(cells) => {
-                        let unit = energies[cells.struck].unit_j_m2(prepared.frame.diagonal_m);
-                        unit * cells.diagram.cell_energy[site as usize]
-                    }
-                    None => 0.0,
-                })
-                .collect();
-            let centres = measured.iter().map(|measured| measured.centre).collect();
-            watch.leave(Stage::Fragments, size_of_val(measured.as_slice()) as u64);
-            bodies.push(BodyPieces { body: index, tessellation, properties: measured, centres, energies_j_m2 });
+            let pieces = broken.cut(index, &mut workspace, watch)?;
+            if strike.effects.has(Effect::Release) {
+                watch.begin(Effect::Release);
+                let struck = energies.iter().position(|energy| energy.body == index);
+                let energy_j = struck.map_or(0.0, |struck| energies[struck].energy_j);
+                let field = struck.map(|struck| &fields[struck]);
+                let density = prepared.parameters.material.density_kg_m3;
+                let own = release::velocities(&pieces, &body.crack, field, energy_j, density, &prepared.frame);
+                watch.end(Effect::Release, size_of_val(own.as_slice()) as u64);
+                velocities.extend(own);
+            }
+            bodies.push(pieces);
         }
-        let transform = Transform { metres_per_unit: prepared.frame.diagonal_m };
-        let mut pieces = Self { bodies, transform, fragments: Vec::new(), runs: Vec::new(), counts: Counts::default() };
+        let mut pieces = Self {
+            bodies,
+            transform: Transform { metres_per_unit: prepared.frame.diagonal_m },
+            frame: prepared.frame,
+            crack_spacing: prepared.parameters.crack_spacing,
+            seed: strike.seed,
+            fragments: Vec::new(),
+            runs: Vec::new(),
+            velocities,
+            effects: strike.effects,
+            counts: Counts::default(),
+        };
         pieces.lay_out(prepared);
         Ok(pieces)
     }
@@ -121,6 +129,12 @@ impl Pieces {
             self.counts.vertices += pieces.tessellation.vertex_count();
             self.counts.indices += pieces.tessellation.index_count();
             self.counts.merges += pieces.tessellation.merge_count();
+            if self.effects.has(Effect::Bonds) {
+                self.counts.bonds += bond_count(&pieces.tessellation);
+            }
+            if self.effects.has(Effect::Debris) {
+                self.counts.debris += debris_count(&pieces.tessellation);
+            }
         }
     }
 
@@ -132,7 +146,7 @@ impl Pieces {
         indices: &mut [u32],
         merges: &mut [[u32; 2]],
     ) -> Result<(), StrikeError> {
-        let given = Counts { vertices: positions.len(), indices: indices.len(), merges: merges.len() };
+        let given = Counts { vertices: positions.len(), indices: indices.len(), merges: merges.len(), ..self.counts };
         if given != self.counts {
             return Err(StrikeError::SectionLengths { given, needed: self.counts });
         }
@@ -146,5 +160,69 @@ impl Pieces {
             (positions, indices, merges) = (other_positions, other_indices, other_merges);
         }
         Ok(())
+    }
+}
+
+impl Broken<'_> {
+    /// Cuts one body.
+    fn cut(&self, index: usize, workspace: &mut Workspace, watch: &mut dyn Watch) -> Result<BodyPieces, StrikeError> {
+        let body = &self.prepared.bodies[index];
+        let cells = self.division.cells.iter().find(|cells| self.energies[cells.struck].body == index);
+        watch.enter(Stage::Labels);
+        let mut components = Components::default();
+        let whole = vec![0; body.crack.nodes.len()];
+        components.split(&body.topology, cells.map_or(&whole, |cells| &cells.diagram.labels));
+        watch.leave(Stage::Labels, size_of_val(components.labels.as_slice()) as u64);
+        watch.enter(Stage::Tessellation);
+        let (mut points, mut tessellation) = (Points::default(), Tessellation::default());
+        self.tessellate(index, cells, &components, &FixedPoints::default(), &mut points, &mut tessellation, workspace)?;
+        watch.leave(Stage::Tessellation, size_of_val(tessellation.runs()) as u64);
+        watch.enter(Stage::Fragments);
+        let mut measured = Vec::new();
+        properties(&tessellation, &mut measured);
+        if self.strike.effects.has(Effect::Slivers) && cells.is_some() {
+            watch.begin(Effect::Slivers);
+            let merged =
+                slivers::merge(&mut components, &tessellation, &measured, self.prepared.parameters.crack_spacing);
+            if merged {
+                // The cracks that stay, stay where they are.
+                let fixed = points.to_fixed();
+                self.tessellate(index, cells, &components, &fixed, &mut points, &mut tessellation, workspace)?;
+                properties(&tessellation, &mut measured);
+            }
+            watch.end(Effect::Slivers, if merged { size_of_val(components.labels.as_slice()) as u64 } else { 0 });
+        }
+        let energy = |site: &u32| {
+            let of_cell = |cells: &BodyCells| {
+                let unit = self.energies[cells.struck].unit_j_m2(self.prepared.frame.diagonal_m);
+                unit * cells.diagram.cell_energy[*site as usize]
+            };
+            cells.map_or(0.0, of_cell)
+        };
+        let energies_j_m2 = components.sites.iter().map(energy).collect();
+        let centres = measured.iter().map(|measured| measured.centre).collect();
+        watch.leave(Stage::Fragments, size_of_val(measured.as_slice()) as u64);
+        let labels = components.labels;
+        Ok(BodyPieces { body: index, tessellation, labels, properties: measured, centres, energies_j_m2 })
+    }
+
+    /// Finds the crack points of `components` but for those that are fixed, and builds the fragments.
+    #[allow(clippy::too_many_arguments, reason = "memory that is used again")]
+    fn tessellate(
+        &self,
+        index: usize,
+        cells: Option<&BodyCells>,
+        components: &Components,
+        fixed: &FixedPoints,
+        points: &mut Points,
+        tessellation: &mut Tessellation,
+        workspace: &mut Workspace,
+    ) -> Result<(), StrikeError> {
+        let body = &self.prepared.bodies[index];
+        let lift = self.prepared.lift(index, self.strike.lift)?;
+        let of_fragment = &components.sites;
+        let sites = cells.map(|cells| Sites { lift, coordinates: &cells.diagram.sites, of_fragment });
+        points.find(&body.crack, &body.topology, &components.labels, sites, fixed)?;
+        Ok(tessellation.build(&body.crack, &body.topology, &components.labels, points, workspace)?)
     }
 }

@@ -1,5 +1,6 @@
 //! The stages of a strike, in the order in which data flows, and who watches them.
 
+use crate::scene::Effect;
 use serde::{Deserialize, Serialize};
 
 /// A stage of a strike; names as in JSON.
@@ -58,10 +59,19 @@ pub trait Watch {
     fn enter(&mut self, stage: Stage);
     /// Stage `stage` ends, having produced `bytes` bytes of results.
     fn leave(&mut self, stage: Stage, bytes: u64);
+    /// Effect `effect` begins, within a stage or outside. What it takes is not the stage's.
+    fn begin(&mut self, effect: Effect);
+    /// Effect `effect` ends, having produced `bytes` bytes of results, or used tables of so many.
+    fn end(&mut self, effect: Effect, bytes: u64);
+    /// Effect `effect` is part of what a stage does, which uses `bytes` bytes of tables for it.
+    fn part(&mut self, effect: Effect, bytes: u64);
 }
 
 /// Watches nothing.
 impl Watch for () {
     fn enter(&mut self, _: Stage) {}
     fn leave(&mut self, _: Stage, _: u64) {}
+    fn begin(&mut self, _: Effect) {}
+    fn end(&mut self, _: Effect, _: u64) {}
+    fn part(&mut self, _: Effect, _: u64) {}
 }

@@ -1,6 +1,7 @@
 //! What one strike asks for.
 
 use crate::lift::LiftKind;
+use crate::scene::Effects;
 use nalgebra::{Point3, Vector3};
 use serde::{Deserialize, Serialize};
 
@@ -54,8 +55,10 @@ pub struct Strike {
     pub gamma_j_m2: Option<f64>,
     /// Where displacements come from.
     pub elastic: ElasticRequest,
-    /// Which lift.
+    /// Which lift, where interior distances are on.
     pub lift: LiftKind,
+    /// What is simulated.
+    pub effects: Effects,
     /// Everything random follows from it.
     pub seed: u64,
     /// Stop after the threshold test: the impulse that just breaks the object is asked for, no fragments.
@@ -71,6 +74,7 @@ impl Strike {
             gamma_j_m2: None,
             elastic: ElasticRequest::Reduced,
             lift: LiftKind::Interior,
+            effects: Effects::default(),
             seed: 1,
             threshold_only: false,
         }

@@ -3,11 +3,14 @@
 //! Based on: Schvartzman & Otaduy, *Fracture Animation Based on High-Dimensional Voronoi Diagrams* (I3D 2014), figure 2.
 
 use super::cells::{Division, divide};
+use super::pieces::Broken;
 use super::{
     BodyEnergy, DEGREE_MAX, DegreeRequest, DegreeSource, Impact, Outcome, Pieces, Prepared, Stage, Strike, StrikeError,
     Verdict, Watch, Workspace, strain_energy,
 };
 use crate::centroidal::Field;
+use crate::lift::LiftKind;
+use crate::scene::Effect;
 use crate::token::Token;
 
 /// An impact goes in, fragments come out. Stage names are told to `watch`; `token` may stop the work at any checkpoint.
@@ -19,6 +22,7 @@ pub fn strike(
     token: &Token,
     watch: &mut dyn Watch,
 ) -> Result<Outcome, StrikeError> {
+    let strike = &strike.planned();
     let gamma_j_m2 = check(prepared, strike)?;
     watch.enter(Stage::Load);
     let impact = Impact::new(prepared, strike);
@@ -35,6 +39,10 @@ pub fn strike(
             .map_err(|source| StrikeError::Field { body: energy.body, source })?;
         fields.push(field);
     }
+    if strike.lift != LiftKind::Euclidean {
+        let tables = fields.iter().map(|field| size_of_val(field.lift().coordinates.as_slice()) as u64);
+        watch.part(Effect::Interior, tables.sum());
+    }
     let verdict = Verdict::new(prepared, gamma_j_m2, &energies, &fields);
     watch.leave(Stage::Threshold, 0);
     if !verdict.e1_over_gamma().is_normal() {
@@ -46,7 +54,8 @@ pub fn strike(
         return Ok(whole(&verdict, &energies));
     }
     let division = divide(prepared, strike, &verdict, &fields, workspace, token, watch)?;
-    let pieces = Pieces::new(prepared, strike, &energies, &division, token, watch)?;
+    let pieces = Broken { prepared, strike, energies: &energies, fields: &fields, division: &division };
+    let pieces = Pieces::new(pieces, token, watch)?;
     Ok(broken(&verdict, &energies, &division, pieces))
 }
 

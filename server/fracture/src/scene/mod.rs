@@ -1,7 +1,9 @@
 //! What a scene says about an object: what it is made of, how it is struck by default.
 
+mod effect;
 mod material;
 
+pub use effect::{Effect, Effects};
 pub use material::{Material, MaterialError, Materials};
 
 /// Contact duration where the caller gives none, s: a hard ball of a few centimetres on a stiff body stays for about

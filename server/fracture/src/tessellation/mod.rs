@@ -123,6 +123,13 @@ impl Tessellation {
         &self.vertices[self.vertex_offsets[run.sheet]..self.vertex_offsets[run.sheet + 1]]
     }
 
+    /// Calls `work` with each run and its part of `out`, one element per vertex of the answer, in parallel.
+    pub fn each_run<T: Send>(&self, out: &mut [T], work: impl Fn(&Run, &mut [T]) + Sync) {
+        let starts = self.runs.iter().map(|run| run.vertices.start);
+        let offsets: Vec<usize> = starts.chain([self.vertex_count()]).collect();
+        span::each_span(&offsets, out, &|run, out| work(&self.runs[run], out));
+    }
+
     /// The triangles of `run` as indices into its vertices, counter-clockwise seen from outside its fragment.
     pub fn run_triangles(&self, run: &Run) -> impl Iterator<Item = [u32; 3]> {
         let stored = &self.triangles[self.triangle_offsets[run.sheet]..self.triangle_offsets[run.sheet + 1]];

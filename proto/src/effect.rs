@@ -1,0 +1,208 @@
+//! Effects: what a strike simulates and sends beyond the bare pieces, one bit each, so that nobody pays for what a scene does not
+//! show.
+
+use crate::{Kind, Refusal};
+
+/// What an effect changes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Class {
+    /// The pieces.
+    Physics,
+    /// Nothing but its own section of the answer.
+    Output,
+}
+
+macro_rules! effects {
+    ($($(#[$doc:meta])* $bit:literal $effect:ident $name:literal $class:ident $default:literal $needs:expr;)*) => {
+        /// An effect.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+        #[repr(u32)]
+        pub enum Effect {
+            $($(#[$doc])* $effect = $bit,)*
+        }
+
+        impl Effect {
+            /// Every effect, in the order of its bits, which have no gaps.
+            pub const ALL: [Self; [$($bit),*].len()] = [$(Self::$effect),*];
+
+            /// The name used in scenes, on command lines, in JSON and metrics.
+            pub fn name(self) -> &'static str {
+                match self {
+                    $(Self::$effect => $name,)*
+                }
+            }
+
+            /// What it changes.
+            pub fn class(self) -> Class {
+                match self {
+                    $(Self::$effect => Class::$class,)*
+                }
+            }
+
+            /// Whether it is on where nobody says otherwise.
+            pub fn default_on(self) -> bool {
+                match self {
+                    $(Self::$effect => $default,)*
+                }
+            }
+
+            /// The effect without which it means nothing.
+            pub fn needs(self) -> Option<Self> {
+                match self {
+                    $(Self::$effect => $needs,)*
+                }
+            }
+        }
+    };
+}
+
+effects! {
+    /// Strain energy from the deformation of the body. Off: it falls off with the distance from the contacts.
+    0 Elastic "elastic" Physics true None;
+    /// Tension alone drives cracks (Miehe et al. 2010).
+    1 Tensile "tensile" Physics false Some(Self::Elastic);
+    /// Interior distances. Off: straight ones.
+    2 Interior "interior" Physics true None;
+    /// The degree from the object's examples. Off: from the closed form.
+    3 Examples "examples" Physics true None;
+    /// Slivers become part of the neighbour that they share most with.
+    4 Slivers "slivers" Physics false None;
+    /// Velocities of the fragments from the strain energy that is set free.
+    5 Release "release" Output false None;
+    /// Normals, one per vertex.
+    6 Normals "normals" Output false None;
+    /// Texture coordinates of crack faces, one per vertex.
+    7 Uv "uv" Output false None;
+    /// Which fragments touch, and how.
+    8 Bonds "bonds" Output false None;
+    /// Points on crack faces from which dust and chips come.
+    9 Debris "debris" Output false None;
+}
+
+impl Effect {
+    /// Its bit.
+    pub fn bit(self) -> u64 {
+        1 << self as u32
+    }
+
+    /// The effect of that name; the refusal names the nearest.
+    pub fn by_name(name: &str) -> Result<Self, Refusal> {
+        let known = Self::ALL.into_iter().find(|effect| effect.name() == name);
+        known.ok_or_else(|| {
+            let nearest = Self::ALL.into_iter().max_by(|a, b| likeness(a, name).total_cmp(&likeness(b, name)));
+            let hint = nearest.map_or(String::new(), |effect| format!("; `{}` is", effect.name()));
+            Refusal::new(Kind::UnknownEffect, name, format!("`{name}` is no effect{hint}"))
+        })
+    }
+}
+
+fn likeness(effect: &Effect, name: &str) -> f64 {
+    strsim::jaro_winkler(effect.name(), name)
+}
+
+/// Some effects.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Effects(u64);
+
+impl Effects {
+    /// These bits; the refusal names the lowest that is no effect.
+    pub fn from_bits(key: &str, bits: u64) -> Result<Self, Refusal> {
+        let unknown = bits & !Self::of(Effect::ALL).0;
+        if unknown == 0 {
+            return Ok(Self(bits));
+        }
+        let bit = unknown.trailing_zeros();
+        Err(Refusal::new(
+            Kind::UnknownEffect,
+            bit.to_string(),
+            format!("{key} bit {bit}: this version has no such effect"),
+        ))
+    }
+
+    /// These.
+    pub fn of(effects: impl IntoIterator<Item = Effect>) -> Self {
+        Self(effects.into_iter().fold(0, |bits, effect| bits | effect.bit()))
+    }
+
+    /// Those that are on where nobody says otherwise.
+    pub fn usual() -> Self {
+        Self::of(Effect::ALL.into_iter().filter(|effect| effect.default_on()))
+    }
+
+    /// As bits.
+    pub fn bits(self) -> u64 {
+        self.0
+    }
+
+    /// Whether `effect` is one of them.
+    pub fn has(self, effect: Effect) -> bool {
+        self.0 & effect.bit() != 0
+    }
+
+    /// All of them, in the order of their bits.
+    pub fn iter(self) -> impl Iterator<Item = Effect> {
+        Effect::ALL.into_iter().filter(move |effect| self.has(*effect))
+    }
+
+    /// These with `on` and without `off`. Refused: an effect in both, and one in `on` that needs another which is then off. What is
+    /// on without having been asked for goes off with what it needs.
+    pub fn changed(self, on: Self, off: Self) -> Result<Self, Refusal> {
+        if let Some(effect) = Self(on.0 & off.0).iter().next() {
+            let name = effect.name();
+            return Err(conflict(effect, format!("the effect `{name}` is both switched on and switched off")));
+        }
+        let mut changed = Self((self.0 | on.0) & !off.0);
+        for effect in changed.iter() {
+            let Some(needs) = effect.needs().filter(|needs| !changed.has(*needs)) else { continue };
+            if on.has(effect) {
+                let (name, needs) = (effect.name(), needs.name());
+                return Err(conflict(effect, format!("the effect `{name}` needs `{needs}`, which is off")));
+            }
+            changed.0 &= !effect.bit();
+        }
+        Ok(changed)
+    }
+}
+
+/// Refuses an effect that cannot be as it is asked for.
+pub fn conflict(effect: Effect, message: impl Into<String>) -> Refusal {
+    Refusal::new(Kind::Effect, effect.name(), message)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bits_are_places_and_names_are_found_again() {
+        for (place, effect) in Effect::ALL.into_iter().enumerate() {
+            assert_eq!((effect.bit(), Effect::by_name(effect.name()).unwrap()), (1 << place, effect));
+            assert!(effect.needs().is_none_or(|needs| (needs as usize) < place), "needed effects come first");
+        }
+    }
+
+    #[test]
+    fn unknown_ones_are_refused_with_the_nearest() {
+        for (name, nearest) in [("bond", "bonds"), ("tensil", "tensile"), ("normal", "normals"), ("UV", "uv")] {
+            let refusal = Effect::by_name(name).unwrap_err();
+            assert_eq!((refusal.kind, refusal.at.as_str()), (Kind::UnknownEffect, name));
+            assert!(name == "UV" || refusal.message.contains(&format!("`{nearest}`")), "{refusal}");
+        }
+        let refusal = Effects::from_bits("effects_on", 1 << 40 | 1).unwrap_err();
+        assert_eq!((refusal.kind, refusal.at.as_str()), (Kind::UnknownEffect, "40"));
+    }
+
+    #[test]
+    fn what_cannot_be_is_refused_by_name() {
+        let changed = |on: &[Effect], off: &[Effect]| {
+            Effects::usual().changed(Effects::of(on.iter().copied()), Effects::of(off.iter().copied()))
+        };
+        assert_eq!(changed(&[], &[]).unwrap(), Effects::usual());
+        assert!(changed(&[Effect::Bonds], &[Effect::Interior]).unwrap().has(Effect::Bonds));
+        assert_eq!(changed(&[Effect::Uv], &[Effect::Uv]).unwrap_err().at, "uv");
+        let needy = changed(&[Effect::Tensile], &[Effect::Elastic]).unwrap_err();
+        assert_eq!((needy.kind, needy.at.as_str()), (Kind::Effect, "tensile"));
+        let scene = Effects::of([Effect::Elastic, Effect::Tensile]);
+        assert_eq!(scene.changed(Effects::default(), Effects::of([Effect::Elastic])).unwrap(), Effects::default());
+    }
+}

@@ -1,0 +1,200 @@
+//! What answers carry beside the pieces, if it is asked for: normals, texture coordinates, bonds, debris.
+
+use super::Pieces;
+use crate::random::Stream;
+use crate::tessellation::{Run, Tessellation};
+use nalgebra::{Point3, Vector3};
+
+/// Triangles of a crack face per point of debris.
+const TRIANGLES_PER_POINT: usize = 4;
+
+/// Smallest and largest piece of debris, in spacings of the crack lattice.
+const DEBRIS_SPACINGS: [f64; 2] = [0.1, 1.0];
+
+/// Streams of random numbers of the cracks' debris begin here.
+const DEBRIS_STREAM: u64 = 0x6465_6272_6973_0000;
+
+/// Two fragments that touch.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bond {
+    /// The fragments, the lower id first.
+    pub fragments: [u32; 2],
+    /// Area of the crack between them, m².
+    pub area_m2: f64,
+    /// Mean normal from the first to the second, of length one; zero where the crack closes upon itself.
+    pub normal: Vector3<f64>,
+    /// Centroid of the crack, coordinates of the mesh file, m.
+    pub centroid_m: Point3<f64>,
+}
+
+/// A point of a crack from which dust and chips come.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Debris {
+    /// The fragment on whose face it lies, the lower id of two.
+    pub fragment: u32,
+    /// The other.
+    pub neighbour: u32,
+    /// Relative to the fragment's centre of mass, m.
+    pub position_m: Vector3<f64>,
+    /// Out of the fragment, of length one.
+    pub normal: Vector3<f64>,
+    /// Diameter, m.
+    pub size_m: f64,
+}
+
+/// A triangle of a run: corners and area vector, local.
+struct Face {
+    corners: [Point3<f64>; 3],
+    area: Vector3<f64>,
+}
+
+fn faces<'a>(tessellation: &'a Tessellation, run: &'a Run) -> impl Iterator<Item = Face> + 'a {
+    let points = tessellation.run_vertices(run);
+    tessellation.run_triangles(run).map(|triangle| {
+        let corners = triangle.map(|vertex| points[vertex as usize]);
+        Face { corners, area: (corners[1] - corners[0]).cross(&(corners[2] - corners[0])) * 0.5 }
+    })
+}
+
+/// Whether debris and bonds of this crack are told on this side.
+fn is_lower(run: &Run) -> bool {
+    run.neighbour.is_some_and(|neighbour| run.fragment < neighbour)
+}
+
+/// Number of bonds of a tessellation.
+pub(super) fn bond_count(tessellation: &Tessellation) -> usize {
+    tessellation.runs().iter().filter(|run| is_lower(run)).count()
+}
+
+/// Number of points of debris of a tessellation.
+pub(super) fn debris_count(tessellation: &Tessellation) -> usize {
+    let lower = tessellation.runs().iter().filter(|run| is_lower(run));
+    lower.map(|run| run.triangles.len().div_ceil(TRIANGLES_PER_POINT)).sum()
+}
+
+impl Pieces {
+    /// Normals of all vertices, in their order: those of their run's triangles around them, by area. Nothing is written beyond
+    /// `out`.
+    pub fn normals(&self, out: &mut [[f32; 3]]) {
+        self.each_run(out, |tessellation, run, out| {
+            let mut sums = vec![Vector3::zeros(); out.len()];
+            for (triangle, face) in tessellation.run_triangles(run).zip(faces(tessellation, run)) {
+                triangle.iter().for_each(|&vertex| sums[vertex as usize] += face.area);
+            }
+            for (out, sum) in out.iter_mut().zip(&sums) {
+                let normal = sum.try_normalize(0.0).unwrap_or(Vector3::z());
+                *out = [normal.x as f32, normal.y as f32, normal.z as f32];
+            }
+        });
+    }
+
+    /// Texture coordinates of all vertices, m: where a crack's point lies in the plane that the crack has on average, the same on
+    /// both sides of it. Zero on the outside.
+    pub fn uvs(&self, out: &mut [[f32; 2]]) {
+        let metre = self.transform.metres_per_unit;
+        self.each_run(out, |tessellation, run, out| {
+            let Some(neighbour) = run.neighbour else { return out.fill([0.0; 2]) };
+            let own: Vector3<f64> = faces(tessellation, run).map(|face| face.area).sum();
+            let [u, v] = plane(if run.fragment < neighbour { own } else { -own });
+            for (out, point) in out.iter_mut().zip(tessellation.run_vertices(run)) {
+                *out = [(u.dot(&point.coords) * metre) as f32, (v.dot(&point.coords) * metre) as f32];
+            }
+        });
+    }
+
+    /// All bonds, by their fragments.
+    pub fn bonds(&self) -> Vec<Bond> {
+        let metre = self.transform.metres_per_unit;
+        let mut bonds = Vec::with_capacity(self.counts.bonds);
+        self.each_crack(|first, tessellation, run, neighbour| {
+            let (mut area, mut mean, mut moment) = (0.0, Vector3::zeros(), Vector3::zeros());
+            for face in faces(tessellation, run) {
+                let own = face.area.norm();
+                (area, mean) = (area + own, mean + face.area);
+                moment += face.corners.iter().map(|corner| corner.coords).sum::<Vector3<f64>>() * (own / 3.0);
+            }
+            bonds.push(Bond {
+                fragments: [first + run.fragment, first + neighbour],
+                area_m2: area * metre * metre,
+                normal: mean.try_normalize(0.0).unwrap_or_default(),
+                centroid_m: self.frame.to_metres(&Point3::from(moment / area)),
+            });
+        });
+        bonds
+    }
+
+    /// Points on all cracks, uniform over their areas; sizes by a power law (D. L. Turcotte, *Fractals and fragmentation*, 1986: the
+    /// number of larger pieces goes with the inverse square of their size).
+    pub fn debris(&self) -> Vec<Debris> {
+        let metre = self.transform.metres_per_unit;
+        let [least, most] = DEBRIS_SPACINGS.map(|spacings| spacings * self.crack_spacing * metre);
+        let mut debris = Vec::with_capacity(self.counts.debris);
+        let mut crack = 0;
+        self.each_crack(|first, tessellation, run, neighbour| {
+            let mut random = Stream::new(self.seed, DEBRIS_STREAM + crack);
+            crack += 1;
+            let faces: Vec<Face> = faces(tessellation, run).collect();
+            let mut sum = 0.0;
+            let mut sums = Vec::with_capacity(faces.len());
+            for face in &faces {
+                sum += face.area.norm();
+                sums.push(sum);
+            }
+            let centre = &self.fragments[(first + run.fragment) as usize].centre_m;
+            let centre = Point3::from(*centre);
+            for _ in 0..faces.len().div_ceil(TRIANGLES_PER_POINT) {
+                let wanted = random.uniform() * sum;
+                let face = &faces[sums.partition_point(|sum| *sum <= wanted).min(faces.len() - 1)];
+                let point = within(&face.corners, [random.uniform(), random.uniform()]);
+                let tail = 1.0 - random.uniform() * (1.0 - (least / most).powi(2));
+                debris.push(Debris {
+                    fragment: first + run.fragment,
+                    neighbour: first + neighbour,
+                    position_m: self.frame.to_metres(&point) - centre,
+                    normal: face.area.try_normalize(0.0).unwrap_or(Vector3::z()),
+                    size_m: least / tail.sqrt(),
+                });
+            }
+        });
+        debris
+    }
+
+    /// Calls `work` with each run and its part of `out`, one element per vertex, in parallel.
+    fn each_run<T: Send>(&self, out: &mut [T], work: impl Fn(&Tessellation, &Run, &mut [T]) + Sync) {
+        let mut rest = out;
+        for pieces in &self.bodies {
+            let tessellation = &pieces.tessellation;
+            let (own, others) = rest.split_at_mut(tessellation.vertex_count());
+            tessellation.each_run(own, |run, out| work(tessellation, run, out));
+            rest = others;
+        }
+    }
+
+    /// Calls `work` with each crack, seen from its lower fragment: number of the body's first fragment, tessellation, run, and
+    /// upper fragment in the body.
+    fn each_crack(&self, mut work: impl FnMut(u32, &Tessellation, &Run, u32)) {
+        let mut first = 0;
+        for pieces in &self.bodies {
+            let tessellation = &pieces.tessellation;
+            for run in tessellation.runs().iter().filter(|run| is_lower(run)) {
+                work(first, tessellation, run, run.neighbour.unwrap_or(run.fragment));
+            }
+            first += tessellation.fragments().len() as u32;
+        }
+    }
+}
+
+/// Two directions of length one across `normal`, and across each other.
+fn plane(normal: Vector3<f64>) -> [Vector3<f64>; 2] {
+    let normal = normal.try_normalize(0.0).unwrap_or(Vector3::z());
+    let mut axis = Vector3::zeros();
+    axis[normal.iamin()] = 1.0;
+    let u = normal.cross(&axis).normalize();
+    [u, normal.cross(&u)]
+}
+
+/// The point of a triangle that two uniform numbers give, uniform over its area.
+fn within(corners: &[Point3<f64>; 3], [a, b]: [f64; 2]) -> Point3<f64> {
+    let (a, b) = if a + b > 1.0 { (1.0 - a, 1.0 - b) } else { (a, b) };
+    corners[0] + (corners[1] - corners[0]) * a + (corners[2] - corners[0]) * b
+}

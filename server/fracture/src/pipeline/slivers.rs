@@ -1,0 +1,75 @@
+//! Slivers: pieces too small to be worth a body of their own become part of the neighbour that they share most with.
+
+use crate::fragment::Properties;
+use crate::tessellation::{Components, Run, Tessellation};
+use std::collections::BTreeMap;
+
+/// Smaller pieces are slivers: volume in cubes of the crack lattice's spacing. They have about four nodes, so the lattice shapes them
+/// and not the diagram. A share of the mean piece would take the small ones around a contact, which are meant.
+pub const SLIVER_CUBES: f64 = 2.0;
+
+/// Gives every sliver to the neighbour with which it shares the largest area, the smallest first, until none is left that has a
+/// neighbour. Whether there was one; `components` then has the pieces as they are now, numbered in their old order, each with
+/// the site of its largest part.
+pub(super) fn merge(
+    components: &mut Components,
+    tessellation: &Tessellation,
+    measured: &[Properties],
+    spacing: f64,
+) -> bool {
+    let mut volumes: Vec<f64> = measured.iter().map(|piece| piece.volume).collect();
+    let least = SLIVER_CUBES * spacing.powi(3);
+    let mut shared = shared_areas(tessellation);
+    let mut became: Vec<usize> = (0..volumes.len()).collect();
+    let mut any = false;
+    while let Some((sliver, host)) = next(&became, &volumes, &shared, least) {
+        any = true;
+        became.iter_mut().filter(|piece| **piece == sliver).for_each(|piece| *piece = host);
+        volumes[host] += std::mem::take(&mut volumes[sliver]);
+        for (other, area) in std::mem::take(&mut shared[sliver]) {
+            shared[other].remove(&sliver);
+            if other != host {
+                *shared[host].entry(other).or_default() += area;
+                *shared[other].entry(host).or_default() += area;
+            }
+        }
+    }
+    if any {
+        renumber(components, &became);
+    }
+    any
+}
+
+/// The smallest sliver that has a neighbour, and the one that it shares most with.
+fn next(became: &[usize], volumes: &[f64], shared: &[BTreeMap<usize, f64>], least: f64) -> Option<(usize, usize)> {
+    let pieces = (0..volumes.len()).filter(|&piece| became[piece] == piece && volumes[piece] < least);
+    let slivers = pieces.filter(|&piece| !shared[piece].is_empty());
+    let sliver = slivers.min_by(|&a, &b| volumes[a].total_cmp(&volumes[b]).then(a.cmp(&b)))?;
+    let host = shared[sliver].iter().max_by(|a, b| a.1.total_cmp(b.1).then(b.0.cmp(a.0)))?;
+    Some((sliver, *host.0))
+}
+
+/// By piece: neighbours, and the area shared with each, local.
+fn shared_areas(tessellation: &Tessellation) -> Vec<BTreeMap<usize, f64>> {
+    let mut shared = vec![BTreeMap::new(); tessellation.fragments().len()];
+    for run in tessellation.runs() {
+        if let Some(neighbour) = run.neighbour {
+            *shared[run.fragment as usize].entry(neighbour as usize).or_default() += area(tessellation, run);
+        }
+    }
+    shared
+}
+
+fn area(tessellation: &Tessellation, run: &Run) -> f64 {
+    let points = tessellation.run_vertices(run);
+    let corners = |triangle: [u32; 3]| triangle.map(|vertex| points[vertex as usize]);
+    tessellation.run_triangles(run).map(corners).map(|[a, b, c]| 0.5 * (b - a).cross(&(c - a)).norm()).sum()
+}
+
+fn renumber(components: &mut Components, became: &[usize]) {
+    let kept: Vec<usize> = (0..became.len()).filter(|&piece| became[piece] == piece).collect();
+    let mut place = vec![0; became.len()];
+    kept.iter().enumerate().for_each(|(number, &piece)| place[piece] = number as u32);
+    components.labels.iter_mut().for_each(|label| *label = place[became[*label as usize]]);
+    components.sites = kept.iter().map(|&piece| components.sites[piece]).collect();
+}

@@ -1,0 +1,288 @@
+//! Effects through the whole service: what is off costs and changes nothing, what is on does what it says.
+
+mod support;
+
+use shatter_client::{Broken, Degree, Effect, Effects, Fragment, Impact, Kind, Lift, Object};
+use std::collections::{BTreeMap, HashMap};
+use std::sync::LazyLock;
+use support::{InProcess, TestPlace, bar, patience};
+
+/// A bar, baked once for all tests: the bytes of its database.
+static BAR: LazyLock<Vec<u8>> = LazyLock::new(|| bar(0.05));
+
+/// Those that change nothing but their own section.
+const OUTPUTS: [Effect; 5] = [Effect::Release, Effect::Normals, Effect::Uv, Effect::Bonds, Effect::Debris];
+
+fn start() -> (InProcess, Object) {
+    let here = TestPlace::new("effects");
+    std::fs::write(here.databases().join("bar.shatter"), BAR.as_slice()).unwrap();
+    let daemon = InProcess::start_with(here, "", shatter_server::wire::loader());
+    let bar = daemon.connect().object("bar", patience()).unwrap();
+    (daemon, bar)
+}
+
+/// A blow on the end of the bar that breaks it.
+fn blow() -> Impact {
+    Impact::at([0.2, 0.0, 0.0]).impulse([-50.0, 3.0, 0.0]).radius(0.05).degree(Degree::Sites(24)).seed(3)
+}
+
+fn strike(bar: &Object, impact: &Impact) -> Broken {
+    bar.strike(impact).unwrap().wait(patience()).unwrap()
+}
+
+fn with(effects: &[Effect]) -> Impact {
+    effects.iter().fold(blow(), |impact, effect| impact.enable(*effect))
+}
+
+/// Hashes of all sections but the one that reports what ran.
+fn hashes(broken: &Broken) -> BTreeMap<&'static str, String> {
+    let sections = broken.digest().sections.into_iter().filter(|section| section.name != "effects");
+    sections.map(|section| (section.name, section.hash)).collect()
+}
+
+/// Section of an output effect.
+fn section(effect: Effect) -> &'static str {
+    match effect {
+        Effect::Release => "velocities",
+        Effect::Uv => "uvs",
+        other => other.name(),
+    }
+}
+
+fn sum(terms: impl Iterator<Item = [f64; 3]>) -> [f64; 3] {
+    terms.fold([0.0; 3], |sum, term| [0, 1, 2].map(|k| sum[k] + term[k]))
+}
+
+fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [0, 1, 2].map(|k| a[(k + 1) % 3] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[(k + 1) % 3])
+}
+
+fn norm(a: [f64; 3]) -> f64 {
+    a.iter().map(|x| x * x).sum::<f64>().sqrt()
+}
+
+#[test]
+fn off_is_exactly_nothing() {
+    let (_daemon, bar) = start();
+    let check = |impact: Impact, on: Effects| {
+        let broken = strike(&bar, &impact);
+        for (row, effect) in broken.effects().iter().zip(Effect::ALL) {
+            assert_eq!((row.name(), row.ran != 0), (effect.name(), on.has(effect)), "{impact:?}");
+            assert!(on.has(effect) || (row.ns, row.bytes) == (0, 0), "{row:?}");
+        }
+        let extra = broken
+            .digest()
+            .sections
+            .into_iter()
+            .map(|section| section.name)
+            .filter(|name| OUTPUTS.into_iter().any(|effect| section(effect) == *name));
+        let wanted = OUTPUTS.into_iter().filter(|effect| on.has(*effect)).map(section);
+        assert_eq!(extra.collect::<Vec<_>>(), wanted.collect::<Vec<_>>());
+    };
+    // A number of sites was asked for: the examples have nothing to say.
+    let usual = Effects::of([Effect::Elastic, Effect::Interior]);
+    check(blow(), usual);
+    check(blow().disable(Effect::Interior), Effects::of([Effect::Elastic]));
+    check(blow().disable(Effect::Elastic), Effects::of([Effect::Interior]));
+    check(blow().disable(Effect::Elastic).disable(Effect::Interior), Effects::default());
+    for effect in Effect::ALL.into_iter().filter(|effect| !effect.default_on()) {
+        check(with(&[effect]), Effects::of(usual.iter().chain([effect])));
+    }
+    check(with(&OUTPUTS), Effects::of(usual.iter().chain(OUTPUTS)));
+}
+
+#[test]
+fn without_elasticity_neither_solve_nor_basis_is_touched() {
+    let (_daemon, bar) = start();
+    let cheap = strike(&bar, &blow().disable(Effect::Elastic));
+    let elasticity = cheap.stages().iter().find(|stage| stage.name() == "elasticity").unwrap();
+    assert_eq!((elasticity.ran, elasticity.ns, elasticity.bytes), (0, 0, 0));
+    assert!(cheap.fragments().len() >= 24 && cheap.fragments().all(|fragment| fragment.is_closed()));
+}
+
+#[test]
+fn outputs_change_no_other_section() {
+    let (_daemon, bar) = start();
+    for first in OUTPUTS {
+        let before = hashes(&strike(&bar, &with(&[first])));
+        for second in OUTPUTS.into_iter().filter(|second| *second != first) {
+            let mut after = hashes(&strike(&bar, &with(&[first, second])));
+            assert!(after.remove(section(second)).is_some());
+            assert_eq!(after, before, "{} after {}", second.name(), first.name());
+        }
+    }
+}
+
+#[test]
+fn physics_changes_the_pieces() {
+    let (_daemon, bar) = start();
+    let usual = hashes(&strike(&bar, &blow()));
+    for (what, impact) in [
+        ("tensile", blow().enable(Effect::Tensile)),
+        ("interior", blow().disable(Effect::Interior)),
+        ("elastic", blow().disable(Effect::Elastic)),
+    ] {
+        assert_ne!(hashes(&strike(&bar, &impact))["positions"], usual["positions"], "{what}");
+    }
+    let straight = hashes(&strike(&bar, &blow().lift(Lift::Euclidean)));
+    assert_eq!(hashes(&strike(&bar, &blow().disable(Effect::Interior))), straight);
+}
+
+#[test]
+fn what_cannot_be_is_refused_by_name() {
+    let (_daemon, bar) = start();
+    let refused = |impact: Impact| {
+        let refusal = bar.strike(&impact).and_then(|mut ticket| ticket.wait(patience())).err().unwrap();
+        (refusal.kind, refusal.at)
+    };
+    for (impact, at) in [
+        (blow().enable(Effect::Uv).disable(Effect::Uv), "uv"),
+        (blow().enable(Effect::Tensile).disable(Effect::Elastic), "tensile"),
+        (blow().enable(Effect::Interior).lift(Lift::Euclidean), "interior"),
+        (blow().disable(Effect::Interior).lift(Lift::Interior), "interior"),
+    ] {
+        assert_eq!(refused(impact), (Kind::Effect, at.to_owned()));
+    }
+}
+
+/// Slivers of the finer diagram are gone, volumes are not, and what is left is closed.
+#[test]
+fn slivers_become_part_of_their_neighbours() {
+    let (_daemon, bar) = start();
+    let many = blow().degree(Degree::Sites(250));
+    let sliver = 2.0 * (0.05 * bar.facts().diagonal_m).powi(3);
+    let least = |broken: &Broken| broken.fragments().map(|own| own.volume_m3()).fold(f64::INFINITY, f64::min);
+    let volume = |broken: &Broken| broken.fragments().map(|own| own.volume_m3()).sum::<f64>();
+    let before = strike(&bar, &many);
+    let after = strike(&bar, &many.clone().enable(Effect::Slivers));
+    assert!(least(&before) < 0.5 * sliver, "there are slivers");
+    assert!(after.fragments().len() < before.fragments().len());
+    // Where three cracks met and two do no more, volumes change a little.
+    assert!(least(&after) > 0.9 * sliver, "{} of {sliver}", least(&after));
+    assert!((volume(&after) / volume(&before) - 1.0).abs() < 1e-6);
+    assert!(after.fragments().all(|fragment| fragment.is_closed()));
+}
+
+/// Area vector and area of the part of a fragment's surface that faces `neighbour`, from the mesh that the client sees.
+fn face(fragment: &Fragment<'_>, neighbour: u32) -> ([f64; 3], f64) {
+    let positions = fragment.positions();
+    let runs = fragment.runs().filter(|run| run.neighbour == Some(neighbour));
+    let triangles = runs.flat_map(|run| run.indices.chunks_exact(3).collect::<Vec<_>>());
+    triangles.fold(([0.0; 3], 0.0), |(vector, area), triangle| {
+        let [a, b, c] = [0, 1, 2].map(|k| positions[triangle[k] as usize].map(f64::from));
+        let edge = |to: [f64; 3]| [0, 1, 2].map(|k| to[k] - a[k]);
+        let own = cross(edge(b), edge(c)).map(|x| 0.5 * x);
+        ([0, 1, 2].map(|k| vector[k] + own[k]), area + norm(own))
+    })
+}
+
+#[test]
+fn bonds_are_the_cracks_that_fragments_share() {
+    let (_daemon, bar) = start();
+    let broken = strike(&bar, &with(&[Effect::Bonds]));
+    let fragments: Vec<Fragment<'_>> = broken.fragments().collect();
+    let pairs: usize = fragments.iter().map(|own| own.runs().filter(|run| run.neighbour.is_some()).count()).sum();
+    assert_eq!(2 * broken.bonds().len(), pairs);
+    let half = bar.facts().diagonal_m;
+    for bond in broken.bonds() {
+        let [lower, upper] = bond.fragments;
+        for (own, other, sign) in [(lower, upper, 1.0), (upper, lower, -1.0)] {
+            let (vector, area) = face(&fragments[own as usize], other);
+            assert!((area / bond.area_m2 - 1.0).abs() < 1e-5, "{area} of {}", bond.area_m2);
+            let along: f64 = (0..3).map(|k| sign * vector[k] * bond.normal[k]).sum();
+            assert!((along - norm(vector)).abs() < 1e-5 * bond.area_m2, "{vector:?} {:?}", bond.normal);
+        }
+        assert!((norm(bond.normal) - 1.0).abs() < 1e-12 && norm(bond.centroid_m) < half, "{bond:?}");
+    }
+}
+
+#[test]
+fn normals_have_length_one_and_point_out_of_their_fragment() {
+    let (_daemon, bar) = start();
+    let broken = strike(&bar, &with(&[Effect::Normals]));
+    for fragment in broken.fragments() {
+        let (positions, normals) = (fragment.positions(), fragment.normals());
+        assert_eq!(positions.len(), normals.len());
+        assert!(normals.iter().all(|normal| (norm(normal.map(f64::from)) - 1.0).abs() < 1e-6));
+        let mut agree = 0.0;
+        let mut all = 0.0;
+        for triangle in fragment.indices().chunks_exact(3) {
+            let [a, b, c] = [0, 1, 2].map(|k| positions[triangle[k] as usize].map(f64::from));
+            let edge = |to: [f64; 3]| [0, 1, 2].map(|k| to[k] - a[k]);
+            let area = cross(edge(b), edge(c));
+            for corner in triangle {
+                let normal = normals[*corner as usize].map(f64::from);
+                agree += (0..3).map(|k| normal[k] * area[k]).sum::<f64>();
+                all += norm(area);
+            }
+        }
+        assert!(agree > 0.8 * all, "{agree} of {all}");
+    }
+}
+
+#[test]
+fn both_sides_of_a_crack_have_the_same_texture() {
+    let (_daemon, bar) = start();
+    let broken = strike(&bar, &with(&[Effect::Uv]));
+    let mut sides: HashMap<([u32; 2], [i64; 3]), Vec<[f32; 2]>> = HashMap::new();
+    for fragment in broken.fragments() {
+        let centre = fragment.centre_m();
+        for run in fragment.runs() {
+            let uvs = &fragment.uvs()[run.vertex_first as usize..][..run.positions.len()];
+            let Some(neighbour) = run.neighbour else {
+                assert!(uvs.iter().all(|uv| *uv == [0.0; 2]));
+                continue;
+            };
+            let pair = [fragment.id().min(neighbour), fragment.id().max(neighbour)];
+            for (position, uv) in run.positions.iter().zip(uvs) {
+                let place = [0, 1, 2].map(|k| ((f64::from(position[k]) + centre[k]) * 1e5).round() as i64);
+                sides.entry((pair, place)).or_default().push(*uv);
+            }
+        }
+    }
+    let pairs: Vec<_> = sides.values().filter(|uvs| uvs.len() == 2).collect();
+    assert!(pairs.len() > 100);
+    assert!(pairs.iter().all(|uvs| uvs[0] == uvs[1]), "bit for bit");
+}
+
+#[test]
+fn release_makes_no_momentum() {
+    let (_daemon, bar) = start();
+    let broken = strike(&bar, &with(&[Effect::Release]));
+    let parts: Vec<_> =
+        broken.fragments().map(|own| (own.mass_kg(), own.centre_m(), own.row(), own.velocity().unwrap())).collect();
+    let momenta = || parts.iter().map(|(mass, _, _, velocity)| velocity.linear_m_s.map(|v| v * mass));
+    let linear = sum(momenta());
+    let angular = sum(parts.iter().map(|(mass, centre, row, velocity)| {
+        let [xx, yy, zz, xy, xz, yz] = row.inertia_kg_m2;
+        let w = velocity.angular_rad_s;
+        let spin = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]].map(|row| (0..3).map(|k| row[k] * w[k]).sum::<f64>());
+        let orbit = cross(*centre, velocity.linear_m_s.map(|v| v * mass));
+        [0, 1, 2].map(|k| spin[k] + orbit[k])
+    }));
+    let scale: f64 = momenta().map(norm).sum();
+    assert!(scale > 0.0);
+    assert!(norm(linear) < 1e-9 * scale, "{linear:?} of {scale}");
+    assert!(norm(angular) < 1e-9 * scale * bar.facts().diagonal_m, "{angular:?} of {scale}");
+    // The nearest to the blow flies fastest, and away.
+    let speed = |own: &shatter_proto::answer::VelocityWire| norm(own.linear_m_s);
+    let fastest = parts.iter().max_by(|a, b| speed(&a.3).total_cmp(&speed(&b.3))).unwrap();
+    assert!(fastest.1[0] > 0.1, "{:?}", fastest.1);
+}
+
+#[test]
+fn debris_lies_on_cracks() {
+    let (_daemon, bar) = start();
+    let broken = strike(&bar, &with(&[Effect::Debris]));
+    let fragments: Vec<Fragment<'_>> = broken.fragments().collect();
+    assert!(broken.debris().len() > 100);
+    let spacing = 0.05 * bar.facts().diagonal_m;
+    for point in broken.debris() {
+        let run = fragments[point.fragment as usize].runs().find(|run| run.neighbour == Some(point.neighbour)).unwrap();
+        let distance = |position: &[f32; 3]| norm([0, 1, 2].map(|k| f64::from(position[k] - point.position_m[k])));
+        let nearest = run.positions.iter().map(distance).fold(f64::INFINITY, f64::min);
+        assert!(nearest < spacing, "{nearest} of {spacing}");
+        assert!((norm(point.normal.map(f64::from)) - 1.0).abs() < 1e-6);
+        assert!(f64::from(point.size_m) > 0.09 * spacing && f64::from(point.size_m) < 1.01 * spacing);
+    }
+}
