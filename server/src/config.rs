@@ -121,13 +121,18 @@ impl Config {
         let mut table: toml::Table = DEFAULT.parse().map_err(refuse)?;
         overlay(&mut table, text.parse().map_err(refuse)?);
         let config: Self = toml::Value::Table(table).try_into().map_err(refuse)?;
-        config
-            .check()
-            .map_err(|(key, rule)| Refusal::new(Kind::Configuration, key, format!("{at}: {key} must be {rule}")))?;
-        Ok(config)
+        config.checked(at)
     }
 
-    fn check(&self) -> Result<(), (&'static str, &'static str)> {
+    /// The same if every value is possible; `at` names where they come from in the refusal.
+    pub fn checked(self, at: &str) -> Result<Self, Refusal> {
+        match self.rules() {
+            Ok(()) => Ok(self),
+            Err((key, rule)) => Err(Refusal::new(Kind::Configuration, key, format!("{at}: {key} must be {rule}"))),
+        }
+    }
+
+    fn rules(&self) -> Result<(), (&'static str, &'static str)> {
         let rules = [
             ("service.clients_max", "1 to 128", (1..=CLIENTS_MAX).contains(&self.service.clients_max)),
             ("databases.watch_ms", "0, or 10 to 60000", matches!(self.databases.watch_ms, 0 | 10..=60_000)),

@@ -4,7 +4,8 @@ mod support;
 
 use rustix::process::Signal;
 use serde_json::Value;
-use shatter_client::{Impact, Kind, Shatter};
+use shatter_client::{Effect, Impact, Kind, Shatter};
+use shatter_proto::answer::STAGES;
 use std::io::{BufRead, BufReader};
 use std::process::{Command, Stdio};
 use std::time::Duration;
@@ -82,6 +83,31 @@ fn a_second_daemon_of_the_same_name_is_refused() {
 }
 
 #[test]
+fn a_daemon_whose_messages_nobody_reads_serves_on() {
+    let here = TestPlace::new("unread");
+    let daemon = Child::deaf(shatterd(&here).args(["--log", "debug"]));
+    let service = connect(Some(&here));
+    for _ in 0..20 {
+        assert!(service.object("nothing", patience()).is_err());
+    }
+    assert_eq!(service.status(patience()).unwrap().row().pid, daemon.id());
+    assert_eq!(daemon.terminate().code(), Some(0));
+}
+
+#[test]
+fn status_waits_for_the_daemon_that_comes_after_a_killed_one() {
+    let here = TestPlace::new("waits");
+    for _ in 0..4 {
+        let killed = Child::start(&mut shatterd(&here));
+        killed.signal(Signal::KILL);
+        let next = Child::begin(&mut shatterd(&here));
+        let (code, text) = shatter(&here, &["status", "--wait", "30", "--json"]);
+        assert_eq!((code, json(&text)["pid"].as_u64()), (0, Some(next.id().into())), "{text}");
+        next.kill();
+    }
+}
+
+#[test]
 fn what_the_daemon_cannot_start_with_is_named() {
     let here = TestPlace::new("named");
     let check = |arguments: &[&str], exit: i32, named: &str| {
@@ -92,6 +118,7 @@ fn what_the_daemon_cannot_start_with_is_named() {
     check(&["--service", "a b"], 3, "`a b`");
     check(&["--databases", "/nowhere/ä b"], 3, "/nowhere/ä b");
     check(&["--config", "/nowhere.toml"], 3, "/nowhere.toml");
+    check(&["--threads", "100000"], 3, "compute.threads");
     let config = here.file("colour.toml", "[compute]\ncolour = 3");
     check(&["--config", config.to_str().unwrap()], 3, "colour");
     check(&["--log", "a=b=c"], 3, "log.filter");
@@ -171,7 +198,8 @@ fn the_command_line_strikes_and_prints_one_document() {
     assert_eq!((code, answer["status"].as_str()), (0, Some("ok")), "{out}");
     assert_eq!(answer["fragments"].as_array().unwrap().len(), 3);
     assert!(answer["fragments"].as_array().unwrap().iter().all(|fragment| fragment["closed"] == true));
-    assert_eq!(answer["stages"].as_array().unwrap().len(), 8);
+    let names = answer["stages"].as_array().unwrap().iter().map(|stage| stage["name"].as_str().unwrap());
+    assert!(names.eq(STAGES.into_iter().chain(Effect::ALL.map(Effect::name))), "{out}");
     let keys = ["object", "handle", "gamma_j_m2", "e1_over_gamma", "sites", "fracture_degree", "degree_source"];
     let keys = keys.into_iter().chain(["confidence", "capped", "stop_reason", "error_estimate", "round_trip_ns"]);
     for key in keys.chain(["response_bytes", "output_hash", "sections"]) {

@@ -2,7 +2,7 @@
 
 mod support;
 
-use shatter_client::{Deadline, Impact, Kind, Object, Shatter, Ticket};
+use shatter_client::{Deadline, Degree, Impact, Kind, Object, Shatter, Ticket};
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 use support::{InProcess, TestPlace, order, patience};
@@ -209,4 +209,27 @@ fn forty_impacts_that_cannot_all_be_in_time_are_answered_or_late() {
     assert_eq!(answered + late, CLIENTS * EACH);
     assert!(late > 0, "40 of 5 ms in 118 ms");
     assert_eq!(order("-n").len(), answered, "what is late is not written");
+}
+
+/// Strikes that take long say nothing about those that ask for little, and an expectation that is wrong does not stand for ever.
+#[test]
+fn a_wrong_forecast_does_not_refuse_for_ever() {
+    let here = TestPlace::new("wrong");
+    here.database("vase", "sites 4");
+    let daemon = InProcess::start(here, "[compute]\nstrikes_at_once = 1");
+    let service = daemon.connect();
+    let vase = object(&service, "vase");
+    let many = impact().degree(Degree::Sites(100));
+    (0..2).for_each(|_| drop(vase.strike(&many).unwrap().wait(patience()).unwrap()));
+    let soon = |sites| impact().degree(Degree::Sites(sites)).deadline(Duration::from_millis(200));
+    vase.strike(&soon(2)).unwrap().wait(patience()).unwrap();
+    // About as many as those that took 400 ms, expected to take as long; it takes half of that, and is tried in the end.
+    let refused = (0..60).take_while(|_| {
+        let refusal = vase.strike(&soon(64)).unwrap().wait(patience()).err();
+        refusal.is_some_and(|refusal| {
+            assert!(refusal.kind == Kind::Late && refusal.retry_after.is_none(), "{refusal:?}");
+            refusal.message.contains("expected")
+        })
+    });
+    assert!((1..60).contains(&refused.count()));
 }

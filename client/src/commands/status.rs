@@ -3,12 +3,15 @@
 use super::when::utc;
 use super::{Failure, document, objects, out, reply};
 use serde_json::{Map, Value, json};
-use shatter_client::{Deadline, Latency, ObjectFacts, Shatter, Status};
+use shatter_client::{Deadline, Latency, ObjectFacts, Refusal, Shatter, Status};
 use std::io::IsTerminal;
 use std::time::{Duration, Instant};
 
 /// Pause between two looks of `--watch`.
 const PAUSE: Duration = Duration::from_secs(1);
+
+/// Pause between two tries of `--wait`.
+const AGAIN: Duration = Duration::from_millis(50);
 
 /// Clears a terminal, and goes to its first line.
 const CLEAR: &str = "\x1b[2J\x1b[H";
@@ -34,19 +37,34 @@ fn seconds(text: &str) -> Result<Duration, String> {
 
 /// Shows how the service goes.
 pub fn run(service: &str, args: &Args) -> Result<(), Failure> {
-    let connection = match args.wait {
-        Some(wait) => Shatter::wait_for(service, Deadline::after(wait))?,
-        None => Shatter::connect(service, reply())?,
+    let deadline = args.wait.map(Deadline::after);
+    let (connection, (status, loaded)) = loop {
+        let found = look(service, deadline);
+        match (found, deadline) {
+            // A daemon that ends or begins while it is asked is not the one that is waited for.
+            (Err(refusal), Some(deadline)) if refusal.kind.retry() && !deadline.passed() => std::thread::sleep(AGAIN),
+            (found, _) => break found?,
+        }
     };
-    if args.watch { watch(service, &connection, args.json) } else { once(service, &connection, args.json) }
-}
-
-fn once(service: &str, connection: &Shatter, json: bool) -> Result<(), Failure> {
-    let (status, loaded) = (connection.status(reply())?, connection.objects(reply())?);
-    if json {
+    if args.watch {
+        return watch(service, &connection, args.json);
+    }
+    if args.json {
         return document(&to_json(service, &status, &loaded));
     }
     out(format_args!("{}", screen(service, &status, &loaded, None)))
+}
+
+type Seen = (Status, Vec<ObjectFacts>);
+
+/// Connects, waiting for a daemon until the deadline if there is one, and asks once.
+fn look(service: &str, deadline: Option<Deadline>) -> Result<(Shatter, Seen), Refusal> {
+    let connection = match deadline {
+        Some(deadline) => Shatter::wait_for(service, deadline)?,
+        None => Shatter::connect(service, reply())?,
+    };
+    let seen = (connection.status(reply())?, connection.objects(reply())?);
+    Ok((connection, seen))
 }
 
 /// Looks again and again; daemons may come and go meanwhile.

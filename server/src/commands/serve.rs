@@ -26,7 +26,7 @@ pub struct Args {
     /// Folder of databases.
     #[arg(long, value_name = "DIR")]
     databases: Option<PathBuf>,
-    /// Threads that compute; 0: one per core.
+    /// Threads that compute, 1024 at most; 0: one per core.
     #[arg(long, value_name = "N")]
     threads: Option<usize>,
     /// Messages to show: error, warn, info, debug, trace, or directives.
@@ -67,7 +67,7 @@ fn configured(args: &Args) -> Result<Config, Refusal> {
     if let Some(filter) = &args.log {
         config.log.filter.clone_from(filter);
     }
-    Ok(config)
+    config.checked("command line")
 }
 
 /// Messages go to stderr.
@@ -80,7 +80,8 @@ fn log(config: &Config) -> Result<(), Refusal> {
     }
     let filter = EnvFilter::try_new(&config.log.filter).map_err(|error| wrong(error.to_string()))?;
     let builder = tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr);
-    let builder = builder.with_ansi(std::io::stderr().is_terminal());
+    // Whoever read the messages may have gone: that is said to nobody, and the daemon serves on.
+    let builder = builder.with_ansi(std::io::stderr().is_terminal()).log_internal_errors(false);
     let started = match config.log.format {
         LogFormat::Text => builder.try_init(),
         LogFormat::Json => builder.json().try_init(),

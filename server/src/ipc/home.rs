@@ -14,8 +14,9 @@ use std::os::unix::fs::{MetadataExt, OpenOptionsExt};
 use std::path::Path;
 use std::time::Duration;
 
-/// Clients hold the lock for microseconds to see whether a daemon lives: a few tries get past them.
-const LOCK_TRIES: u32 = 20;
+/// Clients hold the lock for microseconds to see whether a daemon lives, and a killed daemon holds it until the kernel has taken its
+/// memory apart: a second of tries gets past both.
+const LOCK_TRIES: u32 = 100;
 const LOCK_PAUSE: Duration = Duration::from_millis(10);
 
 /// The daemons that a service has had before the one that runs. The file lies in the runtime folder, and goes with it.

@@ -1,5 +1,6 @@
 //! One strike from its arrival to its end.
 
+use super::forecast::Work;
 use crate::clock::Shown;
 use crate::engine::Object;
 use crate::ipc::{ActiveStrike, Lent, lend};
@@ -45,8 +46,8 @@ pub struct Flight {
     arrived: Instant,
     /// The stage that it is in.
     stage: Shown,
-    /// Name of the object that it strikes, once it is understood.
-    object: String,
+    /// What kind of work it is, once it is understood.
+    work: Work,
     /// Why it was stopped while it computed.
     stopped: OnceLock<Stop>,
 }
@@ -61,14 +62,14 @@ impl Flight {
             key: (listener, sequence),
             arrived: Instant::now(),
             stage: Shown::default(),
-            object: String::new(),
+            work: Work::default(),
             stopped: OnceLock::new(),
         }
     }
 
     /// What to do, once it is understood.
     pub(super) fn place(&mut self, strike: Strike, object: Arc<dyn Object>) {
-        self.object.clone_from(&strike.object);
+        self.work = Work::of(&strike);
         self.cargo = Mutex::new(Some((strike, object)));
     }
 
@@ -83,9 +84,9 @@ impl Flight {
         self.key
     }
 
-    /// Name of the object that it strikes.
-    pub(super) fn object(&self) -> &str {
-        &self.object
+    /// What kind of work it is.
+    pub(super) fn work(&self) -> &Work {
+        &self.work
     }
 
     /// Polled by the stages.

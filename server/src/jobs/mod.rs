@@ -15,7 +15,7 @@ use crate::metrics::End;
 use crate::verdicts::Key;
 use crew::Lane;
 use flight::Stop;
-use forecast::Forecast;
+use forecast::{Forecast, Work};
 use queue::{Client, Place, Queue};
 use shatter_proto::control::ProgressRow;
 use shatter_proto::{Kind, Refusal};
@@ -111,8 +111,12 @@ impl Jobs {
             self.within_share(wire.held)?;
             let object = catalog.get(&strike.object)?;
             let deadline = strike.deadline.and_then(|deadline| flight.arrived().checked_add(deadline));
-            self.in_time(deadline, &strike.object)?;
-            let cost = self.forecast.of(&strike.object).unwrap_or(COST_UNKNOWN);
+            let work = Work::of(&strike);
+            if let Err(refusal) = self.in_time(deadline, &work) {
+                self.forecast.doubt(&work);
+                return Err(refusal);
+            }
+            let cost = self.forecast.of(&work).unwrap_or(COST_UNKNOWN);
             Ok((Place { client: wire.listener, deadline, cost }, strike, object))
         });
         let place = match placed {
@@ -143,8 +147,8 @@ impl Jobs {
     }
 
     /// Refuses what is expected to be late anyway.
-    fn in_time(&self, deadline: Option<Instant>, object: &str) -> Result<(), Refusal> {
-        let (Some(deadline), Some(cost)) = (deadline, self.forecast.of(object)) else { return Ok(()) };
+    fn in_time(&self, deadline: Option<Instant>, work: &Work) -> Result<(), Refusal> {
+        let (Some(deadline), Some(cost)) = (deadline, self.forecast.of(work)) else { return Ok(()) };
         let wait = self.wait(Some(deadline));
         let left = deadline.saturating_duration_since(Instant::now());
         if wait + cost <= left {
@@ -157,7 +161,9 @@ impl Jobs {
             ms(wait),
             ms(cost)
         );
-        Err(Refusal::new(Kind::Late, "deadline", message).after(wait))
+        let refusal = Refusal::new(Kind::Late, "deadline", message);
+        // Where nothing is in the way, coming back later changes nothing.
+        Err(if wait > Duration::ZERO { refusal.after(wait) } else { refusal })
     }
 
     /// How long a new strike with this deadline is expected to wait.
@@ -224,7 +230,7 @@ impl Jobs {
         let time = begun.elapsed();
         self.waiting.landed(Instant::now(), &place, time);
         if end == End::Answered {
-            self.forecast.learn(flight.object(), time);
+            self.forecast.learn(flight.work(), time);
             self.unread.push(flight.clone());
         }
         self.dispatch();

@@ -112,6 +112,16 @@ impl Child {
         child
     }
 
+    /// The same, but nobody reads what it says on stderr.
+    pub fn deaf(command: &mut Command) -> Self {
+        let mut child = Self(command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap(), None);
+        drop(child.0.stderr.take());
+        let mut out = BufReader::new(child.0.stdout.take().unwrap());
+        assert!(out.by_ref().lines().map_while(Result::ok).any(|line| line == "ready"));
+        child.1 = Some(out);
+        child
+    }
+
     /// Starts `command` without waiting.
     pub fn begin(command: &mut Command) -> Self {
         Self(command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap(), None)

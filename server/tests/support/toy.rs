@@ -29,6 +29,8 @@ pub enum Toy {
     Slow,
     /// Like a tetrahedron, after so many milliseconds of computing.
     Brief(u64),
+    /// The same, so many for each site.
+    Sites(u64),
     /// Panics.
     Panic,
 }
@@ -63,6 +65,7 @@ pub fn loader() -> Loader {
             None if word == "slow" => Toy::Slow,
             None if word == "panic" => Toy::Panic,
             None if word == "rotten" => panic!("the loader fell over it"),
+            Some(("sites", ms)) => Toy::Sites(ms.parse().map_err(|_| "not a number")?),
             Some(("brief", ms)) => Toy::Brief(ms.parse().map_err(|_| "not a number")?),
             Some(("tint", tint)) => Toy::Tint(tint.parse().map_err(|_| "not a number")?),
             Some(("gate", tint)) => Toy::Gate(tint.parse().map_err(|_| "not a number")?),
@@ -115,24 +118,28 @@ impl Object for Named {
     ) -> Result<Box<dyn Outcome>, Refusal> {
         watch.enter(Stage::Load);
         watch.leave(Stage::Load, 7);
-        match self.toy {
-            Toy::Panic => panic!("the toy is broken"),
-            Toy::Slow => wait(token, || true)?,
-            Toy::Brief(ms) => {
-                let begun = Instant::now();
-                wait(token, || begun.elapsed() < Duration::from_millis(ms))?;
-            }
-            Toy::Gate(_) => wait(token, || self.gate.exists())?,
-            _ => {}
-        }
         let sites = match (strike.purpose, strike.degree) {
             (Purpose::Threshold, _) => 0,
             (_, shatter_proto::request::Degree::Sites(sites)) => sites as usize,
             _ => 1,
         };
+        match self.toy {
+            Toy::Panic => panic!("the toy is broken"),
+            Toy::Slow => wait(token, || true)?,
+            Toy::Gate(_) => wait(token, || self.gate.exists())?,
+            Toy::Brief(ms) => last(token, ms)?,
+            Toy::Sites(ms) => last(token, ms * sites as u64)?,
+            _ => {}
+        }
         let idle = if let Toy::Large(kib) = self.toy { kib * 1024 / size_of::<[f32; 3]>() } else { 0 };
         Ok(Box::new(Tetrahedra { name: self.name.clone(), sites, idle, seed: strike.seed, tint: self.tint() }))
     }
+}
+
+/// Computes for so many milliseconds.
+fn last(token: &Token, ms: u64) -> Result<(), Refusal> {
+    let begun = Instant::now();
+    wait(token, || begun.elapsed() < Duration::from_millis(ms))
 }
 
 /// Computes as long as it must, but no longer than a minute.

@@ -16,10 +16,10 @@ use super::{Failure, document, out, reply};
 use plan::{Plan, Target};
 use serde_json::{Value, json};
 use shatter_client::{Kind, Refusal, Shatter};
-use std::io::Write;
+use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
-use std::time::{Duration, SystemTime};
+use std::time::{Duration, Instant, SystemTime};
 use tally::{Record, Tally};
 
 /// Sites of a strike that the command line says nothing about.
@@ -27,6 +27,9 @@ const DEGREE: u32 = 20;
 
 /// Time that client processes have to connect before the first strike is due.
 const HEAD_START: Duration = Duration::from_millis(1500);
+
+/// Time that client processes have, after the last answer may come, to tell.
+const MARGIN: Duration = Duration::from_secs(10);
 
 /// Strikes per second, and seconds of a run, that make sense: a day.
 const RATE_MAX: f64 = 1e6;
@@ -105,7 +108,7 @@ pub fn run(service: &str, args: &Args) -> Result<(), Failure> {
         return document(&told);
     }
     out(format_args!("{}\n", Tally::HEAD))?;
-    runs.iter().try_for_each(|(rate, tally, _)| out(format_args!("{}\n", tally.line(*rate))))
+    runs.iter().try_for_each(|(rate, tally, _)| out(format_args!("{}\n{}", tally.line(*rate), tally.complaints())))
 }
 
 fn targets(connection: &Shatter, args: &Args) -> Result<Vec<Target>, Failure> {
@@ -125,7 +128,7 @@ fn targets(connection: &Shatter, args: &Args) -> Result<Vec<Target>, Failure> {
 }
 
 /// One run: what every strike of every client came to.
-fn one(service: &str, args: &Args, targets: &[Target], rate: Option<f64>) -> Result<Vec<Vec<Record>>, Failure> {
+fn one(service: &str, args: &Args, targets: &[Target], rate: Option<f64>) -> Result<Vec<Option<Vec<Record>>>, Failure> {
     let begin = SystemTime::now() + HEAD_START;
     let plan = |client: u16| Plan {
         targets: targets.to_vec(),
@@ -136,7 +139,12 @@ fn one(service: &str, args: &Args, targets: &[Target], rate: Option<f64>) -> Res
         begin_unix_ns: begin.duration_since(SystemTime::UNIX_EPOCH).map_or(0, |since| since.as_nanos() as u64),
     };
     let children = (0..args.clients).map(|client| start(service, &plan(client))).collect::<Result<Vec<_>, _>>()?;
-    children.into_iter().map(finish).collect()
+    let late = Instant::now() + HEAD_START + Duration::from_secs_f64(args.seconds) + worker::PATIENCE + MARGIN;
+    let records = children.into_iter().map(|child| finish(child, late)).collect::<Result<Vec<_>, _>>()?;
+    match records.iter().all(Option::is_none) {
+        true => Err(failed("answer", "none of them told what became of its strikes")),
+        false => Ok(records),
+    }
 }
 
 fn failed(at: &str, error: impl std::fmt::Display) -> Failure {
@@ -155,20 +163,36 @@ fn start(service: &str, plan: &Plan) -> Result<Child, Failure> {
     Ok(child)
 }
 
-fn finish(child: Child) -> Result<Vec<Record>, Failure> {
-    let output = child.wait_with_output().map_err(|error| failed("end", error))?;
-    let told: Result<plan::Told, _> = serde_json::from_slice(&output.stdout);
-    match told {
-        Ok(plan::Told::Records(records)) => Ok(records),
+/// What a client process tells; `None`: it was killed, or does not end.
+fn finish(mut child: Child, late: Instant) -> Result<Option<Vec<Record>>, Failure> {
+    let output = child.stdout.take();
+    let (sender, told) = std::sync::mpsc::channel();
+    std::thread::spawn(move || {
+        let mut text = Vec::new();
+        let read = output.map(|mut output| output.read_to_end(&mut text));
+        // Nobody listens any more if it took too long.
+        let _ = sender.send(read.map(|read| read.map(|_| text)));
+    });
+    let told = told.recv_timeout(late.saturating_duration_since(Instant::now()));
+    if told.is_err() {
+        child.kill().map_err(|error| failed("end", error))?;
+    }
+    child.wait().map_err(|error| failed("end", error))?;
+    let Ok(Some(Ok(text))) = told else { return Ok(None) };
+    match serde_json::from_slice(&text) {
+        Ok(plan::Told::Records(records)) => Ok(Some(records)),
         Ok(plan::Told::Refused { kind, at, message }) => {
             let kind = Kind::ALL.iter().copied().find(|known| known.name() == kind).unwrap_or(Kind::Failed);
             Err(Refusal::new(kind, at, message).into())
         }
-        Err(error) => Err(failed("answer", format!("{error}; it ended with {}", output.status))),
+        Err(error) => {
+            tracing::warn!(%error, "a client process was lost");
+            Ok(None)
+        }
     }
 }
 
-type Run = (Option<f64>, Tally, Vec<Vec<Record>>);
+type Run = (Option<f64>, Tally, Vec<Option<Vec<Record>>>);
 
 fn write(folder: &Path, told: &Value, runs: &[Run]) -> Result<(), Failure> {
     let refuse = |error: std::io::Error| {
@@ -187,7 +211,7 @@ fn write(folder: &Path, told: &Value, runs: &[Run]) -> Result<(), Failure> {
     for (rate, _, clients) in runs {
         let rate = rate.map_or("closed".to_owned(), |rate| rate.to_string());
         for (client, records) in clients.iter().enumerate() {
-            records.iter().for_each(|record| text.push_str(&format!("{rate},{client},{}\n", record.csv())));
+            records.iter().flatten().for_each(|record| text.push_str(&format!("{rate},{client},{}\n", record.csv())));
         }
     }
     Ok(std::fs::write(folder.join("load.csv"), text).map_err(refuse)?)

@@ -4,6 +4,8 @@ use super::ideal;
 use hdrhistogram::Histogram;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
+use shatter_client::Kind;
+use std::collections::BTreeMap;
 
 /// How a strike ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -32,12 +34,15 @@ pub struct Record {
     pub ipc_us: u64,
     /// How it ended.
     pub end: End,
+    /// Code of the refusal's kind, if it failed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub why: Option<u32>,
 }
 
 impl Record {
     /// Its line of a table.
     pub fn csv(&self) -> String {
-        let Self { due_us, latency_us, service_us, ipc_us, end } = self;
+        let Self { due_us, latency_us, service_us, ipc_us, end, .. } = self;
         let end = format!("{end:?}").to_lowercase();
         format!("{due_us},{latency_us},{service_us},{ipc_us},{end}")
     }
@@ -47,6 +52,9 @@ impl Record {
 pub struct Tally {
     sent: usize,
     counts: [usize; 4],
+    /// Failed strikes by the kind of their refusal.
+    failures: BTreeMap<&'static str, usize>,
+    clients_lost: usize,
     throughput_hz: f64,
     latency: Times,
     refusal: Times,
@@ -85,18 +93,24 @@ impl Tally {
     pub const HEAD: &str =
         "   rate/s    sent      ok    busy    late  failed    ok/s   p50 ms   p90 ms   p99 ms   max ms  ideal p99";
 
-    /// Of the records of all clients of a run of so many seconds; the ideal queue has so many servers.
-    pub fn of(clients: &[Vec<Record>], servers: usize, seconds: f64) -> Self {
-        let all = || clients.iter().flatten();
+    /// Of the records of all clients of a run of so many seconds, `None` for one that was lost; the ideal queue has so many servers.
+    pub fn of(clients: &[Option<Vec<Record>>], servers: usize, seconds: f64) -> Self {
+        let all = || clients.iter().flatten().flatten();
         let ended = |end: End| all().filter(move |record| record.end == end);
         let counts = [End::Ok, End::Busy, End::Late, End::Failed].map(|end| ended(end).count());
         let served: Vec<(u64, u64)> = ended(End::Ok).map(|record| (record.due_us, record.service_us)).collect();
         // A run lasts until its last answer.
         let last = ended(End::Ok).map(|record| record.due_us + record.latency_us).max().unwrap_or(0) as f64 * 1e-6;
         let refusals = all().filter(|record| matches!(record.end, End::Busy | End::Late));
+        let mut failures = BTreeMap::new();
+        for code in all().filter_map(|record| record.why) {
+            *failures.entry(Kind::from_code(code).unwrap_or(Kind::Failed).name()).or_default() += 1;
+        }
         Self {
             sent: all().count(),
             counts,
+            failures,
+            clients_lost: clients.iter().filter(|client| client.is_none()).count(),
             throughput_hz: counts[0] as f64 / last.max(seconds),
             latency: Times::of(ended(End::Ok).map(|record| record.latency_us)),
             refusal: Times::of(refusals.map(|record| record.latency_us)),
@@ -104,7 +118,7 @@ impl Tally {
             ideal_p99: Times::of(ideal::sojourns(served, servers).into_iter()).p99,
             per_client: clients
                 .iter()
-                .map(|records| records.iter().filter(|record| record.end == End::Ok).count())
+                .map(|records| records.iter().flatten().filter(|record| record.end == End::Ok).count())
                 .collect(),
         }
     }
@@ -136,6 +150,8 @@ impl Tally {
             "busy": busy,
             "late": late,
             "failed": failed,
+            "failures": self.failures,
+            "clients_lost": self.clients_lost,
             "throughput_hz": self.throughput_hz,
             "latency_us": { "p50": p50, "p90": p90, "p99": p99, "max": max },
             "refusal_us": { "p50": refusal.p50, "p99": refusal.p99, "max": refusal.max },
@@ -143,6 +159,22 @@ impl Tally {
             "ideal_queue_p99_us": self.ideal_p99,
             "per_client_ok": self.per_client,
         })
+    }
+
+    /// What failed, if anything did: lines for people.
+    pub fn complaints(&self) -> String {
+        let mut text = String::new();
+        if !self.failures.is_empty() {
+            let kinds: Vec<String> = self.failures.iter().map(|(kind, count)| format!("{count} {kind}")).collect();
+            text = format!("          failed: {}\n", kinds.join(", "));
+        }
+        if self.clients_lost > 0 {
+            text.push_str(&format!(
+                "          {} client processes were lost, with what they sent\n",
+                self.clients_lost
+            ));
+        }
+        text
     }
 
     /// One line for people.
@@ -170,14 +202,18 @@ mod tests {
 
     #[test]
     fn strikes_are_counted_by_their_ends_and_clients() {
-        let record = |due_us, end| Record { due_us, latency_us: 2000, service_us: 1500, ipc_us: 100, end };
+        let why = |end| (end == End::Failed).then_some(Kind::Lost.code());
+        let record =
+            |due_us, end| Record { due_us, latency_us: 2000, service_us: 1500, ipc_us: 100, end, why: why(end) };
         let first = (0..100).map(|k| record(10_000 * k, End::Ok)).collect();
         let second = vec![record(0, End::Busy), record(5, End::Late), record(9, End::Failed), record(400, End::Ok)];
-        let tally = Tally::of(&[first, second], 2, 1.0);
+        let tally = Tally::of(&[Some(first), Some(second), None], 2, 1.0);
         let told = tally.document(Some(104.0));
         assert_eq!((&told["sent"], &told["ok"], &told["busy"]), (&104.into(), &101.into(), &1.into()));
         assert_eq!((&told["late"], &told["failed"]), (&1.into(), &1.into()));
-        assert_eq!(told["per_client_ok"], json!([100, 1]));
+        assert_eq!(told["per_client_ok"], json!([100, 1, 0]));
+        assert_eq!((&told["failures"], &told["clients_lost"]), (&json!({ "lost": 1 }), &1.into()));
+        assert_eq!(tally.complaints().lines().count(), 2);
         assert_eq!(told["throughput_hz"], 101.0);
         for (times, quantile) in [("latency_us", "p50"), ("latency_us", "max"), ("refusal_us", "p99")] {
             let found = told[times][quantile].as_f64().unwrap();

@@ -19,7 +19,7 @@ const POINTS_MAX: usize = 4096;
 const PAUSE: Duration = Duration::from_millis(10);
 
 /// How long answers are waited for after the last strike is sent.
-const PATIENCE: Duration = Duration::from_secs(30);
+pub const PATIENCE: Duration = Duration::from_secs(30);
 
 /// Reads a plan, carries it out, and says what became of it.
 pub fn run(service: &str) -> Result<(), Failure> {
@@ -223,6 +223,7 @@ fn answered(begin: Instant, due: Duration, broken: &Broken) -> Record {
         service_us: micros(service),
         ipc_us: micros(broken.round_trip().saturating_sub(service)),
         end: End::Ok,
+        why: None,
     }
 }
 
@@ -233,5 +234,6 @@ fn ended(begin: Instant, due: Duration, refusal: &Refusal) -> Record {
         _ => End::Failed,
     };
     let latency_us = micros(begin.elapsed().saturating_sub(due));
-    Record { due_us: micros(due), latency_us, service_us: 0, ipc_us: 0, end }
+    let why = (end == End::Failed).then_some(refusal.kind.code());
+    Record { due_us: micros(due), latency_us, service_us: 0, ipc_us: 0, end, why }
 }
