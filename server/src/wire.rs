@@ -152,6 +152,7 @@ pub(crate) fn refusal(error: StrikeError) -> Refusal {
         StrikeError::Gamma(gamma) => (Kind::Gamma, gamma.to_string()),
         StrikeError::Range(e1_over_gamma) => (Kind::Gamma, e1_over_gamma.to_string()),
         StrikeError::Degree { degree, .. } => (Kind::Degree, degree.to_string()),
+        StrikeError::ElasticityUnprepared { .. } => (Kind::Effect, Effect::Elastic.name().to_owned()),
         StrikeError::LiftUnprepared { lift, .. } => (Kind::Lift, lift.to_string()),
         StrikeError::TooFar { contact, .. } => (Kind::ContactTooFar, of(contact, "point_m")),
         StrikeError::Cancelled(_) => (Kind::Cancelled, "client".to_owned()),

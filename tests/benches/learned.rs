@@ -46,23 +46,24 @@ fn learned(criterion: &mut Criterion) {
     let prepared = prepared();
     println!("{} elastic nodes, {:?}", prepared.elastic_nodes(), prepared.reduction);
     let (body, token) = (&prepared.bodies[0], Token::default());
-    let reduced = body.reduced.as_ref().unwrap();
+    let solid = body.solid.as_ref().unwrap();
+    let reduced = solid.reduced.as_ref().unwrap();
     let solve = Strike { elastic: ElasticRequest::Solve, ..strike(&prepared) };
     let impacts = [solve.clone(), Strike { elastic: ElasticRequest::Reduced, ..solve }]
         .map(|strike| Impact::new(&prepared, &strike).unwrap());
 
     let (mut load_, mut workspace, mut displacement) = (Load::default(), elasticity::Workspace::default(), Vec::new());
-    body.elasticity.load(&impacts[0].bodies[0].1, &mut load_, &mut workspace).unwrap();
+    solid.elasticity.load(&impacts[0].bodies[0].1, &mut load_, &mut workspace).unwrap();
     criterion.bench_function("displacement: solve", |bencher| {
         bencher.iter(|| {
-            body.elasticity.solve(black_box(&load_.forces), &mut displacement, &mut workspace, &token).unwrap()
+            solid.elasticity.solve(black_box(&load_.forces), &mut displacement, &mut workspace, &token).unwrap()
         })
     });
     let mut coordinates = Vec::new();
     criterion.bench_function("displacement: reduced", |bencher| {
         bencher.iter(|| {
             reduced.project(black_box(&load_), &mut coordinates);
-            let residual = reduced.residual(&body.elasticity, &load_, &coordinates, &mut workspace);
+            let residual = reduced.residual(&solid.elasticity, &load_, &coordinates, &mut workspace);
             reduced.expand(&coordinates, &mut displacement, &mut workspace);
             residual
         })
@@ -75,7 +76,7 @@ fn learned(criterion: &mut Criterion) {
     }
 
     let mut shares = strain_energy(&prepared, &impacts[0], &mut workspace, &token, &mut ()).unwrap().remove(0).shares;
-    let field = Field::new(&body.interior, &body.volumes, &mut shares).unwrap();
+    let field = Field::new(body.interior.as_ref().unwrap(), &body.volumes, &mut shares).unwrap();
     let first_moment = degree::first_moment(&field);
     let gamma = first_moment / DRIVE;
     let network = &prepared.learned.as_ref().unwrap().network;

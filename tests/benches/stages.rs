@@ -44,7 +44,7 @@ fn stages(criterion: &mut Criterion) {
         bencher.iter(|| strain_energy(&prepared, black_box(&impact), &mut workspace, &token, &mut ()).unwrap())
     });
     let mut shares = strain_energy(&prepared, &impact, &mut workspace, &token, &mut ()).unwrap().remove(0).shares;
-    let field = Field::new(&body.interior, &body.volumes, &mut shares).unwrap();
+    let field = Field::new(body.interior.as_ref().unwrap(), &body.volumes, &mut shares).unwrap();
     criterion.bench_function("threshold", |bencher| bencher.iter(|| degree::first_moment(black_box(&field))));
     criterion.bench_function("degree (closed form)", |bencher| {
         bencher.iter(|| degree::closed_form(black_box(&field), &body.slenderness, 1.0))
@@ -63,7 +63,11 @@ fn stages(criterion: &mut Criterion) {
     let mut scratch = shatter_fracture::tessellation::Workspace::default();
     criterion.bench_function("tessellation", |bencher| {
         bencher.iter(|| {
-            let sites = Sites { lift: &body.interior, coordinates: &diagram.sites, of_fragment: &components.sites };
+            let sites = Sites {
+                lift: body.interior.as_ref().unwrap(),
+                coordinates: &diagram.sites,
+                of_fragment: &components.sites,
+            };
             let fixed = FixedPoints::default();
             points.find(&body.crack, &body.topology, &components.labels, Some(sites), &fixed).unwrap();
             tessellation.build(&body.crack, &body.topology, &components.labels, &points, &mut scratch).unwrap();

@@ -2,9 +2,8 @@
 
 use nalgebra::{Isometry3, Point3, Vector3};
 use shatter_fracture::database::{BakeRequest, bake};
-use shatter_fracture::lattice::BodyLattice;
 use shatter_fracture::lift;
-use shatter_fracture::pipeline::{Body, Contact, DegreeRequest, FragmentRow, Prepared, Strike};
+use shatter_fracture::pipeline::{Body, Contact, DegreeRequest, FragmentRow, Prepared, Solid, Strike};
 use shatter_fracture::surface::{RawMesh, shapes};
 use shatter_fracture::token::Token;
 use shatter_tests::{real, struck};
@@ -84,9 +83,11 @@ fn turning_the_prepared_lattice_and_the_contact_keeps_the_fragments_to_rounding(
         let crack = body.crack.transformed(&turn);
         let (modes, alpha) = (own.parameters.modes, own.parameters.alpha);
         let interior = lift::interior(&crack, modes, alpha, &Token::default()).unwrap();
-        let elastic = body.elastic.transformed(&turn);
-        let lattices = BodyLattice { elastic, crack, transfer: body.transfer.clone() };
-        Body::new(lattices, interior, own.parameters.material.poisson, &Token::default()).unwrap()
+        let solid = body.solid.as_ref().unwrap();
+        let elastic = solid.lattice.transformed(&turn);
+        let poisson = own.parameters.material.poisson;
+        let solid = Solid::new(elastic, solid.transfer.clone(), poisson, &Token::default()).unwrap();
+        Body { solid: Some(solid), interior: Some(interior), ..Body::new(crack) }
     });
     let turned = Prepared {
         bodies: bodies.collect(),

@@ -212,6 +212,6 @@ fn an_example_is_the_field_of_its_impact() {
         strain_energy(&prepared, &impact, &mut Workspace::default(), &Token::default(), &mut ()).unwrap();
     let energy = energies.iter_mut().find(|energy| energy.body == *body).unwrap();
     let own = &prepared.bodies[*body];
-    let field = Field::new(&own.interior, &own.volumes, &mut energy.shares).unwrap();
+    let field = Field::new(own.interior.as_ref().unwrap(), &own.volumes, &mut energy.shares).unwrap();
     assert_eq!(degree::first_moment(&field), *first_moment);
 }

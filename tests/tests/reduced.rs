@@ -30,7 +30,7 @@ fn struck(prepared: &Prepared, elastic: ElasticRequest) -> Outcome {
 #[test]
 fn without_impacts_or_without_rank_there_is_no_basis() {
     for prepared in [arch(0, RANK_MAX), arch(60, 0)] {
-        assert!(prepared.reduction.is_none() && prepared.bodies[0].reduced.is_none());
+        assert!(prepared.reduction.is_none() && prepared.bodies[0].reduced().is_none());
         assert_eq!(struck(&prepared, ElasticRequest::Reduced).reduced_error, None);
     }
 }
@@ -45,7 +45,7 @@ fn an_object_that_is_to_be_solved_learns_degrees_and_has_no_basis() {
         ..real::request("arch", "ceramic")
     };
     let prepared = bake(shapes::arch(), &request, &Token::default(), &mut |_| ()).unwrap();
-    assert!(prepared.learned.is_some() && prepared.reduction.is_none() && prepared.bodies[0].reduced.is_none());
+    assert!(prepared.learned.is_some() && prepared.reduction.is_none() && prepared.bodies[0].reduced().is_none());
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("arch.shatter");
     save(&prepared, &file).unwrap();

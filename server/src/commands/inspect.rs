@@ -47,7 +47,7 @@ pub fn run(args: &InspectArgs) -> Result<(), Failure> {
         "impacts": prepared.impacts,
         "learned": prepared.learned.as_ref().map(|learned| learned.quality),
         "reduced": prepared.reduction,
-        "lift_dimensions": prepared.bodies.iter().map(|body| body.interior.dimension).collect::<Vec<_>>(),
+        "lift_dimensions": prepared.bodies.iter().map(|body| body.interior.as_ref().map(|lift| lift.dimension)).collect::<Vec<_>>(),
         "surface_diffusion_dimensions": prepared
             .bodies
             .iter()

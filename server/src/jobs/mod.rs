@@ -45,6 +45,8 @@ pub struct Jobs {
     held_max: usize,
     /// Nothing more is taken in.
     closed: bool,
+    /// Of those that were refused when their turn came.
+    ends: Vec<End>,
     crew: Arc<Crew>,
 }
 
@@ -62,7 +64,7 @@ impl Jobs {
     pub fn new(queue_max: usize, held_max: usize, crew: Arc<Crew>) -> Self {
         let (waiting, forecast) = (Queue::new(queue_max, crew.lanes(), AHEAD), Forecast::default());
         let (running, unread) = (Vec::new(), Vec::new());
-        Self { waiting, running, unread, forecast, held_max, closed: false, crew }
+        Self { waiting, running, unread, forecast, held_max, closed: false, ends: Vec::new(), crew }
     }
 
     /// Strikes that compute.
@@ -112,10 +114,7 @@ impl Jobs {
             let object = catalog.get(&strike.object)?;
             let deadline = strike.deadline.and_then(|deadline| flight.arrived().checked_add(deadline));
             let work = Work::of(&strike);
-            if let Err(refusal) = self.in_time(deadline, &work) {
-                self.forecast.doubt(&work);
-                return Err(refusal);
-            }
+            self.in_time(deadline, &work, flight.arrived())?;
             let cost = self.forecast.of(&work).unwrap_or(COST_UNKNOWN);
             Ok((Place { client: wire.listener, deadline, cost }, strike, object))
         });
@@ -147,9 +146,12 @@ impl Jobs {
     }
 
     /// Refuses what is expected to be late anyway.
-    fn in_time(&self, deadline: Option<Instant>, work: &Work) -> Result<(), Refusal> {
+    fn in_time(&mut self, deadline: Option<Instant>, work: &Work, arrived: Instant) -> Result<(), Refusal> {
         let (Some(deadline), Some(cost)) = (deadline, self.forecast.of(work)) else { return Ok(()) };
         let wait = self.wait(Some(deadline));
+        if arrived + cost > deadline {
+            self.forecast.doubt(work);
+        }
         let left = deadline.saturating_duration_since(Instant::now());
         if wait + cost <= left {
             return Ok(());
@@ -200,6 +202,15 @@ impl Jobs {
             let buckets = self.buckets();
             let may = |client: &Client| buckets.get(client).is_none_or(|held| *held < self.held_max);
             let Some((place, flight)) = self.waiting.pop(may) else { return };
+            let cost = self.forecast.of(flight.work()).unwrap_or(place.cost);
+            if place.deadline.is_some_and(|deadline| Instant::now() + cost > deadline) {
+                // It would be late: whoever is next may be in time.
+                self.waiting.landed(Instant::now(), &place, Duration::ZERO);
+                let late = Refusal::new(Kind::Late, "deadline", "its turn came too late for the deadline");
+                let end = self.refuse(&flight, &late);
+                self.ends.push(end);
+                continue;
+            }
             let lane = self.lane();
             self.running.push(Running { flight: flight.clone(), place, lane, begun: Instant::now() });
             self.crew.fly(flight, lane);
@@ -251,7 +262,7 @@ impl Jobs {
     }
 
     /// Ends what is late: refuses what waits, and asks what computes to stop at its next checkpoint; refuses what has waited too long
-    /// for its client to read. The ends of those that were refused.
+    /// for its client to read. The ends of those that were refused, here or because their turn came too late.
     pub fn expire(&mut self) -> Vec<End> {
         let now = Instant::now();
         let late = |place: &Place| place.deadline.is_some_and(|deadline| deadline <= now);
@@ -266,7 +277,9 @@ impl Jobs {
         });
         let late = waiting.iter().map(|flight| (flight, Stop::Late.refusal()));
         let stuck = stuck.iter().map(|flight| (flight, self.unread(flight)));
-        late.chain(stuck).map(|(flight, refusal)| self.refuse(flight, &refusal)).collect()
+        let now: Vec<End> = late.chain(stuck).map(|(flight, refusal)| self.refuse(flight, &refusal)).collect();
+        self.ends.extend(now);
+        std::mem::take(&mut self.ends)
     }
 
     /// The refusal of what would need a bucket more than its client may hold.

@@ -6,10 +6,10 @@ use super::share::{Partial, Share};
 use super::thin::{self, WIDTH_MAX};
 use crate::degree;
 use crate::elasticity::ElasticityError;
-use crate::lattice::{self, Lattice, LatticeError, Levels, Spacings};
+use crate::lattice::{self, BodyLattice, Lattice, LatticeError, Levels, Spacings};
 use crate::lift::{self, Carry, Lift, LiftError, LiftKind};
 use crate::pipeline::{
-    self, BakeReport, Body, ElasticRequest, Parameters, Prepared, StrikeError, Unprepared, calibrate,
+    self, BakeReport, Body, ElasticRequest, Parameters, Prepared, Solid, StrikeError, Unprepared, calibrate,
 };
 use crate::scene::{DEFAULT_FRAGMENT_DIAGONALS, Material};
 use crate::surface::{Defect, Inside, RawMesh, Side, Surface, SurfaceError, Widths};
@@ -215,9 +215,10 @@ pub(super) fn whole(
         let surface_diffusion = surface_lift(&lattices.crack, index, &mut report, token)?;
         progress(Step::Elasticity(index));
         let failed = |source| BakeError::Elasticity { body: index, source };
-        let body = Body::new(lattices, interior, parameters.material.poisson, token).map_err(failed)?;
-        body.elasticity.factor().map_err(failed)?;
-        bodies.push(Body { surface_diffusion, ..body });
+        let BodyLattice { elastic, crack, transfer } = lattices;
+        let solid = Solid::new(elastic, transfer, parameters.material.poisson, token).map_err(failed)?;
+        solid.elasticity.factor().map_err(failed)?;
+        bodies.push(Body { solid: Some(solid), interior: Some(interior), surface_diffusion, ..Body::new(crack) });
     }
     let gamma_j_m2 = request.gamma_j_m2.unwrap_or_else(|| {
         degree::reference_gamma(

@@ -10,15 +10,18 @@ mod object;
 mod parts;
 mod reduced;
 mod share;
+mod tables;
 mod thin;
 
 pub use bake::{BakeError, BakeRequest, Step, bake, input_hash};
 pub use error::DatabaseError;
 pub use learned::EXAMPLES_MAX;
 pub use object::{
-    BODIES_MAX, NODES_MAX, Provenance, load, load_older, load_partial, load_provenance, load_task, save, save_partial,
+    BODIES_MAX, NODES_MAX, Provenance, load, load_older, load_partial, load_provenance, load_tables, load_task, save,
+    save_partial,
 };
 pub use share::{JoinError, Partial, SHARE_EXTENSION, SHARES_MAX, Share, ShareError, Task, join};
+pub use tables::Tables;
 
 /// The format that this program writes and reads; a whole number, raised by every incompatible change.
 pub const FORMAT: &str = "3";

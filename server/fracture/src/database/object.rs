@@ -4,10 +4,10 @@ use super::container::{Contents, FLAT, Mapped, Tensors, write};
 use super::learned::{self, EXAMPLES_MAX, QUALITY_KEY};
 use super::reduced::{self, REDUCTION_KEY};
 use super::share::{Partial, Rest, Share, Task};
-use super::{DatabaseError, FORMAT, FORMATS};
-use crate::lattice::{BodyLattice, Lattice, Transfer, check_manifold};
+use super::{DatabaseError, FORMAT, FORMATS, Tables};
+use crate::lattice::{Lattice, Transfer, check_manifold};
 use crate::lift::{Lift, LiftKind};
-use crate::pipeline::{BakeReport, Body, Parameters, Prepared, Reduction};
+use crate::pipeline::{BakeReport, Body, Parameters, Prepared, Reduction, Solid};
 use crate::surface::Frame;
 use crate::token::Token;
 use serde::{Deserialize, Serialize};
@@ -28,6 +28,9 @@ const SHARE_KEY: &str = "share";
 
 /// Most coordinates of a lift.
 const DIMENSION_MAX: usize = 512;
+
+/// Dimension of an interior lift that was not made.
+const NOT_MADE: usize = 0;
 
 /// Metadata key "shape": what the tensors alone do not say.
 #[derive(Serialize, Deserialize)]
@@ -68,17 +71,19 @@ fn write_object(prepared: &Prepared, task: Option<&Task>, path: &Path) -> Result
     let mut tensors = Tensors::default();
     for (index, body) in prepared.bodies.iter().enumerate() {
         let name = |part: &str| format!("{BASE}{index}.{part}");
-        put_lattice(&mut tensors, &name("elastic"), &body.elastic);
+        if let Some(solid) = &body.solid {
+            put_lattice(&mut tensors, &name("elastic"), &solid.lattice);
+            let Transfer { offsets, tets, shares } = &solid.transfer;
+            tensors.u32(name("transfer.offsets"), &[offsets.len()], offsets);
+            tensors.u32(name("transfer.tets"), &[tets.len()], tets);
+            tensors.f64(name("transfer.shares"), &[shares.len()], shares);
+        }
         put_lattice(&mut tensors, &name("crack"), &body.crack);
-        let Transfer { offsets, tets, shares } = &body.transfer;
-        tensors.u32(name("transfer.offsets"), &[offsets.len()], offsets);
-        tensors.u32(name("transfer.tets"), &[tets.len()], tets);
-        tensors.f64(name("transfer.shares"), &[shares.len()], shares);
-        let shape = [body.crack.nodes.len(), body.interior.dimension];
-        tensors.f64(name("interior"), &shape, &body.interior.coordinates);
-        if let Some(lift) = &body.surface_diffusion {
-            let shape = [body.crack.nodes.len(), lift.dimension];
-            tensors.f64(name("surface_diffusion"), &shape, &lift.coordinates);
+        for (part, lift) in [("interior", &body.interior), ("surface_diffusion", &body.surface_diffusion)] {
+            if let Some(lift) = lift {
+                let shape = [body.crack.nodes.len(), lift.dimension];
+                tensors.f64(name(part), &shape, &lift.coordinates);
+            }
         }
     }
     reduced::put(&mut tensors, prepared);
@@ -90,7 +95,11 @@ fn write_object(prepared: &Prepared, task: Option<&Task>, path: &Path) -> Result
         frame: prepared.frame,
         gamma_j_m2: prepared.gamma_j_m2,
         kappa: prepared.kappa,
-        dimensions: prepared.bodies.iter().map(|body| body.interior.dimension).collect(),
+        dimensions: prepared
+            .bodies
+            .iter()
+            .map(|body| body.interior.as_ref().map_or(NOT_MADE, |lift| lift.dimension))
+            .collect(),
         surface_dimensions: prepared
             .bodies
             .iter()
@@ -132,10 +141,15 @@ fn put_lattice(tensors: &mut Tensors, name: &str, lattice: &Lattice) {
 /// Loads and verifies `path`: checksums, shapes, ranges, finiteness, orientation. Bodies without a reduced basis are factored,
 /// the others at first need ([`Prepared::factor`]).
 pub fn load(path: &Path) -> Result<Prepared, DatabaseError> {
+    load_tables(path, Tables::ALL)
+}
+
+/// As [`load`], but only these tables, if the object has them: the others are neither verified nor held.
+pub fn load_tables(path: &Path, tables: Tables) -> Result<Prepared, DatabaseError> {
     let mapped = Mapped::open(path)?;
-    let contents = verified(&mapped, &[FORMAT])?;
+    let contents = verified_tables(&mapped, &[FORMAT], tables)?;
     no_share(&contents)?;
-    object(&contents)
+    object(&contents, tables)
 }
 
 /// An object of any format that can still be read as work that remains, and that format: nothing remains of the newest format,
@@ -146,10 +160,10 @@ pub fn load_older(path: &Path) -> Result<(Partial, String), DatabaseError> {
     no_share(&contents)?;
     let format = contents.text("shatter_format")?.to_owned();
     let (prepared, end) = if format == FORMAT {
-        let prepared = object(&contents)?;
+        let prepared = object(&contents, Tables::ALL)?;
         (prepared, 0)
     } else {
-        let prepared = bare(&contents)?;
+        let prepared = bare(&contents, Tables::ALL)?;
         let known = contents.json::<Shape>("shape")?.impacts.max(learned::impacts_of_1(&contents)?);
         (prepared, known)
     };
@@ -170,7 +184,7 @@ pub fn load_partial(path: &Path) -> Result<Partial, DatabaseError> {
     let mapped = Mapped::open(path)?;
     let contents = verified(&mapped, &[FORMAT])?;
     let task = task(&contents)?;
-    Ok(Partial { prepared: object(&contents)?, task })
+    Ok(Partial { prepared: object(&contents, Tables::ALL)?, task })
 }
 
 /// The examples of a share and what it is a share of; the lattices are not looked at.
@@ -217,41 +231,54 @@ fn task(contents: &Contents) -> Result<Task, DatabaseError> {
 
 /// The contents of a file of one of these formats, all checksums compared.
 fn verified<'a>(mapped: &'a Mapped, formats: &[&'static str]) -> Result<Contents<'a>, DatabaseError> {
+    verified_tables(mapped, formats, Tables::ALL)
+}
+
+/// As [`verified`], but the checksums of the wanted tables alone.
+fn verified_tables<'a>(
+    mapped: &'a Mapped,
+    formats: &[&'static str],
+    tables: Tables,
+) -> Result<Contents<'a>, DatabaseError> {
     let contents = mapped.parse()?;
     let found = contents.text("shatter_format")?;
     if !formats.contains(&found) {
         let older = FORMATS.contains(&found);
         return Err(DatabaseError::Format { found: found.to_owned(), known: FORMAT, older });
     }
-    contents.verify()?;
+    contents.verify(|tensor| tables.want(tensor))?;
     Ok(contents)
 }
 
-fn object(contents: &Contents) -> Result<Prepared, DatabaseError> {
-    let mut prepared = bare(contents)?;
-    for (index, body) in prepared.bodies.iter_mut().enumerate() {
-        body.reduced = reduced::reduced(contents, index, &body.elasticity)?;
-        if body.reduced.is_none() {
+fn object(contents: &Contents, tables: Tables) -> Result<Prepared, DatabaseError> {
+    let mut prepared = bare(contents, tables)?;
+    let solids = prepared.bodies.iter_mut().enumerate().filter_map(|(index, body)| Some((index, body.solid.as_mut()?)));
+    for (index, solid) in solids {
+        solid.reduced = reduced::reduced(contents, index, &solid.elasticity)?;
+        if solid.reduced.is_none() {
             // Every strike will need it.
-            body.elasticity.factor().map_err(|source| DatabaseError::Elasticity { body: index, source })?;
+            solid.elasticity.factor().map_err(|source| DatabaseError::Elasticity { body: index, source })?;
         }
+    }
+    prepared.impacts = contents.json::<Shape>("shape")?.impacts;
+    if !tables.examples {
+        return Ok(prepared);
     }
     let crack_nodes: Vec<usize> = prepared.bodies.iter().map(|body| body.crack.nodes.len()).collect();
     prepared.examples = learned::examples(contents, &crack_nodes)?;
     prepared.learned = learned::learned(contents, &prepared.examples)?;
     prepared.reduction = reduction(contents)?;
-    prepared.impacts = contents.json::<Shape>("shape")?.impacts;
     Ok(prepared)
 }
 
 /// Everything but the impacts and what was learned from them.
-fn bare(contents: &Contents) -> Result<Prepared, DatabaseError> {
+fn bare(contents: &Contents, tables: Tables) -> Result<Prepared, DatabaseError> {
     let parameters: Parameters = contents.json("parameters")?;
     let report: BakeReport = contents.json("report")?;
     let shape: Shape = contents.json("shape")?;
     check_shape(&shape)?;
     let bodies = (0..shape.dimensions.len())
-        .map(|index| body(contents, index, &shape, parameters.material.poisson))
+        .map(|index| body(contents, index, &shape, parameters.material.poisson, tables))
         .collect::<Result<Vec<_>, _>>()?;
     Ok(Prepared {
         name: contents.text("object")?.to_owned(),
@@ -288,7 +315,7 @@ fn check_shape(shape: &Shape) -> Result<(), DatabaseError> {
         .dimensions
         .iter()
         .chain(shape.surface_dimensions.iter().flatten())
-        .any(|dimension| !(3..=DIMENSION_MAX).contains(dimension))
+        .any(|&dimension| dimension != NOT_MADE && !(3..=DIMENSION_MAX).contains(&dimension))
     {
         "a lift's dimension is out of range"
     } else {
@@ -297,23 +324,33 @@ fn check_shape(shape: &Shape) -> Result<(), DatabaseError> {
     Err(DatabaseError::Metadata { key: "shape", reason: reason.to_owned() })
 }
 
-fn body(contents: &Contents, index: usize, shape: &Shape, poisson: f64) -> Result<Body, DatabaseError> {
+fn body(contents: &Contents, index: usize, shape: &Shape, poisson: f64, tables: Tables) -> Result<Body, DatabaseError> {
+    let name = |part: &str| format!("{BASE}{index}.{part}");
+    let crack = lattice(contents, &name("crack"))?;
+    let solid = match tables.elastic && contents.holds(&name("elastic.nodes")) {
+        true => Some(solid(contents, index, &crack, poisson)?),
+        false => None,
+    };
+    let lift = |part: &str, kind, dimension: Option<usize>| {
+        let measured = |dimension| {
+            let coordinates = contents.f64(&name(part), Some(crack.nodes.len()), dimension)?;
+            Ok::<_, DatabaseError>(Lift::measured(kind, &crack, dimension, coordinates))
+        };
+        dimension.map(measured).transpose()
+    };
+    let own = Some(shape.dimensions[index]).filter(|dimension| *dimension != NOT_MADE && tables.interior);
+    let interior = lift("interior", LiftKind::Interior, own)?;
+    let surface = shape.surface_dimensions.get(index).copied().flatten().filter(|_| tables.surface_diffusion);
+    let surface_diffusion = lift("surface_diffusion", LiftKind::SurfaceDiffusion, surface)?;
+    Ok(Body { solid, interior, surface_diffusion, ..Body::new(crack) })
+}
+
+fn solid(contents: &Contents, index: usize, crack: &Lattice, poisson: f64) -> Result<Solid, DatabaseError> {
     let name = |part: &str| format!("{BASE}{index}.{part}");
     let elastic = lattice(contents, &name("elastic"))?;
-    let crack = lattice(contents, &name("crack"))?;
-    let transfer = transfer(contents, &name("transfer"), &elastic, &crack)?;
-    let lift = |part: &str, kind, dimension| {
-        let coordinates = contents.f64(&name(part), Some(crack.nodes.len()), dimension)?;
-        Ok::<_, DatabaseError>(Lift::measured(kind, &crack, dimension, coordinates))
-    };
-    let interior = lift("interior", LiftKind::Interior, shape.dimensions[index])?;
-    let surface = shape.surface_dimensions.get(index).copied().flatten();
-    let surface_diffusion =
-        surface.map(|dimension| lift("surface_diffusion", LiftKind::SurfaceDiffusion, dimension)).transpose()?;
+    let transfer = transfer(contents, &name("transfer"), &elastic, crack)?;
     let failed = |source| DatabaseError::Elasticity { body: index, source };
-    let lattices = BodyLattice { elastic, crack, transfer };
-    let body = Body::new(lattices, interior, poisson, &Token::default()).map_err(failed)?;
-    Ok(Body { surface_diffusion, ..body })
+    Solid::new(elastic, transfer, poisson, &Token::default()).map_err(failed)
 }
 
 fn lattice(contents: &Contents, name: &str) -> Result<Lattice, DatabaseError> {

@@ -16,8 +16,9 @@ fn name(index: usize, part: &str) -> String {
 /// Adds the bases of all bodies that have one.
 pub(super) fn put(tensors: &mut Tensors, prepared: &Prepared) {
     for (index, body) in prepared.bodies.iter().enumerate() {
-        if let Some(reduced) = &body.reduced {
-            let shape = [body.elasticity.size(), reduced.rank()];
+        let solid = body.solid.as_ref();
+        if let Some((solid, reduced)) = solid.and_then(|solid| Some((solid, solid.reduced.as_ref()?))) {
+            let shape = [solid.elasticity.size(), reduced.rank()];
             tensors.f32(name(index, "basis"), &shape, reduced.basis());
             tensors.f64(name(index, "gram"), &[reduced.rank(), reduced.rank()], reduced.gram());
             let Estimate { factor, power } = reduced.estimate();

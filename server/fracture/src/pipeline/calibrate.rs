@@ -5,6 +5,7 @@
 use super::{ElasticRequest, Impact, Prepared, Sampler, Strike, StrikeError, Workspace, strain_energy};
 use crate::centroidal::Field;
 use crate::degree::{self, Curve, CurveOptions};
+use crate::lift::LiftKind;
 use crate::random::Stream;
 use crate::token::Token;
 
@@ -26,7 +27,7 @@ pub fn calibrate(prepared: &Prepared, token: &Token) -> Result<f64, StrikeError>
         let impact = Impact::new(prepared, &Strike { elastic: ElasticRequest::Solve, ..strike })?;
         for mut energy in strain_energy(prepared, &impact, &mut workspace, token, &mut ())? {
             let body = &prepared.bodies[energy.body];
-            let field = Field::new(&body.interior, &body.volumes, &mut energy.shares)
+            let field = Field::new(prepared.lift(energy.body, LiftKind::Interior)?, &body.volumes, &mut energy.shares)
                 .map_err(|source| StrikeError::Field { body: energy.body, source })?;
             let options = CurveOptions { sites_max: SITES_MAX, seed: sample, ..CurveOptions::default() };
             let mut curve = Curve::new(&field, options);

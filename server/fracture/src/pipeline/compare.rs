@@ -80,8 +80,8 @@ impl<'a> Comparison<'a> {
             let stretch = stretch(&lift, &body.crack);
             Candidate { lift, carry, stretch }
         };
-        let mut lifts =
-            vec![candidate(Cow::Borrowed(&body.euclidean), None), candidate(Cow::Borrowed(&body.interior), None)];
+        let prepared = [Some(&body.euclidean), body.interior.as_ref()].into_iter().flatten();
+        let mut lifts: Vec<Candidate> = prepared.map(|lift| candidate(Cow::Borrowed(lift), None)).collect();
         for carry in [Carry::Harmonic, Carry::MeanValue] {
             let lift = surface_diffusion(&body.crack, carry, modes, token)
                 .map_err(|source| CompareError::Lift { carry, source })?;

@@ -4,7 +4,7 @@
 //! ours. With diagonal L, modulus E and peak force F, energies in joules are F²/(E·L) times local ones.
 
 use super::falloff::falloff;
-use super::{Body, ElasticRequest, Impact, Prepared, Stage, StrikeError, Watch, Workspace};
+use super::{ElasticRequest, Impact, Prepared, Solid, Stage, StrikeError, Watch, Workspace};
 use crate::elasticity::{Driving, ElasticityError};
 use crate::scene::Effect;
 use crate::token::Token;
@@ -59,30 +59,31 @@ fn deformed(
     let unit_j = prepared.unit_j(impact);
     let mut energies = Vec::with_capacity(impact.bodies.len());
     for (index, contacts) in &impact.bodies {
-        let body = &prepared.bodies[*index];
+        let (body, solid) = (&prepared.bodies[*index], prepared.solid(*index)?);
         let failed = |source| match source {
             ElasticityError::Cancelled(cancelled) => StrikeError::Cancelled(cancelled),
             source => StrikeError::Elasticity { body: *index, source },
         };
         watch.enter(Stage::Load);
-        body.elasticity.load(contacts, &mut workspace.load, &mut workspace.elasticity).map_err(failed)?;
+        solid.elasticity.load(contacts, &mut workspace.load, &mut workspace.elasticity).map_err(failed)?;
         watch.leave(Stage::Load, size_of_val(workspace.load.forces.as_slice()) as u64);
         watch.enter(Stage::Elasticity);
-        let reduced_error = displace(body, impact.elastic, workspace, token).map_err(failed)?;
+        let reduced_error = displace(solid, impact.elastic, workspace, token).map_err(failed)?;
         watch.part(Effect::Elastic, size_of_val(workspace.displacement.as_slice()) as u64);
         let tensile = impact.effects.has(Effect::Tensile);
         let driving = if tensile { Driving::Tensile } else { Driving::Total };
         if tensile {
             watch.begin(Effect::Tensile);
         }
-        body.elasticity
-            .tet_energy(&body.elastic, &workspace.displacement, driving, &mut workspace.tet_energy, token)
+        solid
+            .elasticity
+            .tet_energy(&solid.lattice, &workspace.displacement, driving, &mut workspace.tet_energy, token)
             .map_err(failed)?;
         if tensile {
             watch.end(Effect::Tensile, size_of_val(workspace.tet_energy.as_slice()) as u64);
         }
         let mut shares = Vec::with_capacity(body.crack.nodes.len());
-        body.transfer.apply(&workspace.tet_energy, &mut shares);
+        solid.transfer.apply(&workspace.tet_energy, &mut shares);
         let total: f64 = shares.iter().sum();
         if total == 0.0 {
             return Err(StrikeError::Balanced { body: *index });
@@ -107,20 +108,20 @@ pub const REDUCED_ERROR_MAX: f64 = 0.02;
 /// The displacement under the workspace's load: from the reduced basis if that is asked for and good enough, whose estimated
 /// error is returned, else from the solve.
 fn displace(
-    body: &Body,
+    solid: &Solid,
     request: ElasticRequest,
     workspace: &mut Workspace,
     token: &Token,
 ) -> Result<Option<f64>, ElasticityError> {
     let Workspace { load, displacement, coordinates, elasticity, .. } = workspace;
-    if let (ElasticRequest::Reduced, Some(reduced)) = (request, &body.reduced) {
+    if let (ElasticRequest::Reduced, Some(reduced)) = (request, &solid.reduced) {
         reduced.project(load, coordinates);
-        let error = reduced.estimate().error(reduced.residual(&body.elasticity, load, coordinates, elasticity));
+        let error = reduced.estimate().error(reduced.residual(&solid.elasticity, load, coordinates, elasticity));
         if error <= REDUCED_ERROR_MAX {
             reduced.expand(coordinates, displacement, elasticity);
             return Ok(Some(error));
         }
     }
-    body.elasticity.solve(&load.forces, displacement, elasticity, token)?;
+    solid.elasticity.solve(&load.forces, displacement, elasticity, token)?;
     Ok(None)
 }

@@ -66,8 +66,14 @@ pub enum StrikeError {
         /// The radius given, m.
         radius_m: f64,
     },
-    /// The object was baked without that lift.
-    #[error("body {body} has no lift {lift}: `shatterd inspect` says why, or bake the object again")]
+    /// The object is not prepared for deformation.
+    #[error("body {body} is not prepared for elasticity: the scene does without, or it was baked without")]
+    ElasticityUnprepared {
+        /// Which body.
+        body: usize,
+    },
+    /// The object is not prepared for that lift.
+    #[error("body {body} has no lift {lift}: the scene does without, or `shatterd inspect` says why; or bake it again")]
     LiftUnprepared {
         /// Which body.
         body: usize,

@@ -7,6 +7,7 @@ use super::sample::Sampler;
 use super::{Contact, Impact, Prepared, StrikeError, Workspace, strain_energy};
 use crate::centroidal::{Diagram, Field};
 use crate::degree::{self, Curve, CurveOptions, Lesson, Point, SITES_MIN};
+use crate::lift::LiftKind;
 use crate::random::Stream;
 use crate::token::Token;
 use std::collections::BTreeMap;
@@ -140,15 +141,15 @@ pub fn examples(
         energies => energies?,
     };
     for mut energy in energies {
-        let body = &prepared.bodies[energy.body];
-        let field = Field::new(&body.interior, &body.volumes, &mut energy.shares)
+        let (body, interior) = (&prepared.bodies[energy.body], prepared.lift(energy.body, LiftKind::Interior)?);
+        let field = Field::new(interior, &body.volumes, &mut energy.shares)
             .map_err(|source| StrikeError::Field { body: energy.body, source })?;
         let mut curve = |starts: u64| -> Result<(Vec<Point>, Vec<u32>), StrikeError> {
             let seed = Stream::new(seed ^ index, starts).bits();
             let mut curve = Curve::new(&field, CurveOptions { sites_max: SITES_MAX, seed, ..CurveOptions::default() });
             let mut sites = BTreeMap::new();
             let mut show = |count: usize, diagram: &Diagram| {
-                sites.insert(count, diagram.site_nodes(&body.interior));
+                sites.insert(count, diagram.site_nodes(interior));
             };
             curve.extend_showing(&field, 0.0, &mut workspace.centroidal, token, &mut show)?;
             Ok((curve.points().to_vec(), sites.into_values().flatten().collect()))

@@ -43,7 +43,7 @@ impl Impact {
             let (body, mut local) = place(prepared, index, contact, *force / peak_force_n)?;
             if strike.effects.has(Effect::Elastic) {
                 // The coarser lattice's boundary may lie farther away than the radius; the load is spread from there all the same.
-                local.radius = local.radius.max(prepared.bodies[body].elasticity.distance(&local.point));
+                local.radius = local.radius.max(prepared.solid(body)?.elasticity.distance(&local.point));
             }
             match bodies.iter_mut().find(|(known, _)| *known == body) {
                 Some((_, contacts)) => contacts.push(local),

@@ -1,6 +1,6 @@
 //! How much memory a prepared object holds.
 
-use super::{Body, Example, Learned, Prepared};
+use super::{Body, Example, Learned, Prepared, Solid};
 use crate::elasticity::Reduced;
 use crate::lattice::{Lattice, Transfer};
 use crate::lift::Lift;
@@ -19,24 +19,19 @@ impl Prepared {
 impl Body {
     /// Bytes that the body holds. Everything is named, so that what is added to a body is not forgotten here.
     pub fn bytes(&self) -> usize {
-        let Self {
-            elastic,
-            crack,
-            transfer,
-            elasticity,
-            interior,
-            reduced,
-            surface_diffusion,
-            euclidean,
-            volumes,
-            topology,
-            slenderness: _,
-            boundary,
-        } = self;
-        let lifts = lift(interior) + lift(euclidean) + surface_diffusion.as_ref().map_or(0, lift);
-        let lattices = lattice(elastic) + lattice(crack) + shares(transfer);
-        let reduced = reduced.as_ref().map_or(0, Reduced::bytes);
-        lattices + lifts + reduced + elasticity.bytes() + topology.bytes() + boundary.bytes() + held(volumes)
+        let Self { crack, solid, interior, surface_diffusion, euclidean, volumes, topology, slenderness: _, boundary } =
+            self;
+        let lifts = [interior, surface_diffusion].into_iter().flatten().map(lift).sum::<usize>() + lift(euclidean);
+        let own = lattice(crack) + topology.bytes() + boundary.bytes() + held(volumes);
+        own + lifts + solid.as_ref().map_or(0, Solid::bytes)
+    }
+}
+
+impl Solid {
+    /// Bytes that the elasticity holds.
+    pub fn bytes(&self) -> usize {
+        let Self { lattice: elastic, transfer, elasticity, reduced } = self;
+        lattice(elastic) + shares(transfer) + elasticity.bytes() + reduced.as_ref().map_or(0, Reduced::bytes)
     }
 }
 

@@ -37,7 +37,7 @@ pub use learned::{Learned, Quality, learn, sampled};
 pub use outcome::{Counts, DegreeSource, FragmentRow, OUTER, Outcome, RunRow};
 pub use outputs::{Bond, Debris};
 pub use pieces::Pieces;
-pub use prepared::{BakeReport, Body, Parameters, Prepared, Unprepared};
+pub use prepared::{BakeReport, Body, Parameters, Prepared, Solid, Unprepared};
 pub use reduce::{RANK_MAX, Reduction, reduce};
 pub use release::{RELEASE_SHARE, Velocity};
 pub use sample::Sampler;

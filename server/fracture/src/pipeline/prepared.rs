@@ -3,7 +3,7 @@
 use super::{ElasticRequest, Example, Impact, Learned, Reduction, StrikeError};
 use crate::degree::Slenderness;
 use crate::elasticity::{Boundary, Elasticity, ElasticityError, Reduced};
-use crate::lattice::{BodyLattice, Lattice, Transfer};
+use crate::lattice::{Lattice, Transfer};
 use crate::lift::{Lift, LiftKind};
 use crate::scene::Material;
 use crate::surface::{Defect, Frame};
@@ -72,20 +72,34 @@ impl BakeReport {
     }
 }
 
-/// One connected component of the object.
-pub struct Body {
+/// What a body's elasticity needs; an object that is not asked for its deformation does without.
+pub struct Solid {
     /// Coarser lattice: elasticity.
-    pub elastic: Lattice,
-    /// Finer lattice: cracks.
-    pub crack: Lattice,
-    /// Energy from the coarser to the finer.
+    pub lattice: Lattice,
+    /// Energy from it to the crack lattice.
     pub transfer: Transfer,
-    /// Factored stiffness on the coarser lattice.
+    /// Factored stiffness.
     pub elasticity: Elasticity,
     /// A few displacements that span those of most impacts; `None`: every strike is solved.
     pub reduced: Option<Reduced>,
-    /// The lift with interior distances, on the crack lattice.
-    pub interior: Lift,
+}
+
+impl Solid {
+    /// Assembles the stiffness, which is factored at first need; without a reduced basis, which whoever has one adds.
+    pub fn new(lattice: Lattice, transfer: Transfer, poisson: f64, token: &Token) -> Result<Self, ElasticityError> {
+        let elasticity = Elasticity::assembled(&lattice, poisson, token)?;
+        Ok(Self { lattice, transfer, elasticity, reduced: None })
+    }
+}
+
+/// One connected component of the object.
+pub struct Body {
+    /// Finer lattice: cracks.
+    pub crack: Lattice,
+    /// Elasticity; `None`: not prepared.
+    pub solid: Option<Solid>,
+    /// The lift with interior distances, on the crack lattice; `None`: not prepared.
+    pub interior: Option<Lift>,
     /// The lift with diffusion distances on the surface, on the crack lattice; `None`: not prepared.
     pub surface_diffusion: Option<Lift>,
     /// The lift with straight distances, on the crack lattice.
@@ -101,33 +115,33 @@ pub struct Body {
 }
 
 impl Body {
-    /// Derives everything that follows from the lattices and the stored lift; without a surface lift or a reduced basis, which
-    /// whoever has one adds. The stiffness is factored at first need.
-    pub fn new(lattices: BodyLattice, interior: Lift, poisson: f64, token: &Token) -> Result<Self, ElasticityError> {
-        let BodyLattice { elastic, crack, transfer } = lattices;
-        Ok(Self {
-            elasticity: Elasticity::assembled(&elastic, poisson, token)?,
+    /// Derives everything that follows from the crack lattice; without elasticity and lifts, which whoever has them adds.
+    pub fn new(crack: Lattice) -> Self {
+        Self {
             euclidean: Lift::euclidean(&crack),
             volumes: crack.node_volumes(),
             topology: Topology::new(&crack),
             slenderness: Slenderness::of(&crack),
             boundary: Boundary::new(&crack),
-            elastic,
-            crack,
-            transfer,
-            interior,
-            reduced: None,
+            solid: None,
+            interior: None,
             surface_diffusion: None,
-        })
+            crack,
+        }
     }
 
     /// The lift of that kind, if the body was prepared for it.
     pub fn lift(&self, kind: LiftKind) -> Option<&Lift> {
         match kind {
             LiftKind::Euclidean => Some(&self.euclidean),
-            LiftKind::Interior => Some(&self.interior),
+            LiftKind::Interior => self.interior.as_ref(),
             LiftKind::SurfaceDiffusion => self.surface_diffusion.as_ref(),
         }
+    }
+
+    /// Its reduced basis, if it has one.
+    pub fn reduced(&self) -> Option<&Reduced> {
+        self.solid.as_ref().and_then(|solid| solid.reduced.as_ref())
     }
 }
 
@@ -165,6 +179,13 @@ impl Prepared {
         self.bodies[body].lift(kind).ok_or(StrikeError::LiftUnprepared { body, lift: kind })
     }
 
+    /// What the elasticity of body `body` needs.
+    ///
+    /// Errors: [`StrikeError::ElasticityUnprepared`].
+    pub fn solid(&self, body: usize) -> Result<&Solid, StrikeError> {
+        self.bodies[body].solid.as_ref().ok_or(StrikeError::ElasticityUnprepared { body })
+    }
+
     /// Joules per unit of local energy under `impact`: F²/(E·L).
     pub fn unit_j(&self, impact: &Impact) -> f64 {
         impact.peak_force_n.powi(2) / (self.parameters.material.young_pa * self.frame.diagonal_m)
@@ -174,7 +195,8 @@ impl Prepared {
     ///
     /// Errors: [`StrikeError::Elasticity`], what every strike that needs that factor will be told.
     pub fn factor(&self) -> Result<(), StrikeError> {
-        for (body, own) in self.bodies.iter().enumerate() {
+        let solids = self.bodies.iter().enumerate().filter_map(|(body, own)| Some((body, own.solid.as_ref()?)));
+        for (body, own) in solids {
             own.elasticity.factor().map_err(|source| StrikeError::Elasticity { body, source })?;
         }
         Ok(())
@@ -182,12 +204,12 @@ impl Prepared {
 
     /// Nodes of all elastic lattices.
     pub fn elastic_nodes(&self) -> usize {
-        self.bodies.iter().map(|body| body.elastic.nodes.len()).sum()
+        self.bodies.iter().filter_map(|body| body.solid.as_ref()).map(|solid| solid.lattice.nodes.len()).sum()
     }
 
     /// Tetrahedra of all elastic lattices.
     pub fn elastic_tets(&self) -> usize {
-        self.bodies.iter().map(|body| body.elastic.tets.len()).sum()
+        self.bodies.iter().filter_map(|body| body.solid.as_ref()).map(|solid| solid.lattice.tets.len()).sum()
     }
 
     /// Nodes of all crack lattices.

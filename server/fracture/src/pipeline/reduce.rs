@@ -6,6 +6,7 @@ use super::{Impact, Prepared, Sampler, Strike, StrikeError, Workspace, strain_en
 use crate::centroidal::Field;
 use crate::degree;
 use crate::elasticity::{Contact, Driving, ElasticityError, Estimate, Load, Reduced};
+use crate::lift::LiftKind;
 use crate::token::Token;
 use nalgebra::Vector3;
 use rayon::prelude::*;
@@ -52,20 +53,33 @@ pub struct Reduction {
 
 /// Makes the bases of all bodies, and tries them. Without impacts, or with `rank_max` 0, there are none.
 pub fn reduce(prepared: &mut Prepared, rank_max: usize, token: &Token) -> Result<(), StrikeError> {
-    prepared.bodies.iter_mut().for_each(|body| body.reduced = None);
+    let solids = |prepared: &mut Prepared| -> Vec<usize> {
+        let all =
+            prepared.bodies.iter_mut().enumerate().filter_map(|(index, body)| Some((index, body.solid.as_mut()?)));
+        all.map(|(index, solid)| {
+            solid.reduced = None;
+            index
+        })
+        .collect()
+    };
+    let solids = solids(prepared);
     prepared.reduction = None;
-    for index in 0..prepared.bodies.len() {
-        prepared.bodies[index].reduced = basis(prepared, index, rank_max, token)?;
+    for &index in &solids {
+        let basis = basis(prepared, index, rank_max, token)?;
+        if let Some(solid) = &mut prepared.bodies[index].solid {
+            solid.reduced = basis;
+        }
     }
-    if prepared.bodies.iter().all(|body| body.reduced.is_none()) {
+    if prepared.bodies.iter().all(|body| body.reduced().is_none()) {
         return Ok(());
     }
     let trials = trials(prepared, token)?;
     for index in 0..prepared.bodies.len() {
         let own = trials.iter().filter(|trial| trial.body == index && trial.fits);
         let pairs: Vec<_> = own.map(|trial| (trial.residual, trial.energy_error)).collect();
-        let reduced = prepared.bodies[index].reduced.take();
-        prepared.bodies[index].reduced = reduced.map(|reduced| reduced.estimating(Estimate::fit(&pairs)));
+        if let Some(solid) = &mut prepared.bodies[index].solid {
+            solid.reduced = solid.reduced.take().map(|reduced| reduced.estimating(Estimate::fit(&pairs)));
+        }
     }
     prepared.reduction = Reduction::of(prepared, &trials);
     Ok(())
@@ -73,8 +87,8 @@ pub fn reduce(prepared: &mut Prepared, rank_max: usize, token: &Token) -> Result
 
 /// The basis of body `index` from the contacts of the object's impacts.
 fn basis(prepared: &Prepared, index: usize, rank_max: usize, token: &Token) -> Result<Option<Reduced>, StrikeError> {
-    let body = &prepared.bodies[index];
-    let column_bytes = size_of::<f64>() * body.elasticity.size();
+    let solid = prepared.solid(index)?;
+    let column_bytes = size_of::<f64>() * solid.elasticity.size();
     let rank_max = rank_max.min(BASIS_BYTES_MAX / (column_bytes / 2));
     if rank_max < RANK_MIN {
         return Ok(None);
@@ -86,7 +100,8 @@ fn basis(prepared: &Prepared, index: usize, rank_max: usize, token: &Token) -> R
         for axis in 0..3 {
             let impulse = Vector3::ith(axis, 1.0);
             let mut load = Load::default();
-            body.elasticity
+            solid
+                .elasticity
                 .load(&[Contact { impulse, ..contact }], &mut load, &mut workspace.elasticity)
                 .map_err(failed)?;
             loads.push(load);
@@ -95,7 +110,7 @@ fn basis(prepared: &Prepared, index: usize, rank_max: usize, token: &Token) -> R
     if loads.len() < RANK_MIN {
         return Ok(None);
     }
-    body.elasticity.reduce(&loads, rank_max, token).map_err(failed)
+    solid.elasticity.reduce(&loads, rank_max, token).map_err(failed)
 }
 
 fn failed(body: usize, source: ElasticityError) -> StrikeError {
@@ -156,18 +171,20 @@ fn trial(
     let mut trials = Vec::new();
     for ((index, contacts), solved) in impact.bodies.iter().zip(solved) {
         let body = &prepared.bodies[*index];
-        let Some(reduced) = &body.reduced else { continue };
+        let solid = prepared.solid(*index)?;
+        let Some(reduced) = &solid.reduced else { continue };
         let failed = |source| failed(*index, source);
-        body.elasticity.load(contacts, &mut workspace.load, &mut workspace.elasticity).map_err(failed)?;
+        solid.elasticity.load(contacts, &mut workspace.load, &mut workspace.elasticity).map_err(failed)?;
         let Workspace { load, displacement, coordinates, elasticity, .. } = workspace;
         reduced.project(load, coordinates);
-        let residual = reduced.residual(&body.elasticity, load, coordinates, elasticity);
+        let residual = reduced.residual(&solid.elasticity, load, coordinates, elasticity);
         reduced.expand(coordinates, displacement, elasticity);
-        body.elasticity
-            .tet_energy(&body.elastic, &workspace.displacement, Driving::Total, &mut workspace.tet_energy, token)
+        solid
+            .elasticity
+            .tet_energy(&solid.lattice, &workspace.displacement, Driving::Total, &mut workspace.tet_energy, token)
             .map_err(failed)?;
         let mut shares = Vec::new();
-        body.transfer.apply(&workspace.tet_energy, &mut shares);
+        solid.transfer.apply(&workspace.tet_energy, &mut shares);
         let total: f64 = shares.iter().sum();
         let unit_j = prepared.unit_j(&impact);
         let ratio = total * unit_j / solved.energy_j;
@@ -175,7 +192,7 @@ fn trial(
         let density_error = differences.sum();
         shares.iter_mut().for_each(|share| *share /= total);
         let [own, wanted] = [(shares, ratio), (solved.shares, 1.0)].map(|(mut shares, ratio)| {
-            let field = Field::new(&body.interior, &body.volumes, &mut shares)
+            let field = Field::new(prepared.lift(*index, LiftKind::Interior)?, &body.volumes, &mut shares)
                 .map_err(|source| StrikeError::Field { body: *index, source })?;
             let unit = solved.energy_j * ratio * prepared.frame.diagonal_m.powi(2);
             Ok::<_, StrikeError>(degree::closed_form(&field, &body.slenderness, prepared.gamma_j_m2 / unit))
@@ -195,12 +212,11 @@ fn trial(
 impl Reduction {
     /// `None` without trials.
     fn of(prepared: &Prepared, trials: &[Trial]) -> Option<Self> {
-        let rank = |reduced: &Option<Reduced>| reduced.as_ref().map_or(0, Reduced::rank);
         let estimates: Vec<(f64, f64)> = trials
             .iter()
             .filter(|trial| !trial.fits)
             .filter_map(|trial| {
-                let reduced = prepared.bodies[trial.body].reduced.as_ref()?;
+                let reduced = prepared.bodies[trial.body].reduced()?;
                 Some((reduced.estimate().error(trial.residual), trial.energy_error))
             })
             .collect();
@@ -208,7 +224,7 @@ impl Reduction {
             estimates.iter().filter(|pair| holds(pair)).count() as f64 / estimates.len() as f64
         };
         Some(Self {
-            rank: prepared.bodies.iter().map(|body| rank(&body.reduced)).collect(),
+            rank: prepared.bodies.iter().map(|body| body.reduced().map_or(0, Reduced::rank)).collect(),
             holdout: trials.len(),
             energy_error_median: quantile(trials, 0.5, |trial| trial.energy_error)?,
             energy_error_p90: quantile(trials, 0.9, |trial| trial.energy_error)?,
