@@ -89,15 +89,11 @@ impl Effect {
     pub fn by_name(name: &str) -> Result<Self, Refusal> {
         let known = Self::ALL.into_iter().find(|effect| effect.name() == name);
         known.ok_or_else(|| {
-            let nearest = Self::ALL.into_iter().max_by(|a, b| likeness(a, name).total_cmp(&likeness(b, name)));
+            let nearest = Self::ALL.into_iter().min_by_key(|effect| strsim::damerau_levenshtein(effect.name(), name));
             let hint = nearest.map_or(String::new(), |effect| format!("; `{}` is", effect.name()));
             Refusal::new(Kind::UnknownEffect, name, format!("`{name}` is no effect{hint}"))
         })
     }
-}
-
-fn likeness(effect: &Effect, name: &str) -> f64 {
-    strsim::jaro_winkler(effect.name(), name)
 }
 
 /// Some effects.

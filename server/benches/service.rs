@@ -56,7 +56,7 @@ fn database(folder: &Path) -> Prepared {
 
 /// A blow somewhere on the surface, towards the middle.
 fn strike(served: &Served, number: usize) -> Strike {
-    let prepared = &served.0;
+    let prepared = served.prepared();
     let body = &prepared.bodies[0];
     let face = &body.topology.boundary[number.wrapping_mul(7919) % body.topology.boundary.len()];
     let point_m = prepared.frame.to_metres(&body.crack.nodes[face.nodes[0] as usize]);
@@ -127,7 +127,7 @@ fn main() {
         return;
     }
     let here = TestPlace::new("bench");
-    let served = Served(database(&here.databases()));
+    let served = Served::whole(database(&here.databases()));
     served.finish().unwrap();
     let lanes = lanes(std::thread::available_parallelism().map_or(1, usize::from), NICE).unwrap();
     let daemon = Child::start(&mut shatterd(&here));

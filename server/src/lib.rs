@@ -17,6 +17,7 @@ pub mod operations;
 pub mod panics;
 pub mod picture;
 pub mod report;
+pub mod scene;
 pub mod serve;
 pub mod study;
 pub mod verdicts;

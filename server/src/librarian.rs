@@ -9,7 +9,7 @@ use crate::engine::Loader;
 use crate::jobs::Event;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use shatter_proto::{Kind, Refusal};
-use std::collections::VecDeque;
+use std::collections::{BTreeSet, VecDeque};
 use std::path::PathBuf;
 use std::sync::{Arc, Weak};
 use tokio::sync::mpsc::UnboundedSender;
@@ -53,6 +53,8 @@ pub struct Folder {
     pub path: PathBuf,
     /// Whether it must exist: one that was asked for must, the platform's own may not be there yet.
     pub required: bool,
+    /// Names of the only databases that count, if not all do.
+    pub only: Option<BTreeSet<String>>,
 }
 
 impl Folder {
@@ -61,7 +63,25 @@ impl Folder {
         if !self.required && !self.path.exists() {
             return Ok(Shelf::default());
         }
-        Shelf::of(&self.path)
+        let shelf = Shelf::of(&self.path)?;
+        Ok(match &self.only {
+            Some(names) => shelf.only(names),
+            None => shelf,
+        })
+    }
+
+    /// Refuses to begin without one of those that are wanted. Errors: `unknown_object`, `database_folder`.
+    pub fn complete(&self) -> Result<(), Refusal> {
+        let shelf = self.look()?;
+        let mut wanted = self.only.iter().flatten();
+        match wanted.find(|name| !shelf.holds(name)) {
+            Some(name) => {
+                let folder = self.path.display();
+                let message = format!("the scene wants `{name}`, but there is no {folder}/{name}.shatter: bake it");
+                Err(Refusal::new(Kind::UnknownObject, name.clone(), message))
+            }
+            None => Ok(()),
+        }
     }
 }
 
@@ -227,7 +247,7 @@ mod tests {
         let (sender, events) = unbounded_channel();
         let loader: Loader = Arc::new(|_| Err("nothing is ever loaded here".to_owned()));
         let path = folder.path().join("databases");
-        (Librarian::new(Folder { path, required }, loader, sender).unwrap(), events)
+        (Librarian::new(Folder { path, required, only: None }, loader, sender).unwrap(), events)
     }
 
     /// An object that must be finished, and falls over it if it is named so.

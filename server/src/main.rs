@@ -1,7 +1,7 @@
 //! `shatterd`: bakes objects and serves them.
 
 use clap::{Parser, Subcommand};
-use shatter_server::commands::{Failure, bake, demo, inspect, merge, serve, study, upgrade};
+use shatter_server::commands::{Failure, bake, check, demo, inspect, merge, serve, study, upgrade};
 use std::process::ExitCode;
 
 /// Bakes brittle objects and serves their fragments.
@@ -24,6 +24,8 @@ enum Command {
     Upgrade(upgrade::UpgradeArgs),
     /// Verifies a database and prints what it holds.
     Inspect(inspect::InspectArgs),
+    /// Validates a scene and prints what is prepared and run for each of its objects.
+    Check(check::CheckArgs),
     /// Serves the baked objects until it is ended.
     Serve(serve::Args),
     /// Shows how far the results can be trusted: hard cases, bad meshes.
@@ -43,6 +45,7 @@ fn main() -> ExitCode {
         Command::Merge(args) => merge::run(args).map(|()| true),
         Command::Upgrade(args) => upgrade::run(args).map(|()| true),
         Command::Inspect(args) => inspect::run(args).map(|()| true),
+        Command::Check(args) => check::run(args).map(|()| true),
         Command::Serve(args) => serve::run(args).map(|()| true),
         Command::Study(args) => study::run(args),
     };

@@ -17,6 +17,7 @@ use shatter_proto::place::Place;
 use shatter_proto::refusal::RefusalWire;
 use shatter_proto::transport::failed;
 use shatter_proto::{Kind, Refusal, shared_memory};
+use std::collections::BTreeSet;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 use tokio::sync::Notify;
@@ -44,6 +45,8 @@ pub struct Options {
     pub config: Config,
     /// How databases become objects.
     pub loader: Loader,
+    /// The only objects that are served, if not all that lie in the folder.
+    pub only: Option<BTreeSet<String>>,
     /// Called once it serves.
     pub ready: Box<dyn FnOnce() + Send>,
     /// Ends it, as SIGTERM does.
@@ -59,11 +62,11 @@ pub fn run(options: Options) -> Result<(), Refusal> {
 }
 
 async fn serve(options: Options) -> Result<(), Refusal> {
-    let Options { place, config, loader, ready, stop } = options;
+    let Options { place, config, loader, only, ready, stop } = options;
     let signals = Signals::hear()?;
     let home = Home::take(&place)?;
     let operations = Operations::open(config.operations.port).await?;
-    let (mut daemon, bell, events) = Daemon::start(home, config, loader)?;
+    let (mut daemon, bell, events) = Daemon::start(home, config, loader, only)?;
     let mut ears = Ears::new(&daemon.config, bell, events, operations, signals, stop);
     daemon.home.say_hello()?;
     daemon.tell(NotifyState::Ready);
@@ -97,9 +100,14 @@ struct Daemon {
 }
 
 impl Daemon {
-    fn start(home: Home, config: Config, loader: Loader) -> Result<(Self, Bell, UnboundedReceiver<Event>), Refusal> {
+    fn start(
+        home: Home,
+        config: Config,
+        loader: Loader,
+        only: Option<BTreeSet<String>>,
+    ) -> Result<(Self, Bell, UnboundedReceiver<Event>), Refusal> {
         let begun = Instant::now();
-        let folder = folder(&config)?;
+        let folder = folder(&config, only)?;
         let threads = threads(config.threads(), config.compute.nice)?;
         let lanes = lanes(config.strikes_at_once(), config.compute.nice)?;
         let catalog = threads.install(|| folder.look().map(|shelf| Catalog::default().renewed(shelf, &loader)))?;
@@ -311,9 +319,10 @@ impl Daemon {
 }
 
 /// Where the databases are. The platform's own folder may not exist yet; one that was asked for must.
-fn folder(config: &Config) -> Result<Folder, Refusal> {
+fn folder(config: &Config, only: Option<BTreeSet<String>>) -> Result<Folder, Refusal> {
     let required = !config.databases.folder.as_os_str().is_empty();
-    let folder = Folder { path: config.databases()?, required };
+    let folder = Folder { path: config.databases()?, required, only };
+    folder.complete()?;
     if !required && !folder.path.exists() {
         tracing::warn!(folder = %folder.path.display(), "there are no databases yet");
     }

@@ -1,6 +1,7 @@
 //! Where wire types turn into engine types and back: the only such place.
 
 use crate::engine::{Loader, Object, Outcome};
+use crate::scene::{Scene, Terms};
 use bytemuck::Zeroable;
 use nalgebra::Vector3;
 use shatter_fracture::database;
@@ -13,6 +14,7 @@ use shatter_fracture::scene::{DEFAULT_DURATION_S, DEFAULT_RADIUS_DIAGONALS, Effe
 use shatter_fracture::token::Token;
 use shatter_proto::answer::{BondWire, DebrisWire, FragmentWire, OUTER, RunWire, SummaryWire, VelocityWire};
 use shatter_proto::control::ObjectRow;
+use shatter_proto::effect;
 use shatter_proto::layout::{Counts, Sections};
 use shatter_proto::request::{Degree, Elastic, Lift, Purpose, Strike};
 use shatter_proto::{Kind, Refusal};
@@ -23,28 +25,53 @@ use std::sync::Arc;
 /// coordinates are not twice as long as positions, debris has a row per four triangles, bonds one per crack.
 const ANSWER_BYTES_PER_TET: usize = 2 * (1024 + 256);
 
-/// Loads databases as the science writes them.
-pub fn loader() -> Loader {
-    Arc::new(|path| match database::load(path) {
-        Ok(prepared) => Ok(Arc::new(Served(prepared))),
-        Err(error) => Err(error.to_string()),
+/// Loads databases as the science writes them: whole, or what a scene wants of them.
+pub fn loader(scene: Option<Scene>) -> Loader {
+    Arc::new(move |path| {
+        let object = scene.as_ref().map(|scene| scene.objects.get(path.file_stem()?.to_str()?));
+        let (terms, material) = match object {
+            None => (Terms::default(), None),
+            Some(Some(object)) => (object.terms.clone(), object.material.as_ref()),
+            Some(None) => return Err("it is not in the scene".to_owned()),
+        };
+        let prepared = database::load_tables(path, terms.tables()).map_err(|error| error.to_string())?;
+        let own = &prepared.parameters.material_name;
+        match material.filter(|(name, _)| name != own) {
+            Some((name, _)) => Err(format!("it was baked of {own}, the scene wants {name}: bake it again")),
+            None => Ok(Arc::new(Served { prepared, terms })),
+        }
     })
 }
 
 /// A prepared object, served.
-pub struct Served(pub Prepared);
+pub struct Served {
+    prepared: Prepared,
+    terms: Terms,
+}
+
+impl Served {
+    /// On the terms of an object that no scene speaks of.
+    pub fn whole(prepared: Prepared) -> Self {
+        Self { prepared, terms: Terms::default() }
+    }
+
+    /// The object.
+    pub fn prepared(&self) -> &Prepared {
+        &self.prepared
+    }
+}
 
 impl Object for Served {
     fn row(&self) -> ObjectRow {
-        let prepared = &self.0;
+        let prepared = &self.prepared;
         let material = &prepared.parameters.material;
         let mut row = ObjectRow {
             ready: 1,
             bodies: prepared.bodies.len() as u32,
-            degree_max: DEGREE_MAX,
+            degree_max: self.terms.sites_max.map_or(DEGREE_MAX, |most| most.min(DEGREE_MAX)),
             elastic_nodes: prepared.elastic_nodes() as u32,
             crack_nodes: prepared.crack_nodes() as u32,
-            gamma_j_m2: prepared.gamma_j_m2,
+            gamma_j_m2: self.terms.gamma(material).unwrap_or(prepared.gamma_j_m2),
             young_pa: material.young_pa,
             poisson: material.poisson,
             density_kg_m3: material.density_kg_m3,
@@ -61,15 +88,16 @@ impl Object for Served {
     }
 
     fn bytes(&self) -> usize {
-        self.0.bytes()
+        self.prepared.bytes()
     }
 
     fn finish(&self) -> Result<(), Refusal> {
-        self.0.factor().map_err(refusal)
+        self.prepared.factor().map_err(refusal)
     }
 
     fn answer_bytes_max(&self) -> usize {
-        self.0.crack_tets().saturating_mul(ANSWER_BYTES_PER_TET)
+        let most = self.prepared.crack_tets().saturating_mul(ANSWER_BYTES_PER_TET);
+        self.terms.bytes_max.and_then(|bytes| usize::try_from(bytes).ok()).map_or(most, |bytes| most.min(bytes))
     }
 
     fn strike(
@@ -79,61 +107,54 @@ impl Object for Served {
         token: &Token,
         watch: &mut dyn Watch,
     ) -> Result<Box<dyn Outcome>, Refusal> {
-        let outcome = pipeline::strike(&self.0, &request(strike)?, workspace, token, watch).map_err(refusal)?;
+        let fragments_max = self.terms.fragments_max;
+        let outcome =
+            pipeline::strike(&self.prepared, &self.request(strike)?, workspace, token, watch).map_err(refusal)?;
+        let found = outcome.pieces.as_ref().map_or(0, |pieces| pieces.fragments.len());
+        if let Some(cap) = fragments_max.filter(|cap| found > *cap as usize) {
+            let message = format!("{found} fragments, the scene takes {cap}");
+            return Err(Refusal::new(Kind::CapExceeded, "fragments_max", message));
+        }
         Ok(Box::new(Struck { object: strike.object.clone(), seed: strike.seed, outcome }))
     }
 }
 
-/// What is on of the usual effects after what the strike switches; refused where its lift says otherwise.
-fn effects(strike: &Strike) -> Result<Effects, Refusal> {
-    use shatter_proto::effect::{self, Effect as Wire};
-    let on = effect::Effects::usual().changed(strike.enable, strike.disable)?;
-    match strike.lift {
-        Some(Lift::Euclidean) if strike.enable.has(Wire::Interior) => {
-            return Err(effect::conflict(
-                Wire::Interior,
-                "interior distances are switched on, but the lift is `euclidean`",
-            ));
-        }
-        Some(Lift::Interior | Lift::SurfaceDiffusion) if strike.disable.has(Wire::Interior) => {
-            return Err(effect::conflict(Wire::Interior, "interior distances are switched off, but the lift has them"));
-        }
-        _ => {}
+impl Served {
+    /// A strike as the engine wants it, on the object's terms.
+    fn request(&self, strike: &Strike) -> Result<pipeline::Strike, Refusal> {
+        let on = self.terms.effects(strike)?;
+        let both = Effect::ALL.into_iter().zip(effect::Effect::ALL);
+        let contact = |contact: &shatter_proto::request::Contact| Contact {
+            point_m: contact.point_m.into(),
+            impulse_ns: contact.impulse_ns.into(),
+            duration_s: contact.duration_s,
+            radius_m: contact.radius_m,
+        };
+        Ok(pipeline::Strike {
+            contacts: strike.contacts.iter().map(contact).collect(),
+            degree: match strike.degree {
+                Degree::Inferred => DegreeRequest::Inferred,
+                Degree::Verified => DegreeRequest::Verified,
+                Degree::ClosedForm => DegreeRequest::ClosedForm,
+                Degree::Optimised => DegreeRequest::Optimised,
+                Degree::Sites(sites) => DegreeRequest::Sites(sites),
+            },
+            degree_max: self.terms.sites_max.map_or(DEGREE_MAX, |most| most.min(DEGREE_MAX)),
+            gamma_j_m2: strike.gamma_j_m2.or(self.terms.gamma(&self.prepared.parameters.material)),
+            elastic: match strike.elastic {
+                Elastic::Reduced => ElasticRequest::Reduced,
+                Elastic::Solve => ElasticRequest::Solve,
+            },
+            lift: match strike.lift.unwrap_or(self.terms.lift) {
+                Lift::Euclidean => LiftKind::Euclidean,
+                Lift::SurfaceDiffusion => LiftKind::SurfaceDiffusion,
+                Lift::Interior => LiftKind::Interior,
+            },
+            effects: Effects::of(both.filter(|(_, wire)| on.has(*wire)).map(|(effect, _)| effect)),
+            seed: strike.seed,
+            threshold_only: strike.purpose == Purpose::Threshold,
+        })
     }
-    Ok(Effects::of(Effect::ALL.into_iter().zip(Wire::ALL).filter(|(_, wire)| on.has(*wire)).map(|(effect, _)| effect)))
-}
-
-/// A strike as the engine wants it.
-fn request(strike: &Strike) -> Result<pipeline::Strike, Refusal> {
-    let contact = |contact: &shatter_proto::request::Contact| Contact {
-        point_m: contact.point_m.into(),
-        impulse_ns: contact.impulse_ns.into(),
-        duration_s: contact.duration_s,
-        radius_m: contact.radius_m,
-    };
-    Ok(pipeline::Strike {
-        contacts: strike.contacts.iter().map(contact).collect(),
-        degree: match strike.degree {
-            Degree::Inferred => DegreeRequest::Inferred,
-            Degree::Verified => DegreeRequest::Verified,
-            Degree::ClosedForm => DegreeRequest::ClosedForm,
-            Degree::Optimised => DegreeRequest::Optimised,
-            Degree::Sites(sites) => DegreeRequest::Sites(sites),
-        },
-        gamma_j_m2: strike.gamma_j_m2,
-        elastic: match strike.elastic {
-            Elastic::Reduced => ElasticRequest::Reduced,
-            Elastic::Solve => ElasticRequest::Solve,
-        },
-        lift: match strike.lift {
-            Some(Lift::Euclidean) => LiftKind::Euclidean,
-            Some(Lift::SurfaceDiffusion) => LiftKind::SurfaceDiffusion,
-            Some(Lift::Interior) | None => LiftKind::Interior,
-        },
-        effects: effects(strike)?,
-        seed: strike.seed,
-        threshold_only: strike.purpose == Purpose::Threshold,
-    })
 }
 
 /// A refusal of the engine on the wire.

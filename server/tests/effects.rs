@@ -16,7 +16,7 @@ const OUTPUTS: [Effect; 5] = [Effect::Release, Effect::Normals, Effect::Uv, Effe
 fn start() -> (InProcess, Object) {
     let here = TestPlace::new("effects");
     std::fs::write(here.databases().join("bar.shatter"), BAR.as_slice()).unwrap();
-    let daemon = InProcess::start_with(here, "", shatter_server::wire::loader());
+    let daemon = InProcess::start_with(here, "", shatter_server::wire::loader(None));
     let bar = daemon.connect().object("bar", patience()).unwrap();
     (daemon, bar)
 }

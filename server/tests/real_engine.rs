@@ -73,7 +73,7 @@ fn start(settings: &str) -> (InProcess, Object, Written) {
     let here = TestPlace::new("real");
     std::fs::write(here.databases().join("bar.shatter"), BAR.as_slice()).unwrap();
     let written = Written::default();
-    let (real, seen) = (wire::loader(), written.clone());
+    let (real, seen) = (wire::loader(None), written.clone());
     let loader: Loader = Arc::new(move |path: &Path| Ok(Arc::new(Watched(real(path)?, seen.clone()))));
     let daemon = InProcess::start_with(here, settings, loader);
     let bar = daemon.connect().object("bar", patience()).unwrap();
@@ -167,7 +167,7 @@ fn a_damaged_database_is_named_and_the_other_served() {
     damaged[middle] ^= 1;
     std::fs::write(here.databases().join("flipped.shatter"), damaged).unwrap();
     std::fs::write(here.databases().join("cut.shatter"), &BAR[..middle]).unwrap();
-    let daemon = InProcess::start_with(here, "", wire::loader());
+    let daemon = InProcess::start_with(here, "", wire::loader(None));
     let service = daemon.connect();
     for name in ["flipped", "cut"] {
         let refusal = service.object(name, patience()).err().unwrap();

@@ -2,6 +2,7 @@
 
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 use shatter_proto::{Kind, Refusal};
+use std::collections::BTreeSet;
 use std::fs::Metadata;
 use std::io;
 use std::os::unix::fs::MetadataExt;
@@ -61,6 +62,17 @@ impl Shelf {
         }
         files.sort_by(|a, b| a.0.cmp(&b.0));
         Ok(Self(files))
+    }
+
+    /// Of these files the ones with such names.
+    #[must_use]
+    pub fn only(self, names: &BTreeSet<String>) -> Self {
+        Self(self.0.into_iter().filter(|(path, _)| names.contains(&super::stem(path))).collect())
+    }
+
+    /// Whether there is a file of that name.
+    pub fn holds(&self, name: &str) -> bool {
+        self.0.iter().any(|(path, _)| super::stem(path) == name)
     }
 
     /// Calls `each` for every file on the current rayon pool; the results are in the order of the files.

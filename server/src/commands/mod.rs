@@ -3,6 +3,7 @@
 pub mod bake;
 mod baked;
 mod bar;
+pub mod check;
 pub mod demo;
 mod failure;
 pub mod inspect;

@@ -2,6 +2,7 @@
 
 use super::Failure;
 use crate::config::{Config, LogFormat};
+use crate::scene::Scene;
 use crate::serve::{Options, run as serve};
 use crate::wire::loader;
 use shatter_proto::name::ServiceName;
@@ -26,6 +27,9 @@ pub struct Args {
     /// Folder of databases.
     #[arg(long, value_name = "DIR")]
     databases: Option<PathBuf>,
+    /// Scene: which of the databases are served, and what is simulated of each [default: all that lie in the folder, whole].
+    #[arg(long, value_name = "FILE")]
+    scene: Option<PathBuf>,
     /// Threads that compute, 1024 at most; 0: one per core.
     #[arg(long, value_name = "N")]
     threads: Option<usize>,
@@ -48,7 +52,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         // Whoever started the daemon may have stopped listening; it serves all the same.
         let _ = writeln!(out, "ready").and_then(|()| out.flush());
     });
-    serve(Options { place, config, loader: loader(), ready, stop: Arc::new(Notify::new()) })?;
+    let scene = args.scene.as_deref().map(Scene::load).transpose()?;
+    let only = scene.as_ref().map(|scene| scene.objects.keys().cloned().collect());
+    serve(Options { place, config, loader: loader(scene), only, ready, stop: Arc::new(Notify::new()) })?;
     Ok(())
 }
 

@@ -7,7 +7,7 @@ use super::object::Target;
 use nalgebra::Point3;
 use shatter_fracture::lift::LiftKind;
 use shatter_fracture::pipeline::{
-    Contact, DegreeRequest, ElasticRequest, Impact, Prepared, Strike, Workspace, strain_energy,
+    Contact, DEGREE_MAX, DegreeRequest, ElasticRequest, Impact, Prepared, Strike, Workspace, strain_energy,
 };
 use shatter_fracture::scene::Effects;
 use shatter_fracture::token::Token;
@@ -37,6 +37,7 @@ impl SurfaceEnergy {
         let strike = Strike {
             contacts: vec![contact],
             degree: DegreeRequest::Inferred,
+            degree_max: DEGREE_MAX,
             gamma_j_m2: None,
             elastic: ElasticRequest::Solve,
             lift: LiftKind::Interior,

@@ -72,6 +72,7 @@ impl InProcess {
             place: self.here.place.clone(),
             config: config(&self.settings, &self.here.databases()),
             loader: self.loader.clone(),
+            only: None,
             ready: Box::new(move || ready.send(()).unwrap()),
             stop: self.stop.clone(),
         };
@@ -186,13 +187,15 @@ pub fn shatter_program(here: &TestPlace) -> Command {
     command
 }
 
-/// `shatter` lies beside `shatterd`; where only this package was built it has to be built first.
+/// `shatter` lies beside `shatterd`; where only this package was built, or was built later, it has to be built too.
 fn program() -> PathBuf {
-    let beside = Path::new(env!("CARGO_BIN_EXE_shatterd")).with_file_name("shatter");
-    if !beside.exists() {
-        let release = if beside.parent().unwrap().ends_with("release") { "release" } else { "dev" };
-        let built = Command::new(env!("CARGO")).args(["build", "-p", "shatter-client", "--profile", release]).status();
-        assert!(built.unwrap().success());
+    let daemon = Path::new(env!("CARGO_BIN_EXE_shatterd"));
+    let beside = daemon.with_file_name("shatter");
+    let age = |path: &Path| path.metadata().and_then(|data| data.modified()).ok();
+    if age(&beside) < age(daemon) {
+        let profile = if beside.parent().unwrap().ends_with("release") { "release" } else { "dev" };
+        let mut build = Command::new(env!("CARGO"));
+        assert!(build.args(["build", "--workspace", "--bins", "--profile", profile]).status().unwrap().success());
     }
     beside
 }
@@ -231,6 +234,7 @@ pub fn play(clients: impl FnOnce(&str)) {
                 place: shatter_client::place(&std::env::var("SHATTER_SERVICE").unwrap()).unwrap(),
                 config: config(&std::env::var(CONFIG).unwrap(), &databases),
                 loader: loader(),
+                only: None,
                 ready: Box::new(|| println!("ready")),
                 stop: Arc::new(Notify::new()),
             })

@@ -161,6 +161,11 @@ impl Contents<'_> {
         self.tensors.tensor(name).ok().and_then(|view| view.shape().first().copied()).unwrap_or(0)
     }
 
+    /// Name and length in bytes of every tensor.
+    pub fn lengths(&self) -> Vec<(String, u64)> {
+        self.tensors.tensors().into_iter().map(|(name, view)| (name, view.data().len() as u64)).collect()
+    }
+
     /// A metadata value.
     pub fn text(&self, key: &'static str) -> Result<&str, DatabaseError> {
         let missing = || DatabaseError::Metadata { key, reason: "missing".to_owned() };

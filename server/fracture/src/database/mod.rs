@@ -18,7 +18,7 @@ pub use error::DatabaseError;
 pub use learned::EXAMPLES_MAX;
 pub use object::{
     BODIES_MAX, NODES_MAX, Provenance, load, load_older, load_partial, load_provenance, load_tables, load_task, save,
-    save_partial,
+    save_partial, tensor_bytes,
 };
 pub use share::{JoinError, Partial, SHARE_EXTENSION, SHARES_MAX, Share, ShareError, Task, join};
 pub use tables::Tables;

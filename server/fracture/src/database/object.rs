@@ -208,6 +208,11 @@ pub fn load_task(path: &Path) -> Result<Task, DatabaseError> {
     task(&verified(&Mapped::open(path)?, &[FORMAT])?)
 }
 
+/// Name and length in bytes of every tensor of `path`, by its header alone: nothing is verified, nothing else is read.
+pub fn tensor_bytes(path: &Path) -> Result<Vec<(String, u64)>, DatabaseError> {
+    Ok(Mapped::open(path)?.parse()?.lengths())
+}
+
 /// Who wrote the database or share `path`.
 pub fn load_provenance(path: &Path) -> Result<Provenance, DatabaseError> {
     Mapped::open(path)?.parse()?.json("provenance")

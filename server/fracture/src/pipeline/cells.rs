@@ -1,6 +1,6 @@
 //! Degree and centroidal: how many sites, and where.
 
-use super::{DEGREE_MAX, DegreeRequest, DegreeSource, Prepared, Stage, Strike, StrikeError, Verdict, Watch, Workspace};
+use super::{DegreeRequest, DegreeSource, Prepared, Stage, Strike, StrikeError, Verdict, Watch, Workspace};
 use crate::centroidal::{self, Diagram, Field, Options};
 use crate::degree::{self, CurveOptions, Degree};
 use crate::lift::LiftKind;
@@ -112,7 +112,7 @@ fn guesses(prepared: &Prepared, strike: &Strike, verdict: &Verdict, fields: &[Fi
         let confidence = told.as_ref().map_or(CONFIDENCE_CLOSED_FORM, |told| told.confidence);
         let told = told.filter(|told| told.within_reach);
         let wanted = told.map_or(prepared.kappa * estimate, |told| degree::sites(told.value, estimate));
-        let Degree { sites, capped } = degree::decide(first_moment, gamma, wanted, 1.0, DEGREE_MAX as usize);
+        let Degree { sites, capped } = degree::decide(first_moment, gamma, wanted, 1.0, strike.degree_max as usize);
         Guess { sites: sites as u32, capped, inferred: told.is_some(), confidence }
     };
     fields.iter().enumerate().map(guess).collect()
@@ -158,7 +158,8 @@ fn search(
             continue;
         }
         watch.enter(Stage::Degree);
-        let options = CurveOptions { sites_max: DEGREE_MAX as usize, seed: strike.seed, ..CurveOptions::default() };
+        let options =
+            CurveOptions { sites_max: strike.degree_max as usize, seed: strike.seed, ..CurveOptions::default() };
         let (degree, diagram) = match &guesses {
             Some(guesses) => {
                 let guess = guesses[struck].sites as usize;

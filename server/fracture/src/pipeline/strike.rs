@@ -1,5 +1,6 @@
 //! What one strike asks for.
 
+use super::DEGREE_MAX;
 use crate::lift::LiftKind;
 use crate::scene::Effects;
 use nalgebra::{Point3, Vector3};
@@ -51,6 +52,8 @@ pub struct Strike {
     pub contacts: Vec<Contact>,
     /// Where the number of sites comes from.
     pub degree: DegreeRequest,
+    /// Sites at most, of all bodies each; a larger degree is cut, a larger number asked for refused.
+    pub degree_max: u32,
     /// Threshold γ in J·m²; `None`: the object's own.
     pub gamma_j_m2: Option<f64>,
     /// Where displacements come from.
@@ -71,6 +74,7 @@ impl Strike {
         Self {
             contacts: vec![Contact { point_m, impulse_ns, duration_s: None, radius_m: None }],
             degree: DegreeRequest::Inferred,
+            degree_max: DEGREE_MAX,
             gamma_j_m2: None,
             elastic: ElasticRequest::Reduced,
             lift: LiftKind::Interior,

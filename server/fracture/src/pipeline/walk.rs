@@ -5,8 +5,8 @@
 use super::cells::{Division, divide};
 use super::pieces::Broken;
 use super::{
-    BodyEnergy, DEGREE_MAX, DegreeRequest, DegreeSource, Impact, Outcome, Pieces, Prepared, Stage, Strike, StrikeError,
-    Verdict, Watch, Workspace, strain_energy,
+    BodyEnergy, DegreeRequest, DegreeSource, Impact, Outcome, Pieces, Prepared, Stage, Strike, StrikeError, Verdict,
+    Watch, Workspace, strain_energy,
 };
 use crate::centroidal::Field;
 use crate::lift::LiftKind;
@@ -66,8 +66,8 @@ fn check(prepared: &Prepared, strike: &Strike) -> Result<f64, StrikeError> {
         return Err(StrikeError::Gamma(gamma_j_m2));
     }
     match strike.degree {
-        DegreeRequest::Sites(degree) if !(1..=DEGREE_MAX).contains(&degree) => {
-            Err(StrikeError::Degree { degree, cap: DEGREE_MAX })
+        DegreeRequest::Sites(degree) if !(1..=strike.degree_max).contains(&degree) => {
+            Err(StrikeError::Degree { degree, cap: strike.degree_max })
         }
         _ => Ok(gamma_j_m2),
     }

@@ -74,7 +74,12 @@ impl Materials {
     pub fn get(&self, name: &str) -> Result<&Material, MaterialError> {
         self.0.get(name).ok_or_else(|| MaterialError::Unknown {
             name: name.to_owned(),
-            nearest: self.0.keys().min_by_key(|known| edit_distance(name, known)).cloned().unwrap_or_default(),
+            nearest: self
+                .0
+                .keys()
+                .min_by_key(|known| strsim::damerau_levenshtein(name, known))
+                .cloned()
+                .unwrap_or_default(),
             known: self.0.keys().cloned().collect::<Vec<_>>().join(", "),
         })
     }
@@ -83,22 +88,6 @@ impl Materials {
     pub fn names(&self) -> impl Iterator<Item = &str> {
         self.0.keys().map(String::as_str)
     }
-}
-
-/// Levenshtein's distance: insertions, deletions and substitutions that turn `a` into `b`.
-fn edit_distance(a: &str, b: &str) -> usize {
-    let b: Vec<char> = b.chars().collect();
-    let mut row: Vec<usize> = (0..=b.len()).collect();
-    for (i, from) in a.chars().enumerate() {
-        let mut diagonal = row[0];
-        row[0] = i + 1;
-        for (j, to) in b.iter().enumerate() {
-            let substituted = diagonal + usize::from(from != *to);
-            diagonal = row[j + 1];
-            row[j + 1] = substituted.min(diagonal + 1).min(row[j] + 1);
-        }
-    }
-    row[b.len()]
 }
 
 #[cfg(test)]

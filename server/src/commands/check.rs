@@ -1,0 +1,113 @@
+//! `shatterd check`: the plan of a scene, before anything runs.
+
+use super::{Failure, out};
+use crate::config::data_folder;
+use crate::scene::{Scene, SceneObject, paid, tables};
+use clap::Args;
+use serde_json::{Value, json};
+use shatter_fracture::database::{self, EXTENSION};
+use shatter_proto::effect::{Class, Effect};
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+
+/// Flags of `shatterd check`.
+#[derive(Args, Debug)]
+pub struct CheckArgs {
+    /// Scene file
+    pub scene: PathBuf,
+    /// Folder of databases [default: the platform's]
+    #[arg(long, value_name = "DIR")]
+    pub databases: Option<PathBuf>,
+    /// One JSON document on stdout
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Reads the scene and prints its plan. Databases that are there are asked how large the tables are.
+pub fn run(args: &CheckArgs) -> Result<(), Failure> {
+    let scene = Scene::load(&args.scene)?;
+    let folder = args.databases.clone().map_or_else(data_folder, Ok)?;
+    let objects = scene.objects.iter().map(|(name, object)| plan(name, object, &folder));
+    let objects = objects.collect::<Result<Vec<_>, Failure>>()?;
+    if args.json {
+        return out::print(&format!("{}\n", json!({ "scene": scene.title, "objects": objects })));
+    }
+    out::print(&screen(&scene.title, &objects))
+}
+
+fn plan(name: &str, object: &SceneObject, folder: &Path) -> Result<Value, Failure> {
+    let terms = &object.terms;
+    let file = folder.join(format!("{name}.{EXTENSION}"));
+    let sizes = match file.exists() {
+        true => Some(database::tensor_bytes(&file).map_err(|error| Failure::database(&file, &error))?),
+        false => None,
+    };
+    let effect = |effect: Effect| {
+        let state = match (terms.on.has(effect), terms.allowed.has(effect)) {
+            (true, _) => "on",
+            (false, true) => "allowed",
+            (false, false) => "off",
+        };
+        json!({
+            "name": effect.name(),
+            "class": if effect.class() == Class::Physics { "physics" } else { "output" },
+            "state": state,
+            "needs": effect.needs().map(Effect::name),
+            "paid": paid(effect),
+        })
+    };
+    let table = |table: crate::scene::Table| {
+        let own = |tensor: &str| table.tensors.iter().any(|part| tensor.contains(part));
+        let bytes =
+            sizes.as_ref().map(|sizes| sizes.iter().filter(|(tensor, _)| own(tensor)).map(|(_, n)| n).sum::<u64>());
+        json!({ "name": table.name, "loaded": table.wanted, "bytes": bytes })
+    };
+    let on = |effect: Effect| terms.on.has(effect);
+    let stages = [
+        ("load", true),
+        ("elasticity", on(Effect::Elastic)),
+        ("threshold", true),
+        ("degree", true),
+        ("centroidal", true),
+        ("labels", true),
+        ("tessellation", true),
+        ("fragments", true),
+    ];
+    Ok(json!({
+        "object": name,
+        "database": file.display().to_string(),
+        "baked": sizes.is_some(),
+        "material": object.material.as_ref().map(|(name, _)| name),
+        "stages": stages.map(|(name, runs)| json!({ "name": name, "runs": runs })),
+        "effects": Effect::ALL.map(effect),
+        "tables": tables(terms.tables()).map(table),
+        "sites_max": terms.sites_max,
+        "fragments_max": terms.fragments_max,
+        "bytes_max": terms.bytes_max,
+    }))
+}
+
+fn screen(title: &str, objects: &[Value]) -> String {
+    let mut text = if title.is_empty() { String::new() } else { format!("{title}\n") };
+    let list = |value: &Value| value.as_array().cloned().unwrap_or_default();
+    let word = |value: &Value, key: &str| value[key].as_str().unwrap_or("").to_owned();
+    for object in objects {
+        let baked = if object["baked"] == true { "" } else { ": not baked yet" };
+        // Writing to a text cannot fail.
+        let _ = writeln!(text, "\n{} ({}{baked})", word(object, "object"), word(object, "database"));
+        let stages = list(&object["stages"]);
+        let runs = stages.iter().filter(|stage| stage["runs"] == true).map(|stage| word(stage, "name"));
+        let _ = writeln!(text, "  stages    {}", runs.collect::<Vec<_>>().join(", "));
+        for table in list(&object["tables"]) {
+            let state = if table["loaded"] == true { "loaded" } else { "left on disk" };
+            let size =
+                table["bytes"].as_u64().map_or(String::new(), |bytes| format!(", {:.2} MB", bytes as f64 * 1e-6));
+            let _ = writeln!(text, "  table     {:<18} {state}{size}", word(&table, "name"));
+        }
+        for effect in list(&object["effects"]) {
+            let (name, state, paid) = (word(&effect, "name"), word(&effect, "state"), word(&effect, "paid"));
+            let _ = writeln!(text, "  effect    {name:<18} {state:<8} {}", if state == "off" { "" } else { &paid });
+        }
+    }
+    text.lines().map(|line| format!("{}\n", line.trim_end())).collect()
+}

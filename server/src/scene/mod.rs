@@ -1,0 +1,71 @@
+//! Scenes: which objects are served, and what is simulated of each. What a scene does not name is neither loaded nor run.
+
+mod names;
+mod object;
+mod tables;
+
+pub use object::{SceneObject, Terms};
+pub use tables::{Table, paid, tables};
+
+use names::known;
+use shatter_fracture::scene::Materials;
+use shatter_proto::name::object_name;
+use shatter_proto::{Kind, Refusal};
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// A scene.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scene {
+    /// What it shows, for people.
+    pub title: String,
+    /// Its objects, by the names under which they are served: those of their databases.
+    pub objects: BTreeMap<String, SceneObject>,
+}
+
+impl Scene {
+    /// Reads a scene file. Errors: `configuration`, `unknown_effect`, `effect`, `object_name`, naming the offender and the nearest
+    /// that is known.
+    pub fn load(path: &Path) -> Result<Self, Refusal> {
+        let at = path.display().to_string();
+        let text = crate::commands::out::read_text(path)
+            .map_err(|error| Refusal::new(Kind::Configuration, at.clone(), format!("cannot read {at}: {error}")))?;
+        Self::parse(&text).map_err(|refusal| Refusal { message: format!("{at}: {}", refusal.message), ..refusal })
+    }
+
+    /// As [`Self::load`], of the text of a file.
+    pub fn parse(text: &str) -> Result<Self, Refusal> {
+        let wrong = |error: toml::de::Error| Refusal::new(Kind::Configuration, "scene", error.to_string().trim_end());
+        let table: toml::Table = text.parse().map_err(wrong)?;
+        known("", table.keys(), &["title", "objects"])?;
+        let title = match table.get("title") {
+            None => String::new(),
+            Some(toml::Value::String(title)) => title.clone(),
+            Some(_) => return Err(invalid("title", "must be a text")),
+        };
+        let materials = Materials::parse(crate::commands::bake::MATERIALS);
+        let materials = materials.map_err(|error| invalid("materials", error.to_string()))?;
+        let objects = match table.get("objects") {
+            Some(toml::Value::Table(objects)) if !objects.is_empty() => objects,
+            _ => return Err(invalid("objects", "a scene needs at least one table [objects.NAME]")),
+        };
+        let object = |(name, value): (&String, &toml::Value)| {
+            object_name(name)?;
+            let toml::Value::Table(table) = value else {
+                return Err(invalid(format!("objects.{name}"), "must be a table"));
+            };
+            Ok((name.clone(), SceneObject::read(&format!("objects.{name}"), table, &materials)?))
+        };
+        Ok(Self { title, objects: objects.iter().map(object).collect::<Result<_, Refusal>>()? })
+    }
+}
+
+/// Refuses the value of a key.
+fn invalid(key: impl Into<String>, why: impl std::fmt::Display) -> Refusal {
+    let key = key.into();
+    let message = format!("{key}: {why}");
+    Refusal::new(Kind::Configuration, key, message)
+}
+
+#[cfg(test)]
+mod tests;

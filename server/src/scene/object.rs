@@ -1,0 +1,224 @@
+//! What a scene says about one object.
+
+use super::invalid;
+use super::names::{known, nearest};
+use serde::Deserialize;
+use shatter_fracture::database::Tables;
+use shatter_fracture::degree::reference_gamma;
+use shatter_fracture::scene::{Material, Materials};
+use shatter_proto::Refusal;
+use shatter_proto::effect::{Effect, Effects, conflict};
+use shatter_proto::request::{Lift, Strike};
+
+/// Keys of an object, in the order in which the shipped scenes have them.
+const KEYS: [&str; 13] = [
+    "shape",
+    "material",
+    "fragment_size_m",
+    "gamma_j_m2",
+    "elastic_spacing",
+    "crack_spacing",
+    "examples",
+    "lift",
+    "effects",
+    "allow",
+    "sites_max",
+    "fragments_max",
+    "bytes_max",
+];
+
+/// Lifts by name.
+const LIFTS: [(&str, Lift); 3] =
+    [("euclidean", Lift::Euclidean), ("interior", Lift::Interior), ("surface_diffusion", Lift::SurfaceDiffusion)];
+
+/// Shapes that the project generates.
+pub const SHAPES: [&str; 6] = ["arch", "dumbbell", "horseshoe", "mug", "statue", "vase"];
+
+/// One object of a scene.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SceneObject {
+    /// A generated shape that it can be baked from.
+    pub shape: Option<&'static str>,
+    /// What it is made of.
+    pub material: Option<(String, Material)>,
+    /// Spacings of its lattices over the diagonal, if it is baked.
+    pub elastic_spacing: Option<f64>,
+    /// See there.
+    pub crack_spacing: Option<f64>,
+    /// Impacts that it learns from, if it is baked.
+    pub examples: u64,
+    /// How it is struck.
+    pub terms: Terms,
+}
+
+/// On what terms an object is struck: what strikes get that say nothing, and what they may ask for.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Terms {
+    /// Effects that are on.
+    pub on: Effects,
+    /// Effects that strikes may switch on, those that are on among them.
+    pub allowed: Effects,
+    /// The lift where interior distances are on.
+    pub lift: Lift,
+    /// Reference fragment size, m, for γ.
+    pub fragment_size_m: Option<f64>,
+    /// γ, J·m²; goes before the fragment size.
+    pub gamma_j_m2: Option<f64>,
+    /// Sites at most.
+    pub sites_max: Option<u32>,
+    /// Fragments at most: a strike with more is refused.
+    pub fragments_max: Option<u32>,
+    /// Bytes of answer at most.
+    pub bytes_max: Option<u64>,
+}
+
+impl Default for Terms {
+    /// Those of an object that no scene speaks of.
+    fn default() -> Self {
+        Self {
+            on: Effects::usual(),
+            allowed: Effects::of(Effect::ALL),
+            lift: Lift::Interior,
+            fragment_size_m: None,
+            gamma_j_m2: None,
+            sites_max: None,
+            fragments_max: None,
+            bytes_max: None,
+        }
+    }
+}
+
+impl Terms {
+    /// The tables that some strike may need. Whether strikes may name another lift is a matter of what is loaded.
+    pub fn tables(&self) -> Tables {
+        if *self == Self::default() {
+            return Tables::ALL;
+        }
+        let interior = self.allowed.has(Effect::Interior);
+        Tables {
+            elastic: self.allowed.has(Effect::Elastic),
+            interior: interior && self.lift == Lift::Interior,
+            surface_diffusion: interior && self.lift == Lift::SurfaceDiffusion,
+            examples: self.allowed.has(Effect::Examples),
+        }
+    }
+
+    /// The effects of `strike`. Refused by name: what cannot be, and what the scene does not prepare.
+    pub fn effects(&self, strike: &Strike) -> Result<Effects, Refusal> {
+        if let Some(effect) = strike.enable.iter().find(|effect| !self.allowed.has(*effect)) {
+            return Err(conflict(effect, format!("the scene does not prepare the effect `{}`", effect.name())));
+        }
+        let on = self.on.changed(strike.enable, strike.disable)?;
+        let given = strike.lift.map(|lift| lift != Lift::Euclidean);
+        match given {
+            Some(false) if strike.enable.has(Effect::Interior) => {
+                Err(conflict(Effect::Interior, "interior distances are switched on, but the lift is `euclidean`"))
+            }
+            Some(true) if !on.has(Effect::Interior) => {
+                Err(conflict(Effect::Interior, "interior distances are off, but the lift has them"))
+            }
+            _ => Ok(on),
+        }
+    }
+
+    /// γ of an object of this material, unless it is the object's own.
+    pub fn gamma(&self, material: &Material) -> Option<f64> {
+        let sized = |size_m| reference_gamma(material.young_pa, material.strength_pa, size_m);
+        self.gamma_j_m2.or(self.fragment_size_m.map(sized))
+    }
+}
+
+/// Types of the values, after the keys have been checked.
+#[derive(Deserialize)]
+struct Values {
+    shape: Option<String>,
+    material: Option<String>,
+    fragment_size_m: Option<f64>,
+    gamma_j_m2: Option<f64>,
+    elastic_spacing: Option<f64>,
+    crack_spacing: Option<f64>,
+    #[serde(default)]
+    examples: u64,
+    lift: Option<String>,
+    effects: Option<Vec<String>>,
+    #[serde(default)]
+    allow: Vec<String>,
+    sites_max: Option<u32>,
+    fragments_max: Option<u32>,
+    bytes_max: Option<u64>,
+}
+
+impl SceneObject {
+    /// From its table, which stands at `path` in the scene.
+    pub(super) fn read(path: &str, table: &toml::Table, materials: &Materials) -> Result<Self, Refusal> {
+        known(path, table.keys(), &KEYS)?;
+        let values = toml::Value::Table(table.clone()).try_into();
+        let values: Values = values.map_err(|error: toml::de::Error| invalid(path, error.to_string().trim_end()))?;
+        let at = |key: &str| format!("{path}.{key}");
+        let numbers = [
+            ("fragment_size_m", values.fragment_size_m),
+            ("gamma_j_m2", values.gamma_j_m2),
+            ("elastic_spacing", values.elastic_spacing),
+            ("crack_spacing", values.crack_spacing),
+            ("sites_max", values.sites_max.map(f64::from)),
+            ("fragments_max", values.fragments_max.map(f64::from)),
+            ("bytes_max", values.bytes_max.map(|bytes| bytes as f64)),
+        ];
+        for (key, value) in numbers {
+            if value.is_some_and(|value| !(value.is_finite() && value > 0.0)) {
+                return Err(invalid(at(key), "must be finite and above zero"));
+            }
+        }
+        let material = values.material.map(|name| match materials.get(&name) {
+            Ok(material) => Ok((name, material.clone())),
+            Err(error) => Err(invalid(at("material"), error)),
+        });
+        let shape = values.shape.map(|name| {
+            let found = SHAPES.into_iter().find(|shape| *shape == name);
+            found.ok_or_else(|| invalid(at("shape"), format!("`{name}` is no shape; `{}` is", nearest(&name, &SHAPES))))
+        });
+        let lift = values.lift.map_or(Ok(Lift::Interior), |name| lift(&at("lift"), &name))?;
+        let on = values.effects.map_or(Ok(Effects::usual()), |names| effects(&at("effects"), &names))?;
+        // What is on must not need what is off.
+        let on =
+            Effects::default().changed(on, Effects::default()).map_err(|refusal| placed(&at("effects"), refusal))?;
+        let more = effects(&at("allow"), &values.allow)?;
+        let allowed = on.changed(more, Effects::default()).map_err(|refusal| placed(&at("allow"), refusal))?;
+        let terms = Terms {
+            on,
+            allowed,
+            lift,
+            fragment_size_m: values.fragment_size_m,
+            gamma_j_m2: values.gamma_j_m2,
+            sites_max: values.sites_max,
+            fragments_max: values.fragments_max,
+            bytes_max: values.bytes_max,
+        };
+        Ok(Self {
+            shape: shape.transpose()?,
+            material: material.transpose()?,
+            elastic_spacing: values.elastic_spacing,
+            crack_spacing: values.crack_spacing,
+            examples: values.examples,
+            terms,
+        })
+    }
+}
+
+fn lift(path: &str, name: &str) -> Result<Lift, Refusal> {
+    let found = LIFTS.into_iter().find(|(known, _)| *known == name);
+    let names = LIFTS.map(|(known, _)| known);
+    found
+        .map(|(_, lift)| lift)
+        .ok_or_else(|| invalid(path, format!("`{name}` is no lift; `{}` is", nearest(name, &names))))
+}
+
+fn effects(path: &str, names: &[String]) -> Result<Effects, Refusal> {
+    let found = names.iter().map(|name| Effect::by_name(name));
+    Ok(Effects::of(found.collect::<Result<Vec<_>, _>>().map_err(|refusal| placed(path, refusal))?))
+}
+
+/// The refusal, with where in the scene it is.
+fn placed(path: &str, refusal: Refusal) -> Refusal {
+    Refusal { message: format!("{path}: {}", refusal.message), ..refusal }
+}

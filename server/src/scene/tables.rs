@@ -1,0 +1,41 @@
+//! What effects need, and when it is paid.
+
+use shatter_fracture::database::Tables;
+use shatter_proto::effect::Effect;
+
+/// A table of a database that objects can do without.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Table {
+    /// What it is called in a plan.
+    pub name: &'static str,
+    /// Whether it is wanted.
+    pub wanted: bool,
+    /// Names of its tensors contain one of these.
+    pub tensors: &'static [&'static str],
+}
+
+/// All tables, and which of them are wanted.
+pub fn tables(wanted: Tables) -> [Table; 4] {
+    [
+        Table { name: "elastic", wanted: wanted.elastic, tensors: &[".elastic.", ".transfer.", "reduced"] },
+        Table { name: "interior", wanted: wanted.interior, tensors: &[".interior"] },
+        Table { name: "surface_diffusion", wanted: wanted.surface_diffusion, tensors: &[".surface_diffusion"] },
+        Table { name: "examples", wanted: wanted.examples, tensors: &["examples.", "network."] },
+    ]
+}
+
+/// When an effect is paid: while baking, while loading, with every strike.
+pub fn paid(effect: Effect) -> &'static str {
+    match effect {
+        Effect::Elastic => "bake: lattice, basis; load: lattice, stiffness, factor; strike: stage `elasticity`",
+        Effect::Tensile => "strike: a spectral split per elastic tetrahedron",
+        Effect::Interior => "bake: eigenpairs; load: lift; strike: a longer lift in stage `centroidal`",
+        Effect::Examples => "bake: optimised examples; load: network; strike: microseconds in stage `degree`",
+        Effect::Slivers => "strike: areas of cracks, and a second tessellation where there is a sliver",
+        Effect::Release => "strike: one pass over nodes; 48 bytes per fragment",
+        Effect::Normals => "strike: one pass over triangles; 12 bytes per vertex",
+        Effect::Uv => "strike: one pass over vertices; 8 bytes per vertex",
+        Effect::Bonds => "strike: one pass over crack triangles; 64 bytes per pair",
+        Effect::Debris => "strike: one pass over crack triangles; 40 bytes per point",
+    }
+}

@@ -1,0 +1,72 @@
+use super::*;
+use shatter_fracture::database::Tables;
+use shatter_proto::effect::{Effect, Effects};
+use shatter_proto::request::{Lift, Strike};
+
+fn object(text: &str) -> Result<SceneObject, Refusal> {
+    Scene::parse(&format!("[objects.vase]\n{text}")).map(|scene| scene.objects["vase"].clone())
+}
+
+fn check(text: &str, at: &str, hint: &str) {
+    let refusal = object(text).expect_err(text);
+    assert_eq!(refusal.at, at, "{refusal}");
+    assert!(refusal.message.contains(hint), "{refusal}");
+}
+
+#[test]
+fn what_is_not_known_is_refused_by_name_with_the_nearest() {
+    check("material = \"glas\"", "objects.vase.material", "\"glass\"");
+    check("efects = []", "objects.vase.efects", "`effects`");
+    check("effects = [\"bond\"]", "bond", "`bonds`");
+    check("allow = [\"normal\"]", "normal", "`normals`");
+    check("lift = \"euclidian\"", "objects.vase.lift", "`euclidean`");
+    check("shape = \"vaze\"", "objects.vase.shape", "`vase`");
+    check("effects = [\"tensile\"]", "tensile", "`elastic`");
+    check("fragment_size_m = 0.0", "objects.vase.fragment_size_m", "above zero");
+    check("sites_max = \"many\"", "objects.vase", "sites_max");
+    let scene = |text: &str| Scene::parse(text).unwrap_err().at;
+    assert_eq!(scene("objets = 1"), "objets");
+    assert_eq!((scene(""), scene("[objects]")), ("objects".to_owned(), "objects".to_owned()));
+    assert_eq!(scene("title = 3\n[objects.a]"), "title");
+    assert_eq!(scene("[objects.\"a/b\"]"), "a/b");
+}
+
+#[test]
+fn only_what_some_strike_may_need_is_loaded() {
+    let tables = |text: &str| object(text).unwrap().terms.tables();
+    let none = Tables { elastic: false, interior: false, surface_diffusion: false, examples: false };
+    assert_eq!(tables("effects = []"), none);
+    assert_eq!(tables("effects = [\"bonds\"]\nallow = [\"elastic\"]"), Tables { elastic: true, ..none });
+    assert_eq!(tables("effects = [\"interior\"]"), Tables { interior: true, ..none });
+    let surface = tables("effects = [\"interior\"]\nlift = \"surface_diffusion\"");
+    assert_eq!(surface, Tables { surface_diffusion: true, ..none });
+    assert_eq!(Terms::default().tables(), Tables::ALL);
+}
+
+#[test]
+fn strikes_narrow_and_widen_within_what_is_prepared() {
+    let terms = object("effects = [\"elastic\", \"bonds\"]\nallow = [\"interior\"]").unwrap().terms;
+    let strike = |enable: &[Effect], disable: &[Effect]| Strike {
+        enable: Effects::of(enable.iter().copied()),
+        disable: Effects::of(disable.iter().copied()),
+        ..Strike::default()
+    };
+    let on = |strike: &Strike| terms.effects(strike).unwrap();
+    assert_eq!(on(&strike(&[], &[])), Effects::of([Effect::Elastic, Effect::Bonds]));
+    assert_eq!(on(&strike(&[], &[Effect::Bonds])), Effects::of([Effect::Elastic]));
+    assert!(on(&strike(&[Effect::Interior], &[])).has(Effect::Interior));
+    assert_eq!(terms.effects(&strike(&[Effect::Debris], &[])).unwrap_err().at, "debris");
+    let lift = Strike { lift: Some(Lift::Interior), ..strike(&[], &[]) };
+    assert_eq!(terms.effects(&lift).unwrap_err().at, "interior");
+}
+
+#[test]
+fn a_fragment_size_gives_gamma() {
+    let glass = object("material = \"glass\"\nfragment_size_m = 0.1").unwrap();
+    let (_, material) = glass.material.unwrap();
+    let own = glass.terms.gamma(&material).unwrap();
+    let twice = object("fragment_size_m = 0.2").unwrap().terms.gamma(&material).unwrap();
+    assert!((twice / own / 32.0 - 1.0).abs() < 1e-12, "the fifth power");
+    assert_eq!(object("fragment_size_m = 0.1\ngamma_j_m2 = 7.0").unwrap().terms.gamma(&material), Some(7.0));
+    assert_eq!(object("").unwrap().terms.gamma(&material), None);
+}

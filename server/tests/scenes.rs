@@ -1,0 +1,135 @@
+//! Scenes with real processes: what a scene names is served on its terms, and nothing else of it is paid.
+
+mod support;
+
+use serde_json::Value;
+use shatter_client::{Degree, Effect, Impact, Kind, Lift, Object, Refusal, Shatter};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use support::{Child, TestPlace, bar, patience, shatterd};
+
+const CHEAP: &str = "[objects.bar]\neffects = []\nallow = [\"bonds\"]\nsites_max = 30";
+const RICH: &str =
+    "[objects.bar]\neffects = [\"elastic\", \"interior\", \"slivers\", \"bonds\", \"normals\"]\nallow = [\"debris\"]";
+
+/// A place with a bar in it, and a scene.
+fn place(name: &str, scene: &str) -> (TestPlace, PathBuf) {
+    let here = TestPlace::new(name);
+    std::fs::write(here.databases().join("bar.shatter"), bar(0.06)).unwrap();
+    let file = here.file("scene.toml", scene);
+    (here, file)
+}
+
+/// A daemon that serves the scene, and the bar.
+fn serve(here: &TestPlace, scene: &Path) -> (Child, Shatter, Object) {
+    let daemon = Child::start(shatterd(here).arg("--scene").arg(scene));
+    let service = Shatter::connect_at(&here.place, patience()).unwrap();
+    let bar = service.object("bar", patience()).unwrap();
+    (daemon, service, bar)
+}
+
+fn blow() -> Impact {
+    Impact::at([0.2, 0.0, 0.0]).impulse([-50.0, 3.0, 0.0]).radius(0.05).degree(Degree::Sites(24)).seed(3)
+}
+
+fn refused(bar: &Object, impact: &Impact) -> Refusal {
+    bar.strike(impact).and_then(|mut ticket| ticket.wait(patience())).err().unwrap()
+}
+
+/// Runs a command of `shatterd` to its end: exit code, stdout, stderr.
+fn run(here: &TestPlace, arguments: &[&str]) -> (i32, String, String) {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_shatterd"));
+    here.aim(&mut command);
+    let out = command.args(arguments).stdin(Stdio::null()).output().unwrap();
+    let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
+    (out.status.code().unwrap(), text(out.stdout), text(out.stderr))
+}
+
+#[test]
+fn a_cheap_scene_loads_and_runs_less() {
+    let (here, scene) = place("cheap", CHEAP);
+    let (daemon, service, bar) = serve(&here, &scene);
+    let cheap_bytes = service.status(patience()).unwrap().row().memory_bytes;
+    let broken = bar.strike(&blow()).unwrap().wait(patience()).unwrap();
+    assert!(broken.effects().iter().all(|row| (row.ran, row.ns, row.bytes) == (0, 0, 0)), "{:?}", broken.effects());
+    assert!(broken.stages().iter().all(|stage| stage.name() != "elasticity" || stage.ran == 0));
+    assert!(!bar.strike(&blow().enable(Effect::Bonds)).unwrap().wait(patience()).unwrap().bonds().is_empty());
+    for (impact, kind, at) in [
+        (blow().enable(Effect::Debris), Kind::Effect, "debris"),
+        (blow().enable(Effect::Elastic), Kind::Effect, "elastic"),
+        (blow().lift(Lift::Interior), Kind::Effect, "interior"),
+        (blow().degree(Degree::Sites(31)), Kind::Degree, "31"),
+    ] {
+        let refusal = refused(&bar, &impact);
+        assert_eq!((refusal.kind, refusal.at.as_str()), (kind, at), "{refusal}");
+    }
+    assert_eq!(daemon.terminate().code(), Some(0));
+
+    let (here, scene) = place("rich", RICH);
+    let (daemon, service, bar) = serve(&here, &scene);
+    let rich_bytes = service.status(patience()).unwrap().row().memory_bytes;
+    let broken = bar.strike(&blow()).unwrap().wait(patience()).unwrap();
+    let ran: Vec<&str> = broken.effects().iter().filter(|row| row.ran != 0).map(|row| row.name()).collect();
+    assert_eq!(ran, ["elastic", "interior", "slivers", "normals", "bonds"]);
+    assert!(bar.strike(&blow().disable(Effect::Elastic)).unwrap().wait(patience()).is_ok());
+    println!("memory: {cheap_bytes} bytes for the cheap scene, {rich_bytes} for the rich one");
+    assert!(4 * cheap_bytes < 3 * rich_bytes, "{cheap_bytes} of {rich_bytes}");
+    assert_eq!(daemon.terminate().code(), Some(0));
+}
+
+#[test]
+fn a_scene_serves_its_own_objects_and_begins_with_all_of_them() {
+    let (here, scene) = place("own", CHEAP);
+    std::fs::copy(here.databases().join("bar.shatter"), here.databases().join("other.shatter")).unwrap();
+    let (daemon, service, _) = serve(&here, &scene);
+    let names: Vec<String> = service.objects(patience()).unwrap().into_iter().map(|facts| facts.name).collect();
+    assert_eq!(names, ["bar"]);
+    assert_eq!(daemon.terminate().code(), Some(0));
+    let missing = here.file("missing.toml", &format!("{CHEAP}\n[objects.bowl]"));
+    let (code, _, error) = run(&here, &["serve", "--scene", missing.to_str().unwrap()]);
+    assert_eq!(code, 3, "{error}");
+    assert!(error.contains("`bowl`") && error.contains("bake"), "{error}");
+}
+
+#[test]
+fn check_prints_the_plan_and_refuses_what_is_not_known() {
+    let (here, scene) = place("check", RICH);
+    let databases = here.databases();
+    let at = ["--databases", databases.to_str().unwrap(), "--json"];
+    let check = |scene: &Path| run(&here, &[&["check", scene.to_str().unwrap()], &at[..]].concat());
+    let (code, text, error) = check(&scene);
+    assert_eq!(code, 0, "{error}");
+    let told: Value = serde_json::from_str(&text).unwrap();
+    let plan = &told["objects"][0];
+    let of = |list: &str, name: &str| {
+        let rows = plan[list].as_array().unwrap();
+        rows.iter().find(|row| row["name"] == name).cloned().unwrap()
+    };
+    assert_eq!((&plan["object"], &plan["baked"]), (&"bar".into(), &true.into()));
+    let state = |effect: &str| of("effects", effect)["state"].as_str().unwrap().to_owned();
+    assert_eq!([state("slivers"), state("debris"), state("uv")], ["on", "allowed", "off"]);
+    let table = |name: &str| (of("tables", name)["loaded"] == true, of("tables", name)["bytes"].as_u64().unwrap() > 0);
+    assert_eq!(
+        [table("elastic"), table("interior"), table("surface_diffusion")],
+        [(true, true), (true, true), (false, true)]
+    );
+
+    let wrong = here.file("wrong.toml", "[objects.bar]\neffects = [\"bond\"]");
+    let (code, text, _) = check(&wrong);
+    let error: Value = serde_json::from_str(&text).unwrap();
+    assert_eq!((code, &error["error"]["kind"], &error["error"]["at"]), (3, &"unknown_effect".into(), &"bond".into()));
+    assert!(error["error"]["message"].as_str().unwrap().contains("`bonds`"), "{text}");
+}
+
+#[test]
+fn the_shipped_scenes_hold() {
+    let here = TestPlace::new("shipped");
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../config/scenes");
+    let scenes: Vec<PathBuf> = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+    assert!(scenes.len() >= 3);
+    for scene in scenes {
+        let (code, text, error) = run(&here, &["check", scene.to_str().unwrap()]);
+        assert_eq!(code, 0, "{error}");
+        assert!(text.contains("stages") && text.contains("not baked yet"), "{text}");
+    }
+}
