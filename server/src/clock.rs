@@ -1,8 +1,11 @@
 //! The clock that the science does not have: times and spans per stage.
 
+use crate::engine::Outcome;
 use shatter_fracture::pipeline::{Stage, Watch};
 use shatter_fracture::scene::Effect;
+use shatter_proto::Refusal;
 use shatter_proto::answer::{EffectWire, STAGES, StageWire};
+use shatter_proto::layout::Sections;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::Instant;
@@ -34,6 +37,24 @@ impl Clock {
         let rows = std::array::from_fn(|stage| StageWire { stage: stage as u32, ran: 0, ns: 0, bytes: 0 });
         let effects = std::array::from_fn(|effect| EffectWire { effect: effect as u32, ran: 0, ns: 0, bytes: 0 });
         Self { rows, effects, shown, entered: None, begun: None, others_ns: 0 }
+    }
+
+    /// Writes an outcome into its sections as part of the last stage, whose results are `bytes` long, and then what every stage and
+    /// effect did.
+    pub fn write(&mut self, outcome: &dyn Outcome, sections: &mut Sections<'_>, bytes: u64) -> Result<(), Refusal> {
+        // An object that stays whole has no fragments: the stage does not run.
+        let broken = !sections.fragments.is_empty();
+        if broken {
+            self.enter(Stage::Fragments);
+        }
+        let written = outcome.write(sections, self);
+        if broken {
+            self.leave(Stage::Fragments, bytes);
+        }
+        written?;
+        sections.stages.copy_from_slice(&self.rows());
+        sections.effects.copy_from_slice(&self.effects());
+        Ok(())
     }
 
     fn count(&mut self, effect: Effect, ns: u64, bytes: u64) {

@@ -38,21 +38,26 @@ pub fn loader(scene: Option<Scene>) -> Loader {
         let own = &prepared.parameters.material_name;
         match material.filter(|(name, _)| name != own) {
             Some((name, _)) => Err(format!("it was baked of {own}, the scene wants {name}: bake it again")),
-            None => Ok(Arc::new(Served { prepared, terms })),
+            None => Ok(Arc::new(Served::new(Arc::new(prepared), terms))),
         }
     })
 }
 
 /// A prepared object, served.
 pub struct Served {
-    prepared: Prepared,
+    prepared: Arc<Prepared>,
     terms: Terms,
 }
 
 impl Served {
     /// On the terms of an object that no scene speaks of.
     pub fn whole(prepared: Prepared) -> Self {
-        Self { prepared, terms: Terms::default() }
+        Self::new(Arc::new(prepared), Terms::default())
+    }
+
+    /// On these terms.
+    pub fn new(prepared: Arc<Prepared>, terms: Terms) -> Self {
+        Self { prepared, terms }
     }
 
     /// The object.

@@ -4,7 +4,7 @@ use super::bar::Bar;
 use super::{Failure, baked, interrupt, out, shares};
 use crate::config::data_folder;
 use clap::Args;
-use shatter_fracture::database::{self, BakeRequest, Partial, Share};
+use shatter_fracture::database::{self, BakeRequest, Partial, Share, Tables};
 use shatter_fracture::pipeline::{ElasticRequest, Prepared};
 use shatter_fracture::scene::Materials;
 use shatter_fracture::surface::{self, RawMesh, Surface, Unit, Up};
@@ -150,6 +150,7 @@ fn request(args: &BakeArgs) -> Result<BakeRequest, Failure> {
         kappa: None,
         examples: args.examples,
         elastic: args.elastic,
+        tables: Tables::ALL,
         seed: args.seed,
     })
 }

@@ -1,5 +1,6 @@
 //! Why a command ended without its result: a kind, whose fault it is, whether to retry, the offender.
 
+use crate::study::effects::EffectsError;
 use crate::study::examples::ExamplesError;
 use serde_json::json;
 use shatter_fracture::database::{BakeError, DatabaseError, JoinError};
@@ -91,6 +92,15 @@ impl Failure {
     /// Something that is ours to mend.
     pub fn ours(kind: &'static str, message: impl Into<String>) -> Self {
         Self { fault: "service", exit_code: exit::OURS, ..Self::refused(kind, "", message) }
+    }
+
+    /// A study of effects that did not come to its end.
+    pub fn effects(error: EffectsError) -> Self {
+        match error {
+            EffectsError::Refused(refusal) => refusal.into(),
+            EffectsError::Bake(error) => error.into(),
+            EffectsError::Plot(error) => Self::ours("plot", error.to_string()),
+        }
     }
 
     /// Somebody ended it.

@@ -2,6 +2,7 @@
 
 use super::{Failure, out};
 use crate::report::{self, Figure};
+use crate::study::effects;
 use crate::study::mutants::{self, Judge, Mutant, Plan, Tally, Verdict};
 use crate::study::stability::{
     CASES, Fault, Findings, Outcome, REAL, Row, judge, locking, neck_over_impulses, neck_portraits, real,
@@ -24,6 +25,19 @@ pub struct Args {
 enum Study {
     /// Runs the catalogue of hard cases and bad meshes, and writes a table and a page.
     Stability(Stability),
+    /// Bakes and strikes the objects of the shipped scenes, with the scene's effects and with all, and draws what each costs.
+    Effects(Effects),
+}
+
+/// Arguments of `shatterd study effects`.
+#[derive(clap::Args)]
+struct Effects {
+    /// Folder for the page.
+    #[arg(long, value_name = "DIR", default_value = "shatter-study")]
+    out: PathBuf,
+    /// One JSON document on stdout.
+    #[arg(long)]
+    json: bool,
 }
 
 /// Arguments of `shatterd study stability`.
@@ -60,12 +74,36 @@ const TRIES_MAX: usize = 2000;
 
 /// Runs a study; whether everything held.
 pub fn run(args: &Args) -> Result<bool, Failure> {
-    let Study::Stability(args) = &args.study;
-    out::folder(&args.out)?;
-    match &args.shrink {
-        Some(mutant) => shrink(args, mutant),
-        None => stability(args),
+    match &args.study {
+        Study::Stability(args) => {
+            out::folder(&args.out)?;
+            match &args.shrink {
+                Some(mutant) => shrink(args, mutant),
+                None => stability(args),
+            }
+        }
+        Study::Effects(args) => effects(args).map(|()| true),
     }
+}
+
+fn effects(args: &Effects) -> Result<(), Failure> {
+    out::folder(&args.out)?;
+    let bar = bar(effects::SHIPPED.len() + 1);
+    let pairs = effects::pairs(&mut |what| {
+        bar.set_message(what.to_owned());
+        bar.inc(1);
+    });
+    bar.finish_and_clear();
+    let pairs = pairs.map_err(Failure::effects)?;
+    let page = args.out.join("effects.html");
+    let study = effects::page(&pairs).map_err(Failure::effects)?;
+    std::fs::write(&page, report::study(&study)).map_err(|error| Failure::output(&page, &error))?;
+    if args.json {
+        return out::print(&format!("{}\n", effects::document(&pairs)));
+    }
+    let lines: String =
+        study.sections.iter().map(|part| format!("{:24} {}\n", part.heading, part.lead.join(" "))).collect();
+    out::print(&format!("{lines}Open {} in a browser.\n", page.display()))
 }
 
 fn stability(args: &Stability) -> Result<bool, Failure> {

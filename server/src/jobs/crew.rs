@@ -10,7 +10,7 @@ use crate::metrics::End;
 use crate::panics;
 use crate::verdicts::{Key, Verdicts};
 use rayon::{ThreadPool, ThreadPoolBuilder};
-use shatter_fracture::pipeline::{Stage, Watch, Workspace};
+use shatter_fracture::pipeline::Workspace;
 use shatter_proto::answer::{Block, StageWire};
 use shatter_proto::layout::Layout;
 use shatter_proto::refusal::RefusalWire;
@@ -220,17 +220,7 @@ fn write(mut lent: Lent, layout: &Layout, outcome: &dyn Outcome, clock: &mut Clo
     let payload: &mut [Block] = unsafe { &mut *(raw as *mut [Block]) };
     let unfit = || Refusal::new(Kind::Failed, "layout", "the lent memory is shorter than the layout");
     let mut sections = layout.split(payload).ok_or_else(unfit)?;
-    if sections.fragments.is_empty() {
-        // An object that stays whole: the stage did not run.
-        outcome.write(&mut sections, clock)?;
-    } else {
-        clock.enter(Stage::Fragments);
-        let written = outcome.write(&mut sections, clock);
-        clock.leave(Stage::Fragments, layout.base_bytes());
-        written?;
-    }
-    sections.stages.copy_from_slice(&clock.rows());
-    sections.effects.copy_from_slice(&clock.effects());
+    clock.write(outcome, &mut sections, layout.base_bytes())?;
     // SAFETY: every byte is initialised, see above.
     Ok(unsafe { lent.assume_init() })
 }

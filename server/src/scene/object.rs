@@ -3,9 +3,10 @@
 use super::invalid;
 use super::names::{known, nearest};
 use serde::Deserialize;
-use shatter_fracture::database::Tables;
+use shatter_fracture::database::{BakeRequest, Tables};
 use shatter_fracture::degree::reference_gamma;
 use shatter_fracture::scene::{Material, Materials};
+use shatter_fracture::surface::{RawMesh, shapes};
 use shatter_proto::Refusal;
 use shatter_proto::effect::{Effect, Effects, conflict};
 use shatter_proto::request::{Lift, Strike};
@@ -202,6 +203,31 @@ impl SceneObject {
             examples: values.examples,
             terms,
         })
+    }
+}
+
+impl SceneObject {
+    /// What it is baked from, if its shape is a generated one.
+    pub fn bake(&self, name: &str) -> Option<(RawMesh, BakeRequest)> {
+        let mesh = match self.shape? {
+            "arch" => shapes::arch(),
+            "dumbbell" => shapes::dumbbell(),
+            "horseshoe" => shapes::horseshoe(),
+            "mug" => shapes::mug(),
+            "statue" => shapes::statue(),
+            _ => shapes::vase(),
+        };
+        let (material_name, material) = self.material.clone()?;
+        let request = BakeRequest {
+            fragment_size_m: self.terms.fragment_size_m,
+            gamma_j_m2: self.terms.gamma_j_m2,
+            elastic_spacing: self.elastic_spacing,
+            crack_spacing: self.crack_spacing,
+            examples: self.examples,
+            tables: self.terms.tables(),
+            ..BakeRequest::new(name, material_name, material)
+        };
+        Some((mesh, request))
     }
 }
 

@@ -1,5 +1,7 @@
 //! Studies: what people look at to see whether to trust the service.
 
+pub mod bars;
+pub mod effects;
 pub mod examples;
 pub mod mutants;
 pub mod plot;

@@ -45,6 +45,13 @@ pub struct Axes {
 #[error("plot: {0}")]
 pub struct PlotError(String);
 
+impl PlotError {
+    /// From whatever the drawing library says.
+    pub(super) fn new(error: impl std::fmt::Display) -> Self {
+        Self(error.to_string())
+    }
+}
+
 const SIZE: (u32, u32) = (760, 460);
 const COLOURS: [RGBColor; 5] = [
     RGBColor(196, 92, 46),
@@ -67,20 +74,16 @@ pub fn svg(axes: &Axes, lines: &[Line]) -> Result<String, PlotError> {
     let mut text = String::new();
     {
         let area = SVGBackend::with_string(&mut text, SIZE).into_drawing_area();
-        area.fill(&WHITE).map_err(failed)?;
+        area.fill(&WHITE).map_err(PlotError::new)?;
         match (axes.log_x, axes.log_y) {
             (false, false) => draw(&area, x, y, axes, &kept),
             (true, false) => draw(&area, x.log_scale(), y, axes, &kept),
             (false, true) => draw(&area, x, y.log_scale(), axes, &kept),
             (true, true) => draw(&area, x.log_scale(), y.log_scale(), axes, &kept),
         }?;
-        area.present().map_err(failed)?;
+        area.present().map_err(PlotError::new)?;
     }
     Ok(text)
-}
-
-fn failed(error: impl std::fmt::Display) -> PlotError {
-    PlotError(error.to_string())
 }
 
 /// The values' range with a margin; something to draw on where there is none.
@@ -112,7 +115,7 @@ where
 {
     let mut builder = ChartBuilder::on(area);
     builder.margin(16).x_label_area_size(44).y_label_area_size(64);
-    let mut chart = builder.build_cartesian_2d(x, y).map_err(failed)?;
+    let mut chart = builder.build_cartesian_2d(x, y).map_err(PlotError::new)?;
     let label = |value: &f64| {
         if (1e-3..1e5).contains(&value.abs()) || *value == 0.0 { format!("{value}") } else { format!("{value:e}") }
     };
@@ -126,13 +129,13 @@ where
         .bold_line_style(RGBColor(226, 223, 216))
         .label_style(("sans-serif", 13))
         .draw()
-        .map_err(failed)?;
+        .map_err(PlotError::new)?;
     for (line, colour) in lines.iter().zip(COLOURS.iter().cycle()) {
         let style = colour.stroke_width(2);
         let joined = if line.mark == Mark::Dots { &[] } else { line.points.as_slice() };
         chart
             .draw_series(LineSeries::new(joined.iter().copied(), style))
-            .map_err(failed)?
+            .map_err(PlotError::new)?
             .label(line.name.as_str())
             .legend(move |(x, y)| PathElement::new(vec![(x, y), (x + 18, y)], style));
         let (dotted, radius) = match line.mark {
@@ -140,7 +143,9 @@ where
             Mark::Line => (&[][..], 0),
             Mark::Dots => (line.points.as_slice(), 1),
         };
-        chart.draw_series(dotted.iter().map(|&point| Circle::new(point, radius, colour.filled()))).map_err(failed)?;
+        chart
+            .draw_series(dotted.iter().map(|&point| Circle::new(point, radius, colour.filled())))
+            .map_err(PlotError::new)?;
     }
     chart
         .configure_series_labels()
@@ -149,7 +154,7 @@ where
         .border_style(RGBColor(226, 223, 216))
         .label_font(("sans-serif", 13))
         .draw()
-        .map_err(failed)
+        .map_err(PlotError::new)
 }
 
 /// Without the digits that binary fractions add, and without the ends of them around zero.

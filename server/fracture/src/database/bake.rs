@@ -1,5 +1,6 @@
 //! Baking: a mesh and a few numbers become a prepared object.
 
+use super::Tables;
 use super::learned::EXAMPLES_MAX;
 use super::parts;
 use super::share::{Partial, Share};
@@ -40,6 +41,9 @@ pub struct BakeRequest {
     /// Whether they give the object a reduced basis, too.
     #[serde(default)]
     pub elastic: ElasticRequest,
+    /// What the object shall be prepared for; examples need elasticity and interior distances.
+    #[serde(default)]
+    pub tables: Tables,
     /// Everything random while baking follows from it.
     pub seed: u64,
 }
@@ -58,8 +62,17 @@ impl BakeRequest {
             kappa: None,
             examples: 0,
             elastic: ElasticRequest::Reduced,
+            tables: Tables::ALL,
             seed: 0,
         }
+    }
+}
+
+impl BakeRequest {
+    /// The tables that are made.
+    fn tables(&self) -> Tables {
+        let learns = self.examples > 0;
+        Tables { elastic: self.tables.elastic || learns, interior: self.tables.interior || learns, ..self.tables }
     }
 }
 
@@ -208,17 +221,23 @@ pub(super) fn whole(
     token.check()?;
     let (parameters, levels, mut report) = lattices(request, &surface, token, progress)?;
     let mut bodies = Vec::with_capacity(levels.bodies.len());
-    for (index, lattices) in levels.bodies.into_iter().enumerate() {
+    let tables = request.tables();
+    for (index, BodyLattice { elastic, crack, transfer }) in levels.bodies.into_iter().enumerate() {
         progress(Step::Lift(index));
         let failed = |source| BakeError::Lift { body: index, source };
-        let interior = lift::interior(&lattices.crack, parameters.modes, parameters.alpha, token).map_err(failed)?;
-        let surface_diffusion = surface_lift(&lattices.crack, index, &mut report, token)?;
+        let interior = || lift::interior(&crack, parameters.modes, parameters.alpha, token).map_err(failed);
+        let interior = tables.interior.then(interior).transpose()?;
+        let surface = || surface_lift(&crack, index, &mut report, token);
+        let surface_diffusion = tables.surface_diffusion.then(surface).transpose()?.flatten();
         progress(Step::Elasticity(index));
         let failed = |source| BakeError::Elasticity { body: index, source };
-        let BodyLattice { elastic, crack, transfer } = lattices;
-        let solid = Solid::new(elastic, transfer, parameters.material.poisson, token).map_err(failed)?;
-        solid.elasticity.factor().map_err(failed)?;
-        bodies.push(Body { solid: Some(solid), interior: Some(interior), surface_diffusion, ..Body::new(crack) });
+        let solid = || {
+            let solid = Solid::new(elastic, transfer, parameters.material.poisson, token).map_err(failed)?;
+            solid.elasticity.factor().map_err(failed)?;
+            Ok::<_, BakeError>(solid)
+        };
+        let solid = tables.elastic.then(solid).transpose()?;
+        bodies.push(Body { solid, interior, surface_diffusion, ..Body::new(crack) });
     }
     let gamma_j_m2 = request.gamma_j_m2.unwrap_or_else(|| {
         degree::reference_gamma(
@@ -236,7 +255,7 @@ pub(super) fn whole(
         frame: surface.frame,
         parameters,
         gamma_j_m2,
-        kappa: 1.0,
+        kappa: degree::KAPPA,
         report,
         bodies,
         impacts: 0,
@@ -262,7 +281,7 @@ pub(super) fn finish(
     }
     match request {
         Some(BakeRequest { kappa: Some(kappa), .. }) => prepared.kappa = *kappa,
-        Some(_) if prepared.learned.is_none() => {
+        Some(request) if prepared.learned.is_none() && request.tables().elastic && request.tables().interior => {
             progress(Step::Calibration);
             prepared.kappa = calibrate(prepared, token)?;
         }

@@ -1,7 +1,9 @@
 //! Which tables of an object are wanted: the others are neither looked at nor held.
 
+use serde::{Deserialize, Serialize};
+
 /// The tables that an object can do without.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Tables {
     /// Elasticity: coarser lattice, its operator to the crack lattice, reduced basis.
     pub elastic: bool,
@@ -11,6 +13,12 @@ pub struct Tables {
     pub surface_diffusion: bool,
     /// Examples, and what was learned from them.
     pub examples: bool,
+}
+
+impl Default for Tables {
+    fn default() -> Self {
+        Self::ALL
+    }
 }
 
 impl Tables {

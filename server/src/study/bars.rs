@@ -1,0 +1,114 @@
+//! Stacked bars as SVG, by `plotters`.
+
+use super::plot::PlotError;
+use plotters::prelude::*;
+
+/// A part of a bar.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Segment {
+    /// What it is, for the legend.
+    pub name: &'static str,
+    /// How long it is, in the unit of the axis.
+    pub length: f64,
+    /// Drawn as an outline with strokes: what is not there.
+    pub hatched: bool,
+}
+
+/// Segments one after the other.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Bar {
+    /// What it is.
+    pub name: String,
+    /// Its parts; those of the same place in all bars have the same colour.
+    pub segments: Vec<Segment>,
+}
+
+const WIDTH: u32 = 900;
+const LEFT: i32 = 150;
+const BAR: i32 = 44;
+const GAP: i32 = 18;
+const ROW: i32 = 20;
+const COLUMNS: usize = 5;
+const STROKES: i32 = 7;
+
+/// An SVG document with all `bars` on one scale, from zero, with `unit` below it.
+pub fn svg(bars: &[Bar], unit: &str) -> Result<String, PlotError> {
+    let longest = bars.iter().map(|bar| bar.segments.iter().map(|segment| segment.length).sum::<f64>());
+    let scale = f64::from(WIDTH as i32 - LEFT - 20) / longest.fold(f64::MIN_POSITIVE, f64::max);
+    let names: Vec<&str> = bars.first().into_iter().flat_map(|bar| &bar.segments).map(|segment| segment.name).collect();
+    let bottom = GAP + bars.len() as i32 * (BAR + GAP) + 24;
+    let height = bottom + (names.len().div_ceil(COLUMNS) as i32 + 1) * ROW;
+    let mut text = String::new();
+    {
+        let area = SVGBackend::with_string(&mut text, (WIDTH, height as u32)).into_drawing_area();
+        area.fill(&WHITE).map_err(PlotError::new)?;
+        let font = ("sans-serif", 13).into_font();
+        for (row, bar) in bars.iter().enumerate() {
+            let top = GAP + row as i32 * (BAR + GAP);
+            area.draw(&Text::new(bar.name.clone(), (8, top + BAR / 2 - 7), font.clone())).map_err(PlotError::new)?;
+            let mut from = 0.0;
+            for (place, segment) in bar.segments.iter().enumerate() {
+                let [left, right] = [from, from + segment.length].map(|x| LEFT + (x * scale).round() as i32);
+                from += segment.length;
+                let corners = [(left, top), (right, top + BAR)];
+                let colour = Palette99::pick(place).to_rgba();
+                if segment.hatched {
+                    for stroke in hatch(corners) {
+                        area.draw(&PathElement::new(stroke, colour.mix(0.55))).map_err(PlotError::new)?;
+                    }
+                    area.draw(&Rectangle::new(corners, colour.mix(0.8))).map_err(PlotError::new)?;
+                } else {
+                    area.draw(&Rectangle::new(corners, colour.filled())).map_err(PlotError::new)?;
+                }
+            }
+        }
+        area.draw(&Text::new(unit.to_owned(), (LEFT, bottom - 18), font.clone())).map_err(PlotError::new)?;
+        let column = WIDTH as i32 / COLUMNS as i32;
+        for (place, name) in names.iter().enumerate() {
+            let (x, y) = (8 + (place % COLUMNS) as i32 * column, bottom + (place / COLUMNS) as i32 * ROW + 6);
+            let colour = Palette99::pick(place).to_rgba();
+            area.draw(&Rectangle::new([(x, y), (x + 12, y + 12)], colour.filled())).map_err(PlotError::new)?;
+            area.draw(&Text::new((*name).to_owned(), (x + 18, y), font.clone())).map_err(PlotError::new)?;
+        }
+        area.present().map_err(PlotError::new)?;
+    }
+    Ok(text)
+}
+
+/// Slanted strokes inside a rectangle.
+fn hatch([(left, top), (right, bottom)]: [(i32, i32); 2]) -> Vec<Vec<(i32, i32)>> {
+    let height = bottom - top;
+    let stroke = |start: i32| {
+        let (from, to) = ((start - height).max(left), start.min(right));
+        (from < to).then(|| vec![(from, bottom - (from - (start - height))), (to, top + (start - to))])
+    };
+    (left..right + height).step_by(STROKES as usize).filter_map(stroke).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bars_name_what_they_show_and_hatch_what_is_not_there() {
+        let segment = |name, length, hatched| Segment { name, length, hatched };
+        let bar = |hatched| Bar {
+            name: "a bar".into(),
+            segments: vec![segment("first", 2.0, hatched), segment("second", 1.0, false)],
+        };
+        let (full, off) = (svg(&[bar(false)], "ms").unwrap(), svg(&[bar(true)], "ms").unwrap());
+        for word in ["a bar", "first", "second", "ms"] {
+            assert!(full.contains(word), "{word}");
+        }
+        assert!(off.matches("<polyline").count() > full.matches("<polyline").count() + 20);
+    }
+
+    #[test]
+    fn strokes_stay_inside() {
+        for corners in [[(10, 5), (60, 25)], [(0, 0), (3, 40)], [(5, 5), (5, 9)]] {
+            let [(left, top), (right, bottom)] = corners;
+            let inside = |&(x, y): &(i32, i32)| (left..=right).contains(&x) && (top..=bottom).contains(&y);
+            assert!(hatch(corners).iter().flatten().all(inside), "{:?}", hatch(corners));
+        }
+    }
+}
