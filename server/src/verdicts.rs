@@ -7,6 +7,9 @@ use std::collections::{HashMap, VecDeque};
 /// As many as all clients together can have under way; beyond that the oldest are forgotten.
 const KEPT: usize = CLIENTS_MAX * STRIKES_PER_CLIENT_MAX;
 
+/// Verdicts that were told are kept for a client that asks again because the reply was lost: so many of all clients.
+const TOLD: usize = 256;
+
 /// A strike: the listener of its client, and its sequence.
 pub type Key = ([u8; 16], u64);
 
@@ -15,6 +18,7 @@ pub type Key = ([u8; 16], u64);
 pub struct Verdicts {
     by_strike: HashMap<Key, RefusalWire>,
     order: VecDeque<Key>,
+    told: VecDeque<(Key, RefusalWire)>,
 }
 
 impl Verdicts {
@@ -32,9 +36,17 @@ impl Verdicts {
         }
     }
 
-    /// The verdict on a strike, if it is known.
-    pub fn get(&self, strike: Key) -> Option<RefusalWire> {
-        self.by_strike.get(&strike).copied()
+    /// Tells the verdict on a strike, if it is known.
+    pub fn tell(&mut self, strike: Key) -> Option<RefusalWire> {
+        let Some(verdict) = self.by_strike.remove(&strike) else {
+            return self.told.iter().rev().find(|(told, _)| *told == strike).map(|(_, verdict)| *verdict);
+        };
+        self.order.retain(|other| *other != strike);
+        self.told.push_back((strike, verdict));
+        while self.told.len() > TOLD {
+            self.told.pop_front();
+        }
+        Some(verdict)
     }
 }
 
@@ -53,9 +65,24 @@ mod tests {
         }
         verdicts.keep(([1; 16], 1), verdict(1));
         verdicts.keep(([3; 16], 1), verdict(1));
-        assert_eq!((verdicts.get(([1; 16], 0)), verdicts.get(([1; 16], 2))), (None, None));
-        assert_eq!(verdicts.get(([1; 16], 1)), Some(verdict(1)));
-        assert_eq!(verdicts.get(([2; 16], 1)), None);
         assert_eq!((verdicts.by_strike.len(), verdicts.order.len()), (KEPT, KEPT));
+        assert_eq!((verdicts.tell(([1; 16], 0)), verdicts.tell(([1; 16], 2))), (None, None));
+        assert_eq!(verdicts.tell(([1; 16], 1)), Some(verdict(1)));
+        assert_eq!(verdicts.tell(([2; 16], 1)), None);
+    }
+
+    #[test]
+    fn what_was_told_is_told_again_and_takes_no_room() {
+        let mut verdicts = Verdicts::default();
+        let verdict = |n: u64| RefusalWire::from(&Refusal::new(Kind::Busy, n.to_string(), "full"));
+        for n in 0..10_000 {
+            verdicts.keep(([1; 16], n), verdict(n));
+            assert_eq!(
+                (verdicts.tell(([1; 16], n)), verdicts.tell(([1; 16], n))),
+                (Some(verdict(n)), Some(verdict(n)))
+            );
+        }
+        assert_eq!((verdicts.by_strike.len(), verdicts.order.len(), verdicts.told.len()), (0, 0, TOLD));
+        assert!(verdicts.by_strike.capacity() < 64 && verdicts.tell(([1; 16], 0)).is_none());
     }
 }

@@ -133,3 +133,11 @@ fn the_shipped_scenes_hold() {
         assert!(text.contains("stages") && text.contains("not baked yet"), "{text}");
     }
 }
+
+#[test]
+fn the_readme_shows_a_scene_that_holds() {
+    let readme = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../README.md")).unwrap();
+    let scenes: Vec<&str> = readme.split("```toml\n").skip(1).map(|rest| rest.split("```").next().unwrap()).collect();
+    let scenes = scenes.into_iter().filter(|text| text.contains("[objects."));
+    assert!(scenes.map(|text| shatter_server::scene::Scene::parse(text).unwrap()).count() > 0);
+}

@@ -157,9 +157,9 @@ impl Crew {
         self.waker.wake(flight.key().0);
     }
 
-    /// The verdict on a strike, if it is known.
+    /// Tells the verdict on a strike, if it is known.
     pub fn verdict(&self, strike: Key) -> Option<RefusalWire> {
-        self.verdicts.lock().unwrap_or_else(PoisonError::into_inner).get(strike)
+        self.verdicts.lock().unwrap_or_else(PoisonError::into_inner).tell(strike)
     }
 
     /// Wakes a client.

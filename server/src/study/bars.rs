@@ -36,7 +36,7 @@ pub fn svg(bars: &[Bar], unit: &str) -> Result<String, PlotError> {
     let longest = bars.iter().map(|bar| bar.segments.iter().map(|segment| segment.length).sum::<f64>());
     let scale = f64::from(WIDTH as i32 - LEFT - 20) / longest.fold(f64::MIN_POSITIVE, f64::max);
     let names: Vec<&str> = bars.first().into_iter().flat_map(|bar| &bar.segments).map(|segment| segment.name).collect();
-    let bottom = GAP + bars.len() as i32 * (BAR + GAP) + 24;
+    let bottom = GAP + bars.len() as i32 * (BAR + GAP) + 34;
     let height = bottom + (names.len().div_ceil(COLUMNS) as i32 + 1) * ROW;
     let mut text = String::new();
     {
@@ -62,7 +62,11 @@ pub fn svg(bars: &[Bar], unit: &str) -> Result<String, PlotError> {
                 }
             }
         }
-        area.draw(&Text::new(unit.to_owned(), (LEFT, bottom - 18), font.clone())).map_err(PlotError::new)?;
+        for (x, label) in ticks(scale) {
+            area.draw(&PathElement::new(vec![(x, bottom - 30), (x, bottom - 24)], BLACK)).map_err(PlotError::new)?;
+            area.draw(&Text::new(label, (x - 4, bottom - 22), font.clone())).map_err(PlotError::new)?;
+        }
+        area.draw(&Text::new(unit.to_owned(), (8, bottom - 22), font.clone())).map_err(PlotError::new)?;
         let column = WIDTH as i32 / COLUMNS as i32;
         for (place, name) in names.iter().enumerate() {
             let (x, y) = (8 + (place % COLUMNS) as i32 * column, bottom + (place / COLUMNS) as i32 * ROW + 6);
@@ -73,6 +77,24 @@ pub fn svg(bars: &[Bar], unit: &str) -> Result<String, PlotError> {
         area.present().map_err(PlotError::new)?;
     }
     Ok(text)
+}
+
+/// Places and labels of about five round numbers on an axis of so many pixels per unit.
+fn ticks(scale: f64) -> Vec<(i32, String)> {
+    let longest = f64::from(WIDTH as i32 - LEFT - 20) / scale;
+    let power = 10f64.powf((longest / 5.0).log10().floor());
+    let step =
+        [1.0, 2.0, 5.0, 10.0].map(|k| k * power).into_iter().find(|step| longest / step <= 6.0).unwrap_or(longest);
+    let label = |k: u32| f64::from(k) * step;
+    let places = (0..).map(label).take_while(|value| *value <= longest);
+    places
+        .map(|value| {
+            (
+                LEFT + (value * scale).round() as i32,
+                format!("{:.3}", value).trim_end_matches('0').trim_end_matches('.').to_owned(),
+            )
+        })
+        .collect()
 }
 
 /// Slanted strokes inside a rectangle.
@@ -101,6 +123,15 @@ mod tests {
             assert!(full.contains(word), "{word}");
         }
         assert!(off.matches("<polyline").count() > full.matches("<polyline").count() + 20);
+    }
+
+    #[test]
+    fn ticks_are_round_and_few() {
+        for (longest, labels) in [(194.0, vec!["0", "50", "100", "150"]), (0.9, vec!["0", "0.2", "0.4", "0.6", "0.8"])]
+        {
+            let found = ticks(f64::from(WIDTH as i32 - LEFT - 20) / longest);
+            assert_eq!(found.into_iter().map(|(_, label)| label).collect::<Vec<_>>(), labels);
+        }
     }
 
     #[test]
