@@ -43,7 +43,7 @@ impl Impact {
         self
     }
 
-    /// Where the number of sites comes from; the closed form by default.
+    /// Where the number of sites comes from; inferred by default.
     pub fn degree(mut self, degree: Degree) -> Self {
         self.0.degree = degree;
         self

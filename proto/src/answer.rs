@@ -170,8 +170,9 @@ impl SectionKind {
 /// Which rule produced the fracture degree; the numbers of [`SummaryWire::degree_source`].
 pub const DEGREE_SOURCES: [&str; 6] = ["threshold", "closed_form", "inferred", "verified", "optimised", "forced"];
 
-/// Where the displacements came from; the numbers of [`SummaryWire::elastic`]. Solved if one body's were.
-pub const ELASTIC_SOURCES: [&str; 2] = ["solve", "reduced"];
+/// Where the energy came from; the numbers of [`SummaryWire::elastic`]. Solved if one body's displacements were; falloff where the
+/// effect `elastic` is off.
+pub const ELASTIC_SOURCES: [&str; 3] = ["solve", "reduced", "falloff"];
 
 /// What stopped the strike; the numbers of [`SummaryWire::stop_reason`].
 pub const STOP_REASONS: [&str; 2] = ["complete", "cap"];
@@ -216,7 +217,7 @@ pub struct SummaryWire {
     pub handle: u64,
     /// Largest contact radius in effect, m: at least a multiple of the elastic spacing.
     pub radius_m: f64,
-    /// Relative error of the elastic energy, estimated; zero where it was solved for.
+    /// Relative error of the elastic energy, estimated; zero where it was solved for, or there is none.
     pub energy_error: f64,
     /// Zero.
     pub reserved_tail: [u64; 6],

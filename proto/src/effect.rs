@@ -25,7 +25,7 @@ macro_rules! effects {
             /// Every effect, in the order of its bits, which have no gaps.
             pub const ALL: [Self; [$($bit),*].len()] = [$(Self::$effect),*];
 
-            /// The name used in scenes, on command lines, in JSON and metrics.
+            /// The name used in scenes, on command lines and in JSON.
             pub fn name(self) -> &'static str {
                 match self {
                     $(Self::$effect => $name,)*

@@ -15,7 +15,7 @@ use shatter_fracture::token::Token;
 use shatter_proto::answer::{BondWire, DebrisWire, FragmentWire, OUTER, RunWire, SummaryWire, VelocityWire};
 use shatter_proto::control::ObjectRow;
 use shatter_proto::effect;
-use shatter_proto::layout::{Counts, Sections};
+use shatter_proto::layout::{Counts, Layout, Sections};
 use shatter_proto::request::{Degree, Elastic, Lift, Purpose, Strike};
 use shatter_proto::{Kind, Refusal};
 use std::sync::Arc;
@@ -102,6 +102,7 @@ impl Object for Served {
 
     fn answer_bytes_max(&self) -> usize {
         let most = self.prepared.crack_tets().saturating_mul(ANSWER_BYTES_PER_TET);
+        // Longer ones are refused before a bucket is asked for.
         self.terms.bytes_max.and_then(|bytes| usize::try_from(bytes).ok()).map_or(most, |bytes| most.min(bytes))
     }
 
@@ -112,19 +113,31 @@ impl Object for Served {
         token: &Token,
         watch: &mut dyn Watch,
     ) -> Result<Box<dyn Outcome>, Refusal> {
-        let fragments_max = self.terms.fragments_max;
-        let outcome =
-            pipeline::strike(&self.prepared, &self.request(strike)?, workspace, token, watch).map_err(refusal)?;
-        let found = outcome.pieces.as_ref().map_or(0, |pieces| pieces.fragments.len());
-        if let Some(cap) = fragments_max.filter(|cap| found > *cap as usize) {
-            let message = format!("{found} fragments, the scene takes {cap}");
-            return Err(Refusal::new(Kind::CapExceeded, "fragments_max", message));
-        }
-        Ok(Box::new(Struck { object: strike.object.clone(), seed: strike.seed, outcome }))
+        let request = self.request(strike)?;
+        let deformed = request.effects.has(Effect::Elastic);
+        let outcome = pipeline::strike(&self.prepared, &request, workspace, token, watch).map_err(refusal)?;
+        let struck = Struck { object: strike.object.clone(), seed: strike.seed, deformed, outcome };
+        self.fits(&struck.counts())?;
+        Ok(Box::new(struck))
     }
 }
 
 impl Served {
+    /// Refuses an answer beyond the scene's caps.
+    fn fits(&self, counts: &Counts) -> Result<(), Refusal> {
+        let exceeded = |key: &str, found: u64, what: &str, cap: u64| {
+            Refusal::new(Kind::CapExceeded, key, format!("{found} {what}, the scene takes {cap}"))
+        };
+        if let Some(cap) = self.terms.fragments_max.filter(|cap| counts.fragments > *cap as usize) {
+            return Err(exceeded("fragments_max", counts.fragments as u64, "fragments", cap.into()));
+        }
+        let bytes = Layout::new(counts).map_or(u64::MAX, |layout| layout.used_bytes());
+        match self.terms.bytes_max.filter(|cap| bytes > *cap) {
+            Some(cap) => Err(exceeded("bytes_max", bytes, "bytes", cap)),
+            None => Ok(()),
+        }
+    }
+
     /// A strike as the engine wants it, on the object's terms.
     fn request(&self, strike: &Strike) -> Result<pipeline::Strike, Refusal> {
         let on = self.terms.effects(strike)?;
@@ -156,6 +169,7 @@ impl Served {
                 Lift::Interior => LiftKind::Interior,
             },
             effects: Effects::of(both.filter(|(_, wire)| on.has(*wire)).map(|(effect, _)| effect)),
+            volume_min_m3: self.terms.volume_min_m3,
             seed: strike.seed,
             threshold_only: strike.purpose == Purpose::Threshold,
         })
@@ -195,6 +209,8 @@ pub(crate) fn refusal(error: StrikeError) -> Refusal {
 struct Struck {
     object: String,
     seed: u64,
+    /// Whether its energy is that of a deformation.
+    deformed: bool,
     outcome: pipeline::Outcome,
 }
 
@@ -251,7 +267,11 @@ impl Struck {
             confidence: outcome.confidence,
             seed: self.seed,
             radius_m: outcome.radius_m,
-            elastic: u32::from(outcome.reduced_error.is_some()),
+            elastic: match (self.deformed, outcome.reduced_error) {
+                (false, _) => 2,
+                (true, Some(_)) => 1,
+                (true, None) => 0,
+            },
             energy_error: outcome.reduced_error.unwrap_or(0.0),
             ..SummaryWire::zeroed()
         };

@@ -97,6 +97,10 @@ fn without_elasticity_neither_solve_nor_basis_is_touched() {
     let cheap = strike(&bar, &blow().disable(Effect::Elastic));
     let elasticity = cheap.stages().iter().find(|stage| stage.name() == "elasticity").unwrap();
     assert_eq!((elasticity.ran, elasticity.ns, elasticity.bytes), (0, 0, 0));
+    assert_eq!((cheap.summary().elastic(), strike(&bar, &blow()).summary().elastic()), ("falloff", "solve"));
+    let weak = blow().disable(Effect::Elastic).radius(1e120);
+    let refusal = bar.strike(&weak).and_then(|mut ticket| ticket.wait(patience())).err().unwrap();
+    assert_eq!(refusal.kind, Kind::Impulse, "{refusal}");
     assert!(cheap.fragments().len() >= 24 && cheap.fragments().all(|fragment| fragment.is_closed()));
 }
 
@@ -220,11 +224,14 @@ fn normals_have_length_one_and_point_out_of_their_fragment() {
     }
 }
 
+/// A crack and a place on it.
+type Spot = ([u32; 2], [i64; 3]);
+
 #[test]
 fn both_sides_of_a_crack_have_the_same_texture() {
     let (_daemon, bar) = start();
     let broken = strike(&bar, &with(&[Effect::Uv]));
-    let mut sides: HashMap<([u32; 2], [i64; 3]), Vec<[f32; 2]>> = HashMap::new();
+    let mut sides: HashMap<Spot, Vec<[f32; 2]>> = HashMap::new();
     for fragment in broken.fragments() {
         let centre = fragment.centre_m();
         for run in fragment.runs() {

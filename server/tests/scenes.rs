@@ -139,5 +139,36 @@ fn the_readme_shows_a_scene_that_holds() {
     let readme = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../README.md")).unwrap();
     let scenes: Vec<&str> = readme.split("```toml\n").skip(1).map(|rest| rest.split("```").next().unwrap()).collect();
     let scenes = scenes.into_iter().filter(|text| text.contains("[objects."));
-    assert!(scenes.map(|text| shatter_server::scene::Scene::parse(text).unwrap()).count() > 0);
+    let scenes: Vec<_> = scenes.map(|text| shatter_server::scene::Scene::parse(text).unwrap()).collect();
+    assert!(!scenes.is_empty());
+}
+
+#[test]
+fn answers_beyond_the_scenes_caps_are_refused_by_their_names() {
+    for (key, cap) in [("bytes_max", 20_000), ("fragments_max", 10)] {
+        let (here, scene) = place("caps", &format!("[objects.bar]\n{key} = {cap}"));
+        let (daemon, _, bar) = serve(&here, &scene);
+        let refusal = refused(&bar, &blow());
+        assert_eq!((refusal.kind, refusal.at.as_str()), (Kind::CapExceeded, key), "{refusal}");
+        assert_eq!(daemon.terminate().code(), Some(0));
+    }
+}
+
+#[test]
+fn pieces_below_the_scenes_volume_become_part_of_others() {
+    const LEAST: f64 = 2e-4;
+    let scene = format!("[objects.bar]\neffects = [\"interior\", \"slivers\"]\nvolume_min_m3 = {LEAST}");
+    let (here, scene) = place("least", &scene);
+    let (daemon, _, bar) = serve(&here, &scene);
+    let volumes = |impact: &Impact| -> Vec<f64> {
+        let broken = bar.strike(impact).unwrap().wait(patience()).unwrap();
+        broken.fragments().map(|own| own.volume_m3()).collect()
+    };
+    let many = blow().degree(Degree::Sites(120));
+    let (merged, all) = (volumes(&many), volumes(&many.clone().disable(Effect::Slivers)));
+    assert!(all.iter().any(|volume| *volume < 0.5 * LEAST) && merged.len() < all.len());
+    // Where three cracks met and two do no more, volumes change a little.
+    assert!(merged.iter().all(|volume| *volume > 0.9 * LEAST), "{merged:?}");
+    assert!((merged.iter().sum::<f64>() / all.iter().sum::<f64>() - 1.0).abs() < 1e-6);
+    assert_eq!(daemon.terminate().code(), Some(0));
 }

@@ -225,6 +225,7 @@ fn a_wrong_forecast_does_not_refuse_for_ever() {
     vase.strike(&soon(2)).unwrap().wait(patience()).unwrap();
     // About as many as those that took 400 ms, expected to take as long; it takes half of that, and is tried in the end.
     let refused = (0..60).take_while(|_| {
+        std::thread::sleep(Duration::from_millis(25));
         let refusal = vase.strike(&soon(64)).unwrap().wait(patience()).err();
         refusal.is_some_and(|refusal| {
             assert!(refusal.kind == Kind::Late && refusal.retry_after.is_none(), "{refusal:?}");

@@ -181,7 +181,7 @@ fn to_json(broken: &Broken, file: Option<&Path>) -> Value {
         "degree_source": summary.degree_source(),
         "confidence": summary.confidence,
         "elastic": summary.elastic(),
-        "error_estimate": { "energy": summary.energy_error },
+        "error_estimate": { "energy": (summary.elastic() != FALLOFF).then_some(summary.energy_error) },
         "capped": summary.capped != 0,
         "radius_m": summary.radius_m,
         "fragments": fragments,
@@ -195,8 +195,15 @@ fn to_json(broken: &Broken, file: Option<&Path>) -> Value {
     })
 }
 
+/// Where energy comes from that is no elastic one.
+const FALLOFF: &str = "falloff";
+
 /// How far the answer can be trusted.
 fn trust(summary: &SummaryWire) -> String {
+    if summary.elastic() == FALLOFF {
+        let confidence = summary.confidence;
+        return format!("energy: falloff, no elasticity, no estimate; confidence in the degree {confidence:.2}");
+    }
     format!(
         "displacements: {}, energy error {:.2} % (estimated); confidence in the degree {:.2}",
         summary.elastic(),

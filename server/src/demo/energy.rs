@@ -42,6 +42,7 @@ impl SurfaceEnergy {
             elastic: ElasticRequest::Solve,
             lift: LiftKind::Interior,
             effects: Effects::default(),
+            volume_min_m3: None,
             seed: 0,
             threshold_only: true,
         };

@@ -2,10 +2,13 @@
 
 use shatter_proto::request::{Degree, Purpose, Strike};
 use std::collections::HashMap;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// Weight of the last strike.
 const WEIGHT: f64 = 0.25;
+
+/// No more than one doubt per such time: whoever asks for what cannot be does not spoil what others are told.
+const DOUBT_PAUSE: Duration = Duration::from_millis(100);
 
 /// What an expectation that kept a strike from computing is multiplied by: one that is too high is then corrected, if not by strikes
 /// that compute, by those that may not.
@@ -20,6 +23,8 @@ pub struct Work {
     object: String,
     /// Rule of the degree; for a number of sites its magnitude.
     rule: u32,
+    /// Effects that are switched on and off, lift, where displacements come from.
+    how: [u64; 4],
 }
 
 impl Work {
@@ -32,38 +37,54 @@ impl Work {
             (_, Degree::Optimised) => 3,
             (_, Degree::Sites(sites)) => 4 + sites.max(1).ilog2(),
         };
-        Self { object: strike.object.clone(), rule }
+        let lift = strike.lift.map_or(0, |lift| 1 + lift as u64);
+        let how = [strike.enable.bits(), strike.disable.bits(), lift, strike.elastic as u64];
+        Self { object: strike.object.clone(), rule, how }
     }
 }
 
 /// Moving averages by kind of work.
 #[derive(Default)]
 pub struct Forecast {
-    means: HashMap<Work, Duration>,
+    means: HashMap<Work, Mean>,
+}
+
+/// A moving average.
+struct Mean {
+    time: Duration,
+    doubted: Option<Instant>,
 }
 
 impl Forecast {
     /// How long such a strike computes; `None`: none has yet.
     pub fn of(&self, work: &Work) -> Option<Duration> {
-        self.means.get(work).copied()
+        self.means.get(work).map(|mean| mean.time)
     }
 
     /// One has computed for `time`.
     pub fn learn(&mut self, work: &Work, time: Duration) {
         if let Some(mean) = self.means.get_mut(work) {
-            *mean = mean.mul_f64(1.0 - WEIGHT) + time.mul_f64(WEIGHT);
+            mean.time = mean.time.mul_f64(1.0 - WEIGHT) + time.mul_f64(WEIGHT);
             return;
         }
         if self.means.len() >= WORK_MAX {
             self.means.clear();
         }
-        self.means.insert(work.clone(), time);
+        self.means.insert(work.clone(), Mean { time, doubted: None });
     }
 
-    /// One was refused for what was expected of it.
-    pub fn doubt(&mut self, work: &Work) {
-        if let Some(mean) = self.means.get_mut(work) {
-            *mean = mean.mul_f64(DOUBT);
+    /// One has computed for `time` and was stopped for its deadline: it takes at least as long.
+    pub fn learn_at_least(&mut self, work: &Work, time: Duration) {
+        if self.of(work).is_none_or(|mean| mean < time) {
+            self.learn(work, time);
+        }
+    }
+
+    /// One was refused at this moment for what was expected of it.
+    pub fn doubt(&mut self, work: &Work, at: Instant) {
+        let Some(mean) = self.means.get_mut(work) else { return };
+        if mean.doubted.is_none_or(|last| at.saturating_duration_since(last) >= DOUBT_PAUSE) {
+            (mean.time, mean.doubted) = (mean.time.mul_f64(DOUBT), Some(at));
         }
     }
 }
@@ -98,11 +119,28 @@ mod tests {
         let mut forecast = Forecast::default();
         let vase = work("vase", Degree::Inferred);
         forecast.learn(&vase, Duration::from_secs(1));
-        let refused = (0..).take_while(|_| {
-            let refuse = forecast.of(&vase).unwrap() > Duration::from_millis(60);
-            forecast.doubt(&vase);
-            refuse
-        });
-        assert!(refused.count() < 30);
+        let begun = Instant::now();
+        let mut refused = |pause: Duration| {
+            let refuses = |k: &u32| {
+                let refuse = forecast.of(&vase).unwrap() > Duration::from_millis(60);
+                forecast.doubt(&vase, begun + *k * pause);
+                refuse
+            };
+            (1..200).take_while(refuses).count()
+        };
+        assert_eq!(refused(Duration::from_micros(1)), 199, "a burst is one doubt");
+        assert!(refused(DOUBT_PAUSE) < 30);
+    }
+
+    #[test]
+    fn one_that_was_stopped_teaches_how_long_it_takes_at_least() {
+        let mut forecast = Forecast::default();
+        let vase = work("vase", Degree::Inferred);
+        let ms = Duration::from_millis;
+        forecast.learn_at_least(&vase, ms(30));
+        forecast.learn_at_least(&vase, ms(10));
+        assert_eq!(forecast.of(&vase), Some(ms(30)));
+        forecast.learn_at_least(&vase, ms(50));
+        assert_eq!(forecast.of(&vase), Some(ms(35)));
     }
 }

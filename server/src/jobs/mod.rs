@@ -150,7 +150,7 @@ impl Jobs {
         let (Some(deadline), Some(cost)) = (deadline, self.forecast.of(work)) else { return Ok(()) };
         let wait = self.wait(Some(deadline));
         if arrived + cost > deadline {
-            self.forecast.doubt(work);
+            self.forecast.doubt(work, arrived);
         }
         let left = deadline.saturating_duration_since(Instant::now());
         if wait + cost <= left {
@@ -243,6 +243,8 @@ impl Jobs {
         if end == End::Answered {
             self.forecast.learn(flight.work(), time);
             self.unread.push(flight.clone());
+        } else if end == End::Late {
+            self.forecast.learn_at_least(flight.work(), time);
         }
         self.dispatch();
     }

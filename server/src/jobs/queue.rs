@@ -167,6 +167,8 @@ impl<T> Queue<T> {
     fn remove(&mut self, index: usize) -> T {
         let Waiting { place, item, .. } = self.waiting.swap_remove(index);
         if let Some(account) = self.accounts.get_mut(&place.client) {
+            let own = self.waiting.iter().filter(|waiting| waiting.place.client == place.client);
+            account.start = own.map(|waiting| waiting.start).fold(0.0, f64::max);
             account.end -= place.cost.as_secs_f64();
         }
         self.close(&place.client);
@@ -378,6 +380,18 @@ mod tests {
         late.sort_unstable();
         assert_eq!((late, queue.len()), (vec![0, 1, 2], 3));
         assert_eq!(order(&mut queue), [3, 4, 5]);
+    }
+
+    #[test]
+    fn who_gives_up_what_waits_is_as_far_as_if_it_had_not_come() {
+        let (mut queue, now) = strict(99);
+        (0..30).for_each(|n| _ = queue.push(now, place(1, None), n));
+        assert_eq!(queue.pop(|_| true).unwrap().1, 0);
+        assert_eq!(queue.take(|_, n| *n > 0).len(), 29);
+        (100..103).for_each(|n| _ = queue.push(now, place(2, None), n));
+        queue.push(now, place(1, None), 1).unwrap();
+        let place = order(&mut queue).iter().position(|n| *n == 1).unwrap();
+        assert!(place <= 1, "{place}");
     }
 
     #[test]

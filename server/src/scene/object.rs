@@ -12,7 +12,7 @@ use shatter_proto::effect::{Effect, Effects, conflict};
 use shatter_proto::request::{Lift, Strike};
 
 /// Keys of an object, in the order in which the shipped scenes have them.
-const KEYS: [&str; 13] = [
+const KEYS: [&str; 14] = [
     "shape",
     "material",
     "fragment_size_m",
@@ -26,6 +26,7 @@ const KEYS: [&str; 13] = [
     "sites_max",
     "fragments_max",
     "bytes_max",
+    "volume_min_m3",
 ];
 
 /// Lifts by name.
@@ -71,6 +72,8 @@ pub struct Terms {
     pub fragments_max: Option<u32>,
     /// Bytes of answer at most.
     pub bytes_max: Option<u64>,
+    /// Smaller pieces become part of a neighbour, m³; needs `slivers`.
+    pub volume_min_m3: Option<f64>,
 }
 
 impl Default for Terms {
@@ -85,6 +88,7 @@ impl Default for Terms {
             sites_max: None,
             fragments_max: None,
             bytes_max: None,
+            volume_min_m3: None,
         }
     }
 }
@@ -100,7 +104,8 @@ impl Terms {
             elastic: self.allowed.has(Effect::Elastic),
             interior: interior && self.lift == Lift::Interior,
             surface_diffusion: interior && self.lift == Lift::SurfaceDiffusion,
-            examples: self.allowed.has(Effect::Examples),
+            // They are made in the interior lift.
+            examples: self.allowed.has(Effect::Examples) && interior && self.lift == Lift::Interior,
         }
     }
 
@@ -110,9 +115,9 @@ impl Terms {
             return Err(conflict(effect, format!("the scene does not prepare the effect `{}`", effect.name())));
         }
         let on = self.on.changed(strike.enable, strike.disable)?;
-        let given = strike.lift.map(|lift| lift != Lift::Euclidean);
-        match given {
-            Some(false) if strike.enable.has(Effect::Interior) => {
+        let curved = |lift| lift != Lift::Euclidean;
+        match strike.lift.map(curved) {
+            _ if strike.enable.has(Effect::Interior) && !curved(strike.lift.unwrap_or(self.lift)) => {
                 Err(conflict(Effect::Interior, "interior distances are switched on, but the lift is `euclidean`"))
             }
             Some(true) if !on.has(Effect::Interior) => {
@@ -147,6 +152,7 @@ struct Values {
     sites_max: Option<u32>,
     fragments_max: Option<u32>,
     bytes_max: Option<u64>,
+    volume_min_m3: Option<f64>,
 }
 
 impl SceneObject {
@@ -161,6 +167,7 @@ impl SceneObject {
             ("gamma_j_m2", values.gamma_j_m2),
             ("elastic_spacing", values.elastic_spacing),
             ("crack_spacing", values.crack_spacing),
+            ("volume_min_m3", values.volume_min_m3),
             ("sites_max", values.sites_max.map(f64::from)),
             ("fragments_max", values.fragments_max.map(f64::from)),
             ("bytes_max", values.bytes_max.map(|bytes| bytes as f64)),
@@ -184,6 +191,9 @@ impl SceneObject {
         let on =
             Effects::default().changed(on, Effects::default()).map_err(|refusal| placed(&at("effects"), refusal))?;
         let more = effects(&at("allow"), &values.allow)?;
+        if values.volume_min_m3.is_some() && !on.has(Effect::Slivers) {
+            return Err(invalid(at("volume_min_m3"), "needs the effect `slivers`, which is off"));
+        }
         let allowed = on.changed(more, Effects::default()).map_err(|refusal| placed(&at("allow"), refusal))?;
         let terms = Terms {
             on,
@@ -194,6 +204,7 @@ impl SceneObject {
             sites_max: values.sites_max,
             fragments_max: values.fragments_max,
             bytes_max: values.bytes_max,
+            volume_min_m3: values.volume_min_m3,
         };
         Ok(Self {
             shape: shape.transpose()?,

@@ -22,6 +22,7 @@ fn what_is_not_known_is_refused_by_name_with_the_nearest() {
     check("lift = \"euclidian\"", "objects.vase.lift", "`euclidean`");
     check("shape = \"vaze\"", "objects.vase.shape", "`vase`");
     check("effects = [\"tensile\"]", "tensile", "`elastic`");
+    check("volume_min_m3 = 0.1", "objects.vase.volume_min_m3", "`slivers`");
     check("fragment_size_m = 0.0", "objects.vase.fragment_size_m", "above zero");
     check("sites_max = \"many\"", "objects.vase", "sites_max");
     let scene = |text: &str| Scene::parse(text).unwrap_err().at;
@@ -41,6 +42,9 @@ fn only_what_some_strike_may_need_is_loaded() {
     let surface = tables("effects = [\"interior\"]\nlift = \"surface_diffusion\"");
     assert_eq!(surface, Tables { surface_diffusion: true, ..none });
     assert_eq!(Terms::default().tables(), Tables::ALL);
+    let learned = tables("effects = [\"interior\", \"examples\"]");
+    assert_eq!(learned, Tables { interior: true, examples: true, ..none });
+    assert_eq!(tables("effects = [\"interior\", \"examples\"]\nlift = \"euclidean\""), none);
 }
 
 #[test]

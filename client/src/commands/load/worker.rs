@@ -59,8 +59,10 @@ impl Mark {
         let object = connection.object(&target.object, reply())?;
         let facts = object.facts();
         let centre = facts.centre_m;
-        let all_over =
-            Impact::at(centre).impulse([1.0, 0.0, 0.0]).radius(facts.diagonal_m).degree(Degree::Sites(SITES));
+        let all_over = Impact::at(centre)
+            .impulse([1.0, 0.0, 0.0])
+            .radius(facts.diagonal_m)
+            .degree(Degree::Sites(SITES.min(facts.degree_max)));
         let broken = insist(|| object.strike(&all_over)?.wait(Deadline::after(ANSWER)))?;
         let points = surface(&broken);
         if points.is_empty() {
@@ -199,7 +201,7 @@ fn closed(mut sender: Sender) -> Vec<Record> {
         if sender.over(due) {
             return records;
         }
-        let result = sender.strike().and_then(|mut ticket| ticket.wait(Deadline::after(ANSWER)));
+        let result = sender.strike().and_then(|mut ticket| ticket.wait(Deadline::after(PATIENCE)));
         records.push(match result {
             Ok(broken) => answered(sender.begin, due, &broken),
             Err(refusal) => {
@@ -216,7 +218,8 @@ fn micros(time: Duration) -> u64 {
 }
 
 fn answered(begin: Instant, due: Duration, broken: &Broken) -> Record {
-    let service = Duration::from_nanos(broken.stages().iter().map(|stage| stage.ns).sum());
+    let stages = broken.stages().iter().map(|stage| stage.ns);
+    let service = Duration::from_nanos(stages.chain(broken.effects().iter().map(|effect| effect.ns)).sum());
     Record {
         due_us: micros(due),
         latency_us: micros(begin.elapsed().saturating_sub(due)),

@@ -55,9 +55,7 @@ pub fn divide(
         DegreeRequest::ClosedForm | DegreeRequest::Inferred => {
             watch.enter(Stage::Degree);
             let guesses = guesses(prepared, strike, verdict, fields);
-            if guesses.iter().any(|guess| guess.inferred && guess.sites > 1) {
-                watch.part(Effect::Examples, size_of_val(guesses.as_slice()) as u64);
-            }
+            tell(&guesses, watch);
             watch.leave(Stage::Degree, 0);
             let sites: Vec<u32> = guesses.iter().map(|guess| if guess.sites > 1 { guess.sites } else { 0 }).collect();
             let cells = diagrams(strike, &sites, fields, workspace, token, watch)?;
@@ -94,10 +92,20 @@ struct Guess {
     confidence: f64,
 }
 
+/// Tells whether examples had a say.
+fn tell(guesses: &[Guess], watch: &mut dyn Watch) {
+    if guesses.iter().any(|guess| guess.inferred && guess.sites > 1) {
+        watch.part(Effect::Examples, size_of_val(guesses) as u64);
+    }
+}
+
 /// A guess per struck body: by the examples where they are asked for, were made for this lift, and reach; else by the closed
 /// form.
 fn guesses(prepared: &Prepared, strike: &Strike, verdict: &Verdict, fields: &[Field]) -> Vec<Guess> {
-    let asked = !matches!(strike.degree, DegreeRequest::ClosedForm) && strike.lift == LiftKind::Interior;
+    // They were labelled with all of the elastic energy, in the interior lift.
+    let alike = strike.effects.has(Effect::Elastic) && !strike.effects.has(Effect::Tensile);
+    let asked = strike.effects.has(Effect::Examples) && !matches!(strike.degree, DegreeRequest::ClosedForm);
+    let asked = asked && alike && strike.lift == LiftKind::Interior;
     let learned = prepared.learned.as_ref().filter(|_| asked);
     let guess = |(struck, field): (usize, &Field)| {
         let (first_moment, gamma) = (verdict.first_moments[struck], verdict.gammas[struck]);
@@ -151,6 +159,7 @@ fn search(
     let source = if verified { DegreeSource::Verified } else { DegreeSource::Optimised };
     let mut division = Division { source, degree: 0, capped: false, confidence: 1.0, cells: Vec::new() };
     let guesses = verified.then(|| guesses(prepared, strike, verdict, fields));
+    tell(guesses.as_deref().unwrap_or(&[]), watch);
     for (struck, field) in fields.iter().enumerate() {
         let gamma = verdict.gammas[struck];
         if verdict.first_moments[struck] <= gamma {

@@ -5,7 +5,7 @@
 //! σ = F/(πa²) / (1 + (d/a)²), W = σ²/(2E). Contacts add energies. A body that is not large against its contacts, or bends,
 //! has more energy, and elsewhere.
 
-use super::{BodyEnergy, Impact, Prepared};
+use super::{BodyEnergy, Impact, Prepared, StrikeError};
 use crate::elasticity::Contact;
 use nalgebra::Point3;
 
@@ -13,7 +13,9 @@ use nalgebra::Point3;
 const RADIUS_SPACINGS: f64 = 1.0;
 
 /// The energy of every struck body.
-pub(super) fn falloff(prepared: &Prepared, impact: &Impact) -> Vec<BodyEnergy> {
+///
+/// Errors: [`StrikeError::Balanced`] where blows are too weak, or their contacts too wide, for a number to hold their energy.
+pub(super) fn falloff(prepared: &Prepared, impact: &Impact) -> Result<Vec<BodyEnergy>, StrikeError> {
     let unit_j = prepared.unit_j(impact);
     let least = RADIUS_SPACINGS * prepared.parameters.crack_spacing;
     let energy = |(index, contacts): &(usize, Vec<Contact>)| {
@@ -23,15 +25,18 @@ pub(super) fn falloff(prepared: &Prepared, impact: &Impact) -> Vec<BodyEnergy> {
         };
         let mut shares: Vec<f64> = body.crack.nodes.iter().zip(&body.volumes).map(of).collect();
         let total: f64 = shares.iter().sum();
+        if !total.is_normal() {
+            return Err(StrikeError::Balanced { body: *index });
+        }
         shares.iter_mut().for_each(|share| *share /= total);
         let radius = contacts.iter().map(|contact| contact.radius.max(least)).fold(0.0, f64::max);
-        BodyEnergy {
+        Ok(BodyEnergy {
             body: *index,
             shares,
             energy_j: total * unit_j,
             reduced_error: None,
             radius_m: radius * prepared.frame.diagonal_m,
-        }
+        })
     };
     impact.bodies.iter().map(energy).collect()
 }

@@ -117,7 +117,7 @@ impl Pieces {
                 fragments: [first + run.fragment, first + neighbour],
                 area_m2: area * metre * metre,
                 normal: mean.try_normalize(0.0).unwrap_or_default(),
-                centroid_m: self.frame.to_metres(&Point3::from(moment / area)),
+                centroid_m: self.frame.to_metres(&Point3::from(moment / area.max(f64::MIN_POSITIVE))),
             });
         });
         bonds

@@ -163,35 +163,36 @@ impl Pieces {
     }
 }
 
+/// What cutting one body works on.
+#[derive(Default)]
+struct Cut {
+    components: Components,
+    points: Points,
+    tessellation: Tessellation,
+    measured: Vec<Properties>,
+}
+
 impl Broken<'_> {
     /// Cuts one body.
     fn cut(&self, index: usize, workspace: &mut Workspace, watch: &mut dyn Watch) -> Result<BodyPieces, StrikeError> {
         let body = &self.prepared.bodies[index];
         let cells = self.division.cells.iter().find(|cells| self.energies[cells.struck].body == index);
+        let mut cut = Cut::default();
         watch.enter(Stage::Labels);
-        let mut components = Components::default();
         let whole = vec![0; body.crack.nodes.len()];
-        components.split(&body.topology, cells.map_or(&whole, |cells| &cells.diagram.labels));
-        watch.leave(Stage::Labels, size_of_val(components.labels.as_slice()) as u64);
+        cut.components.split(&body.topology, cells.map_or(&whole, |cells| &cells.diagram.labels));
+        watch.leave(Stage::Labels, size_of_val(cut.components.labels.as_slice()) as u64);
         watch.enter(Stage::Tessellation);
-        let (mut points, mut tessellation) = (Points::default(), Tessellation::default());
-        self.tessellate(index, cells, &components, &FixedPoints::default(), &mut points, &mut tessellation, workspace)?;
-        watch.leave(Stage::Tessellation, size_of_val(tessellation.runs()) as u64);
+        self.tessellate(index, cells, &mut cut, &FixedPoints::default(), workspace)?;
+        watch.leave(Stage::Tessellation, size_of_val(cut.tessellation.runs()) as u64);
         watch.enter(Stage::Fragments);
-        let mut measured = Vec::new();
-        properties(&tessellation, &mut measured);
+        properties(&cut.tessellation, &mut cut.measured);
         if self.strike.effects.has(Effect::Slivers) && cells.is_some() {
             watch.begin(Effect::Slivers);
-            let merged =
-                slivers::merge(&mut components, &tessellation, &measured, self.prepared.parameters.crack_spacing);
-            if merged {
-                // The cracks that stay, stay where they are.
-                let fixed = points.to_fixed();
-                self.tessellate(index, cells, &components, &fixed, &mut points, &mut tessellation, workspace)?;
-                properties(&tessellation, &mut measured);
-            }
-            watch.end(Effect::Slivers, if merged { size_of_val(components.labels.as_slice()) as u64 } else { 0 });
+            let bytes = self.merge_slivers(index, cells, &mut cut, workspace)?;
+            watch.end(Effect::Slivers, bytes);
         }
+        let Cut { components, tessellation, measured, .. } = cut;
         let energy = |site: &u32| {
             let of_cell = |cells: &BodyCells| {
                 let unit = self.energies[cells.struck].unit_j_m2(self.prepared.frame.diagonal_m);
@@ -206,20 +207,37 @@ impl Broken<'_> {
         Ok(BodyPieces { body: index, tessellation, labels, properties: measured, centres, energies_j_m2 })
     }
 
-    /// Finds the crack points of `components` but for those that are fixed, and builds the fragments.
-    #[allow(clippy::too_many_arguments, reason = "memory that is used again")]
+    /// Merges slivers, and cuts again where there were any; bytes of the new labels.
+    fn merge_slivers(
+        &self,
+        index: usize,
+        cells: Option<&BodyCells>,
+        cut: &mut Cut,
+        workspace: &mut Workspace,
+    ) -> Result<u64, StrikeError> {
+        let least = slivers::least_volume(self.prepared, self.strike);
+        if !slivers::merge(&mut cut.components, &cut.tessellation, &cut.measured, least) {
+            return Ok(0);
+        }
+        // The cracks that stay, stay where they are.
+        let fixed = cut.points.to_fixed();
+        self.tessellate(index, cells, cut, &fixed, workspace)?;
+        properties(&cut.tessellation, &mut cut.measured);
+        Ok(size_of_val(cut.components.labels.as_slice()) as u64)
+    }
+
+    /// Finds the crack points of the components but for those that are fixed, and builds the fragments.
     fn tessellate(
         &self,
         index: usize,
         cells: Option<&BodyCells>,
-        components: &Components,
+        cut: &mut Cut,
         fixed: &FixedPoints,
-        points: &mut Points,
-        tessellation: &mut Tessellation,
         workspace: &mut Workspace,
     ) -> Result<(), StrikeError> {
         let body = &self.prepared.bodies[index];
         let lift = self.prepared.lift(index, self.strike.lift)?;
+        let Cut { components, points, tessellation, .. } = cut;
         let of_fragment = &components.sites;
         let sites = cells.map(|cells| Sites { lift, coordinates: &cells.diagram.sites, of_fragment });
         points.find(&body.crack, &body.topology, &components.labels, sites, fixed)?;

@@ -1,5 +1,6 @@
 //! Slivers: pieces too small to be worth a body of their own become part of the neighbour that they share most with.
 
+use super::{Prepared, Strike};
 use crate::fragment::Properties;
 use crate::tessellation::{Components, Run, Tessellation};
 use std::collections::BTreeMap;
@@ -8,17 +9,22 @@ use std::collections::BTreeMap;
 /// and not the diagram. A share of the mean piece would take the small ones around a contact, which are meant.
 pub const SLIVER_CUBES: f64 = 2.0;
 
-/// Gives every sliver to the neighbour with which it shares the largest area, the smallest first, until none is left that has a
-/// neighbour. Whether there was one; `components` then has the pieces as they are now, numbered in their old order, each with
-/// the site of its largest part.
+/// The volume below which a piece is a sliver, local: that of the lattice, or what the strike asks for.
+pub(super) fn least_volume(prepared: &Prepared, strike: &Strike) -> f64 {
+    let asked = strike.volume_min_m3.map_or(0.0, |volume_m3| volume_m3 / prepared.frame.diagonal_m.powi(3));
+    asked.max(SLIVER_CUBES * prepared.parameters.crack_spacing.powi(3))
+}
+
+/// Gives every piece of less than `least` to the neighbour with which it shares the largest area, the smallest first, until
+/// none is left that has a neighbour. Whether there was one; `components` then has the pieces as they are now, numbered in their old order, each with
+/// the site of the one that took in the others.
 pub(super) fn merge(
     components: &mut Components,
     tessellation: &Tessellation,
     measured: &[Properties],
-    spacing: f64,
+    least: f64,
 ) -> bool {
     let mut volumes: Vec<f64> = measured.iter().map(|piece| piece.volume).collect();
-    let least = SLIVER_CUBES * spacing.powi(3);
     let mut shared = shared_areas(tessellation);
     let mut became: Vec<usize> = (0..volumes.len()).collect();
     let mut any = false;

@@ -62,6 +62,9 @@ pub struct Strike {
     pub lift: LiftKind,
     /// What is simulated.
     pub effects: Effects,
+    /// With [`Effect::Slivers`](crate::scene::Effect): pieces of less volume become part of a neighbour, m³; `None`, or where it is
+    /// less: [`SLIVER_CUBES`](super::SLIVER_CUBES).
+    pub volume_min_m3: Option<f64>,
     /// Everything random follows from it.
     pub seed: u64,
     /// Stop after the threshold test: the impulse that just breaks the object is asked for, no fragments.
@@ -79,6 +82,7 @@ impl Strike {
             elastic: ElasticRequest::Reduced,
             lift: LiftKind::Interior,
             effects: Effects::default(),
+            volume_min_m3: None,
             seed: 1,
             threshold_only: false,
         }

@@ -41,7 +41,7 @@ impl Effect {
         Self::Debris,
     ];
 
-    /// The name used in scenes, JSON and metrics.
+    /// The name used in scenes and JSON.
     pub fn name(self) -> &'static str {
         match self {
             Self::Elastic => "elastic",
