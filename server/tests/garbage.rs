@@ -6,6 +6,7 @@ mod support;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use shatter_client::{Degree, Impact, Kind, Shatter};
+use shatter_proto::PROTOCOL_VERSION;
 use shatter_proto::name::OBJECT_NAME_MAX;
 use shatter_proto::request::{Strike, StrikeWire};
 use std::collections::BTreeMap;
@@ -160,12 +161,16 @@ fn peers_of_another_version_are_told_so() {
     let daemon = start();
     let peer = RawPeer::open(&daemon.here.place);
     let check = |wire: StrikeWire, kind| assert_eq!(peer.outcome(&peer.send(wire)).unwrap_err(), Some(kind));
-    check(StrikeWire { version: 2, ..good(1) }, Kind::VersionMismatch);
+    check(StrikeWire { version: PROTOCOL_VERSION + 1, ..good(1) }, Kind::VersionMismatch);
     check(StrikeWire { magic: 7, ..good(2) }, Kind::BadMagic);
     check(StrikeWire { object_length: OBJECT_NAME_MAX as u32 + 1, ..good(3) }, Kind::ObjectName);
     let hello = std::fs::read_to_string(daemon.here.place.hello()).unwrap();
-    std::fs::write(daemon.here.place.hello(), hello.replace("\"protocol\": 1", "\"protocol\": 9")).unwrap();
+    let protocol = |version: u32| format!("\"protocol\": {version}");
+    let other = hello.replace(&protocol(PROTOCOL_VERSION), &protocol(PROTOCOL_VERSION + 7));
+    assert_ne!(other, hello);
+    std::fs::write(daemon.here.place.hello(), other).unwrap();
     let refusal = Shatter::connect_at(&daemon.here.place, patience()).err().unwrap();
     assert_eq!(refusal.kind, Kind::VersionMismatch);
-    assert!(refusal.message.contains('1') && refusal.message.contains('9'), "{refusal}");
+    let both = [PROTOCOL_VERSION, PROTOCOL_VERSION + 7].map(|version| format!("protocol {version}"));
+    assert!(both.iter().all(|version| refusal.message.contains(version)), "{refusal}");
 }

@@ -5,7 +5,7 @@ mod support;
 use rustix::process::Signal;
 use shatter_client::{Degree, Impact, Shatter, Ticket};
 use std::collections::VecDeque;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 use support::{Child, TestPlace, bar, patience, shatterd};
 
@@ -51,17 +51,18 @@ fn swap(here: &TestPlace, daemon: &Child, service: &Shatter, bytes: &[u8], wante
     assert_eq!(generation(service), wanted);
 }
 
-/// Strikes until `STRIKES` are begun by all clients together; how many answers were of each version.
-fn client(here: &TestPlace, begun: &AtomicUsize, versions: &[Hashes; 2]) -> [usize; 2] {
+/// Strikes until `STRIKES` are begun by all clients together, and all reloads are done; how many answers were of each version.
+fn client(here: &TestPlace, begun: &AtomicUsize, reloaded: &AtomicBool, versions: &[Hashes; 2]) -> [usize; 2] {
     let service = Shatter::connect_at(&here.place, patience()).unwrap();
     let bar = service.object("bar", patience()).unwrap();
-    let (mut under_way, mut seen) = (VecDeque::new(), [0; 2]);
+    let (mut under_way, mut seen, deadline) = (VecDeque::new(), [0; 2], patience());
     loop {
         let number = begun.fetch_add(1, Ordering::Relaxed);
-        if number < STRIKES {
+        let more = number < STRIKES || !(reloaded.load(Ordering::Relaxed) || deadline.passed());
+        if more {
             under_way.push_back((number % IMPACTS, bar.strike(&impact(number % IMPACTS)).unwrap()));
         }
-        if number < STRIKES && under_way.len() < UNDER_WAY {
+        if more && under_way.len() < UNDER_WAY {
             continue;
         }
         let Some((index, mut ticket)) = under_way.pop_front() else { return seen };
@@ -83,22 +84,23 @@ fn ten_thousand_strikes_across_twenty_reloads_are_each_of_one_version() {
     swap(&here, &daemon, &service, &bytes[1], 2);
     let versions = [first, hashes(&service)];
     assert!((0..IMPACTS).all(|index| versions[0][index] != versions[1][index]), "nobody could tell them apart");
-    let (began, begun) = (Instant::now(), AtomicUsize::new(0));
+    let (began, begun, reloaded) = (Instant::now(), AtomicUsize::new(0), AtomicBool::new(false));
     let seen = std::thread::scope(|scope| {
-        let clients: Vec<_> = (0..CLIENTS).map(|_| scope.spawn(|| client(&here, &begun, &versions))).collect();
+        let strikes = || client(&here, &begun, &reloaded, &versions);
+        let clients: Vec<_> = (0..CLIENTS).map(|_| scope.spawn(strikes)).collect();
         for reload in 0..RELOADS {
-            // Spread over the strikes: the first reload soon after they begin, the last well before they end.
+            // Spread over the strikes; these go on until the last one is served.
             while begun.load(Ordering::Relaxed) < (2 * reload + 1) * STRIKES / (2 * RELOADS) {
                 std::thread::sleep(Duration::from_millis(1));
             }
             swap(&here, &daemon, &service, &bytes[reload % 2], 3 + reload as u32);
-            assert!(begun.load(Ordering::Relaxed) < STRIKES, "reload {reload} came after the last strike");
         }
+        reloaded.store(true, Ordering::Relaxed);
         let seen = clients.into_iter().map(|client| client.join().unwrap());
         seen.fold([0; 2], |sum, seen| [sum[0] + seen[0], sum[1] + seen[1]])
     });
     println!("{seen:?} of the two versions in {:.1} s", began.elapsed().as_secs_f64());
-    assert_eq!(seen[0] + seen[1], STRIKES);
+    assert!(seen[0] + seen[1] >= STRIKES);
     assert!(seen.iter().all(|seen| *seen > STRIKES / 10), "{seen:?}");
     let row = *service.status(patience()).unwrap().row();
     assert_eq!((row.failed, row.refused, row.busy, row.cancelled), (0, 0, 0, 0));

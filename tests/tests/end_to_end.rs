@@ -63,7 +63,8 @@ fn a_strike_writes_closed_fragments_whose_volumes_add_up() {
     let names: Vec<&str> =
         answer["stages"].as_array().unwrap().iter().map(|stage| stage["name"].as_str().unwrap()).collect();
     let wanted = ["load", "elasticity", "threshold", "degree", "centroidal", "labels", "tessellation", "fragments"];
-    assert_eq!(names, wanted);
+    assert_eq!(names[..8], wanted);
+    assert!(names.len() > 8, "effects under their own names");
     let inspected = house.ok("shatterd", &["inspect", house.databases().join("arch.shatter").to_str().unwrap()]);
     check_glb(&file, answer["fragments"].as_array().unwrap().len(), number(&inspected, "lattice_volume_m3"));
 }
@@ -88,7 +89,7 @@ fn twice_the_threshold_breaks_and_half_does_not() {
     assert_eq!(half["fragments"].as_array().unwrap().len(), 0);
     let ran: Vec<bool> =
         half["stages"].as_array().unwrap().iter().map(|stage| stage["ran"].as_bool().unwrap()).collect();
-    assert_eq!(ran, [true, true, true, false, false, false, false, false], "nothing follows the threshold test");
+    assert_eq!(ran[..8], [true, true, true, false, false, false, false, false], "nothing follows the threshold test");
     let twice = impact(&house, &point, 2.0 * just, &[]);
     assert!(twice["fracture_degree"].as_u64().unwrap() >= 2 && twice["fragments"].as_array().unwrap().len() >= 2);
     assert!((number(&twice, "e1_over_gamma") - 4.0).abs() < 1e-6);
