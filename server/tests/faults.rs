@@ -10,6 +10,7 @@ use rand_chacha::rand_core::{Rng, SeedableRng};
 use rustix::process::Signal;
 use shatter_client::{Deadline, Degree, Impact, Kind, Object, Refusal, Shatter};
 use std::collections::{BTreeMap, VecDeque};
+use std::fmt::Display;
 use std::process::Command;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -78,10 +79,10 @@ fn pause(random: &mut ChaCha8Rng, most_us: u64) {
 
 /// Waits, not for ever, until it holds.
 #[track_caller]
-fn eventually(what: &str, holds: impl Fn() -> bool) {
+fn eventually<T: Display>(what: impl Fn() -> T, holds: impl Fn() -> bool) {
     let deadline = patience();
     while !holds() {
-        assert!(!deadline.passed(), "never: {what}");
+        assert!(!deadline.passed(), "never: {}", what());
         std::thread::sleep(Duration::from_millis(2));
     }
 }
@@ -177,11 +178,14 @@ fn daemons_killed(kills: u64) {
     println!("  files in shared memory: {files} before, {} after", here.shared_memory().len());
     // The transport lets go of a connection when it sends the next time.
     let answers = || own.strike(&impact(0)).unwrap().wait(patience()).is_ok() && service.status(patience()).is_ok();
-    eventually("files are removed", || answers() && here.shared_memory().len() <= files);
+    eventually(
+        || format!("files are removed: {:?}", here.shared_memory()),
+        || answers() && here.shared_memory().len() <= files,
+    );
     drop((own, service));
     assert_eq!(daemon.unwrap().terminate().code(), Some(0));
     assert_eq!(here.shared_memory(), Vec::<std::path::PathBuf>::new());
-    eventually("descriptors are given back", || descriptors(std::process::id()) <= before);
+    eventually(|| "descriptors are given back", || descriptors(std::process::id()) <= before);
 }
 
 #[test]
@@ -224,8 +228,8 @@ fn clients_killed(kills: u64) {
     }
     println!("{kills} killed clients: {served} strikes of another one answered meanwhile");
     assert_eq!(served as u64, kills);
-    eventually("the dead are buried", || service.status(patience()).unwrap().row().clients == 1);
-    eventually("nothing computes for them", || service.status(patience()).unwrap().row().running == 0);
+    eventually(|| "the dead are buried", || service.status(patience()).unwrap().row().clients == 1);
+    eventually(|| "nothing computes for them", || service.status(patience()).unwrap().row().running == 0);
     // Their buckets are back: half of all are this client's share, the other half a second one's.
     let other = Shatter::connect_at(&here.place, patience()).unwrap();
     let theirs = other.object("bar", patience()).unwrap();
@@ -233,10 +237,10 @@ fn clients_killed(kills: u64) {
     let others: Vec<_> =
         (0..8).map(|number| theirs.strike(&impact(number)).unwrap().wait(patience()).unwrap()).collect();
     drop((held, others, theirs, other));
-    eventually("the second one is gone", || service.status(patience()).unwrap().row().clients == 1);
+    eventually(|| "the second one is gone", || service.status(patience()).unwrap().row().clients == 1);
     let found = || (descriptors(daemon.id()), here.shared_memory().len());
     println!("  descriptors and files of the daemon: {baseline:?} before, {:?} after", found());
-    eventually("descriptors and files are given back", || found().0 <= baseline.0 && found().1 <= baseline.1);
+    eventually(|| "descriptors and files are given back", || found().0 <= baseline.0 && found().1 <= baseline.1);
     drop((bar, service));
     assert_eq!(daemon.terminate().code(), Some(0));
     assert_eq!(here.shared_memory(), Vec::<std::path::PathBuf>::new());
