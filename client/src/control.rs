@@ -123,7 +123,7 @@ fn ask<R: Row>(link: &Link, question: Question, deadline: Deadline) -> Result<(V
     let pending = link.ask(question)?;
     let mut pulse = Pulse::now();
     loop {
-        if let Some(reply) = poll::<R>(&pending)? {
+        if let Some(reply) = poll::<R>(link, &pending)? {
             return Ok(reply);
         }
         if deadline.passed() {
@@ -135,8 +135,9 @@ fn ask<R: Row>(link: &Link, question: Question, deadline: Deadline) -> Result<(V
 }
 
 /// Looks for the reply; never blocks.
-pub(crate) fn poll<R: Row>(pending: &PendingQuestion) -> Result<Option<(Vec<R>, u32)>, Refusal> {
+pub(crate) fn poll<R: Row>(link: &Link, pending: &PendingQuestion) -> Result<Option<(Vec<R>, u32)>, Refusal> {
     let connected = pending.is_connected();
+    let _call = link.call();
     match pending.receive().map_err(receive_failed)? {
         Some(reply) => Ok(Some((read::<R>(reply.user_header(), reply.payload())?, reply.user_header().total))),
         None if connected => Ok(None),

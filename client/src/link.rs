@@ -18,8 +18,9 @@ use shatter_proto::control::{ControlHeader, ControlWire, Question};
 use shatter_proto::place::Place;
 use shatter_proto::request::StrikeWire;
 use shatter_proto::transport::{
-    CONTROL_SERVICE, Ipc, STRIKE_SERVICE, WAKE_CLIENT_SERVICE, WAKE_DAEMON_SERVICE, config, failed, service_name,
+    CONTROL_SERVICE, Ipc, STRIKE_SERVICE, WAKE_CLIENT_SERVICE, WAKE_DAEMON_SERVICE, client_config, failed, service_name,
 };
+use shatter_proto::unfinished::{Call, Rescue};
 use shatter_proto::{Kind, Refusal, shared_memory};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -66,31 +67,17 @@ impl Drop for Held {
     }
 }
 
-/// Ports of one connection. Fields are dropped in this order: ports before the node.
-pub(crate) struct Link {
+/// The ports of a connection.
+struct Ports {
     strikes: Client<Ipc, StrikeWire, (), [Block], AnswerHeader>,
     questions: Client<Ipc, ControlWire, (), [Block], ControlHeader>,
     wake: Notifier<Ipc>,
     woken: Listener<Ipc>,
-    sequence: AtomicU64,
-    audience: Audience,
-    held: Arc<AtomicU64>,
-    /// Its daemon went away.
-    lost: AtomicBool,
-    place: Place,
-    _node: Node<Ipc>,
 }
 
-impl Link {
+impl Ports {
     /// Opens the services that the daemon created; never creates one.
-    pub(crate) fn open(place: &Place) -> Result<Self, Refusal> {
-        shared_memory::need(ROOM)?;
-        let config = config(place)?;
-        let node = NodeBuilder::new()
-            .config(&config)
-            .signal_handling_mode(SignalHandlingMode::Disabled)
-            .create::<Ipc>()
-            .map_err(|error| failed("node", error))?;
+    fn open(node: &Node<Ipc>) -> Result<Self, Refusal> {
         let strikes = node
             .service_builder(&service_name(STRIKE_SERVICE)?)
             .request_response::<StrikeWire, [Block]>()
@@ -107,26 +94,65 @@ impl Link {
             let builder = node.service_builder(&service_name(name)?).event();
             builder.open().map_err(|error| failed(name, error))
         };
-        let link = Self {
+        let (wake, woken) = (event(WAKE_DAEMON_SERVICE)?, event(WAKE_CLIENT_SERVICE)?);
+        Ok(Self {
             strikes: strikes.client_builder().create().map_err(client_failed)?,
             questions: questions.client_builder().create().map_err(client_failed)?,
-            wake: event(WAKE_DAEMON_SERVICE)?
-                .notifier_builder()
-                .create()
-                .map_err(|error| failed(WAKE_DAEMON_SERVICE, error))?,
-            woken: event(WAKE_CLIENT_SERVICE)?
-                .listener_builder()
-                .create()
-                .map_err(|error| failed(WAKE_CLIENT_SERVICE, error))?,
+            wake: wake.notifier_builder().create().map_err(|error| failed(WAKE_DAEMON_SERVICE, error))?,
+            woken: woken.listener_builder().create().map_err(|error| failed(WAKE_CLIENT_SERVICE, error))?,
+        })
+    }
+}
+
+/// One connection. Fields are dropped in this order: ports before the node.
+pub(crate) struct Link {
+    ports: Ports,
+    sequence: AtomicU64,
+    audience: Audience,
+    held: Arc<AtomicU64>,
+    /// Its daemon went away.
+    lost: AtomicBool,
+    place: Place,
+    rescue: Rescue,
+    _node: Node<Ipc>,
+}
+
+impl Link {
+    /// Connects to the daemon of `place`.
+    pub(crate) fn open(place: &Place) -> Result<Self, Refusal> {
+        shared_memory::need(ROOM)?;
+        let rescue = Rescue::new(&place.prefix)?;
+        let call = rescue.call();
+        let config = client_config(place)?;
+        let node = NodeBuilder::new()
+            .config(&config)
+            .signal_handling_mode(SignalHandlingMode::Disabled)
+            .create::<Ipc>()
+            .map_err(|error| failed("node", error))?;
+        let ports = match Ports::open(&node) {
+            // Those who died a moment ago may still have the place: the daemon has not buried them yet.
+            Err(refusal) if refusal.kind == Kind::Busy && node.try_cleanup_dead_nodes().cleanups > 0 => {
+                Ports::open(&node)
+            }
+            ports => ports,
+        }?;
+        drop(call);
+        shared_memory::populate_mapped(&place.prefix)?;
+        Ok(Self {
+            ports,
             sequence: AtomicU64::new(1),
             audience: Audience::default(),
             held: Arc::default(),
             lost: AtomicBool::new(false),
             place: place.clone(),
+            rescue,
             _node: node,
-        };
-        shared_memory::populate_mapped(&place.prefix)?;
-        Ok(link)
+        })
+    }
+
+    /// Counts a call of the transport: one that waits for what a dead daemon left unfinished is freed.
+    pub(crate) fn call(&self) -> Call {
+        self.rescue.call()
     }
 
     /// A sequence that this connection has not used.
@@ -147,13 +173,14 @@ impl Link {
 
     /// What names this connection to the daemon.
     pub(crate) fn listener(&self) -> [u8; 16] {
-        self.woken.id().value().to_le_bytes()
+        self.ports.woken.id().value().to_le_bytes()
     }
 
     /// Sends a strike. Never blocks.
     pub(crate) fn send(&self, strike: StrikeWire) -> Result<PendingStrike, Refusal> {
         shared_memory::need(ROOM_TO_SEND)?;
-        let request = self.strikes.loan_uninit().map_err(loan_failed)?;
+        let _call = self.call();
+        let request = self.ports.strikes.loan_uninit().map_err(loan_failed)?;
         let strike = StrikeWire { held: self.held.load(Ordering::Relaxed), ..strike };
         let pending = request.write_payload(strike).send().map_err(send_failed)?;
         self.sent(pending.number_of_server_connections())?;
@@ -163,7 +190,8 @@ impl Link {
     /// Sends a question. Never blocks.
     pub(crate) fn ask(&self, question: Question) -> Result<PendingQuestion, Refusal> {
         shared_memory::need(ROOM_TO_SEND)?;
-        let request = self.questions.loan_uninit().map_err(loan_failed)?;
+        let _call = self.call();
+        let request = self.ports.questions.loan_uninit().map_err(loan_failed)?;
         let pending = request.write_payload(question.wire(self.listener())).send().map_err(send_failed)?;
         self.sent(pending.number_of_server_connections())?;
         Ok(pending)
@@ -175,7 +203,7 @@ impl Link {
         if daemons == 0 {
             return Err(self.lost());
         }
-        if let Err(error) = self.wake.notify() {
+        if let Err(error) = self.ports.wake.notify() {
             tracing::debug!(?error, "the daemon was not woken");
         }
         Ok(())
@@ -188,7 +216,7 @@ impl Link {
         }
         // To the socket below a timeout of nothing, or of less than a microsecond, means to wait for ever.
         let tick = deadline.left().clamp(TICK_MIN, TICK);
-        if let Err(error) = self.woken.timed_wait(|_| {}, tick) {
+        if let Err(error) = self.ports.woken.timed_wait(|_| {}, tick) {
             tracing::debug!(?error, "cannot listen");
             std::thread::sleep(tick.min(Duration::from_millis(1)));
         }

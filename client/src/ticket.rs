@@ -116,7 +116,7 @@ impl Ticket {
         }
         match self.question.take() {
             None => self.question = self.link.ask(Question::Progress(self.sequence)).ok(),
-            Some(question) => match control::poll::<ProgressRow>(&question) {
+            Some(question) => match control::poll::<ProgressRow>(&self.link, &question) {
                 Ok(None) => self.question = Some(question),
                 Ok(Some((rows, _))) => self.progress = rows.first().map_or(Progress::Ended, said),
                 // Asked again by the next call.
@@ -143,6 +143,7 @@ impl Ticket {
     fn answer(link: &Link, pending: &PendingStrike, sequence: u64, sent: Instant) -> Result<Found, Refusal> {
         // Asked before receiving: an answer sent between the two calls is then not overlooked.
         let connected = pending.is_connected();
+        let _call = link.call();
         match pending.receive().map_err(receive_failed)? {
             Some(answer) => Ok(Found::Answer(Broken::new(answer, sequence, sent.elapsed(), link.hold())?)),
             None if connected => Ok(Found::Nothing),
@@ -165,7 +166,7 @@ impl Ticket {
                 Err(refusal) if refusal.kind == Kind::Busy && !overdue => {}
                 Err(refusal) => return Err(refusal),
             },
-            Some(pending) => match control::poll::<RefusalWire>(pending) {
+            Some(pending) => match control::poll::<RefusalWire>(link, pending) {
                 Ok(None) => {}
                 Ok(Some((rows, _))) => return Err(rows.first().map_or_else(|| link.lost(), Refusal::from)),
                 Err(refusal) if refusal.kind == Kind::Busy && !overdue => *question = None,

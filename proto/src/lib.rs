@@ -25,6 +25,7 @@ pub mod request;
 pub mod shared_memory;
 mod text;
 pub mod transport;
+pub mod unfinished;
 pub mod view;
 
 pub use refusal::{Fault, Kind, Refusal, exit};

@@ -27,7 +27,7 @@ pub const QUESTIONS_PER_CLIENT_MAX: usize = 4;
 /// A process that may open fewer files is told so when the transport fails: it does not say what it lacks.
 const FILES_FEW: u64 = 256;
 
-/// The transport's configuration for `place`; the machine's and the user's own files are not read.
+/// The daemon's configuration of the transport for `place`; the machine's and the user's own files are not read.
 pub fn config(place: &Place) -> Result<Config, Refusal> {
     let mut config = Config::default();
     let folder = Path::new(place.transport.as_os_str().as_bytes());
@@ -44,6 +44,16 @@ pub fn config(place: &Place) -> Result<Config, Refusal> {
             Err(Refusal::new(Kind::RuntimeFolder, at, message))
         }
     }
+}
+
+/// The configuration of a client: it buries nobody. The daemon does, and a client that did could wait for what a dead one left
+/// unfinished.
+pub fn client_config(place: &Place) -> Result<Config, Refusal> {
+    let mut config = config(place)?;
+    config.global.node.cleanup_dead_nodes_on_creation = false;
+    config.global.node.cleanup_dead_nodes_on_destruction = false;
+    config.global.service.cleanup_dead_nodes_on_open = false;
+    Ok(config)
 }
 
 /// One of the names above as the transport wants it.

@@ -183,6 +183,7 @@ impl Daemon {
                     self.take(catalog);
                 }
             }
+            Event::Crowded => self.bury_the_dead(),
         }
     }
 

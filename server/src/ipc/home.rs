@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use shatter_proto::hello::Hello;
 use shatter_proto::place::Place;
 use shatter_proto::transport::{Ipc, config};
+use shatter_proto::unfinished::{Call, Rescue};
 use shatter_proto::{Kind, Refusal, shared_memory};
 use std::fs::{self, File};
 use std::io::{Read, Seek, Write};
@@ -51,6 +52,8 @@ impl Past {
 pub struct Home {
     place: Place,
     past: Past,
+    _freed: Call,
+    _rescue: Rescue,
     _lock: File,
 }
 
@@ -64,7 +67,9 @@ impl Home {
         past.write(place);
         // A stale hello would invite clients while the folders are being healed.
         let _ = fs::remove_file(place.hello());
-        let home = Self { place: place.clone(), past, _lock: lock };
+        // A daemon that waits for what a dead client left unfinished serves nobody: it is watched as long as it runs.
+        let rescue = Rescue::new(&place.prefix)?;
+        let home = Self { place: place.clone(), past, _freed: rescue.call(), _rescue: rescue, _lock: lock };
         home.heal()?;
         Ok(home)
     }

@@ -19,7 +19,12 @@ use shatter_proto::{Fault, Kind, Refusal};
 use std::mem::MaybeUninit;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
 use tokio::sync::mpsc::UnboundedSender;
+
+/// Pauses before memory for an answer is asked for again: in the first the dead are buried, in the others the living may read what
+/// they were sent. A failed loan is never taken off its request's count, so there are as many as `Ports` allows less one.
+const CROWDED: [Duration; 3] = [Duration::from_millis(4), Duration::from_millis(8), Duration::from_millis(16)];
 
 /// What the computing threads tell the waiting one.
 pub enum Event {
@@ -34,6 +39,8 @@ pub enum Event {
     },
     /// What goes on in the folder of databases.
     News(News),
+    /// Clients hold all memory for answers, among them perhaps dead ones.
+    Crowded,
 }
 
 /// Where a strike computes.
@@ -183,13 +190,27 @@ impl Crew {
             return Err(Stop::Late.refusal());
         }
         let layout = fit(&strike, outcome.as_ref())?;
-        let mut lent = flight.lend(layout.blocks())?;
+        let mut lent = self.lend(flight, layout.blocks())?;
         self.populated.ensure(lent.payload_mut())?;
         *lent.user_header_mut() = layout.header(flight.key().1);
         flight.send(write(lent, &layout, outcome.as_ref(), clock)?)?;
         // Before the outcome is given back, which takes as long again.
         self.waker.wake(flight.key().0);
         Ok(())
+    }
+
+    /// Lends memory for an answer; what was computed is not thrown away because somebody died a moment ago.
+    fn lend(&self, flight: &Flight, blocks: usize) -> Result<Lent, Refusal> {
+        for pause in CROWDED {
+            match flight.lend(blocks) {
+                Err(refusal) if refusal.kind == Kind::Busy && flight.stopped().is_none() => {
+                    let _ = self.events.send(Event::Crowded);
+                    std::thread::sleep(pause);
+                }
+                result => return result,
+            }
+        }
+        flight.lend(blocks)
     }
 }
 

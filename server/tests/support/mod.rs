@@ -10,13 +10,37 @@ mod toy;
 
 pub use bar::bar;
 pub use daemon::{Child, InProcess, play, role, shatter, shatter_program, shatterd, under};
-pub use place::{TestPlace, within};
+pub use place::{TestPlace, leave_unfinished, within};
 pub use raw::{RawPeer, Sent};
 pub use toy::{addresses, loader, order};
 
 use shatter_client::Deadline;
+use std::fmt::Display;
+use std::time::Duration;
 
 /// Long enough for a loaded machine; a test that waits for it has failed.
 pub fn patience() -> Deadline {
     Deadline::ms(60_000)
+}
+
+/// Waits, not for ever, until it holds.
+#[track_caller]
+pub fn eventually<T: Display>(what: impl Fn() -> T, holds: impl Fn() -> bool) {
+    let deadline = patience();
+    while !holds() {
+        assert!(!deadline.passed(), "never: {}", what());
+        std::thread::sleep(Duration::from_millis(2));
+    }
+}
+
+/// Descriptors that the process `pid` has open.
+pub fn descriptors(pid: u32) -> usize {
+    std::fs::read_dir(format!("/proc/{pid}/fd")).unwrap().count()
+}
+
+/// The middle and the largest of times.
+pub fn quantiles(mut times: Vec<Duration>) -> String {
+    times.sort();
+    let ms = |time: Duration| time.as_secs_f64() * 1e3;
+    format!("median {:.0} ms, most {:.0} ms", ms(times[times.len() / 2]), ms(times[times.len() - 1]))
 }

@@ -2,6 +2,8 @@
 
 use shatter_proto::name::ServiceName;
 use shatter_proto::place::Place;
+use std::fs::File;
+use std::os::unix::fs::OpenOptionsExt;
 use std::path::PathBuf;
 use std::process::Command;
 use tempfile::TempDir;
@@ -88,4 +90,12 @@ impl Drop for TestPlace {
 /// Whether `part` lies within one of `ranges`.
 pub fn within(part: &std::ops::Range<usize>, ranges: &[std::ops::Range<usize>]) -> bool {
     ranges.iter().any(|range| range.start <= part.start && part.end <= range.end)
+}
+
+/// Replaces segments by what a process leaves that dies while it makes them: an empty one that nobody may read.
+pub fn leave_unfinished(segments: &[PathBuf]) {
+    for segment in segments {
+        std::fs::remove_file(segment).unwrap();
+        File::options().write(true).create_new(true).mode(0o200).open(segment).unwrap();
+    }
 }
