@@ -4,7 +4,7 @@ use crate::catalog::{Catalog, Retired, unix_ns};
 use crate::config::Config;
 use crate::ears::{Ears, Signals, Woken};
 use crate::engine::Loader;
-use crate::ipc::{ActiveQuestion, Bell, Home, Pool, Populated, Ports};
+use crate::ipc::{ActiveQuestion, Bell, Home, Orphans, Pool, Populated, Ports};
 use crate::jobs::{Crew, Event, Jobs, lanes, threads};
 use crate::librarian::{Folder, Librarian};
 use crate::metrics::{End, Metrics};
@@ -97,6 +97,7 @@ struct Daemon {
     started: Instant,
     config: Config,
     home: Home,
+    orphans: Orphans,
 }
 
 impl Daemon {
@@ -125,8 +126,9 @@ impl Daemon {
         let crew = Arc::new(Crew::new(threads, lanes, populated, waker, sender));
         let jobs = Jobs::new(config.compute.queue_max, config.held_max(), crew.clone());
         let (metrics, started) = (Metrics::new()?, Instant::now());
-        let (catalog, retired, reloads) = (Arc::new(catalog), Retired::default(), 0);
-        let daemon = Self { jobs, crew, ports, catalog, librarian, retired, reloads, metrics, started, config, home };
+        let (catalog, retired, reloads, orphans) = (Arc::new(catalog), Retired::default(), 0, Orphans::default());
+        let daemon =
+            Self { jobs, crew, ports, catalog, librarian, retired, reloads, metrics, started, config, home, orphans };
         Ok((daemon, bell, events))
     }
 
@@ -136,7 +138,10 @@ impl Daemon {
         match ears.listen(self.nap()).await {
             Woken::Bell => {}
             Woken::Event(event) => self.on(event),
-            Woken::Cleanup => self.bury_the_dead(),
+            Woken::Cleanup => {
+                self.bury_the_dead();
+                self.bury_orphans();
+            }
             Woken::Metrics => self.write_metrics(),
             Woken::Heartbeat => notify(&[NotifyState::Watchdog]),
             Woken::Look => self.librarian.look(),
@@ -174,8 +179,8 @@ impl Daemon {
 
     fn on(&mut self, event: Event) {
         match event {
-            Event::Landed { flight, end, stages } => {
-                self.metrics.ran(end, flight.arrived().elapsed(), &stages);
+            Event::Landed { flight, end, stages, effects } => {
+                self.metrics.ran(end, flight.arrived().elapsed(), &stages, &effects);
                 self.jobs.landed(&flight, end);
             }
             Event::News(news) => {
@@ -203,6 +208,14 @@ impl Daemon {
         let dead = self.ports.bury_the_dead();
         if dead > 0 {
             tracing::info!(dead, "cleaned up after clients that died");
+        }
+    }
+
+    /// Removes what neither the dead nor the living own.
+    fn bury_orphans(&mut self) {
+        let orphans = self.orphans.bury(self.home.place());
+        if orphans > 0 {
+            tracing::info!(orphans, "removed segments that belonged to nobody");
         }
     }
 

@@ -9,10 +9,12 @@
 
 mod home;
 mod memory;
+mod orphans;
 mod ports;
 mod wake;
 
 pub use home::{Home, Past};
 pub use memory::Populated;
+pub use orphans::Orphans;
 pub use ports::{ActiveQuestion, ActiveStrike, Lent, Pool, Ports, lend};
 pub use wake::{Bell, Waker};
