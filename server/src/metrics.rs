@@ -7,7 +7,7 @@ use prometheus_client::metrics::family::Family;
 use prometheus_client::metrics::gauge::Gauge;
 use prometheus_client::metrics::histogram::{Histogram, exponential_buckets};
 use prometheus_client::registry::{Registry, Unit};
-use shatter_proto::answer::{STAGES, StageWire};
+use shatter_proto::answer::{EffectWire, STAGES, StageWire};
 use shatter_proto::control::{Latency, StatusRow};
 use shatter_proto::{Fault, Kind, Refusal};
 use std::time::Duration;
@@ -86,6 +86,7 @@ pub struct Metrics {
     registry: Registry,
     ends: Family<Label, Counter>,
     stage_seconds: Family<Label, Histogram, fn() -> Histogram>,
+    effect_seconds: Family<Label, Histogram, fn() -> Histogram>,
     strike_seconds: Histogram,
     gauges: Vec<(Gauge, Reading)>,
     strike_times: Times<u64>,
@@ -105,11 +106,12 @@ fn times() -> Result<Times<u64>, Refusal> {
 impl Metrics {
     /// All zero.
     pub fn new() -> Result<Self, Refusal> {
-        let stage_seconds: Family<Label, Histogram, fn() -> Histogram> = Family::new_with_constructor(seconds);
+        let seconds_by: fn() -> Family<Label, Histogram, fn() -> Histogram> = || Family::new_with_constructor(seconds);
         let metrics = Self {
             registry: Registry::with_prefix("shatter"),
             ends: Family::default(),
-            stage_seconds,
+            stage_seconds: seconds_by(),
+            effect_seconds: seconds_by(),
             strike_seconds: seconds(),
             gauges: Vec::new(),
             strike_times: times()?,
@@ -123,6 +125,8 @@ impl Metrics {
         registry.register("strikes", "Strikes by how they ended", self.ends.clone());
         let stages = self.stage_seconds.clone();
         registry.register_with_unit("stage", "Time per stage that ran", Unit::Seconds, stages);
+        let effects = self.effect_seconds.clone();
+        registry.register_with_unit("effect", "Time per effect that ran beside the stages", Unit::Seconds, effects);
         let strikes = self.strike_seconds.clone();
         registry.register_with_unit("strike", "Time from arrival to answer", Unit::Seconds, strikes);
         for (name, help, unit, reading) in GAUGES {
@@ -142,7 +146,7 @@ impl Metrics {
     }
 
     /// Counts a strike that ran.
-    pub fn ran(&mut self, end: End, time: Duration, stages: &[StageWire]) {
+    pub fn ran(&mut self, end: End, time: Duration, stages: &[StageWire], effects: &[EffectWire]) {
         self.ended(end);
         if end != End::Answered {
             return;
@@ -154,6 +158,9 @@ impl Metrics {
                 self.stage_seconds.get_or_create(&[("stage", stage.name())]).observe(stage.ns as f64 * 1e-9);
                 times.saturating_record(stage.ns);
             }
+        }
+        for effect in effects.iter().filter(|effect| effect.ran != 0) {
+            self.effect_seconds.get_or_create(&[("effect", effect.name())]).observe(effect.ns as f64 * 1e-9);
         }
     }
 
@@ -203,8 +210,9 @@ mod tests {
         let mut metrics = Metrics::new().unwrap();
         let stage = StageWire { stage: 1, ran: 1, ns: 5_000_000, bytes: 0 };
         let idle = StageWire { stage: 0, ran: 0, ..stage };
-        metrics.ran(End::Answered, Duration::from_millis(20), &[idle, stage]);
-        metrics.ran(End::Failed, Duration::from_millis(20), &[idle, stage]);
+        let bonds = EffectWire { effect: 8, ran: 1, ns: 70_000, bytes: 64 };
+        metrics.ran(End::Answered, Duration::from_millis(20), &[idle, stage], &[bonds]);
+        metrics.ran(End::Failed, Duration::from_millis(20), &[idle, stage], &[bonds]);
         metrics.ended(End::Busy);
         let mut row = StatusRow::zeroed();
         metrics.fill(&mut row);
@@ -212,7 +220,11 @@ mod tests {
         assert_eq!((row.strike.count, row.stages[0].count, row.stages[1].count), (1, 0, 1));
         assert!((4_900_000..5_200_000).contains(&row.stages[1].p99_ns), "{row:?}");
         let text = metrics.text(&row);
-        for line in ["shatter_strikes_total{end=\"busy\"} 1", "shatter_stage_seconds_count{stage=\"elasticity\"} 1"] {
+        for line in [
+            "shatter_strikes_total{end=\"busy\"} 1",
+            "shatter_stage_seconds_count{stage=\"elasticity\"} 1",
+            "shatter_effect_seconds_count{effect=\"bonds\"} 1",
+        ] {
             assert!(text.contains(line), "{text}");
         }
     }

@@ -38,7 +38,10 @@ pub fn loader(scene: Option<Scene>) -> Loader {
         let own = &prepared.parameters.material_name;
         match material.filter(|(name, _)| name != own) {
             Some((name, _)) => Err(format!("it was baked of {own}, the scene wants {name}: bake it again")),
-            None => Ok(Arc::new(Served::new(Arc::new(prepared), terms))),
+            None => {
+                let warped = prepared.warped(&terms.controls, &Token::default()).map_err(|error| error.to_string())?;
+                Ok(Arc::new(Served::new(Arc::new(warped), terms)))
+            }
         }
     })
 }
@@ -139,7 +142,7 @@ impl Served {
     }
 
     /// A strike as the engine wants it, on the object's terms.
-    fn request(&self, strike: &Strike) -> Result<pipeline::Strike, Refusal> {
+    pub(crate) fn request(&self, strike: &Strike) -> Result<pipeline::Strike, Refusal> {
         let on = self.terms.effects(strike)?;
         let both = Effect::ALL.into_iter().zip(effect::Effect::ALL);
         let contact = |contact: &shatter_proto::request::Contact| Contact {
@@ -170,6 +173,7 @@ impl Served {
             },
             effects: Effects::of(both.filter(|(_, wire)| on.has(*wire)).map(|(effect, _)| effect)),
             volume_min_m3: self.terms.volume_min_m3,
+            tolerance: self.terms.tolerance,
             seed: strike.seed,
             threshold_only: strike.purpose == Purpose::Threshold,
         })

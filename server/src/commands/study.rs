@@ -2,12 +2,12 @@
 
 use super::{Failure, out};
 use crate::report::{self, Figure};
-use crate::study::effects;
 use crate::study::mutants::{self, Judge, Mutant, Plan, Tally, Verdict};
 use crate::study::stability::{
     CASES, Fault, Findings, Outcome, REAL, Row, judge, locking, neck_over_impulses, neck_portraits, real,
     spoiled_statues,
 };
+use crate::study::{effects, gallery};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::{Value, json};
 use shatter_fracture::surface::shapes::write_obj;
@@ -88,15 +88,16 @@ pub fn run(args: &Args) -> Result<bool, Failure> {
 
 fn effects(args: &Effects) -> Result<(), Failure> {
     out::folder(&args.out)?;
-    let bar = bar(effects::SHIPPED.len() + 1);
-    let pairs = effects::pairs(&mut |what| {
+    let bar = bar(effects::SHIPPED.len() + 1 + gallery::cast().len());
+    let mut progress = |what: &str| {
         bar.set_message(what.to_owned());
         bar.inc(1);
-    });
+    };
+    let pairs = effects::pairs(&mut progress).map_err(Failure::effects)?;
+    let gallery = gallery::section(&mut progress).map_err(Failure::effects)?;
     bar.finish_and_clear();
-    let pairs = pairs.map_err(Failure::effects)?;
     let page = args.out.join("effects.html");
-    let study = effects::page(&pairs).map_err(Failure::effects)?;
+    let study = effects::page(&pairs, gallery).map_err(Failure::effects)?;
     std::fs::write(&page, report::study(&study)).map_err(|error| Failure::output(&page, &error))?;
     if args.json {
         return out::print(&format!("{}\n", effects::document(&pairs)));

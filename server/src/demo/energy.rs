@@ -43,6 +43,7 @@ impl SurfaceEnergy {
             lift: LiftKind::Interior,
             effects: Effects::default(),
             volume_min_m3: None,
+            tolerance: shatter_fracture::centroidal::TOLERANCE,
             seed: 0,
             threshold_only: true,
         };

@@ -11,7 +11,7 @@ use crate::panics;
 use crate::verdicts::{Key, Verdicts};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use shatter_fracture::pipeline::Workspace;
-use shatter_proto::answer::{Block, StageWire};
+use shatter_proto::answer::{Block, EffectWire, StageWire};
 use shatter_proto::layout::Layout;
 use shatter_proto::refusal::RefusalWire;
 use shatter_proto::request::Strike;
@@ -36,6 +36,8 @@ pub enum Event {
         end: End,
         /// What each stage did.
         stages: Box<[StageWire]>,
+        /// What each effect did.
+        effects: Box<[EffectWire]>,
     },
     /// What goes on in the folder of databases.
     News(News),
@@ -151,7 +153,7 @@ impl Crew {
                     End::of(refusal)
                 }
             };
-            Event::Landed { flight, end, stages: Box::new(clock.rows()) }
+            Event::Landed { flight, end, stages: Box::new(clock.rows()), effects: Box::new(clock.effects()) }
         });
     }
 

@@ -3,6 +3,7 @@
 mod names;
 mod object;
 mod tables;
+mod warp;
 
 pub use object::{SceneObject, Terms};
 pub use tables::{Table, paid, tables};
@@ -30,11 +31,12 @@ impl Scene {
         let at = path.display().to_string();
         let text = crate::commands::out::read_text(path)
             .map_err(|error| Refusal::new(Kind::Configuration, at.clone(), format!("cannot read {at}: {error}")))?;
-        Self::parse(&text).map_err(|refusal| Refusal { message: format!("{at}: {}", refusal.message), ..refusal })
+        Self::parse(&text, path.parent().unwrap_or(Path::new("")))
+            .map_err(|refusal| Refusal { message: format!("{at}: {}", refusal.message), ..refusal })
     }
 
-    /// As [`Self::load`], of the text of a file.
-    pub fn parse(text: &str) -> Result<Self, Refusal> {
+    /// As [`Self::load`], of the text of a file, which refers to others from `folder` on.
+    pub fn parse(text: &str, folder: &Path) -> Result<Self, Refusal> {
         let wrong = |error: toml::de::Error| Refusal::new(Kind::Configuration, "scene", error.to_string().trim_end());
         let table: toml::Table = text.parse().map_err(wrong)?;
         known("", table.keys(), &["title", "objects"])?;
@@ -54,7 +56,7 @@ impl Scene {
             let toml::Value::Table(table) = value else {
                 return Err(invalid(format!("objects.{name}"), "must be a table"));
             };
-            Ok((name.clone(), SceneObject::read(&format!("objects.{name}"), table, &materials)?))
+            Ok((name.clone(), SceneObject::read(&format!("objects.{name}"), table, &materials, folder)?))
         };
         Ok(Self { title, objects: objects.iter().map(object).collect::<Result<_, Refusal>>()? })
     }

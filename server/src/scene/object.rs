@@ -1,18 +1,20 @@
 //! What a scene says about one object.
 
-use super::invalid;
 use super::names::{known, nearest};
+use super::{invalid, warp};
 use serde::Deserialize;
+use shatter_fracture::centroidal::TOLERANCE;
 use shatter_fracture::database::{BakeRequest, Tables};
 use shatter_fracture::degree::reference_gamma;
-use shatter_fracture::scene::{Material, Materials};
+use shatter_fracture::scene::{Controls, Material, Materials};
 use shatter_fracture::surface::{RawMesh, shapes};
 use shatter_proto::Refusal;
 use shatter_proto::effect::{Effect, Effects, conflict};
 use shatter_proto::request::{Lift, Strike};
+use std::path::Path;
 
 /// Keys of an object, in the order in which the shipped scenes have them.
-const KEYS: [&str; 14] = [
+const KEYS: [&str; 16] = [
     "shape",
     "material",
     "fragment_size_m",
@@ -27,11 +29,16 @@ const KEYS: [&str; 14] = [
     "fragments_max",
     "bytes_max",
     "volume_min_m3",
+    "quality",
+    "warp",
 ];
 
 /// Lifts by name.
 const LIFTS: [(&str, Lift); 3] =
     [("euclidean", Lift::Euclidean), ("interior", Lift::Interior), ("surface_diffusion", Lift::SurfaceDiffusion)];
+
+/// Tolerances of the diagrams by name. A draft takes about half the iterations, fine ones are good to look at where cells are few.
+const QUALITIES: [(&str, f64); 3] = [("draft", 1e-2), ("normal", TOLERANCE), ("fine", 1e-5)];
 
 /// Shapes that the project generates.
 pub const SHAPES: [&str; 6] = ["arch", "dumbbell", "horseshoe", "mug", "statue", "vase"];
@@ -74,6 +81,10 @@ pub struct Terms {
     pub bytes_max: Option<u64>,
     /// Smaller pieces become part of a neighbour, m³; needs `slivers`.
     pub volume_min_m3: Option<f64>,
+    /// Tolerance of the diagrams.
+    pub tolerance: f64,
+    /// What an artist says; needs `warp`.
+    pub controls: Controls,
 }
 
 impl Default for Terms {
@@ -89,6 +100,8 @@ impl Default for Terms {
             fragments_max: None,
             bytes_max: None,
             volume_min_m3: None,
+            tolerance: TOLERANCE,
+            controls: Controls::default(),
         }
     }
 }
@@ -113,6 +126,9 @@ impl Terms {
     pub fn effects(&self, strike: &Strike) -> Result<Effects, Refusal> {
         if let Some(effect) = strike.enable.iter().find(|effect| !self.allowed.has(*effect)) {
             return Err(conflict(effect, format!("the scene does not prepare the effect `{}`", effect.name())));
+        }
+        if strike.enable.has(Effect::Warp) && self.controls.is_silent() {
+            return Err(conflict(Effect::Warp, "no scene says what to warp: `[objects.NAME.warp]`"));
         }
         let on = self.on.changed(strike.enable, strike.disable)?;
         let curved = |lift| lift != Lift::Euclidean;
@@ -153,11 +169,14 @@ struct Values {
     fragments_max: Option<u32>,
     bytes_max: Option<u64>,
     volume_min_m3: Option<f64>,
+    quality: Option<String>,
+    #[serde(default)]
+    warp: toml::Table,
 }
 
 impl SceneObject {
     /// From its table, which stands at `path` in the scene.
-    pub(super) fn read(path: &str, table: &toml::Table, materials: &Materials) -> Result<Self, Refusal> {
+    pub(super) fn read(path: &str, table: &toml::Table, materials: &Materials, folder: &Path) -> Result<Self, Refusal> {
         known(path, table.keys(), &KEYS)?;
         let values = toml::Value::Table(table.clone()).try_into();
         let values: Values = values.map_err(|error: toml::de::Error| invalid(path, error.to_string().trim_end()))?;
@@ -185,7 +204,9 @@ impl SceneObject {
             let found = SHAPES.into_iter().find(|shape| *shape == name);
             found.ok_or_else(|| invalid(at("shape"), format!("`{name}` is no shape; `{}` is", nearest(&name, &SHAPES))))
         });
-        let lift = values.lift.map_or(Ok(Lift::Interior), |name| lift(&at("lift"), &name))?;
+        let lift = values.lift.map_or(Ok(Lift::Interior), |name| named(&at("lift"), "lift", &name, LIFTS))?;
+        let tolerance =
+            values.quality.map_or(Ok(TOLERANCE), |name| named(&at("quality"), "quality", &name, QUALITIES))?;
         let on = values.effects.map_or(Ok(Effects::usual()), |names| effects(&at("effects"), &names))?;
         // What is on must not need what is off.
         let on =
@@ -195,6 +216,10 @@ impl SceneObject {
             return Err(invalid(at("volume_min_m3"), "needs the effect `slivers`, which is off"));
         }
         let allowed = on.changed(more, Effects::default()).map_err(|refusal| placed(&at("allow"), refusal))?;
+        let controls = warp::read(&at("warp"), &values.warp, folder)?;
+        if controls.is_silent() == allowed.has(Effect::Warp) {
+            return Err(invalid(at("warp"), "and the effect `warp` need each other: one is there, the other is not"));
+        }
         let terms = Terms {
             on,
             allowed,
@@ -205,6 +230,8 @@ impl SceneObject {
             fragments_max: values.fragments_max,
             bytes_max: values.bytes_max,
             volume_min_m3: values.volume_min_m3,
+            tolerance,
+            controls,
         };
         Ok(Self {
             shape: shape.transpose()?,
@@ -242,12 +269,12 @@ impl SceneObject {
     }
 }
 
-fn lift(path: &str, name: &str) -> Result<Lift, Refusal> {
-    let found = LIFTS.into_iter().find(|(known, _)| *known == name);
-    let names = LIFTS.map(|(known, _)| known);
-    found
-        .map(|(_, lift)| lift)
-        .ok_or_else(|| invalid(path, format!("`{name}` is no lift; `{}` is", nearest(name, &names))))
+/// What `name` stands for among `all`.
+fn named<T: Copy, const N: usize>(path: &str, what: &str, name: &str, all: [(&str, T); N]) -> Result<T, Refusal> {
+    let found = all.iter().find(|(known, _)| *known == name);
+    let names = all.map(|(known, _)| known);
+    let unknown = || invalid(path, format!("`{name}` is no {what}; `{}` is", nearest(name, &names)));
+    found.map(|(_, value)| *value).ok_or_else(unknown)
 }
 
 fn effects(path: &str, names: &[String]) -> Result<Effects, Refusal> {

@@ -37,5 +37,6 @@ pub fn paid(effect: Effect) -> &'static str {
         Effect::Uv => "strike: one pass over vertices; 8 bytes per vertex",
         Effect::Bonds => "strike: one pass over crack triangles; 64 bytes per pair",
         Effect::Debris => "strike: one pass over crack triangles; 40 bytes per point",
+        Effect::Warp => "load: eigenpairs of the bent space, if something bends; strike: one pass over protected nodes",
     }
 }

@@ -4,7 +4,7 @@ use shatter_proto::effect::{Effect, Effects};
 use shatter_proto::request::{Lift, Strike};
 
 fn object(text: &str) -> Result<SceneObject, Refusal> {
-    Scene::parse(&format!("[objects.vase]\n{text}")).map(|scene| scene.objects["vase"].clone())
+    Scene::parse(&format!("[objects.vase]\n{text}"), Path::new("")).map(|scene| scene.objects["vase"].clone())
 }
 
 fn check(text: &str, at: &str, hint: &str) {
@@ -20,12 +20,13 @@ fn what_is_not_known_is_refused_by_name_with_the_nearest() {
     check("effects = [\"bond\"]", "bond", "`bonds`");
     check("allow = [\"normal\"]", "normal", "`normals`");
     check("lift = \"euclidian\"", "objects.vase.lift", "`euclidean`");
+    check("quality = \"drift\"", "objects.vase.quality", "`draft`");
     check("shape = \"vaze\"", "objects.vase.shape", "`vase`");
     check("effects = [\"tensile\"]", "tensile", "`elastic`");
     check("volume_min_m3 = 0.1", "objects.vase.volume_min_m3", "`slivers`");
     check("fragment_size_m = 0.0", "objects.vase.fragment_size_m", "above zero");
     check("sites_max = \"many\"", "objects.vase", "sites_max");
-    let scene = |text: &str| Scene::parse(text).unwrap_err().at;
+    let scene = |text: &str| Scene::parse(text, Path::new("")).unwrap_err().at;
     assert_eq!(scene("objets = 1"), "objets");
     assert_eq!((scene(""), scene("[objects]")), ("objects".to_owned(), "objects".to_owned()));
     assert_eq!(scene("title = 3\n[objects.a]"), "title");
@@ -73,4 +74,29 @@ fn a_fragment_size_gives_gamma() {
     assert!((twice / own / 32.0 - 1.0).abs() < 1e-12, "the fifth power");
     assert_eq!(object("fragment_size_m = 0.1\ngamma_j_m2 = 7.0").unwrap().terms.gamma(&material), Some(7.0));
     assert_eq!(object("").unwrap().terms.gamma(&material), None);
+}
+
+#[test]
+fn what_an_artist_says_is_checked_by_name() {
+    let warped = |text: &str| format!("effects = [\"warp\"]\nwarp = {{ {text} }}");
+    check(&warped("grian = 1"), "objects.vase.warp.grian", "`grain`");
+    check(&warped("grain = { axis = [0, 0, 0], ratio = 2.0 }"), "objects.vase.warp.grain", "axis");
+    check(&warped("grain = { axis = [0, 1, 0], ratio = 99.0 }"), "objects.vase.warp.grain", "ratio");
+    check(&warped("waves = { length_m = -1.0, slope = 0.3 }"), "objects.vase.warp.waves", "above zero");
+    check(&warped("protect = [{ center = [0, 0, 0], radius_m = 0.0 }]"), "objects.vase.warp.protect[0]", "inside");
+    check(&warped("sites = [[0.0, 0.0, inf]]"), "objects.vase.warp.sites[0]", "finite");
+    check(
+        &warped("paint = { file = \"no.ply\", attribute = \"red\", least = 1.0, most = 4.0 }"),
+        "objects.vase.warp.paint",
+        "no.ply",
+    );
+    check(
+        &warped("paint = { file = \"no.ply\", attribute = \"red\", least = 0.0, most = 4.0 }"),
+        "objects.vase.warp.paint",
+        "least",
+    );
+    check(&warped(""), "objects.vase.warp", "need each other");
+    check("effects = []\nwarp = { sites = [[0.0, 0.0, 0.0]] }", "objects.vase.warp", "need each other");
+    let whole = object(&warped("waves = { length_m = 0.1, slope = 0.5 }, sites = [[1.0, 2.0, 3.0]]")).unwrap();
+    assert!(!whole.terms.controls.is_silent() && whole.terms.on.has(Effect::Warp));
 }

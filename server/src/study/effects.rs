@@ -1,17 +1,19 @@
 //! What effects cost: every shipped scene's objects, struck on the scene's terms and with everything on.
 
 use super::bars::{Bar, Segment, svg};
+use super::gallery;
 use super::plot::PlotError;
 use crate::clock::Clock;
 use crate::engine::Object;
-use crate::report::{Section, Study, Table};
+use crate::picture::PictureError;
+use crate::report::{Figure, Section, Study, Table};
 use crate::scene::{Scene, Terms};
 use crate::wire::Served;
 use bytemuck::Zeroable;
 use nalgebra::{Point3, Vector3};
 use serde_json::{Value, json};
 use shatter_fracture::database::{BakeError, bake};
-use shatter_fracture::pipeline::{Prepared, Sampler, Workspace};
+use shatter_fracture::pipeline::{self, Prepared, Sampler, WarpError, Workspace};
 use shatter_fracture::random::Stream;
 use shatter_fracture::token::Token;
 use shatter_proto::Refusal;
@@ -19,6 +21,7 @@ use shatter_proto::answer::Block;
 use shatter_proto::effect::{Effect, Effects};
 use shatter_proto::layout::Layout;
 use shatter_proto::request::{Contact, Degree, Strike};
+use std::path::Path;
 use std::sync::Arc;
 
 /// The scenes that come with the program.
@@ -43,9 +46,21 @@ pub enum EffectsError {
     /// An object could not be baked.
     #[error(transparent)]
     Bake(#[from] BakeError),
+    /// A scene's artist wants what an object cannot have.
+    #[error(transparent)]
+    Warp(#[from] WarpError),
     /// No plot.
     #[error(transparent)]
     Plot(#[from] PlotError),
+    /// No picture.
+    #[error(transparent)]
+    Picture(#[from] PictureError),
+    /// The materials that come with the program cannot be read.
+    #[error("materials: {0}")]
+    Materials(String),
+    /// What should be shown broken stays whole.
+    #[error("`{0}` stays whole: nothing to show")]
+    Whole(String),
 }
 
 /// What one stage or effect took and produced: medians.
@@ -72,6 +87,8 @@ pub struct Pair {
     pub own: Vec<Cost>,
     /// With everything on.
     pub all: Vec<Cost>,
+    /// The object, broken on the scene's terms: bytes of a PNG file.
+    pub portrait: Vec<u8>,
     /// Bytes of memory that the tables for the scene's terms hold, and all tables.
     pub memory: [usize; 2],
 }
@@ -85,20 +102,28 @@ fn total(costs: &[Cost]) -> u64 {
 pub fn pairs(progress: &mut dyn FnMut(&str)) -> Result<Vec<Pair>, EffectsError> {
     let mut pairs = Vec::new();
     for (scene, text) in SHIPPED {
-        for (name, object) in Scene::parse(text)?.objects {
+        for (name, object) in Scene::parse(text, Path::new(""))?.objects {
             progress(&format!("{scene}: {name}"));
             let Some((mesh, request)) = object.bake(&name) else { continue };
-            let lean = bake(mesh.clone(), &request, &Token::default(), &mut |_| {})?.bytes();
+            let controls = &object.terms.controls;
+            let token = Token::default();
+            let lean = bake(mesh.clone(), &request, &token, &mut |_| {})?.warped(controls, &token)?.bytes();
             let everything =
                 shatter_fracture::database::BakeRequest { tables: shatter_fracture::database::Tables::ALL, ..request };
-            let prepared = Arc::new(bake(mesh, &everything, &Token::default(), &mut |_| {})?);
-            let rich = Terms { on: Effects::of(Effect::ALL), ..Terms::default() };
+            let prepared = Arc::new(bake(mesh, &everything, &token, &mut |_| {})?.warped(controls, &token)?);
+            let rich = Terms { on: Effects::of(Effect::ALL), controls: controls.clone(), ..Terms::default() };
             let memory = [lean, prepared.bytes()];
+            let portrait = gallery::portrait(&prepared, &request_of(&prepared, &object.terms)?)?;
             let own = costs(&prepared, object.terms)?;
-            pairs.push(Pair { scene, object: name, own, all: costs(&prepared, rich)?, memory });
+            pairs.push(Pair { scene, object: name, own, all: costs(&prepared, rich)?, portrait, memory });
         }
     }
     Ok(pairs)
+}
+
+/// The strike of the portrait, as the engine wants it.
+fn request_of(prepared: &Arc<Prepared>, terms: &Terms) -> Result<pipeline::Strike, Refusal> {
+    Served::new(prepared.clone(), terms.clone()).request(&strike(prepared, 1))
 }
 
 /// Medians over strikes all over the object.
@@ -175,9 +200,10 @@ pub fn document(pairs: &[Pair]) -> Value {
     json!({ "strikes": STRIKES, "sites": SITES, "objects": pairs.iter().map(pair).collect::<Vec<_>>() })
 }
 
-/// The page.
-pub fn page(pairs: &[Pair]) -> Result<Study, EffectsError> {
-    let sections = pairs.iter().map(section).collect::<Result<Vec<_>, _>>()?;
+/// The page: what every object of the scenes costs, and pictures.
+pub fn page(pairs: &[Pair], gallery: Section) -> Result<Study, EffectsError> {
+    let mut sections = pairs.iter().map(section).collect::<Result<Vec<_>, _>>()?;
+    sections.push(gallery);
     let lead = format!(
         "Every object of the shipped scenes, struck {STRIKES} times with {SITES} sites, on its scene's terms and with everything \
          on; medians. What is off is hatched, as long as it is where everything is on: that much is not paid."
@@ -218,7 +244,11 @@ fn section(pair: &Pair) -> Result<Section, PlotError> {
             megabytes(pair.memory[1])
         )],
         plots: vec![(svg(&bars, "ms per strike")?, "Stages and effects, one after the other.".to_owned())],
-        figures: Vec::new(),
+        figures: vec![Figure {
+            png: pair.portrait.clone(),
+            caption: format!("{SITES} sites, on the scene's terms"),
+            scale: None,
+        }],
         tables: vec![Table { head, rows: pair.own.iter().zip(&pair.all).map(row).collect() }],
     })
 }

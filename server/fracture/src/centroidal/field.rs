@@ -19,6 +19,7 @@ pub struct Field<'a> {
     mass: &'a [f64],
     volumes: &'a [f64],
     mean_density: f64,
+    pinned: &'a [u32],
 }
 
 /// Why masses are no field. Nodes are named by their index.
@@ -81,7 +82,23 @@ impl<'a> Field<'a> {
         for (mass, volume) in mass.iter_mut().zip(volumes) {
             *mass = mass.max(FLOOR * mean_density * volume);
         }
-        Ok(Self { lift, mass, volumes, mean_density })
+        Ok(Self { lift, mass, volumes, mean_density, pinned: &[] })
+    }
+
+    /// The same with sites that stay where they are, on these nodes: the first of every diagram, as many as it has sites. They
+    /// must be different nodes of the lattice.
+    pub fn pinned(self, nodes: &'a [u32]) -> Self {
+        Self { pinned: nodes, ..self }
+    }
+
+    /// The same energy with other masses or another lift of the same nodes, which must be as [`Self::new`] wants them.
+    pub(crate) fn like(self, lift: &'a Lift, mass: &'a [f64]) -> Self {
+        Self { lift, mass, ..self }
+    }
+
+    /// Nodes of the sites that stay where they are.
+    pub(crate) fn pins(&self) -> &'a [u32] {
+        self.pinned
     }
 
     /// The lift.

@@ -55,12 +55,13 @@ pub(super) fn descend(
     Ok(false)
 }
 
-/// Moves every site of `from` by ω times its way to its centroid. Whether the site of an empty cell was put elsewhere.
+/// Moves every site of `from` that is not pinned by ω times its way to its centroid. Whether the site of an empty cell was put
+/// elsewhere.
 fn step(field: &Field, from: &State, relaxation: f64, to: &mut State) -> bool {
     to.stride = from.stride;
     to.sites.clone_from(&from.sites);
     let mut empty = false;
-    for (site, place) in to.sites.chunks_exact_mut(from.stride).enumerate() {
+    for (site, place) in to.sites.chunks_exact_mut(from.stride).enumerate().skip(field.pins().len()) {
         let (mass, _, moment) = from.cell(site);
         empty |= mass == 0.0;
         if mass > 0.0 {
@@ -75,7 +76,8 @@ fn step(field: &Field, from: &State, relaxation: f64, to: &mut State) -> bool {
 fn reseed(field: &Field, from: &State, to: &mut [f64]) -> bool {
     let mut donors: Vec<usize> = (0..from.count()).filter(|&site| from.cell(site).1 > 0.0).collect();
     donors.sort_by(|&a, &b| from.cell(b).1.total_cmp(&from.cell(a).1).then(a.cmp(&b)));
-    let empty = (0..from.count()).filter(|&site| from.cell(site).0 == 0.0);
+    let free = field.pins().len()..from.count();
+    let empty = free.filter(|&site| from.cell(site).0 == 0.0);
     let mut reseeded = false;
     for (site, donor) in empty.zip(donors) {
         if let Some(node) = costliest(field, from, donor) {

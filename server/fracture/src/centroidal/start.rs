@@ -29,7 +29,7 @@ pub(super) struct Scratch {
 }
 
 impl Scratch {
-    /// Writes `count` ≤ nodes sites to `sites`, each a small detour away from a node of its own.
+    /// Writes `count` ≤ nodes sites to `sites`, each a small detour away from a node of its own: the pinned ones first.
     pub fn draw(&mut self, field: &Field, count: usize, stream: &mut Stream, sites: &mut Vec<f64>) {
         self.gather(field, count, stream);
         self.weight.clear();
@@ -38,12 +38,13 @@ impl Scratch {
         self.distance.resize(self.candidates.len(), f64::INFINITY);
         sites.clear();
         let mut next = self.any(stream);
-        for _ in 0..count {
-            let (node, other) = (self.candidates[next] as usize, self.candidates[self.any(stream)] as usize);
+        for index in 0..count {
+            let node = field.pins().get(index).copied().unwrap_or(self.candidates[next]) as usize;
+            let other = self.candidates[self.any(stream)] as usize;
             let (place, aim) = (field.lift().at(node), field.lift().at(other));
             let first = sites.len();
             sites.extend(place.iter().zip(aim).map(|(x, aim)| x + DETOUR * (aim - x)));
-            next = self.spread(field, &sites[first..], next);
+            next = self.spread(field, &sites[first..], node as u32, next);
         }
     }
 
@@ -77,10 +78,13 @@ impl Scratch {
         }
     }
 
-    /// Takes the chosen candidate out, updates the distances and returns the best next one, ties to the lowest.
-    fn spread(&mut self, field: &Field, place: &[f64], chosen: usize) -> usize {
-        self.distance[chosen] = -1.0;
-        let (mut best, mut next) = (f64::NEG_INFINITY, chosen);
+    /// Takes the chosen node out of the candidates, updates the distances and returns the best next one, ties to the lowest; `last`
+    /// if none is left.
+    fn spread(&mut self, field: &Field, place: &[f64], node: u32, last: usize) -> usize {
+        if let Ok(chosen) = self.candidates.binary_search(&node) {
+            self.distance[chosen] = -1.0;
+        }
+        let (mut best, mut next) = (f64::NEG_INFINITY, last);
         for (index, distance) in self.distance.iter_mut().enumerate() {
             if *distance < 0.0 {
                 continue;

@@ -18,6 +18,7 @@ mod stretch;
 mod surface_diffusion;
 #[cfg(test)]
 mod tests;
+mod warp;
 
 pub use boundary::{BoundarySurface, Shell};
 pub use carry::{Carry, carry_harmonic, carry_mean_value};
@@ -26,6 +27,7 @@ pub use interior::{ALPHA_DEFAULT, MODES_DEFAULT, MODES_MAX, interior};
 pub use spectrum::Spectrum;
 pub use stretch::{Stretch, stretch};
 pub use surface_diffusion::{SHELLS_MAX, SURFACE_MODES_DEFAULT, surface_diffusion};
+pub use warp::Warp;
 
 use crate::lattice::Lattice;
 use serde::{Deserialize, Serialize};

@@ -108,6 +108,9 @@ fn guesses(prepared: &Prepared, strike: &Strike, verdict: &Verdict, fields: &[Fi
     let asked = asked && alike && strike.lift == LiftKind::Interior;
     let learned = prepared.learned.as_ref().filter(|_| asked);
     let guess = |(struck, field): (usize, &Field)| {
+        // Nor do they know of grain and paint.
+        let controls = prepared.controls(verdict.bodies[struck], strike);
+        let learned = learned.filter(|_| controls.is_none_or(|warped| warped.alike));
         let (first_moment, gamma) = (verdict.first_moments[struck], verdict.gammas[struck]);
         if first_moment <= gamma {
             return Guess { sites: 1, capped: false, inferred: true, confidence: 1.0 };
@@ -120,6 +123,8 @@ fn guesses(prepared: &Prepared, strike: &Strike, verdict: &Verdict, fields: &[Fi
         let confidence = told.as_ref().map_or(CONFIDENCE_CLOSED_FORM, |told| told.confidence);
         let told = told.filter(|told| told.within_reach);
         let wanted = told.map_or(prepared.kappa * estimate, |told| degree::sites(told.value, estimate));
+        // There is room for the sites that stay, at least.
+        let wanted = wanted.max(field.pins().len() as f64);
         let Degree { sites, capped } = degree::decide(first_moment, gamma, wanted, 1.0, strike.degree_max as usize);
         Guess { sites: sites as u32, capped, inferred: told.is_some(), confidence }
     };
@@ -137,7 +142,7 @@ fn diagrams(
     let mut cells = Vec::new();
     for (struck, (&count, field)) in sites.iter().zip(fields).enumerate().filter(|(_, (count, _))| **count > 0) {
         watch.enter(Stage::Centroidal);
-        let options = Options::new(count as usize, strike.seed);
+        let options = Options { tolerance: strike.tolerance, ..Options::new(count as usize, strike.seed) };
         let diagram = centroidal::diagram(field, &options, &mut workspace.centroidal, token)?;
         watch.leave(Stage::Centroidal, diagram_bytes(&diagram));
         cells.push(BodyCells { struck, diagram });
@@ -167,8 +172,8 @@ fn search(
             continue;
         }
         watch.enter(Stage::Degree);
-        let options =
-            CurveOptions { sites_max: strike.degree_max as usize, seed: strike.seed, ..CurveOptions::default() };
+        let (sites_max, seed, tolerance) = (strike.degree_max as usize, strike.seed, strike.tolerance);
+        let options = CurveOptions { sites_max, seed, tolerance, ..CurveOptions::default() };
         let (degree, diagram) = match &guesses {
             Some(guesses) => {
                 let guess = guesses[struck].sites as usize;

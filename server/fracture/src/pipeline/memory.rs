@@ -1,6 +1,6 @@
 //! How much memory a prepared object holds.
 
-use super::{Body, Example, Learned, Prepared, Solid};
+use super::{Body, Example, Learned, Prepared, Solid, Warped};
 use crate::elasticity::Reduced;
 use crate::lattice::{Lattice, Transfer};
 use crate::lift::Lift;
@@ -19,11 +19,21 @@ impl Prepared {
 impl Body {
     /// Bytes that the body holds. Everything is named, so that what is added to a body is not forgotten here.
     pub fn bytes(&self) -> usize {
-        let Self { crack, solid, interior, surface_diffusion, euclidean, volumes, topology, slenderness: _, boundary } =
-            self;
+        let Self { crack, solid, interior, surface_diffusion, euclidean, volumes, topology, .. } = self;
+        let Self { slenderness: _, boundary, warped, .. } = self;
         let lifts = [interior, surface_diffusion].into_iter().flatten().map(lift).sum::<usize>() + lift(euclidean);
+        let lifts = lifts + warped.as_ref().map_or(0, Warped::bytes);
         let own = lattice(crack) + topology.bytes() + boundary.bytes() + held(volumes);
         own + lifts + solid.as_ref().map_or(0, Solid::bytes)
+    }
+}
+
+impl Warped {
+    /// Bytes that it holds.
+    pub fn bytes(&self) -> usize {
+        let Self { lifts, protected, pins, factors, alike: _ } = self;
+        let protected = protected.iter().map(held).sum::<usize>() + held(protected);
+        lifts.iter().map(lift).sum::<usize>() + held(lifts) + protected + held(pins) + held(factors)
     }
 }
 

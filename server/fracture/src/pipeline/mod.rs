@@ -23,6 +23,7 @@ mod stage;
 mod strike;
 mod threshold;
 mod walk;
+mod warped;
 mod workspace;
 
 pub use calibrate::calibrate;
@@ -46,6 +47,7 @@ pub use stage::{Stage, Watch};
 pub use strike::{Contact, DegreeRequest, ElasticRequest, Strike};
 pub use threshold::Verdict;
 pub use walk::strike;
+pub use warped::{WarpError, Warped};
 pub use workspace::Workspace;
 
 /// Most sites of one strike.

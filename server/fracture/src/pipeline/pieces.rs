@@ -236,7 +236,7 @@ impl Broken<'_> {
         workspace: &mut Workspace,
     ) -> Result<(), StrikeError> {
         let body = &self.prepared.bodies[index];
-        let lift = self.prepared.lift(index, self.strike.lift)?;
+        let lift = self.prepared.lift_for(index, self.strike)?;
         let Cut { components, points, tessellation, .. } = cut;
         let of_fragment = &components.sites;
         let sites = cells.map(|cells| Sites { lift, coordinates: &cells.diagram.sites, of_fragment });

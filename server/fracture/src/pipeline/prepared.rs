@@ -1,6 +1,6 @@
 //! Everything that depends on the object alone: built by baking, loaded at start-up, shared and never changed.
 
-use super::{ElasticRequest, Example, Impact, Learned, Reduction, StrikeError};
+use super::{ElasticRequest, Example, Impact, Learned, Reduction, Strike, StrikeError, Warped};
 use crate::degree::Slenderness;
 use crate::elasticity::{Boundary, Elasticity, ElasticityError, Reduced};
 use crate::lattice::{Lattice, Transfer};
@@ -112,6 +112,8 @@ pub struct Body {
     pub slenderness: Slenderness,
     /// Surface of the crack lattice: which body a contact is nearest to.
     pub boundary: Boundary,
+    /// What an artist's controls make of it, if there are any.
+    pub warped: Option<Warped>,
 }
 
 impl Body {
@@ -126,6 +128,7 @@ impl Body {
             solid: None,
             interior: None,
             surface_diffusion: None,
+            warped: None,
             crack,
         }
     }
@@ -177,6 +180,14 @@ impl Prepared {
     /// Errors: [`StrikeError::LiftUnprepared`].
     pub fn lift(&self, body: usize, kind: LiftKind) -> Result<&Lift, StrikeError> {
         self.bodies[body].lift(kind).ok_or(StrikeError::LiftUnprepared { body, lift: kind })
+    }
+
+    /// The lift of body `body` that the cells of `strike` are straight in.
+    ///
+    /// Errors: [`StrikeError::LiftUnprepared`].
+    pub fn lift_for(&self, body: usize, strike: &Strike) -> Result<&Lift, StrikeError> {
+        let bent = self.controls(body, strike).and_then(|warped| warped.lift(strike.lift));
+        bent.map_or_else(|| self.lift(body, strike.lift), Ok)
     }
 
     /// What the elasticity of body `body` needs.

@@ -1,6 +1,7 @@
 //! What one strike asks for.
 
 use super::DEGREE_MAX;
+use crate::centroidal::TOLERANCE;
 use crate::lift::LiftKind;
 use crate::scene::Effects;
 use nalgebra::{Point3, Vector3};
@@ -65,6 +66,8 @@ pub struct Strike {
     /// With [`Effect::Slivers`](crate::scene::Effect): pieces of less volume become part of a neighbour, m³; `None`, or where it is
     /// less: [`SLIVER_CUBES`](super::SLIVER_CUBES).
     pub volume_min_m3: Option<f64>,
+    /// Where the descent of a diagram ends: an iteration lowers its energy by less than this part of it.
+    pub tolerance: f64,
     /// Everything random follows from it.
     pub seed: u64,
     /// Stop after the threshold test: the impulse that just breaks the object is asked for, no fragments.
@@ -83,6 +86,7 @@ impl Strike {
             lift: LiftKind::Interior,
             effects: Effects::default(),
             volume_min_m3: None,
+            tolerance: TOLERANCE,
             seed: 1,
             threshold_only: false,
         }

@@ -6,7 +6,7 @@ use super::cells::{Division, divide};
 use super::pieces::Broken;
 use super::{
     BodyEnergy, DegreeRequest, DegreeSource, Impact, Outcome, Pieces, Prepared, Stage, Strike, StrikeError, Verdict,
-    Watch, Workspace, strain_energy,
+    Watch, Workspace, strain_energy, warped,
 };
 use crate::centroidal::Field;
 use crate::lift::LiftKind;
@@ -53,7 +53,10 @@ pub fn strike(
     if holds || strike.threshold_only {
         return Ok(whole(&verdict, &energies));
     }
-    let division = divide(prepared, strike, &verdict, &fields, workspace, token, watch)?;
+    let masses = warped::repainted(prepared, strike, &energies, &fields);
+    let followed = warped::followed(prepared, strike, &energies, &fields, &masses)?;
+    let mut division = divide(prepared, strike, &verdict, &followed, workspace, token, watch)?;
+    warped::guard(prepared, strike, &energies, &mut division.cells, watch);
     let pieces = Broken { prepared, strike, energies: &energies, fields: &fields, division: &division };
     let pieces = Pieces::new(pieces, token, watch)?;
     Ok(broken(&verdict, &energies, &division, pieces))

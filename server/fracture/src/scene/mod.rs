@@ -1,10 +1,14 @@
 //! What a scene says about an object: what it is made of, how it is struck by default.
 
+mod controls;
 mod effect;
 mod material;
+mod region;
 
+pub use controls::{Controls, Grain, Paint, Waves};
 pub use effect::{Effect, Effects};
 pub use material::{Material, MaterialError, Materials};
+pub use region::Region;
 
 /// Contact duration where the caller gives none, s: a hard ball of a few centimetres on a stiff body stays for about
 /// this long.

@@ -3,12 +3,15 @@
 mod accessor;
 mod gltf;
 mod obj;
+mod painted;
 mod ply;
 mod ply_ascii;
 mod polygon;
 mod stl;
 #[cfg(test)]
 mod tests;
+
+pub use painted::read_painted;
 
 use super::{RawMesh, SurfaceError, Unit, Up};
 use std::fmt::Display;

@@ -63,13 +63,13 @@ pub(super) fn parse(bytes: &[u8]) -> Result<RawMesh, SurfaceError> {
     body.finish(&header)
 }
 
-fn one_line(error: &impl ToString) -> String {
+pub(super) fn one_line(error: &impl ToString) -> String {
     error.to_string().split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
 /// A row takes at least a byte: a count above the number of bytes left is a lie, and must not be believed by whoever
 /// allocates.
-fn check_size(element: &ElementDef, bytes: usize) -> Result<(), SurfaceError> {
+pub(super) fn check_size(element: &ElementDef, bytes: usize) -> Result<(), SurfaceError> {
     let place = || format!("element {}", element.name);
     if element.count > 0 && element.properties.is_empty() {
         return Err(malformed("ply", place(), "has no properties"));
@@ -152,7 +152,7 @@ impl PropertyAccess for Row {
 }
 
 /// A number of any type; a list is not a number.
-fn scalar(value: &Property) -> f64 {
+pub(super) fn scalar(value: &Property) -> f64 {
     match *value {
         Property::Char(v) => f64::from(v),
         Property::UChar(v) => f64::from(v),

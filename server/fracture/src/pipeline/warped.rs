@@ -1,0 +1,284 @@
+//! What an artist's controls make of an object: lifts in a bent space, regions that keep one label, sites that stay, painted
+//! densities. Made once, when the object is loaded.
+//!
+//! Based on: Schvartzman & Otaduy, *Fracture Animation Based on High-Dimensional Voronoi Diagrams* (I3D 2014); A. Gersho,
+//! *Asymptotically optimal block quantization* (1979): sites follow the density to the power 3/5, so that f times as many want its
+//! f^(5/3)-fold.
+
+use super::{BodyCells, BodyEnergy, Prepared, Strike, StrikeError, Watch};
+use crate::centroidal::Field;
+use crate::lattice::Lattice;
+use crate::lift::{self, Carry, Lift, LiftError, LiftKind, Warp};
+use crate::scene::{Controls, Effect, Grain, Paint, Waves};
+use crate::surface::{Frame, Nearest};
+use crate::token::{Cancelled, Token};
+use nalgebra::{Point3, Unit, Vector3};
+use std::collections::BTreeSet;
+
+/// Why controls cannot be had of an object.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum WarpError {
+    /// Space folds: the waves are too steep.
+    #[error("waves: space folds in body {body} near ({x:.4}, {y:.4}, {z:.4}); lower the slope", x = .at_m[0], y = .at_m[1], z = .at_m[2])]
+    Folds {
+        /// Which body.
+        body: usize,
+        /// Where, m.
+        at_m: [f64; 3],
+    },
+    /// The lift cannot be made in the bent space.
+    #[error("body {body} has no {lift} lift in the bent space: {source}")]
+    Lift {
+        /// Which body.
+        body: usize,
+        /// Which lift.
+        lift: LiftKind,
+        /// Why.
+        source: LiftError,
+    },
+    /// A protected region that holds nothing of the object.
+    #[error("protect[{region}] holds nothing of the object")]
+    Region {
+        /// Which, from 0.
+        region: usize,
+    },
+    /// A site outside the object.
+    #[error("sites[{site}] is {distance_m:.4} m from the object")]
+    Site {
+        /// Which, from 0.
+        site: usize,
+        /// Distance to the nearest node of a lattice, m.
+        distance_m: f64,
+    },
+    /// Cancelled.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+}
+
+/// What the controls make of one body.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Warped {
+    /// In the bent space, of the kinds that the body has; none where nothing bends.
+    pub(super) lifts: Vec<Lift>,
+    /// Nodes of each protected region; no node is in two.
+    pub(super) protected: Vec<Vec<u32>>,
+    /// Nodes of the sites that stay, all different.
+    pub(super) pins: Vec<u32>,
+    /// By node, times how much energy counts when sites are placed; empty: as it is.
+    pub(super) factors: Vec<f64>,
+    /// Whether as many pieces do as without: neither grain nor paint.
+    pub(super) alike: bool,
+}
+
+impl Prepared {
+    /// The object under `controls`, which strikes with the effect `warp` follow. Random waves come from the object's own seed.
+    ///
+    /// # Errors
+    /// [`WarpError`], naming the control.
+    pub fn warped(mut self, controls: &Controls, token: &Token) -> Result<Self, WarpError> {
+        if controls.is_silent() {
+            return Ok(self);
+        }
+        let warp = warp(controls, &self);
+        for index in 0..self.bodies.len() {
+            let lifts = if warp.is_identity() { Vec::new() } else { self.bent(index, &warp, token)? };
+            let factors = controls
+                .paint
+                .as_ref()
+                .map_or(Vec::new(), |paint| painted(paint, &self.bodies[index].crack, &self.frame));
+            let alike = controls.grain.is_none() && controls.paint.is_none();
+            self.bodies[index].warped = Some(Warped { lifts, factors, alike, ..Warped::default() });
+        }
+        self.protect(controls)?;
+        self.pin(controls)?;
+        Ok(self)
+    }
+
+    /// The lifts that body `index` has, made in the bent space and measured on the lattice as it is.
+    fn bent(&self, index: usize, warp: &Warp, token: &Token) -> Result<Vec<Lift>, WarpError> {
+        let body = &self.bodies[index];
+        let crack = &body.crack;
+        let bent = warp.lattice(crack).map_err(|tet| {
+            let centre = crack.corners(tet).iter().map(|corner| corner.coords).sum::<Vector3<f64>>() / 4.0;
+            WarpError::Folds { body: index, at_m: self.frame.to_metres(&Point3::from(centre)).coords.into() }
+        })?;
+        let (modes, alpha) = (self.parameters.modes, self.parameters.alpha);
+        let mut lifts = vec![Ok(Lift::euclidean(&bent))];
+        if body.interior.is_some() {
+            lifts.push(lift::interior(&bent, modes, alpha, token).map_err(|source| (LiftKind::Interior, source)));
+        }
+        if body.surface_diffusion.is_some() {
+            let made = lift::surface_diffusion(&bent, Carry::Harmonic, lift::SURFACE_MODES_DEFAULT, token);
+            lifts.push(made.map_err(|source| (LiftKind::SurfaceDiffusion, source)));
+        }
+        let home = |made: Result<Lift, (LiftKind, LiftError)>| match made {
+            Ok(lift) => {
+                let lift = Lift::scaled(lift.kind, crack, lift.dimension, lift.coordinates);
+                let finite = lift.coordinates.iter().chain(&lift.density).all(|value| value.is_finite());
+                let (body, kind) = (index, lift.kind);
+                let refused = || WarpError::Lift { body, lift: kind, source: LiftError::NotFinite };
+                if finite { Ok(lift) } else { Err(refused()) }
+            }
+            Err((_, LiftError::Cancelled(cancelled))) => Err(WarpError::Cancelled(cancelled)),
+            Err((lift, source)) => Err(WarpError::Lift { body: index, lift, source }),
+        };
+        lifts.into_iter().map(home).collect()
+    }
+
+    /// Finds the nodes of protected regions: those inside, and those whose tetrahedra reach inside. Regions that share a node are
+    /// one.
+    fn protect(&mut self, controls: &Controls) -> Result<(), WarpError> {
+        let metre = self.frame.diagonal_m;
+        let frame = self.frame;
+        let mut found = vec![false; controls.protected.len()];
+        for body in &mut self.bodies {
+            let reach_m = longest_edge(&body.crack) * metre;
+            let mut sets: Vec<BTreeSet<u32>> = Vec::new();
+            for (region, found) in controls.protected.iter().zip(&mut found) {
+                let near = |node: &Point3<f64>| region.distance_m(&frame.to_metres(node)) <= reach_m;
+                let nodes = body.crack.nodes.iter().enumerate().filter(|(_, node)| near(node));
+                let mut own: BTreeSet<u32> = nodes.map(|(node, _)| node as u32).collect();
+                *found |= !own.is_empty();
+                let (sharing, others): (Vec<_>, Vec<_>) =
+                    std::mem::take(&mut sets).into_iter().partition(|set| !set.is_disjoint(&own));
+                sharing.into_iter().for_each(|set| own.extend(set));
+                sets = others;
+                sets.push(own);
+            }
+            sets.retain(|set| !set.is_empty());
+            if let Some(warped) = &mut body.warped {
+                warped.protected = sets.into_iter().map(|set| set.into_iter().collect()).collect();
+            }
+        }
+        match found.iter().position(|found| !found) {
+            Some(region) => Err(WarpError::Region { region }),
+            None => Ok(()),
+        }
+    }
+
+    /// Finds the nodes nearest to the sites that stay; a second site on a node is the same one.
+    fn pin(&mut self, controls: &Controls) -> Result<(), WarpError> {
+        for (site, point_m) in controls.sites_m.iter().enumerate() {
+            let local = self.frame.to_local(point_m);
+            let nearest = |(index, crack): (usize, &Lattice)| {
+                let nodes = crack.nodes.iter().enumerate();
+                let distances = nodes.map(|(node, place)| (index, node as u32, (place - local).norm()));
+                distances.min_by(|a, b| a.2.total_cmp(&b.2))
+            };
+            let cracks = self.bodies.iter().map(|body| &body.crack).enumerate();
+            let Some((index, node, distance)) = cracks.filter_map(nearest).min_by(|a, b| a.2.total_cmp(&b.2)) else {
+                continue;
+            };
+            let body = &mut self.bodies[index];
+            if distance > longest_edge(&body.crack) {
+                return Err(WarpError::Site { site, distance_m: distance * self.frame.diagonal_m });
+            }
+            if let Some(warped) = body.warped.as_mut().filter(|warped| !warped.pins.contains(&node)) {
+                warped.pins.push(node);
+            }
+        }
+        Ok(())
+    }
+
+    /// The controls of body `index`, if `strike` follows them and there are any.
+    pub(super) fn controls(&self, index: usize, strike: &Strike) -> Option<&Warped> {
+        self.bodies[index].warped.as_ref().filter(|_| strike.effects.has(Effect::Warp))
+    }
+}
+
+impl Warped {
+    /// The lift of that kind in the bent space.
+    pub(super) fn lift(&self, kind: LiftKind) -> Option<&Lift> {
+        self.lifts.iter().find(|lift| lift.kind == kind)
+    }
+
+    /// Gives each protected region the label that most of its volume has, ties to the lowest.
+    pub(super) fn keep_whole(&self, labels: &mut [u32], volumes: &[f64], sites: usize) {
+        for region in &self.protected {
+            let mut shares = vec![0.0; sites];
+            region.iter().for_each(|&node| shares[labels[node as usize] as usize] += volumes[node as usize]);
+            let most = (0..sites).rev().max_by(|&a, &b| shares[a].total_cmp(&shares[b]));
+            if let Some(label) = most {
+                region.iter().for_each(|&node| labels[node as usize] = label as u32);
+            }
+        }
+    }
+}
+
+/// Masses of the fields where something is painted, with the total that they had; `None` where nothing is.
+pub(super) fn repainted(
+    prepared: &Prepared,
+    strike: &Strike,
+    energies: &[BodyEnergy],
+    fields: &[Field],
+) -> Vec<Option<Vec<f64>>> {
+    let repaint = |(energy, field): (&BodyEnergy, &Field)| {
+        let factors = &prepared.controls(energy.body, strike).filter(|warped| !warped.factors.is_empty())?.factors;
+        let mut masses: Vec<f64> = field.mass().iter().zip(factors).map(|(mass, factor)| mass * factor).collect();
+        let scale = field.mass().iter().sum::<f64>() / masses.iter().sum::<f64>();
+        masses.iter_mut().for_each(|mass| *mass *= scale);
+        Some(masses)
+    };
+    energies.iter().zip(fields).map(repaint).collect()
+}
+
+/// The fields as the controls want them divided: in the bent space, painted, with the sites that stay.
+pub(super) fn followed<'a>(
+    prepared: &'a Prepared,
+    strike: &Strike,
+    energies: &[BodyEnergy],
+    fields: &[Field<'a>],
+    masses: &'a [Option<Vec<f64>>],
+) -> Result<Vec<Field<'a>>, StrikeError> {
+    let follow = |((energy, field), mass): ((&BodyEnergy, &Field<'a>), &'a Option<Vec<f64>>)| {
+        let mass = mass.as_deref().unwrap_or(field.mass());
+        let field = field.like(prepared.lift_for(energy.body, strike)?, mass);
+        Ok(prepared.controls(energy.body, strike).map_or(field, |warped| field.pinned(&warped.pins)))
+    };
+    energies.iter().zip(fields).zip(masses).map(follow).collect()
+}
+
+/// Keeps the protected regions of finished diagrams whole, and tells what the controls took.
+pub(super) fn guard(
+    prepared: &Prepared,
+    strike: &Strike,
+    energies: &[BodyEnergy],
+    cells: &mut [BodyCells],
+    watch: &mut dyn Watch,
+) {
+    for BodyCells { struck, diagram } in cells {
+        let body = energies[*struck].body;
+        if let Some(warped) = prepared.controls(body, strike) {
+            watch.begin(Effect::Warp);
+            let sites = diagram.count();
+            warped.keep_whole(&mut diagram.labels, &prepared.bodies[body].volumes, sites);
+            watch.end(Effect::Warp, warped.bytes() as u64);
+        }
+    }
+}
+
+fn warp(controls: &Controls, prepared: &Prepared) -> Warp {
+    let mut warp = Warp::default();
+    if let Some(Grain { axis, ratio }) = controls.grain {
+        warp = warp.grain(Unit::new_normalize(axis), ratio);
+    }
+    if let Some(Waves { length_m, slope }) = controls.waves {
+        warp = warp.waves(length_m / prepared.frame.diagonal_m, slope, prepared.parameters.seed);
+    }
+    warp
+}
+
+/// By node the factor of the painted point that is nearest, to the power 5/3.
+fn painted(paint: &Paint, crack: &Lattice, frame: &Frame) -> Vec<f64> {
+    let nearest = Nearest::new(&paint.points_m);
+    let factor = |node: &Point3<f64>| {
+        let factor = paint.factors[nearest.to(&frame.to_metres(node))];
+        factor * factor.cbrt().powi(2)
+    };
+    crack.nodes.iter().map(factor).collect()
+}
+
+fn longest_edge(lattice: &Lattice) -> f64 {
+    let length = |edge: &[u32; 2]| (lattice.nodes[edge[0] as usize] - lattice.nodes[edge[1] as usize]).norm();
+    lattice.edges().iter().map(length).fold(0.0, f64::max)
+}

@@ -1,0 +1,109 @@
+//! What an artist says in a scene: `[objects.NAME.warp]`.
+
+use super::invalid;
+use super::names::known;
+use nalgebra::{Point3, Vector3};
+use serde::Deserialize;
+use shatter_fracture::scene::{Controls, Grain, Paint, Region, Waves};
+use shatter_fracture::surface::read_painted;
+use shatter_proto::Refusal;
+use std::path::Path;
+
+/// Keys of the table.
+const KEYS: [&str; 5] = ["grain", "waves", "paint", "protect", "sites"];
+
+/// Grains of more than this are needles that no lattice resolves.
+const RATIO_MAX: f64 = 32.0;
+
+/// Factors of pieces per volume, either way.
+const FACTOR_MAX: f64 = 1000.0;
+
+#[derive(Deserialize)]
+struct Values {
+    grain: Option<GrainValues>,
+    waves: Option<WavesValues>,
+    paint: Option<PaintValues>,
+    #[serde(default)]
+    protect: Vec<Region>,
+    #[serde(default)]
+    sites: Vec<[f64; 3]>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct GrainValues {
+    axis: [f64; 3],
+    ratio: f64,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct WavesValues {
+    length_m: f64,
+    slope: f64,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct PaintValues {
+    file: String,
+    attribute: String,
+    least: f64,
+    most: f64,
+}
+
+/// Reads the table at `path`; files are looked for from `folder` on.
+pub(super) fn read(path: &str, table: &toml::Table, folder: &Path) -> Result<Controls, Refusal> {
+    known(path, table.keys(), &KEYS)?;
+    let values = toml::Value::Table(table.clone()).try_into();
+    let values: Values = values.map_err(|error: toml::de::Error| invalid(path, error.to_string().trim_end()))?;
+    let at = |key: &str| format!("{path}.{key}");
+    let controls = Controls {
+        grain: values.grain.map(|grain| self::grain(&at("grain"), &grain)).transpose()?,
+        waves: values.waves.map(|waves| self::waves(&at("waves"), &waves)).transpose()?,
+        paint: values.paint.map(|paint| self::paint(&at("paint"), &paint, folder)).transpose()?,
+        protected: values.protect,
+        sites_m: values.sites.into_iter().map(Point3::from).collect(),
+    };
+    if let Some(region) = controls.protected.iter().position(|region| !region.is_solid()) {
+        return Err(invalid(format!("{path}.protect[{region}]"), "must be finite and have an inside"));
+    }
+    if let Some(site) = controls.sites_m.iter().position(|site| !site.iter().all(|x| x.is_finite())) {
+        return Err(invalid(format!("{path}.sites[{site}]"), "must be finite"));
+    }
+    Ok(controls)
+}
+
+fn grain(path: &str, values: &GrainValues) -> Result<Grain, Refusal> {
+    let axis = Vector3::from(values.axis);
+    let length = axis.norm();
+    if !(length.is_normal() && (1.0 / RATIO_MAX..=RATIO_MAX).contains(&values.ratio)) {
+        return Err(invalid(
+            path,
+            format!("needs an axis other than zero and a ratio of 1/{RATIO_MAX} to {RATIO_MAX}"),
+        ));
+    }
+    Ok(Grain { axis: axis / length, ratio: values.ratio })
+}
+
+fn waves(path: &str, values: &WavesValues) -> Result<Waves, Refusal> {
+    let WavesValues { length_m, slope } = *values;
+    let fits = length_m.is_normal() && length_m > 0.0 && slope.is_finite() && slope > 0.0;
+    if fits {
+        Ok(Waves { length_m, slope })
+    } else {
+        Err(invalid(path, "length_m and slope must be finite and above zero"))
+    }
+}
+
+fn paint(path: &str, values: &PaintValues, folder: &Path) -> Result<Paint, Refusal> {
+    let PaintValues { file, attribute, least, most } = values;
+    let factor = 1.0 / FACTOR_MAX..=FACTOR_MAX;
+    if !(factor.contains(least) && factor.contains(most)) {
+        return Err(invalid(path, format!("least and most must be 1/{FACTOR_MAX} to {FACTOR_MAX}")));
+    }
+    let (points_m, values) =
+        read_painted(&folder.join(file), attribute).map_err(|error| invalid(path, error.to_string()))?;
+    let factors = values.iter().map(|value| least + (most - least) * value.clamp(0.0, 1.0)).collect();
+    Ok(Paint { points_m, factors })
+}

@@ -1,0 +1,180 @@
+//! Which object shows which effect, and how it is struck.
+
+use super::super::effects::EffectsError;
+use super::Pair;
+use super::broken::Broken;
+use super::marks::{self, SPREAD};
+use crate::commands::bake::MATERIALS;
+use crate::picture::{Colour, Mesh};
+use nalgebra::{Point3, Vector3};
+use shatter_fracture::database::{BakeRequest, bake};
+use shatter_fracture::lift::LiftKind;
+use shatter_fracture::pipeline::{Contact, DegreeRequest, Prepared, Strike};
+use shatter_fracture::scene::{Controls, Effect, Effects, Grain, Materials, Paint, Region, Waves};
+use shatter_fracture::surface::{RawMesh, shapes};
+use shatter_fracture::token::Token;
+
+/// Cracks of blocks under an artist are seen best when the pieces hardly move.
+const NARROW: f64 = 0.06;
+
+/// One effect and what shows it.
+pub struct Show {
+    name: &'static str,
+    caption: &'static str,
+    from: [f32; 3],
+    stage: Stage,
+    strike: Strike,
+    on: Effects,
+    controls: Controls,
+    draw: fn(&Broken, bool) -> Mesh,
+}
+
+/// What is struck.
+#[derive(Clone, Copy, PartialEq)]
+enum Stage {
+    Bar,
+    Block,
+    Horseshoe,
+    Statue,
+}
+
+impl Stage {
+    fn mesh(self) -> RawMesh {
+        match self {
+            Self::Bar => shapes::cuboid([0.5, 0.1, 0.1]),
+            Self::Block => shapes::cuboid([0.4, 0.3, 0.2]),
+            Self::Horseshoe => shapes::horseshoe(),
+            Self::Statue => shapes::statue(),
+        }
+    }
+
+    fn prepare(self, controls: &Controls, examples: u64) -> Result<Prepared, EffectsError> {
+        let name = if self == Self::Statue { "plaster" } else { "stone" };
+        let materials = Materials::parse(MATERIALS).map_err(|error| EffectsError::Materials(error.to_string()))?;
+        let material = materials.get(name).map_err(|error| EffectsError::Materials(error.to_string()))?.clone();
+        let request = BakeRequest { examples, ..BakeRequest::new("shown", name, material) };
+        Ok(bake(self.mesh(), &request, &Token::default(), &mut |_| {})?.warped(controls, &Token::default())?)
+    }
+}
+
+impl Show {
+    fn new(effect: Effect, caption: &'static str, stage: Stage, strike: Strike) -> Self {
+        let on = strike.effects.with(effect);
+        let draw: fn(&Broken, bool) -> Mesh = |broken, _| broken.mesh(SPREAD);
+        let from = if stage == Stage::Statue { [0.7, 0.35, 1.0] } else { [0.45, 0.55, 1.0] };
+        Self { name: effect.name(), caption, from, stage, strike, on, controls: Controls::default(), draw }
+    }
+
+    fn drawn(self, draw: fn(&Broken, bool) -> Mesh) -> Self {
+        Self { draw, ..self }
+    }
+
+    /// A control of the artist on a block, seen from the front.
+    fn warp(name: &'static str, caption: &'static str, controls: Controls) -> Self {
+        let show = Self::new(Effect::Warp, caption, Stage::Block, wide(40));
+        Self { name, controls, from: [0.35, 0.4, 1.0], ..show }.drawn(|broken, _| broken.mesh(NARROW))
+    }
+
+    /// Strikes twice and makes what is drawn.
+    pub fn pair(self) -> Result<Pair, EffectsError> {
+        let Self { name, caption, from, .. } = self;
+        let examples = if self.on.has(Effect::Examples) { 40 } else { 0 };
+        let prepared = self.stage.prepare(&self.controls, examples)?;
+        let half = |effects: Effects, on: bool| {
+            let strike = Strike { effects, ..self.strike.clone() };
+            Ok::<_, EffectsError>((self.draw)(&Broken::new(&prepared, &strike)?, on))
+        };
+        let meshes = [half(self.strike.effects, false)?, half(self.on, true)?];
+        Ok(Pair { name, caption, from, meshes })
+    }
+}
+
+/// A blow at a point, with so many sites and these effects.
+fn blow(point: [f64; 3], impulse: [f64; 3], sites: u32, effects: &[Effect]) -> Strike {
+    let contact = Contact { point_m: point.into(), impulse_ns: impulse.into(), duration_s: None, radius_m: None };
+    let strike = Strike::at(Point3::from(point), Vector3::from(impulse));
+    let lift = if effects.contains(&Effect::Interior) { LiftKind::Interior } else { LiftKind::Euclidean };
+    Strike {
+        contacts: vec![contact],
+        degree: DegreeRequest::Sites(sites),
+        effects: Effects::of(effects.iter().copied()),
+        lift,
+        seed: 4,
+        ..strike
+    }
+}
+
+/// On the front of the block, with an energy that falls off slowly.
+fn wide(sites: u32) -> Strike {
+    let mut strike = blow([0.05, 0.02, 0.1], [0.0, 0.0, -300.0], sites, &[]);
+    strike.contacts[0].radius_m = Some(0.4);
+    strike
+}
+
+fn bar(sites: u32, effects: &[Effect]) -> Strike {
+    blow([0.0, 0.05, 0.0], [0.0, -60.0, 0.0], sites, effects)
+}
+
+fn statue(sites: u32) -> Strike {
+    blow([-0.02, 0.25, 0.065], [0.0, 0.0, -20.0], sites, &[Effect::Elastic, Effect::Interior])
+}
+
+/// Everything that is shown.
+pub fn cast() -> Vec<Show> {
+    let elastic = [Effect::Elastic];
+    let horseshoe = Strike { lift: LiftKind::Interior, ..blow([0.0, 0.125, 0.0], [0.0, -30.0, 0.0], 14, &[]) };
+    let learned = Strike { degree: DegreeRequest::Inferred, ..bar(0, &[Effect::Elastic, Effect::Interior]) };
+    let mut all = vec![
+        Show::new(Effect::Elastic, "the bar bends, and breaks where it bends", Stage::Bar, bar(24, &[])),
+        Show::new(
+            Effect::Tensile,
+            "cracks where the bar is pulled apart, not where it is pressed",
+            Stage::Bar,
+            bar(24, &elastic),
+        ),
+        Show::new(Effect::Interior, "pieces stay on their leg of the horseshoe", Stage::Horseshoe, horseshoe),
+        Show::new(Effect::Examples, "as many pieces as the object's own examples say", Stage::Bar, learned),
+        Show::new(Effect::Slivers, "no piece is smaller than the lattice can shape", Stage::Statue, statue(90)),
+        Show::new(Effect::Release, "pieces fly with the velocities of their release", Stage::Statue, statue(40))
+            .drawn(|broken, on| if on { marks::release(broken) } else { broken.mesh(0.0) }),
+        Show::new(Effect::Normals, "smooth light", Stage::Statue, statue(16)).drawn(marks::normals),
+        Show::new(Effect::Uv, "a board on crack faces, 12 mm a field", Stage::Statue, statue(16))
+            .drawn(|broken, on| if on { marks::uvs(broken) } else { broken.mesh(SPREAD) }),
+        Show::new(Effect::Bonds, "which pieces touch, thicker for larger areas", Stage::Statue, statue(24))
+            .drawn(|broken, on| if on { marks::bonds(broken) } else { broken.mesh(SPREAD) }),
+        Show::new(Effect::Debris, "chips on crack faces", Stage::Statue, statue(24))
+            .drawn(|broken, on| if on { marks::debris(broken) } else { broken.mesh(SPREAD) }),
+    ];
+    all.extend(artist());
+    all
+}
+
+/// What an artist can say.
+fn artist() -> [Show; 5] {
+    let silent = Controls::default;
+    let grain = Some(Grain { axis: Vector3::new(1.0, 0.5, 0.0), ratio: 4.0 });
+    let waves = Some(Waves { length_m: 0.12, slope: 0.3 });
+    let points_m = vec![Point3::new(-0.1, 0.0, 0.0), Point3::new(0.1, 0.0, 0.0)];
+    let paint = Some(Paint { points_m, factors: vec![6.0, 0.4] });
+    let protected = vec![Region::Ball { center: [0.06, 0.03, 0.1], radius_m: 0.07 }];
+    let ring = |k: u32| {
+        let (sine, cosine) = (std::f64::consts::TAU * f64::from(k) / 8.0).sin_cos();
+        Point3::new(0.09 * cosine, 0.09 * sine, 0.09)
+    };
+    let sites_m = (0..8).map(ring).chain([Point3::new(0.0, 0.0, 0.09)]).collect();
+    let marked: fn(&Broken, bool) -> Mesh = |broken, _| {
+        let mut mesh = broken.mesh(0.0);
+        let centre = broken.point(&Point3::new(0.06, 0.03, 0.1));
+        mesh.append(marks::ball(centre, 0.012, Colour::oklch(0.5, 0.18, 28.0)));
+        mesh
+    };
+    [
+        Show::warp("warp: grain", "pieces four times as long along the grain", Controls { grain, ..silent() }),
+        Show::warp("warp: waves", "cracks wind", Controls { waves, ..silent() }),
+        Show::warp("warp: paint", "many small pieces on the left, few on the right", Controls { paint, ..silent() }),
+        Show::warp("warp: protect", "no crack within 7 cm of the red mark", Controls { protected, ..silent() })
+            .drawn(marked),
+        Show::warp("warp: sites", "a piece around each of nine points", Controls { sites_m, ..silent() })
+            .drawn(|broken, _| broken.mesh(0.0)),
+    ]
+}

@@ -1,0 +1,120 @@
+//! What effects of output add to the pieces, made visible.
+
+use super::broken::Broken;
+use crate::picture::{Colour, Mesh, arrow};
+use nalgebra::{Point3, Vector3};
+
+/// How far pieces are moved apart, over their distance from the centre.
+pub const SPREAD: f64 = 0.35;
+
+/// Fields of the board that texture coordinates are shown by, m.
+const FIELD_M: f32 = 0.012;
+
+/// Time that pieces fly with the velocities of their release before the picture is taken, s: so that the fastest goes this far, over
+/// the object's size.
+const FLIGHT: f32 = 0.35;
+
+/// Every bond as a rod between the pieces that it holds together.
+pub fn bonds(broken: &Broken) -> Mesh {
+    let mut mesh = broken.mesh(SPREAD);
+    let bonds = broken.pieces.bonds();
+    let most = bonds.iter().map(|bond| bond.area_m2).fold(f64::MIN_POSITIVE, f64::max);
+    for bond in &bonds {
+        let [from, to] = bond.fragments.map(|fragment| broken.place(fragment, SPREAD));
+        let thickness = ((bond.area_m2 / most).sqrt() * 0.05).max(0.01) as f32;
+        mesh.append(rod(from.into(), to.into(), thickness * (to - from).norm(), Colour::oklch(0.45, 0.16, 28.0)));
+    }
+    mesh
+}
+
+/// Every point of debris as a chip of its size.
+pub fn debris(broken: &Broken) -> Mesh {
+    let mut mesh = broken.mesh(SPREAD);
+    for chip in broken.pieces.debris() {
+        let place = broken.place(chip.fragment, SPREAD) + chip.position_m.cast::<f32>();
+        let normal: Vector3<f32> = chip.normal.cast();
+        let size = chip.size_m as f32;
+        let tip = Point3::from(place + normal * (1.5 * size));
+        mesh.append(arrow(tip, -normal, size, Colour::oklch(0.35, 0.05, 60.0)));
+    }
+    mesh
+}
+
+/// The pieces a moment after, flown with the velocities of their release.
+pub fn release(broken: &Broken) -> Mesh {
+    let mut mesh = broken.mesh(0.0);
+    let fastest = broken.pieces.velocities.iter().map(|own| own.linear_m_s.norm()).fold(f64::MIN_POSITIVE, f64::max);
+    let (low, high) = mesh.bounds();
+    let time = FLIGHT * (high - low).norm() / fastest as f32;
+    for (row, velocity) in broken.pieces.fragments.iter().zip(&broken.pieces.velocities) {
+        let flight: Vector3<f32> = velocity.linear_m_s.cast::<f32>() * time;
+        let turn = nalgebra::Rotation3::new(velocity.angular_rad_s.cast::<f32>() * time);
+        let centre = broken.place(row.id, 0.0);
+        let own = row.vertex_first as usize..(row.vertex_first + row.vertex_count) as usize;
+        for position in &mut mesh.positions[own] {
+            *position = Point3::from(turn * (position.coords - centre) + centre + flight);
+        }
+    }
+    mesh
+}
+
+/// The pieces lit by the normals of the answer, or by those of flat triangles.
+pub fn normals(broken: &Broken, smooth: bool) -> Mesh {
+    let mut mesh = broken.mesh(SPREAD);
+    let mut own = vec![[0.0; 3]; broken.pieces.counts.vertices];
+    broken.pieces.normals(&mut own);
+    let flat = |triangle: &[u32; 3]| {
+        let [a, b, c] = triangle.map(|vertex| mesh.positions[vertex as usize]);
+        (b - a).cross(&(c - a)).try_normalize(0.0).unwrap_or_else(Vector3::y)
+    };
+    let flats: Vec<Vector3<f32>> = mesh.triangles.iter().map(flat).collect();
+    for ((corners, triangle), flat) in mesh.corners.iter_mut().zip(&mesh.triangles).zip(flats) {
+        for (corner, vertex) in corners.iter_mut().zip(triangle) {
+            corner.normal = if smooth { Vector3::from(own[*vertex as usize]) } else { flat };
+        }
+    }
+    mesh
+}
+
+/// Crack faces with a board of their texture coordinates on them.
+pub fn uvs(broken: &Broken) -> Mesh {
+    let mut mesh = broken.mesh(SPREAD);
+    let mut own = vec![[0.0; 2]; broken.pieces.counts.vertices];
+    broken.pieces.uvs(&mut own);
+    let [dark, light] = [Colour::oklch(0.45, 0.09, 250.0), Colour::oklch(0.93, 0.02, 90.0)];
+    for (corners, triangle) in mesh.corners.iter_mut().zip(&mesh.triangles) {
+        let at = triangle.map(|vertex| own[vertex as usize]);
+        if at.iter().all(|uv| *uv == [0.0; 2]) {
+            continue;
+        }
+        let middle = [0, 1].map(|k| at.iter().map(|uv| uv[k]).sum::<f32>() / 3.0 / FIELD_M);
+        let odd = (middle[0].floor() + middle[1].floor()).rem_euclid(2.0) > 0.5;
+        corners.iter_mut().for_each(|corner| corner.colour = if odd { dark } else { light });
+    }
+    mesh
+}
+
+/// A ball of triangles, to mark a point or a region.
+pub fn ball(centre: Point3<f32>, radius: f32, colour: Colour) -> Mesh {
+    let mesh = shatter_fracture::surface::shapes::sphere(f64::from(radius), 2);
+    let positions = mesh.positions_m.iter().map(|point| centre + point.coords.cast::<f32>()).collect();
+    Mesh::paint(positions, mesh.triangles, 60.0, |_, _| colour)
+}
+
+/// A rod with six sides.
+fn rod(from: Point3<f32>, to: Point3<f32>, radius: f32, colour: Colour) -> Mesh {
+    let Some(axis) = (to - from).try_normalize(1e-12) else { return Mesh::default() };
+    let aside = if axis.y.abs() > 0.9 { Vector3::x() } else { Vector3::y() };
+    let across = aside.cross(&axis).normalize();
+    let along = axis.cross(&across);
+    let side = |k: u32| {
+        let (sine, cosine) = (std::f32::consts::TAU * k as f32 / 6.0).sin_cos();
+        (across * cosine + along * sine) * radius
+    };
+    let positions = (0..6).flat_map(|k| [from + side(k), to + side(k)]).collect();
+    let faces = |k: u32| {
+        let [a, b, c, d] = [2 * k, 2 * k + 1, 2 * ((k + 1) % 6), 2 * ((k + 1) % 6) + 1];
+        [[a, c, b], [c, d, b]]
+    };
+    Mesh::paint(positions, (0..6).flat_map(faces).collect(), 80.0, |_, _| colour)
+}
