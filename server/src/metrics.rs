@@ -57,6 +57,9 @@ impl End {
 
 type Label = [(&'static str, &'static str); 1];
 
+/// Times by name.
+type Spans = Family<Label, Histogram, fn() -> Histogram>;
+
 /// What a gauge shows of a status row.
 type Reading = fn(&StatusRow) -> u64;
 
@@ -85,8 +88,8 @@ const GAUGES: &[(&str, &str, Option<Unit>, Reading)] = &[
 pub struct Metrics {
     registry: Registry,
     ends: Family<Label, Counter>,
-    stage_seconds: Family<Label, Histogram, fn() -> Histogram>,
-    effect_seconds: Family<Label, Histogram, fn() -> Histogram>,
+    stage_seconds: Spans,
+    effect_seconds: Spans,
     strike_seconds: Histogram,
     gauges: Vec<(Gauge, Reading)>,
     strike_times: Times<u64>,
@@ -106,12 +109,11 @@ fn times() -> Result<Times<u64>, Refusal> {
 impl Metrics {
     /// All zero.
     pub fn new() -> Result<Self, Refusal> {
-        let seconds_by: fn() -> Family<Label, Histogram, fn() -> Histogram> = || Family::new_with_constructor(seconds);
         let metrics = Self {
             registry: Registry::with_prefix("shatter"),
             ends: Family::default(),
-            stage_seconds: seconds_by(),
-            effect_seconds: seconds_by(),
+            stage_seconds: Family::new_with_constructor(seconds),
+            effect_seconds: Family::new_with_constructor(seconds),
             strike_seconds: seconds(),
             gauges: Vec::new(),
             strike_times: times()?,

@@ -18,7 +18,7 @@ const SITES: u32 = 80;
 fn cube() -> Prepared {
     let tables = Tables { elastic: false, interior: true, surface_diffusion: false, examples: false };
     let request = BakeRequest { crack_spacing: Some(0.028), tables, ..real::request("cube", "stone") };
-    bake(shapes::cuboid([SIDE; 3].into()), &request, &Token::default(), &mut |_| ()).unwrap()
+    bake(shapes::cuboid([SIDE; 3]), &request, &Token::default(), &mut |_| ()).unwrap()
 }
 
 /// A wide blow on the cube, in a lift: energy falls off slowly, so that pieces are alike.

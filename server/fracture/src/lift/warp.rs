@@ -84,7 +84,7 @@ impl Warp {
         let scale = self.grain.map_or(1.0, |(_, ratio)| ratio.recip());
         let squeezed = |tet: &usize| {
             let volume = warped.tet_volume(*tet) / (lattice.tet_volume(*tet) * scale);
-            !(volume >= SQUEEZE_MIN)
+            volume.is_nan() || volume < SQUEEZE_MIN
         };
         match (0..lattice.tets.len()).find(squeezed) {
             Some(tet) => Err(tet),
