@@ -81,12 +81,23 @@ impl Show {
         let examples = if self.on.has(Effect::Examples) { 40 } else { 0 };
         let prepared = self.stage.prepare(&self.controls, examples)?;
         let half = |effects: Effects, on: bool| {
-            let strike = Strike { effects, ..self.strike.clone() };
+            let strike = Strike { effects, contacts: snapped(&prepared, &self.strike), ..self.strike.clone() };
             Ok::<_, EffectsError>((self.draw)(&Broken::new(&prepared, &strike)?, on))
         };
         let meshes = [half(self.strike.effects, false)?, half(self.on, true)?];
         Ok(Pair { name, caption, from, meshes })
     }
+}
+
+/// The contacts, moved to the nearest nodes of the object's lattices.
+fn snapped(prepared: &Prepared, strike: &Strike) -> Vec<Contact> {
+    let nodes = || prepared.bodies.iter().flat_map(|body| &body.crack.nodes).map(|node| prepared.frame.to_metres(node));
+    let snap = |contact: &Contact| {
+        let distance = |node: &Point3<f64>| (node - contact.point_m).norm();
+        let point_m = nodes().min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or(contact.point_m);
+        Contact { point_m, ..*contact }
+    };
+    strike.contacts.iter().map(snap).collect()
 }
 
 /// A blow at a point, with so many sites and these effects.
@@ -116,7 +127,7 @@ fn bar(sites: u32, effects: &[Effect]) -> Strike {
 }
 
 fn statue(sites: u32) -> Strike {
-    blow([-0.02, 0.25, 0.065], [0.0, 0.0, -20.0], sites, &[Effect::Elastic, Effect::Interior])
+    blow([-0.02, 0.3, 0.065], [0.0, 0.0, -20.0], sites, &[Effect::Elastic, Effect::Interior])
 }
 
 /// Everything that is shown.
