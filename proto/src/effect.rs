@@ -77,6 +77,8 @@ effects! {
     8 Bonds "bonds" Output false None;
     /// Points on crack faces from which dust and chips come.
     9 Debris "debris" Output false None;
+    /// Convex proxies of the fragments for collisions.
+    10 Hulls "hulls" Output false None;
 }
 
 impl Effect {

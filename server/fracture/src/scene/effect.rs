@@ -24,11 +24,13 @@ pub enum Effect {
     Bonds = 8,
     /// Points on crack faces from which dust and chips come.
     Debris = 9,
+    /// Convex proxies of the fragments for collisions.
+    Hulls = 10,
 }
 
 impl Effect {
     /// Every effect, by number.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 11] = [
         Self::Elastic,
         Self::Tensile,
         Self::Interior,
@@ -39,6 +41,7 @@ impl Effect {
         Self::Uv,
         Self::Bonds,
         Self::Debris,
+        Self::Hulls,
     ];
 
     /// The name used in scenes and JSON.
@@ -54,6 +57,7 @@ impl Effect {
             Self::Uv => "uv",
             Self::Bonds => "bonds",
             Self::Debris => "debris",
+            Self::Hulls => "hulls",
         }
     }
 }
