@@ -56,6 +56,21 @@ pub struct Shell {
 }
 
 impl Shell {
+    /// The first `count` points moved by `distance` along the mean normals of their triangles, as soup: triangles of others stay
+    /// where they are.
+    pub fn outset(&self, count: usize, distance: f64) -> Self {
+        let mut normals = vec![Vector3::zeros(); self.points.len()];
+        for (triangle, [a, b, c]) in self.triangles.iter().zip(self.corners()) {
+            let area = (b - a).cross(&(c - a));
+            triangle.iter().for_each(|&point| normals[point as usize] += area);
+        }
+        let mut points = self.points.clone();
+        for (point, normal) in points.iter_mut().zip(&normals).take(count) {
+            *point += normal.try_normalize(0.0).unwrap_or_default() * distance;
+        }
+        Self { points, triangles: self.triangles.clone() }
+    }
+
     /// The corners of its triangles.
     fn corners(&self) -> impl Iterator<Item = [Point3<f64>; 3]> {
         self.triangles.iter().map(|triangle| triangle.map(|point| self.points[point as usize]))
@@ -80,6 +95,8 @@ pub struct Hull {
     pub vertices: Vec<Point3<f64>>,
     /// Indices into them, counter-clockwise seen from outside.
     pub triangles: Vec<[u32; 3]>,
+    /// The farthest that a point lies beyond it of those that it was made around.
+    pub left_out: f64,
     /// The plane of each triangle.
     planes: Vec<Plane>,
 }

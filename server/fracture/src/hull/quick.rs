@@ -215,7 +215,9 @@ impl Builder {
         used.dedup();
         let number = |corner: usize| used.partition_point(|own| *own < corner) as u32;
         let moved = |plane: &Plane| Plane { offset: plane.offset + plane.normal.dot(&middle.coords), ..*plane };
+        let left_out = alive.iter().filter_map(|face| face.far).fold(0.0, |most, far| far.0.max(most));
         Hull {
+            left_out,
             vertices: used.iter().map(|&place| points[place]).collect(),
             triangles: alive.iter().map(|face| face.corners.map(number)).collect(),
             planes: alive.iter().map(|face| moved(&face.plane)).collect(),

@@ -127,6 +127,14 @@ fn flat_and_broken_points_have_no_hull() {
     assert!(clipped(&cube([0.0; 3], 1.0, 2), &[Plane { normal: Vector3::x(), offset: -1.0 }]).is_empty());
 }
 
+#[test]
+fn outset_bodies_stand_out_where_they_are_told_to() {
+    let body = cube([0.0; 3], 1.0, 1);
+    let [own, moved] = [&body, &body.outset(4, 0.25)].map(|shell| bounds(&shell.points));
+    assert_eq!((own[0], own[1]), (Point3::origin(), Point3::new(1.0, 1.0, 1.0)));
+    assert_eq!((moved[0], moved[1]), (Point3::new(-0.25, 0.0, 0.0), own[1]));
+}
+
 /// Random points of very different kinds.
 fn points(kind: u32, count: usize, seed: u64) -> Vec<Point3<f64>> {
     let mut random = Stream::new(seed, 7);

@@ -4,6 +4,8 @@
 //! and fly apart at the first step of a simulation. So a hull is made around what is left of the fragment within the mean planes
 //! of its cracks, which both neighbours share. A plane moves outwards until no more than a small share of the fragment lies beyond
 //! it, and all of them further until the hull holds enough: of the margins that can be had with that much, this is about the least.
+//! Curved walls need more faces than there are: what the hull then cuts off between its corners is halved by corners that stand out of
+//! the outer surface as far.
 
 use super::Pieces;
 use super::pieces::BodyPieces;
@@ -78,6 +80,8 @@ impl Hulls {
 /// What a hull is made of, local.
 struct Part {
     shell: Shell,
+    /// The first points, on the outside.
+    outer: usize,
     bounds: [Point3<f64>; 2],
     cracks: Vec<Crack>,
 }
@@ -146,7 +150,8 @@ fn part(tessellation: &Tessellation, fragment: &Fragment, nodes: &[Point3<f64>])
         Some(Crack { plane, beyond, nodes: nodes.len() })
     });
     let cracks = cracks.collect();
-    Part { bounds: bounds(&shell.points), shell, cracks }
+    let outer = runs.first().filter(|run| run.neighbour.is_none()).map_or(0, |run| run.vertices.len());
+    Part { bounds: bounds(&shell.points), shell, outer, cracks }
 }
 
 /// The plane through a crack's centroid across its mean area vector, out of the run's fragment: the same from both sides. `None`
@@ -175,32 +180,48 @@ impl Crack {
     }
 }
 
-/// The hull of part `own`: the first that holds enough, else the one that holds most. `None` where the part is flat.
+/// The hull of part `own`. `None` where the part is flat.
 fn fit(parts: &[Part], own: usize) -> Option<Fitted> {
-    let part = &parts[own];
-    let mut best: Option<Fitted> = None;
-    let mut tried: Option<Vec<Plane>> = None;
-    let shares = SHARES.into_iter().map(Some).chain([None]);
-    for share in shares {
-        let planes: Vec<Plane> =
-            share.map_or(Vec::new(), |share| part.cracks.iter().map(|crack| crack.moved(share)).collect());
-        if tried.as_ref() == Some(&planes) {
-            continue;
-        }
-        if let Some(hull) = Hull::of(&clipped(&part.shell, &planes)) {
-            let coverage = hull.coverage(&part.shell);
-            if best.as_ref().is_none_or(|best| coverage > best.coverage) {
-                best = Some(Fitted { hull, coverage, depth: 0.0 });
-            }
-        }
-        if best.as_ref().is_some_and(|best| best.coverage >= HULL_COVERAGE) {
-            break;
-        }
-        tried = Some(planes);
-    }
-    let mut best = best?;
+    let mut best = parts[own].fit()?;
     let reach = bounds(&best.hull.vertices);
     let others = parts.iter().enumerate().filter(|(other, part)| *other != own && meet(&part.bounds, &reach));
     best.depth = best.hull.depth(others.map(|(_, part)| &part.shell));
     Some(best)
+}
+
+impl Part {
+    /// The first hull that holds enough, else the one that holds most; its depth is still to be measured.
+    fn fit(&self) -> Option<Fitted> {
+        let mut best = self.tried(&self.shell, Some(SHARES[0]));
+        if best.as_ref().is_some_and(Fitted::is_enough) {
+            return best;
+        }
+        let cut_off = best.as_ref().map_or(0.0, |best| best.hull.left_out);
+        let outset = self.shell.outset(self.outer, 0.5 * cut_off);
+        let shares = SHARES.into_iter().filter(|_| !self.cracks.is_empty()).map(Some).chain([None]);
+        for next in shares.filter_map(|share| self.tried(&outset, share)) {
+            if best.as_ref().is_none_or(|best| next.coverage > best.coverage) {
+                best = Some(next);
+            }
+            if best.as_ref().is_some_and(Fitted::is_enough) {
+                break;
+            }
+        }
+        best
+    }
+
+    /// The hull of what is left of `shell` within the planes of the cracks; `None`: without them.
+    fn tried(&self, shell: &Shell, share: Option<f64>) -> Option<Fitted> {
+        let planes = |share| self.cracks.iter().map(|crack| crack.moved(share)).collect();
+        let planes: Vec<Plane> = share.map_or(Vec::new(), planes);
+        let hull = Hull::of(&clipped(shell, &planes))?;
+        let coverage = hull.coverage(&self.shell);
+        Some(Fitted { hull, coverage, depth: 0.0 })
+    }
+}
+
+impl Fitted {
+    fn is_enough(&self) -> bool {
+        self.coverage >= HULL_COVERAGE
+    }
 }
