@@ -3,15 +3,21 @@
 use nalgebra::{Point3, Vector3};
 use shatter_fracture::database::{BakeRequest, bake};
 use shatter_fracture::hull::FACES_MAX;
-use shatter_fracture::pipeline::{DegreeRequest, HULL_COVERAGE, HullRow, Pieces, Prepared, Strike};
+use shatter_fracture::pipeline::{
+    self, DegreeRequest, HULL_COVERAGE, HullRow, Pieces, Prepared, Stage, Strike, Watch, Workspace,
+};
 use shatter_fracture::random::Stream;
 use shatter_fracture::scene::{Effect, Effects};
 use shatter_fracture::surface::{RawMesh, shapes};
 use shatter_fracture::token::Token;
 use shatter_tests::{real, struck};
+use std::time::{Duration, Instant};
 
 /// Random points per fragment that estimate what its hull holds.
-const SAMPLES: usize = 300;
+const SAMPLES: usize = 1500;
+
+/// Strikes of which the shortest is shown.
+const STRIKES: usize = 7;
 
 /// What single precision takes from lengths, over the object's diagonal.
 const ROUNDING: f64 = 1e-6;
@@ -51,10 +57,48 @@ fn depth(planes: &[(Point3<f64>, Vector3<f64>)], point: &Point3<f64>) -> f64 {
     planes.iter().map(|(at, normal)| normal.dot(&(at - point))).fold(f64::INFINITY, f64::min)
 }
 
-fn pieces(prepared: &Prepared, sites: u32, effects: Effects) -> Pieces {
+fn strike(prepared: &Prepared, sites: u32, effects: Effects) -> Strike {
     let (point_m, inward) = struck::surface_point(prepared, [0.9, 0.6, 0.5]);
-    let strike = Strike { degree: DegreeRequest::Sites(sites), effects, seed: 3, ..Strike::at(point_m, inward) };
-    struck::outcome(prepared, &strike).unwrap().pieces.unwrap()
+    Strike { degree: DegreeRequest::Sites(sites), effects, seed: 3, ..Strike::at(point_m, inward) }
+}
+
+fn pieces(prepared: &Prepared, sites: u32, effects: Effects) -> Pieces {
+    struck::outcome(prepared, &strike(prepared, sites, effects)).unwrap().pieces.unwrap()
+}
+
+/// Times the hulls and the whole strike.
+struct Stopwatch {
+    begun: Instant,
+    hulls: Duration,
+}
+
+impl Watch for Stopwatch {
+    fn enter(&mut self, _: Stage) {}
+
+    fn leave(&mut self, _: Stage, _: u64) {}
+
+    fn part(&mut self, _: Effect, _: u64) {}
+
+    fn begin(&mut self, _: Effect) {
+        self.begun = Instant::now();
+    }
+
+    fn end(&mut self, _: Effect, _: u64) {
+        self.hulls = self.begun.elapsed();
+    }
+}
+
+/// What the hulls take of a strike on one thread, ms, and what all of it takes: the least of some.
+fn times(prepared: &Prepared, sites: u32) -> [f64; 2] {
+    let strike = strike(prepared, sites, Effects::default().with(Effect::Hulls));
+    let once = || {
+        let (since, mut watch) = (Instant::now(), Stopwatch { begun: Instant::now(), hulls: Duration::ZERO });
+        pipeline::strike(prepared, &strike, &mut Workspace::default(), &Token::default(), &mut watch).unwrap();
+        [watch.hulls, since.elapsed()].map(|time| 1e3 * time.as_secs_f64())
+    };
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+    let all = pool.install(|| std::array::from_fn::<_, STRIKES, _>(|_| once()));
+    [0, 1].map(|which| all.iter().map(|times| times[which]).fold(f64::INFINITY, f64::min))
 }
 
 /// The fragments' meshes and those of their hulls.
@@ -80,7 +124,7 @@ fn sampled(fragment: &Mesh, planes: &[(Point3<f64>, Vector3<f64>)], seed: u64) -
     let corners = || fragment.corners.iter().flatten();
     let low = corners().fold(Point3::from([f64::INFINITY; 3]), |low, p| low.inf(p));
     let high = corners().fold(Point3::from([f64::NEG_INFINITY; 3]), |high, p| high.sup(p));
-    let mut random = Stream::new(seed, 11);
+    let mut random = Stream::new(seed, 12);
     let (mut inside, mut held) = (0, 0);
     while inside < SAMPLES {
         let point = low + (high - low).map(|x| x * random.uniform());
@@ -119,6 +163,8 @@ fn check(name: &str, mesh: RawMesh, sites: u32) {
     }
     let (held, estimated) = (held / volume, estimated / volume);
     show(name, &pieces.hulls.rows, held, estimated, diagonal);
+    let [own, whole] = times(&prepared, sites);
+    println!("{name}: hulls take {own:.1} of {whole:.1} ms");
     assert!((held - estimated).abs() < 0.01, "{name}: {held} {estimated}");
     assert!(held >= HULL_COVERAGE, "{name}: {held}");
 }
