@@ -70,6 +70,9 @@ impl Broken {
             uvs: &[],
             bonds: &[],
             debris: &[],
+            hulls: &[],
+            hull_positions: &[],
+            hull_indices: &[],
         })
     }
 
@@ -149,6 +152,19 @@ pub struct Run<'a> {
     pub positions: &'a [[f32; 3]],
 }
 
+/// The convex proxy of a fragment, for collisions: at most 64 triangles, and fewer vertices.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hull<'a> {
+    /// Corners, m, relative to [`Fragment::centre_m`].
+    pub positions: &'a [[f32; 3]],
+    /// Indices into the corners, three per triangle, counter-clockwise from outside.
+    pub indices: &'a [u32],
+    /// Volume of the part of the fragment inside the hull over that of the fragment.
+    pub coverage: f64,
+    /// The deepest that the surface of any other fragment lies below the hull's surface, m.
+    pub margin_m: f64,
+}
+
 /// The part of a slice that a table names. Checked when the answer came; a part that no longer fits is empty.
 fn part<T>(slice: &[T], first: u32, count: u32) -> &[T] {
     let first = first as usize;
@@ -184,6 +200,14 @@ impl<'a> Fragment<'a> {
     /// How it moves once it is free, on top of how the object moved; `None` unless `release` is on.
     pub fn velocity(&self) -> Option<VelocityWire> {
         self.view.velocities.get(self.row.id as usize).copied()
+    }
+
+    /// Its convex proxy; `None` unless `hulls` is on, and for a fragment too flat for one.
+    pub fn hull(&self) -> Option<Hull<'a>> {
+        let row = self.view.hulls.get(self.row.id as usize).filter(|row| row.vertex_count > 0)?;
+        let positions = part(self.view.hull_positions, row.vertex_first, row.vertex_count);
+        let indices = part(self.view.hull_indices, row.index_first, row.index_count);
+        Some(Hull { positions, indices, coverage: row.coverage, margin_m: row.margin_m })
     }
 
     /// Indices into [`Self::positions`], three per triangle, counter-clockwise from outside.

@@ -47,6 +47,9 @@ impl Broken {
                     SectionKind::Uvs => bytemuck::cast_slice(view.uvs),
                     SectionKind::Bonds => bytemuck::cast_slice(view.bonds),
                     SectionKind::Debris => bytemuck::cast_slice(view.debris),
+                    SectionKind::Hulls => bytemuck::cast_slice(view.hulls),
+                    SectionKind::HullPositions => bytemuck::cast_slice(view.hull_positions),
+                    SectionKind::HullIndices => bytemuck::cast_slice(view.hull_indices),
                 };
                 if kind.effect().is_some() && bytes.is_empty() {
                     return None;

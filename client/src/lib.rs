@@ -44,7 +44,7 @@ mod object;
 mod out;
 mod ticket;
 
-pub use broken::{Broken, Fragment, Run};
+pub use broken::{Broken, Fragment, Hull, Run};
 pub use connect::{Shatter, place};
 pub use control::{ObjectFacts, Status};
 pub use deadline::Deadline;

@@ -1,7 +1,7 @@
 //! Answers as files.
 
 use crate::export::{ExportError, FragmentView, RunView, Written, write_glb};
-use crate::{Broken, Fragment, Kind, Refusal};
+use crate::{Broken, Fragment, Hull, Kind, Refusal};
 use std::path::Path;
 
 impl Broken {
@@ -11,6 +11,29 @@ impl Broken {
     /// file). An object that stayed whole has no fragments to write: `output` as well.
     pub fn write_glb(&self, path: &Path) -> Result<Written, Refusal> {
         self.with_views(|views| write_glb(path, views)).map_err(|error| refusal(path, &error))
+    }
+
+    /// Writes the hulls of the fragments to a `.glb` file as [`Self::write_glb`] does the fragments: nodes of the same names at the
+    /// same places. Errors as there; without hulls there is nothing to write: `output`.
+    pub fn write_hulls_glb(&self, path: &Path) -> Result<Written, Refusal> {
+        let hulls: Vec<(Fragment<'_>, Hull<'_>, [RunView; 1])> = self
+            .fragments()
+            .filter_map(|fragment| {
+                let hull = fragment.hull()?;
+                let index_count = hull.indices.len() as u32;
+                Some((fragment, hull, [RunView { neighbour: None, index_first: 0, index_count }]))
+            })
+            .collect();
+        let views: Vec<FragmentView<'_>> = hulls
+            .iter()
+            .map(|(fragment, hull, runs)| FragmentView {
+                positions: hull.positions,
+                indices: hull.indices,
+                merges: &[],
+                ..view(fragment, runs)
+            })
+            .collect();
+        write_glb(path, &views).map_err(|error| refusal(path, &error))
     }
 
     /// Shows all fragments to `look`, as files and pictures want them; the meshes stay where they are.

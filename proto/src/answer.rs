@@ -96,11 +96,17 @@ pub enum SectionKind {
     Bonds = 12,
     /// One [`DebrisWire`] per point, or none.
     Debris = 13,
+    /// One [`HullWire`] per fragment, or none.
+    Hulls = 14,
+    /// Three f32 per vertex of a hull, m, relative to the centre of mass of the hull's fragment.
+    HullPositions = 15,
+    /// One u32 per corner of a hull's triangles, counter-clockwise from outside, relative to the first vertex of the hull.
+    HullIndices = 16,
 }
 
 impl SectionKind {
     /// All sections, in the order in which they lie in the payload.
-    pub const ALL: [Self; 13] = [
+    pub const ALL: [Self; 16] = [
         Self::Summary,
         Self::Stages,
         Self::Fragments,
@@ -114,6 +120,9 @@ impl SectionKind {
         Self::Uvs,
         Self::Bonds,
         Self::Debris,
+        Self::Hulls,
+        Self::HullPositions,
+        Self::HullIndices,
     ];
 
     /// The effect that it belongs to; `None`: every answer has it.
@@ -124,6 +133,7 @@ impl SectionKind {
             Self::Uvs => Some(Effect::Uv),
             Self::Bonds => Some(Effect::Bonds),
             Self::Debris => Some(Effect::Debris),
+            Self::Hulls | Self::HullPositions | Self::HullIndices => Some(Effect::Hulls),
             _ => None,
         }
     }
@@ -144,6 +154,9 @@ impl SectionKind {
             Self::Uvs => "uvs",
             Self::Bonds => "bonds",
             Self::Debris => "debris",
+            Self::Hulls => "hulls",
+            Self::HullPositions => "hull_positions",
+            Self::HullIndices => "hull_indices",
         }
     }
 
@@ -163,6 +176,9 @@ impl SectionKind {
             Self::Uvs => size_of::<[f32; 2]>(),
             Self::Bonds => size_of::<BondWire>(),
             Self::Debris => size_of::<DebrisWire>(),
+            Self::Hulls => size_of::<HullWire>(),
+            Self::HullPositions => size_of::<[f32; 3]>(),
+            Self::HullIndices => size_of::<u32>(),
         }
     }
 }
@@ -335,6 +351,27 @@ pub struct DebrisWire {
     pub reserved: u32,
 }
 
+/// The convex proxy of one fragment: at most [`HULL_FACES_MAX`] triangles, and fewer vertices.
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct HullWire {
+    /// First vertex in the hull positions.
+    pub vertex_first: u32,
+    /// Number of vertices; zero: the fragment is too flat for a hull.
+    pub vertex_count: u32,
+    /// First index in the hull indices.
+    pub index_first: u32,
+    /// Number of indices, three per triangle.
+    pub index_count: u32,
+    /// Volume of the part of the fragment inside the hull over that of the fragment.
+    pub coverage: f64,
+    /// The deepest that the surface of any other fragment lies below the hull's surface, m.
+    pub margin_m: f64,
+}
+
+/// Most triangles of a hull.
+pub const HULL_FACES_MAX: usize = 64;
+
 /// Neighbour of an outer run: nobody.
 pub const OUTER: u32 = u32::MAX;
 
@@ -409,4 +446,5 @@ const _: () = assert!(size_of::<EffectWire>() == 24);
 const _: () = assert!(size_of::<VelocityWire>() == 48);
 const _: () = assert!(size_of::<BondWire>() == 64);
 const _: () = assert!(size_of::<DebrisWire>() == 40);
-const _: () = assert!(crate::PROTOCOL_VERSION == 2, "sizes above are those of version 2");
+const _: () = assert!(size_of::<HullWire>() == 32);
+const _: () = assert!(crate::PROTOCOL_VERSION == 3, "sizes above are those of version 3");

@@ -77,8 +77,10 @@ effects! {
     8 Bonds "bonds" Output false None;
     /// Points on crack faces from which dust and chips come.
     9 Debris "debris" Output false None;
+    /// Convex proxies of the fragments for collisions.
+    10 Hulls "hulls" Output false None;
     /// Cells follow what an artist says: grain, waves, paint, protected regions, sites.
-    10 Warp "warp" Physics false None;
+    11 Warp "warp" Physics false None;
 }
 
 impl Effect {

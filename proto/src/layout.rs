@@ -2,8 +2,8 @@
 
 use crate::PROTOCOL_VERSION;
 use crate::answer::{
-    ANSWER_MAGIC, AnswerHeader, BLOCK_BYTES, Block, BondWire, DebrisWire, EffectWire, FragmentWire, RunWire, STAGES,
-    SectionKind, SectionWire, StageWire, SummaryWire, VelocityWire,
+    ANSWER_MAGIC, AnswerHeader, BLOCK_BYTES, Block, BondWire, DebrisWire, EffectWire, FragmentWire, HullWire, RunWire,
+    STAGES, SectionKind, SectionWire, StageWire, SummaryWire, VelocityWire,
 };
 use crate::effect::Effect;
 use bytemuck::Zeroable;
@@ -37,6 +37,12 @@ pub struct Counts {
     pub bonds: usize,
     /// Points of debris.
     pub debris: usize,
+    /// Hulls: one per fragment, or none.
+    pub hulls: usize,
+    /// Vertices of hulls.
+    pub hull_vertices: usize,
+    /// Indices of hulls.
+    pub hull_indices: usize,
 }
 
 /// Offsets and lengths of all sections.
@@ -74,6 +80,12 @@ pub struct Sections<'a> {
     pub bonds: &'a mut [BondWire],
     /// Debris.
     pub debris: &'a mut [DebrisWire],
+    /// Hulls.
+    pub hulls: &'a mut [HullWire],
+    /// Positions of hulls.
+    pub hull_positions: &'a mut [[f32; 3]],
+    /// Indices of hulls.
+    pub hull_indices: &'a mut [u32],
 }
 
 impl Layout {
@@ -96,6 +108,9 @@ impl Layout {
                 SectionKind::Uvs => counts.uvs,
                 SectionKind::Bonds => counts.bonds,
                 SectionKind::Debris => counts.debris,
+                SectionKind::Hulls => counts.hulls,
+                SectionKind::HullPositions => counts.hull_vertices,
+                SectionKind::HullIndices => counts.hull_indices,
             };
             let elements = u32::try_from(elements).ok()?;
             let element_bytes = kind.element_bytes() as u32;
@@ -166,6 +181,9 @@ impl Layout {
             uvs: bytemuck::try_cast_slice_mut(next()?).ok()?,
             bonds: bytemuck::try_cast_slice_mut(next()?).ok()?,
             debris: bytemuck::try_cast_slice_mut(next()?).ok()?,
+            hulls: bytemuck::try_cast_slice_mut(next()?).ok()?,
+            hull_positions: bytemuck::try_cast_slice_mut(next()?).ok()?,
+            hull_indices: bytemuck::try_cast_slice_mut(next()?).ok()?,
         };
         rest.fill(0);
         Some(sections)
@@ -180,7 +198,7 @@ mod tests {
     #[test]
     fn an_answer_without_fragments_is_small() {
         let layout = Layout::new(&Counts::default()).unwrap();
-        assert_eq!((layout.used_bytes(), layout.blocks()), (1024, 16));
+        assert_eq!((layout.used_bytes(), layout.blocks()), (1152, 18));
     }
 
     #[test]
@@ -200,8 +218,10 @@ mod tests {
         fn sections_are_aligned_disjoint_and_as_long_as_asked(
             (fragments, runs, merges, vertices, indices) in (0usize..9, 0usize..9, 0usize..99, 0usize..99, 0usize..99),
             (velocities, normals, uvs, bonds, debris) in (0usize..9, 0usize..99, 0usize..99, 0usize..9, 0usize..9),
+            (hulls, hull_vertices, hull_indices) in (0usize..9, 0usize..99, 0usize..99),
         ) {
-            let extra = Counts { velocities, normals, uvs, bonds, debris, ..Counts::default() };
+            let extra = Counts { hulls, hull_vertices, hull_indices, ..Counts::default() };
+            let extra = Counts { velocities, normals, uvs, bonds, debris, ..extra };
             let counts = Counts { fragments, runs, merges, vertices, indices, ..extra };
             let layout = Layout::new(&counts).unwrap();
             let mut payload = vec![Block { bytes: [0xaa; 64] }; layout.blocks()];

@@ -1,8 +1,8 @@
 //! From bytes to borrowed sections: every offset, alignment, count and index is checked before one is used.
 
 use crate::answer::{
-    ANSWER_MAGIC, AnswerHeader, BLOCK_BYTES, Block, BondWire, DebrisWire, EffectWire, FragmentWire, OUTER, RunWire,
-    SectionKind, SectionWire, StageWire, SummaryWire, VelocityWire,
+    ANSWER_MAGIC, AnswerHeader, BLOCK_BYTES, Block, BondWire, DebrisWire, EffectWire, FragmentWire, HullWire, OUTER,
+    RunWire, SectionKind, SectionWire, StageWire, SummaryWire, VelocityWire,
 };
 use crate::layout::{SECTIONS, TABLE_BYTES};
 use crate::{Kind, PROTOCOL_VERSION, Refusal};
@@ -43,6 +43,12 @@ pub struct View<'a> {
     pub bonds: &'a [BondWire],
     /// Points on cracks.
     pub debris: &'a [DebrisWire],
+    /// One per fragment, or none.
+    pub hulls: &'a [HullWire],
+    /// Positions of hulls, m, relative to the centre of mass of their fragment.
+    pub hull_positions: &'a [[f32; 3]],
+    /// Indices of hulls, relative to the first vertex of their hull.
+    pub hull_indices: &'a [u32],
 }
 
 impl Checked {
@@ -77,6 +83,9 @@ impl Checked {
             uvs: bytemuck::try_cast_slice(section(SectionKind::Uvs)?).ok()?,
             bonds: bytemuck::try_cast_slice(section(SectionKind::Bonds)?).ok()?,
             debris: bytemuck::try_cast_slice(section(SectionKind::Debris)?).ok()?,
+            hulls: bytemuck::try_cast_slice(section(SectionKind::Hulls)?).ok()?,
+            hull_positions: bytemuck::try_cast_slice(section(SectionKind::HullPositions)?).ok()?,
+            hull_indices: bytemuck::try_cast_slice(section(SectionKind::HullIndices)?).ok()?,
         })
     }
 }
@@ -137,6 +146,7 @@ fn contents(view: &View<'_>) -> Result<(), Refusal> {
         ("velocities", view.velocities.len(), fragments),
         ("normals", view.normals.len(), vertices),
         ("uvs", view.uvs.len(), vertices),
+        ("hulls", view.hulls.len(), fragments),
     ] {
         if length != 0 && length != whole {
             return Err(bad(name, format!("{length} of {whole}")));
@@ -154,6 +164,9 @@ fn contents(view: &View<'_>) -> Result<(), Refusal> {
     }
     for (i, run) in view.runs.iter().enumerate() {
         self::run(view, run).map_err(|what| bad(format!("runs[{i}]"), what))?;
+    }
+    for (i, hull) in view.hulls.iter().enumerate() {
+        self::hull(view, hull).map_err(|what| bad(format!("hulls[{i}]"), what))?;
     }
     Ok(())
 }
@@ -200,6 +213,20 @@ fn run(view: &View<'_>, run: &RunWire) -> Result<(), &'static str> {
         && nested((run.index_first, run.index_count), indices)
         && run.index_count.is_multiple_of(3);
     if inside { Ok(()) } else { Err("reaches beyond its fragment") }
+}
+
+fn hull(view: &View<'_>, hull: &HullWire) -> Result<(), &'static str> {
+    if !within(hull.vertex_first, hull.vertex_count, view.hull_positions.len()) {
+        return Err("vertices out of range");
+    }
+    if !within(hull.index_first, hull.index_count, view.hull_indices.len()) || !hull.index_count.is_multiple_of(3) {
+        return Err("indices out of range, or not whole triangles");
+    }
+    let indices = &view.hull_indices[hull.index_first as usize..][..hull.index_count as usize];
+    match indices.iter().max().is_some_and(|index| *index >= hull.vertex_count) {
+        true => Err("an index points beyond the hull"),
+        false => Ok(()),
+    }
 }
 
 #[cfg(test)]

@@ -7,12 +7,14 @@ use nalgebra::Vector3;
 use shatter_fracture::database;
 use shatter_fracture::lift::LiftKind;
 use shatter_fracture::pipeline::{
-    self, Bond, Contact, DEGREE_MAX, Debris, DegreeRequest, DegreeSource, ElasticRequest, FragmentRow, Pieces,
+    self, Bond, Contact, DEGREE_MAX, Debris, DegreeRequest, DegreeSource, ElasticRequest, FragmentRow, HullRow, Pieces,
     Prepared, RunRow, StrikeError, Velocity, Watch, Workspace,
 };
 use shatter_fracture::scene::{DEFAULT_DURATION_S, DEFAULT_RADIUS_DIAGONALS, Effect, Effects};
 use shatter_fracture::token::Token;
-use shatter_proto::answer::{BondWire, DebrisWire, FragmentWire, OUTER, RunWire, SummaryWire, VelocityWire};
+use shatter_proto::answer::{
+    BondWire, DebrisWire, FragmentWire, HULL_FACES_MAX, HullWire, OUTER, RunWire, SummaryWire, VelocityWire,
+};
 use shatter_proto::control::ObjectRow;
 use shatter_proto::effect;
 use shatter_proto::layout::{Counts, Layout, Sections};
@@ -22,7 +24,8 @@ use std::sync::Arc;
 
 /// Bytes of answer per crack tetrahedron at most: four labels in it make 24 crack triangles, with their share of
 /// vertices and merge pairs; and per boundary triangle, of which there are fewer than tetrahedra. Normals and texture
-/// coordinates are not twice as long as positions, debris has a row per four triangles, bonds one per crack.
+/// coordinates are not twice as long as positions, debris has a row per four triangles, bonds one per crack; a hull
+/// has 1.2 kB at most, and tetrahedra are many more than fragments.
 const ANSWER_BYTES_PER_TET: usize = 2 * (1024 + 256);
 
 /// Loads databases as the science writes them: whole, or what a scene wants of them.
@@ -231,6 +234,9 @@ impl Outcome for Struck {
             uvs: if pieces.effects.has(Effect::Uv) { pieces.counts.vertices } else { 0 },
             bonds: pieces.counts.bonds,
             debris: pieces.counts.debris,
+            hulls: pieces.hulls.rows.len(),
+            hull_vertices: pieces.hulls.positions.len(),
+            hull_indices: pieces.hulls.indices.len(),
         })
     }
 
@@ -286,8 +292,11 @@ impl Struck {
 
 /// Writes what was asked for beside the pieces.
 fn write_effects(pieces: &Pieces, sections: &mut Sections<'_>, watch: &mut dyn Watch) {
-    // It was computed, and told, where the energies were.
+    // These were computed, and told, with the pieces.
     sections.velocities.iter_mut().zip(&pieces.velocities).for_each(|(wire, own)| *wire = velocity(own));
+    sections.hulls.iter_mut().zip(&pieces.hulls.rows).for_each(|(wire, own)| *wire = hull(own));
+    sections.hull_positions.iter_mut().zip(&pieces.hulls.positions).for_each(|(wire, own)| *wire = *own);
+    sections.hull_indices.iter_mut().zip(&pieces.hulls.indices).for_each(|(wire, own)| *wire = *own);
     let mut effect = |effect: Effect, write: &mut dyn FnMut() -> usize| {
         if pieces.effects.has(effect) {
             watch.begin(effect);
@@ -334,6 +343,11 @@ fn debris(own: &Debris) -> DebrisWire {
     }
 }
 
+fn hull(own: &HullRow) -> HullWire {
+    let HullRow { vertex_first, vertex_count, index_first, index_count, coverage, margin_m } = *own;
+    HullWire { vertex_first, vertex_count, index_first, index_count, coverage, margin_m }
+}
+
 fn fragment(row: &FragmentRow) -> FragmentWire {
     FragmentWire {
         id: row.id,
@@ -369,6 +383,7 @@ fn run(row: &RunRow) -> RunWire {
 }
 
 const _: () = assert!(OUTER == pipeline::OUTER);
+const _: () = assert!(HULL_FACES_MAX == shatter_fracture::hull::FACES_MAX);
 
 #[cfg(test)]
 mod tests {

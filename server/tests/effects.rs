@@ -11,7 +11,8 @@ use support::{InProcess, TestPlace, bar, patience};
 static BAR: LazyLock<Vec<u8>> = LazyLock::new(|| bar(0.05));
 
 /// Those that change nothing but their own section.
-const OUTPUTS: [Effect; 5] = [Effect::Release, Effect::Normals, Effect::Uv, Effect::Bonds, Effect::Debris];
+const OUTPUTS: [Effect; 6] =
+    [Effect::Release, Effect::Normals, Effect::Uv, Effect::Bonds, Effect::Debris, Effect::Hulls];
 
 fn start() -> (InProcess, Object) {
     let here = TestPlace::new("effects");
@@ -40,12 +41,13 @@ fn hashes(broken: &Broken) -> BTreeMap<&'static str, String> {
     sections.map(|section| (section.name, section.hash)).collect()
 }
 
-/// Section of an output effect.
-fn section(effect: Effect) -> &'static str {
+/// Sections of an output effect.
+fn sections(effect: Effect) -> Vec<&'static str> {
     match effect {
-        Effect::Release => "velocities",
-        Effect::Uv => "uvs",
-        other => other.name(),
+        Effect::Release => vec!["velocities"],
+        Effect::Uv => vec!["uvs"],
+        Effect::Hulls => vec!["hulls", "hull_positions", "hull_indices"],
+        other => vec![other.name()],
     }
 }
 
@@ -75,8 +77,8 @@ fn off_is_exactly_nothing() {
             .sections
             .into_iter()
             .map(|section| section.name)
-            .filter(|name| OUTPUTS.into_iter().any(|effect| section(effect) == *name));
-        let wanted = OUTPUTS.into_iter().filter(|effect| on.has(*effect)).map(section);
+            .filter(|name| OUTPUTS.into_iter().any(|effect| sections(effect).contains(name)));
+        let wanted = OUTPUTS.into_iter().filter(|effect| on.has(*effect)).flat_map(sections);
         assert_eq!(extra.collect::<Vec<_>>(), wanted.collect::<Vec<_>>());
     };
     // A number of sites was asked for: the examples have nothing to say.
@@ -112,7 +114,7 @@ fn outputs_change_no_other_section() {
         let before = hashes(&strike(&bar, &with(&[first])));
         for second in OUTPUTS.into_iter().filter(|second| *second != first) {
             let mut after = hashes(&strike(&bar, &with(&[first, second])));
-            assert!(after.remove(section(second)).is_some());
+            sections(second).into_iter().for_each(|name| assert!(after.remove(name).is_some(), "{name}"));
             assert_eq!(after, before, "{} after {}", second.name(), first.name());
         }
     }
@@ -294,4 +296,27 @@ fn debris_lies_on_cracks() {
         assert!((norm(point.normal.map(f64::from)) - 1.0).abs() < 1e-6);
         assert!(f64::from(point.size_m) > 0.09 * spacing && f64::from(point.size_m) < 1.01 * spacing);
     }
+}
+
+/// What the client borrows of hulls: whole, within the caps, and around the fragments that they are of.
+#[test]
+fn hulls_come_with_every_fragment() {
+    let (_daemon, bar) = start();
+    assert!(strike(&bar, &blow()).fragments().all(|fragment| fragment.hull().is_none()));
+    let broken = strike(&bar, &with(&[Effect::Hulls]));
+    for fragment in broken.fragments() {
+        let hull = fragment.hull().unwrap();
+        let (vertices, faces) = (hull.positions.len(), hull.indices.len() / 3);
+        assert!(faces <= 64 && 2 * vertices == faces + 4, "{vertices} vertices, {faces} faces");
+        assert!((0.9..=1.0).contains(&hull.coverage), "{}", hull.coverage);
+        assert!((0.0..0.02).contains(&hull.margin_m), "{}", hull.margin_m);
+        let least = |positions: &[[f32; 3]], k: usize| positions.iter().map(|p| p[k]).fold(f32::INFINITY, f32::min);
+        let slack = 0.05 * bar.facts().diagonal_m as f32;
+        assert!((0..3).all(|k| (least(hull.positions, k) - least(fragment.positions(), k)).abs() < slack));
+    }
+    let file = tempfile::tempdir().unwrap();
+    let path = file.path().join("bar.hulls.glb");
+    let written = broken.write_hulls_glb(&path).unwrap();
+    assert_eq!((written.fragments, written.closed), (broken.fragments().len(), broken.fragments().len()));
+    assert_eq!(strike(&bar, &blow()).write_hulls_glb(&path).unwrap_err().kind, Kind::Output);
 }

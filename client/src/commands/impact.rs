@@ -2,8 +2,8 @@
 
 use super::{ANSWER, Failure, document, out, reply, vector, with_contact};
 use serde_json::{Value, json};
-use shatter_client::{Broken, Deadline, Degree, Effect, Elastic, Impact, Kind, Lift, Refusal, Shatter};
-use shatter_proto::answer::{EffectWire, SummaryWire};
+use shatter_client::{Broken, Deadline, Degree, Effect, Elastic, Hull, Impact, Kind, Lift, Refusal, Shatter};
+use shatter_proto::answer::{EffectWire, HullWire, SummaryWire};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -50,7 +50,7 @@ pub struct Args {
     /// Everything random follows from it.
     #[arg(long, default_value_t = 0)]
     seed: u64,
-    /// Write the fragments to this file, or to OBJECT.glb in this folder.
+    /// Write the fragments to this file, or to OBJECT.glb in this folder; hulls, if they are on, to OBJECT.hulls.glb beside it.
     #[arg(long, value_name = "FILE.glb|DIR")]
     out: Option<PathBuf>,
     /// Print one JSON document.
@@ -128,6 +128,9 @@ fn write(broken: &Broken, args: &Args) -> Result<Option<PathBuf>, Failure> {
         out.join(format!("{}.glb", args.object))
     };
     broken.write_glb(&file)?;
+    if broken.fragments().any(|fragment| fragment.hull().is_some()) {
+        broken.write_hulls_glb(&file.with_extension("hulls.glb"))?;
+    }
     Ok(Some(file))
 }
 
@@ -147,6 +150,32 @@ fn impact(args: &Args) -> Impact {
     args.deadline_ms.map_or(impact.clone(), |ms| impact.deadline(Duration::from_millis(ms)))
 }
 
+/// One hull.
+fn hull(hull: Hull<'_>) -> Value {
+    json!({
+        "vertices": hull.positions.len(),
+        "triangles": hull.indices.len() / 3,
+        "coverage": hull.coverage,
+        "margin_m": hull.margin_m,
+    })
+}
+
+/// What holds of all hulls: the least coverage, that of all fragments together, the largest margin. `None` where there are none.
+fn hulls(broken: &Broken) -> Option<Value> {
+    let rows: Vec<(f64, HullWire)> =
+        broken.fragments().zip(broken.view().hulls).map(|(fragment, hull)| (fragment.volume_m3(), *hull)).collect();
+    if rows.is_empty() {
+        return None;
+    }
+    let (volume, held) =
+        rows.iter().fold((0.0, 0.0), |(volume, held), (own, hull)| (volume + own, held + own * hull.coverage));
+    Some(json!({
+        "coverage_min": rows.iter().map(|(_, hull)| hull.coverage).fold(1.0, f64::min),
+        "coverage": held / volume,
+        "margin_max_m": rows.iter().map(|(_, hull)| hull.margin_m).fold(0.0, f64::max),
+    }))
+}
+
 fn to_json(broken: &Broken, file: Option<&Path>) -> Value {
     let summary = broken.summary();
     let digest = broken.digest();
@@ -164,6 +193,7 @@ fn to_json(broken: &Broken, file: Option<&Path>) -> Value {
                 "triangles": row.index_count / 3,
                 "energy_j_m2": row.energy_j_m2,
                 "closed": fragment.is_closed(),
+                "hull": fragment.hull().map(hull),
             })
         })
         .collect();
@@ -185,6 +215,7 @@ fn to_json(broken: &Broken, file: Option<&Path>) -> Value {
         "capped": summary.capped != 0,
         "radius_m": summary.radius_m,
         "fragments": fragments,
+        "hulls": hulls(broken),
         "stages": broken.stages().iter().map(stage).chain(broken.effects().iter().map(effect)).collect::<Vec<_>>(),
         "sections": digest.sections.iter().map(section).collect::<Vec<_>>(),
         "stop_reason": summary.stop_reason(),

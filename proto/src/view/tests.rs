@@ -14,6 +14,9 @@ const COUNTS: Counts = Counts {
     uvs: 6,
     bonds: 1,
     debris: 1,
+    hulls: 2,
+    hull_vertices: 8,
+    hull_indices: 24,
 };
 
 /// Two fragments of one triangle each, one run each, one merge pair.
@@ -37,6 +40,11 @@ fn answer() -> (AnswerHeader, Vec<Block>) {
     sections.merges[0] = [2, 1];
     sections.bonds[0].fragments = [0, 1];
     (sections.debris[0].fragment, sections.debris[0].neighbour) = (0, 1);
+    for (i, hull) in sections.hulls.iter_mut().enumerate() {
+        let i = i as u32;
+        (hull.vertex_first, hull.vertex_count, hull.index_first, hull.index_count) = (4 * i, 4, 12 * i, 12);
+    }
+    sections.hull_indices.copy_from_slice(&[[1, 2, 3, 0, 3, 2, 0, 1, 3, 0, 2, 1]; 2].concat());
     sections.summary.set_object("vase");
     (layout.header(5), payload)
 }
@@ -76,7 +84,7 @@ fn every_rule_names_its_offender() {
     check(|h, _| h.sections = 6, "header");
     check(|h, _| h.used_bytes = u64::MAX, "used_bytes");
     check(|h, _| h.used_bytes = 100, "table");
-    check(|h, _| h.used_bytes -= 1, "section debris");
+    check(|h, _| h.used_bytes -= 1, "section hull_indices");
     check(|_, p| table(p)[0].kind = 2, "section summary");
     check(|_, p| table(p)[2].element_bytes = 8, "section fragments");
     check(|_, p| table(p)[3].offset += 8, "section runs");
@@ -98,6 +106,11 @@ fn every_rule_names_its_offender() {
     check(|_, p| table(p)[8].length -= 48, "velocities");
     check(|_, p| table(p)[9].length -= 12, "normals");
     check(|_, p| table(p)[10].length = 8, "uvs");
+    check(|_, p| table(p)[13].length -= 32, "hulls");
+    check(|_, p| section(p, |s| s.hulls[1].vertex_first = 5), "hulls[1]");
+    check(|_, p| section(p, |s| s.hulls[0].index_count = 11), "hulls[0]");
+    check(|_, p| section(p, |s| s.hulls[1].index_first = u32::MAX), "hulls[1]");
+    check(|_, p| section(p, |s| s.hull_indices[13] = 4), "hulls[1]");
     check(|_, p| section(p, |s| s.runs[0].neighbour = 2), "runs[0]");
     check(|_, p| section(p, |s| s.runs[1].material = 0), "runs[1]");
     check(|_, p| section(p, |s| s.runs[1].index_first = 0), "runs[1]");
@@ -123,7 +136,7 @@ proptest! {
 
     /// One changed byte anywhere: whatever still passes can be walked without a panic.
     #[test]
-    fn mutated_answers_never_reach_out_of_bounds(at in 0usize..1344, value in any::<u8>()) {
+    fn mutated_answers_never_reach_out_of_bounds(at in 0usize..2048, value in any::<u8>()) {
         let (header, mut payload) = answer();
         let bytes = bytemuck::cast_slice_mut::<_, u8>(&mut payload);
         let at = at % bytes.len();
@@ -137,6 +150,11 @@ proptest! {
                 }
                 let runs = &view.runs[fragment.run_first as usize..][..fragment.run_count as usize];
                 prop_assert!(runs.iter().all(|run| (run.fragment as usize) < view.fragments.len()));
+            }
+            for hull in view.hulls {
+                let vertices = &view.hull_positions[hull.vertex_first as usize..][..hull.vertex_count as usize];
+                let indices = &view.hull_indices[hull.index_first as usize..][..hull.index_count as usize];
+                prop_assert!(indices.iter().all(|index| (*index as usize) < vertices.len()));
             }
         }
     }

@@ -2,7 +2,7 @@
 //!
 //! Data walks once through rooms named after the mathematics:
 //! [`surface`] → [`lattice`] → [`elasticity`] → [`lift`] → [`centroidal`] → [`degree`] → [`tessellation`] →
-//! [`fragment`]; [`database`] keeps what depends on the object alone, [`scene`] says what a scene wants, and
+//! [`fragment`]; [`hull`] stands for fragments in collisions, [`database`] keeps what depends on the object alone, [`scene`] says what a scene wants, and
 //! [`pipeline`] is the one walk through all of them. No room knows of processes, files of others, or clocks.
 //!
 //! Lengths inside the library are *local*: the object's bounding-box diagonal is 1 and its box is centred at the
@@ -14,6 +14,7 @@ pub mod degree;
 mod dense;
 pub mod elasticity;
 pub mod fragment;
+pub mod hull;
 pub mod lattice;
 pub mod lift;
 mod memory;

@@ -1,6 +1,6 @@
 //! `shatterd inspect`: what a database holds.
 
-use super::{Failure, out};
+use super::{Failure, intact, out};
 use crate::report;
 use crate::study::examples;
 use clap::Args;
@@ -16,6 +16,9 @@ pub struct InspectArgs {
     /// Folder for a page that shows what the object has learned, NAME.html
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
+    /// Also write the intact object: the boundary of its lattice, in metres, coordinates of the mesh file
+    #[arg(long, value_name = "FILE.obj|FILE.glb")]
+    pub mesh: Option<PathBuf>,
     /// One JSON document on stdout
     #[arg(long)]
     pub json: bool,
@@ -32,6 +35,7 @@ pub fn run(args: &InspectArgs) -> Result<(), Failure> {
         let study = examples::page(&prepared)?;
         std::fs::write(page, report::study(&study)).map_err(|error| Failure::output(page, &error))?;
     }
+    args.mesh.as_ref().map_or(Ok(()), |mesh| intact::write(&prepared, mesh))?;
     let bytes = std::fs::metadata(&args.file).map_or(0, |metadata| metadata.len());
     let document = json!({
         "object": prepared.name,
@@ -64,6 +68,7 @@ pub fn run(args: &InspectArgs) -> Result<(), Failure> {
         "defects": prepared.report.defects,
         "unprepared": prepared.report.unprepared,
         "page": page,
+        "mesh": args.mesh,
     });
     if args.json {
         return out::print(&format!("{document}\n"));

@@ -7,6 +7,7 @@ pub mod check;
 pub mod demo;
 mod failure;
 pub mod inspect;
+mod intact;
 mod interrupt;
 pub mod merge;
 pub(crate) mod out;

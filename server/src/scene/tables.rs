@@ -37,6 +37,7 @@ pub fn paid(effect: Effect) -> &'static str {
         Effect::Uv => "strike: one pass over vertices; 8 bytes per vertex",
         Effect::Bonds => "strike: one pass over crack triangles; 64 bytes per pair",
         Effect::Debris => "strike: one pass over crack triangles; 40 bytes per point",
+        Effect::Hulls => "strike: a hull per fragment, fitted and measured; about 1 kB per fragment",
         Effect::Warp => "load: eigenpairs of the bent space, if something bends; strike: one pass over protected nodes",
     }
 }

@@ -1,6 +1,7 @@
 //! Labels, tessellation, fragments: cells become closed meshes that know their mass.
 
 use super::cells::{BodyCells, Division};
+use super::hulls::Hulls;
 use super::outputs::{bond_count, debris_count};
 use super::release::{self, Velocity};
 use super::{BodyEnergy, Counts, FragmentRow, OUTER, Prepared, RunRow, Stage, Strike, StrikeError, Watch, slivers};
@@ -36,6 +37,8 @@ pub struct Pieces {
     pub runs: Vec<RunRow>,
     /// One per fragment, if release is asked for.
     pub velocities: Vec<Velocity>,
+    /// Empty unless hulls are asked for.
+    pub hulls: Hulls,
     /// What is asked for.
     pub effects: Effects,
     /// Lengths of the bulk sections.
@@ -82,10 +85,17 @@ impl Pieces {
             fragments: Vec::new(),
             runs: Vec::new(),
             velocities,
+            hulls: Hulls::default(),
             effects: strike.effects,
             counts: Counts::default(),
         };
         pieces.lay_out(prepared);
+        if strike.effects.has(Effect::Hulls) {
+            watch.begin(Effect::Hulls);
+            let lattices: Vec<_> = prepared.bodies.iter().map(|body| &body.crack).collect();
+            pieces.hulls = pieces.fit_hulls(&lattices, token)?;
+            watch.end(Effect::Hulls, pieces.hulls.bytes() as u64);
+        }
         Ok(pieces)
     }
 

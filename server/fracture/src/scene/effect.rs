@@ -24,13 +24,15 @@ pub enum Effect {
     Bonds = 8,
     /// Points on crack faces from which dust and chips come.
     Debris = 9,
+    /// Convex proxies of the fragments for collisions.
+    Hulls = 10,
     /// Physics: cells follow what an artist says.
-    Warp = 10,
+    Warp = 11,
 }
 
 impl Effect {
     /// Every effect, by number.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 12] = [
         Self::Elastic,
         Self::Tensile,
         Self::Interior,
@@ -41,6 +43,7 @@ impl Effect {
         Self::Uv,
         Self::Bonds,
         Self::Debris,
+        Self::Hulls,
         Self::Warp,
     ];
 
@@ -57,6 +60,7 @@ impl Effect {
             Self::Uv => "uv",
             Self::Bonds => "bonds",
             Self::Debris => "debris",
+            Self::Hulls => "hulls",
             Self::Warp => "warp",
         }
     }

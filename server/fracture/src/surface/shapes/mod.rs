@@ -14,19 +14,23 @@ pub use objects::{arch, dumbbell, horseshoe, mug, statue, vase};
 pub use solids::{cuboid, ellipsoid, sphere, torus};
 
 use super::RawMesh;
-use std::io::{BufWriter, Write};
 use std::path::Path;
 
-/// Writes a mesh as Wavefront OBJ, metres; reading it again gives the same bits.
-pub fn write_obj(mesh: &RawMesh, path: &Path) -> std::io::Result<()> {
-    let mut file = BufWriter::new(std::fs::File::create(path)?);
+/// A mesh as Wavefront OBJ, metres; reading it again gives the same bits.
+pub fn obj(mesh: &RawMesh) -> String {
+    let mut text = String::new();
     for point in &mesh.positions_m {
-        writeln!(file, "v {} {} {}", point.x, point.y, point.z)?;
+        text += &format!("v {} {} {}\n", point.x, point.y, point.z);
     }
     for [a, b, c] in &mesh.triangles {
         // Indices of a mesh that was never checked may be as large as they can.
         let [a, b, c] = [a, b, c].map(|&index| u64::from(index) + 1);
-        writeln!(file, "f {a} {b} {c}")?;
+        text += &format!("f {a} {b} {c}\n");
     }
-    file.flush()
+    text
+}
+
+/// Writes a mesh as Wavefront OBJ, as [`obj`] has it.
+pub fn write_obj(mesh: &RawMesh, path: &Path) -> std::io::Result<()> {
+    std::fs::write(path, obj(mesh))
 }

@@ -1,0 +1,40 @@
+//! The object before it breaks: the boundaries of its lattices, which the fragments' outer faces are made of.
+
+use super::Prepared;
+use crate::fragment::Properties;
+use crate::surface::RawMesh;
+
+/// One body, whole.
+#[derive(Clone, Debug)]
+pub struct Intact {
+    /// Its surface, coordinates of the mesh file, m: closed, counter-clockwise seen from outside, every vertex once.
+    pub mesh: RawMesh,
+    /// Volume, m³.
+    pub volume_m3: f64,
+    /// Mass, kg.
+    pub mass_kg: f64,
+    /// Centre of mass, coordinates of the mesh file, m.
+    pub centre_m: [f64; 3],
+}
+
+impl Prepared {
+    /// All bodies, whole, in their order. What a host shows until the object breaks: pieces put together again look the same.
+    pub fn intact(&self) -> Vec<Intact> {
+        let bodies = self.bodies.iter().map(|body| {
+            // Boundary nodes ascend.
+            let nodes = &body.topology.boundary_nodes;
+            let vertex = |node: u32| nodes.partition_point(|own| *own < node) as u32;
+            let positions_m: Vec<_> =
+                nodes.iter().map(|&node| self.frame.to_metres(&body.crack.nodes[node as usize])).collect();
+            let triangles: Vec<[u32; 3]> = body.topology.boundary.iter().map(|face| face.nodes.map(vertex)).collect();
+            let Properties { volume, centre, .. } = Properties::of_surface(&positions_m, triangles.iter().copied());
+            Intact {
+                mesh: RawMesh::new(positions_m, triangles),
+                volume_m3: volume,
+                mass_kg: volume * self.parameters.material.density_kg_m3,
+                centre_m: centre.coords.into(),
+            }
+        });
+        bodies.collect()
+    }
+}
