@@ -77,6 +77,10 @@ effects! {
     8 Bonds "bonds" Output false None;
     /// Points on crack faces from which dust and chips come.
     9 Debris "debris" Output false None;
+    /// What lies in the scene's anchors does not move. Off: the body is free.
+    10 Anchored "anchored" Physics false Some(Self::Elastic);
+    /// An anchored body has weight.
+    11 Gravity "gravity" Physics false Some(Self::Anchored);
 }
 
 impl Effect {

@@ -180,7 +180,7 @@ mod tests {
     #[test]
     fn an_answer_without_fragments_is_small() {
         let layout = Layout::new(&Counts::default()).unwrap();
-        assert_eq!((layout.used_bytes(), layout.blocks()), (1024, 16));
+        assert_eq!((layout.used_bytes(), layout.blocks()), (1088, 17));
     }
 
     #[test]

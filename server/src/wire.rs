@@ -12,7 +12,7 @@ use shatter_fracture::pipeline::{
 };
 use shatter_fracture::scene::{DEFAULT_DURATION_S, DEFAULT_RADIUS_DIAGONALS, Effect, Effects};
 use shatter_fracture::token::Token;
-use shatter_proto::answer::{BondWire, DebrisWire, FragmentWire, OUTER, RunWire, SummaryWire, VelocityWire};
+use shatter_proto::answer::{BondWire, DebrisWire, FragmentWire, OUTER, RunWire, SummaryWire, VelocityWire, WORLD};
 use shatter_proto::control::ObjectRow;
 use shatter_proto::effect;
 use shatter_proto::layout::{Counts, Layout, Sections};
@@ -22,7 +22,7 @@ use std::sync::Arc;
 
 /// Bytes of answer per crack tetrahedron at most: four labels in it make 24 crack triangles, with their share of
 /// vertices and merge pairs; and per boundary triangle, of which there are fewer than tetrahedra. Normals and texture
-/// coordinates are not twice as long as positions, debris has a row per four triangles, bonds one per crack.
+/// coordinates are not twice as long as positions, debris has a row per four triangles, bonds one per crack and held fragment.
 const ANSWER_BYTES_PER_TET: usize = 2 * (1024 + 256);
 
 /// Loads databases as the science writes them: whole, or what a scene wants of them.
@@ -34,12 +34,13 @@ pub fn loader(scene: Option<Scene>) -> Loader {
             Some(Some(object)) => (object.terms.clone(), object.material.as_ref()),
             Some(None) => return Err("it is not in the scene".to_owned()),
         };
-        let prepared = database::load_tables(path, terms.tables()).map_err(|error| error.to_string())?;
+        let mut prepared = database::load_tables(path, terms.tables()).map_err(|error| error.to_string())?;
         let own = &prepared.parameters.material_name;
-        match material.filter(|(name, _)| name != own) {
-            Some((name, _)) => Err(format!("it was baked of {own}, the scene wants {name}: bake it again")),
-            None => Ok(Arc::new(Served::new(Arc::new(prepared), terms))),
+        if let Some((name, _)) = material.filter(|(name, _)| name != own) {
+            return Err(format!("it was baked of {own}, the scene wants {name}: bake it again"));
         }
+        terms.hold(&mut prepared).map_err(|error| format!("objects.{}: {error}", prepared.name))?;
+        Ok(Arc::new(Served::new(Arc::new(prepared), terms)))
     })
 }
 
@@ -193,6 +194,7 @@ pub(crate) fn refusal(error: StrikeError) -> Refusal {
         StrikeError::Range(e1_over_gamma) => (Kind::Gamma, e1_over_gamma.to_string()),
         StrikeError::Degree { degree, .. } => (Kind::Degree, degree.to_string()),
         StrikeError::ElasticityUnprepared { .. } => (Kind::Effect, Effect::Elastic.name().to_owned()),
+        StrikeError::Unheld { effect } => (Kind::Effect, effect.name().to_owned()),
         StrikeError::LiftUnprepared { lift, .. } => (Kind::Lift, lift.to_string()),
         StrikeError::TooFar { contact, .. } => (Kind::ContactTooFar, of(contact, "point_m")),
         StrikeError::Cancelled(_) => (Kind::Cancelled, "client".to_owned()),
@@ -364,7 +366,7 @@ fn run(row: &RunRow) -> RunWire {
     }
 }
 
-const _: () = assert!(OUTER == pipeline::OUTER);
+const _: () = assert!(OUTER == pipeline::OUTER && WORLD == pipeline::WORLD);
 
 #[cfg(test)]
 mod tests {

@@ -99,6 +99,7 @@ impl Failure {
         match error {
             EffectsError::Refused(refusal) => refusal.into(),
             EffectsError::Bake(error) => error.into(),
+            EffectsError::Hold(error) => Self::refused("configuration", "anchors", error.to_string()),
             EffectsError::Plot(error) => Self::ours("plot", error.to_string()),
         }
     }

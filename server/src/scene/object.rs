@@ -1,18 +1,20 @@
 //! What a scene says about one object.
 
-use super::invalid;
 use super::names::{known, nearest};
+use super::{anchors, invalid};
 use serde::Deserialize;
 use shatter_fracture::database::{BakeRequest, Tables};
 use shatter_fracture::degree::reference_gamma;
-use shatter_fracture::scene::{Material, Materials};
+use shatter_fracture::pipeline::{HoldError, Prepared};
+use shatter_fracture::scene::{Anchors, Material, Materials};
 use shatter_fracture::surface::{RawMesh, shapes};
+use shatter_fracture::token::Token;
 use shatter_proto::Refusal;
 use shatter_proto::effect::{Effect, Effects, conflict};
 use shatter_proto::request::{Lift, Strike};
 
 /// Keys of an object, in the order in which the shipped scenes have them.
-const KEYS: [&str; 14] = [
+const KEYS: [&str; 16] = [
     "shape",
     "material",
     "fragment_size_m",
@@ -27,7 +29,12 @@ const KEYS: [&str; 14] = [
     "fragments_max",
     "bytes_max",
     "volume_min_m3",
+    "anchors",
+    "gravity_m_s2",
 ];
+
+/// Effects for which a scene must say more than that they are on.
+const SCENIC: [Effect; 2] = [Effect::Anchored, Effect::Gravity];
 
 /// Lifts by name.
 const LIFTS: [(&str, Lift); 3] =
@@ -74,6 +81,8 @@ pub struct Terms {
     pub bytes_max: Option<u64>,
     /// Smaller pieces become part of a neighbour, m³; needs `slivers`.
     pub volume_min_m3: Option<f64>,
+    /// What holds it where `anchored` is on.
+    pub anchors: Anchors,
 }
 
 impl Default for Terms {
@@ -81,7 +90,7 @@ impl Default for Terms {
     fn default() -> Self {
         Self {
             on: Effects::usual(),
-            allowed: Effects::of(Effect::ALL),
+            allowed: Effects::of(Effect::ALL.into_iter().filter(|effect| !SCENIC.contains(effect))),
             lift: Lift::Interior,
             fragment_size_m: None,
             gamma_j_m2: None,
@@ -89,11 +98,20 @@ impl Default for Terms {
             fragments_max: None,
             bytes_max: None,
             volume_min_m3: None,
+            anchors: Anchors::default(),
         }
     }
 }
 
 impl Terms {
+    /// With everything on that these terms can prepare: what is held here is held there, too.
+    #[must_use]
+    pub fn rich(&self) -> Self {
+        let scenic = SCENIC.into_iter().filter(|effect| self.allowed.has(*effect));
+        let all = Effects::of(Self::default().allowed.iter().chain(scenic));
+        Self { on: all, allowed: all, anchors: self.anchors.clone(), ..Self::default() }
+    }
+
     /// The tables that some strike may need. Whether strikes may name another lift is a matter of what is loaded.
     pub fn tables(&self) -> Tables {
         if *self == Self::default() {
@@ -112,7 +130,8 @@ impl Terms {
     /// The effects of `strike`. Refused by name: what cannot be, and what the scene does not prepare.
     pub fn effects(&self, strike: &Strike) -> Result<Effects, Refusal> {
         if let Some(effect) = strike.enable.iter().find(|effect| !self.allowed.has(*effect)) {
-            return Err(conflict(effect, format!("the scene does not prepare the effect `{}`", effect.name())));
+            let hint = if SCENIC.contains(&effect) { "; its key `anchors` would" } else { "" };
+            return Err(conflict(effect, format!("the scene does not prepare the effect `{}`{hint}", effect.name())));
         }
         let on = self.on.changed(strike.enable, strike.disable)?;
         let curved = |lift| lift != Lift::Euclidean;
@@ -124,6 +143,14 @@ impl Terms {
                 Err(conflict(Effect::Interior, "interior distances are off, but the lift has them"))
             }
             _ => Ok(on),
+        }
+    }
+
+    /// Holds `prepared` if some strike may want it held.
+    pub fn hold(&self, prepared: &mut Prepared) -> Result<(), HoldError> {
+        match self.allowed.has(Effect::Anchored) {
+            true => prepared.hold(&self.anchors, &Token::default()),
+            false => Ok(()),
         }
     }
 
@@ -153,6 +180,8 @@ struct Values {
     fragments_max: Option<u32>,
     bytes_max: Option<u64>,
     volume_min_m3: Option<f64>,
+    anchors: Option<Vec<toml::Table>>,
+    gravity_m_s2: Option<[f64; 3]>,
 }
 
 impl SceneObject {
@@ -195,6 +224,7 @@ impl SceneObject {
             return Err(invalid(at("volume_min_m3"), "needs the effect `slivers`, which is off"));
         }
         let allowed = on.changed(more, Effects::default()).map_err(|refusal| placed(&at("allow"), refusal))?;
+        let anchors = anchors::read(path, values.anchors.as_deref(), values.gravity_m_s2, allowed)?;
         let terms = Terms {
             on,
             allowed,
@@ -205,6 +235,7 @@ impl SceneObject {
             fragments_max: values.fragments_max,
             bytes_max: values.bytes_max,
             volume_min_m3: values.volume_min_m3,
+            anchors,
         };
         Ok(Self {
             shape: shape.transpose()?,

@@ -37,5 +37,7 @@ pub fn paid(effect: Effect) -> &'static str {
         Effect::Uv => "strike: one pass over vertices; 8 bytes per vertex",
         Effect::Bonds => "strike: one pass over crack triangles; 64 bytes per pair",
         Effect::Debris => "strike: one pass over crack triangles; 40 bytes per point",
+        Effect::Anchored => "load: a second factor; strike: a solve, never the basis, and the degree without examples",
+        Effect::Gravity => "load: one solve; strike: one pass over elastic nodes",
     }
 }

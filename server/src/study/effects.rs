@@ -11,12 +11,12 @@ use bytemuck::Zeroable;
 use nalgebra::{Point3, Vector3};
 use serde_json::{Value, json};
 use shatter_fracture::database::{BakeError, bake};
-use shatter_fracture::pipeline::{Prepared, Sampler, Workspace};
+use shatter_fracture::pipeline::{HoldError, Prepared, Sampler, Workspace};
 use shatter_fracture::random::Stream;
 use shatter_fracture::token::Token;
 use shatter_proto::Refusal;
 use shatter_proto::answer::Block;
-use shatter_proto::effect::{Effect, Effects};
+use shatter_proto::effect::Effect;
 use shatter_proto::layout::Layout;
 use shatter_proto::request::{Contact, Degree, Strike};
 use std::sync::Arc;
@@ -43,6 +43,9 @@ pub enum EffectsError {
     /// An object could not be baked.
     #[error(transparent)]
     Bake(#[from] BakeError),
+    /// An object could not be held.
+    #[error(transparent)]
+    Hold(#[from] HoldError),
     /// No plot.
     #[error(transparent)]
     Plot(#[from] PlotError),
@@ -88,12 +91,15 @@ pub fn pairs(progress: &mut dyn FnMut(&str)) -> Result<Vec<Pair>, EffectsError> 
         for (name, object) in Scene::parse(text)?.objects {
             progress(&format!("{scene}: {name}"));
             let Some((mesh, request)) = object.bake(&name) else { continue };
-            let lean = bake(mesh.clone(), &request, &Token::default(), &mut |_| {})?.bytes();
+            let mut lean = bake(mesh.clone(), &request, &Token::default(), &mut |_| {})?;
+            object.terms.hold(&mut lean)?;
             let everything =
                 shatter_fracture::database::BakeRequest { tables: shatter_fracture::database::Tables::ALL, ..request };
-            let prepared = Arc::new(bake(mesh, &everything, &Token::default(), &mut |_| {})?);
-            let rich = Terms { on: Effects::of(Effect::ALL), ..Terms::default() };
-            let memory = [lean, prepared.bytes()];
+            let mut prepared = bake(mesh, &everything, &Token::default(), &mut |_| {})?;
+            object.terms.hold(&mut prepared)?;
+            let prepared = Arc::new(prepared);
+            let memory = [lean.bytes(), prepared.bytes()];
+            let rich = object.terms.rich();
             let own = costs(&prepared, object.terms)?;
             pairs.push(Pair { scene, object: name, own, all: costs(&prepared, rich)?, memory });
         }

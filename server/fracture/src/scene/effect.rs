@@ -24,11 +24,15 @@ pub enum Effect {
     Bonds = 8,
     /// Points on crack faces from which dust and chips come.
     Debris = 9,
+    /// Physics: what lies in the scene's anchors does not move. Off: the body is free.
+    Anchored = 10,
+    /// Physics: an anchored body has weight.
+    Gravity = 11,
 }
 
 impl Effect {
     /// Every effect, by number.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 12] = [
         Self::Elastic,
         Self::Tensile,
         Self::Interior,
@@ -39,6 +43,8 @@ impl Effect {
         Self::Uv,
         Self::Bonds,
         Self::Debris,
+        Self::Anchored,
+        Self::Gravity,
     ];
 
     /// The name used in scenes and JSON.
@@ -54,6 +60,8 @@ impl Effect {
             Self::Uv => "uv",
             Self::Bonds => "bonds",
             Self::Debris => "debris",
+            Self::Anchored => "anchored",
+            Self::Gravity => "gravity",
         }
     }
 }

@@ -1,8 +1,10 @@
-//! What a scene says about an object: what it is made of, how it is struck by default.
+//! What a scene says about an object: what it is made of, how it is held, how it is struck by default.
 
+mod anchors;
 mod effect;
 mod material;
 
+pub use anchors::{Anchors, DEFAULT_GRAVITY_M_S2, Region};
 pub use effect::{Effect, Effects};
 pub use material::{Material, MaterialError, Materials};
 
