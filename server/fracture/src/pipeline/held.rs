@@ -1,6 +1,6 @@
 //! Held: an object whose anchors do not move, and its weight.
 //!
-//! Based on: T. J. R. Hughes, *The Finite Element Method* (1987), section 1.4: essential boundary conditions and body forces.
+//! Based on: T. J. R. Hughes, *The Finite Element Method* (1987), chapter 2: prescribed displacements and body forces.
 //! Linear elasticity superposes, so the weight is solved for once, of unit density under the acceleration g, K w = ∫φ g, and
 //! every strike adds its displacement. With diagonal L, density ρ and peak force F, forces are fractions of F and volumes are in
 //! L³: the weight is ρL³/F times that of unit density, and so is what it displaces.
