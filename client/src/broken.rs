@@ -91,7 +91,7 @@ impl Broken {
         self.view().effects
     }
 
-    /// Which fragments touch, by their ids; empty unless `bonds` is on.
+    /// Which fragments touch, by their ids, and which the world holds ([`BondWire::holds_to_world`]); empty unless `bonds` is on.
     pub fn bonds(&self) -> &[BondWire] {
         self.view().bonds
     }

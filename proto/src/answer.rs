@@ -92,7 +92,7 @@ pub enum SectionKind {
     Normals = 10,
     /// Two f32 per vertex, m; or none.
     Uvs = 11,
-    /// One [`BondWire`] per pair of fragments that touch, or none.
+    /// One [`BondWire`] per pair of fragments that touch, and per fragment that the world holds; or none.
     Bonds = 12,
     /// One [`DebrisWire`] per point, or none.
     Debris = 13,
@@ -223,7 +223,8 @@ pub struct SummaryWire {
     pub gamma_j_m2: f64,
     /// E_1/γ.
     pub e1_over_gamma: f64,
-    /// Factor on the impulses at which the object just breaks, √(γ/E_1).
+    /// Factor on the impulses at which the object just breaks, √(γ/E_1); 0 where its weight alone breaks it. With the effect
+    /// `gravity` it is searched for where nothing but the threshold is asked for; else it is that on all loads, weight among them.
     pub threshold_impulse_factor: f64,
     /// 0 to 1.
     pub confidence: f64,
@@ -319,18 +320,29 @@ pub struct VelocityWire {
     pub angular_rad_s: [f64; 3],
 }
 
-/// Two fragments that touch.
+/// Second fragment of a bond that ties the first to the world: no fragment.
+pub const WORLD: u32 = u32::MAX;
+
+/// Two fragments that touch; or one that lies, in part at least, in an anchor of the scene, and the world that holds it.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct BondWire {
-    /// The fragments, the lower id first.
+    /// The fragments, the lower id first; the second may be [`WORLD`].
     pub fragments: [u32; 2],
-    /// Area of the crack between them, m².
+    /// Area of the crack between them, m². Of a bond with the world: of the triangles of the fragment's outer surface whose
+    /// centroids the anchors hold; zero where they hold inner parts alone.
     pub area_m2: f64,
-    /// Mean normal, of length one, from the first to the second; zero where the crack closes upon itself.
+    /// Mean normal of that area, of length one, from the first to the second; zero where it closes upon itself, or there is none.
     pub normal: [f64; 3],
-    /// Centroid of the crack in the coordinates of the mesh file, m.
+    /// Centroid of that area in the coordinates of the mesh file, m; of the held nodes of the crack lattice where there is none.
     pub centroid_m: [f64; 3],
+}
+
+impl BondWire {
+    /// Whether it ties a fragment to the world.
+    pub fn holds_to_world(&self) -> bool {
+        self.fragments[1] == WORLD
+    }
 }
 
 /// A point of a crack from which dust and chips come.

@@ -81,6 +81,10 @@ effects! {
     10 Hulls "hulls" Output false None;
     /// Cells follow what an artist says: grain, waves, paint, protected regions, sites.
     11 Warp "warp" Physics false None;
+    /// What lies in the scene's anchors does not move. Off: the body is free.
+    12 Anchored "anchored" Physics false Some(Self::Elastic);
+    /// An anchored body has weight.
+    13 Gravity "gravity" Physics false Some(Self::Anchored);
 }
 
 impl Effect {

@@ -152,10 +152,11 @@ fn contents(view: &View<'_>) -> Result<(), Refusal> {
             return Err(bad(name, format!("{length} of {whole}")));
         }
     }
-    let pairs = view.bonds.iter().map(|bond| ("bonds", bond.fragments));
-    let pairs = pairs.chain(view.debris.iter().map(|point| ("debris", [point.fragment, point.neighbour])));
-    for (name, [lower, upper]) in pairs {
-        if lower >= upper || upper as usize >= fragments {
+    let pairs = view.bonds.iter().map(|bond| ("bonds", bond.fragments, bond.holds_to_world()));
+    let points = view.debris.iter().map(|point| ("debris", [point.fragment, point.neighbour], false));
+    for (name, [lower, upper], to_world) in pairs.chain(points) {
+        let known = if to_world { lower } else { upper };
+        if lower >= upper || known as usize >= fragments {
             return Err(bad(name, format!("fragments {lower} and {upper} of {fragments}")));
         }
     }

@@ -13,7 +13,7 @@ use shatter_fracture::pipeline::{
 use shatter_fracture::scene::{DEFAULT_DURATION_S, DEFAULT_RADIUS_DIAGONALS, Effect, Effects};
 use shatter_fracture::token::Token;
 use shatter_proto::answer::{
-    BondWire, DebrisWire, FragmentWire, HULL_FACES_MAX, HullWire, OUTER, RunWire, SummaryWire, VelocityWire,
+    BondWire, DebrisWire, FragmentWire, HULL_FACES_MAX, HullWire, OUTER, RunWire, SummaryWire, VelocityWire, WORLD,
 };
 use shatter_proto::control::ObjectRow;
 use shatter_proto::effect;
@@ -24,8 +24,8 @@ use std::sync::Arc;
 
 /// Bytes of answer per crack tetrahedron at most: four labels in it make 24 crack triangles, with their share of
 /// vertices and merge pairs; and per boundary triangle, of which there are fewer than tetrahedra. Normals and texture
-/// coordinates are not twice as long as positions, debris has a row per four triangles, bonds one per crack; a hull
-/// has 1.2 kB at most, and tetrahedra are many more than fragments.
+/// coordinates are not twice as long as positions, debris has a row per four triangles, bonds one per crack and held fragment; a
+/// hull has 1.2 kB at most, and tetrahedra are many more than fragments.
 const ANSWER_BYTES_PER_TET: usize = 2 * (1024 + 256);
 
 /// Loads databases as the science writes them: whole, or what a scene wants of them.
@@ -39,13 +39,14 @@ pub fn loader(scene: Option<Scene>) -> Loader {
         };
         let prepared = database::load_tables(path, terms.tables()).map_err(|error| error.to_string())?;
         let own = &prepared.parameters.material_name;
-        match material.filter(|(name, _)| name != own) {
-            Some((name, _)) => Err(format!("it was baked of {own}, the scene wants {name}: bake it again")),
-            None => {
-                let warped = prepared.warped(&terms.controls, &Token::default()).map_err(|error| error.to_string())?;
-                Ok(Arc::new(Served::new(Arc::new(warped), terms)))
-            }
+        if let Some((name, _)) = material.filter(|(name, _)| name != own) {
+            return Err(format!("it was baked of {own}, the scene wants {name}: bake it again"));
         }
+        let name = prepared.name.clone();
+        let refused = |error: &dyn std::fmt::Display| format!("objects.{name}: {error}");
+        let mut prepared = prepared.warped(&terms.controls, &Token::default()).map_err(|error| refused(&error))?;
+        terms.hold(&mut prepared).map_err(|error| refused(&error))?;
+        Ok(Arc::new(Served::new(Arc::new(prepared), terms)))
     })
 }
 
@@ -200,6 +201,7 @@ pub(crate) fn refusal(error: StrikeError) -> Refusal {
         StrikeError::Range(e1_over_gamma) => (Kind::Gamma, e1_over_gamma.to_string()),
         StrikeError::Degree { degree, .. } => (Kind::Degree, degree.to_string()),
         StrikeError::ElasticityUnprepared { .. } => (Kind::Effect, Effect::Elastic.name().to_owned()),
+        StrikeError::Unheld { effect } => (Kind::Effect, effect.name().to_owned()),
         StrikeError::LiftUnprepared { lift, .. } => (Kind::Lift, lift.to_string()),
         StrikeError::TooFar { contact, .. } => (Kind::ContactTooFar, of(contact, "point_m")),
         StrikeError::Cancelled(_) => (Kind::Cancelled, "client".to_owned()),
@@ -382,7 +384,7 @@ fn run(row: &RunRow) -> RunWire {
     }
 }
 
-const _: () = assert!(OUTER == pipeline::OUTER);
+const _: () = assert!(OUTER == pipeline::OUTER && WORLD == pipeline::WORLD);
 const _: () = assert!(HULL_FACES_MAX == shatter_fracture::hull::FACES_MAX);
 
 #[cfg(test)]

@@ -3,7 +3,9 @@
 mod support;
 
 use shatter_client::{Broken, Degree, Effect, Effects, Fragment, Impact, Kind, Lift, Object};
+use shatter_server::scene::Scene;
 use std::collections::{BTreeMap, HashMap};
+use std::path::Path;
 use std::sync::LazyLock;
 use support::{InProcess, TestPlace, bar, patience};
 
@@ -14,10 +16,27 @@ static BAR: LazyLock<Vec<u8>> = LazyLock::new(|| bar(0.05));
 const OUTPUTS: [Effect; 6] =
     [Effect::Release, Effect::Normals, Effect::Uv, Effect::Bonds, Effect::Debris, Effect::Hulls];
 
+/// Where the scene holds the bar: the last 5 cm of its lower end along x.
+const HELD_BELOW: f64 = -0.15;
+
 fn start() -> (InProcess, Object) {
+    start_with(None)
+}
+
+/// With a scene that holds the bar where strikes ask for it, and lets them ask for everything.
+fn start_held() -> (InProcess, Object) {
+    // To follow an artist there must be one: see the tests of warps.
+    let names = Effect::ALL.into_iter().filter(|effect| *effect != Effect::Warp);
+    let names = names.map(|effect| format!("\"{}\"", effect.name())).collect::<Vec<_>>().join(", ");
+    let anchor = format!("{{ min = [-0.3, -0.3, -0.3], max = [{HELD_BELOW}, 0.3, 0.3] }}");
+    let scene = format!("[objects.bar]\nallow = [{names}]\nanchors = [{anchor}]");
+    start_with(Some(Scene::parse(&scene, Path::new("")).unwrap()))
+}
+
+fn start_with(scene: Option<Scene>) -> (InProcess, Object) {
     let here = TestPlace::new("effects");
     std::fs::write(here.databases().join("bar.shatter"), BAR.as_slice()).unwrap();
-    let daemon = InProcess::start_with(here, "", shatter_server::wire::loader(None));
+    let daemon = InProcess::start_with(here, "", shatter_server::wire::loader(scene));
     let bar = daemon.connect().object("bar", patience()).unwrap();
     (daemon, bar)
 }
@@ -29,6 +48,11 @@ fn blow() -> Impact {
 
 fn strike(bar: &Object, impact: &Impact) -> Broken {
     bar.strike(impact).unwrap().wait(patience()).unwrap()
+}
+
+/// The effect, and those that it needs.
+fn needed(effect: Effect) -> Vec<Effect> {
+    effect.needs().map_or(Vec::new(), needed).into_iter().chain([effect]).collect()
 }
 
 fn with(effects: &[Effect]) -> Impact {
@@ -65,7 +89,7 @@ fn norm(a: [f64; 3]) -> f64 {
 
 #[test]
 fn off_is_exactly_nothing() {
-    let (_daemon, bar) = start();
+    let (_daemon, bar) = start_held();
     let check = |impact: Impact, on: Effects| {
         let broken = strike(&bar, &impact);
         for (row, effect) in broken.effects().iter().zip(Effect::ALL) {
@@ -87,9 +111,8 @@ fn off_is_exactly_nothing() {
     check(blow().disable(Effect::Interior), Effects::of([Effect::Elastic]));
     check(blow().disable(Effect::Elastic), Effects::of([Effect::Interior]));
     check(blow().disable(Effect::Elastic).disable(Effect::Interior), Effects::default());
-    // To follow an artist there must be one: see the tests of scenes.
     for effect in Effect::ALL.into_iter().filter(|effect| !effect.default_on() && *effect != Effect::Warp) {
-        check(with(&[effect]), Effects::of(usual.iter().chain([effect])));
+        check(with(&needed(effect)), Effects::of(usual.iter().chain(needed(effect))));
     }
     check(with(&OUTPUTS), Effects::of(usual.iter().chain(OUTPUTS)));
 }
@@ -133,6 +156,12 @@ fn physics_changes_the_pieces() {
     }
     let straight = hashes(&strike(&bar, &blow().lift(Lift::Euclidean)));
     assert_eq!(hashes(&strike(&bar, &blow().disable(Effect::Interior))), straight);
+    let (_daemon, held) = start_held();
+    assert_eq!(hashes(&strike(&held, &blow())), usual, "nobody asked for it to be held");
+    let [anchored, heavy] =
+        [Effect::Anchored, Effect::Gravity].map(|effect| hashes(&strike(&held, &with(&needed(effect)))));
+    assert_ne!(anchored["positions"], usual["positions"]);
+    assert_ne!(heavy["positions"], anchored["positions"]);
 }
 
 #[test]
@@ -148,6 +177,8 @@ fn what_cannot_be_is_refused_by_name() {
         (blow().enable(Effect::Interior).lift(Lift::Euclidean), "interior"),
         (blow().disable(Effect::Interior).lift(Lift::Interior), "interior"),
         (blow().enable(Effect::Warp), "warp"),
+        (blow().enable(Effect::Anchored), "anchored"),
+        (blow().enable(Effect::Gravity), "gravity"),
     ] {
         assert_eq!(refused(impact), (Kind::Effect, at.to_owned()));
     }
@@ -202,6 +233,41 @@ fn bonds_are_the_cracks_that_fragments_share() {
         }
         assert!((norm(bond.normal) - 1.0).abs() < 1e-12 && norm(bond.centroid_m) < half, "{bond:?}");
     }
+}
+
+/// Area of the part of a fragment's outer surface that the scene holds, by the centroids of the triangles that the client sees.
+fn held_area(fragment: &Fragment<'_>) -> f64 {
+    let (positions, [x, ..]) = (fragment.positions(), fragment.centre_m());
+    let runs = fragment.runs().filter(|run| run.neighbour.is_none());
+    let triangles = runs.flat_map(|run| run.indices.chunks_exact(3).collect::<Vec<_>>());
+    let area = |triangle: &[u32]| {
+        let [a, b, c] = [0, 1, 2].map(|k| positions[triangle[k] as usize].map(f64::from));
+        let edge = |to: [f64; 3]| [0, 1, 2].map(|k| to[k] - a[k]);
+        let held = (a[0] + b[0] + c[0]) / 3.0 + x <= HELD_BELOW;
+        if held { 0.5 * norm(cross(edge(b), edge(c))) } else { 0.0 }
+    };
+    triangles.map(area).sum()
+}
+
+#[test]
+fn the_world_holds_what_lies_in_its_anchors() {
+    let (_daemon, bar) = start_held();
+    let outputs = [Effect::Bonds, Effect::Release];
+    let broken = strike(&bar, &with(&[&outputs[..], &[Effect::Anchored]].concat()));
+    let world: Vec<_> = broken.bonds().iter().filter(|bond| bond.holds_to_world()).collect();
+    let [seen, told]: [f64; 2] =
+        [broken.fragments().map(|own| held_area(&own)).sum(), world.iter().map(|bond| bond.area_m2).sum()];
+    assert!((told / seen - 1.0).abs() < 1e-4, "{told} of {seen}");
+    for fragment in broken.fragments() {
+        let bond = world.iter().find(|bond| bond.fragments[0] == fragment.id());
+        let velocity = fragment.velocity().unwrap();
+        assert_eq!(norm(velocity.linear_m_s) + norm(velocity.angular_rad_s) == 0.0, bond.is_some());
+        let (own, told) = (held_area(&fragment), bond.map_or(0.0, |bond| bond.area_m2));
+        assert!((own - told).abs() < 1e-4 * seen, "fragment {}: {told} of {own}", fragment.id());
+    }
+    assert!(!world.is_empty() && world.len() < broken.fragments().len());
+    let free = strike(&bar, &with(&outputs));
+    assert!(free.bonds().iter().all(|bond| !bond.holds_to_world()));
 }
 
 #[test]

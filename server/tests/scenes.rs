@@ -6,7 +6,7 @@ use serde_json::Value;
 use shatter_client::{Degree, Effect, Impact, Kind, Lift, Object, Refusal, Shatter};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
-use support::{Child, TestPlace, bar, patience, shatterd};
+use support::{Child, TestPlace, bar, patience, shatter, shatterd};
 
 const CHEAP: &str = "[objects.bar]\neffects = []\nallow = [\"bonds\"]\nsites_max = 30";
 const RICH: &str =
@@ -119,6 +119,62 @@ fn check_prints_the_plan_and_refuses_what_is_not_known() {
     let error: Value = serde_json::from_str(&text).unwrap();
     assert_eq!((code, &error["error"]["kind"], &error["error"]["at"]), (3, &"unknown_effect".into(), &"bond".into()));
     assert!(error["error"]["message"].as_str().unwrap().contains("`bonds`"), "{text}");
+}
+
+#[test]
+fn anchors_that_hold_nothing_are_refused_when_the_scene_is_loaded() {
+    let held = |max: f64| {
+        format!(
+            "[objects.bar]\neffects = [\"elastic\", \"interior\", \"bonds\", \"anchored\", \"gravity\"]\n\
+             anchors = [{{ min = [-0.3, -0.3, -0.3], max = [{max}, 0.3, 0.3] }}]"
+        )
+    };
+    let (here, scene) = place("held", &held(-0.15));
+    let databases = here.databases();
+    let check = |scene: &Path| {
+        run(&here, &["check", scene.to_str().unwrap(), "--databases", databases.to_str().unwrap(), "--json"])
+    };
+    let (code, text, error) = check(&scene);
+    let told: Value = serde_json::from_str(&text).unwrap();
+    assert_eq!(code, 0, "{error}");
+    assert!(told["objects"][0]["anchors"][0]["nodes"].as_u64().unwrap() > 8, "{text}");
+    let (daemon, _, bar) = serve(&here, &scene);
+    let broken = bar.strike(&blow()).unwrap().wait(patience()).unwrap();
+    let ran: Vec<&str> = broken.effects().iter().filter(|row| row.ran != 0).map(|row| row.name()).collect();
+    assert_eq!(ran, ["elastic", "interior", "bonds", "anchored", "gravity"]);
+    assert_eq!(broken.summary().elastic(), "solve");
+    let light = bar.strike(&blow().disable(Effect::Gravity)).unwrap().wait(patience()).unwrap();
+    assert_ne!(light.digest().output_hash, broken.digest().output_hash);
+    let strike = [
+        "impact",
+        "bar",
+        "--point",
+        "0.2,0,0",
+        "--impulse",
+        "-50,3,0",
+        "--radius-m",
+        "0.05",
+        "--degree",
+        "24",
+        "--seed",
+        "3",
+    ];
+    let (_, text) = shatter(&here, &[&strike[..], &["--json"]].concat());
+    let answer: Value = serde_json::from_str(&text).unwrap();
+    let bonds = answer["bonds"].as_array().unwrap();
+    let world = bonds.iter().filter(|bond| bond["world"] == true && bond["fragments"].as_array().unwrap().len() == 1);
+    assert_eq!(world.count(), broken.bonds().iter().filter(|bond| bond.holds_to_world()).count());
+    assert_eq!(daemon.terminate().code(), Some(0));
+
+    let wrong = here.file("wrong.toml", &held(-0.25));
+    let (code, text, _) = check(&wrong);
+    let error: Value = serde_json::from_str(&text).unwrap();
+    assert_eq!((code, &error["error"]["at"]), (3, &"objects.bar.anchors".into()), "{text}");
+    let daemon = Child::start(shatterd(&here).arg("--scene").arg(&wrong));
+    let service = Shatter::connect_at(&here.place, patience()).unwrap();
+    let refusal = service.object("bar", patience()).err().unwrap();
+    assert!(refusal.message.contains("objects.bar") && refusal.message.contains("anchors[0]"), "{refusal}");
+    assert_eq!(daemon.terminate().code(), Some(0));
 }
 
 #[test]

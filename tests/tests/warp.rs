@@ -177,9 +177,9 @@ fn waves_bend_the_cracks() {
 
 #[test]
 fn no_crack_passes_through_what_is_protected() {
-    let ball = Region::Ball { center: [0.2, 0.1, 0.0], radius_m: 0.18 };
-    let block = Region::Box { min: [-0.5, -0.5, -0.5], max: [-0.2, -0.1, 0.1] };
-    let overlapping = Region::Ball { center: [-0.2, -0.1, 0.1], radius_m: 0.1 };
+    let ball = Region::Ball { centre_m: Point3::from([0.2, 0.1, 0.0]), radius_m: 0.18 };
+    let block = Region::Cuboid { min_m: Point3::from([-0.5, -0.5, -0.5]), max_m: Point3::from([-0.2, -0.1, 0.1]) };
+    let overlapping = Region::Ball { centre_m: Point3::from([-0.2, -0.1, 0.1]), radius_m: 0.1 };
     let protected = vec![ball, block, overlapping];
     let prepared = under(Controls { protected: protected.clone(), ..Controls::default() });
     let inside = |warp: bool| {
@@ -230,7 +230,7 @@ fn whether_it_breaks_is_not_the_artists_to_say_and_off_is_off() {
     let controls = Controls {
         grain: Some(Grain { axis: Vector3::x(), ratio: 3.0 }),
         waves: Some(Waves { length_m: 0.5, slope: 0.25 }),
-        protected: vec![Region::Ball { center: [0.0; 3], radius_m: 0.2 }],
+        protected: vec![Region::Ball { centre_m: Point3::from([0.0; 3]), radius_m: 0.2 }],
         sites_m: vec![Point3::new(0.3, 0.3, 0.3)],
         ..Controls::default()
     };
@@ -250,7 +250,7 @@ fn whether_it_breaks_is_not_the_artists_to_say_and_off_is_off() {
 #[test]
 fn controls_that_an_object_cannot_follow_are_refused_by_name() {
     let refused = |controls: Controls| cube().warped(&controls, &Token::default()).err().unwrap();
-    let protected = vec![Region::Ball { center: [9.0; 3], radius_m: 1.0 }];
+    let protected = vec![Region::Ball { centre_m: Point3::from([9.0; 3]), radius_m: 1.0 }];
     assert_eq!(refused(Controls { protected, ..Controls::default() }), WarpError::Region { region: 0 });
     let sites_m = vec![Point3::origin(), Point3::new(0.0, 2.0, 0.0)];
     assert!(matches!(refused(Controls { sites_m, ..Controls::default() }), WarpError::Site { site: 1, .. }));

@@ -3,7 +3,7 @@
 use super::{ANSWER, Failure, document, out, reply, vector, with_contact};
 use serde_json::{Value, json};
 use shatter_client::{Broken, Deadline, Degree, Effect, Elastic, Hull, Impact, Kind, Lift, Refusal, Shatter};
-use shatter_proto::answer::{EffectWire, HullWire, SummaryWire};
+use shatter_proto::answer::{BondWire, EffectWire, HullWire, SummaryWire};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -200,6 +200,16 @@ fn to_json(broken: &Broken, file: Option<&Path>) -> Value {
     let stage = |stage: &shatter_proto::answer::StageWire| json!({ "name": stage.name(), "ran": stage.ran != 0, "ns": stage.ns, "bytes": stage.bytes });
     let effect = |effect: &EffectWire| json!({ "name": effect.name(), "ran": effect.ran != 0, "ns": effect.ns, "bytes": effect.bytes });
     let section = |section: &shatter_client::SectionDigest| json!({ "name": section.name, "bytes": section.bytes, "hash": section.hash });
+    let bond = |bond: &BondWire| {
+        let fragments = if bond.holds_to_world() { &bond.fragments[..1] } else { &bond.fragments[..] };
+        json!({
+            "fragments": fragments,
+            "world": bond.holds_to_world(),
+            "area_m2": bond.area_m2,
+            "normal": bond.normal,
+            "centroid_m": bond.centroid_m,
+        })
+    };
     json!({
         "status": "ok",
         "object": summary.object(),
@@ -215,6 +225,7 @@ fn to_json(broken: &Broken, file: Option<&Path>) -> Value {
         "capped": summary.capped != 0,
         "radius_m": summary.radius_m,
         "fragments": fragments,
+        "bonds": broken.bonds().iter().map(bond).collect::<Vec<_>>(),
         "hulls": hulls(broken),
         "stages": broken.stages().iter().map(stage).chain(broken.effects().iter().map(effect)).collect::<Vec<_>>(),
         "sections": digest.sections.iter().map(section).collect::<Vec<_>>(),

@@ -1,4 +1,5 @@
 use super::*;
+use crate::answer::WORLD;
 use crate::layout::{Counts, Layout};
 use bytemuck::Zeroable;
 use proptest::prelude::*;
@@ -102,6 +103,8 @@ fn every_rule_names_its_offender() {
     check(|_, p| section(p, |s| (s.runs[0].fragment, s.fragments[0].run_count) = (2, 0)), "runs[0]");
     check(|_, p| section(p, |s| s.bonds[0].fragments = [1, 0]), "bonds");
     check(|_, p| section(p, |s| s.bonds[0].fragments = [0, 2]), "bonds");
+    check(|_, p| section(p, |s| s.bonds[0].fragments = [2, WORLD]), "bonds");
+    check(|_, p| section(p, |s| s.bonds[0].fragments = [WORLD, WORLD]), "bonds");
     check(|_, p| section(p, |s| s.debris[0].neighbour = 0), "debris");
     check(|_, p| table(p)[8].length -= 48, "velocities");
     check(|_, p| table(p)[9].length -= 12, "normals");
@@ -114,6 +117,14 @@ fn every_rule_names_its_offender() {
     check(|_, p| section(p, |s| s.runs[0].neighbour = 2), "runs[0]");
     check(|_, p| section(p, |s| s.runs[1].material = 0), "runs[1]");
     check(|_, p| section(p, |s| s.runs[1].index_first = 0), "runs[1]");
+}
+
+#[test]
+fn a_bond_may_tie_a_fragment_to_the_world() {
+    let (header, mut payload) = answer();
+    section(&mut payload, |s| s.bonds[0].fragments = [1, WORLD]);
+    let view = Checked::new(&header, &payload).unwrap().view(&payload).unwrap();
+    assert!(view.bonds[0].holds_to_world());
 }
 
 proptest! {

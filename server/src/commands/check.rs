@@ -5,8 +5,10 @@ use crate::config::data_folder;
 use crate::scene::{Scene, SceneObject, paid, tables};
 use clap::Args;
 use serde_json::{Value, json};
-use shatter_fracture::database::{self, EXTENSION};
+use shatter_fracture::database::{self, EXTENSION, Tables};
+use shatter_fracture::scene::Anchors;
 use shatter_proto::effect::{Class, Effect};
+use shatter_proto::{Kind, Refusal};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
@@ -81,10 +83,27 @@ fn plan(name: &str, object: &SceneObject, folder: &Path) -> Result<Value, Failur
         "stages": stages.map(|(name, runs)| json!({ "name": name, "runs": runs })),
         "effects": Effect::ALL.map(effect),
         "tables": tables(terms.tables()).map(table),
+        "anchors": anchors(name, &terms.anchors, &file)?,
+        "gravity_m_s2": terms.anchors.gravity_m_s2.map(|gravity| [gravity.x, gravity.y, gravity.z]),
         "sites_max": terms.sites_max,
         "fragments_max": terms.fragments_max,
         "bytes_max": terms.bytes_max,
     }))
+}
+
+/// What holds the object, and how many nodes each anchor has of a database that is there. Refused: anchors that do not hold it.
+fn anchors(name: &str, anchors: &Anchors, file: &Path) -> Result<Vec<Value>, Failure> {
+    let mut nodes = vec![None; anchors.regions.len()];
+    if !anchors.regions.is_empty() && file.exists() {
+        let elastic = Tables { elastic: true, interior: false, surface_diffusion: false, examples: false };
+        let prepared = database::load_tables(file, elastic).map_err(|error| Failure::database(file, &error))?;
+        let grip = prepared.grip(anchors).map_err(|error| {
+            Refusal::new(Kind::Configuration, format!("objects.{name}.anchors"), format!("objects.{name}: {error}"))
+        })?;
+        nodes = grip.counts.into_iter().map(Some).collect();
+    }
+    let rows = anchors.regions.iter().zip(nodes);
+    Ok(rows.map(|(region, nodes)| json!({ "region": region.to_string(), "nodes": nodes })).collect())
 }
 
 fn screen(title: &str, objects: &[Value]) -> String {
@@ -103,6 +122,10 @@ fn screen(title: &str, objects: &[Value]) -> String {
             let size =
                 table["bytes"].as_u64().map_or(String::new(), |bytes| format!(", {:.2} MB", bytes as f64 * 1e-6));
             let _ = writeln!(text, "  table     {:<18} {state}{size}", word(&table, "name"));
+        }
+        for anchor in list(&object["anchors"]) {
+            let nodes = anchor["nodes"].as_u64().map_or(String::new(), |nodes| format!(", {nodes} nodes"));
+            let _ = writeln!(text, "  anchor    {}{nodes}", word(&anchor, "region"));
         }
         for effect in list(&object["effects"]) {
             let (name, state, paid) = (word(&effect, "name"), word(&effect, "state"), word(&effect, "paid"));

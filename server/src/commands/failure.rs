@@ -100,6 +100,7 @@ impl Failure {
             EffectsError::Refused(refusal) => refusal.into(),
             EffectsError::Bake(error) => error.into(),
             EffectsError::Warp(error) => Self::ours("warp", error.to_string()),
+            EffectsError::Hold(error) => Self::refused("configuration", "anchors", error.to_string()),
             EffectsError::Plot(error) => Self::ours("plot", error.to_string()),
             EffectsError::Picture(_) | EffectsError::Materials(_) | EffectsError::Whole(_) => {
                 Self::ours("gallery", error.to_string())

@@ -1,5 +1,6 @@
 //! Scenes: which objects are served, and what is simulated of each. What a scene does not name is neither loaded nor run.
 
+mod anchors;
 mod names;
 mod object;
 mod tables;

@@ -1,20 +1,22 @@
 //! What a scene says about one object.
 
 use super::names::{known, nearest};
-use super::{invalid, warp};
+use super::{anchors, invalid, warp};
 use serde::Deserialize;
 use shatter_fracture::centroidal::TOLERANCE;
 use shatter_fracture::database::{BakeRequest, Tables};
 use shatter_fracture::degree::reference_gamma;
-use shatter_fracture::scene::{Controls, Material, Materials};
+use shatter_fracture::pipeline::{HoldError, Prepared};
+use shatter_fracture::scene::{Anchors, Controls, Material, Materials};
 use shatter_fracture::surface::{RawMesh, shapes};
+use shatter_fracture::token::Token;
 use shatter_proto::Refusal;
 use shatter_proto::effect::{Effect, Effects, conflict};
 use shatter_proto::request::{Lift, Strike};
 use std::path::Path;
 
 /// Keys of an object, in the order in which the shipped scenes have them.
-const KEYS: [&str; 16] = [
+const KEYS: [&str; 18] = [
     "shape",
     "material",
     "fragment_size_m",
@@ -31,7 +33,12 @@ const KEYS: [&str; 16] = [
     "volume_min_m3",
     "quality",
     "warp",
+    "anchors",
+    "gravity_m_s2",
 ];
+
+/// Effects for which a scene must say more than that they are on.
+const SCENIC: [Effect; 3] = [Effect::Warp, Effect::Anchored, Effect::Gravity];
 
 /// Lifts by name.
 const LIFTS: [(&str, Lift); 3] =
@@ -85,6 +92,8 @@ pub struct Terms {
     pub tolerance: f64,
     /// What an artist says; needs `warp`.
     pub controls: Controls,
+    /// What holds it where `anchored` is on.
+    pub anchors: Anchors,
 }
 
 impl Default for Terms {
@@ -92,7 +101,7 @@ impl Default for Terms {
     fn default() -> Self {
         Self {
             on: Effects::usual(),
-            allowed: Effects::of(Effect::ALL),
+            allowed: Effects::of(Effect::ALL.into_iter().filter(|effect| !SCENIC.contains(effect))),
             lift: Lift::Interior,
             fragment_size_m: None,
             gamma_j_m2: None,
@@ -102,11 +111,26 @@ impl Default for Terms {
             volume_min_m3: None,
             tolerance: TOLERANCE,
             controls: Controls::default(),
+            anchors: Anchors::default(),
         }
     }
 }
 
 impl Terms {
+    /// With everything on that these terms can prepare: what is held here is held there, too.
+    #[must_use]
+    pub fn rich(&self) -> Self {
+        let scenic = SCENIC.into_iter().filter(|effect| self.allowed.has(*effect));
+        let all = Effects::of(Self::default().allowed.iter().chain(scenic));
+        Self {
+            on: all,
+            allowed: all,
+            anchors: self.anchors.clone(),
+            controls: self.controls.clone(),
+            ..Self::default()
+        }
+    }
+
     /// The tables that some strike may need. Whether strikes may name another lift is a matter of what is loaded.
     pub fn tables(&self) -> Tables {
         if *self == Self::default() {
@@ -125,10 +149,12 @@ impl Terms {
     /// The effects of `strike`. Refused by name: what cannot be, and what the scene does not prepare.
     pub fn effects(&self, strike: &Strike) -> Result<Effects, Refusal> {
         if let Some(effect) = strike.enable.iter().find(|effect| !self.allowed.has(*effect)) {
-            return Err(conflict(effect, format!("the scene does not prepare the effect `{}`", effect.name())));
-        }
-        if strike.enable.has(Effect::Warp) && self.controls.is_silent() {
-            return Err(conflict(Effect::Warp, "no scene says what to warp: `[objects.NAME.warp]`"));
+            let hint = match effect {
+                Effect::Warp => "; its key `warp` would",
+                _ if SCENIC.contains(&effect) => "; its key `anchors` would",
+                _ => "",
+            };
+            return Err(conflict(effect, format!("the scene does not prepare the effect `{}`{hint}", effect.name())));
         }
         let on = self.on.changed(strike.enable, strike.disable)?;
         let curved = |lift| lift != Lift::Euclidean;
@@ -140,6 +166,14 @@ impl Terms {
                 Err(conflict(Effect::Interior, "interior distances are off, but the lift has them"))
             }
             _ => Ok(on),
+        }
+    }
+
+    /// Holds `prepared` if some strike may want it held.
+    pub fn hold(&self, prepared: &mut Prepared) -> Result<(), HoldError> {
+        match self.allowed.has(Effect::Anchored) {
+            true => prepared.hold(&self.anchors, &Token::default()),
+            false => Ok(()),
         }
     }
 
@@ -172,6 +206,8 @@ struct Values {
     quality: Option<String>,
     #[serde(default)]
     warp: toml::Table,
+    anchors: Option<Vec<toml::Table>>,
+    gravity_m_s2: Option<[f64; 3]>,
 }
 
 impl SceneObject {
@@ -220,6 +256,7 @@ impl SceneObject {
         if controls.is_silent() == allowed.has(Effect::Warp) {
             return Err(invalid(at("warp"), "and the effect `warp` need each other: one is there, the other is not"));
         }
+        let anchors = anchors::read(path, values.anchors.as_deref(), values.gravity_m_s2, allowed)?;
         let terms = Terms {
             on,
             allowed,
@@ -232,6 +269,7 @@ impl SceneObject {
             volume_min_m3: values.volume_min_m3,
             tolerance,
             controls,
+            anchors,
         };
         Ok(Self {
             shape: shape.transpose()?,

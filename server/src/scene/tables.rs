@@ -39,5 +39,7 @@ pub fn paid(effect: Effect) -> &'static str {
         Effect::Debris => "strike: one pass over crack triangles; 40 bytes per point",
         Effect::Hulls => "strike: a hull per fragment, fitted and measured; about 1 kB per fragment",
         Effect::Warp => "load: eigenpairs of the bent space, if something bends; strike: one pass over protected nodes",
+        Effect::Anchored => "load: a second factor; strike: a solve, never the basis, and the degree without examples",
+        Effect::Gravity => "load: one solve; strike: one pass over elastic nodes",
     }
 }

@@ -1,4 +1,5 @@
 use super::*;
+use nalgebra::{Point3, Vector3};
 use shatter_fracture::database::Tables;
 use shatter_proto::effect::{Effect, Effects};
 use shatter_proto::request::{Lift, Strike};
@@ -26,6 +27,22 @@ fn what_is_not_known_is_refused_by_name_with_the_nearest() {
     check("volume_min_m3 = 0.1", "objects.vase.volume_min_m3", "`slivers`");
     check("fragment_size_m = 0.0", "objects.vase.fragment_size_m", "above zero");
     check("sites_max = \"many\"", "objects.vase", "sites_max");
+    let held = |anchor: &str| format!("allow = [\"anchored\"]\nanchors = [{anchor}]");
+    check(&held("{ centre = [0, 0, 0], radius_m = 1 }"), "objects.vase.anchors[0].centre", "`center`");
+    for half in ["{}", "{ center = [0, 0, 0] }", "{ center = [0, 0, 0], radius_m = 1, min = [0, 0, 0] }"] {
+        check(&held(half), "objects.vase.anchors[0]", "a box");
+    }
+    check(&held("{ center = [0, 0], radius_m = 1 }"), "objects.vase.anchors[0]", "center");
+    check(&held("{ center = [0, 0, nan], radius_m = 1 }"), "objects.vase.anchors[0]", "finite");
+    check(&held("{ center = [0, 0, 0], radius_m = 0 }"), "objects.vase.anchors[0].radius_m", "above zero");
+    check(&held("{ min = [0, 0, 0], max = [1, 0, 1] }"), "objects.vase.anchors[0].max", "`min`");
+    check(&held(""), "objects.vase.anchors", "at least one");
+    check("effects = [\"elastic\", \"gravity\"]", "gravity", "`anchored`");
+    check("anchors = [{ center = [0, 0, 0], radius_m = 1 }]", "objects.vase.anchors", "`anchored`");
+    let ball = held("{ center = [0, 0, 0], radius_m = 1 }");
+    check(&format!("{ball}\ngravity_m_s2 = [0, -1, 0]"), "objects.vase.gravity_m_s2", "`gravity`");
+    let pulled = ball.replace("\"]", "\", \"gravity\"]");
+    check(&format!("{pulled}\ngravity_m_s2 = [0, inf, 0]"), "objects.vase.gravity_m_s2", "finite");
     let scene = |text: &str| Scene::parse(text, Path::new("")).unwrap_err().at;
     assert_eq!(scene("objets = 1"), "objets");
     assert_eq!((scene(""), scene("[objects]")), ("objects".to_owned(), "objects".to_owned()));
@@ -66,6 +83,26 @@ fn strikes_narrow_and_widen_within_what_is_prepared() {
 }
 
 #[test]
+fn anchors_and_weight_are_read() {
+    let text = "effects = [\"elastic\", \"anchored\"]\nallow = [\"gravity\"]\n\
+                anchors = [{ center = [0, 1, 0], radius_m = 0.5 }, { min = [0, 0, 0], max = [1, 1, 1] }]";
+    let terms = object(text).unwrap().terms;
+    let points = [[0.0, 1.5, 0.0], [0.9, 0.9, 0.0], [1.1, 0.0, 0.0]].map(Point3::from);
+    assert_eq!(points.map(|point| terms.anchors.hold(&point)), [true, true, false]);
+    assert_eq!(terms.anchors.gravity_m_s2, Some(Vector3::new(0.0, -9.81, 0.0)));
+    let moon = object(&format!("{text}\ngravity_m_s2 = [0, -1.6, 0]")).unwrap().terms;
+    assert_eq!(moon.anchors.gravity_m_s2, Some(Vector3::new(0.0, -1.6, 0.0)));
+    let enable = |effect: Effect| Strike { enable: Effects::of([effect]), ..Strike::default() };
+    assert!(terms.effects(&enable(Effect::Gravity)).unwrap().has(Effect::Gravity));
+    for effect in [Effect::Anchored, Effect::Gravity] {
+        let refusal = Terms::default().effects(&enable(effect)).unwrap_err();
+        assert_eq!(refusal.at, effect.name());
+        assert!(refusal.message.contains("`anchors`"), "{refusal}");
+    }
+    assert!(terms.rich().on.has(Effect::Gravity) && !Terms::default().rich().on.has(Effect::Anchored));
+}
+
+#[test]
 fn a_fragment_size_gives_gamma() {
     let glass = object("material = \"glass\"\nfragment_size_m = 0.1").unwrap();
     let (_, material) = glass.material.unwrap();
@@ -83,7 +120,11 @@ fn what_an_artist_says_is_checked_by_name() {
     check(&warped("grain = { axis = [0, 0, 0], ratio = 2.0 }"), "objects.vase.warp.grain", "axis");
     check(&warped("grain = { axis = [0, 1, 0], ratio = 99.0 }"), "objects.vase.warp.grain", "ratio");
     check(&warped("waves = { length_m = -1.0, slope = 0.3 }"), "objects.vase.warp.waves", "above zero");
-    check(&warped("protect = [{ center = [0, 0, 0], radius_m = 0.0 }]"), "objects.vase.warp.protect[0]", "inside");
+    check(
+        &warped("protect = [{ center = [0, 0, 0], radius_m = 0.0 }]"),
+        "objects.vase.warp.protect[0].radius_m",
+        "above zero",
+    );
     check(&warped("sites = [[0.0, 0.0, inf]]"), "objects.vase.warp.sites[0]", "finite");
     check(
         &warped("paint = { file = \"no.ply\", attribute = \"red\", least = 1.0, most = 4.0 }"),

@@ -1,10 +1,11 @@
 //! What an artist says in a scene: `[objects.NAME.warp]`.
 
+use super::anchors::region;
 use super::invalid;
 use super::names::known;
 use nalgebra::{Point3, Vector3};
 use serde::Deserialize;
-use shatter_fracture::scene::{Controls, Grain, Paint, Region, Waves};
+use shatter_fracture::scene::{Controls, Grain, Paint, Waves};
 use shatter_fracture::surface::read_painted;
 use shatter_proto::Refusal;
 use std::path::Path;
@@ -24,7 +25,7 @@ struct Values {
     waves: Option<WavesValues>,
     paint: Option<PaintValues>,
     #[serde(default)]
-    protect: Vec<Region>,
+    protect: Vec<toml::Table>,
     #[serde(default)]
     sites: Vec<[f64; 3]>,
 }
@@ -58,16 +59,15 @@ pub(super) fn read(path: &str, table: &toml::Table, folder: &Path) -> Result<Con
     let values = toml::Value::Table(table.clone()).try_into();
     let values: Values = values.map_err(|error: toml::de::Error| invalid(path, error.to_string().trim_end()))?;
     let at = |key: &str| format!("{path}.{key}");
+    let region = |(number, table): (usize, &toml::Table)| region(&format!("{path}.protect[{number}]"), table);
+    let protect = values.protect.iter().enumerate().map(region);
     let controls = Controls {
         grain: values.grain.map(|grain| self::grain(&at("grain"), &grain)).transpose()?,
         waves: values.waves.map(|waves| self::waves(&at("waves"), &waves)).transpose()?,
         paint: values.paint.map(|paint| self::paint(&at("paint"), &paint, folder)).transpose()?,
-        protected: values.protect,
+        protected: protect.collect::<Result<_, _>>()?,
         sites_m: values.sites.into_iter().map(Point3::from).collect(),
     };
-    if let Some(region) = controls.protected.iter().position(|region| !region.is_solid()) {
-        return Err(invalid(format!("{path}.protect[{region}]"), "must be finite and have an inside"));
-    }
     if let Some(site) = controls.sites_m.iter().position(|site| !site.iter().all(|x| x.is_finite())) {
         return Err(invalid(format!("{path}.sites[{site}]"), "must be finite"));
     }

@@ -13,12 +13,12 @@ use bytemuck::Zeroable;
 use nalgebra::{Point3, Vector3};
 use serde_json::{Value, json};
 use shatter_fracture::database::{BakeError, bake};
-use shatter_fracture::pipeline::{self, Prepared, Sampler, WarpError, Workspace};
+use shatter_fracture::pipeline::{self, HoldError, Prepared, Sampler, WarpError, Workspace};
 use shatter_fracture::random::Stream;
 use shatter_fracture::token::Token;
 use shatter_proto::Refusal;
 use shatter_proto::answer::Block;
-use shatter_proto::effect::{Effect, Effects};
+use shatter_proto::effect::Effect;
 use shatter_proto::layout::Layout;
 use shatter_proto::request::{Contact, Degree, Strike};
 use std::path::Path;
@@ -49,6 +49,9 @@ pub enum EffectsError {
     /// A scene's artist wants what an object cannot have.
     #[error(transparent)]
     Warp(#[from] WarpError),
+    /// An object could not be held.
+    #[error(transparent)]
+    Hold(#[from] HoldError),
     /// No plot.
     #[error(transparent)]
     Plot(#[from] PlotError),
@@ -105,14 +108,16 @@ pub fn pairs(progress: &mut dyn FnMut(&str)) -> Result<Vec<Pair>, EffectsError> 
         for (name, object) in Scene::parse(text, Path::new(""))?.objects {
             progress(&format!("{scene}: {name}"));
             let Some((mesh, request)) = object.bake(&name) else { continue };
-            let controls = &object.terms.controls;
-            let token = Token::default();
-            let lean = bake(mesh.clone(), &request, &token, &mut |_| {})?.warped(controls, &token)?.bytes();
+            let (controls, token) = (&object.terms.controls, Token::default());
+            let mut lean = bake(mesh.clone(), &request, &token, &mut |_| {})?.warped(controls, &token)?;
+            object.terms.hold(&mut lean)?;
             let everything =
                 shatter_fracture::database::BakeRequest { tables: shatter_fracture::database::Tables::ALL, ..request };
-            let prepared = Arc::new(bake(mesh, &everything, &token, &mut |_| {})?.warped(controls, &token)?);
-            let rich = Terms { on: Effects::of(Effect::ALL), controls: controls.clone(), ..Terms::default() };
-            let memory = [lean, prepared.bytes()];
+            let mut prepared = bake(mesh, &everything, &token, &mut |_| {})?.warped(controls, &token)?;
+            object.terms.hold(&mut prepared)?;
+            let prepared = Arc::new(prepared);
+            let memory = [lean.bytes(), prepared.bytes()];
+            let rich = object.terms.rich();
             let portrait = gallery::portrait(&prepared, &request_of(&prepared, &object.terms)?)?;
             let own = costs(&prepared, object.terms)?;
             pairs.push(Pair { scene, object: name, own, all: costs(&prepared, rich)?, portrait, memory });

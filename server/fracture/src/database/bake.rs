@@ -262,6 +262,7 @@ pub(super) fn whole(
         examples: Vec::new(),
         learned: None,
         reduction: None,
+        held: None,
     })
 }
 

@@ -297,6 +297,7 @@ fn bare(contents: &Contents, tables: Tables) -> Result<Prepared, DatabaseError> 
         examples: Vec::new(),
         learned: None,
         reduction: None,
+        held: None,
     })
 }
 

@@ -34,6 +34,12 @@ pub enum ElasticityError {
         /// Its index.
         node: u32,
     },
+    /// Anchored nodes about which the body can still turn.
+    #[error("{nodes} nodes are anchored, and all lie on a line: the body can turn about it")]
+    AnchorsInLine {
+        /// How many.
+        nodes: usize,
+    },
     /// The stiffness could not be factored.
     #[error("the stiffness matrix cannot be factored")]
     Stiffness(#[from] SparseError),

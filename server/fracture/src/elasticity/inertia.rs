@@ -77,6 +77,11 @@ impl Inertia {
         acceleration
     }
 
+    /// Where node `node` is, relative to the centre of mass.
+    pub fn arm(&self, node: usize) -> Vector3<f64> {
+        self.arms[node]
+    }
+
     /// The inertial force on node `node` under an acceleration, linear and angular.
     pub fn force(&self, node: usize, [linear, angular]: &[Vector3<f64>; 2]) -> Vector3<f64> {
         linear * self.masses[node] + angular.cross(&self.moments[node])

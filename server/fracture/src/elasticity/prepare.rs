@@ -4,11 +4,13 @@ use super::boundary::Boundary;
 use super::element::{Element, Lame};
 use super::inertia::Inertia;
 use super::solve::probe;
+use super::support::check_anchors;
 use super::{ElasticityError, Pins, RESIDUAL_MAX, Support};
 use crate::lattice::Lattice;
 use crate::sparse::{Cholesky, Symbolic, Symmetric};
 use crate::token::Token;
-use std::sync::OnceLock;
+use nalgebra::Vector3;
+use std::sync::{Arc, OnceLock};
 
 /// The largest Poisson's ratio accepted: linear tetrahedra lock towards ½.
 ///
@@ -17,11 +19,12 @@ use std::sync::OnceLock;
 /// centres and faces hardly lock: six across, 2.2 %, 1.9 %, 2.0 %, 2.1 %, 2.2 % and 2.2 %.
 pub const POISSON_MAX: f64 = 0.45;
 
-/// An elastic body, ready for any number of impacts, which may be solved at the same time.
+/// An elastic body, ready for any number of impacts, which may be solved at the same time. Bodies that differ in how they are
+/// held share everything else.
 #[derive(Debug)]
 pub struct Elasticity {
     pub(super) lame: Lame,
-    pub(super) stiffness: Symmetric<3>,
+    pub(super) stiffness: Arc<Symmetric<3>>,
     /// Largest rounding of a row of K u, relative to ‖u‖: see [`row_rounding`].
     pub(super) row_rounding: f64,
     symbolic: Symbolic,
@@ -29,8 +32,8 @@ pub struct Elasticity {
     /// come to wait for itself.
     factor: OnceLock<Result<Cholesky, ElasticityError>>,
     pub(super) support: Support,
-    pub(super) boundary: Boundary,
-    pub(super) inertia: Inertia,
+    pub(super) boundary: Arc<Boundary>,
+    pub(super) inertia: Arc<Inertia>,
     /// Mean edge length of the lattice, local.
     pub(super) spacing: f64,
     pub(super) tets: usize,
@@ -72,7 +75,7 @@ impl Elasticity {
     /// As [`Self::prepare`], held by `support`.
     ///
     /// # Errors
-    /// As [`Self::prepare`], and [`ElasticityError::UnknownAnchor`].
+    /// As [`Self::prepare`], and [`ElasticityError::UnknownAnchor`], [`ElasticityError::AnchorsInLine`].
     pub fn supported(
         lattice: &Lattice,
         poisson: f64,
@@ -80,12 +83,46 @@ impl Elasticity {
         token: &Token,
     ) -> Result<Self, ElasticityError> {
         let elements = check(lattice, poisson)?;
-        if let Support::Anchored(nodes) = &support
-            && let Some(&node) = nodes.iter().find(|&&node| node as usize >= lattice.nodes.len())
-        {
-            return Err(ElasticityError::UnknownAnchor { node });
+        if let Support::Anchored(nodes) = &support {
+            check_anchors(nodes, lattice.nodes.len(), |node| lattice.nodes[node].coords)?;
         }
         Self::build(lattice, &elements, Lame::new(poisson), support, token)?.factored(token)
+    }
+
+    /// The same body with `nodes` held in place, factored; it shares with this one all but its factor.
+    ///
+    /// # Errors
+    /// Those of [`Self::check_anchors`] and [`Self::factor`], and [`ElasticityError::Cancelled`].
+    pub fn anchored(&self, nodes: Vec<u32>, token: &Token) -> Result<Self, ElasticityError> {
+        self.check_anchors(&nodes)?;
+        let held = Self {
+            lame: self.lame,
+            stiffness: self.stiffness.clone(),
+            row_rounding: self.row_rounding,
+            symbolic: self.symbolic.clone(),
+            factor: OnceLock::new(),
+            support: Support::Anchored(nodes),
+            boundary: self.boundary.clone(),
+            inertia: self.inertia.clone(),
+            spacing: self.spacing,
+            tets: self.tets,
+        };
+        held.factored(token)
+    }
+
+    /// Refuses anchors that do not hold the body.
+    ///
+    /// # Errors
+    /// [`ElasticityError::UnknownAnchor`], [`ElasticityError::AnchorsInLine`].
+    pub fn check_anchors(&self, nodes: &[u32]) -> Result<(), ElasticityError> {
+        check_anchors(nodes, self.stiffness.nodes(), |node| self.inertia.arm(node))
+    }
+
+    /// The forces (three per node) that the acceleration `gravity` exerts on the body of unit density; exact for linear
+    /// tetrahedra.
+    pub fn weight(&self, gravity: &Vector3<f64>) -> Vec<f64> {
+        let acceleration = [*gravity, Vector3::zeros()];
+        (0..self.stiffness.nodes()).flat_map(|node| self.inertia.force(node, &acceleration).data.0[0]).collect()
     }
 
     fn build(
@@ -101,10 +138,10 @@ impl Elasticity {
         token.check()?;
         let symbolic = Symbolic::analyse(&stiffness)?;
         token.check()?;
-        let (boundary, spacing) = (Boundary::new(lattice), mean_edge_length(lattice));
+        let (boundary, spacing) = (Arc::new(Boundary::new(lattice)), mean_edge_length(lattice));
         let tets = lattice.tets.len();
         let row_rounding = row_rounding(&stiffness);
-        let factor = OnceLock::new();
+        let (stiffness, inertia, factor) = (Arc::new(stiffness), Arc::new(inertia), OnceLock::new());
         Ok(Self { lame, stiffness, row_rounding, symbolic, factor, support, boundary, inertia, spacing, tets })
     }
 
@@ -120,7 +157,7 @@ impl Elasticity {
     /// [`ElasticityError::Stiffness`], [`ElasticityError::Mechanism`]; the same ones ever after.
     pub fn factor(&self) -> Result<&Cholesky, ElasticityError> {
         let made = self.factor.get_or_init(|| {
-            let mut held = self.stiffness.clone();
+            let mut held = Symmetric::clone(&self.stiffness);
             self.support.constrain(&mut held);
             let factor = self.symbolic.factor(&held)?;
             match probe(self, &factor) {
@@ -148,8 +185,13 @@ impl Elasticity {
 
     /// Bytes that the body holds, most of them its factor, which is counted before it is made.
     pub fn bytes(&self) -> usize {
-        let Self { stiffness, symbolic, support, boundary, inertia, .. } = self;
-        stiffness.bytes() + symbolic.factor_bytes() + support.bytes() + boundary.bytes() + inertia.bytes()
+        let Self { stiffness, boundary, inertia, .. } = self;
+        stiffness.bytes() + boundary.bytes() + inertia.bytes() + self.own_bytes()
+    }
+
+    /// Those of them that a body which is held otherwise does not share: its factor and its support.
+    pub fn own_bytes(&self) -> usize {
+        self.symbolic.factor_bytes() + self.support.bytes()
     }
 }
 

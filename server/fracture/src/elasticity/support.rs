@@ -1,5 +1,6 @@
 //! How a body is held while its stiffness is factored.
 
+use super::ElasticityError;
 use crate::lattice::Lattice;
 use crate::memory::held;
 use crate::sparse::Symmetric;
@@ -56,6 +57,28 @@ fn farthest(lattice: &Lattice, measure: impl Fn(&Point3<f64>) -> f64) -> Option<
         }
     }
     best.map(|(node, _)| node)
+}
+
+/// Anchors whose distance from a line is at most this share of their extent lie on it.
+const LINE_SHARE: f64 = 1e-9;
+
+/// Refuses anchors among `count` nodes that leave a motion free: nodes that are not there, none, or all on a line.
+pub(super) fn check_anchors(
+    nodes: &[u32],
+    count: usize,
+    place: impl Fn(usize) -> Vector3<f64>,
+) -> Result<(), ElasticityError> {
+    if let Some(&node) = nodes.iter().find(|&&node| node as usize >= count) {
+        return Err(ElasticityError::UnknownAnchor { node });
+    }
+    let arms = || nodes.iter().map(|&node| place(node as usize) - place(nodes[0] as usize));
+    let longer = |longest: Vector3<f64>, arm: Vector3<f64>| {
+        if arm.norm_squared() > longest.norm_squared() { arm } else { longest }
+    };
+    let along = arms().fold(Vector3::zeros(), longer);
+    let across = arms().map(|arm| along.cross(&arm).norm()).fold(0.0, f64::max);
+    let holds = across > LINE_SHARE * along.norm_squared();
+    if holds { Ok(()) } else { Err(ElasticityError::AnchorsInLine { nodes: nodes.len() }) }
 }
 
 impl Support {

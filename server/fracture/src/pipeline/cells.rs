@@ -102,8 +102,9 @@ fn tell(guesses: &[Guess], watch: &mut dyn Watch) {
 /// A guess per struck body: by the examples where they are asked for, were made for this lift, and reach; else by the closed
 /// form.
 fn guesses(prepared: &Prepared, strike: &Strike, verdict: &Verdict, fields: &[Field]) -> Vec<Guess> {
-    // They were labelled with all of the elastic energy, in the interior lift.
-    let alike = strike.effects.has(Effect::Elastic) && !strike.effects.has(Effect::Tensile);
+    // They were labelled with all of the elastic energy of a free body, in the interior lift.
+    let strange = [Effect::Tensile, Effect::Anchored].into_iter().any(|effect| strike.effects.has(effect));
+    let alike = strike.effects.has(Effect::Elastic) && !strange;
     let asked = strike.effects.has(Effect::Examples) && !matches!(strike.degree, DegreeRequest::ClosedForm);
     let asked = asked && alike && strike.lift == LiftKind::Interior;
     let learned = prepared.learned.as_ref().filter(|_| asked);

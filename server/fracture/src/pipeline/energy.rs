@@ -1,10 +1,10 @@
 //! Load and elasticity: from an impact to strain energy on the crack lattice's nodes.
 //!
-//! Based on: Schvartzman & Otaduy (I3D 2014), section 3: one quasi-static solve per impact; inertia relief and units are
-//! ours. With diagonal L, modulus E and peak force F, energies in joules are F²/(E·L) times local ones.
+//! Based on: Schvartzman & Otaduy (I3D 2014), section 3: one quasi-static solve per impact; inertia relief, anchors and units
+//! are ours. With diagonal L, modulus E and peak force F, energies in joules are F²/(E·L) times local ones.
 
 use super::falloff::falloff;
-use super::{ElasticRequest, Impact, Prepared, Solid, Stage, StrikeError, Watch, Workspace};
+use super::{ElasticRequest, HeldBody, Impact, Prepared, Solid, Stage, StrikeError, Watch, Workspace};
 use crate::elasticity::{Driving, ElasticityError};
 use crate::scene::Effect;
 use crate::token::Token;
@@ -57,27 +57,32 @@ fn deformed(
     token: &Token,
     watch: &mut dyn Watch,
 ) -> Result<Vec<BodyEnergy>, StrikeError> {
-    let unit_j = prepared.unit_j(impact);
+    let (unit_j, held) = (prepared.unit_j(impact), prepared.held(impact.effects)?);
     let mut energies = Vec::with_capacity(impact.bodies.len());
     for (index, contacts) in &impact.bodies {
         let (body, solid) = (&prepared.bodies[*index], prepared.solid(*index)?);
+        let own = held.and_then(|held| held.body(*index));
+        let elasticity = own.map_or(&solid.elasticity, |own| &own.elasticity);
         let failed = |source| match source {
             ElasticityError::Cancelled(cancelled) => StrikeError::Cancelled(cancelled),
             source => StrikeError::Elasticity { body: *index, source },
         };
         watch.enter(Stage::Load);
-        solid.elasticity.load(contacts, &mut workspace.load, &mut workspace.elasticity).map_err(failed)?;
+        elasticity.load(contacts, &mut workspace.load, &mut workspace.elasticity).map_err(failed)?;
         watch.leave(Stage::Load, size_of_val(workspace.load.forces.as_slice()) as u64);
         watch.enter(Stage::Elasticity);
-        let reduced_error = displace(solid, impact.elastic, workspace, token).map_err(failed)?;
+        let reduced_error = match own {
+            Some(own) => displace_held(prepared, impact, own, workspace, token, watch).map(|()| None),
+            None => displace(solid, impact.elastic, workspace, token),
+        };
+        let reduced_error = reduced_error.map_err(failed)?;
         watch.part(Effect::Elastic, size_of_val(workspace.displacement.as_slice()) as u64);
         let tensile = impact.effects.has(Effect::Tensile);
         let driving = if tensile { Driving::Tensile } else { Driving::Total };
         if tensile {
             watch.begin(Effect::Tensile);
         }
-        solid
-            .elasticity
+        elasticity
             .tet_energy(&solid.lattice, &workspace.displacement, driving, &mut workspace.tet_energy, token)
             .map_err(failed)?;
         if tensile {
@@ -88,6 +93,9 @@ fn deformed(
         let total: f64 = shares.iter().sum();
         if total == 0.0 {
             return Err(StrikeError::Balanced { body: *index });
+        }
+        if !total.is_finite() {
+            return Err(StrikeError::Range(total));
         }
         shares.iter_mut().for_each(|share| *share /= total);
         watch.leave(Stage::Elasticity, size_of_val(shares.as_slice()) as u64);
@@ -125,4 +133,26 @@ fn displace(
     }
     solid.elasticity.solve(&load.forces, displacement, elasticity, token)?;
     Ok(None)
+}
+
+/// The displacement of a held body under the workspace's load, and under its weight where that is asked for. Reduced bases are
+/// those of free bodies: it is solved for.
+fn displace_held(
+    prepared: &Prepared,
+    impact: &Impact,
+    own: &HeldBody,
+    workspace: &mut Workspace,
+    token: &Token,
+    watch: &mut dyn Watch,
+) -> Result<(), ElasticityError> {
+    let Workspace { load, displacement, elasticity, .. } = workspace;
+    own.elasticity.solve(&load.forces, displacement, elasticity, token)?;
+    watch.part(Effect::Anchored, own.elasticity.own_bytes() as u64);
+    if let Some(sag) = own.sag.as_ref().filter(|_| impact.effects.has(Effect::Gravity)) {
+        watch.begin(Effect::Gravity);
+        let unit = prepared.weight_unit(impact);
+        displacement.iter_mut().zip(sag).for_each(|(u, w)| *u += unit * w);
+        watch.end(Effect::Gravity, size_of_val(sag.as_slice()) as u64);
+    }
+    Ok(())
 }

@@ -4,6 +4,7 @@ use crate::centroidal::FieldError;
 use crate::elasticity::ElasticityError;
 use crate::lift::LiftKind;
 use crate::pipeline::Counts;
+use crate::scene::Effect;
 use crate::tessellation::TessellationError;
 use crate::token::Cancelled;
 
@@ -34,8 +35,8 @@ pub enum StrikeError {
         /// Which contact.
         contact: usize,
     },
-    /// The contacts of a body cancel: nothing is deformed.
-    #[error("the contacts of body {body} cancel each other: nothing is deformed")]
+    /// The contacts of a body cancel, or press on its anchors alone: nothing is deformed.
+    #[error("the contacts of body {body} cancel each other, or press on anchors alone: nothing is deformed")]
     Balanced {
         /// Which body.
         body: usize,
@@ -71,6 +72,12 @@ pub enum StrikeError {
     ElasticityUnprepared {
         /// Which body.
         body: usize,
+    },
+    /// Nothing holds the object, or nothing pulls at it.
+    #[error("the object is not prepared for the effect `{}`: a scene's `anchors` do that", .effect.name())]
+    Unheld {
+        /// What was asked for.
+        effect: Effect,
     },
     /// The object is not prepared for that lift.
     #[error("body {body} has no lift {lift}: the scene does without, or `shatterd inspect` says why; or bake it again")]

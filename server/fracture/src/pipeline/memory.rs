@@ -1,6 +1,6 @@
 //! How much memory a prepared object holds.
 
-use super::{Body, Example, Learned, Prepared, Solid, Warped};
+use super::{Body, Example, Held, Learned, Prepared, Solid, Warped};
 use crate::elasticity::Reduced;
 use crate::lattice::{Lattice, Transfer};
 use crate::lift::Lift;
@@ -12,7 +12,8 @@ impl Prepared {
     pub fn bytes(&self) -> usize {
         let bodies = self.bodies.iter().map(Body::bytes).sum::<usize>() + held(&self.bodies);
         let examples = self.examples.iter().map(example).sum::<usize>() + held(&self.examples);
-        bodies + examples + self.learned.as_ref().map_or(0, |Learned { network, .. }| network.bytes())
+        let held = self.held.as_ref().map_or(0, Held::bytes);
+        bodies + held + examples + self.learned.as_ref().map_or(0, |Learned { network, .. }| network.bytes())
     }
 }
 

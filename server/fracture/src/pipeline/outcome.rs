@@ -98,7 +98,8 @@ pub struct Outcome {
     pub gamma_j_m2: f64,
     /// E_1/γ of the body that is nearest to breaking, or broke most.
     pub e1_over_gamma: f64,
-    /// Impulses times this factor just break the object.
+    /// Impulses times this factor just break the object; 0 where its weight alone does. With gravity it is searched for where
+    /// nothing but the threshold is asked for; else it is the factor on all loads, the weight among them.
     pub impulse_factor: f64,
     /// Contact radius in effect, m: the largest, after raising it to what the elastic lattice resolves.
     pub radius_m: f64,

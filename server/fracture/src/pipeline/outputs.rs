@@ -14,16 +14,20 @@ const DEBRIS_SPACINGS: [f64; 2] = [0.1, 1.0];
 /// Streams of random numbers of the cracks' debris begin here.
 const DEBRIS_STREAM: u64 = 0x6465_6272_6973_0000;
 
-/// Two fragments that touch.
+/// Second fragment of a bond that ties the first to the world: no fragment.
+pub const WORLD: u32 = u32::MAX;
+
+/// Two fragments that touch; or one that lies, in part at least, in an anchor, and the world that holds it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bond {
-    /// The fragments, the lower id first.
+    /// The fragments, the lower id first; the second may be [`WORLD`].
     pub fragments: [u32; 2],
-    /// Area of the crack between them, m².
+    /// Area of the crack between them, m². Of a bond with the world: of the triangles of the fragment's outer surface whose
+    /// centroids lie in anchors; zero where these hold inner parts alone.
     pub area_m2: f64,
-    /// Mean normal from the first to the second, of length one; zero where the crack closes upon itself.
+    /// Mean normal of that area from the first to the second, of length one; zero where it closes upon itself, or there is none.
     pub normal: Vector3<f64>,
-    /// Centroid of the crack, coordinates of the mesh file, m.
+    /// Centroid of that area, coordinates of the mesh file, m; of the held nodes of the crack lattice where there is none.
     pub centroid_m: Point3<f64>,
 }
 
@@ -43,12 +47,13 @@ pub struct Debris {
 }
 
 /// A triangle of a run: corners and area vector, local.
-struct Face {
-    corners: [Point3<f64>; 3],
-    area: Vector3<f64>,
+pub(super) struct Face {
+    pub corners: [Point3<f64>; 3],
+    pub area: Vector3<f64>,
 }
 
-fn faces<'a>(tessellation: &'a Tessellation, run: &'a Run) -> impl Iterator<Item = Face> + 'a {
+/// The triangles of `run`, their areas out of its fragment.
+pub(super) fn faces<'a>(tessellation: &'a Tessellation, run: &'a Run) -> impl Iterator<Item = Face> + 'a {
     let points = tessellation.run_vertices(run);
     tessellation.run_triangles(run).map(|triangle| {
         let corners = triangle.map(|vertex| points[vertex as usize]);
@@ -102,7 +107,7 @@ impl Pieces {
         });
     }
 
-    /// All bonds, by their fragments.
+    /// All bonds: of fragments, by body and by their numbers, then of fragments with the world, by fragment.
     pub fn bonds(&self) -> Vec<Bond> {
         let metre = self.transform.metres_per_unit;
         let mut bonds = Vec::with_capacity(self.counts.bonds);
@@ -120,6 +125,7 @@ impl Pieces {
                 centroid_m: self.frame.to_metres(&Point3::from(moment / area.max(f64::MIN_POSITIVE))),
             });
         });
+        bonds.extend_from_slice(&self.world);
         bonds
     }
 

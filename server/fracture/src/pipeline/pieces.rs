@@ -4,7 +4,10 @@ use super::cells::{BodyCells, Division};
 use super::hulls::Hulls;
 use super::outputs::{bond_count, debris_count};
 use super::release::{self, Velocity};
-use super::{BodyEnergy, Counts, FragmentRow, OUTER, Prepared, RunRow, Stage, Strike, StrikeError, Watch, slivers};
+use super::{
+    BodyEnergy, Bond, Counts, FragmentRow, OUTER, Prepared, RunRow, Stage, Strike, StrikeError, WORLD, Watch, slivers,
+    world,
+};
 use crate::centroidal::Field;
 use crate::fragment::{Properties, properties};
 use crate::scene::{Effect, Effects};
@@ -31,6 +34,8 @@ pub struct Pieces {
     pub(super) frame: Frame,
     pub(super) crack_spacing: f64,
     pub(super) seed: u64,
+    /// Bonds with the world, by fragment, if bonds are asked for.
+    pub(super) world: Vec<Bond>,
     /// One row per fragment, by body, then by site, then by lowest node.
     pub fragments: Vec<FragmentRow>,
     /// One row per run; a fragment's rows follow each other.
@@ -58,22 +63,31 @@ pub(super) struct Broken<'a> {
 impl Pieces {
     /// Cuts every body: those with cells along them, the others stay whole.
     pub(super) fn new(broken: Broken<'_>, token: &Token, watch: &mut dyn Watch) -> Result<Self, StrikeError> {
-        let Broken { prepared, strike, energies, fields, .. } = broken;
+        let Broken { prepared, strike, .. } = broken;
         let mut workspace = Workspace::default();
-        let (mut bodies, mut velocities) = (Vec::with_capacity(prepared.bodies.len()), Vec::new());
+        let mut bodies: Vec<BodyPieces> = Vec::with_capacity(prepared.bodies.len());
+        let (mut velocities, mut world, mut first) = (Vec::new(), Vec::new(), 0);
+        let held = prepared.held(strike.effects)?;
         for (index, body) in prepared.bodies.iter().enumerate() {
             token.check()?;
             let pieces = broken.cut(index, &mut workspace, watch)?;
+            let held = held.filter(|held| held.body(index).is_some());
+            let ties = |held| world::bonds(&pieces, &body.crack, held, &prepared.frame);
+            if let Some(held) = held.filter(|_| strike.effects.has(Effect::Bonds)) {
+                watch.begin(Effect::Bonds);
+                let numbered = |bond: Bond| Bond { fragments: [first + bond.fragments[0], WORLD], ..bond };
+                world.extend(ties(held).into_iter().map(numbered));
+                watch.end(Effect::Bonds, 0);
+            }
             if strike.effects.has(Effect::Release) {
                 watch.begin(Effect::Release);
-                let struck = energies.iter().position(|energy| energy.body == index);
-                let energy_j = struck.map_or(0.0, |struck| energies[struck].energy_j);
-                let field = struck.map(|struck| &fields[struck]);
-                let density = prepared.parameters.material.density_kg_m3;
-                let own = release::velocities(&pieces, &body.crack, field, energy_j, density, &prepared.frame);
+                let mut own = broken.velocities(index, &pieces);
+                let still = held.map_or(Vec::new(), ties);
+                still.iter().for_each(|bond| own[bond.fragments[0] as usize] = Velocity::default());
                 watch.end(Effect::Release, size_of_val(own.as_slice()) as u64);
                 velocities.extend(own);
             }
+            first += pieces.properties.len() as u32;
             bodies.push(pieces);
         }
         let mut pieces = Self {
@@ -82,6 +96,7 @@ impl Pieces {
             frame: prepared.frame,
             crack_spacing: prepared.parameters.crack_spacing,
             seed: strike.seed,
+            world,
             fragments: Vec::new(),
             runs: Vec::new(),
             velocities,
@@ -146,6 +161,7 @@ impl Pieces {
                 self.counts.debris += debris_count(&pieces.tessellation);
             }
         }
+        self.counts.bonds += self.world.len();
     }
 
     /// Writes positions (relative to each fragment's centre of mass, m), indices and merge pairs (both relative to the
@@ -183,6 +199,15 @@ struct Cut {
 }
 
 impl Broken<'_> {
+    /// Velocities of the fragments of one body.
+    fn velocities(&self, index: usize, pieces: &BodyPieces) -> Vec<Velocity> {
+        let struck = self.energies.iter().position(|energy| energy.body == index);
+        let energy_j = struck.map_or(0.0, |struck| self.energies[struck].energy_j);
+        let (field, lattice) = (struck.map(|struck| &self.fields[struck]), &self.prepared.bodies[index].crack);
+        let density = self.prepared.parameters.material.density_kg_m3;
+        release::velocities(pieces, lattice, field, energy_j, density, &self.prepared.frame)
+    }
+
     /// Cuts one body.
     fn cut(&self, index: usize, workspace: &mut Workspace, watch: &mut dyn Watch) -> Result<BodyPieces, StrikeError> {
         let body = &self.prepared.bodies[index];

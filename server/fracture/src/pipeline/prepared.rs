@@ -1,6 +1,6 @@
 //! Everything that depends on the object alone: built by baking, loaded at start-up, shared and never changed.
 
-use super::{ElasticRequest, Example, Impact, Learned, Reduction, Strike, StrikeError, Warped};
+use super::{ElasticRequest, Example, Held, Impact, Learned, Reduction, Strike, StrikeError, Warped};
 use crate::degree::Slenderness;
 use crate::elasticity::{Boundary, Elasticity, ElasticityError, Reduced};
 use crate::lattice::{Lattice, Transfer};
@@ -172,6 +172,8 @@ pub struct Prepared {
     pub learned: Option<Learned>,
     /// How well the reduced bases do, if there are any.
     pub reduction: Option<Reduction>,
+    /// What a scene's anchors make of it; no part of its database.
+    pub held: Option<Held>,
 }
 
 impl Prepared {

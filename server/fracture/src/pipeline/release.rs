@@ -2,7 +2,8 @@
 //!
 //! Ours: a share η of each fragment's strain energy becomes its kinetic energy, away from where the energy was; then the rigid motion
 //! of all together is taken out, so that neither linear nor angular momentum comes from nothing. In the metric of the masses
-//! that is a projection: it never adds kinetic energy.
+//! that is a projection: it never adds kinetic energy. Fragments that the world holds stand still after that: it takes up what they
+//! would have had, so the momentum of an anchored body's fragments does not vanish.
 
 use super::pieces::BodyPieces;
 use crate::centroidal::Field;

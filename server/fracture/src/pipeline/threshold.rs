@@ -3,7 +3,7 @@
 //! Based on: Schvartzman & Otaduy (I3D 2014), section 3.1: an object breaks if its distance-weighted deformation energy
 //! exceeds γ. E_1 is the energy of the whole body as one fragment.
 
-use super::{BodyEnergy, Prepared};
+use super::{BodyEnergy, Prepared, StrikeError};
 use crate::centroidal::Field;
 use crate::degree;
 
@@ -34,8 +34,70 @@ impl Verdict {
         self.first_moments.iter().zip(&self.gammas).map(|(first, gamma)| first / gamma).fold(0.0, f64::max)
     }
 
-    /// Impulses times this factor just break the object; energies grow with the square of the impulse.
+    /// Loads times this factor just break the object; energies grow with their square. Without gravity loads are impulses.
     pub fn impulse_factor(&self) -> f64 {
         degree::threshold_factor(self.e1_over_gamma(), 1.0)
+    }
+}
+
+/// The threshold under weight is found to this relative precision of E_1.
+const PRECISION: f64 = 1e-6;
+
+/// Most impacts that are tried for it.
+const TRIALS_MAX: usize = 48;
+
+/// While only one side is known, every trial goes this much further, or as far as a threshold without weight would be.
+const STRIDE: f64 = 4.0;
+
+/// The factor on the impulses at which the object just breaks while its weight stays as it is; 0 where the weight alone breaks it.
+/// `e1_over_gamma` tells E_1/γ at a factor: no multiple of its square then, which is why the factor is searched for, by regula
+/// falsi on √E_1, nearly linear in it, and a bisection every third time.
+///
+/// Errors: those of `e1_over_gamma`.
+pub(super) fn under_weight(e1_over_gamma: &mut dyn FnMut(f64) -> Result<f64, StrikeError>) -> Result<f64, StrikeError> {
+    // A factor and its √(E_1/γ), each.
+    let (mut holds, mut breaks): (Option<[f64; 2]>, Option<[f64; 2]>) = (None, None);
+    let mut factor = 1.0;
+    for trial in 0..TRIALS_MAX {
+        let found = e1_over_gamma(factor)?.sqrt();
+        if (found - 1.0).abs() <= 0.5 * PRECISION {
+            return Ok(factor);
+        }
+        *(if found > 1.0 { &mut breaks } else { &mut holds }) = Some([factor, found]);
+        factor = match (holds, breaks) {
+            (None, _) => (factor / found).min(factor / STRIDE),
+            (_, None) => (factor / found).max(factor * STRIDE),
+            (Some([low, _]), Some([high, _])) if trial % 3 == 2 => (low * high).sqrt(),
+            (Some([low, under]), Some([high, over])) => low + (high - low) * (1.0 - under) / (over - under),
+        };
+    }
+    Ok(if holds.is_some() { factor } else { 0.0 })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::under_weight;
+
+    /// E_1/γ of a blow that adds to, or takes from, a weight whose own E_1/γ is `weight`².
+    #[track_caller]
+    fn check(blow: f64, weight: f64) {
+        let mut trials = 0;
+        let mut e1_over_gamma = |factor: f64| {
+            trials += 1;
+            Ok((blow * factor + weight).powi(2))
+        };
+        let found = under_weight(&mut e1_over_gamma).unwrap();
+        let exact = if weight >= 1.0 { 0.0 } else { (1.0 - weight) / blow };
+        assert!((found - exact).abs() * blow <= 1e-6, "{found} of {exact}");
+        assert!(exact == 0.0 || trials < 30, "{trials} trials for {exact}");
+    }
+
+    #[test]
+    fn the_threshold_under_weight_is_found() {
+        for blow in [1e-9, 0.1, 1.0, 3.0, 1e7] {
+            for weight in [0.0, 0.3, 0.999, 1.1, -0.5] {
+                check(blow, weight);
+            }
+        }
     }
 }

@@ -6,7 +6,7 @@ use super::cells::{Division, divide};
 use super::pieces::Broken;
 use super::{
     BodyEnergy, DegreeRequest, DegreeSource, Impact, Outcome, Pieces, Prepared, Stage, Strike, StrikeError, Verdict,
-    Watch, Workspace, strain_energy, warped,
+    Watch, Workspace, strain_energy, threshold, warped,
 };
 use crate::centroidal::Field;
 use crate::lift::LiftKind;
@@ -32,13 +32,7 @@ pub fn strike(
 
     watch.enter(Stage::Threshold);
     let mut shares: Vec<Vec<f64>> = energies.iter_mut().map(|energy| std::mem::take(&mut energy.shares)).collect();
-    let mut fields = Vec::with_capacity(energies.len());
-    for (energy, shares) in energies.iter().zip(&mut shares) {
-        let body = &prepared.bodies[energy.body];
-        let field = Field::new(prepared.lift(energy.body, strike.lift)?, &body.volumes, shares)
-            .map_err(|source| StrikeError::Field { body: energy.body, source })?;
-        fields.push(field);
-    }
+    let fields = fields(prepared, strike, &energies, &mut shares)?;
     if strike.lift != LiftKind::Euclidean {
         let tables = fields.iter().map(|field| size_of_val(field.lift().coordinates.as_slice()) as u64);
         watch.part(Effect::Interior, tables.sum());
@@ -51,7 +45,12 @@ pub fn strike(
 
     let holds = verdict.e1_over_gamma() <= 1.0 && !matches!(strike.degree, DegreeRequest::Sites(_));
     if holds || strike.threshold_only {
-        return Ok(whole(&verdict, &energies));
+        let mut outcome = whole(&verdict, &energies);
+        if strike.threshold_only && strike.effects.has(Effect::Gravity) {
+            let mut harder = |factor| weighed(prepared, strike, &impact, factor, workspace, token, watch);
+            outcome.impulse_factor = threshold::under_weight(&mut harder)?;
+        }
+        return Ok(outcome);
     }
     let masses = warped::repainted(prepared, strike, &energies, &fields);
     let followed = warped::followed(prepared, strike, &energies, &fields, &masses)?;
@@ -60,6 +59,39 @@ pub fn strike(
     let pieces = Broken { prepared, strike, energies: &energies, fields: &fields, division: &division };
     let pieces = Pieces::new(pieces, token, watch)?;
     Ok(broken(&verdict, &energies, &division, pieces))
+}
+
+/// The energy densities of the struck bodies, in the lift of the strike; `shares` is where they lie.
+fn fields<'a>(
+    prepared: &'a Prepared,
+    strike: &Strike,
+    energies: &[BodyEnergy],
+    shares: &'a mut [Vec<f64>],
+) -> Result<Vec<Field<'a>>, StrikeError> {
+    let field = |(energy, shares): (&BodyEnergy, &'a mut Vec<f64>)| {
+        let body = &prepared.bodies[energy.body];
+        Field::new(prepared.lift(energy.body, strike.lift)?, &body.volumes, shares)
+            .map_err(|source| StrikeError::Field { body: energy.body, source })
+    };
+    energies.iter().zip(shares).map(field).collect()
+}
+
+/// E_1/γ of `impact` times `factor`, where the weight stays as it is.
+fn weighed(
+    prepared: &Prepared,
+    strike: &Strike,
+    impact: &Impact,
+    factor: f64,
+    workspace: &mut Workspace,
+    token: &Token,
+    watch: &mut dyn Watch,
+) -> Result<f64, StrikeError> {
+    let impact = Impact { peak_force_n: impact.peak_force_n * factor, ..impact.clone() };
+    let mut energies = strain_energy(prepared, &impact, workspace, token, watch)?;
+    let mut shares: Vec<Vec<f64>> = energies.iter_mut().map(|energy| std::mem::take(&mut energy.shares)).collect();
+    let fields = fields(prepared, strike, &energies, &mut shares)?;
+    let gamma_j_m2 = strike.gamma_j_m2.unwrap_or(prepared.gamma_j_m2);
+    Ok(Verdict::new(prepared, gamma_j_m2, &energies, &fields).e1_over_gamma())
 }
 
 /// γ in effect, after a check of what does not depend on the body.

@@ -117,6 +117,30 @@ pub fn bar_error(fine: usize) -> Result<f64, ElasticityError> {
     Ok(1.0 - solved(&body, &lattice, &forces)?.1.iter().sum::<f64>() / (0.0625 / 6.0))
 }
 
+/// A bar along x, 4:1, of length 1, ν = 0, held at its low end.
+fn fixed_bar(fine: usize) -> Result<(Lattice, Elasticity), ElasticityError> {
+    let lattice = block([4 * fine, fine, fine], 0.25 / fine as f64);
+    let end = (0..lattice.nodes.len() as u32).filter(|&node| lattice.nodes[node as usize].x < -0.499).collect();
+    let token = Token::default();
+    let body = Elasticity::assembled(&lattice, 0.0, &token)?.anchored(end, &token)?;
+    Ok((lattice, body))
+}
+
+/// (exact − computed)/exact energy of that bar as it hangs by its weight, ρg = 1: the stress falls linearly to zero at the free
+/// end, energy = A L³/6.
+pub fn hanging_error(fine: usize) -> Result<f64, ElasticityError> {
+    let (lattice, body) = fixed_bar(fine)?;
+    Ok(1.0 - solved(&body, &lattice, &body.weight(&Vector3::x()))?.1.iter().sum::<f64>() / (0.0625 / 6.0))
+}
+
+/// (exact − computed)/exact energy of that bar, pushed with stress 1 at its free end: energy = A L/2.
+pub fn fixed_bar_error(fine: usize) -> Result<f64, ElasticityError> {
+    let (lattice, body) = fixed_bar(fine)?;
+    let push = |place: Point3<f64>| if place.x > 0.499 { -1.0 } else { 0.0 };
+    let forces = traction(&lattice, |place| Matrix3::from_diagonal(&Vector3::new(push(place), 0.0, 0.0)));
+    Ok(1.0 - solved(&body, &lattice, &forces)?.1.iter().sum::<f64>() / (0.0625 / 2.0))
+}
+
 /// Largest difference of any tetrahedron's energy, over the largest energy, between two choices of the three pinned
 /// nodes, under the traction of a smooth stress on a free block.
 pub fn pin_difference(lattice: &Lattice) -> Result<f64, ElasticityError> {

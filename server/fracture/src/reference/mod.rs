@@ -9,7 +9,7 @@ mod spectra;
 
 pub use bodies::{ball, kuhn, perturbed};
 pub use elastic::{
-    bar_error, bending_error, bending_sagitta_error, cantilever_error, patch_error, pin_difference, plate_error,
-    traction,
+    bar_error, bending_error, bending_sagitta_error, cantilever_error, fixed_bar_error, hanging_error, patch_error,
+    pin_difference, plate_error, traction,
 };
 pub use spectra::{ball_spectrum_error, box_spectrum_error};

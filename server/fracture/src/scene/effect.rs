@@ -28,11 +28,15 @@ pub enum Effect {
     Hulls = 10,
     /// Physics: cells follow what an artist says.
     Warp = 11,
+    /// Physics: what lies in the scene's anchors does not move. Off: the body is free.
+    Anchored = 12,
+    /// Physics: an anchored body has weight.
+    Gravity = 13,
 }
 
 impl Effect {
     /// Every effect, by number.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 14] = [
         Self::Elastic,
         Self::Tensile,
         Self::Interior,
@@ -45,6 +49,8 @@ impl Effect {
         Self::Debris,
         Self::Hulls,
         Self::Warp,
+        Self::Anchored,
+        Self::Gravity,
     ];
 
     /// The name used in scenes and JSON.
@@ -62,6 +68,8 @@ impl Effect {
             Self::Debris => "debris",
             Self::Hulls => "hulls",
             Self::Warp => "warp",
+            Self::Anchored => "anchored",
+            Self::Gravity => "gravity",
         }
     }
 }

@@ -1,10 +1,12 @@
-//! What a scene says about an object: what it is made of, how it is struck by default.
+//! What a scene says about an object: what it is made of, how it is held, how it is struck by default.
 
+mod anchors;
 mod controls;
 mod effect;
 mod material;
 mod region;
 
+pub use anchors::{Anchors, DEFAULT_GRAVITY_M_S2};
 pub use controls::{Controls, Grain, Paint, Waves};
 pub use effect::{Effect, Effects};
 pub use material::{Material, MaterialError, Materials};

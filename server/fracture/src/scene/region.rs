@@ -1,47 +1,51 @@
 //! Parts of space that a scene speaks of.
 
 use nalgebra::Point3;
-use serde::Deserialize;
+use std::fmt::{Display, Formatter, Result};
 
-/// A part of space, in the coordinates of the mesh file.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
-#[serde(untagged, deny_unknown_fields)]
+/// A part of space, in the coordinates of the mesh file, m, with its boundary.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Region {
     /// A ball.
     Ball {
-        /// Its centre, m.
-        center: [f64; 3],
-        /// Its radius, m.
+        /// Its centre.
+        centre_m: Point3<f64>,
+        /// Its radius, positive.
         radius_m: f64,
     },
     /// A box along the axes.
-    Box {
-        /// Its lowest corner, m.
-        min: [f64; 3],
-        /// Its highest corner, m.
-        max: [f64; 3],
+    Cuboid {
+        /// The corner with the smallest coordinates.
+        min_m: Point3<f64>,
+        /// The corner with the largest.
+        max_m: Point3<f64>,
     },
 }
 
 impl Region {
-    /// Whether its numbers are finite and it has an inside.
-    pub fn is_solid(&self) -> bool {
-        match self {
-            Self::Ball { center, radius_m } => {
-                center.iter().all(|x| x.is_finite()) && radius_m.is_finite() && *radius_m > 0.0
-            }
-            Self::Box { min, max } => min.iter().zip(max).all(|(low, high)| low < high && (high - low).is_finite()),
-        }
+    /// Whether `point_m` lies in it.
+    pub fn holds(&self, point_m: &Point3<f64>) -> bool {
+        self.distance_m(point_m) == 0.0
     }
 
     /// Distance of `point_m` from it, m; 0 inside.
     pub fn distance_m(&self, point_m: &Point3<f64>) -> f64 {
         match self {
-            Self::Ball { center, radius_m } => ((point_m - Point3::from(*center)).norm() - radius_m).max(0.0),
-            Self::Box { min, max } => {
-                let outside = |axis: usize| (min[axis] - point_m[axis]).max(point_m[axis] - max[axis]).max(0.0);
-                (0..3).map(|axis| outside(axis).powi(2)).sum::<f64>().sqrt()
+            Self::Ball { centre_m, radius_m } => ((point_m - centre_m).norm() - radius_m).max(0.0),
+            Self::Cuboid { min_m, max_m } => {
+                let outside = |k: usize| (min_m[k] - point_m[k]).max(point_m[k] - max_m[k]).max(0.0);
+                (0..3).map(|k| outside(k).powi(2)).sum::<f64>().sqrt()
             }
+        }
+    }
+}
+
+impl Display for Region {
+    fn fmt(&self, out: &mut Formatter<'_>) -> Result {
+        let point = |point: &Point3<f64>| format!("({}, {}, {})", point.x, point.y, point.z);
+        match self {
+            Self::Ball { centre_m, radius_m } => write!(out, "the ball of {radius_m} m around {}", point(centre_m)),
+            Self::Cuboid { min_m, max_m } => write!(out, "the box from {} to {} m", point(min_m), point(max_m)),
         }
     }
 }
@@ -52,14 +56,12 @@ mod tests {
 
     #[test]
     fn distances_are_those_of_geometry() {
-        let ball = Region::Ball { center: [1.0, 0.0, 0.0], radius_m: 0.5 };
-        let cube = Region::Box { min: [-1.0; 3], max: [1.0; 3] };
+        let ball = Region::Ball { centre_m: Point3::new(1.0, 0.0, 0.0), radius_m: 0.5 };
+        let cube = Region::Cuboid { min_m: Point3::new(-1.0, -1.0, -1.0), max_m: Point3::new(1.0, 1.0, 1.0) };
         let at = |x: f64, y: f64, z: f64| Point3::new(x, y, z);
         assert_eq!([at(1.2, 0.0, 0.0), at(3.0, 0.0, 0.0)].map(|point| ball.distance_m(&point)), [0.0, 1.5]);
         assert_eq!(cube.distance_m(&at(0.9, -0.9, 0.0)), 0.0);
         assert_eq!(cube.distance_m(&at(4.0, 5.0, 0.5)), 5.0);
-        let flat = Region::Box { min: [0.0; 3], max: [1.0, 1.0, 0.0] };
-        let hollow = Region::Ball { center: [0.0; 3], radius_m: f64::NAN };
-        assert!(ball.is_solid() && cube.is_solid() && !flat.is_solid() && !hollow.is_solid());
+        assert!(cube.holds(&at(1.0, 1.0, -1.0)) && !cube.holds(&at(1.0, 1.0, -1.1)));
     }
 }

@@ -167,7 +167,7 @@ fn artist() -> [Show; 5] {
     let waves = Some(Waves { length_m: 0.12, slope: 0.3 });
     let points_m = vec![Point3::new(-0.1, 0.0, 0.0), Point3::new(0.1, 0.0, 0.0)];
     let paint = Some(Paint { points_m, factors: vec![6.0, 0.4] });
-    let protected = vec![Region::Ball { center: [0.06, 0.03, 0.1], radius_m: 0.07 }];
+    let protected = vec![Region::Ball { centre_m: Point3::from([0.06, 0.03, 0.1]), radius_m: 0.07 }];
     let ring = |k: u32| {
         let (sine, cosine) = (std::f64::consts::TAU * f64::from(k) / 8.0).sin_cos();
         Point3::new(0.09 * cosine, 0.09 * sine, 0.09)

@@ -1,5 +1,6 @@
 //! Analytic references, invariances and refusals. What they share: bodies, and one strike that checks its own residual.
 
+mod anchored;
 mod beam;
 mod contact;
 mod invariance;

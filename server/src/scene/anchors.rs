@@ -1,0 +1,76 @@
+//! What a scene says of how an object is held.
+
+use super::invalid;
+use super::names::known;
+use nalgebra::Vector3;
+use serde::Deserialize;
+use shatter_fracture::scene::{Anchors, DEFAULT_GRAVITY_M_S2, Region};
+use shatter_proto::Refusal;
+use shatter_proto::effect::{Effect, Effects};
+
+/// Keys of an anchor.
+const KEYS: [&str; 4] = ["center", "radius_m", "min", "max"];
+
+/// The numbers of an anchor, after its keys have been checked.
+#[derive(Deserialize)]
+struct Values {
+    center: Option<[f64; 3]>,
+    radius_m: Option<f64>,
+    min: Option<[f64; 3]>,
+    max: Option<[f64; 3]>,
+}
+
+/// What the object at `path` is held by, where strikes may have the effects `allowed`. Refused: anchors that no strike may have, and
+/// effects without them.
+pub(super) fn read(
+    path: &str,
+    tables: Option<&[toml::Table]>,
+    gravity_m_s2: Option<[f64; 3]>,
+    allowed: Effects,
+) -> Result<Anchors, Refusal> {
+    let at = |key: &str| format!("{path}.{key}");
+    let region = |(number, table): (usize, &toml::Table)| region(&format!("{path}.anchors[{number}]"), table);
+    let regions = tables.unwrap_or_default().iter().enumerate().map(region).collect::<Result<Vec<_>, _>>()?;
+    let needs = |effect: Effect| format!("needs the effect `{}`, which is off", effect.name());
+    if allowed.has(Effect::Anchored) && regions.is_empty() {
+        return Err(invalid(at("anchors"), "the effect `anchored` needs at least one anchor"));
+    }
+    if !regions.is_empty() && !allowed.has(Effect::Anchored) {
+        return Err(invalid(at("anchors"), needs(Effect::Anchored)));
+    }
+    if gravity_m_s2.is_some() && !allowed.has(Effect::Gravity) {
+        return Err(invalid(at("gravity_m_s2"), needs(Effect::Gravity)));
+    }
+    let gravity_m_s2 = gravity_m_s2.unwrap_or(DEFAULT_GRAVITY_M_S2);
+    if !gravity_m_s2.iter().all(|g| g.is_finite()) {
+        return Err(invalid(at("gravity_m_s2"), "must be finite"));
+    }
+    let gravity_m_s2 = allowed.has(Effect::Gravity).then(|| Vector3::from(gravity_m_s2));
+    Ok(Anchors { regions, gravity_m_s2 })
+}
+
+/// A ball or a box.
+pub(super) fn region(path: &str, table: &toml::Table) -> Result<Region, Refusal> {
+    known(path, table.keys(), &KEYS)?;
+    let values = toml::Value::Table(table.clone()).try_into();
+    let values: Values = values.map_err(|error: toml::de::Error| invalid(path, error.to_string().trim_end()))?;
+    let numbers = [values.center, values.min, values.max].into_iter().flatten().flatten();
+    if !numbers.chain(values.radius_m).all(f64::is_finite) {
+        return Err(invalid(path, "must be finite"));
+    }
+    match values {
+        Values { center: Some(center), radius_m: Some(radius_m), min: None, max: None } => {
+            let positive = radius_m > 0.0;
+            let ball = Region::Ball { centre_m: center.into(), radius_m };
+            positive.then_some(ball).ok_or_else(|| invalid(format!("{path}.radius_m"), "must be above zero"))
+        }
+        Values { center: None, radius_m: None, min: Some(min), max: Some(max) } => {
+            let ordered = min.iter().zip(&max).all(|(min, max)| min < max);
+            let cuboid = Region::Cuboid { min_m: min.into(), max_m: max.into() };
+            ordered
+                .then_some(cuboid)
+                .ok_or_else(|| invalid(format!("{path}.max"), "must be above `min` along every axis"))
+        }
+        _ => Err(invalid(path, "is either a ball, with `center` and `radius_m`, or a box, with `min` and `max`")),
+    }
+}
