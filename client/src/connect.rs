@@ -8,10 +8,13 @@ use shatter_proto::place::Place;
 use shatter_proto::{Kind, Refusal};
 use std::path::Path;
 use std::sync::Arc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// Pause between two looks for a daemon that is starting.
 const PAUSE: Duration = Duration::from_millis(5);
+
+/// Who finds no place waits so long for one: the daemon may not have buried those who died a moment ago.
+const PLACE: Duration = Duration::from_secs(1);
 
 /// A connection to a service. Cheap to clone: clones share it.
 ///
@@ -30,7 +33,8 @@ pub fn place(name: &str) -> Result<Place, Refusal> {
 }
 
 impl Shatter {
-    /// Connects to the service `name`. Without a daemon the refusal comes at once; one that is starting is waited for.
+    /// Connects to the service `name`. Without a daemon the refusal comes at once; one that is starting is waited for, and a place
+    /// for a second.
     ///
     /// Errors: `no_daemon`, `version_mismatch` (names both versions), `busy` (no place for another client),
     /// `runtime_folder`, `service_name`, `transport`.
@@ -40,9 +44,12 @@ impl Shatter {
 
     /// Connects to the service at `place`, as [`Self::connect`].
     pub fn connect_at(place: &Place, deadline: Deadline) -> Result<Self, Refusal> {
+        let begun = Instant::now();
+        let full = |refusal: &Refusal| refusal.kind == Kind::Busy && begun.elapsed() < PLACE && !deadline.passed();
         loop {
             match Line::open(place) {
                 Ok(line) => return Ok(Self { line: Arc::new(line) }),
+                Err(Attempt::Final(refusal)) if full(&refusal) => std::thread::sleep(PAUSE.min(deadline.left())),
                 Err(Attempt::Final(refusal)) => return Err(refusal),
                 Err(Attempt::Starting(refusal)) if deadline.passed() => return Err(refusal),
                 Err(Attempt::Starting(_)) => std::thread::sleep(PAUSE.min(deadline.left())),

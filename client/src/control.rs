@@ -141,7 +141,8 @@ pub(crate) fn poll<R: Row>(link: &Link, pending: &PendingQuestion) -> Result<Opt
     match pending.receive().map_err(receive_failed)? {
         Some(reply) => Ok(Some((read::<R>(reply.user_header(), reply.payload())?, reply.user_header().total))),
         None if connected => Ok(None),
-        None => Err(unanswered()),
+        None if link.daemon_lives() => Err(unanswered()),
+        None => Err(link.lost()),
     }
 }
 

@@ -129,13 +129,7 @@ impl Link {
             .signal_handling_mode(SignalHandlingMode::Disabled)
             .create::<Ipc>()
             .map_err(|error| failed("node", error))?;
-        let ports = match Ports::open(&node) {
-            // Those who died a moment ago may still have the place: the daemon has not buried them yet.
-            Err(refusal) if refusal.kind == Kind::Busy && node.try_cleanup_dead_nodes().cleanups > 0 => {
-                Ports::open(&node)
-            }
-            ports => ports,
-        }?;
+        let ports = Ports::open(&node)?;
         drop(call);
         shared_memory::populate_mapped(&place.prefix)?;
         Ok(Self {
@@ -234,6 +228,11 @@ impl Link {
     /// Whether its daemon is known to have gone away.
     pub(crate) fn is_lost(&self) -> bool {
         self.lost.load(Ordering::Relaxed)
+    }
+
+    /// Whether its daemon lives.
+    pub(crate) fn daemon_lives(&self) -> bool {
+        daemon_lives(&self.place)
     }
 
     /// The refusal for a daemon that went away; remembered, so that what comes next goes to another one. Daemons keep nothing of

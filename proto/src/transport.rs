@@ -46,8 +46,8 @@ pub fn config(place: &Place) -> Result<Config, Refusal> {
     }
 }
 
-/// The configuration of a client: it buries nobody. The daemon does, and a client that did could wait for what a dead one left
-/// unfinished.
+/// The configuration of a client: it buries nobody. The daemon does; of two that bury at once the slower takes the place of whoever
+/// came after the dead, and a client could wait for what a dead one left unfinished.
 pub fn client_config(place: &Place) -> Result<Config, Refusal> {
     let mut config = config(place)?;
     config.global.node.cleanup_dead_nodes_on_creation = false;

@@ -28,7 +28,7 @@ enum Command {
     Check(check::CheckArgs),
     /// Serves the baked objects until it is ended.
     Serve(serve::Args),
-    /// Shows how far the results can be trusted: hard cases, bad meshes.
+    /// Shows how far the results can be trusted (hard cases, bad meshes), and what effects cost and look like.
     Study(study::Args),
 }
 

@@ -161,7 +161,8 @@ impl Metrics {
                 times.saturating_record(stage.ns);
             }
         }
-        for effect in effects.iter().filter(|effect| effect.ran != 0) {
+        // What an effect takes as part of a stage is counted there.
+        for effect in effects.iter().filter(|effect| effect.ran != 0 && effect.ns != 0) {
             self.effect_seconds.get_or_create(&[("effect", effect.name())]).observe(effect.ns as f64 * 1e-9);
         }
     }

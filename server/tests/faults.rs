@@ -194,7 +194,9 @@ fn clients_killed(kills: u64) {
     let bar = service.object("bar", patience()).unwrap();
     let strike = |number| bar.strike(&impact(number)).and_then(|mut ticket| ticket.wait(patience()));
     drop(strike(0).unwrap());
-    let baseline = (descriptors(daemon.id()), here.shared_memory().len());
+    let nodes = || std::fs::read_dir(here.place.transport.join("nodes")).unwrap().count();
+    let found = || [descriptors(daemon.id()), here.shared_memory().len(), nodes()];
+    let baseline = found();
     let mut random = ChaCha8Rng::seed_from_u64(kills);
     for kill in 0..kills {
         // Some before they are connected, most in full swing.
@@ -208,7 +210,6 @@ fn clients_killed(kills: u64) {
         let answer = strike(kill);
         assert!(answer.is_ok(), "after kill {kill}: {:?}", answer.err());
     }
-    println!("{kills} killed clients: all strikes of another one answered meanwhile");
     eventually(|| "the dead are buried", || service.status(patience()).unwrap().row().clients == 1);
     eventually(|| "nothing computes for them", || service.status(patience()).unwrap().row().running == 0);
     // Their buckets are back: half of all are this client's share, the other half a second one's.
@@ -219,9 +220,9 @@ fn clients_killed(kills: u64) {
         (0..8).map(|number| theirs.strike(&impact(number)).unwrap().wait(patience()).unwrap()).collect();
     drop((held, others, theirs, other));
     eventually(|| "the second one is gone", || service.status(patience()).unwrap().row().clients == 1);
-    let found = || (descriptors(daemon.id()), here.shared_memory().len());
-    println!("  descriptors and files of the daemon: {baseline:?} before, {:?} after", found());
-    eventually(|| "descriptors and files are given back", || found().0 <= baseline.0 && found().1 <= baseline.1);
+    println!("  descriptors, segments and nodes: {baseline:?} before, {:?} after", found());
+    let back = || found().iter().zip(&baseline).all(|(now, before)| now <= before);
+    eventually(|| format!("descriptors, segments and nodes are given back: {:?}", found()), back);
     drop((bar, service));
     assert_eq!(daemon.terminate().code(), Some(0));
     assert_eq!(here.shared_memory(), Vec::<PathBuf>::new());
@@ -275,15 +276,15 @@ fn who_comes_right_after_a_death_gets_the_place() {
     let _alone = alone();
     let here = TestPlace::new("heirs");
     here.database("bar", bar(0.08));
-    let config = here.file("config.toml", "[service]\nclients_max = 1\n[times]\ncleanup_ms = 60000");
+    let config = here.file("config.toml", "[service]\nclients_max = 1");
     let daemon = Child::start(shatterd(&here).args(["--config", config.to_str().unwrap()]));
-    let victim = Child::start(&mut role(&here, "striker", ""));
-    assert_eq!(Shatter::connect_at(&here.place, Deadline::ms(0)).err().unwrap().kind, Kind::Busy);
-    victim.kill();
-    let service = Shatter::connect_at(&here.place, Deadline::ms(0)).unwrap();
-    let bar = service.object("bar", patience()).unwrap();
-    assert!(bar.strike(&impact(0)).unwrap().wait(patience()).is_ok());
-    drop((service, bar));
+    for number in 0..10 {
+        let victim = Child::start(&mut role(&here, "striker", ""));
+        assert_eq!(Shatter::connect_at(&here.place, Deadline::ms(0)).err().unwrap().kind, Kind::Busy);
+        victim.kill();
+        let bar = Shatter::connect_at(&here.place, patience()).unwrap().object("bar", patience()).unwrap();
+        assert!(bar.strike(&impact(number)).unwrap().wait(patience()).is_ok());
+    }
     assert_eq!(daemon.terminate().code(), Some(0));
 }
 

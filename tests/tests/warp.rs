@@ -256,6 +256,8 @@ fn controls_that_an_object_cannot_follow_are_refused_by_name() {
     assert!(matches!(refused(Controls { sites_m, ..Controls::default() }), WarpError::Site { site: 1, .. }));
     let waves = Some(Waves { length_m: 0.3, slope: 4.0 });
     assert!(matches!(refused(Controls { waves, ..Controls::default() }), WarpError::Folds { body: 0, .. }));
+    let waves = Some(Waves { length_m: 1e-9, slope: 0.1 });
+    assert!(matches!(refused(Controls { waves, ..Controls::default() }), WarpError::Short { .. }));
     let token = Token::default();
     token.cancel();
     let grain = Some(Grain { axis: Vector3::x(), ratio: 2.0 });

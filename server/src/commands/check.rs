@@ -6,7 +6,8 @@ use crate::scene::{Scene, SceneObject, paid, tables};
 use clap::Args;
 use serde_json::{Value, json};
 use shatter_fracture::database::{self, EXTENSION, Tables};
-use shatter_fracture::scene::Anchors;
+use shatter_fracture::scene::{Anchors, Controls};
+use shatter_fracture::token::Token;
 use shatter_proto::effect::{Class, Effect};
 use shatter_proto::{Kind, Refusal};
 use std::fmt::Write;
@@ -40,6 +41,7 @@ pub fn run(args: &CheckArgs) -> Result<(), Failure> {
 fn plan(name: &str, object: &SceneObject, folder: &Path) -> Result<Value, Failure> {
     let terms = &object.terms;
     let file = folder.join(format!("{name}.{EXTENSION}"));
+    warp(name, &terms.controls, &file)?;
     let sizes = match file.exists() {
         true => Some(database::tensor_bytes(&file).map_err(|error| Failure::database(&file, &error))?),
         false => None,
@@ -89,6 +91,19 @@ fn plan(name: &str, object: &SceneObject, folder: &Path) -> Result<Value, Failur
         "fragments_max": terms.fragments_max,
         "bytes_max": terms.bytes_max,
     }))
+}
+
+/// Tries what an artist says on the database, if it is there.
+fn warp(name: &str, controls: &Controls, file: &Path) -> Result<(), Failure> {
+    if controls.is_silent() || !file.exists() {
+        return Ok(());
+    }
+    let straight = Tables { elastic: false, interior: false, surface_diffusion: false, examples: false };
+    let prepared = database::load_tables(file, straight).map_err(|error| Failure::database(file, &error))?;
+    prepared.warped(controls, &Token::default()).map(drop).map_err(|error| {
+        let (key, message) = (format!("objects.{name}.warp"), format!("objects.{name}: {error}"));
+        Refusal::new(Kind::Configuration, key, message).into()
+    })
 }
 
 /// What holds the object, and how many nodes each anchor has of a database that is there. Refused: anchors that do not hold it.

@@ -25,7 +25,8 @@ pub struct Args {
 enum Study {
     /// Runs the catalogue of hard cases and bad meshes, and writes a table and a page.
     Stability(Stability),
-    /// Bakes and strikes the objects of the shipped scenes, with the scene's effects and with all, and draws what each costs.
+    /// Bakes and strikes the objects of the shipped scenes, with the scene's effects and with all, draws what each costs, and every
+    /// effect, off and on.
     Effects(Effects),
 }
 

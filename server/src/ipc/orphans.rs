@@ -1,9 +1,15 @@
 //! Segments that belong to nobody. A process that is killed between making a segment and taking its place in it leaves one that no
 //! cleaning up after it finds: it goes by places (iceoryx2 0.10.0). What names its owner does not get lost: every port writes a tag
 //! before it makes anything, and the tag goes after everything else.
+//!
+//! A process that is killed while it writes a tag leaves a node that is never rid of: cleaning up takes all of it but the unfinished
+//! tag, whose folder stays, and finds it again for ever. What the dead own then is that tag and nothing else.
 
+use iceoryx2::node::{Node, NodeState, NodeView};
+use iceoryx2::prelude::CallbackProgression;
 use shatter_proto::place::Place;
 use shatter_proto::shared_memory;
+use shatter_proto::transport::{Ipc, config};
 use std::collections::BTreeSet;
 use std::ffi::OsStr;
 use std::fs::{self, DirEntry};
@@ -17,11 +23,38 @@ const SUFFIXES: [&str; 4] = ["connection", "data", "event", "event_mgmt"];
 pub struct Orphans {
     /// What belonged to nobody at the last look: ports that are being closed are given until the next.
     suspects: BTreeSet<PathBuf>,
+    /// Dead nodes of which only a shell was left at the last look.
+    shells: BTreeSet<u128>,
 }
 
 impl Orphans {
     /// Removes what belongs to nobody and did not at the last look either; returns how many there were.
     pub fn bury(&mut self, place: &Place) -> usize {
+        self.bury_shells(place) + self.bury_segments(place)
+    }
+
+    /// Removes nodes that are dead, cleaned up, and still there.
+    fn bury_shells(&mut self, place: &Place) -> usize {
+        let mut shells = BTreeSet::new();
+        let look = |node: NodeState<Ipc>| {
+            if let NodeState::Dead(node) = node
+                && node.details().is_none()
+            {
+                shells.insert(node.id().value());
+            }
+            CallbackProgression::Continue
+        };
+        if let Ok(config) = config(place)
+            && let Err(error) = Node::<Ipc>::list(&config, look)
+        {
+            tracing::debug!(?error, "nodes cannot be listed");
+        }
+        let buried = shells.intersection(&self.shells).filter(|node| remove_shell(place, **node)).count();
+        self.shells = shells;
+        buried
+    }
+
+    fn bury_segments(&mut self, place: &Place) -> usize {
         let folders = [Path::new(shared_memory::FOLDER), &place.transport];
         let made: Vec<(PathBuf, Vec<u128>)> = folders
             .into_iter()
@@ -37,6 +70,16 @@ impl Orphans {
         self.suspects = orphans;
         buried
     }
+}
+
+/// Removes the folder of a node and the files that said whether it lives.
+fn remove_shell(place: &Place, node: u128) -> bool {
+    let nodes = place.transport.join("nodes");
+    let monitor = format!("{}{node}.", place.prefix);
+    let watched = entries(&nodes).filter(|entry| entry.file_name().to_string_lossy().starts_with(&monitor));
+    let watched: Vec<PathBuf> = watched.map(|entry| entry.path()).collect();
+    let _ = fs::remove_dir_all(nodes.join(node.to_string()));
+    watched.iter().filter(|path| fs::remove_file(path).is_ok()).count() > 0
 }
 
 fn entries(folder: &Path) -> impl Iterator<Item = DirEntry> {

@@ -254,7 +254,10 @@ impl SceneObject {
         let allowed = on.changed(more, Effects::default()).map_err(|refusal| placed(&at("allow"), refusal))?;
         let controls = warp::read(&at("warp"), &values.warp, folder)?;
         if controls.is_silent() == allowed.has(Effect::Warp) {
-            return Err(invalid(at("warp"), "and the effect `warp` need each other: one is there, the other is not"));
+            return Err(invalid(
+                at("warp"),
+                "this table and the effect `warp` go together: one is there, the other is not",
+            ));
         }
         let anchors = anchors::read(path, values.anchors.as_deref(), values.gravity_m_s2, allowed)?;
         let terms = Terms {

@@ -136,8 +136,8 @@ fn what_an_artist_says_is_checked_by_name() {
         "objects.vase.warp.paint",
         "least",
     );
-    check(&warped(""), "objects.vase.warp", "need each other");
-    check("effects = []\nwarp = { sites = [[0.0, 0.0, 0.0]] }", "objects.vase.warp", "need each other");
+    check(&warped(""), "objects.vase.warp", "go together");
+    check("effects = []\nwarp = { sites = [[0.0, 0.0, 0.0]] }", "objects.vase.warp", "go together");
     let whole = object(&warped("waves = { length_m = 0.1, slope = 0.5 }, sites = [[1.0, 2.0, 3.0]]")).unwrap();
     assert!(!whole.terms.controls.is_silent() && whole.terms.on.has(Effect::Warp));
 }

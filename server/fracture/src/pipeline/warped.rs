@@ -26,6 +26,14 @@ pub enum WarpError {
         /// Where, m.
         at_m: [f64; 3],
     },
+    /// Waves that no lattice can show.
+    #[error("waves: a length of {length_m} m is below two spacings of the crack lattice, {least_m:.4} m")]
+    Short {
+        /// The length given, m.
+        length_m: f64,
+        /// The least that can be, m.
+        least_m: f64,
+    },
     /// The lift cannot be made in the bent space.
     #[error("body {body} has no {lift} lift in the bent space: {source}")]
     Lift {
@@ -78,6 +86,10 @@ impl Prepared {
     pub fn warped(mut self, controls: &Controls, token: &Token) -> Result<Self, WarpError> {
         if controls.is_silent() {
             return Ok(self);
+        }
+        let least_m = 2.0 * self.parameters.crack_spacing * self.frame.diagonal_m;
+        if let Some(Waves { length_m, .. }) = controls.waves.filter(|waves| waves.length_m < least_m) {
+            return Err(WarpError::Short { length_m, least_m });
         }
         let warp = warp(controls, &self);
         for index in 0..self.bodies.len() {

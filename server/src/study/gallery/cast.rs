@@ -10,7 +10,9 @@ use nalgebra::{Point3, Vector3};
 use shatter_fracture::database::{BakeRequest, bake};
 use shatter_fracture::lift::LiftKind;
 use shatter_fracture::pipeline::{Contact, DegreeRequest, Prepared, Strike};
-use shatter_fracture::scene::{Controls, Effect, Effects, Grain, Materials, Paint, Region, Waves};
+use shatter_fracture::scene::{
+    Anchors, Controls, DEFAULT_GRAVITY_M_S2, Effect, Effects, Grain, Materials, Paint, Region, Waves,
+};
 use shatter_fracture::surface::{RawMesh, shapes};
 use shatter_fracture::token::Token;
 
@@ -26,6 +28,7 @@ pub struct Show {
     strike: Strike,
     on: Effects,
     controls: Controls,
+    anchors: Anchors,
     draw: fn(&Broken, bool) -> Mesh,
 }
 
@@ -48,12 +51,17 @@ impl Stage {
         }
     }
 
-    fn prepare(self, controls: &Controls, examples: u64) -> Result<Prepared, EffectsError> {
+    fn prepare(self, controls: &Controls, anchors: &Anchors, examples: u64) -> Result<Prepared, EffectsError> {
         let name = if self == Self::Statue { "plaster" } else { "stone" };
         let materials = Materials::parse(MATERIALS).map_err(|error| EffectsError::Materials(error.to_string()))?;
         let material = materials.get(name).map_err(|error| EffectsError::Materials(error.to_string()))?.clone();
         let request = BakeRequest { examples, ..BakeRequest::new("shown", name, material) };
-        Ok(bake(self.mesh(), &request, &Token::default(), &mut |_| {})?.warped(controls, &Token::default())?)
+        let token = Token::default();
+        let mut prepared = bake(self.mesh(), &request, &token, &mut |_| {})?.warped(controls, &token)?;
+        if !anchors.regions.is_empty() {
+            prepared.hold(anchors, &token)?;
+        }
+        Ok(prepared)
     }
 }
 
@@ -62,11 +70,19 @@ impl Show {
         let on = strike.effects.with(effect);
         let draw: fn(&Broken, bool) -> Mesh = |broken, _| broken.mesh(SPREAD);
         let from = if stage == Stage::Statue { [0.7, 0.35, 1.0] } else { [0.45, 0.55, 1.0] };
-        Self { name: effect.name(), caption, from, stage, strike, on, controls: Controls::default(), draw }
+        let (name, controls, anchors) = (effect.name(), Controls::default(), Anchors::default());
+        Self { name, caption, from, stage, strike, on, controls, anchors, draw }
     }
 
     fn drawn(self, draw: fn(&Broken, bool) -> Mesh) -> Self {
         Self { draw, ..self }
+    }
+
+    /// The bar, held at its left end, seen from the front.
+    fn held(effect: Effect, caption: &'static str, strike: Strike) -> Self {
+        let end = Region::Cuboid { min_m: Point3::new(-0.3, -0.1, -0.1), max_m: Point3::new(-0.2, 0.1, 0.1) };
+        let anchors = Anchors { regions: vec![end], gravity_m_s2: Some(Vector3::from(DEFAULT_GRAVITY_M_S2)) };
+        Self { anchors, from: [0.15, 0.4, 1.0], ..Self::new(effect, caption, Stage::Bar, strike) }
     }
 
     /// A control of the artist on a block, seen from the front.
@@ -79,7 +95,7 @@ impl Show {
     pub fn pair(self) -> Result<Pair, EffectsError> {
         let Self { name, caption, from, .. } = self;
         let examples = if self.on.has(Effect::Examples) { 40 } else { 0 };
-        let prepared = self.stage.prepare(&self.controls, examples)?;
+        let prepared = self.stage.prepare(&self.controls, &self.anchors, examples)?;
         let half = |effects: Effects, on: bool| {
             let strike = Strike { effects, contacts: snapped(&prepared, &self.strike), ..self.strike.clone() };
             Ok::<_, EffectsError>((self.draw)(&Broken::new(&prepared, &strike)?, on))
@@ -155,6 +171,18 @@ pub fn cast() -> Vec<Show> {
             .drawn(|broken, on| if on { marks::bonds(broken) } else { broken.mesh(SPREAD) }),
         Show::new(Effect::Debris, "chips on crack faces", Stage::Statue, statue(24))
             .drawn(|broken, on| if on { marks::debris(broken) } else { broken.mesh(SPREAD) }),
+        Show::new(Effect::Hulls, "a convex proxy of each piece, for collisions", Stage::Statue, statue(24))
+            .drawn(|broken, on| if on { marks::hulls(broken) } else { broken.mesh(SPREAD) }),
+        Show::held(
+            Effect::Anchored,
+            "held on the left, the bar breaks there, too",
+            blow([0.2, 0.05, 0.0], [0.0, -20.0, 0.0], 24, &elastic),
+        ),
+        Show::held(
+            Effect::Gravity,
+            "a tap on a shelf that carries its weight",
+            blow([0.2, 0.05, 0.0], [0.0, -1e-4, 0.0], 24, &[Effect::Elastic, Effect::Anchored]),
+        ),
     ];
     all.extend(artist());
     all

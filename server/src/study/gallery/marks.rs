@@ -1,7 +1,7 @@
 //! What effects of output add to the pieces, made visible.
 
 use super::broken::Broken;
-use crate::picture::{Colour, Mesh, arrow};
+use crate::picture::{Colour, Mesh, arrow, fragment_colour};
 use nalgebra::{Point3, Vector3};
 
 /// How far pieces are moved apart, over their distance from the centre.
@@ -36,6 +36,21 @@ pub fn debris(broken: &Broken) -> Mesh {
         let size = chip.size_m as f32;
         let tip = Point3::from(place + normal * (1.5 * size));
         mesh.append(arrow(tip, -normal, size, Colour::oklch(0.35, 0.05, 60.0)));
+    }
+    mesh
+}
+
+/// The hulls in the places of the pieces.
+pub fn hulls(broken: &Broken) -> Mesh {
+    let mut mesh = Mesh::default();
+    let hulls = &broken.pieces.hulls;
+    for (fragment, row) in hulls.rows.iter().enumerate() {
+        let own = &hulls.positions[row.vertex_first as usize..][..row.vertex_count as usize];
+        let indices = &hulls.indices[row.index_first as usize..][..row.index_count as usize];
+        let positions = own.iter().map(|&position| Point3::from(position)).collect();
+        let triangles = indices.chunks_exact(3).map(|t| [t[0], t[1], t[2]]).collect();
+        let colour = fragment_colour(fragment as u32);
+        mesh.append(Mesh::paint(positions, triangles, 1.0, |_, _| colour).moved(broken.place(fragment as u32, SPREAD)));
     }
     mesh
 }
