@@ -200,6 +200,13 @@ pub(crate) fn refusal(error: StrikeError) -> Refusal {
             let kind = if error.is_callers() { Kind::Unsolvable } else { Kind::Failed };
             (kind, format!("body {body}"))
         }
+        StrikeError::UnknownFragment { fragment, .. } => (Kind::UnknownFragment, fragment.to_string()),
+        StrikeError::FragmentSmall { fragment } | StrikeError::FragmentLarge { fragment, .. } => {
+            (Kind::FragmentSize, fragment.to_string())
+        }
+        StrikeError::FragmentLiftKind { lift, .. } => (Kind::Lift, lift.to_string()),
+        StrikeError::FragmentLift { fragment, .. } => (Kind::Unsolvable, format!("fragment {fragment}")),
+        StrikeError::OtherObject => (Kind::Failed, "kept".to_owned()),
         StrikeError::Tessellation(_) | StrikeError::SectionLengths { .. } => (Kind::Failed, "tessellation".to_owned()),
     };
     Refusal::new(kind, at, error.to_string())

@@ -1,5 +1,6 @@
 //! The one walk from an impact to fragments, in the order of the method.
 
+mod again;
 mod calibrate;
 mod cells;
 mod compare;
@@ -8,16 +9,19 @@ mod error;
 mod examples;
 mod falloff;
 mod impact;
+mod kept;
 mod learned;
 mod memory;
 mod outcome;
 mod outputs;
+mod parent;
 mod pieces;
 mod plan;
 mod prepared;
 mod reduce;
 mod release;
 mod sample;
+mod settle;
 mod slivers;
 mod stage;
 mod strike;
@@ -25,6 +29,7 @@ mod threshold;
 mod walk;
 mod workspace;
 
+pub use again::strike_again;
 pub use calibrate::calibrate;
 pub use cells::{BodyCells, divide};
 pub use compare::{CompareError, Comparison, LiftRow};
@@ -32,10 +37,12 @@ pub use energy::{BodyEnergy, REDUCED_ERROR_MAX, strain_energy};
 pub use error::{CONTACTS_MAX, StrikeError};
 pub use examples::{Example, ExamplePoint, examples};
 pub use impact::Impact;
+pub use kept::Kept;
 pub(crate) use learned::lessons;
 pub use learned::{Learned, Quality, learn, sampled};
 pub use outcome::{Counts, DegreeSource, FragmentRow, OUTER, Outcome, RunRow};
 pub use outputs::{Bond, Debris};
+pub use parent::{SOLVED_NODES_MAX, TETS_MIN};
 pub use pieces::Pieces;
 pub use prepared::{BakeReport, Body, Parameters, Prepared, Solid, Unprepared};
 pub use reduce::{RANK_MAX, Reduction, reduce};

@@ -12,12 +12,14 @@ use crate::tessellation::{Components, FixedPoints, Points, Sites, Tessellation, 
 use crate::token::Token;
 use nalgebra::Point3;
 
-/// The meshes of one body, whole or broken.
+/// The meshes of one body, whole or broken, or of one fragment that was struck again.
 pub(super) struct BodyPieces {
-    body: usize,
+    pub(super) body: usize,
     pub(super) tessellation: Tessellation,
-    /// Fragment of each node, within the body.
+    /// Fragment of each node of the body; those that are answered come first.
     pub(super) labels: Vec<u32>,
+    /// The crack points of these labels.
+    pub(super) points: Points,
     pub(super) properties: Vec<Properties>,
     centres: Vec<Point3<f64>>,
     energies_j_m2: Vec<f64>,
@@ -67,12 +69,19 @@ impl Pieces {
                 let energy_j = struck.map_or(0.0, |struck| energies[struck].energy_j);
                 let field = struck.map(|struck| &fields[struck]);
                 let density = prepared.parameters.material.density_kg_m3;
-                let own = release::velocities(&pieces, &body.crack, field, energy_j, density, &prepared.frame);
+                let (properties, labels) = (&pieces.properties, &pieces.labels);
+                let own =
+                    release::velocities(properties, labels, &body.crack, field, energy_j, density, &prepared.frame);
                 watch.end(Effect::Release, size_of_val(own.as_slice()) as u64);
                 velocities.extend(own);
             }
             bodies.push(pieces);
         }
+        Ok(Self::of(bodies, velocities, prepared, strike))
+    }
+
+    /// The meshes of `bodies`, laid out.
+    pub(super) fn of(bodies: Vec<BodyPieces>, velocities: Vec<Velocity>, prepared: &Prepared, strike: &Strike) -> Self {
         let mut pieces = Self {
             bodies,
             transform: Transform { metres_per_unit: prepared.frame.diagonal_m },
@@ -86,7 +95,7 @@ impl Pieces {
             counts: Counts::default(),
         };
         pieces.lay_out(prepared);
-        Ok(pieces)
+        pieces
     }
 
     /// Fills the tables; offsets continue from body to body.
@@ -121,6 +130,7 @@ impl Pieces {
             self.runs.extend(pieces.tessellation.runs().iter().map(|run| RunRow {
                 fragment: first_fragment + run.fragment,
                 neighbour: run.neighbour.map_or(OUTER, |neighbour| first_fragment + neighbour),
+                crack: run.crack,
                 vertex_first: (base.vertices + run.vertices.start) as u32,
                 vertex_count: run.vertices.len() as u32,
                 index_first: (base.indices + 3 * run.triangles.start) as u32,
@@ -165,11 +175,28 @@ impl Pieces {
 
 /// What cutting one body works on.
 #[derive(Default)]
-struct Cut {
-    components: Components,
-    points: Points,
-    tessellation: Tessellation,
-    measured: Vec<Properties>,
+pub(super) struct Cut {
+    pub components: Components,
+    pub points: Points,
+    pub tessellation: Tessellation,
+    pub measured: Vec<Properties>,
+}
+
+impl Cut {
+    /// The pieces of body `body`, by the energy of a site, J·m².
+    pub fn into_pieces(self, body: usize, energy_j_m2: impl Fn(u32) -> f64) -> BodyPieces {
+        let Self { components, points, tessellation, measured } = self;
+        let sites = components.sites.iter().take(measured.len());
+        BodyPieces {
+            body,
+            tessellation,
+            points,
+            energies_j_m2: sites.map(|&site| energy_j_m2(site)).collect(),
+            centres: measured.iter().map(|measured| measured.centre).collect(),
+            labels: components.labels,
+            properties: measured,
+        }
+    }
 }
 
 impl Broken<'_> {
@@ -192,19 +219,14 @@ impl Broken<'_> {
             let bytes = self.merge_slivers(index, cells, &mut cut, workspace)?;
             watch.end(Effect::Slivers, bytes);
         }
-        let Cut { components, tessellation, measured, .. } = cut;
-        let energy = |site: &u32| {
-            let of_cell = |cells: &BodyCells| {
-                let unit = self.energies[cells.struck].unit_j_m2(self.prepared.frame.diagonal_m);
-                unit * cells.diagram.cell_energy[*site as usize]
-            };
-            cells.map_or(0.0, of_cell)
-        };
-        let energies_j_m2 = components.sites.iter().map(energy).collect();
-        let centres = measured.iter().map(|measured| measured.centre).collect();
-        watch.leave(Stage::Fragments, size_of_val(measured.as_slice()) as u64);
-        let labels = components.labels;
-        Ok(BodyPieces { body: index, tessellation, labels, properties: measured, centres, energies_j_m2 })
+        watch.leave(Stage::Fragments, size_of_val(cut.measured.as_slice()) as u64);
+        Ok(cut.into_pieces(index, |site| cells.map_or(0.0, |cells| self.energy_j_m2(cells, site))))
+    }
+
+    /// Energy of a cell, J·m².
+    pub(super) fn energy_j_m2(&self, cells: &BodyCells, site: u32) -> f64 {
+        let unit = self.energies[cells.struck].unit_j_m2(self.prepared.frame.diagonal_m);
+        unit * cells.diagram.cell_energy[site as usize]
     }
 
     /// Merges slivers, and cuts again where there were any; bytes of the new labels.
