@@ -25,7 +25,7 @@ impl Broken {
 
 fn runs(fragment: &Fragment<'_>) -> Vec<RunView> {
     let run = |run: crate::Run<'_>| RunView {
-        neighbour: run.neighbour,
+        crack: run.crack,
         index_first: run.index_first,
         index_count: run.indices.len() as u32,
     };

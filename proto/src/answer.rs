@@ -338,7 +338,9 @@ pub struct DebrisWire {
 /// Neighbour of an outer run: nobody.
 pub const OUTER: u32 = u32::MAX;
 
-/// Triangles of one fragment that face one neighbour, or the outside. The outer run, if any, comes first.
+/// Triangles of one fragment that face one neighbour, or the outside. The outer run, if any, comes first; after those with
+/// neighbours follow the sides of earlier cracks, where a fragment was struck again: one per fragment of the earlier answer on
+/// the other side, with material 1 and the neighbour [`OUTER`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct RunWire {
@@ -409,4 +411,4 @@ const _: () = assert!(size_of::<EffectWire>() == 24);
 const _: () = assert!(size_of::<VelocityWire>() == 48);
 const _: () = assert!(size_of::<BondWire>() == 64);
 const _: () = assert!(size_of::<DebrisWire>() == 40);
-const _: () = assert!(crate::PROTOCOL_VERSION == 2, "sizes above are those of version 2");
+const _: () = assert!(crate::PROTOCOL_VERSION == 3, "sizes above are those of version 3");

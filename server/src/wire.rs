@@ -366,7 +366,7 @@ fn run(row: &RunRow) -> RunWire {
         vertex_count: row.vertex_count,
         index_first: row.index_first,
         index_count: row.index_count,
-        material: u32::from(row.neighbour != OUTER),
+        material: u32::from(row.crack),
         reserved: 0,
     }
 }
