@@ -13,6 +13,9 @@ use std::time::Duration;
 /// Pause between two looks for a daemon that is starting.
 const PAUSE: Duration = Duration::from_millis(5);
 
+/// How long a hold that is dropped waits for the reply; the service gives the answer back by itself after a while.
+const GOODBYE: Duration = Duration::from_millis(100);
+
 /// A connection to a service. Cheap to clone: clones share it.
 ///
 /// It outlives the daemon: strikes and questions under way when a daemon goes away end with `lost`, and the next ones go to
@@ -20,6 +23,27 @@ const PAUSE: Duration = Duration::from_millis(5);
 #[derive(Clone)]
 pub struct Shatter {
     line: Arc<Line>,
+}
+
+/// An answer that the service keeps; dropping this gives it back, and waits for the reply for a tenth of a second at most.
+pub struct Hold {
+    service: Shatter,
+    handle: u64,
+}
+
+impl Hold {
+    /// Names the answer to strikes.
+    pub fn handle(&self) -> u64 {
+        self.handle
+    }
+}
+
+impl Drop for Hold {
+    fn drop(&mut self) {
+        if let Err(refusal) = self.service.release(self.handle, Deadline::after(GOODBYE)) {
+            tracing::debug!(%refusal, "an answer was not given back");
+        }
+    }
 }
 
 /// Where the service `name` of this user lives.
@@ -88,6 +112,19 @@ impl Shatter {
     /// looks at tickets, for a thread that has nothing else to do.
     pub fn doze(&self, deadline: Deadline) {
         self.line.last().doze(deadline);
+    }
+
+    /// Gives back the answer that is kept under `handle`: its fragments cannot be struck any more.
+    ///
+    /// Errors: `unknown_handle` if none is.
+    pub fn release(&self, handle: u64, deadline: Deadline) -> Result<(), Refusal> {
+        let link = self.line.link()?;
+        control::release(&link, handle, deadline)
+    }
+
+    /// Gives the answer that is kept under `handle` back once the hold is dropped.
+    pub fn hold(&self, handle: u64) -> Hold {
+        Hold { service: self.clone(), handle }
     }
 
     /// How the service goes.

@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 use shatter_fracture::database;
 use shatter_fracture::lift::LiftKind;
 use shatter_fracture::pipeline::{
-    self, Bond, Contact, DEGREE_MAX, Debris, DegreeRequest, DegreeSource, ElasticRequest, FragmentRow, Pieces,
+    self, Bond, Contact, DEGREE_MAX, Debris, DegreeRequest, DegreeSource, ElasticRequest, FragmentRow, Kept, Pieces,
     Prepared, RunRow, StrikeError, Velocity, Watch, Workspace,
 };
 use shatter_fracture::scene::{DEFAULT_DURATION_S, DEFAULT_RADIUS_DIAGONALS, Effect, Effects};
@@ -114,15 +114,38 @@ impl Object for Served {
         watch: &mut dyn Watch,
     ) -> Result<Box<dyn Outcome>, Refusal> {
         let request = self.request(strike)?;
-        let deformed = request.effects.has(Effect::Elastic);
         let outcome = pipeline::strike(&self.prepared, &request, workspace, token, watch).map_err(refusal)?;
-        let struck = Struck { object: strike.object.clone(), seed: strike.seed, deformed, outcome };
-        self.fits(&struck.counts())?;
-        Ok(Box::new(struck))
+        self.struck(strike, &request, outcome)
+    }
+
+    fn strike_again(
+        &self,
+        from: (&Kept, u32),
+        strike: &Strike,
+        workspace: &mut Workspace,
+        token: &Token,
+        watch: &mut dyn Watch,
+    ) -> Result<Box<dyn Outcome>, Refusal> {
+        let request = self.request(strike)?;
+        let outcome = pipeline::strike_again(&self.prepared, from, &request, workspace, token, watch);
+        self.struck(strike, &request, outcome.map_err(refusal)?)
     }
 }
 
 impl Served {
+    /// The answer to `strike`, within the scene's caps.
+    fn struck(
+        &self,
+        strike: &Strike,
+        request: &pipeline::Strike,
+        outcome: pipeline::Outcome,
+    ) -> Result<Box<dyn Outcome>, Refusal> {
+        let deformed = request.effects.has(Effect::Elastic);
+        let struck = Struck { object: strike.object.clone(), seed: strike.seed, deformed, outcome };
+        self.fits(&struck.counts())?;
+        Ok(Box::new(struck))
+    }
+
     /// Refuses an answer beyond the scene's caps.
     fn fits(&self, counts: &Counts) -> Result<(), Refusal> {
         let exceeded = |key: &str, found: u64, what: &str, cap: u64| {
@@ -235,6 +258,10 @@ impl Outcome for Struck {
             bonds: pieces.counts.bonds,
             debris: pieces.counts.debris,
         })
+    }
+
+    fn keep(&self) -> Option<Kept> {
+        self.outcome.pieces.as_ref().map(Pieces::keep)
     }
 
     fn write(&self, sections: &mut Sections<'_>, watch: &mut dyn Watch) -> Result<(), Refusal> {
