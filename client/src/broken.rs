@@ -81,6 +81,13 @@ impl Broken {
         *self.view().summary
     }
 
+    /// What names this answer to later strikes ([`Impact::from`](crate::Impact::from)), if it was to be kept, and is: not where
+    /// the object stayed whole, or the service keeps none. It is kept for as long as the service says (`times.kept_s`), until as
+    /// many younger ones are kept as it may (`answers.kept_max`), or [`Shatter::release`](crate::Shatter::release).
+    pub fn handle(&self) -> Option<u64> {
+        Some(self.view().summary.handle).filter(|handle| *handle != 0)
+    }
+
     /// What each stage did.
     pub fn stages(&self) -> &[StageWire] {
         self.view().stages
@@ -137,11 +144,13 @@ pub struct Fragment<'a> {
     view: View<'a>,
 }
 
-/// Triangles of one fragment that face one neighbour, or the outside.
+/// Triangles of one fragment that face one neighbour, or the outside, or what was there before an earlier crack.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Run<'a> {
-    /// The fragment on the other side of the crack; `None`: the outside.
+    /// The fragment on the other side of the crack; `None`: the outside, or a fragment of an earlier answer.
     pub neighbour: Option<u32>,
+    /// Whether it is a side of a crack, be it one of an earlier answer.
+    pub crack: bool,
     /// First index of the run, counted from the fragment's first.
     pub index_first: u32,
     /// Corners of the run's triangles; values count from the fragment's first vertex.
@@ -220,12 +229,13 @@ impl<'a> Fragment<'a> {
         part(self.view.merges, self.row.merge_first, self.row.merge_count)
     }
 
-    /// The runs: the outer one first, if there is one, then one per neighbour.
+    /// The runs: the outer one first, if there is one, then one per neighbour, then those on cracks of earlier answers.
     pub fn runs(&self) -> impl ExactSizeIterator<Item = Run<'a>> {
         let (view, fragment) = (self.view, self.row);
         let rows: &'a [RunWire] = part(view.runs, fragment.run_first, fragment.run_count);
         rows.iter().map(move |run| Run {
             neighbour: (run.neighbour != OUTER).then_some(run.neighbour),
+            crack: run.material != 0,
             index_first: run.index_first.saturating_sub(fragment.index_first),
             indices: part(view.indices, run.index_first, run.index_count),
             vertex_first: run.vertex_first.saturating_sub(fragment.vertex_first),

@@ -15,6 +15,8 @@ const PAUSE: Duration = Duration::from_millis(5);
 
 /// Who finds no place waits so long for one: the daemon may not have buried those who died a moment ago.
 const PLACE: Duration = Duration::from_secs(1);
+/// How long a hold that is dropped waits for the reply; the service gives the answer back by itself after a while.
+const GOODBYE: Duration = Duration::from_millis(100);
 
 /// A connection to a service. Cheap to clone: clones share it.
 ///
@@ -23,6 +25,27 @@ const PLACE: Duration = Duration::from_secs(1);
 #[derive(Clone)]
 pub struct Shatter {
     line: Arc<Line>,
+}
+
+/// An answer that the service keeps; dropping this gives it back, and waits for the reply for a tenth of a second at most.
+pub struct Hold {
+    service: Shatter,
+    handle: u64,
+}
+
+impl Hold {
+    /// Names the answer to strikes.
+    pub fn handle(&self) -> u64 {
+        self.handle
+    }
+}
+
+impl Drop for Hold {
+    fn drop(&mut self) {
+        if let Err(refusal) = self.service.release(self.handle, Deadline::after(GOODBYE)) {
+            tracing::debug!(%refusal, "an answer was not given back");
+        }
+    }
 }
 
 /// Where the service `name` of this user lives.
@@ -95,6 +118,19 @@ impl Shatter {
     /// looks at tickets, for a thread that has nothing else to do.
     pub fn doze(&self, deadline: Deadline) {
         self.line.last().doze(deadline);
+    }
+
+    /// Gives back the answer that is kept under `handle`: its fragments cannot be struck any more.
+    ///
+    /// Errors: `unknown_handle` if none is.
+    pub fn release(&self, handle: u64, deadline: Deadline) -> Result<(), Refusal> {
+        let link = self.line.link()?;
+        control::release(&link, handle, deadline)
+    }
+
+    /// Gives the answer that is kept under `handle` back once the hold is dropped.
+    pub fn hold(&self, handle: u64) -> Hold {
+        Hold { service: self.clone(), handle }
     }
 
     /// How the service goes.

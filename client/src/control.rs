@@ -4,6 +4,7 @@ use crate::Deadline;
 use crate::link::{Link, PendingQuestion, Pulse, receive_failed};
 use shatter_proto::answer::STAGES;
 use shatter_proto::control::{Latency, ObjectRow, Question, Row, StatusRow, read};
+use shatter_proto::refusal::RefusalWire;
 use shatter_proto::{Kind, Refusal};
 use std::time::Duration;
 
@@ -116,6 +117,10 @@ pub(crate) fn objects(link: &Link, deadline: Deadline) -> Result<Vec<ObjectFacts
 pub(crate) fn status(link: &Link, deadline: Deadline) -> Result<Status, Refusal> {
     let (rows, _) = ask::<StatusRow>(link, Question::Status, deadline)?;
     rows.first().copied().map(Status).ok_or_else(unanswered)
+}
+
+pub(crate) fn release(link: &Link, handle: u64, deadline: Deadline) -> Result<(), Refusal> {
+    ask::<RefusalWire>(link, Question::Release(handle), deadline).map(|_| ())
 }
 
 /// Asks and waits; returns the rows and how many there are in all.

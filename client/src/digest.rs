@@ -1,7 +1,7 @@
-//! Hashes of an answer, by which equal answers are told: everything counts except times.
+//! Hashes of an answer, by which equal answers are told: everything counts except times and the handle.
 
 use crate::Broken;
-use shatter_proto::answer::{EffectWire, SectionKind, StageWire};
+use shatter_proto::answer::{EffectWire, SectionKind, StageWire, SummaryWire};
 
 /// Hash of one section.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -29,12 +29,13 @@ impl Broken {
         let view = self.view();
         let timeless: Vec<StageWire> = view.stages.iter().map(|stage| StageWire { ns: 0, ..*stage }).collect();
         let timeless_effects: Vec<EffectWire> = view.effects.iter().map(|row| EffectWire { ns: 0, ..*row }).collect();
+        let nameless = SummaryWire { handle: 0, ..*view.summary };
         let mut all = blake3::Hasher::new();
         let sections = SectionKind::ALL
             .into_iter()
             .filter_map(|kind| {
                 let bytes: &[u8] = match kind {
-                    SectionKind::Summary => bytemuck::bytes_of(view.summary),
+                    SectionKind::Summary => bytemuck::bytes_of(&nameless),
                     SectionKind::Stages => bytemuck::cast_slice(&timeless),
                     SectionKind::Fragments => bytemuck::cast_slice(view.fragments),
                     SectionKind::Runs => bytemuck::cast_slice(view.runs),

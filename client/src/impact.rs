@@ -1,7 +1,7 @@
 //! What strikes an object, put together step by step.
 
 use shatter_proto::effect::{Effect, Effects};
-use shatter_proto::request::{Contact, Degree, Elastic, Lift, Purpose, Strike};
+use shatter_proto::request::{Contact, Degree, Elastic, Lift, Origin, Purpose, Strike};
 use std::time::Duration;
 
 /// One impact: contacts, and how the answer shall be computed. Lengths in m and directions in the coordinates of the mesh
@@ -101,6 +101,19 @@ impl Impact {
     /// in time is refused at once, one that is not costs no more work: both with `late`.
     pub fn deadline(mut self, time: Duration) -> Self {
         self.0.deadline = Some(time);
+        self
+    }
+
+    /// Asks the service to keep the answer for a while, so that its fragments can be struck: see
+    /// [`Broken::handle`](crate::Broken::handle).
+    pub fn keep(mut self) -> Self {
+        self.0.keep = true;
+        self
+    }
+
+    /// Strikes fragment `fragment` of the answer that is kept under `handle`, instead of the object.
+    pub fn from(mut self, handle: u64, fragment: u32) -> Self {
+        self.0.from = Some(Origin { handle, fragment });
         self
     }
 

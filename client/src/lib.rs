@@ -45,7 +45,7 @@ mod out;
 mod ticket;
 
 pub use broken::{Broken, Fragment, Hull, Run};
-pub use connect::{Shatter, place};
+pub use connect::{Hold, Shatter, place};
 pub use control::{ObjectFacts, Status};
 pub use deadline::Deadline;
 pub use digest::{Digest, SectionDigest};
@@ -54,6 +54,6 @@ pub use impact::Impact;
 pub use object::Object;
 pub use shatter_proto::control::Latency;
 pub use shatter_proto::effect::{Effect, Effects};
-pub use shatter_proto::request::{Degree, Elastic, Lift, Purpose, Strike};
+pub use shatter_proto::request::{Degree, Elastic, Lift, Origin, Purpose, Strike};
 pub use shatter_proto::{Fault, Kind, Refusal, exit};
 pub use ticket::{Poll, Progress, Ticket};

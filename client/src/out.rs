@@ -21,7 +21,7 @@ impl Broken {
             .filter_map(|fragment| {
                 let hull = fragment.hull()?;
                 let index_count = hull.indices.len() as u32;
-                Some((fragment, hull, [RunView { neighbour: None, index_first: 0, index_count }]))
+                Some((fragment, hull, [RunView { crack: false, index_first: 0, index_count }]))
             })
             .collect();
         let views: Vec<FragmentView<'_>> = hulls
@@ -48,7 +48,7 @@ impl Broken {
 
 fn runs(fragment: &Fragment<'_>) -> Vec<RunView> {
     let run = |run: crate::Run<'_>| RunView {
-        neighbour: run.neighbour,
+        crack: run.crack,
         index_first: run.index_first,
         index_count: run.indices.len() as u32,
     };

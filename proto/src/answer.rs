@@ -387,7 +387,9 @@ pub const HULL_FACES_MAX: usize = 64;
 /// Neighbour of an outer run: nobody.
 pub const OUTER: u32 = u32::MAX;
 
-/// Triangles of one fragment that face one neighbour, or the outside. The outer run, if any, comes first.
+/// Triangles of one fragment that face one neighbour, or the outside. The outer run, if any, comes first; after those with
+/// neighbours follow the sides of earlier cracks, where a fragment was struck again: one per fragment of the earlier answer on
+/// the other side, with material 1 and the neighbour [`OUTER`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct RunWire {

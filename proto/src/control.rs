@@ -29,6 +29,8 @@ pub enum Question {
     Verdict(u64),
     /// How far the strike with this sequence is. One [`ProgressRow`], or no row if it neither waits nor computes.
     Progress(u64),
+    /// The answer kept under this handle is needed no longer. No row; `unknown_handle` if there is none.
+    Release(u64),
 }
 
 /// A question as it travels.
@@ -40,11 +42,11 @@ pub struct ControlWire {
     pub magic: u32,
     /// [`PROTOCOL_VERSION`].
     pub version: u32,
-    /// 1: list. 2: status. 3: verdict.
+    /// 1: list. 2: status. 3: verdict. 4: progress. 5: release.
     pub question: u32,
     /// First row of a list, else zero.
     pub first: u32,
-    /// Sequence of the strike a verdict is asked about, else zero.
+    /// Sequence of the strike that a verdict or progress is asked about, or the handle that is given back; else zero.
     pub sequence: u64,
     /// The client's listener: woken with the reply, and the owner of the strike.
     pub listener: [u8; 16],
@@ -204,10 +206,14 @@ pub struct StatusRow {
     pub reloads: u64,
     /// When they were last read, ns since 1970 (UTC).
     pub read_unix_ns: u64,
-    /// Objects that were replaced or removed, and are still being struck.
+    /// Objects that were replaced or removed, and are still being struck, or whose answers are kept.
     pub retired: u64,
-    /// Bytes of memory that these hold until their last strike ends.
+    /// Bytes of memory that these hold until their last strike ends and their last answer is no longer kept.
     pub retired_bytes: u64,
+    /// Answers that are kept so that their fragments can be struck.
+    pub kept: u64,
+    /// Bytes of memory that these hold.
+    pub kept_bytes: u64,
     /// From the arrival of a strike to its answer.
     pub strike: Latency,
     /// By stage, in the order of [`STAGES`].
@@ -229,7 +235,7 @@ pub struct ProgressRow {
 const _: () = assert!(size_of::<ControlWire>() == 104);
 const _: () = assert!(size_of::<ControlHeader>() == 64);
 const _: () = assert!(size_of::<ObjectRow>() == 648);
-const _: () = assert!(size_of::<StatusRow>() == 48 + 18 * 8 + 9 * 40);
+const _: () = assert!(size_of::<StatusRow>() == 48 + 20 * 8 + 9 * 40);
 
 impl Question {
     /// Writes the question for the wire.
@@ -239,6 +245,7 @@ impl Question {
             Self::Status => (2, 0, 0),
             Self::Verdict(sequence) => (3, 0, sequence),
             Self::Progress(sequence) => (4, 0, sequence),
+            Self::Release(handle) => (5, 0, handle),
         };
         let (magic, version) = (REQUEST_MAGIC, PROTOCOL_VERSION);
         ControlWire { magic, version, question, first, sequence, listener, reserved: [0; 8] }
@@ -257,6 +264,7 @@ impl ControlWire {
             (2, 0, 0) => Ok(Question::Status),
             (3, 0, sequence) => Ok(Question::Verdict(sequence)),
             (4, 0, sequence) => Ok(Question::Progress(sequence)),
+            (5, 0, handle) => Ok(Question::Release(handle)),
             (other, ..) => Err(Refusal::new(Kind::UnknownRequest, other.to_string(), "no such question")),
         }
     }
@@ -353,7 +361,13 @@ mod tests {
 
     #[test]
     fn questions_survive_the_wire() {
-        for question in [Question::List(7), Question::Status, Question::Verdict(u64::MAX), Question::Progress(9)] {
+        for question in [
+            Question::List(7),
+            Question::Status,
+            Question::Verdict(u64::MAX),
+            Question::Progress(9),
+            Question::Release(3),
+        ] {
             assert_eq!(question.wire([3; 16]).validate().unwrap(), question);
         }
         let mut wire = Question::Status.wire([0; 16]);

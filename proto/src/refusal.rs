@@ -137,7 +137,7 @@ kinds! {
     18 Budget "budget" Caller REFUSED false;
     /// A convention other than the default.
     19 Convention "convention" Caller REFUSED false;
-    /// No answer with this handle is kept.
+    /// No answer with this handle is kept: there never was one, it was given back, or its time is over.
     20 UnknownHandle "unknown_handle" Caller REFUSED false;
     /// The answer would exceed the caller's cap on fragments or bytes.
     21 CapExceeded "cap_exceeded" Caller REFUSED false;
@@ -153,6 +153,10 @@ kinds! {
     26 Elastic "elastic" Caller REFUSED false;
     /// An effect that is both on and off, or without what it needs.
     27 Effect "effect" Caller REFUSED false;
+    /// The answer has no such fragment.
+    28 UnknownFragment "unknown_fragment" Caller REFUSED false;
+    /// A fragment too small to be struck again, or too large to be deformed.
+    29 FragmentSize "fragment_size" Caller REFUSED false;
     /// The queue is full, or no answer can be lent.
     40 Busy "busy" Service BUSY true;
     /// The deadline passed first.

@@ -75,7 +75,7 @@ pub struct StrikeWire {
     pub fragments_max: u32,
     /// Metres per unit of length of the caller; 0 or 1; others reserved.
     pub convention_metres_per_unit: f64,
-    /// Answer whose fragment is struck; reserved.
+    /// Answer whose fragment is struck; zero: the object itself is.
     pub handle: u64,
     /// Bytes of answer at most; zero: the daemon's bucket.
     pub bytes_max: u64,
@@ -89,8 +89,12 @@ pub struct StrikeWire {
     pub deadline_ns: u64,
     /// Answers of earlier strikes that the client holds, by its own account.
     pub held: u64,
+    /// Fragment of that answer; zero without one.
+    pub fragment: u32,
+    /// 1: the answer is kept, so that its fragments can be struck. 0: it is not.
+    pub keep: u32,
     /// Zero.
-    pub reserved: [u64; 13],
+    pub reserved: [u64; 12],
 }
 
 const _: () = assert!(size_of::<ContactWire>() == 64);
@@ -186,6 +190,19 @@ pub struct Strike {
     /// Time from the daemon's admission after which the answer is of no use; `None`: it always is. Strikes with less time left
     /// go first, one that cannot be in time is refused at once.
     pub deadline: Option<Duration>,
+    /// What is struck: a fragment of an answer that is kept; `None`: the object itself.
+    pub from: Option<Origin>,
+    /// Whether the answer is kept, so that its fragments can be struck.
+    pub keep: bool,
+}
+
+/// A fragment of an answer that is kept.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Origin {
+    /// Handle of the answer; not zero.
+    pub handle: u64,
+    /// Its number in that answer.
+    pub fragment: u32,
 }
 
 impl Strike {
@@ -228,6 +245,13 @@ impl Strike {
         wire.bytes_max = self.bytes_max.unwrap_or(0);
         let nanos = |deadline: Duration| u64::try_from(deadline.as_nanos()).unwrap_or(u64::MAX).max(1);
         wire.deadline_ns = self.deadline.map_or(0, nanos);
+        wire.keep = u32::from(self.keep);
+        if let Some(Origin { handle, fragment }) = self.from {
+            if handle == 0 {
+                return Err(unknown_handle(0));
+            }
+            (wire.handle, wire.fragment) = (handle, fragment);
+        }
         for (i, (slot, contact)) in wire.contacts.iter_mut().zip(&self.contacts).enumerate() {
             *slot = ContactWire {
                 point_m: contact.point_m,
@@ -280,7 +304,28 @@ impl StrikeWire {
             fragments_max: (self.fragments_max > 0).then_some(self.fragments_max),
             bytes_max: (self.bytes_max > 0).then_some(self.bytes_max),
             deadline: (self.deadline_ns > 0).then(|| Duration::from_nanos(self.deadline_ns)),
+            from: self.from()?,
+            keep: self.keep()?,
         })
+    }
+
+    fn from(&self) -> Result<Option<Origin>, Refusal> {
+        match (self.handle, self.fragment) {
+            (0, 0) => Ok(None),
+            (0, fragment) => {
+                let message = format!("fragment {fragment} of no answer: a handle says of which");
+                Err(Refusal::new(Kind::UnknownFragment, fragment.to_string(), message))
+            }
+            (handle, fragment) => Ok(Some(Origin { handle, fragment })),
+        }
+    }
+
+    fn keep(&self) -> Result<bool, Refusal> {
+        match self.keep {
+            0 => Ok(false),
+            1 => Ok(true),
+            other => Err(Refusal::new(Kind::ReservedField, "keep", format!("keep must be 0 or 1, not {other}"))),
+        }
     }
 
     fn contacts(&self) -> Result<Vec<Contact>, Refusal> {
@@ -358,10 +403,6 @@ impl StrikeWire {
                 return Err(Refusal::new(Kind::Convention, format!("convention.{key}"), message));
             }
         }
-        if self.handle != 0 {
-            let message = format!("no answer with handle {} is kept", self.handle);
-            return Err(Refusal::new(Kind::UnknownHandle, self.handle.to_string(), message));
-        }
         if let Some(i) = self.reserved.iter().position(|word| *word != 0) {
             return Err(Refusal::new(Kind::ReservedField, format!("reserved[{i}]"), "reserved words must be zero"));
         }
@@ -410,6 +451,12 @@ pub(crate) fn head(magic: u32, version: u32) -> Result<(), Refusal> {
         return Err(Refusal::new(Kind::VersionMismatch, version.to_string(), message));
     }
     Ok(())
+}
+
+/// The refusal of a handle under which nothing is kept.
+pub fn unknown_handle(handle: u64) -> Refusal {
+    let message = format!("no answer is kept under the handle {handle}: never, not any more, or not by this daemon");
+    Refusal::new(Kind::UnknownHandle, handle.to_string(), message)
 }
 
 fn contact_count(count: usize) -> Refusal {

@@ -205,7 +205,7 @@ fn run(view: &View<'_>, run: &RunWire) -> Result<(), &'static str> {
     if run.neighbour != OUTER && run.neighbour as usize >= view.fragments.len() {
         return Err("neighbour is no fragment");
     }
-    if run.material != u32::from(run.neighbour != OUTER) {
+    if run.material > 1 || (run.neighbour != OUTER && run.material != 1) {
         return Err("material is neither outer nor crack");
     }
     let vertices = (fragment.vertex_first, fragment.vertex_count);

@@ -59,6 +59,7 @@ pub struct Compute {
 pub struct Answers {
     pub buckets: usize,
     pub held_max: usize,
+    pub kept_max: usize,
     pub bucket_mib_max: usize,
     pub prefault_buckets: usize,
     pub prefault_mib: usize,
@@ -71,6 +72,7 @@ pub struct Answers {
 pub struct Times {
     pub tick_ms: u64,
     pub cleanup_ms: u64,
+    pub kept_s: f64,
     pub metrics_s: u64,
     pub drain_s: f64,
 }
@@ -142,11 +144,13 @@ impl Config {
             ("compute.queue_max", "1 to 4096", (1..=4096).contains(&self.compute.queue_max)),
             ("answers.buckets", "1 to 1024", (1..=1024).contains(&self.answers.buckets)),
             ("answers.held_max", "at most answers.buckets", self.answers.held_max <= self.answers.buckets),
+            ("answers.kept_max", "at most 4096", self.answers.kept_max <= 4096),
             ("answers.bucket_mib_max", "1 to 4096", (1..=4096).contains(&self.answers.bucket_mib_max)),
             ("answers.prefault_buckets", "at most 16", self.answers.prefault_buckets <= 16),
             ("answers.prefault_mib", "at most 1024", self.answers.prefault_mib <= 1024),
             ("times.tick_ms", "1 to 1000", (1..=1000).contains(&self.times.tick_ms)),
             ("times.cleanup_ms", "10 to 60000", (10..=60_000).contains(&self.times.cleanup_ms)),
+            ("times.kept_s", "0.01 to 86400", (0.01..=86_400.0).contains(&self.times.kept_s)),
             ("times.metrics_s", "1 to 3600", (1..=3600).contains(&self.times.metrics_s)),
             ("times.drain_s", "0 to 3600", (0.0..=3600.0).contains(&self.times.drain_s)),
         ];
@@ -188,6 +192,11 @@ impl Config {
     /// How long an ending daemon lets strikes finish that it has taken in.
     pub fn drain(&self) -> Duration {
         Duration::from_secs_f64(self.times.drain_s)
+    }
+
+    /// How long an answer is kept that nobody gives back.
+    pub fn kept(&self) -> Duration {
+        Duration::from_secs_f64(self.times.kept_s)
     }
 
     /// Pause between two looks at the folder of databases; `None`: nobody looks.
@@ -256,6 +265,8 @@ mod tests {
         check("[databases]\nwatch_ms = 3", "databases.watch_ms");
         check("[times]\ntick_ms = -1", "-1");
         check("[times]\ndrain_s = nan", "times.drain_s");
+        check("[times]\nkept_s = 0", "kept_s");
+        check("[answers]\nkept_max = 5000", "answers.kept_max");
         check("[operations]\nport = 70000", "70000");
         check("[log]\nformat = \"xml\"", "xml");
         check("[log", "log");

@@ -1,11 +1,11 @@
 //! What the daemon strikes, as the daemon sees it: [`crate::wire`] makes it of the science, tests make it of little.
 
-use shatter_fracture::pipeline::{Watch, Workspace};
+use shatter_fracture::pipeline::{Kept, Watch, Workspace};
 use shatter_fracture::token::Token;
-use shatter_proto::Refusal;
 use shatter_proto::control::ObjectRow;
 use shatter_proto::layout::{Counts, Sections};
 use shatter_proto::request::Strike;
+use shatter_proto::{Kind, Refusal};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -33,12 +33,30 @@ pub trait Object: Send + Sync {
         token: &Token,
         watch: &mut dyn Watch,
     ) -> Result<Box<dyn Outcome>, Refusal>;
+
+    /// Strikes fragment `fragment` of one of its answers, of which `kept` was kept.
+    fn strike_again(
+        &self,
+        (_kept, fragment): (&Kept, u32),
+        _strike: &Strike,
+        _workspace: &mut Workspace,
+        _token: &Token,
+        _watch: &mut dyn Watch,
+    ) -> Result<Box<dyn Outcome>, Refusal> {
+        let message = "the fragments of this object cannot be struck";
+        Err(Refusal::new(Kind::UnknownFragment, fragment.to_string(), message))
+    }
 }
 
 /// What a strike led to: it knows its size before a byte of it is written.
 pub trait Outcome {
     /// Elements per section.
     fn counts(&self) -> Counts;
+
+    /// What it takes to strike its fragments again; `None`: it has none.
+    fn keep(&self) -> Option<Kept> {
+        None
+    }
 
     /// Writes everything but the stages and effects straight into the lent answer; effects are told to `watch`.
     fn write(&self, sections: &mut Sections<'_>, watch: &mut dyn Watch) -> Result<(), Refusal>;

@@ -11,6 +11,7 @@ pub mod ears;
 pub mod engine;
 pub mod ipc;
 pub mod jobs;
+pub mod kept;
 pub mod librarian;
 pub mod metrics;
 pub mod operations;

@@ -73,6 +73,8 @@ const GAUGES: &[(&str, &str, Option<Unit>, Reading)] = &[
     ("objects", "Objects ready", None, |row| row.objects_ready.into()),
     ("objects_failed", "Objects that could not be loaded", None, |row| row.objects_failed.into()),
     ("objects", "Memory of the objects", Some(Unit::Bytes), |row| row.memory_bytes),
+    ("answers_kept", "Answers kept so that their fragments can be struck", None, |row| row.kept),
+    ("answers_kept", "Memory of the answers that are kept", Some(Unit::Bytes), |row| row.kept_bytes),
     ("reloads", "Times the databases were read again", None, |row| row.reloads),
     ("pool_buckets", "Buckets for answers", None, |row| row.buckets.into()),
     ("pool_buckets_unread", "Answers that their clients have not read yet", None, |row| row.unread),

@@ -6,6 +6,7 @@ use crate::ears::{Ears, Signals, Woken};
 use crate::engine::Loader;
 use crate::ipc::{ActiveQuestion, Bell, Home, Orphans, Pool, Populated, Ports};
 use crate::jobs::{Crew, Event, Jobs, lanes, threads};
+use crate::kept::Answers;
 use crate::librarian::{Folder, Librarian};
 use crate::metrics::{End, Metrics};
 use crate::operations::{Inquiry, Operations, Report};
@@ -123,7 +124,8 @@ impl Daemon {
         shared_memory::populate_mapped(&home.place().prefix)?;
         let (sender, events) = unbounded_channel();
         let librarian = Librarian::new(folder, loader, sender.clone())?;
-        let crew = Arc::new(Crew::new(threads, lanes, populated, waker, sender));
+        let answers = Answers::new(config.answers.kept_max, config.kept());
+        let crew = Arc::new(Crew::new(threads, lanes, answers, populated, waker, sender));
         let jobs = Jobs::new(config.compute.queue_max, config.held_max(), crew.clone());
         let (metrics, started) = (Metrics::new()?, Instant::now());
         let (catalog, retired, reloads, orphans) = (Arc::new(catalog), Retired::default(), 0, Orphans::default());
@@ -152,6 +154,7 @@ impl Daemon {
         for _ in 0..self.jobs.prune() {
             self.metrics.ended(End::Cancelled);
         }
+        self.crew.expire_kept();
         self.receive();
         for end in self.jobs.expire() {
             self.metrics.ended(end);
@@ -253,6 +256,7 @@ impl Daemon {
         };
         (row.retired, row.retired_bytes) = self.retired.alive();
         (row.buckets_used_max, row.buckets_bytes) = self.crew.pool_extent();
+        (row.kept, row.kept_bytes) = self.crew.kept();
         self.metrics.fill(&mut row);
         row
     }
@@ -274,6 +278,10 @@ impl Daemon {
                 let progress = self.jobs.progress((wire.listener, sequence));
                 send_rows(active, progress.as_slice(), progress.iter().len(), false)
             }
+            Ok(Question::Release(handle)) => match self.crew.release(handle) {
+                Ok(()) => send_rows::<RefusalWire>(active, &[], 0, false),
+                Err(refusal) => send_rows(active, &[RefusalWire::from(&refusal)], 1, true),
+            },
             Err(refusal) => send_rows(active, &[RefusalWire::from(&refusal)], 1, true),
         };
         match sent {

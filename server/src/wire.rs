@@ -7,8 +7,8 @@ use nalgebra::Vector3;
 use shatter_fracture::database;
 use shatter_fracture::lift::LiftKind;
 use shatter_fracture::pipeline::{
-    self, Bond, Contact, DEGREE_MAX, Debris, DegreeRequest, DegreeSource, ElasticRequest, FragmentRow, HullRow, Pieces,
-    Prepared, RunRow, StrikeError, Velocity, Watch, Workspace,
+    self, Bond, Contact, DEGREE_MAX, Debris, DegreeRequest, DegreeSource, ElasticRequest, FragmentRow, HullRow, Kept,
+    Pieces, Prepared, RunRow, StrikeError, Velocity, Watch, Workspace,
 };
 use shatter_fracture::scene::{DEFAULT_DURATION_S, DEFAULT_RADIUS_DIAGONALS, Effect, Effects};
 use shatter_fracture::token::Token;
@@ -121,15 +121,38 @@ impl Object for Served {
         watch: &mut dyn Watch,
     ) -> Result<Box<dyn Outcome>, Refusal> {
         let request = self.request(strike)?;
-        let deformed = request.effects.has(Effect::Elastic);
         let outcome = pipeline::strike(&self.prepared, &request, workspace, token, watch).map_err(refusal)?;
-        let struck = Struck { object: strike.object.clone(), seed: strike.seed, deformed, outcome };
-        self.fits(&struck.counts())?;
-        Ok(Box::new(struck))
+        self.struck(strike, &request, outcome)
+    }
+
+    fn strike_again(
+        &self,
+        from: (&Kept, u32),
+        strike: &Strike,
+        workspace: &mut Workspace,
+        token: &Token,
+        watch: &mut dyn Watch,
+    ) -> Result<Box<dyn Outcome>, Refusal> {
+        let request = self.request(strike)?;
+        let outcome = pipeline::strike_again(&self.prepared, from, &request, workspace, token, watch);
+        self.struck(strike, &request, outcome.map_err(refusal)?)
     }
 }
 
 impl Served {
+    /// The answer to `strike`, within the scene's caps.
+    fn struck(
+        &self,
+        strike: &Strike,
+        request: &pipeline::Strike,
+        outcome: pipeline::Outcome,
+    ) -> Result<Box<dyn Outcome>, Refusal> {
+        let deformed = request.effects.has(Effect::Elastic);
+        let struck = Struck { object: strike.object.clone(), seed: strike.seed, deformed, outcome };
+        self.fits(&struck.counts())?;
+        Ok(Box::new(struck))
+    }
+
     /// Refuses an answer beyond the scene's caps.
     fn fits(&self, counts: &Counts) -> Result<(), Refusal> {
         let exceeded = |key: &str, found: u64, what: &str, cap: u64| {
@@ -209,6 +232,13 @@ pub(crate) fn refusal(error: StrikeError) -> Refusal {
             let kind = if error.is_callers() { Kind::Unsolvable } else { Kind::Failed };
             (kind, format!("body {body}"))
         }
+        StrikeError::UnknownFragment { fragment, .. } => (Kind::UnknownFragment, fragment.to_string()),
+        StrikeError::FragmentSmall { fragment } | StrikeError::FragmentLarge { fragment, .. } => {
+            (Kind::FragmentSize, fragment.to_string())
+        }
+        StrikeError::FragmentLiftKind { lift, .. } => (Kind::Lift, lift.to_string()),
+        StrikeError::FragmentLift { fragment, .. } => (Kind::Unsolvable, format!("fragment {fragment}")),
+        StrikeError::OtherObject => (Kind::Failed, "kept".to_owned()),
         StrikeError::Tessellation(_) | StrikeError::SectionLengths { .. } => (Kind::Failed, "tessellation".to_owned()),
     };
     Refusal::new(kind, at, error.to_string())
@@ -240,6 +270,10 @@ impl Outcome for Struck {
             hull_vertices: pieces.hulls.positions.len(),
             hull_indices: pieces.hulls.indices.len(),
         })
+    }
+
+    fn keep(&self) -> Option<Kept> {
+        self.outcome.pieces.as_ref().map(Pieces::keep)
     }
 
     fn write(&self, sections: &mut Sections<'_>, watch: &mut dyn Watch) -> Result<(), Refusal> {
@@ -379,7 +413,7 @@ fn run(row: &RunRow) -> RunWire {
         vertex_count: row.vertex_count,
         index_first: row.index_first,
         index_count: row.index_count,
-        material: u32::from(row.neighbour != OUTER),
+        material: u32::from(row.crack),
         reserved: 0,
     }
 }

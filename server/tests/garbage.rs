@@ -95,6 +95,7 @@ fn check(count: u64) -> BTreeMap<&'static str, u64> {
                     assert!(refusal.kind == *kind || wire.sequence != number, "{refusal}, but {kind:?}");
                     kind.name()
                 }
+                (Ok(Strike { from: Some(_), .. }), Err(Some(Kind::UnknownHandle))) => Kind::UnknownHandle.name(),
                 (Ok(_), Err(Some(kind))) => {
                     let later = [Kind::UnknownObject, Kind::Late, Kind::Busy, Kind::CapExceeded, Kind::AnswerTooLarge];
                     assert!(later.contains(kind), "{kind:?}");

@@ -17,8 +17,8 @@ fn halves(cut: f32) -> [Parts; 2] {
         let outer: Vec<u32> = sides.into_iter().filter(|side| *side != open).flat_map(two).collect();
         positions.extend(open.map(corner));
         let runs = vec![
-            RunView { neighbour: None, index_first: 0, index_count: 30 },
-            RunView { neighbour: Some(1), index_first: 30, index_count: 6 },
+            RunView { crack: false, index_first: 0, index_count: 30 },
+            RunView { crack: true, index_first: 30, index_count: 6 },
         ];
         let merges = (0..4).map(|k| [8 + k, open[k as usize]]).collect();
         (positions, [outer, two([8, 9, 10, 11]).to_vec()].concat(), runs, merges)

@@ -2,7 +2,7 @@
 
 use super::{ANSWER, Failure, document, out, reply, vector, with_contact};
 use serde_json::{Value, json};
-use shatter_client::{Broken, Deadline, Degree, Effect, Elastic, Hull, Impact, Kind, Lift, Refusal, Shatter};
+use shatter_client::{Broken, Deadline, Degree, Effect, Elastic, Hull, Impact, Kind, Lift, Origin, Refusal, Shatter};
 use shatter_proto::answer::{BondWire, EffectWire, HullWire, SummaryWire};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -47,6 +47,12 @@ pub struct Args {
     /// cannot be in time is refused.
     #[arg(long, value_name = "T")]
     deadline_ms: Option<u64>,
+    /// Keep the answer for a while, so that its fragments can be struck: the document has its handle.
+    #[arg(long)]
+    keep: bool,
+    /// Strike this fragment of an answer that is kept, instead of the object.
+    #[arg(long, value_name = "HANDLE/FRAGMENT", value_parser = origin)]
+    from: Option<Origin>,
     /// Everything random follows from it.
     #[arg(long, default_value_t = 0)]
     seed: u64,
@@ -86,6 +92,13 @@ fn elastic(text: &str) -> Result<Elastic, String> {
         "solve" => Ok(Elastic::Solve),
         _ => Err("`reduced` or `solve`".to_owned()),
     }
+}
+
+fn origin(text: &str) -> Result<Origin, String> {
+    let parts =
+        text.split_once('/').and_then(|(handle, fragment)| Some((handle.parse().ok()?, fragment.parse().ok()?)));
+    let (handle, fragment) = parts.ok_or("HANDLE/FRAGMENT, two numbers, are wanted")?;
+    Ok(Origin { handle, fragment })
 }
 
 fn effect(text: &str) -> Result<Effect, Refusal> {
@@ -147,6 +160,8 @@ fn impact(args: &Args) -> Impact {
     let impact = args.disable.iter().fold(impact, |impact, effect| impact.disable(*effect));
     let impact = args.gamma.map_or(impact.clone(), |gamma| impact.gamma(gamma));
     let impact = args.lift.map_or(impact.clone(), |lift| impact.lift(lift));
+    let impact = if args.keep { impact.keep() } else { impact };
+    let impact = args.from.map_or(impact.clone(), |from| impact.from(from.handle, from.fragment));
     args.deadline_ms.map_or(impact.clone(), |ms| impact.deadline(Duration::from_millis(ms)))
 }
 
@@ -213,7 +228,7 @@ fn to_json(broken: &Broken, file: Option<&Path>) -> Value {
     json!({
         "status": "ok",
         "object": summary.object(),
-        "handle": (summary.handle != 0).then_some(summary.handle),
+        "handle": broken.handle(),
         "gamma_j_m2": summary.gamma_j_m2,
         "e1_over_gamma": summary.e1_over_gamma,
         "sites": summary.sites,
@@ -290,5 +305,8 @@ fn screen(broken: &Broken, file: Option<&Path>) -> Result<(), Failure> {
         masses.iter().sum::<f64>(),
         masses.len()
     ))?;
+    if let Some(handle) = broken.handle() {
+        out(format_args!("  kept: --from {handle}/FRAGMENT strikes a fragment\n"))?;
+    }
     file.map_or(Ok(()), |file| out(format_args!("  {}\n", file.display())))
 }

@@ -108,6 +108,8 @@ fn to_json(service: &str, status: &Status, loaded: &[ObjectFacts]) -> Value {
         "memory_bytes": row.memory_bytes,
         "retired": row.retired,
         "retired_bytes": row.retired_bytes,
+        "kept": row.kept,
+        "kept_bytes": row.kept_bytes,
         "reloads": row.reloads,
         "read_unix_s": row.read_unix_ns as f64 * 1e-9,
         "threads": row.threads,
@@ -167,12 +169,14 @@ fn screen(service: &str, status: &Status, loaded: &[ObjectFacts], last: Option<&
         row.cancelled
     );
     text += &format!(
-        "answers: {} buckets of {:.1} MiB, {} unread; at most {} were held at once, {:.1} MiB exist\n",
+        "answers: {} buckets of {:.1} MiB, {} unread; at most {} were held at once, {:.1} MiB exist; {} kept to be struck again, {:.1} MiB\n",
         row.buckets,
         mib(row.bucket_bytes),
         row.unread,
         row.buckets_used_max,
-        mib(row.buckets_bytes)
+        mib(row.buckets_bytes),
+        row.kept,
+        mib(row.kept_bytes)
     );
     text += &format!("{:14} {:>8} {:>9} {:>9} {:>9} {:>9}  ms\n", "", "count", "p50", "p90", "p99", "max");
     for (name, times) in std::iter::once(("strike", &row.strike)).chain(status.stages()) {

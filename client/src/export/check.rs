@@ -34,10 +34,10 @@ fn runs(view: &FragmentView<'_>) -> Result<(), ExportError> {
     let mut cracks = false;
     for (k, run) in view.runs.iter().enumerate() {
         let fits = run.index_first as usize == end && run.index_count.is_multiple_of(3);
-        if !fits || (cracks && run.neighbour.is_none()) {
+        if !fits || (cracks && !run.crack) {
             return out_of_order(k);
         }
-        cracks |= run.neighbour.is_some();
+        cracks |= run.crack;
         end += run.index_count as usize;
     }
     if end != view.indices.len() || end == 0 { out_of_order(view.runs.len()) } else { Ok(()) }

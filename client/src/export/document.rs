@@ -84,8 +84,7 @@ impl Writer {
         let vertices = self.vertices(fragment);
         let base = self.sections.indices.len();
         self.sections.indices.extend(fragment.indices.iter().flat_map(|index| index.to_le_bytes()));
-        let outer: usize =
-            fragment.runs.iter().filter(|run| run.neighbour.is_none()).map(|run| run.index_count as usize).sum();
+        let outer: usize = fragment.runs.iter().filter(|run| !run.crack).map(|run| run.index_count as usize).sum();
         let spans = [(0, outer), (outer, fragment.indices.len() - outer)];
         let mut primitives = Vec::with_capacity(2);
         for ((first, count), material) in spans.into_iter().zip(materials) {

@@ -44,11 +44,11 @@ pub struct FragmentView<'a> {
     pub mass_kg: f64,
 }
 
-/// Triangles of one fragment that face one neighbour, or the outside.
+/// Triangles of one fragment on one side of a crack, or on the outside.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RunView {
-    /// The fragment on the other side of the crack; `None`: the outside.
-    pub neighbour: Option<u32>,
+    /// Whether it is a side of a crack; else the outside.
+    pub crack: bool,
     /// First entry in the fragment's `indices`.
     pub index_first: u32,
     /// Number of entries, a multiple of three.

@@ -18,8 +18,8 @@ fn sample() -> Sample {
         positions: vec![o, x, y, z, x, y, z],
         indices: vec![0, 2, 1, 0, 1, 3, 0, 3, 2, 4, 5, 6],
         runs: vec![
-            RunView { neighbour: None, index_first: 0, index_count: 9 },
-            RunView { neighbour: Some(1), index_first: 9, index_count: 3 },
+            RunView { crack: false, index_first: 0, index_count: 9 },
+            RunView { crack: true, index_first: 9, index_count: 3 },
         ],
         merges: vec![[4, 1], [5, 2], [6, 3]],
     }
@@ -134,7 +134,7 @@ fn an_open_fragment_makes_no_claim() {
 #[test]
 fn a_fragment_from_the_inside_has_one_primitive() {
     let mut sample = sample();
-    sample.runs[0].neighbour = Some(7);
+    sample.runs[0].crack = true;
     let (document, _) = parts(&glb_bytes(&[view(&sample, 0)]).unwrap().0);
     assert_eq!(document["meshes"][0]["primitives"].as_array().unwrap().len(), 1);
     assert_eq!(document["meshes"][0]["primitives"][0]["material"], 1);
@@ -160,7 +160,7 @@ fn what_no_reader_takes_is_refused_by_name() {
     check("fragment 5: index 4 names vertex 7", |s| s.indices[4] = 7);
     check("fragment 5: run 1 is out of order", |s| s.runs[1].index_first = 6);
     check("fragment 5: run 0 is out of order", |s| s.runs.swap(0, 1));
-    check("fragment 5: run 1 is out of order", |s| (s.runs[0].neighbour, s.runs[1].neighbour) = (Some(1), None));
+    check("fragment 5: run 1 is out of order", |s| (s.runs[0].crack, s.runs[1].crack) = (true, false));
     check("fragment 5: run 2 is out of order", |s| s.indices.extend([0, 1, 2]));
     check("fragment 5: merge pair 1 joins", |s| s.merges[1] = [5, 3]);
     check("fragment 5: merge pair 0 joins", |s| s.merges[0] = [99, 3]);

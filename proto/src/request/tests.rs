@@ -31,6 +31,8 @@ fn a_strike_survives_the_wire() {
         fragments_max: Some(9),
         bytes_max: Some(1 << 20),
         deadline: Some(Duration::from_millis(12)),
+        from: Some(Origin { handle: 7, fragment: 9 }),
+        keep: true,
         ..strike()
     };
     for degree in [Degree::Inferred, Degree::Verified, Degree::ClosedForm, Degree::Sites(7)] {
@@ -77,7 +79,8 @@ fn every_rule_names_its_offender() {
     check(|w| w.time_ms_max = 8.0, Kind::Budget, "time_ms_max");
     check(|w| w.convention_up = 1, Kind::Convention, "convention.up");
     check(|w| w.convention_metres_per_unit = 0.01, Kind::Convention, "convention.metres_per_unit");
-    check(|w| w.handle = 3, Kind::UnknownHandle, "3");
+    check(|w| w.fragment = 3, Kind::UnknownFragment, "3");
+    check(|w| w.keep = 2, Kind::ReservedField, "keep");
     check(|w| w.reserved[5] = 1, Kind::ReservedField, "reserved[5]");
     check(|w| w.object_length = 65, Kind::ObjectName, "object");
     check(|w| w.object[0] = 0xff, Kind::ObjectName, "object");

@@ -42,7 +42,7 @@ fn sections(own: &Intact) -> Sections {
     let index_count = 3 * own.mesh.triangles.len() as u32;
     Sections {
         positions: own.mesh.positions_m.iter().map(relative).collect(),
-        runs: [RunView { neighbour: None, index_first: 0, index_count }],
+        runs: [RunView { crack: false, index_first: 0, index_count }],
     }
 }
 

@@ -1,10 +1,11 @@
 //! The threads that compute, and what they share.
 
 use super::Flight;
-use super::flight::{Stop, Written};
+use super::flight::{Cargo, Stop, Written};
 use crate::clock::Clock;
-use crate::engine::Outcome;
+use crate::engine::{Object, Outcome};
 use crate::ipc::{Lent, Populated, Waker};
+use crate::kept::{Answers, Gone, Target};
 use crate::librarian::News;
 use crate::metrics::End;
 use crate::panics;
@@ -14,12 +15,12 @@ use shatter_fracture::pipeline::Workspace;
 use shatter_proto::answer::{Block, EffectWire, StageWire};
 use shatter_proto::layout::Layout;
 use shatter_proto::refusal::RefusalWire;
-use shatter_proto::request::Strike;
+use shatter_proto::request::{Origin, Strike};
 use shatter_proto::{Fault, Kind, Refusal};
 use std::mem::MaybeUninit;
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::{Arc, Mutex, PoisonError};
-use std::time::Duration;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
 use tokio::sync::mpsc::UnboundedSender;
 
 /// Pauses before memory for an answer is asked for again: in the first the dead are buried, in the others the living may read what
@@ -63,6 +64,7 @@ pub struct Crew {
     lanes: Vec<ThreadPool>,
     workspaces: Mutex<Vec<Workspace>>,
     verdicts: Mutex<Verdicts>,
+    answers: Mutex<Answers>,
     populated: Populated,
     waker: Waker,
     events: UnboundedSender<Event>,
@@ -87,16 +89,17 @@ pub fn lanes(count: usize, nice: i32) -> Result<Vec<ThreadPool>, Refusal> {
 }
 
 impl Crew {
-    /// A crew that reports to `events`. `populated` knows what was rehearsed.
+    /// A crew that reports to `events`, and keeps `answers`. `populated` knows what was rehearsed.
     pub fn new(
         all: ThreadPool,
         lanes: Vec<ThreadPool>,
+        answers: Answers,
         populated: Populated,
         waker: Waker,
         events: UnboundedSender<Event>,
     ) -> Self {
-        let (workspaces, verdicts) = (Mutex::default(), Mutex::default());
-        Self { all, lanes, workspaces, verdicts, populated, waker, events }
+        let (workspaces, verdicts, answers) = (Mutex::default(), Mutex::default(), Mutex::new(answers));
+        Self { all, lanes, workspaces, verdicts, answers, populated, waker, events }
     }
 
     /// Strikes that may compute at once.
@@ -171,6 +174,51 @@ impl Crew {
         self.verdicts.lock().unwrap_or_else(PoisonError::into_inner).tell(strike)
     }
 
+    fn answers(&self) -> MutexGuard<'_, Answers> {
+        self.answers.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// What is struck when a fragment of an answer of the object `name` is.
+    pub(super) fn target(&self, name: &str, origin: Origin) -> Result<Target, Refusal> {
+        self.answers().target(name, origin, Instant::now())
+    }
+
+    /// Gives back an answer that is kept.
+    pub fn release(&self, handle: u64) -> Result<(), Refusal> {
+        let gone = self.answers().release(handle)?;
+        self.bury(gone);
+        Ok(())
+    }
+
+    /// Gives back the answers whose time is over.
+    pub fn expire_kept(&self) {
+        let gone = self.answers().expire(Instant::now());
+        self.bury(gone);
+    }
+
+    /// How many answers are kept, and the bytes that they hold.
+    pub fn kept(&self) -> (u64, u64) {
+        self.answers().extent()
+    }
+
+    /// Lets a computing thread give the memory back.
+    fn bury(&self, gone: Gone) {
+        if !gone.is_empty() {
+            self.all.spawn(move || drop(gone));
+        }
+    }
+
+    /// Keeps an answer whose strike asks for it; its handle, or zero.
+    fn keep(&self, strike: &Strike, object: Arc<dyn Object>, outcome: &dyn Outcome) -> u64 {
+        if !strike.keep || !self.answers().keeps() {
+            return 0;
+        }
+        let Some(kept) = outcome.keep() else { return 0 };
+        // What makes room is given back here, without the lock.
+        let (handle, _gone) = self.answers().keep(&strike.object, object, kept, Instant::now());
+        handle
+    }
+
     /// Wakes a client.
     pub fn wake(&self, listener: [u8; 16]) {
         self.waker.wake(listener);
@@ -179,13 +227,18 @@ impl Crew {
     /// Computes and sends the answer. The object is let go of here, with the strike: a version that was replaced is given
     /// back by the thread that struck it last.
     fn answer(&self, flight: &Flight, clock: &mut Clock) -> Result<(), Refusal> {
-        let (strike, object) = flight.unload()?;
+        let Cargo { strike, object, kept } = flight.unload()?;
         let _span =
             tracing::info_span!("strike", object = strike.object, client = flight.client(), sequence = flight.key().1)
                 .entered();
         let workspace = self.workspaces.lock().unwrap_or_else(PoisonError::into_inner).pop();
         let mut workspace = workspace.unwrap_or_default();
-        let outcome = object.strike(&strike, &mut workspace, flight.token(), clock);
+        let outcome = match (&kept, strike.from) {
+            (Some(kept), Some(origin)) => {
+                object.strike_again((kept, origin.fragment), &strike, &mut workspace, flight.token(), clock)
+            }
+            _ => object.strike(&strike, &mut workspace, flight.token(), clock),
+        };
         self.workspaces.lock().unwrap_or_else(PoisonError::into_inner).push(workspace);
         let outcome = outcome?;
         if flight.stopped() == Some(Stop::Late) {
@@ -195,7 +248,13 @@ impl Crew {
         let mut lent = self.lend(flight, layout.blocks())?;
         self.populated.ensure(lent.payload_mut())?;
         *lent.user_header_mut() = layout.header(flight.key().1);
-        flight.send(write(lent, &layout, outcome.as_ref(), clock)?)?;
+        let handle = self.keep(&strike, object, outcome.as_ref());
+        let sent = write(lent, &layout, outcome.as_ref(), handle, clock).and_then(|written| flight.send(written));
+        if handle != 0 && sent.is_err() {
+            // Nobody knows of it; whether younger ones took its place already does not matter.
+            let _ = self.release(handle);
+        }
+        sent?;
         // Before the outcome is given back, which takes as long again.
         self.waker.wake(flight.key().0);
         Ok(())
@@ -235,8 +294,14 @@ fn fit(strike: &Strike, outcome: &dyn Outcome) -> Result<Layout, Refusal> {
     }
 }
 
-/// Writes the answer where the client will read it.
-fn write(mut lent: Lent, layout: &Layout, outcome: &dyn Outcome, clock: &mut Clock) -> Result<Written, Refusal> {
+/// Writes the answer where the client will read it; `handle` names it to later strikes.
+fn write(
+    mut lent: Lent,
+    layout: &Layout,
+    outcome: &dyn Outcome,
+    handle: u64,
+    clock: &mut Clock,
+) -> Result<Written, Refusal> {
     let raw: *mut [MaybeUninit<Block>] = lent.payload_mut();
     // SAFETY: the slice is borrowed from `lent`, which is not touched while `payload` lives. Its bytes are initialised:
     // they lie in shared memory, whose pages the kernel zeroes and earlier answers wrote; any bytes are a `Block`.
@@ -244,6 +309,7 @@ fn write(mut lent: Lent, layout: &Layout, outcome: &dyn Outcome, clock: &mut Clo
     let unfit = || Refusal::new(Kind::Failed, "layout", "the lent memory is shorter than the layout");
     let mut sections = layout.split(payload).ok_or_else(unfit)?;
     clock.write(outcome, &mut sections, layout.base_bytes())?;
+    sections.summary.handle = handle;
     // SAFETY: every byte is initialised, see above.
     Ok(unsafe { lent.assume_init() })
 }

@@ -4,8 +4,10 @@ use super::forecast::Work;
 use crate::clock::Shown;
 use crate::engine::Object;
 use crate::ipc::{ActiveStrike, Lent, lend};
+use crate::kept::Target;
 use crate::verdicts::Key;
 use iceoryx2::response_mut::ResponseMut;
+use shatter_fracture::pipeline::Kept;
 use shatter_fracture::token::Token;
 use shatter_proto::answer::{AnswerHeader, Block};
 use shatter_proto::request::Strike;
@@ -36,11 +38,19 @@ impl Stop {
     }
 }
 
+/// What to do: a strike, and what it strikes.
+pub(super) struct Cargo {
+    pub strike: Strike,
+    pub object: Arc<dyn Object>,
+    /// Where a fragment of an answer is struck: what was kept of that.
+    pub kept: Option<Arc<Kept>>,
+}
+
 /// One strike. The request is shared by the thread that computes the answer and the one that looks whether somebody still
 /// waits for it; both hold the lock for microseconds.
 pub struct Flight {
     request: Mutex<Option<ActiveStrike>>,
-    cargo: Mutex<Option<(Strike, Arc<dyn Object>)>>,
+    cargo: Mutex<Option<Cargo>>,
     token: Token,
     key: Key,
     arrived: Instant,
@@ -68,13 +78,13 @@ impl Flight {
     }
 
     /// What to do, once it is understood.
-    pub(super) fn place(&mut self, strike: Strike, object: Arc<dyn Object>) {
+    pub(super) fn place(&mut self, strike: Strike, (object, kept): Target) {
         self.work = Work::of(&strike);
-        self.cargo = Mutex::new(Some((strike, object)));
+        self.cargo = Mutex::new(Some(Cargo { strike, object, kept }));
     }
 
     /// What to do; handed out once, so that the object is held no longer than it is struck.
-    pub(super) fn unload(&self) -> Result<(Strike, Arc<dyn Object>), Refusal> {
+    pub(super) fn unload(&self) -> Result<Cargo, Refusal> {
         let missing = || Refusal::new(Kind::Failed, "queue", "a strike was queued before it was understood");
         self.cargo.lock().unwrap_or_else(PoisonError::into_inner).take().ok_or_else(missing)
     }

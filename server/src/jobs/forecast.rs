@@ -23,8 +23,8 @@ pub struct Work {
     object: String,
     /// Rule of the degree; for a number of sites its magnitude.
     rule: u32,
-    /// Effects that are switched on and off, lift, where displacements come from.
-    how: [u64; 4],
+    /// Effects that are switched on and off, lift, where displacements come from, whether a fragment is struck.
+    how: [u64; 5],
 }
 
 impl Work {
@@ -38,7 +38,8 @@ impl Work {
             (_, Degree::Sites(sites)) => 4 + sites.max(1).ilog2(),
         };
         let lift = strike.lift.map_or(0, |lift| 1 + lift as u64);
-        let how = [strike.enable.bits(), strike.disable.bits(), lift, strike.elastic as u64];
+        let again = u64::from(strike.from.is_some());
+        let how = [strike.enable.bits(), strike.disable.bits(), lift, strike.elastic as u64, again];
         Self { object: strike.object.clone(), rule, how }
     }
 }

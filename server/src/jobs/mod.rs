@@ -111,16 +111,19 @@ impl Jobs {
         let placed = wire.validate().and_then(|strike| {
             self.open()?;
             self.within_share(wire.held)?;
-            let object = catalog.get(&strike.object)?;
+            let target = match strike.from {
+                None => (catalog.get(&strike.object)?, None),
+                Some(origin) => self.crew.target(&strike.object, origin)?,
+            };
             let deadline = strike.deadline.and_then(|deadline| flight.arrived().checked_add(deadline));
             let work = Work::of(&strike);
             self.in_time(deadline, &work, flight.arrived())?;
             let cost = self.forecast.of(&work).unwrap_or(COST_UNKNOWN);
-            Ok((Place { client: wire.listener, deadline, cost }, strike, object))
+            Ok((Place { client: wire.listener, deadline, cost }, strike, target))
         });
         let place = match placed {
-            Ok((place, strike, object)) => {
-                flight.place(strike, object);
+            Ok((place, strike, target)) => {
+                flight.place(strike, target);
                 place
             }
             Err(refusal) => return Some(self.refuse(&flight, &refusal)),

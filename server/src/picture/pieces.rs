@@ -33,8 +33,7 @@ pub fn pieces(fragments: &[FragmentView<'_>], spread: Spread) -> Mesh {
 fn piece(fragment: &FragmentView<'_>, outer: Colour, crack: Colour) -> Mesh {
     let positions = fragment.positions.iter().map(|&position| Point3::from(position)).collect();
     let triangles: Vec<[u32; 3]> = fragment.indices.chunks_exact(3).map(|t| [t[0], t[1], t[2]]).collect();
-    let outer_count: u32 =
-        fragment.runs.iter().filter(|run| run.neighbour.is_none()).map(|run| run.index_count / 3).sum();
+    let outer_count: u32 = fragment.runs.iter().filter(|run| !run.crack).map(|run| run.index_count / 3).sum();
     let paint = |triangle: usize, _| if (triangle as u32) < outer_count { outer } else { crack };
     Mesh::paint(positions, triangles, CREASE_DEG, paint)
 }

@@ -37,7 +37,7 @@ pub use mend::{Pinch, check_manifold};
 pub use spacing::{
     CRACK_NODES_DEFAULT, CRACK_NODES_MAX, ELASTIC_NODES_DEFAULT, ELASTIC_NODES_MAX, default_spacing, spacings,
 };
-pub use transfer::Transfer;
+pub use transfer::{GONE, Transfer};
 
 use nalgebra::{Matrix3, Point3};
 

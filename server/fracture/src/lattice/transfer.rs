@@ -28,6 +28,18 @@ pub struct Transfer {
 /// One entry before it is normalised: crack node, elastic tetrahedron, volume.
 type Entry = (u32, u32, f64);
 
+/// Stands for what [`Transfer::part`] leaves out.
+pub const GONE: u32 = u32::MAX;
+
+/// Whether `next` is for the same pair as `kept`, which then takes it in.
+fn merged(next: &mut Entry, kept: &mut Entry) -> bool {
+    let same = (next.0, next.1) == (kept.0, kept.1);
+    if same {
+        kept.2 += next.2;
+    }
+    same
+}
+
 impl Transfer {
     /// The operator between two lattices of one body; neither may be empty.
     pub fn between(elastic: &Lattice, crack: &Lattice) -> Self {
@@ -40,13 +52,7 @@ impl Transfer {
         entries.extend(left_out(elastic, crack, &entries));
         // Stable: entries of one pair are summed in the order of the crack tetrahedra.
         entries.par_sort_by_key(|&(node, tet, _)| (node, tet));
-        entries.dedup_by(|next, kept| {
-            let same = (next.0, next.1) == (kept.0, kept.1);
-            if same {
-                kept.2 += next.2;
-            }
-            same
-        });
+        entries.dedup_by(merged);
         Self::normalised(&entries, elastic.tets.len(), crack.nodes.len())
     }
 
@@ -56,6 +62,22 @@ impl Transfer {
         let mut entries: Vec<Entry> = lattice.tets.iter().enumerate().flat_map(quarters).collect();
         entries.sort_by_key(|&(node, tet, _)| (node, tet));
         Self::normalised(&entries, lattice.tets.len(), lattice.nodes.len())
+    }
+
+    /// The operator of a part of the body: `nodes` and `tets` say what becomes of each crack node and each elastic tetrahedron,
+    /// [`GONE`] of those outside; several nodes may become one. What a tetrahedron gave to nodes outside goes to its others.
+    pub fn part(&self, nodes: &[u32], tets: &[u32]) -> Self {
+        let mut entries: Vec<Entry> = Vec::new();
+        for (row, &node) in self.offsets.windows(2).zip(nodes).filter(|(_, node)| **node != GONE) {
+            let row = row[0] as usize..row[1] as usize;
+            let own = self.tets[row.clone()].iter().map(|&tet| tets[tet as usize]).zip(&self.shares[row]);
+            entries.extend(own.filter(|(tet, _)| *tet != GONE).map(|(tet, &share)| (node, tet, share)));
+        }
+        entries.sort_by_key(|&(node, tet, _)| (node, tet));
+        entries.dedup_by(merged);
+        let count =
+            |names: &[u32]| names.iter().filter(|name| **name != GONE).max().map_or(0, |&last| last as usize + 1);
+        Self::normalised(&entries, count(tets), count(nodes))
     }
 
     /// From sorted entries without repetition.

@@ -2,8 +2,8 @@
 
 use crate::centroidal::FieldError;
 use crate::elasticity::ElasticityError;
-use crate::lift::LiftKind;
-use crate::pipeline::Counts;
+use crate::lift::{LiftError, LiftKind};
+use crate::pipeline::{Counts, SOLVED_NODES_MAX, TETS_MIN};
 use crate::scene::Effect;
 use crate::tessellation::TessellationError;
 use crate::token::Cancelled;
@@ -87,6 +87,49 @@ pub enum StrikeError {
         /// Which lift.
         lift: LiftKind,
     },
+    /// The answer has no such fragment.
+    #[error("fragment {fragment}: the answer has {count}, counted from 0")]
+    UnknownFragment {
+        /// Which was asked for.
+        fragment: u32,
+        /// How many there are.
+        count: u32,
+    },
+    /// A fragment of fewer than [`TETS_MIN`] whole tetrahedra cannot be struck again.
+    #[error("fragment {fragment} is too small to be struck: it holds fewer than {TETS_MIN} whole tetrahedra")]
+    FragmentSmall {
+        /// Which.
+        fragment: u32,
+    },
+    /// A fragment has more than [`SOLVED_NODES_MAX`] nodes, and the object's elastic lattice does not resolve it.
+    #[error(
+        "fragment {fragment} has {nodes} nodes, of which {SOLVED_NODES_MAX} are solved for, and is too thin for the elastic lattice: do without `elastic`"
+    )]
+    FragmentLarge {
+        /// Which.
+        fragment: u32,
+        /// Its nodes.
+        nodes: usize,
+    },
+    /// Fragments do not have that lift.
+    #[error("fragment {fragment} has no lift {lift}: `euclidean` and `interior` are made for fragments")]
+    FragmentLiftKind {
+        /// Which.
+        fragment: u32,
+        /// Which lift.
+        lift: LiftKind,
+    },
+    /// The lift of a fragment could not be made.
+    #[error("interior lift of fragment {fragment}: {source}")]
+    FragmentLift {
+        /// Which.
+        fragment: u32,
+        /// Why.
+        source: LiftError,
+    },
+    /// What was kept is of another object, or of another version of it; a fault of ours.
+    #[error("the answer that was kept is not one of this object")]
+    OtherObject,
     /// The elastic solve refused.
     #[error("elasticity of body {body}: {source}")]
     Elasticity {
@@ -127,6 +170,7 @@ impl StrikeError {
             Self::Tessellation(_)
                 | Self::SectionLengths { .. }
                 | Self::Cancelled(_)
+                | Self::OtherObject
                 | Self::Field { .. }
                 | Self::Elasticity {
                     source: ElasticityError::Residual { .. } | ElasticityError::OtherLattice { .. },

@@ -130,7 +130,10 @@ fn parts(pieces: &BodyPieces, lattice: &Lattice) -> Vec<Part> {
     let fragments = pieces.tessellation.fragments();
     let mut nodes = vec![Vec::new(); fragments.len()];
     for (&label, node) in pieces.labels.iter().zip(&lattice.nodes) {
-        nodes[label as usize].push(*node);
+        // Fragments that are not answered come last.
+        if let Some(own) = nodes.get_mut(label as usize) {
+            own.push(*node);
+        }
     }
     fragments.par_iter().zip(&nodes).map(|(fragment, nodes)| part(&pieces.tessellation, fragment, nodes)).collect()
 }

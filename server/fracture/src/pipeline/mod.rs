@@ -1,5 +1,6 @@
 //! The one walk from an impact to fragments, in the order of the method.
 
+mod again;
 mod calibrate;
 mod cells;
 mod compare;
@@ -11,16 +12,19 @@ mod held;
 mod hulls;
 mod impact;
 mod intact;
+mod kept;
 mod learned;
 mod memory;
 mod outcome;
 mod outputs;
+mod parent;
 mod pieces;
 mod plan;
 mod prepared;
 mod reduce;
 mod release;
 mod sample;
+mod settle;
 mod slivers;
 mod stage;
 mod strike;
@@ -30,6 +34,7 @@ mod warped;
 mod workspace;
 mod world;
 
+pub use again::strike_again;
 pub use calibrate::calibrate;
 pub use cells::{BodyCells, divide};
 pub use compare::{CompareError, Comparison, LiftRow};
@@ -40,10 +45,12 @@ pub use held::{Grip, Held, HeldBody, HoldError};
 pub use hulls::{HULL_COVERAGE, HullRow, Hulls};
 pub use impact::Impact;
 pub use intact::Intact;
+pub use kept::Kept;
 pub(crate) use learned::lessons;
 pub use learned::{Learned, Quality, learn, sampled};
 pub use outcome::{Counts, DegreeSource, FragmentRow, OUTER, Outcome, RunRow};
 pub use outputs::{Bond, Debris, WORLD};
+pub use parent::{SOLVED_NODES_MAX, TETS_MIN};
 pub use pieces::Pieces;
 pub use prepared::{BakeReport, Body, Parameters, Prepared, Solid, Unprepared};
 pub use reduce::{RANK_MAX, Reduction, reduce};

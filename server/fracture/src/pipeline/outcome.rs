@@ -21,7 +21,7 @@ pub enum DegreeSource {
     Forced,
 }
 
-/// Neighbour of an outer run: nobody.
+/// Neighbour of an outer run, and of a run on an earlier crack: nobody.
 pub const OUTER: u32 = u32::MAX;
 
 /// One fragment. Offsets point into the sections; index values are relative to the fragment's first vertex.
@@ -60,13 +60,16 @@ pub struct FragmentRow {
     pub energy_j_m2: f64,
 }
 
-/// Triangles of one fragment that face one neighbour, or the outside.
+/// Triangles of one fragment that face one neighbour, or the outside. The fragment of an earlier answer on the other side of an
+/// earlier crack is not told of: such runs follow those with neighbours, one per fragment that was there.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RunRow {
     /// The fragment it belongs to.
     pub fragment: u32,
-    /// The fragment on the other side, or [`OUTER`].
+    /// The fragment on the other side, or [`OUTER`]: the outside, or a fragment of an earlier answer.
     pub neighbour: u32,
+    /// Whether it is a side of a crack, be it an earlier one.
+    pub crack: bool,
     /// First vertex in the positions section.
     pub vertex_first: u32,
     /// Number of vertices.

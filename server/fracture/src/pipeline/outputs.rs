@@ -94,13 +94,15 @@ impl Pieces {
     }
 
     /// Texture coordinates of all vertices, m: where a crack's point lies in the plane that the crack has on average, the same on
-    /// both sides of it. Zero on the outside.
+    /// both sides of it. Zero where there is no crack.
     pub fn uvs(&self, out: &mut [[f32; 2]]) {
         let metre = self.transform.metres_per_unit;
         self.each_run(out, |tessellation, run, out| {
-            let Some(neighbour) = run.neighbour else { return out.fill([0.0; 2]) };
+            if !run.crack {
+                return out.fill([0.0; 2]);
+            }
             let own: Vector3<f64> = faces(tessellation, run).map(|face| face.area).sum();
-            let [u, v] = plane(if run.fragment < neighbour { own } else { -own });
+            let [u, v] = plane(if run.neighbour.is_none_or(|neighbour| run.fragment < neighbour) { own } else { -own });
             for (out, point) in out.iter_mut().zip(tessellation.run_vertices(run)) {
                 *out = [(u.dot(&point.coords) * metre) as f32, (v.dot(&point.coords) * metre) as f32];
             }

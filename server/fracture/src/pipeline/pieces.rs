@@ -10,18 +10,21 @@ use super::{
 };
 use crate::centroidal::Field;
 use crate::fragment::{Properties, properties};
+use crate::lattice::Lattice;
 use crate::scene::{Effect, Effects};
 use crate::surface::Frame;
 use crate::tessellation::{Components, FixedPoints, Points, Sites, Tessellation, Transform, Workspace};
 use crate::token::Token;
 use nalgebra::Point3;
 
-/// The meshes of one body, whole or broken.
+/// The meshes of one body, whole or broken, or of one fragment that was struck again.
 pub(super) struct BodyPieces {
-    body: usize,
+    pub(super) body: usize,
     pub(super) tessellation: Tessellation,
-    /// Fragment of each node, within the body.
+    /// Fragment of each node of the body; those that are answered come first.
     pub(super) labels: Vec<u32>,
+    /// The crack points of these labels.
+    pub(super) points: Points,
     pub(super) properties: Vec<Properties>,
     centres: Vec<Point3<f64>>,
     energies_j_m2: Vec<f64>,
@@ -90,6 +93,18 @@ impl Pieces {
             first += pieces.properties.len() as u32;
             bodies.push(pieces);
         }
+        let lattices: Vec<&Lattice> = prepared.bodies.iter().map(|body| &body.crack).collect();
+        Self::of(bodies, velocities, world, prepared, strike).with_hulls(&lattices, token, watch)
+    }
+
+    /// The meshes of `bodies`, laid out.
+    pub(super) fn of(
+        bodies: Vec<BodyPieces>,
+        velocities: Vec<Velocity>,
+        world: Vec<Bond>,
+        prepared: &Prepared,
+        strike: &Strike,
+    ) -> Self {
         let mut pieces = Self {
             bodies,
             transform: Transform { metres_per_unit: prepared.frame.diagonal_m },
@@ -105,13 +120,22 @@ impl Pieces {
             counts: Counts::default(),
         };
         pieces.lay_out(prepared);
-        if strike.effects.has(Effect::Hulls) {
+        pieces
+    }
+
+    /// The same with hulls of the fragments, if they are asked for. `lattices`: those that the bodies were cut on.
+    pub(super) fn with_hulls(
+        mut self,
+        lattices: &[&Lattice],
+        token: &Token,
+        watch: &mut dyn Watch,
+    ) -> Result<Self, StrikeError> {
+        if self.effects.has(Effect::Hulls) {
             watch.begin(Effect::Hulls);
-            let lattices: Vec<_> = prepared.bodies.iter().map(|body| &body.crack).collect();
-            pieces.hulls = pieces.fit_hulls(&lattices, token)?;
-            watch.end(Effect::Hulls, pieces.hulls.bytes() as u64);
+            self.hulls = self.fit_hulls(lattices, token)?;
+            watch.end(Effect::Hulls, self.hulls.bytes() as u64);
         }
-        Ok(pieces)
+        Ok(self)
     }
 
     /// Fills the tables; offsets continue from body to body.
@@ -146,6 +170,7 @@ impl Pieces {
             self.runs.extend(pieces.tessellation.runs().iter().map(|run| RunRow {
                 fragment: first_fragment + run.fragment,
                 neighbour: run.neighbour.map_or(OUTER, |neighbour| first_fragment + neighbour),
+                crack: run.crack,
                 vertex_first: (base.vertices + run.vertices.start) as u32,
                 vertex_count: run.vertices.len() as u32,
                 index_first: (base.indices + 3 * run.triangles.start) as u32,
@@ -191,11 +216,28 @@ impl Pieces {
 
 /// What cutting one body works on.
 #[derive(Default)]
-struct Cut {
-    components: Components,
-    points: Points,
-    tessellation: Tessellation,
-    measured: Vec<Properties>,
+pub(super) struct Cut {
+    pub components: Components,
+    pub points: Points,
+    pub tessellation: Tessellation,
+    pub measured: Vec<Properties>,
+}
+
+impl Cut {
+    /// The pieces of body `body`, by the energy of a site, J·m².
+    pub fn into_pieces(self, body: usize, energy_j_m2: impl Fn(u32) -> f64) -> BodyPieces {
+        let Self { components, points, tessellation, measured } = self;
+        let sites = components.sites.iter().take(measured.len());
+        BodyPieces {
+            body,
+            tessellation,
+            points,
+            energies_j_m2: sites.map(|&site| energy_j_m2(site)).collect(),
+            centres: measured.iter().map(|measured| measured.centre).collect(),
+            labels: components.labels,
+            properties: measured,
+        }
+    }
 }
 
 impl Broken<'_> {
@@ -205,7 +247,8 @@ impl Broken<'_> {
         let energy_j = struck.map_or(0.0, |struck| self.energies[struck].energy_j);
         let (field, lattice) = (struck.map(|struck| &self.fields[struck]), &self.prepared.bodies[index].crack);
         let density = self.prepared.parameters.material.density_kg_m3;
-        release::velocities(pieces, lattice, field, energy_j, density, &self.prepared.frame)
+        let (properties, labels, frame) = (&pieces.properties, &pieces.labels, &self.prepared.frame);
+        release::velocities(properties, labels, lattice, field, energy_j, density, frame)
     }
 
     /// Cuts one body.
@@ -227,19 +270,14 @@ impl Broken<'_> {
             let bytes = self.merge_slivers(index, cells, &mut cut, workspace)?;
             watch.end(Effect::Slivers, bytes);
         }
-        let Cut { components, tessellation, measured, .. } = cut;
-        let energy = |site: &u32| {
-            let of_cell = |cells: &BodyCells| {
-                let unit = self.energies[cells.struck].unit_j_m2(self.prepared.frame.diagonal_m);
-                unit * cells.diagram.cell_energy[*site as usize]
-            };
-            cells.map_or(0.0, of_cell)
-        };
-        let energies_j_m2 = components.sites.iter().map(energy).collect();
-        let centres = measured.iter().map(|measured| measured.centre).collect();
-        watch.leave(Stage::Fragments, size_of_val(measured.as_slice()) as u64);
-        let labels = components.labels;
-        Ok(BodyPieces { body: index, tessellation, labels, properties: measured, centres, energies_j_m2 })
+        watch.leave(Stage::Fragments, size_of_val(cut.measured.as_slice()) as u64);
+        Ok(cut.into_pieces(index, |site| cells.map_or(0.0, |cells| self.energy_j_m2(cells, site))))
+    }
+
+    /// Energy of a cell, J·m².
+    pub(super) fn energy_j_m2(&self, cells: &BodyCells, site: u32) -> f64 {
+        let unit = self.energies[cells.struck].unit_j_m2(self.prepared.frame.diagonal_m);
+        unit * cells.diagram.cell_energy[site as usize]
     }
 
     /// Merges slivers, and cuts again where there were any; bytes of the new labels.

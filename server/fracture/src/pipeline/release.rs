@@ -5,8 +5,8 @@
 //! that is a projection: it never adds kinetic energy. Fragments that the world holds stand still after that: it takes up what they
 //! would have had, so the momentum of an anchored body's fragments does not vanish.
 
-use super::pieces::BodyPieces;
 use crate::centroidal::Field;
+use crate::fragment::Properties;
 use crate::lattice::Lattice;
 use crate::surface::Frame;
 use nalgebra::{Matrix3, Point3, Vector3};
@@ -30,25 +30,27 @@ struct Rigid {
     inertia: Matrix3<f64>,
 }
 
-/// Velocities of the fragments of one body. `energy_j`: its strain energy; zero where it was not struck.
+/// Velocities of the fragments of one body, of which `labels` has one per node of `lattice`. `energy_j`: its strain energy; zero
+/// where it was not struck.
 pub(super) fn velocities(
-    pieces: &BodyPieces,
+    properties: &[Properties],
+    labels: &[u32],
     lattice: &Lattice,
     field: Option<&Field>,
     energy_j: f64,
     density_kg_m3: f64,
     frame: &Frame,
 ) -> Vec<Velocity> {
-    let still = vec![Velocity::default(); pieces.properties.len()];
+    let still = vec![Velocity::default(); properties.len()];
     let Some(field) = field.filter(|_| still.len() > 1) else { return still };
-    let (shares, centre) = shares(&pieces.labels, still.len(), lattice, field);
+    let (shares, centre) = shares(labels, still.len(), lattice, field);
     let metre = frame.diagonal_m;
-    let rigid = |properties: &crate::fragment::Properties| Rigid {
+    let rigid = |properties: &Properties| Rigid {
         mass: properties.volume * metre.powi(3) * density_kg_m3,
         place: (properties.centre - centre) * metre,
         inertia: properties.inertia * (metre.powi(5) * density_kg_m3),
     };
-    let bodies: Vec<Rigid> = pieces.properties.iter().map(rigid).collect();
+    let bodies: Vec<Rigid> = properties.iter().map(rigid).collect();
     let away = |(body, share): (&Rigid, &f64)| {
         let speed = (2.0 * RELEASE_SHARE * share * energy_j / body.mass).sqrt();
         Velocity { linear_m_s: body.place.try_normalize(0.0).unwrap_or_default() * speed, ..Velocity::default() }

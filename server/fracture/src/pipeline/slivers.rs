@@ -16,7 +16,7 @@ pub(super) fn least_volume(prepared: &Prepared, strike: &Strike) -> f64 {
 }
 
 /// Gives every piece of less than `least` to the neighbour with which it shares the largest area, the smallest first, until
-/// none is left that has a neighbour. Whether there was one; `components` then has the pieces as they are now, numbered in their old order, each with
+/// none is left that has a neighbour; pieces that are not measured take no part. Whether there was one; `components` then has the pieces as they are now, numbered in their old order, each with
 /// the site of the one that took in the others.
 pub(super) fn merge(
     components: &mut Components,
@@ -74,8 +74,11 @@ fn area(tessellation: &Tessellation, run: &Run) -> f64 {
 
 fn renumber(components: &mut Components, became: &[usize]) {
     let kept: Vec<usize> = (0..became.len()).filter(|&piece| became[piece] == piece).collect();
-    let mut place = vec![0; became.len()];
+    let mut place = vec![0u32; became.len()];
     kept.iter().enumerate().for_each(|(number, &piece)| place[piece] = number as u32);
-    components.labels.iter_mut().for_each(|label| *label = place[became[*label as usize]]);
-    components.sites = kept.iter().map(|&piece| components.sites[piece]).collect();
+    let (measured, gone) = (became.len(), (became.len() - kept.len()) as u32);
+    let renamed = |label: u32| became.get(label as usize).map_or(label - gone, |&piece| place[piece]);
+    components.labels.iter_mut().for_each(|label| *label = renamed(*label));
+    let others = components.sites.split_off(measured);
+    components.sites = kept.iter().map(|&piece| components.sites[piece]).chain(others).collect();
 }

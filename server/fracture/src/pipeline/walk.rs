@@ -22,6 +22,18 @@ pub fn strike(
     token: &Token,
     watch: &mut dyn Watch,
 ) -> Result<Outcome, StrikeError> {
+    walk(prepared, strike, workspace, token, watch, |broken, watch| Pieces::new(broken, token, watch))
+}
+
+/// The walk up to the cells, which `cut` makes pieces of.
+pub(super) fn walk(
+    prepared: &Prepared,
+    strike: &Strike,
+    workspace: &mut Workspace,
+    token: &Token,
+    watch: &mut dyn Watch,
+    cut: impl FnOnce(Broken<'_>, &mut dyn Watch) -> Result<Pieces, StrikeError>,
+) -> Result<Outcome, StrikeError> {
     let strike = &strike.planned();
     let gamma_j_m2 = check(prepared, strike)?;
     watch.enter(Stage::Load);
@@ -57,7 +69,7 @@ pub fn strike(
     let mut division = divide(prepared, strike, &verdict, &followed, workspace, token, watch)?;
     warped::guard(prepared, strike, &energies, &mut division.cells, watch);
     let pieces = Broken { prepared, strike, energies: &energies, fields: &fields, division: &division };
-    let pieces = Pieces::new(pieces, token, watch)?;
+    let pieces = cut(pieces, watch)?;
     Ok(broken(&verdict, &energies, &division, pieces))
 }
 

@@ -19,6 +19,7 @@ mod points;
 mod polygon;
 mod rank;
 mod runs;
+mod seam;
 mod sheet;
 mod span;
 mod topology;
@@ -32,6 +33,7 @@ pub use emit::Transform;
 pub use error::TessellationError;
 pub use points::{FixedPoints, Points, Sites, crack_points};
 pub use runs::{Fragment, Run};
+pub use seam::{Old, seam};
 pub use topology::{FACE_EDGES, OuterFace, Topology};
 
 use crate::lattice::Lattice;
@@ -91,6 +93,19 @@ impl Tessellation {
         span::each_span(&self.triangle_offsets, &mut self.triangles, &|sheet, out| polygons.write(sheet, out));
         self.write_merges(input, ranks, cursors);
         Ok(())
+    }
+
+    /// Forgets all but the first `count` fragments. What those share with the others has no neighbour any more, and stays a
+    /// crack.
+    pub fn keep_first(&mut self, count: usize) {
+        self.fragments.truncate(count);
+        let last = self.fragments.last();
+        let (runs, merges) = last.map_or((0, 0), |last| (last.runs.end, last.merges.end));
+        self.runs.truncate(runs);
+        self.merges.truncate(merges);
+        for run in &mut self.runs {
+            run.neighbour = run.neighbour.filter(|neighbour| (*neighbour as usize) < count);
+        }
     }
 
     /// All fragments, by label.

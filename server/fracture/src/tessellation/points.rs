@@ -9,6 +9,7 @@ use super::pattern::{ALL_CUT, FACE_MASKS, mask};
 use super::{TessellationError, Topology};
 use crate::lattice::Lattice;
 use crate::lift::Lift;
+use crate::memory::held;
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
@@ -36,7 +37,7 @@ impl Sites<'_> {
     }
 
     /// f_a − f_b at each of `nodes`.
-    fn preferences<const N: usize>(&self, nodes: [u32; N], a: u32, b: u32) -> [f64; N] {
+    pub(super) fn preferences<const N: usize>(&self, nodes: [u32; N], a: u32, b: u32) -> [f64; N] {
         let (a, b) = (self.at(a), self.at(b));
         nodes.map(|node| preference(self.lift.at(node as usize), a, b))
     }
@@ -123,6 +124,13 @@ impl Cut {
 
     fn fixed(&self) -> Vec<(u32, Point3<f64>)> {
         self.simplices.iter().copied().zip(self.places.iter().copied()).collect()
+    }
+}
+
+impl FixedPoints {
+    /// Bytes that they hold.
+    pub fn bytes(&self) -> usize {
+        held(&self.edges) + held(&self.faces) + held(&self.tets)
     }
 }
 

@@ -23,8 +23,11 @@ pub struct Fragment {
 pub struct Run {
     /// The fragment it belongs to.
     pub fragment: u32,
-    /// The fragment on the other side; `None` is the outside.
+    /// The fragment on the other side; `None` is the outside, or a fragment that is not told of
+    /// ([`Tessellation::keep_first`]).
     pub neighbour: Option<u32>,
+    /// Whether it is a side of a crack, and not of the lattice's own boundary.
+    pub crack: bool,
     /// Its vertices in the answer.
     pub vertices: Range<usize>,
     /// Its triangles in the answer.
@@ -53,7 +56,8 @@ impl Tessellation {
             let slot = &mut slots[fragment as usize];
             let flipped = neighbour.is_some_and(|neighbour| neighbour < fragment);
             let merges = 0..merges as usize;
-            self.runs[*slot] = Run { fragment, neighbour, sheet, flipped, merges, ..EMPTY };
+            let crack = neighbour.is_some();
+            self.runs[*slot] = Run { fragment, neighbour, crack, sheet, flipped, merges, ..EMPTY };
             *slot += 1;
         };
         (0..fragments).filter(|&k| has_outer(k) > 0).for_each(|k| put(k as u32, None, k, 0));
@@ -110,5 +114,13 @@ impl Tessellation {
     }
 }
 
-const EMPTY: Run =
-    Run { fragment: 0, neighbour: None, vertices: 0..0, triangles: 0..0, merges: 0..0, sheet: 0, flipped: false };
+const EMPTY: Run = Run {
+    fragment: 0,
+    neighbour: None,
+    crack: false,
+    vertices: 0..0,
+    triangles: 0..0,
+    merges: 0..0,
+    sheet: 0,
+    flipped: false,
+};

@@ -5,7 +5,7 @@ use crate::picture::{Mesh, Spread, pieces};
 use crate::wire::refusal;
 use nalgebra::{Point3, Vector3};
 use shatter_client::export::{FragmentView, RunView};
-use shatter_fracture::pipeline::{self, OUTER, Pieces, Prepared, Strike, Workspace};
+use shatter_fracture::pipeline::{self, Pieces, Prepared, Strike, Workspace};
 use shatter_fracture::token::Token;
 
 /// What became of a strike.
@@ -47,11 +47,7 @@ impl Broken {
             .pieces
             .runs
             .iter()
-            .map(|run| RunView {
-                neighbour: (run.neighbour != OUTER).then_some(run.neighbour),
-                index_first: run.index_first,
-                index_count: run.index_count,
-            })
+            .map(|run| RunView { crack: run.crack, index_first: run.index_first, index_count: run.index_count })
             .collect();
         let view = |row: &pipeline::FragmentRow| FragmentView {
             id: row.id,

@@ -7,7 +7,7 @@ use crate::report::Figure;
 use crate::study::mutants::{Defect, generated};
 use nalgebra::Vector3;
 use shatter_client::export::{FragmentView, RunView};
-use shatter_fracture::pipeline::{OUTER, Prepared};
+use shatter_fracture::pipeline::Prepared;
 
 const SIZE: Size = Size { width: 520, height: 420 };
 
@@ -30,11 +30,7 @@ pub fn portrait(prepared: &Prepared, answer: &Answer, caption: String) -> Result
     let runs: Vec<RunView> = answer
         .runs
         .iter()
-        .map(|run| RunView {
-            neighbour: (run.neighbour != OUTER).then_some(run.neighbour),
-            index_first: run.index_first,
-            index_count: run.index_count,
-        })
+        .map(|run| RunView { crack: run.crack, index_first: run.index_first, index_count: run.index_count })
         .collect();
     let views: Vec<FragmentView> = answer
         .rows

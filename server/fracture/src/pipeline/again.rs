@@ -1,0 +1,191 @@
+//! A fragment of an answer is struck again.
+//!
+//! Based on: Schvartzman & Otaduy (I3D 2014), section 3, which asks for crack concavity; how is ours. The fragment's own whole
+//! tetrahedra are an object ([`Parent`]) that is struck as any other, up to the labels. These go to all of the body's lattice: nodes
+//! of the fragment that no whole tetrahedron has take the label of the nearest that one has, those of other fragments keep theirs.
+//! Points of earlier cracks stay where they are, so that the children's volumes add up to the fragment's.
+//!
+//! Cost: beyond that of a first strike of an object with the fragment's nodes the eigenpairs of the interior lift and the factor of
+//! the stiffness, which a first strike finds prepared; and one tessellation of all of the body's lattice.
+
+use super::cells::BodyCells;
+use super::kept::{Kept, KeptBody};
+use super::parent::{NOBODY, Parent};
+use super::pieces::{Broken, Cut};
+use super::settle::settle;
+use super::walk::walk;
+use super::{Body, Outcome, Pieces, Prepared, Stage, Strike, StrikeError, Watch, Workspace, release, slivers};
+use crate::fragment::properties;
+use crate::lift::Lift;
+use crate::scene::Effect;
+use crate::tessellation::{self, FixedPoints, Old, Sites, seam};
+use crate::token::Token;
+
+/// Relative error up to which the volumes of the children add up to their parent's …
+const VOLUME_ERROR: f64 = 1e-9;
+
+/// … after so many tessellations at most; one is enough unless earlier cracks are bent.
+const TESSELLATIONS_MAX: usize = 3;
+
+/// As [`super::strike`], but what is struck is fragment `fragment` of the answer that `kept` was kept of; the outcome tells of its
+/// children alone. What they share with other fragments of that answer is a crack that faces nobody. Only the lifts `euclidean`
+/// and `interior` are to be had, and the object's examples have nothing to say. `prepared` is the object that was struck then.
+///
+/// Errors: those of a strike, and [`StrikeError::UnknownFragment`], [`StrikeError::FragmentSmall`],
+/// [`StrikeError::FragmentLarge`], [`StrikeError::FragmentLift`], [`StrikeError::FragmentLiftKind`], [`StrikeError::OtherObject`].
+pub fn strike_again(
+    prepared: &Prepared,
+    (kept, fragment): (&Kept, u32),
+    strike: &Strike,
+    workspace: &mut Workspace,
+    token: &Token,
+    watch: &mut dyn Watch,
+) -> Result<Outcome, StrikeError> {
+    // A fragment is free and straight, whatever held and bent the object that it was part of.
+    let scenic = [Effect::Anchored, Effect::Gravity, Effect::Warp];
+    let effects = scenic.into_iter().fold(strike.effects, |effects, effect| effects.without(effect));
+    let strike = &Strike { effects, ..strike.planned() };
+    let (old, label) = kept.find(fragment)?;
+    let fits = |body: &&Body| body.crack.nodes.len() == old.labels.len();
+    let body = prepared.bodies.get(old.body).filter(fits).ok_or(StrikeError::OtherObject)?;
+    watch.enter(Stage::Load);
+    let parent = Parent::new(prepared, (old, label, fragment), strike, token, watch);
+    watch.leave(Stage::Load, 0);
+    let parent = &parent?;
+    walk(&parent.prepared, strike, workspace, token, watch, |broken, watch| {
+        let cells = broken.division.cells.first().ok_or(StrikeError::OtherObject)?;
+        token.check()?;
+        let volume = old.volumes[label as usize];
+        Children { prepared, body, old, volume, parent, broken, cells }.pieces(token, watch)
+    })
+}
+
+/// What children are made of.
+struct Children<'a> {
+    /// The object that the fragment was part of.
+    prepared: &'a Prepared,
+    body: &'a Body,
+    old: &'a KeptBody,
+    /// Of the fragment, local.
+    volume: f64,
+    parent: &'a Parent,
+    broken: Broken<'a>,
+    cells: &'a BodyCells,
+}
+
+impl Children<'_> {
+    fn pieces(&self, token: &Token, watch: &mut dyn Watch) -> Result<Pieces, StrikeError> {
+        let strike = self.broken.strike;
+        let (mut cut, mut workspace) = (Cut::default(), tessellation::Workspace::default());
+        watch.enter(Stage::Labels);
+        let children = self.label(&mut cut);
+        watch.leave(Stage::Labels, size_of_val(cut.components.labels.as_slice()) as u64);
+        watch.enter(Stage::Tessellation);
+        let lift = self.scattered();
+        let old = Old { labels: &self.old.labels, points: &self.old.points };
+        let of_fragment = self.sites_of(&cut);
+        let sites = Sites { lift: &lift, coordinates: &self.cells.diagram.sites, of_fragment: &of_fragment };
+        let fixed = seam(&self.body.crack, &self.body.topology, old, &cut.components.labels, sites);
+        self.tessellate(&mut cut, children, &lift, fixed, &mut workspace)?;
+        watch.leave(Stage::Tessellation, size_of_val(cut.tessellation.runs()) as u64);
+        watch.enter(Stage::Fragments);
+        if strike.effects.has(Effect::Slivers) {
+            watch.begin(Effect::Slivers);
+            let bytes = self.merge_slivers(&mut cut, &lift, &mut workspace)?;
+            watch.end(Effect::Slivers, bytes);
+        }
+        watch.leave(Stage::Fragments, size_of_val(cut.measured.as_slice()) as u64);
+        let pieces = cut.into_pieces(self.old.body, |site| self.broken.energy_j_m2(self.cells, site));
+        let mut velocities = Vec::new();
+        if strike.effects.has(Effect::Release) {
+            watch.begin(Effect::Release);
+            let own = &self.parent.prepared.bodies[0].crack;
+            let labels: Vec<u32> = self.parent.nodes.iter().map(|&node| pieces.labels[node as usize]).collect();
+            let (field, energy_j) = (self.broken.fields.first(), self.broken.energies[0].energy_j);
+            let density = self.prepared.parameters.material.density_kg_m3;
+            let frame = &self.prepared.frame;
+            velocities = release::velocities(&pieces.properties, &labels, own, field, energy_j, density, frame);
+            watch.end(Effect::Release, size_of_val(velocities.as_slice()) as u64);
+        }
+        Pieces::of(vec![pieces], velocities, Vec::new(), self.prepared, strike).with_hulls(
+            &[&self.body.crack],
+            token,
+            watch,
+        )
+    }
+
+    /// Labels all of the body: children first, the other fragments after them. Returns how many children there are.
+    fn label(&self, cut: &mut Cut) -> usize {
+        let sites = self.cells.diagram.count() as u32;
+        let label = |(&stands, &old): (&u32, &u32)| match self.cells.diagram.labels.get(stands as usize) {
+            Some(site) if stands != NOBODY => *site,
+            _ => sites + old,
+        };
+        let labels: Vec<u32> = self.parent.stands.iter().zip(&self.old.labels).map(label).collect();
+        cut.components.split(&self.body.topology, &labels);
+        cut.components.sites.partition_point(|site| *site < sites)
+    }
+
+    /// Sites of all fragments; other fragments have none, and are not asked for it.
+    fn sites_of(&self, cut: &Cut) -> Vec<u32> {
+        let count = self.cells.diagram.count() as u32;
+        cut.components.sites.iter().map(|&site| if site < count { site } else { 0 }).collect()
+    }
+
+    /// The lift of the fragment on the nodes of the body; nodes that others stand for have theirs, those of other fragments zero.
+    fn scattered(&self) -> Lift {
+        let own = self.broken.fields[self.cells.struck].lift();
+        let mut coordinates = vec![0.0; self.parent.stands.len() * own.dimension];
+        for (place, &stands) in coordinates.chunks_exact_mut(own.dimension).zip(&self.parent.stands) {
+            if stands != NOBODY {
+                place.copy_from_slice(own.at(stands as usize));
+            }
+        }
+        let (first_moment, second_moment, density) = (Vec::new(), Vec::new(), Vec::new());
+        Lift { kind: own.kind, dimension: own.dimension, coordinates, first_moment, second_moment, density }
+    }
+
+    /// Finds the crack points but for those that are fixed, builds all fragments, and forgets all but the children, which it measures.
+    fn tessellate(
+        &self,
+        cut: &mut Cut,
+        children: usize,
+        lift: &Lift,
+        mut fixed: FixedPoints,
+        workspace: &mut tessellation::Workspace,
+    ) -> Result<(), StrikeError> {
+        let of_fragment = self.sites_of(cut);
+        let sites = Sites { lift, coordinates: &self.cells.diagram.sites, of_fragment: &of_fragment };
+        let (lattice, topology) = (&self.body.crack, &self.body.topology);
+        for turn in 1.. {
+            cut.points.find(lattice, topology, &cut.components.labels, Some(sites), &fixed)?;
+            cut.tessellation.build(lattice, topology, &cut.components.labels, &cut.points, workspace)?;
+            cut.tessellation.keep_first(children);
+            properties(&cut.tessellation, &mut cut.measured);
+            let missing = self.volume - cut.measured.iter().map(|child| child.volume).sum::<f64>();
+            let far = missing.abs() > VOLUME_ERROR * self.volume && turn < TESSELLATIONS_MAX;
+            if !(far && settle(&mut fixed, &self.old.points, lattice, topology, &cut.tessellation, missing)) {
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    /// Merges slivers among the children, and cuts again where there were any; bytes of the new labels.
+    fn merge_slivers(
+        &self,
+        cut: &mut Cut,
+        lift: &Lift,
+        workspace: &mut tessellation::Workspace,
+    ) -> Result<u64, StrikeError> {
+        let least = slivers::least_volume(self.prepared, self.broken.strike);
+        let before = cut.components.sites.len();
+        if !slivers::merge(&mut cut.components, &cut.tessellation, &cut.measured, least) {
+            return Ok(0);
+        }
+        let children = cut.measured.len() - (before - cut.components.sites.len());
+        let fixed = cut.points.to_fixed();
+        self.tessellate(cut, children, lift, fixed, workspace)?;
+        Ok(size_of_val(cut.components.labels.as_slice()) as u64)
+    }
+}

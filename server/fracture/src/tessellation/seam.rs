@@ -1,0 +1,233 @@
+//! Where new cracks meet old ones: points of a second generation that keep the cracks of the first where they are.
+//!
+//! Ours: a fragment of an earlier labelling is divided, the others stay. Edge points between it and them are those of the earlier
+//! cracks. Where two of its children meet another fragment on a face, their point lies on the segment along which the earlier
+//! crack crossed that face; where three children do in a tetrahedron, on the triangle in which it crossed that. Where two children
+//! meet two other fragments, the point is moved such that the earlier fragment's part of the tetrahedron keeps its volume. So the
+//! children's volumes add up to the earlier fragment's, as long as the four edge points of a tetrahedron that an earlier crack
+//! halves lie in a plane, which they do if one bisector made them.
+
+use super::barycentric::{on_edge, on_face};
+use super::pattern::{ALL_CUT, FACE_CODE, PATTERNS, Polygon, Split, TET_CODE, mask};
+use super::points::NONE;
+use super::{FixedPoints, Sites, Topology};
+use crate::lattice::{EDGES, Lattice};
+use nalgebra::{Point3, Vector3};
+
+/// The least weight of an earlier crack point in a new one between them: earlier ones can lie close together.
+const WEIGHT_MIN: f64 = 0.1;
+
+/// Places on a ridge, as weights of its ends, to begin the search for the volume from, where the first one leads out of the
+/// tetrahedron. At one of its ends the new cracks would lie in the triangles of the earlier ones: nothing is left to correct.
+const RIDGE: [[f64; 2]; 7] =
+    [[0.5, 0.5], [0.9, 0.1], [0.1, 0.9], [0.97, 0.03], [0.03, 0.97], [0.995, 0.005], [0.005, 0.995]];
+
+/// An earlier labelling and its crack points.
+#[derive(Clone, Copy, Debug)]
+pub struct Old<'a> {
+    /// Fragment of each node.
+    pub labels: &'a [u32],
+    /// Its crack points, all of them.
+    pub points: &'a FixedPoints,
+}
+
+/// The points of `old` and those of `labels` (one per node, which divide one fragment of `old` and leave the others whole) where
+/// new cracks meet old ones. `sites` are asked about nodes of the divided fragment alone.
+pub fn seam(lattice: &Lattice, topology: &Topology, old: Old<'_>, labels: &[u32], sites: Sites<'_>) -> FixedPoints {
+    let [edges, faces] = [(topology.edges.len(), &old.points.edges), (topology.faces.len(), &old.points.faces)]
+        .map(|(count, fixed)| slots(count, fixed));
+    let mut fixed = old.points.clone();
+    let seam = Seam { lattice, topology, old, labels, sites, edges, faces };
+    for face in 0..topology.faces.len() {
+        fixed.faces.extend(seam.face(face).map(|place| (face as u32, place)));
+    }
+    let faces = slots(topology.faces.len(), &fixed.faces);
+    let complete = Seam { faces, ..seam };
+    for tet in 0..lattice.tets.len() {
+        let place = complete.tet(tet, &fixed);
+        fixed.tets.extend(place.map(|place| (tet as u32, place)));
+    }
+    fixed
+}
+
+/// Place in `fixed` of each of `count` simplices.
+fn slots(count: usize, fixed: &[(u32, Point3<f64>)]) -> Vec<u32> {
+    let mut slots = vec![NONE; count];
+    for (slot, (simplex, _)) in fixed.iter().enumerate() {
+        if let Some(own) = slots.get_mut(*simplex as usize) {
+            *own = slot as u32;
+        }
+    }
+    slots
+}
+
+/// What seams are found from; `edges` and `faces` say where the points of a simplex are.
+struct Seam<'a> {
+    lattice: &'a Lattice,
+    topology: &'a Topology,
+    old: Old<'a>,
+    labels: &'a [u32],
+    sites: Sites<'a>,
+    edges: Vec<u32>,
+    faces: Vec<u32>,
+}
+
+impl Seam<'_> {
+    fn labels_of<const N: usize>(&self, nodes: [u32; N]) -> ([u32; N], [u32; N]) {
+        (nodes.map(|node| self.old.labels[node as usize]), nodes.map(|node| self.labels[node as usize]))
+    }
+
+    /// The earlier point of the edge between two nodes.
+    fn edge_point(&self, edges: &[u32], a: u32, b: u32) -> Option<Point3<f64>> {
+        let key = [a.min(b), a.max(b)];
+        let edge = edges.iter().find(|edge| self.topology.edges[**edge as usize] == key)?;
+        self.old.points.edges.get(self.edges[*edge as usize] as usize).map(|(_, place)| *place)
+    }
+
+    /// The new point on a face that two children share with another fragment.
+    fn face(&self, face: usize) -> Option<Point3<f64>> {
+        let nodes = self.topology.faces[face];
+        let (old, new) = self.labels_of(nodes);
+        if !distinct(&new) {
+            return None;
+        }
+        let other = (0..3).find(|&k| old[(k + 1) % 3] == old[(k + 2) % 3] && old[k] != old[(k + 1) % 3])?;
+        let pair = [nodes[(other + 1) % 3], nodes[(other + 2) % 3]];
+        let [p, q] = pair.map(|node| self.edge_point(&self.topology.face_edges[face], node, nodes[other]));
+        let [t, u] = self.between(pair, [new[(other + 1) % 3], new[(other + 2) % 3]]);
+        Some(Point3::from(p?.coords * t + q?.coords * u))
+    }
+
+    /// Weights of two nodes at the bisector of their labels.
+    fn between(&self, nodes: [u32; 2], [a, b]: [u32; 2]) -> [f64; 2] {
+        on_edge(self.sites.preferences(nodes, a, b), WEIGHT_MIN)
+    }
+
+    /// The new point in a tetrahedron of four labels, some of them of children and some not.
+    fn tet(&self, tet: usize, fixed: &FixedPoints) -> Option<Point3<f64>> {
+        let nodes = self.lattice.tets[tet];
+        let (old, new) = self.labels_of(nodes);
+        if !distinct(&new) || distinct(&old) {
+            return None;
+        }
+        let own = (0..4).map(|k| old[k]).find(|label| old.iter().filter(|other| *other == label).count() > 1)?;
+        let inside: Vec<usize> = (0..4).filter(|&k| old[k] == own).collect();
+        let outside: Vec<usize> = (0..4).filter(|&k| old[k] != own).collect();
+        match (inside.as_slice(), outside.as_slice()) {
+            (&[a, b, c], &[other]) => self.on_triangle(tet, [a, b, c], other),
+            (&[a, b], _) => self.on_ridge(tet, [a, b], fixed),
+            _ => None,
+        }
+    }
+
+    /// Three children and another fragment: on the triangle of the earlier crack.
+    fn on_triangle(&self, tet: usize, inside: [usize; 3], other: usize) -> Option<Point3<f64>> {
+        let nodes = self.lattice.tets[tet];
+        let own = inside.map(|k| nodes[k]);
+        let [a, b, c] = own.map(|node| self.labels[node as usize]);
+        let [p, q, r] =
+            own.map(|node| self.edge_point(&self.topology.tet_edges[tet], node, nodes[other]).map(|p| p.coords));
+        let weights = on_face([b, c].map(|other| self.sites.preferences(own, a, other)));
+        let least = weights.iter().copied().fold(f64::INFINITY, f64::min);
+        let towards = ((WEIGHT_MIN - least) / (1.0 / 3.0 - least)).max(0.0);
+        let [t, u, v] = weights.map(|weight| weight + towards * (1.0 / 3.0 - weight));
+        Some(Point3::from(p? * t + q? * u + r? * v))
+    }
+
+    /// Two children and two others: near the segment in which the three earlier fragments met, where the volume stays.
+    fn on_ridge(&self, tet: usize, inside: [usize; 2], fixed: &FixedPoints) -> Option<Point3<f64>> {
+        let nodes = self.lattice.tets[tet];
+        let own = inside.map(|k| nodes[k]);
+        let [t, u] = self.between(own, own.map(|node| self.labels[node as usize]));
+        let mut corners = Corners { places: [None; 11] };
+        for (k, &edge) in self.topology.tet_edges[tet].iter().enumerate() {
+            corners.places[k] = self.old.points.edges.get(self.edges[edge as usize] as usize).map(|(_, place)| *place);
+        }
+        for (k, &face) in self.topology.tet_faces[tet].iter().enumerate() {
+            let slot = self.faces[face as usize] as usize;
+            corners.places[k + FACE_CODE as usize] = fixed.faces.get(slot).map(|(_, place)| *place);
+        }
+        // Face k is opposite node k: the one of a child is opposite its sibling.
+        let ends = [inside[1], inside[0]].map(|k| corners.places[k + FACE_CODE as usize]);
+        let ends = [ends[0]?.coords, ends[1]?.coords];
+        let (old, _) = self.labels_of(nodes);
+        let base = self.lattice.nodes[own[0] as usize];
+        let before = corners.patch(mask(old), inside, base)?;
+        let mut best: Option<(f64, Point3<f64>)> = None;
+        for [t, u] in std::iter::once([t, u]).chain(RIDGE) {
+            let first = Point3::from(ends[0] * t + ends[1] * u);
+            corners.places[TET_CODE as usize] = Some(first);
+            let after = corners.patch(ALL_CUT, inside, base)?;
+            let step = after.area * (3.0 * (before.volume - after.volume) / after.area.norm_squared());
+            let room = if step.iter().all(|x| x.is_finite()) { self.room(tet, first, step) } else { 0.0 };
+            let place = if room > 0.0 { first + step * room } else { first };
+            if best.is_none_or(|(most, _)| room > most) {
+                best = Some((room, place));
+            }
+            if room == 1.0 {
+                break;
+            }
+        }
+        best.map(|(_, place)| place)
+    }
+
+    /// How much of `step`, 1 at most, leaves each barycentric coordinate of `from` at least half of what it is.
+    fn room(&self, tet: usize, from: Point3<f64>, step: Vector3<f64>) -> f64 {
+        let base = self.lattice.nodes[self.lattice.tets[tet][0] as usize];
+        let Some(inverse) = self.lattice.edge_matrix(tet).try_inverse() else { return 0.0 };
+        let four = |rest: Vector3<f64>, sum: f64| [sum - rest.sum(), rest.x, rest.y, rest.z];
+        let (start, change) = (four(inverse * (from - base), 1.0), four(inverse * step, 0.0));
+        let room = |(start, change): (&f64, &f64)| if *change < -0.5 * start { -0.5 * start / change } else { 1.0 };
+        start.iter().zip(&change).map(room).fold(1.0, f64::min).max(0.0)
+    }
+}
+
+fn distinct<const N: usize>(labels: &[u32; N]) -> bool {
+    (1..N).all(|k| !labels[..k].contains(&labels[k]))
+}
+
+/// The crack points of one tetrahedron by corner code.
+struct Corners {
+    places: [Option<Point3<f64>>; 11],
+}
+
+/// What a part of a crack encloses with a base point, and its area vector.
+struct Patch {
+    volume: f64,
+    area: Vector3<f64>,
+}
+
+impl Corners {
+    /// The cracks of a pattern between the nodes `inside` and the others, seen from the former: normals point away.
+    fn patch(&self, mask: u8, inside: [usize; 2], base: Point3<f64>) -> Option<Patch> {
+        let polygons = PATTERNS[mask as usize].polygons();
+        let joint = polygons.iter().filter(|polygon| polygon.split == Split::Joint);
+        let mut totals = [0.0; 2];
+        for polygon in joint {
+            for (k, total) in totals.iter_mut().enumerate() {
+                *total += (self.place(polygon, k)? - self.place(polygon, k + 2)?).norm_squared();
+            }
+        }
+        let mut patch = Patch { volume: 0.0, area: Vector3::zeros() };
+        for polygon in polygons {
+            let ends = EDGES[polygon.edge as usize].map(|node| inside.contains(&node));
+            if ends[0] == ends[1] {
+                continue;
+            }
+            let turn = usize::from(polygon.split == Split::Joint && totals[1] < totals[0]);
+            let sign = if ends[0] { 1.0 } else { -1.0 };
+            let corner = |k: usize| Some(self.place(polygon, (k + turn) % 4)? - base);
+            let [p, q, r, s] = [corner(0)?, corner(1)?, corner(2)?, corner(3)?];
+            let halves = if polygon.split == Split::Triangle { &[[p, q, r]][..] } else { &[[p, q, r], [r, s, p]] };
+            for [p, q, r] in halves {
+                patch.volume += sign * p.dot(&q.cross(r)) / 6.0;
+                patch.area += (q - p).cross(&(r - p)) * (0.5 * sign);
+            }
+        }
+        Some(patch)
+    }
+
+    fn place(&self, polygon: &Polygon, corner: usize) -> Option<Point3<f64>> {
+        self.places[polygon.corners[corner] as usize]
+    }
+}

@@ -1,0 +1,367 @@
+//! Second strikes: children stay within their parent, their volumes add up to its, and no distance knows a way through a crack.
+
+use nalgebra::{Point3, Vector3};
+use shatter_fracture::centroidal::{self, Field, Options};
+use shatter_fracture::database::{BakeRequest, bake};
+use shatter_fracture::fragment::closed;
+use shatter_fracture::lattice::{GONE, Transfer, block};
+use shatter_fracture::lift::LiftKind;
+use shatter_fracture::pipeline::{
+    self, DegreeRequest, Kept, OUTER, Outcome, Pieces, Prepared, Strike, StrikeError, Workspace, strike_again,
+};
+use shatter_fracture::scene::{Effect, Effects, Materials};
+use shatter_fracture::surface::{RawMesh, shapes};
+use shatter_fracture::token::Token;
+use std::sync::LazyLock;
+
+/// A ring of round bar with a gap, 20 mm thick; its tips are at the bottom.
+static HORSESHOE: LazyLock<Prepared> = LazyLock::new(|| prepared(shapes::horseshoe(), 0.025));
+
+/// A bar of 0.4 × 0.2 × 0.2 m with a slit from above to its middle, as wide as two spacings.
+static SLIT: LazyLock<Prepared> = LazyLock::new(|| prepared(slit_bar(0.02), 0.04));
+
+fn prepared(mesh: RawMesh, crack_spacing: f64) -> Prepared {
+    let materials = Materials::parse(include_str!("../../../config/materials.toml")).unwrap();
+    let glass = materials.get("glass").unwrap().clone();
+    let request = BakeRequest {
+        elastic_spacing: Some(2.0 * crack_spacing),
+        crack_spacing: Some(crack_spacing),
+        kappa: Some(2.0),
+        seed: 1,
+        ..BakeRequest::new("thing", "glass", glass)
+    };
+    bake(mesh, &request, &Token::default(), &mut |_| {}).unwrap()
+}
+
+/// The outline of a U, of which the slit is `2 · half` wide, drawn out along z.
+fn slit_bar(half: f64) -> RawMesh {
+    let outline: [[f64; 2]; 8] =
+        [[-0.2, -0.1], [0.2, -0.1], [0.2, 0.1], [half, 0.1], [half, 0.0], [-half, 0.0], [-half, 0.1], [-0.2, 0.1]];
+    let cap = [[1, 2, 3], [1, 3, 4], [0, 1, 4], [0, 4, 5], [0, 5, 6], [0, 6, 7]];
+    let layer = |z: f64| outline.map(|[x, y]| Point3::new(x, y, z));
+    let mut triangles: Vec<[u32; 3]> = cap.map(|[a, b, c]| [c, b, a]).to_vec();
+    triangles.extend(cap.map(|corners| corners.map(|corner| corner + 8)));
+    for k in 0..8 {
+        let next = (k + 1) % 8;
+        triangles.extend([[k, next, next + 8], [k, next + 8, k + 8]]);
+    }
+    RawMesh::new([layer(-0.1), layer(0.1)].concat(), triangles)
+}
+
+/// A blow of so many sites where the object, or a fragment of it, reaches farthest along `towards`.
+fn blow(points: &[Point3<f64>], towards: Vector3<f64>, sites: u32) -> Strike {
+    let along = |point: &&Point3<f64>| point.coords.dot(&towards);
+    let point = points.iter().max_by(|a, b| along(a).total_cmp(&along(b))).unwrap();
+    let mut strike = Strike::at(*point, -towards);
+    strike.degree = DegreeRequest::Sites(sites);
+    strike
+}
+
+/// What an answer shows of one fragment: its mesh in the coordinates of the file.
+struct Shown {
+    points: Vec<Point3<f64>>,
+    /// Area of its cracks towards nobody, and of its outer face, m².
+    old_crack_m2: f64,
+    outer_m2: f64,
+}
+
+/// The fragments of an answer as they are emitted; each must be closed.
+fn shown(pieces: &Pieces) -> Vec<Shown> {
+    let counts = pieces.counts;
+    let (mut positions, mut indices) = (vec![[0.0; 3]; counts.vertices], vec![0; counts.indices]);
+    pieces.emit(&mut positions, &mut indices, &mut vec![[0; 2]; counts.merges]).unwrap();
+    let show = |row: &pipeline::FragmentRow| {
+        let own = &positions[row.vertex_first as usize..][..row.vertex_count as usize];
+        closed(own, &indices[row.index_first as usize..][..row.index_count as usize]).unwrap();
+        let centre = Vector3::from(row.centre_m);
+        let points: Vec<Point3<f64>> = own.iter().map(|at| Point3::from(at.map(f64::from)) + centre).collect();
+        let runs = || pieces.runs[row.run_first as usize..][..row.run_count as usize].iter();
+        let area = |run: &pipeline::RunRow| -> f64 {
+            let corners = indices[run.index_first as usize..][..run.index_count as usize].chunks_exact(3);
+            let [a, b, c] = [0, 1, 2];
+            corners
+                .map(|corner| [a, b, c].map(|k: usize| points[corner[k] as usize]))
+                .map(|[a, b, c]| 0.5 * (b - a).cross(&(c - a)).norm())
+                .sum()
+        };
+        Shown {
+            old_crack_m2: runs().filter(|run| run.crack && run.neighbour == OUTER).map(area).sum(),
+            outer_m2: runs().filter(|run| !run.crack).map(area).sum(),
+            points,
+        }
+    };
+    pieces.fragments.iter().map(show).collect()
+}
+
+fn first(prepared: &Prepared, strike: &Strike) -> Pieces {
+    let outcome = pipeline::strike(prepared, strike, &mut Workspace::default(), &Token::default(), &mut ()).unwrap();
+    outcome.pieces.unwrap()
+}
+
+fn again(prepared: &Prepared, kept: &Kept, fragment: u32, strike: &Strike) -> Result<Outcome, StrikeError> {
+    strike_again(prepared, (kept, fragment), strike, &mut Workspace::default(), &Token::default(), &mut ())
+}
+
+/// Volume of all fragments, m³.
+fn volume(pieces: &Pieces) -> f64 {
+    pieces.fragments.iter().map(|row| row.volume_m3).sum()
+}
+
+/// Strikes a fragment again; its children hold what it held, and lie along the same cracks. Returns them.
+#[track_caller]
+fn check(prepared: &Prepared, before: &Pieces, fragment: u32, strike: &Strike) -> Pieces {
+    let children = again(prepared, &before.keep(), fragment, strike).unwrap().pieces.unwrap();
+    let (parent, own) = (&before.fragments[fragment as usize], shown(&children));
+    let error = volume(&children) / parent.volume_m3 - 1.0;
+    println!("fragment {fragment}: {} children, volume off by {error:.1e}", own.len());
+    assert!(error.abs() < 1e-6, "{error:e}");
+    assert!(children.fragments.iter().enumerate().all(|(id, row)| row.id as usize == id && row.body == parent.body));
+    let before = &shown(before)[fragment as usize];
+    let outer: f64 = own.iter().map(|child| child.outer_m2).sum();
+    assert!((outer - before.outer_m2).abs() < 1e-6 * before.outer_m2.max(1e-6), "{outer} {}", before.outer_m2);
+    assert!(own.iter().any(|child| child.old_crack_m2 > 0.0), "some child lies along the first crack");
+    let side = |crack: bool| children.runs.iter().filter(|run| run.crack == crack && run.neighbour == OUTER).count();
+    assert!(side(true) > 0 || side(false) > 0);
+    children
+}
+
+/// The horseshoe cut near one tip, and the largest fragment that is left of it.
+fn cut_horseshoe() -> (Pieces, u32) {
+    let tip = [Point3::new(0.023, -0.065, 0.0)];
+    let pieces = first(&HORSESHOE, &blow(&tip, Vector3::new(1.0, -1.0, 0.0), 4));
+    let largest = pieces.fragments.iter().max_by(|a, b| a.volume_m3.total_cmp(&b.volume_m3)).unwrap().id;
+    (pieces, largest)
+}
+
+#[test]
+fn children_hold_what_their_parent_held() {
+    let (pieces, _) = cut_horseshoe();
+    let all = shown(&pieces);
+    let mut struck = 0;
+    for (fragment, own) in all.iter().enumerate() {
+        for (sites, towards) in [(2, Vector3::y()), (9, Vector3::new(0.3, -1.0, 0.4)), (40, Vector3::x())] {
+            let strike = blow(&own.points, towards, sites);
+            match again(&HORSESHOE, &pieces.keep(), fragment as u32, &strike) {
+                Err(StrikeError::FragmentSmall { .. }) => {}
+                _ => {
+                    check(&HORSESHOE, &pieces, fragment as u32, &strike);
+                    struck += 1;
+                }
+            }
+        }
+    }
+    assert!(struck >= 6, "{struck}");
+}
+
+#[test]
+fn no_child_joins_the_limbs_of_what_is_left() {
+    let (pieces, largest) = cut_horseshoe();
+    let own = &shown(&pieces)[largest as usize];
+    let spanning = |lift: LiftKind| {
+        let count = |seed: u64| {
+            let strike = Strike { lift, seed, ..blow(&own.points, Vector3::new(-1.0, -1.0, 0.0), 5) };
+            let children = check(&HORSESHOE, &pieces, largest, &strike);
+            let joins = |child: &Shown| {
+                let low = || child.points.iter().filter(|point| point.y < -0.03);
+                low().any(|point| point.x < -0.01) && low().any(|point| point.x > 0.01)
+            };
+            shown(&children).iter().filter(|child| joins(child)).count()
+        };
+        (0..6).map(count).sum::<usize>()
+    };
+    assert_eq!(spanning(LiftKind::Interior), 0);
+}
+
+#[test]
+fn grandchildren_hold_what_their_parent_held() {
+    let (pieces, largest) = cut_horseshoe();
+    let own = &shown(&pieces)[largest as usize];
+    let children = check(&HORSESHOE, &pieces, largest, &blow(&own.points, Vector3::y(), 6));
+    let mut struck = 0;
+    for (child, own) in shown(&children).iter().enumerate() {
+        let strike = blow(&own.points, Vector3::new(0.2, 1.0, 0.1), 5);
+        if again(&HORSESHOE, &children.keep(), child as u32, &strike).is_ok() {
+            let grown = check(&HORSESHOE, &children, child as u32, &strike);
+            struck += usize::from(grown.fragments.len() > 1);
+        }
+    }
+    assert!(struck >= 3, "{struck}");
+}
+
+#[test]
+fn volumes_add_up_over_many_generations() {
+    let mut before = first(&SLIT, &blow(&[Point3::new(0.2, 0.0, 0.0)], Vector3::x(), 6));
+    for generation in 0..5 {
+        let largest = before.fragments.iter().max_by(|a, b| a.volume_m3.total_cmp(&b.volume_m3)).unwrap().id;
+        let own = &shown(&before)[largest as usize];
+        let towards = [Vector3::x(), Vector3::y(), Vector3::z()][generation % 3];
+        before = check(&SLIT, &before, largest, &blow(&own.points, towards, 4));
+    }
+}
+
+#[test]
+fn volumes_add_up_where_many_cracks_meet() {
+    let pieces = first(&SLIT, &blow(&[Point3::new(0.2, 0.0, 0.0)], Vector3::x(), 24));
+    let all = shown(&pieces);
+    let mut struck = 0;
+    for (fragment, own) in all.iter().enumerate() {
+        let elastic = blow(&own.points, Vector3::y(), 24);
+        let falloff = Strike { effects: Effects::default().without(Effect::Elastic), ..elastic.clone() };
+        for strike in [elastic, falloff] {
+            if again(&SLIT, &pieces.keep(), fragment as u32, &strike).is_ok() {
+                check(&SLIT, &pieces, fragment as u32, &strike);
+                struck += 1;
+            }
+        }
+    }
+    assert!(struck > 20, "{struck}");
+}
+
+#[test]
+fn effects_apply_to_children_as_to_fragments() {
+    let (pieces, largest) = cut_horseshoe();
+    let own = &shown(&pieces)[largest as usize];
+    let all = Effects::of(Effect::ALL);
+    let strike = Strike { effects: all, ..blow(&own.points, Vector3::y(), 60) };
+    let children = again(&HORSESHOE, &pieces.keep(), largest, &strike).unwrap().pieces.unwrap();
+    let plain = Strike { effects: Effects::default(), ..strike.clone() };
+    let many = again(&HORSESHOE, &pieces.keep(), largest, &plain).unwrap().pieces.unwrap();
+    assert!(children.fragments.len() < many.fragments.len(), "slivers are merged");
+    assert!((volume(&children) / pieces.fragments[largest as usize].volume_m3 - 1.0).abs() < 1e-6);
+    shown(&children);
+    assert_eq!(children.velocities.len(), children.fragments.len());
+    let momentum = |k: usize| children.velocities[k].linear_m_s * children.fragments[k].mass_kg;
+    let sizes = (0..children.fragments.len()).map(|k| momentum(k).norm()).sum::<f64>();
+    let sum: Vector3<f64> = (0..children.fragments.len()).map(momentum).sum();
+    assert!(sizes > 0.0 && sum.norm() < 1e-9 * sizes);
+    assert!(children.bonds().iter().all(|bond| bond.fragments[1] < children.fragments.len() as u32));
+    assert_eq!((children.debris().len(), children.bonds().len()), (children.counts.debris, children.counts.bonds));
+}
+
+#[test]
+fn a_second_strike_has_the_same_bytes_for_any_number_of_threads() {
+    let (pieces, largest) = cut_horseshoe();
+    let strike = blow(&shown(&pieces)[largest as usize].points, Vector3::y(), 20);
+    let bytes = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| {
+            let children = again(&HORSESHOE, &pieces.keep(), largest, &strike).unwrap().pieces.unwrap();
+            let points: Vec<u64> = shown(&children)
+                .iter()
+                .flat_map(|child| child.points.iter().flat_map(|point| point.coords.iter().map(|x| x.to_bits())))
+                .collect();
+            (points, children.fragments.clone(), children.runs.clone())
+        })
+    };
+    assert!(bytes(1) == bytes(5));
+}
+
+#[test]
+fn thresholds_and_energies_are_the_fragments_own() {
+    let (pieces, largest) = cut_horseshoe();
+    let own = &shown(&pieces)[largest as usize];
+    let strike = |factor: f64| {
+        let mut strike = blow(&own.points, Vector3::y(), 1);
+        strike.degree = DegreeRequest::Inferred;
+        strike.contacts[0].impulse_ns *= factor;
+        again(&HORSESHOE, &pieces.keep(), largest, &strike).unwrap()
+    };
+    let just = strike(1.0).impulse_factor;
+    let (whole, broken) = (strike(0.5 * just), strike(3.0 * just));
+    assert!(whole.pieces.is_none() && whole.fracture_degree == 1);
+    assert!(broken.fracture_degree >= 2 && broken.pieces.unwrap().fragments.len() >= 2);
+    assert!((broken.e1_over_gamma / whole.e1_over_gamma / 36.0 - 1.0).abs() < 1e-6);
+    let falloff = Strike { effects: Effects::default().without(Effect::Elastic), ..blow(&own.points, Vector3::y(), 9) };
+    check(&HORSESHOE, &pieces, largest, &falloff);
+}
+
+#[test]
+fn what_cannot_be_struck_again_is_refused_by_name() {
+    let (pieces, largest) = cut_horseshoe();
+    let own = &shown(&pieces)[largest as usize];
+    let kept = pieces.keep();
+    let count = pieces.fragments.len() as u32;
+    let strike = blow(&own.points, Vector3::y(), 4);
+    assert_eq!(kept.fragments(), count);
+    assert!(kept.bytes() > 4 * HORSESHOE.crack_nodes());
+    for (prepared, fragment, strike, words) in [
+        (&*HORSESHOE, count, strike.clone(), "the answer has"),
+        (&*HORSESHOE, u32::MAX, strike.clone(), "the answer has"),
+        (&*SLIT, largest, strike.clone(), "not one of this object"),
+        (&*HORSESHOE, largest, Strike { lift: LiftKind::SurfaceDiffusion, ..strike.clone() }, "has no lift"),
+        (&*HORSESHOE, largest, blow(&[Point3::new(9.0, 0.0, 0.0)], Vector3::x(), 4), "from the body"),
+    ] {
+        let error = again(prepared, &kept, fragment, &strike).err().unwrap();
+        assert!(error.to_string().contains(words), "{error}");
+        assert_eq!(error.is_callers(), words != "not one of this object", "{error}");
+    }
+    let many = first(&HORSESHOE, &Strike { degree: DegreeRequest::Sites(512), ..strike });
+    let smallest = many.fragments.iter().min_by(|a, b| a.volume_m3.total_cmp(&b.volume_m3)).unwrap().id;
+    let point = &shown(&many)[smallest as usize].points;
+    let error = again(&HORSESHOE, &many.keep(), smallest, &blow(point, Vector3::y(), 4)).err().unwrap();
+    assert!(error.is_callers() && error.to_string().contains("too small"), "{error}");
+}
+
+#[test]
+fn a_part_of_a_body_gets_all_energy_of_its_elastic_tetrahedra() {
+    let (elastic, crack) = (block([3, 2, 2], 0.2), block([6, 4, 4], 0.1));
+    let transfer = Transfer::between(&elastic, &crack);
+    let left = |x: f64| x < 0.05;
+    let number = |kept: Vec<bool>| -> Vec<u32> {
+        let mut next = 0..;
+        kept.into_iter().map(|kept| if kept { next.next().unwrap() } else { GONE }).collect()
+    };
+    let nodes = number(crack.nodes.iter().map(|node| left(node.x)).collect());
+    let tets = number((0..elastic.tets.len()).map(|tet| elastic.corners(tet).iter().all(|at| left(at.x))).collect());
+    let count = |names: &[u32]| names.iter().filter(|name| **name != GONE).count();
+    let part = transfer.part(&nodes, &tets);
+    assert_eq!(part.offsets.len(), count(&nodes) + 1);
+    let energies: Vec<f64> = (0..count(&tets)).map(|tet| 1.0 + tet as f64).collect();
+    let mut shares = Vec::new();
+    part.apply(&energies, &mut shares);
+    let (given, got): (f64, f64) = (energies.iter().sum(), shares.iter().sum());
+    assert!((got / given - 1.0).abs() < 1e-12 && shares.iter().all(|share| *share >= 0.0), "{got} of {given}");
+}
+
+/// Whether some points near the mouth of the slit lie on one of its sides, and some on the other.
+fn spans_the_mouth(points: impl Iterator<Item = Point3<f64>>) -> bool {
+    let mouth: Vec<f64> = points.filter(|point| point.y > 0.06).map(|point| point.x).collect();
+    mouth.iter().any(|x| *x < -0.015) && mouth.iter().any(|x| *x > 0.015)
+}
+
+/// Fragments, and cells of the diagrams that they are the connected parts of, on both sides of the slit's mouth, over some blows
+/// beside it.
+fn across_the_slit(lift: LiftKind) -> [usize; 2] {
+    let mut across = [0; 2];
+    for seed in 0..8 {
+        let mut strike = Strike::at(Point3::new(0.06, 0.1, 0.0), Vector3::new(0.0, -1.0, 0.0));
+        (strike.degree, strike.lift, strike.seed) = (DegreeRequest::Sites(8), lift, seed);
+        let fragments = shown(&first(&SLIT, &strike));
+        across[0] += fragments.iter().filter(|own| spans_the_mouth(own.points.iter().copied())).count();
+        let labels = cells(&SLIT, &strike);
+        let place = |node: usize| SLIT.frame.to_metres(&SLIT.bodies[0].crack.nodes[node]);
+        for cell in 0..8 {
+            let own = (0..labels.len()).filter(|&node| labels[node] == cell);
+            across[1] += usize::from(spans_the_mouth(own.map(place)));
+        }
+    }
+    across
+}
+
+/// The cell of each node of the only body.
+fn cells(prepared: &Prepared, strike: &Strike) -> Vec<u32> {
+    let (mut workspace, token) = (Workspace::default(), Token::default());
+    let impact = pipeline::Impact::new(prepared, strike).unwrap();
+    let mut energies = pipeline::strain_energy(prepared, &impact, &mut workspace, &token, &mut ()).unwrap();
+    let mut shares = std::mem::take(&mut energies[0].shares);
+    let field = Field::new(prepared.lift(0, strike.lift).unwrap(), &prepared.bodies[0].volumes, &mut shares).unwrap();
+    centroidal::diagram(&field, &Options::new(8, strike.seed), &mut Default::default(), &token).unwrap().labels
+}
+
+#[test]
+fn nothing_spans_the_mouth_of_a_slit_but_straight_distances() {
+    let [interior, straight] = [LiftKind::Interior, LiftKind::Euclidean].map(across_the_slit);
+    println!("fragments and cells across the slit: interior {interior:?}, euclidean {straight:?}");
+    assert_eq!(interior, [0; 2]);
+    assert!(straight.iter().all(|across| *across > 0));
+}

@@ -1,0 +1,195 @@
+//! Second strikes through the whole service: the life of a handle, and what is struck under it.
+
+mod support;
+
+use serde_json::Value;
+use shatter_client::{Broken, Degree, Impact, Kind, Object, Refusal, Shatter};
+use shatter_proto::control::StatusRow;
+use std::sync::LazyLock;
+use support::{Child, InProcess, TestPlace, bar, eventually, patience, shatter, shatterd};
+
+/// A bar, baked once for all tests: the bytes of its database.
+static BAR: LazyLock<Vec<u8>> = LazyLock::new(|| bar(0.05));
+
+fn place(name: &str) -> TestPlace {
+    let here = TestPlace::new(name);
+    here.database("bar", BAR.as_slice());
+    here
+}
+
+/// A daemon with the bar, and a connection to it.
+fn start(settings: &str) -> (InProcess, Shatter, Object) {
+    let daemon = InProcess::start_with(place("again"), settings, shatter_server::wire::loader(None));
+    let service = daemon.connect();
+    let bar = service.object("bar", patience()).unwrap();
+    (daemon, service, bar)
+}
+
+/// A blow on the end of the bar that breaks it.
+fn blow() -> Impact {
+    Impact::at([0.2, 0.0, 0.0]).impulse([-50.0, 3.0, 0.0]).radius(0.05).degree(Degree::Sites(6)).seed(3)
+}
+
+fn strike(bar: &Object, impact: &Impact) -> Broken {
+    bar.strike(impact).unwrap().wait(patience()).unwrap()
+}
+
+fn refused(bar: &Object, impact: &Impact) -> Refusal {
+    bar.strike(impact).and_then(|mut ticket| ticket.wait(patience())).err().unwrap()
+}
+
+fn status(service: &Shatter) -> StatusRow {
+    *service.status(patience()).unwrap().row()
+}
+
+/// The fragment of `broken` that weighs most, and a blow on where its surface is farthest along +x.
+fn largest(broken: &Broken) -> (u32, Impact) {
+    let weight = |fragment: &shatter_client::Fragment<'_>| fragment.mass_kg();
+    let fragment = broken.fragments().max_by(|a, b| weight(a).total_cmp(&weight(b))).unwrap();
+    let farthest = fragment.positions().iter().max_by(|a, b| a[0].total_cmp(&b[0])).unwrap();
+    let point = [0, 1, 2].map(|k| fragment.centre_m()[k] + f64::from(farthest[k]));
+    let impact = Impact::at(point).impulse([-40.0, 1.0, 2.0]).radius(0.05).degree(Degree::Sites(7));
+    (fragment.id(), impact)
+}
+
+/// Strikes the largest fragment of a kept answer; its children hold what it held.
+#[track_caller]
+fn check(bar: &Object, before: &Broken, kept: bool) -> Broken {
+    let (fragment, impact) = largest(before);
+    let impact = impact.from(before.handle().unwrap(), fragment);
+    let children = strike(bar, &if kept { impact.keep() } else { impact });
+    let parent = before.fragments().nth(fragment as usize).unwrap().volume_m3();
+    let sum: f64 = children.fragments().map(|child| child.volume_m3()).sum();
+    assert!(children.fragments().len() >= 7 && children.fragments().all(|child| child.is_closed()));
+    assert!((sum / parent - 1.0).abs() < 1e-6, "{sum} of {parent}");
+    let old = children.fragments().flat_map(|child| child.runs().collect::<Vec<_>>());
+    assert!(old.filter(|run| run.crack && run.neighbour.is_none()).count() > 0, "sides of the first crack are told");
+    assert_eq!(children.handle().is_some(), kept);
+    children
+}
+
+#[test]
+fn fragments_are_struck_again_and_theirs_too() {
+    let (daemon, service, bar) = start("");
+    let plain = strike(&bar, &blow());
+    assert_eq!((plain.handle(), status(&service).kept), (None, 0));
+    let first = strike(&bar, &blow().keep());
+    assert_eq!(first.digest(), plain.digest(), "to be kept changes nothing of an answer");
+    let row = status(&service);
+    assert!((row.kept, row.kept_bytes > 10_000) == (1, true), "{} bytes", row.kept_bytes);
+    let second = check(&bar, &first, true);
+    check(&bar, &second, false);
+    // Another connection of this user may, too.
+    let other = daemon.connect().object("bar", patience()).unwrap();
+    let again = check(&other, &first, true);
+    assert_eq!(again.digest(), second.digest());
+    assert_ne!(again.handle(), second.handle());
+    assert_eq!(status(&service).kept, 3);
+    // What stays whole has no fragments.
+    assert_eq!(strike(&bar, &blow().degree(Degree::ClosedForm).gamma(1e30).keep()).handle(), None);
+}
+
+#[test]
+fn what_is_given_back_is_gone() {
+    let (_daemon, service, bar) = start("");
+    let handle = strike(&bar, &blow().keep()).handle().unwrap();
+    service.release(handle, patience()).unwrap();
+    assert_eq!((status(&service).kept, status(&service).kept_bytes), (0, 0));
+    let refusal = refused(&bar, &blow().from(handle, 0));
+    assert_eq!((refusal.kind, refusal.at), (Kind::UnknownHandle, handle.to_string()));
+    assert_eq!(service.release(handle, patience()).unwrap_err().kind, Kind::UnknownHandle);
+    let hold = service.hold(strike(&bar, &blow().keep()).handle().unwrap());
+    assert_eq!(status(&service).kept, 1);
+    drop(hold);
+    assert_eq!(status(&service).kept, 0);
+}
+
+#[test]
+fn what_nobody_gives_back_goes_by_itself() {
+    let (_daemon, service, bar) = start("[times]\nkept_s = 0.2");
+    let handle = strike(&bar, &blow().keep()).handle().unwrap();
+    eventually(|| format!("{:?}", status(&service).kept), || status(&service).kept == 0);
+    assert_eq!(refused(&bar, &blow().from(handle, 0)).kind, Kind::UnknownHandle);
+}
+
+#[test]
+fn the_oldest_makes_room() {
+    let (_daemon, service, bar) = start("[answers]\nkept_max = 2");
+    let kept: Vec<Broken> = (0..3).map(|seed| strike(&bar, &blow().seed(seed).keep())).collect();
+    assert_eq!(status(&service).kept, 2);
+    assert_eq!(refused(&bar, &blow().from(kept[0].handle().unwrap(), 0)).kind, Kind::UnknownHandle);
+    kept[1..].iter().for_each(|broken| drop(check(&bar, broken, false)));
+    let (_daemon, service, bar) = start("[answers]\nkept_max = 0");
+    assert_eq!((strike(&bar, &blow().keep()).handle(), status(&service).kept), (None, 0));
+}
+
+#[test]
+fn what_is_not_there_is_refused_by_name() {
+    let (_daemon, _service, bar) = start("");
+    let broken = strike(&bar, &blow().keep());
+    let handle = broken.handle().unwrap();
+    let count = broken.fragments().len() as u32;
+    for (impact, kind, at) in [
+        (blow().from(handle, count), Kind::UnknownFragment, count.to_string()),
+        (blow().from(handle, u32::MAX), Kind::UnknownFragment, u32::MAX.to_string()),
+        (blow().from(handle + 1, 0), Kind::UnknownHandle, (handle + 1).to_string()),
+        (blow().from(0, 0), Kind::UnknownHandle, "0".to_owned()),
+    ] {
+        let refusal = refused(&bar, &impact);
+        assert_eq!((refusal.kind, &refusal.at), (kind, &at), "{refusal}");
+        assert!(!kind.retry() && kind.fault() == shatter_client::Fault::Caller);
+    }
+    let lift = refused(&bar, &blow().lift(shatter_client::Lift::SurfaceDiffusion).from(handle, 0));
+    assert_eq!((lift.kind, lift.at.as_str()), (Kind::Lift, "surface_diffusion"));
+}
+
+#[test]
+fn a_handle_holds_on_to_the_version_that_was_struck() {
+    let (daemon, service, bar) = start("[databases]\nwatch_ms = 10");
+    let first = strike(&bar, &blow().keep());
+    daemon.here.database("bar", support::bar(0.08));
+    let generation = || service.object("bar", patience()).unwrap().facts().generation;
+    eventually(generation, || generation() == 2);
+    assert_eq!(status(&service).retired, 1);
+    check(&bar, &first, false);
+    service.release(first.handle().unwrap(), patience()).unwrap();
+    eventually(|| status(&service).retired, || status(&service).retired == 0);
+}
+
+#[test]
+fn a_restart_forgets_handles() {
+    let (mut daemon, _, bar) = start("");
+    let handle = strike(&bar, &blow().keep()).handle().unwrap();
+    daemon.end().unwrap();
+    daemon.again();
+    let bar = daemon.connect().object("bar", patience()).unwrap();
+    assert_ne!(strike(&bar, &blow().keep()).handle(), Some(handle));
+    assert_eq!(refused(&bar, &blow().from(handle, 0)).kind, Kind::UnknownHandle);
+}
+
+#[test]
+fn the_command_line_strikes_what_it_broke() {
+    let here = place("line");
+    let _daemon = Child::start(&mut shatterd(&here));
+    let run = |more: &[&str]| {
+        let blow = ["impact", "bar", "--point", "0.2,0,0", "--impulse", "-50,3,0", "--radius-m", "0.05"];
+        let (code, out) = shatter(&here, &[&blow[..], &["--degree", "6", "--json"], more].concat());
+        (code, serde_json::from_str::<Value>(&out).unwrap())
+    };
+    let (code, first) = run(&["--keep"]);
+    let handle = first["handle"].as_u64().unwrap();
+    assert!(code == 0 && handle < 1 << 53);
+    let fragments = first["fragments"].as_array().unwrap();
+    let volume = |fragment: &Value| fragment["volume_m3"].as_f64().unwrap();
+    let x = |fragment: &Value| fragment["centre_m"][0].as_f64().unwrap();
+    let struck = fragments.iter().max_by(|a, b| x(a).total_cmp(&x(b))).unwrap();
+    let (code, second) = run(&["--from", &format!("{handle}/{}", struck["id"])]);
+    let children = second["fragments"].as_array().unwrap();
+    let sum: f64 = children.iter().map(volume).sum();
+    assert_eq!((code, &second["handle"]), (0, &Value::Null), "{second}");
+    assert!((sum / volume(struck) - 1.0).abs() < 1e-6 && children.iter().all(|child| child["closed"] == true));
+    let (code, unknown) = run(&["--from", &format!("{}/0", handle + 9)]);
+    assert_eq!((code, unknown["error"]["kind"].as_str()), (3, Some("unknown_handle")), "{unknown}");
+    let (code, usage) = run(&["--from", "7"]);
+    assert_eq!((code, usage["error"]["kind"].as_str()), (2, Some("usage")), "{usage}");
+}

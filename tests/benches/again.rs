@@ -1,0 +1,135 @@
+//! What a second strike costs beside a first one, on one thread: generated shapes at the default spacings, 24 sites each time, the
+//! largest and a middling fragment of the first answer struck where it reaches farthest up. `cargo bench --bench again`.
+
+use nalgebra::{Point3, Vector3};
+use shatter_fracture::database::{BakeRequest, bake};
+use shatter_fracture::pipeline::{
+    self, DegreeRequest, Kept, Outcome, Pieces, Prepared, Stage, Strike, Watch, Workspace, strike_again,
+};
+use shatter_fracture::scene::{Effect, Effects};
+use shatter_fracture::surface::{RawMesh, shapes};
+use shatter_fracture::token::Token;
+use shatter_tests::{real, statistics};
+use std::collections::BTreeMap;
+use std::time::Instant;
+
+const ROUNDS: usize = 5;
+
+/// Milliseconds by stage, those of effects counted in their stages, too.
+#[derive(Default)]
+struct Times {
+    since: Option<Instant>,
+    begun: Option<Instant>,
+    stages: BTreeMap<&'static str, f64>,
+}
+
+impl Watch for Times {
+    fn enter(&mut self, _: Stage) {
+        self.since = Some(Instant::now());
+    }
+
+    fn leave(&mut self, stage: Stage, _: u64) {
+        *self.stages.entry(stage.name()).or_default() += ms_since(self.since.take());
+    }
+
+    fn begin(&mut self, _: Effect) {
+        self.begun = Some(Instant::now());
+    }
+
+    fn end(&mut self, effect: Effect, _: u64) {
+        *self.stages.entry(effect.name()).or_default() += ms_since(self.begun.take());
+    }
+
+    fn part(&mut self, _: Effect, _: u64) {}
+}
+
+fn ms_since(since: Option<Instant>) -> f64 {
+    since.map_or(0.0, |since| since.elapsed().as_secs_f64() * 1e3)
+}
+
+/// Median milliseconds of some rounds, and the stages of the last.
+fn timed(mut work: impl FnMut(&mut Times) -> Outcome) -> (f64, Times, Outcome) {
+    let mut rounds = Vec::new();
+    loop {
+        let (mut times, begun) = (Times::default(), Instant::now());
+        let outcome = work(&mut times);
+        rounds.push(begun.elapsed().as_secs_f64() * 1e3);
+        if rounds.len() == ROUNDS {
+            return (statistics::median(&rounds), times, outcome);
+        }
+    }
+}
+
+/// A blow from above on the highest of some points.
+fn blow(points: impl Iterator<Item = Point3<f64>>, effects: Effects) -> Strike {
+    let highest = points.max_by(|a, b| a.y.total_cmp(&b.y)).unwrap();
+    Strike { degree: DegreeRequest::Sites(24), effects, ..Strike::at(highest, -Vector3::y()) }
+}
+
+/// Vertices of a fragment in the coordinates of the mesh file.
+fn points(pieces: &Pieces, fragment: u32) -> Vec<Point3<f64>> {
+    let counts = pieces.counts;
+    let mut positions = vec![[0.0; 3]; counts.vertices];
+    pieces.emit(&mut positions, &mut vec![0; counts.indices], &mut vec![[0; 2]; counts.merges]).unwrap();
+    let row = &pieces.fragments[fragment as usize];
+    let own = &positions[row.vertex_first as usize..][..row.vertex_count as usize];
+    own.iter().map(|at| Point3::from(at.map(f64::from)) + Vector3::from(row.centre_m)).collect()
+}
+
+fn show(what: &str, ms: f64, times: &Times) {
+    let stages: Vec<String> = times.stages.iter().map(|(name, ms)| format!("{name} {ms:.1}")).collect();
+    println!("  {what}: {ms:.1} ms ({})", stages.join(", "));
+}
+
+fn again(prepared: &Prepared, kept: &Kept, pieces: &Pieces, fragment: u32, workspace: &mut Workspace) {
+    for (name, effects) in [("elastic", Effects::default()), ("falloff", Effects::default().without(Effect::Elastic))] {
+        let strike = blow(points(pieces, fragment).into_iter(), effects);
+        let (ms, times, outcome) = timed(|times| {
+            strike_again(prepared, (kept, fragment), &strike, workspace, &Token::default(), times).unwrap()
+        });
+        let children = outcome.pieces.unwrap();
+        let parent = &pieces.fragments[fragment as usize];
+        let sum: f64 = children.fragments.iter().map(|row| row.volume_m3).sum();
+        let share = 100.0 * parent.volume_m3 / pieces.fragments.iter().map(|row| row.volume_m3).sum::<f64>();
+        let what = format!(
+            "again, {name}: {share:.0} % of the volume, {} children, volumes off by {:.0e}",
+            children.fragments.len(),
+            sum / parent.volume_m3 - 1.0
+        );
+        show(&what, ms, &times);
+    }
+}
+
+fn measure(name: &str, mesh: RawMesh) {
+    let top = mesh.positions_m.clone();
+    let request = BakeRequest { kappa: Some(2.0), ..real::request(name, "ceramic") };
+    let prepared = bake(mesh, &request, &Token::default(), &mut |_| ()).unwrap();
+    prepared.factor().unwrap();
+    println!("{name}: {} crack nodes, {} elastic nodes", prepared.crack_nodes(), prepared.elastic_nodes());
+    let mut workspace = Workspace::default();
+    for sites in [4, 24] {
+        let mut strike = blow(top.iter().copied(), Effects::default());
+        strike.degree = DegreeRequest::Sites(sites);
+        let (ms, times, outcome) =
+            timed(|times| pipeline::strike(&prepared, &strike, &mut workspace, &Token::default(), times).unwrap());
+        show(&format!("first, {sites} sites"), ms, &times);
+        let pieces = outcome.pieces.unwrap();
+        let begun = Instant::now();
+        let kept = pieces.keep();
+        println!("  kept: {} bytes, {:.2} ms", kept.bytes(), begun.elapsed().as_secs_f64() * 1e3);
+        let mut order: Vec<&pipeline::FragmentRow> = pieces.fragments.iter().collect();
+        order.sort_by(|a, b| b.volume_m3.total_cmp(&a.volume_m3));
+        for row in [order[0], order[order.len() / 2]] {
+            again(&prepared, &kept, &pieces, row.id, &mut workspace);
+        }
+    }
+}
+
+fn main() {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+    pool.install(|| {
+        measure("horseshoe", shapes::horseshoe());
+        measure("mug", shapes::mug());
+        measure("bar", shapes::cuboid([0.4, 0.2, 0.2]));
+    });
+}
