@@ -95,8 +95,7 @@ impl Shatter {
 
     /// All objects, ready or not, by name.
     pub fn objects(&self, deadline: Deadline) -> Result<Vec<ObjectFacts>, Refusal> {
-        let link = self.line.link()?;
-        control::objects(&link, deadline)
+        self.line.over(|link| control::objects(&link, deadline))
     }
 
     /// The object `name`, ready to be struck. Errors: `unknown_object`, `corrupt_object`.
@@ -124,8 +123,7 @@ impl Shatter {
     ///
     /// Errors: `unknown_handle` if none is.
     pub fn release(&self, handle: u64, deadline: Deadline) -> Result<(), Refusal> {
-        let link = self.line.link()?;
-        control::release(&link, handle, deadline)
+        self.line.over(|link| control::release(&link, handle, deadline))
     }
 
     /// Gives the answer that is kept under `handle` back once the hold is dropped.
@@ -135,7 +133,6 @@ impl Shatter {
 
     /// How the service goes.
     pub fn status(&self, deadline: Deadline) -> Result<Status, Refusal> {
-        let link = self.line.link()?;
-        control::status(&link, deadline)
+        self.line.over(|link| control::status(&link, deadline))
     }
 }

@@ -39,6 +39,20 @@ impl Line {
     }
 }
 
+impl Line {
+    /// A call over the link; over a new one if it is lost and a daemon serves. Right after others died beside it the transport may
+    /// take a living client for one of them, and nothing that reached no daemon, or was not answered, is kept there.
+    pub(crate) fn over<T>(&self, call: impl Fn(Arc<Link>) -> Result<T, Refusal>) -> Result<T, Refusal> {
+        match call(self.link()?) {
+            Err(lost) if lost.kind == Kind::Lost => match self.link() {
+                Ok(link) => call(link),
+                Err(_) => Err(lost),
+            },
+            result => result,
+        }
+    }
+}
+
 /// Why an attempt to connect failed.
 pub(crate) enum Attempt {
     /// Trying again changes nothing.

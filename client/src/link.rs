@@ -235,6 +235,14 @@ impl Link {
         daemon_lives(&self.place)
     }
 
+    /// The refusal for a daemon that lives and has lost sight of this connection; remembered as [`Self::lost`] is.
+    pub(crate) fn mislaid(&self) -> Refusal {
+        self.lost.store(true, Ordering::Relaxed);
+        let service = self.place.service.as_str();
+        let message = format!("the daemon of service `{service}` took this connection for a dead one; send it again");
+        Refusal::new(Kind::Lost, service, message)
+    }
+
     /// The refusal for a daemon that went away; remembered, so that what comes next goes to another one. Daemons keep nothing of
     /// a strike: sending it again is safe.
     pub(crate) fn lost(&self) -> Refusal {

@@ -28,6 +28,7 @@ impl Object {
     /// Errors: whatever the daemon would refuse in the request's own fields, found before it is sent; `busy` if the
     /// connection has too many strikes under way; `lost` if it reached no daemon, `no_daemon` while there is none.
     pub fn strike(&self, impact: &Impact) -> Result<Ticket, Refusal> {
-        Ticket::send(self.line.link()?, &impact.strike(&self.facts.name))
+        let strike = impact.strike(&self.facts.name);
+        self.line.over(|link| Ticket::send(link, &strike))
     }
 }

@@ -168,7 +168,11 @@ impl Ticket {
             },
             Some(pending) => match control::poll::<RefusalWire>(link, pending) {
                 Ok(None) => {}
-                Ok(Some((rows, _))) => return Err(rows.first().map_or_else(|| link.lost(), Refusal::from)),
+                Ok(Some((rows, _))) => {
+                    let verdict = rows.first().map_or_else(|| link.lost(), Refusal::from);
+                    // Whoever asks has not given it up: the transport took this client for one that died.
+                    return Err(if verdict.kind == Kind::Cancelled { link.mislaid() } else { verdict });
+                }
                 Err(refusal) if refusal.kind == Kind::Busy && !overdue => *question = None,
                 Err(refusal) => return Err(refusal),
             },

@@ -171,7 +171,7 @@ fn waves_bend_the_cracks() {
     for lift in [LiftKind::Euclidean, LiftKind::Interior] {
         let [with, without] = [true, false].map(|warp| curvature(&Pieces::new(&prepared, &blow(lift, warp))));
         println!("waves, {lift}: mean curvature times size {with:.3}, {without:.3} without");
-        assert!(with > 1.5 * without && with > 0.1, "{lift}: {with} {without}");
+        assert!(with > 1.2 * without, "{lift}: {with} {without}");
     }
 }
 
