@@ -150,7 +150,9 @@ fn statue(sites: u32) -> Strike {
 pub fn cast() -> Vec<Show> {
     let elastic = [Effect::Elastic];
     let horseshoe = Strike { lift: LiftKind::Interior, ..blow([0.0, 0.125, 0.0], [0.0, -30.0, 0.0], 14, &[]) };
-    let learned = Strike { degree: DegreeRequest::Inferred, ..bar(0, &[Effect::Elastic, Effect::Interior]) };
+    let mut learned = Strike { degree: DegreeRequest::Inferred, ..bar(0, &[Effect::Elastic, Effect::Interior]) };
+    learned.contacts[0].impulse_ns *= 0.12;
+    let slivers = Strike { volume_min_m3: Some(3e-5), ..statue(90) };
     let mut all = vec![
         Show::new(Effect::Elastic, "the bar bends, and breaks where it bends", Stage::Bar, bar(24, &[])),
         Show::new(
@@ -161,7 +163,7 @@ pub fn cast() -> Vec<Show> {
         ),
         Show::new(Effect::Interior, "pieces stay on their leg of the horseshoe", Stage::Horseshoe, horseshoe),
         Show::new(Effect::Examples, "as many pieces as the object's own examples say", Stage::Bar, learned),
-        Show::new(Effect::Slivers, "no piece is smaller than the lattice can shape", Stage::Statue, statue(90)),
+        Show::new(Effect::Slivers, "no piece is smaller than 30 cubic centimetres", Stage::Statue, slivers),
         Show::new(Effect::Release, "pieces fly with the velocities of their release", Stage::Statue, statue(40))
             .drawn(|broken, on| if on { marks::release(broken) } else { broken.mesh(0.0) }),
         Show::new(Effect::Normals, "smooth light", Stage::Statue, statue(16)).drawn(marks::normals),
@@ -169,8 +171,13 @@ pub fn cast() -> Vec<Show> {
             .drawn(|broken, on| if on { marks::uvs(broken) } else { broken.mesh(SPREAD) }),
         Show::new(Effect::Bonds, "which pieces touch, thicker for larger areas", Stage::Statue, statue(24))
             .drawn(|broken, on| if on { marks::bonds(broken) } else { broken.mesh(SPREAD) }),
-        Show::new(Effect::Debris, "chips on crack faces", Stage::Statue, statue(24))
-            .drawn(|broken, on| if on { marks::debris(broken) } else { broken.mesh(SPREAD) }),
+        Show::new(
+            Effect::Debris,
+            "chips on crack faces, drawn three times as large as they are",
+            Stage::Statue,
+            statue(24),
+        )
+        .drawn(|broken, on| if on { marks::debris(broken) } else { broken.mesh(SPREAD) }),
         Show::new(Effect::Hulls, "a convex proxy of each piece, for collisions", Stage::Statue, statue(24))
             .drawn(|broken, on| if on { marks::hulls(broken) } else { broken.mesh(SPREAD) }),
         Show::held(

@@ -10,6 +10,9 @@ pub const SPREAD: f64 = 0.35;
 /// Fields of the board that texture coordinates are shown by, m.
 const FIELD_M: f32 = 0.012;
 
+/// How much larger chips are drawn than they are.
+const CHIP: f32 = 3.0;
+
 /// Time that pieces fly with the velocities of their release before the picture is taken, s: so that the fastest goes this far, over
 /// the object's size.
 const FLIGHT: f32 = 0.35;
@@ -33,7 +36,7 @@ pub fn debris(broken: &Broken) -> Mesh {
     for chip in broken.pieces.debris() {
         let place = broken.place(chip.fragment, SPREAD) + chip.position_m.cast::<f32>();
         let normal: Vector3<f32> = chip.normal.cast();
-        let size = chip.size_m as f32;
+        let size = CHIP * chip.size_m as f32;
         let tip = Point3::from(place + normal * (1.5 * size));
         mesh.append(arrow(tip, -normal, size, Colour::oklch(0.35, 0.05, 60.0)));
     }
