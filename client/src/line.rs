@@ -37,9 +37,7 @@ impl Line {
         }
         Ok(link.clone())
     }
-}
 
-impl Line {
     /// A call over the link; over a new one if it is lost and a daemon serves. Right after others died beside it the transport may
     /// take a living client for one of them, and nothing that reached no daemon, or was not answered, is kept there.
     pub(crate) fn over<T>(&self, call: impl Fn(Arc<Link>) -> Result<T, Refusal>) -> Result<T, Refusal> {

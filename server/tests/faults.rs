@@ -6,7 +6,7 @@
 mod support;
 
 use rand_chacha::ChaCha8Rng;
-use rand_chacha::rand_core::{Rng, SeedableRng};
+use rand_chacha::rand_core::SeedableRng;
 use rustix::process::Signal;
 use shatter_client::{Deadline, Degree, Impact, Kind, Object, Refusal, Shatter};
 use std::collections::{BTreeMap, VecDeque};
@@ -16,8 +16,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use support::{
-    Child, InProcess, TestPlace, bar, descriptors, eventually, leave_unfinished, patience, play, quantiles, role,
-    shatter, shatterd, under,
+    Child, InProcess, TestPlace, bar, descriptors, eventually, leave_tags, leave_unfinished, patience, pause, play,
+    quantiles, role, shatter, shatterd, under,
 };
 
 /// No call takes longer than its deadline by this much, on however busy a machine.
@@ -69,10 +69,6 @@ fn strike_for_ever() {
             held.pop_front();
         }
     }
-}
-
-fn pause(random: &mut ChaCha8Rng, most_us: u64) {
-    std::thread::sleep(Duration::from_micros(random.next_u64() % most_us));
 }
 
 /// What calls came to, and the most that one overstayed its deadline.
@@ -194,8 +190,7 @@ fn clients_killed(kills: u64) {
     let bar = service.object("bar", patience()).unwrap();
     let strike = |number| bar.strike(&impact(number)).and_then(|mut ticket| ticket.wait(patience()));
     drop(strike(0).unwrap());
-    let nodes = || std::fs::read_dir(here.place.transport.join("nodes")).unwrap().count();
-    let found = || [descriptors(daemon.id()), here.shared_memory().len(), nodes()];
+    let found = || [descriptors(daemon.id()), here.shared_memory().len(), here.nodes().len()];
     let baseline = found();
     let mut random = ChaCha8Rng::seed_from_u64(kills);
     for kill in 0..kills {
@@ -249,7 +244,10 @@ fn segments_that_the_dead_did_not_finish_hang_nobody() {
     let start = || Child::start(shatterd(&here).args(["--config", config.to_str().unwrap()]));
     let connections =
         || here.shared_memory().into_iter().filter(|path| path.extension() == Some("connection".as_ref()));
-    let (daemon, victim) = (start(), Child::start(&mut role(&here, "striker", "")));
+    let daemon = start();
+    let own = here.nodes();
+    let victim = Child::start(&mut role(&here, "striker", ""));
+    let its: Vec<PathBuf> = here.nodes().into_iter().filter(|node| node.is_dir() && !own.contains(node)).collect();
     let theirs: Vec<PathBuf> = connections().collect();
     assert!(!theirs.is_empty(), "{:?}", here.shared_memory());
     let service = Shatter::connect_at(&here.place, patience()).unwrap();
@@ -257,7 +255,9 @@ fn segments_that_the_dead_did_not_finish_hang_nobody() {
     let served = |number| bar.strike(&impact(number)).and_then(|mut ticket| ticket.wait(patience()));
     drop(served(0).unwrap());
     leave_unfinished(&theirs);
+    leave_tags(&its);
     victim.kill();
+    eventually(|| "its node is gone", || its.len() == 1 && !its[0].exists());
     eventually(|| "the dead client is buried", || service.status(patience()).unwrap().row().clients == 1);
     drop(served(1).unwrap());
     leave_unfinished(&connections().collect::<Vec<_>>());

@@ -3,6 +3,7 @@
 pub mod bars;
 pub mod effects;
 pub mod examples;
+pub mod exploded;
 pub mod gallery;
 pub mod mutants;
 pub mod plot;

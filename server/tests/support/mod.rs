@@ -10,10 +10,12 @@ mod toy;
 
 pub use bar::bar;
 pub use daemon::{Child, InProcess, play, role, shatter, shatter_program, shatterd, under};
-pub use place::{TestPlace, leave_unfinished, within};
+pub use place::{TestPlace, leave_tags, leave_unfinished, within};
 pub use raw::{RawPeer, Sent};
 pub use toy::{addresses, loader, order};
 
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::Rng;
 use shatter_client::Deadline;
 use std::fmt::Display;
 use std::time::Duration;
@@ -43,4 +45,9 @@ pub fn quantiles(mut times: Vec<Duration>) -> String {
     times.sort();
     let ms = |time: Duration| time.as_secs_f64() * 1e3;
     format!("median {:.0} ms, most {:.0} ms", ms(times[times.len() / 2]), ms(times[times.len() - 1]))
+}
+
+/// Sleeps up to so many microseconds.
+pub fn pause(random: &mut ChaCha8Rng, most_us: u64) {
+    std::thread::sleep(Duration::from_micros(random.next_u64() % most_us));
 }

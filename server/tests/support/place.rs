@@ -56,6 +56,12 @@ impl TestPlace {
         command.env_remove("NOTIFY_SOCKET").env_remove("WATCHDOG_USEC");
     }
 
+    /// What the transport knows of nodes: files, and a folder of tags each.
+    pub fn nodes(&self) -> Vec<PathBuf> {
+        let entries = std::fs::read_dir(self.place.transport.join("nodes")).into_iter().flatten();
+        entries.map(|entry| entry.unwrap().path()).collect()
+    }
+
     /// Shared memory of this place.
     pub fn shared_memory(&self) -> Vec<PathBuf> {
         let entries = std::fs::read_dir("/dev/shm").unwrap().flatten();
@@ -97,5 +103,13 @@ pub fn leave_unfinished(segments: &[PathBuf]) {
     for segment in segments {
         std::fs::remove_file(segment).unwrap();
         File::options().write(true).create_new(true).mode(0o200).open(segment).unwrap();
+    }
+}
+
+/// Leaves a tag in the folder of each node as its process does that dies while it writes one: nobody can tell what it says.
+pub fn leave_tags(nodes: &[PathBuf]) {
+    for node in nodes {
+        let tag = node.join(format!("{}77.port_tag", node.file_name().unwrap().to_string_lossy()));
+        File::options().write(true).create_new(true).mode(0o600).open(tag).unwrap();
     }
 }

@@ -1,10 +1,10 @@
 //! A broken object, as meshes to be drawn.
 
 use super::super::effects::EffectsError;
-use crate::picture::{Mesh, Spread, pieces};
+use super::super::exploded::exploded;
+use crate::picture::{Mesh, Spread};
 use crate::wire::refusal;
 use nalgebra::{Point3, Vector3};
-use shatter_client::export::{FragmentView, RunView};
 use shatter_fracture::pipeline::{self, Pieces, Prepared, Strike, Workspace};
 use shatter_fracture::token::Token;
 
@@ -43,24 +43,7 @@ impl Broken {
 
     /// The pieces, moved apart by `factor` of their distance. Vertices are numbered as in the answer.
     pub fn mesh(&self, factor: f64) -> Mesh {
-        let runs: Vec<RunView> = self
-            .pieces
-            .runs
-            .iter()
-            .map(|run| RunView { crack: run.crack, index_first: run.index_first, index_count: run.index_count })
-            .collect();
-        let view = |row: &pipeline::FragmentRow| FragmentView {
-            id: row.id,
-            body: row.body,
-            positions: &self.positions[row.vertex_first as usize..][..row.vertex_count as usize],
-            indices: &self.indices[row.index_first as usize..][..row.index_count as usize],
-            runs: &runs[row.run_first as usize..][..row.run_count as usize],
-            merges: &[],
-            centre_m: row.centre_m,
-            volume_m3: row.volume_m3,
-            mass_kg: row.mass_kg,
-        };
-        let views: Vec<FragmentView> = self.pieces.fragments.iter().map(view).collect();
-        pieces(&views, Spread { hub_m: self.hub_m, factor })
+        let spread = Spread { hub_m: self.hub_m, factor };
+        exploded(&self.pieces.fragments, &self.pieces.runs, &self.positions, &self.indices, spread)
     }
 }

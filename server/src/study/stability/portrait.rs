@@ -2,11 +2,11 @@
 
 use super::Fault;
 use super::trial::{Answer, at, baked, coarse, sound, struck};
-use crate::picture::{Backdrop, Camera, PictureError, Projection, Size, Spread, Style, draw, pieces};
+use crate::picture::{Backdrop, Camera, PictureError, Projection, Size, Spread, Style, draw};
 use crate::report::Figure;
+use crate::study::exploded::exploded;
 use crate::study::mutants::{Defect, generated};
 use nalgebra::Vector3;
-use shatter_client::export::{FragmentView, RunView};
 use shatter_fracture::pipeline::Prepared;
 
 const SIZE: Size = Size { width: 520, height: 420 };
@@ -27,27 +27,8 @@ impl From<PictureError> for Fault {
 
 /// The fragments of `answer`, moved apart.
 pub fn portrait(prepared: &Prepared, answer: &Answer, caption: String) -> Result<Figure, Fault> {
-    let runs: Vec<RunView> = answer
-        .runs
-        .iter()
-        .map(|run| RunView { crack: run.crack, index_first: run.index_first, index_count: run.index_count })
-        .collect();
-    let views: Vec<FragmentView> = answer
-        .rows
-        .iter()
-        .map(|row| FragmentView {
-            id: row.id,
-            body: row.body,
-            positions: &answer.positions[row.vertex_first as usize..][..row.vertex_count as usize],
-            indices: &answer.indices[row.index_first as usize..][..row.index_count as usize],
-            runs: &runs[row.run_first as usize..][..row.run_count as usize],
-            merges: &[],
-            centre_m: row.centre_m,
-            volume_m3: row.volume_m3,
-            mass_kg: row.mass_kg,
-        })
-        .collect();
-    let mesh = pieces(&views, Spread { hub_m: prepared.frame.centre_m.coords.into(), factor: SPREAD });
+    let spread = Spread { hub_m: prepared.frame.centre_m.coords.into(), factor: SPREAD };
+    let mesh = exploded(&answer.rows, &answer.runs, &answer.positions, &answer.indices, spread);
     let camera = Camera::fit(&mesh.positions, Vector3::from(FROM), LENS, SIZE.width as f32 / SIZE.height as f32);
     let ground = mesh.bounds().0.y;
     let png = draw(&mesh, &camera, SIZE, Style::STUDIO, Some(ground), Backdrop::Clear).png()?;
