@@ -2,7 +2,8 @@
 
 use crate::link::{Answer, Held};
 use shatter_proto::answer::{
-    BLOCK_BYTES, BondWire, DebrisWire, EffectWire, FragmentWire, OUTER, RunWire, StageWire, SummaryWire, VelocityWire,
+    BLOCK_BYTES, BondWire, DebrisWire, EffectWire, FragmentWire, LookWire, OUTER, RunWire, SkinVertexWire, StageWire,
+    SummaryWire, VelocityWire,
 };
 use shatter_proto::view::{Checked, View};
 use shatter_proto::{Kind, Refusal};
@@ -73,6 +74,12 @@ impl Broken {
             hulls: &[],
             hull_positions: &[],
             hull_indices: &[],
+            looks: &[],
+            materials: &[],
+            skins: &[],
+            skin_vertices: &[],
+            skin_indices: &[],
+            skin_materials: &[],
         })
     }
 
@@ -174,6 +181,19 @@ pub struct Hull<'a> {
     pub margin_m: f64,
 }
 
+/// The input's own triangles as far as they are a fragment's, for rendering: with the crack faces of its runs they are what is seen
+/// of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Skin<'a> {
+    /// Vertices, relative to [`Fragment::centre_m`].
+    pub vertices: &'a [SkinVertexWire],
+    /// Indices into the vertices, three per triangle, counter-clockwise from outside.
+    pub indices: &'a [u32],
+    /// One per triangle: the place of a material in the mesh file, or
+    /// [`NO_MATERIAL`](shatter_proto::answer::NO_MATERIAL); empty if the file has none.
+    pub materials: &'a [u32],
+}
+
 /// The part of a slice that a table names. Checked when the answer came; a part that no longer fits is empty.
 fn part<T>(slice: &[T], first: u32, count: u32) -> &[T] {
     let first = first as usize;
@@ -217,6 +237,27 @@ impl<'a> Fragment<'a> {
         let positions = part(self.view.hull_positions, row.vertex_first, row.vertex_count);
         let indices = part(self.view.hull_indices, row.index_first, row.index_count);
         Some(Hull { positions, indices, coverage: row.coverage, margin_m: row.margin_m })
+    }
+
+    /// How the outer faces look where the input does so, one per position, zero on cracks; empty unless `attributes` is on.
+    pub fn looks(&self) -> &'a [LookWire] {
+        part(self.view.looks, self.row.vertex_first, self.row.vertex_count)
+    }
+
+    /// The input's materials, one per triangle, [`NO_MATERIAL`](shatter_proto::answer::NO_MATERIAL) on cracks; empty unless
+    /// `attributes` is on and the input has any.
+    pub fn materials(&self) -> &'a [u32] {
+        part(self.view.materials, self.row.index_first / 3, self.row.index_count / 3)
+    }
+
+    /// Its part of the input's surface; `None` unless `skin` is on.
+    pub fn skin(&self) -> Option<Skin<'a>> {
+        let row = self.view.skins.get(self.row.id as usize)?;
+        Some(Skin {
+            vertices: part(self.view.skin_vertices, row.vertex_first, row.vertex_count),
+            indices: part(self.view.skin_indices, row.index_first, row.index_count),
+            materials: part(self.view.skin_materials, row.index_first / 3, row.index_count / 3),
+        })
     }
 
     /// Indices into [`Self::positions`], three per triangle, counter-clockwise from outside.

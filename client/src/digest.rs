@@ -51,6 +51,12 @@ impl Broken {
                     SectionKind::Hulls => bytemuck::cast_slice(view.hulls),
                     SectionKind::HullPositions => bytemuck::cast_slice(view.hull_positions),
                     SectionKind::HullIndices => bytemuck::cast_slice(view.hull_indices),
+                    SectionKind::Looks => bytemuck::cast_slice(view.looks),
+                    SectionKind::Materials => bytemuck::cast_slice(view.materials),
+                    SectionKind::Skins => bytemuck::cast_slice(view.skins),
+                    SectionKind::SkinVertices => bytemuck::cast_slice(view.skin_vertices),
+                    SectionKind::SkinIndices => bytemuck::cast_slice(view.skin_indices),
+                    SectionKind::SkinMaterials => bytemuck::cast_slice(view.skin_materials),
                 };
                 if kind.effect().is_some() && bytes.is_empty() {
                     return None;

@@ -44,7 +44,7 @@ mod object;
 mod out;
 mod ticket;
 
-pub use broken::{Broken, Fragment, Hull, Run};
+pub use broken::{Broken, Fragment, Hull, Run, Skin};
 pub use connect::{Hold, Shatter, place};
 pub use control::{ObjectFacts, Status};
 pub use deadline::Deadline;

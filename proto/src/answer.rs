@@ -15,6 +15,11 @@ use crate::text;
 use bytemuck::{Pod, Zeroable};
 use iceoryx2::prelude::ZeroCopySend;
 
+pub use crate::beside::{
+    BondWire, DebrisWire, HULL_FACES_MAX, HullWire, LookWire, NO_MATERIAL, SkinVertexWire, SkinWire, VelocityWire,
+    WORLD,
+};
+
 /// First bytes of every answer.
 pub const ANSWER_MAGIC: u32 = u32::from_le_bytes(*b"SHTa");
 
@@ -102,11 +107,23 @@ pub enum SectionKind {
     HullPositions = 15,
     /// One u32 per corner of a hull's triangles, counter-clockwise from outside, relative to the first vertex of the hull.
     HullIndices = 16,
+    /// One [`LookWire`] per vertex, or none.
+    Looks = 17,
+    /// One u32 per triangle, a material of the input or [`NO_MATERIAL`]; none if it has no materials.
+    Materials = 18,
+    /// One [`SkinWire`] per fragment, or none.
+    Skins = 19,
+    /// One [`SkinVertexWire`] per vertex of a skin.
+    SkinVertices = 20,
+    /// One u32 per corner of a skin's triangles, counter-clockwise from outside, relative to the first vertex of the skin.
+    SkinIndices = 21,
+    /// One u32 per triangle of all skins, as [`Self::Materials`]; none if the input has no materials.
+    SkinMaterials = 22,
 }
 
 impl SectionKind {
     /// All sections, in the order in which they lie in the payload.
-    pub const ALL: [Self; 16] = [
+    pub const ALL: [Self; 22] = [
         Self::Summary,
         Self::Stages,
         Self::Fragments,
@@ -123,6 +140,12 @@ impl SectionKind {
         Self::Hulls,
         Self::HullPositions,
         Self::HullIndices,
+        Self::Looks,
+        Self::Materials,
+        Self::Skins,
+        Self::SkinVertices,
+        Self::SkinIndices,
+        Self::SkinMaterials,
     ];
 
     /// The effect that it belongs to; `None`: every answer has it.
@@ -134,6 +157,8 @@ impl SectionKind {
             Self::Bonds => Some(Effect::Bonds),
             Self::Debris => Some(Effect::Debris),
             Self::Hulls | Self::HullPositions | Self::HullIndices => Some(Effect::Hulls),
+            Self::Looks | Self::Materials => Some(Effect::Attributes),
+            Self::Skins | Self::SkinVertices | Self::SkinIndices | Self::SkinMaterials => Some(Effect::Skin),
             _ => None,
         }
     }
@@ -157,6 +182,12 @@ impl SectionKind {
             Self::Hulls => "hulls",
             Self::HullPositions => "hull_positions",
             Self::HullIndices => "hull_indices",
+            Self::Looks => "looks",
+            Self::Materials => "materials",
+            Self::Skins => "skins",
+            Self::SkinVertices => "skin_vertices",
+            Self::SkinIndices => "skin_indices",
+            Self::SkinMaterials => "skin_materials",
         }
     }
 
@@ -179,6 +210,10 @@ impl SectionKind {
             Self::Hulls => size_of::<HullWire>(),
             Self::HullPositions => size_of::<[f32; 3]>(),
             Self::HullIndices => size_of::<u32>(),
+            Self::Looks => size_of::<LookWire>(),
+            Self::Materials | Self::SkinIndices | Self::SkinMaterials => size_of::<u32>(),
+            Self::Skins => size_of::<SkinWire>(),
+            Self::SkinVertices => size_of::<SkinVertexWire>(),
         }
     }
 }
@@ -309,81 +344,6 @@ impl EffectWire {
     }
 }
 
-/// How a fragment moves once it is free, on top of how the object moved. Sums over all fragments: neither linear nor angular
-/// momentum.
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-#[repr(C)]
-pub struct VelocityWire {
-    /// Velocity of the centre of mass, m/s.
-    pub linear_m_s: [f64; 3],
-    /// Angular velocity, rad/s.
-    pub angular_rad_s: [f64; 3],
-}
-
-/// Second fragment of a bond that ties the first to the world: no fragment.
-pub const WORLD: u32 = u32::MAX;
-
-/// Two fragments that touch; or one that lies, in part at least, in an anchor of the scene, and the world that holds it.
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-#[repr(C)]
-pub struct BondWire {
-    /// The fragments, the lower id first; the second may be [`WORLD`].
-    pub fragments: [u32; 2],
-    /// Area of the crack between them, m². Of a bond with the world: of the triangles of the fragment's outer surface whose
-    /// centroids the anchors hold; zero where they hold inner parts alone.
-    pub area_m2: f64,
-    /// Mean normal of that area, of length one, from the first to the second; zero where it closes upon itself, or there is none.
-    pub normal: [f64; 3],
-    /// Centroid of that area in the coordinates of the mesh file, m; of the held nodes of the crack lattice where there is none.
-    pub centroid_m: [f64; 3],
-}
-
-impl BondWire {
-    /// Whether it ties a fragment to the world.
-    pub fn holds_to_world(&self) -> bool {
-        self.fragments[1] == WORLD
-    }
-}
-
-/// A point of a crack from which dust and chips come.
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-#[repr(C)]
-pub struct DebrisWire {
-    /// The fragment on whose crack face it lies: of two neighbours the one with the lower id.
-    pub fragment: u32,
-    /// The other one.
-    pub neighbour: u32,
-    /// Where, m, relative to the fragment's centre of mass.
-    pub position_m: [f32; 3],
-    /// Normal of the crack there, out of the fragment.
-    pub normal: [f32; 3],
-    /// Diameter, m.
-    pub size_m: f32,
-    /// Zero.
-    pub reserved: u32,
-}
-
-/// The convex proxy of one fragment: at most [`HULL_FACES_MAX`] triangles, and fewer vertices.
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-#[repr(C)]
-pub struct HullWire {
-    /// First vertex in the hull positions.
-    pub vertex_first: u32,
-    /// Number of vertices; zero: the fragment is too flat for a hull.
-    pub vertex_count: u32,
-    /// First index in the hull indices.
-    pub index_first: u32,
-    /// Number of indices, three per triangle.
-    pub index_count: u32,
-    /// Volume of the part of the fragment inside the hull over that of the fragment.
-    pub coverage: f64,
-    /// The deepest that the surface of any other fragment lies below the hull's surface, m.
-    pub margin_m: f64,
-}
-
-/// Most triangles of a hull.
-pub const HULL_FACES_MAX: usize = 64;
-
 /// Neighbour of an outer run: nobody.
 pub const OUTER: u32 = u32::MAX;
 
@@ -461,4 +421,7 @@ const _: () = assert!(size_of::<VelocityWire>() == 48);
 const _: () = assert!(size_of::<BondWire>() == 64);
 const _: () = assert!(size_of::<DebrisWire>() == 40);
 const _: () = assert!(size_of::<HullWire>() == 32);
-const _: () = assert!(crate::PROTOCOL_VERSION == 3, "sizes above are those of version 3");
+const _: () = assert!(size_of::<LookWire>() == 20);
+const _: () = assert!(size_of::<SkinWire>() == 16);
+const _: () = assert!(size_of::<SkinVertexWire>() == 32);
+const _: () = assert!(crate::PROTOCOL_VERSION == 4, "sizes above are those of version 4");

@@ -85,6 +85,10 @@ effects! {
     12 Anchored "anchored" Physics false Some(Self::Elastic);
     /// An anchored body has weight.
     13 Gravity "gravity" Physics false Some(Self::Anchored);
+    /// Outer faces look as the input does there: normals, texture coordinates, materials.
+    14 Attributes "attributes" Output false None;
+    /// The input's own triangles, cut as the object is.
+    15 Skin "skin" Output false None;
 }
 
 impl Effect {

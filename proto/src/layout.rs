@@ -2,8 +2,8 @@
 
 use crate::PROTOCOL_VERSION;
 use crate::answer::{
-    ANSWER_MAGIC, AnswerHeader, BLOCK_BYTES, Block, BondWire, DebrisWire, EffectWire, FragmentWire, HullWire, RunWire,
-    STAGES, SectionKind, SectionWire, StageWire, SummaryWire, VelocityWire,
+    ANSWER_MAGIC, AnswerHeader, BLOCK_BYTES, Block, BondWire, DebrisWire, EffectWire, FragmentWire, HullWire, LookWire,
+    RunWire, STAGES, SectionKind, SectionWire, SkinVertexWire, SkinWire, StageWire, SummaryWire, VelocityWire,
 };
 use crate::effect::Effect;
 use bytemuck::Zeroable;
@@ -43,6 +43,18 @@ pub struct Counts {
     pub hull_vertices: usize,
     /// Indices of hulls.
     pub hull_indices: usize,
+    /// Looks: one per vertex, or none.
+    pub looks: usize,
+    /// Materials: one per triangle, or none.
+    pub materials: usize,
+    /// Skins: one per fragment, or none.
+    pub skins: usize,
+    /// Vertices of skins.
+    pub skin_vertices: usize,
+    /// Indices of skins.
+    pub skin_indices: usize,
+    /// Materials of skins: one per triangle, or none.
+    pub skin_materials: usize,
 }
 
 /// Offsets and lengths of all sections.
@@ -86,6 +98,18 @@ pub struct Sections<'a> {
     pub hull_positions: &'a mut [[f32; 3]],
     /// Indices of hulls.
     pub hull_indices: &'a mut [u32],
+    /// Looks.
+    pub looks: &'a mut [LookWire],
+    /// Materials.
+    pub materials: &'a mut [u32],
+    /// Skins.
+    pub skins: &'a mut [SkinWire],
+    /// Vertices of skins.
+    pub skin_vertices: &'a mut [SkinVertexWire],
+    /// Indices of skins.
+    pub skin_indices: &'a mut [u32],
+    /// Materials of skins.
+    pub skin_materials: &'a mut [u32],
 }
 
 impl Layout {
@@ -111,6 +135,12 @@ impl Layout {
                 SectionKind::Hulls => counts.hulls,
                 SectionKind::HullPositions => counts.hull_vertices,
                 SectionKind::HullIndices => counts.hull_indices,
+                SectionKind::Looks => counts.looks,
+                SectionKind::Materials => counts.materials,
+                SectionKind::Skins => counts.skins,
+                SectionKind::SkinVertices => counts.skin_vertices,
+                SectionKind::SkinIndices => counts.skin_indices,
+                SectionKind::SkinMaterials => counts.skin_materials,
             };
             let elements = u32::try_from(elements).ok()?;
             let element_bytes = kind.element_bytes() as u32;
@@ -184,6 +214,12 @@ impl Layout {
             hulls: bytemuck::try_cast_slice_mut(next()?).ok()?,
             hull_positions: bytemuck::try_cast_slice_mut(next()?).ok()?,
             hull_indices: bytemuck::try_cast_slice_mut(next()?).ok()?,
+            looks: bytemuck::try_cast_slice_mut(next()?).ok()?,
+            materials: bytemuck::try_cast_slice_mut(next()?).ok()?,
+            skins: bytemuck::try_cast_slice_mut(next()?).ok()?,
+            skin_vertices: bytemuck::try_cast_slice_mut(next()?).ok()?,
+            skin_indices: bytemuck::try_cast_slice_mut(next()?).ok()?,
+            skin_materials: bytemuck::try_cast_slice_mut(next()?).ok()?,
         };
         rest.fill(0);
         Some(sections)
@@ -198,7 +234,7 @@ mod tests {
     #[test]
     fn an_answer_without_fragments_is_small() {
         let layout = Layout::new(&Counts::default()).unwrap();
-        assert_eq!((layout.used_bytes(), layout.blocks()), (1216, 19));
+        assert_eq!((layout.used_bytes(), layout.blocks()), (1472, 23));
     }
 
     #[test]
@@ -219,8 +255,11 @@ mod tests {
             (fragments, runs, merges, vertices, indices) in (0usize..9, 0usize..9, 0usize..99, 0usize..99, 0usize..99),
             (velocities, normals, uvs, bonds, debris) in (0usize..9, 0usize..99, 0usize..99, 0usize..9, 0usize..9),
             (hulls, hull_vertices, hull_indices) in (0usize..9, 0usize..99, 0usize..99),
+            (looks, materials, skins) in (0usize..99, 0usize..99, 0usize..9),
+            (skin_vertices, skin_indices, skin_materials) in (0usize..99, 0usize..99, 0usize..99),
         ) {
-            let extra = Counts { hulls, hull_vertices, hull_indices, ..Counts::default() };
+            let extra = Counts { hulls, hull_vertices, hull_indices, looks, materials, skins, ..Counts::default() };
+            let extra = Counts { skin_vertices, skin_indices, skin_materials, ..extra };
             let extra = Counts { velocities, normals, uvs, bonds, debris, ..extra };
             let counts = Counts { fragments, runs, merges, vertices, indices, ..extra };
             let layout = Layout::new(&counts).unwrap();

@@ -14,6 +14,7 @@
 //! counter-clockwise seen from outside.
 
 pub mod answer;
+mod beside;
 pub mod control;
 pub mod effect;
 pub mod hello;
@@ -31,7 +32,7 @@ pub mod view;
 pub use refusal::{Fault, Kind, Refusal, exit};
 
 /// Version of everything in this crate that travels. Any change of size or meaning raises it.
-pub const PROTOCOL_VERSION: u32 = 3;
+pub const PROTOCOL_VERSION: u32 = 4;
 
 /// Version of the transport. iceoryx2 demands the same on both sides, patch included.
 pub const TRANSPORT_VERSION: &str = "iceoryx2 0.10.0";

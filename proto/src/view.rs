@@ -1,8 +1,8 @@
 //! From bytes to borrowed sections: every offset, alignment, count and index is checked before one is used.
 
 use crate::answer::{
-    ANSWER_MAGIC, AnswerHeader, BLOCK_BYTES, Block, BondWire, DebrisWire, EffectWire, FragmentWire, HullWire, OUTER,
-    RunWire, SectionKind, SectionWire, StageWire, SummaryWire, VelocityWire,
+    ANSWER_MAGIC, AnswerHeader, BLOCK_BYTES, Block, BondWire, DebrisWire, EffectWire, FragmentWire, HullWire, LookWire,
+    OUTER, RunWire, SectionKind, SectionWire, SkinVertexWire, SkinWire, StageWire, SummaryWire, VelocityWire,
 };
 use crate::layout::{SECTIONS, TABLE_BYTES};
 use crate::{Kind, PROTOCOL_VERSION, Refusal};
@@ -49,6 +49,18 @@ pub struct View<'a> {
     pub hull_positions: &'a [[f32; 3]],
     /// Indices of hulls, relative to the first vertex of their hull.
     pub hull_indices: &'a [u32],
+    /// One per vertex, or none.
+    pub looks: &'a [LookWire],
+    /// One per triangle, or none.
+    pub materials: &'a [u32],
+    /// One per fragment, or none.
+    pub skins: &'a [SkinWire],
+    /// Vertices of skins.
+    pub skin_vertices: &'a [SkinVertexWire],
+    /// Indices of skins, relative to the first vertex of their skin.
+    pub skin_indices: &'a [u32],
+    /// One per triangle of all skins, or none.
+    pub skin_materials: &'a [u32],
 }
 
 impl Checked {
@@ -86,6 +98,12 @@ impl Checked {
             hulls: bytemuck::try_cast_slice(section(SectionKind::Hulls)?).ok()?,
             hull_positions: bytemuck::try_cast_slice(section(SectionKind::HullPositions)?).ok()?,
             hull_indices: bytemuck::try_cast_slice(section(SectionKind::HullIndices)?).ok()?,
+            looks: bytemuck::try_cast_slice(section(SectionKind::Looks)?).ok()?,
+            materials: bytemuck::try_cast_slice(section(SectionKind::Materials)?).ok()?,
+            skins: bytemuck::try_cast_slice(section(SectionKind::Skins)?).ok()?,
+            skin_vertices: bytemuck::try_cast_slice(section(SectionKind::SkinVertices)?).ok()?,
+            skin_indices: bytemuck::try_cast_slice(section(SectionKind::SkinIndices)?).ok()?,
+            skin_materials: bytemuck::try_cast_slice(section(SectionKind::SkinMaterials)?).ok()?,
         })
     }
 }
@@ -147,6 +165,10 @@ fn contents(view: &View<'_>) -> Result<(), Refusal> {
         ("normals", view.normals.len(), vertices),
         ("uvs", view.uvs.len(), vertices),
         ("hulls", view.hulls.len(), fragments),
+        ("looks", view.looks.len(), vertices),
+        ("materials", view.materials.len(), view.indices.len() / 3),
+        ("skins", view.skins.len(), fragments),
+        ("skin_materials", view.skin_materials.len(), view.skin_indices.len() / 3),
     ] {
         if length != 0 && length != whole {
             return Err(bad(name, format!("{length} of {whole}")));
@@ -167,7 +189,14 @@ fn contents(view: &View<'_>) -> Result<(), Refusal> {
         self::run(view, run).map_err(|what| bad(format!("runs[{i}]"), what))?;
     }
     for (i, hull) in view.hulls.iter().enumerate() {
-        self::hull(view, hull).map_err(|what| bad(format!("hulls[{i}]"), what))?;
+        let [vertices, indices] = [(hull.vertex_first, hull.vertex_count), (hull.index_first, hull.index_count)];
+        mesh(vertices, view.hull_positions.len(), indices, view.hull_indices)
+            .map_err(|what| bad(format!("hulls[{i}]"), what))?;
+    }
+    for (i, skin) in view.skins.iter().enumerate() {
+        let [vertices, indices] = [(skin.vertex_first, skin.vertex_count), (skin.index_first, skin.index_count)];
+        mesh(vertices, view.skin_vertices.len(), indices, view.skin_indices)
+            .map_err(|what| bad(format!("skins[{i}]"), what))?;
     }
     Ok(())
 }
@@ -216,16 +245,17 @@ fn run(view: &View<'_>, run: &RunWire) -> Result<(), &'static str> {
     if inside { Ok(()) } else { Err("reaches beyond its fragment") }
 }
 
-fn hull(view: &View<'_>, hull: &HullWire) -> Result<(), &'static str> {
-    if !within(hull.vertex_first, hull.vertex_count, view.hull_positions.len()) {
+/// A mesh of its own beside a fragment: which of so many vertices, which of the indices.
+fn mesh(vertices: (u32, u32), of: usize, indices: (u32, u32), all: &[u32]) -> Result<(), &'static str> {
+    if !within(vertices.0, vertices.1, of) {
         return Err("vertices out of range");
     }
-    if !within(hull.index_first, hull.index_count, view.hull_indices.len()) || !hull.index_count.is_multiple_of(3) {
+    if !within(indices.0, indices.1, all.len()) || !indices.1.is_multiple_of(3) || !indices.0.is_multiple_of(3) {
         return Err("indices out of range, or not whole triangles");
     }
-    let indices = &view.hull_indices[hull.index_first as usize..][..hull.index_count as usize];
-    match indices.iter().max().is_some_and(|index| *index >= hull.vertex_count) {
-        true => Err("an index points beyond the hull"),
+    let own = &all[indices.0 as usize..][..indices.1 as usize];
+    match own.iter().max().is_some_and(|index| *index >= vertices.1) {
+        true => Err("an index points beyond its mesh"),
         false => Ok(()),
     }
 }

@@ -8,12 +8,13 @@ use shatter_fracture::database;
 use shatter_fracture::lift::LiftKind;
 use shatter_fracture::pipeline::{
     self, Bond, Contact, DEGREE_MAX, Debris, DegreeRequest, DegreeSource, ElasticRequest, FragmentRow, HullRow, Kept,
-    Pieces, Prepared, RunRow, StrikeError, Velocity, Watch, Workspace,
+    Look, Pieces, Prepared, RunRow, SkinRow, SkinVertex, StrikeError, Velocity, Watch, Workspace,
 };
 use shatter_fracture::scene::{DEFAULT_DURATION_S, DEFAULT_RADIUS_DIAGONALS, Effect, Effects};
 use shatter_fracture::token::Token;
 use shatter_proto::answer::{
-    BondWire, DebrisWire, FragmentWire, HULL_FACES_MAX, HullWire, OUTER, RunWire, SummaryWire, VelocityWire, WORLD,
+    BondWire, DebrisWire, FragmentWire, HULL_FACES_MAX, HullWire, LookWire, NO_MATERIAL, OUTER, RunWire,
+    SkinVertexWire, SkinWire, SummaryWire, VelocityWire, WORLD,
 };
 use shatter_proto::control::ObjectRow;
 use shatter_proto::effect;
@@ -25,8 +26,11 @@ use std::sync::Arc;
 /// Bytes of answer per crack tetrahedron at most: four labels in it make 24 crack triangles, with their share of
 /// vertices and merge pairs; and per boundary triangle, of which there are fewer than tetrahedra. Normals and texture
 /// coordinates are not twice as long as positions, debris has a row per four triangles, bonds one per crack and held fragment; a
-/// hull has 1.2 kB at most, and tetrahedra are many more than fragments.
-const ANSWER_BYTES_PER_TET: usize = 2 * (1024 + 256);
+/// hull has 1.2 kB at most, and tetrahedra are many more than fragments. Looks are as long as normals and texture coordinates.
+const ANSWER_BYTES_PER_TET: usize = 2 * (1024 + 256) + 512;
+
+/// Bytes of answer per triangle of the skin at most: six parts of it, with their materials and twelve vertices.
+const ANSWER_BYTES_PER_SKIN_TRIANGLE: usize = 6 * 16 + 12 * 32;
 
 /// Loads databases as the science writes them: whole, or what a scene wants of them.
 pub fn loader(scene: Option<Scene>) -> Loader {
@@ -108,7 +112,9 @@ impl Object for Served {
     }
 
     fn answer_bytes_max(&self) -> usize {
+        let worn = self.prepared.skin.as_ref().map_or(0, |skin| skin.triangles.len());
         let most = self.prepared.crack_tets().saturating_mul(ANSWER_BYTES_PER_TET);
+        let most = most.saturating_add(worn.saturating_mul(ANSWER_BYTES_PER_SKIN_TRIANGLE));
         // Longer ones are refused before a bucket is asked for.
         self.terms.bytes_max.and_then(|bytes| usize::try_from(bytes).ok()).map_or(most, |bytes| most.min(bytes))
     }
@@ -224,7 +230,7 @@ pub(crate) fn refusal(error: StrikeError) -> Refusal {
         StrikeError::Range(e1_over_gamma) => (Kind::Gamma, e1_over_gamma.to_string()),
         StrikeError::Degree { degree, .. } => (Kind::Degree, degree.to_string()),
         StrikeError::ElasticityUnprepared { .. } => (Kind::Effect, Effect::Elastic.name().to_owned()),
-        StrikeError::Unheld { effect } => (Kind::Effect, effect.name().to_owned()),
+        StrikeError::Unheld { effect } | StrikeError::Bare { effect } => (Kind::Effect, effect.name().to_owned()),
         StrikeError::LiftUnprepared { lift, .. } => (Kind::Lift, lift.to_string()),
         StrikeError::TooFar { contact, .. } => (Kind::ContactTooFar, of(contact, "point_m")),
         StrikeError::Cancelled(_) => (Kind::Cancelled, "client".to_owned()),
@@ -269,6 +275,12 @@ impl Outcome for Struck {
             hulls: pieces.hulls.rows.len(),
             hull_vertices: pieces.hulls.positions.len(),
             hull_indices: pieces.hulls.indices.len(),
+            looks: pieces.looks.vertices.len(),
+            materials: pieces.looks.materials.len(),
+            skins: pieces.skins.rows.len(),
+            skin_vertices: pieces.skins.vertices.len(),
+            skin_indices: pieces.skins.indices.len(),
+            skin_materials: pieces.skins.materials.len(),
         })
     }
 
@@ -333,6 +345,12 @@ fn write_effects(pieces: &Pieces, sections: &mut Sections<'_>, watch: &mut dyn W
     sections.hulls.iter_mut().zip(&pieces.hulls.rows).for_each(|(wire, own)| *wire = hull(own));
     sections.hull_positions.iter_mut().zip(&pieces.hulls.positions).for_each(|(wire, own)| *wire = *own);
     sections.hull_indices.iter_mut().zip(&pieces.hulls.indices).for_each(|(wire, own)| *wire = *own);
+    sections.looks.iter_mut().zip(&pieces.looks.vertices).for_each(|(wire, own)| *wire = look(own));
+    sections.materials.iter_mut().zip(&pieces.looks.materials).for_each(|(wire, own)| *wire = *own);
+    sections.skins.iter_mut().zip(&pieces.skins.rows).for_each(|(wire, own)| *wire = skin(own));
+    sections.skin_vertices.iter_mut().zip(&pieces.skins.vertices).for_each(|(wire, own)| *wire = skin_vertex(own));
+    sections.skin_indices.iter_mut().zip(&pieces.skins.indices).for_each(|(wire, own)| *wire = *own);
+    sections.skin_materials.iter_mut().zip(&pieces.skins.materials).for_each(|(wire, own)| *wire = *own);
     let mut effect = |effect: Effect, write: &mut dyn FnMut() -> usize| {
         if pieces.effects.has(effect) {
             watch.begin(effect);
@@ -384,6 +402,19 @@ fn hull(own: &HullRow) -> HullWire {
     HullWire { vertex_first, vertex_count, index_first, index_count, coverage, margin_m }
 }
 
+fn look(own: &Look) -> LookWire {
+    LookWire { normal: own.normal, uv: own.uv }
+}
+
+fn skin(own: &SkinRow) -> SkinWire {
+    let SkinRow { vertex_first, vertex_count, index_first, index_count } = *own;
+    SkinWire { vertex_first, vertex_count, index_first, index_count }
+}
+
+fn skin_vertex(own: &SkinVertex) -> SkinVertexWire {
+    SkinVertexWire { position_m: own.position_m, normal: own.normal, uv: own.uv }
+}
+
 fn fragment(row: &FragmentRow) -> FragmentWire {
     FragmentWire {
         id: row.id,
@@ -419,6 +450,7 @@ fn run(row: &RunRow) -> RunWire {
 }
 
 const _: () = assert!(OUTER == pipeline::OUTER && WORLD == pipeline::WORLD);
+const _: () = assert!(NO_MATERIAL == shatter_fracture::surface::NO_MATERIAL);
 const _: () = assert!(HULL_FACES_MAX == shatter_fracture::hull::FACES_MAX);
 
 #[cfg(test)]

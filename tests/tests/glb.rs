@@ -31,6 +31,8 @@ fn file(cut: f32) -> Result<Vec<u8>, ExportError> {
         .iter()
         .enumerate()
         .map(|(id, (positions, indices, runs, merges))| FragmentView {
+            normals: &[],
+            uvs: &[],
             id: id as u32,
             body: 0,
             positions,

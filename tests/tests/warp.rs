@@ -16,7 +16,7 @@ const SIDE: f64 = 1.0;
 const SITES: u32 = 80;
 
 fn cube() -> Prepared {
-    let tables = Tables { elastic: false, interior: true, surface_diffusion: false, examples: false };
+    let tables = Tables { interior: true, ..Tables::NONE };
     let request = BakeRequest { crack_spacing: Some(0.028), tables, ..real::request("cube", "stone") };
     bake(shapes::cuboid([SIDE; 3]), &request, &Token::default(), &mut |_| ()).unwrap()
 }

@@ -56,7 +56,7 @@ pub struct Args {
     /// Everything random follows from it.
     #[arg(long, default_value_t = 0)]
     seed: u64,
-    /// Write the fragments to this file, or to OBJECT.glb in this folder; hulls, if they are on, to OBJECT.hulls.glb beside it.
+    /// Write the fragments to this file, or to OBJECT.glb in this folder; hulls and skins, if they are on, to OBJECT.hulls.glb and OBJECT.skin.glb beside it.
     #[arg(long, value_name = "FILE.glb|DIR")]
     out: Option<PathBuf>,
     /// Print one JSON document.
@@ -143,6 +143,9 @@ fn write(broken: &Broken, args: &Args) -> Result<Option<PathBuf>, Failure> {
     broken.write_glb(&file)?;
     if broken.fragments().any(|fragment| fragment.hull().is_some()) {
         broken.write_hulls_glb(&file.with_extension("hulls.glb"))?;
+    }
+    if broken.fragments().any(|fragment| fragment.skin().is_some()) {
+        broken.write_skins_glb(&file.with_extension("skin.glb"))?;
     }
     Ok(Some(file))
 }

@@ -14,6 +14,7 @@ use serde_json::{Map, json};
 
 const MANIFOLD: &str = "EXT_mesh_manifold";
 const VECTOR_BYTES: usize = 12;
+const UV_BYTES: usize = 8;
 const SCALAR_BYTES: usize = 4;
 
 /// Linear base colours: weathered stone outside, paler and warmer where it broke.
@@ -34,6 +35,7 @@ struct Sections {
     positions: Vec<u8>,
     normals: Vec<u8>,
     indices: Vec<u8>,
+    uvs: Vec<u8>,
     merges: Vec<u8>,
 }
 
@@ -43,16 +45,19 @@ struct Views {
     positions: Index<View>,
     normals: Index<View>,
     indices: Index<View>,
+    uvs: Index<View>,
     merges: Index<View>,
 }
 
 /// Builds the document; the fragments have been checked.
 pub(super) fn build(fragments: &[FragmentView<'_>]) -> Result<Document, ExportError> {
-    let [positions, normals, indices, merges] = [0, 1, 2, 3].map(Index::new);
+    // A view that nothing lies in is not written.
+    let textured = u32::from(fragments.iter().any(|fragment| !fragment.uvs.is_empty()));
+    let [positions, normals, indices, uvs, merges] = [0, 1, 2, 3, 3 + textured].map(Index::new);
     let mut writer = Writer {
         root: Root::default(),
         sections: Sections::default(),
-        views: Views { positions, normals, indices, merges },
+        views: Views { positions, normals, indices, uvs, merges },
         closed: 0,
     };
     let materials = [
@@ -97,7 +102,7 @@ impl Writer {
         Mesh { extensions, extras: None, name: Some(name.to_owned()), primitives, weights: None }
     }
 
-    /// Accessors of positions and normals.
+    /// Accessors of positions and normals, and of texture coordinates if there are any.
     fn vertices(&mut self, fragment: &FragmentView<'_>) -> Vec<(Semantic, Index<Accessor>)> {
         let bytes =
             |vectors: &[[f32; 3]]| -> Vec<u8> { vectors.iter().flatten().flat_map(|x| x.to_le_bytes()).collect() };
@@ -107,8 +112,19 @@ impl Writer {
         positions.max = Some(json!(high));
         let normals = vectors(self.views.normals, self.sections.normals.len(), fragment.positions.len());
         self.sections.positions.extend(bytes(fragment.positions));
-        self.sections.normals.extend(bytes(&smooth(fragment.positions, fragment.indices)));
-        vec![(Semantic::Positions, self.root.push(positions)), (Semantic::Normals, self.root.push(normals))]
+        match fragment.normals.is_empty() {
+            true => self.sections.normals.extend(bytes(&smooth(fragment.positions, fragment.indices))),
+            false => self.sections.normals.extend(bytes(fragment.normals)),
+        }
+        let mut all =
+            vec![(Semantic::Positions, self.root.push(positions)), (Semantic::Normals, self.root.push(normals))];
+        if !fragment.uvs.is_empty() {
+            let (first, count) = (self.sections.uvs.len(), fragment.uvs.len());
+            let uvs = accessor(self.views.uvs, first, count, ComponentType::F32, Type::Vec2);
+            self.sections.uvs.extend(fragment.uvs.iter().flatten().flat_map(|x| x.to_le_bytes()));
+            all.push((Semantic::TexCoords(0), self.root.push(uvs)));
+        }
+        all
     }
 
     fn indices(&self, offset: usize, count: usize) -> Accessor {
@@ -163,15 +179,19 @@ impl Writer {
 
     fn finish(mut self) -> Document {
         let sections = self.sections;
-        let targets = [Some(Target::ArrayBuffer), Some(Target::ArrayBuffer), Some(Target::ElementArrayBuffer), None];
+        let vertices = |stride: usize| (Some(Target::ArrayBuffer), Some(Stride(stride)));
         let mut binary = Vec::new();
         let buffer = Index::new(0);
-        for (bytes, target) in
-            [sections.positions, sections.normals, sections.indices, sections.merges].iter().zip(targets)
-        {
+        for (bytes, (target, stride)) in [
+            (sections.positions, vertices(VECTOR_BYTES)),
+            (sections.normals, vertices(VECTOR_BYTES)),
+            (sections.indices, (Some(Target::ElementArrayBuffer), None)),
+            (sections.uvs, vertices(UV_BYTES)),
+            (sections.merges, (None, None)),
+        ] {
             if !bytes.is_empty() {
-                self.root.push(view(buffer, binary.len(), bytes.len(), target));
-                binary.extend_from_slice(bytes);
+                self.root.push(view(buffer, binary.len(), bytes.len(), target, stride));
+                binary.extend_from_slice(&bytes);
             }
         }
         self.root.push(Buffer {
@@ -190,13 +210,18 @@ impl Writer {
     }
 }
 
-fn view(buffer: Index<Buffer>, offset: usize, length: usize, target: Option<Target>) -> buffer::View {
-    let vertices = matches!(target, Some(Target::ArrayBuffer));
+fn view(
+    buffer: Index<Buffer>,
+    offset: usize,
+    length: usize,
+    target: Option<Target>,
+    byte_stride: Option<Stride>,
+) -> buffer::View {
     View {
         buffer,
         byte_length: USize64::from(length),
         byte_offset: Some(USize64::from(offset)),
-        byte_stride: vertices.then_some(Stride(VECTOR_BYTES)),
+        byte_stride,
         name: None,
         target: target.map(Valid),
         extensions: None,

@@ -17,6 +17,7 @@ mod normals;
 
 pub use check::is_closed;
 pub use file::{write_glb, write_whole};
+pub(crate) use normals::smooth;
 
 use std::io;
 use std::path::PathBuf;
@@ -30,6 +31,10 @@ pub struct FragmentView<'a> {
     pub body: u32,
     /// Vertices relative to the centre of mass, metres. Each run has its own set.
     pub positions: &'a [[f32; 3]],
+    /// Normals, one per vertex; none: smooth ones are made.
+    pub normals: &'a [[f32; 3]],
+    /// Texture coordinates, one per vertex, or none.
+    pub uvs: &'a [[f32; 2]],
     /// Triangles, three vertex numbers each, counter-clockwise seen from outside.
     pub indices: &'a [u32],
     /// Consecutive stretches of `indices`, the outer one first; together they cover all of it.

@@ -2,7 +2,7 @@
 
 /// One unit normal per vertex: the mean of the normals of its triangles, weighted by area (Gouraud 1971). Runs have
 /// vertex sets of their own, so the rim between an outer and a crack face stays sharp.
-pub(super) fn smooth(positions: &[[f32; 3]], indices: &[u32]) -> Vec<[f32; 3]> {
+pub(crate) fn smooth(positions: &[[f32; 3]], indices: &[u32]) -> Vec<[f32; 3]> {
     let mut sums = vec![[0.0_f64; 3]; positions.len()];
     for triangle in indices.chunks_exact(3) {
         let corners = [0, 1, 2].map(|k| positions[triangle[k] as usize].map(f64::from));

@@ -27,6 +27,8 @@ fn sample() -> Sample {
 
 fn view(sample: &Sample, id: u32) -> FragmentView<'_> {
     FragmentView {
+        normals: &[],
+        uvs: &[],
         id,
         body: 0,
         positions: &sample.positions,

@@ -18,6 +18,12 @@ const COUNTS: Counts = Counts {
     hulls: 2,
     hull_vertices: 8,
     hull_indices: 24,
+    looks: 6,
+    materials: 2,
+    skins: 2,
+    skin_vertices: 6,
+    skin_indices: 6,
+    skin_materials: 2,
 };
 
 /// Two fragments of one triangle each, one run each, one merge pair.
@@ -46,6 +52,11 @@ fn answer() -> (AnswerHeader, Vec<Block>) {
         (hull.vertex_first, hull.vertex_count, hull.index_first, hull.index_count) = (4 * i, 4, 12 * i, 12);
     }
     sections.hull_indices.copy_from_slice(&[[1, 2, 3, 0, 3, 2, 0, 1, 3, 0, 2, 1]; 2].concat());
+    for (i, skin) in sections.skins.iter_mut().enumerate() {
+        let i = i as u32;
+        (skin.vertex_first, skin.vertex_count, skin.index_first, skin.index_count) = (3 * i, 3, 3 * i, 3);
+    }
+    sections.skin_indices.copy_from_slice(&[0, 1, 2, 2, 1, 0]);
     sections.summary.set_object("vase");
     (layout.header(5), payload)
 }
@@ -85,7 +96,7 @@ fn every_rule_names_its_offender() {
     check(|h, _| h.sections = 6, "header");
     check(|h, _| h.used_bytes = u64::MAX, "used_bytes");
     check(|h, _| h.used_bytes = 100, "table");
-    check(|h, _| h.used_bytes -= 1, "section hull_indices");
+    check(|h, _| h.used_bytes -= 1, "section skin_materials");
     check(|_, p| table(p)[0].kind = 2, "section summary");
     check(|_, p| table(p)[2].element_bytes = 8, "section fragments");
     check(|_, p| table(p)[3].offset += 8, "section runs");
@@ -112,6 +123,13 @@ fn every_rule_names_its_offender() {
     check(|_, p| table(p)[13].length -= 32, "hulls");
     check(|_, p| section(p, |s| s.hulls[1].vertex_first = 5), "hulls[1]");
     check(|_, p| section(p, |s| s.hulls[0].index_count = 11), "hulls[0]");
+    check(|_, p| table(p)[16].length -= 20, "looks");
+    check(|_, p| table(p)[17].length -= 4, "materials");
+    check(|_, p| table(p)[18].length -= 16, "skins");
+    check(|_, p| section(p, |s| s.skins[1].vertex_count = 4), "skins[1]");
+    check(|_, p| section(p, |s| s.skins[0].index_first = 1), "skins[0]");
+    check(|_, p| section(p, |s| s.skin_indices[4] = 3), "skins[1]");
+    check(|_, p| table(p)[21].length -= 4, "skin_materials");
     check(|_, p| section(p, |s| s.hulls[1].index_first = u32::MAX), "hulls[1]");
     check(|_, p| section(p, |s| s.hull_indices[13] = 4), "hulls[1]");
     check(|_, p| section(p, |s| s.runs[0].neighbour = 2), "runs[0]");

@@ -2,7 +2,8 @@
 //!
 //! Data walks once through rooms named after the mathematics:
 //! [`surface`] → [`lattice`] → [`elasticity`] → [`lift`] → [`centroidal`] → [`degree`] → [`tessellation`] →
-//! [`fragment`]; [`hull`] stands for fragments in collisions, [`database`] keeps what depends on the object alone, [`scene`] says what a scene wants, and
+//! [`fragment`]; [`hull`] stands for fragments in collisions, [`skin`] is what they look like, [`database`] keeps what depends on the
+//! object alone, [`scene`] says what a scene wants, and
 //! [`pipeline`] is the one walk through all of them. No room knows of processes, files of others, or clocks.
 //!
 //! Lengths inside the library are *local*: the object's bounding-box diagonal is 1 and its box is centred at the
@@ -22,6 +23,7 @@ pub mod pipeline;
 pub mod random;
 pub mod reference;
 pub mod scene;
+pub mod skin;
 pub mod sparse;
 pub mod surface;
 pub mod tessellation;

@@ -98,8 +98,7 @@ fn warp(name: &str, controls: &Controls, file: &Path) -> Result<(), Failure> {
     if controls.is_silent() || !file.exists() {
         return Ok(());
     }
-    let straight = Tables { elastic: false, interior: false, surface_diffusion: false, examples: false };
-    let prepared = database::load_tables(file, straight).map_err(|error| Failure::database(file, &error))?;
+    let prepared = database::load_tables(file, Tables::NONE).map_err(|error| Failure::database(file, &error))?;
     prepared.warped(controls, &Token::default()).map(drop).map_err(|error| {
         let (key, message) = (format!("objects.{name}.warp"), format!("objects.{name}: {error}"));
         Refusal::new(Kind::Configuration, key, message).into()
@@ -110,7 +109,7 @@ fn warp(name: &str, controls: &Controls, file: &Path) -> Result<(), Failure> {
 fn anchors(name: &str, anchors: &Anchors, file: &Path) -> Result<Vec<Value>, Failure> {
     let mut nodes = vec![None; anchors.regions.len()];
     if !anchors.regions.is_empty() && file.exists() {
-        let elastic = Tables { elastic: true, interior: false, surface_diffusion: false, examples: false };
+        let elastic = Tables { elastic: true, ..Tables::NONE };
         let prepared = database::load_tables(file, elastic).map_err(|error| Failure::database(file, &error))?;
         let grip = prepared.grip(anchors).map_err(|error| {
             Refusal::new(Kind::Configuration, format!("objects.{name}.anchors"), format!("objects.{name}: {error}"))

@@ -48,6 +48,8 @@ fn sections(own: &Intact) -> Sections {
 
 fn view<'a>(body: usize, own: &'a Intact, sections: &'a Sections) -> FragmentView<'a> {
     FragmentView {
+        normals: &[],
+        uvs: &[],
         id: body as u32,
         body: body as u32,
         positions: &sections.positions,

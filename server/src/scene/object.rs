@@ -143,6 +143,8 @@ impl Terms {
             surface_diffusion: interior && self.lift == Lift::SurfaceDiffusion,
             // They are made in the interior lift.
             examples: self.allowed.has(Effect::Examples) && interior && self.lift == Lift::Interior,
+            attributes: self.allowed.has(Effect::Attributes),
+            skin: self.allowed.has(Effect::Skin),
         }
     }
 

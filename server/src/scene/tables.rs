@@ -15,12 +15,14 @@ pub struct Table {
 }
 
 /// All tables, and which of them are wanted.
-pub fn tables(wanted: Tables) -> [Table; 4] {
+pub fn tables(wanted: Tables) -> [Table; 6] {
     [
         Table { name: "elastic", wanted: wanted.elastic, tensors: &[".elastic.", ".transfer.", "reduced"] },
         Table { name: "interior", wanted: wanted.interior, tensors: &[".interior"] },
         Table { name: "surface_diffusion", wanted: wanted.surface_diffusion, tensors: &[".surface_diffusion"] },
         Table { name: "examples", wanted: wanted.examples, tensors: &["examples.", "network."] },
+        Table { name: "attributes", wanted: wanted.attributes, tensors: &[".outer."] },
+        Table { name: "skin", wanted: wanted.skin, tensors: &["skin."] },
     ]
 }
 
@@ -40,6 +42,10 @@ pub fn paid(effect: Effect) -> &'static str {
         Effect::Hulls => "strike: a hull per fragment, fitted and measured; about 1 kB per fragment",
         Effect::Warp => "load: eigenpairs of the bent space, if something bends; strike: one pass over protected nodes",
         Effect::Anchored => "load: a second factor; strike: a solve, never the basis, and the degree without examples",
+        Effect::Attributes => {
+            "bake: the nearest point of the input; load: looks; strike: 20 bytes per vertex, 4 per triangle"
+        }
+        Effect::Skin => "bake: where the input lies in the lattice; load: the input; strike: one pass over it",
         Effect::Gravity => "load: one solve; strike: one pass over elastic nodes",
     }
 }

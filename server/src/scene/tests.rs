@@ -53,7 +53,7 @@ fn what_is_not_known_is_refused_by_name_with_the_nearest() {
 #[test]
 fn only_what_some_strike_may_need_is_loaded() {
     let tables = |text: &str| object(text).unwrap().terms.tables();
-    let none = Tables { elastic: false, interior: false, surface_diffusion: false, examples: false };
+    let none = Tables::NONE;
     assert_eq!(tables("effects = []"), none);
     assert_eq!(tables("effects = [\"bonds\"]\nallow = [\"elastic\"]"), Tables { elastic: true, ..none });
     assert_eq!(tables("effects = [\"interior\"]"), Tables { interior: true, ..none });

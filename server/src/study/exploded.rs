@@ -17,6 +17,8 @@ pub fn exploded(
         .map(|run| RunView { crack: run.crack, index_first: run.index_first, index_count: run.index_count })
         .collect();
     let view = |row: &FragmentRow| FragmentView {
+        normals: &[],
+        uvs: &[],
         id: row.id,
         body: row.body,
         positions: &positions[row.vertex_first as usize..][..row.vertex_count as usize],

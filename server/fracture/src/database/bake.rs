@@ -13,7 +13,8 @@ use crate::pipeline::{
     self, BakeReport, Body, ElasticRequest, Parameters, Prepared, Solid, StrikeError, Unprepared, calibrate,
 };
 use crate::scene::{DEFAULT_FRAGMENT_DIAGONALS, Material};
-use crate::surface::{Defect, Inside, RawMesh, Side, Surface, SurfaceError, Widths};
+use crate::skin::{Outer, Skin};
+use crate::surface::{Defect, Inside, Looks, RawMesh, Side, Surface, SurfaceError, Widths};
 use crate::token::{Cancelled, Token};
 use serde::{Deserialize, Serialize};
 
@@ -250,6 +251,7 @@ pub(super) fn whole(
         return Err(BakeError::NotPositive { key: "gamma from the fragment size", value: gamma_j_m2 });
     }
     let name = request.name.clone();
+    let skin = dressed(&surface, &mut bodies, parameters.crack_spacing, tables);
     Ok(Prepared {
         name,
         frame: surface.frame,
@@ -263,7 +265,20 @@ pub(super) fn whole(
         learned: None,
         reduction: None,
         held: None,
+        skin,
     })
+}
+
+/// The input's triangles for skins, and their looks for the bodies, as far as they are wanted.
+fn dressed(surface: &Surface, bodies: &mut [Body], spacing: f64, tables: Tables) -> Option<Skin> {
+    let wanted = tables.attributes || tables.skin;
+    let skin =
+        wanted.then(|| Skin::of(surface, &bodies.iter().map(|body| &body.crack).collect::<Vec<_>>(), spacing))?;
+    if tables.attributes {
+        let outer = Outer::of(&skin, &bodies.iter().map(|body| (&body.crack, &body.topology)).collect::<Vec<_>>());
+        bodies.iter_mut().zip(outer).for_each(|(body, outer)| body.outer = Some(outer));
+    }
+    tables.skin.then_some(skin)
 }
 
 /// κ and the network from the examples; κ from a few impacts of its own where a new object has too few of them.
@@ -422,6 +437,7 @@ fn report(surface: &Surface, inside: &Inside, volume: f64, levels: &Levels, lost
         lattice_volume_m3: lattice_volume * cubed,
         surface_deviation: deviation,
         defects,
+        materials: surface.looks.names.clone(),
         unprepared: Vec::new(),
     }
 }
@@ -430,7 +446,7 @@ fn boundary_samples(levels: &Levels) -> Vec<nalgebra::Point3<f64>> {
     levels.bodies.iter().flat_map(|body| body.crack.nodes.iter().copied()).collect()
 }
 
-/// BLAKE3 of a normalised surface (positions and triangles), hexadecimal: what [`BakeReport::input_hash`] holds.
+/// BLAKE3 of a normalised surface (positions, triangles, looks), hexadecimal: what [`BakeReport::input_hash`] holds.
 pub fn input_hash(surface: &Surface) -> String {
     let mut hasher = blake3::Hasher::new();
     for position in &surface.positions {
@@ -439,5 +455,10 @@ pub fn input_hash(surface: &Surface) -> String {
     for corner in surface.triangles.as_flattened() {
         hasher.update(&corner.to_le_bytes());
     }
+    let Looks { normals, uvs, materials, names } = &surface.looks;
+    let numbers = normals.iter().flatten().flatten().chain(uvs.iter().flatten().flatten());
+    numbers.for_each(|x| _ = hasher.update(&x.to_le_bytes()));
+    materials.iter().for_each(|material| _ = hasher.update(&material.to_le_bytes()));
+    names.iter().for_each(|name| _ = hasher.update(name.as_bytes()));
     hasher.finalize().to_hex().to_string()
 }

@@ -10,6 +10,7 @@ mod object;
 mod parts;
 mod reduced;
 mod share;
+mod skins;
 mod tables;
 mod thin;
 

@@ -4,7 +4,7 @@ use super::container::{Contents, FLAT, Mapped, Tensors, write};
 use super::learned::{self, EXAMPLES_MAX, QUALITY_KEY};
 use super::reduced::{self, REDUCTION_KEY};
 use super::share::{Partial, Rest, Share, Task};
-use super::{DatabaseError, FORMAT, FORMATS, Tables};
+use super::{DatabaseError, FORMAT, FORMATS, Tables, skins};
 use crate::lattice::{Lattice, Transfer, check_manifold};
 use crate::lift::{Lift, LiftKind};
 use crate::pipeline::{BakeReport, Body, Parameters, Prepared, Reduction, Solid};
@@ -86,6 +86,7 @@ fn write_object(prepared: &Prepared, task: Option<&Task>, path: &Path) -> Result
             }
         }
     }
+    skins::put(&mut tensors, prepared);
     reduced::put(&mut tensors, prepared);
     learned::put_examples(&mut tensors, &prepared.examples);
     if let Some(learned) = &prepared.learned {
@@ -285,6 +286,7 @@ fn bare(contents: &Contents, tables: Tables) -> Result<Prepared, DatabaseError> 
     let bodies = (0..shape.dimensions.len())
         .map(|index| body(contents, index, &shape, parameters.material.poisson, tables))
         .collect::<Result<Vec<_>, _>>()?;
+    let skin = if tables.skin { skins::skin(contents, &bodies)? } else { None };
     Ok(Prepared {
         name: contents.text("object")?.to_owned(),
         frame: shape.frame,
@@ -298,6 +300,7 @@ fn bare(contents: &Contents, tables: Tables) -> Result<Prepared, DatabaseError> 
         learned: None,
         reduction: None,
         held: None,
+        skin,
     })
 }
 
@@ -348,7 +351,11 @@ fn body(contents: &Contents, index: usize, shape: &Shape, poisson: f64, tables: 
     let interior = lift("interior", LiftKind::Interior, own)?;
     let surface = shape.surface_dimensions.get(index).copied().flatten().filter(|_| tables.surface_diffusion);
     let surface_diffusion = lift("surface_diffusion", LiftKind::SurfaceDiffusion, surface)?;
-    Ok(Body { solid, interior, surface_diffusion, ..Body::new(crack) })
+    let mut body = Body { solid, interior, surface_diffusion, ..Body::new(crack) };
+    if tables.attributes {
+        body.outer = skins::outer(contents, index, &body)?;
+    }
+    Ok(body)
 }
 
 fn solid(contents: &Contents, index: usize, crack: &Lattice, poisson: f64) -> Result<Solid, DatabaseError> {

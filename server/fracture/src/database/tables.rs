@@ -13,6 +13,12 @@ pub struct Tables {
     pub surface_diffusion: bool,
     /// Examples, and what was learned from them.
     pub examples: bool,
+    /// How the input looks on the crack lattices' boundaries.
+    #[serde(default)]
+    pub attributes: bool,
+    /// The input's own triangles.
+    #[serde(default)]
+    pub skin: bool,
 }
 
 impl Default for Tables {
@@ -23,16 +29,29 @@ impl Default for Tables {
 
 impl Tables {
     /// All of them.
-    pub const ALL: Self = Self { elastic: true, interior: true, surface_diffusion: true, examples: true };
+    pub const ALL: Self =
+        Self { elastic: true, interior: true, surface_diffusion: true, examples: true, attributes: true, skin: true };
+
+    /// None of them.
+    pub const NONE: Self = Self {
+        elastic: false,
+        interior: false,
+        surface_diffusion: false,
+        examples: false,
+        attributes: false,
+        skin: false,
+    };
 
     /// Whether the tensor of this name is wanted.
     pub(super) fn want(self, tensor: &str) -> bool {
         let (owner, part) = tensor.split_once('.').unwrap_or((tensor, ""));
         match owner {
             "examples" | "network" => self.examples,
+            "skin" => self.skin,
             _ if owner.starts_with("reduced") => self.elastic,
             _ => match part.split('.').next() {
                 Some("elastic" | "transfer") => self.elastic,
+                Some("outer") => self.attributes,
                 Some("interior") => self.interior,
                 Some("surface_diffusion") => self.surface_diffusion,
                 _ => true,
@@ -47,13 +66,15 @@ mod tests {
 
     #[test]
     fn tensors_belong_to_tables() {
-        let none = Tables { elastic: false, interior: false, surface_diffusion: false, examples: false };
+        let none = Tables::NONE;
         let tensors = [
             ("body0.elastic.nodes", Tables { elastic: true, ..none }),
             ("body12.transfer.shares", Tables { elastic: true, ..none }),
             ("reduced0.basis", Tables { elastic: true, ..none }),
             ("body3.interior", Tables { interior: true, ..none }),
             ("body3.surface_diffusion", Tables { surface_diffusion: true, ..none }),
+            ("body3.outer.uvs", Tables { attributes: true, ..none }),
+            ("skin.triangles", Tables { skin: true, ..none }),
             ("examples.heads", Tables { examples: true, ..none }),
             ("network.mean", Tables { examples: true, ..none }),
         ];

@@ -41,9 +41,9 @@ pub fn strike_again(
     token: &Token,
     watch: &mut dyn Watch,
 ) -> Result<Outcome, StrikeError> {
-    // A fragment is free and straight, whatever held and bent the object that it was part of.
-    let scenic = [Effect::Anchored, Effect::Gravity, Effect::Warp];
-    let effects = scenic.into_iter().fold(strike.effects, |effects, effect| effects.without(effect));
+    // A fragment is free and straight, whatever held and bent the object that it was part of; and its skin is cut already.
+    let gone = [Effect::Anchored, Effect::Gravity, Effect::Warp, Effect::Skin];
+    let effects = gone.into_iter().fold(strike.effects, |effects, effect| effects.without(effect));
     let strike = &Strike { effects, ..strike.planned() };
     let (old, label) = kept.find(fragment)?;
     let fits = |body: &&Body| body.crack.nodes.len() == old.labels.len();
@@ -107,11 +107,8 @@ impl Children<'_> {
             velocities = release::velocities(&pieces.properties, &labels, own, field, energy_j, density, frame);
             watch.end(Effect::Release, size_of_val(velocities.as_slice()) as u64);
         }
-        Pieces::of(vec![pieces], velocities, Vec::new(), self.prepared, strike).with_hulls(
-            &[&self.body.crack],
-            token,
-            watch,
-        )
+        let pieces = Pieces::of(vec![pieces], velocities, Vec::new(), self.prepared, strike);
+        pieces.with_looks(self.prepared, watch)?.with_hulls(&[&self.body.crack], token, watch)
     }
 
     /// Labels all of the body: children first, the other fragments after them. Returns how many children there are.

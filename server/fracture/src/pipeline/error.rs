@@ -79,6 +79,12 @@ pub enum StrikeError {
         /// What was asked for.
         effect: Effect,
     },
+    /// The object's surface was not kept for that effect.
+    #[error("the object is not prepared for the effect `{}`: bake it again", .effect.name())]
+    Bare {
+        /// What was asked for.
+        effect: Effect,
+    },
     /// The object is not prepared for that lift.
     #[error("body {body} has no lift {lift}: the scene does without, or `shatterd inspect` says why; or bake it again")]
     LiftUnprepared {

@@ -5,6 +5,7 @@ use crate::elasticity::Reduced;
 use crate::lattice::{Lattice, Transfer};
 use crate::lift::Lift;
 use crate::memory::held;
+use crate::skin::{Outer, Skin};
 
 impl Prepared {
     /// Bytes that the object holds as long as anybody may strike it: lattices, operators, factors, lifts, examples. Left out
@@ -13,7 +14,8 @@ impl Prepared {
         let bodies = self.bodies.iter().map(Body::bytes).sum::<usize>() + held(&self.bodies);
         let examples = self.examples.iter().map(example).sum::<usize>() + held(&self.examples);
         let held = self.held.as_ref().map_or(0, Held::bytes);
-        bodies + held + examples + self.learned.as_ref().map_or(0, |Learned { network, .. }| network.bytes())
+        let skin = self.skin.as_ref().map_or(0, Skin::bytes);
+        bodies + held + skin + examples + self.learned.as_ref().map_or(0, |Learned { network, .. }| network.bytes())
     }
 }
 
@@ -21,10 +23,11 @@ impl Body {
     /// Bytes that the body holds. Everything is named, so that what is added to a body is not forgotten here.
     pub fn bytes(&self) -> usize {
         let Self { crack, solid, interior, surface_diffusion, euclidean, volumes, topology, .. } = self;
-        let Self { slenderness: _, boundary, warped, .. } = self;
+        let Self { slenderness: _, boundary, warped, outer, .. } = self;
         let lifts = [interior, surface_diffusion].into_iter().flatten().map(lift).sum::<usize>() + lift(euclidean);
         let lifts = lifts + warped.as_ref().map_or(0, Warped::bytes);
-        let own = lattice(crack) + topology.bytes() + boundary.bytes() + held(volumes);
+        let looks = outer.as_ref().map_or(0, Outer::bytes);
+        let own = lattice(crack) + looks + topology.bytes() + boundary.bytes() + held(volumes);
         own + lifts + solid.as_ref().map_or(0, Solid::bytes)
     }
 }

@@ -166,6 +166,7 @@ fn alone(prepared: &Prepared, body: Body) -> Prepared {
         lattice_volume_m3: 0.0,
         surface_deviation: prepared.report.surface_deviation + parameters.crack_spacing,
         defects: Vec::new(),
+        materials: Vec::new(),
         unprepared: Vec::new(),
     };
     Prepared {
@@ -181,5 +182,6 @@ fn alone(prepared: &Prepared, body: Body) -> Prepared {
         learned: None,
         reduction: None,
         held: None,
+        skin: None,
     }
 }

@@ -5,8 +5,8 @@ use super::hulls::Hulls;
 use super::outputs::{bond_count, debris_count};
 use super::release::{self, Velocity};
 use super::{
-    BodyEnergy, Bond, Counts, FragmentRow, OUTER, Prepared, RunRow, Stage, Strike, StrikeError, WORLD, Watch, slivers,
-    world,
+    BodyEnergy, Bond, Counts, FragmentRow, Looks, OUTER, Prepared, RunRow, Skins, Stage, Strike, StrikeError, WORLD,
+    Watch, slivers, world,
 };
 use crate::centroidal::Field;
 use crate::fragment::{Properties, properties};
@@ -26,6 +26,8 @@ pub(super) struct BodyPieces {
     /// The crack points of these labels.
     pub(super) points: Points,
     pub(super) properties: Vec<Properties>,
+    /// Site of each fragment.
+    pub(super) sites: Vec<u32>,
     centres: Vec<Point3<f64>>,
     energies_j_m2: Vec<f64>,
 }
@@ -47,6 +49,10 @@ pub struct Pieces {
     pub velocities: Vec<Velocity>,
     /// Empty unless hulls are asked for.
     pub hulls: Hulls,
+    /// Empty unless attributes are asked for.
+    pub looks: Looks,
+    /// Empty unless skins are asked for.
+    pub skins: Skins,
     /// What is asked for.
     pub effects: Effects,
     /// Lengths of the bulk sections.
@@ -94,7 +100,8 @@ impl Pieces {
             bodies.push(pieces);
         }
         let lattices: Vec<&Lattice> = prepared.bodies.iter().map(|body| &body.crack).collect();
-        Self::of(bodies, velocities, world, prepared, strike).with_hulls(&lattices, token, watch)
+        let pieces = Self::of(bodies, velocities, world, prepared, strike);
+        pieces.with_looks(prepared, watch)?.with_skins(&broken, watch)?.with_hulls(&lattices, token, watch)
     }
 
     /// The meshes of `bodies`, laid out.
@@ -116,6 +123,8 @@ impl Pieces {
             runs: Vec::new(),
             velocities,
             hulls: Hulls::default(),
+            looks: Looks::default(),
+            skins: Skins::default(),
             effects: strike.effects,
             counts: Counts::default(),
         };
@@ -227,15 +236,16 @@ impl Cut {
     /// The pieces of body `body`, by the energy of a site, J·m².
     pub fn into_pieces(self, body: usize, energy_j_m2: impl Fn(u32) -> f64) -> BodyPieces {
         let Self { components, points, tessellation, measured } = self;
-        let sites = components.sites.iter().take(measured.len());
+        let energies_j_m2 = components.sites.iter().take(measured.len()).map(|&site| energy_j_m2(site)).collect();
         BodyPieces {
             body,
             tessellation,
             points,
-            energies_j_m2: sites.map(|&site| energy_j_m2(site)).collect(),
+            energies_j_m2,
             centres: measured.iter().map(|measured| measured.centre).collect(),
             labels: components.labels,
             properties: measured,
+            sites: components.sites,
         }
     }
 }
@@ -251,10 +261,15 @@ impl Broken<'_> {
         release::velocities(properties, labels, lattice, field, energy_j, density, frame)
     }
 
+    /// The cells of one body, if it breaks.
+    pub(super) fn cells(&self, body: usize) -> Option<&'_ BodyCells> {
+        self.division.cells.iter().find(|cells| self.energies[cells.struck].body == body)
+    }
+
     /// Cuts one body.
     fn cut(&self, index: usize, workspace: &mut Workspace, watch: &mut dyn Watch) -> Result<BodyPieces, StrikeError> {
         let body = &self.prepared.bodies[index];
-        let cells = self.division.cells.iter().find(|cells| self.energies[cells.struck].body == index);
+        let cells = self.cells(index);
         let mut cut = Cut::default();
         watch.enter(Stage::Labels);
         let whole = vec![0; body.crack.nodes.len()];

@@ -6,6 +6,7 @@ use crate::elasticity::{Boundary, Elasticity, ElasticityError, Reduced};
 use crate::lattice::{Lattice, Transfer};
 use crate::lift::{Lift, LiftKind};
 use crate::scene::Material;
+use crate::skin::{Outer, Skin};
 use crate::surface::{Defect, Frame};
 use crate::tessellation::Topology;
 use crate::token::Token;
@@ -49,6 +50,9 @@ pub struct BakeReport {
     pub surface_deviation: f64,
     /// What was wrong with the input and what was done about it.
     pub defects: Vec<Defect>,
+    /// Names of the input's materials; attributes and skins tell them by their places.
+    #[serde(default)]
+    pub materials: Vec<String>,
     /// Lifts that a body does without, and why.
     #[serde(default)]
     pub unprepared: Vec<Unprepared>,
@@ -114,6 +118,8 @@ pub struct Body {
     pub boundary: Boundary,
     /// What an artist's controls make of it, if there are any.
     pub warped: Option<Warped>,
+    /// How the input looks on the crack lattice's boundary; `None`: not prepared.
+    pub outer: Option<Outer>,
 }
 
 impl Body {
@@ -129,6 +135,7 @@ impl Body {
             interior: None,
             surface_diffusion: None,
             warped: None,
+            outer: None,
             crack,
         }
     }
@@ -174,6 +181,8 @@ pub struct Prepared {
     pub reduction: Option<Reduction>,
     /// What a scene's anchors make of it; no part of its database.
     pub held: Option<Held>,
+    /// The input's own triangles; `None`: not prepared.
+    pub skin: Option<Skin>,
 }
 
 impl Prepared {

@@ -32,11 +32,15 @@ pub enum Effect {
     Anchored = 12,
     /// Physics: an anchored body has weight.
     Gravity = 13,
+    /// Outer faces look as the input does there.
+    Attributes = 14,
+    /// The input's own triangles, cut as the object is.
+    Skin = 15,
 }
 
 impl Effect {
     /// Every effect, by number.
-    pub const ALL: [Self; 14] = [
+    pub const ALL: [Self; 16] = [
         Self::Elastic,
         Self::Tensile,
         Self::Interior,
@@ -51,6 +55,8 @@ impl Effect {
         Self::Warp,
         Self::Anchored,
         Self::Gravity,
+        Self::Attributes,
+        Self::Skin,
     ];
 
     /// The name used in scenes and JSON.
@@ -70,6 +76,8 @@ impl Effect {
             Self::Warp => "warp",
             Self::Anchored => "anchored",
             Self::Gravity => "gravity",
+            Self::Attributes => "attributes",
+            Self::Skin => "skin",
         }
     }
 }

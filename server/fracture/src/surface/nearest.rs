@@ -1,4 +1,4 @@
-//! Which of many points is nearest.
+//! Which of many points, or triangles, is nearest.
 
 use super::closest;
 use super::tree::Tree;
@@ -20,6 +20,37 @@ impl Nearest {
     }
 }
 
+/// Triangles that can be asked which of them is nearest to a point.
+pub struct NearestTriangle {
+    tree: Tree,
+    triangles: Vec<[Point3<f64>; 3]>,
+}
+
+impl NearestTriangle {
+    /// Of these triangles.
+    pub fn new(triangles: &[[Point3<f64>; 3]]) -> Self {
+        Self { tree: Tree::new(triangles), triangles: triangles.to_vec() }
+    }
+
+    /// The place of the triangle nearest to `point` in their list, and the barycentric coordinates of its nearest point; the first
+    /// corner of a triangle without area. 0 without triangles.
+    pub fn to(&self, point: &Point3<f64>) -> (usize, [f64; 3]) {
+        let triangle = closest::nearest(&self.tree, point).1 as usize;
+        let weights =
+            self.triangles.get(triangle).map(|corners| weights(corners, &closest::closest_on(corners, point)));
+        (triangle, weights.unwrap_or([1.0, 0.0, 0.0]))
+    }
+}
+
+/// Barycentric coordinates of a point of a triangle, none negative.
+fn weights([a, b, c]: &[Point3<f64>; 3], point: &Point3<f64>) -> [f64; 3] {
+    let normal = (b - a).cross(&(c - a));
+    let part = |from: &Point3<f64>, to: &Point3<f64>| (to - from).cross(&(point - from)).dot(&normal).max(0.0);
+    let own = [part(b, c), part(c, a), part(a, b)];
+    let sum: f64 = own.iter().sum();
+    if sum > 0.0 { own.map(|x| x / sum) } else { [1.0, 0.0, 0.0] }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -37,5 +68,19 @@ mod tests {
             let best = (0..points.len()).min_by(|&a, &b| distance(a).total_cmp(&distance(b))).unwrap();
             assert_eq!(nearest.to(&at), best);
         }
+    }
+
+    #[test]
+    fn the_nearest_triangle_tells_the_place_on_it() {
+        let corner = |x: f64, y: f64, z: f64| Point3::new(x, y, z);
+        let low = [corner(0.0, 0.0, 0.0), corner(1.0, 0.0, 0.0), corner(0.0, 1.0, 0.0)];
+        let high = low.map(|corner| corner + nalgebra::Vector3::z());
+        let nearest = NearestTriangle::new(&[low, high]);
+        let (triangle, weights) = nearest.to(&corner(0.25, 0.5, 0.9));
+        assert_eq!(triangle, 1);
+        for (weight, expected) in weights.iter().zip([0.25, 0.25, 0.5]) {
+            assert!((weight - expected).abs() < 1e-15);
+        }
+        assert_eq!(nearest.to(&corner(3.0, -1.0, 0.1)), (0, [0.0, 1.0, 0.0]));
     }
 }

@@ -1,6 +1,6 @@
 //! A mesh as a file gives it, in metres and y-up, with nothing mended.
 
-use super::SurfaceError;
+use super::{Looks, SurfaceError};
 use nalgebra::Point3;
 use std::fmt;
 use std::str::FromStr;
@@ -114,12 +114,14 @@ pub struct RawMesh {
     pub faces: Vec<u32>,
     /// Rounding of the stored coordinates relative to their magnitude: [`SINGLE`] or [`DOUBLE`].
     pub rounding: f64,
+    /// How the triangles look.
+    pub looks: Looks,
 }
 
 impl RawMesh {
     /// A mesh of triangles in double precision.
     pub fn new(positions_m: Vec<Point3<f64>>, triangles: Vec<[u32; 3]>) -> Self {
-        Self { positions_m, triangles, faces: Vec::new(), rounding: DOUBLE }
+        Self { positions_m, triangles, faces: Vec::new(), rounding: DOUBLE, looks: Looks::default() }
     }
 
     /// The file's face that triangle `triangle` was cut from.
@@ -154,6 +156,9 @@ impl RawMesh {
                 Up::Z => Point3::new(point.x, point.z, -point.y),
             };
             *point = turned * metres;
+        }
+        if up == Up::Z {
+            self.looks.normals.iter_mut().flatten().for_each(|[x, y, z]| [*x, *y, *z] = [*x, *z, -*y]);
         }
     }
 }

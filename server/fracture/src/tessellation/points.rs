@@ -36,6 +36,12 @@ impl Sites<'_> {
         &self.coordinates[first..first + self.lift.dimension]
     }
 
+    /// f_a − f_b at the point that is the mean of `nodes` with these weights: negative where it belongs to fragment a rather than b.
+    pub fn rivalry(&self, nodes: [u32; 4], weights: [f64; 4], a: u32, b: u32) -> f64 {
+        let at_nodes = self.preferences(nodes, a, b);
+        at_nodes.iter().zip(weights).map(|(own, weight)| own * weight).sum()
+    }
+
     /// f_a − f_b at each of `nodes`.
     pub(super) fn preferences<const N: usize>(&self, nodes: [u32; N], a: u32, b: u32) -> [f64; N] {
         let (a, b) = (self.at(a), self.at(b));

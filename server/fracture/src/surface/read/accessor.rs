@@ -36,6 +36,15 @@ impl Buffers {
         self.read(accessor, 12, |bytes| [0, 1, 2].map(|k| number(bytes, k)))
     }
 
+    /// Texture coordinates: two f32 each.
+    pub fn uvs(&self, accessor: &Accessor) -> Result<Vec<[f32; 2]>, SurfaceError> {
+        if (accessor.data_type(), accessor.dimensions()) != (DataType::F32, Dimensions::Vec2) {
+            return Err(wrong(accessor, "texture coordinates are not two floats"));
+        }
+        let number = |bytes: &[u8], k: usize| f32::from_bits(little(&bytes[4 * k..4 * k + 4]));
+        self.read(accessor, 8, |bytes| [0, 1].map(|k| number(bytes, k)))
+    }
+
     /// Vertex indices: unsigned scalars.
     pub fn indices(&self, accessor: &Accessor) -> Result<Vec<u32>, SurfaceError> {
         let size = match (accessor.data_type(), accessor.dimensions()) {

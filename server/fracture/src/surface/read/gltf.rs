@@ -5,12 +5,12 @@
 
 use super::accessor::Buffers;
 use super::{RawMesh, SurfaceError, load, malformed, within_limit};
-use crate::surface::{DOUBLE, SINGLE};
+use crate::surface::{DOUBLE, Looks, NO_MATERIAL, SINGLE};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use gltf::mesh::{Mode, Primitive, Semantic};
 use gltf::{Document, Gltf, Node};
-use nalgebra::{Matrix4, Point3};
+use nalgebra::{Matrix3, Matrix4, Point3};
 use std::path::Path;
 
 pub(super) fn parse(bytes: &[u8], folder: &Path) -> Result<RawMesh, SurfaceError> {
@@ -23,6 +23,10 @@ pub(super) fn parse(bytes: &[u8], folder: &Path) -> Result<RawMesh, SurfaceError
     let document = validated(document)?;
     let buffers = buffers(&document, blob, folder)?;
     let mut builder = Builder { buffers, mesh: RawMesh::new(Vec::new(), Vec::new()), own_max: 0.0 };
+    let name = |material: gltf::Material<'_>| {
+        material.name().map_or_else(|| format!("material {}", material.index().unwrap_or(0)), str::to_owned)
+    };
+    builder.mesh.looks.names = document.materials().map(name).collect();
     for (node, placement) in placed_nodes(&document)? {
         for primitive in node.mesh().iter().flat_map(|mesh| mesh.primitives()) {
             builder.push(&primitive, &placement)?;
@@ -143,6 +147,7 @@ impl Builder {
             self.mesh.positions_m.push(Point3::from(turned + offset));
         }
         let mirrored = linear.determinant() < 0.0;
+        let added = self.mesh.triangles.len();
         for mut triangle in triangles(mode, &indices) {
             if let Some(&index) = triangle.iter().find(|&&index| index as usize >= count) {
                 let face = self.mesh.triangles.len() as u64;
@@ -153,12 +158,31 @@ impl Builder {
             }
             self.mesh.triangles.push(triangle.map(|index| index + first as u32));
         }
+        self.look(primitive, first, added, &linear);
         Ok(())
+    }
+
+    /// How the triangles from `added` on look, whose vertices come after `first` others. Looks that cannot be read are left out.
+    fn look(&mut self, primitive: &Primitive, first: usize, added: usize, linear: &Matrix3<f64>) {
+        let vectors = |semantic| primitive.get(&semantic).and_then(|accessor| self.buffers.positions(&accessor).ok());
+        let turn = linear.try_inverse().unwrap_or_else(Matrix3::identity).transpose();
+        let turned =
+            |normal: [f32; 3]| (turn * nalgebra::Vector3::from(normal.map(f64::from))).map(|x| x as f32).into();
+        let normals: Vec<[f32; 3]> = vectors(Semantic::Normals).into_iter().flatten().map(turned).collect();
+        let uvs = primitive.get(&Semantic::TexCoords(0)).and_then(|accessor| self.buffers.uvs(&accessor).ok());
+        let own: Vec<[u32; 3]> =
+            self.mesh.triangles[added..].iter().map(|triangle| triangle.map(|index| index - first as u32)).collect();
+        let looks = Looks::of_vertices(&own, &normals, &uvs.unwrap_or_default());
+        self.mesh.looks.normals.extend(looks.normals);
+        self.mesh.looks.uvs.extend(looks.uvs);
+        let material = primitive.material().index().map_or(NO_MATERIAL, |index| index as u32);
+        self.mesh.looks.materials.extend(own.iter().map(|_| material));
     }
 
     fn finish(mut self) -> RawMesh {
         let placed_max = self.mesh.positions_m.iter().map(|point| point.coords.amax()).fold(0.0, f64::max);
         let rounding = SINGLE * self.own_max / placed_max;
+        self.mesh.looks = std::mem::take(&mut self.mesh.looks).fitting(self.mesh.triangles.len());
         self.mesh.rounding = if rounding.is_finite() { rounding.clamp(DOUBLE, SINGLE) } else { SINGLE };
         self.mesh
     }

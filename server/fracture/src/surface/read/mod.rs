@@ -3,6 +3,7 @@
 mod accessor;
 mod gltf;
 mod obj;
+mod obj_looks;
 mod painted;
 mod ply;
 mod ply_ascii;
@@ -22,7 +23,7 @@ const LIMIT: usize = 1 << 26;
 
 /// Reads a mesh file; the extension, in upper or lower case, tells the format.
 ///
-/// Polygons are cut into triangles; points and lines are left out; every node of a glTF scene is placed. Nothing is
+/// Polygons are cut into triangles, which keep the file's normals, texture coordinates and materials; points and lines are left out; every node of a glTF scene is placed. Nothing is
 /// mended. Buffers of a `.gltf` are looked for beside it; nothing is fetched from elsewhere.
 ///
 /// Errors: unreadable or unknown files, malformed ones (with line, byte or element), empty meshes, coordinates that are

@@ -1,19 +1,21 @@
-//! Wavefront OBJ: vertices and faces, through `tobj`; everything else is left out.
+//! Wavefront OBJ: vertices and faces, through `tobj`; how they look is read by [`super::obj_looks`].
 //!
 //! `tobj` numbers vertices by first use, tells no place in the file, and stops at lines that are no UTF-8 or that go on
 //! after a backslash. So it is handed statements, `v` and `f` alone and whole, with a point of every vertex just behind
 //! it, which keeps the file's own numbers; and where it refuses, halving finds the statement that it refuses.
 
 use super::polygon::Polygons;
-use super::{RawMesh, SurfaceError, malformed, within_limit};
+use super::{RawMesh, SurfaceError, malformed, obj_looks, within_limit};
 use crate::surface::DOUBLE;
 use nalgebra::Point3;
+use std::borrow::Cow;
 use tobj::{LoadError, LoadOptions, Mesh};
 
 pub(super) fn parse(bytes: &[u8]) -> Result<RawMesh, SurfaceError> {
     let text = String::from_utf8_lossy(bytes);
     // Some editors begin a file with a mark that is no part of its first line.
-    let statements = statements(text.strip_prefix('\u{feff}').unwrap_or(&text));
+    let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
+    let statements = statements(text);
     within_limit(statements.len())?;
     let mesh = load(&statements, statements.len()).map_err(|error| refused(&statements, &error))?;
     let positions: Vec<Point3<f64>> = mesh.positions.chunks_exact(3).map(Point3::from_slice).collect();
@@ -26,8 +28,9 @@ pub(super) fn parse(bytes: &[u8]) -> Result<RawMesh, SurfaceError> {
         }
         start = end;
     }
-    let (triangles, faces) = polygons.triangles(&positions)?;
-    Ok(RawMesh { positions_m: positions, triangles, faces, rounding: DOUBLE })
+    let cut = polygons.triangles(&positions)?;
+    let looks = obj_looks::looks(text, &cut);
+    Ok(RawMesh { positions_m: positions, triangles: cut.triangles, faces: cut.faces, rounding: DOUBLE, looks })
 }
 
 /// A vertex or a face, as `tobj` shall see it.
@@ -40,17 +43,30 @@ struct Statement {
     text: String,
 }
 
+/// The lines of `text`, joined where a backslash ends one, each with the number of its last part, from 1.
+pub(super) fn lines(text: &str) -> impl Iterator<Item = (usize, Cow<'_, str>)> {
+    let mut parts = text.lines().enumerate();
+    std::iter::from_fn(move || {
+        let (mut number, first) = parts.next()?;
+        let Some(first) = first.strip_suffix('\\') else { return Some((number + 1, Cow::Borrowed(first))) };
+        let mut whole = first.to_owned() + " ";
+        for (next, part) in parts.by_ref() {
+            number = next;
+            match part.strip_suffix('\\') {
+                Some(part) => whole = whole + part + " ",
+                None => return Some((number + 1, Cow::Owned(whole + part))),
+            }
+        }
+        // Nothing follows the last backslash: what stands before it is left out.
+        None
+    })
+}
+
 /// Vertices without weights and colours, faces without texture and normal indices.
 fn statements(text: &str) -> Vec<Statement> {
-    let (mut statements, mut pending) = (Vec::new(), String::new());
-    for (line, part) in text.lines().enumerate() {
-        if let Some(part) = part.strip_suffix('\\') {
-            pending.push_str(part);
-            pending.push(' ');
-            continue;
-        }
-        pending.push_str(part);
-        let mut words = pending.split('#').next().unwrap_or_default().split_whitespace();
+    let mut statements = Vec::new();
+    for (line, whole) in lines(text) {
+        let mut words = whole.split('#').next().unwrap_or_default().split_whitespace();
         let text = match words.next() {
             Some("v") => Some(words.take(3).fold("v".to_owned(), |text, word| text + " " + word)),
             Some("f") => {
@@ -58,13 +74,7 @@ fn statements(text: &str) -> Vec<Statement> {
             }
             _ => None,
         };
-        statements.extend(text.map(|text| Statement {
-            is_vertex: text.starts_with('v'),
-            line: line + 1,
-            rank: 0,
-            text,
-        }));
-        pending.clear();
+        statements.extend(text.map(|text| Statement { is_vertex: text.starts_with('v'), line, rank: 0, text }));
     }
     rank(&mut statements);
     statements

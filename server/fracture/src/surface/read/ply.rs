@@ -3,19 +3,21 @@
 //! `ply-rs-bw` reads headers and binary bodies; ASCII bodies are read by [`super::ply_ascii`].
 
 use super::ply_ascii::Rows;
-use super::polygon::Polygons;
+use super::polygon::{Cut, Polygons};
 use super::{RawMesh, SurfaceError, malformed, within_limit};
-use crate::surface::{DOUBLE, SINGLE};
+use crate::surface::{DOUBLE, Looks, SINGLE};
 use nalgebra::Point3;
 use ply_rs_bw::parser::{Parser, Reader};
 use ply_rs_bw::ply::{
     ElementDef, Encoding, Header, Property, PropertyAccess, PropertyAccessResult, PropertyType, ScalarType,
 };
 
-/// What a row of an element says: coordinates or vertex indices.
+/// What a row of an element says: coordinates and looks, or vertex indices.
 #[derive(Default)]
 pub(super) struct Row {
     pub point: Point3<f64>,
+    pub normal: [f64; 3],
+    pub uv: [f64; 2],
     pub indices: Vec<i64>,
 }
 
@@ -23,6 +25,8 @@ pub(super) struct Row {
 #[derive(Clone, Copy, PartialEq)]
 pub(super) enum Meaning {
     Axis(usize),
+    Normal(usize),
+    Uv(usize),
     Indices,
     Nothing,
 }
@@ -33,6 +37,11 @@ pub(super) fn meaning(name: &str) -> Meaning {
         "x" => Meaning::Axis(0),
         "y" => Meaning::Axis(1),
         "z" => Meaning::Axis(2),
+        "nx" => Meaning::Normal(0),
+        "ny" => Meaning::Normal(1),
+        "nz" => Meaning::Normal(2),
+        "u" | "s" | "texture_u" => Meaning::Uv(0),
+        "v" | "t" | "texture_v" => Meaning::Uv(1),
         "vertex_indices" | "vertex_index" => Meaning::Indices,
         _ => Meaning::Nothing,
     }
@@ -83,6 +92,8 @@ pub(super) fn check_size(element: &ElementDef, bytes: usize) -> Result<(), Surfa
 #[derive(Default)]
 struct Body {
     positions: Vec<Point3<f64>>,
+    normals: Vec<[f32; 3]>,
+    uvs: Vec<[f32; 2]>,
     polygons: Polygons,
 }
 
@@ -96,6 +107,16 @@ impl Body {
                     }
                 }
                 self.positions.extend(rows.iter().map(|row| row.point));
+                let has = |wanted: &[Meaning]| {
+                    let meanings: Vec<Meaning> = element.properties.keys().map(|name| meaning(name)).collect();
+                    wanted.iter().all(|wanted| meanings.contains(wanted))
+                };
+                if has(&[0, 1, 2].map(Meaning::Normal)) {
+                    self.normals.extend(rows.iter().map(|row| row.normal.map(|x| x as f32)));
+                }
+                if has(&[0, 1].map(Meaning::Uv)) {
+                    self.uvs.extend(rows.iter().map(|row| row.uv.map(|x| x as f32)));
+                }
             }
             "face" => {
                 for row in &rows {
@@ -126,13 +147,14 @@ impl Body {
     }
 
     fn finish(self, header: &Header) -> Result<RawMesh, SurfaceError> {
-        let (triangles, faces) = self.polygons.triangles(&self.positions)?;
+        let Cut { triangles, faces, .. } = self.polygons.triangles(&self.positions)?;
+        let looks = Looks::of_vertices(&triangles, &self.normals, &self.uvs).fitting(triangles.len());
         let is_double = |element: &ElementDef| {
             let kind = element.properties.get("x").map(|x| &x.data_type);
             kind != Some(&PropertyType::Scalar(ScalarType::Float))
         };
         let rounding = if header.elements.get("vertex").is_none_or(is_double) { DOUBLE } else { SINGLE };
-        Ok(RawMesh { positions_m: self.positions, triangles, faces, rounding })
+        Ok(RawMesh { positions_m: self.positions, triangles, faces, rounding, looks })
     }
 }
 
@@ -144,6 +166,8 @@ impl PropertyAccess for Row {
     fn set_property(&mut self, name: &str, value: Property) -> PropertyAccessResult {
         match meaning(name) {
             Meaning::Axis(axis) => self.point[axis] = scalar(&value),
+            Meaning::Normal(axis) => self.normal[axis] = scalar(&value),
+            Meaning::Uv(axis) => self.uv[axis] = scalar(&value),
             Meaning::Indices => self.indices = list(value),
             Meaning::Nothing => return PropertyAccessResult::Ignored,
         }

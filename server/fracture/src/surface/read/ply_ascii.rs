@@ -71,8 +71,14 @@ fn row<'a>(mut words: impl Iterator<Item = &'a str>, meanings: &[(Meaning, &Prop
         match kind {
             PropertyType::Scalar(_) => {
                 let word = next()?;
-                if let Meaning::Axis(axis) = *meaning {
-                    row.point[axis] = word.parse().map_err(|_| format!("'{word}' is not a number"))?;
+                match *meaning {
+                    Meaning::Axis(axis) => {
+                        row.point[axis] = word.parse().map_err(|_| format!("'{word}' is not a number"))?;
+                    }
+                    // Without looks a mesh is still a mesh.
+                    Meaning::Normal(axis) => row.normal[axis] = word.parse().unwrap_or(f64::NAN),
+                    Meaning::Uv(axis) => row.uv[axis] = word.parse().unwrap_or(f64::NAN),
+                    Meaning::Indices | Meaning::Nothing => {}
                 }
             }
             PropertyType::List(..) => {

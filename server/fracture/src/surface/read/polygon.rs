@@ -28,46 +28,61 @@ impl Polygons {
         self.ends.len()
     }
 
-    /// The triangles, and for each the face it was cut from; faces of fewer than three corners give none.
-    pub fn triangles(&self, positions: &[Point3<f64>]) -> Result<(Vec<[u32; 3]>, Vec<u32>), SurfaceError> {
+    /// The triangles; faces of fewer than three corners give none.
+    pub fn triangles(&self, positions: &[Point3<f64>]) -> Result<Cut, SurfaceError> {
         within_limit(self.corners.len())?;
-        let (mut triangles, mut faces) = (Vec::with_capacity(self.len()), Vec::with_capacity(self.len()));
+        let mut cut = Cut::default();
         let mut start = 0;
         for (face, &end) in self.ends.iter().enumerate() {
-            let corners = &self.corners[start..end];
+            let (corners, first) = (&self.corners[start..end], start);
             start = end;
             if let Some(&index) = corners.iter().find(|&&index| index as usize >= positions.len()) {
                 let vertices = positions.len() as u64;
                 return Err(SurfaceError::VertexOutOfBounds { face: face as u64, index: i64::from(index), vertices });
             }
-            cut(corners, positions, &mut triangles);
-            faces.resize(triangles.len(), face as u32);
+            for corner in self::cut(corners, positions) {
+                cut.triangles.push(corner.map(|corner| corners[corner]));
+                cut.places.push(corner.map(|corner| first + corner));
+                cut.faces.push(face as u32);
+            }
         }
-        Ok((triangles, faces))
+        Ok(cut)
     }
 }
 
-fn cut(corners: &[u32], positions: &[Point3<f64>], triangles: &mut Vec<[u32; 3]>) {
-    match *corners {
-        [a, b, c] => triangles.push([a, b, c]),
-        [first, _, _, _, ..] if corners.len() > EARS_MAX => {
-            triangles.extend(corners[1..].windows(2).map(|pair| [first, pair[0], pair[1]]));
-        }
-        [_, _, _, _, ..] => cut_ears(corners, positions, triangles),
-        _ => {}
+/// Triangles of faces.
+#[derive(Default)]
+pub(super) struct Cut {
+    /// Vertices.
+    pub triangles: Vec<[u32; 3]>,
+    /// Which corners of the file they are, counted over all faces.
+    pub places: Vec<[usize; 3]>,
+    /// The face that each was cut from.
+    pub faces: Vec<u32>,
+}
+
+/// The triangles of one face, by places in `corners`.
+fn cut(corners: &[u32], positions: &[Point3<f64>]) -> Vec<[usize; 3]> {
+    match corners.len() {
+        0..3 => Vec::new(),
+        3 => vec![[0, 1, 2]],
+        count if count > EARS_MAX => (2..count).map(|k| [0, k - 1, k]).collect(),
+        _ => cut_ears(corners, positions),
     }
 }
 
-fn cut_ears(corners: &[u32], positions: &[Point3<f64>], triangles: &mut Vec<[u32; 3]>) {
-    let at = |vertex: u32| positions[vertex as usize];
+fn cut_ears(corners: &[u32], positions: &[Point3<f64>]) -> Vec<[usize; 3]> {
+    let vertex = |place: usize| corners[place];
+    let at = |place: usize| positions[vertex(place) as usize];
     let normal = newell(corners, positions);
-    let mut left = corners.to_vec();
+    let mut left: Vec<usize> = (0..corners.len()).collect();
+    let mut triangles = Vec::with_capacity(corners.len() - 2);
     while left.len() > 3 {
         let count = left.len();
         let around = |k: usize| [left[(k + count - 1) % count], left[k], left[(k + 1) % count]];
         let is_ear = |k: usize| {
             let [a, b, c] = around(k).map(at);
-            let others = left.iter().filter(|vertex| !around(k).contains(vertex));
+            let others = left.iter().filter(|&&other| !around(k).map(vertex).contains(&vertex(other)));
             turn(&a, &b, &c, &normal) > 0.0 && !others.into_iter().any(|&other| holds(&[a, b, c], &at(other), &normal))
         };
         // A polygon that crosses itself may have no ear left: then any corner is cut.
@@ -76,6 +91,7 @@ fn cut_ears(corners: &[u32], positions: &[Point3<f64>], triangles: &mut Vec<[u32
         left.remove(ear);
     }
     triangles.push([left[0], left[1], left[2]]);
+    triangles
 }
 
 /// Twice the area vector of a polygon.

@@ -75,7 +75,7 @@ struct Builder {
 
 impl Default for Builder {
     fn default() -> Self {
-        let mesh = RawMesh { positions_m: Vec::new(), triangles: Vec::new(), faces: Vec::new(), rounding: SINGLE };
+        let mesh = RawMesh { rounding: SINGLE, ..RawMesh::new(Vec::new(), Vec::new()) };
         Self { mesh, places: HashMap::new() }
     }
 }

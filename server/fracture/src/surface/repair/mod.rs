@@ -12,7 +12,7 @@ pub use shells::Part;
 mod tests;
 
 use super::defect::Tally;
-use super::{Defect, DefectKind, Frame, RawMesh, SurfaceError};
+use super::{Defect, DefectKind, Frame, Looks, RawMesh, SurfaceError};
 use edges::{Edges, HalfEdge};
 use nalgebra::Point3;
 use sets::Sets;
@@ -30,6 +30,8 @@ pub struct Surface {
     pub triangles: Vec<[u32; 3]>,
     /// For each triangle, the face of the input file that it came from, counted from 0.
     pub faces: Vec<u64>,
+    /// How the triangles look; normals as in the file, though triangles were turned.
+    pub looks: Looks,
     /// Shells that stand alone and enclose something.
     pub parts: Vec<Part>,
     /// What was wrong with the input, in a fixed order of kinds.
@@ -51,6 +53,7 @@ impl Surface {
         let mut defects = Vec::new();
         let clean::Clean { frame, positions, mut triangles, source } = clean::clean(&raw, &mut defects)?;
         let face = |triangle: u32| raw.face(source[triangle as usize] as usize);
+        let wound = triangles.clone();
         let edges = Edges::new(&triangles);
         let patches = orient::orient(&positions, &mut triangles, &edges, face);
         patches.turned.report(DefectKind::MixedWinding, "turned to agree with their neighbours", &mut defects);
@@ -75,7 +78,9 @@ impl Surface {
         let simple = closed && crossings.complete && crossings.count == 0 && shells.simple;
         defects.sort_by_key(|defect| defect.kind);
         let faces = (0..triangles.len() as u32).map(face).collect();
-        Ok(Self { frame, positions, triangles, faces, parts: shells.parts, defects, closed, simple })
+        let turned: Vec<bool> = wound.iter().zip(&triangles).map(|(before, after)| before != after).collect();
+        let looks = raw.looks.clone().fitting(raw.triangles.len()).of(&source, &turned);
+        Ok(Self { frame, positions, triangles, faces, looks, parts: shells.parts, defects, closed, simple })
     }
 
     /// The three corners of triangle `triangle`.

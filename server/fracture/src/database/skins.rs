@@ -1,0 +1,119 @@
+//! The input's surface and its looks as tensors, and back. Checksums say that a file is what was written; what is checked here is
+//! that what was written can be used.
+
+use super::DatabaseError;
+use super::container::{Contents, FLAT, Tensors};
+use crate::lattice::Place;
+use crate::pipeline::{Body, Prepared};
+use crate::skin::{Outer, Skin, Spot, Vertex};
+
+/// Any 32-bit number.
+const ANY: u64 = 1 << 32;
+
+/// Adds the tensors of the skin, and of its looks on the bodies' lattices, if the object has them.
+pub(super) fn put(tensors: &mut Tensors, prepared: &Prepared) {
+    if let Some(skin) = &prepared.skin {
+        put_skin(tensors, skin);
+    }
+    for (index, body) in prepared.bodies.iter().enumerate() {
+        let Some(Outer { normals, uvs, materials }) = &body.outer else { continue };
+        let name = |part: &str| format!("body{index}.outer.{part}");
+        tensors.f32(name("normals"), &[normals.len(), 3], normals.as_flattened());
+        if !uvs.is_empty() {
+            tensors.f32(name("uvs"), &[uvs.len(), 2], uvs.as_flattened());
+        }
+        if !materials.is_empty() {
+            tensors.u32(name("materials"), &[materials.len()], materials);
+        }
+    }
+}
+
+fn put_skin(tensors: &mut Tensors, skin: &Skin) {
+    let Skin { points, spots, vertices, triangles, materials, textured } = skin;
+    let name = |part: &str| format!("skin.{part}");
+    let coordinates: Vec<f64> = points.iter().flat_map(|point| [point.x, point.y, point.z]).collect();
+    tensors.f64(name("points"), &[points.len(), 3], &coordinates);
+    let spot: Vec<u32> = spots.iter().flat_map(|spot| [spot.body, spot.place.tet]).collect();
+    tensors.u32(name("spots"), &[spots.len(), 2], &spot);
+    let weights: Vec<f64> = spots.iter().flat_map(|spot| spot.place.barycentric).collect();
+    tensors.f64(name("weights"), &[spots.len(), 4], &weights);
+    let own: Vec<u32> = vertices.iter().map(|vertex| vertex.point).collect();
+    tensors.u32(name("vertices"), &[own.len()], &own);
+    let normals: Vec<f32> = vertices.iter().flat_map(|vertex| vertex.normal).collect();
+    tensors.f32(name("normals"), &[own.len(), 3], &normals);
+    if *textured {
+        let uvs: Vec<f32> = vertices.iter().flat_map(|vertex| vertex.uv).collect();
+        tensors.f32(name("uvs"), &[own.len(), 2], &uvs);
+    }
+    tensors.u32(name("triangles"), &[triangles.len(), 3], triangles.as_flattened());
+    if !materials.is_empty() {
+        tensors.u32(name("materials"), &[materials.len()], materials);
+    }
+}
+
+/// The skin of an object of these bodies, if it has one.
+pub(super) fn skin(contents: &Contents, bodies: &[Body]) -> Result<Option<Skin>, DatabaseError> {
+    if !contents.holds("skin.points") {
+        return Ok(None);
+    }
+    let coordinates = contents.f64("skin.points", None, 3)?;
+    let (points, _) = coordinates.as_chunks::<3>();
+    let spots = spots(contents, bodies, points.len())?;
+    let own = contents.u32("skin.vertices", None, FLAT, points.len() as u64)?;
+    let normals = vectors::<3>(contents, "skin.normals", own.len())?;
+    let textured = contents.holds("skin.uvs");
+    let uvs = if textured { vectors::<2>(contents, "skin.uvs", own.len())? } else { vec![[0.0; 2]; own.len()] };
+    let looks = normals.into_iter().zip(uvs);
+    let vertices: Vec<Vertex> =
+        own.into_iter().zip(looks).map(|(point, (normal, uv))| Vertex { point, normal, uv }).collect();
+    let indices = contents.u32("skin.triangles", None, 3, vertices.len() as u64)?;
+    let triangles = indices.as_chunks::<3>().0.to_vec();
+    let materials = materials(contents, "skin.materials", triangles.len())?;
+    let points = points.iter().map(|point| (*point).into()).collect();
+    Ok(Some(Skin { points, spots, vertices, triangles, materials, textured }))
+}
+
+fn spots(contents: &Contents, bodies: &[Body], points: usize) -> Result<Vec<Spot>, DatabaseError> {
+    let pairs = contents.u32("skin.spots", Some(points), 2, ANY)?;
+    let weights = contents.f64("skin.weights", Some(points), 4)?;
+    let spot = |(index, (&[body, tet], &barycentric)): (usize, (&[u32; 2], &[f64; 4]))| {
+        let limit = bodies.get(body as usize).map_or(0, |body| body.crack.tets.len()) as u64;
+        match u64::from(tet) < limit {
+            true => Ok(Spot { body, place: Place { tet, barycentric } }),
+            false => {
+                let value = u64::from(tet);
+                Err(DatabaseError::OutOfRange { tensor: "skin.spots".to_owned(), index: 2 * index + 1, value, limit })
+            }
+        }
+    };
+    pairs.as_chunks::<2>().0.iter().zip(weights.as_chunks::<4>().0).enumerate().map(spot).collect()
+}
+
+/// How the input looks on the boundary of body `index`, if the object has that.
+pub(super) fn outer(contents: &Contents, index: usize, body: &Body) -> Result<Option<Outer>, DatabaseError> {
+    let name = |part: &str| format!("body{index}.outer.{part}");
+    if !contents.holds(&name("normals")) {
+        return Ok(None);
+    }
+    let nodes = body.topology.boundary_nodes.len();
+    let normals = vectors::<3>(contents, &name("normals"), nodes)?;
+    let uvs = if contents.holds(&name("uvs")) { vectors::<2>(contents, &name("uvs"), nodes)? } else { Vec::new() };
+    let materials = materials(contents, &name("materials"), body.topology.boundary.len())?;
+    Ok(Some(Outer { normals, uvs, materials }))
+}
+
+fn materials(contents: &Contents, name: &str, rows: usize) -> Result<Vec<u32>, DatabaseError> {
+    if contents.holds(name) { contents.u32(name, Some(rows), FLAT, ANY) } else { Ok(Vec::new()) }
+}
+
+fn vectors<const N: usize>(contents: &Contents, name: &str, rows: usize) -> Result<Vec<[f32; N]>, DatabaseError> {
+    let (columns, values) = contents.f32(name, rows)?;
+    match columns == N {
+        true => Ok(values.as_chunks::<N>().0.to_vec()),
+        false => Err(DatabaseError::Shape {
+            tensor: name.to_owned(),
+            found: format!("F32 [{rows}, {columns}]"),
+            wanted: format!("F32 [{rows}, {N}]"),
+        }),
+    }
+}

@@ -1,0 +1,58 @@
+//! The looks of the input on the boundary of a lattice: each node and each triangle of it looks as the nearest point of the input.
+
+use super::Skin;
+use crate::lattice::Lattice;
+use crate::memory::held;
+use crate::surface::NearestTriangle;
+use crate::tessellation::Topology;
+use nalgebra::{Point3, Vector3};
+use rayon::prelude::*;
+
+/// How the boundary of one body's lattice looks.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Outer {
+    /// Normals of [`Topology::boundary_nodes`], of length one.
+    pub normals: Vec<[f32; 3]>,
+    /// Their texture coordinates; empty if the file has none.
+    pub uvs: Vec<[f32; 2]>,
+    /// Materials of [`Topology::boundary`]; empty if the file has none.
+    pub materials: Vec<u32>,
+}
+
+impl Outer {
+    /// The looks of `skin` on these lattices.
+    pub fn of(skin: &Skin, bodies: &[(&Lattice, &Topology)]) -> Vec<Self> {
+        let corners: Vec<[Point3<f64>; 3]> = (0..skin.triangles.len()).map(|triangle| skin.corners(triangle)).collect();
+        let nearest = NearestTriangle::new(&corners);
+        let look = |lattice: &Lattice, topology: &Topology| {
+            let node = |node: &u32| look(skin, nearest.to(&lattice.nodes[*node as usize]));
+            let looks: Vec<([f32; 3], [f32; 2])> = topology.boundary_nodes.par_iter().map(node).collect();
+            let face = |nodes: [u32; 3]| {
+                let middle = nodes.iter().map(|&node| lattice.nodes[node as usize].coords).sum::<Vector3<f64>>() / 3.0;
+                skin.materials[nearest.to(&Point3::from(middle)).0]
+            };
+            let materials = match skin.materials.is_empty() {
+                true => Vec::new(),
+                false => topology.boundary.par_iter().map(|outer| face(outer.nodes)).collect(),
+            };
+            let (normals, uvs): (Vec<_>, Vec<_>) = looks.into_iter().unzip();
+            Self { normals, uvs: if skin.textured { uvs } else { Vec::new() }, materials }
+        };
+        bodies.iter().map(|(lattice, topology)| look(lattice, topology)).collect()
+    }
+
+    /// Bytes that it holds.
+    pub fn bytes(&self) -> usize {
+        let Self { normals, uvs, materials } = self;
+        held(normals) + held(uvs) + held(materials)
+    }
+}
+
+/// Normal and texture coordinates at a point of a triangle.
+fn look(skin: &Skin, (triangle, weights): (usize, [f64; 3])) -> ([f32; 3], [f32; 2]) {
+    let corners = skin.triangles[triangle].map(|vertex| &skin.vertices[vertex as usize]);
+    let mean = |of: &dyn Fn(usize) -> f32| (0..3).map(|k| f64::from(of(k)) * weights[k]).sum::<f64>();
+    let normal = Vector3::from([0, 1, 2].map(|axis| mean(&|k| corners[k].normal[axis])));
+    let normal = normal.try_normalize(0.0).unwrap_or(Vector3::z()).map(|x| x as f32);
+    (normal.into(), [0, 1].map(|axis| mean(&|k| corners[k].uv[axis]) as f32))
+}

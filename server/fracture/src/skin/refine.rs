@@ -1,0 +1,93 @@
+//! Triangles without long edges, the same surface to the last point.
+//!
+//! Ours. Every edge that is too long is halved, for all of its triangles alike, until none is.
+
+use crate::surface::Surface;
+use nalgebra::{Point3, Vector3};
+use std::collections::HashMap;
+
+/// So many triangles are enough.
+const TRIANGLES_MAX: usize = 1 << 21;
+
+/// A corner of a triangle: its point, and how it looks from there.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Corner {
+    pub point: u32,
+    pub normal: [f32; 3],
+    pub uv: [f32; 2],
+}
+
+/// Points, corners of triangles, and the triangle of `surface` that each is a part of. No edge is longer than `longest`, unless
+/// there would be too many triangles.
+pub(super) fn refine(
+    surface: &Surface,
+    mut triangles: Vec<[Corner; 3]>,
+    longest: f64,
+) -> (Vec<Point3<f64>>, Vec<[Corner; 3]>, Vec<u32>) {
+    let mut points = surface.positions.clone();
+    let mut sources: Vec<u32> = (0..triangles.len() as u32).collect();
+    loop {
+        let middles = halve(&mut points, &triangles, longest);
+        // Every halved edge adds a triangle on each of its sides.
+        if middles.is_empty() || triangles.len() + 2 * middles.len() > TRIANGLES_MAX {
+            return (points, triangles, sources);
+        }
+        let (mut finer, mut finer_sources) = (Vec::with_capacity(2 * triangles.len()), Vec::new());
+        for (triangle, &source) in triangles.iter().zip(&sources) {
+            divide(triangle, &middles, &mut finer);
+            finer_sources.resize(finer.len(), source);
+        }
+        (triangles, sources) = (finer, finer_sources);
+    }
+}
+
+/// Adds the middles of all edges longer than `longest`, and tells which they are.
+fn halve(points: &mut Vec<Point3<f64>>, triangles: &[[Corner; 3]], longest: f64) -> HashMap<[u32; 2], u32> {
+    let mut middles = HashMap::new();
+    for triangle in triangles {
+        for k in 0..3 {
+            let ends = edge(&triangle[k], &triangle[(k + 1) % 3]);
+            let [a, b] = ends.map(|point| points[point as usize]);
+            if (b - a).norm() > longest && !middles.contains_key(&ends) {
+                middles.insert(ends, points.len() as u32);
+                points.push(nalgebra::center(&a, &b));
+            }
+        }
+    }
+    middles
+}
+
+fn edge(a: &Corner, b: &Corner) -> [u32; 2] {
+    [a.point.min(b.point), a.point.max(b.point)]
+}
+
+/// The parts of a triangle some of whose edges are halved.
+fn divide(triangle: &[Corner; 3], middles: &HashMap<[u32; 2], u32>, out: &mut Vec<[Corner; 3]>) {
+    let middle = |k: usize| {
+        let (a, b) = (&triangle[k], &triangle[(k + 1) % 3]);
+        middles.get(&edge(a, b)).map(|&point| between(a, b, point))
+    };
+    let halves = [middle(0), middle(1), middle(2)];
+    let [a, b, c] = *triangle;
+    match halves {
+        [None, None, None] => out.push(*triangle),
+        [Some(ab), Some(bc), Some(ca)] => out.extend([[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]),
+        _ => {
+            // Turned so that a lone middle, or the first of two, is that of the first edge.
+            let first = (0..3).find(|&k| halves[k].is_some() && halves[(k + 2) % 3].is_none()).unwrap_or(0);
+            let [a, b, c] = [0, 1, 2].map(|k| triangle[(first + k) % 3]);
+            match (halves[first], halves[(first + 1) % 3]) {
+                (Some(ab), None) => out.extend([[a, ab, c], [ab, b, c]]),
+                (Some(ab), Some(bc)) => out.extend([[a, ab, c], [ab, b, bc], [ab, bc, c]]),
+                _ => out.push(*triangle),
+            }
+        }
+    }
+}
+
+/// Half way between two corners of a triangle.
+fn between(a: &Corner, b: &Corner, point: u32) -> Corner {
+    let sum = Vector3::from(a.normal) + Vector3::from(b.normal);
+    let normal = sum.try_normalize(0.0).map_or(a.normal, Into::into);
+    Corner { point, normal, uv: [0, 1].map(|k| 0.5 * (a.uv[k] + b.uv[k])) }
+}

@@ -1,0 +1,109 @@
+//! How the triangles of a mesh look: what their file says beside where they are.
+
+/// Material of a triangle that has none.
+pub const NO_MATERIAL: u32 = u32::MAX;
+
+/// Normals, texture coordinates and materials, triangle by triangle. A list is empty if the file does not have it for every
+/// triangle.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Looks {
+    /// Normals of the three corners, of length one, y up.
+    pub normals: Vec<[[f32; 3]; 3]>,
+    /// Texture coordinates of the three corners, as in the file.
+    pub uvs: Vec<[[f32; 2]; 3]>,
+    /// Materials, by their place in `names`, or [`NO_MATERIAL`].
+    pub materials: Vec<u32>,
+    /// Names of the materials, in the file's order.
+    pub names: Vec<String>,
+}
+
+impl Looks {
+    /// The looks that vertices give to these triangles; what is not there for every vertex is left out.
+    pub(super) fn of_vertices(triangles: &[[u32; 3]], normals: &[[f32; 3]], uvs: &[[f32; 2]]) -> Self {
+        fn corners<T: Copy>(triangles: &[[u32; 3]], of: &[T]) -> Vec<[T; 3]> {
+            let known = triangles.iter().flatten().all(|&vertex| (vertex as usize) < of.len());
+            if known { triangles.iter().map(|own| own.map(|vertex| of[vertex as usize])).collect() } else { Vec::new() }
+        }
+        Self { normals: corners(triangles, normals), uvs: corners(triangles, uvs), ..Self::default() }
+    }
+
+    /// Without the lists that do not tell of each of `triangles` triangles in finite numbers; normals of length one.
+    #[must_use]
+    pub fn fitting(mut self, triangles: usize) -> Self {
+        let length = |normal: &[f32; 3]| normal.iter().map(|x| f64::from(*x).powi(2)).sum::<f64>().sqrt();
+        let is_direction = |normal: &[f32; 3]| length(normal).is_finite() && length(normal) > 0.0;
+        if self.normals.len() != triangles || !self.normals.iter().flatten().all(is_direction) {
+            self.normals.clear();
+        }
+        for normal in self.normals.iter_mut().flatten() {
+            let length = length(normal);
+            *normal = normal.map(|x| (f64::from(x) / length) as f32);
+        }
+        if self.uvs.len() != triangles || !self.uvs.iter().flatten().flatten().all(|x| x.is_finite()) {
+            self.uvs.clear();
+        }
+        let names = self.names.len() as u32;
+        let is_known = |material: &u32| *material < names || *material == NO_MATERIAL;
+        if self.materials.len() != triangles || !self.materials.iter().all(is_known) || names == 0 {
+            (self.materials, self.names) = (Vec::new(), Vec::new());
+        }
+        self
+    }
+
+    /// Those of the triangles `source`, in their order, each with its last two corners exchanged where it is `turned`.
+    #[must_use]
+    pub(super) fn of(&self, source: &[u32], turned: &[bool]) -> Self {
+        fn pick<T: Copy>(of: &[[T; 3]], source: &[u32], turned: &[bool]) -> Vec<[T; 3]> {
+            let order = |(&triangle, &turned): (&u32, &bool)| {
+                let [a, b, c] = of[triangle as usize];
+                if turned { [a, c, b] } else { [a, b, c] }
+            };
+            if of.is_empty() { Vec::new() } else { source.iter().zip(turned).map(order).collect() }
+        }
+        let materials = match self.materials.is_empty() {
+            true => Vec::new(),
+            false => source.iter().map(|&triangle| self.materials[triangle as usize]).collect(),
+        };
+        Self {
+            normals: pick(&self.normals, source, turned),
+            uvs: pick(&self.uvs, source, turned),
+            materials,
+            names: self.names.clone(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn full() -> Looks {
+        let normals = vec![[[0.0, 0.0, 2.0]; 3], [[3.0, 0.0, 0.0]; 3]];
+        let uvs = vec![[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]; 2];
+        Looks { normals, uvs, materials: vec![1, NO_MATERIAL], names: vec!["a".into(), "b".into()] }
+    }
+
+    #[test]
+    fn what_is_told_of_some_triangles_alone_is_left_out() {
+        let fitting = full().fitting(2);
+        assert_eq!(fitting.normals[1], [[1.0, 0.0, 0.0]; 3]);
+        assert_eq!((fitting.uvs.len(), fitting.materials.len()), (2, 2));
+        assert_eq!(full().fitting(3), Looks::default());
+        let spoilt = |spoil: fn(&mut Looks)| {
+            let mut looks = full();
+            spoil(&mut looks);
+            looks.fitting(2)
+        };
+        assert!(spoilt(|looks| looks.normals[1][2] = [0.0; 3]).normals.is_empty());
+        assert!(spoilt(|looks| looks.uvs[0][0][1] = f32::NAN).uvs.is_empty());
+        assert!(spoilt(|looks| looks.materials[0] = 2).names.is_empty());
+    }
+
+    #[test]
+    fn turned_triangles_exchange_their_corners() {
+        let taken = full().of(&[1, 0, 1], &[false, true, false]);
+        assert_eq!(taken.materials, [NO_MATERIAL, 1, NO_MATERIAL]);
+        assert_eq!(taken.uvs[1], [[0.0, 0.0], [0.0, 1.0], [1.0, 0.0]]);
+        assert_eq!(Looks::default().of(&[0], &[true]), Looks::default());
+    }
+}

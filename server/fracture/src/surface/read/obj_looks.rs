@@ -1,0 +1,87 @@
+//! What an OBJ file says of how its faces look: `vt`, `vn`, `usemtl`, and what faces refer to.
+
+use super::obj::lines;
+use super::polygon::Cut;
+use crate::surface::{Looks, NO_MATERIAL};
+use std::collections::HashMap;
+
+/// A corner without a reference, or with one that is none.
+const NONE: usize = usize::MAX;
+
+/// Lists of the file, and for each corner of each face which of them it refers to.
+#[derive(Default)]
+struct Lists {
+    uvs: Vec<[f32; 2]>,
+    normals: Vec<[f32; 3]>,
+    corners: Vec<[usize; 2]>,
+    /// By face.
+    materials: Vec<u32>,
+    names: Vec<String>,
+    places: HashMap<String, u32>,
+    material: Option<u32>,
+}
+
+/// The looks of the triangles that the faces of `text` were cut into.
+pub(super) fn looks(text: &str, cut: &Cut) -> Looks {
+    let mut lists = Lists::default();
+    for (_, line) in lines(text) {
+        lists.take(&line);
+    }
+    let at = |list: usize| cut.places.iter().map(move |places| (list, *places));
+    let corner = |(list, places): (usize, [usize; 3])| {
+        places.map(|place| lists.corners.get(place).map_or(NONE, |corner| corner[list]))
+    };
+    let uvs = at(0).map(corner).map_while(|own| all(own.map(|index| lists.uvs.get(index).copied())));
+    let normals = at(1).map(corner).map_while(|own| all(own.map(|index| lists.normals.get(index).copied())));
+    let material = |face: &u32| lists.materials.get(*face as usize).copied();
+    let (uvs, normals) = (uvs.collect(), normals.collect());
+    let materials = if lists.names.is_empty() { Vec::new() } else { cut.faces.iter().filter_map(material).collect() };
+    Looks { normals, uvs, materials, names: lists.names }.fitting(cut.triangles.len())
+}
+
+fn all<T: Copy>(corners: [Option<T>; 3]) -> Option<[T; 3]> {
+    let [a, b, c] = corners;
+    Some([a?, b?, c?])
+}
+
+impl Lists {
+    fn take(&mut self, line: &str) {
+        let mut words = line.split('#').next().unwrap_or_default().split_whitespace();
+        match words.next() {
+            Some("vt") => self.uvs.push(numbers(words)),
+            Some("vn") => self.normals.push(numbers(words)),
+            Some("usemtl") => {
+                let name = words.collect::<Vec<_>>().join(" ");
+                let next = self.names.len() as u32;
+                let place = *self.places.entry(name.clone()).or_insert(next);
+                if place == next {
+                    self.names.push(name);
+                }
+                self.material = Some(place);
+            }
+            Some("f") => {
+                let lengths = [self.uvs.len(), self.normals.len()];
+                self.corners.extend(words.map(|word| {
+                    let mut references = word.split('/').skip(1);
+                    lengths.map(|length| references.next().map_or(NONE, |word| reference(word, length)))
+                }));
+                self.materials.push(self.material.unwrap_or(NO_MATERIAL));
+            }
+            _ => {}
+        }
+    }
+}
+
+/// Missing numbers are zero, what is no number is not finite.
+fn numbers<'a, const N: usize>(mut words: impl Iterator<Item = &'a str>) -> [f32; N] {
+    [(); N].map(|()| words.next().map_or(0.0, |word| word.parse().unwrap_or(f32::NAN)))
+}
+
+/// From 1 on, or from the last of `length` so far backwards.
+fn reference(word: &str, length: usize) -> usize {
+    match word.parse::<i64>() {
+        Ok(index) if index > 0 => index as usize - 1,
+        Ok(index) if index < 0 => length.checked_sub(index.unsigned_abs() as usize).unwrap_or(NONE),
+        _ => NONE,
+    }
+}

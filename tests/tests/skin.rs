@@ -1,0 +1,262 @@
+//! What fragments wear: the input's own triangles, and its looks on their outer faces.
+
+use nalgebra::{Point3, Vector3};
+use shatter_fracture::database::{self, BakeRequest, Tables, bake};
+use shatter_fracture::pipeline::{self, DegreeRequest, Pieces, Prepared, SkinVertex, Strike, StrikeError, Workspace};
+use shatter_fracture::scene::{Controls, Effect, Effects, Grain};
+use shatter_fracture::surface::{Looks, NO_MATERIAL, RawMesh, Surface, shapes};
+use shatter_fracture::token::Token;
+use shatter_tests::{real, struck};
+
+const DRESSED: [Effect; 3] = [Effect::Attributes, Effect::Skin, Effect::Slivers];
+
+fn baked(mesh: RawMesh, crack_spacing: f64) -> Prepared {
+    let request = BakeRequest {
+        crack_spacing: Some(crack_spacing),
+        elastic_spacing: Some(1.6 * crack_spacing),
+        tables: Tables { interior: true, attributes: true, skin: true, ..Tables::NONE },
+        ..real::request("dressed", "stone")
+    };
+    bake(mesh, &request, &Token::default(), &mut |_| {}).unwrap()
+}
+
+fn strike(prepared: &Prepared, sites: u32, more: &[Effect]) -> Strike {
+    let body = &prepared.bodies[0];
+    let node = body.topology.boundary_nodes[body.topology.boundary_nodes.len() / 3];
+    let point_m = prepared.frame.to_metres(&body.crack.nodes[node as usize]);
+    let inward = prepared.frame.centre_m - point_m;
+    let effects = Effects::of(DRESSED.iter().chain(more).copied());
+    Strike { degree: DegreeRequest::Sites(sites), effects, seed: 3, ..Strike::at(point_m, inward) }
+}
+
+/// Of a mesh, m².
+fn area_m2(mesh: &RawMesh) -> f64 {
+    let surface = Surface::repair(mesh.clone()).unwrap();
+    let area = |triangle| {
+        let [a, b, c] = surface.corners(triangle);
+        0.5 * (b - a).cross(&(c - a)).norm()
+    };
+    (0..surface.triangles.len()).map(area).sum::<f64>() * surface.frame.diagonal_m.powi(2)
+}
+
+/// The triangles of one fragment's skin, in the coordinates of the mesh file.
+fn worn(pieces: &Pieces, fragment: usize) -> Vec<[(Point3<f64>, SkinVertex); 3]> {
+    let (row, skins) = (&pieces.skins.rows[fragment], &pieces.skins);
+    let vertices = &skins.vertices[row.vertex_first as usize..][..row.vertex_count as usize];
+    let indices = &skins.indices[row.index_first as usize..][..row.index_count as usize];
+    let centre = Vector3::from(pieces.fragments[fragment].centre_m);
+    let corner = |index: u32| {
+        let vertex = vertices[index as usize];
+        (Point3::from(vertex.position_m.map(f64::from)) + centre, vertex)
+    };
+    indices.chunks_exact(3).map(|own| [corner(own[0]), corner(own[1]), corner(own[2])]).collect()
+}
+
+/// Outer vertices of one fragment, by run: in the coordinates of the mesh file.
+fn outer(pieces: &Pieces, fragment: usize, crack: bool) -> Vec<Point3<f64>> {
+    let mut positions = vec![[0.0; 3]; pieces.counts.vertices];
+    let (mut indices, mut merges) = (vec![0; pieces.counts.indices], vec![[0; 2]; pieces.counts.merges]);
+    pieces.emit(&mut positions, &mut indices, &mut merges).unwrap();
+    let centre = Vector3::from(pieces.fragments[fragment].centre_m);
+    let row = &pieces.fragments[fragment];
+    let runs = &pieces.runs[row.run_first as usize..][..row.run_count as usize];
+    let own = runs.iter().filter(|run| run.crack == crack);
+    own.flat_map(|run| &positions[run.vertex_first as usize..][..run.vertex_count as usize])
+        .map(|position| Point3::from(position.map(f64::from)) + centre)
+        .collect()
+}
+
+/// The skins of a strike: their area is the input's, and each lies on its fragment.
+fn check(name: &str, mesh: RawMesh, spacing: f64, more: &[Effect], controls: Option<Controls>) {
+    let input_m2 = area_m2(&mesh);
+    let prepared = baked(mesh, spacing);
+    let prepared =
+        controls.iter().fold(prepared, |prepared, controls| prepared.warped(controls, &Token::default()).unwrap());
+    let pieces = struck::outcome(&prepared, &strike(&prepared, 24, more)).unwrap().pieces.unwrap();
+    let diagonal_m = prepared.frame.diagonal_m;
+    let (mut sum_m2, mut apart_m, mut count, mut far) = (0.0, 0.0f64, 0usize, 0usize);
+    for fragment in 0..pieces.fragments.len() {
+        let own = outer(&pieces, fragment, false);
+        for corners in worn(&pieces, fragment) {
+            let [a, b, c] = corners.map(|(point, _)| point);
+            sum_m2 += 0.5 * (b - a).cross(&(c - a)).norm();
+            let middle = Point3::from((a.coords + b.coords + c.coords) / 3.0);
+            let distance = own.iter().map(|point| (point - middle).norm()).fold(f64::INFINITY, f64::min);
+            count += 1;
+            far += usize::from(distance > 2.0 * spacing * diagonal_m);
+            if distance.is_finite() {
+                apart_m = apart_m.max(distance);
+            }
+        }
+        for (_, vertex) in worn(&pieces, fragment).into_iter().flatten() {
+            assert!((Vector3::from(vertex.normal).norm() - 1.0).abs() < 1e-5);
+        }
+    }
+    println!(
+        "{name}: area {:+.1e}, {count} triangles for {}, farthest from its fragment {:.2} spacings, {far} farther than two",
+        sum_m2 / input_m2 - 1.0,
+        prepared.skin.as_ref().unwrap().triangles.len(),
+        apart_m / diagonal_m / spacing,
+    );
+    assert!((sum_m2 / input_m2 - 1.0).abs() < 1e-5, "{sum_m2} of {input_m2} m²");
+    assert_eq!(far, 0, "skin away from its fragment");
+}
+
+#[test]
+fn skins_have_the_inputs_area_and_lie_on_their_fragments() {
+    check("cuboid", shapes::cuboid([0.4, 0.3, 0.2]), 0.04, &[], None);
+    check("mug", shapes::mug(), 0.022, &[Effect::Interior], None);
+    check("statue", shapes::statue(), 0.025, &[Effect::Interior], None);
+    let grain = Some(Grain { axis: Vector3::x(), ratio: 3.0 });
+    let controls = Some(Controls { grain, ..Controls::default() });
+    check("horseshoe, grain", shapes::horseshoe(), 0.03, &[Effect::Interior, Effect::Warp], controls);
+}
+
+#[test]
+fn real_meshes_are_dressed_too() {
+    for name in ["horse.ply", "spot.obj", "beetle.obj"] {
+        if let Some(mesh) = real::raw(name) {
+            check(name, mesh, 0.02, &[Effect::Interior], None);
+        }
+    }
+}
+
+/// A block of two materials, with (x, y) as texture coordinates and normals of its own.
+fn painted() -> RawMesh {
+    let mut mesh = shapes::cuboid([0.4, 0.3, 0.2]);
+    let corners = |of: &dyn Fn(&Point3<f64>, &Vector3<f64>) -> [f32; 3]| -> Vec<[[f32; 3]; 3]> {
+        let triangle = |own: &[u32; 3]| {
+            let points = own.map(|vertex| mesh.positions_m[vertex as usize]);
+            let flat = (points[1] - points[0]).cross(&(points[2] - points[0])).normalize();
+            points.map(|point| of(&point, &flat))
+        };
+        mesh.triangles.iter().map(triangle).collect()
+    };
+    let normals = corners(&|_, flat| [flat.x as f32, flat.y as f32, flat.z as f32]);
+    let uvs = corners(&|point, _| [point.x as f32, point.y as f32, 0.0]);
+    let uvs = uvs.iter().map(|own| own.map(|[u, v, _]| [u, v])).collect();
+    let materials = normals.iter().map(|own: &[[f32; 3]; 3]| u32::from(own[0][1] > 0.5)).collect();
+    mesh.looks = Looks { normals, uvs, materials, names: vec!["sides".into(), "top".into()] };
+    mesh
+}
+
+#[test]
+fn outer_faces_look_as_the_input() {
+    let prepared = baked(painted(), 0.04);
+    assert_eq!(prepared.report.materials, ["sides", "top"]);
+    let pieces = struck::outcome(&prepared, &strike(&prepared, 12, &[])).unwrap().pieces.unwrap();
+    let mut positions = vec![[0.0; 3]; pieces.counts.vertices];
+    let (mut indices, mut merges) = (vec![0; pieces.counts.indices], vec![[0; 2]; pieces.counts.merges]);
+    pieces.emit(&mut positions, &mut indices, &mut merges).unwrap();
+    assert_eq!((pieces.looks.vertices.len(), 3 * pieces.looks.materials.len()), (positions.len(), indices.len()));
+    let (mut tops, mut sides, mut wrong, mut tilted, mut outer) = (0, 0, 0, 0, 0);
+    for run in &pieces.runs {
+        let fragment = &pieces.fragments[run.fragment as usize];
+        let vertices = run.vertex_first as usize..(run.vertex_first + run.vertex_count) as usize;
+        let triangles = run.index_first as usize / 3..(run.index_first + run.index_count) as usize / 3;
+        if run.crack {
+            assert!(pieces.looks.vertices[vertices].iter().all(|look| *look == pipeline::Look::default()));
+            assert!(pieces.looks.materials[triangles].iter().all(|material| *material == NO_MATERIAL));
+            continue;
+        }
+        for (look, position) in pieces.looks.vertices[vertices.clone()].iter().zip(&positions[vertices]) {
+            let at = Vector3::from(position.map(f64::from)) + Vector3::from(fragment.centre_m);
+            for axis in 0..2 {
+                assert!((f64::from(look.uv[axis]) - at[axis]).abs() < 2e-3, "{:?} at {at:?}", look.uv);
+            }
+            assert!((Vector3::from(look.normal).norm() - 1.0).abs() < 1e-5);
+        }
+        for triangle in triangles {
+            let own = &indices[3 * triangle..][..3];
+            let corner = |k: usize| Point3::from(positions[(fragment.vertex_first + own[k]) as usize]);
+            let flat = (corner(1) - corner(0)).cross(&(corner(2) - corner(0))).normalize();
+            let look =
+                |k: usize| Vector3::from(pieces.looks.vertices[(fragment.vertex_first + own[k]) as usize].normal);
+            outer += 1;
+            tilted += usize::from((0..3).any(|k| look(k).dot(&flat) < 0.7));
+            match pieces.looks.materials[triangle] {
+                1 => tops += 1,
+                0 => sides += 1,
+                other => panic!("material {other}"),
+            }
+            wrong += usize::from((pieces.looks.materials[triangle] == 1) != (flat.y > 0.7));
+        }
+    }
+    println!(
+        "{tops} triangles on top, {sides} on the sides, {wrong} wrong, {tilted} of {outer} with a normal of another side"
+    );
+    assert!(tops > 100 && sides > 300);
+    assert!(wrong * 20 < outer, "edges alone may be rounded");
+    assert!(tilted * 5 < outer);
+    let skin_materials = &pieces.skins.materials;
+    assert_eq!(3 * skin_materials.len(), pieces.skins.indices.len());
+    let mut sum = [0.0; 2];
+    for fragment in 0..pieces.fragments.len() {
+        let first = pieces.skins.rows[fragment].index_first as usize / 3;
+        for (place, corners) in worn(&pieces, fragment).into_iter().enumerate() {
+            let [a, b, c] = corners.map(|(point, _)| point);
+            let area = (b - a).cross(&(c - a)) * 0.5;
+            sum[skin_materials[first + place] as usize] += area.norm();
+            for (point, vertex) in corners {
+                assert!((0..2).all(|axis| (f64::from(vertex.uv[axis]) - point[axis]).abs() < 1e-6), "{vertex:?}");
+                assert!(Vector3::from(vertex.normal).cast::<f64>().dot(&area) > 0.9999 * area.norm());
+            }
+        }
+    }
+    let exact = [2.0 * (0.4 * 0.2 + 0.4 * 0.3 + 0.3 * 0.2) - 0.4 * 0.2, 0.4 * 0.2];
+    (0..2).for_each(|k| assert!((sum[k] / exact[k] - 1.0).abs() < 1e-5, "{sum:?} of {exact:?}"));
+}
+
+#[test]
+fn a_database_keeps_the_skin_to_the_bit_and_loads_it_where_it_is_wanted() {
+    let prepared = baked(painted(), 0.05);
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.shatter");
+    database::save(&prepared, &path).unwrap();
+    let whole = database::load(&path).unwrap();
+    assert_eq!((&whole.skin, &whole.bodies[0].outer), (&prepared.skin, &prepared.bodies[0].outer));
+    assert_eq!(whole.report, prepared.report);
+    let bare = database::load_tables(&path, Tables { interior: true, ..Tables::NONE }).unwrap();
+    assert!(bare.skin.is_none() && bare.bodies[0].outer.is_none());
+    for effect in [Effect::Attributes, Effect::Skin] {
+        let only = Strike { effects: Effects::of([effect]), ..strike(&bare, 8, &[]) };
+        match struck::outcome(&bare, &only) {
+            Err(StrikeError::Bare { effect: named }) => assert_eq!(named, effect),
+            Err(other) => panic!("{other}"),
+            Ok(_) => panic!("{effect:?} came from nowhere"),
+        }
+    }
+}
+
+/// Children of a fragment have looks, and no skin: theirs was cut already.
+#[test]
+fn what_breaks_again_has_looks_and_no_skin() {
+    let prepared = baked(painted(), 0.04);
+    let first = struck::outcome(&prepared, &strike(&prepared, 6, &[])).unwrap().pieces.unwrap();
+    let kept = first.keep();
+    let parent = (0..first.fragments.len())
+        .max_by(|&a, &b| first.fragments[a].volume_m3.total_cmp(&first.fragments[b].volume_m3));
+    let parent = parent.unwrap() as u32;
+    let mut again = strike(&prepared, 6, &[]);
+    again.contacts[0].point_m = Point3::from(first.fragments[parent as usize].centre_m);
+    again.contacts[0].radius_m = Some(0.3);
+    let mut workspace = Workspace::default();
+    let outcome =
+        pipeline::strike_again(&prepared, (&kept, parent), &again, &mut workspace, &Token::default(), &mut ());
+    let pieces = outcome.unwrap().pieces.unwrap();
+    assert!(pieces.skins.rows.is_empty());
+    let mut positions = vec![[0.0; 3]; pieces.counts.vertices];
+    let (mut indices, mut merges) = (vec![0; pieces.counts.indices], vec![[0; 2]; pieces.counts.merges]);
+    pieces.emit(&mut positions, &mut indices, &mut merges).unwrap();
+    let mut outer = 0;
+    for run in pieces.runs.iter().filter(|run| !run.crack) {
+        let centre = Vector3::from(pieces.fragments[run.fragment as usize].centre_m);
+        let vertices = run.vertex_first as usize..(run.vertex_first + run.vertex_count) as usize;
+        for (look, position) in pieces.looks.vertices[vertices.clone()].iter().zip(&positions[vertices]) {
+            let at = Vector3::from(position.map(f64::from)) + centre;
+            assert!((0..2).all(|axis| (f64::from(look.uv[axis]) - at[axis]).abs() < 2e-3), "{:?} at {at:?}", look.uv);
+            outer += 1;
+        }
+    }
+    assert!(outer > 50);
+}
