@@ -7,6 +7,7 @@ use shatter_fracture::scene::{Controls, Effect, Effects, Grain};
 use shatter_fracture::surface::{Looks, NO_MATERIAL, RawMesh, Surface, shapes};
 use shatter_fracture::token::Token;
 use shatter_tests::{real, struck};
+use std::collections::HashMap;
 
 const DRESSED: [Effect; 3] = [Effect::Attributes, Effect::Skin, Effect::Slivers];
 
@@ -64,6 +65,38 @@ fn outer(pieces: &Pieces, fragment: usize, crack: bool) -> Vec<Point3<f64>> {
     own.flat_map(|run| &positions[run.vertex_first as usize..][..run.vertex_count as usize])
         .map(|position| Point3::from(position.map(f64::from)) + centre)
         .collect()
+}
+
+/// Distances of the rim of a fragment's skin from the nearest vertex of its crack faces, m.
+fn rim_m(pieces: &Pieces, fragment: usize) -> Vec<f64> {
+    let key = |point: &Point3<f64>| [point.x, point.y, point.z].map(f64::to_bits);
+    let mut edges: HashMap<[[u64; 3]; 2], Option<Point3<f64>>> = HashMap::new();
+    for corners in worn(pieces, fragment) {
+        for k in 0..3 {
+            let (from, to) = (corners[k].0, corners[(k + 1) % 3].0);
+            if edges.insert([key(&from), key(&to)], Some(from)).is_some() {
+                panic!("an edge twice");
+            }
+        }
+    }
+    let cracks = outer(pieces, fragment, true);
+    let is_rim = |(ends, _): &(&[[u64; 3]; 2], &Option<Point3<f64>>)| !edges.contains_key(&[ends[1], ends[0]]);
+    let rim = edges.iter().filter(is_rim).filter_map(|(_, from)| *from);
+    rim.map(|from| cracks.iter().map(|crack| (crack - from).norm()).fold(f64::INFINITY, f64::min)).collect()
+}
+
+/// A skin ends where its fragment's crack faces begin, as far as a spacing tells.
+#[test]
+fn skins_end_at_the_cracks() {
+    let spacing = 0.04;
+    let prepared = baked(shapes::cuboid([0.4, 0.3, 0.2]), spacing);
+    let pieces = struck::outcome(&prepared, &strike(&prepared, 24, &[Effect::Interior])).unwrap().pieces.unwrap();
+    let mut all: Vec<f64> = (0..pieces.fragments.len()).flat_map(|fragment| rim_m(&pieces, fragment)).collect();
+    all.iter_mut().for_each(|gap| *gap /= spacing * prepared.frame.diagonal_m);
+    all.sort_by(f64::total_cmp);
+    let [median, most] = [all[all.len() / 2], all[all.len() - 1]];
+    println!("{} rim vertices: median {median:.2}, most {most:.2} spacings from a vertex of their crack", all.len());
+    assert!(all.len() > 500 && median < 0.35 && most < 1.0);
 }
 
 /// The skins of a strike: their area is the input's, and each lies on its fragment.
@@ -124,18 +157,15 @@ fn real_meshes_are_dressed_too() {
 /// A block of two materials, with (x, y) as texture coordinates and normals of its own.
 fn painted() -> RawMesh {
     let mut mesh = shapes::cuboid([0.4, 0.3, 0.2]);
-    let corners = |of: &dyn Fn(&Point3<f64>, &Vector3<f64>) -> [f32; 3]| -> Vec<[[f32; 3]; 3]> {
-        let triangle = |own: &[u32; 3]| {
-            let points = own.map(|vertex| mesh.positions_m[vertex as usize]);
-            let flat = (points[1] - points[0]).cross(&(points[2] - points[0])).normalize();
-            points.map(|point| of(&point, &flat))
-        };
-        mesh.triangles.iter().map(triangle).collect()
+    let points = |own: &[u32; 3]| own.map(|vertex| mesh.positions_m[vertex as usize]);
+    let flat = |own: &[u32; 3]| {
+        let [a, b, c] = points(own);
+        let normal = (b - a).cross(&(c - a)).normalize();
+        [[normal.x as f32, normal.y as f32, normal.z as f32]; 3]
     };
-    let normals = corners(&|_, flat| [flat.x as f32, flat.y as f32, flat.z as f32]);
-    let uvs = corners(&|point, _| [point.x as f32, point.y as f32, 0.0]);
-    let uvs = uvs.iter().map(|own| own.map(|[u, v, _]| [u, v])).collect();
-    let materials = normals.iter().map(|own: &[[f32; 3]; 3]| u32::from(own[0][1] > 0.5)).collect();
+    let normals: Vec<[[f32; 3]; 3]> = mesh.triangles.iter().map(flat).collect();
+    let uvs = mesh.triangles.iter().map(|own| points(own).map(|point| [point.x as f32, point.y as f32])).collect();
+    let materials = normals.iter().map(|own| u32::from(own[0][1] > 0.5)).collect();
     mesh.looks = Looks { normals, uvs, materials, names: vec!["sides".into(), "top".into()] };
     mesh
 }

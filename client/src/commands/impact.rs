@@ -212,6 +212,7 @@ fn to_json(broken: &Broken, file: Option<&Path>) -> Value {
                 "energy_j_m2": row.energy_j_m2,
                 "closed": fragment.is_closed(),
                 "hull": fragment.hull().map(hull),
+                "skin": fragment.skin().map(|skin| json!({ "vertices": skin.vertices.len(), "triangles": skin.indices.len() / 3 })),
             })
         })
         .collect();

@@ -39,6 +39,8 @@ enum Stage {
     Block,
     Horseshoe,
     Statue,
+    /// The statue with texture coordinates, as seen from the front.
+    Painted,
 }
 
 impl Stage {
@@ -48,11 +50,16 @@ impl Stage {
             Self::Block => shapes::cuboid([0.4, 0.3, 0.2]),
             Self::Horseshoe => shapes::horseshoe(),
             Self::Statue => shapes::statue(),
+            Self::Painted => painted(shapes::statue()),
         }
     }
 
+    fn is_statue(self) -> bool {
+        matches!(self, Self::Statue | Self::Painted)
+    }
+
     fn prepare(self, controls: &Controls, anchors: &Anchors, examples: u64) -> Result<Prepared, EffectsError> {
-        let name = if self == Self::Statue { "plaster" } else { "stone" };
+        let name = if self.is_statue() { "plaster" } else { "stone" };
         let materials = Materials::parse(MATERIALS).map_err(|error| EffectsError::Materials(error.to_string()))?;
         let material = materials.get(name).map_err(|error| EffectsError::Materials(error.to_string()))?.clone();
         let request = BakeRequest { examples, ..BakeRequest::new("shown", name, material) };
@@ -69,7 +76,7 @@ impl Show {
     fn new(effect: Effect, caption: &'static str, stage: Stage, strike: Strike) -> Self {
         let on = strike.effects.with(effect);
         let draw: fn(&Broken, bool) -> Mesh = |broken, _| broken.mesh(SPREAD);
-        let from = if stage == Stage::Statue { [0.7, 0.35, 1.0] } else { [0.45, 0.55, 1.0] };
+        let from = if stage.is_statue() { [0.7, 0.35, 1.0] } else { [0.45, 0.55, 1.0] };
         let (name, controls, anchors) = (effect.name(), Controls::default(), Anchors::default());
         Self { name, caption, from, stage, strike, on, controls, anchors, draw }
     }
@@ -103,6 +110,16 @@ impl Show {
         let meshes = [half(self.strike.effects, false)?, half(self.on, true)?];
         Ok(Pair { name, caption, from, meshes })
     }
+}
+
+/// The mesh with x and y as texture coordinates.
+fn painted(mut mesh: RawMesh) -> RawMesh {
+    let uv = |vertex: u32| {
+        let point = &mesh.positions_m[vertex as usize];
+        [point.x as f32, point.y as f32]
+    };
+    mesh.looks.uvs = mesh.triangles.iter().map(|triangle| triangle.map(uv)).collect();
+    mesh
 }
 
 /// The contacts, moved to the nearest nodes of the object's lattices.
@@ -180,6 +197,15 @@ pub fn cast() -> Vec<Show> {
         .drawn(|broken, on| if on { marks::debris(broken) } else { broken.mesh(SPREAD) }),
         Show::new(Effect::Hulls, "a convex proxy of each piece, for collisions", Stage::Statue, statue(24))
             .drawn(|broken, on| if on { marks::hulls(broken) } else { broken.mesh(SPREAD) }),
+        Show::new(
+            Effect::Attributes,
+            "outer faces look as the input: its texture, its normals",
+            Stage::Painted,
+            statue(16),
+        )
+        .drawn(|broken, on| if on { marks::attributes(broken) } else { broken.mesh(SPREAD) }),
+        Show::new(Effect::Skin, "the input's own triangles, cut with the pieces", Stage::Painted, statue(16))
+            .drawn(|broken, on| if on { marks::skin(broken) } else { broken.mesh(SPREAD) }),
         Show::held(
             Effect::Anchored,
             "held on the left, the bar breaks there, too",

@@ -1,7 +1,7 @@
 //! What effects of output add to the pieces, made visible.
 
 use super::broken::Broken;
-use crate::picture::{Colour, Mesh, arrow, fragment_colour};
+use crate::picture::{Colour, Corner, Mesh, arrow, fragment_colour};
 use nalgebra::{Point3, Vector3};
 
 /// How far pieces are moved apart, over their distance from the centre.
@@ -9,6 +9,9 @@ pub const SPREAD: f64 = 0.35;
 
 /// Fields of the board that texture coordinates are shown by, m.
 const FIELD_M: f32 = 0.012;
+
+/// Fields of the board on outer faces, m.
+const TILE_M: f32 = 0.04;
 
 /// How much larger chips are drawn than they are.
 const CHIP: f32 = 3.0;
@@ -99,15 +102,67 @@ pub fn uvs(broken: &Broken) -> Mesh {
     let mut mesh = broken.mesh(SPREAD);
     let mut own = vec![[0.0; 2]; broken.pieces.counts.vertices];
     broken.pieces.uvs(&mut own);
-    let [dark, light] = [Colour::oklch(0.45, 0.09, 250.0), Colour::oklch(0.93, 0.02, 90.0)];
     for (corners, triangle) in mesh.corners.iter_mut().zip(&mesh.triangles) {
         let at = triangle.map(|vertex| own[vertex as usize]);
         if at.iter().all(|uv| *uv == [0.0; 2]) {
             continue;
         }
-        let middle = [0, 1].map(|k| at.iter().map(|uv| uv[k]).sum::<f32>() / 3.0 / FIELD_M);
-        let odd = (middle[0].floor() + middle[1].floor()).rem_euclid(2.0) > 0.5;
-        corners.iter_mut().for_each(|corner| corner.colour = if odd { dark } else { light });
+        let colour = board(at, FIELD_M);
+        corners.iter_mut().for_each(|corner| corner.colour = colour);
+    }
+    mesh
+}
+
+/// The field of a board with fields of that size that the middle of a triangle lies in.
+fn board(uvs: [[f32; 2]; 3], field: f32) -> Colour {
+    let middle = [0, 1].map(|k| uvs.iter().map(|uv| uv[k]).sum::<f32>() / 3.0 / field);
+    match (middle[0].floor() + middle[1].floor()).rem_euclid(2.0) > 0.5 {
+        true => Colour::oklch(0.45, 0.09, 250.0),
+        false => Colour::oklch(0.93, 0.02, 90.0),
+    }
+}
+
+/// Outer faces with a board of the input's texture coordinates on them, lit by its normals.
+pub fn attributes(broken: &Broken) -> Mesh {
+    let mut mesh = broken.mesh(SPREAD);
+    let looks = &broken.pieces.looks.vertices;
+    for (corners, triangle) in mesh.corners.iter_mut().zip(&mesh.triangles) {
+        let own = triangle.map(|vertex| &looks[vertex as usize]);
+        if own.iter().any(|look| look.normal == [0.0; 3]) {
+            continue;
+        }
+        let colour = board(own.map(|look| look.uv), TILE_M);
+        for (corner, look) in corners.iter_mut().zip(own) {
+            (corner.colour, corner.normal) = (colour, Vector3::from(look.normal));
+        }
+    }
+    mesh
+}
+
+/// Crack faces, and the input's own triangles with a board of their texture coordinates on them.
+pub fn skin(broken: &Broken) -> Mesh {
+    let mut mesh = broken.mesh(SPREAD);
+    let mut is_crack = vec![false; mesh.positions.len()];
+    for run in broken.pieces.runs.iter().filter(|run| run.crack) {
+        is_crack[run.vertex_first as usize..(run.vertex_first + run.vertex_count) as usize].fill(true);
+    }
+    let cracks: Vec<bool> = mesh.triangles.iter().map(|triangle| is_crack[triangle[0] as usize]).collect();
+    let mut kept = cracks.iter();
+    mesh.corners.retain(|_| kept.next().is_some_and(|kept| *kept));
+    mesh.triangles.retain(|triangle| is_crack[triangle[0] as usize]);
+    let skins = &broken.pieces.skins;
+    for (fragment, row) in skins.rows.iter().enumerate() {
+        let own = &skins.vertices[row.vertex_first as usize..][..row.vertex_count as usize];
+        let indices = &skins.indices[row.index_first as usize..][..row.index_count as usize];
+        let triangles: Vec<[u32; 3]> = indices.as_chunks::<3>().0.to_vec();
+        let corners = triangles.iter().map(|triangle| {
+            let seen = triangle.map(|vertex| &own[vertex as usize]);
+            let colour = board(seen.map(|vertex| vertex.uv), TILE_M);
+            seen.map(|vertex| Corner { normal: Vector3::from(vertex.normal), colour })
+        });
+        let corners = corners.collect();
+        let positions = own.iter().map(|vertex| Point3::from(vertex.position_m)).collect();
+        mesh.append(Mesh { positions, triangles, corners }.moved(broken.place(fragment as u32, SPREAD)));
     }
     mesh
 }
