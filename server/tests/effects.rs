@@ -13,8 +13,16 @@ use support::{InProcess, TestPlace, bar, patience};
 static BAR: LazyLock<Vec<u8>> = LazyLock::new(|| bar(0.05));
 
 /// Those that change nothing but their own section.
-const OUTPUTS: [Effect; 6] =
-    [Effect::Release, Effect::Normals, Effect::Uv, Effect::Bonds, Effect::Debris, Effect::Hulls];
+const OUTPUTS: [Effect; 8] = [
+    Effect::Release,
+    Effect::Normals,
+    Effect::Uv,
+    Effect::Bonds,
+    Effect::Debris,
+    Effect::Hulls,
+    Effect::Attributes,
+    Effect::Skin,
+];
 
 /// Where the scene holds the bar: the last 5 cm of its lower end along x.
 const HELD_BELOW: f64 = -0.15;
@@ -71,6 +79,9 @@ fn sections(effect: Effect) -> Vec<&'static str> {
         Effect::Release => vec!["velocities"],
         Effect::Uv => vec!["uvs"],
         Effect::Hulls => vec!["hulls", "hull_positions", "hull_indices"],
+        // The bar has no materials.
+        Effect::Attributes => vec!["looks"],
+        Effect::Skin => vec!["skins", "skin_vertices", "skin_indices"],
         other => vec![other.name()],
     }
 }
