@@ -40,7 +40,7 @@ pub fn run(args: &CheckArgs) -> Result<(), Failure> {
 
 fn plan(name: &str, object: &SceneObject, folder: &Path) -> Result<Value, Failure> {
     let terms = &object.terms;
-    let file = folder.join(format!("{name}.{EXTENSION}"));
+    let file = folder.join(format!("{}.{EXTENSION}", object.database));
     warp(name, &terms.controls, &file)?;
     let sizes = match file.exists() {
         true => Some(database::tensor_bytes(&file).map_err(|error| Failure::database(&file, &error))?),

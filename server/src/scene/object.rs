@@ -12,11 +12,13 @@ use shatter_fracture::surface::{RawMesh, shapes};
 use shatter_fracture::token::Token;
 use shatter_proto::Refusal;
 use shatter_proto::effect::{Effect, Effects, conflict};
+use shatter_proto::name::object_name;
 use shatter_proto::request::{Lift, Strike};
 use std::path::Path;
 
 /// Keys of an object, in the order in which the shipped scenes have them.
-const KEYS: [&str; 18] = [
+const KEYS: [&str; 19] = [
+    "database",
     "shape",
     "material",
     "fragment_size_m",
@@ -47,12 +49,17 @@ const LIFTS: [(&str, Lift); 3] =
 /// Tolerances of the diagrams by name. A draft takes about half the iterations, fine ones are good to look at where cells are few.
 const QUALITIES: [(&str, f64); 3] = [("draft", 1e-2), ("normal", TOLERANCE), ("fine", 1e-5)];
 
+/// What names a database.
+const NAMES: &str = "it takes the name of a file in the folder that is served, without folders and without `.shatter`";
+
 /// Shapes that the project generates.
 pub const SHAPES: [&str; 6] = ["arch", "dumbbell", "horseshoe", "mug", "statue", "vase"];
 
 /// One object of a scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SceneObject {
+    /// Name of its database: that of the file, without its ending, in the folder that is served.
+    pub database: String,
     /// A generated shape that it can be baked from.
     pub shape: Option<&'static str>,
     /// What it is made of.
@@ -187,6 +194,7 @@ impl Terms {
 /// Types of the values, after the keys have been checked.
 #[derive(Deserialize)]
 struct Values {
+    database: Option<String>,
     shape: Option<String>,
     material: Option<String>,
     fragment_size_m: Option<f64>,
@@ -211,8 +219,10 @@ struct Values {
 }
 
 impl SceneObject {
-    /// From its table, which stands at `path` in the scene.
-    pub(super) fn read(path: &str, table: &toml::Table, materials: &Materials, folder: &Path) -> Result<Self, Refusal> {
+    /// The object `name`, from its table.
+    pub(super) fn read(name: &str, table: &toml::Table, materials: &Materials, folder: &Path) -> Result<Self, Refusal> {
+        let path = format!("objects.{name}");
+        let path = path.as_str();
         known(path, table.keys(), &KEYS)?;
         let values = toml::Value::Table(table.clone()).try_into();
         let values: Values = values.map_err(|error: toml::de::Error| invalid(path, error.to_string().trim_end()))?;
@@ -232,6 +242,9 @@ impl SceneObject {
                 return Err(invalid(at(key), "must be finite and above zero"));
             }
         }
+        let database = values.database.unwrap_or_else(|| name.to_owned());
+        object_name(&database)
+            .map_err(|_| invalid(at("database"), format!("`{database}` names no database: {NAMES}")))?;
         let material = values.material.map(|name| match materials.get(&name) {
             Ok(material) => Ok((name, material.clone())),
             Err(error) => Err(invalid(at("material"), error)),
@@ -275,6 +288,7 @@ impl SceneObject {
             anchors,
         };
         Ok(Self {
+            database,
             shape: shape.transpose()?,
             material: material.transpose()?,
             elastic_spacing: values.elastic_spacing,

@@ -24,6 +24,10 @@ fn what_is_not_known_is_refused_by_name_with_the_nearest() {
     check("quality = \"drift\"", "objects.vase.quality", "`draft`");
     check("shape = \"vaze\"", "objects.vase.shape", "`vase`");
     check("effects = [\"tensile\"]", "tensile", "`elastic`");
+    for database in ["", "a/b", "..\\\\b", "/databases/vase.shatter"] {
+        check(&format!("database = \"{database}\""), "objects.vase.database", "without folders");
+    }
+    check("database = 3", "objects.vase", "database");
     check("volume_min_m3 = 0.1", "objects.vase.volume_min_m3", "`slivers`");
     check("fragment_size_m = 0.0", "objects.vase.fragment_size_m", "above zero");
     check("sites_max = \"many\"", "objects.vase", "sites_max");
@@ -48,6 +52,15 @@ fn what_is_not_known_is_refused_by_name_with_the_nearest() {
     assert_eq!((scene(""), scene("[objects]")), ("objects".to_owned(), "objects".to_owned()));
     assert_eq!(scene("title = 3\n[objects.a]"), "title");
     assert_eq!(scene("[objects.\"a/b\"]"), "a/b");
+}
+
+#[test]
+fn an_object_is_made_of_the_database_of_its_name_or_of_another() {
+    let text =
+        "[objects.vase]\n[objects.near]\ndatabase = \"statue\"\n[objects.far]\ndatabase = \"statue\"\neffects = []";
+    let databases = Scene::parse(text, Path::new("")).unwrap().databases();
+    let pairs: Vec<_> = databases.iter().map(|(object, database)| (object.as_str(), database.as_str())).collect();
+    assert_eq!(pairs, [("far", "statue"), ("near", "statue"), ("vase", "vase")]);
 }
 
 #[test]
