@@ -3,10 +3,12 @@
 mod anchors;
 mod names;
 mod object;
+mod recipe;
 mod tables;
 mod warp;
 
 pub use object::{SceneObject, Terms};
+pub use recipe::Recipe;
 pub use tables::{Table, paid, tables};
 
 use names::known;

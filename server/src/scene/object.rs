@@ -1,14 +1,14 @@
 //! What a scene says about one object.
 
 use super::names::{known, nearest};
-use super::{anchors, invalid, warp};
+use super::{Recipe, anchors, invalid, warp};
 use serde::Deserialize;
 use shatter_fracture::centroidal::TOLERANCE;
 use shatter_fracture::database::{BakeRequest, Tables};
 use shatter_fracture::degree::reference_gamma;
 use shatter_fracture::pipeline::{HoldError, Prepared};
 use shatter_fracture::scene::{Anchors, Controls, Material, Materials};
-use shatter_fracture::surface::{RawMesh, shapes};
+use shatter_fracture::surface::RawMesh;
 use shatter_fracture::token::Token;
 use shatter_proto::Refusal;
 use shatter_proto::effect::{Effect, Effects, conflict};
@@ -69,7 +69,7 @@ pub struct SceneObject {
     /// See there.
     pub crack_spacing: Option<f64>,
     /// Impacts that it learns from, if it is baked.
-    pub examples: u64,
+    pub examples: Option<u64>,
     /// How it is struck.
     pub terms: Terms,
 }
@@ -201,8 +201,7 @@ struct Values {
     gamma_j_m2: Option<f64>,
     elastic_spacing: Option<f64>,
     crack_spacing: Option<f64>,
-    #[serde(default)]
-    examples: u64,
+    examples: Option<u64>,
     lift: Option<String>,
     effects: Option<Vec<String>>,
     #[serde(default)]
@@ -302,25 +301,7 @@ impl SceneObject {
 impl SceneObject {
     /// What it is baked from, if its shape is a generated one.
     pub fn bake(&self, name: &str) -> Option<(RawMesh, BakeRequest)> {
-        let mesh = match self.shape? {
-            "arch" => shapes::arch(),
-            "dumbbell" => shapes::dumbbell(),
-            "horseshoe" => shapes::horseshoe(),
-            "mug" => shapes::mug(),
-            "statue" => shapes::statue(),
-            _ => shapes::vase(),
-        };
-        let (material_name, material) = self.material.clone()?;
-        let request = BakeRequest {
-            fragment_size_m: self.terms.fragment_size_m,
-            gamma_j_m2: self.terms.gamma_j_m2,
-            elastic_spacing: self.elastic_spacing,
-            crack_spacing: self.crack_spacing,
-            examples: self.examples,
-            tables: self.terms.tables(),
-            ..BakeRequest::new(name, material_name, material)
-        };
-        Some((mesh, request))
+        Recipe::of(name, self).bake(name)
     }
 }
 

@@ -64,6 +64,39 @@ fn an_object_is_made_of_the_database_of_its_name_or_of_another() {
 }
 
 #[test]
+fn a_database_is_baked_for_all_objects_that_are_made_of_it() {
+    let both = |near: &str, far: &str| {
+        let far = format!("[objects.far]\ndatabase = \"statue\"\n{far}");
+        Scene::parse(&format!("{far}\n[objects.near]\ndatabase = \"statue\"\n{near}"), Path::new("")).unwrap()
+    };
+    const STATUE: &str = "shape = \"statue\"\nmaterial = \"plaster\"\nexamples = 60\ncrack_spacing = 0.02";
+    let request = |far: &str| both(STATUE, far).recipes().unwrap()["statue"].bake("statue").unwrap().1;
+    let alone = request("effects = []");
+    assert_eq!((alone.name.as_str(), alone.examples, alone.crack_spacing), ("statue", 60, Some(0.02)));
+    assert_eq!(alone.tables, Tables { surface_diffusion: false, ..Tables::ALL });
+    assert_eq!(request("effects = [\"interior\"]\nlift = \"surface_diffusion\"").tables, Tables::ALL);
+    assert_eq!(request("elastic_spacing = 0.03\nmaterial = \"plaster\"").elastic_spacing, Some(0.03));
+    // γ is each object's own.
+    let sized = |near: &str, far: &str| {
+        both(&format!("{STATUE}\n{near}"), far).recipes().unwrap()["statue"].bake("x").unwrap().1.fragment_size_m
+    };
+    let [small, large] = ["fragment_size_m = 0.01", "fragment_size_m = 0.02"];
+    assert_eq!((sized(small, ""), sized(small, small), sized(small, large)), (Some(0.01), Some(0.01), None));
+    for (key, value) in [
+        ("shape", "\"mug\""),
+        ("material", "\"glass\""),
+        ("elastic_spacing", "0.05"),
+        ("crack_spacing", "0.03"),
+        ("examples", "0"),
+    ] {
+        let refusal =
+            both(&format!("{STATUE}\nelastic_spacing = 0.04"), &format!("{key} = {value}")).recipes().unwrap_err();
+        assert_eq!(refusal.at, format!("objects.near.{key}"), "{refusal}");
+        assert!(refusal.message.contains("objects.far") && refusal.message.contains("`statue`"), "{refusal}");
+    }
+}
+
+#[test]
 fn only_what_some_strike_may_need_is_loaded() {
     let tables = |text: &str| object(text).unwrap().terms.tables();
     let none = Tables { elastic: false, interior: false, surface_diffusion: false, examples: false };

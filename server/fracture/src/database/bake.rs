@@ -13,7 +13,7 @@ use crate::pipeline::{
     self, BakeReport, Body, ElasticRequest, Parameters, Prepared, Solid, StrikeError, Unprepared, calibrate,
 };
 use crate::scene::{DEFAULT_FRAGMENT_DIAGONALS, Material};
-use crate::surface::{Defect, Inside, RawMesh, Side, Surface, SurfaceError, Widths};
+use crate::surface::{Defect, Inside, RawMesh, Side, Surface, SurfaceError};
 use crate::token::{Cancelled, Token};
 use serde::{Deserialize, Serialize};
 
@@ -70,7 +70,7 @@ impl BakeRequest {
 
 impl BakeRequest {
     /// The tables that are made.
-    fn tables(&self) -> Tables {
+    pub(super) fn tables(&self) -> Tables {
         let learns = self.examples > 0;
         Tables { elastic: self.tables.elastic || learns, interior: self.tables.interior || learns, ..self.tables }
     }
@@ -239,13 +239,7 @@ pub(super) fn whole(
         let solid = tables.elastic.then(solid).transpose()?;
         bodies.push(Body { solid, interior, surface_diffusion, ..Body::new(crack) });
     }
-    let gamma_j_m2 = request.gamma_j_m2.unwrap_or_else(|| {
-        degree::reference_gamma(
-            parameters.material.young_pa,
-            parameters.material.strength_pa,
-            parameters.fragment_size_m,
-        )
-    });
+    let gamma_j_m2 = gamma(request, &parameters);
     if !(gamma_j_m2.is_normal() && gamma_j_m2 > 0.0) {
         return Err(BakeError::NotPositive { key: "gamma from the fragment size", value: gamma_j_m2 });
     }
@@ -264,6 +258,13 @@ pub(super) fn whole(
         reduction: None,
         held: None,
     })
+}
+
+/// γ, J·m².
+pub(super) fn gamma(request: &BakeRequest, parameters: &Parameters) -> f64 {
+    let Parameters { material, fragment_size_m, .. } = parameters;
+    let reference = || degree::reference_gamma(material.young_pa, material.strength_pa, *fragment_size_m);
+    request.gamma_j_m2.unwrap_or_else(reference)
 }
 
 /// κ and the network from the examples; κ from a few impacts of its own where a new object has too few of them.
@@ -297,7 +298,7 @@ pub(super) fn few_enough(examples: u64) -> Result<(), BakeError> {
 }
 
 /// Volume, spacings, both lattices, and what was found out about them.
-fn lattices(
+pub(super) fn lattices(
     request: &BakeRequest,
     surface: &Surface,
     token: &Token,
@@ -308,7 +309,8 @@ fn lattices(
     let volume = inside.input_volume(token)?;
     progress(Step::Lattices);
     let walls = inside.widths(Side::Wall, WIDTH_MAX, token)?;
-    let mut parameters = parameters(request, surface, volume, &walls)?;
+    let spacings = thin::spacings(request, volume, area(surface), &walls, &surface.frame)?;
+    let mut parameters = parameters(request, surface, spacings);
     let spacings = Spacings {
         elastic: parameters.elastic_spacing,
         crack: parameters.crack_spacing,
@@ -362,7 +364,7 @@ pub fn is_object_name(name: &str) -> bool {
         && !name.chars().any(|c| c.is_control() || c == '/' || c == '\\')
 }
 
-fn check(request: &BakeRequest) -> Result<(), BakeError> {
+pub(super) fn check(request: &BakeRequest) -> Result<(), BakeError> {
     if !is_object_name(&request.name) {
         return Err(BakeError::Name(request.name.clone()));
     }
@@ -381,9 +383,12 @@ fn check(request: &BakeRequest) -> Result<(), BakeError> {
     few_enough(request.examples)
 }
 
-fn parameters(request: &BakeRequest, surface: &Surface, volume: f64, walls: &Widths) -> Result<Parameters, BakeError> {
-    let [elastic_spacing, crack_spacing] = thin::spacings(request, volume, area(surface), walls, &surface.frame)?;
-    Ok(Parameters {
+pub(super) fn parameters(
+    request: &BakeRequest,
+    surface: &Surface,
+    [elastic_spacing, crack_spacing]: [f64; 2],
+) -> Parameters {
+    Parameters {
         material_name: request.material_name.clone(),
         material: request.material.clone(),
         fragment_size_m: request.fragment_size_m.unwrap_or(DEFAULT_FRAGMENT_DIAGONALS * surface.frame.diagonal_m),
@@ -393,7 +398,7 @@ fn parameters(request: &BakeRequest, surface: &Surface, volume: f64, walls: &Wid
         alpha: lift::ALPHA_DEFAULT,
         seed: request.seed,
         elastic: request.elastic,
-    })
+    }
 }
 
 /// Area of the surface, local.

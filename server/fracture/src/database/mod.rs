@@ -10,6 +10,7 @@ mod object;
 mod parts;
 mod reduced;
 mod share;
+mod stored;
 mod tables;
 mod thin;
 
@@ -21,6 +22,7 @@ pub use object::{
     save_partial, tensor_bytes,
 };
 pub use share::{JoinError, Partial, SHARE_EXTENSION, SHARES_MAX, Share, ShareError, Task, join};
+pub use stored::stored;
 pub use tables::Tables;
 
 /// The format that this program writes and reads; a whole number, raised by every incompatible change.

@@ -25,6 +25,20 @@ impl Tables {
     /// All of them.
     pub const ALL: Self = Self { elastic: true, interior: true, surface_diffusion: true, examples: true };
 
+    /// None of them.
+    pub const NONE: Self = Self { elastic: false, interior: false, surface_diffusion: false, examples: false };
+
+    /// These and those.
+    #[must_use]
+    pub fn and(self, other: Self) -> Self {
+        Self {
+            elastic: self.elastic || other.elastic,
+            interior: self.interior || other.interior,
+            surface_diffusion: self.surface_diffusion || other.surface_diffusion,
+            examples: self.examples || other.examples,
+        }
+    }
+
     /// Whether the tensor of this name is wanted.
     pub(super) fn want(self, tensor: &str) -> bool {
         let (owner, part) = tensor.split_once('.').unwrap_or((tensor, ""));
