@@ -77,7 +77,9 @@ impl Folder {
         match wanted.find(|name| !shelf.holds(name)) {
             Some(name) => {
                 let folder = self.path.display();
-                let message = format!("the scene wants `{name}`, but there is no {folder}/{name}.shatter: bake it");
+                let message = format!(
+                    "the scene wants `{name}`, but there is no {folder}/{name}.shatter: bake it (--scene, if it has a `shape`)"
+                );
                 Err(Refusal::new(Kind::UnknownObject, name.clone(), message))
             }
             None => Ok(()),

@@ -76,6 +76,8 @@ fn a_database_is_baked_for_all_objects_that_are_made_of_it() {
     assert_eq!(alone.tables, Tables { surface_diffusion: false, ..Tables::ALL });
     assert_eq!(request("effects = [\"interior\"]\nlift = \"surface_diffusion\"").tables, Tables::ALL);
     assert_eq!(request("elastic_spacing = 0.03\nmaterial = \"plaster\"").elastic_spacing, Some(0.03));
+    let reversed = both(&format!("{STATUE}\neffects = []"), "").recipes().unwrap()["statue"].bake("statue").unwrap().1;
+    assert_eq!(reversed.tables, alone.tables);
     // γ is each object's own.
     let sized = |near: &str, far: &str| {
         both(&format!("{STATUE}\n{near}"), far).recipes().unwrap()["statue"].bake("x").unwrap().1.fragment_size_m
