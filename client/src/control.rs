@@ -24,6 +24,10 @@ pub struct ObjectFacts {
     pub bodies: u32,
     /// Cap on the degree.
     pub degree_max: u32,
+    /// A strike with more fragments is refused, if there is such a limit.
+    pub fragments_max: Option<u64>,
+    /// A strike with a longer answer is refused, bytes, if there is such a limit.
+    pub bytes_max: Option<u64>,
     /// Nodes of the elastic lattices.
     pub elastic_nodes: u32,
     /// Nodes of the crack lattices.
@@ -67,6 +71,8 @@ impl From<&ObjectRow> for ObjectFacts {
             material: row.material(),
             bodies: row.bodies,
             degree_max: row.degree_max,
+            fragments_max: Some(row.fragments_max).filter(|most| *most > 0),
+            bytes_max: Some(row.bytes_max).filter(|most| *most > 0),
             elastic_nodes: row.elastic_nodes,
             crack_nodes: row.crack_nodes,
             gamma_j_m2: row.gamma_j_m2,

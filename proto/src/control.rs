@@ -125,6 +125,10 @@ pub struct ObjectRow {
     pub loaded_unix_ns: u64,
     /// How long that took, ns.
     pub load_ns: u64,
+    /// A strike with more fragments is refused; 0: no limit.
+    pub fragments_max: u64,
+    /// A strike with a longer answer is refused, bytes; 0: no limit.
+    pub bytes_max: u64,
     /// Why the object could not be loaded; with `ready`, why what lies in its place now could not, which is why the
     /// version loaded before is still served. Of kind 0 otherwise.
     pub refusal: RefusalWire,
@@ -234,7 +238,7 @@ pub struct ProgressRow {
 
 const _: () = assert!(size_of::<ControlWire>() == 104);
 const _: () = assert!(size_of::<ControlHeader>() == 64);
-const _: () = assert!(size_of::<ObjectRow>() == 648);
+const _: () = assert!(size_of::<ObjectRow>() == 664);
 const _: () = assert!(size_of::<StatusRow>() == 48 + 20 * 8 + 9 * 40);
 
 impl Question {

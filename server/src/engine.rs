@@ -62,5 +62,6 @@ pub trait Outcome {
     fn write(&self, sections: &mut Sections<'_>, watch: &mut dyn Watch) -> Result<(), Refusal>;
 }
 
-/// Loads the database at a path; the error says what is wrong with it.
-pub type Loader = Arc<dyn Fn(&Path) -> Result<Arc<dyn Object>, String> + Send + Sync>;
+/// Loads the database at a path, as the object of the scene that has this name if there is a scene; the error says what is wrong
+/// with it.
+pub type Loader = Arc<dyn Fn(&Path, Option<&str>) -> Result<Arc<dyn Object>, String> + Send + Sync>;

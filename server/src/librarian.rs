@@ -9,7 +9,7 @@ use crate::engine::Loader;
 use crate::jobs::Event;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use shatter_proto::{Kind, Refusal};
-use std::collections::{BTreeSet, VecDeque};
+use std::collections::{BTreeMap, VecDeque};
 use std::path::PathBuf;
 use std::sync::{Arc, Weak};
 use tokio::sync::mpsc::UnboundedSender;
@@ -53,8 +53,8 @@ pub struct Folder {
     pub path: PathBuf,
     /// Whether it must exist: one that was asked for must, the platform's own may not be there yet.
     pub required: bool,
-    /// Names of the only databases that count, if not all do.
-    pub only: Option<BTreeSet<String>>,
+    /// The only objects, and the names of the databases that they are made of, if not all count.
+    pub only: Option<BTreeMap<String, String>>,
 }
 
 impl Folder {
@@ -65,7 +65,7 @@ impl Folder {
         }
         let shelf = Shelf::of(&self.path)?;
         Ok(match &self.only {
-            Some(names) => shelf.only(names),
+            Some(objects) => shelf.only(objects),
             None => shelf,
         })
     }
@@ -73,11 +73,13 @@ impl Folder {
     /// Refuses to begin without one of those that are wanted. Errors: `unknown_object`, `database_folder`.
     pub fn complete(&self) -> Result<(), Refusal> {
         let shelf = self.look()?;
-        let mut wanted = self.only.iter().flatten();
+        let mut wanted = self.only.iter().flat_map(BTreeMap::values);
         match wanted.find(|name| !shelf.holds(name)) {
             Some(name) => {
                 let folder = self.path.display();
-                let message = format!("the scene wants `{name}`, but there is no {folder}/{name}.shatter: bake it");
+                let message = format!(
+                    "the scene wants `{name}`, but there is no {folder}/{name}.shatter: bake it (--scene, if it has a `shape`)"
+                );
                 Err(Refusal::new(Kind::UnknownObject, name.clone(), message))
             }
             None => Ok(()),
@@ -245,7 +247,7 @@ mod tests {
     /// A librarian of a folder of its own, and what it tells.
     fn start(folder: &TempDir, required: bool) -> (Librarian, UnboundedReceiver<Event>) {
         let (sender, events) = unbounded_channel();
-        let loader: Loader = Arc::new(|_| Err("nothing is ever loaded here".to_owned()));
+        let loader: Loader = Arc::new(|_, _| Err("nothing is ever loaded here".to_owned()));
         let path = folder.path().join("databases");
         (Librarian::new(Folder { path, required, only: None }, loader, sender).unwrap(), events)
     }
@@ -296,7 +298,7 @@ mod tests {
         let finished = Arc::new(Mutex::new(Vec::new()));
         let told = finished.clone();
         librarian.loader =
-            Arc::new(move |path| Ok(Arc::new(Raw(path.file_stem().unwrap().display().to_string(), told.clone()))));
+            Arc::new(move |path, _| Ok(Arc::new(Raw(path.file_stem().unwrap().display().to_string(), told.clone()))));
         let catalog = Arc::new(Catalog::default().renewed(Shelf::of(&databases).unwrap(), &librarian.loader));
         librarian.finish(&catalog);
         librarian.reload(&catalog);

@@ -18,7 +18,7 @@ use shatter_proto::place::Place;
 use shatter_proto::refusal::RefusalWire;
 use shatter_proto::transport::failed;
 use shatter_proto::{Kind, Refusal, shared_memory};
-use std::collections::BTreeSet;
+use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 use tokio::sync::Notify;
@@ -46,8 +46,8 @@ pub struct Options {
     pub config: Config,
     /// How databases become objects.
     pub loader: Loader,
-    /// The only objects that are served, if not all that lie in the folder.
-    pub only: Option<BTreeSet<String>>,
+    /// The only objects that are served, and the names of the databases that they are made of, if not all that lie in the folder.
+    pub only: Option<BTreeMap<String, String>>,
     /// Called once it serves.
     pub ready: Box<dyn FnOnce() + Send>,
     /// Ends it, as SIGTERM does.
@@ -106,7 +106,7 @@ impl Daemon {
         home: Home,
         config: Config,
         loader: Loader,
-        only: Option<BTreeSet<String>>,
+        only: Option<BTreeMap<String, String>>,
     ) -> Result<(Self, Bell, UnboundedReceiver<Event>), Refusal> {
         let begun = Instant::now();
         let folder = folder(&config, only)?;
@@ -341,7 +341,7 @@ impl Daemon {
 }
 
 /// Where the databases are. The platform's own folder may not exist yet; one that was asked for must.
-fn folder(config: &Config, only: Option<BTreeSet<String>>) -> Result<Folder, Refusal> {
+fn folder(config: &Config, only: Option<BTreeMap<String, String>>) -> Result<Folder, Refusal> {
     let required = !config.databases.folder.as_os_str().is_empty();
     let folder = Folder { path: config.databases()?, required, only };
     folder.complete()?;

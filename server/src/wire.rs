@@ -34,17 +34,20 @@ const ANSWER_BYTES_PER_SKIN_TRIANGLE: usize = 6 * 16 + 12 * 32;
 
 /// Loads databases as the science writes them: whole, or what a scene wants of them.
 pub fn loader(scene: Option<Scene>) -> Loader {
-    Arc::new(move |path| {
-        let object = scene.as_ref().map(|scene| scene.objects.get(path.file_stem()?.to_str()?));
+    Arc::new(move |path, name| {
+        let object = scene.as_ref().map(|scene| scene.objects.get(name?));
         let (terms, material) = match object {
             None => (Terms::default(), None),
             Some(Some(object)) => (object.terms.clone(), object.material.as_ref()),
             Some(None) => return Err("it is not in the scene".to_owned()),
         };
-        let prepared = database::load_tables(path, terms.tables()).map_err(|error| error.to_string())?;
+        let mut prepared = database::load_tables(path, terms.tables()).map_err(|error| error.to_string())?;
         let own = &prepared.parameters.material_name;
         if let Some((name, _)) = material.filter(|(name, _)| name != own) {
             return Err(format!("it was baked of {own}, the scene wants {name}: bake it again"));
+        }
+        if let Some(name) = name {
+            name.clone_into(&mut prepared.name);
         }
         let name = prepared.name.clone();
         let refused = |error: &dyn std::fmt::Display| format!("objects.{name}: {error}");
@@ -96,6 +99,8 @@ impl Object for Served {
             centre_m: prepared.frame.centre_m.coords.into(),
             radius_m: DEFAULT_RADIUS_DIAGONALS * prepared.frame.diagonal_m,
             duration_s: DEFAULT_DURATION_S,
+            fragments_max: self.terms.fragments_max.map_or(0, u64::from),
+            bytes_max: self.terms.bytes_max.unwrap_or(0),
             ..ObjectRow::zeroed()
         };
         row.set_name(&prepared.name);

@@ -74,7 +74,7 @@ fn start(settings: &str) -> (InProcess, Object, Written) {
     std::fs::write(here.databases().join("bar.shatter"), BAR.as_slice()).unwrap();
     let written = Written::default();
     let (real, seen) = (wire::loader(None), written.clone());
-    let loader: Loader = Arc::new(move |path: &Path| Ok(Arc::new(Watched(real(path)?, seen.clone()))));
+    let loader: Loader = Arc::new(move |path: &Path, name| Ok(Arc::new(Watched(real(path, name)?, seen.clone()))));
     let daemon = InProcess::start_with(here, settings, loader);
     let bar = daemon.connect().object("bar", patience()).unwrap();
     (daemon, bar, written)

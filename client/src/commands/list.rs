@@ -41,6 +41,8 @@ fn object(facts: &ObjectFacts) -> Value {
         "material": facts.material,
         "bodies": facts.bodies,
         "degree_max": facts.degree_max,
+        "fragments_max": facts.fragments_max,
+        "bytes_max": facts.bytes_max,
         "elastic_nodes": facts.elastic_nodes,
         "crack_nodes": facts.crack_nodes,
         "gamma_j_m2": facts.gamma_j_m2,

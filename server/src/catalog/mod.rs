@@ -1,4 +1,5 @@
-//! The objects of the service. A database that cannot be loaded is logged and listed with its error; the others are served.
+//! The objects of the service. A database that cannot be loaded is logged and listed with its error; the others are served. A scene
+//! may make several objects of one database: each is an entry of its own, loaded by itself.
 //!
 //! A catalog never changes: a reload makes another one of it, in which what lies in the folder unchanged is kept, and which
 //! takes its place whole. Strikes hold on to the version that they began with.
@@ -8,7 +9,7 @@ mod shelf;
 mod version;
 
 pub use retired::Retired;
-pub use shelf::Shelf;
+pub use shelf::{Shelf, Source};
 pub use version::{Version, unix_ns};
 
 use crate::engine::{Loader, Object};
@@ -17,7 +18,6 @@ use shatter_proto::control::ObjectRow;
 use shatter_proto::refusal::RefusalWire;
 use shatter_proto::{Kind, Refusal};
 use std::collections::BTreeMap;
-use std::path::Path;
 use std::sync::Arc;
 use std::time::SystemTime;
 
@@ -50,36 +50,36 @@ impl Catalog {
     /// are tried again, and one that took the place of a version and fails leaves that version served.
     #[must_use]
     pub fn renewed(&self, shelf: Shelf, loader: &Loader) -> Self {
-        let found = shelf.map(|path, stamp| match self.at(path) {
-            Some(version) if version.stamp == stamp => (path.to_owned(), Ok(version.clone())),
-            _ => (path.to_owned(), Version::load(path, stamp, loader).map(Arc::new)),
+        let found = shelf.map(|source, stamp| match self.at(source) {
+            Some(version) if version.stamp == stamp => (source.clone(), Ok(version.clone())),
+            _ => (source.clone(), Version::load(source, stamp, loader).map(Arc::new)),
         });
         let mut catalog = Self { entries: BTreeMap::new(), shelf, read: SystemTime::now() };
         let mut loaded: Vec<_> =
-            found.iter().filter_map(|(path, version)| Some((path, version.as_ref().ok()?))).collect();
+            found.iter().filter_map(|(source, version)| Some((source, version.as_ref().ok()?))).collect();
         // A name that several files hold goes to the file of that name, where bakes write; else to the one that had it. Copies
         // take nothing away.
-        loaded.sort_by_key(|(path, version)| (stem(path) != version.name, !self.serves(path, &version.name)));
-        for (path, version) in loaded {
-            catalog.put(path, version, self);
+        loaded.sort_by_key(|(source, version)| (source.name() != version.name, !self.serves(source, &version.name)));
+        for (source, version) in loaded {
+            catalog.put(source, version, self);
         }
         // Last, so that a version whose place was spoilt takes no name away from one that was not.
-        for (path, version) in &found {
+        for (source, version) in &found {
             if let Err(why) = version {
-                catalog.miss(path, why, self);
+                catalog.miss(source, why, self);
             }
         }
         catalog
     }
 
-    /// Whether the object `name` is the one from `path`.
-    fn serves(&self, path: &Path, name: &str) -> bool {
-        self.at(path).is_some_and(|version| version.name == name)
+    /// Whether the object `name` is the one from `source`.
+    fn serves(&self, source: &Source, name: &str) -> bool {
+        self.at(source).is_some_and(|version| version.name == name)
     }
 
-    /// The version that was loaded from `path`.
-    fn at(&self, path: &Path) -> Option<&Arc<Version>> {
-        self.versions().find(|version| version.path == path)
+    /// The version that was loaded from `source`.
+    fn at(&self, source: &Source) -> Option<&Arc<Version>> {
+        self.versions().find(|version| version.source == *source)
     }
 
     /// Everything that can be struck.
@@ -88,10 +88,10 @@ impl Catalog {
     }
 
     /// Takes `version` in under its name, unless another file has it.
-    fn put(&mut self, path: &Path, version: &Arc<Version>, before: &Self) {
+    fn put(&mut self, source: &Source, version: &Arc<Version>, before: &Self) {
         if let Some(other) = self.entries.get(&version.name).and_then(|entry| entry.version.as_ref()) {
-            let why = format!("{} already holds an object `{}`", other.path.display(), version.name);
-            return self.refuse(&stem(path), path, &why);
+            let why = format!("{} already holds an object `{}`", other.source.path.display(), version.name);
+            return self.refuse(&source.name(), source, &why);
         }
         let generation = match before.entries.get(&version.name) {
             Some(Entry { version: Some(old), generation, .. }) if Arc::ptr_eq(old, version) => *generation,
@@ -102,20 +102,21 @@ impl Catalog {
         (entry.version, entry.generation) = (Some(version.clone()), generation);
     }
 
-    /// The file at `path` cannot be loaded. What was loaded from that place before is served on.
-    fn miss(&mut self, path: &Path, why: &str, before: &Self) {
+    /// `source` cannot be loaded. What was loaded from that place before is served on.
+    fn miss(&mut self, source: &Source, why: &str, before: &Self) {
         let free = |name: &str| self.entries.get(name).is_none_or(|entry| entry.version.is_none());
-        match before.at(path).filter(|old| free(&old.name)) {
+        match before.at(source).filter(|old| free(&old.name)) {
             Some(old) => {
-                self.put(path, old, before);
-                self.refuse(&old.name, path, why);
+                self.put(source, old, before);
+                self.refuse(&old.name, source, why);
             }
-            None => self.refuse(&stem(path), path, why),
+            None => self.refuse(&source.name(), source, why),
         }
     }
 
-    /// Lists under `name` that the file at `path` is not served.
-    fn refuse(&mut self, name: &str, path: &Path, why: &str) {
+    /// Lists under `name` that `source` is not served.
+    fn refuse(&mut self, name: &str, source: &Source, why: &str) {
+        let path = &source.path;
         let entry = self.entries.entry(name.to_owned()).or_default();
         let served = entry.version.is_some();
         tracing::error!(object = name, path = %path.display(), why, served, "cannot be loaded");
@@ -193,11 +194,6 @@ impl Entry {
         }
         row
     }
-}
-
-/// The name that a file stands for as long as nobody knows what is in it.
-fn stem(path: &Path) -> String {
-    path.file_stem().unwrap_or_default().to_string_lossy().into_owned()
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 use shatter_proto::{Kind, Refusal};
-use std::collections::BTreeSet;
+use std::collections::BTreeMap;
 use std::fs::Metadata;
 use std::io;
 use std::os::unix::fs::MetadataExt;
@@ -41,9 +41,25 @@ impl Stamp {
     }
 }
 
+/// What an entry of a catalog is loaded from.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Source {
+    /// The database.
+    pub path: PathBuf,
+    /// The object of a scene that it becomes; `None`: there is no scene, and the database says what it is called.
+    pub object: Option<String>,
+}
+
+impl Source {
+    /// The name that it stands for as long as nobody knows what is in it.
+    pub(super) fn name(&self) -> String {
+        self.object.clone().unwrap_or_else(|| stem(&self.path))
+    }
+}
+
 /// The databases of a folder at one moment, sorted by path: a name given twice always goes to the same file.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Shelf(Vec<(PathBuf, Stamp)>);
+pub struct Shelf(Vec<(Source, Stamp)>);
 
 impl Shelf {
     /// Looks at `folder`. Errors: `database_folder`.
@@ -61,24 +77,33 @@ impl Shelf {
             }
         }
         files.sort_by(|a, b| a.0.cmp(&b.0));
-        Ok(Self(files))
+        Ok(Self(files.into_iter().map(|(path, stamp)| (Source { path, object: None }, stamp)).collect()))
     }
 
-    /// Of these files the ones with such names.
+    /// These files as a scene has them: each as often as `objects` give its name to one of theirs.
     #[must_use]
-    pub fn only(self, names: &BTreeSet<String>) -> Self {
-        Self(self.0.into_iter().filter(|(path, _)| names.contains(&super::stem(path))).collect())
+    pub fn only(self, objects: &BTreeMap<String, String>) -> Self {
+        let cast = |(file, stamp): (Source, Stamp)| {
+            let own = objects.iter().filter(|(_, database)| **database == stem(&file.path)).map(|(object, _)| object);
+            own.map(|object| (Source { object: Some(object.clone()), ..file.clone() }, stamp)).collect::<Vec<_>>()
+        };
+        Self(self.0.into_iter().flat_map(cast).collect())
     }
 
     /// Whether there is a file of that name.
     pub fn holds(&self, name: &str) -> bool {
-        self.0.iter().any(|(path, _)| super::stem(path) == name)
+        self.0.iter().any(|(source, _)| stem(&source.path) == name)
     }
 
     /// Calls `each` for every file on the current rayon pool; the results are in the order of the files.
-    pub(super) fn map<T: Send>(&self, each: impl Fn(&Path, Stamp) -> T + Sync) -> Vec<T> {
-        self.0.par_iter().map(|(path, stamp)| each(path, *stamp)).collect()
+    pub(super) fn map<T: Send>(&self, each: impl Fn(&Source, Stamp) -> T + Sync) -> Vec<T> {
+        self.0.par_iter().map(|(source, stamp)| each(source, *stamp)).collect()
     }
+}
+
+/// The name of a file.
+fn stem(path: &Path) -> String {
+    path.file_stem().unwrap_or_default().to_string_lossy().into_owned()
 }
 
 /// The stamp of a file; `None` if it is gone by now. A link to nowhere is there all the same: whoever loads it says so.

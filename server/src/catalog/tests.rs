@@ -33,10 +33,10 @@ impl Object for Named {
 
 /// A "database" is a text: the object's name, `!` for a damaged one, `panic` for one that the loader falls over.
 fn loader() -> Loader {
-    Arc::new(|path| match std::fs::read_to_string(path).map_err(|error| error.to_string())?.as_str() {
+    Arc::new(|path, object| match std::fs::read_to_string(path).map_err(|error| error.to_string())?.as_str() {
         "!" => Err("damaged".to_owned()),
         "panic" => panic!("fell over it"),
-        name => Ok(Arc::new(Named(name.to_owned()))),
+        name => Ok(Arc::new(Named(object.unwrap_or(name).to_owned()))),
     })
 }
 
@@ -67,6 +67,16 @@ impl Folder {
 
     fn reload(&self, catalog: &Catalog) -> Catalog {
         catalog.renewed(Shelf::of(self.0.path()).unwrap(), &loader())
+    }
+
+    /// As a scene has it: objects, and what they are made of.
+    fn cast(&self, catalog: &Catalog, objects: &[(&str, &str)]) -> Catalog {
+        let objects = objects.iter().map(|(object, database)| ((*object).to_owned(), (*database).to_owned())).collect();
+        catalog.renewed(Shelf::of(self.0.path()).unwrap().only(&objects), &loader())
+    }
+
+    fn source(&self, file: &str) -> Source {
+        Source { path: self.path(file), object: None }
     }
 }
 
@@ -149,11 +159,11 @@ fn copies_of_a_database_take_nothing_away() {
     assert!(same(&after, "spot") && same(&after, "vase"));
     assert_eq!(kind(&after, "a copy"), Kind::CorruptObject);
     assert!(row(&after, "vase-0").refusal().unwrap().message.contains("vase-1.shatter already holds"));
-    assert!(folder.load().get("spot").is_ok_and(|_| folder.load().at(&folder.path("spot")).is_some()));
+    assert!(folder.load().get("spot").is_ok_and(|_| folder.load().at(&folder.source("spot")).is_some()));
     // The file of the object's own name has it, also when it comes late.
     folder.put("vase", "vase");
     let after = folder.reload(&after);
-    assert!(!same(&after, "vase") && after.at(&folder.path("vase")).is_some());
+    assert!(!same(&after, "vase") && after.at(&folder.source("vase")).is_some());
     assert_eq!((row(&after, "vase").generation, row(&after, "vase").refusal()), (2, None));
 }
 
@@ -189,4 +199,43 @@ fn what_was_replaced_is_counted_until_it_is_released() {
     assert_eq!(retired.alive(), (0, 0));
     retired.note(&after, &after);
     assert!(retired.alive() == (0, 0) && after.ready() == 2);
+}
+
+#[test]
+fn objects_of_one_database_are_entries_of_their_own_and_share_its_fate() {
+    const CAST: [(&str, &str); 3] = [("near", "statue"), ("far", "statue"), ("vase", "vase")];
+    let folder = Folder::of(&[("statue", "anything"), ("vase", "vase"), ("idle", "idle")]);
+    let cast = |before: &Catalog| folder.cast(before, &CAST);
+    let names = |catalog: &Catalog| catalog.rows(0, 99).iter().map(ObjectRow::name).collect::<Vec<_>>();
+    let same = |one: &Catalog, two: &Catalog, name: &str| Arc::ptr_eq(&one.get(name).unwrap(), &two.get(name).unwrap());
+    let generations = |catalog: &Catalog| CAST.map(|(name, _)| row(catalog, name).generation);
+    let first = cast(&Catalog::default());
+    assert_eq!(names(&first), ["far", "near", "vase"]);
+    assert!(!Arc::ptr_eq(&first.get("near").unwrap(), &first.get("far").unwrap()));
+    assert_eq!((first.memory_bytes(), first.ready(), row(&first, "far").memory_bytes), (300, 3, 100));
+    assert_eq!(kind(&first, "statue"), Kind::UnknownObject, "the file's own name is not served");
+
+    let still = cast(&first);
+    assert!(CAST.iter().all(|(name, _)| same(&first, &still, name)));
+    folder.put("statue", "another");
+    let replaced = cast(&still);
+    assert!(!same(&still, &replaced, "near") && !same(&still, &replaced, "far") && same(&still, &replaced, "vase"));
+    assert_eq!(generations(&replaced), [2, 2, 1]);
+
+    folder.put("statue", "!");
+    let spoilt = cast(&replaced);
+    assert_eq!((spoilt.ready(), spoilt.outdated()), (3, 2));
+    for name in ["near", "far"] {
+        assert!(same(&replaced, &spoilt, name));
+        let refusal = row(&spoilt, name).refusal().unwrap();
+        assert_eq!((refusal.at.as_str(), refusal.message.as_str()), (name, "statue.shatter: damaged"));
+    }
+    std::fs::remove_file(folder.path("statue")).unwrap();
+    let gone = cast(&spoilt);
+    assert_eq!(names(&gone), ["vase"]);
+    folder.put("statue", "!");
+    let bad = cast(&gone);
+    assert_eq!(["near", "far"].map(|name| kind(&bad, name)), [Kind::CorruptObject; 2]);
+    folder.put("statue", "it is back");
+    assert_eq!((names(&cast(&bad)), cast(&bad).outdated()), (names(&first), 0));
 }

@@ -1,12 +1,11 @@
 //! One version of an object, as it was loaded from one version of a file.
 
-use super::shelf::Stamp;
+use super::shelf::{Source, Stamp};
 use crate::engine::{Loader, Object};
 use crate::panics;
 use shatter_proto::control::ObjectRow;
 use shatter_proto::name::object_name;
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant, SystemTime};
 
@@ -14,7 +13,7 @@ use std::time::{Duration, Instant, SystemTime};
 pub struct Version {
     pub(super) object: Arc<dyn Object>,
     pub(super) name: String,
-    pub(super) path: PathBuf,
+    pub(super) source: Source,
     pub(super) stamp: Stamp,
     memory_bytes: u64,
     loaded: SystemTime,
@@ -22,11 +21,11 @@ pub struct Version {
 }
 
 impl Version {
-    /// Loads the file at `path`; the error says what is wrong with it. A loader that panics has found that, too: the daemon
+    /// Loads `source`; the error says what is wrong with it. A loader that panics has found that, too: the daemon
     /// does not fall over a file.
-    pub(super) fn load(path: &Path, stamp: Stamp, loader: &Loader) -> Result<Self, String> {
+    pub(super) fn load(source: &Source, stamp: Stamp, loader: &Loader) -> Result<Self, String> {
         let begun = Instant::now();
-        let object = catch_unwind(AssertUnwindSafe(|| loader(path)))
+        let object = catch_unwind(AssertUnwindSafe(|| loader(&source.path, source.object.as_deref())))
             .unwrap_or_else(|panic| Err(format!("loading it failed: {}", panics::text(panic.as_ref()))))?;
         let name = object.row().name();
         object_name(&name).map_err(|refusal| refusal.message)?;
@@ -34,7 +33,7 @@ impl Version {
             memory_bytes: object.bytes() as u64,
             object,
             name,
-            path: path.to_owned(),
+            source: source.clone(),
             stamp,
             loaded: SystemTime::now(),
             load_time: begun.elapsed(),
@@ -46,7 +45,7 @@ impl Version {
     fn log(&self) {
         tracing::info!(
             object = self.name,
-            path = %self.path.display(),
+            path = %self.source.path.display(),
             file_bytes = self.stamp.bytes(),
             memory_bytes = self.memory_bytes,
             ms = self.load_time.as_millis() as u64,

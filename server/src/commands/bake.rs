@@ -1,7 +1,7 @@
 //! `shatterd bake`: a mesh file becomes a database.
 
 use super::bar::Bar;
-use super::{Failure, baked, interrupt, out, shares};
+use super::{Failure, bake_scene, baked, interrupt, out, shares};
 use crate::config::data_folder;
 use clap::Args;
 use shatter_fracture::database::{self, BakeRequest, Partial, Share, Tables};
@@ -18,10 +18,18 @@ pub const MATERIALS: &str = include_str!("../../../config/materials.toml");
 #[derive(Args, Debug)]
 pub struct BakeArgs {
     /// Mesh file: .obj, .ply, .stl, .gltf, .glb
-    pub mesh: PathBuf,
+    #[arg(required_unless_present = "scene")]
+    pub mesh: Option<PathBuf>,
     /// Name of the object
-    #[arg(long)]
-    pub name: String,
+    #[arg(long, required_unless_present = "scene")]
+    pub name: Option<String>,
+    /// Instead of a mesh: bake what this scene needs of every object whose shape is generated, as the scene says; what is there and
+    /// the same is kept
+    #[arg(long, value_name = "FILE", conflicts_with_all = [
+        "mesh", "name", "material", "materials", "fragment_size", "gamma", "unit", "up", "elastic_spacing", "crack_spacing",
+        "examples", "elastic", "add", "seed", "shard", "resume", "restart",
+    ])]
+    pub scene: Option<PathBuf>,
     /// Material
     #[arg(long, default_value = "glass")]
     pub material: String,
@@ -72,7 +80,7 @@ pub struct BakeArgs {
     #[arg(long, conflicts_with = "resume")]
     pub restart: bool,
     /// Folder of databases [default: the platform's]
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, value_name = "DIR", visible_alias = "databases")]
     pub out: Option<PathBuf>,
     /// One JSON document on stdout
     #[arg(long)]
@@ -81,21 +89,30 @@ pub struct BakeArgs {
 
 /// Bakes and prints what was found. Whatever happens, a database that was there stays whole until the new one is.
 pub fn run(args: &BakeArgs) -> Result<(), Failure> {
+    let folder = args.out.clone().map_or_else(data_folder, Ok)?;
+    match (&args.scene, &args.mesh, &args.name) {
+        (Some(scene), ..) => bake_scene::run(scene, &folder, args.json),
+        (None, Some(mesh), Some(name)) => one(args, mesh, name, &folder),
+        (None, ..) => Err(Failure::refused("usage", "", "give a mesh and its --name, or a --scene")),
+    }
+}
+
+/// Bakes one object of a mesh file.
+fn one(args: &BakeArgs, mesh: &Path, name: &str, folder: &Path) -> Result<(), Failure> {
     let begun = Instant::now();
-    let request = request(args)?;
+    let request = request(args, name)?;
     let new = args.add.unwrap_or(args.examples);
     let share = shares::share(args.shard, new)?;
-    let folder = args.out.clone().map_or_else(data_folder, Ok)?;
-    out::folder(&folder)?;
-    let file = folder.join(format!("{}.{}", args.name, database::EXTENSION));
-    let kept = share.file(&folder, &args.name);
+    out::folder(folder)?;
+    let file = folder.join(format!("{name}.{}", database::EXTENSION));
+    let kept = share.file(folder, name);
     if !args.resume && !args.restart {
         shares::nothing_kept(&kept)?;
     }
-    let raw = surface::read(&args.mesh, args.unit, args.up)?;
+    let raw = surface::read(mesh, args.unit, args.up)?;
     let token = interrupt::token()?;
     let resumed = if args.resume { shares::resume(&kept, &raw, args, &request, share)? } else { None };
-    let bar = Bar::new(&args.name, share.size(new));
+    let bar = Bar::new(name, share.size(new));
     let begin = || match args.add {
         None => Ok::<_, Failure>(Partial::begin(raw, &request, share, &token, &mut |step| bar.show(step))?),
         Some(count) => Ok(Partial::add(same_mesh(raw, &file)?, count, share)?),
@@ -132,7 +149,7 @@ fn same_mesh(raw: RawMesh, file: &Path) -> Result<Prepared, Failure> {
     Err(Failure::refused("other_mesh", file.display().to_string(), message))
 }
 
-fn request(args: &BakeArgs) -> Result<BakeRequest, Failure> {
+fn request(args: &BakeArgs, name: &str) -> Result<BakeRequest, Failure> {
     let table = match &args.materials {
         None => MATERIALS.to_owned(),
         Some(path) => out::read_text(path).map_err(|error| {
@@ -140,7 +157,7 @@ fn request(args: &BakeArgs) -> Result<BakeRequest, Failure> {
         })?,
     };
     Ok(BakeRequest {
-        name: args.name.clone(),
+        name: name.to_owned(),
         material_name: args.material.clone(),
         material: Materials::parse(&table)?.get(&args.material)?.clone(),
         fragment_size_m: args.fragment_size,

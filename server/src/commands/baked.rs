@@ -23,7 +23,7 @@ pub fn tell(prepared: &Prepared, file: &Path, took: Duration, as_json: bool) -> 
 }
 
 /// Says on stderr when the lattice is too coarse for the shape: parts of about its spacing are lost or thickened.
-fn warn(prepared: &Prepared) {
+pub fn warn(prepared: &Prepared) {
     let error = prepared.report.volume_error();
     if error.abs() > VOLUME_ERROR_TOLD {
         let (percent, spacing) = (100.0 * error, prepared.parameters.crack_spacing);

@@ -35,12 +35,24 @@ pub fn run(args: &CheckArgs) -> Result<(), Failure> {
     if args.json {
         return out::print(&format!("{}\n", json!({ "scene": scene.title, "objects": objects })));
     }
-    out::print(&screen(&scene.title, &objects))
+    out::print(&(screen(&scene.title, &objects) + &missing(args, &objects)))
+}
+
+/// How to bake what is not there.
+fn missing(args: &CheckArgs, objects: &[Value]) -> String {
+    let shaped = |database: &Value| objects.iter().any(|own| own["database"] == *database && !own["shape"].is_null());
+    let absent = objects.iter().filter(|object| object["baked"] == false);
+    let (scene, mesh): (Vec<_>, Vec<_>) = absent.partition(|object| shaped(&object["database"]));
+    let folder = args.databases.as_ref().map_or(String::new(), |folder| format!(" --databases {}", folder.display()));
+    let scene = (!scene.is_empty()).then(|| format!("shatterd bake --scene {}{folder}", args.scene.display()));
+    let mesh = (!mesh.is_empty()).then(|| format!("shatterd bake MESH --name NAME{folder}"));
+    let ways: Vec<String> = scene.into_iter().chain(mesh).collect();
+    if ways.is_empty() { String::new() } else { format!("\nto bake what is not: {}\n", ways.join(", ")) }
 }
 
 fn plan(name: &str, object: &SceneObject, folder: &Path) -> Result<Value, Failure> {
     let terms = &object.terms;
-    let file = folder.join(format!("{name}.{EXTENSION}"));
+    let file = folder.join(format!("{}.{EXTENSION}", object.database));
     warp(name, &terms.controls, &file)?;
     let sizes = match file.exists() {
         true => Some(database::tensor_bytes(&file).map_err(|error| Failure::database(&file, &error))?),
@@ -81,6 +93,7 @@ fn plan(name: &str, object: &SceneObject, folder: &Path) -> Result<Value, Failur
         "object": name,
         "database": file.display().to_string(),
         "baked": sizes.is_some(),
+        "shape": object.shape,
         "material": object.material.as_ref().map(|(name, _)| name),
         "stages": stages.map(|(name, runs)| json!({ "name": name, "runs": runs })),
         "effects": Effect::ALL.map(effect),

@@ -1,6 +1,7 @@
 //! The commands of `shatterd`, one file each.
 
 pub mod bake;
+mod bake_scene;
 mod baked;
 mod bar;
 pub mod check;

@@ -53,7 +53,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let _ = writeln!(out, "ready").and_then(|()| out.flush());
     });
     let scene = args.scene.as_deref().map(Scene::load).transpose()?;
-    let only = scene.as_ref().map(|scene| scene.objects.keys().cloned().collect());
+    let only = scene.as_ref().map(Scene::databases);
     serve(Options { place, config, loader: loader(scene), only, ready, stop: Arc::new(Notify::new()) })?;
     Ok(())
 }

@@ -135,7 +135,7 @@ pub fn resume(
         Some(count) => task.request.is_none() && task.end - task.first == count,
     };
     let same_mesh = partial.prepared.report.input_hash == database::input_hash(&Surface::repair(raw.clone())?);
-    if asked && same_mesh && task.share == share && partial.prepared.name == args.name {
+    if asked && same_mesh && task.share == share && partial.prepared.name == request.name {
         return Ok(Some(partial));
     }
     let message = format!(

@@ -5,10 +5,9 @@ use super::progress::Progress;
 use crate::commands::bake::MATERIALS;
 use nalgebra::{Point3, Vector3};
 use shatter_fracture::database::{self, BakeRequest, Step};
-use shatter_fracture::lift::{ALPHA_DEFAULT, MODES_DEFAULT};
-use shatter_fracture::pipeline::{Parameters, Prepared};
+use shatter_fracture::pipeline::Prepared;
 use shatter_fracture::scene::Materials;
-use shatter_fracture::surface::{RawMesh, Surface, shapes};
+use shatter_fracture::surface::{RawMesh, shapes};
 use shatter_fracture::token::Token;
 use std::path::Path;
 
@@ -49,23 +48,14 @@ pub(super) fn prepare(databases: &Path, progress: &Progress) -> Result<Target, D
     let request = request()?;
     let file = databases.join(format!("{NAME}.{}", database::EXTENSION));
     progress.step("look for its database");
-    if let Some(prepared) = stored(&file, &mesh, &request)? {
+    let mut told = |step| progress.step(describe(step));
+    if let Some(prepared) = database::stored(&file, mesh.clone(), &request, &Token::default(), &mut told)? {
         return Ok(Target { prepared, point_m, direction, reused: true });
     }
-    let prepared = database::bake(mesh, &request, &Token::default(), &mut |step| progress.step(describe(step)))?;
+    let prepared = database::bake(mesh, &request, &Token::default(), &mut told)?;
     progress.step("write the database");
     database::save(&prepared, &file).map_err(|source| DemoError::Database { path: file.clone(), source })?;
     Ok(Target { prepared, point_m, direction, reused: false })
-}
-
-/// The stored object, if it is what a bake would make now. One that cannot be read counts as absent.
-fn stored(file: &Path, mesh: &RawMesh, request: &BakeRequest) -> Result<Option<Prepared>, DemoError> {
-    let Ok(prepared) = database::load(file) else {
-        return Ok(None);
-    };
-    let surface = Surface::repair(mesh.clone())?;
-    let same = prepared.report.input_hash == database::input_hash(&surface) && prepared.parameters == expected(request);
-    Ok(same.then_some(prepared))
 }
 
 fn request() -> Result<BakeRequest, DemoError> {
@@ -75,21 +65,6 @@ fn request() -> Result<BakeRequest, DemoError> {
         crack_spacing: Some(CRACK_SPACING),
         ..BakeRequest::new(NAME, MATERIAL, Materials::parse(MATERIALS)?.get(MATERIAL)?.clone())
     })
-}
-
-/// The parameters that `request` bakes with.
-fn expected(request: &BakeRequest) -> Parameters {
-    Parameters {
-        material_name: request.material_name.clone(),
-        material: request.material.clone(),
-        fragment_size_m: FRAGMENT_SIZE_M,
-        elastic_spacing: ELASTIC_SPACING,
-        crack_spacing: CRACK_SPACING,
-        modes: MODES_DEFAULT,
-        alpha: ALPHA_DEFAULT,
-        seed: request.seed,
-        elastic: request.elastic,
-    }
 }
 
 /// The vertex farthest out in the direction of the blow at its height, and the direction straight in from there.

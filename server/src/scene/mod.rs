@@ -3,10 +3,12 @@
 mod anchors;
 mod names;
 mod object;
+mod recipe;
 mod tables;
 mod warp;
 
 pub use object::{SceneObject, Terms};
+pub use recipe::Recipe;
 pub use tables::{Table, paid, tables};
 
 use names::known;
@@ -21,7 +23,7 @@ use std::path::Path;
 pub struct Scene {
     /// What it shows, for people.
     pub title: String,
-    /// Its objects, by the names under which they are served: those of their databases.
+    /// Its objects, by the names under which they are served.
     pub objects: BTreeMap<String, SceneObject>,
 }
 
@@ -57,9 +59,14 @@ impl Scene {
             let toml::Value::Table(table) = value else {
                 return Err(invalid(format!("objects.{name}"), "must be a table"));
             };
-            Ok((name.clone(), SceneObject::read(&format!("objects.{name}"), table, &materials, folder)?))
+            Ok((name.clone(), SceneObject::read(name, table, &materials, folder)?))
         };
         Ok(Self { title, objects: objects.iter().map(object).collect::<Result<_, Refusal>>()? })
+    }
+
+    /// The names of its objects' databases, by those of the objects.
+    pub fn databases(&self) -> BTreeMap<String, String> {
+        self.objects.iter().map(|(name, object)| (name.clone(), object.database.clone())).collect()
     }
 }
 

@@ -1,22 +1,24 @@
 //! What a scene says about one object.
 
 use super::names::{known, nearest};
-use super::{anchors, invalid, warp};
+use super::{Recipe, anchors, invalid, warp};
 use serde::Deserialize;
 use shatter_fracture::centroidal::TOLERANCE;
 use shatter_fracture::database::{BakeRequest, Tables};
 use shatter_fracture::degree::reference_gamma;
 use shatter_fracture::pipeline::{HoldError, Prepared};
 use shatter_fracture::scene::{Anchors, Controls, Material, Materials};
-use shatter_fracture::surface::{RawMesh, shapes};
+use shatter_fracture::surface::RawMesh;
 use shatter_fracture::token::Token;
 use shatter_proto::Refusal;
 use shatter_proto::effect::{Effect, Effects, conflict};
+use shatter_proto::name::object_name;
 use shatter_proto::request::{Lift, Strike};
 use std::path::Path;
 
 /// Keys of an object, in the order in which the shipped scenes have them.
-const KEYS: [&str; 18] = [
+const KEYS: [&str; 19] = [
+    "database",
     "shape",
     "material",
     "fragment_size_m",
@@ -47,12 +49,17 @@ const LIFTS: [(&str, Lift); 3] =
 /// Tolerances of the diagrams by name. A draft takes about half the iterations, fine ones are good to look at where cells are few.
 const QUALITIES: [(&str, f64); 3] = [("draft", 1e-2), ("normal", TOLERANCE), ("fine", 1e-5)];
 
+/// What names a database.
+const NAMES: &str = "it takes the name of a file in the folder that is served, without folders and without `.shatter`";
+
 /// Shapes that the project generates.
 pub const SHAPES: [&str; 6] = ["arch", "dumbbell", "horseshoe", "mug", "statue", "vase"];
 
 /// One object of a scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SceneObject {
+    /// Name of its database: that of the file, without its ending, in the folder that is served.
+    pub database: String,
     /// A generated shape that it can be baked from.
     pub shape: Option<&'static str>,
     /// What it is made of.
@@ -62,7 +69,7 @@ pub struct SceneObject {
     /// See there.
     pub crack_spacing: Option<f64>,
     /// Impacts that it learns from, if it is baked.
-    pub examples: u64,
+    pub examples: Option<u64>,
     /// How it is struck.
     pub terms: Terms,
 }
@@ -189,14 +196,14 @@ impl Terms {
 /// Types of the values, after the keys have been checked.
 #[derive(Deserialize)]
 struct Values {
+    database: Option<String>,
     shape: Option<String>,
     material: Option<String>,
     fragment_size_m: Option<f64>,
     gamma_j_m2: Option<f64>,
     elastic_spacing: Option<f64>,
     crack_spacing: Option<f64>,
-    #[serde(default)]
-    examples: u64,
+    examples: Option<u64>,
     lift: Option<String>,
     effects: Option<Vec<String>>,
     #[serde(default)]
@@ -213,8 +220,10 @@ struct Values {
 }
 
 impl SceneObject {
-    /// From its table, which stands at `path` in the scene.
-    pub(super) fn read(path: &str, table: &toml::Table, materials: &Materials, folder: &Path) -> Result<Self, Refusal> {
+    /// The object `name`, from its table.
+    pub(super) fn read(name: &str, table: &toml::Table, materials: &Materials, folder: &Path) -> Result<Self, Refusal> {
+        let path = format!("objects.{name}");
+        let path = path.as_str();
         known(path, table.keys(), &KEYS)?;
         let values = toml::Value::Table(table.clone()).try_into();
         let values: Values = values.map_err(|error: toml::de::Error| invalid(path, error.to_string().trim_end()))?;
@@ -234,6 +243,9 @@ impl SceneObject {
                 return Err(invalid(at(key), "must be finite and above zero"));
             }
         }
+        let database = values.database.unwrap_or_else(|| name.to_owned());
+        object_name(&database)
+            .map_err(|_| invalid(at("database"), format!("`{database}` names no database: {NAMES}")))?;
         let material = values.material.map(|name| match materials.get(&name) {
             Ok(material) => Ok((name, material.clone())),
             Err(error) => Err(invalid(at("material"), error)),
@@ -277,6 +289,7 @@ impl SceneObject {
             anchors,
         };
         Ok(Self {
+            database,
             shape: shape.transpose()?,
             material: material.transpose()?,
             elastic_spacing: values.elastic_spacing,
@@ -290,25 +303,7 @@ impl SceneObject {
 impl SceneObject {
     /// What it is baked from, if its shape is a generated one.
     pub fn bake(&self, name: &str) -> Option<(RawMesh, BakeRequest)> {
-        let mesh = match self.shape? {
-            "arch" => shapes::arch(),
-            "dumbbell" => shapes::dumbbell(),
-            "horseshoe" => shapes::horseshoe(),
-            "mug" => shapes::mug(),
-            "statue" => shapes::statue(),
-            _ => shapes::vase(),
-        };
-        let (material_name, material) = self.material.clone()?;
-        let request = BakeRequest {
-            fragment_size_m: self.terms.fragment_size_m,
-            gamma_j_m2: self.terms.gamma_j_m2,
-            elastic_spacing: self.elastic_spacing,
-            crack_spacing: self.crack_spacing,
-            examples: self.examples,
-            tables: self.terms.tables(),
-            ..BakeRequest::new(name, material_name, material)
-        };
-        Some((mesh, request))
+        Recipe::of(name, self).bake(name)
     }
 }
 

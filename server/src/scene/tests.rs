@@ -24,6 +24,10 @@ fn what_is_not_known_is_refused_by_name_with_the_nearest() {
     check("quality = \"drift\"", "objects.vase.quality", "`draft`");
     check("shape = \"vaze\"", "objects.vase.shape", "`vase`");
     check("effects = [\"tensile\"]", "tensile", "`elastic`");
+    for database in ["", "a/b", "..\\\\b", "/databases/vase.shatter"] {
+        check(&format!("database = \"{database}\""), "objects.vase.database", "without folders");
+    }
+    check("database = 3", "objects.vase", "database");
     check("volume_min_m3 = 0.1", "objects.vase.volume_min_m3", "`slivers`");
     check("fragment_size_m = 0.0", "objects.vase.fragment_size_m", "above zero");
     check("sites_max = \"many\"", "objects.vase", "sites_max");
@@ -48,6 +52,50 @@ fn what_is_not_known_is_refused_by_name_with_the_nearest() {
     assert_eq!((scene(""), scene("[objects]")), ("objects".to_owned(), "objects".to_owned()));
     assert_eq!(scene("title = 3\n[objects.a]"), "title");
     assert_eq!(scene("[objects.\"a/b\"]"), "a/b");
+}
+
+#[test]
+fn an_object_is_made_of_the_database_of_its_name_or_of_another() {
+    let text =
+        "[objects.vase]\n[objects.near]\ndatabase = \"statue\"\n[objects.far]\ndatabase = \"statue\"\neffects = []";
+    let databases = Scene::parse(text, Path::new("")).unwrap().databases();
+    let pairs: Vec<_> = databases.iter().map(|(object, database)| (object.as_str(), database.as_str())).collect();
+    assert_eq!(pairs, [("far", "statue"), ("near", "statue"), ("vase", "vase")]);
+}
+
+#[test]
+fn a_database_is_baked_for_all_objects_that_are_made_of_it() {
+    let both = |near: &str, far: &str| {
+        let far = format!("[objects.far]\ndatabase = \"statue\"\n{far}");
+        Scene::parse(&format!("{far}\n[objects.near]\ndatabase = \"statue\"\n{near}"), Path::new("")).unwrap()
+    };
+    const STATUE: &str = "shape = \"statue\"\nmaterial = \"plaster\"\nexamples = 60\ncrack_spacing = 0.02";
+    let request = |far: &str| both(STATUE, far).recipes().unwrap()["statue"].bake("statue").unwrap().1;
+    let alone = request("effects = []");
+    assert_eq!((alone.name.as_str(), alone.examples, alone.crack_spacing), ("statue", 60, Some(0.02)));
+    assert_eq!(alone.tables, Tables { surface_diffusion: false, ..Tables::ALL });
+    assert_eq!(request("effects = [\"interior\"]\nlift = \"surface_diffusion\"").tables, Tables::ALL);
+    assert_eq!(request("elastic_spacing = 0.03\nmaterial = \"plaster\"").elastic_spacing, Some(0.03));
+    let reversed = both(&format!("{STATUE}\neffects = []"), "").recipes().unwrap()["statue"].bake("statue").unwrap().1;
+    assert_eq!(reversed.tables, alone.tables);
+    // γ is each object's own.
+    let sized = |near: &str, far: &str| {
+        both(&format!("{STATUE}\n{near}"), far).recipes().unwrap()["statue"].bake("x").unwrap().1.fragment_size_m
+    };
+    let [small, large] = ["fragment_size_m = 0.01", "fragment_size_m = 0.02"];
+    assert_eq!((sized(small, ""), sized(small, small), sized(small, large)), (Some(0.01), Some(0.01), None));
+    for (key, value) in [
+        ("shape", "\"mug\""),
+        ("material", "\"glass\""),
+        ("elastic_spacing", "0.05"),
+        ("crack_spacing", "0.03"),
+        ("examples", "0"),
+    ] {
+        let refusal =
+            both(&format!("{STATUE}\nelastic_spacing = 0.04"), &format!("{key} = {value}")).recipes().unwrap_err();
+        assert_eq!(refusal.at, format!("objects.near.{key}"), "{refusal}");
+        assert!(refusal.message.contains("objects.far") && refusal.message.contains("`statue`"), "{refusal}");
+    }
 }
 
 #[test]

@@ -58,7 +58,7 @@ pub fn order(ending: &str) -> Vec<String> {
 
 /// Loads toys.
 pub fn loader() -> Loader {
-    Arc::new(|path| {
+    Arc::new(|path, _| {
         let word = std::fs::read_to_string(path).map_err(|error| error.to_string())?;
         let toy = match word.split_once(' ') {
             None if word == "tetra" => Toy::Tetra,

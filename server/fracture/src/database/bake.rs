@@ -14,7 +14,7 @@ use crate::pipeline::{
 };
 use crate::scene::{DEFAULT_FRAGMENT_DIAGONALS, Material};
 use crate::skin::{Outer, Skin};
-use crate::surface::{Defect, Inside, Looks, RawMesh, Side, Surface, SurfaceError, Widths};
+use crate::surface::{Defect, Inside, Looks, RawMesh, Side, Surface, SurfaceError};
 use crate::token::{Cancelled, Token};
 use serde::{Deserialize, Serialize};
 
@@ -71,7 +71,7 @@ impl BakeRequest {
 
 impl BakeRequest {
     /// The tables that are made.
-    fn tables(&self) -> Tables {
+    pub(super) fn tables(&self) -> Tables {
         let learns = self.examples > 0;
         Tables { elastic: self.tables.elastic || learns, interior: self.tables.interior || learns, ..self.tables }
     }
@@ -240,13 +240,7 @@ pub(super) fn whole(
         let solid = tables.elastic.then(solid).transpose()?;
         bodies.push(Body { solid, interior, surface_diffusion, ..Body::new(crack) });
     }
-    let gamma_j_m2 = request.gamma_j_m2.unwrap_or_else(|| {
-        degree::reference_gamma(
-            parameters.material.young_pa,
-            parameters.material.strength_pa,
-            parameters.fragment_size_m,
-        )
-    });
+    let gamma_j_m2 = gamma(request, &parameters);
     if !(gamma_j_m2.is_normal() && gamma_j_m2 > 0.0) {
         return Err(BakeError::NotPositive { key: "gamma from the fragment size", value: gamma_j_m2 });
     }
@@ -281,6 +275,13 @@ fn dressed(surface: &Surface, bodies: &mut [Body], spacing: f64, tables: Tables)
     tables.skin.then_some(skin)
 }
 
+/// γ, J·m².
+pub(super) fn gamma(request: &BakeRequest, parameters: &Parameters) -> f64 {
+    let Parameters { material, fragment_size_m, .. } = parameters;
+    let reference = || degree::reference_gamma(material.young_pa, material.strength_pa, *fragment_size_m);
+    request.gamma_j_m2.unwrap_or_else(reference)
+}
+
 /// κ and the network from the examples; κ from a few impacts of its own where a new object has too few of them.
 pub(super) fn finish(
     prepared: &mut Prepared,
@@ -312,7 +313,7 @@ pub(super) fn few_enough(examples: u64) -> Result<(), BakeError> {
 }
 
 /// Volume, spacings, both lattices, and what was found out about them.
-fn lattices(
+pub(super) fn lattices(
     request: &BakeRequest,
     surface: &Surface,
     token: &Token,
@@ -323,7 +324,8 @@ fn lattices(
     let volume = inside.input_volume(token)?;
     progress(Step::Lattices);
     let walls = inside.widths(Side::Wall, WIDTH_MAX, token)?;
-    let mut parameters = parameters(request, surface, volume, &walls)?;
+    let spacings = thin::spacings(request, volume, area(surface), &walls, &surface.frame)?;
+    let mut parameters = parameters(request, surface, spacings);
     let spacings = Spacings {
         elastic: parameters.elastic_spacing,
         crack: parameters.crack_spacing,
@@ -377,7 +379,7 @@ pub fn is_object_name(name: &str) -> bool {
         && !name.chars().any(|c| c.is_control() || c == '/' || c == '\\')
 }
 
-fn check(request: &BakeRequest) -> Result<(), BakeError> {
+pub(super) fn check(request: &BakeRequest) -> Result<(), BakeError> {
     if !is_object_name(&request.name) {
         return Err(BakeError::Name(request.name.clone()));
     }
@@ -396,9 +398,12 @@ fn check(request: &BakeRequest) -> Result<(), BakeError> {
     few_enough(request.examples)
 }
 
-fn parameters(request: &BakeRequest, surface: &Surface, volume: f64, walls: &Widths) -> Result<Parameters, BakeError> {
-    let [elastic_spacing, crack_spacing] = thin::spacings(request, volume, area(surface), walls, &surface.frame)?;
-    Ok(Parameters {
+pub(super) fn parameters(
+    request: &BakeRequest,
+    surface: &Surface,
+    [elastic_spacing, crack_spacing]: [f64; 2],
+) -> Parameters {
+    Parameters {
         material_name: request.material_name.clone(),
         material: request.material.clone(),
         fragment_size_m: request.fragment_size_m.unwrap_or(DEFAULT_FRAGMENT_DIAGONALS * surface.frame.diagonal_m),
@@ -408,7 +413,7 @@ fn parameters(request: &BakeRequest, surface: &Surface, volume: f64, walls: &Wid
         alpha: lift::ALPHA_DEFAULT,
         seed: request.seed,
         elastic: request.elastic,
-    })
+    }
 }
 
 /// Area of the surface, local.

@@ -11,6 +11,7 @@ mod parts;
 mod reduced;
 mod share;
 mod skins;
+mod stored;
 mod tables;
 mod thin;
 
@@ -22,6 +23,7 @@ pub use object::{
     save_partial, tensor_bytes,
 };
 pub use share::{JoinError, Partial, SHARE_EXTENSION, SHARES_MAX, Share, ShareError, Task, join};
+pub use stored::stored;
 pub use tables::Tables;
 
 /// The format that this program writes and reads; a whole number, raised by every incompatible change.

@@ -42,6 +42,19 @@ impl Tables {
         skin: false,
     };
 
+    /// These and those.
+    #[must_use]
+    pub fn and(self, other: Self) -> Self {
+        Self {
+            elastic: self.elastic || other.elastic,
+            interior: self.interior || other.interior,
+            surface_diffusion: self.surface_diffusion || other.surface_diffusion,
+            examples: self.examples || other.examples,
+            attributes: self.attributes || other.attributes,
+            skin: self.skin || other.skin,
+        }
+    }
+
     /// Whether the tensor of this name is wanted.
     pub(super) fn want(self, tensor: &str) -> bool {
         let (owner, part) = tensor.split_once('.').unwrap_or((tensor, ""));

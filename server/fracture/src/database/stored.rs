@@ -1,0 +1,138 @@
+//! Whether what is stored is what a bake would make.
+
+use super::bake::{self, BakeError, BakeRequest, Step};
+use super::{Tables, load};
+use crate::lift::LiftKind;
+use crate::pipeline::{Prepared, Unprepared};
+use crate::surface::{RawMesh, Surface};
+use crate::token::Token;
+use std::path::Path;
+
+/// The object in `file`, if a bake of `raw` would make it; tables that it has beside those are no difference. One that cannot be read
+/// counts as absent. Spacings that the request leaves open cost lattices, nothing costs more; `progress` is told of them. Errors: those
+/// of a bake as far as that.
+pub fn stored(
+    file: &Path,
+    raw: RawMesh,
+    request: &BakeRequest,
+    token: &Token,
+    progress: &mut dyn FnMut(Step),
+) -> Result<Option<Prepared>, BakeError> {
+    let Ok(prepared) = load(file) else {
+        return Ok(None);
+    };
+    bake::check(request)?;
+    progress(Step::Surface);
+    let surface = Surface::repair(raw)?;
+    if !alike(&prepared, &surface, request) {
+        return Ok(None);
+    }
+    let own = &prepared.parameters;
+    let asked = [request.elastic_spacing, request.crack_spacing];
+    if asked == [Some(own.elastic_spacing), Some(own.crack_spacing)] {
+        return Ok(Some(prepared));
+    }
+    if request.crack_spacing.is_some_and(|spacing| spacing != own.crack_spacing) {
+        return Ok(None);
+    }
+    let (parameters, ..) = bake::lattices(request, &surface, token, progress)?;
+    Ok((parameters == *own).then_some(prepared))
+}
+
+/// Whether everything but the spacings is as a bake would make it.
+fn alike(prepared: &Prepared, surface: &Surface, request: &BakeRequest) -> bool {
+    let own = &prepared.parameters;
+    let parameters = bake::parameters(request, surface, [own.elastic_spacing, own.crack_spacing]);
+    prepared.report.input_hash == bake::input_hash(surface)
+        && prepared.name == request.name
+        && prepared.impacts == request.examples
+        && prepared.gamma_j_m2 == bake::gamma(request, &parameters)
+        && request.kappa.is_none_or(|kappa| prepared.kappa == kappa)
+        && *own == parameters
+        && holds(prepared, request.tables())
+}
+
+/// Whether it has these tables, as far as a bake could make them.
+fn holds(prepared: &Prepared, tables: Tables) -> bool {
+    let unprepared = |index: usize| {
+        let of = |absent: &Unprepared| absent.body == index && absent.lift == LiftKind::SurfaceDiffusion;
+        prepared.report.unprepared.iter().any(of)
+    };
+    let dressed = prepared.skin.is_some() || !tables.skin;
+    dressed
+        && prepared.bodies.iter().enumerate().all(|(index, body)| {
+            (body.outer.is_some() || !tables.attributes)
+                && (body.solid.is_some() || !tables.elastic)
+                && (body.interior.is_some() || !tables.interior)
+                && (body.surface_diffusion.is_some() || !tables.surface_diffusion || unprepared(index))
+        })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::database::{bake, save};
+    use crate::scene::Materials;
+    use crate::surface::shapes;
+
+    /// A request, and a file with what it makes of a bar, which holds no table but the interior lift.
+    fn baked(spacings: [Option<f64>; 2]) -> (BakeRequest, tempfile::TempDir) {
+        let materials = Materials::parse(include_str!("../../../../config/materials.toml")).unwrap();
+        let [elastic_spacing, crack_spacing] = spacings;
+        let tables = Tables { interior: true, ..Tables::NONE };
+        let glass = materials.get("glass").unwrap().clone();
+        let request = BakeRequest { elastic_spacing, crack_spacing, tables, ..BakeRequest::new("bar", "glass", glass) };
+        let folder = tempfile::tempdir().unwrap();
+        let prepared = bake(bar(), &request, &Token::default(), &mut |_| {}).unwrap();
+        save(&prepared, &folder.path().join("bar.shatter")).unwrap();
+        (request, folder)
+    }
+
+    fn bar() -> RawMesh {
+        shapes::cuboid([0.4, 0.2, 0.2])
+    }
+
+    #[track_caller]
+    fn check(folder: &tempfile::TempDir, raw: RawMesh, request: &BakeRequest, wanted: bool) {
+        let file = folder.path().join("bar.shatter");
+        let found = stored(&file, raw, request, &Token::default(), &mut |_| {}).unwrap();
+        assert_eq!(found.is_some(), wanted, "{request:?}");
+    }
+
+    #[test]
+    fn any_parameter_that_differs_makes_another_object() {
+        let (request, folder) = baked([Some(0.12), Some(0.09)]);
+        check(&folder, bar(), &request, true);
+        check(&folder, shapes::cuboid([0.4, 0.2, 0.21]), &request, false);
+        let mut stone = request.clone();
+        stone.material.density_kg_m3 *= 2.0;
+        for other in [
+            stone,
+            BakeRequest { name: "rod".to_owned(), ..request.clone() },
+            BakeRequest { material_name: "crystal".to_owned(), ..request.clone() },
+            BakeRequest { fragment_size_m: Some(0.01), ..request.clone() },
+            BakeRequest { gamma_j_m2: Some(3.0), ..request.clone() },
+            BakeRequest { elastic_spacing: Some(0.11), ..request.clone() },
+            BakeRequest { elastic_spacing: None, ..request.clone() },
+            BakeRequest { crack_spacing: Some(0.1), ..request.clone() },
+            BakeRequest { crack_spacing: None, ..request.clone() },
+            BakeRequest { kappa: Some(0.5), ..request.clone() },
+            BakeRequest { examples: 3, ..request.clone() },
+            BakeRequest { seed: 1, ..request.clone() },
+            BakeRequest { tables: Tables::ALL, ..request.clone() },
+        ] {
+            check(&folder, bar(), &other, false);
+        }
+        let less = Tables { interior: false, ..request.tables };
+        check(&folder, bar(), &BakeRequest { tables: less, ..request.clone() }, true);
+        std::fs::write(folder.path().join("bar.shatter"), "spoilt").unwrap();
+        check(&folder, bar(), &request, false);
+    }
+
+    #[test]
+    fn spacings_that_are_left_open_are_those_that_a_bake_chooses() {
+        let (request, folder) = baked([None, None]);
+        check(&folder, bar(), &request, true);
+        check(&folder, bar(), &BakeRequest { crack_spacing: Some(0.09), ..request.clone() }, false);
+    }
+}

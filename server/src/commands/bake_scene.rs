@@ -1,0 +1,95 @@
+//! `shatterd bake --scene`: the databases of a scene, from the shapes that the project generates.
+
+use super::bar::Bar;
+use super::{Failure, baked, interrupt, out};
+use crate::scene::{Recipe, Scene};
+use serde_json::{Value, json};
+use shatter_fracture::database::{self, EXTENSION};
+use shatter_fracture::token::Token;
+use std::path::Path;
+use std::time::Instant;
+
+/// What became of a database.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum State {
+    /// It was baked.
+    Baked,
+    /// What is there is what a bake would make.
+    Kept,
+    /// It is of a mesh that the scene does not know.
+    NoShape,
+}
+
+/// Bakes every database of the scene whose shape is generated into `folder`, one after the other; what a bake would make again is kept.
+/// A failure or an interruption ends it, and what was finished before stays.
+pub fn run(scene: &Path, folder: &Path, as_json: bool) -> Result<(), Failure> {
+    let shown = scene.display();
+    let scene = Scene::load(scene)?;
+    let recipes = scene.recipes()?;
+    if recipes.iter().all(|(name, recipe)| recipe.bake(name).is_none()) {
+        let message = format!("{shown}: no object has a `shape`; bake their meshes with --name");
+        return Err(Failure::refused("no_shape", "shape", message));
+    }
+    out::folder(folder)?;
+    let token = interrupt::token()?;
+    let mut files = Vec::new();
+    for (name, recipe) in &recipes {
+        let (file, begun) = (folder.join(format!("{name}.{EXTENSION}")), Instant::now());
+        let state = match provide(name, recipe, &file, &token) {
+            Ok(state) => state,
+            Err(failure) => return Err(failure.with_files(Value::Array(files))),
+        };
+        let seconds = begun.elapsed().as_secs_f64();
+        if !as_json {
+            out::print(&line(name, recipe, state, &file, seconds))?;
+        }
+        files.push(json!({
+            "database": name,
+            "objects": recipe.objects,
+            "file": file.display().to_string(),
+            "state": word(state),
+            "seconds": seconds,
+        }));
+    }
+    match as_json {
+        true => out::print(&format!("{}\n", json!({ "scene": scene.title, "files": files }))),
+        false => Ok(()),
+    }
+}
+
+/// Sees to it that `file` is what `recipe` makes.
+fn provide(name: &str, recipe: &Recipe, file: &Path, token: &Token) -> Result<State, Failure> {
+    let Some((mesh, request)) = recipe.bake(name) else { return Ok(State::NoShape) };
+    let bar = Bar::new(name, request.examples);
+    let failed = |error| Failure::from(error).of_file(file);
+    let stored = database::stored(file, mesh.clone(), &request, token, &mut |step| bar.show(step)).map_err(failed)?;
+    if stored.is_some() {
+        bar.finish();
+        return Ok(State::Kept);
+    }
+    let prepared = database::bake(mesh, &request, token, &mut |step| bar.show(step)).map_err(failed)?;
+    bar.say("write");
+    database::save(&prepared, file).map_err(|error| Failure::database(file, &error))?;
+    bar.finish();
+    baked::warn(&prepared);
+    Ok(State::Baked)
+}
+
+fn word(state: State) -> &'static str {
+    match state {
+        State::Baked => "baked",
+        State::Kept => "kept",
+        State::NoShape => "no_shape",
+    }
+}
+
+fn line(name: &str, recipe: &Recipe, state: State, file: &Path, seconds: f64) -> String {
+    let file = file.display();
+    let own = recipe.objects.iter().eq([name]);
+    let objects = if own { String::new() } else { format!(" (for {})", recipe.objects.join(", ")) };
+    match state {
+        State::Baked => format!("{name}{objects}  baked  {file}, {seconds:.1} s\n"),
+        State::Kept => format!("{name}{objects}  kept   {file}\n"),
+        State::NoShape => format!("{name}{objects}  has no `shape`: bake its mesh with --name {name}\n"),
+    }
+}

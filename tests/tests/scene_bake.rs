@@ -1,0 +1,142 @@
+//! From a scene to its fragments: what it shows is baked from the project's own shapes, served, struck.
+
+use serde_json::{Value, json};
+use shatter_fracture::surface::shapes::{self, write_obj};
+use shatter_tests::house::House;
+use std::io::{BufRead, BufReader};
+use std::process::Stdio;
+
+const ARCH: &str = "shape = \"arch\"\nmaterial = \"stone\"\nelastic_spacing = 0.06\ncrack_spacing = 0.035";
+const HORSESHOE: &str = "shape = \"horseshoe\"\nmaterial = \"ceramic\"\nelastic_spacing = 0.06\ncrack_spacing = 0.04";
+
+/// Two objects of one database, one of another.
+fn scene(house: &House, horseshoe: &str) -> String {
+    let near = format!("[objects.near]\ndatabase = \"arch\"\neffects = [\"elastic\", \"interior\", \"bonds\"]\n{ARCH}");
+    let far = "[objects.far]\ndatabase = \"arch\"\neffects = []";
+    write(house, &format!("title = \"A test\"\n{near}\n{far}\n[objects.horseshoe]\neffects = []\n{horseshoe}"))
+}
+
+fn write(house: &House, text: &str) -> String {
+    let file = house.path("scene.toml");
+    std::fs::write(&file, text).unwrap();
+    file.to_str().unwrap().to_owned()
+}
+
+/// Bakes the scene; what became of its databases.
+#[track_caller]
+fn bake(house: &House, scene: &str) -> Vec<(String, String)> {
+    let told = house.ok("shatterd", &["bake", "--scene", scene]);
+    let word = |row: &Value, key: &str| row[key].as_str().unwrap().to_owned();
+    told["files"].as_array().unwrap().iter().map(|row| (word(row, "database"), word(row, "state"))).collect()
+}
+
+fn states(pairs: [(&str, &str); 2]) -> Vec<(String, String)> {
+    pairs.map(|(database, state)| (database.to_owned(), state.to_owned())).to_vec()
+}
+
+/// Runs `shatterd` to its end, as people do: exit code, stdout.
+fn screen(house: &House, arguments: &[&str]) -> (Option<i32>, String) {
+    let output = house.run("shatterd", arguments);
+    (output.status.code(), String::from_utf8(output.stdout).unwrap())
+}
+
+#[test]
+fn a_scene_is_baked_once_served_and_struck() {
+    let mut house = House::new();
+    let file = scene(&house, HORSESHOE);
+    let (_, plan) = screen(&house, &["check", &file]);
+    assert!(plan.ends_with(&format!("shatterd bake --scene {file}\n")), "{plan}");
+    assert_eq!(bake(&house, &file), states([("arch", "baked"), ("horseshoe", "baked")]));
+    let database = |name: &str| house.databases().join(format!("{name}.shatter"));
+    let bytes = ["arch", "horseshoe"].map(|name| std::fs::read(database(name)).unwrap());
+    let date = || ["arch", "horseshoe"].map(|name| database(name).metadata().unwrap().modified().unwrap());
+    let first = date();
+
+    // Only what some strike may need, for both objects of the arch.
+    let inspect = |name: &str| house.ok("shatterd", &["inspect", database(name).to_str().unwrap()]);
+    let (arch, horseshoe) = (inspect("arch"), inspect("horseshoe"));
+    assert_eq!((&arch["object"], &arch["surface_diffusion_dimensions"]), (&json!("arch"), &json!([null])));
+    assert!(arch["lift_dimensions"][0].as_u64() > Some(0) && arch["elastic_nodes"].as_u64() > Some(0), "{arch}");
+    assert_eq!((&horseshoe["lift_dimensions"], &horseshoe["elastic_nodes"]), (&json!([null]), &json!(0)));
+
+    assert_eq!(bake(&house, &file), states([("arch", "kept"), ("horseshoe", "kept")]));
+    let (code, lines) = screen(&house, &["bake", "--scene", &file]);
+    let lines: Vec<&str> = lines.lines().collect();
+    assert!(code == Some(0) && lines.len() == 2, "{lines:?}");
+    assert!(
+        lines[0].starts_with("arch (for far, near)  kept ") && lines[1].starts_with("horseshoe  kept "),
+        "{lines:?}"
+    );
+    assert_eq!(date(), first, "what is kept is not written");
+    assert!(!screen(&house, &["check", &file]).1.contains("--scene"));
+
+    let other = scene(&house, &HORSESHOE.replace("0.04", "0.045"));
+    assert_eq!(bake(&house, &other), states([("arch", "kept"), ("horseshoe", "baked")]));
+    assert_ne!(std::fs::read(database("horseshoe")).unwrap(), bytes[1]);
+    let file = scene(&house, HORSESHOE);
+    std::fs::remove_file(database("arch")).unwrap();
+    assert_eq!(bake(&house, &file), states([("arch", "baked"), ("horseshoe", "baked")]));
+    assert_eq!(["arch", "horseshoe"].map(|name| std::fs::read(database(name)).unwrap()), bytes, "the same bytes again");
+
+    house.serve(&["--scene", &file]);
+    let listed = house.ok("shatter", &["list"]);
+    let names: Vec<_> = listed["objects"].as_array().unwrap().iter().map(|row| row["object"].as_str()).collect();
+    assert_eq!(names, [Some("far"), Some("horseshoe"), Some("near")]);
+    let strike = |name: &str| {
+        let blow = ["--point", "0.5,0.3,0.1", "--impulse", "0,0,-900", "--degree", "6"];
+        house.ok("shatter", &[&["impact", name][..], &blow].concat())
+    };
+    let ran = |answer: &Value, stage: &str| {
+        let stages = answer["stages"].as_array().unwrap();
+        stages.iter().any(|row| row["name"] == stage && row["ran"] == true)
+    };
+    let (near, far) = (strike("near"), strike("far"));
+    assert_eq!([&near, &far].map(|answer| ran(answer, "elasticity")), [true, false], "{near}");
+    assert_eq!([&near, &far].map(|answer| ran(answer, "bonds")), [true, false]);
+    assert_eq!(house.end(), Some(0));
+}
+
+#[test]
+fn what_an_interruption_finds_finished_stays() {
+    let house = House::new();
+    let file = scene(&house, &format!("{HORSESHOE}\nexamples = 4000"));
+    let mut command = house.command("shatterd");
+    let mut child =
+        command.args(["bake", "--scene", &file]).stdout(Stdio::piped()).stderr(Stdio::null()).spawn().unwrap();
+    let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
+    let line = lines.next().unwrap().unwrap();
+    assert!(line.starts_with("arch (for far, near)  baked "), "{line}");
+    rustix::process::kill_process(rustix::process::Pid::from_child(&child), rustix::process::Signal::INT).unwrap();
+    assert_eq!((child.wait().unwrap().code(), lines.count()), (Some(130), 0));
+    let left: Vec<_> = std::fs::read_dir(house.databases()).unwrap().map(|entry| entry.unwrap().file_name()).collect();
+    assert_eq!(left, ["arch.shatter"]);
+    let file = scene(&house, HORSESHOE);
+    assert_eq!(bake(&house, &file), states([("arch", "kept"), ("horseshoe", "baked")]));
+}
+
+#[test]
+fn what_cannot_be_baked_of_a_scene_is_refused_before_anything_is() {
+    let house = House::new();
+    let refused = |text: &str| {
+        let file = write(&house, text);
+        let (code, document) = house.json("shatterd", &["bake", "--scene", &file]);
+        assert!(!house.databases().exists());
+        (code, document["error"]["at"].as_str().unwrap().to_owned())
+    };
+    let both = format!("[objects.a]\ndatabase = \"c\"\n{ARCH}\n[objects.b]\ndatabase = \"c\"\n");
+    assert_eq!(refused(&(both.clone() + "shape = \"mug\"")), (3, "objects.b.shape".to_owned()));
+    assert_eq!(refused(&(both + "crack_spacing = 0.04")), (3, "objects.b.crack_spacing".to_owned()));
+    assert_eq!(refused("[objects.a]\nshape = \"mug\""), (3, "objects.a.material".to_owned()));
+    assert_eq!(refused("[objects.a]\nmaterial = \"glass\""), (3, "shape".to_owned()));
+
+    let (file, mesh) = (scene(&house, HORSESHOE), house.path("arch.obj"));
+    write_obj(&shapes::arch(), &mesh).unwrap();
+    for more in [&[mesh.to_str().unwrap(), "--name", "arch"][..], &["--material", "glass"], &["--resume"]] {
+        let (code, document) = house.json("shatterd", &[&["bake", "--scene", &file], more].concat());
+        assert_eq!((code, &document["error"]["kind"]), (2, &json!("usage")), "{document}");
+    }
+    for less in [&[][..], &[mesh.to_str().unwrap()], &["--name", "arch"]] {
+        let (code, document) = house.json("shatterd", &[&["bake"], less].concat());
+        assert_eq!((code, &document["error"]["kind"]), (2, &json!("usage")), "{document}");
+    }
+}
