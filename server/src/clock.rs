@@ -145,7 +145,7 @@ mod tests {
         assert_eq!((bonds.ran, bonds.bytes, bonds.name()), (1, 64, "bonds"));
         assert_eq!((interior.ran, interior.ns, interior.bytes), (1, 0, 9));
         assert!(clock.rows()[7].ns < bonds.ns, "{:?} {bonds:?}", clock.rows()[7]);
-        assert_eq!(clock.effects().iter().filter(|row| row.ran == 0 && (row.ns, row.bytes) == (0, 0)).count(), 12);
+        assert_eq!(clock.effects().iter().filter(|row| row.ran == 0 && (row.ns, row.bytes) == (0, 0)).count(), 14);
     }
 
     #[test]

@@ -6,7 +6,7 @@ use shatter_client::{Broken, Degree, Effect, Effects, Fragment, Impact, Kind, Li
 use shatter_server::scene::Scene;
 use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
-use std::sync::LazyLock;
+use std::sync::{Arc, LazyLock};
 use support::{InProcess, TestPlace, bar, patience};
 
 /// A bar, baked once for all tests: the bytes of its database.
@@ -44,7 +44,8 @@ fn start_held() -> (InProcess, Object) {
 fn start_with(scene: Option<Scene>) -> (InProcess, Object) {
     let here = TestPlace::new("effects");
     std::fs::write(here.databases().join("bar.shatter"), BAR.as_slice()).unwrap();
-    let daemon = InProcess::start_with(here, "", shatter_server::wire::loader(scene));
+    let (name, load) = (scene.is_some().then_some("bar"), shatter_server::wire::loader(scene));
+    let daemon = InProcess::start_with(here, "", Arc::new(move |path, _| load(path, name)));
     let bar = daemon.connect().object("bar", patience()).unwrap();
     (daemon, bar)
 }
