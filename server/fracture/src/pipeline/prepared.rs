@@ -1,6 +1,6 @@
 //! Everything that depends on the object alone: built by baking, loaded at start-up, shared and never changed.
 
-use super::{ElasticRequest, Example, Held, Impact, Learned, Reduction, Strike, StrikeError, Warped};
+use super::{Bound, ElasticRequest, Example, Held, Impact, Learned, Reduction, Strike, StrikeError, Warped};
 use crate::degree::Slenderness;
 use crate::elasticity::{Boundary, Elasticity, ElasticityError, Reduced};
 use crate::lattice::{Lattice, Transfer};
@@ -114,6 +114,8 @@ pub struct Body {
     pub boundary: Boundary,
     /// What an artist's controls make of it, if there are any.
     pub warped: Option<Warped>,
+    /// What bounds its E_1; `None`: nothing does.
+    pub bound: Option<Bound>,
 }
 
 impl Body {
@@ -129,6 +131,7 @@ impl Body {
             interior: None,
             surface_diffusion: None,
             warped: None,
+            bound: None,
             crack,
         }
     }
