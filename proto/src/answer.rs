@@ -222,8 +222,8 @@ impl SectionKind {
 pub const DEGREE_SOURCES: [&str; 6] = ["threshold", "closed_form", "inferred", "verified", "optimised", "forced"];
 
 /// Where the energy came from; the numbers of [`SummaryWire::elastic`]. Solved if one body's displacements were; falloff where the
-/// effect `elastic` is off.
-pub const ELASTIC_SOURCES: [&str; 3] = ["solve", "reduced", "falloff"];
+/// effect `elastic` is off; bounded where the object stays whole whatever the displacements are, so that there are none.
+pub const ELASTIC_SOURCES: [&str; 4] = ["solve", "reduced", "falloff", "bounded"];
 
 /// What stopped the strike; the numbers of [`SummaryWire::stop_reason`].
 pub const STOP_REASONS: [&str; 2] = ["complete", "cap"];
@@ -256,9 +256,9 @@ pub struct SummaryWire {
     pub reserved: u32,
     /// γ used, J·m².
     pub gamma_j_m2: f64,
-    /// E_1/γ.
+    /// E_1/γ; where `elastic` is bounded it is at most this.
     pub e1_over_gamma: f64,
-    /// Factor on the impulses at which the object just breaks, √(γ/E_1); 0 where its weight alone breaks it. With the effect
+    /// Factor on the impulses at which the object just breaks, √(γ/E_1), or more where `elastic` is bounded; 0 where its weight alone breaks it. With the effect
     /// `gravity` it is searched for where nothing but the threshold is asked for; else it is that on all loads, weight among them.
     pub threshold_impulse_factor: f64,
     /// 0 to 1.

@@ -23,6 +23,8 @@ pub struct Clock {
     begun: Option<Instant>,
     /// What effects took of the stage that is entered.
     others_ns: u64,
+    /// Where the energy came from, once that is written.
+    energy: Option<&'static str>,
 }
 
 impl Default for Clock {
@@ -36,7 +38,7 @@ impl Clock {
     pub fn showing(shown: Shown) -> Self {
         let rows = std::array::from_fn(|stage| StageWire { stage: stage as u32, ran: 0, ns: 0, bytes: 0 });
         let effects = std::array::from_fn(|effect| EffectWire { effect: effect as u32, ran: 0, ns: 0, bytes: 0 });
-        Self { rows, effects, shown, entered: None, begun: None, others_ns: 0 }
+        Self { rows, effects, shown, entered: None, begun: None, others_ns: 0, energy: None }
     }
 
     /// Writes an outcome into its sections as part of the last stage, whose results are `bytes` long, and then what every stage and
@@ -52,6 +54,7 @@ impl Clock {
             self.leave(Stage::Fragments, bytes);
         }
         written?;
+        self.energy = Some(sections.summary.elastic());
         sections.stages.copy_from_slice(&self.rows());
         sections.effects.copy_from_slice(&self.effects());
         Ok(())
@@ -61,6 +64,11 @@ impl Clock {
         let row = &mut self.effects[effect as usize];
         (row.ran, row.ns, row.bytes) = (1, row.ns.saturating_add(ns), row.bytes.saturating_add(bytes));
         tracing::debug!(ns, bytes, "{}", effect.name());
+    }
+
+    /// Where the energy of the strike came from, by its name in an answer; `None` without one.
+    pub fn energy(&self) -> Option<&'static str> {
+        self.energy
     }
 
     /// One row per effect, also for those that did not run.

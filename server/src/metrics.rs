@@ -90,6 +90,7 @@ const GAUGES: &[(&str, &str, Option<Unit>, Reading)] = &[
 pub struct Metrics {
     registry: Registry,
     ends: Family<Label, Counter>,
+    energies: Family<Label, Counter>,
     stage_seconds: Spans,
     effect_seconds: Spans,
     strike_seconds: Histogram,
@@ -114,6 +115,7 @@ impl Metrics {
         let metrics = Self {
             registry: Registry::with_prefix("shatter"),
             ends: Family::default(),
+            energies: Family::default(),
             stage_seconds: Family::new_with_constructor(seconds),
             effect_seconds: Family::new_with_constructor(seconds),
             strike_seconds: seconds(),
@@ -127,6 +129,8 @@ impl Metrics {
     fn registered(mut self) -> Self {
         let registry = &mut self.registry;
         registry.register("strikes", "Strikes by how they ended", self.ends.clone());
+        let help = "Answers by where their energy came from; bounded: the object stays whole, and nothing had to be solved for";
+        registry.register("energies", help, self.energies.clone());
         let stages = self.stage_seconds.clone();
         registry.register_with_unit("stage", "Time per stage that ran", Unit::Seconds, stages);
         let effects = self.effect_seconds.clone();
@@ -149,11 +153,21 @@ impl Metrics {
         self.ends.get_or_create(&[("end", end.name())]).inc();
     }
 
-    /// Counts a strike that ran.
-    pub fn ran(&mut self, end: End, time: Duration, stages: &[StageWire], effects: &[EffectWire]) {
+    /// Counts a strike that ran; `energy` names where its answer's energy came from.
+    pub fn ran(
+        &mut self,
+        end: End,
+        time: Duration,
+        energy: Option<&'static str>,
+        stages: &[StageWire],
+        effects: &[EffectWire],
+    ) {
         self.ended(end);
         if end != End::Answered {
             return;
+        }
+        if let Some(source) = energy {
+            self.energies.get_or_create(&[("source", source)]).inc();
         }
         self.strike_seconds.observe(time.as_secs_f64());
         self.strike_times.saturating_record(u64::try_from(time.as_nanos()).unwrap_or(u64::MAX));
@@ -216,8 +230,8 @@ mod tests {
         let stage = StageWire { stage: 1, ran: 1, ns: 5_000_000, bytes: 0 };
         let idle = StageWire { stage: 0, ran: 0, ..stage };
         let bonds = EffectWire { effect: 8, ran: 1, ns: 70_000, bytes: 64 };
-        metrics.ran(End::Answered, Duration::from_millis(20), &[idle, stage], &[bonds]);
-        metrics.ran(End::Failed, Duration::from_millis(20), &[idle, stage], &[bonds]);
+        metrics.ran(End::Answered, Duration::from_millis(20), Some("bounded"), &[idle, stage], &[bonds]);
+        metrics.ran(End::Failed, Duration::from_millis(20), None, &[idle, stage], &[bonds]);
         metrics.ended(End::Busy);
         let mut row = StatusRow::zeroed();
         metrics.fill(&mut row);
@@ -227,6 +241,7 @@ mod tests {
         let text = metrics.text(&row);
         for line in [
             "shatter_strikes_total{end=\"busy\"} 1",
+            "shatter_energies_total{source=\"bounded\"} 1",
             "shatter_stage_seconds_count{stage=\"elasticity\"} 1",
             "shatter_effect_seconds_count{effect=\"bonds\"} 1",
         ] {

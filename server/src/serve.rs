@@ -182,8 +182,8 @@ impl Daemon {
 
     fn on(&mut self, event: Event) {
         match event {
-            Event::Landed { flight, end, stages, effects } => {
-                self.metrics.ran(end, flight.arrived().elapsed(), &stages, &effects);
+            Event::Landed { flight, end, energy, stages, effects } => {
+                self.metrics.ran(end, flight.arrived().elapsed(), energy, &stages, &effects);
                 self.jobs.landed(&flight, end);
             }
             Event::News(news) => {

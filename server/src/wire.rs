@@ -331,6 +331,7 @@ impl Struck {
             seed: self.seed,
             radius_m: outcome.radius_m,
             elastic: match (self.deformed, outcome.reduced_error) {
+                _ if outcome.bounded => 3,
                 (false, _) => 2,
                 (true, Some(_)) => 1,
                 (true, None) => 0,

@@ -124,6 +124,14 @@ fn twice_the_threshold_breaks_and_half_does_not() {
     assert_eq!((whole.summary().fracture_degree, whole.summary().degree_source()), (1, "threshold"));
     let ran: Vec<&str> = whole.stages().iter().filter(|stage| stage.ran == 1).map(|stage| stage.name()).collect();
     assert_eq!(ran, ["load", "elasticity", "threshold"]);
+    let weak = strike(blow(0.01 * just));
+    assert_eq!((weak.is_whole(), weak.summary().elastic(), whole.summary().elastic()), (true, "bounded", "solve"));
+    assert!(weak.summary().e1_over_gamma >= 1e-4 && weak.summary().threshold_impulse_factor <= 100.0);
+    let ran: Vec<&str> = weak.stages().iter().filter(|stage| stage.ran == 1).map(|stage| stage.name()).collect();
+    assert_eq!(ran, ["load", "threshold"]);
+    let idle = |stage: &&shatter_proto::answer::StageWire| stage.ran == 0;
+    assert!(weak.stages().iter().filter(idle).all(|stage| (stage.ns, stage.bytes) == (0, 0)));
+    assert!(weak.effects().iter().all(|row| (row.ran, row.ns, row.bytes) == (0, 0, 0)), "{:?}", weak.effects());
     let broken = strike(blow(2.0 * just));
     assert!(broken.fragments().len() >= 2 && broken.summary().fracture_degree >= 2);
 }

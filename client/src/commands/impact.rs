@@ -240,7 +240,7 @@ fn to_json(broken: &Broken, file: Option<&Path>) -> Value {
         "degree_source": summary.degree_source(),
         "confidence": summary.confidence,
         "elastic": summary.elastic(),
-        "error_estimate": { "energy": (summary.elastic() != FALLOFF).then_some(summary.energy_error) },
+        "error_estimate": { "energy": (![FALLOFF, BOUNDED].contains(&summary.elastic())).then_some(summary.energy_error) },
         "capped": summary.capped != 0,
         "radius_m": summary.radius_m,
         "fragments": fragments,
@@ -259,11 +259,17 @@ fn to_json(broken: &Broken, file: Option<&Path>) -> Value {
 /// Where energy comes from that is no elastic one.
 const FALLOFF: &str = "falloff";
 
+/// Where it is not known, since a bound of it says enough.
+const BOUNDED: &str = "bounded";
+
 /// How far the answer can be trusted.
 fn trust(summary: &SummaryWire) -> String {
     if summary.elastic() == FALLOFF {
         let confidence = summary.confidence;
         return format!("energy: falloff, no elasticity, no estimate; confidence in the degree {confidence:.2}");
+    }
+    if summary.elastic() == BOUNDED {
+        return "energy: bounded, no displacements; whatever they are, E₁ is no more".to_owned();
     }
     format!(
         "displacements: {}, energy error {:.2} % (estimated); confidence in the degree {:.2}",
@@ -276,7 +282,8 @@ fn trust(summary: &SummaryWire) -> String {
 fn screen(broken: &Broken, file: Option<&Path>) -> Result<(), Failure> {
     let summary = broken.summary();
     let milliseconds = broken.round_trip().as_secs_f64() * 1e3;
-    let load = format!("γ {:.3e} J·m², E₁/γ {:.3}", summary.gamma_j_m2, summary.e1_over_gamma);
+    let most = if summary.elastic() == BOUNDED { "at most " } else { "" };
+    let load = format!("γ {:.3e} J·m², E₁/γ {most}{:.3}", summary.gamma_j_m2, summary.e1_over_gamma);
     if broken.is_whole() {
         out(format_args!("{} stays whole ({load}; {milliseconds:.1} ms)\n", summary.object()))?;
         return out(format_args!("  {}\n", trust(&summary)));

@@ -35,6 +35,8 @@ pub enum Event {
         flight: Arc<Flight>,
         /// How.
         end: End,
+        /// Where its answer's energy came from.
+        energy: Option<&'static str>,
         /// What each stage did.
         stages: Box<[StageWire]>,
         /// What each effect did.
@@ -156,7 +158,8 @@ impl Crew {
                     End::of(refusal)
                 }
             };
-            Event::Landed { flight, end, stages: Box::new(clock.rows()), effects: Box::new(clock.effects()) }
+            let (energy, stages, effects) = (clock.energy(), Box::new(clock.rows()), Box::new(clock.effects()));
+            Event::Landed { flight, end, energy, stages, effects }
         });
     }
 

@@ -29,7 +29,9 @@ pub fn tables(wanted: Tables) -> [Table; 6] {
 /// When an effect is paid: while baking, while loading, with every strike.
 pub fn paid(effect: Effect) -> &'static str {
     match effect {
-        Effect::Elastic => "bake: lattice, basis; load: lattice, stiffness, factor; strike: stage `elasticity`",
+        Effect::Elastic => {
+            "bake: lattice, basis, bound; load: lattice, stiffness, factor; strike: stage `elasticity`, unless a bound of E_1 is below γ"
+        }
         Effect::Tensile => "strike: a spectral split per elastic tetrahedron",
         Effect::Interior => "bake: eigenpairs; load: lift; strike: a longer lift in stage `centroidal`",
         Effect::Examples => "bake: optimised examples; load: network; strike: microseconds in stage `degree`",

@@ -282,13 +282,14 @@ pub(super) fn gamma(request: &BakeRequest, parameters: &Parameters) -> f64 {
     request.gamma_j_m2.unwrap_or_else(reference)
 }
 
-/// κ and the network from the examples; κ from a few impacts of its own where a new object has too few of them.
+/// Bounds, κ and the network from the examples; κ from a few impacts of its own where a new object has too few of them.
 pub(super) fn finish(
     prepared: &mut Prepared,
     request: Option<&BakeRequest>,
     token: &Token,
     progress: &mut dyn FnMut(Step),
 ) -> Result<(), BakeError> {
+    prepared.bound(token)?;
     if prepared.impacts > 0 && prepared.parameters.elastic == ElasticRequest::Reduced {
         progress(Step::Reduction);
         pipeline::reduce(prepared, pipeline::RANK_MAX, token)?;

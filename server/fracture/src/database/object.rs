@@ -7,7 +7,7 @@ use super::share::{Partial, Rest, Share, Task};
 use super::{DatabaseError, FORMAT, FORMATS, Tables, skins};
 use crate::lattice::{Lattice, Transfer, check_manifold};
 use crate::lift::{Lift, LiftKind};
-use crate::pipeline::{BakeReport, Body, Parameters, Prepared, Reduction, Solid};
+use crate::pipeline::{BakeReport, Body, Bound, Parameters, Prepared, Reduction, Solid};
 use crate::surface::Frame;
 use crate::token::Token;
 use serde::{Deserialize, Serialize};
@@ -22,6 +22,9 @@ pub const NODES_MAX: usize = 4_000_000;
 
 /// What the names of tensors begin with that an object has without examples too.
 pub(super) const BASE: &str = "body";
+
+/// Tensor of a body's bound, part of its elasticity; a file without it has none.
+const BOUND: &str = "elastic.bound";
 
 /// Metadata key of [`Task`]: what is no whole database but a share of one.
 const SHARE_KEY: &str = "share";
@@ -77,6 +80,10 @@ fn write_object(prepared: &Prepared, task: Option<&Task>, path: &Path) -> Result
             tensors.u32(name("transfer.offsets"), &[offsets.len()], offsets);
             tensors.u32(name("transfer.tets"), &[tets.len()], tets);
             tensors.f64(name("transfer.shares"), &[shares.len()], shares);
+        }
+        if let Some(bound) = &body.bound {
+            let values = bound.values();
+            tensors.f64(name(BOUND), &[values.len()], &values);
         }
         put_lattice(&mut tensors, &name("crack"), &body.crack);
         for (part, lift) in [("interior", &body.interior), ("surface_diffusion", &body.surface_diffusion)] {
@@ -351,11 +358,26 @@ fn body(contents: &Contents, index: usize, shape: &Shape, poisson: f64, tables: 
     let interior = lift("interior", LiftKind::Interior, own)?;
     let surface = shape.surface_dimensions.get(index).copied().flatten().filter(|_| tables.surface_diffusion);
     let surface_diffusion = lift("surface_diffusion", LiftKind::SurfaceDiffusion, surface)?;
-    let mut body = Body { solid, interior, surface_diffusion, ..Body::new(crack) };
+    let bound = match &solid {
+        Some(solid) if contents.holds(&name(BOUND)) => Some(bound(contents, name(BOUND), solid)?),
+        _ => None,
+    };
+    let mut body = Body { solid, interior, surface_diffusion, bound, ..Body::new(crack) };
     if tables.attributes {
         body.outer = skins::outer(contents, index, &body)?;
     }
     Ok(body)
+}
+
+fn bound(contents: &Contents, tensor: String, solid: &Solid) -> Result<Bound, DatabaseError> {
+    let mut values = [0.0; 4];
+    let stored = contents.f64(&tensor, Some(values.len()), FLAT)?;
+    values.copy_from_slice(&stored);
+    let wrong = |(index, value): (usize, &f64)| *value < 0.0 || (index == 0 && *value == 0.0);
+    match values.iter().enumerate().find(|entry| wrong(*entry)) {
+        Some((index, &value)) => Err(DatabaseError::NotPositive { tensor, index, value }),
+        None => Ok(Bound::stored(&solid.elasticity, values)),
+    }
 }
 
 fn solid(contents: &Contents, index: usize, crack: &Lattice, poisson: f64) -> Result<Solid, DatabaseError> {

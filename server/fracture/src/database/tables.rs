@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 /// The tables that an object can do without.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Tables {
-    /// Elasticity: coarser lattice, its operator to the crack lattice, reduced basis.
+    /// Elasticity: coarser lattice, its operator to the crack lattice, reduced basis, bound.
     pub elastic: bool,
     /// The lift with interior distances.
     pub interior: bool,
@@ -82,6 +82,7 @@ mod tests {
         let none = Tables::NONE;
         let tensors = [
             ("body0.elastic.nodes", Tables { elastic: true, ..none }),
+            ("body0.elastic.bound", Tables { elastic: true, ..none }),
             ("body12.transfer.shares", Tables { elastic: true, ..none }),
             ("reduced0.basis", Tables { elastic: true, ..none }),
             ("body3.interior", Tables { interior: true, ..none }),

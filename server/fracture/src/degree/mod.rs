@@ -1,6 +1,6 @@
 //! The fracture degree: how many fragments a strain energy field makes.
 //!
-//! [`first_moment`] says whether the body breaks at all, [`closed_form`] and [`decide`] how often at no cost, a trained
+//! [`first_moment`] says whether the body breaks at all, [`reach`] how large it can be, [`closed_form`] and [`decide`] how often at no cost, a trained
 //! [`Network`] how often by what examples taught, [`optimise`] how often by the criterion itself; [`verify`] begins at a guess,
 //! and [`fit_kappa`] reconciles closed form and criterion.
 
@@ -9,6 +9,7 @@ mod criterion;
 mod curve;
 mod lesson;
 mod network;
+mod reach;
 mod slender;
 #[cfg(test)]
 mod tests;
@@ -22,5 +23,6 @@ pub use criterion::{
 pub use curve::{Curve, CurveOptions, Optimised, Point, optimise};
 pub use lesson::{DESCRIPTOR_LENGTH, Lesson, descriptor, sites, target};
 pub use network::{Network, Prediction, Trained, train};
+pub use reach::reach;
 pub use slender::Slenderness;
 pub use verify::{Verified, verify};

@@ -77,6 +77,11 @@ impl Inertia {
         acceleration
     }
 
+    /// m_i of node `node`.
+    pub fn mass(&self, node: usize) -> f64 {
+        self.masses[node]
+    }
+
     /// Where node `node` is, relative to the centre of mass.
     pub fn arm(&self, node: usize) -> Vector3<f64> {
         self.arms[node]

@@ -27,7 +27,7 @@ pub struct Elasticity {
     pub(super) stiffness: Arc<Symmetric<3>>,
     /// Largest rounding of a row of K u, relative to ‖u‖: see [`row_rounding`].
     pub(super) row_rounding: f64,
-    symbolic: Symbolic,
+    pub(super) symbolic: Symbolic,
     /// Made at first need, by whoever needs it: the others wait. Making it hands nothing to other threads, so that no thread can
     /// come to wait for itself.
     factor: OnceLock<Result<Cholesky, ElasticityError>>,

@@ -5,7 +5,7 @@
 
 use super::falloff::falloff;
 use super::{ElasticRequest, HeldBody, Impact, Prepared, Solid, Stage, StrikeError, Watch, Workspace};
-use crate::elasticity::{Driving, ElasticityError};
+use crate::elasticity::{Driving, ElasticityError, Load};
 use crate::scene::Effect;
 use crate::token::Token;
 
@@ -39,6 +39,18 @@ pub fn strain_energy(
     token: &Token,
     watch: &mut dyn Watch,
 ) -> Result<Vec<BodyEnergy>, StrikeError> {
+    apply(prepared, impact, workspace, watch)?;
+    strain_energy_applied(prepared, impact, workspace, token, watch)
+}
+
+/// As [`strain_energy`], after [`apply`].
+pub(super) fn strain_energy_applied(
+    prepared: &Prepared,
+    impact: &Impact,
+    workspace: &mut Workspace,
+    token: &Token,
+    watch: &mut dyn Watch,
+) -> Result<Vec<BodyEnergy>, StrikeError> {
     if impact.effects.has(Effect::Elastic) {
         return deformed(prepared, impact, workspace, token, watch);
     }
@@ -49,7 +61,36 @@ pub fn strain_energy(
     energies
 }
 
-/// Solves `impact` on every body that it strikes.
+/// Nodal forces of `impact` on every body that it strikes, into the workspace; none where its effects do without deformation.
+pub(super) fn apply(
+    prepared: &Prepared,
+    impact: &Impact,
+    workspace: &mut Workspace,
+    watch: &mut dyn Watch,
+) -> Result<(), StrikeError> {
+    if !impact.effects.has(Effect::Elastic) {
+        return Ok(());
+    }
+    let held = prepared.held(impact.effects)?;
+    let count = workspace.loads.len().max(impact.bodies.len());
+    workspace.loads.resize_with(count, Load::default);
+    for ((index, contacts), load) in impact.bodies.iter().zip(&mut workspace.loads) {
+        let own = held.and_then(|held| held.body(*index));
+        let elasticity = own.map_or(&prepared.solid(*index)?.elasticity, |own| &own.elasticity);
+        watch.enter(Stage::Load);
+        let loaded = elasticity.load(contacts, load, &mut workspace.elasticity);
+        loaded.map_err(|source| StrikeError::of_body(*index, source))?;
+        watch.leave(Stage::Load, size_of_val(load.forces.as_slice()) as u64);
+    }
+    Ok(())
+}
+
+/// The largest contact radius in effect under `load`, m.
+pub(super) fn radius_m(prepared: &Prepared, load: &Load) -> f64 {
+    load.touches.iter().map(|touch| touch.radius).fold(0.0, f64::max) * prepared.frame.diagonal_m
+}
+
+/// The energies of every body that `impact` strikes, under the workspace's loads.
 fn deformed(
     prepared: &Prepared,
     impact: &Impact,
@@ -59,21 +100,15 @@ fn deformed(
 ) -> Result<Vec<BodyEnergy>, StrikeError> {
     let (unit_j, held) = (prepared.unit_j(impact), prepared.held(impact.effects)?);
     let mut energies = Vec::with_capacity(impact.bodies.len());
-    for (index, contacts) in &impact.bodies {
+    for (place, (index, _)) in impact.bodies.iter().enumerate() {
         let (body, solid) = (&prepared.bodies[*index], prepared.solid(*index)?);
         let own = held.and_then(|held| held.body(*index));
         let elasticity = own.map_or(&solid.elasticity, |own| &own.elasticity);
-        let failed = |source| match source {
-            ElasticityError::Cancelled(cancelled) => StrikeError::Cancelled(cancelled),
-            source => StrikeError::Elasticity { body: *index, source },
-        };
-        watch.enter(Stage::Load);
-        elasticity.load(contacts, &mut workspace.load, &mut workspace.elasticity).map_err(failed)?;
-        watch.leave(Stage::Load, size_of_val(workspace.load.forces.as_slice()) as u64);
+        let failed = |source| StrikeError::of_body(*index, source);
         watch.enter(Stage::Elasticity);
         let reduced_error = match own {
-            Some(own) => displace_held(prepared, impact, own, workspace, token, watch).map(|()| None),
-            None => displace(solid, impact.elastic, workspace, token),
+            Some(own) => displace_held(prepared, impact, own, place, workspace, token, watch).map(|()| None),
+            None => displace(solid, impact.elastic, place, workspace, token),
         };
         let reduced_error = reduced_error.map_err(failed)?;
         watch.part(Effect::Elastic, size_of_val(workspace.displacement.as_slice()) as u64);
@@ -99,13 +134,12 @@ fn deformed(
         }
         shares.iter_mut().for_each(|share| *share /= total);
         watch.leave(Stage::Elasticity, size_of_val(shares.as_slice()) as u64);
-        let radius = workspace.load.touches.iter().map(|touch| touch.radius).fold(0.0, f64::max);
         energies.push(BodyEnergy {
             body: *index,
             shares,
             energy_j: total * unit_j,
             reduced_error,
-            radius_m: radius * prepared.frame.diagonal_m,
+            radius_m: radius_m(prepared, &workspace.loads[place]),
         });
     }
     Ok(energies)
@@ -114,15 +148,17 @@ fn deformed(
 /// A larger estimated error of the energy is worth a solve. The density is then off by some four times as much.
 pub const REDUCED_ERROR_MAX: f64 = 0.02;
 
-/// The displacement under the workspace's load: from the reduced basis if that is asked for and good enough, whose estimated
+/// The displacement under load `place` of the workspace: from the reduced basis if that is asked for and good enough, whose estimated
 /// error is returned, else from the solve.
 fn displace(
     solid: &Solid,
     request: ElasticRequest,
+    place: usize,
     workspace: &mut Workspace,
     token: &Token,
 ) -> Result<Option<f64>, ElasticityError> {
-    let Workspace { load, displacement, coordinates, elasticity, .. } = workspace;
+    let Workspace { loads, displacement, coordinates, elasticity, .. } = workspace;
+    let load = &loads[place];
     if let (ElasticRequest::Reduced, Some(reduced)) = (request, &solid.reduced) {
         reduced.project(load, coordinates);
         let error = reduced.estimate().error(reduced.residual(&solid.elasticity, load, coordinates, elasticity));
@@ -135,18 +171,19 @@ fn displace(
     Ok(None)
 }
 
-/// The displacement of a held body under the workspace's load, and under its weight where that is asked for. Reduced bases are
+/// The displacement of a held body under load `place` of the workspace, and under its weight where that is asked for. Reduced bases are
 /// those of free bodies: it is solved for.
 fn displace_held(
     prepared: &Prepared,
     impact: &Impact,
     own: &HeldBody,
+    place: usize,
     workspace: &mut Workspace,
     token: &Token,
     watch: &mut dyn Watch,
 ) -> Result<(), ElasticityError> {
-    let Workspace { load, displacement, elasticity, .. } = workspace;
-    own.elasticity.solve(&load.forces, displacement, elasticity, token)?;
+    let Workspace { loads, displacement, elasticity, .. } = workspace;
+    own.elasticity.solve(&loads[place].forces, displacement, elasticity, token)?;
     watch.part(Effect::Anchored, own.elasticity.own_bytes() as u64);
     if let Some(sag) = own.sag.as_ref().filter(|_| impact.effects.has(Effect::Gravity)) {
         watch.begin(Effect::Gravity);

@@ -169,6 +169,14 @@ pub enum StrikeError {
 }
 
 impl StrikeError {
+    /// What elasticity said of body `body`.
+    pub(super) fn of_body(body: usize, source: ElasticityError) -> Self {
+        match source {
+            ElasticityError::Cancelled(cancelled) => Self::Cancelled(cancelled),
+            source => Self::Elasticity { body, source },
+        }
+    }
+
     /// Whether the request was at fault (it will fail again), rather than the service.
     pub fn is_callers(&self) -> bool {
         !matches!(

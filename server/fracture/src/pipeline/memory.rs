@@ -1,6 +1,6 @@
 //! How much memory a prepared object holds.
 
-use super::{Body, Example, Held, Learned, Prepared, Solid, Warped};
+use super::{Body, Bound, Example, Held, Learned, Prepared, Solid, Warped};
 use crate::elasticity::Reduced;
 use crate::lattice::{Lattice, Transfer};
 use crate::lift::Lift;
@@ -23,11 +23,12 @@ impl Body {
     /// Bytes that the body holds. Everything is named, so that what is added to a body is not forgotten here.
     pub fn bytes(&self) -> usize {
         let Self { crack, solid, interior, surface_diffusion, euclidean, volumes, topology, .. } = self;
-        let Self { slenderness: _, boundary, warped, outer, .. } = self;
+        let Self { slenderness: _, boundary, warped, outer, bound, .. } = self;
         let lifts = [interior, surface_diffusion].into_iter().flatten().map(lift).sum::<usize>() + lift(euclidean);
         let lifts = lifts + warped.as_ref().map_or(0, Warped::bytes);
         let looks = outer.as_ref().map_or(0, Outer::bytes);
         let own = lattice(crack) + looks + topology.bytes() + boundary.bytes() + held(volumes);
+        let own = own + bound.as_ref().map_or(0, Bound::bytes);
         own + lifts + solid.as_ref().map_or(0, Solid::bytes)
     }
 }

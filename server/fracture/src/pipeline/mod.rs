@@ -1,6 +1,7 @@
 //! The one walk from an impact to fragments, in the order of the method.
 
 mod again;
+mod bound;
 mod calibrate;
 mod cells;
 mod compare;
@@ -37,6 +38,7 @@ mod workspace;
 mod world;
 
 pub use again::strike_again;
+pub use bound::Bound;
 pub use calibrate::calibrate;
 pub use cells::{BodyCells, divide};
 pub use compare::{CompareError, Comparison, LiftRow};

@@ -101,6 +101,9 @@ pub struct Outcome {
     pub gamma_j_m2: f64,
     /// E_1/γ of the body that is nearest to breaking, or broke most.
     pub e1_over_gamma: f64,
+    /// Whether the strike ended before anything was solved for, since a bound of E_1 is below γ: [`Self::e1_over_gamma`] is that
+    /// bound, and [`Self::impulse_factor`] one from below.
+    pub bounded: bool,
     /// Impulses times this factor just break the object; 0 where its weight alone does. With gravity it is searched for where
     /// nothing but the threshold is asked for; else it is the factor on all loads, the weight among them.
     pub impulse_factor: f64,

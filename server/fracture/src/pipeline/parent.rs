@@ -5,7 +5,6 @@
 
 use super::kept::KeptBody;
 use super::{BakeReport, Body, ElasticRequest, Parameters, Prepared, Solid, Strike, StrikeError, Watch};
-use crate::elasticity::ElasticityError;
 use crate::lattice::{BODY_TETS_MIN, GONE, Lattice, Transfer};
 use crate::lift::{self, LiftError, LiftKind};
 use crate::scene::Effect;
@@ -136,10 +135,7 @@ fn solid(
     } else {
         coarse(whole, stands).ok_or(StrikeError::FragmentLarge { fragment, nodes })?
     };
-    Solid::new(lattice, transfer, poisson, token).map_err(|source| match source {
-        ElasticityError::Cancelled(cancelled) => StrikeError::Cancelled(cancelled),
-        source => StrikeError::Elasticity { body: 0, source },
-    })
+    Solid::new(lattice, transfer, poisson, token).map_err(|source| StrikeError::of_body(0, source))
 }
 
 /// The tetrahedra of the elastic lattice that give most of their energy to the fragment, as far as they hang together.

@@ -1,6 +1,6 @@
 //! Everything that depends on the object alone: built by baking, loaded at start-up, shared and never changed.
 
-use super::{ElasticRequest, Example, Held, Impact, Learned, Reduction, Strike, StrikeError, Warped};
+use super::{Bound, ElasticRequest, Example, Held, Impact, Learned, Reduction, Strike, StrikeError, Warped};
 use crate::degree::Slenderness;
 use crate::elasticity::{Boundary, Elasticity, ElasticityError, Reduced};
 use crate::lattice::{Lattice, Transfer};
@@ -120,6 +120,8 @@ pub struct Body {
     pub warped: Option<Warped>,
     /// How the input looks on the crack lattice's boundary; `None`: not prepared.
     pub outer: Option<Outer>,
+    /// What bounds its E_1; `None`: nothing does.
+    pub bound: Option<Bound>,
 }
 
 impl Body {
@@ -136,6 +138,7 @@ impl Body {
             surface_diffusion: None,
             warped: None,
             outer: None,
+            bound: None,
             crack,
         }
     }

@@ -5,7 +5,7 @@
 use super::{Impact, Prepared, Sampler, Strike, StrikeError, Workspace, strain_energy};
 use crate::centroidal::Field;
 use crate::degree;
-use crate::elasticity::{Contact, Driving, ElasticityError, Estimate, Load, Reduced};
+use crate::elasticity::{Contact, Driving, Estimate, Load, Reduced};
 use crate::lift::LiftKind;
 use crate::token::Token;
 use nalgebra::Vector3;
@@ -93,7 +93,7 @@ fn basis(prepared: &Prepared, index: usize, rank_max: usize, token: &Token) -> R
     if rank_max < RANK_MIN {
         return Ok(None);
     }
-    let failed = |source| failed(index, source);
+    let failed = |source| StrikeError::of_body(index, source);
     let mut loads = Vec::new();
     let mut workspace = Workspace::default();
     for contact in contacts(prepared, index)?.into_iter().take(SNAPSHOT_BYTES_MAX / column_bytes / 3) {
@@ -111,13 +111,6 @@ fn basis(prepared: &Prepared, index: usize, rank_max: usize, token: &Token) -> R
         return Ok(None);
     }
     solid.elasticity.reduce(&loads, rank_max, token).map_err(failed)
-}
-
-fn failed(body: usize, source: ElasticityError) -> StrikeError {
-    match source {
-        ElasticityError::Cancelled(cancelled) => StrikeError::Cancelled(cancelled),
-        source => StrikeError::Elasticity { body, source },
-    }
 }
 
 /// All contacts of the object's impacts with body `index`.
@@ -169,13 +162,13 @@ fn trial(
         solved => solved?,
     };
     let mut trials = Vec::new();
-    for ((index, contacts), solved) in impact.bodies.iter().zip(solved) {
+    for (place, ((index, _), solved)) in impact.bodies.iter().zip(solved).enumerate() {
         let body = &prepared.bodies[*index];
         let solid = prepared.solid(*index)?;
         let Some(reduced) = &solid.reduced else { continue };
-        let failed = |source| failed(*index, source);
-        solid.elasticity.load(contacts, &mut workspace.load, &mut workspace.elasticity).map_err(failed)?;
-        let Workspace { load, displacement, coordinates, elasticity, .. } = workspace;
+        let failed = |source| StrikeError::of_body(*index, source);
+        let Workspace { loads, displacement, coordinates, elasticity, .. } = workspace;
+        let load = &loads[place];
         reduced.project(load, coordinates);
         let residual = reduced.residual(&solid.elasticity, load, coordinates, elasticity);
         reduced.expand(coordinates, displacement, elasticity);

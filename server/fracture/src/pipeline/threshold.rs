@@ -33,11 +33,6 @@ impl Verdict {
     pub fn e1_over_gamma(&self) -> f64 {
         self.first_moments.iter().zip(&self.gammas).map(|(first, gamma)| first / gamma).fold(0.0, f64::max)
     }
-
-    /// Loads times this factor just break the object; energies grow with their square. Without gravity loads are impulses.
-    pub fn impulse_factor(&self) -> f64 {
-        degree::threshold_factor(self.e1_over_gamma(), 1.0)
-    }
 }
 
 /// The threshold under weight is found to this relative precision of E_1.

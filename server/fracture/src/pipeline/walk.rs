@@ -3,18 +3,21 @@
 //! Based on: Schvartzman & Otaduy, *Fracture Animation Based on High-Dimensional Voronoi Diagrams* (I3D 2014), figure 2.
 
 use super::cells::{Division, divide};
+use super::energy::{apply, radius_m, strain_energy_applied};
 use super::pieces::Broken;
 use super::{
     BodyEnergy, DegreeRequest, DegreeSource, Impact, Outcome, Pieces, Prepared, Stage, Strike, StrikeError, Verdict,
-    Watch, Workspace, strain_energy, threshold, warped,
+    Watch, Workspace, bound, strain_energy, threshold, warped,
 };
 use crate::centroidal::Field;
+use crate::degree;
 use crate::lift::LiftKind;
 use crate::scene::Effect;
 use crate::token::Token;
 
 /// An impact goes in, fragments come out. Stage names are told to `watch`; `token` may stop the work at any checkpoint.
-/// Where the object stays whole nothing after the threshold test runs.
+/// Where the object stays whole nothing after the threshold test runs, and nothing before it but the load where a bound of E_1 will
+/// do and is below γ.
 pub fn strike(
     prepared: &Prepared,
     strike: &Strike,
@@ -40,7 +43,18 @@ pub(super) fn walk(
     let impact = Impact::new(prepared, strike);
     watch.leave(Stage::Load, 0);
     let impact = impact?;
-    let mut energies = strain_energy(prepared, &impact, workspace, token, watch)?;
+    apply(prepared, &impact, workspace, watch)?;
+    if bound::will_do(strike) {
+        watch.enter(Stage::Threshold);
+        let below = bound::below(prepared, strike, &impact, gamma_j_m2, &workspace.loads);
+        watch.leave(Stage::Threshold, 0);
+        if let Some(e1_over_gamma) = below {
+            let loads = workspace.loads.iter().take(impact.bodies.len());
+            let radius_m = loads.map(|load| radius_m(prepared, load)).fold(0.0, f64::max);
+            return Ok(Outcome { bounded: true, ..holding(gamma_j_m2, e1_over_gamma, radius_m) });
+        }
+    }
+    let mut energies = strain_energy_applied(prepared, &impact, workspace, token, watch)?;
 
     watch.enter(Stage::Threshold);
     let mut shares: Vec<Vec<f64>> = energies.iter_mut().map(|energy| std::mem::take(&mut energy.shares)).collect();
@@ -122,12 +136,19 @@ fn check(prepared: &Prepared, strike: &Strike) -> Result<f64, StrikeError> {
 
 fn whole(verdict: &Verdict, energies: &[BodyEnergy]) -> Outcome {
     let reduced = energies.iter().try_fold(0.0, |worst: f64, energy| energy.reduced_error.map(|own| worst.max(own)));
+    let radius_m = energies.iter().map(|energy| energy.radius_m).fold(0.0, f64::max);
+    Outcome { reduced_error: reduced, ..holding(verdict.gamma_j_m2, verdict.e1_over_gamma(), radius_m) }
+}
+
+/// Of an object that stays whole.
+fn holding(gamma_j_m2: f64, e1_over_gamma: f64, radius_m: f64) -> Outcome {
     Outcome {
-        gamma_j_m2: verdict.gamma_j_m2,
-        e1_over_gamma: verdict.e1_over_gamma(),
-        impulse_factor: verdict.impulse_factor(),
-        radius_m: energies.iter().map(|energy| energy.radius_m).fold(0.0, f64::max),
-        reduced_error: reduced,
+        gamma_j_m2,
+        e1_over_gamma,
+        bounded: false,
+        impulse_factor: degree::threshold_factor(e1_over_gamma, 1.0),
+        radius_m,
+        reduced_error: None,
         sites: 0,
         fracture_degree: 1,
         degree_source: DegreeSource::Threshold,

@@ -7,7 +7,8 @@ use crate::elasticity;
 #[derive(Default)]
 pub struct Workspace {
     pub(super) elasticity: elasticity::Workspace,
-    pub(super) load: elasticity::Load,
+    /// By struck body; those of an impact with more bodies stay.
+    pub(super) loads: Vec<elasticity::Load>,
     pub(super) displacement: Vec<f64>,
     pub(super) coordinates: Vec<f64>,
     pub(super) tet_energy: Vec<f64>,

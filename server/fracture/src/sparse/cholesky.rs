@@ -24,9 +24,9 @@ use std::sync::Arc;
 /// The pattern of L and the ordering of one pattern of a matrix: all of a factor but its numbers. Cheap to clone.
 #[derive(Clone, Debug)]
 pub struct Symbolic {
-    pattern: Arc<SymbolicCholesky<u32>>,
+    pub(super) pattern: Arc<SymbolicCholesky<u32>>,
     /// New → old row.
-    forward: Arc<[u32]>,
+    pub(super) forward: Arc<[u32]>,
 }
 
 /// The factor L of one matrix, with its ordering. Immutable: solves may run at the same time.
@@ -162,15 +162,15 @@ impl Cholesky {
 }
 
 /// The scalar lower triangle, columns compressed, rows ascending.
-struct Lower {
-    size: usize,
+pub(super) struct Lower {
+    pub(super) size: usize,
     offsets: Vec<u32>,
     rows: Vec<u32>,
-    values: Vec<f64>,
+    pub(super) values: Vec<f64>,
 }
 
 impl Lower {
-    fn new<const B: usize>(matrix: &Symmetric<B>) -> Self {
+    pub(super) fn new<const B: usize>(matrix: &Symmetric<B>) -> Self {
         let size = matrix.size();
         let mut lower = Self { size, offsets: vec![0], rows: Vec::new(), values: Vec::new() };
         for node in 0..matrix.nodes() {
@@ -193,7 +193,7 @@ impl Lower {
         lower
     }
 
-    fn pattern(&self) -> SymbolicSparseColMatRef<'_, u32> {
+    pub(super) fn pattern(&self) -> SymbolicSparseColMatRef<'_, u32> {
         SymbolicSparseColMatRef::new_checked(self.size, self.size, &self.offsets, None, &self.rows)
     }
 }

@@ -1,11 +1,13 @@
 //! Symmetric sparse matrices made of small node blocks, and their Cholesky factors.
 
 mod cholesky;
+mod signature;
 mod symmetric;
 #[cfg(test)]
 mod tests;
 
 pub use cholesky::{Cholesky, SolveScratch, Symbolic};
+pub use signature::Signature;
 pub use symmetric::Symmetric;
 
 /// Why a matrix was not built or not factored.

@@ -1,6 +1,6 @@
 //! Solves against residuals, and refusals by name.
 
-use super::{Cholesky, SolveScratch, SparseError, Symmetric};
+use super::{Cholesky, SolveScratch, SparseError, Symbolic, Symmetric};
 use crate::lattice::block;
 use crate::random::Stream;
 use nalgebra::Matrix3;
@@ -63,6 +63,32 @@ fn a_scratch_serves_factors_of_any_size_and_columns_do_not_disturb_each_other() 
         factor.solve_in_place(&mut one, 1, &mut scratch);
         let error = one.iter().zip(&many[size..]).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         assert!(error < 1e-11, "{error:e}");
+    }
+}
+
+/// Shifted below, between and above the eigenvalues of a dense solver.
+#[test]
+fn negative_eigenvalues_are_counted() {
+    for matrix in [dominant(60, 2), dominant(400, 3)] {
+        let (size, symbolic) = (matrix.size(), Symbolic::analyse(&matrix).unwrap());
+        let mut dense = nalgebra::DMatrix::<f64>::zeros(size, size);
+        for row in 0..size {
+            let (columns, blocks) = matrix.row(row);
+            columns.iter().zip(blocks).for_each(|(column, block)| dense[(row, *column as usize)] = block[(0, 0)]);
+        }
+        let mut values: Vec<f64> = dense.symmetric_eigenvalues().iter().copied().collect();
+        values.sort_by(f64::total_cmp);
+        for count in [0, 1, 7, size / 2, size] {
+            let below = if count == 0 { values[0] - 1.0 } else { values[count - 1] };
+            let above = values.get(count).map_or(below + 1.0, |next| *next);
+            let mut shifted = matrix.clone();
+            shifted.add_diagonal(&vec![-0.5 * (below + above); size]);
+            let found = symbolic.signature(&shifted, &vec![0.25; size]).unwrap();
+            assert_eq!(found.negative, count);
+            // Four times that of unit weights, which is no less than the rounding of the largest eigenvalue.
+            let least = 4.0 * f64::EPSILON * values[size - 1].abs();
+            assert!(found.rounding > least && found.rounding < 1e-8, "{} of {least}", found.rounding);
+        }
     }
 }
 

@@ -3,6 +3,7 @@
 mod anchored;
 mod beam;
 mod contact;
+mod floor;
 mod invariance;
 mod patch;
 mod reduced;

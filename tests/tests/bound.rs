@@ -1,0 +1,256 @@
+//! The bound of E_1 before the elastic stage: how often it ends a strike, and that it ends none that would break.
+
+use nalgebra::{Point3, Vector3};
+use shatter_fracture::database::{BakeRequest, bake, load, save};
+use shatter_fracture::lift::LiftKind;
+use shatter_fracture::pipeline::{
+    DegreeRequest, ElasticRequest, Outcome, Prepared, Sampler, Stage, Strike, Watch, Workspace, strike, strike_again,
+};
+use shatter_fracture::random::Stream;
+use shatter_fracture::scene::{Effect, Effects};
+use shatter_fracture::surface::{RawMesh, shapes};
+use shatter_fracture::token::Token;
+use shatter_tests::real;
+use shatter_tests::struck::outcome;
+
+fn baked(name: &str, mesh: RawMesh, spacings: Option<[f64; 2]>) -> Prepared {
+    let [elastic_spacing, crack_spacing] = [0, 1].map(|k| spacings.map(|spacings| spacings[k]));
+    let request = BakeRequest { elastic_spacing, crack_spacing, kappa: Some(2.0), ..real::request(name, "ceramic") };
+    bake(mesh, &request, &Token::default(), &mut |_| ()).unwrap()
+}
+
+/// Two blocks that do not touch.
+fn blocks() -> RawMesh {
+    let block = |x: f64| {
+        let mesh = shapes::cuboid([0.1, 0.2, 0.1]);
+        mesh.positions_m.iter().map(move |point| point + Vector3::new(x, 0.0, 0.0)).collect::<Vec<Point3<f64>>>()
+    };
+    let triangles = shapes::cuboid([0.1, 0.2, 0.1]).triangles;
+    let (left, right) = (block(-0.1), block(0.1));
+    let count = left.len() as u32;
+    let more: Vec<[u32; 3]> = triangles.iter().map(|corners| corners.map(|corner| corner + count)).collect();
+    RawMesh::new([left, right].concat(), [triangles, more].concat())
+}
+
+/// The same blow with its impulses times `factor`.
+fn times(blow: &Strike, factor: f64) -> Strike {
+    let mut blow = blow.clone();
+    blow.contacts.iter_mut().for_each(|contact| contact.impulse_ns *= factor);
+    blow
+}
+
+/// Impulses times this just break the object.
+fn just(prepared: &Prepared, blow: &Strike) -> f64 {
+    let exact = Strike { threshold_only: true, ..blow.clone() };
+    let found = outcome(prepared, &exact).unwrap();
+    assert!(!found.bounded, "thresholds are exact");
+    found.impulse_factor
+}
+
+/// An impact of the object's sampler as a host sends it.
+fn sampled(prepared: &Prepared, index: u64) -> Strike {
+    Strike { elastic: ElasticRequest::Reduced, ..Sampler::new(prepared).impact(7, index) }
+}
+
+/// How many of 50 sampled impacts the bound ends, by their share of the threshold, per cent.
+#[test]
+fn most_weak_blows_end_before_the_elastic_stage() {
+    const SHARES: [f64; 4] = [0.01, 1.0 / 30.0, 0.1, 1.0 / 3.0];
+    for (name, mesh, least) in [
+        ("cube", shapes::cuboid([0.2; 3]), [100, 90, 50, 0]),
+        ("mug", shapes::mug(), [100, 90, 20, 0]),
+        ("horseshoe", shapes::horseshoe(), [100, 60, 10, 0]),
+    ] {
+        let prepared = baked(name, mesh, None);
+        let mut ended = [0; SHARES.len()];
+        for index in 0..50 {
+            let blow = sampled(&prepared, index);
+            let just = just(&prepared, &blow);
+            for (share, ended) in SHARES.into_iter().zip(&mut ended) {
+                let found = outcome(&prepared, &times(&blow, share * just)).unwrap();
+                *ended += 2 * u32::from(found.bounded);
+                let exact = share * share;
+                let right = if found.bounded { found.e1_over_gamma >= exact } else { true };
+                assert!(right && found.pieces.is_none(), "{} of {exact}", found.e1_over_gamma);
+            }
+        }
+        println!("{name}: ended at 1/100, 1/30, 1/10 and 1/3 of the threshold: {ended:?} %");
+        assert!(ended.iter().zip(least).all(|(ended, least)| *ended >= least), "{ended:?}");
+    }
+}
+
+/// One to four contacts anywhere, of any direction and size.
+fn random(prepared: &Prepared, stream: &mut Stream) -> Strike {
+    let sampler = Sampler::new(prepared);
+    let count = 1 + (4.0 * stream.uniform()) as usize;
+    let contact = |stream: &mut Stream| {
+        let (point, _) = sampler.point(stream);
+        let direction = Vector3::from_fn(|_, _| stream.uniform() - 0.5);
+        let radius_m = prepared.frame.diagonal_m * 0.01 * 40f64.powf(stream.uniform());
+        (prepared.frame.to_metres(&point), direction, radius_m)
+    };
+    let contacts: Vec<_> = (0..count).map(|_| contact(stream)).collect();
+    let mut blow = Strike::at(contacts[0].0, contacts[0].1);
+    blow.contacts = contacts
+        .into_iter()
+        .flat_map(|(point, impulse, radius_m)| {
+            let own = Strike::at(point, impulse).contacts;
+            own.into_iter()
+                .map(move |contact| shatter_fracture::pipeline::Contact { radius_m: Some(radius_m), ..contact })
+        })
+        .collect();
+    blow
+}
+
+/// All that is known of an outcome, bit by bit.
+fn bytes(outcome: &Outcome) -> Vec<u64> {
+    let numbers = [outcome.gamma_j_m2, outcome.e1_over_gamma, outcome.impulse_factor, outcome.radius_m];
+    let mut all: Vec<u64> = numbers.iter().map(|number| number.to_bits()).collect();
+    all.extend([u64::from(outcome.sites), u64::from(outcome.fracture_degree), outcome.degree_source as u64]);
+    if let Some(pieces) = &outcome.pieces {
+        let counts = pieces.counts;
+        let mut positions = vec![[0.0f32; 3]; counts.vertices];
+        let (mut indices, mut merges) = (vec![0; counts.indices], vec![[0; 2]; counts.merges]);
+        pieces.emit(&mut positions, &mut indices, &mut merges).unwrap();
+        all.extend(positions.as_flattened().iter().map(|x| u64::from(x.to_bits())));
+        all.extend(indices.iter().chain(merges.as_flattened()).map(|&index| u64::from(index)));
+    }
+    all
+}
+
+/// The same object without a bound.
+fn without_bounds(mut prepared: Prepared) -> Prepared {
+    prepared.bodies.iter_mut().for_each(|body| body.bound = None);
+    prepared
+}
+
+/// Random blows from a thousandth to three times the threshold: what the bound ends would not have broken, and what it does not end
+/// has the bytes that it has without one.
+#[test]
+fn no_strike_that_breaks_is_ended_and_none_that_goes_on_changes() {
+    for (name, mesh) in [("arch", shapes::arch()), ("blocks", blocks()), ("bar", shapes::cuboid([0.6, 0.1, 0.08]))] {
+        let prepared = || baked(name, mesh.clone(), Some([0.08, 0.06]));
+        let (prepared, bare) = (prepared(), without_bounds(prepared()));
+        let mut stream = Stream::new(5, 0);
+        let (mut ended, mut broken) = (0, 0);
+        for (lift, tensile) in [
+            (LiftKind::Interior, false),
+            (LiftKind::Interior, true),
+            (LiftKind::Euclidean, false),
+            (LiftKind::Euclidean, true),
+            (LiftKind::SurfaceDiffusion, false),
+            (LiftKind::SurfaceDiffusion, true),
+        ] {
+            let effects = if tensile { Effects::default().with(Effect::Tensile) } else { Effects::default() };
+            for _ in 0..50 {
+                let blow = Strike { lift, effects, degree_max: 3, ..random(&prepared, &mut stream) };
+                let just = just(&prepared, &blow);
+                let blow = times(&blow, just * 1e-3 * 3000f64.powf(stream.uniform()));
+                let (found, exact) = (outcome(&prepared, &blow).unwrap(), outcome(&bare, &blow).unwrap());
+                assert!(!exact.bounded);
+                if found.bounded {
+                    ended += 1;
+                    assert!(exact.e1_over_gamma <= found.e1_over_gamma && found.e1_over_gamma <= 1.0, "{blow:?}");
+                    assert!(exact.impulse_factor >= found.impulse_factor && found.impulse_factor >= 1.0);
+                    assert!(exact.pieces.is_none() && found.pieces.is_none());
+                    assert_eq!((found.radius_m, found.degree_source), (exact.radius_m, exact.degree_source));
+                } else {
+                    broken += u32::from(found.pieces.is_some());
+                    assert_eq!(bytes(&found), bytes(&exact), "{blow:?}");
+                }
+            }
+        }
+        println!("{name}: of 300 strikes {ended} ended by the bound, {broken} broke");
+        assert!(ended > 60 && broken > 30, "{ended} ended, {broken} broke");
+    }
+}
+
+/// The stages that ran, and the effects that they told of.
+#[derive(Default)]
+struct Ran(Vec<&'static str>, Vec<Effect>);
+
+impl Watch for Ran {
+    fn enter(&mut self, stage: Stage) {
+        self.0.push(stage.name());
+    }
+    fn leave(&mut self, _: Stage, _: u64) {}
+    fn begin(&mut self, effect: Effect) {
+        self.1.push(effect);
+    }
+    fn end(&mut self, effect: Effect, _: u64) {
+        self.1.push(effect);
+    }
+    fn part(&mut self, effect: Effect, _: u64) {
+        self.1.push(effect);
+    }
+}
+
+/// A weak blow, as it is and changed: whether the bound ends it.
+#[track_caller]
+fn check(prepared: &Prepared, blow: &Strike, ends: bool) {
+    let mut ran = Ran::default();
+    let found = strike(prepared, blow, &mut Workspace::default(), &Token::default(), &mut ran).unwrap();
+    assert_eq!(found.bounded, ends, "{blow:?}");
+    if ends {
+        // The load is entered for the contacts, and once per body.
+        ran.0.dedup();
+        assert_eq!((ran.0, ran.1), (vec!["load", "threshold"], vec![]), "{blow:?}");
+    }
+}
+
+#[test]
+fn a_bound_will_not_do_where_exact_figures_are_asked_for_or_there_is_none() {
+    let prepared = baked("arch", shapes::arch(), Some([0.08, 0.06]));
+    let blow = sampled(&prepared, 0);
+    let blow = times(&blow, 0.01 * just(&prepared, &blow));
+    let default = Effects::default();
+    for degree in
+        [DegreeRequest::Inferred, DegreeRequest::ClosedForm, DegreeRequest::Verified, DegreeRequest::Optimised]
+    {
+        check(&prepared, &Strike { degree, ..blow.clone() }, true);
+    }
+    check(&prepared, &Strike { effects: default.without(Effect::Interior), ..blow.clone() }, true);
+    check(&prepared, &Strike { degree: DegreeRequest::Sites(2), ..blow.clone() }, false);
+    check(&prepared, &Strike { elastic: ElasticRequest::Solve, ..blow.clone() }, false);
+    check(&prepared, &Strike { threshold_only: true, ..blow.clone() }, false);
+    check(&prepared, &Strike { effects: default.without(Effect::Elastic), ..blow.clone() }, false);
+    // Stored, and of a file that does not know of it.
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("arch.shatter");
+    save(&prepared, &file).unwrap();
+    let stored = load(&file).unwrap();
+    assert_eq!(stored.bodies[0].bound, prepared.bodies[0].bound);
+    check(&stored, &blow, true);
+    save(&without_bounds(stored), &file).unwrap();
+    check(&load(&file).unwrap(), &blow, false);
+}
+
+#[test]
+fn a_fragment_that_is_struck_again_has_no_bound() {
+    let prepared = baked("arch", shapes::arch(), Some([0.08, 0.06]));
+    let (node, own) = (prepared.bodies[0].crack.nodes[0], Vector3::new(0.3, -1.0, 0.2));
+    let blow = Strike::at(prepared.frame.to_metres(&node), own);
+    let broken = outcome(&prepared, &Strike { degree: DegreeRequest::Sites(2), ..blow }).unwrap().pieces.unwrap();
+    let kept = broken.keep();
+    let (mut workspace, token) = (Workspace::default(), Token::default());
+    let struck = prepared.bodies[0].crack.nodes.iter().find_map(|node| {
+        let weak = Strike::at(prepared.frame.to_metres(node), own * 1e-6);
+        strike_again(&prepared, (&kept, 0), &weak, &mut workspace, &token, &mut ()).ok()
+    });
+    let struck = struck.expect("some node is of the fragment");
+    assert!(!struck.bounded && struck.pieces.is_none() && struck.e1_over_gamma < 1e-3);
+}
+
+/// What no bound was made for is solved for.
+#[test]
+fn an_object_that_is_to_be_solved_has_no_bound() {
+    let request = BakeRequest {
+        elastic_spacing: Some(0.08),
+        crack_spacing: Some(0.06),
+        kappa: Some(2.0),
+        elastic: ElasticRequest::Solve,
+        ..real::request("arch", "ceramic")
+    };
+    let prepared = bake(shapes::arch(), &request, &Token::default(), &mut |_| ()).unwrap();
+    assert!(prepared.bodies.iter().all(|body| body.bound.is_none()));
+}
