@@ -64,7 +64,8 @@ fn stored(file: &Path, mesh: &RawMesh, request: &BakeRequest) -> Result<Option<P
         return Ok(None);
     };
     let surface = Surface::repair(mesh.clone())?;
-    let same = prepared.report.input_hash == database::input_hash(&surface) && prepared.parameters == expected(request);
+    let same =
+        prepared.report.input_hash == database::input_hash(&surface, None) && prepared.parameters == expected(request);
     Ok(same.then_some(prepared))
 }
 

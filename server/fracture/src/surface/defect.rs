@@ -47,6 +47,8 @@ pub enum DefectKind {
     CoarseElastic,
     /// Components that the lattice lost; the index is the first of them.
     DroppedComponent,
+    /// Sheets of existing cracks that touch no part of the object; the index is a face of one, in their own file.
+    CrackOutside,
 }
 
 impl fmt::Display for DefectKind {
