@@ -21,7 +21,7 @@ pub struct BakeArgs {
     pub mesh: PathBuf,
     /// Mesh file of sheets along which the object is cracked already, in the unit and axes of the other: open triangles of no
     /// thickness, which way they face does not matter. Elasticity opens there, and no cell leads across. The lattices have slots of
-    /// 1.7 spacings there, which reach half of that beyond where a sheet ends
+    /// 1.7 spacings there
     #[arg(long, value_name = "SHEETS")]
     pub cracks: Option<PathBuf>,
     /// Name of the object

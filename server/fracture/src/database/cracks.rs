@@ -24,7 +24,7 @@ impl Intact<'_> {
     /// Errors: [`BakeError::CracksTakeAll`], those of the lattices.
     pub(super) fn slotted(&self, sheets: &Sheets, report: &mut BakeReport, token: &Token) -> Result<Levels, BakeError> {
         let spacing = self.levels.crack.spacing;
-        let depth = |point: &Point3<f64>, half: f64| half - sheets.distance(point);
+        let depth = |point: &Point3<f64>, half: f64| sheets.slot_depth(self.inside, point, half);
         let slotted = lattice::slotted_levels(self.inside, &depth, self.spacings, self.volume, token);
         let (before, take_all) = (self.levels.crack.volume, |percent| BakeError::CracksTakeAll { percent, spacing });
         let slotted = slotted.map_err(|error| match error {
@@ -47,7 +47,7 @@ impl Intact<'_> {
         report.defects.extend(sheets.defects.iter().cloned());
         let nodes: Vec<Point3<f64>> =
             self.levels.bodies.iter().flat_map(|body| body.crack.nodes.iter().copied()).collect();
-        report.defects.extend(sheets.outside(&nodes, SLOT_HALF * spacing));
+        report.defects.extend(sheets.idle(self.inside, &nodes, SLOT_HALF * spacing));
         report.defects.extend(self.splinters(&slotted));
         Ok(slotted)
     }

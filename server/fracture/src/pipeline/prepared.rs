@@ -65,7 +65,7 @@ pub struct ExistingCracks {
     pub triangles: u64,
     /// Their area, in the object or not, m².
     pub area_m2: f64,
-    /// Width of the slots in the crack lattices, m; they reach half of it beyond where a sheet ends.
+    /// Width of the slots in the crack lattices, m.
     pub width_m: f64,
     /// The same in the elastic lattices.
     pub elastic_width_m: f64,

@@ -45,7 +45,7 @@ pub(super) fn nearest(tree: &Tree, point: &Point3<f64>) -> (f64, u32) {
 }
 
 /// The point of a triangle closest to `point`; triangles without area are served by their edges.
-fn closest_on([a, b, c]: &[Point3<f64>; 3], point: &Point3<f64>) -> Point3<f64> {
+pub(super) fn closest_on([a, b, c]: &[Point3<f64>; 3], point: &Point3<f64>) -> Point3<f64> {
     let (ab, ac, ap) = (b - a, c - a, point - a);
     let (d1, d2) = (ab.dot(&ap), ac.dot(&ap));
     if d1 <= 0.0 && d2 <= 0.0 {

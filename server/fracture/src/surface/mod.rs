@@ -12,6 +12,7 @@ mod nearest;
 mod raw;
 mod read;
 mod repair;
+mod rim;
 pub mod shapes;
 mod sheets;
 mod tree;

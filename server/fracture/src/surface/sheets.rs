@@ -3,8 +3,9 @@
 use super::closest;
 use super::defect::Tally;
 use super::repair::{Sets, is_flat};
+use super::rim::Rim;
 use super::tree::{Bounds, Tree};
-use super::{Defect, DefectKind, Frame, RawMesh, SurfaceError};
+use super::{Defect, DefectKind, Frame, Inside, RawMesh, SurfaceError};
 use nalgebra::Point3;
 use std::collections::{BTreeMap, HashMap, HashSet};
 
@@ -13,9 +14,10 @@ const FAR: f64 = 1e6;
 
 /// Triangles in the frame of an object. Which side of them is in front does not matter: each is stored with its corners in
 /// increasing order, and once.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Sheets {
     tree: Tree,
+    pub(super) rim: Rim,
     triangles: Vec<[Point3<f64>; 3]>,
     /// The face of the file that each was cut from, and the sheet that it is of: those that share vertices.
     faces: Vec<u64>,
@@ -62,7 +64,14 @@ impl Sheets {
         let mut defects = Vec::new();
         degenerate.report(DefectKind::DegenerateTriangles, "left out of the cracks", &mut defects);
         repeated.report(DefectKind::DuplicateTriangles, "once among the cracks", &mut defects);
-        Ok(Self { tree: Tree::new(&triangles), sheets: sheets(&triangles), triangles, faces, defects })
+        Ok(Self {
+            tree: Tree::new(&triangles),
+            rim: Rim::new(&triangles),
+            sheets: sheets(&triangles),
+            triangles,
+            faces,
+            defects,
+        })
     }
 
     /// The corners of each triangle, local.
@@ -80,22 +89,27 @@ impl Sheets {
         closest::nearest(&self.tree, point).0.sqrt()
     }
 
-    /// Names the sheets, if any, none of whose triangles comes as close as `reach` (local) to one of `places`.
-    pub fn outside(&self, places: &[Point3<f64>], reach: f64) -> Option<Defect> {
+    /// Names the sheets, if any, in whose slots of half width `half` none of `places` lies; all local.
+    pub fn idle(&self, inside: &Inside, places: &[Point3<f64>], half: f64) -> Option<Defect> {
         let mut members: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
         for (triangle, &sheet) in self.sheets.iter().enumerate() {
             members.entry(sheet).or_default().push(triangle);
         }
-        let touches = |members: &Vec<usize>| {
-            let corners: Vec<[Point3<f64>; 3]> = members.iter().map(|&triangle| self.triangles[triangle]).collect();
-            let (tree, bounds) = (Tree::new(&corners), Bounds::of(corners.iter().flatten()));
-            let near = |place: &&Point3<f64>| bounds.distance_squared(place) <= reach * reach;
-            places.iter().filter(near).any(|place| closest::nearest(&tree, place).0 <= reach * reach)
+        let cuts = |members: &Vec<usize>| {
+            let triangles: Vec<[Point3<f64>; 3]> = members.iter().map(|&triangle| self.triangles[triangle]).collect();
+            let bounds = Bounds::of(triangles.iter().flatten());
+            let near = |place: &&Point3<f64>| bounds.distance_squared(place) <= half * half;
+            let own = Self { tree: Tree::new(&triangles), rim: Rim::new(&triangles), triangles, ..Self::default() };
+            places.iter().filter(near).any(|place| own.slot_depth(inside, place, half) > 0.0)
         };
         let mut tally = Tally::default();
-        members.values().filter(|members| !touches(members)).for_each(|members| tally.note(self.faces[members[0]]));
+        members.values().filter(|members| !cuts(members)).for_each(|members| tally.note(self.faces[members[0]]));
         let mut defects = Vec::new();
-        tally.report(DefectKind::CrackOutside, "none: no part of the object is there", &mut defects);
+        tally.report(
+            DefectKind::IdleCrack,
+            "none: outside of the object, or smaller than the lattice resolves",
+            &mut defects,
+        );
         defects.pop()
     }
 }
@@ -115,6 +129,7 @@ fn sheets(triangles: &[[Point3<f64>; 3]]) -> Vec<u32> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::surface::{Surface, shapes};
 
     const FRAME: Frame = Frame { centre_m: Point3::new(1.0, 0.0, 0.0), diagonal_m: 2.0 };
 
@@ -144,12 +159,19 @@ mod tests {
     }
 
     #[test]
-    fn sheets_that_touch_nothing_are_named() {
-        let sheets = Sheets::new(&squares(), &FRAME).unwrap();
-        let named = sheets.outside(&[Point3::new(-0.2, 0.3, 0.05)], 0.1).unwrap();
-        assert_eq!((named.kind, named.count, named.first_index), (DefectKind::CrackOutside, 1, 2));
-        assert_eq!(sheets.outside(&[Point3::new(-0.2, 0.3, 0.2)], 0.1).unwrap().count, 2);
-        assert_eq!(sheets.outside(&[Point3::new(-0.2, 0.3, 0.0), Point3::new(-0.2, 0.3, 1.5)], 0.1), None);
+    fn sheets_that_cut_nothing_are_named() {
+        let surface = Surface::repair(shapes::cuboid([2.0; 3])).unwrap();
+        let inside = Inside::new(&surface);
+        let mut raw = squares();
+        let tiny = [[0.0, 0.0], [0.02, 0.0], [0.0, 0.02]].map(|[x, y]| Point3::new(x, y, 0.5));
+        raw.positions_m.extend(tiny);
+        raw.triangles.push([8, 9, 10]);
+        let sheets = Sheets::new(&raw, &surface.frame).unwrap();
+        let places = [[0.2, 0.3, 0.05], [0.005, 0.005, 0.53], [0.3, 0.3, 1.0]]
+            .map(|at| Point3::from(at) / surface.frame.diagonal_m);
+        let named = sheets.idle(&inside, &places, 0.02).unwrap();
+        assert_eq!((named.kind, named.count, named.first_index), (DefectKind::IdleCrack, 2, 2));
+        assert_eq!(sheets.idle(&inside, &places[1..], 0.01).unwrap().count, 3);
     }
 
     #[test]
