@@ -4,10 +4,10 @@ use super::bar::Bar;
 use super::{Failure, bake_scene, baked, interrupt, out, shares};
 use crate::config::data_folder;
 use clap::Args;
-use shatter_fracture::database::{self, BakeRequest, Partial, Share, Tables};
+use shatter_fracture::database::{self, BakeError, BakeRequest, Partial, Share, Tables};
 use shatter_fracture::pipeline::{ElasticRequest, Prepared};
 use shatter_fracture::scene::Materials;
-use shatter_fracture::surface::{self, RawMesh, Surface, Unit, Up};
+use shatter_fracture::surface::{self, RawMesh, Sheets, Surface, SurfaceError, Unit, Up};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -20,6 +20,11 @@ pub struct BakeArgs {
     /// Mesh file: .obj, .ply, .stl, .gltf, .glb
     #[arg(required_unless_present = "scene")]
     pub mesh: Option<PathBuf>,
+    /// Mesh file of sheets along which the object is cracked already, in the unit and axes of the other: open triangles of no
+    /// thickness, which way they face does not matter. Elasticity opens there, and no cell leads across. The lattices have slots of
+    /// 1.7 spacings there
+    #[arg(long, value_name = "SHEETS")]
+    pub cracks: Option<PathBuf>,
     /// Name of the object
     #[arg(long, required_unless_present = "scene")]
     pub name: Option<String>,
@@ -27,7 +32,7 @@ pub struct BakeArgs {
     /// the same is kept
     #[arg(long, value_name = "FILE", conflicts_with_all = [
         "mesh", "name", "material", "materials", "fragment_size", "gamma", "unit", "up", "elastic_spacing", "crack_spacing",
-        "examples", "elastic", "add", "seed", "shard", "resume", "restart",
+        "examples", "elastic", "add", "seed", "cracks", "shard", "resume", "restart",
     ])]
     pub scene: Option<PathBuf>,
     /// Material
@@ -100,7 +105,7 @@ pub fn run(args: &BakeArgs) -> Result<(), Failure> {
 /// Bakes one object of a mesh file.
 fn one(args: &BakeArgs, mesh: &Path, name: &str, folder: &Path) -> Result<(), Failure> {
     let begun = Instant::now();
-    let request = request(args, name)?;
+    let mut request = request(args, name)?;
     let new = args.add.unwrap_or(args.examples);
     let share = shares::share(args.shard, new)?;
     out::folder(folder)?;
@@ -110,12 +115,13 @@ fn one(args: &BakeArgs, mesh: &Path, name: &str, folder: &Path) -> Result<(), Fa
         shares::nothing_kept(&kept)?;
     }
     let raw = surface::read(mesh, args.unit, args.up)?;
+    request.cracks = args.cracks.as_ref().map(|file| sheets(file, args)).transpose()?;
     let token = interrupt::token()?;
     let resumed = if args.resume { shares::resume(&kept, &raw, args, &request, share)? } else { None };
     let bar = Bar::new(name, share.size(new));
     let begin = || match args.add {
         None => Ok::<_, Failure>(Partial::begin(raw, &request, share, &token, &mut |step| bar.show(step))?),
-        Some(count) => Ok(Partial::add(same_mesh(raw, &file)?, count, share)?),
+        Some(count) => Ok(Partial::add(same_mesh(raw, &request, &file)?, count, share)?),
     };
     let partial = resumed.map_or_else(begin, Ok)?;
     let partial = shares::work(partial, &kept, &token, &bar)?;
@@ -139,13 +145,29 @@ fn elastic(text: &str) -> Result<ElasticRequest, String> {
     }
 }
 
-/// The database that is there, if it was baked from this mesh.
-fn same_mesh(raw: RawMesh, file: &Path) -> Result<Prepared, Failure> {
+/// The sheets of existing cracks; what is wrong with them is said of their file.
+fn sheets(file: &Path, args: &BakeArgs) -> Result<RawMesh, Failure> {
+    surface::read(file, args.unit, args.up).map_err(|error| match error {
+        named @ (SurfaceError::Unreadable { .. } | SurfaceError::UnknownFormat { .. }) => named.into(),
+        error => Failure::from(error).of_file(file),
+    })
+}
+
+/// The hash of mesh and cracks.
+pub fn input_hash(raw: RawMesh, request: &BakeRequest) -> Result<String, Failure> {
+    let surface = Surface::repair(raw)?;
+    let sheets = request.cracks.as_ref().map(|cracks| Sheets::new(cracks, &surface.frame)).transpose();
+    Ok(database::input_hash(&surface, sheets.map_err(BakeError::Cracks)?.as_ref()))
+}
+
+/// The database that is there, if it was baked from this mesh, with these cracks.
+fn same_mesh(raw: RawMesh, request: &BakeRequest, file: &Path) -> Result<Prepared, Failure> {
     let prepared = database::load(file).map_err(|error| Failure::database(file, &error))?;
-    if prepared.report.input_hash == database::input_hash(&Surface::repair(raw)?) {
+    if prepared.report.input_hash == input_hash(raw, request)? {
         return Ok(prepared);
     }
-    let message = format!("{} was baked from another mesh, or with another unit or axis", file.display());
+    let message =
+        format!("{} was baked from another mesh, with other cracks, or with another unit or axis", file.display());
     Err(Failure::refused("other_mesh", file.display().to_string(), message))
 }
 
@@ -169,5 +191,6 @@ fn request(args: &BakeArgs, name: &str) -> Result<BakeRequest, Failure> {
         elastic: args.elastic,
         tables: Tables::ALL,
         seed: args.seed,
+        cracks: None,
     })
 }

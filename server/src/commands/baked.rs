@@ -60,6 +60,7 @@ fn document(prepared: &Prepared, file: &Path, seconds: f64) -> serde_json::Value
         "learned": prepared.learned.as_ref().map(|learned| learned.quality),
         "reduced": prepared.reduction,
         "bodies": prepared.bodies.len(),
+        "cracks": report.cracks,
         "defects": report.defects,
         "unprepared": report.unprepared,
         "seconds": seconds,
@@ -99,6 +100,13 @@ fn screen(prepared: &Prepared, file: &Path, seconds: f64) -> String {
         prepared.gamma_j_m2, parameters.material_name, parameters.fragment_size_m, prepared.kappa
     );
     let _ = writeln!(text, "  bodies           {}", prepared.bodies.len());
+    if let Some(cracks) = &report.cracks {
+        let _ = writeln!(
+            text,
+            "  cracks           {} triangles, {:.4e} m²; slots of {:.4} m (elastic lattice {:.4} m) take {:.4e} m³",
+            cracks.triangles, cracks.area_m2, cracks.width_m, cracks.elastic_width_m, cracks.volume_m3
+        );
+    }
     if let Some(Learned { quality, .. }) = &prepared.learned {
         let percent = |share: f64| 100.0 * share;
         let _ = writeln!(

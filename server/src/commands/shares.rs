@@ -1,11 +1,11 @@
 //! Shares of a bake: which one this is, what is kept while it runs, and how a stopped one goes on.
 
 use super::Failure;
-use super::bake::BakeArgs;
+use super::bake::{BakeArgs, input_hash};
 use super::bar::Bar;
 use serde_json::json;
 use shatter_fracture::database::{self, BakeError, BakeRequest, Partial, Share, ShareError};
-use shatter_fracture::surface::{RawMesh, Surface};
+use shatter_fracture::surface::RawMesh;
 use shatter_fracture::token::Token;
 use std::env::{VarError, var};
 use std::path::Path;
@@ -131,15 +131,15 @@ pub fn resume(
     })?;
     let task = &partial.task;
     let asked = match args.add {
-        None => task.request.as_ref() == Some(request),
+        None => task.request.as_ref() == Some(&request.without_cracks()),
         Some(count) => task.request.is_none() && task.end - task.first == count,
     };
-    let same_mesh = partial.prepared.report.input_hash == database::input_hash(&Surface::repair(raw.clone())?);
+    let same_mesh = partial.prepared.report.input_hash == input_hash(raw.clone(), request)?;
     if asked && same_mesh && task.share == share && partial.prepared.name == request.name {
         return Ok(Some(partial));
     }
     let message = format!(
-        "{} was baked from another mesh or with other flags; with --restart instead of --resume it is replaced",
+        "{} was baked from another mesh, with other cracks or other flags; with --restart instead of --resume it is replaced",
         file.display()
     );
     Err(Failure::refused("other_work", file.display().to_string(), message))

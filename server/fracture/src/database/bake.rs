@@ -1,6 +1,7 @@
 //! Baking: a mesh and a few numbers become a prepared object.
 
 use super::Tables;
+use super::cracks::{Intact, elastic_spacing};
 use super::learned::EXAMPLES_MAX;
 use super::parts;
 use super::share::{Partial, Share};
@@ -14,7 +15,7 @@ use crate::pipeline::{
 };
 use crate::scene::{DEFAULT_FRAGMENT_DIAGONALS, Material};
 use crate::skin::{Outer, Skin};
-use crate::surface::{Defect, Inside, Looks, RawMesh, Side, Surface, SurfaceError};
+use crate::surface::{Inside, Looks, RawMesh, Sheets, Side, Surface, SurfaceError};
 use crate::token::{Cancelled, Token};
 use serde::{Deserialize, Serialize};
 
@@ -47,6 +48,9 @@ pub struct BakeRequest {
     pub tables: Tables,
     /// Everything random while baking follows from it.
     pub seed: u64,
+    /// Triangles along which the object is cracked already, in the coordinates of the mesh; which way they face does not matter.
+    #[serde(skip)]
+    pub cracks: Option<RawMesh>,
 }
 
 impl BakeRequest {
@@ -65,11 +69,22 @@ impl BakeRequest {
             elastic: ElasticRequest::Reduced,
             tables: Tables::ALL,
             seed: 0,
+            cracks: None,
         }
     }
-}
 
-impl BakeRequest {
+    /// Everything else that was asked for.
+    pub fn without_cracks(&self) -> Self {
+        // The sheets themselves may be large.
+        Self {
+            name: self.name.clone(),
+            material_name: self.material_name.clone(),
+            material: self.material.clone(),
+            cracks: None,
+            ..*self
+        }
+    }
+
     /// The tables that are made.
     pub(super) fn tables(&self) -> Tables {
         let learns = self.examples > 0;
@@ -78,7 +93,7 @@ impl BakeRequest {
 }
 
 /// Share of the volume that may be in components which the lattice drops: beyond it, what is left is another object.
-const GONE_MAX: f64 = 0.25;
+pub(super) const GONE_MAX: f64 = 0.25;
 
 /// What baking does, in order; the caller may show it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -125,6 +140,19 @@ pub enum BakeError {
     /// The mesh has no surface or no inside.
     #[error(transparent)]
     Surface(#[from] SurfaceError),
+    /// The existing cracks are no sheets.
+    #[error("existing cracks: {0}")]
+    Cracks(SurfaceError),
+    /// The existing cracks leave too little of the object.
+    #[error(
+        "existing cracks take {percent:.0} % of the object at crack spacing {spacing:.5}: bake with a finer one, or fewer of them"
+    )]
+    CracksTakeAll {
+        /// Their share of the volume, per cent.
+        percent: f64,
+        /// Crack spacing over the diagonal.
+        spacing: f64,
+    },
     /// Walls are too thin for any lattice that is accepted, or for the one that was asked for.
     #[error(
         "a quarter of the surface or more has walls of {thickness_m:.3e} m or less: crack spacing {spacing:.5} loses them, \
@@ -320,6 +348,8 @@ pub(super) fn lattices(
     token: &Token,
     progress: &mut dyn FnMut(Step),
 ) -> Result<(Parameters, Levels, BakeReport), BakeError> {
+    let sheets = request.cracks.as_ref().map(|raw| Sheets::new(raw, &surface.frame)).transpose();
+    let sheets = sheets.map_err(BakeError::Cracks)?;
     progress(Step::Volume);
     let inside = Inside::new(surface);
     let volume = inside.input_volume(token)?;
@@ -341,17 +371,24 @@ pub(super) fn lattices(
         let percent = 100.0 * (gone.volume / volume).min(1.0);
         return Err(BakeError::TooSmall { count: gone.count, percent, spacing: parameters.crack_spacing });
     }
+    let mut kept = volume;
     if gone.volume > lattice::VOLUME_TOLERANCE * volume {
         // What is kept must not make up for what is not.
-        levels = stuffed(volume - gone.volume)?;
+        kept = volume - gone.volume;
+        levels = stuffed(kept)?;
         gone = parts::gone(surface, &levels, volume);
     }
-    parameters.elastic_spacing = levels.elastic.as_ref().map_or(parameters.crack_spacing, |level| level.spacing);
     let mut lost = thin::lost(&inside, &walls, &levels, &surface.frame, token)?;
     lost.extend(parts::severed(surface, &levels));
+    let mut report = report(surface, sheets.as_ref(), &inside, volume, &levels);
+    if let Some(sheets) = &sheets {
+        let intact = Intact { surface, inside: &inside, levels: &levels, volume: kept, spacings };
+        levels = intact.slotted(sheets, &mut report, token)?;
+    }
+    parameters.elastic_spacing = elastic_spacing(&levels);
     lost.extend(parts::far(&inside, &levels));
     lost.extend(gone.defect(&inside, surface, volume));
-    let report = report(surface, &inside, volume, &levels, lost);
+    report.defects.extend(lost);
     Ok((parameters, levels, report))
 }
 
@@ -426,7 +463,7 @@ fn area(surface: &Surface) -> f64 {
     (0..surface.triangles.len()).map(triangle).sum()
 }
 
-fn report(surface: &Surface, inside: &Inside, volume: f64, levels: &Levels, lost: Vec<Defect>) -> BakeReport {
+fn report(surface: &Surface, sheets: Option<&Sheets>, inside: &Inside, volume: f64, levels: &Levels) -> BakeReport {
     let cubed = surface.frame.diagonal_m.powi(3);
     let lattice_volume: f64 = levels.bodies.iter().map(|body| body.crack.volume()).sum();
     let deviation = levels
@@ -436,14 +473,14 @@ fn report(surface: &Surface, inside: &Inside, volume: f64, levels: &Levels, lost
         .fold(0.0, f64::max);
     let mut defects = surface.defects.clone();
     defects.extend(inside.ambiguous(&boundary_samples(levels)));
-    defects.extend(lost);
     BakeReport {
-        input_hash: input_hash(surface),
+        input_hash: input_hash(surface, sheets),
         input_volume_m3: volume * cubed,
         lattice_volume_m3: lattice_volume * cubed,
         surface_deviation: deviation,
         defects,
         materials: surface.looks.names.clone(),
+        cracks: None,
         unprepared: Vec::new(),
     }
 }
@@ -452,8 +489,9 @@ fn boundary_samples(levels: &Levels) -> Vec<nalgebra::Point3<f64>> {
     levels.bodies.iter().flat_map(|body| body.crack.nodes.iter().copied()).collect()
 }
 
-/// BLAKE3 of a normalised surface (positions, triangles, looks), hexadecimal: what [`BakeReport::input_hash`] holds.
-pub fn input_hash(surface: &Surface) -> String {
+/// BLAKE3 of a normalised surface (positions, triangles, looks) and of the sheets along which it is cracked, hexadecimal: what
+/// [`BakeReport::input_hash`] holds.
+pub fn input_hash(surface: &Surface, sheets: Option<&Sheets>) -> String {
     let mut hasher = blake3::Hasher::new();
     for position in &surface.positions {
         position.iter().for_each(|x| _ = hasher.update(&x.to_le_bytes()));
@@ -466,5 +504,8 @@ pub fn input_hash(surface: &Surface) -> String {
     numbers.for_each(|x| _ = hasher.update(&x.to_le_bytes()));
     materials.iter().for_each(|material| _ = hasher.update(&material.to_le_bytes()));
     names.iter().for_each(|name| _ = hasher.update(name.as_bytes()));
+    for corner in sheets.map_or(&[][..], Sheets::triangles).as_flattened() {
+        corner.iter().for_each(|x| _ = hasher.update(&x.to_le_bytes()));
+    }
     hasher.finalize().to_hex().to_string()
 }

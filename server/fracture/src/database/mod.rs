@@ -2,6 +2,7 @@
 
 mod bake;
 mod container;
+mod cracks;
 mod error;
 #[cfg(test)]
 mod hostile_tests;

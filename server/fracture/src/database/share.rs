@@ -108,7 +108,8 @@ impl FromStr for Share {
 /// What a share is a share of, and how far it is. Metadata key "share" of its file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Task {
-    /// What was asked for; nothing where examples are added to a database that was there.
+    /// What was asked for, but for the cracks, which are in the hash of the input; nothing where examples are added to a
+    /// database that was there.
     pub request: Option<BakeRequest>,
     /// Which share.
     pub share: Share,
@@ -158,7 +159,7 @@ impl Partial {
         progress: &mut dyn FnMut(Step),
     ) -> Result<Self, BakeError> {
         let prepared = whole(raw, request, token, progress)?;
-        let task = Task { request: Some(request.clone()), share, first: 0, end: request.examples, done: 0 };
+        let task = Task { request: Some(request.without_cracks()), share, first: 0, end: request.examples, done: 0 };
         Ok(Self { prepared, task })
     }
 

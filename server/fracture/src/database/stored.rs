@@ -4,7 +4,7 @@ use super::bake::{self, BakeError, BakeRequest, Step};
 use super::{Tables, load};
 use crate::lift::LiftKind;
 use crate::pipeline::{Prepared, Unprepared};
-use crate::surface::{RawMesh, Surface};
+use crate::surface::{RawMesh, Sheets, Surface};
 use crate::token::Token;
 use std::path::Path;
 
@@ -24,7 +24,8 @@ pub fn stored(
     bake::check(request)?;
     progress(Step::Surface);
     let surface = Surface::repair(raw)?;
-    if !alike(&prepared, &surface, request) {
+    let sheets = request.cracks.as_ref().map(|raw| Sheets::new(raw, &surface.frame)).transpose();
+    if !alike(&prepared, &surface, sheets.map_err(BakeError::Cracks)?.as_ref(), request) {
         return Ok(None);
     }
     let own = &prepared.parameters;
@@ -40,10 +41,10 @@ pub fn stored(
 }
 
 /// Whether everything but the spacings is as a bake would make it.
-fn alike(prepared: &Prepared, surface: &Surface, request: &BakeRequest) -> bool {
+fn alike(prepared: &Prepared, surface: &Surface, sheets: Option<&Sheets>, request: &BakeRequest) -> bool {
     let own = &prepared.parameters;
     let parameters = bake::parameters(request, surface, [own.elastic_spacing, own.crack_spacing]);
-    prepared.report.input_hash == bake::input_hash(surface)
+    prepared.report.input_hash == bake::input_hash(surface, sheets)
         && prepared.name == request.name
         && prepared.impacts == request.examples
         && prepared.gamma_j_m2 == bake::gamma(request, &parameters)

@@ -114,10 +114,19 @@ pub fn levels(
     volume: f64,
     token: &Token,
 ) -> Result<Levels, LatticeError> {
-    let crack = stuff(shape, spacings.crack, Some(volume), token)?;
+    levels_by(&|spacing| stuff(shape, spacing, Some(volume), token), spacings, token)
+}
+
+/// Pairs the bodies of what `stuffed` makes at two spacings.
+pub(super) fn levels_by(
+    stuffed: &dyn Fn(f64) -> Result<Level, LatticeError>,
+    spacings: Spacings,
+    token: &Token,
+) -> Result<Levels, LatticeError> {
+    let crack = stuffed(spacings.crack)?;
     let mut spacing = spacings.elastic;
     loop {
-        let elastic = match stuff(shape, spacing, Some(volume), token) {
+        let elastic = match stuffed(spacing) {
             Ok(level) => Some(level),
             Err(LatticeError::NothingInside { .. }) => None,
             Err(error) => return Err(error),

@@ -15,6 +15,7 @@ mod overlap;
 mod real_tests;
 #[cfg(test)]
 mod shapes;
+mod slot;
 mod spacing;
 mod stencil;
 mod stuffing;
@@ -34,6 +35,7 @@ pub use levels::{BodyLattice, LevelReport, Levels, OVERLAP_MIN, Replaced, Replac
 pub use locate::{Locator, Nearest, Place};
 pub use measure::Dihedral;
 pub use mend::{Pinch, check_manifold};
+pub use slot::{SLOT_HALF, SlotDepth, slotted_levels, stuff_slotted};
 pub use spacing::{
     CRACK_NODES_DEFAULT, CRACK_NODES_MAX, ELASTIC_NODES_DEFAULT, ELASTIC_NODES_MAX, default_spacing, spacings,
 };

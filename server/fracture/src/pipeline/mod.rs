@@ -57,7 +57,7 @@ pub use outcome::{Counts, DegreeSource, FragmentRow, OUTER, Outcome, RunRow};
 pub use outputs::{Bond, Debris, WORLD};
 pub use parent::{SOLVED_NODES_MAX, TETS_MIN};
 pub use pieces::Pieces;
-pub use prepared::{BakeReport, Body, Parameters, Prepared, Solid, Unprepared};
+pub use prepared::{BakeReport, Body, ExistingCracks, Parameters, Prepared, Solid, Unprepared};
 pub use reduce::{RANK_MAX, Reduction, reduce};
 pub use release::{RELEASE_SHARE, Velocity};
 pub use sample::Sampler;

@@ -158,6 +158,7 @@ fn alone(prepared: &Prepared, body: Body) -> Prepared {
     let parameters = Parameters { elastic: ElasticRequest::Solve, ..prepared.parameters.clone() };
     let report = BakeReport {
         input_hash: String::new(),
+        cracks: None,
         input_volume_m3: 0.0,
         lattice_volume_m3: 0.0,
         surface_deviation: prepared.report.surface_deviation + parameters.crack_spacing,

@@ -39,23 +39,42 @@ pub struct Parameters {
 /// What baking found out about the mesh and the lattices.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct BakeReport {
-    /// BLAKE3 of the normalised input (positions and triangles), hexadecimal.
+    /// BLAKE3 of the normalised input (positions and triangles, those of existing cracks among them), hexadecimal.
     pub input_hash: String,
     /// Volume inside the input surface (generalised winding number above one half), m³.
     pub input_volume_m3: f64,
     /// Volume of the crack lattices, m³.
     pub lattice_volume_m3: f64,
     /// Largest distance from the crack lattice's boundary to the input surface, over the diagonal. The films on which the
-    /// winding number is one half close the surface's holes and count as surface.
+    /// winding number is one half close the surface's holes and count as surface; slots of existing cracks are left out: it is
+    /// that of the lattice before they are cut.
     pub surface_deviation: f64,
     /// What was wrong with the input and what was done about it.
     pub defects: Vec<Defect>,
     /// Names of the input's materials; attributes and skins tell them by their places.
     #[serde(default)]
     pub materials: Vec<String>,
+    /// The cracks that it carries from the beginning, if it was given any.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cracks: Option<ExistingCracks>,
     /// Lifts that a body does without, and why.
     #[serde(default)]
     pub unprepared: Vec<Unprepared>,
+}
+
+/// Cracks that an object carries from the beginning: sheets without width, along which its lattices have slots.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ExistingCracks {
+    /// Triangles of the sheets.
+    pub triangles: u64,
+    /// Their area, in the object or not, m².
+    pub area_m2: f64,
+    /// Width of the slots in the crack lattices, m.
+    pub width_m: f64,
+    /// The same in the elastic lattices.
+    pub elastic_width_m: f64,
+    /// Volume that the crack lattices lose by them, m³.
+    pub volume_m3: f64,
 }
 
 /// A lift that could not be made for a body; strikes that ask for it are refused.
@@ -70,9 +89,10 @@ pub struct Unprepared {
 }
 
 impl BakeReport {
-    /// Signed volume error of the crack lattices, relative to the input's volume.
+    /// Signed volume error of the crack lattices, relative to the input's volume; slots of existing cracks are no error.
     pub fn volume_error(&self) -> f64 {
-        self.lattice_volume_m3 / self.input_volume_m3 - 1.0
+        let slots_m3 = self.cracks.map_or(0.0, |cracks| cracks.volume_m3);
+        (self.lattice_volume_m3 + slots_m3) / self.input_volume_m3 - 1.0
     }
 }
 

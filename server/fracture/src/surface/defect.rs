@@ -47,6 +47,9 @@ pub enum DefectKind {
     CoarseElastic,
     /// Components that the lattice lost; the index is the first of them.
     DroppedComponent,
+    /// Sheets of existing cracks that cut nothing: outside of the object, or smaller than the lattice resolves; the index is a face
+    /// of one, in their own file.
+    IdleCrack,
 }
 
 impl fmt::Display for DefectKind {

@@ -56,6 +56,12 @@ pub enum SurfaceError {
         /// How many vertices there are.
         vertices: u64,
     },
+    /// A vertex of a crack so far from the object that distances to it would lose their digits.
+    #[error("vertex {vertex} is more than a million diagonals from the object")]
+    FarVertex {
+        /// The vertex of the file, counted from 0.
+        vertex: u64,
+    },
     /// Every triangle has zero area.
     #[error("every triangle is degenerate")]
     AllDegenerate,

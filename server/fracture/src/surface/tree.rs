@@ -73,7 +73,7 @@ impl Node {
 }
 
 /// The hierarchy. Triangles are stored in leaf order.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct Tree {
     pub nodes: Vec<Node>,
     pub triangles: Vec<[Point3<f64>; 3]>,

@@ -60,7 +60,7 @@ pub(super) fn clean(raw: &RawMesh, defects: &mut Vec<Defect>) -> Result<Clean, S
 }
 
 /// Whether the corners lie exactly on a line.
-pub(super) fn is_flat(positions: &[Point3<f64>], corners: &[u32; 3]) -> bool {
+pub(in crate::surface) fn is_flat(positions: &[Point3<f64>], corners: &[u32; 3]) -> bool {
     let [a, b, c] = corners.map(|vertex| positions[vertex as usize]);
     (0..3).all(|axis| {
         let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);

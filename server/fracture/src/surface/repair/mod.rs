@@ -6,6 +6,8 @@ mod intersect;
 mod orient;
 mod sets;
 mod shells;
+pub(super) use clean::is_flat;
+pub(super) use sets::Sets;
 pub use shells::Part;
 
 #[cfg(test)]
@@ -15,7 +17,6 @@ use super::defect::Tally;
 use super::{Defect, DefectKind, Frame, Looks, RawMesh, SurfaceError};
 use edges::{Edges, HalfEdge};
 use nalgebra::Point3;
-use sets::Sets;
 use shells::Shells;
 
 /// A welded, consistently wound, outward-facing surface in local coordinates. It may still be open or intersect itself;

@@ -4,7 +4,7 @@
 //! lowest member represents its set, so that results do not depend on the order of joins.
 
 /// Sets over 0 .. n.
-pub(super) struct Sets {
+pub(in crate::surface) struct Sets {
     parent: Vec<u32>,
 }
 

@@ -1,0 +1,67 @@
+//! Cracks that an object carries from the beginning: sheets without width, along which both lattices are slotted.
+
+use super::bake::{BakeError, GONE_MAX};
+use crate::lattice::{self, LatticeError, Levels, SLOT_HALF, Spacings};
+use crate::pipeline::{BakeReport, ExistingCracks};
+use crate::surface::{Defect, DefectKind, Inside, Sheets, Surface};
+use crate::token::Token;
+use nalgebra::Point3;
+
+/// What the slots are cut out of.
+pub(super) struct Intact<'a> {
+    pub surface: &'a Surface,
+    pub inside: &'a Inside,
+    /// The lattices without slots, and the volume (local) that they were stuffed to.
+    pub levels: &'a Levels,
+    pub volume: f64,
+    /// As they were asked for.
+    pub spacings: Spacings,
+}
+
+impl Intact<'_> {
+    /// The lattices with slots along `sheets`, which the report then tells of.
+    ///
+    /// Errors: [`BakeError::CracksTakeAll`], those of the lattices.
+    pub(super) fn slotted(&self, sheets: &Sheets, report: &mut BakeReport, token: &Token) -> Result<Levels, BakeError> {
+        let spacing = self.levels.crack.spacing;
+        let depth = |point: &Point3<f64>, half: f64| sheets.slot_depth(self.inside, point, half);
+        let slotted = lattice::slotted_levels(self.inside, &depth, self.spacings, self.volume, token);
+        let (before, take_all) = (self.levels.crack.volume, |percent| BakeError::CracksTakeAll { percent, spacing });
+        let slotted = slotted.map_err(|error| match error {
+            LatticeError::NothingInside { .. } => take_all(100.0),
+            error => error.into(),
+        })?;
+        let lost = before - slotted.crack.volume;
+        if lost > GONE_MAX * before {
+            return Err(take_all(100.0 * lost / before));
+        }
+        let frame = &self.surface.frame;
+        report.cracks = Some(ExistingCracks {
+            triangles: sheets.triangles().len() as u64,
+            area_m2: sheets.area() * frame.diagonal_m.powi(2),
+            width_m: 2.0 * SLOT_HALF * spacing * frame.diagonal_m,
+            elastic_width_m: 2.0 * SLOT_HALF * elastic_spacing(&slotted) * frame.diagonal_m,
+            volume_m3: lost * frame.diagonal_m.powi(3),
+        });
+        report.lattice_volume_m3 -= lost * frame.diagonal_m.powi(3);
+        report.defects.extend(sheets.defects.iter().cloned());
+        let nodes: Vec<Point3<f64>> =
+            self.levels.bodies.iter().flat_map(|body| body.crack.nodes.iter().copied()).collect();
+        report.defects.extend(sheets.idle(self.inside, &nodes, SLOT_HALF * spacing));
+        report.defects.extend(self.splinters(&slotted));
+        Ok(slotted)
+    }
+
+    /// What lies between slots and the surface, or other slots, and is too small for a body.
+    fn splinters(&self, slotted: &Levels) -> Option<Defect> {
+        let more = slotted.crack.dropped.len().checked_sub(self.levels.crack.dropped.len()).filter(|more| *more > 0)?;
+        let first = self.inside.nearest_face(&slotted.crack.dropped.first()?.place);
+        let action = "left out: splinters beside cracks, smaller than the lattice spacing";
+        Some(Defect::new(DefectKind::DroppedComponent, more as u64, first, action))
+    }
+}
+
+/// The spacing of the lattice that elasticity is solved on, local.
+pub(super) fn elastic_spacing(levels: &Levels) -> f64 {
+    levels.elastic.as_ref().map_or(levels.crack.spacing, |level| level.spacing)
+}

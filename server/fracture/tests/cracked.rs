@@ -1,0 +1,297 @@
+//! Objects that carry cracks of no width: neither lattice knows a way through them, elasticity opens there, and distances go around.
+
+use nalgebra::{Point3, Rotation3, Vector3};
+use shatter_fracture::centroidal::{self, Field, Options};
+use shatter_fracture::database::{BakeError, BakeRequest, bake, input_hash, save};
+use shatter_fracture::fragment::closed;
+use shatter_fracture::lattice::{Lattice, check_manifold};
+use shatter_fracture::lift::LiftKind;
+use shatter_fracture::pipeline::{self, Contact, DegreeRequest, Pieces, Prepared, Strike, Workspace};
+use shatter_fracture::scene::Materials;
+use shatter_fracture::surface::{DefectKind, RawMesh, Sheets, Surface, shapes};
+use shatter_fracture::token::Token;
+use std::sync::LazyLock;
+
+/// Sides of the block, m. Its crack lies in the middle plane, from above to half its depth.
+const SIZE_M: [f64; 3] = [0.4, 0.2, 0.2];
+
+/// How near to a crack's end its sides may meet, m: three tenths of the elastic spacing.
+const END_M: f64 = 0.01;
+
+static WHOLE: LazyLock<Prepared> = LazyLock::new(|| baked(shapes::cuboid(SIZE_M), None).unwrap());
+
+static HALF: LazyLock<Prepared> =
+    LazyLock::new(|| check(shapes::cuboid(SIZE_M), [half_depth(), sheet([END_M, 0.12], [-0.12, 0.12])], 1));
+
+/// The rectangle x = 0, y and z within these.
+fn sheet(y: [f64; 2], z: [f64; 2]) -> RawMesh {
+    let corners = [[y[0], z[0]], [y[1], z[0]], [y[1], z[1]], [y[0], z[1]]];
+    RawMesh::new(corners.map(|[y, z]| Point3::new(0.0, y, z)).to_vec(), vec![[0, 1, 2], [0, 2, 3]])
+}
+
+/// From a little above the block to its middle.
+fn half_depth() -> RawMesh {
+    sheet([0.0, 0.12], [-0.12, 0.12])
+}
+
+fn moved(mut mesh: RawMesh, to: impl Fn(Point3<f64>) -> Point3<f64>) -> RawMesh {
+    mesh.positions_m.iter_mut().for_each(|point| *point = to(*point));
+    mesh
+}
+
+fn baked(mesh: RawMesh, cracks: Option<RawMesh>) -> Result<Prepared, BakeError> {
+    let materials = Materials::parse(include_str!("../../../config/materials.toml")).unwrap();
+    let glass = materials.get("glass").unwrap().clone();
+    let request = BakeRequest {
+        elastic_spacing: Some(0.07),
+        crack_spacing: Some(0.04),
+        kappa: Some(2.0),
+        seed: 1,
+        cracks,
+        ..BakeRequest::new("thing", "glass", glass)
+    };
+    bake(mesh, &request, &Token::default(), &mut |_| {})
+}
+
+/// Whether the line from `a` to `b` leads through the triangle.
+fn crosses(a: &Point3<f64>, b: &Point3<f64>, [p, q, r]: &[Point3<f64>; 3]) -> bool {
+    let volume =
+        |a: &Point3<f64>, b: &Point3<f64>, c: &Point3<f64>, d: &Point3<f64>| (b - a).cross(&(c - a)).dot(&(d - a));
+    let around = [(p, q), (q, r), (r, p)].map(|(from, to)| volume(a, b, from, to));
+    volume(p, q, r, a) * volume(p, q, r, b) < 0.0
+        && (around.iter().all(|side| *side > 0.0) || around.iter().all(|side| *side < 0.0))
+}
+
+/// Edges of a lattice that lead through the sheets.
+fn crossings(prepared: &Prepared, lattice: &Lattice, sheets: &RawMesh) -> usize {
+    let corners = |triangle: &[u32; 3]| triangle.map(|k| prepared.frame.to_local(&sheets.positions_m[k as usize]));
+    let triangles: Vec<[Point3<f64>; 3]> = sheets.triangles.iter().map(corners).collect();
+    let ends = |edge: [u32; 2]| edge.map(|node| lattice.nodes[node as usize]);
+    let edges = lattice.edges().into_iter().map(ends);
+    edges.filter(|[a, b]| triangles.iter().any(|triangle| crosses(a, b, triangle))).count()
+}
+
+/// Bakes an object with cracks: as many bodies, no edge through a sheet on either level (but where it ends: `sure` is what is left
+/// without), nothing else lost or wrong. Then breaks it: every fragment is closed, and they hold what the lattice holds.
+#[track_caller]
+fn check(mesh: RawMesh, [sheets, sure]: [RawMesh; 2], bodies: usize) -> Prepared {
+    let prepared = baked(mesh, Some(sheets.clone())).unwrap();
+    let report = &prepared.report;
+    assert_eq!(prepared.bodies.len(), bodies);
+    for body in &prepared.bodies {
+        for lattice in [&body.crack, &body.solid.as_ref().unwrap().lattice] {
+            check_manifold(lattice).unwrap();
+            println!("{} edges through the sheet", crossings(&prepared, lattice, &sheets));
+            assert_eq!(crossings(&prepared, lattice, &sure), 0);
+        }
+    }
+    let cracks = report.cracks.unwrap();
+    println!("{cracks:?}, volume {:+.4}, deviation {:.4}", report.volume_error(), report.surface_deviation);
+    assert!(report.volume_error().abs() < 2e-3, "{}", report.volume_error());
+    assert!(report.lattice_volume_m3 < report.input_volume_m3 - 0.9 * cracks.volume_m3 && cracks.volume_m3 > 0.0);
+    assert!(report.defects.is_empty(), "{:?}", report.defects);
+    let point =
+        prepared.frame.to_metres(prepared.bodies[0].crack.nodes.iter().max_by(|a, b| a.y.total_cmp(&b.y)).unwrap());
+    let pieces = struck(&prepared, &blow(point, Vector3::new(0.0, -1.0, 0.0), LiftKind::Interior, 0));
+    assert!(shown(&pieces).len() >= 8);
+    let sum: f64 = pieces.fragments.iter().map(|row| row.volume_m3).sum();
+    let own = prepared.bodies[0].crack.volume() * prepared.frame.diagonal_m.powi(3);
+    let all = report.lattice_volume_m3;
+    assert!((sum / own - 1.0).abs() < 1e-6 || (sum / all - 1.0).abs() < 1e-6, "{sum} {own} {all}");
+    prepared
+}
+
+fn blow(point_m: Point3<f64>, impulse: Vector3<f64>, lift: LiftKind, seed: u64) -> Strike {
+    Strike { degree: DegreeRequest::Sites(8), lift, seed, ..Strike::at(point_m, impulse) }
+}
+
+fn struck(prepared: &Prepared, strike: &Strike) -> Pieces {
+    let outcome = pipeline::strike(prepared, strike, &mut Workspace::default(), &Token::default(), &mut ()).unwrap();
+    outcome.pieces.unwrap()
+}
+
+/// The points of each fragment in the coordinates of the file; each must be closed.
+fn shown(pieces: &Pieces) -> Vec<Vec<Point3<f64>>> {
+    let counts = pieces.counts;
+    let (mut positions, mut indices) = (vec![[0.0; 3]; counts.vertices], vec![0; counts.indices]);
+    pieces.emit(&mut positions, &mut indices, &mut vec![[0; 2]; counts.merges]).unwrap();
+    let show = |row: &pipeline::FragmentRow| {
+        let own = &positions[row.vertex_first as usize..][..row.vertex_count as usize];
+        closed(own, &indices[row.index_first as usize..][..row.index_count as usize]).unwrap();
+        own.iter().map(|at| Point3::from(at.map(f64::from)) + Vector3::from(row.centre_m)).collect()
+    };
+    pieces.fragments.iter().map(show).collect()
+}
+
+/// Whether some points near the crack's mouth lie on one of its sides, and some on the other.
+fn spans_the_mouth(points: impl Iterator<Item = Point3<f64>>) -> bool {
+    let mouth: Vec<f64> = points.filter(|point| point.y > 0.06).map(|point| point.x).collect();
+    mouth.iter().any(|x| *x < -0.01) && mouth.iter().any(|x| *x > 0.01)
+}
+
+/// Fragments, and cells of the diagrams that they are the connected parts of, on both sides of the crack's mouth, over some blows
+/// beside it.
+fn across_the_crack(lift: LiftKind) -> [usize; 2] {
+    let mut across = [0; 2];
+    for seed in 0..8 {
+        let strike = blow(Point3::new(0.06, 0.1, 0.0), Vector3::new(0.0, -1.0, 0.0), lift, seed);
+        let fragments = shown(&struck(&HALF, &strike));
+        across[0] += fragments.iter().filter(|own| spans_the_mouth(own.iter().copied())).count();
+        let labels = cells(&HALF, &strike);
+        let place = |node: usize| HALF.frame.to_metres(&HALF.bodies[0].crack.nodes[node]);
+        for cell in 0..8 {
+            let own = (0..labels.len()).filter(|&node| labels[node] == cell);
+            across[1] += usize::from(spans_the_mouth(own.map(place)));
+        }
+    }
+    across
+}
+
+/// Energy of the only body under `strike`, J, and the share of each crack node.
+fn energy(prepared: &Prepared, strike: &Strike) -> (f64, Vec<f64>) {
+    let impact = pipeline::Impact::new(prepared, strike).unwrap();
+    let solved = pipeline::strain_energy(prepared, &impact, &mut Workspace::default(), &Token::default(), &mut ());
+    let own = solved.unwrap().remove(0);
+    (own.energy_j, own.shares)
+}
+
+/// The cell of each node of the only body.
+fn cells(prepared: &Prepared, strike: &Strike) -> Vec<u32> {
+    let mut shares = energy(prepared, strike).1;
+    let field = Field::new(prepared.lift(0, strike.lift).unwrap(), &prepared.bodies[0].volumes, &mut shares).unwrap();
+    let (options, token) = (Options::new(8, strike.seed), Token::default());
+    centroidal::diagram(&field, &options, &mut Default::default(), &token).unwrap().labels
+}
+
+#[test]
+fn nothing_spans_a_crack_of_no_width_but_straight_distances() {
+    let [interior, straight] = [LiftKind::Interior, LiftKind::Euclidean].map(across_the_crack);
+    println!("fragments and cells across the crack: interior {interior:?}, euclidean {straight:?}");
+    assert_eq!(interior, [0; 2]);
+    assert!(straight[1] > 0);
+}
+
+/// Distance in the interior lift between the nodes nearest to (∓`x`, 0.09, 0), over the straight one between them.
+fn around_the_mouth(prepared: &Prepared, x: f64) -> f64 {
+    let body = &prepared.bodies[0];
+    let nearest = |x: f64| {
+        let at = prepared.frame.to_local(&Point3::new(x, 0.09, 0.0));
+        let distance = |node: usize| (body.crack.nodes[node] - at).norm();
+        (0..body.crack.nodes.len()).min_by(|&a, &b| distance(a).total_cmp(&distance(b))).unwrap()
+    };
+    let lift = body.interior.as_ref().unwrap();
+    let row = |node: usize| lift.coordinates[node * lift.dimension..][..lift.dimension].iter();
+    let (a, b) = (nearest(-x), nearest(x));
+    let lifted = row(a).zip(row(b)).map(|(p, q)| (p - q) * (p - q)).sum::<f64>().sqrt();
+    lifted / (body.crack.nodes[a] - body.crack.nodes[b]).norm()
+}
+
+#[test]
+fn distances_go_around_a_crack() {
+    let [whole, cracked] = [&*WHOLE, &*HALF].map(|prepared| around_the_mouth(prepared, 0.03));
+    println!("distance across the mouth over the straight one: {cracked:.2}, without the crack {whole:.2}");
+    assert!(cracked > 2.5 * whole, "{cracked} {whole}");
+}
+
+/// The same of a block with a slit of 12 mm in its mesh, at a quarter of the spacings.
+const SLIT: f64 = 7.8;
+
+#[test]
+fn pulled_apart_a_crack_opens_as_far_as_a_slit_does() {
+    let pulled = |prepared: &Prepared| {
+        let contact = |x: f64| Contact {
+            point_m: Point3::new(x, 0.1, 0.0),
+            impulse_ns: Vector3::new(x.signum(), 0.0, 0.0),
+            duration_s: Some(1e-3),
+            radius_m: Some(0.05),
+        };
+        let mut strike = Strike::at(Point3::origin(), Vector3::x());
+        strike.contacts = vec![contact(-0.1), contact(0.1)];
+        energy(prepared, &strike).0
+    };
+    let [whole, cracked] = [&*WHOLE, &*HALF].map(pulled);
+    println!("energy of pulling the sides apart: {:.2} times the whole block's", cracked / whole);
+    assert!((cracked / whole / SLIT - 1.0).abs() < 0.25, "{cracked} {whole}");
+}
+
+#[test]
+fn a_crack_through_the_object_makes_two() {
+    let prepared = check(shapes::cuboid(SIZE_M), [(); 2].map(|()| sheet([-0.12, 0.12], [-0.12, 0.12])), 2);
+    let side = |body: usize| prepared.bodies[body].crack.centre().x.signum();
+    assert_eq!(side(0) * side(1), -1.0);
+    for body in &prepared.bodies {
+        let one = body.crack.centre().x.signum();
+        assert!(body.crack.nodes.iter().all(|node| node.x * one > 0.0));
+    }
+}
+
+#[test]
+fn neither_place_nor_turn_nor_size_of_a_crack_matters() {
+    let turn = Rotation3::from_scaled_axis(Vector3::new(0.3, 0.5, -0.4));
+    let turned = |point: Point3<f64>| turn * point + Vector3::new(3.0, -1.0, 2.0);
+    let sheets = [half_depth(), sheet([END_M, 0.12], [-0.12, 0.12])].map(|sheet| moved(sheet, turned));
+    let other = check(moved(shapes::cuboid(SIZE_M), turned), sheets, 1);
+    let [one, other] = [&*HALF, &other].map(|prepared| {
+        let cracks = prepared.report.cracks.unwrap();
+        // Half the section; the slot's end is round.
+        [cracks.area_m2, cracks.volume_m3 / (cracks.width_m * 0.02)]
+    });
+    println!("area and slot over what it should be: {one:?}, turned {other:?}");
+    assert!((one[0] - 0.0288).abs() < 1e-12 && (other[0] - 0.0288).abs() < 1e-12);
+    assert!([one[1], other[1]].iter().all(|share| (0.8..1.1).contains(share)));
+    let larger = |point: Point3<f64>| point * 4.0;
+    let large = baked(moved(shapes::cuboid(SIZE_M), larger), Some(moved(half_depth(), larger))).unwrap();
+    assert!(large.bodies[0].crack == HALF.bodies[0].crack);
+    assert_eq!(large.report.cracks.unwrap().width_m, 4.0 * HALF.report.cracks.unwrap().width_m);
+}
+
+/// The bytes of a database.
+fn bytes(prepared: &Prepared) -> Vec<u8> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("thing.shatter");
+    save(prepared, &path).unwrap();
+    std::fs::read(path).unwrap()
+}
+
+#[test]
+fn bytes_depend_on_where_a_crack_is_and_not_on_which_way_it_faces() {
+    let mut flipped = half_depth();
+    flipped.triangles.iter_mut().for_each(|[a, b, c]| (*a, *b, *c) = (*c, *b, *a));
+    let flipped = baked(shapes::cuboid(SIZE_M), Some(flipped)).unwrap();
+    assert!(bytes(&HALF) == bytes(&flipped));
+    let other = sheet([0.01, 0.12], [-0.12, 0.12]);
+    let surface = Surface::repair(shapes::cuboid(SIZE_M)).unwrap();
+    let hash = |cracks: &RawMesh| input_hash(&surface, Some(&Sheets::new(cracks, &surface.frame).unwrap()));
+    assert_eq!(hash(&half_depth()), HALF.report.input_hash);
+    assert!(hash(&other) != HALF.report.input_hash && HALF.report.input_hash != WHOLE.report.input_hash);
+    assert!(!String::from_utf8_lossy(&bytes(&WHOLE)).contains("cracks"));
+}
+
+#[test]
+fn what_is_no_crack_of_the_object_is_named_or_refused() {
+    let outside = moved(half_depth(), |point| point + Vector3::new(0.0, 0.5, 0.0));
+    let both = |mut cracks: RawMesh, more: &RawMesh| {
+        let first = cracks.positions_m.len() as u32;
+        cracks.positions_m.extend(&more.positions_m);
+        cracks.triangles.extend(more.triangles.iter().map(|corners| corners.map(|vertex| vertex + first)));
+        cracks
+    };
+    let prepared = baked(shapes::cuboid(SIZE_M), Some(both(half_depth(), &outside))).unwrap();
+    let [named] = &prepared.report.defects[..] else { panic!("{:?}", prepared.report.defects) };
+    assert_eq!((named.kind, named.count, named.first_index), (DefectKind::IdleCrack, 1, 2));
+    assert!(prepared.bodies[0].crack == HALF.bodies[0].crack);
+    let slices =
+        (-9..10).map(|k| moved(sheet([-0.2, 0.2], [-0.2, 0.2]), |point| point + Vector3::x() * (0.02 * f64::from(k))));
+    let slices = slices.reduce(|sum, next| both(sum, &next)).unwrap();
+    let mut flat = half_depth();
+    flat.triangles = vec![[0, 0, 1]];
+    for (cracks, words) in [
+        (slices, "existing cracks take"),
+        (flat, "existing cracks: every triangle is degenerate"),
+        (moved(half_depth(), |point| point * f64::NAN), "existing cracks: vertex 0 is not finite"),
+        (RawMesh::new(Vec::new(), Vec::new()), "existing cracks: the mesh is empty"),
+    ] {
+        let error = baked(shapes::cuboid(SIZE_M), Some(cracks)).err().unwrap().to_string();
+        assert!(error.contains(words), "{error}");
+    }
+}
