@@ -2,6 +2,7 @@
 
 use super::Tables;
 use super::cracks::{Intact, elastic_spacing};
+use super::hash::input_hash;
 use super::learned::EXAMPLES_MAX;
 use super::parts;
 use super::share::{Partial, Share};
@@ -15,7 +16,7 @@ use crate::pipeline::{
 };
 use crate::scene::{DEFAULT_FRAGMENT_DIAGONALS, Material};
 use crate::skin::{Outer, Skin};
-use crate::surface::{Inside, Looks, RawMesh, Sheets, Side, Surface, SurfaceError};
+use crate::surface::{Inside, RawMesh, Sheets, Side, Surface, SurfaceError};
 use crate::token::{Cancelled, Token};
 use serde::{Deserialize, Serialize};
 
@@ -487,25 +488,4 @@ fn report(surface: &Surface, sheets: Option<&Sheets>, inside: &Inside, volume: f
 
 fn boundary_samples(levels: &Levels) -> Vec<nalgebra::Point3<f64>> {
     levels.bodies.iter().flat_map(|body| body.crack.nodes.iter().copied()).collect()
-}
-
-/// BLAKE3 of a normalised surface (positions, triangles, looks) and of the sheets along which it is cracked, hexadecimal: what
-/// [`BakeReport::input_hash`] holds.
-pub fn input_hash(surface: &Surface, sheets: Option<&Sheets>) -> String {
-    let mut hasher = blake3::Hasher::new();
-    for position in &surface.positions {
-        position.iter().for_each(|x| _ = hasher.update(&x.to_le_bytes()));
-    }
-    for corner in surface.triangles.as_flattened() {
-        hasher.update(&corner.to_le_bytes());
-    }
-    let Looks { normals, uvs, materials, names } = &surface.looks;
-    let numbers = normals.iter().flatten().flatten().chain(uvs.iter().flatten().flatten());
-    numbers.for_each(|x| _ = hasher.update(&x.to_le_bytes()));
-    materials.iter().for_each(|material| _ = hasher.update(&material.to_le_bytes()));
-    names.iter().for_each(|name| _ = hasher.update(name.as_bytes()));
-    for corner in sheets.map_or(&[][..], Sheets::triangles).as_flattened() {
-        corner.iter().for_each(|x| _ = hasher.update(&x.to_le_bytes()));
-    }
-    hasher.finalize().to_hex().to_string()
 }

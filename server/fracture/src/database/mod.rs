@@ -4,6 +4,7 @@ mod bake;
 mod container;
 mod cracks;
 mod error;
+mod hash;
 #[cfg(test)]
 mod hostile_tests;
 mod learned;
@@ -16,8 +17,9 @@ mod stored;
 mod tables;
 mod thin;
 
-pub use bake::{BakeError, BakeRequest, Step, bake, input_hash};
+pub use bake::{BakeError, BakeRequest, Step, bake};
 pub use error::DatabaseError;
+pub use hash::input_hash;
 pub use learned::EXAMPLES_MAX;
 pub use object::{
     BODIES_MAX, NODES_MAX, Provenance, load, load_older, load_partial, load_provenance, load_tables, load_task, save,

@@ -1,7 +1,7 @@
 //! Whether what is stored is what a bake would make.
 
 use super::bake::{self, BakeError, BakeRequest, Step};
-use super::{Tables, load};
+use super::{Tables, input_hash, load};
 use crate::lift::LiftKind;
 use crate::pipeline::{Prepared, Unprepared};
 use crate::surface::{RawMesh, Sheets, Surface};
@@ -44,7 +44,7 @@ pub fn stored(
 fn alike(prepared: &Prepared, surface: &Surface, sheets: Option<&Sheets>, request: &BakeRequest) -> bool {
     let own = &prepared.parameters;
     let parameters = bake::parameters(request, surface, [own.elastic_spacing, own.crack_spacing]);
-    prepared.report.input_hash == bake::input_hash(surface, sheets)
+    prepared.report.input_hash == input_hash(surface, sheets)
         && prepared.name == request.name
         && prepared.impacts == request.examples
         && prepared.gamma_j_m2 == bake::gamma(request, &parameters)

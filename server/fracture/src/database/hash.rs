@@ -1,0 +1,24 @@
+//! What tells one input from another.
+
+use crate::surface::{Looks, Sheets, Surface};
+
+/// BLAKE3 of a normalised surface (positions, triangles, looks) and of the sheets along which it is cracked, hexadecimal: what
+/// [`BakeReport::input_hash`](crate::pipeline::BakeReport::input_hash) holds.
+pub fn input_hash(surface: &Surface, sheets: Option<&Sheets>) -> String {
+    let mut hasher = blake3::Hasher::new();
+    for position in &surface.positions {
+        position.iter().for_each(|x| _ = hasher.update(&x.to_le_bytes()));
+    }
+    for corner in surface.triangles.as_flattened() {
+        hasher.update(&corner.to_le_bytes());
+    }
+    let Looks { normals, uvs, materials, names } = &surface.looks;
+    let numbers = normals.iter().flatten().flatten().chain(uvs.iter().flatten().flatten());
+    numbers.for_each(|x| _ = hasher.update(&x.to_le_bytes()));
+    materials.iter().for_each(|material| _ = hasher.update(&material.to_le_bytes()));
+    names.iter().for_each(|name| _ = hasher.update(name.as_bytes()));
+    for corner in sheets.map_or(&[][..], Sheets::triangles).as_flattened() {
+        corner.iter().for_each(|x| _ = hasher.update(&x.to_le_bytes()));
+    }
+    hasher.finalize().to_hex().to_string()
+}
