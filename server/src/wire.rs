@@ -236,6 +236,7 @@ pub(crate) fn refusal(error: StrikeError) -> Refusal {
         StrikeError::Degree { degree, .. } => (Kind::Degree, degree.to_string()),
         StrikeError::ElasticityUnprepared { .. } => (Kind::Effect, Effect::Elastic.name().to_owned()),
         StrikeError::Unheld { effect } | StrikeError::Bare { effect } => (Kind::Effect, effect.name().to_owned()),
+        StrikeError::Undressed { .. } => (Kind::Effect, Effect::Skin.name().to_owned()),
         StrikeError::LiftUnprepared { lift, .. } => (Kind::Lift, lift.to_string()),
         StrikeError::TooFar { contact, .. } => (Kind::ContactTooFar, of(contact, "point_m")),
         StrikeError::Cancelled(_) => (Kind::Cancelled, "client".to_owned()),

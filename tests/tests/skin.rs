@@ -258,35 +258,62 @@ fn a_database_keeps_the_skin_to_the_bit_and_loads_it_where_it_is_wanted() {
     }
 }
 
-/// Children of a fragment have looks, and no skin: theirs was cut already.
+/// The largest fragment.
+fn largest(pieces: &Pieces) -> u32 {
+    let volume = |fragment: &u32| pieces.fragments[*fragment as usize].volume_m3;
+    (0..pieces.fragments.len() as u32).max_by(|a, b| volume(a).total_cmp(&volume(b))).unwrap()
+}
+
+/// Area of one fragment's skin, m².
+fn worn_m2(pieces: &Pieces, fragment: usize) -> f64 {
+    let area = |corners: [(Point3<f64>, SkinVertex); 3]| {
+        let [a, b, c] = corners.map(|(point, _)| point);
+        0.5 * (b - a).cross(&(c - a)).norm()
+    };
+    worn(pieces, fragment).into_iter().map(area).sum()
+}
+
+/// Children wear what their parent wore, generation by generation, and look like it.
 #[test]
-fn what_breaks_again_has_looks_and_no_skin() {
+fn what_breaks_again_wears_what_its_parent_wore() {
     let prepared = baked(painted(), 0.04);
-    let first = struck::outcome(&prepared, &strike(&prepared, 6, &[])).unwrap().pieces.unwrap();
-    let kept = first.keep();
-    let parent = (0..first.fragments.len())
-        .max_by(|&a, &b| first.fragments[a].volume_m3.total_cmp(&first.fragments[b].volume_m3));
-    let parent = parent.unwrap() as u32;
-    let mut again = strike(&prepared, 6, &[]);
-    again.contacts[0].point_m = Point3::from(first.fragments[parent as usize].centre_m);
-    again.contacts[0].radius_m = Some(0.3);
-    let mut workspace = Workspace::default();
-    let outcome =
-        pipeline::strike_again(&prepared, (&kept, parent), &again, &mut workspace, &Token::default(), &mut ());
-    let pieces = outcome.unwrap().pieces.unwrap();
-    assert!(pieces.skins.rows.is_empty());
-    let mut positions = vec![[0.0; 3]; pieces.counts.vertices];
-    let (mut indices, mut merges) = (vec![0; pieces.counts.indices], vec![[0; 2]; pieces.counts.merges]);
-    pieces.emit(&mut positions, &mut indices, &mut merges).unwrap();
-    let mut outer = 0;
-    for run in pieces.runs.iter().filter(|run| !run.crack) {
-        let centre = Vector3::from(pieces.fragments[run.fragment as usize].centre_m);
-        let vertices = run.vertex_first as usize..(run.vertex_first + run.vertex_count) as usize;
-        for (look, position) in pieces.looks.vertices[vertices.clone()].iter().zip(&positions[vertices]) {
-            let at = Vector3::from(position.map(f64::from)) + centre;
-            assert!((0..2).all(|axis| (f64::from(look.uv[axis]) - at[axis]).abs() < 2e-3), "{:?} at {at:?}", look.uv);
-            outer += 1;
+    let mut pieces = struck::outcome(&prepared, &strike(&prepared, 6, &[])).unwrap().pieces.unwrap();
+    for generation in 1..3 {
+        let (kept, parent) = (pieces.keep(), largest(&pieces));
+        let before_m2 = worn_m2(&pieces, parent as usize);
+        let mut again = strike(&prepared, 6, &[]);
+        again.contacts[0].point_m = Point3::from(pieces.fragments[parent as usize].centre_m);
+        again.contacts[0].radius_m = Some(0.3);
+        let (mut workspace, token) = (Workspace::default(), Token::default());
+        let outcome = pipeline::strike_again(&prepared, (&kept, parent), &again, &mut workspace, &token, &mut ());
+        pieces = outcome.unwrap().pieces.unwrap();
+        let sum_m2: f64 = (0..pieces.fragments.len()).map(|child| worn_m2(&pieces, child)).sum();
+        let least = 2.0 * 0.04 * prepared.frame.diagonal_m;
+        for child in 0..pieces.fragments.len() {
+            let own = outer(&pieces, child, false);
+            for corners in worn(&pieces, child) {
+                let middle = corners.iter().map(|(point, _)| point.coords).sum::<Vector3<f64>>() / 3.0;
+                let apart = own.iter().map(|point| (point.coords - middle).norm()).fold(f64::INFINITY, f64::min);
+                assert!(apart < least, "{apart} m from child {child}");
+                for (point, vertex) in corners {
+                    assert!((0..2).all(|axis| (f64::from(vertex.uv[axis]) - point[axis]).abs() < 1e-6), "{vertex:?}");
+                }
+            }
         }
+        println!("generation {generation}: {} children wear {sum_m2:.6} of {before_m2:.6} m²", pieces.fragments.len());
+        assert!((sum_m2 / before_m2 - 1.0).abs() < 1e-5);
+        assert!(pieces.skins.rows.iter().filter(|row| row.index_count > 0).count() > 1);
+        let looks = pieces.looks.vertices.iter().filter(|look| look.normal != [0.0; 3]).count();
+        assert!(looks > 50 && 3 * pieces.looks.materials.len() == pieces.counts.indices);
     }
-    assert!(outer > 50);
+    let undressed = Strike { effects: Effects::of([Effect::Interior]), ..strike(&prepared, 6, &[]) };
+    let bare = struck::outcome(&prepared, &undressed).unwrap().pieces.unwrap();
+    let (kept, parent) = (bare.keep(), largest(&bare));
+    let mut workspace = Workspace::default();
+    let again = strike(&prepared, 6, &[]);
+    match pipeline::strike_again(&prepared, (&kept, parent), &again, &mut workspace, &Token::default(), &mut ()) {
+        Err(StrikeError::Undressed { fragment }) => assert_eq!(fragment, parent),
+        Err(other) => panic!("{other}"),
+        Ok(_) => panic!("a skin came from nowhere"),
+    }
 }

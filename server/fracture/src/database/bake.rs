@@ -19,6 +19,7 @@ use crate::skin::{Outer, Skin};
 use crate::surface::{Inside, RawMesh, Sheets, Side, Surface, SurfaceError};
 use crate::token::{Cancelled, Token};
 use serde::{Deserialize, Serialize};
+use std::sync::Arc;
 
 /// What to bake, apart from the mesh.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -288,7 +289,7 @@ pub(super) fn whole(
         learned: None,
         reduction: None,
         held: None,
-        skin,
+        skin: skin.map(Arc::new),
     })
 }
 

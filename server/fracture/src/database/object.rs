@@ -13,6 +13,7 @@ use crate::token::Token;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
+use std::sync::Arc;
 
 /// Most bodies that an object may have.
 pub const BODIES_MAX: usize = 4096;
@@ -293,7 +294,7 @@ fn bare(contents: &Contents, tables: Tables) -> Result<Prepared, DatabaseError> 
     let bodies = (0..shape.dimensions.len())
         .map(|index| body(contents, index, &shape, parameters.material.poisson, tables))
         .collect::<Result<Vec<_>, _>>()?;
-    let skin = if tables.skin { skins::skin(contents, &bodies)? } else { None };
+    let skin = if tables.skin { skins::skin(contents, &bodies)?.map(Arc::new) } else { None };
     Ok(Prepared {
         name: contents.text("object")?.to_owned(),
         frame: shape.frame,

@@ -18,8 +18,10 @@ use super::{Body, Outcome, Pieces, Prepared, Stage, Strike, StrikeError, Watch, 
 use crate::fragment::properties;
 use crate::lift::Lift;
 use crate::scene::Effect;
+use crate::skin::Skin;
 use crate::tessellation::{self, FixedPoints, Old, Sites, seam};
 use crate::token::Token;
+use std::sync::Arc;
 
 /// Relative error up to which the volumes of the children add up to their parent's …
 const VOLUME_ERROR: f64 = 1e-9;
@@ -41,13 +43,14 @@ pub fn strike_again(
     token: &Token,
     watch: &mut dyn Watch,
 ) -> Result<Outcome, StrikeError> {
-    // A fragment is free and straight, whatever held and bent the object that it was part of; and its skin is cut already.
-    let gone = [Effect::Anchored, Effect::Gravity, Effect::Warp, Effect::Skin];
+    // A fragment is free and straight, whatever held and bent the object that it was part of.
+    let gone = [Effect::Anchored, Effect::Gravity, Effect::Warp];
     let effects = gone.into_iter().fold(strike.effects, |effects, effect| effects.without(effect));
     let strike = &Strike { effects, ..strike.planned() };
     let (old, label) = kept.find(fragment)?;
     let fits = |body: &&Body| body.crack.nodes.len() == old.labels.len();
     let body = prepared.bodies.get(old.body).filter(fits).ok_or(StrikeError::OtherObject)?;
+    let worn = strike.effects.has(Effect::Skin).then(|| kept.worn(fragment)).transpose()?;
     watch.enter(Stage::Load);
     let parent = Parent::new(prepared, (old, label, fragment), strike, token, watch);
     watch.leave(Stage::Load, 0);
@@ -56,7 +59,8 @@ pub fn strike_again(
         let cells = broken.division.cells.first().ok_or(StrikeError::OtherObject)?;
         token.check()?;
         let volume = old.volumes[label as usize];
-        Children { prepared, body, old, volume, parent, broken, cells }.pieces(token, watch)
+        let skin = worn.map(|worn| Arc::new(worn.of(fragment)));
+        Children { prepared, body, old, volume, skin, parent, broken, cells }.pieces(token, watch)
     })
 }
 
@@ -68,6 +72,8 @@ struct Children<'a> {
     old: &'a KeptBody,
     /// Of the fragment, local.
     volume: f64,
+    /// What the fragment wears, if skins are asked for.
+    skin: Option<Arc<Skin>>,
     parent: &'a Parent,
     broken: Broken<'a>,
     cells: &'a BodyCells,
@@ -83,7 +89,7 @@ impl Children<'_> {
         watch.enter(Stage::Tessellation);
         let lift = self.scattered();
         let old = Old { labels: &self.old.labels, points: &self.old.points };
-        let of_fragment = self.sites_of(&cut);
+        let of_fragment = self.sites_of(&cut.components.sites);
         let sites = Sites { lift: &lift, coordinates: &self.cells.diagram.sites, of_fragment: &of_fragment };
         let fixed = seam(&self.body.crack, &self.body.topology, old, &cut.components.labels, sites);
         self.tessellate(&mut cut, children, &lift, fixed, &mut workspace)?;
@@ -108,7 +114,11 @@ impl Children<'_> {
             watch.end(Effect::Release, size_of_val(velocities.as_slice()) as u64);
         }
         let pieces = Pieces::of(vec![pieces], velocities, Vec::new(), self.prepared, strike);
-        pieces.with_looks(self.prepared, watch)?.with_hulls(&[&self.body.crack], token, watch)
+        let of_fragment = self.sites_of(&pieces.bodies[0].sites);
+        let sites = Sites { lift: &lift, coordinates: &self.cells.diagram.sites, of_fragment: &of_fragment };
+        let pieces = pieces.with_looks(self.prepared, watch)?;
+        let pieces = pieces.with_skins(self.skin.as_ref(), self.prepared, &[Some(sites)], watch)?;
+        pieces.with_hulls(&[&self.body.crack], token, watch)
     }
 
     /// Labels all of the body: children first, the other fragments after them. Returns how many children there are.
@@ -124,9 +134,9 @@ impl Children<'_> {
     }
 
     /// Sites of all fragments; other fragments have none, and are not asked for it.
-    fn sites_of(&self, cut: &Cut) -> Vec<u32> {
+    fn sites_of(&self, sites: &[u32]) -> Vec<u32> {
         let count = self.cells.diagram.count() as u32;
-        cut.components.sites.iter().map(|&site| if site < count { site } else { 0 }).collect()
+        sites.iter().map(|&site| if site < count { site } else { 0 }).collect()
     }
 
     /// The lift of the fragment on the nodes of the body; nodes that others stand for have theirs, those of other fragments zero.
@@ -151,7 +161,7 @@ impl Children<'_> {
         mut fixed: FixedPoints,
         workspace: &mut tessellation::Workspace,
     ) -> Result<(), StrikeError> {
-        let of_fragment = self.sites_of(cut);
+        let of_fragment = self.sites_of(&cut.components.sites);
         let sites = Sites { lift, coordinates: &self.cells.diagram.sites, of_fragment: &of_fragment };
         let (lattice, topology) = (&self.body.crack, &self.body.topology);
         for turn in 1.. {

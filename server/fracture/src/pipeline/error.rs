@@ -85,6 +85,12 @@ pub enum StrikeError {
         /// What was asked for.
         effect: Effect,
     },
+    /// The answer that a fragment is of has no skins.
+    #[error("fragment {fragment} wears no skin: the strike that it comes from was without the effect `skin`")]
+    Undressed {
+        /// Which.
+        fragment: u32,
+    },
     /// The object is not prepared for that lift.
     #[error("body {body} has no lift {lift}: the scene does without, or `shatterd inspect` says why; or bake it again")]
     LiftUnprepared {

@@ -1,7 +1,9 @@
 //! What is kept of an answer so that its fragments can be struck again: labels and crack points, a few bytes per node.
 
+use super::skins::Cutting;
 use super::{Pieces, StrikeError};
 use crate::memory::held;
+use crate::skin::Worn;
 use crate::tessellation::FixedPoints;
 
 /// The fragments of an answer, as they lie in the crack lattices of the object that was struck. It belongs to that version of
@@ -9,6 +11,8 @@ use crate::tessellation::FixedPoints;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Kept {
     bodies: Vec<KeptBody>,
+    /// How their skins were cut, if they have any.
+    skins: Option<Cutting>,
 }
 
 /// Those of one body.
@@ -33,7 +37,7 @@ impl Pieces {
             volumes: pieces.properties.iter().map(|properties| properties.volume).collect(),
             points: pieces.points.to_fixed(),
         };
-        Kept { bodies: self.bodies.iter().map(keep).collect() }
+        Kept { bodies: self.bodies.iter().map(keep).collect(), skins: self.skins.cut.clone() }
     }
 }
 
@@ -50,7 +54,20 @@ impl Kept {
             .iter()
             .map(|body| held(&body.labels) + held(&body.volumes) + body.points.bytes())
             .sum::<usize>();
-        own + held(&self.bodies)
+        // The object's own skin is counted with the object.
+        let skins = |cut: &Cutting| {
+            let from = if cut.whole { 0 } else { cut.skin.bytes() };
+            from + cut.parts.iter().map(Worn::bytes).sum::<usize>() + held(&cut.parts)
+        };
+        own + self.skins.as_ref().map_or(0, skins) + held(&self.bodies)
+    }
+
+    /// The skins of the answer, of which fragment `fragment` has one.
+    ///
+    /// Errors: [`StrikeError::Undressed`].
+    pub(super) fn worn(&self, fragment: u32) -> Result<&Cutting, StrikeError> {
+        let has = |cut: &&Cutting| (fragment as usize) < cut.parts.len();
+        self.skins.as_ref().filter(has).ok_or(StrikeError::Undressed { fragment })
     }
 
     /// The body of fragment `fragment` of the answer, and its label there.

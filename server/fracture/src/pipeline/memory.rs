@@ -5,7 +5,7 @@ use crate::elasticity::Reduced;
 use crate::lattice::{Lattice, Transfer};
 use crate::lift::Lift;
 use crate::memory::held;
-use crate::skin::{Outer, Skin};
+use crate::skin::Outer;
 
 impl Prepared {
     /// Bytes that the object holds as long as anybody may strike it: lattices, operators, factors, lifts, examples. Left out
@@ -14,7 +14,7 @@ impl Prepared {
         let bodies = self.bodies.iter().map(Body::bytes).sum::<usize>() + held(&self.bodies);
         let examples = self.examples.iter().map(example).sum::<usize>() + held(&self.examples);
         let held = self.held.as_ref().map_or(0, Held::bytes);
-        let skin = self.skin.as_ref().map_or(0, Skin::bytes);
+        let skin = self.skin.as_ref().map_or(0, |skin| skin.bytes());
         bodies + held + skin + examples + self.learned.as_ref().map_or(0, |Learned { network, .. }| network.bytes())
     }
 }

@@ -101,7 +101,10 @@ impl Pieces {
         }
         let lattices: Vec<&Lattice> = prepared.bodies.iter().map(|body| &body.crack).collect();
         let pieces = Self::of(bodies, velocities, world, prepared, strike);
-        pieces.with_looks(prepared, watch)?.with_skins(&broken, watch)?.with_hulls(&lattices, token, watch)
+        let pieces = pieces.with_looks(prepared, watch)?;
+        let of_fragments: Vec<Vec<u32>> = pieces.bodies.iter().map(|own| own.sites.clone()).collect();
+        let sites = broken.sites(&of_fragments)?;
+        pieces.with_skins(prepared.skin.as_ref(), prepared, &sites, watch)?.with_hulls(&lattices, token, watch)
     }
 
     /// The meshes of `bodies`, laid out.
@@ -259,6 +262,15 @@ impl Broken<'_> {
         let density = self.prepared.parameters.material.density_kg_m3;
         let (properties, labels, frame) = (&pieces.properties, &pieces.labels, &self.prepared.frame);
         release::velocities(properties, labels, lattice, field, energy_j, density, frame)
+    }
+
+    /// The diagrams of all bodies, of those that break; `of_fragments`: site of each fragment.
+    fn sites<'b>(&'b self, of_fragments: &'b [Vec<u32>]) -> Result<Vec<Option<Sites<'b>>>, StrikeError> {
+        let sites = |(body, of_fragment): (usize, &'b Vec<u32>)| {
+            let lift = self.prepared.lift_for(body, self.strike)?;
+            Ok(self.cells(body).map(|cells| Sites { lift, coordinates: &cells.diagram.sites, of_fragment }))
+        };
+        of_fragments.iter().enumerate().map(sites).collect()
     }
 
     /// The cells of one body, if it breaks.

@@ -11,6 +11,7 @@ use crate::surface::{Defect, Frame};
 use crate::tessellation::Topology;
 use crate::token::Token;
 use serde::{Deserialize, Serialize};
+use std::sync::Arc;
 
 /// What an object was baked from; with the mesh it determines the database.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -205,7 +206,7 @@ pub struct Prepared {
     /// What a scene's anchors make of it; no part of its database.
     pub held: Option<Held>,
     /// The input's own triangles; `None`: not prepared.
-    pub skin: Option<Skin>,
+    pub skin: Option<Arc<Skin>>,
 }
 
 impl Prepared {

@@ -1,12 +1,12 @@
 //! The skins of the fragments, if they are asked for: the input's triangles, cut where the cells' borders meet them.
 
-use super::pieces::Broken;
-use super::{Pieces, StrikeError, Watch};
+use super::{Pieces, Prepared, StrikeError, Watch};
 use crate::scene::Effect;
-use crate::skin::{Blend, Skin, Worn, worn};
+use crate::skin::{Blend, Skin, Spot, Worn, worn};
 use crate::tessellation::Sites;
-use nalgebra::{Point3, Vector3};
+use nalgebra::Point3;
 use rayon::prelude::*;
+use std::sync::Arc;
 
 /// The skin of one fragment; nothing where no part of the input's surface is its.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -43,39 +43,59 @@ pub struct Skins {
     pub indices: Vec<u32>,
     /// One per triangle: a material of the input; empty if it has none.
     pub materials: Vec<u32>,
+    /// What they were cut from, and how.
+    pub(super) cut: Option<Cutting>,
+}
+
+/// How skins were cut.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Cutting {
+    /// From what.
+    pub skin: Arc<Skin>,
+    /// Whether that is the object's own.
+    pub whole: bool,
+    /// By fragment.
+    pub parts: Vec<Worn>,
+}
+
+impl Cutting {
+    /// What fragment `fragment`, which is one of them, wears.
+    pub fn of(&self, fragment: u32) -> Skin {
+        self.skin.part(&self.parts[fragment as usize])
+    }
 }
 
 impl Skins {
     /// Bytes of the tables.
     fn bytes(&self) -> usize {
-        let Self { rows, vertices, indices, materials } = self;
+        let Self { rows, vertices, indices, materials, cut: _ } = self;
         let tables = size_of_val(rows.as_slice()) + size_of_val(vertices.as_slice());
         tables + size_of_val(indices.as_slice()) + size_of_val(materials.as_slice())
     }
 }
 
 impl Pieces {
-    /// The same with skins of the fragments, if they are asked for.
-    pub(super) fn with_skins(mut self, broken: &Broken<'_>, watch: &mut dyn Watch) -> Result<Self, StrikeError> {
+    /// The same with skins of the fragments, cut from `skin`, if they are asked for. `sites`: the diagram of each body, if it has one.
+    pub(super) fn with_skins(
+        mut self,
+        skin: Option<&Arc<Skin>>,
+        prepared: &Prepared,
+        sites: &[Option<Sites<'_>>],
+        watch: &mut dyn Watch,
+    ) -> Result<Self, StrikeError> {
         if self.effects.has(Effect::Skin) {
             watch.begin(Effect::Skin);
-            let skin = broken.prepared.skin.as_ref().ok_or(StrikeError::Bare { effect: Effect::Skin })?;
-            self.skins = self.dress(skin, broken)?;
+            let skin = skin.ok_or(StrikeError::Bare { effect: Effect::Skin })?;
+            let parts = Tailor::new(&self, skin, prepared, sites).cut();
+            let centres = self.bodies.iter().flat_map(|pieces| &pieces.properties).map(|own| own.centre);
+            for (part, centre) in parts.iter().zip(centres) {
+                self.skins.push(part, skin, &centre, self.transform.metres_per_unit);
+            }
+            let whole = prepared.skin.as_ref().is_some_and(|own| Arc::ptr_eq(own, skin));
+            self.skins.cut = Some(Cutting { skin: skin.clone(), whole, parts });
             watch.end(Effect::Skin, self.skins.bytes() as u64);
         }
         Ok(self)
-    }
-
-    fn dress(&self, skin: &Skin, broken: &Broken<'_>) -> Result<Skins, StrikeError> {
-        let tailor = Tailor::new(self, skin, broken)?;
-        let labels: Vec<u32> = (0..skin.points.len() as u32).into_par_iter().map(|point| tailor.label(point)).collect();
-        let parts = worn(skin, &labels, self.fragments.len(), |point, a, b| tailor.rival(point, a, b));
-        let centres = self.bodies.iter().flat_map(|pieces| &pieces.properties).map(|own| own.centre);
-        let mut skins = Skins::default();
-        for (part, centre) in parts.iter().zip(centres) {
-            skins.push(part, skin, &centre, self.transform.metres_per_unit);
-        }
-        Ok(skins)
     }
 }
 
@@ -96,62 +116,74 @@ impl Skins {
 }
 
 fn vertex(blend: &Blend, skin: &Skin, centre: &Point3<f64>, metre: f64) -> SkinVertex {
-    let own = blend.of.map(|vertex| &skin.vertices[vertex as usize]);
-    let mean = |of: &dyn Fn(usize) -> Vector3<f64>| (0..3).map(|k| of(k) * blend.weights[k]).sum::<Vector3<f64>>();
-    let single = |vector: Vector3<f64>| -> [f32; 3] { vector.map(|x| x as f32).into() };
-    let offset = mean(&|k| skin.points[own[k].point as usize] - centre) * metre;
-    let normal = mean(&|k| Vector3::from(own[k].normal).cast()).try_normalize(0.0);
-    let uv = |axis: usize| (0..3).map(|k| f64::from(own[k].uv[axis]) * blend.weights[k]).sum::<f64>() as f32;
-    SkinVertex { position_m: single(offset), normal: normal.map_or(own[0].normal, single), uv: [uv(0), uv(1)] }
+    let (place, normal, uv) = blend.of(skin);
+    SkinVertex { position_m: ((place - centre) * metre).map(|x| x as f32).into(), normal, uv }
 }
 
 /// Who wears what.
 struct Tailor<'a> {
     pieces: &'a Pieces,
     skin: &'a Skin,
-    broken: &'a Broken<'a>,
-    /// By body: number of its first fragment.
+    prepared: &'a Prepared,
+    /// By body of the answer: its diagram, if it has one.
+    sites: &'a [Option<Sites<'a>>],
+    /// By body of the answer: number of its first fragment.
     firsts: Vec<u32>,
-    /// By body: its diagram, if it has one.
-    sites: Vec<Option<Sites<'a>>>,
+    /// By body of the object: its place among those of the answer.
+    places: Vec<usize>,
 }
 
 impl<'a> Tailor<'a> {
-    fn new(pieces: &'a Pieces, skin: &'a Skin, broken: &'a Broken<'a>) -> Result<Self, StrikeError> {
-        let (mut firsts, mut sites, mut first) = (Vec::new(), Vec::new(), 0);
-        for own in &pieces.bodies {
+    fn new(pieces: &'a Pieces, skin: &'a Skin, prepared: &'a Prepared, sites: &'a [Option<Sites<'a>>]) -> Self {
+        let (mut firsts, mut first, mut places) = (Vec::new(), 0, vec![0; prepared.bodies.len()]);
+        for (place, own) in pieces.bodies.iter().enumerate() {
             firsts.push(first);
             first += own.properties.len() as u32;
-            let lift = broken.prepared.lift_for(own.body, broken.strike)?;
-            let cells = broken.cells(own.body);
-            sites.push(cells.map(|cells| Sites { lift, coordinates: &cells.diagram.sites, of_fragment: &own.sites }));
+            places[own.body] = place;
         }
-        Ok(Self { pieces, skin, broken, firsts, sites })
+        Self { pieces, skin, prepared, sites, firsts, places }
+    }
+
+    fn cut(&self) -> Vec<Worn> {
+        let labels: Vec<u32> =
+            (0..self.skin.points.len() as u32).into_par_iter().map(|point| self.label(point)).collect();
+        worn(self.skin, &labels, self.pieces.fragments.len(), |point, a, b| self.rival(point, a, b))
+    }
+
+    /// Which body of the answer a point lies in, the fragments at the nodes around it there, and the weights of these; nodes of
+    /// fragments that are not answered have none.
+    fn around(&self, point: u32) -> (usize, [Option<u32>; 4], [f64; 4]) {
+        let Spot { body, place } = &self.skin.spots[point as usize];
+        let own = self.places[*body as usize];
+        let pieces = &self.pieces.bodies[own];
+        let nodes = self.prepared.bodies[*body as usize].crack.tets[place.tet as usize];
+        let answered = |label: &u32| (*label as usize) < pieces.properties.len();
+        let fragments = nodes.map(|node| Some(pieces.labels[node as usize]).filter(answered));
+        let weights = [0, 1, 2, 3].map(|k| if fragments[k].is_some() { place.barycentric[k] } else { 0.0 });
+        (own, fragments.map(|label| Some(self.firsts[own] + label?)), weights)
     }
 
     /// The fragment that wears a point: of those that the tetrahedron around it has corners in, the one in whose cell it lies.
     fn label(&self, point: u32) -> u32 {
-        let spot = &self.skin.spots[point as usize];
-        let (body, labels) = (spot.body as usize, &self.pieces.bodies[spot.body as usize].labels);
-        let nodes = self.broken.prepared.bodies[body].crack.tets[spot.place.tet as usize];
-        let [first, others @ ..] = nodes.map(|node| self.firsts[body] + labels[node as usize]);
-        others.into_iter().fold(first, |best, other| {
+        let (body, fragments, _) = self.around(point);
+        let nearer = |best: u32, other: u32| {
             let rival = if other == best { 0.0 } else { self.rival(point, other, best) };
             if rival < 0.0 || (rival == 0.0 && other < best) { other } else { best }
-        })
+        };
+        fragments.into_iter().flatten().reduce(nearer).unwrap_or(self.firsts[body])
     }
 
     /// f_a − f_b at a point, not a number between bodies.
     fn rival(&self, point: u32, a: u32, b: u32) -> f64 {
-        let spot = &self.skin.spots[point as usize];
-        let body = spot.body as usize;
+        let (body, _, weights) = self.around(point);
         let own = |fragment: u32| {
             let local = fragment.checked_sub(self.firsts[body])?;
             ((local as usize) < self.pieces.bodies[body].properties.len()).then_some(local)
         };
-        let nodes = self.broken.prepared.bodies[body].crack.tets[spot.place.tet as usize];
+        let spot = &self.skin.spots[point as usize];
+        let nodes = self.prepared.bodies[spot.body as usize].crack.tets[spot.place.tet as usize];
         match (self.sites[body], own(a), own(b)) {
-            (Some(sites), Some(a), Some(b)) => sites.rivalry(nodes, spot.place.barycentric, a, b),
+            (Some(sites), Some(a), Some(b)) => sites.rivalry(nodes, weights, a, b),
             _ => f64::NAN,
         }
     }

@@ -5,6 +5,8 @@
 //! points are, so that areas add up.
 
 use super::Skin;
+use crate::memory::held;
+use nalgebra::{Point3, Vector3};
 use std::collections::HashMap;
 
 /// Points on edges and in triangles keep this share of their simplex from its corners.
@@ -20,6 +22,17 @@ pub struct Blend {
 }
 
 impl Blend {
+    /// Where it lies in `skin`, local, its normal, of length one, and its texture coordinates.
+    pub fn of(&self, skin: &Skin) -> (Point3<f64>, [f32; 3], [f32; 2]) {
+        let own = self.of.map(|vertex| &skin.vertices[vertex as usize]);
+        let mean = |of: &dyn Fn(usize) -> Vector3<f64>| (0..3).map(|k| of(k) * self.weights[k]).sum::<Vector3<f64>>();
+        let base = skin.points[own[0].point as usize];
+        let place = base + mean(&|k| skin.points[own[k].point as usize] - base);
+        let normal = mean(&|k| Vector3::from(own[k].normal).cast()).try_normalize(0.0);
+        let uv = |axis: usize| (0..3).map(|k| f64::from(own[k].uv[axis]) * self.weights[k]).sum::<f64>() as f32;
+        (place, normal.map_or(own[0].normal, |normal| normal.map(|x| x as f32).into()), [uv(0), uv(1)])
+    }
+
     /// That vertex of the skin.
     fn alone(vertex: u32) -> Self {
         Self { of: [vertex; 3], weights: [1.0, 0.0, 0.0] }
@@ -35,6 +48,14 @@ pub struct Worn {
     pub triangles: Vec<[u32; 3]>,
     /// The triangle of the skin that each is a part of.
     pub sources: Vec<u32>,
+}
+
+impl Worn {
+    /// Bytes that it holds.
+    pub fn bytes(&self) -> usize {
+        let Self { vertices, triangles, sources } = self;
+        held(vertices) + held(triangles) + held(sources)
+    }
 }
 
 /// Cuts `skin` between fragments: `labels` has one per point, below `fragments`; `rival(point, a, b)` is negative where the point
