@@ -53,6 +53,7 @@ fn missing(args: &CheckArgs, objects: &[Value]) -> String {
 fn plan(name: &str, object: &SceneObject, folder: &Path) -> Result<Value, Failure> {
     let terms = &object.terms;
     let file = folder.join(format!("{}.{EXTENSION}", object.database));
+    material(name, object, &file)?;
     warp(name, &terms.controls, &file)?;
     let sizes = match file.exists() {
         true => Some(database::tensor_bytes(&file).map_err(|error| Failure::database(&file, &error))?),
@@ -104,6 +105,18 @@ fn plan(name: &str, object: &SceneObject, folder: &Path) -> Result<Value, Failur
         "fragments_max": terms.fragments_max,
         "bytes_max": terms.bytes_max,
     }))
+}
+
+/// Refuses a database that was baked of another material than the scene wants.
+fn material(name: &str, object: &SceneObject, file: &Path) -> Result<(), Failure> {
+    let Some((wanted, _)) = object.material.as_ref().filter(|_| file.exists()) else { return Ok(()) };
+    let found = database::load_parameters(file).map_err(|error| Failure::database(file, &error))?.material_name;
+    if found == *wanted {
+        return Ok(());
+    }
+    let (key, at) = (format!("objects.{name}.material"), file.display());
+    let message = format!("{key}: {at} was baked of {found}, the scene wants {wanted}: bake it again");
+    Err(Refusal::new(Kind::Configuration, key, message).into())
 }
 
 /// Tries what an artist says on the database, if it is there.

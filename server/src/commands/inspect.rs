@@ -65,6 +65,8 @@ pub fn run(args: &InspectArgs) -> Result<(), Failure> {
         "input_volume_m3": prepared.report.input_volume_m3,
         "surface_deviation": prepared.report.surface_deviation,
         "parameters": prepared.parameters,
+        "materials": prepared.report.materials,
+        "skin_triangles": prepared.skin.as_ref().map(|skin| skin.triangles.len()),
         "cracks": prepared.report.cracks,
         "defects": prepared.report.defects,
         "unprepared": prepared.report.unprepared,

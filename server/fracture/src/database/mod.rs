@@ -22,8 +22,8 @@ pub use error::DatabaseError;
 pub use hash::input_hash;
 pub use learned::EXAMPLES_MAX;
 pub use object::{
-    BODIES_MAX, NODES_MAX, Provenance, load, load_older, load_partial, load_provenance, load_tables, load_task, save,
-    save_partial, tensor_bytes,
+    BODIES_MAX, NODES_MAX, Provenance, load, load_older, load_parameters, load_partial, load_provenance, load_tables,
+    load_task, save, save_partial, tensor_bytes,
 };
 pub use share::{JoinError, Partial, SHARE_EXTENSION, SHARES_MAX, Share, ShareError, Task, join};
 pub use stored::stored;

@@ -222,6 +222,11 @@ pub fn tensor_bytes(path: &Path) -> Result<Vec<(String, u64)>, DatabaseError> {
     Ok(Mapped::open(path)?.parse()?.lengths())
 }
 
+/// What the database or share `path` was baked from, by its header alone: nothing is verified, nothing else is read.
+pub fn load_parameters(path: &Path) -> Result<Parameters, DatabaseError> {
+    Mapped::open(path)?.parse()?.json("parameters")
+}
+
 /// Who wrote the database or share `path`.
 pub fn load_provenance(path: &Path) -> Result<Provenance, DatabaseError> {
     Mapped::open(path)?.parse()?.json("provenance")

@@ -83,15 +83,14 @@ impl Skin {
         self.triangles[triangle].map(|vertex| self.points[self.vertices[vertex as usize].point as usize])
     }
 
-    /// What one fragment wears, as a skin of its own: its vertices are points each, those on borders where the nearest of the whole
-    /// skin's points lie.
+    /// What one fragment wears, as a skin of its own: its vertices are points each, those on borders where a neighbour within
+    /// the fragment lies.
     pub fn part(&self, worn: &Worn) -> Self {
         let mut part = Self { textured: self.textured, triangles: worn.triangles.clone(), ..Self::default() };
         for (point, blend) in worn.vertices.iter().enumerate() {
-            let heaviest = (1..3).fold(0, |best, k| if blend.weights[k] > blend.weights[best] { k } else { best });
             let (place, normal, uv) = blend.of(self);
             part.points.push(place);
-            part.spots.push(self.spots[self.vertices[blend.of[heaviest] as usize].point as usize]);
+            part.spots.push(self.spots[self.vertices[blend.home as usize].point as usize]);
             part.vertices.push(Vertex { point: point as u32, normal, uv });
         }
         if !self.materials.is_empty() {

@@ -19,6 +19,8 @@ pub struct Blend {
     pub of: [u32; 3],
     /// Their weights, sum 1.
     pub weights: [f64; 3],
+    /// The one of them that the part's fragment wears, too.
+    pub home: u32,
 }
 
 impl Blend {
@@ -35,7 +37,7 @@ impl Blend {
 
     /// That vertex of the skin.
     fn alone(vertex: u32) -> Self {
-        Self { of: [vertex; 3], weights: [1.0, 0.0, 0.0] }
+        Self { of: [vertex; 3], weights: [1.0, 0.0, 0.0], home: vertex }
     }
 }
 
@@ -115,8 +117,8 @@ impl<F: Fn(u32, u32, u32) -> f64> Cutter<'_, F> {
     }
 
     fn cut_in_three(&mut self, triangle: usize, corners: [u32; 3], labels: [u32; 3]) {
-        let middle = Blend { of: corners, weights: self.triple(corners, labels) };
-        let middles = labels.map(|label| self.push(label, middle));
+        let weights = self.triple(corners, labels);
+        let middles = [0, 1, 2].map(|k| self.push(labels[k], Blend { of: corners, weights, home: corners[k] }));
         for k in 0..3 {
             let [a, b, c] = [0, 1, 2].map(|i| corners[(k + i) % 3]);
             let (ab, ac, own) = (self.between(a, b)[0], self.between(a, c)[0], self.corner(a));
@@ -160,8 +162,9 @@ impl<F: Fn(u32, u32, u32) -> f64> Cutter<'_, F> {
             Some(sides) => *sides,
             None => {
                 let share = self.share(self.point(low), self.point(high));
-                let blend = Blend { of: [low, high, high], weights: [1.0 - share, share, 0.0] };
-                let sides = [self.push(self.label(low), blend), self.push(self.label(high), blend)];
+                let weights = [1.0 - share, share, 0.0];
+                let sides =
+                    [low, high].map(|home| self.push(self.label(home), Blend { of: [low, high, high], weights, home }));
                 self.cuts.insert([low, high], sides);
                 sides
             }
