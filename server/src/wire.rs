@@ -46,6 +46,9 @@ pub fn loader(scene: Option<Scene>) -> Loader {
         if let Some((name, _)) = material.filter(|(name, _)| name != own) {
             return Err(format!("it was baked of {own}, the scene wants {name}: bake it again"));
         }
+        if let Some(table) = database::lacking(&prepared, terms.tables()).filter(|_| scene.is_some()) {
+            return Err(format!("it was baked without the table `{table}`, which the scene needs: bake it again"));
+        }
         if let Some(name) = name {
             name.clone_into(&mut prepared.name);
         }

@@ -119,6 +119,11 @@ fn check_prints_the_plan_and_refuses_what_is_not_known() {
     let error: Value = serde_json::from_str(&text).unwrap();
     assert_eq!((code, &error["error"]["kind"], &error["error"]["at"]), (3, &"unknown_effect".into(), &"bond".into()));
     assert!(error["error"]["message"].as_str().unwrap().contains("`bonds`"), "{text}");
+
+    let other = here.file("other.toml", "[objects.bar]\nmaterial = \"plaster\"");
+    let (code, text, _) = check(&other);
+    let error: Value = serde_json::from_str(&text).unwrap();
+    assert_eq!((code, &error["error"]["at"]), (3, &"objects.bar.material".into()), "{text}");
 }
 
 #[test]

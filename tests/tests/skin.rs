@@ -166,7 +166,8 @@ fn painted() -> RawMesh {
     let normals: Vec<[[f32; 3]; 3]> = mesh.triangles.iter().map(flat).collect();
     let uvs = mesh.triangles.iter().map(|own| points(own).map(|point| [point.x as f32, point.y as f32])).collect();
     let materials = normals.iter().map(|own| u32::from(own[0][1] > 0.5)).collect();
-    mesh.looks = Looks { normals, uvs, materials, names: vec!["sides".into(), "top".into()] };
+    let names = vec!["sides".into(), "top".into()];
+    mesh.looks = Looks { normals, uvs, materials, names, lost: Vec::new() };
     mesh
 }
 

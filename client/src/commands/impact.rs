@@ -3,7 +3,8 @@
 use super::{ANSWER, Failure, document, out, reply, vector, with_contact};
 use serde_json::{Value, json};
 use shatter_client::{Broken, Deadline, Degree, Effect, Elastic, Hull, Impact, Kind, Lift, Origin, Refusal, Shatter};
-use shatter_proto::answer::{BondWire, EffectWire, HullWire, SummaryWire};
+use shatter_proto::answer::{BondWire, DebrisWire, EffectWire, HullWire, NO_MATERIAL, SummaryWire};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -178,6 +179,26 @@ fn hull(hull: Hull<'_>) -> Value {
     })
 }
 
+/// How many triangles have each of the input's materials.
+fn materials(of: &[u32]) -> Value {
+    let mut counts = BTreeMap::new();
+    of.iter()
+        .filter(|material| **material != NO_MATERIAL)
+        .for_each(|material| *counts.entry(*material).or_insert(0) += 1);
+    counts.into_iter().map(|(material, triangles)| json!({ "material": material, "triangles": triangles })).collect()
+}
+
+/// One point of debris.
+fn debris(point: &DebrisWire) -> Value {
+    json!({
+        "fragment": point.fragment,
+        "neighbour": point.neighbour,
+        "position_m": point.position_m,
+        "normal": point.normal,
+        "size_m": point.size_m,
+    })
+}
+
 /// What holds of all hulls: the least coverage, that of all fragments together, the largest margin. `None` where there are none.
 fn hulls(broken: &Broken) -> Option<Value> {
     let rows: Vec<(f64, HullWire)> =
@@ -211,8 +232,10 @@ fn to_json(broken: &Broken, file: Option<&Path>) -> Value {
                 "triangles": row.index_count / 3,
                 "energy_j_m2": row.energy_j_m2,
                 "closed": fragment.is_closed(),
+                "velocity": fragment.velocity().map(|own| json!({ "linear_m_s": own.linear_m_s, "angular_rad_s": own.angular_rad_s })),
+                "materials": materials(fragment.materials()),
                 "hull": fragment.hull().map(hull),
-                "skin": fragment.skin().map(|skin| json!({ "vertices": skin.vertices.len(), "triangles": skin.indices.len() / 3 })),
+                "skin": fragment.skin().map(|skin| json!({ "vertices": skin.vertices.len(), "triangles": skin.indices.len() / 3, "materials": materials(skin.materials) })),
             })
         })
         .collect();
@@ -245,6 +268,7 @@ fn to_json(broken: &Broken, file: Option<&Path>) -> Value {
         "radius_m": summary.radius_m,
         "fragments": fragments,
         "bonds": broken.bonds().iter().map(bond).collect::<Vec<_>>(),
+        "debris": broken.debris().iter().map(debris).collect::<Vec<_>>(),
         "hulls": hulls(broken),
         "stages": broken.stages().iter().map(stage).chain(broken.effects().iter().map(effect)).collect::<Vec<_>>(),
         "sections": digest.sections.iter().map(section).collect::<Vec<_>>(),

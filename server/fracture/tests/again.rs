@@ -221,7 +221,8 @@ fn volumes_add_up_where_many_cracks_meet() {
 fn effects_apply_to_children_as_to_fragments() {
     let (pieces, largest) = cut_horseshoe();
     let own = &shown(&pieces)[largest as usize];
-    let all = Effects::of(Effect::ALL);
+    // Their parent wears no skin.
+    let all = Effects::of(Effect::ALL).without(Effect::Skin);
     let strike = Strike { effects: all, ..blow(&own.points, Vector3::y(), 60) };
     let children = again(&HORSESHOE, &pieces.keep(), largest, &strike).unwrap().pieces.unwrap();
     let plain = Strike { effects: Effects::default(), ..strike.clone() };

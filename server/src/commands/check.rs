@@ -29,6 +29,7 @@ pub struct CheckArgs {
 /// Reads the scene and prints its plan. Databases that are there are asked how large the tables are.
 pub fn run(args: &CheckArgs) -> Result<(), Failure> {
     let scene = Scene::load(&args.scene)?;
+    scene.recipes()?;
     let folder = args.databases.clone().map_or_else(data_folder, Ok)?;
     let objects = scene.objects.iter().map(|(name, object)| plan(name, object, &folder));
     let objects = objects.collect::<Result<Vec<_>, Failure>>()?;
@@ -79,6 +80,14 @@ fn plan(name: &str, object: &SceneObject, folder: &Path) -> Result<Value, Failur
             sizes.as_ref().map(|sizes| sizes.iter().filter(|(tensor, _)| own(tensor)).map(|(_, n)| n).sum::<u64>());
         json!({ "name": table.name, "loaded": table.wanted, "bytes": bytes })
     };
+    let tables = tables(terms.tables()).map(table);
+    let absent =
+        |row: &&Value| row["loaded"] == true && row["bytes"] == 0 && !OPTIONAL.iter().any(|name| row["name"] == *name);
+    if let Some(row) = tables.iter().find(absent) {
+        let (key, table) = (format!("objects.{name}"), row["name"].as_str().unwrap_or_default());
+        let message = format!("{key}: {} was baked without the table `{table}`: bake it again", file.display());
+        return Err(Refusal::new(Kind::Configuration, key, message).into());
+    }
     let on = |effect: Effect| terms.on.has(effect);
     let stages = [
         ("load", true),
@@ -98,7 +107,7 @@ fn plan(name: &str, object: &SceneObject, folder: &Path) -> Result<Value, Failur
         "material": object.material.as_ref().map(|(name, _)| name),
         "stages": stages.map(|(name, runs)| json!({ "name": name, "runs": runs })),
         "effects": Effect::ALL.map(effect),
-        "tables": tables(terms.tables()).map(table),
+        "tables": tables,
         "anchors": anchors(name, &terms.anchors, &file)?,
         "gravity_m_s2": terms.anchors.gravity_m_s2.map(|gravity| [gravity.x, gravity.y, gravity.z]),
         "sites_max": terms.sites_max,
@@ -106,6 +115,9 @@ fn plan(name: &str, object: &SceneObject, folder: &Path) -> Result<Value, Failur
         "bytes_max": terms.bytes_max,
     }))
 }
+
+/// Tables that an object may be served without: no examples were asked for, or no such lift could be made.
+const OPTIONAL: [&str; 2] = ["examples", "surface_diffusion"];
 
 /// Refuses a database that was baked of another material than the scene wants.
 fn material(name: &str, object: &SceneObject, file: &Path) -> Result<(), Failure> {
@@ -158,7 +170,11 @@ fn screen(title: &str, objects: &[Value]) -> String {
         let runs = stages.iter().filter(|stage| stage["runs"] == true).map(|stage| word(stage, "name"));
         let _ = writeln!(text, "  stages    {}", runs.collect::<Vec<_>>().join(", "));
         for table in list(&object["tables"]) {
-            let state = if table["loaded"] == true { "loaded" } else { "left on disk" };
+            let state = match (table["loaded"] == true, table["bytes"] == 0) {
+                (_, true) => "not in the file",
+                (true, false) => "loaded",
+                (false, false) => "left on disk",
+            };
             let size =
                 table["bytes"].as_u64().map_or(String::new(), |bytes| format!(", {:.2} MB", bytes as f64 * 1e-6));
             let _ = writeln!(text, "  table     {:<18} {state}{size}", word(&table, "name"));

@@ -17,6 +17,7 @@ use crate::pipeline::{
 use crate::scene::{DEFAULT_FRAGMENT_DIAGONALS, Material};
 use crate::skin::{Outer, Skin};
 use crate::surface::{Inside, RawMesh, Sheets, Side, Surface, SurfaceError};
+use crate::tessellation::Topology;
 use crate::token::{Cancelled, Token};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -275,7 +276,7 @@ pub(super) fn whole(
         return Err(BakeError::NotPositive { key: "gamma from the fragment size", value: gamma_j_m2 });
     }
     let name = request.name.clone();
-    let skin = dressed(&surface, &mut bodies, parameters.crack_spacing, tables);
+    let skin = dressed(&surface, &mut bodies, parameters.crack_spacing, tables, request.cracks.is_some());
     Ok(Prepared {
         name,
         frame: surface.frame,
@@ -293,15 +294,14 @@ pub(super) fn whole(
     })
 }
 
-/// The input's triangles for skins, and their looks for the bodies, as far as they are wanted.
-fn dressed(surface: &Surface, bodies: &mut [Body], spacing: f64, tables: Tables) -> Option<Skin> {
+/// The input's triangles for skins, and their looks for the bodies, as far as they are wanted; with the walls of existing cracks.
+fn dressed(surface: &Surface, bodies: &mut [Body], spacing: f64, tables: Tables, cracked: bool) -> Option<Skin> {
     let wanted = tables.attributes || tables.skin;
-    let skin =
-        wanted.then(|| Skin::of(surface, &bodies.iter().map(|body| &body.crack).collect::<Vec<_>>(), spacing))?;
-    if tables.attributes {
-        let outer = Outer::of(&skin, &bodies.iter().map(|body| (&body.crack, &body.topology)).collect::<Vec<_>>());
-        bodies.iter_mut().zip(outer).for_each(|(body, outer)| body.outer = Some(outer));
-    }
+    let lattices: Vec<(&Lattice, &Topology)> = bodies.iter().map(|body| (&body.crack, &body.topology)).collect();
+    let skin = wanted.then(|| Skin::of(surface, &lattices.iter().map(|(own, _)| *own).collect::<Vec<_>>(), spacing))?;
+    let outer = if tables.attributes { Outer::of(&skin, &lattices, spacing) } else { Vec::new() };
+    let skin = if cracked { skin.with_walls(&lattices, spacing) } else { skin };
+    bodies.iter_mut().zip(outer).for_each(|(body, outer)| body.outer = Some(outer));
     tables.skin.then_some(skin)
 }
 

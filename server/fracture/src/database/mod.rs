@@ -26,7 +26,7 @@ pub use object::{
     load_task, save, save_partial, tensor_bytes,
 };
 pub use share::{JoinError, Partial, SHARE_EXTENSION, SHARES_MAX, Share, ShareError, Task, join};
-pub use stored::stored;
+pub use stored::{lacking, stored};
 pub use tables::Tables;
 
 /// The format that this program writes and reads; a whole number, raised by every incompatible change.

@@ -50,23 +50,28 @@ fn alike(prepared: &Prepared, surface: &Surface, sheets: Option<&Sheets>, reques
         && prepared.gamma_j_m2 == bake::gamma(request, &parameters)
         && request.kappa.is_none_or(|kappa| prepared.kappa == kappa)
         && *own == parameters
-        && holds(prepared, request.tables())
+        && lacking(prepared, request.tables()).is_none()
 }
 
-/// Whether it has these tables, as far as a bake could make them.
-fn holds(prepared: &Prepared, tables: Tables) -> bool {
+/// One of these tables that the object does not have, by name, though a bake could have made it.
+pub fn lacking(prepared: &Prepared, tables: Tables) -> Option<&'static str> {
     let unprepared = |index: usize| {
         let of = |absent: &Unprepared| absent.body == index && absent.lift == LiftKind::SurfaceDiffusion;
         prepared.report.unprepared.iter().any(of)
     };
-    let dressed = prepared.skin.is_some() || !tables.skin;
-    dressed
-        && prepared.bodies.iter().enumerate().all(|(index, body)| {
-            (body.outer.is_some() || !tables.attributes)
-                && (body.solid.is_some() || !tables.elastic)
-                && (body.interior.is_some() || !tables.interior)
-                && (body.surface_diffusion.is_some() || !tables.surface_diffusion || unprepared(index))
-        })
+    let bodies = || prepared.bodies.iter().enumerate();
+    let absent = [
+        ("elastic", tables.elastic && bodies().any(|(_, body)| body.solid.is_none())),
+        ("interior", tables.interior && bodies().any(|(_, body)| body.interior.is_none())),
+        (
+            "surface_diffusion",
+            tables.surface_diffusion
+                && bodies().any(|(index, body)| body.surface_diffusion.is_none() && !unprepared(index)),
+        ),
+        ("attributes", tables.attributes && bodies().any(|(_, body)| body.outer.is_none())),
+        ("skin", tables.skin && prepared.skin.is_none()),
+    ];
+    absent.into_iter().find(|(_, absent)| *absent).map(|(name, _)| name)
 }
 
 #[cfg(test)]

@@ -6,6 +6,7 @@
 mod normals;
 mod outer;
 mod refine;
+mod walls;
 mod worn;
 
 #[cfg(test)]

@@ -1,9 +1,11 @@
 //! The looks of the input on the boundary of a lattice: each node and each triangle of it looks as the nearest point of the input.
 
 use super::Skin;
+use super::normals::area_vector;
+use super::walls::APART;
 use crate::lattice::Lattice;
 use crate::memory::held;
-use crate::surface::NearestTriangle;
+use crate::surface::{NO_MATERIAL, NearestTriangle};
 use crate::tessellation::Topology;
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
@@ -21,15 +23,28 @@ pub struct Outer {
 
 impl Outer {
     /// The looks of `skin` on these lattices.
-    pub fn of(skin: &Skin, bodies: &[(&Lattice, &Topology)]) -> Vec<Self> {
+    pub fn of(skin: &Skin, bodies: &[(&Lattice, &Topology)], spacing: f64) -> Vec<Self> {
         let corners: Vec<[Point3<f64>; 3]> = (0..skin.triangles.len()).map(|triangle| skin.corners(triangle)).collect();
         let nearest = NearestTriangle::new(&corners);
         let look = |lattice: &Lattice, topology: &Topology| {
-            let node = |node: &u32| look(skin, nearest.to(&lattice.nodes[*node as usize]));
+            let normals = own_normals(lattice, topology);
+            let node = |node: &u32| {
+                let place = &lattice.nodes[*node as usize];
+                match nearest.distance(place) > APART * spacing {
+                    // The wall of an existing crack looks like nothing of the input.
+                    true => (normals[*node as usize], [0.0; 2]),
+                    false => look(skin, nearest.to(place)),
+                }
+            };
             let looks: Vec<([f32; 3], [f32; 2])> = topology.boundary_nodes.par_iter().map(node).collect();
             let face = |nodes: [u32; 3]| {
                 let middle = nodes.iter().map(|&node| lattice.nodes[node as usize].coords).sum::<Vector3<f64>>() / 3.0;
-                skin.materials[nearest.to(&Point3::from(middle)).0]
+                let middle = Point3::from(middle);
+                if nearest.distance(&middle) > APART * spacing {
+                    NO_MATERIAL
+                } else {
+                    skin.materials[nearest.to(&middle).0]
+                }
             };
             let materials = match skin.materials.is_empty() {
                 true => Vec::new(),
@@ -46,6 +61,16 @@ impl Outer {
         let Self { normals, uvs, materials } = self;
         held(normals) + held(uvs) + held(materials)
     }
+}
+
+/// Normals of the boundary's nodes, by node; of others of no meaning.
+fn own_normals(lattice: &Lattice, topology: &Topology) -> Vec<[f32; 3]> {
+    let mut sums = vec![Vector3::zeros(); lattice.nodes.len()];
+    for face in &topology.boundary {
+        let area = area_vector(&face.nodes.map(|node| lattice.nodes[node as usize]));
+        face.nodes.iter().for_each(|&node| sums[node as usize] += area);
+    }
+    sums.iter().map(|sum| sum.try_normalize(0.0).unwrap_or(Vector3::z()).map(|x| x as f32).into()).collect()
 }
 
 /// Normal and texture coordinates at a point of a triangle.

@@ -35,6 +35,9 @@ pub enum DefectKind {
     UnreferencedVertices,
     /// Sample points whose winding number is near neither 0 nor 1; the index is the face nearest to the first.
     AmbiguousInside,
+    /// Normals, texture coordinates or materials that the file has for some triangles, or not in finite numbers, and that are left
+    /// out therefore; the index is the first face without.
+    LostLooks,
     /// Vertices that lie so far from the origin that rounding shows in the shape; the index is the first such vertex.
     LostPrecision,
     /// Points of the surface whose wall the lattice lost; the index is the face where it is thinnest.

@@ -15,6 +15,8 @@ pub struct Looks {
     pub materials: Vec<u32>,
     /// Names of the materials, in the file's order.
     pub names: Vec<String>,
+    /// What was left out, and the first triangle for which it is not told.
+    pub lost: Vec<(&'static str, u32)>,
 }
 
 impl Looks {
@@ -32,20 +34,23 @@ impl Looks {
     pub fn fitting(mut self, triangles: usize) -> Self {
         let length = |normal: &[f32; 3]| normal.iter().map(|x| f64::from(*x).powi(2)).sum::<f64>().sqrt();
         let is_direction = |normal: &[f32; 3]| length(normal).is_finite() && length(normal) > 0.0;
-        if self.normals.len() != triangles || !self.normals.iter().flatten().all(is_direction) {
+        if let Some(first) = unfit(&self.normals, triangles, |own| own.iter().all(is_direction)) {
             self.normals.clear();
+            self.lost.push(("normals", first));
         }
         for normal in self.normals.iter_mut().flatten() {
             let length = length(normal);
             *normal = normal.map(|x| (f64::from(x) / length) as f32);
         }
-        if self.uvs.len() != triangles || !self.uvs.iter().flatten().flatten().all(|x| x.is_finite()) {
+        if let Some(first) = unfit(&self.uvs, triangles, |own| own.iter().flatten().all(|x| x.is_finite())) {
             self.uvs.clear();
+            self.lost.push(("texture coordinates", first));
         }
         let names = self.names.len() as u32;
         let is_known = |material: &u32| *material < names || *material == NO_MATERIAL;
-        if self.materials.len() != triangles || !self.materials.iter().all(is_known) || names == 0 {
+        if let Some(first) = unfit(&self.materials, triangles, is_known) {
             (self.materials, self.names) = (Vec::new(), Vec::new());
+            self.lost.push(("materials", first));
         }
         self
     }
@@ -69,8 +74,16 @@ impl Looks {
             uvs: pick(&self.uvs, source, turned),
             materials,
             names: self.names.clone(),
+            lost: self.lost.clone(),
         }
     }
+}
+
+/// The first of `triangles` triangles that a list does not tell of as it should; a list that is empty tells nothing.
+fn unfit<T>(list: &[T], triangles: usize, fits: impl Fn(&T) -> bool) -> Option<u32> {
+    let first =
+        || list.iter().position(|own| !fits(own)).or((list.len() != triangles).then_some(list.len().min(triangles)));
+    if list.is_empty() { None } else { first().map(|first| first as u32) }
 }
 
 #[cfg(test)]
@@ -80,7 +93,8 @@ mod tests {
     fn full() -> Looks {
         let normals = vec![[[0.0, 0.0, 2.0]; 3], [[3.0, 0.0, 0.0]; 3]];
         let uvs = vec![[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]; 2];
-        Looks { normals, uvs, materials: vec![1, NO_MATERIAL], names: vec!["a".into(), "b".into()] }
+        let names = vec!["a".into(), "b".into()];
+        Looks { normals, uvs, materials: vec![1, NO_MATERIAL], names, lost: Vec::new() }
     }
 
     #[test]
@@ -88,13 +102,15 @@ mod tests {
         let fitting = full().fitting(2);
         assert_eq!(fitting.normals[1], [[1.0, 0.0, 0.0]; 3]);
         assert_eq!((fitting.uvs.len(), fitting.materials.len()), (2, 2));
-        assert_eq!(full().fitting(3), Looks::default());
+        let lost = vec![("normals", 2), ("texture coordinates", 2), ("materials", 2)];
+        assert_eq!(full().fitting(3), Looks { lost, ..Looks::default() });
         let spoilt = |spoil: fn(&mut Looks)| {
             let mut looks = full();
             spoil(&mut looks);
             looks.fitting(2)
         };
         assert!(spoilt(|looks| looks.normals[1][2] = [0.0; 3]).normals.is_empty());
+        assert_eq!(spoilt(|looks| looks.normals[1][2] = [0.0; 3]).lost, [("normals", 1)]);
         assert!(spoilt(|looks| looks.uvs[0][0][1] = f32::NAN).uvs.is_empty());
         assert!(spoilt(|looks| looks.materials[0] = 2).names.is_empty());
     }

@@ -42,6 +42,13 @@ impl NearestTriangle {
     }
 }
 
+impl NearestTriangle {
+    /// How far `point` is from the nearest triangle; infinite without triangles.
+    pub fn distance(&self, point: &Point3<f64>) -> f64 {
+        closest::nearest(&self.tree, point).0.sqrt()
+    }
+}
+
 /// Barycentric coordinates of a point of a triangle, none negative.
 fn weights([a, b, c]: &[Point3<f64>; 3], point: &Point3<f64>) -> [f64; 3] {
     let normal = (b - a).cross(&(c - a));

@@ -19,6 +19,12 @@ use shatter_fracture::token::Token;
 /// Cracks of blocks under an artist are seen best when the pieces hardly move.
 const NARROW: f64 = 0.06;
 
+/// Pieces that are shown as slivers are smaller, m³.
+const SLIVER_M3: f64 = 3e-5;
+
+/// Where the bar is held, m.
+const HELD_M: [[f64; 3]; 2] = [[-0.3, -0.1, -0.1], [-0.2, 0.1, 0.1]];
+
 /// One effect and what shows it.
 pub struct Show {
     name: &'static str,
@@ -30,6 +36,10 @@ pub struct Show {
     controls: Controls,
     anchors: Anchors,
     draw: fn(&Broken, bool) -> Mesh,
+    /// A second contact, on the right alone.
+    also: Option<Contact>,
+    /// Whether the largest piece is struck again on the right.
+    again: bool,
 }
 
 /// What is struck.
@@ -41,13 +51,15 @@ enum Stage {
     Statue,
     /// The statue with texture coordinates, as seen from the front.
     Painted,
+    /// The block, cracked already: in the middle, from the top to half its height.
+    Cracked,
 }
 
 impl Stage {
     fn mesh(self) -> RawMesh {
         match self {
             Self::Bar => shapes::cuboid([0.5, 0.1, 0.1]),
-            Self::Block => shapes::cuboid([0.4, 0.3, 0.2]),
+            Self::Block | Self::Cracked => shapes::cuboid([0.4, 0.3, 0.2]),
             Self::Horseshoe => shapes::horseshoe(),
             Self::Statue => shapes::statue(),
             Self::Painted => painted(shapes::statue()),
@@ -62,7 +74,11 @@ impl Stage {
         let name = if self.is_statue() { "plaster" } else { "stone" };
         let materials = Materials::parse(MATERIALS).map_err(|error| EffectsError::Materials(error.to_string()))?;
         let material = materials.get(name).map_err(|error| EffectsError::Materials(error.to_string()))?.clone();
-        let request = BakeRequest { examples, ..BakeRequest::new("shown", name, material) };
+        let cracks = (self == Self::Cracked).then(|| {
+            let corners = [[0.0, -0.2], [0.2, -0.2], [0.2, 0.2], [0.0, 0.2]].map(|[y, z]| Point3::new(0.0, y, z));
+            RawMesh::new(corners.to_vec(), vec![[0, 1, 2], [0, 2, 3]])
+        });
+        let request = BakeRequest { examples, cracks, ..BakeRequest::new("shown", name, material) };
         let token = Token::default();
         let mut prepared = bake(self.mesh(), &request, &token, &mut |_| {})?.warped(controls, &token)?;
         if !anchors.regions.is_empty() {
@@ -78,7 +94,7 @@ impl Show {
         let draw: fn(&Broken, bool) -> Mesh = |broken, _| broken.mesh(SPREAD);
         let from = if stage.is_statue() { [0.7, 0.35, 1.0] } else { [0.45, 0.55, 1.0] };
         let (name, controls, anchors) = (effect.name(), Controls::default(), Anchors::default());
-        Self { name, caption, from, stage, strike, on, controls, anchors, draw }
+        Self { name, caption, from, stage, strike, on, controls, anchors, draw, also: None, again: false }
     }
 
     fn drawn(self, draw: fn(&Broken, bool) -> Mesh) -> Self {
@@ -87,9 +103,11 @@ impl Show {
 
     /// The bar, held at its left end, seen from the front.
     fn held(effect: Effect, caption: &'static str, strike: Strike) -> Self {
-        let end = Region::Cuboid { min_m: Point3::new(-0.3, -0.1, -0.1), max_m: Point3::new(-0.2, 0.1, 0.1) };
+        let [min_m, max_m] = HELD_M.map(Point3::from);
+        let end = Region::Cuboid { min_m, max_m };
         let anchors = Anchors { regions: vec![end], gravity_m_s2: Some(Vector3::from(DEFAULT_GRAVITY_M_S2)) };
-        Self { anchors, from: [0.15, 0.4, 1.0], ..Self::new(effect, caption, Stage::Bar, strike) }
+        let show = Self { anchors, from: [0.15, 0.4, 1.0], ..Self::new(effect, caption, Stage::Bar, strike) };
+        show.drawn(|broken, on| marks::held(broken, HELD_M.map(Point3::from), on || broken.is_held()))
     }
 
     /// A control of the artist on a block, seen from the front.
@@ -104,8 +122,12 @@ impl Show {
         let examples = if self.on.has(Effect::Examples) { 40 } else { 0 };
         let prepared = self.stage.prepare(&self.controls, &self.anchors, examples)?;
         let half = |effects: Effects, on: bool| {
-            let strike = Strike { effects, contacts: snapped(&prepared, &self.strike), ..self.strike.clone() };
-            Ok::<_, EffectsError>((self.draw)(&Broken::new(&prepared, &strike)?, on))
+            let mut strike = Strike { effects, ..self.strike.clone() };
+            strike.contacts.extend(self.also.filter(|_| on));
+            strike.contacts = snapped(&prepared, &strike);
+            let broken = Broken::new(&prepared, &strike)?;
+            let broken = if self.again && on { broken.again(&prepared, &strike)? } else { broken };
+            Ok::<_, EffectsError>((self.draw)(&broken, on))
         };
         let meshes = [half(self.strike.effects, false)?, half(self.on, true)?];
         Ok(Pair { name, caption, from, meshes })
@@ -170,7 +192,8 @@ pub fn cast() -> Vec<Show> {
     // Off: three pieces, on: five.
     let tap = blow([-0.049, 0.012, 0.0], [0.0, -0.0485, 0.0], 0, &[Effect::Elastic, Effect::Interior]);
     let learned = Strike { degree: DegreeRequest::Inferred, ..tap };
-    let slivers = Strike { volume_min_m3: Some(3e-5), ..statue(90) };
+    let slivers = Strike { volume_min_m3: Some(SLIVER_M3), ..statue(90) };
+    let textured = Strike { effects: statue(16).effects.with(Effect::Attributes), ..statue(16) };
     let mut all = vec![
         Show::new(Effect::Elastic, "the bar bends, and breaks where it bends", Stage::Bar, bar(24, &[])),
         Show::new(
@@ -181,14 +204,20 @@ pub fn cast() -> Vec<Show> {
         ),
         Show::new(Effect::Interior, "pieces stay on their leg of the horseshoe", Stage::Horseshoe, horseshoe),
         Show::new(Effect::Examples, "as many pieces as the object's own examples say", Stage::Horseshoe, learned),
-        Show::new(Effect::Slivers, "no piece is smaller than 30 cubic centimetres", Stage::Statue, slivers),
+        Show::new(
+            Effect::Slivers,
+            "no piece is smaller than 30 cubic centimetres: those are red",
+            Stage::Statue,
+            slivers,
+        )
+        .drawn(|broken, _| marks::slivers(broken, SLIVER_M3)),
         Show::new(Effect::Release, "pieces fly with the velocities of their release", Stage::Statue, statue(40))
             .drawn(|broken, on| if on { marks::release(broken) } else { broken.mesh(0.0) }),
         Show::new(Effect::Normals, "smooth light", Stage::Statue, statue(16)).drawn(marks::normals),
         Show::new(Effect::Uv, "a board on crack faces, 12 mm a field", Stage::Statue, statue(16))
             .drawn(|broken, on| if on { marks::uvs(broken) } else { broken.mesh(SPREAD) }),
         Show::new(Effect::Bonds, "which pieces touch, thicker for larger areas", Stage::Statue, statue(24))
-            .drawn(|broken, on| if on { marks::bonds(broken) } else { broken.mesh(SPREAD) }),
+            .drawn(|broken, on| if on { marks::bonds(broken) } else { broken.mesh(marks::BOND_SPREAD) }),
         Show::new(
             Effect::Debris,
             "chips on crack faces, drawn three times as large as they are",
@@ -205,8 +234,13 @@ pub fn cast() -> Vec<Show> {
             statue(16),
         )
         .drawn(|broken, on| if on { marks::attributes(broken) } else { broken.mesh(SPREAD) }),
-        Show::new(Effect::Skin, "the input's own triangles, cut with the pieces", Stage::Painted, statue(16))
-            .drawn(|broken, on| if on { marks::skin(broken) } else { broken.mesh(SPREAD) }),
+        Show::new(
+            Effect::Skin,
+            "left the lattice's faces with the input's texture, right the input's own triangles, cut with the pieces",
+            Stage::Painted,
+            textured,
+        )
+        .drawn(|broken, on| if on { marks::skin(broken) } else { marks::attributes(broken) }),
         Show::held(
             Effect::Anchored,
             "held on the left, the bar breaks there, too",
@@ -219,7 +253,43 @@ pub fn cast() -> Vec<Show> {
         ),
     ];
     all.extend(artist());
+    all.extend(more());
     all
+}
+
+/// What is no effect of its own.
+fn more() -> [Show; 3] {
+    let both = [Effect::Elastic, Effect::Interior];
+    let left = bar(16, &both);
+    let right = Contact { point_m: Point3::new(0.2, 0.05, 0.0), ..left.contacts[0] };
+    let cracked = Strike { lift: LiftKind::Interior, ..wide(16) };
+    let horseshoe =
+        Strike { lift: LiftKind::Interior, ..blow([0.0, 0.125, 0.0], [0.0, -30.0, 0.0], 6, &[Effect::Interior]) };
+    let new = |name, caption, effect, stage, strike| Show { name, ..Show::new(effect, caption, stage, strike) };
+    [
+        Show {
+            also: Some(right),
+            ..new("several contacts", "left one blow, right a second one at the end", Effect::Elastic, Stage::Bar, left)
+        },
+        new(
+            "existing crack",
+            "cracked from the top to half its height; left with straight distances pieces span it, right none does",
+            Effect::Interior,
+            Stage::Cracked,
+            cracked,
+        )
+        .drawn(|broken, _| broken.mesh(0.0)),
+        Show {
+            again: true,
+            ..new(
+                "struck again",
+                "right, the largest piece of the left has been struck again",
+                Effect::Interior,
+                Stage::Horseshoe,
+                horseshoe,
+            )
+        },
+    ]
 }
 
 /// What an artist can say.

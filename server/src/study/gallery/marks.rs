@@ -7,6 +7,9 @@ use nalgebra::{Point3, Vector3};
 /// How far pieces are moved apart, over their distance from the centre.
 pub const SPREAD: f64 = 0.35;
 
+/// The same where bonds are shown between them.
+pub const BOND_SPREAD: f64 = 1.1;
+
 /// Fields of the board that texture coordinates are shown by, m.
 const FIELD_M: f32 = 0.012;
 
@@ -22,11 +25,11 @@ const FLIGHT: f32 = 0.35;
 
 /// Every bond as a rod between the pieces that it holds together.
 pub fn bonds(broken: &Broken) -> Mesh {
-    let mut mesh = broken.mesh(SPREAD);
+    let mut mesh = broken.mesh(BOND_SPREAD);
     let bonds = broken.pieces.bonds();
     let most = bonds.iter().map(|bond| bond.area_m2).fold(f64::MIN_POSITIVE, f64::max);
     for bond in &bonds {
-        let [from, to] = bond.fragments.map(|fragment| broken.place(fragment, SPREAD));
+        let [from, to] = bond.fragments.map(|fragment| broken.place(fragment, BOND_SPREAD));
         let thickness = ((bond.area_m2 / most).sqrt() * 0.05).max(0.01) as f32;
         mesh.append(rod(from.into(), to.into(), thickness * (to - from).norm(), Colour::oklch(0.45, 0.16, 28.0)));
     }
@@ -41,7 +44,35 @@ pub fn debris(broken: &Broken) -> Mesh {
         let normal: Vector3<f32> = chip.normal.cast();
         let size = CHIP * chip.size_m as f32;
         let tip = Point3::from(place + normal * (1.5 * size));
-        mesh.append(arrow(tip, -normal, size, Colour::oklch(0.35, 0.05, 60.0)));
+        mesh.append(arrow(tip, -normal, size, Colour::oklch(0.75, 0.19, 60.0)));
+    }
+    mesh
+}
+
+/// Pieces smaller than this in red, all others pale.
+pub fn slivers(broken: &Broken, least_m3: f64) -> Mesh {
+    let mut mesh = broken.mesh(SPREAD);
+    let [small, large] = [Colour::oklch(0.55, 0.22, 28.0), Colour::oklch(0.9, 0.01, 90.0)];
+    let mut is_small = vec![false; mesh.positions.len()];
+    for row in broken.pieces.fragments.iter().filter(|row| row.volume_m3 < least_m3) {
+        is_small[row.vertex_first as usize..(row.vertex_first + row.vertex_count) as usize].fill(true);
+    }
+    for (corners, triangle) in mesh.corners.iter_mut().zip(&mesh.triangles) {
+        let colour = if is_small[triangle[0] as usize] { small } else { large };
+        corners.iter_mut().for_each(|corner| corner.colour = colour);
+    }
+    mesh
+}
+
+/// The pieces, and the clamp that holds them, if it does.
+pub fn held(broken: &Broken, [low, high]: [Point3<f64>; 2], holds: bool) -> Mesh {
+    let mut mesh = broken.mesh(SPREAD);
+    if holds {
+        let clamp = shatter_fracture::surface::shapes::cuboid((high - low).into());
+        // Behind the end of the bar, which moves apart with its pieces.
+        let middle = nalgebra::center(&low, &high) - Vector3::x() * (1.2 * (high.x - low.x));
+        let positions = clamp.positions_m.iter().map(|corner| broken.point(&(middle + corner.coords))).collect();
+        mesh.append(Mesh::paint(positions, clamp.triangles, 1.0, |_, _| Colour::oklch(0.35, 0.02, 250.0)));
     }
     mesh
 }

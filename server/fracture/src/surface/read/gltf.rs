@@ -22,7 +22,7 @@ pub(super) fn parse(bytes: &[u8], folder: &Path) -> Result<RawMesh, SurfaceError
         Gltf::from_slice_without_validation(bytes).map_err(|error| malformed("gltf", "document", error))?;
     let document = validated(document)?;
     let buffers = buffers(&document, blob, folder)?;
-    let mut builder = Builder { buffers, mesh: RawMesh::new(Vec::new(), Vec::new()), own_max: 0.0 };
+    let mut builder = Builder { buffers, mesh: RawMesh::new(Vec::new(), Vec::new()), own_max: 0.0, told: [false; 2] };
     let name = |material: gltf::Material<'_>| {
         material.name().map_or_else(|| format!("material {}", material.index().unwrap_or(0)), str::to_owned)
     };
@@ -121,6 +121,8 @@ struct Builder {
     mesh: RawMesh,
     /// The largest coordinate before translation: what f32 has rounded.
     own_max: f64,
+    /// Whether a primitive has normals, and texture coordinates.
+    told: [bool; 2],
 }
 
 impl Builder {
@@ -164,6 +166,8 @@ impl Builder {
 
     /// How the triangles from `added` on look, whose vertices come after `first` others. Looks that cannot be read are left out.
     fn look(&mut self, primitive: &Primitive, first: usize, added: usize, linear: &Matrix3<f64>) {
+        let told = |semantic| primitive.get(&semantic).is_some();
+        self.told = [self.told[0] || told(Semantic::Normals), self.told[1] || told(Semantic::TexCoords(0))];
         let vectors = |semantic| primitive.get(&semantic).and_then(|accessor| self.buffers.positions(&accessor).ok());
         let turn = linear.try_inverse().unwrap_or_else(Matrix3::identity).transpose();
         let turned =
@@ -173,8 +177,10 @@ impl Builder {
         let own: Vec<[u32; 3]> =
             self.mesh.triangles[added..].iter().map(|triangle| triangle.map(|index| index - first as u32)).collect();
         let looks = Looks::of_vertices(&own, &normals, &uvs.unwrap_or_default());
-        self.mesh.looks.normals.extend(looks.normals);
-        self.mesh.looks.uvs.extend(looks.uvs);
+        let filled = looks.normals.is_empty().then_some([[f32::NAN; 3]; 3]);
+        self.mesh.looks.normals.extend(own.iter().filter_map(|_| filled).chain(looks.normals));
+        let filled = looks.uvs.is_empty().then_some([[f32::NAN; 2]; 3]);
+        self.mesh.looks.uvs.extend(own.iter().filter_map(|_| filled).chain(looks.uvs));
         let material = primitive.material().index().map_or(NO_MATERIAL, |index| index as u32);
         self.mesh.looks.materials.extend(own.iter().map(|_| material));
     }
@@ -182,7 +188,19 @@ impl Builder {
     fn finish(mut self) -> RawMesh {
         let placed_max = self.mesh.positions_m.iter().map(|point| point.coords.amax()).fold(0.0, f64::max);
         let rounding = SINGLE * self.own_max / placed_max;
-        self.mesh.looks = std::mem::take(&mut self.mesh.looks).fitting(self.mesh.triangles.len());
+        let mut looks = std::mem::take(&mut self.mesh.looks);
+        let [normals, uvs] = self.told;
+        // What no primitive tells is not lost.
+        if !normals {
+            looks.normals.clear();
+        }
+        if !uvs {
+            looks.uvs.clear();
+        }
+        if looks.names.is_empty() {
+            looks.materials.clear();
+        }
+        self.mesh.looks = looks.fitting(self.mesh.triangles.len());
         self.mesh.rounding = if rounding.is_finite() { rounding.clamp(DOUBLE, SINGLE) } else { SINGLE };
         self.mesh
     }

@@ -5,8 +5,11 @@ use super::polygon::Cut;
 use crate::surface::{Looks, NO_MATERIAL};
 use std::collections::HashMap;
 
-/// A corner without a reference, or with one that is none.
+/// A corner without a reference.
 const NONE: usize = usize::MAX;
+
+/// A corner with a reference to nothing.
+const BAD: usize = usize::MAX - 1;
 
 /// Lists of the file, and for each corner of each face which of them it refers to.
 #[derive(Default)]
@@ -27,21 +30,20 @@ pub(super) fn looks(text: &str, cut: &Cut) -> Looks {
     for (_, line) in lines(text) {
         lists.take(&line);
     }
-    let at = |list: usize| cut.places.iter().map(move |places| (list, *places));
-    let corner = |(list, places): (usize, [usize; 3])| {
-        places.map(|place| lists.corners.get(place).map_or(NONE, |corner| corner[list]))
-    };
-    let uvs = at(0).map(corner).map_while(|own| all(own.map(|index| lists.uvs.get(index).copied())));
-    let normals = at(1).map(corner).map_while(|own| all(own.map(|index| lists.normals.get(index).copied())));
+    let uvs = told(&lists, cut, 0, |index| lists.uvs.get(index).copied(), [f32::NAN; 2]);
+    let normals = told(&lists, cut, 1, |index| lists.normals.get(index).copied(), [f32::NAN; 3]);
     let material = |face: &u32| lists.materials.get(*face as usize).copied();
-    let (uvs, normals) = (uvs.collect(), normals.collect());
     let materials = if lists.names.is_empty() { Vec::new() } else { cut.faces.iter().filter_map(material).collect() };
-    Looks { normals, uvs, materials, names: lists.names }.fitting(cut.triangles.len())
+    Looks { normals, uvs, materials, names: lists.names, lost: Vec::new() }.fitting(cut.triangles.len())
 }
 
-fn all<T: Copy>(corners: [Option<T>; 3]) -> Option<[T; 3]> {
-    let [a, b, c] = corners;
-    Some([a?, b?, c?])
+/// What the corners of all triangles refer to in one list, `nothing` where they refer to nothing; none if no corner does.
+fn told<T: Copy>(lists: &Lists, cut: &Cut, list: usize, of: impl Fn(usize) -> Option<T>, nothing: T) -> Vec<[T; 3]> {
+    let reference = |place: usize| lists.corners.get(place).map_or(NONE, |corner| corner[list]);
+    if lists.corners.iter().all(|corner| corner[list] == NONE) {
+        return Vec::new();
+    }
+    cut.places.iter().map(|places| places.map(|place| of(reference(place)).unwrap_or(nothing))).collect()
 }
 
 impl Lists {
@@ -63,7 +65,9 @@ impl Lists {
                 let lengths = [self.uvs.len(), self.normals.len()];
                 self.corners.extend(words.map(|word| {
                     let mut references = word.split('/').skip(1);
-                    lengths.map(|length| references.next().map_or(NONE, |word| reference(word, length)))
+                    lengths.map(|length| {
+                        references.next().filter(|word| !word.is_empty()).map_or(NONE, |word| reference(word, length))
+                    })
                 }));
                 self.materials.push(self.material.unwrap_or(NO_MATERIAL));
             }
@@ -81,7 +85,7 @@ fn numbers<'a, const N: usize>(mut words: impl Iterator<Item = &'a str>) -> [f32
 fn reference(word: &str, length: usize) -> usize {
     match word.parse::<i64>() {
         Ok(index) if index > 0 => index as usize - 1,
-        Ok(index) if index < 0 => length.checked_sub(index.unsigned_abs() as usize).unwrap_or(NONE),
-        _ => NONE,
+        Ok(index) if index < 0 => length.checked_sub(index.unsigned_abs() as usize).unwrap_or(BAD),
+        _ => BAD,
     }
 }

@@ -77,9 +77,13 @@ impl Surface {
         }
         let closed = edges.balanced();
         let simple = closed && crossings.complete && crossings.count == 0 && shells.simple;
-        defects.sort_by_key(|defect| defect.kind);
         let faces = (0..triangles.len() as u32).map(face).collect();
         let turned: Vec<bool> = wound.iter().zip(&triangles).map(|(before, after)| before != after).collect();
+        for (what, triangle) in &raw.looks.lost {
+            let action = format!("{what} left out: not every triangle has them in finite numbers");
+            defects.push(Defect::new(DefectKind::LostLooks, 1, raw.face(*triangle as usize), action));
+        }
+        defects.sort_by_key(|defect| defect.kind);
         let looks = raw.looks.clone().fitting(raw.triangles.len()).of(&source, &turned);
         Ok(Self { frame, positions, triangles, faces, looks, parts: shells.parts, defects, closed, simple })
     }
