@@ -96,6 +96,27 @@ fn a_scene_is_baked_once_served_and_struck() {
     assert_eq!(house.end(), Some(0));
 }
 
+/// A database that was baked for less than a scene wants is told so before anybody strikes.
+#[test]
+fn tables_that_a_database_lacks_are_named() {
+    let mut house = House::new();
+    let cheap = write(&house, &format!("[objects.horseshoe]\neffects = []\n{HORSESHOE}"));
+    house.ok("shatterd", &["bake", "--scene", &cheap]);
+    for (effect, table) in
+        [("elastic", "elastic"), ("interior", "interior"), ("skin", "skin"), ("attributes", "attributes")]
+    {
+        let rich = write(&house, &format!("[objects.horseshoe]\neffects = [\"{effect}\"]\n{HORSESHOE}"));
+        let (code, told) = house.json("shatterd", &["check", &rich]);
+        let message = told["error"]["message"].as_str().unwrap();
+        assert!(code == 3 && message.contains(&format!("`{table}`")) && message.contains("bake"), "{told}");
+    }
+    let rich = house.path("scene.toml").to_str().unwrap().to_owned();
+    house.serve(&["--scene", &rich]);
+    let (_, refused) = house.json("shatter", &["impact", "horseshoe", "--point", "0,0.12,0", "--impulse", "0,-9,0"]);
+    assert!(refused["error"]["message"].as_str().unwrap().contains("`attributes`"), "{refused}");
+    assert_eq!(house.end(), Some(0));
+}
+
 #[test]
 fn what_an_interruption_finds_finished_stays() {
     let house = House::new();

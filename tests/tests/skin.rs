@@ -12,10 +12,15 @@ use std::collections::HashMap;
 const DRESSED: [Effect; 3] = [Effect::Attributes, Effect::Skin, Effect::Slivers];
 
 fn baked(mesh: RawMesh, crack_spacing: f64) -> Prepared {
+    baked_with(mesh, crack_spacing, None)
+}
+
+fn baked_with(mesh: RawMesh, crack_spacing: f64, cracks: Option<RawMesh>) -> Prepared {
     let request = BakeRequest {
         crack_spacing: Some(crack_spacing),
         elastic_spacing: Some(1.6 * crack_spacing),
         tables: Tables { interior: true, attributes: true, skin: true, ..Tables::NONE },
+        cracks,
         ..real::request("dressed", "stone")
     };
     bake(mesh, &request, &Token::default(), &mut |_| {}).unwrap()
@@ -152,6 +157,30 @@ fn real_meshes_are_dressed_too() {
             check(name, mesh, 0.02, &[Effect::Interior], None);
         }
     }
+}
+
+/// Where an object is cracked already, its slot has walls; skins wear them too, or one would look into the pieces.
+#[test]
+fn the_walls_of_existing_cracks_are_worn() {
+    let corners = [[0.0, -0.2], [0.2, -0.2], [0.2, 0.2], [0.0, 0.2]].map(|[y, z]| Point3::new(0.0, y, z));
+    let sheet = RawMesh::new(corners.to_vec(), vec![[0, 1, 2], [0, 2, 3]]);
+    let spacing = 0.03;
+    let prepared = baked_with(shapes::cuboid([0.4, 0.3, 0.2]), spacing, Some(sheet));
+    let pieces = struck::outcome(&prepared, &strike(&prepared, 12, &[Effect::Interior])).unwrap().pieces.unwrap();
+    let whole_m2 = 2.0 * (0.4 * 0.3 + 0.3 * 0.2 + 0.2 * 0.4);
+    let (mut sum_m2, mut bare) = (0.0, 0);
+    for fragment in 0..pieces.fragments.len() {
+        sum_m2 += worn_m2(&pieces, fragment);
+        let dress: Vec<Point3<f64>> = worn(&pieces, fragment).into_iter().flatten().map(|(point, _)| point).collect();
+        let reach = 1.5 * spacing * prepared.frame.diagonal_m;
+        let dressed = |point: &&Point3<f64>| dress.iter().any(|own| (own - **point).norm() < reach);
+        let own = outer(&pieces, fragment, false);
+        bare += own.len() - own.iter().filter(dressed).count();
+    }
+    let walls_m2 = sum_m2 - whole_m2;
+    println!("{walls_m2:.4} m² of walls beside {whole_m2} m²; {bare} vertices bare");
+    assert!((0.8..1.3).contains(&(walls_m2 / (2.0 * 0.15 * 0.2))), "two walls of 0.15 by 0.2 m, and the slot's end");
+    assert_eq!(bare, 0);
 }
 
 /// A block of two materials, with (x, y) as texture coordinates and normals of its own.

@@ -95,10 +95,16 @@ fn effects(args: &Effects) -> Result<(), Failure> {
         bar.inc(1);
     };
     let pairs = effects::pairs(&mut progress).map_err(Failure::effects)?;
-    let gallery = gallery::section(&mut progress).map_err(Failure::effects)?;
+    let shown = gallery::shown(&mut progress).map_err(Failure::effects)?;
     bar.finish_and_clear();
+    let write = |name: &str, bytes: &[u8]| {
+        let path = args.out.join(name);
+        std::fs::write(&path, bytes).map_err(|error| Failure::output(&path, &error))
+    };
+    shown.iter().try_for_each(|own| write(&own.file(), &own.png))?;
+    write("effects.md", gallery::markdown(&shown).as_bytes())?;
     let page = args.out.join("effects.html");
-    let study = effects::page(&pairs, gallery).map_err(Failure::effects)?;
+    let study = effects::page(&pairs, gallery::section(&shown)).map_err(Failure::effects)?;
     std::fs::write(&page, report::study(&study)).map_err(|error| Failure::output(&page, &error))?;
     if args.json {
         return out::print(&format!("{}\n", effects::document(&pairs)));

@@ -273,7 +273,7 @@ fn more() -> [Show; 3] {
         },
         new(
             "existing crack",
-            "cracked from the top to half its height; left with straight distances pieces span it, right none does",
+            "cracked from the top to half its height: left with straight distances, right with those that know no way across",
             Effect::Interior,
             Stage::Cracked,
             cracked,

@@ -9,6 +9,7 @@ use crate::picture::{Backdrop, Camera, Image, Mesh, Projection, Size, Style, dra
 use crate::report::{Figure, Section};
 use nalgebra::Vector3;
 
+use cast::Show;
 pub use cast::cast;
 
 use broken::Broken;
@@ -32,21 +33,56 @@ pub struct Pair {
     pub meshes: [Mesh; 2],
 }
 
+/// A picture of one effect: off on the left, on on the right.
+pub struct Shown {
+    /// What it is called.
+    pub name: &'static str,
+    /// What is to be seen.
+    pub caption: &'static str,
+    /// Bytes of a PNG file.
+    pub png: Vec<u8>,
+}
+
+impl Shown {
+    /// A name for its file.
+    pub fn file(&self) -> String {
+        self.name.replace(": ", "-").replace(' ', "-") + ".png"
+    }
+}
+
+/// What stands before all pictures.
+const LEAD: &str = "Left without the effect, right with it; the same object, blow and seed.";
+
 /// Draws all pairs; `progress` is told of each.
-pub fn section(progress: &mut dyn FnMut(&str)) -> Result<Section, EffectsError> {
-    let mut figures = Vec::new();
-    for scene in cast() {
+pub fn shown(progress: &mut dyn FnMut(&str)) -> Result<Vec<Shown>, EffectsError> {
+    let draw = |scene: Show| {
         let pair = scene.pair()?;
         progress(pair.name);
         let png = Image::beside(&pair.meshes.each_ref().map(|mesh| side(mesh, &pair))).png()?;
-        figures.push(Figure { png, caption: format!("{}: {}", pair.name, pair.caption), scale: None });
-    }
-    Ok(Section {
+        Ok(Shown { name: pair.name, caption: pair.caption, png })
+    };
+    cast().into_iter().map(draw).collect()
+}
+
+/// All pictures as a part of a page.
+pub fn section(shown: &[Shown]) -> Section {
+    let figure =
+        |own: &Shown| Figure { png: own.png.clone(), caption: format!("{}: {}", own.name, own.caption), scale: None };
+    Section {
         heading: "What effects look like".to_owned(),
-        lead: vec!["Left without the effect, right with it; the same object, blow and seed.".to_owned()],
-        figures,
+        lead: vec![LEAD.to_owned()],
+        figures: shown.iter().map(figure).collect(),
         ..Section::default()
-    })
+    }
+}
+
+/// All pictures as a page of Markdown that lies beside their files.
+pub fn markdown(shown: &[Shown]) -> String {
+    let mut text = format!("# What effects look like\n\n{LEAD} Made by `shatterd study effects`.\n");
+    for own in shown {
+        text += &format!("\n## {}\n\n{}\n\n![{}]({})\n", own.name, own.caption, own.name, own.file());
+    }
+    text
 }
 
 /// The pieces of a strike, moved apart: bytes of a PNG file.
