@@ -114,10 +114,12 @@ impl Children<'_> {
             watch.end(Effect::Release, size_of_val(velocities.as_slice()) as u64);
         }
         let pieces = Pieces::of(vec![pieces], velocities, Vec::new(), self.prepared, strike);
-        let of_fragment = self.sites_of(&pieces.bodies[0].sites);
-        let sites = Sites { lift: &lift, coordinates: &self.cells.diagram.sites, of_fragment: &of_fragment };
-        let pieces = pieces.with_looks(self.prepared, watch)?;
-        let pieces = pieces.with_skins(self.skin.as_ref(), self.prepared, &[Some(sites)], watch)?;
+        let mut pieces = pieces.with_looks(self.prepared, watch)?;
+        if strike.effects.has(Effect::Skin) {
+            let of_fragment = self.sites_of(&pieces.bodies[0].sites);
+            let sites = Sites { lift: &lift, coordinates: &self.cells.diagram.sites, of_fragment: &of_fragment };
+            pieces = pieces.with_skins(self.skin.as_ref(), self.prepared, &[Some(sites)], watch)?;
+        }
         pieces.with_hulls(&[&self.body.crack], token, watch)
     }
 

@@ -101,10 +101,13 @@ impl Pieces {
         }
         let lattices: Vec<&Lattice> = prepared.bodies.iter().map(|body| &body.crack).collect();
         let pieces = Self::of(bodies, velocities, world, prepared, strike);
-        let pieces = pieces.with_looks(prepared, watch)?;
-        let of_fragments: Vec<Vec<u32>> = pieces.bodies.iter().map(|own| own.sites.clone()).collect();
-        let sites = broken.sites(&of_fragments)?;
-        pieces.with_skins(prepared.skin.as_ref(), prepared, &sites, watch)?.with_hulls(&lattices, token, watch)
+        let mut pieces = pieces.with_looks(prepared, watch)?;
+        if strike.effects.has(Effect::Skin) {
+            let of_fragments: Vec<Vec<u32>> = pieces.bodies.iter().map(|own| own.sites.clone()).collect();
+            let sites = broken.sites(&of_fragments)?;
+            pieces = pieces.with_skins(prepared.skin.as_ref(), prepared, &sites, watch)?;
+        }
+        pieces.with_hulls(&lattices, token, watch)
     }
 
     /// The meshes of `bodies`, laid out.

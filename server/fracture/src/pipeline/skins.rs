@@ -75,7 +75,9 @@ impl Skins {
 }
 
 impl Pieces {
-    /// The same with skins of the fragments, cut from `skin`, if they are asked for. `sites`: the diagram of each body, if it has one.
+    /// The same with skins of the fragments, cut from `skin`. `sites`: the diagram of each body, if it has one.
+    ///
+    /// Errors: [`StrikeError::Bare`] without `skin`.
     pub(super) fn with_skins(
         mut self,
         skin: Option<&Arc<Skin>>,
@@ -83,18 +85,16 @@ impl Pieces {
         sites: &[Option<Sites<'_>>],
         watch: &mut dyn Watch,
     ) -> Result<Self, StrikeError> {
-        if self.effects.has(Effect::Skin) {
-            watch.begin(Effect::Skin);
-            let skin = skin.ok_or(StrikeError::Bare { effect: Effect::Skin })?;
-            let parts = Tailor::new(&self, skin, prepared, sites).cut();
-            let centres = self.bodies.iter().flat_map(|pieces| &pieces.properties).map(|own| own.centre);
-            for (part, centre) in parts.iter().zip(centres) {
-                self.skins.push(part, skin, &centre, self.transform.metres_per_unit);
-            }
-            let whole = prepared.skin.as_ref().is_some_and(|own| Arc::ptr_eq(own, skin));
-            self.skins.cut = Some(Cutting { skin: skin.clone(), whole, parts });
-            watch.end(Effect::Skin, self.skins.bytes() as u64);
+        watch.begin(Effect::Skin);
+        let skin = skin.ok_or(StrikeError::Bare { effect: Effect::Skin })?;
+        let parts = Tailor::new(&self, skin, prepared, sites).cut();
+        let centres = self.bodies.iter().flat_map(|pieces| &pieces.properties).map(|own| own.centre);
+        for (part, centre) in parts.iter().zip(centres) {
+            self.skins.push(part, skin, &centre, self.transform.metres_per_unit);
         }
+        let whole = prepared.skin.as_ref().is_some_and(|own| Arc::ptr_eq(own, skin));
+        self.skins.cut = Some(Cutting { skin: skin.clone(), whole, parts });
+        watch.end(Effect::Skin, self.skins.bytes() as u64);
         Ok(self)
     }
 }
