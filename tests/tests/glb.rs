@@ -2,6 +2,7 @@
 
 use proptest::prelude::*;
 use shatter_client::export::{ExportError, FragmentView, RunView, glb_bytes};
+use shatter_fracture::surface::{self, Unit, Up};
 use shatter_tests::glb;
 
 /// Positions, indices, runs and merges of a fragment.
@@ -74,4 +75,54 @@ fn the_reader_tells_an_open_fragment_from_a_closed_one() {
     assert!(fragments[0].check_closed().is_err());
     fragments[1].crack.pop();
     assert!(fragments[1].check_closed().is_err());
+}
+
+/// Normals, texture coordinates and materials that are written are those that are read; what one fragment lacks, all lose.
+#[test]
+fn looks_come_back_from_the_file() {
+    let halves = halves(0.25);
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.glb");
+    let looks = |textured: [bool; 2]| {
+        let uvs =
+            halves.each_ref().map(|(positions, ..)| positions.iter().map(|[x, y, z]| [x + y, *z]).collect::<Vec<_>>());
+        let normals = halves.each_ref().map(|(positions, ..)| vec![[0.0f32, 0.6, -0.8]; positions.len()]);
+        let view = |id: usize| {
+            let (positions, indices, runs, merges) = &halves[id];
+            let uvs: &[[f32; 2]] = if textured[id] { &uvs[id] } else { &[] };
+            let (centre_m, volume_m3, mass_kg) = ([0.0; 3], 1.0, 1.0);
+            let normals = &normals[id];
+            FragmentView {
+                id: id as u32,
+                body: 0,
+                positions,
+                normals,
+                uvs,
+                indices,
+                runs,
+                merges,
+                centre_m,
+                volume_m3,
+                mass_kg,
+            }
+        };
+        std::fs::write(&path, glb_bytes(&[view(0), view(1)]).unwrap().0).unwrap();
+        surface::read(&path, Unit::M, Up::Y).unwrap()
+    };
+    let mesh = looks([true, true]);
+    assert_eq!((mesh.looks.names.clone(), mesh.looks.lost.len()), (vec!["outer".to_owned(), "crack".to_owned()], 0));
+    assert_eq!([0, 1].map(|material| mesh.looks.materials.iter().filter(|own| **own == material).count()), [20, 4]);
+    assert_eq!((mesh.looks.normals.len(), mesh.looks.uvs.len(), mesh.triangles.len()), (24, 24, 24));
+    for (triangle, uvs) in mesh.triangles.iter().zip(&mesh.looks.uvs) {
+        for (vertex, uv) in triangle.iter().zip(uvs) {
+            let at = mesh.positions_m[*vertex as usize].map(|x| x as f32);
+            assert_eq!(*uv, [at.x + at.y, at.z]);
+        }
+    }
+    let apart = |normal: &[f32; 3]| (normal[0].abs() + (normal[1] - 0.6).abs() + (normal[2] + 0.8).abs()) > 1e-6;
+    assert!(!mesh.looks.normals.iter().flatten().any(apart));
+    assert!(looks([false, false]).looks.lost.is_empty());
+    let half = looks([true, false]).looks;
+    assert!(half.uvs.is_empty() && half.normals.len() == 24, "{:?}", half.lost);
+    assert_eq!(half.lost, [("texture coordinates", 12)]);
 }

@@ -64,6 +64,6 @@ impl Lattice {
 }
 
 /// Half the cross product of two edges: the triangle's area along its normal.
-pub(super) fn area_vector([a, b, c]: &[Point3<f64>; 3]) -> Vector3<f64> {
+pub(crate) fn area_vector([a, b, c]: &[Point3<f64>; 3]) -> Vector3<f64> {
     (b - a).cross(&(c - a)) / 2.0
 }

@@ -34,6 +34,7 @@ pub use level::{BODY_SHARE_MIN, BODY_TETS_MIN, Dropped, Level, VOLUME_TOLERANCE,
 pub use levels::{BodyLattice, LevelReport, Levels, OVERLAP_MIN, Replaced, Replacement, Spacings, levels};
 pub use locate::{Locator, Nearest, Place};
 pub use measure::Dihedral;
+pub(crate) use measure::area_vector;
 pub use mend::{Pinch, check_manifold};
 pub use slot::{SLOT_HALF, SlotDepth, slotted_levels, stuff_slotted};
 pub use spacing::{

@@ -4,9 +4,9 @@ use super::pieces::BodyPieces;
 use super::{Body, Pieces, Prepared, StrikeError, Watch};
 use crate::scene::Effect;
 use crate::skin::Outer;
-use crate::surface::NO_MATERIAL;
+use crate::surface::{NO_MATERIAL, barycentric};
 use crate::tessellation::{Origin, Topology, outer_vertices};
-use nalgebra::{Point3, Vector3};
+use nalgebra::Vector3;
 use std::collections::HashMap;
 
 /// How a vertex of an outer face looks; zero on crack faces.
@@ -113,7 +113,8 @@ impl<'a> Boundary<'a> {
             }
             Origin::Face(face, place) => {
                 let nodes = topology.faces[face as usize];
-                self.mean(nodes, weights(nodes.map(|node| self.body.crack.nodes[node as usize]), &place))
+                let corners = nodes.map(|node| self.body.crack.nodes[node as usize]);
+                self.mean(nodes, barycentric(&corners, &place))
             }
         }
     }
@@ -160,11 +161,4 @@ impl<'a> Boundary<'a> {
 fn faces(topology: &Topology) -> HashMap<[u32; 3], usize> {
     let key = |outer: &crate::tessellation::OuterFace| topology.faces[outer.face as usize];
     topology.boundary.iter().enumerate().map(|(place, outer)| (key(outer), place)).collect()
-}
-
-/// Barycentric coordinates of a point of a triangle.
-fn weights([a, b, c]: [Point3<f64>; 3], point: &Point3<f64>) -> [f64; 3] {
-    let normal = (b - a).cross(&(c - a));
-    let part = |from: Point3<f64>, to: Point3<f64>| (to - from).cross(&(point - from)).dot(&normal);
-    [part(b, c), part(c, a), part(a, b)].map(|part| part / normal.norm_squared())
 }

@@ -15,7 +15,7 @@ mod tests;
 pub use outer::Outer;
 pub use worn::{Blend, Worn, worn};
 
-use crate::lattice::{Lattice, Locator, Place};
+use crate::lattice::{Lattice, Locator, Place, area_vector};
 use crate::memory::held;
 use crate::surface::Surface;
 use nalgebra::Point3;
@@ -123,7 +123,7 @@ fn corners(surface: &Surface) -> Vec<[Corner; 3]> {
 
 /// The file's normals of a triangle, on its outer side: files whose triangles had to be turned mean the other one.
 fn outward(surface: &Surface, triangle: usize) -> [[f32; 3]; 3] {
-    let area = normals::area_vector(&surface.corners(triangle));
+    let area = area_vector(&surface.corners(triangle));
     let own = surface.looks.normals[triangle];
     let along: f64 = own.iter().map(|normal| (0..3).map(|k| f64::from(normal[k]) * area[k]).sum::<f64>()).sum();
     if along < 0.0 { own.map(|normal| normal.map(|x| -x)) } else { own }

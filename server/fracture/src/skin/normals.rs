@@ -3,19 +3,15 @@
 //! Based on: H. Gouraud, *Continuous shading of curved surfaces* (IEEE Transactions on Computers C-20, 1971), weighted by area, and
 //! only over neighbours that do not meet in a crease.
 
+use crate::lattice::area_vector;
 use crate::surface::Surface;
-use nalgebra::{Point3, Vector3};
+use nalgebra::Vector3;
 
 /// Cosine of the angle between two triangles from which on they meet in a crease: 40°.
 const CREASE: f64 = 0.766;
 
 /// Around a vertex of more triangles than this, creases are not looked for: that takes the square of their number.
 const AROUND_MAX: usize = 256;
-
-/// Area times unit normal.
-pub(super) fn area_vector([a, b, c]: &[Point3<f64>; 3]) -> Vector3<f64> {
-    (b - a).cross(&(c - a)) * 0.5
-}
 
 /// Normals of all corners: the mean over the triangles around its point that are turned against its own by less than a crease.
 pub(super) fn creased(surface: &Surface) -> Vec<[[f32; 3]; 3]> {

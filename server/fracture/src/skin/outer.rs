@@ -1,9 +1,8 @@
 //! The looks of the input on the boundary of a lattice: each node and each triangle of it looks as the nearest point of the input.
 
 use super::Skin;
-use super::normals::area_vector;
 use super::walls::APART;
-use crate::lattice::Lattice;
+use crate::lattice::{Lattice, area_vector};
 use crate::memory::held;
 use crate::surface::{NO_MATERIAL, NearestTriangle};
 use crate::tessellation::Topology;

@@ -1,7 +1,7 @@
 //! Walls that the input does not have: those of the slots of existing cracks.
 
 use super::{Skin, Spot, Vertex};
-use crate::lattice::{Lattice, Place};
+use crate::lattice::{Lattice, Place, area_vector};
 use crate::surface::{NO_MATERIAL, NearestTriangle};
 use crate::tessellation::Topology;
 use nalgebra::{Point3, Vector3};
@@ -31,7 +31,7 @@ impl Skin {
 
     fn add(&mut self, corners: [Point3<f64>; 3], spots: [Spot; 3]) {
         let (point, vertex) = (self.points.len() as u32, self.vertices.len() as u32);
-        let area = super::normals::area_vector(&corners);
+        let area = area_vector(&corners);
         let normal = area.try_normalize(0.0).unwrap_or(Vector3::z()).map(|x| x as f32).into();
         self.points.extend(corners);
         self.spots.extend(spots);

@@ -29,6 +29,7 @@ pub use error::SurfaceError;
 pub use frame::Frame;
 pub use inside::Inside;
 pub use looks::{Looks, NO_MATERIAL};
+pub(crate) use nearest::barycentric;
 pub use nearest::{Nearest, NearestTriangle};
 pub use raw::{DOUBLE, RawMesh, SINGLE, Unit, UnknownUnit, UnknownUp, Up};
 pub use read::{read, read_painted};

@@ -37,7 +37,7 @@ impl NearestTriangle {
     pub fn to(&self, point: &Point3<f64>) -> (usize, [f64; 3]) {
         let triangle = closest::nearest(&self.tree, point).1 as usize;
         let weights =
-            self.triangles.get(triangle).map(|corners| weights(corners, &closest::closest_on(corners, point)));
+            self.triangles.get(triangle).map(|corners| barycentric(corners, &closest::closest_on(corners, point)));
         (triangle, weights.unwrap_or([1.0, 0.0, 0.0]))
     }
 }
@@ -49,8 +49,8 @@ impl NearestTriangle {
     }
 }
 
-/// Barycentric coordinates of a point of a triangle, none negative.
-fn weights([a, b, c]: &[Point3<f64>; 3], point: &Point3<f64>) -> [f64; 3] {
+/// Barycentric coordinates of a point of a triangle, none negative; the first corner of one without area.
+pub(crate) fn barycentric([a, b, c]: &[Point3<f64>; 3], point: &Point3<f64>) -> [f64; 3] {
     let normal = (b - a).cross(&(c - a));
     let part = |from: &Point3<f64>, to: &Point3<f64>| (to - from).cross(&(point - from)).dot(&normal).max(0.0);
     let own = [part(b, c), part(c, a), part(a, b)];
