@@ -1,12 +1,11 @@
-//! One assignment of all nodes, in parallel: fixed chunks, merged in their order, so that the sums have the same bits for
+//! One assignment of all points of a level, in parallel: fixed chunks, merged in their order, so that the sums have the same bits for
 //! any number of threads.
 
-use super::Field;
 use super::kernel::{self, CELL_HEAD, Chunk, LANES, Path, Sites};
-use super::tiles::{TILE, Tiles};
+use super::level::{Level, TILE};
 
-/// Chunks hold at least this many nodes, a multiple of [`TILE`].
-const CHUNK_MIN: usize = 64 * TILE;
+/// Chunks hold at least this many groups, a multiple of [`TILE`].
+const CHUNK_MIN: usize = 16 * TILE;
 
 /// There are at most this many chunks, for their sums are merged one after the other.
 const CHUNKS_MAX: usize = 32;
@@ -14,13 +13,14 @@ const CHUNKS_MAX: usize = 32;
 /// Multiplications, about a twentieth of a millisecond, below which waking another thread costs more than it saves.
 const SPLIT_MIN: usize = 1 << 20;
 
-/// What an assignment needs beside the field; reused from call to call.
+/// What an assignment needs beside the level; reused from call to call.
 #[derive(Clone, Debug)]
 pub(super) struct Scratch {
     path: Path,
-    tiles: Tiles,
     rounded: Vec<f32>,
     partial: Vec<f64>,
+    values: Vec<f32>,
+    rivals: Vec<u32>,
 }
 
 impl Default for Scratch {
@@ -29,18 +29,18 @@ impl Default for Scratch {
     }
 }
 
-/// Sites, and what the nodes make of them.
+/// Sites, and what the points of a level make of them.
 #[derive(Clone, Debug, Default)]
 pub(super) struct State {
     /// Entries per site in `sites`: m filled up with zeros.
     pub stride: usize,
     /// p_i, site-major.
     pub sites: Vec<f64>,
-    /// Nearest site per node.
+    /// Nearest site per point, in the level's order.
     pub labels: Vec<u32>,
     /// Per site the sums of [`Chunk::cells`].
     pub cells: Vec<f64>,
-    /// F = Σ of the cells' energies.
+    /// F = Σ of the cells' energies, and what no site can take away.
     pub energy: f64,
 }
 
@@ -75,65 +75,98 @@ impl State {
 impl Scratch {
     /// Scratch for one compilation of the kernel.
     pub fn with_path(path: Path) -> Self {
-        Self { path, tiles: Tiles::default(), rounded: Vec::new(), partial: Vec::new() }
-    }
-
-    /// Takes up the coordinates of `field`; before the first [`Self::assign`] on it.
-    pub fn load(&mut self, field: &Field) {
-        self.tiles.load(field);
+        Self { path, rounded: Vec::new(), partial: Vec::new(), values: Vec::new(), rivals: Vec::new() }
     }
 
     /// Labels, cells and energy of `state.sites`.
-    pub fn assign(&mut self, field: &Field, state: &mut State) {
-        let nodes = field.nodes();
-        let entries = state.count() * (state.stride + CELL_HEAD);
-        let chunk = nodes.div_ceil(CHUNKS_MAX).next_multiple_of(TILE).max(CHUNK_MIN);
+    pub fn assign(&mut self, level: &Level, state: &mut State) {
+        let (groups, count) = (level.groups(), state.count());
+        let entries = count * (state.stride + CELL_HEAD);
+        let chunk = groups.div_ceil(CHUNKS_MAX).next_multiple_of(TILE).max(CHUNK_MIN);
+        let chunks = groups.div_ceil(chunk);
         self.partial.clear();
-        self.partial.resize(nodes.div_ceil(chunk) * entries, 0.0);
-        state.labels.resize(nodes, 0);
-        let sites = self.tiles.round(&state.sites, &mut self.rounded);
-        let sweep = Sweep { path: self.path, field, sites, tiles: &self.tiles, chunk, entries };
-        sweep.run(0, &mut state.labels, &mut self.partial);
+        self.partial.resize(chunks * entries, 0.0);
+        self.values.resize(chunks * count * TILE, 0.0);
+        self.rivals.resize(chunks * count, 0);
+        state.labels.resize(level.points(), 0);
+        let sites = level.round(&state.sites, &mut self.rounded);
+        let sweep = Sweep { path: self.path, level, sites, chunk, entries, count };
+        let (partial, values) = (&mut self.partial, &mut self.values[..chunks * count * TILE]);
+        let rivals = &mut self.rivals[..chunks * count];
+        let parts = Parts { labels: &mut state.labels, partial, values, rivals };
+        sweep.run(0, parts);
         merge(&self.partial, entries, state);
-        state.energy = (0..state.count()).map(|site| state.cell(site).1).sum();
+        state.energy = level.base + (0..count).map(|site| state.cell(site).1).sum::<f64>();
     }
 }
 
 /// One pass over all chunks.
 struct Sweep<'a> {
     path: Path,
-    field: &'a Field<'a>,
+    level: &'a Level,
     sites: Sites<'a>,
-    tiles: &'a Tiles,
-    /// Nodes per chunk.
+    /// Groups per chunk.
     chunk: usize,
     /// Sums per chunk.
     entries: usize,
+    /// Number of sites.
+    count: usize,
+}
+
+/// What some chunks write.
+struct Parts<'a> {
+    labels: &'a mut [u32],
+    partial: &'a mut [f64],
+    values: &'a mut [f32],
+    rivals: &'a mut [u32],
 }
 
 impl Sweep<'_> {
-    /// Chunks from number `first` on, as many as `partial` has room for; halves of them in parallel while that pays.
-    fn run(&self, first: usize, labels: &mut [u32], partial: &mut [f64]) {
-        let chunks = partial.len() / self.entries;
-        if chunks > 1 && labels.len() * self.entries >= SPLIT_MIN {
-            let half = chunks / 2;
-            let (labels, labels_rest) = labels.split_at_mut(half * self.chunk);
-            let (partial, partial_rest) = partial.split_at_mut(half * self.entries);
-            rayon::join(|| self.run(first, labels, partial), || self.run(first + half, labels_rest, partial_rest));
+    /// Chunks from number `first` on, as many as `parts` has room for; halves of them in parallel while that pays.
+    fn run(&self, first: usize, parts: Parts<'_>) {
+        let chunks = parts.partial.len() / self.entries;
+        if chunks <= 1 {
+            return self.chunk(first, parts);
+        }
+        let half = chunks / 2;
+        let (labels, labels_rest) = parts.labels.split_at_mut(self.place(first + half) - self.place(first));
+        let (partial, partial_rest) = parts.partial.split_at_mut(half * self.entries);
+        let (values, values_rest) = parts.values.split_at_mut(half * self.count * TILE);
+        let (rivals, rivals_rest) = parts.rivals.split_at_mut(half * self.count);
+        let left = Parts { labels, partial, values, rivals };
+        let right = Parts { labels: labels_rest, partial: partial_rest, values: values_rest, rivals: rivals_rest };
+        if chunks * self.chunk * self.entries >= SPLIT_MIN {
+            rayon::join(|| self.run(first, left), || self.run(first + half, right));
         } else {
-            let parts = labels.chunks_mut(self.chunk).zip(partial.chunks_exact_mut(self.entries));
-            parts.enumerate().for_each(|(index, (labels, cells))| self.chunk(first + index, labels, cells));
+            self.run(first, left);
+            self.run(first + half, right);
         }
     }
 
-    fn chunk(&self, index: usize, labels: &mut [u32], cells: &mut [f64]) {
-        let (m, stride, first, count) = (self.field.dimension(), self.sites.stride, index * self.chunk, labels.len());
+    /// The first point of chunk `index`.
+    fn place(&self, index: usize) -> usize {
+        self.level.offsets[(index * self.chunk).min(self.level.groups())] as usize
+    }
+
+    fn chunk(&self, index: usize, parts: Parts<'_>) {
+        let (level, stride) = (self.level, self.sites.stride);
+        let groups = index * self.chunk..((index + 1) * self.chunk).min(level.groups());
+        let points = self.place(index)..self.place(index + 1);
+        let lane = |group: usize| group * self.sites.dimension;
         let chunk = Chunk {
-            tiles: &self.tiles.lanes()[first * m..][..count.next_multiple_of(TILE) * m],
-            rows: &self.tiles.rows()[first * stride..][..count * stride],
-            mass: &self.field.mass()[first..][..count],
-            labels,
-            cells,
+            lanes: &level.lanes[lane(groups.start)..lane(groups.end.next_multiple_of(TILE))],
+            squares: &level.squares[groups.clone()],
+            radii: &level.radii[groups.clone()],
+            centres: &level.centres[groups.start * stride..groups.end * stride],
+            masses: &level.masses[groups.clone()],
+            inner: &level.inner[groups.clone()],
+            offsets: &level.offsets[groups.start..=groups.end],
+            rows: &level.rows[points.start * stride..points.end * stride],
+            mass: &level.mass[points],
+            labels: parts.labels,
+            cells: parts.partial,
+            values: parts.values,
+            rivals: parts.rivals,
         };
         kernel::assign(self.path, &self.sites, chunk);
     }

@@ -1,5 +1,6 @@
 //! The energy field that a diagram divides: masses on the nodes of a lifted lattice.
 
+use super::Clusters;
 use super::power::three_fifths;
 use crate::lift::Lift;
 
@@ -20,6 +21,7 @@ pub struct Field<'a> {
     volumes: &'a [f64],
     mean_density: f64,
     pinned: &'a [u32],
+    clusters: Option<&'a Clusters>,
 }
 
 /// Why masses are no field. Nodes are named by their index.
@@ -82,13 +84,23 @@ impl<'a> Field<'a> {
         for (mass, volume) in mass.iter_mut().zip(volumes) {
             *mass = mass.max(FLOOR * mean_density * volume);
         }
-        Ok(Self { lift, mass, volumes, mean_density, pinned: &[] })
+        Ok(Self { lift, mass, volumes, mean_density, pinned: &[], clusters: None })
     }
 
     /// The same with sites that stay where they are, on these nodes: the first of every diagram, as many as it has sites. They
     /// must be different nodes of the lattice.
     pub fn pinned(self, nodes: &'a [u32]) -> Self {
         Self { pinned: nodes, ..self }
+    }
+
+    /// The same with groups of the nodes, which spare work; other numbers of nodes' groups are not taken.
+    pub fn grouped(self, clusters: &'a Clusters) -> Self {
+        Self { clusters: Some(clusters).filter(|own| own.nodes() == Some(self.nodes())), ..self }
+    }
+
+    /// Groups of the nodes, if there are any.
+    pub(super) fn clusters(&self) -> Option<&'a Clusters> {
+        self.clusters
     }
 
     /// The same energy with other masses or another lift of the same nodes, which must be as [`Self::new`] wants them.
@@ -183,8 +195,9 @@ fn check_entries(lift: &Lift, volumes: &[f64], mass: &[f64]) -> Result<(), Field
     if let Some(node) = volumes.iter().position(|volume| !(volume.is_finite() && *volume > 0.0)) {
         return Err(FieldError::Volume { node, volume: volumes[node] });
     }
-    let finite = |values: &[f64]| values.iter().all(|value| value.is_finite());
-    let measure = |values: &[f64]| values.iter().all(|value| value.is_finite() && *value >= 0.0);
+    // Without an early exit, which would keep them from being vectorised.
+    let finite = |values: &[f64]| values.iter().fold(true, |good, value| good & value.is_finite());
+    let measure = |values: &[f64]| values.iter().fold(true, |good, value| good & (value.is_finite() & (*value >= 0.0)));
     let rows = finite(&lift.coordinates) && finite(&lift.first_moment);
     if rows && measure(&lift.second_moment) && measure(&lift.density) {
         return Ok(());

@@ -1,13 +1,16 @@
-//! Nearest sites, exactly: a tiled f32 sweep over all sites, and f64 wherever f32 cannot tell the nearest two apart.
+//! Nearest sites, exactly: a tiled f32 sweep of all sites over the groups' centres, and f64 for the points of a group that more than
+//! one site can be nearest to.
 //!
-//! Based on: S. Lloyd, *Least squares quantization in PCM* (1982), the assignment step by brute force. With f_i(v) =
-//! |p_i|² − 2 p_i·X_v the nearest site is argmin f_i; coordinates are centred and scaled to the unit ball, where
-//! rounding f_i in f32 costs at most (m + 4)·u·(|p_i|² + 2|p_i|), u = 2⁻²⁴. Where the smallest two lie closer than twice
-//! that, the node's distances are computed again in f64. So the labels are those of f64, ties to the lowest index.
+//! Based on: S. Lloyd, *Least squares quantization in PCM* (1982), the assignment step; C. Elkan, *Using the triangle inequality to
+//! accelerate k-means* (ICML 2003), for what it spares: with d the distance of a centre from its nearest site and r the group's
+//! radius, a site farther from the centre than d + 2r is no point's nearest. With f_i(v) = |p_i|² − 2 p_i·X_v distances are
+//! √(f_i + |X_v|²); coordinates are centred and scaled to the unit ball, where rounding f_i in f32 costs at most
+//! (m + 4)·u·(|p_i|² + 2|p_i|), u = 2⁻²⁴, and what is spared is chosen with twice that to spare. So the labels are those of
+//! f64, ties to the lowest index, whatever the groups are; a group that one site is left for is added as a whole.
 //!
 //! The same code is compiled twice, for the baseline and for AVX2 without fused multiply-add: equal bits from both.
 
-use super::tiles::TILE;
+use super::level::TILE;
 
 /// Entries of a cell's sums before its first moment: mass, energy and two that stay 0.
 pub(super) const CELL_HEAD: usize = LANES;
@@ -53,25 +56,41 @@ pub(super) struct Sites<'a> {
     pub exact: &'a [f64],
     /// |p_i|² and −2 p_i, centred and scaled, m + 1 per site.
     pub rounded: &'a [f32],
-    /// Smallest difference of two rounded f_i that proves which is smaller.
-    pub resolution: f32,
+    /// Twice the most by which a rounded f_i, or a rounded |centre|², is off.
+    pub resolution: f64,
 }
 
-/// Consecutive nodes, starting with a tile.
+/// Consecutive groups, starting with a tile, and their points.
 pub(super) struct Chunk<'a> {
-    /// Their tiles.
-    pub tiles: &'a [f32],
-    /// X_v, node-major; `stride` per node.
+    /// Tiles of the centres.
+    pub lanes: &'a [f32],
+    /// |centre|², centred and scaled.
+    pub squares: &'a [f32],
+    /// Distance of each group's farthest point from its centre, scaled.
+    pub radii: &'a [f32],
+    /// The centres; `stride` per group.
+    pub centres: &'a [f64],
+    /// w of each group.
+    pub masses: &'a [f64],
+    /// Σ w|X − centre|² of each group.
+    pub inner: &'a [f64],
+    /// Where each group begins among the points of the level, and the end of the last.
+    pub offsets: &'a [u32],
+    /// X of the points; `stride` per point.
     pub rows: &'a [f64],
-    /// w_v.
+    /// w of the points.
     pub mass: &'a [f64],
-    /// Out: nearest site.
+    /// Out: nearest site of each point.
     pub labels: &'a mut [u32],
     /// Out, added to: per site Σw, Σw|X − p|² and, after [`CELL_HEAD`], Σw(X − p); [`CELL_HEAD`] + `stride` per site.
     pub cells: &'a mut [f64],
+    /// Scratch: f_i of a tile, [`TILE`] per site.
+    pub values: &'a mut [f32],
+    /// Scratch: sites that may be nearest to a point of one group; one per site.
+    pub rivals: &'a mut [u32],
 }
 
-/// Labels the nodes of a chunk and adds up their cells.
+/// Labels the points of a chunk and adds up their cells.
 pub(super) fn assign(path: Path, sites: &Sites, chunk: Chunk) {
     match path.0 {
         Instructions::Baseline => assign_portable(sites, chunk),
@@ -90,40 +109,73 @@ fn assign_avx2(sites: &Sites, chunk: Chunk) {
 #[inline(always)]
 fn assign_portable(sites: &Sites, chunk: Chunk) {
     let (m, stride) = (sites.dimension, sites.stride);
-    for (tile, lanes) in chunk.tiles.chunks_exact(m * TILE).enumerate() {
-        let nearest = nearest(sites, lanes);
-        let first = tile * TILE;
-        for node in first..(first + TILE).min(chunk.labels.len()) {
-            let row = &chunk.rows[node * stride..][..stride];
-            let lane = node - first;
-            let clear = nearest.second[lane] - nearest.best[lane] > sites.resolution;
-            let label = if clear { nearest.site[lane] } else { nearest_exact(sites, row) };
-            chunk.labels[node] = label;
-            let site = &sites.exact[label as usize * stride..][..stride];
-            let cell = &mut chunk.cells[label as usize * (stride + CELL_HEAD)..][..stride + CELL_HEAD];
-            accumulate(row, site, chunk.mass[node], cell);
+    let Chunk {
+        lanes,
+        squares,
+        radii,
+        centres,
+        masses,
+        inner,
+        offsets,
+        rows,
+        mass,
+        labels,
+        cells,
+        values,
+        rivals: rivals_found,
+    } = chunk;
+    for (tile, lanes) in lanes.chunks_exact(m * TILE).enumerate() {
+        let nearest = sweep(sites, lanes, values);
+        let groups = tile * TILE..(tile * TILE + TILE).min(squares.len());
+        let mut reach = [f32::NEG_INFINITY; TILE];
+        for group in groups.clone() {
+            let lane = group % TILE;
+            reach[lane] = farthest_rival(nearest.best[lane], squares[group], radii[group], sites.resolution);
+        }
+        let rivals = count(values, &reach);
+        for group in groups {
+            let lane = group % TILE;
+            let own = (offsets[group] - offsets[0]) as usize..(offsets[group + 1] - offsets[0]) as usize;
+            if rivals[lane] <= 1 {
+                let label = nearest.site[lane];
+                labels[own].fill(label);
+                let (site, cell) = of_label(sites, label, cells);
+                accumulate(&centres[group * stride..][..stride], site, masses[group], cell);
+                cell[1] += inner[group];
+                continue;
+            }
+            let rivals = list(values, lane, reach[lane], rivals_found);
+            for point in own {
+                let row = &rows[point * stride..][..stride];
+                let label = nearest_exact(sites, row, rivals);
+                labels[point] = label;
+                let (site, cell) = of_label(sites, label, cells);
+                accumulate(row, site, mass[point], cell);
+            }
         }
     }
 }
 
-/// The smallest and second smallest f_i of a tile's nodes, and the site of the smallest.
+/// The smallest f_i at a tile's centres, and their sites.
 struct Nearest {
     best: [f32; TILE],
-    second: [f32; TILE],
     site: [u32; TILE],
 }
 
+/// Fills `values` with the f_i of a tile.
 #[inline(always)]
-fn nearest(sites: &Sites, lanes: &[f32]) -> Nearest {
-    let mut nearest = Nearest { best: [f32::INFINITY; TILE], second: [f32::INFINITY; TILE], site: [0; TILE] };
+fn sweep(sites: &Sites, lanes: &[f32], values: &mut [f32]) -> Nearest {
+    let mut nearest = Nearest { best: [f32::INFINITY; TILE], site: [0; TILE] };
     let (rows, _) = lanes.as_chunks::<TILE>();
-    for (site, terms) in sites.rounded.chunks_exact(sites.dimension + 1).enumerate() {
+    let (values, _) = values.as_chunks_mut::<TILE>();
+    for ((site, terms), out) in sites.rounded.chunks_exact(sites.dimension + 1).enumerate().zip(values) {
         let mut value = [terms[0]; TILE];
         for (row, &factor) in rows.iter().zip(&terms[1..]) {
             for (value, x) in value.iter_mut().zip(row) {
                 *value += factor * x;
             }
         }
+        *out = value;
         nearest = nearest.with(site as u32, &value);
     }
     nearest
@@ -134,11 +186,9 @@ impl Nearest {
     /// stores, which are slow.
     #[inline(always)]
     fn with(&self, site: u32, value: &[f32; TILE]) -> Self {
-        let mut next = Self { best: [0.0; TILE], second: [0.0; TILE], site: [0; TILE] };
+        let mut next = Self { best: [0.0; TILE], site: [0; TILE] };
         for (lane, &new) in value.iter().enumerate() {
-            let (best, second) = (self.best[lane], self.second[lane]);
-            let loser = if new < best { best } else { new };
-            next.second[lane] = if loser < second { loser } else { second };
+            let best = self.best[lane];
             next.best[lane] = if new < best { new } else { best };
             next.site[lane] = if new < best { site } else { self.site[lane] };
         }
@@ -146,17 +196,57 @@ impl Nearest {
     }
 }
 
-/// argmin |X − p_i|² in f64, ties to the lowest index.
+/// The largest f_i at which a site can still be nearest to a point of a group, where the nearest to its centre has f = `best`.
 #[inline(always)]
-fn nearest_exact(sites: &Sites, row: &[f64]) -> u32 {
+fn farthest_rival(best: f32, square: f32, radius: f32, resolution: f64) -> f32 {
+    let (best, square) = (f64::from(best), f64::from(square));
+    let distance = (best + square + resolution).max(0.0).sqrt() + 2.0 * f64::from(radius);
+    let value = (distance * distance * (1.0 + 1e-9) + resolution) - square;
+    (value as f32).next_up()
+}
+
+/// How many of the f_i of a tile are no larger than `reach`, lane by lane.
+#[inline(always)]
+fn count(values: &[f32], reach: &[f32; TILE]) -> [u32; TILE] {
+    let mut rivals = [0; TILE];
+    for value in values.as_chunks::<TILE>().0 {
+        for lane in 0..TILE {
+            rivals[lane] += u32::from(value[lane] <= reach[lane]);
+        }
+    }
+    rivals
+}
+
+/// The sites whose f at lane `lane` is within `reach`, ascending, listed in `found`.
+#[inline(always)]
+fn list<'a>(values: &[f32], lane: usize, reach: f32, found: &'a mut [u32]) -> &'a [u32] {
+    let mut count = 0;
+    for (site, value) in values.as_chunks::<TILE>().0.iter().enumerate() {
+        // Always written, kept if it counts: the branch would be a guess.
+        found[count.min(found.len() - 1)] = site as u32;
+        count += usize::from(value[lane] <= reach);
+    }
+    &found[..count]
+}
+
+/// argmin |X − p_i|² in f64 among `rivals`, ascending; ties to the first.
+#[inline(always)]
+fn nearest_exact(sites: &Sites, row: &[f64], rivals: &[u32]) -> u32 {
     let (mut best, mut label) = (f64::INFINITY, 0);
-    for (site, position) in sites.exact.chunks_exact(sites.stride).enumerate() {
-        let distance = square_distance(row, position);
+    for &site in rivals {
+        let distance = square_distance(row, &sites.exact[site as usize * sites.stride..][..sites.stride]);
         if distance < best {
-            (best, label) = (distance, site as u32);
+            (best, label) = (distance, site);
         }
     }
     label
+}
+
+/// Site `label` and the sums of its cell.
+#[inline(always)]
+fn of_label<'a>(sites: &'a Sites, label: u32, cells: &'a mut [f64]) -> (&'a [f64], &'a mut [f64]) {
+    let (stride, entries, label) = (sites.stride, sites.stride + CELL_HEAD, label as usize);
+    (&sites.exact[label * stride..][..stride], &mut cells[label * entries..][..entries])
 }
 
 /// |a − b|², summed in [`LANES`] interleaved parts so that it vectorises in a fixed order; zeros at the end of both do not

@@ -4,16 +4,18 @@
 //! number of sites). Results have the same bits for any number of threads and on any machine.
 
 mod assign;
+mod clusters;
 mod field;
 mod kernel;
+mod level;
 mod lloyd;
 mod power;
 mod start;
 #[cfg(test)]
 mod tests;
-mod tiles;
 mod workspace;
 
+pub use clusters::Clusters;
 pub use field::{FLOOR, Field, FieldError};
 pub use lloyd::ITERATIONS_MAX;
 pub(crate) use power::{cube_root, three_fifths};
@@ -62,8 +64,10 @@ pub struct Diagram {
     pub cell_energy: Vec<f64>,
     /// F = Σ_v w_v|X_v − p|², without the moments of the nodes' own cells.
     pub energy: f64,
-    /// F of the start and after each iteration; never rises.
+    /// F of the start, or of the sites that coarse levels ended with, and after each iteration on the nodes; never rises.
     pub history: Vec<f64>,
+    /// Iterations on coarser levels before that.
+    pub coarse_iterations: usize,
     /// Whether the tolerance was met before [`ITERATIONS_MAX`].
     pub converged: bool,
 }
@@ -100,7 +104,7 @@ impl Diagram {
         nearest.into_iter().map(|(_, node)| node).collect()
     }
 
-    /// Iterations taken.
+    /// Iterations taken on the nodes.
     pub fn iterations(&self) -> usize {
         self.history.len().saturating_sub(1)
     }
@@ -139,10 +143,17 @@ pub fn diagram_into(
 ) -> Result<(), Cancelled> {
     let sites = options.sites.clamp(1, field.nodes());
     let mut stream = Stream::new(options.seed, u64::from(options.start) << 32 | sites as u64);
-    workspace.scratch.load(field);
     workspace.start.draw(field, sites, &mut stream, &mut workspace.sites);
     workspace.current.set_sites(&workspace.sites, field.dimension());
-    diagram.converged = lloyd::descend(field, options, workspace, &mut diagram.history, token)?;
+    let levels = workspace.load(field, sites);
+    diagram.coarse_iterations = 0;
+    for index in (0..levels).rev() {
+        let (level, mut descent) = workspace.descent(index, field.pins().len());
+        diagram.converged = descent.run(level, options, index == 0, &mut diagram.history, token)?;
+        if index > 0 {
+            diagram.coarse_iterations += diagram.iterations();
+        }
+    }
     workspace.hand_over(field, diagram);
     Ok(())
 }
@@ -150,9 +161,9 @@ pub fn diagram_into(
 /// Exact labels of given sites (site-major, m each, at least one) and their energies E_i, without moving them.
 pub fn assign(field: &Field, sites: &[f64], workspace: &mut Workspace) -> Diagram {
     let mut diagram = Diagram::default();
-    workspace.scratch.load(field);
+    workspace.load(field, field.nodes());
     workspace.current.set_sites(sites, field.dimension());
-    workspace.scratch.assign(field, &mut workspace.current);
+    workspace.scratch.assign(&workspace.levels[0], &mut workspace.current);
     diagram.history.push(workspace.current.energy);
     diagram.converged = true;
     workspace.hand_over(field, &mut diagram);

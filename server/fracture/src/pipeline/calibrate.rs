@@ -28,7 +28,8 @@ pub fn calibrate(prepared: &Prepared, token: &Token) -> Result<f64, StrikeError>
         for mut energy in strain_energy(prepared, &impact, &mut workspace, token, &mut ())? {
             let body = &prepared.bodies[energy.body];
             let field = Field::new(prepared.lift(energy.body, LiftKind::Interior)?, &body.volumes, &mut energy.shares)
-                .map_err(|source| StrikeError::Field { body: energy.body, source })?;
+                .map_err(|source| StrikeError::Field { body: energy.body, source })?
+                .grouped(&body.clusters);
             let options = CurveOptions { sites_max: SITES_MAX, seed: sample, ..CurveOptions::default() };
             let mut curve = Curve::new(&field, options);
             curve.extend(&field, 0.0, &mut workspace.centroidal, token)?;

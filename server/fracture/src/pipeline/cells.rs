@@ -74,7 +74,9 @@ pub fn divide(
                 let shape = &prepared.bodies[verdict.bodies[struck]].slenderness;
                 degree::closed_form(field, shape, verdict.gammas[struck])
             };
-            let wishes: Vec<f64> = fields.iter().enumerate().map(wish).collect();
+            // One body takes them all, whatever it wishes.
+            let wishes: Vec<f64> =
+                if fields.len() > 1 { fields.iter().enumerate().map(wish).collect() } else { vec![1.0] };
             let sites = shared_out(count, &wishes);
             watch.leave(Stage::Degree, 0);
             let cells = diagrams(strike, &sites, fields, workspace, token, watch)?;

@@ -143,7 +143,8 @@ pub fn examples(
     for mut energy in energies {
         let (body, interior) = (&prepared.bodies[energy.body], prepared.lift(energy.body, LiftKind::Interior)?);
         let field = Field::new(interior, &body.volumes, &mut energy.shares)
-            .map_err(|source| StrikeError::Field { body: energy.body, source })?;
+            .map_err(|source| StrikeError::Field { body: energy.body, source })?
+            .grouped(&body.clusters);
         let mut curve = |starts: u64| -> Result<(Vec<Point>, Vec<u32>), StrikeError> {
             let seed = Stream::new(seed ^ index, starts).bits();
             let mut curve = Curve::new(&field, CurveOptions { sites_max: SITES_MAX, seed, ..CurveOptions::default() });

@@ -22,12 +22,12 @@ impl Prepared {
 impl Body {
     /// Bytes that the body holds. Everything is named, so that what is added to a body is not forgotten here.
     pub fn bytes(&self) -> usize {
-        let Self { crack, solid, interior, surface_diffusion, euclidean, volumes, topology, .. } = self;
+        let Self { crack, solid, interior, surface_diffusion, euclidean, volumes, topology, clusters, .. } = self;
         let Self { slenderness: _, boundary, warped, outer, bound, .. } = self;
         let lifts = [interior, surface_diffusion].into_iter().flatten().map(lift).sum::<usize>() + lift(euclidean);
         let lifts = lifts + warped.as_ref().map_or(0, Warped::bytes);
         let looks = outer.as_ref().map_or(0, Outer::bytes);
-        let own = lattice(crack) + looks + topology.bytes() + boundary.bytes() + held(volumes);
+        let own = lattice(crack) + looks + topology.bytes() + clusters.bytes() + boundary.bytes() + held(volumes);
         let own = own + bound.as_ref().map_or(0, Bound::bytes);
         own + lifts + solid.as_ref().map_or(0, Solid::bytes)
     }

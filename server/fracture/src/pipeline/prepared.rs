@@ -1,6 +1,7 @@
 //! Everything that depends on the object alone: built by baking, loaded at start-up, shared and never changed.
 
 use super::{Bound, ElasticRequest, Example, Held, Impact, Learned, Reduction, Strike, StrikeError, Warped};
+use crate::centroidal::Clusters;
 use crate::degree::Slenderness;
 use crate::elasticity::{Boundary, Elasticity, ElasticityError, Reduced};
 use crate::lattice::{Lattice, Transfer};
@@ -133,6 +134,8 @@ pub struct Body {
     pub volumes: Vec<f64>,
     /// Edges, faces and boundary of the crack lattice.
     pub topology: Topology,
+    /// Groups of its nodes, for diagrams.
+    pub clusters: Clusters,
     /// Thickness and section, for the closed form.
     pub slenderness: Slenderness,
     /// Surface of the crack lattice: which body a contact is nearest to.
@@ -148,10 +151,12 @@ pub struct Body {
 impl Body {
     /// Derives everything that follows from the crack lattice; without elasticity and lifts, which whoever has them adds.
     pub fn new(crack: Lattice) -> Self {
+        let topology = Topology::new(&crack);
         Self {
+            clusters: Clusters::new(topology.nodes, |node| topology.neighbours(node)),
             euclidean: Lift::euclidean(&crack),
             volumes: crack.node_volumes(),
-            topology: Topology::new(&crack),
+            topology,
             slenderness: Slenderness::of(&crack),
             boundary: Boundary::new(&crack),
             solid: None,

@@ -96,8 +96,9 @@ fn fields<'a>(
 ) -> Result<Vec<Field<'a>>, StrikeError> {
     let field = |(energy, shares): (&BodyEnergy, &'a mut Vec<f64>)| {
         let body = &prepared.bodies[energy.body];
-        Field::new(prepared.lift(energy.body, strike.lift)?, &body.volumes, shares)
-            .map_err(|source| StrikeError::Field { body: energy.body, source })
+        let field = Field::new(prepared.lift(energy.body, strike.lift)?, &body.volumes, shares);
+        let field = field.map_err(|source| StrikeError::Field { body: energy.body, source })?;
+        Ok(field.grouped(&body.clusters))
     };
     energies.iter().zip(shares).map(field).collect()
 }

@@ -1,6 +1,5 @@
 //! What a diagram must not depend on.
 
-use super::super::assign::Scratch;
 use super::*;
 
 #[test]

@@ -1,9 +1,11 @@
 //! Properties that every diagram has, and the fields they are tried on.
 
+mod grouped;
 mod hard;
 mod invariance;
 mod yardstick;
 
+use super::assign::Scratch;
 use super::kernel::{Path, square_distance};
 use super::*;
 use crate::lattice::{Lattice, block};

@@ -1,0 +1,72 @@
+//! Groups of nodes spare work; they change no label of given sites, and little of where sites end.
+
+use super::*;
+use crate::tessellation::Topology;
+
+/// A generic case of 12,000 nodes, and groups of them.
+fn grouped(m: usize) -> (Case, Clusters) {
+    let lattice = block([16, 14, 12], 0.06);
+    let topology = Topology::new(&lattice);
+    let energy = |node: &Point3<f64>| 1.0 / ((node - Point3::new(0.3, 0.21, 0.14)).norm_squared() + 0.01);
+    (Case::new(&lattice, wavy(&lattice, m), energy), Clusters::new(topology.nodes, |node| topology.neighbours(node)))
+}
+
+#[test]
+fn groups_change_no_label_of_given_sites() {
+    for (m, sites) in [(3, 7), (8, 60), (19, 50), (19, 300)] {
+        let (mut case, clusters) = grouped(m);
+        let start = case.diagram(Options { tolerance: 0.1, ..Options::new(sites, 3) });
+        let field = Field::new(&case.lift, &case.volumes, &mut case.mass).unwrap();
+        let plain = assign(&field, &start.sites, &mut Workspace::default());
+        let spared = assign(&field.grouped(&clusters), &start.sites, &mut Workspace::default());
+        assert!(plain.labels == spared.labels, "m = {m}, {sites} sites");
+        assert!((plain.energy - spared.energy).abs() <= 1e-13 * plain.energy);
+        check(&field, &Options::new(sites, 3), &spared);
+    }
+}
+
+#[test]
+fn coarse_levels_end_as_low_as_the_nodes_alone() {
+    let mut ratios = Vec::new();
+    for (seed, sites) in [(1, 10), (2, 10), (3, 25), (4, 50), (5, 50), (6, 100)] {
+        let (mut case, clusters) = grouped(19);
+        let field = Field::new(&case.lift, &case.volumes, &mut case.mass).unwrap();
+        let options = Options::new(sites, seed);
+        let run = |field: &Field| diagram(field, &options, &mut Workspace::default(), &Token::default()).unwrap();
+        let (plain, coarse) = (run(&field), run(&field.grouped(&clusters)));
+        check(&field, &options, &coarse);
+        println!(
+            "{sites} sites: {} iterations alone, {} after {} coarse ones, energy {:.4}",
+            plain.iterations(),
+            coarse.iterations(),
+            coarse.coarse_iterations,
+            coarse.energy / plain.energy
+        );
+        assert!(coarse.coarse_iterations > 0 && coarse.iterations() < plain.iterations());
+        ratios.push(coarse.energy / plain.energy);
+    }
+    let mean = ratios.iter().sum::<f64>() / ratios.len() as f64;
+    assert!((mean - 1.0).abs() < 0.02, "{ratios:?}");
+}
+
+#[test]
+fn groups_of_another_lattice_are_not_taken() {
+    let (mut case, _) = grouped(3);
+    let (clusters, wanted) = (Clusters::new(500, |_| &[]), Options::new(9, 2));
+    let plain = case.diagram(wanted);
+    let field = Field::new(&case.lift, &case.volumes, &mut case.mass).unwrap().grouped(&clusters);
+    assert!(plain == diagram(&field, &wanted, &mut Workspace::default(), &Token::default()).unwrap());
+}
+
+#[test]
+fn threads_and_instructions_do_not_change_a_bit_of_grouped_diagrams() {
+    let (mut case, clusters) = grouped(19);
+    let field = Field::new(&case.lift, &case.volumes, &mut case.mass).unwrap().grouped(&clusters);
+    let run = |threads, path| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let mut workspace = Workspace { scratch: Scratch::with_path(path), ..Workspace::default() };
+        pool.install(|| diagram(&field, &Options::new(60, 11), &mut workspace, &Token::default()).unwrap())
+    };
+    let one = run(1, Path::detect());
+    assert!(one == run(2, Path::detect()) && one == run(4, Path::baseline()));
+}

@@ -1,0 +1,98 @@
+//! Where the time of a strike within a frame goes: whole strikes with emission, in turn over impacts spread over the object, by stage.
+//! `cargo bench --bench frame` bakes a generated statue with examples; `SHATTER_BENCH_DATABASE` names a database to use instead.
+
+use nalgebra::Point3;
+use shatter_fracture::database::{bake, load};
+use shatter_fracture::pipeline::{self, DegreeRequest, Prepared, Stage, Strike, Watch, Workspace};
+use shatter_fracture::scene::Effect;
+use shatter_fracture::surface::shapes;
+use shatter_fracture::token::Token;
+use shatter_tests::real;
+use std::time::Instant;
+
+const SITES: u32 = 50;
+const IMPACTS: usize = 16;
+const ROUNDS: usize = 12;
+
+/// Milliseconds by stage of one strike.
+#[derive(Default)]
+struct Clock {
+    spent_ms: [f64; Stage::ALL.len()],
+    begun: Option<Instant>,
+}
+
+impl Watch for Clock {
+    fn enter(&mut self, _: Stage) {
+        self.begun = Some(Instant::now());
+    }
+
+    fn leave(&mut self, stage: Stage, _: u64) {
+        self.spent_ms[stage as usize] += self.begun.take().map_or(0.0, |begun| begun.elapsed().as_secs_f64() * 1e3);
+    }
+
+    fn begin(&mut self, _: Effect) {}
+    fn end(&mut self, _: Effect, _: u64) {}
+    fn part(&mut self, _: Effect, _: u64) {}
+}
+
+fn prepared() -> Prepared {
+    match std::env::var_os("SHATTER_BENCH_DATABASE") {
+        Some(path) => load(path.as_ref()).unwrap(),
+        None => bake(shapes::statue(), &real::request("statue", "ceramic"), &Token::default(), &mut |_| ()).unwrap(),
+    }
+}
+
+/// Impacts on nodes of the surface, inwards.
+fn strikes(prepared: &Prepared) -> Vec<Strike> {
+    let body = &prepared.bodies[0];
+    let nodes = &body.topology.boundary_nodes;
+    let centre =
+        body.crack.nodes.iter().map(|node| node.coords).sum::<nalgebra::Vector3<f64>>() / body.crack.nodes.len() as f64;
+    let strike = |impact: usize| {
+        let node = nodes[(2 * impact + 1) * nodes.len() / (2 * IMPACTS)];
+        let point: Point3<f64> = body.crack.nodes[node as usize];
+        let blow = Strike::at(prepared.frame.to_metres(&point), centre - point.coords);
+        Strike { degree: DegreeRequest::Sites(SITES), seed: impact as u64, ..blow }
+    };
+    (0..IMPACTS).map(strike).collect()
+}
+
+fn main() {
+    let prepared = prepared();
+    println!(
+        "{}: {} elastic nodes, {} crack nodes, {SITES} sites",
+        prepared.name,
+        prepared.elastic_nodes(),
+        prepared.crack_nodes()
+    );
+    let (strikes, token, mut workspace) = (strikes(&prepared), Token::default(), Workspace::default());
+    let (mut stages, mut totals, mut emitted) = (vec![Vec::new(); Stage::ALL.len()], Vec::new(), Vec::new());
+    let (mut positions, mut indices, mut merges) = (Vec::new(), Vec::new(), Vec::new());
+    for round in 0..=ROUNDS {
+        for strike in &strikes {
+            let mut clock = Clock::default();
+            let begun = Instant::now();
+            let outcome = pipeline::strike(&prepared, strike, &mut workspace, &token, &mut clock).unwrap();
+            let pieces = outcome.pieces.unwrap();
+            let emission = Instant::now();
+            positions.resize(pieces.counts.vertices, [0.0; 3]);
+            indices.resize(pieces.counts.indices, 0);
+            merges.resize(pieces.counts.merges, [0; 2]);
+            pieces.emit(&mut positions, &mut indices, &mut merges).unwrap();
+            drop(pieces);
+            if round > 0 {
+                emitted.push(emission.elapsed().as_secs_f64() * 1e3);
+                totals.push(begun.elapsed().as_secs_f64() * 1e3);
+                stages.iter_mut().zip(clock.spent_ms).for_each(|(all, own)| all.push(own));
+            }
+        }
+    }
+    let told = |name: &str, values: &mut Vec<f64>| {
+        values.sort_by(f64::total_cmp);
+        let at = |share: f64| values[((values.len() - 1) as f64 * share) as usize];
+        println!("{name:14} least {:7.3}  p50 {:7.3}  p99 {:7.3} ms", values[0], at(0.5), at(0.99));
+    };
+    Stage::ALL.iter().zip(&mut stages).for_each(|(stage, all)| told(stage.name(), all));
+    told("emission", &mut emitted);
+    told("whole", &mut totals);
+}
