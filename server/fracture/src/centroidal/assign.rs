@@ -1,8 +1,9 @@
 //! One assignment of all points of a level, in parallel: fixed chunks, merged in their order, so that the sums have the same bits for
 //! any number of threads.
 
-use super::kernel::{self, CELL_HEAD, Chunk, LANES, Path, Sites};
+use super::kernel::{self, CELL_HEAD, Chunk, Path, Sites};
 use super::level::{Level, TILE};
+use super::vector::LANES;
 
 /// Chunks hold at least this many groups, a multiple of [`TILE`].
 const CHUNK_MIN: usize = 16 * TILE;

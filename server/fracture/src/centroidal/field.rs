@@ -139,7 +139,8 @@ impl<'a> Field<'a> {
     }
 
     /// The mean of |X − p|² over node v's cell: |X_v − p|² + 2 b_v·(X_v − p) + m_v, without the first term.
-    pub(crate) fn cell_moment(&self, node: usize, site: &[f64]) -> f64 {
+    #[cfg(test)]
+    pub(super) fn cell_moment(&self, node: usize, site: &[f64]) -> f64 {
         let offset = &self.lift.first_moment[node * self.lift.dimension..][..self.lift.dimension];
         let lever: f64 = self.lift.at(node).iter().zip(site).zip(offset).map(|((x, p), b)| (x - p) * b).sum();
         2.0 * lever + self.lift.second_moment[node]

@@ -11,12 +11,10 @@
 //! The same code is compiled twice, for the baseline and for AVX2 without fused multiply-add: equal bits from both.
 
 use super::level::TILE;
+use super::vector::{LANES, square_distance};
 
 /// Entries of a cell's sums before its first moment: mass, energy and two that stay 0.
 pub(super) const CELL_HEAD: usize = LANES;
-
-/// Rows of f64 are filled up with zeros to a multiple of this.
-pub(super) const LANES: usize = 4;
 
 /// Which compilation of the kernel runs. The AVX2 one cannot be made where the processor lacks it.
 #[derive(Clone, Copy, Debug)]
@@ -247,25 +245,6 @@ fn nearest_exact(sites: &Sites, row: &[f64], rivals: &[u32]) -> u32 {
 fn of_label<'a>(sites: &'a Sites, label: u32, cells: &'a mut [f64]) -> (&'a [f64], &'a mut [f64]) {
     let (stride, entries, label) = (sites.stride, sites.stride + CELL_HEAD, label as usize);
     (&sites.exact[label * stride..][..stride], &mut cells[label * entries..][..entries])
-}
-
-/// |a − b|², summed in [`LANES`] interleaved parts so that it vectorises in a fixed order; zeros at the end of both do not
-/// change a bit.
-#[inline(always)]
-pub(super) fn square_distance(a: &[f64], b: &[f64]) -> f64 {
-    let mut parts = [0.0; LANES];
-    let (a, a_rest) = a.as_chunks::<LANES>();
-    let (b, b_rest) = b.as_chunks::<LANES>();
-    for (a, b) in a.iter().zip(b) {
-        for lane in 0..LANES {
-            let offset = a[lane] - b[lane];
-            parts[lane] += offset * offset;
-        }
-    }
-    for ((part, a), b) in parts.iter_mut().zip(a_rest).zip(b_rest) {
-        *part += (a - b) * (a - b);
-    }
-    (parts[0] + parts[1]) + (parts[2] + parts[3])
 }
 
 /// Adds a node to its cell.

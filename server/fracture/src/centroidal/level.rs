@@ -4,7 +4,8 @@
 
 use super::Field;
 use super::clusters::Groups;
-use super::kernel::{LANES, Sites, square_distance};
+use super::kernel::Sites;
+use super::vector::{LANES, square_distance};
 
 /// Groups per tile.
 pub(super) const TILE: usize = 16;

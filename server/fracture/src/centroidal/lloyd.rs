@@ -11,8 +11,8 @@
 
 use super::Options;
 use super::assign::{Scratch, State};
-use super::kernel::square_distance;
 use super::level::Level;
+use super::vector::square_distance;
 use crate::token::{Cancelled, Token};
 
 /// ω. At the default tolerance, 50 sites on 12k nodes and m = 16, 1.8 needs 12 iterations and ends 1.1 % above the best

@@ -13,6 +13,7 @@ mod power;
 mod start;
 #[cfg(test)]
 mod tests;
+mod vector;
 mod workspace;
 
 pub use clusters::Clusters;

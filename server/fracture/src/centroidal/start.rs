@@ -9,7 +9,7 @@
 //! the excess energy of the former from a tenth to half a millisecond more, less than the latter in a tenth of its time.
 
 use super::Field;
-use super::kernel::square_distance;
+use super::vector::square_distance;
 use crate::random::Stream;
 
 /// Part of the way to another candidate by which a site is moved off its node. Sites at nodes of a regular lattice have

@@ -1,7 +1,6 @@
 //! Memory that diagrams are made in.
 
 use super::assign::{Scratch, State};
-use super::kernel::LANES;
 use super::level::Level;
 use super::lloyd::Descent;
 use super::{Diagram, Field, start};
@@ -19,6 +18,8 @@ pub struct Workspace {
     pub(super) current: State,
     /// The state tried next, or the one before.
     pub(super) trial: State,
+    /// Σ w(X − p) b of each cell by coordinate, b the first moments of the nodes' own cells.
+    pub(super) moments: Vec<f64>,
 }
 
 /// Points per site that a level needs, to begin on.
@@ -47,7 +48,7 @@ impl Workspace {
     }
 
     /// Copies the state reached into `diagram` and adds the moments of the nodes' own cells.
-    pub(super) fn hand_over(&self, field: &Field, diagram: &mut Diagram) {
+    pub(super) fn hand_over(&mut self, field: &Field, diagram: &mut Diagram) {
         let (current, m) = (&self.current, field.dimension());
         diagram.dimension = m;
         diagram.sites.clear();
@@ -62,28 +63,20 @@ impl Workspace {
         self.add_moments(field, diagram);
     }
 
-    /// Adds Σ w(2 b·(X − p) + m) to each cell's energy.
-    fn add_moments(&self, field: &Field, diagram: &mut Diagram) {
+    /// Adds Σ w(2 b·(X − p) + m) to each cell's energy: by coordinate, and these added up at the end.
+    fn add_moments(&mut self, field: &Field, diagram: &mut Diagram) {
         let (m, lift) = (field.dimension(), field.lift());
+        self.moments.clear();
+        self.moments.resize(diagram.count() * m, 0.0);
         let nodes = lift.coordinates.chunks_exact(m).zip(lift.first_moment.chunks_exact(m)).zip(&lift.second_moment);
-        for (((place, offset), second), (&label, &mass)) in nodes.zip(diagram.labels.iter().zip(field.mass())) {
-            let site = &diagram.sites[label as usize * m..][..m];
-            diagram.cell_energy[label as usize] += mass * (2.0 * lever(place, site, offset) + second);
+        for (((place, offset), second), (&label, mass)) in nodes.zip(diagram.labels.iter().zip(field.mass())) {
+            let sums = &mut self.moments[label as usize * m..][..m];
+            let levers = place.iter().zip(&diagram.sites[label as usize * m..][..m]).zip(offset);
+            sums.iter_mut().zip(levers).for_each(|(sum, ((x, p), b))| *sum += mass * ((x - p) * b));
+            diagram.cell_energy[label as usize] += mass * second;
+        }
+        for (energy, sums) in diagram.cell_energy.iter_mut().zip(self.moments.chunks_exact(m)) {
+            *energy += 2.0 * sums.iter().sum::<f64>();
         }
     }
-}
-
-/// (X − p)·b, summed in [`LANES`] interleaved parts.
-fn lever(place: &[f64], site: &[f64], offset: &[f64]) -> f64 {
-    let mut parts = [0.0; LANES];
-    let (places, place_rest) = place.as_chunks::<LANES>();
-    let (sites, site_rest) = site.as_chunks::<LANES>();
-    let (offsets, offset_rest) = offset.as_chunks::<LANES>();
-    for ((x, p), b) in places.iter().zip(sites).zip(offsets) {
-        (0..LANES).for_each(|lane| parts[lane] += (x[lane] - p[lane]) * b[lane]);
-    }
-    for ((part, (x, p)), b) in parts.iter_mut().zip(place_rest.iter().zip(site_rest)).zip(offset_rest) {
-        *part += (x - p) * b;
-    }
-    (parts[0] + parts[1]) + (parts[2] + parts[3])
 }

@@ -35,8 +35,15 @@ pub fn first_moment(field: &Field) -> f64 {
         total += mass;
     }
     centre.iter_mut().for_each(|sum| *sum /= total);
-    let square = |node: usize| field.lift().at(node).iter().zip(&centre).map(|(x, c)| (x - c) * (x - c)).sum::<f64>();
-    field.mass().iter().enumerate().map(|(node, mass)| mass * (square(node) + field.cell_moment(node, &centre))).sum()
+    // By coordinate, and these added up at the end: |X − c|² + 2 b·(X − c) is the sum of (X − c)(X − c + 2 b).
+    let (mut parts, mut own) = (vec![0.0; m], 0.0);
+    for (node, mass) in field.mass().iter().enumerate() {
+        let offset = &field.lift().first_moment[node * m..][..m];
+        let places = field.lift().at(node).iter().zip(&centre).zip(offset);
+        parts.iter_mut().zip(places).for_each(|(sum, ((x, c), b))| *sum += mass * ((x - c) * ((x - c) + (b + b))));
+        own += mass * field.lift().second_moment[node];
+    }
+    parts.iter().sum::<f64>() + own
 }
 
 /// How evenly the energy is spread, ∫(W/W̄)^(3/5) over the volume: 1 for a uniform field, less the more it is concentrated.

@@ -55,12 +55,12 @@ pub fn strike_again(
     let parent = Parent::new(prepared, (old, label, fragment), strike, token, watch);
     watch.leave(Stage::Load, 0);
     let parent = &parent?;
-    walk(&parent.prepared, strike, workspace, token, watch, |broken, watch| {
+    walk(&parent.prepared, strike, workspace, token, watch, |broken, scratch, watch| {
         let cells = broken.division.cells.first().ok_or(StrikeError::OtherObject)?;
         token.check()?;
         let volume = old.volumes[label as usize];
         let skin = worn.map(|worn| Arc::new(worn.of(fragment)));
-        Children { prepared, body, old, volume, skin, parent, broken, cells }.pieces(token, watch)
+        Children { prepared, body, old, volume, skin, parent, broken, cells }.pieces(scratch, token, watch)
     })
 }
 
@@ -80,9 +80,13 @@ struct Children<'a> {
 }
 
 impl Children<'_> {
-    fn pieces(&self, token: &Token, watch: &mut dyn Watch) -> Result<Pieces, StrikeError> {
-        let strike = self.broken.strike;
-        let (mut cut, mut workspace) = (Cut::default(), tessellation::Workspace::default());
+    fn pieces(
+        &self,
+        workspace: &mut tessellation::Workspace,
+        token: &Token,
+        watch: &mut dyn Watch,
+    ) -> Result<Pieces, StrikeError> {
+        let (strike, mut cut) = (self.broken.strike, self.broken.spare.take());
         watch.enter(Stage::Labels);
         let children = self.label(&mut cut);
         watch.leave(Stage::Labels, size_of_val(cut.components.labels.as_slice()) as u64);
@@ -92,16 +96,17 @@ impl Children<'_> {
         let of_fragment = self.sites_of(&cut.components.sites);
         let sites = Sites { lift: &lift, coordinates: &self.cells.diagram.sites, of_fragment: &of_fragment };
         let fixed = seam(&self.body.crack, &self.body.topology, old, &cut.components.labels, sites);
-        self.tessellate(&mut cut, children, &lift, fixed, &mut workspace)?;
+        self.tessellate(&mut cut, children, &lift, fixed, workspace)?;
         watch.leave(Stage::Tessellation, size_of_val(cut.tessellation.runs()) as u64);
         watch.enter(Stage::Fragments);
         if strike.effects.has(Effect::Slivers) {
             watch.begin(Effect::Slivers);
-            let bytes = self.merge_slivers(&mut cut, &lift, &mut workspace)?;
+            let bytes = self.merge_slivers(&mut cut, &lift, workspace)?;
             watch.end(Effect::Slivers, bytes);
         }
         watch.leave(Stage::Fragments, size_of_val(cut.measured.as_slice()) as u64);
-        let pieces = cut.into_pieces(self.old.body, |site| self.broken.energy_j_m2(self.cells, site));
+        let pieces =
+            cut.into_pieces(self.old.body, self.broken.spare, |site| self.broken.energy_j_m2(self.cells, site));
         let mut velocities = Vec::new();
         if strike.effects.has(Effect::Release) {
             watch.begin(Effect::Release);

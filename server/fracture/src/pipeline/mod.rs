@@ -29,6 +29,7 @@ mod sample;
 mod settle;
 mod skins;
 mod slivers;
+mod spare;
 mod stage;
 mod strike;
 mod threshold;

@@ -4,6 +4,7 @@ use super::cells::{BodyCells, Division};
 use super::hulls::Hulls;
 use super::outputs::{bond_count, debris_count};
 use super::release::{self, Velocity};
+use super::spare::Spare;
 use super::{
     BodyEnergy, Bond, Counts, FragmentRow, Looks, OUTER, Prepared, RunRow, Skins, Stage, Strike, StrikeError, WORLD,
     Watch, slivers, world,
@@ -16,6 +17,7 @@ use crate::surface::Frame;
 use crate::tessellation::{Components, FixedPoints, Points, Sites, Tessellation, Transform, Workspace};
 use crate::token::Token;
 use nalgebra::Point3;
+use std::mem::take;
 
 /// The meshes of one body, whole or broken, or of one fragment that was struck again.
 pub(super) struct BodyPieces {
@@ -30,6 +32,16 @@ pub(super) struct BodyPieces {
     pub(super) sites: Vec<u32>,
     centres: Vec<Point3<f64>>,
     energies_j_m2: Vec<f64>,
+    /// Where its memory goes.
+    spare: Spare,
+}
+
+impl Drop for BodyPieces {
+    fn drop(&mut self) {
+        let components = Components::from_memory(take(&mut self.labels), take(&mut self.sites));
+        let (points, tessellation) = (take(&mut self.points), take(&mut self.tessellation));
+        self.spare.give(Cut { components, points, tessellation, measured: take(&mut self.properties) });
+    }
 }
 
 /// The meshes of all bodies, ready to be emitted: their size is known to the byte.
@@ -67,19 +79,24 @@ pub(super) struct Broken<'a> {
     pub energies: &'a [BodyEnergy],
     pub fields: &'a [Field<'a>],
     pub division: &'a Division,
+    pub spare: &'a Spare,
 }
 
 impl Pieces {
     /// Cuts every body: those with cells along them, the others stay whole.
-    pub(super) fn new(broken: Broken<'_>, token: &Token, watch: &mut dyn Watch) -> Result<Self, StrikeError> {
+    pub(super) fn new(
+        broken: Broken<'_>,
+        workspace: &mut Workspace,
+        token: &Token,
+        watch: &mut dyn Watch,
+    ) -> Result<Self, StrikeError> {
         let Broken { prepared, strike, .. } = broken;
-        let mut workspace = Workspace::default();
         let mut bodies: Vec<BodyPieces> = Vec::with_capacity(prepared.bodies.len());
         let (mut velocities, mut world, mut first) = (Vec::new(), Vec::new(), 0);
         let held = prepared.held(strike.effects)?;
         for (index, body) in prepared.bodies.iter().enumerate() {
             token.check()?;
-            let pieces = broken.cut(index, &mut workspace, watch)?;
+            let pieces = broken.cut(index, workspace, watch)?;
             let held = held.filter(|held| held.body(index).is_some());
             let ties = |held| world::bonds(&pieces, &body.crack, held, &prepared.frame);
             if let Some(held) = held.filter(|_| strike.effects.has(Effect::Bonds)) {
@@ -240,11 +257,12 @@ pub(super) struct Cut {
 
 impl Cut {
     /// The pieces of body `body`, by the energy of a site, J·m².
-    pub fn into_pieces(self, body: usize, energy_j_m2: impl Fn(u32) -> f64) -> BodyPieces {
+    pub fn into_pieces(self, body: usize, spare: &Spare, energy_j_m2: impl Fn(u32) -> f64) -> BodyPieces {
         let Self { components, points, tessellation, measured } = self;
         let energies_j_m2 = components.sites.iter().take(measured.len()).map(|&site| energy_j_m2(site)).collect();
         BodyPieces {
             body,
+            spare: spare.clone(),
             tessellation,
             points,
             energies_j_m2,
@@ -285,7 +303,7 @@ impl Broken<'_> {
     fn cut(&self, index: usize, workspace: &mut Workspace, watch: &mut dyn Watch) -> Result<BodyPieces, StrikeError> {
         let body = &self.prepared.bodies[index];
         let cells = self.cells(index);
-        let mut cut = Cut::default();
+        let mut cut = self.spare.take();
         watch.enter(Stage::Labels);
         let whole = vec![0; body.crack.nodes.len()];
         cut.components.split(&body.topology, cells.map_or(&whole, |cells| &cells.diagram.labels));
@@ -301,7 +319,7 @@ impl Broken<'_> {
             watch.end(Effect::Slivers, bytes);
         }
         watch.leave(Stage::Fragments, size_of_val(cut.measured.as_slice()) as u64);
-        Ok(cut.into_pieces(index, |site| cells.map_or(0.0, |cells| self.energy_j_m2(cells, site))))
+        Ok(cut.into_pieces(index, self.spare, |site| cells.map_or(0.0, |cells| self.energy_j_m2(cells, site))))
     }
 
     /// Energy of a cell, J·m².

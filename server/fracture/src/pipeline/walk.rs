@@ -13,6 +13,7 @@ use crate::centroidal::Field;
 use crate::degree;
 use crate::lift::LiftKind;
 use crate::scene::Effect;
+use crate::tessellation;
 use crate::token::Token;
 
 /// An impact goes in, fragments come out. Stage names are told to `watch`; `token` may stop the work at any checkpoint.
@@ -25,7 +26,7 @@ pub fn strike(
     token: &Token,
     watch: &mut dyn Watch,
 ) -> Result<Outcome, StrikeError> {
-    walk(prepared, strike, workspace, token, watch, |broken, watch| Pieces::new(broken, token, watch))
+    walk(prepared, strike, workspace, token, watch, |broken, scratch, watch| Pieces::new(broken, scratch, token, watch))
 }
 
 /// The walk up to the cells, which `cut` makes pieces of.
@@ -35,7 +36,7 @@ pub(super) fn walk(
     workspace: &mut Workspace,
     token: &Token,
     watch: &mut dyn Watch,
-    cut: impl FnOnce(Broken<'_>, &mut dyn Watch) -> Result<Pieces, StrikeError>,
+    cut: impl FnOnce(Broken<'_>, &mut tessellation::Workspace, &mut dyn Watch) -> Result<Pieces, StrikeError>,
 ) -> Result<Outcome, StrikeError> {
     let strike = &strike.planned();
     let gamma_j_m2 = check(prepared, strike)?;
@@ -82,8 +83,9 @@ pub(super) fn walk(
     let followed = warped::followed(prepared, strike, &energies, &fields, &masses)?;
     let mut division = divide(prepared, strike, &verdict, &followed, workspace, token, watch)?;
     warped::guard(prepared, strike, &energies, &mut division.cells, watch);
-    let pieces = Broken { prepared, strike, energies: &energies, fields: &fields, division: &division };
-    let pieces = cut(pieces, watch)?;
+    let Workspace { tessellation, spare, .. } = workspace;
+    let pieces = Broken { prepared, strike, energies: &energies, fields: &fields, division: &division, spare };
+    let pieces = cut(pieces, tessellation, watch)?;
     Ok(broken(&verdict, &energies, &division, pieces))
 }
 

@@ -1,7 +1,9 @@
 //! Memory of one strike, kept from one to the next.
 
+use super::spare::Spare;
 use crate::centroidal;
 use crate::elasticity;
+use crate::tessellation;
 
 /// What the stages write into. One per worker; after a first strike on the largest object little is allocated anew.
 #[derive(Default)]
@@ -13,4 +15,6 @@ pub struct Workspace {
     pub(super) coordinates: Vec<f64>,
     pub(super) tet_energy: Vec<f64>,
     pub(super) centroidal: centroidal::Workspace,
+    pub(super) tessellation: tessellation::Workspace,
+    pub(super) spare: Spare,
 }

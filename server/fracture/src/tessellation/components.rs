@@ -1,8 +1,9 @@
 //! Cells to fragments: a cell of the diagram can be disconnected in space, and its components are pieces of their own.
+//!
+//! Based on: B. A. Galler, M. J. Fischer, *An improved equivalence algorithm* (CACM 7, 1964), over the sorted edges, with the paths
+//! halved (R. E. Tarjan, J. van Leeuwen, 1984). Roots are lowest nodes.
 
 use super::Topology;
-
-const UNSEEN: u32 = u32::MAX;
 
 /// The connected components of a site labelling.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -11,42 +12,56 @@ pub struct Components {
     pub labels: Vec<u32>,
     /// Site of each fragment; ascending.
     pub sites: Vec<u32>,
-    stack: Vec<u32>,
     order: Vec<u32>,
     found: Vec<u32>,
 }
 
 impl Components {
+    /// None yet, in memory that was of use before.
+    pub(crate) fn from_memory(labels: Vec<u32>, sites: Vec<u32>) -> Self {
+        Self { labels, sites, ..Self::default() }
+    }
+
     /// Splits every cell of `site_labels` (one site per node of the lattice that `topology` was made from) into its
     /// components over lattice edges, numbered by site, then by lowest node. Two components of one site never share an
     /// edge. Reuses what an earlier call allocated.
     pub fn split(&mut self, topology: &Topology, site_labels: &[u32]) {
         debug_assert_eq!(site_labels.len(), topology.nodes);
         self.labels.clear();
-        self.labels.resize(site_labels.len(), UNSEEN);
+        self.labels.extend(0..site_labels.len() as u32);
+        for &[lower, higher] in &topology.edges {
+            if site_labels[lower as usize] == site_labels[higher as usize] {
+                self.join(lower, higher);
+            }
+        }
         self.found.clear();
         for node in 0..site_labels.len() {
-            if self.labels[node] == UNSEEN {
-                self.flood(topology, site_labels, node);
+            // What a node points to is no higher, and has its component already.
+            let parent = self.labels[node] as usize;
+            if parent == node {
+                self.labels[node] = self.found.len() as u32;
                 self.found.push(site_labels[node]);
+            } else {
+                self.labels[node] = self.labels[parent];
             }
         }
         self.renumber();
     }
 
-    /// Labels everything reachable from `start` within its cell with the number of components found so far.
-    fn flood(&mut self, topology: &Topology, site_labels: &[u32], start: usize) {
-        let component = self.found.len() as u32;
-        self.labels[start] = component;
-        self.stack.push(start as u32);
-        while let Some(node) = self.stack.pop() {
-            for &next in topology.neighbours(node as usize) {
-                if self.labels[next as usize] == UNSEEN && site_labels[next as usize] == site_labels[start] {
-                    self.labels[next as usize] = component;
-                    self.stack.push(next);
-                }
-            }
+    /// Makes the trees of two nodes one, whose root is the lower of theirs.
+    fn join(&mut self, a: u32, b: u32) {
+        let (a, b) = (self.root(a), self.root(b));
+        self.labels[a.max(b) as usize] = a.min(b);
+    }
+
+    /// The lowest node of the tree of `node`.
+    fn root(&mut self, mut node: u32) -> u32 {
+        while self.labels[node as usize] != node {
+            let above = self.labels[self.labels[node as usize] as usize];
+            self.labels[node as usize] = above;
+            node = above;
         }
+        node
     }
 
     /// From the order of lowest nodes to the order of (site, lowest node).

@@ -34,6 +34,7 @@ pub use emit::Transform;
 pub use error::TessellationError;
 pub use outer::{Origin, outer_vertices};
 pub use points::{FixedPoints, Points, Sites, crack_points};
+use runs::Laid;
 pub use runs::{Fragment, Run};
 pub use seam::{Old, seam};
 pub use topology::{FACE_EDGES, OuterFace, Topology};
@@ -50,6 +51,8 @@ pub struct Workspace {
     sheets: Sheets,
     ranks: Ranks,
     polygons: Polygons,
+    /// Merges of each crack's two runs.
+    counts: Vec<[u32; 2]>,
     cursors: Vec<usize>,
 }
 
@@ -81,19 +84,30 @@ impl Tessellation {
     ) -> Result<(), TessellationError> {
         let fragments = fragment_count(topology, labels)?;
         points.fit(topology, labels).then_some(()).ok_or(TessellationError::Points)?;
-        let Workspace { sheets, ranks, polygons, cursors } = workspace;
+        let Workspace { sheets, ranks, polygons, counts, cursors } = workspace;
         sheets.find(topology, labels, fragments, points);
         let input = Input { lattice, topology, labels, fragments, points, sheets };
         ranks.count(input);
-        polygons.group(input, ranks);
         prefix_sums(&ranks.vertices, &mut self.vertex_offsets);
-        prefix_sums(&polygons.triangles, &mut self.triangle_offsets);
-        self.lay_out_runs(fragments, &sheets.pairs, ranks, cursors);
         self.vertices.resize(total(&self.vertex_offsets), Point3::origin());
-        ranks.place(input, &self.vertex_offsets, &mut self.vertices);
+        let (vertex_offsets, vertices) = (&self.vertex_offsets, &mut self.vertices);
+        // Neither waits for the other.
+        rayon::join(
+            || polygons.group(input, ranks),
+            || {
+                ranks.place(input, vertex_offsets, vertices);
+                ranks.count_merges(input, counts);
+            },
+        );
+        prefix_sums(&polygons.triangles, &mut self.triangle_offsets);
         self.triangles.resize(total(&self.triangle_offsets), [0; 3]);
-        span::each_span(&self.triangle_offsets, &mut self.triangles, &|sheet, out| polygons.write(sheet, out));
-        self.write_merges(input, ranks, cursors);
+        self.lay_out_runs(input, &ranks.vertices, counts, cursors);
+        let Self { runs, fragments: rows, merges, triangles, triangle_offsets, .. } = self;
+        let laid = Laid { fragments: rows, runs };
+        rayon::join(
+            || span::each_span(triangle_offsets, triangles, &|sheet, out| polygons.write(sheet, out)),
+            || laid.write_merges(input, ranks, cursors, merges),
+        );
         Ok(())
     }
 

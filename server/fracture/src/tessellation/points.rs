@@ -6,6 +6,7 @@
 
 use super::barycentric::{edge_margin, in_tet, on_edge, on_face, preference};
 use super::pattern::{ALL_CUT, FACE_MASKS, mask};
+use super::span::each_span;
 use super::{TessellationError, Topology};
 use crate::lattice::Lattice;
 use crate::lift::Lift;
@@ -18,6 +19,9 @@ pub(super) const NONE: u32 = u32::MAX;
 
 /// Fewer points than this are not worth another thread.
 const GRAIN: usize = 256;
+
+/// Simplices that one task looks through.
+const PART: usize = 8192;
 
 /// The diagram whose bisectors the crack points lie on.
 #[derive(Clone, Copy, Debug)]
@@ -83,6 +87,10 @@ pub(super) struct Cut {
     pub slots: Vec<u32>,
     /// One point each, local.
     pub places: Vec<Point3<f64>>,
+    /// Simplices with a point in each part of all.
+    counts: Vec<usize>,
+    /// Sums of those.
+    firsts: Vec<usize>,
 }
 
 impl Cut {
@@ -96,15 +104,28 @@ impl Cut {
         self.slots[simplex as usize] = 0;
     }
 
-    /// Numbers the marked simplices.
+    /// Numbers the marked simplices: counts by parts, adds up, writes by parts.
     fn number(&mut self) {
-        self.simplices.clear();
-        for (simplex, slot) in self.slots.iter_mut().enumerate() {
-            if *slot != NONE {
-                *slot = self.simplices.len() as u32;
-                self.simplices.push(simplex as u32);
-            }
-        }
+        let marked = |slots: &[u32]| slots.iter().filter(|slot| **slot != NONE).count();
+        let counts = self.slots.par_chunks(PART).map(marked);
+        counts.collect_into_vec(&mut self.counts);
+        self.firsts.clear();
+        self.firsts.push(0);
+        self.firsts.extend(self.counts.iter().scan(0, |sum, count| {
+            *sum += count;
+            Some(*sum)
+        }));
+        let Self { simplices, slots, firsts, .. } = self;
+        simplices.resize(firsts[firsts.len() - 1], 0);
+        each_span(firsts, simplices, &|part, own| {
+            let slots = slots.iter().enumerate().skip(part * PART).take(PART);
+            let marked = slots.filter(|(_, slot)| **slot != NONE).map(|(simplex, _)| simplex as u32);
+            own.iter_mut().zip(marked).for_each(|(own, simplex)| *own = simplex);
+        });
+        slots.par_chunks_mut(PART).zip(firsts.par_iter()).for_each(|(slots, first)| {
+            let marked = slots.iter_mut().filter(|slot| **slot != NONE);
+            marked.enumerate().for_each(|(place, slot)| *slot = (first + place) as u32);
+        });
     }
 
     fn locate(&mut self, place: impl Fn(usize) -> Point3<f64> + Sync) {
@@ -185,10 +206,10 @@ impl Points {
         let tets = lattice.tets.par_iter().with_min_len(16 * GRAIN);
         let label = |node: u32| labels[node as usize];
         self.masks.par_iter_mut().zip(tets).for_each(|(own, nodes)| *own = mask(nodes.map(label)));
-        self.edges.clear(topology.edges.len());
-        for (slot, &[a, b]) in self.edges.slots.iter_mut().zip(&topology.edges) {
-            *slot = if label(a) == label(b) { NONE } else { 0 };
-        }
+        self.edges.slots.resize(topology.edges.len(), NONE);
+        let edges = topology.edges.par_iter().with_min_len(PART);
+        let cut = |&[a, b]: &[u32; 2]| if label(a) == label(b) { NONE } else { 0 };
+        self.edges.slots.par_iter_mut().zip(edges).for_each(|(slot, edge)| *slot = cut(edge));
         self.faces.clear(topology.faces.len());
         self.tets.clear(lattice.tets.len());
         for (tet, &mask) in self.masks.iter().enumerate().filter(|(_, mask)| mask.count_ones() >= 5) {

@@ -39,8 +39,6 @@ pub(super) struct Ranks {
     pub tet: Vec<[u32; 6]>,
     /// Vertices of each sheet.
     pub vertices: Vec<u32>,
-    /// Merges of each crack's two runs, lower fragment's first.
-    pub merges: Vec<[u32; 2]>,
 }
 
 /// A vertex of a run: that of side `side` of `sheet` (0: the lower fragment's; outer sheets have but side 0).
@@ -78,11 +76,13 @@ impl Ranks {
         self.tet.clear();
         self.tet.extend(input.points.tets.simplices.iter().map(|&tet| input.tet_sheets(tet).map(&mut next)));
         self.vertices = vertices;
-        let mut merges = std::mem::take(&mut self.merges);
+    }
+
+    /// Merges of each crack's two runs, lower fragment's first.
+    pub fn count_merges(&self, input: Input<'_>, merges: &mut Vec<[u32; 2]>) {
         merges.clear();
         merges.resize(input.sheets.pairs.len(), [0; 2]);
         self.for_each_merge(input, |merge| merges[merge.from.sheet as usize - input.fragments][merge.from.side] += 1);
-        self.merges = merges;
     }
 
     fn count_edges(&mut self, input: Input<'_>, mut next: impl FnMut(u32) -> u32) {

@@ -42,8 +42,15 @@ pub struct Run {
 
 impl Tessellation {
     /// Fills `fragments` and `runs` from the counts; `slots` is scratch.
-    pub(super) fn lay_out_runs(&mut self, fragments: usize, pairs: &[[u32; 2]], ranks: &Ranks, slots: &mut Vec<usize>) {
-        let has_outer = |fragment: usize| usize::from(ranks.vertices[fragment] > 0);
+    pub(super) fn lay_out_runs(
+        &mut self,
+        input: Input<'_>,
+        vertices: &[u32],
+        merges: &[[u32; 2]],
+        slots: &mut Vec<usize>,
+    ) {
+        let (fragments, pairs) = (input.fragments, &input.sheets.pairs);
+        let has_outer = |fragment: usize| usize::from(vertices[fragment] > 0);
         slots.clear();
         slots.resize(fragments + 1, 0);
         pairs.iter().flatten().for_each(|&fragment| slots[fragment as usize + 1] += 1);
@@ -62,7 +69,7 @@ impl Tessellation {
         };
         (0..fragments).filter(|&k| has_outer(k) > 0).for_each(|k| put(k as u32, None, k, 0));
         // Pairs ascend by (lower, upper): every fragment gets its lower neighbours, ascending, then its upper ones.
-        for (crack, (&[lower, upper], merges)) in pairs.iter().zip(&ranks.merges).enumerate() {
+        for (crack, (&[lower, upper], merges)) in pairs.iter().zip(merges).enumerate() {
             put(lower, Some(upper), fragments + crack, merges[0]);
             put(upper, Some(lower), fragments + crack, merges[1]);
         }
@@ -90,9 +97,17 @@ impl Tessellation {
             fragment.merges = start.2..merges;
         }
     }
+}
 
+/// Fragments and runs of which the merges are not written yet.
+pub(super) struct Laid<'a> {
+    pub fragments: &'a [Fragment],
+    pub runs: &'a [Run],
+}
+
+impl Laid<'_> {
     /// Writes the merge pairs; `cursors` is scratch.
-    pub(super) fn write_merges(&mut self, input: Input<'_>, ranks: &Ranks, cursors: &mut Vec<usize>) {
+    pub fn write_merges(&self, input: Input<'_>, ranks: &Ranks, cursors: &mut Vec<usize>, merges: &mut Vec<[u32; 2]>) {
         // For each crack and side: the first vertex of its run within its fragment, and where its next merge goes.
         cursors.clear();
         cursors.resize(4 * input.sheets.pairs.len(), 0);
@@ -101,14 +116,14 @@ impl Tessellation {
             cursors[place] = run.vertices.start - self.fragments[run.fragment as usize].vertices.start;
             cursors[place + 1] = run.merges.start;
         }
-        self.merges.clear();
-        self.merges.resize(self.fragments.last().map_or(0, |last| last.merges.end), [0; 2]);
+        merges.clear();
+        merges.resize(self.fragments.last().map_or(0, |last| last.merges.end), [0; 2]);
         ranks.for_each_merge(input, |merge| {
             let cursor = |place: Place| 4 * (place.sheet as usize - input.fragments) + 2 * place.side;
             let outer = (merge.to.sheet as usize) < input.fragments; // the fragment's first run
             let to = if outer { 0 } else { cursors[cursor(merge.to)] };
             let from = cursor(merge.from);
-            self.merges[cursors[from + 1]] = [cursors[from] as u32 + merge.from.rank, to as u32 + merge.to.rank];
+            merges[cursors[from + 1]] = [cursors[from] as u32 + merge.from.rank, to as u32 + merge.to.rank];
             cursors[from + 1] += 1;
         });
     }

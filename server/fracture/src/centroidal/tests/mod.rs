@@ -6,7 +6,8 @@ mod invariance;
 mod yardstick;
 
 use super::assign::Scratch;
-use super::kernel::{Path, square_distance};
+use super::kernel::Path;
+use super::vector::square_distance;
 use super::*;
 use crate::lattice::{Lattice, block};
 use crate::lift::{Lift, LiftKind};

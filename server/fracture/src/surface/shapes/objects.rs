@@ -90,6 +90,16 @@ pub fn dumbbell() -> RawMesh {
 
 /// A four-legged animal, 0.5 m long, of blended capsules; about 20,000 triangles, legs well apart.
 pub fn statue() -> RawMesh {
+    statue_on(0.0075)
+}
+
+/// The same of about 100,000 triangles, as a scan would have.
+pub fn scanned_statue() -> RawMesh {
+    statue_on(0.00335)
+}
+
+/// The animal on cubes of side `spacing_m`.
+fn statue_on(spacing_m: f64) -> RawMesh {
     // From, to (metres, x forward), radii at both ends.
     let bones: [([f64; 3], [f64; 3], f64, f64); 9] = [
         ([-0.14, 0.30, 0.0], [0.12, 0.31, 0.0], 0.062, 0.068),
@@ -106,7 +116,7 @@ pub fn statue() -> RawMesh {
         let distance = |&(from, to, start, end): &(_, _, f64, f64)| capsule(p, from, to, start, end);
         bones.iter().map(distance).fold(1.0, |all, bone| blend(all, bone, 0.016)).max(0.008 - p.y)
     };
-    implicit(Point3::new(-0.2703, -0.0042, -0.0843), Point3::new(0.3393, 0.5203, 0.0843), 0.0075, height)
+    implicit(Point3::new(-0.2703, -0.0042, -0.0843), Point3::new(0.3393, 0.5203, 0.0843), spacing_m, height)
 }
 
 /// Height of a segment thickened by a radius that changes linearly.
