@@ -115,15 +115,28 @@ impl Reduced {
         0.5 * coordinates.iter().map(|q| q * q).sum::<f64>()
     }
 
-    /// The displacement with these coordinates, resized to the size of the body.
+    /// How many of the displacements are used where `most` are asked for: at least one, at most all.
+    pub fn used(&self, most: Option<u32>) -> usize {
+        most.map_or(self.rank, |most| (most as usize).clamp(1, self.rank))
+    }
+
+    /// Relative error of the energy of the first `used` of `coordinates`, all of which have the error `whole`. The basis is
+    /// orthonormal, so what the others capture is missing on top.
+    pub fn truncated_error(coordinates: &[f64], used: usize, whole: f64) -> f64 {
+        let square = |part: &[f64]| part.iter().map(|q| q * q).sum::<f64>();
+        whole + (1.0 - whole) * square(&coordinates[used..]) / square(coordinates)
+    }
+
+    /// The displacement with these coordinates, of the first displacements where they are fewer than the rank; resized to the size of
+    /// the body.
     pub fn expand(&self, coordinates: &[f64], displacement: &mut Vec<f64>, workspace: &mut Workspace) {
         let rows = self.basis.len() / self.rank;
         let [narrow, sums] = &mut workspace.narrow;
         narrow.clear();
         narrow.extend(coordinates.iter().map(|q| *q as f32));
         sums.resize(rows, 0.0);
-        let basis = MatRef::from_row_major_slice(&self.basis, rows, self.rank);
-        let column = MatRef::from_column_major_slice(narrow, self.rank, 1);
+        let basis = MatRef::from_row_major_slice(&self.basis, rows, self.rank).subcols(0, narrow.len());
+        let column = MatRef::from_column_major_slice(narrow, narrow.len(), 1);
         matmul(MatMut::from_column_major_slice_mut(sums, rows, 1), Accum::Replace, basis, column, 1.0, Par::Seq);
         displacement.clear();
         displacement.extend(sums.iter().copied().map(f64::from));
