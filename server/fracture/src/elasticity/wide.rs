@@ -44,8 +44,8 @@ impl<const N: usize> Lanes<N> {
     #[inline(always)]
     pub fn map(self, of: impl Fn(f64) -> f64) -> Self {
         let mut result = [0.0; N];
-        for lane in 0..N {
-            result[lane] = of(self.0[lane]);
+        for (result, a) in result.iter_mut().zip(self.0) {
+            *result = of(a);
         }
         Self(result)
     }
@@ -54,8 +54,8 @@ impl<const N: usize> Lanes<N> {
     #[inline(always)]
     pub fn zip(self, other: Self, of: impl Fn(f64, f64) -> f64) -> Self {
         let mut result = [0.0; N];
-        for lane in 0..N {
-            result[lane] = of(self.0[lane], other.0[lane]);
+        for (result, (a, b)) in result.iter_mut().zip(self.0.into_iter().zip(other.0)) {
+            *result = of(a, b);
         }
         Self(result)
     }
