@@ -207,6 +207,7 @@ impl Served {
                 Elastic::Reduced => ElasticRequest::Reduced,
                 Elastic::Solve => ElasticRequest::Solve,
             },
+            rank_max: None,
             lift: match strike.lift.unwrap_or(self.terms.lift) {
                 Lift::Euclidean => LiftKind::Euclidean,
                 Lift::SurfaceDiffusion => LiftKind::SurfaceDiffusion,

@@ -3,7 +3,8 @@
 use nalgebra::{Point3, Vector3};
 use shatter_fracture::database::{BakeRequest, Partial, Share, bake, load, save};
 use shatter_fracture::pipeline::{
-    ElasticRequest, Outcome, Prepared, RANK_MAX, REDUCED_ERROR_MAX, Sampler, Strike, Workspace, reduce, strike,
+    ElasticRequest, Impact, Outcome, Prepared, RANK_MAX, REDUCED_ERROR_MAX, Sampler, Strike, Workspace, reduce,
+    strain_energy, strike,
 };
 use shatter_fracture::surface::shapes;
 use shatter_fracture::token::Token;
@@ -90,6 +91,60 @@ fn a_basis_that_is_too_coarse_is_not_used() {
     let reduction = prepared.reduction.clone().unwrap();
     println!("{reduction:?}");
     assert!(reduction.energy_error_median > REDUCED_ERROR_MAX && reduction.solved > 0.5, "{reduction:?}");
+}
+
+/// Energy and estimated error of a blow on one body.
+fn energy(prepared: &Prepared, blow: &Strike, workspace: &mut Workspace) -> Option<(f64, Option<f64>)> {
+    let impact = Impact::new(prepared, blow).unwrap();
+    let found = strain_energy(prepared, &impact, workspace, &Token::default(), &mut ()).unwrap().pop()?;
+    Some((found.energy_j, found.reduced_error))
+}
+
+/// Estimated over true relative error of the energy, by rank.
+fn ratios(prepared: &Prepared, ranks: &[Option<u32>], impacts: std::ops::Range<u64>) -> Vec<Vec<f64>> {
+    let (sampler, mut workspace) = (Sampler::new(prepared), Workspace::default());
+    let mut ratios = vec![Vec::new(); ranks.len()];
+    for number in impacts {
+        let blow = sampler.impact(77, number);
+        let (truth, none) = energy(prepared, &blow, &mut workspace).unwrap();
+        assert_eq!(none, None);
+        let mut last = f64::INFINITY;
+        for (rank_max, ratios) in ranks.iter().zip(&mut ratios) {
+            let blow = Strike { elastic: ElasticRequest::Reduced, rank_max: *rank_max, ..blow.clone() };
+            let (found, estimate) = energy(prepared, &blow, &mut workspace).unwrap();
+            let (Some(estimate), error) = (estimate, 1.0 - found / truth) else { continue };
+            assert!(error <= last + 1e-5, "impact {number}, rank {rank_max:?}: {error} after {last}");
+            last = error;
+            ratios.push(estimate / error);
+        }
+    }
+    ratios
+}
+
+/// Share of `ratios` within a factor 4 of 1; prints their distribution.
+fn within_4(name: &str, ratios: &[f64]) -> f64 {
+    let mut sorted = ratios.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let quantiles = [0.0, 0.1, 0.5, 0.9, 1.0].map(|share| sorted[((sorted.len() - 1) as f64 * share) as usize]);
+    let within = sorted.iter().filter(|ratio| (0.25..=4.0).contains(*ratio)).count() as f64 / sorted.len() as f64;
+    println!("{name}: {} estimates, {within:.3} within a factor 4, quantiles {quantiles:.2?}", sorted.len());
+    within
+}
+
+#[test]
+fn fewer_displacements_have_a_larger_error_and_tell_it() {
+    let ranks = [1, 4, 16, 48, u32::MAX].map(Some);
+    let prepared = arch(160, RANK_MAX);
+    for (rank, ratios) in ranks.iter().zip(ratios(&prepared, &ranks, 0..60)) {
+        assert!(within_4(&format!("rank {rank:?}"), &ratios) >= 0.8);
+    }
+    let blow = Sampler::new(&prepared).impact(77, 0);
+    let of = |rank_max| {
+        let blow = Strike { elastic: ElasticRequest::Reduced, rank_max, ..blow.clone() };
+        energy(&prepared, &blow, &mut Workspace::default())
+    };
+    assert_eq!(of(None), of(Some(u32::MAX)));
+    assert_eq!(of(Some(0)), of(Some(1)), "at least one");
 }
 
 /// Share of the strikes that name no radius, and so have about the smallest one of the examples, that need a solve.

@@ -40,6 +40,7 @@ impl SurfaceEnergy {
             degree_max: DEGREE_MAX,
             gamma_j_m2: None,
             elastic: ElasticRequest::Solve,
+            rank_max: None,
             lift: LiftKind::Interior,
             effects: Effects::default(),
             volume_min_m3: None,

@@ -16,6 +16,7 @@ use crate::pipeline::{
 };
 use crate::scene::{DEFAULT_FRAGMENT_DIAGONALS, Material};
 use crate::skin::{Outer, Skin};
+use crate::sparse::Precision;
 use crate::surface::{Inside, RawMesh, Sheets, Side, Surface, SurfaceError};
 use crate::tessellation::Topology;
 use crate::token::{Cancelled, Token};
@@ -46,6 +47,9 @@ pub struct BakeRequest {
     /// Whether they give the object a reduced basis, too.
     #[serde(default)]
     pub elastic: ElasticRequest,
+    /// Of the factor of the stiffness, of bodies for which it is exact enough.
+    #[serde(default)]
+    pub factor: Precision,
     /// What the object shall be prepared for; examples need elasticity and interior distances.
     #[serde(default)]
     pub tables: Tables,
@@ -70,6 +74,7 @@ impl BakeRequest {
             kappa: None,
             examples: 0,
             elastic: ElasticRequest::Reduced,
+            factor: Precision::F64,
             tables: Tables::ALL,
             seed: 0,
             cracks: None,
@@ -264,7 +269,8 @@ pub(super) fn whole(
         progress(Step::Elasticity(index));
         let failed = |source| BakeError::Elasticity { body: index, source };
         let solid = || {
-            let solid = Solid::new(elastic, transfer, parameters.material.poisson, token).map_err(failed)?;
+            let solid =
+                Solid::new(elastic, transfer, parameters.material.poisson, parameters.factor, token).map_err(failed)?;
             solid.elasticity.factor().map_err(failed)?;
             Ok::<_, BakeError>(solid)
         };
@@ -453,6 +459,7 @@ pub(super) fn parameters(
         alpha: lift::ALPHA_DEFAULT,
         seed: request.seed,
         elastic: request.elastic,
+        factor: request.factor,
     }
 }
 

@@ -5,7 +5,7 @@
 
 use super::falloff::falloff;
 use super::{ElasticRequest, HeldBody, Impact, Prepared, Solid, Stage, StrikeError, Watch, Workspace};
-use crate::elasticity::{Driving, ElasticityError, Load};
+use crate::elasticity::{Driving, ElasticityError, Load, Reduced};
 use crate::scene::Effect;
 use crate::token::Token;
 
@@ -108,7 +108,7 @@ fn deformed(
         watch.enter(Stage::Elasticity);
         let reduced_error = match own {
             Some(own) => displace_held(prepared, impact, own, place, workspace, token, watch).map(|()| None),
-            None => displace(solid, impact.elastic, place, workspace, token),
+            None => displace(solid, impact, place, workspace, token),
         };
         let reduced_error = reduced_error.map_err(failed)?;
         watch.part(Effect::Elastic, size_of_val(workspace.displacement.as_slice()) as u64);
@@ -148,23 +148,24 @@ fn deformed(
 /// A larger estimated error of the energy is worth a solve. The density is then off by some four times as much.
 pub const REDUCED_ERROR_MAX: f64 = 0.02;
 
-/// The displacement under load `place` of the workspace: from the reduced basis if that is asked for and good enough, whose estimated
-/// error is returned, else from the solve.
+/// The displacement under load `place` of the workspace: from the reduced basis if that is asked for and all of it good enough, with the
+/// estimated error of what is used of it, else from the solve.
 fn displace(
     solid: &Solid,
-    request: ElasticRequest,
+    impact: &Impact,
     place: usize,
     workspace: &mut Workspace,
     token: &Token,
 ) -> Result<Option<f64>, ElasticityError> {
     let Workspace { loads, displacement, coordinates, elasticity, .. } = workspace;
     let load = &loads[place];
-    if let (ElasticRequest::Reduced, Some(reduced)) = (request, &solid.reduced) {
+    if let (ElasticRequest::Reduced, Some(reduced)) = (impact.elastic, &solid.reduced) {
         reduced.project(load, coordinates);
         let error = reduced.estimate().error(reduced.residual(&solid.elasticity, load, coordinates, elasticity));
         if error <= REDUCED_ERROR_MAX {
-            reduced.expand(coordinates, displacement, elasticity);
-            return Ok(Some(error));
+            let used = reduced.used(impact.rank_max);
+            reduced.expand(&coordinates[..used], displacement, elasticity);
+            return Ok(Some(Reduced::truncated_error(coordinates, used, error)));
         }
     }
     solid.elasticity.solve(&load.forces, displacement, elasticity, token)?;

@@ -20,6 +20,8 @@ pub struct Impact {
     pub bodies: Vec<(usize, Vec<elasticity::Contact>)>,
     /// Where displacements come from.
     pub elastic: ElasticRequest,
+    /// Displacements of the reduced basis at most; `None`: all.
+    pub rank_max: Option<u32>,
     /// What is simulated.
     pub effects: Effects,
 }
@@ -51,7 +53,8 @@ impl Impact {
             }
         }
         bodies.sort_by_key(|(body, _)| *body);
-        Ok(Self { peak_force_n, bodies, elastic: strike.elastic, effects: strike.effects })
+        let Strike { elastic, rank_max, effects, .. } = *strike;
+        Ok(Self { peak_force_n, bodies, elastic, rank_max, effects })
     }
 }
 

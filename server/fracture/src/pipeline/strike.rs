@@ -59,6 +59,9 @@ pub struct Strike {
     pub gamma_j_m2: Option<f64>,
     /// Where displacements come from.
     pub elastic: ElasticRequest,
+    /// Displacements of the reduced basis that are used, the most energetic first, at least one; `None`: all. What the others would have
+    /// added counts as error, which is told and may be large: a solve is for impacts that the whole basis does not reach.
+    pub rank_max: Option<u32>,
     /// Which lift, where interior distances are on.
     pub lift: LiftKind,
     /// What is simulated.
@@ -83,6 +86,7 @@ impl Strike {
             degree_max: DEGREE_MAX,
             gamma_j_m2: None,
             elastic: ElasticRequest::Reduced,
+            rank_max: None,
             lift: LiftKind::Interior,
             effects: Effects::default(),
             volume_min_m3: None,
