@@ -9,17 +9,17 @@
 //! Labels are exact, so only the rounding of the f64 sums could let the energy rise, at a fixed point; such a step is not
 //! taken and ends the descent.
 
-use super::Options;
 use super::assign::{Scratch, State};
 use super::level::Level;
 use super::vector::square_distance;
+use super::{Pace, Stop};
 use crate::token::{Cancelled, Token};
 
 /// ω. At the default tolerance, 50 sites on 12k nodes and m = 16, 1.8 needs 12 iterations and ends 1.1 % above the best
 /// known energy, 1.0 needs 15 and ends 1.7 % above.
 const RELAXATION: f64 = 1.8;
 
-/// Iterations after which a diagram is taken as it is.
+/// Iterations after which a diagram is taken as it is, unless fewer are asked for.
 pub const ITERATIONS_MAX: usize = 200;
 
 /// What a descent moves.
@@ -31,45 +31,82 @@ pub(super) struct Descent<'a> {
     pub trial: &'a mut State,
     /// Sites that stay where they are: the first ones.
     pub pinned: usize,
+    /// See [`Options`](super::Options).
+    pub tolerance: f64,
+    /// See [`Options`](super::Options).
+    pub iterations_max: usize,
 }
 
 impl Descent<'_> {
-    /// Lowers the energy on `level`; writes the energy after each iteration to `history`, the start's first. Ends with a plain
-    /// step if `plain`. Whether it ended by itself, not at [`ITERATIONS_MAX`].
-    pub fn run(
+    /// Lowers the energy on a level that is not the last; how many iterations that took.
+    pub fn coarse(&mut self, level: &Level, history: &mut Vec<f64>, token: &Token) -> Result<usize, Cancelled> {
+        self.begin(level, history, token)?;
+        for iteration in 1..=ITERATIONS_MAX {
+            let (before, reseeded) = (self.current.energy, self.iterate(level, RELAXATION, token)?);
+            let Some(reseeded) = reseeded else { return Ok(iteration) };
+            history.push(self.current.energy);
+            if !reseeded && before - self.current.energy <= self.tolerance * self.current.energy {
+                return Ok(iteration);
+            }
+        }
+        Ok(ITERATIONS_MAX)
+    }
+
+    /// Lowers the energy on the last level; writes the energy after each iteration to `history`, the start's first. Whether it
+    /// ended by itself: neither at the last iteration that is allowed nor by `stop`.
+    pub fn finest(
         &mut self,
         level: &Level,
-        options: &Options,
-        plain: bool,
         history: &mut Vec<f64>,
+        stop: &mut dyn Stop,
         token: &Token,
     ) -> Result<bool, Cancelled> {
-        token.check()?;
-        self.scratch.assign(level, self.current);
-        history.clear();
-        history.push(self.current.energy);
-        let mut relaxation = RELAXATION;
-        for _ in 0..ITERATIONS_MAX {
-            token.check()?;
-            let before = self.current.energy;
-            let reseeded = self.step(level, relaxation);
-            self.scratch.assign(level, self.trial);
-            if self.trial.energy > before {
-                return Ok(true);
+        self.begin(level, history, token)?;
+        let (mut relaxation, mut converged) = (RELAXATION, false);
+        match stop.pace(0, self.current.energy, self.current.energy) {
+            Pace::On => {}
+            Pace::Last => relaxation = 1.0,
+            Pace::End => return Ok(false),
+        }
+        for iteration in 1..=self.iterations_max {
+            if iteration == self.iterations_max {
+                relaxation = 1.0;
             }
-            std::mem::swap(self.current, self.trial);
+            let (before, reseeded) = (self.current.energy, self.iterate(level, relaxation, token)?);
+            let Some(reseeded) = reseeded else { return Ok(true) };
             history.push(self.current.energy);
             if relaxation == 1.0 {
-                return Ok(true);
+                return Ok(converged);
             }
-            if !reseeded && before - self.current.energy <= options.tolerance * self.current.energy {
-                if !plain {
-                    return Ok(true);
-                }
+            let after = self.current.energy;
+            converged = !reseeded && before - after <= self.tolerance * after;
+            if converged || stop.pace(iteration, before, after) != Pace::On {
                 relaxation = 1.0;
             }
         }
         Ok(false)
+    }
+
+    /// Assigns the start.
+    fn begin(&mut self, level: &Level, history: &mut Vec<f64>, token: &Token) -> Result<(), Cancelled> {
+        token.check()?;
+        self.scratch.assign(level, self.current);
+        history.clear();
+        history.push(self.current.energy);
+        Ok(())
+    }
+
+    /// One iteration. Whether the site of an empty cell was put elsewhere; `None`: the energy does not fall any more, and nothing was
+    /// changed.
+    fn iterate(&mut self, level: &Level, relaxation: f64, token: &Token) -> Result<Option<bool>, Cancelled> {
+        token.check()?;
+        let reseeded = self.step(level, relaxation);
+        self.scratch.assign(level, self.trial);
+        if self.trial.energy > self.current.energy {
+            return Ok(None);
+        }
+        std::mem::swap(self.current, self.trial);
+        Ok(Some(reseeded))
     }
 
     /// Moves every site that is not pinned by ω times its way to its centroid. Whether the site of an empty cell was put elsewhere.

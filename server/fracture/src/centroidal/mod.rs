@@ -11,6 +11,7 @@ mod level;
 mod lloyd;
 mod power;
 mod start;
+mod stop;
 #[cfg(test)]
 mod tests;
 mod vector;
@@ -20,6 +21,7 @@ pub use clusters::Clusters;
 pub use field::{FLOOR, Field, FieldError};
 pub use lloyd::ITERATIONS_MAX;
 pub(crate) use power::{cube_root, three_fifths};
+pub use stop::{GAP_MIN, Pace, Stop, gap};
 pub use workspace::Workspace;
 
 use crate::lift::Lift;
@@ -40,14 +42,16 @@ pub struct Options {
     /// Which of several independent starts of one seed; 0 unless they are compared.
     pub start: u32,
     /// The descent ends when an iteration lowers F by less than this fraction of itself. Smaller is more accurate; at 0 it
-    /// runs to a fixed point or to [`ITERATIONS_MAX`].
+    /// runs to a fixed point or to `iterations_max`.
     pub tolerance: f64,
+    /// Iterations at most, of which the last is a plain one; with 0 the sites stay where the start puts them.
+    pub iterations_max: usize,
 }
 
 impl Options {
     /// `sites` sites, start 0, default tolerance.
     pub fn new(sites: usize, seed: u64) -> Self {
-        Self { sites, seed, start: 0, tolerance: TOLERANCE }
+        Self { sites, seed, start: 0, tolerance: TOLERANCE, iterations_max: ITERATIONS_MAX }
     }
 }
 
@@ -69,7 +73,7 @@ pub struct Diagram {
     pub history: Vec<f64>,
     /// Iterations on coarser levels before that.
     pub coarse_iterations: usize,
-    /// Whether the tolerance was met before [`ITERATIONS_MAX`].
+    /// Whether the tolerance was met before the last iteration that was allowed.
     pub converged: bool,
 }
 
@@ -142,19 +146,34 @@ pub fn diagram_into(
     token: &Token,
     diagram: &mut Diagram,
 ) -> Result<(), Cancelled> {
+    diagram_until(field, options, workspace, &mut (), token, diagram)
+}
+
+/// [`diagram_into`], whose descent `stop` may end before it converges.
+///
+/// # Errors
+/// [`Cancelled`] once the token is.
+pub fn diagram_until(
+    field: &Field,
+    options: &Options,
+    workspace: &mut Workspace,
+    stop: &mut dyn Stop,
+    token: &Token,
+    diagram: &mut Diagram,
+) -> Result<(), Cancelled> {
     let sites = options.sites.clamp(1, field.nodes());
     let mut stream = Stream::new(options.seed, u64::from(options.start) << 32 | sites as u64);
     workspace.start.draw(field, sites, &mut stream, &mut workspace.sites);
     workspace.current.set_sites(&workspace.sites, field.dimension());
-    let levels = workspace.load(field, sites);
+    // Who is asked for no iteration gets none.
+    let levels = workspace.load(field, if options.iterations_max == 0 { field.nodes() } else { sites });
     diagram.coarse_iterations = 0;
-    for index in (0..levels).rev() {
-        let (level, mut descent) = workspace.descent(index, field.pins().len());
-        diagram.converged = descent.run(level, options, index == 0, &mut diagram.history, token)?;
-        if index > 0 {
-            diagram.coarse_iterations += diagram.iterations();
-        }
+    for index in (1..levels).rev() {
+        let (level, mut descent) = workspace.descent(index, field.pins().len(), options);
+        diagram.coarse_iterations += descent.coarse(level, &mut diagram.history, token)?;
     }
+    let (level, mut descent) = workspace.descent(0, field.pins().len(), options);
+    diagram.converged = descent.finest(level, &mut diagram.history, stop, token)?;
     workspace.hand_over(field, diagram);
     Ok(())
 }

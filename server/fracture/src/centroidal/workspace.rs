@@ -3,7 +3,7 @@
 use super::assign::{Scratch, State};
 use super::level::Level;
 use super::lloyd::Descent;
-use super::{Diagram, Field, start};
+use super::{Diagram, Field, Options, start};
 
 /// Reused from diagram to diagram: after the largest one, no call allocates anything that grows with the mesh.
 #[derive(Clone, Debug, Default)]
@@ -42,9 +42,10 @@ impl Workspace {
     }
 
     /// Level `index`, and what a descent on it moves.
-    pub(super) fn descent(&mut self, index: usize, pinned: usize) -> (&Level, Descent<'_>) {
+    pub(super) fn descent(&mut self, index: usize, pinned: usize, options: &Options) -> (&Level, Descent<'_>) {
         let Self { scratch, levels, current, trial, .. } = self;
-        (&levels[index], Descent { scratch, current, trial, pinned })
+        let Options { tolerance, iterations_max, .. } = *options;
+        (&levels[index], Descent { scratch, current, trial, pinned, tolerance, iterations_max })
     }
 
     /// Copies the state reached into `diagram` and adds the moments of the nodes' own cells.

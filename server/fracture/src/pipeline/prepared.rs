@@ -1,6 +1,6 @@
 //! Everything that depends on the object alone: built by baking, loaded at start-up, shared and never changed.
 
-use super::{Bound, ElasticRequest, Example, Held, Impact, Learned, Reduction, Strike, StrikeError, Warped};
+use super::{Bound, ElasticRequest, Example, Held, Impact, Learned, Quality, Reduction, Strike, StrikeError, Warped};
 use crate::centroidal::Clusters;
 use crate::degree::Slenderness;
 use crate::elasticity::{Boundary, Elasticity, ElasticityError, Reduced};
@@ -40,6 +40,9 @@ pub struct Parameters {
     /// Of the factors of its stiffness that are exact enough in it.
     #[serde(default, skip_serializing_if = "Precision::is_default")]
     pub factor: Precision,
+    /// Which preset it was baked as.
+    #[serde(default, skip_serializing_if = "Quality::is_default")]
+    pub quality: Quality,
 }
 
 /// What baking found out about the mesh and the lattices.
