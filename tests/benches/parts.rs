@@ -1,5 +1,5 @@
 //! Where the time of a strike within a frame goes: whole strikes with emission, in turn over impacts spread over the object, by stage.
-//! `cargo bench --bench frame` bakes a generated statue with examples; `SHATTER_BENCH_DATABASE` names a database to use instead.
+//! `cargo bench --bench parts` bakes a generated statue with examples; `SHATTER_BENCH_DATABASE` names a database to use instead.
 
 use nalgebra::Point3;
 use shatter_fracture::database::{bake, load};
