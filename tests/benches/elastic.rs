@@ -36,10 +36,15 @@ fn prepared(name: &str, mesh: RawMesh) -> Prepared {
     prepared
 }
 
-/// The first impact on one body that needs no solve.
+/// The first impact on one body that needs no solve; the contact is as large as where a strike does not say it.
 fn strike(prepared: &Prepared) -> Strike {
     let (sampler, mut workspace) = (Sampler::new(prepared), Workspace::default());
-    let drawn = |index| sampler.impact(!prepared.parameters.seed, index);
+    let drawn = |index| {
+        let mut strike = sampler.impact(!prepared.parameters.seed, index);
+        strike.contacts.truncate(1);
+        strike.contacts[0].radius_m = None;
+        strike
+    };
     let mut strikes = (0..1000).map(|index| Strike { elastic: ElasticRequest::Reduced, ..drawn(index) });
     let reduced = |strike: &Strike| {
         let impact = Impact::new(prepared, strike).unwrap();

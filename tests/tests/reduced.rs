@@ -6,15 +6,19 @@ use shatter_fracture::pipeline::{
     ElasticRequest, Impact, Outcome, Prepared, RANK_MAX, REDUCED_ERROR_MAX, Sampler, Strike, Workspace, reduce,
     strain_energy, strike,
 };
-use shatter_fracture::surface::shapes;
+use shatter_fracture::surface::{RawMesh, shapes};
 use shatter_fracture::token::Token;
 use shatter_tests::real;
 
 /// An arch whose basis has seen this many impacts; no degrees are learned.
 fn arch(impacts: u64, rank_max: usize) -> Prepared {
+    made(shapes::arch(), "arch", impacts, rank_max)
+}
+
+fn made(mesh: RawMesh, name: &str, impacts: u64, rank_max: usize) -> Prepared {
     let request =
-        BakeRequest { elastic_spacing: Some(0.06), crack_spacing: Some(0.05), ..real::request("arch", "ceramic") };
-    let mut prepared = bake(shapes::arch(), &request, &Token::default(), &mut |_| ()).unwrap();
+        BakeRequest { elastic_spacing: Some(0.06), crack_spacing: Some(0.05), ..real::request(name, "ceramic") };
+    let mut prepared = bake(mesh, &request, &Token::default(), &mut |_| ()).unwrap();
     prepared.impacts = impacts;
     reduce(&mut prepared, rank_max, &Token::default()).unwrap();
     prepared
@@ -145,6 +149,18 @@ fn fewer_displacements_have_a_larger_error_and_tell_it() {
     };
     assert_eq!(of(None), of(Some(u32::MAX)));
     assert_eq!(of(Some(0)), of(Some(1)), "at least one");
+}
+
+#[test]
+fn estimates_hold_on_hundreds_of_impacts_that_no_basis_has_seen() {
+    for (name, mesh) in [("arch", shapes::arch()), ("dumbbell", shapes::dumbbell())] {
+        let prepared = made(mesh, name, 160, RANK_MAX);
+        let ratios = ratios(&prepared, &[Some(24), None], 0..300);
+        for (ratios, rank) in ratios.iter().zip(["24", "all"]) {
+            assert!(ratios.len() >= 200, "{} of {name} are reduced", ratios.len());
+            assert!(within_4(&format!("{name}, rank {rank}"), ratios) >= 0.8);
+        }
+    }
 }
 
 /// Share of the strikes that name no radius, and so have about the smallest one of the examples, that need a solve.

@@ -74,7 +74,9 @@ impl Inertia {
         [force / self.volume, self.compliance * torque]
     }
 
-    /// Subtracts the inertial forces of an acceleration; net force and torque of what is left.
+    /// Subtracts the inertial forces of an acceleration; net force and torque of what is left. Inlined, so that who needs no sums pays
+    /// for none.
+    #[inline(always)]
     fn subtract(&self, forces: &mut [f64], acceleration: &[Vector3<f64>; 2]) -> (Vector3<f64>, Vector3<f64>) {
         let (mut force, mut torque) = (Vector3::zeros(), Vector3::zeros());
         for (node, (own, arm)) in forces.chunks_exact_mut(3).zip(&self.arms).enumerate() {
