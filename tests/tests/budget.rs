@@ -105,7 +105,7 @@ fn a_descent_ends_when_the_time_left_is_what_the_rest_takes() {
     let blow = Strike { budget: falling(), ..blow(&prepared) };
     // It is looked at when the strike begins, when the descent begins, and after every step; each look takes a second, as every step is
     // expected to. The last second is for the rest.
-    for (seconds, iterations) in [(0.0, 0), (3.0, 0), (4.0, 1), (5.0, 2), (9.0, 6)] {
+    for (seconds, iterations) in [(0.0, 0), (3.9, 0), (4.0, 1), (4.9, 1), (5.0, 2), (9.9, 6)] {
         let outcome = struck(&prepared, &blow, &mut Looks::new(seconds, 1.0));
         assert_eq!((outcome.iterations, outcome.stop_reason()), (iterations, StopReason::Time), "{seconds}");
         check_whole(&prepared, &outcome);

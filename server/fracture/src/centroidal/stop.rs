@@ -29,7 +29,7 @@ impl Stop for () {
 }
 
 /// Gaps below are not told apart: estimates say so much at least.
-pub const GAP_MIN: f64 = 3e-4;
+pub const GAP_MIN: f64 = 5e-4;
 
 /// Gap of a start: 0.5 in the median of those below, all within a factor 4.
 const GAP_START: f64 = 0.5;

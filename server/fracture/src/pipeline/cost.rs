@@ -67,16 +67,13 @@ impl Cost {
         };
         let front = least(false).or(least(true))?;
         let starts: Vec<[f64; 2]> = pairs(samples.iter().filter(|sample| sample.iterations == 0), |own| own.diagram_s);
-        let steps: Vec<[f64; 2]> = samples
-            .iter()
-            .filter(|sample| sample.iterations > 0)
-            .filter_map(|sample| {
-                let start = starts.iter().find(|start| start[0] == f64::from(sample.sites))?;
-                Some([start[0], (sample.diagram_s - start[1]).max(0.0) / sample.iterations as f64])
-            })
-            .collect();
-        let rests: Vec<[f64; 2]> =
-            samples.iter().map(|sample| [f64::from(sample.sites).sqrt(), sample.rest_s]).collect();
+        let step = |own: &CostSample| {
+            let start = starts.iter().find(|start| start[0] == f64::from(own.sites)).map_or(0.0, |start| start[1]);
+            (own.diagram_s - start).max(0.0) / own.iterations as f64
+        };
+        let steps = pairs(samples.iter().filter(|sample| sample.iterations > 0), step);
+        let mut rests = pairs(samples.iter(), |own| own.rest_s);
+        rests.iter_mut().for_each(|rest| rest[0] = rest[0].sqrt());
         Some(Self {
             reduced_s: front,
             solve_s: least(true).unwrap_or(front),
