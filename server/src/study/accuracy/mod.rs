@@ -18,6 +18,7 @@ pub use point::{Errors, Measure, Point, Times};
 use dials::Bench;
 use serde_json::{Value, json};
 use shatter_fracture::database::bake;
+use shatter_fracture::pipeline::{RANK_MAX, reduce};
 use shatter_fracture::token::Token;
 use truth::Truths;
 
@@ -89,13 +90,20 @@ impl Findings {
     }
 }
 
+/// Dials that this program does not have.
+const LEFT_OUT: [[&str; 2]; 1] = [["factor_precision", "stiffness has double precision only"]];
+
 /// Runs the whole study; `progress` is told of each of [`Plan::steps`].
 ///
 /// # Errors
 /// [`StudyError`] where the object or its reference cannot be made; a setting that fails is left out, and named.
 pub fn run(plan: &Plan, progress: &mut dyn FnMut(&str)) -> Result<Findings, StudyError> {
     progress("the object");
-    let base = bake(plan.mesh.clone(), &subject::request(plan)?, &Token::default(), &mut |_| {})?;
+    let token = Token::default();
+    let mut base = bake(plan.mesh.clone(), &subject::request(plan)?, &token, &mut |_| {})?;
+    // A basis wants more impacts than the degree, and is cheaper.
+    base.impacts = plan.snapshots.max(plan.examples);
+    reduce(&mut base, RANK_MAX, &token)?;
     base.factor()?;
     progress("impacts");
     let strikes = subject::strikes(plan, &base)?;
@@ -112,7 +120,8 @@ pub fn run(plan: &Plan, progress: &mut dyn FnMut(&str)) -> Result<Findings, Stud
         machine: machine(),
         threads: rayon::current_num_threads(),
     };
-    let findings = Findings { ground, ..Findings::default() };
+    let left_out = LEFT_OUT.map(|row| row.map(str::to_owned)).to_vec();
+    let findings = Findings { ground, left_out, ..Findings::default() };
     let mut bench = Bench { plan, base, strikes, truths, findings, progress };
     bench.elastic_spacings();
     bench.ranks();

@@ -42,7 +42,7 @@ const DIAGRAMS: [Diagram; 7] = [
     Diagram {
         file: "degree",
         heading: "Degree ablation: where the number of fragments comes from",
-        lead: "Against the median of several full optimisations with other seeds and more starts.",
+        lead: "Against the median of several full optimisations with other seeds.",
         measures: &[Measure::Degree],
         dials: &["degree"],
     },
@@ -102,7 +102,7 @@ pub fn drawn(findings: &Findings) -> Result<Vec<Drawn>, StudyError> {
                 csv: csv(measure, &points),
                 diagram: number,
                 caption: format!(
-                    "{}: medians over impacts; whiskers from the first to the last decile of times.",
+                    "{}: medians over impacts, zeros left out; whiskers from the first to the last decile of times.",
                     measure.name()
                 ),
             });

@@ -19,6 +19,8 @@ pub struct Plan {
     pub starts: u32,
     /// Examples that the object is baked with.
     pub examples: u64,
+    /// Impacts that its reduced basis is of: those of the examples and further ones.
+    pub snapshots: u64,
     /// Spacings of the object itself over the diagonal, elastic and crack; `None`: the default's.
     pub spacings: Option<[f64; 2]>,
     /// The reference has so many times the nodes, on both levels.
@@ -48,6 +50,7 @@ impl Plan {
             sites: 50,
             starts: 6,
             examples: 48,
+            snapshots: 960,
             spacings: None,
             finer: 4.0,
             elastic: vec![0.25, 0.5, 1.0, 2.0],
@@ -72,6 +75,7 @@ impl Plan {
             sites: 6,
             starts: 2,
             examples: 8,
+            snapshots: 24,
             spacings: Some([0.1, 0.08]),
             finer: 2.0,
             elastic: vec![1.0],

@@ -157,7 +157,7 @@ impl Point {
     /// The setting in words.
     pub fn label(&self) -> String {
         match &self.value {
-            Value::Number(number) => {
+            Value::Number(number) if number.is_f64() => {
                 number.as_f64().map_or_else(|| number.to_string(), |x| crate::report::significant(x, 2))
             }
             Value::String(text) => text.clone(),

@@ -161,16 +161,17 @@ pub(super) fn pieces(prepared: &Prepared, body: usize, labels: &[u32]) -> (Vec<f
     (sizes, stray / whole)
 }
 
-/// The fracture degree of an impact: the median of several full optimisations with more starts than a strike's.
-pub(super) fn optimised(plan: &Plan, base: &Prepared, truth: &Truth) -> Result<f64, StudyError> {
+/// The fracture degree of an impact: the median of several full optimisations with other seeds than any strike's.
+/// `factor`: on its impulse.
+pub(super) fn optimised(base: &Prepared, truth: &Truth, factor: f64) -> Result<f64, StudyError> {
     let own = &truth.own;
     let body = &base.bodies[own.body];
-    let gamma = base.gamma_j_m2 / own.unit_j_m2(base.frame.diagonal_m);
+    let gamma = base.gamma_j_m2 / own.unit_j_m2(base.frame.diagonal_m) / (factor * factor);
     let mut degrees = Vec::new();
     for number in 0..OPTIMISED {
         let mut mass = own.shares.clone();
         let field = Field::new(base.lift(own.body, LiftKind::Interior)?, &body.volumes, &mut mass)?;
-        let options = CurveOptions { seed: SEED_FIRST + number, starts: plan.starts.max(2), ..CurveOptions::default() };
+        let options = CurveOptions { seed: SEED_FIRST + number, ..CurveOptions::default() };
         let found = optimise(&field, gamma, options, &mut centroidal::Workspace::default(), &Token::default())?;
         degrees.push(found.degree.sites as f64);
     }
