@@ -30,7 +30,7 @@ static NOTHING: SummaryWire = SummaryWire {
     capped: 0,
     stop_reason: 0,
     elastic: 0,
-    reserved: 0,
+    quality: 0,
     gamma_j_m2: 0.0,
     e1_over_gamma: 0.0,
     threshold_impulse_factor: 0.0,
@@ -39,7 +39,18 @@ static NOTHING: SummaryWire = SummaryWire {
     handle: 0,
     radius_m: 0.0,
     energy_error: 0.0,
-    reserved_tail: [0; 6],
+    cvd_gap: 0.0,
+    tolerance: 0.0,
+    time_ns: 0,
+    iterations_max: 0,
+    iterations: 0,
+    rank: 0,
+    lift_modes: 0,
+    elastic_nodes: 0,
+    crack_nodes: 0,
+    degree: 0,
+    reserved: 0,
+    reserved_tail: [0; 1],
 };
 
 impl Broken {

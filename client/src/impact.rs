@@ -1,7 +1,7 @@
 //! What strikes an object, put together step by step.
 
 use shatter_proto::effect::{Effect, Effects};
-use shatter_proto::request::{Contact, Degree, Elastic, Lift, Origin, Purpose, Strike};
+use shatter_proto::request::{Contact, Degree, Elastic, Lift, Origin, Purpose, Quality, Strike};
 use std::time::Duration;
 
 /// One impact: contacts, and how the answer shall be computed. Lengths in m and directions in the coordinates of the mesh
@@ -43,7 +43,7 @@ impl Impact {
         self
     }
 
-    /// Where the number of sites comes from; inferred by default.
+    /// Where the number of sites comes from; by default the preset says.
     pub fn degree(mut self, degree: Degree) -> Self {
         self.0.degree = degree;
         self
@@ -61,9 +61,34 @@ impl Impact {
         self
     }
 
-    /// Where displacements come from; by default the object's reduced basis, where it is exact enough.
+    /// Where displacements come from; by default the preset says.
     pub fn elastic(mut self, elastic: Elastic) -> Self {
         self.0.elastic = elastic;
+        self
+    }
+
+    /// Which preset says what nothing else says; by default the object's.
+    pub fn quality(mut self, quality: Quality) -> Self {
+        self.0.quality = Some(quality);
+        self
+    }
+
+    /// Largest estimated relative error, of the elastic energy and of how the pieces are centred: both are computed until it is met.
+    pub fn error(mut self, error_max: f64) -> Self {
+        self.0.error_max = Some(error_max);
+        self
+    }
+
+    /// How long the service may take from when it takes the strike in until it sends the answer, ms: quality falls where that is short,
+    /// and the answer says what stopped it.
+    pub fn time_ms(mut self, time_ms_max: f64) -> Self {
+        self.0.time_ms_max = Some(time_ms_max);
+        self
+    }
+
+    /// Iterations at most by which the pieces are centred, instead of the preset's.
+    pub fn iterations(mut self, iterations_max: u32) -> Self {
+        self.0.iterations_max = Some(iterations_max);
         self
     }
 

@@ -54,6 +54,6 @@ pub use impact::Impact;
 pub use object::Object;
 pub use shatter_proto::control::Latency;
 pub use shatter_proto::effect::{Effect, Effects};
-pub use shatter_proto::request::{Degree, Elastic, Lift, Origin, Purpose, Strike};
+pub use shatter_proto::request::{Degree, Elastic, Lift, Origin, Purpose, Quality, Strike};
 pub use shatter_proto::{Fault, Kind, Refusal, exit};
 pub use ticket::{Poll, Progress, Ticket};

@@ -11,6 +11,7 @@
 
 use crate::effect::Effect;
 use crate::name::OBJECT_NAME_MAX;
+use crate::request::Quality;
 use crate::text;
 use bytemuck::{Pod, Zeroable};
 use iceoryx2::prelude::ZeroCopySend;
@@ -221,12 +222,16 @@ impl SectionKind {
 /// Which rule produced the fracture degree; the numbers of [`SummaryWire::degree_source`].
 pub const DEGREE_SOURCES: [&str; 6] = ["threshold", "closed_form", "inferred", "verified", "optimised", "forced"];
 
+/// Where the number of sites was to come from; the numbers of [`SummaryWire::degree`].
+pub const DEGREES: [&str; 6] = ["preset", "closed_form", "optimised", "sites", "verified", "inferred"];
+
 /// Where the energy came from; the numbers of [`SummaryWire::elastic`]. Solved if one body's displacements were; falloff where the
 /// effect `elastic` is off; bounded where the object stays whole whatever the displacements are, so that there are none.
 pub const ELASTIC_SOURCES: [&str; 4] = ["solve", "reduced", "falloff", "bounded"];
 
-/// What stopped the strike; the numbers of [`SummaryWire::stop_reason`].
-pub const STOP_REASONS: [&str; 2] = ["complete", "cap"];
+/// What stopped the strike; the numbers of [`SummaryWire::stop_reason`]. Complete: no diagram was made. Capped: the degree reached a cap.
+/// Else what ended the descent of the diagrams: their tolerance, the error or the time of the strike, or the iterations allowed.
+pub const STOP_REASONS: [&str; 6] = ["complete", "capped", "converged", "error_met", "time", "iterations"];
 
 /// Stages, by the number in [`StageWire::stage`].
 pub const STAGES: [&str; 8] =
@@ -252,8 +257,8 @@ pub struct SummaryWire {
     pub stop_reason: u32,
     /// Index into [`ELASTIC_SOURCES`].
     pub elastic: u32,
-    /// Zero.
-    pub reserved: u32,
+    /// The preset, by its number in a request.
+    pub quality: u32,
     /// γ used, J·m².
     pub gamma_j_m2: f64,
     /// E_1/γ; where `elastic` is bounded it is at most this.
@@ -271,8 +276,30 @@ pub struct SummaryWire {
     pub radius_m: f64,
     /// Relative error of the elastic energy, estimated; zero where it was solved for, or there is none.
     pub energy_error: f64,
+    /// Relative energy of the diagrams above the end of their descents, estimated: the largest; zero without one.
+    pub cvd_gap: f64,
+    /// Tolerance of the diagrams.
+    pub tolerance: f64,
+    /// From admission until right before the answer was sent, ns; like those of stages it differs between equal strikes.
+    pub time_ns: u64,
+    /// Iterations of a diagram that were allowed.
+    pub iterations_max: u32,
+    /// Iterations taken: the most of all bodies.
+    pub iterations: u32,
+    /// Displacements of a basis that were used: the most of all bodies; zero where none was.
+    pub rank: u32,
+    /// Coordinates of the lift beside those in space: the most of all bodies.
+    pub lift_modes: u32,
+    /// Nodes of the object's elastic lattices.
+    pub elastic_nodes: u32,
+    /// Nodes of the object's crack lattices.
+    pub crack_nodes: u32,
+    /// Where the number of sites was to come from, by its number in a request.
+    pub degree: u32,
     /// Zero.
-    pub reserved_tail: [u64; 6],
+    pub reserved: u32,
+    /// Zero.
+    pub reserved_tail: [u64; 1],
 }
 
 impl SummaryWire {
@@ -294,6 +321,16 @@ impl SummaryWire {
     /// Name of where the displacements came from.
     pub fn elastic(&self) -> &'static str {
         ELASTIC_SOURCES.get(self.elastic as usize).copied().unwrap_or("unknown")
+    }
+
+    /// Name of the preset.
+    pub fn quality(&self) -> &'static str {
+        Quality::by_number(self.quality).map_or("unknown", Quality::name)
+    }
+
+    /// Name of where the number of sites was to come from.
+    pub fn degree(&self) -> &'static str {
+        DEGREES.get(self.degree as usize).copied().unwrap_or("unknown")
     }
 
     /// Name of what stopped the strike.
@@ -412,7 +449,7 @@ pub struct FragmentWire {
 const _: () = assert!(size_of::<Block>() == 64 && align_of::<Block>() == 64);
 const _: () = assert!(size_of::<AnswerHeader>() == 64);
 const _: () = assert!(size_of::<SectionWire>() == 24);
-const _: () = assert!(size_of::<SummaryWire>() == 208);
+const _: () = assert!(size_of::<SummaryWire>() == 224);
 const _: () = assert!(size_of::<StageWire>() == 24);
 const _: () = assert!(size_of::<RunWire>() == 32);
 const _: () = assert!(size_of::<FragmentWire>() == 144);

@@ -7,6 +7,10 @@ use bytemuck::{Pod, Zeroable};
 use iceoryx2::prelude::ZeroCopySend;
 use std::time::Duration;
 
+mod dials;
+
+pub use dials::{ERROR_MAX, ITERATIONS_MAX, Lift, Quality, TIME_MS_MAX};
+
 /// First bytes of every request.
 pub const REQUEST_MAGIC: u32 = u32::from_le_bytes(*b"SHTq");
 
@@ -49,7 +53,7 @@ pub struct StrikeWire {
     pub listener: [u8; 16],
     /// Bytes of `object` that count.
     pub object_length: u32,
-    /// 0: inferred. 1: closed form. 2: optimised. 3: `degree_sites`. 4: verified.
+    /// 0: the preset's. 1: closed form. 2: optimised. 3: `degree_sites`. 4: verified. 5: inferred.
     pub degree: u32,
     /// Number of sites under degree 3, else zero.
     pub degree_sites: u32,
@@ -61,9 +65,9 @@ pub struct StrikeWire {
     pub effects_on: u64,
     /// Effects to switch off, one bit each.
     pub effects_off: u64,
-    /// Error budget; reserved.
+    /// Largest estimated error of elastic energy and diagram, relative, at most [`ERROR_MAX`]; zero: the preset's dials decide.
     pub error_max: f64,
-    /// Time budget, ms; reserved.
+    /// Time from the daemon's admission until the answer is sent, ms, at most [`TIME_MS_MAX`]; zero: any.
     pub time_ms_max: f64,
     /// 0: +Y; others reserved.
     pub convention_up: u32,
@@ -83,7 +87,7 @@ pub struct StrikeWire {
     pub object: [u8; OBJECT_NAME_MAX],
     /// Contacts; those beyond `contact_count` are zero.
     pub contacts: [ContactWire; CONTACTS_MAX],
-    /// Where displacements come from. 0: the reduced basis, where it is exact enough. 1: the solve.
+    /// Where displacements come from. 0: the preset says. 1: the solve. 2: the reduced basis, where it is exact enough.
     pub elastic: u64,
     /// Time from the daemon's admission after which the answer is of no use, ns; 0: it always is.
     pub deadline_ns: u64,
@@ -93,8 +97,12 @@ pub struct StrikeWire {
     pub fragment: u32,
     /// 1: the answer is kept, so that its fragments can be struck. 0: it is not.
     pub keep: u32,
+    /// 0: the object's preset. 1: draft. 2: game. 3: film. 4: reference.
+    pub quality: u32,
+    /// 0: the preset's. Else one more than the iterations of a diagram at most, of which there may be [`ITERATIONS_MAX`].
+    pub iterations: u32,
     /// Zero.
-    pub reserved: [u64; 12],
+    pub reserved: [u64; 11],
 }
 
 const _: () = assert!(size_of::<ContactWire>() == 64);
@@ -113,8 +121,10 @@ pub enum Purpose {
 /// Where the number of sites comes from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Degree {
-    /// What the object has learned from its examples; the calibrated closed form where they do not reach.
+    /// From where the preset says.
     #[default]
+    Preset,
+    /// What the object has learned from its examples; the calibrated closed form where they do not reach.
     Inferred,
     /// The inferred number, made to hold.
     Verified,
@@ -126,22 +136,13 @@ pub enum Degree {
     Sites(u32),
 }
 
-/// Which lift.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Lift {
-    /// X = x.
-    Euclidean,
-    /// The augmented interior lift.
-    Interior,
-    /// Diffusion on the surface, carried inside.
-    SurfaceDiffusion,
-}
-
 /// Where displacements come from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Elastic {
-    /// The object's reduced basis, where it has one that is exact enough for the impact; else the solve.
+    /// From where the preset says.
     #[default]
+    Preset,
+    /// The object's reduced basis, where it has one that is exact enough for the impact; else the solve.
     Reduced,
     /// The solve.
     Solve,
@@ -177,6 +178,14 @@ pub struct Strike {
     pub lift: Option<Lift>,
     /// Where displacements come from.
     pub elastic: Elastic,
+    /// The preset that says what nothing else says; `None`: the object's.
+    pub quality: Option<Quality>,
+    /// Elastic energy and diagram are computed until their estimated relative errors are no more, instead of as the preset says.
+    pub error_max: Option<f64>,
+    /// Time from the daemon's admission until the answer is sent, ms: quality falls where it would be exceeded.
+    pub time_ms_max: Option<f64>,
+    /// Iterations of a diagram at most; `None`: the preset's.
+    pub iterations_max: Option<u32>,
     /// Effects to switch on.
     pub enable: Effects,
     /// Effects to switch off.
@@ -223,22 +232,19 @@ impl Strike {
         object_name(&self.object)?;
         wire.object_length = text::put(&mut wire.object, &self.object);
         (wire.degree, wire.degree_sites) = match self.degree {
-            Degree::Inferred => (0, 0),
+            Degree::Preset => (0, 0),
+            Degree::Inferred => (5, 0),
             Degree::Verified => (4, 0),
             Degree::ClosedForm => (1, 0),
             Degree::Optimised => (2, 0),
             Degree::Sites(sites) => (3, sites),
         };
-        wire.lift = match self.lift {
-            None => 0,
-            Some(Lift::Euclidean) => 1,
-            Some(Lift::Interior) => 2,
-            Some(Lift::SurfaceDiffusion) => 3,
-        };
         wire.elastic = match self.elastic {
-            Elastic::Reduced => 0,
+            Elastic::Preset => 0,
             Elastic::Solve => 1,
+            Elastic::Reduced => 2,
         };
+        wire.set_dials(self)?;
         (wire.effects_on, wire.effects_off) = (self.enable.bits(), self.disable.bits());
         wire.gamma_j_m2 = given(self.gamma_j_m2, |_| gamma(0.0))?;
         wire.fragments_max = self.fragments_max.unwrap_or(0);
@@ -298,6 +304,10 @@ impl StrikeWire {
             gamma_j_m2: self.gamma()?,
             lift: self.lift()?,
             elastic: self.elastic()?,
+            quality: self.quality()?,
+            error_max: self.error_max()?,
+            time_ms_max: self.time_ms_max()?,
+            iterations_max: self.iterations_max()?,
             enable,
             disable,
             seed: self.seed,
@@ -344,13 +354,14 @@ impl StrikeWire {
 
     fn degree(&self) -> Result<Degree, Refusal> {
         match (self.degree, self.degree_sites) {
-            (0, 0) => Ok(Degree::Inferred),
+            (0, 0) => Ok(Degree::Preset),
+            (5, 0) => Ok(Degree::Inferred),
             (1, 0) => Ok(Degree::ClosedForm),
             (4, 0) => Ok(Degree::Verified),
             (2, 0) => Ok(Degree::Optimised),
             (3, 0) => Err(Refusal::new(Kind::Degree, "0", "the degree must be at least 1")),
             (3, sites) => Ok(Degree::Sites(sites)),
-            (0..=2 | 4, sites) => {
+            (0..=2 | 4 | 5, sites) => {
                 let at = sites.to_string();
                 Err(Refusal::new(Kind::Degree, at, "degree_sites must be zero unless that many sites are asked for"))
             }
@@ -358,21 +369,12 @@ impl StrikeWire {
         }
     }
 
-    fn lift(&self) -> Result<Option<Lift>, Refusal> {
-        match self.lift {
-            0 => Ok(None),
-            1 => Ok(Some(Lift::Euclidean)),
-            2 => Ok(Some(Lift::Interior)),
-            3 => Ok(Some(Lift::SurfaceDiffusion)),
-            other => Err(Refusal::new(Kind::Lift, other.to_string(), "lift must be 0 to 3")),
-        }
-    }
-
     fn elastic(&self) -> Result<Elastic, Refusal> {
         match self.elastic {
-            0 => Ok(Elastic::Reduced),
+            0 => Ok(Elastic::Preset),
             1 => Ok(Elastic::Solve),
-            other => Err(Refusal::new(Kind::Elastic, other.to_string(), "elastic must be 0 or 1")),
+            2 => Ok(Elastic::Reduced),
+            other => Err(Refusal::new(Kind::Elastic, other.to_string(), "elastic must be 0 to 2")),
         }
     }
 
@@ -386,11 +388,6 @@ impl StrikeWire {
 
     /// Everything this version keeps free, refused by name.
     fn reserved(&self) -> Result<(), Refusal> {
-        for (key, value) in [("error_max", self.error_max), ("time_ms_max", self.time_ms_max)] {
-            if value != 0.0 {
-                return Err(Refusal::new(Kind::Budget, key, format!("{key} = {value}: this version has no budgets")));
-            }
-        }
         let metres = self.convention_metres_per_unit;
         for (key, default) in [
             ("up", self.convention_up == 0),

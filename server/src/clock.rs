@@ -25,6 +25,8 @@ pub struct Clock {
     others_ns: u64,
     /// Where the energy came from, once that is written.
     energy: Option<&'static str>,
+    /// When the answer shall be sent.
+    due: Option<Instant>,
 }
 
 impl Default for Clock {
@@ -38,7 +40,12 @@ impl Clock {
     pub fn showing(shown: Shown) -> Self {
         let rows = std::array::from_fn(|stage| StageWire { stage: stage as u32, ran: 0, ns: 0, bytes: 0 });
         let effects = std::array::from_fn(|effect| EffectWire { effect: effect as u32, ran: 0, ns: 0, bytes: 0 });
-        Self { rows, effects, shown, entered: None, begun: None, others_ns: 0, energy: None }
+        Self { rows, effects, shown, entered: None, begun: None, others_ns: 0, energy: None, due: None }
+    }
+
+    /// The answer shall be sent by then.
+    pub fn until(&mut self, due: Option<Instant>) {
+        self.due = due;
     }
 
     /// Writes an outcome into its sections as part of the last stage, whose results are `bytes` long, and then what every stage and
@@ -116,6 +123,13 @@ impl Watch for Clock {
 
     fn part(&mut self, effect: Effect, bytes: u64) {
         self.count(effect, 0, bytes);
+    }
+
+    fn remaining_s(&self) -> f64 {
+        let now = Instant::now();
+        self.due.map_or(f64::INFINITY, |due| {
+            due.saturating_duration_since(now).as_secs_f64() - now.saturating_duration_since(due).as_secs_f64()
+        })
     }
 }
 

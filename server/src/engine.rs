@@ -2,12 +2,14 @@
 
 use shatter_fracture::pipeline::{Kept, Watch, Workspace};
 use shatter_fracture::token::Token;
+use shatter_proto::answer::StageWire;
 use shatter_proto::control::ObjectRow;
 use shatter_proto::layout::{Counts, Sections};
 use shatter_proto::request::Strike;
 use shatter_proto::{Kind, Refusal};
 use std::path::Path;
 use std::sync::Arc;
+use std::time::Duration;
 
 /// An object that can be struck from several threads at once.
 pub trait Object: Send + Sync {
@@ -57,6 +59,9 @@ pub trait Outcome {
     fn keep(&self) -> Option<Kept> {
         None
     }
+
+    /// The strike took so long, from when its computation began until its answer was sent; `stages` of it as told.
+    fn took(&self, _time: Duration, _stages: &[StageWire]) {}
 
     /// Writes everything but the stages and effects straight into the lent answer; effects are told to `watch`.
     fn write(&self, sections: &mut Sections<'_>, watch: &mut dyn Watch) -> Result<(), Refusal>;

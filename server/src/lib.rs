@@ -6,6 +6,7 @@ pub mod catalog;
 pub mod clock;
 pub mod commands;
 pub mod config;
+mod cost;
 pub mod demo;
 pub mod ears;
 pub mod engine;

@@ -1,5 +1,15 @@
 //! Where wire types turn into engine types and back: the only such place.
 
+mod cost;
+mod dials;
+mod refusals;
+
+pub use self::cost::Timing;
+pub(crate) use self::dials::preset;
+pub(crate) use self::refusals::refusal;
+
+use self::dials::Used;
+use crate::cost::Costs;
 use crate::engine::{Loader, Object, Outcome};
 use crate::scene::{Scene, Terms};
 use bytemuck::Zeroable;
@@ -7,21 +17,22 @@ use nalgebra::Vector3;
 use shatter_fracture::database;
 use shatter_fracture::lift::LiftKind;
 use shatter_fracture::pipeline::{
-    self, Bond, Contact, DEGREE_MAX, Debris, DegreeRequest, DegreeSource, ElasticRequest, FragmentRow, HullRow, Kept,
-    Look, Pieces, Prepared, RunRow, SkinRow, SkinVertex, StrikeError, Velocity, Watch, Workspace,
+    self, Bond, Contact, Cost, DEGREE_MAX, Debris, DegreeSource, FragmentRow, HullRow, Kept, Look, Pieces, Prepared,
+    REDUCED_ERROR_MAX, RunRow, SkinRow, SkinVertex, Velocity, Watch, Workspace,
 };
 use shatter_fracture::scene::{DEFAULT_DURATION_S, DEFAULT_RADIUS_DIAGONALS, Effect, Effects};
 use shatter_fracture::token::Token;
 use shatter_proto::answer::{
     BondWire, DebrisWire, FragmentWire, HULL_FACES_MAX, HullWire, LookWire, NO_MATERIAL, OUTER, RunWire,
-    SkinVertexWire, SkinWire, SummaryWire, VelocityWire, WORLD,
+    SkinVertexWire, SkinWire, StageWire, SummaryWire, VelocityWire, WORLD,
 };
 use shatter_proto::control::ObjectRow;
 use shatter_proto::effect;
 use shatter_proto::layout::{Counts, Layout, Sections};
-use shatter_proto::request::{Degree, Elastic, Lift, Purpose, Strike};
+use shatter_proto::request::{Lift, Purpose, Quality, Strike};
 use shatter_proto::{Kind, Refusal};
 use std::sync::Arc;
+use std::time::Duration;
 
 /// Bytes of answer per crack tetrahedron at most: four labels in it make 24 crack triangles, with their share of
 /// vertices and merge pairs; and per boundary triangle, of which there are fewer than tetrahedra. Normals and texture
@@ -64,6 +75,7 @@ pub fn loader(scene: Option<Scene>) -> Loader {
 pub struct Served {
     prepared: Arc<Prepared>,
     terms: Terms,
+    costs: Arc<Costs>,
 }
 
 impl Served {
@@ -74,7 +86,8 @@ impl Served {
 
     /// On these terms.
     pub fn new(prepared: Arc<Prepared>, terms: Terms) -> Self {
-        Self { prepared, terms }
+        let costs = Arc::new(Costs::new(Cost::typical(&prepared)));
+        Self { prepared, terms, costs }
     }
 
     /// The object.
@@ -116,7 +129,16 @@ impl Object for Served {
     }
 
     fn finish(&self) -> Result<(), Refusal> {
-        self.prepared.factor().map_err(refusal)
+        self.prepared.factor().map_err(refusal)?;
+        if self.costs.is_measured() {
+            return Ok(());
+        }
+        match self.timed() {
+            Ok(samples) => self.costs.measured(&samples),
+            // What cannot be struck has no time.
+            Err(refusal) => tracing::debug!("not timed: {refusal}"),
+        }
+        Ok(())
     }
 
     fn answer_bytes_max(&self) -> usize {
@@ -162,9 +184,23 @@ impl Served {
         outcome: pipeline::Outcome,
     ) -> Result<Box<dyn Outcome>, Refusal> {
         let deformed = request.effects.has(Effect::Elastic);
-        let struck = Struck { object: strike.object.clone(), seed: strike.seed, deformed, outcome };
+        let on = self.terms.effects(strike)?;
+        let used = Used::of(&self.prepared, on, self.quality(strike), request);
+        let struck = Struck {
+            object: strike.object.clone(),
+            seed: strike.seed,
+            deformed,
+            used,
+            costs: self.costs.clone(),
+            outcome,
+        };
         self.fits(&struck.counts())?;
         Ok(Box::new(struck))
+    }
+
+    /// The preset of `strike`.
+    fn quality(&self, strike: &Strike) -> Quality {
+        strike.quality.unwrap_or(self.terms.quality)
     }
 
     /// Refuses an answer beyond the scene's caps.
@@ -184,7 +220,7 @@ impl Served {
 
     /// A strike as the engine wants it, on the object's terms.
     pub(crate) fn request(&self, strike: &Strike) -> Result<pipeline::Strike, Refusal> {
-        let on = self.terms.effects(strike)?;
+        let (on, dials) = (self.terms.effects(strike)?, dials::of(strike, self.quality(strike)));
         let both = Effect::ALL.into_iter().zip(effect::Effect::ALL);
         let contact = |contact: &shatter_proto::request::Contact| Contact {
             point_m: contact.point_m.into(),
@@ -192,22 +228,13 @@ impl Served {
             duration_s: contact.duration_s,
             radius_m: contact.radius_m,
         };
-        Ok(pipeline::Strike {
+        let request = pipeline::Strike {
             contacts: strike.contacts.iter().map(contact).collect(),
-            degree: match strike.degree {
-                Degree::Inferred => DegreeRequest::Inferred,
-                Degree::Verified => DegreeRequest::Verified,
-                Degree::ClosedForm => DegreeRequest::ClosedForm,
-                Degree::Optimised => DegreeRequest::Optimised,
-                Degree::Sites(sites) => DegreeRequest::Sites(sites),
-            },
+            degree: dials.degree,
             degree_max: self.terms.sites_max.map_or(DEGREE_MAX, |most| most.min(DEGREE_MAX)),
             gamma_j_m2: strike.gamma_j_m2.or(self.terms.gamma(&self.prepared.parameters.material)),
-            elastic: match strike.elastic {
-                Elastic::Reduced => ElasticRequest::Reduced,
-                Elastic::Solve => ElasticRequest::Solve,
-            },
-            rank_max: None,
+            elastic: dials.elastic,
+            rank_max: dials.rank_max,
             lift: match strike.lift.unwrap_or(self.terms.lift) {
                 Lift::Euclidean => LiftKind::Euclidean,
                 Lift::SurfaceDiffusion => LiftKind::SurfaceDiffusion,
@@ -215,49 +242,16 @@ impl Served {
             },
             effects: Effects::of(both.filter(|(_, wire)| on.has(*wire)).map(|(effect, _)| effect)),
             volume_min_m3: self.terms.volume_min_m3,
-            tolerance: self.terms.tolerance,
+            tolerance: dials.tolerance,
+            iterations_max: dials.iterations_max,
+            gap_max: None,
+            reduced_error_max: REDUCED_ERROR_MAX,
+            budget: None,
             seed: strike.seed,
             threshold_only: strike.purpose == Purpose::Threshold,
-        })
+        };
+        Ok(dials::bounded(request, strike, self.costs.of(on)))
     }
-}
-
-/// A refusal of the engine on the wire.
-pub(crate) fn refusal(error: StrikeError) -> Refusal {
-    let of = |contact: &usize, field: &str| format!("contacts[{contact}].{field}");
-    let (kind, at) = match &error {
-        StrikeError::ContactCount(count) => (Kind::ContactCount, count.to_string()),
-        StrikeError::Number { contact, key, .. } => match *key {
-            "point" => (Kind::ContactPoint, of(contact, "point_m")),
-            "duration" => (Kind::ContactDuration, of(contact, "duration_s")),
-            "radius" => (Kind::ContactRadius, of(contact, "radius_m")),
-            _ => (Kind::Impulse, of(contact, "impulse_ns")),
-        },
-        StrikeError::ZeroImpulse { contact } => (Kind::Impulse, of(contact, "impulse_ns")),
-        StrikeError::Balanced { body } => (Kind::Impulse, format!("body {body}")),
-        StrikeError::Gamma(gamma) => (Kind::Gamma, gamma.to_string()),
-        StrikeError::Range(e1_over_gamma) => (Kind::Gamma, e1_over_gamma.to_string()),
-        StrikeError::Degree { degree, .. } => (Kind::Degree, degree.to_string()),
-        StrikeError::ElasticityUnprepared { .. } => (Kind::Effect, Effect::Elastic.name().to_owned()),
-        StrikeError::Unheld { effect } | StrikeError::Bare { effect } => (Kind::Effect, effect.name().to_owned()),
-        StrikeError::Undressed { .. } => (Kind::Effect, Effect::Skin.name().to_owned()),
-        StrikeError::LiftUnprepared { lift, .. } => (Kind::Lift, lift.to_string()),
-        StrikeError::TooFar { contact, .. } => (Kind::ContactTooFar, of(contact, "point_m")),
-        StrikeError::Cancelled(_) => (Kind::Cancelled, "client".to_owned()),
-        StrikeError::Elasticity { body, .. } | StrikeError::Field { body, .. } => {
-            let kind = if error.is_callers() { Kind::Unsolvable } else { Kind::Failed };
-            (kind, format!("body {body}"))
-        }
-        StrikeError::UnknownFragment { fragment, .. } => (Kind::UnknownFragment, fragment.to_string()),
-        StrikeError::FragmentSmall { fragment } | StrikeError::FragmentLarge { fragment, .. } => {
-            (Kind::FragmentSize, fragment.to_string())
-        }
-        StrikeError::FragmentLiftKind { lift, .. } => (Kind::Lift, lift.to_string()),
-        StrikeError::FragmentLift { fragment, .. } => (Kind::Unsolvable, format!("fragment {fragment}")),
-        StrikeError::OtherObject => (Kind::Failed, "kept".to_owned()),
-        StrikeError::Tessellation(_) | StrikeError::SectionLengths { .. } => (Kind::Failed, "tessellation".to_owned()),
-    };
-    Refusal::new(kind, at, error.to_string())
 }
 
 /// An outcome of the engine, with what it does not know of the request.
@@ -266,6 +260,8 @@ struct Struck {
     seed: u64,
     /// Whether its energy is that of a deformation.
     deformed: bool,
+    used: Used,
+    costs: Arc<Costs>,
     outcome: pipeline::Outcome,
 }
 
@@ -298,6 +294,13 @@ impl Outcome for Struck {
         self.outcome.pieces.as_ref().map(Pieces::keep)
     }
 
+    fn took(&self, time: Duration, stages: &[StageWire]) {
+        if self.outcome.sites > 0 {
+            let [front, diagram] = cost::before_rest(stages);
+            self.costs.learn(self.used.effects, self.outcome.sites, time.saturating_sub(front + diagram));
+        }
+    }
+
     fn write(&self, sections: &mut Sections<'_>, watch: &mut dyn Watch) -> Result<(), Refusal> {
         *sections.summary = self.summary();
         let Some(pieces) = &self.outcome.pieces else { return Ok(()) };
@@ -328,7 +331,6 @@ impl Struck {
             sites: outcome.sites,
             fracture_degree: outcome.fracture_degree,
             capped: u32::from(outcome.capped),
-            stop_reason: u32::from(outcome.capped),
             gamma_j_m2: outcome.gamma_j_m2,
             e1_over_gamma: outcome.e1_over_gamma,
             threshold_impulse_factor: outcome.impulse_factor,
@@ -345,6 +347,7 @@ impl Struck {
             ..SummaryWire::zeroed()
         };
         summary.set_object(&self.object);
+        self.used.tell(outcome, &mut summary);
         summary
     }
 }
@@ -481,18 +484,5 @@ mod tests {
         ] {
             assert_eq!(serde_json::json!(source), DEGREE_SOURCES[number]);
         }
-    }
-
-    #[test]
-    fn refusals_of_the_engine_name_the_offender() {
-        let far = StrikeError::TooFar { contact: 2, distance_m: 1.0, radius_m: 0.5 };
-        let refusal = refusal(far);
-        assert_eq!((refusal.kind, refusal.at.as_str()), (Kind::ContactTooFar, "contacts[2].point_m"));
-        let number = StrikeError::Number { contact: 0, key: "peak force", value: f64::INFINITY, positive: true };
-        assert_eq!(super::refusal(number).kind, Kind::Impulse);
-        let unprepared = super::refusal(StrikeError::LiftUnprepared { body: 0, lift: LiftKind::SurfaceDiffusion });
-        assert_eq!((unprepared.kind, unprepared.at.as_str()), (Kind::Lift, "surface_diffusion"));
-        let cancelled = StrikeError::Cancelled(shatter_fracture::token::Cancelled);
-        assert_eq!(super::refusal(cancelled).kind, Kind::Cancelled);
     }
 }

@@ -201,7 +201,13 @@ fn the_command_line_strikes_and_prints_one_document() {
     let names = answer["stages"].as_array().unwrap().iter().map(|stage| stage["name"].as_str().unwrap());
     assert!(names.eq(STAGES.into_iter().chain(Effect::ALL.map(Effect::name))), "{out}");
     let keys = ["object", "handle", "gamma_j_m2", "e1_over_gamma", "sites", "fracture_degree", "degree_source"];
-    let keys = keys.into_iter().chain(["confidence", "capped", "stop_reason", "error_estimate", "round_trip_ns"]);
+    let keys = keys.into_iter().chain(["quality", "iterations", "time_ns"]).chain([
+        "confidence",
+        "capped",
+        "stop_reason",
+        "error_estimate",
+        "round_trip_ns",
+    ]);
     for key in keys.chain(["response_bytes", "output_hash", "sections"]) {
         assert!(answer.get(key).is_some(), "{key}: {out}");
     }
@@ -211,6 +217,12 @@ fn the_command_line_strikes_and_prints_one_document() {
     assert_eq!((code, json(&out)["impulse_ns"].as_f64()), (0, Some(0.5)), "{out}");
     let (code, out) = shatter(&here, &["impact", "vase", "--point", "0,0,0", "--impulse", "0,0,0", "--json"]);
     assert_eq!((code, json(&out)["error"]["kind"].as_str()), (3, Some("impulse")), "{out}");
+    for (flag, value, at) in [("--error", "2", "error_max"), ("--time-ms", "0", "time_ms_max")] {
+        let (code, out) = shatter(&here, &[&strike[..], &[flag, value]].concat());
+        assert_eq!((code, json(&out)["error"]["at"].as_str()), (3, Some(at)), "{out}");
+    }
+    let (code, out) = shatter(&here, &[&strike[..], &["--quality", "fine"]].concat());
+    assert!(code == 2 && out.contains("film"), "{out}");
     let folder = here.databases().join("broken vase ä");
     let (code, out) = shatter(&here, &[&strike[..], &["--out", folder.to_str().unwrap()]].concat());
     assert!(code == 0 && json(&out)["file"].as_str().unwrap().ends_with("vase.glb"), "{out}");

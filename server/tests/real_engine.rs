@@ -3,7 +3,7 @@
 
 mod support;
 
-use shatter_client::{Degree, Impact, Kind, Object, Refusal};
+use shatter_client::{Degree, Impact, Kind, Object, Quality, Refusal};
 use shatter_fracture::pipeline::{Watch, Workspace};
 use shatter_fracture::token::Token;
 use shatter_proto::control::ObjectRow;
@@ -151,6 +151,50 @@ fn threads_and_company_change_no_byte() {
 }
 
 #[test]
+fn answers_tell_the_numbers_that_they_were_computed_by() {
+    let (_daemon, bar, _) = start("");
+    let strike = |impact: Impact| bar.strike(&impact).unwrap().wait(patience()).unwrap().summary();
+    let sites = blow(50.0).degree(Degree::Sites(20));
+    let game = strike(sites.clone());
+    assert_eq!((game.quality(), game.degree(), game.stop_reason()), ("game", "sites", "converged"));
+    assert_eq!((game.tolerance, game.iterations_max), (1e-3, 200));
+    assert_eq!(u64::from(game.crack_nodes), u64::from(bar.facts().crack_nodes));
+    assert_eq!((game.elastic(), game.rank, game.energy_error), ("solve", 0, 0.0), "it has no basis");
+    assert!(game.elastic_nodes > 0 && game.lift_modes > 0 && game.cvd_gap > 0.0 && game.time_ns > 0);
+    let draft = strike(sites.clone().quality(Quality::Draft));
+    assert_eq!((draft.quality(), draft.tolerance, draft.iterations_max), ("draft", 1e-2, 8));
+    assert!(draft.iterations <= 8 && draft.cvd_gap > game.cvd_gap, "{draft:?}");
+    let film = strike(blow(50.0).quality(Quality::Film).iterations(5));
+    assert_eq!((film.quality(), film.degree(), film.iterations_max), ("film", "inferred", 5));
+    assert_eq!((film.iterations, film.stop_reason()), (5, "iterations"));
+    let whole = strike(blow(1e-3).quality(Quality::Draft));
+    assert_eq!((whole.quality(), whole.stop_reason(), whole.cvd_gap), ("draft", "complete", 0.0));
+}
+
+#[test]
+fn without_time_the_start_is_the_answer_and_with_enough_nothing_changes() {
+    let (_daemon, bar, _) = start("");
+    let strike = |impact: &Impact| bar.strike(impact).unwrap().wait(patience()).unwrap();
+    let positions = |broken: &shatter_client::Broken| {
+        broken.digest().sections.into_iter().find(|section| section.name == "positions").unwrap().hash
+    };
+    let sites = blow(50.0).degree(Degree::Sites(20));
+    let none = strike(&sites.clone().time_ms(1e-3));
+    assert_eq!((none.summary().stop_reason(), none.summary().iterations), ("time", 0));
+    assert!(none.fragments().all(|fragment| fragment.is_closed()));
+    let volume: f64 = none.fragments().map(|fragment| fragment.volume_m3()).sum();
+    assert!((volume / bar.facts().volume_m3 - 1.0).abs() < 1e-6, "{volume}");
+    assert_eq!(positions(&none), positions(&strike(&sites.clone().iterations(0))));
+    let usual = strike(&sites);
+    assert_ne!(positions(&none), positions(&usual));
+    let hour = strike(&sites.clone().time_ms(3.6e6));
+    assert_eq!((hour.summary().stop_reason(), positions(&hour)), ("converged", positions(&usual)));
+    let rough = strike(&sites.error(0.2)).summary();
+    assert_eq!((rough.stop_reason(), rough.cvd_gap <= 0.2), ("error_met", true), "{rough:?}");
+    assert!(rough.iterations < usual.summary().iterations);
+}
+
+#[test]
 fn the_engines_refusals_name_the_offender() {
     let (_daemon, bar, _) = start("");
     let refusal = |impact: Impact| bar.strike(&impact).and_then(|mut ticket| ticket.wait(patience())).err().unwrap();
@@ -163,6 +207,8 @@ fn the_engines_refusals_name_the_offender() {
     check(blow(1.0).and_at([1e200, 0.0, 0.0]).impulse([1.0; 3]), Kind::ContactTooFar, "contacts[1].point_m");
     check(blow(1e145).gamma(1e-30), Kind::Gamma, "inf");
     check(blow(1.0).degree(Degree::Sites(513)), Kind::Degree, "513");
+    check(blow(1.0).error(-1.0), Kind::Budget, "error_max");
+    check(blow(1.0).time_ms(f64::NAN), Kind::Budget, "time_ms_max");
     check(blow(50.0).degree(Degree::Sites(30)).fragments_max(5), Kind::CapExceeded, "fragments_max");
 }
 

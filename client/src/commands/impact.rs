@@ -2,7 +2,9 @@
 
 use super::{ANSWER, Failure, document, out, reply, vector, with_contact};
 use serde_json::{Value, json};
-use shatter_client::{Broken, Deadline, Degree, Effect, Elastic, Hull, Impact, Kind, Lift, Origin, Refusal, Shatter};
+use shatter_client::{
+    Broken, Deadline, Degree, Effect, Elastic, Hull, Impact, Kind, Lift, Origin, Quality, Refusal, Shatter,
+};
 use shatter_proto::answer::{BondWire, DebrisWire, EffectWire, HullWire, NO_MATERIAL, SummaryWire};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -26,18 +28,31 @@ pub struct Args {
     #[arg(long, value_name = "R", allow_hyphen_values = true)]
     radius_m: Option<f64>,
     /// Where the number of sites comes from: a number, or a rule: `inferred` from the object's examples (the closed form where
-    /// they do not reach), `verified`, `closed_form`, `optimised`.
-    #[arg(long, value_name = "N|inferred|verified|closed_form|optimised", default_value = "inferred", value_parser = degree, allow_hyphen_values = true)]
-    degree: Degree,
+    /// they do not reach), `verified`, `closed_form`, `optimised`; without it the preset says.
+    #[arg(long, value_name = "N|inferred|verified|closed_form|optimised", value_parser = degree, allow_hyphen_values = true)]
+    degree: Option<Degree>,
     /// γ, J·m², instead of the object's own.
     #[arg(long, value_name = "G", allow_hyphen_values = true)]
     gamma: Option<f64>,
     /// Which lift: `euclidean`, `interior` (the default) or `surface_diffusion`.
     #[arg(long, value_name = "euclidean|interior|surface_diffusion", value_parser = lift)]
     lift: Option<Lift>,
-    /// Where displacements come from: `reduced`, from the object's examples where that is exact enough, or `solve`.
-    #[arg(long, value_name = "reduced|solve", default_value = "reduced", value_parser = elastic)]
-    elastic: Elastic,
+    /// Where displacements come from: `reduced`, from the object's examples where that is exact enough, or `solve`; without it the
+    /// preset says.
+    #[arg(long, value_name = "reduced|solve", value_parser = elastic)]
+    elastic: Option<Elastic>,
+    /// Which preset says what is not said here; without it the object's. The document tells its numbers.
+    #[arg(long, value_name = "draft|game|film|reference", value_parser = quality)]
+    quality: Option<Quality>,
+    /// Largest estimated relative error, of the elastic energy and of how the pieces are centred, whichever is worse.
+    #[arg(long, value_name = "E", allow_hyphen_values = true)]
+    error: Option<f64>,
+    /// Milliseconds from when the service takes it in until it sends the answer; quality falls where that is short.
+    #[arg(long, value_name = "T", allow_hyphen_values = true)]
+    time_ms: Option<f64>,
+    /// Iterations at most by which the pieces are centred; what a strike that ran out of time took repeats it.
+    #[arg(long, value_name = "N")]
+    iterations: Option<u32>,
     /// Effects to switch on, separated by commas.
     #[arg(long, value_name = "EFFECT,..", value_delimiter = ',', value_parser = effect)]
     enable: Vec<Effect>,
@@ -93,6 +108,10 @@ fn elastic(text: &str) -> Result<Elastic, String> {
         "solve" => Ok(Elastic::Solve),
         _ => Err("`reduced` or `solve`".to_owned()),
     }
+}
+
+fn quality(text: &str) -> Result<Quality, Refusal> {
+    Quality::by_name(text)
 }
 
 fn origin(text: &str) -> Result<Origin, String> {
@@ -159,7 +178,13 @@ fn impact(args: &Args) -> Impact {
     let impact = contacts.fold(first.unwrap_or(Impact::at([0.0; 3])), |impact, (point, impulse)| {
         describe(impact.and_at(*point), impulse)
     });
-    let impact = impact.degree(args.degree).elastic(args.elastic).seed(args.seed);
+    let impact = impact.seed(args.seed);
+    let impact = args.degree.map_or(impact.clone(), |degree| impact.degree(degree));
+    let impact = args.elastic.map_or(impact.clone(), |elastic| impact.elastic(elastic));
+    let impact = args.quality.map_or(impact.clone(), |quality| impact.quality(quality));
+    let impact = args.error.map_or(impact.clone(), |error_max| impact.error(error_max));
+    let impact = args.time_ms.map_or(impact.clone(), |time_ms| impact.time_ms(time_ms));
+    let impact = args.iterations.map_or(impact.clone(), |count| impact.iterations(count));
     let impact = args.enable.iter().fold(impact, |impact, effect| impact.enable(*effect));
     let impact = args.disable.iter().fold(impact, |impact, effect| impact.disable(*effect));
     let impact = args.gamma.map_or(impact.clone(), |gamma| impact.gamma(gamma));
@@ -263,7 +288,23 @@ fn to_json(broken: &Broken, file: Option<&Path>) -> Value {
         "degree_source": summary.degree_source(),
         "confidence": summary.confidence,
         "elastic": summary.elastic(),
-        "error_estimate": { "energy": (![FALLOFF, BOUNDED].contains(&summary.elastic())).then_some(summary.energy_error) },
+        "error_estimate": {
+            "energy": (![FALLOFF, BOUNDED].contains(&summary.elastic())).then_some(summary.energy_error),
+            "cvd_gap": (summary.sites > 0).then_some(summary.cvd_gap),
+        },
+        "iterations": summary.iterations,
+        "time_ns": summary.time_ns,
+        "quality": {
+            "name": summary.quality(),
+            "elastic": summary.elastic(),
+            "rank": summary.rank,
+            "tolerance": summary.tolerance,
+            "iterations": summary.iterations_max,
+            "lift_modes": summary.lift_modes,
+            "crack_nodes": summary.crack_nodes,
+            "elastic_nodes": summary.elastic_nodes,
+            "degree": summary.degree(),
+        },
         "capped": summary.capped != 0,
         "radius_m": summary.radius_m,
         "fragments": fragments,
@@ -329,6 +370,14 @@ fn screen(broken: &Broken, file: Option<&Path>) -> Result<(), Failure> {
         .map(|stage| format!("{} {:.2}", stage.name(), stage.ns as f64 * 1e-6))
         .collect();
     out(format_args!("  ms: {}\n", times.join(", ")))?;
+    out(format_args!(
+        "  quality: {}, {} iterations ({}), gap of the cells {:.2} % (estimated); {:.2} ms from admission to sending\n",
+        summary.quality(),
+        summary.iterations,
+        summary.stop_reason(),
+        100.0 * summary.cvd_gap,
+        summary.time_ns as f64 * 1e-6
+    ))?;
     let effects: Vec<&str> = broken.effects().iter().filter(|row| row.ran != 0).map(EffectWire::name).collect();
     out(format_args!("  effects: {}\n", if effects.is_empty() { "none".to_owned() } else { effects.join(", ") }))?;
     let mut masses: Vec<f64> = broken.fragments().map(|fragment| fragment.mass_kg()).collect();

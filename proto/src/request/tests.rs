@@ -33,9 +33,18 @@ fn a_strike_survives_the_wire() {
         deadline: Some(Duration::from_millis(12)),
         from: Some(Origin { handle: 7, fragment: 9 }),
         keep: true,
+        quality: Some(Quality::Film),
+        error_max: Some(0.02),
+        time_ms_max: Some(7.5),
+        iterations_max: Some(0),
         ..strike()
     };
-    for degree in [Degree::Inferred, Degree::Verified, Degree::ClosedForm, Degree::Sites(7)] {
+    for quality in Quality::ALL {
+        let strike = Strike { quality: Some(quality), elastic: Elastic::Reduced, ..optimised.clone() };
+        assert_eq!(strike.wire([0; 16], 0).unwrap().validate().unwrap(), strike);
+        assert_eq!(Quality::by_name(quality.name()), Ok(quality));
+    }
+    for degree in [Degree::Preset, Degree::Inferred, Degree::Verified, Degree::ClosedForm, Degree::Sites(7)] {
         let strike = Strike { degree, ..optimised.clone() };
         assert_eq!(strike.wire([0; 16], 0).unwrap().validate().unwrap(), strike);
     }
@@ -50,7 +59,8 @@ fn zero_is_the_default() {
     let mut wire = wire();
     (wire.degree, wire.lift, wire.gamma_j_m2, wire.convention_metres_per_unit) = (0, 0, 0.0, 1.0);
     let strike = wire.validate().unwrap();
-    assert_eq!((strike.degree, strike.lift, strike.gamma_j_m2), (Degree::Inferred, None, None));
+    assert_eq!((strike.degree, strike.lift, strike.gamma_j_m2), (Degree::Preset, None, None));
+    assert_eq!((strike.quality, strike.error_max, strike.time_ms_max, strike.iterations_max), (None, None, None, None));
 }
 
 #[test]
@@ -70,13 +80,19 @@ fn every_rule_names_its_offender() {
     check(|w| w.gamma_j_m2 = -1.0, Kind::Gamma, "gamma_j_m2");
     check(|w| w.gamma_j_m2 = f64::NAN, Kind::Gamma, "gamma_j_m2");
     check(|w| w.degree = 3, Kind::Degree, "0");
-    check(|w| w.degree = 5, Kind::Degree, "5");
+    check(|w| w.degree = 6, Kind::Degree, "6");
     check(|w| w.degree_sites = 5, Kind::Degree, "5");
     check(|w| w.lift = 4, Kind::Lift, "4");
     check(|w| w.effects_on = 1 << 40, Kind::UnknownEffect, "40");
     check(|w| w.effects_off = 1 << 63 | 4, Kind::UnknownEffect, "63");
     check(|w| w.error_max = f64::NAN, Kind::Budget, "error_max");
-    check(|w| w.time_ms_max = 8.0, Kind::Budget, "time_ms_max");
+    check(|w| w.error_max = 1.5, Kind::Budget, "error_max");
+    check(|w| w.error_max = -0.1, Kind::Budget, "error_max");
+    check(|w| w.time_ms_max = -8.0, Kind::Budget, "time_ms_max");
+    check(|w| w.time_ms_max = f64::INFINITY, Kind::Budget, "time_ms_max");
+    check(|w| w.quality = 5, Kind::Budget, "quality");
+    check(|w| w.iterations = u32::MAX, Kind::Budget, "iterations_max");
+    check(|w| w.elastic = 3, Kind::Elastic, "3");
     check(|w| w.convention_up = 1, Kind::Convention, "convention.up");
     check(|w| w.convention_metres_per_unit = 0.01, Kind::Convention, "convention.metres_per_unit");
     check(|w| w.fragment = 3, Kind::UnknownFragment, "3");
@@ -92,6 +108,10 @@ fn a_given_zero_is_refused_before_it_becomes_a_default() {
     let kind = |strike: Strike| strike.wire([0; 16], 0).unwrap_err().kind;
     assert_eq!(kind(Strike { gamma_j_m2: Some(0.0), ..strike() }), Kind::Gamma);
     assert_eq!(kind(Strike { degree: Degree::Sites(0), ..strike() }), Kind::Degree);
+    assert_eq!(kind(Strike { error_max: Some(0.0), ..strike() }), Kind::Budget);
+    assert_eq!(kind(Strike { time_ms_max: Some(0.0), ..strike() }), Kind::Budget);
+    assert_eq!(kind(Strike { iterations_max: Some(u32::MAX), ..strike() }), Kind::Budget);
+    assert_eq!(Quality::by_name("fine").unwrap_err().at, "quality");
     assert_eq!(kind(Strike { contacts: vec![], ..strike() }), Kind::ContactCount);
     let mut zero = strike();
     zero.contacts[1].radius_m = Some(0.0);

@@ -5,7 +5,7 @@ use super::{Failure, bake_scene, baked, interrupt, out, shares};
 use crate::config::data_folder;
 use clap::Args;
 use shatter_fracture::database::{self, BakeError, BakeRequest, Partial, Share, Tables};
-use shatter_fracture::pipeline::{ElasticRequest, Prepared};
+use shatter_fracture::pipeline::{ElasticRequest, Prepared, Quality};
 use shatter_fracture::scene::Materials;
 use shatter_fracture::surface::{self, RawMesh, Sheets, Surface, SurfaceError, Unit, Up};
 use std::path::{Path, PathBuf};
@@ -32,7 +32,7 @@ pub struct BakeArgs {
     /// the same is kept
     #[arg(long, value_name = "FILE", conflicts_with_all = [
         "mesh", "name", "material", "materials", "fragment_size", "gamma", "unit", "up", "elastic_spacing", "crack_spacing",
-        "examples", "elastic", "add", "seed", "cracks", "shard", "resume", "restart",
+        "examples", "elastic", "quality", "add", "seed", "cracks", "shard", "resume", "restart",
     ])]
     pub scene: Option<PathBuf>,
     /// Material
@@ -53,10 +53,15 @@ pub struct BakeArgs {
     /// Axis of the mesh file that points up: y, z
     #[arg(long, default_value = "y")]
     pub up: Up,
-    /// Spacing of the elastic lattice over the bounding-box diagonal [default: about 3000 nodes, more where limbs are thin]
+    /// Which preset its lattices are of; spacings that are given go before it
+    #[arg(long, value_name = "draft|game|film|reference", default_value = "game", value_parser = quality)]
+    pub quality: Quality,
+    /// Spacing of the elastic lattice over the bounding-box diagonal [default: the preset's, about 3000 nodes for game, more where
+    /// limbs are thin]
     #[arg(long, value_name = "R", allow_negative_numbers = true)]
     pub elastic_spacing: Option<f64>,
-    /// Spacing of the crack lattice over the bounding-box diagonal [default: about 12000 nodes, more where walls are thin]
+    /// Spacing of the crack lattice over the bounding-box diagonal [default: the preset's, about 12000 nodes for game, more
+    /// where walls are thin]
     #[arg(long, value_name = "R", allow_negative_numbers = true)]
     pub crack_spacing: Option<f64>,
     /// Impacts to learn the fracture degree from; 0: none, the closed form decides
@@ -68,7 +73,7 @@ pub struct BakeArgs {
     pub elastic: ElasticRequest,
     /// Add this many impacts to the examples of the database that is there; everything else stays as it was baked
     #[arg(long, value_name = "K", conflicts_with_all = [
-        "examples", "elastic", "material", "materials", "fragment_size", "gamma", "elastic_spacing", "crack_spacing", "seed",
+        "examples", "elastic", "quality", "material", "materials", "fragment_size", "gamma", "elastic_spacing", "crack_spacing", "seed",
     ])]
     pub add: Option<u64>,
     /// Seed of everything random
@@ -145,6 +150,10 @@ fn elastic(text: &str) -> Result<ElasticRequest, String> {
     }
 }
 
+fn quality(text: &str) -> Result<Quality, String> {
+    Quality::by_name(text).ok_or_else(|| "`draft`, `game`, `film` or `reference`".to_owned())
+}
+
 /// The sheets of existing cracks; what is wrong with them is said of their file.
 fn sheets(file: &Path, args: &BakeArgs) -> Result<RawMesh, Failure> {
     surface::read(file, args.unit, args.up).map_err(|error| match error {
@@ -184,6 +193,7 @@ fn request(args: &BakeArgs, name: &str) -> Result<BakeRequest, Failure> {
         material: Materials::parse(&table)?.get(&args.material)?.clone(),
         fragment_size_m: args.fragment_size,
         gamma_j_m2: args.gamma,
+        quality: args.quality,
         elastic_spacing: args.elastic_spacing,
         crack_spacing: args.crack_spacing,
         kappa: None,

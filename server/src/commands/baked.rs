@@ -48,6 +48,7 @@ fn document(prepared: &Prepared, file: &Path, seconds: f64) -> serde_json::Value
         "elastic_tets": prepared.elastic_tets(),
         "crack_nodes": prepared.crack_nodes(),
         "crack_tets": prepared.crack_tets(),
+        "quality": prepared.parameters.quality,
         "elastic_spacing": prepared.parameters.elastic_spacing,
         "crack_spacing": prepared.parameters.crack_spacing,
         "lattice_volume_m3": report.lattice_volume_m3,

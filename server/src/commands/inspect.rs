@@ -3,8 +3,9 @@
 use super::{Failure, intact, out};
 use crate::report;
 use crate::study::examples;
+use crate::wire::{Served, Timing};
 use clap::Args;
-use serde_json::json;
+use serde_json::{Value, json};
 use shatter_fracture::database;
 use std::path::PathBuf;
 
@@ -19,6 +20,9 @@ pub struct InspectArgs {
     /// Also write the intact object: the boundary of its lattice, in metres, coordinates of the mesh file
     #[arg(long, value_name = "FILE.obj|FILE.glb")]
     pub mesh: Option<PathBuf>,
+    /// Also strike it a few dozen times, and tell what strikes of so many sites are expected to take here, and how far that is off
+    #[arg(long)]
+    pub time: bool,
     /// One JSON document on stdout
     #[arg(long)]
     pub json: bool,
@@ -28,14 +32,15 @@ pub struct InspectArgs {
 pub fn run(args: &InspectArgs) -> Result<(), Failure> {
     args.out.as_deref().map_or(Ok(()), out::folder)?;
     let damaged = |error| Failure::database(&args.file, &error);
-    let prepared = database::load(&args.file).map_err(damaged)?;
+    let served = Served::whole(database::load(&args.file).map_err(damaged)?);
+    let prepared = served.prepared();
     let provenance = database::load_provenance(&args.file).map_err(damaged)?;
     let page = args.out.as_ref().map(|folder| folder.join(format!("{}.html", prepared.name)));
     if let Some(page) = &page {
-        let study = examples::page(&prepared)?;
+        let study = examples::page(prepared)?;
         std::fs::write(page, report::study(&study)).map_err(|error| Failure::output(page, &error))?;
     }
-    args.mesh.as_ref().map_or(Ok(()), |mesh| intact::write(&prepared, mesh))?;
+    args.mesh.as_ref().map_or(Ok(()), |mesh| intact::write(prepared, mesh))?;
     let bytes = std::fs::metadata(&args.file).map_or(0, |metadata| metadata.len());
     let document = json!({
         "object": prepared.name,
@@ -70,6 +75,7 @@ pub fn run(args: &InspectArgs) -> Result<(), Failure> {
         "cracks": prepared.report.cracks,
         "defects": prepared.report.defects,
         "unprepared": prepared.report.unprepared,
+        "time": timing(&served, args.time)?,
         "page": page,
         "mesh": args.mesh,
     });
@@ -86,4 +92,20 @@ pub fn run(args: &InspectArgs) -> Result<(), Failure> {
         }
     }
     out::print(&text)
+}
+
+/// What strikes are expected to take, if that is asked for; `null` where it is not, or nothing fits.
+fn timing(served: &Served, asked: bool) -> Result<Value, Failure> {
+    let timing = if asked { served.timing()? } else { None };
+    let Some(Timing { cost, strikes, error_median, error_p90 }) = timing else { return Ok(Value::Null) };
+    Ok(json!({
+        "reduced_ms": 1e3 * cost.reduced_s,
+        "solve_ms": 1e3 * cost.solve_s,
+        "start_ms": cost.start_s.map(|value| 1e3 * value),
+        "iteration_ms": cost.iteration_s.map(|value| 1e3 * value),
+        "rest_ms": cost.rest_s.map(|value| 1e3 * value),
+        "strikes": strikes,
+        "log_error_median": error_median,
+        "log_error_p90": error_p90,
+    }))
 }

@@ -45,6 +45,10 @@ impl SurfaceEnergy {
             effects: Effects::default(),
             volume_min_m3: None,
             tolerance: shatter_fracture::centroidal::TOLERANCE,
+            iterations_max: shatter_fracture::centroidal::ITERATIONS_MAX,
+            gap_max: None,
+            reduced_error_max: 0.0,
+            budget: None,
             seed: 0,
             threshold_only: true,
         };

@@ -234,6 +234,9 @@ impl Crew {
         let _span =
             tracing::info_span!("strike", object = strike.object, client = flight.client(), sequence = flight.key().1)
                 .entered();
+        let begun = Instant::now();
+        let time = strike.time_ms_max.map(|ms| Duration::from_secs_f64(1e-3 * ms));
+        clock.until(time.and_then(|time| flight.arrived().checked_add(time)));
         let workspace = self.workspaces.lock().unwrap_or_else(PoisonError::into_inner).pop();
         let mut workspace = workspace.unwrap_or_default();
         let outcome = match (&kept, strike.from) {
@@ -252,7 +255,8 @@ impl Crew {
         self.populated.ensure(lent.payload_mut())?;
         *lent.user_header_mut() = layout.header(flight.key().1);
         let handle = self.keep(&strike, object, outcome.as_ref());
-        let sent = write(lent, &layout, outcome.as_ref(), handle, clock).and_then(|written| flight.send(written));
+        let written = write(lent, &layout, outcome.as_ref(), (handle, flight.arrived()), clock);
+        let sent = written.and_then(|written| flight.send(written));
         if handle != 0 && sent.is_err() {
             // Nobody knows of it; whether younger ones took its place already does not matter.
             let _ = self.release(handle);
@@ -260,6 +264,7 @@ impl Crew {
         sent?;
         // Before the outcome is given back, which takes as long again.
         self.waker.wake(flight.key().0);
+        outcome.took(begun.elapsed(), &clock.rows());
         Ok(())
     }
 
@@ -297,12 +302,12 @@ fn fit(strike: &Strike, outcome: &dyn Outcome) -> Result<Layout, Refusal> {
     }
 }
 
-/// Writes the answer where the client will read it; `handle` names it to later strikes.
+/// Writes the answer where the client will read it; `handle` names it to later strikes, `arrived` is when its strike did.
 fn write(
     mut lent: Lent,
     layout: &Layout,
     outcome: &dyn Outcome,
-    handle: u64,
+    (handle, arrived): (u64, Instant),
     clock: &mut Clock,
 ) -> Result<Written, Refusal> {
     let raw: *mut [MaybeUninit<Block>] = lent.payload_mut();
@@ -313,6 +318,7 @@ fn write(
     let mut sections = layout.split(payload).ok_or_else(unfit)?;
     clock.write(outcome, &mut sections, layout.base_bytes())?;
     sections.summary.handle = handle;
+    sections.summary.time_ns = u64::try_from(arrived.elapsed().as_nanos()).unwrap_or(u64::MAX);
     // SAFETY: every byte is initialised, see above.
     Ok(unsafe { lent.assume_init() })
 }

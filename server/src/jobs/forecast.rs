@@ -23,8 +23,9 @@ pub struct Work {
     object: String,
     /// Rule of the degree; for a number of sites its magnitude.
     rule: u32,
-    /// Effects that are switched on and off, lift, where displacements come from, whether a fragment is struck.
-    how: [u64; 5],
+    /// Effects that are switched on and off, lift, where displacements come from, whether a fragment is struck, preset, iterations; error
+    /// and time by their magnitudes.
+    how: [u64; 9],
 }
 
 impl Work {
@@ -32,14 +33,25 @@ impl Work {
     pub fn of(strike: &Strike) -> Self {
         let rule = match (strike.purpose, strike.degree) {
             (Purpose::Threshold, _) => 0,
-            (_, Degree::Inferred | Degree::ClosedForm) => 1,
+            (_, Degree::Preset | Degree::Inferred | Degree::ClosedForm) => 1,
             (_, Degree::Verified) => 2,
             (_, Degree::Optimised) => 3,
             (_, Degree::Sites(sites)) => 4 + sites.max(1).ilog2(),
         };
         let lift = strike.lift.map_or(0, |lift| 1 + lift as u64);
         let again = u64::from(strike.from.is_some());
-        let how = [strike.enable.bits(), strike.disable.bits(), lift, strike.elastic as u64, again];
+        let magnitude = |value: Option<f64>| value.map_or(0, |value| value.to_bits() >> 52);
+        let how = [
+            strike.enable.bits(),
+            strike.disable.bits(),
+            lift,
+            strike.elastic as u64,
+            again,
+            strike.quality.map_or(0, |quality| quality.number().into()),
+            strike.iterations_max.map_or(0, |count| 1 + u64::from(count)),
+            magnitude(strike.error_max),
+            magnitude(strike.time_ms_max),
+        ];
         Self { object: strike.object.clone(), rule, how }
     }
 }

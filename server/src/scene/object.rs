@@ -3,7 +3,6 @@
 use super::names::{known, nearest};
 use super::{Recipe, anchors, invalid, warp};
 use serde::Deserialize;
-use shatter_fracture::centroidal::TOLERANCE;
 use shatter_fracture::database::{BakeRequest, Tables};
 use shatter_fracture::degree::reference_gamma;
 use shatter_fracture::pipeline::{HoldError, Prepared};
@@ -13,7 +12,7 @@ use shatter_fracture::token::Token;
 use shatter_proto::Refusal;
 use shatter_proto::effect::{Effect, Effects, conflict};
 use shatter_proto::name::object_name;
-use shatter_proto::request::{Lift, Strike};
+use shatter_proto::request::{Lift, Quality, Strike};
 use std::path::Path;
 
 /// Keys of an object, in the order in which the shipped scenes have them.
@@ -45,9 +44,6 @@ const SCENIC: [Effect; 3] = [Effect::Warp, Effect::Anchored, Effect::Gravity];
 /// Lifts by name.
 const LIFTS: [(&str, Lift); 3] =
     [("euclidean", Lift::Euclidean), ("interior", Lift::Interior), ("surface_diffusion", Lift::SurfaceDiffusion)];
-
-/// Tolerances of the diagrams by name. A draft takes about half the iterations, fine ones are good to look at where cells are few.
-const QUALITIES: [(&str, f64); 3] = [("draft", 1e-2), ("normal", TOLERANCE), ("fine", 1e-5)];
 
 /// What names a database.
 const NAMES: &str = "it takes the name of a file in the folder that is served, without folders and without `.shatter`";
@@ -95,8 +91,8 @@ pub struct Terms {
     pub bytes_max: Option<u64>,
     /// Smaller pieces become part of a neighbour, m³; needs `slivers`.
     pub volume_min_m3: Option<f64>,
-    /// Tolerance of the diagrams.
-    pub tolerance: f64,
+    /// The preset of strikes that name none, and of the lattices if they are baked for it.
+    pub quality: Quality,
     /// What an artist says; needs `warp`.
     pub controls: Controls,
     /// What holds it where `anchored` is on.
@@ -116,7 +112,7 @@ impl Default for Terms {
             fragments_max: None,
             bytes_max: None,
             volume_min_m3: None,
-            tolerance: TOLERANCE,
+            quality: Quality::default(),
             controls: Controls::default(),
             anchors: Anchors::default(),
         }
@@ -255,8 +251,8 @@ impl SceneObject {
             found.ok_or_else(|| invalid(at("shape"), format!("`{name}` is no shape; `{}` is", nearest(&name, &SHAPES))))
         });
         let lift = values.lift.map_or(Ok(Lift::Interior), |name| named(&at("lift"), "lift", &name, LIFTS))?;
-        let tolerance =
-            values.quality.map_or(Ok(TOLERANCE), |name| named(&at("quality"), "quality", &name, QUALITIES))?;
+        let qualities = Quality::ALL.map(|quality| (quality.name(), quality));
+        let quality = values.quality.map(|name| named(&at("quality"), "quality", &name, qualities)).transpose()?;
         let on = values.effects.map_or(Ok(Effects::usual()), |names| effects(&at("effects"), &names))?;
         // What is on must not need what is off.
         let on =
@@ -284,7 +280,7 @@ impl SceneObject {
             fragments_max: values.fragments_max,
             bytes_max: values.bytes_max,
             volume_min_m3: values.volume_min_m3,
-            tolerance,
+            quality: quality.unwrap_or_default(),
             controls,
             anchors,
         };

@@ -1,7 +1,9 @@
 //! What the databases of a scene are baked from.
 
 use super::{Scene, SceneObject, invalid};
+use crate::wire::preset;
 use shatter_fracture::database::{BakeRequest, Tables};
+use shatter_fracture::pipeline;
 use shatter_fracture::scene::Material;
 use shatter_fracture::surface::{RawMesh, shapes};
 use shatter_proto::Refusal;
@@ -16,6 +18,7 @@ pub struct Recipe {
     material: Option<(String, Material)>,
     elastic_spacing: Option<f64>,
     crack_spacing: Option<f64>,
+    quality: pipeline::Quality,
     examples: u64,
     fragment_size_m: Option<f64>,
     gamma_j_m2: Option<f64>,
@@ -31,6 +34,7 @@ impl Recipe {
             material: object.material.clone(),
             elastic_spacing: object.elastic_spacing,
             crack_spacing: object.crack_spacing,
+            quality: preset(object.terms.quality),
             examples: object.examples.unwrap_or(0),
             fragment_size_m: object.terms.fragment_size_m,
             gamma_j_m2: object.terms.gamma_j_m2,
@@ -48,6 +52,8 @@ impl Recipe {
             material: said(all, "material", |object| object.material.clone())?,
             elastic_spacing: said(all, "elastic_spacing", |object| object.elastic_spacing)?,
             crack_spacing: said(all, "crack_spacing", |object| object.crack_spacing)?,
+            // Finer lattices serve coarser strikes.
+            quality: objects().map(|object| preset(object.terms.quality)).max().unwrap_or_default(),
             examples: said(all, "examples", |object| object.examples)?.unwrap_or(0),
             fragment_size_m: agreed(objects().filter_map(|object| object.terms.fragment_size_m)),
             gamma_j_m2: agreed(objects().filter_map(|object| object.terms.gamma_j_m2)),
@@ -71,6 +77,7 @@ impl Recipe {
             gamma_j_m2: self.gamma_j_m2,
             elastic_spacing: self.elastic_spacing,
             crack_spacing: self.crack_spacing,
+            quality: self.quality,
             examples: self.examples,
             tables: self.tables,
             ..BakeRequest::new(name, material_name, material)

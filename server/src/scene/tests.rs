@@ -1,8 +1,9 @@
 use super::*;
 use nalgebra::{Point3, Vector3};
 use shatter_fracture::database::Tables;
+use shatter_fracture::pipeline;
 use shatter_proto::effect::{Effect, Effects};
-use shatter_proto::request::{Lift, Strike};
+use shatter_proto::request::{Lift, Quality, Strike};
 
 fn object(text: &str) -> Result<SceneObject, Refusal> {
     Scene::parse(&format!("[objects.vase]\n{text}"), Path::new("")).map(|scene| scene.objects["vase"].clone())
@@ -77,6 +78,7 @@ fn a_database_is_baked_for_all_objects_that_are_made_of_it() {
     assert_eq!(alone.tables, Tables { surface_diffusion: false, ..plain });
     assert_eq!(request("effects = [\"interior\"]\nlift = \"surface_diffusion\"").tables, plain);
     assert_eq!(request("elastic_spacing = 0.03\nmaterial = \"plaster\"").elastic_spacing, Some(0.03));
+    assert_eq!(request("quality = \"film\"").quality, pipeline::Quality::Film, "finer lattices serve coarser strikes");
     let reversed = both(&format!("{STATUE}\neffects = []"), "").recipes().unwrap()["statue"].bake("statue").unwrap().1;
     assert_eq!(reversed.tables, alone.tables);
     // γ is each object's own.
@@ -97,6 +99,16 @@ fn a_database_is_baked_for_all_objects_that_are_made_of_it() {
         assert_eq!(refusal.at, format!("objects.near.{key}"), "{refusal}");
         assert!(refusal.message.contains("objects.far") && refusal.message.contains("`statue`"), "{refusal}");
     }
+}
+
+#[test]
+fn an_objects_quality_is_a_preset() {
+    let quality = |text: &str| object(text).unwrap().terms.quality;
+    assert_eq!(quality(""), Quality::Game);
+    for preset in Quality::ALL {
+        assert_eq!(quality(&format!("quality = \"{}\"", preset.name())), preset);
+    }
+    check("quality = \"fine\"", "objects.vase.quality", "quality");
 }
 
 #[test]

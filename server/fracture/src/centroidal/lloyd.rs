@@ -11,32 +11,42 @@
 use super::assign::State;
 use super::kernel::square_distance;
 use super::workspace::Workspace;
-use super::{Field, Options};
+use super::{Field, Options, Pace, Stop};
 use crate::token::{Cancelled, Token};
 
 /// ω. At the default tolerance, 50 sites on 12k nodes and m = 16, 1.8 needs 12 iterations and ends 1.1 % above the best
 /// known energy, 1.0 needs 15 and ends 1.7 % above.
 const RELAXATION: f64 = 1.8;
 
-/// Iterations after which a diagram is taken as it is.
+/// Iterations after which a diagram is taken as it is, unless fewer are asked for.
 pub const ITERATIONS_MAX: usize = 200;
 
 /// Lowers the energy of `workspace.current`, whose sites are given; writes the energy after each iteration to
-/// `history`, the start's first. Whether it ended by itself, not at [`ITERATIONS_MAX`].
+/// `history`, the start's first. Whether it ended by itself: neither at `options.iterations_max` nor by `stop`.
 pub(super) fn descend(
     field: &Field,
     options: &Options,
     workspace: &mut Workspace,
     history: &mut Vec<f64>,
+    stop: &mut dyn Stop,
     token: &Token,
 ) -> Result<bool, Cancelled> {
     token.check()?;
     workspace.scratch.assign(field, &mut workspace.current);
     history.clear();
-    history.push(workspace.current.energy);
-    let mut relaxation = RELAXATION;
-    for _ in 0..ITERATIONS_MAX {
+    let start = workspace.current.energy;
+    history.push(start);
+    let (mut relaxation, mut converged) = (RELAXATION, false);
+    match stop.pace(0, start, start) {
+        Pace::On => {}
+        Pace::Last => relaxation = 1.0,
+        Pace::End => return Ok(false),
+    }
+    for iteration in 1..=options.iterations_max {
         token.check()?;
+        if iteration == options.iterations_max {
+            relaxation = 1.0;
+        }
         let before = workspace.current.energy;
         let reseeded = step(field, &workspace.current, relaxation, &mut workspace.trial);
         workspace.scratch.assign(field, &mut workspace.trial);
@@ -46,9 +56,11 @@ pub(super) fn descend(
         std::mem::swap(&mut workspace.current, &mut workspace.trial);
         history.push(workspace.current.energy);
         if relaxation == 1.0 {
-            return Ok(true);
+            return Ok(converged);
         }
-        if !reseeded && before - workspace.current.energy <= options.tolerance * workspace.current.energy {
+        let after = workspace.current.energy;
+        converged = !reseeded && before - after <= options.tolerance * after;
+        if converged || stop.pace(iteration, before, after) != Pace::On {
             relaxation = 1.0;
         }
     }

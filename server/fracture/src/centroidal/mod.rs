@@ -9,6 +9,7 @@ mod kernel;
 mod lloyd;
 mod power;
 mod start;
+mod stop;
 #[cfg(test)]
 mod tests;
 mod tiles;
@@ -17,6 +18,7 @@ mod workspace;
 pub use field::{FLOOR, Field, FieldError};
 pub use lloyd::ITERATIONS_MAX;
 pub(crate) use power::{cube_root, three_fifths};
+pub use stop::{GAP_MIN, Pace, Stop, gap};
 pub use workspace::Workspace;
 
 use crate::lift::Lift;
@@ -37,14 +39,16 @@ pub struct Options {
     /// Which of several independent starts of one seed; 0 unless they are compared.
     pub start: u32,
     /// The descent ends when an iteration lowers F by less than this fraction of itself. Smaller is more accurate; at 0 it
-    /// runs to a fixed point or to [`ITERATIONS_MAX`].
+    /// runs to a fixed point or to `iterations_max`.
     pub tolerance: f64,
+    /// Iterations at most, of which the last is a plain one; with 0 the sites stay where the start puts them.
+    pub iterations_max: usize,
 }
 
 impl Options {
     /// `sites` sites, start 0, default tolerance.
     pub fn new(sites: usize, seed: u64) -> Self {
-        Self { sites, seed, start: 0, tolerance: TOLERANCE }
+        Self { sites, seed, start: 0, tolerance: TOLERANCE, iterations_max: ITERATIONS_MAX }
     }
 }
 
@@ -64,7 +68,7 @@ pub struct Diagram {
     pub energy: f64,
     /// F of the start and after each iteration; never rises.
     pub history: Vec<f64>,
-    /// Whether the tolerance was met before [`ITERATIONS_MAX`].
+    /// Whether the tolerance was met before the last iteration that was allowed.
     pub converged: bool,
 }
 
@@ -137,12 +141,27 @@ pub fn diagram_into(
     token: &Token,
     diagram: &mut Diagram,
 ) -> Result<(), Cancelled> {
+    diagram_until(field, options, workspace, &mut (), token, diagram)
+}
+
+/// [`diagram_into`], whose descent `stop` may end before it converges.
+///
+/// # Errors
+/// [`Cancelled`] once the token is.
+pub fn diagram_until(
+    field: &Field,
+    options: &Options,
+    workspace: &mut Workspace,
+    stop: &mut dyn Stop,
+    token: &Token,
+    diagram: &mut Diagram,
+) -> Result<(), Cancelled> {
     let sites = options.sites.clamp(1, field.nodes());
     let mut stream = Stream::new(options.seed, u64::from(options.start) << 32 | sites as u64);
     workspace.scratch.load(field);
     workspace.start.draw(field, sites, &mut stream, &mut workspace.sites);
     workspace.current.set_sites(&workspace.sites, field.dimension());
-    diagram.converged = lloyd::descend(field, options, workspace, &mut diagram.history, token)?;
+    diagram.converged = lloyd::descend(field, options, workspace, &mut diagram.history, stop, token)?;
     workspace.hand_over(field, diagram);
     Ok(())
 }

@@ -12,7 +12,7 @@ use crate::elasticity::ElasticityError;
 use crate::lattice::{self, BodyLattice, Lattice, LatticeError, Levels, Spacings};
 use crate::lift::{self, Carry, Lift, LiftError, LiftKind};
 use crate::pipeline::{
-    self, BakeReport, Body, ElasticRequest, Parameters, Prepared, Solid, StrikeError, Unprepared, calibrate,
+    self, BakeReport, Body, ElasticRequest, Parameters, Prepared, Quality, Solid, StrikeError, Unprepared, calibrate,
 };
 use crate::scene::{DEFAULT_FRAGMENT_DIAGONALS, Material};
 use crate::skin::{Outer, Skin};
@@ -35,9 +35,12 @@ pub struct BakeRequest {
     pub fragment_size_m: Option<f64>,
     /// Threshold γ, J·m²; `None`: from material and fragment size.
     pub gamma_j_m2: Option<f64>,
-    /// Spacing of the elastic lattice over the diagonal; `None`: about 3 000 nodes.
+    /// Which preset the lattices are of, as far as nothing below says otherwise.
+    #[serde(default)]
+    pub quality: Quality,
+    /// Spacing of the elastic lattice over the diagonal; `None`: the preset's number of nodes.
     pub elastic_spacing: Option<f64>,
-    /// Spacing of the crack lattice over the diagonal; `None`: about 12 000 nodes.
+    /// Spacing of the crack lattice over the diagonal; `None`: the preset's number of nodes.
     pub crack_spacing: Option<f64>,
     /// κ; `None`: fitted on sampled impacts, which takes most of the time on small lattices.
     pub kappa: Option<f64>,
@@ -65,6 +68,7 @@ impl BakeRequest {
             material,
             fragment_size_m: None,
             gamma_j_m2: None,
+            quality: Quality::default(),
             elastic_spacing: None,
             crack_spacing: None,
             kappa: None,
@@ -322,7 +326,8 @@ pub(super) fn finish(
     prepared.bound(token)?;
     if prepared.impacts > 0 && prepared.parameters.elastic == ElasticRequest::Reduced {
         progress(Step::Reduction);
-        pipeline::reduce(prepared, pipeline::RANK_MAX, token)?;
+        let rank_max = prepared.parameters.quality.lattices().rank_max;
+        pipeline::reduce(prepared, rank_max, token)?;
     }
     if let Some((kappa, learned)) = pipeline::learn(&prepared.examples, prepared.parameters.seed) {
         (prepared.kappa, prepared.learned) = (kappa, Some(learned));
@@ -449,10 +454,11 @@ pub(super) fn parameters(
         fragment_size_m: request.fragment_size_m.unwrap_or(DEFAULT_FRAGMENT_DIAGONALS * surface.frame.diagonal_m),
         elastic_spacing,
         crack_spacing,
-        modes: lift::MODES_DEFAULT,
+        modes: request.quality.lattices().modes,
         alpha: lift::ALPHA_DEFAULT,
         seed: request.seed,
         elastic: request.elastic,
+        quality: request.quality,
     }
 }
 

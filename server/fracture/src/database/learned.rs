@@ -4,12 +4,12 @@
 use super::DatabaseError;
 use super::container::{Contents, FLAT, Tensors};
 use crate::degree::{DESCRIPTOR_LENGTH, Network};
-use crate::pipeline::{Contact, Example, ExamplePoint, Learned, Quality, lessons};
+use crate::pipeline::{Contact, Example, ExamplePoint, Learned, LearnedQuality, lessons};
 
 /// Tensor of the examples' impacts and bodies; a file without it has no examples.
 const HEADS: &str = "examples.heads";
 
-/// Metadata key of [`Quality`]; a file without it has no network.
+/// Metadata key of [`LearnedQuality`]; a file without it has no network.
 pub(super) const QUALITY_KEY: &str = "learned";
 
 /// Most examples of one object.
@@ -152,7 +152,7 @@ pub(super) fn learned(contents: &Contents, examples: &[Example]) -> Result<Optio
     if !contents.metadata.contains_key(QUALITY_KEY) {
         return Ok(None);
     }
-    let quality: Quality = contents.json(QUALITY_KEY)?;
+    let quality: LearnedQuality = contents.json(QUALITY_KEY)?;
     let network = network(contents)?.knowing(&lessons(examples));
     Ok(Some(Learned { network, quality }))
 }

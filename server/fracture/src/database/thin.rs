@@ -3,6 +3,7 @@
 use super::BakeRequest;
 use super::bake::BakeError;
 use crate::lattice::{self, LatticeError, Levels, Locator};
+use crate::pipeline::Lattices;
 use crate::surface::{Defect, DefectKind, Frame, Inside, Side, Surface, Width, Widths};
 use crate::token::Token;
 use rayon::prelude::*;
@@ -29,14 +30,16 @@ pub(super) fn spacings(
     walls: &Widths,
     frame: &Frame,
 ) -> Result<[f64; 2], BakeError> {
-    let chosen = lattice::spacings(volume, area, request.elastic_spacing, request.crack_spacing)?;
+    let Lattices { elastic_nodes, crack_nodes, .. } = request.quality.lattices();
+    let nodes = [elastic_nodes, crack_nodes];
+    let chosen = lattice::spacings(volume, area, nodes, request.elastic_spacing, request.crack_spacing)?;
     let thickness = walls.quantile(SHARE);
     let finer =
         |asked: Option<f64>, chosen: f64, needed: f64| if asked.is_some() { chosen } else { chosen.min(needed) };
     for factor in WALL_SPACINGS {
         let crack = finer(request.crack_spacing, chosen[1], thickness / factor);
         let elastic = finer(request.elastic_spacing, chosen[0], thickness / factor).max(crack);
-        match lattice::spacings(volume, area, Some(elastic), Some(crack)) {
+        match lattice::spacings(volume, area, nodes, Some(elastic), Some(crack)) {
             Ok(spacings) => return Ok(spacings),
             Err(LatticeError::SpacingOutOfRange { .. } | LatticeError::TooManyNodes { .. }) => {}
             Err(error) => return Err(error.into()),

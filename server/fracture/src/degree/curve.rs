@@ -5,7 +5,7 @@
 //! when γ does.
 
 use super::criterion::{self, Degree};
-use crate::centroidal::{self, Diagram, Field, Options, TOLERANCE, Workspace};
+use crate::centroidal::{self, Diagram, Field, ITERATIONS_MAX, Options, TOLERANCE, Workspace};
 use crate::token::{Cancelled, Token};
 
 /// How a curve is sampled. None of it may depend on γ.
@@ -19,11 +19,13 @@ pub struct CurveOptions {
     pub seed: u64,
     /// Tolerance of the diagrams, as in [`Options`].
     pub tolerance: f64,
+    /// Iterations of the diagrams at most.
+    pub iterations_max: usize,
 }
 
 impl Default for CurveOptions {
     fn default() -> Self {
-        Self { sites_max: 512, starts: 2, seed: 0, tolerance: TOLERANCE }
+        Self { sites_max: 512, starts: 2, seed: 0, tolerance: TOLERANCE, iterations_max: ITERATIONS_MAX }
     }
 }
 
@@ -140,7 +142,8 @@ impl Point {
 impl CurveOptions {
     /// The diagram that belongs to one start of one number of sites.
     pub(super) fn diagram(&self, sites: usize, start: u32) -> Options {
-        Options { sites, seed: self.seed, start, tolerance: self.tolerance }
+        let Self { seed, tolerance, iterations_max, .. } = *self;
+        Options { sites, seed, start, tolerance, iterations_max }
     }
 }
 

@@ -40,15 +40,21 @@ pub fn default_spacing(volume: f64, area: f64, nodes: usize) -> f64 {
 }
 
 /// The elastic and the crack spacing (local) for a solid of this volume and surface area (local): what was asked for, or
-/// about [`ELASTIC_NODES_DEFAULT`] and [`CRACK_NODES_DEFAULT`] nodes, the crack level never the coarser one.
+/// about as many nodes as `nodes` says, elastic and crack ones, the crack level never the coarser one.
 ///
 /// Errors: [`LatticeError::SpacingOutOfRange`], [`LatticeError::TooManyNodes`], [`LatticeError::CrackCoarser`].
-pub fn spacings(volume: f64, area: f64, elastic: Option<f64>, crack: Option<f64>) -> Result<[f64; 2], LatticeError> {
-    let default = |nodes| default_spacing(volume, area, nodes);
+pub fn spacings(
+    volume: f64,
+    area: f64,
+    nodes: [usize; 2],
+    elastic: Option<f64>,
+    crack: Option<f64>,
+) -> Result<[f64; 2], LatticeError> {
+    let default = |level: usize| default_spacing(volume, area, nodes[level]);
     let chosen = match (elastic, crack) {
-        (None, None) => [default(ELASTIC_NODES_DEFAULT), default(CRACK_NODES_DEFAULT)],
-        (Some(elastic), None) => [elastic, default(CRACK_NODES_DEFAULT).min(elastic)],
-        (None, Some(crack)) => [default(ELASTIC_NODES_DEFAULT).max(crack), crack],
+        (None, None) => [default(0), default(1)],
+        (Some(elastic), None) => [elastic, default(1).min(elastic)],
+        (None, Some(crack)) => [default(0).max(crack), crack],
         (Some(elastic), Some(crack)) => [elastic, crack],
     };
     let [spacing_min, spacing_max] = SPACING_RANGE;

@@ -1,6 +1,7 @@
 //! Degree and centroidal: how many sites, and where.
 
-use super::{DegreeRequest, DegreeSource, Prepared, Stage, Strike, StrikeError, Verdict, Watch, Workspace};
+use super::descent::Descent;
+use super::{DegreeRequest, DegreeSource, Ending, Prepared, Stage, Strike, StrikeError, Verdict, Watch, Workspace};
 use crate::centroidal::{self, Diagram, Field, Options};
 use crate::degree::{self, CurveOptions, Degree};
 use crate::lift::LiftKind;
@@ -31,6 +32,8 @@ pub struct Division {
     pub capped: bool,
     /// Trust in the degree, 0 to 1.
     pub confidence: f64,
+    /// What ended the descents: the last of [`Ending`] of all bodies; `None` without any.
+    pub ending: Option<Ending>,
     /// Diagrams of the bodies that break; the others stay whole.
     pub cells: Vec<BodyCells>,
 }
@@ -49,22 +52,23 @@ pub fn divide(
     watch: &mut dyn Watch,
 ) -> Result<Division, StrikeError> {
     match strike.degree {
-        DegreeRequest::Optimised | DegreeRequest::Verified => {
+        DegreeRequest::Optimised | DegreeRequest::Verified if may_search(prepared, strike, verdict, fields, watch) => {
             search(prepared, strike, verdict, fields, workspace, token, watch)
         }
-        DegreeRequest::ClosedForm | DegreeRequest::Inferred => {
+        DegreeRequest::ClosedForm | DegreeRequest::Inferred | DegreeRequest::Optimised | DegreeRequest::Verified => {
             watch.enter(Stage::Degree);
             let guesses = guesses(prepared, strike, verdict, fields);
             tell(&guesses, watch);
             watch.leave(Stage::Degree, 0);
             let sites: Vec<u32> = guesses.iter().map(|guess| if guess.sites > 1 { guess.sites } else { 0 }).collect();
-            let cells = diagrams(strike, &sites, fields, workspace, token, watch)?;
+            let (cells, ending) = diagrams(strike, &sites, fields, workspace, token, watch)?;
             let inferred = guesses.iter().all(|guess| guess.inferred);
             Ok(Division {
                 source: if inferred { DegreeSource::Inferred } else { DegreeSource::ClosedForm },
                 degree: guesses.iter().map(|guess| guess.sites).sum(),
                 capped: guesses.iter().any(|guess| guess.capped),
                 confidence: guesses.iter().map(|guess| guess.confidence).fold(1.0, f64::min),
+                ending,
                 cells,
             })
         }
@@ -77,10 +81,21 @@ pub fn divide(
             let wishes: Vec<f64> = fields.iter().enumerate().map(wish).collect();
             let sites = shared_out(count, &wishes);
             watch.leave(Stage::Degree, 0);
-            let cells = diagrams(strike, &sites, fields, workspace, token, watch)?;
-            Ok(Division { source: DegreeSource::Forced, degree: count, capped: false, confidence: 1.0, cells })
+            let (cells, ending) = diagrams(strike, &sites, fields, workspace, token, watch)?;
+            let source = DegreeSource::Forced;
+            Ok(Division { source, degree: count, capped: false, confidence: 1.0, ending, cells })
         }
     }
+}
+
+/// Whether there is time to search degrees.
+fn may_search(prepared: &Prepared, strike: &Strike, verdict: &Verdict, fields: &[Field], watch: &dyn Watch) -> bool {
+    let remaining_s = watch.remaining_s();
+    if remaining_s.is_infinite() {
+        return true;
+    }
+    let guesses = guesses(prepared, strike, verdict, fields);
+    strike.may_search(guesses.iter().map(|guess| guess.sites).sum(), remaining_s)
 }
 
 /// What is said of one struck body without making a diagram.
@@ -139,16 +154,22 @@ fn diagrams(
     workspace: &mut Workspace,
     token: &Token,
     watch: &mut dyn Watch,
-) -> Result<Vec<BodyCells>, StrikeError> {
-    let mut cells = Vec::new();
+) -> Result<(Vec<BodyCells>, Option<Ending>), StrikeError> {
+    let (mut cells, mut ending) = (Vec::new(), None);
     for (struck, (&count, field)) in sites.iter().zip(fields).enumerate().filter(|(_, (count, _))| **count > 0) {
         watch.enter(Stage::Centroidal);
-        let options = Options { tolerance: strike.tolerance, ..Options::new(count as usize, strike.seed) };
-        let diagram = centroidal::diagram(field, &options, &mut workspace.centroidal, token)?;
+        let options = Options {
+            tolerance: strike.tolerance,
+            iterations_max: strike.iterations_max,
+            ..Options::new(count as usize, strike.seed)
+        };
+        let (mut descent, mut diagram) = (Descent::new(strike, count, watch), Diagram::default());
+        centroidal::diagram_until(field, &options, &mut workspace.centroidal, &mut descent, token, &mut diagram)?;
+        ending = ending.max(Some(descent.ending(&diagram)));
         watch.leave(Stage::Centroidal, diagram_bytes(&diagram));
         cells.push(BodyCells { struck, diagram });
     }
-    Ok(cells)
+    Ok((cells, ending))
 }
 
 /// Searches the degree of each struck body by diagrams: from below, or from a guess.
@@ -163,7 +184,7 @@ fn search(
 ) -> Result<Division, StrikeError> {
     let verified = strike.degree == DegreeRequest::Verified;
     let source = if verified { DegreeSource::Verified } else { DegreeSource::Optimised };
-    let mut division = Division { source, degree: 0, capped: false, confidence: 1.0, cells: Vec::new() };
+    let mut division = Division { source, degree: 0, capped: false, confidence: 1.0, ending: None, cells: Vec::new() };
     let guesses = verified.then(|| guesses(prepared, strike, verdict, fields));
     tell(guesses.as_deref().unwrap_or(&[]), watch);
     for (struck, field) in fields.iter().enumerate() {
@@ -173,8 +194,13 @@ fn search(
             continue;
         }
         watch.enter(Stage::Degree);
-        let (sites_max, seed, tolerance) = (strike.degree_max as usize, strike.seed, strike.tolerance);
-        let options = CurveOptions { sites_max, seed, tolerance, ..CurveOptions::default() };
+        let options = CurveOptions {
+            sites_max: strike.degree_max as usize,
+            seed: strike.seed,
+            tolerance: strike.tolerance,
+            iterations_max: strike.iterations_max,
+            ..CurveOptions::default()
+        };
         let (degree, diagram) = match &guesses {
             Some(guesses) => {
                 let guess = guesses[struck].sites as usize;
@@ -190,6 +216,8 @@ fn search(
         watch.enter(Stage::Centroidal);
         division.degree += degree.sites as u32;
         division.capped |= degree.capped;
+        let ending = if diagram.converged { Ending::Converged } else { Ending::Iterations };
+        division.ending = division.ending.max(Some(ending));
         watch.leave(Stage::Centroidal, diagram_bytes(&diagram));
         division.cells.push(BodyCells { struck, diagram });
     }

@@ -162,7 +162,7 @@ fn displace(
     if let (ElasticRequest::Reduced, Some(reduced)) = (impact.elastic, &solid.reduced) {
         reduced.project(load, coordinates);
         let error = reduced.estimate().error(reduced.residual(&solid.elasticity, load, coordinates, elasticity));
-        if error <= REDUCED_ERROR_MAX {
+        if error <= impact.reduced_error_max {
             let used = reduced.used(impact.rank_max);
             reduced.expand(&coordinates[..used], displacement, elasticity);
             return Ok(Some(Reduced::truncated_error(coordinates, used, error)));

@@ -22,6 +22,8 @@ pub struct Impact {
     pub elastic: ElasticRequest,
     /// Displacements of the reduced basis at most; `None`: all.
     pub rank_max: Option<u32>,
+    /// Largest estimated error with which that basis is taken.
+    pub reduced_error_max: f64,
     /// What is simulated.
     pub effects: Effects,
 }
@@ -53,8 +55,8 @@ impl Impact {
             }
         }
         bodies.sort_by_key(|(body, _)| *body);
-        let Strike { elastic, rank_max, effects, .. } = *strike;
-        Ok(Self { peak_force_n, bodies, elastic, rank_max, effects })
+        let Strike { elastic, rank_max, reduced_error_max, effects, .. } = *strike;
+        Ok(Self { peak_force_n, bodies, elastic, rank_max, reduced_error_max, effects })
     }
 }
 

@@ -12,12 +12,12 @@ pub struct Learned {
     /// From descriptor to target.
     pub network: Network,
     /// How well it does.
-    pub quality: Quality,
+    pub quality: LearnedQuality,
 }
 
 /// Relative errors |Δn|/n of degrees of at least [`SITES_MIN`], each example left out in turn.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Quality {
+pub struct LearnedQuality {
     /// Labels that the figures are over.
     pub holdout: usize,
     /// Median of the network.
@@ -74,7 +74,7 @@ pub fn learn(examples: &[Example], seed: u64) -> Option<(f64, Learned)> {
         (degree::sites(*found, *estimate).round().max(2.0) - sites).abs()
     };
     let few: Vec<f64> = few.map(off).collect();
-    let quality = Quality {
+    let quality = LearnedQuality {
         holdout: own.count,
         median_relative_error: own.median,
         p90_relative_error: own.p90,

@@ -1,6 +1,6 @@
 //! What a strike answers.
 
-use super::Pieces;
+use super::{Ending, Pieces, StopReason};
 use serde::{Deserialize, Serialize};
 
 /// Which rule produced the fracture degree.
@@ -122,6 +122,26 @@ pub struct Outcome {
     pub confidence: f64,
     /// Whether the cap cut the degree.
     pub capped: bool,
+    /// Iterations of the diagrams: the most of all bodies.
+    pub iterations: usize,
+    /// How far the energy of the diagrams is above the end of their descents, relative, estimated: the largest; `None` without one.
+    pub cvd_gap: Option<f64>,
+    /// What ended the descents, if there were any.
+    pub ending: Option<Ending>,
     /// The fragments; `None` where the object stays whole.
     pub pieces: Option<Pieces>,
+}
+
+impl Outcome {
+    /// What stopped the strike.
+    pub fn stop_reason(&self) -> StopReason {
+        match self.ending {
+            Some(Ending::Time) => StopReason::Time,
+            _ if self.capped => StopReason::Capped,
+            Some(Ending::ErrorMet) => StopReason::ErrorMet,
+            Some(Ending::Iterations) => StopReason::Iterations,
+            Some(Ending::Converged) => StopReason::Converged,
+            None => StopReason::Complete,
+        }
+    }
 }

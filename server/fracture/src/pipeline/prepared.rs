@@ -1,6 +1,6 @@
 //! Everything that depends on the object alone: built by baking, loaded at start-up, shared and never changed.
 
-use super::{Bound, ElasticRequest, Example, Held, Impact, Learned, Reduction, Strike, StrikeError, Warped};
+use super::{Bound, ElasticRequest, Example, Held, Impact, Learned, Quality, Reduction, Strike, StrikeError, Warped};
 use crate::degree::Slenderness;
 use crate::elasticity::{Boundary, Elasticity, ElasticityError, Reduced};
 use crate::lattice::{Lattice, Transfer};
@@ -35,6 +35,9 @@ pub struct Parameters {
     /// Whether its impacts give it a reduced basis; without one every strike is solved.
     #[serde(default)]
     pub elastic: ElasticRequest,
+    /// Which preset it was baked as.
+    #[serde(default, skip_serializing_if = "Quality::is_default")]
+    pub quality: Quality,
 }
 
 /// What baking found out about the mesh and the lattices.

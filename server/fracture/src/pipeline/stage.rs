@@ -65,6 +65,10 @@ pub trait Watch {
     fn end(&mut self, effect: Effect, bytes: u64);
     /// Effect `effect` is part of what a stage does, which uses `bytes` bytes of tables for it.
     fn part(&mut self, effect: Effect, bytes: u64);
+    /// Seconds that are left until the answer shall be sent, less than 0 after that; infinity where it may take any time.
+    fn remaining_s(&self) -> f64 {
+        f64::INFINITY
+    }
 }
 
 /// Watches nothing.

@@ -1,7 +1,7 @@
 //! What one strike asks for.
 
-use super::DEGREE_MAX;
-use crate::centroidal::TOLERANCE;
+use super::{Budget, DEGREE_MAX, REDUCED_ERROR_MAX};
+use crate::centroidal::{ITERATIONS_MAX, TOLERANCE};
 use crate::lift::LiftKind;
 use crate::scene::Effects;
 use nalgebra::{Point3, Vector3};
@@ -71,6 +71,14 @@ pub struct Strike {
     pub volume_min_m3: Option<f64>,
     /// Where the descent of a diagram ends: an iteration lowers its energy by less than this part of it.
     pub tolerance: f64,
+    /// Iterations of a diagram's descent at most; with 0 its sites stay where they are drawn.
+    pub iterations_max: usize,
+    /// Estimated gap of a diagram at which its descent ends, too; `None`: it does not.
+    pub gap_max: Option<f64>,
+    /// Largest estimated error of the elastic energy with which a reduced displacement is taken; above, it is solved for.
+    pub reduced_error_max: f64,
+    /// What falls where time is short; `None`: nothing, whatever it takes.
+    pub budget: Option<Budget>,
     /// Everything random follows from it.
     pub seed: u64,
     /// Stop after the threshold test: the impulse that just breaks the object is asked for, no fragments.
@@ -91,6 +99,10 @@ impl Strike {
             effects: Effects::default(),
             volume_min_m3: None,
             tolerance: TOLERANCE,
+            iterations_max: ITERATIONS_MAX,
+            gap_max: None,
+            reduced_error_max: REDUCED_ERROR_MAX,
+            budget: None,
             seed: 1,
             threshold_only: false,
         }

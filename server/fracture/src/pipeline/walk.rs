@@ -9,7 +9,7 @@ use super::{
     BodyEnergy, DegreeRequest, DegreeSource, Impact, Outcome, Pieces, Prepared, Stage, Strike, StrikeError, Verdict,
     Watch, Workspace, bound, strain_energy, threshold, warped,
 };
-use crate::centroidal::Field;
+use crate::centroidal::{Diagram, Field, gap};
 use crate::degree;
 use crate::lift::LiftKind;
 use crate::scene::Effect;
@@ -37,7 +37,7 @@ pub(super) fn walk(
     watch: &mut dyn Watch,
     cut: impl FnOnce(Broken<'_>, &mut dyn Watch) -> Result<Pieces, StrikeError>,
 ) -> Result<Outcome, StrikeError> {
-    let strike = &strike.planned();
+    let strike = &strike.planned().hurried(prepared, watch.remaining_s());
     let gamma_j_m2 = check(prepared, strike)?;
     watch.enter(Stage::Load);
     let impact = Impact::new(prepared, strike);
@@ -154,18 +154,25 @@ fn holding(gamma_j_m2: f64, e1_over_gamma: f64, radius_m: f64) -> Outcome {
         degree_source: DegreeSource::Threshold,
         confidence: 1.0,
         capped: false,
+        iterations: 0,
+        cvd_gap: None,
+        ending: None,
         pieces: None,
     }
 }
 
 fn broken(verdict: &Verdict, energies: &[BodyEnergy], division: &Division, pieces: Pieces) -> Outcome {
-    let sites: usize = division.cells.iter().map(|cells| cells.diagram.cell_energy.len()).sum();
+    let diagrams = || division.cells.iter().map(|cells| &cells.diagram);
+    let sites: usize = diagrams().map(Diagram::count).sum();
     Outcome {
         sites: sites as u32,
         fracture_degree: division.degree,
         degree_source: division.source,
         confidence: division.confidence,
         capped: division.capped,
+        iterations: diagrams().map(Diagram::iterations).max().unwrap_or(0),
+        cvd_gap: diagrams().map(|diagram| gap(&diagram.history)).reduce(f64::max),
+        ending: division.ending,
         pieces: Some(pieces),
         ..whole(verdict, energies)
     }

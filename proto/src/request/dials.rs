@@ -1,0 +1,145 @@
+//! Dials of accuracy and time, as they travel.
+
+use super::{Strike, StrikeWire, given};
+use crate::{Kind, Refusal};
+
+/// Largest error that can be asked for: beyond, nothing is computed.
+pub const ERROR_MAX: f64 = 1.0;
+
+/// Longest time that can be asked for, ms: an hour.
+pub const TIME_MS_MAX: f64 = 3.6e6;
+
+/// Most iterations that can be asked for.
+pub const ITERATIONS_MAX: u32 = 10_000;
+
+/// Which lift.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Lift {
+    /// X = x.
+    Euclidean,
+    /// The augmented interior lift.
+    Interior,
+    /// Diffusion on the surface, carried inside.
+    SurfaceDiffusion,
+}
+
+/// A preset: a bundle of numbers, which the answer tells.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Quality {
+    /// To try things out.
+    Draft,
+    /// A strike within a frame.
+    #[default]
+    Game,
+    /// As fine as cracks are seen close up.
+    Film,
+    /// What the others are measured by.
+    Reference,
+}
+
+impl Quality {
+    /// All of them, from fast to accurate; the wire counts them from 1.
+    pub const ALL: [Self; 4] = [Self::Draft, Self::Game, Self::Film, Self::Reference];
+
+    /// The name used on command lines, in scenes and in JSON.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Draft => "draft",
+            Self::Game => "game",
+            Self::Film => "film",
+            Self::Reference => "reference",
+        }
+    }
+
+    /// The preset of that name.
+    ///
+    /// # Errors
+    /// [`Kind::Budget`] if there is none.
+    pub fn by_name(name: &str) -> Result<Self, Refusal> {
+        let unknown = || {
+            let message = format!("`{name}` is no quality: `draft`, `game`, `film` or `reference`");
+            Refusal::new(Kind::Budget, "quality", message)
+        };
+        Self::ALL.into_iter().find(|quality| quality.name() == name).ok_or_else(unknown)
+    }
+
+    /// Its number on the wire.
+    pub fn number(self) -> u32 {
+        1 + self as u32
+    }
+
+    /// The preset of that number; `None` of 0 and of others.
+    pub fn by_number(number: u32) -> Option<Self> {
+        Self::ALL.get((number as usize).checked_sub(1)?).copied()
+    }
+}
+
+impl StrikeWire {
+    /// Writes the dials of `strike`.
+    pub(super) fn set_dials(&mut self, strike: &Strike) -> Result<(), Refusal> {
+        self.lift = match strike.lift {
+            None => 0,
+            Some(Lift::Euclidean) => 1,
+            Some(Lift::Interior) => 2,
+            Some(Lift::SurfaceDiffusion) => 3,
+        };
+        self.quality = strike.quality.map_or(0, Quality::number);
+        self.error_max = given(strike.error_max, error)?;
+        self.time_ms_max = given(strike.time_ms_max, time)?;
+        self.iterations = strike.iterations_max.map_or(0, |count| count.saturating_add(1));
+        Ok(())
+    }
+
+    pub(super) fn lift(&self) -> Result<Option<Lift>, Refusal> {
+        match self.lift {
+            0 => Ok(None),
+            1 => Ok(Some(Lift::Euclidean)),
+            2 => Ok(Some(Lift::Interior)),
+            3 => Ok(Some(Lift::SurfaceDiffusion)),
+            other => Err(Refusal::new(Kind::Lift, other.to_string(), "lift must be 0 to 3")),
+        }
+    }
+
+    pub(super) fn quality(&self) -> Result<Option<Quality>, Refusal> {
+        let unknown = || Refusal::new(Kind::Budget, "quality", format!("quality {}: must be 0 to 4", self.quality));
+        let named = || Quality::by_number(self.quality).ok_or_else(unknown);
+        (self.quality > 0).then(named).transpose()
+    }
+
+    pub(super) fn error_max(&self) -> Result<Option<f64>, Refusal> {
+        within(self.error_max, ERROR_MAX, error)
+    }
+
+    pub(super) fn time_ms_max(&self) -> Result<Option<f64>, Refusal> {
+        within(self.time_ms_max, TIME_MS_MAX, time)
+    }
+
+    pub(super) fn iterations_max(&self) -> Result<Option<u32>, Refusal> {
+        match self.iterations.checked_sub(1) {
+            Some(count) if count > ITERATIONS_MAX => {
+                let message = format!("{count} iterations: at most {ITERATIONS_MAX}");
+                Err(Refusal::new(Kind::Budget, "iterations_max", message))
+            }
+            count => Ok(count),
+        }
+    }
+}
+
+/// Zero: not given. Otherwise above it, and at most `most`.
+fn within(value: f64, most: f64, refuse: impl Fn(f64) -> Refusal) -> Result<Option<f64>, Refusal> {
+    match value {
+        0.0 => Ok(None),
+        value if value > 0.0 && value <= most => Ok(Some(value)),
+        value => Err(refuse(value)),
+    }
+}
+
+fn error(value: f64) -> Refusal {
+    let message = format!("an error of {value}: must be above zero and at most {ERROR_MAX}");
+    Refusal::new(Kind::Budget, "error_max", message)
+}
+
+fn time(value: f64) -> Refusal {
+    let message = format!("a time of {value} ms: must be above zero and at most {TIME_MS_MAX}");
+    Refusal::new(Kind::Budget, "time_ms_max", message)
+}

@@ -1,0 +1,143 @@
+//! Presets: four points on the curve of accuracy over time, each a bundle of numbers.
+//!
+//! A bake fixes the lattices, a strike chooses among what is left. Numbers that are given by themselves go before those of a preset.
+
+use super::{DegreeRequest, ElasticRequest, RANK_MAX, Strike};
+use crate::centroidal::{ITERATIONS_MAX, TOLERANCE};
+use crate::lattice::{CRACK_NODES_DEFAULT, ELASTIC_NODES_DEFAULT};
+use crate::lift::MODES_DEFAULT;
+use serde::{Deserialize, Serialize};
+
+/// A preset, from fast to accurate.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Quality {
+    /// Half of everything, to try things out and for what is far away.
+    Draft,
+    /// A strike within a frame.
+    #[default]
+    Game,
+    /// Cracks as fine as they are seen close up.
+    Film,
+    /// What the others are measured by.
+    Reference,
+}
+
+/// What a bake fixes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Lattices {
+    /// Elastic nodes aimed at.
+    pub elastic_nodes: usize,
+    /// Crack nodes aimed at.
+    pub crack_nodes: usize,
+    /// Neumann modes asked of the interior lift.
+    pub modes: usize,
+    /// Displacements of a body's basis at most.
+    pub rank_max: usize,
+}
+
+/// What a strike chooses.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Dials {
+    /// Where displacements come from.
+    pub elastic: ElasticRequest,
+    /// Displacements of a body's basis that are used at most; `None`: all.
+    pub rank_max: Option<u32>,
+    /// Where the descent of a diagram ends.
+    pub tolerance: f64,
+    /// Iterations of a diagram at most.
+    pub iterations_max: usize,
+    /// Where the number of sites comes from.
+    pub degree: DegreeRequest,
+}
+
+impl Quality {
+    /// All of them, from fast to accurate.
+    pub const ALL: [Self; 4] = [Self::Draft, Self::Game, Self::Film, Self::Reference];
+
+    /// The name used in scenes, on command lines and in JSON.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Draft => "draft",
+            Self::Game => "game",
+            Self::Film => "film",
+            Self::Reference => "reference",
+        }
+    }
+
+    /// The preset of that name.
+    pub fn by_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|quality| quality.name() == name)
+    }
+
+    /// Whether it is the default.
+    pub fn is_default(&self) -> bool {
+        *self == Self::default()
+    }
+
+    /// What a bake of it fixes.
+    pub fn lattices(self) -> Lattices {
+        let [elastic_nodes, crack_nodes] = match self {
+            Self::Draft => [ELASTIC_NODES_DEFAULT / 2, 5_000],
+            Self::Game => [ELASTIC_NODES_DEFAULT, CRACK_NODES_DEFAULT],
+            Self::Film | Self::Reference => [2 * ELASTIC_NODES_DEFAULT, 100_000],
+        };
+        Lattices { elastic_nodes, crack_nodes, modes: MODES_DEFAULT, rank_max: RANK_MAX }
+    }
+
+    /// What a strike of it chooses.
+    pub fn dials(self) -> Dials {
+        let reduced = ElasticRequest::Reduced;
+        let game = Dials {
+            elastic: reduced,
+            rank_max: None,
+            tolerance: TOLERANCE,
+            iterations_max: ITERATIONS_MAX,
+            degree: DegreeRequest::Inferred,
+        };
+        match self {
+            Self::Draft => Dials { rank_max: Some(RANK_MAX as u32 / 2), tolerance: 1e-2, iterations_max: 8, ..game },
+            Self::Game => game,
+            Self::Film => Dials { elastic: ElasticRequest::Solve, tolerance: 5e-4, ..game },
+            Self::Reference => {
+                Dials { elastic: ElasticRequest::Solve, tolerance: 1e-6, degree: DegreeRequest::Verified, ..game }
+            }
+        }
+    }
+}
+
+impl Strike {
+    /// With all dials as `quality` has them.
+    #[must_use]
+    pub fn of_quality(self, quality: Quality) -> Self {
+        let Dials { elastic, rank_max, tolerance, iterations_max, degree } = quality.dials();
+        Self { elastic, rank_max, tolerance, iterations_max, degree, ..self }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::{Point3, Vector3};
+
+    #[test]
+    fn every_preset_is_at_least_as_accurate_as_the_one_before() {
+        for pair in Quality::ALL.windows(2) {
+            let [fast, fine] = [pair[0].dials(), pair[1].dials()];
+            assert!(fine.tolerance < fast.tolerance && fine.iterations_max >= fast.iterations_max, "{pair:?}");
+            let rank = |dials: Dials| dials.rank_max.unwrap_or(u32::MAX);
+            assert!(rank(fine) >= rank(fast), "{pair:?}");
+            assert!(fine.elastic == ElasticRequest::Solve || fast.elastic == ElasticRequest::Reduced, "{pair:?}");
+            let [fast, fine] = [pair[0].lattices(), pair[1].lattices()];
+            assert!(fine.crack_nodes >= fast.crack_nodes && fine.elastic_nodes >= fast.elastic_nodes, "{pair:?}");
+        }
+    }
+
+    #[test]
+    fn the_default_preset_is_the_default_of_a_strike() {
+        let strike = Strike::at(Point3::origin(), Vector3::x());
+        assert_eq!(strike.clone().of_quality(Quality::default()), strike);
+        assert!(Quality::ALL.into_iter().all(|quality| Quality::by_name(quality.name()) == Some(quality)));
+        assert_eq!(Quality::by_name("normal"), None);
+    }
+}

@@ -1,0 +1,62 @@
+//! What the engine refuses, on the wire.
+
+use shatter_fracture::pipeline::StrikeError;
+use shatter_fracture::scene::Effect;
+use shatter_proto::{Kind, Refusal};
+
+/// A refusal of the engine on the wire.
+pub(crate) fn refusal(error: StrikeError) -> Refusal {
+    let of = |contact: &usize, field: &str| format!("contacts[{contact}].{field}");
+    let (kind, at) = match &error {
+        StrikeError::ContactCount(count) => (Kind::ContactCount, count.to_string()),
+        StrikeError::Number { contact, key, .. } => match *key {
+            "point" => (Kind::ContactPoint, of(contact, "point_m")),
+            "duration" => (Kind::ContactDuration, of(contact, "duration_s")),
+            "radius" => (Kind::ContactRadius, of(contact, "radius_m")),
+            _ => (Kind::Impulse, of(contact, "impulse_ns")),
+        },
+        StrikeError::ZeroImpulse { contact } => (Kind::Impulse, of(contact, "impulse_ns")),
+        StrikeError::Balanced { body } => (Kind::Impulse, format!("body {body}")),
+        StrikeError::Gamma(gamma) => (Kind::Gamma, gamma.to_string()),
+        StrikeError::Range(e1_over_gamma) => (Kind::Gamma, e1_over_gamma.to_string()),
+        StrikeError::Degree { degree, .. } => (Kind::Degree, degree.to_string()),
+        StrikeError::ElasticityUnprepared { .. } => (Kind::Effect, Effect::Elastic.name().to_owned()),
+        StrikeError::Unheld { effect } | StrikeError::Bare { effect } => (Kind::Effect, effect.name().to_owned()),
+        StrikeError::Undressed { .. } => (Kind::Effect, Effect::Skin.name().to_owned()),
+        StrikeError::LiftUnprepared { lift, .. } => (Kind::Lift, lift.to_string()),
+        StrikeError::TooFar { contact, .. } => (Kind::ContactTooFar, of(contact, "point_m")),
+        StrikeError::Cancelled(_) => (Kind::Cancelled, "client".to_owned()),
+        StrikeError::Elasticity { body, .. } | StrikeError::Field { body, .. } => {
+            let kind = if error.is_callers() { Kind::Unsolvable } else { Kind::Failed };
+            (kind, format!("body {body}"))
+        }
+        StrikeError::UnknownFragment { fragment, .. } => (Kind::UnknownFragment, fragment.to_string()),
+        StrikeError::FragmentSmall { fragment } | StrikeError::FragmentLarge { fragment, .. } => {
+            (Kind::FragmentSize, fragment.to_string())
+        }
+        StrikeError::FragmentLiftKind { lift, .. } => (Kind::Lift, lift.to_string()),
+        StrikeError::FragmentLift { fragment, .. } => (Kind::Unsolvable, format!("fragment {fragment}")),
+        StrikeError::OtherObject => (Kind::Failed, "kept".to_owned()),
+        StrikeError::Tessellation(_) | StrikeError::SectionLengths { .. } => (Kind::Failed, "tessellation".to_owned()),
+    };
+    Refusal::new(kind, at, error.to_string())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use shatter_fracture::lift::LiftKind;
+
+    #[test]
+    fn refusals_of_the_engine_name_the_offender() {
+        let far = StrikeError::TooFar { contact: 2, distance_m: 1.0, radius_m: 0.5 };
+        let refusal = super::refusal(far);
+        assert_eq!((refusal.kind, refusal.at.as_str()), (Kind::ContactTooFar, "contacts[2].point_m"));
+        let number = StrikeError::Number { contact: 0, key: "peak force", value: f64::INFINITY, positive: true };
+        assert_eq!(super::refusal(number).kind, Kind::Impulse);
+        let unprepared = super::refusal(StrikeError::LiftUnprepared { body: 0, lift: LiftKind::SurfaceDiffusion });
+        assert_eq!((unprepared.kind, unprepared.at.as_str()), (Kind::Lift, "surface_diffusion"));
+        let cancelled = StrikeError::Cancelled(shatter_fracture::token::Cancelled);
+        assert_eq!(super::refusal(cancelled).kind, Kind::Cancelled);
+    }
+}

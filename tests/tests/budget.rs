@@ -1,0 +1,255 @@
+//! Presets, errors that are asked for, and times that are kept: by clocks of the tests' own, so that nothing depends on this machine.
+
+use nalgebra::{Point3, Vector3};
+use shatter_fracture::centroidal::{self, Field, GAP_MIN, ITERATIONS_MAX, Options, gap};
+use shatter_fracture::database::{BakeRequest, bake};
+use shatter_fracture::pipeline::{
+    Budget, Cost, DegreeRequest, DegreeSource, ElasticRequest, Ending, Impact, Outcome, Prepared, Quality, RANK_MAX,
+    Sampler, Stage, StopReason, Strike, Watch, Workspace, reduce, strain_energy, strike,
+};
+use shatter_fracture::scene::Effect;
+use shatter_fracture::surface::{RawMesh, shapes};
+use shatter_fracture::token::Token;
+use shatter_tests::real;
+use std::cell::Cell;
+
+/// An arch with a basis; no degrees are learned.
+fn arch(impacts: u64) -> Prepared {
+    let request =
+        BakeRequest { elastic_spacing: Some(0.06), crack_spacing: Some(0.05), ..real::request("arch", "ceramic") };
+    let mut prepared = bake(shapes::arch(), &request, &Token::default(), &mut |_| ()).unwrap();
+    prepared.impacts = impacts;
+    reduce(&mut prepared, RANK_MAX, &Token::default()).unwrap();
+    prepared
+}
+
+/// A blow at the top, far above the threshold.
+fn blow(prepared: &Prepared) -> Strike {
+    let top = prepared.bodies[0].crack.nodes.iter().max_by(|a, b| a.y.total_cmp(&b.y)).unwrap();
+    let point_m: Point3<f64> = prepared.frame.to_metres(top);
+    let blow = Strike::at(point_m, Vector3::new(1.0, -3.0, 0.5));
+    Strike { degree: DegreeRequest::Sites(12), tolerance: 1e-9, ..blow }
+}
+
+/// A clock that somebody looks at so often until the time is over.
+struct Looks {
+    left: Cell<f64>,
+    per_look_s: f64,
+}
+
+impl Looks {
+    fn new(time_s: f64, per_look_s: f64) -> Self {
+        Self { left: Cell::new(time_s), per_look_s }
+    }
+}
+
+impl Watch for Looks {
+    fn enter(&mut self, _: Stage) {}
+    fn leave(&mut self, _: Stage, _: u64) {}
+    fn begin(&mut self, _: Effect) {}
+    fn end(&mut self, _: Effect, _: u64) {}
+    fn part(&mut self, _: Effect, _: u64) {}
+    fn remaining_s(&self) -> f64 {
+        self.left.replace(self.left.get() - self.per_look_s)
+    }
+}
+
+/// A second for everything.
+const COST: Cost =
+    Cost { reduced_s: 1.0, solve_s: 5.0, start_s: [1.0, 0.0], iteration_s: [1.0, 0.0], rest_s: [1.0, 0.0] };
+
+fn falling() -> Option<Budget> {
+    Some(Budget { cost: COST, elastic_falls: true, degree_falls: true })
+}
+
+fn struck(prepared: &Prepared, blow: &Strike, watch: &mut dyn Watch) -> Outcome {
+    strike(prepared, blow, &mut Workspace::default(), &Token::default(), watch).unwrap()
+}
+
+/// What holds however early a strike was stopped: pieces are closed, as all faces have another side, and their volumes add up.
+#[track_caller]
+fn check_whole(prepared: &Prepared, outcome: &Outcome) {
+    let pieces = outcome.pieces.as_ref().unwrap();
+    let volume: f64 = pieces.fragments.iter().map(|fragment| fragment.volume_m3).sum();
+    assert!((volume / prepared.report.lattice_volume_m3 - 1.0).abs() < 1e-12, "{volume}");
+    let counts = pieces.counts;
+    let (mut positions, mut indices, mut merges) =
+        (vec![[0.0f32; 3]; counts.vertices], vec![0u32; counts.indices], vec![[0u32; 2]; counts.merges]);
+    pieces.emit(&mut positions, &mut indices, &mut merges).unwrap();
+    for fragment in &pieces.fragments {
+        let own = &indices[fragment.index_first as usize..][..fragment.index_count as usize];
+        let mut same: Vec<u32> = (0..fragment.vertex_count).collect();
+        let pairs = &merges[fragment.merge_first as usize..][..fragment.merge_count as usize];
+        pairs.iter().for_each(|[from, to]| same[*from as usize] = *to);
+        let root = |mut vertex: u32| {
+            while same[vertex as usize] != vertex {
+                vertex = same[vertex as usize];
+            }
+            vertex
+        };
+        let mut edges: Vec<[u32; 2]> = own
+            .chunks_exact(3)
+            .flat_map(|corner| [[corner[0], corner[1]], [corner[1], corner[2]], [corner[2], corner[0]]])
+            .map(|edge| edge.map(root))
+            .collect();
+        let mut others: Vec<[u32; 2]> = edges.iter().map(|[a, b]| [*b, *a]).collect();
+        edges.sort_unstable();
+        others.sort_unstable();
+        assert!(edges == others, "fragment {} is open", fragment.id);
+    }
+}
+
+#[test]
+fn a_descent_ends_when_the_time_left_is_what_the_rest_takes() {
+    let prepared = arch(0);
+    let blow = Strike { budget: falling(), ..blow(&prepared) };
+    // It is looked at when the strike begins, when the descent begins, and after every step; each look takes a second, as every step is
+    // expected to. The last second is for the rest.
+    for (seconds, iterations) in [(0.0, 0), (3.0, 0), (4.0, 1), (5.0, 2), (9.0, 6)] {
+        let outcome = struck(&prepared, &blow, &mut Looks::new(seconds, 1.0));
+        assert_eq!((outcome.iterations, outcome.stop_reason()), (iterations, StopReason::Time), "{seconds}");
+        check_whole(&prepared, &outcome);
+        let again = struck(&prepared, &Strike { iterations_max: iterations, budget: None, ..blow.clone() }, &mut ());
+        assert_eq!(again.stop_reason(), StopReason::Iterations);
+        assert_eq!(cells(&again), cells(&outcome), "the same iterations are the same pieces");
+        assert_eq!(again.cvd_gap, outcome.cvd_gap);
+    }
+    let patient = struck(&prepared, &blow, &mut Looks::new(1e9, 1.0));
+    assert_eq!(cells(&patient), cells(&struck(&prepared, &Strike { budget: None, ..blow }, &mut ())));
+}
+
+fn cells(outcome: &Outcome) -> Vec<(f64, f64)> {
+    let pieces = outcome.pieces.as_ref().unwrap();
+    pieces.fragments.iter().map(|fragment| (fragment.volume_m3, fragment.energy_j_m2)).collect()
+}
+
+#[test]
+fn a_solve_falls_before_a_search_and_what_was_asked_for_does_not() {
+    let prepared = arch(60);
+    let solved = Strike { elastic: ElasticRequest::Solve, budget: falling(), ..blow(&prepared) };
+    let reduced =
+        |strike: &Strike, seconds| struck(&prepared, strike, &mut Looks::new(seconds, 0.0)).reduced_error.is_some();
+    // The solve takes five, start and rest one each.
+    assert!(reduced(&solved, 6.9) && !reduced(&solved, 7.1));
+    let firm = Budget { elastic_falls: false, ..falling().unwrap() };
+    assert!(!reduced(&Strike { budget: Some(firm), ..solved.clone() }, 0.0));
+
+    let whole = struck(&prepared, &Strike { threshold_only: true, ..solved.clone() }, &mut ());
+    let gamma_j_m2 = Some(whole.gamma_j_m2 * whole.e1_over_gamma / 20.0);
+    let searched = Strike { degree: DegreeRequest::Verified, gamma_j_m2, ..solved };
+    let source = |strike: &Strike, seconds| {
+        let outcome = struck(&prepared, strike, &mut Looks::new(seconds, 0.0));
+        check_whole(&prepared, &outcome);
+        outcome.degree_source
+    };
+    let enough = COST.verify_s(9) + COST.rest_s(9);
+    assert_eq!(source(&searched, enough + 0.1), DegreeSource::Verified);
+    assert_eq!(source(&searched, enough - 0.1), DegreeSource::ClosedForm, "there are no examples");
+    let firm = Budget { degree_falls: false, ..falling().unwrap() };
+    assert_eq!(source(&Strike { budget: Some(firm), ..searched }, 0.0), DegreeSource::Verified);
+}
+
+#[test]
+fn an_error_that_is_asked_for_is_met_by_both_estimates() {
+    let prepared = arch(60);
+    let mut last = 0;
+    for error_max in [0.3, 0.1, 0.03, 0.01] {
+        let strike = blow(&prepared).to_the_error(error_max);
+        let outcome = struck(&prepared, &strike, &mut ());
+        assert_eq!((outcome.stop_reason(), outcome.ending), (StopReason::ErrorMet, Some(Ending::ErrorMet)));
+        assert!(outcome.cvd_gap.unwrap() <= error_max && outcome.reduced_error.unwrap_or(0.0) <= error_max);
+        assert!(outcome.iterations >= last, "{error_max}: {} after {last}", outcome.iterations);
+        last = outcome.iterations;
+        check_whole(&prepared, &outcome);
+    }
+    assert!(last >= 4, "{last}");
+    let exact = struck(&prepared, &blow(&prepared).to_the_error(1e-9), &mut ());
+    assert_eq!(exact.reduced_error, None, "no basis is that exact");
+    assert_ne!(exact.stop_reason(), StopReason::ErrorMet, "gaps below {GAP_MIN} are not told apart");
+}
+
+#[test]
+fn presets_are_carried_out_by_their_numbers() {
+    let prepared = arch(60);
+    let iterations = |quality| {
+        let sites = DegreeRequest::Sites(12);
+        let outcome = struck(&prepared, &Strike { degree: sites, ..blow(&prepared).of_quality(quality) }, &mut ());
+        assert_eq!(outcome.reduced_error.is_none(), quality >= Quality::Film, "{quality:?}");
+        outcome.iterations
+    };
+    let all = Quality::ALL.map(iterations);
+    assert!(all.is_sorted() && all[0] <= Quality::Draft.dials().iterations_max && all[3] > all[1], "{all:?}");
+}
+
+#[test]
+fn a_preset_fixes_the_lattices_of_a_bake_and_spacings_go_before_it() {
+    let request = |quality| BakeRequest { quality, kappa: Some(1.0), ..real::request("block", "ceramic") };
+    let baked =
+        |request: &BakeRequest| bake(shapes::cuboid([0.4, 0.3, 0.2]), request, &Token::default(), &mut |_| ()).unwrap();
+    for quality in [Quality::Draft, Quality::Game] {
+        let prepared = baked(&request(quality));
+        let (wanted, parameters) = (quality.lattices(), &prepared.parameters);
+        assert_eq!(parameters.quality, quality);
+        for (found, wanted) in
+            [(prepared.crack_nodes(), wanted.crack_nodes), (prepared.elastic_nodes(), wanted.elastic_nodes)]
+        {
+            let ratio = found as f64 / wanted as f64;
+            assert!((0.7..1.4).contains(&ratio), "{quality:?}: {found} of {wanted}");
+        }
+        let spaced = BakeRequest { crack_spacing: Some(0.07), elastic_spacing: Some(0.08), ..request(quality) };
+        assert_eq!(baked(&spaced).parameters.crack_spacing, 0.07);
+    }
+}
+
+/// Objects on which estimates are tried.
+fn objects() -> Vec<(&'static str, RawMesh)> {
+    let shapes = [("statue", shapes::statue()), ("mug", shapes::mug()), ("horseshoe", shapes::horseshoe())];
+    let real = ["horse.ply", "stanford-bunny.obj"].into_iter().filter_map(|file| Some((file, real::raw(file)?)));
+    shapes.into_iter().chain(real).collect()
+}
+
+/// Share of the estimated gaps that are within a factor 4 of the true ones, none of which is taken for less than [`GAP_MIN`]: after so
+/// many iterations, and at the tolerances of the presets.
+#[test]
+#[ignore = "a minute"]
+fn estimated_gaps_are_within_a_factor_4_of_the_true_ones() {
+    let (mut all, mut good) = (0, 0);
+    for (name, mesh) in objects() {
+        let request = BakeRequest { kappa: Some(1.0), ..real::request(name, "ceramic") };
+        let prepared = bake(mesh, &request, &Token::default(), &mut |_| ()).unwrap();
+        let sampler = Sampler::new(&prepared);
+        let mut ratios: Vec<f64> = Vec::new();
+        for index in 0..4 {
+            let impact = Impact::new(&prepared, &sampler.impact(7, index)).unwrap();
+            let mut workspace = Workspace::default();
+            let energies = strain_energy(&prepared, &impact, &mut workspace, &Token::default(), &mut ());
+            let mut energy = energies.unwrap().remove(0);
+            let body = &prepared.bodies[energy.body];
+            let field = Field::new(body.interior.as_ref().unwrap(), &body.volumes, &mut energy.shares).unwrap();
+            let mut workspace = centroidal::Workspace::default();
+            for sites in [6, 20, 50, 150] {
+                let mut run = |tolerance, iterations_max| {
+                    let options = Options { tolerance, iterations_max, ..Options::new(sites, index) };
+                    centroidal::diagram(&field, &options, &mut workspace, &Token::default()).unwrap()
+                };
+                let end = run(0.0, 3000).energy;
+                let stops = [1, 2, 3, 4, 6, 8, 12, 16, 24, 40].map(|iterations| (0.0, iterations));
+                let presets = Quality::ALL.map(|quality| (quality.dials().tolerance, ITERATIONS_MAX));
+                for (tolerance, iterations_max) in stops.into_iter().chain(presets) {
+                    let own = run(tolerance, iterations_max);
+                    ratios.push(gap(&own.history) / (own.energy / end - 1.0).max(GAP_MIN));
+                }
+            }
+        }
+        ratios.sort_by(f64::total_cmp);
+        let within = ratios.iter().filter(|ratio| (0.25..=4.0).contains(*ratio)).count();
+        let [low, median, high] = [0.1, 0.5, 0.9].map(|share| ratios[(ratios.len() as f64 * share) as usize]);
+        println!(
+            "{name}: {within} of {} within a factor 4; estimated/true {low:.2}, {median:.2}, {high:.2}",
+            ratios.len()
+        );
+        (all, good) = (all + ratios.len(), good + within);
+    }
+    println!("{:.1} % of {all}", 100.0 * good as f64 / all as f64);
+    assert!(good as f64 >= 0.8 * all as f64, "{good} of {all}");
+}
