@@ -4,6 +4,7 @@ use nalgebra::{Isometry3, Point3, Vector3};
 use shatter_fracture::database::{BakeRequest, bake};
 use shatter_fracture::lift;
 use shatter_fracture::pipeline::{Body, Contact, DegreeRequest, FragmentRow, Prepared, Solid, Strike};
+use shatter_fracture::sparse::Precision;
 use shatter_fracture::surface::{RawMesh, shapes};
 use shatter_fracture::token::Token;
 use shatter_tests::{real, struck};
@@ -86,7 +87,7 @@ fn turning_the_prepared_lattice_and_the_contact_keeps_the_fragments_to_rounding(
         let solid = body.solid.as_ref().unwrap();
         let elastic = solid.lattice.transformed(&turn);
         let poisson = own.parameters.material.poisson;
-        let solid = Solid::new(elastic, solid.transfer.clone(), poisson, &Token::default()).unwrap();
+        let solid = Solid::new(elastic, solid.transfer.clone(), poisson, Precision::F64, &Token::default()).unwrap();
         Body { solid: Some(solid), interior: Some(interior), ..Body::new(crack) }
     });
     let turned = Prepared {

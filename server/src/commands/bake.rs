@@ -7,6 +7,7 @@ use clap::Args;
 use shatter_fracture::database::{self, BakeError, BakeRequest, Partial, Share, Tables};
 use shatter_fracture::pipeline::{ElasticRequest, Prepared, Quality};
 use shatter_fracture::scene::Materials;
+use shatter_fracture::sparse::Precision;
 use shatter_fracture::surface::{self, RawMesh, Sheets, Surface, SurfaceError, Unit, Up};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -32,7 +33,7 @@ pub struct BakeArgs {
     /// the same is kept
     #[arg(long, value_name = "FILE", conflicts_with_all = [
         "mesh", "name", "material", "materials", "fragment_size", "gamma", "unit", "up", "elastic_spacing", "crack_spacing",
-        "examples", "elastic", "quality", "add", "seed", "cracks", "shard", "resume", "restart",
+        "examples", "elastic", "quality", "factor", "add", "seed", "cracks", "shard", "resume", "restart",
     ])]
     pub scene: Option<PathBuf>,
     /// Material
@@ -71,9 +72,13 @@ pub struct BakeArgs {
     /// from the solve, and no basis is made
     #[arg(long, value_name = "reduced|solve", default_value = "reduced", value_parser = elastic)]
     pub elastic: ElasticRequest,
+    /// Of the stored numbers of the stiffness's factor: `f32` takes half the memory of `f64`, bodies for which it is not exact enough
+    /// apart
+    #[arg(long, value_name = "f64|f32", default_value = "f64", value_parser = factor)]
+    pub factor: Precision,
     /// Add this many impacts to the examples of the database that is there; everything else stays as it was baked
     #[arg(long, value_name = "K", conflicts_with_all = [
-        "examples", "elastic", "quality", "material", "materials", "fragment_size", "gamma", "elastic_spacing", "crack_spacing", "seed",
+        "examples", "elastic", "quality", "factor", "material", "materials", "fragment_size", "gamma", "elastic_spacing", "crack_spacing", "seed",
     ])]
     pub add: Option<u64>,
     /// Seed of everything random
@@ -142,6 +147,14 @@ fn one(args: &BakeArgs, mesh: &Path, name: &str, folder: &Path) -> Result<(), Fa
     baked::tell(&prepared, &file, begun.elapsed(), args.json)
 }
 
+fn factor(text: &str) -> Result<Precision, String> {
+    match text {
+        "f64" => Ok(Precision::F64),
+        "f32" => Ok(Precision::F32),
+        _ => Err("`f64` or `f32`".to_owned()),
+    }
+}
+
 fn elastic(text: &str) -> Result<ElasticRequest, String> {
     match text {
         "reduced" => Ok(ElasticRequest::Reduced),
@@ -199,6 +212,7 @@ fn request(args: &BakeArgs, name: &str) -> Result<BakeRequest, Failure> {
         kappa: None,
         examples: args.examples,
         elastic: args.elastic,
+        factor: args.factor,
         tables: Tables::ALL,
         seed: args.seed,
         cracks: None,

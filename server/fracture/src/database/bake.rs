@@ -16,6 +16,7 @@ use crate::pipeline::{
 };
 use crate::scene::{DEFAULT_FRAGMENT_DIAGONALS, Material};
 use crate::skin::{Outer, Skin};
+use crate::sparse::Precision;
 use crate::surface::{Inside, RawMesh, Sheets, Side, Surface, SurfaceError};
 use crate::tessellation::Topology;
 use crate::token::{Cancelled, Token};
@@ -49,6 +50,9 @@ pub struct BakeRequest {
     /// Whether they give the object a reduced basis, too.
     #[serde(default)]
     pub elastic: ElasticRequest,
+    /// Of the factor of the stiffness, of bodies for which it is exact enough.
+    #[serde(default)]
+    pub factor: Precision,
     /// What the object shall be prepared for; examples need elasticity and interior distances.
     #[serde(default)]
     pub tables: Tables,
@@ -74,6 +78,7 @@ impl BakeRequest {
             kappa: None,
             examples: 0,
             elastic: ElasticRequest::Reduced,
+            factor: Precision::F64,
             tables: Tables::ALL,
             seed: 0,
             cracks: None,
@@ -268,7 +273,8 @@ pub(super) fn whole(
         progress(Step::Elasticity(index));
         let failed = |source| BakeError::Elasticity { body: index, source };
         let solid = || {
-            let solid = Solid::new(elastic, transfer, parameters.material.poisson, token).map_err(failed)?;
+            let solid =
+                Solid::new(elastic, transfer, parameters.material.poisson, parameters.factor, token).map_err(failed)?;
             solid.elasticity.factor().map_err(failed)?;
             Ok::<_, BakeError>(solid)
         };
@@ -362,7 +368,7 @@ pub(super) fn lattices(
     let volume = inside.input_volume(token)?;
     progress(Step::Lattices);
     let walls = inside.widths(Side::Wall, WIDTH_MAX, token)?;
-    let spacings = thin::spacings(request, volume, area(surface), &walls, &surface.frame)?;
+    let spacings = thin::spacings(request, volume, parts::area(surface), &walls, &surface.frame)?;
     let mut parameters = parameters(request, surface, spacings);
     let spacings = Spacings {
         elastic: parameters.elastic_spacing,
@@ -459,16 +465,8 @@ pub(super) fn parameters(
         seed: request.seed,
         elastic: request.elastic,
         quality: request.quality,
+        factor: request.factor,
     }
-}
-
-/// Area of the surface, local.
-fn area(surface: &Surface) -> f64 {
-    let triangle = |triangle| {
-        let [a, b, c] = surface.corners(triangle);
-        0.5 * (b - a).cross(&(c - a)).norm()
-    };
-    (0..surface.triangles.len()).map(triangle).sum()
 }
 
 fn report(surface: &Surface, sheets: Option<&Sheets>, inside: &Inside, volume: f64, levels: &Levels) -> BakeReport {

@@ -8,6 +8,7 @@ use super::{DatabaseError, FORMAT, FORMATS, Tables, skins};
 use crate::lattice::{Lattice, Transfer, check_manifold};
 use crate::lift::{Lift, LiftKind};
 use crate::pipeline::{BakeReport, Body, Bound, Parameters, Prepared, Reduction, Solid};
+use crate::sparse::Precision;
 use crate::surface::Frame;
 use crate::token::Token;
 use serde::{Deserialize, Serialize};
@@ -297,7 +298,7 @@ fn bare(contents: &Contents, tables: Tables) -> Result<Prepared, DatabaseError> 
     let shape: Shape = contents.json("shape")?;
     check_shape(&shape)?;
     let bodies = (0..shape.dimensions.len())
-        .map(|index| body(contents, index, &shape, parameters.material.poisson, tables))
+        .map(|index| body(contents, index, &shape, &parameters, tables))
         .collect::<Result<Vec<_>, _>>()?;
     let skin = if tables.skin { skins::skin(contents, &bodies)?.map(Arc::new) } else { None };
     Ok(Prepared {
@@ -346,11 +347,17 @@ fn check_shape(shape: &Shape) -> Result<(), DatabaseError> {
     Err(DatabaseError::Metadata { key: "shape", reason: reason.to_owned() })
 }
 
-fn body(contents: &Contents, index: usize, shape: &Shape, poisson: f64, tables: Tables) -> Result<Body, DatabaseError> {
+fn body(
+    contents: &Contents,
+    index: usize,
+    shape: &Shape,
+    parameters: &Parameters,
+    tables: Tables,
+) -> Result<Body, DatabaseError> {
     let name = |part: &str| format!("{BASE}{index}.{part}");
     let crack = lattice(contents, &name("crack"))?;
     let solid = match tables.elastic && contents.holds(&name("elastic.nodes")) {
-        true => Some(solid(contents, index, &crack, poisson)?),
+        true => Some(solid(contents, index, &crack, parameters.material.poisson, parameters.factor)?),
         false => None,
     };
     let lift = |part: &str, kind, dimension: Option<usize>| {
@@ -386,12 +393,18 @@ fn bound(contents: &Contents, tensor: String, solid: &Solid) -> Result<Bound, Da
     }
 }
 
-fn solid(contents: &Contents, index: usize, crack: &Lattice, poisson: f64) -> Result<Solid, DatabaseError> {
+fn solid(
+    contents: &Contents,
+    index: usize,
+    crack: &Lattice,
+    poisson: f64,
+    factor: Precision,
+) -> Result<Solid, DatabaseError> {
     let name = |part: &str| format!("{BASE}{index}.{part}");
     let elastic = lattice(contents, &name("elastic"))?;
     let transfer = transfer(contents, &name("transfer"), &elastic, crack)?;
     let failed = |source| DatabaseError::Elasticity { body: index, source };
-    Solid::new(elastic, transfer, poisson, &Token::default()).map_err(failed)
+    Solid::new(elastic, transfer, poisson, factor, &Token::default()).map_err(failed)
 }
 
 fn lattice(contents: &Contents, name: &str) -> Result<Lattice, DatabaseError> {

@@ -20,7 +20,16 @@ pub struct Boundary {
     /// Where the faces around each node start in `incident`; one more than nodes.
     starts: Vec<u32>,
     incident: Vec<u32>,
+    /// Boxes of every [`GROUP`] faces, low and high corner. Lattices name their tetrahedra row by row, so that faces named one after
+    /// the other are near each other.
+    boxes: Vec<[Point3<f64>; 2]>,
 }
+
+/// Faces in a box.
+const GROUP: usize = 32;
+
+/// Part of a distance by which rounding may make a box seem too far.
+const SLACK: f64 = 1e-9;
 
 /// The boundary point nearest to some point.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -50,13 +59,14 @@ impl Boundary {
             let third = (b - a).cross(&(c - a)).norm() / 6.0;
             face.iter().for_each(|&node| areas[node as usize] += third);
         }
-        Self { nodes, positions, areas, faces, starts, incident }
+        let boxes = faces.chunks(GROUP).map(|faces| around_faces(&positions, faces)).collect();
+        Self { nodes, positions, areas, faces, starts, incident, boxes }
     }
 
     /// Bytes that it holds.
     pub fn bytes(&self) -> usize {
-        let Self { nodes, positions, areas, faces, starts, incident } = self;
-        held(nodes) + held(positions) + held(areas) + held(faces) + held(starts) + held(incident)
+        let Self { nodes, positions, areas, faces, starts, incident, boxes } = self;
+        held(nodes) + held(positions) + held(areas) + held(faces) + held(starts) + held(incident) + held(boxes)
     }
 
     /// The faces around boundary node `node`.
@@ -71,17 +81,46 @@ impl Boundary {
 
     /// The boundary point nearest to `point`; the lowest face wins ties. `None` if there are no faces.
     pub fn nearest(&self, point: &Point3<f64>) -> Option<Nearest> {
-        let mut best: Option<Nearest> = None;
-        for face in 0..self.faces.len() {
+        let bounds = || self.boxes.iter().map(|bounds| distance_squared(point, bounds));
+        let (likely, _) = bounds().enumerate().min_by(|a, b| a.1.total_cmp(&b.1))?;
+        let mut best = self.nearest_in(point, likely, None);
+        for (group, bound) in bounds().enumerate() {
+            // Of no number it is not known that it is farther.
+            let farther = best.is_some_and(|best| bound * (1.0 - SLACK) > best.distance * best.distance);
+            if group != likely && !farther {
+                best = self.nearest_in(point, group, best);
+            }
+        }
+        best
+    }
+
+    /// The nearer of `best` and the nearest of the faces of one box.
+    fn nearest_in(&self, point: &Point3<f64>, group: usize, mut best: Option<Nearest>) -> Option<Nearest> {
+        for face in group * GROUP..(group * GROUP + GROUP).min(self.faces.len()) {
             let place = closest(point, self.corners(face));
             // Overflow far outside gives no number: that far is infinitely far.
             let distance = (place - point).norm().min(f64::INFINITY);
-            if best.is_none_or(|best| distance < best.distance) {
+            if best.is_none_or(|best| (distance, face) < (best.distance, best.face)) {
                 best = Some(Nearest { face, place, distance });
             }
         }
         best
     }
+}
+
+/// The box of some faces.
+fn around_faces(positions: &[Point3<f64>], faces: &[[u32; 3]]) -> [Point3<f64>; 2] {
+    let mut bounds = [f64::INFINITY, f64::NEG_INFINITY].map(|end| Point3::new(end, end, end));
+    for corner in faces.iter().flatten().map(|node| &positions[*node as usize]) {
+        bounds = [bounds[0].inf(corner), bounds[1].sup(corner)];
+    }
+    bounds
+}
+
+/// From `point` to a box, 0 inside.
+fn distance_squared(point: &Point3<f64>, [low, high]: &[Point3<f64>; 2]) -> f64 {
+    let clamped = point.coords.sup(&low.coords).inf(&high.coords);
+    (point.coords - clamped).norm_squared()
 }
 
 fn around(nodes: usize, faces: &[[u32; 3]]) -> (Vec<u32>, Vec<u32>) {
@@ -130,6 +169,32 @@ mod tests {
 
     fn point() -> impl Strategy<Value = Point3<f64>> {
         prop::array::uniform3(-1.0..1.0_f64).prop_map(Point3::from)
+    }
+
+    /// As a look at every face.
+    fn check(boundary: &Boundary, point: Point3<f64>) {
+        let mut plain: Option<Nearest> = None;
+        for face in 0..boundary.faces.len() {
+            let place = closest(&point, boundary.corners(face));
+            let distance = (place - point).norm();
+            if plain.is_none_or(|plain| distance < plain.distance) {
+                plain = Some(Nearest { face, place, distance });
+            }
+        }
+        assert_eq!(boundary.nearest(&point), plain, "{point}");
+    }
+
+    #[test]
+    fn boxes_find_the_face_that_a_look_at_all_finds() {
+        let boundary = Boundary::new(&crate::lattice::block([5, 4, 6], 0.1));
+        assert!(boundary.faces.len() > 4 * GROUP);
+        boundary.positions.iter().for_each(|corner| check(&boundary, *corner));
+        for scale in [0.1, 1.0, 30.0] {
+            let mut stream = crate::random::Stream::new(8, 0);
+            (0..200).for_each(|_| check(&boundary, Point3::from([(); 3].map(|()| scale * (stream.uniform() - 0.5)))));
+        }
+        let nowhere = boundary.nearest(&Point3::new(1e300, 0.0, 0.0)).unwrap();
+        assert_eq!((nowhere.face, nowhere.distance), (0, f64::INFINITY));
     }
 
     proptest! {

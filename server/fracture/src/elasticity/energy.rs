@@ -1,15 +1,20 @@
 //! Strain energy per tetrahedron.
 
-use super::element::{Lame, strain};
+use super::element::{Element, Lame};
+use super::strain::Strain;
+use super::wide::{Kernel, Lanes, widest};
 use super::{Elasticity, ElasticityError};
 use crate::lattice::Lattice;
+use crate::memory::held;
 use crate::token::Token;
-use nalgebra::Matrix3;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-/// Tetrahedra between two looks at the token.
-const CHUNK: usize = 4096;
+/// Tetrahedra side by side.
+const SIDE: usize = 4;
+
+/// Tetrahedra between two looks at the token: a multiple of [`SIDE`].
+const CHUNK: usize = 2048;
 
 /// Which part of the strain energy drives cracks.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -20,6 +25,108 @@ pub enum Driving {
     Total,
     /// The tensile part of the spectral split (Miehe et al. 2010): compression drives nothing.
     Tensile,
+}
+
+/// What strains need of all tetrahedra: no matrix is inverted while an impact waits.
+#[derive(Debug)]
+pub(super) struct Elements {
+    blocks: Vec<Block>,
+}
+
+/// Three vectors of each of [`SIDE`] tetrahedra.
+type Triple = [[Lanes<SIDE>; 3]; 3];
+
+/// [`SIDE`] tetrahedra; those that are missing in the last block are zero.
+#[derive(Clone, Debug)]
+struct Block {
+    /// ∇φ of the second, third and fourth node, that of the first being less their sum; 1/local length.
+    gradients: Triple,
+    /// Local.
+    volumes: Lanes<SIDE>,
+}
+
+impl Elements {
+    pub(super) fn new(elements: &[Element]) -> Self {
+        Self { blocks: elements.chunks(SIDE).map(Block::new).collect() }
+    }
+
+    /// Bytes that they hold.
+    pub(super) fn bytes(&self) -> usize {
+        held(&self.blocks)
+    }
+}
+
+impl Block {
+    fn new(elements: &[Element]) -> Self {
+        let lanes = |of: &dyn Fn(&Element) -> f64| {
+            let mut lanes = Lanes::all(0.0);
+            lanes.0.iter_mut().zip(elements).for_each(|(lane, element)| *lane = of(element));
+            lanes
+        };
+        let gradients = [1, 2, 3].map(|node| [0, 1, 2].map(|axis| lanes(&|element| element.gradients[node][axis])));
+        Self { gradients, volumes: lanes(&|element| element.volume) }
+    }
+
+    /// ε of the tetrahedra `tets`.
+    #[inline(always)]
+    fn strain(&self, tets: &[[u32; 4]], displacement: &[f64]) -> Strain<SIDE> {
+        // By edge, then by component.
+        let mut edges = [[Lanes::all(0.0); 3]; 3];
+        for (lane, tet) in tets.iter().enumerate().take(SIDE) {
+            let first = &displacement[3 * tet[0] as usize..][..3];
+            for edge in 0..3 {
+                let other = &displacement[3 * tet[edge + 1] as usize..][..3];
+                for axis in 0..3 {
+                    edges[edge][axis].0[lane] = other[axis] - first[axis];
+                }
+            }
+        }
+        let g = &self.gradients;
+        let sheared = |i, j| (derivative(&edges, g, i, j) + derivative(&edges, g, j, i)) * 0.5;
+        let stretched = |i| derivative(&edges, g, i, i);
+        [stretched(0), stretched(1), stretched(2), sheared(0, 1), sheared(1, 2), sheared(0, 2)]
+    }
+}
+
+/// ∂u_i/∂x_j from the edges' displacements and the gradients of their ends.
+#[inline(always)]
+fn derivative(edges: &Triple, gradients: &Triple, i: usize, j: usize) -> Lanes<SIDE> {
+    edges[0][i] * gradients[0][j] + edges[1][i] * gradients[1][j] + edges[2][i] * gradients[2][j]
+}
+
+/// Energies of some consecutive tetrahedra.
+struct Energies<'a> {
+    lame: Lame,
+    driving: Driving,
+    blocks: &'a [Block],
+    tets: &'a [[u32; 4]],
+    displacement: &'a [f64],
+    energies: &'a mut [f64],
+}
+
+impl Energies<'_> {
+    #[inline(always)]
+    fn fill<const TENSILE: bool>(self) {
+        let parts = self.tets.chunks(SIDE).zip(self.energies.chunks_mut(SIDE));
+        for (block, (tets, energies)) in self.blocks.iter().zip(parts) {
+            let strain = block.strain(tets, self.displacement);
+            let lame = self.lame;
+            let density = if TENSILE { lame.tensile_energy_densities(&strain) } else { lame.energy_densities(&strain) };
+            energies.copy_from_slice(&(density * block.volumes).0[..energies.len()]);
+        }
+    }
+}
+
+impl Kernel for Energies<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        match self.driving {
+            Driving::Total => self.fill::<false>(),
+            Driving::Tensile => self.fill::<true>(),
+        }
+    }
 }
 
 impl Elasticity {
@@ -42,17 +149,45 @@ impl Elasticity {
             return Err(ElasticityError::OtherLattice { what: "the lattice", expected, found });
         }
         energies.resize(found, 0.0);
-        let density: fn(Lame, &Matrix3<f64>) -> f64 = match driving {
-            Driving::Total => Lame::energy_density,
-            Driving::Tensile => Lame::tensile_energy_density,
-        };
-        energies.par_chunks_mut(CHUNK).enumerate().try_for_each(|(chunk, energies)| {
+        let blocks = self.elements.blocks.par_chunks(CHUNK / SIDE);
+        let chunks = lattice.tets.par_chunks(CHUNK).zip(energies.par_chunks_mut(CHUNK));
+        blocks.zip(chunks).try_for_each(|(blocks, (tets, energies))| {
             token.check()?;
-            for (offset, energy) in energies.iter_mut().enumerate() {
-                let (strain, volume) = strain(lattice, chunk * CHUNK + offset, displacement);
-                *energy = density(self.lame, &strain) * volume;
-            }
+            widest(Energies { lame: self.lame, driving, blocks, tets, displacement, energies });
             Ok(())
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lattice::block;
+    use crate::random::Stream;
+
+    #[test]
+    fn wide_and_plain_instructions_give_the_same_bits() {
+        let lattice = block([3, 2, 3], 0.1);
+        let body = Elasticity::prepare(&lattice, 0.3, &Token::default()).unwrap();
+        let mut stream = Stream::new(5, 0);
+        let displacement: Vec<f64> = (0..body.size()).map(|_| stream.uniform() - 0.5).collect();
+        for driving in [Driving::Total, Driving::Tensile] {
+            let of = |run: &dyn Fn(Energies)| {
+                let mut energies = vec![0.0; lattice.tets.len()];
+                let (blocks, tets) = (&body.elements.blocks, &lattice.tets);
+                run(Energies {
+                    lame: body.lame,
+                    driving,
+                    blocks,
+                    tets,
+                    displacement: &displacement,
+                    energies: &mut energies,
+                });
+                energies
+            };
+            let plain = of(&|energies| energies.run());
+            assert_eq!(plain, of(&|energies| widest(energies)));
+            assert!(plain.iter().all(|energy| *energy >= 0.0 && energy.is_finite()) && plain[0] > 0.0);
+        }
     }
 }

@@ -80,7 +80,9 @@ impl Front {
                 let [base_place, target_place] = [base, target].map(|other| boundary.positions[other as usize]);
                 self.offer(target, distance + (target_place - place).norm(), slack);
                 let known = [distance, self.distances[base as usize]];
-                if let Some(across) = unfold([place, base_place], known, target_place) {
+                if known[1].is_finite()
+                    && let Some(across) = unfold([place, base_place], known, target_place)
+                {
                     self.offer(target, across, slack);
                 }
             }
@@ -89,7 +91,7 @@ impl Front {
 }
 
 /// The distance of `target` from the source that lies at distances `known` from `base`, unfolded into the plane of the
-/// triangle, on the other side of the base; `None` if the straight way does not cross the base, or a distance is unknown.
+/// triangle, on the other side of the base; `None` if the straight way does not cross the base.
 fn unfold(base: [Point3<f64>; 2], known: [f64; 2], target: Point3<f64>) -> Option<f64> {
     let edge = base[1] - base[0];
     let length = edge.norm();
@@ -99,5 +101,7 @@ fn unfold(base: [Point3<f64>; 2], known: [f64; 2], target: Point3<f64>) -> Optio
     let source_x = (known[0] * known[0] - known[1] * known[1] + length * length) / (2.0 * length);
     let source_y = (known[0] * known[0] - source_x * source_x).max(0.0).sqrt();
     let crossing = source_x + (x - source_x) * source_y / (source_y + y);
-    (crossing >= 0.0 && crossing <= length).then(|| (x - source_x).hypot(y + source_y))
+    // Lengths are local: their squares neither overflow nor vanish.
+    let way = (x - source_x) * (x - source_x) + (y + source_y) * (y + source_y);
+    (crossing >= 0.0 && crossing <= length).then(|| way.sqrt())
 }

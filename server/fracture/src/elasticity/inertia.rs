@@ -63,18 +63,27 @@ impl Inertia {
     /// The second pass removes what the rounding of the first left, which is all there is when the load was nothing but a
     /// rigid acceleration.
     pub fn relieve(&self, forces: &mut [f64]) -> [Vector3<f64>; 2] {
-        let mut acceleration = [Vector3::zeros(); 2];
-        for _ in 0..2 {
-            let (force, torque) = self.net(forces);
-            let (linear, angular) = (force / self.volume, self.compliance * torque);
-            acceleration[0] += linear;
-            acceleration[1] += angular;
-            for (node, own) in forces.chunks_exact_mut(3).enumerate() {
-                let inertial = self.force(node, &[linear, angular]);
-                own.iter_mut().zip(inertial.iter()).for_each(|(own, inertial)| *own -= inertial);
-            }
+        let first = self.acceleration(self.net(forces));
+        let rest = self.acceleration(self.subtract(forces, &first));
+        self.subtract(forces, &rest);
+        [first[0] + rest[0], first[1] + rest[1]]
+    }
+
+    /// The rigid acceleration, linear and angular, under a net force and torque.
+    fn acceleration(&self, (force, torque): (Vector3<f64>, Vector3<f64>)) -> [Vector3<f64>; 2] {
+        [force / self.volume, self.compliance * torque]
+    }
+
+    /// Subtracts the inertial forces of an acceleration; net force and torque of what is left.
+    fn subtract(&self, forces: &mut [f64], acceleration: &[Vector3<f64>; 2]) -> (Vector3<f64>, Vector3<f64>) {
+        let (mut force, mut torque) = (Vector3::zeros(), Vector3::zeros());
+        for (node, (own, arm)) in forces.chunks_exact_mut(3).zip(&self.arms).enumerate() {
+            let left = Vector3::from_column_slice(own) - self.force(node, acceleration);
+            own.copy_from_slice(left.as_slice());
+            force += left;
+            torque += arm.cross(&left);
         }
-        acceleration
+        (force, torque)
     }
 
     /// m_i of node `node`.

@@ -20,9 +20,11 @@ mod reduced;
 mod residual;
 mod snapshots;
 mod solve;
+mod strain;
 mod support;
 #[cfg(test)]
 mod tests;
+mod wide;
 
 pub use boundary::{Boundary, Nearest};
 pub use energy::Driving;
@@ -31,7 +33,7 @@ pub use floor::Floor;
 pub use load::{Contact, Load, RADIUS_SPACINGS_MIN, Touch};
 pub use prepare::{Elasticity, POISSON_MAX};
 pub use reduced::{Estimate, Reduced};
-pub use solve::{RESIDUAL_MAX, ROUNDING_MAX, Solved};
+pub use solve::{NARROW_RESIDUAL_MAX, RESIDUAL_MAX, ROUNDING_MAX, Solved};
 pub use support::{Pins, Support};
 
 use crate::sparse::SolveScratch;
@@ -44,7 +46,8 @@ pub struct Workspace {
     residual: Vec<f64>,
     front: front::Front,
     weights: Vec<(u32, f64)>,
-    narrow: [Vec<f32>; 2],
+    narrow: Vec<[f32; reduced::SIDE]>,
     touched: Vec<u32>,
     pulled: residual::Sums,
+    gathered: Vec<f64>,
 }

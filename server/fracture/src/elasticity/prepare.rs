@@ -2,12 +2,13 @@
 
 use super::boundary::Boundary;
 use super::element::{Element, Lame};
+use super::energy::Elements;
 use super::inertia::Inertia;
 use super::solve::probe;
 use super::support::check_anchors;
-use super::{ElasticityError, Pins, RESIDUAL_MAX, Support};
+use super::{ElasticityError, NARROW_RESIDUAL_MAX, Pins, RESIDUAL_MAX, Support};
 use crate::lattice::Lattice;
-use crate::sparse::{Cholesky, Symbolic, Symmetric};
+use crate::sparse::{Cholesky, Precision, Symbolic, Symmetric};
 use crate::token::Token;
 use nalgebra::Vector3;
 use std::sync::{Arc, OnceLock};
@@ -28,10 +29,13 @@ pub struct Elasticity {
     /// Largest rounding of a row of K u, relative to ‖u‖: see [`row_rounding`].
     pub(super) row_rounding: f64,
     pub(super) symbolic: Symbolic,
+    /// Asked for.
+    precision: Precision,
     /// Made at first need, by whoever needs it: the others wait. Making it hands nothing to other threads, so that no thread can
     /// come to wait for itself.
     factor: OnceLock<Result<Cholesky, ElasticityError>>,
     pub(super) support: Support,
+    pub(super) elements: Arc<Elements>,
     pub(super) boundary: Arc<Boundary>,
     pub(super) inertia: Arc<Inertia>,
     /// Mean edge length of the lattice, local.
@@ -62,6 +66,19 @@ impl Elasticity {
         let elements = check(lattice, poisson)?;
         let pins = Pins::far_apart(lattice).ok_or(ElasticityError::EmptyLattice)?;
         Self::build(lattice, &elements, Lame::new(poisson), Support::Free(pins), token)
+    }
+
+    /// The same body, not factored yet, with a factor of this precision, if one in single precision is exact enough: if it leaves no
+    /// more than [`NARROW_RESIDUAL_MAX`] of a load, each sweep of refinement taking away as much again. Slender bodies leave more; their
+    /// factor is one in double precision all the same, as [`Self::precision`] tells.
+    pub fn of_precision(self, precision: Precision) -> Self {
+        Self { precision, factor: OnceLock::new(), ..self }
+    }
+
+    /// Of its factor: the one that it has, or, until then, the one asked for.
+    pub fn precision(&self) -> Precision {
+        let made = self.factor.get().and_then(|made| made.as_ref().ok());
+        made.map_or(self.precision, Cholesky::precision)
     }
 
     /// A free body with any Poisson's ratio, for the measurement behind [`POISSON_MAX`].
@@ -100,8 +117,10 @@ impl Elasticity {
             stiffness: self.stiffness.clone(),
             row_rounding: self.row_rounding,
             symbolic: self.symbolic.clone(),
+            precision: self.precision,
             factor: OnceLock::new(),
             support: Support::Anchored(nodes),
+            elements: self.elements.clone(),
             boundary: self.boundary.clone(),
             inertia: self.inertia.clone(),
             spacing: self.spacing,
@@ -140,9 +159,22 @@ impl Elasticity {
         token.check()?;
         let (boundary, spacing) = (Arc::new(Boundary::new(lattice)), mean_edge_length(lattice));
         let tets = lattice.tets.len();
-        let row_rounding = row_rounding(&stiffness);
+        let (row_rounding, elements) = (row_rounding(&stiffness), Arc::new(Elements::new(elements)));
         let (stiffness, inertia, factor) = (Arc::new(stiffness), Arc::new(inertia), OnceLock::new());
-        Ok(Self { lame, stiffness, row_rounding, symbolic, factor, support, boundary, inertia, spacing, tets })
+        Ok(Self {
+            lame,
+            stiffness,
+            row_rounding,
+            symbolic,
+            precision: Precision::F64,
+            factor,
+            support,
+            elements,
+            boundary,
+            inertia,
+            spacing,
+            tets,
+        })
     }
 
     fn factored(self, token: &Token) -> Result<Self, ElasticityError> {
@@ -159,7 +191,13 @@ impl Elasticity {
         let made = self.factor.get_or_init(|| {
             let mut held = Symmetric::clone(&self.stiffness);
             self.support.constrain(&mut held);
-            let factor = self.symbolic.factor(&held)?;
+            if self.precision == Precision::F32
+                && let Ok(factor) = self.symbolic.factor(&held, Precision::F32)
+                && probe(self, &factor) <= NARROW_RESIDUAL_MAX
+            {
+                return Ok(factor);
+            }
+            let factor = self.symbolic.factor(&held, Precision::F64)?;
             match probe(self, &factor) {
                 residual if residual <= RESIDUAL_MAX => Ok(factor),
                 residual => Err(ElasticityError::Mechanism { residual }),
@@ -185,13 +223,13 @@ impl Elasticity {
 
     /// Bytes that the body holds, most of them its factor, which is counted before it is made.
     pub fn bytes(&self) -> usize {
-        let Self { stiffness, boundary, inertia, .. } = self;
-        stiffness.bytes() + boundary.bytes() + inertia.bytes() + self.own_bytes()
+        let Self { stiffness, elements, boundary, inertia, .. } = self;
+        stiffness.bytes() + elements.bytes() + boundary.bytes() + inertia.bytes() + self.own_bytes()
     }
 
     /// Those of them that a body which is held otherwise does not share: its factor and its support.
     pub fn own_bytes(&self) -> usize {
-        self.symbolic.factor_bytes() + self.support.bytes()
+        self.symbolic.factor_bytes(self.precision()) + self.support.bytes()
     }
 }
 

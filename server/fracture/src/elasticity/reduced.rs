@@ -6,12 +6,12 @@
 //! the residual; with the diagonal of K in the place of K it is cheap, and proportional to the true one over impacts of one
 //! body (a residual estimator: R. Verfürth, *A Review of A Posteriori Error Estimation*, 1996; the proportion, fitted, is ours).
 
-use super::residual::{self, Residual, dot};
+use super::residual::{self, Residual, Sums};
+use super::wide::{Kernel, widest};
 use super::{Elasticity, Load, Workspace};
 use crate::memory::held;
-use faer::linalg::matmul::matmul;
-use faer::{Accum, MatMut, MatRef, Par};
 use nalgebra::Vector3;
+use rayon::prelude::*;
 
 /// A basis of displacements of one free body, K-orthonormal, the most energetic first.
 #[derive(Clone, Debug, PartialEq)]
@@ -33,6 +33,76 @@ pub struct Estimate {
     pub factor: f64,
     /// Positive; 1 where missing energy and residual are proportional.
     pub power: f64,
+}
+
+/// Products that are summed side by side.
+pub(super) const SIDE: usize = 16;
+
+/// Rows of a basis that a thread takes at once.
+const ROWS: usize = 1024;
+
+/// Rows of a basis times coordinates, filled up with zeros: what a row is read beyond its end, to be read by whole lanes, does not count.
+struct Products<'a> {
+    rank: usize,
+    basis: &'a [f32],
+    coordinates: &'a [[f32; SIDE]],
+    sums: &'a mut [f64],
+}
+
+impl Kernel for Products<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let length = SIDE * self.coordinates.len();
+        for (row, sum) in self.sums.iter_mut().enumerate() {
+            let rest = &self.basis[row * self.rank..];
+            let mut lanes = [0.0; SIDE];
+            let (chunks, end) = rest[..length.min(rest.len())].as_chunks::<SIDE>();
+            for (chunk, coordinates) in chunks.iter().zip(self.coordinates) {
+                for lane in 0..SIDE {
+                    lanes[lane] += chunk[lane] * coordinates[lane];
+                }
+            }
+            // Empty but in the last rows.
+            for ((lane, b), q) in lanes.iter_mut().zip(end).zip(self.coordinates.last().into_iter().flatten()) {
+                *lane += b * q;
+            }
+            *sum = f64::from(halved(halved(halved(halved(lanes, 8), 4), 2), 1)[0]);
+        }
+    }
+}
+
+/// Rows of a basis times forces, added up.
+struct Gather<'a, F> {
+    rank: usize,
+    basis: &'a [f32],
+    forces: F,
+    coordinates: &'a mut [f64],
+}
+
+impl<F: Iterator<Item = (usize, Vector3<f64>)>> Kernel for Gather<'_, F> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        for (node, force) in self.forces {
+            let (x, others) = self.basis[3 * node * self.rank..][..3 * self.rank].split_at(self.rank);
+            let (y, z) = others.split_at(self.rank);
+            for (own, ((x, y), z)) in self.coordinates.iter_mut().zip(x.iter().zip(y).zip(z)) {
+                *own += f64::from(*x) * force.x + f64::from(*y) * force.y + f64::from(*z) * force.z;
+            }
+        }
+    }
+}
+
+/// The first `half` lanes take the next ones in.
+#[inline(always)]
+fn halved(mut lanes: [f32; SIDE], half: usize) -> [f32; SIDE] {
+    for lane in 0..half {
+        lanes[lane] += lanes[lane + half];
+    }
+    lanes
 }
 
 /// Fewer pairs fit no estimate.
@@ -63,9 +133,8 @@ impl Reduced {
         let mut reduced = Self { rank, basis, estimate, residual, inertial: Default::default() };
         reduced.inertial = std::array::from_fn(|axis| {
             let mut coordinates = vec![0.0; rank];
-            for node in 0..body.size() / 3 {
-                reduced.add(node, &body.inertia.force(node, &residual::unit(axis)), &mut coordinates);
-            }
+            let forces = (0..body.size() / 3).map(|node| (node, body.inertia.force(node, &residual::unit(axis))));
+            reduced.gather(forces, &mut coordinates);
             coordinates
         });
         reduced
@@ -105,9 +174,7 @@ impl Reduced {
     pub fn project(&self, load: &Load, coordinates: &mut Vec<f64>) -> f64 {
         coordinates.clear();
         coordinates.resize(self.rank, 0.0);
-        for (node, force) in &load.applied {
-            self.add(*node as usize, force, coordinates);
-        }
+        self.gather(load.applied.iter().map(|(node, force)| (*node as usize, *force)), coordinates);
         let acceleration = load.acceleration.iter().flatten();
         for (inertial, acceleration) in self.inertial.iter().zip(acceleration) {
             coordinates.iter_mut().zip(inertial).for_each(|(own, inertial)| *own -= inertial * acceleration);
@@ -130,16 +197,15 @@ impl Reduced {
     /// The displacement with these coordinates, of the first displacements where they are fewer than the rank; resized to the size of
     /// the body.
     pub fn expand(&self, coordinates: &[f64], displacement: &mut Vec<f64>, workspace: &mut Workspace) {
-        let rows = self.basis.len() / self.rank;
-        let [narrow, sums] = &mut workspace.narrow;
+        let narrow = &mut workspace.narrow;
         narrow.clear();
-        narrow.extend(coordinates.iter().map(|q| *q as f32));
-        sums.resize(rows, 0.0);
-        let basis = MatRef::from_row_major_slice(&self.basis, rows, self.rank).subcols(0, narrow.len());
-        let column = MatRef::from_column_major_slice(narrow, narrow.len(), 1);
-        matmul(MatMut::from_column_major_slice_mut(sums, rows, 1), Accum::Replace, basis, column, 1.0, Par::Seq);
-        displacement.clear();
-        displacement.extend(sums.iter().copied().map(f64::from));
+        narrow.resize(coordinates.len().div_ceil(SIDE), [0.0; SIDE]);
+        narrow.as_flattened_mut().iter_mut().zip(coordinates).for_each(|(narrow, q)| *narrow = *q as f32);
+        displacement.resize(self.basis.len() / self.rank, 0.0);
+        displacement.par_chunks_mut(ROWS).enumerate().for_each(|(chunk, sums)| {
+            let basis = &self.basis[chunk * ROWS * self.rank..];
+            widest(Products { rank: self.rank, basis, coordinates: narrow, sums });
+        });
     }
 
     /// ρ = ½ r'D⁻¹r over ½|q|², r = f − K u the residual of the displacement with coordinates `q` under `load`, D the diagonal
@@ -148,20 +214,14 @@ impl Reduced {
     /// # Panics
     /// If `body`, the load or the coordinates are another body's.
     pub fn residual(&self, body: &Elasticity, load: &Load, q: &[f64], workspace: &mut Workspace) -> f64 {
-        let place = |node: usize| {
-            let rows = self.basis[3 * node * self.rank..][..3 * self.rank].chunks_exact(self.rank);
-            Vector3::from_iterator(rows.map(|row| dot(row, q)))
-        };
-        let missed = self.residual.energy(body, load, q, place, workspace);
+        let gather = |forces: &Sums, gathered: &mut [f64]| self.gather(forces.iter(), gathered);
+        let missed = self.residual.energy(body, load, q, gather, workspace);
         missed / (0.5 * q.iter().map(|q| q * q).sum::<f64>())
     }
 
-    /// Adds B'f of one node's force.
-    fn add(&self, node: usize, force: &Vector3<f64>, coordinates: &mut [f64]) {
-        let rows = self.basis[3 * node * self.rank..][..3 * self.rank].chunks_exact(self.rank);
-        for (row, force) in rows.zip(force) {
-            coordinates.iter_mut().zip(row).for_each(|(own, b)| *own += f64::from(*b) * force);
-        }
+    /// Adds B'f of the forces on some nodes.
+    fn gather(&self, forces: impl Iterator<Item = (usize, Vector3<f64>)>, coordinates: &mut [f64]) {
+        widest(Gather { rank: self.rank, basis: &self.basis, forces, coordinates });
     }
 }
 

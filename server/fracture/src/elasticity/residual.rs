@@ -101,18 +101,18 @@ impl Residual {
         held(&self.gram) + held(&self.inverse_diagonal) + self.inertial.iter().map(held).sum::<usize>()
     }
 
-    /// ½ r'D⁻¹r of the displacement of `body` with these coordinates under `load`; `place` gives the displacement of a node.
+    /// ½ r'D⁻¹r of the displacement of `body` with these coordinates under `load`; `gather` adds B'f of forces.
     pub(super) fn energy(
         &self,
         body: &Elasticity,
         load: &Load,
         coordinates: &[f64],
-        place: impl Fn(usize) -> Vector3<f64>,
+        gather: impl Fn(&Sums, &mut [f64]),
         workspace: &mut Workspace,
     ) -> f64 {
         let acceleration = Vector6::from_iterator(load.acceleration.iter().flatten().copied());
         let mut forces = acceleration.dot(&(self.inertia * acceleration));
-        let Workspace { touched, pulled, .. } = workspace;
+        let Workspace { touched, pulled, gathered, .. } = workspace;
         pulled.begin(body.size() / 3);
         touched.clear();
         touched.extend(load.applied.iter().map(|(node, _)| *node));
@@ -128,7 +128,10 @@ impl Residual {
             let (columns, blocks) = body.stiffness.row(node);
             columns.iter().zip(blocks).for_each(|(column, block)| pulled.add(*column, block.tr_mul(&weighted)));
         }
-        let mut cross: f64 = pulled.iter().map(|(node, pull)| pull.dot(&place(node))).sum();
+        gathered.clear();
+        gathered.resize(coordinates.len(), 0.0);
+        gather(pulled, gathered);
+        let mut cross = dot(gathered, coordinates);
         for (inertial, acceleration) in self.inertial.iter().zip(&acceleration) {
             cross -= acceleration * dot(inertial, coordinates);
         }
@@ -167,7 +170,7 @@ impl Sums {
         self.sums[node as usize] += more;
     }
 
-    fn iter(&self) -> impl Iterator<Item = (usize, Vector3<f64>)> {
+    pub(super) fn iter(&self) -> impl Iterator<Item = (usize, Vector3<f64>)> {
         self.nodes.iter().map(|node| (*node as usize, self.sums[*node as usize]))
     }
 }

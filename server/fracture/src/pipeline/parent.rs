@@ -8,6 +8,7 @@ use super::{BakeReport, Body, ElasticRequest, Parameters, Prepared, Solid, Strik
 use crate::lattice::{BODY_TETS_MIN, GONE, Lattice, Transfer};
 use crate::lift::{self, LiftError, LiftKind};
 use crate::scene::Effect;
+use crate::sparse::Precision;
 use crate::token::Token;
 use std::collections::VecDeque;
 
@@ -135,7 +136,7 @@ fn solid(
     } else {
         coarse(whole, stands).ok_or(StrikeError::FragmentLarge { fragment, nodes })?
     };
-    Solid::new(lattice, transfer, poisson, token).map_err(|source| StrikeError::of_body(0, source))
+    Solid::new(lattice, transfer, poisson, Precision::F64, token).map_err(|source| StrikeError::of_body(0, source))
 }
 
 /// The tetrahedra of the elastic lattice that give most of their energy to the fragment, as far as they hang together.

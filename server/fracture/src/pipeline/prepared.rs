@@ -7,6 +7,7 @@ use crate::lattice::{Lattice, Transfer};
 use crate::lift::{Lift, LiftKind};
 use crate::scene::Material;
 use crate::skin::{Outer, Skin};
+use crate::sparse::Precision;
 use crate::surface::{Defect, Frame};
 use crate::tessellation::Topology;
 use crate::token::Token;
@@ -38,6 +39,9 @@ pub struct Parameters {
     /// Which preset it was baked as.
     #[serde(default, skip_serializing_if = "Quality::is_default")]
     pub quality: Quality,
+    /// Of the factors of its stiffness that are exact enough in it.
+    #[serde(default, skip_serializing_if = "Precision::is_default")]
+    pub factor: Precision,
 }
 
 /// What baking found out about the mesh and the lattices.
@@ -114,8 +118,14 @@ pub struct Solid {
 
 impl Solid {
     /// Assembles the stiffness, which is factored at first need; without a reduced basis, which whoever has one adds.
-    pub fn new(lattice: Lattice, transfer: Transfer, poisson: f64, token: &Token) -> Result<Self, ElasticityError> {
-        let elasticity = Elasticity::assembled(&lattice, poisson, token)?;
+    pub fn new(
+        lattice: Lattice,
+        transfer: Transfer,
+        poisson: f64,
+        factor: Precision,
+        token: &Token,
+    ) -> Result<Self, ElasticityError> {
+        let elasticity = Elasticity::assembled(&lattice, poisson, token)?.of_precision(factor);
         Ok(Self { lattice, transfer, elasticity, reduced: None })
     }
 }

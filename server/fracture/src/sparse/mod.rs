@@ -6,7 +6,7 @@ mod symmetric;
 #[cfg(test)]
 mod tests;
 
-pub use cholesky::{Cholesky, SolveScratch, Symbolic};
+pub use cholesky::{Cholesky, Precision, SolveScratch, Symbolic};
 pub use signature::Signature;
 pub use symmetric::Symmetric;
 

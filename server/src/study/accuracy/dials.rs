@@ -7,11 +7,16 @@ use serde_json::{Value, json};
 use shatter_fracture::accuracy::{degree_error, density_error, energy_error};
 use shatter_fracture::centroidal::Options;
 use shatter_fracture::lift::LiftKind;
-use shatter_fracture::pipeline::{self, DegreeRequest, Prepared, Strike, Workspace};
+use shatter_fracture::pipeline::{self, DegreeRequest, Prepared, Quality, Solid, Strike, Workspace};
+use shatter_fracture::sparse::Precision;
 use shatter_fracture::token::Token;
 
 /// Settings that every plan tries.
-pub(super) const FIXED: usize = 1 + SOURCES.len() + super::lifts::KINDS.len() + super::tessellations::MODES;
+pub(super) const FIXED: usize =
+    1 + SOURCES.len() + PRECISIONS.len() + super::lifts::KINDS.len() + super::tessellations::MODES + Quality::ALL.len();
+
+/// Of the factor of the stiffness.
+const PRECISIONS: [(&str, Precision); 2] = [("f32", Precision::F32), ("f64", Precision::F64)];
 
 /// Where the number of sites comes from.
 const SOURCES: [(&str, DegreeRequest); 4] = [
@@ -142,6 +147,48 @@ impl Bench<'_> {
             );
         }
         Ok((!all.is_empty()).then(|| Errors::medians(&all)))
+    }
+
+    /// Precisions of the factor, on the same lattice, against one of double precision: every impact is solved for.
+    pub(super) fn precisions(&mut self) {
+        for (name, precision) in PRECISIONS {
+            self.point("factor_precision", json!(name), |bench| bench.precision(precision));
+        }
+    }
+
+    fn precision(&mut self, precision: Precision) -> Result<(super::Times, Errors), StudyError> {
+        let mut own = Vec::new();
+        let poisson = self.base.parameters.material.poisson;
+        for body in &mut self.base.bodies {
+            let Some(solid) = &body.solid else { return Err(StudyError::Unprepared) };
+            let (lattice, transfer) = (solid.lattice.clone(), solid.transfer.clone());
+            own.push(Solid::new(lattice, transfer, poisson, precision, &Token::default())?);
+        }
+        let mut swap = |base: &mut Prepared| {
+            for (body, own) in base.bodies.iter_mut().zip(&mut own) {
+                body.solid = body.solid.take().map(|solid| std::mem::replace(own, solid));
+            }
+        };
+        swap(&mut self.base);
+        let strikes = self.with(|strike| *strike = solve(strike));
+        let found = self.precise(&strikes);
+        swap(&mut self.base);
+        found
+    }
+
+    fn precise(&self, strikes: &[Strike]) -> Result<(super::Times, Errors), StudyError> {
+        self.base.factor()?;
+        let mut workspace = Workspace::default();
+        let errors = self.truths.impacts.iter().zip(strikes).map(|(truth, strike)| {
+            let found = energy(&self.base, strike, &mut workspace)?;
+            let ratio = found.energy_j / truth.own.energy_j;
+            let scaled: Vec<f64> = found.shares.iter().map(|share| share * ratio).collect();
+            Ok(Errors::default()
+                .with(Measure::Energy, energy_error(found.energy_j, truth.own.energy_j))
+                .with(Measure::Density, density_error(&scaled, &truth.own.shares)?))
+        });
+        let errors = errors.collect::<Result<Vec<_>, StudyError>>()?;
+        Ok((timed(&self.base, strikes, self.plan.runs)?, Errors::medians(&errors)))
     }
 
     /// Tolerances of the diagram.

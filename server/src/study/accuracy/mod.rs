@@ -6,6 +6,7 @@ mod lifts;
 mod page;
 mod plan;
 mod point;
+mod presets;
 mod subject;
 mod tessellations;
 mod truth;
@@ -90,9 +91,6 @@ impl Findings {
     }
 }
 
-/// Dials that this program does not have.
-const LEFT_OUT: [[&str; 2]; 1] = [["factor_precision", "stiffness has double precision only"]];
-
 /// Runs the whole study; `progress` is told of each of [`Plan::steps`].
 ///
 /// # Errors
@@ -120,16 +118,17 @@ pub fn run(plan: &Plan, progress: &mut dyn FnMut(&str)) -> Result<Findings, Stud
         machine: machine(),
         threads: rayon::current_num_threads(),
     };
-    let left_out = LEFT_OUT.map(|row| row.map(str::to_owned)).to_vec();
-    let findings = Findings { ground, left_out, ..Findings::default() };
+    let findings = Findings { ground, ..Findings::default() };
     let mut bench = Bench { plan, base, strikes, truths, findings, progress };
     bench.elastic_spacings();
     bench.ranks();
+    bench.precisions();
     bench.tolerances();
     bench.degrees();
     bench.lifts();
     bench.crack_spacings();
     bench.tessellations();
+    bench.presets();
     Ok(bench.findings)
 }
 

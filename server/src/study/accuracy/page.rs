@@ -15,6 +15,8 @@ struct Diagram {
     lead: &'static str,
     measures: &'static [Measure],
     dials: &'static [&'static str],
+    /// Whether the presets are measured against the same.
+    presets: bool,
 }
 
 const DIAGRAMS: [Diagram; 7] = [
@@ -24,13 +26,15 @@ const DIAGRAMS: [Diagram; 7] = [
         lead: "Against a solve on the finest elastic lattice, both carried to the object's crack lattice.",
         measures: &[Measure::Energy, Measure::Density, Measure::Degree],
         dials: &["elastic_spacing", "rank"],
+        presets: true,
     },
     Diagram {
         file: "rank",
-        heading: "What the reduced basis adds",
-        lead: "Against the solve on the same lattice.",
+        heading: "What the reduced basis adds, and single precision of the factor",
+        lead: "Against the solve on the same lattice, in double precision.",
         measures: &[Measure::Energy, Measure::Density],
-        dials: &["rank_own_lattice"],
+        dials: &["rank_own_lattice", "factor_precision"],
+        presets: false,
     },
     Diagram {
         file: "cvd",
@@ -38,6 +42,7 @@ const DIAGRAMS: [Diagram; 7] = [
         lead: "Against the best of several starts that were run to their end. Two starts differ, so no tolerance leads to zero.",
         measures: &[Measure::Gap, Measure::Size],
         dials: &["cvd_tolerance"],
+        presets: true,
     },
     Diagram {
         file: "degree",
@@ -45,6 +50,7 @@ const DIAGRAMS: [Diagram; 7] = [
         lead: "Against the median of several full optimisations with other seeds.",
         measures: &[Measure::Degree],
         dials: &["degree"],
+        presets: false,
     },
     Diagram {
         file: "cracks",
@@ -52,6 +58,7 @@ const DIAGRAMS: [Diagram; 7] = [
         lead: "The same sites: against their exact diagram on the finest crack lattice, in its lift.",
         measures: &[Measure::Label, Measure::CrackMean, Measure::CrackMax, Measure::Volume],
         dials: &["crack_spacing", "tessellation"],
+        presets: true,
     },
     Diagram {
         file: "labels",
@@ -59,6 +66,7 @@ const DIAGRAMS: [Diagram; 7] = [
         lead: "The same sites on the same lattice: against the exact diagram there.",
         measures: &[Measure::Label, Measure::CrackMean, Measure::Volume],
         dials: &["node_labels"],
+        presets: false,
     },
     Diagram {
         file: "lift",
@@ -67,6 +75,7 @@ const DIAGRAMS: [Diagram; 7] = [
                own best diagram; and volume of pieces that are cut off from the rest of their cell, as where a cell joins two legs.",
         measures: &[Measure::Gap, Measure::Stray],
         dials: &["lift_dimension", "lift"],
+        presets: false,
     },
 ];
 
@@ -112,7 +121,8 @@ pub fn drawn(findings: &Findings) -> Result<Vec<Drawn>, StudyError> {
 }
 
 fn shown(point: &Point, diagram: &Diagram, measure: Measure) -> bool {
-    (diagram.dials.contains(&point.dial) || point.preset.is_some()) && point.errors.get(measure).is_some()
+    (diagram.dials.contains(&point.dial) || diagram.presets && point.preset.is_some())
+        && point.errors.get(measure).is_some()
 }
 
 fn curves(diagram: &Diagram, measure: Measure, points: &[&Point]) -> Vec<Curve> {

@@ -20,9 +20,9 @@ use std::time::Instant;
 pub(super) const MODES: usize = 2;
 
 /// Errors of one crack lattice: against the finest one, and of the labels alone.
-struct Pair {
-    finest: Errors,
-    own: Errors,
+pub(super) struct Pair {
+    pub finest: Errors,
+    pub own: Errors,
 }
 
 impl Bench<'_> {
@@ -55,7 +55,7 @@ impl Bench<'_> {
     }
 
     /// Errors of another object of the same bodies, for the sites of the finest lattice.
-    fn same_sites(&self, other: &Prepared) -> Result<Pair, StudyError> {
+    pub(super) fn same_sites(&self, other: &Prepared) -> Result<Pair, StudyError> {
         let lifts = self.carried(other);
         let (mut finest, mut own) = (Vec::new(), Vec::new());
         for truth in &self.truths.impacts {

@@ -6,6 +6,7 @@ mod contact;
 mod floor;
 mod invariance;
 mod patch;
+mod precision;
 mod reduced;
 mod refusal;
 

@@ -1,7 +1,6 @@
 //! The patch test: constant stress is solved exactly on any lattice, for any Poisson's ratio.
 
 use super::*;
-use crate::elasticity::element::strain;
 
 const STATES: [[f64; 6]; 6] = [
     [1.0, 0.0, 0.0, 0.0, 0.0, 0.0],
@@ -11,6 +10,15 @@ const STATES: [[f64; 6]; 6] = [
     [0.0, 0.0, 0.0, 0.0, 1.0, 0.0],
     [0.0, 0.0, 0.0, 0.0, 0.0, 1.0],
 ];
+
+/// ε = sym(∇u) of tetrahedron `tet` and its volume.
+fn strain(lattice: &Lattice, tet: usize, displacement: &[f64]) -> (Matrix3<f64>, f64) {
+    let edges = lattice.edge_matrix(tet);
+    let [a, b, c, d] =
+        lattice.tets[tet].map(|node| Vector3::from_column_slice(&displacement[3 * node as usize..][..3]));
+    let gradient = Matrix3::from_columns(&[b - a, c - a, d - a]) * edges.try_inverse().unwrap();
+    ((gradient + gradient.transpose()) * 0.5, edges.determinant() / 6.0)
+}
 
 fn check(lattice: &Lattice, poisson: f64, [xx, yy, zz, yz, xz, xy]: [f64; 6]) {
     let stress = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);

@@ -1,0 +1,50 @@
+//! A factor in single precision against one in double.
+
+use super::*;
+use crate::sparse::Precision;
+
+/// The same body with either factor.
+fn both(lattice: &Lattice) -> [Elasticity; 2] {
+    [Precision::F64, Precision::F32]
+        .map(|precision| Elasticity::assembled(lattice, 0.3, &Token::default()).unwrap().of_precision(precision))
+}
+
+/// A blow across the end of a block.
+fn blow(body: &Elasticity, lattice: &Lattice) -> Load {
+    let end = lattice.nodes.iter().max_by(|a, b| a.x.total_cmp(&b.x)).unwrap();
+    load(body, &[Contact { point: *end, impulse: Vector3::new(-0.3, -1.0, 0.2), radius: 0.2 }])
+}
+
+#[test]
+fn single_precision_is_refined_until_energies_are_those_of_double() {
+    for cells in [[5, 4, 6], [12, 3, 3]] {
+        let lattice = block(cells, 0.1);
+        let [double, single] = both(&lattice);
+        let load = blow(&double, &lattice);
+        let mut displacement = Vec::new();
+        for scale in [1.0, 1e-60, 1e60] {
+            let forces: Vec<f64> = load.forces.iter().map(|f| f * scale).collect();
+            let token = Token::default();
+            let solved = single.solve(&forces, &mut displacement, &mut Workspace::default(), &token).unwrap();
+            println!("{cells:?}: {solved:?}");
+            assert!(solved.residual <= 1e-7 && (1..=2).contains(&solved.sweeps), "{solved:?}");
+        }
+        let [exact, found] = [&double, &single].map(|body| {
+            let (displacement, mut energies) = (solve(body, &load.forces), Vec::new());
+            body.tet_energy(&lattice, &displacement, Driving::Total, &mut energies, &Token::default()).unwrap();
+            energies
+        });
+        assert!(difference(&exact, &found) <= 1e-6, "{}", difference(&exact, &found));
+        assert_eq!((double.precision(), single.precision()), (Precision::F64, Precision::F32));
+        assert!(single.own_bytes() < double.own_bytes() * 6 / 10, "{} {}", single.own_bytes(), double.own_bytes());
+    }
+}
+
+#[test]
+fn a_slender_body_keeps_its_factor_in_double_precision() {
+    let lattice = block([300, 1, 1], 0.01);
+    let [double, single] = both(&lattice);
+    let load = blow(&double, &lattice);
+    assert_eq!(solve(&double, &load.forces), solve(&single, &load.forces));
+    assert_eq!((single.precision(), single.own_bytes()), (Precision::F64, double.own_bytes()));
+}
