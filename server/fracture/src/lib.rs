@@ -9,6 +9,7 @@
 //! Lengths inside the library are *local*: the object's bounding-box diagonal is 1 and its box is centred at the
 //! origin ([`surface::Frame`]). Physical units appear only in [`scene`], [`pipeline`] and [`fragment`].
 
+pub mod accuracy;
 pub mod centroidal;
 pub mod database;
 pub mod degree;

@@ -1,5 +1,6 @@
 //! Why a command ended without its result: a kind, whose fault it is, whether to retry, the offender.
 
+use crate::study::accuracy::StudyError;
 use crate::study::effects::EffectsError;
 use crate::study::examples::ExamplesError;
 use serde_json::json;
@@ -105,6 +106,15 @@ impl Failure {
             EffectsError::Picture(_) | EffectsError::Materials(_) | EffectsError::Whole(_) => {
                 Self::ours("gallery", error.to_string())
             }
+        }
+    }
+
+    /// A study of accuracy that did not come to its end.
+    pub fn accuracy(error: StudyError) -> Self {
+        match error {
+            StudyError::Bake(error) => error.into(),
+            StudyError::Plot(_) => Self::ours("plot", error.to_string()),
+            error => Self::refused("study", "object", error.to_string()),
         }
     }
 

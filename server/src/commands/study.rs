@@ -7,10 +7,11 @@ use crate::study::stability::{
     CASES, Fault, Findings, Outcome, REAL, Row, judge, locking, neck_over_impulses, neck_portraits, real,
     spoiled_statues,
 };
-use crate::study::{effects, gallery};
+use crate::study::{accuracy, effects, gallery};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::{Value, json};
 use shatter_fracture::surface::shapes::write_obj;
+use shatter_fracture::surface::{self, Unit, Up};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -28,6 +29,21 @@ enum Study {
     /// Bakes and strikes the objects of the shipped scenes, with the scene's effects and with all, draws what each costs, and every
     /// effect, off and on.
     Effects(Effects),
+    /// Turns every dial of a strike over its values, and draws errors against times of whole strikes.
+    Accuracy(Accuracy),
+}
+
+/// Arguments of `shatterd study accuracy`.
+#[derive(clap::Args)]
+struct Accuracy {
+    /// Mesh file of the object, in metres [default: a generated statue].
+    object: Option<PathBuf>,
+    /// Folder for the page, its diagrams and their figures.
+    #[arg(long, value_name = "DIR", default_value = "shatter-study")]
+    out: PathBuf,
+    /// One JSON document on stdout.
+    #[arg(long)]
+    json: bool,
 }
 
 /// Arguments of `shatterd study effects`.
@@ -84,7 +100,51 @@ pub fn run(args: &Args) -> Result<bool, Failure> {
             }
         }
         Study::Effects(args) => effects(args).map(|()| true),
+        Study::Accuracy(args) => accuracy(args).map(|()| true),
     }
+}
+
+fn accuracy(args: &Accuracy) -> Result<(), Failure> {
+    out::folder(&args.out)?;
+    let plan = match &args.object {
+        None => accuracy::Plan::statue(),
+        Some(file) => {
+            let name = file.file_stem().map_or_else(|| "object".into(), std::ffi::OsStr::to_string_lossy);
+            accuracy::Plan::new(name, surface::read(file, Unit::default(), Up::default())?)
+        }
+    };
+    let bar = bar(plan.steps());
+    let findings = accuracy::run(&plan, &mut |what| {
+        bar.set_message(what.to_owned());
+        bar.inc(1);
+    });
+    bar.finish_and_clear();
+    let findings = findings.map_err(Failure::accuracy)?;
+    let drawn = accuracy::drawn(&findings).map_err(Failure::accuracy)?;
+    let write = |name: &str, text: &str| {
+        let path = args.out.join(name);
+        std::fs::write(&path, text).map_err(|error| Failure::output(&path, &error))
+    };
+    for own in &drawn {
+        write(&format!("{}.svg", own.file), &own.svg)?;
+        write(&format!("{}.csv", own.file), &own.csv)?;
+    }
+    write("accuracy.html", &report::study(&accuracy::page(&findings, &drawn)))?;
+    if args.json {
+        return out::print(&format!("{}\n", findings.document()));
+    }
+    let lines: String = findings.points.iter().map(told_point).collect();
+    out::print(&format!("{lines}Open {} in a browser.\n", args.out.join("accuracy.html").display()))
+}
+
+/// One line of one setting: its time and its errors.
+fn told_point(point: &accuracy::Point) -> String {
+    let error = |measure: accuracy::Measure| {
+        Some(format!("{} {}", measure.name(), report::significant(point.errors.get(measure)?, 3)))
+    };
+    let errors: Vec<String> = accuracy::Measure::ALL.into_iter().filter_map(error).collect();
+    let time = report::significant(point.times.at(0.5), 3);
+    format!("{:18} {:18} {time:>8} ms   {}\n", point.dial, point.label(), errors.join(", "))
 }
 
 fn effects(args: &Effects) -> Result<(), Failure> {

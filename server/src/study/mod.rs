@@ -1,5 +1,6 @@
 //! Studies: what people look at to see whether to trust the service.
 
+pub mod accuracy;
 pub mod bars;
 pub mod effects;
 pub mod examples;
@@ -7,4 +8,5 @@ pub mod exploded;
 pub mod gallery;
 pub mod mutants;
 pub mod plot;
+pub mod precision;
 pub mod stability;

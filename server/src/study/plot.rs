@@ -52,14 +52,16 @@ impl PlotError {
     }
 }
 
-const SIZE: (u32, u32) = (760, 460);
-const COLOURS: [RGBColor; 5] = [
+pub(super) const SIZE: (u32, u32) = (760, 460);
+pub(super) const COLOURS: [RGBColor; 5] = [
     RGBColor(196, 92, 46),
     RGBColor(46, 108, 168),
     RGBColor(72, 138, 84),
     RGBColor(132, 84, 160),
     RGBColor(90, 94, 102),
 ];
+/// Colour of lines between which values are read.
+pub(super) const GRID: RGBColor = RGBColor(226, 223, 216);
 
 /// An SVG document with all `lines`; points that are not finite, or not positive on a logarithmic axis, are left out.
 pub fn svg(axes: &Axes, lines: &[Line]) -> Result<String, PlotError> {
@@ -87,7 +89,7 @@ pub fn svg(axes: &Axes, lines: &[Line]) -> Result<String, PlotError> {
 }
 
 /// The values' range with a margin; something to draw on where there is none.
-fn range(values: impl Iterator<Item = f64> + Clone, log: bool) -> std::ops::Range<f64> {
+pub(super) fn range(values: impl Iterator<Item = f64> + Clone, log: bool) -> std::ops::Range<f64> {
     let low = values.clone().fold(f64::INFINITY, f64::min);
     let high = values.fold(f64::NEG_INFINITY, f64::max);
     match (low.is_finite() && high.is_finite(), log) {
@@ -116,17 +118,14 @@ where
     let mut builder = ChartBuilder::on(area);
     builder.margin(16).x_label_area_size(44).y_label_area_size(64);
     let mut chart = builder.build_cartesian_2d(x, y).map_err(PlotError::new)?;
-    let label = |value: &f64| {
-        if (1e-3..1e5).contains(&value.abs()) || *value == 0.0 { format!("{value}") } else { format!("{value:e}") }
-    };
     chart
         .configure_mesh()
         .x_desc(axes.x.as_str())
         .y_desc(axes.y.as_str())
-        .x_label_formatter(&|value| label(&rounded(*value)))
-        .y_label_formatter(&|value| label(&rounded(*value)))
+        .x_label_formatter(&|value| shown_number(*value))
+        .y_label_formatter(&|value| shown_number(*value))
         .max_light_lines(1)
-        .bold_line_style(RGBColor(226, 223, 216))
+        .bold_line_style(GRID)
         .label_style(("sans-serif", 13))
         .draw()
         .map_err(PlotError::new)?;
@@ -151,10 +150,16 @@ where
         .configure_series_labels()
         .position(SeriesLabelPosition::UpperLeft)
         .background_style(WHITE.mix(0.85))
-        .border_style(RGBColor(226, 223, 216))
+        .border_style(GRID)
         .label_font(("sans-serif", 13))
         .draw()
         .map_err(PlotError::new)
+}
+
+/// A number on an axis.
+pub(super) fn shown_number(value: f64) -> String {
+    let value = rounded(value);
+    if (1e-3..1e5).contains(&value.abs()) || value == 0.0 { format!("{value}") } else { format!("{value:e}") }
 }
 
 /// Without the digits that binary fractions add, and without the ends of them around zero.

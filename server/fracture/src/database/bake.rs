@@ -368,7 +368,7 @@ pub(super) fn lattices(
     let volume = inside.input_volume(token)?;
     progress(Step::Lattices);
     let walls = inside.widths(Side::Wall, WIDTH_MAX, token)?;
-    let spacings = thin::spacings(request, volume, area(surface), &walls, &surface.frame)?;
+    let spacings = thin::spacings(request, volume, parts::area(surface), &walls, &surface.frame)?;
     let mut parameters = parameters(request, surface, spacings);
     let spacings = Spacings {
         elastic: parameters.elastic_spacing,
@@ -467,15 +467,6 @@ pub(super) fn parameters(
         factor: request.factor,
         quality: request.quality,
     }
-}
-
-/// Area of the surface, local.
-fn area(surface: &Surface) -> f64 {
-    let triangle = |triangle| {
-        let [a, b, c] = surface.corners(triangle);
-        0.5 * (b - a).cross(&(c - a)).norm()
-    };
-    (0..surface.triangles.len()).map(triangle).sum()
 }
 
 fn report(surface: &Surface, sheets: Option<&Sheets>, inside: &Inside, volume: f64, levels: &Levels) -> BakeReport {

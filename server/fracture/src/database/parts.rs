@@ -71,3 +71,12 @@ impl Gone {
         Some(Defect::new(DefectKind::DroppedComponent, self.count, first, action))
     }
 }
+
+/// Area of the surface, local.
+pub(super) fn area(surface: &Surface) -> f64 {
+    let triangle = |triangle| {
+        let [a, b, c] = surface.corners(triangle);
+        0.5 * (b - a).cross(&(c - a)).norm()
+    };
+    (0..surface.triangles.len()).map(triangle).sum()
+}

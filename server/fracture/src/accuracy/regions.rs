@@ -1,0 +1,174 @@
+//! What a tessellation gives to each label, inside tetrahedra.
+//!
+//! Ours: crack points divide every edge, face and tetrahedron around its corners. With one point on each of them, a tetrahedron
+//! falls into 24 small ones, one per chain of corner, edge, face and inside, and those around a corner are the region of its label.
+//! Where an edge is not cut, its middle does as well as any point; a face or an inside without a crack point of its own takes the mean of
+//! the points on its rim that the crack passes. Quadrilaterals of cracks that the margin has bent are
+//! fans about their middle then, where the tessellation has two triangles: a difference of second order.
+
+use super::AccuracyError;
+use super::polytope::Weights;
+use crate::lattice::{EDGES, FACES, Lattice, Place};
+use crate::lift::Lift;
+use crate::tessellation::{FixedPoints, Points, Sites, Topology, crack_points, tessellate};
+use nalgebra::{Matrix4, Point3, Vector4};
+
+/// Labels of the nodes of a lattice with the crack points between them.
+pub struct Regions<'a> {
+    pub(super) lattice: &'a Lattice,
+    topology: &'a Topology,
+    pub(super) labels: &'a [u32],
+    points: Points,
+    edges: Vec<Option<Point3<f64>>>,
+    faces: Vec<Option<Point3<f64>>>,
+    tets: Vec<Option<Point3<f64>>>,
+}
+
+/// A small tetrahedron, and the node that it belongs to.
+pub(super) type Flag = (u32, [Weights; 4]);
+
+impl<'a> Regions<'a> {
+    /// The regions that a strike makes of `labels` (sites, one per node): crack points on the bisectors of `sites` (site-major) in `lift`,
+    /// within the tessellator's margin. Components are not told apart.
+    ///
+    /// Errors: [`AccuracyError::Tessellation`].
+    pub fn new(
+        lattice: &'a Lattice,
+        topology: &'a Topology,
+        lift: &Lift,
+        sites: &[f64],
+        labels: &'a [u32],
+    ) -> Result<Self, AccuracyError> {
+        let of_fragment: Vec<u32> = (0..(sites.len() / lift.dimension.max(1)) as u32).collect();
+        let sites = Sites { lift, coordinates: sites, of_fragment: &of_fragment };
+        let points = crack_points(lattice, topology, labels, Some(sites), &FixedPoints::default())?;
+        let found = points.to_fixed();
+        let by_simplex = |count: usize, found: Vec<(u32, Point3<f64>)>| {
+            let mut places = vec![None; count];
+            found.into_iter().for_each(|(simplex, place)| places[simplex as usize] = Some(place));
+            places
+        };
+        Ok(Self {
+            lattice,
+            topology,
+            labels,
+            edges: by_simplex(topology.edges.len(), found.edges),
+            faces: by_simplex(topology.faces.len(), found.faces),
+            tets: by_simplex(lattice.tets.len(), found.tets),
+            points,
+        })
+    }
+
+    /// The crack surface as triangles, local, each once.
+    ///
+    /// Errors: [`AccuracyError::Tessellation`].
+    pub fn cracks(&self) -> Result<Vec<[Point3<f64>; 3]>, AccuracyError> {
+        let tessellation = tessellate(self.lattice, self.topology, self.labels, &self.points)?;
+        let mut triangles = Vec::new();
+        for run in tessellation.runs().iter().filter(|run| run.neighbour.is_some_and(|other| run.fragment < other)) {
+            let vertices = tessellation.run_vertices(run);
+            triangles.extend(tessellation.run_triangles(run).map(|corners| corners.map(|at| vertices[at as usize])));
+        }
+        Ok(triangles)
+    }
+
+    /// The label at a place of the lattice.
+    pub fn label(&self, place: &Place) -> u32 {
+        let tet = place.tet as usize;
+        let nodes = self.lattice.tets[tet];
+        if self.is_uniform(tet) {
+            return self.labels[nodes[0] as usize];
+        }
+        // The small tetrahedron in which the least barycentric coordinate is largest: the one that holds the place.
+        let (mut best, mut label) = (f64::NEG_INFINITY, self.labels[nodes[0] as usize]);
+        for (node, corners) in self.flags(tet) {
+            let least = within(&corners, &place.barycentric);
+            if least > best {
+                (best, label) = (least, self.labels[node as usize]);
+            }
+        }
+        label
+    }
+
+    /// Whether all of a tetrahedron has one label.
+    pub(super) fn is_uniform(&self, tet: usize) -> bool {
+        let [first, rest @ ..] = self.lattice.tets[tet].map(|node| self.labels[node as usize]);
+        rest.iter().all(|label| *label == first)
+    }
+
+    /// The 24 small tetrahedra of a tetrahedron.
+    pub(super) fn flags(&self, tet: usize) -> Vec<Flag> {
+        let points = self.tet_points(tet);
+        let mut flags = Vec::with_capacity(24);
+        for (face, corners) in FACES.iter().enumerate() {
+            for side in 0..3 {
+                let edge = [corners[side], corners[(side + 1) % 3]];
+                let middle = points.edges[edge_between(edge)];
+                for corner in edge {
+                    flags.push((
+                        self.lattice.tets[tet][corner],
+                        [unit(corner), middle, points.faces[face], points.inside],
+                    ));
+                }
+            }
+        }
+        flags
+    }
+
+    /// A point on every edge, on every face and inside.
+    fn tet_points(&self, tet: usize) -> TetPoints {
+        let corners = self.lattice.corners(tet);
+        let inverse = Matrix4::from_fn(|row, k| if row == 0 { 1.0 } else { corners[k][row - 1] }).try_inverse();
+        let inverse = inverse.unwrap_or_else(Matrix4::identity);
+        let weights =
+            |point: Point3<f64>| -> Weights { (inverse * Vector4::new(1.0, point.x, point.y, point.z)).into() };
+        let cut: [Option<Weights>; 6] =
+            std::array::from_fn(|edge| self.edges[self.topology.tet_edges[tet][edge] as usize].map(weights));
+        let own: [Option<Weights>; 4] =
+            std::array::from_fn(|face| self.faces[self.topology.tet_faces[tet][face] as usize].map(weights));
+        let rims = FACES.map(|[a, b, c]| [[a, b], [b, c], [c, a]].map(|edge| cut[edge_between(edge)]));
+        let inside = match (self.tets[tet], own.iter().any(Option::is_some)) {
+            (Some(point), _) => weights(point),
+            (None, true) => mean(&own),
+            (None, false) => mean(&cut),
+        };
+        TetPoints {
+            edges: std::array::from_fn(|edge| cut[edge].unwrap_or_else(|| mean(&EDGES[edge].map(|k| Some(unit(k)))))),
+            faces: std::array::from_fn(|face| match (own[face], rims[face].iter().any(Option::is_some)) {
+                (Some(point), _) => point,
+                (None, true) => mean(&rims[face]),
+                (None, false) => mean(&FACES[face].map(|k| Some(unit(k)))),
+            }),
+            inside,
+        }
+    }
+}
+
+struct TetPoints {
+    edges: [Weights; 6],
+    faces: [Weights; 4],
+    inside: Weights,
+}
+
+fn unit(corner: usize) -> Weights {
+    std::array::from_fn(|k| f64::from(u8::from(k == corner)))
+}
+
+/// The mean of those that are there; at least one has to be.
+fn mean(points: &[Option<Weights>]) -> Weights {
+    let there = points.iter().flatten();
+    let count = there.clone().count() as f64;
+    std::array::from_fn(|k| there.clone().map(|point| point[k]).sum::<f64>() / count)
+}
+
+/// Place in [`EDGES`].
+fn edge_between([a, b]: [usize; 2]) -> usize {
+    let edge = [a.min(b), a.max(b)];
+    EDGES.iter().position(|known| *known == edge).unwrap_or(0)
+}
+
+/// The least barycentric coordinate of a point in a small tetrahedron.
+fn within(corners: &[Weights; 4], point: &Weights) -> f64 {
+    let matrix = Matrix4::from_fn(|row, k| corners[k][row]);
+    matrix.try_inverse().map_or(f64::NEG_INFINITY, |inverse| (inverse * Vector4::from(*point)).min())
+}

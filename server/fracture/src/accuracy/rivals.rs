@@ -1,0 +1,94 @@
+//! Which sites may own a part of a tetrahedron.
+//!
+//! Ours: X is linear on a tetrahedron, so |X − p_i|² − |X − p_j|² is, and takes its extremes at the corners. A site that is
+//! farther than one and the same other site from all four corners owns nothing in between; the sites nearest to the corners are
+//! asked first, and leave few.
+
+use super::AccuracyError;
+use super::polytope::{Polytope, Weights};
+use crate::lattice::Lattice;
+use crate::lift::Lift;
+
+/// A site and its squared lifted distances from the four corners.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Rival {
+    pub(super) site: u32,
+    pub(super) squares: [f64; 4],
+}
+
+impl Rival {
+    /// |X − p|² − |X − p_other|² at the corners.
+    pub(super) fn against(&self, other: &Self) -> [f64; 4] {
+        std::array::from_fn(|corner| self.squares[corner] - other.squares[corner])
+    }
+
+    /// Whether it owns nothing where `other` is.
+    fn loses_to(&self, other: &Self) -> bool {
+        let heights = self.against(other);
+        heights.iter().all(|height| *height > 0.0)
+            || other.site < self.site && heights.iter().all(|height| *height == 0.0)
+    }
+
+    /// What of `part` is its own.
+    pub(super) fn cell(&self, rivals: &[Self], mut part: Polytope) -> Polytope {
+        for rival in rivals.iter().filter(|rival| rival.site != self.site) {
+            part.clip(&self.against(rival), rival.site);
+        }
+        part
+    }
+}
+
+/// The sites of one diagram on one lattice.
+#[derive(Clone, Copy)]
+pub(super) struct Rivals<'a> {
+    pub(super) lattice: &'a Lattice,
+    lift: &'a Lift,
+    sites: &'a [f64],
+}
+
+impl<'a> Rivals<'a> {
+    /// `sites`: site-major, as many coordinates each as the lift has.
+    pub(super) fn new(lattice: &'a Lattice, lift: &'a Lift, sites: &'a [f64]) -> Result<Self, AccuracyError> {
+        AccuracyError::check("lift", lattice.nodes.len() * lift.dimension, lift.coordinates.len())?;
+        let whole = sites.len() - sites.len() % lift.dimension.max(1);
+        AccuracyError::check("sites", whole.max(lift.dimension), sites.len())?;
+        Ok(Self { lattice, lift, sites })
+    }
+
+    /// Number of sites.
+    pub(super) fn count(&self) -> usize {
+        self.sites.len() / self.lift.dimension
+    }
+
+    /// Those who may own a part of tetrahedron `tet`, by site; at least one.
+    pub(super) fn of(&self, tet: usize, all: &mut Vec<Rival>, rivals: &mut Vec<Rival>) {
+        let corners = self.lattice.tets[tet].map(|node| self.lift.at(node as usize));
+        all.clear();
+        all.extend(
+            self.sites
+                .chunks_exact(self.lift.dimension)
+                .zip(0..)
+                .map(|(site, number)| Rival { site: number, squares: corners.map(|corner| square(corner, site)) }),
+        );
+        let nearest: [Option<Rival>; 4] = std::array::from_fn(|corner| {
+            all.iter().min_by(|a, b| a.squares[corner].total_cmp(&b.squares[corner])).copied()
+        });
+        rivals.clear();
+        rivals.extend(all.iter().filter(|own| !nearest.iter().flatten().any(|other| own.loses_to(other))));
+    }
+
+    /// The site nearest to a point of tetrahedron `tet`, ties to the lowest index.
+    pub(super) fn nearest(&self, tet: usize, weights: &Weights) -> u32 {
+        let corners = self.lattice.tets[tet].map(|node| self.lift.at(node as usize));
+        let at: Vec<f64> = (0..self.lift.dimension)
+            .map(|axis| corners.iter().zip(weights).map(|(corner, weight)| corner[axis] * weight).sum())
+            .collect();
+        let sites = self.sites.chunks_exact(self.lift.dimension).map(|site| square(&at, site));
+        sites.zip(0..).min_by(|a, b| a.0.total_cmp(&b.0)).map_or(0, |(_, site)| site)
+    }
+}
+
+/// |x − p|².
+fn square(at: &[f64], site: &[f64]) -> f64 {
+    at.iter().zip(site).map(|(x, p)| (x - p) * (x - p)).sum()
+}

@@ -1,0 +1,119 @@
+//! Dials of the lift. Energies in different lifts are no errors of each other, so all diagrams are judged in the finest one: the
+//! energy of its best diagram against that of the same nodes' labels, with sites in the centroids.
+
+use super::dials::Bench;
+use super::subject::timed;
+use super::truth::{Truth, best, diagram, pieces};
+use super::{Errors, Measure, StudyError, Times};
+use serde_json::json;
+use shatter_fracture::accuracy::cvd_gap;
+use shatter_fracture::centroidal::Options;
+use shatter_fracture::lift::{Lift, LiftKind, interior};
+use shatter_fracture::pipeline::Strike;
+use shatter_fracture::token::Token;
+
+/// The lifts that a strike can ask for.
+pub(super) const KINDS: [LiftKind; 3] = [LiftKind::Euclidean, LiftKind::Interior, LiftKind::SurfaceDiffusion];
+
+/// The finest lift of every body, and the best energy of every impact in it.
+struct Finest {
+    lifts: Vec<Lift>,
+    energies: Vec<f64>,
+}
+
+impl Bench<'_> {
+    /// Eigenfunctions of the interior lift, and the kinds of lift.
+    pub(super) fn lifts(&mut self) {
+        let finest = match self.finest() {
+            Ok(finest) => finest,
+            Err(error) => return self.findings.left_out.push(["lift".to_owned(), error.to_string()]),
+        };
+        for modes in self.plan.modes.clone() {
+            self.point("lift_dimension", json!(modes), |bench| bench.dimension(modes, &finest));
+        }
+        for kind in KINDS {
+            self.point("lift", json!(kind.to_string()), |bench| {
+                let strikes = bench.with(|strike| strike.lift = kind);
+                bench.lifted(&strikes, &finest)
+            });
+        }
+    }
+
+    fn finest(&self) -> Result<Finest, StudyError> {
+        let modes = self.plan.modes.iter().copied().max().unwrap_or(0);
+        let lifts = self.interior(modes)?;
+        let energy = |truth: &Truth| Ok(best(self.plan, &self.base, &truth.own, &lifts[truth.own.body])?.energy);
+        let energies = self.truths.impacts.iter().map(energy).collect::<Result<_, StudyError>>()?;
+        Ok(Finest { lifts, energies })
+    }
+
+    fn interior(&self, modes: usize) -> Result<Vec<Lift>, StudyError> {
+        let alpha = self.base.parameters.alpha;
+        let lifts = self.base.bodies.iter().map(|body| interior(&body.crack, modes, alpha, &Token::default()));
+        Ok(lifts.collect::<Result<_, _>>()?)
+    }
+
+    fn dimension(&mut self, modes: usize, finest: &Finest) -> Result<(Times, Errors), StudyError> {
+        let lifts = self.interior(modes)?;
+        let own: Vec<Option<Lift>> =
+            self.base.bodies.iter_mut().zip(lifts).map(|(body, lift)| body.interior.replace(lift)).collect();
+        let found = self.lifted(&self.strikes.clone(), finest);
+        self.base.bodies.iter_mut().zip(own).for_each(|(body, lift)| body.interior = lift);
+        found
+    }
+
+    /// Times and errors of strikes in the lifts that they ask for.
+    fn lifted(&self, strikes: &[Strike], finest: &Finest) -> Result<(Times, Errors), StudyError> {
+        let mut all = Vec::new();
+        for ((truth, strike), reference) in self.truths.impacts.iter().zip(strikes).zip(&finest.energies) {
+            let body = truth.own.body;
+            let options = Options::new(self.plan.sites as usize, strike.seed);
+            let found = diagram(&self.base, &truth.own, self.base.lift(body, strike.lift)?, &options)?;
+            let energy = energy_in(&finest.lifts[body], &truth.own.shares, &found.labels, found.count());
+            all.push(
+                Errors::default()
+                    .with(Measure::Gap, cvd_gap(energy, *reference))
+                    .with(Measure::Stray, pieces(&self.base, body, &found.labels).1),
+            );
+        }
+        Ok((timed(&self.base, strikes, self.plan.runs)?, Errors::medians(&all)))
+    }
+}
+
+/// Energy of the cells of `labels` about their centroids in `lift`.
+fn energy_in(lift: &Lift, mass: &[f64], labels: &[u32], cells: usize) -> f64 {
+    let m = lift.dimension;
+    let (mut masses, mut moments, mut squares) = (vec![0.0; cells], vec![0.0; cells * m], 0.0);
+    for (node, (&label, w)) in labels.iter().zip(mass).enumerate() {
+        let cell = label as usize;
+        masses[cell] += w;
+        for (sum, x) in moments[cell * m..][..m].iter_mut().zip(lift.at(node)) {
+            *sum += w * x;
+            squares += w * x * x;
+        }
+    }
+    let of_centroid = |(cell, mass): (usize, &f64)| {
+        let square: f64 = moments[cell * m..][..m].iter().map(|x| x * x).sum();
+        if *mass > 0.0 { square / mass } else { 0.0 }
+    };
+    squares - masses.iter().enumerate().map(of_centroid).sum::<f64>()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::energy_in;
+    use shatter_fracture::lattice::block;
+    use shatter_fracture::lift::Lift;
+
+    #[test]
+    fn energies_about_centroids_are_sums_of_squares() {
+        let lattice = block([2; 3], 1.0);
+        let lift = Lift::euclidean(&lattice);
+        let mut mass = vec![0.0; lattice.nodes.len()];
+        (mass[0], mass[1], mass[2]) = (1.0, 3.0, 2.0);
+        let labels: Vec<u32> = (0..lattice.nodes.len()).map(|node| u32::from(node == 2)).collect();
+        let square: f64 = lift.at(0).iter().zip(lift.at(1)).map(|(a, b)| (a - b) * (a - b)).sum();
+        // Two masses about their centroid, and one alone.
+        assert!((energy_in(&lift, &mass, &labels, 2) - square * 3.0 / 4.0).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,141 @@
+//! What accuracy costs in time: every dial of a strike over its values, errors against a reference, times of whole strikes.
+
+mod dials;
+mod error;
+mod lifts;
+mod page;
+mod plan;
+mod point;
+mod presets;
+mod subject;
+mod tessellations;
+mod truth;
+
+pub use error::StudyError;
+pub use page::{Drawn, drawn, page};
+pub use plan::Plan;
+pub use point::{Errors, Measure, Point, Times};
+
+use dials::Bench;
+use serde_json::{Value, json};
+use shatter_fracture::database::bake;
+use shatter_fracture::pipeline::{RANK_MAX, reduce};
+use shatter_fracture::token::Token;
+use truth::Truths;
+
+/// What the object is and what it was measured against.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Ground {
+    /// Its name.
+    pub object: String,
+    /// Triangles of the input.
+    pub triangles: usize,
+    /// Nodes of its lattices, elastic and crack.
+    pub nodes: [usize; 2],
+    /// Nodes of the reference's lattices.
+    pub reference_nodes: [usize; 2],
+    /// Its lift's dimension.
+    pub dimension: usize,
+    /// Impacts, and strikes of each that were timed.
+    pub strikes: [usize; 2],
+    /// Sites.
+    pub sites: u32,
+    /// Processor.
+    pub machine: String,
+    /// Threads that computed.
+    pub threads: usize,
+}
+
+/// All that was measured.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Findings {
+    /// The object and the reference.
+    pub ground: Ground,
+    /// Settings.
+    pub points: Vec<Point>,
+    /// What was not measured, and why.
+    pub left_out: Vec<[String; 2]>,
+    /// Estimated and true errors of reduced energies, one strike each.
+    pub estimates: Vec<[f64; 2]>,
+}
+
+impl Findings {
+    /// One document of everything.
+    pub fn document(&self) -> Value {
+        let ground = &self.ground;
+        json!({
+            "object": ground.object,
+            "triangles": ground.triangles,
+            "elastic_nodes": ground.nodes[0],
+            "crack_nodes": ground.nodes[1],
+            "reference_elastic_nodes": ground.reference_nodes[0],
+            "reference_crack_nodes": ground.reference_nodes[1],
+            "dimension": ground.dimension,
+            "impacts": ground.strikes[0],
+            "runs": ground.strikes[1],
+            "sites": ground.sites,
+            "machine": ground.machine,
+            "threads": ground.threads,
+            "points": self.points.iter().map(Point::document).collect::<Vec<_>>(),
+            "estimates": self.estimates.len(),
+            "estimates_within_4": self.estimates_within(4.0),
+            "left_out": self.left_out.iter().map(|[what, why]| json!({ "what": what, "why": why })).collect::<Vec<_>>(),
+        })
+    }
+
+    /// Share of the estimates that are within this factor of the true error; `None` without any.
+    pub fn estimates_within(&self, factor: f64) -> Option<f64> {
+        let holds = |[estimate, error]: &&[f64; 2]| (error / factor..=error * factor).contains(estimate);
+        let count = self.estimates.iter().filter(holds).count();
+        (!self.estimates.is_empty()).then(|| count as f64 / self.estimates.len() as f64)
+    }
+}
+
+/// Runs the whole study; `progress` is told of each of [`Plan::steps`].
+///
+/// # Errors
+/// [`StudyError`] where the object or its reference cannot be made; a setting that fails is left out, and named.
+pub fn run(plan: &Plan, progress: &mut dyn FnMut(&str)) -> Result<Findings, StudyError> {
+    progress("the object");
+    let token = Token::default();
+    let mut base = bake(plan.mesh.clone(), &subject::request(plan)?, &token, &mut |_| {})?;
+    // A basis wants more impacts than the degree, and is cheaper.
+    base.impacts = plan.snapshots.max(plan.examples);
+    reduce(&mut base, RANK_MAX, &token)?;
+    base.factor()?;
+    progress("impacts");
+    let strikes = subject::strikes(plan, &base)?;
+    progress("the reference");
+    let truths = Truths::new(plan, &base, &strikes)?;
+    let ground = Ground {
+        object: plan.name.clone(),
+        triangles: plan.mesh.triangles.len(),
+        nodes: [base.elastic_nodes(), base.crack_nodes()],
+        reference_nodes: [truths.fine.elastic_nodes(), truths.fine.crack_nodes()],
+        dimension: base.bodies.iter().filter_map(|body| Some(body.interior.as_ref()?.dimension)).max().unwrap_or(0),
+        strikes: [strikes.len(), plan.runs],
+        sites: plan.sites,
+        machine: machine(),
+        threads: rayon::current_num_threads(),
+    };
+    let findings = Findings { ground, ..Findings::default() };
+    let mut bench = Bench { plan, base, strikes, truths, findings, progress };
+    bench.elastic_spacings();
+    bench.ranks();
+    bench.precisions();
+    bench.tolerances();
+    bench.degrees();
+    bench.lifts();
+    bench.crack_spacings();
+    bench.tessellations();
+    bench.presets();
+    Ok(bench.findings)
+}
+
+/// The processor's own name, where the system tells it.
+fn machine() -> String {
+    let told = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let name =
+        told.lines().find_map(|line| line.strip_prefix("model name")?.split_once(':').map(|(_, name)| name.trim()));
+    name.unwrap_or(std::env::consts::ARCH).to_owned()
+}

@@ -1,0 +1,244 @@
+//! Diagrams, their figures as text, and the page.
+
+use super::{Findings, Measure, Point, StudyError};
+use crate::report::{Fact, Section, Study, Table, significant};
+use crate::study::precision::{Curve, Place, svg};
+
+/// Times that matter in games and films, ms.
+const LEVELS_MS: [f64; 4] = [1.0, 4.0, 8.0, 16.7];
+
+/// One diagram.
+struct Diagram {
+    /// Name of its files.
+    file: &'static str,
+    heading: &'static str,
+    lead: &'static str,
+    measures: &'static [Measure],
+    dials: &'static [&'static str],
+    /// Whether the presets are measured against the same.
+    presets: bool,
+}
+
+const DIAGRAMS: [Diagram; 7] = [
+    Diagram {
+        file: "elasticity",
+        heading: "Elasticity: spacing of the elastic lattice, rank of the reduced basis",
+        lead: "Against a solve on the finest elastic lattice, both carried to the object's crack lattice.",
+        measures: &[Measure::Energy, Measure::Density, Measure::Degree],
+        dials: &["elastic_spacing", "rank"],
+        presets: true,
+    },
+    Diagram {
+        file: "rank",
+        heading: "What the reduced basis adds, and single precision of the factor",
+        lead: "Against the solve on the same lattice, in double precision.",
+        measures: &[Measure::Energy, Measure::Density],
+        dials: &["rank_own_lattice", "factor_precision"],
+        presets: false,
+    },
+    Diagram {
+        file: "cvd",
+        heading: "The diagram: tolerance of its descent",
+        lead: "Against the best of several starts that were run to their end. Two starts differ, so no tolerance leads to zero.",
+        measures: &[Measure::Gap, Measure::Size],
+        dials: &["cvd_tolerance"],
+        presets: true,
+    },
+    Diagram {
+        file: "degree",
+        heading: "Degree ablation: where the number of fragments comes from",
+        lead: "Against the median of several full optimisations with other seeds.",
+        measures: &[Measure::Degree],
+        dials: &["degree"],
+        presets: false,
+    },
+    Diagram {
+        file: "cracks",
+        heading: "Cracks: spacing of the crack lattice, labels of nodes or the exact diagram",
+        lead: "The same sites: against their exact diagram on the finest crack lattice, in its lift.",
+        measures: &[Measure::Label, Measure::CrackMean, Measure::CrackMax, Measure::Volume],
+        dials: &["crack_spacing", "tessellation"],
+        presets: true,
+    },
+    Diagram {
+        file: "labels",
+        heading: "What labels of nodes miss",
+        lead: "The same sites on the same lattice: against the exact diagram there.",
+        measures: &[Measure::Label, Measure::CrackMean, Measure::Volume],
+        dials: &["node_labels"],
+        presets: false,
+    },
+    Diagram {
+        file: "lift",
+        heading: "Lift ablation, and its dimension",
+        lead: "Diagrams in each lift, judged in the one with the most eigenfunctions: its energy of the same labels above that of its \
+               own best diagram; and volume of pieces that are cut off from the rest of their cell, as where a cell joins two legs.",
+        measures: &[Measure::Gap, Measure::Stray],
+        dials: &["lift_dimension", "lift"],
+        presets: false,
+    },
+];
+
+/// A picture with its figures.
+pub struct Drawn {
+    /// Name of the files, without ending.
+    pub file: String,
+    /// SVG.
+    pub svg: String,
+    /// Comma-separated values.
+    pub csv: String,
+    /// Which of [`DIAGRAMS`].
+    diagram: usize,
+    caption: String,
+}
+
+/// All diagrams that have a point.
+///
+/// # Errors
+/// [`StudyError::Plot`].
+pub fn drawn(findings: &Findings) -> Result<Vec<Drawn>, StudyError> {
+    let mut all = Vec::new();
+    for (number, diagram) in DIAGRAMS.iter().enumerate() {
+        for &measure in diagram.measures {
+            let points: Vec<&Point> = findings.points.iter().filter(|point| shown(point, diagram, measure)).collect();
+            if points.is_empty() {
+                continue;
+            }
+            let curves: Vec<Curve> = curves(diagram, measure, &points);
+            all.push(Drawn {
+                file: format!("accuracy-{}-{}", diagram.file, measure.name()),
+                svg: svg(measure.title(), "a whole strike, ms", &curves, &LEVELS_MS)?,
+                csv: csv(measure, &points),
+                diagram: number,
+                caption: format!(
+                    "{}: medians over impacts, zeros left out; whiskers from the first to the last decile of times.",
+                    measure.name()
+                ),
+            });
+        }
+    }
+    Ok(all)
+}
+
+fn shown(point: &Point, diagram: &Diagram, measure: Measure) -> bool {
+    (diagram.dials.contains(&point.dial) || diagram.presets && point.preset.is_some())
+        && point.errors.get(measure).is_some()
+}
+
+fn curves(diagram: &Diagram, measure: Measure, points: &[&Point]) -> Vec<Curve> {
+    let place = |point: &&Point| Place {
+        x: point.errors.get(measure).unwrap_or(f64::NAN),
+        y: point.times.at(0.5),
+        low: point.times.at(0.1),
+        high: point.times.at(0.9),
+        label: point.preset.map_or_else(|| point.label(), str::to_owned),
+    };
+    let of = |dial: &&str| Curve {
+        name: (*dial).to_owned(),
+        places: points.iter().filter(|point| point.dial == *dial && point.preset.is_none()).map(place).collect(),
+        marked: false,
+    };
+    let presets = points.iter().filter(|point| point.preset.is_some()).map(place).collect();
+    let presets = Curve { name: "presets".to_owned(), places: presets, marked: true };
+    diagram.dials.iter().map(of).chain([presets]).filter(|curve| !curve.places.is_empty()).collect()
+}
+
+fn csv(measure: Measure, points: &[&Point]) -> String {
+    let number = |value: f64| format!("{value:e}");
+    let row = |point: &&Point| {
+        let times = [0.1, 0.5, 0.9, 0.99].map(|share| number(point.times.at(share))).join(",");
+        let error = point.errors.get(measure).map_or_else(String::new, number);
+        let value = point.value.as_str().map_or_else(|| point.value.to_string(), str::to_owned);
+        format!("{},{value},{},{error},{times}\n", point.dial, point.preset.unwrap_or(""))
+    };
+    let rows: String = points.iter().map(row).collect();
+    let head = "time_ms_p10,time_ms_p50,time_ms_p90,time_ms_p99";
+    format!("dial,value,preset,{},{head}\n{rows}", measure.name())
+}
+
+/// The page.
+///
+/// # Errors
+/// [`StudyError::Plot`].
+pub fn page(findings: &Findings, drawn: &[Drawn]) -> Study {
+    let mut sections: Vec<Section> = DIAGRAMS
+        .iter()
+        .enumerate()
+        .map(|(number, diagram)| {
+            let own = drawn.iter().filter(|own| own.diagram == number);
+            Section {
+                heading: diagram.heading.to_owned(),
+                lead: vec![diagram.lead.to_owned()],
+                plots: own.map(|own| (own.svg.clone(), own.caption.clone())).collect(),
+                ..Section::default()
+            }
+        })
+        .filter(|section| !section.plots.is_empty())
+        .collect();
+    sections.push(Section {
+        heading: "All figures".to_owned(),
+        tables: vec![table(&findings.points)],
+        ..Section::default()
+    });
+    sections.push(left_out(findings));
+    Study {
+        title: format!("What accuracy costs in time: {}", findings.ground.object),
+        lead: lead(findings),
+        facts: facts(findings),
+        sections,
+    }
+}
+
+fn lead(findings: &Findings) -> Vec<String> {
+    let ground = &findings.ground;
+    vec![
+        format!(
+            "Every dial of a strike over its values, everything else at its default. To the right the error against a reference, upwards \
+             the time of a whole strike in process, with the emission of its meshes: medians of {} strikes ({} impacts, each {} times), on \
+             {} threads of {}. What a service adds is not in it.",
+            ground.strikes[0] * ground.strikes[1],
+            ground.strikes[0],
+            ground.strikes[1],
+            ground.threads,
+            ground.machine
+        ),
+        "Left and low is good. Points are labelled with their settings; spacings are over the diagonal.".to_owned(),
+    ]
+}
+
+fn facts(findings: &Findings) -> Vec<Fact> {
+    let ground = &findings.ground;
+    let mut facts = vec![
+        Fact::new("input", format!("{} triangles", ground.triangles)),
+        Fact::new("elastic and crack nodes", format!("{} and {}", ground.nodes[0], ground.nodes[1])),
+        Fact::new("of the reference", format!("{} and {}", ground.reference_nodes[0], ground.reference_nodes[1])),
+        Fact::new("dimension of the lift", ground.dimension.to_string()),
+        Fact::new("sites", ground.sites.to_string()),
+    ];
+    if let Some(share) = findings.estimates_within(4.0) {
+        let value = format!("{:.0} % of {}", 100.0 * share, findings.estimates.len());
+        facts.push(Fact::new("estimates of reduced energies within a factor 4", value));
+    }
+    facts
+}
+
+fn table(points: &[Point]) -> Table {
+    let head = ["dial", "value", "preset", "p50, ms", "p99, ms"].map(str::to_owned).into_iter();
+    let head = head.chain(Measure::ALL.map(|measure| measure.name().to_owned())).collect();
+    let row = |point: &Point| {
+        let told = [point.dial.to_owned(), point.label(), point.preset.unwrap_or("").to_owned()];
+        let times = [0.5, 0.99].map(|share| significant(point.times.at(share), 3));
+        let error = |measure| point.errors.get(measure).map_or_else(|| "–".to_owned(), |error| significant(error, 3));
+        ("", told.into_iter().chain(times).chain(Measure::ALL.map(error)).collect())
+    };
+    Table { head, rows: points.iter().map(row).collect() }
+}
+
+fn left_out(findings: &Findings) -> Section {
+    let rows = findings.left_out.iter().map(|row| ("failed", row.to_vec())).collect::<Vec<_>>();
+    let none = "Nothing failed, and nothing was left out.".to_owned();
+    let lead = if rows.is_empty() { vec![none] } else { Vec::new() };
+    let head = ["what", "why"].map(str::to_owned).to_vec();
+    let tables = if rows.is_empty() { Vec::new() } else { vec![Table { head, rows }] };
+    Section { heading: "What failed or was left out".to_owned(), lead, tables, ..Section::default() }
+}

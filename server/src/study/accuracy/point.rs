@@ -1,0 +1,205 @@
+//! One setting of one dial: its time and its errors.
+
+use serde_json::{Map, Value};
+
+/// An error, defined in `shatter_fracture::accuracy`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Measure {
+    /// Elastic energy.
+    Energy,
+    /// Strain energy density.
+    Density,
+    /// Fracture degree.
+    Degree,
+    /// Energy of the diagram.
+    Gap,
+    /// Distribution of fragment sizes.
+    Size,
+    /// Volume with another label.
+    Label,
+    /// Mean distance of crack surfaces.
+    CrackMean,
+    /// Largest distance of crack surfaces.
+    CrackMax,
+    /// Volumes of the cells.
+    Volume,
+    /// What the strike itself says its error is.
+    Estimate,
+    /// Volume of pieces of cells that are cut off from the largest.
+    Stray,
+    /// The lattice's boundary from the input's surface.
+    Surface,
+}
+
+/// Number of measures.
+const COUNT: usize = 12;
+
+impl Measure {
+    /// All of them.
+    pub const ALL: [Self; COUNT] = [
+        Self::Energy,
+        Self::Density,
+        Self::Degree,
+        Self::Gap,
+        Self::Size,
+        Self::Label,
+        Self::CrackMean,
+        Self::CrackMax,
+        Self::Volume,
+        Self::Estimate,
+        Self::Stray,
+        Self::Surface,
+    ];
+
+    /// Its key in documents and tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Energy => "energy_error",
+            Self::Density => "density_error",
+            Self::Degree => "degree_error",
+            Self::Gap => "cvd_gap",
+            Self::Size => "size_distance",
+            Self::Label => "label_fraction",
+            Self::CrackMean => "crack_distance_mean",
+            Self::CrackMax => "crack_distance_max",
+            Self::Volume => "volume_l1",
+            Self::Estimate => "estimate",
+            Self::Stray => "stray_volume",
+            Self::Surface => "surface_deviation",
+        }
+    }
+
+    /// What it is, for axes.
+    pub fn title(self) -> &'static str {
+        match self {
+            Self::Energy => "elastic energy, relative error",
+            Self::Density => "strain energy density, relative L1 error",
+            Self::Degree => "fracture degree, relative error",
+            Self::Gap => "energy of the diagram above the best, relative",
+            Self::Size => "fragment sizes, Wasserstein distance over the mean",
+            Self::Label => "volume with another label, share",
+            Self::CrackMean => "mean distance of cracks over the diagonal",
+            Self::CrackMax => "largest distance of cracks over the diagonal",
+            Self::Volume => "volumes of cells, relative L1 error",
+            Self::Estimate => "estimated error",
+            Self::Stray => "volume in detached pieces of cells, share",
+            Self::Surface => "surface deviation over the diagonal",
+        }
+    }
+}
+
+/// Errors, as far as they were measured.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Errors([Option<f64>; COUNT]);
+
+impl Errors {
+    /// With one more.
+    #[must_use]
+    pub fn with(mut self, measure: Measure, value: f64) -> Self {
+        self.0[measure as usize] = Some(value);
+        self
+    }
+
+    /// These, and what of `other` is not among them.
+    #[must_use]
+    pub fn and(self, other: Self) -> Self {
+        Self(std::array::from_fn(|k| self.0[k].or(other.0[k])))
+    }
+
+    /// One of them.
+    pub fn get(&self, measure: Measure) -> Option<f64> {
+        self.0[measure as usize]
+    }
+
+    /// Medians over impacts, of those that have one.
+    pub fn medians(all: &[Self]) -> Self {
+        Self(std::array::from_fn(|k| quantile(&all.iter().filter_map(|own| own.0[k]).collect::<Vec<_>>(), 0.5)))
+    }
+}
+
+/// Times of the whole strike, ms.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Times(pub Vec<f64>);
+
+impl Times {
+    /// A quantile of them; 0 of none.
+    pub fn at(&self, share: f64) -> f64 {
+        quantile(&self.0, share).unwrap_or(0.0)
+    }
+}
+
+/// A quantile by the nearest rank; `None` of nothing.
+fn quantile(values: &[f64], share: f64) -> Option<f64> {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let last = sorted.len().checked_sub(1)?;
+    let low = (last as f64 * share).floor();
+    let (from, to) = (sorted[low as usize], sorted[last.min(low as usize + 1)]);
+    Some(from + (to - from) * (last as f64 * share - low))
+}
+
+/// One setting.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Point {
+    /// Which dial.
+    pub dial: &'static str,
+    /// What it is set to: a number or a name.
+    pub value: Value,
+    /// Of which preset it is, if it is one.
+    pub preset: Option<&'static str>,
+    /// Times.
+    pub times: Times,
+    /// Errors: medians.
+    pub errors: Errors,
+}
+
+impl Point {
+    /// The setting in words.
+    pub fn label(&self) -> String {
+        match &self.value {
+            Value::Number(number) if number.is_f64() => {
+                number.as_f64().map_or_else(|| number.to_string(), |x| crate::report::significant(x, 2))
+            }
+            Value::String(text) => text.clone(),
+            other => other.to_string(),
+        }
+    }
+
+    /// For the document: numbers that are not finite, and errors that were not measured, are null.
+    pub fn document(&self) -> Value {
+        let mut map = Map::new();
+        map.insert("dial".to_owned(), self.dial.into());
+        map.insert("value".to_owned(), self.value.clone());
+        map.insert("preset".to_owned(), self.preset.into());
+        for (key, share) in [("p10", 0.1), ("p50", 0.5), ("p90", 0.9), ("p99", 0.99)] {
+            map.insert(format!("time_ms_{key}"), self.times.at(share).into());
+        }
+        for measure in Measure::ALL {
+            map.insert(measure.name().to_owned(), self.errors.get(measure).into());
+        }
+        Value::Object(map)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn medians_leave_out_what_was_not_measured() {
+        let one = Errors::default().with(Measure::Energy, 1.0).with(Measure::Gap, 4.0);
+        let two = Errors::default().with(Measure::Energy, 3.0);
+        let found = Errors::medians(&[one, two, Errors::default()]);
+        assert_eq!(found.get(Measure::Energy), Some(2.0));
+        assert_eq!(found.get(Measure::Gap), Some(4.0));
+        assert_eq!(found.get(Measure::Size), None);
+        assert!(Measure::ALL.iter().enumerate().all(|(place, measure)| *measure as usize == place));
+    }
+
+    #[test]
+    fn times_have_quantiles() {
+        let times = Times((0..=100).rev().map(f64::from).collect());
+        assert_eq!([0.1, 0.5, 0.99].map(|share| times.at(share)), [10.0, 50.0, 99.0]);
+        assert_eq!(Times::default().at(0.5), 0.0);
+    }
+}

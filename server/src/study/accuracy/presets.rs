@@ -1,0 +1,95 @@
+//! Presets, each on lattices of its own.
+
+use super::dials::Bench;
+use super::subject::{LIFTED, energies_on, request, timed};
+use super::tessellations::Pair;
+use super::truth::diagram;
+use super::{Errors, Point, StudyError, Times};
+use serde_json::json;
+use shatter_fracture::centroidal::Options;
+use shatter_fracture::database::{BakeRequest, bake};
+use shatter_fracture::lattice::Lattice;
+use shatter_fracture::lift::LiftKind;
+use shatter_fracture::pipeline::{ElasticRequest, Lattices, Prepared, Quality, Strike, reduce};
+use shatter_fracture::token::Token;
+
+/// An object on the lattices of a preset, and what its tessellation misses.
+struct Baked {
+    lattices: Lattices,
+    prepared: Prepared,
+    pair: Pair,
+}
+
+impl Bench<'_> {
+    /// All presets: whole strikes of each, with every error of theirs.
+    pub(super) fn presets(&mut self) {
+        let mut baked = None;
+        for quality in Quality::ALL {
+            let name = quality.name();
+            (self.progress)(&format!("preset {name}"));
+            match self.preset(quality, &mut baked) {
+                Ok((times, errors)) => {
+                    let (dial, value) = ("preset", json!(name));
+                    self.findings.points.push(Point { dial, value, preset: Some(name), times, errors });
+                }
+                Err(error) => self.findings.left_out.push([format!("preset {name}"), error.to_string()]),
+            }
+        }
+    }
+
+    fn preset(&self, quality: Quality, baked: &mut Option<Baked>) -> Result<(Times, Errors), StudyError> {
+        let lattices = quality.lattices();
+        let mut own = match baked.take().filter(|baked| baked.lattices == lattices) {
+            Some(baked) => baked,
+            None => {
+                let prepared = self.baked(quality)?;
+                Baked { lattices, pair: self.same_sites(&prepared)?, prepared }
+            }
+        };
+        // The number of sites is the plan's: what others do is another dial.
+        let strikes = self.with(|strike| {
+            let degree = strike.degree;
+            *strike = Strike { degree, ..strike.clone().of_quality(quality) };
+        });
+        let times = timed(&own.prepared, &strikes, self.plan.runs)?;
+        let crack: Vec<&Lattice> = self.base.bodies.iter().map(|body| &body.crack).collect();
+        let energies = energies_on(&mut own.prepared, &crack, &strikes)?;
+        let mut all = Vec::new();
+        for ((truth, strike), energy) in self.truths.impacts.iter().zip(&strikes).zip(&energies) {
+            let (tolerance, iterations_max) = (strike.tolerance, strike.iterations_max);
+            let options = Options { tolerance, iterations_max, ..Options::new(self.plan.sites as usize, strike.seed) };
+            let lift = self.base.lift(truth.own.body, LiftKind::Interior)?;
+            let found = diagram(&self.base, &truth.own, lift, &options)?;
+            all.push(truth.elastic(&self.base, energy)?.and(truth.diagram(&self.base, &found)));
+        }
+        // What is finer than the reference is measured against the exact diagram on itself.
+        let finer = own.prepared.crack_nodes() > self.truths.fine.crack_nodes();
+        let cracks = if finer { own.pair.own } else { own.pair.finest };
+        *baked = Some(own);
+        Ok((times, Errors::medians(&all).and(cracks)))
+    }
+
+    /// The object on the lattices of a preset, with a basis if its strikes use one.
+    fn baked(&self, quality: Quality) -> Result<Prepared, StudyError> {
+        let request = BakeRequest {
+            quality,
+            gamma_j_m2: Some(self.base.gamma_j_m2),
+            kappa: Some(self.base.kappa),
+            examples: 0,
+            tables: LIFTED,
+            ..request(self.plan)?
+        };
+        let token = Token::default();
+        let mut prepared = bake(self.plan.mesh.clone(), &request, &token, &mut |_| {})?;
+        let [expected, found] = [&self.base, &prepared].map(|prepared| prepared.bodies.len());
+        if expected != found {
+            return Err(StudyError::Bodies { expected, found });
+        }
+        if quality.dials().elastic == ElasticRequest::Reduced {
+            prepared.impacts = self.plan.snapshots;
+            reduce(&mut prepared, quality.lattices().rank_max, &token)?;
+        }
+        prepared.factor()?;
+        Ok(prepared)
+    }
+}

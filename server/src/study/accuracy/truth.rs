@@ -1,0 +1,180 @@
+//! What the points are measured against.
+
+use super::subject::{LIFTED, degree_of, energies_on, energy, rebaked};
+use super::{Errors, Measure, Plan, StudyError};
+use shatter_fracture::accuracy::{Exact, cvd_gap, degree_error, density_error, energy_error, exact, size_distance};
+use shatter_fracture::centroidal::{self, Diagram, Field, Options};
+use shatter_fracture::degree::{CurveOptions, optimise};
+use shatter_fracture::lattice::{Lattice, Locator};
+use shatter_fracture::lift::{Lift, LiftKind};
+use shatter_fracture::pipeline::{BodyEnergy, ElasticRequest, Prepared, Strike, Workspace};
+use shatter_fracture::tessellation::components;
+use shatter_fracture::token::Token;
+
+/// Seeds of the references' starts begin here: no strike has one of them.
+const SEED_FIRST: u64 = 1 << 32;
+
+/// Optimisations of which the median is the reference of a degree.
+const OPTIMISED: u64 = 3;
+
+/// One impact.
+pub(super) struct Truth {
+    /// Solved for on the finest lattice, on the nodes of the object's crack lattice.
+    pub energy: BodyEnergy,
+    /// n₀ of that.
+    pub degree: f64,
+    /// Solved for on the object's own lattice.
+    pub own: BodyEnergy,
+    /// Sites on the finest lattice, site-major.
+    pub sites: Vec<f64>,
+    /// Their exact diagram there.
+    pub exact: Exact,
+    /// Best known energy of a diagram of the own field, and its fragments' volumes.
+    pub best: Best,
+}
+
+/// The best of several diagrams.
+pub(super) struct Best {
+    pub energy: f64,
+    pub sizes: Vec<f64>,
+}
+
+/// The finest lattices, and all that follows from them.
+pub(super) struct Truths {
+    pub fine: Prepared,
+    pub locators: Vec<Locator>,
+    pub impacts: Vec<Truth>,
+}
+
+impl Truths {
+    /// Bakes the finest lattices, solves, divides and clips on them.
+    pub(super) fn new(plan: &Plan, base: &Prepared, strikes: &[Strike]) -> Result<Self, StudyError> {
+        let finer = plan.finer.powf(-1.0 / 3.0);
+        let [elastic, crack] = [base.parameters.elastic_spacing, base.parameters.crack_spacing].map(|h| h * finer);
+        let mut fine = rebaked(plan, base, elastic, crack, LIFTED)?;
+        let solved: Vec<Strike> = strikes.iter().map(solve).collect();
+        let lattices: Vec<&Lattice> = base.bodies.iter().map(|body| &body.crack).collect();
+        let energies = energies_on(&mut fine, &lattices, &solved)?;
+        let mut workspace = Workspace::default();
+        let mut impacts = Vec::new();
+        for (energy_fine, strike) in energies.into_iter().zip(&solved) {
+            let (sites, exact) = divided(plan, &fine, strike, &mut workspace)?;
+            let own = energy(base, strike, &mut workspace)?;
+            let best = best(plan, base, &own, base.lift(own.body, LiftKind::Interior)?)?;
+            impacts.push(Truth {
+                degree: degree_of(base, &energy_fine)?,
+                energy: energy_fine,
+                own,
+                sites,
+                exact,
+                best,
+            });
+        }
+        let locators = fine.bodies.iter().map(|body| Locator::new(&body.crack)).collect();
+        Ok(Self { fine, locators, impacts })
+    }
+}
+
+impl Truth {
+    /// Errors of an elastic energy on the object's crack lattice.
+    pub(super) fn elastic(&self, base: &Prepared, found: &BodyEnergy) -> Result<Errors, StudyError> {
+        let joules =
+            |energy: &BodyEnergy| -> Vec<f64> { energy.shares.iter().map(|share| share * energy.energy_j).collect() };
+        let errors = Errors::default()
+            .with(Measure::Energy, energy_error(found.energy_j, self.energy.energy_j))
+            .with(Measure::Density, density_error(&joules(found), &joules(&self.energy))?)
+            .with(Measure::Degree, degree_error(degree_of(base, found)?, self.degree));
+        Ok(match found.reduced_error {
+            Some(estimate) => errors.with(Measure::Estimate, estimate),
+            None => errors,
+        })
+    }
+
+    /// Errors of a diagram of the object's own field.
+    pub(super) fn diagram(&self, base: &Prepared, found: &Diagram) -> Errors {
+        let sizes = pieces(base, self.own.body, &found.labels).0;
+        Errors::default()
+            .with(Measure::Gap, cvd_gap(found.energy, self.best.energy))
+            .with(Measure::Size, size_distance(&sizes, &self.best.sizes))
+    }
+}
+
+/// From the solve, whatever bases there are.
+pub(super) fn solve(strike: &Strike) -> Strike {
+    Strike { elastic: ElasticRequest::Solve, ..strike.clone() }
+}
+
+/// Sites of an impact on the finest lattice, and their exact diagram.
+fn divided(
+    plan: &Plan,
+    fine: &Prepared,
+    strike: &Strike,
+    workspace: &mut Workspace,
+) -> Result<(Vec<f64>, Exact), StudyError> {
+    let energy = energy(fine, strike, workspace)?;
+    let lift = fine.lift(energy.body, LiftKind::Interior)?;
+    let options = Options::new(plan.sites as usize, strike.seed);
+    let diagram = diagram(fine, &energy, lift, &options)?;
+    let exact = exact(&fine.bodies[energy.body].crack, lift, &diagram.sites, &Token::default())?;
+    Ok((diagram.sites, exact))
+}
+
+/// A diagram of an energy in a lift.
+pub(super) fn diagram(
+    prepared: &Prepared,
+    energy: &BodyEnergy,
+    lift: &Lift,
+    options: &Options,
+) -> Result<Diagram, StudyError> {
+    let mut mass = energy.shares.clone();
+    let field = Field::new(lift, &prepared.bodies[energy.body].volumes, &mut mass)?;
+    Ok(centroidal::diagram(&field, options, &mut centroidal::Workspace::default(), &Token::default())?)
+}
+
+/// The best of the plan's starts, run to their end.
+pub(super) fn best(plan: &Plan, prepared: &Prepared, energy: &BodyEnergy, lift: &Lift) -> Result<Best, StudyError> {
+    let mut best = Best { energy: f64::INFINITY, sizes: Vec::new() };
+    for start in 0..plan.starts {
+        let options = Options { start, tolerance: 0.0, ..Options::new(plan.sites as usize, SEED_FIRST) };
+        let found = diagram(prepared, energy, lift, &options)?;
+        if found.energy < best.energy {
+            best = Best { energy: found.energy, sizes: pieces(prepared, energy.body, &found.labels).0 };
+        }
+    }
+    Ok(best)
+}
+
+/// Volumes of the connected pieces of labels, and the share of the volume that is not in the largest piece of its cell.
+pub(super) fn pieces(prepared: &Prepared, body: usize, labels: &[u32]) -> (Vec<f64>, f64) {
+    let body = &prepared.bodies[body];
+    let split = components(&body.topology, labels);
+    let mut sizes = vec![0.0; split.sites.len()];
+    split.labels.iter().zip(&body.volumes).for_each(|(piece, volume)| sizes[*piece as usize] += volume);
+    let (mut first, mut stray) = (0, 0.0);
+    // The pieces of one cell follow each other.
+    for same in split.sites.chunk_by(|a, b| a == b) {
+        let cell = &sizes[first..first + same.len()];
+        stray += cell.iter().sum::<f64>() - cell.iter().copied().fold(0.0, f64::max);
+        first += same.len();
+    }
+    let whole: f64 = sizes.iter().sum();
+    (sizes, stray / whole)
+}
+
+/// The fracture degree of an impact: the median of several full optimisations with other seeds than any strike's.
+/// `factor`: on its impulse.
+pub(super) fn optimised(base: &Prepared, truth: &Truth, factor: f64) -> Result<f64, StudyError> {
+    let own = &truth.own;
+    let body = &base.bodies[own.body];
+    let gamma = base.gamma_j_m2 / own.unit_j_m2(base.frame.diagonal_m) / (factor * factor);
+    let mut degrees = Vec::new();
+    for number in 0..OPTIMISED {
+        let mut mass = own.shares.clone();
+        let field = Field::new(base.lift(own.body, LiftKind::Interior)?, &body.volumes, &mut mass)?;
+        let options = CurveOptions { seed: SEED_FIRST + number, ..CurveOptions::default() };
+        let found = optimise(&field, gamma, options, &mut centroidal::Workspace::default(), &Token::default())?;
+        degrees.push(found.degree.sites as f64);
+    }
+    degrees.sort_by(f64::total_cmp);
+    Ok(degrees[degrees.len() / 2])
+}
