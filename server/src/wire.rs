@@ -18,7 +18,7 @@ use shatter_fracture::database;
 use shatter_fracture::lift::LiftKind;
 use shatter_fracture::pipeline::{
     self, Bond, Contact, Cost, DEGREE_MAX, Debris, DegreeSource, FragmentRow, HullRow, Kept, Look, Pieces, Prepared,
-    REDUCED_ERROR_MAX, RunRow, SkinRow, SkinVertex, Velocity, Watch, Workspace,
+    RunRow, SkinRow, SkinVertex, Velocity, Watch, Workspace,
 };
 use shatter_fracture::scene::{DEFAULT_DURATION_S, DEFAULT_RADIUS_DIAGONALS, Effect, Effects};
 use shatter_fracture::token::Token;
@@ -245,7 +245,7 @@ impl Served {
             tolerance: dials.tolerance,
             iterations_max: dials.iterations_max,
             gap_max: None,
-            reduced_error_max: REDUCED_ERROR_MAX,
+            reduced_error_max: dials.reduced_error_max,
             budget: None,
             seed: strike.seed,
             threshold_only: strike.purpose == Purpose::Threshold,

@@ -67,7 +67,7 @@ pub use outputs::{Bond, Debris, WORLD};
 pub use parent::{SOLVED_NODES_MAX, TETS_MIN};
 pub use pieces::Pieces;
 pub use prepared::{BakeReport, Body, ExistingCracks, Parameters, Prepared, Solid, Unprepared};
-pub use quality::{Dials, Lattices, Quality};
+pub use quality::{Dials, GAME_ERROR_MAX, GAME_TOLERANCE, Lattices, Quality};
 pub use reduce::{RANK_MAX, Reduction, reduce};
 pub use release::{RELEASE_SHARE, Velocity};
 pub use sample::Sampler;

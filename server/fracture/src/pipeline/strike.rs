@@ -1,7 +1,7 @@
 //! What one strike asks for.
 
-use super::{Budget, DEGREE_MAX, REDUCED_ERROR_MAX};
-use crate::centroidal::{ITERATIONS_MAX, TOLERANCE};
+use super::{Budget, DEGREE_MAX, GAME_ERROR_MAX, GAME_TOLERANCE};
+use crate::centroidal::ITERATIONS_MAX;
 use crate::lift::LiftKind;
 use crate::scene::Effects;
 use nalgebra::{Point3, Vector3};
@@ -98,10 +98,10 @@ impl Strike {
             lift: LiftKind::Interior,
             effects: Effects::default(),
             volume_min_m3: None,
-            tolerance: TOLERANCE,
+            tolerance: GAME_TOLERANCE,
             iterations_max: ITERATIONS_MAX,
             gap_max: None,
-            reduced_error_max: REDUCED_ERROR_MAX,
+            reduced_error_max: GAME_ERROR_MAX,
             budget: None,
             seed: 1,
             threshold_only: false,

@@ -118,13 +118,20 @@ impl Cut {
         let Self { simplices, slots, firsts, .. } = self;
         simplices.resize(firsts[firsts.len() - 1], 0);
         each_span(firsts, simplices, &|part, own| {
-            let slots = slots.iter().enumerate().skip(part * PART).take(PART);
-            let marked = slots.filter(|(_, slot)| **slot != NONE).map(|(simplex, _)| simplex as u32);
-            own.iter_mut().zip(marked).for_each(|(own, simplex)| *own = simplex);
+            let first = part * PART;
+            let mut next = 0;
+            for (offset, slot) in slots[first..slots.len().min(first + PART)].iter().enumerate() {
+                if *slot != NONE {
+                    own[next] = (first + offset) as u32;
+                    next += 1;
+                }
+            }
         });
-        slots.par_chunks_mut(PART).zip(firsts.par_iter()).for_each(|(slots, first)| {
-            let marked = slots.iter_mut().filter(|slot| **slot != NONE);
-            marked.enumerate().for_each(|(place, slot)| *slot = (first + place) as u32);
+        // What was read back: a part is in order.
+        slots.par_chunks_mut(PART).zip(firsts.par_windows(2)).enumerate().for_each(|(part, (slots, range))| {
+            for (place, simplex) in simplices[range[0]..range[1]].iter().enumerate() {
+                slots[*simplex as usize - part * PART] = (range[0] + place) as u32;
+            }
         });
     }
 
