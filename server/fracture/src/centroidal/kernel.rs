@@ -8,7 +8,7 @@
 //! (m + 4)·u·(|p_i|² + 2|p_i|), u = 2⁻²⁴, and what is spared is chosen with twice that to spare. So the labels are those of
 //! f64, ties to the lowest index, whatever the groups are; a group that one site is left for is added as a whole.
 //!
-//! The same code is compiled twice, for the baseline and for AVX2 without fused multiply-add: equal bits from both.
+//! The same code is compiled three times, for the baseline, for AVX2 and for AVX-512, without fused multiply-add: equal bits from all.
 
 use super::level::TILE;
 use super::vector::{LANES, square_distance};
@@ -16,7 +16,7 @@ use super::vector::{LANES, square_distance};
 /// Entries of a cell's sums before its first moment: mass, energy and two that stay 0.
 pub(super) const CELL_HEAD: usize = LANES;
 
-/// Which compilation of the kernel runs. The AVX2 one cannot be made where the processor lacks it.
+/// Which compilation of the kernel runs. None can be made where the processor lacks what it needs.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Path(Instructions);
 
@@ -25,6 +25,8 @@ enum Instructions {
     Baseline,
     #[cfg(target_arch = "x86_64")]
     Avx2,
+    #[cfg(target_arch = "x86_64")]
+    Avx512,
 }
 
 impl Path {
@@ -36,11 +38,20 @@ impl Path {
 
     /// The widest that this machine has.
     pub fn detect() -> Self {
+        Self::all().pop().unwrap_or(Self(Instructions::Baseline))
+    }
+
+    /// All that this machine has, the widest last.
+    pub fn all() -> Vec<Self> {
+        let mut all = vec![Self(Instructions::Baseline)];
         #[cfg(target_arch = "x86_64")]
         if std::arch::is_x86_feature_detected!("avx2") {
-            return Self(Instructions::Avx2);
+            all.push(Self(Instructions::Avx2));
+            if std::arch::is_x86_feature_detected!("avx512f") {
+                all.push(Self(Instructions::Avx512));
+            }
         }
-        Self(Instructions::Baseline)
+        all
     }
 }
 
@@ -92,15 +103,24 @@ pub(super) struct Chunk<'a> {
 pub(super) fn assign(path: Path, sites: &Sites, chunk: Chunk) {
     match path.0 {
         Instructions::Baseline => assign_portable(sites, chunk),
-        // SAFETY: `Instructions::Avx2` is made by `Path::detect` alone, after the processor said that it has AVX2.
+        // SAFETY: `Instructions::Avx2` is made by `Path::all` alone, after the processor said that it has AVX2.
         #[cfg(target_arch = "x86_64")]
         Instructions::Avx2 => unsafe { assign_avx2(sites, chunk) },
+        // SAFETY: `Instructions::Avx512` is made by `Path::all` alone, after the processor said that it has AVX2 and AVX-512F.
+        #[cfg(target_arch = "x86_64")]
+        Instructions::Avx512 => unsafe { assign_avx512(sites, chunk) },
     }
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2")]
 fn assign_avx2(sites: &Sites, chunk: Chunk) {
+    assign_portable(sites, chunk);
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,avx512f")]
+fn assign_avx512(sites: &Sites, chunk: Chunk) {
     assign_portable(sites, chunk);
 }
 

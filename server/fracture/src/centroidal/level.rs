@@ -50,21 +50,20 @@ impl Level {
     pub fn load(&mut self, field: &Field, groups: Option<&Groups>) {
         self.dimension = field.dimension();
         self.base = 0.0;
-        let row = |node: usize| field.lift().at(node);
-        self.gather(field.nodes(), groups, row, field.mass());
+        self.gather(groups, (&field.lift().coordinates, self.dimension), field.mass());
     }
 
     /// Refills from the groups of `finer`.
     pub fn coarsen(&mut self, finer: &Self, groups: Option<&Groups>) {
         self.dimension = finer.dimension;
         self.base = finer.base + finer.inner.iter().sum::<f64>();
-        let (stride, m) = (finer.stride(), finer.dimension);
-        let row = |point: usize| &finer.centres[point * stride..][..m];
-        self.gather(finer.groups(), groups, row, &finer.masses);
+        self.gather(groups, (&finer.centres, finer.stride()), &finer.masses);
     }
 
-    fn gather<'a>(&mut self, points: usize, groups: Option<&Groups>, row: impl Fn(usize) -> &'a [f64], mass: &[f64]) {
-        let (stride, m) = (self.stride(), self.dimension);
+    /// Refills from points: rows of so many entries, of which the first are coordinates, and masses.
+    fn gather(&mut self, groups: Option<&Groups>, from: (&[f64], usize), mass: &[f64]) {
+        let points = mass.len();
+        let stride = self.stride();
         self.order.clear();
         self.offsets.clear();
         match groups {
@@ -77,55 +76,26 @@ impl Level {
                 self.offsets.extend(0..=points as u32);
             }
         }
-        self.mass.clear();
-        self.mass.extend(self.order.iter().map(|&point| mass[point as usize]));
+        let count = self.groups();
+        self.mass.resize(points, 0.0);
         self.rows.resize(points * stride, 0.0);
-        for (own, &point) in self.rows.chunks_exact_mut(stride).zip(&self.order) {
-            own[..m].copy_from_slice(row(point as usize));
-            own[m..].fill(0.0);
-        }
-        self.sum_groups();
-        self.round_centres();
-    }
-
-    /// Masses, centres and inner energies of the groups; radii not yet scaled.
-    fn sum_groups(&mut self) {
-        let (stride, count) = (self.stride(), self.groups());
         self.centres.resize(count * stride, 0.0);
         self.masses.resize(count, 0.0);
         self.inner.resize(count, 0.0);
         self.radii.resize(count, 0.0);
-        for (group, centre) in self.centres.chunks_exact_mut(stride).enumerate() {
-            let own = self.offsets[group] as usize..self.offsets[group + 1] as usize;
-            let rows = &self.rows[own.start * stride..own.end * stride];
-            let (masses, points) = (&self.mass[own.clone()], own.len());
-            if points == 1 {
-                centre.copy_from_slice(rows);
-                (self.masses[group], self.inner[group], self.radii[group]) = (masses[0], 0.0, 0.0);
-                continue;
-            }
-            let total: f64 = masses.iter().sum();
-            // About the first point: what is far from the origin loses nothing.
-            centre.fill(0.0);
-            for (row, mass) in rows.chunks_exact(stride).zip(masses).skip(1) {
-                let share = if total > 0.0 { mass / total } else { (points as f64).recip() };
-                centre
-                    .iter_mut()
-                    .zip(row)
-                    .zip(&rows[..stride])
-                    .for_each(|((sum, x), first)| *sum += share * (x - first));
-            }
-            centre.iter_mut().zip(rows).for_each(|(sum, first)| *sum += first);
-            let (mut inner, mut farthest) = (0.0, 0.0f64);
-            for (row, mass) in rows.chunks_exact(stride).zip(masses) {
-                let square = square_distance(row, centre);
-                inner += mass * square;
-                farthest = farthest.max(square);
-            }
-            (self.masses[group], self.inner[group], self.radii[group]) = (total, inner, 0.0);
-            // In f64 until the scale is known.
-            self.radii[group] = (farthest.sqrt() * UP) as f32;
-        }
+        let filler = Filler { stride, order: &self.order, offsets: &self.offsets, from, m: self.dimension, mass };
+        filler.run(
+            0,
+            Filled {
+                rows: &mut self.rows,
+                mass: &mut self.mass,
+                centres: &mut self.centres,
+                masses: &mut self.masses,
+                inner: &mut self.inner,
+                radii: &mut self.radii,
+            },
+        );
+        self.round_centres();
     }
 
     /// The centres in f32.
@@ -199,4 +169,99 @@ impl Level {
         let error = (m as f64 + 5.0) * (unit * (bound + 1.0) + f64::from(f32::MIN_POSITIVE));
         Sites { dimension: m, stride: self.stride(), exact: sites, rounded, resolution: 2.0 * error }
     }
+}
+
+/// Groups that one task fills.
+const GRAIN: usize = 512;
+
+/// What points and groups are filled from.
+struct Filler<'a> {
+    stride: usize,
+    order: &'a [u32],
+    offsets: &'a [u32],
+    /// Rows, and their length.
+    from: (&'a [f64], usize),
+    m: usize,
+    mass: &'a [f64],
+}
+
+/// The parts of a level that belong to some groups; radii are not scaled yet.
+struct Filled<'a> {
+    rows: &'a mut [f64],
+    mass: &'a mut [f64],
+    centres: &'a mut [f64],
+    masses: &'a mut [f64],
+    inner: &'a mut [f64],
+    radii: &'a mut [f32],
+}
+
+impl Filler<'_> {
+    /// Groups from `first` on, as many as `out` has room for; halves of them in parallel.
+    fn run(&self, first: usize, out: Filled<'_>) {
+        let count = out.masses.len();
+        if count <= GRAIN {
+            return self.fill(first, out);
+        }
+        let (half, stride) = (count / 2, self.stride);
+        let points = (self.offsets[first + half] - self.offsets[first]) as usize;
+        let (rows, rows_rest) = out.rows.split_at_mut(points * stride);
+        let (mass, mass_rest) = out.mass.split_at_mut(points);
+        let (centres, centres_rest) = out.centres.split_at_mut(half * stride);
+        let (masses, masses_rest) = out.masses.split_at_mut(half);
+        let (inner, inner_rest) = out.inner.split_at_mut(half);
+        let (radii, radii_rest) = out.radii.split_at_mut(half);
+        let left = Filled { rows, mass, centres, masses, inner, radii };
+        let right = Filled {
+            rows: rows_rest,
+            mass: mass_rest,
+            centres: centres_rest,
+            masses: masses_rest,
+            inner: inner_rest,
+            radii: radii_rest,
+        };
+        rayon::join(|| self.run(first, left), || self.run(first + half, right));
+    }
+
+    fn fill(&self, first: usize, out: Filled<'_>) {
+        let stride = self.stride;
+        let (mut rows, mut mass) = (out.rows, out.mass);
+        let groups = out.centres.chunks_exact_mut(stride).zip(out.masses).zip(out.inner).zip(out.radii);
+        for (index, (((centre, total), inner), radius)) in groups.enumerate() {
+            let own = self.offsets[first + index] as usize..self.offsets[first + index + 1] as usize;
+            let (own_rows, other_rows) = rows.split_at_mut(own.len() * stride);
+            let (own_mass, other_mass) = mass.split_at_mut(own.len());
+            for ((to, weight), &point) in own_rows.chunks_exact_mut(stride).zip(&mut *own_mass).zip(&self.order[own]) {
+                to[..self.m].copy_from_slice(&self.from.0[point as usize * self.from.1..][..self.m]);
+                to[self.m..].fill(0.0);
+                *weight = self.mass[point as usize];
+            }
+            (*total, *inner, *radius) = sum_group(own_rows, own_mass, centre);
+            (rows, mass) = (other_rows, other_mass);
+        }
+    }
+}
+
+/// Mass, inner energy and radius of a group, whose centre is written to `centre`.
+fn sum_group(rows: &[f64], masses: &[f64], centre: &mut [f64]) -> (f64, f64, f32) {
+    let stride = centre.len();
+    let (first, points) = (&rows[..stride], masses.len());
+    if points == 1 {
+        centre.copy_from_slice(first);
+        return (masses[0], 0.0, 0.0);
+    }
+    let total: f64 = masses.iter().sum();
+    // About the first point: what is far from the origin loses nothing.
+    centre.fill(0.0);
+    for (row, mass) in rows.chunks_exact(stride).zip(masses).skip(1) {
+        let share = if total > 0.0 { mass / total } else { (points as f64).recip() };
+        centre.iter_mut().zip(row).zip(first).for_each(|((sum, x), first)| *sum += share * (x - first));
+    }
+    centre.iter_mut().zip(first).for_each(|(sum, first)| *sum += first);
+    let (mut inner, mut farthest) = (0.0, 0.0f64);
+    for (row, mass) in rows.chunks_exact(stride).zip(masses) {
+        let square = square_distance(row, centre);
+        inner += mass * square;
+        farthest = farthest.max(square);
+    }
+    (total, inner, (farthest.sqrt() * UP) as f32)
 }

@@ -10,6 +10,7 @@
 
 use super::slender::Slenderness;
 use crate::centroidal::{Field, cube_root, three_fifths};
+use rayon::prelude::*;
 
 /// c = 3 G_3: dimension times the normalised second moment of the body-centred cubic lattice (Barnes and Sloane 1983), so
 /// that a region of volume V and density W holds c·W·V^(5/3) about its centre.
@@ -26,24 +27,42 @@ const COEFFICIENT_ROD: f64 = 1.0 / 12.0;
 /// Exact for W constant on each node's cell: the cells' own moments are counted, and X is centred first.
 pub fn first_moment(field: &Field) -> f64 {
     let m = field.dimension();
-    let mut centre = vec![0.0; m];
-    let mut total = 0.0;
-    for (node, mass) in field.mass().iter().enumerate() {
+    let nodes = |part: usize| part * PART..field.nodes().min((part + 1) * PART);
+    let entry = |node: usize| {
         let offset = &field.lift().first_moment[node * m..][..m];
-        let place = field.lift().at(node).iter().zip(offset);
-        centre.iter_mut().zip(place).for_each(|(sum, (x, b))| *sum += mass * (x + b));
-        total += mass;
-    }
-    centre.iter_mut().for_each(|sum| *sum /= total);
+        (field.mass()[node], field.lift().at(node), offset)
+    };
+    let mut sums = in_parts(field.nodes(), m + 1, |part, sums| {
+        for (mass, place, offset) in nodes(part).map(entry) {
+            sums.iter_mut().zip(place.iter().zip(offset)).for_each(|(sum, (x, b))| *sum += mass * (x + b));
+            sums[m] += mass;
+        }
+    });
+    let total = sums[m];
+    sums.iter_mut().for_each(|sum| *sum /= total);
+    let centre = &sums[..m];
     // By coordinate, and these added up at the end: |X − c|² + 2 b·(X − c) is the sum of (X − c)(X − c + 2 b).
-    let (mut parts, mut own) = (vec![0.0; m], 0.0);
-    for (node, mass) in field.mass().iter().enumerate() {
-        let offset = &field.lift().first_moment[node * m..][..m];
-        let places = field.lift().at(node).iter().zip(&centre).zip(offset);
-        parts.iter_mut().zip(places).for_each(|(sum, ((x, c), b))| *sum += mass * ((x - c) * ((x - c) + (b + b))));
-        own += mass * field.lift().second_moment[node];
-    }
-    parts.iter().sum::<f64>() + own
+    let moments = in_parts(field.nodes(), m + 1, |part, sums| {
+        for node in nodes(part) {
+            let (mass, place, offset) = entry(node);
+            let places = place.iter().zip(centre).zip(offset);
+            sums.iter_mut().zip(places).for_each(|(sum, ((x, c), b))| *sum += mass * ((x - c) * ((x - c) + (b + b))));
+            sums[m] += mass * field.lift().second_moment[node];
+        }
+    });
+    moments.iter().sum()
+}
+
+/// Nodes of one part.
+const PART: usize = 2048;
+
+/// `length` sums over `count` nodes, by parts, merged in their order: the same bits for any number of threads.
+fn in_parts(count: usize, length: usize, sum: impl Fn(usize, &mut [f64]) + Sync) -> Vec<f64> {
+    let mut parts = vec![0.0; count.div_ceil(PART) * length];
+    parts.par_chunks_mut(length).enumerate().for_each(|(part, sums)| sum(part, sums));
+    let mut all = vec![0.0; length];
+    parts.chunks(length).for_each(|part| all.iter_mut().zip(part).for_each(|(all, part)| *all += part));
+    all
 }
 
 /// How evenly the energy is spread, ∫(W/W̄)^(3/5) over the volume: 1 for a uniform field, less the more it is concentrated.

@@ -30,7 +30,14 @@ impl Components {
         self.labels.clear();
         self.labels.extend(0..site_labels.len() as u32);
         for &[lower, higher] in &topology.edges {
-            if site_labels[lower as usize] == site_labels[higher as usize] {
+            if site_labels[lower as usize] != site_labels[higher as usize] {
+                continue;
+            }
+            // Most nodes have no tree yet, or the right one.
+            let [above_lower, above_higher] = [lower, higher].map(|node| self.labels[node as usize]);
+            if above_higher == higher {
+                self.labels[higher as usize] = above_lower;
+            } else if above_higher != above_lower {
                 self.join(lower, higher);
             }
         }

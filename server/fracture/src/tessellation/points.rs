@@ -20,6 +20,17 @@ pub(super) const NONE: u32 = u32::MAX;
 /// Fewer points than this are not worth another thread.
 const GRAIN: usize = 256;
 
+/// Whether a mask has five or six edges, so that three labels or more meet; counting is slow on old processors.
+const MANY: [bool; 64] = {
+    let mut many = [false; 64];
+    let mut mask = 0;
+    while mask < 64 {
+        many[mask] = (mask as u8).count_ones() >= 5;
+        mask += 1;
+    }
+    many
+};
+
 /// Simplices that one task looks through.
 const PART: usize = 8192;
 
@@ -219,7 +230,7 @@ impl Points {
         self.edges.slots.par_iter_mut().zip(edges).for_each(|(slot, edge)| *slot = cut(edge));
         self.faces.clear(topology.faces.len());
         self.tets.clear(lattice.tets.len());
-        for (tet, &mask) in self.masks.iter().enumerate().filter(|(_, mask)| mask.count_ones() >= 5) {
+        for (tet, &mask) in self.masks.iter().enumerate().filter(|(_, mask)| MANY[**mask as usize]) {
             let faces = topology.tet_faces[tet].iter().zip(FACE_MASKS);
             faces.filter(|(_, face)| mask & face == *face).for_each(|(&face, _)| self.faces.mark(face));
             if mask == ALL_CUT {
