@@ -1,7 +1,7 @@
 //! What a strike takes through the real service, preset by preset: `cargo bench --bench frame` bakes a generated statue of about
 //! 100,000 triangles with examples; `SHATTER_BENCH_MESH` names another mesh file, `SHATTER_BENCH_FOLDER` a folder in which its databases
 //! are kept from one run to the next (the sizes of the presets differ, so there is one for each), `SHATTER_BENCH_EXAMPLES` how many
-//! impacts they learn from (200).
+//! impacts they learn from (200), `SHATTER_BENCH_PRESETS` which presets (draft,game,film).
 //!
 //! One client strikes, waits, and strikes elsewhere. The floor is what the answers' own stages do not account for: the way there and
 //! back, the admission, and the writing of an answer that nothing was computed for.
@@ -105,9 +105,10 @@ fn main() {
     }
     let here = TestPlace::new("frame");
     let folder = std::env::var_os("SHATTER_BENCH_FOLDER").map_or_else(|| here.databases(), PathBuf::from);
-    let presets = [Quality::Draft, Quality::Game, Quality::Film];
-    let prepared = presets.map(|quality| database(&folder, quality));
-    for quality in presets {
+    let names = std::env::var("SHATTER_BENCH_PRESETS").unwrap_or_else(|_| "draft,game,film".to_owned());
+    let presets: Vec<Quality> = names.split(',').map(|name| Quality::by_name(name).unwrap()).collect();
+    let prepared: Vec<Prepared> = presets.iter().map(|quality| database(&folder, *quality)).collect();
+    for quality in &presets {
         let name = format!("{}.shatter", quality.name());
         if folder != here.databases() {
             std::fs::copy(folder.join(&name), here.databases().join(&name)).unwrap();
@@ -117,7 +118,7 @@ fn main() {
     let service = Shatter::connect_at(&here.place, patience()).unwrap();
     println!("preset  elastic  crack nodes    p50     p99   stages   floor (ms)  solved  triangles");
     for (quality, prepared) in presets.into_iter().zip(&prepared) {
-        let object = service.object(quality.name(), patience()).unwrap();
+        let object = service.object(&prepared.name, patience()).unwrap();
         let times = strikes(&object, &impacts(prepared, quality));
         println!(
             "{:8} {:6} {:11} {:8.2} {:7.2} {:7.2} {:8.3} {:12}/{} {:9.0}",

@@ -1,7 +1,7 @@
 //! One assignment of all points of a level, in parallel: fixed chunks, merged in their order, so that the sums have the same bits for
 //! any number of threads.
 
-use super::kernel::{self, CELL_HEAD, Chunk, Path, Sites};
+use super::kernel::{self, CELL_HEAD, Chunk, Path, Sites, WIDTH};
 use super::level::{Level, TILE};
 use super::vector::LANES;
 
@@ -22,6 +22,7 @@ pub(super) struct Scratch {
     partial: Vec<f64>,
     values: Vec<f32>,
     rivals: Vec<u32>,
+    lined_up: Vec<f64>,
 }
 
 impl Default for Scratch {
@@ -76,7 +77,14 @@ impl State {
 impl Scratch {
     /// Scratch for one compilation of the kernel.
     pub fn with_path(path: Path) -> Self {
-        Self { path, rounded: Vec::new(), partial: Vec::new(), values: Vec::new(), rivals: Vec::new() }
+        Self {
+            path,
+            rounded: Vec::new(),
+            partial: Vec::new(),
+            values: Vec::new(),
+            rivals: Vec::new(),
+            lined_up: Vec::new(),
+        }
     }
 
     /// Labels, cells and energy of `state.sites`.
@@ -89,12 +97,14 @@ impl Scratch {
         self.partial.resize(chunks * entries, 0.0);
         self.values.resize(chunks * count * TILE, 0.0);
         self.rivals.resize(chunks * count, 0);
+        let room = count.next_multiple_of(WIDTH) * state.stride;
+        self.lined_up.resize(chunks * room, 0.0);
         state.labels.resize(level.points(), 0);
         let sites = level.round(&state.sites, &mut self.rounded);
-        let sweep = Sweep { path: self.path, level, sites, chunk, entries, count };
+        let sweep = Sweep { path: self.path, level, sites, chunk, entries, count, room };
         let (partial, values) = (&mut self.partial, &mut self.values[..chunks * count * TILE]);
-        let rivals = &mut self.rivals[..chunks * count];
-        let parts = Parts { labels: &mut state.labels, partial, values, rivals };
+        let (rivals, lined_up) = (&mut self.rivals[..chunks * count], &mut self.lined_up[..chunks * room]);
+        let parts = Parts { labels: &mut state.labels, partial, values, rivals, lined_up };
         sweep.run(0, parts);
         merge(&self.partial, entries, state);
         state.energy = level.base + (0..count).map(|site| state.cell(site).1).sum::<f64>();
@@ -112,6 +122,8 @@ struct Sweep<'a> {
     entries: usize,
     /// Number of sites.
     count: usize,
+    /// Entries of lined-up sites.
+    room: usize,
 }
 
 /// What some chunks write.
@@ -120,6 +132,7 @@ struct Parts<'a> {
     partial: &'a mut [f64],
     values: &'a mut [f32],
     rivals: &'a mut [u32],
+    lined_up: &'a mut [f64],
 }
 
 impl Sweep<'_> {
@@ -134,8 +147,15 @@ impl Sweep<'_> {
         let (partial, partial_rest) = parts.partial.split_at_mut(half * self.entries);
         let (values, values_rest) = parts.values.split_at_mut(half * self.count * TILE);
         let (rivals, rivals_rest) = parts.rivals.split_at_mut(half * self.count);
-        let left = Parts { labels, partial, values, rivals };
-        let right = Parts { labels: labels_rest, partial: partial_rest, values: values_rest, rivals: rivals_rest };
+        let (lined_up, lined_up_rest) = parts.lined_up.split_at_mut(half * self.room);
+        let left = Parts { labels, partial, values, rivals, lined_up };
+        let right = Parts {
+            labels: labels_rest,
+            partial: partial_rest,
+            values: values_rest,
+            rivals: rivals_rest,
+            lined_up: lined_up_rest,
+        };
         if chunks * self.chunk * self.entries >= SPLIT_MIN {
             rayon::join(|| self.run(first, left), || self.run(first + half, right));
         } else {
@@ -168,6 +188,7 @@ impl Sweep<'_> {
             cells: parts.partial,
             values: parts.values,
             rivals: parts.rivals,
+            lined_up: parts.lined_up,
         };
         kernel::assign(self.path, &self.sites, chunk);
     }

@@ -16,6 +16,9 @@ use super::vector::{LANES, square_distance};
 /// Entries of a cell's sums before its first moment: mass, energy and two that stay 0.
 pub(super) const CELL_HEAD: usize = LANES;
 
+/// Sites that are compared side by side in f64.
+pub(super) const WIDTH: usize = 4;
+
 /// Which compilation of the kernel runs. None can be made where the processor lacks what it needs.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Path(Instructions);
@@ -97,6 +100,8 @@ pub(super) struct Chunk<'a> {
     pub values: &'a mut [f32],
     /// Scratch: sites that may be nearest to a point of one group; one per site.
     pub rivals: &'a mut [u32],
+    /// Scratch: their coordinates, [`WIDTH`] side by side; `stride` per site, and room for [`WIDTH`] − 1 more.
+    pub lined_up: &'a mut [f64],
 }
 
 /// Labels the points of a chunk and adds up their cells.
@@ -141,6 +146,7 @@ fn assign_portable(sites: &Sites, chunk: Chunk) {
         cells,
         values,
         rivals: rivals_found,
+        lined_up,
     } = chunk;
     for (tile, lanes) in lanes.chunks_exact(m * TILE).enumerate() {
         let nearest = sweep(sites, lanes, values);
@@ -158,17 +164,19 @@ fn assign_portable(sites: &Sites, chunk: Chunk) {
                 let label = nearest.site[lane];
                 labels[own].fill(label);
                 let (site, cell) = of_label(sites, label, cells);
-                accumulate(&centres[group * stride..][..stride], site, masses[group], cell);
+                let centre = &centres[group * stride..][..stride];
+                add(centre, site, masses[group], square_distance(centre, site), cell);
                 cell[1] += inner[group];
                 continue;
             }
             let rivals = list(values, lane, reach[lane], rivals_found);
+            line_up(sites, rivals, lined_up);
             for point in own {
                 let row = &rows[point * stride..][..stride];
-                let label = nearest_exact(sites, row, rivals);
+                let (label, square) = nearest_exact(row, rivals, lined_up);
                 labels[point] = label;
                 let (site, cell) = of_label(sites, label, cells);
-                accumulate(row, site, mass[point], cell);
+                add(row, site, mass[point], square, cell);
             }
         }
     }
@@ -247,17 +255,43 @@ fn list<'a>(values: &[f32], lane: usize, reach: f32, found: &'a mut [u32]) -> &'
     &found[..count]
 }
 
-/// argmin |X − p_i|² in f64 among `rivals`, ascending; ties to the first.
+/// Writes the coordinates of `rivals`, [`WIDTH`] side by side; those that are missing are infinite.
 #[inline(always)]
-fn nearest_exact(sites: &Sites, row: &[f64], rivals: &[u32]) -> u32 {
-    let (mut best, mut label) = (f64::INFINITY, 0);
-    for &site in rivals {
-        let distance = square_distance(row, &sites.exact[site as usize * sites.stride..][..sites.stride]);
-        if distance < best {
-            (best, label) = (distance, site);
+fn line_up(sites: &Sites, rivals: &[u32], lined_up: &mut [f64]) {
+    let blocks = lined_up.as_chunks_mut::<WIDTH>().0.chunks_exact_mut(sites.stride);
+    for (rivals, block) in rivals.chunks(WIDTH).zip(blocks) {
+        block.fill([f64::INFINITY; WIDTH]);
+        for (place, &site) in rivals.iter().enumerate() {
+            let position = &sites.exact[site as usize * sites.stride..][..sites.stride];
+            block.iter_mut().zip(position).for_each(|(side, x)| side[place] = *x);
         }
     }
-    label
+}
+
+/// argmin |X − p_i|² in f64 among `rivals`, ascending, and the least; ties to the first. Sums are those of [`square_distance`], term
+/// by term.
+#[inline(always)]
+fn nearest_exact(row: &[f64], rivals: &[u32], lined_up: &[f64]) -> (u32, f64) {
+    let (mut best, mut label) = (f64::INFINITY, 0);
+    let blocks = lined_up.as_chunks::<WIDTH>().0.chunks_exact(row.len());
+    for (rivals, block) in rivals.chunks(WIDTH).zip(blocks) {
+        let mut parts = [[0.0; WIDTH]; LANES];
+        for (xs, sides) in row.as_chunks::<LANES>().0.iter().zip(block.as_chunks::<LANES>().0) {
+            for lane in 0..LANES {
+                for place in 0..WIDTH {
+                    let offset = xs[lane] - sides[lane][place];
+                    parts[lane][place] += offset * offset;
+                }
+            }
+        }
+        for (place, &site) in rivals.iter().enumerate() {
+            let square = (parts[0][place] + parts[1][place]) + (parts[2][place] + parts[3][place]);
+            if square < best {
+                (best, label) = (square, site);
+            }
+        }
+    }
+    (label, best)
 }
 
 /// Site `label` and the sums of its cell.
@@ -267,23 +301,13 @@ fn of_label<'a>(sites: &'a Sites, label: u32, cells: &'a mut [f64]) -> (&'a [f64
     (&sites.exact[label * stride..][..stride], &mut cells[label * entries..][..entries])
 }
 
-/// Adds a node to its cell.
+/// Adds a point, whose squared distance from its site is known, to its cell.
 #[inline(always)]
-fn accumulate(row: &[f64], site: &[f64], mass: f64, cell: &mut [f64]) {
-    let (cell, _) = cell.as_chunks_mut::<LANES>();
-    let Some((head, moments)) = cell.split_first_mut() else { return };
-    let mut parts = [0.0; LANES];
-    let (rows, _) = row.as_chunks::<LANES>();
-    let (sites, _) = site.as_chunks::<LANES>();
-    for ((row, site), moment) in rows.iter().zip(sites).zip(moments) {
-        let mut sum = *moment;
-        for lane in 0..LANES {
-            let offset = row[lane] - site[lane];
-            sum[lane] += mass * offset;
-            parts[lane] += offset * offset;
-        }
-        *moment = sum;
+fn add(row: &[f64], site: &[f64], mass: f64, square: f64, cell: &mut [f64]) {
+    let (head, moments) = cell.split_at_mut(CELL_HEAD);
+    for ((x, p), moment) in row.iter().zip(site).zip(moments) {
+        *moment += mass * (x - p);
     }
     head[0] += mass;
-    head[1] += mass * ((parts[0] + parts[1]) + (parts[2] + parts[3]));
+    head[1] += mass * square;
 }

@@ -129,12 +129,14 @@ impl Cut {
         let Self { simplices, slots, firsts, .. } = self;
         simplices.resize(firsts[firsts.len() - 1], 0);
         each_span(firsts, simplices, &|part, own| {
-            let first = part * PART;
-            let mut next = 0;
+            let Some(last) = own.len().checked_sub(1) else { return };
+            let (first, mut next) = (part * PART, 0);
             for (offset, slot) in slots[first..slots.len().min(first + PART)].iter().enumerate() {
-                if *slot != NONE {
-                    own[next] = (first + offset) as u32;
-                    next += 1;
+                // Always written, kept if it counts: the branch would be a guess.
+                own[next.min(last)] = (first + offset) as u32;
+                next += usize::from(*slot != NONE);
+                if next > last {
+                    break;
                 }
             }
         });
