@@ -157,12 +157,12 @@ fn answers_tell_the_numbers_that_they_were_computed_by() {
     let sites = blow(50.0).degree(Degree::Sites(20));
     let game = strike(sites.clone());
     assert_eq!((game.quality(), game.degree(), game.stop_reason()), ("game", "sites", "converged"));
-    assert_eq!((game.tolerance, game.iterations_max), (1e-3, 200));
+    assert_eq!((game.tolerance, game.iterations_max), (2e-2, 200));
     assert_eq!(u64::from(game.crack_nodes), u64::from(bar.facts().crack_nodes));
     assert_eq!((game.elastic(), game.rank, game.energy_error), ("solve", 0, 0.0), "it has no basis");
     assert!(game.elastic_nodes > 0 && game.lift_modes > 0 && game.cvd_gap > 0.0 && game.time_ns > 0);
     let draft = strike(sites.clone().quality(Quality::Draft));
-    assert_eq!((draft.quality(), draft.tolerance, draft.iterations_max), ("draft", 1e-2, 8));
+    assert_eq!((draft.quality(), draft.tolerance, draft.iterations_max), ("draft", 5e-2, 4));
     assert!(draft.iterations <= 8 && draft.cvd_gap > game.cvd_gap, "{draft:?}");
     let film = strike(blow(50.0).quality(Quality::Film).iterations(5));
     assert_eq!((film.quality(), film.degree(), film.iterations_max), ("film", "inferred", 5));

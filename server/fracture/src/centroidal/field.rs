@@ -1,7 +1,7 @@
 //! The energy field that a diagram divides: masses on the nodes of a lifted lattice.
 
 use super::Clusters;
-use super::power::{three_fifths, three_fifths_roughly};
+use super::power::three_fifths;
 use crate::lift::Lift;
 
 /// Fraction of the mean energy density below which no node falls.
@@ -160,11 +160,6 @@ impl<'a> Field<'a> {
     /// in dimension 3); W in units of [`Self::mean_density`].
     pub fn site_share(&self, node: usize) -> f64 {
         self.measure(node) * self.relative_density_three_fifths(node)
-    }
-
-    /// [`Self::site_share`] to three digits.
-    pub(super) fn site_share_roughly(&self, node: usize) -> f64 {
-        self.measure(node) * three_fifths_roughly(self.relative_density(node))
     }
 
     /// V_v, local volume.

@@ -44,7 +44,8 @@ pub struct Options {
     /// The descent ends when an iteration lowers F by less than this fraction of itself. Smaller is more accurate; at 0 it
     /// runs to a fixed point or to `iterations_max`.
     pub tolerance: f64,
-    /// Iterations at most, of which the last is a plain one; with 0 the sites stay where the start puts them.
+    /// Iterations on the nodes at most, of which the last is a plain one; with 0 the sites stay where the start, or the last of the
+    /// coarser levels, puts them.
     pub iterations_max: usize,
 }
 
@@ -165,8 +166,7 @@ pub fn diagram_until(
     let mut stream = Stream::new(options.seed, u64::from(options.start) << 32 | sites as u64);
     workspace.start.draw(field, sites, &mut stream, &mut workspace.sites);
     workspace.current.set_sites(&workspace.sites, field.dimension());
-    // Who is asked for no iteration gets none.
-    let levels = workspace.load(field, if options.iterations_max == 0 { field.nodes() } else { sites });
+    let levels = workspace.load(field, sites);
     diagram.coarse_iterations = 0;
     for index in (1..levels).rev() {
         let (level, mut descent) = workspace.descent(index, field.pins().len(), options);

@@ -60,7 +60,7 @@ impl Scratch {
         if count * CANDIDATES < nodes {
             self.prefix.clear();
             self.prefix.extend((0..nodes).scan(0.0, |sum, node| {
-                *sum += field.site_share_roughly(node);
+                *sum += field.site_share(node);
                 Some(*sum)
             }));
             let total = self.prefix[nodes - 1];

@@ -65,6 +65,8 @@ impl Cost {
             let fronts = samples.iter().filter(|sample| sample.solved == solved).map(|sample| sample.front_s);
             fronts.reduce(f64::min)
         };
+        let whole = |own: &CostSample| (own.front_s + own.diagram_s + own.rest_s).is_finite();
+        samples.iter().all(whole).then_some(())?;
         let front = least(false).or(least(true))?;
         let starts: Vec<[f64; 2]> = pairs(samples.iter().filter(|sample| sample.iterations == 0), |own| own.diagram_s);
         let step = |own: &CostSample| {

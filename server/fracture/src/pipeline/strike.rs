@@ -71,7 +71,7 @@ pub struct Strike {
     pub volume_min_m3: Option<f64>,
     /// Where the descent of a diagram ends: an iteration lowers its energy by less than this part of it.
     pub tolerance: f64,
-    /// Iterations of a diagram's descent at most; with 0 its sites stay where they are drawn.
+    /// Iterations of a diagram's descent on the nodes at most; with 0 its sites stay where coarser levels, if there are any, end.
     pub iterations_max: usize,
     /// Estimated gap of a diagram at which its descent ends, too; `None`: it does not.
     pub gap_max: Option<f64>,
