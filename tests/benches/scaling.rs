@@ -17,8 +17,8 @@ use std::path::Path;
 /// Crack nodes of the lattices, about.
 const NODES: [usize; 5] = [4_000, 8_000, 16_000, 32_000, 64_000];
 const SITES: [u32; 6] = [10, 20, 40, 80, 160, 320];
-/// Sides of the cubes that the statue is made on, m: 20, 45 and 100 thousand triangles.
-const GRIDS_M: [f64; 3] = [0.0075, 0.005, 0.00335];
+/// Sides of the cubes that the statue is made on, m: 27, 54, 100 and 270 thousand triangles.
+const GRIDS_M: [f64; 4] = [0.0106, 0.0075, 0.00552, 0.00335];
 const SITES_DEFAULT: u32 = 50;
 const IMPACTS: usize = 16;
 const ROUNDS: usize = 6;

@@ -1,10 +1,11 @@
 //! What threads gain in tessellation, beside what the machine gives them: `cargo bench --bench threads`.
 //!
 //! The cells of a diagram on about 100,000 nodes become points, polygons and sections on 1 to all threads, each in a pool of its own. Two
-//! probes take turns with it: arithmetic of each thread for itself, and sums over arrays, one per thread, which no cache holds. The
-//! database that `SHATTER_BENCH_DATABASE` names is used instead of a generated statue in a lift of 19 waves.
+//! probes take turns with it: arithmetic, and sums over arrays, one per thread, which no cache holds. `SHATTER_BENCH_MESH` names another
+//! mesh than a generated statue, whose lift is one of 19 waves; `SHATTER_BENCH_DATABASE` a database to use instead.
 
 use nalgebra::Point3;
+use rayon::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use shatter_fracture::centroidal::{self, Diagram, Field, Options};
 use shatter_fracture::database::{BakeRequest, Tables, bake, load};
@@ -24,10 +25,13 @@ use std::time::Instant;
 
 const SITES: usize = 50;
 const DIMENSION: usize = 19;
-const ROUNDS: usize = 15;
-/// Tessellations of one turn, of which the fastest counts.
-const REPEATS: usize = 8;
-const SPINS: u64 = 20_000_000;
+const ROUNDS: usize = 20;
+/// Turns of a round, of which the fastest counts; memory grows in the first one.
+const REPEATS: usize = 6;
+/// Parts of a thread's share of a probe.
+const PARTS: usize = 64;
+/// Steps of a part.
+const SPINS: u64 = 100_000;
 /// Numbers of each thread's array: 64 MiB.
 const NUMBERS: usize = 1 << 23;
 
@@ -105,65 +109,61 @@ impl Memory {
         self.indices.resize(self.tessellation.index_count(), 0);
         self.merges.resize(self.tessellation.merge_count(), [0; 2]);
     }
-
-    /// The fastest of some, by its whole time: points, build, emit, all.
-    fn turn(&mut self, work: &Work) -> [f64; 4] {
-        let all = (0..REPEATS).map(|_| self.tessellate(work));
-        let sums = all.map(|[points, build, emit]| [points, build, emit, points + build + emit]);
-        sums.reduce(|best, own| if own[3] < best[3] { own } else { best }).unwrap()
-    }
 }
 
-/// Time of arithmetic of every thread for itself, ms.
-fn spin_ms(pool: &ThreadPool) -> f64 {
+/// Time of as many parts of arithmetic per thread, taken by whoever is free, ms.
+fn spin_ms() -> f64 {
     let begun = Instant::now();
-    pool.broadcast(|context| {
-        let step = |x: u64, _| (x ^ x >> 29).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        black_box((0..SPINS).fold(black_box(context.index() as u64 + 1), step))
-    });
+    let step = |x: u64, _| (x ^ x >> 29).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    let parts = (0..PARTS * rayon::current_num_threads()).into_par_iter().with_max_len(1);
+    parts.for_each(|part| _ = black_box((0..SPINS).fold(black_box(part as u64 + 1), step)));
     since_ms(begun)
 }
 
-/// Time of every thread's sum over its own array, ms.
-fn read_ms(pool: &ThreadPool, arrays: &[Vec<u64>]) -> f64 {
+/// Time of a sum over an array per thread, parts taken by whoever is free, ms.
+fn read_ms(arrays: &[Vec<u64>]) -> f64 {
     let begun = Instant::now();
-    pool.broadcast(|context| black_box(arrays[context.index()].iter().fold(0_u64, |sum, &own| sum.wrapping_add(own))));
+    let parts = arrays[..rayon::current_num_threads()].par_iter().flat_map(|own| own.par_chunks(NUMBERS / PARTS));
+    parts.for_each(|part| _ = black_box(part.iter().fold(0_u64, |sum, &own| sum.wrapping_add(own))));
     since_ms(begun)
 }
 
-/// Times on one number of threads, by round, ms.
+/// What is timed, ms: points, build, emit, all three; arithmetic; reading.
+type Times = [f64; 6];
+
+/// Times on one number of threads.
 struct Column {
     pool: ThreadPool,
     memory: Memory,
-    tessellation: Vec<[f64; 4]>,
-    spin: Vec<f64>,
-    read: Vec<f64>,
+    rounds: Vec<Times>,
 }
 
 impl Column {
     fn new(threads: usize) -> Self {
         let pool = ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        let (tessellation, spin, read) = (Vec::new(), Vec::new(), Vec::new());
-        Self { pool, memory: Memory::default(), tessellation, spin, read }
+        Self { pool, memory: Memory::default(), rounds: Vec::new() }
     }
 
-    fn turn(&mut self, work: &Work, arrays: &[Vec<u64>]) {
-        let Self { pool, memory, .. } = self;
-        self.tessellation.push(pool.install(|| memory.turn(work)));
-        self.spin.push(spin_ms(pool));
-        self.read.push(read_ms(pool, arrays));
-    }
-
-    /// Against one thread, round by round, the middle: points, build, emit, all; what the machine gave in arithmetic; and in reading.
-    fn gains(&self, one: &Self) -> [f64; 6] {
-        let threads = self.pool.current_num_threads() as f64;
-        let ratio = |slow: &[f64], fast: &[f64], work: f64| {
-            median(&slow.iter().zip(fast).map(|(slow, fast)| work * slow / fast).collect::<Vec<_>>())
+    /// The fastest of some, each by itself.
+    fn round(&mut self, work: &Work, arrays: &[Vec<u64>]) {
+        let Self { pool, memory, rounds } = self;
+        let turn = || {
+            let [points, build, emit] = memory.tessellate(work);
+            [points, build, emit, points + build + emit, spin_ms(), read_ms(arrays)]
         };
-        let part = |own: &Self, part: usize| own.tessellation.iter().map(|times| times[part]).collect::<Vec<_>>();
-        let [points, build, emit, all] = [0, 1, 2, 3].map(|index| ratio(&part(one, index), &part(self, index), 1.0));
-        // Every thread does as much as one alone.
-        [points, build, emit, all, ratio(&one.spin, &self.spin, threads), ratio(&one.read, &self.read, threads)]
+        let fastest = |best: Times, own: Times| std::array::from_fn(|index| best[index].min(own[index]));
+        rounds.push(pool.install(|| std::iter::repeat_with(turn).take(REPEATS).reduce(fastest)).unwrap());
+    }
+
+    /// Against one thread, the middle of all rounds.
+    fn gains(&self, one: &Self) -> Times {
+        let threads = self.pool.current_num_threads() as f64;
+        // Probes do as much on every thread as on one.
+        let work = [1.0, 1.0, 1.0, 1.0, threads, threads];
+        std::array::from_fn(|index| {
+            let pairs = one.rounds.iter().zip(&self.rounds);
+            median(&pairs.map(|(one, own)| work[index] * one[index] / own[index]).collect::<Vec<_>>())
+        })
     }
 }
 
@@ -181,12 +181,8 @@ fn main() {
     let threads = std::thread::available_parallelism().unwrap().get();
     let arrays: Vec<Vec<u64>> = (0..threads as u64).map(|own| (own..own + NUMBERS as u64).collect()).collect();
     let mut columns: Vec<Column> = (1..=threads).map(Column::new).collect();
-    for round in 0..=ROUNDS {
-        columns.iter_mut().for_each(|column| column.turn(&work, &arrays));
-        if round == 0 {
-            // Memory grows here.
-            columns.iter_mut().for_each(|own| (own.tessellation, own.spin, own.read) = Default::default());
-        }
+    for _ in 0..ROUNDS {
+        columns.iter_mut().for_each(|column| column.round(&work, &arrays));
     }
     println!(
         "{} nodes, {} tetrahedra, dimension {}, {} fragments, {} triangles",
@@ -199,7 +195,7 @@ fn main() {
     println!("threads      ms  points  build   emit    all   arithmetic  reading  all/arithmetic  all/reading");
     for column in &columns {
         let [points, build, emit, all, arithmetic, reading] = column.gains(&columns[0]);
-        let whole_ms = median(&column.tessellation.iter().map(|times| times[3]).collect::<Vec<_>>());
+        let whole_ms = median(&column.rounds.iter().map(|times| times[3]).collect::<Vec<_>>());
         println!(
             "{:7} {whole_ms:7.2} {points:7.2} {build:6.2} {emit:6.2} {all:6.2} {arithmetic:12.2} {reading:8.2} {:15.2} {:12.2}",
             column.pool.current_num_threads(),

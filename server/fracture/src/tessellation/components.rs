@@ -35,12 +35,12 @@ impl Components {
             }
         }
         self.found.clear();
-        for node in 0..site_labels.len() {
+        for (node, &site) in site_labels.iter().enumerate() {
             // What a node points to is no higher, and has its component already.
             let parent = self.labels[node] as usize;
             if parent == node {
                 self.labels[node] = self.found.len() as u32;
-                self.found.push(site_labels[node]);
+                self.found.push(site);
             } else {
                 self.labels[node] = self.labels[parent];
             }
