@@ -88,7 +88,9 @@ fn measure(study: &Study, mut cases: Vec<Case>, x: impl Fn(usize, &Case) -> f64)
         );
     }
     let law = power_law(&points);
-    println!("exponent over {}: {:.2} (bound: {})\n", study.over, law[0], study.bound);
+    let steepest = points.windows(2).map(|pair| power_law(pair)[0]).fold(f64::NEG_INFINITY, f64::max);
+    let Study { over, bound, .. } = study;
+    println!("exponent over {over}: {:.2} (bound: {bound}), between neighbours at most {steepest:.2}\n", law[0]);
     if let Some(folder) = std::env::var_os("SHATTER_BENCH_OUT") {
         write(study, &points, law, folder.as_ref());
     }
