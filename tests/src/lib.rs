@@ -5,3 +5,4 @@ pub mod house;
 pub mod real;
 pub mod statistics;
 pub mod struck;
+pub mod timed;

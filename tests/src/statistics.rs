@@ -33,6 +33,17 @@ pub fn median(values: &[f64]) -> f64 {
     }
 }
 
+/// The exponent and the factor of y = factor·x^exponent, by least squares of logarithms; all values above 0.
+pub fn power_law(points: &[(f64, f64)]) -> [f64; 2] {
+    let count = points.len() as f64;
+    let logarithms = || points.iter().map(|(x, y)| (x.ln(), y.ln()));
+    let mean = logarithms().fold([0.0; 2], |[x, y], (u, v)| [x + u / count, y + v / count]);
+    let products = logarithms().map(|(u, v)| ((u - mean[0]) * (v - mean[1]), (u - mean[0]).powi(2)));
+    let [both, square] = products.fold([0.0; 2], |[both, square], (b, s)| [both + b, square + s]);
+    let exponent = both / square;
+    [exponent, (mean[1] - exponent * mean[0]).exp()]
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -43,5 +54,14 @@ mod tests {
         assert_eq!(rank_correlation(&[1.0, 2.0, 9.0], &[3.0, 2.0, 1.0]), -1.0);
         assert_eq!(median(&[3.0, 1.0, 2.0]), 2.0);
         assert_eq!(median(&[4.0, 1.0]), 2.5);
+    }
+
+    #[test]
+    fn a_power_law_is_found_and_noise_cancels() {
+        let points = |noise: f64| [1.0, 2.0, 4.0, 8.0].map(|x: f64| (x, 3.0 * x.powf(0.7) * noise));
+        let exact = power_law(&points(1.0));
+        assert!((exact[0] - 0.7).abs() < 1e-12 && (exact[1] - 3.0).abs() < 1e-12, "{exact:?}");
+        let noisy = power_law(&[points(1.1), points(1.0 / 1.1)].concat());
+        assert!((noisy[0] - 0.7).abs() < 1e-12 && (noisy[1] - 3.0).abs() < 1e-12, "{noisy:?}");
     }
 }

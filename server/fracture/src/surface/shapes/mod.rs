@@ -10,7 +10,7 @@ mod sweep;
 mod tests;
 
 pub use implicit::implicit;
-pub use objects::{arch, dumbbell, horseshoe, mug, scanned_statue, statue, vase};
+pub use objects::{arch, dumbbell, horseshoe, mug, scanned_statue, statue, statue_on, vase};
 pub use solids::{cuboid, ellipsoid, sphere, torus};
 
 use super::RawMesh;

@@ -40,6 +40,13 @@ fn objects_are_closed_and_of_the_expected_size() {
 }
 
 #[test]
+fn the_scanned_statue_has_as_many_triangles_as_it_says() {
+    let mesh = scanned_statue();
+    assert_near(mesh.triangles.len() as f64, 100_000.0, 0.02);
+    assert_near(check(mesh), check(statue()), 0.01);
+}
+
+#[test]
 fn an_implicit_sphere_is_a_sphere() {
     let corner = nalgebra::Point3::new(1.21, 1.21, 1.21);
     let mesh = implicit(-corner, corner, 0.1, |point| point.coords.norm() - 1.0);

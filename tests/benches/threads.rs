@@ -1,0 +1,207 @@
+//! What threads gain in tessellation, beside what the machine gives them: `cargo bench --bench threads`.
+//!
+//! The cells of a diagram on about 100,000 nodes become points, polygons and sections on 1 to all threads, each in a pool of its own. Two
+//! probes take turns with it: arithmetic, and sums over arrays, one per thread, which no cache holds. `SHATTER_BENCH_MESH` names another
+//! mesh than a generated statue, whose lift is one of 19 waves; `SHATTER_BENCH_DATABASE` a database to use instead.
+
+use nalgebra::Point3;
+use rayon::prelude::*;
+use rayon::{ThreadPool, ThreadPoolBuilder};
+use shatter_fracture::centroidal::{self, Diagram, Field, Options};
+use shatter_fracture::database::{BakeRequest, Tables, bake, load};
+use shatter_fracture::fragment::properties;
+use shatter_fracture::lattice::Lattice;
+use shatter_fracture::lift::{Lift, LiftKind};
+use shatter_fracture::pipeline::{Body, Prepared, Quality};
+use shatter_fracture::tessellation::{
+    Components, FixedPoints, Points, Sites, Tessellation, Transform, Workspace, components,
+};
+use shatter_fracture::token::Token;
+use shatter_tests::real;
+use shatter_tests::statistics::median;
+use shatter_tests::timed::{self, since_ms};
+use std::hint::black_box;
+use std::time::Instant;
+
+const SITES: usize = 50;
+const DIMENSION: usize = 19;
+const ROUNDS: usize = 20;
+/// Turns of a round, of which the fastest counts; memory grows in the first one.
+const REPEATS: usize = 6;
+/// Parts of a thread's share of a probe.
+const PARTS: usize = 64;
+/// Steps of a part.
+const SPINS: u64 = 100_000;
+/// Numbers of each thread's array: 64 MiB.
+const NUMBERS: usize = 1 << 23;
+
+fn prepared() -> Prepared {
+    if let Some(path) = std::env::var_os("SHATTER_BENCH_DATABASE") {
+        return load(path.as_ref()).unwrap();
+    }
+    let request = real::request("threads", "ceramic");
+    let request = BakeRequest { quality: Quality::Film, tables: Tables::NONE, kappa: Some(1.0), ..request };
+    bake(timed::mesh(), &request, &Token::default(), &mut |_| ()).unwrap()
+}
+
+/// Coordinates first, then smooth functions of them, as an interior lift has.
+fn waves(lattice: &Lattice) -> Lift {
+    let wave = |node: &Point3<f64>, k: usize| (9.0 * node[k % 3] + k as f64).sin() / (3 + k) as f64;
+    let coordinate = |node: &Point3<f64>, k: usize| if k < 3 { node[k] } else { wave(node, k) };
+    let coordinates = lattice.nodes.iter().flat_map(|node| (0..DIMENSION).map(|k| coordinate(node, k))).collect();
+    Lift::scaled(LiftKind::Interior, lattice, DIMENSION, coordinates)
+}
+
+/// Cells of even energy.
+fn diagram(body: &Body, lift: &Lift) -> Diagram {
+    let mut shares = body.volumes.clone();
+    let field = Field::new(lift, &body.volumes, &mut shares).unwrap().grouped(&body.clusters);
+    let mut workspace = centroidal::Workspace::default();
+    centroidal::diagram(&field, &Options::new(SITES, 1), &mut workspace, &Token::default()).unwrap()
+}
+
+/// What is tessellated.
+struct Work<'a> {
+    body: &'a Body,
+    lift: &'a Lift,
+    diagram: Diagram,
+    split: Components,
+}
+
+/// What is written into.
+#[derive(Default)]
+struct Memory {
+    points: Points,
+    tessellation: Tessellation,
+    workspace: Workspace,
+    centres: Vec<Point3<f64>>,
+    positions: Vec<[f32; 3]>,
+    indices: Vec<u32>,
+    merges: Vec<[u32; 2]>,
+}
+
+impl Memory {
+    /// Labels to sections: points, build, emit, ms. The second time it has room.
+    fn tessellate(&mut self, work: &Work) -> [f64; 3] {
+        let (lattice, topology, labels) = (&work.body.crack, &work.body.topology, &work.split.labels);
+        let sites = Sites { lift: work.lift, coordinates: &work.diagram.sites, of_fragment: &work.split.sites };
+        let begun = Instant::now();
+        self.points.find(lattice, topology, labels, Some(sites), &FixedPoints::default()).unwrap();
+        let points_ms = since_ms(begun);
+        let begun = Instant::now();
+        self.tessellation.build(lattice, topology, labels, &self.points, &mut self.workspace).unwrap();
+        let build_ms = since_ms(begun);
+        self.make_room();
+        let begun = Instant::now();
+        let transform = Transform { metres_per_unit: 1.0 };
+        let sections = (&mut self.positions, &mut self.indices, &mut self.merges);
+        self.tessellation.emit(&self.centres, transform, sections.0, sections.1, sections.2).unwrap();
+        [points_ms, build_ms, since_ms(begun)]
+    }
+
+    fn make_room(&mut self) {
+        if self.centres.is_empty() {
+            let mut measured = Vec::new();
+            properties(&self.tessellation, &mut measured);
+            self.centres = measured.iter().map(|own| own.centre).collect();
+        }
+        self.positions.resize(self.tessellation.vertex_count(), [0.0; 3]);
+        self.indices.resize(self.tessellation.index_count(), 0);
+        self.merges.resize(self.tessellation.merge_count(), [0; 2]);
+    }
+}
+
+/// Time of as many parts of arithmetic per thread, taken by whoever is free, ms.
+fn spin_ms() -> f64 {
+    let begun = Instant::now();
+    let step = |x: u64, _| (x ^ x >> 29).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    let parts = (0..PARTS * rayon::current_num_threads()).into_par_iter().with_max_len(1);
+    parts.for_each(|part| _ = black_box((0..SPINS).fold(black_box(part as u64 + 1), step)));
+    since_ms(begun)
+}
+
+/// Time of a sum over an array per thread, parts taken by whoever is free, ms.
+fn read_ms(arrays: &[Vec<u64>]) -> f64 {
+    let begun = Instant::now();
+    let parts = arrays[..rayon::current_num_threads()].par_iter().flat_map(|own| own.par_chunks(NUMBERS / PARTS));
+    parts.for_each(|part| _ = black_box(part.iter().fold(0_u64, |sum, &own| sum.wrapping_add(own))));
+    since_ms(begun)
+}
+
+/// What is timed, ms: points, build, emit, all three; arithmetic; reading.
+type Times = [f64; 6];
+
+/// Times on one number of threads.
+struct Column {
+    pool: ThreadPool,
+    memory: Memory,
+    rounds: Vec<Times>,
+}
+
+impl Column {
+    fn new(threads: usize) -> Self {
+        let pool = ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        Self { pool, memory: Memory::default(), rounds: Vec::new() }
+    }
+
+    /// The fastest of some, each by itself.
+    fn round(&mut self, work: &Work, arrays: &[Vec<u64>]) {
+        let Self { pool, memory, rounds } = self;
+        let turn = || {
+            let [points, build, emit] = memory.tessellate(work);
+            [points, build, emit, points + build + emit, spin_ms(), read_ms(arrays)]
+        };
+        let fastest = |best: Times, own: Times| std::array::from_fn(|index| best[index].min(own[index]));
+        rounds.push(pool.install(|| std::iter::repeat_with(turn).take(REPEATS).reduce(fastest)).unwrap());
+    }
+
+    /// Against one thread, the middle of all rounds.
+    fn gains(&self, one: &Self) -> Times {
+        let threads = self.pool.current_num_threads() as f64;
+        // Probes do as much on every thread as on one.
+        let work = [1.0, 1.0, 1.0, 1.0, threads, threads];
+        std::array::from_fn(|index| {
+            let pairs = one.rounds.iter().zip(&self.rounds);
+            median(&pairs.map(|(one, own)| work[index] * one[index] / own[index]).collect::<Vec<_>>())
+        })
+    }
+}
+
+fn main() {
+    if timed::only_begin() {
+        return;
+    }
+    let prepared = prepared();
+    let body = &prepared.bodies[0];
+    let waves = body.interior.is_none().then(|| waves(&body.crack));
+    let lift = body.interior.as_ref().or(waves.as_ref()).unwrap();
+    let diagram = diagram(body, lift);
+    let split = components(&body.topology, &diagram.labels);
+    let work = Work { body, lift, diagram, split };
+    let threads = std::thread::available_parallelism().unwrap().get();
+    let arrays: Vec<Vec<u64>> = (0..threads as u64).map(|own| (own..own + NUMBERS as u64).collect()).collect();
+    let mut columns: Vec<Column> = (1..=threads).map(Column::new).collect();
+    for _ in 0..ROUNDS {
+        columns.iter_mut().for_each(|column| column.round(&work, &arrays));
+    }
+    println!(
+        "{} nodes, {} tetrahedra, dimension {}, {} fragments, {} triangles",
+        body.crack.nodes.len(),
+        body.crack.tets.len(),
+        lift.dimension,
+        work.split.sites.len(),
+        columns[0].memory.indices.len() / 3,
+    );
+    println!("threads      ms  points  build   emit    all   arithmetic  reading  all/arithmetic  all/reading");
+    for column in &columns {
+        let [points, build, emit, all, arithmetic, reading] = column.gains(&columns[0]);
+        let whole_ms = median(&column.rounds.iter().map(|times| times[3]).collect::<Vec<_>>());
+        println!(
+            "{:7} {whole_ms:7.2} {points:7.2} {build:6.2} {emit:6.2} {all:6.2} {arithmetic:12.2} {reading:8.2} {:15.2} {:12.2}",
+            column.pool.current_num_threads(),
+            all / arithmetic,
+            all / reading,
+        );
+    }
+    println!("bound: all/arithmetic at least 0.80");
+}

@@ -1,0 +1,80 @@
+//! Strikes under a clock, for benches: with their answers written out, in memory that is kept from one to the next.
+
+use shatter_fracture::pipeline::{self, DegreeRequest, Prepared, Quality, Sampler, Strike, StrikeError, Workspace};
+use shatter_fracture::surface::{self, RawMesh, Unit, Up, shapes};
+use shatter_fracture::token::Token;
+use std::time::Instant;
+
+/// Whether cargo only wants to see that a bench begins.
+pub fn only_begin() -> bool {
+    std::env::args().any(|argument| argument == "--test")
+}
+
+/// The mesh file that `SHATTER_BENCH_MESH` names, metres; else a generated statue of about 100,000 triangles.
+pub fn mesh() -> RawMesh {
+    match std::env::var_os("SHATTER_BENCH_MESH") {
+        Some(path) => surface::read(path.as_ref(), Unit::M, Up::Y).unwrap(),
+        None => shapes::scanned_statue(),
+    }
+}
+
+/// Milliseconds since `begun`.
+pub fn since_ms(begun: Instant) -> f64 {
+    begun.elapsed().as_secs_f64() * 1e3
+}
+
+/// Strikes of the preset `game` with `sites` sites, which no example of the object is.
+pub fn impacts(prepared: &Prepared, count: usize, sites: u32) -> Vec<Strike> {
+    let sampler = Sampler::new(prepared);
+    let impact = |index: usize| Strike {
+        degree: DegreeRequest::Sites(sites),
+        ..sampler.impact(!prepared.parameters.seed, index as u64).of_quality(Quality::Game)
+    };
+    (0..count).map(impact).collect()
+}
+
+/// One strike, and what came of it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Timed {
+    /// From the request to the last byte of the answer, ms.
+    pub time_ms: f64,
+    /// Fragments.
+    pub fragments: usize,
+    /// Triangles of all fragments.
+    pub triangles: usize,
+    /// Volume of all fragments, m³.
+    pub volume_m3: f64,
+    /// Whether its displacements were solved for, the reduced ones being too far off.
+    pub solved: bool,
+}
+
+/// Memory of strikes and of their answers.
+#[derive(Default)]
+pub struct Stopwatch {
+    workspace: Workspace,
+    positions: Vec<[f32; 3]>,
+    indices: Vec<u32>,
+    merges: Vec<[u32; 2]>,
+}
+
+impl Stopwatch {
+    /// Strikes, and writes the answer out.
+    ///
+    /// Errors: those of the strike. An object that stays whole is a panic: benches ask for a number of sites.
+    pub fn strike(&mut self, prepared: &Prepared, strike: &Strike) -> Result<Timed, StrikeError> {
+        let begun = Instant::now();
+        let outcome = pipeline::strike(prepared, strike, &mut self.workspace, &Token::default(), &mut ())?;
+        let pieces = outcome.pieces.unwrap();
+        self.positions.resize(pieces.counts.vertices, [0.0; 3]);
+        self.indices.resize(pieces.counts.indices, 0);
+        self.merges.resize(pieces.counts.merges, [0; 2]);
+        pieces.emit(&mut self.positions, &mut self.indices, &mut self.merges)?;
+        Ok(Timed {
+            time_ms: since_ms(begun),
+            fragments: pieces.fragments.len(),
+            triangles: self.indices.len() / 3,
+            volume_m3: pieces.fragments.iter().map(|fragment| fragment.volume_m3).sum(),
+            solved: outcome.reduced_error.is_none(),
+        })
+    }
+}
