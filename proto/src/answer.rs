@@ -461,4 +461,4 @@ const _: () = assert!(size_of::<HullWire>() == 32);
 const _: () = assert!(size_of::<LookWire>() == 20);
 const _: () = assert!(size_of::<SkinWire>() == 16);
 const _: () = assert!(size_of::<SkinVertexWire>() == 32);
-const _: () = assert!(crate::PROTOCOL_VERSION == 4, "sizes above are those of version 4");
+const _: () = assert!(crate::PROTOCOL_VERSION == 5, "sizes above are those of version 5");
