@@ -31,7 +31,8 @@ impl Stop for () {
 /// Gaps below are not told apart: estimates say so much at least.
 pub const GAP_MIN: f64 = 5e-4;
 
-/// Gap of a start: 0.5 in the median of those below, all within a factor 4.
+/// Gap of a start that was drawn. Coarser levels end far nearer, often within a twentieth, which is not told: what was stopped before
+/// its first iteration is taken for worse than it is.
 const GAP_START: f64 = 0.5;
 
 /// Factor of a decrease to the power 3/5: see [`gap`].
