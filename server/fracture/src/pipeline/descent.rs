@@ -1,12 +1,12 @@
 //! When a diagram is good enough for its strike.
 
 use super::{Ending, Strike, Watch};
-use crate::centroidal::{Diagram, Pace, Stop, gap};
+use crate::centroidal::{Diagram, GAP_CERTAIN, Pace, Stop, gap};
 
 /// Values of F that an estimate of the gap looks at.
 const LOOKED_AT: usize = 3;
 
-/// Weight of the last iteration in what one is expected to take.
+/// Weight of the last iteration, if it was faster than expected, in what one is expected to take; a slower one is what is expected then.
 const WEIGHT: f64 = 0.5;
 
 /// Watches the descent of one diagram: its error, and the time that it leaves to what follows.
@@ -47,7 +47,7 @@ impl<'a> Descent<'a> {
         let took_s = self.left_s - left_s;
         self.left_s = left_s;
         if iterations > 0 {
-            self.step_s += WEIGHT * (took_s - self.step_s);
+            self.step_s = took_s.max(self.step_s + WEIGHT * (took_s - self.step_s));
         }
         (left_s - self.rest_s) / self.step_s
     }
@@ -59,7 +59,7 @@ impl Stop for Descent<'_> {
             self.history.remove(0);
         }
         self.history.push(after);
-        let met = iterations > 0 && self.gap_max.is_some_and(|gap_max| gap(&self.history) <= gap_max);
+        let met = iterations > 0 && self.gap_max.is_some_and(|gap_max| GAP_CERTAIN * gap(&self.history) <= gap_max);
         let (ending, pace) = match self.steps(iterations) {
             _ if met => (Some(Ending::ErrorMet), Pace::Last),
             steps if steps >= 2.0 => (None, Pace::On),
