@@ -162,6 +162,15 @@ fn a_solve_falls_before_a_search_and_what_was_asked_for_does_not() {
 }
 
 #[test]
+fn descents_begin_alike_whatever_ends_them() {
+    let prepared = arch(0);
+    let begun = |tolerance| struck(&prepared, &Strike { tolerance, iterations_max: 0, ..blow(&prepared) }, &mut ());
+    let [loose, tight] = [0.9, 1e-6].map(begun);
+    assert_eq!(cells(&loose), cells(&tight));
+    assert!(loose.cvd_gap.is_some_and(|gap| gap < 0.3), "it began on coarser levels: {:?}", loose.cvd_gap);
+}
+
+#[test]
 fn an_error_that_is_asked_for_is_met_by_both_estimates() {
     let prepared = arch(60);
     let mut last = 0;
@@ -169,7 +178,10 @@ fn an_error_that_is_asked_for_is_met_by_both_estimates() {
         let strike = blow(&prepared).to_the_error(error_max);
         let outcome = struck(&prepared, &strike, &mut ());
         assert_eq!((outcome.stop_reason(), outcome.ending), (StopReason::ErrorMet, Some(Ending::ErrorMet)));
-        assert!(outcome.cvd_gap.unwrap() <= error_max && outcome.reduced_error.unwrap_or(0.0) <= error_max);
+        assert!(
+            GAP_CERTAIN * outcome.cvd_gap.unwrap() <= 2.0 * error_max
+                && outcome.reduced_error.unwrap_or(0.0) <= error_max
+        );
         assert!(outcome.iterations >= last, "{error_max}: {} after {last}", outcome.iterations);
         last = outcome.iterations;
         check_whole(&prepared, &outcome);

@@ -225,6 +225,19 @@ mod tests {
     }
 
     #[test]
+    fn what_is_slow_from_the_beginning_is_expected_to_stay_so() {
+        for (elastic, front_s) in [(ElasticRequest::Reduced, KNOWN.reduced_s), (ElasticRequest::Solve, KNOWN.solve_s)] {
+            let slow = KNOWN.at_pace(KNOWN.pace(elastic, 1.5 * front_s));
+            let after_s = |cost: Cost| cost.strike_s(elastic, 30, 4) - front_s;
+            assert!((after_s(slow) / after_s(KNOWN) - 1.5).abs() < 1e-12 && slow.front_s(elastic) == front_s);
+        }
+        for nonsense in [0.0, f64::NAN, f64::INFINITY] {
+            assert_eq!(KNOWN.pace(ElasticRequest::Reduced, nonsense), 1.0);
+        }
+        assert_eq!(KNOWN.pace(ElasticRequest::Reduced, 1e9), PACES[1]);
+    }
+
+    #[test]
     fn too_little_is_no_model() {
         assert_eq!(Cost::fit(&[]), None);
         assert_eq!(Cost::fit(&[sample(8, 0, true), sample(8, 4, false)]), None);
