@@ -114,7 +114,7 @@ mod tests {
     fn what_follows_keeps_its_time() {
         use Pace::{End, Last, On};
         check(&[20.0, 19.0, 18.0, 13.0], &[On, On, End]);
-        check(&[20.0, 12.0, 11.9], &[On, Last]);
+        check(&[20.0, 12.0, 11.0], &[On, Last]);
         check(&[20.0, 10.9], &[End]);
         check(&[20.0, 11.0], &[Last]);
         // One slow iteration says that the next is as slow, a fast one says less.
