@@ -2,17 +2,19 @@
 //!
 //! It belongs to no database: those have the same bytes wherever they are baked, and are served elsewhere.
 
-use shatter_fracture::pipeline::{Cost, CostSample};
+use shatter_fracture::pipeline::{Cost, CostSample, ElasticRequest};
 use shatter_proto::effect::Effects;
-use std::collections::HashMap;
+use std::collections::{HashMap, VecDeque};
 use std::sync::{Mutex, MutexGuard, PoisonError};
-use std::time::Duration;
 
 /// What follows a diagram is expected to take so many times what was measured, until strikes say more.
 const MARGIN: f64 = 1.2;
 
-/// Weights of a strike that took longer than expected, and of one that did not: what is expected is what few strikes exceed.
-const WEIGHTS: [f64; 2] = [0.5, 0.05];
+/// What is expected is what this part of the last strikes stayed within.
+const QUANTILE: f64 = 0.95;
+
+/// How many these are at most, and how many it takes before [`MARGIN`] has no say.
+const STRIKES: [usize; 2] = [64, 8];
 
 /// Sets of effects that are told apart; the memory is begun anew beyond.
 const EFFECTS_MAX: usize = 256;
@@ -23,8 +25,8 @@ pub struct Costs(Mutex<Known>);
 struct Known {
     cost: Cost,
     measured: bool,
-    /// By the bits of the effects: factor of what follows a diagram, and strikes that it is from.
-    rests: HashMap<u64, (f64, u32)>,
+    /// By the bits of the effects: how many times as long as measured what follows a diagram took, at its strike's pace.
+    rests: HashMap<u64, VecDeque<f64>>,
 }
 
 impl Costs {
@@ -40,7 +42,7 @@ impl Costs {
     /// What a strike with these effects is expected to take.
     pub fn of(&self, effects: Effects) -> Cost {
         let known = self.known();
-        known.cost.with_rest(known.rests.get(&effects.bits()).map_or(MARGIN, |rest| rest.0))
+        known.cost.with_rest(known.rests.get(&effects.bits()).map_or(MARGIN, expected))
     }
 
     /// Whether it was measured.
@@ -55,23 +57,33 @@ impl Costs {
         }
     }
 
-    /// What followed the diagrams of a strike of so many sites took so long.
-    pub fn learn(&self, effects: Effects, sites: u32, rest: Duration) {
+    /// A strike took so long.
+    pub fn learn(&self, effects: Effects, took: &CostSample) {
         let mut known = self.known();
-        let ratio = rest.as_secs_f64() / known.cost.rest_s(sites);
+        let elastic = if took.solved { ElasticRequest::Solve } else { ElasticRequest::Reduced };
+        let pace = known.cost.pace(elastic, took.front_s);
+        let ratio = took.rest_s / (pace * known.cost.rest_s(took.sites));
         if !ratio.is_normal() {
             return;
         }
         if known.rests.len() >= EFFECTS_MAX {
             known.rests.clear();
         }
-        let (factor, strikes) = known.rests.entry(effects.bits()).or_insert((MARGIN, 0));
-        *strikes = strikes.saturating_add(1);
-        let [longer, shorter] = WEIGHTS;
-        // The first ones say most: what was measured was measured on one thread.
-        let weight = if ratio > *factor { longer } else { shorter.max(0.5 / f64::from(*strikes)) };
-        *factor += weight * (ratio - *factor);
+        let rests = known.rests.entry(effects.bits()).or_default();
+        if rests.len() == STRIKES[0] {
+            rests.pop_front();
+        }
+        rests.push_back(ratio);
     }
+}
+
+/// What few of the next strikes exceed if they are as the last ones.
+fn expected(rests: &VecDeque<f64>) -> f64 {
+    let missing = STRIKES[1].saturating_sub(rests.len());
+    let mut sorted: Vec<f64> = rests.iter().copied().chain(std::iter::repeat_n(MARGIN, missing)).collect();
+    sorted.sort_by(f64::total_cmp);
+    let place = (QUANTILE * sorted.len() as f64) as usize;
+    sorted.get(place).copied().unwrap_or(MARGIN)
 }
 
 #[cfg(test)]
@@ -90,13 +102,28 @@ mod tests {
         };
         let costs = Costs::new(cost);
         let (plain, hulls) = (Effects::default(), Effects::of([Effect::Hulls]));
-        assert_eq!(costs.of(plain).rest_s(9), MARGIN * 1e-3);
-        (0..9).for_each(|_| costs.learn(hulls, 9, Duration::from_millis(5)));
-        let learned = costs.of(hulls).rest_s(9);
-        assert!((4.9e-3..5e-3).contains(&learned), "{learned}");
-        assert_eq!(costs.of(plain).rest_s(9), MARGIN * 1e-3);
-        costs.learn(hulls, 9, Duration::from_millis(1));
-        assert!(costs.of(hulls).rest_s(9) > 4.6e-3, "one that was fast changes little");
-        costs.learn(hulls, 9, Duration::ZERO);
+        let took = |pace: f64, rest_s: f64| CostSample {
+            sites: 9,
+            solved: false,
+            iterations: 3,
+            front_s: pace * 1e-3,
+            diagram_s: pace * 4e-3,
+            rest_s: pace * rest_s,
+        };
+        let expected_ms = |effects| costs.of(effects).rest_s(9) * 1e3;
+        assert_eq!(expected_ms(plain), MARGIN);
+        // Nine of ten take 2 ms at their own pace, one 5 ms.
+        (0..STRIKES[0]).for_each(|strike| {
+            costs.learn(hulls, &took([1.0, 2.0][strike % 2], if strike % 10 == 3 { 5e-3 } else { 2e-3 }))
+        });
+        assert!((expected_ms(hulls) - 5.0).abs() < 1e-9, "{}", expected_ms(hulls));
+        assert_eq!(expected_ms(plain), MARGIN);
+        (0..STRIKES[0] - 3).for_each(|_| costs.learn(hulls, &took(1.0, 2e-3)));
+        assert!((expected_ms(hulls) - 2.0).abs() < 1e-9, "what is long ago is forgotten");
+        costs.learn(hulls, &took(1.0, 0.0));
+        costs.learn(plain, &took(1.0, 0.5e-3));
+        assert_eq!(expected_ms(plain), MARGIN, "one strike says little");
+        (1..STRIKES[1]).for_each(|_| costs.learn(plain, &took(1.0, 0.5e-3)));
+        assert!((expected_ms(plain) - 0.5).abs() < 1e-9);
     }
 }

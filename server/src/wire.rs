@@ -158,7 +158,7 @@ impl Object for Served {
     ) -> Result<Box<dyn Outcome>, Refusal> {
         let request = self.request(strike)?;
         let outcome = pipeline::strike(&self.prepared, &request, workspace, token, watch).map_err(refusal)?;
-        self.struck(strike, &request, outcome)
+        self.struck(strike, &request, Some(self.costs.clone()), outcome)
     }
 
     fn strike_again(
@@ -171,7 +171,8 @@ impl Object for Served {
     ) -> Result<Box<dyn Outcome>, Refusal> {
         let request = self.request(strike)?;
         let outcome = pipeline::strike_again(&self.prepared, from, &request, workspace, token, watch);
-        self.struck(strike, &request, outcome.map_err(refusal)?)
+        // What these take says nothing of the object.
+        self.struck(strike, &request, None, outcome.map_err(refusal)?)
     }
 }
 
@@ -181,19 +182,13 @@ impl Served {
         &self,
         strike: &Strike,
         request: &pipeline::Strike,
+        costs: Option<Arc<Costs>>,
         outcome: pipeline::Outcome,
     ) -> Result<Box<dyn Outcome>, Refusal> {
         let deformed = request.effects.has(Effect::Elastic);
         let on = self.terms.effects(strike)?;
-        let used = Used::of(&self.prepared, on, self.quality(strike), request);
-        let struck = Struck {
-            object: strike.object.clone(),
-            seed: strike.seed,
-            deformed,
-            used,
-            costs: self.costs.clone(),
-            outcome,
-        };
+        let used = Used::of(&self.prepared, on, self.quality(strike), request, outcome.rank_max);
+        let struck = Struck { object: strike.object.clone(), seed: strike.seed, deformed, used, costs, outcome };
         self.fits(&struck.counts())?;
         Ok(Box::new(struck))
     }
@@ -261,7 +256,8 @@ struct Struck {
     /// Whether its energy is that of a deformation.
     deformed: bool,
     used: Used,
-    costs: Arc<Costs>,
+    /// Who learns from what it took.
+    costs: Option<Arc<Costs>>,
     outcome: pipeline::Outcome,
 }
 
@@ -295,10 +291,10 @@ impl Outcome for Struck {
     }
 
     fn took(&self, time: Duration, stages: &[StageWire]) {
-        if self.outcome.sites > 0 {
-            let [front, diagram] = cost::before_rest(stages);
-            self.costs.learn(self.used.effects, self.outcome.sites, time.saturating_sub(front + diagram));
-        }
+        let Some(costs) = self.costs.as_ref().filter(|_| self.outcome.sites > 0) else { return };
+        let solved = self.outcome.reduced_error.is_none();
+        costs
+            .learn(self.used.effects, &cost::sample(self.outcome.sites, solved, self.outcome.iterations, time, stages));
     }
 
     fn write(&self, sections: &mut Sections<'_>, watch: &mut dyn Watch) -> Result<(), Refusal> {

@@ -1,12 +1,16 @@
-//! Strikes with a time, through the daemon: how often it is kept. Nothing is asserted of it but what holds on every machine.
+//! Strikes with a time or an error, through the daemon: how often these are kept, and what that costs beside presets. Nothing is asserted
+//! but what holds on every machine.
 
 mod support;
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use shatter_client::{Impact, Object, Quality};
+use shatter_fracture::centroidal::{self, Field, Options};
 use shatter_fracture::database::{BakeRequest, bake, save};
-use shatter_fracture::pipeline::Sampler;
+use shatter_fracture::pipeline::{
+    self, BodyEnergy, DegreeRequest, ElasticRequest, Prepared, Sampler, Strike, Workspace, strain_energy,
+};
 use shatter_fracture::scene::Materials;
 use shatter_fracture::surface::shapes;
 use shatter_fracture::token::Token;
@@ -14,27 +18,254 @@ use shatter_server::wire;
 use std::collections::BTreeMap;
 use support::{InProcess, TestPlace, patience};
 
-/// Strikes of each time.
-const STRIKES: u64 = 250;
+/// Strikes of each kind, unless `SHATTER_TIMES_STRIKES` says otherwise.
+const STRIKES: u64 = 1000;
+
+/// Strikes before any that count: what is expected of the object is learned from them.
+const WARM: usize = 50;
 
 /// Times, ms.
 const TIMES_MS: [f64; 4] = [6.0, 8.0, 12.0, 16.7];
 
-/// Times of strikes of a preset without a time, ms, sorted.
-fn free(statue: &Object, impacts: &[Impact], quality: Quality) -> Vec<f64> {
-    let time = |impact: &Impact| {
-        let broken = statue.strike(&impact.clone().quality(quality)).unwrap().wait(patience()).unwrap();
-        broken.summary().time_ns as f64 * 1e-6
-    };
-    let mut times: Vec<f64> = impacts.iter().map(time).collect();
-    times.sort_by(f64::total_cmp);
-    times
+/// Errors.
+const ERRORS: [f64; 4] = [0.2, 0.1, 0.05, 0.02];
+
+/// Presets, from fast to accurate, on the lattices of the default one.
+const PRESETS: [Quality; 3] = [Quality::Draft, Quality::Game, Quality::Film];
+
+/// An energy of cells that is so little more is no worse, relative.
+const SAME: f64 = 0.01;
+
+/// Iterations after which a descent has ended.
+const ENDED: u32 = 3000;
+
+/// A preset fits a time, or meets an error, if it does so in so many per cent of the strikes.
+const RELIABLE: f64 = 95.0;
+
+/// Ways to ask for the same strike: presets, no iterations, times, errors.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Way {
+    Preset(Quality),
+    Least,
+    Time(f64),
+    Error(f64),
 }
 
-#[test]
-#[ignore = "a minute; says how well times are kept"]
-fn times_that_are_asked_for() {
-    let here = TestPlace::new("times");
+/// What one strike came to.
+#[derive(Clone, Copy)]
+struct Shot {
+    time_ms: f64,
+    iterations: u32,
+    rank: u32,
+    solved: bool,
+    reason: &'static str,
+    /// Estimated.
+    cvd_gap: f64,
+    /// What [`Truth`] says: F, how far it is above the end of the same descent, and the error of the elastic energy.
+    energy: f64,
+    true_gap: f64,
+    true_energy_error: f64,
+}
+
+impl Way {
+    fn all() -> Vec<Self> {
+        let presets = PRESETS.into_iter().map(Self::Preset).chain([Self::Least]);
+        presets.chain(TIMES_MS.into_iter().map(Self::Time)).chain(ERRORS.into_iter().map(Self::Error)).collect()
+    }
+
+    fn shot(self, statue: &Object, impact: &Impact) -> Shot {
+        let impact = impact.clone();
+        let impact = match self {
+            Self::Preset(quality) => impact.quality(quality),
+            Self::Least => impact.iterations(0),
+            Self::Time(time_ms) => impact.time_ms(time_ms),
+            Self::Error(error_max) => impact.error(error_max),
+        };
+        let broken = statue.strike(&impact).unwrap().wait(patience()).unwrap();
+        assert!(broken.fragments().all(|fragment| fragment.is_closed()));
+        let summary = broken.summary();
+        Shot {
+            time_ms: summary.time_ns as f64 * 1e-6,
+            iterations: summary.iterations,
+            rank: summary.rank,
+            solved: summary.elastic() == "solve",
+            reason: summary.stop_reason(),
+            cvd_gap: summary.cvd_gap,
+            energy: f64::NAN,
+            true_gap: f64::NAN,
+            true_energy_error: f64::NAN,
+        }
+    }
+}
+
+impl Shot {
+    fn error(&self) -> f64 {
+        self.true_gap.max(self.true_energy_error)
+    }
+}
+
+/// A strike's cells and energies, computed beside the daemon.
+struct Truth<'a> {
+    prepared: &'a Prepared,
+    strike: &'a Strike,
+    /// From all of the basis, and from a solve.
+    deformed: [BodyEnergy; 2],
+    workspaces: (Workspace, centroidal::Workspace),
+}
+
+impl<'a> Truth<'a> {
+    fn new(prepared: &'a Prepared, strike: &'a Strike) -> Self {
+        let mut workspaces: (Workspace, centroidal::Workspace) = Default::default();
+        let deformed = [ElasticRequest::Reduced, ElasticRequest::Solve]
+            .map(|elastic| deformed(prepared, strike, elastic, None, &mut workspaces.0));
+        Self { prepared, strike, deformed, workspaces }
+    }
+
+    /// F after so many iterations, and how far it is estimated to be above its end.
+    fn cells(&mut self, solved: bool, iterations: u32) -> [f64; 2] {
+        let energy = &mut self.deformed[usize::from(solved)];
+        let body = &self.prepared.bodies[energy.body];
+        let field = Field::new(body.interior.as_ref().unwrap(), &body.volumes, &mut energy.shares).unwrap();
+        let DegreeRequest::Sites(sites) = self.strike.degree else { unreachable!() };
+        let options = Options::new(sites as usize, self.strike.seed);
+        let options = Options { tolerance: 0.0, iterations_max: iterations as usize, ..options };
+        let field = field.grouped(&body.clusters);
+        let diagram = centroidal::diagram(&field, &options, &mut self.workspaces.1, &Token::default()).unwrap();
+        [diagram.energy, diagram.gap()]
+    }
+
+    /// Judges `shots` of one impact.
+    fn judge(&mut self, shots: &mut [Shot]) {
+        let mut known: BTreeMap<(bool, u32), [f64; 2]> = BTreeMap::new();
+        let mut energies_j: BTreeMap<u32, f64> = BTreeMap::new();
+        for shot in shots {
+            let mut cells = |iterations| {
+                *known.entry((shot.solved, iterations)).or_insert_with(|| self.cells(shot.solved, iterations))
+            };
+            let ([energy, gap], [end, _]) = (cells(shot.iterations), cells(ENDED));
+            let full_j = energies_j.entry(shot.rank).or_insert_with(|| {
+                let rank_max = Some(shot.rank.max(1));
+                deformed(self.prepared, self.strike, ElasticRequest::Reduced, rank_max, &mut self.workspaces.0).energy_j
+            });
+            (shot.energy, shot.true_gap) = (energy, energy / end - 1.0);
+            let [whole, solved] = &self.deformed;
+            shot.true_energy_error = if shot.solved { 0.0 } else { (*full_j / solved.energy_j - 1.0).abs() };
+            // What the daemon tells is what is computed here.
+            if shot.solved || *full_j == whole.energy_j {
+                assert_eq!(gap, shot.cvd_gap);
+            }
+        }
+    }
+}
+
+fn deformed(
+    prepared: &Prepared,
+    strike: &Strike,
+    elastic: ElasticRequest,
+    rank_max: Option<u32>,
+    workspace: &mut Workspace,
+) -> BodyEnergy {
+    let strike = Strike { elastic, rank_max, reduced_error_max: f64::INFINITY, ..strike.clone() };
+    let impact = pipeline::Impact::new(prepared, &strike).unwrap();
+    strain_energy(prepared, &impact, workspace, &Token::default(), &mut ()).unwrap().remove(0)
+}
+
+fn quantile(values: impl Iterator<Item = f64>, share: f64) -> f64 {
+    let mut sorted: Vec<f64> = values.collect();
+    sorted.sort_by(f64::total_cmp);
+    let place = (sorted.len() as f64 * share) as usize;
+    sorted.get(place.min(sorted.len().saturating_sub(1))).copied().unwrap_or(f64::NAN)
+}
+
+/// Per cent of `all` for which it holds.
+fn percent<T>(all: impl IntoIterator<Item = T>, mut holds: impl FnMut(&T) -> bool) -> f64 {
+    let all: Vec<T> = all.into_iter().collect();
+    100.0 * all.iter().filter(|own| holds(own)).count() as f64 / all.len() as f64
+}
+
+/// All strikes, by way.
+struct Shots(Vec<(Way, Vec<Shot>)>);
+
+impl Shots {
+    fn of(&self, way: Way) -> &[Shot] {
+        &self.0.iter().find(|(own, _)| *own == way).unwrap().1
+    }
+
+    /// Presets, from accurate to fast.
+    fn presets(&self) -> impl Iterator<Item = (Quality, &[Shot])> {
+        PRESETS.into_iter().rev().map(|quality| (quality, self.of(Way::Preset(quality))))
+    }
+
+    fn median_ms(&self, way: Way) -> f64 {
+        quantile(self.of(way).iter().map(|shot| shot.time_ms), 0.5)
+    }
+
+    /// Its time and the way it went.
+    fn tell(&self, way: Way) {
+        let shots = self.of(way);
+        let [p50, p95] = [0.5, 0.95].map(|share| quantile(shots.iter().map(|shot| shot.time_ms), share));
+        let iterations = shots.iter().map(|shot| f64::from(shot.iterations)).sum::<f64>() / shots.len() as f64;
+        let solved = percent(shots, |shot| shot.solved);
+        let error = |of: fn(&Shot) -> f64| 100.0 * quantile(shots.iter().map(of), 0.5);
+        let [gap, energy] = [error(|shot| shot.true_gap), error(|shot| shot.true_energy_error)];
+        let mut ends: BTreeMap<&str, u32> = BTreeMap::new();
+        shots.iter().for_each(|shot| *ends.entry(shot.reason).or_default() += 1);
+        println!(
+            "{way:?}: {p50:.2} ms, 95 % within {p95:.2} ms; {iterations:.1} iterations, {solved:.1} % solved for; cells {gap:.2} % \
+             above their end, elastic energy {energy:.2} % off (medians); {ends:?}"
+        );
+    }
+
+    /// How many keep a time, and whether they are as good as the best preset that fits.
+    fn time(&self, time_ms: f64) {
+        let shots = self.of(Way::Time(time_ms));
+        let kept = |shots: &[Shot]| percent(shots, |shot| shot.time_ms <= time_ms);
+        println!("  kept by {:.1} % (without iterations: by {:.1} %)", kept(shots), kept(self.of(Way::Least)));
+        let told = |name: &str, pairs: &[(&Shot, &Shot)]| {
+            let cells = percent(pairs, |(own, preset)| own.energy <= (1.0 + SAME) * preset.energy);
+            let elastic = percent(pairs, |(own, preset)| own.true_energy_error <= preset.true_energy_error + SAME);
+            println!("  {name}: cells no worse in {cells:.1} %, elastic energy in {elastic:.1} % of {}", pairs.len());
+        };
+        if let Some((quality, preset)) = self.presets().find(|(_, preset)| kept(preset) >= RELIABLE) {
+            told(&format!("beside {}, which keeps it", quality.name()), &shots.iter().zip(preset).collect::<Vec<_>>());
+        }
+        let fitting = |index: usize| self.presets().map(|(_, own)| &own[index]).find(|own| own.time_ms <= time_ms);
+        let pairs: Vec<(&Shot, &Shot)> =
+            shots.iter().enumerate().filter_map(|(index, own)| Some((own, fitting(index)?))).collect();
+        told("beside the best preset that kept it, strike by strike", &pairs);
+    }
+
+    /// How many meet an error, and how long that takes beside the fastest preset that does.
+    fn error(&self, error_max: f64) {
+        let way = Way::Error(error_max);
+        let met = |shots: &[Shot]| percent(shots, |shot| shot.error() <= error_max);
+        let cells = percent(self.of(way), |shot| shot.true_gap <= error_max);
+        let elastic = percent(self.of(way), |shot| shot.true_energy_error <= error_max);
+        println!("  met by {:.1} % (cells {cells:.1} %, elastic energy {elastic:.1} %)", met(self.of(way)));
+        let reliable = self.presets().filter(|(_, preset)| met(preset) >= RELIABLE).map(|(quality, _)| quality);
+        if let Some(quality) =
+            reliable.min_by(|a, b| self.median_ms(Way::Preset(*a)).total_cmp(&self.median_ms(Way::Preset(*b))))
+        {
+            let ratio = self.median_ms(way) / self.median_ms(Way::Preset(quality));
+            println!("  {ratio:.2} times as long as {}, the fastest that meets it", quality.name());
+        }
+        let ratio = |(index, own): (usize, &Shot)| {
+            let good = self.presets().map(|(_, preset)| preset[index]).filter(|preset| preset.error() <= error_max);
+            good.map(|preset| preset.time_ms).reduce(f64::min).map(|fast_ms| own.time_ms / fast_ms)
+        };
+        let ratios: Vec<f64> = self.of(way).iter().enumerate().filter_map(ratio).collect();
+        let twice = percent(&ratios, |ratio| **ratio <= 2.0);
+        let [p50, p95] = [0.5, 0.95].map(|share| quantile(ratios.iter().copied(), share));
+        println!(
+            "  beside the fastest preset that met it, strike by strike: {p50:.2} times as long (median), 95 % within {p95:.2}, \
+             {twice:.1} % within twice, of {}",
+            ratios.len()
+        );
+    }
+}
+
+/// What is struck, and what strikes it.
+fn prepare(here: &TestPlace) -> (Prepared, Vec<(Impact, Strike)>) {
     let materials = Materials::parse(include_str!("../../config/materials.toml")).unwrap();
     let plaster = materials.get("plaster").unwrap().clone();
     let request = BakeRequest { examples: 40, ..BakeRequest::new("statue", "plaster", plaster) };
@@ -42,37 +273,45 @@ fn times_that_are_asked_for() {
     save(&prepared, &here.databases().join("statue.shatter")).unwrap();
     let mut random = ChaCha8Rng::seed_from_u64(1);
     let sampler = Sampler::new(&prepared);
-    let impacts: Vec<Impact> = (0..STRIKES)
-        .map(|index| {
-            let contact = sampler.impact(11, index).contacts[0];
-            let sites = 10 + (random.next_u64() % 90) as u32;
-            let impact = Impact::at(contact.point_m.into()).impulse(contact.impulse_ns.into()).seed(index);
-            impact.degree(shatter_client::Degree::Sites(sites))
-        })
-        .collect();
+    let strikes = std::env::var("SHATTER_TIMES_STRIKES").map_or(STRIKES, |count| count.parse().unwrap());
+    let draw = |index| {
+        let contact = sampler.impact(11, index).contacts[0];
+        let sites = 10 + (random.next_u64() % 90) as u32;
+        let impact = Impact::at(contact.point_m.into()).impulse(contact.impulse_ns.into()).seed(index);
+        let strike = Strike::at(contact.point_m, contact.impulse_ns);
+        let strike = Strike { degree: DegreeRequest::Sites(sites), seed: index, ..strike };
+        (impact.degree(shatter_client::Degree::Sites(sites)), strike)
+    };
+    let drawn = (0..strikes).map(draw).collect();
+    (prepared, drawn)
+}
+
+#[test]
+#[ignore = "minutes; says how well times and errors are kept"]
+fn times_and_errors_that_are_asked_for() {
+    let load = || println!("load {}", std::fs::read_to_string("/proc/loadavg").unwrap_or_default().trim());
+    let here = TestPlace::new("times");
+    let (prepared, impacts) = prepare(&here);
     let daemon = InProcess::start_with(here, "", wire::loader(None));
     let statue = daemon.connect().object("statue", patience()).unwrap();
-    for quality in [Quality::Draft, Quality::Game] {
-        let times = free(&statue, &impacts, quality);
-        let [p50, p95] = [0.5, 0.95].map(|share| times[(times.len() as f64 * share) as usize]);
-        println!("{}: {p50:.2} ms, 95 % within {p95:.2} ms", quality.name());
+    load();
+    let ways = Way::all();
+    impacts.iter().take(WARM).for_each(|(impact, _)| _ = Way::Preset(Quality::Game).shot(&statue, impact));
+    // In turn: what else the machine does is the same for all.
+    let shoot = |(impact, _): &(Impact, Strike)| ways.iter().map(|way| way.shot(&statue, impact)).collect();
+    let mut shots: Vec<Vec<Shot>> = impacts.iter().map(shoot).collect();
+    load();
+    for ((_, strike), shots) in impacts.iter().zip(&mut shots) {
+        Truth::new(&prepared, strike).judge(shots);
     }
-    for time_ms in TIMES_MS {
-        let (mut met, mut ends, mut iterations, mut gaps) = (0, BTreeMap::new(), 0, Vec::new());
-        for impact in &impacts {
-            let broken = statue.strike(&impact.clone().time_ms(time_ms)).unwrap().wait(patience()).unwrap();
-            assert!(broken.fragments().all(|fragment| fragment.is_closed()));
-            let summary = broken.summary();
-            met += u32::from(summary.time_ns as f64 * 1e-6 <= time_ms);
-            *ends.entry(summary.stop_reason()).or_insert(0) += 1;
-            iterations += summary.iterations;
-            gaps.push(summary.cvd_gap);
+    let by_way = |way: usize| shots.iter().map(|own| own[way]).collect();
+    let shots = Shots(ways.iter().enumerate().map(|(place, way)| (*way, by_way(place))).collect());
+    for way in ways {
+        shots.tell(way);
+        match way {
+            Way::Time(time_ms) => shots.time(time_ms),
+            Way::Error(error_max) => shots.error(error_max),
+            Way::Preset(_) | Way::Least => {}
         }
-        gaps.sort_by(f64::total_cmp);
-        let (share, mean) = (100.0 * f64::from(met) / STRIKES as f64, f64::from(iterations) / STRIKES as f64);
-        let gap = 100.0 * gaps[gaps.len() / 2];
-        println!(
-            "{time_ms} ms: kept by {share:.1} %, {mean:.1} iterations, gap {gap:.2} % (estimated, median), {ends:?}"
-        );
     }
 }

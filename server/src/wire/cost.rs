@@ -41,13 +41,21 @@ pub struct Timing {
     pub error_p90: f64,
 }
 
-/// What came before the diagram, and the diagram itself.
-pub(super) fn before_rest(rows: &[StageWire]) -> [Duration; 2] {
-    let sum = |of: &dyn Fn(usize) -> bool| {
+/// What a strike took, of which the stages took so much.
+pub(super) fn sample(sites: u32, solved: bool, iterations: usize, took: Duration, rows: &[StageWire]) -> CostSample {
+    let [degree, diagram] = [Stage::Degree as usize, Stage::Centroidal as usize];
+    let sum = |of: &dyn Fn(usize) -> bool| -> Duration {
         rows.iter().filter(|row| of(row.stage as usize)).map(|row| Duration::from_nanos(row.ns)).sum()
     };
-    let diagram = Stage::Centroidal as usize;
-    [sum(&|stage| stage < diagram), sum(&|stage| stage == diagram)]
+    let seconds = |of: &dyn Fn(usize) -> bool| sum(of).as_secs_f64();
+    CostSample {
+        sites,
+        solved,
+        iterations,
+        front_s: seconds(&|stage| stage < degree),
+        diagram_s: seconds(&|stage| stage == diagram),
+        rest_s: took.saturating_sub(sum(&|stage| stage <= diagram)).as_secs_f64(),
+    }
 }
 
 impl Served {
@@ -121,15 +129,7 @@ impl Served {
                 clock.write(outcome.as_ref(), &mut sections, layout.base_bytes())?;
             }
         }
-        let took = begun.elapsed();
-        let [front, diagram] = before_rest(&clock.rows());
-        Ok(CostSample {
-            sites,
-            solved: strike.elastic == Elastic::Solve,
-            iterations: strike.iterations_max.unwrap_or(0) as usize,
-            front_s: front.as_secs_f64(),
-            diagram_s: diagram.as_secs_f64(),
-            rest_s: took.saturating_sub(front + diagram).as_secs_f64(),
-        })
+        let iterations = strike.iterations_max.unwrap_or(0) as usize;
+        Ok(sample(sites, strike.elastic == Elastic::Solve, iterations, begun.elapsed(), &clock.rows()))
     }
 }

@@ -74,11 +74,17 @@ pub(super) struct Used {
 }
 
 impl Used {
-    /// Of `request`, with those effects, asked of `prepared`.
-    pub(super) fn of(prepared: &Prepared, effects: Effects, quality: Quality, request: &pipeline::Strike) -> Self {
+    /// Of `request`, with those effects and so much of a basis at most, asked of `prepared`.
+    pub(super) fn of(
+        prepared: &Prepared,
+        effects: Effects,
+        quality: Quality,
+        request: &pipeline::Strike,
+        rank_max: Option<u32>,
+    ) -> Self {
         let planned = request.planned();
         let modes = |body: &pipeline::Body| body.lift(planned.lift).map_or(0, |lift| lift.dimension.saturating_sub(3));
-        let rank = |body: &pipeline::Body| body.reduced().map_or(0, |reduced| reduced.used(request.rank_max));
+        let rank = |body: &pipeline::Body| body.reduced().map_or(0, |reduced| reduced.used(rank_max));
         Self {
             effects,
             quality,

@@ -21,7 +21,7 @@ pub use clusters::Clusters;
 pub use field::{FLOOR, Field, FieldError};
 pub use lloyd::ITERATIONS_MAX;
 pub(crate) use power::{cube_root, three_fifths};
-pub use stop::{GAP_MIN, Pace, Stop, gap};
+pub use stop::{GAP_CERTAIN, GAP_MIN, Pace, Stop, gap};
 pub use workspace::Workspace;
 
 use crate::lift::Lift;
@@ -113,6 +113,11 @@ impl Diagram {
     /// Iterations taken on the nodes.
     pub fn iterations(&self) -> usize {
         self.history.len().saturating_sub(1)
+    }
+
+    /// [`gap`] of its history, or of where coarser levels left it.
+    pub fn gap(&self) -> f64 {
+        stop::gap_of(self)
     }
 
     /// max_i E_i.

@@ -1,6 +1,6 @@
 //! When a descent is good enough: asked by the descent, answered by whoever knows of errors and time.
 
-use super::three_fifths;
+use super::{Diagram, three_fifths};
 
 /// How a descent goes on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -31,28 +31,46 @@ impl Stop for () {
 /// Gaps below are not told apart: estimates say so much at least.
 pub const GAP_MIN: f64 = 5e-4;
 
-/// Gap of a start that was drawn. Coarser levels end far nearer, often within a twentieth, which is not told: what was stopped before
-/// its first iteration is taken for worse than it is.
+/// Gap of a start that was drawn.
 const GAP_START: f64 = 0.5;
 
-/// Factor of a decrease to the power 3/5: see [`gap`].
-const GAP_FACTOR: f64 = 0.1;
+/// Gap of a start that coarser levels made: 0.01 to 0.3, less with few sites.
+const GAP_COARSE: f64 = 0.08;
+
+/// Factor of a decrease to the power 3/5, of one iteration and of two: see [`gap`].
+const GAP_FACTORS: [f64; 2] = [0.2, 0.08];
+
+/// A gap is taken to be no more than so many times what is estimated: so are 97 % of those at which it is stopped because of that, from 2 to
+/// 10 %, after 4 to 12 iterations.
+pub const GAP_CERTAIN: f64 = 8.0;
 
 /// How far F is above the end of the same descent, relative, estimated from F of the start and after each iteration so far, as in
 /// [`Diagram::history`](super::Diagram::history).
 ///
-/// With δ the relative decrease of the last two iterations it is δ^(3/5)/10: the decrease falls by a constant factor per iteration for a
-/// while, and then lingers where sites still have to change places, which is what the power stands for. Power and factor are fitted to
-/// 800 stops after 1 to 40 iterations (five objects, 6 to 150 sites), with [`GAP_MIN`]: 84 % within a factor 4 of the truth, which is
-/// the same descent run to its end (`cargo test --release --workspace --test budget -- --ignored --nocapture`).
+/// With δ the relative decrease of the last two iterations it is 0.08·δ^(3/5), after a single one 0.2·δ^(3/5): the decrease falls by a
+/// constant factor per iteration for a while, and then lingers where sites still have to change places, which is what the power stands
+/// for. Power and factors are fitted to 2 880 stops after 1 to 20 iterations (five objects, 6 to 150 sites), with [`GAP_MIN`]: 81 % are
+/// within a factor 4 of the truth, which is the same descent run to its end (`cargo test --release --workspace --test budget -- --ignored
+/// --nocapture`).
 pub fn gap(history: &[f64]) -> f64 {
     let [.., last] = *history else { return GAP_START };
     match history.len() {
         1 => GAP_START,
-        count => {
-            let before = history[count.saturating_sub(3)];
-            let decrease = if last > 0.0 { (before - last) / last } else { 0.0 };
-            (GAP_FACTOR * three_fifths(decrease)).max(GAP_MIN)
-        }
+        2 => estimated(GAP_FACTORS[0], [history[0], last]),
+        count => estimated(GAP_FACTORS[1], [history[count - 3], last]),
+    }
+}
+
+/// From a decrease of F.
+fn estimated(factor: f64, [before, after]: [f64; 2]) -> f64 {
+    let decrease = if after > 0.0 { (before - after) / after } else { 0.0 };
+    (factor * three_fifths(decrease)).max(GAP_MIN)
+}
+
+/// [`gap`] of a diagram, which knows where it started.
+pub(super) fn gap_of(diagram: &Diagram) -> f64 {
+    match diagram.history.len() {
+        1 if diagram.coarse_iterations > 0 => GAP_COARSE,
+        _ => gap(&diagram.history),
     }
 }

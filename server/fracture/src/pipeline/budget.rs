@@ -1,10 +1,10 @@
 //! What quality falls, and in which order, where time is short.
 //!
 //! The iterations of the diagram fall first, down to none; then a solve becomes a reduced displacement, even one whose estimated error is
-//! large; then a search of the degree becomes a guess. Whether pieces are closed, their masses and the caps never fall. What a request
+//! large, and that one of half the basis; then a search of the degree becomes a guess. Whether pieces are closed, their masses and the caps never fall. What a request
 //! says by itself does not fall, either.
 
-use super::{Cost, DegreeRequest, ElasticRequest, Prepared, Strike};
+use super::{BodyEnergy, Cost, DegreeRequest, ElasticRequest, Prepared, RANK_MAX, Strike};
 use crate::centroidal::ITERATIONS_MAX;
 
 /// What is known of the time of one strike, and what of it may fall. The time that is left tells
@@ -25,6 +25,9 @@ const SITES_EXPECTED: u32 = 50;
 /// Largest estimated error of a reduced displacement that stands in for a solve that there is no time for.
 pub const HURRIED_ERROR_MAX: f64 = 0.25;
 
+/// Displacements of a basis at most where there is no time for a diagram's first iteration.
+pub const HURRIED_RANK_MAX: u32 = RANK_MAX as u32 / 2;
+
 impl Strike {
     /// The strike as it is begun with `remaining_s` seconds left.
     pub(super) fn hurried(self, prepared: &Prepared, remaining_s: f64) -> Self {
@@ -33,13 +36,24 @@ impl Strike {
             DegreeRequest::Sites(sites) => sites,
             _ => SITES_EXPECTED,
         };
-        let solve_s = cost.front_s(ElasticRequest::Solve) + cost.start_s(sites) + cost.rest_s(sites);
+        let [solve_s, reduced_s] =
+            [ElasticRequest::Solve, ElasticRequest::Reduced].map(|elastic| cost.strike_s(elastic, sites, 0));
         let basis = prepared.bodies.iter().any(|body| body.reduced().is_some());
         if !basis || remaining_s >= solve_s {
             return self;
         }
         let reduced_error_max = self.reduced_error_max.max(HURRIED_ERROR_MAX);
-        Self { elastic: ElasticRequest::Reduced, reduced_error_max, ..self }
+        let half = |rank_max: Option<u32>| Some(rank_max.map_or(HURRIED_RANK_MAX, |most| most.min(HURRIED_RANK_MAX)));
+        let rank_max = if remaining_s < reduced_s { half(self.rank_max) } else { self.rank_max };
+        Self { elastic: ElasticRequest::Reduced, reduced_error_max, rank_max, ..self }
+    }
+
+    /// Expects what is left at the pace of what came so far, `energies`, which took `front_s` seconds.
+    pub(super) fn keep_pace(&mut self, energies: &[BodyEnergy], front_s: f64) {
+        let Some(Budget { cost, .. }) = &mut self.budget else { return };
+        let solved = energies.iter().any(|energy| energy.reduced_error.is_none());
+        let elastic = if solved { ElasticRequest::Solve } else { ElasticRequest::Reduced };
+        *cost = cost.at_pace(cost.pace(elastic, front_s));
     }
 
     /// Whether there is time, of `remaining_s` seconds, to search the degree of a body that is guessed to get so many sites.

@@ -12,10 +12,13 @@ const ITERATIONS_USUAL: f64 = 12.0;
 /// Diagrams that a verification makes: two starts of two numbers of sites at least, and half as many again.
 const DIAGRAMS_VERIFIED: f64 = 6.0;
 
+/// Paces between which a strike is taken at its word.
+const PACES: [f64; 2] = [0.25, 4.0];
+
 /// What strikes of one object take on one machine, s.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cost {
-    /// Everything before the diagram, with a reduced displacement.
+    /// Everything before the degree, with a reduced displacement.
     pub reduced_s: f64,
     /// The same with a solve.
     pub solve_s: f64,
@@ -36,7 +39,7 @@ pub struct CostSample {
     pub solved: bool,
     /// Iterations of its diagram.
     pub iterations: usize,
-    /// Everything before the diagram, s.
+    /// Everything before the degree, s.
     pub front_s: f64,
     /// The diagram, s.
     pub diagram_s: f64,
@@ -85,7 +88,7 @@ impl Cost {
         })
     }
 
-    /// Everything before the diagram.
+    /// Everything before the degree.
     pub fn front_s(&self, elastic: ElasticRequest) -> f64 {
         match elastic {
             ElasticRequest::Reduced => self.reduced_s,
@@ -126,6 +129,21 @@ impl Cost {
             std::iter::successors(Some(2), |sites: &u32| Some(sites + if *sites < 16 { 1 } else { sites / 10 }));
         let one = |sites: u32| 2.0 * (self.start_s(sites) + ITERATIONS_USUAL * self.iteration_s(sites));
         numbers.take_while(|own| *own <= sites.max(2)).map(one).sum()
+    }
+
+    /// How many times as long as expected a strike takes whose part before the degree took `front_s`: what slows one stage, as another
+    /// program on the same cores does, slows the next ones too. Of whole strikes on a busy machine the pace leaves a third of the spread.
+    pub fn pace(&self, elastic: ElasticRequest, front_s: f64) -> f64 {
+        let pace = front_s / self.front_s(elastic);
+        if pace.is_normal() { pace.clamp(PACES[0], PACES[1]) } else { 1.0 }
+    }
+
+    /// The same at a pace: everything but what came before the diagram multiplied.
+    #[must_use]
+    pub fn at_pace(self, pace: f64) -> Self {
+        let Self { start_s, iteration_s, rest_s, .. } = self;
+        let [start_s, iteration_s, rest_s] = [start_s, iteration_s, rest_s].map(|line| line.map(|value| pace * value));
+        Self { start_s, iteration_s, rest_s, ..self }
     }
 
     /// The same with everything after the diagram multiplied.
@@ -204,6 +222,19 @@ mod tests {
             .into_iter()
             .flat_map(|sites| [(0, true), (8, false)].map(|(iterations, solved)| sample(sites, iterations, solved)));
         check(&all.collect::<Vec<_>>());
+    }
+
+    #[test]
+    fn what_is_slow_from_the_beginning_is_expected_to_stay_so() {
+        for (elastic, front_s) in [(ElasticRequest::Reduced, KNOWN.reduced_s), (ElasticRequest::Solve, KNOWN.solve_s)] {
+            let slow = KNOWN.at_pace(KNOWN.pace(elastic, 1.5 * front_s));
+            let after_s = |cost: Cost| cost.strike_s(elastic, 30, 4) - front_s;
+            assert!((after_s(slow) / after_s(KNOWN) - 1.5).abs() < 1e-12 && slow.front_s(elastic) == front_s);
+        }
+        for nonsense in [0.0, f64::NAN, f64::INFINITY] {
+            assert_eq!(KNOWN.pace(ElasticRequest::Reduced, nonsense), 1.0);
+        }
+        assert_eq!(KNOWN.pace(ElasticRequest::Reduced, 1e9), PACES[1]);
     }
 
     #[test]

@@ -1,12 +1,12 @@
 //! When a diagram is good enough for its strike.
 
 use super::{Ending, Strike, Watch};
-use crate::centroidal::{Diagram, Pace, Stop, gap};
+use crate::centroidal::{Diagram, GAP_CERTAIN, Pace, Stop, gap};
 
 /// Values of F that an estimate of the gap looks at.
 const LOOKED_AT: usize = 3;
 
-/// Weight of the last iteration in what one is expected to take.
+/// Weight of the last iteration, if it was faster than expected, in what one is expected to take; a slower one is what is expected then.
 const WEIGHT: f64 = 0.5;
 
 /// Watches the descent of one diagram: its error, and the time that it leaves to what follows.
@@ -47,7 +47,7 @@ impl<'a> Descent<'a> {
         let took_s = self.left_s - left_s;
         self.left_s = left_s;
         if iterations > 0 {
-            self.step_s += WEIGHT * (took_s - self.step_s);
+            self.step_s = took_s.max(self.step_s + WEIGHT * (took_s - self.step_s));
         }
         (left_s - self.rest_s) / self.step_s
     }
@@ -59,7 +59,7 @@ impl Stop for Descent<'_> {
             self.history.remove(0);
         }
         self.history.push(after);
-        let met = iterations > 0 && self.gap_max.is_some_and(|gap_max| gap(&self.history) <= gap_max);
+        let met = iterations > 0 && self.gap_max.is_some_and(|gap_max| GAP_CERTAIN * gap(&self.history) <= gap_max);
         let (ending, pace) = match self.steps(iterations) {
             _ if met => (Some(Ending::ErrorMet), Pace::Last),
             steps if steps >= 2.0 => (None, Pace::On),
@@ -68,5 +68,76 @@ impl Stop for Descent<'_> {
         };
         self.ending = ending;
         pace
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::centroidal::GAP_MIN;
+    use crate::pipeline::{Budget, Cost, Stage};
+    use crate::scene::Effect;
+    use nalgebra::{Point3, Vector3};
+    use std::cell::RefCell;
+
+    /// A clock that reads what it is told to, the last first.
+    struct Told(RefCell<Vec<f64>>);
+
+    impl Watch for Told {
+        fn enter(&mut self, _: Stage) {}
+        fn leave(&mut self, _: Stage, _: u64) {}
+        fn begin(&mut self, _: Effect) {}
+        fn end(&mut self, _: Effect, _: u64) {}
+        fn part(&mut self, _: Effect, _: u64) {}
+        fn remaining_s(&self) -> f64 {
+            self.0.borrow_mut().pop().unwrap()
+        }
+    }
+
+    fn strike() -> Strike {
+        Strike::at(Point3::origin(), Vector3::x())
+    }
+
+    /// With ten seconds of rest and iterations of one, a descent that finds this left goes on at these paces.
+    #[track_caller]
+    fn check(left_s: &[f64], paces: &[Pace]) {
+        let cost =
+            Cost { reduced_s: 1.0, solve_s: 1.0, start_s: [1.0, 0.0], iteration_s: [1.0, 0.0], rest_s: [10.0, 0.0] };
+        let budget = Some(Budget { cost, elastic_falls: true, degree_falls: true });
+        let told = Told(RefCell::new(left_s.iter().rev().copied().collect()));
+        let mut descent = Descent::new(&Strike { budget, ..strike() }, 9, &told);
+        let found: Vec<Pace> = (0..paces.len()).map(|iterations| descent.pace(iterations, 1.0, 1.0)).collect();
+        assert_eq!(found, paces);
+    }
+
+    #[test]
+    fn what_follows_keeps_its_time() {
+        use Pace::{End, Last, On};
+        check(&[20.0, 19.0, 18.0, 13.0], &[On, On, End]);
+        check(&[20.0, 12.0, 11.0], &[On, Last]);
+        check(&[20.0, 10.9], &[End]);
+        check(&[20.0, 11.0], &[Last]);
+        // One slow iteration says that the next is as slow, a fast one says less.
+        check(&[20.0, 17.0, 14.0], &[On, Last]);
+        check(&[20.0, 11.9], &[Last]);
+        check(&[20.0, 12.0, 11.8, 11.7], &[On, On, On]);
+        check(&[f64::INFINITY, f64::INFINITY, f64::INFINITY], &[On, On]);
+    }
+
+    #[test]
+    fn an_error_is_met_with_room_for_the_estimate() {
+        let asked = |gap_max| Strike { gap_max: Some(gap_max), ..strike() };
+        let after = |gap_max, energies: &[f64]| {
+            let mut descent = Descent::new(&asked(gap_max), 9, &());
+            let paces =
+                energies.iter().enumerate().map(|(iterations, energy)| descent.pace(iterations, *energy, *energy));
+            paces.last()
+        };
+        let energies = [1.3, 1.1, 1.08];
+        let certain = GAP_CERTAIN * gap(&energies);
+        assert_eq!(after(1.01 * certain, &energies), Some(Pace::Last));
+        assert_eq!(after(0.99 * certain, &energies), Some(Pace::On));
+        assert_eq!(after(1e9, &energies[..1]), Some(Pace::On), "nothing is known before the first iteration");
+        assert_eq!(after(0.99 * GAP_CERTAIN * GAP_MIN, &[1.0; 9]), Some(Pace::On));
     }
 }

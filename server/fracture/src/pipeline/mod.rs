@@ -45,7 +45,7 @@ mod world;
 
 pub use again::strike_again;
 pub use bound::Bound;
-pub use budget::{Budget, HURRIED_ERROR_MAX};
+pub use budget::{Budget, HURRIED_ERROR_MAX, HURRIED_RANK_MAX};
 pub use calibrate::calibrate;
 pub use cells::{BodyCells, divide};
 pub use compare::{CompareError, Comparison, LiftRow};

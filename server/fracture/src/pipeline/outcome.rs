@@ -112,6 +112,8 @@ pub struct Outcome {
     /// Relative error of the elastic energy, estimated, if the displacements of all struck bodies are reduced ones: the
     /// largest. `None`: solved for.
     pub reduced_error: Option<f64>,
+    /// Displacements of a body's basis that were used at most, if that was bounded.
+    pub rank_max: Option<u32>,
     /// Sites of the diagrams; 0 where the object stays whole.
     pub sites: u32,
     /// Fracture degree of the criterion; 1 where the object stays whole.

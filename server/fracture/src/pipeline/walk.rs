@@ -9,7 +9,7 @@ use super::{
     BodyEnergy, DegreeRequest, DegreeSource, Impact, Outcome, Pieces, Prepared, Stage, Strike, StrikeError, Verdict,
     Watch, Workspace, bound, strain_energy, threshold, warped,
 };
-use crate::centroidal::{Diagram, Field, gap};
+use crate::centroidal::{Diagram, Field};
 use crate::degree;
 use crate::lift::LiftKind;
 use crate::scene::Effect;
@@ -38,7 +38,9 @@ pub(super) fn walk(
     watch: &mut dyn Watch,
     cut: impl FnOnce(Broken<'_>, &mut tessellation::Workspace, &mut dyn Watch) -> Result<Pieces, StrikeError>,
 ) -> Result<Outcome, StrikeError> {
-    let strike = &strike.planned().hurried(prepared, watch.remaining_s());
+    let begun_s = watch.remaining_s();
+    let mut hurried = strike.planned().hurried(prepared, begun_s);
+    let strike = &hurried;
     let gamma_j_m2 = check(prepared, strike)?;
     watch.enter(Stage::Load);
     let impact = Impact::new(prepared, strike);
@@ -72,13 +74,15 @@ pub(super) fn walk(
 
     let holds = verdict.e1_over_gamma() <= 1.0 && !matches!(strike.degree, DegreeRequest::Sites(_));
     if holds || strike.threshold_only {
-        let mut outcome = whole(&verdict, &energies);
+        let mut outcome = Outcome { rank_max: strike.rank_max, ..whole(&verdict, &energies) };
         if strike.threshold_only && strike.effects.has(Effect::Gravity) {
             let mut harder = |factor| weighed(prepared, strike, &impact, factor, workspace, token, watch);
             outcome.impulse_factor = threshold::under_weight(&mut harder)?;
         }
         return Ok(outcome);
     }
+    hurried.keep_pace(&energies, begun_s - watch.remaining_s());
+    let strike = &hurried;
     let masses = warped::repainted(prepared, strike, &energies, &fields);
     let followed = warped::followed(prepared, strike, &energies, &fields, &masses)?;
     let mut division = divide(prepared, strike, &verdict, &followed, workspace, token, watch)?;
@@ -86,7 +90,7 @@ pub(super) fn walk(
     let Workspace { tessellation, spare, .. } = workspace;
     let pieces = Broken { prepared, strike, energies: &energies, fields: &fields, division: &division, spare };
     let pieces = cut(pieces, tessellation, watch)?;
-    Ok(broken(&verdict, &energies, &division, pieces))
+    Ok(Outcome { rank_max: strike.rank_max, ..broken(&verdict, &energies, &division, pieces) })
 }
 
 /// The energy densities of the struck bodies, in the lift of the strike; `shares` is where they lie.
@@ -152,6 +156,7 @@ fn holding(gamma_j_m2: f64, e1_over_gamma: f64, radius_m: f64) -> Outcome {
         impulse_factor: degree::threshold_factor(e1_over_gamma, 1.0),
         radius_m,
         reduced_error: None,
+        rank_max: None,
         sites: 0,
         fracture_degree: 1,
         degree_source: DegreeSource::Threshold,
@@ -174,7 +179,7 @@ fn broken(verdict: &Verdict, energies: &[BodyEnergy], division: &Division, piece
         confidence: division.confidence,
         capped: division.capped,
         iterations: diagrams().map(Diagram::iterations).max().unwrap_or(0),
-        cvd_gap: diagrams().map(|diagram| gap(&diagram.history)).reduce(f64::max),
+        cvd_gap: diagrams().map(Diagram::gap).reduce(f64::max),
         ending: division.ending,
         pieces: Some(pieces),
         ..whole(verdict, energies)
