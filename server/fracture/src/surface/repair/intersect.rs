@@ -63,6 +63,43 @@ pub(super) fn intersections(positions: &[Point3<f64>], triangles: &[[u32; 3]]) -
     crossings
 }
 
+/// The pairs of one of the `chosen` triangles and any other that meet elsewhere than in vertices they share; the chosen one first, and pairs
+/// of two of them twice. Neighbours across an edge count as apart.
+pub(crate) fn crossings(positions: &[Point3<f64>], triangles: &[[u32; 3]], chosen: &[u32]) -> Vec<[u32; 2]> {
+    let corners = |triangle: u32| triangles[triangle as usize].map(|vertex| positions[vertex as usize]);
+    let tree = Tree::new(&(0..triangles.len() as u32).map(corners).collect::<Vec<_>>());
+    let search = |&own: &u32| {
+        let (own_corners, mut met) = (corners(own), Vec::new());
+        tree.overlapping(&Bounds::of(&own_corners), 0, |place| {
+            let other = tree.order[place];
+            let [one, two] = [own, other].map(|triangle| triangles[triangle as usize]);
+            let meets = match one.iter().filter(|vertex| two.contains(vertex)).count() {
+                0 => intersect(&own_corners, &tree.triangles[place]),
+                1 => fans_meet(positions, one, two),
+                _ => false,
+            };
+            if meets {
+                met.push([own, other]);
+            }
+        });
+        met
+    };
+    let found: Vec<Vec<[u32; 2]>> = chosen.par_iter().map(search).collect();
+    found.concat()
+}
+
+/// Whether two triangles with one vertex in common meet elsewhere, too: an edge opposite that vertex then meets the other triangle.
+fn fans_meet(positions: &[Point3<f64>], one: [u32; 3], two: [u32; 3]) -> bool {
+    let meets = |edge_of: [u32; 3], face: [u32; 3]| {
+        let mut ends = edge_of.into_iter().filter(|vertex| !face.contains(vertex));
+        let (Some(p), Some(q)) = (ends.next(), ends.next()) else { return false };
+        let [p, q] = [p, q].map(|vertex| positions[vertex as usize]);
+        let face = face.map(|vertex| positions[vertex as usize]);
+        segment_meets(&p, &q, side(&face, &p), side(&face, &q), &face)
+    };
+    meets(one, two) || meets(two, one)
+}
+
 fn lower(a: Option<u32>, b: Option<u32>) -> Option<u32> {
     a.into_iter().chain(b).min()
 }
@@ -159,6 +196,18 @@ mod tests {
                 assert_eq!(intersect(&a, &b), expected);
             }
         }
+    }
+
+    #[test]
+    fn a_fan_that_folds_through_itself_crosses() {
+        let at = |x: f64, y: f64, z: f64| Point3::new(x, y, z);
+        let triangles = [[0, 1, 2], [0, 3, 4], [0, 2, 3]];
+        let met = |three: Point3<f64>| {
+            let positions = [at(0.0, 0.0, 0.0), at(1.0, 0.0, 0.0), at(0.0, 1.0, 0.0), three, at(0.3, 0.3, 0.5)];
+            crossings(&positions, &triangles, &[0])
+        };
+        assert_eq!(met(at(-1.0, 0.2, 0.3)), Vec::<[u32; 2]>::new());
+        assert_eq!(met(at(0.4, 0.2, -0.5)), [[0, 1]]);
     }
 
     #[test]
