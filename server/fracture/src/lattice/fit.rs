@@ -4,7 +4,7 @@
 //! the largest of its errors least; in the spirit of L. Kobbelt, M. Botsch, U. Schwanecke, H.-P. Seidel, *Feature sensitive surface
 //! extraction* (SIGGRAPH 2001), which puts vertices where the tangent planes of samples meet.
 //!
-//! Errors are the distances that [`Lattice::deviation`] looks at. In every round nodes move of which no two share a tetrahedron, each
+//! Errors are those that [`Lattice::deviation`] looks at, from the level set that was stuffed. In every round nodes move of which no two share a tetrahedron, each
 //! only if the largest error around it falls and its tetrahedra keep the angles that stuffing promises. So no place gets worse than the
 //! worst around it was, and the order does not matter.
 
@@ -14,6 +14,7 @@ use super::grid::finite;
 use super::level::{VOLUME_TOLERANCE, stuff};
 use super::measure::Dihedral;
 use super::{Lattice, LatticeError, Level, SignedDistance};
+use crate::surface::meet;
 use crate::token::Token;
 use nalgebra::{Matrix3, Point3, Vector3};
 use rayon::prelude::*;
@@ -140,6 +141,9 @@ struct Fitter<'a> {
     values: Vec<f64>,
     /// Per node its samples; none inside.
     of_node: Vec<Vec<u32>>,
+    /// The boundary, and per node its faces.
+    faces: Vec<[u32; 3]>,
+    faces_of: Vec<Vec<u32>>,
     /// Nodes that nothing is to be gained from until something around them moves.
     resting: Vec<bool>,
     /// Nodes that stay.
@@ -157,7 +161,12 @@ impl<'a> Fitter<'a> {
         offset: f64,
         pinned: Vec<bool>,
     ) -> Result<Self, LatticeError> {
-        let samples = samples(&lattice);
+        let faces: Vec<[u32; 3]> = lattice.boundary().iter().map(|face| face.nodes).collect();
+        let samples = samples(&faces);
+        let mut faces_of = vec![Vec::new(); lattice.nodes.len()];
+        for (index, face) in faces.iter().enumerate() {
+            face.iter().for_each(|&node| faces_of[node as usize].push(index as u32));
+        }
         let mut of_node = vec![Vec::new(); lattice.nodes.len()];
         for (index, sample) in samples.iter().enumerate() {
             sample.nodes().iter().for_each(|&node| of_node[node as usize].push(index as u32));
@@ -166,7 +175,7 @@ impl<'a> Fitter<'a> {
         let values: Vec<Result<f64, LatticeError>> = samples.par_iter().with_min_len(64).map(value).collect();
         let values = values.into_iter().collect::<Result<Vec<f64>, _>>()?;
         let (stars, resting) = (lattice.stars(), pinned.clone());
-        Ok(Self { shape, spacing, offset, lattice, stars, samples, values, of_node, resting, pinned })
+        Ok(Self { shape, spacing, offset, lattice, stars, samples, values, of_node, faces, faces_of, resting, pinned })
     }
 
     fn run(&mut self, token: &Token) -> Result<(), LatticeError> {
@@ -249,7 +258,8 @@ impl<'a> Fitter<'a> {
             };
             let values: Vec<f64> = self.of_node[node as usize].iter().map(value).collect();
             let reached = largest(values.iter().copied());
-            if reached < best.as_ref().map_or(GAIN * worst, |(least, _)| *least) {
+            let gains = reached < best.as_ref().map_or(GAIN * worst, |(least, _)| *least);
+            if gains && !self.crosses(node, place) {
                 best = Some((reached, (place, values)));
             }
         }
@@ -264,6 +274,18 @@ impl<'a> Fitter<'a> {
             let moved = nodes.map(|own| if own == node { place } else { self.lattice.nodes[own as usize] });
             Dihedral::of(&moved).is_some_and(|angles| angles.within(DIHEDRAL_DEG, Dihedral::of(&corners)))
         })
+    }
+
+    /// Whether faces of a node meet others near by with the node at `place`; those farther away are looked at in the end.
+    fn crosses(&self, node: u32, place: Point3<f64>) -> bool {
+        let around = self.stars.of(node).iter().flat_map(|&tet| self.lattice.tets[tet as usize]);
+        let mut near: Vec<u32> = around.flat_map(|other| &self.faces_of[other as usize]).copied().collect();
+        near.sort_unstable();
+        near.dedup();
+        let at = |own: u32| if own == node { place } else { self.lattice.nodes[own as usize] };
+        let whole = |face: u32| (self.faces[face as usize], self.faces[face as usize].map(at));
+        let own = &self.faces_of[node as usize];
+        own.iter().any(|&face| near.iter().any(|&other| meet(whole(face), whole(other))))
     }
 
     /// The step that makes the largest error of a node's samples least, were distances linear.
@@ -320,19 +342,17 @@ fn largest(values: impl Iterator<Item = f64>) -> f64 {
 }
 
 /// Nodes, middles of edges and of faces of the boundary, each once.
-fn samples(lattice: &Lattice) -> Vec<Sample> {
-    let boundary = lattice.boundary();
+fn samples(boundary: &[[u32; 3]]) -> Vec<Sample> {
     let mut samples = Vec::new();
-    let mut rim: Vec<u32> = boundary.iter().flat_map(|face| face.nodes).collect();
+    let mut rim: Vec<u32> = boundary.iter().flatten().copied().collect();
     rim.sort_unstable();
     rim.dedup();
     samples.extend(rim.into_iter().map(|node| Sample { nodes: [node; 3], count: 1 }));
-    for face in &boundary {
-        let [a, b, c] = face.nodes;
+    for &[a, b, c] in boundary {
         // On a closed boundary every edge runs from its lower to its higher node in one of its two faces.
         let edges = [[a, b], [b, c], [c, a]].into_iter().filter(|[from, to]| from < to);
         samples.extend(edges.map(|[from, to]| Sample { nodes: [from, to, to], count: 2 }));
-        samples.push(Sample { nodes: face.nodes, count: 3 });
+        samples.push(Sample { nodes: [a, b, c], count: 3 });
     }
     samples
 }

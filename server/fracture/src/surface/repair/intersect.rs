@@ -73,12 +73,7 @@ pub(crate) fn crossings(positions: &[Point3<f64>], triangles: &[[u32; 3]], chose
         tree.overlapping(&Bounds::of(&own_corners), 0, |place| {
             let other = tree.order[place];
             let [one, two] = [own, other].map(|triangle| triangles[triangle as usize]);
-            let meets = match one.iter().filter(|vertex| two.contains(vertex)).count() {
-                0 => intersect(&own_corners, &tree.triangles[place]),
-                1 => fans_meet(positions, one, two),
-                _ => false,
-            };
-            if meets {
+            if meet((one, own_corners), (two, tree.triangles[place])) {
                 met.push([own, other]);
             }
         });
@@ -88,16 +83,22 @@ pub(crate) fn crossings(positions: &[Point3<f64>], triangles: &[[u32; 3]], chose
     found.concat()
 }
 
-/// Whether two triangles with one vertex in common meet elsewhere, too: an edge opposite that vertex then meets the other triangle.
-fn fans_meet(positions: &[Point3<f64>], one: [u32; 3], two: [u32; 3]) -> bool {
-    let meets = |edge_of: [u32; 3], face: [u32; 3]| {
-        let mut ends = edge_of.into_iter().filter(|vertex| !face.contains(vertex));
-        let (Some(p), Some(q)) = (ends.next(), ends.next()) else { return false };
-        let [p, q] = [p, q].map(|vertex| positions[vertex as usize]);
-        let face = face.map(|vertex| positions[vertex as usize]);
-        segment_meets(&p, &q, side(&face, &p), side(&face, &q), &face)
-    };
-    meets(one, two) || meets(two, one)
+/// Whether two triangles, each its vertices and where they are, have a point in common that no shared vertex or edge explains: where
+/// they share a vertex, whether an edge opposite it meets the other triangle. Neighbours across an edge count as apart.
+pub(crate) fn meet((one, at_one): ([u32; 3], Triangle), (two, at_two): ([u32; 3], Triangle)) -> bool {
+    let shared = |k: &usize| two.contains(&one[*k]);
+    match (0..3).filter(shared).count() {
+        0 => intersect(&at_one, &at_two),
+        1 => {
+            let opposite = |own: [u32; 3], at: Triangle, other: [u32; 3], face: Triangle| {
+                let mut ends = (0..3).filter(|&k| !other.contains(&own[k])).map(|k| at[k]);
+                let (Some(p), Some(q)) = (ends.next(), ends.next()) else { return false };
+                segment_meets(&p, &q, side(&face, &p), side(&face, &q), &face)
+            };
+            opposite(one, at_one, two, at_two) || opposite(two, at_two, one, at_one)
+        }
+        _ => false,
+    }
 }
 
 fn lower(a: Option<u32>, b: Option<u32>) -> Option<u32> {
