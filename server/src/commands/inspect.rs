@@ -6,7 +6,9 @@ use crate::study::examples;
 use crate::wire::{Served, Timing};
 use clap::Args;
 use serde_json::{Value, json};
+use shatter_fracture::accuracy::{NORMAL_DEG, NormalShares};
 use shatter_fracture::database;
+use shatter_fracture::pipeline::Prepared;
 use std::path::PathBuf;
 
 /// Flags of `shatterd inspect`.
@@ -69,6 +71,7 @@ pub fn run(args: &InspectArgs) -> Result<(), Failure> {
         },
         "input_volume_m3": prepared.report.input_volume_m3,
         "surface_deviation": prepared.report.surface_deviation,
+        "normals_within_10_deg": normals(prepared),
         "parameters": prepared.parameters,
         "materials": prepared.report.materials,
         "skin_triangles": prepared.skin.as_ref().map(|skin| skin.triangles.len()),
@@ -92,6 +95,14 @@ pub fn run(args: &InspectArgs) -> Result<(), Failure> {
         }
     }
     out::print(&text)
+}
+
+/// Shares of the outer area; `null` for an object without a skin.
+fn normals(prepared: &Prepared) -> Value {
+    NormalShares::of(prepared, NORMAL_DEG).map_or(
+        Value::Null,
+        |shares| json!({ "faces": shares.faces, "smooth": shares.smooth, "carried": shares.carried }),
+    )
 }
 
 /// What strikes are expected to take, if that is asked for; `null` where it is not, or nothing fits.

@@ -8,6 +8,7 @@
 //! | [`cvd_gap`], [`size_distance`] | diagrams of one field and one number of sites; two good ones differ in a fifth of their labels |
 //! | [`label_fraction`], [`misplaced`], [`volume_l1`], [`crack_distance`] | tessellations of the *same sites* |
 //! | [`BakeReport::surface_deviation`](crate::pipeline::BakeReport::surface_deviation) | the lattice's boundary and the input's surface |
+//! | [`NormalShares`] | their normals |
 //!
 //! **The same sites on another lattice.** Sites live in R^m, off the embedded body, so there is no place in space to carry them by. They
 //! are kept as they are, and the *lift* is carried instead: [`carried`] interpolates the coordinates of the finer lattice linearly at
@@ -21,6 +22,7 @@ mod distance;
 mod error;
 mod exact;
 mod labels;
+mod normals;
 mod polytope;
 mod regions;
 mod rivals;
@@ -32,5 +34,6 @@ pub use distance::{CrackDistance, crack_distance};
 pub use error::AccuracyError;
 pub use exact::{Exact, exact};
 pub use labels::{Misplaced, carried, label_fraction, misplaced, nearest};
+pub use normals::{NORMAL_DEG, NormalShares, Shaded};
 pub use regions::Regions;
 pub use scalar::{cvd_gap, degree_error, density_error, energy_error, size_distance, volume_l1};

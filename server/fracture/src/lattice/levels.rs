@@ -1,5 +1,6 @@
 //! Two levels of one shape: a coarse lattice to solve on and a fine one to cut, body by body.
 
+use super::fit::stuff_fitted;
 use super::level::{Dropped, Level, stuff};
 use super::measure::Dihedral;
 use super::{ELASTIC_NODES_MAX, Lattice, LatticeError, Locator, SignedDistance, Transfer};
@@ -103,7 +104,8 @@ pub struct Spacings {
     pub refine: bool,
 }
 
-/// Stuffs a shape at two spacings, both to `volume` (local, positive), and pairs their bodies.
+/// Stuffs a shape at two spacings, both to `volume` (local, positive), fits the finer boundary to ridges and creases, and pairs
+/// their bodies.
 ///
 /// Bodies are matched by overlap. A body that the coarser level lost, or joined with another, is solved on its crack
 /// lattice, so that distinct bodies never share a solve and none is missing. Errors: those of [`stuff`]; an empty
@@ -114,16 +116,17 @@ pub fn levels(
     volume: f64,
     token: &Token,
 ) -> Result<Levels, LatticeError> {
-    levels_by(&|spacing| stuff(shape, spacing, Some(volume), token), spacings, token)
+    let crack = stuff_fitted(shape, spacings.crack, volume, token)?;
+    levels_by(crack, &|spacing| stuff(shape, spacing, Some(volume), token), spacings, token)
 }
 
-/// Pairs the bodies of what `stuffed` makes at two spacings.
+/// Pairs the bodies of a crack level with those of what `stuffed` makes at the elastic spacing.
 pub(super) fn levels_by(
+    crack: Level,
     stuffed: &dyn Fn(f64) -> Result<Level, LatticeError>,
     spacings: Spacings,
     token: &Token,
 ) -> Result<Levels, LatticeError> {
-    let crack = stuffed(spacings.crack)?;
     let mut spacing = spacings.elastic;
     loop {
         let elastic = match stuffed(spacing) {

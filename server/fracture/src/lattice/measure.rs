@@ -14,22 +14,41 @@ pub struct Dihedral {
     pub max_deg: f64,
 }
 
+impl Dihedral {
+    /// Of one tetrahedron; `None` if its volume is not positive.
+    pub(super) fn of(corners: &[Point3<f64>; 4]) -> Option<Self> {
+        let [a, b, c, d] = corners;
+        let volume = (b - a).dot(&(c - a).cross(&(d - a)));
+        (volume > 0.0).then(|| Self::from_cosines(cosines(corners)))
+    }
+
+    /// Whether both angles are within `bounds_deg`, or else no farther beyond than `before`.
+    pub(super) fn within(&self, bounds_deg: [f64; 2], before: Option<Self>) -> bool {
+        let [least, most] =
+            before.map_or(bounds_deg, |own| [own.min_deg.min(bounds_deg[0]), own.max_deg.max(bounds_deg[1])]);
+        self.min_deg >= least && self.max_deg <= most
+    }
+
+    /// From the largest cosine and the smallest.
+    fn from_cosines([smallest, largest]: [f64; 2]) -> Self {
+        let degrees = |cosine: f64| cosine.clamp(-1.0, 1.0).acos().to_degrees();
+        Self { min_deg: degrees(smallest), max_deg: degrees(largest) }
+    }
+}
+
+/// Largest and smallest cosine of a tetrahedron's dihedral angles.
+fn cosines(corners: &[Point3<f64>; 4]) -> [f64; 2] {
+    let normals = FACES.map(|[i, j, k]| area_vector(&[corners[i], corners[j], corners[k]]).normalize());
+    // Outward normals enclose the angle's supplement.
+    let all = EDGES.map(|[i, j]| -normals[i].dot(&normals[j]));
+    all.iter().fold([-1.0, 1.0], |[most, least]: [f64; 2], own| [most.max(*own), least.min(*own)])
+}
+
 impl Lattice {
     /// The extreme dihedral angles of all tetrahedra; (180, 0) of an empty lattice.
     pub fn dihedral(&self) -> Dihedral {
-        let (mut smallest, mut largest) = (-1.0f64, 1.0f64);
-        for tet in 0..self.tets.len() {
-            let corners = self.corners(tet);
-            let normals = FACES.map(|[i, j, k]| area_vector(&[corners[i], corners[j], corners[k]]).normalize());
-            for [i, j] in EDGES {
-                // Outward normals enclose the angle's supplement.
-                let cosine = -normals[i].dot(&normals[j]);
-                smallest = smallest.max(cosine);
-                largest = largest.min(cosine);
-            }
-        }
-        let degrees = |cosine: f64| cosine.clamp(-1.0, 1.0).acos().to_degrees();
-        Dihedral { min_deg: degrees(smallest), max_deg: degrees(largest) }
+        let cosines = (0..self.tets.len()).map(|tet| cosines(&self.corners(tet)));
+        Dihedral::from_cosines(cosines.fold([-1.0, 1.0], |sum, own| [sum[0].max(own[0]), sum[1].min(own[1])]))
     }
 
     /// Area of the boundary, local.

@@ -2,8 +2,10 @@
 
 mod adjacency;
 mod block;
+mod crossing;
 mod cut;
 mod error;
+mod fit;
 mod grid;
 mod level;
 mod levels;

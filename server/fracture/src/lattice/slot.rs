@@ -52,7 +52,8 @@ pub fn stuff_slotted(
     stuff(&Slotted { shape, depth, offset, half: SLOT_HALF * spacing }, spacing, None, token)
 }
 
-/// As [`super::levels`], with slots on both levels, each as wide as its own spacing asks.
+/// As [`super::levels`], with slots on both levels, each as wide as its own spacing asks; nothing is fitted, since no edge may become
+/// longer.
 ///
 /// Errors: those of [`stuff`].
 pub fn slotted_levels(
@@ -62,7 +63,8 @@ pub fn slotted_levels(
     volume: f64,
     token: &Token,
 ) -> Result<Levels, LatticeError> {
-    levels_by(&|spacing| stuff_slotted(shape, depth, spacing, volume, token), spacings, token)
+    let stuffed = |spacing| stuff_slotted(shape, depth, spacing, volume, token);
+    levels_by(stuffed(spacings.crack)?, &stuffed, spacings, token)
 }
 
 #[cfg(test)]

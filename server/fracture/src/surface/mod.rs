@@ -34,5 +34,6 @@ pub use nearest::{Nearest, NearestTriangle};
 pub use raw::{DOUBLE, RawMesh, SINGLE, Unit, UnknownUnit, UnknownUp, Up};
 pub use read::{read, read_painted};
 pub use repair::{Part, Surface};
+pub(crate) use repair::{crossings, meet};
 pub use sheets::Sheets;
 pub use width::{Side, Width, Widths};

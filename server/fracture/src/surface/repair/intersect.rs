@@ -63,6 +63,44 @@ pub(super) fn intersections(positions: &[Point3<f64>], triangles: &[[u32; 3]]) -
     crossings
 }
 
+/// The pairs of one of the `chosen` triangles and any other that meet elsewhere than in vertices they share; the chosen one first, and pairs
+/// of two of them twice. Neighbours across an edge count as apart.
+pub(crate) fn crossings(positions: &[Point3<f64>], triangles: &[[u32; 3]], chosen: &[u32]) -> Vec<[u32; 2]> {
+    let corners = |triangle: u32| triangles[triangle as usize].map(|vertex| positions[vertex as usize]);
+    let tree = Tree::new(&(0..triangles.len() as u32).map(corners).collect::<Vec<_>>());
+    let search = |&own: &u32| {
+        let (own_corners, mut met) = (corners(own), Vec::new());
+        tree.overlapping(&Bounds::of(&own_corners), 0, |place| {
+            let other = tree.order[place];
+            let [one, two] = [own, other].map(|triangle| triangles[triangle as usize]);
+            if meet((one, own_corners), (two, tree.triangles[place])) {
+                met.push([own, other]);
+            }
+        });
+        met
+    };
+    let found: Vec<Vec<[u32; 2]>> = chosen.par_iter().map(search).collect();
+    found.concat()
+}
+
+/// Whether two triangles, each its vertices and where they are, have a point in common that no shared vertex or edge explains: where
+/// they share a vertex, whether an edge opposite it meets the other triangle. Neighbours across an edge count as apart.
+pub(crate) fn meet((one, at_one): ([u32; 3], Triangle), (two, at_two): ([u32; 3], Triangle)) -> bool {
+    let shared = |k: &usize| two.contains(&one[*k]);
+    match (0..3).filter(shared).count() {
+        0 => intersect(&at_one, &at_two),
+        1 => {
+            let opposite = |own: [u32; 3], at: Triangle, other: [u32; 3], face: Triangle| {
+                let mut ends = (0..3).filter(|&k| !other.contains(&own[k])).map(|k| at[k]);
+                let (Some(p), Some(q)) = (ends.next(), ends.next()) else { return false };
+                segment_meets(&p, &q, side(&face, &p), side(&face, &q), &face)
+            };
+            opposite(one, at_one, two, at_two) || opposite(two, at_two, one, at_one)
+        }
+        _ => false,
+    }
+}
+
 fn lower(a: Option<u32>, b: Option<u32>) -> Option<u32> {
     a.into_iter().chain(b).min()
 }
@@ -159,6 +197,18 @@ mod tests {
                 assert_eq!(intersect(&a, &b), expected);
             }
         }
+    }
+
+    #[test]
+    fn a_fan_that_folds_through_itself_crosses() {
+        let at = |x: f64, y: f64, z: f64| Point3::new(x, y, z);
+        let triangles = [[0, 1, 2], [0, 3, 4], [0, 2, 3]];
+        let met = |three: Point3<f64>| {
+            let positions = [at(0.0, 0.0, 0.0), at(1.0, 0.0, 0.0), at(0.0, 1.0, 0.0), three, at(0.3, 0.3, 0.5)];
+            crossings(&positions, &triangles, &[0])
+        };
+        assert_eq!(met(at(-1.0, 0.2, 0.3)), Vec::<[u32; 2]>::new());
+        assert_eq!(met(at(0.4, 0.2, -0.5)), [[0, 1]]);
     }
 
     #[test]

@@ -7,6 +7,7 @@ mod orient;
 mod sets;
 mod shells;
 pub(super) use clean::is_flat;
+pub(crate) use intersect::{crossings, meet};
 pub(super) use sets::Sets;
 pub use shells::Part;
 

@@ -1,0 +1,102 @@
+//! How far what is lit differs from the input.
+
+use crate::lattice::{Lattice, area_vector};
+use crate::pipeline::Prepared;
+use crate::surface::NearestTriangle;
+use nalgebra::{Point3, Vector3};
+use rayon::prelude::*;
+
+/// Shares of the area of outer faces whose normals are near those of the input, 0 ..= 1.
+///
+/// The input's normal at a place is that of its triangle nearest to it; each face is asked at three places that stand for a third of its
+/// area. Cracks do not matter: they divide outer faces, and turn none. Walls of existing cracks are among the outer faces.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NormalShares {
+    /// Normals of the faces themselves.
+    pub faces: f64,
+    /// Normals of nodes, of the faces around by their areas, interpolated.
+    pub smooth: f64,
+    /// Normals of nodes that are carried from the input ([`crate::skin::Outer`]), interpolated; `None` where some body has none.
+    pub carried: Option<f64>,
+}
+
+/// What counts as near, degrees.
+pub const NORMAL_DEG: f64 = 10.0;
+
+/// Barycentric coordinates of the places.
+const PLACES: [[f64; 3]; 3] =
+    [[2.0 / 3.0, 1.0 / 6.0, 1.0 / 6.0], [1.0 / 6.0, 2.0 / 3.0, 1.0 / 6.0], [1.0 / 6.0, 1.0 / 6.0, 2.0 / 3.0]];
+
+/// A lattice, and normals by node where it has carried ones.
+pub type Shaded<'a> = (&'a Lattice, Option<Vec<Vector3<f64>>>);
+
+impl NormalShares {
+    /// Of a prepared object, against the triangles of its skin; `None` without one.
+    pub fn of(prepared: &Prepared, degrees: f64) -> Option<Self> {
+        let skin = prepared.skin.as_ref()?;
+        let triangles: Vec<[Point3<f64>; 3]> =
+            (0..skin.triangles.len()).map(|triangle| skin.corners(triangle)).collect();
+        let shaded = |body: &crate::pipeline::Body| {
+            let mut normals = vec![Vector3::zeros(); body.crack.nodes.len()];
+            for (&node, normal) in body.topology.boundary_nodes.iter().zip(&body.outer.as_ref()?.normals) {
+                normals[node as usize] = Vector3::from(*normal).cast();
+            }
+            Some(normals)
+        };
+        let bodies: Vec<Shaded> = prepared.bodies.iter().map(|body| (&body.crack, shaded(body))).collect();
+        Some(Self::new(&bodies, &triangles, degrees))
+    }
+
+    /// Within `degrees` of `triangles` (local, outward); 1 where there is no area.
+    pub fn new(bodies: &[Shaded], triangles: &[[Point3<f64>; 3]], degrees: f64) -> Self {
+        let nearest = NearestTriangle::new(triangles);
+        let least = degrees.to_radians().cos();
+        let sums: Vec<[f64; 4]> = bodies.iter().map(|body| sums(body, triangles, &nearest, least)).collect();
+        let total = |k: usize| sums.iter().map(|sum| sum[k]).sum::<f64>();
+        let area = total(0);
+        let share = |k: usize| if area > 0.0 { total(k) / area } else { 1.0 };
+        let carried = bodies.iter().all(|(_, carried)| carried.is_some());
+        Self { faces: share(1), smooth: share(2), carried: carried.then(|| share(3)) }
+    }
+}
+
+/// Area of one body's boundary, and what of it is near by faces, smooth and carried normals.
+fn sums(
+    (lattice, carried): &Shaded,
+    triangles: &[[Point3<f64>; 3]],
+    nearest: &NearestTriangle,
+    least: f64,
+) -> [f64; 4] {
+    let boundary = lattice.boundary();
+    let area = |nodes: [u32; 3]| area_vector(&nodes.map(|node| lattice.nodes[node as usize]));
+    let mut smooth = vec![Vector3::zeros(); lattice.nodes.len()];
+    for face in &boundary {
+        let own = area(face.nodes);
+        face.nodes.iter().for_each(|&node| smooth[node as usize] += own);
+    }
+    smooth.iter_mut().for_each(|normal| *normal = normal.try_normalize(0.0).unwrap_or_default());
+    let of = |nodes: [u32; 3]| {
+        let own = area(nodes);
+        let third = own.norm() / 3.0;
+        let mut sums = [0.0; 4];
+        for weights in PLACES {
+            let mean =
+                |of: &dyn Fn(u32) -> Vector3<f64>| (0..3).map(|k| of(nodes[k]) * weights[k]).sum::<Vector3<f64>>();
+            let place = Point3::from(mean(&|node| lattice.nodes[node as usize].coords));
+            let input = area_vector(&triangles[nearest.to(&place).0]);
+            let near = |normal: Vector3<f64>| normal.dot(&input) >= least * normal.norm() * input.norm();
+            sums[0] += third;
+            sums[1] += if near(own) { third } else { 0.0 };
+            sums[2] += if near(mean(&|node| smooth[node as usize])) { third } else { 0.0 };
+            let shown = carried.as_ref().is_some_and(|normals| near(mean(&|node| normals[node as usize])));
+            sums[3] += if shown { third } else { 0.0 };
+        }
+        sums
+    };
+    let all: Vec<[f64; 4]> = boundary.par_iter().map(|face| of(face.nodes)).collect();
+    all.iter().fold([0.0; 4], |sum, own| [0, 1, 2, 3].map(|k| sum[k] + own[k]))
+}
+
+#[cfg(test)]
+#[path = "normals_tests.rs"]
+mod tests;

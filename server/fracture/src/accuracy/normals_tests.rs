@@ -1,0 +1,36 @@
+use super::*;
+use crate::lattice::block;
+use nalgebra::Isometry3;
+
+/// Shares of a block against its own faces turned by so many degrees.
+fn turned(degrees: f64, carried: Option<Vector3<f64>>) -> NormalShares {
+    let lattice = block([3, 3, 3], 0.1);
+    let turn = Isometry3::rotation(Vector3::new(0.6, 0.64, 0.48).normalize() * degrees.to_radians());
+    // Large enough planes: the nearest triangle is the turned one of the same side but for a rim.
+    let triangles: Vec<[Point3<f64>; 3]> =
+        lattice.boundary().iter().map(|face| face.nodes.map(|node| turn * lattice.nodes[node as usize])).collect();
+    let normals = carried.map(|normal| vec![normal; lattice.nodes.len()]);
+    NormalShares::new(&[(&lattice, normals)], &triangles, NORMAL_DEG)
+}
+
+#[test]
+fn faces_are_near_their_own_and_far_from_turned_ones() {
+    let same = turned(0.0, None);
+    assert!((same.faces - 1.0).abs() < 1e-12 && same.carried.is_none(), "{same:?}");
+    assert!(turned(5.0, None).faces > 0.9);
+    assert!(turned(30.0, None).faces < 0.05);
+}
+
+#[test]
+fn smooth_normals_miss_a_cube_near_its_edges_and_carried_ones_are_taken_as_they_are() {
+    let shares = turned(0.0, Some(Vector3::x()));
+    // Faces of one side of six; nodes inside a side have its normal, the others do not.
+    assert!((shares.carried.unwrap() - 1.0 / 6.0).abs() < 1e-12, "{shares:?}");
+    assert!((0.3..0.7).contains(&shares.smooth), "{shares:?}");
+}
+
+#[test]
+fn without_a_boundary_nothing_is_off() {
+    let shares = NormalShares::new(&[], &[], NORMAL_DEG);
+    assert_eq!(shares, NormalShares { faces: 1.0, smooth: 1.0, carried: Some(1.0) });
+}
