@@ -29,3 +29,4 @@ pub mod sparse;
 pub mod surface;
 pub mod tessellation;
 pub mod token;
+mod wide;

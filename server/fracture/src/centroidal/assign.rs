@@ -6,13 +6,13 @@ use super::level::{Level, TILE};
 use super::vector::LANES;
 
 /// Chunks hold at least this many groups, a multiple of [`TILE`].
-const CHUNK_MIN: usize = 16 * TILE;
+const CHUNK_MIN: usize = 8 * TILE;
 
 /// There are at most this many chunks, for their sums are merged one after the other.
 const CHUNKS_MAX: usize = 32;
 
 /// Multiplications, about a twentieth of a millisecond, below which waking another thread costs more than it saves.
-const SPLIT_MIN: usize = 1 << 20;
+const SPLIT_MIN: usize = 1 << 18;
 
 /// What an assignment needs beside the level; reused from call to call.
 #[derive(Clone, Debug)]

@@ -75,7 +75,19 @@ impl<'a> Field<'a> {
     /// [`FieldError`] when an entry is out of range or the energies add up to nothing; `mass` is then unchanged.
     pub fn new(lift: &'a Lift, volumes: &'a [f64], mass: &'a mut [f64]) -> Result<Self, FieldError> {
         check_lengths(lift, volumes, mass)?;
-        check_entries(lift, volumes, mass)?;
+        check_entries(lift, volumes)?;
+        Self::on_checked(lift, volumes, mass)
+    }
+
+    /// The same where lift and volumes are an object's, whose entries were looked at when it was made or read.
+    ///
+    /// # Errors
+    /// [`FieldError::Length`], [`FieldError::Mass`] and [`FieldError::Total`]; `mass` is then unchanged.
+    pub fn on_checked(lift: &'a Lift, volumes: &'a [f64], mass: &'a mut [f64]) -> Result<Self, FieldError> {
+        check_lengths(lift, volumes, mass)?;
+        if let Some(node) = mass.iter().position(|mass| !(mass.is_finite() && *mass >= 0.0)) {
+            return Err(FieldError::Mass { node, mass: mass[node] });
+        }
         let total: f64 = mass.iter().sum();
         let mean_density = total / volumes.iter().sum::<f64>();
         if !mean_density.is_normal() {
@@ -189,10 +201,7 @@ fn check_lengths(lift: &Lift, volumes: &[f64], mass: &[f64]) -> Result<(), Field
     }
 }
 
-fn check_entries(lift: &Lift, volumes: &[f64], mass: &[f64]) -> Result<(), FieldError> {
-    if let Some(node) = mass.iter().position(|mass| !(mass.is_finite() && *mass >= 0.0)) {
-        return Err(FieldError::Mass { node, mass: mass[node] });
-    }
+fn check_entries(lift: &Lift, volumes: &[f64]) -> Result<(), FieldError> {
     if let Some(node) = volumes.iter().position(|volume| !(volume.is_finite() && *volume > 0.0)) {
         return Err(FieldError::Volume { node, volume: volumes[node] });
     }

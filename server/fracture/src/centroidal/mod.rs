@@ -169,9 +169,15 @@ pub fn diagram_until(
 ) -> Result<(), Cancelled> {
     let sites = options.sites.clamp(1, field.nodes());
     let mut stream = Stream::new(options.seed, u64::from(options.start) << 32 | sites as u64);
-    workspace.start.draw(field, sites, &mut stream, &mut workspace.sites);
-    workspace.current.set_sites(&workspace.sites, field.dimension());
-    let levels = workspace.load(field, sites);
+    let Workspace { start, sites: drawn, levels, current, .. } = &mut *workspace;
+    // Neither waits for the other.
+    let (levels, ()) = rayon::join(
+        || workspace::load(levels, field, sites),
+        || {
+            start.draw(field, sites, &mut stream, drawn);
+            current.set_sites(drawn, field.dimension());
+        },
+    );
     diagram.coarse_iterations = 0;
     for index in (1..levels).rev() {
         let (level, mut descent) = workspace.descent(index, field.pins().len(), options);
@@ -186,7 +192,7 @@ pub fn diagram_until(
 /// Exact labels of given sites (site-major, m each, at least one) and their energies E_i, without moving them.
 pub fn assign(field: &Field, sites: &[f64], workspace: &mut Workspace) -> Diagram {
     let mut diagram = Diagram::default();
-    workspace.load(field, field.nodes());
+    workspace::load(&mut workspace.levels, field, field.nodes());
     workspace.current.set_sites(sites, field.dimension());
     workspace.scratch.assign(&workspace.levels[0], &mut workspace.current);
     diagram.history.push(workspace.current.energy);

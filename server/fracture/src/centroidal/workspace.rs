@@ -4,6 +4,7 @@ use super::assign::{Scratch, State};
 use super::level::Level;
 use super::lloyd::Descent;
 use super::{Diagram, Field, Options, start};
+use rayon::prelude::*;
 
 /// Reused from diagram to diagram: after the largest one, no call allocates anything that grows with the mesh.
 #[derive(Clone, Debug, Default)]
@@ -18,29 +19,32 @@ pub struct Workspace {
     pub(super) current: State,
     /// The state tried next, or the one before.
     pub(super) trial: State,
-    /// Σ w(X − p) b of each cell by coordinate, b the first moments of the nodes' own cells.
+    /// Σ w(X − p) b of each cell by coordinate, b the first moments of the nodes' own cells, and Σ w m of their second ones; by parts.
     pub(super) moments: Vec<f64>,
 }
+
+/// Nodes whose own cells are added up at once.
+const PART: usize = 4096;
 
 /// Points per site that a level needs, to begin on.
 const POINTS_PER_SITE: usize = 12;
 
-impl Workspace {
-    /// Refills as many levels as `sites` sites can begin on; their number.
-    pub(super) fn load(&mut self, field: &Field, sites: usize) -> usize {
-        let groups = field.clusters().map_or(&[][..], |clusters| clusters.levels());
-        let enough = |groups: &&super::clusters::Groups| groups.count() >= POINTS_PER_SITE * sites;
-        let coarse = groups.iter().take_while(enough).count();
-        let count = self.levels.len().max(coarse + 1);
-        self.levels.resize_with(count, Level::default);
-        self.levels[0].load(field, groups.first());
-        for index in 1..=coarse {
-            let (finer, coarser) = self.levels.split_at_mut(index);
-            coarser[0].coarsen(&finer[index - 1], groups.get(index));
-        }
-        coarse + 1
+/// Refills as many of `levels` as `sites` sites can begin on; their number.
+pub(super) fn load(levels: &mut Vec<Level>, field: &Field, sites: usize) -> usize {
+    let groups = field.clusters().map_or(&[][..], |clusters| clusters.levels());
+    let enough = |groups: &&super::clusters::Groups| groups.count() >= POINTS_PER_SITE * sites;
+    let coarse = groups.iter().take_while(enough).count();
+    let count = levels.len().max(coarse + 1);
+    levels.resize_with(count, Level::default);
+    levels[0].load(field, groups.first());
+    for index in 1..=coarse {
+        let (finer, coarser) = levels.split_at_mut(index);
+        coarser[0].coarsen(&finer[index - 1], groups.get(index));
     }
+    coarse + 1
+}
 
+impl Workspace {
     /// Level `index`, and what a descent on it moves.
     pub(super) fn descent(&mut self, index: usize, pinned: usize, options: &Options) -> (&Level, Descent<'_>) {
         let Self { scratch, levels, current, trial, .. } = self;
@@ -64,20 +68,25 @@ impl Workspace {
         self.add_moments(field, diagram);
     }
 
-    /// Adds Σ w(2 b·(X − p) + m) to each cell's energy: by coordinate, and these added up at the end.
+    /// Adds Σ w(2 b·(X − p) + m) to each cell's energy: by coordinate and by parts of the nodes, and these added up at the end.
     fn add_moments(&mut self, field: &Field, diagram: &mut Diagram) {
-        let (m, lift) = (field.dimension(), field.lift());
+        let (m, lift, entries) = (field.dimension(), field.lift(), diagram.count() * (field.dimension() + 1));
         self.moments.clear();
-        self.moments.resize(diagram.count() * m, 0.0);
-        let nodes = lift.coordinates.chunks_exact(m).zip(lift.first_moment.chunks_exact(m)).zip(&lift.second_moment);
-        for (((place, offset), second), (&label, mass)) in nodes.zip(diagram.labels.iter().zip(field.mass())) {
-            let sums = &mut self.moments[label as usize * m..][..m];
-            let levers = place.iter().zip(&diagram.sites[label as usize * m..][..m]).zip(offset);
-            sums.iter_mut().zip(levers).for_each(|(sum, ((x, p), b))| *sum += mass * ((x - p) * b));
-            diagram.cell_energy[label as usize] += mass * second;
-        }
-        for (energy, sums) in diagram.cell_energy.iter_mut().zip(self.moments.chunks_exact(m)) {
-            *energy += 2.0 * sums.iter().sum::<f64>();
+        self.moments.resize(field.nodes().div_ceil(PART) * entries, 0.0);
+        let (labels, sites) = (&diagram.labels, &diagram.sites);
+        self.moments.par_chunks_mut(entries).enumerate().for_each(|(part, sums)| {
+            for node in part * PART..field.nodes().min((part + 1) * PART) {
+                let (site, mass) = (labels[node] as usize, field.mass()[node]);
+                let sums = &mut sums[site * (m + 1)..][..m + 1];
+                let levers = lift.at(node).iter().zip(&sites[site * m..][..m]).zip(&lift.first_moment[node * m..][..m]);
+                sums.iter_mut().zip(levers).for_each(|(sum, ((x, p), b))| *sum += mass * ((x - p) * b));
+                sums[m] += mass * lift.second_moment[node];
+            }
+        });
+        for part in self.moments.chunks_exact(entries) {
+            for (energy, sums) in diagram.cell_energy.iter_mut().zip(part.chunks_exact(m + 1)) {
+                *energy += 2.0 * sums[..m].iter().sum::<f64>() + sums[m];
+            }
         }
     }
 }

@@ -24,33 +24,30 @@ const COEFFICIENT_ROD: f64 = 1.0 / 12.0;
 
 /// E_1 = ∫W|X − c|² over the whole body about its centre of energy c, the energy of the one fragment that it is.
 ///
-/// Exact for W constant on each node's cell: the cells' own moments are counted, and X is centred first.
+/// Exact for W constant on each node's cell: the cells' own moments are counted. Summed about the node r with the most energy, which
+/// is as near to c as the energy is spread out, in one pass, and moved to c by the parallel axis theorem: little is lost.
 pub fn first_moment(field: &Field) -> f64 {
     let m = field.dimension();
-    let nodes = |part: usize| part * PART..field.nodes().min((part + 1) * PART);
-    let entry = |node: usize| {
-        let offset = &field.lift().first_moment[node * m..][..m];
-        (field.mass()[node], field.lift().at(node), offset)
-    };
-    let mut sums = in_parts(field.nodes(), m + 1, |part, sums| {
-        for (mass, place, offset) in nodes(part).map(entry) {
-            sums.iter_mut().zip(place.iter().zip(offset)).for_each(|(sum, (x, b))| *sum += mass * (x + b));
-            sums[m] += mass;
+    let most = |most: usize, node: usize| if field.mass()[node] > field.mass()[most] { node } else { most };
+    let about = field.lift().at((1..field.nodes()).fold(0, most));
+    // Σ w(X − r + b) by coordinate, Σ w|X − r|² + 2 w b·(X − r) by coordinate, Σ w, Σ w m_v.
+    let sums = in_parts(field.nodes(), 2 * m + 2, |part, sums| {
+        let (levers, sums) = sums.split_at_mut(m);
+        let (squares, sums) = sums.split_at_mut(m);
+        for node in part * PART..field.nodes().min((part + 1) * PART) {
+            let (mass, offset) = (field.mass()[node], &field.lift().first_moment[node * m..][..m]);
+            let places = field.lift().at(node).iter().zip(about).zip(offset);
+            for ((lever, square), ((x, r), b)) in levers.iter_mut().zip(squares.iter_mut()).zip(places) {
+                let arm = x - r;
+                *lever += mass * (arm + b);
+                *square += mass * (arm * (arm + (b + b)));
+            }
+            sums[0] += mass;
+            sums[1] += mass * field.lift().second_moment[node];
         }
     });
-    let total = sums[m];
-    sums.iter_mut().for_each(|sum| *sum /= total);
-    let centre = &sums[..m];
-    // By coordinate, and these added up at the end: |X − c|² + 2 b·(X − c) is the sum of (X − c)(X − c + 2 b).
-    let moments = in_parts(field.nodes(), m + 1, |part, sums| {
-        for node in nodes(part) {
-            let (mass, place, offset) = entry(node);
-            let places = place.iter().zip(centre).zip(offset);
-            sums.iter_mut().zip(places).for_each(|(sum, ((x, c), b))| *sum += mass * ((x - c) * ((x - c) + (b + b))));
-            sums[m] += mass * field.lift().second_moment[node];
-        }
-    });
-    moments.iter().sum()
+    let (about_r, total) = (sums[m..2 * m].iter().sum::<f64>() + sums[2 * m + 1], sums[2 * m]);
+    about_r - sums[..m].iter().map(|lever| lever * lever).sum::<f64>() / total
 }
 
 /// Nodes of one part.

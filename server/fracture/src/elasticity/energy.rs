@@ -2,11 +2,11 @@
 
 use super::element::{Element, Lame};
 use super::strain::Strain;
-use super::wide::{Kernel, Lanes, widest};
 use super::{Elasticity, ElasticityError};
 use crate::lattice::Lattice;
 use crate::memory::held;
 use crate::token::Token;
+use crate::wide::{Kernel, Lanes, widest};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 

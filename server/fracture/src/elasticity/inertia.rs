@@ -59,14 +59,24 @@ impl Inertia {
         held(&self.arms) + held(&self.masses) + held(&self.moments)
     }
 
-    /// Subtracts the inertial forces, so that net force and torque vanish, and returns the acceleration, linear and angular.
-    /// The second pass removes what the rounding of the first left, which is all there is when the load was nothing but a
-    /// rigid acceleration.
-    pub fn relieve(&self, forces: &mut [f64]) -> [Vector3<f64>; 2] {
-        let first = self.acceleration(self.net(forces));
-        let rest = self.acceleration(self.subtract(forces, &first));
+    /// Subtracts the inertial forces of `forces`, so that net force and torque vanish.
+    pub fn relieve(&self, forces: &mut [f64]) {
+        self.balance(&self.acceleration(self.net(forces)), forces);
+    }
+
+    /// The rigid acceleration, linear and angular, that the `applied` forces cause.
+    pub fn acceleration_of(&self, applied: &[(u32, Vector3<f64>)]) -> [Vector3<f64>; 2] {
+        let add = |(force, torque): (Vector3<f64>, Vector3<f64>), (node, own): &(u32, Vector3<f64>)| {
+            (force + own, torque + self.arms[*node as usize].cross(own))
+        };
+        self.acceleration(applied.iter().fold((Vector3::zeros(), Vector3::zeros()), add))
+    }
+
+    /// Subtracts the inertial forces of `acceleration`, which is that of `forces`. The second pass removes what the rounding of the
+    /// first left, which is all there is when the load was nothing but a rigid acceleration.
+    pub fn balance(&self, acceleration: &[Vector3<f64>; 2], forces: &mut [f64]) {
+        let rest = self.acceleration(self.subtract(forces, acceleration));
         self.subtract(forces, &rest);
-        [first[0] + rest[0], first[1] + rest[1]]
     }
 
     /// The rigid acceleration, linear and angular, under a net force and torque.

@@ -41,7 +41,7 @@ pub struct Touch {
 /// Nodal forces of an impact.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Load {
-    /// Three components per node; in equilibrium if the body is free.
+    /// Three components per node; in equilibrium if the body is free. Empty until [`Elasticity::balance`].
     pub forces: Vec<f64>,
     /// One per contact.
     pub touches: Vec<Touch>,
@@ -65,29 +65,54 @@ impl Elasticity {
         load: &mut Load,
         workspace: &mut Workspace,
     ) -> Result<(), ElasticityError> {
+        self.touch(contacts, load, workspace)?;
+        self.balance(load);
+        Ok(())
+    }
+
+    /// As [`Self::load`], but no nodal forces, which [`Self::balance`] adds where they are needed: what a reduced displacement is
+    /// found from is all there.
+    ///
+    /// # Errors
+    /// Those of [`Self::load`].
+    pub fn touch(
+        &self,
+        contacts: &[Contact],
+        load: &mut Load,
+        workspace: &mut Workspace,
+    ) -> Result<(), ElasticityError> {
         if contacts.is_empty() {
             return Err(ElasticityError::NoContacts);
         }
         load.forces.clear();
-        load.forces.resize(self.size(), 0.0);
         load.touches.clear();
         load.applied.clear();
         load.acceleration = [Vector3::zeros(); 2];
         for (index, contact) in contacts.iter().enumerate() {
             check(index, contact)?;
-            let touch = self.touch(index, contact, workspace)?;
-            for &(node, weight) in &workspace.weights {
-                let force = contact.impulse * weight;
-                let own = &mut load.forces[3 * node as usize..][..3];
-                own.iter_mut().zip(force.iter()).for_each(|(own, force)| *own += force);
-                load.applied.push((node, force));
-            }
+            let touch = self.reach(index, contact, workspace)?;
+            load.applied.extend(workspace.weights.iter().map(|(node, weight)| (*node, contact.impulse * *weight)));
             load.touches.push(touch);
         }
         if let Support::Free(_) = self.support {
-            load.acceleration = self.inertia.relieve(&mut load.forces);
+            load.acceleration = self.inertia.acceleration_of(&load.applied);
         }
         Ok(())
+    }
+
+    /// Writes the nodal forces of what `load` applies, if they are not there yet.
+    pub fn balance(&self, load: &mut Load) {
+        if !load.forces.is_empty() {
+            return;
+        }
+        load.forces.resize(self.size(), 0.0);
+        for (node, force) in &load.applied {
+            let own = &mut load.forces[3 * *node as usize..][..3];
+            own.iter_mut().zip(force.iter()).for_each(|(own, force)| *own += force);
+        }
+        if let Support::Free(_) = self.support {
+            self.inertia.balance(&load.acceleration, &mut load.forces);
+        }
     }
 
     /// Subtracts from `forces` (length 3 · nodes) the inertial forces of the rigid acceleration that they cause.
@@ -105,7 +130,7 @@ impl Elasticity {
     }
 
     /// Finds where `contact` touches and fills the workspace with (lattice node, weight), weights summing to 1.
-    fn touch(&self, index: usize, contact: &Contact, workspace: &mut Workspace) -> Result<Touch, ElasticityError> {
+    fn reach(&self, index: usize, contact: &Contact, workspace: &mut Workspace) -> Result<Touch, ElasticityError> {
         let nearest = self.boundary.nearest(&contact.point).ok_or(ElasticityError::EmptyLattice)?;
         if nearest.distance > contact.radius {
             let (distance, radius) = (nearest.distance, contact.radius);

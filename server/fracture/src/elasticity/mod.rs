@@ -24,7 +24,6 @@ mod strain;
 mod support;
 #[cfg(test)]
 mod tests;
-mod wide;
 
 pub use boundary::{Boundary, Nearest};
 pub use energy::Driving;
@@ -37,6 +36,7 @@ pub use solve::{NARROW_RESIDUAL_MAX, RESIDUAL_MAX, ROUNDING_MAX, Solved};
 pub use support::{Pins, Support};
 
 use crate::sparse::SolveScratch;
+use nalgebra::Vector3;
 
 /// Memory of the stages of one impact, kept from one to the next: after the first impact on the largest body nothing
 /// that grows with the lattice is allocated.
@@ -47,7 +47,7 @@ pub struct Workspace {
     front: front::Front,
     weights: Vec<(u32, f64)>,
     narrow: Vec<[f32; reduced::SIDE]>,
-    touched: Vec<u32>,
+    touched: Vec<(u32, Vector3<f64>)>,
     pulled: residual::Sums,
     gathered: Vec<f64>,
 }

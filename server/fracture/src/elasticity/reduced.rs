@@ -7,9 +7,9 @@
 //! body (a residual estimator: R. Verfürth, *A Review of A Posteriori Error Estimation*, 1996; the proportion, fitted, is ours).
 
 use super::residual::{self, Residual, Sums};
-use super::wide::{Kernel, widest};
 use super::{Elasticity, Load, Workspace};
 use crate::memory::held;
+use crate::wide::{Kernel, widest};
 use nalgebra::Vector3;
 use rayon::prelude::*;
 

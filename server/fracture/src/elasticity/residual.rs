@@ -115,14 +115,17 @@ impl Residual {
         let Workspace { touched, pulled, gathered, .. } = workspace;
         pulled.begin(body.size() / 3);
         touched.clear();
-        touched.extend(load.applied.iter().map(|(node, _)| *node));
-        touched.sort_unstable();
-        touched.dedup();
-        for node in touched.iter().map(|node| *node as usize) {
-            let rows = 3 * node..3 * node + 3;
-            let inverse = Vector3::from_column_slice(&self.inverse_diagonal[rows.clone()]);
-            let whole = Vector3::from_column_slice(&load.forces[rows]);
+        touched.extend_from_slice(&load.applied);
+        touched.sort_unstable_by_key(|(node, _)| *node);
+        touched.dedup_by(|next, own| {
+            let same = next.0 == own.0;
+            own.1 += if same { next.1 } else { Vector3::zeros() };
+            same
+        });
+        for (node, applied) in touched.iter().map(|(node, applied)| (*node as usize, applied)) {
+            let inverse = Vector3::from_column_slice(&self.inverse_diagonal[3 * node..3 * node + 3]);
             let inertial = body.inertia.force(node, &load.acceleration);
+            let whole = applied - inertial;
             forces += inverse.dot(&(whole.component_mul(&whole) - inertial.component_mul(&inertial)));
             let weighted = (whole + inertial).component_mul(&inverse);
             let (columns, blocks) = body.stiffness.row(node);

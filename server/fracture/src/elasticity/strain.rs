@@ -5,7 +5,7 @@
 //! by Newton's method in the place of its angles, which no processor computes side by side; the others by the quadratic that is left.
 
 use super::element::Lame;
-use super::wide::Lanes;
+use crate::wide::Lanes;
 
 /// xx, yy, zz, xy, yz, xz.
 pub(super) type Strain<const N: usize> = [Lanes<N>; 6];

@@ -100,14 +100,16 @@ pub(super) fn below(
     strike: &Strike,
     impact: &Impact,
     gamma_j_m2: f64,
-    loads: &[Load],
+    loads: &mut [Load],
 ) -> Option<f64> {
     let unit = prepared.unit_j(impact) * prepared.frame.diagonal_m * prepared.frame.diagonal_m / gamma_j_m2;
     let mut most = 0.0f64;
     for ((body, _), load) in impact.bodies.iter().zip(loads) {
         // A strike that will be refused for its lift is refused.
         prepared.lift(*body, strike.lift).ok()?;
-        let first_moment = prepared.bodies[*body].bound.as_ref()?.first_moment(strike.lift, &load.forces)?;
+        let bound = prepared.bodies[*body].bound.as_ref()?;
+        prepared.solid(*body).ok()?.elasticity.balance(load);
+        let first_moment = bound.first_moment(strike.lift, &load.forces)?;
         let own = first_moment * unit;
         most = Some(own).filter(|own| own.is_normal() && *own <= 1.0)?.max(most);
     }

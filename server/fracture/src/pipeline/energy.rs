@@ -61,7 +61,7 @@ pub(super) fn strain_energy_applied(
     energies
 }
 
-/// Nodal forces of `impact` on every body that it strikes, into the workspace; none where its effects do without deformation.
+/// What `impact` applies to every body that it strikes, into the workspace; none where its effects do without deformation.
 pub(super) fn apply(
     prepared: &Prepared,
     impact: &Impact,
@@ -78,9 +78,9 @@ pub(super) fn apply(
         let own = held.and_then(|held| held.body(*index));
         let elasticity = own.map_or(&prepared.solid(*index)?.elasticity, |own| &own.elasticity);
         watch.enter(Stage::Load);
-        let loaded = elasticity.load(contacts, load, &mut workspace.elasticity);
-        loaded.map_err(|source| StrikeError::of_body(*index, source))?;
-        watch.leave(Stage::Load, size_of_val(load.forces.as_slice()) as u64);
+        let touched = elasticity.touch(contacts, load, &mut workspace.elasticity);
+        touched.map_err(|source| StrikeError::of_body(*index, source))?;
+        watch.leave(Stage::Load, size_of_val(load.applied.as_slice()) as u64);
     }
     Ok(())
 }
@@ -158,7 +158,7 @@ fn displace(
     token: &Token,
 ) -> Result<Option<f64>, ElasticityError> {
     let Workspace { loads, displacement, coordinates, elasticity, .. } = workspace;
-    let load = &loads[place];
+    let load = &mut loads[place];
     if let (ElasticRequest::Reduced, Some(reduced)) = (impact.elastic, &solid.reduced) {
         reduced.project(load, coordinates);
         let error = reduced.estimate().error(reduced.residual(&solid.elasticity, load, coordinates, elasticity));
@@ -168,6 +168,7 @@ fn displace(
             return Ok(Some(Reduced::truncated_error(coordinates, used, error)));
         }
     }
+    solid.elasticity.balance(load);
     solid.elasticity.solve(&load.forces, displacement, elasticity, token)?;
     Ok(None)
 }
@@ -184,6 +185,7 @@ fn displace_held(
     watch: &mut dyn Watch,
 ) -> Result<(), ElasticityError> {
     let Workspace { loads, displacement, elasticity, .. } = workspace;
+    own.elasticity.balance(&mut loads[place]);
     own.elasticity.solve(&loads[place].forces, displacement, elasticity, token)?;
     watch.part(Effect::Anchored, own.elasticity.own_bytes() as u64);
     if let Some(sag) = own.sag.as_ref().filter(|_| impact.effects.has(Effect::Gravity)) {

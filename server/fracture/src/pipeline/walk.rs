@@ -49,7 +49,7 @@ pub(super) fn walk(
     apply(prepared, &impact, workspace, watch)?;
     if bound::will_do(strike) {
         watch.enter(Stage::Threshold);
-        let below = bound::below(prepared, strike, &impact, gamma_j_m2, &workspace.loads);
+        let below = bound::below(prepared, strike, &impact, gamma_j_m2, &mut workspace.loads);
         watch.leave(Stage::Threshold, 0);
         if let Some(e1_over_gamma) = below {
             let loads = workspace.loads.iter().take(impact.bodies.len());
@@ -102,7 +102,7 @@ fn fields<'a>(
 ) -> Result<Vec<Field<'a>>, StrikeError> {
     let field = |(energy, shares): (&BodyEnergy, &'a mut Vec<f64>)| {
         let body = &prepared.bodies[energy.body];
-        let field = Field::new(prepared.lift(energy.body, strike.lift)?, &body.volumes, shares);
+        let field = Field::on_checked(prepared.lift(energy.body, strike.lift)?, &body.volumes, shares);
         let field = field.map_err(|source| StrikeError::Field { body: energy.body, source })?;
         Ok(field.grouped(&body.clusters))
     };

@@ -16,6 +16,7 @@ const EDGE_DISTANCE: f64 = 2e-6;
 const EDGE_MARGIN: f64 = 1e-4;
 
 /// The least barycentric coordinate of a crack point on an edge of that local length; at most [`MARGIN`].
+#[inline(always)]
 pub fn edge_margin(length: f64) -> f64 {
     (EDGE_DISTANCE / length).clamp(EDGE_MARGIN, MARGIN)
 }
@@ -25,6 +26,7 @@ const DEGENERATE: f64 = 1e-9;
 
 /// f_a − f_b at a node with lift coordinates `x`, f_i(X) = |p_i|² − 2 p_i·X, without the cancellation of its terms:
 /// Σ_k (p_b − p_a)_k (2 X − p_a − p_b)_k. All slices have the lift's dimension. Negative where `a` is nearer.
+#[inline(always)]
 pub fn preference(x: &[f64], a: &[f64], b: &[f64]) -> f64 {
     let mut lanes = [0.0; 4];
     let (xs, x_rest) = x.as_chunks::<4>();
@@ -41,6 +43,7 @@ pub fn preference(x: &[f64], a: &[f64], b: &[f64]) -> f64 {
 
 /// The zero of a function linear along an edge with values `h`, as barycentric coordinates of its two nodes, both at least
 /// `margin`; the middle where there is none.
+#[inline(always)]
 pub fn on_edge(h: [f64; 2], margin: f64) -> [f64; 2] {
     let t = h[0] / (h[0] - h[1]);
     if !t.is_finite() {

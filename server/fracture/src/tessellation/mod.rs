@@ -11,7 +11,9 @@
 //! that the fragments' volumes add up to the lattice's. Fixed points are the caller's, and so is their place.
 
 mod barycentric;
+mod chosen;
 mod components;
+mod cut;
 mod emit;
 mod error;
 mod outer;
@@ -42,7 +44,7 @@ pub use topology::{FACE_EDGES, OuterFace, Topology};
 use crate::lattice::Lattice;
 use nalgebra::Point3;
 use polygon::Polygons;
-use rank::{Input, Ranks};
+use rank::{Input, Merge, Ranks};
 use sheet::Sheets;
 
 /// Scratch memory of [`Tessellation::build`]; what it holds between calls is of no meaning.
@@ -51,6 +53,7 @@ pub struct Workspace {
     sheets: Sheets,
     ranks: Ranks,
     polygons: Polygons,
+    listed: Vec<Merge>,
     /// Merges of each crack's two runs.
     counts: Vec<[u32; 2]>,
     cursors: Vec<usize>,
@@ -84,8 +87,8 @@ impl Tessellation {
     ) -> Result<(), TessellationError> {
         let fragments = fragment_count(topology, labels)?;
         points.fit(topology, labels).then_some(()).ok_or(TessellationError::Points)?;
-        let Workspace { sheets, ranks, polygons, counts, cursors } = workspace;
-        sheets.find(topology, labels, fragments, points);
+        let Workspace { sheets, ranks, polygons, listed, counts, cursors } = workspace;
+        sheets.find(topology, fragments, points);
         let input = Input { lattice, topology, labels, fragments, points, sheets };
         ranks.count(input);
         prefix_sums(&ranks.vertices, &mut self.vertex_offsets);
@@ -93,21 +96,18 @@ impl Tessellation {
         let (vertex_offsets, vertices) = (&self.vertex_offsets, &mut self.vertices);
         // Neither waits for the other.
         rayon::join(
-            || polygons.group(input, ranks),
+            || polygons.find(input, ranks),
             || {
                 ranks.place(input, vertex_offsets, vertices);
-                ranks.count_merges(input, counts);
+                ranks.list_merges(input, listed, counts);
             },
         );
         prefix_sums(&polygons.triangles, &mut self.triangle_offsets);
         self.triangles.resize(total(&self.triangle_offsets), [0; 3]);
         self.lay_out_runs(input, &ranks.vertices, counts, cursors);
-        let Self { runs, fragments: rows, merges, triangles, triangle_offsets, .. } = self;
+        let Self { runs, fragments: rows, merges, triangles, .. } = self;
         let laid = Laid { fragments: rows, runs };
-        rayon::join(
-            || span::each_span(triangle_offsets, triangles, &|sheet, out| polygons.write(sheet, out)),
-            || laid.write_merges(input, ranks, cursors, merges),
-        );
+        rayon::join(|| polygons.write(triangles), || laid.write_merges(input, listed, cursors, merges));
         Ok(())
     }
 

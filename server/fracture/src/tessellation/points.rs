@@ -5,20 +5,16 @@
 //! tetrahedron. The margin is ours ([`MARGIN`](super::MARGIN)).
 
 use super::barycentric::{edge_margin, in_tet, on_edge, on_face, preference};
+use super::chosen::Chosen;
+use super::cut::{Cut, GRAIN};
 use super::pattern::{ALL_CUT, FACE_MASKS, mask};
-use super::span::each_span;
 use super::{TessellationError, Topology};
 use crate::lattice::Lattice;
 use crate::lift::Lift;
 use crate::memory::held;
+use crate::wide::{Kernel, widest};
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
-
-/// No crack point here.
-pub(super) const NONE: u32 = u32::MAX;
-
-/// Fewer points than this are not worth another thread.
-const GRAIN: usize = 256;
 
 /// Whether a mask has five or six edges, so that three labels or more meet; counting is slow on old processors.
 const MANY: [bool; 64] = {
@@ -30,9 +26,6 @@ const MANY: [bool; 64] = {
     }
     many
 };
-
-/// Simplices that one task looks through.
-const PART: usize = 8192;
 
 /// The diagram whose bisectors the crack points lie on.
 #[derive(Clone, Copy, Debug)]
@@ -46,6 +39,7 @@ pub struct Sites<'a> {
 }
 
 impl Sites<'_> {
+    #[inline(always)]
     fn at(&self, fragment: u32) -> &[f64] {
         let first = self.of_fragment[fragment as usize] as usize * self.lift.dimension;
         &self.coordinates[first..first + self.lift.dimension]
@@ -58,6 +52,7 @@ impl Sites<'_> {
     }
 
     /// f_a − f_b at each of `nodes`.
+    #[inline(always)]
     pub(super) fn preferences<const N: usize>(&self, nodes: [u32; N], a: u32, b: u32) -> [f64; N] {
         let (a, b) = (self.at(a), self.at(b));
         nodes.map(|node| preference(self.lift.at(node as usize), a, b))
@@ -84,93 +79,27 @@ pub struct Points {
     pub(super) labels: Vec<u32>,
     /// Which edges of each tetrahedron are cut, see [`mask`].
     pub(super) masks: Vec<u8>,
+    /// Tetrahedra with cut edges, ascending.
+    pub(super) cut_tets: Vec<u32>,
+    /// Labels of the ends of each cut edge.
+    pub(super) sides: Vec<[u32; 2]>,
     pub(super) edges: Cut,
     pub(super) faces: Cut,
     pub(super) tets: Cut,
+    scratch: Scratch,
 }
 
-/// Which simplices of one dimension carry a point, and the points.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct Cut {
-    /// Simplices with a point, ascending.
-    pub simplices: Vec<u32>,
-    /// Index into `simplices` by simplex, or [`NONE`].
-    pub slots: Vec<u32>,
-    /// One point each, local.
-    pub places: Vec<Point3<f64>>,
-    /// Simplices with a point in each part of all.
-    counts: Vec<usize>,
-    /// Sums of those.
-    firsts: Vec<usize>,
+/// Memory of a search; its contents are of no meaning, so that all are alike.
+#[derive(Clone, Debug, Default)]
+struct Scratch {
+    chosen: Chosen,
+    /// Faces with three labels, 64 to a word.
+    marks: Vec<u64>,
 }
 
-impl Cut {
-    /// Forgets all points of a lattice with `count` simplices.
-    fn clear(&mut self, count: usize) {
-        self.slots.clear();
-        self.slots.resize(count, NONE);
-    }
-
-    fn mark(&mut self, simplex: u32) {
-        self.slots[simplex as usize] = 0;
-    }
-
-    /// Numbers the marked simplices: counts by parts, adds up, writes by parts.
-    fn number(&mut self) {
-        let marked = |slots: &[u32]| slots.iter().filter(|slot| **slot != NONE).count();
-        let counts = self.slots.par_chunks(PART).map(marked);
-        counts.collect_into_vec(&mut self.counts);
-        self.firsts.clear();
-        self.firsts.push(0);
-        self.firsts.extend(self.counts.iter().scan(0, |sum, count| {
-            *sum += count;
-            Some(*sum)
-        }));
-        let Self { simplices, slots, firsts, .. } = self;
-        simplices.resize(firsts[firsts.len() - 1], 0);
-        each_span(firsts, simplices, &|part, own| {
-            let Some(last) = own.len().checked_sub(1) else { return };
-            let (first, mut next) = (part * PART, 0);
-            for (offset, slot) in slots[first..slots.len().min(first + PART)].iter().enumerate() {
-                // Always written, kept if it counts: the branch would be a guess.
-                own[next.min(last)] = (first + offset) as u32;
-                next += usize::from(*slot != NONE);
-                if next > last {
-                    break;
-                }
-            }
-        });
-        // What was read back: a part is in order.
-        slots.par_chunks_mut(PART).zip(firsts.par_windows(2)).enumerate().for_each(|(part, (slots, range))| {
-            for (place, simplex) in simplices[range[0]..range[1]].iter().enumerate() {
-                slots[*simplex as usize - part * PART] = (range[0] + place) as u32;
-            }
-        });
-    }
-
-    fn locate(&mut self, place: impl Fn(usize) -> Point3<f64> + Sync) {
-        self.places.clear();
-        self.places.resize(self.simplices.len(), Point3::origin());
-        let simplices = self.simplices.par_iter().with_min_len(GRAIN);
-        self.places.par_iter_mut().zip(simplices).for_each(|(point, &simplex)| *point = place(simplex as usize));
-    }
-
-    /// Puts the fixed points in their places; on refusal, the index that does not fit.
-    fn fix(&mut self, fixed: &[(u32, Point3<f64>)]) -> Result<(), u32> {
-        for &(simplex, place) in fixed {
-            let slot = *self.slots.get(simplex as usize).ok_or(simplex)?;
-            if !place.coords.iter().all(|x| x.is_finite()) {
-                return Err(simplex);
-            }
-            if slot != NONE {
-                self.places[slot as usize] = place;
-            }
-        }
-        Ok(())
-    }
-
-    fn fixed(&self) -> Vec<(u32, Point3<f64>)> {
-        self.simplices.iter().copied().zip(self.places.iter().copied()).collect()
+impl PartialEq for Scratch {
+    fn eq(&self, _: &Self) -> bool {
+        true
     }
 }
 
@@ -199,7 +128,12 @@ impl Points {
         sites.map_or(Ok(()), |sites| check(&sites, fragments))?;
         self.select(lattice, topology, labels);
         let finder = Finder { lattice, labels, sites };
-        self.edges.locate(|edge| finder.edge(topology.edges[edge]));
+        let cut = self.edges.simplices.par_iter().with_min_len(GRAIN);
+        cut.map(|&edge| finder.labels_of(topology.edges[edge as usize])).collect_into_vec(&mut self.sides);
+        let sides = &self.sides;
+        self.edges.locate_in_chunks(&|first, simplices, out| {
+            widest(EdgePoints { finder: &finder, topology, simplices, sides: &sides[first..], out });
+        });
         self.faces.locate(|face| finder.face(topology.faces[face]));
         self.tets.locate(|tet| finder.tet(lattice.tets[tet]));
         self.edges.fix(&fixed.edges).map_err(|edge| TessellationError::FixedEdge { edge })?;
@@ -226,22 +160,22 @@ impl Points {
         let tets = lattice.tets.par_iter().with_min_len(16 * GRAIN);
         let label = |node: u32| labels[node as usize];
         self.masks.par_iter_mut().zip(tets).for_each(|(own, nodes)| *own = mask(nodes.map(label)));
-        self.edges.slots.resize(topology.edges.len(), NONE);
-        let edges = topology.edges.par_iter().with_min_len(PART);
-        let cut = |&[a, b]: &[u32; 2]| if label(a) == label(b) { NONE } else { 0 };
-        self.edges.slots.par_iter_mut().zip(edges).for_each(|(slot, edge)| *slot = cut(edge));
-        self.faces.clear(topology.faces.len());
-        self.tets.clear(lattice.tets.len());
-        for (tet, &mask) in self.masks.iter().enumerate().filter(|(_, mask)| MANY[**mask as usize]) {
-            let faces = topology.tet_faces[tet].iter().zip(FACE_MASKS);
-            faces.filter(|(_, face)| mask & face == *face).for_each(|(&face, _)| self.faces.mark(face));
-            if mask == ALL_CUT {
-                self.tets.mark(tet as u32);
+        let Scratch { chosen, marks } = &mut self.scratch;
+        let cut = |[a, b]: [u32; 2]| label(a) != label(b);
+        self.edges.choose(topology.edges.len(), chosen, |edge| cut(topology.edges[edge]));
+        let masks = &self.masks;
+        chosen.choose(masks.len(), &mut self.cut_tets, |tet| masks[tet] != 0);
+        marks.clear();
+        marks.resize(topology.faces.len().div_ceil(64), 0);
+        for (&tet, mask) in self.cut_tets.iter().map(|tet| (tet, masks[*tet as usize])) {
+            if MANY[mask as usize] {
+                let faces = topology.tet_faces[tet as usize].iter().zip(FACE_MASKS);
+                let faces = faces.filter(|(_, face)| mask & face == *face);
+                faces.for_each(|(&face, _)| marks[face as usize / 64] |= 1 << (face % 64));
             }
         }
-        self.edges.number();
-        self.faces.number();
-        self.tets.number();
+        self.faces.take_marked(topology.faces.len(), marks);
+        self.tets.choose_of(lattice.tets.len(), &self.cut_tets, |tet| masks[tet as usize] == ALL_CUT);
     }
 }
 
@@ -273,9 +207,29 @@ struct Finder<'a> {
     sites: Option<Sites<'a>>,
 }
 
+/// The points on some cut edges.
+struct EdgePoints<'a> {
+    finder: &'a Finder<'a>,
+    topology: &'a Topology,
+    simplices: &'a [u32],
+    sides: &'a [[u32; 2]],
+    out: &'a mut [Point3<f64>],
+}
+
+impl Kernel for EdgePoints<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        for ((edge, sides), out) in self.simplices.iter().zip(self.sides).zip(self.out) {
+            *out = self.finder.edge(self.topology.edges[*edge as usize], *sides);
+        }
+    }
+}
+
 impl Finder<'_> {
-    fn edge(&self, nodes: [u32; 2]) -> Point3<f64> {
-        let [a, b] = self.labels_of(nodes);
+    #[inline(always)]
+    fn edge(&self, nodes: [u32; 2], [a, b]: [u32; 2]) -> Point3<f64> {
         let [from, to] = nodes.map(|node| self.lattice.nodes[node as usize]);
         let margin = edge_margin((to - from).norm());
         let weights = self.sites.map_or([0.5; 2], |sites| on_edge(sites.preferences(nodes, a, b), margin));
@@ -299,6 +253,7 @@ impl Finder<'_> {
     }
 
     /// The point with barycentric coordinates `weights`, from the first node on, so that it stays in its simplex.
+    #[inline(always)]
     fn combine<const N: usize>(&self, nodes: [u32; N], weights: [f64; N]) -> Point3<f64> {
         let base = self.lattice.nodes[nodes[0] as usize];
         let offset: Vector3<f64> = (1..N).map(|k| (self.lattice.nodes[nodes[k] as usize] - base) * weights[k]).sum();

@@ -1,7 +1,7 @@
 //! Count and emit: the triangles of every sheet, each crack polygon once for both of its fragments.
 //!
 //! Polygons are found in lattice order, in parallel over parts of the lattice, where what they look up lies close
-//! together; then they are grouped by sheet, and each sheet's triangles are written on their own.
+//! together; each part knows how many triangles of which sheet it has, and writes them into its own piece of the sheet.
 
 use super::pattern::{FACE_CODE, PATTERNS, Split, TET_CODE};
 use super::rank::{Input, Ranks};
@@ -9,8 +9,11 @@ use crate::lattice::EDGES;
 use nalgebra::Point3;
 use rayon::prelude::*;
 
-/// Boundary faces or tetrahedra that one task looks through.
-const CHUNK: usize = 2048;
+/// Fewer boundary faces or cut tetrahedra are not worth a part of their own.
+const PART_MIN: usize = 1024;
+
+/// Parts of the boundary, and of the cut tetrahedra, at most.
+const PARTS: usize = 12;
 
 /// One polygon: ranks of its corners in its sheet, counter-clockwise seen from outside (outer sheets) or from the upper
 /// fragment. A quadrilateral splits from its first to its third corner.
@@ -21,76 +24,101 @@ struct Polygon {
     is_triangle: bool,
 }
 
-/// Polygons grouped by sheet, each group in lattice order.
+/// Polygons of one part, in lattice order.
+#[derive(Debug, Default)]
+struct Part {
+    found: Vec<Polygon>,
+    /// Triangles of each sheet.
+    triangles: Vec<u32>,
+}
+
+/// All polygons, boundary first.
 #[derive(Debug, Default)]
 pub(super) struct Polygons {
-    /// In lattice order, boundary first, by chunk.
-    found: Vec<Vec<Polygon>>,
-    grouped: Vec<Polygon>,
-    /// First polygon of each sheet.
-    offsets: Vec<usize>,
+    parts: Vec<Part>,
     /// Triangles of each sheet.
     pub triangles: Vec<u32>,
 }
 
-impl Polygons {
-    /// Finds all polygons, counts the triangles of every sheet and groups the polygons.
-    pub fn group(&mut self, input: Input<'_>, ranks: &Ranks) {
-        self.find(input, ranks);
-        let sheets = input.fragments + input.sheets.pairs.len();
+impl Part {
+    fn begin(&mut self, sheets: usize) {
+        self.found.clear();
         self.triangles.clear();
         self.triangles.resize(sheets, 0);
-        self.offsets.clear();
-        self.offsets.resize(sheets + 2, 0);
-        for polygon in self.found.iter().flatten() {
-            self.triangles[polygon.sheet as usize] += if polygon.is_triangle { 1 } else { 2 };
-            self.offsets[polygon.sheet as usize + 2] += 1;
-        }
-        (0..sheets).for_each(|sheet| self.offsets[sheet + 2] += self.offsets[sheet + 1]);
-        self.grouped.resize(self.offsets[sheets + 1], Polygon::default());
-        for &polygon in self.found.iter().flatten() {
-            let next = &mut self.offsets[polygon.sheet as usize + 1];
-            self.grouped[*next] = polygon;
-            *next += 1;
-        }
     }
 
-    /// The triangles of `sheet` into `out`, as ranks.
-    pub fn write(&self, sheet: usize, out: &mut [[u32; 3]]) {
-        let mut next = 0;
-        let mut push = |triangle: [u32; 3]| {
-            out[next] = triangle;
-            next += 1;
-        };
-        for polygon in &self.grouped[self.offsets[sheet]..self.offsets[sheet + 1]] {
+    fn push(&mut self, polygon: Polygon) {
+        self.triangles[polygon.sheet as usize] += if polygon.is_triangle { 1 } else { 2 };
+        self.found.push(polygon);
+    }
+
+    /// Writes the triangles, as ranks, into this part's piece of each sheet.
+    fn write(&self, pieces: &mut [&mut [[u32; 3]]]) {
+        for polygon in &self.found {
+            let piece = &mut pieces[polygon.sheet as usize];
             let [p, q, r, s] = polygon.corners;
-            push([p, q, r]);
+            put(piece, [p, q, r]);
             if !polygon.is_triangle {
-                push([r, s, p]);
+                put(piece, [r, s, p]);
             }
         }
     }
+}
 
-    fn find(&mut self, input: Input<'_>, ranks: &Ranks) {
-        let (faces, tets) = (input.topology.boundary.len(), input.lattice.tets.len());
-        let outer_chunks = faces.div_ceil(CHUNK);
-        self.found.resize_with(outer_chunks + tets.div_ceil(CHUNK), Vec::new);
-        self.found.par_iter_mut().enumerate().for_each(|(chunk, found)| {
-            found.clear();
-            if chunk < outer_chunks {
-                let first = chunk * CHUNK;
-                (first..faces.min(first + CHUNK)).for_each(|face| outer_polygons(input, ranks, face, found));
+/// Writes the first of `piece`, which is then the rest; there is room, since the triangles were counted.
+fn put(piece: &mut &mut [[u32; 3]], triangle: [u32; 3]) {
+    if let Some((first, rest)) = std::mem::take(piece).split_first_mut() {
+        *first = triangle;
+        *piece = rest;
+    }
+}
+
+impl Polygons {
+    /// Finds all polygons and counts the triangles of every sheet.
+    pub fn find(&mut self, input: Input<'_>, ranks: &Ranks) {
+        let (boundary, cut) = (input.topology.boundary.len(), &input.points.cut_tets);
+        let sheets = input.fragments + input.sheets.pairs.len();
+        let size = |count: usize| count.div_ceil(PARTS).max(PART_MIN);
+        let [outer_size, cut_size] = [size(boundary), size(cut.len())];
+        let outer_parts = boundary.div_ceil(outer_size);
+        self.parts.resize_with(outer_parts + cut.len().div_ceil(cut_size), Part::default);
+        self.parts.par_iter_mut().enumerate().for_each(|(part, own)| {
+            own.begin(sheets);
+            if part < outer_parts {
+                let first = part * outer_size;
+                (first..boundary.min(first + outer_size)).for_each(|face| outer_polygons(input, ranks, face, own));
             } else {
-                let first = (chunk - outer_chunks) * CHUNK;
-                (first..tets.min(first + CHUNK)).for_each(|tet| crack_polygons(input, ranks, tet, found));
+                let first = (part - outer_parts) * cut_size;
+                let tets = &cut[first..cut.len().min(first + cut_size)];
+                tets.iter().for_each(|tet| crack_polygons(input, ranks, *tet as usize, own));
             }
         });
+        self.triangles.clear();
+        self.triangles.resize(sheets, 0);
+        for part in &self.parts {
+            self.triangles.iter_mut().zip(&part.triangles).for_each(|(sum, own)| *sum += own);
+        }
+    }
+
+    /// Writes all triangles, sheet by sheet, as ranks; `out` has room for as many as there are.
+    pub fn write(&self, out: &mut [[u32; 3]]) {
+        let sheets = self.triangles.len();
+        let mut pieces: Vec<_> = self.parts.iter().map(|_| Vec::with_capacity(sheets)).collect();
+        let mut rest = out;
+        for sheet in 0..sheets {
+            for (part, pieces) in self.parts.iter().zip(&mut pieces) {
+                let (own, others) = rest.split_at_mut(part.triangles[sheet] as usize);
+                pieces.push(own);
+                rest = others;
+            }
+        }
+        self.parts.par_iter().zip(pieces).for_each(|(part, mut pieces)| part.write(&mut pieces));
     }
 }
 
 /// The polygons of boundary face `face`: one begins where, going round, a label does; that of a face with one label
 /// begins at corner 0.
-fn outer_polygons(input: Input<'_>, ranks: &Ranks, face: usize, found: &mut Vec<Polygon>) {
+fn outer_polygons(input: Input<'_>, ranks: &Ranks, face: usize, found: &mut Part) {
     let outer = &input.topology.boundary[face];
     let labels = outer.nodes.map(|node| input.labels[node as usize]);
     let node = |k: usize| ranks.node[outer.nodes[k] as usize];
@@ -126,12 +154,9 @@ fn face_rank(input: Input<'_>, ranks: &Ranks, face: usize, corner: usize) -> u32
     ranks.face_outer[input.points.faces.slots[outer.face as usize] as usize][place]
 }
 
-/// The polygons inside tetrahedron `tet`.
-fn crack_polygons(input: Input<'_>, ranks: &Ranks, tet: usize, found: &mut Vec<Polygon>) {
+/// The polygons inside tetrahedron `tet`, which is cut.
+fn crack_polygons(input: Input<'_>, ranks: &Ranks, tet: usize, found: &mut Part) {
     let mask = input.points.masks[tet];
-    if mask == 0 {
-        return;
-    }
     let labels = input.lattice.tets[tet].map(|node| input.labels[node as usize]);
     let slots = input.topology.tet_edges[tet].map(|edge| input.points.edges.slots[edge as usize] as usize);
     let corners = Corners { input, ranks, tet, slots };

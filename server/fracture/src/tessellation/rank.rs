@@ -42,7 +42,7 @@ pub(super) struct Ranks {
 }
 
 /// A vertex of a run: that of side `side` of `sheet` (0: the lower fragment's; outer sheets have but side 0).
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub(super) struct Place {
     pub sheet: u32,
     pub side: usize,
@@ -50,7 +50,7 @@ pub(super) struct Place {
 }
 
 /// Two vertices of one fragment that are the same point, the later and the first.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub(super) struct Merge {
     pub from: Place,
     pub to: Place,
@@ -78,21 +78,14 @@ impl Ranks {
         self.vertices = vertices;
     }
 
-    /// Merges of each crack's two runs, lower fragment's first.
-    pub fn count_merges(&self, input: Input<'_>, merges: &mut Vec<[u32; 2]>) {
-        merges.clear();
-        merges.resize(input.sheets.pairs.len(), [0; 2]);
-        self.for_each_merge(input, |merge| merges[merge.from.sheet as usize - input.fragments][merge.from.side] += 1);
-    }
-
     fn count_edges(&mut self, input: Input<'_>, mut next: impl FnMut(u32) -> u32) {
         self.edge.clear();
         self.edge_outer.clear();
-        for (&edge, &sheet) in input.points.edges.simplices.iter().zip(&input.sheets.of_edge) {
+        let points = input.points;
+        for ((&edge, &sheet), sides) in points.edges.simplices.iter().zip(&input.sheets.of_edge).zip(&points.sides) {
             self.edge.push(next(sheet));
             let outer = input.topology.boundary_edge[edge as usize];
-            let nodes = input.topology.edges[edge as usize];
-            self.edge_outer.push(if outer { nodes.map(|node| next(input.labels[node as usize])) } else { [0; 2] });
+            self.edge_outer.push(if outer { sides.map(&mut next) } else { [0; 2] });
         }
     }
 
@@ -107,8 +100,19 @@ impl Ranks {
         }
     }
 
-    /// Every merge once, ascending in rank within each run.
-    pub fn for_each_merge(&self, input: Input<'_>, mut tell: impl FnMut(Merge)) {
+    /// Every merge once, ascending in rank within each run, into `merges`; how many each crack's two runs have, lower fragment's first,
+    /// into `counts`.
+    pub fn list_merges(&self, input: Input<'_>, merges: &mut Vec<Merge>, counts: &mut Vec<[u32; 2]>) {
+        merges.clear();
+        counts.clear();
+        counts.resize(input.sheets.pairs.len(), [0; 2]);
+        self.for_each_merge(input, |merge| {
+            counts[merge.from.sheet as usize - input.fragments][merge.from.side] += 1;
+            merges.push(merge);
+        });
+    }
+
+    fn for_each_merge(&self, input: Input<'_>, mut tell: impl FnMut(Merge)) {
         self.edge_merges(input, &mut tell);
         self.face_merges(input, &mut tell);
         self.tet_merges(input, &mut tell);
@@ -119,7 +123,7 @@ impl Ranks {
             if !input.topology.boundary_edge[edge as usize] {
                 continue;
             }
-            let labels = input.topology.edges[edge as usize].map(|node| input.labels[node as usize]);
+            let labels = input.points.sides[slot];
             for own in 0..2 {
                 let side = side(labels[own], labels[1 - own]);
                 let from = Place { sheet: input.sheets.of_edge[slot], side, rank: self.edge[slot] };
@@ -163,8 +167,7 @@ impl Ranks {
         for (slot, (&edge, &place)) in edges.simplices.iter().zip(&edges.places).enumerate() {
             put(input.sheets.of_edge[slot], self.edge[slot], place);
             if input.topology.boundary_edge[edge as usize] {
-                let nodes = input.topology.edges[edge as usize];
-                (0..2).for_each(|k| put(label(nodes[k]), self.edge_outer[slot][k], place));
+                (0..2).for_each(|k| put(input.points.sides[slot][k], self.edge_outer[slot][k], place));
             }
         }
         for (slot, (&face, &place)) in faces.simplices.iter().zip(&faces.places).enumerate() {

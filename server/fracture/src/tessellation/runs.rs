@@ -1,7 +1,7 @@
 //! Prefix sums: the layout of fragments and runs in the answer, and the merges.
 
 use super::Tessellation;
-use super::rank::{Input, Place, Ranks};
+use super::rank::{Input, Merge, Place};
 use std::ops::Range;
 
 /// One fragment: ranges of the answer's sections.
@@ -106,8 +106,14 @@ pub(super) struct Laid<'a> {
 }
 
 impl Laid<'_> {
-    /// Writes the merge pairs; `cursors` is scratch.
-    pub fn write_merges(&self, input: Input<'_>, ranks: &Ranks, cursors: &mut Vec<usize>, merges: &mut Vec<[u32; 2]>) {
+    /// Writes the merge pairs of `listed`; `cursors` is scratch.
+    pub fn write_merges(
+        &self,
+        input: Input<'_>,
+        listed: &[Merge],
+        cursors: &mut Vec<usize>,
+        merges: &mut Vec<[u32; 2]>,
+    ) {
         // For each crack and side: the first vertex of its run within its fragment, and where its next merge goes.
         cursors.clear();
         cursors.resize(4 * input.sheets.pairs.len(), 0);
@@ -117,15 +123,15 @@ impl Laid<'_> {
             cursors[place + 1] = run.merges.start;
         }
         merges.clear();
-        merges.resize(self.fragments.last().map_or(0, |last| last.merges.end), [0; 2]);
-        ranks.for_each_merge(input, |merge| {
+        merges.resize(listed.len(), [0; 2]);
+        for merge in listed {
             let cursor = |place: Place| 4 * (place.sheet as usize - input.fragments) + 2 * place.side;
             let outer = (merge.to.sheet as usize) < input.fragments; // the fragment's first run
             let to = if outer { 0 } else { cursors[cursor(merge.to)] };
             let from = cursor(merge.from);
             merges[cursors[from + 1]] = [cursors[from] as u32 + merge.from.rank, to as u32 + merge.to.rank];
             cursors[from + 1] += 1;
-        });
+        }
     }
 }
 

@@ -8,8 +8,8 @@
 //! halves lie in a plane, which they do if one bisector made them.
 
 use super::barycentric::{on_edge, on_face};
+use super::cut::NONE;
 use super::pattern::{ALL_CUT, FACE_CODE, PATTERNS, Polygon, Split, TET_CODE, mask};
-use super::points::NONE;
 use super::{FixedPoints, Sites, Topology};
 use crate::lattice::{EDGES, Lattice};
 use nalgebra::{Point3, Vector3};

@@ -2,7 +2,8 @@
 //!
 //! Sheet numbers: 0 .. fragments are the outer sheets, by fragment; the cracks follow, by (lower, upper) fragment.
 
-use super::points::{NONE, Points};
+use super::cut::NONE;
+use super::points::Points;
 use super::topology::Topology;
 use std::ops::Range;
 
@@ -25,10 +26,9 @@ pub(super) struct Sheets {
 
 impl Sheets {
     /// Fills all of it for the crack points of `labels`.
-    pub fn find(&mut self, topology: &Topology, labels: &[u32], fragments: usize, points: &Points) {
+    pub fn find(&mut self, topology: &Topology, fragments: usize, points: &Points) {
         let sides = |slot: u32| {
-            let edge = points.edges.simplices[slot as usize];
-            let [a, b] = topology.edges[edge as usize].map(|node| labels[node as usize]);
+            let [a, b] = points.sides[slot as usize];
             [a.min(b), a.max(b)]
         };
         let count = points.edges.simplices.len() as u32;

@@ -130,6 +130,17 @@ fn the_residual_tells_the_missing_energy_of_any_contact() {
 }
 
 #[test]
+fn contacts_that_touch_the_same_nodes_count_together() {
+    let (lattice, body) = bar();
+    let reduced = body.reduce(&snapshots(&lattice, &body, 30), 20, &Token::default()).unwrap().unwrap();
+    let one = drawn(&lattice, &mut Stream::new(5, 0));
+    let aside = Contact { impulse: one.impulse.yzx(), ..one };
+    let [(alone, _), (twice, _), _] =
+        [vec![one], vec![one, one], vec![one, aside]].map(|all| missing(&lattice, &body, &reduced, &load(&body, &all)));
+    assert!((alone - twice).abs() <= 1e-9 * alone, "{alone} {twice}");
+}
+
+#[test]
 fn estimates_are_fitted_to_the_power() {
     let truth = Estimate { factor: 0.3, power: 1.25 };
     let mut stream = Stream::new(4, 0);

@@ -6,7 +6,7 @@
 use std::ops::{Add, Mul, Sub};
 
 /// A loop over many numbers; its `run` is to be inlined, and all that it calls.
-pub(super) trait Kernel {
+pub(crate) trait Kernel {
     /// What it finds.
     type Output;
     /// Runs it.
@@ -14,7 +14,7 @@ pub(super) trait Kernel {
 }
 
 /// Runs `kernel` with the widest instructions that this machine has.
-pub(super) fn widest<K: Kernel>(kernel: K) -> K::Output {
+pub(crate) fn widest<K: Kernel>(kernel: K) -> K::Output {
     #[cfg(target_arch = "x86_64")]
     if std::arch::is_x86_feature_detected!("avx2") {
         // SAFETY: the processor has just said that it has AVX2.
@@ -31,7 +31,7 @@ fn avx2<K: Kernel>(kernel: K) -> K::Output {
 
 /// N numbers side by side.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Lanes<const N: usize>(pub [f64; N]);
+pub(crate) struct Lanes<const N: usize>(pub [f64; N]);
 
 impl<const N: usize> Lanes<N> {
     /// The same number N times.
