@@ -25,8 +25,8 @@ pub struct Costs(Mutex<Known>);
 struct Known {
     cost: Cost,
     measured: bool,
-    /// By the bits of the effects: how many times as long as measured what follows a diagram took, at its strike's pace.
-    rests: HashMap<u64, VecDeque<f64>>,
+    /// By the bits of the effects, and whether they were solved for, which is another pace: the pace of strikes, and how many times as long as measured what follows a diagram took at that pace.
+    rests: HashMap<(u64, bool), VecDeque<[f64; 2]>>,
 }
 
 impl Costs {
@@ -39,10 +39,11 @@ impl Costs {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// What a strike with these effects is expected to take.
-    pub fn of(&self, effects: Effects) -> Cost {
+    /// What a strike with these effects, to be solved for or not, is expected to take.
+    pub fn of(&self, effects: Effects, solved: bool) -> Cost {
         let known = self.known();
-        known.cost.with_rest(known.rests.get(&effects.bits()).map_or(MARGIN, expected))
+        let [pace, rest] = known.rests.get(&(effects.bits(), solved)).map_or([1.0, MARGIN], expected);
+        known.cost.scaled(pace).with_rest(rest)
     }
 
     /// Whether it was measured.
@@ -69,21 +70,24 @@ impl Costs {
         if known.rests.len() >= EFFECTS_MAX {
             known.rests.clear();
         }
-        let rests = known.rests.entry(effects.bits()).or_default();
+        let rests = known.rests.entry((effects.bits(), took.solved)).or_default();
         if rests.len() == STRIKES[0] {
             rests.pop_front();
         }
-        rests.push_back(ratio);
+        rests.push_back([pace, ratio]);
     }
 }
 
-/// What few of the next strikes exceed if they are as the last ones.
-fn expected(rests: &VecDeque<f64>) -> f64 {
+/// The median pace, and what few of the next strikes exceed at theirs if they are as the last ones.
+fn expected(rests: &VecDeque<[f64; 2]>) -> [f64; 2] {
     let missing = STRIKES[1].saturating_sub(rests.len());
-    let mut sorted: Vec<f64> = rests.iter().copied().chain(std::iter::repeat_n(MARGIN, missing)).collect();
-    sorted.sort_by(f64::total_cmp);
-    let place = (QUANTILE * sorted.len() as f64) as usize;
-    sorted.get(place).copied().unwrap_or(MARGIN)
+    let quantile = |part: usize, share: f64, prior: f64| {
+        let known = rests.iter().map(|rest| rest[part]);
+        let mut sorted: Vec<f64> = known.chain(std::iter::repeat_n(prior, missing)).collect();
+        sorted.sort_by(f64::total_cmp);
+        sorted.get((share * sorted.len() as f64) as usize).copied().unwrap_or(prior)
+    };
+    [quantile(0, 0.5, 1.0), quantile(1, QUANTILE, MARGIN)]
 }
 
 #[cfg(test)]
@@ -110,7 +114,8 @@ mod tests {
             diagram_s: pace * 4e-3,
             rest_s: pace * rest_s,
         };
-        let expected_ms = |effects| costs.of(effects).rest_s(9) * 1e3;
+        let of = |effects| costs.of(effects, false);
+        let expected_ms = |effects| of(effects).rest_s(9) / of(effects).reduced_s;
         assert_eq!(expected_ms(plain), MARGIN);
         // Nine of ten take 2 ms at their own pace, one 5 ms.
         (0..STRIKES[0]).for_each(|strike| {
@@ -118,8 +123,10 @@ mod tests {
         });
         assert!((expected_ms(hulls) - 5.0).abs() < 1e-9, "{}", expected_ms(hulls));
         assert_eq!(expected_ms(plain), MARGIN);
+        assert_eq!((of(hulls).reduced_s, costs.of(hulls, true)), (2e-3, costs.of(plain, true)));
         (0..STRIKES[0] - 3).for_each(|_| costs.learn(hulls, &took(1.0, 2e-3)));
         assert!((expected_ms(hulls) - 2.0).abs() < 1e-9, "what is long ago is forgotten");
+        assert_eq!(of(hulls).reduced_s, 1e-3);
         costs.learn(hulls, &took(1.0, 0.0));
         costs.learn(plain, &took(1.0, 0.5e-3));
         assert_eq!(expected_ms(plain), MARGIN, "one strike says little");

@@ -245,7 +245,9 @@ impl Served {
             seed: strike.seed,
             threshold_only: strike.purpose == Purpose::Threshold,
         };
-        Ok(dials::bounded(request, strike, self.costs.of(on)))
+        let basis = self.prepared.bodies.iter().any(|body| body.reduced().is_some());
+        let solved = !basis || request.elastic == pipeline::ElasticRequest::Solve;
+        Ok(dials::bounded(request, strike, self.costs.of(on, solved)))
     }
 }
 

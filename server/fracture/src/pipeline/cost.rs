@@ -146,6 +146,12 @@ impl Cost {
         Self { start_s, iteration_s, rest_s, ..self }
     }
 
+    /// The same with everything multiplied.
+    #[must_use]
+    pub fn scaled(self, factor: f64) -> Self {
+        Self { reduced_s: factor * self.reduced_s, solve_s: factor * self.solve_s, ..self.at_pace(factor) }
+    }
+
     /// The same with everything after the diagram multiplied.
     #[must_use]
     pub fn with_rest(self, factor: f64) -> Self {
