@@ -60,7 +60,7 @@ pub trait Outcome {
         None
     }
 
-    /// The strike took so long, from when its computation began until its answer was sent; `stages` of it as told.
+    /// The strike took so long, from when its computation began until its answer was written; `stages` of it as told.
     fn took(&self, _time: Duration, _stages: &[StageWire]) {}
 
     /// Writes everything but the stages and effects straight into the lent answer; effects are told to `watch`.

@@ -256,6 +256,8 @@ impl Crew {
         *lent.user_header_mut() = layout.header(flight.key().1);
         let handle = self.keep(&strike, object, outcome.as_ref());
         let written = write(lent, &layout, outcome.as_ref(), (handle, flight.arrived()), clock);
+        // Whoever is woken may take this very core.
+        let took = begun.elapsed();
         let sent = written.and_then(|written| flight.send(written));
         if handle != 0 && sent.is_err() {
             // Nobody knows of it; whether younger ones took its place already does not matter.
@@ -264,7 +266,7 @@ impl Crew {
         sent?;
         // Before the outcome is given back, which takes as long again.
         self.waker.wake(flight.key().0);
-        outcome.took(begun.elapsed(), &clock.rows());
+        outcome.took(took, &clock.rows());
         Ok(())
     }
 
