@@ -75,8 +75,8 @@ impl Workspace {
         self.moments.resize(field.nodes().div_ceil(PART) * entries, 0.0);
         let (labels, sites) = (&diagram.labels, &diagram.sites);
         self.moments.par_chunks_mut(entries).enumerate().for_each(|(part, sums)| {
-            for node in part * PART..field.nodes().min((part + 1) * PART) {
-                let (site, mass) = (labels[node] as usize, field.mass()[node]);
+            for (node, &site) in labels.iter().enumerate().skip(part * PART).take(PART) {
+                let (site, mass) = (site as usize, field.mass()[node]);
                 let sums = &mut sums[site * (m + 1)..][..m + 1];
                 let levers = lift.at(node).iter().zip(&sites[site * m..][..m]).zip(&lift.first_moment[node * m..][..m]);
                 sums.iter_mut().zip(levers).for_each(|(sum, ((x, p), b))| *sum += mass * ((x - p) * b));
