@@ -34,6 +34,6 @@ pub use distance::{CrackDistance, crack_distance};
 pub use error::AccuracyError;
 pub use exact::{Exact, exact};
 pub use labels::{Misplaced, carried, label_fraction, misplaced, nearest};
-pub use normals::{NORMAL_DEG, NormalShares, Shaded};
+pub use normals::{Lit, NORMAL_DEG, NormalShares, Shaded};
 pub use regions::Regions;
 pub use scalar::{cvd_gap, degree_error, density_error, energy_error, size_distance, volume_l1};

@@ -8,11 +8,12 @@ use rayon::prelude::*;
 
 /// Shares of the area of outer faces whose normals are near those of the input, 0 ..= 1.
 ///
-/// The input's normal at a place is that of its triangle nearest to it; each face is asked at three places that stand for a third of its
-/// area. Cracks do not matter: they divide outer faces, and turn none. Walls of existing cracks are among the outer faces.
+/// Each face is asked at three places that stand for a third of its area, and compared with the input at the point nearest to the place:
+/// flat faces with the triangle there, what hosts shade with, normals of nodes, with the normals that the input is shaded with, its own or
+/// smooth ones of its triangles. Cracks do not matter: they divide outer faces, and turn none. Walls of existing cracks are among the outer faces.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NormalShares {
-    /// Normals of the faces themselves.
+    /// Normals of the faces themselves, against those of triangles.
     pub faces: f64,
     /// Normals of nodes, of the faces around by their areas, interpolated.
     pub smooth: f64,
@@ -30,12 +31,16 @@ const PLACES: [[f64; 3]; 3] =
 /// A lattice, and normals by node where it has carried ones.
 pub type Shaded<'a> = (&'a Lattice, Option<Vec<Vector3<f64>>>);
 
+/// A triangle of the input, local and outward, and what its corners are shaded with.
+pub type Lit = ([Point3<f64>; 3], [Vector3<f64>; 3]);
+
 impl NormalShares {
     /// Of a prepared object, against the triangles of its skin; `None` without one.
     pub fn of(prepared: &Prepared, degrees: f64) -> Option<Self> {
         let skin = prepared.skin.as_ref()?;
-        let triangles: Vec<[Point3<f64>; 3]> =
-            (0..skin.triangles.len()).map(|triangle| skin.corners(triangle)).collect();
+        let normal = |vertex: u32| Vector3::from(skin.vertices[vertex as usize].normal).cast();
+        let lit = |triangle: usize| (skin.corners(triangle), skin.triangles[triangle].map(normal));
+        let input: Vec<Lit> = (0..skin.triangles.len()).map(lit).collect();
         let shaded = |body: &crate::pipeline::Body| {
             let mut normals = vec![Vector3::zeros(); body.crack.nodes.len()];
             for (&node, normal) in body.topology.boundary_nodes.iter().zip(&body.outer.as_ref()?.normals) {
@@ -44,14 +49,14 @@ impl NormalShares {
             Some(normals)
         };
         let bodies: Vec<Shaded> = prepared.bodies.iter().map(|body| (&body.crack, shaded(body))).collect();
-        Some(Self::new(&bodies, &triangles, degrees))
+        Some(Self::new(&bodies, &input, degrees))
     }
 
-    /// Within `degrees` of `triangles` (local, outward); 1 where there is no area.
-    pub fn new(bodies: &[Shaded], triangles: &[[Point3<f64>; 3]], degrees: f64) -> Self {
-        let nearest = NearestTriangle::new(triangles);
+    /// Within `degrees` of `input`; 1 where there is no area.
+    pub fn new(bodies: &[Shaded], input: &[Lit], degrees: f64) -> Self {
+        let nearest = NearestTriangle::new(&input.iter().map(|(corners, _)| *corners).collect::<Vec<_>>());
         let least = degrees.to_radians().cos();
-        let sums: Vec<[f64; 4]> = bodies.iter().map(|body| sums(body, triangles, &nearest, least)).collect();
+        let sums: Vec<[f64; 4]> = bodies.iter().map(|body| sums(body, input, &nearest, least)).collect();
         let total = |k: usize| sums.iter().map(|sum| sum[k]).sum::<f64>();
         let area = total(0);
         let share = |k: usize| if area > 0.0 { total(k) / area } else { 1.0 };
@@ -61,12 +66,7 @@ impl NormalShares {
 }
 
 /// Area of one body's boundary, and what of it is near by faces, smooth and carried normals.
-fn sums(
-    (lattice, carried): &Shaded,
-    triangles: &[[Point3<f64>; 3]],
-    nearest: &NearestTriangle,
-    least: f64,
-) -> [f64; 4] {
+fn sums((lattice, carried): &Shaded, input: &[Lit], nearest: &NearestTriangle, least: f64) -> [f64; 4] {
     let boundary = lattice.boundary();
     let area = |nodes: [u32; 3]| area_vector(&nodes.map(|node| lattice.nodes[node as usize]));
     let mut smooth = vec![Vector3::zeros(); lattice.nodes.len()];
@@ -83,13 +83,17 @@ fn sums(
             let mean =
                 |of: &dyn Fn(u32) -> Vector3<f64>| (0..3).map(|k| of(nodes[k]) * weights[k]).sum::<Vector3<f64>>();
             let place = Point3::from(mean(&|node| lattice.nodes[node as usize].coords));
-            let input = area_vector(&triangles[nearest.to(&place).0]);
-            let near = |normal: Vector3<f64>| normal.dot(&input) >= least * normal.norm() * input.norm();
+            let (at, there) = nearest.to(&place);
+            let (corners, lit) = &input[at];
+            let flat = area_vector(corners);
+            let shown: Vector3<f64> = (0..3).map(|k| lit[k] * there[k]).sum();
+            let near = |normal: Vector3<f64>, wanted: &Vector3<f64>| {
+                if normal.dot(wanted) >= least * normal.norm() * wanted.norm() { third } else { 0.0 }
+            };
             sums[0] += third;
-            sums[1] += if near(own) { third } else { 0.0 };
-            sums[2] += if near(mean(&|node| smooth[node as usize])) { third } else { 0.0 };
-            let shown = carried.as_ref().is_some_and(|normals| near(mean(&|node| normals[node as usize])));
-            sums[3] += if shown { third } else { 0.0 };
+            sums[1] += near(own, &flat);
+            sums[2] += near(mean(&|node| smooth[node as usize]), &shown);
+            sums[3] += carried.as_ref().map_or(0.0, |normals| near(mean(&|node| normals[node as usize]), &shown));
         }
         sums
     };

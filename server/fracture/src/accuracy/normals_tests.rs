@@ -7,10 +7,13 @@ fn turned(degrees: f64, carried: Option<Vector3<f64>>) -> NormalShares {
     let lattice = block([3, 3, 3], 0.1);
     let turn = Isometry3::rotation(Vector3::new(0.6, 0.64, 0.48).normalize() * degrees.to_radians());
     // Large enough planes: the nearest triangle is the turned one of the same side but for a rim.
-    let triangles: Vec<[Point3<f64>; 3]> =
-        lattice.boundary().iter().map(|face| face.nodes.map(|node| turn * lattice.nodes[node as usize])).collect();
+    let lit = |face: &crate::lattice::BoundaryFace| {
+        let corners = face.nodes.map(|node| turn * lattice.nodes[node as usize]);
+        (corners, [area_vector(&corners).normalize(); 3])
+    };
+    let input: Vec<Lit> = lattice.boundary().iter().map(lit).collect();
     let normals = carried.map(|normal| vec![normal; lattice.nodes.len()]);
-    NormalShares::new(&[(&lattice, normals)], &triangles, NORMAL_DEG)
+    NormalShares::new(&[(&lattice, normals)], &input, NORMAL_DEG)
 }
 
 #[test]
@@ -27,6 +30,21 @@ fn smooth_normals_miss_a_cube_near_its_edges_and_carried_ones_are_taken_as_they_
     // Faces of one side of six; nodes inside a side have its normal, the others do not.
     assert!((shares.carried.unwrap() - 1.0 / 6.0).abs() < 1e-12, "{shares:?}");
     assert!((0.3..0.7).contains(&shares.smooth), "{shares:?}");
+}
+
+#[test]
+fn normals_of_nodes_are_held_against_what_the_input_is_shaded_with() {
+    let lattice = block([2, 2, 2], 0.1);
+    let outward = |place: &Point3<f64>| place.coords.normalize();
+    // A cube that is shaded like a ball: its faces stay flat, its nodes may be right all the same.
+    let lit = |face: &crate::lattice::BoundaryFace| {
+        let corners = face.nodes.map(|node| lattice.nodes[node as usize]);
+        (corners, corners.map(|corner| outward(&corner)))
+    };
+    let input: Vec<Lit> = lattice.boundary().iter().map(lit).collect();
+    let normals = lattice.nodes.iter().map(|node| node.coords.try_normalize(0.0).unwrap_or_default()).collect();
+    let shares = NormalShares::new(&[(&lattice, Some(normals))], &input, NORMAL_DEG);
+    assert!((shares.faces - 1.0).abs() < 1e-12 && (shares.carried.unwrap() - 1.0).abs() < 1e-12, "{shares:?}");
 }
 
 #[test]

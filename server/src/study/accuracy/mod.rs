@@ -2,6 +2,7 @@
 
 mod dials;
 mod error;
+mod front;
 mod lifts;
 mod page;
 mod plan;
@@ -12,6 +13,7 @@ mod tessellations;
 mod truth;
 
 pub use error::StudyError;
+pub use front::{Standing, standings};
 pub use page::{Drawn, drawn, page};
 pub use plan::Plan;
 pub use point::{Errors, Measure, Point, Times};
@@ -77,6 +79,7 @@ impl Findings {
             "machine": ground.machine,
             "threads": ground.threads,
             "points": self.points.iter().map(Point::document).collect::<Vec<_>>(),
+            "front": standings(self).iter().map(Standing::document).collect::<Vec<_>>(),
             "estimates": self.estimates.len(),
             "estimates_within_4": self.estimates_within(4.0),
             "left_out": self.left_out.iter().map(|[what, why]| json!({ "what": what, "why": why })).collect::<Vec<_>>(),

@@ -1,5 +1,6 @@
 //! Diagrams, their figures as text, and the page.
 
+use super::front::{Standing, standings};
 use super::{Findings, Measure, Point, StudyError};
 use crate::report::{Fact, Section, Study, Table, significant};
 use crate::study::precision::{Curve, Place, svg};
@@ -120,6 +121,17 @@ pub fn drawn(findings: &Findings) -> Result<Vec<Drawn>, StudyError> {
     Ok(all)
 }
 
+/// Every error of every diagram with presets, and the points that are drawn there.
+pub(super) fn together(findings: &Findings) -> Vec<(&'static str, Measure, Vec<&Point>)> {
+    let own = DIAGRAMS.iter().filter(|diagram| diagram.presets);
+    own.flat_map(|diagram| diagram.measures.iter().map(move |measure| (diagram, *measure)))
+        .map(|(diagram, measure)| {
+            let points = findings.points.iter().filter(|point| shown(point, diagram, measure)).collect();
+            (diagram.file, measure, points)
+        })
+        .collect()
+}
+
 fn shown(point: &Point, diagram: &Diagram, measure: Measure) -> bool {
     (diagram.dials.contains(&point.dial) || diagram.presets && point.preset.is_some())
         && point.errors.get(measure).is_some()
@@ -180,6 +192,7 @@ pub fn page(findings: &Findings, drawn: &[Drawn]) -> Study {
         tables: vec![table(&findings.points)],
         ..Section::default()
     });
+    sections.push(front(findings));
     sections.push(left_out(findings));
     Study {
         title: format!("What accuracy costs in time: {}", findings.ground.object),
@@ -232,6 +245,20 @@ fn table(points: &[Point]) -> Table {
         ("", told.into_iter().chain(times).chain(Measure::ALL.map(error)).collect())
     };
     Table { head, rows: points.iter().map(row).collect() }
+}
+
+fn front(findings: &Findings) -> Section {
+    let lead = "A preset lies on the front unless another point of the same diagram is both faster, beyond the whiskers, and more accurate. \
+                Combined: the worst of three errors, of elastic energy, cells and cracks, each over that of game.";
+    let row = |own: &Standing| {
+        let told =
+            own.beaten_by.as_ref().map_or_else(|| "on the front".to_owned(), |by| format!("behind {}", by.join(" ")));
+        let error = own.measure.map_or("combined", Measure::name);
+        ("", vec![own.preset.to_owned(), own.diagram.to_owned(), error.to_owned(), told])
+    };
+    let head = ["preset", "diagram", "error", "stands"].map(str::to_owned).to_vec();
+    let tables = vec![Table { head, rows: standings(findings).iter().map(row).collect() }];
+    Section { heading: "Presets and the front".to_owned(), lead: vec![lead.to_owned()], tables, ..Section::default() }
 }
 
 fn left_out(findings: &Findings) -> Section {

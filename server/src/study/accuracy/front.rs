@@ -1,0 +1,125 @@
+//! Whether presets lie on the Pareto front.
+//!
+//! **Of a diagram**: a preset lies on the front unless another point of the same diagram is both faster, beyond the whiskers (its last
+//! decile of times before the preset's first), and more accurate. A dial that spends on one error alone may beat a bundle there, which
+//! spends on several at once.
+//!
+//! **Combined**: so bundles are judged by the worst of their errors, too ([`COMBINED`]), each over that of `game`; among all points that
+//! have every one of them.
+
+use super::page::together;
+use super::{Findings, Measure, Point};
+use serde_json::{Value, json};
+
+/// Errors that count in the combined one: of elasticity, of cells, of cracks.
+const COMBINED: [Measure; 3] = [Measure::Energy, Measure::Gap, Measure::Label];
+
+/// The preset whose errors are the units of the combined one.
+const UNIT: &str = "game";
+
+/// One preset in one diagram.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Standing {
+    /// Which preset.
+    pub preset: &'static str,
+    /// The diagram's name, or `combined`.
+    pub diagram: &'static str,
+    /// The error; `None` for the combined one.
+    pub measure: Option<Measure>,
+    /// The first point that is both faster and more accurate: its dial and setting; `None` on the front.
+    pub beaten_by: Option<[String; 2]>,
+}
+
+impl Standing {
+    /// For the document.
+    pub fn document(&self) -> Value {
+        json!({
+            "preset": self.preset,
+            "diagram": self.diagram,
+            "error": self.measure.map_or("combined", Measure::name),
+            "front": self.beaten_by.is_none(),
+            "beaten_by": self.beaten_by,
+        })
+    }
+}
+
+/// Where all presets stand, diagram by diagram, then combined.
+pub fn standings(findings: &Findings) -> Vec<Standing> {
+    let mut all = Vec::new();
+    for (diagram, measure, points) in together(findings) {
+        let placed: Vec<Placed> =
+            points.into_iter().filter_map(|point| Some((point, point.errors.get(measure)?))).collect();
+        all.extend(stand(diagram, Some(measure), &placed));
+    }
+    all.extend(stand("combined", None, &combined(&findings.points)));
+    all
+}
+
+/// A point and its error.
+type Placed<'a> = (&'a Point, f64);
+
+fn stand(diagram: &'static str, measure: Option<Measure>, points: &[Placed]) -> Vec<Standing> {
+    let presets = points.iter().filter_map(|own| Some((own, own.0.preset?)));
+    let standing = |(own, preset): (&Placed, &'static str)| {
+        let better = points.iter().find(|other| beats(other, own));
+        let beaten_by = better.map(|(point, _)| [point.dial.to_owned(), point.label()]);
+        Standing { preset, diagram, measure, beaten_by }
+    };
+    presets.map(standing).collect()
+}
+
+/// Whether the first is faster, beyond the whiskers, and more accurate.
+fn beats((one, error): &Placed, (other, other_error): &Placed) -> bool {
+    one.times.at(0.9) < other.times.at(0.1) && error < other_error
+}
+
+/// Points with the worst of their errors in units of those of [`UNIT`]; none without it.
+fn combined(points: &[Point]) -> Vec<Placed<'_>> {
+    let Some(unit) = points.iter().find(|point| point.preset == Some(UNIT)) else { return Vec::new() };
+    let worst = |point: &Point| {
+        let ratios = COMBINED.map(|measure| Some(point.errors.get(measure)? / unit.errors.get(measure)?));
+        ratios.into_iter().try_fold(0.0, |most: f64, ratio| Some(most.max(ratio?)))
+    };
+    points.iter().filter_map(|point| Some((point, worst(point)?))).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::study::accuracy::{Errors, Times};
+
+    fn point(dial: &'static str, preset: Option<&'static str>, times: [f64; 3], errors: [f64; 3]) -> Point {
+        let errors = COMBINED.iter().zip(errors).fold(Errors::default(), |sum, (own, error)| sum.with(*own, error));
+        Point { dial, value: json!(1), preset, times: Times(times.to_vec()), errors }
+    }
+
+    fn check(points: Vec<Point>, diagram: &str, preset: &str, front: bool) {
+        let all = standings(&Findings { points, ..Findings::default() });
+        let own: Vec<&Standing> = all.iter().filter(|own| own.diagram == diagram && own.preset == preset).collect();
+        assert!(!own.is_empty() && own.iter().all(|own| own.beaten_by.is_none() == front), "{own:?}");
+    }
+
+    #[test]
+    fn only_what_is_faster_and_more_accurate_beats_a_preset() {
+        let game = || point("preset", Some("game"), [5.0, 6.0, 7.0], [0.1; 3]);
+        let rank = |times: [f64; 3], error: f64| point("rank", None, times, [error; 3]);
+        check(vec![game(), rank([1.0, 2.0, 3.0], 0.05)], "elasticity", "game", false);
+        check(vec![game(), rank([1.0, 2.0, 3.0], 0.2)], "elasticity", "game", true);
+        // Whiskers overlap, or the errors are the same.
+        check(vec![game(), rank([4.0, 5.0, 6.0], 0.05)], "elasticity", "game", true);
+        check(vec![game(), rank([1.0, 2.0, 3.0], 0.1)], "elasticity", "game", true);
+        // A dial of another diagram has no say.
+        check(vec![game(), point("cvd_tolerance", None, [1.0; 3], [0.05; 3])], "elasticity", "game", true);
+    }
+
+    #[test]
+    fn bundles_are_judged_by_the_worst_of_their_errors() {
+        let game = || point("preset", Some("game"), [5.0; 3], [0.1, 0.02, 0.004]);
+        let film = |errors| point("preset", Some("film"), [50.0; 3], errors);
+        // One error of three is as large as game's: beaten, for it takes longer; just not where all are smaller.
+        check(vec![game(), film([0.05, 0.03, 0.001])], "combined", "film", false);
+        check(vec![game(), film([0.05, 0.019, 0.001])], "combined", "film", true);
+        check(vec![game(), film([0.05, 0.019, 0.001])], "combined", "game", true);
+        assert!(combined(&[film([0.1; 3])]).is_empty());
+    }
+}
