@@ -14,11 +14,14 @@ pub const GAME_TOLERANCE: f64 = 2e-2;
 /// [`Dials::reduced_error_max`] of [`Quality::Game`]: what its elastic lattice is off by, too, so that a solve would gain little.
 pub const GAME_ERROR_MAX: f64 = 0.1;
 
+/// The same of [`Quality::Draft`], which would rather be wrong than late.
+pub const DRAFT_ERROR_MAX: f64 = 0.25;
+
 /// A preset, from fast to accurate.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Quality {
-    /// Half of everything, to try things out and for what is far away.
+    /// A third of everything, to try things out and for what is far away.
     Draft,
     /// A strike within a frame.
     #[default]
@@ -86,7 +89,7 @@ impl Quality {
     /// What a bake of it fixes.
     pub fn lattices(self) -> Lattices {
         let [elastic_nodes, crack_nodes] = match self {
-            Self::Draft => [ELASTIC_NODES_DEFAULT / 2, 5_000],
+            Self::Draft => [ELASTIC_NODES_DEFAULT / 2, CRACK_NODES_DEFAULT / 3],
             Self::Game => [ELASTIC_NODES_DEFAULT, CRACK_NODES_DEFAULT],
             Self::Film | Self::Reference => [2 * ELASTIC_NODES_DEFAULT, 100_000],
         };
@@ -105,7 +108,13 @@ impl Quality {
         };
         let film = Dials { reduced_error_max: REDUCED_ERROR_MAX, tolerance: TOLERANCE, ..game };
         match self {
-            Self::Draft => Dials { rank_max: Some(RANK_MAX as u32 / 2), tolerance: 5e-2, iterations_max: 4, ..game },
+            Self::Draft => Dials {
+                rank_max: Some(RANK_MAX as u32 / 2),
+                reduced_error_max: DRAFT_ERROR_MAX,
+                tolerance: 5e-2,
+                iterations_max: 4,
+                ..game
+            },
             Self::Game => game,
             Self::Film => film,
             Self::Reference => {
