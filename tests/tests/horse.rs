@@ -228,14 +228,14 @@ struct Follows {
     cells: Cells,
 }
 
-fn follows(prepared: &Prepared, at: [f64; 3], uniform: bool) -> Follows {
+fn follows(prepared: &Prepared, at: [f64; 3], uniform: bool, seed: u64) -> Follows {
     let strike = pecked(prepared, at);
     let energy = struck::energy(prepared, &strike);
     let volumes = &prepared.bodies[0].volumes;
     let total: f64 = volumes.iter().sum();
     let even: Vec<f64> = volumes.iter().map(|volume| volume / total).collect();
     let driving = if uniform { &even } else { &energy.shares };
-    let diagram = struck::diagram(prepared, LiftKind::Interior, driving, 40, 3);
+    let diagram = struck::diagram(prepared, LiftKind::Interior, driving, 40, seed);
     let cells = cells(prepared, &diagram, &energy.shares);
     let contact = prepared.frame.to_local(&strike.contacts[0].point_m);
     let radius = energy.radius_m / prepared.frame.diagonal_m;
@@ -255,10 +255,13 @@ fn follows(prepared: &Prepared, at: [f64; 3], uniform: bool) -> Follows {
 /// At equal cell energies W·V^(5/3) a third of the volume goes with this many times the density.
 const DENSER: f64 = 6.24;
 
+/// Of the diagrams.
+const SEEDS: [u64; 5] = [3, 4, 5, 6, 7];
+
 /// Volumes fall with density, and where the density at the contact is far above the rest fragments there are a third or
 /// less of the others; with a uniform density neither is seen.
 fn check_follows(name: &str, prepared: &Prepared, at: [f64; 3]) -> Follows {
-    let own = follows(prepared, at, false);
+    let own = follows(prepared, at, false, SEEDS[0]);
     println!(
         "{name}: rank correlation {:.3}, near over far: volume {:.3?}, density {:.3?}",
         own.correlation, own.volumes, own.densities
@@ -267,9 +270,12 @@ fn check_follows(name: &str, prepared: &Prepared, at: [f64; 3]) -> Follows {
     if let (Some(volumes), Some(densities)) = (own.volumes, own.densities) {
         assert!(densities < DENSER || volumes <= 1.0 / 3.0, "{volumes} at {densities}");
     }
-    let even = follows(prepared, at, true);
-    println!("{name}, uniform density: rank correlation {:.3}, near over far: {:.3?}", even.correlation, even.volumes);
-    assert!(even.correlation > -0.5, "the test would pass without any physics");
+    // One diagram of 40 cells may look ordered by luck.
+    let even = SEEDS.map(|seed| follows(prepared, at, true, seed));
+    let correlation = median(&even.each_ref().map(|even| even.correlation));
+    let volumes = even.each_ref().map(|even| even.volumes);
+    println!("{name}, uniform density: rank correlation {correlation:.3} (median), near over far: {volumes:.3?}");
+    assert!(correlation > -0.5, "the test would pass without any physics");
     own
 }
 

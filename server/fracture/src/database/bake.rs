@@ -370,15 +370,17 @@ pub(super) fn lattices(
     let walls = inside.widths(Side::Wall, WIDTH_MAX, token)?;
     let spacings = thin::spacings(request, volume, parts::area(surface), &walls, &surface.frame)?;
     let mut parameters = parameters(request, surface, spacings);
-    let spacings = Spacings {
+    let mut spacings = Spacings {
         elastic: parameters.elastic_spacing,
         crack: parameters.crack_spacing,
         refine: request.elastic_spacing.is_none(),
     };
-    let stuffed = |volume| {
+    let stuffed = |spacings, volume| {
         lattice::levels(&inside, spacings, volume, token).map_err(|error| thin::explain(error, &walls, surface))
     };
-    let mut levels = stuffed(volume)?;
+    let follows = request.crack_spacing.is_none();
+    let mut levels = parts::held_together(surface, &mut spacings, follows, &|spacings| stuffed(spacings, volume))?;
+    parameters.crack_spacing = spacings.crack;
     let mut gone = parts::gone(surface, &levels, volume);
     if gone.volume > GONE_MAX * volume {
         let percent = 100.0 * (gone.volume / volume).min(1.0);
@@ -388,7 +390,7 @@ pub(super) fn lattices(
     if gone.volume > lattice::VOLUME_TOLERANCE * volume {
         // What is kept must not make up for what is not.
         kept = volume - gone.volume;
-        levels = stuffed(kept)?;
+        levels = stuffed(spacings, kept)?;
         gone = parts::gone(surface, &levels, volume);
     }
     let mut lost = thin::lost(&inside, &walls, &levels, &surface.frame, token)?;

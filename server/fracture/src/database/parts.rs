@@ -1,13 +1,49 @@
 //! Parts of an object that a lattice loses, tears off, or leaves without elasticity: named in the defect report.
 
-use crate::lattice::Levels;
+use super::bake::BakeError;
+use crate::lattice::{CRACK_NODES_MAX, Levels, Spacings};
 use crate::surface::{Defect, DefectKind, Inside, Part, Surface};
 use nalgebra::Point3;
 
+/// What is left of the crack spacing in each step of [`held_together`].
+const FINER: f64 = 0.88;
+
+/// Steps of it at most: four times the nodes.
+const STEPS_MAX: usize = 4;
+
+/// The levels at `spacings`; where these tear parts off and the crack spacing `follows` the object, those at the first finer one that does
+/// not, which `spacings` then has. If none is found in a few steps, those at the first: the parts are named.
+pub(super) fn held_together(
+    surface: &Surface,
+    spacings: &mut Spacings,
+    follows: bool,
+    stuffed: &dyn Fn(Spacings) -> Result<Levels, BakeError>,
+) -> Result<Levels, BakeError> {
+    let levels = stuffed(*spacings)?;
+    let nodes: usize = levels.bodies.iter().map(|body| body.crack.nodes.len()).sum();
+    let (mut finer, mut nodes) = (*spacings, nodes as f64);
+    for _ in 0..STEPS_MAX {
+        (finer.crack, nodes) = (FINER * finer.crack, nodes / FINER.powi(3));
+        if !follows || torn_off(surface, &levels) == 0 || nodes > CRACK_NODES_MAX as f64 {
+            break;
+        }
+        let next = stuffed(finer)?;
+        if torn_off(surface, &next) == 0 {
+            *spacings = finer;
+            return Ok(next);
+        }
+    }
+    Ok(levels)
+}
+
 /// Bodies beyond the input's own parts.
+fn torn_off(surface: &Surface, levels: &Levels) -> usize {
+    levels.bodies.len().saturating_sub(surface.parts.len().max(1))
+}
+
+/// What comes apart, named.
 pub(super) fn severed(surface: &Surface, levels: &Levels) -> Option<Defect> {
-    let own = surface.parts.len().max(1);
-    let more = levels.bodies.len().checked_sub(own).filter(|more| *more > 0)?;
+    let more = Some(torn_off(surface, levels)).filter(|more| *more > 0)?;
     let action = "bodies of their own: joined by less than the lattice resolves; try a finer --crack-spacing";
     Some(Defect::new(DefectKind::SeveredPart, more as u64, surface.parts.first().map_or(0, |part| part.face), action))
 }
@@ -79,4 +115,35 @@ pub(super) fn area(surface: &Surface) -> f64 {
         0.5 * (b - a).cross(&(c - a)).norm()
     };
     (0..surface.triangles.len()).map(triangle).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::database::{BakeRequest, bake};
+    use crate::pipeline::Quality;
+    use crate::scene::Materials;
+    use crate::surface::shapes;
+    use crate::token::Token;
+
+    #[test]
+    fn a_spacing_that_nobody_asked_for_tears_nothing_off() {
+        let materials = Materials::parse(include_str!("../../../../config/materials.toml")).unwrap();
+        let material = materials.get("glass").unwrap().clone();
+        let request = |crack_spacing| BakeRequest {
+            quality: Quality::Draft,
+            crack_spacing,
+            ..BakeRequest::new("statue", "glass", material.clone())
+        };
+        let baked = |request| bake(shapes::statue(), &request, &Token::default(), &mut |_| ()).unwrap();
+        let own = baked(request(None));
+        let torn = |defect: &&Defect| defect.kind == DefectKind::SeveredPart;
+        assert_eq!((own.bodies.len(), own.report.defects.iter().find(torn)), (1, None));
+        // The last step that was not taken, asked for.
+        let coarser = own.parameters.crack_spacing / FINER;
+        let asked = baked(request(Some(coarser)));
+        assert_eq!(asked.parameters.crack_spacing, coarser);
+        println!("{} and {} nodes", own.crack_nodes(), asked.crack_nodes());
+        assert!(asked.bodies.len() > 1 && asked.report.defects.iter().any(|defect| torn(&defect)));
+    }
 }
