@@ -11,7 +11,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 const MARGIN: f64 = 1.2;
 
 /// What is expected is what this part of the last strikes stayed within.
-const QUANTILE: f64 = 0.98;
+const QUANTILE: f64 = 0.95;
 
 /// How many these are at most, and how many it takes before [`MARGIN`] has no say.
 const STRIKES: [usize; 2] = [64, 8];
