@@ -24,7 +24,7 @@ use std::time::{Duration, Instant};
 use tokio::sync::mpsc::UnboundedSender;
 
 /// The part of its time that a strike is to take; the rest is for what holds a machine up that others use, too.
-const AIMED_AT: f64 = 0.9;
+const AIMED_AT: f64 = 0.85;
 
 /// Pauses before memory for an answer is asked for again: in the first the dead are buried, in the others the living may read what
 /// they were sent. A failed loan is never taken off its request's count, so there are as many as `Ports` allows less one.

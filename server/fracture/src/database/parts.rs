@@ -6,10 +6,10 @@ use crate::surface::{Defect, DefectKind, Inside, Part, Surface};
 use nalgebra::Point3;
 
 /// What is left of the crack spacing in each step of [`held_together`].
-const FINER: f64 = 0.88;
+const FINER: f64 = 0.96;
 
-/// Steps of it at most: four times the nodes.
-const STEPS_MAX: usize = 4;
+/// Steps of it at most: twice the nodes.
+const STEPS_MAX: usize = 6;
 
 /// The levels at `spacings`; where these tear parts off and the crack spacing `follows` the object, those at the first finer one that does
 /// not, which `spacings` then has. If none is found in a few steps, those at the first: the parts are named.
