@@ -89,7 +89,7 @@ impl Quality {
     /// What a bake of it fixes.
     pub fn lattices(self) -> Lattices {
         let [elastic_nodes, crack_nodes] = match self {
-            Self::Draft => [ELASTIC_NODES_DEFAULT / 2, CRACK_NODES_DEFAULT / 3],
+            Self::Draft => [ELASTIC_NODES_DEFAULT / 2, 3_000],
             Self::Game => [ELASTIC_NODES_DEFAULT, CRACK_NODES_DEFAULT],
             Self::Film | Self::Reference => [2 * ELASTIC_NODES_DEFAULT, 100_000],
         };
