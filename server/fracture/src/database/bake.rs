@@ -376,7 +376,8 @@ pub(super) fn lattices(
         refine: request.elastic_spacing.is_none(),
     };
     let stuffed = |spacings, volume| {
-        lattice::levels(&inside, spacings, volume, token).map_err(|error| thin::explain(error, &walls, surface))
+        let levels = if request.quality.lattices().fitted { lattice::fitted_levels } else { lattice::levels };
+        levels(&inside, spacings, volume, token).map_err(|error| thin::explain(error, &walls, surface))
     };
     let follows = request.crack_spacing.is_none();
     let mut levels = parts::held_together(surface, &mut spacings, follows, &|spacings| stuffed(spacings, volume))?;

@@ -45,7 +45,7 @@ pub struct Load {
     pub forces: Vec<f64>,
     /// One per contact.
     pub touches: Vec<Touch>,
-    /// What the contacts apply: node and force; a node may be there more than once.
+    /// What the contacts apply: node and force, by node.
     pub applied: Vec<(u32, Vector3<f64>)>,
     /// The rigid acceleration, linear and angular, whose inertial forces are subtracted; zero unless the body is free.
     pub acceleration: [Vector3<f64>; 2],
@@ -94,6 +94,13 @@ impl Elasticity {
             load.applied.extend(workspace.weights.iter().map(|(node, weight)| (*node, contact.impulse * *weight)));
             load.touches.push(touch);
         }
+        // By node, so that what cancels is exactly nothing.
+        load.applied.sort_by_key(|(node, _)| *node);
+        load.applied.dedup_by(|next, own| {
+            let same = next.0 == own.0;
+            own.1 += if same { next.1 } else { Vector3::zeros() };
+            same
+        });
         if let Support::Free(_) = self.support {
             load.acceleration = self.inertia.acceleration_of(&load.applied);
         }

@@ -36,7 +36,6 @@ pub use solve::{NARROW_RESIDUAL_MAX, RESIDUAL_MAX, ROUNDING_MAX, Solved};
 pub use support::{Pins, Support};
 
 use crate::sparse::SolveScratch;
-use nalgebra::Vector3;
 
 /// Memory of the stages of one impact, kept from one to the next: after the first impact on the largest body nothing
 /// that grows with the lattice is allocated.
@@ -47,7 +46,6 @@ pub struct Workspace {
     front: front::Front,
     weights: Vec<(u32, f64)>,
     narrow: Vec<[f32; reduced::SIDE]>,
-    touched: Vec<(u32, Vector3<f64>)>,
     pulled: residual::Sums,
     gathered: Vec<f64>,
 }

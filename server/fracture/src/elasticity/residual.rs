@@ -112,17 +112,9 @@ impl Residual {
     ) -> f64 {
         let acceleration = Vector6::from_iterator(load.acceleration.iter().flatten().copied());
         let mut forces = acceleration.dot(&(self.inertia * acceleration));
-        let Workspace { touched, pulled, gathered, .. } = workspace;
+        let Workspace { pulled, gathered, .. } = workspace;
         pulled.begin(body.size() / 3);
-        touched.clear();
-        touched.extend_from_slice(&load.applied);
-        touched.sort_unstable_by_key(|(node, _)| *node);
-        touched.dedup_by(|next, own| {
-            let same = next.0 == own.0;
-            own.1 += if same { next.1 } else { Vector3::zeros() };
-            same
-        });
-        for (node, applied) in touched.iter().map(|(node, applied)| (*node as usize, applied)) {
+        for (node, applied) in load.applied.iter().map(|(node, applied)| (*node as usize, applied)) {
             let inverse = Vector3::from_column_slice(&self.inverse_diagonal[3 * node..3 * node + 3]);
             let inertial = body.inertia.force(node, &load.acceleration);
             let whole = applied - inertial;

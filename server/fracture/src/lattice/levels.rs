@@ -104,13 +104,24 @@ pub struct Spacings {
     pub refine: bool,
 }
 
-/// Stuffs a shape at two spacings, both to `volume` (local, positive), fits the finer boundary to ridges and creases, and pairs
-/// their bodies.
+/// Stuffs a shape at two spacings, both to `volume` (local, positive), and pairs their bodies.
 ///
 /// Bodies are matched by overlap. A body that the coarser level lost, or joined with another, is solved on its crack
 /// lattice, so that distinct bodies never share a solve and none is missing. Errors: those of [`stuff`]; an empty
 /// elastic level is none.
 pub fn levels(
+    shape: &dyn SignedDistance,
+    spacings: Spacings,
+    volume: f64,
+    token: &Token,
+) -> Result<Levels, LatticeError> {
+    let crack = stuff(shape, spacings.crack, Some(volume), token)?;
+    levels_by(crack, &|spacing| stuff(shape, spacing, Some(volume), token), spacings, token)
+}
+
+/// As [`levels`], with the finer boundary fitted to ridges and creases. Which nodes move may hang on the last bits of a place: the same
+/// shape elsewhere, or in another unit, may get another lattice, as good a one.
+pub fn fitted_levels(
     shape: &dyn SignedDistance,
     spacings: Spacings,
     volume: f64,

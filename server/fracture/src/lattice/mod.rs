@@ -33,7 +33,9 @@ pub use block::block;
 pub use error::LatticeError;
 pub use grid::{GRID_NODES_MAX, SPACING_RANGE};
 pub use level::{BODY_SHARE_MIN, BODY_TETS_MIN, Dropped, Level, VOLUME_TOLERANCE, stuff};
-pub use levels::{BodyLattice, LevelReport, Levels, OVERLAP_MIN, Replaced, Replacement, Spacings, levels};
+pub use levels::{
+    BodyLattice, LevelReport, Levels, OVERLAP_MIN, Replaced, Replacement, Spacings, fitted_levels, levels,
+};
 pub use locate::{Locator, Nearest, Place};
 pub use measure::Dihedral;
 pub(crate) use measure::area_vector;

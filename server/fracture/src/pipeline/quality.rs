@@ -43,6 +43,8 @@ pub struct Lattices {
     pub modes: usize,
     /// Displacements of a body's basis at most.
     pub rank_max: usize,
+    /// Whether the crack lattice's boundary is fitted to ridges and creases.
+    pub fitted: bool,
 }
 
 /// What a strike chooses.
@@ -93,7 +95,7 @@ impl Quality {
             Self::Game => [ELASTIC_NODES_DEFAULT, CRACK_NODES_DEFAULT],
             Self::Film | Self::Reference => [2 * ELASTIC_NODES_DEFAULT, 100_000],
         };
-        Lattices { elastic_nodes, crack_nodes, modes: MODES_DEFAULT, rank_max: RANK_MAX }
+        Lattices { elastic_nodes, crack_nodes, modes: MODES_DEFAULT, rank_max: RANK_MAX, fitted: self >= Self::Film }
     }
 
     /// What a strike of it chooses.
