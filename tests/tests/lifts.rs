@@ -16,6 +16,10 @@ const HEAD: &str = "object      nodes lift               carry        m sites  s
 /// Starts that a figure of the table is the mean of.
 const SEEDS: u64 = 4;
 
+/// Starts that a share of stray volume is the mean of, where it is held against another: one surface lift in sixteen has one stray cell
+/// of some 4 % (34 of 512 starts; of 64 starts 2 to 9, on eight lattices), so that a single one decides the mean of a few.
+const SEEDS_STRAY: u64 = 256;
+
 /// A generated shape.
 type Shape = (&'static str, fn() -> RawMesh);
 
@@ -28,12 +32,12 @@ fn shape(name: &str, mesh: RawMesh, spacings: Option<[f64; 2]>) -> Prepared {
     bake(mesh, &request, &Token::default(), &mut |_| ()).unwrap()
 }
 
-/// Means over the seeds, per lift in the order of [`Comparison::rows`]: stray volume and components.
-fn means(comparison: &Comparison, sites: usize) -> Vec<(LiftRow, f64, f64)> {
+/// Means over so many seeds, per lift in the order of [`Comparison::rows`]: stray volume and components.
+fn means(comparison: &Comparison, sites: usize, seeds: u64) -> Vec<(LiftRow, f64, f64)> {
     let token = Token::default();
-    let runs: Vec<Vec<LiftRow>> = (0..SEEDS).map(|seed| comparison.rows(sites, seed, &token).unwrap()).collect();
+    let runs: Vec<Vec<LiftRow>> = (0..seeds).map(|seed| comparison.rows(sites, seed, &token).unwrap()).collect();
     let mean = |lift: usize, figure: &dyn Fn(&LiftRow) -> f64| {
-        runs.iter().map(|rows| figure(&rows[lift])).sum::<f64>() / SEEDS as f64
+        runs.iter().map(|rows| figure(&rows[lift])).sum::<f64>() / seeds as f64
     };
     let row = |lift: usize| {
         let stray = mean(lift, &|row| row.stray_volume);
@@ -47,7 +51,7 @@ fn compare(prepared: &Prepared) -> Comparison<'_> {
     let body = &prepared.bodies[0];
     let comparison = Comparison::new(body, SURFACE_MODES_DEFAULT, &Token::default()).unwrap();
     for sites in SITES {
-        for (row, stray, components) in means(&comparison, sites) {
+        for (row, stray, components) in means(&comparison, sites, SEEDS) {
             let carry = row.carry.map_or(String::new(), |carry| format!("{carry:?}"));
             println!(
                 "{:<10} {:>6} {:<18} {carry:<10} {:>3} {sites:>4} {:>8.3} {components:>8.2} {:>10.3e} {:>10.3e}",
@@ -71,7 +75,7 @@ fn every_lift_divides_a_shape_on_which_straight_distances_fail() {
     println!("{HEAD}");
     let prepared = shape("statue", shapes::statue(), None);
     let comparison = compare(&prepared);
-    let stray: Vec<f64> = means(&comparison, SITES[0]).iter().map(|row| row.1).collect();
+    let stray: Vec<f64> = means(&comparison, SITES[0], SEEDS_STRAY).iter().map(|row| row.1).collect();
     assert!(stray[0] > 1e-3 && stray[1..].iter().all(|other| *other < 0.1 * stray[0]), "{stray:?}");
 }
 
