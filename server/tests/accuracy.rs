@@ -76,7 +76,9 @@ fn a_study_of_accuracy_has_the_keys_of_the_contract_and_a_point_for_every_settin
     assert!(points(&findings, "elastic_spacing", Measure::Energy).all(|error| error > 0.0 && error < 1.0));
 
     let drawn = drawn(&findings).unwrap();
-    let html = report::study(&page(&findings, &drawn));
+    let html = report::study(&page(&findings, &drawn, findings.close_up.png().unwrap()));
     assert!(drawn.iter().all(|own| own.svg.starts_with("<svg") && own.csv.lines().count() > 1));
+    assert_eq!(findings.close_up.names(), ["input", "draft", "game", "film"]);
+    assert!(html.contains("From the left: input, draft, game, film."));
     assert!(html.contains("Degree ablation") && html.contains(&findings.ground.machine.replace('&', "&amp;")));
 }

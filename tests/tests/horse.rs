@@ -94,6 +94,7 @@ fn it_bakes_within_the_published_bounds() {
         );
         assert!(report.volume_error().abs() <= 0.015);
         assert!(report.surface_deviation <= prepared.parameters.crack_spacing);
+        assert_eq!(prepared.bodies.len(), 1, "a tip has come off");
     }
 }
 

@@ -129,7 +129,12 @@ fn accuracy(args: &Accuracy) -> Result<(), Failure> {
         write(&format!("{}.svg", own.file), &own.svg)?;
         write(&format!("{}.csv", own.file), &own.csv)?;
     }
-    write("accuracy.html", &report::study(&accuracy::page(&findings, &drawn)))?;
+    let close_up = findings.close_up.png().map_err(Failure::accuracy)?;
+    if let Some(png) = &close_up {
+        let path = args.out.join("accuracy-close-up.png");
+        std::fs::write(&path, png).map_err(|error| Failure::output(&path, &error))?;
+    }
+    write("accuracy.html", &report::study(&accuracy::page(&findings, &drawn, close_up)))?;
     if args.json {
         return out::print(&format!("{}\n", findings.document()));
     }

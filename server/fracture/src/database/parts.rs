@@ -8,8 +8,9 @@ use nalgebra::Point3;
 /// What is left of the crack spacing in each step of [`held_together`].
 const FINER: f64 = 0.96;
 
-/// Steps of it at most: twice the nodes.
-const STEPS_MAX: usize = 6;
+/// Steps of it at most: half as many nodes again. Twice as many would join the tips of the horse's draft, too, whose strikes then take
+/// almost as long as on the lattices of `game`.
+const STEPS_MAX: usize = 3;
 
 /// The levels at `spacings`; where these tear parts off and the crack spacing `follows` the object, those at the first finer one that does
 /// not, which `spacings` then has. If none is found in a few steps, those at the first: the parts are named.

@@ -5,8 +5,8 @@ use crate::surface::{Inside, Surface, Unit, Up, read};
 use crate::token::Token;
 use std::path::Path;
 
-/// Stuffs the default levels of a mesh and checks what holds for every object; prints one row per level.
-fn check(file: &str) {
+/// Stuffs levels of a mesh, the crack lattice of about so many nodes, and checks what holds for every object; prints one row per level.
+fn check(file: &str, nodes: usize) {
     let Ok(folder) = std::env::var("SHATTER_MESHES") else {
         println!("skipped: SHATTER_MESHES is not set");
         return;
@@ -19,8 +19,7 @@ fn check(file: &str) {
         (b - a).cross(&(c - a)).norm() / 2.0
     };
     let area = surface.triangles.iter().map(area).sum();
-    let [elastic, crack] =
-        [ELASTIC_NODES_DEFAULT, CRACK_NODES_DEFAULT].map(|nodes| default_spacing(volume, area, nodes));
+    let [elastic, crack] = [ELASTIC_NODES_DEFAULT, nodes].map(|nodes| default_spacing(volume, area, nodes));
     let levels = levels(&inside, Spacings { elastic, crack, refine: true }, volume, &token).unwrap();
     for body in &levels.bodies {
         check_manifold(&body.elastic).unwrap();
@@ -53,16 +52,17 @@ fn check(file: &str) {
         assert!(error.abs() < 2e-3, "volume {error}");
         assert!(deviation < report.spacing, "deviation {deviation}");
     }
-    let share = levels.crack.nodes as f64 / CRACK_NODES_DEFAULT as f64;
+    let share = levels.crack.nodes as f64 / nodes as f64;
     assert!((share - 1.0).abs() < 0.1 && levels.bodies.len() == 1, "{share} {:?}", levels.replaced);
 }
 
+/// With [`CRACK_NODES_DEFAULT`] a tip comes off; baking then takes a finer spacing (`tests/tests/horse.rs` bakes it).
 #[test]
 fn the_horse_keeps_its_volume_and_legs() {
-    check("horse.ply");
+    check("horse.ply", 10_000);
 }
 
 #[test]
 fn the_bunny_is_closed_over_its_holes() {
-    check("stanford-bunny.obj");
+    check("stanford-bunny.obj", CRACK_NODES_DEFAULT);
 }

@@ -4,7 +4,7 @@ use super::LatticeError;
 use super::grid::SPACING_RANGE;
 
 /// Crack nodes that a bake aims at by default, boundary included.
-pub const CRACK_NODES_DEFAULT: usize = 10_000;
+pub const CRACK_NODES_DEFAULT: usize = 9_000;
 
 /// Elastic nodes that a bake aims at by default, boundary included.
 pub const ELASTIC_NODES_DEFAULT: usize = 3_000;

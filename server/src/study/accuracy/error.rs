@@ -1,5 +1,6 @@
 //! Why there is no study, or no point of it.
 
+use crate::picture::PictureError;
 use crate::study::plot::PlotError;
 use shatter_fracture::accuracy::AccuracyError;
 use shatter_fracture::centroidal::FieldError;
@@ -50,6 +51,9 @@ pub enum StudyError {
     /// Cancelled.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
+    /// No picture.
+    #[error(transparent)]
+    Picture(#[from] PictureError),
     /// No plot.
     #[error(transparent)]
     Plot(#[from] PlotError),

@@ -1,5 +1,6 @@
 //! What accuracy costs in time: every dial of a strike over its values, errors against a reference, times of whole strikes.
 
+mod close_up;
 mod dials;
 mod error;
 mod front;
@@ -12,6 +13,7 @@ mod subject;
 mod tessellations;
 mod truth;
 
+pub use close_up::CloseUp;
 pub use error::StudyError;
 pub use front::{Standing, standings};
 pub use page::{Drawn, drawn, page};
@@ -59,6 +61,8 @@ pub struct Findings {
     pub left_out: Vec<[String; 2]>,
     /// Estimated and true errors of reduced energies, one strike each.
     pub estimates: Vec<[f64; 2]>,
+    /// The same blow on the lattices of the presets.
+    pub close_up: CloseUp,
 }
 
 impl Findings {

@@ -1,5 +1,6 @@
 //! Diagrams, their figures as text, and the page.
 
+use super::close_up;
 use super::front::{Standing, standings};
 use super::{Findings, Measure, Point, StudyError};
 use crate::report::{Fact, Section, Study, Table, significant};
@@ -168,11 +169,8 @@ fn csv(measure: Measure, points: &[&Point]) -> String {
     format!("dial,value,preset,{},{head}\n{rows}", measure.name())
 }
 
-/// The page.
-///
-/// # Errors
-/// [`StudyError::Plot`].
-pub fn page(findings: &Findings, drawn: &[Drawn]) -> Study {
+/// The page; `close_up` is [`CloseUp::png`](super::CloseUp::png).
+pub fn page(findings: &Findings, drawn: &[Drawn], close_up: Option<Vec<u8>>) -> Study {
     let mut sections: Vec<Section> = DIAGRAMS
         .iter()
         .enumerate()
@@ -187,6 +185,7 @@ pub fn page(findings: &Findings, drawn: &[Drawn]) -> Study {
         })
         .filter(|section| !section.plots.is_empty())
         .collect();
+    sections.extend(close_up.map(|png| close_up::section(findings, png)));
     sections.push(Section {
         heading: "All figures".to_owned(),
         tables: vec![table(&findings.points)],

@@ -1,7 +1,7 @@
 //! Presets, each on lattices of its own.
 
 use super::dials::Bench;
-use super::subject::{LIFTED, energies_on, request, timed};
+use super::subject::{DRESSED, energies_on, request, timed};
 use super::tessellations::Pair;
 use super::truth::diagram;
 use super::{Errors, Point, StudyError, Times};
@@ -34,7 +34,18 @@ impl Bench<'_> {
                 }
                 Err(error) => self.findings.left_out.push([format!("preset {name}"), error.to_string()]),
             }
+            if let Err(error) = self.seen(quality, baked.as_ref()) {
+                self.findings.left_out.push([format!("close-up of {name}"), error.to_string()]);
+            }
         }
+    }
+
+    /// The close-up of a preset; none of one that lattices are shared with.
+    fn seen(&mut self, quality: Quality, baked: Option<&Baked>) -> Result<(), StudyError> {
+        let shown = [Quality::Draft, Quality::Game, Quality::Film].contains(&quality);
+        let (Some(own), Some(strike)) = (baked.filter(|_| shown), self.strikes.first()) else { return Ok(()) };
+        let strike = Strike { degree: strike.degree, ..strike.clone().of_quality(quality) };
+        self.look(quality.name(), &own.prepared, &strike)
     }
 
     fn preset(&self, quality: Quality, baked: &mut Option<Baked>) -> Result<(Times, Errors), StudyError> {
@@ -76,7 +87,7 @@ impl Bench<'_> {
             gamma_j_m2: Some(self.base.gamma_j_m2),
             kappa: Some(self.base.kappa),
             examples: 0,
-            tables: LIFTED,
+            tables: DRESSED,
             ..request(self.plan)?
         };
         let token = Token::default();

@@ -22,6 +22,8 @@ const MATERIAL: &str = "glass";
 pub(super) const SOLID: Tables = Tables { elastic: true, ..Tables::NONE };
 /// The same with interior distances.
 pub(super) const LIFTED: Tables = Tables { interior: true, ..SOLID };
+/// The same with what the input looks like.
+pub(super) const DRESSED: Tables = Tables { attributes: true, skin: true, ..LIFTED };
 
 /// What the object is baked from.
 pub(super) fn request(plan: &Plan) -> Result<BakeRequest, StudyError> {
@@ -140,14 +142,14 @@ pub(super) fn timed(prepared: &Prepared, strikes: &[Strike], runs: usize) -> Res
 
 /// What answers are written into.
 #[derive(Default)]
-struct Buffers {
-    positions: Vec<[f32; 3]>,
-    indices: Vec<u32>,
+pub(super) struct Buffers {
+    pub positions: Vec<[f32; 3]>,
+    pub indices: Vec<u32>,
     merges: Vec<[u32; 2]>,
 }
 
 impl Buffers {
-    fn emit(&mut self, pieces: &pipeline::Pieces) -> Result<(), StrikeError> {
+    pub fn emit(&mut self, pieces: &pipeline::Pieces) -> Result<(), StrikeError> {
         let counts = pieces.counts;
         self.positions.resize(self.positions.len().max(counts.vertices), [0.0; 3]);
         self.indices.resize(self.indices.len().max(counts.indices), 0);

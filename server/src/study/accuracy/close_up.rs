@@ -1,0 +1,142 @@
+//! A close-up: what was struck, and the pieces of the same blow on the lattices of each preset.
+
+use super::dials::Bench;
+use super::subject::Buffers;
+use super::{Findings, StudyError};
+use crate::picture::{Backdrop, CREASE_DEG, Camera, Colour, Image, Mesh, Projection, Size, Spread, Style, draw};
+use crate::report::{Figure, Section, Table, significant};
+use crate::study::exploded::exploded;
+use nalgebra::{Point3, Vector3};
+use shatter_fracture::accuracy::{NORMAL_DEG, NormalShares};
+use shatter_fracture::pipeline::{self, Prepared, Strike, Workspace};
+use shatter_fracture::surface::RawMesh;
+use shatter_fracture::token::Token;
+
+/// One of the pictures.
+const SIZE: Size = Size { width: 420, height: 420 };
+
+/// What is seen of the object: a cube of this edge about the contact, over the diagonal.
+const EDGE: f64 = 0.22;
+
+/// Pieces move away from the contact by this part of their distance.
+const APART: f64 = 0.05;
+
+/// The camera is this far above the outward direction of the blow, over the distance.
+const ABOVE: f64 = 0.35;
+
+/// Of what is whole.
+const WHOLE: Colour = Colour([0.55, 0.53, 0.49]);
+
+/// The same place of the input and of what broke.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct CloseUp {
+    /// Where the camera is, seen from the contact; not normalised.
+    from: [f32; 3],
+    /// Edge of the cube that is seen, m.
+    edge_m: f32,
+    /// The input first; meshes in metres, relative to the contact.
+    views: Vec<View>,
+}
+
+/// One of its pictures.
+#[derive(Clone, Debug, Default, PartialEq)]
+struct View {
+    name: &'static str,
+    mesh: Mesh,
+    /// What the lattice makes of the input; nothing for the input itself.
+    fit: Option<Fit>,
+}
+
+/// How well the boundary of a lattice stands for the input.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Fit {
+    crack_nodes: usize,
+    /// Over the diagonal.
+    deviation: f64,
+    normals: Option<NormalShares>,
+}
+
+impl Bench<'_> {
+    /// The pieces of the first strike on the lattices of a preset, beside those seen before.
+    pub(super) fn look(&mut self, name: &'static str, prepared: &Prepared, strike: &Strike) -> Result<(), StudyError> {
+        let contact = strike.contacts.first().ok_or(StudyError::Whole)?;
+        let (hub_m, close_up) = (contact.point_m, &mut self.findings.close_up);
+        if close_up.views.is_empty() {
+            let out = Vector3::y() * ABOVE - contact.impulse_ns.normalize();
+            let edge_m = (EDGE * prepared.frame.diagonal_m) as f32;
+            let input = View { name: "input", mesh: whole(&self.plan.mesh, &hub_m), fit: None };
+            *close_up = CloseUp { from: out.cast().into(), edge_m, views: vec![input] };
+        }
+        let fit = Fit {
+            crack_nodes: prepared.crack_nodes(),
+            deviation: prepared.report.surface_deviation,
+            normals: NormalShares::of(prepared, NORMAL_DEG),
+        };
+        close_up.views.push(View { name, mesh: broken(prepared, strike, &hub_m)?, fit: Some(fit) });
+        Ok(())
+    }
+}
+
+/// The input, relative to `hub_m`.
+fn whole(mesh: &RawMesh, hub_m: &Point3<f64>) -> Mesh {
+    let positions = mesh.positions_m.iter().map(|point| Point3::from((point - hub_m).cast::<f32>())).collect();
+    Mesh::paint(positions, mesh.triangles.clone(), CREASE_DEG, |_, _| WHOLE)
+}
+
+/// The pieces of a strike, relative to `hub_m` and moved apart from there.
+fn broken(prepared: &Prepared, strike: &Strike, hub_m: &Point3<f64>) -> Result<Mesh, StudyError> {
+    let outcome = pipeline::strike(prepared, strike, &mut Workspace::default(), &Token::default(), &mut ())?;
+    let pieces = outcome.pieces.ok_or(StudyError::Whole)?;
+    let mut buffers = Buffers::default();
+    buffers.emit(&pieces)?;
+    let spread = Spread { hub_m: hub_m.coords.into(), factor: APART };
+    Ok(exploded(&pieces.fragments, &pieces.runs, &buffers.positions, &buffers.indices, spread))
+}
+
+impl CloseUp {
+    /// Bytes of a PNG file: all views side by side, seen by the same camera; `None` if nothing was struck.
+    ///
+    /// # Errors
+    /// [`StudyError::Picture`].
+    pub fn png(&self) -> Result<Option<Vec<u8>>, StudyError> {
+        if self.views.is_empty() {
+            return Ok(None);
+        }
+        let half = self.edge_m / 2.0;
+        let ends = [-half, half];
+        let cube = ends.iter().flat_map(|&x| ends.iter().flat_map(move |&y| ends.map(|z| Point3::new(x, y, z))));
+        let points: Vec<Point3<f32>> = cube.collect();
+        let camera = Camera::fit(&points, Vector3::from(self.from), Projection::Orthographic, 1.0);
+        let drawn = |view: &View| draw(&view.mesh, &camera, SIZE, Style::STUDIO, None, Backdrop::Clear);
+        let images: Vec<Image> = self.views.iter().map(drawn).collect();
+        Ok(Some(Image::beside(&images).png()?))
+    }
+
+    /// Names of the views, from the left.
+    pub fn names(&self) -> Vec<&'static str> {
+        self.views.iter().map(|view| view.name).collect()
+    }
+}
+
+/// The close-up as a part of the page, with what `png` shows.
+pub(super) fn section(findings: &Findings, png: Vec<u8>) -> Section {
+    let close_up = &findings.close_up;
+    let lead = "The first blow, on the lattices of each preset and with as many sites; pieces are moved away from the contact.";
+    let caption = format!("From the left: {}.", close_up.names().join(", "));
+    let head = ["", "crack nodes", "surface off, % of the diagonal", "normals within 10°: flat", "smooth", "carried"];
+    let share = |share: Option<f64>| share.map_or_else(|| "–".to_owned(), |share| significant(100.0 * share, 3) + " %");
+    let row = |(name, fit): (&str, Fit)| {
+        let normals = fit.normals;
+        let shares = [normals.map(|own| own.faces), normals.map(|own| own.smooth), normals.and_then(|own| own.carried)];
+        let told = [name.to_owned(), fit.crack_nodes.to_string(), significant(100.0 * fit.deviation, 3)];
+        ("", told.into_iter().chain(shares.map(share)).collect())
+    };
+    let rows = close_up.views.iter().filter_map(|view| Some((view.name, view.fit?))).map(row).collect();
+    Section {
+        heading: "Close up".to_owned(),
+        lead: vec![lead.to_owned()],
+        figures: vec![Figure { png, caption, scale: None }],
+        tables: vec![Table { head: head.map(str::to_owned).to_vec(), rows }],
+        ..Section::default()
+    }
+}
