@@ -123,9 +123,11 @@ impl<'a> Truth<'a> {
 
     /// F after so many iterations, and how far it is estimated to be above its end.
     fn cells(&mut self, solved: bool, iterations: u32) -> [f64; 2] {
-        let energy = &mut self.deformed[usize::from(solved)];
+        let energy = &self.deformed[usize::from(solved)];
+        // A field raises them to its floor, and twice raised they are higher.
+        let mut shares = energy.shares.clone();
         let body = &self.prepared.bodies[energy.body];
-        let field = Field::new(body.interior.as_ref().unwrap(), &body.volumes, &mut energy.shares).unwrap();
+        let field = Field::new(body.interior.as_ref().unwrap(), &body.volumes, &mut shares).unwrap();
         let DegreeRequest::Sites(sites) = self.strike.degree else { unreachable!() };
         let options = Options::new(sites as usize, self.strike.seed);
         let options = Options { tolerance: 0.0, iterations_max: iterations as usize, ..options };
@@ -150,7 +152,7 @@ impl<'a> Truth<'a> {
             (shot.energy, shot.true_gap) = (energy, energy / end - 1.0);
             let [whole, solved] = &self.deformed;
             shot.true_energy_error = if shot.solved { 0.0 } else { (own.energy_j / solved.energy_j - 1.0).abs() };
-            // What the daemon tells is what is computed here. Displacements that add nothing to the energy may turn last bits of shares.
+            // What the daemon tells is what is computed here. Displacements that add nothing to the energy may turn the last bits of shares.
             if shot.solved || own.shares == whole.shares {
                 assert_eq!(
                     gap, shot.cvd_gap,
