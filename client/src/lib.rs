@@ -32,6 +32,7 @@
 
 mod broken;
 mod connect;
+pub mod contact;
 mod control;
 mod deadline;
 mod digest;

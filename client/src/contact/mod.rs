@@ -1,0 +1,49 @@
+//! From the contacts of a simulator to strikes.
+//!
+//! A simulator of rigid bodies knows where bodies touched, what impulse they handed over and how fast they met; a strike wants
+//! how long that took and how wide it was, too. [`Hertz`] is the theory of one contact, [`Contacts`] what a host does with all
+//! contacts of a step: those near each other become one, at most as many as a strike takes are left, and what is too weak, too
+//! slow, or too soon after the last strike is not sent.
+//!
+//! ```
+//! use shatter_client::contact::{Contacts, Material, Partner, Terms, Touch};
+//!
+//! let ceramic = Material { young_pa: 70e9, poisson: 0.2 };
+//! let steel_ball = Partner { material: Material::STEEL, mass_kg: 0.5, radius_m: 0.025 };
+//! let mut contacts = Contacts::default();
+//! let vase = Terms::new(Partner { material: ceramic, mass_kg: 1.2, radius_m: 0.08 }).impulse_min(0.05).cooldown(0.25);
+//! contacts.watch("vase", vase);
+//! // What the simulator tells after a step, in the coordinates of the object.
+//! let (point_m, impulse_ns) = ([0.08, 0.1, 0.0], [-1.5, 0.0, 0.0]);
+//! contacts.touch(&"vase", Touch { point_m, impulse_ns, speed_m_s: 3.0, other: steel_ball });
+//! for (object, blows) in contacts.step(0.016) {
+//!     let impact = shatter_client::contact::impact(&blows);
+//!     assert_eq!((object, blows.len(), impact.is_some()), ("vase", 1, true));
+//!     // object.strike(&impact)
+//! }
+//! ```
+//!
+//! Nothing here reads a clock or keeps anything but what it is told: the time of a step is the simulation's.
+
+mod collect;
+mod hertz;
+mod merge;
+#[cfg(test)]
+mod tests;
+
+pub use collect::{Contacts, Terms};
+pub use hertz::{ContactError, DURATION, Hertz, Material, Partner};
+pub use merge::{Blow, Touch};
+pub use shatter_proto::request::CONTACTS_MAX;
+
+use crate::Impact;
+
+/// The impact of these blows together, in their order; `None` of none. How the answer shall be computed is the caller's to add.
+pub fn impact(blows: &[Blow]) -> Option<Impact> {
+    let (first, rest) = blows.split_first()?;
+    let with = |impact: Impact, blow: &Blow| {
+        impact.impulse(blow.impulse_ns).duration(blow.hertz.duration_s).radius(blow.hertz.radius_m)
+    };
+    let begun = with(Impact::at(first.point_m), first);
+    Some(rest.iter().fold(begun, |impact, blow| with(impact.and_at(blow.point_m), blow)))
+}
