@@ -5,6 +5,7 @@ use shatter_proto::answer::{
     BLOCK_BYTES, BondWire, DebrisWire, EffectWire, FragmentWire, LookWire, OUTER, RunWire, SkinVertexWire, StageWire,
     SummaryWire, VelocityWire,
 };
+use shatter_proto::convention::Convention;
 use shatter_proto::view::{Checked, View};
 use shatter_proto::{Kind, Refusal};
 use std::time::Duration;
@@ -16,6 +17,7 @@ use std::time::Duration;
 pub struct Broken {
     answer: Answer,
     checked: Box<Checked>,
+    convention: Convention,
     round_trip: Duration,
     _held: Held,
 }
@@ -54,15 +56,20 @@ static NOTHING: SummaryWire = SummaryWire {
 };
 
 impl Broken {
-    /// Checks every offset, count and index of `answer` before anything of it is used.
-    pub(crate) fn new(answer: Answer, sequence: u64, round_trip: Duration, held: Held) -> Result<Self, Refusal> {
+    /// Checks every offset, count and index of `answer` before anything of it is used. The request has a sequence and a convention.
+    pub(crate) fn new(
+        answer: Answer,
+        (sequence, convention): (u64, Convention),
+        round_trip: Duration,
+        held: Held,
+    ) -> Result<Self, Refusal> {
         let header = *answer.user_header();
         if header.sequence != sequence {
             let message = format!("the answer is to request {}, not {sequence}", header.sequence);
             return Err(Refusal::new(Kind::BadAnswer, "sequence", message));
         }
         let checked = Box::new(Checked::new(&header, answer.payload())?);
-        Ok(Self { answer, checked, round_trip, _held: held })
+        Ok(Self { answer, checked, convention, round_trip, _held: held })
     }
 
     /// All sections, borrowed from shared memory.
@@ -92,6 +99,11 @@ impl Broken {
             skin_indices: &[],
             skin_materials: &[],
         })
+    }
+
+    /// In whose coordinates it is: that of the connection which struck. Lengths, here named by the metre, are in its unit.
+    pub fn convention(&self) -> Convention {
+        self.convention
     }
 
     /// The facts of the strike.
@@ -133,8 +145,7 @@ impl Broken {
 
     /// The fragments, in the order of their ids.
     pub fn fragments(&self) -> impl ExactSizeIterator<Item = Fragment<'_>> {
-        let view = self.view();
-        view.fragments.iter().map(move |row| Fragment { row, view })
+        fragments(self.view())
     }
 
     /// From sending the strike to finding the answer.
@@ -153,6 +164,11 @@ impl Broken {
         let start = payload.as_ptr() as usize;
         start..start + payload.len() * BLOCK_BYTES
     }
+}
+
+/// The fragments of an answer, in the order of their ids.
+pub(crate) fn fragments(view: View<'_>) -> impl ExactSizeIterator<Item = Fragment<'_>> {
+    view.fragments.iter().map(move |row| Fragment { row, view })
 }
 
 /// One fragment, borrowed from shared memory.

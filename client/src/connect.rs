@@ -3,6 +3,7 @@
 use crate::control::{self, ObjectFacts, Status};
 use crate::line::{Attempt, Line};
 use crate::{Deadline, Object};
+use shatter_proto::convention::Convention;
 use shatter_proto::name::ServiceName;
 use shatter_proto::place::Place;
 use shatter_proto::{Kind, Refusal};
@@ -25,6 +26,7 @@ const GOODBYE: Duration = Duration::from_millis(100);
 #[derive(Clone)]
 pub struct Shatter {
     line: Arc<Line>,
+    convention: Convention,
 }
 
 /// An answer that the service keeps; dropping this gives it back, and waits for the reply for a tenth of a second at most.
@@ -71,7 +73,7 @@ impl Shatter {
         let full = |refusal: &Refusal| refusal.kind == Kind::Busy && begun.elapsed() < PLACE && !deadline.passed();
         loop {
             match Line::open(place) {
-                Ok(line) => return Ok(Self { line: Arc::new(line) }),
+                Ok(line) => return Ok(Self { line: Arc::new(line), convention: Convention::default() }),
                 Err(Attempt::Final(refusal)) if full(&refusal) => std::thread::sleep(PAUSE.min(deadline.left())),
                 Err(Attempt::Final(refusal)) => return Err(refusal),
                 Err(Attempt::Starting(refusal)) if deadline.passed() => return Err(refusal),
@@ -93,6 +95,13 @@ impl Shatter {
         }
     }
 
+    /// The same connection for a host with these coordinates: impacts of objects taken from it are read, and their answers written, in
+    /// its axes, unit and winding. A host has one of them, so it is said once and not with every impact, where it could be forgotten;
+    /// clones of one connection may have different ones. What is none is refused with the strike, as `convention`.
+    pub fn with_convention(&self, convention: Convention) -> Self {
+        Self { line: self.line.clone(), convention }
+    }
+
     /// All objects, ready or not, by name.
     pub fn objects(&self, deadline: Deadline) -> Result<Vec<ObjectFacts>, Refusal> {
         self.line.over(|link| control::objects(&link, deadline))
@@ -104,7 +113,7 @@ impl Shatter {
         match objects.into_iter().find(|facts| facts.name == name) {
             Some(facts) => match facts.refusal {
                 Some(refusal) if !facts.ready => Err(refusal),
-                _ => Ok(Object::new(self.line.clone(), facts)),
+                _ => Ok(Object::new(self.line.clone(), self.convention, facts)),
             },
             None => {
                 let message = format!("the service has no object `{name}`");

@@ -1,11 +1,13 @@
 //! What strikes an object, put together step by step.
 
+use shatter_proto::convention::Convention;
 use shatter_proto::effect::{Effect, Effects};
 use shatter_proto::request::{Contact, Degree, Elastic, Lift, Origin, Purpose, Quality, Strike};
 use std::time::Duration;
 
 /// One impact: contacts, and how the answer shall be computed. Lengths in m and directions in the coordinates of the mesh
-/// file, +Y up. Nothing is checked here; the service names what it refuses.
+/// file, +Y up; over a connection with another convention ([`Shatter::with_convention`](crate::Shatter::with_convention)) in its
+/// unit and along its axes. Nothing is checked here; the service names what it refuses.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Impact(Strike);
 
@@ -21,7 +23,7 @@ impl Impact {
         self
     }
 
-    /// Impulse of the last contact, N·s: what it hands to the object.
+    /// Impulse of the last contact, N·s: what it hands to the object. In a convention's unit of length: kg·unit/s.
     pub fn impulse(self, impulse_ns: [f64; 3]) -> Self {
         self.last(|contact| contact.impulse_ns = impulse_ns)
     }
@@ -148,8 +150,8 @@ impl Impact {
         self
     }
 
-    /// The strike of `object`.
-    pub(crate) fn strike(&self, object: &str) -> Strike {
-        Strike { object: object.to_owned(), ..self.0.clone() }
+    /// The strike of `object` in `convention`.
+    pub(crate) fn strike(&self, object: &str, convention: Convention) -> Strike {
+        Strike { object: object.to_owned(), convention, ..self.0.clone() }
     }
 }

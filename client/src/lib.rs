@@ -27,6 +27,9 @@
 //! awaited, too, on any executor. Dropping a [`Ticket`] cancels its strike. Errors are [`Refusal`]s: a closed set of kinds with whose
 //! fault it is and whether to try again.
 //!
+//! Hosts with other axes, another winding or another unit of length than glTF say so once, with [`Shatter::with_convention`], and the
+//! service writes in theirs.
+//!
 //! Connections outlive the daemon. What was under way when it went away ends with `lost` (no answer will come, sending it again is
 //! safe); what is sent next goes to the daemon that then serves.
 
@@ -41,6 +44,7 @@ mod future;
 mod impact;
 mod line;
 mod link;
+mod metric;
 mod object;
 mod out;
 mod ticket;
@@ -52,8 +56,10 @@ pub use deadline::Deadline;
 pub use digest::{Digest, SectionDigest};
 pub use future::Answer;
 pub use impact::Impact;
+pub use metric::Metric;
 pub use object::Object;
 pub use shatter_proto::control::Latency;
+pub use shatter_proto::convention::{Convention, Hand, Up, Winding};
 pub use shatter_proto::effect::{Effect, Effects};
 pub use shatter_proto::request::{Degree, Elastic, Lift, Origin, Purpose, Quality, Strike};
 pub use shatter_proto::{Fault, Kind, Refusal, exit};

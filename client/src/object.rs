@@ -3,21 +3,23 @@
 use crate::line::Line;
 use crate::{Impact, ObjectFacts, Ticket};
 use shatter_proto::Refusal;
+use shatter_proto::convention::Convention;
 use std::sync::Arc;
 
 /// An object that can be struck. Cheap to clone.
 #[derive(Clone)]
 pub struct Object {
     line: Arc<Line>,
+    convention: Convention,
     facts: Arc<ObjectFacts>,
 }
 
 impl Object {
-    pub(crate) fn new(line: Arc<Line>, facts: ObjectFacts) -> Self {
-        Self { line, facts: Arc::new(facts) }
+    pub(crate) fn new(line: Arc<Line>, convention: Convention, facts: ObjectFacts) -> Self {
+        Self { line, convention, facts: Arc::new(facts) }
     }
 
-    /// What the service says about it.
+    /// What the service says about it: in metres and along the axes of the mesh file, whatever the convention.
     pub fn facts(&self) -> &ObjectFacts {
         &self.facts
     }
@@ -28,7 +30,7 @@ impl Object {
     /// Errors: whatever the daemon would refuse in the request's own fields, found before it is sent; `busy` if the
     /// connection has too many strikes under way; `lost` if it reached no daemon, `no_daemon` while there is none.
     pub fn strike(&self, impact: &Impact) -> Result<Ticket, Refusal> {
-        let strike = impact.strike(&self.facts.name);
+        let strike = impact.strike(&self.facts.name, self.convention);
         self.line.over(|link| Ticket::send(link, &strike))
     }
 }

@@ -1,4 +1,4 @@
-//! Answers as files.
+//! Answers as files: always in metres, +Y up, right-handed and counter-clockwise, whatever the convention of the answer.
 
 use crate::export::{ExportError, FragmentView, RunView, Written, smooth, write_glb};
 use crate::{Broken, Fragment, Hull, Kind, Refusal, Skin};
@@ -17,7 +17,8 @@ impl Broken {
     /// Writes the hulls of the fragments to a `.glb` file as [`Self::write_glb`] does the fragments: nodes of the same names at the
     /// same places. Errors as there; without hulls there is nothing to write: `output`.
     pub fn write_hulls_glb(&self, path: &Path) -> Result<Written, Refusal> {
-        let hulls: Vec<(Fragment<'_>, Hull<'_>, [RunView; 1])> = self
+        let metric = self.metric();
+        let hulls: Vec<(Fragment<'_>, Hull<'_>, [RunView; 1])> = metric
             .fragments()
             .filter_map(|fragment| {
                 let hull = fragment.hull()?;
@@ -41,7 +42,8 @@ impl Broken {
     /// Writes what is seen of the fragments to a `.glb` file: their skins, and their crack faces; nodes of the same names at the same
     /// places. Errors as of [`Self::write_glb`]; without skins there is nothing to write: `output`.
     pub fn write_skins_glb(&self, path: &Path) -> Result<Written, Refusal> {
-        let dressed: Vec<(Fragment<'_>, Dressed)> = self
+        let metric = self.metric();
+        let dressed: Vec<(Fragment<'_>, Dressed)> = metric
             .fragments()
             .filter_map(|fragment| Some((fragment, Dressed::new(&fragment, &fragment.skin()?))))
             .collect();
@@ -58,9 +60,11 @@ impl Broken {
         write_glb(path, &views).map_err(|error| refusal(path, &error))
     }
 
-    /// Shows all fragments to `look`, as files and pictures want them; the meshes stay where they are.
+    /// Shows all fragments to `look`, as files and pictures want them; the meshes stay where they are, but for those of an answer in
+    /// another convention.
     pub fn with_views<R>(&self, look: impl FnOnce(&[FragmentView<'_>]) -> R) -> R {
-        let fragments: Vec<Fragment<'_>> = self.fragments().collect();
+        let metric = self.metric();
+        let fragments: Vec<Fragment<'_>> = metric.fragments().collect();
         let parts: Vec<(Vec<RunView>, Appearance)> =
             fragments.iter().map(|fragment| (runs(fragment), Appearance::of(fragment))).collect();
         let views: Vec<FragmentView<'_>> =

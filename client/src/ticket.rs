@@ -5,6 +5,7 @@ use crate::link::{Link, PendingQuestion, PendingStrike, Pulse, receive_failed};
 use crate::{Broken, Deadline};
 use shatter_proto::answer::STAGES;
 use shatter_proto::control::{ProgressRow, Question};
+use shatter_proto::convention::Convention;
 use shatter_proto::refusal::RefusalWire;
 use shatter_proto::request::Strike;
 use shatter_proto::{Kind, Refusal};
@@ -43,6 +44,7 @@ pub struct Ticket {
     progress: Progress,
     question: Option<PendingQuestion>,
     link: Arc<Link>,
+    convention: Convention,
     sequence: u64,
     sent: Instant,
     pulse: Pulse,
@@ -65,7 +67,8 @@ impl Ticket {
         let sent = Instant::now();
         let pending = link.send(wire)?;
         let (progress, question, pulse) = (Progress::Waiting, None, Pulse::now());
-        Ok(Self { progress, question, link, sequence, sent, pulse, state: State::Struck(pending) })
+        let (convention, state) = (strike.convention, State::Struck(pending));
+        Ok(Self { progress, question, link, convention, sequence, sent, pulse, state })
     }
 
     pub(crate) fn link(&self) -> &Arc<Link> {
@@ -79,7 +82,7 @@ impl Ticket {
     pub fn poll(&mut self) -> Result<Poll, Refusal> {
         let found = match &mut self.state {
             State::Done => return Err(Refusal::new(Kind::Cancelled, "ticket", "the ticket is spent")),
-            State::Struck(pending) => Self::answer(&self.link, pending, self.sequence, self.sent),
+            State::Struck(pending) => Self::answer(&self.link, pending, (self.sequence, self.convention), self.sent),
             State::Closed { since, question } => Self::verdict(&self.link, self.sequence, *since, question),
         };
         match found {
@@ -140,12 +143,17 @@ impl Ticket {
         }
     }
 
-    fn answer(link: &Link, pending: &PendingStrike, sequence: u64, sent: Instant) -> Result<Found, Refusal> {
+    fn answer(
+        link: &Link,
+        pending: &PendingStrike,
+        request: (u64, Convention),
+        sent: Instant,
+    ) -> Result<Found, Refusal> {
         // Asked before receiving: an answer sent between the two calls is then not overlooked.
         let connected = pending.is_connected();
         let _call = link.call();
         match pending.receive().map_err(receive_failed)? {
-            Some(answer) => Ok(Found::Answer(Broken::new(answer, sequence, sent.elapsed(), link.hold())?)),
+            Some(answer) => Ok(Found::Answer(Broken::new(answer, request, sent.elapsed(), link.hold())?)),
             None if connected => Ok(Found::Nothing),
             None => Ok(Found::Closed),
         }

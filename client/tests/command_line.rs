@@ -50,6 +50,7 @@ fn usage_errors_are_exit_2_and_one_document_too() {
     check(&[&STRIKE[..], &["--point", "1,2,3"]].concat(), 2, "usage");
     check(&[&STRIKE[..], &["--degree", "guessed"]].concat(), 2, "usage");
     check(&[&STRIKE[..], &["--lift", "sideways"]].concat(), 2, "usage");
+    check(&[&STRIKE[..], &["--convention", "maya"]].concat(), 2, "usage");
     check(&[&STRIKE[..], &["--nonsense"]].concat(), 2, "usage");
     check(&["status", "--wait", "-1"], 2, "usage");
     check(&[], 2, "usage");

@@ -8,6 +8,9 @@
 //! Vertex sets belong to runs: a vertex on the rim of two runs appears in both, at bitwise equal positions, and the merge
 //! pairs say which ones are the same, so that a fragment is provably closed although its normals split (after Manifold,
 //! *merge vectors*).
+//!
+//! Metres, axes and winding are said for the default convention. A strike with another one ([`crate::convention`]) is answered in its
+//! axes, winding and unit of length: then `_m`, `_m2` and `_m3` stand for that unit.
 
 use crate::effect::Effect;
 use crate::name::OBJECT_NAME_MAX;

@@ -11,11 +11,13 @@
 //! that the reason waits at the control service, so that an exhausted pool of answers silences no refusal.
 //!
 //! On the wire: little-endian (both ends run on one machine), right-handed, +Y up, metres, kilograms, seconds,
-//! counter-clockwise seen from outside.
+//! counter-clockwise seen from outside; unless the strike names another [`convention::Convention`], in which contacts are then read and answers
+//! written, whatever unit a field's name ends with.
 
 pub mod answer;
 mod beside;
 pub mod control;
+pub mod convention;
 pub mod effect;
 pub mod hello;
 pub mod layout;

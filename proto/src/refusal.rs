@@ -135,7 +135,7 @@ kinds! {
     17 UnknownEffect "unknown_effect" Caller REFUSED false;
     /// A budget that this version does not have, or that is not finite.
     18 Budget "budget" Caller REFUSED false;
-    /// A convention other than the default.
+    /// A convention that is none: an unknown number or name, or a unit of no possible length.
     19 Convention "convention" Caller REFUSED false;
     /// No answer with this handle is kept: there never was one, it was given back, or its time is over.
     20 UnknownHandle "unknown_handle" Caller REFUSED false;

@@ -1,5 +1,6 @@
 //! A strike as it travels, and as it is understood.
 
+use crate::convention::Convention;
 use crate::effect::Effects;
 use crate::name::{OBJECT_NAME_MAX, object_name};
 use crate::{Kind, PROTOCOL_VERSION, Refusal, text};
@@ -22,7 +23,7 @@ pub const CONTACTS_MAX: usize = 8;
 #[repr(C)]
 #[type_name("shatter.Contact.v1")]
 pub struct ContactWire {
-    /// Where, in the coordinates of the mesh file, m.
+    /// Where, in the coordinates of the mesh file, m; as the next and the radius in those of the strike's convention, if it has one.
     pub point_m: [f64; 3],
     /// Impulse handed to the object, N·s; not zero.
     pub impulse_ns: [f64; 3],
@@ -69,15 +70,15 @@ pub struct StrikeWire {
     pub error_max: f64,
     /// Time from the daemon's admission until the answer is sent, ms, at most [`TIME_MS_MAX`]; zero: any.
     pub time_ms_max: f64,
-    /// 0: +Y; others reserved.
+    /// 0: +Y. 1: +Z.
     pub convention_up: u32,
-    /// 0: right; others reserved.
+    /// 0: right. 1: left.
     pub convention_hand: u32,
-    /// 0: counter-clockwise seen from outside; others reserved.
+    /// 0: counter-clockwise seen from outside. 1: clockwise.
     pub convention_winding: u32,
     /// Fragments at most; zero: the object's cap.
     pub fragments_max: u32,
-    /// Metres per unit of length of the caller; 0 or 1; others reserved.
+    /// Metres per unit of length of the caller, within [`METRES_PER_UNIT`](crate::convention::METRES_PER_UNIT); zero: 1.
     pub convention_metres_per_unit: f64,
     /// Answer whose fragment is struck; zero: the object itself is.
     pub handle: u64,
@@ -148,7 +149,7 @@ pub enum Elastic {
     Solve,
 }
 
-/// A validated contact. See [`ContactWire`] for the units.
+/// A validated contact, in the coordinates of the strike's convention. See [`ContactWire`] for the units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Contact {
     /// Where, m.
@@ -168,6 +169,8 @@ pub struct Strike {
     pub object: String,
     /// What for.
     pub purpose: Purpose,
+    /// The coordinates of the contacts, and of the answer.
+    pub convention: Convention,
     /// 1 to [`CONTACTS_MAX`].
     pub contacts: Vec<Contact>,
     /// Where the number of sites comes from.
@@ -245,6 +248,7 @@ impl Strike {
             Elastic::Reduced => 2,
         };
         wire.set_dials(self)?;
+        wire.set_convention(&self.convention)?;
         (wire.effects_on, wire.effects_off) = (self.enable.bits(), self.disable.bits());
         wire.gamma_j_m2 = given(self.gamma_j_m2, |_| gamma(0.0))?;
         wire.fragments_max = self.fragments_max.unwrap_or(0);
@@ -299,6 +303,7 @@ impl StrikeWire {
         Ok(Strike {
             object: object.to_owned(),
             purpose,
+            convention: self.convention()?,
             contacts: self.contacts()?,
             degree: self.degree()?,
             gamma_j_m2: self.gamma()?,
@@ -388,18 +393,6 @@ impl StrikeWire {
 
     /// Everything this version keeps free, refused by name.
     fn reserved(&self) -> Result<(), Refusal> {
-        let metres = self.convention_metres_per_unit;
-        for (key, default) in [
-            ("up", self.convention_up == 0),
-            ("hand", self.convention_hand == 0),
-            ("winding", self.convention_winding == 0),
-            ("metres_per_unit", metres == 0.0 || metres == 1.0),
-        ] {
-            if !default {
-                let message = "this version answers in the default convention alone: right-handed, +Y up, metres";
-                return Err(Refusal::new(Kind::Convention, format!("convention.{key}"), message));
-            }
-        }
         if let Some(i) = self.reserved.iter().position(|word| *word != 0) {
             return Err(Refusal::new(Kind::ReservedField, format!("reserved[{i}]"), "reserved words must be zero"));
         }

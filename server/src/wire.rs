@@ -3,30 +3,26 @@
 mod cost;
 mod dials;
 mod refusals;
+mod rows;
 
 pub use self::cost::Timing;
 pub(crate) use self::dials::preset;
 pub(crate) use self::refusals::refusal;
 
 use self::dials::Used;
+use self::rows::Writer;
 use crate::cost::Costs;
 use crate::engine::{Loader, Object, Outcome};
 use crate::scene::{Scene, Terms};
 use bytemuck::Zeroable;
-use nalgebra::Vector3;
 use shatter_fracture::database;
 use shatter_fracture::lift::LiftKind;
-use shatter_fracture::pipeline::{
-    self, Bond, Contact, Cost, DEGREE_MAX, Debris, DegreeSource, FragmentRow, HullRow, Kept, Look, Pieces, Prepared,
-    RunRow, SkinRow, SkinVertex, Velocity, Watch, Workspace,
-};
+use shatter_fracture::pipeline::{self, Cost, DEGREE_MAX, DegreeSource, Kept, Pieces, Prepared, Watch, Workspace};
 use shatter_fracture::scene::{DEFAULT_DURATION_S, DEFAULT_RADIUS_DIAGONALS, Effect, Effects};
 use shatter_fracture::token::Token;
-use shatter_proto::answer::{
-    BondWire, DebrisWire, FragmentWire, HULL_FACES_MAX, HullWire, LookWire, NO_MATERIAL, OUTER, RunWire,
-    SkinVertexWire, SkinWire, StageWire, SummaryWire, VelocityWire, WORLD,
-};
+use shatter_proto::answer::{HULL_FACES_MAX, NO_MATERIAL, OUTER, StageWire, SummaryWire, WORLD};
 use shatter_proto::control::ObjectRow;
+use shatter_proto::convention::Convention;
 use shatter_proto::effect;
 use shatter_proto::layout::{Counts, Layout, Sections};
 use shatter_proto::request::{Lift, Purpose, Quality, Strike};
@@ -188,7 +184,8 @@ impl Served {
         let deformed = request.effects.has(Effect::Elastic);
         let on = self.terms.effects(strike)?;
         let used = Used::of(&self.prepared, on, self.quality(strike), request, outcome.rank_max);
-        let struck = Struck { object: strike.object.clone(), seed: strike.seed, deformed, used, costs, outcome };
+        let (object, seed, convention) = (strike.object.clone(), strike.seed, strike.convention);
+        let struck = Struck { object, seed, convention, deformed, used, costs, outcome };
         self.fits(&struck.counts())?;
         Ok(Box::new(struck))
     }
@@ -217,14 +214,8 @@ impl Served {
     pub(crate) fn request(&self, strike: &Strike) -> Result<pipeline::Strike, Refusal> {
         let (on, dials) = (self.terms.effects(strike)?, dials::of(strike, self.quality(strike)));
         let both = Effect::ALL.into_iter().zip(effect::Effect::ALL);
-        let contact = |contact: &shatter_proto::request::Contact| Contact {
-            point_m: contact.point_m.into(),
-            impulse_ns: contact.impulse_ns.into(),
-            duration_s: contact.duration_s,
-            radius_m: contact.radius_m,
-        };
         let request = pipeline::Strike {
-            contacts: strike.contacts.iter().map(contact).collect(),
+            contacts: strike.contacts.iter().map(|contact| rows::contact(contact, &strike.convention)).collect(),
             degree: dials.degree,
             degree_max: self.terms.sites_max.map_or(DEGREE_MAX, |most| most.min(DEGREE_MAX)),
             gamma_j_m2: strike.gamma_j_m2.or(self.terms.gamma(&self.prepared.parameters.material)),
@@ -255,6 +246,8 @@ impl Served {
 struct Struck {
     object: String,
     seed: u64,
+    /// In whose coordinates it is answered.
+    convention: Convention,
     /// Whether its energy is that of a deformation.
     deformed: bool,
     used: Used,
@@ -302,15 +295,7 @@ impl Outcome for Struck {
     fn write(&self, sections: &mut Sections<'_>, watch: &mut dyn Watch) -> Result<(), Refusal> {
         *sections.summary = self.summary();
         let Some(pieces) = &self.outcome.pieces else { return Ok(()) };
-        for (wire, row) in sections.fragments.iter_mut().zip(&pieces.fragments) {
-            *wire = fragment(row);
-        }
-        for (wire, row) in sections.runs.iter_mut().zip(&pieces.runs) {
-            *wire = run(row);
-        }
-        pieces.emit(sections.positions, sections.indices, sections.merges).map_err(refusal)?;
-        write_effects(pieces, sections, watch);
-        Ok(())
+        Writer { pieces, to: &self.convention }.write(sections, watch)
     }
 }
 
@@ -334,7 +319,7 @@ impl Struck {
             threshold_impulse_factor: outcome.impulse_factor,
             confidence: outcome.confidence,
             seed: self.seed,
-            radius_m: outcome.radius_m,
+            radius_m: self.convention.length(outcome.radius_m),
             elastic: match (self.deformed, outcome.reduced_error) {
                 _ if outcome.bounded => 3,
                 (false, _) => 2,
@@ -347,117 +332,6 @@ impl Struck {
         summary.set_object(&self.object);
         self.used.tell(outcome, &mut summary);
         summary
-    }
-}
-
-/// Writes what was asked for beside the pieces.
-fn write_effects(pieces: &Pieces, sections: &mut Sections<'_>, watch: &mut dyn Watch) {
-    // These were computed, and told, with the pieces.
-    sections.velocities.iter_mut().zip(&pieces.velocities).for_each(|(wire, own)| *wire = velocity(own));
-    sections.hulls.iter_mut().zip(&pieces.hulls.rows).for_each(|(wire, own)| *wire = hull(own));
-    sections.hull_positions.iter_mut().zip(&pieces.hulls.positions).for_each(|(wire, own)| *wire = *own);
-    sections.hull_indices.iter_mut().zip(&pieces.hulls.indices).for_each(|(wire, own)| *wire = *own);
-    sections.looks.iter_mut().zip(&pieces.looks.vertices).for_each(|(wire, own)| *wire = look(own));
-    sections.materials.iter_mut().zip(&pieces.looks.materials).for_each(|(wire, own)| *wire = *own);
-    sections.skins.iter_mut().zip(&pieces.skins.rows).for_each(|(wire, own)| *wire = skin(own));
-    sections.skin_vertices.iter_mut().zip(&pieces.skins.vertices).for_each(|(wire, own)| *wire = skin_vertex(own));
-    sections.skin_indices.iter_mut().zip(&pieces.skins.indices).for_each(|(wire, own)| *wire = *own);
-    sections.skin_materials.iter_mut().zip(&pieces.skins.materials).for_each(|(wire, own)| *wire = *own);
-    let mut effect = |effect: Effect, write: &mut dyn FnMut() -> usize| {
-        if pieces.effects.has(effect) {
-            watch.begin(effect);
-            let bytes = write();
-            watch.end(effect, bytes as u64);
-        }
-    };
-    effect(Effect::Normals, &mut || {
-        pieces.normals(sections.normals);
-        size_of_val(sections.normals)
-    });
-    effect(Effect::Uv, &mut || {
-        pieces.uvs(sections.uvs);
-        size_of_val(sections.uvs)
-    });
-    effect(Effect::Bonds, &mut || {
-        sections.bonds.iter_mut().zip(pieces.bonds()).for_each(|(wire, own)| *wire = bond(&own));
-        size_of_val(sections.bonds)
-    });
-    effect(Effect::Debris, &mut || {
-        sections.debris.iter_mut().zip(pieces.debris()).for_each(|(wire, own)| *wire = debris(&own));
-        size_of_val(sections.debris)
-    });
-}
-
-fn velocity(own: &Velocity) -> VelocityWire {
-    VelocityWire { linear_m_s: own.linear_m_s.into(), angular_rad_s: own.angular_rad_s.into() }
-}
-
-fn bond(own: &Bond) -> BondWire {
-    let Bond { fragments, area_m2, normal, centroid_m } = *own;
-    BondWire { fragments, area_m2, normal: normal.into(), centroid_m: centroid_m.coords.into() }
-}
-
-fn debris(own: &Debris) -> DebrisWire {
-    let single = |vector: Vector3<f64>| [vector.x as f32, vector.y as f32, vector.z as f32];
-    DebrisWire {
-        fragment: own.fragment,
-        neighbour: own.neighbour,
-        position_m: single(own.position_m),
-        normal: single(own.normal),
-        size_m: own.size_m as f32,
-        reserved: 0,
-    }
-}
-
-fn hull(own: &HullRow) -> HullWire {
-    let HullRow { vertex_first, vertex_count, index_first, index_count, coverage, margin_m } = *own;
-    HullWire { vertex_first, vertex_count, index_first, index_count, coverage, margin_m }
-}
-
-fn look(own: &Look) -> LookWire {
-    LookWire { normal: own.normal, uv: own.uv }
-}
-
-fn skin(own: &SkinRow) -> SkinWire {
-    let SkinRow { vertex_first, vertex_count, index_first, index_count } = *own;
-    SkinWire { vertex_first, vertex_count, index_first, index_count }
-}
-
-fn skin_vertex(own: &SkinVertex) -> SkinVertexWire {
-    SkinVertexWire { position_m: own.position_m, normal: own.normal, uv: own.uv }
-}
-
-fn fragment(row: &FragmentRow) -> FragmentWire {
-    FragmentWire {
-        id: row.id,
-        body: row.body,
-        vertex_first: row.vertex_first,
-        vertex_count: row.vertex_count,
-        index_first: row.index_first,
-        index_count: row.index_count,
-        run_first: row.run_first,
-        run_count: row.run_count,
-        merge_first: row.merge_first,
-        merge_count: row.merge_count,
-        reserved: [0; 2],
-        volume_m3: row.volume_m3,
-        mass_kg: row.mass_kg,
-        centre_m: row.centre_m,
-        inertia_kg_m2: row.inertia_kg_m2,
-        energy_j_m2: row.energy_j_m2,
-    }
-}
-
-fn run(row: &RunRow) -> RunWire {
-    RunWire {
-        fragment: row.fragment,
-        neighbour: row.neighbour,
-        vertex_first: row.vertex_first,
-        vertex_count: row.vertex_count,
-        index_first: row.index_first,
-        index_count: row.index_count,
-        material: u32::from(row.crack),
-        reserved: 0,
     }
 }
 

@@ -187,6 +187,42 @@ fn bad_strikes_are_refused_by_name() {
 }
 
 #[test]
+fn a_convention_turns_what_is_said_and_shown_and_no_file() {
+    let house = with_arch(&[]);
+    let (point, just) = contact(&house);
+    let files = ["ours.glb", "theirs.glb"].map(|name| house.path(name));
+    let [ours, theirs] = [0, 1].map(|k| files[k].to_str().unwrap());
+    let usual = impact(&house, &point, 5.0 * just, &["--degree", "24", "--out", ours]);
+    assert_eq!(usual["convention"], "gltf");
+    let strike = |name: &str, point: &str, impulse: &str, more: &[&str]| {
+        let arguments =
+            ["impact", "arch", "--degree", "24", "--convention", name, "--point", point, "--impulse", impulse];
+        house.ok("shatter", &[&arguments, more].concat())
+    };
+    // Unity's +x is our −x.
+    let impulse = format!("{},0,0", 5.0 * just);
+    let unity = strike("unity", &format!("-{point}"), &impulse, &["--out", theirs]);
+    let fragments = |answer: &Value| answer["fragments"].as_array().unwrap().clone();
+    let centre = |fragment: &Value| -> Vec<f64> { serde_json::from_value(fragment["centre_m"].clone()).unwrap() };
+    assert_eq!((unity["convention"].as_str(), fragments(&unity).len()), (Some("unity"), fragments(&usual).len()));
+    for (theirs, ours) in fragments(&unity).iter().zip(&fragments(&usual)) {
+        let [theirs, ours] = [theirs, ours].map(centre);
+        assert_eq!(theirs, [-ours[0], ours[1], ours[2]]);
+    }
+    assert!(std::fs::read(ours).unwrap() == std::fs::read(theirs).unwrap(), "files are glTF's");
+    // Unreal's are (x, z, y), cm; a radius keeps its name.
+    let metres: Vec<f64> = point.split(',').map(|part| part.parse().unwrap()).collect();
+    let centimetres = format!("{},{},{}", 100.0 * metres[0], 100.0 * metres[2], 100.0 * metres[1]);
+    let impulse = format!("{},0,0", -500.0 * just);
+    let unreal = strike("unreal", &centimetres, &impulse, &["--radius-m", "0.2"]);
+    let same = impact(&house, &point, 5.0 * just, &["--degree", "24", "--radius-m", "0.2"]);
+    assert!((number(&unreal, "e1_over_gamma") / number(&same, "e1_over_gamma") - 1.0).abs() < 1e-9);
+    assert!((number(&unreal, "radius_m") / number(&same, "radius_m") - 100.0).abs() < 1e-9);
+    let volume = |answer| fragments(answer).iter().map(|fragment| number(fragment, "volume_m3")).sum::<f64>();
+    assert!((volume(&unreal) / volume(&usual) / 1e6 - 1.0).abs() < 1e-6);
+}
+
+#[test]
 fn every_lift_can_be_asked_for() {
     let house = with_arch(&[]);
     let (point, just) = contact(&house);

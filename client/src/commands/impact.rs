@@ -3,7 +3,7 @@
 use super::{ANSWER, Failure, document, out, reply, vector, with_contact};
 use serde_json::{Value, json};
 use shatter_client::{
-    Broken, Deadline, Degree, Effect, Elastic, Hull, Impact, Kind, Lift, Origin, Quality, Refusal, Shatter,
+    Broken, Convention, Deadline, Degree, Effect, Elastic, Hull, Impact, Kind, Lift, Origin, Quality, Refusal, Shatter,
 };
 use shatter_proto::answer::{BondWire, DebrisWire, EffectWire, HullWire, NO_MATERIAL, SummaryWire};
 use std::collections::BTreeMap;
@@ -15,10 +15,10 @@ use std::time::Duration;
 pub struct Args {
     /// Object to strike.
     object: String,
-    /// Contact point in the coordinates of the mesh file, m; repeat for several contacts.
+    /// Contact point in the coordinates of the mesh file, m, or in those of --convention; repeat for several contacts.
     #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true, required = true)]
     point: Vec<[f64; 3]>,
-    /// Impulse handed to the object, N·s; one per point, in the same order.
+    /// Impulse handed to the object, N·s; one per point, in the same order. In a --convention: kg times its unit of length per second.
     #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true, required = true)]
     impulse: Vec<[f64; 3]>,
     /// Contact duration, s.
@@ -69,6 +69,10 @@ pub struct Args {
     /// Strike this fragment of an answer that is kept, instead of the object.
     #[arg(long, value_name = "HANDLE/FRAGMENT", value_parser = origin)]
     from: Option<Origin>,
+    /// Whose coordinates --point, --impulse and the document are in: axes, unit of length, winding. Other options keep their units, files are
+    /// glTF's.
+    #[arg(long, value_name = "gltf|godot|unity|unreal|blender|mujoco", value_parser = convention, default_value = "gltf")]
+    convention: Host,
     /// Everything random follows from it.
     #[arg(long, default_value_t = 0)]
     seed: u64,
@@ -121,6 +125,17 @@ fn origin(text: &str) -> Result<Origin, String> {
     Ok(Origin { handle, fragment })
 }
 
+/// A convention by its name.
+#[derive(Clone)]
+struct Host {
+    name: String,
+    convention: Convention,
+}
+
+fn convention(text: &str) -> Result<Host, Refusal> {
+    Ok(Host { name: text.to_owned(), convention: Convention::by_name(text)? })
+}
+
 fn effect(text: &str) -> Result<Effect, Refusal> {
     Effect::by_name(text)
 }
@@ -139,10 +154,15 @@ pub fn run(service: &str, args: &Args) -> Result<(), Failure> {
     // Whoever gives a deadline is not kept longer, whatever the daemon does.
     let within =
         |usual: Deadline| args.deadline_ms.map_or(usual, |ms| usual.min(Deadline::ms(ms.saturating_add(SLACK_MS))));
-    let object = Shatter::connect(service, within(reply()))?.object(&args.object, within(reply()))?;
+    let service = Shatter::connect(service, within(reply()))?.with_convention(args.convention.convention);
+    let object = service.object(&args.object, within(reply()))?;
     let broken = object.strike(&impact(args))?.wait(within(Deadline::after(ANSWER)))?;
     let file = write(&broken, args)?;
-    if args.json { document(&to_json(&broken, file.as_deref())) } else { screen(&broken, file.as_deref()) }
+    if args.json {
+        document(&to_json(&broken, &args.convention.name, file.as_deref()))
+    } else {
+        screen(&broken, file.as_deref())
+    }
 }
 
 /// Writes the fragments where `--out` says; nothing for an object that stays whole.
@@ -172,8 +192,8 @@ fn write(broken: &Broken, args: &Args) -> Result<Option<PathBuf>, Failure> {
 
 fn impact(args: &Args) -> Impact {
     let mut contacts = args.point.iter().zip(&args.impulse);
-    let describe =
-        |impact: Impact, impulse: &[f64; 3]| with_contact(impact.impulse(*impulse), args.duration_s, args.radius_m);
+    let radius = args.radius_m.map(|metres| args.convention.convention.length(metres));
+    let describe = |impact: Impact, impulse: &[f64; 3]| with_contact(impact.impulse(*impulse), args.duration_s, radius);
     let first = contacts.next().map(|(point, impulse)| describe(Impact::at(*point), impulse));
     let impact = contacts.fold(first.unwrap_or(Impact::at([0.0; 3])), |impact, (point, impulse)| {
         describe(impact.and_at(*point), impulse)
@@ -240,7 +260,7 @@ fn hulls(broken: &Broken) -> Option<Value> {
     }))
 }
 
-fn to_json(broken: &Broken, file: Option<&Path>) -> Value {
+fn to_json(broken: &Broken, convention: &str, file: Option<&Path>) -> Value {
     let summary = broken.summary();
     let digest = broken.digest();
     let fragments: Vec<Value> = broken
@@ -281,6 +301,7 @@ fn to_json(broken: &Broken, file: Option<&Path>) -> Value {
         "status": "ok",
         "object": summary.object(),
         "handle": broken.handle(),
+        "convention": convention,
         "gamma_j_m2": summary.gamma_j_m2,
         "e1_over_gamma": summary.e1_over_gamma,
         "sites": summary.sites,

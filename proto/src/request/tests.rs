@@ -48,6 +48,10 @@ fn a_strike_survives_the_wire() {
         let strike = Strike { degree, ..optimised.clone() };
         assert_eq!(strike.wire([0; 16], 0).unwrap().validate().unwrap(), strike);
     }
+    for (_, convention) in Convention::NAMED {
+        let strike = Strike { convention, ..optimised.clone() };
+        assert_eq!(strike.wire([0; 16], 0).unwrap().validate().unwrap(), strike);
+    }
     for lift in [Lift::Euclidean, Lift::Interior, Lift::SurfaceDiffusion] {
         let strike = Strike { lift: Some(lift), ..optimised.clone() };
         assert_eq!(strike.wire([0; 16], 0).unwrap().validate().unwrap(), strike);
@@ -60,6 +64,7 @@ fn zero_is_the_default() {
     (wire.degree, wire.lift, wire.gamma_j_m2, wire.convention_metres_per_unit) = (0, 0, 0.0, 1.0);
     let strike = wire.validate().unwrap();
     assert_eq!((strike.degree, strike.lift, strike.gamma_j_m2), (Degree::Preset, None, None));
+    assert!(strike.convention.is_default());
     assert_eq!((strike.quality, strike.error_max, strike.time_ms_max, strike.iterations_max), (None, None, None, None));
 }
 
@@ -93,8 +98,12 @@ fn every_rule_names_its_offender() {
     check(|w| w.quality = 5, Kind::Budget, "quality");
     check(|w| w.iterations = u32::MAX, Kind::Budget, "iterations_max");
     check(|w| w.elastic = 3, Kind::Elastic, "3");
-    check(|w| w.convention_up = 1, Kind::Convention, "convention.up");
-    check(|w| w.convention_metres_per_unit = 0.01, Kind::Convention, "convention.metres_per_unit");
+    check(|w| w.convention_up = 2, Kind::Convention, "convention.up");
+    check(|w| w.convention_hand = 2, Kind::Convention, "convention.hand");
+    check(|w| w.convention_winding = u32::MAX, Kind::Convention, "convention.winding");
+    check(|w| w.convention_metres_per_unit = -0.01, Kind::Convention, "convention.metres_per_unit");
+    check(|w| w.convention_metres_per_unit = f64::NAN, Kind::Convention, "convention.metres_per_unit");
+    check(|w| w.convention_metres_per_unit = 1e-9, Kind::Convention, "convention.metres_per_unit");
     check(|w| w.fragment = 3, Kind::UnknownFragment, "3");
     check(|w| w.keep = 2, Kind::ReservedField, "keep");
     check(|w| w.reserved[5] = 1, Kind::ReservedField, "reserved[5]");
@@ -113,6 +122,8 @@ fn a_given_zero_is_refused_before_it_becomes_a_default() {
     assert_eq!(kind(Strike { iterations_max: Some(u32::MAX), ..strike() }), Kind::Budget);
     assert_eq!(Quality::by_name("fine").unwrap_err().at, "quality");
     assert_eq!(kind(Strike { contacts: vec![], ..strike() }), Kind::ContactCount);
+    let unit = Convention { metres_per_unit: 0.0, ..Convention::UNREAL };
+    assert_eq!(kind(Strike { convention: unit, ..strike() }), Kind::Convention);
     let mut zero = strike();
     zero.contacts[1].radius_m = Some(0.0);
     assert_eq!(kind(zero), Kind::ContactRadius);

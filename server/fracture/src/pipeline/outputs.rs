@@ -2,7 +2,7 @@
 
 use super::Pieces;
 use crate::random::Stream;
-use crate::tessellation::{Run, Tessellation};
+use crate::tessellation::{Host, Metres, Run, Tessellation};
 use nalgebra::{Point3, Vector3};
 
 /// Triangles of a crack face per point of debris.
@@ -81,14 +81,18 @@ impl Pieces {
     /// Normals of all vertices, in their order: those of their run's triangles around them, by area. Nothing is written beyond
     /// `out`.
     pub fn normals(&self, out: &mut [[f32; 3]]) {
+        self.normals_for(&Metres, out);
+    }
+
+    /// [`Self::normals`] along the axes of `host`.
+    pub fn normals_for(&self, host: &impl Host, out: &mut [[f32; 3]]) {
         self.each_run(out, |tessellation, run, out| {
             let mut sums = vec![Vector3::zeros(); out.len()];
             for (triangle, face) in tessellation.run_triangles(run).zip(faces(tessellation, run)) {
                 triangle.iter().for_each(|&vertex| sums[vertex as usize] += face.area);
             }
             for (out, sum) in out.iter_mut().zip(&sums) {
-                let normal = sum.try_normalize(0.0).unwrap_or(Vector3::z());
-                *out = [normal.x as f32, normal.y as f32, normal.z as f32];
+                *out = host.direction(sum.try_normalize(0.0).unwrap_or(Vector3::z()));
             }
         });
     }

@@ -14,7 +14,7 @@ use crate::fragment::{Properties, properties};
 use crate::lattice::Lattice;
 use crate::scene::{Effect, Effects};
 use crate::surface::Frame;
-use crate::tessellation::{Components, FixedPoints, Points, Sites, Tessellation, Transform, Workspace};
+use crate::tessellation::{Components, FixedPoints, Host, Metres, Points, Sites, Tessellation, Transform, Workspace};
 use crate::token::Token;
 use nalgebra::Point3;
 use std::mem::take;
@@ -229,6 +229,17 @@ impl Pieces {
         indices: &mut [u32],
         merges: &mut [[u32; 2]],
     ) -> Result<(), StrikeError> {
+        self.emit_for(&Metres, positions, indices, merges)
+    }
+
+    /// [`Self::emit`] in the coordinates and the winding of `host`.
+    pub fn emit_for(
+        &self,
+        host: &impl Host,
+        positions: &mut [[f32; 3]],
+        indices: &mut [u32],
+        merges: &mut [[u32; 2]],
+    ) -> Result<(), StrikeError> {
         let given = Counts { vertices: positions.len(), indices: indices.len(), merges: merges.len(), ..self.counts };
         if given != self.counts {
             return Err(StrikeError::SectionLengths { given, needed: self.counts });
@@ -239,7 +250,7 @@ impl Pieces {
             let (own_positions, other_positions) = positions.split_at_mut(tessellation.vertex_count());
             let (own_indices, other_indices) = indices.split_at_mut(tessellation.index_count());
             let (own_merges, other_merges) = merges.split_at_mut(tessellation.merge_count());
-            tessellation.emit(&pieces.centres, self.transform, own_positions, own_indices, own_merges)?;
+            tessellation.emit_for(host, &pieces.centres, self.transform, own_positions, own_indices, own_merges)?;
             (positions, indices, merges) = (other_positions, other_indices, other_merges);
         }
         Ok(())

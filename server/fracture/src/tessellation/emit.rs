@@ -1,7 +1,7 @@
 //! Emit: the answer into memory that the caller owns, each run into its own part of it.
 
 use super::{Run, Tessellation, TessellationError};
-use nalgebra::Point3;
+use nalgebra::{Point3, Vector3};
 
 /// Runs with fewer vertices than this together are written by one thread.
 const GRAIN: usize = 4096;
@@ -15,10 +15,47 @@ pub struct Transform {
 
 impl Transform {
     /// `point` relative to `centre`, both local, in metres.
-    fn apply(&self, point: &Point3<f64>, centre: &Point3<f64>) -> [f32; 3] {
-        let offset = (point - centre) * self.metres_per_unit;
-        [offset.x as f32, offset.y as f32, offset.z as f32]
+    fn apply(&self, point: &Point3<f64>, centre: &Point3<f64>) -> Vector3<f64> {
+        (point - centre) * self.metres_per_unit
     }
+}
+
+/// In whose coordinates meshes are written.
+pub trait Host: Sync {
+    /// An offset, m.
+    fn offset(&self, metres: Vector3<f64>) -> [f32; 3];
+
+    /// A direction of length one.
+    fn direction(&self, ours: Vector3<f64>) -> [f32; 3];
+
+    /// Whether triangles go clockwise seen from outside.
+    fn is_clockwise(&self) -> bool;
+}
+
+/// Metres along the axes of the mesh file, counter-clockwise.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Metres;
+
+impl Host for Metres {
+    fn offset(&self, metres: Vector3<f64>) -> [f32; 3] {
+        [metres.x as f32, metres.y as f32, metres.z as f32]
+    }
+
+    fn direction(&self, ours: Vector3<f64>) -> [f32; 3] {
+        self.offset(ours)
+    }
+
+    fn is_clockwise(&self) -> bool {
+        false
+    }
+}
+
+/// What the runs of a tessellation are written with.
+struct Writer<'a, H> {
+    tessellation: &'a Tessellation,
+    centres: &'a [Point3<f64>],
+    transform: Transform,
+    host: &'a H,
 }
 
 /// The parts of the caller's memory that belong to some runs.
@@ -51,8 +88,22 @@ impl Tessellation {
         indices: &mut [u32],
         merges: &mut [[u32; 2]],
     ) -> Result<(), TessellationError> {
+        self.emit_for(&Metres, centres, transform, positions, indices, merges)
+    }
+
+    /// [`Self::emit`] in the coordinates and the winding of `host`.
+    pub fn emit_for(
+        &self,
+        host: &impl Host,
+        centres: &[Point3<f64>],
+        transform: Transform,
+        positions: &mut [[f32; 3]],
+        indices: &mut [u32],
+        merges: &mut [[u32; 2]],
+    ) -> Result<(), TessellationError> {
         self.check_sizes(centres.len(), positions.len(), indices.len(), merges.len())?;
-        self.emit_runs(&self.runs, centres, transform, Sections { positions, indices, merges });
+        let writer = Writer { tessellation: self, centres, transform, host };
+        writer.runs(&self.runs, Sections { positions, indices, merges });
         Ok(())
     }
 
@@ -78,8 +129,10 @@ impl Tessellation {
         }
         Ok(())
     }
+}
 
-    fn emit_runs(&self, runs: &[Run], centres: &[Point3<f64>], transform: Transform, sections: Sections<'_>) {
+impl<H: Host> Writer<'_, H> {
+    fn runs(&self, runs: &[Run], sections: Sections<'_>) {
         if runs.len() > 1 && sections.positions.len() > GRAIN {
             let (left, right) = runs.split_at(runs.len() / 2);
             let [first, middle] = [&left[0], &right[0]];
@@ -88,28 +141,27 @@ impl Tessellation {
                 middle.triangles.start - first.triangles.start,
                 middle.merges.start - first.merges.start,
             );
-            rayon::join(
-                || self.emit_runs(left, centres, transform, left_sections),
-                || self.emit_runs(right, centres, transform, right_sections),
-            );
+            rayon::join(|| self.runs(left, left_sections), || self.runs(right, right_sections));
             return;
         }
         let mut rest = sections;
         for run in runs {
             let (own, others) = rest.split_at(run.vertices.len(), run.triangles.len(), run.merges.len());
-            self.emit_run(run, &centres[run.fragment as usize], transform, own);
+            self.run(run, own);
             rest = others;
         }
     }
 
-    fn emit_run(&self, run: &Run, centre: &Point3<f64>, transform: Transform, sections: Sections<'_>) {
-        for (out, vertex) in sections.positions.iter_mut().zip(self.run_vertices(run)) {
-            *out = transform.apply(vertex, centre);
+    fn run(&self, run: &Run, sections: Sections<'_>) {
+        let (tessellation, centre) = (self.tessellation, &self.centres[run.fragment as usize]);
+        for (out, vertex) in sections.positions.iter_mut().zip(tessellation.run_vertices(run)) {
+            *out = self.host.offset(self.transform.apply(vertex, centre));
         }
-        let base = (run.vertices.start - self.fragments[run.fragment as usize].vertices.start) as u32;
-        for (out, triangle) in sections.indices.as_chunks_mut::<3>().0.iter_mut().zip(self.run_triangles(run)) {
+        let base = (run.vertices.start - tessellation.fragments[run.fragment as usize].vertices.start) as u32;
+        let triangles = tessellation.run_triangles_wound(run, self.host.is_clockwise());
+        for (out, triangle) in sections.indices.as_chunks_mut::<3>().0.iter_mut().zip(triangles) {
             *out = triangle.map(|rank| base + rank);
         }
-        sections.merges.copy_from_slice(&self.merges[run.merges.clone()]);
+        sections.merges.copy_from_slice(&tessellation.merges[run.merges.clone()]);
     }
 }

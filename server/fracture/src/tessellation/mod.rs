@@ -32,7 +32,7 @@ mod tests;
 
 pub use barycentric::MARGIN;
 pub use components::{Components, components};
-pub use emit::Transform;
+pub use emit::{Host, Metres, Transform};
 pub use error::TessellationError;
 pub use outer::{Origin, outer_vertices};
 pub use points::{FixedPoints, Points, Sites, crack_points};
@@ -163,8 +163,13 @@ impl Tessellation {
 
     /// The triangles of `run` as indices into its vertices, counter-clockwise seen from outside its fragment.
     pub fn run_triangles(&self, run: &Run) -> impl Iterator<Item = [u32; 3]> {
+        self.run_triangles_wound(run, false)
+    }
+
+    /// [`Self::run_triangles`], or the same clockwise.
+    fn run_triangles_wound(&self, run: &Run, clockwise: bool) -> impl Iterator<Item = [u32; 3]> {
         let stored = &self.triangles[self.triangle_offsets[run.sheet]..self.triangle_offsets[run.sheet + 1]];
-        let flipped = run.flipped;
+        let flipped = run.flipped != clockwise;
         stored.iter().map(move |&[a, b, c]| if flipped { [a, c, b] } else { [a, b, c] })
     }
 }

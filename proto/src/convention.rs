@@ -1,0 +1,296 @@
+//! The coordinates of a host: which axis points up, which hand, which way round triangles go, how long the unit of length is.
+//!
+//! Ours are those of glTF: right-handed, +Y up, counter-clockwise seen from outside, metres. A host's are told by a signed
+//! permutation of the axes and a length. The object is never mirrored: left-handed coordinates name the same points by other numbers, so
+//! that which way round a triangle goes seen from outside is a choice of its own, and outward normals stay outward.
+//!
+//! | up, hand | (x, y, z) of ours becomes | as it is where |
+//! |---|---|---|
+//! | +Y, right | (x, y, z) | glTF, Bevy, Rapier, Godot |
+//! | +Y, left | (−x, y, z) | Unity, by its importers: +Z stays forward |
+//! | +Z, right | (x, −z, y) | Blender, MuJoCo; what a mesh baked with `--up z` was |
+//! | +Z, left | (x, z, y) | Unreal, by its importers |
+//!
+//! Kilograms and seconds are everybody's, so what is made of lengths counts in the host's unit: velocities in units/s, impulses in
+//! kg·unit/s (N·s where that is a metre), areas in unit², volumes in unit³, moments of inertia in kg·unit². Not lengths of the host
+//! are γ and energies, J·m²; the texture coordinates of cracks, m; and what the control service says of objects, all of it in ours.
+
+use crate::request::StrikeWire;
+use crate::{Kind, Refusal};
+use std::ops::Neg;
+
+/// Shortest and longest unit of length, m.
+pub const METRES_PER_UNIT: [f64; 2] = [1e-6, 1e6];
+
+/// The axis that points up.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Up {
+    /// +Y.
+    #[default]
+    Y,
+    /// +Z.
+    Z,
+}
+
+/// Which hand's thumb, forefinger and middle finger the axes are.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Hand {
+    /// The right one's: x × y = z to the eye.
+    #[default]
+    Right,
+    /// The left one's. Angular velocities then turn as the left hand's fingers do, so that v = ω × r holds in numbers.
+    Left,
+}
+
+/// Which way round the corners of a triangle go, seen from outside by who looks at the object itself.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Winding {
+    /// The sum of det(a, b, c) over all triangles is positive in right-handed coordinates, negative in left-handed ones.
+    #[default]
+    CounterClockwise,
+    /// The other way round.
+    Clockwise,
+}
+
+/// Coordinates of a host. Those of requests are read in it, those of their answers written in it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Convention {
+    /// Which axis points up.
+    pub up: Up,
+    /// Which hand.
+    pub hand: Hand,
+    /// Which way round triangles go.
+    pub winding: Winding,
+    /// Length of the host's unit, m, within [`METRES_PER_UNIT`].
+    pub metres_per_unit: f64,
+}
+
+impl Default for Convention {
+    fn default() -> Self {
+        Self::GLTF
+    }
+}
+
+impl Convention {
+    /// glTF, Bevy, Rapier: nothing is changed.
+    pub const GLTF: Self =
+        Self { up: Up::Y, hand: Hand::Right, winding: Winding::CounterClockwise, metres_per_unit: 1.0 };
+
+    /// Godot 4: front faces are clockwise.
+    pub const GODOT: Self = Self { winding: Winding::Clockwise, ..Self::GLTF };
+
+    /// Unity.
+    pub const UNITY: Self = Self { hand: Hand::Left, winding: Winding::Clockwise, ..Self::GLTF };
+
+    /// Unreal Engine: centimetres, and front faces are counter-clockwise although its axes are left-handed, so that its own normals
+    /// are (c − a) × (b − a).
+    pub const UNREAL: Self = Self { up: Up::Z, hand: Hand::Left, metres_per_unit: 0.01, ..Self::GLTF };
+
+    /// Blender.
+    pub const BLENDER: Self = Self { up: Up::Z, ..Self::GLTF };
+
+    /// MuJoCo.
+    pub const MUJOCO: Self = Self::BLENDER;
+
+    /// Those with a name, as command lines write it.
+    pub const NAMED: [(&'static str, Self); 6] = [
+        ("gltf", Self::GLTF),
+        ("godot", Self::GODOT),
+        ("unity", Self::UNITY),
+        ("unreal", Self::UNREAL),
+        ("blender", Self::BLENDER),
+        ("mujoco", Self::MUJOCO),
+    ];
+
+    /// The convention of that name.
+    ///
+    /// # Errors
+    /// [`Kind::Convention`] if there is none.
+    pub fn by_name(name: &str) -> Result<Self, Refusal> {
+        let found = Self::NAMED.into_iter().find(|(own, _)| *own == name);
+        found.map(|(_, convention)| convention).ok_or_else(|| {
+            let names = Self::NAMED.map(|(own, _)| format!("`{own}`")).join(", ");
+            Refusal::new(Kind::Convention, "convention", format!("`{name}` is no convention: {names}"))
+        })
+    }
+
+    /// Whether nothing is changed.
+    pub fn is_default(&self) -> bool {
+        *self == Self::GLTF
+    }
+
+    /// Whether triangles go the other way round than ours.
+    pub fn is_clockwise(&self) -> bool {
+        self.winding == Winding::Clockwise
+    }
+
+    /// A direction of ours, a normal for instance, along the host's axes.
+    #[inline]
+    pub fn direction<T: Neg<Output = T>>(&self, [x, y, z]: [T; 3]) -> [T; 3] {
+        match (self.up, self.hand) {
+            (Up::Y, Hand::Right) => [x, y, z],
+            (Up::Y, Hand::Left) => [-x, y, z],
+            (Up::Z, Hand::Right) => [x, -z, y],
+            (Up::Z, Hand::Left) => [x, z, y],
+        }
+    }
+
+    /// A direction of the host's along our axes: the inverse of [`Self::direction`].
+    #[inline]
+    pub fn our_direction<T: Neg<Output = T>>(&self, [x, y, z]: [T; 3]) -> [T; 3] {
+        match (self.up, self.hand) {
+            (Up::Y, Hand::Right) => [x, y, z],
+            (Up::Y, Hand::Left) => [-x, y, z],
+            (Up::Z, Hand::Right) => [x, z, -y],
+            (Up::Z, Hand::Left) => [x, z, y],
+        }
+    }
+
+    /// A length, m, in the host's unit.
+    #[inline]
+    pub fn length(&self, metres: f64) -> f64 {
+        metres / self.metres_per_unit
+    }
+
+    /// A length in the host's unit, m.
+    #[inline]
+    pub fn metres(&self, units: f64) -> f64 {
+        units * self.metres_per_unit
+    }
+
+    /// A point, an offset or a velocity, in metres along our axes, in the host's unit along its axes.
+    #[inline]
+    pub fn vector(&self, metres: [f64; 3]) -> [f64; 3] {
+        let turned = self.direction(metres);
+        if self.metres_per_unit == 1.0 { turned } else { turned.map(|x| self.length(x)) }
+    }
+
+    /// The inverse of [`Self::vector`]; of impulses in kg·unit/s it makes N·s.
+    #[inline]
+    pub fn our_vector(&self, units: [f64; 3]) -> [f64; 3] {
+        let turned = self.our_direction(units);
+        if self.metres_per_unit == 1.0 { turned } else { turned.map(|x| self.metres(x)) }
+    }
+
+    /// [`Self::vector`] in single precision, rounded once.
+    #[inline]
+    pub fn vector_f32(&self, metres: [f32; 3]) -> [f32; 3] {
+        let turned = self.direction(metres);
+        if self.metres_per_unit == 1.0 { turned } else { turned.map(|x| self.length(f64::from(x)) as f32) }
+    }
+
+    /// [`Self::our_vector`] in single precision, rounded once.
+    #[inline]
+    pub fn our_vector_f32(&self, units: [f32; 3]) -> [f32; 3] {
+        let turned = self.our_direction(units);
+        if self.metres_per_unit == 1.0 { turned } else { turned.map(|x| self.metres(f64::from(x)) as f32) }
+    }
+
+    /// An angular velocity, rad/s: an axial vector, which a reflection of the axes turns round besides.
+    pub fn axial(&self, ours: [f64; 3]) -> [f64; 3] {
+        self.reflected(self.direction(ours))
+    }
+
+    /// The inverse of [`Self::axial`].
+    pub fn our_axial(&self, own: [f64; 3]) -> [f64; 3] {
+        self.our_direction(self.reflected(own))
+    }
+
+    fn reflected(&self, axial: [f64; 3]) -> [f64; 3] {
+        match self.hand {
+            Hand::Right => axial,
+            Hand::Left => axial.map(Neg::neg),
+        }
+    }
+
+    /// A moment of inertia, kg·m², in kg·unit²; like [`Self::length`] twice, of areas too.
+    pub fn square(&self, metres2: f64) -> f64 {
+        self.length(self.length(metres2))
+    }
+
+    /// The inverse of [`Self::square`].
+    pub fn metres2(&self, units2: f64) -> f64 {
+        self.metres(self.metres(units2))
+    }
+
+    /// A volume, m³, in unit³.
+    pub fn cube(&self, metres3: f64) -> f64 {
+        self.length(self.square(metres3))
+    }
+
+    /// The inverse of [`Self::cube`].
+    pub fn metres3(&self, units3: f64) -> f64 {
+        self.metres(self.metres2(units3))
+    }
+
+    /// An inertia tensor, kg·m², in kg·unit² along the host's axes: xx, yy, zz, xy, xz, yz, before and after.
+    pub fn inertia(&self, ours: [f64; 6]) -> [f64; 6] {
+        turned(ours, |vector| self.direction(vector)).map(|entry| self.square(entry))
+    }
+
+    /// The inverse of [`Self::inertia`].
+    pub fn our_inertia(&self, own: [f64; 6]) -> [f64; 6] {
+        turned(own, |vector| self.our_direction(vector)).map(|entry| self.metres2(entry))
+    }
+}
+
+/// A I Aᵀ, where `turn` applies A: first to the rows of I, then to those of the transpose.
+fn turned([xx, yy, zz, xy, xz, yz]: [f64; 6], turn: impl Fn([f64; 3]) -> [f64; 3]) -> [f64; 6] {
+    let rows = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]].map(&turn);
+    let columns = [0, 1, 2].map(|k| turn(rows.map(|row| row[k])));
+    let [[xx, ..], [xy, yy, _], [xz, yz, zz]] = columns;
+    [xx, yy, zz, xy, xz, yz]
+}
+
+impl StrikeWire {
+    /// Writes the convention; refuses what the daemon would refuse.
+    pub(crate) fn set_convention(&mut self, convention: &Convention) -> Result<(), Refusal> {
+        self.convention_up = convention.up as u32;
+        self.convention_hand = convention.hand as u32;
+        self.convention_winding = convention.winding as u32;
+        self.convention_metres_per_unit = unit(convention.metres_per_unit)?;
+        Ok(())
+    }
+
+    /// The convention that it names; a unit of zero is a metre.
+    pub(crate) fn convention(&self) -> Result<Convention, Refusal> {
+        let none = |key: &str, number: u32| {
+            let message = format!("convention.{key} is {number}: must be 0 or 1");
+            Refusal::new(Kind::Convention, format!("convention.{key}"), message)
+        };
+        Ok(Convention {
+            up: match self.convention_up {
+                0 => Up::Y,
+                1 => Up::Z,
+                other => return Err(none("up", other)),
+            },
+            hand: match self.convention_hand {
+                0 => Hand::Right,
+                1 => Hand::Left,
+                other => return Err(none("hand", other)),
+            },
+            winding: match self.convention_winding {
+                0 => Winding::CounterClockwise,
+                1 => Winding::Clockwise,
+                other => return Err(none("winding", other)),
+            },
+            metres_per_unit: match self.convention_metres_per_unit {
+                0.0 => 1.0,
+                metres => unit(metres)?,
+            },
+        })
+    }
+}
+
+/// The length of a unit, m, if it can be one.
+fn unit(metres: f64) -> Result<f64, Refusal> {
+    let [least, most] = METRES_PER_UNIT;
+    if (least..=most).contains(&metres) {
+        return Ok(metres);
+    }
+    let message = format!("a unit of {metres} m: must be {least:e} to {most:e}");
+    Err(Refusal::new(Kind::Convention, "convention.metres_per_unit", message))
+}
+
+#[cfg(test)]
+mod tests;

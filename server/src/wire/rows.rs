@@ -1,0 +1,208 @@
+//! Pieces into the sections of an answer, each element once, in the convention of its strike; and contacts out of it.
+
+use super::refusal;
+use nalgebra::Vector3;
+use shatter_fracture::pipeline::{
+    self, Bond, Debris, FragmentRow, HullRow, Look, Pieces, RunRow, SkinRow, SkinVertex, Velocity, Watch,
+};
+use shatter_fracture::scene::Effect;
+use shatter_fracture::tessellation::Host;
+use shatter_proto::Refusal;
+use shatter_proto::answer::{
+    BondWire, DebrisWire, FragmentWire, HullWire, LookWire, RunWire, SkinVertexWire, SkinWire, VelocityWire,
+};
+use shatter_proto::convention::Convention;
+use shatter_proto::layout::Sections;
+use shatter_proto::request::Contact;
+
+/// A contact of a strike in `from`, as the engine has it.
+pub(super) fn contact(own: &Contact, from: &Convention) -> pipeline::Contact {
+    pipeline::Contact {
+        point_m: from.our_vector(own.point_m).into(),
+        impulse_ns: from.our_vector(own.impulse_ns).into(),
+        duration_s: own.duration_s,
+        radius_m: own.radius_m.map(|units| from.metres(units)),
+    }
+}
+
+/// Coordinates that are not ours.
+struct Abroad<'a>(&'a Convention);
+
+impl Host for Abroad<'_> {
+    fn offset(&self, metres: Vector3<f64>) -> [f32; 3] {
+        single(self.0.vector(metres.into()))
+    }
+
+    fn direction(&self, ours: Vector3<f64>) -> [f32; 3] {
+        single(self.0.direction(ours.into()))
+    }
+
+    fn is_clockwise(&self) -> bool {
+        self.0.is_clockwise()
+    }
+}
+
+fn single(vector: [f64; 3]) -> [f32; 3] {
+    vector.map(|x| x as f32)
+}
+
+/// Writes pieces in a convention.
+pub(super) struct Writer<'a> {
+    pub pieces: &'a Pieces,
+    pub to: &'a Convention,
+}
+
+impl Writer<'_> {
+    /// Everything but the summary, the stages and what effects did; effects that are computed here are told to `watch`.
+    pub fn write(&self, sections: &mut Sections<'_>, watch: &mut dyn Watch) -> Result<(), Refusal> {
+        let Self { pieces, to } = self;
+        fill(sections.fragments, &pieces.fragments, |row| fragment(row, to));
+        fill(sections.runs, &pieces.runs, run);
+        // Ours are written by the code that knows no other.
+        let written = match to.is_default() {
+            true => pieces.emit(sections.positions, sections.indices, sections.merges),
+            false => pieces.emit_for(&Abroad(to), sections.positions, sections.indices, sections.merges),
+        };
+        written.map_err(refusal)?;
+        self.told(sections);
+        self.effects(sections, watch);
+        Ok(())
+    }
+
+    /// What was computed, and told, with the pieces.
+    fn told(&self, sections: &mut Sections<'_>) {
+        let Self { pieces, to } = self;
+        fill(sections.velocities, &pieces.velocities, |own| velocity(own, to));
+        fill(sections.hulls, &pieces.hulls.rows, |own| hull(own, to));
+        fill(sections.hull_positions, &pieces.hulls.positions, |own| to.vector_f32(*own));
+        self.triangles(sections.hull_indices, &pieces.hulls.indices);
+        fill(sections.looks, &pieces.looks.vertices, |own| look(own, to));
+        fill(sections.materials, &pieces.looks.materials, |own| *own);
+        fill(sections.skins, &pieces.skins.rows, skin);
+        fill(sections.skin_vertices, &pieces.skins.vertices, |own| skin_vertex(own, to));
+        self.triangles(sections.skin_indices, &pieces.skins.indices);
+        fill(sections.skin_materials, &pieces.skins.materials, |own| *own);
+    }
+
+    /// Corners of whole triangles, the way round that is wanted.
+    fn triangles(&self, wire: &mut [u32], own: &[u32]) {
+        let (wire, own) = (wire.as_chunks_mut::<3>().0, own.as_chunks::<3>().0);
+        match self.to.is_clockwise() {
+            true => fill(wire, own, |&[a, b, c]| [a, c, b]),
+            false => fill(wire, own, |triangle| *triangle),
+        }
+    }
+
+    /// What is computed here.
+    fn effects(&self, sections: &mut Sections<'_>, watch: &mut dyn Watch) {
+        let Self { pieces, to } = self;
+        let mut effect = |effect: Effect, write: &mut dyn FnMut() -> usize| {
+            if pieces.effects.has(effect) {
+                watch.begin(effect);
+                let bytes = write();
+                watch.end(effect, bytes as u64);
+            }
+        };
+        effect(Effect::Normals, &mut || {
+            match to.is_default() {
+                true => pieces.normals(sections.normals),
+                false => pieces.normals_for(&Abroad(to), sections.normals),
+            }
+            size_of_val(sections.normals)
+        });
+        effect(Effect::Uv, &mut || {
+            pieces.uvs(sections.uvs);
+            size_of_val(sections.uvs)
+        });
+        effect(Effect::Bonds, &mut || {
+            fill(sections.bonds, &pieces.bonds(), |own| bond(own, to));
+            size_of_val(sections.bonds)
+        });
+        effect(Effect::Debris, &mut || {
+            fill(sections.debris, &pieces.debris(), |own| debris(own, to));
+            size_of_val(sections.debris)
+        });
+    }
+}
+
+/// Writes each of `own` in its place.
+fn fill<W, O>(wire: &mut [W], own: &[O], row: impl Fn(&O) -> W) {
+    wire.iter_mut().zip(own).for_each(|(wire, own)| *wire = row(own));
+}
+
+fn velocity(own: &Velocity, to: &Convention) -> VelocityWire {
+    let Velocity { linear_m_s, angular_rad_s } = *own;
+    VelocityWire { linear_m_s: to.vector(linear_m_s.into()), angular_rad_s: to.axial(angular_rad_s.into()) }
+}
+
+fn bond(own: &Bond, to: &Convention) -> BondWire {
+    BondWire {
+        fragments: own.fragments,
+        area_m2: to.square(own.area_m2),
+        normal: to.direction(own.normal.into()),
+        centroid_m: to.vector(own.centroid_m.coords.into()),
+    }
+}
+
+fn debris(own: &Debris, to: &Convention) -> DebrisWire {
+    DebrisWire {
+        fragment: own.fragment,
+        neighbour: own.neighbour,
+        position_m: single(to.vector(own.position_m.into())),
+        normal: single(to.direction(own.normal.into())),
+        size_m: to.length(own.size_m) as f32,
+        reserved: 0,
+    }
+}
+
+fn hull(own: &HullRow, to: &Convention) -> HullWire {
+    let HullRow { vertex_first, vertex_count, index_first, index_count, coverage, margin_m } = *own;
+    HullWire { vertex_first, vertex_count, index_first, index_count, coverage, margin_m: to.length(margin_m) }
+}
+
+fn look(own: &Look, to: &Convention) -> LookWire {
+    LookWire { normal: to.direction(own.normal), uv: own.uv }
+}
+
+fn skin(own: &SkinRow) -> SkinWire {
+    let SkinRow { vertex_first, vertex_count, index_first, index_count } = *own;
+    SkinWire { vertex_first, vertex_count, index_first, index_count }
+}
+
+fn skin_vertex(own: &SkinVertex, to: &Convention) -> SkinVertexWire {
+    SkinVertexWire { position_m: to.vector_f32(own.position_m), normal: to.direction(own.normal), uv: own.uv }
+}
+
+fn fragment(row: &FragmentRow, to: &Convention) -> FragmentWire {
+    FragmentWire {
+        id: row.id,
+        body: row.body,
+        vertex_first: row.vertex_first,
+        vertex_count: row.vertex_count,
+        index_first: row.index_first,
+        index_count: row.index_count,
+        run_first: row.run_first,
+        run_count: row.run_count,
+        merge_first: row.merge_first,
+        merge_count: row.merge_count,
+        reserved: [0; 2],
+        volume_m3: to.cube(row.volume_m3),
+        mass_kg: row.mass_kg,
+        centre_m: to.vector(row.centre_m),
+        inertia_kg_m2: to.inertia(row.inertia_kg_m2),
+        energy_j_m2: row.energy_j_m2,
+    }
+}
+
+fn run(row: &RunRow) -> RunWire {
+    RunWire {
+        fragment: row.fragment,
+        neighbour: row.neighbour,
+        vertex_first: row.vertex_first,
+        vertex_count: row.vertex_count,
+        index_first: row.index_first,
+        index_count: row.index_count,
+        material: u32::from(row.crack),
+        reserved: 0,
+    }
+}
