@@ -35,6 +35,7 @@ mod connect;
 mod control;
 mod deadline;
 mod digest;
+mod even;
 pub mod export;
 mod future;
 mod impact;

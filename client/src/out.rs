@@ -1,6 +1,8 @@
 //! Answers as files.
 
-use crate::export::{ExportError, FragmentView, RunView, Written, smooth, write_glb};
+use crate::export::{
+    ExportError, FragmentView, HullView, ObjectView, RunView, Written, smooth, write_glb, write_mjcf, write_obj,
+};
 use crate::{Broken, Fragment, Hull, Kind, Refusal, Skin};
 use shatter_proto::answer::LookWire;
 use std::path::Path;
@@ -56,6 +58,30 @@ impl Broken {
             })
             .collect();
         write_glb(path, &views).map_err(|error| refusal(path, &error))
+    }
+
+    /// Writes the fragments as OBJ files into `folder`, which is made if it is not there: see [`write_obj`].
+    /// Errors as of [`Self::write_glb`].
+    pub fn write_obj(&self, folder: &Path) -> Result<Written, Refusal> {
+        self.with_object(|object| write_obj(folder, object)).map_err(|error| refusal(folder, &error))
+    }
+
+    /// Writes the fragments as a model for MuJoCo, with the hulls and bonds that the answer has: see [`write_mjcf`].
+    /// Errors as of [`Self::write_glb`].
+    pub fn write_mjcf(&self, path: &Path) -> Result<Written, Refusal> {
+        self.with_object(|object| write_mjcf(path, object)).map_err(|error| refusal(path, &error))
+    }
+
+    /// Shows the whole answer to `look`, as models want it; the meshes stay where they are.
+    pub fn with_object<R>(&self, look: impl FnOnce(&ObjectView<'_>) -> R) -> R {
+        let (name, ran) = (self.summary().object(), !self.view().hulls.is_empty());
+        let hulls: Vec<Option<HullView<'_>>> = self
+            .fragments()
+            .filter(|_| ran)
+            .map(|fragment| fragment.hull().map(|hull| HullView { positions: hull.positions, indices: hull.indices }))
+            .collect();
+        let (name, hulls, bonds) = (name.as_str(), hulls.as_slice(), self.bonds());
+        self.with_views(|fragments| look(&ObjectView { name, fragments, hulls, bonds }))
     }
 
     /// Shows all fragments to `look`, as files and pictures want them; the meshes stay where they are.
@@ -160,6 +186,7 @@ fn view<'a>(fragment: &Fragment<'a>, runs: &'a [RunView], looks: &'a Appearance)
         centre_m: row.centre_m,
         volume_m3: row.volume_m3,
         mass_kg: row.mass_kg,
+        inertia_kg_m2: row.inertia_kg_m2,
     }
 }
 
