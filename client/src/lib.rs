@@ -39,6 +39,7 @@ pub mod contact;
 mod control;
 mod deadline;
 mod digest;
+mod even;
 pub mod export;
 mod future;
 mod impact;

@@ -3,7 +3,7 @@
 mod commands;
 
 use clap::{Parser, Subcommand};
-use commands::{Failure, impact, list, load, status, threshold};
+use commands::{Failure, impact, list, load, prefracture, status, threshold};
 use std::process::ExitCode;
 
 /// Strikes brittle objects and fetches the fragments from a running shatterd.
@@ -25,6 +25,8 @@ enum Command {
     Status(status::Args),
     /// Strikes an object.
     Impact(impact::Args),
+    /// Divides an object into even pieces ahead of time, without an impact.
+    Prefracture(prefracture::Args),
     /// The impulse that just breaks an object.
     Threshold(threshold::Args),
     /// What the service does under many impacts from many processes.
@@ -44,6 +46,7 @@ fn main() -> ExitCode {
         Command::List(args) => list::run(&cli.service, args),
         Command::Status(args) => status::run(&cli.service, args),
         Command::Impact(args) => impact::run(&cli.service, args),
+        Command::Prefracture(args) => prefracture::run(&cli.service, args),
         Command::Threshold(args) => threshold::run(&cli.service, args),
         Command::Load(args) => load::run(&cli.service, args),
         Command::LoadClient => load::work(&cli.service),

@@ -1,6 +1,9 @@
 //! Answers as files: always in metres, +Y up, right-handed and counter-clockwise, whatever the convention of the answer.
 
-use crate::export::{ExportError, FragmentView, RunView, Written, smooth, write_glb};
+use crate::export::{
+    ExportError, FragmentView, HullView, ObjectView, RunView, Written, smooth, write_glb, write_mjcf, write_obj,
+};
+use crate::metric::Metric;
 use crate::{Broken, Fragment, Hull, Kind, Refusal, Skin};
 use shatter_proto::answer::LookWire;
 use std::path::Path;
@@ -60,17 +63,46 @@ impl Broken {
         write_glb(path, &views).map_err(|error| refusal(path, &error))
     }
 
+    /// Writes the fragments as OBJ files into `folder`, which is made if it is not there: see [`write_obj`].
+    /// Errors as of [`Self::write_glb`].
+    pub fn write_obj(&self, folder: &Path) -> Result<Written, Refusal> {
+        self.with_object(|object| write_obj(folder, object)).map_err(|error| refusal(folder, &error))
+    }
+
+    /// Writes the fragments as a model for MuJoCo, with the hulls and bonds that the answer has: see [`write_mjcf`].
+    /// Errors as of [`Self::write_glb`].
+    pub fn write_mjcf(&self, path: &Path) -> Result<Written, Refusal> {
+        self.with_object(|object| write_mjcf(path, object)).map_err(|error| refusal(path, &error))
+    }
+
+    /// Shows the whole answer to `look`, as models want it; the meshes stay where they are, but for those of an answer in another
+    /// convention.
+    pub fn with_object<R>(&self, look: impl FnOnce(&ObjectView<'_>) -> R) -> R {
+        let metric = self.metric();
+        let (name, ran) = (self.summary().object(), !metric.view().hulls.is_empty());
+        let hulls: Vec<Option<HullView<'_>>> = metric
+            .fragments()
+            .filter(|_| ran)
+            .map(|fragment| fragment.hull().map(|hull| HullView { positions: hull.positions, indices: hull.indices }))
+            .collect();
+        let (name, hulls, bonds) = (name.as_str(), hulls.as_slice(), metric.view().bonds);
+        with_views(&metric, |fragments| look(&ObjectView { name, fragments, hulls, bonds }))
+    }
+
     /// Shows all fragments to `look`, as files and pictures want them; the meshes stay where they are, but for those of an answer in
     /// another convention.
     pub fn with_views<R>(&self, look: impl FnOnce(&[FragmentView<'_>]) -> R) -> R {
-        let metric = self.metric();
-        let fragments: Vec<Fragment<'_>> = metric.fragments().collect();
-        let parts: Vec<(Vec<RunView>, Appearance)> =
-            fragments.iter().map(|fragment| (runs(fragment), Appearance::of(fragment))).collect();
-        let views: Vec<FragmentView<'_>> =
-            fragments.iter().zip(&parts).map(|(fragment, (runs, looks))| view(fragment, runs, looks)).collect();
-        look(&views)
+        with_views(&self.metric(), look)
     }
+}
+
+fn with_views<R>(metric: &Metric<'_>, look: impl FnOnce(&[FragmentView<'_>]) -> R) -> R {
+    let fragments: Vec<Fragment<'_>> = metric.fragments().collect();
+    let parts: Vec<(Vec<RunView>, Appearance)> =
+        fragments.iter().map(|fragment| (runs(fragment), Appearance::of(fragment))).collect();
+    let views: Vec<FragmentView<'_>> =
+        fragments.iter().zip(&parts).map(|(fragment, (runs, looks))| view(fragment, runs, looks)).collect();
+    look(&views)
 }
 
 fn runs(fragment: &Fragment<'_>) -> Vec<RunView> {
@@ -164,6 +196,7 @@ fn view<'a>(fragment: &Fragment<'a>, runs: &'a [RunView], looks: &'a Appearance)
         centre_m: row.centre_m,
         volume_m3: row.volume_m3,
         mass_kg: row.mass_kg,
+        inertia_kg_m2: row.inertia_kg_m2,
     }
 }
 

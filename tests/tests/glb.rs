@@ -43,6 +43,7 @@ fn file(cut: f32) -> Result<Vec<u8>, ExportError> {
             centre_m: [id as f64, 0.0, 0.0],
             volume_m3: if id == 0 { f64::from(cut) } else { 1.0 - f64::from(cut) },
             mass_kg: 2.0,
+            inertia_kg_m2: [1.0, 1.0, 1.0, 0.0, 0.0, 0.0],
         })
         .collect();
     Ok(glb_bytes(&views)?.0)
@@ -104,6 +105,7 @@ fn looks_come_back_from_the_file() {
                 centre_m,
                 volume_m3,
                 mass_kg,
+                inertia_kg_m2: [1.0, 1.0, 1.0, 0.0, 0.0, 0.0],
             }
         };
         std::fs::write(&path, glb_bytes(&[view(0), view(1)]).unwrap().0).unwrap();

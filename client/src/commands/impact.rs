@@ -1,9 +1,10 @@
 //! `shatter impact`.
 
+use super::files::{Format, Target};
 use super::{ANSWER, Failure, document, out, reply, vector, with_contact};
 use serde_json::{Value, json};
 use shatter_client::{
-    Broken, Convention, Deadline, Degree, Effect, Elastic, Hull, Impact, Kind, Lift, Origin, Quality, Refusal, Shatter,
+    Broken, Convention, Deadline, Degree, Effect, Elastic, Hull, Impact, Lift, Origin, Quality, Refusal, Shatter,
 };
 use shatter_proto::answer::{BondWire, DebrisWire, EffectWire, HullWire, NO_MATERIAL, SummaryWire};
 use std::collections::BTreeMap;
@@ -77,8 +78,12 @@ pub struct Args {
     #[arg(long, default_value_t = 0)]
     seed: u64,
     /// Write the fragments to this file, or to OBJECT.glb in this folder; hulls and skins, if they are on, to OBJECT.hulls.glb and OBJECT.skin.glb beside it.
-    #[arg(long, value_name = "FILE.glb|DIR")]
+    /// FILE.xml is a model for MuJoCo, its meshes in FILE_assets beside it; `bonds` and `hulls` are then on unless --disable says otherwise.
+    #[arg(long, value_name = "FILE.glb|FILE.xml|DIR")]
     out: Option<PathBuf>,
+    /// What is written into a folder: `glb` (the default), `obj` (one file per fragment, fragments.mtl, fragments.json), or `mjcf`.
+    #[arg(long, value_enum, requires = "out")]
+    format: Option<Format>,
     /// Print one JSON document.
     #[arg(long)]
     json: bool,
@@ -97,7 +102,7 @@ fn degree(text: &str) -> Result<Degree, String> {
     }
 }
 
-fn lift(text: &str) -> Result<Lift, String> {
+pub(super) fn lift(text: &str) -> Result<Lift, String> {
     match text {
         "euclidean" => Ok(Lift::Euclidean),
         "interior" => Ok(Lift::Interior),
@@ -114,7 +119,7 @@ fn elastic(text: &str) -> Result<Elastic, String> {
     }
 }
 
-fn quality(text: &str) -> Result<Quality, Refusal> {
+pub(super) fn quality(text: &str) -> Result<Quality, Refusal> {
     Quality::by_name(text)
 }
 
@@ -136,7 +141,7 @@ fn convention(text: &str) -> Result<Host, Refusal> {
     Ok(Host { name: text.to_owned(), convention: Convention::by_name(text)? })
 }
 
-fn effect(text: &str) -> Result<Effect, Refusal> {
+pub(super) fn effect(text: &str) -> Result<Effect, Refusal> {
     Effect::by_name(text)
 }
 
@@ -154,40 +159,17 @@ pub fn run(service: &str, args: &Args) -> Result<(), Failure> {
     // Whoever gives a deadline is not kept longer, whatever the daemon does.
     let within =
         |usual: Deadline| args.deadline_ms.map_or(usual, |ms| usual.min(Deadline::ms(ms.saturating_add(SLACK_MS))));
+    let target = args.out.as_ref().map(|out| Target::new(out, args.format, &args.object)).transpose()?;
+    let blow = target.as_ref().map_or(impact(args), |target| target.equip(impact(args), &args.disable));
     let service = Shatter::connect(service, within(reply()))?.with_convention(args.convention.convention);
     let object = service.object(&args.object, within(reply()))?;
-    let broken = object.strike(&impact(args))?.wait(within(Deadline::after(ANSWER)))?;
-    let file = write(&broken, args)?;
+    let broken = object.strike(&blow)?.wait(within(Deadline::after(ANSWER)))?;
+    let file = target.map_or(Ok(None), |target| target.write(&broken))?;
     if args.json {
         document(&to_json(&broken, &args.convention.name, file.as_deref()))
     } else {
         screen(&broken, file.as_deref())
     }
-}
-
-/// Writes the fragments where `--out` says; nothing for an object that stays whole.
-fn write(broken: &Broken, args: &Args) -> Result<Option<PathBuf>, Failure> {
-    let Some(out) = &args.out else { return Ok(None) };
-    if broken.is_whole() {
-        return Ok(None);
-    }
-    let file = if out.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("glb")) && !out.is_dir() {
-        out.clone()
-    } else {
-        std::fs::create_dir_all(out).map_err(|error| {
-            let at = out.display().to_string();
-            Refusal::new(Kind::Output, at.clone(), format!("cannot create the folder {at}: {error}"))
-        })?;
-        out.join(format!("{}.glb", args.object))
-    };
-    broken.write_glb(&file)?;
-    if broken.fragments().any(|fragment| fragment.hull().is_some()) {
-        broken.write_hulls_glb(&file.with_extension("hulls.glb"))?;
-    }
-    if broken.fragments().any(|fragment| fragment.skin().is_some()) {
-        broken.write_skins_glb(&file.with_extension("skin.glb"))?;
-    }
-    Ok(Some(file))
 }
 
 fn impact(args: &Args) -> Impact {
@@ -260,7 +242,8 @@ fn hulls(broken: &Broken) -> Option<Value> {
     }))
 }
 
-fn to_json(broken: &Broken, convention: &str, file: Option<&Path>) -> Value {
+/// The document of an answer in the convention of that name.
+pub(super) fn to_json(broken: &Broken, convention: &str, file: Option<&Path>) -> Value {
     let summary = broken.summary();
     let digest = broken.digest();
     let fragments: Vec<Value> = broken
@@ -365,7 +348,8 @@ fn trust(summary: &SummaryWire) -> String {
     )
 }
 
-fn screen(broken: &Broken, file: Option<&Path>) -> Result<(), Failure> {
+/// An answer for people.
+pub(super) fn screen(broken: &Broken, file: Option<&Path>) -> Result<(), Failure> {
     let summary = broken.summary();
     let milliseconds = broken.round_trip().as_secs_f64() * 1e3;
     let most = if summary.elastic() == BOUNDED { "at most " } else { "" };

@@ -1,9 +1,11 @@
 //! What the commands share: vectors as arguments, printing, exit codes.
 
+mod files;
 pub mod impact;
 pub mod list;
 pub mod load;
 mod objects;
+pub mod prefracture;
 pub mod status;
 pub mod threshold;
 mod when;

@@ -1,4 +1,5 @@
 use super::*;
+use crate::Convention;
 use nalgebra::{Rotation3, Vector3};
 
 const BALL: Partner = Partner { material: Material::STEEL, mass_kg: 0.033, radius_m: 0.01 };
@@ -225,7 +226,7 @@ fn a_body_that_was_struck_cools_down_by_itself() {
 fn blows_become_an_impact() {
     assert_eq!(impact(&[]), None);
     let found = blows(&[touch([1.0, 2.0, 3.0], [1.0, 0.0, 0.0]), touch([9.0; 3], [0.0, 0.5, 0.0])], Terms::new(VASE));
-    let strike = impact(&found).unwrap().strike("vase");
+    let strike = impact(&found).unwrap().strike("vase", Convention::GLTF);
     assert_eq!(strike.contacts.len(), 2);
     assert_eq!((strike.contacts[0].point_m, strike.contacts[1].impulse_ns), ([1.0, 2.0, 3.0], [0.0, 0.5, 0.0]));
     let durations = strike.contacts.iter().map(|contact| contact.duration_s);

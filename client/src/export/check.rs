@@ -1,9 +1,42 @@
 //! What a fragment must hold before it is written, and whether its surface is closed.
 
-use super::{ExportError, FragmentView};
+use super::{ExportError, FragmentView, ObjectView};
+
+/// Refuses an object of which nothing can be written, or whose parts do not fit together.
+pub(super) fn object(view: &ObjectView<'_>) -> Result<(), ExportError> {
+    all(view.fragments)?;
+    let fragments = view.fragments.len();
+    for (bond, row) in view.bonds.iter().enumerate() {
+        let ends = if row.holds_to_world() { &row.fragments[..1] } else { &row.fragments[..] };
+        if let Some(&fragment) = ends.iter().find(|end| **end as usize >= fragments) {
+            return Err(ExportError::BondOutOfRange { bond, fragment, fragments });
+        }
+        if !row.centroid_m.iter().chain([&row.area_m2]).all(|x| x.is_finite()) {
+            return Err(ExportError::NonFinite { fragment: row.fragments[0], what: "a bond" });
+        }
+    }
+    for (fragment, hull) in view.fragments.iter().zip(view.hulls) {
+        let Some(hull) = hull else { continue };
+        if hull.indices.iter().any(|corner| *corner as usize >= hull.positions.len()) {
+            return Err(ExportError::HullOutOfRange { fragment: fragment.id });
+        }
+        if !hull.positions.iter().flatten().all(|x| x.is_finite()) {
+            return Err(ExportError::NonFinite { fragment: fragment.id, what: "a corner of the hull" });
+        }
+    }
+    Ok(())
+}
+
+/// Refuses fragments of which no file can be made.
+pub(super) fn all(fragments: &[FragmentView<'_>]) -> Result<(), ExportError> {
+    if fragments.is_empty() {
+        return Err(ExportError::NoFragments);
+    }
+    fragments.iter().try_for_each(valid)
+}
 
 /// Refuses what would make a file that readers reject.
-pub(super) fn valid(view: &FragmentView<'_>) -> Result<(), ExportError> {
+fn valid(view: &FragmentView<'_>) -> Result<(), ExportError> {
     finite(view)?;
     let vertices = view.positions.len();
     if let Some(position) = view.indices.iter().position(|&vertex| vertex as usize >= vertices) {
@@ -20,6 +53,7 @@ fn finite(view: &FragmentView<'_>) -> Result<(), ExportError> {
         ("the centre", view.centre_m.iter().all(|&x| (x as f32).is_finite())),
         ("the volume", view.volume_m3.is_finite()),
         ("the mass", view.mass_kg.is_finite()),
+        ("the inertia", view.inertia_kg_m2.iter().all(|x| x.is_finite())),
     ];
     match figures.iter().find(|(_, fine)| !fine) {
         Some((what, _)) => Err(ExportError::NonFinite { fragment: view.id, what }),

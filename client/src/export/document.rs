@@ -18,8 +18,8 @@ const UV_BYTES: usize = 8;
 const SCALAR_BYTES: usize = 4;
 
 /// Linear base colours: weathered stone outside, paler and warmer where it broke.
-const OUTER_COLOUR: [f32; 4] = [0.36, 0.39, 0.43, 1.0];
-const CRACK_COLOUR: [f32; 4] = [0.78, 0.64, 0.47, 1.0];
+pub(super) const OUTER_COLOUR: [f32; 4] = [0.36, 0.39, 0.43, 1.0];
+pub(super) const CRACK_COLOUR: [f32; 4] = [0.78, 0.64, 0.47, 1.0];
 
 /// A document and the contents of its one buffer.
 pub(super) struct Document {
@@ -49,6 +49,12 @@ struct Views {
     merges: Index<View>,
 }
 
+/// What fragment `id` of so many is called in files.
+pub(super) fn fragment_name(id: u32, of: usize) -> String {
+    let width = of.saturating_sub(1).to_string().len().max(3);
+    format!("fragment_{id:0width$}")
+}
+
 /// Builds the document; the fragments have been checked.
 pub(super) fn build(fragments: &[FragmentView<'_>]) -> Result<Document, ExportError> {
     // A view that nothing lies in is not written.
@@ -64,10 +70,9 @@ pub(super) fn build(fragments: &[FragmentView<'_>]) -> Result<Document, ExportEr
         writer.root.push(material("outer", OUTER_COLOUR, 0.75)),
         writer.root.push(material("crack", CRACK_COLOUR, 0.95)),
     ];
-    let width = fragments.len().saturating_sub(1).to_string().len().max(3);
     let mut nodes = Vec::with_capacity(fragments.len());
     for fragment in fragments {
-        let name = format!("fragment_{:0width$}", fragment.id);
+        let name = fragment_name(fragment.id, fragments.len());
         let mesh = writer.mesh(fragment, &name, materials);
         let mesh = writer.root.push(mesh);
         nodes.push(writer.root.push(node(fragment, name, mesh)?));
@@ -89,7 +94,7 @@ impl Writer {
         let vertices = self.vertices(fragment);
         let base = self.sections.indices.len();
         self.sections.indices.extend(fragment.indices.iter().flat_map(|index| index.to_le_bytes()));
-        let outer: usize = fragment.runs.iter().filter(|run| !run.crack).map(|run| run.index_count as usize).sum();
+        let outer = fragment.outer_indices();
         let spans = [(0, outer), (outer, fragment.indices.len() - outer)];
         let mut primitives = Vec::with_capacity(2);
         for ((first, count), material) in spans.into_iter().zip(materials) {
@@ -308,6 +313,7 @@ fn node(fragment: &FragmentView<'_>, name: String, mesh: Index<Mesh>) -> Result<
         "volume_m3": fragment.volume_m3,
         "mass_kg": fragment.mass_kg,
         "centre_m": fragment.centre_m,
+        "inertia_kg_m2": fragment.inertia_kg_m2,
     });
     Ok(Node {
         mesh: Some(mesh),

@@ -1,10 +1,12 @@
-//! Fragments as a binary glTF file (`.glb`) that any viewer opens and a solid modeller can trust.
+//! Fragments as files: binary glTF (`.glb`), Wavefront OBJ ([`write_obj`]), and MJCF for MuJoCo ([`write_mjcf`]).
 //!
-//! One node per fragment, named `fragment_000`, …, whose translation is the centre of mass and whose mesh has one or
+//! A `.glb` file is one that any viewer opens and a solid modeller can trust. One node per fragment, named `fragment_000`, …, whose translation is the centre of mass and whose mesh has one or
 //! two primitives: the outer faces, and the crack faces (a fragment from the inside has no outer ones). All primitives
 //! of a mesh share their vertex accessors and one buffer view of indices, and the vendor extension
 //! `EXT_mesh_manifold` (Khronos glTF registry, draft by E. Lalish) says which vertices are one point of the closed
-//! surface. Readers that do not know the extension see an ordinary mesh.
+//! surface. Readers that do not know the extension see an ordinary mesh. A node's `extras` hold `fragment` (the id), `body`,
+//! `volume_m3`, `mass_kg`, `centre_m` and `inertia_kg_m2`: the whole tensor about the centre of mass, xx, yy, zz, xy, xz, yz, along
+//! the axes of the node, which are those of the file, since nodes are not turned.
 //!
 //! Metres, +Y up, right-handed, counter-clockwise seen from outside. Equal fragments give equal bytes: the file holds
 //! no time, host or path.
@@ -13,12 +15,20 @@ mod check;
 mod container;
 mod document;
 mod file;
+mod inertia;
+mod mjcf;
 mod normals;
+mod obj;
+mod obj_folder;
 
 pub use check::is_closed;
 pub use file::{write_glb, write_whole};
+pub use inertia::{Principal, principal};
+pub use mjcf::{Mjcf, mjcf, write_mjcf};
 pub(crate) use normals::smooth;
+pub use obj_folder::write_obj;
 
+use shatter_proto::answer::BondWire;
 use std::io;
 use std::path::PathBuf;
 
@@ -47,6 +57,37 @@ pub struct FragmentView<'a> {
     pub volume_m3: f64,
     /// Mass, kg.
     pub mass_kg: f64,
+    /// Inertia tensor about the centre of mass, along the axes of the coordinates, kg·m²: xx, yy, zz, xy, xz, yz.
+    pub inertia_kg_m2: [f64; 6],
+}
+
+impl FragmentView<'_> {
+    /// How many of the indices are of outer triangles; those of cracks follow.
+    pub(crate) fn outer_indices(&self) -> usize {
+        self.runs.iter().filter(|run| !run.crack).map(|run| run.index_count as usize).sum()
+    }
+}
+
+/// A convex body that stands for a fragment in collisions.
+#[derive(Clone, Copy, Debug)]
+pub struct HullView<'a> {
+    /// Corners relative to the fragment's centre of mass, metres.
+    pub positions: &'a [[f32; 3]],
+    /// Triangles, three corner numbers each, counter-clockwise seen from outside.
+    pub indices: &'a [u32],
+}
+
+/// A broken object, borrowed from wherever it lies.
+#[derive(Clone, Copy, Debug)]
+pub struct ObjectView<'a> {
+    /// Its name.
+    pub name: &'a str,
+    /// All of its fragments; ids are places.
+    pub fragments: &'a [FragmentView<'a>],
+    /// One per fragment, `None` for one too flat for a hull; empty: nobody asked for hulls.
+    pub hulls: &'a [Option<HullView<'a>>],
+    /// Which fragments hold together; empty: nobody asked, or none do.
+    pub bonds: &'a [BondWire],
 }
 
 /// Triangles of one fragment on one side of a crack, or on the outside.
@@ -142,19 +183,33 @@ pub enum ExportError {
         /// The system's reason.
         source: io::Error,
     },
-    /// The glTF document could not be turned into JSON.
-    #[error("cannot write the glTF document: {0}")]
+    /// A document could not be turned into JSON.
+    #[error("cannot write the JSON document: {0}")]
     Document(#[from] serde_json::Error),
+    /// A document could not be turned into XML.
+    #[error("cannot write the XML document: {0}")]
+    Xml(io::Error),
+    /// A bond that names no fragment.
+    #[error("bond {bond} names fragment {fragment}, there are {fragments}")]
+    BondOutOfRange {
+        /// Place in the bonds.
+        bond: usize,
+        /// What stands there.
+        fragment: u32,
+        /// Number of fragments.
+        fragments: usize,
+    },
+    /// A hull whose index names no corner.
+    #[error("the hull of fragment {fragment} names a corner that it does not have")]
+    HullOutOfRange {
+        /// The fragment's id.
+        fragment: u32,
+    },
 }
 
 /// The bytes of a `.glb` file with these fragments, and what they hold.
 pub fn glb_bytes(fragments: &[FragmentView<'_>]) -> Result<(Vec<u8>, Written), ExportError> {
-    if fragments.is_empty() {
-        return Err(ExportError::NoFragments);
-    }
-    for fragment in fragments {
-        check::valid(fragment)?;
-    }
+    check::all(fragments)?;
     let document = document::build(fragments)?;
     let bytes = container::frame(&document.root.to_vec()?, &document.binary)?;
     let written = Written { fragments: fragments.len(), closed: document.closed, bytes: bytes.len() };

@@ -38,6 +38,7 @@ fn view(sample: &Sample, id: u32) -> FragmentView<'_> {
         centre_m: [0.5, -2.0, 0.25],
         volume_m3: 1.0 / 6.0,
         mass_kg: 400.0,
+        inertia_kg_m2: [3.0, 2.0, 4.0, 0.5, 0.25, -0.5],
     }
 }
 
@@ -77,6 +78,7 @@ fn a_fragment_is_one_node_with_shared_accessors_and_two_materials() {
     assert_eq!(node["name"], "fragment_001");
     assert_eq!(node["extras"]["fragment"], 1);
     assert_eq!(node["extras"]["mass_kg"], 400.0);
+    assert_eq!(node["extras"]["inertia_kg_m2"], serde_json::json!([3.0, 2.0, 4.0, 0.5, 0.25, -0.5]));
     assert_eq!(node["translation"], serde_json::json!([0.5, -2.0, 0.25]));
     let primitives = &document["meshes"][1]["primitives"];
     assert_eq!(primitives[0]["attributes"], primitives[1]["attributes"]);

@@ -59,6 +59,7 @@ fn view<'a>(body: usize, own: &'a Intact, sections: &'a Sections) -> FragmentVie
         centre_m: own.centre_m,
         volume_m3: own.volume_m3,
         mass_kg: own.mass_kg,
+        inertia_kg_m2: own.inertia_kg_m2,
     }
 }
 

@@ -28,6 +28,7 @@ pub fn exploded(
         centre_m: row.centre_m,
         volume_m3: row.volume_m3,
         mass_kg: row.mass_kg,
+        inertia_kg_m2: row.inertia_kg_m2,
     };
     let views: Vec<FragmentView> = rows.iter().map(view).collect();
     pieces(&views, spread)

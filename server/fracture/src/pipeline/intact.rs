@@ -15,6 +15,8 @@ pub struct Intact {
     pub mass_kg: f64,
     /// Centre of mass, coordinates of the mesh file, m.
     pub centre_m: [f64; 3],
+    /// Inertia tensor about the centre, kg·m²: xx, yy, zz, xy, xz, yz.
+    pub inertia_kg_m2: [f64; 6],
 }
 
 impl Prepared {
@@ -27,12 +29,16 @@ impl Prepared {
             let positions_m: Vec<_> =
                 nodes.iter().map(|&node| self.frame.to_metres(&body.crack.nodes[node as usize])).collect();
             let triangles: Vec<[u32; 3]> = body.topology.boundary.iter().map(|face| face.nodes.map(vertex)).collect();
-            let Properties { volume, centre, .. } = Properties::of_surface(&positions_m, triangles.iter().copied());
+            let Properties { volume, centre, inertia } =
+                Properties::of_surface(&positions_m, triangles.iter().copied());
+            let density_kg_m3 = self.parameters.material.density_kg_m3;
+            let inertia = inertia * density_kg_m3;
             Intact {
                 mesh: RawMesh::new(positions_m, triangles),
                 volume_m3: volume,
-                mass_kg: volume * self.parameters.material.density_kg_m3,
+                mass_kg: volume * density_kg_m3,
                 centre_m: centre.coords.into(),
+                inertia_kg_m2: [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)].map(|entry| inertia[entry]),
             }
         });
         bodies.collect()

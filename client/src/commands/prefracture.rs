@@ -1,0 +1,56 @@
+//! `shatter prefracture`.
+
+use super::files::{Format, Target};
+use super::impact::{effect, lift, quality, screen, to_json};
+use super::{ANSWER, Failure, document, reply};
+use shatter_client::{Deadline, Effect, Lift, Quality, Shatter};
+use std::path::PathBuf;
+
+/// Arguments of `shatter prefracture`.
+#[derive(clap::Args)]
+pub struct Args {
+    /// Object to divide.
+    object: String,
+    /// Number of pieces; a piece that falls apart by itself makes one more.
+    #[arg(long, value_name = "N", allow_hyphen_values = true)]
+    degree: u32,
+    /// Which lift: `euclidean`, `interior` (the default) or `surface_diffusion`.
+    #[arg(long, value_name = "euclidean|interior|surface_diffusion", value_parser = lift)]
+    lift: Option<Lift>,
+    /// Which preset says how well the pieces are centred; without it the object's.
+    #[arg(long, value_name = "draft|game|film|reference", value_parser = quality)]
+    quality: Option<Quality>,
+    /// Effects to switch on, separated by commas.
+    #[arg(long, value_name = "EFFECT,..", value_delimiter = ',', value_parser = effect)]
+    enable: Vec<Effect>,
+    /// Effects to switch off, separated by commas.
+    #[arg(long, value_name = "EFFECT,..", value_delimiter = ',', value_parser = effect)]
+    disable: Vec<Effect>,
+    /// Everything random follows from it.
+    #[arg(long, default_value_t = 0)]
+    seed: u64,
+    /// Write the pieces to this file, or to OBJECT.glb in this folder; hulls and skins, if they are on, to OBJECT.hulls.glb and OBJECT.skin.glb beside it.
+    /// FILE.xml is a model for MuJoCo, its meshes in FILE_assets beside it; `bonds` and `hulls` are then on unless --disable says otherwise.
+    #[arg(long, value_name = "FILE.glb|FILE.xml|DIR")]
+    out: PathBuf,
+    /// What is written into a folder: `glb` (the default), `obj` (one file per piece, fragments.mtl, fragments.json), or `mjcf`.
+    #[arg(long, value_enum)]
+    format: Option<Format>,
+    /// Print one JSON document, as of an impact.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Divides an object evenly and shows what came back.
+pub fn run(service: &str, args: &Args) -> Result<(), Failure> {
+    let target = Target::new(&args.out, args.format, &args.object)?;
+    let object = Shatter::connect(service, reply())?.object(&args.object, reply())?;
+    let load = object.even(args.degree, Deadline::after(ANSWER))?.seed(args.seed);
+    let load = args.lift.map_or(load.clone(), |lift| load.lift(lift));
+    let load = args.quality.map_or(load.clone(), |quality| load.quality(quality));
+    let load = args.enable.iter().fold(load, |load, effect| load.enable(*effect));
+    let load = args.disable.iter().fold(load, |load, effect| load.disable(*effect));
+    let broken = object.strike(&target.equip(load, &args.disable))?.wait(Deadline::after(ANSWER))?;
+    let file = target.write(&broken)?;
+    if args.json { document(&to_json(&broken, "gltf", file.as_deref())) } else { screen(&broken, file.as_deref()) }
+}

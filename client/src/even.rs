@@ -1,0 +1,72 @@
+//! Even pieces of a whole object, for hosts that want them ahead of time: an impact that is none.
+//!
+//! Pieces are small where the strain energy is. Without elasticity that falls off with the distance d from a contact as
+//! W = p²/(2E) / (1 + (d/a)²)², with p = F/(πa²) and F = (π/2)·J/τ; so a contact whose radius a is a thousand times the object's
+//! diagonal loads the whole of it alike, to two millionths, and the pieces are those of a centroidal Voronoi diagram of uniform density.
+//! Their number is asked for. J is such that the closed form for solids, n = V·(C·W/γ)^(3/5), says it too.
+//!
+//! A contact loads the body that it is nearest to. Of an object of several bodies, the service is asked for the whole ones first, and
+//! each gets a contact of its own, the largest first: the pieces are shared out by the closed form, in proportion to volumes where bodies
+//! are compact.
+
+use crate::{Broken, Deadline, Degree, Effect, Impact, Object, ObjectFacts, Refusal};
+use shatter_proto::request::CONTACTS_MAX;
+use std::f64::consts::{FRAC_PI_2, PI};
+
+/// Contact radius over the object's diagonal.
+const RADIUS_DIAGONALS: f64 = 1e3;
+
+/// C of the closed form: an even cell of volume v and density W has a first moment of C·W·v^(5/3) about its centre (three times the
+/// normalised second moment of the body-centred cubic lattice; Barnes & Sloane, *The optimal lattice quantizer in three dimensions*, 1983).
+const COEFFICIENT: f64 = 3.0 * 0.0785433;
+
+impl Object {
+    /// The impact that divides the object into `pieces` even ones, wherever they lie: to be refined (seed, effects, quality) and struck
+    /// like any other. Of an object of more than eight bodies the smaller ones stay whole.
+    ///
+    /// Asks the service where bodies are, if the object has several; then, and only then, this waits. Errors: as of a strike.
+    pub fn even(&self, pieces: u32, deadline: Deadline) -> Result<Impact, Refusal> {
+        let facts = self.facts();
+        if facts.bodies <= 1 {
+            return Ok(uniform(facts, &[facts.centre_m], pieces));
+        }
+        let whole = self.strike(&uniform(facts, &[facts.centre_m], 1))?.wait(deadline)?;
+        Ok(uniform(facts, &bodies(&whole), pieces))
+    }
+}
+
+/// Contacts at `places`, one per body, that load all of these bodies alike.
+fn uniform(facts: &ObjectFacts, places: &[[f64; 3]], pieces: u32) -> Impact {
+    let radius_m = RADIUS_DIAGONALS * facts.diagonal_m;
+    let density_j_m3 = facts.gamma_j_m2 * (f64::from(pieces) / facts.volume_m3).powf(5.0 / 3.0) / COEFFICIENT;
+    let force_n = PI * radius_m * radius_m * (2.0 * facts.young_pa * density_j_m3).sqrt();
+    // Where facts are missing any will do: the number of pieces is asked for.
+    let impulse_ns = Some(force_n * facts.duration_s / FRAC_PI_2).filter(|j| j.is_normal()).unwrap_or(1.0);
+    let mut contacts = places.iter().map(|place| Impact::at(*place));
+    let first = contacts.next().unwrap_or(Impact::at(facts.centre_m));
+    let impact = places
+        .iter()
+        .skip(1)
+        .fold(load(first, impulse_ns, radius_m), |impact, place| load(impact.and_at(*place), impulse_ns, radius_m));
+    impact.degree(Degree::Sites(pieces)).disable(Effect::Elastic)
+}
+
+/// Describes the last contact.
+fn load(impact: Impact, impulse_ns: f64, radius_m: f64) -> Impact {
+    impact.impulse([0.0, -impulse_ns, 0.0]).radius(radius_m)
+}
+
+/// A point on the surface of each body, the largest bodies first, as many as there may be contacts.
+fn bodies(whole: &Broken) -> Vec<[f64; 3]> {
+    let mut largest: Vec<(u32, f64, [f64; 3])> = Vec::new();
+    for fragment in whole.fragments() {
+        let (row, Some(point)) = (fragment.row(), fragment.positions().first()) else { continue };
+        let place = [0, 1, 2].map(|k| row.centre_m[k] + f64::from(point[k]));
+        match largest.iter_mut().find(|(body, ..)| *body == row.body) {
+            Some((_, volume_m3, _)) => *volume_m3 += row.volume_m3,
+            None => largest.push((row.body, row.volume_m3, place)),
+        }
+    }
+    largest.sort_by(|a, b| b.1.total_cmp(&a.1));
+    largest.into_iter().take(CONTACTS_MAX).map(|(_, _, place)| place).collect()
+}

@@ -1,0 +1,75 @@
+//! A broken object as a model for MuJoCo (MJCF): an `.xml` file, and a folder of meshes beside it.
+//!
+//! Based on: *XML Reference*, MuJoCo documentation (E. Todorov, T. Erez & Y. Tassa, *MuJoCo*, IROS 2012).
+//!
+//! One body with a free joint per fragment, at its centre of mass, with the answer's mass and inertia. Fragments that share a bond are
+//! welded (`equality`, named `bond_…`, in the order of the answer's bonds, whose areas are the numeric `bond_area_m2`), so the object
+//! stands whole until welds are switched off; one that the world holds is welded to the world. Welded neighbours do not collide, not
+//! even once they are apart: MuJoCo takes exclusions when it compiles.
+//!
+//! Metres, kilograms, +Z up, right-handed: (x, y, z) of the mesh file is (x, −z, y) here.
+
+mod document;
+mod shapes;
+
+use super::document::fragment_name;
+use super::{ExportError, ObjectView, Written, check, write_whole};
+use std::ffi::OsStr;
+use std::path::Path;
+
+/// A model in memory.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Mjcf {
+    /// The document.
+    pub xml: String,
+    /// Names and texts of the meshes, in the folder that the document names.
+    pub meshes: Vec<(String, String)>,
+}
+
+/// The model of `object`, whose meshes are to lie in the folder `meshes` beside the document.
+pub fn mjcf(object: &ObjectView<'_>, meshes: &str) -> Result<Mjcf, ExportError> {
+    check::object(object)?;
+    let name = |id: u32| fragment_name(id, object.fragments.len());
+    let shapes: Vec<shapes::Shape> = object
+        .fragments
+        .iter()
+        .enumerate()
+        .map(|(place, fragment)| shapes::shape(&name(fragment.id), fragment, object.hulls.get(place)))
+        .collect();
+    let xml = document::xml(object, &shapes, meshes).map_err(ExportError::Xml)?;
+    Ok(Mjcf { xml, meshes: shapes.into_iter().flat_map(|shape| shape.files).collect() })
+}
+
+/// Writes the model of `object` to `path`, and its meshes into the folder `STEM_assets` beside it, which is made if it is not there.
+/// Each file appears whole or not at all, the document last; files of the same names are replaced, others stay.
+pub fn write_mjcf(path: &Path, object: &ObjectView<'_>) -> Result<Written, ExportError> {
+    let stem = path.file_stem().unwrap_or(OsStr::new("object")).to_string_lossy();
+    let meshes = format!("{stem}_assets");
+    let folder = path.with_file_name(&meshes);
+    let model = mjcf(object, &meshes)?;
+    if let Some(parent) = path.parent().filter(|parent| !parent.as_os_str().is_empty() && !parent.is_dir()) {
+        return Err(ExportError::MissingFolder(parent.to_owned()));
+    }
+    let made = std::fs::create_dir_all(&folder);
+    made.map_err(|source| ExportError::Folder { folder: folder.clone(), source })?;
+    for (name, text) in &model.meshes {
+        write_whole(&folder.join(name), text.as_bytes())?;
+    }
+    write_whole(path, model.xml.as_bytes())?;
+    let bytes = model.xml.len() + model.meshes.iter().map(|(_, text)| text.len()).sum::<usize>();
+    let closed = object.fragments.iter().filter(|fragment| super::is_closed(fragment)).count();
+    Ok(Written { fragments: object.fragments.len(), closed, bytes })
+}
+
+/// From +Y up to +Z up: a quarter turn about x.
+fn z_up<N: Copy + std::ops::Neg<Output = N>>([x, y, z]: [N; 3]) -> [N; 3] {
+    [x, -z, y]
+}
+
+/// A tensor (xx, yy, zz, xy, xz, yz), turned likewise.
+fn tensor_z_up([xx, yy, zz, xy, xz, yz]: [f64; 6]) -> [f64; 6] {
+    [xx, zz, yy, -xz, xy, -yz]
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,83 @@
+//! The text of a Wavefront OBJ file.
+//!
+//! Based on: *Object Files (.obj)*, Alias|Wavefront, *Advanced Visualizer Manual*, appendix B1.
+
+use std::fmt::{Display, Write};
+
+/// Triangles of one material.
+pub(super) struct Part<'a> {
+    /// The material; `None`: none is named.
+    pub material: Option<&'a str>,
+    /// Three vertices each.
+    pub indices: &'a [u32],
+}
+
+/// The vertices of a file. Points, normals and texture coordinates have numbers of their own there, so that vertices which differ in
+/// looks alone share their point, and the surface is closed as it stands.
+pub(super) struct Vertices<'a, N> {
+    /// One per vertex.
+    pub points: &'a [[N; 3]],
+    /// For every vertex the one whose point it has: itself, or a lower one; empty: itself.
+    pub merged: &'a [u32],
+    /// One per vertex, or none.
+    pub normals: &'a [[f32; 3]],
+    /// One per vertex, or none.
+    pub uvs: &'a [[f32; 2]],
+}
+
+/// Appends points, looks and triangles; every index must name a vertex. A vertex that no triangle has is left out.
+pub(super) fn mesh<N: Display>(text: &mut String, vertices: &Vertices<'_, N>, parts: &[Part<'_>]) {
+    let point = |vertex: u32| vertices.merged.get(vertex as usize).copied().unwrap_or(vertex);
+    let corners = || parts.iter().flat_map(|part| part.indices);
+    let points = numbers(vertices.points.len(), corners().map(|vertex| point(*vertex)));
+    let looks = numbers(vertices.points.len(), corners().copied());
+    rows(text, "v", vertices.points, &points);
+    rows(text, "vt", vertices.uvs, &looks);
+    rows(text, "vn", vertices.normals, &looks);
+    for part in parts.iter().filter(|part| !part.indices.is_empty()) {
+        if let Some(material) = part.material {
+            line(text, format_args!("usemtl {material}"));
+        }
+        for triangle in part.indices.chunks_exact(3) {
+            text.push('f');
+            for &vertex in triangle {
+                let (point, look) = (points[point(vertex) as usize], looks[vertex as usize]);
+                let _ = match (vertices.uvs.is_empty(), vertices.normals.is_empty()) {
+                    (true, true) => write!(text, " {point}"),
+                    (true, false) => write!(text, " {point}//{look}"),
+                    (false, true) => write!(text, " {point}/{look}"),
+                    (false, false) => write!(text, " {point}/{look}/{look}"),
+                };
+            }
+            text.push('\n');
+        }
+    }
+}
+
+/// Numbers from one, in order, for those that are used; zero for the others.
+fn numbers(count: usize, used: impl Iterator<Item = u32>) -> Vec<u32> {
+    let mut numbers = vec![0; count];
+    used.for_each(|vertex| numbers[vertex as usize] = 1);
+    let mut next = 0;
+    for number in numbers.iter_mut().filter(|number| **number > 0) {
+        next += 1;
+        *number = next;
+    }
+    numbers
+}
+
+fn rows<N: Display, const K: usize>(text: &mut String, word: &str, rows: &[[N; K]], numbers: &[u32]) {
+    for (row, _) in rows.iter().zip(numbers).filter(|(_, number)| **number > 0) {
+        text.push_str(word);
+        row.iter().for_each(|x| {
+            let _ = write!(text, " {x}");
+        });
+        text.push('\n');
+    }
+}
+
+/// Appends a line; writing to a string cannot fail.
+pub(super) fn line(text: &mut String, content: std::fmt::Arguments<'_>) {
+    let _ = text.write_fmt(content);
+    text.push('\n');
+}
