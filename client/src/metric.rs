@@ -118,7 +118,7 @@ fn rows<T>(own: &[T], back: impl Fn(&T) -> T) -> Vec<T> {
     own.iter().map(back).collect()
 }
 
-/// Corners of triangles, counter-clockwise. Tables begin at whole triangles: see the checks of an answer.
+/// Corners of triangles, counter-clockwise. Every part of them that a table names is of whole triangles, one after another.
 fn triangles(own: &[u32], from: &Convention) -> Vec<u32> {
     let mut corners = own.to_vec();
     if from.is_clockwise() {
