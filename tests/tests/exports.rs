@@ -66,6 +66,19 @@ fn triangles(text: &str) -> BTreeMap<String, usize> {
     counts
 }
 
+/// Whether an OBJ file is closed by the numbers of its points alone: every half-edge once, with its opposite.
+fn is_closed_as_it_stands(text: &str) -> bool {
+    let point = |corner: &str| corner.split('/').next().unwrap().parse::<u32>().unwrap();
+    let faces = text.lines().filter_map(|line| line.strip_prefix("f "));
+    let half_edges = faces.flat_map(|face| {
+        let [a, b, c] = face.split(' ').map(point).collect::<Vec<_>>().try_into().unwrap();
+        [(a, b), (b, c), (c, a)]
+    });
+    let all: Vec<(u32, u32)> = half_edges.collect();
+    let once: BTreeSet<(u32, u32)> = all.iter().copied().collect();
+    once.len() == all.len() && once.iter().all(|&(a, b)| once.contains(&(b, a)))
+}
+
 /// What the table says of a fragment is what its surface says.
 #[track_caller]
 fn check_properties(row: &Value, own: &Properties, density_kg_m3: f64, inertia: &[f64; 6]) {
@@ -123,7 +136,9 @@ fn obj_folders_hold_closed_pieces_in_place_and_their_masses() {
         let read = surface::read(&file, Unit::M, Up::Y).unwrap();
         let named: Vec<&str> = read.looks.names.iter().map(String::as_str).collect();
         assert!(!named.is_empty() && named.iter().all(|name| ["outer", "crack"].contains(name)), "{named:?}");
-        let counts = triangles(&std::fs::read_to_string(&file).unwrap());
+        let text = std::fs::read_to_string(&file).unwrap();
+        assert!(is_closed_as_it_stands(&text), "{}", file.display());
+        let counts = triangles(&text);
         assert_eq!(counts.values().sum::<usize>() as u64, told["triangles"].as_u64().unwrap());
         let singles: Vec<[f32; 3]> = read.positions_m.iter().map(|p| p.coords.map(|x| x as f32).into()).collect();
         closed(&singles, read.triangles.as_flattened()).unwrap();
@@ -256,6 +271,14 @@ fn even_pieces_are_alike_wherever_they_lie() {
         let share = inside.map(|row| number(row, "volume_m3")).sum::<f64>() / 0.004;
         assert!((0.15..0.35).contains(&share), "{quarter}: {share}");
     }
+    let mean = |inner: bool| {
+        let chosen = rows(&answer).iter().filter(|row| (along(row).abs() < 0.1) == inner);
+        let volumes: Vec<f64> = chosen.map(|row| number(row, "volume_m3")).collect();
+        volumes.iter().sum::<f64>() / volumes.len() as f64
+    };
+    let ratio = mean(true) / mean(false);
+    println!("pieces in the middle over those at the ends: {ratio:.2}");
+    assert!((0.8..1.25).contains(&ratio), "{ratio}");
 }
 
 #[test]
