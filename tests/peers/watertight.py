@@ -18,7 +18,7 @@ def solid(meshes):
     return trimesh.Trimesh(points, faces.reshape(-1, 3), process=False)
 
 
-def row(name, meshes, extras):
+def row(name, meshes):
     mesh = solid(meshes)
     materials = sorted({getattr(getattr(m.visual, "material", None), "name", None) or "" for m in meshes})
     return {
@@ -29,7 +29,6 @@ def row(name, meshes, extras):
         "inertia_m5": mesh.moment_inertia.tolist(),
         "triangles": len(mesh.faces),
         "materials": materials,
-        "extras": extras,
     }
 
 
@@ -44,7 +43,6 @@ for path in sys.argv[1:]:
         name = node if parent == scene.graph.base_frame else parent
         mesh = scene.geometry[geometry].copy()
         mesh.apply_transform(transform)
-        nodes.setdefault(name, []).append(mesh)
-    for name, meshes in nodes.items():
-        rows.append(row(name if path.endswith(".glb") else path, meshes, None))
+        nodes.setdefault(name if path.endswith(".glb") else path, []).append(mesh)
+    rows += [row(name, meshes) for name, meshes in nodes.items()]
 print(json.dumps(rows))

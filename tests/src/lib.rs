@@ -2,6 +2,8 @@
 
 pub mod glb;
 pub mod house;
+pub mod model;
+pub mod peers;
 pub mod real;
 pub mod statistics;
 pub mod struck;

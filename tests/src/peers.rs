@@ -1,0 +1,44 @@
+//! Independent readers in Python, where it has them: `SHATTER_PYTHON` names the interpreter, else it is `python3`.
+
+use serde_json::Value;
+use std::ffi::{OsStr, OsString};
+use std::path::Path;
+use std::process::Command;
+
+/// The interpreter, if it has `modules`; else `None` after a line that CI counts.
+pub fn python(modules: &[&str]) -> Option<OsString> {
+    let python = std::env::var_os("SHATTER_PYTHON").unwrap_or_else(|| "python3".into());
+    let tried = Command::new(&python).args(["-c", &format!("import {}", modules.join(", "))]).output();
+    if tried.is_ok_and(|tried| tried.status.success()) {
+        return Some(python);
+    }
+    println!("skipped: {} lacks one of {modules:?} (SHATTER_PYTHON names another)", python.display());
+    None
+}
+
+/// Runs a script of `tests/peers`; the document that it prints.
+#[track_caller]
+fn script(python: &OsStr, name: &str, arguments: &[&OsStr]) -> Value {
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("peers").join(name);
+    let output = Command::new(python).arg(script).args(arguments).output().unwrap();
+    let told = String::from_utf8_lossy(&output.stdout);
+    serde_json::from_str(&told).unwrap_or_else(|error| {
+        panic!("{name} {arguments:?}: {error}: {told}{}", String::from_utf8_lossy(&output.stderr))
+    })
+}
+
+/// What becomes of a model in MuJoCo: see `tests/peers/mujoco_steps.py`.
+#[track_caller]
+pub fn mujoco(model: &Path, arguments: &[&str]) -> Option<Value> {
+    let python = python(&["mujoco", "numpy"])?;
+    let arguments: Vec<&OsStr> = [model.as_os_str()].into_iter().chain(arguments.iter().map(OsStr::new)).collect();
+    Some(script(&python, "mujoco_steps.py", &arguments))
+}
+
+/// What trimesh makes of files: see `tests/peers/watertight.py`.
+#[track_caller]
+pub fn watertight(files: &[&Path]) -> Option<Vec<Value>> {
+    let python = python(&["trimesh", "numpy"])?;
+    let arguments: Vec<&OsStr> = files.iter().map(|file| file.as_os_str()).collect();
+    script(&python, "watertight.py", &arguments).as_array().cloned()
+}

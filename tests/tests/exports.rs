@@ -1,0 +1,326 @@
+//! Files for other tools, written by the real programs and read by what shares nothing with the writer: an XML reader and MuJoCo, an OBJ
+//! reader and trimesh; and pieces made ahead of time.
+
+use nalgebra::{Matrix3, Point3, Quaternion, UnitQuaternion, Vector3};
+use serde_json::Value;
+use shatter_fracture::fragment::{Properties, closed};
+use shatter_fracture::surface::shapes::{self, write_obj};
+use shatter_fracture::surface::{self, RawMesh, Unit, Up};
+use shatter_tests::house::House;
+use shatter_tests::model::{Element, elements};
+use shatter_tests::{glb, peers};
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
+
+const STEPS: &str = "1000";
+
+/// The file is of single precision.
+const SINGLE: f64 = 1e-5;
+
+/// A house with `mesh` in it, on a lattice of that spacing, and the daemon running.
+fn with(mesh: &RawMesh, spacing: &str) -> House {
+    let mut house = House::new();
+    let file = house.path("thing.obj");
+    write_obj(mesh, &file).unwrap();
+    let spacings = ["--crack-spacing", spacing, "--elastic-spacing", "0.08"];
+    let file = file.to_str().unwrap();
+    house.ok("shatterd", &[&["bake", file, "--name", "thing", "--material", "ceramic"][..], &spacings].concat());
+    house.serve(&[]);
+    house
+}
+
+fn prefracture(house: &House, pieces: u32, out: &Path, more: &[&str]) -> Value {
+    let pieces = pieces.to_string();
+    let arguments = ["prefracture", "thing", "--degree", &pieces, "--out", out.to_str().unwrap()];
+    house.ok("shatter", &[&arguments[..], more].concat())
+}
+
+fn rows(answer: &Value) -> &[Value] {
+    answer["fragments"].as_array().unwrap()
+}
+
+fn number(value: &Value, key: &str) -> f64 {
+    value[key].as_f64().unwrap_or_else(|| panic!("{key} in {value}"))
+}
+
+fn volumes(answer: &Value) -> Vec<f64> {
+    rows(answer).iter().map(|row| number(row, "volume_m3")).collect()
+}
+
+/// Standard deviation over mean.
+fn unevenness(values: &[f64]) -> f64 {
+    let mean = values.iter().sum::<f64>() / values.len() as f64;
+    (values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / values.len() as f64).sqrt() / mean
+}
+
+/// Triangles of one material in an OBJ file, by its own lines.
+fn triangles(text: &str) -> BTreeMap<String, usize> {
+    let (mut counts, mut material) = (BTreeMap::new(), String::new());
+    for line in text.lines() {
+        match line.split_once(' ') {
+            Some(("usemtl", name)) => name.clone_into(&mut material),
+            Some(("f", _)) => *counts.entry(material.clone()).or_insert(0) += 1,
+            _ => {}
+        }
+    }
+    counts
+}
+
+/// Whether an OBJ file is closed by the numbers of its points alone: every half-edge once, with its opposite.
+fn is_closed_as_it_stands(text: &str) -> bool {
+    let point = |corner: &str| corner.split('/').next().unwrap().parse::<u32>().unwrap();
+    let faces = text.lines().filter_map(|line| line.strip_prefix("f "));
+    let half_edges = faces.flat_map(|face| {
+        let [a, b, c] = face.split(' ').map(point).collect::<Vec<_>>().try_into().unwrap();
+        [(a, b), (b, c), (c, a)]
+    });
+    let all: Vec<(u32, u32)> = half_edges.collect();
+    let once: BTreeSet<(u32, u32)> = all.iter().copied().collect();
+    once.len() == all.len() && once.iter().all(|&(a, b)| once.contains(&(b, a)))
+}
+
+/// What the table says of a fragment is what its surface says.
+#[track_caller]
+fn check_properties(row: &Value, own: &Properties, density_kg_m3: f64, inertia: &[f64; 6]) {
+    let of_surface = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)].map(|entry| own.inertia[entry] * density_kg_m3);
+    let scale = of_surface[..3].iter().copied().fold(0.0, f64::max);
+    assert!((own.volume / number(row, "volume_m3") - 1.0).abs() < SINGLE);
+    let off = of_surface.iter().zip(inertia).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    assert!(off < SINGLE * scale, "{inertia:?} is told, {of_surface:?} found");
+}
+
+#[test]
+fn a_glb_tells_inertias_and_is_watertight_to_others() {
+    let house = with(&shapes::arch(), "0.035");
+    let file = house.path("pieces.glb");
+    let answer = prefracture(&house, 16, &file, &[]);
+    let read = glb::read(&file).unwrap();
+    assert_eq!(read.len(), rows(&answer).len());
+    for (fragment, row) in read.iter().zip(rows(&answer)) {
+        fragment.check_closed().unwrap();
+        let positions: Vec<Point3<f64>> =
+            fragment.positions.iter().map(|own| Point3::from(own.map(f64::from))).collect();
+        let own = Properties::of_surface(&positions, fragment.triangles());
+        check_properties(row, &own, fragment.mass_kg / fragment.stated_volume_m3, &fragment.inertia_kg_m2);
+        assert!(own.centre.coords.norm() < SINGLE, "its centre is the origin of its node");
+    }
+    let Some(seen) = peers::watertight(&[&file]) else { return };
+    check_seen(&seen, &answer);
+}
+
+/// What trimesh makes of files: everything closed, volumes as told.
+#[track_caller]
+fn check_seen(seen: &[Value], answer: &Value) {
+    assert_eq!(seen.len(), rows(answer).len());
+    assert!(seen.iter().all(|one| one["watertight"] == true), "{seen:?}");
+    let sum: f64 = seen.iter().map(|one| number(one, "volume_m3")).sum();
+    assert!((sum / volumes(answer).iter().sum::<f64>() - 1.0).abs() < SINGLE);
+    let materials = |one: &Value| one["materials"].as_array().unwrap().iter().any(|name| name == "crack");
+    assert!(seen.iter().all(materials), "{seen:?}");
+}
+
+#[test]
+fn obj_folders_hold_closed_pieces_in_place_and_their_masses() {
+    let house = with(&shapes::arch(), "0.035");
+    let folder = house.path("pieces of Žofie");
+    let more = ["--format", "obj", "--enable", "hulls,bonds"];
+    let answer = prefracture(&house, 16, &folder, &more);
+    assert_eq!(answer["file"].as_str(), folder.to_str());
+    let table: Value = serde_json::from_slice(&std::fs::read(folder.join("fragments.json")).unwrap()).unwrap();
+    assert_eq!(table["bonds"].as_array().unwrap().len(), answer["bonds"].as_array().unwrap().len());
+    let listed = table["fragments"].as_array().unwrap();
+    assert_eq!(listed.len(), rows(&answer).len());
+    let (mut lowest, mut files) = (f64::INFINITY, Vec::new());
+    for (row, told) in listed.iter().zip(rows(&answer)) {
+        let file = folder.join(row["file"].as_str().unwrap());
+        let read = surface::read(&file, Unit::M, Up::Y).unwrap();
+        let named: Vec<&str> = read.looks.names.iter().map(String::as_str).collect();
+        assert!(!named.is_empty() && named.iter().all(|name| ["outer", "crack"].contains(name)), "{named:?}");
+        let text = std::fs::read_to_string(&file).unwrap();
+        assert!(is_closed_as_it_stands(&text), "{}", file.display());
+        let counts = triangles(&text);
+        assert_eq!(counts.values().sum::<usize>() as u64, told["triangles"].as_u64().unwrap());
+        let singles: Vec<[f32; 3]> = read.positions_m.iter().map(|p| p.coords.map(|x| x as f32).into()).collect();
+        closed(&singles, read.triangles.as_flattened()).unwrap();
+        let own = Properties::of_surface(&read.positions_m, read.triangles.iter().copied());
+        let centre: [f64; 3] = serde_json::from_value(row["centre_m"].clone()).unwrap();
+        assert!((own.centre - Point3::from(centre)).norm() < SINGLE, "pieces lie where they broke");
+        let inertia: [f64; 6] = serde_json::from_value(row["inertia_kg_m2"].clone()).unwrap();
+        check_properties(told, &own, number(told, "mass_kg") / number(told, "volume_m3"), &inertia);
+        let hull = surface::read(&folder.join(row["hull"].as_str().unwrap()), Unit::M, Up::Y).unwrap();
+        assert_eq!(hull.triangles.len() as u64, told["hull"]["triangles"].as_u64().unwrap());
+        lowest = read.positions_m.iter().map(|p| p.y).fold(lowest, f64::min);
+        files.push(file);
+    }
+    let wanted = shapes::arch().positions_m.iter().map(|p| p.y).fold(f64::INFINITY, f64::min);
+    assert!((lowest - wanted).abs() < 0.01, "{lowest} {wanted}");
+    let files: Vec<&Path> = files.iter().map(AsRef::as_ref).collect();
+    let Some(seen) = peers::watertight(&files) else { return };
+    check_seen(&seen, &answer);
+}
+
+fn of<'a>(all: &'a [Element], name: &str) -> Vec<&'a Element> {
+    all.iter().filter(|element| element.name == name).collect()
+}
+
+/// The document against what the answer says.
+#[track_caller]
+fn check_model(all: &[Element], answer: &Value, meshes: &Path) {
+    for kind in ["body", "freejoint", "geom", "mesh", "material", "weld"] {
+        let elements = of(all, kind);
+        let named: Vec<&str> = elements.iter().filter_map(|element| element.get("name")).collect();
+        assert_eq!(named.iter().collect::<BTreeSet<_>>().len(), named.len(), "names of {kind} are unique");
+    }
+    let inertials = of(all, "inertial");
+    assert_eq!((inertials.len(), of(all, "body").len()), (rows(answer).len(), rows(answer).len()));
+    for ((inertial, body), row) in inertials.iter().zip(of(all, "body")).zip(rows(answer)) {
+        assert_eq!(inertial.number("mass"), number(row, "mass_kg"), "mass as in the answer");
+        let [a, b, c] = inertial.numbers("diaginertia");
+        assert!(a >= b && b >= c && c > 0.0 && a <= b + c, "{inertial:?}");
+        let [w, x, y, z] = inertial.numbers("quat");
+        assert!((w * w + x * x + y * y + z * z - 1.0).abs() < 1e-14);
+        let [x, y, z]: [f64; 3] = serde_json::from_value(row["centre_m"].clone()).unwrap();
+        assert_eq!(body.numbers("pos"), [x, -z, y], "+Z is up");
+    }
+    for mesh in of(all, "mesh") {
+        assert!(meshes.join(mesh.get("file").unwrap()).is_file(), "{mesh:?}");
+    }
+    let bonds = answer["bonds"].as_array().unwrap();
+    assert_eq!((of(all, "weld").len(), of(all, "exclude").len()), (bonds.len(), bonds.len()));
+}
+
+/// Tensors of the model, put together again, are those of the surfaces, turned.
+#[track_caller]
+fn check_tensors(all: &[Element], pieces: &[glb::Fragment]) {
+    for (inertial, piece) in of(all, "inertial").iter().zip(pieces) {
+        let [w, x, y, z] = inertial.numbers("quat");
+        let turn = UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z)).to_rotation_matrix();
+        let moments = Matrix3::from_diagonal(&Vector3::from(inertial.numbers("diaginertia")));
+        let told = turn.matrix() * moments * turn.matrix().transpose();
+        let points: Vec<Point3<f64>> =
+            piece.positions.iter().map(|own| own.map(f64::from)).map(|[x, y, z]| Point3::new(x, -z, y)).collect();
+        let own = Properties::of_surface(&points, piece.triangles());
+        let found = own.inertia * (piece.mass_kg / piece.stated_volume_m3);
+        assert!((told - found).norm() < SINGLE * found.norm(), "{told} is told, {found} found");
+    }
+}
+
+/// MuJoCo takes the model without a warning: whole it stands, let loose it falls apart.
+#[track_caller]
+fn check_steps(file: &Path, answer: &Value) {
+    let Some(whole) = peers::mujoco(file, &[STEPS]) else { return };
+    let count = rows(answer).len() as u64;
+    let masses: Vec<f64> = serde_json::from_value(whole["masses_kg"].clone()).unwrap();
+    assert!(masses.iter().zip(rows(answer)).all(|(own, row)| *own == number(row, "mass_kg")));
+    assert_eq!(whole["bodies"].as_u64(), Some(count));
+    let size_m = number(&whole, "size_m");
+    assert!(number(&whole, "apart_max_m") < 1e-3 * size_m, "welded pieces stay together: {whole}");
+    let loose = peers::mujoco(file, &[STEPS, "release"]).unwrap();
+    let welds = whole["welds"].as_u64().unwrap();
+    assert!(welds == 0 || number(&loose, "apart_max_m") > 0.1 * size_m, "released pieces part: {loose}");
+    for run in [&whole, &loose] {
+        assert_eq!(run["finite"], true);
+        assert!(run["warnings"].as_array().unwrap().iter().all(|count| count == 0), "{run}");
+        assert!(number(run, "lowest_m") > number(run, "floor_m"), "the floor holds: {run}");
+    }
+}
+
+#[test]
+fn models_for_mujoco_say_what_the_answer_says_and_step() {
+    let house = with(&shapes::arch(), "0.035");
+    let glb_file = house.path("pieces.glb");
+    prefracture(&house, 16, &glb_file, &[]);
+    let pieces = glb::read(&glb_file).unwrap();
+    let folder = house.path("models");
+    let answer = prefracture(&house, 16, &folder, &["--format", "mjcf"]);
+    let file = folder.join("thing.xml");
+    assert_eq!(answer["file"].as_str(), file.to_str());
+    let text = std::fs::read_to_string(&file).unwrap();
+    let all = elements(&text).unwrap();
+    assert!(all.iter().any(|element| element.get("mesh").is_some_and(|mesh| mesh.ends_with("_hull"))));
+    check_model(&all, &answer, &folder.join("thing_assets"));
+    check_tensors(&all, &pieces);
+    check_steps(&file, &answer);
+    prefracture(&house, 16, &house.path("again.xml"), &[]);
+    let again = std::fs::read_to_string(house.path("again.xml")).unwrap();
+    assert_eq!(again.replace("again_assets", "thing_assets"), text, "equal pieces give equal bytes");
+    let bare = house.path("bare.xml");
+    let answer = prefracture(&house, 16, &bare, &["--disable", "hulls,bonds"]);
+    let all = elements(&std::fs::read_to_string(&bare).unwrap()).unwrap();
+    assert!(all.iter().all(|element| element.name != "weld" && element.name != "exclude"));
+    check_model(&all, &answer, &house.path("bare_assets"));
+    check_steps(&bare, &answer);
+}
+
+#[test]
+fn even_pieces_are_alike_wherever_they_lie() {
+    let house = with(&shapes::cuboid([0.4, 0.1, 0.1]), "0.03");
+    let file = house.path("pieces.glb");
+    let answer = prefracture(&house, 24, &file, &[]);
+    assert_eq!((rows(&answer).len(), answer["sites"].as_u64()), (24, Some(24)));
+    let struck = ["impact", "thing", "--point", "0.2,0,0", "--impulse", "-50,0,0", "--degree", "24"];
+    let struck = house.ok("shatter", &struck);
+    let (even, blow) = (unevenness(&volumes(&answer)), unevenness(&volumes(&struck)));
+    println!("volumes of pieces vary by {:.0} % evenly, {:.0} % under a blow", 100.0 * even, 100.0 * blow);
+    assert!(even < 0.35 && even < 0.5 * blow, "{even} {blow}");
+    // Each half, each quarter has its share.
+    let along = |row: &Value| row["centre_m"][0].as_f64().unwrap();
+    for quarter in 0..4 {
+        let begin = -0.2 + 0.1 * f64::from(quarter);
+        let inside = rows(&answer).iter().filter(|row| (begin..begin + 0.1).contains(&along(row)));
+        let share = inside.map(|row| number(row, "volume_m3")).sum::<f64>() / 0.004;
+        assert!((0.15..0.35).contains(&share), "{quarter}: {share}");
+    }
+    let mean = |inner: bool| {
+        let chosen = rows(&answer).iter().filter(|row| (along(row).abs() < 0.1) == inner);
+        let volumes: Vec<f64> = chosen.map(|row| number(row, "volume_m3")).collect();
+        volumes.iter().sum::<f64>() / volumes.len() as f64
+    };
+    let ratio = mean(true) / mean(false);
+    println!("pieces in the middle over those at the ends: {ratio:.2}");
+    assert!((0.8..1.25).contains(&ratio), "{ratio}");
+}
+
+#[test]
+fn the_seed_decides_and_bodies_share_by_volume() {
+    let (mut two, mut second) = (shapes::cuboid([0.1, 0.1, 0.2]), shapes::cuboid([0.1, 0.1, 0.1]));
+    second.positions_m.iter_mut().for_each(|point| point.x += 0.15);
+    let first = two.positions_m.len() as u32;
+    two.positions_m.append(&mut second.positions_m);
+    two.triangles.extend(second.triangles.iter().map(|triangle| triangle.map(|vertex| vertex + first)));
+    let house = with(&two, "0.04");
+    let file = house.path("two.glb");
+    let answer = prefracture(&house, 30, &file, &["--seed", "7"]);
+    let of_body = |body: u64| rows(&answer).iter().filter(|row| row["body"] == body).count();
+    assert_eq!(of_body(0) + of_body(1), rows(&answer).len());
+    let share = of_body(0) as f64 / rows(&answer).len() as f64;
+    assert!((share - 2.0 / 3.0).abs() < 0.1, "the larger body gets two thirds: {share}");
+    let again = prefracture(&house, 30, &file, &["--seed", "7"]);
+    let other = prefracture(&house, 30, &file, &["--seed", "8"]);
+    assert_eq!(answer["output_hash"], again["output_hash"]);
+    assert_ne!(answer["output_hash"], other["output_hash"]);
+}
+
+#[test]
+fn refusals_are_those_of_impacts() {
+    let house = with(&shapes::cuboid([0.2, 0.1, 0.1]), "0.06");
+    let check = |what: &[&str]| {
+        let blow = ["--point", "0.1,0,0", "--impulse", "-50,0,0"];
+        let out = house.path("x.glb");
+        let out = if what.contains(&"--out") { vec![] } else { vec!["--out", out.to_str().unwrap()] };
+        let (code, refused) = house.json("shatter", &[&["prefracture"], what, &out[..]].concat());
+        let (wanted_code, wanted) = house.json("shatter", &[&["impact"], what, &out[..], &blow[..]].concat());
+        assert!(code != 0, "{what:?}");
+        let kind = |document: &Value| document["error"]["kind"].clone();
+        assert_eq!((code, kind(&refused)), (wanted_code, kind(&wanted)), "{what:?}: {refused} {wanted}");
+    };
+    check(&["nothing", "--degree", "8"]);
+    check(&["thing", "--degree", "0"]);
+    check(&["thing", "--degree", "1000000"]);
+    check(&["thing", "--degree", "-3"]);
+    check(&["thing", "--degree", "8", "--enable", "bonds", "--disable", "bonds"]);
+    check(&["thing", "--degree", "8", "--out", "/proc/nowhere/x.xml"]);
+    check(&["thing", "--degree", "8", "--out", "/proc/nowhere", "--format", "obj"]);
+    check(&["thing", "--degree", "8", "--out", "x.obj"]);
+    check(&["thing", "--degree", "8", "--out", "x.glb", "--format", "mjcf"]);
+}
