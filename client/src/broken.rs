@@ -148,6 +148,12 @@ impl Broken {
         fragments(self.view())
     }
 
+    /// The fragment of that number, if there is one.
+    pub fn fragment(&self, id: u32) -> Option<Fragment<'_>> {
+        let view = self.view();
+        view.fragments.get(id as usize).map(|row| Fragment { row, view })
+    }
+
     /// From sending the strike to finding the answer.
     pub fn round_trip(&self) -> Duration {
         self.round_trip

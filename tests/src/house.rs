@@ -13,15 +13,15 @@ pub struct House {
     daemon: Option<Child>,
 }
 
-/// A program of this workspace, which cargo puts beside the test's own binary. `cargo test --test NAME` alone does not
-/// build it, so cargo is asked to, once per process: it has nothing to do after `cargo test --workspace`.
-fn program(name: &str) -> PathBuf {
+/// A program of this workspace, or the library for C, which cargo puts beside the test's own binary. `cargo test --test NAME` alone
+/// does not build it, so cargo is asked to, once per process: it has nothing to do after `cargo test --workspace`.
+pub fn program(name: &str) -> PathBuf {
     static FOLDER: OnceLock<PathBuf> = OnceLock::new();
     let build = || {
         let own = std::env::current_exe().unwrap();
         let folder = own.parent().and_then(Path::parent).unwrap();
         let profile = if folder.ends_with("release") { "release" } else { "dev" };
-        let arguments = ["build", "--quiet", "--workspace", "--bins", "--profile", profile];
+        let arguments = ["build", "--quiet", "--workspace", "--bins", "--lib", "--profile", profile];
         assert!(Command::new(env!("CARGO")).args(arguments).status().unwrap().success());
         folder.to_owned()
     };

@@ -1,0 +1,359 @@
+//! What an answer holds, as C sees it: facts are copied, meshes stay in shared memory.
+
+use crate::refusal::text;
+use shatter_client::Broken;
+use shatter_proto::answer as wire;
+use std::ffi::c_char;
+use std::mem::offset_of;
+use std::ptr;
+
+/// Neighbour of a run that faces no fragment of the answer; second fragment of a bond with the world; material of a triangle that has
+/// none of the input's.
+pub const NONE: u32 = u32::MAX;
+
+/// The facts of a strike.
+#[derive(Clone, Copy, Debug)]
+#[repr(C)]
+pub struct Summary {
+    /// Fragments; 0: the object stayed whole, or nothing but the threshold was asked for.
+    pub fragment_count: u32,
+    /// Sites asked of the diagram.
+    pub sites: u32,
+    /// n of the criterion; 1: the object stays whole.
+    pub fracture_degree: u32,
+    /// Which rule produced it. 0: threshold. 1: closed form. 2: inferred. 3: verified. 4: optimised. 5: forced.
+    pub degree_source: u32,
+    /// 1 if the object's cap on the degree was reached.
+    pub capped: u32,
+    /// What stopped it. 0: no diagram was made. 1: a cap. 2: converged. 3: the error was met. 4: time. 5: iterations.
+    pub stop_reason: u32,
+    /// Where the energy came from. 0: solve. 1: reduced basis. 2: falloff. 3: a bound, the object stays whole whatever it is.
+    pub elastic: u32,
+    /// The preset, a `ShatterQuality`.
+    pub quality: u32,
+    /// Iterations of the diagrams taken: the most of all bodies.
+    pub iterations: u32,
+    /// Zero.
+    pub reserved: u32,
+    /// γ used, J·m².
+    pub gamma_j_m2: f64,
+    /// E_1/γ; where `elastic` is a bound it is at most this.
+    pub e1_over_gamma: f64,
+    /// Factor on the impulses at which the object just breaks.
+    pub threshold_impulse_factor: f64,
+    /// How near the examples are that decided the degree, 0 to 1.
+    pub confidence: f64,
+    /// Largest contact radius in effect, m.
+    pub radius_m: f64,
+    /// Relative error of the elastic energy, estimated.
+    pub energy_error: f64,
+    /// Relative energy of the diagrams above the end of their descents, estimated.
+    pub cvd_gap: f64,
+    /// Seed used.
+    pub seed: u64,
+    /// Names this answer to later strikes (`ShatterImpact.from_handle`); 0: the service does not keep it.
+    pub handle: u64,
+    /// From admission until right before the answer was sent, ns.
+    pub time_ns: u64,
+    /// From sending the strike to finding the answer, ns.
+    pub round_trip_ns: u64,
+    /// Bytes of the answer.
+    pub bytes: u64,
+}
+
+impl From<&Broken> for Summary {
+    fn from(broken: &Broken) -> Self {
+        let row = broken.summary();
+        Self {
+            fragment_count: broken.fragments().len() as u32,
+            sites: row.sites,
+            fracture_degree: row.fracture_degree,
+            degree_source: row.degree_source,
+            capped: row.capped,
+            stop_reason: row.stop_reason,
+            elastic: row.elastic,
+            quality: row.quality,
+            iterations: row.iterations,
+            reserved: 0,
+            gamma_j_m2: row.gamma_j_m2,
+            e1_over_gamma: row.e1_over_gamma,
+            threshold_impulse_factor: row.threshold_impulse_factor,
+            confidence: row.confidence,
+            radius_m: row.radius_m,
+            energy_error: row.energy_error,
+            cvd_gap: row.cvd_gap,
+            seed: row.seed,
+            handle: row.handle,
+            time_ns: row.time_ns,
+            round_trip_ns: broken.round_trip().as_nanos() as u64,
+            bytes: broken.bytes(),
+        }
+    }
+}
+
+/// One fragment: a closed mesh and what a rigid body needs. Pointers lead into shared memory and hold until
+/// `shatter_broken_release`; those to what the answer does not have are NULL. Positions are relative to `centre_m`.
+#[derive(Clone, Copy, Debug)]
+#[repr(C)]
+pub struct Fragment {
+    /// Its number in the answer.
+    pub id: u32,
+    /// Body (component of the object) that it comes from.
+    pub body: u32,
+    /// Volume, m³.
+    pub volume_m3: f64,
+    /// Mass, kg.
+    pub mass_kg: f64,
+    /// Centre of mass in the coordinates of the mesh file, m.
+    pub centre_m: [f64; 3],
+    /// Inertia tensor about the centre, kg·m²: xx, yy, zz, xy, xz, yz.
+    pub inertia_kg_m2: [f64; 6],
+    /// Velocity of the centre once it is free, on top of how the object moved, m/s; zero unless `release` is on.
+    pub linear_m_s: [f64; 3],
+    /// The same of its rotation, rad/s.
+    pub angular_rad_s: [f64; 3],
+    /// Three coordinates per vertex, m.
+    pub positions: *const f32,
+    /// Three per vertex, of length one; NULL unless `normals` is on.
+    pub normals: *const f32,
+    /// Two per vertex, m; NULL unless `uv` is on.
+    pub uvs: *const f32,
+    /// One per vertex; NULL unless `attributes` is on.
+    pub looks: *const Look,
+    /// Number of vertices.
+    pub vertex_count: usize,
+    /// Three vertices per triangle, counter-clockwise from outside.
+    pub indices: *const u32,
+    /// Number of indices.
+    pub index_count: usize,
+    /// The input's materials, one per triangle, `SHATTER_NONE` on cracks; NULL unless `attributes` is on and the input has any.
+    pub materials: *const u32,
+    /// Pairs (from, to) of vertices that are the same point: with them every edge has exactly one opposite.
+    pub merges: *const u32,
+    /// Number of pairs.
+    pub merge_count: usize,
+    /// Number of runs, see `shatter_broken_run`.
+    pub run_count: usize,
+}
+
+impl From<&shatter_client::Fragment<'_>> for Fragment {
+    fn from(fragment: &shatter_client::Fragment<'_>) -> Self {
+        let (row, velocity) = (fragment.row(), fragment.velocity());
+        Self {
+            id: row.id,
+            body: row.body,
+            volume_m3: row.volume_m3,
+            mass_kg: row.mass_kg,
+            centre_m: row.centre_m,
+            inertia_kg_m2: row.inertia_kg_m2,
+            linear_m_s: velocity.map_or([0.0; 3], |velocity| velocity.linear_m_s),
+            angular_rad_s: velocity.map_or([0.0; 3], |velocity| velocity.angular_rad_s),
+            positions: start(fragment.positions()),
+            normals: start(fragment.normals()),
+            uvs: start(fragment.uvs()),
+            looks: start(fragment.looks()),
+            vertex_count: fragment.positions().len(),
+            indices: start(fragment.indices()),
+            index_count: fragment.indices().len(),
+            materials: start(fragment.materials()),
+            merges: start(fragment.merges()),
+            merge_count: fragment.merges().len(),
+            run_count: fragment.runs().len(),
+        }
+    }
+}
+
+/// Triangles of one fragment that face one neighbour, or the outside, or what was there before an earlier crack. The outer run comes
+/// first, if there is one. Each has vertices of its own.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(C)]
+pub struct Run {
+    /// The fragment on the other side of the crack; `SHATTER_NONE`: the outside, or a fragment of an earlier answer.
+    pub neighbour: u32,
+    /// 1: a side of a crack, be it one of an earlier answer. 0: the outside.
+    pub crack: u32,
+    /// First of the fragment's indices.
+    pub index_first: u32,
+    /// Number of indices.
+    pub index_count: u32,
+    /// First of the fragment's vertices.
+    pub vertex_first: u32,
+    /// Number of vertices.
+    pub vertex_count: u32,
+}
+
+impl From<shatter_client::Run<'_>> for Run {
+    fn from(run: shatter_client::Run<'_>) -> Self {
+        Self {
+            neighbour: run.neighbour.unwrap_or(NONE),
+            crack: u32::from(run.crack),
+            index_first: run.index_first,
+            index_count: run.indices.len() as u32,
+            vertex_first: run.vertex_first,
+            vertex_count: run.positions.len() as u32,
+        }
+    }
+}
+
+/// The convex proxy of a fragment, for collisions: at most 64 triangles. Pointers as in `ShatterFragment`.
+#[derive(Clone, Copy, Debug)]
+#[repr(C)]
+pub struct Hull {
+    /// Three coordinates per corner, m, relative to the fragment's centre.
+    pub positions: *const f32,
+    /// Number of corners; 0: `hulls` is off, or the fragment is too flat for one.
+    pub vertex_count: usize,
+    /// Three corners per triangle, counter-clockwise from outside.
+    pub indices: *const u32,
+    /// Number of indices.
+    pub index_count: usize,
+    /// Volume of the part of the fragment inside the hull over that of the fragment.
+    pub coverage: f64,
+    /// The deepest that the surface of any other fragment lies below the hull's surface, m.
+    pub margin_m: f64,
+}
+
+impl From<Option<shatter_client::Hull<'_>>> for Hull {
+    fn from(hull: Option<shatter_client::Hull<'_>>) -> Self {
+        let of = |hull: &shatter_client::Hull<'_>| (hull.coverage, hull.margin_m);
+        let (coverage, margin_m) = hull.as_ref().map_or((0.0, 0.0), of);
+        let (positions, indices) = hull.map_or((&[][..], &[][..]), |hull| (hull.positions, hull.indices));
+        let (vertex_count, index_count) = (positions.len(), indices.len());
+        Self { positions: start(positions), vertex_count, indices: start(indices), index_count, coverage, margin_m }
+    }
+}
+
+/// The input's own triangles as far as they are a fragment's, for rendering: with the crack faces of its runs they are what is seen of
+/// it. Pointers as in `ShatterFragment`.
+#[derive(Clone, Copy, Debug)]
+#[repr(C)]
+pub struct Skin {
+    /// Vertices.
+    pub vertices: *const SkinVertex,
+    /// How many; 0: `skin` is off, or no part of the input's surface is the fragment's.
+    pub vertex_count: usize,
+    /// Three vertices per triangle, counter-clockwise from outside.
+    pub indices: *const u32,
+    /// Number of indices.
+    pub index_count: usize,
+    /// One per triangle: the place of a material in the mesh file, or `SHATTER_NONE`; NULL if the file has none.
+    pub materials: *const u32,
+}
+
+impl From<Option<shatter_client::Skin<'_>>> for Skin {
+    fn from(skin: Option<shatter_client::Skin<'_>>) -> Self {
+        let (vertices, indices, materials) =
+            skin.map_or((&[][..], &[][..], &[][..]), |skin| (skin.vertices, skin.indices, skin.materials));
+        let (vertex_count, index_count) = (vertices.len(), indices.len());
+        let (indices, materials) = (start(indices), start(materials));
+        Self { vertices: start(vertices), vertex_count, indices, index_count, materials }
+    }
+}
+
+/// How a vertex of an outer face looks; zero on crack faces.
+#[derive(Clone, Copy, Debug)]
+#[repr(C)]
+pub struct Look {
+    /// Of length one.
+    pub normal: [f32; 3],
+    /// Texture coordinates, as in the input; zero where it has none.
+    pub uv: [f32; 2],
+}
+
+/// A vertex of a skin.
+#[derive(Clone, Copy, Debug)]
+#[repr(C)]
+pub struct SkinVertex {
+    /// Relative to the fragment's centre, m.
+    pub position_m: [f32; 3],
+    /// Of length one.
+    pub normal: [f32; 3],
+    /// Texture coordinates, as in the input; zero where it has none.
+    pub uv: [f32; 2],
+}
+
+/// Two fragments that touch; or one that an anchor of the scene holds, and the world.
+#[derive(Clone, Copy, Debug)]
+#[repr(C)]
+pub struct Bond {
+    /// The fragments, the lower id first; the second is `SHATTER_NONE` in a bond with the world.
+    pub fragments: [u32; 2],
+    /// Area of the crack between them, m²; of a bond with the world: of the outer triangles that the anchors hold.
+    pub area_m2: f64,
+    /// Mean normal of that area, of length one, from the first to the second; zero where there is none.
+    pub normal: [f64; 3],
+    /// Centroid of that area in the coordinates of the mesh file, m.
+    pub centroid_m: [f64; 3],
+}
+
+/// A point of a crack from which dust and chips come.
+#[derive(Clone, Copy, Debug)]
+#[repr(C)]
+pub struct Debris {
+    /// The fragment on whose crack face it lies: of two neighbours the one with the lower id.
+    pub fragment: u32,
+    /// The other one.
+    pub neighbour: u32,
+    /// Where, m, relative to the fragment's centre.
+    pub position_m: [f32; 3],
+    /// Normal of the crack there, out of the fragment.
+    pub normal: [f32; 3],
+    /// Diameter, m.
+    pub size_m: f32,
+    /// Zero.
+    pub reserved: u32,
+}
+
+/// What one stage or effect of a strike did.
+#[derive(Clone, Copy, Debug)]
+#[repr(C)]
+pub struct Counter {
+    /// Stages. 0: load. 1: elasticity. 2: threshold. 3: degree. 4: centroidal. 5: labels. 6: tessellation. 7: fragments. Effects: the
+    /// place of their bit in `ShatterEffect`.
+    pub number: u32,
+    /// 1 if it ran.
+    pub ran: u32,
+    /// Time it took, ns.
+    pub ns: u64,
+    /// Bytes of results it produced, or of tables it used.
+    pub bytes: u64,
+}
+
+/// 16 hexadecimal digits that equal answers share, whatever the times and the number of threads; and a zero.
+#[derive(Clone, Copy, Debug)]
+#[repr(C)]
+pub struct Hash {
+    /// The digits.
+    pub text: [c_char; 24],
+}
+
+impl From<&Broken> for Hash {
+    fn from(broken: &Broken) -> Self {
+        Self { text: text(&broken.digest().output_hash) }
+    }
+}
+
+/// Rows of shared memory that C reads by another name: the same fields at the same places.
+macro_rules! same {
+    ($($own:ident is $wire:ident: $($field:ident)*;)*) => {
+        $(const _: () = assert!(size_of::<$own>() == size_of::<wire::$wire>());
+        const _: () = assert!(align_of::<$own>() == align_of::<wire::$wire>());
+        $(const _: () = assert!(offset_of!($own, $field) == offset_of!(wire::$wire, $field));)*)*
+    };
+}
+
+same! {
+    Look is LookWire: normal uv;
+    SkinVertex is SkinVertexWire: position_m normal uv;
+    Bond is BondWire: fragments area_m2 normal centroid_m;
+    Debris is DebrisWire: fragment neighbour position_m normal size_m reserved;
+    Counter is StageWire: ran ns bytes;
+    Counter is EffectWire: ran ns bytes;
+}
+
+const _: () = assert!(NONE == wire::OUTER && NONE == wire::WORLD && NONE == wire::NO_MATERIAL);
+
+/// Where a part of an answer begins, as C reads it; NULL if it is empty.
+pub(crate) fn start<T, U>(part: &[T]) -> *const U {
+    if part.is_empty() { ptr::null() } else { part.as_ptr().cast() }
+}

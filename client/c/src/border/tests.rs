@@ -1,0 +1,83 @@
+use super::*;
+use shatter_client::Kind;
+use std::ptr;
+
+fn failed(failure: Failure) -> (Code, String) {
+    let mut refusal = MaybeUninit::zeroed();
+    let code = border(Some(&mut refusal), || Err(failure));
+    // SAFETY: written by `border`, whatever happens.
+    let refusal = unsafe { refusal.assume_init() };
+    assert_eq!(refusal.code, code);
+    let shown = |text: &[c_char]| text.iter().map(|byte| *byte as u8 as char).take_while(|c| *c != '\0').collect();
+    (code, shown(&refusal.at))
+}
+
+#[test]
+fn what_went_well_is_told_too() {
+    let mut refusal = MaybeUninit::uninit();
+    assert_eq!(border(Some(&mut refusal), || Ok(())), Code::Ok);
+    // SAFETY: written by `border`, whatever happens.
+    assert_eq!(unsafe { refusal.assume_init() }, Refusal::none());
+}
+
+#[test]
+fn failures_become_codes() {
+    let refused = shatter_client::Refusal::new(Kind::Late, "ticket", "late");
+    assert_eq!(failed(refused.into()), (Code::Late, "ticket".to_owned()));
+    assert_eq!(failed(wrong("name", "null")), (Code::Argument, "name".to_owned()));
+    assert_eq!(border(None, || given("object", None::<()>)), Code::Argument);
+}
+
+#[test]
+fn panics_stay_inside() {
+    let mut refusal = MaybeUninit::uninit();
+    assert_eq!(border(Some(&mut refusal), || panic!("fell over {}", 7)), Code::Panicked);
+    // SAFETY: written by `border`, whatever happens.
+    let refusal = unsafe { refusal.assume_init() };
+    assert_eq!(refusal.message, crate::refusal::text("fell over 7"));
+    assert_eq!((refusal.fault, refusal.retry), (Fault::Service, 0));
+    assert_eq!(border(None, || panic!("plain")), Code::Panicked);
+    assert_eq!(border(None, || std::panic::panic_any(3)), Code::Panicked);
+    struct Falls;
+    impl Drop for Falls {
+        fn drop(&mut self) {
+            panic!("while it is dropped");
+        }
+    }
+    end(Some(Box::new(Falls)));
+    end::<Falls>(None);
+}
+
+#[test]
+fn texts_have_a_length_or_a_zero_behind_them() {
+    let vase = c"vase".as_ptr();
+    // SAFETY: the lengths are those of literals.
+    let read = |data, length| unsafe { text("name", data, length) };
+    assert_eq!(read(vase, 4).unwrap(), "vase");
+    assert_eq!(read(vase, usize::MAX).unwrap(), "vase");
+    assert_eq!(read(vase, 0).unwrap(), "");
+    assert!(read(ptr::null(), 0).is_err() && read(ptr::null(), usize::MAX).is_err());
+    assert!(read(vase, TEXT_MAX + 1).is_err());
+    assert!(read(b"\xff".as_ptr().cast(), 1).is_err());
+    // SAFETY: the length is that of the literal.
+    assert_eq!(unsafe { bytes("path", b"\xff".as_ptr().cast(), 1) }.unwrap(), b"\xff");
+}
+
+#[test]
+fn arrays_that_cannot_be_are_refused() {
+    let numbers = [1.0f64, 2.0, 3.0];
+    let aside = numbers.as_ptr().cast::<u8>().wrapping_add(1).cast::<f64>();
+    // SAFETY: what is read is `numbers`, and no more of it than there is.
+    let read = |data, count| unsafe { elements::<f64>("contacts", data, count) };
+    assert_eq!(read(numbers.as_ptr(), 2).unwrap(), [1.0, 2.0]);
+    assert!(read(ptr::null(), 0).unwrap().is_empty());
+    assert!(read(ptr::null(), 1).is_err() && read(aside, 1).is_err());
+    assert!(read(numbers.as_ptr(), usize::MAX).is_err());
+    let mut places = [0u64; 2];
+    // SAFETY: what is lent is `places`, and no more of it than there is.
+    unsafe {
+        assert_eq!(room("facts", places.as_mut_ptr(), 2).unwrap().len(), 2);
+        assert!(room("facts", ptr::null_mut::<u64>(), 0).unwrap().is_empty());
+        assert!(room("facts", ptr::null_mut::<u64>(), 1).is_err());
+    }
+}

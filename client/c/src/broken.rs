@@ -1,0 +1,248 @@
+//! An answer: fragments borrowed straight from shared memory.
+
+use crate::Code;
+use crate::answer::{Bond, Counter, Debris, Fragment, Hash, Hull, Run, Skin, Summary, start};
+use crate::border::{Failure, border, bytes, end, given, wrong};
+use crate::refusal::Refusal;
+use shatter_client::Kind;
+use std::ffi::{OsStr, c_char};
+use std::mem::MaybeUninit;
+use std::os::unix::ffi::OsStrExt;
+use std::path::Path;
+
+/// The answer to a strike. It holds one bucket of the daemon's pool until it is released: do so once the fragments are copied to where
+/// they are needed. One thread at a time; what its pointers lead to, any number may read.
+pub struct Broken(pub(crate) shatter_client::Broken);
+
+/// What of an answer is written to a file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
+pub enum Content {
+    /// The fragments.
+    Fragments = 0,
+    /// Their hulls.
+    Hulls = 1,
+    /// What is seen of them: skins and crack faces.
+    Skins = 2,
+}
+
+/// The fragment of that number.
+fn fragment(broken: Option<&Broken>, id: u32) -> Result<shatter_client::Fragment<'_>, Failure> {
+    let broken = &given("broken", broken)?.0;
+    let unknown = || {
+        let message = format!("fragment {id}: the answer has {}", broken.fragments().len());
+        shatter_client::Refusal::new(Kind::UnknownFragment, id.to_string(), message)
+    };
+    Ok(broken.fragment(id).ok_or_else(unknown)?)
+}
+
+/// The facts of the strike.
+#[unsafe(no_mangle)]
+pub extern "C" fn shatter_broken_summary(
+    broken: Option<&Broken>,
+    summary: Option<&mut MaybeUninit<Summary>>,
+    refusal: Option<&mut MaybeUninit<Refusal>>,
+) -> Code {
+    border(refusal, || {
+        let (broken, place) = (given("broken", broken)?, given("summary", summary)?);
+        place.write((&broken.0).into());
+        Ok(())
+    })
+}
+
+/// Fragment `id`, of `ShatterSummary.fragment_count`; nothing is copied but its facts.
+///
+/// Codes: `unknown_fragment`.
+#[unsafe(no_mangle)]
+pub extern "C" fn shatter_broken_fragment(
+    broken: Option<&Broken>,
+    id: u32,
+    fragment: Option<&mut MaybeUninit<Fragment>>,
+    refusal: Option<&mut MaybeUninit<Refusal>>,
+) -> Code {
+    border(refusal, || {
+        let place = given("fragment", fragment)?;
+        place.write((&self::fragment(broken, id)?).into());
+        Ok(())
+    })
+}
+
+/// Run `number` of fragment `id`, of `ShatterFragment.run_count`.
+///
+/// Codes: `unknown_fragment`; `SHATTER_CODE_ARGUMENT` if it has no such run.
+#[unsafe(no_mangle)]
+pub extern "C" fn shatter_broken_run(
+    broken: Option<&Broken>,
+    id: u32,
+    number: usize,
+    run: Option<&mut MaybeUninit<Run>>,
+    refusal: Option<&mut MaybeUninit<Refusal>>,
+) -> Code {
+    border(refusal, || {
+        let place = given("run", run)?;
+        let found = fragment(broken, id)?.runs().nth(number);
+        place.write(found.ok_or_else(|| wrong("number", format!("no run {number}")))?.into());
+        Ok(())
+    })
+}
+
+/// The hull of fragment `id`; all zero where there is none.
+///
+/// Codes: `unknown_fragment`.
+#[unsafe(no_mangle)]
+pub extern "C" fn shatter_broken_hull(
+    broken: Option<&Broken>,
+    id: u32,
+    hull: Option<&mut MaybeUninit<Hull>>,
+    refusal: Option<&mut MaybeUninit<Refusal>>,
+) -> Code {
+    border(refusal, || {
+        let place = given("hull", hull)?;
+        place.write(fragment(broken, id)?.hull().into());
+        Ok(())
+    })
+}
+
+/// The skin of fragment `id`; all zero where there is none.
+///
+/// Codes: `unknown_fragment`.
+#[unsafe(no_mangle)]
+pub extern "C" fn shatter_broken_skin(
+    broken: Option<&Broken>,
+    id: u32,
+    skin: Option<&mut MaybeUninit<Skin>>,
+    refusal: Option<&mut MaybeUninit<Refusal>>,
+) -> Code {
+    border(refusal, || {
+        let place = given("skin", skin)?;
+        place.write(fragment(broken, id)?.skin().into());
+        Ok(())
+    })
+}
+
+/// Whether the surface of fragment `id` is closed and oriented: 1 or 0.
+///
+/// Codes: `unknown_fragment`.
+#[unsafe(no_mangle)]
+pub extern "C" fn shatter_broken_is_closed(
+    broken: Option<&Broken>,
+    id: u32,
+    closed: Option<&mut MaybeUninit<u32>>,
+    refusal: Option<&mut MaybeUninit<Refusal>>,
+) -> Code {
+    border(refusal, || {
+        let place = given("closed", closed)?;
+        place.write(u32::from(fragment(broken, id)?.is_closed()));
+        Ok(())
+    })
+}
+
+/// Lends rows: where they begin and how many there are; NULL and 0 on failure.
+fn lend<'a, T: 'a, U>(
+    broken: Option<&'a Broken>,
+    rows: Option<&mut MaybeUninit<*const U>>,
+    count: Option<&mut MaybeUninit<usize>>,
+    find: impl FnOnce(&'a shatter_client::Broken) -> &'a [T],
+) -> Result<(), Failure> {
+    let (rows, count) = (given("rows", rows)?, given("count", count)?);
+    rows.write(std::ptr::null());
+    count.write(0);
+    let found = find(&given("broken", broken)?.0);
+    rows.write(start(found));
+    count.write(found.len());
+    Ok(())
+}
+
+/// Which fragments touch, and which the world holds: `rows` leads to `count` of them in shared memory, until
+/// `shatter_broken_release`. None unless `bonds` is on.
+#[unsafe(no_mangle)]
+pub extern "C" fn shatter_broken_bonds(
+    broken: Option<&Broken>,
+    rows: Option<&mut MaybeUninit<*const Bond>>,
+    count: Option<&mut MaybeUninit<usize>>,
+    refusal: Option<&mut MaybeUninit<Refusal>>,
+) -> Code {
+    border(refusal, || lend(broken, rows, count, shatter_client::Broken::bonds))
+}
+
+/// Points on cracks from which dust and chips come, as `shatter_broken_bonds`. None unless `debris` is on.
+#[unsafe(no_mangle)]
+pub extern "C" fn shatter_broken_debris(
+    broken: Option<&Broken>,
+    rows: Option<&mut MaybeUninit<*const Debris>>,
+    count: Option<&mut MaybeUninit<usize>>,
+    refusal: Option<&mut MaybeUninit<Refusal>>,
+) -> Code {
+    border(refusal, || lend(broken, rows, count, shatter_client::Broken::debris))
+}
+
+/// What each stage did, as `shatter_broken_bonds`.
+#[unsafe(no_mangle)]
+pub extern "C" fn shatter_broken_stages(
+    broken: Option<&Broken>,
+    rows: Option<&mut MaybeUninit<*const Counter>>,
+    count: Option<&mut MaybeUninit<usize>>,
+    refusal: Option<&mut MaybeUninit<Refusal>>,
+) -> Code {
+    border(refusal, || lend(broken, rows, count, shatter_client::Broken::stages))
+}
+
+/// What each effect did, as `shatter_broken_bonds`.
+#[unsafe(no_mangle)]
+pub extern "C" fn shatter_broken_effects(
+    broken: Option<&Broken>,
+    rows: Option<&mut MaybeUninit<*const Counter>>,
+    count: Option<&mut MaybeUninit<usize>>,
+    refusal: Option<&mut MaybeUninit<Refusal>>,
+) -> Code {
+    border(refusal, || lend(broken, rows, count, shatter_client::Broken::effects))
+}
+
+/// Hashes the answer, as `shatter impact --json` does (`output_hash`).
+#[unsafe(no_mangle)]
+pub extern "C" fn shatter_broken_hash(
+    broken: Option<&Broken>,
+    hash: Option<&mut MaybeUninit<Hash>>,
+    refusal: Option<&mut MaybeUninit<Refusal>>,
+) -> Code {
+    border(refusal, || {
+        let (broken, place) = (given("broken", broken)?, given("hash", hash)?);
+        place.write((&broken.0).into());
+        Ok(())
+    })
+}
+
+/// Writes a `.glb` file, whole or not at all; `content` is a `ShatterContent`. The folder must be there.
+///
+/// Codes: `output` (also where there is nothing to write), `bad_answer`.
+///
+/// # Safety
+/// `path` points to `length` bytes, or to text that ends with a zero if `length` is `SHATTER_UP_TO_ZERO`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn shatter_broken_write_glb(
+    broken: Option<&Broken>,
+    content: u32,
+    path: *const c_char,
+    length: usize,
+    refusal: Option<&mut MaybeUninit<Refusal>>,
+) -> Code {
+    border(refusal, || {
+        let broken = &given("broken", broken)?.0;
+        // SAFETY: handed on.
+        let path = Path::new(OsStr::from_bytes(unsafe { bytes("path", path, length) }?));
+        let write = match content {
+            number if number == Content::Fragments as u32 => shatter_client::Broken::write_glb,
+            number if number == Content::Hulls as u32 => shatter_client::Broken::write_hulls_glb,
+            number if number == Content::Skins as u32 => shatter_client::Broken::write_skins_glb,
+            number => return Err(wrong("content", format!("content {number}: must be 0 to 2"))),
+        };
+        write(broken, path)?;
+        Ok(())
+    })
+}
+
+/// Gives an answer back, and its bucket to the daemon; NULL is fine. No pointer into it may be used any more.
+#[unsafe(no_mangle)]
+pub extern "C" fn shatter_broken_release(broken: Option<Box<Broken>>) {
+    end(broken);
+}

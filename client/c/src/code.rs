@@ -1,0 +1,195 @@
+//! What every function returns.
+
+use shatter_client::Kind;
+
+/// What became of a call. Zero: done. Else why not, one code per rule; `ShatterRefusal` tells whose fault it is, whether to try
+/// again, and which argument, field or path offends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
+pub enum Code {
+    /// Done.
+    Ok = 0,
+    /// The bytes are not a request of ours.
+    BadMagic = 1,
+    /// The daemon speaks another version than this library.
+    VersionMismatch = 2,
+    /// No such kind of request.
+    UnknownRequest = 3,
+    /// A field that this version keeps free is not zero.
+    ReservedField = 4,
+    /// The object's name is empty, too long or not UTF-8.
+    ObjectName = 5,
+    /// The service has no object of this name.
+    UnknownObject = 6,
+    /// The object's database could not be loaded.
+    CorruptObject = 7,
+    /// No contact, or more than there is room for.
+    ContactCount = 8,
+    /// A contact point is not finite.
+    ContactPoint = 9,
+    /// A contact point is farther from the body than its radius.
+    ContactTooFar = 10,
+    /// An impulse is zero or not finite.
+    Impulse = 11,
+    /// A contact duration is negative or not finite.
+    ContactDuration = 12,
+    /// A contact radius is negative or not finite.
+    ContactRadius = 13,
+    /// γ is not above zero, or not finite.
+    Gamma = 14,
+    /// A degree of zero, beyond the object's cap, or from an unknown source.
+    Degree = 15,
+    /// A lift that is unknown or that the object was not baked for.
+    Lift = 16,
+    /// An effect that this version does not have.
+    UnknownEffect = 17,
+    /// A budget that this version does not have, or that is not finite.
+    Budget = 18,
+    /// A convention other than the default.
+    Convention = 19,
+    /// No answer with this handle is kept: there never was one, it was given back, or its time is over.
+    UnknownHandle = 20,
+    /// The answer would exceed the caller's cap on fragments or bytes.
+    CapExceeded = 21,
+    /// A name of a service that is not 1 to 32 letters, digits, `-` or `_`.
+    ServiceName = 22,
+    /// A configuration key or value that cannot be used.
+    Configuration = 23,
+    /// An output file could not be written.
+    Output = 24,
+    /// The elastic solve cannot follow this load.
+    Unsolvable = 25,
+    /// Displacements from nowhere that is known.
+    Elastic = 26,
+    /// An effect that is both on and off, or without what it needs.
+    Effect = 27,
+    /// The answer has no such fragment.
+    UnknownFragment = 28,
+    /// A fragment too small to be struck again, or too large to be deformed.
+    FragmentSize = 29,
+    /// The queue is full, or no answer can be lent.
+    Busy = 40,
+    /// The deadline passed first.
+    Late = 41,
+    /// The daemon is ending.
+    Stopping = 42,
+    /// The strike was cancelled, or its ticket is spent.
+    Cancelled = 43,
+    /// The strike failed inside the service.
+    Failed = 44,
+    /// The answer is larger than the buckets of the daemon.
+    AnswerTooLarge = 45,
+    /// The answer did not pass the client's checks.
+    BadAnswer = 46,
+    /// A call of the transport failed.
+    Transport = 47,
+    /// No daemon of this name runs.
+    NoDaemon = 60,
+    /// The daemon went away while a request was with it.
+    Lost = 61,
+    /// Another daemon of this name runs.
+    SecondDaemon = 62,
+    /// The runtime folder cannot be used.
+    RuntimeFolder = 63,
+    /// The shared memory of the machine is full.
+    SharedMemory = 64,
+    /// The folder of databases cannot be read.
+    DatabaseFolder = 65,
+    /// The loopback port for health and metrics cannot be opened.
+    Port = 66,
+    /// An argument cannot be used: a pointer that must not be null is, text is not UTF-8, a number names nothing.
+    Argument = 200,
+    /// A fault of this library, caught at its border; free the handles that took part, and use them for nothing else.
+    Panicked = 201,
+}
+
+impl From<Kind> for Code {
+    fn from(kind: Kind) -> Self {
+        match kind {
+            Kind::BadMagic => Self::BadMagic,
+            Kind::VersionMismatch => Self::VersionMismatch,
+            Kind::UnknownRequest => Self::UnknownRequest,
+            Kind::ReservedField => Self::ReservedField,
+            Kind::ObjectName => Self::ObjectName,
+            Kind::UnknownObject => Self::UnknownObject,
+            Kind::CorruptObject => Self::CorruptObject,
+            Kind::ContactCount => Self::ContactCount,
+            Kind::ContactPoint => Self::ContactPoint,
+            Kind::ContactTooFar => Self::ContactTooFar,
+            Kind::Impulse => Self::Impulse,
+            Kind::ContactDuration => Self::ContactDuration,
+            Kind::ContactRadius => Self::ContactRadius,
+            Kind::Gamma => Self::Gamma,
+            Kind::Degree => Self::Degree,
+            Kind::Lift => Self::Lift,
+            Kind::UnknownEffect => Self::UnknownEffect,
+            Kind::Budget => Self::Budget,
+            Kind::Convention => Self::Convention,
+            Kind::UnknownHandle => Self::UnknownHandle,
+            Kind::CapExceeded => Self::CapExceeded,
+            Kind::ServiceName => Self::ServiceName,
+            Kind::Configuration => Self::Configuration,
+            Kind::Output => Self::Output,
+            Kind::Unsolvable => Self::Unsolvable,
+            Kind::Elastic => Self::Elastic,
+            Kind::Effect => Self::Effect,
+            Kind::UnknownFragment => Self::UnknownFragment,
+            Kind::FragmentSize => Self::FragmentSize,
+            Kind::Busy => Self::Busy,
+            Kind::Late => Self::Late,
+            Kind::Stopping => Self::Stopping,
+            Kind::Cancelled => Self::Cancelled,
+            Kind::Failed => Self::Failed,
+            Kind::AnswerTooLarge => Self::AnswerTooLarge,
+            Kind::BadAnswer => Self::BadAnswer,
+            Kind::Transport => Self::Transport,
+            Kind::NoDaemon => Self::NoDaemon,
+            Kind::Lost => Self::Lost,
+            Kind::SecondDaemon => Self::SecondDaemon,
+            Kind::RuntimeFolder => Self::RuntimeFolder,
+            Kind::SharedMemory => Self::SharedMemory,
+            Kind::DatabaseFolder => Self::DatabaseFolder,
+            Kind::Port => Self::Port,
+        }
+    }
+}
+
+/// Whose fault it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
+pub enum Fault {
+    /// Nobody's: nothing was refused.
+    Nobody = 0,
+    /// The call is wrong; repeating it changes nothing.
+    Caller = 1,
+    /// The service or this library could not do what it should, or not now.
+    Service = 2,
+    /// Something around both: no daemon, no memory, no rights.
+    Environment = 3,
+}
+
+impl From<shatter_client::Fault> for Fault {
+    fn from(fault: shatter_client::Fault) -> Self {
+        match fault {
+            shatter_client::Fault::Caller => Self::Caller,
+            shatter_client::Fault::Service => Self::Service,
+            shatter_client::Fault::Environment => Self::Environment,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn codes_are_those_of_the_kinds() {
+        for kind in Kind::ALL {
+            assert_eq!(Code::from(*kind) as u32, kind.code(), "{kind:?}");
+            assert_eq!(format!("{:?}", Code::from(*kind)), format!("{kind:?}"));
+        }
+        for own in [Code::Ok, Code::Argument, Code::Panicked] {
+            assert_eq!(Kind::from_code(own as u32), None);
+        }
+    }
+}

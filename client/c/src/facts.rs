@@ -1,0 +1,182 @@
+//! What the service says of its objects and of itself.
+
+use crate::refusal::{Refusal, text};
+use shatter_client::ObjectFacts;
+use shatter_proto::control::StatusRow;
+use std::ffi::c_char;
+
+/// An object of a service. Texts are UTF-8 and end with a zero.
+#[derive(Clone, Copy, Debug)]
+#[repr(C)]
+pub struct Facts {
+    /// Its name.
+    pub name: [c_char; 72],
+    /// Name of its material.
+    pub material: [c_char; 40],
+    /// 1: it can be struck. 0: `refusal` says why not, and everything else but the name is zero.
+    pub ready: u32,
+    /// Bodies (components).
+    pub bodies: u32,
+    /// Cap on the degree.
+    pub degree_max: u32,
+    /// 1 for the first version of it since the daemon started, one more for each that replaced another.
+    pub generation: u32,
+    /// Nodes of the elastic lattices.
+    pub elastic_nodes: u32,
+    /// Nodes of the crack lattices.
+    pub crack_nodes: u32,
+    /// A strike with more fragments is refused; 0: no limit.
+    pub fragments_max: u64,
+    /// A strike with a longer answer is refused, bytes; 0: no limit.
+    pub bytes_max: u64,
+    /// γ, J·m².
+    pub gamma_j_m2: f64,
+    /// Young's modulus, Pa.
+    pub young_pa: f64,
+    /// Poisson's ratio.
+    pub poisson: f64,
+    /// Density, kg/m³.
+    pub density_kg_m3: f64,
+    /// Volume, m³.
+    pub volume_m3: f64,
+    /// Diagonal of the bounding box, m.
+    pub diagonal_m: f64,
+    /// Centre of the bounding box, m.
+    pub centre_m: [f64; 3],
+    /// Default contact radius, m.
+    pub radius_m: f64,
+    /// Default contact duration, s.
+    pub duration_s: f64,
+    /// Bytes of memory that it holds in the daemon.
+    pub memory_bytes: u64,
+    /// Bytes of the file that it was loaded from.
+    pub file_bytes: u64,
+    /// Why it could not be loaded. If it is ready: why what lies in its place now could not, so that the version before is served.
+    pub refusal: Refusal,
+}
+
+impl From<&ObjectFacts> for Facts {
+    fn from(facts: &ObjectFacts) -> Self {
+        Self {
+            name: text(&facts.name),
+            material: text(&facts.material),
+            ready: u32::from(facts.ready),
+            bodies: facts.bodies,
+            degree_max: facts.degree_max,
+            generation: facts.generation,
+            elastic_nodes: facts.elastic_nodes,
+            crack_nodes: facts.crack_nodes,
+            fragments_max: facts.fragments_max.unwrap_or(0),
+            bytes_max: facts.bytes_max.unwrap_or(0),
+            gamma_j_m2: facts.gamma_j_m2,
+            young_pa: facts.young_pa,
+            poisson: facts.poisson,
+            density_kg_m3: facts.density_kg_m3,
+            volume_m3: facts.volume_m3,
+            diagonal_m: facts.diagonal_m,
+            centre_m: facts.centre_m,
+            radius_m: facts.radius_m,
+            duration_s: facts.duration_s,
+            memory_bytes: facts.memory_bytes,
+            file_bytes: facts.file_bytes,
+            refusal: facts.refusal.as_ref().map_or_else(Refusal::none, Refusal::from),
+        }
+    }
+}
+
+/// How a service goes; counters since the daemon started.
+#[derive(Clone, Copy, Debug)]
+#[repr(C)]
+pub struct Status {
+    /// Process id of the daemon.
+    pub pid: u32,
+    /// 1 while the daemon is ending.
+    pub ending: u32,
+    /// Objects ready.
+    pub objects_ready: u32,
+    /// Objects that could not be loaded.
+    pub objects_failed: u32,
+    /// Threads that compute.
+    pub threads: u32,
+    /// Strikes computing now.
+    pub running: u32,
+    /// Strikes waiting now.
+    pub queued: u32,
+    /// Strikes that may wait.
+    pub queue_max: u32,
+    /// Clients connected now.
+    pub clients: u32,
+    /// Clients that may be connected.
+    pub clients_max: u32,
+    /// Buckets of answers.
+    pub buckets: u32,
+    /// Zero.
+    pub reserved: u32,
+    /// Bytes per bucket.
+    pub bucket_bytes: u64,
+    /// Answers that their clients have not read yet.
+    pub unread: u64,
+    /// Answers that are kept so that their fragments can be struck.
+    pub kept: u64,
+    /// Daemons that this service has had before this one.
+    pub restarts: u64,
+    /// Of these, those that were killed or crashed.
+    pub crashes: u64,
+    /// Time since the daemon started, ns.
+    pub uptime_ns: u64,
+    /// Strikes answered.
+    pub answered: u64,
+    /// Strikes refused as wrong.
+    pub refused: u64,
+    /// Strikes refused because the service was full.
+    pub busy: u64,
+    /// Strikes whose deadline passed, or would have.
+    pub late: u64,
+    /// Strikes that failed inside the service.
+    pub failed: u64,
+    /// Strikes whose client gave up or vanished.
+    pub cancelled: u64,
+    /// Bytes of memory that the objects hold.
+    pub memory_bytes: u64,
+    /// From the arrival of a strike to its answer, ns: median.
+    pub strike_p50_ns: u64,
+    /// 99th percentile.
+    pub strike_p99_ns: u64,
+    /// Longest.
+    pub strike_max_ns: u64,
+}
+
+impl From<&StatusRow> for Status {
+    fn from(row: &StatusRow) -> Self {
+        Self {
+            pid: row.pid,
+            ending: row.ending,
+            objects_ready: row.objects_ready,
+            objects_failed: row.objects_failed,
+            threads: row.threads,
+            running: row.running,
+            queued: row.queued,
+            queue_max: row.queue_max,
+            clients: row.clients,
+            clients_max: row.clients_max,
+            buckets: row.buckets,
+            reserved: 0,
+            bucket_bytes: row.bucket_bytes,
+            unread: row.unread,
+            kept: row.kept,
+            restarts: row.restarts,
+            crashes: row.crashes,
+            uptime_ns: row.uptime_ns,
+            answered: row.answered,
+            refused: row.refused,
+            busy: row.busy,
+            late: row.late,
+            failed: row.failed,
+            cancelled: row.cancelled,
+            memory_bytes: row.memory_bytes,
+            strike_p50_ns: row.strike.p50_ns,
+            strike_p99_ns: row.strike.p99_ns,
+            strike_max_ns: row.strike.max_ns,
+        }
+    }
+}

@@ -1,0 +1,134 @@
+use super::*;
+use shatter_client::Refusal;
+
+const CONTACTS: [Contact; 2] = [
+    Contact { point_m: [0.1, 0.2, 0.3], impulse_ns: [-1.0, 0.0, 0.5], duration_s: 0.0, radius_m: 0.0 },
+    Contact { point_m: [0.4, 0.5, 0.6], impulse_ns: [0.0, 2.0, 0.0], duration_s: 0.001, radius_m: 0.02 },
+];
+
+/// What `ShatterImpact impact = {0};` gives, and some contacts.
+fn zero(contact_count: usize) -> Impact {
+    // SAFETY: numbers and a pointer, for all of which zero is a value.
+    let impact: Impact = unsafe { std::mem::MaybeUninit::zeroed().assume_init() };
+    Impact { contacts: CONTACTS.as_ptr(), contact_count, ..impact }
+}
+
+fn read(impact: Impact) -> Result<shatter_client::Impact, Failure> {
+    // SAFETY: no test claims more contacts than there are.
+    unsafe { impact.read() }
+}
+
+#[track_caller]
+fn refused(impact: Impact) -> Refusal {
+    match read(impact) {
+        Err(Failure::Refused(refusal)) => refusal,
+        other => panic!("it was to be refused: {other:?}"),
+    }
+}
+
+#[test]
+fn zero_is_the_default_of_everything_but_the_contacts() {
+    let first = shatter_client::Impact::at([0.1, 0.2, 0.3]).impulse([-1.0, 0.0, 0.5]);
+    assert_eq!(read(zero(1)).unwrap(), first);
+    let both = first.and_at([0.4, 0.5, 0.6]).impulse([0.0, 2.0, 0.0]).duration(0.001).radius(0.02);
+    assert_eq!(read(zero(2)).unwrap(), both);
+}
+
+#[test]
+fn every_field_reaches_the_client() {
+    let base = read(zero(1)).unwrap();
+    let check = |impact: Impact, wanted: shatter_client::Impact| {
+        assert_eq!(read(impact).unwrap(), wanted);
+        assert_ne!(wanted, base, "the field makes a difference");
+    };
+    let say = || base.clone();
+    check(Impact { purpose: 1, ..zero(1) }, say().threshold_only());
+    for (degree, wanted) in [
+        (Degree::ClosedForm, shatter_client::Degree::ClosedForm),
+        (Degree::Optimised, shatter_client::Degree::Optimised),
+        (Degree::Verified, shatter_client::Degree::Verified),
+        (Degree::Inferred, shatter_client::Degree::Inferred),
+    ] {
+        check(Impact { degree: degree as u32, ..zero(1) }, say().degree(wanted));
+    }
+    check(Impact { degree: 3, degree_sites: 7, ..zero(1) }, say().degree(shatter_client::Degree::Sites(7)));
+    for (lift, wanted) in [
+        (Lift::Euclidean, shatter_client::Lift::Euclidean),
+        (Lift::Interior, shatter_client::Lift::Interior),
+        (Lift::SurfaceDiffusion, shatter_client::Lift::SurfaceDiffusion),
+    ] {
+        check(Impact { lift: lift as u32, ..zero(1) }, say().lift(wanted));
+    }
+    check(Impact { elastic: 1, ..zero(1) }, say().elastic(shatter_client::Elastic::Solve));
+    check(Impact { elastic: 2, ..zero(1) }, say().elastic(shatter_client::Elastic::Reduced));
+    for (i, quality) in shatter_client::Quality::ALL.into_iter().enumerate() {
+        check(Impact { quality: 1 + i as u32, ..zero(1) }, say().quality(quality));
+    }
+    check(Impact { iterations_max: 9, ..zero(1) }, say().iterations(9));
+    check(Impact { iterations_max: NO_ITERATIONS, ..zero(1) }, say().iterations(0));
+    check(Impact { fragments_max: 5, ..zero(1) }, say().fragments_max(5));
+    check(Impact { bytes_max: 6, ..zero(1) }, say().bytes_max(6));
+    check(Impact { gamma_j_m2: 1.5, ..zero(1) }, say().gamma(1.5));
+    check(Impact { error_max: 0.1, ..zero(1) }, say().error(0.1));
+    check(Impact { time_ms_max: 8.0, ..zero(1) }, say().time_ms(8.0));
+    check(Impact { deadline_ms: 16.5, ..zero(1) }, say().deadline(Duration::from_micros(16_500)));
+    check(Impact { seed: 3, ..zero(1) }, say().seed(3));
+    check(Impact { from_handle: 4, from_fragment: 2, ..zero(1) }, say().from(4, 2));
+    check(Impact { keep: 1, ..zero(1) }, say().keep());
+}
+
+#[test]
+fn effects_have_the_bits_of_the_client() {
+    let bits = [
+        Effect::Elastic,
+        Effect::Tensile,
+        Effect::Interior,
+        Effect::Examples,
+        Effect::Slivers,
+        Effect::Release,
+        Effect::Normals,
+        Effect::Uv,
+        Effect::Bonds,
+        Effect::Debris,
+        Effect::Hulls,
+        Effect::Warp,
+        Effect::Anchored,
+        Effect::Gravity,
+        Effect::Attributes,
+        Effect::Skin,
+    ];
+    let base = read(zero(1)).unwrap();
+    for (own, theirs) in bits.into_iter().zip(shatter_client::Effect::ALL) {
+        assert_eq!((u64::from(own as u32), format!("{own:?}")), (theirs.bit(), format!("{theirs:?}")));
+        assert_eq!(read(Impact { enable: theirs.bit(), ..zero(1) }).unwrap(), base.clone().enable(theirs));
+        assert_eq!(read(Impact { disable: theirs.bit(), ..zero(1) }).unwrap(), base.clone().disable(theirs));
+    }
+    assert_eq!(bits.len(), shatter_client::Effect::ALL.len());
+}
+
+#[test]
+fn what_cannot_be_is_refused_by_name() {
+    assert_eq!(refused(zero(0)).kind, Kind::ContactCount);
+    assert_eq!(refused(zero(9)).kind, Kind::ContactCount);
+    assert_eq!(refused(zero(usize::MAX)).kind, Kind::ContactCount);
+    assert_eq!(refused(Impact { purpose: 2, ..zero(1) }).kind, Kind::UnknownRequest);
+    assert_eq!(refused(Impact { degree: 6, ..zero(1) }).at, "impact.degree");
+    assert_eq!(refused(Impact { degree_sites: 1, ..zero(1) }).at, "impact.degree_sites");
+    assert_eq!(refused(Impact { lift: 4, ..zero(1) }).kind, Kind::Lift);
+    assert_eq!(refused(Impact { elastic: 3, ..zero(1) }).kind, Kind::Elastic);
+    assert_eq!(refused(Impact { quality: 5, ..zero(1) }).kind, Kind::Budget);
+    assert_eq!(refused(Impact { enable: 1 << 16, ..zero(1) }).kind, Kind::UnknownEffect);
+    assert_eq!(refused(Impact { disable: 1 << 63, ..zero(1) }).at, "63");
+    assert_eq!(refused(Impact { from_fragment: 1, ..zero(1) }).kind, Kind::UnknownFragment);
+    assert_eq!(refused(Impact { reserved: [0, 0, 0, 0, 0, 0, 0, 1], ..zero(1) }).kind, Kind::ReservedField);
+    for wrong in [
+        Impact { contacts: std::ptr::null(), ..zero(1) },
+        Impact { contacts: CONTACTS.as_ptr().cast::<u8>().wrapping_add(1).cast(), ..zero(1) },
+        Impact { keep: 2, ..zero(1) },
+        Impact { deadline_ms: -1.0, ..zero(1) },
+        Impact { deadline_ms: f64::NAN, ..zero(1) },
+        Impact { deadline_ms: f64::INFINITY, ..zero(1) },
+    ] {
+        assert!(matches!(read(wrong), Err(Failure::Argument { .. })), "{wrong:?}");
+    }
+}

@@ -1,0 +1,55 @@
+//! An object of the service.
+
+use crate::border::{border, end, given};
+use crate::refusal::Refusal;
+use crate::{Code, Facts, Impact, Ticket};
+use std::mem::MaybeUninit;
+
+/// An object that can be struck. Any number of threads may use it at a time.
+pub struct Object(pub(crate) shatter_client::Object);
+
+/// What the service said of it when it was asked for.
+#[unsafe(no_mangle)]
+pub extern "C" fn shatter_object_facts(
+    object: Option<&Object>,
+    facts: Option<&mut MaybeUninit<Facts>>,
+    refusal: Option<&mut MaybeUninit<Refusal>>,
+) -> Code {
+    border(refusal, || {
+        let (object, place) = (given("object", object)?, given("facts", facts)?);
+        place.write(object.0.facts().into());
+        Ok(())
+    })
+}
+
+/// Sends a strike and returns at once: the answer is fetched from the ticket. `ticket` is NULL afterwards where it failed. End it with
+/// `shatter_ticket_free`. The first strike after the daemon was lost connects to its successor, which takes some milliseconds.
+///
+/// Codes: whatever the daemon would refuse in the impact's own fields; `busy` if the connection has too many strikes under way;
+/// `lost` if it reached no daemon, `no_daemon` while there is none.
+///
+/// # Safety
+/// `impact->contacts` points to `impact->contact_count` of them.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn shatter_object_strike(
+    object: Option<&Object>,
+    impact: Option<&Impact>,
+    ticket: Option<&mut MaybeUninit<Option<Box<Ticket>>>>,
+    refusal: Option<&mut MaybeUninit<Refusal>>,
+) -> Code {
+    border(refusal, || {
+        let ticket = given("ticket", ticket)?;
+        ticket.write(None);
+        let (object, impact) = (given("object", object)?, given("impact", impact)?);
+        // SAFETY: handed on.
+        let impact = unsafe { impact.read() }?;
+        ticket.write(Some(Box::new(Ticket(object.0.strike(&impact)?))));
+        Ok(())
+    })
+}
+
+/// Gives an object back; NULL is fine. Its tickets and answers live on.
+#[unsafe(no_mangle)]
+pub extern "C" fn shatter_object_free(object: Option<Box<Object>>) {
+    end(object);
+}

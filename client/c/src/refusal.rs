@@ -1,0 +1,92 @@
+//! Why something was not done, in the caller's own memory.
+
+use crate::{Code, Fault};
+use std::ffi::c_char;
+
+/// Why something was not done. Every function that takes one writes it, `SHATTER_CODE_OK` and empty texts where all went well;
+/// NULL if you do not care. Texts are UTF-8, end with a zero, and are cut where they are longer.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)]
+pub struct Refusal {
+    /// What the function returned.
+    pub code: Code,
+    /// Whose fault it is.
+    pub fault: Fault,
+    /// 1 if the same call may succeed a little later.
+    pub retry: u32,
+    /// Zero.
+    pub reserved: u32,
+    /// When it is likely to find room, ms from now; 0: not known.
+    pub retry_after_ms: f64,
+    /// The code as a noun, as in JSON and logs.
+    pub name: [c_char; 32],
+    /// The offender: an argument, index, key or path; may be empty.
+    pub at: [c_char; 128],
+    /// One sentence for people.
+    pub message: [c_char; 512],
+}
+
+impl Refusal {
+    /// Nothing was refused.
+    pub(crate) fn none() -> Self {
+        Self::of(Code::Ok, Fault::Nobody, "ok", "", "")
+    }
+
+    pub(crate) fn of(code: Code, fault: Fault, name: &str, at: &str, message: &str) -> Self {
+        let (retry, reserved, retry_after_ms) = (0, 0, 0.0);
+        Self { code, fault, retry, reserved, retry_after_ms, name: text(name), at: text(at), message: text(message) }
+    }
+}
+
+impl From<&shatter_client::Refusal> for Refusal {
+    fn from(refusal: &shatter_client::Refusal) -> Self {
+        let kind = refusal.kind;
+        Self {
+            retry: u32::from(kind.retry()),
+            retry_after_ms: refusal.retry_after.map_or(0.0, |wait| 1e3 * wait.as_secs_f64()),
+            ..Self::of(kind.into(), kind.fault().into(), kind.name(), &refusal.at, &refusal.message)
+        }
+    }
+}
+
+/// `text` with a zero behind it, cut between characters where it is longer.
+pub(crate) fn text<const N: usize>(text: &str) -> [c_char; N] {
+    let most = text.len().min(N.saturating_sub(1));
+    let end = (0..=most).rev().find(|end| text.is_char_boundary(*end)).unwrap_or(0);
+    let mut place = [0; N];
+    for (slot, byte) in place.iter_mut().zip(&text.as_bytes()[..end]) {
+        *slot = *byte as c_char;
+    }
+    place
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use shatter_client::Kind;
+    use std::time::Duration;
+
+    fn shown(text: &[c_char]) -> String {
+        let bytes: Vec<u8> = text.iter().map(|byte| *byte as u8).take_while(|byte| *byte != 0).collect();
+        String::from_utf8(bytes).unwrap()
+    }
+
+    #[test]
+    fn texts_are_cut_between_characters_and_end_with_a_zero() {
+        assert_eq!(shown(&text::<8>("vase")), "vase");
+        assert_eq!(shown(&text::<8>("1234567")), "1234567");
+        assert_eq!(shown(&text::<8>("12345678")), "1234567");
+        assert_eq!(shown(&text::<8>("123456é")), "123456");
+        assert_eq!(shown(&text::<1>("é")), "");
+    }
+
+    #[test]
+    fn refusals_keep_what_they_say() {
+        let busy = shatter_client::Refusal::new(Kind::Busy, "queue", "full").after(Duration::from_micros(1500));
+        let busy = Refusal::from(&busy);
+        assert_eq!((busy.code, busy.fault, busy.retry, busy.retry_after_ms), (Code::Busy, Fault::Service, 1, 1.5));
+        assert_eq!([shown(&busy.name), shown(&busy.at), shown(&busy.message)], ["busy", "queue", "full"]);
+        let absent = Refusal::from(&shatter_client::Refusal::new(Kind::Gamma, "", ""));
+        assert_eq!((absent.retry, absent.retry_after_ms, absent.fault), (0, 0.0, Fault::Caller));
+    }
+}

@@ -1,0 +1,256 @@
+/*
+ * Everything that a caller can get wrong and a library can notice: refused by name, and nothing is touched that must not be. Run by
+ * `tests/tests/c_interface.rs`, under AddressSanitizer too.
+ *
+ *     misuse SERVICE OBJECT X,Y,Z
+ */
+#include "shatter.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+static int failures = 0;
+
+static void expect(int line, ShatterCode wanted, ShatterCode code)
+{
+    if (code != wanted) {
+        fprintf(stderr, "line %d: code %u, not %u\n", line, (unsigned)code, (unsigned)wanted);
+        failures++;
+    }
+}
+
+static void hold(int line, int holds)
+{
+    if (!holds) {
+        fprintf(stderr, "line %d: does not hold\n", line);
+        failures++;
+    }
+}
+
+#define IS(wanted, call) expect(__LINE__, SHATTER_CODE_##wanted, (call))
+#define HOLDS(condition) hold(__LINE__, (condition))
+#define Z SHATTER_UP_TO_ZERO
+
+static void connections(void)
+{
+    ShatterRefusal refusal;
+    ShatterService *service = (ShatterService *)&refusal;
+    IS(ARGUMENT, shatter_connect(NULL, 0, 0, &service, &refusal));
+    HOLDS(service == NULL && refusal.code == SHATTER_CODE_ARGUMENT && refusal.fault == SHATTER_FAULT_CALLER);
+    HOLDS(strcmp(refusal.at, "name") == 0 && strcmp(refusal.name, "argument") == 0 && refusal.message[0] != 0);
+    IS(ARGUMENT, shatter_connect("default", Z, 0, NULL, &refusal));
+    IS(ARGUMENT, shatter_connect("default", Z - 1, 0, &service, NULL));
+    IS(ARGUMENT, shatter_connect("\xff", Z, 0, &service, NULL));
+    IS(SERVICE_NAME, shatter_connect("a b", Z, 0, &service, NULL));
+    IS(SERVICE_NAME, shatter_connect("", Z, 0, &service, NULL));
+    IS(SERVICE_NAME, shatter_connect("a\0b", 3, 0, &service, NULL));
+    IS(NO_DAEMON, shatter_connect("nobody", Z, 0, &service, &refusal));
+    HOLDS(refusal.retry == 1 && refusal.fault == SHATTER_FAULT_ENVIRONMENT && service == NULL);
+    IS(NO_DAEMON, shatter_wait_for("nobody", Z, 20, &service, NULL));
+    IS(ARGUMENT, shatter_wait_for(NULL, Z, 0, &service, NULL));
+    shatter_service_free(NULL);
+    shatter_object_free(NULL);
+    shatter_ticket_free(NULL);
+    shatter_broken_release(NULL);
+}
+
+/* Every function with nothing where a handle or a place for the result should be. */
+static void nothing(void)
+{
+    ShatterFacts facts;
+    ShatterStatus status;
+    ShatterProgress progress;
+    ShatterSummary summary;
+    ShatterFragment fragment;
+    ShatterRun run;
+    ShatterHull hull;
+    ShatterSkin skin;
+    ShatterHash hash;
+    ShatterObject *object;
+    ShatterTicket *ticket;
+    ShatterBroken *broken = (ShatterBroken *)&facts;
+    const ShatterBond *bonds;
+    const ShatterDebris *debris;
+    const ShatterCounter *counters;
+    ShatterImpact impact = {0};
+    uint32_t closed;
+    size_t count;
+    IS(ARGUMENT, shatter_service_status(NULL, 0, &status, NULL));
+    IS(ARGUMENT, shatter_service_objects(NULL, 0, &facts, 1, &count, NULL));
+    IS(ARGUMENT, shatter_service_object(NULL, "vase", Z, 0, &object, NULL));
+    IS(ARGUMENT, shatter_service_doze(NULL, 0, NULL));
+    IS(ARGUMENT, shatter_service_release(NULL, 1, 0, NULL));
+    IS(ARGUMENT, shatter_object_facts(NULL, &facts, NULL));
+    IS(ARGUMENT, shatter_object_strike(NULL, &impact, &ticket, NULL));
+    IS(ARGUMENT, shatter_ticket_poll(NULL, &broken, NULL));
+    HOLDS(broken == NULL);
+    IS(ARGUMENT, shatter_ticket_wait(NULL, 0, &broken, NULL));
+    IS(ARGUMENT, shatter_ticket_progress(NULL, &progress, NULL));
+    IS(ARGUMENT, shatter_broken_summary(NULL, &summary, NULL));
+    IS(ARGUMENT, shatter_broken_fragment(NULL, 0, &fragment, NULL));
+    IS(ARGUMENT, shatter_broken_run(NULL, 0, 0, &run, NULL));
+    IS(ARGUMENT, shatter_broken_hull(NULL, 0, &hull, NULL));
+    IS(ARGUMENT, shatter_broken_skin(NULL, 0, &skin, NULL));
+    IS(ARGUMENT, shatter_broken_is_closed(NULL, 0, &closed, NULL));
+    IS(ARGUMENT, shatter_broken_bonds(NULL, &bonds, &count, NULL));
+    HOLDS(bonds == NULL && count == 0);
+    IS(ARGUMENT, shatter_broken_debris(NULL, &debris, &count, NULL));
+    IS(ARGUMENT, shatter_broken_stages(NULL, &counters, &count, NULL));
+    IS(ARGUMENT, shatter_broken_effects(NULL, &counters, &count, NULL));
+    IS(ARGUMENT, shatter_broken_hash(NULL, &hash, NULL));
+    IS(ARGUMENT, shatter_broken_write_glb(NULL, 0, "x.glb", Z, NULL));
+}
+
+static void services(const ShatterService *service, const char *name)
+{
+    ShatterRefusal refusal;
+    ShatterFacts facts[2];
+    ShatterStatus status;
+    ShatterObject *object;
+    size_t count = 7;
+    IS(ARGUMENT, shatter_service_status(service, 1000, NULL, NULL));
+    IS(OK, shatter_service_status(service, 1000, &status, &refusal));
+    HOLDS(status.objects_ready == 1 && status.pid > 0 && refusal.code == SHATTER_CODE_OK && refusal.message[0] == 0);
+    IS(ARGUMENT, shatter_service_objects(service, 1000, NULL, 1, &count, NULL));
+    HOLDS(count == 0);
+    IS(ARGUMENT, shatter_service_objects(service, 1000, NULL, 0, NULL, NULL));
+    IS(OK, shatter_service_objects(service, 1000, NULL, 0, &count, NULL));
+    HOLDS(count == 1);
+    IS(OK, shatter_service_objects(service, 1000, facts, 2, &count, NULL));
+    HOLDS(count == 1 && strcmp(facts[0].name, name) == 0 && facts[0].ready == 1 && facts[0].young_pa > 0.0);
+    HOLDS(facts[0].refusal.code == SHATTER_CODE_OK);
+    IS(UNKNOWN_OBJECT, shatter_service_object(service, "nothing", Z, 1000, &object, &refusal));
+    HOLDS(object == NULL && strcmp(refusal.at, "nothing") == 0);
+    IS(ARGUMENT, shatter_service_object(service, NULL, 3, 1000, &object, NULL));
+    IS(ARGUMENT, shatter_service_object(service, name, Z, 1000, NULL, NULL));
+    IS(UNKNOWN_HANDLE, shatter_service_release(service, 99, 1000, NULL));
+    IS(OK, shatter_service_doze(service, 1, NULL));
+}
+
+static void strikes(const ShatterObject *object, const ShatterContact *contact)
+{
+    ShatterContact many[9] = {0};
+    ShatterImpact good = {0}, bad;
+    ShatterTicket *ticket;
+    ShatterFacts facts;
+    good.contacts = contact;
+    good.contact_count = 1;
+    IS(ARGUMENT, shatter_object_facts(object, NULL, NULL));
+    IS(OK, shatter_object_facts(object, &facts, NULL));
+    HOLDS(facts.volume_m3 > 0.0);
+    IS(ARGUMENT, shatter_object_strike(object, NULL, &ticket, NULL));
+    IS(ARGUMENT, shatter_object_strike(object, &good, NULL, NULL));
+#define BAD(wanted, field, value)                                       \
+    bad = good, bad.field = (value);                                    \
+    IS(wanted, shatter_object_strike(object, &bad, &ticket, NULL));     \
+    HOLDS(ticket == NULL)
+    BAD(ARGUMENT, contacts, NULL);
+    BAD(ARGUMENT, contacts, (const ShatterContact *)((const char *)contact + 1));
+    BAD(CONTACT_COUNT, contact_count, 0);
+    BAD(CONTACT_COUNT, contact_count, SIZE_MAX);
+    BAD(UNKNOWN_REQUEST, purpose, 2);
+    BAD(DEGREE, degree, 99);
+    BAD(DEGREE, degree, SHATTER_DEGREE_SITES);
+    BAD(DEGREE, degree_sites, 3);
+    BAD(LIFT, lift, 4);
+    BAD(ELASTIC, elastic, 3);
+    BAD(BUDGET, quality, 5);
+    BAD(BUDGET, error_max, 2.0);
+    BAD(BUDGET, time_ms_max, NAN);
+    BAD(BUDGET, iterations_max, 20000);
+    BAD(GAMMA, gamma_j_m2, -1.0);
+    BAD(ARGUMENT, deadline_ms, -1.0);
+    BAD(UNKNOWN_EFFECT, enable, UINT64_C(1) << 40);
+    BAD(UNKNOWN_FRAGMENT, from_fragment, 3);
+    BAD(ARGUMENT, keep, 2);
+    BAD(RESERVED_FIELD, reserved[7], 1);
+    many[0] = *contact;
+    BAD(IMPULSE, contacts, &many[1]);
+    many[0].point_m[1] = NAN;
+    BAD(CONTACT_POINT, contacts, many);
+}
+
+static void answers(const ShatterObject *object, const ShatterContact *contact)
+{
+    ShatterRefusal refusal;
+    ShatterImpact impact = {0};
+    ShatterTicket *ticket;
+    ShatterBroken *broken, *again;
+    ShatterProgress progress;
+    ShatterSummary summary;
+    ShatterFragment fragment;
+    ShatterRun run;
+    ShatterHull hull;
+    ShatterSkin skin;
+    const ShatterDebris *debris;
+    const ShatterCounter *counters;
+    size_t count;
+    impact.contacts = contact;
+    impact.contact_count = 1;
+    impact.degree = SHATTER_DEGREE_SITES;
+    impact.degree_sites = 5;
+    IS(OK, shatter_object_strike(object, &impact, &ticket, NULL));
+    IS(ARGUMENT, shatter_ticket_poll(ticket, NULL, NULL));
+    IS(ARGUMENT, shatter_ticket_progress(ticket, NULL, NULL));
+    IS(OK, shatter_ticket_progress(ticket, &progress, NULL));
+    IS(OK, shatter_ticket_wait(ticket, 120000, &broken, &refusal));
+    IS(CANCELLED, shatter_ticket_poll(ticket, &again, &refusal));
+    HOLDS(again == NULL && strcmp(refusal.at, "ticket") == 0);
+    IS(OK, shatter_ticket_progress(ticket, &progress, NULL));
+    HOLDS(progress.state == SHATTER_STATE_ENDED);
+    shatter_ticket_free(ticket);
+    IS(OK, shatter_broken_summary(broken, &summary, NULL));
+    IS(ARGUMENT, shatter_broken_summary(broken, NULL, NULL));
+    HOLDS(summary.fragment_count >= 5 && summary.degree_source == 5 && summary.handle == 0);
+    IS(UNKNOWN_FRAGMENT, shatter_broken_fragment(broken, summary.fragment_count, &fragment, &refusal));
+    IS(UNKNOWN_FRAGMENT, shatter_broken_fragment(broken, UINT32_MAX, &fragment, NULL));
+    IS(OK, shatter_broken_fragment(broken, 0, &fragment, NULL));
+    HOLDS(fragment.normals == NULL && fragment.uvs == NULL && fragment.materials == NULL);
+    HOLDS(fragment.positions != NULL && fragment.merges != NULL && fragment.linear_m_s[0] == 0.0);
+    IS(ARGUMENT, shatter_broken_run(broken, 0, fragment.run_count, &run, NULL));
+    IS(ARGUMENT, shatter_broken_run(broken, 0, SIZE_MAX, &run, NULL));
+    IS(OK, shatter_broken_run(broken, 0, fragment.run_count - 1, &run, NULL));
+    HOLDS(run.index_first + run.index_count == fragment.index_count);
+    IS(OK, shatter_broken_hull(broken, 0, &hull, NULL));
+    IS(OK, shatter_broken_skin(broken, 0, &skin, NULL));
+    HOLDS(hull.positions == NULL && hull.vertex_count == 0 && skin.vertices == NULL && skin.index_count == 0);
+    IS(OK, shatter_broken_debris(broken, &debris, &count, NULL));
+    HOLDS(debris == NULL && count == 0);
+    IS(ARGUMENT, shatter_broken_debris(broken, &debris, NULL, NULL));
+    IS(OK, shatter_broken_stages(broken, &counters, &count, NULL));
+    HOLDS(count == 8 && counters[7].ran == 1 && counters[7].bytes > 0);
+    IS(OK, shatter_broken_effects(broken, &counters, &count, NULL));
+    HOLDS(count == 16 && counters[0].number == 0);
+    IS(ARGUMENT, shatter_broken_write_glb(broken, 3, "x.glb", Z, NULL));
+    IS(ARGUMENT, shatter_broken_write_glb(broken, SHATTER_CONTENT_FRAGMENTS, NULL, Z, NULL));
+    IS(OUTPUT, shatter_broken_write_glb(broken, SHATTER_CONTENT_FRAGMENTS, "/proc/nowhere/x.glb", Z, NULL));
+    IS(OUTPUT, shatter_broken_write_glb(broken, SHATTER_CONTENT_FRAGMENTS, "", Z, NULL));
+    IS(OUTPUT, shatter_broken_write_glb(broken, SHATTER_CONTENT_HULLS, "/proc/nowhere/x.glb", Z, NULL));
+    shatter_broken_release(broken);
+    /* A strike that nobody waits for is cancelled. */
+    IS(OK, shatter_object_strike(object, &impact, &ticket, NULL));
+    shatter_ticket_free(ticket);
+}
+
+int main(int count, char **words)
+{
+    ShatterContact contact = {{0.0, 0.0, 0.0}, {-1.0, 0.0, 0.0}, 0.0, 0.0};
+    ShatterService *service;
+    ShatterObject *object;
+    if (count != 4 || sscanf(words[3], "%lf,%lf,%lf", &contact.point_m[0], &contact.point_m[1], &contact.point_m[2]) != 3) {
+        return 2;
+    }
+    connections();
+    nothing();
+    IS(OK, shatter_connect(words[1], Z, 1000, &service, NULL));
+    services(service, words[2]);
+    IS(OK, shatter_service_object(service, words[2], Z, 1000, &object, NULL));
+    /* Handles live on by themselves. */
+    shatter_service_free(service);
+    strikes(object, &contact);
+    answers(object, &contact);
+    shatter_object_free(object);
+    printf("failures %d\n", failures);
+    return failures > 0;
+}

@@ -1,0 +1,197 @@
+//! Programs in C and C++, built by the system's compilers as a user builds them, against a real daemon.
+
+use shatter_fracture::surface::shapes::{self, write_obj};
+use shatter_tests::glb;
+use shatter_tests::house::{House, program};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+const C: [&str; 6] = ["-std=c11", "-O1", "-g", "-Wall", "-Wextra", "-Werror"];
+const CXX: [&str; 6] = ["-std=c++17", "-O1", "-g", "-Wall", "-Wextra", "-Werror"];
+
+/// The middle of an end of the bar, and a blow against it.
+const BLOW: [&str; 2] = ["0.2,0.01,0.02", "-50,3,0"];
+
+/// A house with a small bar in it, and the daemon running.
+fn with_bar() -> House {
+    let mut house = House::new();
+    let mesh = house.path("bar.obj");
+    write_obj(&shapes::cuboid([0.4, 0.2, 0.2]), &mesh).unwrap();
+    let bake = ["bake", mesh.to_str().unwrap(), "--name", "bar", "--material", "glass"];
+    house.ok("shatterd", &[&bake[..], &["--crack-spacing", "0.04", "--elastic-spacing", "0.1"]].concat());
+    house.serve(&[]);
+    house
+}
+
+fn client(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../client").join(name)
+}
+
+/// How the library is taken in.
+#[derive(Clone, Copy, PartialEq)]
+enum Linked {
+    Shared,
+    Static,
+}
+
+/// Runs `compiler` as the README does, with these flags beside its own.
+fn compile(compiler: &str, flags: &[&str], source: &Path, linked: Linked, out: &Path) -> std::io::Result<Output> {
+    let library = program("libshatter.so");
+    let folder = library.parent().unwrap();
+    let mut command = Command::new(compiler);
+    command.args(flags).arg("-pedantic").arg("-I").arg(client("include")).arg(source).arg("-o").arg(out);
+    match linked {
+        Linked::Shared => {
+            command.arg("-L").arg(folder).args(["-lshatter", "-Wl,-rpath"]);
+            command.arg(format!("-Wl,{}", folder.display()));
+        }
+        Linked::Static => {
+            command.arg(folder.join("libshatter.a")).args(["-lpthread", "-ldl"]);
+        }
+    }
+    command.arg("-lm").output()
+}
+
+/// Builds a program into the house.
+#[track_caller]
+fn build(house: &House, name: &str, source: &str, flags: &[&str], linked: Linked) -> String {
+    let (out, source) = (house.path(name), client("c").join(source));
+    let compiler = if source.extension().unwrap() == "cpp" { "c++" } else { "cc" };
+    let built = compile(compiler, flags, &source, linked, &out).unwrap();
+    assert!(built.status.success(), "{}", String::from_utf8_lossy(&built.stderr));
+    out.to_str().unwrap().to_owned()
+}
+
+/// Whether `compiler` is there and builds a program with these flags; says so if not.
+fn can(house: &House, compiler: &str, flags: &[&str]) -> bool {
+    let source = house.path(if compiler == "c++" { "empty.cpp" } else { "empty.c" });
+    std::fs::write(&source, "int main(void) { return 0; }\n").unwrap();
+    let built = Command::new(compiler).args(flags).arg(&source).arg("-o").arg(house.path("empty")).output();
+    let can = built.is_ok_and(|built| built.status.success());
+    if !can {
+        println!("skipped: no {compiler} that takes {flags:?}");
+    }
+    can
+}
+
+/// Runs a program to its end: exit code, "key value" lines, stderr.
+fn run(house: &House, words: &[&str]) -> (Option<i32>, BTreeMap<String, String>, String) {
+    let out = house.run(words[0], &words[1..]);
+    let text = String::from_utf8(out.stdout).unwrap();
+    let pairs = text.lines().filter_map(|line| line.split_once(' '));
+    let pairs = pairs.map(|(key, value)| (key.to_owned(), value.to_owned())).collect();
+    (out.status.code(), pairs, String::from_utf8_lossy(&out.stderr).into_owned())
+}
+
+#[track_caller]
+fn number(told: &BTreeMap<String, String>, key: &str) -> f64 {
+    told.get(key).and_then(|value| value.parse().ok()).unwrap_or_else(|| panic!("{key} in {told:?}"))
+}
+
+#[track_caller]
+fn near(a: f64, b: f64, tolerance: f64) {
+    assert!((a / b - 1.0).abs() < tolerance, "{a} and {b}: {:.1e} apart", a / b - 1.0);
+}
+
+#[test]
+fn a_c_program_breaks_an_object_and_gets_what_the_command_line_gets() {
+    let mut house = with_bar();
+    let strike = build(&house, "strike", "examples/strike.c", &C, Linked::Shared);
+    let file = house.path("bar.glb");
+    let words = [strike.as_str(), "default", "bar", BLOW[0], BLOW[1], "24", file.to_str().unwrap()];
+    let (code, told, error) = run(&house, &words);
+    assert_eq!(code, Some(0), "{error}");
+    let fragments = number(&told, "fragments");
+    assert!(fragments >= 24.0 && number(&told, "closed") == fragments && number(&told, "crack_faces") > 0.0);
+    let inspected = house.ok("shatterd", &["inspect", house.databases().join("bar.shatter").to_str().unwrap()]);
+    near(number(&told, "volume_m3"), inspected["lattice_volume_m3"].as_f64().unwrap(), 1e-9);
+    near(number(&told, "meshes_m3"), number(&told, "volume_m3"), 1e-6);
+    let arguments = ["impact", "bar", "--point", BLOW[0], "--impulse", BLOW[1], "--degree", "24"];
+    let answer = house.ok("shatter", &arguments);
+    assert_eq!(answer["output_hash"].as_str(), told.get("hash").map(String::as_str));
+    let read = glb::read(&file).unwrap();
+    assert_eq!(read.len() as f64, fragments);
+    read.iter().for_each(|fragment| fragment.check_closed().unwrap());
+
+    let still = build(&house, "still", "examples/strike.c", &C, Linked::Static);
+    let (code, other, error) = run(&house, &[&[still.as_str()], &words[1..6]].concat());
+    assert_eq!((code, other.get("hash")), (Some(0), told.get("hash")), "{error}");
+
+    let refused = |words: &[&str], exit: i32, name: &str| {
+        let (code, told, error) = run(&house, words);
+        assert!(code == Some(exit) && error.contains(name) && told.is_empty(), "{code:?}: {error}");
+    };
+    refused(&[&strike, "default", "pot", BLOW[0], BLOW[1], "24"], 3, "unknown_object");
+    refused(&[&strike, "default", "bar", "9,9,9", BLOW[1], "24"], 3, "contact_too_far");
+    refused(&[&strike, "a b", "bar", BLOW[0], BLOW[1], "24"], 3, "service_name");
+    refused(&[&strike, "other", "bar", BLOW[0], BLOW[1], "24"], 4, "no_daemon");
+    assert_eq!(house.end(), Some(0));
+    let (code, _, error) = run(&house, &words);
+    assert!(
+        code == Some(4) && error.contains("no_daemon") && error.contains("may be tried again"),
+        "{code:?}: {error}"
+    );
+}
+
+#[test]
+fn a_cpp_program_breaks_a_piece_again() {
+    let house = with_bar();
+    if !can(&house, "c++", &CXX) {
+        return;
+    }
+    let again = build(&house, "again", "examples/again.cpp", &CXX, Linked::Shared);
+    let (code, told, error) = run(&house, &[&again, "default", "bar", BLOW[0], BLOW[1], "6"]);
+    assert_eq!(code, Some(0), "{error}");
+    for (name, least) in [("first", 6.0), ("second", 4.0)] {
+        let count = number(&told, &format!("{name}_fragments"));
+        assert!(count >= least, "{told:?}");
+        for all in ["closed", "hulls"] {
+            assert_eq!(number(&told, &format!("{name}_{all}")), count, "{told:?}");
+        }
+        assert!(number(&told, &format!("{name}_bonds")) >= count - 1.0, "{told:?}");
+    }
+    near(number(&told, "children_volume_m3"), number(&told, "parent_volume_m3"), 1e-9);
+    assert_eq!(told.get("released_twice").map(String::as_str), Some("unknown_handle"));
+    let (code, _, error) = run(&house, &[&again, "other", "bar", BLOW[0], BLOW[1], "6"]);
+    assert!(code == Some(4) && error.contains("no_daemon"), "{code:?}: {error}");
+}
+
+#[test]
+fn what_callers_get_wrong_is_refused_and_the_sanitiser_finds_nothing() {
+    let house = with_bar();
+    let misuse = build(&house, "misuse", "tests/misuse.c", &C, Linked::Shared);
+    let (code, _, error) = run(&house, &[&misuse, "default", "bar", BLOW[0]]);
+    assert_eq!((code, error.as_str()), (Some(0), ""));
+    let watched = [&C[..], &["-fsanitize=address,undefined", "-fno-sanitize-recover=all"]].concat();
+    if !can(&house, "cc", &watched) {
+        return;
+    }
+    let misuse = build(&house, "watched_misuse", "tests/misuse.c", &watched, Linked::Shared);
+    let (code, _, error) = run(&house, &[&misuse, "default", "bar", BLOW[0]]);
+    assert_eq!((code, error.as_str()), (Some(0), ""));
+    for (linked, name) in [(Linked::Shared, "shared"), (Linked::Static, "static")] {
+        let strike = build(&house, name, "examples/strike.c", &watched, linked);
+        let (code, told, error) = run(&house, &[&strike, "default", "bar", BLOW[0], BLOW[1], "24"]);
+        assert_eq!((code, error.as_str()), (Some(0), ""), "{name}: {told:?}");
+    }
+}
+
+/// `cargo test --release --workspace --test c_interface -- --ignored`: a minute, with Valgrind.
+#[test]
+#[ignore = "needs Valgrind"]
+fn valgrind_finds_nothing() {
+    if Command::new("valgrind").arg("--version").output().is_err() {
+        println!("skipped: no valgrind");
+        return;
+    }
+    let house = with_bar();
+    let strike = build(&house, "strike", "examples/strike.c", &C, Linked::Shared);
+    let misuse = build(&house, "misuse", "tests/misuse.c", &C, Linked::Shared);
+    let check = ["--quiet", "--error-exitcode=99", "--leak-check=full", "--errors-for-leak-kinds=definite"];
+    for words in [&[&strike, "default", "bar", BLOW[0], BLOW[1], "24"][..], &[&misuse, "default", "bar", BLOW[0]]] {
+        let valgrind = Path::new("/usr/bin/env").to_str().unwrap();
+        let (code, told, error) = run(&house, &[&[valgrind, "valgrind"], &check[..], words].concat());
+        assert!(code == Some(0), "{code:?} {told:?}: {error}");
+    }
+}
