@@ -169,7 +169,7 @@ fn turning_everything_turns_the_blows() {
     let turn = Rotation3::from_euler_angles(0.3, -1.1, 2.2);
     let turned = |vector: [f64; 3]| -> [f64; 3] { (turn * Vector3::from(vector)).into() };
     let all: Vec<Touch> = (0..40)
-        .map(|k| f64::from(k))
+        .map(f64::from)
         .map(|k| touch([(1.7 * k).sin(), (2.3 * k).cos(), 0.1 * k], [k.cos(), 1.0 + k.sin(), 0.3]))
         .collect();
     let other: Vec<Touch> = all
