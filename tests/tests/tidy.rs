@@ -215,6 +215,8 @@ fn arrows_point_one_way() {
     let mut broken = Vec::new();
     for (folder, names) in forbidden {
         let manifest = fs::read_to_string(root().join(folder).join("Cargo.toml")).unwrap();
+        // Tests and examples of the client may look at what they talk to: the arrows are those of what ships.
+        let (manifest, _) = manifest.split_once("[dev-dependencies]").unwrap_or((&manifest, ""));
         broken.extend(names.iter().filter(|name| manifest.contains(*name)).map(|name| format!("{folder} → {name}")));
     }
     check("dependencies point one way", broken);

@@ -1,0 +1,111 @@
+//! The parts of the host, and how they go together.
+
+mod film;
+mod glb;
+mod pictures;
+mod prototype;
+mod service;
+mod set;
+mod strikes;
+mod tally;
+mod world;
+
+use film::Film;
+use prototype::Prototype;
+use service::Keeper;
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+use strikes::Strikes;
+use tally::Tally;
+use world::World;
+
+/// What went wrong, in words.
+pub type Failure = Box<dyn std::error::Error + Send + Sync>;
+
+/// Steps per simulated second.
+const RATE_HZ: u32 = 120;
+
+/// A picture of the film is taken every so many steps.
+const FILM_STEPS: u32 = 4;
+
+/// A headless Rapier simulation whose bodies break.
+#[derive(clap::Parser)]
+pub struct Options {
+    /// Simulated seconds.
+    #[arg(long, default_value_t = 10.0)]
+    seconds: f64,
+    /// Folder for what comes out.
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    /// Name of the service; a daemon is started if none of that name runs.
+    #[arg(long, default_value = "rapier-host")]
+    service: String,
+    /// Folder of databases, baked if they are not there [default: databases in the folder of --out].
+    #[arg(long, value_name = "DIR")]
+    databases: Option<PathBuf>,
+    /// The daemon's program [default: beside this one's folder].
+    #[arg(long, value_name = "FILE")]
+    shatterd: Option<PathBuf>,
+    /// Kill the daemon at this time of the simulation, s.
+    #[arg(long, value_name = "S")]
+    kill_at: Option<f64>,
+    /// As fast as it goes, instead of in real time: answers then come later in the simulation.
+    #[arg(long)]
+    fast: bool,
+}
+
+/// Runs it all, and returns what `summary.json` holds.
+pub fn run(options: &Options) -> Result<serde_json::Value, Failure> {
+    std::fs::create_dir_all(&options.out)?;
+    let databases = options.databases.clone().unwrap_or_else(|| options.out.join("databases"));
+    let place = service::provide(options.shatterd.clone(), &databases, options.service.clone())?;
+    let mut keeper = Keeper::new(place);
+    let line = keeper.first()?;
+    let prototypes: Vec<Prototype> = line.objects.iter().map(Prototype::of).collect::<Result<_, _>>()?;
+    let steps = (options.seconds * f64::from(RATE_HZ)).round() as u32;
+    // The same set without fracture: what its steps take.
+    let whole = played(&prototypes, None, steps, options);
+    let broken = played(&prototypes, Some(Strikes::new(line, &mut keeper)), steps, options);
+    keeper.end();
+    let (tally, film) = &broken;
+    std::fs::write(options.out.join("film.glb"), glb::bytes(film)?)?;
+    std::fs::write(options.out.join("film.png"), pictures::sheet(film, options.seconds)?)?;
+    std::fs::write(options.out.join("steps.svg"), tally.plot(&whole.0)?)?;
+    let summary = tally.summary(&whole.0, film);
+    std::fs::write(options.out.join("summary.json"), format!("{summary:#}\n"))?;
+    Ok(summary)
+}
+
+/// One run of the set, with fracture if there are strikes.
+fn played(prototypes: &[Prototype], mut strikes: Option<Strikes<'_>>, steps: u32, options: &Options) -> (Tally, Film) {
+    let dt_s = 1.0 / f64::from(RATE_HZ);
+    let (mut film, mut tally) = (Film::default(), Tally::default());
+    let mut world = World::new(prototypes, dt_s, &mut film);
+    tally.begin(&world);
+    let begun = Instant::now();
+    for step in 0..steps {
+        let now_s = f64::from(step) * dt_s;
+        let own = Instant::now();
+        world.step(now_s);
+        let mut spent = tally::Step { at_s: now_s, physics: own.elapsed(), ..Default::default() };
+        if let Some(strikes) = &mut strikes {
+            if options.kill_at.is_some_and(|at_s| (at_s..at_s + dt_s).contains(&now_s)) {
+                strikes.kill_daemon();
+            }
+            strikes.turn(&mut world, &mut film, now_s, &mut spent, &mut tally);
+        }
+        spent.whole = own.elapsed();
+        // What only this example does: measuring, filming, waiting for real time.
+        world.measure_births(&mut tally);
+        tally.step(spent, &world);
+        if step % FILM_STEPS == 0 {
+            film.shoot(now_s, &world);
+        }
+        let due = begun + Duration::from_secs_f64(now_s + dt_s);
+        if strikes.is_some() && !options.fast {
+            std::thread::sleep(due.saturating_duration_since(Instant::now()));
+        }
+    }
+    tally.end(&world);
+    (tally, film)
+}

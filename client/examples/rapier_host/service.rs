@@ -1,0 +1,222 @@
+//! The daemon: found, or baked for and started, started again, ended. All that waits is on a thread of its own.
+
+use super::Failure;
+use rustix::process::{Pid, Signal, kill_process};
+use shatter_client::{Deadline, Object, Shatter};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+/// What the set is made of, for `shatterd bake --scene`; pieces of less than a few nodes are of no use to a game.
+const SCENE: &str = r#"title = "Rapier host"
+
+[objects.mug]
+shape = "mug"
+material = "terracotta"
+quality = "draft"
+effects = ["elastic", "interior", "release", "hulls"]
+sites_max = 16
+
+[objects.statue]
+shape = "statue"
+material = "plaster"
+quality = "draft"
+effects = ["elastic", "interior", "release", "hulls"]
+sites_max = 24
+
+[objects.vase]
+quality = "draft"
+effects = ["elastic", "interior", "release", "hulls"]
+sites_max = 20
+"#;
+
+/// The objects of the set, in the order of prototypes.
+pub const OBJECTS: [&str; 3] = ["mug", "statue", "vase"];
+
+/// A daemon that does not come up in this time does not.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+/// One that is asked to end has this long.
+const END_PATIENCE: Duration = Duration::from_secs(10);
+
+/// Where the daemon is and what it serves.
+pub struct Place {
+    program: PathBuf,
+    databases: PathBuf,
+    scene: PathBuf,
+    service: String,
+}
+
+/// A connection: the objects, in the order of [`OBJECTS`].
+pub struct Line {
+    pub objects: Vec<Object>,
+    /// The daemon's process.
+    pub pid: u32,
+}
+
+/// Finds the program, and bakes the databases that are not there.
+pub fn provide(program: Option<PathBuf>, databases: &Path, service: String) -> Result<Place, Failure> {
+    let own = std::env::current_exe()?;
+    let beside = own.parent().and_then(Path::parent).map(|folder| folder.join("shatterd"));
+    let program = program.or(beside).filter(|program| program.is_file());
+    let program = program.ok_or("no program `shatterd`: build the workspace first, or say --shatterd FILE")?;
+    std::fs::create_dir_all(databases)?;
+    let scene = databases.join("host.toml");
+    std::fs::write(&scene, SCENE)?;
+    let bake =
+        Command::new(&program).args(["bake", "--scene"]).arg(&scene).arg("--databases").arg(databases).status()?;
+    if !bake.success() {
+        return Err(format!("`shatterd bake` ended with {bake}").into());
+    }
+    if !databases.join("vase.shatter").is_file() {
+        let mesh = databases.join("vase.obj");
+        std::fs::write(&mesh, vase())?;
+        let mut bake = Command::new(&program);
+        bake.arg("bake").arg(&mesh).args([
+            "--name",
+            "vase",
+            "--material",
+            "ceramic",
+            "--quality",
+            "draft",
+            "--databases",
+        ]);
+        let bake = bake.arg(databases).stdout(Stdio::null()).status()?;
+        if !bake.success() {
+            return Err(format!("`shatterd bake` ended with {bake}").into());
+        }
+    }
+    Ok(Place { program, databases: databases.to_owned(), scene, service })
+}
+
+/// An earthenware vase as OBJ, 0.3 m high, with walls of 16 mm, which coarse lattices can follow: a profile turned about +y.
+fn vase() -> String {
+    let (steps, around, wall_m, height_m) = (40_u32, 64_u32, 0.016, 0.3);
+    let radius = |t: f64| 0.062 + 0.026 * (std::f64::consts::TAU * (0.85 * t + 0.1)).sin();
+    let share = |k: u32| f64::from(k) / f64::from(steps);
+    let floor = 0.02 / height_m;
+    let outside = (0..=steps).map(|k| [radius(share(k)), height_m * share(k)]);
+    let inside = (0..=steps).map(|k| 1.0 - (1.0 - floor) * share(k)).map(|t| [radius(t) - wall_m, height_m * t]);
+    let profile: Vec<[f64; 2]> = outside.chain(inside).collect();
+    let mut text = format!("v 0 0 0\nv 0 {} 0\n", height_m * floor);
+    for [r, y] in &profile {
+        for angle in (0..around).map(|k| std::f64::consts::TAU * f64::from(k) / f64::from(around)) {
+            text += &format!("v {} {y} {}\n", r * angle.cos(), -r * angle.sin());
+        }
+    }
+    // Numbers from 1: the two points on the axis, then ring by ring.
+    let at = |ring: u32, k: u32| 3 + ring * around + k % around;
+    let last = profile.len() as u32 - 1;
+    for k in 0..around {
+        text += &format!("f 1 {} {}\nf 2 {} {}\n", at(0, k + 1), at(0, k), at(last, k), at(last, k + 1));
+        for ring in 0..last {
+            let [a, b, c, d] = [at(ring, k), at(ring, k + 1), at(ring + 1, k + 1), at(ring + 1, k)];
+            text += &format!("f {a} {b} {c}\nf {a} {c} {d}\n");
+        }
+    }
+    text
+}
+
+/// The thread that connects, and starts the daemon where there is none.
+pub struct Keeper {
+    /// Asks for a connection; closed in the end.
+    ask: Option<Sender<Option<Line>>>,
+    lines: Receiver<Result<Line, Failure>>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Keeper {
+    pub fn new(place: Place) -> Self {
+        let (ask, asked) = channel();
+        let (send, lines) = channel();
+        let thread = std::thread::spawn(move || {
+            let mut child = None;
+            // Ends when the host is gone, or no longer asks.
+            while let Ok(former) = asked.recv() {
+                let sent = send.send(line(&place, &mut child));
+                drop(former);
+                if sent.is_err() {
+                    break;
+                }
+            }
+            child.into_iter().for_each(end);
+        });
+        Self { ask: Some(ask), lines, thread: Some(thread) }
+    }
+
+    /// The first connection; waits for it.
+    pub fn first(&mut self) -> Result<Line, Failure> {
+        self.want(None);
+        self.lines.recv()?
+    }
+
+    /// Asks for a connection; never waits. Cleaning up after the former one is the thread's, too.
+    pub fn want(&self, former: Option<Line>) {
+        // A thread that is gone sends nothing: the host goes on without fracture.
+        let _ = self.ask.as_ref().map(|ask| ask.send(former));
+    }
+
+    /// The connection that was asked for, if it is there; never waits.
+    pub fn line(&self) -> Option<Result<Line, Failure>> {
+        self.lines.try_recv().ok()
+    }
+
+    /// Ends the daemon, if this host started it.
+    pub fn end(mut self) {
+        self.ask = None;
+        let _ = self.thread.take().map(JoinHandle::join);
+    }
+}
+
+/// Connects to the daemon, and starts one if there is none.
+fn line(place: &Place, child: &mut Option<Child>) -> Result<Line, Failure> {
+    let deadline = Instant::now() + PATIENCE;
+    loop {
+        match connected(place) {
+            Ok(line) => return Ok(line),
+            Err(refusal) if Instant::now() > deadline => return Err(refusal),
+            Err(_) => {}
+        }
+        let ended = match child {
+            Some(child) => child.try_wait()?.is_some(),
+            None => true,
+        };
+        if ended {
+            let mut serve = Command::new(&place.program);
+            serve.args(["serve", "--log", "warn", "--service", &place.service, "--databases"]).arg(&place.databases);
+            serve.arg("--scene").arg(&place.scene).stdin(Stdio::null()).stdout(Stdio::null());
+            *child = Some(serve.spawn()?);
+        }
+        std::thread::sleep(Duration::from_millis(20));
+    }
+}
+
+fn connected(place: &Place) -> Result<Line, Failure> {
+    let patience = Deadline::after(Duration::from_secs(20));
+    let service = Shatter::connect(&place.service, patience)?;
+    let objects = OBJECTS.iter().map(|name| service.object(name, patience)).collect::<Result<_, _>>()?;
+    Ok(Line { objects, pid: service.status(patience)?.row().pid })
+}
+
+/// Asks the daemon to end, and waits; one that does not is killed.
+fn end(mut child: Child) {
+    // It may have ended by itself: then there is nothing to do.
+    let _ = kill_process(Pid::from_child(&child), Signal::TERM);
+    let deadline = Instant::now() + END_PATIENCE;
+    while Instant::now() < deadline {
+        if !matches!(child.try_wait(), Ok(None)) {
+            return;
+        }
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    let _ = child.kill();
+    let _ = child.wait();
+}
+
+/// Kills the daemon, as an accident would.
+pub fn kill(pid: u32) {
+    let pid = i32::try_from(pid).ok().and_then(Pid::from_raw);
+    let _ = pid.map(|pid| kill_process(pid, Signal::KILL));
+}

@@ -1,0 +1,58 @@
+//! What stands where: three shelves of vases and mugs, a ball on a string before each, and what falls from above.
+
+use super::film::Film;
+use super::service::OBJECTS;
+use super::world::World;
+use rapier3d_f64::prelude::{Pose, Vector};
+
+/// Height of the shelves' boards, their lengths' half, and where they stand along z, m.
+const BOARD_M: f64 = 1.0;
+const HALF_M: f64 = 0.9;
+const SHELVES: [(f64, f64); 3] = [(-1.2, 0.3), (0.0, 2.5), (1.2, 4.7)];
+
+/// The string of a ball, m, and how far it is pulled up, degrees.
+const STRING_M: f64 = 1.8;
+const PULLED_DEG: f64 = 80.0;
+const BALL_M: f64 = 0.07;
+
+/// What falls: which object, from where, which way up (degrees about z), when.
+const FALLS: [(&str, [f64; 3], f64, f64); 14] = [
+    ("statue", [-1.5, 1.6, 0.6], 160.0, 0.1),
+    ("vase", [1.5, 1.8, 0.6], 30.0, 0.4),
+    ("vase", [1.7, 1.8, -0.6], 80.0, 1.2),
+    ("mug", [1.4, 1.8, 0.7], 120.0, 1.8),
+    ("statue", [-1.5, 1.9, -0.6], 60.0, 2.0),
+    ("vase", [1.9, 2.0, 0.3], 170.0, 2.9),
+    ("mug", [1.6, 2.0, -0.5], 10.0, 3.4),
+    ("vase", [2.0, 2.0, 1.1], 45.0, 3.8),
+    ("statue", [-1.5, 2.1, 1.5], 185.0, 4.4),
+    ("vase", [1.5, 2.1, -0.6], 60.0, 5.2),
+    ("mug", [1.9, 2.1, 0.6], 75.0, 5.8),
+    ("vase", [1.6, 2.2, 0.6], 200.0, 6.6),
+    ("statue", [-1.6, 2.2, -1.5], 90.0, 7.2),
+    ("vase", [1.8, 2.2, -0.2], 100.0, 8.0),
+];
+
+pub fn build(world: &mut World<'_>, film: &mut Film) {
+    world.add_ground([8.0, 0.5, 8.0], [0.0, -0.5, 0.0], film);
+    for (z, at_s) in SHELVES {
+        world.add_ground([HALF_M, 0.02, 0.13], [0.0, BOARD_M - 0.02, z], film);
+        for k in 0..6 {
+            let x = -0.75 + 0.3 * f64::from(k);
+            let name = if k % 3 == 1 { "mug" } else { "vase" };
+            world.add_object(number(name), Pose::translation(x, BOARD_M + 0.001, z), None, film);
+        }
+        let pivot_m = [0.0, BOARD_M + 0.1 + STRING_M, z];
+        let (sine, cosine) = PULLED_DEG.to_radians().sin_cos();
+        let place_m = [pivot_m[0] - STRING_M * sine, pivot_m[1] - STRING_M * cosine, z];
+        world.add_ball(BALL_M, place_m, pivot_m, at_s, film);
+    }
+    for (name, place_m, turn_deg, at_s) in FALLS {
+        let turned = Vector::new(0.0, 0.0, turn_deg.to_radians());
+        world.add_object(number(name), Pose::new(place_m.into(), turned), Some(at_s), film);
+    }
+}
+
+fn number(name: &str) -> usize {
+    OBJECTS.iter().position(|own| *own == name).unwrap_or_default()
+}
