@@ -190,9 +190,10 @@ impl Served {
         Ok(Box::new(struck))
     }
 
-    /// The preset of `strike`.
+    /// The preset of `strike`: its own, else the scene's, else the one that the object was baked for.
     fn quality(&self, strike: &Strike) -> Quality {
-        strike.quality.unwrap_or(self.terms.quality)
+        let baked = dials::of_lattices(self.prepared.parameters.quality);
+        strike.quality.or(self.terms.quality).unwrap_or(baked)
     }
 
     /// Refuses an answer beyond the scene's caps.

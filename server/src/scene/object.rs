@@ -91,8 +91,8 @@ pub struct Terms {
     pub bytes_max: Option<u64>,
     /// Smaller pieces become part of a neighbour, m³; needs `slivers`.
     pub volume_min_m3: Option<f64>,
-    /// The preset of strikes that name none, and of the lattices if they are baked for it.
-    pub quality: Quality,
+    /// The preset of strikes that name none, and of the lattices if they are baked for it; without it strikes have that of the lattices.
+    pub quality: Option<Quality>,
     /// What an artist says; needs `warp`.
     pub controls: Controls,
     /// What holds it where `anchored` is on.
@@ -112,7 +112,7 @@ impl Default for Terms {
             fragments_max: None,
             bytes_max: None,
             volume_min_m3: None,
-            quality: Quality::default(),
+            quality: None,
             controls: Controls::default(),
             anchors: Anchors::default(),
         }
@@ -280,7 +280,7 @@ impl SceneObject {
             fragments_max: values.fragments_max,
             bytes_max: values.bytes_max,
             volume_min_m3: values.volume_min_m3,
-            quality: quality.unwrap_or_default(),
+            quality,
             controls,
             anchors,
         };

@@ -34,7 +34,7 @@ impl Recipe {
             material: object.material.clone(),
             elastic_spacing: object.elastic_spacing,
             crack_spacing: object.crack_spacing,
-            quality: preset(object.terms.quality),
+            quality: preset(object.terms.quality.unwrap_or_default()),
             examples: object.examples.unwrap_or(0),
             fragment_size_m: object.terms.fragment_size_m,
             gamma_j_m2: object.terms.gamma_j_m2,
@@ -53,7 +53,7 @@ impl Recipe {
             elastic_spacing: said(all, "elastic_spacing", |object| object.elastic_spacing)?,
             crack_spacing: said(all, "crack_spacing", |object| object.crack_spacing)?,
             // Finer lattices serve coarser strikes.
-            quality: objects().map(|object| preset(object.terms.quality)).max().unwrap_or_default(),
+            quality: objects().map(|object| preset(object.terms.quality.unwrap_or_default())).max().unwrap_or_default(),
             examples: said(all, "examples", |object| object.examples)?.unwrap_or(0),
             fragment_size_m: agreed(objects().filter_map(|object| object.terms.fragment_size_m)),
             gamma_j_m2: agreed(objects().filter_map(|object| object.terms.gamma_j_m2)),

@@ -104,9 +104,9 @@ fn a_database_is_baked_for_all_objects_that_are_made_of_it() {
 #[test]
 fn an_objects_quality_is_a_preset() {
     let quality = |text: &str| object(text).unwrap().terms.quality;
-    assert_eq!(quality(""), Quality::Game);
+    assert_eq!(quality(""), None);
     for preset in Quality::ALL {
-        assert_eq!(quality(&format!("quality = \"{}\"", preset.name())), preset);
+        assert_eq!(quality(&format!("quality = \"{}\"", preset.name())), Some(preset));
     }
     check("quality = \"fine\"", "objects.vase.quality", "quality");
 }

@@ -15,6 +15,11 @@ pub(crate) fn preset(quality: Quality) -> pipeline::Quality {
     }
 }
 
+/// The preset that lattices are of.
+pub(super) fn of_lattices(quality: pipeline::Quality) -> Quality {
+    Quality::ALL.into_iter().find(|own| preset(*own) == quality).unwrap_or_default()
+}
+
 /// The dials of `strike`: those that it gives, else those of `quality`.
 pub(super) fn of(strike: &Strike, quality: Quality) -> Dials {
     let preset = preset(quality).dials();
@@ -134,6 +139,7 @@ mod tests {
     fn presets_have_the_same_names_on_the_wire() {
         for quality in Quality::ALL {
             assert_eq!(quality.name(), preset(quality).name());
+            assert_eq!(of_lattices(preset(quality)), quality);
         }
     }
 
