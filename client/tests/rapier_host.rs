@@ -1,5 +1,6 @@
-//! The example host, ten seconds of it, with the daemon killed in between. Needs both programs:
-//! `cargo test --release --workspace --features shatter-client/rapier --bins --example rapier_host --test rapier_host`
+//! The example host, ten seconds of it, with the daemon killed in between. Needs the programs:
+//! `cargo build --release --workspace --bins --examples --features shatter-client/rapier`, then
+//! `cargo test --release --workspace --features shatter-client/rapier --test rapier_host`
 
 use serde_json::Value;
 use std::path::{Path, PathBuf};

@@ -16,7 +16,7 @@ const PULLED_DEG: f64 = 80.0;
 const BALL_M: f64 = 0.07;
 
 /// What falls: which object, from where, which way up (degrees about z), when.
-const FALLS: [(&str, [f64; 3], f64, f64); 14] = [
+const FALLS: [(&str, [f64; 3], f64, f64); 20] = [
     ("statue", [-1.5, 1.6, 0.6], 160.0, 0.1),
     ("vase", [1.5, 1.8, 0.6], 30.0, 0.4),
     ("vase", [1.7, 1.8, -0.6], 80.0, 1.2),
@@ -31,14 +31,20 @@ const FALLS: [(&str, [f64; 3], f64, f64); 14] = [
     ("vase", [1.6, 2.2, 0.6], 200.0, 6.6),
     ("statue", [-1.6, 2.2, -1.5], 90.0, 7.2),
     ("vase", [1.8, 2.2, -0.2], 100.0, 8.0),
+    ("statue", [-1.5, 2.4, 0.6], 200.0, 3.2),
+    ("vase", [-1.9, 2.4, 1.8], 15.0, 0.8),
+    ("vase", [-1.9, 2.4, -1.8], 65.0, 1.6),
+    ("vase", [2.3, 2.4, 1.6], 140.0, 2.4),
+    ("vase", [2.3, 2.4, -1.6], 190.0, 6.2),
+    ("statue", [-2.1, 2.4, 0.6], 20.0, 8.4),
 ];
 
 pub fn build(world: &mut World<'_>, film: &mut Film) {
     world.add_ground([8.0, 0.5, 8.0], [0.0, -0.5, 0.0], film);
     for (z, at_s) in SHELVES {
         world.add_ground([HALF_M, 0.02, 0.13], [0.0, BOARD_M - 0.02, z], film);
-        for k in 0..6 {
-            let x = -0.75 + 0.3 * f64::from(k);
+        for k in 0..7 {
+            let x = -0.75 + 0.25 * f64::from(k);
             let name = if k % 3 == 1 { "mug" } else { "vase" };
             world.add_object(number(name), Pose::translation(x, BOARD_M + 0.001, z), None, film);
         }

@@ -24,6 +24,8 @@ struct Sent {
     ticket: Ticket,
     impact: Impact,
     at_s: f64,
+    /// The daemon that has it.
+    pid: u32,
 }
 
 pub struct Strikes<'k> {
@@ -134,12 +136,13 @@ impl<'k> Strikes<'k> {
             Some((_, handle, fragment)) => impact.from(handle, fragment),
             None => impact,
         };
+        let pid = line.pid;
         match line.objects[own.prototype].strike(&impact) {
             Ok(ticket) => {
                 tally.strikes += 1;
-                self.sent.push(Sent { piece, ticket, impact, at_s: now_s });
+                self.sent.push(Sent { piece, ticket, impact, at_s: now_s, pid });
             }
-            Err(refusal) => self.refused(world, piece, impact, &refusal, now_s, tally),
+            Err(refusal) => self.refused(world, (piece, impact, pid), &refusal, now_s, tally),
         }
     }
 
@@ -157,7 +160,7 @@ impl<'k> Strikes<'k> {
                 Err(refusal) if refusal.kind == Kind::Busy && refusal.at == "answers" => index += 1,
                 Err(refusal) => {
                     let sent = self.sent.remove(index);
-                    self.refused(world, sent.piece, sent.impact, &refusal, now_s, tally);
+                    self.refused(world, (sent.piece, sent.impact, sent.pid), &refusal, now_s, tally);
                 }
             }
         }
@@ -167,8 +170,7 @@ impl<'k> Strikes<'k> {
     fn refused(
         &mut self,
         world: &mut World<'_>,
-        piece: u32,
-        impact: Impact,
+        (piece, impact, pid): (u32, Impact, u32),
         refusal: &Refusal,
         now_s: f64,
         tally: &mut Tally,
@@ -177,7 +179,10 @@ impl<'k> Strikes<'k> {
         let whole = world.pieces[piece as usize].origin.is_none();
         match refusal.kind {
             Kind::Lost | Kind::NoDaemon => {
-                self.disconnect(now_s);
+                // Tickets of a daemon that is gone already may say so late.
+                if self.line.as_ref().is_some_and(|line| line.pid == pid) {
+                    self.disconnect(now_s);
+                }
                 // A fragment went with the daemon that kept it.
                 if whole { self.lost.push((piece, impact)) } else { world.spare(piece) }
             }
