@@ -81,3 +81,14 @@ fn arrays_that_cannot_be_are_refused() {
         assert!(room("facts", ptr::null_mut::<u64>(), 1).is_err());
     }
 }
+
+/// What the head of the header says of threads, checked by the compiler.
+#[test]
+fn connections_are_shared_tickets_and_answers_are_handed_over() {
+    fn sent<T: Send>() {}
+    fn shared<T: Send + Sync>() {}
+    shared::<crate::Service>();
+    shared::<crate::Object>();
+    sent::<crate::Ticket>();
+    sent::<crate::Broken>();
+}
