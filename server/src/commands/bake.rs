@@ -61,7 +61,7 @@ pub struct BakeArgs {
     /// limbs are thin]
     #[arg(long, value_name = "R", allow_negative_numbers = true)]
     pub elastic_spacing: Option<f64>,
-    /// Spacing of the crack lattice over the bounding-box diagonal [default: the preset's, about 12000 nodes for game, more
+    /// Spacing of the crack lattice over the bounding-box diagonal [default: the preset's, about 9000 nodes for game, more
     /// where walls are thin]
     #[arg(long, value_name = "R", allow_negative_numbers = true)]
     pub crack_spacing: Option<f64>,
