@@ -38,7 +38,7 @@ const GAP_START: f64 = 0.5;
 const GAP_COARSE: f64 = 0.08;
 
 /// Factor of a decrease to the power 3/5, of one iteration and of two: see [`gap`].
-const GAP_FACTORS: [f64; 2] = [0.2, 0.07];
+const GAP_FACTORS: [f64; 2] = [0.2, 0.08];
 
 /// A gap is taken to be no more than so many times what is estimated: so are 97 % of those at which it is stopped because of that, from 2 to
 /// 10 %, after 4 to 12 iterations.
@@ -47,9 +47,9 @@ pub const GAP_CERTAIN: f64 = 8.0;
 /// How far F is above the end of the same descent, relative, estimated from F of the start and after each iteration so far, as in
 /// [`Diagram::history`](super::Diagram::history).
 ///
-/// With δ the relative decrease of the last two iterations it is 0.07·δ^(3/5), after a single one 0.2·δ^(3/5): the decrease falls by a
+/// With δ the relative decrease of the last two iterations it is 0.08·δ^(3/5), after a single one 0.2·δ^(3/5): the decrease falls by a
 /// constant factor per iteration for a while, and then lingers where sites still have to change places, which is what the power stands
-/// for. Power and factors are fitted to 2 880 stops after 1 to 20 iterations (five objects, 6 to 150 sites), with [`GAP_MIN`]: 83 % are
+/// for. Power and factors are fitted to 2 880 stops after 1 to 20 iterations (five objects, 6 to 150 sites), with [`GAP_MIN`]: 81 % are
 /// within a factor 4 of the truth, which is the same descent run to its end (`cargo test --release --workspace --test budget -- --ignored
 /// --nocapture`).
 pub fn gap(history: &[f64]) -> f64 {
