@@ -10,6 +10,7 @@
 //! are compact.
 
 use crate::{Broken, Deadline, Degree, Effect, Impact, Object, ObjectFacts, Refusal};
+use shatter_proto::convention::Convention;
 use shatter_proto::request::CONTACTS_MAX;
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -27,39 +28,35 @@ impl Object {
     /// Asks the service where bodies are, if the object has several; then, and only then, this waits. Errors: as of a strike.
     pub fn even(&self, pieces: u32, deadline: Deadline) -> Result<Impact, Refusal> {
         let facts = self.facts();
+        let even = |places: &[[f64; 3]], pieces| uniform(facts, &self.convention(), places, pieces);
         if facts.bodies <= 1 {
-            return Ok(uniform(facts, &[facts.centre_m], pieces));
+            return Ok(even(&[facts.centre_m], pieces));
         }
-        let whole = self.strike(&uniform(facts, &[facts.centre_m], 1))?.wait(deadline)?;
-        Ok(uniform(facts, &bodies(&whole), pieces))
+        let whole = self.strike(&even(&[facts.centre_m], 1))?.wait(deadline)?;
+        Ok(even(&bodies(&whole), pieces))
     }
 }
 
-/// Contacts at `places`, one per body, that load all of these bodies alike.
-fn uniform(facts: &ObjectFacts, places: &[[f64; 3]], pieces: u32) -> Impact {
+/// Contacts at `places` (m), one per body, that load all of these bodies alike; asked for in `convention`.
+fn uniform(facts: &ObjectFacts, convention: &Convention, places: &[[f64; 3]], pieces: u32) -> Impact {
     let radius_m = RADIUS_DIAGONALS * facts.diagonal_m;
     let density_j_m3 = facts.gamma_j_m2 * (f64::from(pieces) / facts.volume_m3).powf(5.0 / 3.0) / COEFFICIENT;
     let force_n = PI * radius_m * radius_m * (2.0 * facts.young_pa * density_j_m3).sqrt();
     // Where facts are missing any will do: the number of pieces is asked for.
     let impulse_ns = Some(force_n * facts.duration_s / FRAC_PI_2).filter(|j| j.is_normal()).unwrap_or(1.0);
-    let mut contacts = places.iter().map(|place| Impact::at(*place));
-    let first = contacts.next().unwrap_or(Impact::at(facts.centre_m));
-    let impact = places
-        .iter()
-        .skip(1)
-        .fold(load(first, impulse_ns, radius_m), |impact, place| load(impact.and_at(*place), impulse_ns, radius_m));
+    // Describes the last contact.
+    let load =
+        |impact: Impact| impact.impulse(convention.vector([0.0, -impulse_ns, 0.0])).radius(convention.length(radius_m));
+    let (first, others) = places.split_first().unwrap_or((&facts.centre_m, &[]));
+    let one = load(Impact::at(convention.vector(*first)));
+    let impact = others.iter().fold(one, |impact, place| load(impact.and_at(convention.vector(*place))));
     impact.degree(Degree::Sites(pieces)).disable(Effect::Elastic)
 }
 
-/// Describes the last contact.
-fn load(impact: Impact, impulse_ns: f64, radius_m: f64) -> Impact {
-    impact.impulse([0.0, -impulse_ns, 0.0]).radius(radius_m)
-}
-
-/// A point on the surface of each body, the largest bodies first, as many as there may be contacts.
+/// A point on the surface of each body (m), the largest bodies first, as many as there may be contacts.
 fn bodies(whole: &Broken) -> Vec<[f64; 3]> {
     let mut largest: Vec<(u32, f64, [f64; 3])> = Vec::new();
-    for fragment in whole.fragments() {
+    for fragment in whole.metric().fragments() {
         let (row, Some(point)) = (fragment.row(), fragment.positions().first()) else { continue };
         let place = [0, 1, 2].map(|k| row.centre_m[k] + f64::from(point[k]));
         match largest.iter_mut().find(|(body, ..)| *body == row.body) {

@@ -19,6 +19,11 @@ impl Object {
         Self { line, convention, facts: Arc::new(facts) }
     }
 
+    /// In whose coordinates it is struck and answered.
+    pub(crate) fn convention(&self) -> Convention {
+        self.convention
+    }
+
     /// What the service says about it: in metres and along the axes of the mesh file, whatever the convention.
     pub fn facts(&self) -> &ObjectFacts {
         &self.facts

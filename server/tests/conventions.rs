@@ -385,3 +385,16 @@ fn what_is_no_convention_is_refused_by_name() {
     let refusal = object(&service, Convention::UNREAL).strike(&far).and_then(|mut ticket| ticket.wait(patience()));
     assert_eq!(refusal.err().unwrap().kind, Kind::ContactTooFar);
 }
+
+#[test]
+fn even_pieces_are_asked_for_in_the_hosts_numbers() {
+    let (_daemon, service) = start();
+    for host in hosts() {
+        let bar = object(&service, host.convention);
+        let even = strike(&bar, &bar.even(12, patience()).unwrap());
+        let (metric, diagonals) = (even.metric(), 1e3 * bar.facts().diagonal_m);
+        let (name, radius_m) = (host.name, metric.view().summary.radius_m);
+        println!("{name}: {} pieces, radius {radius_m} m", even.fragments().count());
+        assert!(even.fragments().count() == 12 && (radius_m / diagonals - 1.0).abs() < DOUBLE, "{name}: {radius_m} m");
+    }
+}
