@@ -52,7 +52,7 @@ static NOTHING: SummaryWire = SummaryWire {
     crack_nodes: 0,
     degree: 0,
     reserved: 0,
-    reserved_tail: [0; 1],
+    reduced_error_max: 0.0,
 };
 
 impl Broken {

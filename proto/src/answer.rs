@@ -301,8 +301,8 @@ pub struct SummaryWire {
     pub degree: u32,
     /// Zero.
     pub reserved: u32,
-    /// Zero.
-    pub reserved_tail: [u64; 1],
+    /// Estimated relative error up to which reduced displacements stand; beyond it they are solved for.
+    pub reduced_error_max: f64,
 }
 
 impl SummaryWire {

@@ -157,8 +157,54 @@ fn a_solve_falls_before_a_search_and_what_was_asked_for_does_not() {
     let enough = COST.verify_s(9) + COST.rest_s(9);
     assert_eq!(source(&searched, enough + 0.1), DegreeSource::Verified);
     assert_eq!(source(&searched, enough - 0.1), DegreeSource::ClosedForm, "there are no examples");
-    let firm = Budget { degree_falls: false, ..falling().unwrap() };
-    assert_eq!(source(&Strike { budget: Some(firm), ..searched }, 0.0), DegreeSource::Verified);
+}
+
+/// A strike that breaks the arch by its degree, which `degree` searches whatever time it has.
+fn searching(prepared: &Prepared, degree: DegreeRequest) -> Strike {
+    let blow = Strike { degree: DegreeRequest::Inferred, ..blow(prepared) };
+    let whole = struck(prepared, &Strike { threshold_only: true, ..blow.clone() }, &mut ());
+    let gamma_j_m2 = Some(whole.gamma_j_m2 * whole.e1_over_gamma / 20.0);
+    let budget = falling().map(|budget| Budget { degree_falls: false, ..budget });
+    Strike { degree, gamma_j_m2, budget, ..blow }
+}
+
+#[test]
+fn a_search_that_was_asked_for_ends_with_its_time() {
+    let prepared = arch(60);
+    let guessed = struck(&prepared, &Strike { budget: None, ..searching(&prepared, DegreeRequest::Inferred) }, &mut ());
+    for (degree, source) in
+        [(DegreeRequest::Verified, DegreeSource::Verified), (DegreeRequest::Optimised, DegreeSource::Optimised)]
+    {
+        let searching = searching(&prepared, degree);
+        let late = struck(&prepared, &searching, &mut Looks::new(0.0, 0.0));
+        check_whole(&prepared, &late);
+        assert_eq!((late.stop_reason(), late.iterations), (StopReason::Time, 0), "{degree:?}");
+        assert_eq!((late.degree_source, late.sites), (guessed.degree_source, guessed.sites), "it is the guess");
+        let looks = Looks::new(14.0, 1.0);
+        let early = struck(&prepared, &searching, &mut { looks });
+        check_whole(&prepared, &early);
+        assert_eq!((early.stop_reason(), early.degree_source), (StopReason::Time, guessed.degree_source), "{degree:?}");
+        let patient = struck(&prepared, &searching, &mut Looks::new(1e9, 1.0));
+        let free = struck(&prepared, &Strike { budget: None, ..searching }, &mut ());
+        assert_eq!((patient.stop_reason(), patient.degree_source), (StopReason::Converged, source));
+        assert_eq!(cells(&patient), cells(&free));
+    }
+}
+
+#[test]
+fn a_search_ends_its_diagrams_at_the_error() {
+    let prepared = arch(60);
+    for degree in [DegreeRequest::Verified, DegreeRequest::Optimised] {
+        let free = Strike { budget: None, ..searching(&prepared, degree) };
+        let iterations = |error_max: f64| {
+            let outcome = struck(&prepared, &free.clone().to_the_error(error_max), &mut ());
+            assert_eq!(outcome.stop_reason(), StopReason::ErrorMet, "{degree:?} {error_max}");
+            assert!(GAP_CERTAIN * outcome.cvd_gap.unwrap() <= 2.0 * error_max);
+            check_whole(&prepared, &outcome);
+            outcome.iterations
+        };
+        assert!(iterations(0.3) < iterations(0.02), "{degree:?}");
+    }
 }
 
 #[test]

@@ -166,10 +166,34 @@ pub fn run(service: &str, args: &Args) -> Result<(), Failure> {
     let broken = object.strike(&blow)?.wait(within(Deadline::after(ANSWER)))?;
     let file = target.map_or(Ok(None), |target| target.write(&broken))?;
     if args.json {
-        document(&to_json(&broken, &args.convention.name, file.as_deref()))
+        let Args { error: error_max, time_ms: time_ms_max, .. } = *args;
+        let asked = Asked { convention: &args.convention.name, error_max, time_ms_max };
+        document(&to_json(&broken, asked, file.as_deref()))
     } else {
-        screen(&broken, file.as_deref())
+        screen(&broken, file.as_deref())?;
+        if matches!(args.elastic, Some(Elastic::Reduced)) && broken.summary().elastic() == SOLVE {
+            out(format_args!("  {}\n", solved_instead(&broken.summary())))?;
+        }
+        Ok(())
     }
+}
+
+/// What was asked for as the answer does not tell it.
+pub(super) struct Asked<'a> {
+    /// The name of the convention.
+    pub convention: &'a str,
+    /// `--error`.
+    pub error_max: Option<f64>,
+    /// `--time-ms`.
+    pub time_ms_max: Option<f64>,
+}
+
+/// Why reduced displacements were asked for in vain.
+fn solved_instead(summary: &SummaryWire) -> String {
+    let limit = 100.0 * summary.reduced_error_max;
+    format!(
+        "no reduced displacements within an estimated error of {limit:.0} %, the limit of this quality: solved for instead"
+    )
 }
 
 fn impact(args: &Args) -> Impact {
@@ -242,8 +266,8 @@ fn hulls(broken: &Broken) -> Option<Value> {
     }))
 }
 
-/// The document of an answer in the convention of that name.
-pub(super) fn to_json(broken: &Broken, convention: &str, file: Option<&Path>) -> Value {
+/// The document of an answer.
+pub(super) fn to_json(broken: &Broken, asked: Asked<'_>, file: Option<&Path>) -> Value {
     let summary = broken.summary();
     let digest = broken.digest();
     let fragments: Vec<Value> = broken
@@ -284,7 +308,7 @@ pub(super) fn to_json(broken: &Broken, convention: &str, file: Option<&Path>) ->
         "status": "ok",
         "object": summary.object(),
         "handle": broken.handle(),
-        "convention": convention,
+        "convention": asked.convention,
         "gamma_j_m2": summary.gamma_j_m2,
         "e1_over_gamma": summary.e1_over_gamma,
         "sites": summary.sites,
@@ -308,6 +332,9 @@ pub(super) fn to_json(broken: &Broken, convention: &str, file: Option<&Path>) ->
             "crack_nodes": summary.crack_nodes,
             "elastic_nodes": summary.elastic_nodes,
             "degree": summary.degree(),
+            "reduced_error_max": summary.reduced_error_max,
+            "error_max": asked.error_max,
+            "time_ms_max": asked.time_ms_max,
         },
         "capped": summary.capped != 0,
         "radius_m": summary.radius_m,
@@ -324,6 +351,9 @@ pub(super) fn to_json(broken: &Broken, convention: &str, file: Option<&Path>) ->
         "file": file.map(|file| file.display().to_string()),
     })
 }
+
+/// Where displacements come from that are no reduced ones.
+const SOLVE: &str = "solve";
 
 /// Where energy comes from that is no elastic one.
 const FALLOFF: &str = "falloff";

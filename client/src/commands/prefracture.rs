@@ -1,7 +1,7 @@
 //! `shatter prefracture`.
 
 use super::files::{Format, Target};
-use super::impact::{effect, lift, quality, screen, to_json};
+use super::impact::{Asked, effect, lift, quality, screen, to_json};
 use super::{ANSWER, Failure, document, reply};
 use shatter_client::{Deadline, Effect, Lift, Quality, Shatter};
 use std::path::PathBuf;
@@ -52,5 +52,6 @@ pub fn run(service: &str, args: &Args) -> Result<(), Failure> {
     let load = args.disable.iter().fold(load, |load, effect| load.disable(*effect));
     let broken = object.strike(&target.equip(load, &args.disable))?.wait(Deadline::after(ANSWER))?;
     let file = target.write(&broken)?;
-    if args.json { document(&to_json(&broken, "gltf", file.as_deref())) } else { screen(&broken, file.as_deref()) }
+    let asked = Asked { convention: "gltf", error_max: None, time_ms_max: None };
+    if args.json { document(&to_json(&broken, asked, file.as_deref())) } else { screen(&broken, file.as_deref()) }
 }

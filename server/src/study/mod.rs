@@ -10,3 +10,4 @@ pub mod mutants;
 pub mod plot;
 pub mod precision;
 pub mod stability;
+mod ticks;

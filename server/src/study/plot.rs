@@ -1,8 +1,11 @@
 //! Plots as SVG, by `plotters`: lines over one pair of axes, each linear or logarithmic.
 
+use super::ticks::ticks;
 use plotters::coord::Shift;
+use plotters::coord::combinators::{BindKeyPoints, LogCoord, WithKeyPoints};
 use plotters::coord::ranged1d::{AsRangedCoord, Ranged, ValueFormatter};
 use plotters::prelude::*;
+use std::ops::Range;
 
 /// A line with a name.
 #[derive(Clone, Debug, PartialEq)]
@@ -79,17 +82,23 @@ pub fn svg(axes: &Axes, lines: &[Line]) -> Result<String, PlotError> {
         area.fill(&WHITE).map_err(PlotError::new)?;
         match (axes.log_x, axes.log_y) {
             (false, false) => draw(&area, x, y, axes, &kept),
-            (true, false) => draw(&area, x.log_scale(), y, axes, &kept),
-            (false, true) => draw(&area, x, y.log_scale(), axes, &kept),
-            (true, true) => draw(&area, x.log_scale(), y.log_scale(), axes, &kept),
+            (true, false) => draw(&area, marked(x), y, axes, &kept),
+            (false, true) => draw(&area, x, marked(y), axes, &kept),
+            (true, true) => draw(&area, marked(x), marked(y), axes, &kept),
         }?;
         area.present().map_err(PlotError::new)?;
     }
     Ok(text)
 }
 
+/// A logarithmic axis.
+pub(super) fn marked(range: Range<f64>) -> WithKeyPoints<LogCoord<f64>> {
+    let marks = ticks(&range);
+    range.log_scale().with_key_points(marks)
+}
+
 /// The values' range with a margin; something to draw on where there is none.
-pub(super) fn range(values: impl Iterator<Item = f64> + Clone, log: bool) -> std::ops::Range<f64> {
+pub(super) fn range(values: impl Iterator<Item = f64> + Clone, log: bool) -> Range<f64> {
     let low = values.clone().fold(f64::INFINITY, f64::min);
     let high = values.fold(f64::NEG_INFINITY, f64::max);
     match (low.is_finite() && high.is_finite(), log) {

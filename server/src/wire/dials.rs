@@ -113,6 +113,7 @@ impl Used {
         (summary.iterations, summary.cvd_gap) = (count(outcome.iterations), outcome.cvd_gap.unwrap_or(0.0));
         summary.rank = if outcome.reduced_error.is_some() { count(self.rank) } else { 0 };
         summary.lift_modes = count(self.lift_modes);
+        summary.reduced_error_max = outcome.reduced_error_max;
         (summary.elastic_nodes, summary.crack_nodes) = (count(self.elastic_nodes), count(self.crack_nodes));
     }
 }

@@ -19,6 +19,11 @@ pub trait Stop {
     /// Asked once labels of the start are there (`iterations` 0, `before` = `after`), and after each iteration of the finest level,
     /// which took F from `before` to `after`.
     fn pace(&mut self, iterations: usize, before: f64, after: f64) -> Pace;
+
+    /// Whether the last descent was ended for want of time, so that no further one is worth its start.
+    fn out(&self) -> bool {
+        false
+    }
 }
 
 /// Never.

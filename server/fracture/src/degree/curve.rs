@@ -5,7 +5,7 @@
 //! when γ does.
 
 use super::criterion::{self, Degree};
-use crate::centroidal::{self, Diagram, Field, ITERATIONS_MAX, Options, TOLERANCE, Workspace};
+use crate::centroidal::{self, Diagram, Field, ITERATIONS_MAX, Options, Stop, TOLERANCE, Workspace};
 use crate::token::{Cancelled, Token};
 
 /// How a curve is sampled. None of it may depend on γ.
@@ -77,17 +77,19 @@ impl Curve {
         workspace: &mut Workspace,
         token: &Token,
     ) -> Result<(), Cancelled> {
-        self.extend_showing(field, gamma, workspace, token, &mut |_, _| ())
+        self.extend_until(field, gamma, &mut (), workspace, token, &mut |_, _| ())
     }
 
-    /// As [`Self::extend`]; `show` sees the diagram of every start that is the best so far of its number of sites.
+    /// As [`Self::extend`]; `show` sees the diagram of every start that is the best so far of its number of sites, `stop` every descent:
+    /// once it has no time for another one, the points are those so far.
     ///
     /// # Errors
     /// As [`Self::extend`].
-    pub fn extend_showing(
+    pub fn extend_until(
         &mut self,
         field: &Field,
         gamma: f64,
+        stop: &mut dyn Stop,
         workspace: &mut Workspace,
         token: &Token,
         show: &mut dyn FnMut(usize, &Diagram),
@@ -104,7 +106,10 @@ impl Curve {
             };
             for start in 0..self.options.starts.max(1) {
                 let options = self.options.diagram(sites, start);
-                centroidal::diagram_into(field, &options, workspace, token, &mut diagram)?;
+                centroidal::diagram_until(field, &options, workspace, stop, token, &mut diagram)?;
+                if stop.out() {
+                    return Ok(());
+                }
                 if point.record(start, diagram.energy_max()) {
                     show(sites, &diagram);
                 }
@@ -141,7 +146,7 @@ impl Point {
 
 impl CurveOptions {
     /// The diagram that belongs to one start of one number of sites.
-    pub(super) fn diagram(&self, sites: usize, start: u32) -> Options {
+    pub(crate) fn diagram(&self, sites: usize, start: u32) -> Options {
         let Self { seed, tolerance, iterations_max, .. } = *self;
         Options { sites, seed, start, tolerance, iterations_max }
     }
@@ -169,7 +174,7 @@ pub struct Optimised {
     pub diagram: Diagram,
 }
 
-/// The fracture degree of `field` at γ = `gamma`, by evaluating diagrams until one passes.
+/// The fracture degree of `field` at γ = `gamma`, by evaluating diagrams until one passes; `None` once `stop` has no time for another.
 ///
 /// # Errors
 /// [`Cancelled`] once the token is.
@@ -177,12 +182,16 @@ pub fn optimise(
     field: &Field,
     gamma: f64,
     options: CurveOptions,
+    stop: &mut dyn Stop,
     workspace: &mut Workspace,
     token: &Token,
-) -> Result<Optimised, Cancelled> {
+) -> Result<Option<Optimised>, Cancelled> {
     let mut curve = Curve::new(field, options);
-    curve.extend(field, gamma, workspace, token)?;
-    let (degree, start) = curve.degree(gamma);
-    let diagram = centroidal::diagram(field, &options.diagram(degree.sites, start), workspace, token)?;
-    Ok(Optimised { degree, curve, diagram })
+    curve.extend_until(field, gamma, stop, workspace, token, &mut |_, _| ())?;
+    if stop.out() {
+        return Ok(None);
+    }
+    let ((degree, start), mut diagram) = (curve.degree(gamma), Diagram::default());
+    centroidal::diagram_until(field, &options.diagram(degree.sites, start), workspace, stop, token, &mut diagram)?;
+    Ok(Some(Optimised { degree, curve, diagram }))
 }

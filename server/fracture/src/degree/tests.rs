@@ -31,7 +31,8 @@ impl Case {
     }
 
     fn optimise(&mut self, gamma: f64, options: CurveOptions) -> Optimised {
-        optimise(&self.field(), gamma, options, &mut Workspace::default(), &Token::default()).unwrap()
+        let found = optimise(&self.field(), gamma, options, &mut (), &mut Workspace::default(), &Token::default());
+        found.unwrap().unwrap()
     }
 }
 

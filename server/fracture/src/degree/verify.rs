@@ -2,7 +2,7 @@
 
 use super::criterion::Degree;
 use super::curve::{CurveOptions, grid};
-use crate::centroidal::{self, Diagram, Field, Workspace};
+use crate::centroidal::{self, Diagram, Field, Stop, Workspace};
 use crate::token::{Cancelled, Token};
 
 /// A number of sites whose diagram passes, next to one whose does not.
@@ -10,14 +10,17 @@ use crate::token::{Cancelled, Token};
 pub struct Verified {
     /// The degree; capped where even the cap does not pass.
     pub degree: Degree,
-    /// The diagram that passed, or the cap's.
+    /// The diagram that passed, or the cap's, or the last that there was time for.
     pub diagram: Diagram,
+    /// Whether `stop` let it come to its end.
+    pub finished: bool,
 }
 
 /// The smallest n of the curve's grid from `guess` downwards whose best diagram passes γ, or from `guess` upwards the first that
 /// does. E_1 > γ is taken for granted: at least 2.
 ///
-/// It may differ from the optimised degree where E_max(n) is not monotone: that one is the first to pass from below.
+/// `stop` sees every descent; once it says that there is no time for another one, the degree is the last one tried, at first `guess`.
+/// The result may differ from the optimised degree where E_max(n) is not monotone: that one is the first to pass from below.
 ///
 /// # Errors
 /// [`Cancelled`] once the token is.
@@ -26,18 +29,23 @@ pub fn verify(
     gamma: f64,
     guess: usize,
     options: &CurveOptions,
+    stop: &mut dyn Stop,
     workspace: &mut Workspace,
     token: &Token,
 ) -> Result<Verified, Cancelled> {
     let grid: Vec<usize> = grid(options.sites_max.clamp(1, field.nodes())).skip(1).collect();
     let Some(last) = grid.len().checked_sub(1) else {
         let diagram = centroidal::diagram(field, &options.diagram(1, 0), workspace, token)?;
-        return Ok(Verified { degree: Degree { sites: 1, capped: true }, diagram });
+        return Ok(Verified { degree: Degree { sites: 1, capped: true }, diagram, finished: true });
     };
-    let best = |place: usize, workspace: &mut Workspace| -> Result<Diagram, Cancelled> {
+    let mut best = |place: usize, stop: &mut dyn Stop| -> Result<Diagram, Cancelled> {
         let mut best: Option<Diagram> = None;
         for start in 0..options.starts.max(1) {
-            let next = centroidal::diagram(field, &options.diagram(grid[place], start), workspace, token)?;
+            if best.is_some() && stop.out() {
+                break;
+            }
+            let (options, mut next) = (options.diagram(grid[place], start), Diagram::default());
+            centroidal::diagram_until(field, &options, workspace, stop, token, &mut next)?;
             if best.as_ref().is_none_or(|best| next.energy_max() < best.energy_max()) {
                 best = Some(next);
             }
@@ -45,21 +53,21 @@ pub fn verify(
         Ok(best.unwrap_or_default())
     };
     let mut place = grid.partition_point(|sites| *sites < guess).min(last);
-    let mut diagram = best(place, workspace)?;
+    let mut diagram = best(place, stop)?;
     if diagram.energy_max() <= gamma {
-        while place > 0 {
-            let fewer = best(place - 1, workspace)?;
-            if fewer.energy_max() > gamma {
+        while place > 0 && !stop.out() {
+            let fewer = best(place - 1, stop)?;
+            if stop.out() || fewer.energy_max() > gamma {
                 break;
             }
             (place, diagram) = (place - 1, fewer);
         }
     } else {
-        while place < last && diagram.energy_max() > gamma {
+        while place < last && diagram.energy_max() > gamma && !stop.out() {
             place += 1;
-            diagram = best(place, workspace)?;
+            diagram = best(place, stop)?;
         }
     }
-    let degree = Degree { sites: grid[place], capped: diagram.energy_max() > gamma };
-    Ok(Verified { degree, diagram })
+    let capped = place == last && diagram.energy_max() > gamma;
+    Ok(Verified { degree: Degree { sites: grid[place], capped }, diagram, finished: !stop.out() })
 }

@@ -1,9 +1,10 @@
 //! Degree and centroidal: how many sites, and where.
 
 use super::descent::Descent;
+use super::search::search;
 use super::{DegreeRequest, DegreeSource, Ending, Prepared, Stage, Strike, StrikeError, Verdict, Watch, Workspace};
 use crate::centroidal::{self, Diagram, Field, Options};
-use crate::degree::{self, CurveOptions, Degree};
+use crate::degree::{self, Degree};
 use crate::lift::LiftKind;
 use crate::scene::Effect;
 use crate::token::Token;
@@ -62,9 +63,8 @@ pub fn divide(
             watch.leave(Stage::Degree, 0);
             let sites: Vec<u32> = guesses.iter().map(|guess| if guess.sites > 1 { guess.sites } else { 0 }).collect();
             let (cells, ending) = diagrams(strike, &sites, fields, workspace, token, watch)?;
-            let inferred = guesses.iter().all(|guess| guess.inferred);
             Ok(Division {
-                source: if inferred { DegreeSource::Inferred } else { DegreeSource::ClosedForm },
+                source: source_of(&guesses),
                 degree: guesses.iter().map(|guess| guess.sites).sum(),
                 capped: guesses.iter().any(|guess| guess.capped),
                 confidence: guesses.iter().map(|guess| guess.confidence).fold(1.0, f64::min),
@@ -101,16 +101,22 @@ fn may_search(prepared: &Prepared, strike: &Strike, verdict: &Verdict, fields: &
 }
 
 /// What is said of one struck body without making a diagram.
-struct Guess {
-    sites: u32,
-    capped: bool,
+pub(super) struct Guess {
+    pub sites: u32,
+    pub capped: bool,
     /// Whether the examples say so; where the body stays whole, nobody needs to.
-    inferred: bool,
-    confidence: f64,
+    pub inferred: bool,
+    pub confidence: f64,
+}
+
+/// Whose guesses they are.
+pub(super) fn source_of(guesses: &[Guess]) -> DegreeSource {
+    let inferred = guesses.iter().all(|guess| guess.inferred);
+    if inferred { DegreeSource::Inferred } else { DegreeSource::ClosedForm }
 }
 
 /// Tells whether examples had a say.
-fn tell(guesses: &[Guess], watch: &mut dyn Watch) {
+pub(super) fn tell(guesses: &[Guess], watch: &mut dyn Watch) {
     if guesses.iter().any(|guess| guess.inferred && guess.sites > 1) {
         watch.part(Effect::Examples, size_of_val(guesses) as u64);
     }
@@ -118,7 +124,7 @@ fn tell(guesses: &[Guess], watch: &mut dyn Watch) {
 
 /// A guess per struck body: by the examples where they are asked for, were made for this lift, and reach; else by the closed
 /// form.
-fn guesses(prepared: &Prepared, strike: &Strike, verdict: &Verdict, fields: &[Field]) -> Vec<Guess> {
+pub(super) fn guesses(prepared: &Prepared, strike: &Strike, verdict: &Verdict, fields: &[Field]) -> Vec<Guess> {
     // They were labelled with all of the elastic energy of a free body, in the interior lift.
     let strange = [Effect::Tensile, Effect::Anchored].into_iter().any(|effect| strike.effects.has(effect));
     let alike = strike.effects.has(Effect::Elastic) && !strange;
@@ -174,59 +180,7 @@ fn diagrams(
     Ok((cells, ending))
 }
 
-/// Searches the degree of each struck body by diagrams: from below, or from a guess.
-fn search(
-    prepared: &Prepared,
-    strike: &Strike,
-    verdict: &Verdict,
-    fields: &[Field],
-    workspace: &mut Workspace,
-    token: &Token,
-    watch: &mut dyn Watch,
-) -> Result<Division, StrikeError> {
-    let verified = strike.degree == DegreeRequest::Verified;
-    let source = if verified { DegreeSource::Verified } else { DegreeSource::Optimised };
-    let mut division = Division { source, degree: 0, capped: false, confidence: 1.0, ending: None, cells: Vec::new() };
-    let guesses = verified.then(|| guesses(prepared, strike, verdict, fields));
-    tell(guesses.as_deref().unwrap_or(&[]), watch);
-    for (struck, field) in fields.iter().enumerate() {
-        let gamma = verdict.gammas[struck];
-        if verdict.first_moments[struck] <= gamma {
-            division.degree += 1;
-            continue;
-        }
-        watch.enter(Stage::Degree);
-        let options = CurveOptions {
-            sites_max: strike.degree_max as usize,
-            seed: strike.seed,
-            tolerance: strike.tolerance,
-            iterations_max: strike.iterations_max,
-            ..CurveOptions::default()
-        };
-        let (degree, diagram) = match &guesses {
-            Some(guesses) => {
-                let guess = guesses[struck].sites as usize;
-                let found = degree::verify(field, gamma, guess, &options, &mut workspace.centroidal, token)?;
-                (found.degree, found.diagram)
-            }
-            None => {
-                let found = degree::optimise(field, gamma, options, &mut workspace.centroidal, token)?;
-                (found.degree, found.diagram)
-            }
-        };
-        watch.leave(Stage::Degree, 0);
-        watch.enter(Stage::Centroidal);
-        division.degree += degree.sites as u32;
-        division.capped |= degree.capped;
-        let ending = if diagram.converged { Ending::Converged } else { Ending::Iterations };
-        division.ending = division.ending.max(Some(ending));
-        watch.leave(Stage::Centroidal, diagram_bytes(&diagram));
-        division.cells.push(BodyCells { struck, diagram });
-    }
-    Ok(division)
-}
-
-fn diagram_bytes(diagram: &Diagram) -> u64 {
+pub(super) fn diagram_bytes(diagram: &Diagram) -> u64 {
     (size_of_val(diagram.sites.as_slice()) + size_of_val(diagram.labels.as_slice())) as u64
 }
 

@@ -9,7 +9,7 @@ const LOOKED_AT: usize = 3;
 /// Weight of the last iteration, if it was faster than expected, in what one is expected to take; a slower one is what is expected then.
 const WEIGHT: f64 = 0.5;
 
-/// Watches the descent of one diagram: its error, and the time that it leaves to what follows.
+/// Watches the descent of one diagram, or of several one after another: its error, and the time that it leaves to what follows.
 pub(super) struct Descent<'a> {
     watch: &'a dyn Watch,
     gap_max: Option<f64>,
@@ -30,6 +30,13 @@ impl<'a> Descent<'a> {
         let [rest_s, step_s] = cost.map_or([0.0; 2], |cost| [cost.rest_s(sites), cost.iteration_s(sites)]);
         let (gap_max, left_s, history) = (strike.gap_max, watch.remaining_s(), Vec::with_capacity(LOOKED_AT));
         Self { watch, gap_max, rest_s, step_s, left_s, history, ending: None }
+    }
+
+    /// Of the diagrams by which a degree is searched: time is left for the start of one of `sites` sites, the guess.
+    pub fn of_search(strike: &Strike, sites: u32, watch: &'a dyn Watch) -> Self {
+        let start_s = strike.budget.map_or(0.0, |budget| budget.cost.start_s(sites));
+        let alone = Self::new(strike, sites, watch);
+        Self { rest_s: alone.rest_s + start_s, ..alone }
     }
 
     /// What ended the descent of `diagram`.
@@ -55,6 +62,9 @@ impl<'a> Descent<'a> {
 
 impl Stop for Descent<'_> {
     fn pace(&mut self, iterations: usize, _: f64, after: f64) -> Pace {
+        if iterations == 0 {
+            self.history.clear();
+        }
         if self.history.len() == LOOKED_AT {
             self.history.remove(0);
         }
@@ -68,6 +78,10 @@ impl Stop for Descent<'_> {
         };
         self.ending = ending;
         pace
+    }
+
+    fn out(&self) -> bool {
+        self.ending == Some(Ending::Time)
     }
 }
 
@@ -122,6 +136,14 @@ mod tests {
         check(&[20.0, 11.9], &[Last]);
         check(&[20.0, 12.0, 11.8, 11.7], &[On, On, On]);
         check(&[f64::INFINITY, f64::INFINITY, f64::INFINITY], &[On, On]);
+    }
+
+    #[test]
+    fn every_diagram_of_a_search_is_estimated_by_itself() {
+        let mut descent = Descent::of_search(&Strike { gap_max: Some(0.1), ..strike() }, 9, &());
+        let first: Vec<Pace> = [(0, 1.0), (1, 1.0)].map(|(at, energy)| descent.pace(at, energy, energy)).into();
+        assert_eq!(first, [Pace::On, Pace::Last]);
+        assert_eq!([0, 1].map(|at| descent.pace(at, 5.0 - f64::from(at as u8), 5.0 - 3.0 * at as f64)), [Pace::On; 2]);
     }
 
     #[test]

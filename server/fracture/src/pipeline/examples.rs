@@ -152,7 +152,7 @@ pub fn examples(
             let mut show = |count: usize, diagram: &Diagram| {
                 sites.insert(count, diagram.site_nodes(interior));
             };
-            curve.extend_showing(&field, 0.0, &mut workspace.centroidal, token, &mut show)?;
+            curve.extend_until(&field, 0.0, &mut (), &mut workspace.centroidal, token, &mut show)?;
             Ok((curve.points().to_vec(), sites.into_values().flatten().collect()))
         };
         let (own, site_nodes) = curve(0)?;

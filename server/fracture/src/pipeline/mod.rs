@@ -31,6 +31,7 @@ mod quality;
 mod reduce;
 mod release;
 mod sample;
+mod search;
 mod settle;
 mod skins;
 mod slivers;

@@ -114,6 +114,8 @@ pub struct Outcome {
     pub reduced_error: Option<f64>,
     /// Displacements of a body's basis that were used at most, if that was bounded.
     pub rank_max: Option<u32>,
+    /// Estimated relative error up to which reduced displacements would stand, or did.
+    pub reduced_error_max: f64,
     /// Sites of the diagrams; 0 where the object stays whole.
     pub sites: u32,
     /// Fracture degree of the criterion; 1 where the object stays whole.

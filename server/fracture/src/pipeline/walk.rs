@@ -54,7 +54,8 @@ pub(super) fn walk(
         if let Some(e1_over_gamma) = below {
             let loads = workspace.loads.iter().take(impact.bodies.len());
             let radius_m = loads.map(|load| radius_m(prepared, load)).fold(0.0, f64::max);
-            return Ok(Outcome { bounded: true, ..holding(gamma_j_m2, e1_over_gamma, radius_m) });
+            let dials = dialled(strike, holding(gamma_j_m2, e1_over_gamma, radius_m));
+            return Ok(Outcome { bounded: true, ..dials });
         }
     }
     let mut energies = strain_energy_applied(prepared, &impact, workspace, token, watch)?;
@@ -74,7 +75,7 @@ pub(super) fn walk(
 
     let holds = verdict.e1_over_gamma() <= 1.0 && !matches!(strike.degree, DegreeRequest::Sites(_));
     if holds || strike.threshold_only {
-        let mut outcome = Outcome { rank_max: strike.rank_max, ..whole(&verdict, &energies) };
+        let mut outcome = dialled(strike, whole(&verdict, &energies));
         if strike.threshold_only && strike.effects.has(Effect::Gravity) {
             let mut harder = |factor| weighed(prepared, strike, &impact, factor, workspace, token, watch);
             outcome.impulse_factor = threshold::under_weight(&mut harder)?;
@@ -90,7 +91,7 @@ pub(super) fn walk(
     let Workspace { tessellation, spare, .. } = workspace;
     let pieces = Broken { prepared, strike, energies: &energies, fields: &fields, division: &division, spare };
     let pieces = cut(pieces, tessellation, watch)?;
-    Ok(Outcome { rank_max: strike.rank_max, ..broken(&verdict, &energies, &division, pieces) })
+    Ok(dialled(strike, broken(&verdict, &energies, &division, pieces)))
 }
 
 /// The energy densities of the struck bodies, in the lift of the strike; `shares` is where they lie.
@@ -147,6 +148,12 @@ fn whole(verdict: &Verdict, energies: &[BodyEnergy]) -> Outcome {
     Outcome { reduced_error: reduced, ..holding(verdict.gamma_j_m2, verdict.e1_over_gamma(), radius_m) }
 }
 
+/// With the dials that were in effect.
+fn dialled(strike: &Strike, outcome: Outcome) -> Outcome {
+    let Strike { rank_max, reduced_error_max, .. } = *strike;
+    Outcome { rank_max, reduced_error_max, ..outcome }
+}
+
 /// Of an object that stays whole.
 fn holding(gamma_j_m2: f64, e1_over_gamma: f64, radius_m: f64) -> Outcome {
     Outcome {
@@ -157,6 +164,7 @@ fn holding(gamma_j_m2: f64, e1_over_gamma: f64, radius_m: f64) -> Outcome {
         radius_m,
         reduced_error: None,
         rank_max: None,
+        reduced_error_max: 0.0,
         sites: 0,
         fracture_degree: 1,
         degree_source: DegreeSource::Threshold,

@@ -4,7 +4,7 @@ use super::close_up;
 use super::front::{Standing, standings};
 use super::{Findings, Measure, Point, StudyError};
 use crate::report::{Fact, Section, Study, Table, significant};
-use crate::study::precision::{Curve, Place, svg};
+use crate::study::precision::{Curve, Frame, Place, svg};
 
 /// Times that matter in games and films, ms.
 const LEVELS_MS: [f64; 4] = [1.0, 4.0, 8.0, 16.7];
@@ -99,7 +99,10 @@ pub struct Drawn {
 /// # Errors
 /// [`StudyError::Plot`].
 pub fn drawn(findings: &Findings) -> Result<Vec<Drawn>, StudyError> {
-    let mut all = Vec::new();
+    let (mut all, ground) = (Vec::new(), &findings.ground);
+    let note =
+        format!("{}: {} crack nodes; {} threads of {}", ground.object, ground.nodes[1], ground.threads, ground.machine);
+    let frame = Frame { x: "", y: "a whole strike, ms", note: &note, levels: &LEVELS_MS };
     for (number, diagram) in DIAGRAMS.iter().enumerate() {
         for &measure in diagram.measures {
             let points: Vec<&Point> = findings.points.iter().filter(|point| shown(point, diagram, measure)).collect();
@@ -109,7 +112,7 @@ pub fn drawn(findings: &Findings) -> Result<Vec<Drawn>, StudyError> {
             let curves: Vec<Curve> = curves(diagram, measure, &points);
             all.push(Drawn {
                 file: format!("accuracy-{}-{}", diagram.file, measure.name()),
-                svg: svg(measure.title(), "a whole strike, ms", &curves, &LEVELS_MS)?,
+                svg: svg(&Frame { x: measure.title(), ..frame }, &curves)?,
                 csv: csv(measure, &points),
                 diagram: number,
                 caption: format!(

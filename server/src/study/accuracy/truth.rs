@@ -4,7 +4,7 @@ use super::subject::{LIFTED, degree_of, energies_on, energy, rebaked};
 use super::{Errors, Measure, Plan, StudyError};
 use shatter_fracture::accuracy::{Exact, cvd_gap, degree_error, density_error, energy_error, exact, size_distance};
 use shatter_fracture::centroidal::{self, Diagram, Field, Options};
-use shatter_fracture::degree::{CurveOptions, optimise};
+use shatter_fracture::degree::{Curve, CurveOptions};
 use shatter_fracture::lattice::{Lattice, Locator};
 use shatter_fracture::lift::{Lift, LiftKind};
 use shatter_fracture::pipeline::{BodyEnergy, ElasticRequest, Prepared, Strike, Workspace};
@@ -172,8 +172,9 @@ pub(super) fn optimised(base: &Prepared, truth: &Truth, factor: f64) -> Result<f
         let mut mass = own.shares.clone();
         let field = Field::new(base.lift(own.body, LiftKind::Interior)?, &body.volumes, &mut mass)?;
         let options = CurveOptions { seed: SEED_FIRST + number, ..CurveOptions::default() };
-        let found = optimise(&field, gamma, options, &mut centroidal::Workspace::default(), &Token::default())?;
-        degrees.push(found.degree.sites as f64);
+        let mut curve = Curve::new(&field, options);
+        curve.extend(&field, gamma, &mut centroidal::Workspace::default(), &Token::default())?;
+        degrees.push(curve.degree(gamma).0.sites as f64);
     }
     degrees.sort_by(f64::total_cmp);
     Ok(degrees[degrees.len() / 2])
