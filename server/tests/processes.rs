@@ -211,6 +211,11 @@ fn the_command_line_strikes_and_prints_one_document() {
     for key in keys.chain(["response_bytes", "output_hash", "sections"]) {
         assert!(answer.get(key).is_some(), "{key}: {out}");
     }
+    let asked = |key: &str, out: &str| json(out)["quality"][key].as_f64();
+    let (_, bounded) = shatter(&here, &[&strike[..], &["--error", "0.25", "--time-ms", "50"]].concat());
+    assert_eq!((asked("error_max", &bounded), asked("time_ms_max", &bounded)), (Some(0.25), Some(50.0)), "{bounded}");
+    assert_eq!((asked("error_max", &out), asked("time_ms_max", &out)), (None, None), "{out}");
+    assert!(asked("reduced_error_max", &out).is_some(), "{out}");
     let hash = |text: &str| json(text)["output_hash"].clone();
     assert_eq!(hash(&out), hash(&shatter(&here, &strike).1));
     let (code, out) = shatter(&here, &["threshold", "vase", "--point", "0,0,0", "--direction", "0,-3,0", "--json"]);

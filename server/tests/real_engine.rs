@@ -192,6 +192,12 @@ fn without_time_the_start_is_the_answer_and_with_enough_nothing_changes() {
     let rough = strike(&sites.error(0.2)).summary();
     assert_eq!((rough.stop_reason(), rough.cvd_gap <= 0.2), ("error_met", true), "{rough:?}");
     assert!(rough.iterations < usual.summary().iterations);
+    // The limit of game's basis, and what an error that is asked for makes of it.
+    assert_eq!((usual.summary().reduced_error_max, rough.reduced_error_max), (0.1, 0.2));
+    let late = strike(&blow(50.0).degree(Degree::Optimised).time_ms(1e-3)).summary();
+    assert_eq!((late.stop_reason(), late.degree(), late.degree_source()), ("time", "optimised", "closed_form"));
+    let soon = strike(&blow(50.0).degree(Degree::Verified).error(0.2)).summary();
+    assert_eq!((soon.stop_reason(), soon.degree_source()), ("error_met", "verified"), "{soon:?}");
 }
 
 #[test]

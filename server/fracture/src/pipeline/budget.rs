@@ -2,7 +2,7 @@
 //!
 //! The iterations of the diagram fall first, down to none; then a solve becomes a reduced displacement, even one whose estimated error is
 //! large, and that one of half the basis; then a search of the degree becomes a guess. Whether pieces are closed, their masses and the caps never fall. What a request
-//! says by itself does not fall, either.
+//! says by itself does not fall, either, except that a search that was asked for is begun, and becomes the guess where time ends it.
 
 use super::{BodyEnergy, Cost, DegreeRequest, ElasticRequest, Prepared, RANK_MAX, Strike};
 use crate::centroidal::ITERATIONS_MAX;
@@ -15,7 +15,7 @@ pub struct Budget {
     pub cost: Cost,
     /// Whether a solve may become a reduced displacement.
     pub elastic_falls: bool,
-    /// Whether a search of the degree may become a guess.
+    /// Whether a search of the degree that there is no time for is not begun.
     pub degree_falls: bool,
 }
 

@@ -93,7 +93,7 @@ impl Quality {
         let [elastic_nodes, crack_nodes] = match self {
             Self::Draft => [ELASTIC_NODES_DEFAULT / 2, 3_000],
             Self::Game => [ELASTIC_NODES_DEFAULT, CRACK_NODES_DEFAULT],
-            Self::Film | Self::Reference => [2 * ELASTIC_NODES_DEFAULT, 100_000],
+            Self::Film | Self::Reference => [4 * ELASTIC_NODES_DEFAULT, 100_000],
         };
         Lattices { elastic_nodes, crack_nodes, modes: MODES_DEFAULT, rank_max: RANK_MAX, fitted: self >= Self::Film }
     }

@@ -1,0 +1,62 @@
+"""Run-time brittle fracture as a service: client of ``shatterd``.
+
+    import shatter
+
+    vase = shatter.connect().object("vase")
+    ticket = vase.strike(shatter.Contact((0.05, 0.1, 0.0), (-2.0, 0.0, 0.0)), degree=24)    # never blocks
+    broken = ticket.wait()                                  # or ticket.poll(), once a frame
+    for fragment in broken:
+        fragment.positions, fragment.triangles              # numpy arrays over shared memory, nothing is copied
+        fragment.mass_kg, fragment.centre_m, fragment.inertia_kg_m2
+    broken.write_glb("broken.glb")
+
+Metres, kilograms, seconds; right-handed, +Y up, counter-clockwise seen from outside, unless the connection says otherwise
+(``convention``). What is refused raises :class:`Refusal`. Any number of threads may use anything of it at a time. A process that forks
+connects anew in the child.
+"""
+
+from ._shatter import (
+    Bond,
+    Broken,
+    Contact,
+    Debris,
+    Facts,
+    Fragment,
+    Hertz,
+    Hull,
+    Object,
+    Refusal,
+    Run,
+    Service,
+    Skin,
+    Status,
+    Summary,
+    Ticket,
+    __version__,
+    connect,
+    hertz,
+    wait_for,
+)
+
+__all__ = [
+    "Bond",
+    "Broken",
+    "Contact",
+    "Debris",
+    "Facts",
+    "Fragment",
+    "Hertz",
+    "Hull",
+    "Object",
+    "Refusal",
+    "Run",
+    "Service",
+    "Skin",
+    "Status",
+    "Summary",
+    "Ticket",
+    "__version__",
+    "connect",
+    "hertz",
+    "wait_for",
+]

@@ -1,0 +1,53 @@
+//! Arrays that lie in shared memory.
+
+use crate::broken::Held;
+use numpy::ndarray::{ArrayView1, ArrayView2};
+use numpy::{Element, PyArray, PyArray1, PyArray2, PyArrayMethods};
+use pyo3::prelude::*;
+use std::sync::Arc;
+
+/// What an array over shared memory keeps alive: the answer that it looks into.
+#[pyclass(frozen, module = "shatter")]
+struct Lease {
+    _held: Arc<Held>,
+}
+
+/// Values one after another, without a copy, not to be written to; `values` picks them out of the answer.
+pub fn column<'py, T: Element>(
+    py: Python<'py>,
+    held: &Arc<Held>,
+    values: impl FnOnce(&shatter_client::Broken) -> Option<&[T]>,
+) -> PyResult<Bound<'py, PyArray1<T>>> {
+    let lease = Bound::new(py, Lease { _held: held.clone() })?;
+    held.with(|broken| {
+        let view = ArrayView1::from(values(broken).unwrap_or(&[]));
+        // SAFETY: the values lie in the answer's shared memory, which neither moves nor ends before the answer is dropped; the lease is
+        // the array's base and owns a share of the answer. Nobody writes there, and neither can the array, which is made read-only.
+        let array = unsafe { PyArray1::borrow_from_array(&view, lease.into_any()) };
+        Ok(read_only(array))
+    })
+}
+
+/// The same, `N` values to a row.
+pub fn rows<'py, T: Element, const N: usize>(
+    py: Python<'py>,
+    held: &Arc<Held>,
+    values: impl FnOnce(&shatter_client::Broken) -> Option<&[[T; N]]>,
+) -> PyResult<Bound<'py, PyArray2<T>>> {
+    let lease = Bound::new(py, Lease { _held: held.clone() })?;
+    held.with(|broken| {
+        let view = ArrayView2::from(values(broken).unwrap_or(&[]));
+        // SAFETY: as in `column`.
+        let array = unsafe { PyArray2::borrow_from_array(&view, lease.into_any()) };
+        Ok(read_only(array))
+    })
+}
+
+fn read_only<'py, T: Element, D: numpy::ndarray::Dimension>(
+    array: Bound<'py, PyArray<T, D>>,
+) -> Bound<'py, PyArray<T, D>> {
+    if let Ok(array) = array.try_readwrite() {
+        array.make_nonwriteable();
+    }
+    array
+}

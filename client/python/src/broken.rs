@@ -1,0 +1,229 @@
+//! Answers.
+
+use crate::array::rows;
+use crate::fragment::Fragment;
+use crate::refusal::raised;
+use numpy::PyArray2;
+use pyo3::exceptions::{PyBufferError, PyIndexError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::{PyIterator, PyTuple};
+use shatter_client::Kind;
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// An answer that arrays may look into.
+pub struct Held(Mutex<shatter_client::Broken>);
+
+impl Held {
+    /// Looks at it; what it lends holds for as long as the answer is there.
+    pub fn with<T>(&self, look: impl FnOnce(&shatter_client::Broken) -> T) -> T {
+        look(&self.0.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+}
+
+/// The answer to a strike.
+#[pyclass(frozen, module = "shatter")]
+pub struct Broken(Mutex<Option<Arc<Held>>>);
+
+impl Broken {
+    pub fn new(broken: shatter_client::Broken) -> Self {
+        Self(Mutex::new(Some(Arc::new(Held(Mutex::new(broken))))))
+    }
+
+    fn held(&self) -> PyResult<Arc<Held>> {
+        let place = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        place.clone().ok_or_else(|| PyValueError::new_err("the answer was released"))
+    }
+
+    fn write(
+        &self,
+        py: Python<'_>,
+        write: impl FnOnce(&shatter_client::Broken) -> Result<(), shatter_client::Refusal> + Send,
+    ) -> PyResult<()> {
+        let held = self.held()?;
+        py.detach(|| held.with(write)).map_err(raised)
+    }
+}
+
+#[pymethods]
+impl Broken {
+    #[getter]
+    pub fn summary(&self) -> PyResult<Summary> {
+        Ok(self.held()?.with(Summary::of))
+    }
+
+    #[getter]
+    fn is_whole(&self) -> PyResult<bool> {
+        Ok(self.held()?.with(shatter_client::Broken::is_whole))
+    }
+
+    #[getter]
+    fn handle(&self) -> PyResult<Option<u64>> {
+        Ok(self.held()?.with(shatter_client::Broken::handle))
+    }
+
+    #[getter]
+    fn output_hash(&self, py: Python<'_>) -> PyResult<String> {
+        let held = self.held()?;
+        Ok(py.detach(|| held.with(|broken| broken.digest().output_hash.to_string())))
+    }
+
+    fn __len__(&self) -> PyResult<usize> {
+        Ok(self.held()?.with(|broken| broken.fragments().len()))
+    }
+
+    fn __iter__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyIterator>> {
+        let held = self.held()?;
+        let count = held.with(|broken| broken.fragments().len()) as u32;
+        let all = PyTuple::new(py, (0..count).map(|id| Fragment::new(held.clone(), id)).collect::<Vec<_>>())?;
+        all.try_iter()
+    }
+
+    fn __getitem__(&self, index: isize) -> PyResult<Fragment> {
+        let held = self.held()?;
+        let count = held.with(|broken| broken.fragments().len());
+        let id = if index < 0 { index.checked_add_unsigned(count) } else { Some(index) };
+        let id = id.and_then(|id| usize::try_from(id).ok()).filter(|id| *id < count);
+        let id = id.ok_or_else(|| PyIndexError::new_err(format!("fragment {index}: the answer has {count}")))?;
+        Ok(Fragment::new(held, id as u32))
+    }
+
+    #[getter]
+    fn bonds(&self) -> PyResult<Vec<Bond>> {
+        let bond = |row: &shatter_proto::answer::BondWire| Bond {
+            fragments: (row.fragments[0], (!row.holds_to_world()).then_some(row.fragments[1])),
+            area_m2: row.area_m2,
+            normal: row.normal,
+            centroid_m: row.centroid_m,
+        };
+        Ok(self.held()?.with(|broken| broken.bonds().iter().map(bond).collect()))
+    }
+
+    #[getter]
+    fn debris(&self) -> PyResult<Vec<Debris>> {
+        let debris = |row: &shatter_proto::answer::DebrisWire| Debris {
+            fragment: row.fragment,
+            neighbour: row.neighbour,
+            position_m: row.position_m,
+            normal: row.normal,
+            size_m: row.size_m,
+        };
+        Ok(self.held()?.with(|broken| broken.debris().iter().map(debris).collect()))
+    }
+
+    /// All positions of all fragments, one fragment after the other.
+    #[getter]
+    fn positions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f32>>> {
+        rows(py, &self.held()?, |broken| Some(broken.view().positions))
+    }
+
+    fn write_glb(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
+        self.write(py, |broken| broken.write_glb(&path).map(|_| ()))
+    }
+
+    fn write_obj(&self, py: Python<'_>, folder: PathBuf) -> PyResult<()> {
+        self.write(py, |broken| broken.write_obj(&folder).map(|_| ()))
+    }
+
+    fn write_mjcf(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
+        self.write(py, |broken| broken.write_mjcf(&path).map(|_| ()))
+    }
+
+    /// Gives the answer's memory back to the service.
+    fn release(&self) -> PyResult<()> {
+        let mut place = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let others = place.as_ref().map_or(0, |held| Arc::strong_count(held) - 1);
+        if others > 0 {
+            return Err(PyBufferError::new_err(format!("{others} fragments or arrays look into the answer")));
+        }
+        *place = None;
+        Ok(())
+    }
+
+    fn __enter__(this: Bound<'_, Self>) -> Bound<'_, Self> {
+        this
+    }
+
+    /// Lets go of the answer; its memory goes back with the last array that looks into it.
+    #[pyo3(signature = (*_error))]
+    fn __exit__(&self, _error: &Bound<'_, PyTuple>) {
+        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = None;
+    }
+}
+
+/// The facts of a strike.
+#[pyclass(frozen, get_all, module = "shatter")]
+pub struct Summary {
+    object: String,
+    sites: u32,
+    fracture_degree: u32,
+    degree_source: &'static str,
+    capped: bool,
+    stop_reason: &'static str,
+    elastic: &'static str,
+    quality: &'static str,
+    iterations: u32,
+    gamma_j_m2: f64,
+    e1_over_gamma: f64,
+    pub threshold_impulse_factor: f64,
+    confidence: f64,
+    radius_m: f64,
+    energy_error: f64,
+    cvd_gap: f64,
+    seed: u64,
+    time_s: f64,
+    round_trip_s: f64,
+    bytes: u64,
+}
+
+impl Summary {
+    fn of(broken: &shatter_client::Broken) -> Self {
+        let row = broken.summary();
+        Self {
+            object: row.object(),
+            sites: row.sites,
+            fracture_degree: row.fracture_degree,
+            degree_source: row.degree_source(),
+            capped: row.capped != 0,
+            stop_reason: row.stop_reason(),
+            elastic: row.elastic(),
+            quality: row.quality(),
+            iterations: row.iterations,
+            gamma_j_m2: row.gamma_j_m2,
+            e1_over_gamma: row.e1_over_gamma,
+            threshold_impulse_factor: row.threshold_impulse_factor,
+            confidence: row.confidence,
+            radius_m: row.radius_m,
+            energy_error: row.energy_error,
+            cvd_gap: row.cvd_gap,
+            seed: row.seed,
+            time_s: 1e-9 * row.time_ns as f64,
+            round_trip_s: broken.round_trip().as_secs_f64(),
+            bytes: broken.bytes(),
+        }
+    }
+}
+
+/// A crack between two fragments, or what the world holds.
+#[pyclass(frozen, get_all, module = "shatter")]
+pub struct Bond {
+    fragments: (u32, Option<u32>),
+    area_m2: f64,
+    normal: [f64; 3],
+    centroid_m: [f64; 3],
+}
+
+/// A point on a crack from which dust and chips come.
+#[pyclass(frozen, get_all, module = "shatter")]
+pub struct Debris {
+    fragment: u32,
+    neighbour: u32,
+    position_m: [f32; 3],
+    normal: [f32; 3],
+    size_m: f32,
+}
+
+/// A fragment that is not there.
+pub fn unknown(id: u32) -> PyErr {
+    raised(shatter_client::Refusal::new(Kind::UnknownFragment, id.to_string(), format!("fragment {id} is not there")))
+}

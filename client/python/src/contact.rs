@@ -1,0 +1,36 @@
+//! Durations and radii of collisions, by Hertz theory.
+
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use shatter_client::contact::{self, Material, Partner};
+
+/// What becomes of two bodies that meet in a point.
+#[pyclass(frozen, get_all, module = "shatter")]
+pub struct Hertz {
+    approach_m: f64,
+    radius_m: f64,
+    force_n: f64,
+    duration_s: f64,
+}
+
+/// Mass (kg), radius (m), Young's modulus (Pa) and Poisson's ratio.
+type Body = (f64, f64, f64, f64);
+
+/// Two bodies that meet at a speed; with an impulse, of the mass that it stops.
+#[pyfunction]
+#[pyo3(signature = (one, other, speed_m_s, *, impulse_ns = None))]
+pub fn hertz(one: Body, other: Body, speed_m_s: f64, impulse_ns: Option<f64>) -> PyResult<Hertz> {
+    let partner = |(mass_kg, radius_m, young_pa, poisson): Body| Partner {
+        material: Material { young_pa, poisson },
+        mass_kg,
+        radius_m,
+    };
+    let (one, other) = (partner(one), partner(other));
+    let found = match impulse_ns {
+        Some(impulse_ns) => contact::Hertz::of_impulse(&one, &other, speed_m_s, impulse_ns),
+        None => contact::Hertz::of(&one, &other, speed_m_s),
+    };
+    let contact::Hertz { approach_m, radius_m, force_n, duration_s } =
+        found.map_err(|error| PyValueError::new_err(error.to_string()))?;
+    Ok(Hertz { approach_m, radius_m, force_n, duration_s })
+}

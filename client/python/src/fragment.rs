@@ -1,0 +1,227 @@
+//! Fragments.
+
+use crate::array::{column, rows};
+use crate::broken::{Held, unknown};
+use numpy::{PyArray1, PyArray2};
+use pyo3::prelude::*;
+use shatter_proto::answer::{LookWire, SkinVertexWire};
+use std::sync::Arc;
+
+/// One fragment: a closed mesh and what a rigid body needs.
+#[pyclass(frozen, module = "shatter")]
+pub struct Fragment {
+    held: Arc<Held>,
+    id: u32,
+}
+
+impl Fragment {
+    pub fn new(held: Arc<Held>, id: u32) -> Self {
+        Self { held, id }
+    }
+
+    fn with<T>(&self, look: impl FnOnce(shatter_client::Fragment<'_>) -> T) -> PyResult<T> {
+        self.held.with(|broken| broken.fragment(self.id).map(look)).ok_or_else(|| unknown(self.id))
+    }
+
+    /// Rows, or nothing where the answer has none.
+    fn rows<'py, T: numpy::Element, const N: usize>(
+        &self,
+        py: Python<'py>,
+        values: impl Fn(shatter_client::Fragment<'_>) -> &[[T; N]],
+    ) -> PyResult<Option<Bound<'py, PyArray2<T>>>> {
+        let array = rows(py, &self.held, |broken| broken.fragment(self.id).map(&values))?;
+        Ok(Some(array).filter(|array| !numpy::PyUntypedArrayMethods::is_empty(array)))
+    }
+}
+
+/// Three vertices per triangle.
+fn triangles(indices: &[u32]) -> &[[u32; 3]] {
+    indices.as_chunks().0
+}
+
+/// Normal and texture coordinates.
+fn looks(rows: &[LookWire]) -> &[[f32; 5]] {
+    bytemuck::cast_slice(rows)
+}
+
+/// Position, normal and texture coordinates.
+fn skin_vertices(rows: &[SkinVertexWire]) -> &[[f32; 8]] {
+    bytemuck::cast_slice(rows)
+}
+
+#[pymethods]
+impl Fragment {
+    #[getter]
+    fn id(&self) -> u32 {
+        self.id
+    }
+
+    #[getter]
+    fn body(&self) -> PyResult<u32> {
+        self.with(|own| own.row().body)
+    }
+
+    #[getter]
+    fn volume_m3(&self) -> PyResult<f64> {
+        self.with(|own| own.volume_m3())
+    }
+
+    #[getter]
+    fn mass_kg(&self) -> PyResult<f64> {
+        self.with(|own| own.mass_kg())
+    }
+
+    #[getter]
+    fn centre_m<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        Ok(PyArray1::from_slice(py, &self.with(|own| own.centre_m())?))
+    }
+
+    #[getter]
+    fn inertia_kg_m2<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let [xx, yy, zz, xy, xz, yz] = self.with(|own| own.inertia_kg_m2())?;
+        let tensor = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]];
+        Ok(PyArray2::from_owned_array(py, numpy::ndarray::arr2(&tensor)))
+    }
+
+    #[getter]
+    fn linear_m_s<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray1<f64>>>> {
+        let velocity = self.with(|own| own.velocity().map(|velocity| velocity.linear_m_s))?;
+        Ok(velocity.map(|velocity| PyArray1::from_slice(py, &velocity)))
+    }
+
+    #[getter]
+    fn angular_rad_s<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray1<f64>>>> {
+        let velocity = self.with(|own| own.velocity().map(|velocity| velocity.angular_rad_s))?;
+        Ok(velocity.map(|velocity| PyArray1::from_slice(py, &velocity)))
+    }
+
+    #[getter]
+    fn positions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f32>>> {
+        rows(py, &self.held, |broken| broken.fragment(self.id).map(|own| own.positions()))
+    }
+
+    #[getter]
+    fn triangles<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<u32>>> {
+        rows(py, &self.held, |broken| broken.fragment(self.id).map(|own| triangles(own.indices())))
+    }
+
+    #[getter]
+    fn merges<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<u32>>> {
+        rows(py, &self.held, |broken| broken.fragment(self.id).map(|own| own.merges()))
+    }
+
+    #[getter]
+    fn normals<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<f32>>>> {
+        self.rows(py, |own| own.normals())
+    }
+
+    #[getter]
+    fn uvs<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<f32>>>> {
+        self.rows(py, |own| own.uvs())
+    }
+
+    #[getter]
+    fn looks<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<f32>>>> {
+        self.rows(py, |own| looks(own.looks()))
+    }
+
+    #[getter]
+    fn materials<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray1<u32>>>> {
+        let array = column(py, &self.held, |broken| broken.fragment(self.id).map(|own| own.materials()))?;
+        Ok(Some(array).filter(|array| !numpy::PyUntypedArrayMethods::is_empty(array)))
+    }
+
+    #[getter]
+    fn runs(&self) -> PyResult<Vec<Run>> {
+        self.with(|own| {
+            let run = |run: shatter_client::Run<'_>| Run {
+                neighbour: run.neighbour,
+                crack: run.crack,
+                triangle_first: run.index_first / 3,
+                triangle_count: run.indices.len() as u32 / 3,
+                vertex_first: run.vertex_first,
+                vertex_count: run.positions.len() as u32,
+            };
+            own.runs().map(run).collect()
+        })
+    }
+
+    #[getter]
+    fn hull(&self, py: Python<'_>) -> PyResult<Option<Hull>> {
+        let Some((coverage, margin_m)) = self.with(|own| own.hull().map(|hull| (hull.coverage, hull.margin_m)))? else {
+            return Ok(None);
+        };
+        Ok(Some(Hull {
+            positions: rows(py, &self.held, |broken| {
+                broken.fragment(self.id).and_then(|own| own.hull()).map(|hull| hull.positions)
+            })?
+            .unbind(),
+            triangles: rows(py, &self.held, |broken| {
+                broken.fragment(self.id).and_then(|own| own.hull()).map(|hull| triangles(hull.indices))
+            })?
+            .unbind(),
+            coverage,
+            margin_m,
+        }))
+    }
+
+    #[getter]
+    fn skin(&self, py: Python<'_>) -> PyResult<Option<Skin>> {
+        if !self.with(|own| own.skin().is_some_and(|skin| !skin.vertices.is_empty()))? {
+            return Ok(None);
+        }
+        Ok(Some(Skin {
+            vertices: rows(py, &self.held, |broken| {
+                broken.fragment(self.id).and_then(|own| own.skin()).map(|skin| skin_vertices(skin.vertices))
+            })?
+            .unbind(),
+            triangles: rows(py, &self.held, |broken| {
+                broken.fragment(self.id).and_then(|own| own.skin()).map(|skin| triangles(skin.indices))
+            })?
+            .unbind(),
+            materials: column(py, &self.held, |broken| {
+                broken.fragment(self.id).and_then(|own| own.skin()).map(|skin| skin.materials)
+            })?
+            .unbind(),
+        }))
+    }
+
+    fn is_closed(&self, py: Python<'_>) -> PyResult<bool> {
+        py.detach(|| self.with(|own| own.is_closed()))
+    }
+
+    fn __repr__(&self) -> PyResult<String> {
+        self.with(|own| {
+            let (mass_kg, triangles) = (own.mass_kg(), own.indices().len() / 3);
+            format!("Fragment(id={}, mass_kg={mass_kg:.4}, triangles={triangles})", self.id)
+        })
+    }
+}
+
+/// Triangles of one fragment that face one neighbour, or the outside.
+#[pyclass(frozen, get_all, module = "shatter")]
+pub struct Run {
+    neighbour: Option<u32>,
+    crack: bool,
+    triangle_first: u32,
+    triangle_count: u32,
+    vertex_first: u32,
+    vertex_count: u32,
+}
+
+/// The convex proxy of a fragment.
+#[pyclass(frozen, get_all, module = "shatter")]
+pub struct Hull {
+    positions: Py<PyArray2<f32>>,
+    triangles: Py<PyArray2<u32>>,
+    coverage: f64,
+    margin_m: f64,
+}
+
+/// The input's own triangles as far as they are a fragment's.
+#[pyclass(frozen, get_all, module = "shatter")]
+pub struct Skin {
+    vertices: Py<PyArray2<f32>>,
+    triangles: Py<PyArray2<u32>>,
+    materials: Py<PyArray1<u32>>,
+}

@@ -1,0 +1,138 @@
+//! What strikes an object, from keywords.
+
+use crate::refusal::raised;
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use shatter_client::{Effect, Elastic, Impact, Lift, Quality};
+use std::time::Duration;
+
+/// Where and how hard an object is hit.
+#[pyclass(frozen, get_all, module = "shatter")]
+pub struct Contact {
+    point: [f64; 3],
+    impulse: [f64; 3],
+    duration_s: Option<f64>,
+    radius: Option<f64>,
+}
+
+#[pymethods]
+impl Contact {
+    #[new]
+    #[pyo3(signature = (point, impulse, *, duration_s = None, radius = None))]
+    fn new(point: [f64; 3], impulse: [f64; 3], duration_s: Option<f64>, radius: Option<f64>) -> Self {
+        Self { point, impulse, duration_s, radius }
+    }
+
+    fn __repr__(&self) -> String {
+        format!("Contact(point={:?}, impulse={:?})", self.point, self.impulse)
+    }
+}
+
+/// An impact with these contacts.
+pub fn at<'a>(mut contacts: impl Iterator<Item = &'a Contact>) -> PyResult<Impact> {
+    let describe = |impact: Impact, contact: &Contact| {
+        let impact = impact.impulse(contact.impulse);
+        let impact = contact.duration_s.map_or(impact.clone(), |duration_s| impact.duration(duration_s));
+        contact.radius.map_or(impact.clone(), |radius| impact.radius(radius))
+    };
+    let first = contacts.next().ok_or_else(|| PyValueError::new_err("a strike takes at least one Contact"))?;
+    let impact = describe(Impact::at(first.point), first);
+    Ok(contacts.fold(impact, |impact, contact| describe(impact.and_at(contact.point), contact)))
+}
+
+/// A number of sites, or where it comes from.
+#[derive(FromPyObject)]
+pub enum Degree {
+    Sites(u32),
+    Source(String),
+}
+
+/// How an answer shall be computed.
+pub struct Wish<'a> {
+    pub degree: Option<Degree>,
+    pub quality: Option<&'a str>,
+    pub error: Option<f64>,
+    pub time_ms: Option<f64>,
+    pub iterations: Option<u32>,
+    pub enable: Vec<String>,
+    pub disable: Vec<String>,
+    pub gamma_j_m2: Option<f64>,
+    pub lift: Option<&'a str>,
+    pub elastic: Option<&'a str>,
+    pub seed: u64,
+    pub keep: bool,
+    pub origin: Option<(u64, u32)>,
+    pub deadline: Option<Duration>,
+    pub fragments_max: Option<u32>,
+    pub bytes_max: Option<u64>,
+}
+
+impl Wish<'_> {
+    /// `impact`, computed so.
+    pub fn describe(self, impact: Impact) -> PyResult<Impact> {
+        let effect = |name: &String| Effect::by_name(name).map_err(raised);
+        let mut impact = impact.seed(self.seed);
+        if let Some(degree) = self.degree {
+            impact = impact.degree(degree_of(degree)?);
+        }
+        if let Some(name) = self.quality {
+            impact = impact.quality(Quality::by_name(name).map_err(raised)?);
+        }
+        if let Some(name) = self.lift {
+            impact = impact.lift(lift(name)?);
+        }
+        if let Some(name) = self.elastic {
+            impact = impact.elastic(elastic(name)?);
+        }
+        for name in &self.enable {
+            impact = impact.enable(effect(name)?);
+        }
+        for name in &self.disable {
+            impact = impact.disable(effect(name)?);
+        }
+        impact = self.error.into_iter().fold(impact, Impact::error);
+        impact = self.time_ms.into_iter().fold(impact, Impact::time_ms);
+        impact = self.iterations.into_iter().fold(impact, Impact::iterations);
+        impact = self.gamma_j_m2.into_iter().fold(impact, Impact::gamma);
+        impact = self.deadline.into_iter().fold(impact, Impact::deadline);
+        impact = self.fragments_max.into_iter().fold(impact, Impact::fragments_max);
+        impact = self.bytes_max.into_iter().fold(impact, Impact::bytes_max);
+        impact = self.origin.into_iter().fold(impact, |impact, (handle, fragment)| impact.from(handle, fragment));
+        Ok(if self.keep { impact.keep() } else { impact })
+    }
+}
+
+fn degree_of(degree: Degree) -> PyResult<shatter_client::Degree> {
+    use shatter_client::Degree::{ClosedForm, Inferred, Optimised, Sites, Verified};
+    match degree {
+        Degree::Sites(sites) => Ok(Sites(sites)),
+        Degree::Source(name) => match name.as_str() {
+            "closed_form" => Ok(ClosedForm),
+            "inferred" => Ok(Inferred),
+            "verified" => Ok(Verified),
+            "optimised" => Ok(Optimised),
+            _ => Err(none("degree", &name, "a number, closed_form, inferred, verified, optimised")),
+        },
+    }
+}
+
+fn lift(name: &str) -> PyResult<Lift> {
+    match name {
+        "euclidean" => Ok(Lift::Euclidean),
+        "interior" => Ok(Lift::Interior),
+        "surface_diffusion" => Ok(Lift::SurfaceDiffusion),
+        _ => Err(none("lift", name, "euclidean, interior, surface_diffusion")),
+    }
+}
+
+fn elastic(name: &str) -> PyResult<Elastic> {
+    match name {
+        "reduced" => Ok(Elastic::Reduced),
+        "solve" => Ok(Elastic::Solve),
+        _ => Err(none("elastic", name, "reduced, solve")),
+    }
+}
+
+fn none(key: &str, name: &str, names: &str) -> PyErr {
+    PyValueError::new_err(format!("{key}: `{name}` is none of {names}"))
+}

@@ -1,0 +1,58 @@
+//! Python interface of the client: the module `shatter._shatter`, whose names `shatter` hands on. What they mean stands in
+//! `python/shatter/_shatter.pyi`.
+
+mod array;
+mod broken;
+mod contact;
+mod fragment;
+mod impact;
+mod refusal;
+mod service;
+mod ticket;
+
+use pyo3::prelude::*;
+use refusal::Refusal;
+use service::Service;
+use shatter_client::Convention;
+
+/// Connects to the service of that name.
+#[pyfunction]
+#[pyo3(signature = (name = "default", *, timeout_s = 1.0, convention = "gltf"))]
+fn connect(py: Python<'_>, name: &str, timeout_s: f64, convention: &str) -> PyResult<Service> {
+    let convention = Convention::by_name(convention).map_err(refusal::raised)?;
+    let timeout = service::timeout(timeout_s)?;
+    Service::connect(py, name, timeout, convention)
+}
+
+/// Connects as `connect` does, but waits for a daemon to appear.
+#[pyfunction]
+#[pyo3(signature = (name = "default", *, timeout_s = 60.0, convention = "gltf"))]
+fn wait_for(py: Python<'_>, name: &str, timeout_s: f64, convention: &str) -> PyResult<Service> {
+    let convention = Convention::by_name(convention).map_err(refusal::raised)?;
+    let timeout = service::timeout(timeout_s)?;
+    Service::wait_for(py, name, timeout, convention)
+}
+
+#[pymodule]
+fn _shatter(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add("Refusal", module.py().get_type::<Refusal>())?;
+    module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    module.add_function(wrap_pyfunction!(connect, module)?)?;
+    module.add_function(wrap_pyfunction!(wait_for, module)?)?;
+    module.add_function(wrap_pyfunction!(contact::hertz, module)?)?;
+    module.add_class::<Service>()?;
+    module.add_class::<service::Object>()?;
+    module.add_class::<service::Facts>()?;
+    module.add_class::<service::Status>()?;
+    module.add_class::<impact::Contact>()?;
+    module.add_class::<contact::Hertz>()?;
+    module.add_class::<ticket::Ticket>()?;
+    module.add_class::<broken::Broken>()?;
+    module.add_class::<broken::Summary>()?;
+    module.add_class::<broken::Bond>()?;
+    module.add_class::<broken::Debris>()?;
+    module.add_class::<fragment::Fragment>()?;
+    module.add_class::<fragment::Run>()?;
+    module.add_class::<fragment::Hull>()?;
+    module.add_class::<fragment::Skin>()
+}

@@ -1,0 +1,226 @@
+//! Connections and objects.
+
+use crate::impact::{self, Contact, Wish};
+use crate::refusal::raised;
+use crate::ticket::Ticket;
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use shatter_client::{Convention, Deadline, Kind, ObjectFacts, Shatter};
+use std::time::{Duration, Instant};
+
+/// How long nobody looks whether Ctrl-C was pressed.
+const SLICE: Duration = Duration::from_millis(50);
+
+/// Seconds that are a time.
+pub fn timeout(seconds: f64) -> PyResult<Duration> {
+    Duration::try_from_secs_f64(seconds).map_err(|error| PyValueError::new_err(format!("{seconds} s: {error}")))
+}
+
+/// Asks in slices until there is an answer or a refusal other than `pending`, or until `timeout` is over; other threads of Python run
+/// meanwhile, and signals are heeded.
+pub fn in_slices<T: Send>(
+    py: Python<'_>,
+    timeout: Duration,
+    pending: Kind,
+    ask: impl Fn(Deadline) -> Result<T, shatter_client::Refusal> + Sync,
+) -> PyResult<T> {
+    let begin = Instant::now();
+    loop {
+        let left = timeout.saturating_sub(begin.elapsed());
+        match py.detach(|| ask(Deadline::after(left.min(SLICE)))) {
+            Err(refusal) if refusal.kind == pending && left > SLICE => py.check_signals()?,
+            result => return result.map_err(raised),
+        }
+    }
+}
+
+/// A connection to a service.
+#[pyclass(frozen, module = "shatter")]
+pub struct Service(Shatter);
+
+impl Service {
+    pub fn connect(py: Python<'_>, name: &str, timeout: Duration, convention: Convention) -> PyResult<Self> {
+        let service = py.detach(|| Shatter::connect(name, Deadline::after(timeout))).map_err(raised)?;
+        Ok(Self(service.with_convention(convention)))
+    }
+
+    pub fn wait_for(py: Python<'_>, name: &str, timeout: Duration, convention: Convention) -> PyResult<Self> {
+        let service = in_slices(py, timeout, Kind::NoDaemon, |slice| Shatter::wait_for(name, slice))?;
+        Ok(Self(service.with_convention(convention)))
+    }
+}
+
+#[pymethods]
+impl Service {
+    #[pyo3(signature = (name, *, timeout_s = 1.0))]
+    fn object(&self, py: Python<'_>, name: &str, timeout_s: f64) -> PyResult<Object> {
+        let deadline = Deadline::after(timeout(timeout_s)?);
+        py.detach(|| self.0.object(name, deadline)).map(Object).map_err(raised)
+    }
+
+    #[pyo3(signature = (*, timeout_s = 1.0))]
+    fn objects(&self, py: Python<'_>, timeout_s: f64) -> PyResult<Vec<Facts>> {
+        let deadline = Deadline::after(timeout(timeout_s)?);
+        let all = py.detach(|| self.0.objects(deadline)).map_err(raised)?;
+        Ok(all.iter().map(Facts::from).collect())
+    }
+
+    #[pyo3(signature = (*, timeout_s = 1.0))]
+    fn status(&self, py: Python<'_>, timeout_s: f64) -> PyResult<Status> {
+        let deadline = Deadline::after(timeout(timeout_s)?);
+        let status = py.detach(|| self.0.status(deadline)).map_err(raised)?;
+        let row = status.row();
+        Ok(Status {
+            pid: row.pid,
+            threads: row.threads,
+            clients: row.clients,
+            queued: row.queued,
+            running: row.running,
+            answered: row.answered,
+            refused: row.refused,
+            uptime_s: 1e-9 * row.uptime_ns as f64,
+        })
+    }
+
+    #[pyo3(signature = (handle, *, timeout_s = 1.0))]
+    fn release(&self, py: Python<'_>, handle: u64, timeout_s: f64) -> PyResult<()> {
+        let deadline = Deadline::after(timeout(timeout_s)?);
+        py.detach(|| self.0.release(handle, deadline)).map_err(raised)
+    }
+}
+
+/// How a service goes.
+#[pyclass(frozen, get_all, module = "shatter")]
+pub struct Status {
+    pid: u32,
+    threads: u32,
+    clients: u32,
+    queued: u32,
+    running: u32,
+    answered: u64,
+    refused: u64,
+    uptime_s: f64,
+}
+
+/// What a service says of an object.
+#[pyclass(frozen, get_all, module = "shatter")]
+pub struct Facts {
+    name: String,
+    ready: bool,
+    refusal: Option<String>,
+    material: String,
+    bodies: u32,
+    degree_max: u32,
+    elastic_nodes: u32,
+    crack_nodes: u32,
+    gamma_j_m2: f64,
+    young_pa: f64,
+    poisson: f64,
+    density_kg_m3: f64,
+    volume_m3: f64,
+    diagonal_m: f64,
+    centre_m: [f64; 3],
+    radius_m: f64,
+    duration_s: f64,
+}
+
+impl From<&ObjectFacts> for Facts {
+    fn from(facts: &ObjectFacts) -> Self {
+        Self {
+            name: facts.name.clone(),
+            ready: facts.ready,
+            refusal: facts.refusal.as_ref().map(|refusal| refusal.message.clone()),
+            material: facts.material.clone(),
+            bodies: facts.bodies,
+            degree_max: facts.degree_max,
+            elastic_nodes: facts.elastic_nodes,
+            crack_nodes: facts.crack_nodes,
+            gamma_j_m2: facts.gamma_j_m2,
+            young_pa: facts.young_pa,
+            poisson: facts.poisson,
+            density_kg_m3: facts.density_kg_m3,
+            volume_m3: facts.volume_m3,
+            diagonal_m: facts.diagonal_m,
+            centre_m: facts.centre_m,
+            radius_m: facts.radius_m,
+            duration_s: facts.duration_s,
+        }
+    }
+}
+
+/// An object that can be struck.
+#[pyclass(frozen, module = "shatter")]
+pub struct Object(shatter_client::Object);
+
+#[pymethods]
+impl Object {
+    #[getter]
+    fn facts(&self) -> Facts {
+        self.0.facts().into()
+    }
+
+    #[getter]
+    fn name(&self) -> &str {
+        &self.0.facts().name
+    }
+
+    #[pyo3(signature = (*contacts, degree = None, quality = None, error = None, time_ms = None, iterations = None,
+        enable = None, disable = None, gamma_j_m2 = None, lift = None, elastic = None, seed = 0, keep = false,
+        origin = None, deadline_s = None, fragments_max = None, bytes_max = None))]
+    #[expect(clippy::too_many_arguments, reason = "keywords of a call in Python")]
+    fn strike(
+        &self,
+        contacts: Vec<PyRef<'_, Contact>>,
+        degree: Option<impact::Degree>,
+        quality: Option<&str>,
+        error: Option<f64>,
+        time_ms: Option<f64>,
+        iterations: Option<u32>,
+        enable: Option<Vec<String>>,
+        disable: Option<Vec<String>>,
+        gamma_j_m2: Option<f64>,
+        lift: Option<&str>,
+        elastic: Option<&str>,
+        seed: u64,
+        keep: bool,
+        origin: Option<(u64, u32)>,
+        deadline_s: Option<f64>,
+        fragments_max: Option<u32>,
+        bytes_max: Option<u64>,
+    ) -> PyResult<Ticket> {
+        let wish = Wish {
+            degree,
+            quality,
+            error,
+            time_ms,
+            iterations,
+            enable: enable.unwrap_or_default(),
+            disable: disable.unwrap_or_default(),
+            gamma_j_m2,
+            lift,
+            elastic,
+            seed,
+            keep,
+            origin,
+            deadline: deadline_s.map(timeout).transpose()?,
+            fragments_max,
+            bytes_max,
+        };
+        let impact = wish.describe(impact::at(contacts.iter().map(|contact| &**contact))?)?;
+        self.0.strike(&impact).map(Ticket::new).map_err(raised)
+    }
+
+    #[pyo3(signature = (pieces, *, seed = 0, timeout_s = 60.0))]
+    fn even(&self, py: Python<'_>, pieces: u32, seed: u64, timeout_s: f64) -> PyResult<Ticket> {
+        let deadline = Deadline::after(timeout(timeout_s)?);
+        let impact = py.detach(|| self.0.even(pieces, deadline)).map_err(raised)?;
+        self.0.strike(&impact.seed(seed)).map(Ticket::new).map_err(raised)
+    }
+
+    #[pyo3(signature = (*contacts, timeout_s = 60.0))]
+    fn threshold_factor(&self, py: Python<'_>, contacts: Vec<PyRef<'_, Contact>>, timeout_s: f64) -> PyResult<f64> {
+        let impact = impact::at(contacts.iter().map(|contact| &**contact))?.threshold_only();
+        let ticket = self.0.strike(&impact).map(Ticket::new).map_err(raised)?;
+        Ok(ticket.wait(py, timeout_s)?.summary()?.threshold_impulse_factor)
+    }
+}

@@ -1,0 +1,58 @@
+//! Strikes under way.
+
+use crate::broken::Broken;
+use crate::refusal::raised;
+use crate::service::{in_slices, timeout};
+use pyo3::prelude::*;
+use shatter_client::{Kind, Poll, Progress};
+use std::sync::{Mutex, PoisonError};
+
+/// A strike under way; cancelled when the last reference to it goes before it was answered.
+#[pyclass(frozen, module = "shatter")]
+pub struct Ticket(Mutex<Option<shatter_client::Ticket>>);
+
+impl Ticket {
+    pub fn new(ticket: shatter_client::Ticket) -> Self {
+        Self(Mutex::new(Some(ticket)))
+    }
+
+    fn with<T>(
+        &self,
+        ask: impl FnOnce(&mut shatter_client::Ticket) -> Result<T, shatter_client::Refusal>,
+    ) -> Result<T, shatter_client::Refusal> {
+        let mut place = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let spent = || shatter_client::Refusal::new(Kind::Cancelled, "ticket", "the ticket was cancelled");
+        ask(place.as_mut().ok_or_else(spent)?)
+    }
+}
+
+#[pymethods]
+impl Ticket {
+    #[pyo3(signature = (timeout_s = 60.0))]
+    pub fn wait(&self, py: Python<'_>, timeout_s: f64) -> PyResult<Broken> {
+        let timeout = timeout(timeout_s)?;
+        let broken = in_slices(py, timeout, Kind::Late, |slice| self.with(|ticket| ticket.wait(slice)))?;
+        Ok(Broken::new(broken))
+    }
+
+    fn poll(&self, py: Python<'_>) -> PyResult<Option<Broken>> {
+        match py.detach(|| self.with(shatter_client::Ticket::poll)).map_err(raised)? {
+            Poll::Pending => Ok(None),
+            Poll::Ready(broken) => Ok(Some(Broken::new(broken))),
+        }
+    }
+
+    #[getter]
+    fn state(&self, py: Python<'_>) -> PyResult<&'static str> {
+        let progress = py.detach(|| self.with(|ticket| Ok(ticket.progress()))).map_err(raised)?;
+        Ok(match progress {
+            Progress::Waiting => "waiting",
+            Progress::Computing { .. } => "computing",
+            Progress::Ended => "ended",
+        })
+    }
+
+    fn cancel(&self, py: Python<'_>) {
+        py.detach(|| self.0.lock().unwrap_or_else(PoisonError::into_inner).take());
+    }
+}

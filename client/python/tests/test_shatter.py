@@ -1,0 +1,270 @@
+"""What the package promises, against a daemon that the environment names: SHATTER_TEST_SERVICE and SHATTER_TEST_OBJECT."""
+
+import functools
+import gc
+import math
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+
+import numpy as np
+import pytest
+import shatter
+
+SERVICE = os.environ["SHATTER_TEST_SERVICE"]
+OBJECT = os.environ["SHATTER_TEST_OBJECT"]
+
+
+@pytest.fixture(scope="module")
+def service():
+    return shatter.wait_for(SERVICE)
+
+
+@pytest.fixture(scope="module")
+def body(service):
+    return service.object(OBJECT)
+
+
+@functools.cache
+def top():
+    """The highest vertex, m."""
+    whole = shatter.connect(SERVICE).object(OBJECT).even(1).wait()[0]
+    return whole.centre_m + whole.positions[whole.positions[:, 1].argmax()]
+
+
+def blow(body, scale=1.0):
+    return shatter.Contact(top(), (0.0, -2.0 * scale, 0.0))
+
+
+def volume(positions, triangles):
+    a, b, c = (positions[triangles[:, k]].astype(float) for k in range(3))
+    return np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0
+
+
+def test_fragments_are_closed_and_add_up(body):
+    broken = body.strike(blow(body), degree=12).wait()
+    assert len(broken) == len(list(broken)) >= 12 and not broken.is_whole
+    for fragment in broken:
+        assert fragment.is_closed()
+        assert volume(fragment.positions, fragment.triangles) == pytest.approx(fragment.volume_m3, rel=1e-5)
+        assert np.linalg.eigvalsh(fragment.inertia_kg_m2).min() > 0
+        assert sum(run.triangle_count for run in fragment.runs) == len(fragment.triangles)
+    assert sum(f.volume_m3 for f in broken) == pytest.approx(body.facts.volume_m3, rel=1e-6)
+    assert len(broken.positions) == sum(len(f.positions) for f in broken)
+    assert broken[-1].id == broken[len(broken) - 1].id == len(broken) - 1
+    with pytest.raises(IndexError):
+        broken[len(broken)]
+
+
+def test_arrays_are_views_that_cannot_be_written(body):
+    broken = body.strike(blow(body), degree=6).wait()
+    first, again = broken[0].positions, broken[0].positions
+    assert np.shares_memory(first, again) and np.shares_memory(first, broken.positions)
+    assert not first.flags.owndata and not first.flags.writeable
+    assert first.dtype == np.float32 and broken[0].triangles.dtype == np.uint32
+    with pytest.raises(ValueError):
+        first.flags.writeable = True
+    with pytest.raises(ValueError):
+        first[0, 0] = 1.0
+
+
+def test_arrays_outlive_the_answer_and_release_waits_for_them(body):
+    broken = body.strike(blow(body), degree=6).wait()
+    array = broken[0].positions
+    copied = array.copy()
+    with pytest.raises(BufferError):
+        broken.release()
+    del broken
+    gc.collect()
+    for seed in range(8):
+        body.strike(blow(body), degree=6, seed=seed).wait().release()
+    assert np.array_equal(array, copied)
+    with body.strike(blow(body), degree=6).wait() as other:
+        inner = other[0].positions
+    assert np.isfinite(inner).all()
+    with pytest.raises(ValueError):
+        other.summary
+
+
+def test_answers_that_are_let_go_do_not_use_up_the_service(body):
+    for seed in range(300):
+        assert len(body.strike(blow(body), degree=2, seed=seed).wait()) >= 2
+
+
+def test_same_strike_same_bytes(body):
+    hashes = {body.strike(blow(body), degree=9, seed=7).wait().output_hash for _ in range(3)}
+    assert len(hashes) == 1
+    assert hashes != {body.strike(blow(body), degree=9, seed=8).wait().output_hash}
+
+
+def test_effects_bring_what_they_say(body):
+    effects = ["normals", "uv", "hulls", "bonds", "debris", "release"]
+    broken = body.strike(blow(body), degree=8, enable=effects).wait()
+    fragment = broken[0]
+    assert fragment.normals.shape == fragment.positions.shape
+    assert np.allclose(np.linalg.norm(fragment.normals, axis=1), 1.0, atol=1e-3)
+    assert fragment.uvs.shape == (len(fragment.positions), 2)
+    assert fragment.linear_m_s.shape == (3,)
+    hulls = [f.hull for f in broken if f.hull is not None]
+    assert hulls and all(volume(hull.positions, hull.triangles) > 0 for hull in hulls)
+    assert broken.bonds and all(bond.area_m2 > 0 for bond in broken.bonds)
+    plain = body.strike(blow(body), degree=8).wait()
+    assert plain[0].normals is None and plain[0].hull is None and not plain.bonds
+
+
+def test_conventions_name_the_same_points_otherwise(body):
+    unreal = shatter.connect(SERVICE, convention="unreal").object(OBJECT)
+    x, y, z = top()
+    theirs = unreal.strike(shatter.Contact((100 * x, 100 * z, 100 * y), (0.0, 0.0, -200.0)), degree=6).wait()
+    ours = body.strike(blow(body), degree=6).wait()
+    for a, b in zip(ours, theirs):
+        assert np.allclose(100 * a.positions[:, [0, 2, 1]], b.positions, rtol=1e-5, atol=1e-6)
+        assert a.mass_kg == pytest.approx(b.mass_kg)
+
+
+def test_kept_fragments_are_struck_again(service, body):
+    broken = body.strike(blow(body), degree=4, keep=True).wait()
+    largest = max(broken, key=lambda fragment: fragment.mass_kg)
+    positions = largest.positions
+    contact = shatter.Contact(largest.centre_m + positions[positions[:, 1].argmax()], (0.0, -2.0, 0.0))
+    again = body.strike(contact, degree=3, origin=(broken.handle, largest.id)).wait()
+    assert sum(f.mass_kg for f in again) == pytest.approx(largest.mass_kg, rel=1e-5)
+    service.release(broken.handle)
+    with pytest.raises(shatter.Refusal) as refused:
+        body.strike(contact, origin=(broken.handle, largest.id)).wait()
+    assert refused.value.kind == "unknown_handle"
+
+
+def test_even_pieces_and_thresholds(body):
+    even = body.even(16).wait()
+    assert even.summary.sites == 16
+    assert sum(f.volume_m3 for f in even) == pytest.approx(body.facts.volume_m3, rel=1e-6)
+    factor = body.threshold_factor(blow(body))
+    assert body.strike(blow(body, 0.9 * factor)).wait().is_whole
+
+
+def test_hertz_of_a_steel_ball_on_steel():
+    """A ball of 1 kg at 1 m/s against a half-space, beside the closed form (Johnson 1985, 11.4)."""
+    young, poisson, radius, mass = 210e9, 0.3, 0.03, 1.0
+    found = shatter.hertz((mass, radius, young, poisson), (math.inf, math.inf, young, poisson), 1.0)
+    modulus = young / (2 * (1 - poisson**2))
+    assert found.approach_m == pytest.approx((15 * mass / (16 * modulus * math.sqrt(radius))) ** 0.4)
+    assert found.duration_s == pytest.approx(2.943275 * found.approach_m, rel=1e-6)
+    with pytest.raises(ValueError):
+        shatter.hertz((0.0, 0.1, young, poisson), (1.0, 0.1, young, poisson), 1.0)
+
+
+@pytest.mark.parametrize(
+    "strike, kind",
+    [
+        (lambda body: body.strike(shatter.Contact((math.nan, 0, 0), (1, 0, 0))), "contact_point"),
+        (lambda body: body.strike(shatter.Contact((0, 0, 0), (0, 0, 0))), "impulse"),
+        (lambda body: body.strike(shatter.Contact((1e6, 0, 0), (1, 0, 0))), "contact_too_far"),
+        (lambda body: body.strike(*[blow(body)] * 9), "contact_count"),
+        (lambda body: body.strike(blow(body), degree=0), "degree"),
+        (lambda body: body.strike(blow(body), gamma_j_m2=-1.0), "gamma"),
+        (lambda body: body.strike(blow(body), enable=["sparkles"]), "unknown_effect"),
+        (lambda body: body.strike(blow(body), origin=(12345, 0)), "unknown_handle"),
+        (lambda body: body.strike(blow(body), degree=9, fragments_max=2), "cap_exceeded"),
+    ],
+)
+def test_refusals_name_their_rule(body, strike, kind):
+    with pytest.raises(shatter.Refusal) as refused:
+        strike(body).wait()
+    error = refused.value
+    assert error.kind == kind and error.fault == "caller" and not error.retry and str(error)
+
+
+def test_wrong_arguments_are_pythons_own_errors(body, service):
+    for wrong in [(1.0, 2.0), "abc", None, (1.0, 2.0, "x")]:
+        with pytest.raises((TypeError, ValueError)):
+            shatter.Contact(wrong, (1, 0, 0))
+    with pytest.raises(ValueError):
+        body.strike()
+    with pytest.raises(ValueError):
+        body.strike(blow(body), degree="many")
+    with pytest.raises(ValueError):
+        body.strike(blow(body)).wait(timeout_s=-1.0)
+    with pytest.raises((OverflowError, TypeError)):
+        body.strike(blow(body), seed=-1)
+    for name in ["no such object", "", "with\0zero", "ä" * 500]:
+        with pytest.raises(shatter.Refusal):
+            service.object(name)
+    for name in ["", "a/b", "x" * 99]:
+        with pytest.raises(shatter.Refusal):
+            shatter.connect(name)
+    with pytest.raises(shatter.Refusal) as absent:
+        shatter.connect("nobody-here")
+    assert absent.value.kind == "no_daemon" and absent.value.fault == "environment"
+
+
+def test_tickets_poll_cancel_and_are_spent(body):
+    ticket = body.strike(blow(body), degree=5)
+    deadline = time.monotonic() + 60
+    while (broken := ticket.poll()) is None and time.monotonic() < deadline:
+        assert ticket.state in {"waiting", "computing", "ended"}
+    assert len(broken) >= 5 and ticket.state == "ended"
+    with pytest.raises(shatter.Refusal):
+        ticket.wait()
+    other = body.strike(blow(body), degree=5)
+    other.cancel()
+    with pytest.raises(shatter.Refusal) as refused:
+        other.wait()
+    assert refused.value.kind == "cancelled"
+
+
+def test_threads_share_one_connection(body):
+    expected = body.strike(blow(body), degree=7, seed=1).wait().output_hash
+    found, errors = [], []
+
+    def work():
+        try:
+            for _ in range(5):
+                found.append(body.strike(blow(body), degree=7, seed=1).wait().output_hash)
+        except Exception as error:
+            errors.append(error)
+
+    threads = [threading.Thread(target=work) for _ in range(4)]
+    [thread.start() for thread in threads]
+    [thread.join() for thread in threads]
+    assert not errors and found == [expected] * 20
+
+
+def test_one_ticket_in_two_threads(body):
+    ticket, answers, spent = body.strike(blow(body), degree=7), [], []
+
+    def work():
+        try:
+            answers.append(ticket.wait())
+        except shatter.Refusal as refusal:
+            spent.append(refusal.kind)
+
+    threads = [threading.Thread(target=work) for _ in range(2)]
+    [thread.start() for thread in threads]
+    [thread.join() for thread in threads]
+    assert len(answers) == 1 and spent == ["cancelled"]
+
+
+def test_ctrl_c_ends_a_wait():
+    script = "import shatter; print('on', flush=True); shatter.wait_for('nobody-here', timeout_s=600)"
+    child = subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    assert child.stdout.readline() == "on\n"
+    child.send_signal(signal.SIGINT)
+    _, error = child.communicate(timeout=60)
+    assert "KeyboardInterrupt" in error
+
+
+def test_files(body, tmp_path):
+    broken = body.strike(blow(body), degree=5, enable=["hulls", "bonds"]).wait()
+    broken.write_glb(tmp_path / "a.glb")
+    broken.write_obj(str(tmp_path / "pieces"))
+    broken.write_mjcf(tmp_path / "a.xml")
+    assert (tmp_path / "a.glb").read_bytes()[:4] == b"glTF"
+    assert len(list((tmp_path / "pieces").glob("fragment_[0-9]*[0-9].obj"))) == len(broken)
+    assert (tmp_path / "a.xml").read_text().lstrip().startswith("<")
+    with pytest.raises(shatter.Refusal) as refused:
+        broken.write_glb(tmp_path / "nowhere" / "a.glb")
+    assert refused.value.kind == "output"
