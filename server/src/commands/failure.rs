@@ -3,6 +3,7 @@
 use crate::study::accuracy::StudyError;
 use crate::study::effects::EffectsError;
 use crate::study::examples::ExamplesError;
+use crate::study::paper::PaperError;
 use serde_json::json;
 use shatter_fracture::database::{BakeError, DatabaseError, JoinError};
 use shatter_fracture::lattice::LatticeError;
@@ -114,6 +115,15 @@ impl Failure {
         match error {
             StudyError::Bake(error) => error.into(),
             StudyError::Plot(_) => Self::ours("plot", error.to_string()),
+            error => Self::refused("study", "object", error.to_string()),
+        }
+    }
+
+    /// Figures that could not be drawn.
+    pub fn paper(error: PaperError) -> Self {
+        match error {
+            PaperError::Bake(error) => error.into(),
+            PaperError::Strike(error) => Self::effects(error),
             error => Self::refused("study", "object", error.to_string()),
         }
     }

@@ -7,9 +7,10 @@ use crate::study::stability::{
     CASES, Fault, Findings, Outcome, REAL, Row, judge, locking, neck_over_impulses, neck_portraits, real,
     spoiled_statues,
 };
-use crate::study::{accuracy, effects, gallery};
+use crate::study::{accuracy, effects, gallery, paper};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::{Value, json};
+use shatter_fracture::pipeline::Quality;
 use shatter_fracture::surface::shapes::write_obj;
 use shatter_fracture::surface::{self, Unit, Up};
 use std::path::{Path, PathBuf};
@@ -29,6 +30,8 @@ enum Study {
     /// Bakes and strikes the objects of the shipped scenes, with the scene's effects and with all, draws what each costs, and every
     /// effect, off and on.
     Effects(Effects),
+    /// Draws the paper's two figures anew: a body struck by metal balls, and one dropped on its head at three thresholds.
+    Paper(Paper),
     /// Turns every dial of a strike over its values, and draws errors against times of whole strikes.
     Accuracy(Accuracy),
 }
@@ -39,6 +42,28 @@ struct Accuracy {
     /// Mesh file of the object, in metres [default: a generated statue].
     object: Option<PathBuf>,
     /// Folder for the page, its diagrams and their figures.
+    #[arg(long, value_name = "DIR", default_value = "shatter-study")]
+    out: PathBuf,
+    /// One JSON document on stdout.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Arguments of `shatterd study paper`.
+#[derive(clap::Args)]
+struct Paper {
+    /// Mesh file of the body [default: the horse of the folder of real meshes, else a generated statue].
+    object: Option<PathBuf>,
+    /// Folder of real meshes, which `horse.ply` is looked for in.
+    #[arg(long, value_name = "DIR", env = "SHATTER_MESHES")]
+    meshes: Option<PathBuf>,
+    /// The axis of the mesh file that points up.
+    #[arg(long, default_value = "y")]
+    up: Up,
+    /// Lattices of the body, and how strikes are computed.
+    #[arg(long, value_name = "draft|game|film|reference", value_parser = quality, default_value = "film")]
+    quality: Quality,
+    /// Folder for the page, its pictures and their figures.
     #[arg(long, value_name = "DIR", default_value = "shatter-study")]
     out: PathBuf,
     /// One JSON document on stdout.
@@ -101,6 +126,7 @@ pub fn run(args: &Args) -> Result<bool, Failure> {
         }
         Study::Effects(args) => effects(args).map(|()| true),
         Study::Accuracy(args) => accuracy(args).map(|()| true),
+        Study::Paper(args) => paper(args).map(|()| true),
     }
 }
 
@@ -140,6 +166,53 @@ fn accuracy(args: &Accuracy) -> Result<(), Failure> {
     }
     let lines: String = findings.points.iter().map(told_point).collect();
     out::print(&format!("{lines}Open {} in a browser.\n", args.out.join("accuracy.html").display()))
+}
+
+fn paper(args: &Paper) -> Result<(), Failure> {
+    out::folder(&args.out)?;
+    let horse = args.meshes.as_ref().map(|folder| folder.join("horse.ply")).filter(|file| file.is_file());
+    let plan = match (&args.object, &horse) {
+        (Some(file), _) => {
+            let name = file.file_stem().map_or_else(|| "object".into(), std::ffi::OsStr::to_string_lossy);
+            paper::Plan::new(name, surface::read(file, Unit::default(), args.up)?)
+        }
+        (None, Some(file)) => paper::Plan::horse(surface::read(file, Unit::default(), Up::Z)?),
+        (None, None) => paper::Plan::statue(),
+    };
+    let plan = paper::Plan { quality: args.quality, ..plan };
+    let bar = bar(plan.steps());
+    let drawn = paper::run(&plan, &mut |what| {
+        bar.set_message(what.to_owned());
+        bar.inc(1);
+    });
+    bar.finish_and_clear();
+    let drawn = drawn.map_err(Failure::paper)?;
+    let write = |name: String, bytes: &[u8]| {
+        let path = args.out.join(name);
+        std::fs::write(&path, bytes).map_err(|error| Failure::output(&path, &error))
+    };
+    for own in &drawn {
+        write(format!("{}.png", own.file), &own.png)?;
+        write(format!("{}.csv", own.file), own.csv().as_bytes())?;
+    }
+    write("paper.html".to_owned(), report::study(&paper::page(&plan, &drawn)).as_bytes())?;
+    if args.json {
+        return out::print(&format!("{}\n", paper::document(&plan, &drawn)));
+    }
+    let line = |own: &paper::Panel| {
+        format!(
+            "{:26} E1/γ {:>8} {:>4} pieces\n",
+            own.caption,
+            report::significant(own.e1_over_gamma, 3),
+            own.fragments
+        )
+    };
+    let lines: String = drawn.iter().flat_map(|own| &own.panels).map(line).collect();
+    out::print(&format!("{lines}Open {} in a browser.\n", args.out.join("paper.html").display()))
+}
+
+fn quality(name: &str) -> Result<Quality, String> {
+    Quality::by_name(name).ok_or_else(|| "`draft`, `game`, `film` or `reference`".to_owned())
 }
 
 /// One line of one setting: its time and its errors.

@@ -7,6 +7,7 @@ pub mod examples;
 pub mod exploded;
 pub mod gallery;
 pub mod mutants;
+pub mod paper;
 pub mod plot;
 pub mod precision;
 pub mod stability;

@@ -13,6 +13,10 @@ use shatter_fracture::token::Token;
 pub struct Broken {
     /// Its pieces.
     pub pieces: Pieces,
+    /// E_1/γ.
+    pub e1_over_gamma: f64,
+    /// Sites of the diagrams.
+    pub sites: u32,
     hub_m: [f64; 3],
     positions: Vec<[f32; 3]>,
     indices: Vec<u32>,
@@ -50,12 +54,21 @@ impl Broken {
     }
 
     fn of(prepared: &Prepared, outcome: Outcome) -> Result<Self, EffectsError> {
+        let Outcome { e1_over_gamma, sites, .. } = outcome;
         let pieces = outcome.pieces.ok_or_else(|| EffectsError::Whole(prepared.name.clone()))?;
         let mut positions = vec![[0.0; 3]; pieces.counts.vertices];
         let mut indices = vec![0; pieces.counts.indices];
         let mut merges = vec![[0; 2]; pieces.counts.merges];
         pieces.emit(&mut positions, &mut indices, &mut merges).map_err(refusal)?;
-        Ok(Self { pieces, hub_m: prepared.frame.centre_m.coords.into(), positions, indices, children: None })
+        Ok(Self {
+            pieces,
+            e1_over_gamma,
+            sites,
+            hub_m: prepared.frame.centre_m.coords.into(),
+            positions,
+            indices,
+            children: None,
+        })
     }
 
     /// Whether anchors held it.

@@ -12,7 +12,8 @@ use nalgebra::Vector3;
 use cast::Show;
 pub use cast::cast;
 
-use broken::Broken;
+pub(super) use broken::Broken;
+pub(super) use marks::ball;
 use shatter_fracture::pipeline::{Prepared, Strike};
 
 /// One half of a picture.
