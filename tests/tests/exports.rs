@@ -180,6 +180,23 @@ fn obj_folders_hold_closed_pieces_in_place_and_their_masses() {
     check_seen(&seen, &answer);
 }
 
+#[test]
+fn blender_makes_rigid_bodies_of_a_glb() {
+    let house = with(&shapes::arch(), "0.035");
+    let file = house.path("pieces.glb");
+    let answer = prefracture(&house, 16, &file, &[]);
+    let Some(seen) = peers::blender(&file, "72") else { return };
+    let pieces = seen["pieces"].as_array().unwrap();
+    assert_eq!(pieces.len(), rows(&answer).len());
+    for (piece, row) in pieces.iter().zip(rows(&answer)) {
+        assert!(piece["closed"] == true && piece["materials"].as_array().unwrap().iter().any(|name| name == "crack"));
+        let off = number(piece, "volume_m3") / number(row, "volume_m3") - 1.0;
+        assert!(off.abs() < VOLUME, "off by {off:e}: {piece}");
+        assert_eq!(number(&piece["extras"], "mass_kg"), number(row, "mass_kg"));
+    }
+    assert!(seen["finite"] == true && number(&seen, "lowest_m") > number(&seen, "floor_m"), "{seen}");
+}
+
 /// Names in a folder.
 fn names(folder: &Path) -> BTreeSet<String> {
     let entries = std::fs::read_dir(folder).unwrap();
