@@ -157,6 +157,7 @@ fn a_host_asks_and_is_answered_in_its_own_coordinates() {
         ("unreal", ["20,2,1", "-5000,0,300", "400"]),
         ("unity", ["-0.2,0.01,0.02", "50,3,0", "4"]),
         ("blender", ["0.2,-0.02,0.01", "-50,0,3", "4"]),
+        ("godot", [BLOW[0], BLOW[1], "4"]),
     ] {
         let other = told(convention, blow);
         for (key, tolerance) in
