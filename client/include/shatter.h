@@ -523,6 +523,44 @@ typedef struct ShatterFacts {
     struct ShatterRefusal refusal;
 } ShatterFacts;
 
+/// Coordinates of a host. Zeros are those of glTF: +Y up, right-handed, counter-clockwise, metres.
+typedef struct ShatterConvention {
+    /// 0: +Y points up. 1: +Z does.
+    uint32_t up;
+    /// 0: right-handed. 1: left-handed.
+    uint32_t hand;
+    /// Which way round triangles go, seen from outside. 0: counter-clockwise. 1: clockwise.
+    uint32_t winding;
+    /// Zero.
+    uint32_t reserved;
+    /// Length of the host's unit, m, 1e-6 to 1e6; 0: a metre.
+    double metres_per_unit;
+} ShatterConvention;
+
+/// One of two bodies that meet.
+typedef struct ShatterPartner {
+    /// Young's modulus, Pa; an object's stands in its `ShatterFacts`.
+    double young_pa;
+    /// Poisson's ratio.
+    double poisson;
+    /// Its mass, kg; 0: it does not move.
+    double mass_kg;
+    /// Radius of its surface where it is touched, m; 0: a plane. Negative: a hollow.
+    double radius_m;
+} ShatterPartner;
+
+/// What becomes of two bodies that meet in a point, by Hertz theory.
+typedef struct ShatterHertz {
+    /// How far they approach each other at most, m.
+    double approach_m;
+    /// Radius of the area of contact then, m: what `ShatterContact.radius_m` asks for, in the host's unit.
+    double radius_m;
+    /// The force then, N.
+    double force_n;
+    /// From the first touch to the last, s: what `ShatterContact.duration_s` asks for.
+    double duration_s;
+} ShatterHertz;
+
 /// Where and how hard an object is hit.
 typedef struct ShatterContact {
     /// Where, in the coordinates of the mesh file, m, +Y up.
@@ -650,7 +688,7 @@ typedef struct ShatterSummary {
 typedef struct ShatterLook {
     /// Of length one.
     float normal[3];
-    /// Texture coordinates, as in the input; zero where it has none.
+    /// Texture coordinates of the input, v upwards (OBJ's; 1 - v of glTF's); zero where it has none.
     float uv[2];
 } ShatterLook;
 
@@ -736,7 +774,7 @@ typedef struct ShatterSkinVertex {
     float position_m[3];
     /// Of length one.
     float normal[3];
-    /// Texture coordinates, as in the input; zero where it has none.
+    /// Texture coordinates of the input, v upwards (OBJ's; 1 - v of glTF's); zero where it has none.
     float uv[2];
 } ShatterSkinVertex;
 
@@ -880,6 +918,38 @@ ShatterCode shatter_service_release(const struct ShatterService *service,
                                     uint64_t timeout_ms,
                                     struct ShatterRefusal *refusal);
 
+/// The convention of that name: `gltf`, `godot`, `unity`, `unreal`, `blender` or `mujoco`.
+///
+/// Codes: `convention` if there is none.
+///
+/// # Safety
+/// `name` points to `length` bytes, or to text that ends with a zero if `length` is `SHATTER_UP_TO_ZERO`.
+ShatterCode shatter_convention_named(const char *name,
+                                     size_t length,
+                                     struct ShatterConvention *convention,
+                                     struct ShatterRefusal *refusal);
+
+/// The same connection for a host with these coordinates: impacts of objects taken from `hosted` are read, and their answers written, in its
+/// axes, unit and winding; `_m`, `_ns`, `_m2` and `_m3` of contacts, fragments and their parts then stand for that unit. What is said of
+/// objects (`ShatterFacts`) stays in metres along our axes, files stay glTF's. `hosted` is NULL afterwards where it failed. Free both.
+///
+/// Codes: `convention` if it is none.
+ShatterCode shatter_service_with_convention(const struct ShatterService *service,
+                                            const struct ShatterConvention *convention,
+                                            struct ShatterService **hosted,
+                                            struct ShatterRefusal *refusal);
+
+/// How long and how wide a contact is that stopped `speed_m_s` (before the step, along the normal) by `impulse_ns`; an impulse of 0: that
+/// of a central collision of both masses. SI units, whatever the convention.
+///
+/// Codes: `argument`, which names the figure of which nothing can be made.
+ShatterCode shatter_hertz(const struct ShatterPartner *one,
+                          const struct ShatterPartner *other,
+                          double speed_m_s,
+                          double impulse_ns,
+                          struct ShatterHertz *hertz,
+                          struct ShatterRefusal *refusal);
+
 /// What the service said of it when it was asked for.
 ShatterCode shatter_object_facts(const struct ShatterObject *object,
                                  struct ShatterFacts *facts,
@@ -897,6 +967,18 @@ ShatterCode shatter_object_strike(const struct ShatterObject *object,
                                   const struct ShatterImpact *impact,
                                   struct ShatterTicket **ticket,
                                   struct ShatterRefusal *refusal);
+
+/// Sends the strike that divides the object into `pieces` even ones, without an impact: for hosts that want them ahead of time. `impact`
+/// tells seed, effects, quality, lift and caps; it has no contacts, degree or handle. NULL: every default. Waits, `timeout_ms` at most,
+/// only if the object has several bodies, for where they are. `ticket` is NULL afterwards where it failed.
+///
+/// Codes: as of `shatter_object_strike`; `argument` for contacts, a degree or a handle.
+ShatterCode shatter_object_even(const struct ShatterObject *object,
+                                uint32_t pieces,
+                                const struct ShatterImpact *impact,
+                                uint64_t timeout_ms,
+                                struct ShatterTicket **ticket,
+                                struct ShatterRefusal *refusal);
 
 /// Gives an object back; NULL is fine. Its tickets and answers live on.
 void shatter_object_free(struct ShatterObject *object);

@@ -401,9 +401,9 @@ pub struct RunWire {
     pub vertex_first: u32,
     /// Number of vertices.
     pub vertex_count: u32,
-    /// First index in the indices.
+    /// First index in the indices, a multiple of three.
     pub index_first: u32,
-    /// Number of indices.
+    /// Number of indices, three per triangle.
     pub index_count: u32,
     /// 0: outer. 1: crack.
     pub material: u32,
@@ -423,7 +423,7 @@ pub struct FragmentWire {
     pub vertex_first: u32,
     /// Number of vertices.
     pub vertex_count: u32,
-    /// First index in the indices.
+    /// First index in the indices, a multiple of three.
     pub index_first: u32,
     /// Number of indices, three per triangle.
     pub index_count: u32,

@@ -80,7 +80,7 @@ pub struct HullWire {
 pub struct LookWire {
     /// Of length one.
     pub normal: [f32; 3],
-    /// Texture coordinates, as in the input; zero where it has none.
+    /// Texture coordinates of the input, v upwards (OBJ's; 1 − v of glTF's); zero where it has none.
     pub uv: [f32; 2],
 }
 
@@ -106,7 +106,7 @@ pub struct SkinVertexWire {
     pub position_m: [f32; 3],
     /// Of length one.
     pub normal: [f32; 3],
-    /// Texture coordinates, as in the input; zero where it has none.
+    /// Texture coordinates of the input, v upwards (OBJ's; 1 − v of glTF's); zero where it has none.
     pub uv: [f32; 2],
 }
 

@@ -114,6 +114,38 @@ impl Convention {
         })
     }
 
+    /// What these numbers name, as they travel: [`Up`], [`Hand`] and [`Winding`] by their places, a unit of zero is a metre.
+    ///
+    /// # Errors
+    /// [`Kind::Convention`], which names the key of a number that names nothing.
+    pub fn of_numbers(up: u32, hand: u32, winding: u32, metres_per_unit: f64) -> Result<Self, Refusal> {
+        let none = |key: &str, number: u32| {
+            let message = format!("convention.{key} is {number}: must be 0 or 1");
+            Refusal::new(Kind::Convention, format!("convention.{key}"), message)
+        };
+        Ok(Self {
+            up: match up {
+                0 => Up::Y,
+                1 => Up::Z,
+                other => return Err(none("up", other)),
+            },
+            hand: match hand {
+                0 => Hand::Right,
+                1 => Hand::Left,
+                other => return Err(none("hand", other)),
+            },
+            winding: match winding {
+                0 => Winding::CounterClockwise,
+                1 => Winding::Clockwise,
+                other => return Err(none("winding", other)),
+            },
+            metres_per_unit: match metres_per_unit {
+                0.0 => 1.0,
+                metres => unit(metres)?,
+            },
+        })
+    }
+
     /// Whether nothing is changed.
     pub fn is_default(&self) -> bool {
         *self == Self::GLTF
@@ -252,33 +284,10 @@ impl StrikeWire {
         Ok(())
     }
 
-    /// The convention that it names; a unit of zero is a metre.
+    /// The convention that it names.
     pub(crate) fn convention(&self) -> Result<Convention, Refusal> {
-        let none = |key: &str, number: u32| {
-            let message = format!("convention.{key} is {number}: must be 0 or 1");
-            Refusal::new(Kind::Convention, format!("convention.{key}"), message)
-        };
-        Ok(Convention {
-            up: match self.convention_up {
-                0 => Up::Y,
-                1 => Up::Z,
-                other => return Err(none("up", other)),
-            },
-            hand: match self.convention_hand {
-                0 => Hand::Right,
-                1 => Hand::Left,
-                other => return Err(none("hand", other)),
-            },
-            winding: match self.convention_winding {
-                0 => Winding::CounterClockwise,
-                1 => Winding::Clockwise,
-                other => return Err(none("winding", other)),
-            },
-            metres_per_unit: match self.convention_metres_per_unit {
-                0.0 => 1.0,
-                metres => unit(metres)?,
-            },
-        })
+        let [up, hand, winding] = [self.convention_up, self.convention_hand, self.convention_winding];
+        Convention::of_numbers(up, hand, winding, self.convention_metres_per_unit)
     }
 }
 

@@ -153,6 +153,11 @@ fn within(first: u32, count: u32, length: usize) -> bool {
     u64::from(first) + u64::from(count) <= length as u64
 }
 
+/// Whether these are whole triangles: materials, one per triangle, are found by their places.
+fn triangles(index_first: u32, index_count: u32) -> bool {
+    index_first.is_multiple_of(3) && index_count.is_multiple_of(3)
+}
+
 /// Whether the part lies inside the whole.
 fn nested(part: (u32, u32), whole: (u32, u32)) -> bool {
     part.0 >= whole.0 && u64::from(part.0) + u64::from(part.1) <= u64::from(whole.0) + u64::from(whole.1)
@@ -209,7 +214,7 @@ fn fragment(view: &View<'_>, i: usize, fragment: &FragmentWire) -> Result<(), &'
     if !within(f.vertex_first, f.vertex_count, view.positions.len()) {
         return Err("vertices out of range");
     }
-    if !within(f.index_first, f.index_count, view.indices.len()) || !f.index_count.is_multiple_of(3) {
+    if !within(f.index_first, f.index_count, view.indices.len()) || !triangles(f.index_first, f.index_count) {
         return Err("indices out of range, or not whole triangles");
     }
     if !within(f.run_first, f.run_count, view.runs.len()) || !within(f.merge_first, f.merge_count, view.merges.len()) {
@@ -241,7 +246,7 @@ fn run(view: &View<'_>, run: &RunWire) -> Result<(), &'static str> {
     let indices = (fragment.index_first, fragment.index_count);
     let inside = nested((run.vertex_first, run.vertex_count), vertices)
         && nested((run.index_first, run.index_count), indices)
-        && run.index_count.is_multiple_of(3);
+        && triangles(run.index_first, run.index_count);
     if inside { Ok(()) } else { Err("reaches beyond its fragment") }
 }
 
@@ -250,7 +255,7 @@ fn mesh(vertices: (u32, u32), of: usize, indices: (u32, u32), all: &[u32]) -> Re
     if !within(vertices.0, vertices.1, of) {
         return Err("vertices out of range");
     }
-    if !within(indices.0, indices.1, all.len()) || !indices.1.is_multiple_of(3) || !indices.0.is_multiple_of(3) {
+    if !within(indices.0, indices.1, all.len()) || !triangles(indices.0, indices.1) {
         return Err("indices out of range, or not whole triangles");
     }
     let own = &all[indices.0 as usize..][..indices.1 as usize];

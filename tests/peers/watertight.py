@@ -2,14 +2,19 @@
 
 python3 watertight.py FILE.glb|FILE.obj ...
 
-Vertices are merged where they are the same point bit by bit; normals and texture coordinates do not count.
+Vertices are merged where they are the same point bit by bit; normals and texture coordinates do not count. `declared` is the surface
+that EXT_mesh_manifold declares, of a .glb whose meshes carry it: all of its triangles, merged by the extension's lists and by nothing else.
 """
 
 import json
+import struct
 import sys
 
 import numpy as np
 import trimesh
+
+KINDS = {5121: "<u1", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
+LANES = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
 
 
 def solid(meshes):
@@ -18,12 +23,20 @@ def solid(meshes):
     return trimesh.Trimesh(points, faces.reshape(-1, 3), process=False)
 
 
+def closed(mesh):
+    return bool(mesh.is_watertight and mesh.is_winding_consistent)
+
+
 def row(name, meshes):
     mesh = solid(meshes)
+    # As trimesh merges by itself, and nothing of ours does.
+    merged = trimesh.util.concatenate(meshes)
+    merged.merge_vertices(merge_tex=True, merge_norm=True)
     materials = sorted({getattr(getattr(m.visual, "material", None), "name", None) or "" for m in meshes})
     return {
         "name": name,
-        "watertight": bool(mesh.is_watertight and mesh.is_winding_consistent),
+        "watertight": closed(mesh),
+        "merged_watertight": closed(merged),
         "volume_m3": float(mesh.volume),
         "centre_m": mesh.center_mass.tolist(),
         "inertia_m5": mesh.moment_inertia.tolist(),
@@ -32,9 +45,65 @@ def row(name, meshes):
     }
 
 
+class Container:
+    """A binary glTF file, taken apart by hand: trimesh knows nothing of the extension."""
+
+    def __init__(self, path):
+        with open(path, "rb") as file:
+            content = file.read()
+        (length,) = struct.unpack_from("<I", content, 12)
+        self.document = json.loads(content[20 : 20 + length])
+        self.binary = content[28 + length :]
+
+    def dense(self, view, offset, count, kind, lanes):
+        view = self.document["bufferViews"][view]
+        first = view.get("byteOffset", 0) + offset
+        size = np.dtype(kind).itemsize * lanes
+        assert view.get("byteStride", size) == size
+        return np.frombuffer(self.binary, kind, count * lanes, first).reshape(-1, lanes)
+
+    def read(self, index):
+        accessor = self.document["accessors"][index]
+        kind, lanes = KINDS[accessor["componentType"]], LANES[accessor["type"]]
+        rows = self.dense(accessor["bufferView"], accessor.get("byteOffset", 0), accessor["count"], kind, lanes).copy()
+        sparse = accessor.get("sparse")
+        if sparse:
+            places, values = sparse["indices"], sparse["values"]
+            where = self.dense(places["bufferView"], places.get("byteOffset", 0), sparse["count"], KINDS[places["componentType"]], 1)
+            rows[where[:, 0]] = self.dense(values["bufferView"], values.get("byteOffset", 0), sparse["count"], kind, lanes)
+        return rows
+
+    def declared(self):
+        """By the name of its node, what the extension declares of a mesh."""
+        told = {}
+        for node in self.document["nodes"]:
+            mesh = self.document["meshes"][node["mesh"]] if "mesh" in node else {}
+            extension = mesh.get("extensions", {}).get("EXT_mesh_manifold")
+            if not extension:
+                continue
+            primitive = extension["manifoldPrimitive"]
+            faces = self.read(primitive["indices"]).reshape(-1, 3)
+            points = self.read(primitive["attributes"]["POSITION"]).astype(float)
+            if "mergeIndices" in extension:
+                # The lists say what the sparse accessor does.
+                plain = self.read(mesh["primitives"][0]["indices"])[:0].reshape(-1)
+                parts = [self.read(own["indices"]).reshape(-1) for own in mesh["primitives"]]
+                plain = np.concatenate([plain, *parts])
+                plain[self.read(extension["mergeIndices"])[:, 0]] = self.read(extension["mergeValues"])[:, 0]
+                assert (plain.reshape(-1, 3) == faces).all(), node["name"]
+            own = trimesh.Trimesh(points, faces, process=False)
+            told[node["name"]] = {
+                "watertight": closed(own),
+                "volume_m3": float(own.volume),
+                "extras": node.get("extras"),
+            }
+        return told
+
+
 rows = []
 for path in sys.argv[1:]:
     scene = trimesh.load_scene(path, process=False)
+    declared = Container(path).declared() if path.endswith(".glb") else {}
     nodes = {}
     for node in scene.graph.nodes_geometry:
         transform, geometry = scene.graph[node]
@@ -44,5 +113,5 @@ for path in sys.argv[1:]:
         mesh = scene.geometry[geometry].copy()
         mesh.apply_transform(transform)
         nodes.setdefault(name if path.endswith(".glb") else path, []).append(mesh)
-    rows += [row(name, meshes) for name, meshes in nodes.items()]
+    rows += [{**row(name, meshes), "declared": declared.get(name)} for name, meshes in nodes.items()]
 print(json.dumps(rows))

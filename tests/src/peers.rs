@@ -35,6 +35,13 @@ pub fn mujoco(model: &Path, arguments: &[&str]) -> Option<Value> {
     Some(script(&python, "mujoco_steps.py", &arguments))
 }
 
+/// What becomes of a `.glb` in Blender: see `tests/peers/blender_drops.py`.
+#[track_caller]
+pub fn blender(file: &Path, frames: &str) -> Option<Value> {
+    let python = python(&["bpy"])?;
+    Some(script(&python, "blender_drops.py", &[file.as_os_str(), OsStr::new(frames)]))
+}
+
 /// What trimesh makes of files: see `tests/peers/watertight.py`.
 #[track_caller]
 pub fn watertight(files: &[&Path]) -> Option<Vec<Value>> {

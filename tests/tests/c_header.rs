@@ -9,7 +9,7 @@ fn here(name: &str) -> PathBuf {
 
 /// The files of the source in the order in which `lib.rs` names them, without tests.
 fn sources() -> Vec<PathBuf> {
-    let order = ["code", "refusal", "service", "facts", "object", "impact", "ticket", "broken", "answer"];
+    let order = ["code", "refusal", "service", "host", "facts", "object", "impact", "ticket", "broken", "answer"];
     let files = order.map(|name| here("src").join(name).with_extension("rs"));
     let lib = std::fs::read_to_string(here("src/lib.rs")).unwrap();
     let modules = lib.lines().filter_map(|line| line.strip_prefix("mod ")?.strip_suffix(';'));

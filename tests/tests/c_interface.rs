@@ -134,6 +134,45 @@ fn a_c_program_breaks_an_object_and_gets_what_the_command_line_gets() {
     );
 }
 
+/// A blow with its numbers in the coordinates of a host gives the contact, the pieces and the even pieces that it gives in ours.
+#[test]
+fn a_host_asks_and_is_answered_in_its_own_coordinates() {
+    let house = with_bar();
+    let host = build(&house, "host", "examples/host.c", &C, Linked::Shared);
+    let told = |convention: &str, blow: [&str; 3]| {
+        let (code, told, error) = run(&house, &[&[&host, "default", "bar", convention][..], &blow].concat());
+        assert_eq!(code, Some(0), "{convention}: {error}");
+        told
+    };
+    let ours = told("gltf", [BLOW[0], BLOW[1], "4"]);
+    assert!(number(&ours, "struck_fragments") > 1.0 && number(&ours, "even_fragments") >= 12.0, "{ours:?}");
+    near(number(&ours, "even_mass_kg"), number(&ours, "struck_mass_kg"), 1e-9);
+    // A steel ball of 18 mm at 4 m/s, by hand: E* of steel and glass, m* of both masses; Johnson, section 11.4.
+    let (glass, steel) = ((1.0 - 0.23_f64.powi(2)) / 70e9, (1.0 - 0.09) / 210e9);
+    let (modulus_pa, radius_m) = (1.0 / (glass + steel), 1.0 / (1.0 / 0.018 + 1.0 / (0.5 * 0.24_f64.sqrt())));
+    let mass_kg = 1.0 / (1.0 / 0.2 + 1.0 / number(&ours, "struck_mass_kg"));
+    let duration_s = 2.87 * (mass_kg * mass_kg / (radius_m * modulus_pa * modulus_pa * 4.0)).powf(0.2);
+    near(number(&ours, "duration_s"), duration_s, 0.05);
+    for (convention, blow) in [
+        ("unreal", ["20,2,1", "-5000,0,300", "400"]),
+        ("unity", ["-0.2,0.01,0.02", "50,3,0", "4"]),
+        ("blender", ["0.2,-0.02,0.01", "-50,0,3", "4"]),
+        ("godot", [BLOW[0], BLOW[1], "4"]),
+    ] {
+        let other = told(convention, blow);
+        for (key, tolerance) in
+            [("contact_m", 1e-12), ("duration_s", 1e-12), ("struck_mass_kg", 1e-9), ("even_mass_kg", 1e-9)]
+        {
+            near(number(&other, key), number(&ours, key), tolerance);
+        }
+        for key in ["struck_fragments", "even_fragments"] {
+            assert_eq!(other.get(key), ours.get(key), "{convention}");
+        }
+    }
+    let (code, _, error) = run(&house, &[&host, "default", "bar", "maya", BLOW[0], BLOW[1], "4"]);
+    assert!(code == Some(3) && error.contains("convention"), "{error}");
+}
+
 #[test]
 fn a_cpp_program_breaks_a_piece_again() {
     let house = with_bar();

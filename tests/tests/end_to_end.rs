@@ -220,6 +220,15 @@ fn a_convention_turns_what_is_said_and_shown_and_no_file() {
     assert!((number(&unreal, "radius_m") / number(&same, "radius_m") - 100.0).abs() < 1e-9);
     let volume = |answer| fragments(answer).iter().map(|fragment| number(fragment, "volume_m3")).sum::<f64>();
     assert!((volume(&unreal) / volume(&usual) / 1e6 - 1.0).abs() < 1e-6);
+    // The impulse that just breaks it is told in the host's unit, too.
+    let threshold =
+        |arguments: &[&str]| house.ok("shatter", &[&["threshold", "arch", "--radius-m", "0.2"], arguments].concat());
+    let usual = threshold(&["--point", &point, "--direction", "-1,0,-0.5"]);
+    let unreal = threshold(&["--convention", "unreal", "--point", &centimetres, "--direction", "-1,-0.5,0"]);
+    assert_eq!((usual["convention"].as_str(), unreal["convention"].as_str()), (Some("gltf"), Some("unreal")));
+    for key in ["impulse_ns", "radius_m"] {
+        assert!((number(&unreal, key) / number(&usual, key) / 100.0 - 1.0).abs() < 1e-9, "{key}: {unreal} {usual}");
+    }
 }
 
 #[test]

@@ -17,6 +17,9 @@ const STEPS: &str = "1000";
 /// The file is of single precision.
 const SINGLE: f64 = 1e-5;
 
+/// Volumes of pieces in it, over their own: vertices are rounded about the centre of their piece.
+const VOLUME: f64 = 1e-6;
+
 /// A house with `mesh` in it, on a lattice of that spacing, and the daemon running.
 fn with(mesh: &RawMesh, spacing: &str) -> House {
     let mut house = House::new();
@@ -106,13 +109,31 @@ fn a_glb_tells_inertias_and_is_watertight_to_others() {
     }
     let Some(seen) = peers::watertight(&[&file]) else { return };
     check_seen(&seen, &answer);
+    check_declared(&seen);
+    let blow = ["--point", "0,0.9,0.1", "--impulse", "0,-200,-300", "--degree", "24", "--out", file.to_str().unwrap()];
+    let answer = house.ok("shatter", &[&["impact", "thing"], &blow[..]].concat());
+    let seen = peers::watertight(&[&file]).unwrap();
+    check_seen(&seen, &answer);
+    check_declared(&seen);
+}
+
+/// What `EXT_mesh_manifold` declares is closed, piece by piece, and of the volume that its node tells.
+#[track_caller]
+fn check_declared(seen: &[Value]) {
+    for one in seen {
+        let declared = &one["declared"];
+        assert_eq!(declared["watertight"], true, "{one}");
+        let off = number(declared, "volume_m3") / number(&declared["extras"], "volume_m3") - 1.0;
+        assert!(off.abs() < VOLUME, "off by {off:e}: {one}");
+    }
 }
 
 /// What trimesh makes of files: everything closed, volumes as told.
 #[track_caller]
 fn check_seen(seen: &[Value], answer: &Value) {
     assert_eq!(seen.len(), rows(answer).len());
-    assert!(seen.iter().all(|one| one["watertight"] == true), "{seen:?}");
+    let closed = |one: &Value| one["watertight"] == true && one["merged_watertight"] == true;
+    assert!(seen.iter().all(closed), "{seen:?}");
     let sum: f64 = seen.iter().map(|one| number(one, "volume_m3")).sum();
     assert!((sum / volumes(answer).iter().sum::<f64>() - 1.0).abs() < SINGLE);
     let materials = |one: &Value| one["materials"].as_array().unwrap().iter().any(|name| name == "crack");
@@ -157,6 +178,63 @@ fn obj_folders_hold_closed_pieces_in_place_and_their_masses() {
     let files: Vec<&Path> = files.iter().map(AsRef::as_ref).collect();
     let Some(seen) = peers::watertight(&files) else { return };
     check_seen(&seen, &answer);
+}
+
+#[test]
+fn blender_makes_rigid_bodies_of_a_glb() {
+    let house = with(&shapes::arch(), "0.035");
+    let file = house.path("pieces.glb");
+    let answer = prefracture(&house, 16, &file, &[]);
+    let Some(seen) = peers::blender(&file, "72") else { return };
+    let pieces = seen["pieces"].as_array().unwrap();
+    assert_eq!(pieces.len(), rows(&answer).len());
+    for (piece, row) in pieces.iter().zip(rows(&answer)) {
+        assert!(piece["closed"] == true && piece["materials"].as_array().unwrap().iter().any(|name| name == "crack"));
+        let off = number(piece, "volume_m3") / number(row, "volume_m3") - 1.0;
+        assert!(off.abs() < VOLUME, "off by {off:e}: {piece}");
+        assert_eq!(number(&piece["extras"], "mass_kg"), number(row, "mass_kg"));
+    }
+    assert!(seen["finite"] == true && number(&seen, "lowest_m") > number(&seen, "floor_m"), "{seen}");
+}
+
+/// Names in a folder.
+fn names(folder: &Path) -> BTreeSet<String> {
+    let entries = std::fs::read_dir(folder).unwrap();
+    entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect()
+}
+
+#[test]
+fn pieces_of_an_older_larger_strike_go_and_nothing_else_does() {
+    let house = with(&shapes::cuboid([0.3, 0.1, 0.1]), "0.04");
+    let (folder, model) = (house.path("pieces"), house.path("thing.xml"));
+    let meshes = house.path("thing_assets");
+    let more = ["--format", "obj", "--enable", "hulls"];
+    let write = |pieces: u32| {
+        prefracture(&house, pieces, &folder, &more);
+        prefracture(&house, pieces, &model, &[]);
+        [names(&folder), names(&meshes)]
+    };
+    let first = write(4);
+    let larger = write(12);
+    assert!(first.iter().zip(&larger).all(|(few, many)| few.len() + 8 <= many.len() && few.is_subset(many)));
+    // What somebody else put there, even under names like ours, is named by no table.
+    let foreign = ["fragment_900.obj", "notes.txt"];
+    for own in [&folder, &meshes] {
+        foreign.iter().for_each(|name| std::fs::write(own.join(name), "mine").unwrap());
+    }
+    let again = write(4);
+    for (own, wanted) in again.iter().zip(first) {
+        let wanted: BTreeSet<String> = wanted.into_iter().chain(foreign.map(str::to_owned)).collect();
+        assert_eq!(*own, wanted);
+    }
+    // A table of somebody else's removes nothing, wherever it points.
+    let kept = house.path("fragment_000.obj");
+    std::fs::write(&kept, "mine").unwrap();
+    let table = r#"{"fragments":[{"file":"../fragment_000.obj","hull":"notes.txt"},{"file":7}]}"#;
+    std::fs::write(folder.join("fragments.json"), table).unwrap();
+    std::fs::write(&model, "<mujoco><compiler meshdir=\"other\"/><mesh file=\"fragment_900.obj\"/></mujoco>").unwrap();
+    assert_eq!(write(4), again);
+    assert!(kept.is_file());
 }
 
 fn of<'a>(all: &'a [Element], name: &str) -> Vec<&'a Element> {

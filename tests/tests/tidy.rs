@@ -309,6 +309,43 @@ fn what_architecture_names_exists() {
     check("ARCHITECTURE.md names what exists", broken);
 }
 
+/// Files of a page's own links, without those of the network and the places in a page.
+fn links(text: &str) -> impl Iterator<Item = &str> {
+    let targets = text.split("](").skip(1).filter_map(|rest| rest.split_once(')'));
+    let files = targets.filter_map(|(target, _)| target.split('#').next());
+    files.filter(|file| !file.is_empty() && !file.starts_with("http"))
+}
+
+#[test]
+fn pages_lead_somewhere_and_name_what_exists() {
+    let header = fs::read_to_string(root().join("client/include/shatter.h")).unwrap();
+    let known: BTreeSet<&str> = words(&header).collect();
+    let conventions = fs::read_to_string(root().join("proto/src/convention.rs")).unwrap();
+    let mut broken = Vec::new();
+    for path in files(&root(), ".md") {
+        let text = fs::read_to_string(&path).unwrap();
+        let name = path.strip_prefix(root()).unwrap().display();
+        let gone = links(&text).filter(|file| !path.with_file_name(file).exists());
+        broken.extend(gone.map(|file| format!("{name}: no file {file}")));
+        let of_c = words(&text).filter(|word| {
+            let of_ours = ["shatter_", "SHATTER_EFFECT_", "SHATTER_CODE_"].iter().any(|start| word.starts_with(start));
+            of_ours && !word.ends_with('_') && !["shatter_client", "shatter_fracture", "shatter_proto"].contains(word)
+        });
+        broken.extend(
+            of_c.filter(|word| !known.contains(word)).map(|word| format!("{name}: {word} is not in the header")),
+        );
+        let named = text.split("Convention::").skip(1).filter_map(|rest| words(rest).next());
+        let unknown =
+            named.filter(|own| own.chars().all(char::is_uppercase) && !conventions.contains(&format!("const {own}:")));
+        broken.extend(unknown.map(|own| format!("{name}: no Convention::{own}")));
+    }
+    check("links of pages lead to files, and pages name what the header has", broken);
+}
+
+fn words(text: &str) -> impl Iterator<Item = &str> {
+    text.split(|letter: char| !letter.is_ascii_alphanumeric() && letter != '_').filter(|word| !word.is_empty())
+}
+
 #[test]
 fn nothing_names_the_machine_it_was_written_on() {
     let words = [concat!("/wo", "rk/"), concat!("/ro", "ot/"), concat!("/ho", "me/")];

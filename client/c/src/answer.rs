@@ -256,7 +256,7 @@ impl From<Option<shatter_client::Skin<'_>>> for Skin {
 pub struct Look {
     /// Of length one.
     pub normal: [f32; 3],
-    /// Texture coordinates, as in the input; zero where it has none.
+    /// Texture coordinates of the input, v upwards (OBJ's; 1 - v of glTF's); zero where it has none.
     pub uv: [f32; 2],
 }
 
@@ -268,7 +268,7 @@ pub struct SkinVertex {
     pub position_m: [f32; 3],
     /// Of length one.
     pub normal: [f32; 3],
-    /// Texture coordinates, as in the input; zero where it has none.
+    /// Texture coordinates of the input, v upwards (OBJ's; 1 - v of glTF's); zero where it has none.
     pub uv: [f32; 2],
 }
 

@@ -224,11 +224,23 @@ impl Impact {
     /// # Safety
     /// `contacts` is null or points to `contact_count` contacts.
     pub(crate) unsafe fn read(&self) -> Result<shatter_client::Impact, Failure> {
-        let impact = self.dials(
-            // SAFETY: handed on.
-            unsafe { self.contacts() }?,
-        )?;
-        let impact = self.effects(impact)?;
+        // SAFETY: handed on.
+        let impact = unsafe { self.contacts() }?;
+        self.refine(impact.degree(self.degree()?))
+    }
+
+    /// What strikes alone have, and whether this one has it.
+    pub(crate) fn of_a_blow(&self) -> [(&'static str, bool); 3] {
+        [
+            ("impact.contact_count", self.contact_count != 0),
+            ("impact.degree", self.degree != 0 || self.degree_sites != 0),
+            ("impact.from_handle", self.from_handle != 0 || self.from_fragment != 0),
+        ]
+    }
+
+    /// `impact` with everything but contacts and degree.
+    pub(crate) fn refine(&self, impact: shatter_client::Impact) -> Result<shatter_client::Impact, Failure> {
+        let impact = self.effects(self.dials(impact)?)?;
         if self.reserved != [0; 8] {
             let message = "reserved words must be zero";
             return Err(shatter_client::Refusal::new(Kind::ReservedField, "impact.reserved", message).into());
@@ -264,12 +276,11 @@ impl Impact {
             Purpose::Fragments => impact,
             Purpose::Threshold => impact.threshold_only(),
         };
-        let impact =
-            impact.degree(self.degree()?).elastic(match Elastic::of(Kind::Elastic, "impact.elastic", self.elastic)? {
-                Elastic::Preset => shatter_client::Elastic::Preset,
-                Elastic::Solve => shatter_client::Elastic::Solve,
-                Elastic::Reduced => shatter_client::Elastic::Reduced,
-            });
+        let impact = impact.elastic(match Elastic::of(Kind::Elastic, "impact.elastic", self.elastic)? {
+            Elastic::Preset => shatter_client::Elastic::Preset,
+            Elastic::Solve => shatter_client::Elastic::Solve,
+            Elastic::Reduced => shatter_client::Elastic::Reduced,
+        });
         let impact = match Lift::of(Kind::Lift, "impact.lift", self.lift)? {
             Lift::Object => impact,
             Lift::Euclidean => impact.lift(shatter_client::Lift::Euclidean),

@@ -10,6 +10,7 @@ mod border;
 mod broken;
 mod code;
 mod facts;
+mod host;
 mod impact;
 mod object;
 mod refusal;
@@ -24,8 +25,9 @@ pub use broken::{
 };
 pub use code::{Code, Fault};
 pub use facts::{Facts, Status};
+pub use host::{Convention, Hertz, Partner, shatter_convention_named, shatter_hertz, shatter_service_with_convention};
 pub use impact::{Contact, Degree, Effect, Elastic, Impact, Lift, NO_ITERATIONS, Purpose, Quality};
-pub use object::{Object, shatter_object_facts, shatter_object_free, shatter_object_strike};
+pub use object::{Object, shatter_object_even, shatter_object_facts, shatter_object_free, shatter_object_strike};
 pub use refusal::Refusal;
 pub use service::{
     Service, VERSION, shatter_connect, shatter_service_doze, shatter_service_free, shatter_service_object,

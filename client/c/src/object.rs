@@ -1,8 +1,9 @@
 //! An object of the service.
 
-use crate::border::{border, end, given};
+use crate::border::{border, end, given, wrong};
 use crate::refusal::Refusal;
 use crate::{Code, Facts, Impact, Ticket};
+use shatter_client::Deadline;
 use std::mem::MaybeUninit;
 
 /// An object that can be struck. Any number of threads may use it at a time.
@@ -44,6 +45,36 @@ pub unsafe extern "C" fn shatter_object_strike(
         // SAFETY: handed on.
         let impact = unsafe { impact.read() }?;
         ticket.write(Some(Box::new(Ticket(object.0.strike(&impact)?))));
+        Ok(())
+    })
+}
+
+/// Sends the strike that divides the object into `pieces` even ones, without an impact: for hosts that want them ahead of time. `impact`
+/// tells seed, effects, quality, lift and caps; it has no contacts, degree or handle. NULL: every default. Waits, `timeout_ms` at most,
+/// only if the object has several bodies, for where they are. `ticket` is NULL afterwards where it failed.
+///
+/// Codes: as of `shatter_object_strike`; `argument` for contacts, a degree or a handle.
+#[unsafe(no_mangle)]
+pub extern "C" fn shatter_object_even(
+    object: Option<&Object>,
+    pieces: u32,
+    impact: Option<&Impact>,
+    timeout_ms: u64,
+    ticket: Option<&mut MaybeUninit<Option<Box<Ticket>>>>,
+    refusal: Option<&mut MaybeUninit<Refusal>>,
+) -> Code {
+    border(refusal, || {
+        let ticket = given("ticket", ticket)?;
+        ticket.write(None);
+        let object = given("object", object)?;
+        for (at, said) in impact.map_or([("", false); 3], Impact::of_a_blow) {
+            if said {
+                return Err(wrong(at, format!("{at}: even pieces have none")));
+            }
+        }
+        let even = object.0.even(pieces, Deadline::ms(timeout_ms))?;
+        let even = impact.map_or(Ok(even.clone()), |impact| impact.refine(even))?;
+        ticket.write(Some(Box::new(Ticket(object.0.strike(&even)?))));
         Ok(())
     })
 }

@@ -12,7 +12,7 @@ pub const VERSION: u32 = 1;
 
 /// A connection to a service. It outlives the daemon: what was under way when a daemon went away ends with `SHATTER_CODE_LOST`, what
 /// comes next goes to the daemon that then serves. Any number of threads may use it at a time.
-pub struct Service(Shatter);
+pub struct Service(pub(crate) Shatter);
 
 /// Version of the interface of this library; compare it with `SHATTER_VERSION` of the header that you compiled with.
 #[unsafe(no_mangle)]

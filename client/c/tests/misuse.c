@@ -55,6 +55,66 @@ static void connections(void)
     shatter_broken_release(NULL);
 }
 
+/* Coordinates and contacts of a host. */
+static void hosts(const ShatterService *service)
+{
+    ShatterConvention own = {0};
+    ShatterService *hosted = (ShatterService *)&own;
+    ShatterRefusal refusal;
+    const ShatterPartner ball = {210e9, 0.3, 0.2, 0.018}, ground = {33e9, 0.2, 0.0, 0.0};
+    ShatterHertz hertz;
+    IS(CONVENTION, shatter_convention_named("maya", Z, &own, NULL));
+    IS(ARGUMENT, shatter_convention_named("unreal", Z, NULL, NULL));
+    IS(OK, shatter_convention_named("unreal?", 6, &own, NULL));
+    HOLDS(own.up == 1 && own.hand == 1 && own.winding == 0 && own.metres_per_unit == 0.01);
+    IS(ARGUMENT, shatter_service_with_convention(NULL, &own, &hosted, NULL));
+    HOLDS(hosted == NULL);
+    IS(ARGUMENT, shatter_service_with_convention(service, NULL, &hosted, NULL));
+    IS(ARGUMENT, shatter_service_with_convention(service, &own, NULL, NULL));
+    own.hand = 2;
+    IS(CONVENTION, shatter_service_with_convention(service, &own, &hosted, &refusal));
+    HOLDS(strcmp(refusal.at, "convention.hand") == 0 && hosted == NULL);
+    own.hand = 0, own.metres_per_unit = -1.0;
+    IS(CONVENTION, shatter_service_with_convention(service, &own, &hosted, NULL));
+    own.metres_per_unit = 0.0, own.reserved = 1;
+    IS(ARGUMENT, shatter_service_with_convention(service, &own, &hosted, NULL));
+    own.reserved = 0;
+    IS(OK, shatter_service_with_convention(service, &own, &hosted, NULL));
+    shatter_service_free(hosted);
+    IS(OK, shatter_hertz(&ball, &ground, 1.0, 0.0, &hertz, NULL));
+    HOLDS(hertz.duration_s > 0.0 && hertz.radius_m > 0.0 && hertz.force_n > 0.0 && hertz.approach_m > 0.0);
+    IS(ARGUMENT, shatter_hertz(&ground, &ground, 1.0, 0.0, &hertz, &refusal));
+    HOLDS(strcmp(refusal.at, "mass_kg") == 0);
+    IS(ARGUMENT, shatter_hertz(&ball, &ground, NAN, 0.0, &hertz, &refusal));
+    HOLDS(strcmp(refusal.at, "speed_m_s") == 0);
+    IS(ARGUMENT, shatter_hertz(&ball, &ground, 1.0, -1.0, &hertz, &refusal));
+    HOLDS(strcmp(refusal.at, "impulse_ns") == 0);
+    IS(ARGUMENT, shatter_hertz(NULL, &ground, 1.0, 0.0, &hertz, NULL));
+    IS(ARGUMENT, shatter_hertz(&ball, NULL, 1.0, 0.0, &hertz, NULL));
+    IS(ARGUMENT, shatter_hertz(&ball, &ground, 1.0, 0.0, NULL, NULL));
+}
+
+/* Even pieces have nothing of a blow. */
+static void even(const ShatterObject *object, const ShatterContact *contact)
+{
+    ShatterImpact impact = {0};
+    ShatterTicket *ticket;
+    IS(ARGUMENT, shatter_object_even(NULL, 4, NULL, 0, &ticket, NULL));
+    IS(ARGUMENT, shatter_object_even(object, 4, NULL, 0, NULL, NULL));
+    impact.contacts = contact, impact.contact_count = 1;
+    IS(ARGUMENT, shatter_object_even(object, 4, &impact, 1000, &ticket, NULL));
+    HOLDS(ticket == NULL);
+    impact.contact_count = 0, impact.degree = SHATTER_DEGREE_VERIFIED;
+    IS(ARGUMENT, shatter_object_even(object, 4, &impact, 1000, &ticket, NULL));
+    impact.degree = 0, impact.from_handle = 1;
+    IS(ARGUMENT, shatter_object_even(object, 4, &impact, 1000, &ticket, NULL));
+    impact.from_handle = 0, impact.reserved[3] = 1;
+    IS(RESERVED_FIELD, shatter_object_even(object, 4, &impact, 1000, &ticket, NULL));
+    IS(DEGREE, shatter_object_even(object, 0, NULL, 1000, &ticket, NULL));
+    IS(OK, shatter_object_even(object, 4, NULL, 1000, &ticket, NULL));
+    shatter_ticket_free(ticket);
+}
+
 /* Every function with nothing where a handle or a place for the result should be. */
 static void nothing(void)
 {
@@ -245,11 +305,13 @@ int main(int count, char **words)
     nothing();
     IS(OK, shatter_connect(words[1], Z, 1000, &service, NULL));
     services(service, words[2]);
+    hosts(service);
     IS(OK, shatter_service_object(service, words[2], Z, 1000, &object, NULL));
     /* Handles live on by themselves. */
     shatter_service_free(service);
     strikes(object, &contact);
     answers(object, &contact);
+    even(object, &contact);
     shatter_object_free(object);
     printf("failures %d\n", failures);
     return failures > 0;

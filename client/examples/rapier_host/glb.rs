@@ -1,7 +1,8 @@
-//! The film as an animated `.glb`: one node per actor, which is there while its scale is one.
+//! The film as an animated `.glb`: one node per actor, which is there while its scale is one. Meshes have no normals, so that outer
+//! and crack faces share their points; where that closes them they say so (`EXT_mesh_manifold`).
 
 use super::Failure;
-use super::film::{Actor, Film, Look};
+use super::film::{Actor, Film, Look, Shell};
 use gltf_json::accessor::{Accessor, ComponentType, GenericComponentType, Type};
 use gltf_json::animation::{Animation, Channel, Interpolation, Property, Sampler, Target};
 use gltf_json::buffer::{self, Buffer, View};
@@ -10,8 +11,13 @@ use gltf_json::mesh::{Mesh, Mode, Primitive, Semantic};
 use gltf_json::scene::UnitQuaternion;
 use gltf_json::validation::{Checked::Valid, USize64};
 use gltf_json::{Index, Material, Node, Root, Scene};
-use serde_json::json;
+use serde_json::{Map, json};
+use shatter_client::export::{self, FragmentView};
 use std::borrow::Cow;
+use std::collections::HashMap;
+
+/// Says that a mesh is closed.
+const MANIFOLD: &str = "EXT_mesh_manifold";
 
 /// Linear base colours and roughness: glazed and plastered outsides, broken faces, steel, boards.
 const MATERIALS: [(&str, [f32; 4], f32); 4] = [
@@ -76,6 +82,40 @@ fn tracks(actor: &Actor) -> Vec<Track> {
 struct Writer {
     root: Root,
     binary: Vec<u8>,
+    closed: usize,
+}
+
+/// Points of a shell, each once, and the corners of its triangles, outer ones first.
+fn welded(shell: &Shell) -> (Vec<[f32; 3]>, Vec<u32>) {
+    let (mut points, mut places) = (Vec::new(), HashMap::new());
+    let corners = shell.outer.iter().chain(&shell.cracks).flatten();
+    let indices = corners.map(|&corner| {
+        let point = shell.positions[corner as usize];
+        *places.entry(point.map(f32::to_bits)).or_insert_with(|| {
+            points.push(point);
+            points.len() as u32 - 1
+        })
+    });
+    let indices = indices.collect();
+    (points, indices)
+}
+
+/// Whether these triangles alone enclose something.
+fn is_closed(positions: &[[f32; 3]], indices: &[u32]) -> bool {
+    export::is_closed(&FragmentView {
+        id: 0,
+        body: 0,
+        positions,
+        normals: &[],
+        uvs: &[],
+        indices,
+        runs: &[],
+        merges: &[],
+        centre_m: [0.0; 3],
+        volume_m3: 0.0,
+        mass_kg: 0.0,
+        inertia_kg_m2: [0.0; 6],
+    })
 }
 
 impl Writer {
@@ -86,14 +126,17 @@ impl Writer {
             Look::Steel => steel,
             Look::Ground => ground,
         };
-        let points: Vec<f32> = actor.shell.positions.as_flattened().to_vec();
-        let positions = self.numbers(&points, Type::Vec3, Some(buffer::Target::ArrayBuffer), true);
+        let (points, triangles) = welded(&actor.shell);
+        let positions = self.numbers(points.as_flattened(), Type::Vec3, Some(buffer::Target::ArrayBuffer), true);
+        let bytes: Vec<u8> = triangles.iter().flat_map(|index| index.to_le_bytes()).collect();
+        let view = self.view(&bytes, Some(buffer::Target::ElementArrayBuffer));
+        let edge = 3 * actor.shell.outer.len();
         let mut primitives = Vec::new();
-        for (triangles, material) in [(&actor.shell.outer, outer), (&actor.shell.cracks, crack)] {
-            if triangles.is_empty() {
+        for (first, count, material) in [(0, edge, outer), (edge, triangles.len() - edge, crack)] {
+            if count == 0 {
                 continue;
             }
-            let indices = self.indices(triangles.as_flattened());
+            let indices = self.indices(view, first, count);
             primitives.push(Primitive {
                 attributes: [(Valid(Semantic::Positions), positions)].into(),
                 indices: Some(indices),
@@ -105,7 +148,14 @@ impl Writer {
             });
         }
         let name = Some(actor.name.clone());
-        let mesh = Mesh { primitives, name: name.clone(), weights: None, extensions: None, extras: None };
+        let extensions = is_closed(&points, &triangles).then(|| {
+            let indices = self.indices(view, 0, triangles.len()).value();
+            let primitive = json!({ "attributes": { "POSITION": positions.value() }, "indices": indices, "mode": 4 });
+            let extension = json!({ "manifoldPrimitive": primitive });
+            self.closed += 1;
+            gltf_json::extensions::mesh::Mesh { others: Map::from_iter([(MANIFOLD.to_owned(), extension)]) }
+        });
+        let mesh = Mesh { primitives, name: name.clone(), weights: None, extensions, extras: None };
         let mesh = Some(self.root.push(mesh));
         let key = &actor.keys[0];
         let (translation, rotation) = (Some(key.place_m), Some(UnitQuaternion(key.turn)));
@@ -140,10 +190,10 @@ impl Writer {
         self.root.push(accessor)
     }
 
-    fn indices(&mut self, values: &[u32]) -> Index<Accessor> {
-        let bytes: Vec<u8> = values.iter().flat_map(|value| value.to_le_bytes()).collect();
-        let view = self.view(&bytes, Some(buffer::Target::ElementArrayBuffer));
-        self.root.push(accessor(view, values.len(), ComponentType::U32, Type::Scalar))
+    fn indices(&mut self, view: Index<View>, first: usize, count: usize) -> Index<Accessor> {
+        let mut accessor = accessor(view, count, ComponentType::U32, Type::Scalar);
+        accessor.byte_offset = Some(USize64::from(size_of::<u32>() * first));
+        self.root.push(accessor)
     }
 
     fn view(&mut self, bytes: &[u8], target: Option<buffer::Target>) -> Index<View> {
@@ -162,6 +212,9 @@ impl Writer {
     }
 
     fn finish(mut self) -> Result<Vec<u8>, Failure> {
+        if self.closed > 0 {
+            self.root.extensions_used.push(MANIFOLD.to_owned());
+        }
         let byte_length = USize64::from(self.binary.len());
         self.root.push(Buffer { byte_length, name: None, uri: None, extensions: None, extras: None });
         let (json, bin) = (Cow::Owned(self.root.to_vec()?), Some(Cow::Owned(self.binary)));

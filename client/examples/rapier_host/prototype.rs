@@ -78,11 +78,14 @@ fn whole(facts: &ObjectFacts, object: &Object) -> Result<Block, Failure> {
     let moment: Vector3<f64> = parts.iter().map(|part| Vector3::from(part.centre_m) * part.mass_kg).sum();
     let centre = moment / mass_kg;
     let inertia: Matrix3<f64> = parts.iter().map(|part| about(part, &centre)).sum();
+    // What is seen is the object in one piece, closed, and not its parts, each rounded about its own centre.
+    let one = object.strike(&object.even(1, Deadline::after(PATIENCE))?)?.wait(Deadline::after(PATIENCE))?;
     let mut shell = Shell::default();
-    for (fragment, part) in broken.fragments().zip(&parts) {
-        let moved = (Vector3::from(part.centre_m) - centre).cast::<f32>();
-        let outer = fragment.runs().filter(|run| !run.crack);
-        outer.for_each(|run| shell.add(run.positions, run.indices, moved.into(), run.vertex_first, false));
+    for fragment in one.fragments() {
+        let moved = (Vector3::from(fragment.centre_m()) - centre).cast::<f32>();
+        fragment
+            .runs()
+            .for_each(|run| shell.add(run.positions, run.indices, moved.into(), run.vertex_first, run.crack));
     }
     let index = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
     Ok(Block {

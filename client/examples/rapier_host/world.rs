@@ -35,6 +35,16 @@ pub struct Birth {
     pub origin: Option<Origin>,
 }
 
+/// How a piece comes into the world.
+struct Start {
+    pose: Pose,
+    linear: Vector,
+    angular: Vector,
+    generation: u32,
+    origin: Option<Origin>,
+    at_s: f64,
+}
+
 /// What colliders belong to (`user_data`): nothing that moves, a ball, or the piece of this number less two.
 const GROUND: u128 = 0;
 const BALL: u128 = 1;
@@ -123,7 +133,8 @@ impl<'a> World<'a> {
     pub fn add_object(&mut self, prototype: usize, pose: Pose, held_s: Option<f64>, film: &mut Film) {
         let own = &self.prototypes[prototype];
         let name = format!("{}-{}", own.facts.name, self.pieces.len());
-        let piece = self.add_piece(prototype, &own.block, pose, [Vector::ZERO; 2], (0, None), (0.0, name), film);
+        let start = Start { pose, linear: Vector::ZERO, angular: Vector::ZERO, generation: 0, origin: None, at_s: 0.0 };
+        let piece = self.add_piece(prototype, &own.block, start, name, film);
         self.contacts.watch(piece, own.terms);
         let body = self.pieces[piece as usize].body;
         if let Some(at_s) = held_s {
@@ -133,17 +144,8 @@ impl<'a> World<'a> {
         }
     }
 
-    #[allow(clippy::too_many_arguments)]
-    fn add_piece(
-        &mut self,
-        prototype: usize,
-        block: &Block,
-        pose: Pose,
-        [linear, angular]: [Vector; 2],
-        (generation, origin): (u32, Option<Origin>),
-        (now_s, name): (f64, String),
-        film: &mut Film,
-    ) -> u32 {
+    fn add_piece(&mut self, prototype: usize, block: &Block, start: Start, name: String, film: &mut Film) -> u32 {
+        let Start { pose, linear, angular, generation, origin, at_s } = start;
         let number = self.pieces.len() as u32;
         let body = RigidBodyBuilder::dynamic().pose(pose).linvel(linear).angvel(angular);
         let body = self.physics.insert_body(body.additional_mass_properties(block.mass_properties()));
@@ -154,7 +156,7 @@ impl<'a> World<'a> {
         }
         // Rapier would find the mass in the next step only.
         self.physics.bodies[body].recompute_mass_properties_from_colliders(&self.physics.colliders);
-        let key = self.key(body, block.centre_m.into(), now_s);
+        let key = self.key(body, block.centre_m.into(), at_s);
         let actor = film.enter(name, Look::Piece(number), block.shell.clone(), key);
         let (centre_m, hollow) = (block.centre_m, block.hollow);
         self.pieces.push(Piece { body, actor, prototype, generation, origin, centre_m, hollow, alive: true });
@@ -252,8 +254,8 @@ impl<'a> World<'a> {
             let linear = old.velocity_at_point(centre) + pose.transform_vector(birth.linear_m_s.into());
             let angular = old.angvel() + pose.transform_vector(birth.angular_rad_s.into());
             let name = format!("{}-{}", own.facts.name, self.pieces.len());
-            let grown = (generation + 1, birth.origin);
-            let number = self.add_piece(prototype, &birth.block, pose, [linear, angular], grown, (now_s, name), film);
+            let start = Start { pose, linear, angular, generation: generation + 1, origin: birth.origin, at_s: now_s };
+            let number = self.add_piece(prototype, &birth.block, start, name, film);
             let heavy = birth.block.mass_kg >= SHARE * own.block.mass_kg;
             if heavy && generation + 1 < GENERATIONS && birth.origin.is_some() {
                 self.contacts.watch(number, own.terms_of(&birth.block));

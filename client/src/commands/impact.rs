@@ -132,12 +132,12 @@ fn origin(text: &str) -> Result<Origin, String> {
 
 /// A convention by its name.
 #[derive(Clone)]
-struct Host {
-    name: String,
-    convention: Convention,
+pub(super) struct Host {
+    pub name: String,
+    pub convention: Convention,
 }
 
-fn convention(text: &str) -> Result<Host, Refusal> {
+pub(super) fn convention(text: &str) -> Result<Host, Refusal> {
     Ok(Host { name: text.to_owned(), convention: Convention::by_name(text)? })
 }
 

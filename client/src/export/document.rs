@@ -126,7 +126,8 @@ impl Writer {
         if !fragment.uvs.is_empty() {
             let (first, count) = (self.sections.uvs.len(), fragment.uvs.len());
             let uvs = accessor(self.views.uvs, first, count, ComponentType::F32, Type::Vec2);
-            self.sections.uvs.extend(fragment.uvs.iter().flatten().flat_map(|x| x.to_le_bytes()));
+            let down = fragment.uvs.iter().flat_map(|[u, v]| [*u, 1.0 - v]);
+            self.sections.uvs.extend(down.flat_map(|x| x.to_le_bytes()));
             all.push((Semantic::TexCoords(0), self.root.push(uvs)));
         }
         all

@@ -8,7 +8,8 @@
 //! `volume_m3`, `mass_kg`, `centre_m` and `inertia_kg_m2`: the whole tensor about the centre of mass, xx, yy, zz, xy, xz, yz, along
 //! the axes of the node, which are those of the file, since nodes are not turned.
 //!
-//! Metres, +Y up, right-handed, counter-clockwise seen from outside. Equal fragments give equal bytes: the file holds
+//! Metres, +Y up, right-handed, counter-clockwise seen from outside. Texture coordinates, whose v goes up everywhere else, go down
+//! here: (u, 1 − v). Equal fragments give equal bytes: the file holds
 //! no time, host or path.
 
 mod check;
@@ -20,6 +21,7 @@ mod mjcf;
 mod normals;
 mod obj;
 mod obj_folder;
+mod stale;
 
 pub use check::is_closed;
 pub use file::{write_glb, write_whole};
@@ -43,7 +45,7 @@ pub struct FragmentView<'a> {
     pub positions: &'a [[f32; 3]],
     /// Normals, one per vertex; none: smooth ones are made.
     pub normals: &'a [[f32; 3]],
-    /// Texture coordinates, one per vertex, or none.
+    /// Texture coordinates, one per vertex, v upwards, or none.
     pub uvs: &'a [[f32; 2]],
     /// Triangles, three vertex numbers each, counter-clockwise seen from outside.
     pub indices: &'a [u32],

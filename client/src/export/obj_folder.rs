@@ -5,7 +5,7 @@
 
 use super::document::{CRACK_COLOUR, OUTER_COLOUR, fragment_name};
 use super::obj::{Part, Vertices, line, mesh};
-use super::{ExportError, FragmentView, ObjectView, Written, check, smooth, write_whole};
+use super::{ExportError, FragmentView, ObjectView, Written, check, smooth, stale, write_whole};
 use serde_json::{Value, json};
 use shatter_proto::answer::BondWire;
 use std::path::Path;
@@ -14,7 +14,8 @@ const MATERIALS: &str = "fragments.mtl";
 const TABLE: &str = "fragments.json";
 
 /// Writes the fragments into `folder`, which is made if it is not there. Each file appears whole or not at all, the table
-/// `fragments.json` last; files of those names are replaced, others stay.
+/// `fragments.json` last. Files of those names are replaced; pieces that the table there before names and the new one does not are
+/// removed; all others stay.
 pub fn write_obj(folder: &Path, object: &ObjectView<'_>) -> Result<Written, ExportError> {
     check::object(object)?;
     let made = std::fs::create_dir_all(folder);
@@ -37,6 +38,9 @@ pub fn write_obj(folder: &Path, object: &ObjectView<'_>) -> Result<Written, Expo
         }
         rows.push(row(fragment, &file, hull.map(|(file, ..)| file)));
     }
+    // Before the table that names them goes: whatever ends this, what is left is named.
+    let kept = rows.iter().flat_map(|row| [&row["file"], &row["hull"]]).filter_map(Value::as_str);
+    stale::remove(folder, &stale::in_table(&folder.join(TABLE)), kept)?;
     put(TABLE, &format!("{:#}\n", table(object, rows)))?;
     written.closed = object.fragments.iter().filter(|fragment| super::is_closed(fragment)).count();
     Ok(written)

@@ -107,6 +107,9 @@ fn every_rule_names_its_offender() {
     check(|_, p| section(p, |s| s.fragments[0].vertex_count = 7), "fragments[0]");
     check(|_, p| section(p, |s| s.fragments[0].vertex_first = u32::MAX), "fragments[0]");
     check(|_, p| section(p, |s| s.fragments[0].index_count = 2), "fragments[0]");
+    // Whole triangles all, but not those that materials count.
+    check(|_, p| section(p, |s| (s.fragments[0].index_first, s.runs[0].index_first) = (1, 1)), "fragments[0]");
+    check(|_, p| section(p, |s| (s.fragments[0].index_count, s.runs[0].index_first) = (6, 1)), "runs[0]");
     check(|_, p| section(p, |s| s.fragments[1].run_first = 2), "fragments[1]");
     check(|_, p| section(p, |s| s.indices[4] = 3), "fragments[1]");
     check(|_, p| section(p, |s| s.merges[0] = [0, 3]), "fragments[1]");

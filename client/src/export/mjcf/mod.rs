@@ -13,7 +13,7 @@ mod document;
 mod shapes;
 
 use super::document::fragment_name;
-use super::{ExportError, ObjectView, Written, check, write_whole};
+use super::{ExportError, ObjectView, Written, check, stale, write_whole};
 use std::ffi::OsStr;
 use std::path::Path;
 
@@ -41,7 +41,8 @@ pub fn mjcf(object: &ObjectView<'_>, meshes: &str) -> Result<Mjcf, ExportError> 
 }
 
 /// Writes the model of `object` to `path`, and its meshes into the folder `STEM_assets` beside it, which is made if it is not there.
-/// Each file appears whole or not at all, the document last; files of the same names are replaced, others stay.
+/// Each file appears whole or not at all, the document last. Files of the same names are replaced; meshes that the model there before names
+/// and the new one does not are removed; all others stay.
 pub fn write_mjcf(path: &Path, object: &ObjectView<'_>) -> Result<Written, ExportError> {
     let stem = path.file_stem().unwrap_or(OsStr::new("object")).to_string_lossy();
     let meshes = format!("{stem}_assets");
@@ -55,6 +56,8 @@ pub fn write_mjcf(path: &Path, object: &ObjectView<'_>) -> Result<Written, Expor
     for (name, text) in &model.meshes {
         write_whole(&folder.join(name), text.as_bytes())?;
     }
+    let kept = model.meshes.iter().map(|(name, _)| name.as_str());
+    stale::remove(&folder, &stale::in_model(path, &meshes), kept)?;
     write_whole(path, model.xml.as_bytes())?;
     let bytes = model.xml.len() + model.meshes.iter().map(|(_, text)| text.len()).sum::<usize>();
     let closed = object.fragments.iter().filter(|fragment| super::is_closed(fragment)).count();

@@ -9,7 +9,7 @@ pub const NO_MATERIAL: u32 = u32::MAX;
 pub struct Looks {
     /// Normals of the three corners, of length one, y up.
     pub normals: Vec<[[f32; 3]; 3]>,
-    /// Texture coordinates of the three corners, as in the file.
+    /// Texture coordinates of the three corners, v upwards: as in OBJ and PLY files, (u, 1 − v) of glTF's.
     pub uvs: Vec<[[f32; 2]; 3]>,
     /// Materials, by their place in `names`, or [`NO_MATERIAL`].
     pub materials: Vec<u32>,

@@ -36,13 +36,13 @@ impl Buffers {
         self.read(accessor, 12, |bytes| [0, 1, 2].map(|k| number(bytes, k)))
     }
 
-    /// Texture coordinates: two f32 each.
+    /// Texture coordinates: two f32 each. glTF's v goes down, ours up.
     pub fn uvs(&self, accessor: &Accessor) -> Result<Vec<[f32; 2]>, SurfaceError> {
         if (accessor.data_type(), accessor.dimensions()) != (DataType::F32, Dimensions::Vec2) {
             return Err(wrong(accessor, "texture coordinates are not two floats"));
         }
         let number = |bytes: &[u8], k: usize| f32::from_bits(little(&bytes[4 * k..4 * k + 4]));
-        self.read(accessor, 8, |bytes| [0, 1].map(|k| number(bytes, k)))
+        self.read(accessor, 8, |bytes| [number(bytes, 0), 1.0 - number(bytes, 1)])
     }
 
     /// Vertex indices: unsigned scalars.

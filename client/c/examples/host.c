@@ -1,0 +1,162 @@
+/*
+ * What a host does around a strike: its own coordinates, its contact, bodies in the place of the object, pieces made ahead. C11.
+ *
+ *     host SERVICE OBJECT gltf|godot|unity|unreal|blender|mujoco X,Y,Z JX,JY,JZ SPEED
+ *
+ * Point, impulse and speed in the host's coordinates and unit: where a steel ball of 0.2 kg met the object, what it handed over, and how
+ * fast they approached each other before the step.
+ */
+#include "shatter.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define PATIENCE_MS 120000
+
+/* How the body that breaks moves when the answer comes; its frame is that of the mesh file, not turned. */
+typedef struct Body {
+    double centre[3], linear[3], angular[3];
+} Body;
+
+static int refused(const char *what, const ShatterRefusal *refusal)
+{
+    fprintf(stderr, "%s: %s (%s, at `%s`)\n", what, refusal->message, refusal->name, refusal->at);
+    return refusal->code == SHATTER_CODE_NO_DAEMON ? 4 : 3;
+}
+
+/* How long and how wide the contact was: Hertz theory, which is in SI units whatever the host's unit is. */
+static ShatterCode describe(const ShatterFacts *facts, double unit_m, double speed, ShatterContact *contact,
+                            ShatterRefusal *refusal)
+{
+    const double *j = contact->impulse_ns;
+    const double impulse = sqrt(j[0] * j[0] + j[1] * j[1] + j[2] * j[2]);
+    const ShatterPartner ball = {210e9, 0.3, 0.2, 0.018};
+    const ShatterPartner own = {facts->young_pa, facts->poisson, facts->density_kg_m3 * facts->volume_m3,
+                                0.5 * facts->diagonal_m};
+    ShatterHertz hertz;
+    const ShatterCode code = shatter_hertz(&own, &ball, speed * unit_m, impulse * unit_m, &hertz, refusal);
+    if (code == SHATTER_CODE_OK) {
+        contact->duration_s = hertz.duration_s;
+        contact->radius_m = hertz.radius_m / unit_m;
+        printf("contact_m %.17g\nduration_s %.17g\n", hertz.radius_m, hertz.duration_s);
+    }
+    return code;
+}
+
+/* A rigid body in the place of a fragment: mass, centre, inertia and velocities, the hull that collides, the triangles that are seen. */
+static int spawn(const ShatterBroken *broken, uint32_t id, const Body *parent, double momentum[3], double *mass_kg,
+                 ShatterRefusal *refusal)
+{
+    ShatterFragment piece;
+    ShatterHull hull;
+    if (shatter_broken_fragment(broken, id, &piece, refusal) || shatter_broken_hull(broken, id, &hull, refusal)) {
+        return refused("fragment", refusal);
+    }
+    double r[3];
+    for (int k = 0; k < 3; k++) {
+        r[k] = piece.centre_m[k] - parent->centre[k];
+    }
+    for (int k = 0; k < 3; k++) {
+        const int a = (k + 1) % 3, b = (k + 2) % 3;
+        const double linear = parent->linear[k] + parent->angular[a] * r[b] - parent->angular[b] * r[a] + piece.linear_m_s[k];
+        momentum[k] += piece.mass_kg * linear;
+    }
+    *mass_kg += piece.mass_kg;
+    for (size_t number = 0; number < piece.run_count; number++) {
+        ShatterRun run;
+        if (shatter_broken_run(broken, id, number, &run, refusal)) {
+            return refused("run", refusal);
+        }
+        /* Triangles of the material of cracks, or of the outside: indices[run.index_first ..], one draw call each. */
+    }
+    /* A hull without corners: the fragment is too flat for one, a box will do. */
+    return hull.vertex_count == 0 || hull.index_count > 0 ? 0 : 6;
+}
+
+/* Polls as a frame does; the answer, or NULL after a refusal. */
+static ShatterBroken *answered(ShatterTicket *ticket, ShatterRefusal *refusal)
+{
+    ShatterBroken *broken = NULL;
+    if (shatter_ticket_poll(ticket, &broken, refusal) == SHATTER_CODE_OK && broken == NULL) {
+        /* A host goes on with its next step here, and polls again after it; this program has nothing else to do. */
+        shatter_ticket_wait(ticket, PATIENCE_MS, &broken, refusal);
+    }
+    shatter_ticket_free(ticket);
+    return broken;
+}
+
+static int replace(ShatterBroken *broken, const char *name, ShatterRefusal *refusal)
+{
+    const Body parent = {{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}};
+    double momentum[3] = {0.0, 0.0, 0.0}, mass_kg = 0.0;
+    ShatterSummary summary;
+    int status = broken == NULL || shatter_broken_summary(broken, &summary, refusal) ? refused(name, refusal) : 0;
+    for (uint32_t id = 0; status == 0 && id < summary.fragment_count; id++) {
+        status = spawn(broken, id, &parent, momentum, &mass_kg, refusal);
+    }
+    if (status == 0) {
+        printf("%s_fragments %u\n%s_mass_kg %.17g\n", name, summary.fragment_count, name, mass_kg);
+        printf("%s_momentum %.3g\n", name, sqrt(momentum[0] * momentum[0] + momentum[1] * momentum[1] + momentum[2] * momentum[2]));
+    }
+    shatter_broken_release(broken);
+    return status;
+}
+
+static int run(const ShatterObject *object, const ShatterConvention *own, ShatterContact contact, double speed)
+{
+    ShatterRefusal refusal;
+    ShatterFacts facts;
+    ShatterTicket *ticket;
+    ShatterImpact impact = {0};
+    if (shatter_object_facts(object, &facts, &refusal) || describe(&facts, own->metres_per_unit, speed, &contact, &refusal)) {
+        return refused("contact", &refusal);
+    }
+    impact.enable = SHATTER_EFFECT_HULLS | SHATTER_EFFECT_RELEASE;
+    impact.contacts = &contact;
+    impact.contact_count = 1;
+    if (shatter_object_strike(object, &impact, &ticket, &refusal)) {
+        return refused("strike", &refusal);
+    }
+    int status = replace(answered(ticket, &refusal), "struck", &refusal);
+    /* The same without an impact: twelve even pieces, for a pool that is filled before anything happens. */
+    impact.contacts = NULL;
+    impact.contact_count = 0;
+    impact.enable = SHATTER_EFFECT_HULLS;
+    if (status == 0 && shatter_object_even(object, 12, &impact, PATIENCE_MS, &ticket, &refusal)) {
+        return refused("even", &refusal);
+    }
+    return status == 0 ? replace(answered(ticket, &refusal), "even", &refusal) : status;
+}
+
+static int vector(const char *text, double v[3])
+{
+    return sscanf(text, "%lf,%lf,%lf", &v[0], &v[1], &v[2]) == 3;
+}
+
+int main(int count, char **words)
+{
+    ShatterContact contact = {{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, 0.0, 0.0};
+    if (count != 7 || !vector(words[4], contact.point_m) || !vector(words[5], contact.impulse_ns)) {
+        fprintf(stderr, "usage: %s SERVICE OBJECT CONVENTION X,Y,Z JX,JY,JZ SPEED\n", words[0]);
+        return 2;
+    }
+    ShatterRefusal refusal;
+    ShatterConvention own;
+    ShatterService *service = NULL, *hosted = NULL;
+    ShatterObject *object = NULL;
+    int status;
+    if (shatter_convention_named(words[3], SHATTER_UP_TO_ZERO, &own, &refusal)
+        || shatter_connect(words[1], SHATTER_UP_TO_ZERO, 1000, &service, &refusal)
+        || shatter_service_with_convention(service, &own, &hosted, &refusal)
+        || shatter_service_object(hosted, words[2], SHATTER_UP_TO_ZERO, 1000, &object, &refusal)) {
+        status = refused("connect", &refusal);
+    } else {
+        status = run(object, &own, contact, strtod(words[6], NULL));
+    }
+    shatter_object_free(object);
+    shatter_service_free(hosted);
+    shatter_service_free(service);
+    return status;
+}

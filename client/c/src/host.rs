@@ -1,0 +1,153 @@
+//! What a host brings along: its coordinates, and the contacts of its simulation.
+
+use crate::border::{Failure, border, given, text, wrong};
+use crate::refusal::Refusal;
+use crate::{Code, Service};
+use shatter_client::contact::{self, ContactError, Material};
+use std::ffi::c_char;
+use std::mem::MaybeUninit;
+
+/// Coordinates of a host. Zeros are those of glTF: +Y up, right-handed, counter-clockwise, metres.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)]
+pub struct Convention {
+    /// 0: +Y points up. 1: +Z does.
+    pub up: u32,
+    /// 0: right-handed. 1: left-handed.
+    pub hand: u32,
+    /// Which way round triangles go, seen from outside. 0: counter-clockwise. 1: clockwise.
+    pub winding: u32,
+    /// Zero.
+    pub reserved: u32,
+    /// Length of the host's unit, m, 1e-6 to 1e6; 0: a metre.
+    pub metres_per_unit: f64,
+}
+
+impl Convention {
+    fn read(&self) -> Result<shatter_client::Convention, Failure> {
+        if self.reserved != 0 {
+            return Err(wrong("convention.reserved", "reserved words must be zero"));
+        }
+        Ok(shatter_client::Convention::of_numbers(self.up, self.hand, self.winding, self.metres_per_unit)?)
+    }
+}
+
+/// The convention of that name: `gltf`, `godot`, `unity`, `unreal`, `blender` or `mujoco`.
+///
+/// Codes: `convention` if there is none.
+///
+/// # Safety
+/// `name` points to `length` bytes, or to text that ends with a zero if `length` is `SHATTER_UP_TO_ZERO`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn shatter_convention_named(
+    name: *const c_char,
+    length: usize,
+    convention: Option<&mut MaybeUninit<Convention>>,
+    refusal: Option<&mut MaybeUninit<Refusal>>,
+) -> Code {
+    border(refusal, || {
+        let place = given("convention", convention)?;
+        // SAFETY: handed on.
+        let name = unsafe { text("name", name, length) }?;
+        let found = shatter_client::Convention::by_name(name)?;
+        let (up, hand, winding) = (found.up as u32, found.hand as u32, found.winding as u32);
+        place.write(Convention { up, hand, winding, reserved: 0, metres_per_unit: found.metres_per_unit });
+        Ok(())
+    })
+}
+
+/// The same connection for a host with these coordinates: impacts of objects taken from `hosted` are read, and their answers written, in its
+/// axes, unit and winding; `_m`, `_ns`, `_m2` and `_m3` of contacts, fragments and their parts then stand for that unit. What is said of
+/// objects (`ShatterFacts`) stays in metres along our axes, files stay glTF's. `hosted` is NULL afterwards where it failed. Free both.
+///
+/// Codes: `convention` if it is none.
+#[unsafe(no_mangle)]
+pub extern "C" fn shatter_service_with_convention(
+    service: Option<&Service>,
+    convention: Option<&Convention>,
+    hosted: Option<&mut MaybeUninit<Option<Box<Service>>>>,
+    refusal: Option<&mut MaybeUninit<Refusal>>,
+) -> Code {
+    border(refusal, || {
+        let hosted = given("hosted", hosted)?;
+        hosted.write(None);
+        let (service, convention) = (given("service", service)?, given("convention", convention)?.read()?);
+        hosted.write(Some(Box::new(Service(service.0.with_convention(convention)))));
+        Ok(())
+    })
+}
+
+/// One of two bodies that meet.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)]
+pub struct Partner {
+    /// Young's modulus, Pa; an object's stands in its `ShatterFacts`.
+    pub young_pa: f64,
+    /// Poisson's ratio.
+    pub poisson: f64,
+    /// Its mass, kg; 0: it does not move.
+    pub mass_kg: f64,
+    /// Radius of its surface where it is touched, m; 0: a plane. Negative: a hollow.
+    pub radius_m: f64,
+}
+
+impl Partner {
+    fn read(&self) -> contact::Partner {
+        let or_infinite = |value: f64| if value == 0.0 { f64::INFINITY } else { value };
+        contact::Partner {
+            material: Material { young_pa: self.young_pa, poisson: self.poisson },
+            mass_kg: or_infinite(self.mass_kg),
+            radius_m: or_infinite(self.radius_m),
+        }
+    }
+}
+
+/// What becomes of two bodies that meet in a point, by Hertz theory.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)]
+pub struct Hertz {
+    /// How far they approach each other at most, m.
+    pub approach_m: f64,
+    /// Radius of the area of contact then, m: what `ShatterContact.radius_m` asks for, in the host's unit.
+    pub radius_m: f64,
+    /// The force then, N.
+    pub force_n: f64,
+    /// From the first touch to the last, s: what `ShatterContact.duration_s` asks for.
+    pub duration_s: f64,
+}
+
+/// How long and how wide a contact is that stopped `speed_m_s` (before the step, along the normal) by `impulse_ns`; an impulse of 0: that
+/// of a central collision of both masses. SI units, whatever the convention.
+///
+/// Codes: `argument`, which names the figure of which nothing can be made.
+#[unsafe(no_mangle)]
+pub extern "C" fn shatter_hertz(
+    one: Option<&Partner>,
+    other: Option<&Partner>,
+    speed_m_s: f64,
+    impulse_ns: f64,
+    hertz: Option<&mut MaybeUninit<Hertz>>,
+    refusal: Option<&mut MaybeUninit<Refusal>>,
+) -> Code {
+    border(refusal, || {
+        let place = given("hertz", hertz)?;
+        let (one, other) = (given("one", one)?.read(), given("other", other)?.read());
+        let found = match impulse_ns {
+            0.0 => contact::Hertz::of(&one, &other, speed_m_s),
+            _ => contact::Hertz::of_impulse(&one, &other, speed_m_s, impulse_ns),
+        };
+        let contact::Hertz { approach_m, radius_m, force_n, duration_s } = found.map_err(|error| unfit(&error))?;
+        place.write(Hertz { approach_m, radius_m, force_n, duration_s });
+        Ok(())
+    })
+}
+
+fn unfit(error: &ContactError) -> Failure {
+    let at = match error {
+        ContactError::NotPositive { key, .. } => key,
+        ContactError::Poisson(_) => "poisson",
+        ContactError::NoMass => "mass_kg",
+        ContactError::NoPoint(..) => "radius_m",
+    };
+    wrong(at, error.to_string())
+}
