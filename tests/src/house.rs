@@ -1,6 +1,7 @@
 //! Both real programs in a place of their own: short runtime folder, own databases, own service name.
 
 use serde_json::Value;
+use std::ffi::OsStr;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
@@ -47,7 +48,12 @@ impl House {
 
     /// A program with this place as its environment, for runs that are ended before their end.
     pub fn command(&self, name: &str) -> Command {
-        let mut command = Command::new(program(name));
+        self.foreign(program(name))
+    }
+
+    /// The same of any program of the system.
+    pub fn foreign(&self, program: impl AsRef<OsStr>) -> Command {
+        let mut command = Command::new(program);
         command.env("XDG_RUNTIME_DIR", self.root.path()).env("XDG_DATA_HOME", self.path("data"));
         command.env_remove("SHATTER_SERVICE").env_remove("NOTIFY_SOCKET").env_remove("WATCHDOG_USEC");
         command

@@ -25,7 +25,7 @@ fn package() -> PathBuf {
 /// Runs a program in the house to its end, which must be a good one; what it printed.
 #[track_caller]
 fn run(house: &House, program: &OsStr, arguments: &[&str], adapt: impl FnOnce(&mut Command)) -> String {
-    let mut command = house.command(program.to_str().unwrap());
+    let mut command = house.foreign(program);
     command.args(arguments).env("SHATTER_TEST_SERVICE", "default").env("SHATTER_TEST_OBJECT", "bar");
     command.env("PYTHONDONTWRITEBYTECODE", "1");
     adapt(&mut command);

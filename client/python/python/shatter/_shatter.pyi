@@ -14,7 +14,28 @@ _Quality = Literal["draft", "game", "film", "reference"]
 _Vector = tuple[float, float, float] | Sequence[float] | NDArray[np.float64]
 _Body = tuple[float, float, float, float]
 
-__all__: list[str]
+__all__ = [
+    "Bond",
+    "Broken",
+    "Contact",
+    "Debris",
+    "Facts",
+    "Fragment",
+    "Hertz",
+    "Hull",
+    "Object",
+    "Refusal",
+    "Run",
+    "Service",
+    "Skin",
+    "Status",
+    "Summary",
+    "Ticket",
+    "__version__",
+    "connect",
+    "hertz",
+    "wait_for",
+]
 __version__: str
 
 class Refusal(Exception):

@@ -158,7 +158,7 @@ mod tests {
 
     #[test]
     fn harder_blows_and_lower_thresholds_make_more_pieces() {
-        let plan = Plan { quality: Quality::Draft, ..Plan::new("vase", shapes::vase()) };
+        let plan = Plan { quality: Quality::Draft, ..Plan::new("statue", shapes::statue()) };
         let mut told = 0;
         let [balls, falls] = run(&plan, &mut |_| told += 1).unwrap();
         assert_eq!(told, plan.steps());
