@@ -88,7 +88,7 @@ enum ShatterCode
     SHATTER_CODE_UNKNOWN_EFFECT = 17,
     /// A budget that this version does not have, or that is not finite.
     SHATTER_CODE_BUDGET = 18,
-    /// A convention other than the default.
+    /// There is no such convention, or a unit of length that cannot be.
     SHATTER_CODE_CONVENTION = 19,
     /// No answer with this handle is kept: there never was one, it was given back, or its time is over.
     SHATTER_CODE_UNKNOWN_HANDLE = 20,

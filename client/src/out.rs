@@ -205,6 +205,7 @@ fn refusal(path: &Path, error: &ExportError) -> Refusal {
         ExportError::NoFragments
         | ExportError::MissingFolder(_)
         | ExportError::IsFolder(_)
+        | ExportError::NoFile(_)
         | ExportError::Folder { .. }
         | ExportError::Write { .. } => Kind::Output,
         _ => Kind::BadAnswer,

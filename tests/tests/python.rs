@@ -79,6 +79,10 @@ fn a_wheel_is_built_installed_and_used_in_a_fresh_environment() {
     run(&house, python.as_os_str(), &["-m", "mypy.stubtest", "shatter"], |command| {
         command.current_dir(house.path("data"));
     });
+    let mypy = ["-m", "mypy", "--strict", package().join("examples/strike.py").to_str().unwrap()].map(str::to_owned);
+    run(&house, python.as_os_str(), &mypy.each_ref().map(String::as_str), |command| {
+        command.current_dir(house.path("data"));
+    });
     let example = package().join("examples/strike.py");
     let told = run(&house, python.as_os_str(), &[example.to_str().unwrap(), "bar", "out.glb"], |command| {
         command.current_dir(house.path("data"));

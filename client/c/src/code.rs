@@ -45,7 +45,7 @@ pub enum Code {
     UnknownEffect = 17,
     /// A budget that this version does not have, or that is not finite.
     Budget = 18,
-    /// A convention other than the default.
+    /// There is no such convention, or a unit of length that cannot be.
     Convention = 19,
     /// No answer with this handle is kept: there never was one, it was given back, or its time is over.
     UnknownHandle = 20,

@@ -16,19 +16,19 @@ pub fn timeout(seconds: f64) -> PyResult<Duration> {
     Duration::try_from_secs_f64(seconds).map_err(|error| PyValueError::new_err(format!("{seconds} s: {error}")))
 }
 
-/// Asks in slices until there is an answer or a refusal other than `pending`, or until `timeout` is over; other threads of Python run
+/// Asks in slices until there is an answer or a refusal that is not `pending`, or until `timeout` is over; other threads of Python run
 /// meanwhile, and signals are heeded.
 pub fn in_slices<T: Send>(
     py: Python<'_>,
     timeout: Duration,
-    pending: Kind,
+    pending: fn(&shatter_client::Refusal) -> bool,
     ask: impl Fn(Deadline) -> Result<T, shatter_client::Refusal> + Sync,
 ) -> PyResult<T> {
     let begin = Instant::now();
     loop {
         let left = timeout.saturating_sub(begin.elapsed());
         match py.detach(|| ask(Deadline::after(left.min(SLICE)))) {
-            Err(refusal) if refusal.kind == pending && left > SLICE => py.check_signals()?,
+            Err(refusal) if pending(&refusal) && left > SLICE => py.check_signals()?,
             result => return result.map_err(raised),
         }
     }
@@ -45,7 +45,8 @@ impl Service {
     }
 
     pub fn wait_for(py: Python<'_>, name: &str, timeout: Duration, convention: Convention) -> PyResult<Self> {
-        let service = in_slices(py, timeout, Kind::NoDaemon, |slice| Shatter::wait_for(name, slice))?;
+        let service =
+            in_slices(py, timeout, |refusal| refusal.kind == Kind::NoDaemon, |slice| Shatter::wait_for(name, slice))?;
         Ok(Self(service.with_convention(convention)))
     }
 }

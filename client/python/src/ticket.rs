@@ -31,7 +31,9 @@ impl Ticket {
     #[pyo3(signature = (timeout_s = 60.0))]
     pub fn wait(&self, py: Python<'_>, timeout_s: f64) -> PyResult<Broken> {
         let timeout = timeout(timeout_s)?;
-        let broken = in_slices(py, timeout, Kind::Late, |slice| self.with(|ticket| ticket.wait(slice)))?;
+        // The service may say `late`, too, of the strike.
+        let pending = |refusal: &shatter_client::Refusal| refusal.kind == Kind::Late && refusal.at == "ticket";
+        let broken = in_slices(py, timeout, pending, |slice| self.with(|ticket| ticket.wait(slice)))?;
         Ok(Broken::new(broken))
     }
 

@@ -216,6 +216,19 @@ def test_tickets_poll_cancel_and_are_spent(body):
     assert refused.value.kind == "cancelled"
 
 
+def test_what_is_late_says_so(body):
+    kinds = set()
+    for seed in range(50):
+        try:
+            body.strike(blow(body), degree=200, seed=seed, deadline_s=0.0005).wait()
+        except shatter.Refusal as refusal:
+            kinds.add(refusal.kind)
+    assert kinds == {"late"}
+    with pytest.raises(shatter.Refusal) as refused:
+        body.strike(blow(body), degree=200).wait(timeout_s=0.0)
+    assert refused.value.kind == "late"
+
+
 def test_threads_share_one_connection(body):
     expected = body.strike(blow(body), degree=7, seed=1).wait().output_hash
     found, errors = [], []

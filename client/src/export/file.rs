@@ -4,7 +4,7 @@ use super::{ExportError, FragmentView, Written, glb_bytes};
 use std::fs::Permissions;
 use std::io::{self, Write};
 use std::os::unix::fs::PermissionsExt;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// What a new file may be, before the process's mask is taken off.
 const FILE_MODE: u32 = 0o666;
@@ -16,17 +16,29 @@ pub fn write_glb(path: &Path, fragments: &[FragmentView<'_>]) -> Result<Written,
     Ok(written)
 }
 
+/// Where `path` leads: itself, or the file that a link of that name stands for. What is neither a file nor new would be lost if a file
+/// took its place: a device, a pipe.
+pub(super) fn target(path: &Path) -> Result<PathBuf, ExportError> {
+    let failed = |source: io::Error| ExportError::Write { path: path.to_owned(), source };
+    let target = if path.is_symlink() { std::fs::canonicalize(path).map_err(failed)? } else { path.to_owned() };
+    if target.is_dir() {
+        return Err(ExportError::IsFolder(path.to_owned()));
+    }
+    if target.exists() && !target.is_file() {
+        return Err(ExportError::NoFile(path.to_owned()));
+    }
+    Ok(target)
+}
+
 /// Writes `bytes` to `path`, replacing a file of that name; a reader sees the old file or the new one, never a part.
 pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), ExportError> {
+    let path = &target(path)?;
     let folder = match path.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
         _ => Path::new("."),
     };
     if !folder.is_dir() {
         return Err(ExportError::MissingFolder(folder.to_owned()));
-    }
-    if path.is_dir() {
-        return Err(ExportError::IsFolder(path.to_owned()));
     }
     let in_folder = |source: io::Error| ExportError::Folder { folder: folder.to_owned(), source };
     let mut aside = tempfile::Builder::new()

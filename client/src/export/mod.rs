@@ -169,6 +169,9 @@ pub enum ExportError {
     /// The path names a folder.
     #[error("{} is a folder, not a file", .0.display())]
     IsFolder(PathBuf),
+    /// What has the file's name is a device, a pipe or the like.
+    #[error("{} is no file that could be replaced", .0.display())]
+    NoFile(PathBuf),
     /// The folder does not take files.
     #[error("cannot write into the folder {}: {source}", .folder.display())]
     Folder {

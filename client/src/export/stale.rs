@@ -12,7 +12,9 @@ use std::path::Path;
 
 /// Files that the table `fragments.json` names; none if there is none, or it is none of ours.
 pub(super) fn in_table(path: &Path) -> Vec<String> {
-    let table: Option<Value> = std::fs::read(path).ok().and_then(|text| serde_json::from_slice(&text).ok());
+    // A pipe would be waited for.
+    let text = Some(path).filter(|path| path.is_file()).and_then(|path| std::fs::read(path).ok());
+    let table: Option<Value> = text.and_then(|text| serde_json::from_slice(&text).ok());
     let rows = table.as_ref().and_then(|table| table["fragments"].as_array()).into_iter().flatten();
     let named = rows.flat_map(|row| [&row["file"], &row["hull"]]).filter_map(Value::as_str);
     named.map(str::to_owned).collect()

@@ -187,6 +187,24 @@ fn a_refused_folder_is_named_and_left_as_it_was() {
 }
 
 #[test]
+fn links_are_written_through_and_what_is_no_file_stays() {
+    let folder = tempfile::tempdir().unwrap();
+    let sample = sample();
+    let fragments = [view(&sample, 0)];
+    let [pipe, link, file] = ["pipe.glb", "link.glb", "file.glb"].map(|name| folder.path().join(name));
+    let mode = rustix::fs::Mode::RUSR | rustix::fs::Mode::WUSR;
+    rustix::fs::mkfifoat(rustix::fs::CWD, &pipe, mode).unwrap();
+    let refusal = write_glb(&pipe, &fragments).unwrap_err();
+    assert!(matches!(refusal, ExportError::NoFile(_)) && !pipe.is_file(), "{refusal}");
+    std::fs::write(&file, "old").unwrap();
+    std::os::unix::fs::symlink("file.glb", &link).unwrap();
+    write_glb(&link, &fragments).unwrap();
+    assert!(link.is_symlink() && std::fs::read(&file).unwrap().starts_with(b"glTF"));
+    std::os::unix::fs::symlink("nowhere/else.glb", folder.path().join("lost.glb")).unwrap();
+    assert!(matches!(write_glb(&folder.path().join("lost.glb"), &fragments), Err(ExportError::Write { .. })));
+}
+
+#[test]
 fn a_file_is_replaced_whole_and_keeps_any_name() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("zerbrochener Krug ☂.glb");

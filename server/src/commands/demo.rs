@@ -47,6 +47,7 @@ impl From<DemoError> for Failure {
             DemoError::Export(
                 ExportError::MissingFolder(path)
                 | ExportError::IsFolder(path)
+                | ExportError::NoFile(path)
                 | ExportError::Folder { folder: path, .. }
                 | ExportError::Write { path, .. },
             ) => Refusal::new(Kind::Output, path.display().to_string(), message).into(),
