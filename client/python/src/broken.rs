@@ -57,11 +57,13 @@ impl Broken {
         Ok(self.held()?.with(shatter_client::Broken::is_whole))
     }
 
+    /// Names this answer to later strikes (``origin``), where it was to be kept.
     #[getter]
     fn handle(&self) -> PyResult<Option<u64>> {
         Ok(self.held()?.with(shatter_client::Broken::handle))
     }
 
+    /// Equal answers have equal ones.
     #[getter]
     fn output_hash(&self, py: Python<'_>) -> PyResult<String> {
         let held = self.held()?;
@@ -88,6 +90,7 @@ impl Broken {
         Ok(Fragment::new(held, id as u32))
     }
 
+    /// Which fragments touch; empty unless ``bonds`` is on.
     #[getter]
     fn bonds(&self) -> PyResult<Vec<Bond>> {
         let bond = |row: &shatter_proto::answer::BondWire| Bond {
@@ -99,6 +102,7 @@ impl Broken {
         Ok(self.held()?.with(|broken| broken.bonds().iter().map(bond).collect()))
     }
 
+    /// Where dust and chips come from; empty unless ``debris`` is on.
     #[getter]
     fn debris(&self) -> PyResult<Vec<Debris>> {
         let debris = |row: &shatter_proto::answer::DebrisWire| Debris {
@@ -111,25 +115,28 @@ impl Broken {
         Ok(self.held()?.with(|broken| broken.debris().iter().map(debris).collect()))
     }
 
-    /// All positions of all fragments, one fragment after the other.
+    /// (all vertices, 3): of all fragments one after the other, each relative to its own centre.
     #[getter]
     fn positions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f32>>> {
         rows(py, &self.held()?, |broken| Some(broken.view().positions))
     }
 
+    /// Writes a binary glTF file, whole or not at all.
     fn write_glb(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
         self.write(py, |broken| broken.write_glb(&path).map(|_| ()))
     }
 
+    /// Writes a folder of OBJ files with a table.
     fn write_obj(&self, py: Python<'_>, folder: PathBuf) -> PyResult<()> {
         self.write(py, |broken| broken.write_obj(&folder).map(|_| ()))
     }
 
+    /// Writes a MuJoCo model, with its meshes in a folder beside it; ``bonds`` and ``hulls`` make it collide and hold.
     fn write_mjcf(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
         self.write(py, |broken| broken.write_mjcf(&path).map(|_| ()))
     }
 
-    /// Gives the answer's memory back to the service.
+    /// Gives the memory back now; ``BufferError`` while fragments or arrays look into it.
     fn release(&self) -> PyResult<()> {
         let mut place = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         let others = place.as_ref().map_or(0, |held| Arc::strong_count(held) - 1);

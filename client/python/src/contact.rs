@@ -16,7 +16,10 @@ pub struct Hertz {
 /// Mass (kg), radius (m), Young's modulus (Pa) and Poisson's ratio.
 type Body = (f64, f64, f64, f64);
 
-/// Two bodies that meet at a speed; with an impulse, of the mass that it stops.
+/// How long and how wide two elastic bodies touch that meet in a point (Johnson, *Contact Mechanics*, 1985, 11.4).
+///
+/// A body is its mass (kg, ``inf`` for a floor), radius where it is touched (m, ``inf`` for a plane), Young's modulus (Pa) and Poisson's
+/// ratio; :class:`Facts` has the moduli of objects. With ``impulse_ns`` the mass is at most that which the impulse stops.
 #[pyfunction]
 #[pyo3(signature = (one, other, speed_m_s, *, impulse_ns = None))]
 pub fn hertz(one: Body, other: Body, speed_m_s: f64, impulse_ns: Option<f64>) -> PyResult<Hertz> {

@@ -71,11 +71,13 @@ impl Fragment {
         self.with(|own| own.mass_kg())
     }
 
+    /// (3,): centre of mass.
     #[getter]
     fn centre_m<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
         Ok(PyArray1::from_slice(py, &self.with(|own| own.centre_m())?))
     }
 
+    /// (3, 3): about the centre of mass.
     #[getter]
     fn inertia_kg_m2<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let [xx, yy, zz, xy, xz, yz] = self.with(|own| own.inertia_kg_m2())?;
@@ -83,6 +85,7 @@ impl Fragment {
         Ok(PyArray2::from_owned_array(py, numpy::ndarray::arr2(&tensor)))
     }
 
+    /// (3,): on top of how the object moved; None unless ``release`` is on.
     #[getter]
     fn linear_m_s<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray1<f64>>>> {
         let velocity = self.with(|own| own.velocity().map(|velocity| velocity.linear_m_s))?;
@@ -95,36 +98,43 @@ impl Fragment {
         Ok(velocity.map(|velocity| PyArray1::from_slice(py, &velocity)))
     }
 
+    /// (vertices, 3): relative to the centre of mass.
     #[getter]
     fn positions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f32>>> {
         rows(py, &self.held, |broken| broken.fragment(self.id).map(|own| own.positions()))
     }
 
+    /// (triangles, 3): rows of ``positions``, counter-clockwise from outside.
     #[getter]
     fn triangles<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<u32>>> {
         rows(py, &self.held, |broken| broken.fragment(self.id).map(|own| triangles(own.indices())))
     }
 
+    /// (pairs, 2): vertices that are the same point; with them every edge has one opposite.
     #[getter]
     fn merges<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<u32>>> {
         rows(py, &self.held, |broken| broken.fragment(self.id).map(|own| own.merges()))
     }
 
+    /// (vertices, 3); None unless ``normals`` is on.
     #[getter]
     fn normals<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<f32>>>> {
         self.rows(py, |own| own.normals())
     }
 
+    /// (vertices, 2), m; None unless ``uv`` is on.
     #[getter]
     fn uvs<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<f32>>>> {
         self.rows(py, |own| own.uvs())
     }
 
+    /// (vertices, 5): normal and texture coordinates of the input, zero on cracks; None unless ``attributes`` is on.
     #[getter]
     fn looks<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<f32>>>> {
         self.rows(py, |own| looks(own.looks()))
     }
 
+    /// (triangles,): the input's, 2³²−1 on cracks; None unless ``attributes`` is on and the input has any.
     #[getter]
     fn materials<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray1<u32>>>> {
         let array = column(py, &self.held, |broken| broken.fragment(self.id).map(|own| own.materials()))?;
@@ -146,6 +156,7 @@ impl Fragment {
         })
     }
 
+    /// Convex proxy for collisions; None unless ``hulls`` is on.
     #[getter]
     fn hull(&self, py: Python<'_>) -> PyResult<Option<Hull>> {
         let Some((coverage, margin_m)) = self.with(|own| own.hull().map(|hull| (hull.coverage, hull.margin_m)))? else {
@@ -165,6 +176,7 @@ impl Fragment {
         }))
     }
 
+    /// Its part of the input's own triangles; None unless ``skin`` is on.
     #[getter]
     fn skin(&self, py: Python<'_>) -> PyResult<Option<Skin>> {
         if !self.with(|own| own.skin().is_some_and(|skin| !skin.vertices.is_empty()))? {

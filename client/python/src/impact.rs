@@ -41,10 +41,15 @@ pub fn at<'a>(mut contacts: impl Iterator<Item = &'a Contact>) -> PyResult<Impac
 }
 
 /// A number of sites, or where it comes from.
-#[derive(FromPyObject)]
-pub enum Degree {
-    Sites(u32),
-    Source(String),
+pub struct Degree(shatter_client::Degree);
+
+impl<'py> FromPyObject<'_, 'py> for Degree {
+    type Error = PyErr;
+
+    fn extract(told: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
+        let sites = told.extract::<u32>().map(shatter_client::Degree::Sites);
+        sites.or_else(|_| source(&told.str()?.to_string_lossy())).map(Self)
+    }
 }
 
 /// How an answer shall be computed.
@@ -73,10 +78,10 @@ impl Wish<'_> {
         let effect = |name: &String| Effect::by_name(name).map_err(raised);
         let mut impact = impact.seed(self.seed);
         if let Some(degree) = self.degree {
-            impact = impact.degree(degree_of(degree)?);
+            impact = impact.degree(degree.0);
         }
         if let Some(name) = self.quality {
-            impact = impact.quality(Quality::by_name(name).map_err(raised)?);
+            impact = impact.quality(quality(name)?);
         }
         if let Some(name) = self.lift {
             impact = impact.lift(lift(name)?);
@@ -102,18 +107,19 @@ impl Wish<'_> {
     }
 }
 
-fn degree_of(degree: Degree) -> PyResult<shatter_client::Degree> {
-    use shatter_client::Degree::{ClosedForm, Inferred, Optimised, Sites, Verified};
-    match degree {
-        Degree::Sites(sites) => Ok(Sites(sites)),
-        Degree::Source(name) => match name.as_str() {
-            "closed_form" => Ok(ClosedForm),
-            "inferred" => Ok(Inferred),
-            "verified" => Ok(Verified),
-            "optimised" => Ok(Optimised),
-            _ => Err(none("degree", &name, "a number, closed_form, inferred, verified, optimised")),
-        },
+fn source(name: &str) -> PyResult<shatter_client::Degree> {
+    use shatter_client::Degree::{ClosedForm, Inferred, Optimised, Verified};
+    match name {
+        "closed_form" => Ok(ClosedForm),
+        "inferred" => Ok(Inferred),
+        "verified" => Ok(Verified),
+        "optimised" => Ok(Optimised),
+        _ => Err(none("degree", name, "a number below 2³², closed_form, inferred, verified, optimised")),
     }
+}
+
+fn quality(name: &str) -> PyResult<Quality> {
+    Quality::by_name(name).map_err(|_| none("quality", name, "draft, game, film, reference"))
 }
 
 fn lift(name: &str) -> PyResult<Lift> {

@@ -15,7 +15,9 @@ use refusal::Refusal;
 use service::Service;
 use shatter_client::Convention;
 
-/// Connects to the service of that name.
+/// Connects to the service of that name; its answers come in the coordinates of ``convention``.
+///
+/// The connection outlives the daemon: what was under way when it went away ends as ``lost``, what comes next goes to its successor.
 #[pyfunction]
 #[pyo3(signature = (name = "default", *, timeout_s = 1.0, convention = "gltf"))]
 fn connect(py: Python<'_>, name: &str, timeout_s: f64, convention: &str) -> PyResult<Service> {
@@ -24,7 +26,7 @@ fn connect(py: Python<'_>, name: &str, timeout_s: f64, convention: &str) -> PyRe
     Service::connect(py, name, timeout, convention)
 }
 
-/// Connects as `connect` does, but waits for a daemon to appear.
+/// Connects as :func:`connect` does, but waits for a daemon to appear.
 #[pyfunction]
 #[pyo3(signature = (name = "default", *, timeout_s = 60.0, convention = "gltf"))]
 fn wait_for(py: Python<'_>, name: &str, timeout_s: f64, convention: &str) -> PyResult<Service> {

@@ -53,12 +53,14 @@ impl Service {
 
 #[pymethods]
 impl Service {
+    /// The object of that name, ready to be struck.
     #[pyo3(signature = (name, *, timeout_s = 1.0))]
     fn object(&self, py: Python<'_>, name: &str, timeout_s: f64) -> PyResult<Object> {
         let deadline = Deadline::after(timeout(timeout_s)?);
         py.detach(|| self.0.object(name, deadline)).map(Object).map_err(raised)
     }
 
+    /// All objects, ready or not, by name.
     #[pyo3(signature = (*, timeout_s = 1.0))]
     fn objects(&self, py: Python<'_>, timeout_s: f64) -> PyResult<Vec<Facts>> {
         let deadline = Deadline::after(timeout(timeout_s)?);
@@ -83,6 +85,7 @@ impl Service {
         })
     }
 
+    /// Gives a kept answer back.
     #[pyo3(signature = (handle, *, timeout_s = 1.0))]
     fn release(&self, py: Python<'_>, handle: u64, timeout_s: f64) -> PyResult<()> {
         let deadline = Deadline::after(timeout(timeout_s)?);
@@ -165,6 +168,11 @@ impl Object {
         &self.0.facts().name
     }
 
+    /// Sends a strike of one to eight contacts; never blocks. Keywords are the flags of ``shatter impact``.
+    ///
+    /// ``degree``: a number of pieces, which breaks the object whatever γ says, or where the number comes from. ``enable`` and
+    /// ``disable``: names of effects, such as ``normals``, ``hulls``, ``bonds``. ``origin``: handle of a kept answer and the id of its
+    /// fragment, which is struck instead of the object.
     #[pyo3(signature = (*contacts, degree = None, quality = None, error = None, time_ms = None, iterations = None,
         enable = None, disable = None, gamma_j_m2 = None, lift = None, elastic = None, seed = 0, keep = false,
         origin = None, deadline_s = None, fragments_max = None, bytes_max = None))]
@@ -211,6 +219,7 @@ impl Object {
         self.0.strike(&impact).map(Ticket::new).map_err(raised)
     }
 
+    /// Divides the whole object into even pieces without an impact; asks where bodies are first, if there are several.
     #[pyo3(signature = (pieces, *, seed = 0, timeout_s = 60.0))]
     fn even(&self, py: Python<'_>, pieces: u32, seed: u64, timeout_s: f64) -> PyResult<Ticket> {
         let deadline = Deadline::after(timeout(timeout_s)?);
@@ -218,6 +227,7 @@ impl Object {
         self.0.strike(&impact.seed(seed)).map(Ticket::new).map_err(raised)
     }
 
+    /// The factor on these impulses at which the object just breaks; waits for it.
     #[pyo3(signature = (*contacts, timeout_s = 60.0))]
     fn threshold_factor(&self, py: Python<'_>, contacts: Vec<PyRef<'_, Contact>>, timeout_s: f64) -> PyResult<f64> {
         let impact = impact::at(contacts.iter().map(|contact| &**contact))?.threshold_only();

@@ -28,6 +28,7 @@ impl Ticket {
 
 #[pymethods]
 impl Ticket {
+    /// Waits for the answer; Ctrl-C ends it. On ``late`` the ticket is still good.
     #[pyo3(signature = (timeout_s = 60.0))]
     pub fn wait(&self, py: Python<'_>, timeout_s: f64) -> PyResult<Broken> {
         let timeout = timeout(timeout_s)?;
@@ -37,6 +38,7 @@ impl Ticket {
         Ok(Broken::new(broken))
     }
 
+    /// The answer if it is there; never blocks. Once a frame is often enough.
     fn poll(&self, py: Python<'_>) -> PyResult<Option<Broken>> {
         match py.detach(|| self.with(shatter_client::Ticket::poll)).map_err(raised)? {
             Poll::Pending => Ok(None),

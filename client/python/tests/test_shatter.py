@@ -184,8 +184,10 @@ def test_wrong_arguments_are_pythons_own_errors(body, service):
             shatter.Contact(wrong, (1, 0, 0))
     with pytest.raises(ValueError):
         body.strike()
-    with pytest.raises(ValueError):
-        body.strike(blow(body), degree="many")
+    for keywords in [{"degree": wrong} for wrong in ["many", -1, 2**32, 2.5]] + [{"quality": "fine"}, {"lift": "up"}, {"elastic": "no"}]:
+        (key,) = keywords
+        with pytest.raises(ValueError, match=f"^{key}: .* is none of "):
+            body.strike(blow(body), **keywords)
     with pytest.raises(ValueError):
         body.strike(blow(body)).wait(timeout_s=-1.0)
     with pytest.raises((OverflowError, TypeError)):
