@@ -1,17 +1,25 @@
-//! The example host, ten seconds of it, with the daemon killed in between. Needs the programs:
-//! `cargo build --release --workspace --bins --examples --features shatter-client/rapier`, then
+//! The example host, ten seconds of it, with the daemon killed in between:
 //! `cargo test --release --workspace --features shatter-client/rapier --test rapier_host`
 
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Runs the example beside this test's program into `out`, and returns its figures.
-fn hosted(out: &Path, more: &[&str]) -> Value {
+/// The example, built with the daemon that it starts: cargo builds neither for a test that is named alone.
+fn host() -> PathBuf {
     let own = std::env::current_exe().unwrap();
-    let folder: PathBuf = own.ancestors().nth(2).unwrap().to_owned();
+    let folder = own.ancestors().nth(2).unwrap();
+    let profile = if folder.ends_with("release") { "release" } else { "dev" };
+    let mut build = Command::new(env!("CARGO"));
+    build.args(["build", "--workspace", "--bins", "--example", "rapier_host", "--features", "shatter-client/rapier"]);
+    assert!(build.args(["--profile", profile]).status().unwrap().success());
+    folder.join("examples/rapier_host")
+}
+
+/// Runs the example into `out`, and returns its figures.
+fn hosted(out: &Path, more: &[&str]) -> Value {
     let service = format!("rapier-{}", std::process::id());
-    let mut host = Command::new(folder.join("examples/rapier_host"));
+    let mut host = Command::new(host());
     host.args(["--service", &service, "--out"]).arg(out).args(more);
     assert!(host.status().unwrap().success());
     serde_json::from_slice(&std::fs::read(out.join("summary.json")).unwrap()).unwrap()
