@@ -1,31 +1,17 @@
 //! After the first impact the elastic stages allocate nothing that grows with the lattice.
 
+mod support {
+    pub mod counting;
+}
+
 use nalgebra::{Point3, Vector3};
 use shatter_fracture::elasticity::{Contact, Driving, Elasticity, Load, Workspace};
 use shatter_fracture::lattice::block;
 use shatter_fracture::token::Token;
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::sync::atomic::{AtomicUsize, Ordering};
-
-/// Counts the bytes handed out.
-struct Counting(AtomicUsize);
-
-// SAFETY: every request is passed on unchanged to the system's allocator.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        self.0.fetch_add(layout.size(), Ordering::Relaxed);
-        // SAFETY: the caller's promises are passed on.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, place: *mut u8, layout: Layout) {
-        // SAFETY: the caller's promises are passed on.
-        unsafe { System.dealloc(place, layout) }
-    }
-}
+use support::counting::Counting;
 
 #[global_allocator]
-static ALLOCATOR: Counting = Counting(AtomicUsize::new(0));
+static ALLOCATOR: Counting = Counting::new();
 
 #[test]
 fn elastic_stages_reuse_their_memory() {
@@ -42,7 +28,7 @@ fn elastic_stages_reuse_their_memory() {
     });
     let reduced = body.reduce(&snapshots, 2, &token).unwrap().unwrap();
     let mut impact = |contact: Contact| {
-        let before = ALLOCATOR.0.load(Ordering::Relaxed);
+        let before = ALLOCATOR.ever();
         body.load(&[contact], &mut load, &mut workspace).unwrap();
         body.solve(&load.forces, &mut displacement, &mut workspace, &token).unwrap();
         reduced.project(&load, &mut coordinates);
@@ -51,7 +37,7 @@ fn elastic_stages_reuse_their_memory() {
         for driving in [Driving::Total, Driving::Tensile] {
             body.tet_energy(&lattice, &displacement, driving, &mut energies, &token).unwrap();
         }
-        ALLOCATOR.0.load(Ordering::Relaxed) - before
+        ALLOCATOR.ever() - before
     };
     let first = impact(contact(0.3));
     let later: usize = (0..8).map(|turn| impact(contact(if turn % 2 == 0 { -0.3 } else { 0.3 }))).sum();

@@ -1,32 +1,17 @@
 //! A prepared object says honestly how much memory it holds: against an allocator that counts.
 
+mod support {
+    pub mod counting;
+}
+
 use shatter_fracture::database::{BakeRequest, bake, load, save};
 use shatter_fracture::scene::Materials;
 use shatter_fracture::surface::shapes;
 use shatter_fracture::token::Token;
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::sync::atomic::{AtomicUsize, Ordering};
-
-/// Counts the bytes that are out.
-struct Counting(AtomicUsize);
-
-// SAFETY: every request is passed on unchanged to the system's allocator.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        self.0.fetch_add(layout.size(), Ordering::Relaxed);
-        // SAFETY: the caller's promises are passed on.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, place: *mut u8, layout: Layout) {
-        self.0.fetch_sub(layout.size(), Ordering::Relaxed);
-        // SAFETY: the caller's promises are passed on.
-        unsafe { System.dealloc(place, layout) }
-    }
-}
+use support::counting::Counting;
 
 #[global_allocator]
-static ALLOCATOR: Counting = Counting(AtomicUsize::new(0));
+static ALLOCATOR: Counting = Counting::new();
 
 fn request(elastic_spacing: f64) -> BakeRequest {
     let materials = Materials::parse(include_str!("../../../config/materials.toml")).unwrap();
@@ -49,9 +34,9 @@ fn an_object_says_how_much_memory_it_holds() {
             bake(shapes::cuboid([0.4, 0.2, 0.2]), &request(elastic_spacing), &Token::default(), &mut |_| {}).unwrap();
         save(&baked, &path).unwrap();
         drop(baked);
-        let before = ALLOCATOR.0.load(Ordering::Relaxed);
+        let before = ALLOCATOR.out();
         let loaded = load(&path).unwrap();
-        let held = ALLOCATOR.0.load(Ordering::Relaxed) - before;
+        let held = ALLOCATOR.out() - before;
         let said = loaded.bytes();
         println!("{elastic_spacing}: {said} bytes said, {held} held");
         assert!(said as f64 > 0.95 * held as f64 && said <= held, "{said} bytes said, {held} held");

@@ -1,0 +1,64 @@
+//! After the first impacts strikes hold no more memory, however many come.
+
+mod support {
+    pub mod counting;
+}
+
+use nalgebra::{Point3, Vector3};
+use shatter_fracture::database::{BakeRequest, bake};
+use shatter_fracture::pipeline::{self, DegreeRequest, Prepared, Strike, Workspace};
+use shatter_fracture::scene::Materials;
+use shatter_fracture::surface::shapes;
+use shatter_fracture::token::Token;
+use support::counting::Counting;
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting::new();
+
+const ROUNDS: usize = 8;
+
+/// With a basis, so that reduced strikes and solved ones take turns.
+fn prepared() -> Prepared {
+    let materials = Materials::parse(include_str!("../../../config/materials.toml")).unwrap();
+    let glass = materials.get("glass").unwrap().clone();
+    let request = BakeRequest {
+        elastic_spacing: Some(0.08),
+        crack_spacing: Some(0.03),
+        examples: 24,
+        seed: 1,
+        ..BakeRequest::new("bar", "glass", glass)
+    };
+    bake(shapes::cuboid([0.4, 0.2, 0.2]), &request, &Token::default(), &mut |_| {}).unwrap()
+}
+
+/// Blows all over the bar, of numbers of sites that go up and down.
+fn strikes() -> Vec<Strike> {
+    let blow = |turn: u32| {
+        let (x, side) = (-0.18 + 0.03 * f64::from(turn), if turn % 2 == 0 { 0.1 } else { -0.1 });
+        let mut strike = Strike::at(Point3::new(x, side, 0.03), Vector3::new(0.0, -20.0 * side, 1.0));
+        strike.degree = DegreeRequest::Sites(5 + 17 * (turn % 5));
+        strike.seed = u64::from(turn);
+        strike
+    };
+    (0..12).map(blow).collect()
+}
+
+#[test]
+fn strikes_hold_no_more_memory_than_the_first_ones() {
+    let (prepared, strikes, token) = (prepared(), strikes(), Token::default());
+    let mut workspace = Workspace::default();
+    let mut round = || {
+        let before = ALLOCATOR.ever();
+        for strike in &strikes {
+            let outcome = pipeline::strike(&prepared, strike, &mut workspace, &token, &mut ()).unwrap();
+            assert!(outcome.pieces.is_some());
+        }
+        (ALLOCATOR.out(), ALLOCATOR.ever() - before)
+    };
+    let rounds: Vec<(usize, usize)> = (0..ROUNDS).map(|_| round()).collect();
+    println!("bytes that are out after a round, and handed out in it: {rounds:?}");
+    // rayon's queues now and then take a block of their own, whatever the lattice.
+    let (first, made) = rounds[0];
+    assert!(rounds.iter().all(|(out, _)| *out <= first + 65_536), "{rounds:?}");
+    assert!(rounds[1..].iter().all(|(_, ever)| *ever < made / 2), "{rounds:?}");
+}
