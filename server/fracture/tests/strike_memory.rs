@@ -34,7 +34,7 @@ fn prepared() -> Prepared {
 /// Blows all over the bar, of numbers of sites that go up and down.
 fn strikes() -> Vec<Strike> {
     let blow = |turn: u32| {
-        let (x, side) = (-0.18 + 0.03 * f64::from(turn), if turn % 2 == 0 { 0.1 } else { -0.1 });
+        let (x, side) = (-0.18 + 0.03 * f64::from(turn), if turn.is_multiple_of(2) { 0.1 } else { -0.1 });
         let mut strike = Strike::at(Point3::new(x, side, 0.03), Vector3::new(0.0, -20.0 * side, 1.0));
         strike.degree = DegreeRequest::Sites(5 + 17 * (turn % 5));
         strike.seed = u64::from(turn);
