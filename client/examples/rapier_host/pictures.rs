@@ -11,8 +11,11 @@ const COLUMNS: usize = 4;
 const ROWS: usize = 3;
 const SIZE: Size = Size { width: 560, height: 360 };
 
-/// Corners of what the camera looks at, m, and from where.
+/// Corners of what the camera looks at, m.
 const SEEN_M: [[f32; 3]; 2] = [[-1.9, 0.0, -1.2], [1.9, 1.9, 1.2]];
+/// How far beside that things are painted still, m.
+const BESIDE_M: f32 = 1.2;
+/// From where it looks.
 const FROM: [f32; 3] = [0.30, 0.42, 1.0];
 
 /// A PNG of twelve pictures, row by row.
@@ -28,7 +31,7 @@ pub fn sheet(film: &Film, seconds: f64) -> Result<Vec<u8>, Failure> {
         let at_s = seconds * (k as f64 + 0.999) / count as f64;
         let mut scene = Mesh::default();
         for (actor, mesh) in film.actors.iter().zip(&painted).filter(|(actor, _)| !is_floor(actor)) {
-            actor.at(at_s).into_iter().for_each(|key| scene.append(moved(mesh, key)));
+            actor.at(at_s).into_iter().filter(|key| is_near(key)).for_each(|key| scene.append(moved(mesh, key)));
         }
         draw(&scene, &camera, SIZE, Style::STUDIO, Some(0.0), backdrop)
     };
@@ -37,6 +40,12 @@ pub fn sheet(film: &Film, seconds: f64) -> Result<Vec<u8>, Failure> {
         .collect();
     let size = Size { width: COLUMNS * SIZE.width, height: ROWS * SIZE.height };
     Ok(Image { size, pixels: rows.into_iter().flat_map(|row| row.pixels).collect() }.png()?)
+}
+
+/// What went far away is not seen, and would coarsen the shadows, which span all there is.
+fn is_near(key: &Key) -> bool {
+    let [low, high] = SEEN_M;
+    (0..3).all(|axis| (low[axis] - BESIDE_M..high[axis] + BESIDE_M).contains(&key.place_m[axis]))
 }
 
 /// The floor is the picture's ground.

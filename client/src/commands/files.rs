@@ -37,6 +37,10 @@ impl Target {
                 let message = "OBJ files are written into a folder: --out DIR --format obj";
                 return Err(Failure::Usage(message.to_owned()));
             }
+            Some(other @ ("gltf" | "stl" | "ply" | "fbx" | "dae" | "usd" | "usda" | "usdc" | "usdz")) => {
+                let message = format!("no .{other} files are written: --out FILE.glb, FILE.xml or a folder");
+                return Err(Failure::Usage(message));
+            }
             _ => None,
         };
         if let (Some(told), Some(format)) = (told, format)
@@ -118,6 +122,8 @@ mod tests {
         check("pieces.v2", Some(Format::Mjcf), Some((Format::Mjcf, "pieces.v2/vase.xml", Some("pieces.v2"))));
         check("pieces", Some(Format::Obj), Some((Format::Obj, "pieces", None)));
         check("a.glb", Some(Format::Obj), None);
+        check("a.gltf", None, None);
+        check("A.STL", Some(Format::Glb), None);
         check("a.xml", Some(Format::Glb), None);
         check("a.obj", Some(Format::Obj), None);
     }
