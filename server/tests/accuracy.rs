@@ -40,7 +40,8 @@ fn points<'a>(findings: &'a Findings, dial: &'a str, measure: Measure) -> impl I
 #[test]
 fn a_study_of_accuracy_has_the_keys_of_the_contract_and_a_point_for_every_setting() {
     let (plan, findings, steps) = findings();
-    assert!(findings.left_out.iter().all(|[what, _]| what.starts_with("rank_own")), "{:?}", findings.left_out);
+    let named = |[what, _]: &[String; 2]| what.starts_with("rank_own") || what.starts_with("lift_dimension");
+    assert!(findings.left_out.iter().all(named), "{:?}", findings.left_out);
     assert_eq!(steps, plan.steps());
 
     let document = findings.document();
@@ -80,5 +81,7 @@ fn a_study_of_accuracy_has_the_keys_of_the_contract_and_a_point_for_every_settin
     assert!(drawn.iter().all(|own| own.svg.starts_with("<svg") && own.csv.lines().count() > 1));
     assert_eq!(findings.close_up.names(), ["input", "draft", "game", "film"]);
     assert!(html.contains("From the left: input, draft, game, film."));
+    let zeros = |measure| findings.points.iter().any(|point| point.errors.get(measure) == Some(0.0));
+    assert_eq!(html.contains("no error at all"), Measure::ALL.into_iter().any(zeros));
     assert!(html.contains("Degree ablation") && html.contains(&findings.ground.machine.replace('&', "&amp;")));
 }

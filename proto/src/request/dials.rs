@@ -86,7 +86,10 @@ impl StrikeWire {
         self.quality = strike.quality.map_or(0, Quality::number);
         self.error_max = given(strike.error_max, error)?;
         self.time_ms_max = given(strike.time_ms_max, time)?;
-        self.iterations = strike.iterations_max.map_or(0, |count| count.saturating_add(1));
+        self.iterations = match strike.iterations_max {
+            Some(count) if count > ITERATIONS_MAX => return Err(iterations(count)),
+            count => count.map_or(0, |count| count + 1),
+        };
         Ok(())
     }
 
@@ -116,10 +119,7 @@ impl StrikeWire {
 
     pub(super) fn iterations_max(&self) -> Result<Option<u32>, Refusal> {
         match self.iterations.checked_sub(1) {
-            Some(count) if count > ITERATIONS_MAX => {
-                let message = format!("{count} iterations: at most {ITERATIONS_MAX}");
-                Err(Refusal::new(Kind::Budget, "iterations_max", message))
-            }
+            Some(count) if count > ITERATIONS_MAX => Err(iterations(count)),
             count => Ok(count),
         }
     }
@@ -134,12 +134,16 @@ fn within(value: f64, most: f64, refuse: impl Fn(f64) -> Refusal) -> Result<Opti
     }
 }
 
+fn iterations(count: u32) -> Refusal {
+    Refusal::new(Kind::Budget, "iterations_max", format!("{count} iterations: at most {ITERATIONS_MAX}"))
+}
+
 fn error(value: f64) -> Refusal {
-    let message = format!("an error of {value}: must be above zero and at most {ERROR_MAX}");
+    let message = format!("an error of {value:?}: must be above zero and at most {ERROR_MAX}");
     Refusal::new(Kind::Budget, "error_max", message)
 }
 
 fn time(value: f64) -> Refusal {
-    let message = format!("a time of {value} ms: must be above zero and at most {TIME_MS_MAX}");
+    let message = format!("a time of {value:?} ms: must be above zero and at most {TIME_MS_MAX}");
     Refusal::new(Kind::Budget, "time_ms_max", message)
 }

@@ -54,6 +54,13 @@ impl Bench<'_> {
         }
     }
 
+    /// Leaves one setting out, and says why.
+    pub(super) fn skip(&mut self, dial: &str, value: impl std::fmt::Display, why: String) {
+        let what = format!("{dial} {value}");
+        (self.progress)(&what);
+        self.findings.left_out.push([what, why]);
+    }
+
     /// Medians over impacts.
     pub(super) fn medians(
         &self,

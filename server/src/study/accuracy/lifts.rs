@@ -28,9 +28,7 @@ impl Bench<'_> {
             Ok(finest) => finest,
             Err(error) => return self.findings.left_out.push(["lift".to_owned(), error.to_string()]),
         };
-        for modes in self.plan.modes.clone() {
-            self.point("lift_dimension", json!(modes), |bench| bench.dimension(modes, &finest));
-        }
+        self.dimensions(&finest);
         for kind in KINDS {
             self.point("lift", json!(kind.to_string()), |bench| {
                 let strikes = bench.with(|strike| strike.lift = kind);
@@ -53,8 +51,33 @@ impl Bench<'_> {
         Ok(lifts.collect::<Result<_, _>>()?)
     }
 
-    fn dimension(&mut self, modes: usize, finest: &Finest) -> Result<(Times, Errors), StudyError> {
-        let lifts = self.interior(modes)?;
+    /// Each is cut where the eigenvalues leave a gap, so that several numbers may ask for the same lift; one of them is measured, as
+    /// the number of eigenfunctions that it has.
+    fn dimensions(&mut self, finest: &Finest) {
+        let mut tried = Vec::new();
+        for modes in self.plan.modes.clone() {
+            let lifts = match self.interior(modes) {
+                Ok(lifts) => lifts,
+                Err(error) => {
+                    self.skip("lift_dimension", modes, error.to_string());
+                    continue;
+                }
+            };
+            let kept = lifts.iter().map(|lift| lift.dimension - 3).max().unwrap_or(0);
+            if tried.contains(&kept) {
+                self.skip(
+                    "lift_dimension",
+                    modes,
+                    format!("the spectrum is cut at the same gap as before, after {kept}"),
+                );
+                continue;
+            }
+            tried.push(kept);
+            self.point("lift_dimension", json!(kept), |bench| bench.dimension(lifts, finest));
+        }
+    }
+
+    fn dimension(&mut self, lifts: Vec<Lift>, finest: &Finest) -> Result<(Times, Errors), StudyError> {
         let own: Vec<Option<Lift>> =
             self.base.bodies.iter_mut().zip(lifts).map(|(body, lift)| body.interior.replace(lift)).collect();
         let found = self.lifted(&self.strikes.clone(), finest);

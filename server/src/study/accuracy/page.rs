@@ -264,10 +264,25 @@ fn front(findings: &Findings) -> Section {
 }
 
 fn left_out(findings: &Findings) -> Section {
-    let rows = findings.left_out.iter().map(|row| ("failed", row.to_vec())).collect::<Vec<_>>();
+    let failed = findings.left_out.iter().map(|row| ("failed", row.to_vec()));
+    let rows: Vec<_> = failed.chain(zeros(findings)).collect();
     let none = "Nothing failed, and nothing was left out.".to_owned();
     let lead = if rows.is_empty() { vec![none] } else { Vec::new() };
     let head = ["what", "why"].map(str::to_owned).to_vec();
     let tables = if rows.is_empty() { Vec::new() } else { vec![Table { head, rows }] };
     Section { heading: "What failed or was left out".to_owned(), lead, tables, ..Section::default() }
+}
+
+/// What the diagrams leave out: errors of zero, for which a logarithmic axis has no place.
+fn zeros(findings: &Findings) -> impl Iterator<Item = (&'static str, Vec<String>)> {
+    let every = DIAGRAMS.iter().flat_map(|diagram| diagram.measures.iter().map(move |measure| (diagram, *measure)));
+    every.filter_map(|(diagram, measure)| {
+        let zero = |point: &&Point| shown(point, diagram, measure) && point.errors.get(measure) == Some(0.0);
+        let named =
+            |point: &Point| point.preset.map_or_else(|| format!("{} {}", point.dial, point.label()), str::to_owned);
+        let points: Vec<String> = findings.points.iter().filter(zero).map(named).collect();
+        let why = "no error at all, for which a logarithmic axis has no place; see all figures";
+        let what = format!("in the diagram of {} ({}): {}", measure.name(), diagram.file, points.join(", "));
+        (!points.is_empty()).then(|| ("", vec![what, why.to_owned()]))
+    })
 }
