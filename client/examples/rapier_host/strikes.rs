@@ -57,7 +57,13 @@ impl<'k> Strikes<'k> {
             self.send(world, piece, impact, now_s, tally);
         }
         for (piece, blows) in blows {
-            self.strike(world, film, piece, &blows, now_s, tally);
+            match blows {
+                Ok(blows) => self.strike(world, film, piece, &blows, now_s, tally),
+                Err(lost) => {
+                    *tally.refusals.entry("impulse_lost").or_default() += 1;
+                    eprintln!("rapier_host: piece {piece}: {lost}");
+                }
+            }
         }
         let answer = self.answer(world, now_s, tally);
         spent.client = begun.elapsed();

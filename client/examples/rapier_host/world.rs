@@ -8,7 +8,7 @@ use super::prototype::{Block, Prototype};
 use super::tally::Tally;
 use rapier3d_f64::parry::query;
 use rapier3d_f64::prelude::*;
-use shatter_client::contact::{Blow, Contacts, Material, Partner, Touch};
+use shatter_client::contact::{Blow, Contacts, ImpulseLost, Material, Partner, Touch};
 use std::collections::HashMap;
 
 /// What a piece is a fragment of: the daemon that keeps the answer, the answer's handle, its number there.
@@ -181,7 +181,7 @@ impl<'a> World<'a> {
     }
 
     /// Who is struck by the contacts of the step.
-    pub fn blows(&mut self, now_s: f64) -> Vec<(u32, Vec<Blow>)> {
+    pub fn blows(&mut self, now_s: f64) -> Vec<(u32, Result<Vec<Blow>, ImpulseLost>)> {
         self.contacts.step(now_s)
     }
 

@@ -1,11 +1,11 @@
 //! All contacts of a step, body by body.
 
 use super::merge::{Group, merged};
-use super::{Blow, CONTACTS_MAX, Material, Partner, Touch};
+use super::{Blow, CONTACTS_MAX, ImpulseLost, Material, Partner, Touch};
 use crate::ObjectFacts;
 use std::collections::BTreeMap;
 
-/// A body keeps at most this many contacts of a step apart before they are merged; those beyond, the weakest, are left out.
+/// A body keeps at most this many contacts of a step apart before they are merged; beyond, the weakest joins the nearest.
 const TOUCHES_MAX: usize = 16 * CONTACTS_MAX;
 
 /// When contacts of a body become a strike.
@@ -110,20 +110,31 @@ impl<K: Ord + Clone> Contacts<K> {
         let Some(group) = Group::of(&touch).filter(|_| touch.speed_m_s >= body.terms.speed_min_m_s) else { return };
         body.groups.push(group);
         if body.groups.len() > TOUCHES_MAX {
-            body.groups.sort_by(|a, b| b.weight().total_cmp(&a.weight()));
-            body.groups.pop();
+            body.join_weakest();
         }
     }
 
     /// The step at `now_s` (the simulation's time, s) is over: who is struck how, in the order of the bodies; never more blows than a
-    /// strike takes, none of them weaker than the ones after it.
-    pub fn step(&mut self, now_s: f64) -> Vec<(K, Vec<Blow>)> {
+    /// strike takes, none of them weaker than the ones after it. A body whose contacts would lose more than half of their impulse, one
+    /// that lands flat for instance, comes with an [`ImpulseLost`] instead, and is not cooling down.
+    pub fn step(&mut self, now_s: f64) -> Vec<(K, Result<Vec<Blow>, ImpulseLost>)> {
         self.bodies.iter_mut().filter_map(|(name, body)| Some((name.clone(), body.step(now_s)?))).collect()
     }
 }
 
 impl Body {
-    fn step(&mut self, now_s: f64) -> Option<Vec<Blow>> {
+    /// Makes one of the weakest contact and the nearest to it, so that none of its impulse is lost.
+    fn join_weakest(&mut self) {
+        self.groups.sort_by(|a, b| b.weight().total_cmp(&a.weight()));
+        let Some(weakest) = self.groups.pop() else { return };
+        let nearest = self.groups.iter_mut().min_by(|a, b| a.away(&weakest).total_cmp(&b.away(&weakest)));
+        match nearest {
+            Some(nearest) => *nearest = nearest.with(&weakest),
+            None => self.groups.push(weakest),
+        }
+    }
+
+    fn step(&mut self, now_s: f64) -> Option<Result<Vec<Blow>, ImpulseLost>> {
         let groups = std::mem::take(&mut self.groups);
         let impulse_ns: f64 = groups.iter().map(Group::weight).sum();
         // A simulation that was set back does not wait for the time it had.
@@ -132,9 +143,9 @@ impl Body {
             return None;
         }
         let blows = merged(groups, &self.terms.own, self.terms.merge_m);
-        (!blows.is_empty()).then(|| {
+        if blows.is_ok() {
             self.struck_s = Some(now_s);
-            blows
-        })
+        }
+        Some(blows)
     }
 }

@@ -72,7 +72,9 @@ pub enum ContactError {
     #[error("mass_kg: one of the two bodies must have a finite mass")]
     NoMass,
     /// Two planes, or a hollow around something that is no smaller, do not meet in a point.
-    #[error("radius_m: surfaces of radii {0} and {1} do not meet in a point")]
+    #[error(
+        "radius_m: surfaces of radii {0} and {1} m do not meet in a point, so that Hertz theory has no contact for them; give one of them a finite radius, or a strike a duration and radius of your own"
+    )]
     NoPoint(f64, f64),
 }
 

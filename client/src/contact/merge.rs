@@ -1,6 +1,6 @@
 //! Contacts near each other are one.
 
-use super::{CONTACTS_MAX, Hertz, Partner};
+use super::{CONTACTS_MAX, ContactError, Hertz, Partner};
 use nalgebra::Vector3;
 
 /// One contact of one step, as a simulator has it.
@@ -27,6 +27,33 @@ pub struct Blow {
     pub speed_m_s: f64,
     /// Its duration and radius, and what follows from them.
     pub hertz: Hertz,
+}
+
+/// Part of the impulse that the contacts of a step may lose before they become a strike.
+///
+/// Contacts of one face share a normal: friction between them costs a few percent of the sum. More than half is lost only
+/// where contacts have no Hertz theory (a plane lands on a plane) or cancel each other.
+pub const LOSS_MAX: f64 = 0.5;
+
+/// Contacts whose impulses would be lost: the body is not struck.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[error(
+    "the contacts of this step hand in {given_ns} N·s, of which a strike would keep {kept_ns} N·s: {}. Give the body a finite radius (Terms::radius), merge fewer contacts (Terms::merge), or strike with a duration and radius of your own",
+    self.reason()
+)]
+pub struct ImpulseLost {
+    /// Sum of the sizes of the impulses handed in, N·s.
+    pub given_ns: f64,
+    /// Sum of the sizes of those that would be kept, N·s.
+    pub kept_ns: f64,
+    /// Why the strongest contact that is lost has no duration and radius; `None` if all have, and contacts cancel each other.
+    pub cause: Option<ContactError>,
+}
+
+impl ImpulseLost {
+    fn reason(&self) -> String {
+        self.cause.map_or_else(|| "contacts that become one cancel each other".to_owned(), |cause| cause.to_string())
+    }
 }
 
 /// Contacts that became one: sums and means weighted by the sizes of impulses.
@@ -64,7 +91,12 @@ impl Group {
         self.weight
     }
 
-    fn with(&self, next: &Self) -> Self {
+    /// How far the other is away, m.
+    pub(super) fn away(&self, other: &Self) -> f64 {
+        (self.point - other.point).norm()
+    }
+
+    pub(super) fn with(&self, next: &Self) -> Self {
         let weight = self.weight + next.weight;
         let share = next.weight / weight;
         let leads = next.strongest > self.strongest;
@@ -78,17 +110,26 @@ impl Group {
         }
     }
 
-    /// The contact of a strike that it is for `own`; `None` where its impulses cancel, or theory has no answer.
-    fn blow(&self, own: &Partner) -> Option<Blow> {
-        let hertz = Hertz::of_impulse(own, &self.other, self.speed_m_s, self.impulse.norm()).ok()?;
+    /// The contact of a strike that it is for `own`; `None` where its impulses cancel.
+    ///
+    /// Errors: theory has no result for it.
+    fn blow(&self, own: &Partner) -> Result<Option<Blow>, ContactError> {
+        let impulse_ns = self.impulse.norm();
+        if impulse_ns == 0.0 {
+            return Ok(None);
+        }
+        let hertz = Hertz::of_impulse(own, &self.other, self.speed_m_s, impulse_ns)?;
         let (point_m, impulse_ns) = (self.point.into(), self.impulse.into());
-        Some(Blow { point_m, impulse_ns, speed_m_s: self.speed_m_s, hertz })
+        Ok(Some(Blow { point_m, impulse_ns, speed_m_s: self.speed_m_s, hertz }))
     }
 }
 
 /// Contacts of a strike of `own`: the nearest two become one for as long as they are nearer than `merge_m`, or there are too many
 /// ([`CONTACTS_MAX`]). Strongest first; the same for any order of `groups`, but for the last bits.
-pub(super) fn merged(mut groups: Vec<Group>, own: &Partner, merge_m: f64) -> Vec<Blow> {
+///
+/// Errors: more than [`LOSS_MAX`] of the impulse would be lost.
+pub(super) fn merged(mut groups: Vec<Group>, own: &Partner, merge_m: f64) -> Result<Vec<Blow>, ImpulseLost> {
+    let given_ns: f64 = groups.iter().map(Group::weight).sum();
     while let Some((i, j, distance)) = nearest(&groups) {
         if distance >= merge_m && groups.len() <= CONTACTS_MAX {
             break;
@@ -97,12 +138,23 @@ pub(super) fn merged(mut groups: Vec<Group>, own: &Partner, merge_m: f64) -> Vec
         groups.swap_remove(j);
     }
     groups.sort_by(|a, b| b.weight.total_cmp(&a.weight));
-    groups.iter().filter_map(|group| group.blow(own)).collect()
+    let (mut blows, mut cause) = (Vec::new(), None);
+    for group in &groups {
+        match group.blow(own) {
+            Ok(blow) => blows.extend(blow),
+            Err(error) => cause = cause.or(Some(error)),
+        }
+    }
+    let kept_ns: f64 = blows.iter().map(|blow| Vector3::from(blow.impulse_ns).norm()).sum();
+    if kept_ns < (1.0 - LOSS_MAX) * given_ns {
+        return Err(ImpulseLost { given_ns, kept_ns, cause });
+    }
+    Ok(blows)
 }
 
 /// The two groups nearest to each other, and how far they are apart, m.
 fn nearest(groups: &[Group]) -> Option<(usize, usize, f64)> {
     let pairs = (0..groups.len()).flat_map(|i| (i + 1..groups.len()).map(move |j| (i, j)));
-    let apart = |(i, j): (usize, usize)| (i, j, (groups[i].point - groups[j].point).norm());
+    let apart = |(i, j): (usize, usize)| (i, j, groups[i].away(&groups[j]));
     pairs.map(apart).min_by(|a, b| a.2.total_cmp(&b.2))
 }

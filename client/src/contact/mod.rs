@@ -17,10 +17,12 @@
 //! let (point_m, impulse_ns) = ([0.08, 0.1, 0.0], [-1.5, 0.0, 0.0]);
 //! contacts.touch(&"vase", Touch { point_m, impulse_ns, speed_m_s: 3.0, other: steel_ball });
 //! for (object, blows) in contacts.step(0.016) {
+//!     let blows = blows?; // A flat landing is told here, not lost.
 //!     let impact = shatter_client::contact::impact(&blows);
 //!     assert_eq!((object, blows.len(), impact.is_some()), ("vase", 1, true));
 //!     // object.strike(&impact)
 //! }
+//! # Ok::<(), shatter_client::contact::ImpulseLost>(())
 //! ```
 //!
 //! Nothing here reads a clock or keeps anything but what it is told: the time of a step is the simulation's.
@@ -33,7 +35,7 @@ mod tests;
 
 pub use collect::{Contacts, Terms};
 pub use hertz::{ContactError, DURATION, Hertz, Material, Partner};
-pub use merge::{Blow, Touch};
+pub use merge::{Blow, ImpulseLost, LOSS_MAX, Touch};
 pub use shatter_proto::request::CONTACTS_MAX;
 
 use crate::Impact;
