@@ -4,7 +4,7 @@
  *     ShatterService *service; ShatterObject *vase; ShatterTicket *ticket; ShatterBroken *broken; ShatterRefusal refusal;
  *     if (shatter_connect("default", SHATTER_UP_TO_ZERO, 50, &service, &refusal)) ...      // 0 is done, else refusal tells
  *     if (shatter_service_object(service, "vase", SHATTER_UP_TO_ZERO, 50, &vase, &refusal)) ...
- *     ShatterContact contact = {{0.1, 0.2, 0.0}, {0.0, -0.5, 0.0}, 0.0, 0.0};              // where, m; impulse, N s
+ *     ShatterContact contact = {{0.1, 0.2, 0.0}, {0.0, -0.5, 0.0}, 0.0, 0.0, {0}};         // where, m; impulse, N s
  *     ShatterImpact impact = {0};                                                          // zero is the default
  *     impact.contacts = &contact, impact.contact_count = 1;
  *     if (shatter_object_strike(vase, &impact, &ticket, &refusal)) ...                     // never blocks
@@ -34,7 +34,7 @@
 #define SHATTER_UP_TO_ZERO SIZE_MAX
 
 /// Version of this interface; what a struct or function means changes only with it.
-#define SHATTER_VERSION 1
+#define SHATTER_VERSION 2
 
 /// For `iterations_max`: none at all.
 #define SHATTER_NO_ITERATIONS UINT32_MAX
@@ -110,6 +110,10 @@ enum ShatterCode
     SHATTER_CODE_UNKNOWN_FRAGMENT = 28,
     /// A fragment too small to be struck again, or too large to be deformed.
     SHATTER_CODE_FRAGMENT_SIZE = 29,
+    /// A ray without a direction, beside other contacts, or missing where one is needed.
+    SHATTER_CODE_RAY = 30,
+    /// A ray that does not meet the object.
+    SHATTER_CODE_RAY_MISSED = 31,
     /// The queue is full, or no answer can be lent.
     SHATTER_CODE_BUSY = 40,
     /// The deadline passed first.
@@ -511,6 +515,10 @@ typedef struct ShatterFacts {
     double diagonal_m;
     /// Centre of the bounding box, m.
     double centre_m[3];
+    /// Lowest corner of the box around the surface that contacts are projected on, m.
+    double low_m[3];
+    /// Highest corner of that box, m.
+    double high_m[3];
     /// Default contact radius, m.
     double radius_m;
     /// Default contact duration, s.
@@ -563,7 +571,7 @@ typedef struct ShatterHertz {
 
 /// Where and how hard an object is hit.
 typedef struct ShatterContact {
-    /// Where, in the coordinates of the mesh file, m, +Y up.
+    /// Where, in the coordinates of the mesh file, m, +Y up. With a ray: where the ray begins.
     double point_m[3];
     /// Impulse handed to the object, N·s; not zero.
     double impulse_ns[3];
@@ -571,6 +579,9 @@ typedef struct ShatterContact {
     double duration_s;
     /// Contact radius, m; 0: the object's default.
     double radius_m;
+    /// Direction of a ray, of any length: the object is struck where the ray first meets it. Zero: there is no ray. For
+    /// impacts of one contact; `ShatterSummary.hit` tells where it met.
+    double ray[3];
 } ShatterContact;
 
 /// One impact: contacts, and how the answer shall be computed. Zero is the default of everything but the contacts, so begin with
@@ -623,6 +634,20 @@ typedef struct ShatterImpact {
     /// Zero.
     uint64_t reserved[8];
 } ShatterImpact;
+
+/// Where a ray first meets an object. The surface is the boundary of the crack lattice, which contact points are projected on.
+typedef struct ShatterHit {
+    /// The point, m.
+    double point_m[3];
+    /// Outward normal of the surface there, of length one.
+    double normal[3];
+    /// From the origin of the ray to the point, m.
+    double distance_m;
+    /// Body (component of the object) that it lies on.
+    uint32_t body;
+    /// 1: there is a hit. 0: the strike had no ray, and everything else is zero.
+    uint32_t present;
+} ShatterHit;
 
 /// How far a strike is.
 typedef struct ShatterProgress {
@@ -682,6 +707,8 @@ typedef struct ShatterSummary {
     uint64_t round_trip_ns;
     /// Bytes of the answer.
     uint64_t bytes;
+    /// Where the ray of the strike met the object.
+    struct ShatterHit hit;
 } ShatterSummary;
 
 /// How a vertex of an outer face looks; zero on crack faces.
@@ -847,13 +874,14 @@ extern "C" {
 /// Version of the interface of this library; compare it with `SHATTER_VERSION` of the header that you compiled with.
 uint32_t shatter_version(void);
 
-/// Connects to the service of that name (`default`, unless the daemon was told otherwise). Without a daemon the refusal comes at
+/// Connects to the service of that name; where `name` is NULL to that which the environment variable `SHATTER_SERVICE` names, or to
+/// `default`. Without a daemon the refusal comes at
 /// once, one that is starting is waited for. `service` is NULL afterwards where it failed. Free it with `shatter_service_free`.
 ///
 /// Codes: `no_daemon`, `version_mismatch`, `busy` (no place for another client), `runtime_folder`, `service_name`, `transport`.
 ///
 /// # Safety
-/// `name` points to `length` bytes, or to text that ends with a zero if `length` is `SHATTER_UP_TO_ZERO`.
+/// `name` is NULL, or points to `length` bytes, or to text that ends with a zero if `length` is `SHATTER_UP_TO_ZERO`.
 ShatterCode shatter_connect(const char *name,
                             size_t length,
                             uint64_t timeout_ms,
@@ -967,6 +995,23 @@ ShatterCode shatter_object_strike(const struct ShatterObject *object,
                                   const struct ShatterImpact *impact,
                                   struct ShatterTicket **ticket,
                                   struct ShatterRefusal *refusal);
+
+/// Where the ray from `origin_m` along `direction` first meets the object; waits for the service. With a `handle` it is aimed at
+/// fragment `fragment` of the result that the service keeps under it; 0: at the object.
+///
+/// Codes: `ray` for a direction that is zero or not finite, `ray_missed` with the closest approach, and those of
+/// `shatter_object_strike`.
+///
+/// # Safety
+/// `origin_m` and `direction` point to three numbers each.
+ShatterCode shatter_object_aim(const struct ShatterObject *object,
+                               const double *origin_m,
+                               const double *direction,
+                               uint64_t handle,
+                               uint32_t fragment,
+                               uint64_t timeout_ms,
+                               struct ShatterHit *hit,
+                               struct ShatterRefusal *refusal);
 
 /// Sends the strike that divides the object into `pieces` even ones, without an impact: for hosts that want them ahead of time. `impact`
 /// tells seed, effects, quality, lift and caps; it has no contacts, degree or handle. NULL: every default. Waits, `timeout_ms` at most,

@@ -2,8 +2,8 @@
 
 use crate::link::{Answer, Held};
 use shatter_proto::answer::{
-    BLOCK_BYTES, BondWire, DebrisWire, EffectWire, FragmentWire, LookWire, OUTER, RunWire, SkinVertexWire, StageWire,
-    SummaryWire, VelocityWire,
+    BLOCK_BYTES, BondWire, DebrisWire, EffectWire, FragmentWire, HitWire, LookWire, OUTER, RunWire, SkinVertexWire,
+    StageWire, SummaryWire, VelocityWire,
 };
 use shatter_proto::convention::Convention;
 use shatter_proto::view::{Checked, View};
@@ -53,6 +53,7 @@ static NOTHING: SummaryWire = SummaryWire {
     degree: 0,
     reserved: 0,
     reduced_error_max: 0.0,
+    hit: HitWire { point_m: [0.0; 3], normal: [0.0; 3], distance_m: 0.0, body: 0, present: 0 },
 };
 
 impl Broken {

@@ -4,15 +4,19 @@ use crate::control::{self, ObjectFacts, Status};
 use crate::line::{Attempt, Line};
 use crate::{Deadline, Object};
 use shatter_proto::convention::Convention;
-use shatter_proto::name::ServiceName;
+use shatter_proto::name::{ServiceName, unknown_object};
 use shatter_proto::place::Place;
 use shatter_proto::{Kind, Refusal};
+use std::ffi::OsString;
 use std::path::Path;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// Pause between two looks for a daemon that is starting.
 const PAUSE: Duration = Duration::from_millis(5);
+
+/// The service where nothing names another.
+const SERVICE: &str = "default";
 
 /// Who finds no place waits so long for one: the daemon may not have buried those who died a moment ago.
 const PLACE: Duration = Duration::from_secs(1);
@@ -57,7 +61,34 @@ pub fn place(name: &str) -> Result<Place, Refusal> {
     Ok(Place::new(&name, runtime.as_deref().map(Path::new), rustix::process::geteuid().as_raw()))
 }
 
+/// Environment variable that names the service of those who name none.
+pub const SERVICE_VARIABLE: &str = "SHATTER_SERVICE";
+
+/// The service of those who name none: `SHATTER_SERVICE`, or `default` where that is not set.
+///
+/// # Errors
+/// `service_name` if the variable holds no name of a service.
+pub fn default_service() -> Result<String, Refusal> {
+    named(std::env::var_os(SERVICE_VARIABLE))
+}
+
+/// The service that this value of the variable names.
+fn named(variable: Option<OsString>) -> Result<String, Refusal> {
+    let Some(variable) = variable else { return Ok(SERVICE.to_owned()) };
+    let name = ServiceName::new(&variable.to_string_lossy());
+    name.map(|name| name.as_str().to_owned())
+        .map_err(|refusal| Refusal::new(Kind::ServiceName, SERVICE_VARIABLE, format!("{SERVICE_VARIABLE}: {refusal}")))
+}
+
 impl Shatter {
+    /// Connects, as [`Self::connect`], to the service that `SHATTER_SERVICE` names, or to `default` where that is not set.
+    ///
+    /// # Errors
+    /// Those of [`Self::connect`].
+    pub fn connect_default(deadline: Deadline) -> Result<Self, Refusal> {
+        Self::connect(&default_service()?, deadline)
+    }
+
     /// Connects to the service `name`. Without a daemon the refusal comes at once; one that is starting is waited for, and a place
     /// for a second.
     ///
@@ -110,14 +141,15 @@ impl Shatter {
     /// The object `name`, ready to be struck. Errors: `unknown_object`, `corrupt_object`.
     pub fn object(&self, name: &str, deadline: Deadline) -> Result<Object, Refusal> {
         let objects = self.objects(deadline)?;
+        let names: Vec<String> = objects.iter().map(|facts| facts.name.clone()).collect();
         match objects.into_iter().find(|facts| facts.name == name) {
             Some(facts) => match facts.refusal {
                 Some(refusal) if !facts.ready => Err(refusal),
                 _ => Ok(Object::new(self.line.clone(), self.convention, facts)),
             },
             None => {
-                let message = format!("the service has no object `{name}`");
-                Err(Refusal::new(Kind::UnknownObject, name, message))
+                let names: Vec<&str> = names.iter().map(String::as_str).collect();
+                Err(unknown_object(name, &names))
             }
         }
     }
@@ -143,5 +175,25 @@ impl Shatter {
     /// How the service goes.
     pub fn status(&self, deadline: Deadline) -> Result<Status, Refusal> {
         self.line.over(|link| control::status(&link, deadline))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn who_names_no_service_gets_that_of_the_environment() {
+        assert_eq!(named(None), Ok("default".to_owned()));
+        assert_eq!(named(Some("studio".into())), Ok("studio".to_owned()));
+        for odd in ["", "a b"] {
+            let refusal = named(Some(odd.into())).unwrap_err();
+            assert_eq!(
+                (refusal.kind, refusal.at.as_str()),
+                (Kind::ServiceName, SERVICE_VARIABLE),
+                "{}",
+                refusal.message
+            );
+        }
     }
 }

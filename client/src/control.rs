@@ -46,6 +46,8 @@ pub struct ObjectFacts {
     pub diagonal_m: f64,
     /// Centre of the bounding box, m.
     pub centre_m: [f64; 3],
+    /// Lowest and highest corner of the box around the surface that contacts are projected on, m.
+    pub bounds_m: [[f64; 3]; 2],
     /// Default contact radius, m.
     pub radius_m: f64,
     /// Default contact duration, s.
@@ -82,6 +84,7 @@ impl From<&ObjectRow> for ObjectFacts {
             volume_m3: row.volume_m3,
             diagonal_m: row.diagonal_m,
             centre_m: row.centre_m,
+            bounds_m: row.bounds_m,
             radius_m: row.radius_m,
             duration_s: row.duration_s,
             generation: row.generation,

@@ -1,5 +1,6 @@
 //! What strikes an object, put together step by step.
 
+use crate::Ray;
 use shatter_proto::convention::Convention;
 use shatter_proto::effect::{Effect, Effects};
 use shatter_proto::request::{Contact, Degree, Elastic, Lift, Origin, Purpose, Quality, Strike};
@@ -19,8 +20,37 @@ impl Impact {
 
     /// One more contact, which the following calls describe.
     pub fn and_at(mut self, point_m: [f64; 3]) -> Self {
-        self.0.contacts.push(Contact { point_m, impulse_ns: [0.0; 3], duration_s: None, radius_m: None });
+        self.0.contacts.push(Contact { point_m, ray: None, impulse_ns: [0.0; 3], duration_s: None, radius_m: None });
         self
+    }
+
+    /// The only contact, where `ray` first meets the object; its impulse is still zero. [`Broken::hit`](crate::Broken::hit)
+    /// tells where that was.
+    pub fn along(ray: Ray) -> Self {
+        Self::at(ray.origin_m).ray(ray.direction)
+    }
+
+    /// Makes the point of the last contact the origin of a ray: the contact is where the ray first meets the object. For
+    /// impacts of one contact.
+    pub fn ray(self, direction: [f64; 3]) -> Self {
+        self.last(|contact| contact.ray = Some(direction))
+    }
+
+    /// Asks where `ray` first meets the object, without an impact.
+    pub fn aim(ray: Ray) -> Self {
+        let mut impact = Self::along(ray);
+        impact.0.purpose = Purpose::Aim;
+        impact
+    }
+
+    /// Impulse of the last contact along its ray, N·s; in a convention's unit of length kg·unit/s. Without a ray it stays as
+    /// it is.
+    pub fn impulse_along_ray(self, impulse_ns: f64) -> Self {
+        self.last(|contact| {
+            let Some(ray) = contact.ray else { return };
+            let length = ray.iter().map(|x| x * x).sum::<f64>().sqrt();
+            contact.impulse_ns = ray.map(|x| impulse_ns * x / length);
+        })
     }
 
     /// Impulse of the last contact, N·s: what it hands to the object. In a convention's unit of length: kg·unit/s.

@@ -33,6 +33,7 @@
 //! Connections outlive the daemon. What was under way when it went away ends with `lost` (no answer will come, sending it again is
 //! safe); what is sent next goes to the daemon that then serves.
 
+mod aim;
 mod broken;
 mod connect;
 pub mod contact;
@@ -50,8 +51,9 @@ mod object;
 mod out;
 mod ticket;
 
+pub use aim::{Hit, Ray};
 pub use broken::{Broken, Fragment, Hull, Run, Skin};
-pub use connect::{Hold, Shatter, place};
+pub use connect::{Hold, SERVICE_VARIABLE, Shatter, default_service, place};
 pub use control::{ObjectFacts, Status};
 pub use deadline::Deadline;
 pub use digest::{Digest, SectionDigest};

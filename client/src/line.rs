@@ -69,7 +69,9 @@ impl From<Attempt> for Refusal {
 
 fn attempt(place: &Place) -> Result<Link, Attempt> {
     if !place.exists().map_err(Attempt::Final)? || !daemon_lives(place) {
-        return Err(Attempt::Final(no_daemon(place, "no daemon of service")));
+        let refusal = no_daemon(place, "no daemon of service");
+        let message = format!("{refusal}; start one with `shatterd serve --service {}`", place.service.as_str());
+        return Err(Attempt::Final(Refusal { message, ..refusal }));
     }
     let Ok(json) = std::fs::read_to_string(place.hello()) else {
         return Err(Attempt::Starting(no_daemon(place, "not ready in time: the daemon of service")));

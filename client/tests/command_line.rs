@@ -81,7 +81,7 @@ fn another_version_is_told_from_absence_and_names_both() {
     let (code, document, _) = shatter(runtime.path(), &["list", "--json"]);
     assert_eq!((code, document["error"]["kind"].as_str()), (4, Some("version_mismatch")), "{document}");
     let message = document["error"]["message"].as_str().unwrap();
-    for version in ["protocol 9", "iceoryx2 1.2.3", "protocol 5", "iceoryx2 0.10.0"] {
+    for version in ["protocol 9", "iceoryx2 1.2.3", "protocol 6", "iceoryx2 0.10.0"] {
         assert!(message.contains(version), "{message}");
     }
     // Without a process that holds the lock it is absence.

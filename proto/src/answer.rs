@@ -20,8 +20,8 @@ use bytemuck::{Pod, Zeroable};
 use iceoryx2::prelude::ZeroCopySend;
 
 pub use crate::beside::{
-    BondWire, DebrisWire, HULL_FACES_MAX, HullWire, LookWire, NO_MATERIAL, SkinVertexWire, SkinWire, VelocityWire,
-    WORLD,
+    BondWire, DebrisWire, HULL_FACES_MAX, HitWire, HullWire, LookWire, NO_MATERIAL, SkinVertexWire, SkinWire,
+    VelocityWire, WORLD,
 };
 
 /// First bytes of every answer.
@@ -303,6 +303,8 @@ pub struct SummaryWire {
     pub reserved: u32,
     /// Estimated relative error up to which reduced displacements stand; beyond it they are solved for.
     pub reduced_error_max: f64,
+    /// Where the ray of the strike met the object, if it had one.
+    pub hit: HitWire,
 }
 
 impl SummaryWire {
@@ -452,7 +454,7 @@ pub struct FragmentWire {
 const _: () = assert!(size_of::<Block>() == 64 && align_of::<Block>() == 64);
 const _: () = assert!(size_of::<AnswerHeader>() == 64);
 const _: () = assert!(size_of::<SectionWire>() == 24);
-const _: () = assert!(size_of::<SummaryWire>() == 224);
+const _: () = assert!(size_of::<SummaryWire>() == 288);
 const _: () = assert!(size_of::<StageWire>() == 24);
 const _: () = assert!(size_of::<RunWire>() == 32);
 const _: () = assert!(size_of::<FragmentWire>() == 144);
@@ -464,4 +466,4 @@ const _: () = assert!(size_of::<HullWire>() == 32);
 const _: () = assert!(size_of::<LookWire>() == 20);
 const _: () = assert!(size_of::<SkinWire>() == 16);
 const _: () = assert!(size_of::<SkinVertexWire>() == 32);
-const _: () = assert!(crate::PROTOCOL_VERSION == 5, "sizes above are those of version 5");
+const _: () = assert!(crate::PROTOCOL_VERSION == 6, "sizes above are those of version 6");

@@ -13,6 +13,22 @@ pub struct VelocityWire {
     pub angular_rad_s: [f64; 3],
 }
 
+/// Where a ray first met the object.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct HitWire {
+    /// The point, m.
+    pub point_m: [f64; 3],
+    /// Normal of the surface there, outward, of length one.
+    pub normal: [f64; 3],
+    /// From the origin of the ray to the point, m.
+    pub distance_m: f64,
+    /// Body (component of the object) that it lies on.
+    pub body: u32,
+    /// 1 if the strike had a ray; else 0, and everything else is zero.
+    pub present: u32,
+}
+
 /// Second fragment of a bond that ties the first to the world: no fragment.
 pub const WORLD: u32 = u32::MAX;
 

@@ -113,6 +113,8 @@ pub struct ObjectRow {
     pub diagonal_m: f64,
     /// Centre of the bounding box, m.
     pub centre_m: [f64; 3],
+    /// Lowest and highest corner of the box around the surface that contacts are projected on, m.
+    pub bounds_m: [[f64; 3]; 2],
     /// Default contact radius, m.
     pub radius_m: f64,
     /// Default contact duration, s.
@@ -238,7 +240,7 @@ pub struct ProgressRow {
 
 const _: () = assert!(size_of::<ControlWire>() == 104);
 const _: () = assert!(size_of::<ControlHeader>() == 64);
-const _: () = assert!(size_of::<ObjectRow>() == 664);
+const _: () = assert!(size_of::<ObjectRow>() == 712);
 const _: () = assert!(size_of::<StatusRow>() == 48 + 20 * 8 + 9 * 40);
 
 impl Question {

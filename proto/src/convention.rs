@@ -15,6 +15,7 @@
 //! kg·unit/s (N·s where that is a metre), areas in unit², volumes in unit³, moments of inertia in kg·unit². Not lengths of the host
 //! are γ and energies, J·m²; the texture coordinates of cracks, m; and what the control service says of objects, all of it in ours.
 
+use crate::name::suggestion;
 use crate::request::StrikeWire;
 use crate::{Kind, Refusal};
 use std::ops::Neg;
@@ -109,8 +110,9 @@ impl Convention {
     pub fn by_name(name: &str) -> Result<Self, Refusal> {
         let found = Self::NAMED.into_iter().find(|(own, _)| *own == name);
         found.map(|(_, convention)| convention).ok_or_else(|| {
-            let names = Self::NAMED.map(|(own, _)| format!("`{own}`")).join(", ");
-            Refusal::new(Kind::Convention, "convention", format!("`{name}` is no convention: {names}"))
+            let names = Self::NAMED.map(|(own, _)| own);
+            let message = format!("there is no convention `{name}`; {}", suggestion(name, &names));
+            Refusal::new(Kind::Convention, "convention", message)
         })
     }
 

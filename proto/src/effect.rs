@@ -1,6 +1,7 @@
 //! Effects: what a strike simulates and sends beyond the bare pieces, one bit each, so that nobody pays for what a scene does not
 //! show.
 
+use crate::name::suggestion;
 use crate::{Kind, Refusal};
 
 /// What an effect changes.
@@ -101,9 +102,12 @@ impl Effect {
     pub fn by_name(name: &str) -> Result<Self, Refusal> {
         let known = Self::ALL.into_iter().find(|effect| effect.name() == name);
         known.ok_or_else(|| {
-            let nearest = Self::ALL.into_iter().min_by_key(|effect| strsim::damerau_levenshtein(effect.name(), name));
-            let hint = nearest.map_or(String::new(), |effect| format!("; `{}` is", effect.name()));
-            Refusal::new(Kind::UnknownEffect, name, format!("`{name}` is no effect{hint}"))
+            let names = Self::ALL.map(Self::name);
+            Refusal::new(
+                Kind::UnknownEffect,
+                name,
+                format!("there is no effect `{name}`; {}", suggestion(name, &names)),
+            )
         })
     }
 }

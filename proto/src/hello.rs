@@ -65,7 +65,7 @@ mod tests {
         let other = r#"{"protocol": 9, "transport": "iceoryx2 1.0.0", "something": "new"}"#;
         let refusal = Hello::from_json(other).unwrap().check().unwrap_err();
         assert_eq!(refusal.kind, Kind::VersionMismatch);
-        for version in ["protocol 9", "iceoryx2 1.0.0", "protocol 5", "iceoryx2 0.10.0"] {
+        for version in ["protocol 9", "iceoryx2 1.0.0", "protocol 6", "iceoryx2 0.10.0"] {
             assert!(refusal.message.contains(version), "{refusal}");
         }
         let ours = Hello::ours(7);

@@ -34,7 +34,7 @@ pub mod view;
 pub use refusal::{Fault, Kind, Refusal, exit};
 
 /// Version of everything in this crate that travels. Any change of size or meaning raises it.
-pub const PROTOCOL_VERSION: u32 = 5;
+pub const PROTOCOL_VERSION: u32 = 6;
 
 /// Version of the transport. iceoryx2 demands the same on both sides, patch included.
 pub const TRANSPORT_VERSION: &str = "iceoryx2 0.10.0";

@@ -47,6 +47,39 @@ pub fn object_name(name: &str) -> Result<(), Refusal> {
     Err(Refusal::new(Kind::ObjectName, name, message))
 }
 
+/// How many of the nearest names a message lists.
+const NEAREST_MAX: usize = 3;
+
+/// The names most like `name`, the likeliest first: those that a typing error may have been meant for.
+pub fn nearest<'a>(name: &str, known: &[&'a str]) -> Vec<&'a str> {
+    let lower = name.to_lowercase();
+    let mut rated: Vec<(usize, &str)> =
+        known.iter().map(|own| (strsim::damerau_levenshtein(&lower, &own.to_lowercase()), *own)).collect();
+    rated.sort();
+    let likely = |(distance, own): &(usize, &str)| *distance <= 1 + own.chars().count().max(name.chars().count()) / 3;
+    rated.into_iter().filter(likely).take(NEAREST_MAX).map(|(_, own)| own).collect()
+}
+
+/// What a message says after a name that is not among `known`: the nearest ones, or else what there is.
+pub fn suggestion(name: &str, known: &[&str]) -> String {
+    let quoted = |names: &[&str]| names.iter().map(|own| format!("`{own}`")).collect::<Vec<_>>().join(", ");
+    let likely = nearest(name, known);
+    match (likely.as_slice(), known) {
+        ([], []) => "there are none".to_owned(),
+        ([], known) if known.len() > 2 * NEAREST_MAX => {
+            format!("there are {} others, {} among them", known.len(), quoted(&known[..NEAREST_MAX]))
+        }
+        ([], known) => format!("there is {}", quoted(known)),
+        (likely, _) => format!("did you mean {}?", quoted(likely)),
+    }
+}
+
+/// The refusal of an object that a service does not have; `known` are those that it has.
+pub fn unknown_object(name: &str, known: &[&str]) -> Refusal {
+    let message = format!("the service has no object `{name}`; {}", suggestion(name, known));
+    Refusal::new(Kind::UnknownObject, name, message)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -59,6 +92,17 @@ mod tests {
         for name in ["", "a b", "a/b", "ä", ".", &"x".repeat(33)] {
             assert_eq!(ServiceName::new(name).unwrap_err().kind, Kind::ServiceName, "{name}");
         }
+    }
+
+    #[test]
+    fn the_nearest_names_are_told() {
+        let known = ["horse", "mug", "vase", "vase-2"];
+        assert_eq!(nearest("vaze", &known), ["vase", "vase-2"]);
+        assert_eq!(nearest("Mug", &known), ["mug"]);
+        assert!(nearest("zeppelin", &known).is_empty());
+        assert!(unknown_object("vaze", &known).message.ends_with("did you mean `vase`, `vase-2`?"));
+        assert!(unknown_object("x", &[]).message.ends_with("there are none"));
+        assert!(suggestion("zeppelin", &known).ends_with("`horse`, `mug`, `vase`, `vase-2`"));
     }
 
     #[test]

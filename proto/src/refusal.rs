@@ -37,6 +37,8 @@ pub mod exit {
     pub const BUSY: u8 = 5;
     /// A fault of ours.
     pub const OURS: u8 = 6;
+    /// The reader of standard output went away: as a program that SIGPIPE ends.
+    pub const CLOSED: u8 = 141;
     /// Ended by an interrupt; what was done may be kept.
     pub const INTERRUPTED: u8 = 130;
 }
@@ -157,6 +159,10 @@ kinds! {
     28 UnknownFragment "unknown_fragment" Caller REFUSED false;
     /// A fragment too small to be struck again, or too large to be deformed.
     29 FragmentSize "fragment_size" Caller REFUSED false;
+    /// A ray without a direction, beside other contacts, or missing where one is needed.
+    30 Ray "ray" Caller REFUSED false;
+    /// A ray that does not meet the object.
+    31 RayMissed "ray_missed" Caller REFUSED false;
     /// The queue is full, or no answer can be lent.
     40 Busy "busy" Service BUSY true;
     /// The deadline passed first.

@@ -9,6 +9,7 @@ use iceoryx2::prelude::ZeroCopySend;
 use std::time::Duration;
 
 mod dials;
+mod ray;
 
 pub use dials::{ERROR_MAX, ITERATIONS_MAX, Lift, Quality, TIME_MS_MAX};
 
@@ -24,13 +25,16 @@ pub const CONTACTS_MAX: usize = 8;
 #[type_name("shatter.Contact.v1")]
 pub struct ContactWire {
     /// Where, in the coordinates of the mesh file, m; as the next and the radius in those of the strike's convention, if it has one.
+    /// With a ray: where the ray begins.
     pub point_m: [f64; 3],
-    /// Impulse handed to the object, N·s; not zero.
+    /// Impulse handed to the object, N·s; not zero. Zero if the strike only aims.
     pub impulse_ns: [f64; 3],
     /// Contact duration, s; zero: the object's default.
     pub duration_s: f64,
     /// Contact radius, m; zero: the object's default.
     pub radius_m: f64,
+    /// Direction of a ray whose first hit is the contact point; zero: there is no ray.
+    pub ray: [f64; 3],
 }
 
 /// A strike as it travels. Every field that is reserved must be zero; it is copied once and then validated.
@@ -42,7 +46,7 @@ pub struct StrikeWire {
     pub magic: u32,
     /// [`PROTOCOL_VERSION`].
     pub version: u32,
-    /// 1: fragments. 2: the threshold alone.
+    /// 1: fragments. 2: the threshold alone. 3: the first hit of a ray alone.
     pub purpose: u32,
     /// How many of `contacts` count, 1 to [`CONTACTS_MAX`].
     pub contact_count: u32,
@@ -106,8 +110,8 @@ pub struct StrikeWire {
     pub reserved: [u64; 11],
 }
 
-const _: () = assert!(size_of::<ContactWire>() == 64);
-const _: () = assert!(size_of::<StrikeWire>() == 848);
+const _: () = assert!(size_of::<ContactWire>() == 88);
+const _: () = assert!(size_of::<StrikeWire>() == 1040);
 
 /// What a strike is for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -117,6 +121,8 @@ pub enum Purpose {
     Fragments,
     /// The load that just breaks the object; no fragments.
     Threshold,
+    /// Where the ray of the only contact first meets the object; nothing is loaded.
+    Aim,
 }
 
 /// Where the number of sites comes from.
@@ -152,8 +158,10 @@ pub enum Elastic {
 /// A validated contact, in the coordinates of the strike's convention. See [`ContactWire`] for the units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Contact {
-    /// Where, m.
+    /// Where, m; with a ray, where the ray begins.
     pub point_m: [f64; 3],
+    /// Direction of a ray, of any length: the contact point is where the ray first meets the object.
+    pub ray: Option<[f64; 3]>,
     /// Impulse, N·s.
     pub impulse_ns: [f64; 3],
     /// Duration, s; `None`: the object's default.
@@ -229,6 +237,7 @@ impl Strike {
         wire.purpose = match self.purpose {
             Purpose::Fragments => 1,
             Purpose::Threshold => 2,
+            Purpose::Aim => 3,
         };
         wire.contact_count = self.contacts.len() as u32;
         (wire.sequence, wire.seed, wire.listener) = (sequence, self.seed, listener);
@@ -268,6 +277,7 @@ impl Strike {
                 impulse_ns: contact.impulse_ns,
                 duration_s: given(contact.duration_s, |value| duration(i, value))?,
                 radius_m: given(contact.radius_m, |value| radius(i, value))?,
+                ray: ray::wire(i, contact.ray)?,
             };
         }
         wire.validate()?;
@@ -292,7 +302,8 @@ impl StrikeWire {
         let purpose = match self.purpose {
             1 => Purpose::Fragments,
             2 => Purpose::Threshold,
-            other => return Err(Refusal::new(Kind::UnknownRequest, other.to_string(), "purpose must be 1 or 2")),
+            3 => Purpose::Aim,
+            other => return Err(Refusal::new(Kind::UnknownRequest, other.to_string(), "purpose must be 1, 2 or 3")),
         };
         let object = text::get(&self.object, self.object_length).ok_or_else(|| {
             Refusal::new(Kind::ObjectName, "object", "the object's name is not UTF-8 of at most 64 bytes")
@@ -304,7 +315,7 @@ impl StrikeWire {
             object: object.to_owned(),
             purpose,
             convention: self.convention()?,
-            contacts: self.contacts()?,
+            contacts: self.contacts(purpose)?,
             degree: self.degree()?,
             gamma_j_m2: self.gamma()?,
             lift: self.lift()?,
@@ -343,7 +354,7 @@ impl StrikeWire {
         }
     }
 
-    fn contacts(&self) -> Result<Vec<Contact>, Refusal> {
+    fn contacts(&self, purpose: Purpose) -> Result<Vec<Contact>, Refusal> {
         let count = self.contact_count as usize;
         if count == 0 || count > CONTACTS_MAX {
             return Err(contact_count(count));
@@ -354,7 +365,10 @@ impl StrikeWire {
                 return Err(Refusal::new(Kind::ReservedField, at, "contacts beyond contact_count must be zero"));
             }
         }
-        self.contacts[..count].iter().enumerate().map(|(i, contact)| contact.validate(i)).collect()
+        let contacts = self.contacts[..count].iter().enumerate().map(|(i, contact)| contact.validate(i, purpose));
+        let contacts = contacts.collect::<Result<Vec<_>, _>>()?;
+        ray::check(&contacts, purpose)?;
+        Ok(contacts)
     }
 
     fn degree(&self) -> Result<Degree, Refusal> {
@@ -401,20 +415,22 @@ impl StrikeWire {
 }
 
 impl ContactWire {
-    fn validate(&self, i: usize) -> Result<Contact, Refusal> {
+    fn validate(&self, i: usize, purpose: Purpose) -> Result<Contact, Refusal> {
         if !self.point_m.iter().all(|x| x.is_finite()) {
             let at = format!("contacts[{i}].point_m");
             return Err(Refusal::new(Kind::ContactPoint, at, format!("contact {i}: the point is not finite")));
         }
         // The square is what the energy is made of: it must neither vanish nor overflow.
         let square: f64 = self.impulse_ns.iter().map(|x| x * x).sum();
-        if !square.is_finite() || square == 0.0 {
+        if purpose != Purpose::Aim && (!square.is_finite() || square == 0.0) {
             let what = if square == 0.0 { "zero" } else { "not finite, or its square is not" };
             let at = format!("contacts[{i}].impulse_ns");
-            return Err(Refusal::new(Kind::Impulse, at, format!("contact {i}: the impulse is {what}")));
+            let message = format!("contact {i}: the impulse is {what}; pass a finite impulse in N·s");
+            return Err(Refusal::new(Kind::Impulse, at, message));
         }
         Ok(Contact {
             point_m: self.point_m,
+            ray: ray::direction(i, self.ray)?,
             impulse_ns: self.impulse_ns,
             duration_s: positive_or_default(self.duration_s, |value| duration(i, value))?,
             radius_m: positive_or_default(self.radius_m, |value| radius(i, value))?,

@@ -61,7 +61,7 @@ fn strike(served: &Served, number: usize) -> Strike {
     let face = &body.topology.boundary[number.wrapping_mul(7919) % body.topology.boundary.len()];
     let point_m = prepared.frame.to_metres(&body.crack.nodes[face.nodes[0] as usize]);
     let impulse_ns = (prepared.frame.centre_m - point_m).normalize().into();
-    let contact = Contact { point_m: point_m.coords.into(), impulse_ns, duration_s: None, radius_m: None };
+    let contact = Contact { point_m: point_m.coords.into(), ray: None, impulse_ns, duration_s: None, radius_m: None };
     let object = "bench".to_owned();
     Strike { object, contacts: vec![contact], degree: Degree::Sites(SITES), seed: number as u64, ..Strike::default() }
 }

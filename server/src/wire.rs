@@ -1,5 +1,6 @@
 //! Where wire types turn into engine types and back: the only such place.
 
+mod aim;
 mod cost;
 mod dials;
 mod refusals;
@@ -7,8 +8,9 @@ mod rows;
 
 pub use self::cost::Timing;
 pub(crate) use self::dials::preset;
-pub(crate) use self::refusals::refusal;
+pub(crate) use self::refusals::{refusal, refusal_in};
 
+use self::aim::Aimed;
 use self::dials::Used;
 use self::rows::Writer;
 use crate::cost::Costs;
@@ -20,7 +22,7 @@ use shatter_fracture::lift::LiftKind;
 use shatter_fracture::pipeline::{self, Cost, DEGREE_MAX, DegreeSource, Kept, Pieces, Prepared, Watch, Workspace};
 use shatter_fracture::scene::{DEFAULT_DURATION_S, DEFAULT_RADIUS_DIAGONALS, Effect, Effects};
 use shatter_fracture::token::Token;
-use shatter_proto::answer::{HULL_FACES_MAX, NO_MATERIAL, OUTER, StageWire, SummaryWire, WORLD};
+use shatter_proto::answer::{HULL_FACES_MAX, HitWire, NO_MATERIAL, OUTER, StageWire, SummaryWire, WORLD};
 use shatter_proto::control::ObjectRow;
 use shatter_proto::convention::Convention;
 use shatter_proto::effect;
@@ -72,6 +74,8 @@ pub struct Served {
     prepared: Arc<Prepared>,
     terms: Terms,
     costs: Arc<Costs>,
+    /// Lowest and highest corner of its surface, m.
+    bounds_m: [[f64; 3]; 2],
 }
 
 impl Served {
@@ -83,7 +87,8 @@ impl Served {
     /// On these terms.
     pub fn new(prepared: Arc<Prepared>, terms: Terms) -> Self {
         let costs = Arc::new(Costs::new(Cost::typical(&prepared)));
-        Self { prepared, terms, costs }
+        let bounds_m = prepared.bounds_m().map(|corner| corner.coords.into());
+        Self { prepared, terms, costs, bounds_m }
     }
 
     /// The object.
@@ -109,6 +114,7 @@ impl Object for Served {
             volume_m3: prepared.report.lattice_volume_m3,
             diagonal_m: prepared.frame.diagonal_m,
             centre_m: prepared.frame.centre_m.coords.into(),
+            bounds_m: self.bounds_m,
             radius_m: DEFAULT_RADIUS_DIAGONALS * prepared.frame.diagonal_m,
             duration_s: DEFAULT_DURATION_S,
             fragments_max: self.terms.fragments_max.map_or(0, u64::from),
@@ -152,9 +158,14 @@ impl Object for Served {
         token: &Token,
         watch: &mut dyn Watch,
     ) -> Result<Box<dyn Outcome>, Refusal> {
-        let request = self.request(strike)?;
-        let outcome = pipeline::strike(&self.prepared, &request, workspace, token, watch).map_err(refusal)?;
-        self.struck(strike, &request, Some(self.costs.clone()), outcome)
+        let hit = aim::first_hit(strike, |ray| pipeline::aim(&self.prepared, ray))?;
+        if strike.purpose == Purpose::Aim {
+            return Ok(Box::new(Aimed::new(strike, hit)));
+        }
+        let request = self.request(&aim::pointed(strike, &hit))?;
+        let outcome = pipeline::strike(&self.prepared, &request, workspace, token, watch);
+        let outcome = outcome.map_err(|error| refusal_in(error, &strike.convention))?;
+        self.struck(strike, (&request, hit), Some(self.costs.clone()), outcome)
     }
 
     fn strike_again(
@@ -165,10 +176,15 @@ impl Object for Served {
         token: &Token,
         watch: &mut dyn Watch,
     ) -> Result<Box<dyn Outcome>, Refusal> {
-        let request = self.request(strike)?;
+        let hit = aim::first_hit(strike, |ray| pipeline::aim_again(&self.prepared, from, ray))?;
+        if strike.purpose == Purpose::Aim {
+            return Ok(Box::new(Aimed::new(strike, hit)));
+        }
+        let request = self.request(&aim::pointed(strike, &hit))?;
         let outcome = pipeline::strike_again(&self.prepared, from, &request, workspace, token, watch);
+        let outcome = outcome.map_err(|error| refusal_in(error, &strike.convention))?;
         // What these take says nothing of the object.
-        self.struck(strike, &request, None, outcome.map_err(refusal)?)
+        self.struck(strike, (&request, hit), None, outcome)
     }
 }
 
@@ -177,7 +193,7 @@ impl Served {
     fn struck(
         &self,
         strike: &Strike,
-        request: &pipeline::Strike,
+        (request, hit): (&pipeline::Strike, HitWire),
         costs: Option<Arc<Costs>>,
         outcome: pipeline::Outcome,
     ) -> Result<Box<dyn Outcome>, Refusal> {
@@ -185,7 +201,7 @@ impl Served {
         let on = self.terms.effects(strike)?;
         let used = Used::of(&self.prepared, on, self.quality(strike), request, outcome.rank_max);
         let (object, seed, convention) = (strike.object.clone(), strike.seed, strike.convention);
-        let struck = Struck { object, seed, convention, deformed, used, costs, outcome };
+        let struck = Struck { object, seed, convention, hit, deformed, used, costs, outcome };
         self.fits(&struck.counts())?;
         Ok(Box::new(struck))
     }
@@ -249,6 +265,8 @@ struct Struck {
     seed: u64,
     /// In whose coordinates it is answered.
     convention: Convention,
+    /// Where its ray met the object.
+    hit: HitWire,
     /// Whether its energy is that of a deformation.
     deformed: bool,
     used: Used,
@@ -328,6 +346,7 @@ impl Struck {
                 (true, None) => 0,
             },
             energy_error: outcome.reduced_error.unwrap_or(0.0),
+            hit: self.hit,
             ..SummaryWire::zeroed()
         };
         summary.set_object(&self.object);

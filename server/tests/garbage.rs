@@ -40,6 +40,7 @@ fn start() -> InProcess {
 fn good(sequence: u64) -> StrikeWire {
     let contact = shatter_proto::request::Contact {
         point_m: [0.0, 0.1, 0.0],
+        ray: None,
         impulse_ns: [-1.0, 0.0, 0.0],
         duration_s: None,
         radius_m: None,

@@ -11,6 +11,37 @@ use std::ptr;
 /// none of the input's.
 pub const NONE: u32 = u32::MAX;
 
+/// Where a ray first meets an object. The surface is the boundary of the crack lattice, which contact points are projected on.
+#[derive(Clone, Copy, Debug)]
+#[repr(C)]
+pub struct Hit {
+    /// The point, m.
+    pub point_m: [f64; 3],
+    /// Outward normal of the surface there, of length one.
+    pub normal: [f64; 3],
+    /// From the origin of the ray to the point, m.
+    pub distance_m: f64,
+    /// Body (component of the object) that it lies on.
+    pub body: u32,
+    /// 1: there is a hit. 0: the strike had no ray, and everything else is zero.
+    pub present: u32,
+}
+
+impl From<Option<shatter_client::Hit>> for Hit {
+    fn from(hit: Option<shatter_client::Hit>) -> Self {
+        hit.map_or(
+            Self { point_m: [0.0; 3], normal: [0.0; 3], distance_m: 0.0, body: 0, present: 0 },
+            |shatter_client::Hit { point_m, normal, distance_m, body }| Self {
+                point_m,
+                normal,
+                distance_m,
+                body,
+                present: 1,
+            },
+        )
+    }
+}
+
 /// The facts of a strike.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
@@ -59,6 +90,8 @@ pub struct Summary {
     pub round_trip_ns: u64,
     /// Bytes of the answer.
     pub bytes: u64,
+    /// Where the ray of the strike met the object.
+    pub hit: Hit,
 }
 
 impl From<&Broken> for Summary {
@@ -87,6 +120,7 @@ impl From<&Broken> for Summary {
             time_ns: row.time_ns,
             round_trip_ns: broken.round_trip().as_nanos() as u64,
             bytes: broken.bytes(),
+            hit: broken.hit().into(),
         }
     }
 }

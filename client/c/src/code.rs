@@ -67,6 +67,10 @@ pub enum Code {
     UnknownFragment = 28,
     /// A fragment too small to be struck again, or too large to be deformed.
     FragmentSize = 29,
+    /// A ray without a direction, beside other contacts, or missing where one is needed.
+    Ray = 30,
+    /// A ray that does not meet the object.
+    RayMissed = 31,
     /// The queue is full, or no answer can be lent.
     Busy = 40,
     /// The deadline passed first.
@@ -135,6 +139,8 @@ impl From<Kind> for Code {
             Kind::Effect => Self::Effect,
             Kind::UnknownFragment => Self::UnknownFragment,
             Kind::FragmentSize => Self::FragmentSize,
+            Kind::Ray => Self::Ray,
+            Kind::RayMissed => Self::RayMissed,
             Kind::Busy => Self::Busy,
             Kind::Late => Self::Late,
             Kind::Stopping => Self::Stopping,

@@ -43,6 +43,10 @@ pub struct Facts {
     pub diagonal_m: f64,
     /// Centre of the bounding box, m.
     pub centre_m: [f64; 3],
+    /// Lowest corner of the box around the surface that contacts are projected on, m.
+    pub low_m: [f64; 3],
+    /// Highest corner of that box, m.
+    pub high_m: [f64; 3],
     /// Default contact radius, m.
     pub radius_m: f64,
     /// Default contact duration, s.
@@ -75,6 +79,8 @@ impl From<&ObjectFacts> for Facts {
             volume_m3: facts.volume_m3,
             diagonal_m: facts.diagonal_m,
             centre_m: facts.centre_m,
+            low_m: facts.bounds_m[0],
+            high_m: facts.bounds_m[1],
             radius_m: facts.radius_m,
             duration_s: facts.duration_s,
             memory_bytes: facts.memory_bytes,

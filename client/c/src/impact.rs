@@ -12,7 +12,7 @@ pub const NO_ITERATIONS: u32 = u32::MAX;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C)]
 pub struct Contact {
-    /// Where, in the coordinates of the mesh file, m, +Y up.
+    /// Where, in the coordinates of the mesh file, m, +Y up. With a ray: where the ray begins.
     pub point_m: [f64; 3],
     /// Impulse handed to the object, N·s; not zero.
     pub impulse_ns: [f64; 3],
@@ -20,6 +20,9 @@ pub struct Contact {
     pub duration_s: f64,
     /// Contact radius, m; 0: the object's default.
     pub radius_m: f64,
+    /// Direction of a ray, of any length: the object is struck where the ray first meets it. Zero: there is no ray. For
+    /// impacts of one contact; `ShatterSummary.hit` tells where it met.
+    pub ray: [f64; 3],
 }
 
 /// One impact: contacts, and how the answer shall be computed. Zero is the default of everything but the contacts, so begin with
@@ -264,6 +267,7 @@ impl Impact {
         let mut impact = shatter_client::Impact::at(contacts[0].point_m);
         for (i, contact) in contacts.iter().enumerate() {
             impact = if i == 0 { impact } else { impact.and_at(contact.point_m) };
+            impact = if contact.ray == [0.0; 3] { impact } else { impact.ray(contact.ray) };
             impact = impact.impulse(contact.impulse_ns);
             impact = told(impact, contact.duration_s, shatter_client::Impact::duration);
             impact = told(impact, contact.radius_m, shatter_client::Impact::radius);

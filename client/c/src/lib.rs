@@ -17,7 +17,7 @@ mod refusal;
 mod service;
 mod ticket;
 
-pub use answer::{Bond, Counter, Debris, Fragment, Hash, Hull, Look, NONE, Run, Skin, SkinVertex, Summary};
+pub use answer::{Bond, Counter, Debris, Fragment, Hash, Hit, Hull, Look, NONE, Run, Skin, SkinVertex, Summary};
 pub use broken::{
     Broken, Content, shatter_broken_bonds, shatter_broken_debris, shatter_broken_effects, shatter_broken_fragment,
     shatter_broken_hash, shatter_broken_hull, shatter_broken_is_closed, shatter_broken_release, shatter_broken_run,
@@ -27,7 +27,9 @@ pub use code::{Code, Fault};
 pub use facts::{Facts, Status};
 pub use host::{Convention, Hertz, Partner, shatter_convention_named, shatter_hertz, shatter_service_with_convention};
 pub use impact::{Contact, Degree, Effect, Elastic, Impact, Lift, NO_ITERATIONS, Purpose, Quality};
-pub use object::{Object, shatter_object_even, shatter_object_facts, shatter_object_free, shatter_object_strike};
+pub use object::{
+    Object, shatter_object_aim, shatter_object_even, shatter_object_facts, shatter_object_free, shatter_object_strike,
+};
 pub use refusal::Refusal;
 pub use service::{
     Service, VERSION, shatter_connect, shatter_service_doze, shatter_service_free, shatter_service_object,

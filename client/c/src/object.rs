@@ -1,9 +1,9 @@
 //! An object of the service.
 
-use crate::border::{border, end, given, wrong};
+use crate::border::{border, elements, end, given, wrong};
 use crate::refusal::Refusal;
-use crate::{Code, Facts, Impact, Ticket};
-use shatter_client::Deadline;
+use crate::{Code, Facts, Hit, Impact, Ticket};
+use shatter_client::{Deadline, Ray};
 use std::mem::MaybeUninit;
 
 /// An object that can be struck. Any number of threads may use it at a time.
@@ -45,6 +45,42 @@ pub unsafe extern "C" fn shatter_object_strike(
         // SAFETY: handed on.
         let impact = unsafe { impact.read() }?;
         ticket.write(Some(Box::new(Ticket(object.0.strike(&impact)?))));
+        Ok(())
+    })
+}
+
+/// Where the ray from `origin_m` along `direction` first meets the object; waits for the service. With a `handle` it is aimed at
+/// fragment `fragment` of the result that the service keeps under it; 0: at the object.
+///
+/// Codes: `ray` for a direction that is zero or not finite, `ray_missed` with the closest approach, and those of
+/// `shatter_object_strike`.
+///
+/// # Safety
+/// `origin_m` and `direction` point to three numbers each.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn shatter_object_aim(
+    object: Option<&Object>,
+    origin_m: *const f64,
+    direction: *const f64,
+    handle: u64,
+    fragment: u32,
+    timeout_ms: u64,
+    hit: Option<&mut MaybeUninit<Hit>>,
+    refusal: Option<&mut MaybeUninit<Refusal>>,
+) -> Code {
+    border(refusal, || {
+        let (object, place) = (given("object", object)?, given("hit", hit)?);
+        // SAFETY: handed on.
+        let (origin_m, direction) =
+            unsafe { (elements("origin_m", origin_m, 3)?, elements("direction", direction, 3)?) };
+        let three = |numbers: &[f64]| [numbers[0], numbers[1], numbers[2]];
+        let ray = Ray { origin_m: three(origin_m), direction: three(direction) };
+        let deadline = Deadline::ms(timeout_ms);
+        let found = match handle {
+            0 => object.0.aim(ray, deadline)?,
+            handle => object.0.aim_at_fragment(handle, fragment, ray, deadline)?,
+        };
+        place.write(Some(found).into());
         Ok(())
     })
 }

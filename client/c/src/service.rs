@@ -4,11 +4,12 @@ use crate::border::{Failure, border, end, given, room, text};
 use crate::refusal::Refusal;
 use crate::{Code, Facts, Object, Status};
 use shatter_client::{Deadline, Shatter};
+use std::borrow::Cow;
 use std::ffi::c_char;
 use std::mem::MaybeUninit;
 
 /// Version of this interface; what a struct or function means changes only with it.
-pub const VERSION: u32 = 1;
+pub const VERSION: u32 = 2;
 
 /// A connection to a service. It outlives the daemon: what was under way when a daemon went away ends with `SHATTER_CODE_LOST`, what
 /// comes next goes to the daemon that then serves. Any number of threads may use it at a time.
@@ -20,13 +21,14 @@ pub extern "C" fn shatter_version() -> u32 {
     VERSION
 }
 
-/// Connects to the service of that name (`default`, unless the daemon was told otherwise). Without a daemon the refusal comes at
+/// Connects to the service of that name; where `name` is NULL to that which the environment variable `SHATTER_SERVICE` names, or to
+/// `default`. Without a daemon the refusal comes at
 /// once, one that is starting is waited for. `service` is NULL afterwards where it failed. Free it with `shatter_service_free`.
 ///
 /// Codes: `no_daemon`, `version_mismatch`, `busy` (no place for another client), `runtime_folder`, `service_name`, `transport`.
 ///
 /// # Safety
-/// `name` points to `length` bytes, or to text that ends with a zero if `length` is `SHATTER_UP_TO_ZERO`.
+/// `name` is NULL, or points to `length` bytes, or to text that ends with a zero if `length` is `SHATTER_UP_TO_ZERO`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn shatter_connect(
     name: *const c_char,
@@ -37,7 +39,7 @@ pub unsafe extern "C" fn shatter_connect(
 ) -> Code {
     border(refusal, || {
         // SAFETY: handed on.
-        let name = unsafe { text("name", name, length) };
+        let name = unsafe { service_name(name, length) };
         opened(service, name, |name| Shatter::connect(name, Deadline::ms(timeout_ms)))
     })
 }
@@ -56,19 +58,31 @@ pub unsafe extern "C" fn shatter_wait_for(
 ) -> Code {
     border(refusal, || {
         // SAFETY: handed on.
-        let name = unsafe { text("name", name, length) };
+        let name = unsafe { service_name(name, length) };
         opened(service, name, |name| Shatter::wait_for(name, Deadline::ms(timeout_ms)))
     })
 }
 
+/// The name, or that of the environment where it is null.
+///
+/// # Safety
+/// As of `shatter_connect`.
+unsafe fn service_name<'a>(name: *const c_char, length: usize) -> Result<Cow<'a, str>, Failure> {
+    if name.is_null() {
+        return Ok(Cow::Owned(shatter_client::default_service()?));
+    }
+    // SAFETY: handed on.
+    unsafe { text("name", name, length) }.map(Cow::Borrowed)
+}
+
 fn opened(
     service: Option<&mut MaybeUninit<Option<Box<Service>>>>,
-    name: Result<&str, Failure>,
+    name: Result<Cow<'_, str>, Failure>,
     open: impl FnOnce(&str) -> Result<Shatter, shatter_client::Refusal>,
 ) -> Result<(), Failure> {
     let service = given("service", service)?;
     service.write(None);
-    service.write(Some(Box::new(Service(open(name?)?))));
+    service.write(Some(Box::new(Service(open(&name?)?))));
     Ok(())
 }
 

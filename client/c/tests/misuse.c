@@ -4,10 +4,12 @@
  *
  *     misuse SERVICE OBJECT X,Y,Z
  */
+#define _POSIX_C_SOURCE 200809L /* setenv */
 #include "shatter.h"
 
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 static int failures = 0;
@@ -36,7 +38,7 @@ static void connections(void)
 {
     ShatterRefusal refusal;
     ShatterService *service = (ShatterService *)&refusal;
-    IS(ARGUMENT, shatter_connect(NULL, 0, 0, &service, &refusal));
+    IS(ARGUMENT, shatter_connect("\xff", Z, 0, &service, &refusal));
     HOLDS(service == NULL && refusal.code == SHATTER_CODE_ARGUMENT && refusal.fault == SHATTER_FAULT_CALLER);
     HOLDS(strcmp(refusal.at, "name") == 0 && strcmp(refusal.name, "argument") == 0 && refusal.message[0] != 0);
     IS(ARGUMENT, shatter_connect("default", Z, 0, NULL, &refusal));
@@ -48,7 +50,16 @@ static void connections(void)
     IS(NO_DAEMON, shatter_connect("nobody", Z, 0, &service, &refusal));
     HOLDS(refusal.retry == 1 && refusal.fault == SHATTER_FAULT_ENVIRONMENT && service == NULL);
     IS(NO_DAEMON, shatter_wait_for("nobody", Z, 20, &service, NULL));
-    IS(ARGUMENT, shatter_wait_for(NULL, Z, 0, &service, NULL));
+    /* Without a name the environment names the service. */
+    setenv("SHATTER_SERVICE", "a b", 1);
+    IS(SERVICE_NAME, shatter_connect(NULL, 0, 0, &service, &refusal));
+    HOLDS(service == NULL && strcmp(refusal.at, "SHATTER_SERVICE") == 0);
+    setenv("SHATTER_SERVICE", "nobody", 1);
+    IS(NO_DAEMON, shatter_wait_for(NULL, Z, 20, &service, &refusal));
+    HOLDS(strcmp(refusal.at, "nobody") == 0);
+    unsetenv("SHATTER_SERVICE");
+    IS(OK, shatter_connect(NULL, 0, 1000, &service, NULL));
+    shatter_service_free(service);
     shatter_service_free(NULL);
     shatter_object_free(NULL);
     shatter_ticket_free(NULL);
@@ -293,9 +304,45 @@ static void answers(const ShatterObject *object, const ShatterContact *contact)
     shatter_ticket_free(ticket);
 }
 
+/* A ray from beyond the end of the bar. */
+static void rays(const ShatterObject *object, const ShatterContact *contact)
+{
+    const double direction[3] = {-1.0, 0.0, 0.0}, still[3] = {0.0, 0.0, 0.0};
+    const double origin[3] = {contact->point_m[0] + 1.0, contact->point_m[1], contact->point_m[2]};
+    ShatterHit hit;
+    ShatterRefusal refusal;
+    ShatterTicket *ticket;
+    ShatterBroken *broken;
+    ShatterSummary summary;
+    ShatterContact aimed[2] = {*contact, *contact};
+    ShatterImpact impact = {0};
+    IS(ARGUMENT, shatter_object_aim(NULL, origin, direction, 0, 0, 1000, &hit, NULL));
+    IS(ARGUMENT, shatter_object_aim(object, NULL, direction, 0, 0, 1000, &hit, NULL));
+    IS(ARGUMENT, shatter_object_aim(object, origin, NULL, 0, 0, 1000, &hit, NULL));
+    IS(ARGUMENT, shatter_object_aim(object, origin, direction, 0, 0, 1000, NULL, NULL));
+    IS(RAY, shatter_object_aim(object, origin, still, 0, 0, 1000, &hit, NULL));
+    IS(UNKNOWN_HANDLE, shatter_object_aim(object, origin, direction, 7, 0, 10000, &hit, NULL));
+    IS(OK, shatter_object_aim(object, origin, direction, 0, 0, 10000, &hit, NULL));
+    HOLDS(hit.present == 1 && hit.normal[0] > 0.7 && fabs(hit.distance_m - 1.0) < 0.05);
+    memcpy(aimed[0].point_m, origin, sizeof origin);
+    memcpy(aimed[0].ray, direction, sizeof direction);
+    impact.contacts = aimed;
+    impact.contact_count = 2;
+    IS(RAY, shatter_object_strike(object, &impact, &ticket, &refusal));
+    HOLDS(strcmp(refusal.at, "contacts[0].ray") == 0);
+    impact.contact_count = 1;
+    impact.purpose = SHATTER_PURPOSE_THRESHOLD;
+    IS(OK, shatter_object_strike(object, &impact, &ticket, NULL));
+    IS(OK, shatter_ticket_wait(ticket, 60000, &broken, NULL));
+    shatter_ticket_free(ticket);
+    IS(OK, shatter_broken_summary(broken, &summary, NULL));
+    HOLDS(summary.hit.present == 1 && summary.hit.point_m[0] == hit.point_m[0]);
+    shatter_broken_release(broken);
+}
+
 int main(int count, char **words)
 {
-    ShatterContact contact = {{0.0, 0.0, 0.0}, {-1.0, 0.0, 0.0}, 0.0, 0.0};
+    ShatterContact contact = {{0.0, 0.0, 0.0}, {-1.0, 0.0, 0.0}, 0.0, 0.0, {0.0, 0.0, 0.0}};
     ShatterService *service;
     ShatterObject *object;
     if (count != 4 || sscanf(words[3], "%lf,%lf,%lf", &contact.point_m[0], &contact.point_m[1], &contact.point_m[2]) != 3) {
@@ -312,6 +359,7 @@ int main(int count, char **words)
     strikes(object, &contact);
     answers(object, &contact);
     even(object, &contact);
+    rays(object, &contact);
     shatter_object_free(object);
     printf("failures %d\n", failures);
     return failures > 0;

@@ -57,6 +57,12 @@ impl Broken {
         Ok(self.held()?.with(shatter_client::Broken::is_whole))
     }
 
+    /// Where the ray of the strike met the object; ``None`` if it had no ray.
+    #[getter]
+    pub fn hit(&self) -> PyResult<Option<Hit>> {
+        Ok(self.held()?.with(|broken| broken.hit().map(Hit::from)))
+    }
+
     /// Names this answer to later strikes (``origin``), where it was to be kept.
     #[getter]
     fn handle(&self) -> PyResult<Option<u64>> {
@@ -233,4 +239,20 @@ pub struct Debris {
 /// A fragment that is not there.
 pub fn unknown(id: u32) -> PyErr {
     raised(shatter_client::Refusal::new(Kind::UnknownFragment, id.to_string(), format!("fragment {id} is not there")))
+}
+
+/// Where a ray first meets an object.
+#[pyclass(frozen, get_all, module = "shatter")]
+pub struct Hit {
+    point: [f64; 3],
+    normal: [f64; 3],
+    distance: f64,
+    body: u32,
+}
+
+impl From<shatter_client::Hit> for Hit {
+    fn from(hit: shatter_client::Hit) -> Self {
+        let shatter_client::Hit { point_m, normal, distance_m, body } = hit;
+        Self { point: point_m, normal, distance: distance_m, body }
+    }
 }

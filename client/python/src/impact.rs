@@ -4,6 +4,7 @@ use crate::refusal::raised;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use shatter_client::{Effect, Elastic, Impact, Lift, Quality};
+use shatter_proto::name::nearest;
 use std::time::Duration;
 
 /// Where and how hard an object is hit.
@@ -13,14 +14,21 @@ pub struct Contact {
     impulse: [f64; 3],
     duration_s: Option<f64>,
     radius: Option<f64>,
+    ray: Option<[f64; 3]>,
 }
 
 #[pymethods]
 impl Contact {
     #[new]
-    #[pyo3(signature = (point, impulse, *, duration_s = None, radius = None))]
-    fn new(point: [f64; 3], impulse: [f64; 3], duration_s: Option<f64>, radius: Option<f64>) -> Self {
-        Self { point, impulse, duration_s, radius }
+    #[pyo3(signature = (point, impulse, *, duration_s = None, radius = None, ray = None))]
+    fn new(
+        point: [f64; 3],
+        impulse: [f64; 3],
+        duration_s: Option<f64>,
+        radius: Option<f64>,
+        ray: Option<[f64; 3]>,
+    ) -> Self {
+        Self { point, impulse, duration_s, radius, ray }
     }
 
     fn __repr__(&self) -> String {
@@ -32,6 +40,7 @@ impl Contact {
 pub fn at<'a>(mut contacts: impl Iterator<Item = &'a Contact>) -> PyResult<Impact> {
     let describe = |impact: Impact, contact: &Contact| {
         let impact = impact.impulse(contact.impulse);
+        let impact = contact.ray.map_or(impact.clone(), |direction| impact.ray(direction));
         let impact = contact.duration_s.map_or(impact.clone(), |duration_s| impact.duration(duration_s));
         contact.radius.map_or(impact.clone(), |radius| impact.radius(radius))
     };
@@ -109,36 +118,35 @@ impl Wish<'_> {
 
 fn source(name: &str) -> PyResult<shatter_client::Degree> {
     use shatter_client::Degree::{ClosedForm, Inferred, Optimised, Verified};
-    match name {
-        "closed_form" => Ok(ClosedForm),
-        "inferred" => Ok(Inferred),
-        "verified" => Ok(Verified),
-        "optimised" => Ok(Optimised),
-        _ => Err(none("degree", name, "a number below 2³², closed_form, inferred, verified, optimised")),
-    }
+    let rules = [("closed_form", ClosedForm), ("inferred", Inferred), ("verified", Verified), ("optimised", Optimised)];
+    let number = |error| PyValueError::new_err(format!("{error}; or pass a number from 1 to 2³² − 1"));
+    one_of("degree", name, &rules).map_err(number)
 }
 
 fn quality(name: &str) -> PyResult<Quality> {
-    Quality::by_name(name).map_err(|_| none("quality", name, "draft, game, film, reference"))
+    named("quality", name, &Quality::ALL.map(|quality| (quality.name(), quality)))
 }
 
 fn lift(name: &str) -> PyResult<Lift> {
-    match name {
-        "euclidean" => Ok(Lift::Euclidean),
-        "interior" => Ok(Lift::Interior),
-        "surface_diffusion" => Ok(Lift::SurfaceDiffusion),
-        _ => Err(none("lift", name, "euclidean, interior, surface_diffusion")),
-    }
+    let lifts =
+        [("euclidean", Lift::Euclidean), ("interior", Lift::Interior), ("surface_diffusion", Lift::SurfaceDiffusion)];
+    named("lift", name, &lifts)
 }
 
 fn elastic(name: &str) -> PyResult<Elastic> {
-    match name {
-        "reduced" => Ok(Elastic::Reduced),
-        "solve" => Ok(Elastic::Solve),
-        _ => Err(none("elastic", name, "reduced, solve")),
-    }
+    named("elastic", name, &[("reduced", Elastic::Reduced), ("solve", Elastic::Solve)])
 }
 
-fn none(key: &str, name: &str, names: &str) -> PyErr {
-    PyValueError::new_err(format!("{key}: `{name}` is none of {names}"))
+fn named<T: Copy>(key: &str, name: &str, choices: &[(&str, T)]) -> PyResult<T> {
+    one_of(key, name, choices).map_err(PyValueError::new_err)
+}
+
+/// The choice of that name; the error lists all names, and the nearest.
+fn one_of<T: Copy>(key: &str, name: &str, choices: &[(&str, T)]) -> Result<T, String> {
+    let found = choices.iter().find(|(own, _)| *own == name);
+    found.map(|(_, choice)| *choice).ok_or_else(|| {
+        let names: Vec<&str> = choices.iter().map(|(own, _)| *own).collect();
+        let hint = nearest(name, &names).first().map_or(String::new(), |likely| format!("; did you mean `{likely}`?"));
+        format!("{key}: `{name}` is none of {}{hint}", names.join(", "))
+    })
 }

@@ -13,26 +13,33 @@ mod ticket;
 use pyo3::prelude::*;
 use refusal::Refusal;
 use service::Service;
-use shatter_client::Convention;
+use shatter_client::{Convention, default_service};
 
-/// Connects to the service of that name; its answers come in the coordinates of ``convention``.
+/// Connects to the service of that name, or without one to that of ``SHATTER_SERVICE``, or to ``default``.
+///
+/// Its answers come in the coordinates of ``convention``.
 ///
 /// The connection outlives the daemon: what was under way when it went away ends as ``lost``, what comes next goes to its successor.
 #[pyfunction]
-#[pyo3(signature = (name = "default", *, timeout_s = 1.0, convention = "gltf"))]
-fn connect(py: Python<'_>, name: &str, timeout_s: f64, convention: &str) -> PyResult<Service> {
+#[pyo3(signature = (name = None, *, timeout_s = 1.0, convention = "gltf"))]
+fn connect(py: Python<'_>, name: Option<&str>, timeout_s: f64, convention: &str) -> PyResult<Service> {
     let convention = Convention::by_name(convention).map_err(refusal::raised)?;
     let timeout = service::timeout(timeout_s)?;
-    Service::connect(py, name, timeout, convention)
+    Service::connect(py, &named(name)?, timeout, convention)
+}
+
+/// The service of that name, or of the environment.
+fn named(name: Option<&str>) -> PyResult<String> {
+    name.map_or_else(|| default_service().map_err(refusal::raised), |name| Ok(name.to_owned()))
 }
 
 /// Connects as :func:`connect` does, but waits for a daemon to appear.
 #[pyfunction]
-#[pyo3(signature = (name = "default", *, timeout_s = 60.0, convention = "gltf"))]
-fn wait_for(py: Python<'_>, name: &str, timeout_s: f64, convention: &str) -> PyResult<Service> {
+#[pyo3(signature = (name = None, *, timeout_s = 60.0, convention = "gltf"))]
+fn wait_for(py: Python<'_>, name: Option<&str>, timeout_s: f64, convention: &str) -> PyResult<Service> {
     let convention = Convention::by_name(convention).map_err(refusal::raised)?;
     let timeout = service::timeout(timeout_s)?;
-    Service::wait_for(py, name, timeout, convention)
+    Service::wait_for(py, &named(name)?, timeout, convention)
 }
 
 #[pymodule]
@@ -51,6 +58,7 @@ fn _shatter(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<ticket::Ticket>()?;
     module.add_class::<broken::Broken>()?;
     module.add_class::<broken::Summary>()?;
+    module.add_class::<broken::Hit>()?;
     module.add_class::<broken::Bond>()?;
     module.add_class::<broken::Debris>()?;
     module.add_class::<fragment::Fragment>()?;

@@ -1,11 +1,12 @@
 //! Connections and objects.
 
+use crate::broken::Hit;
 use crate::impact::{self, Contact, Wish};
 use crate::refusal::raised;
 use crate::ticket::Ticket;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use shatter_client::{Convention, Deadline, Kind, ObjectFacts, Shatter};
+use shatter_client::{Convention, Deadline, Impact, Kind, ObjectFacts, Ray, Shatter};
 use std::time::{Duration, Instant};
 
 /// How long nobody looks whether Ctrl-C was pressed.
@@ -124,6 +125,7 @@ pub struct Facts {
     volume_m3: f64,
     diagonal_m: f64,
     centre_m: [f64; 3],
+    bounds_m: [[f64; 3]; 2],
     radius_m: f64,
     duration_s: f64,
 }
@@ -146,6 +148,7 @@ impl From<&ObjectFacts> for Facts {
             volume_m3: facts.volume_m3,
             diagonal_m: facts.diagonal_m,
             centre_m: facts.centre_m,
+            bounds_m: facts.bounds_m,
             radius_m: facts.radius_m,
             duration_s: facts.duration_s,
         }
@@ -217,6 +220,24 @@ impl Object {
         };
         let impact = wish.describe(impact::at(contacts.iter().map(|contact| &**contact))?)?;
         self.0.strike(&impact).map(Ticket::new).map_err(raised)
+    }
+
+    /// Where the ray from ``origin`` along ``direction`` first meets the object, or ``fragment``: the handle of a kept answer
+    /// and the id of its fragment. Waits for it.
+    #[pyo3(signature = (origin, direction, *, fragment = None, timeout_s = 5.0))]
+    fn aim(
+        &self,
+        py: Python<'_>,
+        origin: [f64; 3],
+        direction: [f64; 3],
+        fragment: Option<(u64, u32)>,
+        timeout_s: f64,
+    ) -> PyResult<Hit> {
+        let aim = Impact::aim(Ray { origin_m: origin, direction });
+        let aim = fragment.map_or(aim.clone(), |(handle, fragment)| aim.from(handle, fragment));
+        let ticket = self.0.strike(&aim).map(Ticket::new).map_err(raised)?;
+        let hit = ticket.wait(py, timeout_s)?.hit()?;
+        hit.ok_or_else(|| PyValueError::new_err("the service sent no hit for a ray"))
     }
 
     /// Divides the whole object into even pieces without an impact; asks where bodies are first, if there are several.

@@ -203,6 +203,49 @@ def test_wrong_arguments_are_pythons_own_errors(body, service):
     assert absent.value.kind == "no_daemon" and absent.value.fault == "environment"
 
 
+def test_without_a_name_the_environment_names_the_service(monkeypatch):
+    monkeypatch.setenv("SHATTER_SERVICE", SERVICE)
+    assert shatter.connect().object(OBJECT).name == OBJECT
+    monkeypatch.setenv("SHATTER_SERVICE", "nobody-here")
+    for connect in [shatter.connect, functools.partial(shatter.wait_for, timeout_s=0.01)]:
+        with pytest.raises(shatter.Refusal) as absent:
+            connect()
+        assert absent.value.kind == "no_daemon" and absent.value.at == "nobody-here"
+    monkeypatch.setenv("SHATTER_SERVICE", "a b")
+    with pytest.raises(shatter.Refusal) as odd:
+        shatter.connect()
+    assert odd.value.kind == "service_name" and odd.value.at == "SHATTER_SERVICE"
+
+
+def test_a_ray_finds_the_point(body):
+    low, high = np.array(body.facts.bounds_m)
+    origin = (low + high) / 2 + (0.0, 1.0, 0.0)
+    hit = body.aim(origin, (0.0, -3.0, 0.0))
+    assert hit.normal[1] > 0.7 and hit.distance == pytest.approx(origin[1] - hit.point[1])
+    assert (low - 1e-9 <= hit.point).all() and (hit.point <= high + 1e-9).all()
+    broken = body.strike(shatter.Contact(origin, (0.0, -2.0, 0.0), ray=(0.0, -1.0, 0.0)), degree=5, keep=True).wait()
+    assert broken.hit.point == hit.point
+    assert body.strike(blow(body), degree=5).wait().hit is None
+    fragment = max(broken, key=lambda fragment: fragment.mass_kg)
+    onto = body.aim(fragment.centre_m + (0.0, 1.0, 0.0), (0.0, -1.0, 0.0), fragment=(broken.handle, fragment.id))
+    assert onto.point[1] > fragment.centre_m[1]
+    with pytest.raises(shatter.Refusal) as missed:
+        body.aim(high + 1.0, (1.0, 0.0, 0.0))
+    assert missed.value.kind == "ray_missed" and "closest" in str(missed.value)
+    with pytest.raises(shatter.Refusal) as still:
+        body.aim(origin, (0.0, 0.0, 0.0))
+    assert still.value.kind == "ray"
+
+
+def test_names_that_are_nearly_right_are_told(service, body):
+    with pytest.raises(shatter.Refusal, match=f"did you mean `{OBJECT}`"):
+        service.object(OBJECT + "x")
+    with pytest.raises(ValueError, match="did you mean `film`"):
+        body.strike(blow(body), quality="flim")
+    with pytest.raises(ValueError, match="flat|finite radius"):
+        shatter.hertz((1.0, math.inf, 70e9, 0.2), (math.inf, math.inf, 33e9, 0.2), 1.0)
+
+
 def test_tickets_poll_cancel_and_are_spent(body):
     ticket = body.strike(blow(body), degree=5)
     deadline = time.monotonic() + 60

@@ -1,6 +1,7 @@
 //! Dials of accuracy and time, as they travel.
 
 use super::{Strike, StrikeWire, given};
+use crate::name::suggestion;
 use crate::{Kind, Refusal};
 
 /// Largest error that can be asked for: beyond, nothing is computed.
@@ -57,7 +58,7 @@ impl Quality {
     /// [`Kind::Budget`] if there is none.
     pub fn by_name(name: &str) -> Result<Self, Refusal> {
         let unknown = || {
-            let message = format!("`{name}` is no quality: `draft`, `game`, `film` or `reference`");
+            let message = format!("there is no quality `{name}`; {}", suggestion(name, &Self::ALL.map(Self::name)));
             Refusal::new(Kind::Budget, "quality", message)
         };
         Self::ALL.into_iter().find(|quality| quality.name() == name).ok_or_else(unknown)

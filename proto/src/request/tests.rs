@@ -2,8 +2,13 @@ use super::*;
 use proptest::prelude::*;
 
 fn strike() -> Strike {
-    let contact =
-        Contact { point_m: [0.1, 0.2, 0.3], impulse_ns: [-1.0, 0.5, 0.0], duration_s: Some(1e-4), radius_m: None };
+    let contact = Contact {
+        point_m: [0.1, 0.2, 0.3],
+        ray: None,
+        impulse_ns: [-1.0, 0.5, 0.0],
+        duration_s: Some(1e-4),
+        radius_m: None,
+    };
     Strike {
         object: "Vase 花".into(), contacts: vec![contact; 3], gamma_j_m2: Some(2.5), seed: 7, ..Strike::default()
     }
@@ -55,6 +60,24 @@ fn a_strike_survives_the_wire() {
     for lift in [Lift::Euclidean, Lift::Interior, Lift::SurfaceDiffusion] {
         let strike = Strike { lift: Some(lift), ..optimised.clone() };
         assert_eq!(strike.wire([0; 16], 0).unwrap().validate().unwrap(), strike);
+    }
+}
+
+#[test]
+fn a_ray_survives_the_wire_and_needs_a_direction_and_one_contact() {
+    let aimed = |ray| Contact { ray: Some(ray), ..strike().contacts[0] };
+    let one = Strike { contacts: vec![aimed([0.0, -2.0, 0.0])], ..strike() };
+    assert_eq!(one.wire([0; 16], 0).unwrap().validate().unwrap(), one);
+    let pointless = Contact { impulse_ns: [0.0; 3], ..one.contacts[0] };
+    let aim = Strike { purpose: Purpose::Aim, contacts: vec![pointless], ..one.clone() };
+    assert_eq!(aim.wire([0; 16], 0).unwrap().validate().unwrap(), aim);
+    let unaimed = Strike { contacts: vec![strike().contacts[0]], ..aim };
+    let several = Strike { contacts: vec![aimed([1.0, 0.0, 0.0]), strike().contacts[0]], ..one.clone() };
+    let flat = Strike { contacts: vec![aimed([0.0; 3])], ..one.clone() };
+    let odd = Strike { contacts: vec![aimed([f64::NAN, 0.0, 1.0])], ..one };
+    for (strike, at) in [unaimed, several, flat, odd].iter().zip(["contacts[0].ray"; 4]) {
+        let refusal = strike.wire([0; 16], 0).unwrap_err();
+        assert_eq!((refusal.kind, refusal.at.as_str()), (Kind::Ray, at), "{}", refusal.message);
     }
 }
 

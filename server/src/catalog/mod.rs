@@ -15,6 +15,7 @@ pub use version::{Version, unix_ns};
 use crate::engine::{Loader, Object};
 use bytemuck::Zeroable;
 use shatter_proto::control::ObjectRow;
+use shatter_proto::name::unknown_object;
 use shatter_proto::refusal::RefusalWire;
 use shatter_proto::{Kind, Refusal};
 use std::collections::BTreeMap;
@@ -130,8 +131,8 @@ impl Catalog {
             Some(Entry { version: Some(version), .. }) => Ok(version.object.clone()),
             Some(Entry { refusal: Some(refusal), .. }) => Err(refusal.clone()),
             _ => {
-                let message = format!("the service has no object `{name}`");
-                Err(Refusal::new(Kind::UnknownObject, name, message))
+                let names: Vec<&str> = self.entries.keys().map(String::as_str).collect();
+                Err(unknown_object(name, &names))
             }
         }
     }

@@ -33,6 +33,7 @@ impl Work {
     pub fn of(strike: &Strike) -> Self {
         let rule = match (strike.purpose, strike.degree) {
             (Purpose::Threshold, _) => 0,
+            (Purpose::Aim, _) => u32::MAX,
             (_, Degree::Preset | Degree::Inferred | Degree::ClosedForm) => 1,
             (_, Degree::Verified) => 2,
             (_, Degree::Optimised) => 3,

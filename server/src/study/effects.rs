@@ -175,7 +175,7 @@ fn strike(prepared: &Prepared, number: u64) -> Strike {
     let (point, inward): (Point3<f64>, Vector3<f64>) =
         Sampler::new(prepared).point(&mut Stream::new(prepared.parameters.seed, number));
     let point_m = prepared.frame.to_metres(&point).coords.into();
-    let contact = Contact { point_m, impulse_ns: inward.into(), duration_s: None, radius_m: None };
+    let contact = Contact { point_m, ray: None, impulse_ns: inward.into(), duration_s: None, radius_m: None };
     Strike {
         object: prepared.name.clone(),
         contacts: vec![contact],

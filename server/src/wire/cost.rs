@@ -92,6 +92,7 @@ impl Served {
             let drawn = sampler.impact(SEED, round);
             let contacts = drawn.contacts.iter().map(|contact| Contact {
                 point_m: contact.point_m.into(),
+                ray: None,
                 impulse_ns: contact.impulse_ns.into(),
                 duration_s: contact.duration_s,
                 radius_m: contact.radius_m,

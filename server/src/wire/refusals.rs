@@ -1,8 +1,24 @@
 //! What the engine refuses, on the wire.
 
+use nalgebra::Point3;
 use shatter_fracture::pipeline::StrikeError;
 use shatter_fracture::scene::Effect;
+use shatter_proto::convention::Convention;
 use shatter_proto::{Kind, Refusal};
+
+/// A refusal of the engine, with its points in the coordinates of the strike.
+pub(crate) fn refusal_in(error: StrikeError, convention: &Convention) -> Refusal {
+    let own = |point: Point3<f64>| Point3::from(convention.vector(point.coords.into()));
+    refusal(match error {
+        StrikeError::TooFar { contact, distance_m, radius_m, surface_m } => {
+            StrikeError::TooFar { contact, distance_m, radius_m, surface_m: own(surface_m) }
+        }
+        StrikeError::RayMissed { ray_m, surface_m, distance_m } => {
+            StrikeError::RayMissed { ray_m: own(ray_m), surface_m: own(surface_m), distance_m }
+        }
+        error => error,
+    })
+}
 
 /// A refusal of the engine on the wire.
 pub(crate) fn refusal(error: StrikeError) -> Refusal {
@@ -25,6 +41,8 @@ pub(crate) fn refusal(error: StrikeError) -> Refusal {
         StrikeError::Undressed { .. } => (Kind::Effect, Effect::Skin.name().to_owned()),
         StrikeError::LiftUnprepared { lift, .. } => (Kind::Lift, lift.to_string()),
         StrikeError::TooFar { contact, .. } => (Kind::ContactTooFar, of(contact, "point_m")),
+        StrikeError::RayDirection => (Kind::Ray, of(&0, "ray")),
+        StrikeError::RayMissed { .. } => (Kind::RayMissed, of(&0, "ray")),
         StrikeError::Cancelled(_) => (Kind::Cancelled, "client".to_owned()),
         StrikeError::Elasticity { body, .. } | StrikeError::Field { body, .. } => {
             let kind = if error.is_callers() { Kind::Unsolvable } else { Kind::Failed };
@@ -49,8 +67,10 @@ mod tests {
 
     #[test]
     fn refusals_of_the_engine_name_the_offender() {
-        let far = StrikeError::TooFar { contact: 2, distance_m: 1.0, radius_m: 0.5 };
-        let refusal = super::refusal(far);
+        let surface_m = Point3::new(0.1, 0.2, -0.3);
+        let far = StrikeError::TooFar { contact: 2, distance_m: 1.0, radius_m: 0.5, surface_m };
+        let refusal = refusal_in(far, &Convention::UNREAL);
+        assert!(refusal.message.contains("10.000000,-30.000000,20.000000"), "{}", refusal.message);
         assert_eq!((refusal.kind, refusal.at.as_str()), (Kind::ContactTooFar, "contacts[2].point_m"));
         let number = StrikeError::Number { contact: 0, key: "peak force", value: f64::INFINITY, positive: true };
         assert_eq!(super::refusal(number).kind, Kind::Impulse);

@@ -2,8 +2,8 @@ use super::*;
 use shatter_client::Refusal;
 
 const CONTACTS: [Contact; 2] = [
-    Contact { point_m: [0.1, 0.2, 0.3], impulse_ns: [-1.0, 0.0, 0.5], duration_s: 0.0, radius_m: 0.0 },
-    Contact { point_m: [0.4, 0.5, 0.6], impulse_ns: [0.0, 2.0, 0.0], duration_s: 0.001, radius_m: 0.02 },
+    Contact { point_m: [0.1, 0.2, 0.3], impulse_ns: [-1.0, 0.0, 0.5], duration_s: 0.0, radius_m: 0.0, ray: [0.0; 3] },
+    Contact { point_m: [0.4, 0.5, 0.6], impulse_ns: [0.0, 2.0, 0.0], duration_s: 0.001, radius_m: 0.02, ray: [0.0; 3] },
 ];
 
 /// What `ShatterImpact impact = {0};` gives, and some contacts.

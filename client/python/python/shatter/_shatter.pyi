@@ -22,6 +22,7 @@ __all__ = [
     "Facts",
     "Fragment",
     "Hertz",
+    "Hit",
     "Hull",
     "Object",
     "Refusal",
@@ -50,13 +51,15 @@ class Refusal(Exception):
     """Whether the same call may succeed a little later."""
     retry_after_s: float | None
 
-def connect(name: str = "default", *, timeout_s: float = 1.0, convention: _Convention = "gltf") -> Service:
-    """Connects to the service of that name; its answers come in the coordinates of ``convention``.
+def connect(name: str | None = None, *, timeout_s: float = 1.0, convention: _Convention = "gltf") -> Service:
+    """Connects to the service of that name, or without one to that of ``SHATTER_SERVICE``, or to ``default``.
+
+    Its answers come in the coordinates of ``convention``.
 
     The connection outlives the daemon: what was under way when it went away ends as ``lost``, what comes next goes to its successor.
     """
 
-def wait_for(name: str = "default", *, timeout_s: float = 60.0, convention: _Convention = "gltf") -> Service:
+def wait_for(name: str | None = None, *, timeout_s: float = 60.0, convention: _Convention = "gltf") -> Service:
     """Connects as :func:`connect` does, but waits for a daemon to appear."""
 
 def hertz(one: _Body, other: _Body, speed_m_s: float, *, impulse_ns: float | None = None) -> Hertz:
@@ -79,11 +82,23 @@ class Hertz:
 
 @final
 class Contact:
-    """Where an object is hit, and the impulse (N·s) that is handed to it; duration and radius are the object's where not given."""
+    """Where an object is hit, and the impulse (N·s) that is handed to it; duration and radius are the object's where not given.
+
+    With ``ray``, a direction of any length, the point is where a ray begins: the object is struck where the ray first meets it, which
+    :attr:`Broken.hit` tells. For strikes of one contact.
+    """
 
     def __new__(
-        cls, point: _Vector, impulse: _Vector, *, duration_s: float | None = None, radius: float | None = None
+        cls,
+        point: _Vector,
+        impulse: _Vector,
+        *,
+        duration_s: float | None = None,
+        radius: float | None = None,
+        ray: _Vector | None = None,
     ) -> Contact: ...
+    @property
+    def ray(self) -> list[float] | None: ...
     @property
     def point(self) -> list[float]: ...
     @property
@@ -92,6 +107,23 @@ class Contact:
     def duration_s(self) -> float | None: ...
     @property
     def radius(self) -> float | None: ...
+
+@final
+class Hit:
+    """Where a ray first meets an object: on the boundary of its crack lattice, which contact points are projected on."""
+
+    @property
+    def point(self) -> list[float]: ...
+    @property
+    def normal(self) -> list[float]:
+        """Outward, of length one."""
+
+    @property
+    def distance(self) -> float:
+        """From the origin of the ray to the point."""
+
+    @property
+    def body(self) -> int: ...
 
 @final
 class Service:
@@ -161,6 +193,10 @@ class Facts:
     @property
     def centre_m(self) -> list[float]: ...
     @property
+    def bounds_m(self) -> list[list[float]]:
+        """Lowest and highest corner of the box around the surface that contacts are projected on."""
+
+    @property
     def radius_m(self) -> float: ...
     @property
     def duration_s(self) -> float: ...
@@ -200,6 +236,12 @@ class Object:
         fragment, which is struck instead of the object.
         """
 
+    def aim(
+        self, origin: _Vector, direction: _Vector, *, fragment: tuple[int, int] | None = None, timeout_s: float = 5.0
+    ) -> Hit:
+        """Where the ray from ``origin`` along ``direction`` first meets the object, or ``fragment``: the handle of a kept answer
+        and the id of its fragment. Waits for it."""
+
     def even(self, pieces: int, *, seed: int = 0, timeout_s: float = 60.0) -> Ticket:
         """Divides the whole object into even pieces without an impact; asks where bodies are first, if there are several."""
 
@@ -235,6 +277,10 @@ class Broken:
     @property
     def handle(self) -> int | None:
         """Names this answer to later strikes (``origin``), where it was to be kept."""
+
+    @property
+    def hit(self) -> Hit | None:
+        """Where the ray of the strike met the object; ``None`` if it had no ray."""
 
     @property
     def output_hash(self) -> str:

@@ -69,6 +69,12 @@ impl Boundary {
         held(nodes) + held(positions) + held(areas) + held(faces) + held(starts) + held(incident) + held(boxes)
     }
 
+    /// The faces of each box, and the box.
+    pub(super) fn groups(&self) -> impl Iterator<Item = (std::ops::Range<usize>, &[Point3<f64>; 2])> {
+        let faces = |group: usize| group * GROUP..(group * GROUP + GROUP).min(self.faces.len());
+        self.boxes.iter().enumerate().map(move |(group, bounds)| (faces(group), bounds))
+    }
+
     /// The faces around boundary node `node`.
     pub fn around(&self, node: u32) -> &[u32] {
         &self.incident[self.starts[node as usize] as usize..self.starts[node as usize + 1] as usize]

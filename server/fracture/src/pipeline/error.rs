@@ -7,6 +7,7 @@ use crate::pipeline::{Counts, SOLVED_NODES_MAX, TETS_MIN};
 use crate::scene::Effect;
 use crate::tessellation::TessellationError;
 use crate::token::Cancelled;
+use nalgebra::Point3;
 
 /// Most contacts of one strike.
 pub const CONTACTS_MAX: usize = 8;
@@ -57,7 +58,8 @@ pub enum StrikeError {
     },
     /// The contact point is farther from the body than its radius.
     #[error(
-        "contact {contact}: the point is {distance_m:.6} m from the body, farther than the contact radius of {radius_m:.6} m"
+        "contact {contact} is {distance_m:.6} m from the surface; contacts must lie within {radius_m:.6} m (radius). The nearest surface point is {}. Check --unit and --up.",
+        point(.surface_m)
     )]
     TooFar {
         /// Which contact.
@@ -66,6 +68,24 @@ pub enum StrikeError {
         distance_m: f64,
         /// The radius given, m.
         radius_m: f64,
+        /// The nearest point of a body, m.
+        surface_m: Point3<f64>,
+    },
+    /// A ray whose direction is zero or not finite.
+    #[error("the direction of the ray is zero or not finite; pass a direction of any other length")]
+    RayDirection,
+    /// A ray that does not meet the object.
+    #[error(
+        "the ray misses the object by {distance_m:.6} m; at {} it is closest to the surface point {}",
+        point(.ray_m), point(.surface_m)
+    )]
+    RayMissed {
+        /// The point of the ray that is closest to the object, m.
+        ray_m: Point3<f64>,
+        /// The point of the surface that is closest to the ray, m.
+        surface_m: Point3<f64>,
+        /// Between the two, m.
+        distance_m: f64,
     },
     /// The object is not prepared for deformation.
     #[error("body {body} is not prepared for elasticity: the scene does without, or it was baked without")]
@@ -172,6 +192,11 @@ pub enum StrikeError {
     /// Cancelled at a checkpoint.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
+}
+
+/// A point as command lines take it.
+fn point(point: &Point3<f64>) -> String {
+    format!("{:.6},{:.6},{:.6}", point.x, point.y, point.z)
 }
 
 impl StrikeError {

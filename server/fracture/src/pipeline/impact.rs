@@ -90,10 +90,11 @@ fn place(
 ) -> Result<(usize, elasticity::Contact), StrikeError> {
     let point = prepared.frame.to_local(&contact.point_m);
     let radius = contact.radius_m.map_or(DEFAULT_RADIUS_DIAGONALS, |radius_m| radius_m / prepared.frame.diagonal_m);
-    let distances =
-        prepared.bodies.iter().map(|body| body.boundary.nearest(&point).map_or(f64::INFINITY, |near| near.distance));
-    let (body, distance) =
-        distances.enumerate().fold((0, f64::INFINITY), |best, next| if next.1 < best.1 { next } else { best });
+    let nearest = prepared.bodies.iter().map(|body| body.boundary.nearest(&point));
+    let nearest = nearest.enumerate().filter_map(|(body, nearest)| Some((body, nearest?)));
+    let nearest = nearest.reduce(|best, next| if next.1.distance < best.1.distance { next } else { best });
+    let (body, distance, surface) =
+        nearest.map_or((0, f64::INFINITY, point), |(body, nearest)| (body, nearest.distance, nearest.place));
     let lattice = prepared.report.surface_deviation.max(prepared.parameters.crack_spacing);
     // Far from the origin a point cannot be given more exactly than its coordinates are rounded.
     let rounding = f64::EPSILON * contact.point_m.coords.amax() / prepared.frame.diagonal_m;
@@ -102,6 +103,7 @@ fn place(
             contact: index,
             distance_m: distance * prepared.frame.diagonal_m,
             radius_m: radius * prepared.frame.diagonal_m,
+            surface_m: prepared.frame.to_metres(&surface),
         });
     }
     let impulse = relative.map(|x| (x / FORCE_STEP).round() * FORCE_STEP);

@@ -1,6 +1,7 @@
 //! The one walk from an impact to fragments, in the order of the method.
 
 mod again;
+mod aim;
 mod bound;
 mod budget;
 mod calibrate;
@@ -45,6 +46,7 @@ mod workspace;
 mod world;
 
 pub use again::strike_again;
+pub use aim::{Hit, Ray, aim, aim_again};
 pub use bound::Bound;
 pub use budget::{Budget, HURRIED_ERROR_MAX, HURRIED_RANK_MAX};
 pub use calibrate::calibrate;

@@ -69,7 +69,7 @@ impl Parent {
 }
 
 /// The largest part of a fragment that hangs together through faces of whole tetrahedra, and its nodes.
-fn inner(lattice: &Lattice, labels: &[u32], label: u32) -> Option<(Lattice, Vec<u32>)> {
+pub(super) fn inner(lattice: &Lattice, labels: &[u32], label: u32) -> Option<(Lattice, Vec<u32>)> {
     let tets = largest(lattice, |tet| lattice.tets[tet].iter().all(|&node| labels[node as usize] == label))?;
     let mut used = vec![false; lattice.nodes.len()];
     tets.iter().flat_map(|&tet| lattice.tets[tet as usize]).for_each(|node| used[node as usize] = true);

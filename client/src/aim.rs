@@ -1,0 +1,70 @@
+//! Rays: struck is the point where one first meets the object.
+
+use crate::{Broken, Deadline, Impact, Object};
+use shatter_proto::answer::HitWire;
+use shatter_proto::{Kind, Refusal};
+
+/// A ray, in the coordinates of the connection: those of the mesh file unless it has a convention.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ray {
+    /// Where it begins, m.
+    pub origin_m: [f64; 3],
+    /// Where it leads, of any length but zero.
+    pub direction: [f64; 3],
+}
+
+/// Where a ray first meets an object, in the coordinates of the connection.
+///
+/// The surface is the boundary of the object's crack lattice, which stands for the input surface to within its spacing: the
+/// same surface that the service projects contact points on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hit {
+    /// The point, m.
+    pub point_m: [f64; 3],
+    /// Outward normal of the surface there, of length one.
+    pub normal: [f64; 3],
+    /// From the origin of the ray to the point, m.
+    pub distance_m: f64,
+    /// Body (component of the object) that it lies on.
+    pub body: u32,
+}
+
+impl Hit {
+    /// Of its row, if the strike had a ray.
+    fn of(row: &HitWire) -> Option<Self> {
+        let HitWire { point_m, normal, distance_m, body, present } = *row;
+        (present != 0).then_some(Self { point_m, normal, distance_m, body })
+    }
+}
+
+impl Broken {
+    /// Where the ray of the strike met the object; `None` if the strike had no ray.
+    pub fn hit(&self) -> Option<Hit> {
+        Hit::of(&self.view().summary.hit)
+    }
+}
+
+impl Object {
+    /// Where `ray` first meets the object; waits for the service. To do so without waiting, strike with [`Impact::aim`] and
+    /// read [`Broken::hit`].
+    ///
+    /// # Errors
+    /// `ray` without a direction, `ray_missed` with the closest approach, and what [`Object::strike`] refuses.
+    pub fn aim(&self, ray: Ray, deadline: Deadline) -> Result<Hit, Refusal> {
+        self.hit(&Impact::aim(ray), deadline)
+    }
+
+    /// Where `ray` first meets fragment `fragment` of the result that the service keeps under `handle`: on the whole
+    /// tetrahedra that a strike of it loads, up to a spacing of the crack lattice within its surface.
+    ///
+    /// # Errors
+    /// As [`Object::aim`], and `unknown_handle`, `unknown_fragment`, `fragment_size`.
+    pub fn aim_at_fragment(&self, handle: u64, fragment: u32, ray: Ray, deadline: Deadline) -> Result<Hit, Refusal> {
+        self.hit(&Impact::aim(ray).from(handle, fragment), deadline)
+    }
+
+    fn hit(&self, aim: &Impact, deadline: Deadline) -> Result<Hit, Refusal> {
+        let broken = self.strike(aim)?.wait(deadline)?;
+        broken.hit().ok_or_else(|| Refusal::new(Kind::BadAnswer, "hit", "the service sent no hit for a ray"))
+    }
+}

@@ -1,0 +1,191 @@
+//! The first hit of a ray on a boundary, and how close a ray that misses comes.
+//!
+//! Based on: T. Möller & B. Trumbore, *Fast, minimum storage ray/triangle intersection* (1997); A. Majercik et al., *A
+//! ray-box intersection algorithm* (JCGT 7, 2018), for the slab test; C. Ericson, *Real-Time Collision Detection* (2005),
+//! section 5.1.9, for the closest points of two lines.
+
+use super::Boundary;
+use nalgebra::{Point3, Vector3};
+
+/// How far outside a triangle, in barycentric coordinates, a ray still hits it: no ray passes between two neighbors.
+const EDGE: f64 = 1e-9;
+
+/// Part of the size of a box by which rounding may move its sides.
+const SLACK: f64 = 1e-9;
+
+/// The first hit of a ray.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RayHit {
+    /// The face that is hit.
+    pub face: usize,
+    /// Where, local.
+    pub place: Point3<f64>,
+    /// From the origin of the ray, in lengths of its direction.
+    pub distance: f64,
+}
+
+/// Where a ray that misses is closest to the boundary.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Approach {
+    /// Point of the ray, local.
+    pub on_ray: Point3<f64>,
+    /// Point of the boundary, local.
+    pub on_boundary: Point3<f64>,
+    /// Between the two, local.
+    pub distance: f64,
+}
+
+impl Boundary {
+    /// Where the ray from `origin` along `direction` first meets a face, from either side; the lowest face wins ties.
+    pub fn first_hit(&self, origin: &Point3<f64>, direction: &Vector3<f64>) -> Option<RayHit> {
+        let mut best: Option<RayHit> = None;
+        for (first, bounds) in self.groups() {
+            if !meets_box(origin, direction, bounds, best.map_or(f64::INFINITY, |best| best.distance)) {
+                continue;
+            }
+            for face in first {
+                let Some(distance) = meets(origin, direction, self.corners(face)) else { continue };
+                if best.is_none_or(|best| (distance, face) < (best.distance, best.face)) {
+                    best = Some(RayHit { face, place: origin + direction * distance, distance });
+                }
+            }
+        }
+        best
+    }
+
+    /// Where the ray from `origin` along `direction`, of length one, is closest to the boundary; exact for a ray that misses.
+    /// `None` if there are no faces.
+    pub fn closest_approach(&self, origin: &Point3<f64>, direction: &Vector3<f64>) -> Option<Approach> {
+        let nearest = self.nearest(origin)?;
+        let mut best = Approach { on_ray: *origin, on_boundary: nearest.place, distance: nearest.distance };
+        for face in 0..self.faces.len() {
+            let [a, b, c] = self.corners(face);
+            for (from, to) in [(a, b), (b, c), (c, a)] {
+                let found = between(origin, direction, &from, &to);
+                if found.distance < best.distance {
+                    best = found;
+                }
+            }
+        }
+        Some(best)
+    }
+
+    /// The outward normal of face `face`, of length one.
+    pub fn normal(&self, face: usize) -> Vector3<f64> {
+        let [a, b, c] = self.corners(face);
+        (b - a).cross(&(c - a)).normalize()
+    }
+}
+
+/// Whether the ray meets a box before `limit`.
+fn meets_box(origin: &Point3<f64>, direction: &Vector3<f64>, [low, high]: &[Point3<f64>; 2], limit: f64) -> bool {
+    let slack = SLACK * (high - low).amax().max(low.coords.amax()).max(high.coords.amax());
+    let (mut enter, mut leave) = (0.0_f64, limit);
+    for axis in 0..3 {
+        let inverse = 1.0 / direction[axis];
+        let a = (low[axis] - slack - origin[axis]) * inverse;
+        let b = (high[axis] + slack - origin[axis]) * inverse;
+        // A ray within the plane of a side gives 0 · ∞, which neither `max` nor `min` takes.
+        enter = enter.max(a.min(b));
+        leave = leave.min(a.max(b));
+    }
+    enter <= leave * (1.0 + SLACK)
+}
+
+/// Where the ray meets a triangle, in lengths of its direction.
+fn meets(origin: &Point3<f64>, direction: &Vector3<f64>, [a, b, c]: [Point3<f64>; 3]) -> Option<f64> {
+    let (ab, ac) = (b - a, c - a);
+    let across = direction.cross(&ac);
+    let determinant = ab.dot(&across);
+    if determinant == 0.0 {
+        return None;
+    }
+    let offset = origin - a;
+    let u = offset.dot(&across) / determinant;
+    let turned = offset.cross(&ab);
+    let v = direction.dot(&turned) / determinant;
+    let distance = ac.dot(&turned) / determinant;
+    let inside = u >= -EDGE && v >= -EDGE && u + v <= 1.0 + EDGE;
+    (inside && distance >= 0.0 && distance.is_finite()).then_some(distance)
+}
+
+/// The closest points of a ray, whose direction has length one, and of the segment from `from` to `to`.
+fn between(origin: &Point3<f64>, direction: &Vector3<f64>, from: &Point3<f64>, to: &Point3<f64>) -> Approach {
+    let (along, offset) = (to - from, origin - from);
+    let (length, slope) = (along.norm_squared(), direction.dot(&along));
+    let (ahead, beside) = (direction.dot(&offset), along.dot(&offset));
+    let denominator = length - slope * slope;
+    let ray = if denominator > 0.0 { ((slope * beside - ahead * length) / denominator).max(0.0) } else { 0.0 };
+    let segment = if length > 0.0 { ((slope * ray + beside) / length).clamp(0.0, 1.0) } else { 0.0 };
+    // The clamp moved the end on the segment: the ray's end follows.
+    let ray = (slope * segment - ahead).max(0.0);
+    let (on_ray, on_boundary) = (origin + direction * ray, from + along * segment);
+    Approach { on_ray, on_boundary, distance: (on_ray - on_boundary).norm() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::Stream;
+
+    fn block() -> Boundary {
+        Boundary::new(&crate::lattice::block([5, 4, 6], 0.1))
+    }
+
+    fn random(stream: &mut Stream, scale: f64) -> Vector3<f64> {
+        Vector3::from([(); 3].map(|()| scale * (stream.uniform() - 0.5)))
+    }
+
+    #[test]
+    fn rays_hit_what_a_look_at_all_faces_finds() {
+        let (boundary, mut stream) = (block(), Stream::new(8, 0));
+        let mut hits = 0;
+        for _ in 0..500 {
+            let (origin, direction) = (Point3::from(random(&mut stream, 2.0)), random(&mut stream, 1.0));
+            let all = (0..boundary.faces.len()).filter_map(|face| meets(&origin, &direction, boundary.corners(face)));
+            let plain = all.min_by(f64::total_cmp);
+            let found = boundary.first_hit(&origin, &direction);
+            assert_eq!(found.map(|hit| hit.distance), plain, "{origin} {direction}");
+            hits += usize::from(found.is_some());
+        }
+        assert!((50..450).contains(&hits), "{hits}");
+    }
+
+    #[test]
+    fn rays_along_axes_and_through_corners_hit() {
+        let boundary = block();
+        let middle = |axis: usize| {
+            let all = boundary.positions.iter().map(|corner| corner[axis]);
+            0.5 * (all.clone().fold(f64::INFINITY, f64::min) + all.fold(f64::NEG_INFINITY, f64::max))
+        };
+        let center = Point3::new(middle(0), middle(1), middle(2));
+        for axis in 0..3 {
+            for sign in [-1.0, 1.0] {
+                let direction = Vector3::ith(axis, sign);
+                let hit = boundary.first_hit(&(center - direction * 3.0), &direction).unwrap();
+                assert!(boundary.normal(hit.face).dot(&direction) < 0.0, "{axis} {sign}");
+            }
+        }
+        for corner in &boundary.positions {
+            let from = corner + (corner - center) * 2.0;
+            let hit = boundary.first_hit(&from, &(center - from));
+            assert!(hit.is_some_and(|hit| (hit.place - corner).norm() < 1e-6), "{corner}");
+        }
+    }
+
+    #[test]
+    fn the_closest_approach_is_that_of_points_along_the_ray() {
+        let (boundary, mut stream, mut misses) = (block(), Stream::new(9, 0), 0);
+        while misses < 20 {
+            let (origin, direction) = (Point3::from(random(&mut stream, 3.0)), random(&mut stream, 1.0).normalize());
+            if boundary.first_hit(&origin, &direction).is_some() {
+                continue;
+            }
+            misses += 1;
+            let found = boundary.closest_approach(&origin, &direction).unwrap();
+            let along = (0..4000).map(|k| origin + direction * (f64::from(k) * 1e-3));
+            let sampled = along.map(|point| boundary.nearest(&point).unwrap().distance).fold(f64::INFINITY, f64::min);
+            assert!(found.distance <= sampled + 1e-12 && sampled <= found.distance + 1e-3, "{found:?} {sampled}");
+        }
+    }
+}

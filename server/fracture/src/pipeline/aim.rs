@@ -1,0 +1,96 @@
+//! Rays: where one first meets an object, or a fragment of an answer that was kept.
+//!
+//! The surface is the boundary of the crack lattice, the one that contacts are projected on: a hit is never too far.
+
+use super::parent::inner;
+use super::{Body, Kept, Prepared, StrikeError};
+use crate::elasticity::{Approach, Boundary, RayHit};
+use crate::surface::Frame;
+use nalgebra::{Point3, Vector3};
+
+/// A ray, in the coordinates of the mesh file.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ray {
+    /// Where it begins, m.
+    pub origin_m: Point3<f64>,
+    /// Where it leads; of any length but zero.
+    pub direction: Vector3<f64>,
+}
+
+/// Where a ray first meets a surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hit {
+    /// The body that it meets.
+    pub body: usize,
+    /// The point, m.
+    pub point_m: Point3<f64>,
+    /// Outward normal there, of length one.
+    pub normal: Vector3<f64>,
+    /// From the origin of the ray to the point, m.
+    pub distance_m: f64,
+}
+
+/// The first hit of `ray` on the object.
+///
+/// # Errors
+/// [`StrikeError::RayDirection`], [`StrikeError::RayMissed`].
+pub fn aim(prepared: &Prepared, ray: &Ray) -> Result<Hit, StrikeError> {
+    let bodies = prepared.bodies.iter().enumerate().map(|(index, body)| (index, &body.boundary));
+    first(&prepared.frame, bodies, ray)
+}
+
+/// The first hit of `ray` on fragment `fragment` of the answer that `kept` was kept of: on the whole tetrahedra that a
+/// strike of it loads, which end up to a spacing of the crack lattice within its surface.
+///
+/// # Errors
+/// As [`aim`], and [`StrikeError::UnknownFragment`], [`StrikeError::FragmentSmall`], [`StrikeError::OtherObject`].
+pub fn aim_again(prepared: &Prepared, (kept, fragment): (&Kept, u32), ray: &Ray) -> Result<Hit, StrikeError> {
+    let (old, label) = kept.find(fragment)?;
+    let fits = |body: &&Body| body.crack.nodes.len() == old.labels.len();
+    let body = prepared.bodies.get(old.body).filter(fits).ok_or(StrikeError::OtherObject)?;
+    let (lattice, _) = inner(&body.crack, &old.labels, label).ok_or(StrikeError::FragmentSmall { fragment })?;
+    first(&prepared.frame, std::iter::once((old.body, &Boundary::new(&lattice))), ray)
+}
+
+impl Prepared {
+    /// Lowest and highest corner of the box around the surface that contacts are projected on, m.
+    pub fn bounds_m(&self) -> [Point3<f64>; 2] {
+        let corners =
+            self.bodies.iter().flat_map(|body| &body.boundary.positions).map(|local| self.frame.to_metres(local));
+        let empty = [f64::INFINITY, f64::NEG_INFINITY].map(|end| Point3::new(end, end, end));
+        corners.fold(empty, |[low, high], corner| [low.inf(&corner), high.sup(&corner)])
+    }
+}
+
+fn first<'a>(
+    frame: &Frame,
+    surfaces: impl Iterator<Item = (usize, &'a Boundary)> + Clone,
+    ray: &Ray,
+) -> Result<Hit, StrikeError> {
+    let direction = ray.direction.try_normalize(0.0).filter(|unit| unit.iter().all(|x| x.is_finite()));
+    let direction = direction.ok_or(StrikeError::RayDirection)?;
+    let origin = frame.to_local(&ray.origin_m);
+    let hits =
+        surfaces.clone().filter_map(|(body, surface)| Some((body, surface, surface.first_hit(&origin, &direction)?)));
+    let nearer = |a: &(usize, &Boundary, RayHit), b: &(usize, &Boundary, RayHit)| a.2.distance.total_cmp(&b.2.distance);
+    match hits.min_by(nearer) {
+        Some((body, surface, hit)) => Ok(Hit {
+            body,
+            point_m: frame.to_metres(&hit.place),
+            normal: surface.normal(hit.face),
+            distance_m: hit.distance * frame.diagonal_m,
+        }),
+        None => Err(missed(frame, surfaces.filter_map(|(_, surface)| surface.closest_approach(&origin, &direction)))),
+    }
+}
+
+fn missed(frame: &Frame, approaches: impl Iterator<Item = Approach>) -> StrikeError {
+    match approaches.min_by(|a, b| a.distance.total_cmp(&b.distance)) {
+        Some(Approach { on_ray, on_boundary, distance }) => StrikeError::RayMissed {
+            ray_m: frame.to_metres(&on_ray),
+            surface_m: frame.to_metres(&on_boundary),
+            distance_m: distance * frame.diagonal_m,
+        },
+        None => StrikeError::OtherObject,
+    }
+}
