@@ -49,6 +49,7 @@ mod link;
 mod metric;
 mod object;
 mod out;
+pub mod program;
 mod ticket;
 
 pub use aim::{Hit, Ray};

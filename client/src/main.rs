@@ -3,7 +3,8 @@
 mod commands;
 
 use clap::{Parser, Subcommand};
-use commands::{Failure, impact, list, load, prefracture, status, threshold};
+use commands::{impact, list, load, prefracture, status, threshold};
+use shatter_client::program;
 use std::process::ExitCode;
 
 /// Strikes brittle objects and fetches the fragments from a running shatterd.
@@ -38,7 +39,7 @@ enum Command {
 
 fn main() -> ExitCode {
     let json = std::env::args_os().any(|argument| argument == "--json");
-    let cli = match Cli::try_parse() {
+    let cli = match program::arguments::<Cli>() {
         Ok(cli) => cli,
         Err(error) => return commands::usage(&error, json),
     };
@@ -51,12 +52,5 @@ fn main() -> ExitCode {
         Command::Load(args) => load::run(&cli.service, args),
         Command::LoadClient => load::work(&cli.service),
     };
-    match result {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(Failure::Closed) => ExitCode::SUCCESS,
-        Err(Failure::Usage(message)) => {
-            commands::usage(&clap::Error::raw(clap::error::ErrorKind::ValueValidation, format!("{message}\n")), json)
-        }
-        Err(Failure::Refused(refusal)) => commands::refused(&refusal, json),
-    }
+    result.map_or_else(|failure| commands::ended(&failure, json), |()| ExitCode::SUCCESS)
 }

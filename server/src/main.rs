@@ -1,6 +1,7 @@
 //! `shatterd`: bakes objects and serves them.
 
 use clap::{Parser, Subcommand};
+use shatter_client::program;
 use shatter_server::commands::{Failure, bake, check, demo, inspect, merge, serve, study, upgrade};
 use std::process::ExitCode;
 
@@ -34,10 +35,14 @@ enum Command {
 
 fn main() -> ExitCode {
     let json = std::env::args_os().any(|argument| argument == "--json");
-    let cli = match Cli::try_parse() {
+    let cli = match program::arguments::<Cli>() {
         Ok(cli) => cli,
         Err(error) if json && error.use_stderr() => return Failure::usage(&error).print(true),
-        Err(error) => error.exit(),
+        Err(error) if error.use_stderr() => error.exit(),
+        Err(help) => {
+            let printed = program::print_help(&help);
+            return printed.map_or_else(|error| Failure::from(error).print(false), |()| ExitCode::SUCCESS);
+        }
     };
     let result: Result<bool, Failure> = match &cli.command {
         Command::Demo(args) => demo::run(args).map(|()| true),

@@ -48,8 +48,8 @@ pub struct Options {
     pub loader: Loader,
     /// The only objects that are served, and the names of the databases that they are made of, if not all that lie in the folder.
     pub only: Option<BTreeMap<String, String>>,
-    /// Called once it serves.
-    pub ready: Box<dyn FnOnce() + Send>,
+    /// Called once it serves; an error ends it.
+    pub ready: Box<dyn FnOnce() -> Result<(), Refusal> + Send>,
     /// Ends it, as SIGTERM does.
     pub stop: Arc<Notify>,
 }
@@ -72,11 +72,13 @@ async fn serve(options: Options) -> Result<(), Refusal> {
     daemon.home.say_hello()?;
     daemon.tell(NotifyState::Ready);
     tracing::info!(service = place.service.as_str(), folder = %place.folder.display(), "ready");
-    ready();
-    daemon.librarian.finish(&daemon.catalog);
-    while !daemon.turn(&mut ears).await {}
+    let told = ready();
+    if told.is_ok() {
+        daemon.librarian.finish(&daemon.catalog);
+        while !daemon.turn(&mut ears).await {}
+    }
     daemon.end(ears).await;
-    Ok(())
+    told
 }
 
 fn notify(states: &[NotifyState]) {

@@ -2,6 +2,7 @@
 
 use super::Failure;
 use shatter_client::{Broken, Effect, Impact, Kind, Refusal};
+use shatter_proto::name::nearest;
 use std::path::{Path, PathBuf};
 
 /// A format of files.
@@ -41,8 +42,22 @@ impl Target {
                 let message = format!("no .{other} files are written: --out FILE.glb, FILE.xml or a folder");
                 return Err(Failure::Usage(message));
             }
+            Some(other) if !out.is_dir() => {
+                if let Some(likely) = nearest(other, &["glb", "xml"]).first() {
+                    let message = format!(
+                        "no .{other} files are written; did you mean {}?",
+                        out.with_extension(likely).display()
+                    );
+                    return Err(Failure::Usage(message));
+                }
+                None
+            }
             _ => None,
         };
+        if told.is_none() && out.exists() && !out.is_dir() {
+            let message = format!("{} is no folder, and its name ends neither with .glb nor with .xml", out.display());
+            return Err(Failure::Usage(message));
+        }
         if let (Some(told), Some(format)) = (told, format)
             && told != format
         {
@@ -52,7 +67,10 @@ impl Target {
         let in_folder = |name: String| (out.join(name), Some(out.to_owned()));
         let format = told.or(format).unwrap_or(Format::Glb);
         let (path, folder) = match (told, format) {
-            (Some(_), _) | (None, Format::Obj) => (out.to_owned(), None),
+            (Some(_), _) => {
+                (out.to_owned(), out.parent().filter(|parent| !parent.as_os_str().is_empty()).map(Path::to_owned))
+            }
+            (None, Format::Obj) => (out.to_owned(), None),
             (None, Format::Glb) => in_folder(format!("{object}.glb")),
             (None, Format::Mjcf) => in_folder(format!("{object}.xml")),
         };
@@ -66,10 +84,10 @@ impl Target {
         wanted.fold(impact, Impact::enable)
     }
 
-    /// Writes the fragments; the file, or of OBJ the folder. Nothing for an object that stays whole.
-    pub fn write(&self, broken: &Broken) -> Result<Option<PathBuf>, Failure> {
+    /// Writes the fragments; all files, or the folder of many, the main one first. Nothing for an object that stays whole.
+    pub fn write(&self, broken: &Broken) -> Result<Vec<PathBuf>, Failure> {
         if broken.is_whole() {
-            return Ok(None);
+            return Ok(Vec::new());
         }
         if let Some(folder) = &self.folder {
             std::fs::create_dir_all(folder).map_err(|error| {
@@ -78,24 +96,33 @@ impl Target {
             })?;
         }
         match self.format {
-            Format::Glb => glb(&self.path, broken)?,
-            Format::Obj => broken.write_obj(&self.path).map(|_| ())?,
-            Format::Mjcf => broken.write_mjcf(&self.path).map(|_| ())?,
+            Format::Glb => Ok(glb(&self.path, broken)?),
+            Format::Obj => {
+                broken.write_obj(&self.path)?;
+                Ok(vec![self.path.clone()])
+            }
+            Format::Mjcf => {
+                broken.write_mjcf(&self.path)?;
+                let stem = self.path.file_stem().unwrap_or_default().to_string_lossy();
+                Ok(vec![self.path.clone(), self.path.with_file_name(format!("{stem}_assets"))])
+            }
         }
-        Ok(Some(self.path.clone()))
     }
 }
 
 /// Fragments, and hulls and skins beside them if there are any.
-fn glb(file: &Path, broken: &Broken) -> Result<(), Refusal> {
+fn glb(file: &Path, broken: &Broken) -> Result<Vec<PathBuf>, Refusal> {
+    let mut files = vec![file.to_owned()];
     broken.write_glb(file)?;
     if broken.fragments().any(|fragment| fragment.hull().is_some()) {
+        files.push(file.with_extension("hulls.glb"));
         broken.write_hulls_glb(&file.with_extension("hulls.glb"))?;
     }
     if broken.fragments().any(|fragment| fragment.skin().is_some()) {
+        files.push(file.with_extension("skin.glb"));
         broken.write_skins_glb(&file.with_extension("skin.glb"))?;
     }
-    Ok(())
+    Ok(files)
 }
 
 #[cfg(test)]
@@ -122,6 +149,9 @@ mod tests {
         check("pieces.v2", Some(Format::Mjcf), Some((Format::Mjcf, "pieces.v2/vase.xml", Some("pieces.v2"))));
         check("pieces", Some(Format::Obj), Some((Format::Obj, "pieces", None)));
         check("a.glb", Some(Format::Obj), None);
+        check("new/a.glb", None, Some((Format::Glb, "new/a.glb", Some("new"))));
+        check("a.glbb", None, None);
+        check("/dev/null", None, None);
         check("a.gltf", None, None);
         check("A.STL", Some(Format::Glb), None);
         check("a.xml", Some(Format::Glb), None);

@@ -1,14 +1,15 @@
 //! `shatter impact`.
 
 use super::files::{Format, Target};
-use super::{ANSWER, Failure, document, out, reply, vector, with_contact};
+use super::parse::{Host, convention, degree, effect, elastic, lift, origin, quality, ray, vector};
+use super::{ANSWER, Failure, document, out, reply, with_contact, wrote};
 use serde_json::{Value, json};
 use shatter_client::{
-    Broken, Convention, Deadline, Degree, Effect, Elastic, Hull, Impact, Lift, Origin, Quality, Refusal, Shatter,
+    Broken, Deadline, Degree, Effect, Elastic, Hit, Hull, Impact, Lift, Origin, Quality, Ray, Shatter,
 };
 use shatter_proto::answer::{BondWire, DebrisWire, EffectWire, HullWire, NO_MATERIAL, SummaryWire};
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Duration;
 
 /// Arguments of `shatter impact`.
@@ -17,23 +18,29 @@ pub struct Args {
     /// Object to strike.
     object: String,
     /// Contact point in the coordinates of the mesh file, m, or in those of --convention; repeat for several contacts.
-    #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true, required = true)]
+    #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true, required_unless_present = "ray")]
     point: Vec<[f64; 3]>,
+    /// Instead of a point, for a single contact: the object is struck where the ray from X,Y,Z along DX,DY,DZ first meets it.
+    #[arg(long, value_name = "X,Y,Z,DX,DY,DZ", value_parser = ray, allow_hyphen_values = true, conflicts_with = "point")]
+    ray: Option<Ray>,
     /// Impulse handed to the object, N·s; one per point, in the same order. In a --convention: kg times its unit of length per second.
-    #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true, required = true)]
+    #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true, required_unless_present = "impulse_ns")]
     impulse: Vec<[f64; 3]>,
+    /// Instead of an impulse, with --ray: its size along the ray, N·s, or in a --convention kg times its unit of length per second.
+    #[arg(long, value_name = "J", requires = "ray", conflicts_with = "impulse", allow_negative_numbers = true)]
+    impulse_ns: Option<f64>,
     /// Contact duration, s.
-    #[arg(long, value_name = "T", allow_hyphen_values = true)]
+    #[arg(long, value_name = "T", allow_negative_numbers = true)]
     duration_s: Option<f64>,
     /// Contact radius, m.
-    #[arg(long, value_name = "R", allow_hyphen_values = true)]
+    #[arg(long, value_name = "R", allow_negative_numbers = true)]
     radius_m: Option<f64>,
     /// Where the number of sites comes from: a number, or a rule: `inferred` from the object's examples (the closed form where
     /// they do not reach), `verified`, `closed_form`, `optimised`; without it the preset says.
-    #[arg(long, value_name = "N|inferred|verified|closed_form|optimised", value_parser = degree, allow_hyphen_values = true)]
+    #[arg(long, value_name = "N|inferred|verified|closed_form|optimised", value_parser = degree, allow_negative_numbers = true)]
     degree: Option<Degree>,
     /// γ, J·m², instead of the object's own.
-    #[arg(long, value_name = "G", allow_hyphen_values = true)]
+    #[arg(long, value_name = "G", allow_negative_numbers = true)]
     gamma: Option<f64>,
     /// Which lift: `euclidean`, `interior` (the default) or `surface_diffusion`.
     #[arg(long, value_name = "euclidean|interior|surface_diffusion", value_parser = lift)]
@@ -46,10 +53,10 @@ pub struct Args {
     #[arg(long, value_name = "draft|game|film|reference", value_parser = quality)]
     quality: Option<Quality>,
     /// Largest estimated relative error, of the elastic energy and of how the pieces are centred, whichever is worse.
-    #[arg(long, value_name = "E", allow_hyphen_values = true)]
+    #[arg(long, value_name = "E", allow_negative_numbers = true)]
     error: Option<f64>,
     /// Milliseconds from when the service takes it in until it sends the answer; quality falls where that is short.
-    #[arg(long, value_name = "T", allow_hyphen_values = true)]
+    #[arg(long, value_name = "T", allow_negative_numbers = true)]
     time_ms: Option<f64>,
     /// Iterations at most by which the pieces are centred; what a strike that ran out of time took repeats it.
     #[arg(long, value_name = "N")]
@@ -89,73 +96,24 @@ pub struct Args {
     json: bool,
 }
 
-fn degree(text: &str) -> Result<Degree, String> {
-    match text {
-        "inferred" => Ok(Degree::Inferred),
-        "verified" => Ok(Degree::Verified),
-        "closed_form" => Ok(Degree::ClosedForm),
-        "optimised" => Ok(Degree::Optimised),
-        number => number
-            .parse()
-            .map(Degree::Sites)
-            .map_err(|_| "a number, `inferred`, `verified`, `closed_form` or `optimised`".to_owned()),
-    }
-}
-
-pub(super) fn lift(text: &str) -> Result<Lift, String> {
-    match text {
-        "euclidean" => Ok(Lift::Euclidean),
-        "interior" => Ok(Lift::Interior),
-        "surface_diffusion" => Ok(Lift::SurfaceDiffusion),
-        _ => Err("`euclidean`, `interior` or `surface_diffusion`".to_owned()),
-    }
-}
-
-fn elastic(text: &str) -> Result<Elastic, String> {
-    match text {
-        "reduced" => Ok(Elastic::Reduced),
-        "solve" => Ok(Elastic::Solve),
-        _ => Err("`reduced` or `solve`".to_owned()),
-    }
-}
-
-pub(super) fn quality(text: &str) -> Result<Quality, Refusal> {
-    Quality::by_name(text)
-}
-
-fn origin(text: &str) -> Result<Origin, String> {
-    let parts =
-        text.split_once('/').and_then(|(handle, fragment)| Some((handle.parse().ok()?, fragment.parse().ok()?)));
-    let (handle, fragment) = parts.ok_or("HANDLE/FRAGMENT, two numbers, are wanted")?;
-    Ok(Origin { handle, fragment })
-}
-
-/// A convention by its name.
-#[derive(Clone)]
-pub(super) struct Host {
-    pub name: String,
-    pub convention: Convention,
-}
-
-pub(super) fn convention(text: &str) -> Result<Host, Refusal> {
-    Ok(Host { name: text.to_owned(), convention: Convention::by_name(text)? })
-}
-
-pub(super) fn effect(text: &str) -> Result<Effect, Refusal> {
-    Effect::by_name(text)
-}
-
 /// What connecting and the way back may take beyond the deadline of a strike.
 const SLACK_MS: u64 = 250;
 
+/// Refuses points without impulses, and impulses without points.
+fn paired(args: &Args) -> Result<(), Failure> {
+    let (points, impulses) = (args.point.len() + usize::from(args.ray.is_some()), args.impulse.len());
+    if args.impulse_ns.is_some() || points == impulses {
+        return Ok(());
+    }
+    let given = if args.ray.is_some() { "--ray" } else { "--point" };
+    Err(Failure::Usage(format!(
+        "{points} {given} but {impulses} --impulse; every contact needs one of each, in the same order"
+    )))
+}
+
 /// Strikes an object and shows what came back.
 pub fn run(service: &str, args: &Args) -> Result<(), Failure> {
-    if args.point.len() != args.impulse.len() {
-        let (points, impulses) = (args.point.len(), args.impulse.len());
-        return Err(Failure::Usage(format!(
-            "{points} --point but {impulses} --impulse: they belong together in pairs"
-        )));
-    }
+    paired(args)?;
     // Whoever gives a deadline is not kept longer, whatever the daemon does.
     let within =
         |usual: Deadline| args.deadline_ms.map_or(usual, |ms| usual.min(Deadline::ms(ms.saturating_add(SLACK_MS))));
@@ -164,13 +122,13 @@ pub fn run(service: &str, args: &Args) -> Result<(), Failure> {
     let service = Shatter::connect(service, within(reply()))?.with_convention(args.convention.convention);
     let object = service.object(&args.object, within(reply()))?;
     let broken = object.strike(&blow)?.wait(within(Deadline::after(ANSWER)))?;
-    let file = target.map_or(Ok(None), |target| target.write(&broken))?;
+    let files = target.map_or(Ok(Vec::new()), |target| target.write(&broken))?;
     if args.json {
         let Args { error: error_max, time_ms: time_ms_max, .. } = *args;
         let asked = Asked { convention: &args.convention.name, error_max, time_ms_max };
-        document(&to_json(&broken, asked, file.as_deref()))
+        document(&to_json(&broken, asked, &files))
     } else {
-        screen(&broken, file.as_deref())?;
+        screen(&broken, &files)?;
         if matches!(args.elastic, Some(Elastic::Reduced)) && broken.summary().elastic() == SOLVE {
             out(format_args!("  {}\n", solved_instead(&broken.summary())))?;
         }
@@ -201,9 +159,8 @@ fn impact(args: &Args) -> Impact {
     let radius = args.radius_m.map(|metres| args.convention.convention.length(metres));
     let describe = |impact: Impact, impulse: &[f64; 3]| with_contact(impact.impulse(*impulse), args.duration_s, radius);
     let first = contacts.next().map(|(point, impulse)| describe(Impact::at(*point), impulse));
-    let impact = contacts.fold(first.unwrap_or(Impact::at([0.0; 3])), |impact, (point, impulse)| {
-        describe(impact.and_at(*point), impulse)
-    });
+    let first = first.unwrap_or_else(|| aimed(args, describe));
+    let impact = contacts.fold(first, |impact, (point, impulse)| describe(impact.and_at(*point), impulse));
     let impact = impact.seed(args.seed);
     let impact = args.degree.map_or(impact.clone(), |degree| impact.degree(degree));
     let impact = args.elastic.map_or(impact.clone(), |elastic| impact.elastic(elastic));
@@ -218,6 +175,30 @@ fn impact(args: &Args) -> Impact {
     let impact = if args.keep { impact.keep() } else { impact };
     let impact = args.from.map_or(impact.clone(), |from| impact.from(from.handle, from.fragment));
     args.deadline_ms.map_or(impact.clone(), |ms| impact.deadline(Duration::from_millis(ms)))
+}
+
+/// The impact of a single contact that a ray finds.
+fn aimed(args: &Args, describe: impl Fn(Impact, &[f64; 3]) -> Impact) -> Impact {
+    let Some(ray) = args.ray else { return Impact::at([0.0; 3]) };
+    let impact = describe(Impact::along(ray), args.impulse.first().unwrap_or(&[0.0; 3]));
+    args.impulse_ns.map_or(impact.clone(), |impulse_ns| impact.impulse_along_ray(impulse_ns))
+}
+
+/// Where a ray met the object.
+pub(super) fn hit(hit: Hit) -> Value {
+    json!({
+        "point_m": hit.point_m,
+        "normal": hit.normal,
+        "distance_m": hit.distance_m,
+        "body": hit.body,
+        "surface": "lattice",
+    })
+}
+
+/// Where a ray met the object, for people.
+pub(super) fn hit_line(hit: &Hit) -> String {
+    let [point, normal] = [hit.point_m, hit.normal].map(|[x, y, z]| format!("{x:.6},{y:.6},{z:.6}"));
+    format!("ray hits {point} (outward normal {normal})")
 }
 
 /// One hull.
@@ -267,7 +248,8 @@ fn hulls(broken: &Broken) -> Option<Value> {
 }
 
 /// The document of an answer.
-pub(super) fn to_json(broken: &Broken, asked: Asked<'_>, file: Option<&Path>) -> Value {
+pub(super) fn to_json(broken: &Broken, asked: Asked<'_>, files: &[PathBuf]) -> Value {
+    let file = |file: &PathBuf| file.display().to_string();
     let summary = broken.summary();
     let digest = broken.digest();
     let fragments: Vec<Value> = broken
@@ -348,7 +330,9 @@ pub(super) fn to_json(broken: &Broken, asked: Asked<'_>, file: Option<&Path>) ->
         "round_trip_ns": broken.round_trip().as_nanos() as u64,
         "response_bytes": broken.bytes(),
         "output_hash": digest.output_hash,
-        "file": file.map(|file| file.display().to_string()),
+        "hit": broken.hit().map(hit),
+        "file": files.first().map(file),
+        "files": files.iter().map(file).collect::<Vec<_>>(),
     })
 }
 
@@ -379,13 +363,15 @@ fn trust(summary: &SummaryWire) -> String {
 }
 
 /// An answer for people.
-pub(super) fn screen(broken: &Broken, file: Option<&Path>) -> Result<(), Failure> {
+pub(super) fn screen(broken: &Broken, files: &[PathBuf]) -> Result<(), Failure> {
+    files.iter().for_each(|file| wrote(file));
     let summary = broken.summary();
     let milliseconds = broken.round_trip().as_secs_f64() * 1e3;
     let most = if summary.elastic() == BOUNDED { "at most " } else { "" };
     let load = format!("γ {:.3e} J·m², E₁/γ {most}{:.3}", summary.gamma_j_m2, summary.e1_over_gamma);
     if broken.is_whole() {
         out(format_args!("{} stays whole ({load}; {milliseconds:.1} ms)\n", summary.object()))?;
+        broken.hit().map_or(Ok(()), |hit| out(format_args!("  {}\n", hit_line(&hit))))?;
         return out(format_args!("  {}\n", trust(&summary)));
     }
     out(format_args!(
@@ -397,6 +383,7 @@ pub(super) fn screen(broken: &Broken, file: Option<&Path>) -> Result<(), Failure
         if summary.capped != 0 { ", capped" } else { "" },
         broken.bytes()
     ))?;
+    broken.hit().map_or(Ok(()), |hit| out(format_args!("  {}\n", hit_line(&hit))))?;
     out(format_args!("  {}\n", trust(&summary)))?;
     let times: Vec<String> = broken
         .stages()
@@ -427,5 +414,5 @@ pub(super) fn screen(broken: &Broken, file: Option<&Path>) -> Result<(), Failure
     if let Some(handle) = broken.handle() {
         out(format_args!("  kept: --from {handle}/FRAGMENT strikes a fragment\n"))?;
     }
-    file.map_or(Ok(()), |file| out(format_args!("  {}\n", file.display())))
+    Ok(())
 }

@@ -1,6 +1,6 @@
 //! `shatter list`.
 
-use super::{Failure, document, objects, out, reply};
+use super::{Failure, document, note, objects, out, reply};
 use serde_json::{Value, json};
 use shatter_client::{ObjectFacts, Shatter};
 
@@ -19,21 +19,39 @@ pub fn run(service: &str, args: &Args) -> Result<(), Failure> {
         let listed: Vec<Value> = listed.iter().map(object).collect();
         return document(&json!({ "objects": listed }));
     }
+    if listed.is_empty() {
+        note(format_args!("the service has no objects; bake one: shatterd bake MESH --name NAME"));
+    }
     let width = objects::width(&listed);
     out(format_args!(
-        "{:width$}  {:>8}  {:>11}  {:>11}  {:>6}  material\n",
-        "object", "size m", "volume m³", "γ J·m²", "nodes"
+        "{:width$}  {:7}  {:BOUNDS$}  {:>11}  {:>11}  {:>6}  material\n",
+        "object", "state", "bounds m (low corner, high corner)", "volume m³", "γ J·m²", "nodes"
     ))?;
     for facts in &listed {
         if facts.ready {
             out(format_args!(
-                "{:width$}  {:8.3}  {:11.3e}  {:11.3e}  {:6}  {}\n",
-                facts.name, facts.diagonal_m, facts.volume_m3, facts.gamma_j_m2, facts.crack_nodes, facts.material
+                "{:width$}  {:7}  {:BOUNDS$}  {:11.3e}  {:11.3e}  {:6}  {}\n",
+                facts.name,
+                objects::state(facts),
+                bounds(facts),
+                facts.volume_m3,
+                facts.gamma_j_m2,
+                facts.crack_nodes,
+                facts.material
             ))?;
         }
         out(format_args!("{}", objects::complaint(facts, width)))?;
     }
     Ok(())
+}
+
+/// Width of the column of bounds.
+const BOUNDS: usize = 52;
+
+/// Both corners of an object's bounds, as options take points.
+fn bounds(facts: &ObjectFacts) -> String {
+    let [low, high] = facts.bounds_m.map(|[x, y, z]| format!("{x:.4},{y:.4},{z:.4}"));
+    format!("{low} to {high}")
 }
 
 fn object(facts: &ObjectFacts) -> Value {
@@ -52,6 +70,7 @@ fn object(facts: &ObjectFacts) -> Value {
         "volume_m3": facts.volume_m3,
         "diagonal_m": facts.diagonal_m,
         "centre_m": facts.centre_m,
+        "bounds_m": facts.bounds_m,
         "radius_m": facts.radius_m,
         "duration_s": facts.duration_s,
     });

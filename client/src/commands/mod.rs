@@ -1,18 +1,21 @@
-//! What the commands share: vectors as arguments, printing, exit codes.
+//! What the commands share: printing, exit codes.
 
 mod files;
 pub mod impact;
 pub mod list;
 pub mod load;
 mod objects;
+mod parse;
 pub mod prefracture;
 pub mod status;
 pub mod threshold;
 mod when;
 
-use shatter_client::{Deadline, Impact, Refusal};
+use shatter_client::program::{self, StdoutError};
+use shatter_client::{Deadline, Impact, Refusal, exit};
 use std::fmt::Arguments;
 use std::io::Write;
+use std::path::Path;
 use std::process::ExitCode;
 use std::time::Duration;
 
@@ -28,8 +31,17 @@ pub enum Failure {
     Usage(String),
     /// Client or service refused.
     Refused(Refusal),
-    /// Nobody reads stdout any more.
+    /// The reader of stdout went away.
     Closed,
+}
+
+impl From<StdoutError> for Failure {
+    fn from(error: StdoutError) -> Self {
+        match error {
+            StdoutError::Closed => Self::Closed,
+            StdoutError::Failed(refusal) => Self::Refused(refusal),
+        }
+    }
 }
 
 impl From<Refusal> for Failure {
@@ -43,9 +55,19 @@ fn reply() -> Deadline {
     Deadline::after(REPLY)
 }
 
-/// Writes to stdout; a reader that went away ends the command in peace.
+/// Writes to stdout.
 fn out(text: Arguments<'_>) -> Result<(), Failure> {
-    std::io::stdout().write_fmt(text).map_err(|_| Failure::Closed)
+    Ok(program::print(text)?)
+}
+
+/// Tells something beside the result, on stderr. A note that cannot be written is lost.
+fn note(text: Arguments<'_>) {
+    let _ = writeln!(std::io::stderr(), "shatter: {text}");
+}
+
+/// Names a file or folder that was written.
+fn wrote(path: &Path) {
+    note(format_args!("wrote {}", path.display()));
 }
 
 /// Prints one JSON document.
@@ -59,52 +81,45 @@ fn with_contact(impact: Impact, duration_s: Option<f64>, radius_m: Option<f64>) 
     radius_m.map_or(impact.clone(), |radius_m| impact.radius(radius_m))
 }
 
-/// `X,Y,Z` as an argument.
-fn vector(text: &str) -> Result<[f64; 3], String> {
-    let parts: Vec<&str> = text.split(',').collect();
-    let [x, y, z] = parts.as_slice() else {
-        return Err("three numbers X,Y,Z are wanted".to_owned());
-    };
-    let number = |part: &str| part.trim().parse::<f64>().map_err(|_| format!("`{part}` is not a number"));
-    Ok([number(x)?, number(y)?, number(z)?])
-}
-
 /// Ends with a usage error, or with the help that was asked for.
 pub fn usage(error: &clap::Error, json: bool) -> ExitCode {
-    if json && error.use_stderr() {
-        let message = error.to_string();
-        // Up to the usage that follows; what is missing stands on lines of its own.
-        let lines = message.lines().take_while(|line| !line.is_empty()).map(str::trim);
-        let first = lines.collect::<Vec<_>>().join(" ");
-        let first = first.trim_start_matches("error: ");
-        let document = serde_json::json!({"error": {
-            "kind": "usage", "message": first, "fault": "caller", "retry": false, "retry_after_ms": null, "at": "",
-        }});
-        // A reader that went away cannot be told.
-        let _ = out(format_args!("{document:#}\n"));
+    if !error.use_stderr() {
+        return program::print_help(error).map_or_else(|error| ended(&error.into(), false), |()| ExitCode::SUCCESS);
+    }
+    if json {
+        let message = program::usage_message(error);
+        failed_document(&serde_json::json!({"error": {
+            "kind": "usage", "message": message, "fault": "caller", "retry": false, "retry_after_ms": null, "at": "",
+        }}));
     }
     let _ = error.print();
     ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2))
 }
 
-/// Ends with a refusal.
-pub fn refused(refusal: &Refusal, json: bool) -> ExitCode {
-    if json {
-        let _ = document(&refusal.document());
-    }
-    let _ = writeln!(std::io::stderr(), "shatter: {refusal}");
-    ExitCode::from(refusal.kind.exit_code())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn vectors_are_three_numbers() {
-        assert_eq!(vector("-1,0.5, 0"), Ok([-1.0, 0.5, 0.0]));
-        for text in ["", "1,2", "1,2,3,4", "1,x,3"] {
-            assert!(vector(text).is_err(), "{text}");
+/// Ends with why a command ended early.
+pub fn ended(failure: &Failure, json: bool) -> ExitCode {
+    match failure {
+        Failure::Closed => ExitCode::from(exit::CLOSED),
+        Failure::Usage(message) => {
+            usage(&clap::Error::raw(clap::error::ErrorKind::ValueValidation, format!("{message}\n")), json)
+        }
+        Failure::Refused(refusal) => {
+            if json {
+                failed_document(&refusal.document());
+            }
+            complain(refusal);
+            ExitCode::from(refusal.kind.exit_code())
         }
     }
+}
+
+/// Prints the document of a failure. Where stdout cannot be written stderr says so; the exit code stays that of the failure.
+fn failed_document(document: &serde_json::Value) {
+    if let Err(StdoutError::Failed(refusal)) = program::print(format_args!("{document:#}\n")) {
+        complain(&refusal);
+    }
+}
+
+fn complain(refusal: &Refusal) {
+    note(format_args!("{refusal}"));
 }

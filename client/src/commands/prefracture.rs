@@ -1,7 +1,8 @@
 //! `shatter prefracture`.
 
 use super::files::{Format, Target};
-use super::impact::{Asked, effect, lift, quality, screen, to_json};
+use super::impact::{Asked, screen, to_json};
+use super::parse::{effect, lift, quality};
 use super::{ANSWER, Failure, document, reply};
 use shatter_client::{Deadline, Effect, Lift, Quality, Shatter};
 use std::path::PathBuf;
@@ -12,7 +13,7 @@ pub struct Args {
     /// Object to divide.
     object: String,
     /// Number of pieces; a piece that falls apart by itself makes one more.
-    #[arg(long, value_name = "N", allow_hyphen_values = true)]
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
     degree: u32,
     /// Which lift: `euclidean`, `interior` (the default) or `surface_diffusion`.
     #[arg(long, value_name = "euclidean|interior|surface_diffusion", value_parser = lift)]
@@ -51,7 +52,7 @@ pub fn run(service: &str, args: &Args) -> Result<(), Failure> {
     let load = args.enable.iter().fold(load, |load, effect| load.enable(*effect));
     let load = args.disable.iter().fold(load, |load, effect| load.disable(*effect));
     let broken = object.strike(&target.equip(load, &args.disable))?.wait(Deadline::after(ANSWER))?;
-    let file = target.write(&broken)?;
+    let files = target.write(&broken)?;
     let asked = Asked { convention: "gltf", error_max: None, time_ms_max: None };
-    if args.json { document(&to_json(&broken, asked, file.as_deref())) } else { screen(&broken, file.as_deref()) }
+    if args.json { document(&to_json(&broken, asked, &files)) } else { screen(&broken, &files) }
 }

@@ -32,7 +32,7 @@ pub struct Args {
 
 fn seconds(text: &str) -> Result<Duration, String> {
     let seconds: f64 = text.parse().map_err(|_| format!("`{text}` is not a number"))?;
-    Duration::try_from_secs_f64(seconds).map_err(|error| error.to_string())
+    Duration::try_from_secs_f64(seconds).map_err(|_| "must be 0 or more, in seconds".to_owned())
 }
 
 /// Shows how the service goes.

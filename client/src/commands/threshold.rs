@@ -1,10 +1,11 @@
 //! `shatter threshold`.
 
-use super::impact::{Host, convention};
-use super::{ANSWER, Failure, document, out, reply, vector, with_contact};
+use super::impact::{hit, hit_line};
+use super::parse::{Host, convention, ray, vector};
+use super::{ANSWER, Failure, document, out, reply, with_contact};
 use nalgebra::Vector3;
 use serde_json::json;
-use shatter_client::{Deadline, Impact, Shatter};
+use shatter_client::{Deadline, Impact, Ray, Shatter};
 
 /// Arguments of `shatter threshold`.
 #[derive(clap::Args)]
@@ -12,16 +13,19 @@ pub struct Args {
     /// Object to test.
     object: String,
     /// Contact point in the coordinates of the mesh file, m, or as --convention says.
-    #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true)]
-    point: [f64; 3],
-    /// Direction of the impulse; its length does not matter.
-    #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true)]
-    direction: [f64; 3],
+    #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true, required_unless_present = "ray")]
+    point: Option<[f64; 3]>,
+    /// Instead of a point: the object is tested where the ray from X,Y,Z along DX,DY,DZ first meets it.
+    #[arg(long, value_name = "X,Y,Z,DX,DY,DZ", value_parser = ray, allow_hyphen_values = true, conflicts_with = "point")]
+    ray: Option<Ray>,
+    /// Direction of the impulse, of any length; with --ray that of the ray unless it is given.
+    #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true, required_unless_present = "ray")]
+    direction: Option<[f64; 3]>,
     /// Contact duration, s.
-    #[arg(long, value_name = "T", allow_hyphen_values = true)]
+    #[arg(long, value_name = "T", allow_negative_numbers = true)]
     duration_s: Option<f64>,
     /// Contact radius, m.
-    #[arg(long, value_name = "R", allow_hyphen_values = true)]
+    #[arg(long, value_name = "R", allow_negative_numbers = true)]
     radius_m: Option<f64>,
     /// Whose coordinates --point, --direction and what is printed are in: axes and unit of length. Other options keep their units.
     #[arg(long, value_name = "gltf|godot|unity|unreal|blender|mujoco", value_parser = convention, default_value = "gltf")]
@@ -33,12 +37,16 @@ pub struct Args {
 
 /// Prints the impulse at which the object just breaks.
 pub fn run(service: &str, args: &Args) -> Result<(), Failure> {
-    let direction = Vector3::from(args.direction);
-    // A direction without length or with a NaN goes out as it is: the service refuses it by name.
-    let unit = direction.try_normalize(0.0).filter(|unit| unit.iter().all(|x| x.is_finite())).unwrap_or(direction);
+    let along = args.ray.map_or([0.0; 3], |ray| ray.direction);
+    let direction = Vector3::from(args.direction.unwrap_or(along));
+    let unit = direction.try_normalize(0.0).filter(|unit| unit.iter().all(|x| x.is_finite()));
+    let pointless =
+        || Failure::Usage("--direction: the direction is zero or not finite; pass one of any other length".to_owned());
+    let unit = unit.ok_or_else(pointless)?;
     let host = args.convention.convention;
     let object = Shatter::connect(service, reply())?.with_convention(host).object(&args.object, reply())?;
-    let impact = Impact::at(args.point).impulse(unit.into()).threshold_only();
+    let begun = args.ray.map_or_else(|| Impact::at(args.point.unwrap_or_default()), Impact::along);
+    let impact = begun.impulse(unit.into()).threshold_only();
     let impact = with_contact(impact, args.duration_s, args.radius_m.map(|metres| host.length(metres)));
     let broken = object.strike(&impact)?.wait(Deadline::after(ANSWER))?;
     let summary = broken.summary();
@@ -50,7 +58,14 @@ pub fn run(service: &str, args: &Args) -> Result<(), Failure> {
             "direction": <[f64; 3]>::from(unit),
             "gamma_j_m2": summary.gamma_j_m2,
             "radius_m": summary.radius_m,
+            "hit": broken.hit().map(hit),
         }));
     }
-    out(format_args!("{}\n", summary.threshold_impulse_factor))
+    broken.hit().map_or(Ok(()), |hit| out(format_args!("{}\n", hit_line(&hit))))?;
+    let unit = if host.metres_per_unit == 1.0 {
+        "N·s".to_owned()
+    } else {
+        format!("kg·unit/s (unit: {} m)", host.metres_per_unit)
+    };
+    out(format_args!("{} {unit}\n", summary.threshold_impulse_factor))
 }

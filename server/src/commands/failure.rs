@@ -5,6 +5,7 @@ use crate::study::effects::EffectsError;
 use crate::study::examples::ExamplesError;
 use crate::study::paper::PaperError;
 use serde_json::json;
+use shatter_client::program::{self, StdoutError};
 use shatter_fracture::database::{BakeError, DatabaseError, JoinError};
 use shatter_fracture::lattice::LatticeError;
 use shatter_fracture::scene::MaterialError;
@@ -16,6 +17,9 @@ use std::process::ExitCode;
 
 /// Exit code of a usage error, as clap has it.
 const USAGE: u8 = 2;
+
+/// Kind of a command whose reader went away: it ends quietly.
+const CLOSED: &str = "closed";
 
 /// Between several offenders.
 const AND: &str = ", ";
@@ -42,9 +46,7 @@ impl Failure {
 
     /// Flags that do not fit together.
     pub fn usage(error: &clap::Error) -> Self {
-        let message = error.to_string();
-        let message = message.trim_start_matches("error: ").trim_end();
-        Self { exit_code: USAGE, ..Self::refused("usage", "", message) }
+        Self { exit_code: USAGE, ..Self::refused("usage", "", program::usage_message(error)) }
     }
 
     /// A file or folder that cannot be written.
@@ -155,9 +157,11 @@ impl Failure {
 
     /// Prints the failure, as a JSON document on stdout too if that is wanted, and gives the exit code.
     pub fn print(&self, as_json: bool) -> ExitCode {
-        if as_json {
-            // A reader that went away cannot be told.
-            let _ = writeln!(std::io::stdout(), "{:#}", self.document());
+        if self.kind == CLOSED {
+            return ExitCode::from(self.exit_code);
+        }
+        if as_json && let Err(StdoutError::Failed(refusal)) = program::print(format_args!("{:#}\n", self.document())) {
+            let _ = writeln!(std::io::stderr(), "shatterd: {refusal}");
         }
         // What the message names already is not named twice.
         let named = self.at.split(AND).all(|at| self.message.contains(at));
@@ -175,6 +179,18 @@ impl Failure {
             document["files"] = files.clone();
         }
         document
+    }
+}
+
+impl From<StdoutError> for Failure {
+    fn from(error: StdoutError) -> Self {
+        match error {
+            StdoutError::Failed(refusal) => refusal.into(),
+            StdoutError::Closed => {
+                let message = "the reader of stdout went away";
+                Self { fault: "environment", exit_code: exit::CLOSED, ..Self::refused(CLOSED, "stdout", message) }
+            }
+        }
     }
 }
 

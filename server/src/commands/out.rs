@@ -1,16 +1,12 @@
 //! What a command leaves on stdout, and where it writes: both can fail, and neither may panic.
 
 use super::Failure;
-use std::io::{ErrorKind, Write};
+use shatter_client::program;
 use std::path::Path;
 
-/// Writes `text` to stdout. A reader that went away is no failure: it has what it wanted.
+/// Writes `text` to stdout.
 pub fn print(text: &str) -> Result<(), Failure> {
-    let mut stdout = std::io::stdout().lock();
-    match stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()) {
-        Err(error) if error.kind() != ErrorKind::BrokenPipe => Err(Failure::output(Path::new("stdout"), &error)),
-        _ => Ok(()),
-    }
+    Ok(program::print(format_args!("{text}"))?)
 }
 
 /// Makes `folder` if need be and shows that it can be written: before the work, not after it.

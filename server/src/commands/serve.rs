@@ -5,10 +5,11 @@ use crate::config::{Config, LogFormat};
 use crate::scene::Scene;
 use crate::serve::{Options, run as serve};
 use crate::wire::loader;
+use shatter_client::program::{self, StdoutError};
 use shatter_proto::name::ServiceName;
 use shatter_proto::place::Place;
 use shatter_proto::{Kind, Refusal};
-use std::io::{IsTerminal, Write};
+use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use tokio::sync::Notify;
@@ -48,9 +49,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let runtime = std::env::var_os("XDG_RUNTIME_DIR");
     let place = Place::new(&name, runtime.as_deref().map(Path::new), rustix::process::geteuid().as_raw());
     let ready = Box::new(|| {
-        let mut out = std::io::stdout();
-        // Whoever started the daemon may have stopped listening; it serves all the same.
-        let _ = writeln!(out, "ready").and_then(|()| out.flush());
+        match program::print(format_args!("ready\n")) {
+            // The starter of the daemon may have stopped listening; the daemon serves all the same.
+            Ok(()) | Err(StdoutError::Closed) => Ok(()),
+            Err(StdoutError::Failed(refusal)) => Err(refusal),
+        }
     });
     let scene = args.scene.as_deref().map(Scene::load).transpose()?;
     let only = scene.as_ref().map(Scene::databases);

@@ -73,7 +73,10 @@ impl InProcess {
             config: config(&self.settings, &self.here.databases()),
             loader: self.loader.clone(),
             only: None,
-            ready: Box::new(move || ready.send(()).unwrap()),
+            ready: Box::new(move || {
+                ready.send(()).unwrap();
+                Ok(())
+            }),
             stop: self.stop.clone(),
         };
         self.thread = Some(std::thread::spawn(move || run(options)));
@@ -235,7 +238,10 @@ pub fn play(clients: impl FnOnce(&str)) {
                 config: config(&std::env::var(CONFIG).unwrap(), &databases),
                 loader: loader(),
                 only: None,
-                ready: Box::new(|| println!("ready")),
+                ready: Box::new(|| {
+                    println!("ready");
+                    Ok(())
+                }),
                 stop: Arc::new(Notify::new()),
             })
             .unwrap();

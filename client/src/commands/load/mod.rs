@@ -12,7 +12,7 @@ mod worker;
 
 pub use worker::run as work;
 
-use super::{Failure, document, out, reply};
+use super::{Failure, document, out, reply, wrote};
 use plan::{Plan, Target};
 use serde_json::{Value, json};
 use shatter_client::{Kind, Refusal, Shatter};
@@ -102,7 +102,8 @@ pub fn run(service: &str, args: &Args) -> Result<(), Failure> {
     let told: Vec<Value> = runs.iter().map(|(rate, tally, _)| tally.document(*rate)).collect();
     let told = if told.len() == 1 { told.into_iter().next().unwrap_or_default() } else { json!({ "runs": told }) };
     if let Some(folder) = &args.out {
-        write(folder, &told, &runs)?;
+        let files = write(folder, &told, &runs)?;
+        files.iter().for_each(|file| wrote(file));
     }
     if args.json {
         return document(&told);
@@ -194,7 +195,8 @@ fn finish(mut child: Child, late: Instant) -> Result<Option<Vec<Record>>, Failur
 
 type Run = (Option<f64>, Tally, Vec<Option<Vec<Record>>>);
 
-fn write(folder: &Path, told: &Value, runs: &[Run]) -> Result<(), Failure> {
+fn write(folder: &Path, told: &Value, runs: &[Run]) -> Result<Vec<PathBuf>, Failure> {
+    let mut files = vec![folder.join("load.json"), folder.join("load.csv")];
     let refuse = |error: std::io::Error| {
         let at = folder.display().to_string();
         Refusal::new(Kind::Output, at.clone(), format!("cannot write to {at}: {error}"))
@@ -203,7 +205,10 @@ fn write(folder: &Path, told: &Value, runs: &[Run]) -> Result<(), Failure> {
     std::fs::write(folder.join("load.json"), format!("{told:#}\n")).map_err(refuse)?;
     let rates: Vec<(f64, &Tally)> = runs.iter().filter_map(|(rate, tally, _)| Some(((*rate)?, tally))).collect();
     match picture::svg(&rates) {
-        Some(Ok(text)) => std::fs::write(folder.join("load.svg"), text).map_err(refuse)?,
+        Some(Ok(text)) => {
+            std::fs::write(folder.join("load.svg"), text).map_err(refuse)?;
+            files.push(folder.join("load.svg"));
+        }
         Some(Err(why)) => return Err(failed("picture", why)),
         None => {}
     }
@@ -214,5 +219,6 @@ fn write(folder: &Path, told: &Value, runs: &[Run]) -> Result<(), Failure> {
             records.iter().flatten().for_each(|record| text.push_str(&format!("{rate},{client},{}\n", record.csv())));
         }
     }
-    Ok(std::fs::write(folder.join("load.csv"), text).map_err(refuse)?)
+    std::fs::write(folder.join("load.csv"), text).map_err(refuse)?;
+    Ok(files)
 }

@@ -1,0 +1,124 @@
+//! Commands whose stdout cannot be written: they say so, and do not end well.
+
+mod support;
+
+use std::fs::File;
+use std::path::Path;
+use std::process::{Command, Stdio};
+use support::{InProcess, TestPlace, bar, shatter_program};
+
+/// A service with a bar.
+fn start() -> InProcess {
+    let here = TestPlace::new("stdout");
+    here.database("bar", bar(0.06));
+    InProcess::start_with(here, "", shatter_server::wire::loader(None))
+}
+
+/// Ends of a command with a full stdout: exit code and stderr.
+fn full(mut command: Command) -> (Option<i32>, String) {
+    let stdout = File::options().write(true).open("/dev/full").unwrap();
+    let output = command.stdin(Stdio::null()).stdout(stdout).output().unwrap();
+    (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
+}
+
+/// The same with a reader that went away.
+fn closed(mut command: Command) -> (Option<i32>, String) {
+    let (reader, writer) = std::io::pipe().unwrap();
+    drop(reader);
+    let output = command.stdin(Stdio::null()).stdout(writer).output().unwrap();
+    (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
+}
+
+/// A command that writes its result fails with a message on a full stdout, and quietly where the reader went away.
+#[track_caller]
+fn check(command: impl Fn() -> Command, quiet: bool) {
+    let what = format!("{:?}", command());
+    let (code, error) = full(command());
+    assert!(code == Some(3) && error.contains("cannot write to stdout"), "{what}: {code:?} {error}");
+    let (code, error) = closed(command());
+    assert!(code == Some(141) && (!quiet || error.is_empty()), "{what}: {code:?} {error}");
+}
+
+/// A command that fails anyway keeps its exit code, and tells both.
+#[track_caller]
+fn check_failure(command: impl Fn() -> Command, wanted: i32) {
+    let what = format!("{:?}", command());
+    let (code, error) = full(command());
+    assert!(code == Some(wanted) && error.contains("cannot write to stdout"), "{what}: {code:?} {error}");
+    assert!(error.lines().count() > 1, "the failure itself is told: {what}: {error}");
+    let (code, _) = closed(command());
+    assert_eq!(code, Some(wanted), "{what}");
+}
+
+const POINT: [&str; 2] = ["--point", "0.2,0,0"];
+
+#[test]
+fn every_command_of_shatter_tells_that_stdout_is_full() {
+    let daemon = start();
+    let command = |arguments: &[&str]| {
+        let mut command = shatter_program(&daemon.here);
+        command.args(arguments);
+        command
+    };
+    let file = &daemon.here.databases().join("pieces.glb");
+    let strike = [&["impact", "bar", "--impulse", "-50,3,0", "--degree", "6"], &POINT[..]].concat();
+    let whole = [&["impact", "bar", "--impulse", "-1e-6,0,0"], &POINT[..]].concat();
+    let test = [&["threshold", "bar", "--direction", "-1,0,0"], &POINT[..]].concat();
+    let load = ["load", "bar", "--clients", "1", "--rate", "20", "--seconds", "0.1", "--degree", "3"];
+    for arguments in [&["list"][..], &["status"], &strike, &whole, &test] {
+        check(|| command(arguments), true);
+        check(|| command(&[arguments, &["--json"]].concat()), true);
+    }
+    let prefracture = ["prefracture", "bar", "--degree", "4", "--out", file.to_str().unwrap()];
+    check(|| command(&prefracture), false);
+    check(|| command(&load), true);
+    check(|| command(&["status", "--watch"]), true);
+    for help in [&["--help"][..], &["--version"], &["list", "--help"], &["impact", "--help"], &["help", "load"]] {
+        check(|| command(help), true);
+    }
+    check_failure(|| command(&["impact", "bra", "--impulse", "1,0,0", "--point", "0,0,0", "--json"]), 3);
+    check_failure(|| command(&["impact", "--json"]), 2);
+    check_failure(|| command(&["list", "--service", "nowhere", "--json"]), 4);
+}
+
+#[test]
+fn every_command_of_shatterd_tells_that_stdout_is_full() {
+    let here = TestPlace::new("stdout");
+    here.database("bar", bar(0.06));
+    let command = |arguments: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_shatterd"));
+        here.aim(&mut command);
+        command.args(arguments);
+        command
+    };
+    let databases = here.databases();
+    let (folder, database) = (databases.to_str().unwrap(), databases.join("bar.shatter"));
+    let database = database.to_str().unwrap();
+    let scene = here.file("scene.toml", "[objects.bar]\ndatabase = \"bar\"");
+    let mesh = here.file("cube.obj", &cube());
+    let (scene, mesh) = (scene.to_str().unwrap(), mesh.to_str().unwrap());
+    let bake = ["bake", mesh, "--name", "cube", "--out", folder, "--crack-spacing", "0.1", "--elastic-spacing", "0.2"];
+    for arguments in
+        [&["inspect", database][..], &["upgrade", database], &["check", scene, "--databases", folder], &bake]
+    {
+        check(|| command(arguments), false);
+        check(|| command(&[arguments, &["--json"]].concat()), false);
+    }
+    for help in ["demo", "bake", "merge", "upgrade", "inspect", "check", "serve", "study"] {
+        check(|| command(&[help, "--help"]), true);
+    }
+    check(|| command(&["--version"]), true);
+    check_failure(|| command(&["inspect", "nowhere.shatter", "--json"]), 3);
+    check_failure(|| command(&["inspect", "--json"]), 2);
+    let (code, error) = full(command(&["serve"]));
+    assert!(code == Some(3) && error.contains("cannot write to stdout"), "{code:?} {error}");
+    assert!(Path::new(database).exists());
+}
+
+/// A closed cube of 0.1 m.
+fn cube() -> String {
+    let corner = |k: usize| [k & 1, k >> 1 & 1, k >> 2].map(|bit| (bit as f64 * 0.1).to_string()).join(" ");
+    let corners: String = (0..8).map(|k| format!("v {}\n", corner(k))).collect();
+    let faces = ["1 3 4 2", "5 6 8 7", "1 2 6 5", "3 7 8 4", "1 5 7 3", "2 4 8 6"];
+    corners + &faces.map(|face| format!("f {face}\n")).concat()
+}
