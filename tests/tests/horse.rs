@@ -283,7 +283,7 @@ fn check_follows(name: &str, prepared: &Prepared, at: [f64; 3]) -> Follows {
 #[test]
 fn fragments_follow_the_deformation() {
     let Some(horse) = horse() else { return };
-    // In free fall a blow on the trunk leaves most of its energy in the legs, which lag behind and bend.
+    // The static solve of the free body leaves most of the energy of a blow on the trunk in the legs.
     let patterns = [("head", HEAD), ("croup", CROUP)].map(|(name, at)| check_follows(name, horse, at).cells);
     let smallest = |cells: &Cells| {
         let least = (0..cells.volumes.len()).min_by(|&a, &b| cells.volumes[a].total_cmp(&cells.volumes[b])).unwrap();

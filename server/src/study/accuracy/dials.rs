@@ -95,8 +95,9 @@ impl Bench<'_> {
         let strikes = self.with(|strike| *strike = solve(strike));
         let found = timed(&self.base, &strikes, self.plan.runs).map_err(StudyError::from);
         let found = found.and_then(|times| Ok((times, self.elastic_errors(&strikes)?)));
+        let nodes = self.base.elastic_nodes();
         swap_solids(&mut self.base, &mut other);
-        found
+        found.map(|(times, errors)| (times, self.truths.judged(errors, nodes)))
     }
 
     fn elastic_errors(&self, strikes: &[Strike]) -> Result<Errors, StudyError> {

@@ -2,6 +2,7 @@
 
 use super::close_up;
 use super::front::{Standing, standings};
+use super::point::NOT_KNOWN;
 use super::{Findings, Measure, Point, StudyError};
 use crate::report::{Fact, Section, Study, Table, significant};
 use crate::study::precision::{Curve, Frame, Place, svg};
@@ -217,7 +218,8 @@ fn lead(findings: &Findings) -> Vec<String> {
             ground.threads,
             ground.machine
         ),
-        "Left and low is good. Points are labelled with their settings; spacings are over the diagonal.".to_owned(),
+        "Left and low is good. Points are labelled with their settings; spacings are over the diagonal. An error is \
+         shown only where the reference has at least twice the nodes of the lattice that is judged; elsewhere it is not known yet.".to_owned(),
     ]
 }
 
@@ -243,7 +245,11 @@ fn table(points: &[Point]) -> Table {
     let row = |point: &Point| {
         let told = [point.dial.to_owned(), point.label(), point.preset.unwrap_or("").to_owned()];
         let times = [0.5, 0.99].map(|share| significant(point.times.at(share), 3));
-        let error = |measure| point.errors.get(measure).map_or_else(|| "–".to_owned(), |error| significant(error, 3));
+        let error = |measure| match point.errors.get(measure) {
+            Some(error) => significant(error, 3),
+            None if point.errors.is_not_known(measure) => NOT_KNOWN.to_owned(),
+            None => "–".to_owned(),
+        };
         ("", told.into_iter().chain(times).chain(Measure::ALL.map(error)).collect())
     };
     Table { head, rows: points.iter().map(row).collect() }

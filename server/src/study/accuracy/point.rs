@@ -90,30 +90,58 @@ impl Measure {
 
 /// Errors, as far as they were measured.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Errors([Option<f64>; COUNT]);
+pub struct Errors {
+    values: [Option<f64>; COUNT],
+    /// Measures for which the reference is not fine enough.
+    not_known: [bool; COUNT],
+}
+
+/// How a measure reads whose reference is not fine enough.
+pub const NOT_KNOWN: &str = "not known yet";
 
 impl Errors {
     /// With one more.
     #[must_use]
     pub fn with(mut self, measure: Measure, value: f64) -> Self {
-        self.0[measure as usize] = Some(value);
+        self.values[measure as usize] = Some(value);
         self
+    }
+
+    /// Removes these errors and marks them as not known: their reference is not fine enough.
+    #[must_use]
+    pub fn not_known(mut self, measures: &[Measure]) -> Self {
+        for &measure in measures {
+            (self.values[measure as usize], self.not_known[measure as usize]) = (None, true);
+        }
+        self
+    }
+
+    /// Whether the reference is not fine enough for this error.
+    pub fn is_not_known(&self, measure: Measure) -> bool {
+        self.not_known[measure as usize]
     }
 
     /// These, and what of `other` is not among them.
     #[must_use]
     pub fn and(self, other: Self) -> Self {
-        Self(std::array::from_fn(|k| self.0[k].or(other.0[k])))
+        Self {
+            values: std::array::from_fn(|k| self.values[k].or(other.values[k])),
+            not_known: std::array::from_fn(|k| self.not_known[k] || other.not_known[k]),
+        }
     }
 
     /// One of them.
     pub fn get(&self, measure: Measure) -> Option<f64> {
-        self.0[measure as usize]
+        self.values[measure as usize]
     }
 
     /// Medians over impacts, of those that have one.
     pub fn medians(all: &[Self]) -> Self {
-        Self(std::array::from_fn(|k| quantile(&all.iter().filter_map(|own| own.0[k]).collect::<Vec<_>>(), 0.5)))
+        let values = |k: usize| all.iter().filter_map(|own| own.values[k]).collect::<Vec<_>>();
+        Self {
+            values: std::array::from_fn(|k| quantile(&values(k), 0.5)),
+            not_known: std::array::from_fn(|k| all.iter().any(|own| own.not_known[k])),
+        }
     }
 }
 
@@ -165,7 +193,8 @@ impl Point {
         }
     }
 
-    /// For the document: numbers that are not finite, and errors that were not measured, are null.
+    /// For the document: numbers that are not finite, and errors that were not measured, are null. `not_known_yet` names the errors
+    /// whose reference is not fine enough.
     pub fn document(&self) -> Value {
         let mut map = Map::new();
         map.insert("dial".to_owned(), self.dial.into());
@@ -177,6 +206,8 @@ impl Point {
         for measure in Measure::ALL {
             map.insert(measure.name().to_owned(), self.errors.get(measure).into());
         }
+        let not_known = Measure::ALL.into_iter().filter(|measure| self.errors.is_not_known(*measure));
+        map.insert("not_known_yet".to_owned(), not_known.map(Measure::name).collect());
         Value::Object(map)
     }
 }
@@ -194,6 +225,19 @@ mod tests {
         assert_eq!(found.get(Measure::Gap), Some(4.0));
         assert_eq!(found.get(Measure::Size), None);
         assert!(Measure::ALL.iter().enumerate().all(|(place, measure)| *measure as usize == place));
+    }
+
+    #[test]
+    fn an_error_without_a_fine_reference_is_not_known() {
+        let measured = Errors::default().with(Measure::Energy, 0.009).with(Measure::Gap, 0.01);
+        let errors = Errors::medians(&[measured, measured]).not_known(&[Measure::Energy]);
+        assert_eq!([Measure::Energy, Measure::Gap].map(|measure| errors.get(measure)), [None, Some(0.01)]);
+        let point =
+            Point { dial: "preset", value: "film".into(), preset: Some("film"), times: Times::default(), errors };
+        let document = point.document();
+        assert_eq!(document["energy_error"], Value::Null);
+        assert_eq!(document["not_known_yet"], serde_json::json!(["energy_error"]));
+        assert!(Errors::medians(&[errors]).and(measured).is_not_known(Measure::Energy));
     }
 
     #[test]

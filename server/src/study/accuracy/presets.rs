@@ -3,7 +3,7 @@
 use super::dials::Bench;
 use super::subject::{DRESSED, energies_on, request, timed};
 use super::tessellations::Pair;
-use super::truth::diagram;
+use super::truth::{diagram, is_finer};
 use super::{Errors, Point, StudyError, Times};
 use serde_json::json;
 use shatter_fracture::centroidal::Options;
@@ -73,11 +73,12 @@ impl Bench<'_> {
             let found = diagram(&self.base, &truth.own, lift, &options)?;
             all.push(truth.elastic(&self.base, energy)?.and(truth.diagram(&self.base, &found)));
         }
-        // What is finer than the reference is measured against the exact diagram on itself.
-        let finer = own.prepared.crack_nodes() > self.truths.fine.crack_nodes();
-        let cracks = if finer { own.pair.own } else { own.pair.finest };
+        // Cracks for which the reference is not fine enough are measured against the exact diagram on their own lattice.
+        let judged = is_finer(self.truths.fine.crack_nodes(), own.prepared.crack_nodes());
+        let cracks = if judged { own.pair.finest } else { own.pair.own };
+        let errors = self.truths.judged(Errors::medians(&all), own.prepared.elastic_nodes());
         *baked = Some(own);
-        Ok((times, Errors::medians(&all).and(cracks)))
+        Ok((times, errors.and(cracks)))
     }
 
     /// The object on the lattices of a preset, with a basis if its strikes use one.

@@ -14,6 +14,13 @@ use shatter_fracture::token::Token;
 /// Seeds of the references' starts begin here: no strike has one of them.
 const SEED_FIRST: u64 = 1 << 32;
 
+/// A reference judges a lattice only if it has at least so many times its nodes: against a lattice as fine as its own an error is too
+/// small, whatever its size.
+const FINER_MIN: usize = 2;
+
+/// Errors that need a finer elastic lattice to be measured against.
+const ELASTIC: [Measure; 3] = [Measure::Energy, Measure::Density, Measure::Degree];
+
 /// Optimisations of which the median is the reference of a degree.
 const OPTIMISED: u64 = 3;
 
@@ -73,6 +80,21 @@ impl Truths {
         let locators = fine.bodies.iter().map(|body| Locator::new(&body.crack)).collect();
         Ok(Self { fine, locators, impacts })
     }
+}
+
+impl Truths {
+    /// `errors` of an object, without the elastic ones where the reference's elastic lattice has less than twice the object's nodes.
+    pub(super) fn judged(&self, errors: Errors, elastic_nodes: usize) -> Errors {
+        match is_finer(self.fine.elastic_nodes(), elastic_nodes) {
+            true => errors,
+            false => errors.not_known(&ELASTIC),
+        }
+    }
+}
+
+/// Whether a reference of so many nodes can judge a lattice of so many.
+pub(super) fn is_finer(reference_nodes: usize, nodes: usize) -> bool {
+    reference_nodes >= FINER_MIN.saturating_mul(nodes)
 }
 
 impl Truth {
@@ -178,4 +200,15 @@ pub(super) fn optimised(base: &Prepared, truth: &Truth, factor: f64) -> Result<f
     }
     degrees.sort_by(f64::total_cmp);
     Ok(degrees[degrees.len() / 2])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_reference_judges_only_lattices_with_half_its_nodes() {
+        assert!(is_finer(12_000, 3_000) && is_finer(12_000, 6_000));
+        assert!(!is_finer(12_000, 6_001) && !is_finer(12_000, 12_000) && !is_finer(9_000, 12_000));
+    }
 }
