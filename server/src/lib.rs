@@ -14,6 +14,7 @@ pub mod ipc;
 pub mod jobs;
 pub mod kept;
 pub mod librarian;
+pub mod memory;
 pub mod metrics;
 pub mod operations;
 pub mod panics;

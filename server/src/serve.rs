@@ -8,6 +8,7 @@ use crate::ipc::{ActiveQuestion, Bell, Home, Orphans, Pool, Populated, Ports};
 use crate::jobs::{Crew, Event, Jobs, lanes, threads};
 use crate::kept::Answers;
 use crate::librarian::{Folder, Librarian};
+use crate::memory::Resident;
 use crate::metrics::{End, Metrics};
 use crate::operations::{Inquiry, Operations, Report};
 use bytemuck::Zeroable;
@@ -355,7 +356,9 @@ fn folder(config: &Config, only: Option<BTreeMap<String, String>>) -> Result<Fol
 
 fn announce(catalog: &Catalog, begun: Instant) {
     let (ready, entries, bytes) = (catalog.ready(), catalog.len(), catalog.memory_bytes());
-    tracing::info!(ready, entries, bytes, ms = begun.elapsed().as_millis() as u64, "databases loaded");
+    let resident_bytes = Resident::now().map_or(0, |resident| resident.total());
+    let ms = begun.elapsed().as_millis() as u64;
+    tracing::info!(ready, entries, bytes, resident_bytes, ms, "databases loaded");
 }
 
 /// Buckets as large as the largest answer of the loaded objects needs. They cost nothing until they are written.

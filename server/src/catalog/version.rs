@@ -2,6 +2,7 @@
 
 use super::shelf::{Source, Stamp};
 use crate::engine::{Loader, Object};
+use crate::memory;
 use crate::panics;
 use shatter_proto::control::ObjectRow;
 use shatter_proto::name::object_name;
@@ -38,6 +39,7 @@ impl Version {
             loaded: SystemTime::now(),
             load_time: begun.elapsed(),
         };
+        memory::release_free();
         version.log();
         Ok(version)
     }
@@ -57,6 +59,7 @@ impl Version {
     pub fn finish(&self) {
         let begun = Instant::now();
         let finished = catch_unwind(AssertUnwindSafe(|| self.object.finish()));
+        memory::release_free();
         let object = self.name.as_str();
         match finished {
             Ok(Ok(())) => tracing::debug!(object, ms = begun.elapsed().as_millis() as u64, "finished"),

@@ -1,6 +1,8 @@
 //! `shatterd inspect`: what a database holds.
 
+use super::inspect_memory::{memory_lines, memory_table};
 use super::{Failure, intact, out};
+use crate::memory::Resident;
 use crate::report;
 use crate::study::examples;
 use crate::wire::{Served, Timing};
@@ -25,6 +27,9 @@ pub struct InspectArgs {
     /// Also strike it a few dozen times, and tell what strikes of so many sites are expected to take here, and how far that is off
     #[arg(long)]
     pub time: bool,
+    /// Also tell where the memory goes that a daemon holds for it, and compare with what this process holds
+    #[arg(long)]
+    pub memory: bool,
     /// One JSON document on stdout
     #[arg(long)]
     pub json: bool,
@@ -34,8 +39,10 @@ pub struct InspectArgs {
 pub fn run(args: &InspectArgs) -> Result<(), Failure> {
     args.out.as_deref().map_or(Ok(()), out::folder)?;
     let damaged = |error| Failure::database(&args.file, &error);
+    let before = Resident::now();
     let served = Served::whole(database::load(&args.file).map_err(damaged)?);
     let prepared = served.prepared();
+    let memory = args.memory.then(|| memory_table(&served, before)).transpose()?;
     let provenance = database::load_provenance(&args.file).map_err(damaged)?;
     let page = args.out.as_ref().map(|folder| folder.join(format!("{}.html", prepared.name)));
     if let Some(page) = &page {
@@ -79,6 +86,7 @@ pub fn run(args: &InspectArgs) -> Result<(), Failure> {
         "defects": prepared.report.defects,
         "unprepared": prepared.report.unprepared,
         "time": timing(&served, args.time)?,
+        "memory": memory,
         "page": page,
         "mesh": args.mesh,
     });
@@ -88,6 +96,7 @@ pub fn run(args: &InspectArgs) -> Result<(), Failure> {
     let mut text = String::new();
     for (key, value) in document.as_object().into_iter().flatten() {
         match value {
+            value if key == "memory" => text += &memory_lines(value),
             serde_json::Value::Object(inner) => {
                 inner.iter().for_each(|(inner, value)| text += &format!("{key}.{inner}: {value}\n"));
             }

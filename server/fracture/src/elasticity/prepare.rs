@@ -221,10 +221,20 @@ impl Elasticity {
         &self.support
     }
 
-    /// Bytes that the body holds, most of them its factor, which is counted before it is made.
-    pub fn bytes(&self) -> usize {
-        let Self { stiffness, elements, boundary, inertia, .. } = self;
-        stiffness.bytes() + elements.bytes() + boundary.bytes() + inertia.bytes() + self.own_bytes()
+    /// Bytes of its stiffness.
+    pub fn stiffness_bytes(&self) -> usize {
+        self.stiffness.bytes()
+    }
+
+    /// Bytes of what it knows of its lattice: gradients, boundary, inertia.
+    pub fn lattice_bytes(&self) -> usize {
+        self.elements.bytes() + self.boundary.bytes() + self.inertia.bytes()
+    }
+
+    /// Bytes that its factor would no longer hold in single precision.
+    pub fn single_precision_saving(&self) -> usize {
+        let bytes = |precision| self.symbolic.factor_bytes(precision);
+        bytes(self.precision()) - bytes(Precision::F32)
     }
 
     /// Those of them that a body which is held otherwise does not share: its factor and its support.

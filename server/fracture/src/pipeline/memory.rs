@@ -7,29 +7,69 @@ use crate::lift::Lift;
 use crate::memory::held;
 use crate::skin::Outer;
 
+/// Bytes that an object holds, by what holds them; rows add up, whatever their names are.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct MemoryRows(Vec<(&'static str, usize)>);
+
+impl MemoryRows {
+    /// The rows: what holds the bytes, and how many.
+    pub fn iter(&self) -> impl Iterator<Item = (&'static str, usize)> {
+        self.0.iter().copied()
+    }
+
+    /// Sum of all rows.
+    pub fn total(&self) -> usize {
+        self.0.iter().map(|(_, bytes)| bytes).sum()
+    }
+
+    /// Adds bytes to the row of that name.
+    fn add(&mut self, name: &'static str, bytes: usize) {
+        match self.0.iter_mut().find(|(own, _)| *own == name) {
+            Some((_, sum)) => *sum += bytes,
+            None => self.0.push((name, bytes)),
+        }
+    }
+}
+
 impl Prepared {
     /// Bytes that the object holds as long as anybody may strike it: lattices, operators, factors, lifts, examples. Left out
     /// are what the allocator adds, and texts.
     pub fn bytes(&self) -> usize {
-        let bodies = self.bodies.iter().map(Body::bytes).sum::<usize>() + held(&self.bodies);
-        let examples = self.examples.iter().map(example).sum::<usize>() + held(&self.examples);
-        let held = self.held.as_ref().map_or(0, Held::bytes);
-        let skin = self.skin.as_ref().map_or(0, |skin| skin.bytes());
-        bodies + held + skin + examples + self.learned.as_ref().map_or(0, |Learned { network, .. }| network.bytes())
+        self.memory().total()
+    }
+
+    /// The bytes of [`Self::bytes`] by what holds them. Factors are counted before they are made.
+    pub fn memory(&self) -> MemoryRows {
+        let mut rows = MemoryRows::default();
+        self.bodies.iter().for_each(|body| body.count(&mut rows));
+        rows.add("anchors and their factor", self.held.as_ref().map_or(0, Held::bytes));
+        rows.add("appearance of the input", self.skin.as_ref().map_or(0, |skin| skin.bytes()));
+        let examples = self.examples.iter().map(example).sum::<usize>() + held(&self.examples) + held(&self.bodies);
+        rows.add("examples", examples + self.learned.as_ref().map_or(0, |Learned { network, .. }| network.bytes()));
+        rows
+    }
+
+    /// Bytes that the factors of the stiffness would no longer hold in single precision.
+    pub fn single_precision_saving(&self) -> usize {
+        let solids = self.bodies.iter().filter_map(|body| body.solid.as_ref());
+        solids.map(|solid| solid.elasticity.single_precision_saving()).sum()
     }
 }
 
 impl Body {
-    /// Bytes that the body holds. Everything is named, so that what is added to a body is not forgotten here.
-    pub fn bytes(&self) -> usize {
+    /// Adds what the body holds. Everything is named, so that what is added to a body is not forgotten here.
+    fn count(&self, rows: &mut MemoryRows) {
         let Self { crack, solid, interior, surface_diffusion, euclidean, volumes, topology, clusters, .. } = self;
         let Self { slenderness: _, boundary, warped, outer, bound, .. } = self;
+        if let Some(solid) = solid {
+            solid.count(rows);
+        }
         let lifts = [interior, surface_diffusion].into_iter().flatten().map(lift).sum::<usize>() + lift(euclidean);
-        let lifts = lifts + warped.as_ref().map_or(0, Warped::bytes);
-        let looks = outer.as_ref().map_or(0, Outer::bytes);
-        let own = lattice(crack) + looks + topology.bytes() + clusters.bytes() + boundary.bytes() + held(volumes);
-        let own = own + bound.as_ref().map_or(0, Bound::bytes);
-        own + lifts + solid.as_ref().map_or(0, Solid::bytes)
+        rows.add("lifts", lifts + warped.as_ref().map_or(0, Warped::bytes));
+        rows.add("edges and faces of the crack lattice", topology.bytes());
+        rows.add("crack lattice", lattice(crack) + held(volumes) + boundary.bytes() + clusters.bytes());
+        rows.add("appearance of the input", outer.as_ref().map_or(0, Outer::bytes));
+        rows.add("elastic lattice", bound.as_ref().map_or(0, Bound::bytes));
     }
 }
 
@@ -43,10 +83,14 @@ impl Warped {
 }
 
 impl Solid {
-    /// Bytes that the elasticity holds.
-    pub fn bytes(&self) -> usize {
+    /// Adds what the elasticity holds.
+    fn count(&self, rows: &mut MemoryRows) {
         let Self { lattice: elastic, transfer, elasticity, reduced } = self;
-        lattice(elastic) + shares(transfer) + elasticity.bytes() + reduced.as_ref().map_or(0, Reduced::bytes)
+        rows.add("factor of the stiffness", elasticity.own_bytes());
+        rows.add("stiffness", elasticity.stiffness_bytes());
+        rows.add("elastic lattice", lattice(elastic) + elasticity.lattice_bytes());
+        rows.add("energy transfer between the lattices", shares(transfer));
+        rows.add("reduced basis", reduced.as_ref().map_or(0, Reduced::bytes));
     }
 }
 

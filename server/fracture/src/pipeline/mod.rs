@@ -65,6 +65,7 @@ pub use kept::Kept;
 pub(crate) use learned::lessons;
 pub use learned::{Learned, LearnedQuality, learn, sampled};
 pub use looks::{Look, Looks};
+pub use memory::MemoryRows;
 pub use outcome::{Counts, DegreeSource, FragmentRow, OUTER, Outcome, RunRow};
 pub use outputs::{Bond, Debris, WORLD};
 pub use parent::{SOLVED_NODES_MAX, TETS_MIN};

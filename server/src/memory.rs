@@ -1,0 +1,73 @@
+//! Resident memory of this process, and giving back what is free.
+
+/// Resident memory of this process by what backs it, bytes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Resident {
+    /// Heap and stacks.
+    pub anonymous: u64,
+    /// The program and its libraries.
+    pub file: u64,
+    /// Shared memory: answers.
+    pub shared: u64,
+}
+
+impl Resident {
+    /// What the kernel counts now; `None` where it does not tell.
+    pub fn now() -> Option<Self> {
+        Self::parse(&std::fs::read_to_string("/proc/self/status").ok()?)
+    }
+
+    /// Reads the lines of `/proc/PID/status`, whose unit is 1024 bytes.
+    fn parse(status: &str) -> Option<Self> {
+        let bytes = |key: &str| {
+            let line = status.lines().find_map(|line| line.strip_prefix(key)?.strip_prefix(':'))?;
+            line.split_whitespace().next()?.parse::<u64>().ok()?.checked_mul(1024)
+        };
+        Some(Self { anonymous: bytes("RssAnon")?, file: bytes("RssFile")?, shared: bytes("RssShmem")? })
+    }
+
+    /// All of it.
+    pub fn total(&self) -> u64 {
+        self.anonymous + self.file + self.shared
+    }
+}
+
+/// Gives free pages of the heap back to the system, where the C library can. Loading leaves a tenth of an object's memory free in the
+/// heap: 81 of 992 MB for the vase, 12 of 92 MB for the mug.
+pub fn release_free() {
+    #[cfg(all(target_os = "linux", target_env = "gnu"))]
+    {
+        unsafe extern "C" {
+            fn malloc_trim(pad: usize) -> std::ffi::c_int;
+        }
+        // SAFETY: glibc's function of that signature; it may be called at any time from any thread, and touches free memory only.
+        unsafe { malloc_trim(0) };
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_of_the_kernel_are_read() {
+        let status = "VmRSS:\t   99292 kB\nRssAnon:\t   74680 kB\nRssFile:\t   13488 kB\nRssShmem:\t   11124 kB\n";
+        let found = Resident::parse(status).unwrap();
+        assert_eq!(found, Resident { anonymous: 74_680 << 10, file: 13_488 << 10, shared: 11_124 << 10 });
+        assert_eq!(found.total(), 99_292 << 10);
+        assert_eq!(Resident::parse("VmRSS:\t12 kB"), None);
+    }
+
+    #[cfg(all(target_os = "linux", target_env = "gnu"))]
+    #[test]
+    fn free_pages_are_given_back() {
+        // Below the size that the allocator takes from the system apart, and more than noise.
+        let many: Vec<Vec<u8>> = (0..1_000).map(|_| vec![1; 64 << 10]).collect();
+        let last = vec![1; 64 << 10];
+        let full = Resident::now().unwrap().anonymous;
+        drop(many);
+        release_free();
+        let left = Resident::now().unwrap().anonymous;
+        assert!(left + (32 << 20) < full && last[0] == 1, "{left} of {full} bytes are left");
+    }
+}
