@@ -8,7 +8,7 @@ use shatter_fracture::database::{self, BakeError, BakeRequest, Partial, Share, T
 use shatter_fracture::pipeline::{ElasticRequest, Prepared, Quality};
 use shatter_fracture::scene::Materials;
 use shatter_fracture::sparse::Precision;
-use shatter_fracture::surface::{self, RawMesh, Sheets, Surface, SurfaceError, Unit, Up};
+use shatter_fracture::surface::{self, RawMesh, Sheets, Surface, SurfaceError, Unit, Up, shapes};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -19,20 +19,23 @@ pub const MATERIALS: &str = include_str!("../../../config/materials.toml");
 #[derive(Args, Debug)]
 pub struct BakeArgs {
     /// Mesh file: .obj, .ply, .stl, .gltf, .glb
-    #[arg(required_unless_present = "scene")]
+    #[arg(required_unless_present_any = ["scene", "shape"])]
     pub mesh: Option<PathBuf>,
+    /// Instead of a mesh file: bake a shape that the program generates. Its length unit is the meter and +y points up
+    #[arg(long, value_name = "SHAPE", value_parser = shapes::NAMES, conflicts_with_all = ["mesh", "scene", "unit", "up"])]
+    pub shape: Option<String>,
     /// Mesh file of sheets along which the object is cracked already, in the unit and axes of the other: open triangles of no
     /// thickness, which way they face does not matter. Elasticity opens there, and no cell leads across. The lattices have slots of
     /// 1.7 spacings there
     #[arg(long, value_name = "SHEETS")]
     pub cracks: Option<PathBuf>,
-    /// Name of the object
-    #[arg(long, required_unless_present = "scene")]
+    /// Name of the object [default with --shape: the shape's name]
+    #[arg(long, required_unless_present_any = ["scene", "shape"])]
     pub name: Option<String>,
     /// Instead of a mesh: bake what this scene needs of every object whose shape is generated, as the scene says; what is there and
     /// the same is kept
     #[arg(long, value_name = "FILE", conflicts_with_all = [
-        "mesh", "name", "material", "materials", "fragment_size", "gamma", "unit", "up", "elastic_spacing", "crack_spacing",
+        "mesh", "shape", "name", "material", "materials", "fragment_size", "gamma", "unit", "up", "elastic_spacing", "crack_spacing",
         "examples", "elastic", "factor", "quality", "add", "seed", "cracks", "shard", "resume", "restart",
     ])]
     pub scene: Option<PathBuf>,
@@ -105,15 +108,30 @@ pub struct BakeArgs {
 /// Bakes and prints what was found. Whatever happens, a database that was there stays whole until the new one is.
 pub fn run(args: &BakeArgs) -> Result<(), Failure> {
     let folder = args.out.clone().map_or_else(data_folder, Ok)?;
-    match (&args.scene, &args.mesh, &args.name) {
-        (Some(scene), ..) => bake_scene::run(scene, &folder, args.json),
-        (None, Some(mesh), Some(name)) => one(args, mesh, name, &folder),
-        (None, ..) => Err(Failure::refused("usage", "", "give a mesh and its --name, or a --scene")),
+    if let Some(scene) = &args.scene {
+        return bake_scene::run(scene, &folder, args.json);
+    }
+    match args.name.as_ref().or(args.shape.as_ref()) {
+        Some(name) => one(args, name, &folder),
+        None => Err(nothing_to_bake()),
     }
 }
 
-/// Bakes one object of a mesh file.
-fn one(args: &BakeArgs, mesh: &Path, name: &str, folder: &Path) -> Result<(), Failure> {
+fn nothing_to_bake() -> Failure {
+    Failure::refused("usage", "", "give a mesh and its --name, a --shape, or a --scene")
+}
+
+/// The mesh to bake: read from its file, or generated.
+fn mesh(args: &BakeArgs) -> Result<RawMesh, Failure> {
+    match (&args.mesh, &args.shape) {
+        (Some(file), _) => Ok(surface::read(file, args.unit, args.up)?),
+        (None, Some(shape)) => shapes::by_name(shape).ok_or_else(nothing_to_bake),
+        (None, None) => Err(nothing_to_bake()),
+    }
+}
+
+/// Bakes one object of a mesh file or of a generated shape.
+fn one(args: &BakeArgs, name: &str, folder: &Path) -> Result<(), Failure> {
     let begun = Instant::now();
     let mut request = request(args, name)?;
     let new = args.add.unwrap_or(args.examples);
@@ -124,7 +142,7 @@ fn one(args: &BakeArgs, mesh: &Path, name: &str, folder: &Path) -> Result<(), Fa
     if !args.resume && !args.restart {
         shares::nothing_kept(&kept)?;
     }
-    let raw = surface::read(mesh, args.unit, args.up)?;
+    let raw = mesh(args)?;
     request.cracks = args.cracks.as_ref().map(|file| sheets(file, args)).transpose()?;
     let token = interrupt::token()?;
     let resumed = if args.resume { shares::resume(&kept, &raw, args, &request, share)? } else { None };

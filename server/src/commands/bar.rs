@@ -1,7 +1,8 @@
 //! The progress of baking: one bar on a terminal, a line now and then in a log.
 
+use crate::report::significant;
 use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
-use shatter_fracture::database::Step;
+use shatter_fracture::database::{Size, Step};
 use std::cell::RefCell;
 use std::io::{IsTerminal, Write};
 use std::time::{Duration, Instant};
@@ -29,8 +30,11 @@ impl Bar {
         Self { object: object.to_owned(), begun: Instant::now(), course, terminal }
     }
 
-    /// Shows that `step` begins, or how far the examples are, if there are any.
+    /// Shows that `step` begins, or how far the examples are, if there are any. Tells what the rest takes as soon as that is known.
     pub fn show(&self, step: Step) {
+        if let Step::Sized(size) = step {
+            return self.note(&cost(&size, rayon::current_num_threads()));
+        }
         if examples(step).is_some_and(|[_, of]| of == 0) {
             return;
         }
@@ -49,6 +53,18 @@ impl Bar {
         }
     }
 
+    /// Writes one line that stays.
+    fn note(&self, what: &str) {
+        let line = format!("shatterd: {}: {what}", self.object);
+        match &self.terminal {
+            Some(bar) => bar.println(line),
+            // Work goes on where nobody reads of it.
+            None => {
+                let _ = writeln!(std::io::stderr(), "{line}");
+            }
+        }
+    }
+
     fn tell(&self, rank: u64, what: &str, examples: Option<[u64; 2]>) {
         let mut course = self.course.borrow_mut();
         let told = course.tell(rank, what, examples, self.begun.elapsed());
@@ -61,6 +77,19 @@ impl Bar {
             let _ = writeln!(std::io::stderr(), "shatterd: {}: {}", self.object, told.line(what));
         }
     }
+}
+
+/// What the rest of a bake takes on so many threads, and what it leaves to hold.
+fn cost(size: &Size, threads: usize) -> String {
+    let Size { elastic_nodes, crack_nodes, examples, .. } = size;
+    let most = size.core_seconds();
+    let [least, most] = [most / threads as f64, most].map(|seconds| seconds.round().max(1.0) as u64);
+    let seconds = if least == most { format!("{most} s") } else { format!("{least} to {most} s") };
+    let [peak, held] = [size.peak_bytes(), size.held_bytes()].map(|bytes| significant(bytes as f64 / 1e6, 2));
+    format!(
+        "{elastic_nodes} elastic and {crack_nodes} crack nodes, {examples} examples: takes about {seconds} and {peak} MB; a daemon \
+         will hold about {held} MB for it"
+    )
 }
 
 fn terminal() -> ProgressBar {
@@ -142,7 +171,7 @@ fn rank(step: Step) -> u64 {
     match step {
         Step::Surface => 0,
         Step::Volume => 1,
-        Step::Lattices => 2,
+        Step::Lattices | Step::Sized(_) => 2,
         Step::Lift(_) => 3,
         Step::Elasticity(_) => 4,
         Step::Examples { .. } => EXAMPLES,
@@ -161,7 +190,7 @@ fn describe(step: Step) -> String {
     match step {
         Step::Surface => "surface: weld, orient, name defects".to_owned(),
         Step::Volume => "volume: winding numbers".to_owned(),
-        Step::Lattices => "lattices".to_owned(),
+        Step::Lattices | Step::Sized(_) => "lattices".to_owned(),
         Step::Lift(body) => format!("lift of body {body}"),
         Step::Elasticity(body) => format!("elasticity of body {body}"),
         Step::Reduction => "reduced elasticity".to_owned(),
@@ -195,6 +224,23 @@ mod tests {
             assert!(course.position <= course.length());
             assert_eq!(course.length(), if of == 0 { STAGES } else { of });
         }
+    }
+
+    #[test]
+    fn times_and_memory_are_told_before_they_are_spent() {
+        let factor = shatter_fracture::sparse::Precision::F64;
+        let size = Size { elastic_nodes: 4_645, crack_nodes: 9_576, examples: 100, factor };
+        let told = cost(&size, 2);
+        assert!(
+            told.starts_with("4645 elastic and 9576 crack nodes, 100 examples: takes about 17 to 35 s and 128 MB;"),
+            "{told}"
+        );
+        assert!(told.ends_with("a daemon will hold about 48 MB for it"), "{told}");
+        assert!(
+            cost(&Size { examples: 0, ..size }, 1).contains("about 2 s"),
+            "{}",
+            cost(&Size { examples: 0, ..size }, 1)
+        );
     }
 
     #[test]

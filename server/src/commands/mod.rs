@@ -8,6 +8,7 @@ pub mod check;
 pub mod demo;
 mod failure;
 pub mod inspect;
+mod inspect_memory;
 mod intact;
 mod interrupt;
 pub mod merge;

@@ -7,7 +7,7 @@ use shatter_fracture::database::{BakeRequest, Tables};
 use shatter_fracture::degree::reference_gamma;
 use shatter_fracture::pipeline::{HoldError, Prepared};
 use shatter_fracture::scene::{Anchors, Controls, Material, Materials};
-use shatter_fracture::surface::RawMesh;
+use shatter_fracture::surface::{RawMesh, shapes};
 use shatter_fracture::token::Token;
 use shatter_proto::Refusal;
 use shatter_proto::effect::{Effect, Effects, conflict};
@@ -49,7 +49,7 @@ const LIFTS: [(&str, Lift); 3] =
 const NAMES: &str = "it takes the name of a file in the folder that is served, without folders and without `.shatter`";
 
 /// Shapes that the project generates.
-pub const SHAPES: [&str; 6] = ["arch", "dumbbell", "horseshoe", "mug", "statue", "vase"];
+pub const SHAPES: [&str; 6] = shapes::NAMES;
 
 /// One object of a scene.
 #[derive(Clone, Debug, PartialEq)]

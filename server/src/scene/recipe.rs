@@ -63,14 +63,7 @@ impl Recipe {
 
     /// Mesh and parameters of the database `name`; `None` without a generated shape and a material.
     pub fn bake(&self, name: &str) -> Option<(RawMesh, BakeRequest)> {
-        let mesh = match self.shape? {
-            "arch" => shapes::arch(),
-            "dumbbell" => shapes::dumbbell(),
-            "horseshoe" => shapes::horseshoe(),
-            "mug" => shapes::mug(),
-            "statue" => shapes::statue(),
-            _ => shapes::vase(),
-        };
+        let mesh = shapes::by_name(self.shape?)?;
         let (material_name, material) = self.material.clone()?;
         let request = BakeRequest {
             fragment_size_m: self.fragment_size_m,

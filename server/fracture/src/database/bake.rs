@@ -6,6 +6,7 @@ use super::hash::input_hash;
 use super::learned::EXAMPLES_MAX;
 use super::parts;
 use super::share::{Partial, Share};
+use super::step::{Size, Step};
 use super::thin::{self, WIDTH_MAX};
 use crate::degree;
 use crate::elasticity::ElasticityError;
@@ -106,32 +107,6 @@ impl BakeRequest {
 
 /// Share of the volume that may be in components which the lattice drops: beyond it, what is left is another object.
 pub(super) const GONE_MAX: f64 = 0.25;
-
-/// What baking does, in order; the caller may show it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Step {
-    /// Welding, orienting, naming defects.
-    Surface,
-    /// Winding numbers and the volume that they enclose.
-    Volume,
-    /// Both lattices and the operator between them.
-    Lattices,
-    /// Eigenpairs of body `0`.
-    Lift(usize),
-    /// Stiffness and factor of body `0`.
-    Elasticity(usize),
-    /// Reduced elastic bases from the examples' impacts.
-    Reduction,
-    /// κ, from sampled impacts.
-    Calibration,
-    /// Examples, and what is learned from them.
-    Examples {
-        /// Impacts that are done.
-        done: u64,
-        /// All of them.
-        of: u64,
-    },
-}
 
 /// Why an object was not baked.
 #[derive(Debug, thiserror::Error)]
@@ -261,6 +236,7 @@ pub(super) fn whole(
     let surface = Surface::repair(raw)?;
     token.check()?;
     let (parameters, levels, mut report) = lattices(request, &surface, token, progress)?;
+    progress(Step::Sized(Size::of(&levels, request)));
     let mut bodies = Vec::with_capacity(levels.bodies.len());
     let tables = request.tables();
     for (index, BodyLattice { elastic, crack, transfer }) in levels.bodies.into_iter().enumerate() {

@@ -13,11 +13,12 @@ mod parts;
 mod reduced;
 mod share;
 mod skins;
+mod step;
 mod stored;
 mod tables;
 mod thin;
 
-pub use bake::{BakeError, BakeRequest, Step, bake};
+pub use bake::{BakeError, BakeRequest, bake};
 pub use error::DatabaseError;
 pub use hash::input_hash;
 pub use learned::EXAMPLES_MAX;
@@ -26,6 +27,7 @@ pub use object::{
     load_task, save, save_partial, tensor_bytes,
 };
 pub use share::{JoinError, Partial, SHARE_EXTENSION, SHARES_MAX, Share, ShareError, Task, join};
+pub use step::{Size, Step};
 pub use stored::{lacking, stored};
 pub use tables::Tables;
 

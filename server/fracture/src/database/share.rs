@@ -4,8 +4,9 @@
 //! bake.
 
 use super::DatabaseError;
-use super::bake::{BakeError, BakeRequest, Step, few_enough, finish, whole};
+use super::bake::{BakeError, BakeRequest, few_enough, finish, whole};
 use super::object::BASE;
+use super::step::Step;
 use crate::pipeline::{Example, Prepared, sampled};
 use crate::surface::RawMesh;
 use crate::token::Token;

@@ -1,6 +1,7 @@
 //! Whether what is stored is what a bake would make.
 
-use super::bake::{self, BakeError, BakeRequest, Step};
+use super::bake::{self, BakeError, BakeRequest};
+use super::step::Step;
 use super::{Tables, input_hash, load};
 use crate::lift::LiftKind;
 use crate::pipeline::{Prepared, Unprepared};

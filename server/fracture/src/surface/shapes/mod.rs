@@ -16,6 +16,22 @@ pub use solids::{cuboid, ellipsoid, sphere, torus};
 use super::RawMesh;
 use std::path::Path;
 
+/// Names of the shapes that [`by_name`] generates.
+pub const NAMES: [&str; 6] = ["arch", "dumbbell", "horseshoe", "mug", "statue", "vase"];
+
+/// Generates the shape of that name; `None` for a name that is not in [`NAMES`].
+pub fn by_name(name: &str) -> Option<RawMesh> {
+    match name {
+        "arch" => Some(arch()),
+        "dumbbell" => Some(dumbbell()),
+        "horseshoe" => Some(horseshoe()),
+        "mug" => Some(mug()),
+        "statue" => Some(statue()),
+        "vase" => Some(vase()),
+        _ => None,
+    }
+}
+
 /// A mesh as Wavefront OBJ, metres; reading it again gives the same bits.
 pub fn obj(mesh: &RawMesh) -> String {
     let mut text = String::new();
