@@ -3,7 +3,7 @@
 
 use super::DemoError;
 use super::blow::Blow;
-use super::object::Target;
+use super::object::{RADIUS_M, Target};
 use nalgebra::Point3;
 use shatter_fracture::lift::LiftKind;
 use shatter_fracture::pipeline::{
@@ -32,8 +32,12 @@ pub(super) struct SurfaceEnergy {
 impl SurfaceEnergy {
     /// Solves the blow's impact once more.
     pub fn new(target: &Target, blow: &Blow) -> Result<Self, DemoError> {
-        let contact =
-            Contact { point_m: target.point_m, impulse_ns: blow.impulse_ns, duration_s: None, radius_m: None };
+        let contact = Contact {
+            point_m: target.point_m,
+            impulse_ns: blow.impulse_ns,
+            duration_s: None,
+            radius_m: Some(RADIUS_M),
+        };
         let strike = Strike {
             contacts: vec![contact],
             degree: DegreeRequest::Inferred,

@@ -87,12 +87,14 @@ pub struct Strike {
 pub struct Page {
     /// Title.
     pub title: String,
+    /// Pictures that come first, side by side where there is room.
+    pub opening: Vec<Figure>,
     /// What was done, a paragraph each.
     pub lead: Vec<String>,
-    /// The object and the run.
-    pub facts: Vec<Fact>,
     /// The strikes in order.
     pub strikes: Vec<Strike>,
+    /// The object and the run.
+    pub facts: Vec<Fact>,
     /// Remarks at the end: what the figures mean and where they come from.
     pub notes: Vec<String>,
 }
@@ -103,20 +105,33 @@ pub fn html(page: &Page) -> String {
     let strikes: String = page.strikes.iter().enumerate().map(|(k, strike)| section(k, strike, longest)).collect();
     let notes =
         if page.notes.is_empty() { String::new() } else { format!("<footer>\n{}</footer>\n", paragraphs(&page.notes)) };
-    shell(&page.title, &page.lead, &facts(&page.facts), &(strikes + &notes))
+    let ground = match page.facts.is_empty() {
+        true => String::new(),
+        false => format!("<section>\n<h2>The object</h2>\n{}</section>\n", facts(&page.facts)),
+    };
+    shell(&page.title, &figures("opening", &page.opening), &page.lead, "", &(strikes + &ground + &notes))
+}
+
+/// Pictures side by side; nothing of none. `id` tells their legends apart from those of other places.
+fn figures(id: &str, shown: &[Figure]) -> String {
+    if shown.is_empty() {
+        return String::new();
+    }
+    let all: String = shown.iter().enumerate().map(|(k, shown)| figure(&format!("ramp-{id}-{k}"), shown)).collect();
+    format!("<div class=\"figures {id}\">\n{all}</div>\n")
 }
 
 fn paragraphs(lines: &[String]) -> String {
     lines.iter().map(|line| format!("<p>{}</p>\n", escape(line))).collect()
 }
 
-/// The document around `body`; `facts` and `body` are HTML already.
-fn shell(title: &str, lead: &[String], facts: &str, body: &str) -> String {
+/// The document around `body`; `opening`, `facts` and `body` are HTML already.
+fn shell(title: &str, opening: &str, lead: &[String], facts: &str, body: &str) -> String {
     format!(
         "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
          <meta name=\"color-scheme\" content=\"light dark\">\n<title>{title}</title>\n<style>\n{style}</style>\n</head>\n\
-         <body>\n<main>\n<header>\n<h1>{title}</h1>\n{lead}{facts}</header>\n{body}</main>\n</body>\n</html>\n",
+         <body>\n<main>\n<header>\n<h1>{title}</h1>\n{opening}{lead}{facts}</header>\n{body}</main>\n</body>\n</html>\n",
         title = escape(title),
         style = include_str!("style.css"),
         lead = paragraphs(lead),
@@ -124,13 +139,12 @@ fn shell(title: &str, lead: &[String], facts: &str, body: &str) -> String {
 }
 
 fn section(number: usize, strike: &Strike, longest: u64) -> String {
-    let figures: String =
-        strike.figures.iter().enumerate().map(|(k, shown)| figure(&format!("ramp-{number}-{k}"), shown)).collect();
+    let figures = figures(&format!("strike-{number}"), &strike.figures);
     let file = strike.file.as_ref().map_or_else(String::new, |name| {
         format!("<p class=\"file\"><a href=\"{}\" download>{}</a></p>\n", path(name), escape(name))
     });
     format!(
-        "<section>\n<h2>{heading}</h2>\n<p>{lead}</p>\n<div class=\"figures\">\n{figures}</div>\n\
+        "<section>\n<h2>{heading}</h2>\n<p>{lead}</p>\n{figures}\
          <div class=\"columns\">\n<div>\n{facts}{file}</div>\n{chart}</div>\n</section>\n",
         heading = escape(&strike.heading),
         lead = escape(&strike.lead),

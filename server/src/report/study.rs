@@ -43,7 +43,7 @@ pub struct Study {
 /// The study as one HTML document.
 pub fn study(page: &Study) -> String {
     let sections: String = page.sections.iter().enumerate().map(|(number, part)| section(number, part)).collect();
-    shell(&page.title, &page.lead, &facts(&page.facts), &sections)
+    shell(&page.title, "", &page.lead, &facts(&page.facts), &sections)
 }
 
 fn section(number: usize, part: &Section) -> String {

@@ -24,9 +24,10 @@ fn page() -> Page {
     let text = || vec![NASTY.to_owned()];
     Page {
         title: NASTY.to_owned(),
+        opening: vec![Figure { png: vec![1, 2, 3], caption: "the pieces".to_owned(), scale: None }],
         lead: text(),
-        facts: vec![],
         strikes: vec![strike(1_500), strike(3_000)],
+        facts: vec![Fact::new("diagonal", "0.17 m")],
         notes: text(),
     }
 }
@@ -37,6 +38,15 @@ fn nothing_from_outside_reads_as_markup() {
     assert!(!html.contains("<script") && !html.contains("'co'") && !html.contains("alert(\""));
     assert!(html.contains("&lt;script&gt;alert(&quot;x&quot;)&lt;/script&gt; &amp; &#39;co&#39;"));
     assert!(html.contains("href=\"./a%20b%22%3C%C3%A4%3E.glb\""));
+}
+
+#[test]
+fn pictures_come_before_words_and_figures_of_the_object_last() {
+    let html = html(&page());
+    let place = |text: &str| html.find(text).unwrap();
+    let order = ["</h1>", "the pieces", "<header>", "<h2>", "diagonal", "<footer>"].map(place);
+    assert!(order[0] < order[1] && order[1] < order[3] && order[3] < order[4] && order[4] < order[5], "{order:?}");
+    assert!(order[1] < place("<p>"), "the picture stands before the first paragraph");
 }
 
 #[test]
