@@ -1,13 +1,13 @@
 /*
  * C interface of Shatter: run-time brittle fracture as a service. C11 and C++17 read it.
  *
- *     ShatterService *service; ShatterObject *vase; ShatterTicket *ticket; ShatterBroken *broken; ShatterRefusal refusal;
+ *     ShatterService *service; ShatterObject *mug; ShatterTicket *ticket; ShatterBroken *broken; ShatterRefusal refusal;
  *     if (shatter_connect("default", SHATTER_UP_TO_ZERO, 50, &service, &refusal)) ...      // 0 is done, else refusal tells
- *     if (shatter_service_object(service, "vase", SHATTER_UP_TO_ZERO, 50, &vase, &refusal)) ...
- *     ShatterContact contact = {{0.1, 0.2, 0.0}, {0.0, -0.5, 0.0}, 0.0, 0.0, {0}};         // where, m; impulse, N s
+ *     if (shatter_service_object(service, "mug", SHATTER_UP_TO_ZERO, 50, &mug, &refusal)) ...
+ *     ShatterContact contact = {{0.0, 0.05, 0.04}, {0.0, 0.0, -2.0}, 0.0, 0.0, {0}};       // where, m; impulse, N s
  *     ShatterImpact impact = {0};                                                          // zero is the default
  *     impact.contacts = &contact, impact.contact_count = 1;
- *     if (shatter_object_strike(vase, &impact, &ticket, &refusal)) ...                     // never blocks
+ *     if (shatter_object_strike(mug, &impact, &ticket, &refusal)) ...                      // never blocks
  *     if (shatter_ticket_poll(ticket, &broken, &refusal)) ...                              // nor does this, once a frame
  *     if (broken) for (uint32_t id = 0; !shatter_broken_fragment(broken, id, &fragment, NULL); id++) ...
  *     shatter_broken_release(broken);                                                      // now its pointers are gone

@@ -5,8 +5,8 @@
 //!
 //! # fn main() -> Result<(), shatter_client::Refusal> {
 //! let service = Shatter::connect("default", Deadline::ms(50))?;
-//! let vase = service.object("vase", Deadline::ms(50))?;
-//! let mut ticket = vase.strike(&Impact::at([0.1, 0.2, 0.0]).impulse([0.0, -0.5, 0.0]))?; // never blocks
+//! let mug = service.object("mug", Deadline::ms(50))?; // the README's first session bakes it
+//! let mut ticket = mug.strike(&Impact::at([0.0, 0.05, 0.04]).impulse([0.0, 0.0, -2.0]))?; // never blocks
 //! loop {
 //!     match ticket.poll()? {
 //!         Poll::Pending => { /* draw a frame */ }

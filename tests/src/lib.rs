@@ -3,6 +3,7 @@
 pub mod glb;
 pub mod house;
 pub mod model;
+pub mod pages;
 pub mod peers;
 pub mod real;
 pub mod statistics;

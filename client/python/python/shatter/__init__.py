@@ -2,8 +2,8 @@
 
     import shatter
 
-    vase = shatter.connect().object("vase")
-    ticket = vase.strike(shatter.Contact((0.088, 0.1, 0.0), (-2.0, 0.0, 0.0)), degree=24)    # never blocks
+    mug = shatter.connect().object("mug")
+    ticket = mug.strike(shatter.Contact((0.0, 0.05, 0.04), (0.0, 0.0, -2.0)), degree=24)    # never blocks
     broken = ticket.wait()                                  # or ticket.poll(), once a frame
     for fragment in broken:
         fragment.positions, fragment.triangles              # numpy arrays over shared memory, nothing is copied

@@ -1,0 +1,91 @@
+//! Examples in pages and doc comments.
+
+use std::path::{Path, PathBuf};
+
+/// What stands in a comment above a block that tests do not run, before the reason.
+const NOT_RUN: &str = "<!-- not run by the tests: ";
+
+/// A fenced block of a page.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Block {
+    /// File and line of the fence, for messages.
+    pub place: String,
+    /// First word after the fence.
+    pub language: String,
+    /// The lines.
+    pub text: String,
+    /// Why tests do not run it, if they do not.
+    pub not_run: Option<String>,
+}
+
+/// The folder of the project.
+pub fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("..").canonicalize().unwrap()
+}
+
+/// The text of a file of the project.
+pub fn text(name: &str) -> String {
+    std::fs::read_to_string(root().join(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
+}
+
+/// The fenced blocks of the page `name`, in order.
+pub fn blocks(name: &str) -> Vec<Block> {
+    let text = text(name);
+    let mut found = Vec::new();
+    let (mut lines, mut above) = (text.lines().enumerate(), "");
+    while let Some((number, line)) = lines.next() {
+        if let Some(language) = line.strip_prefix("```") {
+            let inside: Vec<&str> = lines.by_ref().map(|(_, line)| line).take_while(|line| *line != "```").collect();
+            let not_run = above.strip_prefix(NOT_RUN).map(|reason| reason.trim_end_matches(" -->").to_owned());
+            let place = format!("{name}:{}", number + 1);
+            found.push(Block { place, language: language.to_owned(), text: inside.join("\n") + "\n", not_run });
+        }
+        above = line;
+    }
+    found
+}
+
+/// The code of the first block of a Rust crate's documentation that is marked with `mark`, hidden lines included.
+pub fn crate_example(name: &str, mark: &str) -> String {
+    let text = text(name);
+    let inner =
+        text.lines().map_while(|line| line.strip_prefix("//!")).map(|line| line.strip_prefix(' ').unwrap_or(line));
+    let block = inner.skip_while(|line| *line != format!("```{mark}")).skip(1).take_while(|line| *line != "```");
+    block.map(|line| line.strip_prefix("# ").unwrap_or(line).to_owned() + "\n").collect()
+}
+
+/// Points and impulses of all commands in `text` that have both, each pair once.
+pub fn blows(text: &str) -> Vec<[String; 2]> {
+    let mut found: Vec<[String; 2]> = Vec::new();
+    for line in text.lines() {
+        let after = |flag: &str| Some(line.split_once(flag)?.1.split_whitespace().next()?.to_owned());
+        if let (Some(point), Some(impulse)) = (after("--point "), after("--impulse "))
+            && !found.contains(&[point.clone(), impulse.clone()])
+        {
+            found.push([point, impulse]);
+        }
+    }
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn blocks_of_the_readme_are_found() {
+        let all = blocks("README.md");
+        assert!(all.len() > 15 && all.iter().all(|block| !block.text.trim().is_empty()), "{all:?}");
+        assert!(all.iter().any(|block| block.language == "sh" && block.text.contains("--shape mug")));
+        assert!(all.iter().filter_map(|block| block.not_run.as_ref()).all(|reason| !reason.is_empty()));
+        let example = crate_example("client/src/lib.rs", "no_run");
+        assert!(example.contains("fn main()") && example.ends_with("}\n"), "{example}");
+    }
+
+    #[test]
+    fn points_are_found_with_their_impulses() {
+        let text = "shatter impact a --point 1,2,3 --impulse 0,0,-1 --json\nshatter threshold a --point 1,2,3\n\
+                    shatter impact a --point 1,2,3 --impulse 0,0,-1\n";
+        assert_eq!(blows(text), [["1,2,3".to_owned(), "0,0,-1".to_owned()]]);
+    }
+}

@@ -1,0 +1,243 @@
+//! Every example of the documentation, against a daemon with the object that the README's first session makes.
+
+use shatter_tests::house::{House, program};
+use shatter_tests::pages::{self, Block, blocks, blows, crate_example, root};
+use shatter_tests::peers::python;
+use std::fs;
+use std::os::unix::fs::symlink;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// Pages with examples, in the order in which their blocks are run.
+const PAGES: [&str; 7] = [
+    "README.md",
+    "client/hosts/README.md",
+    "client/hosts/mujoco.md",
+    "client/hosts/blender.md",
+    "client/hosts/unity.md",
+    "client/hosts/unreal.md",
+    "client/hosts/godot.md",
+];
+
+/// Objects that the README bakes.
+const OBJECTS: [&str; 2] = ["mug", "fine"];
+
+/// Blocks that others run: `.ci/run` the demo, cargo the tests; the build is there.
+const CARGO: &str = "cargo() { :; }";
+
+/// What the Rust examples of the README take from their surroundings.
+const SURROUNDINGS: &str = "
+    use shatter_client::{Convention, Deadline, Impact, Shatter};
+    let deadline = Deadline::after(std::time::Duration::from_secs(60));
+    let service = Shatter::connect(\"default\", deadline)?;
+    let mug = service.object(\"mug\", deadline)?;
+    let (point, j_ns) = ([0.0, 0.05, 0.04], [0.0, 0.0, -2.0]);
+    let there = point;
+";
+
+/// A folder as a clone has it, under git's eyes: what is written there shows in `git status` unless `.gitignore` names it.
+fn clone(house: &House) -> PathBuf {
+    let folder = house.path("clone");
+    fs::create_dir_all(folder.join("target")).unwrap();
+    for name in ["client", "config"] {
+        symlink(root().join(name), folder.join(name)).unwrap();
+    }
+    symlink(program("").as_path(), folder.join("target/release")).unwrap();
+    fs::copy(root().join(".gitignore"), folder.join(".gitignore")).unwrap();
+    folder
+}
+
+/// Runs git there; what it prints, or `None` where there is no git.
+fn git(folder: &Path, arguments: &[&str]) -> Option<String> {
+    let output = Command::new("git").arg("-C").arg(folder).args(arguments).output().ok()?;
+    assert!(output.status.success(), "git {arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
+    Some(String::from_utf8(output.stdout).unwrap())
+}
+
+/// Builds a program of the README's Rust examples and the one at the head of the client's documentation.
+fn rust_examples(house: &House) -> String {
+    let readme = blocks("README.md").into_iter().filter(|block| block.language == "rust");
+    let readme: String = readme
+        .enumerate()
+        .map(|(number, block)| {
+            format!(
+                "fn readme_{number}() -> Result<(), shatter_client::Refusal> {{{SURROUNDINGS}{}Ok(())}}\n",
+                block.text
+            )
+        })
+        .collect();
+    let count = readme.matches("fn readme_").count();
+    assert!(count >= 3, "{readme}");
+    let calls: String = (0..count).map(|number| format!("readme_{number}()?;\n")).collect();
+    let crate_example = crate_example("client/src/lib.rs", "no_run").replace("fn main()", "pub fn main()");
+    let source = format!(
+        "#![allow(unused)]\nmod head {{\n{crate_example}}}\n{readme}fn main() -> Result<(), shatter_client::Refusal> {{\nhead::main()?;\n{calls}Ok(())\n}}\n"
+    );
+    let (file, out) = (house.path("examples.rs"), house.path("examples"));
+    fs::write(&file, source).unwrap();
+    let library = program("libshatter_client.rlib");
+    let mut rustc = Command::new(Path::new(env!("CARGO")).with_file_name("rustc"));
+    rustc.args(["--edition", "2024", "-L"]).arg(format!("dependency={}", program("deps").display()));
+    rustc.arg("--extern").arg(format!("shatter_client={}", library.display())).arg(&file).arg("-o").arg(&out);
+    let built = rustc.output().unwrap();
+    assert!(built.status.success(), "{}", String::from_utf8_lossy(&built.stderr));
+    out.to_str().unwrap().to_owned()
+}
+
+/// Commands that run the Python examples, where Python has numpy.
+fn python_examples(house: &House) -> String {
+    let Some(python) = python(&["numpy"]) else { return String::new() };
+    let package = root().join("client/python");
+    let site = house.path("site/shatter");
+    fs::create_dir_all(&site).unwrap();
+    fs::copy(package.join("python/shatter/__init__.py"), site.join("__init__.py")).unwrap();
+    fs::copy(program("lib_shatter.so"), site.join("_shatter.abi3.so")).unwrap();
+    let documented = pages::text("client/python/python/shatter/__init__.py");
+    let documented: String = documented
+        .split("\"\"\"")
+        .nth(1)
+        .unwrap()
+        .lines()
+        .filter_map(|line| line.strip_prefix("    "))
+        .map(|line| line.to_owned() + "\n")
+        .collect();
+    let readme = blocks("README.md").into_iter().find(|block| block.language == "python").unwrap().text;
+    for (name, text) in [("readme.py", readme), ("documented.py", documented)] {
+        assert!(text.contains("import shatter") && text.contains("write_glb"), "{text}");
+        fs::write(house.path(name), text).unwrap();
+    }
+    let (python, site) = (python.to_str().unwrap().to_owned(), house.path("site"));
+    let run = |file: &Path, more: &str| {
+        format!("PYTHONDONTWRITEBYTECODE=1 PYTHONPATH='{}' '{python}' '{}' {more}\n", site.display(), file.display())
+    };
+    run(&house.path("readme.py"), "")
+        + &run(&house.path("documented.py"), "")
+        + &run(&package.join("examples/strike.py"), "mug broken.glb")
+}
+
+/// Whether the compilers that a block asks for are there; says so if not.
+fn can_run(block: &Block) -> bool {
+    let missing = |compiler: &str| {
+        let missing = block.text.lines().any(|line| line.starts_with(&format!("{compiler} ")))
+            && Command::new(compiler).arg("--version").output().is_err();
+        if missing {
+            println!("skipped: {}: no {compiler}", block.place);
+        }
+        missing
+    };
+    !(missing("cc") || missing("c++"))
+}
+
+/// All shell blocks, one after the other, in one shell.
+fn shell_blocks() -> String {
+    let mut script = String::new();
+    for block in PAGES.iter().flat_map(|page| blocks(page)).filter(|block| block.language == "sh") {
+        match &block.not_run {
+            Some(reason) => println!("not run: {}: {reason}", block.place),
+            None if can_run(&block) => script += &format!("echo '== {}' >&2\n{}", block.place, block.text),
+            None => {}
+        }
+    }
+    script
+}
+
+/// Plain strikes with every point and impulse that is documented, whether or not its block is run.
+fn documented_blows() -> String {
+    let all: String = PAGES.iter().map(|page| pages::text(page)).collect();
+    let mut all = blows(&all);
+    let header = pages::text("client/include/shatter.h");
+    let numbers = header.split_once("ShatterContact contact = {{").unwrap().1.split_once("}, 0.0").unwrap().0;
+    let (point, impulse) = numbers.split_once("}, {").unwrap();
+    all.push([point, impulse].map(|numbers| numbers.replace(' ', "")));
+    all.iter()
+        .map(|[point, impulse]| format!("shatter impact mug --point {point} --impulse {impulse} --json\n"))
+        .collect()
+}
+
+#[test]
+fn every_example_of_the_documentation_works_on_what_the_first_session_makes() {
+    let house = House::new();
+    let folder = clone(&house);
+    let watched = git(&folder, &["init", "-q"]).is_some();
+    if watched {
+        git(&folder, &["add", "-A"]);
+    } else {
+        println!("skipped: no git, so nobody sees what the commands leave behind");
+    }
+    let before = git(&folder, &["status", "--porcelain", "--untracked-files=all"]);
+    let (rust, python) = (rust_examples(&house), python_examples(&house));
+    let script = format!(
+        "set -euo pipefail\ntrap 'kill $(jobs -p); wait' EXIT\n{CARGO}\n{}echo '== documented points' >&2\n{}\
+         echo '== Rust' >&2\n{rust}\necho '== Python' >&2\n{python}",
+        shell_blocks(),
+        documented_blows(),
+    );
+    let paths = std::env::join_paths(
+        [program("")].into_iter().chain(std::env::split_paths(&std::env::var_os("PATH").unwrap_or_default())),
+    );
+    let mut bash = house.foreign("bash");
+    let run = bash.args(["-c", &script]).current_dir(&folder).env("PATH", paths.unwrap()).output().unwrap();
+    let [told, error] = [&run.stdout, &run.stderr].map(|bytes| String::from_utf8_lossy(bytes).into_owned());
+    assert!(run.status.success(), "{}:\n{told}\n{error}", run.status);
+    for said in ["takes about", "a daemon will hold about"] {
+        assert!(error.contains(said), "`bake` says what it costs before it costs that: {error}");
+    }
+    assert!(told.contains("fragments 2") || told.contains("\"fragments\""), "{told}");
+    assert_eq!(
+        git(&folder, &["status", "--porcelain", "--untracked-files=all"]),
+        before,
+        "README commands leave nothing that git sees"
+    );
+
+    let database = house.databases().join("mug.shatter");
+    let memory = &house.ok("shatterd", &["inspect", database.to_str().unwrap(), "--memory"])["memory"];
+    let bytes = |key: &str| memory[key].as_f64().unwrap();
+    let rows: f64 = memory["rows"].as_array().unwrap().iter().map(|row| row["bytes"].as_f64().unwrap()).sum();
+    assert_eq!(rows, bytes("accounted_bytes"));
+    let share = rows / bytes("resident_bytes");
+    assert!((share - 1.0).abs() <= 0.05, "the rows add up to {share} of the resident memory: {memory}");
+}
+
+/// Commands of pages name objects that the README bakes, and none of these is left unbaked.
+#[test]
+fn documented_strikes_name_objects_that_the_readme_bakes() {
+    let mut odd = Vec::new();
+    for page in PAGES {
+        for block in blocks(page) {
+            for line in block.text.lines() {
+                let words: Vec<&str> = line.split_whitespace().collect();
+                if let ["shatter", "impact" | "threshold" | "prefracture" | "load", object, ..] = words[..]
+                    && !OBJECTS.contains(&object)
+                {
+                    odd.push(format!("{}: {line}", block.place));
+                }
+                let asked = line.split("object(\"").skip(1).filter_map(|rest| rest.split('"').next());
+                odd.extend(
+                    asked.filter(|object| !OBJECTS.contains(object)).map(|_| format!("{}: {line}", block.place)),
+                );
+            }
+        }
+    }
+    assert!(odd.is_empty(), "{}", odd.join("\n"));
+    let readme = pages::text("README.md");
+    assert!(readme.contains("shatterd bake --shape mug") && readme.contains("--name fine"));
+}
+
+#[test]
+fn a_shape_is_baked_by_its_name_alone_or_refused_with_the_names_that_there_are() {
+    let house = House::new();
+    let spacings = ["--elastic-spacing", "0.08", "--crack-spacing", "0.05"];
+    let baked = house.ok("shatterd", &[&["bake", "--shape", "horseshoe"][..], &spacings].concat());
+    assert_eq!(baked["object"], "horseshoe");
+    assert!(house.databases().join("horseshoe.shatter").is_file());
+    let named = house.ok("shatterd", &[&["bake", "--shape", "horseshoe", "--name", "lucky"][..], &spacings].concat());
+    assert_eq!(named["object"], "lucky");
+    for wrong in [&["--shape", "muug"][..], &["--shape", "mug", "mug.obj"], &["--shape", "mug", "--unit", "cm"]] {
+        let refused = house.run("shatterd", &[&["bake"], wrong].concat());
+        let error = String::from_utf8_lossy(&refused.stderr);
+        assert!(refused.status.code() == Some(2) && error.contains("--shape"), "{wrong:?}: {error}");
+    }
+    let error = house.run("shatterd", &["bake", "--shape", "muug"]).stderr;
+    let error = String::from_utf8_lossy(&error);
+    assert!(error.contains("mug") && error.contains("vase"), "{error}");
+}
