@@ -37,6 +37,7 @@ impl Resident {
 pub fn release_free() {
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
     {
+        // SAFETY: glibc declares it so in malloc.h.
         unsafe extern "C" {
             fn malloc_trim(pad: usize) -> std::ffi::c_int;
         }

@@ -27,8 +27,8 @@ pub struct InspectArgs {
     /// Also strike it a few dozen times, and tell what strikes of so many sites are expected to take here, and how far that is off
     #[arg(long)]
     pub time: bool,
-    /// Also tell where the memory goes that a daemon holds for it, and compare with what this process holds
-    #[arg(long)]
+    /// Also tell where the memory goes that a daemon holds for it, and compare with what this process, of one thread, holds
+    #[arg(long, conflicts_with = "time")]
     pub memory: bool,
     /// One JSON document on stdout
     #[arg(long)]
@@ -39,6 +39,10 @@ pub struct InspectArgs {
 pub fn run(args: &InspectArgs) -> Result<(), Failure> {
     args.out.as_deref().map_or(Ok(()), out::folder)?;
     let damaged = |error| Failure::database(&args.file, &error);
+    if args.memory {
+        // Each thread keeps free memory of its own. Whoever set the pool up earlier has decided.
+        let _ = rayon::ThreadPoolBuilder::new().num_threads(1).build_global();
+    }
     let before = Resident::now();
     let served = Served::whole(database::load(&args.file).map_err(damaged)?);
     let prepared = served.prepared();
