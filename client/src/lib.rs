@@ -49,6 +49,7 @@ mod metric;
 mod object;
 mod out;
 mod ticket;
+mod visible;
 
 pub use broken::{Broken, Fragment, Hull, Run, Skin};
 pub use connect::{Hold, Shatter, place};

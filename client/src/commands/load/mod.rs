@@ -12,6 +12,7 @@ mod worker;
 
 pub use worker::run as work;
 
+use super::files::{note, size};
 use super::{Failure, document, out, reply};
 use plan::{Plan, Target};
 use serde_json::{Value, json};
@@ -200,10 +201,16 @@ fn write(folder: &Path, told: &Value, runs: &[Run]) -> Result<(), Failure> {
         Refusal::new(Kind::Output, at.clone(), format!("cannot write to {at}: {error}"))
     };
     std::fs::create_dir_all(folder).map_err(refuse)?;
-    std::fs::write(folder.join("load.json"), format!("{told:#}\n")).map_err(refuse)?;
+    let put = |name: &str, text: &str| {
+        let path = folder.join(name);
+        std::fs::write(&path, text).map_err(refuse)?;
+        note(format_args!("wrote {} ({})", path.display(), size(text.len() as u64)));
+        Ok::<(), Refusal>(())
+    };
+    put("load.json", &format!("{told:#}\n"))?;
     let rates: Vec<(f64, &Tally)> = runs.iter().filter_map(|(rate, tally, _)| Some(((*rate)?, tally))).collect();
     match picture::svg(&rates) {
-        Some(Ok(text)) => std::fs::write(folder.join("load.svg"), text).map_err(refuse)?,
+        Some(Ok(text)) => put("load.svg", &text)?,
         Some(Err(why)) => return Err(failed("picture", why)),
         None => {}
     }
@@ -214,5 +221,5 @@ fn write(folder: &Path, told: &Value, runs: &[Run]) -> Result<(), Failure> {
             records.iter().flatten().for_each(|record| text.push_str(&format!("{rate},{client},{}\n", record.csv())));
         }
     }
-    Ok(std::fs::write(folder.join("load.csv"), text).map_err(refuse)?)
+    Ok(put("load.csv", &text)?)
 }
