@@ -4,6 +4,7 @@ mod cost;
 mod dials;
 mod refusals;
 mod rows;
+mod tables;
 
 pub use self::cost::Timing;
 pub(crate) use self::dials::preset;
@@ -54,7 +55,9 @@ pub fn loader(scene: Option<Scene>) -> Loader {
             return Err(format!("it was baked of {own}, the scene wants {name}: bake it again"));
         }
         if let Some(table) = database::lacking(&prepared, terms.tables()).filter(|_| scene.is_some()) {
-            return Err(format!("it was baked without the table `{table}`, which the scene needs: bake it again"));
+            return Err(format!(
+                "it was baked without the table `{table}`, which the scene needs: `shatterd bake --scene` makes it"
+            ));
         }
         if let Some(name) = name {
             name.clone_into(&mut prepared.name);
@@ -153,6 +156,7 @@ impl Object for Served {
         watch: &mut dyn Watch,
     ) -> Result<Box<dyn Outcome>, Refusal> {
         let request = self.request(strike)?;
+        tables::check(&self.prepared, &request)?;
         let outcome = pipeline::strike(&self.prepared, &request, workspace, token, watch).map_err(refusal)?;
         self.struck(strike, &request, Some(self.costs.clone()), outcome)
     }
