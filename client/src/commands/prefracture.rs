@@ -11,7 +11,7 @@ use std::path::PathBuf;
 pub struct Args {
     /// Object to divide.
     object: String,
-    /// Number of pieces; a piece that falls apart by itself makes one more.
+    /// Number of pieces; one that falls apart by itself makes one more, one that is too small (`slivers`) one less.
     #[arg(long, value_name = "N", allow_hyphen_values = true)]
     degree: u32,
     /// Which lift: `euclidean`, `interior` (the default) or `surface_diffusion`.

@@ -13,7 +13,7 @@ const REACH_EDGES: f64 = 3.0;
 const DEPTH_EDGES: f64 = 0.1;
 
 /// How far above the surface the middle of a triangle that is left out lies at least, in the same unit.
-const OVER_EDGES: f64 = 0.1;
+const OVER_EDGES: f64 = 0.02;
 
 /// Distances that differ by less than this part are equal: the nearest point lies on an edge of two triangles.
 const TIE: f64 = 1e-6;
