@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::export::{glb_bytes, mjcf};
-use bytemuck::{Zeroable, zeroed_vec};
+use bytemuck::Zeroable;
 use fastrand::Rng;
 use shatter_proto::answer::{
     Block, BondWire, FragmentWire, HullWire, LookWire, NO_MATERIAL, OUTER, RunWire, SkinVertexWire, SkinWire,
@@ -188,7 +188,7 @@ impl Made {
             ..Counts::default()
         };
         let layout = Layout::new(&counts).unwrap();
-        let mut payload: Vec<Block> = zeroed_vec(layout.blocks());
+        let mut payload = vec![Block::zeroed(); layout.blocks()];
         self.fill(layout.split(&mut payload).unwrap());
         let checked = Checked::new(&layout.header(1), &payload).unwrap();
         (payload, checked)

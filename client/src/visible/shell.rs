@@ -132,7 +132,7 @@ mod tests {
 
     #[test]
     fn what_is_outside_moves_to_a_little_below_and_nothing_else_moves() {
-        let vertices = [0.5, 0.0, -0.05, -0.5, 3.0].map(|height| Vector3::new(0.3, height, -0.2));
+        let vertices = [0.5, 0.0, -0.05, -0.5, 4.0].map(|height| Vector3::new(0.3, height, -0.2));
         let shell = Shell::new(floor().into_iter(), vertices.into_iter(), 1.0);
         let moved = vertices.map(|vertex| shell.inwards(&vertex).map(|by| vertex + by));
         let below = Some(Vector3::new(0.3, -0.1, -0.2));
