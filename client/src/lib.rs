@@ -51,6 +51,7 @@ mod object;
 mod out;
 pub mod program;
 mod ticket;
+mod visible;
 
 pub use aim::{Hit, Ray};
 pub use broken::{Broken, Fragment, Hull, Run, Skin};

@@ -66,8 +66,8 @@ effects! {
     2 Interior "interior" Physics true None;
     /// The degree from the object's examples. Off: from the closed form.
     3 Examples "examples" Physics true None;
-    /// Slivers become part of the neighbour that they share most with.
-    4 Slivers "slivers" Physics false None;
+    /// Slivers become part of the neighbor that they share most with.
+    4 Slivers "slivers" Physics true None;
     /// Velocities of the fragments from the strain energy that is set free.
     5 Release "release" Output false None;
     /// Normals, one per vertex.

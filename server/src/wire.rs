@@ -5,6 +5,7 @@ mod cost;
 mod dials;
 mod refusals;
 mod rows;
+mod tables;
 
 pub use self::cost::Timing;
 pub(crate) use self::dials::preset;
@@ -56,7 +57,9 @@ pub fn loader(scene: Option<Scene>) -> Loader {
             return Err(format!("it was baked of {own}, the scene wants {name}: bake it again"));
         }
         if let Some(table) = database::lacking(&prepared, terms.tables()).filter(|_| scene.is_some()) {
-            return Err(format!("it was baked without the table `{table}`, which the scene needs: bake it again"));
+            return Err(format!(
+                "it was baked without the table `{table}`, which the scene needs: `shatterd bake --scene` makes it"
+            ));
         }
         if let Some(name) = name {
             name.clone_into(&mut prepared.name);
@@ -163,6 +166,7 @@ impl Object for Served {
             return Ok(Box::new(Aimed::new(strike, hit)));
         }
         let request = self.request(&aim::pointed(strike, &hit))?;
+        tables::check(&self.prepared, &request)?;
         let outcome = pipeline::strike(&self.prepared, &request, workspace, token, watch);
         let outcome = outcome.map_err(|error| refusal_in(error, &strike.convention))?;
         self.struck(strike, (&request, hit), Some(self.costs.clone()), outcome)

@@ -107,8 +107,8 @@ fn check_files(house: &House, mesh: &Path, name: &str) {
         served.ok("shatter", &[&own[..], more].concat())
     };
     divide(&file, &[]);
-    check("glb", &in_glb(&file), downwards, LATTICE);
-    check("skin", &in_glb(&file.with_extension("skin.glb")), downwards, SKIN);
+    check("glb", &in_glb(&file.with_extension("closed.glb")), downwards, LATTICE);
+    check("skin", &in_glb(&file), downwards, SKIN);
     divide(&folder, &["--format", "obj"]);
     let pieces = (0..8).map(|piece| folder.join(format!("fragment_{piece:03}.obj"))).filter(|piece| piece.is_file());
     let corners: Vec<_> = pieces.flat_map(|piece| in_obj(&piece)).collect();

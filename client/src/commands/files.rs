@@ -1,7 +1,8 @@
 //! Where commands write fragments, and in which format.
 
-use super::Failure;
-use shatter_client::{Broken, Effect, Impact, Kind, Refusal};
+use super::{Failure, note};
+use shatter_client::export::Written;
+use shatter_client::{Broken, Deadline, Effect, Impact, Kind, Object, Refusal};
 use shatter_proto::name::nearest;
 use std::path::{Path, PathBuf};
 
@@ -77,16 +78,40 @@ impl Target {
         Ok(Self { format, path, folder })
     }
 
-    /// `impact` with what the format cannot do without, unless it is switched off: welds are bonds, and what collides are hulls.
-    pub fn equip(&self, impact: Impact, disable: &[Effect]) -> Impact {
-        let wanted = [Effect::Bonds, Effect::Hulls].into_iter();
-        let wanted = wanted.filter(|effect| self.format == Format::Mjcf && !disable.contains(effect));
-        wanted.fold(impact, Impact::enable)
+    /// Strikes `object` with the effects that the format shows: bonds and hulls in a model for MuJoCo, skins in a `.glb` file, unless
+    /// they are in `disable`. A skin that nobody asked for (`enable`) is left out where the object has none.
+    pub fn strike(
+        &self,
+        object: &Object,
+        impact: &Impact,
+        [enable, disable]: [&[Effect]; 2],
+        deadline: impl Fn() -> Deadline,
+    ) -> Result<Broken, Failure> {
+        let shown: &[Effect] = match self.format {
+            Format::Glb => &[Effect::Skin],
+            Format::Mjcf => &[Effect::Bonds, Effect::Hulls],
+            Format::Obj => &[],
+        };
+        let shown = shown.iter().filter(|effect| !disable.contains(effect));
+        let equipped = shown.fold(impact.clone(), |impact, effect| impact.enable(*effect));
+        let strike = |impact: &Impact| object.strike(impact)?.wait(deadline());
+        match strike(&equipped) {
+            Err(refusal)
+                if self.format == Format::Glb && !enable.contains(&Effect::Skin) && is_about_skin(&refusal) =>
+            {
+                let path = self.path.display();
+                note(format_args!("{path} will show the lattice, not the triangles of the mesh file: {refusal}"));
+                Ok(strike(impact)?)
+            }
+            result => Ok(result?),
+        }
     }
 
-    /// Writes the fragments; all files, or the folder of many, the main one first. Nothing for an object that stays whole.
+    /// Writes the fragments and names each file on stderr. Returns all files, or the folder of many, the main one first. Nothing for an
+    /// object that stays whole.
     pub fn write(&self, broken: &Broken) -> Result<Vec<PathBuf>, Failure> {
         if broken.is_whole() {
+            note(format_args!("nothing to write: {} stays whole", broken.summary().object()));
             return Ok(Vec::new());
         }
         if let Some(folder) = &self.folder {
@@ -98,11 +123,11 @@ impl Target {
         match self.format {
             Format::Glb => Ok(glb(&self.path, broken)?),
             Format::Obj => {
-                broken.write_obj(&self.path)?;
+                wrote(&self.path, "", &broken.write_obj(&self.path)?);
                 Ok(vec![self.path.clone()])
             }
             Format::Mjcf => {
-                broken.write_mjcf(&self.path)?;
+                wrote(&self.path, ", with its meshes", &broken.write_mjcf(&self.path)?);
                 let stem = self.path.file_stem().unwrap_or_default().to_string_lossy();
                 Ok(vec![self.path.clone(), self.path.with_file_name(format!("{stem}_assets"))])
             }
@@ -110,19 +135,45 @@ impl Target {
     }
 }
 
-/// Fragments, and hulls and skins beside them if there are any.
+/// Whether a strike was refused because of the skin: the object has none, or the result would be too long with it.
+fn is_about_skin(refusal: &Refusal) -> bool {
+    let (kind, at) = (refusal.kind, refusal.at.as_str());
+    (kind, at) == (Kind::Effect, Effect::Skin.name()) || (kind, at) == (Kind::CapExceeded, "bytes_max")
+}
+
+/// What is seen of the fragments, or without skins the fragments themselves; beside it the closed meshes, where these are others, and the
+/// hulls, if there are any. Returns the files.
 fn glb(file: &Path, broken: &Broken) -> Result<Vec<PathBuf>, Refusal> {
+    let closed = file.with_extension("closed.glb");
     let mut files = vec![file.to_owned()];
-    broken.write_glb(file)?;
-    if broken.fragments().any(|fragment| fragment.hull().is_some()) {
-        files.push(file.with_extension("hulls.glb"));
-        broken.write_hulls_glb(&file.with_extension("hulls.glb"))?;
-    }
     if broken.fragments().any(|fragment| fragment.skin().is_some()) {
-        files.push(file.with_extension("skin.glb"));
-        broken.write_skins_glb(&file.with_extension("skin.glb"))?;
+        wrote(file, "", &broken.write_skins_glb(file)?);
+        wrote(&closed, ", closed meshes of the lattice", &broken.write_glb(&closed)?);
+        files.push(closed);
+    } else {
+        wrote(file, "", &broken.write_glb(file)?);
+    }
+    if broken.fragments().any(|fragment| fragment.hull().is_some()) {
+        let hulls = file.with_extension("hulls.glb");
+        wrote(&hulls, ", hulls", &broken.write_hulls_glb(&hulls)?);
+        files.push(hulls);
     }
     Ok(files)
+}
+
+/// Names a file, or of OBJ a folder, that was written.
+fn wrote(path: &Path, what: &str, written: &Written) {
+    let size = size(written.bytes as u64);
+    note(format_args!("wrote {} ({} fragments{what}, {size})", path.display(), written.fragments));
+}
+
+/// A number of bytes for people.
+pub(super) fn size(bytes: u64) -> String {
+    match bytes {
+        0..1_000 => format!("{bytes} B"),
+        1_000..1_000_000 => format!("{:.1} kB", bytes as f64 * 1e-3),
+        _ => format!("{:.1} MB", bytes as f64 * 1e-6),
+    }
 }
 
 #[cfg(test)]

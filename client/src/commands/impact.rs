@@ -2,7 +2,7 @@
 
 use super::files::{Format, Target};
 use super::parse::{Host, convention, degree, effect, elastic, lift, origin, quality, ray, vector};
-use super::{ANSWER, Failure, document, out, reply, with_contact, wrote};
+use super::{ANSWER, Failure, document, out, reply, with_contact};
 use serde_json::{Value, json};
 use shatter_client::{
     Broken, Deadline, Degree, Effect, Elastic, Hit, Hull, Impact, Lift, Origin, Quality, Ray, Shatter,
@@ -84,8 +84,10 @@ pub struct Args {
     /// Everything random follows from it.
     #[arg(long, default_value_t = 0)]
     seed: u64,
-    /// Write the fragments to this file, or to OBJECT.glb in this folder; hulls and skins, if they are on, to OBJECT.hulls.glb and OBJECT.skin.glb beside it.
-    /// FILE.xml is a model for MuJoCo, its meshes in FILE_assets beside it; `bonds` and `hulls` are then on unless --disable says otherwise.
+    /// Write the fragments to this file, or to OBJECT.glb in this folder. FILE.glb shows the triangles of the mesh file where the object has them
+    /// (`skin` is then on unless --disable says otherwise), and FILE.closed.glb beside it has the closed meshes for simulators; without skin
+    /// FILE.glb has these. Hulls, if they are on, go to FILE.hulls.glb. FILE.xml is a model for MuJoCo, its meshes in FILE_assets beside it;
+    /// `bonds` and `hulls` are then on unless --disable says otherwise.
     #[arg(long, value_name = "FILE.glb|FILE.xml|DIR")]
     out: Option<PathBuf>,
     /// What is written into a folder: `glb` (the default), `obj` (one file per fragment, fragments.mtl, fragments.json), or `mjcf`.
@@ -118,17 +120,21 @@ pub fn run(service: &str, args: &Args) -> Result<(), Failure> {
     let within =
         |usual: Deadline| args.deadline_ms.map_or(usual, |ms| usual.min(Deadline::ms(ms.saturating_add(SLACK_MS))));
     let target = args.out.as_ref().map(|out| Target::new(out, args.format, &args.object)).transpose()?;
-    let blow = target.as_ref().map_or(impact(args), |target| target.equip(impact(args), &args.disable));
+    let impact = impact(args);
     let service = Shatter::connect(service, within(reply()))?.with_convention(args.convention.convention);
     let object = service.object(&args.object, within(reply()))?;
-    let broken = object.strike(&blow)?.wait(within(Deadline::after(ANSWER)))?;
+    let deadline = || within(Deadline::after(ANSWER));
+    let broken = match &target {
+        Some(target) => target.strike(&object, &impact, [&args.enable, &args.disable], deadline)?,
+        None => object.strike(&impact)?.wait(deadline())?,
+    };
     let files = target.map_or(Ok(Vec::new()), |target| target.write(&broken))?;
     if args.json {
         let Args { error: error_max, time_ms: time_ms_max, .. } = *args;
         let asked = Asked { convention: &args.convention.name, error_max, time_ms_max };
         document(&to_json(&broken, asked, &files))
     } else {
-        screen(&broken, &files)?;
+        screen(&broken)?;
         if matches!(args.elastic, Some(Elastic::Reduced)) && broken.summary().elastic() == SOLVE {
             out(format_args!("  {}\n", solved_instead(&broken.summary())))?;
         }
@@ -363,8 +369,7 @@ fn trust(summary: &SummaryWire) -> String {
 }
 
 /// An answer for people.
-pub(super) fn screen(broken: &Broken, files: &[PathBuf]) -> Result<(), Failure> {
-    files.iter().for_each(|file| wrote(file));
+pub(super) fn screen(broken: &Broken) -> Result<(), Failure> {
     let summary = broken.summary();
     let milliseconds = broken.round_trip().as_secs_f64() * 1e3;
     let most = if summary.elastic() == BOUNDED { "at most " } else { "" };

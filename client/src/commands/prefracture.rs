@@ -12,7 +12,7 @@ use std::path::PathBuf;
 pub struct Args {
     /// Object to divide.
     object: String,
-    /// Number of pieces; a piece that falls apart by itself makes one more.
+    /// Number of pieces; one that falls apart by itself makes one more, one that is too small (`slivers`) one less.
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     degree: u32,
     /// Which lift: `euclidean`, `interior` (the default) or `surface_diffusion`.
@@ -30,8 +30,10 @@ pub struct Args {
     /// Everything random follows from it.
     #[arg(long, default_value_t = 0)]
     seed: u64,
-    /// Write the pieces to this file, or to OBJECT.glb in this folder; hulls and skins, if they are on, to OBJECT.hulls.glb and OBJECT.skin.glb beside it.
-    /// FILE.xml is a model for MuJoCo, its meshes in FILE_assets beside it; `bonds` and `hulls` are then on unless --disable says otherwise.
+    /// Write the pieces to this file, or to OBJECT.glb in this folder. FILE.glb shows the triangles of the mesh file where the object has them
+    /// (`skin` is then on unless --disable says otherwise), and FILE.closed.glb beside it has the closed meshes for simulators; without skin
+    /// FILE.glb has these. Hulls, if they are on, go to FILE.hulls.glb. FILE.xml is a model for MuJoCo, its meshes in FILE_assets beside it;
+    /// `bonds` and `hulls` are then on unless --disable says otherwise.
     #[arg(long, value_name = "FILE.glb|FILE.xml|DIR")]
     out: PathBuf,
     /// What is written into a folder: `glb` (the default), `obj` (one file per piece, fragments.mtl, fragments.json), or `mjcf`.
@@ -51,8 +53,8 @@ pub fn run(service: &str, args: &Args) -> Result<(), Failure> {
     let load = args.quality.map_or(load.clone(), |quality| load.quality(quality));
     let load = args.enable.iter().fold(load, |load, effect| load.enable(*effect));
     let load = args.disable.iter().fold(load, |load, effect| load.disable(*effect));
-    let broken = object.strike(&target.equip(load, &args.disable))?.wait(Deadline::after(ANSWER))?;
+    let broken = target.strike(&object, &load, [&args.enable, &args.disable], || Deadline::after(ANSWER))?;
     let files = target.write(&broken)?;
     let asked = Asked { convention: "gltf", error_max: None, time_ms_max: None };
-    if args.json { document(&to_json(&broken, asked, &files)) } else { screen(&broken, &files) }
+    if args.json { document(&to_json(&broken, asked, &files)) } else { screen(&broken) }
 }

@@ -154,12 +154,17 @@ impl Terms {
     /// The effects of `strike`. Refused by name: what cannot be, and what the scene does not prepare.
     pub fn effects(&self, strike: &Strike) -> Result<Effects, Refusal> {
         if let Some(effect) = strike.enable.iter().find(|effect| !self.allowed.has(*effect)) {
-            let hint = match effect {
-                Effect::Warp => "; its key `warp` would",
-                _ if SCENIC.contains(&effect) => "; its key `anchors` would",
+            let (object, name) = (&strike.object, effect.name());
+            let key = match effect {
+                Effect::Warp => ", with the table `warp`",
+                _ if SCENIC.contains(&effect) => ", with the key `anchors`",
                 _ => "",
             };
-            return Err(conflict(effect, format!("the scene does not prepare the effect `{}`{hint}", effect.name())));
+            let message = format!(
+                "the effect `{name}` is not prepared: add \"{name}\" to `effects` or `allow` of [objects.{object}] in a scene{key}, and \
+                 serve that scene"
+            );
+            return Err(conflict(effect, message));
         }
         let on = self.on.changed(strike.enable, strike.disable)?;
         let curved = |lift| lift != Lift::Euclidean;

@@ -12,7 +12,8 @@ mod worker;
 
 pub use worker::run as work;
 
-use super::{Failure, document, out, reply, wrote};
+use super::files::size;
+use super::{Failure, document, note, out, reply};
 use plan::{Plan, Target};
 use serde_json::{Value, json};
 use shatter_client::{Kind, Refusal, Shatter};
@@ -102,8 +103,7 @@ pub fn run(service: &str, args: &Args) -> Result<(), Failure> {
     let told: Vec<Value> = runs.iter().map(|(rate, tally, _)| tally.document(*rate)).collect();
     let told = if told.len() == 1 { told.into_iter().next().unwrap_or_default() } else { json!({ "runs": told }) };
     if let Some(folder) = &args.out {
-        let files = write(folder, &told, &runs)?;
-        files.iter().for_each(|file| wrote(file));
+        write(folder, &told, &runs)?;
     }
     if args.json {
         return document(&told);
@@ -195,20 +195,22 @@ fn finish(mut child: Child, late: Instant) -> Result<Option<Vec<Record>>, Failur
 
 type Run = (Option<f64>, Tally, Vec<Option<Vec<Record>>>);
 
-fn write(folder: &Path, told: &Value, runs: &[Run]) -> Result<Vec<PathBuf>, Failure> {
-    let mut files = vec![folder.join("load.json"), folder.join("load.csv")];
+fn write(folder: &Path, told: &Value, runs: &[Run]) -> Result<(), Failure> {
     let refuse = |error: std::io::Error| {
         let at = folder.display().to_string();
         Refusal::new(Kind::Output, at.clone(), format!("cannot write to {at}: {error}"))
     };
     std::fs::create_dir_all(folder).map_err(refuse)?;
-    std::fs::write(folder.join("load.json"), format!("{told:#}\n")).map_err(refuse)?;
+    let put = |name: &str, text: &str| {
+        let path = folder.join(name);
+        std::fs::write(&path, text).map_err(refuse)?;
+        note(format_args!("wrote {} ({})", path.display(), size(text.len() as u64)));
+        Ok::<(), Refusal>(())
+    };
+    put("load.json", &format!("{told:#}\n"))?;
     let rates: Vec<(f64, &Tally)> = runs.iter().filter_map(|(rate, tally, _)| Some(((*rate)?, tally))).collect();
     match picture::svg(&rates) {
-        Some(Ok(text)) => {
-            std::fs::write(folder.join("load.svg"), text).map_err(refuse)?;
-            files.push(folder.join("load.svg"));
-        }
+        Some(Ok(text)) => put("load.svg", &text)?,
         Some(Err(why)) => return Err(failed("picture", why)),
         None => {}
     }
@@ -219,6 +221,5 @@ fn write(folder: &Path, told: &Value, runs: &[Run]) -> Result<Vec<PathBuf>, Fail
             records.iter().flatten().for_each(|record| text.push_str(&format!("{rate},{client},{}\n", record.csv())));
         }
     }
-    std::fs::write(folder.join("load.csv"), text).map_err(refuse)?;
-    Ok(files)
+    Ok(put("load.csv", &text)?)
 }

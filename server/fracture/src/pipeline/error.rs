@@ -106,7 +106,9 @@ pub enum StrikeError {
         effect: Effect,
     },
     /// The answer that a fragment is of has no skins.
-    #[error("fragment {fragment} wears no skin: the strike that it comes from was without the effect `skin`")]
+    #[error(
+        "fragment {fragment} has no skin: the strike that it comes from was without the effect `skin`; repeat that with it"
+    )]
     Undressed {
         /// Which.
         fragment: u32,

@@ -12,7 +12,7 @@ pub enum Effect {
     Interior = 2,
     /// Physics: the degree from the object's examples. Off: from the closed form.
     Examples = 3,
-    /// Physics: slivers become part of the neighbour that they share most with.
+    /// Physics: slivers become part of the neighbor that they share most with.
     Slivers = 4,
     /// Velocities of the fragments from the strain energy that is set free.
     Release = 5,
@@ -89,7 +89,7 @@ pub struct Effects(u32);
 impl Default for Effects {
     /// Those that are on where nobody says otherwise.
     fn default() -> Self {
-        Self::of([Effect::Elastic, Effect::Interior, Effect::Examples])
+        Self::of([Effect::Elastic, Effect::Interior, Effect::Examples, Effect::Slivers])
     }
 }
 
