@@ -1,5 +1,7 @@
 //! Databases: one object per file, baked once, verified before use.
 
+#[cfg(test)]
+mod altered_tests;
 mod bake;
 mod container;
 mod cracks;
@@ -14,8 +16,10 @@ mod reduced;
 mod share;
 mod skins;
 mod stored;
+mod stuffed;
 mod tables;
 mod thin;
+mod values;
 
 pub use bake::{BakeError, BakeRequest, Step, bake};
 pub use error::DatabaseError;
@@ -25,6 +29,7 @@ pub use object::{
     BODIES_MAX, NODES_MAX, Provenance, load, load_older, load_parameters, load_partial, load_provenance, load_tables,
     load_task, save, save_partial, tensor_bytes,
 };
+pub use parts::Severed;
 pub use share::{JoinError, Partial, SHARE_EXTENSION, SHARES_MAX, Share, ShareError, Task, join};
 pub use stored::{lacking, stored};
 pub use tables::Tables;
