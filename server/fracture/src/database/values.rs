@@ -239,7 +239,7 @@ pub(super) fn impacts(own: &Prepared) -> Result<(), DatabaseError> {
     let last = own.examples.iter().map(|example| example.impact).max();
     match last.filter(|last| *last >= own.impacts) {
         Some(last) => {
-            Err(metadata("shape", format!("impacts is {}, but there is an example of impact {last}", own.impacts)))
+            Err(metadata("shape", format!("impacts is {}, but examples.heads names impact {last}", own.impacts)))
         }
         None => Ok(()),
     }
