@@ -12,7 +12,7 @@ use std::path::Path;
 impl Broken {
     /// Writes the fragments to a `.glb` file, whole or not at all.
     ///
-    /// Errors: `output` (folder missing, not writable, or the path is a folder), `bad_answer` (the fragments make no valid
+    /// Errors: `output` (folder not writable, or the path is a folder), `bad_answer` (the fragments make no valid
     /// file). An object that stayed whole has no fragments to write: `output` as well.
     pub fn write_glb(&self, path: &Path) -> Result<Written, Refusal> {
         self.with_views(|views| write_glb(path, views)).map_err(|error| refusal(path, &error))
@@ -142,7 +142,6 @@ fn fragment_view<'a>(fragment: &Fragment<'a>, runs: &'a [RunView], appearance: &
 fn refusal(path: &Path, error: &ExportError) -> Refusal {
     let kind = match error {
         ExportError::NoFragments
-        | ExportError::MissingFolder(_)
         | ExportError::IsFolder(_)
         | ExportError::NoFile(_)
         | ExportError::Folder { .. }

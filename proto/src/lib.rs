@@ -26,7 +26,7 @@ pub mod place;
 pub mod refusal;
 pub mod request;
 pub mod shared_memory;
-mod text;
+pub mod text;
 pub mod transport;
 pub mod unfinished;
 pub mod view;

@@ -195,9 +195,9 @@ kinds! {
     66 Port "port" Environment REFUSED false;
 }
 
-/// Why something was not done.
+/// Why something was not done. Shown and as a document, its texts hold no control characters: see [`text::message`].
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{message}")]
+#[error("{}", text::message(message))]
 pub struct Refusal {
     /// The rule.
     pub kind: Kind,
@@ -225,11 +225,11 @@ impl Refusal {
     pub fn document(&self) -> serde_json::Value {
         serde_json::json!({"error": {
             "kind": self.kind.name(),
-            "message": self.message,
+            "message": text::message(&self.message),
             "fault": self.kind.fault().name(),
             "retry": self.kind.retry(),
             "retry_after_ms": self.retry_after.map(|wait| wait.as_secs_f64() * 1e3),
-            "at": self.at,
+            "at": text::quoted(&self.at),
         }})
     }
 }

@@ -1,4 +1,58 @@
-//! Short texts in fixed bytes: the bytes, and how many of them count.
+//! Texts: short ones in fixed bytes (the bytes, and how many of them count), and any text as it may be shown.
+
+use std::fmt::Write;
+
+/// Most characters of a text from a file or a name that a message quotes.
+pub const QUOTED_MAX: usize = 200;
+
+/// Most characters of a message.
+pub const MESSAGE_MAX: usize = 4000;
+
+/// A message as a terminal or a log may show it: every character that moves the cursor, starts an escape sequence or changes the
+/// direction of writing is escaped, and at most [`MESSAGE_MAX`] characters are left.
+pub fn message(text: &str) -> String {
+    shown(text, MESSAGE_MAX)
+}
+
+/// As [`message`], for a text from a file or a name: at most [`QUOTED_MAX`] characters are left.
+pub fn quoted(text: &str) -> String {
+    shown(text, QUOTED_MAX)
+}
+
+/// As [`message`], of any length.
+pub fn escaped(text: &str) -> String {
+    shown(text, usize::MAX)
+}
+
+fn shown(text: &str, most: usize) -> String {
+    let mut shown = String::with_capacity(text.len().min(most.saturating_mul(4)));
+    let mut count = 0;
+    for character in text.chars() {
+        let before = shown.len();
+        if is_hidden(character) {
+            shown.extend(character.escape_default());
+        } else {
+            shown.push(character);
+        }
+        count += shown[before..].chars().count();
+        if count > most {
+            shown.truncate(before);
+            // Writing to a string cannot fail.
+            let _ = write!(shown, "… ({} bytes)", text.len());
+            break;
+        }
+    }
+    shown
+}
+
+/// Control characters, line and paragraph separators, and marks that change the direction of writing.
+fn is_hidden(character: char) -> bool {
+    let marks = matches!(
+        character,
+        '\u{061c}' | '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}' | '\u{feff}'
+    );
+    character.is_control() || marks
+}
 
 /// Writes `text` into `bytes`, cut at a character boundary if it is too long, the rest zeroed; returns the length.
 pub(crate) fn put(bytes: &mut [u8], text: &str) -> u32 {
@@ -24,6 +78,17 @@ pub(crate) fn show(bytes: &[u8], length: u32) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn shown_texts_hold_no_control_character_and_no_megabytes() {
+        assert_eq!(message("Vase Nr. 3: größer"), "Vase Nr. 3: größer");
+        assert_eq!(quoted("a\u{1b}[31mb\nc\u{202e}d\u{9b}"), "a\\u{1b}[31mb\\nc\\u{202e}d\\u{9b}");
+        let long = quoted(&"ü".repeat(5_000_000));
+        assert!(long.starts_with(&"ü".repeat(QUOTED_MAX)) && long.ends_with("… (10000000 bytes)"), "{long}");
+        let escaped = quoted(&"\n".repeat(150));
+        assert!(escaped.chars().count() < QUOTED_MAX + 20 && escaped.ends_with("bytes)"), "{escaped}");
+        assert_eq!(message(&message("\u{7}")), message("\u{7}"));
+    }
 
     #[test]
     fn long_texts_are_cut_between_characters() {

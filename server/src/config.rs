@@ -1,6 +1,7 @@
 //! Configuration of the daemon: the compiled-in default, a file over it, flags over both.
 
 use serde::Deserialize;
+use shatter_fracture::scene::{brief, nearest, toml_error};
 use shatter_proto::transport::CLIENTS_MAX;
 use shatter_proto::{Kind, Refusal};
 use std::path::{Path, PathBuf};
@@ -116,13 +117,14 @@ impl Config {
 
     /// The default, overlaid with `text`; `at` names it in refusals.
     pub fn parse(text: &str, at: &str) -> Result<Self, Refusal> {
-        let refuse = |error: toml::de::Error| {
-            let message = format!("{at}: {}", error.to_string().trim_end());
-            Refusal::new(Kind::Configuration, at, message)
+        let refuse = |text: &str, error: toml::de::Error| {
+            Refusal::new(Kind::Configuration, at, format!("{at}: {}", toml_error(text, &error)))
         };
-        let mut table: toml::Table = DEFAULT.parse().map_err(refuse)?;
-        overlay(&mut table, text.parse().map_err(refuse)?);
-        let config: Self = toml::Value::Table(table).try_into().map_err(refuse)?;
+        let mut table: toml::Table = DEFAULT.parse().map_err(|error| refuse(DEFAULT, error))?;
+        let own: toml::Table = text.parse().map_err(|error| refuse(text, error))?;
+        known("", &own, &table).map_err(|(key, why)| Refusal::new(Kind::Configuration, key, format!("{at}: {why}")))?;
+        overlay(&mut table, own);
+        let config: Self = toml::Value::Table(table).try_into().map_err(|error| refuse("", error))?;
         config.checked(at)
     }
 
@@ -219,6 +221,23 @@ pub fn data_folder() -> Result<PathBuf, Refusal> {
     })
 }
 
+/// Whether every key of `own` is one of `all`; if not, its path and what is wrong, with the nearest that is known.
+fn known(path: &str, own: &toml::Table, all: &toml::Table) -> Result<(), (String, String)> {
+    for (key, value) in own {
+        let name = format!("{path}{}", brief(key));
+        match (value, all.get(key)) {
+            (_, None) => {
+                let nearest = nearest(key, all.keys().map(String::as_str)).unwrap_or("");
+                let why = format!("unknown key `{name}`; the nearest is `{path}{nearest}`");
+                return Err((name, why));
+            }
+            (toml::Value::Table(own), Some(toml::Value::Table(all))) => known(&format!("{name}."), own, all)?,
+            _ => {}
+        }
+    }
+    Ok(())
+}
+
 /// Lays `over` on `under`, table by table.
 fn overlay(under: &mut toml::Table, over: toml::Table) {
     for (key, value) in over {
@@ -259,6 +278,8 @@ mod tests {
     #[test]
     fn unknown_keys_and_bad_values_are_refused_by_name() {
         check("[compute]\ntreads = 3", "treads");
+        check("[compute]\ntreads = 3", "`compute.threads`");
+        check("[answers]\nheld = 3", "`answers.held_max`");
         check("[colour]\nx = 1", "colour");
         check("[answers]\nbuckets = 0", "answers.buckets");
         check("[service]\nclients_max = 129", "service.clients_max");

@@ -2,7 +2,7 @@
 
 use clap::{Parser, Subcommand};
 use shatter_client::program;
-use shatter_server::commands::{Failure, bake, check, demo, inspect, merge, serve, study, upgrade};
+use shatter_server::commands::{Failure, bake, check, demo, inspect, interrupt, merge, serve, study, upgrade};
 use std::process::ExitCode;
 
 /// Bakes brittle objects and serves their fragments.
@@ -44,7 +44,22 @@ fn main() -> ExitCode {
             return printed.map_or_else(|error| Failure::from(error).print(false), |()| ExitCode::SUCCESS);
         }
     };
-    let result: Result<bool, Failure> = match &cli.command {
+    // The daemon has its own way to end.
+    let watched = if matches!(cli.command, Command::Serve(_)) { Ok(()) } else { interrupt::watch(json) };
+    let result = watched.and_then(|()| run(&cli.command));
+    if result.is_err() {
+        interrupt::ending();
+    }
+    match result {
+        Ok(true) => ExitCode::SUCCESS,
+        Ok(false) => ExitCode::from(shatter_proto::exit::OURS),
+        Err(failure) => failure.print(json),
+    }
+}
+
+/// Runs a command; whether everything held that it looked at.
+fn run(command: &Command) -> Result<bool, Failure> {
+    match command {
         Command::Demo(args) => demo::run(args).map(|()| true),
         Command::Bake(args) => bake::run(args).map(|()| true),
         Command::Merge(args) => merge::run(args).map(|()| true),
@@ -53,10 +68,5 @@ fn main() -> ExitCode {
         Command::Check(args) => check::run(args).map(|()| true),
         Command::Serve(args) => serve::run(args).map(|()| true),
         Command::Study(args) => study::run(args),
-    };
-    match result {
-        Ok(true) => ExitCode::SUCCESS,
-        Ok(false) => ExitCode::from(shatter_proto::exit::OURS),
-        Err(failure) => failure.print(json),
     }
 }

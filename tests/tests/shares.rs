@@ -191,11 +191,11 @@ fn an_interrupted_bake_keeps_what_is_done_and_goes_on_with_it() {
     let bakery = Bakery::new();
     let examples = ["--examples", "4000"];
     let kept = Share::WHOLE.file(&bakery.house.databases(), "wedge");
-    for signal in [Signal::INT, Signal::TERM] {
+    for (signal, code) in [(Signal::INT, 130), (Signal::TERM, 143)] {
         let _ = std::fs::remove_file(&kept);
         let mut child = bakery.command(&examples).spawn().unwrap();
         await_file(&kept);
-        assert_eq!(end(&mut child, signal), Some(130));
+        assert_eq!(end(&mut child, signal), Some(code));
         let partial = load_partial(&kept).unwrap();
         assert!(!partial.task.is_done() && !bakery.database().exists());
     }

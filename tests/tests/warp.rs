@@ -255,7 +255,14 @@ fn controls_that_an_object_cannot_follow_are_refused_by_name() {
     let sites_m = vec![Point3::origin(), Point3::new(0.0, 2.0, 0.0)];
     assert!(matches!(refused(Controls { sites_m, ..Controls::default() }), WarpError::Site { site: 1, .. }));
     let waves = Some(Waves { length_m: 0.3, slope: 4.0 });
-    assert!(matches!(refused(Controls { waves, ..Controls::default() }), WarpError::Folds { body: 0, .. }));
+    let folds = refused(Controls { waves, ..Controls::default() });
+    let WarpError::Folds { body: 0, slope: Some(slope), .. } = folds else { panic!("{folds}") };
+    assert!(folds.to_string().contains(&format!("a slope of {slope} does not fold")), "{folds}");
+    let waves = Some(Waves { length_m: 0.3, slope });
+    assert!(
+        (0.05..4.0).contains(&slope)
+            && cube().warped(&Controls { waves, ..Controls::default() }, &Token::default()).is_ok()
+    );
     let waves = Some(Waves { length_m: 1e-9, slope: 0.1 });
     assert!(matches!(refused(Controls { waves, ..Controls::default() }), WarpError::Short { .. }));
     let token = Token::default();

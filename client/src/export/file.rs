@@ -30,17 +30,16 @@ pub(super) fn target(path: &Path) -> Result<PathBuf, ExportError> {
     Ok(target)
 }
 
-/// Writes `bytes` to `path`, replacing a file of that name; a reader sees the old file or the new one, never a part.
+/// Writes `bytes` to `path`, replacing a file of that name; a reader sees the old file or the new one, never a part. Its folder is
+/// made if it is not there, with those above it.
 pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), ExportError> {
     let path = &target(path)?;
     let folder = match path.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
         _ => Path::new("."),
     };
-    if !folder.is_dir() {
-        return Err(ExportError::MissingFolder(folder.to_owned()));
-    }
     let in_folder = |source: io::Error| ExportError::Folder { folder: folder.to_owned(), source };
+    std::fs::create_dir_all(folder).map_err(in_folder)?;
     let mut aside = tempfile::Builder::new()
         .prefix(".shatter-")
         .permissions(Permissions::from_mode(FILE_MODE))

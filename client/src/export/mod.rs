@@ -163,9 +163,6 @@ pub enum ExportError {
         /// What they need.
         bytes: usize,
     },
-    /// The folder to write into does not exist.
-    #[error("the folder {} does not exist", .0.display())]
-    MissingFolder(PathBuf),
     /// The path names a folder.
     #[error("{} is a folder, not a file", .0.display())]
     IsFolder(PathBuf),

@@ -176,14 +176,24 @@ fn a_refused_folder_is_named_and_left_as_it_was() {
     let folder = tempfile::tempdir().unwrap();
     let sample = sample();
     let fragments = [view(&sample, 0)];
-    let missing = folder.path().join("no such folder");
-    let refusal = write_glb(&missing.join("a.glb"), &fragments).unwrap_err();
-    assert!(matches!(&refusal, ExportError::MissingFolder(named) if *named == missing));
+    std::fs::write(folder.path().join("file"), "").unwrap();
+    let below = folder.path().join("file/below");
+    let refusal = write_glb(&below.join("a.glb"), &fragments).unwrap_err();
+    assert!(matches!(&refusal, ExportError::Folder { folder, .. } if *folder == below), "{refusal}");
     let refusal = write_glb(folder.path(), &fragments).unwrap_err();
     assert!(matches!(refusal, ExportError::IsFolder(_)), "{refusal}");
     let refusal = write_glb(Path::new("/proc/shatter.glb"), &fragments).unwrap_err();
     assert!(matches!(refusal, ExportError::Folder { .. }), "{refusal}");
-    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+}
+
+#[test]
+fn a_new_folder_is_made_for_a_file_as_for_a_folder() {
+    let folder = tempfile::tempdir().unwrap();
+    let sample = sample();
+    let file = folder.path().join("new/er/a.glb");
+    write_glb(&file, &[view(&sample, 0)]).unwrap();
+    assert!(file.is_file());
 }
 
 #[test]

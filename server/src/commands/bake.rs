@@ -1,7 +1,7 @@
 //! `shatterd bake`: a mesh file becomes a database.
 
 use super::bar::Bar;
-use super::{Failure, bake_scene, baked, interrupt, out, shares};
+use super::{Failure, bake_scene, baked, interrupt, out, shares, size};
 use crate::config::data_folder;
 use clap::Args;
 use shatter_fracture::database::{self, BakeError, BakeRequest, Partial, Share, Tables};
@@ -57,9 +57,10 @@ pub struct BakeArgs {
     /// Axis of the mesh file that points up: y, z
     #[arg(long, default_value = "y")]
     pub up: Up,
-    /// Which preset its lattices are of; spacings that are given go before it
-    #[arg(long, value_name = "draft|game|film|reference", default_value = "game", value_parser = quality)]
-    pub quality: Quality,
+    /// Which preset its lattices are of [default: game]; spacings that are given go before it. A preset that severs parts of the
+    /// mesh is refused, unless it is given here by name
+    #[arg(long, value_name = "draft|game|film|reference", value_parser = quality)]
+    pub quality: Option<Quality>,
     /// Spacing of the elastic lattice over the bounding-box diagonal [default: the preset's, about 3000 nodes for game, more where
     /// limbs are thin]
     #[arg(long, value_name = "R", allow_negative_numbers = true)]
@@ -124,7 +125,7 @@ fn nothing_to_bake() -> Failure {
 /// The mesh to bake: read from its file, or generated.
 fn mesh(args: &BakeArgs) -> Result<RawMesh, Failure> {
     match (&args.mesh, &args.shape) {
-        (Some(file), _) => Ok(surface::read(file, args.unit, args.up)?),
+        (Some(file), _) => read(file, args),
         (None, Some(shape)) => shapes::by_name(shape).ok_or_else(nothing_to_bake),
         (None, None) => Err(nothing_to_bake()),
     }
@@ -133,6 +134,7 @@ fn mesh(args: &BakeArgs) -> Result<RawMesh, Failure> {
 /// Bakes one object of a mesh file or of a generated shape.
 fn one(args: &BakeArgs, name: &str, folder: &Path) -> Result<(), Failure> {
     let begun = Instant::now();
+    let token = interrupt::token();
     let mut request = request(args, name)?;
     let new = args.add.unwrap_or(args.examples);
     let share = shares::share(args.shard, new)?;
@@ -143,12 +145,14 @@ fn one(args: &BakeArgs, name: &str, folder: &Path) -> Result<(), Failure> {
         shares::nothing_kept(&kept)?;
     }
     let raw = mesh(args)?;
-    request.cracks = args.cracks.as_ref().map(|file| sheets(file, args)).transpose()?;
-    let token = interrupt::token()?;
+    let doubtful = size::doubtful(&raw, args.unit, request.material.density_kg_m3);
+    doubtful.iter().for_each(|doubt| baked::warning(doubt));
+    request.cracks = args.cracks.as_ref().map(|file| read(file, args)).transpose()?;
     let resumed = if args.resume { shares::resume(&kept, &raw, args, &request, share)? } else { None };
     let bar = Bar::new(name, share.size(new));
     let begin = || match args.add {
-        None => Ok::<_, Failure>(Partial::begin(raw, &request, share, &token, &mut |step| bar.show(step))?),
+        None => Partial::begin(raw, &request, share, &token, &mut |step| bar.show(step))
+            .map_err(|error| of_mesh(error, args.mesh.as_deref())),
         Some(count) => Ok(Partial::add(same_mesh(raw, &request, &file)?, count, share)?),
     };
     let partial = resumed.map_or_else(begin, Ok)?;
@@ -159,10 +163,12 @@ fn one(args: &BakeArgs, name: &str, folder: &Path) -> Result<(), Failure> {
     }
     let prepared = partial.learn(&token, &mut |step| bar.show(step))?;
     bar.say("write");
+    let writing = interrupt::writing();
     database::save(&prepared, &file).map_err(|error| Failure::database(&file, &error))?;
+    drop(writing);
     shares::forget(&kept)?;
     bar.finish();
-    baked::tell(&prepared, &file, begun.elapsed(), args.json)
+    baked::tell(&prepared, &file, begun.elapsed(), doubtful, args.json)
 }
 
 fn factor(text: &str) -> Result<Precision, String> {
@@ -185,8 +191,18 @@ fn quality(text: &str) -> Result<Quality, String> {
     Quality::by_name(text).ok_or_else(|| "`draft`, `game`, `film` or `reference`".to_owned())
 }
 
-/// The sheets of existing cracks; what is wrong with them is said of their file.
-fn sheets(file: &Path, args: &BakeArgs) -> Result<RawMesh, Failure> {
+/// What is wrong with the mesh itself is said of its file.
+fn of_mesh(error: BakeError, mesh: Option<&Path>) -> Failure {
+    let own = mesh.filter(|_| matches!(error, BakeError::Surface(_)) && !error.is_cancelled());
+    let failure = Failure::from(error);
+    match own {
+        Some(file) => failure.of_file(file),
+        None => failure,
+    }
+}
+
+/// A mesh file; what is wrong with it is said of the file.
+fn read(file: &Path, args: &BakeArgs) -> Result<RawMesh, Failure> {
     surface::read(file, args.unit, args.up).map_err(|error| match error {
         named @ (SurfaceError::Unreadable { .. } | SurfaceError::UnknownFormat { .. }) => named.into(),
         error => Failure::from(error).of_file(file),
@@ -224,7 +240,8 @@ fn request(args: &BakeArgs, name: &str) -> Result<BakeRequest, Failure> {
         material: Materials::parse(&table)?.get(&args.material)?.clone(),
         fragment_size_m: args.fragment_size,
         gamma_j_m2: args.gamma,
-        quality: args.quality,
+        quality: args.quality.unwrap_or_default(),
+        allows_severed: args.quality.is_some(),
         elastic_spacing: args.elastic_spacing,
         crack_spacing: args.crack_spacing,
         kappa: None,

@@ -31,7 +31,7 @@ pub fn run(scene: &Path, folder: &Path, as_json: bool) -> Result<(), Failure> {
         return Err(Failure::refused("no_shape", "shape", message));
     }
     out::folder(folder)?;
-    let token = interrupt::token()?;
+    let token = interrupt::token();
     let mut files = Vec::new();
     for (name, recipe) in &recipes {
         let (file, begun) = (folder.join(format!("{name}.{EXTENSION}")), Instant::now());
@@ -69,7 +69,9 @@ fn provide(name: &str, recipe: &Recipe, file: &Path, token: &Token) -> Result<St
     }
     let prepared = database::bake(mesh, &request, token, &mut |step| bar.show(step)).map_err(failed)?;
     bar.say("write");
+    let writing = interrupt::writing();
     database::save(&prepared, file).map_err(|error| Failure::database(file, &error))?;
+    drop(writing);
     bar.finish();
     baked::warn(&prepared);
     Ok(State::Baked)

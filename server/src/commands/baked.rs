@@ -4,6 +4,8 @@ use super::{Failure, out};
 use serde_json::json;
 use shatter_fracture::lattice::SPACING_RANGE;
 use shatter_fracture::pipeline::{Learned, Prepared};
+use shatter_fracture::surface::{Defect, DefectKind};
+use shatter_proto::text;
 use std::fmt::Write;
 use std::path::Path;
 use std::time::Duration;
@@ -11,19 +13,38 @@ use std::time::Duration;
 /// A larger volume error than this is worth a warning.
 const VOLUME_ERROR_TOLD: f64 = 0.03;
 
-/// Warns on stderr and prints what was baked.
-pub fn tell(prepared: &Prepared, file: &Path, took: Duration, as_json: bool) -> Result<(), Failure> {
+/// Warns on stderr and prints what was baked. `doubtful` was said before.
+pub fn tell(
+    prepared: &Prepared,
+    file: &Path,
+    took: Duration,
+    doubtful: Option<String>,
+    as_json: bool,
+) -> Result<(), Failure> {
     let seconds = took.as_secs_f64();
     warn(prepared);
+    let warnings: Vec<String> = doubtful.into_iter().chain(warnings(prepared)).collect();
     out::print(&if as_json {
-        format!("{}\n", document(prepared, file, seconds))
+        format!("{}\n", document(prepared, file, &warnings, seconds))
     } else {
         screen(prepared, file, seconds)
     })
 }
 
-/// Says on stderr when the lattice is too coarse for the shape: parts of about its spacing are lost or thickened.
+/// Says on stderr what should be looked at.
 pub fn warn(prepared: &Prepared) {
+    warnings(prepared).iter().for_each(|text| warning(text));
+}
+
+/// Says `text` on stderr.
+pub fn warning(text: &str) {
+    eprintln!("warning: {}", text::message(text));
+}
+
+/// What should be looked at: a lattice too coarse for the shape, whose parts of about its spacing are lost or thickened, and parts that
+/// it severs.
+fn warnings(prepared: &Prepared) -> Vec<String> {
+    let mut warnings = Vec::new();
     let error = prepared.report.volume_error();
     if error.abs() > VOLUME_ERROR_TOLD {
         let (percent, spacing) = (100.0 * error, prepared.parameters.crack_spacing);
@@ -31,15 +52,24 @@ pub fn warn(prepared: &Prepared) {
             finer if finer >= SPACING_RANGE[0] => format!("; try --crack-spacing {finer:.4} (now {spacing:.4})"),
             _ => String::new(),
         };
-        eprintln!(
-            "warning: the lattice's volume is {percent:+.1} % off the input's: parts of about its spacing are lost or \
-             thickened{finer}"
-        );
+        warnings.push(format!(
+            "the lattice's volume is {percent:+.1} % off the input's: parts of about its spacing are lost or thickened{finer}"
+        ));
     }
+    let severed = prepared.report.defects.iter().filter(|defect| defect.kind == DefectKind::SeveredPart);
+    warnings.extend(severed.map(|defect| {
+        let (bodies, quality) = (prepared.bodies.len(), prepared.parameters.quality.name());
+        format!(
+            "the lattice (preset `{quality}`) severs {} ({bodies} bodies in all): {}",
+            defect.counted(),
+            defect.action
+        )
+    }));
+    warnings
 }
 
 /// The document of `bake --json`.
-fn document(prepared: &Prepared, file: &Path, seconds: f64) -> serde_json::Value {
+fn document(prepared: &Prepared, file: &Path, warnings: &[String], seconds: f64) -> serde_json::Value {
     let report = &prepared.report;
     json!({
         "object": prepared.name,
@@ -62,10 +92,26 @@ fn document(prepared: &Prepared, file: &Path, seconds: f64) -> serde_json::Value
         "reduced": prepared.reduction,
         "bodies": prepared.bodies.len(),
         "cracks": report.cracks,
-        "defects": report.defects,
+        "defects": defects(&report.defects),
+        "warnings": warnings,
         "unprepared": report.unprepared,
         "seconds": seconds,
     })
+}
+
+/// The lines of a defect report, with what is counted in words.
+pub fn defects(all: &[Defect]) -> Vec<serde_json::Value> {
+    let line = |own: &Defect| {
+        json!({
+            "kind": own.kind,
+            "count": own.count,
+            "counted": own.counted(),
+            "first_index": own.first_index,
+            "first": own.first(),
+            "action": own.action,
+        })
+    };
+    all.iter().map(line).collect()
 }
 
 fn screen(prepared: &Prepared, file: &Path, seconds: f64) -> String {
@@ -138,7 +184,10 @@ fn screen(prepared: &Prepared, file: &Path, seconds: f64) -> String {
         let _ = writeln!(
             text,
             "  defect           {}: {} (first at {}): {}",
-            defect.kind, defect.count, defect.first_index, defect.action
+            defect.kind,
+            defect.counted(),
+            defect.first(),
+            defect.action
         );
     }
     for absent in &report.unprepared {

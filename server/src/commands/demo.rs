@@ -31,10 +31,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let program = std::env::current_exe()
         .map_err(|error| Refusal::new(Kind::Failed, "daemon", format!("cannot find this program: {error}")))?;
     let service = args.service.clone().unwrap_or_else(|| format!("demo-{}", std::process::id()));
+    let database = databases.join(format!("{}.shatter", demo::NAME));
     let options = Options { out: args.out.clone(), databases, service, program };
     let made = demo::run(&options)?;
     let mut text = made.lines.iter().map(|line| format!("{line}\n")).collect::<String>();
-    text.push_str(&format!("\nOpen {} in a browser.\n", made.page.display()));
+    let files: String = made.files.iter().chain([&database]).map(|file| format!("{}\n", file.display())).collect();
+    text.push_str(&format!("\nFiles:\n{files}\nOpen {} in a browser.\n", made.page.display()));
     out::print(&text)
 }
 
@@ -45,8 +47,7 @@ impl From<DemoError> for Failure {
             DemoError::Refused(refusal) => refusal.into(),
             DemoError::Folder { path, source } => Self::output(&path, &source),
             DemoError::Export(
-                ExportError::MissingFolder(path)
-                | ExportError::IsFolder(path)
+                ExportError::IsFolder(path)
                 | ExportError::NoFile(path)
                 | ExportError::Folder { folder: path, .. }
                 | ExportError::Write { path, .. },

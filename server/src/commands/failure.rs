@@ -1,5 +1,6 @@
 //! Why a command ended without its result: a kind, whose fault it is, whether to retry, the offender.
 
+use super::interrupt;
 use crate::study::accuracy::StudyError;
 use crate::study::effects::EffectsError;
 use crate::study::examples::ExamplesError;
@@ -10,7 +11,7 @@ use shatter_fracture::database::{BakeError, DatabaseError, JoinError};
 use shatter_fracture::lattice::LatticeError;
 use shatter_fracture::scene::MaterialError;
 use shatter_fracture::surface::SurfaceError;
-use shatter_proto::{Refusal, exit};
+use shatter_proto::{Refusal, exit, text};
 use std::io::Write;
 use std::path::Path;
 use std::process::ExitCode;
@@ -132,7 +133,12 @@ impl Failure {
 
     /// Somebody ended it.
     pub fn interrupted(message: impl Into<String>) -> Self {
-        Self { retry: true, exit_code: exit::INTERRUPTED, ..Self::refused("interrupted", "", message) }
+        Self { retry: true, exit_code: interrupt::exit_code(), ..Self::refused("interrupted", "", message) }
+    }
+
+    /// A signal ended the work before it had anything to keep.
+    fn cancelled() -> Self {
+        Self::interrupted("interrupted; nothing was written")
     }
 
     /// Whether somebody ended it.
@@ -165,15 +171,16 @@ impl Failure {
         }
         // What the message names already is not named twice.
         let named = self.at.split(AND).all(|at| self.message.contains(at));
-        let at = if named { String::new() } else { format!(" (at {})", self.at) };
-        let _ = writeln!(std::io::stderr(), "shatterd: {}: {}{at}", self.kind, self.message);
+        let at = if named { String::new() } else { format!(" (at {})", text::quoted(&self.at)) };
+        let _ = writeln!(std::io::stderr(), "shatterd: {}: {}{at}", self.kind, text::message(&self.message));
         ExitCode::from(self.exit_code)
     }
 
     /// The JSON document of the contract.
     pub fn document(&self) -> serde_json::Value {
         let mut document = json!({"error": {
-            "kind": self.kind, "message": self.message, "fault": self.fault, "retry": self.retry, "at": self.at,
+            "kind": self.kind, "message": text::message(&self.message), "fault": self.fault, "retry": self.retry,
+            "at": text::quoted(&self.at),
         }});
         if let Some(files) = &self.files {
             document["files"] = files.clone();
@@ -229,12 +236,14 @@ impl From<SurfaceError> for Failure {
             SurfaceError::Empty => ("empty_mesh", String::new()),
             SurfaceError::NonFiniteVertex { vertex } => ("non_finite_vertex", format!("vertex {vertex}")),
             SurfaceError::VertexOutOfBounds { face, .. } => ("vertex_out_of_bounds", format!("face {face}")),
-            SurfaceError::FarVertex { vertex } => ("far_vertex", format!("vertex {vertex}")),
+            SurfaceError::FarVertex { vertex } | SurfaceError::Outlier { vertex, .. } => {
+                ("far_vertex", format!("vertex {vertex}"))
+            }
             SurfaceError::AllDegenerate => ("all_degenerate", String::new()),
             SurfaceError::ZeroExtent => ("zero_extent", String::new()),
             SurfaceError::ExtentOutOfRange { .. } => ("extent_out_of_range", String::new()),
-            SurfaceError::NothingInside => ("nothing_inside", String::new()),
-            SurfaceError::Cancelled(_) => ("cancelled", String::new()),
+            SurfaceError::NothingInside | SurfaceError::Flat { .. } => ("nothing_inside", String::new()),
+            SurfaceError::Cancelled(_) => return Self::cancelled(),
         };
         Self::refused(kind, at, error.to_string())
     }
@@ -248,7 +257,7 @@ impl From<LatticeError> for Failure {
             LatticeError::TooManyNodes { level, .. } => ("too_many_nodes", (*level).to_owned()),
             LatticeError::CrackCoarser { crack, .. } => ("spacing_order", crack.to_string()),
             LatticeError::NothingInside { spacing } => ("nothing_inside", spacing.to_string()),
-            LatticeError::Cancelled(_) => ("cancelled", String::new()),
+            LatticeError::Cancelled(_) => return Self::cancelled(),
             LatticeError::BoundsNotFinite
             | LatticeError::VolumeNotPositive { .. }
             | LatticeError::DistanceNotFinite { .. } => return Self::ours("lattice", error.to_string()),
@@ -261,6 +270,8 @@ impl From<BakeError> for Failure {
     fn from(error: BakeError) -> Self {
         let message = error.to_string();
         match error {
+            error if error.is_cancelled() => Self::cancelled(),
+            BakeError::Severed(_) => Self::refused("severed_parts", "--quality", message),
             BakeError::Name(name) => Self::refused("object_name", name, message),
             BakeError::NotPositive { key, .. } => Self::refused("not_positive", key, message),
             BakeError::TooManyExamples { asked } => Self::refused("too_many_examples", asked.to_string(), message),
@@ -273,7 +284,7 @@ impl From<BakeError> for Failure {
             BakeError::Elasticity { body, .. } => Self::refused("elasticity", format!("body {body}"), message),
             BakeError::Lift { .. } => Self::ours("lift", message),
             BakeError::Calibration(_) => Self::ours("calibration", message),
-            BakeError::Cancelled(_) => Self::interrupted("interrupted; nothing was written"),
+            BakeError::Cancelled(_) => Self::cancelled(),
         }
     }
 }

@@ -1,7 +1,7 @@
 //! `shatterd inspect`: what a database holds.
 
 use super::inspect_memory::{memory_lines, memory_table};
-use super::{Failure, intact, out};
+use super::{Failure, baked, intact, lookup, out};
 use crate::memory::Resident;
 use crate::report;
 use crate::study::examples;
@@ -16,8 +16,12 @@ use std::path::PathBuf;
 /// Flags of `shatterd inspect`.
 #[derive(Args, Debug)]
 pub struct InspectArgs {
-    /// Database file
+    /// Database file, or the name of an object in the folder of databases
+    #[arg(value_name = "FILE|NAME")]
     pub file: PathBuf,
+    /// Folder in which the name is looked for [default: the platform's]
+    #[arg(long, value_name = "DIR")]
+    pub databases: Option<PathBuf>,
     /// Folder for a page that shows what the object has learned, NAME.html
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
@@ -37,26 +41,28 @@ pub struct InspectArgs {
 
 /// Loads and verifies the file as the daemon would, and prints what is inside.
 pub fn run(args: &InspectArgs) -> Result<(), Failure> {
+    let file = lookup::database(&args.file, args.databases.as_deref())?;
     args.out.as_deref().map_or(Ok(()), out::folder)?;
-    let damaged = |error| Failure::database(&args.file, &error);
+    let damaged = |error| Failure::database(&file, &error);
     if args.memory {
         // Each thread keeps free memory of its own. Whoever set the pool up earlier has decided.
         let _ = rayon::ThreadPoolBuilder::new().num_threads(1).build_global();
     }
     let before = Resident::now();
-    let served = Served::whole(database::load(&args.file).map_err(damaged)?);
+    let served = Served::whole(database::load(&file).map_err(damaged)?);
     let prepared = served.prepared();
     let memory = args.memory.then(|| memory_table(&served, before)).transpose()?;
-    let provenance = database::load_provenance(&args.file).map_err(damaged)?;
+    let provenance = database::load_provenance(&file).map_err(damaged)?;
     let page = args.out.as_ref().map(|folder| folder.join(format!("{}.html", prepared.name)));
     if let Some(page) = &page {
         let study = examples::page(prepared)?;
-        std::fs::write(page, report::study(&study)).map_err(|error| Failure::output(page, &error))?;
+        out::whole(page, report::study(&study).as_bytes())?;
     }
     args.mesh.as_ref().map_or(Ok(()), |mesh| intact::write(prepared, mesh))?;
-    let bytes = std::fs::metadata(&args.file).map_or(0, |metadata| metadata.len());
+    let bytes = std::fs::metadata(&file).map_or(0, |metadata| metadata.len());
     let document = json!({
         "object": prepared.name,
+        "file": file.display().to_string(),
         "format": database::FORMAT,
         "bytes": bytes,
         "bodies": prepared.bodies.len(),
@@ -87,7 +93,7 @@ pub fn run(args: &InspectArgs) -> Result<(), Failure> {
         "materials": prepared.report.materials,
         "skin_triangles": prepared.skin.as_ref().map(|skin| skin.triangles.len()),
         "cracks": prepared.report.cracks,
-        "defects": prepared.report.defects,
+        "defects": baked::defects(&prepared.report.defects),
         "unprepared": prepared.report.unprepared,
         "time": timing(&served, args.time)?,
         "memory": memory,
@@ -107,7 +113,7 @@ pub fn run(args: &InspectArgs) -> Result<(), Failure> {
             value => text += &format!("{key}: {value}\n"),
         }
     }
-    out::print(&text)
+    out::lines(&text)
 }
 
 /// Shares of the outer area; `null` for an object without a skin.

@@ -1,8 +1,8 @@
 //! The intact object as a mesh file, for hosts that put its pieces in its place when it breaks.
 
-use super::Failure;
+use super::{Failure, out};
 use nalgebra::Point3;
-use shatter_client::export::{ExportError, FragmentView, RunView, glb_bytes, write_whole};
+use shatter_client::export::{ExportError, FragmentView, RunView, glb_bytes};
 use shatter_fracture::pipeline::{Intact, Prepared};
 use shatter_fracture::surface::{RawMesh, shapes};
 use std::path::Path;
@@ -17,7 +17,7 @@ pub fn write(prepared: &Prepared, path: &Path) -> Result<(), Failure> {
         "glb" => glb(&bodies).map_err(|error| Failure::output(path, &error))?,
         _ => return Err(Failure::output(path, &"a mesh is written as .obj or .glb")),
     };
-    write_whole(path, &bytes).map_err(|error| Failure::output(path, &error))
+    out::whole(path, &bytes)
 }
 
 /// All bodies as one mesh.

@@ -25,12 +25,14 @@ pub struct MergeArgs {
 pub fn run(args: &MergeArgs) -> Result<(), Failure> {
     let begun = Instant::now();
     out::folder(&args.out)?;
-    let token = interrupt::token()?;
+    let token = interrupt::token();
     let bar = Bar::new("merge", 0);
     let prepared = database::join(&args.files, &token, &mut |step| bar.show(step))?;
     let file = args.out.join(format!("{}.{}", prepared.name, database::EXTENSION));
     bar.say("write");
+    let writing = interrupt::writing();
     database::save(&prepared, &file).map_err(|error| Failure::database(&file, &error))?;
+    drop(writing);
     bar.finish();
-    baked::tell(&prepared, &file, begun.elapsed(), args.json)
+    baked::tell(&prepared, &file, begun.elapsed(), None, args.json)
 }

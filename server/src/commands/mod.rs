@@ -10,11 +10,14 @@ mod failure;
 pub mod inspect;
 mod inspect_memory;
 mod intact;
-mod interrupt;
+pub mod interrupt;
+mod log;
+pub mod lookup;
 pub mod merge;
 pub(crate) mod out;
 pub mod serve;
 mod shares;
+mod size;
 pub mod study;
 pub mod upgrade;
 

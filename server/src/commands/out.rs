@@ -1,12 +1,27 @@
 //! What a command leaves on stdout, and where it writes: both can fail, and neither may panic.
 
-use super::Failure;
+use super::{Failure, interrupt};
+use shatter_client::export::write_whole;
 use shatter_client::program;
+use shatter_proto::text;
 use std::path::Path;
 
 /// Writes `text` to stdout.
 pub fn print(text: &str) -> Result<(), Failure> {
     Ok(program::print(format_args!("{text}"))?)
+}
+
+/// As [`print`], line by line, without control characters that come from files or names.
+pub fn lines(text: &str) -> Result<(), Failure> {
+    print(&text.lines().map(|line| text::escaped(line) + "\n").collect::<String>())
+}
+
+/// Writes the file `path`, whole or not at all, and names it on stderr. Its folder is made if need be, as everywhere.
+pub fn whole(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
+    let _writing = interrupt::writing();
+    write_whole(path, bytes).map_err(|error| Failure::output(path, &error))?;
+    eprintln!("wrote {}", text::message(&path.display().to_string()));
+    Ok(())
 }
 
 /// Makes `folder` if need be and shows that it can be written: before the work, not after it.

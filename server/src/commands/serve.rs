@@ -1,6 +1,7 @@
 //! `shatterd serve`.
 
 use super::Failure;
+use super::log::Lines;
 use crate::config::{Config, LogFormat};
 use crate::scene::Scene;
 use crate::serve::{Options, run as serve};
@@ -9,7 +10,6 @@ use shatter_client::program::{self, StdoutError};
 use shatter_proto::name::ServiceName;
 use shatter_proto::place::Place;
 use shatter_proto::{Kind, Refusal};
-use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use tokio::sync::Notify;
@@ -88,12 +88,14 @@ fn log(config: &Config) -> Result<(), Refusal> {
         return Err(wrong(format!("`{word}` is no level: error, warn, info, debug, trace or off")));
     }
     let filter = EnvFilter::try_new(&config.log.filter).map_err(|error| wrong(error.to_string()))?;
-    let builder = tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr);
+    let builder = tracing_subscriber::fmt().with_env_filter(filter);
     // Whoever read the messages may have gone: that is said to nobody, and the daemon serves on.
-    let builder = builder.with_ansi(std::io::stderr().is_terminal()).log_internal_errors(false);
+    // Texts of files may be in a message: no escape sequence is written, not even a color.
+    let builder = builder.with_ansi(false).log_internal_errors(false);
     let started = match config.log.format {
-        LogFormat::Text => builder.try_init(),
-        LogFormat::Json => builder.json().try_init(),
+        LogFormat::Text => builder.with_writer(|| Lines::new(std::io::stderr())).try_init(),
+        // A value of JSON holds no control characters.
+        LogFormat::Json => builder.with_writer(std::io::stderr).json().try_init(),
     };
     started.map_err(|error| Refusal::new(Kind::Failed, "log", error.to_string()))
 }

@@ -3,6 +3,7 @@
 use super::Failure;
 use super::bake::{BakeArgs, input_hash};
 use super::bar::Bar;
+use super::interrupt;
 use serde_json::json;
 use shatter_fracture::database::{self, BakeError, BakeRequest, Partial, Share, ShareError};
 use shatter_fracture::surface::RawMesh;
@@ -148,8 +149,11 @@ pub fn resume(
 /// Does what remains of the share, and keeps what is done in `file`: from time to time, when interrupted, and at the end of
 /// a share that others must be joined to.
 pub fn work(mut partial: Partial, file: &Path, token: &Token, bar: &Bar) -> Result<Partial, Failure> {
-    let keep =
-        |partial: &Partial| database::save_partial(partial, file).map_err(|error| Failure::database(file, &error));
+    let keep = |partial: &Partial| {
+        let _writing = interrupt::writing();
+        database::save_partial(partial, file).map_err(|error| Failure::database(file, &error))
+    };
+    interrupt::keeping();
     let mut kept = None;
     while !partial.task.is_done() {
         bar.show(partial.examples());

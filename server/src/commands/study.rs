@@ -149,7 +149,7 @@ fn accuracy(args: &Accuracy) -> Result<(), Failure> {
     let drawn = accuracy::drawn(&findings).map_err(Failure::accuracy)?;
     let write = |name: &str, text: &str| {
         let path = args.out.join(name);
-        std::fs::write(&path, text).map_err(|error| Failure::output(&path, &error))
+        out::whole(&path, text.as_bytes())
     };
     for own in &drawn {
         write(&format!("{}.svg", own.file), &own.svg)?;
@@ -158,7 +158,7 @@ fn accuracy(args: &Accuracy) -> Result<(), Failure> {
     let close_up = findings.close_up.png().map_err(Failure::accuracy)?;
     if let Some(png) = &close_up {
         let path = args.out.join("accuracy-close-up.png");
-        std::fs::write(&path, png).map_err(|error| Failure::output(&path, &error))?;
+        out::whole(&path, png)?;
     }
     write("accuracy.html", &report::study(&accuracy::page(&findings, &drawn, close_up)))?;
     if args.json {
@@ -189,7 +189,7 @@ fn paper(args: &Paper) -> Result<(), Failure> {
     let drawn = drawn.map_err(Failure::paper)?;
     let write = |name: String, bytes: &[u8]| {
         let path = args.out.join(name);
-        std::fs::write(&path, bytes).map_err(|error| Failure::output(&path, &error))
+        out::whole(&path, bytes)
     };
     for own in &drawn {
         write(format!("{}.png", own.file), &own.png)?;
@@ -237,13 +237,13 @@ fn effects(args: &Effects) -> Result<(), Failure> {
     bar.finish_and_clear();
     let write = |name: &str, bytes: &[u8]| {
         let path = args.out.join(name);
-        std::fs::write(&path, bytes).map_err(|error| Failure::output(&path, &error))
+        out::whole(&path, bytes)
     };
     shown.iter().try_for_each(|own| write(&own.file(), &own.png))?;
     write("effects.md", gallery::markdown(&shown).as_bytes())?;
     let page = args.out.join("effects.html");
     let study = effects::page(&pairs, gallery::section(&shown)).map_err(Failure::effects)?;
-    std::fs::write(&page, report::study(&study)).map_err(|error| Failure::output(&page, &error))?;
+    out::whole(&page, report::study(&study).as_bytes())?;
     if args.json {
         return out::print(&format!("{}\n", effects::document(&pairs)));
     }
@@ -265,7 +265,7 @@ fn stability(args: &Stability) -> Result<bool, Failure> {
     };
     let page = args.out.join("stability.html");
     let study = findings.page().map_err(|error| Failure::ours("plot", error.to_string()))?;
-    std::fs::write(&page, report::study(&study)).map_err(|error| Failure::output(&page, &error))?;
+    out::whole(&page, report::study(&study).as_bytes())?;
     if args.json {
         out::print(&format!("{}\n", findings.document()))?;
     } else {

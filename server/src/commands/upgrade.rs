@@ -7,6 +7,7 @@ use clap::Args;
 use serde_json::{Value, json};
 use shatter_fracture::database::{self, DatabaseError};
 use shatter_fracture::token::Token;
+use shatter_proto::text;
 use std::path::{Path, PathBuf};
 
 /// Flags of `shatterd upgrade`.
@@ -23,7 +24,7 @@ pub struct UpgradeArgs {
 /// Converts each file; one that has the newest format already is left as it is. One that fails is as it was, and the others are
 /// converted all the same; an interruption ends it.
 pub fn run(args: &UpgradeArgs) -> Result<(), Failure> {
-    let token = interrupt::token()?;
+    let token = interrupt::token();
     let (mut files, mut failures) = (Vec::new(), Vec::new());
     for file in &args.files {
         match upgrade(file, &token) {
@@ -34,7 +35,7 @@ pub fn run(args: &UpgradeArgs) -> Result<(), Failure> {
             }
             Ok(from) => {
                 if !args.json {
-                    out::print(&format!("{}: format {from} → {}\n", shown(file), database::FORMAT))?;
+                    out::print(&format!("{}: format {from} → {}\n", text::message(&shown(file)), database::FORMAT))?;
                 }
                 files.push(json!({ "file": shown(file), "from": from, "to": database::FORMAT }));
             }
@@ -63,7 +64,9 @@ fn upgrade(file: &Path, token: &Token) -> Result<String, Failure> {
         bar.say("write");
         // A link stays one: what it points at is replaced.
         let target = file.canonicalize().map_err(|error| Failure::output(file, &error))?;
+        let writing = interrupt::writing();
         database::save(&prepared, &target).map_err(damaged)?;
+        drop(writing);
         bar.finish();
     }
     Ok(from)

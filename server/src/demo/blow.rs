@@ -2,6 +2,7 @@
 
 use super::object::{RADIUS_M, Target};
 use super::{ANSWER_PATIENCE, DemoError, views};
+use crate::commands::interrupt;
 use crate::report::{StageTime, significant};
 use nalgebra::Vector3;
 use shatter_client::export::Written;
@@ -81,7 +82,9 @@ impl Blow {
             return Err(DemoError::StayedWhole { factor });
         }
         let file = format!("strike-{number}.glb");
+        let writing = interrupt::writing();
         let written = broken.write_glb(&folder.join(&file))?;
+        drop(writing);
         let masses = || broken.fragments().map(|fragment| fragment.mass_kg());
         Ok(Self {
             number,

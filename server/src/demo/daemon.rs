@@ -1,6 +1,7 @@
 //! The daemon as a process of its own.
 
 use super::DemoError;
+use crate::commands::interrupt;
 use rustix::process::{Pid, Signal, kill_process};
 use std::io::{BufRead, BufReader};
 use std::path::Path;
@@ -29,6 +30,7 @@ impl Daemon {
 
     fn spawn(mut command: Command, patience: Duration) -> Result<Self, DemoError> {
         let child = command.stdin(Stdio::null()).stdout(Stdio::piped()).spawn().map_err(DemoError::Process)?;
+        interrupt::child(Some(Pid::from_child(&child)));
         let mut daemon = Self { child };
         let Some(stdout) = daemon.child.stdout.take() else {
             return Err(DemoError::Process(std::io::ErrorKind::BrokenPipe.into()));
@@ -69,6 +71,7 @@ impl Daemon {
 
 impl Drop for Daemon {
     fn drop(&mut self) {
+        interrupt::child(None);
         if let Ok(None) = self.child.try_wait() {
             // The process may end between the two calls: then there is nothing left to do.
             let _ = self.child.kill();

@@ -17,6 +17,7 @@ mod views;
 pub use error::DemoError;
 pub use object::NAME;
 
+use crate::commands::interrupt;
 use crate::report;
 use blow::Blow;
 use daemon::Daemon;
@@ -83,7 +84,9 @@ pub fn run(options: &Options) -> Result<Made, DemoError> {
     let energies = blows.iter().map(|blow| SurfaceEnergy::new(&target, blow)).collect::<Result<Vec<_>, _>>()?;
     let pages = page::page(&target, pid, &blows, &energies, begun.elapsed(), &progress)?;
     let path = options.out.join(PAGE);
+    let writing = interrupt::writing();
     write_whole(&path, report::html(&pages).as_bytes())?;
+    drop(writing);
     progress.finish();
     Ok(Made {
         page: path,

@@ -3,6 +3,7 @@
 use super::DemoError;
 use super::progress::Progress;
 use crate::commands::bake::MATERIALS;
+use crate::commands::interrupt;
 use nalgebra::{Point3, Vector3};
 use shatter_fracture::database::{self, BakeRequest, Step};
 use shatter_fracture::pipeline::Prepared;
@@ -56,6 +57,7 @@ pub(super) fn prepare(databases: &Path, progress: &Progress) -> Result<Target, D
     }
     let prepared = database::bake(mesh, &request, &Token::default(), &mut told)?;
     progress.step("write the database");
+    let _writing = interrupt::writing();
     database::save(&prepared, &file).map_err(|source| DemoError::Database { path: file.clone(), source })?;
     Ok(Target { prepared, point_m, direction, reused: false })
 }

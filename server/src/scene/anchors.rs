@@ -4,7 +4,7 @@ use super::invalid;
 use super::names::known;
 use nalgebra::Vector3;
 use serde::Deserialize;
-use shatter_fracture::scene::{Anchors, DEFAULT_GRAVITY_M_S2, Region};
+use shatter_fracture::scene::{Anchors, DEFAULT_GRAVITY_M_S2, Region, toml_error};
 use shatter_proto::Refusal;
 use shatter_proto::effect::{Effect, Effects};
 
@@ -53,7 +53,7 @@ pub(super) fn read(
 pub(super) fn region(path: &str, table: &toml::Table) -> Result<Region, Refusal> {
     known(path, table.keys(), &KEYS)?;
     let values = toml::Value::Table(table.clone()).try_into();
-    let values: Values = values.map_err(|error: toml::de::Error| invalid(path, error.to_string().trim_end()))?;
+    let values: Values = values.map_err(|error: toml::de::Error| invalid(path, toml_error("", &error)))?;
     let numbers = [values.center, values.min, values.max].into_iter().flatten().flatten();
     if !numbers.chain(values.radius_m).all(f64::is_finite) {
         return Err(invalid(path, "must be finite"));

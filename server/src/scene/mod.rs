@@ -12,7 +12,7 @@ pub use recipe::Recipe;
 pub use tables::{Table, paid, tables};
 
 use names::known;
-use shatter_fracture::scene::Materials;
+use shatter_fracture::scene::{Materials, toml_error};
 use shatter_proto::name::object_name;
 use shatter_proto::{Kind, Refusal};
 use std::collections::BTreeMap;
@@ -40,7 +40,7 @@ impl Scene {
 
     /// As [`Self::load`], of the text of a file, which refers to others from `folder` on.
     pub fn parse(text: &str, folder: &Path) -> Result<Self, Refusal> {
-        let wrong = |error: toml::de::Error| Refusal::new(Kind::Configuration, "scene", error.to_string().trim_end());
+        let wrong = |error: toml::de::Error| Refusal::new(Kind::Configuration, "scene", toml_error(text, &error));
         let table: toml::Table = text.parse().map_err(wrong)?;
         known("", table.keys(), &["title", "objects"])?;
         let title = match table.get("title") {

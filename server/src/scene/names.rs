@@ -1,20 +1,22 @@
 //! Names that are known, and the nearest to one that is not.
 
+use shatter_fracture::scene::{self, brief};
 use shatter_proto::{Kind, Refusal};
 
 /// Refuses the first of `keys` that is not among `all`, with the nearest that is. `table` is where they stand.
 pub fn known<'a>(table: &str, keys: impl Iterator<Item = &'a String>, all: &[&str]) -> Result<(), Refusal> {
     for key in keys {
         if !all.contains(&key.as_str()) {
+            let key = brief(key);
             let path = if table.is_empty() { key.clone() } else { format!("{table}.{key}") };
-            let message = format!("`{path}` is no key of a scene; `{}` is", nearest(key, all));
+            let message = format!("`{path}` is no key of a scene; `{}` is", nearest(&key, all));
             return Err(Refusal::new(Kind::Configuration, path, message));
         }
     }
     Ok(())
 }
 
-/// The one of `all` that is nearest to `name` (F. J. Damerau 1964, V. I. Levenshtein 1966), the first of several.
+/// The one of `all` that is nearest to `name`.
 pub fn nearest<'a>(name: &str, all: &[&'a str]) -> &'a str {
-    all.iter().min_by_key(|known| strsim::damerau_levenshtein(name, known)).copied().unwrap_or("")
+    scene::nearest(name, all.iter().copied()).unwrap_or("")
 }

@@ -6,7 +6,7 @@ use serde::Deserialize;
 use shatter_fracture::database::{BakeRequest, Tables};
 use shatter_fracture::degree::reference_gamma;
 use shatter_fracture::pipeline::{HoldError, Prepared};
-use shatter_fracture::scene::{Anchors, Controls, Material, Materials};
+use shatter_fracture::scene::{Anchors, Controls, Material, Materials, brief, toml_error};
 use shatter_fracture::surface::{RawMesh, shapes};
 use shatter_fracture::token::Token;
 use shatter_proto::Refusal;
@@ -227,7 +227,7 @@ impl SceneObject {
         let path = path.as_str();
         known(path, table.keys(), &KEYS)?;
         let values = toml::Value::Table(table.clone()).try_into();
-        let values: Values = values.map_err(|error: toml::de::Error| invalid(path, error.to_string().trim_end()))?;
+        let values: Values = values.map_err(|error: toml::de::Error| invalid(path, toml_error("", &error)))?;
         let at = |key: &str| format!("{path}.{key}");
         let numbers = [
             ("fragment_size_m", values.fragment_size_m),
@@ -246,14 +246,16 @@ impl SceneObject {
         }
         let database = values.database.unwrap_or_else(|| name.to_owned());
         object_name(&database)
-            .map_err(|_| invalid(at("database"), format!("`{database}` names no database: {NAMES}")))?;
+            .map_err(|_| invalid(at("database"), format!("`{}` names no database: {NAMES}", brief(&database))))?;
         let material = values.material.map(|name| match materials.get(&name) {
             Ok(material) => Ok((name, material.clone())),
             Err(error) => Err(invalid(at("material"), error)),
         });
         let shape = values.shape.map(|name| {
             let found = SHAPES.into_iter().find(|shape| *shape == name);
-            found.ok_or_else(|| invalid(at("shape"), format!("`{name}` is no shape; `{}` is", nearest(&name, &SHAPES))))
+            found.ok_or_else(|| {
+                invalid(at("shape"), format!("`{}` is no shape; `{}` is", brief(&name), nearest(&name, &SHAPES)))
+            })
         });
         let lift = values.lift.map_or(Ok(Lift::Interior), |name| named(&at("lift"), "lift", &name, LIFTS))?;
         let qualities = Quality::ALL.map(|quality| (quality.name(), quality));
@@ -312,7 +314,7 @@ impl SceneObject {
 fn named<T: Copy, const N: usize>(path: &str, what: &str, name: &str, all: [(&str, T); N]) -> Result<T, Refusal> {
     let found = all.iter().find(|(known, _)| *known == name);
     let names = all.map(|(known, _)| known);
-    let unknown = || invalid(path, format!("`{name}` is no {what}; `{}` is", nearest(name, &names)));
+    let unknown = || invalid(path, format!("`{}` is no {what}; `{}` is", brief(name), nearest(name, &names)));
     found.map(|(_, value)| *value).ok_or_else(unknown)
 }
 

@@ -19,6 +19,8 @@ pub struct Recipe {
     elastic_spacing: Option<f64>,
     crack_spacing: Option<f64>,
     quality: pipeline::Quality,
+    /// Whether the preset is named; one that is not must not sever parts.
+    named: bool,
     examples: u64,
     fragment_size_m: Option<f64>,
     gamma_j_m2: Option<f64>,
@@ -35,6 +37,7 @@ impl Recipe {
             elastic_spacing: object.elastic_spacing,
             crack_spacing: object.crack_spacing,
             quality: preset(object.terms.quality.unwrap_or_default()),
+            named: object.terms.quality.is_some(),
             examples: object.examples.unwrap_or(0),
             fragment_size_m: object.terms.fragment_size_m,
             gamma_j_m2: object.terms.gamma_j_m2,
@@ -52,6 +55,7 @@ impl Recipe {
             material: said(all, "material", |object| object.material.clone())?,
             elastic_spacing: said(all, "elastic_spacing", |object| object.elastic_spacing)?,
             crack_spacing: said(all, "crack_spacing", |object| object.crack_spacing)?,
+            named: objects().any(|object| object.terms.quality.is_some()),
             // Finer lattices serve coarser strikes.
             quality: objects().map(|object| preset(object.terms.quality.unwrap_or_default())).max().unwrap_or_default(),
             examples: said(all, "examples", |object| object.examples)?.unwrap_or(0),
@@ -71,6 +75,7 @@ impl Recipe {
             elastic_spacing: self.elastic_spacing,
             crack_spacing: self.crack_spacing,
             quality: self.quality,
+            allows_severed: self.named,
             examples: self.examples,
             tables: self.tables,
             ..BakeRequest::new(name, material_name, material)

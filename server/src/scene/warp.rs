@@ -5,7 +5,7 @@ use super::invalid;
 use super::names::known;
 use nalgebra::{Point3, Vector3};
 use serde::Deserialize;
-use shatter_fracture::scene::{Controls, Grain, Paint, Waves};
+use shatter_fracture::scene::{Controls, Grain, Paint, Waves, toml_error};
 use shatter_fracture::surface::read_painted;
 use shatter_proto::Refusal;
 use std::path::Path;
@@ -57,7 +57,7 @@ struct PaintValues {
 pub(super) fn read(path: &str, table: &toml::Table, folder: &Path) -> Result<Controls, Refusal> {
     known(path, table.keys(), &KEYS)?;
     let values = toml::Value::Table(table.clone()).try_into();
-    let values: Values = values.map_err(|error: toml::de::Error| invalid(path, error.to_string().trim_end()))?;
+    let values: Values = values.map_err(|error: toml::de::Error| invalid(path, toml_error("", &error)))?;
     let at = |key: &str| format!("{path}.{key}");
     let region = |(number, table): (usize, &toml::Table)| region(&format!("{path}.protect[{number}]"), table);
     let protect = values.protect.iter().enumerate().map(region);

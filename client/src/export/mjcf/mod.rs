@@ -49,9 +49,6 @@ pub fn write_mjcf(path: &Path, object: &ObjectView<'_>) -> Result<Written, Expor
     let folder = path.with_file_name(&meshes);
     let model = mjcf(object, &meshes)?;
     super::file::target(path)?;
-    if let Some(parent) = path.parent().filter(|parent| !parent.as_os_str().is_empty() && !parent.is_dir()) {
-        return Err(ExportError::MissingFolder(parent.to_owned()));
-    }
     let made = std::fs::create_dir_all(&folder);
     made.map_err(|source| ExportError::Folder { folder: folder.clone(), source })?;
     for (name, text) in &model.meshes {

@@ -1,16 +1,14 @@
 //! Baking: a mesh and a few numbers become a prepared object.
 
 use super::Tables;
-use super::cracks::{Intact, elastic_spacing};
-use super::hash::input_hash;
 use super::learned::EXAMPLES_MAX;
-use super::parts;
+use super::parts::Severed;
 use super::share::{Partial, Share};
 use super::step::{Size, Step};
-use super::thin::{self, WIDTH_MAX};
+use super::stuffed::lattices;
 use crate::degree;
 use crate::elasticity::ElasticityError;
-use crate::lattice::{self, BodyLattice, Lattice, LatticeError, Levels, Spacings};
+use crate::lattice::{BodyLattice, Lattice, LatticeError};
 use crate::lift::{self, Carry, Lift, LiftError, LiftKind};
 use crate::pipeline::{
     self, BakeReport, Body, ElasticRequest, Parameters, Prepared, Quality, Solid, StrikeError, Unprepared, calibrate,
@@ -18,7 +16,7 @@ use crate::pipeline::{
 use crate::scene::{DEFAULT_FRAGMENT_DIAGONALS, Material};
 use crate::skin::{Outer, Skin};
 use crate::sparse::Precision;
-use crate::surface::{Inside, RawMesh, Sheets, Side, Surface, SurfaceError};
+use crate::surface::{RawMesh, Surface, SurfaceError};
 use crate::tessellation::Topology;
 use crate::token::{Cancelled, Token};
 use serde::{Deserialize, Serialize};
@@ -59,6 +57,10 @@ pub struct BakeRequest {
     pub tables: Tables,
     /// Everything random while baking follows from it.
     pub seed: u64,
+    /// Whether parts that the preset's lattice severs become bodies of their own; else the object is refused. No part of what is
+    /// stored.
+    #[serde(skip, default)]
+    pub allows_severed: bool,
     /// Triangles along which the object is cracked already, in the coordinates of the mesh; which way they face does not matter.
     #[serde(skip)]
     pub cracks: Option<RawMesh>,
@@ -82,17 +84,19 @@ impl BakeRequest {
             factor: Precision::F64,
             tables: Tables::ALL,
             seed: 0,
+            allows_severed: true,
             cracks: None,
         }
     }
 
-    /// Everything else that was asked for.
+    /// Everything else that determines the object.
     pub fn without_cracks(&self) -> Self {
         // The sheets themselves may be large.
         Self {
             name: self.name.clone(),
             material_name: self.material_name.clone(),
             material: self.material.clone(),
+            allows_severed: false,
             cracks: None,
             ..*self
         }
@@ -156,6 +160,9 @@ pub enum BakeError {
         /// Whether that spacing is accepted.
         possible: bool,
     },
+    /// A preset that was not asked for by name severs parts.
+    #[error("{0}")]
+    Severed(Box<Severed>),
     /// More examples than a database holds.
     #[error("{asked} examples: at most {EXAMPLES_MAX}")]
     TooManyExamples {
@@ -200,6 +207,22 @@ pub enum BakeError {
     /// Cancelled at a checkpoint.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
+}
+
+impl BakeError {
+    /// Whether the work was cancelled, wherever it was.
+    pub fn is_cancelled(&self) -> bool {
+        matches!(
+            self,
+            Self::Cancelled(_)
+                | Self::Surface(SurfaceError::Cancelled(_))
+                | Self::Cracks(SurfaceError::Cancelled(_))
+                | Self::Lattice(LatticeError::Cancelled(_))
+                | Self::Lift { source: LiftError::Cancelled(_), .. }
+                | Self::Elasticity { source: ElasticityError::Cancelled(_), .. }
+                | Self::Calibration(StrikeError::Cancelled(_))
+        )
+    }
 }
 
 impl From<StrikeError> for BakeError {
@@ -330,60 +353,6 @@ pub(super) fn few_enough(examples: u64) -> Result<(), BakeError> {
     fits.then_some(()).ok_or(BakeError::TooManyExamples { asked: examples })
 }
 
-/// Volume, spacings, both lattices, and what was found out about them.
-pub(super) fn lattices(
-    request: &BakeRequest,
-    surface: &Surface,
-    token: &Token,
-    progress: &mut dyn FnMut(Step),
-) -> Result<(Parameters, Levels, BakeReport), BakeError> {
-    let sheets = request.cracks.as_ref().map(|raw| Sheets::new(raw, &surface.frame)).transpose();
-    let sheets = sheets.map_err(BakeError::Cracks)?;
-    progress(Step::Volume);
-    let inside = Inside::new(surface);
-    let volume = inside.input_volume(token)?;
-    progress(Step::Lattices);
-    let walls = inside.widths(Side::Wall, WIDTH_MAX, token)?;
-    let spacings = thin::spacings(request, volume, parts::area(surface), &walls, &surface.frame)?;
-    let mut parameters = parameters(request, surface, spacings);
-    let mut spacings = Spacings {
-        elastic: parameters.elastic_spacing,
-        crack: parameters.crack_spacing,
-        refine: request.elastic_spacing.is_none(),
-    };
-    let stuffed = |spacings, volume| {
-        let levels = if request.quality.lattices().fitted { lattice::fitted_levels } else { lattice::levels };
-        levels(&inside, spacings, volume, token).map_err(|error| thin::explain(error, &walls, surface))
-    };
-    let follows = request.crack_spacing.is_none();
-    let mut levels = parts::held_together(surface, &mut spacings, follows, &|spacings| stuffed(spacings, volume))?;
-    parameters.crack_spacing = spacings.crack;
-    let mut gone = parts::gone(surface, &levels, volume);
-    if gone.volume > GONE_MAX * volume {
-        let percent = 100.0 * (gone.volume / volume).min(1.0);
-        return Err(BakeError::TooSmall { count: gone.count, percent, spacing: parameters.crack_spacing });
-    }
-    let mut kept = volume;
-    if gone.volume > lattice::VOLUME_TOLERANCE * volume {
-        // What is kept must not make up for what is not.
-        kept = volume - gone.volume;
-        levels = stuffed(spacings, kept)?;
-        gone = parts::gone(surface, &levels, volume);
-    }
-    let mut lost = thin::lost(&inside, &walls, &levels, &surface.frame, token)?;
-    lost.extend(parts::severed(surface, &levels));
-    let mut report = report(surface, sheets.as_ref(), &inside, volume, &levels);
-    if let Some(sheets) = &sheets {
-        let intact = Intact { surface, inside: &inside, levels: &levels, volume: kept, spacings };
-        levels = intact.slotted(sheets, &mut report, token)?;
-    }
-    parameters.elastic_spacing = elastic_spacing(&levels);
-    lost.extend(parts::far(&inside, &levels));
-    lost.extend(gone.defect(&inside, surface, volume));
-    report.defects.extend(lost);
-    Ok((parameters, levels, report))
-}
-
 /// The surface lift of body `body`, or a line in the report: no strike needs it unless it asks for it by name.
 fn surface_lift(
     crack: &Lattice,
@@ -446,30 +415,4 @@ pub(super) fn parameters(
         factor: request.factor,
         quality: request.quality,
     }
-}
-
-fn report(surface: &Surface, sheets: Option<&Sheets>, inside: &Inside, volume: f64, levels: &Levels) -> BakeReport {
-    let cubed = surface.frame.diagonal_m.powi(3);
-    let lattice_volume: f64 = levels.bodies.iter().map(|body| body.crack.volume()).sum();
-    let deviation = levels
-        .bodies
-        .iter()
-        .map(|body| body.crack.deviation(&|point| inside.signed_distance(point).abs()))
-        .fold(0.0, f64::max);
-    let mut defects = surface.defects.clone();
-    defects.extend(inside.ambiguous(&boundary_samples(levels)));
-    BakeReport {
-        input_hash: input_hash(surface, sheets),
-        input_volume_m3: volume * cubed,
-        lattice_volume_m3: lattice_volume * cubed,
-        surface_deviation: deviation,
-        defects,
-        materials: surface.looks.names.clone(),
-        cracks: None,
-        unprepared: Vec::new(),
-    }
-}
-
-fn boundary_samples(levels: &Levels) -> Vec<nalgebra::Point3<f64>> {
-    levels.bodies.iter().flat_map(|body| body.crack.nodes.iter().copied()).collect()
 }

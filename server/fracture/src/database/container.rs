@@ -4,16 +4,13 @@
 //! `safetensors` crate; checksums by BLAKE3.
 
 use super::DatabaseError;
+use crate::scene::brief;
 use safetensors::tensor::TensorView;
 use safetensors::{Dtype, SafeTensors};
 use std::collections::{BTreeMap, HashMap};
-use std::fs::{File, Permissions};
+use std::fs::File;
 use std::io::Write;
-use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
-
-/// Mode of a file that anybody may read and write, but for what the process's mask takes away: the usual one of a new file.
-const MODE: u32 = 0o666;
 
 /// Metadata key of the checksums: a JSON object, tensor name → BLAKE3 in hexadecimal; the entry [`METADATA_ENTRY`] covers
 /// every other metadata key.
@@ -93,7 +90,8 @@ fn to_json<T: serde::Serialize>(map: &BTreeMap<impl AsRef<str> + Ord + serde::Se
 fn write_aside(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let mut builder = tempfile::Builder::new();
-    builder.prefix(".shatter-").suffix(".part").permissions(Permissions::from_mode(MODE));
+    builder.prefix(".shatter-").suffix(".part");
+    usual_mode(&mut builder);
     let mut aside = builder.tempfile_in(folder)?;
     if let Ok(replaced) = std::fs::metadata(path) {
         aside.as_file().set_permissions(replaced.permissions())?;
@@ -104,11 +102,22 @@ fn write_aside(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
     Ok(())
 }
 
+/// Temporary files are their owner's alone; a database has the usual mode of a new file, less what the process's mask takes away.
+#[cfg(unix)]
+fn usual_mode(builder: &mut tempfile::Builder) {
+    use std::os::unix::fs::PermissionsExt;
+    builder.permissions(std::fs::Permissions::from_mode(0o666));
+}
+
+/// Elsewhere a new file inherits the rights of its folder.
+#[cfg(not(unix))]
+fn usual_mode(_: &mut tempfile::Builder) {}
+
 fn checksum(bytes: &[u8]) -> String {
     blake3::hash(bytes).to_hex().to_string()
 }
 
-fn metadata_checksum<'a>(entries: impl Iterator<Item = (&'a String, &'a String)>) -> String {
+pub(super) fn metadata_checksum<'a>(entries: impl Iterator<Item = (&'a String, &'a String)>) -> String {
     let mut hasher = blake3::Hasher::new();
     for (key, value) in entries {
         for text in [key, value] {
@@ -175,7 +184,7 @@ impl Contents<'_> {
     /// A metadata value that is JSON.
     pub fn json<T: serde::de::DeserializeOwned>(&self, key: &'static str) -> Result<T, DatabaseError> {
         serde_json::from_str(self.text(key)?)
-            .map_err(|error| DatabaseError::Metadata { key, reason: error.to_string() })
+            .map_err(|error| DatabaseError::Metadata { key, reason: brief(&error.to_string()) })
     }
 
     /// The checksum of every tensor, as stored.

@@ -91,6 +91,28 @@ pub enum DatabaseError {
         /// What it is.
         value: f64,
     },
+    /// An entry that no bake writes.
+    #[error("tensor \"{tensor}\", entry {index}: {value:e} is not {wanted}")]
+    Implausible {
+        /// Which tensor.
+        tensor: String,
+        /// Flat position of the entry.
+        index: usize,
+        /// What it is, or the length or sum that it leads to.
+        value: f64,
+        /// What it should be.
+        wanted: &'static str,
+    },
+    /// Shares of an elastic tetrahedron that do not add up to one.
+    #[error("tensor \"{tensor}\": the shares of tetrahedron {tet} add up to {sum:e}, not to 1")]
+    Shares {
+        /// Which tensor.
+        tensor: String,
+        /// Which elastic tetrahedron.
+        tet: usize,
+        /// What they add up to.
+        sum: f64,
+    },
     /// A tetrahedron has no positive volume.
     #[error("tensor \"{tensor}\": tetrahedron {index} has no positive volume")]
     Folded {

@@ -1,8 +1,8 @@
 //! Examples and the network as tensors, and back. Checksums say that a file is what was written; what is checked here is that
 //! what was written can be used.
 
-use super::DatabaseError;
 use super::container::{Contents, FLAT, Tensors};
+use super::{DatabaseError, values};
 use crate::degree::{DESCRIPTOR_LENGTH, Network};
 use crate::pipeline::{Contact, Example, ExamplePoint, Learned, LearnedQuality, lessons};
 
@@ -153,6 +153,7 @@ pub(super) fn learned(contents: &Contents, examples: &[Example]) -> Result<Optio
         return Ok(None);
     }
     let quality: LearnedQuality = contents.json(QUALITY_KEY)?;
+    values::quality(&quality)?;
     let network = network(contents)?.knowing(&lessons(examples));
     Ok(Some(Learned { network, quality }))
 }

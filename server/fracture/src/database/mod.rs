@@ -1,5 +1,7 @@
 //! Databases: one object per file, baked once, verified before use.
 
+#[cfg(test)]
+mod altered_tests;
 mod bake;
 mod container;
 mod cracks;
@@ -15,8 +17,10 @@ mod share;
 mod skins;
 mod step;
 mod stored;
+mod stuffed;
 mod tables;
 mod thin;
+mod values;
 
 pub use bake::{BakeError, BakeRequest, bake};
 pub use error::DatabaseError;
@@ -26,6 +30,7 @@ pub use object::{
     BODIES_MAX, NODES_MAX, Provenance, load, load_older, load_parameters, load_partial, load_provenance, load_tables,
     load_task, save, save_partial, tensor_bytes,
 };
+pub use parts::Severed;
 pub use share::{JoinError, Partial, SHARE_EXTENSION, SHARES_MAX, Share, ShareError, Task, join};
 pub use step::{Size, Step};
 pub use stored::{lacking, stored};

@@ -4,10 +4,11 @@ use super::container::{Contents, FLAT, Mapped, Tensors, write};
 use super::learned::{self, EXAMPLES_MAX, QUALITY_KEY};
 use super::reduced::{self, REDUCTION_KEY};
 use super::share::{Partial, Rest, Share, Task};
-use super::{DatabaseError, FORMAT, FORMATS, Tables, skins};
+use super::{DatabaseError, FORMAT, FORMATS, Tables, bake, skins, values};
 use crate::lattice::{Lattice, Transfer, check_manifold};
 use crate::lift::{Lift, LiftKind};
 use crate::pipeline::{BakeReport, Body, Bound, Parameters, Prepared, Reduction, Solid};
+use crate::scene::brief;
 use crate::sparse::Precision;
 use crate::surface::Frame;
 use crate::token::Token;
@@ -159,7 +160,9 @@ pub fn load_tables(path: &Path, tables: Tables) -> Result<Prepared, DatabaseErro
     let mapped = Mapped::open(path)?;
     let contents = verified_tables(&mapped, &[FORMAT], tables)?;
     no_share(&contents)?;
-    object(&contents, tables)
+    let prepared = object(&contents, tables)?;
+    values::impacts(&prepared)?;
+    Ok(prepared)
 }
 
 /// An object of any format that can still be read as work that remains, and that format: nothing remains of the newest format,
@@ -171,6 +174,7 @@ pub fn load_older(path: &Path) -> Result<(Partial, String), DatabaseError> {
     let format = contents.text("shatter_format")?.to_owned();
     let (prepared, end) = if format == FORMAT {
         let prepared = object(&contents, Tables::ALL)?;
+        values::impacts(&prepared)?;
         (prepared, 0)
     } else {
         let prepared = bare(&contents, Tables::ALL)?;
@@ -239,6 +243,9 @@ fn task(contents: &Contents) -> Result<Task, DatabaseError> {
         return Err(DatabaseError::Whole);
     }
     let task: Task = contents.json(SHARE_KEY)?;
+    if let Some(request) = &task.request {
+        bake::check(request).map_err(|error| DatabaseError::Metadata { key: SHARE_KEY, reason: error.to_string() })?;
+    }
     let share = Share::new(task.share.index, task.share.count);
     let reason = match share {
         Err(error) => error.to_string(),
@@ -264,7 +271,7 @@ fn verified_tables<'a>(
     let found = contents.text("shatter_format")?;
     if !formats.contains(&found) {
         let older = FORMATS.contains(&found);
-        return Err(DatabaseError::Format { found: found.to_owned(), known: FORMAT, older });
+        return Err(DatabaseError::Format { found: brief(found), known: FORMAT, older });
     }
     contents.verify(|tensor| tables.want(tensor))?;
     Ok(contents)
@@ -287,22 +294,26 @@ fn object(contents: &Contents, tables: Tables) -> Result<Prepared, DatabaseError
     let crack_nodes: Vec<usize> = prepared.bodies.iter().map(|body| body.crack.nodes.len()).collect();
     prepared.examples = learned::examples(contents, &crack_nodes)?;
     prepared.learned = learned::learned(contents, &prepared.examples)?;
-    prepared.reduction = reduction(contents)?;
+    prepared.reduction = reduction(contents, &prepared.bodies)?;
     Ok(prepared)
 }
 
 /// Everything but the impacts and what was learned from them.
 fn bare(contents: &Contents, tables: Tables) -> Result<Prepared, DatabaseError> {
+    let name = contents.text("object")?;
     let parameters: Parameters = contents.json("parameters")?;
+    values::parameters(name, &parameters)?;
     let report: BakeReport = contents.json("report")?;
     let shape: Shape = contents.json("shape")?;
     check_shape(&shape)?;
     let bodies = (0..shape.dimensions.len())
-        .map(|index| body(contents, index, &shape, &parameters, tables))
+        .map(|index| body(contents, index, &shape, (&parameters, &report), tables))
         .collect::<Result<Vec<_>, _>>()?;
-    let skin = if tables.skin { skins::skin(contents, &bodies)?.map(Arc::new) } else { None };
+    values::report(&report, &shape.frame, &bodies)?;
+    let names = report.materials.len();
+    let skin = if tables.skin { skins::skin(contents, &bodies, names)?.map(Arc::new) } else { None };
     Ok(Prepared {
-        name: contents.text("object")?.to_owned(),
+        name: name.to_owned(),
         frame: shape.frame,
         parameters,
         gamma_j_m2: shape.gamma_j_m2,
@@ -318,8 +329,13 @@ fn bare(contents: &Contents, tables: Tables) -> Result<Prepared, DatabaseError> 
     })
 }
 
-fn reduction(contents: &Contents) -> Result<Option<Reduction>, DatabaseError> {
-    contents.metadata.contains_key(REDUCTION_KEY).then(|| contents.json(REDUCTION_KEY)).transpose()
+fn reduction(contents: &Contents, bodies: &[Body]) -> Result<Option<Reduction>, DatabaseError> {
+    if !contents.metadata.contains_key(REDUCTION_KEY) {
+        return Ok(None);
+    }
+    let reduction = contents.json(REDUCTION_KEY)?;
+    values::reduction(&reduction, bodies)?;
+    Ok(Some(reduction))
 }
 
 fn check_shape(shape: &Shape) -> Result<(), DatabaseError> {
@@ -330,8 +346,6 @@ fn check_shape(shape: &Shape) -> Result<(), DatabaseError> {
     let positive = |value: f64| value.is_finite() && value > 0.0;
     let reason = if found == 0 {
         "no body"
-    } else if !positive(shape.frame.diagonal_m) || !shape.frame.centre_m.iter().all(|x| x.is_finite()) {
-        "the frame is not finite"
     } else if !positive(shape.gamma_j_m2) || !positive(shape.kappa) {
         "gamma or kappa is not positive"
     } else if shape
@@ -342,7 +356,7 @@ fn check_shape(shape: &Shape) -> Result<(), DatabaseError> {
     {
         "a lift's dimension is out of range"
     } else {
-        return Ok(());
+        return values::frame(&shape.frame);
     };
     Err(DatabaseError::Metadata { key: "shape", reason: reason.to_owned() })
 }
@@ -351,7 +365,7 @@ fn body(
     contents: &Contents,
     index: usize,
     shape: &Shape,
-    parameters: &Parameters,
+    (parameters, report): (&Parameters, &BakeReport),
     tables: Tables,
 ) -> Result<Body, DatabaseError> {
     let name = |part: &str| format!("{BASE}{index}.{part}");
@@ -363,6 +377,7 @@ fn body(
     let lift = |part: &str, kind, dimension: Option<usize>| {
         let measured = |dimension| {
             let coordinates = contents.f64(&name(part), Some(crack.nodes.len()), dimension)?;
+            values::lift(&name(part), &coordinates)?;
             Ok::<_, DatabaseError>(Lift::measured(kind, &crack, dimension, coordinates))
         };
         dimension.map(measured).transpose()
@@ -377,7 +392,7 @@ fn body(
     };
     let mut body = Body { solid, interior, surface_diffusion, bound, ..Body::new(crack) };
     if tables.attributes {
-        body.outer = skins::outer(contents, index, &body)?;
+        body.outer = skins::outer(contents, index, &body, report.materials.len())?;
     }
     Ok(body)
 }
@@ -408,7 +423,9 @@ fn solid(
 }
 
 fn lattice(contents: &Contents, name: &str) -> Result<Lattice, DatabaseError> {
-    let coordinates = contents.f64(&format!("{name}.nodes"), None, 3)?;
+    let nodes = format!("{name}.nodes");
+    let coordinates = contents.f64(&nodes, None, 3)?;
+    values::coordinates(&nodes, &coordinates)?;
     let (nodes, _) = coordinates.as_chunks::<3>();
     if nodes.len() > NODES_MAX {
         return Err(DatabaseError::TooLarge { what: "nodes of a lattice", found: nodes.len(), cap: NODES_MAX });
@@ -445,6 +462,10 @@ fn transfer(contents: &Contents, name: &str, elastic: &Lattice, crack: &Lattice)
             found: "offsets that do not span the shares".to_owned(),
             wanted: "0 ..= number of shares".to_owned(),
         }),
-        None => Ok(Transfer { offsets, tets, shares }),
+        None => {
+            let transfer = Transfer { offsets, tets, shares };
+            values::shares(&format!("{name}.shares"), &transfer, elastic)?;
+            Ok(transfer)
+        }
     }
 }

@@ -2,6 +2,7 @@
 
 use super::bake::BakeError;
 use crate::lattice::{CRACK_NODES_MAX, Levels, Spacings};
+use crate::pipeline::Quality;
 use crate::surface::{Defect, DefectKind, Inside, Part, Surface};
 use nalgebra::Point3;
 
@@ -42,11 +43,101 @@ fn torn_off(surface: &Surface, levels: &Levels) -> usize {
     levels.bodies.len().saturating_sub(surface.parts.len().max(1))
 }
 
-/// What comes apart, named.
-pub(super) fn severed(surface: &Surface, levels: &Levels) -> Option<Defect> {
-    let more = Some(torn_off(surface, levels)).filter(|more| *more > 0)?;
-    let action = "bodies of their own: joined by less than the lattice resolves; try a finer --crack-spacing";
-    Some(Defect::new(DefectKind::SeveredPart, more as u64, surface.parts.first().map_or(0, |part| part.face), action))
+/// Parts that the lattice severs from what they belong to.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Severed {
+    /// Bodies of the lattice.
+    pub bodies: usize,
+    /// Parts of the input.
+    pub parts: usize,
+    /// Volumes of the bodies beyond the input's parts, the largest first, m³.
+    pub volumes_m3: Vec<f64>,
+    /// The preset that severs them; none where the spacing was given.
+    pub quality: Option<Quality>,
+    /// The next finer preset, and whether it keeps them, if that is quickly found out.
+    pub next: Option<(Quality, Option<bool>)>,
+    face: u64,
+}
+
+/// What comes apart; `keeps` tells whether another preset keeps it together.
+pub(super) fn severed(
+    surface: &Surface,
+    levels: &Levels,
+    quality: Option<Quality>,
+    keeps: &dyn Fn(Quality) -> Result<bool, BakeError>,
+) -> Result<Option<Severed>, BakeError> {
+    let more = torn_off(surface, levels);
+    if more == 0 {
+        return Ok(None);
+    }
+    let cubed = surface.frame.diagonal_m.powi(3);
+    let mut volumes_m3: Vec<f64> = levels.bodies.iter().map(|body| body.crack.volume() * cubed).collect();
+    volumes_m3.sort_by(|a, b| b.total_cmp(a));
+    let next = quality.and_then(Quality::finer);
+    // Fitted lattices have ten times as many nodes: that would take longer than this bake.
+    let tried = |next: Quality| (!next.lattices().fitted).then(|| keeps(next)).transpose();
+    Ok(Some(Severed {
+        bodies: levels.bodies.len(),
+        parts: surface.parts.len().max(1),
+        volumes_m3: volumes_m3.split_off(levels.bodies.len() - more),
+        quality,
+        next: next.map(|next| Ok::<_, BakeError>((next, tried(next)?))).transpose()?,
+        face: surface.parts.first().map_or(0, |part| part.face),
+    }))
+}
+
+/// Bodies beyond the input's own parts at a preset's own spacings.
+pub(super) fn keeps(
+    surface: &Surface,
+    spacings: Spacings,
+    stuffed: &dyn Fn(Spacings) -> Result<Levels, BakeError>,
+) -> Result<bool, BakeError> {
+    let mut spacings = spacings;
+    Ok(torn_off(surface, &held_together(surface, &mut spacings, true, stuffed)?) == 0)
+}
+
+impl Severed {
+    /// The line of the defect report.
+    pub(super) fn defect(&self) -> Defect {
+        let action = format!(
+            "bodies of their own, {}: joined by less than the lattice resolves; {}",
+            self.sizes(),
+            self.advice()
+        );
+        Defect::new(DefectKind::SeveredPart, self.volumes_m3.len() as u64, self.face, action)
+    }
+
+    fn sizes(&self) -> String {
+        match self.volumes_m3.as_slice() {
+            [one] => format!("{one:.3e} m³"),
+            [largest, .., least] => format!("{least:.3e} to {largest:.3e} m³"),
+            [] => String::new(),
+        }
+    }
+
+    fn advice(&self) -> String {
+        match self.next {
+            Some((next, Some(true))) => format!("--quality {} keeps them", next.name()),
+            Some((next, None)) => format!("try the next preset, --quality {}", next.name()),
+            Some((next, Some(false))) => format!(
+                "the next preset, --quality {}, does not keep them all: give a finer --crack-spacing",
+                next.name()
+            ),
+            None => "give a finer --crack-spacing".to_owned(),
+        }
+    }
+}
+
+impl std::fmt::Display for Severed {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let name = self.quality.unwrap_or_default().name();
+        let (parts, sizes, advice) = (self.defect().counted(), self.sizes(), self.advice());
+        write!(
+            f,
+            "preset `{name}` severs {parts} of {sizes} from the object: {advice}; --quality {name}, asked for by name, "
+        )?;
+        write!(f, "makes {} bodies where the mesh has {}", self.bodies, self.parts)
+    }
 }
 
 /// Crack nodes that no elastic lattice is near.
@@ -121,10 +212,10 @@ pub(super) fn area(surface: &Surface) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::database::{BakeRequest, bake};
+    use crate::database::{BakeRequest, Tables, bake};
     use crate::pipeline::Quality;
     use crate::scene::Materials;
-    use crate::surface::shapes;
+    use crate::surface::{RawMesh, shapes};
     use crate::token::Token;
 
     #[test]
@@ -147,4 +238,48 @@ mod tests {
         println!("{} and {} nodes", own.crack_nodes(), asked.crack_nodes());
         assert!(asked.bodies.len() > 1 && asked.report.defects.iter().any(|defect| torn(&defect)));
     }
+
+    #[test]
+    fn a_preset_that_severs_is_refused_with_the_next_unless_it_was_asked_for_by_name() {
+        let materials = Materials::parse(include_str!("../../../../config/materials.toml")).unwrap();
+        let tables = Tables { interior: true, ..Tables::NONE };
+        let request = BakeRequest {
+            quality: Quality::Draft,
+            allows_severed: false,
+            tables,
+            ..BakeRequest::new("dumbbell", "glass", materials.get("glass").unwrap().clone())
+        };
+        // Two balls and a bar between them that the draft's lattice does not resolve.
+        let baked = |request: &BakeRequest| bake(limbs(), request, &Token::default(), &mut |_| ());
+        let Err(BakeError::Severed(severed)) = baked(&request) else { panic!("it was baked") };
+        let told = severed.to_string();
+        println!("{told}");
+        assert!(severed.parts == 1 && severed.bodies > 1 && severed.volumes_m3.len() == severed.bodies - 1, "{told}");
+        assert_eq!(severed.next.map(|(next, _)| next), Some(Quality::Game));
+        assert!(told.contains("`draft`") && told.contains("--quality game"), "{told}");
+        let allowed = baked(&BakeRequest { allows_severed: true, ..request.clone() }).unwrap();
+        assert_eq!(allowed.bodies.len(), severed.bodies);
+        let line = allowed.report.defects.iter().find(|defect| defect.kind == DefectKind::SeveredPart).unwrap();
+        assert!(
+            line.counted().contains("part") && line.action.contains("m³") && line.action.contains("game"),
+            "{line:?}"
+        );
+    }
+
+    /// Two blocks of 1 m joined by a rod that is too thin for coarse lattices, in one shell.
+    fn limbs() -> RawMesh {
+        let rings = [(0.0, 0.5), (1.0, 0.5), (1.0, ROD), (2.0, ROD), (2.0, 0.5), (3.0, 0.5)];
+        let corners = |(x, half): (f64, f64)| {
+            [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]
+                .map(|[y, z]| nalgebra::Point3::new(x, y * half, z * half))
+        };
+        let side =
+            |k: u32| [0, 1, 2, 3].map(|c| [4 * k + c, 4 * k + (c + 1) % 4, 4 * k + 4 + (c + 1) % 4, 4 * k + 4 + c]);
+        let quads = (0..5).flat_map(side).chain([[3, 2, 1, 0], [20, 21, 22, 23]]);
+        let halves = |[a, b, c, d]: [u32; 4]| [[a, b, c], [a, c, d]];
+        RawMesh::new(rings.into_iter().flat_map(corners).collect(), quads.flat_map(halves).collect())
+    }
+
+    /// Half the thickness of the rod, m.
+    const ROD: f64 = 0.015;
 }

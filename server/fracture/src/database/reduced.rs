@@ -1,7 +1,7 @@
 //! Reduced bases as tensors, and back.
 
-use super::DatabaseError;
 use super::container::{Contents, FLAT, Tensors};
+use super::{DatabaseError, values};
 use crate::elasticity::{Elasticity, Estimate, Reduced};
 use crate::pipeline::{Prepared, RANK_MAX};
 
@@ -37,10 +37,11 @@ pub(super) fn reduced(
     if !contents.holds(&basis) {
         return Ok(None);
     }
-    let (rank, values) = contents.f32(&basis, elasticity.size())?;
+    let (rank, entries) = contents.f32(&basis, elasticity.size())?;
     if !(1..=RANK_MAX).contains(&rank) {
         return Err(DatabaseError::TooLarge { what: "columns of a basis", found: rank, cap: RANK_MAX });
     }
+    values::basis(&basis, &entries)?;
     let tensor = name(index, "estimate");
     let fitted = contents.f64(&tensor, Some(2), FLAT)?;
     if let Some(index) = fitted.iter().position(|value| *value <= 0.0) {
@@ -48,5 +49,6 @@ pub(super) fn reduced(
     }
     let estimate = Estimate { factor: fitted[0], power: fitted[1] };
     let gram = contents.f64(&name(index, "gram"), Some(rank), rank)?;
-    Ok(Some(Reduced::stored(elasticity, rank, values, gram, estimate)))
+    values::gram(&name(index, "gram"), rank, &gram)?;
+    Ok(Some(Reduced::stored(elasticity, rank, entries, gram, estimate)))
 }

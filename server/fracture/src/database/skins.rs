@@ -1,11 +1,12 @@
 //! The input's surface and its looks as tensors, and back. Checksums say that a file is what was written; what is checked here is
 //! that what was written can be used.
 
-use super::DatabaseError;
 use super::container::{Contents, FLAT, Tensors};
+use super::{DatabaseError, values};
 use crate::lattice::Place;
 use crate::pipeline::{Body, Prepared};
 use crate::skin::{Outer, Skin, Spot, Vertex};
+use crate::surface::NO_MATERIAL;
 
 /// Any 32-bit number.
 const ANY: u64 = 1 << 32;
@@ -51,24 +52,27 @@ fn put_skin(tensors: &mut Tensors, skin: &Skin) {
     }
 }
 
-/// The skin of an object of these bodies, if it has one.
-pub(super) fn skin(contents: &Contents, bodies: &[Body]) -> Result<Option<Skin>, DatabaseError> {
+/// The skin of an object of these bodies and that many names of materials, if it has one.
+pub(super) fn skin(contents: &Contents, bodies: &[Body], names: usize) -> Result<Option<Skin>, DatabaseError> {
     if !contents.holds("skin.points") {
         return Ok(None);
     }
     let coordinates = contents.f64("skin.points", None, 3)?;
+    values::coordinates("skin.points", &coordinates)?;
     let (points, _) = coordinates.as_chunks::<3>();
     let spots = spots(contents, bodies, points.len())?;
     let own = contents.u32("skin.vertices", None, FLAT, points.len() as u64)?;
     let normals = vectors::<3>(contents, "skin.normals", own.len())?;
+    values::normals("skin.normals", &normals)?;
     let textured = contents.holds("skin.uvs");
     let uvs = if textured { vectors::<2>(contents, "skin.uvs", own.len())? } else { vec![[0.0; 2]; own.len()] };
+    values::uvs("skin.uvs", &uvs)?;
     let looks = normals.into_iter().zip(uvs);
     let vertices: Vec<Vertex> =
         own.into_iter().zip(looks).map(|(point, (normal, uv))| Vertex { point, normal, uv }).collect();
     let indices = contents.u32("skin.triangles", None, 3, vertices.len() as u64)?;
     let triangles = indices.as_chunks::<3>().0.to_vec();
-    let materials = materials(contents, "skin.materials", triangles.len())?;
+    let materials = materials(contents, "skin.materials", triangles.len(), names)?;
     let points = points.iter().map(|point| (*point).into()).collect();
     Ok(Some(Skin { points, spots, vertices, triangles, materials, textured }))
 }
@@ -76,6 +80,7 @@ pub(super) fn skin(contents: &Contents, bodies: &[Body]) -> Result<Option<Skin>,
 fn spots(contents: &Contents, bodies: &[Body], points: usize) -> Result<Vec<Spot>, DatabaseError> {
     let pairs = contents.u32("skin.spots", Some(points), 2, ANY)?;
     let weights = contents.f64("skin.weights", Some(points), 4)?;
+    values::weights("skin.weights", weights.as_chunks::<4>().0)?;
     let spot = |(index, (&[body, tet], &barycentric)): (usize, (&[u32; 2], &[f64; 4]))| {
         let limit = bodies.get(body as usize).map_or(0, |body| body.crack.tets.len()) as u64;
         match u64::from(tet) < limit {
@@ -90,20 +95,32 @@ fn spots(contents: &Contents, bodies: &[Body], points: usize) -> Result<Vec<Spot
 }
 
 /// How the input looks on the boundary of body `index`, if the object has that.
-pub(super) fn outer(contents: &Contents, index: usize, body: &Body) -> Result<Option<Outer>, DatabaseError> {
+pub(super) fn outer(
+    contents: &Contents,
+    index: usize,
+    body: &Body,
+    names: usize,
+) -> Result<Option<Outer>, DatabaseError> {
     let name = |part: &str| format!("body{index}.outer.{part}");
     if !contents.holds(&name("normals")) {
         return Ok(None);
     }
     let nodes = body.topology.boundary_nodes.len();
     let normals = vectors::<3>(contents, &name("normals"), nodes)?;
+    values::normals(&name("normals"), &normals)?;
     let uvs = if contents.holds(&name("uvs")) { vectors::<2>(contents, &name("uvs"), nodes)? } else { Vec::new() };
-    let materials = materials(contents, &name("materials"), body.topology.boundary.len())?;
+    values::uvs(&name("uvs"), &uvs)?;
+    let materials = materials(contents, &name("materials"), body.topology.boundary.len(), names)?;
     Ok(Some(Outer { normals, uvs, materials }))
 }
 
-fn materials(contents: &Contents, name: &str, rows: usize) -> Result<Vec<u32>, DatabaseError> {
-    if contents.holds(name) { contents.u32(name, Some(rows), FLAT, ANY) } else { Ok(Vec::new()) }
+fn materials(contents: &Contents, name: &str, rows: usize, names: usize) -> Result<Vec<u32>, DatabaseError> {
+    if !contents.holds(name) {
+        return Ok(Vec::new());
+    }
+    let materials = contents.u32(name, Some(rows), FLAT, ANY)?;
+    values::materials(name, &materials, names, NO_MATERIAL)?;
+    Ok(materials)
 }
 
 fn vectors<const N: usize>(contents: &Contents, name: &str, rows: usize) -> Result<Vec<[f32; N]>, DatabaseError> {

@@ -2,7 +2,7 @@
 
 use super::bake::{self, BakeError, BakeRequest};
 use super::step::Step;
-use super::{Tables, input_hash, load};
+use super::{Tables, input_hash, load, stuffed};
 use crate::lift::LiftKind;
 use crate::pipeline::{Prepared, Unprepared};
 use crate::surface::{RawMesh, Sheets, Surface};
@@ -37,7 +37,7 @@ pub fn stored(
     if request.crack_spacing.is_some_and(|spacing| spacing != own.crack_spacing) {
         return Ok(None);
     }
-    let (parameters, ..) = bake::lattices(request, &surface, token, progress)?;
+    let (parameters, ..) = stuffed::lattices(request, &surface, token, progress)?;
     Ok((parameters == *own).then_some(prepared))
 }
 

@@ -83,6 +83,15 @@ impl Quality {
         Self::ALL.into_iter().find(|quality| quality.name() == name)
     }
 
+    /// The next preset whose lattices are finer.
+    pub fn finer(self) -> Option<Self> {
+        match self {
+            Self::Draft => Some(Self::Game),
+            Self::Game => Some(Self::Film),
+            Self::Film | Self::Reference => None,
+        }
+    }
+
     /// Whether it is the default.
     pub fn is_default(&self) -> bool {
         *self == Self::default()

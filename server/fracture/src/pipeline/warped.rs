@@ -19,12 +19,17 @@ use std::collections::BTreeSet;
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum WarpError {
     /// Space folds: the waves are too steep.
-    #[error("waves: space folds in body {body} near ({x:.4}, {y:.4}, {z:.4}); lower the slope", x = .at_m[0], y = .at_m[1], z = .at_m[2])]
+    #[error(
+        "waves: space folds in body {body} near ({x:.4}, {y:.4}, {z:.4}); {}",
+        advice(*.slope), x = .at_m[0], y = .at_m[1], z = .at_m[2]
+    )]
     Folds {
         /// Which body.
         body: usize,
         /// Where, m.
         at_m: [f64; 3],
+        /// A slope at which no body folds, if there is one.
+        slope: Option<f64>,
     },
     /// Waves that no lattice can show.
     #[error("waves: a length of {length_m} m is below two spacings of the crack lattice, {least_m:.4} m")]
@@ -63,6 +68,17 @@ pub enum WarpError {
     Cancelled(#[from] Cancelled),
 }
 
+/// What can be done where space folds.
+fn advice(slope: Option<f64>) -> String {
+    slope.map_or_else(
+        || "no slope of waves avoids that: the grain does it, lower its ratio".to_owned(),
+        |slope| format!("a slope of {slope} does not fold"),
+    )
+}
+
+/// Halvings of the range in which the steepest waves that do not fold are looked for.
+const SLOPE_STEPS: usize = 8;
+
 /// What the controls make of one body.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Warped {
@@ -92,6 +108,7 @@ impl Prepared {
             return Err(WarpError::Short { length_m, least_m });
         }
         let warp = warp(controls, &self);
+        self.unfolded(controls, &warp)?;
         for index in 0..self.bodies.len() {
             let lifts = if warp.is_identity() { Vec::new() } else { self.bent(index, &warp, token)? };
             let factors = controls
@@ -106,14 +123,40 @@ impl Prepared {
         Ok(self)
     }
 
+    /// Refuses waves under which some body folds, with a slope under which none does.
+    fn unfolded(&self, controls: &Controls, warp: &Warp) -> Result<(), WarpError> {
+        let fold = |warp: &Warp| {
+            let mut bodies = self.bodies.iter().enumerate();
+            bodies.find_map(|(index, body)| Some((index, warp.lattice(&body.crack).err()?)))
+        };
+        let Some((index, tet)) = fold(warp) else { return Ok(()) };
+        let holds = |slope: f64| {
+            let waves = controls.waves.map(|waves| Waves { slope, ..waves });
+            fold(&self::warp(&Controls { waves, ..controls.clone() }, self)).is_none()
+        };
+        let mut range = [0.0, controls.waves.map_or(0.0, |waves| waves.slope)];
+        for _ in 0..SLOPE_STEPS {
+            let middle = 0.5 * (range[0] + range[1]);
+            range[usize::from(!holds(middle))] = middle;
+        }
+        // Two digits, rounded down, so that it can be copied.
+        let unit = 10f64.powf(range[0].log10().floor() - 1.0);
+        let rounded = format!("{:.1e}", (range[0] / unit).floor() * unit).parse().ok();
+        Err(self.folds(index, tet, rounded.filter(|slope| *slope > 0.0 && holds(*slope))))
+    }
+
+    /// Space folds at tetrahedron `tet` of body `index`.
+    fn folds(&self, index: usize, tet: usize, slope: Option<f64>) -> WarpError {
+        let corners = self.bodies[index].crack.corners(tet);
+        let center = corners.iter().map(|corner| corner.coords).sum::<Vector3<f64>>() / 4.0;
+        WarpError::Folds { body: index, at_m: self.frame.to_metres(&Point3::from(center)).coords.into(), slope }
+    }
+
     /// The lifts that body `index` has, made in the bent space and measured on the lattice as it is.
     fn bent(&self, index: usize, warp: &Warp, token: &Token) -> Result<Vec<Lift>, WarpError> {
         let body = &self.bodies[index];
         let crack = &body.crack;
-        let bent = warp.lattice(crack).map_err(|tet| {
-            let centre = crack.corners(tet).iter().map(|corner| corner.coords).sum::<Vector3<f64>>() / 4.0;
-            WarpError::Folds { body: index, at_m: self.frame.to_metres(&Point3::from(centre)).coords.into() }
-        })?;
+        let bent = warp.lattice(crack).map_err(|tet| self.folds(index, tet, None))?;
         let (modes, alpha) = (self.parameters.modes, self.parameters.alpha);
         let mut lifts = vec![Ok(Lift::euclidean(&bent))];
         if body.interior.is_some() {

@@ -1,5 +1,6 @@
 //! Materials: the numbers that turn an impulse into strain energy and strain energy into a threshold.
 
+use super::names::{brief, nearest, toml_error};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -19,12 +20,21 @@ pub struct Material {
     pub source: String,
 }
 
+impl Material {
+    /// Whether every number is possible; if not, the first key that is not, and its value.
+    pub fn check(&self) -> Result<(), (&'static str, f64)> {
+        let numbers =
+            [("young_pa", self.young_pa), ("density_kg_m3", self.density_kg_m3), ("strength_pa", self.strength_pa)];
+        numbers.into_iter().find(|(_, value)| !(value.is_normal() && *value > 0.0)).map_or(Ok(()), Err)
+    }
+}
+
 /// What is wrong with a table of materials; the caller's fault, no use to retry.
 #[derive(Debug, thiserror::Error)]
 pub enum MaterialError {
     /// Not TOML, or a key too many or too few.
     #[error("materials cannot be read: {0}")]
-    Unreadable(#[from] toml::de::Error),
+    Unreadable(String),
     /// A number outside its range.
     #[error("material \"{material}\": {key} must be finite and positive, got {value}")]
     NotPositive {
@@ -54,18 +64,11 @@ pub struct Materials(BTreeMap<String, Material>);
 impl Materials {
     /// Reads a TOML text of one table per material and checks every number.
     pub fn parse(text: &str) -> Result<Self, MaterialError> {
-        let table: BTreeMap<String, Material> = toml::from_str(text)?;
+        let unreadable = |error| MaterialError::Unreadable(toml_error(text, &error));
+        let table: BTreeMap<String, Material> = toml::from_str(text).map_err(unreadable)?;
         for (name, material) in &table {
-            let numbers = [
-                ("young_pa", material.young_pa),
-                ("density_kg_m3", material.density_kg_m3),
-                ("strength_pa", material.strength_pa),
-            ];
-            for (key, value) in numbers {
-                if !(value.is_finite() && value > 0.0) {
-                    return Err(MaterialError::NotPositive { material: name.clone(), key, value });
-                }
-            }
+            let wrong = |(key, value)| MaterialError::NotPositive { material: brief(name), key, value };
+            material.check().map_err(wrong)?;
         }
         Ok(Self(table))
     }
@@ -74,13 +77,8 @@ impl Materials {
     pub fn get(&self, name: &str) -> Result<&Material, MaterialError> {
         self.0.get(name).ok_or_else(|| MaterialError::Unknown {
             name: name.to_owned(),
-            nearest: self
-                .0
-                .keys()
-                .min_by_key(|known| strsim::damerau_levenshtein(name, known))
-                .cloned()
-                .unwrap_or_default(),
-            known: self.0.keys().cloned().collect::<Vec<_>>().join(", "),
+            nearest: nearest(name, self.names()).unwrap_or_default().to_owned(),
+            known: brief(&self.names().collect::<Vec<_>>().join(", ")),
         })
     }
 

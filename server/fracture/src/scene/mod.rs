@@ -4,12 +4,14 @@ mod anchors;
 mod controls;
 mod effect;
 mod material;
+mod names;
 mod region;
 
 pub use anchors::{Anchors, DEFAULT_GRAVITY_M_S2};
 pub use controls::{Controls, Grain, Paint, Waves};
 pub use effect::{Effect, Effects};
 pub use material::{Material, MaterialError, Materials};
+pub use names::{brief, nearest, toml_error};
 pub use region::Region;
 
 /// Contact duration where the caller gives none, s: a hard ball of a few centimetres on a stiff body stays for about

@@ -61,6 +61,37 @@ impl fmt::Display for DefectKind {
     }
 }
 
+impl DefectKind {
+    /// What is counted, one of them and several.
+    fn counted(self) -> [&'static str; 2] {
+        match self {
+            Self::Holes => ["hole", "holes"],
+            Self::FlippedShell | Self::SeveralShells | Self::NestedShells => ["shell", "shells"],
+            Self::MixedWinding | Self::DuplicateTriangles | Self::DegenerateTriangles => ["triangle", "triangles"],
+            Self::NonOrientable | Self::NonManifoldEdge => ["edge", "edges"],
+            Self::SelfIntersection => ["pair of triangles", "pairs of triangles"],
+            Self::DuplicateVertices | Self::NonManifoldVertex | Self::UnreferencedVertices | Self::LostPrecision => {
+                ["vertex", "vertices"]
+            }
+            Self::AmbiguousInside => ["sample point", "sample points"],
+            Self::LostLooks => ["attribute", "attributes"],
+            Self::ThinWall | Self::NarrowGap => ["sample of the surface", "samples of the surface"],
+            Self::SeveredPart => ["part", "parts"],
+            Self::CoarseElastic => ["crack node", "crack nodes"],
+            Self::DroppedComponent => ["component", "components"],
+            Self::IdleCrack => ["sheet", "sheets"],
+        }
+    }
+
+    /// What [`Defect::first_index`] counts.
+    fn indexed(self) -> &'static str {
+        match self {
+            Self::DuplicateVertices | Self::UnreferencedVertices | Self::LostPrecision => "vertex",
+            _ => "face",
+        }
+    }
+}
+
 /// One kind of defect, how often, where first, and what was done about it.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Defect {
@@ -78,6 +109,17 @@ impl Defect {
     /// A defect of any kind.
     pub fn new(kind: DefectKind, count: u64, first_index: u64, action: impl Into<String>) -> Self {
         Self { kind, count, first_index, action: action.into() }
+    }
+
+    /// How many there are of what, as in "3 triangles".
+    pub fn counted(&self) -> String {
+        let [one, several] = self.kind.counted();
+        format!("{} {}", self.count, if self.count == 1 { one } else { several })
+    }
+
+    /// What to look at in the input file, as in "face 17".
+    pub fn first(&self) -> String {
+        format!("{} {}", self.kind.indexed(), self.first_index)
     }
 
     /// What the lattice reports when components were too thin or too small for its spacing.

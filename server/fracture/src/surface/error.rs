@@ -2,6 +2,10 @@
 
 use std::path::PathBuf;
 
+fn vertex_at(vertex: u64, [x, y, z]: &[f64; 3]) -> String {
+    format!("vertex {vertex} at ({x}, {y}, {z})")
+}
+
 /// A mesh that cannot be used; every variant names the place.
 #[derive(Debug, thiserror::Error)]
 pub enum SurfaceError {
@@ -76,8 +80,33 @@ pub enum SurfaceError {
         diagonal_m: f64,
     },
     /// The winding number exceeds ½ nowhere: a flat sheet, or shells that cancel.
-    #[error("the surface encloses nothing")]
+    #[error("the surface encloses nothing: it is open, or its shells cancel each other")]
     NothingInside,
+    /// All vertices lie in a plane, or almost.
+    #[error(
+        "the mesh is flat and encloses nothing: its extents are {:.3e} × {:.3e} × {:.3e} m; give it a thickness",
+        .extents_m[0], .extents_m[1], .extents_m[2]
+    )]
+    Flat {
+        /// Its extents along its principal axes, the largest first, m.
+        extents_m: [f64; 3],
+    },
+    /// One vertex, or a few, so far from the others that these are a dot.
+    #[error(
+        "{} is {distance_m:.3e} m from the middle of the mesh, {times:.0} times as far as nearly all others: nothing that is enclosed \
+         is left at that scale; remove it",
+        vertex_at(*.vertex, .at_m)
+    )]
+    Outlier {
+        /// The vertex of the file, counted from 0.
+        vertex: u64,
+        /// Where it is, m.
+        at_m: [f64; 3],
+        /// Its distance from the middle of the mesh, m.
+        distance_m: f64,
+        /// That distance over the one that nearly all other vertices do not exceed.
+        times: f64,
+    },
     /// The work was cancelled.
     #[error(transparent)]
     Cancelled(#[from] crate::token::Cancelled),

@@ -3,6 +3,10 @@
 use nalgebra::{Point3, Vector3};
 use serde::{Deserialize, Serialize};
 
+/// Diagonals that are accepted, m: fragments go out in single precision, which keeps all its digits from 1e-38 to 3e38, and
+/// a vertex may lie a millionth of the diagonal from its fragment's center.
+pub(crate) const DIAGONAL_RANGE_M: std::ops::RangeInclusive<f64> = 1e-30..=1e36;
+
 /// Maps the mesh file's coordinates (metres, after `--unit`; y up, after `--up`) to local ones and back.
 ///
 /// Scaling the input by a power of two changes `diagonal_m` alone, exactly; translating it changes `centre_m` alone,

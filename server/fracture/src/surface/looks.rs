@@ -1,7 +1,12 @@
 //! How the triangles of a mesh look: what their file says beside where they are.
 
+use crate::scene::brief;
+
 /// Material of a triangle that has none.
 pub const NO_MATERIAL: u32 = u32::MAX;
+
+/// Largest texture coordinate that is kept: interpolation between larger ones would leave single precision.
+pub const UV_MAX: f32 = 1e9;
 
 /// Normals, texture coordinates and materials, triangle by triangle. A list is empty if the file does not have it for every
 /// triangle.
@@ -29,7 +34,7 @@ impl Looks {
         Self { normals: corners(triangles, normals), uvs: corners(triangles, uvs), ..Self::default() }
     }
 
-    /// Without the lists that do not tell of each of `triangles` triangles in finite numbers; normals of length one.
+    /// Without the lists that do not tell of each of `triangles` triangles in numbers that can be used; normals of length one.
     #[must_use]
     pub fn fitting(mut self, triangles: usize) -> Self {
         let length = |normal: &[f32; 3]| normal.iter().map(|x| f64::from(*x).powi(2)).sum::<f64>().sqrt();
@@ -42,10 +47,11 @@ impl Looks {
             let length = length(normal);
             *normal = normal.map(|x| (f64::from(x) / length) as f32);
         }
-        if let Some(first) = unfit(&self.uvs, triangles, |own| own.iter().flatten().all(|x| x.is_finite())) {
+        if let Some(first) = unfit(&self.uvs, triangles, |own| own.iter().flatten().all(|x| x.abs() <= UV_MAX)) {
             self.uvs.clear();
             self.lost.push(("texture coordinates", first));
         }
+        self.names.iter_mut().for_each(|name| *name = brief(name));
         let names = self.names.len() as u32;
         let is_known = |material: &u32| *material < names || *material == NO_MATERIAL;
         if let Some(first) = unfit(&self.materials, triangles, is_known) {
@@ -112,6 +118,7 @@ mod tests {
         assert!(spoilt(|looks| looks.normals[1][2] = [0.0; 3]).normals.is_empty());
         assert_eq!(spoilt(|looks| looks.normals[1][2] = [0.0; 3]).lost, [("normals", 1)]);
         assert!(spoilt(|looks| looks.uvs[0][0][1] = f32::NAN).uvs.is_empty());
+        assert!(spoilt(|looks| looks.uvs[0][0][1] = 1e38).uvs.is_empty());
         assert!(spoilt(|looks| looks.materials[0] = 2).names.is_empty());
     }
 

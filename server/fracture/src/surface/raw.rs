@@ -20,6 +20,9 @@ pub enum Unit {
 }
 
 impl Unit {
+    /// All of them, the default first.
+    pub const ALL: [Self; 4] = [Self::M, Self::Cm, Self::Mm, Self::In];
+
     /// Metres per unit.
     pub fn metres(self) -> f64 {
         match self {

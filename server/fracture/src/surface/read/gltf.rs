@@ -5,13 +5,14 @@
 
 use super::accessor::Buffers;
 use super::{RawMesh, SurfaceError, load, malformed, within_limit};
+use crate::scene::brief;
 use crate::surface::{DOUBLE, Looks, NO_MATERIAL, SINGLE};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use gltf::mesh::{Mode, Primitive, Semantic};
 use gltf::{Document, Gltf, Node};
 use nalgebra::{Matrix3, Matrix4, Point3};
-use std::path::Path;
+use std::path::{Component, Path, PathBuf};
 
 pub(super) fn parse(bytes: &[u8], folder: &Path) -> Result<RawMesh, SurfaceError> {
     // The crate subtracts the header from the length without a check.
@@ -57,16 +58,30 @@ fn buffers(document: &Document, mut blob: Option<Vec<u8>>, folder: &Path) -> Res
                 Some((_, data)) => STANDARD.decode(data).map_err(|error| malformed("gltf", place, error)),
                 None => Err(malformed("gltf", place, "is a data URI without base64")),
             },
-            gltf::buffer::Source::Uri(uri) if uri.contains(':') => {
-                Err(malformed("gltf", place, format!("'{uri}' is not a file beside the mesh")))
-            }
-            gltf::buffer::Source::Uri(uri) => match percent_decoded(uri) {
-                Some(name) => load(&folder.join(name)),
-                None => Err(malformed("gltf", place, "its name is not UTF-8")),
-            },
+            gltf::buffer::Source::Uri(uri) => load(&beside(folder, uri).map_err(|why| malformed("gltf", place, why))?),
         }
     };
     Ok(Buffers(document.buffers().map(read).collect::<Result<_, _>>()?))
+}
+
+/// The file in `folder`, or below it, that `uri` names. Refused: absolute names, other schemes, `..`, and links that lead out of the
+/// folder: a mesh from elsewhere must not read the user's other files.
+fn beside(folder: &Path, uri: &str) -> Result<PathBuf, String> {
+    let name = percent_decoded(uri).ok_or("its name is not UTF-8")?;
+    let plain = |part: Component<'_>| matches!(part, Component::Normal(_) | Component::CurDir);
+    // On some systems a backslash separates folders, and a colon follows the name of a disk.
+    let leaves = name.is_empty() || name.contains([':', '\\', '\0']) || !Path::new(&name).components().all(plain);
+    let file = folder.join(&name);
+    let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+    let leads_out = |file: &Path| match (file.canonicalize(), folder.canonicalize()) {
+        (Ok(file), Ok(folder)) => !file.starts_with(folder),
+        // What is not there cannot be read.
+        _ => false,
+    };
+    if leaves || leads_out(&file) {
+        return Err(format!("'{}' leads out of the mesh's folder: put the buffer beside the mesh", brief(&name)));
+    }
+    Ok(file)
 }
 
 /// Turns %20 and the like into the bytes that they stand for.
@@ -218,5 +233,65 @@ fn triangles(mode: Mode, indices: &[u32]) -> Box<dyn Iterator<Item = [u32; 3]> +
             Box::new(rim.windows(2).map(|pair| [indices[0], pair[0], pair[1]]))
         }
         _ => Box::new(indices.chunks_exact(3).map(|chunk| [chunk[0], chunk[1], chunk[2]])),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What becomes of a mesh in `folder/mesh` whose buffer is at `uri`.
+    fn read(folder: &Path, uri: &str) -> Result<RawMesh, SurfaceError> {
+        let document = format!(r#"{{"asset":{{"version":"2.0"}},"buffers":[{{"uri":"{uri}","byteLength":4}}]}}"#);
+        parse(document.as_bytes(), &folder.join("mesh"))
+    }
+
+    #[test]
+    fn buffers_are_read_from_the_folder_of_the_mesh_alone() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        std::fs::create_dir_all(at("mesh/parts")).unwrap();
+        for file in ["secret.bin", "mesh/own.bin", "mesh/parts/own bin", "mesh/parts/own..bin"] {
+            std::fs::write(at(file), [0; 4]).unwrap();
+        }
+        for uri in ["own.bin", "./own.bin", "parts/own%20bin", "parts/own..bin"] {
+            read(folder.path(), uri).unwrap_or_else(|error| panic!("{uri}: {error}"));
+        }
+        let absolute = at("secret.bin");
+        let absolute = absolute.to_str().unwrap();
+        for uri in [
+            "../secret.bin",
+            "parts/../../secret.bin",
+            "parts/../own.bin",
+            "%2e%2e/secret.bin",
+            "%2E%2E%2Fsecret.bin",
+            "..%5Csecret.bin",
+            absolute,
+            &format!("file://{absolute}"),
+            &format!("file%3A//{absolute}"),
+            "%2Fetc/passwd",
+            "C:/secret.bin",
+            "http://127.0.0.1/own.bin",
+            "own.bin%00",
+            "",
+        ] {
+            let error = read(folder.path(), uri).err().unwrap_or_else(|| panic!("{uri} was read"));
+            let told = error.to_string();
+            assert!(told.contains("buffer 0") && told.contains("leads out"), "{uri}: {told}");
+        }
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn links_that_lead_out_of_the_folder_are_refused_and_others_are_followed() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        std::fs::create_dir(at("mesh")).unwrap();
+        std::fs::write(at("secret.bin"), [0; 4]).unwrap();
+        std::fs::write(at("mesh/own.bin"), [0; 4]).unwrap();
+        std::os::unix::fs::symlink("../secret.bin", at("mesh/out.bin")).unwrap();
+        std::os::unix::fs::symlink("own.bin", at("mesh/in.bin")).unwrap();
+        assert!(read(folder.path(), "in.bin").is_ok());
+        assert!(read(folder.path(), "out.bin").unwrap_err().to_string().contains("leads out"));
     }
 }

@@ -15,6 +15,7 @@ mod tests;
 pub use painted::read_painted;
 
 use super::{RawMesh, SurfaceError, Unit, Up};
+use crate::scene::brief;
 use std::fmt::Display;
 use std::path::Path;
 
@@ -24,7 +25,7 @@ const LIMIT: usize = 1 << 26;
 /// Reads a mesh file; the extension, in upper or lower case, tells the format.
 ///
 /// Polygons are cut into triangles, which keep the file's normals, texture coordinates and materials; points and lines are left out; every node of a glTF scene is placed. Nothing is
-/// mended. Buffers of a `.gltf` are looked for beside it; nothing is fetched from elsewhere.
+/// mended. Buffers of a `.gltf` are read from its own folder and below; a URI that leads elsewhere is refused.
 ///
 /// Errors: unreadable or unknown files, malformed ones (with line, byte or element), empty meshes, coordinates that are
 /// not finite, indices that name no vertex, more than 2²⁶ vertices or triangles.
@@ -54,7 +55,7 @@ fn load(path: &Path) -> Result<Vec<u8>, SurfaceError> {
 }
 
 fn malformed(format: &'static str, place: impl Display, reason: impl Display) -> SurfaceError {
-    SurfaceError::Malformed { format, place: place.to_string(), reason: reason.to_string() }
+    SurfaceError::Malformed { format, place: brief(&place.to_string()), reason: brief(&reason.to_string()) }
 }
 
 /// Refuses to grow past [`LIMIT`].

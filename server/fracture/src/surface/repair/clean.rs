@@ -2,7 +2,7 @@
 
 use super::super::defect::Tally;
 use super::super::tree::Bounds;
-use super::super::{Defect, DefectKind, Frame, RawMesh, SurfaceError};
+use super::super::{DIAGONAL_RANGE_M, Defect, DefectKind, Frame, RawMesh, SurfaceError};
 use super::edges::Edges;
 use nalgebra::Point3;
 use robust::{Coord, orient2d};
@@ -10,10 +10,6 @@ use std::collections::HashMap;
 
 /// Coordinates that are rounded by more than this share of the diagonal have lost the shape's details.
 const VISIBLE_ROUNDING: f64 = 1e-5;
-
-/// Diagonals that are accepted, m: fragments go out in single precision, which keeps all its digits from 1e-38 to 3e38, and
-/// a vertex may lie a millionth of the diagonal from its fragment's centre.
-const DIAGONAL_RANGE_M: std::ops::RangeInclusive<f64> = 1e-30..=1e36;
 
 /// Flat triangles whose neighbours were dropped have become loose themselves; so often they are looked at again.
 const PEELS_MAX: usize = 8;

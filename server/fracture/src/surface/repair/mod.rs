@@ -15,6 +15,7 @@ pub use shells::Part;
 mod tests;
 
 use super::defect::Tally;
+use super::shape::Outlier;
 use super::{Defect, DefectKind, Frame, Looks, RawMesh, SurfaceError};
 use edges::{Edges, HalfEdge};
 use nalgebra::Point3;
@@ -36,6 +37,8 @@ pub struct Surface {
     pub looks: Looks,
     /// Shells that stand alone and enclose something.
     pub parts: Vec<Part>,
+    /// The vertex that is far from all others, if there is one.
+    pub(super) outlier: Option<Outlier>,
     /// What was wrong with the input, in a fixed order of kinds.
     pub defects: Vec<Defect>,
     /// Whether every edge is passed as often in one direction as in the other: the winding number is an integer.
@@ -86,7 +89,8 @@ impl Surface {
         }
         defects.sort_by_key(|defect| defect.kind);
         let looks = raw.looks.clone().fitting(raw.triangles.len()).of(&source, &turned);
-        Ok(Self { frame, positions, triangles, faces, looks, parts: shells.parts, defects, closed, simple })
+        let (parts, outlier) = (shells.parts, Outlier::of(&raw));
+        Ok(Self { frame, positions, triangles, faces, looks, parts, outlier, defects, closed, simple })
     }
 
     /// The three corners of triangle `triangle`.

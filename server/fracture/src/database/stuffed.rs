@@ -1,0 +1,123 @@
+//! The lattices of a bake: volume, spacings, what they keep of the surface, and what was found out about it.
+
+use super::bake::{BakeError, BakeRequest, GONE_MAX, Step, parameters};
+use super::cracks::{Intact, elastic_spacing};
+use super::hash::input_hash;
+use super::parts;
+use super::thin::{self, WIDTH_MAX};
+use crate::lattice::{self, LatticeError, Levels, Spacings};
+use crate::pipeline::{BakeReport, Parameters, Quality};
+use crate::surface::{Inside, Sheets, Side, Surface, SurfaceError};
+use crate::token::Token;
+
+/// Volume, spacings, both lattices, and what was found out about them. Where nothing is inside, or too little of it is kept, the error
+/// says whether the surface is flat or a vertex is far away.
+pub(super) fn lattices(
+    request: &BakeRequest,
+    surface: &Surface,
+    token: &Token,
+    progress: &mut dyn FnMut(Step),
+) -> Result<(Parameters, Levels, BakeReport), BakeError> {
+    stuffed(request, surface, token, progress).map_err(|error| {
+        let reason = match &error {
+            BakeError::Surface(SurfaceError::NothingInside)
+            | BakeError::Lattice(LatticeError::NothingInside { .. })
+            | BakeError::TooThin { .. }
+            | BakeError::TooSmall { .. } => surface.nothing_inside(),
+            _ => None,
+        };
+        reason.map_or(error, BakeError::Surface)
+    })
+}
+
+fn stuffed(
+    request: &BakeRequest,
+    surface: &Surface,
+    token: &Token,
+    progress: &mut dyn FnMut(Step),
+) -> Result<(Parameters, Levels, BakeReport), BakeError> {
+    let sheets = request.cracks.as_ref().map(|raw| Sheets::new(raw, &surface.frame)).transpose();
+    let sheets = sheets.map_err(BakeError::Cracks)?;
+    progress(Step::Volume);
+    let inside = Inside::new(surface);
+    let volume = inside.input_volume(token)?;
+    progress(Step::Lattices);
+    let walls = inside.widths(Side::Wall, WIDTH_MAX, token)?;
+    let spacings = thin::spacings(request, volume, parts::area(surface), &walls, &surface.frame)?;
+    let mut parameters = parameters(request, surface, spacings);
+    let mut spacings = Spacings {
+        elastic: parameters.elastic_spacing,
+        crack: parameters.crack_spacing,
+        refine: request.elastic_spacing.is_none(),
+    };
+    let stuffed = |quality: Quality, spacings, volume| {
+        let levels = if quality.lattices().fitted { lattice::fitted_levels } else { lattice::levels };
+        levels(&inside, spacings, volume, token).map_err(|error| thin::explain(error, &walls, surface))
+    };
+    let stuffed_by = |quality: Quality| {
+        let request = BakeRequest { quality, ..request.without_cracks() };
+        let [elastic, crack] = thin::spacings(&request, volume, parts::area(surface), &walls, &surface.frame)?;
+        let spacings = Spacings { elastic, crack, refine: request.elastic_spacing.is_none() };
+        parts::keeps(surface, spacings, &|spacings| stuffed(quality, spacings, volume))
+    };
+    let follows = request.crack_spacing.is_none();
+    let mut levels =
+        parts::held_together(surface, &mut spacings, follows, &|spacings| stuffed(request.quality, spacings, volume))?;
+    parameters.crack_spacing = spacings.crack;
+    let mut gone = parts::gone(surface, &levels, volume);
+    if gone.volume > GONE_MAX * volume {
+        let percent = 100.0 * (gone.volume / volume).min(1.0);
+        return Err(BakeError::TooSmall { count: gone.count, percent, spacing: parameters.crack_spacing });
+    }
+    let mut kept = volume;
+    if gone.volume > lattice::VOLUME_TOLERANCE * volume {
+        // What is kept must not make up for what is not.
+        kept = volume - gone.volume;
+        levels = stuffed(request.quality, spacings, kept)?;
+        gone = parts::gone(surface, &levels, volume);
+    }
+    let mut lost = thin::lost(&inside, &walls, &levels, &surface.frame, token)?;
+    let preset = request.crack_spacing.is_none().then_some(request.quality);
+    if let Some(severed) = parts::severed(surface, &levels, preset, &stuffed_by)? {
+        if preset.is_some() && !request.allows_severed {
+            return Err(BakeError::Severed(Box::new(severed)));
+        }
+        lost.push(severed.defect());
+    }
+    let mut report = report(surface, sheets.as_ref(), &inside, volume, &levels);
+    if let Some(sheets) = &sheets {
+        let intact = Intact { surface, inside: &inside, levels: &levels, volume: kept, spacings };
+        levels = intact.slotted(sheets, &mut report, token)?;
+    }
+    parameters.elastic_spacing = elastic_spacing(&levels);
+    lost.extend(parts::far(&inside, &levels));
+    lost.extend(gone.defect(&inside, surface, volume));
+    report.defects.extend(lost);
+    Ok((parameters, levels, report))
+}
+
+fn report(surface: &Surface, sheets: Option<&Sheets>, inside: &Inside, volume: f64, levels: &Levels) -> BakeReport {
+    let cubed = surface.frame.diagonal_m.powi(3);
+    let lattice_volume: f64 = levels.bodies.iter().map(|body| body.crack.volume()).sum();
+    let deviation = levels
+        .bodies
+        .iter()
+        .map(|body| body.crack.deviation(&|point| inside.signed_distance(point).abs()))
+        .fold(0.0, f64::max);
+    let mut defects = surface.defects.clone();
+    defects.extend(inside.ambiguous(&boundary_samples(levels)));
+    BakeReport {
+        input_hash: input_hash(surface, sheets),
+        input_volume_m3: volume * cubed,
+        lattice_volume_m3: lattice_volume * cubed,
+        surface_deviation: deviation,
+        defects,
+        materials: surface.looks.names.clone(),
+        cracks: None,
+        unprepared: Vec::new(),
+    }
+}
+
+fn boundary_samples(levels: &Levels) -> Vec<nalgebra::Point3<f64>> {
+    levels.bodies.iter().flat_map(|body| body.crack.nodes.iter().copied()).collect()
+}

@@ -1,0 +1,257 @@
+//! Values of a database beyond shapes and index ranges: a file that no bake would write is refused by name, checksums or not.
+
+use super::DatabaseError;
+use super::bake::is_object_name;
+use crate::lattice::{Lattice, Transfer};
+use crate::lift::MODES_MAX;
+use crate::pipeline::{BakeReport, Body, LearnedQuality, Parameters, Prepared, Reduction};
+use crate::surface::{DIAGONAL_RANGE_M, Frame, UV_MAX};
+use std::ops::RangeInclusive;
+
+/// Largest coordinate of a lattice or a skin, local: the box of the input has diagonal 1 and its center at the origin.
+const COORDINATE_MAX: f64 = 1.0;
+
+/// Largest coordinate of a lift, local. Lifts are scaled to distances within the object.
+const LIFT_MAX: f64 = 1e6;
+
+/// Largest entry of a reduced basis, local: its squares and products stay finite in single precision.
+const BASIS_MAX: f32 = 1e12;
+
+/// What rounding may leave between a sum and its value, relative. Sums of 60,000 shares were off by 1e-13.
+const SUM_TOLERANCE: f64 = 1e-9;
+
+/// Between the stored volume and that of the lattices, relative: slots of existing cracks are subtracted from a stored sum.
+const VOLUME_TOLERANCE: f64 = 1e-6;
+
+/// Volume of the lattices over that of the input: a bake refuses to lose more than a part of it.
+const VOLUME_RATIO: RangeInclusive<f64> = 0.1..=10.0;
+
+/// Length of a normal: unit vectors that were stored in single precision and interpolated.
+const NORMAL_LENGTH: RangeInclusive<f64> = 0.9..=1.1;
+
+/// Largest relative error that a bake may report.
+const ERROR_MAX: f64 = 1e9;
+
+/// The first of `values` that does not fit, as an error that names it.
+pub(super) fn all<T: Copy + Into<f64>>(
+    tensor: &str,
+    values: &[T],
+    wanted: &'static str,
+    fits: impl Fn(f64) -> bool,
+) -> Result<(), DatabaseError> {
+    match values.iter().position(|value| !fits((*value).into())) {
+        Some(index) => Err(implausible(tensor, index, values[index].into(), wanted)),
+        None => Ok(()),
+    }
+}
+
+fn implausible(tensor: &str, index: usize, value: f64, wanted: &'static str) -> DatabaseError {
+    DatabaseError::Implausible { tensor: tensor.to_owned(), index, value, wanted }
+}
+
+/// Coordinates of nodes or points, local.
+pub(super) fn coordinates(tensor: &str, values: &[f64]) -> Result<(), DatabaseError> {
+    all(tensor, values, "within the object's box", |value| value.abs() <= COORDINATE_MAX)
+}
+
+/// Coordinates of a lift.
+pub(super) fn lift(tensor: &str, values: &[f64]) -> Result<(), DatabaseError> {
+    all(tensor, values, "a distance within the object", |value| value.abs() <= LIFT_MAX)
+}
+
+/// Entries of a reduced basis.
+pub(super) fn basis(tensor: &str, values: &[f32]) -> Result<(), DatabaseError> {
+    all(tensor, values, "a displacement of unit energy", |value| value.abs() <= f64::from(BASIS_MAX))
+}
+
+/// Texture coordinates.
+pub(super) fn uvs(tensor: &str, values: &[[f32; 2]]) -> Result<(), DatabaseError> {
+    all(tensor, values.as_flattened(), "a texture coordinate", |value| value.abs() <= f64::from(UV_MAX))
+}
+
+/// Normals: of length one.
+pub(super) fn normals(tensor: &str, values: &[[f32; 3]]) -> Result<(), DatabaseError> {
+    let length = |normal: &[f32; 3]| normal.iter().map(|x| f64::from(*x).powi(2)).sum::<f64>().sqrt();
+    match values.iter().position(|normal| !NORMAL_LENGTH.contains(&length(normal))) {
+        Some(row) => Err(implausible(tensor, 3 * row, length(&values[row]), "a normal of length one")),
+        None => Ok(()),
+    }
+}
+
+/// Barycentric coordinates: none negative, each four add up to one.
+pub(super) fn weights(tensor: &str, values: &[[f64; 4]]) -> Result<(), DatabaseError> {
+    let fits = |own: &[f64; 4]| {
+        (own.iter().sum::<f64>() - 1.0).abs() <= SUM_TOLERANCE && own.iter().all(|weight| *weight >= -SUM_TOLERANCE)
+    };
+    match values.iter().position(|own| !fits(own)) {
+        Some(row) => Err(implausible(tensor, 4 * row, values[row].iter().sum(), "four weights that add up to one")),
+        None => Ok(()),
+    }
+}
+
+/// A matrix of products: symmetric, and no product above what its two factors allow (Cauchy and Schwarz).
+pub(super) fn gram(tensor: &str, rank: usize, values: &[f64]) -> Result<(), DatabaseError> {
+    let at = |i: usize, j: usize| values[i * rank + j];
+    let wrong = |&(i, j): &(usize, usize)| {
+        let most = (at(i, i) * at(j, j)).sqrt() * (1.0 + SUM_TOLERANCE);
+        let fits = at(i, i) > 0.0 && at(i, j).abs() <= most && (at(i, j) - at(j, i)).abs() <= SUM_TOLERANCE * most;
+        !fits
+    };
+    match (0..rank).flat_map(|i| (0..rank).map(move |j| (i, j))).find(wrong) {
+        Some((i, j)) => Err(implausible(tensor, i * rank + j, at(i, j), "an entry of a symmetric matrix of products")),
+        None => Ok(()),
+    }
+}
+
+/// Shares: positive, and those of each elastic tetrahedron add up to one, so that no energy is lost or made.
+pub(super) fn shares(tensor: &str, transfer: &Transfer, elastic: &Lattice) -> Result<(), DatabaseError> {
+    all(tensor, &transfer.shares, "a positive share", |share| share > 0.0 && share <= 1.0 + SUM_TOLERANCE)?;
+    let mut sums = vec![0.0; elastic.tets.len()];
+    transfer.tets.iter().zip(&transfer.shares).for_each(|(tet, share)| sums[*tet as usize] += share);
+    match sums.iter().position(|sum| (sum - 1.0).abs() > SUM_TOLERANCE) {
+        Some(tet) => Err(DatabaseError::Shares { tensor: tensor.to_owned(), tet, sum: sums[tet] }),
+        None => Ok(()),
+    }
+}
+
+/// A metadata key whose value no bake writes.
+fn metadata(key: &'static str, reason: String) -> DatabaseError {
+    DatabaseError::Metadata { key, reason }
+}
+
+/// The first of these numbers outside its range, as an error that names it.
+fn numbers(key: &'static str, all: &[(&str, f64, RangeInclusive<f64>)]) -> Result<(), DatabaseError> {
+    match all.iter().find(|(_, value, range)| !range.contains(value)) {
+        Some((name, value, range)) => {
+            let reason = format!("{name} is {value:e}, must be {:e} to {:e}", range.start(), range.end());
+            Err(metadata(key, reason))
+        }
+        None => Ok(()),
+    }
+}
+
+/// Positive numbers that are not denormal.
+const POSITIVE: RangeInclusive<f64> = f64::MIN_POSITIVE..=f64::MAX;
+
+/// Zero and positive numbers.
+const COUNTED: RangeInclusive<f64> = 0.0..=f64::MAX;
+
+/// The object's name and what it was baked from.
+pub(super) fn parameters(name: &str, own: &Parameters) -> Result<(), DatabaseError> {
+    if !is_object_name(name) {
+        return Err(metadata("object", "cannot name an object".to_owned()));
+    }
+    if let Err((key, value)) = own.material.check() {
+        return Err(metadata("parameters", format!("material.{key} is {value:e}")));
+    }
+    let all = [
+        ("material.poisson", own.material.poisson, -1.0..=0.5),
+        ("fragment_size_m", own.fragment_size_m, POSITIVE),
+        ("elastic_spacing", own.elastic_spacing, f64::MIN_POSITIVE..=COORDINATE_MAX),
+        ("crack_spacing", own.crack_spacing, f64::MIN_POSITIVE..=COORDINATE_MAX),
+        ("modes", own.modes as f64, 0.0..=MODES_MAX as f64),
+        ("alpha", own.alpha, 0.0..=LIFT_MAX),
+    ];
+    numbers("parameters", &all)
+}
+
+/// Where the object lies, and how large it is.
+pub(super) fn frame(own: &Frame) -> Result<(), DatabaseError> {
+    let most = *DIAGONAL_RANGE_M.end();
+    let all = [
+        ("frame.diagonal_m", own.diagonal_m, DIAGONAL_RANGE_M),
+        ("frame.centre_m[0]", own.centre_m.x, -most..=most),
+        ("frame.centre_m[1]", own.centre_m.y, -most..=most),
+        ("frame.centre_m[2]", own.centre_m.z, -most..=most),
+    ];
+    numbers("shape", &all)
+}
+
+/// What baking found out, against the lattices that are there.
+pub(super) fn report(own: &BakeReport, frame: &Frame, bodies: &[Body]) -> Result<(), DatabaseError> {
+    let all = [
+        ("input_volume_m3", own.input_volume_m3, POSITIVE),
+        ("lattice_volume_m3", own.lattice_volume_m3, POSITIVE),
+        ("surface_deviation", own.surface_deviation, 0.0..=COORDINATE_MAX),
+        ("lattice_volume_m3 over input_volume_m3", own.volume_error() + 1.0, VOLUME_RATIO),
+    ];
+    numbers("report", &all)?;
+    if let Some(cracks) = &own.cracks {
+        let all = [
+            ("cracks.area_m2", cracks.area_m2, COUNTED),
+            ("cracks.width_m", cracks.width_m, COUNTED),
+            ("cracks.elastic_width_m", cracks.elastic_width_m, COUNTED),
+            ("cracks.volume_m3", cracks.volume_m3, COUNTED),
+        ];
+        numbers("report", &all)?;
+    }
+    if let Some(absent) = own.unprepared.iter().find(|absent| absent.body >= bodies.len()) {
+        return Err(metadata("report", format!("unprepared names body {} of {}", absent.body, bodies.len())));
+    }
+    let local: f64 = bodies.iter().map(|body| body.crack.volume()).sum();
+    let found = local * frame.diagonal_m.powi(3);
+    if (found - own.lattice_volume_m3).abs() <= VOLUME_TOLERANCE * own.lattice_volume_m3 {
+        return Ok(());
+    }
+    let reason = format!("lattice_volume_m3 is {:e}, the lattices hold {found:e}", own.lattice_volume_m3);
+    Err(metadata("report", reason))
+}
+
+/// Relative errors of what was learned.
+pub(super) fn quality(own: &LearnedQuality) -> Result<(), DatabaseError> {
+    let all = [
+        ("median_relative_error", own.median_relative_error, 0.0..=ERROR_MAX),
+        ("p90_relative_error", own.p90_relative_error, 0.0..=ERROR_MAX),
+        ("closed_form_median", own.closed_form_median, 0.0..=ERROR_MAX),
+        ("closed_form_p90", own.closed_form_p90, 0.0..=ERROR_MAX),
+        ("pose_network_median", own.pose_network_median, 0.0..=ERROR_MAX),
+        ("pose_network_p90", own.pose_network_p90.unwrap_or(0.0), 0.0..=ERROR_MAX),
+        ("few_within_one", own.few_within_one.unwrap_or(0.0), 0.0..=1.0),
+        ("label_noise_median", own.label_noise_median, 0.0..=ERROR_MAX),
+    ];
+    numbers("learned", &all)
+}
+
+/// Figures of the reduced bases, against the bases that are there.
+pub(super) fn reduction(own: &Reduction, bodies: &[Body]) -> Result<(), DatabaseError> {
+    let all = [
+        ("energy_error_median", own.energy_error_median, 0.0..=ERROR_MAX),
+        ("energy_error_p90", own.energy_error_p90, 0.0..=ERROR_MAX),
+        ("density_error_median", own.density_error_median, 0.0..=ERROR_MAX),
+        ("degree_error_median", own.degree_error_median, 0.0..=ERROR_MAX),
+        ("estimates_within_3", own.estimates_within_3, 0.0..=1.0),
+        ("solved", own.solved, 0.0..=1.0),
+    ];
+    numbers("reduction", &all)?;
+    if own.rank.len() != bodies.len() {
+        return Err(metadata("reduction", format!("{} ranks of {} bodies", own.rank.len(), bodies.len())));
+    }
+    let differs =
+        |(rank, body): (&usize, &Body)| body.solid.is_some() && body.reduced().map_or(0, |own| own.rank()) != *rank;
+    match own.rank.iter().zip(bodies).position(differs) {
+        Some(index) => Err(metadata("reduction", format!("rank[{index}] is not that of the basis"))),
+        None => Ok(()),
+    }
+}
+
+/// Impacts: every example is of one that was drawn.
+pub(super) fn impacts(own: &Prepared) -> Result<(), DatabaseError> {
+    let last = own.examples.iter().map(|example| example.impact).max();
+    match last.filter(|last| *last >= own.impacts) {
+        Some(last) => {
+            Err(metadata("shape", format!("impacts is {}, but examples.heads names impact {last}", own.impacts)))
+        }
+        None => Ok(()),
+    }
+}
+
+/// Materials of triangles: named in the report, or none.
+pub(super) fn materials(tensor: &str, own: &[u32], names: usize, none: u32) -> Result<(), DatabaseError> {
+    match own.iter().position(|material| *material != none && *material as usize >= names) {
+        Some(index) => {
+            let (value, limit) = (u64::from(own[index]), names as u64);
+            Err(DatabaseError::OutOfRange { tensor: tensor.to_owned(), index, value, limit })
+        }
+        None => Ok(()),
+    }
+}

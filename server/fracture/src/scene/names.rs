@@ -1,0 +1,77 @@
+//! Names that are known, the nearest to one that is not, and what is wrong with a TOML text.
+
+/// Most characters of a text from a file that an error quotes.
+const QUOTED_MAX: usize = 200;
+
+/// Shorter names are not taken for the beginning of others.
+const PREFIX_MIN: usize = 3;
+
+/// `text` if it is short, else its beginning and its length.
+pub fn brief(text: &str) -> String {
+    match text.char_indices().nth(QUOTED_MAX) {
+        Some((end, _)) => format!("{}… ({} bytes)", &text[..end], text.len()),
+        None => text.to_owned(),
+    }
+}
+
+/// The one of `all` that is nearest to `name`, the first of several: one that `name` begins, or that begins `name`, else that of the
+/// smallest edit distance (F. J. Damerau 1964, V. I. Levenshtein 1966).
+pub fn nearest<'a>(name: &str, all: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    // The distance takes the square of the length.
+    let name = brief(name);
+    let begins = |one: &str, other: &str| one.len() >= PREFIX_MIN && other.starts_with(one);
+    let distance =
+        |known: &str| (!(begins(&name, known) || begins(known, &name)), strsim::damerau_levenshtein(&name, known));
+    all.into_iter().min_by_key(|known| distance(known))
+}
+
+/// What is wrong with the TOML `text`, on one line: where, why, and the nearest key that is known where a key is not. The text is not
+/// quoted.
+pub fn toml_error(text: &str, error: &toml::de::Error) -> String {
+    let place = error.span().and_then(|span| text.get(..span.start)).map_or_else(String::new, |before| {
+        let column = before.rsplit('\n').next().map_or(0, |line| line.chars().count()) + 1;
+        format!("line {}, column {column}: ", before.matches('\n').count() + 1)
+    });
+    let message = error.message();
+    let mut names = message.split('`').skip(1).step_by(2);
+    let hint = match names.next() {
+        Some(unknown) if message.starts_with("unknown field") => nearest(unknown, names),
+        _ => None,
+    };
+    let hint = hint.map_or_else(String::new, |nearest| format!("; the nearest is `{nearest}`"));
+    format!("{place}{}{hint}", brief(&message.split_whitespace().collect::<Vec<_>>().join(" ")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_nearest_name_may_be_one_that_goes_on() {
+        let keys = ["fragment_size_m", "gamma_j_m2", "gravity_m_s2", "lift"];
+        assert_eq!(nearest("gravity", keys), Some("gravity_m_s2"));
+        assert_eq!(nearest("fragment_size", keys), Some("fragment_size_m"));
+        assert_eq!(nearest("gama_j_m2", keys), Some("gamma_j_m2"));
+        assert_eq!(nearest("lif", keys), Some("lift"));
+        assert_eq!(nearest("x", []), None);
+    }
+
+    #[test]
+    fn errors_of_toml_name_their_place_and_do_not_quote_the_line() {
+        #[derive(Debug, serde::Deserialize)]
+        #[serde(deny_unknown_fields)]
+        struct Own {
+            #[expect(dead_code, reason = "only its name counts")]
+            gravity_m_s2: f64,
+        }
+        let long = "x".repeat(5_000_000);
+        for text in [format!("a = 1\nb = {long} y\n"), format!("{long} = 1"), format!("gravity_m_s2 = \"{long}\"")] {
+            let error = toml::from_str::<Own>(&text).unwrap_err();
+            let told = toml_error(&text, &error);
+            assert!(told.starts_with("line ") && told.len() < 600 && !told.contains('\n'), "{told}");
+        }
+        let text = "gravity = 9.81\n";
+        let told = toml_error(text, &toml::from_str::<Own>(text).unwrap_err());
+        assert!(told.starts_with("line 1, column 1: ") && told.ends_with("the nearest is `gravity_m_s2`"), "{told}");
+    }
+}

@@ -1,0 +1,68 @@
+//! Lines of the log, which may hold texts from files and names of files.
+
+use shatter_proto::text;
+use std::io::{Result, Write};
+
+/// Writes each buffer, which is one event of the log, as one line without control characters and of bounded length.
+pub struct Lines<W>(W);
+
+impl<W: Write> Lines<W> {
+    /// Lines that go to `output`.
+    pub fn new(output: W) -> Self {
+        Self(output)
+    }
+}
+
+impl<W: Write> Write for Lines<W> {
+    fn write(&mut self, event: &[u8]) -> Result<usize> {
+        let line = String::from_utf8_lossy(event.strip_suffix(b"\n").unwrap_or(event));
+        // One call, so that lines of several threads do not mix.
+        self.0.write_all(format!("{}\n", text::message(&line)).as_bytes())?;
+        Ok(event.len())
+    }
+
+    fn flush(&mut self) -> Result<()> {
+        self.0.flush()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use tracing_subscriber::fmt::MakeWriter;
+
+    /// Collects what is logged.
+    #[derive(Clone, Default)]
+    struct Collected(std::sync::Arc<std::sync::Mutex<Vec<u8>>>);
+
+    impl Write for Collected {
+        fn write(&mut self, bytes: &[u8]) -> Result<usize> {
+            self.0.lock().unwrap().extend_from_slice(bytes);
+            Ok(bytes.len())
+        }
+
+        fn flush(&mut self) -> Result<()> {
+            Ok(())
+        }
+    }
+
+    impl<'a> MakeWriter<'a> for Collected {
+        type Writer = Lines<Self>;
+
+        fn make_writer(&'a self) -> Self::Writer {
+            Lines::new(self.clone())
+        }
+    }
+
+    #[test]
+    fn an_event_is_one_line_without_escapes_whatever_it_holds() {
+        let collected = Collected::default();
+        let subscriber = tracing_subscriber::fmt().with_ansi(false).with_writer(collected.clone()).finish();
+        let (path, why) = ("a\u{1b}]0;b\u{7}\nready\u{9b}31m", "x".repeat(5_000_000));
+        tracing::subscriber::with_default(subscriber, || tracing::error!(path, %why, "cannot {path} be loaded"));
+        let text = String::from_utf8(collected.0.lock().unwrap().clone()).unwrap();
+        assert_eq!(text.lines().count(), 1, "{text}");
+        assert!(!text.trim_end_matches('\n').chars().any(char::is_control), "{text:?}");
+        assert!(text.len() < 20_000 && text.contains("ready"), "{}", text.len());
+    }
+}

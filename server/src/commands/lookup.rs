@@ -1,0 +1,60 @@
+//! Finds a database by the name of its object.
+
+use super::Failure;
+use crate::config::data_folder;
+use shatter_fracture::database::EXTENSION;
+use shatter_fracture::scene::nearest;
+use std::path::{Path, PathBuf};
+
+/// The database `given`: a file, or the name of an object whose database is in `folder`, or else in the platform's folder.
+pub fn database(given: &Path, folder: Option<&Path>) -> Result<PathBuf, Failure> {
+    if given.exists() {
+        return Ok(given.to_owned());
+    }
+    let name = given.to_str().filter(|name| Path::new(name).file_name().is_some_and(|own| own == *name));
+    let Some(name) = name else { return Ok(given.to_owned()) };
+    let folder = folder.map_or_else(data_folder, |folder| Ok(folder.to_owned()))?;
+    let name = name.strip_suffix(&format!(".{EXTENSION}")).unwrap_or(name);
+    let file = folder.join(format!("{name}.{EXTENSION}"));
+    if file.exists() {
+        return Ok(file);
+    }
+    let names = names(&folder);
+    let hint = match nearest(name, names.iter().map(String::as_str)) {
+        Some(nearest) => format!("; the nearest there is `{nearest}`"),
+        None => ", which holds no database".to_owned(),
+    };
+    let message = format!("no file {} and no object `{name}` in {}{hint}", given.display(), folder.display());
+    Err(Failure::refused("unknown_object", name, message))
+}
+
+/// Names of the objects in `folder`, in order.
+fn names(folder: &Path) -> Vec<String> {
+    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    let paths = entries.map(|entry| entry.path()).filter(|path| path.extension().is_some_and(|own| own == EXTENSION));
+    let mut names: Vec<String> =
+        paths.filter_map(|path| Some(path.file_stem()?.to_string_lossy().into_owned())).collect();
+    names.sort();
+    names
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_object_is_found_by_its_name_and_the_nearest_is_told() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("vase.shatter");
+        std::fs::write(&file, "").unwrap();
+        std::fs::write(folder.path().join("notes.txt"), "").unwrap();
+        let find = |given: &str| database(Path::new(given), Some(folder.path()));
+        assert_eq!(find("vase"), Ok(file.clone()));
+        assert_eq!(find("vase.shatter"), Ok(file.clone()));
+        assert_eq!(find(file.to_str().unwrap()), Ok(file));
+        let failure = find("vaze").unwrap_err();
+        assert!(failure.kind() == "unknown_object" && failure.message().contains("`vase`"), "{failure:?}");
+        // A path is no name: opening it tells what is wrong.
+        assert_eq!(find("no/such/file"), Ok(PathBuf::from("no/such/file")));
+    }
+}

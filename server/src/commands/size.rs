@@ -1,0 +1,68 @@
+//! Whether a mesh has the size of something that breaks, or its file is in another unit.
+
+use nalgebra::Vector3;
+use shatter_fracture::surface::{RawMesh, Unit};
+
+/// Largest extents that are not asked about, m.
+const LIKELY_M: std::ops::RangeInclusive<f64> = 1e-3..=50.0;
+
+/// What a hand can hold or a person can stand beside, m: units that lead there are named.
+const USUAL_M: std::ops::RangeInclusive<f64> = 0.02..=3.0;
+
+/// A question about the size of `mesh`, which was read in `unit`; nothing where it is likely.
+pub fn doubtful(mesh: &RawMesh, unit: Unit, density_kg_m3: f64) -> Option<String> {
+    let points = || mesh.positions_m.iter().map(|point| point.coords);
+    let low = points().reduce(|a, b| a.inf(&b))?;
+    let high = points().reduce(|a, b| a.sup(&b))?;
+    let size_m = (high - low).max();
+    if !size_m.is_finite() || size_m == 0.0 || LIKELY_M.contains(&size_m) {
+        return None;
+    }
+    let mass_kg = volume(mesh, &(0.5 * (low + high))) * density_kg_m3;
+    let others = Unit::ALL.into_iter().filter(|other| *other != unit).filter_map(|other| {
+        let factor = other.metres() / unit.metres();
+        let (size_m, mass_kg) = (size_m * factor, mass_kg * factor.powi(3));
+        USUAL_M.contains(&size_m).then(|| format!("with --unit {other} it would be {}", measured(size_m, mass_kg)))
+    });
+    let others: Vec<String> = others.collect();
+    let advice = if others.is_empty() { "check --unit".to_owned() } else { others.join(", ") };
+    Some(format!("the mesh is {} (--unit {unit}); {advice}", measured(size_m, mass_kg)))
+}
+
+fn measured(size_m: f64, mass_kg: f64) -> String {
+    format!("{} m large and {} kg", significant(size_m), significant(mass_kg))
+}
+
+/// Three digits, with a power of ten where the number is long.
+fn significant(value: f64) -> String {
+    if !(1e-3..1e4).contains(&value) {
+        return format!("{value:.2e}");
+    }
+    let digits = (2 - value.log10().floor() as i32).max(0) as usize;
+    format!("{value:.digits$}")
+}
+
+/// The volume by the divergence theorem, m³: exact for closed surfaces.
+fn volume(mesh: &RawMesh, middle: &Vector3<f64>) -> f64 {
+    let corner = |vertex: u32| mesh.positions_m.get(vertex as usize).map_or(*middle, |point| point.coords) - middle;
+    let cone = |[a, b, c]: &[u32; 3]| corner(*a).dot(&corner(*b).cross(&corner(*c))) / 6.0;
+    mesh.triangles.iter().map(cone).sum::<f64>().abs()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use shatter_fracture::surface::shapes;
+
+    #[test]
+    fn a_mesh_in_millimeters_is_asked_about_and_others_are_not() {
+        let bust = shapes::cuboid([300.0, 658.0, 200.0]);
+        let told = doubtful(&bust, Unit::M, 2500.0).unwrap();
+        assert!(told.contains("658 m large and 9.87e10 kg (--unit m)"), "{told}");
+        assert!(told.contains("with --unit mm it would be 0.658 m large and 98.7 kg"), "{told}");
+        assert!(!told.contains("--unit cm"), "{told}");
+        assert_eq!(doubtful(&shapes::cuboid([0.3, 0.658, 0.2]), Unit::Mm, 2500.0), None);
+        let tiny = doubtful(&shapes::cuboid([2e-4, 1e-4, 1e-4]), Unit::Mm, 2500.0).unwrap();
+        assert!(tiny.contains("with --unit m it would be 0.200 m"), "{tiny}");
+    }
+}
