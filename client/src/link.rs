@@ -22,8 +22,8 @@ use shatter_proto::transport::{
 };
 use shatter_proto::unfinished::{Call, Rescue};
 use shatter_proto::{Kind, Refusal, shared_memory};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 /// A wake-up can be lost, so nobody sleeps longer than this without looking.
@@ -107,7 +107,8 @@ impl Ports {
 /// One connection. Fields are dropped in this order: ports before the node.
 pub(crate) struct Link {
     ports: Ports,
-    sequence: AtomicU64,
+    /// Sequence of the strike that was sent last.
+    sent: Mutex<u64>,
     audience: Audience,
     held: Arc<AtomicU64>,
     /// Its daemon went away.
@@ -134,7 +135,7 @@ impl Link {
         shared_memory::populate_mapped(&place.prefix)?;
         Ok(Self {
             ports,
-            sequence: AtomicU64::new(1),
+            sent: Mutex::default(),
             audience: Audience::default(),
             held: Arc::default(),
             lost: AtomicBool::new(false),
@@ -149,9 +150,13 @@ impl Link {
         self.rescue.call()
     }
 
-    /// A sequence that this connection has not used.
-    pub(crate) fn next_sequence(&self) -> u64 {
-        self.sequence.fetch_add(1, Ordering::Relaxed)
+    fn sent(&self) -> MutexGuard<'_, u64> {
+        self.sent.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Sequence of the strike that was sent last; zero: none was.
+    pub(crate) fn last_sequence(&self) -> u64 {
+        *self.sent()
     }
 
     /// Answers that are held, counting one more.
@@ -170,15 +175,20 @@ impl Link {
         self.ports.woken.id().value().to_le_bytes()
     }
 
-    /// Sends a strike. Never blocks.
-    pub(crate) fn send(&self, strike: StrikeWire) -> Result<PendingStrike, Refusal> {
+    /// Sends a strike; returns its sequence, too. Sequences are in the order of sending, whichever threads send: the daemon tells by
+    /// them what a release came after. Waits for nothing but other threads that send.
+    pub(crate) fn send(&self, strike: StrikeWire) -> Result<(PendingStrike, u64), Refusal> {
         shared_memory::need(ROOM_TO_SEND)?;
         let _call = self.call();
+        let mut sent = self.sent();
+        let (sequence, held) = (*sent + 1, self.held.load(Ordering::Relaxed));
         let request = self.ports.strikes.loan_uninit().map_err(loan_failed)?;
-        let strike = StrikeWire { held: self.held.load(Ordering::Relaxed), ..strike };
+        let strike = StrikeWire { sequence, held, ..strike };
         let pending = request.write_payload(strike).send().map_err(send_failed)?;
-        self.sent(pending.number_of_server_connections())?;
-        Ok(pending)
+        *sent = sequence;
+        drop(sent);
+        self.wake_daemon(pending.number_of_server_connections())?;
+        Ok((pending, sequence))
     }
 
     /// Sends a question. Never blocks.
@@ -187,13 +197,13 @@ impl Link {
         let _call = self.call();
         let request = self.ports.questions.loan_uninit().map_err(loan_failed)?;
         let pending = request.write_payload(question.wire(self.listener())).send().map_err(send_failed)?;
-        self.sent(pending.number_of_server_connections())?;
+        self.wake_daemon(pending.number_of_server_connections())?;
         Ok(pending)
     }
 
     /// Wakes the daemon; a failure costs a tick of its clock, no more. What reached no daemon is lost: one that comes later
     /// does not find it.
-    fn sent(&self, daemons: usize) -> Result<(), Refusal> {
+    fn wake_daemon(&self, daemons: usize) -> Result<(), Refusal> {
         if daemons == 0 {
             return Err(self.lost());
         }

@@ -22,6 +22,7 @@ pub mod effect;
 pub mod hello;
 pub mod layout;
 pub mod name;
+mod overrun;
 pub mod place;
 pub mod refusal;
 pub mod request;

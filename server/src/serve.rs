@@ -1,5 +1,6 @@
 //! The daemon from start to end, and its loop.
 
+use crate::arrivals::Arrivals;
 use crate::catalog::{Catalog, Retired, unix_ns};
 use crate::config::Config;
 use crate::ears::{Ears, Signals, Woken};
@@ -101,6 +102,7 @@ struct Daemon {
     config: Config,
     home: Home,
     orphans: Orphans,
+    arrivals: Arrivals,
 }
 
 impl Daemon {
@@ -125,14 +127,28 @@ impl Daemon {
         ports.rehearse(config.answers.prefault_buckets, rehearsed, &populated)?;
         shared_memory::populate_mapped(&home.place().prefix)?;
         let (sender, events) = unbounded_channel();
-        let librarian = Librarian::new(folder, loader, sender.clone())?;
+        let librarian = Librarian::new(folder, loader, config.compute.nice, sender.clone())?;
         let answers = Answers::new(config.answers.kept_max, config.kept());
         let crew = Arc::new(Crew::new(threads, lanes, answers, populated, waker, sender));
         let jobs = Jobs::new(config.compute.queue_max, config.held_max(), crew.clone());
         let (metrics, started) = (Metrics::new()?, Instant::now());
         let (catalog, retired, reloads, orphans) = (Arc::new(catalog), Retired::default(), 0, Orphans::default());
-        let daemon =
-            Self { jobs, crew, ports, catalog, librarian, retired, reloads, metrics, started, config, home, orphans };
+        let arrivals = Arrivals::default();
+        let daemon = Self {
+            jobs,
+            crew,
+            ports,
+            catalog,
+            librarian,
+            retired,
+            reloads,
+            metrics,
+            started,
+            config,
+            home,
+            orphans,
+            arrivals,
+        };
         Ok((daemon, bell, events))
     }
 
@@ -145,6 +161,7 @@ impl Daemon {
             Woken::Cleanup => {
                 self.bury_the_dead();
                 self.bury_orphans();
+                self.arrivals.retain(&self.crew.listeners());
             }
             Woken::Metrics => self.write_metrics(),
             Woken::Heartbeat => notify(&[NotifyState::Watchdog]),
@@ -172,11 +189,30 @@ impl Daemon {
 
     /// Takes in everything that waits at the ports: scheduling is done in our own queue.
     fn receive(&mut self) {
-        while let Some(question) = self.ports.next_question() {
-            self.reply(&question);
+        self.receive_strikes();
+        while let Some(active) = self.ports.next_question() {
+            let wire = *active.payload();
+            let early = wire.validate().ok().filter(|question| !self.arrivals.precede(wire.listener, *question));
+            let now = match early {
+                Some(question) => self.arrivals.hold(active, wire.listener, question),
+                None => Some(active),
+            };
+            if let Some(active) = now {
+                self.reply(&active);
+            }
         }
+        if self.arrivals.holds_any() {
+            // What a question came after was sent before it.
+            self.receive_strikes();
+            self.arrivals.due().iter().for_each(|active| self.reply(active));
+        }
+    }
+
+    fn receive_strikes(&mut self) {
         while let Some(strike) = self.ports.next_strike() {
-            if let Some(end) = self.jobs.admit(strike, &self.catalog) {
+            let wire = *strike.payload();
+            self.arrivals.note(wire.listener, wire.sequence);
+            if let Some(end) = self.jobs.admit(strike, &wire, &self.catalog) {
                 self.metrics.ended(end);
             }
         }
@@ -191,6 +227,9 @@ impl Daemon {
             Event::News(news) => {
                 if let Some(catalog) = self.librarian.hear(news, &self.catalog) {
                     self.take(catalog);
+                }
+                if let Some(catalog) = self.librarian.expected(&self.catalog) {
+                    self.catalog = catalog;
                 }
             }
             Event::Crowded => self.bury_the_dead(),
@@ -236,7 +275,8 @@ impl Daemon {
         let mut row = StatusRow {
             pid: std::process::id(),
             objects_ready: self.catalog.ready() as u32,
-            objects_failed: (self.catalog.len() - self.catalog.ready()) as u32,
+            objects_failed: self.catalog.failed() as u32,
+            objects_loading: self.catalog.loading() as u32,
             threads: self.crew.threads() as u32,
             running: self.jobs.running() as u32,
             queued: self.jobs.queued() as u32,
@@ -280,7 +320,7 @@ impl Daemon {
                 let progress = self.jobs.progress((wire.listener, sequence));
                 send_rows(active, progress.as_slice(), progress.iter().len(), false)
             }
-            Ok(Question::Release(handle)) => match self.crew.release(handle) {
+            Ok(Question::Release { handle, .. }) => match self.crew.release(handle) {
                 Ok(()) => send_rows::<RefusalWire>(active, &[], 0, false),
                 Err(refusal) => send_rows(active, &[RefusalWire::from(&refusal)], 1, true),
             },

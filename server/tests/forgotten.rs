@@ -74,7 +74,7 @@ fn reply<R: Row>(question: &ActiveQuestion, rows: &[R]) {
 
 /// Serves one object until `over`: closes every strike without an answer, and says that it was `verdict`. Which connections struck.
 fn close_every_strike(ports: &Ports, verdict: &Refusal, over: impl Fn() -> bool) -> Vec<[u8; 16]> {
-    let mut vase = ObjectRow { ready: 1, ..ObjectRow::zeroed() };
+    let mut vase = ObjectRow { state: control::ObjectState::Ready as u32, ..ObjectRow::zeroed() };
     vase.set_name("vase");
     let mut listeners = Vec::new();
     while !over() {

@@ -20,6 +20,9 @@ type Questions = Client<Ipc, ControlWire, (), [Block], ControlHeader>;
 /// A strike sent as it was.
 pub type Sent = PendingResponse<Ipc, StrikeWire, (), [Block], AnswerHeader>;
 
+/// A question sent as it was.
+pub type Asked = PendingResponse<Ipc, ControlWire, (), [Block], ControlHeader>;
+
 /// The peer.
 pub struct RawPeer {
     strikes: Client<Ipc, StrikeWire, (), [Block], AnswerHeader>,
@@ -52,6 +55,19 @@ impl RawPeer {
         let sent = self.strikes.send_copy(wire).unwrap();
         self.ring();
         sent
+    }
+
+    /// Asks without asking what.
+    pub fn ask(&self, wire: ControlWire) -> Asked {
+        let asked = self.questions.send_copy(wire).unwrap();
+        self.ring();
+        asked
+    }
+
+    /// The kind of the refusal that a question got, or that it was not refused; `None`: there is no reply yet.
+    pub fn reply(&self, asked: &Asked) -> Option<Result<(), Kind>> {
+        let reply = asked.receive().unwrap()?;
+        Some(read::<RefusalWire>(reply.user_header(), reply.payload()).map(drop).map_err(|refusal| refusal.kind))
     }
 
     fn ring(&self) {
