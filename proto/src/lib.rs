@@ -20,6 +20,7 @@ pub mod control;
 pub mod convention;
 pub mod effect;
 pub mod hello;
+pub mod instance;
 pub mod layout;
 pub mod name;
 mod overrun;

@@ -5,7 +5,7 @@ use crate::catalog::{Catalog, Retired, unix_ns};
 use crate::config::Config;
 use crate::ears::{Ears, Signals, Woken};
 use crate::engine::Loader;
-use crate::ipc::{ActiveQuestion, Bell, Home, Orphans, Pool, Populated, Ports};
+use crate::ipc::{ActiveQuestion, Bell, Entrance, Home, Orphans, Pool, Populated, Ports};
 use crate::jobs::{Crew, Event, Jobs, lanes, threads};
 use crate::kept::Answers;
 use crate::librarian::{Folder, Librarian};
@@ -103,6 +103,7 @@ struct Daemon {
     home: Home,
     orphans: Orphans,
     arrivals: Arrivals,
+    entrance: Entrance,
 }
 
 impl Daemon {
@@ -122,10 +123,11 @@ impl Daemon {
         let rehearsed = (config.answers.prefault_mib * MIB / BLOCK_BYTES).min(pool.blocks);
         let needed = (config.answers.prefault_buckets * rehearsed * BLOCK_BYTES + SHARED_MEMORY_SPARE) as u64;
         shared_memory::need(needed)?;
-        let (ports, bell, waker) = Ports::open(home.place(), pool)?;
+        let (ports, bell, waker) = Ports::open(home.instance(), pool)?;
+        let entrance = Entrance::close(home.instance(), home.place().uid)?;
         let populated = Populated::default();
         ports.rehearse(config.answers.prefault_buckets, rehearsed, &populated)?;
-        shared_memory::populate_mapped(&home.place().prefix)?;
+        shared_memory::populate_mapped(&home.instance().prefix)?;
         let (sender, events) = unbounded_channel();
         let librarian = Librarian::new(folder, loader, config.compute.nice, sender.clone())?;
         let answers = Answers::new(config.answers.kept_max, config.kept());
@@ -148,6 +150,7 @@ impl Daemon {
             home,
             orphans,
             arrivals,
+            entrance,
         };
         Ok((daemon, bell, events))
     }
@@ -162,6 +165,9 @@ impl Daemon {
                 self.bury_the_dead();
                 self.bury_orphans();
                 self.arrivals.retain(&self.crew.listeners());
+                self.home.sweep();
+                // What it finds it says, and puts right.
+                let _ = self.entrance.check();
             }
             Woken::Metrics => self.write_metrics(),
             Woken::Heartbeat => notify(&[NotifyState::Watchdog]),
@@ -257,7 +263,7 @@ impl Daemon {
 
     /// Removes what neither the dead nor the living own.
     fn bury_orphans(&mut self) {
-        let orphans = self.orphans.bury(self.home.place());
+        let orphans = self.orphans.bury(self.home.instance());
         if orphans > 0 {
             tracing::info!(orphans, "removed segments that belonged to nobody");
         }
@@ -346,9 +352,16 @@ impl Daemon {
     }
 
     /// Replies to the operations port. One that went away is not missed.
-    fn report(&self, inquiry: Inquiry) {
+    fn report(&mut self, inquiry: Inquiry) {
+        let way_in = self.entrance.check();
         let metrics = self.metrics.text(&self.status());
-        let _ = inquiry.send(Report { ready: !self.jobs.closed(), summary: self.summary(), metrics });
+        let mut summary = self.summary();
+        if let Err(refusal) = &way_in {
+            summary += &format!("not ready: {refusal}\n");
+        } else if self.entrance.restored() > 0 {
+            summary += &format!("the way in for clients was restored {} times\n", self.entrance.restored());
+        }
+        let _ = inquiry.send(Report { ready: !self.jobs.closed() && way_in.is_ok(), summary, metrics });
     }
 
     /// Ends in order: nobody new, what was taken in may finish for a while (a second signal ends the wait), what is left is
@@ -376,7 +389,7 @@ impl Daemon {
         let Self { jobs, crew, ports, home, .. } = self;
         // Everything that holds on to the transport: afterwards no node of ours is alive.
         drop((jobs, crew, ports, ears));
-        if let Err(refusal) = home.heal() {
+        if let Err(refusal) = home.close() {
             tracing::warn!(%refusal, "leftovers stay");
         }
     }

@@ -99,7 +99,7 @@ fn struck_twice(verdict: Kind) -> ([Kind; 2], bool) {
     let home = Home::take(&here.place).unwrap();
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
     let inside = runtime.enter();
-    let (ports, _bell, _waker) = Ports::open(home.place(), Pool { clients: 4, buckets: 4, blocks: 64 }).unwrap();
+    let (ports, _bell, _waker) = Ports::open(home.instance(), Pool { clients: 4, buckets: 4, blocks: 64 }).unwrap();
     drop(inside);
     home.say_hello().unwrap();
     let verdict = Refusal::new(verdict, "strike", "says the daemon");

@@ -8,11 +8,11 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 use support::{InProcess, TestPlace};
 
-/// Connections held open: so many more than the port serves at once that waiting for each to time out outlasts [`PROBE`].
+/// Connections held open: ten times as many as the port serves at once.
 const HELD: usize = 640;
 
-/// How long a probe waits. The port's own deadline of a connection is 3 s, its limit 64 connections.
-const PROBE: Duration = Duration::from_secs(15);
+/// How long a probe waits: less than it takes two rounds of idle connections to time out, 3 s each.
+const PROBE: Duration = Duration::from_secs(5);
 
 fn daemon() -> (InProcess, u16) {
     let port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();

@@ -241,3 +241,23 @@ fn an_object_that_is_being_loaded_is_listed_as_such() {
     eventually(&service, |service| status(service).objects_ready == 3);
     assert_eq!((status(&service).objects_loading, strike(&service, "pot"), strike(&service, "jug")), (0, 5.0, 1.0));
 }
+
+/// Niceness of the threads of process `pid` that have this name.
+fn niceness(pid: u32, name: &str) -> Vec<String> {
+    let tasks = std::fs::read_dir(format!("/proc/{pid}/task")).unwrap().flatten();
+    let named =
+        tasks.filter(|task| std::fs::read_to_string(task.path().join("comm")).is_ok_and(|comm| comm.trim() == name));
+    // What follows the name, which ends in a bracket: the 17th word is the niceness.
+    let nice = |stat: String| stat.rsplit(')').next().unwrap().split_whitespace().nth(16).unwrap().to_owned();
+    named.map(|task| nice(std::fs::read_to_string(task.path().join("stat")).unwrap())).collect()
+}
+
+/// A load has its share of a busy machine: as much as one computing thread, and no more.
+#[test]
+fn a_load_is_as_urgent_as_a_strike() {
+    let here = TestPlace::new("share");
+    let (daemon, service) = start(&here, "[compute]\nthreads = 2\nstrikes_at_once = 1\nnice = 3");
+    let [load, strike] = ["load", "compute-1"].map(|name| move |pid| niceness(pid, name));
+    eventually(&service, |_| load(daemon.id()).len() == 1 && load(daemon.id()) == strike(daemon.id()));
+    assert_ne!(load(daemon.id()), niceness(daemon.id(), "finish"), "what nobody waits for gives way");
+}

@@ -8,6 +8,7 @@ use iceoryx2::prelude::SignalHandlingMode;
 use shatter_proto::Kind;
 use shatter_proto::answer::{AnswerHeader, Block, SummaryWire};
 use shatter_proto::control::{ControlHeader, ControlWire, Question, read};
+use shatter_proto::instance::Instance;
 use shatter_proto::place::Place;
 use shatter_proto::refusal::RefusalWire;
 use shatter_proto::request::StrikeWire;
@@ -33,7 +34,7 @@ pub struct RawPeer {
 
 impl RawPeer {
     pub fn open(place: &Place) -> Self {
-        let settings = config(place).unwrap();
+        let settings = config(&Instance::serving(place).unwrap()).unwrap();
         let builder = NodeBuilder::new().config(&settings).signal_handling_mode(SignalHandlingMode::Disabled);
         let node = builder.create::<Ipc>().unwrap();
         let service = |name| node.service_builder(&service_name(name).unwrap());

@@ -110,4 +110,10 @@ impl Strike {
             threshold_only: false,
         }
     }
+
+    /// With this seed instead of the default one.
+    #[must_use]
+    pub fn seeded(self, seed: u64) -> Self {
+        Self { seed, ..self }
+    }
 }
