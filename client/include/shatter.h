@@ -130,6 +130,8 @@ enum ShatterCode
     SHATTER_CODE_BAD_ANSWER = 46,
     /// A call of the transport failed.
     SHATTER_CODE_TRANSPORT = 47,
+    /// The object's database has been found and is being loaded: send the impact again later.
+    SHATTER_CODE_LOADING = 48,
     /// No daemon of this name runs.
     SHATTER_CODE_NO_DAEMON = 60,
     /// The daemon went away while a request was with it.
@@ -681,8 +683,10 @@ typedef struct ShatterSummary {
     uint32_t quality;
     /// Iterations of the diagrams taken: the most of all bodies.
     uint32_t iterations;
-    /// Zero.
-    uint32_t reserved;
+    /// Why `overrun_ns` is not 0. 1: the impact waited in the queue. 2: without a reduced basis it was solved for. 3: it was solved for
+    /// since the estimated error of reduced displacements was too large. 4: energy and degree took longer. 5: the cells did. 6: the
+    /// stages after them did.
+    uint32_t overrun;
     /// γ used, J·m².
     double gamma_j_m2;
     /// E_1/γ; where `elastic` is a bound it is at most this.
@@ -703,6 +707,8 @@ typedef struct ShatterSummary {
     uint64_t handle;
     /// From admission until right before the answer was sent, ns.
     uint64_t time_ns;
+    /// By how much that exceeds `ShatterImpact.time_ms_max`, ns; 0: it was kept, or none was asked for.
+    uint64_t overrun_ns;
     /// From sending the strike to finding the answer, ns.
     uint64_t round_trip_ns;
     /// Bytes of the answer.

@@ -51,7 +51,8 @@ static NOTHING: SummaryWire = SummaryWire {
     elastic_nodes: 0,
     crack_nodes: 0,
     degree: 0,
-    reserved: 0,
+    overrun: 0,
+    overrun_ns: 0,
     reduced_error_max: 0.0,
     hit: HitWire { point_m: [0.0; 3], normal: [0.0; 3], distance_m: 0.0, body: 0, present: 0 },
 };

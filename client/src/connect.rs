@@ -160,7 +160,8 @@ impl Shatter {
         self.line.last().doze(deadline);
     }
 
-    /// Gives back the answer that is kept under `handle`: its fragments cannot be struck any more.
+    /// Gives back the answer that is kept under `handle`: its fragments cannot be struck any more. Strikes that were sent before over
+    /// this connection still find it.
     ///
     /// Errors: `unknown_handle` if none is.
     pub fn release(&self, handle: u64, deadline: Deadline) -> Result<(), Refusal> {

@@ -3,7 +3,7 @@
 use crate::Deadline;
 use crate::link::{Link, PendingQuestion, Pulse, receive_failed};
 use shatter_proto::answer::STAGES;
-use shatter_proto::control::{Latency, ObjectRow, Question, Row, StatusRow, read};
+use shatter_proto::control::{Latency, ObjectRow, ObjectState, Question, Row, StatusRow, read};
 use shatter_proto::refusal::RefusalWire;
 use shatter_proto::{Kind, Refusal};
 use std::time::Duration;
@@ -13,9 +13,11 @@ use std::time::Duration;
 pub struct ObjectFacts {
     /// Its name.
     pub name: String,
-    /// Whether it can be struck. If not, everything but `refusal` is zero.
+    /// Whether it can be struck. If not, everything but `state` and `refusal` is zero.
     pub ready: bool,
-    /// Why it could not be loaded. If it is ready: why what lies in its place now could not; the version loaded before is
+    /// The same in more words: also whether it is being loaded.
+    pub state: ObjectState,
+    /// Why it cannot be struck: `loading` or `corrupt_object`. If it is ready: why what lies in its place now could not; the version loaded before is
     /// served until that is mended or removed.
     pub refusal: Option<Refusal>,
     /// Name of its material.
@@ -68,7 +70,8 @@ impl From<&ObjectRow> for ObjectFacts {
     fn from(row: &ObjectRow) -> Self {
         Self {
             name: row.name(),
-            ready: row.ready != 0,
+            ready: row.state() == ObjectState::Ready,
+            state: row.state(),
             refusal: row.refusal(),
             material: row.material(),
             bodies: row.bodies,
@@ -129,7 +132,8 @@ pub(crate) fn status(link: &Link, deadline: Deadline) -> Result<Status, Refusal>
 }
 
 pub(crate) fn release(link: &Link, handle: u64, deadline: Deadline) -> Result<(), Refusal> {
-    ask::<RefusalWire>(link, Question::Release(handle), deadline).map(|_| ())
+    let after = link.last_sequence();
+    ask::<RefusalWire>(link, Question::Release { handle, after }, deadline).map(|_| ())
 }
 
 /// Asks and waits; returns the rows and how many there are in all.

@@ -29,7 +29,7 @@ impl Broken {
         let view = self.view();
         let timeless: Vec<StageWire> = view.stages.iter().map(|stage| StageWire { ns: 0, ..*stage }).collect();
         let timeless_effects: Vec<EffectWire> = view.effects.iter().map(|row| EffectWire { ns: 0, ..*row }).collect();
-        let nameless = SummaryWire { handle: 0, time_ns: 0, ..*view.summary };
+        let nameless = SummaryWire { handle: 0, time_ns: 0, overrun: 0, overrun_ns: 0, ..*view.summary };
         let mut all = blake3::Hasher::new();
         let sections = SectionKind::ALL
             .into_iter()

@@ -2,6 +2,7 @@
 
 use crate::link::{Link, daemon_lives};
 use shatter_proto::hello::Hello;
+use shatter_proto::instance::Instance;
 use shatter_proto::place::Place;
 use shatter_proto::{Kind, Refusal};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -28,11 +29,11 @@ impl Line {
         self.guard().clone()
     }
 
-    /// A link that is not known to be lost: the last one, or a new one to the daemon that serves now. Never waits; opening
+    /// A link to the daemon that serves now: the last one, or a new one if another daemon serves. Never waits; opening
     /// takes some milliseconds, once per daemon. Errors: as [`Attempt`].
     pub(crate) fn link(&self) -> Result<Arc<Link>, Refusal> {
         let mut link = self.guard();
-        if link.is_lost() {
+        if link.is_lost() || !link.daemon_lives() {
             *link = Arc::new(attempt(&self.place)?);
         }
         Ok(link.clone())
@@ -76,13 +77,25 @@ fn attempt(place: &Place) -> Result<Link, Attempt> {
     let Ok(json) = std::fs::read_to_string(place.hello()) else {
         return Err(Attempt::Starting(no_daemon(place, "not ready in time: the daemon of service")));
     };
-    Hello::from_json(&json).and_then(|hello| hello.check()).map_err(Attempt::Final)?;
-    Link::open(place).map_err(|refusal| match refusal.kind {
+    let hello = Hello::from_json(&json).map_err(Attempt::Final)?;
+    hello.check().map_err(Attempt::Final)?;
+    let starting = || Attempt::Starting(no_daemon(place, "not ready in time: the daemon of service"));
+    let instance = Instance::of_token(place, &hello.instance).ok_or_else(starting)?;
+    let link = Link::open(place, &instance).map_err(|refusal| match refusal.kind {
         Kind::Transport => {
             Attempt::Starting(no_daemon(place, &format!("not ready ({refusal}): the daemon of service")))
         }
+        // The folder of a daemon that ended meanwhile.
+        Kind::RuntimeFolder if !daemon_serves(place, &instance) => starting(),
         _ => Attempt::Final(refusal),
-    })
+    })?;
+    // The hello may be that of a daemon that was killed, read before its successor removed it.
+    if link.daemon_lives() { Ok(link) } else { Err(starting()) }
+}
+
+/// Whether the daemon says so that it serves at `instance`.
+fn daemon_serves(place: &Place, instance: &Instance) -> bool {
+    Instance::serving(place).is_ok_and(|serving| serving == *instance)
 }
 
 fn no_daemon(place: &Place, what: &str) -> Refusal {

@@ -15,6 +15,7 @@ use iceoryx2::service::port_factory::client::ClientCreateError;
 use rustix::fs::{FlockOperation, flock};
 use shatter_proto::answer::{AnswerHeader, Block};
 use shatter_proto::control::{ControlHeader, ControlWire, Question};
+use shatter_proto::instance::Instance;
 use shatter_proto::place::Place;
 use shatter_proto::request::StrikeWire;
 use shatter_proto::transport::{
@@ -22,8 +23,10 @@ use shatter_proto::transport::{
 };
 use shatter_proto::unfinished::{Call, Rescue};
 use shatter_proto::{Kind, Refusal, shared_memory};
-use std::sync::Arc;
+use std::fs::File;
+use std::os::unix::fs::FileExt;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 /// A wake-up can be lost, so nobody sleeps longer than this without looking.
@@ -107,23 +110,27 @@ impl Ports {
 /// One connection. Fields are dropped in this order: ports before the node.
 pub(crate) struct Link {
     ports: Ports,
-    sequence: AtomicU64,
+    /// Sequence of the strike that was sent last.
+    sent: Mutex<u64>,
     audience: Audience,
     held: Arc<AtomicU64>,
     /// Its daemon went away.
     lost: AtomicBool,
     place: Place,
+    lock: Lock,
     rescue: Rescue,
     _node: Node<Ipc>,
 }
 
 impl Link {
-    /// Connects to the daemon of `place`.
-    pub(crate) fn open(place: &Place) -> Result<Self, Refusal> {
+    /// Connects to the daemon of `place` whose transport is `instance`.
+    pub(crate) fn open(place: &Place, instance: &Instance) -> Result<Self, Refusal> {
         shared_memory::need(ROOM)?;
-        let rescue = Rescue::new(&place.prefix)?;
+        instance.check(place.uid)?;
+        let lock = Lock::open(place, instance).ok_or_else(|| failed("lock", "the daemon went away"))?;
+        let rescue = Rescue::new(&instance.prefix)?;
         let call = rescue.call();
-        let config = client_config(place)?;
+        let config = client_config(instance)?;
         let node = NodeBuilder::new()
             .config(&config)
             .signal_handling_mode(SignalHandlingMode::Disabled)
@@ -131,14 +138,15 @@ impl Link {
             .map_err(|error| failed("node", error))?;
         let ports = Ports::open(&node)?;
         drop(call);
-        shared_memory::populate_mapped(&place.prefix)?;
+        shared_memory::populate_mapped(&instance.prefix)?;
         Ok(Self {
             ports,
-            sequence: AtomicU64::new(1),
+            sent: Mutex::default(),
             audience: Audience::default(),
             held: Arc::default(),
             lost: AtomicBool::new(false),
             place: place.clone(),
+            lock,
             rescue,
             _node: node,
         })
@@ -149,9 +157,13 @@ impl Link {
         self.rescue.call()
     }
 
-    /// A sequence that this connection has not used.
-    pub(crate) fn next_sequence(&self) -> u64 {
-        self.sequence.fetch_add(1, Ordering::Relaxed)
+    fn sent(&self) -> MutexGuard<'_, u64> {
+        self.sent.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Sequence of the strike that was sent last; zero: none was.
+    pub(crate) fn last_sequence(&self) -> u64 {
+        *self.sent()
     }
 
     /// Answers that are held, counting one more.
@@ -170,15 +182,20 @@ impl Link {
         self.ports.woken.id().value().to_le_bytes()
     }
 
-    /// Sends a strike. Never blocks.
-    pub(crate) fn send(&self, strike: StrikeWire) -> Result<PendingStrike, Refusal> {
+    /// Sends a strike; returns its sequence, too. Sequences are in the order of sending, whichever threads send: the daemon tells by
+    /// them what a release came after. Waits for nothing but other threads that send.
+    pub(crate) fn send(&self, strike: StrikeWire) -> Result<(PendingStrike, u64), Refusal> {
         shared_memory::need(ROOM_TO_SEND)?;
         let _call = self.call();
+        let mut sent = self.sent();
+        let (sequence, held) = (*sent + 1, self.held.load(Ordering::Relaxed));
         let request = self.ports.strikes.loan_uninit().map_err(loan_failed)?;
-        let strike = StrikeWire { held: self.held.load(Ordering::Relaxed), ..strike };
+        let strike = StrikeWire { sequence, held, ..strike };
         let pending = request.write_payload(strike).send().map_err(send_failed)?;
-        self.sent(pending.number_of_server_connections())?;
-        Ok(pending)
+        *sent = sequence;
+        drop(sent);
+        self.wake_daemon(pending.number_of_server_connections())?;
+        Ok((pending, sequence))
     }
 
     /// Sends a question. Never blocks.
@@ -187,13 +204,13 @@ impl Link {
         let _call = self.call();
         let request = self.ports.questions.loan_uninit().map_err(loan_failed)?;
         let pending = request.write_payload(question.wire(self.listener())).send().map_err(send_failed)?;
-        self.sent(pending.number_of_server_connections())?;
+        self.wake_daemon(pending.number_of_server_connections())?;
         Ok(pending)
     }
 
     /// Wakes the daemon; a failure costs a tick of its clock, no more. What reached no daemon is lost: one that comes later
     /// does not find it.
-    fn sent(&self, daemons: usize) -> Result<(), Refusal> {
+    fn wake_daemon(&self, daemons: usize) -> Result<(), Refusal> {
         if daemons == 0 {
             return Err(self.lost());
         }
@@ -222,7 +239,7 @@ impl Link {
             return Ok(());
         }
         pulse.0 = Instant::now();
-        if daemon_lives(&self.place) { Ok(()) } else { Err(self.lost()) }
+        if self.daemon_lives() { Ok(()) } else { Err(self.lost()) }
     }
 
     /// Whether its daemon is known to have gone away.
@@ -230,9 +247,9 @@ impl Link {
         self.lost.load(Ordering::Relaxed)
     }
 
-    /// Whether its daemon lives.
+    /// Whether its daemon lives. Another one of the same name does not count.
     pub(crate) fn daemon_lives(&self) -> bool {
-        daemon_lives(&self.place)
+        self.lock.is_held()
     }
 
     /// The refusal for a daemon that lives and has lost sight of this connection; remembered as [`Self::lost`] is.
@@ -254,13 +271,44 @@ impl Link {
     }
 }
 
-/// Whether some process holds the daemon's lock. The kernel gives it back with the process, however that ends. A shared
-/// lock is tried, so clients do not disturb each other; a starting daemon tries more than once.
-pub(crate) fn daemon_lives(place: &Place) -> bool {
-    match std::fs::File::open(place.lock()) {
-        Ok(file) => flock(&file, FlockOperation::NonBlockingLockShared).is_err(),
-        Err(_) => false,
+/// The lock file of a daemon, as it was when it served.
+struct Lock {
+    file: File,
+    token: String,
+}
+
+impl Lock {
+    fn open(place: &Place, instance: &Instance) -> Option<Self> {
+        let file = File::open(place.lock()).ok()?;
+        Some(Self { file, token: instance.token.clone() })
     }
+
+    /// Whether the daemon holds it that held it then: who takes it writes its own token into it.
+    fn is_held(&self) -> bool {
+        if !is_locked(&self.file) {
+            return false;
+        }
+        let mut text = [0; 64];
+        let length = self.file.read_at(&mut text, 0).unwrap_or(0);
+        // Nothing can be read for the moment in which a daemon that takes it writes.
+        let token = std::str::from_utf8(&text[..length]).ok().and_then(|text| text.lines().nth(1));
+        token.is_none_or(|token| token == self.token)
+    }
+}
+
+/// Whether some process holds the lock on a file. The kernel gives it back with the process, however that ends. A shared lock is
+/// tried, so clients do not disturb each other; a starting daemon tries more than once.
+fn is_locked(file: &File) -> bool {
+    if flock(file, FlockOperation::NonBlockingLockShared).is_err() {
+        return true;
+    }
+    let _ = flock(file, FlockOperation::Unlock);
+    false
+}
+
+/// Whether some daemon of `place` lives.
+pub(crate) fn daemon_lives(place: &Place) -> bool {
+    File::open(place.lock()).is_ok_and(|file| is_locked(&file))
 }
 
 fn open_failed(error: RequestResponseOpenError) -> Refusal {

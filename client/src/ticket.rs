@@ -62,10 +62,9 @@ enum State {
 
 impl Ticket {
     pub(crate) fn send(link: Arc<Link>, strike: &Strike) -> Result<Self, Refusal> {
-        let sequence = link.next_sequence();
-        let wire = strike.wire(link.listener(), sequence)?;
+        let wire = strike.wire(link.listener(), 0)?;
         let sent = Instant::now();
-        let pending = link.send(wire)?;
+        let (pending, sequence) = link.send(wire)?;
         let (progress, question, pulse) = (Progress::Waiting, None, Pulse::now());
         let (convention, state) = (strike.convention, State::Struck(pending));
         Ok(Self { progress, question, link, convention, sequence, sent, pulse, state })

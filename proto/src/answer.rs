@@ -19,6 +19,8 @@ use crate::text;
 use bytemuck::{Pod, Zeroable};
 use iceoryx2::prelude::ZeroCopySend;
 
+pub use crate::overrun::{MissedTime, OVERRUNS, Overrun};
+
 pub use crate::beside::{
     BondWire, DebrisWire, HULL_FACES_MAX, HitWire, HullWire, LookWire, NO_MATERIAL, SkinVertexWire, SkinWire,
     VelocityWire, WORLD,
@@ -299,12 +301,14 @@ pub struct SummaryWire {
     pub crack_nodes: u32,
     /// Where the number of sites was to come from, by its number in a request.
     pub degree: u32,
-    /// Zero.
-    pub reserved: u32,
+    /// Why the time that was asked for was exceeded: index into [`OVERRUNS`].
+    pub overrun: u32,
     /// Estimated relative error up to which reduced displacements stand; beyond it they are solved for.
     pub reduced_error_max: f64,
     /// Where the ray of the strike met the object, if it had one.
     pub hit: HitWire,
+    /// By how much `time_ns` exceeds the time that was asked for, ns; zero if it does not, or none was.
+    pub overrun_ns: u64,
 }
 
 impl SummaryWire {
@@ -454,7 +458,7 @@ pub struct FragmentWire {
 const _: () = assert!(size_of::<Block>() == 64 && align_of::<Block>() == 64);
 const _: () = assert!(size_of::<AnswerHeader>() == 64);
 const _: () = assert!(size_of::<SectionWire>() == 24);
-const _: () = assert!(size_of::<SummaryWire>() == 288);
+const _: () = assert!(size_of::<SummaryWire>() == 296);
 const _: () = assert!(size_of::<StageWire>() == 24);
 const _: () = assert!(size_of::<RunWire>() == 32);
 const _: () = assert!(size_of::<FragmentWire>() == 144);

@@ -29,8 +29,14 @@ pub enum Question {
     Verdict(u64),
     /// How far the strike with this sequence is. One [`ProgressRow`], or no row if it neither waits nor computes.
     Progress(u64),
-    /// The answer kept under this handle is needed no longer. No row; `unknown_handle` if there is none.
-    Release(u64),
+    /// The answer kept under `handle` is needed no longer, once the strike with the sequence `after` has arrived and so all that
+    /// this client sent before. No row; `unknown_handle` if there is none.
+    Release {
+        /// Names the answer.
+        handle: u64,
+        /// Sequence of the last strike that the client sent before; zero: there is none.
+        after: u64,
+    },
 }
 
 /// A question as it travels.
@@ -50,8 +56,11 @@ pub struct ControlWire {
     pub sequence: u64,
     /// The client's listener: woken with the reply, and the owner of the strike.
     pub listener: [u8; 16],
+    /// Sequence of the last strike that the client sent before a release; else zero. Strikes and questions travel separately, so the
+    /// daemon holds a question back until this strike has arrived.
+    pub after: u64,
     /// Zero.
-    pub reserved: [u64; 8],
+    pub reserved: [u64; 7],
 }
 
 /// Header of a reply.
@@ -75,6 +84,29 @@ pub struct ControlHeader {
     pub reserved: [u64; 5],
 }
 
+/// Whether an object can be struck.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
+pub enum ObjectState {
+    /// Its database could not be loaded.
+    Failed = 0,
+    /// It can be struck.
+    Ready = 1,
+    /// Its database has been found and is not loaded yet.
+    Loading = 2,
+}
+
+impl ObjectState {
+    /// The name used in JSON.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Failed => "failed",
+            Self::Ready => "ready",
+            Self::Loading => "loading",
+        }
+    }
+}
+
 /// An object, loaded or not.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
@@ -83,8 +115,8 @@ pub struct ObjectRow {
     pub name: [u8; OBJECT_NAME_MAX],
     /// Bytes of `name` that count.
     pub name_length: u32,
-    /// 1: ready. 0: `refusal` says why not, and everything else is zero.
-    pub ready: u32,
+    /// An [`ObjectState`] by its number. Unless it is ready, `refusal` says why, and everything else is zero.
+    pub state: u32,
     /// Bodies (components).
     pub bodies: u32,
     /// Cap on the degree.
@@ -131,7 +163,7 @@ pub struct ObjectRow {
     pub fragments_max: u64,
     /// A strike with a longer answer is refused, bytes; 0: no limit.
     pub bytes_max: u64,
-    /// Why the object could not be loaded; with `ready`, why what lies in its place now could not, which is why the
+    /// Why the object cannot be struck; if it is ready, why what lies in its place now could not be loaded, which is why the
     /// version loaded before is still served. Of kind 0 otherwise.
     pub refusal: RefusalWire,
 }
@@ -180,6 +212,10 @@ pub struct StatusRow {
     pub clients_max: u32,
     /// 1 while the daemon is ending.
     pub ending: u32,
+    /// Objects whose databases are being loaded, none of them ready before.
+    pub objects_loading: u32,
+    /// Zero.
+    pub reserved: u32,
     /// Bytes per bucket.
     pub bucket_bytes: u64,
     /// Answers that their clients have not read yet.
@@ -241,20 +277,29 @@ pub struct ProgressRow {
 const _: () = assert!(size_of::<ControlWire>() == 104);
 const _: () = assert!(size_of::<ControlHeader>() == 64);
 const _: () = assert!(size_of::<ObjectRow>() == 712);
-const _: () = assert!(size_of::<StatusRow>() == 48 + 20 * 8 + 9 * 40);
+const _: () = assert!(size_of::<StatusRow>() == 56 + 20 * 8 + 9 * 40);
 
 impl Question {
     /// Writes the question for the wire.
     pub fn wire(self, listener: [u8; 16]) -> ControlWire {
-        let (question, first, sequence) = match self {
-            Self::List(first) => (1, first, 0),
-            Self::Status => (2, 0, 0),
-            Self::Verdict(sequence) => (3, 0, sequence),
-            Self::Progress(sequence) => (4, 0, sequence),
-            Self::Release(handle) => (5, 0, handle),
+        let (question, first, sequence, after) = match self {
+            Self::List(first) => (1, first, 0, 0),
+            Self::Status => (2, 0, 0, 0),
+            Self::Verdict(sequence) => (3, 0, sequence, 0),
+            Self::Progress(sequence) => (4, 0, sequence, 0),
+            Self::Release { handle, after } => (5, 0, handle, after),
         };
         let (magic, version) = (REQUEST_MAGIC, PROTOCOL_VERSION);
-        ControlWire { magic, version, question, first, sequence, listener, reserved: [0; 8] }
+        ControlWire { magic, version, question, first, sequence, listener, after, reserved: [0; 7] }
+    }
+
+    /// Sequence of the strike that must have arrived before this is answered; zero: none.
+    pub fn after(self) -> u64 {
+        match self {
+            Self::Release { after, .. } => after,
+            Self::Progress(sequence) => sequence,
+            Self::List(_) | Self::Status | Self::Verdict(_) => 0,
+        }
     }
 }
 
@@ -265,12 +310,12 @@ impl ControlWire {
         if let Some(i) = self.reserved.iter().position(|word| *word != 0) {
             return Err(Refusal::new(Kind::ReservedField, format!("reserved[{i}]"), "reserved words must be zero"));
         }
-        match (self.question, self.first, self.sequence) {
-            (1, first, 0) => Ok(Question::List(first)),
-            (2, 0, 0) => Ok(Question::Status),
-            (3, 0, sequence) => Ok(Question::Verdict(sequence)),
-            (4, 0, sequence) => Ok(Question::Progress(sequence)),
-            (5, 0, handle) => Ok(Question::Release(handle)),
+        match (self.question, self.first, self.sequence, self.after) {
+            (1, first, 0, 0) => Ok(Question::List(first)),
+            (2, 0, 0, 0) => Ok(Question::Status),
+            (3, 0, sequence, 0) => Ok(Question::Verdict(sequence)),
+            (4, 0, sequence, 0) => Ok(Question::Progress(sequence)),
+            (5, 0, handle, after) => Ok(Question::Release { handle, after }),
             (other, ..) => Err(Refusal::new(Kind::UnknownRequest, other.to_string(), "no such question")),
         }
     }
@@ -334,9 +379,18 @@ fn bad(what: impl std::fmt::Display) -> Refusal {
 }
 
 impl ObjectRow {
-    /// Why the object, or what lies in its place now, could not be loaded.
+    /// Whether the object can be struck; a number that this version does not know counts as failed.
+    pub fn state(&self) -> ObjectState {
+        match self.state {
+            1 => ObjectState::Ready,
+            2 => ObjectState::Loading,
+            _ => ObjectState::Failed,
+        }
+    }
+
+    /// Why the object cannot be struck, or why what lies in its place now could not be loaded.
     pub fn refusal(&self) -> Option<Refusal> {
-        (self.ready == 0 || self.refusal.kind != 0).then(|| Refusal::from(&self.refusal))
+        (self.state() != ObjectState::Ready || self.refusal.kind != 0).then(|| Refusal::from(&self.refusal))
     }
 
     /// The object's name, for showing.
@@ -372,7 +426,7 @@ mod tests {
             Question::Status,
             Question::Verdict(u64::MAX),
             Question::Progress(9),
-            Question::Release(3),
+            Question::Release { handle: 3, after: 8 },
         ] {
             assert_eq!(question.wire([3; 16]).validate().unwrap(), question);
         }
@@ -397,7 +451,7 @@ mod tests {
     fn a_row_may_be_ready_and_refused_at_once() {
         let mut row = ObjectRow::zeroed();
         assert_eq!(row.refusal().map(|refusal| refusal.kind), Some(Kind::BadAnswer));
-        row.ready = 1;
+        row.state = ObjectState::Ready as u32;
         assert_eq!(row.refusal(), None);
         let refusal = Refusal::new(Kind::CorruptObject, "vase", "vase.shatter: cut short");
         row.refusal = RefusalWire::from(&refusal);

@@ -17,16 +17,20 @@ pub struct Hello {
     /// Its process id.
     #[serde(default)]
     pub pid: u32,
+    /// Token of its [`Instance`](crate::instance::Instance).
+    #[serde(default)]
+    pub instance: String,
 }
 
 impl Hello {
-    /// What this build says as process `pid`.
-    pub fn ours(pid: u32) -> Self {
+    /// What this build says as process `pid`, whose transport is the instance of this token.
+    pub fn ours(pid: u32, instance: &str) -> Self {
         Self {
             protocol: PROTOCOL_VERSION,
             transport: TRANSPORT_VERSION.to_owned(),
             program: env!("CARGO_PKG_VERSION").to_owned(),
             pid,
+            instance: instance.to_owned(),
         }
     }
 
@@ -68,7 +72,7 @@ mod tests {
         for version in ["protocol 9", "iceoryx2 1.0.0", "protocol 6", "iceoryx2 0.10.0"] {
             assert!(refusal.message.contains(version), "{refusal}");
         }
-        let ours = Hello::ours(7);
+        let ours = Hello::ours(7, "0123456789a");
         assert_eq!(Hello::from_json(&ours.to_json()).unwrap(), ours);
         assert!(ours.check().is_ok());
         assert_eq!(Hello::from_json("{").unwrap_err().kind, Kind::VersionMismatch);

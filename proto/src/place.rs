@@ -1,15 +1,12 @@
-//! Where a service lives: folders, files and the prefix of its shared memory. Pure rules that both sides share, so that
-//! services of different names, users and runtime folders never meet.
+//! Where a service lives: folders and files. Pure rules that both sides share, so that services of different names, users and
+//! runtime folders never meet. What changes with each daemon is an [`Instance`](crate::instance::Instance).
 
+use crate::instance::DIGITS;
 use crate::name::ServiceName;
 use crate::{Kind, Refusal};
 use std::os::unix::ffi::OsStrExt;
 use std::os::unix::fs::{DirBuilderExt, MetadataExt};
 use std::path::{Path, PathBuf};
-
-/// Longest transport folder, bytes. A Unix socket's path has 108, of which the folder's slash, the prefix (19), a port id
-/// (39 digits), `.event` and the closing zero take 66.
-const TRANSPORT_FOLDER_MAX: usize = 42;
 
 /// Where a service lives.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -20,11 +17,10 @@ pub struct Place {
     pub uid: u32,
     /// The service's own folder.
     pub folder: PathBuf,
-    /// Folder of the transport's files, short enough for sockets and in memory: every file in it is synced when it is
-    /// created, which takes seconds on a busy disk.
-    pub transport: PathBuf,
-    /// Prefix of the transport's files and shared memory.
-    pub prefix: String,
+    /// First part of every name in shared memory: shows people where a file comes from. Others may have the same.
+    pub mark: String,
+    /// Whether the folder lies in one that all users share.
+    pub(crate) is_shared: bool,
 }
 
 impl Place {
@@ -35,11 +31,8 @@ impl Place {
             Some(base) => base.join(service.as_str()),
             None => PathBuf::from(format!("/tmp/shatter-{uid}")).join(service.as_str()),
         };
-        let hash = short_hash(folder.as_os_str().as_bytes(), uid);
-        let beside = runtime.map(|base| base.join(format!(".t-{hash}")));
-        let short = beside.filter(|beside| beside.as_os_str().len() <= TRANSPORT_FOLDER_MAX);
-        let transport = short.unwrap_or_else(|| PathBuf::from(format!("/dev/shm/shatter-{uid}/.t-{hash}")));
-        Self { service: service.clone(), uid, folder, transport, prefix: format!("shatter_{hash}_") }
+        let mark = format!("sh_{}", short_hash(folder.as_os_str().as_bytes(), uid));
+        Self { service: service.clone(), uid, folder, mark, is_shared: runtime.is_none() }
     }
 
     /// The file that a daemon holds locked while it lives.
@@ -62,35 +55,44 @@ impl Place {
         self.folder.join("past.json")
     }
 
-    /// Creates the folders for their owner alone, and checks those that exist.
-    pub fn create(&self) -> Result<(), Refusal> {
-        for folder in [&self.folder, &self.transport] {
-            if let Some(parent) = folder.parent() {
-                make(parent)?;
-                trusted(parent, self.uid)?;
-                parent.parent().map_or(Ok(()), |above| steady(above, self.uid))?;
-            }
-            make(folder)?;
-            trusted(folder, self.uid)?;
-        }
-        Ok(())
+    /// The tokens of the instances whose files may be left.
+    pub fn instances(&self) -> PathBuf {
+        self.folder.join("instances.json")
     }
 
-    /// Whether there is anything at all, in folders that belong to the user alone.
-    pub fn exists(&self) -> Result<bool, Refusal> {
-        for folder in [&self.folder, &self.transport] {
-            if folder.symlink_metadata().is_err() {
-                return Ok(false);
-            }
-            folder.parent().map_or(Ok(()), |parent| trusted(parent, self.uid))?;
-            trusted(folder, self.uid)?;
+    /// Creates the folder for its owner alone, and checks it if it exists.
+    pub fn create(&self) -> Result<(), Refusal> {
+        if let Some(parent) = self.folder.parent() {
+            make(parent)?;
+            trusted(parent, self.uid)?;
+            parent.parent().map_or(Ok(()), |above| steady(above, self.uid))?;
         }
+        make(&self.folder)?;
+        trusted(&self.folder, self.uid)
+    }
+
+    /// Whether there is anything at all, in a folder that belongs to the user alone.
+    pub fn exists(&self) -> Result<bool, Refusal> {
+        if self.folder.symlink_metadata().is_err() {
+            return Ok(false);
+        }
+        self.folder.parent().map_or(Ok(()), |parent| trusted(parent, self.uid))?;
+        trusted(&self.folder, self.uid)?;
         Ok(true)
     }
 }
 
+/// Creates one folder that was not there, for its owner alone.
+pub(crate) fn create_private(folder: &Path) -> Result<(), Refusal> {
+    create(std::fs::DirBuilder::new().mode(0o700), folder)
+}
+
 fn make(folder: &Path) -> Result<(), Refusal> {
-    std::fs::DirBuilder::new().recursive(true).mode(0o700).create(folder).map_err(|error| {
+    create(std::fs::DirBuilder::new().recursive(true).mode(0o700), folder)
+}
+
+fn create(builder: &std::fs::DirBuilder, folder: &Path) -> Result<(), Refusal> {
+    builder.create(folder).map_err(|error| {
         let message = format!("cannot create the runtime folder {}: {error}", folder.display());
         Refusal::new(Kind::RuntimeFolder, folder.display().to_string(), message)
     })
@@ -114,7 +116,7 @@ fn steady(folder: &Path, uid: u32) -> Result<(), Refusal> {
 }
 
 /// A real folder, owned by the user, closed to everyone else: `/tmp` is open to all, and names in it can be guessed.
-fn trusted(folder: &Path, uid: u32) -> Result<(), Refusal> {
+pub(crate) fn trusted(folder: &Path, uid: u32) -> Result<(), Refusal> {
     let refuse = |what: String| {
         let message = format!("the runtime folder {} {what}", folder.display());
         Err(Refusal::new(Kind::RuntimeFolder, folder.display().to_string(), message))
@@ -128,12 +130,17 @@ fn trusted(folder: &Path, uid: u32) -> Result<(), Refusal> {
     }
 }
 
-/// Ten hexadecimal digits of FNV-1a (Fowler, Noll & Vo 1991), which tells places apart, no more.
+/// Four digits of FNV-1a (Fowler, Noll & Vo 1991), which tell places apart to people, no more.
 fn short_hash(bytes: &[u8], uid: u32) -> String {
     let fold = |hash: u64, byte: &u8| (hash ^ u64::from(*byte)).wrapping_mul(0x0000_0100_0000_01b3);
     let hash = bytes.iter().fold(0xcbf2_9ce4_8422_2325, fold);
-    let hash = uid.to_le_bytes().iter().fold(hash, fold);
-    format!("{:010x}", hash >> 24)
+    let mut hash = uid.to_le_bytes().iter().fold(hash, fold) >> 24;
+    let digit = |_| {
+        let digit = DIGITS[(hash % 36) as usize];
+        hash /= 36;
+        char::from(digit)
+    };
+    (0..4).map(digit).collect()
 }
 
 #[cfg(test)]
@@ -145,22 +152,11 @@ mod tests {
     }
 
     #[test]
-    fn sockets_fit_into_their_paths() {
-        let longest = "x".repeat(32);
-        let deep = format!("/{}", "deep/".repeat(40));
-        for runtime in ["/run/user/1000", "/run/user/4294967295", deep.as_str(), "relative"] {
-            let place = place(&longest, runtime, u32::MAX);
-            let socket = format!("{}/{}{}.event\0", place.transport.display(), place.prefix, u128::MAX);
-            assert!(socket.len() <= 108, "{socket}");
-        }
-    }
-
-    #[test]
     fn services_users_and_folders_are_kept_apart() {
         let all = [place("a", "/r", 1), place("b", "/r", 1), place("a", "/s", 1), place("a", "/r", 2)];
         for (i, a) in all.iter().enumerate() {
             for b in &all[..i] {
-                assert!(a.prefix != b.prefix && a.transport != b.transport, "{a:?} {b:?}");
+                assert!(a.mark != b.mark && a.folder != b.folder || a.uid != b.uid, "{a:?} {b:?}");
             }
         }
         assert_eq!(place("a", "/r", 1).folder, Path::new("/r/shatter/a"));

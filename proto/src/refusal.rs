@@ -179,6 +179,8 @@ kinds! {
     46 BadAnswer "bad_answer" Service OURS false;
     /// A call of the transport failed.
     47 Transport "transport" Service OURS false;
+    /// The object's database has been found and is being loaded.
+    48 Loading "loading" Service BUSY true;
     /// No daemon of this name runs.
     60 NoDaemon "no_daemon" Environment ABSENT true;
     /// The daemon went away while a request was with it.

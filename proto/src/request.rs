@@ -19,6 +19,9 @@ pub const REQUEST_MAGIC: u32 = u32::from_le_bytes(*b"SHTq");
 /// Contacts that one request has room for.
 pub const CONTACTS_MAX: usize = 8;
 
+/// Seed of a strike that names none: zero, so that zeroed structs of the C interface have it.
+pub const SEED_DEFAULT: u64 = 0;
+
 /// A contact as it travels. Everything finite; zero for what the daemon shall choose.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable, ZeroCopySend)]
 #[repr(C)]
@@ -50,7 +53,7 @@ pub struct StrikeWire {
     pub purpose: u32,
     /// How many of `contacts` count, 1 to [`CONTACTS_MAX`].
     pub contact_count: u32,
-    /// Chosen by the client, different for each of its requests; names the request at the control service.
+    /// Counts the strikes of a connection from 1 on, in the order in which they are sent; names the request at the control service.
     pub sequence: u64,
     /// Everything random follows from it.
     pub seed: u64,

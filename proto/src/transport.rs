@@ -1,6 +1,6 @@
 //! What both sides tell the transport: names, limits and the configuration that keeps services apart.
 
-use crate::place::Place;
+use crate::instance::Instance;
 use crate::{Kind, Refusal};
 use iceoryx2::prelude::{Config, FileName, Path, SemanticString, ServiceName};
 use std::os::unix::ffi::OsStrExt;
@@ -27,11 +27,11 @@ pub const QUESTIONS_PER_CLIENT_MAX: usize = 4;
 /// A process that may open fewer files is told so when the transport fails: it does not say what it lacks.
 const FILES_FEW: u64 = 256;
 
-/// The daemon's configuration of the transport for `place`; the machine's and the user's own files are not read.
-pub fn config(place: &Place) -> Result<Config, Refusal> {
+/// The daemon's configuration of the transport for `instance`; the machine's and the user's own files are not read.
+pub fn config(instance: &Instance) -> Result<Config, Refusal> {
     let mut config = Config::default();
-    let folder = Path::new(place.transport.as_os_str().as_bytes());
-    let prefix = FileName::new(place.prefix.as_bytes());
+    let folder = Path::new(instance.folder.as_os_str().as_bytes());
+    let prefix = FileName::new(instance.prefix.as_bytes());
     match (folder, prefix) {
         (Ok(folder), Ok(prefix)) => {
             config.global.set_root_path(&folder);
@@ -39,7 +39,7 @@ pub fn config(place: &Place) -> Result<Config, Refusal> {
             Ok(config)
         }
         _ => {
-            let at = place.transport.display().to_string();
+            let at = instance.folder.display().to_string();
             let message = format!("the transport cannot use the folder {at}");
             Err(Refusal::new(Kind::RuntimeFolder, at, message))
         }
@@ -48,8 +48,8 @@ pub fn config(place: &Place) -> Result<Config, Refusal> {
 
 /// The configuration of a client: it buries nobody. The daemon does; of two that bury at once the slower takes the place of whoever
 /// came after the dead, and a client could wait for what a dead one left unfinished.
-pub fn client_config(place: &Place) -> Result<Config, Refusal> {
-    let mut config = config(place)?;
+pub fn client_config(instance: &Instance) -> Result<Config, Refusal> {
+    let mut config = config(instance)?;
     config.global.node.cleanup_dead_nodes_on_creation = false;
     config.global.node.cleanup_dead_nodes_on_destruction = false;
     config.global.service.cleanup_dead_nodes_on_open = false;

@@ -2,7 +2,7 @@
 
 use shatter_fracture::pipeline::{Kept, Watch, Workspace};
 use shatter_fracture::token::Token;
-use shatter_proto::answer::StageWire;
+use shatter_proto::answer::{Overrun, StageWire};
 use shatter_proto::control::ObjectRow;
 use shatter_proto::layout::{Counts, Sections};
 use shatter_proto::request::Strike;
@@ -57,6 +57,11 @@ pub trait Outcome {
 
     /// What it takes to strike its fragments again; `None`: it has none.
     fn keep(&self) -> Option<Kept> {
+        None
+    }
+
+    /// Why displacements were solved for; `None`: they were not.
+    fn solved(&self) -> Option<Overrun> {
         None
     }
 

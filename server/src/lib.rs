@@ -2,7 +2,8 @@
 //!
 //! One thread waits (tokio: bells, timers, signals), the others compute (rayon). [`serve`] puts the parts together.
 
-pub mod catalog;
+pub mod arrivals;
+mod catalog;
 pub mod clock;
 pub mod commands;
 pub mod config;

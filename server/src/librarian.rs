@@ -1,5 +1,8 @@
-//! Looks after the folder of databases while the daemon serves: a thread of its own, at lower priority, so that strikes wait
-//! neither for a look at the folder, nor for a database that is loaded, nor for memory that is given back.
+//! Looks after the folder of databases while the daemon serves, on threads of its own, so that strikes wait neither for a look at
+//! the folder, nor for a database that is loaded, nor for memory that is given back.
+//!
+//! Three threads, so that none of these waits for another: one looks at the folder, one loads, one finishes what loading left for
+//! later. A load has one thread at the priority of the computing threads: beside n of them it gets one part in n + 1 of the time.
 //!
 //! A changed folder is read again once it has come to rest: once it looks the same twice in a row. A database that is renamed
 //! into place is taken whole, and many that come together are one reload.
@@ -14,7 +17,7 @@ use std::path::PathBuf;
 use std::sync::{Arc, Weak};
 use tokio::sync::mpsc::UnboundedSender;
 
-/// How much less urgent it is than the thread that waits; strikes are at `compute.nice`, 5: beside them it gets about a tenth.
+/// Niceness of what nobody waits for. Strikes and loads are at `compute.nice`, 5: beside them it gets about a tenth.
 const NICE: i32 = 15;
 
 /// A folder that does not come to rest is read again after this many looks all the same.
@@ -24,6 +27,8 @@ const RESTLESS_MAX: u32 = 10;
 pub enum News {
     /// The folder, looked at.
     Seen(Result<Shelf, Refusal>),
+    /// The databases of the folder as it lies there are being read again.
+    Begun(Shelf),
     /// The databases, read again.
     Loaded(Result<Catalog, Refusal>),
     /// One more object has all that strikes may need.
@@ -34,16 +39,51 @@ pub enum News {
 pub struct Librarian {
     folder: Folder,
     loader: Loader,
-    thread: ThreadPool,
-    events: UnboundedSender<Event>,
-    busy: bool,
-    /// A reload was asked for while it was busy.
+    looks: Worker,
+    loads: Worker,
+    finishes: Worker,
+    /// A reload was asked for while another went on.
     asked: bool,
+    /// The folder as it was found last.
+    seen: Option<Shelf>,
+    /// The folder whose databases are being loaded.
+    target: Option<Shelf>,
     /// Objects with work that loading left for later, done between other things.
     unfinished: VecDeque<Weak<Version>>,
     unrest: Unrest,
     /// The folder could not be looked at, which was said.
     blind: bool,
+}
+
+/// A thread that does one thing at a time and reports what came of it.
+struct Worker {
+    thread: ThreadPool,
+    events: UnboundedSender<Event>,
+    is_busy: bool,
+}
+
+impl Worker {
+    fn new(name: &'static str, nice: i32, events: UnboundedSender<Event>) -> Result<Self, Refusal> {
+        let builder = ThreadPoolBuilder::new().num_threads(1).thread_name(move |_| name.to_owned());
+        let builder = builder.start_handler(move |_| {
+            // On Linux this concerns the calling thread alone. Refused, the thread is as urgent as others.
+            if let Err(error) = rustix::process::nice(nice) {
+                tracing::debug!(%error, name, "the priority of a thread stays");
+            }
+        });
+        let thread = builder.build().map_err(|error| Refusal::new(Kind::Failed, "threads", error.to_string()))?;
+        Ok(Self { thread, events, is_busy: false })
+    }
+
+    fn work(&mut self, work: impl FnOnce(&dyn Fn(News)) -> News + Send + 'static) {
+        self.is_busy = true;
+        let events = self.events.clone();
+        self.thread.spawn(move || {
+            // A waiting thread that is gone has ended the daemon: nobody to tell.
+            let tell = |news| drop(events.send(Event::News(news)));
+            tell(work(&tell));
+        });
+    }
 }
 
 /// The folder of databases.
@@ -88,52 +128,52 @@ impl Folder {
 }
 
 impl Librarian {
-    /// One that tells `events`.
-    pub fn new(folder: Folder, loader: Loader, events: UnboundedSender<Event>) -> Result<Self, Refusal> {
-        let builder = ThreadPoolBuilder::new().num_threads(1).thread_name(|_| "librarian".to_owned());
-        let builder = builder.start_handler(|_| {
-            // On Linux this concerns the calling thread alone. Refused, the thread is as urgent as others.
-            if let Err(error) = rustix::process::nice(NICE) {
-                tracing::debug!(%error, "the librarian's priority stays");
-            }
-        });
-        let thread = builder.build().map_err(|error| Refusal::new(Kind::Failed, "threads", error.to_string()))?;
-        let (unrest, [busy, asked, blind]) = (Unrest::default(), [false; 3]);
-        let unfinished = VecDeque::new();
-        Ok(Self { folder, loader, thread, events, busy, asked, unfinished, unrest, blind })
+    /// One that tells `events`, and loads at niceness `nice`.
+    pub fn new(folder: Folder, loader: Loader, nice: i32, events: UnboundedSender<Event>) -> Result<Self, Refusal> {
+        let looks = Worker::new("look", nice, events.clone())?;
+        let loads = Worker::new("load", nice, events.clone())?;
+        let finishes = Worker::new("finish", NICE, events)?;
+        let (unfinished, unrest) = (VecDeque::new(), Unrest::default());
+        let (asked, blind, seen, target) = (false, false, None, None);
+        Ok(Self { folder, loader, looks, loads, finishes, asked, seen, target, unfinished, unrest, blind })
     }
 
-    /// Looks at the folder, unless it is busy; what it found comes as news.
+    /// Looks at the folder, unless it does already; what it found comes as news.
     pub fn look(&mut self) {
-        if !self.busy {
+        if !self.looks.is_busy {
             let folder = self.folder.clone();
-            self.work(move || News::Seen(folder.look()));
+            self.looks.work(move |_| News::Seen(folder.look()));
         }
     }
 
-    /// Reads the databases again: now, or as soon as what it is busy with is done.
+    /// Reads the databases again: now, or as soon as another reload is over.
     pub fn reload(&mut self, catalog: &Arc<Catalog>) {
-        if self.busy {
+        if self.loads.is_busy {
             self.asked = true;
             return;
         }
         self.asked = false;
         let (folder, loader, catalog) = (self.folder.clone(), self.loader.clone(), catalog.clone());
-        self.work(move || News::Loaded(folder.look().map(|shelf| catalog.renewed(shelf, &loader))));
+        self.loads.work(move |tell| {
+            News::Loaded(folder.look().map(|shelf| {
+                tell(News::Begun(shelf.clone()));
+                catalog.renewed(shelf, &loader)
+            }))
+        });
     }
 
     /// Finishes the objects of `catalog`, one after the other.
     pub fn finish(&mut self, catalog: &Catalog) {
         self.unfinished = catalog.versions().map(Arc::downgrade).collect();
-        if !self.busy {
-            self.go_on();
-        }
+        self.finish_next();
     }
 
-    fn go_on(&mut self) {
-        while let Some(version) = self.unfinished.pop_front() {
+    fn finish_next(&mut self) {
+        while !self.finishes.is_busy
+            && let Some(version) = self.unfinished.pop_front()
+        {
             if let Some(version) = version.upgrade() {
-                return self.work(move || {
+                self.finishes.work(move |_| {
                     version.finish();
                     News::Finished
                 });
@@ -143,49 +183,61 @@ impl Librarian {
 
     /// Takes note of its own news; the catalog that is to take the place of `catalog`, if there is one.
     pub fn hear(&mut self, news: News, catalog: &Arc<Catalog>) -> Option<Arc<Catalog>> {
-        self.busy = false;
-        let fresh = match news {
-            News::Seen(Ok(shelf)) => {
-                self.blind = false;
-                self.asked |= self.unrest.settled(shelf, catalog.shelf());
-                None
+        let mut fresh = None;
+        match news {
+            News::Seen(seen) => {
+                self.looks.is_busy = false;
+                self.saw(seen, catalog);
             }
-            News::Loaded(Ok(fresh)) => {
-                self.unfinished = fresh.versions().map(Arc::downgrade).collect();
-                Some(Arc::new(fresh))
+            News::Begun(shelf) => {
+                self.seen = Some(shelf.clone());
+                self.target = Some(shelf);
             }
-            News::Finished => None,
-            News::Loaded(Err(refusal)) => {
-                tracing::error!(%refusal, "the databases stay as they were");
-                None
-            }
-            News::Seen(Err(refusal)) => {
-                if !std::mem::replace(&mut self.blind, true) {
-                    tracing::error!(%refusal, "the databases stay as they were");
+            News::Loaded(loaded) => {
+                (self.loads.is_busy, self.target) = (false, None);
+                match loaded {
+                    Ok(loaded) => {
+                        self.finish(&loaded);
+                        fresh = Some(Arc::new(loaded));
+                    }
+                    Err(refusal) => tracing::error!(%refusal, "the databases stay as they were"),
                 }
-                None
             }
-        };
-        if self.asked {
+            News::Finished => {
+                self.finishes.is_busy = false;
+                self.finish_next();
+            }
+        }
+        if self.asked && !self.loads.is_busy {
             self.reload(fresh.as_ref().unwrap_or(catalog));
-        } else {
-            self.go_on();
         }
         fresh
     }
 
-    /// Lets go of a catalog that was replaced. Giving back the memory of large objects takes milliseconds.
-    pub fn release(&self, old: Arc<Catalog>) {
-        self.thread.spawn(move || drop(old));
+    fn saw(&mut self, seen: Result<Shelf, Refusal>, catalog: &Catalog) {
+        match seen {
+            Ok(shelf) => {
+                self.blind = false;
+                let served = self.target.as_ref().unwrap_or(catalog.shelf());
+                self.asked |= self.unrest.settled(shelf.clone(), served);
+                self.seen = Some(shelf);
+            }
+            Err(refusal) => {
+                if !std::mem::replace(&mut self.blind, true) {
+                    tracing::error!(%refusal, "the databases stay as they were");
+                }
+            }
+        }
     }
 
-    fn work(&mut self, work: impl FnOnce() -> News + Send + 'static) {
-        self.busy = true;
-        let events = self.events.clone();
-        self.thread.spawn(move || {
-            // A waiting thread that is gone has ended the daemon: nobody to tell.
-            let _ = events.send(Event::News(work()));
-        });
+    /// `catalog` with the databases listed that were found and are not loaded yet; `None` if it lists them already.
+    pub fn expected(&self, catalog: &Catalog) -> Option<Arc<Catalog>> {
+        self.seen.as_ref().and_then(|seen| catalog.expecting(seen)).map(Arc::new)
+    }
+
+    /// Lets go of a catalog that was replaced. Giving back the memory of large objects takes milliseconds.
+    pub fn release(&self, old: Arc<Catalog>) {
+        self.finishes.thread.spawn(move || drop(old));
     }
 }
 
@@ -223,9 +275,12 @@ mod tests {
     use shatter_proto::control::ObjectRow;
     use shatter_proto::request::Strike;
     use std::sync::Mutex;
+    use std::sync::atomic::{AtomicBool, Ordering};
     use std::time::{Duration, Instant};
     use tempfile::TempDir;
     use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
+
+    const PATIENCE: Duration = Duration::from_secs(60);
 
     fn shelf(folder: &TempDir, text: &str) -> Shelf {
         std::fs::write(folder.path().join("a.shatter"), text).unwrap();
@@ -249,11 +304,11 @@ mod tests {
         let (sender, events) = unbounded_channel();
         let loader: Loader = Arc::new(|_, _| Err("nothing is ever loaded here".to_owned()));
         let path = folder.path().join("databases");
-        (Librarian::new(Folder { path, required, only: None }, loader, sender).unwrap(), events)
+        (Librarian::new(Folder { path, required, only: None }, loader, NICE, sender).unwrap(), events)
     }
 
-    /// An object that must be finished, and falls over it if it is named so.
-    struct Raw(String, Arc<Mutex<Vec<String>>>);
+    /// An object that must be finished, which waits until the gate is open, and panics if it is named so.
+    struct Raw(String, Arc<Mutex<Vec<String>>>, Arc<AtomicBool>);
 
     impl Object for Raw {
         fn row(&self) -> ObjectRow {
@@ -268,6 +323,10 @@ mod tests {
 
         fn finish(&self) -> Result<(), Refusal> {
             self.1.lock().unwrap().push(self.0.clone());
+            let begun = Instant::now();
+            while !self.2.load(Ordering::Relaxed) && begun.elapsed() < PATIENCE {
+                std::thread::yield_now();
+            }
             assert!(self.0 != "b", "cannot be finished");
             Ok(())
         }
@@ -288,31 +347,38 @@ mod tests {
     }
 
     #[test]
-    fn objects_are_finished_one_by_one_and_a_reload_goes_first() {
+    fn objects_are_finished_one_by_one_and_no_reload_waits_for_that() {
         let folder = tempfile::tempdir().unwrap();
         let (mut librarian, mut events) = start(&folder, true);
         let databases = folder.path().join("databases");
         std::fs::create_dir(&databases).unwrap();
         let write = |name: &str| std::fs::write(databases.join(name).with_extension("shatter"), "").unwrap();
-        ["a", "b", "c"].iter().for_each(|name| write(name));
-        let finished = Arc::new(Mutex::new(Vec::new()));
-        let told = finished.clone();
-        librarian.loader =
-            Arc::new(move |path, _| Ok(Arc::new(Raw(path.file_stem().unwrap().display().to_string(), told.clone()))));
-        let catalog = Arc::new(Catalog::default().renewed(Shelf::of(&databases).unwrap(), &librarian.loader));
+        ["a", "b"].iter().for_each(|name| write(name));
+        let (finished, gate) = (Arc::new(Mutex::new(Vec::new())), Arc::new(AtomicBool::new(false)));
+        let (told, opened) = (finished.clone(), gate.clone());
+        librarian.loader = Arc::new(move |path, _| {
+            Ok(Arc::new(Raw(path.file_stem().unwrap().display().to_string(), told.clone(), opened.clone())))
+        });
+        let mut catalog = Arc::new(Catalog::default().renewed(Shelf::of(&databases).unwrap(), &librarian.loader));
         librarian.finish(&catalog);
+        write("c");
         librarian.reload(&catalog);
-        let first = news(&mut events);
-        assert!(matches!(first, News::Finished) && librarian.hear(first, &catalog).is_none());
-        let second = news(&mut events);
-        assert_eq!(*finished.lock().unwrap(), ["a"], "the reload that was asked for went first");
-        let catalog = librarian.hear(second, &catalog).unwrap();
-        for _ in 0..3 {
+        let begun = news(&mut events);
+        assert!(matches!(begun, News::Begun(_)) && librarian.hear(begun, &catalog).is_none());
+        let listed = librarian.expected(&catalog).unwrap();
+        assert_eq!((listed.loading(), listed.failed(), listed.get("c").err().unwrap().kind), (1, 0, Kind::Loading));
+        assert!(librarian.expected(&listed).is_none() && listed.get("a").is_ok());
+        let loaded = news(&mut events);
+        assert!(matches!(loaded, News::Loaded(_)) && *finished.lock().unwrap() == ["a"], "it waits for no finish");
+        catalog = librarian.hear(loaded, &listed).unwrap();
+        assert_eq!((catalog.loading(), catalog.ready()), (0, 3));
+        gate.store(true, Ordering::Relaxed);
+        for _ in 0..4 {
             let more = news(&mut events);
             assert!(matches!(more, News::Finished) && librarian.hear(more, &catalog).is_none());
         }
-        assert_eq!(*finished.lock().unwrap(), ["a", "a", "b", "c"], "one that falls over it stops nobody");
-        assert!(!librarian.busy);
+        assert_eq!(*finished.lock().unwrap(), ["a", "a", "b", "c"], "one that panics stops nobody");
+        assert!(!librarian.finishes.is_busy && librarian.expected(&catalog).is_none());
     }
 
     fn news(events: &mut UnboundedReceiver<Event>) -> News {
@@ -320,7 +386,7 @@ mod tests {
         loop {
             match events.try_recv() {
                 Ok(Event::News(news)) => return news,
-                _ => assert!(begun.elapsed() < Duration::from_secs(60), "no news"),
+                _ => assert!(begun.elapsed() < PATIENCE, "no news"),
             }
             std::thread::yield_now();
         }
@@ -332,14 +398,19 @@ mod tests {
         let (mut librarian, mut events) = start(&folder, false);
         let catalog = Arc::new(Catalog::default());
         librarian.reload(&catalog);
-        let first = news(&mut events);
+        let loaded = |librarian: &mut Librarian, events: &mut UnboundedReceiver<Event>| {
+            let begun = news(events);
+            assert!(matches!(begun, News::Begun(_)) && librarian.hear(begun, &catalog).is_none());
+            news(events)
+        };
+        let first = loaded(&mut librarian, &mut events);
         // The folder changes after it was read, and before the first reload is over.
         std::fs::create_dir(folder.path().join("databases")).unwrap();
         std::fs::write(folder.path().join("databases/a.shatter"), "").unwrap();
         librarian.reload(&catalog);
         let first = librarian.hear(first, &catalog).unwrap();
         assert_eq!(first.len(), 0);
-        let second = news(&mut events);
+        let second = loaded(&mut librarian, &mut events);
         assert_eq!(librarian.hear(second, &first).unwrap().len(), 1);
     }
 

@@ -71,6 +71,7 @@ const GAUGES: &[(&str, &str, Option<Unit>, Reading)] = &[
     ("clients", "Clients connected", None, |row| row.clients.into()),
     ("clients_max", "Clients that may be connected", None, |row| row.clients_max.into()),
     ("objects", "Objects ready", None, |row| row.objects_ready.into()),
+    ("objects_loading", "Objects whose databases are being loaded", None, |row| row.objects_loading.into()),
     ("objects_failed", "Objects that could not be loaded", None, |row| row.objects_failed.into()),
     ("objects", "Memory of the objects", Some(Unit::Bytes), |row| row.memory_bytes),
     ("answers_kept", "Answers kept so that their fragments can be struck", None, |row| row.kept),

@@ -7,14 +7,16 @@ use hyper::header::{ALLOW, CONTENT_TYPE, HeaderValue};
 use hyper::server::conn::http1;
 use hyper::service::service_fn;
 use hyper::{Method, Request, Response, StatusCode};
-use hyper_util::rt::TokioIo;
+use hyper_util::rt::{TokioIo, TokioTimer};
 use shatter_proto::{Kind, Refusal};
+use std::collections::VecDeque;
 use std::convert::Infallible;
 use std::net::{Ipv4Addr, SocketAddr};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 use tokio::net::{TcpListener, TcpStream};
-use tokio::sync::{Semaphore, mpsc, oneshot};
+use tokio::sync::{mpsc, oneshot};
 use tokio::task::JoinHandle;
 use tokio::time::timeout;
 
@@ -24,6 +26,9 @@ const PATIENCE: Duration = Duration::from_secs(2);
 /// Connections at once, and how long one may last: any user of the machine can connect, and each holds a descriptor.
 const CONNECTIONS_MAX: usize = 64;
 const CONNECTION: Duration = Duration::from_secs(3);
+
+/// How long a connection may take to send the header of its request.
+const HEADER: Duration = Duration::from_secs(1);
 
 /// After a connection could not be accepted.
 const PAUSE: Duration = Duration::from_millis(100);
@@ -89,20 +94,50 @@ impl Drop for Operations {
     }
 }
 
-/// Takes connections in, a few at once.
+/// A connection that is open.
+struct Connection {
+    task: JoinHandle<()>,
+    /// Whether its request has arrived whole.
+    has_request: Arc<AtomicBool>,
+}
+
+/// The open connections, the oldest first.
+#[derive(Default)]
+struct Connections(VecDeque<Connection>);
+
+impl Connections {
+    /// Makes room for one more: closes the oldest connection without a request, or the oldest one if all have one. New
+    /// connections are always accepted, so silent ones cannot keep a supervisor out.
+    fn make_room(&mut self) {
+        self.0.retain(|connection| !connection.task.is_finished());
+        while self.0.len() >= CONNECTIONS_MAX {
+            let idle = self.0.iter().position(|connection| !connection.has_request.load(Ordering::Relaxed));
+            if let Some(closed) = self.0.remove(idle.unwrap_or(0)) {
+                closed.task.abort();
+                tracing::debug!("closed an idle connection to the operations port to make room");
+            }
+        }
+    }
+}
+
+impl Drop for Connections {
+    fn drop(&mut self) {
+        self.0.iter().for_each(|connection| connection.task.abort());
+    }
+}
+
+/// Accepts connections, a bounded number at once.
 async fn listen(listener: TcpListener, asker: mpsc::Sender<Inquiry>) {
-    let places = Arc::new(Semaphore::new(CONNECTIONS_MAX));
+    let mut connections = Connections::default();
     loop {
-        let Ok(place) = places.clone().acquire_owned().await else { return };
         match listener.accept().await {
             Ok((stream, _)) => {
-                let asker = asker.clone();
-                tokio::spawn(async move {
-                    if timeout(CONNECTION, converse(stream, asker)).await.is_err() {
-                        tracing::debug!("a connection to the operations port took too long");
-                    }
-                    drop(place);
-                });
+                connections.make_room();
+                let has_request = Arc::new(AtomicBool::new(false));
+                let serve = serve(stream, asker.clone(), has_request.clone());
+                connections.0.push_back(Connection { task: tokio::spawn(serve), has_request });
+                // A request that came with its connection is read before many newer connections could close this one.
+                tokio::task::yield_now().await;
             }
             Err(error) => {
                 tracing::warn!(%error, "the operations port cannot accept");
@@ -112,12 +147,18 @@ async fn listen(listener: TcpListener, asker: mpsc::Sender<Inquiry>) {
     }
 }
 
-/// One connection, one request.
-async fn converse(stream: TcpStream, asker: mpsc::Sender<Inquiry>) {
-    let service = service_fn(|request| reply(request, &asker));
-    let connection = http1::Builder::new().keep_alive(false).serve_connection(TokioIo::new(stream), service);
-    if let Err(error) = connection.await {
-        tracing::debug!(%error, "operations port");
+/// Serves one connection, one request.
+async fn serve(stream: TcpStream, asker: mpsc::Sender<Inquiry>, has_request: Arc<AtomicBool>) {
+    let service = service_fn(|request| {
+        has_request.store(true, Ordering::Relaxed);
+        reply(request, &asker)
+    });
+    let mut server = http1::Builder::new();
+    let server = server.keep_alive(false).timer(TokioTimer::new()).header_read_timeout(HEADER);
+    match timeout(CONNECTION, server.serve_connection(TokioIo::new(stream), service)).await {
+        Ok(Ok(())) => {}
+        Ok(Err(error)) => tracing::debug!(%error, "operations port"),
+        Err(_) => tracing::debug!("a connection to the operations port took too long"),
     }
 }
 

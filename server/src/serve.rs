@@ -1,10 +1,11 @@
 //! The daemon from start to end, and its loop.
 
+use crate::arrivals::Arrivals;
 use crate::catalog::{Catalog, Retired, unix_ns};
 use crate::config::Config;
 use crate::ears::{Ears, Signals, Woken};
 use crate::engine::Loader;
-use crate::ipc::{ActiveQuestion, Bell, Home, Orphans, Pool, Populated, Ports};
+use crate::ipc::{ActiveQuestion, Bell, Entrance, Home, Orphans, Pool, Populated, Ports};
 use crate::jobs::{Crew, Event, Jobs, lanes, threads};
 use crate::kept::Answers;
 use crate::librarian::{Folder, Librarian};
@@ -102,6 +103,8 @@ struct Daemon {
     config: Config,
     home: Home,
     orphans: Orphans,
+    arrivals: Arrivals,
+    entrance: Entrance,
 }
 
 impl Daemon {
@@ -121,19 +124,35 @@ impl Daemon {
         let rehearsed = (config.answers.prefault_mib * MIB / BLOCK_BYTES).min(pool.blocks);
         let needed = (config.answers.prefault_buckets * rehearsed * BLOCK_BYTES + SHARED_MEMORY_SPARE) as u64;
         shared_memory::need(needed)?;
-        let (ports, bell, waker) = Ports::open(home.place(), pool)?;
+        let (ports, bell, waker) = Ports::open(home.instance(), pool)?;
+        let entrance = Entrance::close(home.instance(), home.place().uid)?;
         let populated = Populated::default();
         ports.rehearse(config.answers.prefault_buckets, rehearsed, &populated)?;
-        shared_memory::populate_mapped(&home.place().prefix)?;
+        shared_memory::populate_mapped(&home.instance().prefix)?;
         let (sender, events) = unbounded_channel();
-        let librarian = Librarian::new(folder, loader, sender.clone())?;
+        let librarian = Librarian::new(folder, loader, config.compute.nice, sender.clone())?;
         let answers = Answers::new(config.answers.kept_max, config.kept());
         let crew = Arc::new(Crew::new(threads, lanes, answers, populated, waker, sender));
         let jobs = Jobs::new(config.compute.queue_max, config.held_max(), crew.clone());
         let (metrics, started) = (Metrics::new()?, Instant::now());
         let (catalog, retired, reloads, orphans) = (Arc::new(catalog), Retired::default(), 0, Orphans::default());
-        let daemon =
-            Self { jobs, crew, ports, catalog, librarian, retired, reloads, metrics, started, config, home, orphans };
+        let arrivals = Arrivals::default();
+        let daemon = Self {
+            jobs,
+            crew,
+            ports,
+            catalog,
+            librarian,
+            retired,
+            reloads,
+            metrics,
+            started,
+            config,
+            home,
+            orphans,
+            arrivals,
+            entrance,
+        };
         Ok((daemon, bell, events))
     }
 
@@ -146,6 +165,10 @@ impl Daemon {
             Woken::Cleanup => {
                 self.bury_the_dead();
                 self.bury_orphans();
+                self.arrivals.retain(&self.crew.listeners());
+                self.home.sweep();
+                // What it finds it says, and puts right.
+                let _ = self.entrance.check();
             }
             Woken::Metrics => self.write_metrics(),
             Woken::Heartbeat => notify(&[NotifyState::Watchdog]),
@@ -173,11 +196,30 @@ impl Daemon {
 
     /// Takes in everything that waits at the ports: scheduling is done in our own queue.
     fn receive(&mut self) {
-        while let Some(question) = self.ports.next_question() {
-            self.reply(&question);
+        self.receive_strikes();
+        while let Some(active) = self.ports.next_question() {
+            let wire = *active.payload();
+            let early = wire.validate().ok().filter(|question| !self.arrivals.precede(wire.listener, *question));
+            let now = match early {
+                Some(question) => self.arrivals.hold(active, wire.listener, question),
+                None => Some(active),
+            };
+            if let Some(active) = now {
+                self.reply(&active);
+            }
         }
+        if self.arrivals.holds_any() {
+            // What a question came after was sent before it.
+            self.receive_strikes();
+            self.arrivals.due().iter().for_each(|active| self.reply(active));
+        }
+    }
+
+    fn receive_strikes(&mut self) {
         while let Some(strike) = self.ports.next_strike() {
-            if let Some(end) = self.jobs.admit(strike, &self.catalog) {
+            let wire = *strike.payload();
+            self.arrivals.note(wire.listener, wire.sequence);
+            if let Some(end) = self.jobs.admit(strike, &wire, &self.catalog) {
                 self.metrics.ended(end);
             }
         }
@@ -192,6 +234,9 @@ impl Daemon {
             Event::News(news) => {
                 if let Some(catalog) = self.librarian.hear(news, &self.catalog) {
                     self.take(catalog);
+                }
+                if let Some(catalog) = self.librarian.expected(&self.catalog) {
+                    self.catalog = catalog;
                 }
             }
             Event::Crowded => self.bury_the_dead(),
@@ -219,7 +264,7 @@ impl Daemon {
 
     /// Removes what neither the dead nor the living own.
     fn bury_orphans(&mut self) {
-        let orphans = self.orphans.bury(self.home.place());
+        let orphans = self.orphans.bury(self.home.instance());
         if orphans > 0 {
             tracing::info!(orphans, "removed segments that belonged to nobody");
         }
@@ -237,7 +282,8 @@ impl Daemon {
         let mut row = StatusRow {
             pid: std::process::id(),
             objects_ready: self.catalog.ready() as u32,
-            objects_failed: (self.catalog.len() - self.catalog.ready()) as u32,
+            objects_failed: self.catalog.failed() as u32,
+            objects_loading: self.catalog.loading() as u32,
             threads: self.crew.threads() as u32,
             running: self.jobs.running() as u32,
             queued: self.jobs.queued() as u32,
@@ -281,7 +327,7 @@ impl Daemon {
                 let progress = self.jobs.progress((wire.listener, sequence));
                 send_rows(active, progress.as_slice(), progress.iter().len(), false)
             }
-            Ok(Question::Release(handle)) => match self.crew.release(handle) {
+            Ok(Question::Release { handle, .. }) => match self.crew.release(handle) {
                 Ok(()) => send_rows::<RefusalWire>(active, &[], 0, false),
                 Err(refusal) => send_rows(active, &[RefusalWire::from(&refusal)], 1, true),
             },
@@ -307,9 +353,16 @@ impl Daemon {
     }
 
     /// Replies to the operations port. One that went away is not missed.
-    fn report(&self, inquiry: Inquiry) {
+    fn report(&mut self, inquiry: Inquiry) {
+        let way_in = self.entrance.check();
         let metrics = self.metrics.text(&self.status());
-        let _ = inquiry.send(Report { ready: !self.jobs.closed(), summary: self.summary(), metrics });
+        let mut summary = self.summary();
+        if let Err(refusal) = &way_in {
+            summary += &format!("not ready: {refusal}\n");
+        } else if self.entrance.restored() > 0 {
+            summary += &format!("the way in for clients was restored {} times\n", self.entrance.restored());
+        }
+        let _ = inquiry.send(Report { ready: !self.jobs.closed() && way_in.is_ok(), summary, metrics });
     }
 
     /// Ends in order: nobody new, what was taken in may finish for a while (a second signal ends the wait), what is left is
@@ -337,7 +390,7 @@ impl Daemon {
         let Self { jobs, crew, ports, home, .. } = self;
         // Everything that holds on to the transport: afterwards no node of ours is alive.
         drop((jobs, crew, ports, ears));
-        if let Err(refusal) = home.heal() {
+        if let Err(refusal) = home.close() {
             tracing::warn!(%refusal, "leftovers stay");
         }
     }

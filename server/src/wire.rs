@@ -23,12 +23,12 @@ use shatter_fracture::lift::LiftKind;
 use shatter_fracture::pipeline::{self, Cost, DEGREE_MAX, DegreeSource, Kept, Pieces, Prepared, Watch, Workspace};
 use shatter_fracture::scene::{DEFAULT_DURATION_S, DEFAULT_RADIUS_DIAGONALS, Effect, Effects};
 use shatter_fracture::token::Token;
-use shatter_proto::answer::{HULL_FACES_MAX, HitWire, NO_MATERIAL, OUTER, StageWire, SummaryWire, WORLD};
-use shatter_proto::control::ObjectRow;
+use shatter_proto::answer::{HULL_FACES_MAX, HitWire, NO_MATERIAL, OUTER, Overrun, StageWire, SummaryWire, WORLD};
+use shatter_proto::control::{ObjectRow, ObjectState};
 use shatter_proto::convention::Convention;
 use shatter_proto::effect;
 use shatter_proto::layout::{Counts, Layout, Sections};
-use shatter_proto::request::{Lift, Purpose, Quality, Strike};
+use shatter_proto::request::{Lift, Purpose, Quality, SEED_DEFAULT, Strike};
 use shatter_proto::{Kind, Refusal};
 use std::sync::Arc;
 use std::time::Duration;
@@ -105,7 +105,7 @@ impl Object for Served {
         let prepared = &self.prepared;
         let material = &prepared.parameters.material;
         let mut row = ObjectRow {
-            ready: 1,
+            state: ObjectState::Ready as u32,
             bodies: prepared.bodies.len() as u32,
             degree_max: self.terms.sites_max.map_or(DEGREE_MAX, |most| most.min(DEGREE_MAX)),
             elastic_nodes: prepared.elastic_nodes() as u32,
@@ -308,6 +308,11 @@ impl Outcome for Struck {
         self.outcome.pieces.as_ref().map(Pieces::keep)
     }
 
+    fn solved(&self) -> Option<Overrun> {
+        let solved = self.deformed && !self.outcome.bounded && self.outcome.reduced_error.is_none();
+        solved.then_some(if self.used.is_reducible { Overrun::ReducedError } else { Overrun::NoReducedBasis })
+    }
+
     fn took(&self, time: Duration, stages: &[StageWire]) {
         let Some(costs) = self.costs.as_ref().filter(|_| self.outcome.sites > 0) else { return };
         let solved = self.outcome.reduced_error.is_none();
@@ -361,12 +366,19 @@ impl Struck {
 
 const _: () = assert!(OUTER == pipeline::OUTER && WORLD == pipeline::WORLD);
 const _: () = assert!(NO_MATERIAL == shatter_fracture::surface::NO_MATERIAL);
+const _: () = assert!(SEED_DEFAULT == pipeline::SEED_DEFAULT);
 const _: () = assert!(HULL_FACES_MAX == shatter_fracture::hull::FACES_MAX);
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use shatter_proto::answer::DEGREE_SOURCES;
+
+    #[test]
+    fn engine_and_client_have_the_same_default_seed() {
+        let engine = pipeline::Strike::at(nalgebra::Point3::origin(), nalgebra::Vector3::x());
+        assert_eq!((engine.seed, Strike::default().seed), (SEED_DEFAULT, SEED_DEFAULT));
+    }
 
     #[test]
     fn degree_sources_have_the_same_names_on_the_wire() {

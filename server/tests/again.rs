@@ -3,10 +3,11 @@
 mod support;
 
 use serde_json::Value;
-use shatter_client::{Broken, Degree, Impact, Kind, Object, Refusal, Shatter};
-use shatter_proto::control::StatusRow;
+use shatter_client::{Broken, Degree, Impact, Kind, Object, Origin, Progress, Refusal, Shatter, Strike};
+use shatter_proto::control::{Question, StatusRow};
+use shatter_proto::request::Contact;
 use std::sync::LazyLock;
-use support::{Child, InProcess, TestPlace, bar, eventually, patience, shatter, shatterd};
+use support::{Child, InProcess, RawPeer, TestPlace, bar, eventually, patience, shatter, shatterd};
 
 /// A bar, baked once for all tests: the bytes of its database.
 static BAR: LazyLock<Vec<u8>> = LazyLock::new(|| bar(0.05));
@@ -192,4 +193,61 @@ fn the_command_line_strikes_what_it_broke() {
     assert_eq!((code, unknown["error"]["kind"].as_str()), (3, Some("unknown_handle")), "{unknown}");
     let (code, usage) = run(&["--from", "7"]);
     assert_eq!((code, usage["error"]["kind"].as_str()), (2, Some("usage")), "{usage}");
+}
+
+/// Real processes: strikes that were sent before a release find the answer, however fast the release follows.
+#[test]
+fn a_release_overtakes_no_strike_of_the_same_client() {
+    let here = place("ordered");
+    let _daemon = Child::start(&mut shatterd(&here));
+    let service = Shatter::connect_at(&here.place, patience()).unwrap();
+    let bar = service.object("bar", patience()).unwrap();
+    for round in 0..6 {
+        let before = strike(&bar, &blow().keep());
+        let (fragment, impact) = largest(&before);
+        let impact = impact.from(before.handle().unwrap(), fragment);
+        let mut tickets: Vec<_> = (0..3).map(|_| bar.strike(&impact).unwrap()).collect();
+        let released = service.release(before.handle().unwrap(), patience());
+        assert_eq!(released, Ok(()), "round {round}");
+        for ticket in &mut tickets {
+            assert!(ticket.wait(patience()).is_ok(), "round {round}");
+        }
+        assert_eq!(refused(&bar, &impact).kind, Kind::UnknownHandle);
+    }
+}
+
+/// By construction: a release that arrives first is held back until the strike has arrived that it names.
+#[test]
+fn a_release_waits_for_the_strike_that_it_follows() {
+    let (daemon, service, bar) = start("");
+    let before = strike(&bar, &blow().keep());
+    let (handle, (fragment, impact)) = (before.handle().unwrap(), largest(&before));
+    let (peer, listener) = (RawPeer::open(&daemon.here.place), [7; 16]);
+    let asked = peer.ask(Question::Release { handle, after: 1 }.wire(listener));
+    // Whoever asks later and is answered was taken in later.
+    assert_eq!(status(&service).kept, 1);
+    assert_eq!(peer.reply(&asked), None);
+    let contact = Contact { point_m: [0.0; 3], impulse_ns: [1.0; 3], duration_s: None, radius_m: None, ray: None };
+    let strike = Strike { object: "bar".into(), contacts: vec![contact], ..Strike::default() };
+    let strike = Strike { from: Some(Origin { handle, fragment }), ..strike };
+    let sent = peer.send(strike.wire(listener, 1).unwrap());
+    assert_ne!(peer.outcome(&sent).err().flatten(), Some(Kind::UnknownHandle));
+    eventually(|| "the release is answered", || peer.reply(&asked) == Some(Ok(())));
+    assert_eq!(refused(&bar, &impact.from(handle, fragment)).kind, Kind::UnknownHandle);
+}
+
+/// Another question about a strike that can overtake it.
+#[test]
+fn progress_never_says_that_a_strike_ended_which_has_not_arrived() {
+    let here = TestPlace::new("progress");
+    here.database("slow", "slow");
+    let daemon = InProcess::start(here, "");
+    let slow = daemon.connect().object("slow", patience()).unwrap();
+    for round in 0..50 {
+        let mut ticket = slow.strike(&Impact::at([0.0; 3]).impulse([-1.0, 0.0, 0.0])).unwrap();
+        let deadline = patience();
+        while !matches!(ticket.progress(), Progress::Computing { .. }) {
+            assert!(ticket.progress() != Progress::Ended && !deadline.passed(), "round {round}");
+        }
+    }
 }

@@ -74,7 +74,7 @@ fn reply<R: Row>(question: &ActiveQuestion, rows: &[R]) {
 
 /// Serves one object until `over`: closes every strike without an answer, and says that it was `verdict`. Which connections struck.
 fn close_every_strike(ports: &Ports, verdict: &Refusal, over: impl Fn() -> bool) -> Vec<[u8; 16]> {
-    let mut vase = ObjectRow { ready: 1, ..ObjectRow::zeroed() };
+    let mut vase = ObjectRow { state: control::ObjectState::Ready as u32, ..ObjectRow::zeroed() };
     vase.set_name("vase");
     let mut listeners = Vec::new();
     while !over() {
@@ -99,7 +99,7 @@ fn struck_twice(verdict: Kind) -> ([Kind; 2], bool) {
     let home = Home::take(&here.place).unwrap();
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
     let inside = runtime.enter();
-    let (ports, _bell, _waker) = Ports::open(home.place(), Pool { clients: 4, buckets: 4, blocks: 64 }).unwrap();
+    let (ports, _bell, _waker) = Ports::open(home.instance(), Pool { clients: 4, buckets: 4, blocks: 64 }).unwrap();
     drop(inside);
     home.say_hello().unwrap();
     let verdict = Refusal::new(verdict, "strike", "says the daemon");

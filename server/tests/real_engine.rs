@@ -237,3 +237,24 @@ fn a_damaged_database_is_named_and_the_other_served() {
     let bar = service.object("bar", patience()).unwrap();
     assert!(!bar.strike(&blow(50.0).degree(Degree::Sites(3))).unwrap().wait(patience()).unwrap().is_whole());
 }
+
+/// Where no quality can fall any more the time is missed, and the answer and the command say by how much and why.
+#[test]
+fn a_time_that_cannot_be_kept_is_told_with_its_reason() {
+    let here = TestPlace::new("missed");
+    here.database("bar", support::bar(0.05));
+    let _daemon = support::Child::start(&mut support::shatterd(&here));
+    let point = ["impact", "bar", "--point", "0.2,0,0", "--impulse", "-50,0,0", "--degree", "6", "--elastic", "solve"];
+    let strike = |time: &str| {
+        let mut command = support::shatter_program(&here);
+        let out = command.args(point).args(["--time-ms", time, "--json"]).output().unwrap();
+        let document: serde_json::Value = serde_json::from_slice(&out.stdout).unwrap();
+        (document["missed_time"].clone(), String::from_utf8(out.stderr).unwrap())
+    };
+    let (missed, note) = strike("0.001");
+    assert!(missed["by_ms"].as_f64().is_some_and(|ms| ms > 0.0), "{missed}");
+    assert!(shatter_proto::answer::OVERRUNS.contains(&missed["reason"].as_str().unwrap()), "{missed}");
+    assert!(note.contains("exceeded by") && note.contains(missed["message"].as_str().unwrap()), "{note}");
+    let (kept, note) = strike("60000");
+    assert!(kept.is_null() && note.is_empty(), "{kept} {note}");
+}

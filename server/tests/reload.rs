@@ -4,7 +4,7 @@ mod support;
 
 use rustix::process::Signal;
 use serde_json::Value;
-use shatter_client::{Impact, Kind, ObjectFacts, Shatter};
+use shatter_client::{Impact, Kind, ObjectFacts, ObjectState, Shatter};
 use shatter_proto::control::StatusRow;
 use std::time::Duration;
 use support::{Child, TestPlace, patience, play, role, shatter};
@@ -203,4 +203,61 @@ fn status_shows_what_is_loaded_its_memory_and_since_when() {
     let line = screen.lines().find(|line| line.starts_with("vase")).unwrap();
     assert!(line.contains(" 2.9 ") && line.ends_with(" UTC"), "{screen}");
     assert!(screen.contains("1 reloads") && screen.contains("worn.shatter: checksum"), "{screen}");
+}
+
+/// A database whose loading takes as long as the test wants is listed, and strikes on it are told to come back.
+#[test]
+fn an_object_that_is_being_loaded_is_listed_as_such() {
+    let here = TestPlace::new("loading");
+    here.database("vase", "tint 3");
+    let (_daemon, service) = start(&here, WATCHED);
+    let gate = here.databases().join("pot.loading");
+    std::fs::write(&gate, "").unwrap();
+    here.database("pot", "tint 5");
+    eventually(&service, |service| facts(service, "pot").is_some());
+    let pot = facts(&service, "pot").unwrap();
+    assert_eq!((pot.ready, pot.state), (false, ObjectState::Loading));
+    let row = status(&service);
+    assert_eq!((row.objects_ready, row.objects_loading, row.objects_failed), (1, 1, 0));
+    let refusal = service.object("pot", patience()).err().unwrap();
+    assert_eq!((refusal.kind, refusal.at.as_str(), refusal.kind.retry()), (Kind::Loading, "pot", true), "{refusal}");
+    assert!(refusal.retry_after.is_some());
+    let strike_now = ["impact", "pot", "--point", "0,0,0", "--impulse", "-1,0,0", "--json"];
+    let (code, out) = shatter(&here, &strike_now);
+    let error = &serde_json::from_str::<Value>(&out).unwrap()["error"];
+    assert_eq!((code, &error["kind"], &error["retry"]), (5, &"loading".into(), &true.into()), "{out}");
+    assert!(error["retry_after_ms"].as_f64().is_some_and(|ms| ms > 0.0), "{out}");
+    for command in ["list", "status"] {
+        let (_, out) = shatter(&here, &[command, "--json"]);
+        let objects = &serde_json::from_str::<Value>(&out).unwrap()["objects"];
+        assert_eq!((&objects[0]["state"], &objects[1]["state"]), (&"loading".into(), &"ready".into()), "{out}");
+        assert!(shatter(&here, &[command]).1.contains("loading"));
+    }
+    // Another one that comes meanwhile is not overlooked.
+    here.database("jug", "tint 1");
+    eventually(&service, |service| status(service).objects_loading == 2);
+    assert_eq!(strike(&service, "vase"), 3.0);
+    std::fs::remove_file(gate).unwrap();
+    eventually(&service, |service| status(service).objects_ready == 3);
+    assert_eq!((status(&service).objects_loading, strike(&service, "pot"), strike(&service, "jug")), (0, 5.0, 1.0));
+}
+
+/// Niceness of the threads of process `pid` that have this name.
+fn niceness(pid: u32, name: &str) -> Vec<String> {
+    let tasks = std::fs::read_dir(format!("/proc/{pid}/task")).unwrap().flatten();
+    let named =
+        tasks.filter(|task| std::fs::read_to_string(task.path().join("comm")).is_ok_and(|comm| comm.trim() == name));
+    // What follows the name, which ends in a bracket: the 17th word is the niceness.
+    let nice = |stat: String| stat.rsplit(')').next().unwrap().split_whitespace().nth(16).unwrap().to_owned();
+    named.map(|task| nice(std::fs::read_to_string(task.path().join("stat")).unwrap())).collect()
+}
+
+/// A load has its share of a busy machine: as much as one computing thread, and no more.
+#[test]
+fn a_load_is_as_urgent_as_a_strike() {
+    let here = TestPlace::new("share");
+    let (daemon, service) = start(&here, "[compute]\nthreads = 2\nstrikes_at_once = 1\nnice = 3");
+    let [load, strike] = ["load", "compute-1"].map(|name| move |pid| niceness(pid, name));
+    eventually(&service, |_| load(daemon.id()).len() == 1 && load(daemon.id()) == strike(daemon.id()));
+    assert_ne!(load(daemon.id()), niceness(daemon.id(), "finish"), "what nobody waits for gives way");
 }

@@ -339,7 +339,7 @@ fn a_dropped_ticket_frees_its_worker() {
 #[test]
 fn garbage_is_refused_and_harms_nobody() {
     let daemon = start(&[("vase", "tetra")], "");
-    let settings = config(&daemon.here.place).unwrap();
+    let settings = config(&daemon.here.instance()).unwrap();
     let node = NodeBuilder::new()
         .config(&settings)
         .signal_handling_mode(SignalHandlingMode::Disabled)

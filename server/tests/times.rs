@@ -284,7 +284,7 @@ fn prepare(here: &TestPlace) -> (Prepared, Vec<(Impact, Strike)>) {
         let contact = sampler.impact(11, index).contacts[0];
         let sites = 10 + (random.next_u64() % 90) as u32;
         let impact = Impact::at(contact.point_m.into()).impulse(contact.impulse_ns.into()).seed(index);
-        let strike = Strike::at(contact.point_m, contact.impulse_ns);
+        let strike = Strike::at(contact.point_m, contact.impulse_ns).seeded(1);
         let strike = Strike { degree: DegreeRequest::Sites(sites), seed: index, ..strike };
         (impact.degree(shatter_client::Degree::Sites(sites)), strike)
     };

@@ -5,7 +5,7 @@ mod support;
 use shatter_client::{Deadline, Degree, Impact, Kind, Object, Shatter, Ticket};
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
-use support::{InProcess, TestPlace, order, patience};
+use support::{InProcess, TestPlace, eventually, order, patience};
 
 /// A daemon whose only worker is kept by a strike until the gate opens.
 struct Kept {
@@ -233,4 +233,26 @@ fn a_wrong_forecast_does_not_refuse_for_ever() {
         })
     });
     assert!((1..60).contains(&refused.count()));
+}
+
+/// A strike that misses its time because it waited is told so; one that has time enough is not.
+#[test]
+fn a_time_missed_in_the_queue_is_told() {
+    let here = TestPlace::new("missed");
+    here.database("gate", "gate 1");
+    here.database("vase", "tetra");
+    let gate = here.databases().join("gate.gate");
+    std::fs::write(&gate, "").unwrap();
+    let daemon = InProcess::start(here, "[compute]\nthreads = 1");
+    let service = daemon.connect();
+    let [first, vase] = ["gate", "vase"].map(|name| service.object(name, patience()).unwrap());
+    let impact = Impact::at([0.0, 0.1, 0.0]).impulse([-1.0, 0.0, 0.0]);
+    let mut tickets = [first.strike(&impact).unwrap(), vase.strike(&impact.clone().time_ms(1.0)).unwrap()];
+    eventually(|| "one waits", || service.status(patience()).unwrap().row().queued == 1);
+    std::thread::sleep(Duration::from_millis(5));
+    std::fs::remove_file(gate).unwrap();
+    let [held, missed] = tickets.each_mut().map(|ticket| ticket.wait(patience()).unwrap().summary().missed_time());
+    assert_eq!((held, missed.map(|missed| missed.reason)), (None, Some("queue")));
+    let roomy = vase.strike(&impact.time_ms(60_000.0)).unwrap().wait(patience()).unwrap();
+    assert_eq!(roomy.summary().missed_time(), None);
 }

@@ -51,7 +51,7 @@ fn strikes(prepared: &Prepared) -> Vec<Strike> {
     let strike = |impact: usize| {
         let node = nodes[(2 * impact + 1) * nodes.len() / (2 * IMPACTS)];
         let point: Point3<f64> = body.crack.nodes[node as usize];
-        let blow = Strike::at(prepared.frame.to_metres(&point), centre - point.coords);
+        let blow = Strike::at(prepared.frame.to_metres(&point), centre - point.coords).seeded(1);
         Strike { degree: DegreeRequest::Sites(SITES), seed: impact as u64, ..blow }
     };
     (0..IMPACTS).map(strike).collect()

@@ -28,7 +28,7 @@ fn strike(prepared: &Prepared) -> Strike {
     let body = &prepared.bodies[0];
     let node = body.topology.boundary[body.topology.boundary.len() / 2].nodes[0];
     let point: Point3<f64> = body.crack.nodes[node as usize];
-    let blow = Strike::at(prepared.frame.to_metres(&point), -point.coords);
+    let blow = Strike::at(prepared.frame.to_metres(&point), -point.coords).seeded(1);
     Strike { degree: DegreeRequest::Sites(SITES), ..blow }
 }
 

@@ -27,7 +27,7 @@ fn arch(impacts: u64) -> Prepared {
 fn blow(prepared: &Prepared) -> Strike {
     let top = prepared.bodies[0].crack.nodes.iter().max_by(|a, b| a.y.total_cmp(&b.y)).unwrap();
     let point_m: Point3<f64> = prepared.frame.to_metres(top);
-    let blow = Strike::at(point_m, Vector3::new(1.0, -3.0, 0.5));
+    let blow = Strike::at(point_m, Vector3::new(1.0, -3.0, 0.5)).seeded(1);
     Strike { degree: DegreeRequest::Sites(12), tolerance: 1e-9, ..blow }
 }
 

@@ -34,7 +34,7 @@ const RADIUS: f64 = 0.02;
 /// Struck along the inward normal at these fractions of the box, with a small contact.
 fn pecked(horse: &Prepared, at: [f64; 3]) -> Strike {
     let (point, inward) = struck::surface_point(horse, at);
-    let mut strike = Strike::at(point, inward);
+    let mut strike = Strike::at(point, inward).seeded(1);
     strike.contacts[0].radius_m = Some(RADIUS * horse.frame.diagonal_m);
     strike
 }
@@ -109,7 +109,7 @@ fn interior_distances_keep_the_legs_apart() {
     let legs = lower_legs(lattice, low + LOWER_LEGS * (high - low));
     let count = legs.iter().max().unwrap() + 1;
     let (point, inward) = struck::surface_point(horse, BELLY);
-    let energy = struck::energy(horse, &Strike::at(point, inward));
+    let energy = struck::energy(horse, &Strike::at(point, inward).seeded(1));
     let joined = |lift| {
         (0..12)
             .filter(|&seed| joining_cells(&struck::diagram(horse, lift, &energy.shares, 10, seed), &legs) > 0)
@@ -177,7 +177,7 @@ fn off_plane(points: &[Point3<f64>]) -> f64 {
 fn cracks_curve_with_interior_distances_alone() {
     let Some(horse) = horse() else { return };
     let (point, inward) = struck::surface_point(horse, CROUP);
-    let energy = struck::energy(horse, &Strike::at(point, inward));
+    let energy = struck::energy(horse, &Strike::at(point, inward).seeded(1));
     let diagram = struck::diagram(horse, LiftKind::Euclidean, &energy.shares, 20, 1);
     let scale = horse.bodies[0].euclidean.coordinates[0] / horse.bodies[0].crack.nodes[0].x;
     let site = |cell: u32| Vector3::from_column_slice(diagram.site(cell as usize)) / scale;
@@ -305,8 +305,8 @@ fn fragments_of_a_compact_body_are_small_where_it_is_struck() {
 fn weaker_materials_break_into_more_pieces() {
     let Some(horse) = horse() else { return };
     let (point, inward) = struck::surface_point(horse, HEAD);
-    let threshold = struck::outcome(horse, &Strike::at(point, inward)).unwrap();
-    let strike = Strike::at(point, inward * (10.0 * threshold.impulse_factor));
+    let threshold = struck::outcome(horse, &Strike::at(point, inward).seeded(1)).unwrap();
+    let strike = Strike::at(point, inward * (10.0 * threshold.impulse_factor)).seeded(1);
     let own = struck::outcome(horse, &strike).unwrap();
     let weaker =
         struck::outcome(horse, &Strike { gamma_j_m2: Some(horse.gamma_j_m2 / 4.0), ..strike.clone() }).unwrap();
@@ -318,10 +318,10 @@ fn weaker_materials_break_into_more_pieces() {
 fn the_optimised_degree_never_falls_with_gamma() {
     let Some(horse) = horse() else { return };
     let (point, inward) = struck::surface_point(horse, HEAD);
-    let just = struck::outcome(horse, &Strike::at(point, inward)).unwrap().impulse_factor;
+    let just = struck::outcome(horse, &Strike::at(point, inward).seeded(1)).unwrap().impulse_factor;
     let mut last = 0;
     for times in [0.5, 0.99, 1.01, 2.0, 3.0, 5.0, 8.0] {
-        let mut strike = Strike::at(point, inward * (just * times));
+        let mut strike = Strike::at(point, inward * (just * times)).seeded(1);
         strike.degree = DegreeRequest::Optimised;
         let outcome = struck::outcome(horse, &strike).unwrap();
         println!("{times} × threshold: E_1/γ = {:.3}, n = {}", outcome.e1_over_gamma, outcome.fracture_degree);

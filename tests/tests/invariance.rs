@@ -30,8 +30,11 @@ fn arch(place: impl Fn(Point3<f64>) -> Point3<f64>) -> Prepared {
 /// Struck with 20 sites at a boundary node of the unmoved arch, given with its direction by `place` and `turn`.
 fn strike(prepared: &Prepared, point_m: Point3<f64>, impulse_ns: Vector3<f64>) -> Meshes {
     let contact = Contact { point_m, impulse_ns, duration_s: None, radius_m: None };
-    let strike =
-        Strike { contacts: vec![contact], degree: DegreeRequest::Sites(20), ..Strike::at(point_m, impulse_ns) };
+    let strike = Strike {
+        contacts: vec![contact],
+        degree: DegreeRequest::Sites(20),
+        ..Strike::at(point_m, impulse_ns).seeded(1)
+    };
     let pieces = struck::outcome(prepared, &strike).unwrap().pieces.unwrap();
     let mut positions = vec![[0.0; 3]; pieces.counts.vertices];
     let mut indices = vec![0; pieces.counts.indices];

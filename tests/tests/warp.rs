@@ -30,7 +30,7 @@ fn blow(lift: LiftKind, warp: bool) -> Strike {
     if warp {
         effects = effects.with(Effect::Warp);
     }
-    let at = Strike::at(Point3::new(0.5 * SIDE, 0.02, 0.01), Vector3::new(-900.0, 10.0, 20.0));
+    let at = Strike::at(Point3::new(0.5 * SIDE, 0.02, 0.01), Vector3::new(-900.0, 10.0, 20.0)).seeded(1);
     let mut strike = Strike { degree: DegreeRequest::Sites(SITES), lift, effects, seed: 5, ..at };
     strike.contacts[0].radius_m = Some(0.6 * SIDE);
     strike

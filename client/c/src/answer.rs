@@ -64,8 +64,10 @@ pub struct Summary {
     pub quality: u32,
     /// Iterations of the diagrams taken: the most of all bodies.
     pub iterations: u32,
-    /// Zero.
-    pub reserved: u32,
+    /// Why `overrun_ns` is not 0. 1: the impact waited in the queue. 2: without a reduced basis it was solved for. 3: it was solved for
+    /// since the estimated error of reduced displacements was too large. 4: energy and degree took longer. 5: the cells did. 6: the
+    /// stages after them did.
+    pub overrun: u32,
     /// γ used, J·m².
     pub gamma_j_m2: f64,
     /// E_1/γ; where `elastic` is a bound it is at most this.
@@ -86,6 +88,8 @@ pub struct Summary {
     pub handle: u64,
     /// From admission until right before the answer was sent, ns.
     pub time_ns: u64,
+    /// By how much that exceeds `ShatterImpact.time_ms_max`, ns; 0: it was kept, or none was asked for.
+    pub overrun_ns: u64,
     /// From sending the strike to finding the answer, ns.
     pub round_trip_ns: u64,
     /// Bytes of the answer.
@@ -107,7 +111,7 @@ impl From<&Broken> for Summary {
             elastic: row.elastic,
             quality: row.quality,
             iterations: row.iterations,
-            reserved: 0,
+            overrun: row.overrun,
             gamma_j_m2: row.gamma_j_m2,
             e1_over_gamma: row.e1_over_gamma,
             threshold_impulse_factor: row.threshold_impulse_factor,
@@ -118,6 +122,7 @@ impl From<&Broken> for Summary {
             seed: row.seed,
             handle: row.handle,
             time_ns: row.time_ns,
+            overrun_ns: row.overrun_ns,
             round_trip_ns: broken.round_trip().as_nanos() as u64,
             bytes: broken.bytes(),
             hit: broken.hit().into(),

@@ -87,6 +87,8 @@ pub enum Code {
     BadAnswer = 46,
     /// A call of the transport failed.
     Transport = 47,
+    /// The object's database has been found and is being loaded: send the impact again later.
+    Loading = 48,
     /// No daemon of this name runs.
     NoDaemon = 60,
     /// The daemon went away while a request was with it.
@@ -149,6 +151,7 @@ impl From<Kind> for Code {
             Kind::AnswerTooLarge => Self::AnswerTooLarge,
             Kind::BadAnswer => Self::BadAnswer,
             Kind::Transport => Self::Transport,
+            Kind::Loading => Self::Loading,
             Kind::NoDaemon => Self::NoDaemon,
             Kind::Lost => Self::Lost,
             Kind::SecondDaemon => Self::SecondDaemon,

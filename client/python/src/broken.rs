@@ -185,6 +185,8 @@ pub struct Summary {
     cvd_gap: f64,
     seed: u64,
     time_s: f64,
+    overrun_s: f64,
+    overrun_reason: Option<&'static str>,
     round_trip_s: f64,
     bytes: u64,
 }
@@ -211,6 +213,8 @@ impl Summary {
             cvd_gap: row.cvd_gap,
             seed: row.seed,
             time_s: 1e-9 * row.time_ns as f64,
+            overrun_s: 1e-9 * row.overrun_ns as f64,
+            overrun_reason: row.missed_time().map(|missed| missed.reason),
             round_trip_s: broken.round_trip().as_secs_f64(),
             bytes: broken.bytes(),
         }

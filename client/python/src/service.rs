@@ -6,8 +6,11 @@ use crate::refusal::raised;
 use crate::ticket::Ticket;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use shatter_client::{Convention, Deadline, Impact, Kind, ObjectFacts, Ray, Shatter};
+use shatter_client::{Convention, Deadline, Impact, Kind, ObjectFacts, Ray, SEED_DEFAULT, Shatter};
 use std::time::{Duration, Instant};
+
+// Signatures show literals in `help()`, but not constants.
+const _: () = assert!(SEED_DEFAULT == 0);
 
 /// How long nobody looks whether Ctrl-C was pressed.
 const SLICE: Duration = Duration::from_millis(50);
@@ -112,6 +115,7 @@ pub struct Status {
 pub struct Facts {
     name: String,
     ready: bool,
+    state: &'static str,
     refusal: Option<String>,
     material: String,
     bodies: u32,
@@ -135,6 +139,7 @@ impl From<&ObjectFacts> for Facts {
         Self {
             name: facts.name.clone(),
             ready: facts.ready,
+            state: facts.state.name(),
             refusal: facts.refusal.as_ref().map(|refusal| refusal.message.clone()),
             material: facts.material.clone(),
             bodies: facts.bodies,

@@ -2,10 +2,10 @@
 
 use super::files::{Format, Target};
 use super::parse::{Host, convention, degree, effect, elastic, lift, origin, quality, ray, vector};
-use super::{ANSWER, Failure, document, out, reply, with_contact};
+use super::{ANSWER, Failure, document, note, out, reply, with_contact};
 use serde_json::{Value, json};
 use shatter_client::{
-    Broken, Deadline, Degree, Effect, Elastic, Hit, Hull, Impact, Lift, Origin, Quality, Ray, Shatter,
+    Broken, Deadline, Degree, Effect, Elastic, Hit, Hull, Impact, Lift, Origin, Quality, Ray, SEED_DEFAULT, Shatter,
 };
 use shatter_proto::answer::{BondWire, DebrisWire, EffectWire, HullWire, NO_MATERIAL, SummaryWire};
 use std::collections::BTreeMap;
@@ -82,7 +82,7 @@ pub struct Args {
     #[arg(long, value_name = "gltf|godot|unity|unreal|blender|mujoco", value_parser = convention, default_value = "gltf")]
     convention: Host,
     /// Everything random follows from it.
-    #[arg(long, default_value_t = 0)]
+    #[arg(long, default_value_t = SEED_DEFAULT)]
     seed: u64,
     /// Write the fragments to this file, or to OBJECT.glb in this folder. FILE.glb shows the triangles of the mesh file where the object has them
     /// (`skin` is then on unless --disable says otherwise), and FILE.closed.glb beside it has the closed meshes for simulators; without skin
@@ -129,6 +129,10 @@ pub fn run(service: &str, args: &Args) -> Result<(), Failure> {
         None => object.strike(&impact)?.wait(deadline())?,
     };
     let files = target.map_or(Ok(Vec::new()), |target| target.write(&broken))?;
+    if let (Some(asked), Some(missed)) = (args.time_ms, broken.summary().missed_time()) {
+        let (by_ms, reason) = (missed.by.as_secs_f64() * 1e3, missed.explanation());
+        note(format_args!("the time of {asked} ms was exceeded by {by_ms:.1} ms: {reason}"));
+    }
     if args.json {
         let Args { error: error_max, time_ms: time_ms_max, .. } = *args;
         let asked = Asked { convention: &args.convention.name, error_max, time_ms_max };
@@ -324,6 +328,11 @@ pub(super) fn to_json(broken: &Broken, asked: Asked<'_>, files: &[PathBuf]) -> V
             "error_max": asked.error_max,
             "time_ms_max": asked.time_ms_max,
         },
+        "missed_time": summary.missed_time().map(|missed| json!({
+            "by_ms": missed.by.as_secs_f64() * 1e3,
+            "reason": missed.reason,
+            "message": missed.explanation(),
+        })),
         "capped": summary.capped != 0,
         "radius_m": summary.radius_m,
         "fragments": fragments,

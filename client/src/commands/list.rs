@@ -32,7 +32,7 @@ pub fn run(service: &str, args: &Args) -> Result<(), Failure> {
             out(format_args!(
                 "{:width$}  {:7}  {:BOUNDS$}  {:11.3e}  {:11.3e}  {:6}  {}\n",
                 facts.name,
-                objects::state(facts),
+                facts.state.name(),
                 bounds(facts),
                 facts.volume_m3,
                 facts.gamma_j_m2,

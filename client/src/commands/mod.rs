@@ -15,7 +15,6 @@ use shatter_client::program::{self, StdoutError};
 use shatter_client::{Deadline, Impact, Refusal, exit};
 use std::fmt::Arguments;
 use std::io::Write;
-use std::path::Path;
 use std::process::ExitCode;
 use std::time::Duration;
 
@@ -62,12 +61,7 @@ fn out(text: Arguments<'_>) -> Result<(), Failure> {
 
 /// Tells something beside the result, on stderr. A note that cannot be written is lost.
 fn note(text: Arguments<'_>) {
-    let _ = writeln!(std::io::stderr(), "shatter: {text}");
-}
-
-/// Names a file or folder that was written.
-fn wrote(path: &Path) {
-    note(format_args!("wrote {}", path.display()));
+    let _ = writeln!(std::io::stderr(), "shatter: {}", shatter_proto::text::message(&text.to_string()));
 }
 
 /// Prints one JSON document.

@@ -6,18 +6,13 @@ use shatter_client::ObjectFacts;
 
 const MIB: f64 = 1_048_576.0;
 
-/// Whether it can be struck.
-pub fn state(object: &ObjectFacts) -> &'static str {
-    if object.ready { "ready" } else { "failed" }
-}
-
-/// An object as JSON: its name, whether it can be struck, why it or what lies in its place now could not be loaded, and
+/// An object as JSON: its name, its state, whether it can be struck, why it or what lies in its place now could not be loaded, and
 /// `facts` if it can be struck.
 pub fn document(object: &ObjectFacts, facts: Value) -> Value {
     let mut document = Map::from_iter([
         ("object".to_owned(), json!(object.name)),
         ("ready".to_owned(), json!(object.ready)),
-        ("state".to_owned(), json!(state(object))),
+        ("state".to_owned(), json!(object.state.name())),
     ]);
     if let Some(refusal) = &object.refusal {
         document.insert("error".to_owned(), refusal.document()["error"].clone());
@@ -49,7 +44,7 @@ pub fn width(objects: &[ObjectFacts]) -> usize {
 pub fn complaint(object: &ObjectFacts, width: usize) -> String {
     match &object.refusal {
         Some(refusal) if object.ready => format!("{:width$}  outdated: {refusal}\n", ""),
-        Some(refusal) => format!("{:width$}  {:7}  {refusal}\n", object.name, state(object)),
+        Some(refusal) => format!("{:width$}  {:7}  {refusal}\n", object.name, object.state.name()),
         None => String::new(),
     }
 }

@@ -4,7 +4,7 @@ use super::files::{Format, Target};
 use super::impact::{Asked, screen, to_json};
 use super::parse::{effect, lift, quality};
 use super::{ANSWER, Failure, document, reply};
-use shatter_client::{Deadline, Effect, Lift, Quality, Shatter};
+use shatter_client::{Deadline, Effect, Lift, Quality, SEED_DEFAULT, Shatter};
 use std::path::PathBuf;
 
 /// Arguments of `shatter prefracture`.
@@ -28,7 +28,7 @@ pub struct Args {
     #[arg(long, value_name = "EFFECT,..", value_delimiter = ',', value_parser = effect)]
     disable: Vec<Effect>,
     /// Everything random follows from it.
-    #[arg(long, default_value_t = 0)]
+    #[arg(long, default_value_t = SEED_DEFAULT)]
     seed: u64,
     /// Write the pieces to this file, or to OBJECT.glb in this folder. FILE.glb shows the triangles of the mesh file where the object has them
     /// (`skin` is then on unless --disable says otherwise), and FILE.closed.glb beside it has the closed meshes for simulators; without skin

@@ -104,6 +104,7 @@ fn to_json(service: &str, status: &Status, loaded: &[ObjectFacts]) -> Value {
         "uptime_s": row.uptime_ns as f64 * 1e-9,
         "objects_ready": row.objects_ready,
         "objects_failed": row.objects_failed,
+        "objects_loading": row.objects_loading,
         "objects_outdated": row.objects_outdated,
         "memory_bytes": row.memory_bytes,
         "retired": row.retired,
@@ -143,11 +144,12 @@ fn screen(service: &str, status: &Status, loaded: &[ObjectFacts], last: Option<&
     let row = status.row();
     let mib = |bytes: u64| bytes as f64 / 1_048_576.0;
     let mut text = format!(
-        "{service}: {}pid {}, up {:.0} s, {} objects ready, {} failed, {} of {} clients, {} threads; {} restarts, {} of them after crashes\n",
+        "{service}: {}pid {}, up {:.0} s, {} objects ready, {} loading, {} failed, {} of {} clients, {} threads; {} restarts, {} of them after crashes\n",
         if row.ending == 0 { "" } else { "ending, " },
         row.pid,
         row.uptime_ns as f64 * 1e-9,
         row.objects_ready,
+        row.objects_loading,
         row.objects_failed,
         row.clients,
         row.clients_max,

@@ -52,7 +52,7 @@ fn slit_bar(half: f64) -> RawMesh {
 fn blow(points: &[Point3<f64>], towards: Vector3<f64>, sites: u32) -> Strike {
     let along = |point: &&Point3<f64>| point.coords.dot(&towards);
     let point = points.iter().max_by(|a, b| along(a).total_cmp(&along(b))).unwrap();
-    let mut strike = Strike::at(*point, -towards);
+    let mut strike = Strike::at(*point, -towards).seeded(1);
     strike.degree = DegreeRequest::Sites(sites);
     strike
 }
@@ -335,7 +335,7 @@ fn spans_the_mouth(points: impl Iterator<Item = Point3<f64>>) -> bool {
 fn across_the_slit(lift: LiftKind) -> [usize; 2] {
     let mut across = [0; 2];
     for seed in 0..8 {
-        let mut strike = Strike::at(Point3::new(0.06, 0.1, 0.0), Vector3::new(0.0, -1.0, 0.0));
+        let mut strike = Strike::at(Point3::new(0.06, 0.1, 0.0), Vector3::new(0.0, -1.0, 0.0)).seeded(1);
         (strike.degree, strike.lift, strike.seed) = (DegreeRequest::Sites(8), lift, seed);
         let fragments = shown(&first(&SLIT, &strike));
         across[0] += fragments.iter().filter(|own| spans_the_mouth(own.points.iter().copied())).count();

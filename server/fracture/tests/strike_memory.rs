@@ -35,7 +35,7 @@ fn prepared() -> Prepared {
 fn strikes() -> Vec<Strike> {
     let blow = |turn: u32| {
         let (x, side) = (-0.18 + 0.03 * f64::from(turn), if turn.is_multiple_of(2) { 0.1 } else { -0.1 });
-        let mut strike = Strike::at(Point3::new(x, side, 0.03), Vector3::new(0.0, -20.0 * side, 1.0));
+        let mut strike = Strike::at(Point3::new(x, side, 0.03), Vector3::new(0.0, -20.0 * side, 1.0)).seeded(1);
         strike.degree = DegreeRequest::Sites(5 + 17 * (turn % 5));
         strike.seed = u64::from(turn);
         strike

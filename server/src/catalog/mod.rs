@@ -14,13 +14,19 @@ pub use version::{Version, unix_ns};
 
 use crate::engine::{Loader, Object};
 use bytemuck::Zeroable;
-use shatter_proto::control::ObjectRow;
+use shatter_proto::control::{ObjectRow, ObjectState};
 use shatter_proto::name::unknown_object;
 use shatter_proto::refusal::RefusalWire;
 use shatter_proto::{Kind, Refusal};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
-use std::time::SystemTime;
+use std::time::{Duration, SystemTime};
+
+/// Time to load a database while none is loaded that could tell.
+const LOAD_TIME_UNKNOWN: Duration = Duration::from_secs(1);
+
+/// Shortest and longest time after which a client is told to ask again for an object that is being loaded.
+const LOAD_TIMES: [Duration; 2] = [Duration::from_millis(100), Duration::from_secs(10)];
 
 /// All objects of a folder, by name.
 pub struct Catalog {
@@ -30,7 +36,7 @@ pub struct Catalog {
 }
 
 /// What a name stands for.
-#[derive(Default)]
+#[derive(Clone, Default)]
 struct Entry {
     /// What is served.
     version: Option<Arc<Version>>,
@@ -38,6 +44,8 @@ struct Entry {
     generation: u32,
     /// Why there is none, or why what lies in its place now is not served.
     refusal: Option<Refusal>,
+    /// There is none yet: its database is being loaded.
+    loading: Option<Refusal>,
 }
 
 impl Default for Catalog {
@@ -71,6 +79,38 @@ impl Catalog {
             }
         }
         catalog
+    }
+
+    /// This catalog with the new databases of `seen` listed as being loaded; `None` if it lists the same ones already.
+    pub fn expecting(&self, seen: &Shelf) -> Option<Self> {
+        let new: Vec<_> = seen.missing_from(&self.shelf).filter(|(source, _)| self.at(source).is_none()).collect();
+        let bytes = new.iter().map(|(_, stamp)| stamp.bytes()).sum();
+        let serves = |name: &str| self.entries.get(name).is_some_and(|entry| entry.version.is_some());
+        let names: BTreeSet<String> =
+            new.iter().map(|(source, _)| source.name()).filter(|name| !serves(name)).collect();
+        let listed = self.entries.iter().filter(|(_, entry)| entry.loading.is_some()).map(|(name, _)| name);
+        if names.iter().eq(listed) {
+            return None;
+        }
+        let mut entries = self.entries.clone();
+        entries.values_mut().for_each(|entry| entry.loading = None);
+        let wait = self.load_time(bytes);
+        for name in names {
+            let message = format!("the database of `{name}` is being loaded; send the strike again later");
+            let refusal = Refusal::new(Kind::Loading, name.clone(), message).after(wait);
+            entries.entry(name).or_default().loading = Some(refusal);
+        }
+        entries.retain(|_, entry| entry.version.is_some() || entry.refusal.is_some() || entry.loading.is_some());
+        Some(Self { entries, shelf: self.shelf.clone(), read: self.read })
+    }
+
+    /// How long databases of so many bytes take to load, at the pace of those that are loaded.
+    fn load_time(&self, bytes: u64) -> Duration {
+        let (known, took) = self.versions().fold((0, Duration::ZERO), |(known, took), version| {
+            (known + version.stamp.bytes(), took + version.load_time())
+        });
+        let expected = if known > 0 { took.mul_f64(bytes as f64 / known as f64) } else { LOAD_TIME_UNKNOWN };
+        expected.clamp(LOAD_TIMES[0], LOAD_TIMES[1])
     }
 
     /// Whether the object `name` is the one from `source`.
@@ -129,7 +169,7 @@ impl Catalog {
     pub fn get(&self, name: &str) -> Result<Arc<dyn Object>, Refusal> {
         match self.entries.get(name) {
             Some(Entry { version: Some(version), .. }) => Ok(version.object.clone()),
-            Some(Entry { refusal: Some(refusal), .. }) => Err(refusal.clone()),
+            Some(Entry { loading: Some(refusal), .. } | Entry { refusal: Some(refusal), .. }) => Err(refusal.clone()),
             _ => {
                 let names: Vec<&str> = self.entries.keys().map(String::as_str).collect();
                 Err(unknown_object(name, &names))
@@ -155,6 +195,16 @@ impl Catalog {
     /// Number of objects that can be struck.
     pub fn ready(&self) -> usize {
         self.versions().count()
+    }
+
+    /// Number of objects whose databases are being loaded and that cannot be struck before.
+    pub fn loading(&self) -> usize {
+        self.entries.values().filter(|entry| entry.version.is_none() && entry.loading.is_some()).count()
+    }
+
+    /// Number of objects that could not be loaded.
+    pub fn failed(&self) -> usize {
+        self.len() - self.ready() - self.loading()
     }
 
     /// Number of objects that can be struck, but are not what lies in their place now.
@@ -192,6 +242,9 @@ impl Entry {
         }
         if let Some(refusal) = &self.refusal {
             row.refusal = RefusalWire::from(refusal);
+        }
+        if let (None, Some(loading)) = (&self.version, &self.loading) {
+            (row.state, row.refusal) = (ObjectState::Loading as u32, RefusalWire::from(loading));
         }
         row
     }

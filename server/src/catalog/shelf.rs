@@ -90,6 +90,11 @@ impl Shelf {
         Self(self.0.into_iter().flat_map(cast).collect())
     }
 
+    /// The files that `other` does not have, or has in another version.
+    pub(super) fn missing_from<'a>(&'a self, other: &'a Self) -> impl Iterator<Item = &'a (Source, Stamp)> {
+        self.0.iter().filter(|file| !other.0.contains(file))
+    }
+
     /// Whether there is a file of that name.
     pub fn holds(&self, name: &str) -> bool {
         self.0.iter().any(|(source, _)| stem(&source.path) == name)

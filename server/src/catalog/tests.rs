@@ -102,9 +102,9 @@ fn damaged_files_are_named_and_the_others_served() {
     assert!(catalog.get("f").err().unwrap().message.contains("fell over it"));
     assert_eq!(kind(&catalog, "omega"), Kind::UnknownObject);
     let rows = catalog.rows(1, 2);
-    assert_eq!((rows.len(), rows[0].name(), rows[0].ready), (2, "b".to_owned(), 0));
+    assert_eq!((rows.len(), rows[0].name(), rows[0].state), (2, "b".to_owned(), 0));
     let alpha = row(&catalog, "alpha");
-    assert_eq!((alpha.ready, alpha.file_bytes, alpha.memory_bytes, alpha.generation), (1, 5, 100, 1));
+    assert_eq!((alpha.state, alpha.file_bytes, alpha.memory_bytes, alpha.generation), (1, 5, 100, 1));
     assert!(alpha.loaded_unix_ns > 0 && alpha.refusal().is_none());
     assert_eq!(catalog.memory_bytes(), 200);
 }
@@ -134,7 +134,7 @@ fn a_bad_replacement_leaves_the_version_before_it_served() {
     assert!(Arc::ptr_eq(&before.get("alpha").unwrap(), &spoilt.get("alpha").unwrap()));
     assert_eq!((spoilt.len(), spoilt.ready(), spoilt.outdated()), (2, 2, 1));
     let alpha = row(&spoilt, "alpha");
-    assert_eq!((alpha.ready, alpha.generation), (1, 1));
+    assert_eq!((alpha.state, alpha.generation), (1, 1));
     assert_eq!(alpha.refusal().unwrap().message, "a.shatter: damaged");
     // Again and again.
     let still = folder.reload(&folder.reload(&spoilt));
@@ -142,7 +142,7 @@ fn a_bad_replacement_leaves_the_version_before_it_served() {
     folder.put("a", "alpha");
     let mended = folder.reload(&still);
     let alpha = row(&mended, "alpha");
-    assert_eq!((alpha.ready, alpha.generation, alpha.refusal(), mended.outdated()), (1, 2, None, 0));
+    assert_eq!((alpha.state, alpha.generation, alpha.refusal(), mended.outdated()), (1, 2, None, 0));
     std::fs::remove_file(folder.path("a")).unwrap();
     assert_eq!(kind(&folder.reload(&spoilt), "alpha"), Kind::UnknownObject, "a file that is gone is not served");
 }

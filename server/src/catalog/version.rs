@@ -4,7 +4,7 @@ use super::shelf::{Source, Stamp};
 use crate::engine::{Loader, Object};
 use crate::memory;
 use crate::panics;
-use shatter_proto::control::ObjectRow;
+use shatter_proto::control::{ObjectRow, ObjectState};
 use shatter_proto::name::object_name;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
@@ -68,6 +68,11 @@ impl Version {
         }
     }
 
+    /// How long it took to load.
+    pub(super) fn load_time(&self) -> Duration {
+        self.load_time
+    }
+
     /// Bytes of memory that it holds.
     pub fn memory_bytes(&self) -> u64 {
         self.memory_bytes
@@ -76,7 +81,7 @@ impl Version {
     /// What `list` and `status` say about it, the `generation`th of its name.
     pub(super) fn row(&self, generation: u32) -> ObjectRow {
         ObjectRow {
-            ready: 1,
+            state: ObjectState::Ready as u32,
             generation,
             memory_bytes: self.memory_bytes,
             file_bytes: self.stamp.bytes(),

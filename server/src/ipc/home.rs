@@ -5,12 +5,13 @@ use iceoryx2::prelude::CallbackProgression;
 use rustix::fs::{FlockOperation, flock};
 use serde::{Deserialize, Serialize};
 use shatter_proto::hello::Hello;
+use shatter_proto::instance::Instance;
 use shatter_proto::place::Place;
 use shatter_proto::transport::{Ipc, config};
 use shatter_proto::unfinished::{Call, Rescue};
-use shatter_proto::{Kind, Refusal, shared_memory};
+use shatter_proto::{Kind, Refusal};
 use std::fs::{self, File};
-use std::io::{Read, Seek, Write};
+use std::io::{ErrorKind, Read, Seek, Write};
 use std::os::unix::fs::{MetadataExt, OpenOptionsExt};
 use std::path::Path;
 use std::time::Duration;
@@ -51,6 +52,9 @@ impl Past {
 /// The runtime folder of a running daemon. Dropping it gives up the name.
 pub struct Home {
     place: Place,
+    instance: Instance,
+    /// Instances before this one of which something is left.
+    earlier: Vec<Instance>,
     past: Past,
     _freed: Call,
     _rescue: Rescue,
@@ -58,19 +62,25 @@ pub struct Home {
 }
 
 impl Home {
-    /// Takes the name: the kernel gives the lock back when the process ends, however it ends. Then heals what a killed
-    /// predecessor left. Errors: `second_daemon`, `runtime_folder`.
+    /// Takes the name: the kernel gives the lock back when the process ends, however it ends. Then removes what killed
+    /// predecessors left. Errors: `second_daemon`, `runtime_folder`.
     pub fn take(place: &Place) -> Result<Self, Refusal> {
         place.create()?;
-        let lock = lock(place)?;
+        let instance = Instance::random(place)?;
+        let lock = lock(place, &instance)?;
         let past = Past::read(place);
         past.write(place);
-        // A stale hello would invite clients while the folders are being healed.
+        // A stale hello would invite clients before there is anything to connect to.
         let _ = fs::remove_file(place.hello());
+        let earlier = listed(place);
         // A daemon that waits for what a dead client left unfinished serves nobody: it is watched as long as it runs.
-        let rescue = Rescue::new(&place.prefix)?;
-        let home = Self { place: place.clone(), past, _freed: rescue.call(), _rescue: rescue, _lock: lock };
-        home.heal()?;
+        let rescue = Rescue::new(&instance.prefix)?;
+        let (place, freed) = (place.clone(), rescue.call());
+        let mut home = Self { place, instance, earlier, past, _freed: freed, _rescue: rescue, _lock: lock };
+        // Listed before anything of it exists: whoever kills this process leaves nothing that its successor does not know.
+        home.list()?;
+        home.instance.create(home.place.uid)?;
+        home.sweep();
         Ok(home)
     }
 
@@ -79,14 +89,19 @@ impl Home {
         &self.place
     }
 
+    /// Where the transport of this daemon is.
+    pub fn instance(&self) -> &Instance {
+        &self.instance
+    }
+
     /// The daemons before this one.
     pub fn past(&self) -> Past {
         self.past
     }
 
-    /// Tells clients that the daemon serves, and what it speaks.
+    /// Tells clients that the daemon serves, what it speaks, and where.
     pub fn say_hello(&self) -> Result<(), Refusal> {
-        let hello = Hello::ours(std::process::id()).to_json();
+        let hello = Hello::ours(std::process::id(), &self.instance.token).to_json();
         write_aside(&self.place.hello(), hello.as_bytes())
     }
 
@@ -100,37 +115,87 @@ impl Home {
         let _ = fs::remove_file(self.place.hello());
     }
 
-    /// Removes what no living process uses. Called with the lock held, so no other daemon is creating anything.
-    pub fn heal(&self) -> Result<(), Refusal> {
-        if self.nodes_alive() {
-            // Clients of a killed predecessor still hold its services: only what it did not finish is in the way.
-            remove_unfinished(&self.place.transport.join("services"));
-            return Ok(());
+    /// Removes what earlier instances left that no living process uses. Called with the lock held, so nobody creates anything there.
+    pub fn sweep(&mut self) {
+        let before = self.earlier.len();
+        self.earlier.retain(|instance| !remove_unused(instance));
+        if self.earlier.len() < before
+            && let Err(refusal) = self.list()
+        {
+            tracing::warn!(%refusal, "the list of instances");
         }
-        wipe(&self.place.transport);
-        for entry in fs::read_dir(shared_memory::FOLDER).into_iter().flatten().flatten() {
-            if entry.file_name().to_string_lossy().starts_with(&self.place.prefix) {
-                let _ = fs::remove_file(entry.path());
-            }
-        }
-        self.place.create()
     }
 
-    fn nodes_alive(&self) -> bool {
-        let mut alive = false;
-        let look = |node: NodeState<Ipc>| {
-            alive |= matches!(node, NodeState::Alive(_));
-            if alive { CallbackProgression::Stop } else { CallbackProgression::Continue }
-        };
-        match config(&self.place).map(|config| Node::<Ipc>::list(&config, look)) {
-            Ok(Ok(())) => alive,
-            // Folders that cannot be listed belong to nobody alive.
-            _ => false,
-        }
+    /// Removes what this instance leaves, unless clients still hold a part of it: then the next daemon does.
+    pub fn close(mut self) -> Result<(), Refusal> {
+        let left = (!remove_unused(&self.instance)).then(|| self.instance.clone());
+        self.earlier.retain(|instance| !remove_unused(instance));
+        self.earlier.extend(left);
+        write_list(&self.place, &self.earlier)
+    }
+
+    /// Keeps the list of instances of which anything may exist.
+    fn list(&self) -> Result<(), Refusal> {
+        let all: Vec<Instance> = self.earlier.iter().chain([&self.instance]).cloned().collect();
+        write_list(&self.place, &all)
     }
 }
 
-fn lock(place: &Place) -> Result<File, Refusal> {
+/// The instances of the list in the runtime folder; none where it cannot be read.
+fn listed(place: &Place) -> Vec<Instance> {
+    let Ok(text) = fs::read(place.instances()) else { return Vec::new() };
+    let tokens: Vec<String> = serde_json::from_slice(&text).unwrap_or_else(|error| {
+        tracing::warn!(%error, "the list of instances cannot be read: files of killed daemons may stay in shared memory");
+        Vec::new()
+    });
+    tokens.iter().filter_map(|token| Instance::of_token(place, token)).collect()
+}
+
+fn write_list(place: &Place, instances: &[Instance]) -> Result<(), Refusal> {
+    let tokens: Vec<&str> = instances.iter().map(|instance| instance.token.as_str()).collect();
+    // A list of strings always serialises.
+    write_aside(&place.instances(), &serde_json::to_vec(&tokens).unwrap_or_default())
+}
+
+/// Removes everything of an instance, unless a living process uses it; whether it is gone.
+fn remove_unused(instance: &Instance) -> bool {
+    if is_used(instance) {
+        return false;
+    }
+    let segments = instance.segments().iter().all(|path| remove(path));
+    remove(&instance.folder) && segments
+}
+
+/// Removes a file or a folder; whether it is gone.
+fn remove(path: &Path) -> bool {
+    let removed = match path.symlink_metadata() {
+        Err(error) => return error.kind() == ErrorKind::NotFound,
+        // Another user's, whatever its name.
+        Ok(data) if data.uid() != rustix::process::geteuid().as_raw() => return true,
+        Ok(data) if data.is_dir() => fs::remove_dir_all(path),
+        Ok(_) => fs::remove_file(path),
+    };
+    if let Err(error) = &removed {
+        tracing::warn!(path = %path.display(), %error, "a file of an earlier daemon stays");
+    }
+    removed.is_ok()
+}
+
+/// Whether a living process has a node in an instance.
+fn is_used(instance: &Instance) -> bool {
+    let mut used = false;
+    let look = |node: NodeState<Ipc>| {
+        used |= matches!(node, NodeState::Alive(_));
+        if used { CallbackProgression::Stop } else { CallbackProgression::Continue }
+    };
+    match config(instance).map(|config| Node::<Ipc>::list(&config, look)) {
+        Ok(Ok(())) => used,
+        // Folders that cannot be listed belong to nobody alive.
+        _ => false,
+    }
+}
+
+fn lock(place: &Place, instance: &Instance) -> Result<File, Refusal> {
     let path = place.lock();
     let open = File::options().read(true).write(true).create(true).truncate(false).mode(0o600).open(&path);
     let mut file = open.map_err(|error| folder(&path, &error))?;
@@ -141,16 +206,18 @@ fn lock(place: &Place) -> Result<File, Refusal> {
             Err(_) => return Err(second(place, &mut file)),
         }
     }
-    let written = file.set_len(0).and_then(|()| file.rewind()).and_then(|()| writeln!(file, "{}", std::process::id()));
+    // Whoever finds the lock held reads whose it is. One write, so that nobody reads a part of it.
+    let text = format!("{}\n{}\n", std::process::id(), instance.token);
+    let written = file.set_len(0).and_then(|()| file.rewind()).and_then(|()| file.write_all(text.as_bytes()));
     written.map_err(|error| folder(&path, &error))?;
     Ok(file)
 }
 
 fn second(place: &Place, lock: &mut File) -> Refusal {
-    let mut pid = String::new();
-    let _ = lock.read_to_string(&mut pid);
-    let service = place.service.as_str();
-    let message = format!("a daemon of service `{service}` already runs (pid {})", pid.trim());
+    let mut text = String::new();
+    let _ = lock.read_to_string(&mut text);
+    let (service, pid) = (place.service.as_str(), text.lines().next().unwrap_or("unknown"));
+    let message = format!("a daemon of service `{service}` already runs (pid {pid})");
     Refusal::new(Kind::SecondDaemon, service, message)
 }
 
@@ -167,31 +234,11 @@ fn write_aside(path: &Path, bytes: &[u8]) -> Result<(), Refusal> {
     written.map_err(|error| folder(path, &error))
 }
 
-/// A service that was being created when its daemon died keeps a writable file, and nobody can open it ever again.
-fn remove_unfinished(services: &Path) {
-    for entry in fs::read_dir(services).into_iter().flatten().flatten() {
-        let unfinished = entry.metadata().is_ok_and(|data| data.is_file() && data.mode() & 0o200 != 0);
-        if unfinished {
-            tracing::warn!(path = %entry.path().display(), "removing a half-created service");
-            let _ = fs::remove_file(entry.path());
-        }
-    }
-}
-
-/// Empties a folder.
-fn wipe(folder: &Path) {
-    for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
-        let path = entry.path();
-        let folder = entry.file_type().is_ok_and(|kind| kind.is_dir());
-        let _ = if folder { fs::remove_dir_all(path) } else { fs::remove_file(path) };
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use shatter_proto::name::ServiceName;
-    use std::os::unix::fs::PermissionsExt;
+    use shatter_proto::shared_memory;
 
     fn place(root: &Path) -> Place {
         let uid = rustix::process::geteuid().as_raw();
@@ -228,31 +275,54 @@ mod tests {
     }
 
     #[test]
-    fn leftovers_of_the_dead_are_removed_and_others_spared() {
+    fn everything_of_killed_daemons_is_removed_and_nothing_of_others() {
         let root = tempfile::tempdir().unwrap();
         let place = place(root.path());
         place.create().unwrap();
-        let left = Path::new(shared_memory::FOLDER).join(format!("{}left.data", place.prefix));
-        let other = Path::new(shared_memory::FOLDER).join(format!("shatter_other_{}", std::process::id()));
-        fs::create_dir_all(place.transport.join("services")).unwrap();
-        for path in [&left, &other, &place.transport.join("services/x.service"), &place.hello()] {
+        let shared = |name: String| Path::new(shared_memory::FOLDER).join(name);
+        let earlier: Vec<Instance> = (0..3).map(|_| Instance::random(&place).unwrap()).collect();
+        write_list(&place, &earlier[..2]).unwrap();
+        let mut left = Vec::new();
+        for instance in &earlier {
+            instance.create(place.uid).unwrap();
+            fs::create_dir_all(instance.folder.join("services")).unwrap();
+            left.push(shared(format!("{}left.data", instance.prefix)));
+            left.push(instance.folder.join("services/x.service"));
+        }
+        // Of another service, whose mark may be the same.
+        let other = shared(format!("{}{}", place.mark, std::process::id()));
+        for path in left.iter().chain([&other, &place.hello()]) {
             fs::write(path, "").unwrap();
         }
-        let _home = Home::take(&place).unwrap();
-        assert!(!left.exists() && !place.transport.join("services").exists() && !place.hello().exists());
-        assert!(other.exists());
+        let home = Home::take(&place).unwrap();
+        assert!(left[..4].iter().all(|path| !path.exists()) && !earlier[1].folder.exists() && !place.hello().exists());
+        assert!(left[4..].iter().all(|path| path.exists()) && other.exists(), "what is not listed is not ours");
+        assert_eq!(listed(&place), [home.instance().clone()]);
+        let own = home.instance().clone();
+        fs::write(shared(format!("{}own.data", own.prefix)), "").unwrap();
+        home.close().unwrap();
+        assert!(own.segments().is_empty() && !own.folder.exists() && listed(&place).is_empty());
+        assert!(remove_unused(&earlier[2]));
         fs::remove_file(other).unwrap();
     }
 
     #[test]
-    fn only_half_created_services_are_unfinished() {
-        let folder = tempfile::tempdir().unwrap();
-        for (name, mode) in [("half", 0o600), ("whole", 0o400)] {
-            let path = folder.path().join(name);
-            fs::write(&path, "").unwrap();
-            fs::set_permissions(&path, fs::Permissions::from_mode(mode)).unwrap();
-        }
-        remove_unfinished(folder.path());
-        assert!(!folder.path().join("half").exists() && folder.path().join("whole").exists());
+    fn an_instance_is_listed_before_anything_of_it_exists() {
+        let root = tempfile::tempdir().unwrap();
+        let place = place(root.path());
+        let names: Vec<String> = (0..3)
+            .map(|_| {
+                let home = Home::take(&place).unwrap();
+                let token = home.instance().token.clone();
+                assert!(fs::read_to_string(place.lock()).unwrap().contains(&token));
+                // As if it were killed.
+                drop(home);
+                token
+            })
+            .collect();
+        assert!(names[0] != names[1] && names[1] != names[2]);
+        assert_eq!(listed(&place).iter().map(|instance| &instance.token).collect::<Vec<_>>(), [&names[2]]);
+        fs::write(place.instances(), "no list").unwrap();
+        assert!(listed(&place).is_empty() && Home::take(&place).unwrap().close().is_ok());
     }
 }

@@ -7,12 +7,14 @@
 //! Every process of the same user can write to the transport's management memory and bring the daemon down: the user is
 //! the trust domain, the folders are closed to others, and a supervisor should restart what falls.
 
+mod entrance;
 mod home;
 mod memory;
 mod orphans;
 mod ports;
 mod wake;
 
+pub use entrance::Entrance;
 pub use home::{Home, Past};
 pub use memory::Populated;
 pub use orphans::Orphans;

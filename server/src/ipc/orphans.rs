@@ -7,7 +7,7 @@
 
 use iceoryx2::node::{Node, NodeState, NodeView};
 use iceoryx2::prelude::CallbackProgression;
-use shatter_proto::place::Place;
+use shatter_proto::instance::Instance;
 use shatter_proto::shared_memory;
 use shatter_proto::transport::{Ipc, config};
 use std::collections::BTreeSet;
@@ -29,12 +29,12 @@ pub struct Orphans {
 
 impl Orphans {
     /// Removes what belongs to nobody and did not at the last look either; returns how many there were.
-    pub fn bury(&mut self, place: &Place) -> usize {
-        self.bury_shells(place) + self.bury_segments(place)
+    pub fn bury(&mut self, instance: &Instance) -> usize {
+        self.bury_shells(instance) + self.bury_segments(instance)
     }
 
     /// Removes nodes that are dead, cleaned up, and still there.
-    fn bury_shells(&mut self, place: &Place) -> usize {
+    fn bury_shells(&mut self, instance: &Instance) -> usize {
         let mut shells = BTreeSet::new();
         let look = |node: NodeState<Ipc>| {
             if let NodeState::Dead(node) = node
@@ -44,25 +44,25 @@ impl Orphans {
             }
             CallbackProgression::Continue
         };
-        if let Ok(config) = config(place)
+        if let Ok(config) = config(instance)
             && let Err(error) = Node::<Ipc>::list(&config, look)
         {
             tracing::debug!(?error, "nodes cannot be listed");
         }
-        let buried = shells.intersection(&self.shells).filter(|node| remove_shell(place, **node)).count();
+        let buried = shells.intersection(&self.shells).filter(|node| remove_shell(instance, **node)).count();
         self.shells = shells;
         buried
     }
 
-    fn bury_segments(&mut self, place: &Place) -> usize {
-        let folders = [Path::new(shared_memory::FOLDER), &place.transport];
+    fn bury_segments(&mut self, instance: &Instance) -> usize {
+        let folders = [Path::new(shared_memory::FOLDER), &instance.folder];
         let made: Vec<(PathBuf, Vec<u128>)> = folders
             .into_iter()
             .flat_map(entries)
-            .filter_map(|entry| Some((entry.path(), ports(&entry.path(), &place.prefix)?)))
+            .filter_map(|entry| Some((entry.path(), ports(&entry.path(), &instance.prefix)?)))
             .collect();
         // Read after what was made: the tag of a living port is older than anything that it makes.
-        let tags = tags(&place.transport.join("nodes"));
+        let tags = tags(&instance.folder.join("nodes"));
         let orphan =
             |(path, ports): (PathBuf, Vec<u128>)| ports.iter().any(|port| !tags.contains(port)).then_some(path);
         let orphans: BTreeSet<PathBuf> = made.into_iter().filter_map(orphan).collect();
@@ -73,9 +73,9 @@ impl Orphans {
 }
 
 /// Removes the folder of a node and the files that said whether it lives.
-fn remove_shell(place: &Place, node: u128) -> bool {
-    let nodes = place.transport.join("nodes");
-    let monitor = format!("{}{node}.", place.prefix);
+fn remove_shell(instance: &Instance, node: u128) -> bool {
+    let nodes = instance.folder.join("nodes");
+    let monitor = format!("{}{node}.", instance.prefix);
     let watched = entries(&nodes).filter(|entry| entry.file_name().to_string_lossy().starts_with(&monitor));
     let watched: Vec<PathBuf> = watched.map(|entry| entry.path()).collect();
     let _ = fs::remove_dir_all(nodes.join(node.to_string()));
@@ -113,6 +113,7 @@ fn tags(nodes: &Path) -> BTreeSet<u128> {
 mod tests {
     use super::*;
     use shatter_proto::name::ServiceName;
+    use shatter_proto::place::Place;
 
     #[test]
     fn what_nobody_has_a_tag_for_is_removed_at_the_second_look() {
@@ -120,18 +121,20 @@ mod tests {
         let uid = rustix::process::geteuid().as_raw();
         let place = Place::new(&ServiceName::new("orphans").unwrap(), Some(root.path()), uid);
         place.create().unwrap();
-        let node = place.transport.join("nodes/77");
+        let instance = Instance::random(&place).unwrap();
+        instance.create(uid).unwrap();
+        let node = instance.folder.join("nodes/77");
         fs::create_dir_all(&node).unwrap();
-        fs::write(node.join(format!("{}11.port_tag", place.prefix)), "").unwrap();
-        let shared = |name: &str| Path::new(shared_memory::FOLDER).join(format!("{}{name}", place.prefix));
+        fs::write(node.join(format!("{}11.port_tag", instance.prefix)), "").unwrap();
+        let shared = |name: &str| Path::new(shared_memory::FOLDER).join(format!("{}{name}", instance.prefix));
         let kept = ["a1_11.data", "a1_11.event_mgmt", "a1_99.dynamic", "node.global_mgmt", "b_x.data"].map(shared);
         let gone = ["a1_22.data", "a1_11_22.connection", "a1_22_11.connection", "a1_22.event_mgmt"].map(shared);
-        let socket = place.transport.join(format!("{}22.event", place.prefix));
+        let socket = instance.folder.join(format!("{}22.event", instance.prefix));
         for path in kept.iter().chain(&gone).chain([&socket]) {
             fs::write(path, "").unwrap();
         }
         let mut orphans = Orphans::default();
-        assert_eq!((orphans.bury(&place), orphans.bury(&place), orphans.bury(&place)), (0, 5, 0));
+        assert_eq!((orphans.bury(&instance), orphans.bury(&instance), orphans.bury(&instance)), (0, 5, 0));
         assert!(kept.iter().all(|path| path.exists()) && !gone.iter().chain([&socket]).any(|path| path.exists()));
         kept.iter().for_each(|path| fs::remove_file(path).unwrap());
     }

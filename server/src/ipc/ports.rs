@@ -12,7 +12,7 @@ use iceoryx2::response_mut_uninit::ResponseMutUninit;
 use iceoryx2::service::port_factory::{event, request_response};
 use shatter_proto::answer::{AnswerHeader, BLOCK_BYTES, Block};
 use shatter_proto::control::{ControlHeader, ControlWire, REPLY_BLOCKS};
-use shatter_proto::place::Place;
+use shatter_proto::instance::Instance;
 use shatter_proto::request::StrikeWire;
 use shatter_proto::transport::{
     CONTROL_SERVICE, Ipc, QUESTIONS_PER_CLIENT_MAX, STRIKE_SERVICE, STRIKES_PER_CLIENT_MAX, WAKE_CLIENT_SERVICE,
@@ -33,7 +33,7 @@ type ControlFactory = request_response::PortFactory<Ipc, ControlWire, (), [Block
 
 /// One client more than may connect: the daemon itself, for the rehearsal.
 const OWN_CLIENTS: usize = 1;
-/// Processes more than clients: the daemon, one that takes over from it, and some that are just going.
+/// Processes more than clients: the daemon, its looks at its own way in, and some that are just going.
 const OTHER_NODES: usize = 4;
 /// A failed loan is never taken off a request's count, so there are several.
 const LOANS_PER_REQUEST: usize = 4;
@@ -72,10 +72,9 @@ pub struct Ports {
 }
 
 impl Ports {
-    /// Creates the services of `place`, or takes over those that clients of a dead predecessor still hold. Needs a tokio
-    /// runtime for the bell.
-    pub fn open(place: &Place, pool: Pool) -> Result<(Self, Bell, Waker), Refusal> {
-        let config = config(place)?;
+    /// Creates the services of `instance`. Needs a tokio runtime for the bell.
+    pub fn open(instance: &Instance, pool: Pool) -> Result<(Self, Bell, Waker), Refusal> {
+        let config = config(instance)?;
         let node = NodeBuilder::new()
             .config(&config)
             .signal_handling_mode(SignalHandlingMode::Disabled)
@@ -188,18 +187,11 @@ fn received<T>(result: Result<Option<T>, ReceiveError>) -> Option<T> {
     }
 }
 
-/// A service that clients of the daemon before still hold keeps its limits until they are gone.
-fn taken_over(name: &str, error: impl std::fmt::Debug) -> Refusal {
-    let Refusal { kind, at, message, .. } = failed(name, error);
-    let hint = "if clients of a daemon with other limits (service.clients_max) are still there, end them first";
-    Refusal::new(kind, at, format!("{message}; {hint}"))
-}
-
 fn event(node: &Node<Ipc>, name: &str, clients: usize) -> Result<event::PortFactory<Ipc>, Refusal> {
     let builder = node.service_builder(&service_name(name)?).event();
     let ports = clients + OWN_CLIENTS;
     let builder = builder.max_listeners(ports).max_notifiers(ports).max_nodes(clients + OTHER_NODES);
-    builder.open_or_create().map_err(|error| taken_over(name, error))
+    builder.open_or_create().map_err(|error| failed(name, error))
 }
 
 fn strike_factory(node: &Node<Ipc>, clients: usize) -> Result<StrikeFactory, Refusal> {
@@ -214,7 +206,7 @@ fn strike_factory(node: &Node<Ipc>, clients: usize) -> Result<StrikeFactory, Ref
         .max_borrowed_responses_per_pending_response(4)
         .enable_fire_and_forget_requests(false)
         .open_or_create()
-        .map_err(|error| taken_over(STRIKE_SERVICE, error))
+        .map_err(|error| failed(STRIKE_SERVICE, error))
 }
 
 fn control_factory(node: &Node<Ipc>, clients: usize) -> Result<ControlFactory, Refusal> {
@@ -229,5 +221,5 @@ fn control_factory(node: &Node<Ipc>, clients: usize) -> Result<ControlFactory, R
         .max_borrowed_responses_per_pending_response(2)
         .enable_fire_and_forget_requests(false)
         .open_or_create()
-        .map_err(|error| taken_over(CONTROL_SERVICE, error))
+        .map_err(|error| failed(CONTROL_SERVICE, error))
 }

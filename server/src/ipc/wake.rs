@@ -4,6 +4,7 @@ use iceoryx2::port::listener::Listener;
 use iceoryx2::port::notifier::Notifier;
 use iceoryx2::prelude::{CallbackProgression, FileDescriptorBased};
 use shatter_proto::transport::Ipc;
+use std::collections::HashSet;
 use std::os::fd::{AsRawFd, RawFd};
 use std::time::Duration;
 use tokio::io::Interest;
@@ -51,6 +52,16 @@ impl Waker {
     /// Wakes through this port.
     pub fn new(notifier: Notifier<Ipc>) -> Self {
         Self(notifier)
+    }
+
+    /// The clients that listen.
+    pub fn listeners(&self) -> HashSet<[u8; 16]> {
+        let mut listeners = HashSet::new();
+        self.0.for_each_listener(|_, details| {
+            listeners.insert(details.listener_id.value().to_le_bytes());
+            CallbackProgression::Continue
+        });
+        listeners
     }
 
     /// Wakes the client whose listener has this id. A client that is gone, or a ring that is lost, does not matter: clients

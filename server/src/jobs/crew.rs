@@ -1,7 +1,7 @@
 //! The threads that compute, and what they share.
 
-use super::Flight;
 use super::flight::{Cargo, Stop, Written};
+use super::{Flight, overrun};
 use crate::clock::Clock;
 use crate::engine::{Object, Outcome};
 use crate::ipc::{Lent, Populated, Waker};
@@ -17,6 +17,7 @@ use shatter_proto::layout::Layout;
 use shatter_proto::refusal::RefusalWire;
 use shatter_proto::request::{Origin, Strike};
 use shatter_proto::{Fault, Kind, Refusal};
+use std::collections::HashSet;
 use std::mem::MaybeUninit;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -225,6 +226,11 @@ impl Crew {
         handle
     }
 
+    /// The clients that listen.
+    pub fn listeners(&self) -> HashSet<[u8; 16]> {
+        self.waker.listeners()
+    }
+
     /// Wakes a client.
     pub fn wake(&self, listener: [u8; 16]) {
         self.waker.wake(listener);
@@ -258,7 +264,8 @@ impl Crew {
         self.populated.ensure(lent.payload_mut())?;
         *lent.user_header_mut() = layout.header(flight.key().1);
         let handle = self.keep(&strike, object, outcome.as_ref());
-        let written = write(lent, &layout, outcome.as_ref(), (handle, flight.arrived()), clock);
+        let timing = Timing { handle, arrived: flight.arrived(), begun, time_ms_max: strike.time_ms_max };
+        let written = write(lent, &layout, outcome.as_ref(), &timing, clock);
         // Whoever is woken may take this very core.
         let took = begun.elapsed();
         let sent = written.and_then(|written| flight.send(written));
@@ -307,12 +314,24 @@ fn fit(strike: &Strike, outcome: &dyn Outcome) -> Result<Layout, Refusal> {
     }
 }
 
-/// Writes the answer where the client will read it; `handle` names it to later strikes, `arrived` is when its strike did.
+/// What an answer says that its outcome does not know.
+struct Timing {
+    /// Names the answer to later strikes.
+    handle: u64,
+    /// When its strike arrived.
+    arrived: Instant,
+    /// When it began to compute.
+    begun: Instant,
+    /// The time that was asked for.
+    time_ms_max: Option<f64>,
+}
+
+/// Writes the answer where the client will read it.
 fn write(
     mut lent: Lent,
     layout: &Layout,
     outcome: &dyn Outcome,
-    (handle, arrived): (u64, Instant),
+    timing: &Timing,
     clock: &mut Clock,
 ) -> Result<Written, Refusal> {
     let raw: *mut [MaybeUninit<Block>] = lent.payload_mut();
@@ -322,8 +341,15 @@ fn write(
     let unfit = || Refusal::new(Kind::Failed, "layout", "the lent memory is shorter than the layout");
     let mut sections = layout.split(payload).ok_or_else(unfit)?;
     clock.write(outcome, &mut sections, layout.base_bytes())?;
-    sections.summary.handle = handle;
-    sections.summary.time_ns = u64::try_from(arrived.elapsed().as_nanos()).unwrap_or(u64::MAX);
+    let took = timing.arrived.elapsed();
+    sections.summary.handle = timing.handle;
+    sections.summary.time_ns = u64::try_from(took.as_nanos()).unwrap_or(u64::MAX);
+    if let Some(over) = timing.time_ms_max.and_then(|ms| took.checked_sub(Duration::from_secs_f64(1e-3 * ms))) {
+        let waited = timing.begun.saturating_duration_since(timing.arrived);
+        let reason = overrun::reason(over, waited, outcome.solved(), &clock.rows());
+        sections.summary.overrun = reason as u32;
+        sections.summary.overrun_ns = u64::try_from(over.as_nanos()).unwrap_or(u64::MAX).max(1);
+    }
     // SAFETY: every byte is initialised, see above.
     Ok(unsafe { lent.assume_init() })
 }

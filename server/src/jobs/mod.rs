@@ -4,6 +4,7 @@
 mod crew;
 mod flight;
 mod forecast;
+mod overrun;
 mod queue;
 
 pub use crew::{Crew, Event, lanes, threads};
@@ -18,6 +19,7 @@ use flight::Stop;
 use forecast::{Forecast, Work};
 use queue::{Client, Place, Queue};
 use shatter_proto::control::ProgressRow;
+use shatter_proto::request::StrikeWire;
 use shatter_proto::{Kind, Refusal};
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -103,10 +105,9 @@ impl Jobs {
         self.closed
     }
 
-    /// Takes a strike in, or refuses it at once; the end of one that was refused.
-    pub fn admit(&mut self, active: ActiveStrike, catalog: &Catalog) -> Option<End> {
-        // The one copy: the sender can still write to the original.
-        let wire = *active.payload();
+    /// Takes a strike in, or refuses it at once; the end of one that was refused. `wire` is the one copy of its payload: the sender
+    /// can still write to the original.
+    pub fn admit(&mut self, active: ActiveStrike, wire: &StrikeWire, catalog: &Catalog) -> Option<End> {
         let mut flight = Flight::new(active, wire.listener, wire.sequence);
         let placed = wire.validate().and_then(|strike| {
             self.open()?;

@@ -76,6 +76,8 @@ pub(super) struct Used {
     lift_modes: usize,
     elastic_nodes: usize,
     crack_nodes: usize,
+    /// Whether displacements could have been reduced ones.
+    pub is_reducible: bool,
 }
 
 impl Used {
@@ -100,6 +102,8 @@ impl Used {
             lift_modes: prepared.bodies.iter().map(modes).max().unwrap_or(0),
             elastic_nodes: prepared.elastic_nodes(),
             crack_nodes: prepared.crack_nodes(),
+            is_reducible: planned.elastic == ElasticRequest::Reduced
+                && prepared.bodies.iter().any(|body| body.reduced().is_some()),
         }
     }
 

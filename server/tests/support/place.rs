@@ -1,5 +1,6 @@
 //! Every test has its own runtime folder, service name and shared memory, and leaves nothing.
 
+use shatter_proto::instance::Instance;
 use shatter_proto::name::ServiceName;
 use shatter_proto::place::Place;
 use std::fs::File;
@@ -56,23 +57,35 @@ impl TestPlace {
         command.env_remove("NOTIFY_SOCKET").env_remove("WATCHDOG_USEC");
     }
 
+    /// Where the transport of the daemon is that serves now.
+    pub fn instance(&self) -> Instance {
+        Instance::serving(&self.place).unwrap()
+    }
+
+    /// Folders of the transport of all daemons of this place.
+    pub fn transports(&self) -> Vec<PathBuf> {
+        let entries = std::fs::read_dir(self.place.folder.parent().unwrap()).into_iter().flatten().flatten();
+        let hidden = |path: &PathBuf| path.file_name().unwrap().to_string_lossy().starts_with(".t-");
+        entries.map(|entry| entry.path()).filter(hidden).collect()
+    }
+
     /// What the transport knows of nodes: files, and a folder of tags each.
     pub fn nodes(&self) -> Vec<PathBuf> {
-        let entries = std::fs::read_dir(self.place.transport.join("nodes")).into_iter().flatten();
-        entries.map(|entry| entry.unwrap().path()).collect()
+        let entries = |folder: PathBuf| std::fs::read_dir(folder.join("nodes")).into_iter().flatten();
+        self.transports().into_iter().flat_map(entries).map(|entry| entry.unwrap().path()).collect()
     }
 
     /// Shared memory of this place.
     pub fn shared_memory(&self) -> Vec<PathBuf> {
         let entries = std::fs::read_dir("/dev/shm").unwrap().flatten();
-        let ours = |path: &PathBuf| path.file_name().unwrap().to_string_lossy().starts_with(&self.place.prefix);
+        let ours = |path: &PathBuf| path.file_name().unwrap().to_string_lossy().starts_with(&self.place.mark);
         entries.map(|entry| entry.path()).filter(ours).collect()
     }
 
     /// Addresses at which this process has answers of this place mapped.
     pub fn mapped(&self) -> Vec<std::ops::Range<usize>> {
         let maps = std::fs::read_to_string("/proc/self/maps").unwrap();
-        let ours = maps.lines().filter(|line| line.contains(&self.place.prefix) && line.ends_with(".data"));
+        let ours = maps.lines().filter(|line| line.contains(&self.place.mark) && line.ends_with(".data"));
         let hex = |text: &str| usize::from_str_radix(text, 16).unwrap();
         ours.map(|line| {
             let (start, end) = line.split_once(' ').unwrap().0.split_once('-').unwrap();
@@ -86,9 +99,6 @@ impl Drop for TestPlace {
     fn drop(&mut self) {
         for path in self.shared_memory() {
             let _ = std::fs::remove_file(path);
-        }
-        if !self.place.transport.starts_with(self.root.path()) {
-            let _ = std::fs::remove_dir_all(&self.place.transport);
         }
     }
 }

@@ -8,6 +8,7 @@ use iceoryx2::prelude::SignalHandlingMode;
 use shatter_proto::Kind;
 use shatter_proto::answer::{AnswerHeader, Block, SummaryWire};
 use shatter_proto::control::{ControlHeader, ControlWire, Question, read};
+use shatter_proto::instance::Instance;
 use shatter_proto::place::Place;
 use shatter_proto::refusal::RefusalWire;
 use shatter_proto::request::StrikeWire;
@@ -20,6 +21,9 @@ type Questions = Client<Ipc, ControlWire, (), [Block], ControlHeader>;
 /// A strike sent as it was.
 pub type Sent = PendingResponse<Ipc, StrikeWire, (), [Block], AnswerHeader>;
 
+/// A question sent as it was.
+pub type Asked = PendingResponse<Ipc, ControlWire, (), [Block], ControlHeader>;
+
 /// The peer.
 pub struct RawPeer {
     strikes: Client<Ipc, StrikeWire, (), [Block], AnswerHeader>,
@@ -30,7 +34,7 @@ pub struct RawPeer {
 
 impl RawPeer {
     pub fn open(place: &Place) -> Self {
-        let settings = config(place).unwrap();
+        let settings = config(&Instance::serving(place).unwrap()).unwrap();
         let builder = NodeBuilder::new().config(&settings).signal_handling_mode(SignalHandlingMode::Disabled);
         let node = builder.create::<Ipc>().unwrap();
         let service = |name| node.service_builder(&service_name(name).unwrap());
@@ -52,6 +56,19 @@ impl RawPeer {
         let sent = self.strikes.send_copy(wire).unwrap();
         self.ring();
         sent
+    }
+
+    /// Asks without asking what.
+    pub fn ask(&self, wire: ControlWire) -> Asked {
+        let asked = self.questions.send_copy(wire).unwrap();
+        self.ring();
+        asked
+    }
+
+    /// The kind of the refusal that a question got, or that it was not refused; `None`: there is no reply yet.
+    pub fn reply(&self, asked: &Asked) -> Option<Result<(), Kind>> {
+        let reply = asked.receive().unwrap()?;
+        Some(read::<RefusalWire>(reply.user_header(), reply.payload()).map(drop).map_err(|refusal| refusal.kind))
     }
 
     fn ring(&self) {

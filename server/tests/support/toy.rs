@@ -4,7 +4,7 @@ use bytemuck::Zeroable;
 use shatter_fracture::pipeline::{Stage, Watch, Workspace};
 use shatter_fracture::token::Token;
 use shatter_proto::answer::{FragmentWire, OUTER, RunWire, SummaryWire};
-use shatter_proto::control::ObjectRow;
+use shatter_proto::control::{ObjectRow, ObjectState};
 use shatter_proto::layout::{Counts, Sections};
 use shatter_proto::request::{Purpose, Strike};
 use shatter_proto::{Kind, Refusal};
@@ -56,10 +56,14 @@ pub fn order(ending: &str) -> Vec<String> {
     names.step_by(PARTS).cloned().collect()
 }
 
-/// Loads toys.
+/// Loads toys; one takes until the file beside it that ends in `.loading` is gone.
 pub fn loader() -> Loader {
     Arc::new(|path, _| {
         let word = std::fs::read_to_string(path).map_err(|error| error.to_string())?;
+        let (begun, gate) = (Instant::now(), path.with_extension("loading"));
+        while gate.exists() && begun.elapsed() < Duration::from_secs(60) {
+            std::thread::sleep(Duration::from_millis(1));
+        }
         let toy = match word.split_once(' ') {
             None if word == "tetra" => Toy::Tetra,
             None if word == "slow" => Toy::Slow,
@@ -94,7 +98,13 @@ impl Named {
 
 impl Object for Named {
     fn row(&self) -> ObjectRow {
-        let mut row = ObjectRow { ready: 1, bodies: 1, degree_max: 512, diagonal_m: 1.0, ..ObjectRow::zeroed() };
+        let mut row = ObjectRow {
+            state: ObjectState::Ready as u32,
+            bodies: 1,
+            degree_max: 512,
+            diagonal_m: 1.0,
+            ..ObjectRow::zeroed()
+        };
         row.gamma_j_m2 = f64::from(self.tint());
         row.set_name(&self.name);
         row.set_material("toy");

@@ -75,7 +75,7 @@ fn sealed(mut bytes: Vec<u8>) -> Vec<u8> {
 fn check(bytes: &[u8], what: &str) {
     let Ok(prepared) = opened(bytes) else { return };
     let node = prepared.bodies[0].crack.nodes[0];
-    let blow = Strike::at(prepared.frame.to_metres(&node), Vector3::new(0.3, -1.0, 0.2));
+    let blow = Strike::at(prepared.frame.to_metres(&node), Vector3::new(0.3, -1.0, 0.2)).seeded(1);
     for degree in [DegreeRequest::Sites(6), DegreeRequest::Inferred] {
         let own = Strike { degree, ..blow.clone() };
         if let Ok(outcome) = strike(&prepared, &own, &mut Workspace::default(), &Token::default(), &mut ()) {

@@ -1,9 +1,10 @@
 //! The lattices of a bake: volume, spacings, what they keep of the surface, and what was found out about it.
 
-use super::bake::{BakeError, BakeRequest, GONE_MAX, Step, parameters};
+use super::bake::{BakeError, BakeRequest, GONE_MAX, parameters};
 use super::cracks::{Intact, elastic_spacing};
 use super::hash::input_hash;
 use super::parts;
+use super::step::Step;
 use super::thin::{self, WIDTH_MAX};
 use crate::lattice::{self, LatticeError, Levels, Spacings};
 use crate::pipeline::{BakeReport, Parameters, Quality};

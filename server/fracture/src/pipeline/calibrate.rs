@@ -23,7 +23,7 @@ pub fn calibrate(prepared: &Prepared, token: &Token) -> Result<f64, StrikeError>
     let sampler = Sampler::new(prepared);
     for sample in 0..IMPACTS {
         let (point, inward) = sampler.point(&mut stream);
-        let strike = Strike::at(prepared.frame.to_metres(&point), inward);
+        let strike = Strike::at(prepared.frame.to_metres(&point), inward).seeded(1);
         let impact = Impact::new(prepared, &Strike { elastic: ElasticRequest::Solve, ..strike })?;
         for mut energy in strain_energy(prepared, &impact, &mut workspace, token, &mut ())? {
             let body = &prepared.bodies[energy.body];

@@ -78,7 +78,7 @@ pub use sample::Sampler;
 pub use skins::{SkinRow, SkinVertex, Skins};
 pub use slivers::SLIVER_CUBES;
 pub use stage::{Stage, Watch};
-pub use strike::{Contact, DegreeRequest, ElasticRequest, Strike};
+pub use strike::{Contact, DegreeRequest, ElasticRequest, SEED_DEFAULT, Strike};
 pub use threshold::Verdict;
 pub use walk::strike;
 pub use warped::{WarpError, Warped};

@@ -7,6 +7,9 @@ use crate::scene::Effects;
 use nalgebra::{Point3, Vector3};
 use serde::{Deserialize, Serialize};
 
+/// Seed of a strike that names none; the same as in the client (a test of `shatter-server` compares them).
+pub const SEED_DEFAULT: u64 = 0;
+
 /// One contact, in the coordinates of the mesh file (metres, y up).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Contact {
@@ -103,8 +106,14 @@ impl Strike {
             gap_max: None,
             reduced_error_max: GAME_ERROR_MAX,
             budget: None,
-            seed: 1,
+            seed: SEED_DEFAULT,
             threshold_only: false,
         }
+    }
+
+    /// With this seed instead of the default one.
+    #[must_use]
+    pub fn seeded(self, seed: u64) -> Self {
+        Self { seed, ..self }
     }
 }

@@ -158,7 +158,7 @@ fn snapped(prepared: &Prepared, strike: &Strike) -> Vec<Contact> {
 /// A blow at a point, with so many sites and these effects.
 fn blow(point: [f64; 3], impulse: [f64; 3], sites: u32, effects: &[Effect]) -> Strike {
     let contact = Contact { point_m: point.into(), impulse_ns: impulse.into(), duration_s: None, radius_m: None };
-    let strike = Strike::at(Point3::from(point), Vector3::from(impulse));
+    let strike = Strike::at(Point3::from(point), Vector3::from(impulse)).seeded(1);
     let lift = if effects.contains(&Effect::Interior) { LiftKind::Interior } else { LiftKind::Euclidean };
     Strike {
         contacts: vec![contact],

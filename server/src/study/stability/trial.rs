@@ -97,7 +97,7 @@ pub fn at(prepared: &Prepared, outward: [f64; 3]) -> Strike {
     let nodes = prepared.bodies.iter().flat_map(|body| body.crack.nodes.iter());
     let farthest = nodes.max_by(|a, b| a.coords.dot(&outward).total_cmp(&b.coords.dot(&outward)));
     let point_m = prepared.frame.to_metres(farthest.unwrap_or(&Point3::origin()));
-    sites(Strike::at(point_m, -outward), 12)
+    sites(Strike::at(point_m, -outward).seeded(1), 12)
 }
 
 /// The same strike with a number of sites.

@@ -27,7 +27,8 @@ const NECK: f64 = 0.2;
 fn pushed() -> Result<(Prepared, Strike, f64), Fault> {
     let prepared = baked(shapes::dumbbell(), &fine()?)?;
     let side = at(&prepared, [0.3, 1.0, 0.0]).contacts[0].point_m;
-    let strike = Strike { degree: DegreeRequest::ClosedForm, ..Strike::at(side, Vector3::new(-1.0, -0.2, 0.1)) };
+    let strike =
+        Strike { degree: DegreeRequest::ClosedForm, ..Strike::at(side, Vector3::new(-1.0, -0.2, 0.1)).seeded(1) };
     let factor = struck(&prepared, &strike)?.impulse_factor;
     Ok((prepared, strike, factor))
 }
@@ -49,7 +50,7 @@ pub fn neck_over_impulses() -> Result<Vec<Neck>, Fault> {
     let (prepared, strike, factor) = pushed()?;
     let mut necks = Vec::new();
     for times in [1.01, 1.5, 2.0, 3.0, 5.0, 8.0, 12.0, 20.0] {
-        let own = Strike::at(strike.contacts[0].point_m, strike.contacts[0].impulse_ns * (factor * times));
+        let own = Strike::at(strike.contacts[0].point_m, strike.contacts[0].impulse_ns * (factor * times)).seeded(1);
         let answer = struck(&prepared, &own)?;
         sound(&prepared, &answer)?;
         necks.push(measure(&prepared, times, &answer));
@@ -61,7 +62,7 @@ pub fn neck_over_impulses() -> Result<Vec<Neck>, Fault> {
 pub fn neck_portraits() -> Result<Vec<Figure>, Fault> {
     let (prepared, strike, factor) = pushed()?;
     let picture = |times: f64| {
-        let own = Strike::at(strike.contacts[0].point_m, strike.contacts[0].impulse_ns * (factor * times));
+        let own = Strike::at(strike.contacts[0].point_m, strike.contacts[0].impulse_ns * (factor * times)).seeded(1);
         let answer = struck(&prepared, &own)?;
         portrait(&prepared, &answer, format!("{times} × the breaking impulse: {} fragments", answer.rows.len()))
     };

@@ -19,7 +19,7 @@ fn answer(scale: f64, shift_m: f64) -> Result<Answer, Fault> {
     // A point of the input, so that it is the same for all of them.
     let point_m = arch(scale, shift_m).positions_m[0];
     let inward = prepared.frame.centre_m - point_m;
-    let strike = sites(Strike::at(point_m, inward * scale), 16);
+    let strike = sites(Strike::at(point_m, inward * scale).seeded(1), 16);
     let answer = struck(&prepared, &strike)?;
     sound(&prepared, &answer)?;
     Ok(answer)

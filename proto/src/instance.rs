@@ -1,0 +1,126 @@
+//! Where the transport of one daemon process lives: names that nobody can guess, other ones at each start.
+//!
+//! Shared memory has one folder for all users of a machine. Whoever knows a name there beforehand can take it, so a daemon draws a
+//! random one when it starts, and tells it in its private runtime folder: to clients in its lock file and its
+//! [`Hello`](crate::hello::Hello), to its successor in a list of the instances whose files may be left.
+
+use crate::hello::Hello;
+use crate::place::{Place, create_private, trusted};
+use crate::{Kind, Refusal, shared_memory};
+use std::fs::File;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+/// Digits of a token, of 36 each: 57 bits that nobody can try out. With the place's mark and two separators they make the prefix.
+const TOKEN_DIGITS: usize = 11;
+
+/// Longest transport folder, bytes. A Unix socket's path has 108, of which the folder's slash, the prefix (19), a port id
+/// (39 digits), `.event` and the closing zero take 66.
+const FOLDER_MAX: usize = 42;
+
+/// The digits of tokens and marks.
+pub(crate) const DIGITS: &[u8; 36] = b"0123456789abcdefghijklmnopqrstuvwxyz";
+
+/// Where the transport of one daemon process lives.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Instance {
+    /// What tells it from others of its place.
+    pub token: String,
+    /// Prefix of the transport's files and shared memory.
+    pub prefix: String,
+    /// Folder of the transport's files, short enough for sockets and in memory: every file in it is synced when it is
+    /// created, which takes seconds on a busy disk.
+    pub folder: PathBuf,
+}
+
+/// A word that nobody can guess. Errors: `runtime_folder` where there is no source of random numbers.
+pub fn random_token() -> Result<String, Refusal> {
+    let source = Path::new("/dev/urandom");
+    let mut bytes = [0; TOKEN_DIGITS];
+    File::open(source).and_then(|mut file| file.read_exact(&mut bytes)).map_err(|error| {
+        let at = source.display().to_string();
+        Refusal::new(Kind::RuntimeFolder, at.clone(), format!("cannot read {at}: {error}"))
+    })?;
+    Ok(bytes.iter().map(|byte| char::from(DIGITS[usize::from(*byte) % DIGITS.len()])).collect())
+}
+
+impl Instance {
+    /// A new one at `place`, which nobody else knows. Errors: as of [`random_token`].
+    pub fn random(place: &Place) -> Result<Self, Refusal> {
+        Ok(Self::named(place, random_token()?))
+    }
+
+    /// The one at `place` that has this token; `None` for what is no token.
+    pub fn of_token(place: &Place, token: &str) -> Option<Self> {
+        let valid = token.len() == TOKEN_DIGITS && token.bytes().all(|digit| DIGITS.contains(&digit));
+        valid.then(|| Self::named(place, token.to_owned()))
+    }
+
+    /// The one of the daemon that serves at `place` now. Errors: `no_daemon`, `version_mismatch`.
+    pub fn serving(place: &Place) -> Result<Self, Refusal> {
+        let none = |why: String| Refusal::new(Kind::NoDaemon, place.service.as_str(), why);
+        let path = place.hello();
+        let json = std::fs::read_to_string(&path).map_err(|error| none(format!("{}: {error}", path.display())))?;
+        let hello = Hello::from_json(&json)?;
+        hello.check()?;
+        Self::of_token(place, &hello.instance).ok_or_else(|| none(format!("{} names no instance", path.display())))
+    }
+
+    fn named(place: &Place, token: String) -> Self {
+        let prefix = format!("{}{token}_", place.mark);
+        let beside = place.folder.parent().map(|base| base.join(format!(".t-{}", &token[..TOKEN_DIGITS - 1])));
+        let short = beside.filter(|beside| !place.is_shared && beside.as_os_str().len() <= FOLDER_MAX);
+        let folder = short.unwrap_or_else(|| Path::new(shared_memory::FOLDER).join(format!("{prefix}t")));
+        Self { token, prefix, folder }
+    }
+
+    /// Creates the folder for its owner alone.
+    pub fn create(&self, uid: u32) -> Result<(), Refusal> {
+        create_private(&self.folder)?;
+        self.check(uid)
+    }
+
+    /// Refuses a folder that others can change. Errors: `runtime_folder`.
+    pub fn check(&self, uid: u32) -> Result<(), Refusal> {
+        trusted(&self.folder, uid)
+    }
+
+    /// The files of shared memory that are its own, by their names.
+    pub fn segments(&self) -> Vec<PathBuf> {
+        let entries = std::fs::read_dir(shared_memory::FOLDER).into_iter().flatten().flatten();
+        let own = entries.filter(|entry| entry.file_name().to_string_lossy().starts_with(&self.prefix));
+        own.map(|entry| entry.path()).filter(|path| *path != self.folder).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::name::ServiceName;
+
+    fn place(name: &str, runtime: &str, uid: u32) -> Place {
+        Place::new(&ServiceName::new(name).unwrap(), Some(Path::new(runtime)), uid)
+    }
+
+    #[test]
+    fn sockets_fit_into_their_paths() {
+        let longest = "x".repeat(32);
+        let deep = format!("/{}", "deep/".repeat(40));
+        for runtime in ["/run/user/1000", "/run/user/4294967295", deep.as_str(), "relative"] {
+            let instance = Instance::random(&place(&longest, runtime, u32::MAX)).unwrap();
+            let socket = format!("{}/{}{}.event\0", instance.folder.display(), instance.prefix, u128::MAX);
+            assert!(socket.len() <= 108, "{socket}");
+        }
+    }
+
+    #[test]
+    fn no_two_starts_have_the_same_names() {
+        let place = place("a", "/r", 1);
+        let [a, b] = [(); 2].map(|()| Instance::random(&place).unwrap());
+        assert!(a.prefix != b.prefix && a.folder != b.folder && a.prefix.starts_with(&place.mark));
+        assert_eq!(Instance::of_token(&place, &a.token), Some(a));
+        for token in ["", "short", "0123456789A", "0123456789ab", "../../../..", "01234567/9a"] {
+            assert_eq!(Instance::of_token(&place, token), None, "{token}");
+        }
+    }
+}

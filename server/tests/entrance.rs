@@ -1,0 +1,191 @@
+//! The way in for clients, under another user of the machine and under what only this user can do.
+
+mod support;
+
+use shatter_client::{Deadline, Impact, Shatter};
+use std::io::{Read, Write};
+use std::net::{TcpListener, TcpStream};
+use std::os::unix::fs::{MetadataExt, PermissionsExt};
+use std::os::unix::process::CommandExt;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::time::Duration;
+use support::{Child, InProcess, TestPlace, eventually, patience, play, role};
+
+/// A user of the machine that is nobody here.
+const OTHER: u32 = 65_534;
+
+/// Plays another process for the tests below; alone it does nothing.
+#[test]
+fn play_a_role() {
+    play(|other| panic!("no such role: {other}"));
+}
+
+/// The segment that every client opens first.
+fn segment(here: &TestPlace) -> PathBuf {
+    let found = here.shared_memory().into_iter().find(|path| path.to_string_lossy().ends_with(".global_mgmt"));
+    found.expect("the segment of the transport")
+}
+
+/// Whether a fresh client can strike.
+fn served(here: &TestPlace) -> bool {
+    let strike = || {
+        let vase = Shatter::connect_at(&here.place, Deadline::ms(300))?.object("vase", patience())?;
+        vase.strike(&Impact::at([0.0, 0.1, 0.0]).impulse([-1.0, 0.0, 0.0]))?.wait(patience())
+    };
+    strike().is_ok()
+}
+
+/// What `command` comes to as another user; `None`, said, where this process may not become one.
+fn as_other(command: &mut Command) -> Option<bool> {
+    if !rustix::process::geteuid().is_root() {
+        println!("skipped: only root can act as another user");
+        return None;
+    }
+    Some(command.uid(OTHER).gid(OTHER).status().unwrap().success())
+}
+
+fn shell(line: &str, path: &Path) -> Command {
+    let mut command = Command::new("sh");
+    command.args(["-c", line, "sh"]).arg(path).stderr(std::process::Stdio::null());
+    command
+}
+
+fn place() -> TestPlace {
+    let here = TestPlace::new("entrance");
+    here.database("vase", "tetra");
+    here
+}
+
+#[test]
+fn another_user_cannot_write_what_clients_open() {
+    let here = place();
+    let daemon = Child::start(&mut role(&here, "daemon", ""));
+    for path in here.shared_memory() {
+        let data = path.symlink_metadata().unwrap();
+        assert_eq!(data.mode() & 0o077, 0, "{} is open to other users", path.display());
+    }
+    let zeros = "dd if=/dev/zero of=\"$1\" bs=16 count=1 conv=notrunc";
+    if let Some(written) = as_other(&mut shell(zeros, &segment(&here))) {
+        assert!(!written, "another user wrote zeros into {}", segment(&here).display());
+    }
+    assert!(served(&here));
+    assert_eq!(daemon.terminate().code(), Some(0));
+    assert_eq!(here.shared_memory(), Vec::<PathBuf>::new());
+}
+
+/// Whoever has seen the names of one daemon knows nothing of the next one's; names taken beforehand stop nobody.
+#[test]
+fn names_taken_by_another_user_stop_no_daemon() {
+    let here = place();
+    let first = Child::start(&mut role(&here, "daemon", ""));
+    let taken: Vec<PathBuf> = here.shared_memory();
+    assert_eq!(first.terminate().code(), Some(0));
+    for path in &taken {
+        let _ = as_other(&mut shell("mkdir \"$1\"", path));
+    }
+    let second = Child::start(&mut role(&here, "daemon", ""));
+    assert!(served(&here));
+    let fresh = here.shared_memory();
+    assert!(fresh.iter().filter(|path| !taken.contains(path)).count() >= 4, "{fresh:?} after {taken:?}");
+    assert_eq!(second.terminate().code(), Some(0));
+    taken.iter().for_each(|path| drop(std::fs::remove_dir(path)));
+    assert_eq!(here.shared_memory(), Vec::<PathBuf>::new());
+}
+
+/// Files that another user puts under the names of the daemon that runs are told of, and harm nobody.
+#[test]
+fn files_of_another_user_under_our_names_harm_nobody() {
+    let here = place();
+    let daemon = Child::start(&mut role(&here, "daemon", "[times]\ncleanup_ms = 10"));
+    let foreign: Vec<PathBuf> = ["1_2.connection", "3.data", "node.new"]
+        .map(|name| Path::new("/dev/shm").join(format!("{}{name}", here.instance().prefix)))
+        .into_iter()
+        .filter(|path| as_other(&mut shell(": > \"$1\"", path)).is_some())
+        .collect();
+    std::thread::sleep(Duration::from_millis(100));
+    assert!(served(&here));
+    assert_eq!(daemon.terminate().code(), Some(0));
+    foreign.iter().for_each(|path| drop(std::fs::remove_file(path)));
+    assert_eq!(here.shared_memory(), Vec::<PathBuf>::new());
+}
+
+/// Ways in which only this user, or root, can spoil it.
+const SPOILERS: [fn(&Path); 4] = [
+    |path| std::fs::write(path, [0; 16]).unwrap(),
+    |path| std::fs::remove_file(path).unwrap(),
+    |path| std::fs::set_permissions(path, std::fs::Permissions::from_mode(0o666)).unwrap(),
+    |path| std::fs::remove_file(path).and_then(|()| std::fs::create_dir(path)).unwrap(),
+];
+
+/// A request of a supervisor; status line and body.
+fn readyz(port: u16) -> String {
+    let mut stream = TcpStream::connect(("127.0.0.1", port)).unwrap();
+    stream.set_read_timeout(Some(Duration::from_secs(30))).unwrap();
+    stream.write_all(b"GET /readyz HTTP/1.1\r\nHost: localhost\r\n\r\n").unwrap();
+    let mut text = String::new();
+    stream.read_to_string(&mut text).unwrap();
+    text
+}
+
+#[test]
+fn what_spoils_the_way_in_is_told_by_readyz_and_put_right() {
+    let port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
+    // No look but those of the supervisor.
+    let settings = format!("[operations]\nport = {port}\n[times]\ncleanup_ms = 60000");
+    let daemon = InProcess::start(place(), &settings);
+    assert!(readyz(port).contains(" 200 "));
+    for (spoiler, spoil) in SPOILERS.into_iter().enumerate() {
+        let path = segment(&daemon.here);
+        spoil(&path);
+        let reply = readyz(port);
+        assert!(reply.contains(" 503 ") && reply.contains(path.to_str().unwrap()), "{spoiler}: {reply}");
+        let reply = readyz(port);
+        assert!(reply.contains(" 200 ") && reply.contains("restored"), "{spoiler}: {reply}");
+        assert!(served(&daemon.here), "{spoiler}");
+    }
+}
+
+#[test]
+fn what_spoils_the_way_in_is_put_right_without_being_asked() {
+    let daemon = InProcess::start(place(), "[times]\ncleanup_ms = 20");
+    for spoil in SPOILERS {
+        let path = segment(&daemon.here);
+        spoil(&path);
+        let right =
+            || path.metadata().is_ok_and(|data| data.is_file() && data.mode() & 0o777 == 0o600 && data.len() > 0);
+        eventually(
+            || "the segment is restored",
+            || right() && std::fs::read(&path).is_ok_and(|bytes| bytes[..8] != [0; 8]),
+        );
+        assert!(served(&daemon.here));
+    }
+}
+
+/// What a killed daemon leaves goes with the next one, however often, also while its clients live on.
+#[test]
+fn nothing_of_killed_daemons_stays() {
+    let here = place();
+    let service = {
+        let first = Child::start(&mut role(&here, "daemon", "[times]\ncleanup_ms = 20"));
+        let service = Shatter::connect_at(&here.place, patience()).unwrap();
+        first.kill();
+        service
+    };
+    let early = here.instance();
+    for _ in 0..3 {
+        Child::start(&mut role(&here, "daemon", "")).kill();
+    }
+    let last = Child::start(&mut role(&here, "daemon", "[times]\ncleanup_ms = 20"));
+    assert!(!early.segments().is_empty(), "a client still holds them");
+    assert_eq!(
+        service.status(patience()).unwrap().row().restarts,
+        4,
+        "the connection goes to the daemon that serves now"
+    );
+    eventually(|| format!("left: {:?}", early.segments()), || early.segments().is_empty() && !early.folder.exists());
+    eventually(|| "one instance is left", || here.transports().len() == 1);
+    drop(service);
+    assert_eq!(last.terminate().code(), Some(0));
+    assert_eq!((here.shared_memory(), here.transports()), (Vec::new(), Vec::new()));
+}

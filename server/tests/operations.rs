@@ -1,0 +1,80 @@
+//! The loopback port under connections that never ask anything: supervisors are answered all the same.
+
+mod support;
+
+use std::io::{Read, Write};
+use std::net::{TcpListener, TcpStream};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+use support::{InProcess, TestPlace};
+
+/// Connections held open: ten times as many as the port serves at once.
+const HELD: usize = 640;
+
+/// How long a probe waits: less than it takes two rounds of idle connections to time out, 3 s each.
+const PROBE: Duration = Duration::from_secs(5);
+
+fn daemon() -> (InProcess, u16) {
+    let port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
+    (InProcess::start(TestPlace::new("port"), &format!("[operations]\nport = {port}")), port)
+}
+
+/// The status line of a reply to `GET /healthz`.
+fn probe(port: u16) -> String {
+    let mut stream = TcpStream::connect(("127.0.0.1", port)).unwrap();
+    stream.set_read_timeout(Some(PROBE)).unwrap();
+    stream.write_all(b"GET /healthz HTTP/1.1\r\nHost: localhost\r\n\r\n").unwrap();
+    let mut text = String::new();
+    let read = stream.read_to_string(&mut text);
+    assert!(read.is_ok(), "no reply within {PROBE:?}: {read:?}");
+    text.lines().next().unwrap_or_default().to_owned()
+}
+
+#[test]
+fn idle_connections_keep_no_probe_waiting() {
+    let (_daemon, port) = daemon();
+    let held: Vec<TcpStream> = (0..HELD).map(|_| TcpStream::connect(("127.0.0.1", port)).unwrap()).collect();
+    for _ in 0..5 {
+        assert!(probe(port).contains("200"));
+    }
+    drop(held);
+}
+
+#[test]
+fn headers_that_arrive_byte_by_byte_keep_no_probe_waiting() {
+    let (_daemon, port) = daemon();
+    let over = AtomicBool::new(false);
+    std::thread::scope(|scope| {
+        scope.spawn(|| {
+            let header = b"GET /healthz HTTP/1.1\r\nX-Slow: ";
+            let mut held: Vec<TcpStream> = Vec::new();
+            while !over.load(Ordering::Relaxed) {
+                // Whoever is closed comes again.
+                held.retain_mut(|stream| stream.write_all(b"a").is_ok());
+                while held.len() < HELD {
+                    let mut stream = TcpStream::connect(("127.0.0.1", port)).unwrap();
+                    let _ = stream.write_all(header);
+                    held.push(stream);
+                }
+                std::thread::sleep(Duration::from_millis(20));
+            }
+        });
+        std::thread::sleep(Duration::from_millis(200));
+        let replies: Vec<_> = (0..5).map(|_| std::panic::catch_unwind(|| probe(port))).collect();
+        over.store(true, Ordering::Relaxed);
+        for reply in replies {
+            assert!(reply.is_ok_and(|status| status.contains("200")));
+        }
+    });
+}
+
+#[test]
+fn a_header_that_never_ends_is_closed_without_any_other_connection() {
+    let (_daemon, port) = daemon();
+    let mut stream = TcpStream::connect(("127.0.0.1", port)).unwrap();
+    stream.set_read_timeout(Some(PROBE)).unwrap();
+    stream.write_all(b"GET /healthz HTTP/1.1\r\nX-Slow: ").unwrap();
+    let mut rest = Vec::new();
+    let closed = stream.read_to_end(&mut rest);
+    assert!(closed.is_ok() && !rest.starts_with(b"HTTP/1.1 200"), "{closed:?}");
+}
