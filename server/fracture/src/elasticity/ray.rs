@@ -148,7 +148,7 @@ mod tests {
             assert_eq!(found.map(|hit| hit.distance), plain, "{origin} {direction}");
             hits += usize::from(found.is_some());
         }
-        assert!((50..450).contains(&hits), "{hits}");
+        assert!((20..480).contains(&hits), "both hits and misses are tried: {hits}");
     }
 
     #[test]
