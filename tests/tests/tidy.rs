@@ -260,6 +260,7 @@ fn the_top_level_holds_the_agreed_tree() {
     let agreed = BTreeSet::from([
         "Cargo.toml",
         "Cargo.lock",
+        "deny.toml",
         "README.md",
         "ARCHITECTURE.md",
         "CHANGELOG.md",
