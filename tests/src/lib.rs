@@ -1,5 +1,6 @@
 //! Common parts of the tests that cross crates.
 
+pub mod fuzz;
 pub mod glb;
 pub mod house;
 pub mod model;

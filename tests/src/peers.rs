@@ -19,8 +19,14 @@ pub fn python(modules: &[&str]) -> Option<OsString> {
 /// Runs a script of `tests/peers`; the document that it prints.
 #[track_caller]
 fn script(python: &OsStr, name: &str, arguments: &[&OsStr]) -> Value {
+    run(name, &mut Command::new(python), arguments)
+}
+
+/// The same with an interpreter whose folder or environment is another.
+#[track_caller]
+fn run(name: &str, python: &mut Command, arguments: &[&OsStr]) -> Value {
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("peers").join(name);
-    let output = Command::new(python).arg(script).args(arguments).output().unwrap();
+    let output = python.arg(script).args(arguments).output().unwrap();
     let told = String::from_utf8_lossy(&output.stdout);
     serde_json::from_str(&told).unwrap_or_else(|error| {
         panic!("{name} {arguments:?}: {error}: {told}{}", String::from_utf8_lossy(&output.stderr))
@@ -48,4 +54,19 @@ pub fn watertight(files: &[&Path]) -> Option<Vec<Value>> {
     let python = python(&["trimesh", "numpy"])?;
     let arguments: Vec<&OsStr> = files.iter().map(|file| file.as_os_str()).collect();
     script(&python, "watertight.py", &arguments).as_array().cloned()
+}
+
+/// What Kubernetes' schema says of job files: see `tests/peers/kubernetes_files.py`.
+#[track_caller]
+pub fn kubernetes(files: &[&Path]) -> Option<Value> {
+    let python = python(&["kubernetes_validate", "yaml"])?;
+    let arguments: Vec<&OsStr> = files.iter().map(|file| file.as_os_str()).collect();
+    Some(script(&python, "kubernetes_files.py", &arguments))
+}
+
+/// What becomes of an array of shares under HyperQueue, run from `folder` with this `PATH`: see `tests/peers/hyperqueue_jobs.py`.
+#[track_caller]
+pub fn hyperqueue(arguments: &[&OsStr], folder: &Path, path: &str) -> Option<Value> {
+    let python = python(&["hyperqueue"])?;
+    Some(run("hyperqueue_jobs.py", Command::new(&python).current_dir(folder).env("PATH", path), arguments))
 }

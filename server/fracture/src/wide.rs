@@ -13,14 +13,50 @@ pub(crate) trait Kernel {
     fn run(self) -> Self::Output;
 }
 
+/// The compilations of a kernel.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Instructions {
+    Baseline,
+    #[cfg(target_arch = "x86_64")]
+    Avx2,
+}
+
+impl Instructions {
+    /// All compilations, the widest last.
+    const COMPILED: &[Self] = &[
+        Self::Baseline,
+        #[cfg(target_arch = "x86_64")]
+        Self::Avx2,
+    ];
+
+    /// Whether this machine's processor has them.
+    fn are_available(self) -> bool {
+        match self {
+            Self::Baseline => true,
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx2 => std::arch::is_x86_feature_detected!("avx2"),
+        }
+    }
+
+    /// The widest that this machine has.
+    fn widest() -> Self {
+        #[cfg(test)]
+        if let Some(forced) = tests::forced() {
+            return forced;
+        }
+        let widest = Self::COMPILED.iter().copied().rev().find(|instructions| instructions.are_available());
+        widest.unwrap_or(Self::Baseline)
+    }
+}
+
 /// Runs `kernel` with the widest instructions that this machine has.
 pub(crate) fn widest<K: Kernel>(kernel: K) -> K::Output {
-    #[cfg(target_arch = "x86_64")]
-    if std::arch::is_x86_feature_detected!("avx2") {
-        // SAFETY: the processor has just said that it has AVX2.
-        return unsafe { avx2(kernel) };
+    match Instructions::widest() {
+        Instructions::Baseline => kernel.run(),
+        // SAFETY: `Instructions::widest` returns what is available, so the processor has said that it has AVX2.
+        #[cfg(target_arch = "x86_64")]
+        Instructions::Avx2 => unsafe { avx2(kernel) },
     }
-    kernel.run()
 }
 
 #[cfg(target_arch = "x86_64")]
@@ -96,5 +132,56 @@ impl<const N: usize> Mul<f64> for Lanes<N> {
     #[inline(always)]
     fn mul(self, factor: f64) -> Self {
         self.map(|a| a * factor)
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+    use std::fmt::Debug;
+    use std::sync::Mutex;
+    use std::sync::atomic::{AtomicUsize, Ordering};
+
+    /// Held by the test that forces instructions: one at a time.
+    static FORCING: Mutex<()> = Mutex::new(());
+
+    /// Position of the forced instructions among the compiled ones, counted from 1, for all threads; 0: none are forced. Other tests
+    /// meanwhile get the same bits.
+    static FORCED: AtomicUsize = AtomicUsize::new(0);
+
+    pub(super) fn forced() -> Option<Instructions> {
+        let position = FORCED.load(Ordering::Relaxed).checked_sub(1)?;
+        Instructions::COMPILED.get(position).copied()
+    }
+
+    /// Asserts that every compilation that this machine can run gives the same as the baseline; what they give.
+    #[track_caller]
+    pub(crate) fn same_on_every_path<T: PartialEq + Debug>(run: impl Fn() -> T) -> T {
+        let _one_at_a_time = FORCING.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+        let mut plain = None;
+        for (position, instructions) in Instructions::COMPILED.iter().enumerate() {
+            if !instructions.are_available() {
+                println!("skipped: this processor lacks {instructions:?}");
+                continue;
+            }
+            FORCED.store(position + 1, Ordering::Relaxed);
+            let found = run();
+            FORCED.store(0, Ordering::Relaxed);
+            match &plain {
+                Some(plain) => assert_eq!(found, *plain, "{instructions:?}"),
+                None => plain = Some(found),
+            }
+        }
+        plain.expect("the baseline is always there")
+    }
+
+    #[test]
+    fn the_baseline_is_first_and_can_be_forced() {
+        assert_eq!(Instructions::COMPILED[0], Instructions::Baseline);
+        let seen = Mutex::new(Vec::new());
+        same_on_every_path(|| seen.lock().unwrap().push(Instructions::widest()));
+        let seen = seen.into_inner().unwrap();
+        let available = Instructions::COMPILED.iter().filter(|instructions| instructions.are_available());
+        assert!(available.into_iter().all(|instructions| seen.contains(instructions)), "{seen:?}");
     }
 }

@@ -164,6 +164,7 @@ mod tests {
     use super::*;
     use crate::lattice::block;
     use crate::random::Stream;
+    use crate::wide::tests::same_on_every_path;
 
     #[test]
     fn wide_and_plain_instructions_give_the_same_bits() {
@@ -172,21 +173,11 @@ mod tests {
         let mut stream = Stream::new(5, 0);
         let displacement: Vec<f64> = (0..body.size()).map(|_| stream.uniform() - 0.5).collect();
         for driving in [Driving::Total, Driving::Tensile] {
-            let of = |run: &dyn Fn(Energies)| {
-                let mut energies = vec![0.0; lattice.tets.len()];
-                let (blocks, tets) = (&body.elements.blocks, &lattice.tets);
-                run(Energies {
-                    lame: body.lame,
-                    driving,
-                    blocks,
-                    tets,
-                    displacement: &displacement,
-                    energies: &mut energies,
-                });
+            let plain = same_on_every_path(|| {
+                let mut energies = Vec::new();
+                body.tet_energy(&lattice, &displacement, driving, &mut energies, &Token::default()).unwrap();
                 energies
-            };
-            let plain = of(&|energies| energies.run());
-            assert_eq!(plain, of(&|energies| widest(energies)));
+            });
             assert!(plain.iter().all(|energy| *energy >= 0.0 && energy.is_finite()) && plain[0] > 0.0);
         }
     }

@@ -153,3 +153,19 @@ fn estimates_are_fitted_to_the_power() {
     let without_error: Vec<_> = pairs.iter().copied().chain([(0.1, 0.0), (0.0, 0.1)]).collect();
     assert_eq!(Estimate::fit(&without_error), found);
 }
+
+#[test]
+fn wide_instructions_do_not_change_a_bit_of_a_projection() {
+    let (lattice, body) = bar();
+    let loads = snapshots(&lattice, &body, 30);
+    let reduced = body.reduce(&loads, 19, &Token::default()).unwrap().unwrap();
+    for load in &loads[..3] {
+        crate::wide::tests::same_on_every_path(|| {
+            let (mut coordinates, mut displacement) = (Vec::new(), Vec::new());
+            let energy = reduced.project(load, &mut coordinates);
+            reduced.expand(&coordinates, &mut displacement, &mut Workspace::default());
+            let residual = reduced.residual(&body, load, &coordinates, &mut Workspace::default());
+            (energy, residual, coordinates, displacement)
+        });
+    }
+}

@@ -30,6 +30,14 @@ fn any_number_of_threads_gives_the_same_bytes() {
 }
 
 #[test]
+fn wide_instructions_do_not_change_a_bit() {
+    crate::wide::tests::same_on_every_path(|| {
+        let emitted = answer_on(2);
+        (emitted.positions.iter().map(|position| position.map(f32::to_bits)).collect::<Vec<_>>(), emitted.properties)
+    });
+}
+
+#[test]
 fn a_reused_workspace_answers_as_a_fresh_one() {
     let (mut points, mut tessellation, mut workspace) = <(Points, Tessellation, Workspace)>::default();
     // The last lattice but one again, with other cells: what was cut for the first is not.

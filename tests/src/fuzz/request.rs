@@ -1,0 +1,101 @@
+//! What travels in shared memory.
+
+use super::{choice, seed};
+use bytemuck::{AnyBitPattern, Zeroable, bytes_of};
+use shatter_proto::answer::{AnswerHeader, BLOCK_BYTES, Block};
+use shatter_proto::control::{self, ControlHeader, ControlWire, ObjectRow, Question, StatusRow};
+use shatter_proto::hello::Hello;
+use shatter_proto::layout::{Counts, Layout};
+use shatter_proto::request::{Contact, Strike, StrikeWire};
+use shatter_proto::view::Checked;
+
+const LISTENER: [u8; 16] = [7; 16];
+
+pub(super) fn seeds() -> Vec<Vec<u8>> {
+    let contact = Contact { point_m: [0.0, 0.1, 0.0], impulse_ns: [-1.0, 0.0, 0.0], duration_s: None, radius_m: None };
+    let strike = Strike { object: "vase".to_owned(), contacts: vec![contact], ..Strike::default() };
+    let strike = strike.wire(LISTENER, 1).expect("a valid strike");
+    let mut payload = vec![Block::zeroed(); control::blocks::<ObjectRow>(2)];
+    let mut row = ObjectRow::zeroed();
+    row.set_name("vase");
+    row.set_material("glass");
+    let header = control::write(&mut payload, &[row, row], 2, false);
+    vec![
+        seed(0, bytes_of(&strike)),
+        seed(1, bytes_of(&Question::Verdict(3).wire(LISTENER))),
+        seed(2, Hello::ours(7).to_json()),
+        seed(3, [bytes_of(&header), bytemuck::cast_slice(&payload)].concat()),
+        seed(4, answer()),
+    ]
+}
+
+/// Header and payload of an answer with one fragment of one triangle.
+fn answer() -> Vec<u8> {
+    let counts = Counts { fragments: 1, runs: 1, vertices: 3, indices: 3, ..Counts::default() };
+    let layout = Layout::new(&counts).expect("small counts");
+    let mut payload = vec![Block::zeroed(); layout.blocks()];
+    let sections = layout.split(&mut payload).expect("room for the layout");
+    let fragment = &mut sections.fragments[0];
+    (fragment.vertex_count, fragment.index_count, fragment.run_count) = (3, 3, 1);
+    let run = &mut sections.runs[0];
+    (run.neighbour, run.material, run.vertex_count, run.index_count) = (shatter_proto::answer::OUTER, 1, 3, 3);
+    sections.indices.copy_from_slice(&[0, 1, 2]);
+    sections.summary.set_object("vase");
+    [bytes_of(&layout.header(5)), bytemuck::cast_slice(&payload)].concat()
+}
+
+/// A `T` of the first bytes, and the rest as blocks; what is missing is 0.
+fn parts<T: AnyBitPattern>(bytes: &[u8]) -> (T, Vec<Block>) {
+    let mut head = bytes[..bytes.len().min(size_of::<T>())].to_vec();
+    head.resize(size_of::<T>(), 0);
+    let rest = bytes.get(size_of::<T>()..).unwrap_or_default();
+    let mut blocks = vec![Block::zeroed(); rest.len().div_ceil(BLOCK_BYTES)];
+    bytemuck::cast_slice_mut(&mut blocks)[..rest.len()].copy_from_slice(rest);
+    (bytemuck::pod_read_unaligned(&head), blocks)
+}
+
+pub(super) fn run(input: &[u8]) -> bool {
+    let Some((kind, rest)) = choice(input, 5) else { return false };
+    match kind {
+        0 => strike(&parts(rest).0),
+        1 => {
+            let (wire, _) = parts::<ControlWire>(rest);
+            wire.validate().is_ok_and(|question| {
+                assert_eq!(question.wire(wire.listener).validate().expect("it was understood"), question);
+                true
+            })
+        }
+        2 => {
+            std::str::from_utf8(rest).is_ok_and(|json| Hello::from_json(json).is_ok_and(|hello| hello.check().is_ok()))
+        }
+        3 => reply(rest),
+        _ => {
+            let (header, payload) = parts::<AnswerHeader>(rest);
+            Checked::new(&header, &payload).is_ok_and(|checked| {
+                let view = checked.view(&payload).expect("a checked answer has a view");
+                let names = [view.summary.degree_source(), view.summary.elastic(), view.summary.quality()];
+                assert!(names.iter().all(|name| !name.is_empty()));
+                let _ = view.summary.object();
+                true
+            })
+        }
+    }
+}
+
+fn strike(wire: &StrikeWire) -> bool {
+    wire.validate().is_ok_and(|strike| {
+        let again = strike.wire(wire.listener, wire.sequence).expect("what the daemon accepts can be sent");
+        assert_eq!(again.validate().expect("it was understood"), strike);
+        true
+    })
+}
+
+fn reply(bytes: &[u8]) -> bool {
+    let (header, payload) = parts::<ControlHeader>(bytes);
+    let status = control::read::<StatusRow>(&header, &payload).is_ok();
+    let objects = control::read::<ObjectRow>(&header, &payload).is_ok_and(|rows| {
+        rows.iter().for_each(|row| _ = (row.name(), row.material(), row.refusal()));
+        true
+    });
+    status || objects
+}

@@ -1,0 +1,69 @@
+//! Configuration, materials and scenes.
+
+use super::{choice, seed};
+use shatter_fracture::scene::Materials;
+use shatter_proto::Refusal;
+use shatter_server::config::{Config, DEFAULT};
+use shatter_server::scene::Scene;
+use std::path::Path;
+
+const MATERIALS: &str = include_str!("../../../config/materials.toml");
+const SCENES: [&str; 3] = [
+    include_str!("../../../config/scenes/glass_shop.toml"),
+    include_str!("../../../config/scenes/hero_statue.toml"),
+    include_str!("../../../config/scenes/stone_arch.toml"),
+];
+
+pub(super) fn toml_seeds() -> Vec<Vec<u8>> {
+    vec![seed(0, DEFAULT), seed(1, MATERIALS)]
+}
+
+pub(super) fn scene_seeds() -> Vec<Vec<u8>> {
+    SCENES.map(|scene| scene.as_bytes().to_vec()).into()
+}
+
+pub(super) fn toml(input: &[u8]) -> bool {
+    let Some((kind, rest)) = choice(input, 2) else { return false };
+    let Ok(text) = std::str::from_utf8(rest) else { return false };
+    if kind == 0 {
+        return match Config::parse(text, "fuzz.toml") {
+            Ok(config) => {
+                assert!(config.threads() > 0 && config.strikes_at_once() > 0 && config.held_max() > 0);
+                // Each must be computed without an overflow.
+                let _ = (config.tick(), config.drain(), config.kept(), config.watch());
+                true
+            }
+            Err(refusal) => says_why(&refusal),
+        };
+    }
+    match Materials::parse(text) {
+        Ok(materials) => {
+            for material in materials.names().map(|name| materials.get(name).expect("it is listed")) {
+                let numbers = [material.young_pa, material.density_kg_m3, material.strength_pa];
+                assert!(numbers.iter().all(|number| number.is_finite() && *number > 0.0), "{material:?}");
+                assert!(material.poisson > -1.0 && material.poisson < 0.5, "{material:?}");
+            }
+            true
+        }
+        Err(error) => {
+            assert!(!error.to_string().is_empty());
+            false
+        }
+    }
+}
+
+pub(super) fn scene(input: &[u8]) -> bool {
+    let Ok(text) = std::str::from_utf8(input) else { return false };
+    match Scene::parse(text, Path::new("scenes")) {
+        Ok(scene) => {
+            assert!(!scene.objects.is_empty() && scene.databases().len() == scene.objects.len());
+            true
+        }
+        Err(refusal) => says_why(&refusal),
+    }
+}
+
+fn says_why(refusal: &Refusal) -> bool {
+    assert!(!refusal.message.is_empty(), "{refusal:?}");
+    false
+}
