@@ -329,6 +329,7 @@ fn what_commands_of_the_readme_leave_behind_is_not_judged() {
     fs::copy(root().join(".gitignore"), folder.path().join(".gitignore")).unwrap();
     let left = ["broken.glb", "shatter-study/a.html", "shatter-demo/b.html", "host/film.glb", "databases/mug.shatter"];
     let more = [
+        "broken.closed.glb",
         "env/a",
         "wheels/a",
         "study/a",
