@@ -25,6 +25,10 @@ pub(super) fn merge(
     least: f64,
 ) -> bool {
     let mut volumes: Vec<f64> = measured.iter().map(|piece| piece.volume).collect();
+    // Areas are summed only where a piece is small.
+    if volumes.iter().all(|volume| *volume >= least) {
+        return false;
+    }
     let mut shared = shared_areas(tessellation);
     let mut became: Vec<usize> = (0..volumes.len()).collect();
     let mut any = false;
