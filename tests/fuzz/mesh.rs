@@ -5,4 +5,6 @@
 use libfuzzer_sys::fuzz_target;
 use shatter_tests::fuzz::{Target, prepare};
 
-fuzz_target!(init: prepare(Target::Mesh), |input: &[u8]| _ = Target::Mesh.run(input));
+fuzz_target!(init: prepare(Target::Mesh), |input: &[u8]| {
+    Target::Mesh.run(input);
+});

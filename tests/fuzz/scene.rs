@@ -5,4 +5,6 @@
 use libfuzzer_sys::fuzz_target;
 use shatter_tests::fuzz::{Target, prepare};
 
-fuzz_target!(init: prepare(Target::Scene), |input: &[u8]| _ = Target::Scene.run(input));
+fuzz_target!(init: prepare(Target::Scene), |input: &[u8]| {
+    Target::Scene.run(input);
+});

@@ -5,4 +5,6 @@
 use libfuzzer_sys::fuzz_target;
 use shatter_tests::fuzz::{Target, prepare};
 
-fuzz_target!(init: prepare(Target::Toml), |input: &[u8]| _ = Target::Toml.run(input));
+fuzz_target!(init: prepare(Target::Toml), |input: &[u8]| {
+    Target::Toml.run(input);
+});

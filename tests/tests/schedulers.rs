@@ -210,11 +210,13 @@ fn slurm_bakes_what_an_undivided_bake_gives() {
     let early = slurm.submit(&[&format!("--dependency=afterok:{job}")], "slurm/merge.sbatch", &["box"]);
     slurm.output("scancel", &[&format!("{job}_5")]);
     slurm.output("scontrol", &["release", &job]);
-    let ends = slurm.ends(&job);
+    let mut ends = slurm.ends(&job);
     println!("slurm, first: {ends:?}");
-    let expected =
-        ["COMPLETED", "COMPLETED", "COMPLETED", "FAILED", "COMPLETED", "CANCELLED", "COMPLETED", "COMPLETED"];
+    // A task that is canceled before it ran may leave no record.
+    ends.retain(|state| state != "CANCELLED");
+    let expected = ["COMPLETED", "COMPLETED", "COMPLETED", "FAILED", "COMPLETED", "COMPLETED", "COMPLETED"];
     assert_eq!(ends, expected);
+    assert!(!house.path("shares/box.5-of-8.share").exists(), "task 5 did not run");
     assert_eq!(slurm.ends(&early), ["CANCELLED"], "a merge after a failed share does not stay in the queue");
 
     fs::remove_dir(obstacle).unwrap();

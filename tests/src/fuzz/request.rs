@@ -12,7 +12,8 @@ use shatter_proto::view::Checked;
 const LISTENER: [u8; 16] = [7; 16];
 
 pub(super) fn seeds() -> Vec<Vec<u8>> {
-    let contact = Contact { point_m: [0.0, 0.1, 0.0], impulse_ns: [-1.0, 0.0, 0.0], duration_s: None, radius_m: None };
+    let contact =
+        Contact { point_m: [0.0, 0.1, 0.0], ray: None, impulse_ns: [-1.0, 0.0, 0.0], duration_s: None, radius_m: None };
     let strike = Strike { object: "vase".to_owned(), contacts: vec![contact], ..Strike::default() };
     let strike = strike.wire(LISTENER, 1).expect("a valid strike");
     let mut payload = vec![Block::zeroed(); control::blocks::<ObjectRow>(2)];
@@ -23,7 +24,7 @@ pub(super) fn seeds() -> Vec<Vec<u8>> {
     vec![
         seed(0, bytes_of(&strike)),
         seed(1, bytes_of(&Question::Verdict(3).wire(LISTENER))),
-        seed(2, Hello::ours(7).to_json()),
+        seed(2, Hello::ours(7, "seed").to_json()),
         seed(3, [bytes_of(&header), bytemuck::cast_slice(&payload)].concat()),
         seed(4, answer()),
     ]
