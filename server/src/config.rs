@@ -290,6 +290,6 @@ mod tests {
         check("[answers]\nkept_max = 5000", "answers.kept_max");
         check("[operations]\nport = 70000", "70000");
         check("[log]\nformat = \"xml\"", "xml");
-        check("[log", "log");
+        check("[log", "line 1, column 5");
     }
 }

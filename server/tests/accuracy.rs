@@ -51,7 +51,8 @@ fn a_study_of_accuracy_has_the_keys_of_the_contract_and_a_point_for_every_settin
         assert!(KEYS.iter().all(|key| point.get(key).is_some()), "{point}");
         assert!(point["time_ms_p50"].as_f64().is_some_and(|time| time > 0.0), "{point}");
         let measured = Measure::ALL.iter().filter(|measure| point[measure.name()] != Value::Null);
-        assert!(measured.count() > 0, "{point}");
+        let not_known = point["not_known_yet"].as_array().map_or(0, Vec::len);
+        assert!(measured.count() + not_known > 0, "{point}");
     }
 
     let dials: HashSet<&str> = findings.points.iter().map(|point| point.dial).collect();

@@ -30,8 +30,8 @@ pub fn ray(text: &str) -> Result<Ray, String> {
 /// A rule for the number of sites, or the number.
 pub fn degree(text: &str) -> Result<Degree, String> {
     if text.parse::<f64>().is_ok() {
-        let sites = text.parse().ok().filter(|sites| *sites > 0);
-        return sites.map(Degree::Sites).ok_or_else(|| "must be a whole number, 1 or more".to_owned());
+        // Whether a number can be had is the daemon's to say, 0 among them.
+        return text.parse().ok().map(Degree::Sites).ok_or_else(|| "must be a whole number, 1 or more".to_owned());
     }
     choice(
         text,
@@ -106,10 +106,11 @@ mod tests {
     }
 
     #[test]
-    fn degrees_are_rules_or_whole_numbers_above_zero() {
+    fn degrees_are_rules_or_whole_numbers() {
         assert_eq!(degree("12"), Ok(Degree::Sites(12)));
+        assert_eq!(degree("0"), Ok(Degree::Sites(0)));
         assert_eq!(degree("verified"), Ok(Degree::Verified));
-        for odd in ["0", "-3", "2.5", "1e30", "NaN", "99999999999"] {
+        for odd in ["-3", "2.5", "1e30", "NaN", "99999999999"] {
             assert_eq!(degree(odd).unwrap_err(), "must be a whole number, 1 or more");
         }
         assert!(degree("closedform").unwrap_err().contains("did you mean `closed_form`?"));

@@ -290,7 +290,7 @@ fn what_cannot_be_struck_again_is_refused_by_name() {
         (&*HORSESHOE, u32::MAX, strike.clone(), "the answer has"),
         (&*SLIT, largest, strike.clone(), "not one of this object"),
         (&*HORSESHOE, largest, Strike { lift: LiftKind::SurfaceDiffusion, ..strike.clone() }, "has no lift"),
-        (&*HORSESHOE, largest, blow(&[Point3::new(9.0, 0.0, 0.0)], Vector3::x(), 4), "from the body"),
+        (&*HORSESHOE, largest, blow(&[Point3::new(9.0, 0.0, 0.0)], Vector3::x(), 4), "from the surface"),
     ] {
         let error = again(prepared, &kept, fragment, &strike).err().unwrap();
         assert!(error.to_string().contains(words), "{error}");

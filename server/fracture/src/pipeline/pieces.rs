@@ -320,7 +320,13 @@ impl Broken<'_> {
         cut.components.split(&body.topology, cells.map_or(&whole, |cells| &cells.diagram.labels));
         watch.leave(Stage::Labels, size_of_val(cut.components.labels.as_slice()) as u64);
         watch.enter(Stage::Tessellation);
-        self.tessellate(index, cells, &mut cut, &FixedPoints::default(), workspace)?;
+        let mut fixed = FixedPoints::default();
+        if self.strike.effects.has(Effect::Slivers) && cells.is_some() {
+            watch.begin(Effect::Slivers);
+            fixed = self.merge_small(index, cells, &mut cut)?;
+            watch.end(Effect::Slivers, 0);
+        }
+        self.tessellate(index, cells, &mut cut, &fixed, workspace)?;
         watch.leave(Stage::Tessellation, size_of_val(cut.tessellation.runs()) as u64);
         watch.enter(Stage::Fragments);
         properties(&cut.tessellation, &mut cut.measured);
@@ -337,6 +343,19 @@ impl Broken<'_> {
     pub(super) fn energy_j_m2(&self, cells: &BodyCells, site: u32) -> f64 {
         let unit = self.energies[cells.struck].unit_j_m2(self.prepared.frame.diagonal_m);
         unit * cells.diagram.cell_energy[site as usize]
+    }
+
+    /// Merges pieces that are small by their nodes before the body is cut; the crack points of before, if there were any.
+    fn merge_small(&self, index: usize, cells: Option<&BodyCells>, cut: &mut Cut) -> Result<FixedPoints, StrikeError> {
+        let body = &self.prepared.bodies[index];
+        let least = slivers::least_volume(self.prepared, self.strike);
+        let Some(volumes) = slivers::small_by_nodes(&cut.components, &body.volumes, least) else {
+            return Ok(FixedPoints::default());
+        };
+        // The cracks that stay, stay where the diagram has them.
+        self.find(index, cells, cut, &FixedPoints::default())?;
+        let joined = slivers::merge_by_nodes(&mut cut.components, &body.topology, volumes, least);
+        Ok(if joined { cut.points.to_fixed() } else { FixedPoints::default() })
     }
 
     /// Merges slivers, and cuts again where there were any; bytes of the new labels.
@@ -367,12 +386,25 @@ impl Broken<'_> {
         fixed: &FixedPoints,
         workspace: &mut Workspace,
     ) -> Result<(), StrikeError> {
+        self.find(index, cells, cut, fixed)?;
+        let body = &self.prepared.bodies[index];
+        let Cut { components, points, tessellation, .. } = cut;
+        Ok(tessellation.build(&body.crack, &body.topology, &components.labels, points, workspace)?)
+    }
+
+    /// Finds the crack points of the components but for those that are fixed.
+    fn find(
+        &self,
+        index: usize,
+        cells: Option<&BodyCells>,
+        cut: &mut Cut,
+        fixed: &FixedPoints,
+    ) -> Result<(), StrikeError> {
         let body = &self.prepared.bodies[index];
         let lift = self.prepared.lift_for(index, self.strike)?;
-        let Cut { components, points, tessellation, .. } = cut;
+        let Cut { components, points, .. } = cut;
         let of_fragment = &components.sites;
         let sites = cells.map(|cells| Sites { lift, coordinates: &cells.diagram.sites, of_fragment });
-        points.find(&body.crack, &body.topology, &components.labels, sites, fixed)?;
-        Ok(tessellation.build(&body.crack, &body.topology, &components.labels, points, workspace)?)
+        Ok(points.find(&body.crack, &body.topology, &components.labels, sites, fixed)?)
     }
 }

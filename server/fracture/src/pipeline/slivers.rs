@@ -2,7 +2,7 @@
 
 use super::{Prepared, Strike};
 use crate::fragment::Properties;
-use crate::tessellation::{Components, Run, Tessellation};
+use crate::tessellation::{Components, Run, Tessellation, Topology};
 use std::collections::BTreeMap;
 
 /// Smaller pieces are slivers: volume in cubes of the crack lattice's spacing. They have about four nodes, so the lattice shapes them
@@ -24,12 +24,37 @@ pub(super) fn merge(
     measured: &[Properties],
     least: f64,
 ) -> bool {
-    let mut volumes: Vec<f64> = measured.iter().map(|piece| piece.volume).collect();
+    let volumes: Vec<f64> = measured.iter().map(|piece| piece.volume).collect();
     // Areas are summed only where a piece is small.
     if volumes.iter().all(|volume| *volume >= least) {
         return false;
     }
-    let mut shared = shared_areas(tessellation);
+    join(components, volumes, shared_areas(tessellation), least)
+}
+
+/// Volumes of the pieces by the lumped volumes of their nodes, local, if one of them is less than `least`.
+pub(super) fn small_by_nodes(components: &Components, node_volumes: &[f64], least: f64) -> Option<Vec<f64>> {
+    let mut volumes = vec![0.0; components.sites.len()];
+    components.labels.iter().zip(node_volumes).for_each(|(label, volume)| volumes[*label as usize] += volume);
+    volumes.iter().any(|volume| *volume < least).then_some(volumes)
+}
+
+/// As [`merge`], before anything is cut: by these volumes, and by the number of lattice edges between pieces. Few pieces are left
+/// for [`merge`], which has to cut a second time.
+pub(super) fn merge_by_nodes(components: &mut Components, topology: &Topology, volumes: Vec<f64>, least: f64) -> bool {
+    let mut shared = vec![BTreeMap::new(); volumes.len()];
+    for [a, b] in topology.edges.iter().map(|edge| edge.map(|node| components.labels[node as usize] as usize)) {
+        // Neighbors of large pieces do not matter.
+        if a != b && (volumes[a] < least || volumes[b] < least) {
+            *shared[a].entry(b).or_default() += 1.0;
+            *shared[b].entry(a).or_default() += 1.0;
+        }
+    }
+    join(components, volumes, shared, least)
+}
+
+/// Joins pieces as [`merge`] says; `shared[piece]` is what it shares with each neighbor.
+fn join(components: &mut Components, mut volumes: Vec<f64>, mut shared: Vec<BTreeMap<usize, f64>>, least: f64) -> bool {
     let mut became: Vec<usize> = (0..volumes.len()).collect();
     let mut any = false;
     while let Some((sliver, host)) = next(&became, &volumes, &shared, least) {

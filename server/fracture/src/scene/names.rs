@@ -26,12 +26,16 @@ pub fn nearest<'a>(name: &str, all: impl IntoIterator<Item = &'a str>) -> Option
 }
 
 /// What is wrong with the TOML `text`, on one line: where, why, and the nearest key that is known where a key is not. The text is not
-/// quoted.
+/// quoted. Give an empty text for a table that was parsed before: then the key tells the place.
 pub fn toml_error(text: &str, error: &toml::de::Error) -> String {
     let place = error.span().and_then(|span| text.get(..span.start)).map_or_else(String::new, |before| {
         let column = before.rsplit('\n').next().map_or(0, |line| line.chars().count()) + 1;
         format!("line {}, column {column}: ", before.matches('\n').count() + 1)
     });
+    // Without a text the error still knows the key, and shows it on a line of its own.
+    let shown = error.to_string();
+    let key = shown.lines().filter(|_| place.is_empty()).find_map(|line| line.strip_prefix("in `")?.strip_suffix('`'));
+    let key = key.map_or_else(String::new, |key| format!(" (key `{}`)", brief(key)));
     let message = error.message();
     let mut names = message.split('`').skip(1).step_by(2);
     let hint = match names.next() {
@@ -39,7 +43,7 @@ pub fn toml_error(text: &str, error: &toml::de::Error) -> String {
         _ => None,
     };
     let hint = hint.map_or_else(String::new, |nearest| format!("; the nearest is `{nearest}`"));
-    format!("{place}{}{hint}", brief(&message.split_whitespace().collect::<Vec<_>>().join(" ")))
+    format!("{place}{}{key}{hint}", brief(&message.split_whitespace().collect::<Vec<_>>().join(" ")))
 }
 
 #[cfg(test)]
