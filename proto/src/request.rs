@@ -425,7 +425,7 @@ impl ContactWire {
         }
         // The square is what the energy is made of: it must neither vanish nor overflow.
         let square: f64 = self.impulse_ns.iter().map(|x| x * x).sum();
-        if purpose != Purpose::Aim && (!square.is_finite() || square == 0.0) {
+        if !square.is_finite() || (square == 0.0 && purpose != Purpose::Aim) {
             let what = if square == 0.0 { "zero" } else { "not finite, or its square is not" };
             let at = format!("contacts[{i}].impulse_ns");
             let message = format!("contact {i}: the impulse is {what}; pass a finite impulse in N·s");

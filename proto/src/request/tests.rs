@@ -71,6 +71,9 @@ fn a_ray_survives_the_wire_and_needs_a_direction_and_one_contact() {
     let pointless = Contact { impulse_ns: [0.0; 3], ..one.contacts[0] };
     let aim = Strike { purpose: Purpose::Aim, contacts: vec![pointless], ..one.clone() };
     assert_eq!(aim.wire([0; 16], 0).unwrap().validate().unwrap(), aim);
+    let endless = Contact { impulse_ns: [f64::NAN, 0.0, 0.0], ..one.contacts[0] };
+    let refusal = Strike { contacts: vec![endless], ..aim.clone() }.wire([0; 16], 0).unwrap_err();
+    assert_eq!((refusal.kind, refusal.at.as_str()), (Kind::Impulse, "contacts[0].impulse_ns"));
     let unaimed = Strike { contacts: vec![strike().contacts[0]], ..aim };
     let several = Strike { contacts: vec![aimed([1.0, 0.0, 0.0]), strike().contacts[0]], ..one.clone() };
     let flat = Strike { contacts: vec![aimed([0.0; 3])], ..one.clone() };

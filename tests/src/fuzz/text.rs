@@ -41,7 +41,7 @@ pub(super) fn toml(input: &[u8]) -> bool {
             for material in materials.names().map(|name| materials.get(name).expect("it is listed")) {
                 let numbers = [material.young_pa, material.density_kg_m3, material.strength_pa];
                 assert!(numbers.iter().all(|number| number.is_finite() && *number > 0.0), "{material:?}");
-                assert!(material.poisson > -1.0 && material.poisson < 0.5, "{material:?}");
+                // Poisson's ratio is checked where a stiffness is made of it.
             }
             true
         }

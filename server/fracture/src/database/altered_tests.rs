@@ -243,8 +243,11 @@ fn altered_tensors_are_refused_by_name_or_harmless() {
     assert!(trial.refused + trial.served > 250);
 }
 
+/// The document with another number in its place.
+type Put<'a> = dyn Fn(Value) -> Value + 'a;
+
 /// Calls `each` with every number below `value`: where it is, and the document with another in its place.
-fn numbers(value: &Value, path: &str, each: &mut dyn FnMut(&str, &dyn Fn(Value) -> Value)) {
+fn numbers(value: &Value, path: &str, each: &mut dyn FnMut(&str, &Put)) {
     match value {
         Value::Number(_) => each(path, &|other| other),
         Value::Array(list) => {

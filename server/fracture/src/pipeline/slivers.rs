@@ -106,7 +106,7 @@ fn renumber(components: &mut Components, became: &[usize]) {
     let mut place = vec![0u32; became.len()];
     kept.iter().enumerate().for_each(|(number, &piece)| place[piece] = number as u32);
     let (measured, gone) = (became.len(), (became.len() - kept.len()) as u32);
-    let renamed = |label: u32| became.get(label as usize).map_or(label - gone, |&piece| place[piece]);
+    let renamed = |label: u32| became.get(label as usize).map_or_else(|| label - gone, |&piece| place[piece]);
     components.labels.iter_mut().for_each(|label| *label = renamed(*label));
     let others = components.sites.split_off(measured);
     components.sites = kept.iter().map(|&piece| components.sites[piece]).chain(others).collect();
