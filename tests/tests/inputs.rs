@@ -104,7 +104,8 @@ fn check_texts(output: &Output, what: &str) -> String {
     let stderr = String::from_utf8(output.stderr.clone()).unwrap();
     let hidden = |c: char| c.is_control() || c == '\u{202e}';
     // A line that a file name begins would look like one of the program.
-    let own = |line: &str| line.starts_with("shatterd: ") && !line.starts_with("shatterd: all is well");
+    let begins = |line: &str| ["shatterd: ", "warning: "].into_iter().any(|own| line.starts_with(own));
+    let own = |line: &str| begins(line) && !line.starts_with("shatterd: all is well");
     assert!(!stderr.chars().any(|c| hidden(c) && c != '\n') && stderr.lines().all(own), "{what}: {stderr:?}");
     let document: Value = serde_json::from_slice(&output.stdout).unwrap();
     let message = document["error"]["message"].as_str().unwrap().to_owned();
