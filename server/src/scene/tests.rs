@@ -29,7 +29,7 @@ fn what_is_not_known_is_refused_by_name_with_the_nearest() {
         check(&format!("database = \"{database}\""), "objects.vase.database", "without folders");
     }
     check("database = 3", "objects.vase", "database");
-    check("volume_min_m3 = 0.1", "objects.vase.volume_min_m3", "`slivers`");
+    check("effects = []\nvolume_min_m3 = 0.1", "objects.vase.volume_min_m3", "`slivers`");
     check("fragment_size_m = 0.0", "objects.vase.fragment_size_m", "above zero");
     check("sites_max = \"many\"", "objects.vase", "sites_max");
     let held = |anchor: &str| format!("allow = [\"anchored\"]\nanchors = [{anchor}]");
