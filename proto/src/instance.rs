@@ -2,7 +2,7 @@
 //!
 //! Shared memory has one folder for all users of a machine. Whoever knows a name there beforehand can take it, so a daemon draws a
 //! random one when it starts, and tells it in its private runtime folder: to clients in its lock file and its
-//! [`Hello`](crate::hello::Hello), to its successor in a list of the instances whose files may be left.
+//! [`Hello`], to its successor in a list of the instances whose files may be left.
 
 use crate::hello::Hello;
 use crate::place::{Place, create_private, trusted};
