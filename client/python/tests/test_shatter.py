@@ -327,6 +327,8 @@ def test_files(body, tmp_path):
     assert (tmp_path / "a.glb").read_bytes()[:4] == b"glTF"
     assert len(list((tmp_path / "pieces").glob("fragment_[0-9]*[0-9].obj"))) == len(broken)
     assert (tmp_path / "a.xml").read_text().lstrip().startswith("<")
+    broken.write_glb(tmp_path / "new" / "a.glb")
+    assert (tmp_path / "new" / "a.glb").exists()
     with pytest.raises(shatter.Refusal) as refused:
-        broken.write_glb(tmp_path / "nowhere" / "a.glb")
+        broken.write_glb(tmp_path / "a.glb" / "a.glb")
     assert refused.value.kind == "output"
