@@ -1,6 +1,6 @@
-//! Where the transport of one daemon process lives: names that nobody can guess, other ones at each start.
+//! Where the transport of one daemon process lives: random names, drawn anew at each start.
 //!
-//! Shared memory has one folder for all users of a machine. Whoever knows a name there beforehand can take it, so a daemon draws a
+//! Shared memory has one folder for all users of a machine. Another user who knows a name beforehand can take it, so a daemon draws a
 //! random one when it starts, and tells it in its private runtime folder: to clients in its lock file and its
 //! [`Hello`], to its successor in a list of the instances whose files may be left.
 
@@ -11,7 +11,7 @@ use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-/// Digits of a token, of 36 each: 57 bits that nobody can try out. With the place's mark and two separators they make the prefix.
+/// Digits of a token, of 36 each: 57 bits, too many to try out. With the place's mark and two separators they make the prefix.
 const TOKEN_DIGITS: usize = 11;
 
 /// Longest transport folder, bytes. A Unix socket's path has 108, of which the folder's slash, the prefix (19), a port id
@@ -33,7 +33,7 @@ pub struct Instance {
     pub folder: PathBuf,
 }
 
-/// A word that nobody can guess. Errors: `runtime_folder` where there is no source of random numbers.
+/// A random word. Errors: `runtime_folder` where there is no source of random numbers.
 pub fn random_token() -> Result<String, Refusal> {
     let source = Path::new("/dev/urandom");
     let mut bytes = [0; TOKEN_DIGITS];

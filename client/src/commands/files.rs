@@ -79,7 +79,7 @@ impl Target {
     }
 
     /// Strikes `object` with the effects that the format shows: bonds and hulls in a model for MuJoCo, skins in a `.glb` file, unless
-    /// they are in `disable`. A skin that nobody asked for (`enable`) is left out where the object has none.
+    /// they are in `disable`. A skin that `enable` does not name is left out where the object has none.
     pub fn strike(
         &self,
         object: &Object,
