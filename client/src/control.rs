@@ -155,7 +155,6 @@ fn ask<R: Row>(link: &Link, question: Question, deadline: Deadline) -> Result<(V
 /// Looks for the reply; never blocks.
 pub(crate) fn poll<R: Row>(link: &Link, pending: &PendingQuestion) -> Result<Option<(Vec<R>, u32)>, Refusal> {
     let connected = pending.is_connected();
-    let _call = link.call();
     match pending.receive().map_err(receive_failed)? {
         Some(reply) => Ok(Some((read::<R>(reply.user_header(), reply.payload())?, reply.user_header().total))),
         None if connected => Ok(None),

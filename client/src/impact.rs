@@ -3,7 +3,7 @@
 use crate::Ray;
 use shatter_proto::convention::Convention;
 use shatter_proto::effect::{Effect, Effects};
-use shatter_proto::request::{Contact, Degree, Elastic, Lift, Origin, Purpose, Quality, Strike};
+use shatter_proto::request::{Contact, Degree, Elastic, Lift, Origin, Purpose, Quality, Strike, squarable};
 use std::time::Duration;
 
 /// One impact: contacts, and how the answer shall be computed. Lengths in m and directions in the coordinates of the mesh
@@ -48,6 +48,7 @@ impl Impact {
     pub fn impulse_along_ray(self, impulse_ns: f64) -> Self {
         self.last(|contact| {
             let Some(ray) = contact.ray else { return };
+            let ray = squarable(ray);
             let length = ray.iter().map(|x| x * x).sum::<f64>().sqrt();
             contact.impulse_ns = ray.map(|x| impulse_ns * x / length);
         })

@@ -51,6 +51,7 @@ mod object;
 mod out;
 pub mod program;
 mod ticket;
+mod unmapped;
 mod visible;
 
 pub use aim::{Hit, Ray};

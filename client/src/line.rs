@@ -1,6 +1,7 @@
 //! The way to a service, whichever daemon serves: a link, and a new one once its daemon is lost.
 
 use crate::link::{Link, daemon_lives};
+use crate::unmapped::unmapped;
 use shatter_proto::hello::Hello;
 use shatter_proto::instance::Instance;
 use shatter_proto::place::Place;
@@ -44,7 +45,7 @@ impl Line {
     pub(crate) fn over<T>(&self, call: impl Fn(Arc<Link>) -> Result<T, Refusal>) -> Result<T, Refusal> {
         match call(self.link()?) {
             Err(lost) if lost.kind == Kind::Lost => match self.link() {
-                Ok(link) => call(link),
+                Ok(link) => call(link.clone()).map_err(|lost| unmapped(lost, &link)),
                 Err(_) => Err(lost),
             },
             result => result,

@@ -21,7 +21,6 @@ use shatter_proto::request::StrikeWire;
 use shatter_proto::transport::{
     CONTROL_SERVICE, Ipc, STRIKE_SERVICE, WAKE_CLIENT_SERVICE, WAKE_DAEMON_SERVICE, client_config, failed, service_name,
 };
-use shatter_proto::unfinished::{Call, Rescue};
 use shatter_proto::{Kind, Refusal, shared_memory};
 use std::fs::File;
 use std::os::unix::fs::FileExt;
@@ -118,7 +117,6 @@ pub(crate) struct Link {
     lost: AtomicBool,
     place: Place,
     lock: Lock,
-    rescue: Rescue,
     _node: Node<Ipc>,
 }
 
@@ -128,8 +126,6 @@ impl Link {
         shared_memory::need(ROOM)?;
         instance.check(place.uid)?;
         let lock = Lock::open(place, instance).ok_or_else(|| failed("lock", "the daemon went away"))?;
-        let rescue = Rescue::new(&instance.prefix)?;
-        let call = rescue.call();
         let config = client_config(instance)?;
         let node = NodeBuilder::new()
             .config(&config)
@@ -137,8 +133,7 @@ impl Link {
             .create::<Ipc>()
             .map_err(|error| failed("node", error))?;
         let ports = Ports::open(&node)?;
-        drop(call);
-        shared_memory::populate_mapped(&instance.prefix)?;
+        shared_memory::populate_mapped(&instance.folder)?;
         Ok(Self {
             ports,
             sent: Mutex::default(),
@@ -147,14 +142,8 @@ impl Link {
             lost: AtomicBool::new(false),
             place: place.clone(),
             lock,
-            rescue,
             _node: node,
         })
-    }
-
-    /// Counts a call of the transport: one that waits for what a dead daemon left unfinished is freed.
-    pub(crate) fn call(&self) -> Call {
-        self.rescue.call()
     }
 
     fn sent(&self) -> MutexGuard<'_, u64> {
@@ -186,7 +175,6 @@ impl Link {
     /// them what a release came after. Waits for nothing but other threads that send.
     pub(crate) fn send(&self, strike: StrikeWire) -> Result<(PendingStrike, u64), Refusal> {
         shared_memory::need(ROOM_TO_SEND)?;
-        let _call = self.call();
         let mut sent = self.sent();
         let (sequence, held) = (*sent + 1, self.held.load(Ordering::Relaxed));
         let request = self.ports.strikes.loan_uninit().map_err(loan_failed)?;
@@ -201,7 +189,6 @@ impl Link {
     /// Sends a question. Never blocks.
     pub(crate) fn ask(&self, question: Question) -> Result<PendingQuestion, Refusal> {
         shared_memory::need(ROOM_TO_SEND)?;
-        let _call = self.call();
         let request = self.ports.questions.loan_uninit().map_err(loan_failed)?;
         let pending = request.write_payload(question.wire(self.listener())).send().map_err(send_failed)?;
         self.wake_daemon(pending.number_of_server_connections())?;

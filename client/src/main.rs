@@ -41,7 +41,7 @@ fn main() -> ExitCode {
     let json = std::env::args_os().any(|argument| argument == "--json");
     let cli = match program::arguments::<Cli>() {
         Ok(cli) => cli,
-        Err(error) => return commands::usage(&error, json),
+        Err(error) => return commands::usage::<Cli>(&error, json),
     };
     let result = match &cli.command {
         Command::List(args) => list::run(&cli.service, args),
@@ -52,5 +52,5 @@ fn main() -> ExitCode {
         Command::Load(args) => load::run(&cli.service, args),
         Command::LoadClient => load::work(&cli.service),
     };
-    result.map_or_else(|failure| commands::ended(&failure, json), |()| ExitCode::SUCCESS)
+    result.map_or_else(|failure| commands::ended::<Cli>(&failure, json), |()| ExitCode::SUCCESS)
 }

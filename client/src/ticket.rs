@@ -2,6 +2,7 @@
 
 use crate::control;
 use crate::link::{Link, PendingQuestion, PendingStrike, Pulse, receive_failed};
+use crate::unmapped::unmapped;
 use crate::{Broken, Deadline};
 use shatter_proto::answer::STAGES;
 use shatter_proto::control::{ProgressRow, Question};
@@ -150,7 +151,6 @@ impl Ticket {
     ) -> Result<Found, Refusal> {
         // Asked before receiving: an answer sent between the two calls is then not overlooked.
         let connected = pending.is_connected();
-        let _call = link.call();
         match pending.receive().map_err(receive_failed)? {
             Some(answer) => Ok(Found::Answer(Broken::new(answer, request, sent.elapsed(), link.hold())?)),
             None if connected => Ok(Found::Nothing),
@@ -176,7 +176,7 @@ impl Ticket {
             Some(pending) => match control::poll::<RefusalWire>(link, pending) {
                 Ok(None) => {}
                 Ok(Some((rows, _))) => {
-                    let verdict = rows.first().map_or_else(|| link.lost(), Refusal::from);
+                    let verdict = rows.first().map_or_else(|| unmapped(link.lost(), link), Refusal::from);
                     // Whoever asks has not given it up: the transport took this client for one that died.
                     return Err(if verdict.kind == Kind::Cancelled { link.mislaid() } else { verdict });
                 }

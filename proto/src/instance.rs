@@ -1,8 +1,9 @@
-//! Where the transport of one daemon process lives: random names, drawn anew at each start.
+//! Where the transport of one daemon process lives: a private folder in shared memory, under a random name.
 //!
-//! Shared memory has one folder for all users of a machine. Another user who knows a name beforehand can take it, so a daemon draws a
-//! random one when it starts, and tells it in its private runtime folder: to clients in its lock file and its
-//! [`Hello`], to its successor in a list of the instances whose files may be left.
+//! Shared memory has one folder for all users of a machine, and another user who knows a name beforehand can take it. So a daemon
+//! draws a random name when it starts, keeps everything in a folder of that name which is closed to others, and tells the name in
+//! its private runtime folder: to clients in its lock file and its [`Hello`], to its successor in a list of the instances whose
+//! files may be left.
 
 use crate::hello::Hello;
 use crate::place::{Place, create_private, trusted};
@@ -11,12 +12,8 @@ use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-/// Digits of a token, of 36 each: 57 bits, too many to try out. With the place's mark and two separators they make the prefix.
+/// Digits of a token, of 36 each: 57 bits, too many to try out.
 const TOKEN_DIGITS: usize = 11;
-
-/// Longest transport folder, bytes. A Unix socket's path has 108, of which the folder's slash, the prefix (19), a port id
-/// (39 digits), `.event` and the closing zero take 66.
-const FOLDER_MAX: usize = 42;
 
 /// The digits of tokens and marks.
 pub(crate) const DIGITS: &[u8; 36] = b"0123456789abcdefghijklmnopqrstuvwxyz";
@@ -26,10 +23,7 @@ pub(crate) const DIGITS: &[u8; 36] = b"0123456789abcdefghijklmnopqrstuvwxyz";
 pub struct Instance {
     /// What tells it from others of its place.
     pub token: String,
-    /// Prefix of the transport's files and shared memory.
-    pub prefix: String,
-    /// Folder of the transport's files, short enough for sockets and in memory: every file in it is synced when it is
-    /// created, which takes seconds on a busy disk.
+    /// Folder of the transport's segments, sockets and other files.
     pub folder: PathBuf,
 }
 
@@ -67,11 +61,8 @@ impl Instance {
     }
 
     fn named(place: &Place, token: String) -> Self {
-        let prefix = format!("{}{token}_", place.mark);
-        let beside = place.folder.parent().map(|base| base.join(format!(".t-{}", &token[..TOKEN_DIGITS - 1])));
-        let short = beside.filter(|beside| !place.is_shared && beside.as_os_str().len() <= FOLDER_MAX);
-        let folder = short.unwrap_or_else(|| Path::new(shared_memory::FOLDER).join(format!("{prefix}t")));
-        Self { token, prefix, folder }
+        let folder = Path::new(shared_memory::FOLDER).join(format!("{}{token}", place.mark));
+        Self { token, folder }
     }
 
     /// Creates the folder for its owner alone.
@@ -84,19 +75,13 @@ impl Instance {
     pub fn check(&self, uid: u32) -> Result<(), Refusal> {
         trusted(&self.folder, uid)
     }
-
-    /// The files of shared memory that are its own, by their names.
-    pub fn segments(&self) -> Vec<PathBuf> {
-        let entries = std::fs::read_dir(shared_memory::FOLDER).into_iter().flatten().flatten();
-        let own = entries.filter(|entry| entry.file_name().to_string_lossy().starts_with(&self.prefix));
-        own.map(|entry| entry.path()).filter(|path| *path != self.folder).collect()
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::name::ServiceName;
+    use crate::transport::PREFIX;
 
     fn place(name: &str, runtime: &str, uid: u32) -> Place {
         Place::new(&ServiceName::new(name).unwrap(), Some(Path::new(runtime)), uid)
@@ -108,7 +93,7 @@ mod tests {
         let deep = format!("/{}", "deep/".repeat(40));
         for runtime in ["/run/user/1000", "/run/user/4294967295", deep.as_str(), "relative"] {
             let instance = Instance::random(&place(&longest, runtime, u32::MAX)).unwrap();
-            let socket = format!("{}/{}{}.event\0", instance.folder.display(), instance.prefix, u128::MAX);
+            let socket = format!("{}/{PREFIX}{}.event\0", instance.folder.display(), u128::MAX);
             assert!(socket.len() <= 108, "{socket}");
         }
     }
@@ -117,7 +102,7 @@ mod tests {
     fn no_two_starts_have_the_same_names() {
         let place = place("a", "/r", 1);
         let [a, b] = [(); 2].map(|()| Instance::random(&place).unwrap());
-        assert!(a.prefix != b.prefix && a.folder != b.folder && a.prefix.starts_with(&place.mark));
+        assert!(a.folder != b.folder && a.folder.display().to_string().contains(&place.mark));
         assert_eq!(Instance::of_token(&place, &a.token), Some(a));
         for token in ["", "short", "0123456789A", "0123456789ab", "../../../..", "01234567/9a"] {
             assert_eq!(Instance::of_token(&place, token), None, "{token}");

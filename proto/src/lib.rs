@@ -30,7 +30,6 @@ pub mod request;
 pub mod shared_memory;
 pub mod text;
 pub mod transport;
-pub mod unfinished;
 pub mod view;
 
 pub use refusal::{Fault, Kind, Refusal, exit};

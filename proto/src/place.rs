@@ -4,6 +4,7 @@
 use crate::instance::DIGITS;
 use crate::name::ServiceName;
 use crate::{Kind, Refusal};
+use std::io::ErrorKind;
 use std::os::unix::ffi::OsStrExt;
 use std::os::unix::fs::{DirBuilderExt, MetadataExt};
 use std::path::{Path, PathBuf};
@@ -17,10 +18,10 @@ pub struct Place {
     pub uid: u32,
     /// The service's own folder.
     pub folder: PathBuf,
-    /// First part of every name in shared memory: shows people where a file comes from. Others may have the same.
+    /// First part of the names of its folders in shared memory: shows people where one comes from. Others may have the same.
     pub mark: String,
     /// Whether the folder lies in one that all users share.
-    pub(crate) is_shared: bool,
+    is_shared: bool,
 }
 
 impl Place {
@@ -62,6 +63,10 @@ impl Place {
 
     /// Creates the folder for its owner alone, and checks it if it exists.
     pub fn create(&self) -> Result<(), Refusal> {
+        self.make_private().map_err(|refusal| self.advised(refusal))
+    }
+
+    fn make_private(&self) -> Result<(), Refusal> {
         if let Some(parent) = self.folder.parent() {
             make(parent)?;
             trusted(parent, self.uid)?;
@@ -73,12 +78,30 @@ impl Place {
 
     /// Whether there is anything at all, in a folder that belongs to the user alone.
     pub fn exists(&self) -> Result<bool, Refusal> {
-        if self.folder.symlink_metadata().is_err() {
-            return Ok(false);
+        self.is_there().map_err(|refusal| self.advised(refusal))
+    }
+
+    fn is_there(&self) -> Result<bool, Refusal> {
+        // What lies in a folder of another user may not even be looked at, so the outer folder comes first.
+        for folder in self.folder.parent().into_iter().chain([self.folder.as_path()]) {
+            match folder.symlink_metadata() {
+                Err(error) if error.kind() == ErrorKind::NotFound => return Ok(false),
+                _ => trusted(folder, self.uid)?,
+            }
         }
-        self.folder.parent().map_or(Ok(()), |parent| trusted(parent, self.uid))?;
-        trusted(&self.folder, self.uid)?;
         Ok(true)
+    }
+
+    /// `refusal`, and what to do about it where the folder lies in one that all users share.
+    fn advised(&self, refusal: Refusal) -> Refusal {
+        if !self.is_shared {
+            return refusal;
+        }
+        let message = format!(
+            "{}; set XDG_RUNTIME_DIR, for the daemon and its clients, to the absolute path of a folder that only you can open",
+            refusal.message
+        );
+        Refusal { message, ..refusal }
     }
 }
 
@@ -174,6 +197,11 @@ mod tests {
         assert_eq!(here.exists(), Ok(true));
         let other = Place { uid: uid + 1, ..here.clone() };
         assert_eq!(other.exists().unwrap_err().kind, Kind::RuntimeFolder);
+        let shared = Place { is_shared: true, ..other };
+        for refusal in [shared.exists().unwrap_err(), shared.create().unwrap_err()] {
+            assert!(refusal.message.contains("XDG_RUNTIME_DIR"), "{refusal}");
+            assert!(refusal.message.contains(&format!("belongs to user {uid}, not to {}", uid + 1)), "{refusal}");
+        }
         use std::os::unix::fs::PermissionsExt;
         std::fs::set_permissions(&here.folder, std::fs::Permissions::from_mode(0o755)).unwrap();
         assert_eq!(here.exists().unwrap_err().kind, Kind::RuntimeFolder);

@@ -12,6 +12,7 @@ mod dials;
 mod ray;
 
 pub use dials::{ERROR_MAX, ITERATIONS_MAX, Lift, Quality, TIME_MS_MAX};
+pub use ray::squarable;
 
 /// First bytes of every request.
 pub const REQUEST_MAGIC: u32 = u32::from_le_bytes(*b"SHTq");
@@ -423,6 +424,8 @@ impl ContactWire {
             let at = format!("contacts[{i}].point_m");
             return Err(Refusal::new(Kind::ContactPoint, at, format!("contact {i}: the point is not finite")));
         }
+        // A ray without a direction leaves its impulse without one, too: the ray is what is wrong.
+        let ray = ray::direction(i, self.ray)?;
         // The square is what the energy is made of: it must neither vanish nor overflow.
         let square: f64 = self.impulse_ns.iter().map(|x| x * x).sum();
         if !square.is_finite() || (square == 0.0 && purpose != Purpose::Aim) {
@@ -433,7 +436,7 @@ impl ContactWire {
         }
         Ok(Contact {
             point_m: self.point_m,
-            ray: ray::direction(i, self.ray)?,
+            ray,
             impulse_ns: self.impulse_ns,
             duration_s: positive_or_default(self.duration_s, |value| duration(i, value))?,
             radius_m: positive_or_default(self.radius_m, |value| radius(i, value))?,

@@ -5,6 +5,7 @@ use crate::{Kind, Refusal};
 use rustix::io::Errno;
 use rustix::mm::{Advice, madvise};
 use std::ops::Range;
+use std::path::Path;
 
 /// Where shared memory lives.
 pub const FOLDER: &str = "/dev/shm";
@@ -44,20 +45,20 @@ pub fn populate(range: Range<usize>) -> Result<(), Refusal> {
     }
 }
 
-/// Makes the pages of every segment exist whose name begins with `prefix` and that this process has mapped writable; pools aside.
-pub fn populate_mapped(prefix: &str) -> Result<(), Refusal> {
+/// Makes the pages of every segment exist that lies in `folder` and that this process has mapped writable; pools aside.
+pub fn populate_mapped(folder: &Path) -> Result<(), Refusal> {
     let maps = std::fs::read_to_string("/proc/self/maps").map_err(|error| full(0, &error.to_string()))?;
-    maps.lines().filter_map(|line| writable(line, prefix)).try_for_each(populate)
+    maps.lines().filter_map(|line| writable(line, folder)).try_for_each(populate)
 }
 
 /// The addresses of a line of the memory map, if it is such a segment.
-fn writable(line: &str, prefix: &str) -> Option<Range<usize>> {
+fn writable(line: &str, folder: &Path) -> Option<Range<usize>> {
     let (addresses, rest) = line.split_once(' ')?;
-    let name = rest.split(FOLDER).nth(1)?.trim_start_matches('/');
+    let path = Path::new(rest.get(rest.find('/')?..)?);
     let (start, end) = addresses.split_once('-')?;
     let hex = |text| usize::from_str_radix(text, 16).ok();
     let range = hex(start)?..hex(end)?;
-    (rest.starts_with("rw-s") && name.starts_with(prefix) && range.len() <= SEGMENT_MAX).then_some(range)
+    (rest.starts_with("rw-s") && path.starts_with(folder) && range.len() <= SEGMENT_MAX).then_some(range)
 }
 
 /// There is room, and the pages cannot exist all the same: whoever made the segment died before it was as long as it should be.
@@ -80,7 +81,7 @@ mod tests {
         let start = bytes.as_ptr() as usize;
         populate(start..start + bytes.len()).unwrap();
         assert!(bytes.iter().all(|byte| *byte == 7));
-        populate_mapped("shatter_nobody").unwrap();
+        populate_mapped(Path::new("/dev/shm/of_no_service")).unwrap();
     }
 
     #[test]
@@ -92,15 +93,15 @@ mod tests {
     }
 
     #[test]
-    fn only_small_writable_segments_of_the_place_are_populated() {
+    fn only_small_writable_segments_of_the_folder_are_populated() {
         let line = |rights: &str, end: &str, name: &str| {
             format!("7f0000000000-{end} {rights} 00000000 00:1a 3   /dev/shm/{name}")
         };
-        let found = |rights, end, name| writable(&line(rights, end, name), "shatter_ab_").is_some();
-        assert!(found("rw-s", "7f0000001000", "shatter_ab_1.connection"));
-        assert!(!found("r--s", "7f0000001000", "shatter_ab_1.data"));
-        assert!(!found("rw-s", "7f0000001000", "shatter_cd_1.data"));
-        assert!(!found("rw-s", "7f0040000000", "shatter_ab_1.data"));
-        assert_eq!(writable("7f00-7f01 rw-p 0 0:0 0", "shatter_ab_"), None);
+        let found = |rights, end, name| writable(&line(rights, end, name), Path::new("/dev/shm/sh_ab")).is_some();
+        assert!(found("rw-s", "7f0000001000", "sh_ab/s_1.connection"));
+        assert!(!found("r--s", "7f0000001000", "sh_ab/s_1.data"));
+        assert!(!found("rw-s", "7f0000001000", "sh_abc/s_1.data"));
+        assert!(!found("rw-s", "7f0040000000", "sh_ab/s_1.data"));
+        assert_eq!(writable("7f00-7f01 rw-p 0 0:0 0", Path::new("/dev/shm/sh_ab")), None);
     }
 }

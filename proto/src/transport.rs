@@ -2,11 +2,52 @@
 
 use crate::instance::Instance;
 use crate::{Kind, Refusal};
-use iceoryx2::prelude::{Config, FileName, Path, SemanticString, ServiceName};
+use iceoryx2::prelude::{Config, FileName, Path, SemanticString, ServiceName, ZeroCopySend};
+use iceoryx2::service::{Service, internal::ServiceInternal};
+use iceoryx2::unique_id_generator::unique_system_id::UniqueSystemId;
+use iceoryx2_bb_elementary_traits::testing::abandonable::Abandonable;
+use iceoryx2_bb_lock_free::mpmc::counting_bit_set::RelocatableCountingBitSet;
+use iceoryx2_cal::arc_sync_policy::mutex_protected::MutexProtected;
+use iceoryx2_cal::dynamic_storage::file::Storage;
+use iceoryx2_cal::event::trigger::{State, unix_datagram_socket::GenericUnixDatagramSocketTrigger};
+use iceoryx2_cal::resizable_shared_memory::dynamic::DynamicMemory;
+use iceoryx2_cal::shared_memory::file::Memory;
+use iceoryx2_cal::shm_allocator::{bump_allocator::BumpAllocator, pool_allocator::PoolAllocator};
+use iceoryx2_cal::{bag, hash, monitoring, reactor, serialize, static_storage, zero_copy_connection::file::Connection};
+use std::fmt::Debug;
 use std::os::unix::ffi::OsStrExt;
 
-/// The transport's flavour: ports may be shared between threads.
-pub type Ipc = iceoryx2::prelude::ipc_threadsafe::Service;
+/// The variant of the transport: ports may be shared between threads, and every segment is a file of the instance's folder.
+///
+/// The variants of iceoryx2 put segments into `/dev/shm` itself, where every user of the machine can read their names, and make the
+/// files that are opened next. The folder of an instance is closed to other users, and lies in shared memory all the same.
+#[derive(Clone, Debug)]
+pub struct Ipc {}
+
+impl Service for Ipc {
+    type StaticStorage = static_storage::recommended::Ipc;
+    type ConfigSerializer = serialize::recommended::Recommended;
+    type PersistentDynamicStorage<T: Debug + Send + Sync + ZeroCopySend + 'static> = Storage<T>;
+    type Bag = bag::recommended::Recommended;
+    type DynamicStorage<T: Debug + Send + Sync + ZeroCopySend + 'static> = Storage<T>;
+    type ServiceNameHasher = hash::recommended::Recommended;
+    type SharedMemory = Memory<PoolAllocator>;
+    type ResizableSharedMemory = DynamicMemory<PoolAllocator, Memory<PoolAllocator>>;
+    type Connection = Connection;
+    type Event =
+        GenericUnixDatagramSocketTrigger<RelocatableCountingBitSet, Storage<State<RelocatableCountingBitSet, ()>>>;
+    type Monitoring = monitoring::recommended::Ipc;
+    type Reactor = reactor::recommended::Ipc;
+    type ArcThreadSafetyPolicy<T: Send + Debug + Abandonable> = MutexProtected<T>;
+    type BlackboardMgmt<T: Send + Sync + Debug + ZeroCopySend + 'static> = Storage<T>;
+    type BlackboardPayload = Memory<BumpAllocator>;
+    type UniqueId = UniqueSystemId;
+}
+
+impl ServiceInternal<Self> for Ipc {}
+
+/// First part of the name of every file in an instance's folder. Short: paths of sockets are bounded.
+pub const PREFIX: &str = "s_";
 
 /// Strikes. The protocol's version is part of the name: another version is another service.
 pub const STRIKE_SERVICE: &str = "shatter/strike/v1";
@@ -31,7 +72,7 @@ const FILES_FEW: u64 = 256;
 pub fn config(instance: &Instance) -> Result<Config, Refusal> {
     let mut config = Config::default();
     let folder = Path::new(instance.folder.as_os_str().as_bytes());
-    let prefix = FileName::new(instance.prefix.as_bytes());
+    let prefix = FileName::new(PREFIX.as_bytes());
     match (folder, prefix) {
         (Ok(folder), Ok(prefix)) => {
             config.global.set_root_path(&folder);

@@ -67,6 +67,31 @@ impl Signals {
             hangup: hear(SignalKind::hangup())?,
         })
     }
+
+    /// What `work` returns, done on a thread of its own; `None` if SIGINT, SIGTERM or `stop` came first. The work is then abandoned: it ends with
+    /// the process.
+    ///
+    /// # Errors
+    /// `failed` if the work panicked, or no thread can be started.
+    pub async fn unless_ended<T: Send + 'static>(
+        &mut self,
+        stop: &Notify,
+        work: impl FnOnce() -> T + Send + 'static,
+    ) -> Result<Option<T>, Refusal> {
+        let (sender, done) = tokio::sync::oneshot::channel();
+        let failed = |why: String| Refusal::new(Kind::Failed, "threads", why);
+        // The receiver is gone where the work was abandoned.
+        let work = move || drop(sender.send(work()));
+        let begun = std::thread::Builder::new().name("begin".to_owned()).spawn(work);
+        begun.map_err(|error| failed(format!("no thread can be started: {error}")))?;
+        tokio::select! {
+            biased;
+            _ = self.interrupt.recv() => Ok(None),
+            _ = self.terminate.recv() => Ok(None),
+            () = stop.notified() => Ok(None),
+            done = done => done.map(Some).map_err(|_| failed("loading the databases failed".to_owned())),
+        }
+    }
 }
 
 impl Ears {
@@ -79,12 +104,15 @@ impl Ears {
         signals: Signals,
         stop: Arc<Notify>,
     ) -> Self {
+        let mut cleanup = every(Duration::from_millis(config.times.cleanup_ms));
+        // At the start there is nothing to clean up.
+        cleanup.reset();
         Self {
             bell,
             events,
             operations,
             stop,
-            cleanup: every(Duration::from_millis(config.times.cleanup_ms)),
+            cleanup,
             metrics: every(Duration::from_secs(config.times.metrics_s)),
             look: config.watch().map(every),
             heartbeat: sd_notify::watchdog_enabled().map(|period| every(period / 2)),

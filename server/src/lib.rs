@@ -15,6 +15,7 @@ pub mod ipc;
 pub mod jobs;
 pub mod kept;
 pub mod librarian;
+mod lists;
 pub mod memory;
 pub mod metrics;
 pub mod operations;

@@ -7,21 +7,22 @@
 //! A changed folder is read again once it has come to rest: once it looks the same twice in a row. A database that is renamed
 //! into place is taken whole, and many that come together are one reload.
 
+mod unrest;
+
 use crate::catalog::{Catalog, Shelf, Version};
 use crate::engine::Loader;
 use crate::jobs::Event;
 use rayon::{ThreadPool, ThreadPoolBuilder};
+use shatter_proto::name::suggestion;
 use shatter_proto::{Kind, Refusal};
 use std::collections::{BTreeMap, VecDeque};
 use std::path::PathBuf;
 use std::sync::{Arc, Weak};
 use tokio::sync::mpsc::UnboundedSender;
+use unrest::Unrest;
 
 /// Niceness of what nobody waits for. Strikes and loads are at `compute.nice`, 5: beside them it gets about a tenth.
 const NICE: i32 = 15;
-
-/// A folder that does not come to rest is read again after this many looks all the same.
-const RESTLESS_MAX: u32 = 10;
 
 /// What the librarian found or did.
 pub enum News {
@@ -51,6 +52,12 @@ pub struct Librarian {
     /// Objects with work that loading left for later, done between other things.
     unfinished: VecDeque<Weak<Version>>,
     unrest: Unrest,
+    /// Looks that began.
+    looks_begun: u64,
+    /// Whether the look under way, or the next one, was due by the clock: only such tell whether the folder rests.
+    is_periodic: bool,
+    /// A client asked during a look, which may have begun before something changed: another one follows.
+    again: bool,
     /// The folder could not be looked at, which was said.
     blind: bool,
 }
@@ -117,8 +124,11 @@ impl Folder {
         match wanted.find(|name| !shelf.holds(name)) {
             Some(name) => {
                 let folder = self.path.display();
+                let all = Shelf::of(&self.path).map(|shelf| shelf.names()).unwrap_or_default();
+                let all: Vec<&str> = all.iter().map(String::as_str).collect();
                 let message = format!(
-                    "the scene wants `{name}`, but there is no {folder}/{name}.shatter: bake it (--scene, if it has a `shape`)"
+                    "the scene wants `{name}`, but there is no {folder}/{name}.shatter: bake it (--scene, if it has a `shape`); {}",
+                    suggestion(name, &all)
                 );
                 Err(Refusal::new(Kind::UnknownObject, name.clone(), message))
             }
@@ -135,15 +145,52 @@ impl Librarian {
         let finishes = Worker::new("finish", NICE, events)?;
         let (unfinished, unrest) = (VecDeque::new(), Unrest::default());
         let (asked, blind, seen, target) = (false, false, None, None);
-        Ok(Self { folder, loader, looks, loads, finishes, asked, seen, target, unfinished, unrest, blind })
+        let (looks_begun, is_periodic, again) = (0, false, false);
+        Ok(Self {
+            folder,
+            loader,
+            looks,
+            loads,
+            finishes,
+            asked,
+            seen,
+            target,
+            unfinished,
+            unrest,
+            looks_begun,
+            is_periodic,
+            again,
+            blind,
+        })
     }
 
-    /// Looks at the folder, unless it does already; what it found comes as news.
+    /// Looks at the folder, unless it does already; what it found comes as news. Called by the clock.
     pub fn look(&mut self) {
+        self.is_periodic = true;
         if !self.looks.is_busy {
-            let folder = self.folder.clone();
-            self.looks.work(move |_| News::Seen(folder.look()));
+            self.begin_look();
         }
+    }
+
+    /// Looks at the folder as it is now. Returns the number of that look: it is over once [`Self::looks_done`] has reached it.
+    pub fn look_for_client(&mut self) -> u64 {
+        if self.looks.is_busy {
+            self.again = true;
+            return self.looks_begun + 1;
+        }
+        self.begin_look();
+        self.looks_begun
+    }
+
+    /// Looks that are over.
+    pub fn looks_done(&self) -> u64 {
+        self.looks_begun - u64::from(self.looks.is_busy)
+    }
+
+    fn begin_look(&mut self) {
+        self.looks_begun += 1;
+        let folder = self.folder.clone();
+        self.looks.work(move |_| News::Seen(folder.look()));
     }
 
     /// Reads the databases again: now, or as soon as another reload is over.
@@ -188,6 +235,9 @@ impl Librarian {
             News::Seen(seen) => {
                 self.looks.is_busy = false;
                 self.saw(seen, catalog);
+                if std::mem::take(&mut self.again) {
+                    self.begin_look();
+                }
             }
             News::Begun(shelf) => {
                 self.seen = Some(shelf.clone());
@@ -215,11 +265,12 @@ impl Librarian {
     }
 
     fn saw(&mut self, seen: Result<Shelf, Refusal>, catalog: &Catalog) {
+        let is_periodic = std::mem::take(&mut self.is_periodic);
         match seen {
             Ok(shelf) => {
                 self.blind = false;
                 let served = self.target.as_ref().unwrap_or(catalog.shelf());
-                self.asked |= self.unrest.settled(shelf.clone(), served);
+                self.asked |= is_periodic && self.unrest.settled(shelf.clone(), served);
                 self.seen = Some(shelf);
             }
             Err(refusal) => {
@@ -241,30 +292,6 @@ impl Librarian {
     }
 }
 
-/// Whether a folder that differs from what is served has come to rest.
-#[derive(Default)]
-struct Unrest {
-    last: Option<Shelf>,
-    looks: u32,
-}
-
-impl Unrest {
-    /// Whether it is time to read a folder that looks like `seen` while `served` is served.
-    fn settled(&mut self, seen: Shelf, served: &Shelf) -> bool {
-        if seen == *served {
-            *self = Self::default();
-            return false;
-        }
-        self.looks += 1;
-        if self.last.as_ref() == Some(&seen) || self.looks >= RESTLESS_MAX {
-            *self = Self::default();
-            return true;
-        }
-        self.last = Some(seen);
-        false
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -281,23 +308,6 @@ mod tests {
     use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
 
     const PATIENCE: Duration = Duration::from_secs(60);
-
-    fn shelf(folder: &TempDir, text: &str) -> Shelf {
-        std::fs::write(folder.path().join("a.shatter"), text).unwrap();
-        Shelf::of(folder.path()).unwrap()
-    }
-
-    #[test]
-    fn a_folder_is_read_when_it_rests_and_in_any_case_at_last() {
-        let folder = tempfile::tempdir().unwrap();
-        let [served, one, two] = ["", "1", "22"].map(|text| shelf(&folder, text));
-        let mut unrest = Unrest::default();
-        let mut look = |seen: &Shelf| unrest.settled(seen.clone(), &served);
-        assert!(!look(&served) && !look(&one) && !look(&two) && look(&two), "twice the same");
-        assert!(!look(&one) && !look(&served) && !look(&one), "what was undone is forgotten");
-        let restless: Vec<bool> = (0..RESTLESS_MAX).map(|turn| look(if turn % 2 == 0 { &two } else { &one })).collect();
-        assert_eq!(restless.iter().filter(|read| **read).count(), 1, "{restless:?}");
-    }
 
     /// A librarian of a folder of its own, and what it tells.
     fn start(folder: &TempDir, required: bool) -> (Librarian, UnboundedReceiver<Event>) {
@@ -390,6 +400,35 @@ mod tests {
             }
             std::thread::yield_now();
         }
+    }
+
+    #[test]
+    fn a_look_for_a_client_sees_what_is_there_now_and_says_nothing_of_rest() {
+        let folder = tempfile::tempdir().unwrap();
+        let (mut librarian, mut events) = start(&folder, true);
+        let databases = folder.path().join("databases");
+        std::fs::create_dir(&databases).unwrap();
+        let catalog = Arc::new(Catalog::default());
+        assert_eq!(
+            (librarian.look_for_client(), librarian.look_for_client()),
+            (1, 2),
+            "the first may have begun too early"
+        );
+        std::fs::write(databases.join("a.shatter"), "").unwrap();
+        for done in [1, 2] {
+            assert_eq!(librarian.looks_done(), done - 1);
+            let seen = news(&mut events);
+            assert!(matches!(seen, News::Seen(Ok(_))) && librarian.hear(seen, &catalog).is_none());
+        }
+        let listed = librarian.expected(&catalog).unwrap();
+        assert_eq!((librarian.looks_done(), listed.get("a").err().unwrap().kind), (2, Kind::Loading));
+        assert!(!librarian.loads.is_busy && !librarian.asked, "twice the same, a moment apart, is no rest");
+        for _ in 0..2 {
+            librarian.look();
+            let seen = news(&mut events);
+            assert!(librarian.hear(seen, &listed).is_none());
+        }
+        assert!(librarian.loads.is_busy);
     }
 
     #[test]

@@ -3,6 +3,7 @@
 use clap::{Parser, Subcommand};
 use shatter_client::program;
 use shatter_server::commands::{Failure, bake, check, demo, inspect, interrupt, merge, serve, study, upgrade};
+use std::io::Write;
 use std::process::ExitCode;
 
 /// Bakes brittle objects and serves their fragments.
@@ -38,7 +39,10 @@ fn main() -> ExitCode {
     let cli = match program::arguments::<Cli>() {
         Ok(cli) => cli,
         Err(error) if json && error.use_stderr() => return Failure::usage(&error).print(true),
-        Err(error) if error.use_stderr() => error.exit(),
+        Err(error) if error.use_stderr() => {
+            let _ = write!(std::io::stderr(), "{}", program::usage_text::<Cli>(&error));
+            return ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2));
+        }
         Err(help) => {
             let printed = program::print_help(&help);
             return printed.map_or_else(|error| Failure::from(error).print(false), |()| ExitCode::SUCCESS);

@@ -9,10 +9,12 @@ use crate::ipc::{ActiveQuestion, Bell, Entrance, Home, Orphans, Pool, Populated,
 use crate::jobs::{Crew, Event, Jobs, lanes, threads};
 use crate::kept::Answers;
 use crate::librarian::{Folder, Librarian};
+use crate::lists::WaitingLists;
 use crate::memory::Resident;
 use crate::metrics::{End, Metrics};
 use crate::operations::{Inquiry, Operations, Report};
 use bytemuck::Zeroable;
+use rayon::ThreadPool;
 use sd_notify::NotifyState;
 use shatter_proto::answer::{BLOCK_BYTES, Block};
 use shatter_proto::control::{self, ControlHeader, Question, ROWS_MAX, Row, StatusRow};
@@ -66,10 +68,15 @@ pub fn run(options: Options) -> Result<(), Refusal> {
 
 async fn serve(options: Options) -> Result<(), Refusal> {
     let Options { place, config, loader, only, ready, stop } = options;
-    let signals = Signals::hear()?;
+    let mut signals = Signals::hear()?;
     let home = Home::take(&place)?;
     let operations = Operations::open(config.operations.port).await?;
-    let (mut daemon, bell, events) = Daemon::start(home, config, loader, only)?;
+    let settings = config.clone();
+    let Some(loaded) = signals.unless_ended(&stop, move || Loaded::of(&settings, loader, only)).await? else {
+        tracing::info!("asked to end while the databases were loaded");
+        return home.close();
+    };
+    let (mut daemon, bell, events) = Daemon::start(home, config, loaded?)?;
     let mut ears = Ears::new(&daemon.config, bell, events, operations, signals, stop);
     daemon.home.say_hello()?;
     daemon.tell(NotifyState::Ready);
@@ -98,37 +105,31 @@ struct Daemon {
     librarian: Librarian,
     retired: Retired,
     reloads: u64,
+    /// Bytes of the buckets that a warning has asked for; 0: none.
+    short_bytes: u64,
     metrics: Metrics,
     started: Instant,
     config: Config,
     home: Home,
     orphans: Orphans,
     arrivals: Arrivals,
+    lists: WaitingLists,
     entrance: Entrance,
 }
 
 impl Daemon {
-    fn start(
-        home: Home,
-        config: Config,
-        loader: Loader,
-        only: Option<BTreeMap<String, String>>,
-    ) -> Result<(Self, Bell, UnboundedReceiver<Event>), Refusal> {
-        let begun = Instant::now();
-        let folder = folder(&config, only)?;
-        let threads = threads(config.threads(), config.compute.nice)?;
+    fn start(home: Home, config: Config, loaded: Loaded) -> Result<(Self, Bell, UnboundedReceiver<Event>), Refusal> {
+        let Loaded { folder, loader, threads, catalog } = loaded;
         let lanes = lanes(config.strikes_at_once(), config.compute.nice)?;
-        let catalog = threads.install(|| folder.look().map(|shelf| Catalog::default().renewed(shelf, &loader)))?;
-        announce(&catalog, begun);
         let pool = pool(&config, &catalog);
         let rehearsed = (config.answers.prefault_mib * MIB / BLOCK_BYTES).min(pool.blocks);
         let needed = (config.answers.prefault_buckets * rehearsed * BLOCK_BYTES + SHARED_MEMORY_SPARE) as u64;
         shared_memory::need(needed)?;
         let (ports, bell, waker) = Ports::open(home.instance(), pool)?;
-        let entrance = Entrance::close(home.instance(), home.place().uid)?;
+        let entrance = Entrance::open(home.instance(), home.place().uid)?;
         let populated = Populated::default();
         ports.rehearse(config.answers.prefault_buckets, rehearsed, &populated)?;
-        shared_memory::populate_mapped(&home.instance().prefix)?;
+        shared_memory::populate_mapped(&home.instance().folder)?;
         let (sender, events) = unbounded_channel();
         let librarian = Librarian::new(folder, loader, config.compute.nice, sender.clone())?;
         let answers = Answers::new(config.answers.kept_max, config.kept());
@@ -136,7 +137,7 @@ impl Daemon {
         let jobs = Jobs::new(config.compute.queue_max, config.held_max(), crew.clone());
         let (metrics, started) = (Metrics::new()?, Instant::now());
         let (catalog, retired, reloads, orphans) = (Arc::new(catalog), Retired::default(), 0, Orphans::default());
-        let arrivals = Arrivals::default();
+        let (arrivals, lists) = (Arrivals::default(), WaitingLists::default());
         let daemon = Self {
             jobs,
             crew,
@@ -145,12 +146,14 @@ impl Daemon {
             librarian,
             retired,
             reloads,
+            short_bytes: 0,
             metrics,
             started,
             config,
             home,
             orphans,
             arrivals,
+            lists,
             entrance,
         };
         Ok((daemon, bell, events))
@@ -204,15 +207,25 @@ impl Daemon {
                 Some(question) => self.arrivals.hold(active, wire.listener, question),
                 None => Some(active),
             };
-            if let Some(active) = now {
-                self.reply(&active);
-            }
+            now.into_iter().for_each(|active| self.answer(active));
         }
         if self.arrivals.holds_any() {
             // What a question came after was sent before it.
             self.receive_strikes();
-            self.arrivals.due().iter().for_each(|active| self.reply(active));
+            self.arrivals.due().into_iter().for_each(|active| self.answer(active));
         }
+        self.lists.due(self.librarian.looks_done()).iter().for_each(|active| self.reply(active));
+    }
+
+    /// Replies to a question; to the first of a list once the folder of databases was looked at, so that a database that was written a moment
+    /// ago is listed as being loaded.
+    fn answer(&mut self, active: ActiveQuestion) {
+        let is_list = matches!(active.payload().validate(), Ok(Question::List(0)));
+        let now = match is_list && self.config.watch().is_some() {
+            true => self.lists.hold(active, self.librarian.look_for_client()),
+            false => Some(active),
+        };
+        now.iter().for_each(|active| self.reply(active));
     }
 
     fn receive_strikes(&mut self) {
@@ -245,8 +258,14 @@ impl Daemon {
 
     /// Swaps the databases whole. Strikes that were admitted keep the versions that they were admitted with.
     fn take(&mut self, catalog: Arc<Catalog>) {
-        if catalog.answer_bytes_max() as u64 > self.ports.pool().bucket_bytes() {
-            tracing::warn!("answers of the new objects may exceed the buckets: restart the daemon to enlarge them");
+        let wanted = (pool(&self.config, &catalog).blocks * BLOCK_BYTES) as u64;
+        if is_short(wanted, self.ports.pool().bucket_bytes(), &mut self.short_bytes) {
+            let [wanted_mib, bucket_mib] = [wanted, self.ports.pool().bucket_bytes()].map(|bytes| bytes / MIB as u64);
+            tracing::warn!(
+                wanted_mib,
+                bucket_mib,
+                "answers may exceed the buckets: restart the daemon to enlarge them"
+            );
         }
         self.retired.note(&self.catalog, &catalog);
         let (ready, entries, bytes) = (catalog.ready(), catalog.len(), catalog.memory_bytes());
@@ -396,6 +415,25 @@ impl Daemon {
     }
 }
 
+/// The databases as they are when the daemon starts, and what loads them.
+struct Loaded {
+    folder: Folder,
+    loader: Loader,
+    threads: ThreadPool,
+    catalog: Catalog,
+}
+
+impl Loaded {
+    fn of(config: &Config, loader: Loader, only: Option<BTreeMap<String, String>>) -> Result<Self, Refusal> {
+        let begun = Instant::now();
+        let folder = folder(config, only)?;
+        let threads = threads(config.threads(), config.compute.nice)?;
+        let catalog = threads.install(|| folder.look().map(|shelf| Catalog::default().renewed(shelf, &loader)))?;
+        announce(&catalog, begun);
+        Ok(Self { folder, loader, threads, catalog })
+    }
+}
+
 /// Where the databases are. The platform's own folder may not exist yet; one that was asked for must.
 fn folder(config: &Config, only: Option<BTreeMap<String, String>>) -> Result<Folder, Refusal> {
     let required = !config.databases.folder.as_os_str().is_empty();
@@ -420,6 +458,16 @@ fn pool(config: &Config, catalog: &Catalog) -> Pool {
     Pool { clients: config.service.clients_max, buckets: config.answers.buckets, blocks: bytes.div_ceil(BLOCK_BYTES) }
 }
 
+/// Whether answers want larger buckets than there are, and larger ones than was `told` before. A restart makes no larger ones than the
+/// configuration allows, so no more than that is wanted.
+fn is_short(wanted: u64, bucket_bytes: u64, told: &mut u64) -> bool {
+    let short = wanted > bucket_bytes.max(*told);
+    if short {
+        *told = wanted;
+    }
+    short
+}
+
 fn send_rows<R: Row>(active: &ActiveQuestion, rows: &[R], total: usize, refused: bool) -> Result<(), Refusal> {
     let mut payload = vec![Block::zeroed(); control::blocks::<R>(rows.len()).max(1)];
     let header: ControlHeader = control::write(&mut payload, rows, total, refused);
@@ -427,4 +475,16 @@ fn send_rows<R: Row>(active: &ActiveQuestion, rows: &[R], total: usize, refused:
     let mut reply = lent.write_from_slice(&payload);
     *reply.user_header_mut() = header;
     reply.send().map_err(|error| failed("reply", error))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn larger_buckets_are_asked_for_once_and_only_where_a_restart_makes_them() {
+        let (bucket_bytes, mut told) = (100, 0);
+        let asked = [90, 150, 120, 150, 200, 200].map(|wanted| is_short(wanted, bucket_bytes, &mut told));
+        assert_eq!(asked, [false, true, false, false, true, false]);
+    }
 }

@@ -18,6 +18,7 @@ use crate::cost::Costs;
 use crate::engine::{Loader, Object, Outcome};
 use crate::scene::{Scene, Terms};
 use bytemuck::Zeroable;
+use nalgebra::Point3;
 use shatter_fracture::database;
 use shatter_fracture::lift::LiftKind;
 use shatter_fracture::pipeline::{self, Cost, DEGREE_MAX, DegreeSource, Kept, Pieces, Prepared, Watch, Workspace};
@@ -28,6 +29,7 @@ use shatter_proto::control::{ObjectRow, ObjectState};
 use shatter_proto::convention::Convention;
 use shatter_proto::effect;
 use shatter_proto::layout::{Counts, Layout, Sections};
+use shatter_proto::name::OBJECT_NAME_MAX;
 use shatter_proto::request::{Lift, Purpose, Quality, SEED_DEFAULT, Strike};
 use shatter_proto::{Kind, Refusal};
 use std::sync::Arc;
@@ -41,6 +43,9 @@ const ANSWER_BYTES_PER_TET: usize = 2 * (1024 + 256) + 512;
 
 /// Bytes of answer per triangle of the skin at most: six parts of it, with their materials and twelve vertices.
 const ANSWER_BYTES_PER_SKIN_TRIANGLE: usize = 6 * 16 + 12 * 32;
+
+// What is baked can be asked for, and the other way round.
+const _: () = assert!(database::NAME_BYTES_MAX == OBJECT_NAME_MAX);
 
 /// Loads databases as the science writes them: whole, or what a scene wants of them.
 pub fn loader(scene: Option<Scene>) -> Loader {
@@ -90,7 +95,7 @@ impl Served {
     /// On these terms.
     pub fn new(prepared: Arc<Prepared>, terms: Terms) -> Self {
         let costs = Arc::new(Costs::new(Cost::typical(&prepared)));
-        let bounds_m = prepared.bounds_m().map(|corner| corner.coords.into());
+        let bounds_m = bounds_m(&prepared).map(|corner| corner.coords.into());
         Self { prepared, terms, costs, bounds_m }
     }
 
@@ -98,6 +103,16 @@ impl Served {
     pub fn prepared(&self) -> &Prepared {
         &self.prepared
     }
+}
+
+/// Lowest and highest corner of the mesh, m; of the lattice where the object has no skin, or where the skin is bent when it breaks.
+fn bounds_m(prepared: &Prepared) -> [Point3<f64>; 2] {
+    let Some(skin) = prepared.skin.as_ref().filter(|_| prepared.bodies.iter().all(|body| body.warped.is_none())) else {
+        return prepared.bounds_m();
+    };
+    let corners = skin.points.iter().map(|local| prepared.frame.to_metres(local));
+    let empty = [f64::INFINITY, f64::NEG_INFINITY].map(|end| Point3::new(end, end, end));
+    corners.fold(empty, |[low, high], corner| [low.inf(&corner), high.sup(&corner)])
 }
 
 impl Object for Served {

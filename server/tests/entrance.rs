@@ -58,20 +58,22 @@ fn place() -> TestPlace {
 }
 
 #[test]
-fn another_user_cannot_write_what_clients_open() {
+fn another_user_can_neither_see_nor_make_what_is_opened() {
     let here = place();
-    let daemon = Child::start(&mut role(&here, "daemon", ""));
-    for path in here.shared_memory() {
-        let data = path.symlink_metadata().unwrap();
-        assert_eq!(data.mode() & 0o077, 0, "{} is open to other users", path.display());
-    }
-    let zeros = "dd if=/dev/zero of=\"$1\" bs=16 count=1 conv=notrunc";
-    if let Some(written) = as_other(&mut shell(zeros, &segment(&here))) {
-        assert!(!written, "another user wrote zeros into {}", segment(&here).display());
+    let daemon = Child::start(&mut role(&here, "daemon", "[times]\ncleanup_ms = 10"));
+    let folder = here.instance().folder;
+    assert_eq!(folder.symlink_metadata().unwrap().mode() & 0o777, 0o700);
+    assert_eq!(here.transports(), [folder.as_path()], "what all users can name");
+    let tries =
+        ["ls \"$1\"", ": > \"$1\"/s_1_2.connection", "mv \"$1\" \"$1\"x", "dd if=/dev/zero of=\"$2\" bs=16 count=1"];
+    for line in tries {
+        if let Some(done) = as_other(shell(line, &folder).arg(segment(&here))) {
+            assert!(!done, "another user did: {line}");
+        }
     }
     assert!(served(&here));
     assert_eq!(daemon.terminate().code(), Some(0));
-    assert_eq!(here.shared_memory(), Vec::<PathBuf>::new());
+    assert_eq!(here.transports(), Vec::<PathBuf>::new());
 }
 
 /// Whoever has seen the names of one daemon knows nothing of the next one's; names taken beforehand stop nobody.
@@ -79,42 +81,21 @@ fn another_user_cannot_write_what_clients_open() {
 fn names_taken_by_another_user_stop_no_daemon() {
     let here = place();
     let first = Child::start(&mut role(&here, "daemon", ""));
-    let taken: Vec<PathBuf> = here.shared_memory();
+    let taken = here.instance().folder;
     assert_eq!(first.terminate().code(), Some(0));
-    for path in &taken {
-        let _ = as_other(&mut shell("mkdir \"$1\"", path));
-    }
+    let _ = as_other(&mut shell("mkdir \"$1\"", &taken));
     let second = Child::start(&mut role(&here, "daemon", ""));
     assert!(served(&here));
-    let fresh = here.shared_memory();
-    assert!(fresh.iter().filter(|path| !taken.contains(path)).count() >= 4, "{fresh:?} after {taken:?}");
+    assert_ne!(here.instance().folder, taken);
     assert_eq!(second.terminate().code(), Some(0));
-    taken.iter().for_each(|path| drop(std::fs::remove_dir(path)));
-    assert_eq!(here.shared_memory(), Vec::<PathBuf>::new());
-}
-
-/// Files that another user puts under the names of the daemon that runs are told of, and harm nobody.
-#[test]
-fn files_of_another_user_under_our_names_harm_nobody() {
-    let here = place();
-    let daemon = Child::start(&mut role(&here, "daemon", "[times]\ncleanup_ms = 10"));
-    let foreign: Vec<PathBuf> = ["1_2.connection", "3.data", "node.new"]
-        .map(|name| Path::new("/dev/shm").join(format!("{}{name}", here.instance().prefix)))
-        .into_iter()
-        .filter(|path| as_other(&mut shell(": > \"$1\"", path)).is_some())
-        .collect();
-    std::thread::sleep(Duration::from_millis(100));
-    assert!(served(&here));
-    assert_eq!(daemon.terminate().code(), Some(0));
-    foreign.iter().for_each(|path| drop(std::fs::remove_file(path)));
-    assert_eq!(here.shared_memory(), Vec::<PathBuf>::new());
+    let _ = std::fs::remove_dir(taken);
+    assert_eq!(here.transports(), Vec::<PathBuf>::new());
 }
 
 /// Ways in which only this user, or root, can spoil it.
-const SPOILERS: [fn(&Path); 4] = [
+const SPOILERS: [fn(&Path); 3] = [
     |path| std::fs::write(path, [0; 16]).unwrap(),
     |path| std::fs::remove_file(path).unwrap(),
-    |path| std::fs::set_permissions(path, std::fs::Permissions::from_mode(0o666)).unwrap(),
     |path| std::fs::remove_file(path).and_then(|()| std::fs::create_dir(path)).unwrap(),
 ];
 
@@ -144,6 +125,13 @@ fn what_spoils_the_way_in_is_told_by_readyz_and_put_right() {
         assert!(reply.contains(" 200 ") && reply.contains("restored"), "{spoiler}: {reply}");
         assert!(served(&daemon.here), "{spoiler}");
     }
+    let folder = daemon.here.instance().folder;
+    let set = |mode| std::fs::set_permissions(&folder, std::fs::Permissions::from_mode(mode)).unwrap();
+    set(0o755);
+    let reply = readyz(port);
+    assert!(reply.contains(" 503 ") && reply.contains(folder.to_str().unwrap()), "{reply}");
+    set(0o700);
+    assert!(readyz(port).contains(" 200 "));
 }
 
 #[test]
@@ -152,8 +140,7 @@ fn what_spoils_the_way_in_is_put_right_without_being_asked() {
     for spoil in SPOILERS {
         let path = segment(&daemon.here);
         spoil(&path);
-        let right =
-            || path.metadata().is_ok_and(|data| data.is_file() && data.mode() & 0o777 == 0o600 && data.len() > 0);
+        let right = || path.metadata().is_ok_and(|data| data.is_file() && data.len() > 0);
         eventually(
             || "the segment is restored",
             || right() && std::fs::read(&path).is_ok_and(|bytes| bytes[..8] != [0; 8]),
@@ -177,15 +164,15 @@ fn nothing_of_killed_daemons_stays() {
         Child::start(&mut role(&here, "daemon", "")).kill();
     }
     let last = Child::start(&mut role(&here, "daemon", "[times]\ncleanup_ms = 20"));
-    assert!(!early.segments().is_empty(), "a client still holds them");
+    assert!(early.folder.exists(), "a client still holds it");
     assert_eq!(
         service.status(patience()).unwrap().row().restarts,
         4,
         "the connection goes to the daemon that serves now"
     );
-    eventually(|| format!("left: {:?}", early.segments()), || early.segments().is_empty() && !early.folder.exists());
+    eventually(|| format!("left: {}", early.folder.display()), || !early.folder.exists());
     eventually(|| "one instance is left", || here.transports().len() == 1);
     drop(service);
     assert_eq!(last.terminate().code(), Some(0));
-    assert_eq!((here.shared_memory(), here.transports()), (Vec::new(), Vec::new()));
+    assert_eq!(here.transports(), Vec::<PathBuf>::new());
 }

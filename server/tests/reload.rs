@@ -6,7 +6,9 @@ use rustix::process::Signal;
 use serde_json::Value;
 use shatter_client::{Impact, Kind, ObjectFacts, ObjectState, Shatter};
 use shatter_proto::control::StatusRow;
-use std::time::Duration;
+use std::io::Read;
+use std::process::Stdio;
+use std::time::{Duration, Instant};
 use support::{Child, TestPlace, patience, play, role, shatter};
 
 /// A daemon that reads its databases again when it is told to, and not by itself.
@@ -240,6 +242,51 @@ fn an_object_that_is_being_loaded_is_listed_as_such() {
     std::fs::remove_file(gate).unwrap();
     eventually(&service, |service| status(service).objects_ready == 3);
     assert_eq!((status(&service).objects_loading, strike(&service, "pot"), strike(&service, "jug")), (0, 5.0, 1.0));
+}
+
+/// A signal that comes while the databases are loaded ends the daemon at once: it never serves.
+#[test]
+fn a_signal_ends_a_daemon_that_still_loads() {
+    for signal in [Signal::TERM, Signal::INT] {
+        let here = TestPlace::new("early");
+        here.database("pot", "tint 5");
+        std::fs::write(here.databases().join("pot.loading"), "").unwrap();
+        let mut child = role(&here, "daemon", "").stdout(Stdio::piped()).stderr(Stdio::null()).spawn().unwrap();
+        let (begun, limit) = (Instant::now(), Duration::from_secs(30));
+        while !here.place.lock().exists() && begun.elapsed() < limit {
+            std::thread::sleep(Duration::from_millis(2));
+        }
+        // It takes its place before it loads.
+        std::thread::sleep(Duration::from_millis(200));
+        let asked = Instant::now();
+        rustix::process::kill_process(rustix::process::Pid::from_child(&child), signal).unwrap();
+        let mut told = String::new();
+        child.stdout.take().unwrap().read_to_string(&mut told).unwrap();
+        assert_eq!(child.wait().unwrap().code(), Some(0), "{told}");
+        assert!(asked.elapsed() < Duration::from_secs(1), "{:?}", asked.elapsed());
+        assert!(!told.contains("ready"), "{told}");
+        assert!(!here.place.hello().exists() && here.shared_memory().is_empty());
+    }
+}
+
+/// Who asks for an object right after its database was written is told that it is being loaded, however seldom the daemon looks by itself.
+#[test]
+fn a_database_that_was_written_a_moment_ago_is_being_loaded() {
+    let here = TestPlace::new("fresh");
+    let (_daemon, service) = start(&here, "[databases]\nwatch_ms = 60000");
+    for name in ["pot", "jug"] {
+        here.database(name, "tint 5");
+        let refusal = service.object(name, patience()).err().unwrap();
+        assert_eq!(refusal.kind, Kind::Loading, "{refusal}");
+    }
+    here.database("vase", "tint 5");
+    let (code, out) = shatter(&here, &["impact", "vase", "--point", "0,0,0", "--impulse", "-1,0,0", "--json"]);
+    assert!(code == 5 && out.contains("\"loading\""), "{out}");
+    let wait = || service.object("pot", patience()).err().unwrap().retry_after.unwrap();
+    let first = wait();
+    std::thread::sleep(Duration::from_millis(100));
+    assert!(wait() < first, "it counts down");
+    assert_eq!(service.object("pan", patience()).err().unwrap().kind, Kind::UnknownObject);
 }
 
 /// Niceness of the threads of process `pid` that have this name.

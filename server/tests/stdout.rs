@@ -5,7 +5,7 @@ mod support;
 use std::fs::File;
 use std::path::Path;
 use std::process::{Command, Stdio};
-use support::{InProcess, TestPlace, bar, shatter_program};
+use support::{InProcess, TestPlace, bar, shatter_program, under};
 
 /// A service with a bar.
 fn start() -> InProcess {
@@ -35,8 +35,16 @@ fn check(command: impl Fn() -> Command, quiet: bool) {
     let what = format!("{:?}", command());
     let (code, error) = full(command());
     assert!(code == Some(3) && error.contains("cannot write to stdout"), "{what}: {code:?} {error}");
+    let (code, error) = absent(command());
+    assert!(code == Some(3) && error.contains("cannot write to stdout: it is closed"), "{what}: {code:?} {error}");
     let (code, error) = closed(command());
     assert!(code == Some(141) && (!quiet || error.is_empty()), "{what}: {code:?} {error}");
+}
+
+/// The same without a stdout.
+fn absent(command: Command) -> (Option<i32>, String) {
+    let output = under(&[], "exec 1>&-", command).stdin(Stdio::null()).output().unwrap();
+    (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
 }
 
 /// A command that fails anyway keeps its exit code, and tells both.

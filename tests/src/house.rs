@@ -11,6 +11,7 @@ use tempfile::TempDir;
 /// A place of its own; ends its daemon and leaves nothing in shared memory.
 pub struct House {
     root: TempDir,
+    programs: Option<PathBuf>,
     daemon: Option<Child>,
 }
 
@@ -33,7 +34,14 @@ impl House {
     /// An empty place.
     pub fn new() -> Self {
         // Short, so that sockets fit into their paths.
-        Self { root: tempfile::Builder::new().prefix("st").tempdir_in("/tmp").unwrap(), daemon: None }
+        Self { root: tempfile::Builder::new().prefix("st").tempdir_in("/tmp").unwrap(), programs: None, daemon: None }
+    }
+
+    /// The same with the programs of another build, which lie in this folder.
+    pub fn with_programs(folder: PathBuf) -> Self {
+        let mut house = Self::new();
+        house.programs = Some(folder);
+        house
     }
 
     /// A path inside.
@@ -48,7 +56,7 @@ impl House {
 
     /// A program with this place as its environment, for runs that are ended before their end.
     pub fn command(&self, name: &str) -> Command {
-        self.foreign(program(name))
+        self.foreign(self.programs.as_ref().map_or_else(|| program(name), |folder| folder.join(name)))
     }
 
     /// The same of any program of the system.

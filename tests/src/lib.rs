@@ -2,6 +2,7 @@
 
 pub mod fuzz;
 pub mod glb;
+pub mod golden;
 pub mod house;
 pub mod model;
 pub mod pages;

@@ -179,7 +179,7 @@ fn every_example_of_the_documentation_works_on_what_the_first_session_makes() {
     let run = bash.args(["-c", &script]).current_dir(&folder).env("PATH", paths.unwrap()).output().unwrap();
     let [told, error] = [&run.stdout, &run.stderr].map(|bytes| String::from_utf8_lossy(bytes).into_owned());
     assert!(run.status.success(), "{}:\n{told}\n{error}", run.status);
-    for said in ["takes about", "a daemon will hold about"] {
+    for said in [" left, ", "a daemon will hold about"] {
         assert!(error.contains(said), "`bake` says what it costs before it costs that: {error}");
     }
     assert!(told.contains("fragments 2") || told.contains("\"fragments\""), "{told}");

@@ -112,6 +112,7 @@ impl Target {
     pub fn write(&self, broken: &Broken) -> Result<Vec<PathBuf>, Failure> {
         if broken.is_whole() {
             note(format_args!("nothing to write: {} stays whole", broken.summary().object()));
+            tell_earlier(&self.path);
             return Ok(Vec::new());
         }
         if let Some(folder) = &self.folder {
@@ -144,7 +145,7 @@ fn is_about_skin(refusal: &Refusal) -> bool {
 /// What is seen of the fragments, or without skins the fragments themselves; beside it the closed meshes, where these are others, and the
 /// hulls, if there are any. Returns the files.
 fn glb(file: &Path, broken: &Broken) -> Result<Vec<PathBuf>, Refusal> {
-    let closed = file.with_extension("closed.glb");
+    let (closed, hulls) = (file.with_extension("closed.glb"), file.with_extension("hulls.glb"));
     let mut files = vec![file.to_owned()];
     if broken.fragments().any(|fragment| fragment.skin().is_some()) {
         wrote(file, "", &broken.write_skins_glb(file)?);
@@ -152,13 +153,22 @@ fn glb(file: &Path, broken: &Broken) -> Result<Vec<PathBuf>, Refusal> {
         files.push(closed);
     } else {
         wrote(file, "", &broken.write_glb(file)?);
+        tell_earlier(&closed);
     }
     if broken.fragments().any(|fragment| fragment.hull().is_some()) {
-        let hulls = file.with_extension("hulls.glb");
         wrote(&hulls, ", hulls", &broken.write_hulls_glb(&hulls)?);
         files.push(hulls);
+    } else {
+        tell_earlier(&hulls);
     }
     Ok(files)
+}
+
+/// Names a file that is there and that this command did not write: it may be taken for its result.
+fn tell_earlier(path: &Path) {
+    if path.is_file() {
+        note(format_args!("{} was there before and is not of this strike; remove it", path.display()));
+    }
 }
 
 /// Names a file, or of OBJ a folder, that was written.

@@ -360,6 +360,9 @@ const FALLOFF: &str = "falloff";
 /// Where it is not known, since a bound of it says enough.
 const BOUNDED: &str = "bounded";
 
+/// Where a number of sites was asked for.
+const FORCED: &str = "forced";
+
 /// How far the answer can be trusted.
 fn trust(summary: &SummaryWire) -> String {
     if summary.elastic() == FALLOFF {
@@ -377,12 +380,33 @@ fn trust(summary: &SummaryWire) -> String {
     )
 }
 
+/// The threshold, and how far the energy is above it. Pieces of equal size by falloff alone are of no energy that is measured.
+fn load(summary: &SummaryWire) -> String {
+    let gamma = format!("γ {:.3e} J·m²", summary.gamma_j_m2);
+    if summary.elastic() == FALLOFF && summary.degree_source() == FORCED {
+        return gamma;
+    }
+    let most = if summary.elastic() == BOUNDED { "at most " } else { "" };
+    format!("{gamma}, E₁/γ {most}{}", significant(summary.e1_over_gamma))
+}
+
+/// Four digits, with a power of ten where the number would be long.
+pub(super) fn significant(value: f64) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return value.to_string();
+    }
+    if !(1e-3..1e5).contains(&value.abs()) {
+        return format!("{value:.3e}");
+    }
+    let digits = (3 - value.abs().log10().floor() as i32).max(0) as usize;
+    format!("{value:.digits$}")
+}
+
 /// An answer for people.
 pub(super) fn screen(broken: &Broken) -> Result<(), Failure> {
     let summary = broken.summary();
     let milliseconds = broken.round_trip().as_secs_f64() * 1e3;
-    let most = if summary.elastic() == BOUNDED { "at most " } else { "" };
-    let load = format!("γ {:.3e} J·m², E₁/γ {most}{:.3}", summary.gamma_j_m2, summary.e1_over_gamma);
+    let load = load(&summary);
     if broken.is_whole() {
         out(format_args!("{} stays whole ({load}; {milliseconds:.1} ms)\n", summary.object()))?;
         broken.hit().map_or(Ok(()), |hit| out(format_args!("  {}\n", hit_line(&hit))))?;
@@ -421,12 +445,23 @@ pub(super) fn screen(broken: &Broken) -> Result<(), Failure> {
     let (least, median, most) = (masses[0], masses[masses.len() / 2], masses[masses.len() - 1]);
     let closed = broken.fragments().filter(|fragment| fragment.is_closed()).count();
     out(format_args!(
-        "  kg: {:.4} in all, {least:.3e} to {most:.3e}, median {median:.3e}; {closed} of {} closed\n",
-        masses.iter().sum::<f64>(),
+        "  kg: {} in all, {least:.3e} to {most:.3e}, median {median:.3e}; {closed} of {} closed\n",
+        significant(masses.iter().sum::<f64>()),
         masses.len()
     ))?;
     if let Some(handle) = broken.handle() {
         out(format_args!("  kept: --from {handle}/FRAGMENT strikes a fragment\n"))?;
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::significant;
+
+    #[test]
+    fn figures_have_four_digits_however_large_or_small() {
+        let told = [0.0, 1.23456, 98_765.4, 1.5e62, 4.2e-7].map(significant);
+        assert_eq!(told, ["0", "1.235", "98765", "1.500e62", "4.200e-7"]);
+    }
 }

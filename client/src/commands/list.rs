@@ -4,7 +4,8 @@ use super::{Failure, document, note, objects, out, reply};
 use serde_json::{Value, json};
 use shatter_client::{ObjectFacts, Shatter};
 
-/// Arguments of `shatter list`.
+/// Lists the objects of the service, with the bounds of their meshes: of their lattices where the bake left out the skin, or where
+/// a scene bends them.
 #[derive(clap::Args)]
 pub struct Args {
     /// Print one JSON document.
@@ -50,8 +51,13 @@ const BOUNDS: usize = 52;
 
 /// Both corners of an object's bounds, as options take points.
 fn bounds(facts: &ObjectFacts) -> String {
-    let [low, high] = facts.bounds_m.map(|[x, y, z]| format!("{x:.4},{y:.4},{z:.4}"));
+    let [low, high] = facts.bounds_m.map(|[x, y, z]| [x, y, z].map(coordinate).join(","));
     format!("{low} to {high}")
+}
+
+/// Tenths of millimeters; four digits where that shows none of them.
+fn coordinate(value: f64) -> String {
+    if value != 0.0 && value.abs() < 5e-3 { format!("{value:.3e}") } else { format!("{value:.4}") }
 }
 
 fn object(facts: &ObjectFacts) -> Value {

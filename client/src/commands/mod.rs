@@ -11,6 +11,7 @@ pub mod status;
 pub mod threshold;
 mod when;
 
+use clap::CommandFactory;
 use shatter_client::program::{self, StdoutError};
 use shatter_client::{Deadline, Impact, Refusal, exit};
 use std::fmt::Arguments;
@@ -30,6 +31,8 @@ pub enum Failure {
     Usage(String),
     /// Client or service refused.
     Refused(Refusal),
+    /// The result is told, and why it is not whole.
+    Told(Refusal),
     /// The reader of stdout went away.
     Closed,
 }
@@ -76,9 +79,10 @@ fn with_contact(impact: Impact, duration_s: Option<f64>, radius_m: Option<f64>) 
 }
 
 /// Ends with a usage error, or with the help that was asked for.
-pub fn usage(error: &clap::Error, json: bool) -> ExitCode {
+pub fn usage<C: CommandFactory>(error: &clap::Error, json: bool) -> ExitCode {
     if !error.use_stderr() {
-        return program::print_help(error).map_or_else(|error| ended(&error.into(), false), |()| ExitCode::SUCCESS);
+        return program::print_help(error)
+            .map_or_else(|error| ended::<C>(&error.into(), false), |()| ExitCode::SUCCESS);
     }
     if json {
         let message = program::usage_message(error);
@@ -86,21 +90,25 @@ pub fn usage(error: &clap::Error, json: bool) -> ExitCode {
             "kind": "usage", "message": message, "fault": "caller", "retry": false, "retry_after_ms": null, "at": "",
         }}));
     }
-    let _ = error.print();
+    let _ = write!(std::io::stderr(), "{}", program::usage_text::<C>(error));
     ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2))
 }
 
 /// Ends with why a command ended early.
-pub fn ended(failure: &Failure, json: bool) -> ExitCode {
+pub fn ended<C: CommandFactory>(failure: &Failure, json: bool) -> ExitCode {
     match failure {
         Failure::Closed => ExitCode::from(exit::CLOSED),
         Failure::Usage(message) => {
-            usage(&clap::Error::raw(clap::error::ErrorKind::ValueValidation, format!("{message}\n")), json)
+            usage::<C>(&clap::Error::raw(clap::error::ErrorKind::ValueValidation, format!("{message}\n")), json)
         }
         Failure::Refused(refusal) => {
             if json {
                 failed_document(&refusal.document());
             }
+            complain(refusal);
+            ExitCode::from(refusal.kind.exit_code())
+        }
+        Failure::Told(refusal) => {
             complain(refusal);
             ExitCode::from(refusal.kind.exit_code())
         }

@@ -11,7 +11,10 @@ fn numbers<const N: usize>(text: &str, wanted: &str) -> Result<[f64; N], String>
     })?;
     let mut found = [0.0; N];
     for (number, part) in found.iter_mut().zip(parts) {
-        *number = part.trim().parse().map_err(|_| format!("`{part}` is not a number"))?;
+        *number = part
+            .trim()
+            .parse()
+            .map_err(|_| format!("`{part}` is not a number; write numbers and commas alone, as in 0.1,0,-0.2"))?;
     }
     Ok(found)
 }

@@ -6,6 +6,7 @@ use super::{ANSWER, Failure, document, out, reply, with_contact};
 use nalgebra::Vector3;
 use serde_json::json;
 use shatter_client::{Deadline, Impact, Ray, Shatter};
+use shatter_proto::request::squarable;
 
 /// Arguments of `shatter threshold`.
 #[derive(clap::Args)]
@@ -35,14 +36,22 @@ pub struct Args {
     json: bool,
 }
 
+/// The direction of length one; `None` for what has no direction.
+fn unit(direction: [f64; 3]) -> Option<Vector3<f64>> {
+    Vector3::from(squarable(direction)).try_normalize(0.0).filter(|unit| unit.iter().all(|x| x.is_finite()))
+}
+
 /// Prints the impulse at which the object just breaks.
 pub fn run(service: &str, args: &Args) -> Result<(), Failure> {
     let along = args.ray.map_or([0.0; 3], |ray| ray.direction);
-    let direction = Vector3::from(args.direction.unwrap_or(along));
-    let unit = direction.try_normalize(0.0).filter(|unit| unit.iter().all(|x| x.is_finite()));
-    let pointless =
-        || Failure::Usage("--direction: the direction is zero or not finite; pass one of any other length".to_owned());
-    let unit = unit.ok_or_else(pointless)?;
+    let unit = unit(args.direction.unwrap_or(along)).ok_or_else(|| {
+        let (option, whose) = if args.direction.is_some() {
+            ("--direction", "direction")
+        } else {
+            ("--ray", "direction DX,DY,DZ of the ray")
+        };
+        Failure::Usage(format!("{option}: the {whose} is zero or not finite; pass one of any other length"))
+    })?;
     let host = args.convention.convention;
     let object = Shatter::connect(service, reply())?.with_convention(host).object(&args.object, reply())?;
     let begun = args.ray.map_or_else(|| Impact::at(args.point.unwrap_or_default()), Impact::along);

@@ -14,12 +14,20 @@ pub(super) fn wire(i: usize, ray: Option<[f64; 3]>) -> Result<[f64; 3], Refusal>
 
 /// The direction of contact `i`, if it has a ray.
 pub(super) fn direction(i: usize, ray: [f64; 3]) -> Result<Option<[f64; 3]>, Refusal> {
-    let square: f64 = ray.iter().map(|x| x * x).sum();
-    match square {
-        0.0 if ray == [0.0; 3] => Ok(None),
-        square if square.is_normal() => Ok(Some(ray)),
-        _ => Err(without_direction(i, "not finite, or its square is not")),
+    match ray {
+        [0.0, 0.0, 0.0] => Ok(None),
+        ray if ray.iter().all(|x| x.is_finite()) => Ok(Some(ray)),
+        _ => Err(without_direction(i, "not finite")),
     }
+}
+
+/// `direction`, or where the square of its length overflows or vanishes the same direction in a length that can be squared. Zero and what is not
+/// finite stay as they are.
+pub fn squarable(direction: [f64; 3]) -> [f64; 3] {
+    let square: f64 = direction.iter().map(|x| x * x).sum();
+    let largest = direction.iter().fold(0.0, |largest: f64, x| largest.max(x.abs()));
+    let possible = largest > 0.0 && direction.iter().all(|x| x.is_finite());
+    if square.is_normal() || !possible { direction } else { direction.map(|x| x / largest) }
 }
 
 /// Refuses rays beside other contacts, and aiming without a ray.
@@ -43,4 +51,24 @@ pub(super) fn check(contacts: &[Contact], purpose: Purpose) -> Result<(), Refusa
 fn without_direction(i: usize, what: &str) -> Refusal {
     let message = format!("contact {i}: the direction of the ray is {what}; pass a direction of any other length");
     Refusal::new(Kind::Ray, format!("contacts[{i}].ray"), message)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn directions_of_any_length_can_be_squared() {
+        for (given, wanted) in [
+            ([3.0, -4.0, 0.0], [3.0, -4.0, 0.0]),
+            ([0.0, -1e300, 1e300], [0.0, -1.0, 1.0]),
+            ([5e-324, 0.0, 0.0], [1.0, 0.0, 0.0]),
+            ([0.0, 2e-300, 1e-300], [0.0, 1.0, 0.5]),
+            ([0.0; 3], [0.0; 3]),
+        ] {
+            assert_eq!(squarable(given), wanted);
+        }
+        assert_eq!(squarable([f64::INFINITY, 0.0, 1.0])[0], f64::INFINITY);
+        assert!(direction(0, [1e300, 0.0, 0.0]).is_ok() && direction(0, [f64::NAN, 0.0, 0.0]).is_err());
+    }
 }

@@ -4,6 +4,7 @@
 //! A catalog never changes: a reload makes another one of it, in which what lies in the folder unchanged is kept, and which
 //! takes its place whole. Strikes hold on to the version that they began with.
 
+mod loading;
 mod retired;
 mod shelf;
 mod version;
@@ -14,19 +15,14 @@ pub use version::{Version, unix_ns};
 
 use crate::engine::{Loader, Object};
 use bytemuck::Zeroable;
+use loading::Loading;
 use shatter_proto::control::{ObjectRow, ObjectState};
 use shatter_proto::name::unknown_object;
 use shatter_proto::refusal::RefusalWire;
 use shatter_proto::{Kind, Refusal};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
-use std::time::{Duration, SystemTime};
-
-/// Time to load a database while none is loaded that could tell.
-const LOAD_TIME_UNKNOWN: Duration = Duration::from_secs(1);
-
-/// Shortest and longest time after which a client is told to ask again for an object that is being loaded.
-const LOAD_TIMES: [Duration; 2] = [Duration::from_millis(100), Duration::from_secs(10)];
+use std::time::SystemTime;
 
 /// All objects of a folder, by name.
 pub struct Catalog {
@@ -45,7 +41,7 @@ struct Entry {
     /// Why there is none, or why what lies in its place now is not served.
     refusal: Option<Refusal>,
     /// There is none yet: its database is being loaded.
-    loading: Option<Refusal>,
+    loading: Option<Loading>,
 }
 
 impl Default for Catalog {
@@ -93,24 +89,14 @@ impl Catalog {
             return None;
         }
         let mut entries = self.entries.clone();
-        entries.values_mut().for_each(|entry| entry.loading = None);
-        let wait = self.load_time(bytes);
+        entries.iter_mut().filter(|(name, _)| !names.contains(*name)).for_each(|(_, entry)| entry.loading = None);
+        let loading = Loading::now(bytes, self.versions().map(|version| (version.stamp.bytes(), version.load_time())));
         for name in names {
-            let message = format!("the database of `{name}` is being loaded; send the strike again later");
-            let refusal = Refusal::new(Kind::Loading, name.clone(), message).after(wait);
-            entries.entry(name).or_default().loading = Some(refusal);
+            // One that is listed already began earlier.
+            entries.entry(name).or_default().loading.get_or_insert(loading);
         }
         entries.retain(|_, entry| entry.version.is_some() || entry.refusal.is_some() || entry.loading.is_some());
         Some(Self { entries, shelf: self.shelf.clone(), read: self.read })
-    }
-
-    /// How long databases of so many bytes take to load, at the pace of those that are loaded.
-    fn load_time(&self, bytes: u64) -> Duration {
-        let (known, took) = self.versions().fold((0, Duration::ZERO), |(known, took), version| {
-            (known + version.stamp.bytes(), took + version.load_time())
-        });
-        let expected = if known > 0 { took.mul_f64(bytes as f64 / known as f64) } else { LOAD_TIME_UNKNOWN };
-        expected.clamp(LOAD_TIMES[0], LOAD_TIMES[1])
     }
 
     /// Whether the object `name` is the one from `source`.
@@ -169,7 +155,8 @@ impl Catalog {
     pub fn get(&self, name: &str) -> Result<Arc<dyn Object>, Refusal> {
         match self.entries.get(name) {
             Some(Entry { version: Some(version), .. }) => Ok(version.object.clone()),
-            Some(Entry { loading: Some(refusal), .. } | Entry { refusal: Some(refusal), .. }) => Err(refusal.clone()),
+            Some(Entry { loading: Some(loading), .. }) => Err(loading.refusal(name)),
+            Some(Entry { refusal: Some(refusal), .. }) => Err(refusal.clone()),
             _ => {
                 let names: Vec<&str> = self.entries.keys().map(String::as_str).collect();
                 Err(unknown_object(name, &names))
@@ -244,7 +231,7 @@ impl Entry {
             row.refusal = RefusalWire::from(refusal);
         }
         if let (None, Some(loading)) = (&self.version, &self.loading) {
-            (row.state, row.refusal) = (ObjectState::Loading as u32, RefusalWire::from(loading));
+            (row.state, row.refusal) = (ObjectState::Loading as u32, RefusalWire::from(&loading.refusal(name)));
         }
         row
     }

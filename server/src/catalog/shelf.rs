@@ -100,6 +100,11 @@ impl Shelf {
         self.0.iter().any(|(source, _)| stem(&source.path) == name)
     }
 
+    /// The names of all files, in order.
+    pub fn names(&self) -> Vec<String> {
+        self.0.iter().map(|(source, _)| stem(&source.path)).collect()
+    }
+
     /// Calls `each` for every file on the current rayon pool; the results are in the order of the files.
     pub(super) fn map<T: Send>(&self, each: impl Fn(&Source, Stamp) -> T + Sync) -> Vec<T> {
         self.0.par_iter().map(|(source, stamp)| each(source, *stamp)).collect()

@@ -1,9 +1,11 @@
 //! `shatterd bake`: a mesh file becomes a database.
 
 use super::bar::Bar;
+use super::mistaken::{self, Wanted};
 use super::{Failure, bake_scene, baked, interrupt, out, shares, size};
 use crate::config::data_folder;
 use clap::Args;
+use shatter_client::program::choice;
 use shatter_fracture::database::{self, BakeError, BakeRequest, Partial, Share, Tables};
 use shatter_fracture::pipeline::{ElasticRequest, Prepared, Quality};
 use shatter_fracture::scene::Materials;
@@ -51,9 +53,9 @@ pub struct BakeArgs {
     /// Threshold in J·m² [default: from material and fragment size]
     #[arg(long, value_name = "G", allow_negative_numbers = true)]
     pub gamma: Option<f64>,
-    /// Unit of the mesh file: m, cm, mm, in
-    #[arg(long, default_value = "m")]
-    pub unit: Unit,
+    /// Unit of the mesh file: m, cm, mm, in [default: m, with a question where the object is 5 m large or weighs 5 t]
+    #[arg(long)]
+    pub unit: Option<Unit>,
     /// Axis of the mesh file that points up: y, z
     #[arg(long, default_value = "y")]
     pub up: Up,
@@ -145,7 +147,9 @@ fn one(args: &BakeArgs, name: &str, folder: &Path) -> Result<(), Failure> {
         shares::nothing_kept(&kept)?;
     }
     let raw = mesh(args)?;
-    let doubtful = size::doubtful(&raw, args.unit, request.material.density_kg_m3);
+    // A unit that was given is meant.
+    let asks = args.unit.is_none() && args.shape.is_none();
+    let doubtful = asks.then(|| size::doubtful(&raw, Unit::M, request.material.density_kg_m3)).flatten();
     doubtful.iter().for_each(|doubt| baked::warning(doubt));
     request.cracks = args.cracks.as_ref().map(|file| read(file, args)).transpose()?;
     let resumed = if args.resume { shares::resume(&kept, &raw, args, &request, share)? } else { None };
@@ -172,23 +176,16 @@ fn one(args: &BakeArgs, name: &str, folder: &Path) -> Result<(), Failure> {
 }
 
 fn factor(text: &str) -> Result<Precision, String> {
-    match text {
-        "f64" => Ok(Precision::F64),
-        "f32" => Ok(Precision::F32),
-        _ => Err("`f64` or `f32`".to_owned()),
-    }
+    choice(text, &[("f64", Precision::F64), ("f32", Precision::F32)])
 }
 
 fn elastic(text: &str) -> Result<ElasticRequest, String> {
-    match text {
-        "reduced" => Ok(ElasticRequest::Reduced),
-        "solve" => Ok(ElasticRequest::Solve),
-        _ => Err("`reduced` or `solve`".to_owned()),
-    }
+    choice(text, &[("reduced", ElasticRequest::Reduced), ("solve", ElasticRequest::Solve)])
 }
 
 fn quality(text: &str) -> Result<Quality, String> {
-    Quality::by_name(text).ok_or_else(|| "`draft`, `game`, `film` or `reference`".to_owned())
+    let names = ["draft", "game", "film", "reference"];
+    Quality::by_name(text).ok_or_else(|| choice(text, &names.map(|name| (name, ()))).err().unwrap_or_default())
 }
 
 /// What is wrong with the mesh itself is said of its file.
@@ -203,7 +200,8 @@ fn of_mesh(error: BakeError, mesh: Option<&Path>) -> Failure {
 
 /// A mesh file; what is wrong with it is said of the file.
 fn read(file: &Path, args: &BakeArgs) -> Result<RawMesh, Failure> {
-    surface::read(file, args.unit, args.up).map_err(|error| match error {
+    mistaken::check(file, Wanted::Mesh)?;
+    surface::read(file, args.unit.unwrap_or(Unit::M), args.up).map_err(|error| match error {
         named @ (SurfaceError::Unreadable { .. } | SurfaceError::UnknownFormat { .. }) => named.into(),
         error => Failure::from(error).of_file(file),
     })

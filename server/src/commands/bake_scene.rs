@@ -1,6 +1,7 @@
 //! `shatterd bake --scene`: the databases of a scene, from the shapes that the project generates.
 
 use super::bar::Bar;
+use super::mistaken::{self, Wanted};
 use super::{Failure, baked, interrupt, out};
 use crate::scene::{Recipe, Scene};
 use serde_json::{Value, json};
@@ -23,6 +24,7 @@ enum State {
 /// Bakes every database of the scene whose shape is generated into `folder`, one after the other; what a bake would make again is kept.
 /// A failure or an interruption ends it, and what was finished before stays.
 pub fn run(scene: &Path, folder: &Path, as_json: bool) -> Result<(), Failure> {
+    mistaken::check(scene, Wanted::Scene)?;
     let shown = scene.display();
     let scene = Scene::load(scene)?;
     let recipes = scene.recipes()?;

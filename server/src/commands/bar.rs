@@ -87,8 +87,8 @@ fn cost(size: &Size, threads: usize) -> String {
     let seconds = if least == most { format!("{most} s") } else { format!("{least} to {most} s") };
     let [peak, held] = [size.peak_bytes(), size.held_bytes()].map(|bytes| significant(bytes as f64 / 1e6, 2));
     format!(
-        "{elastic_nodes} elastic and {crack_nodes} crack nodes, {examples} examples: takes about {seconds} and {peak} MB; a daemon \
-         will hold about {held} MB for it"
+        "{elastic_nodes} elastic and {crack_nodes} crack nodes, {examples} examples: about {seconds} left, {peak} MB at the most; a \
+         daemon will hold about {held} MB for it"
     )
 }
 
@@ -146,7 +146,7 @@ impl Course {
         self.position = self.position.max(position.min(self.length()));
         let count = examples.map_or_else(String::new, |[done, of]| format!(" {done}/{of}"));
         let left = examples.and_then(|[done, of]| self.left(done, of, now));
-        let left = left.map_or_else(String::new, |left| format!(", {} left", HumanDuration(left)));
+        let left = left.map_or_else(String::new, |left| format!(", about {} left", HumanDuration(left)));
         let ended = examples.is_some_and(|[done, of]| done == of);
         let fresh = |(told, when): &(String, Duration)| told == what && now.saturating_sub(*when) < TOLD_EVERY;
         let due = ended || !self.told.as_ref().is_some_and(fresh);
@@ -228,14 +228,16 @@ mod tests {
 
     #[test]
     fn times_and_memory_are_told_before_they_are_spent() {
-        let factor = shatter_fracture::sparse::Precision::F64;
-        let size = Size { elastic_nodes: 4_645, crack_nodes: 9_576, examples: 100, factor };
+        let (factor_bytes, skin_triangles) = (27_200_000, 130_196);
+        let size = Size { elastic_nodes: 4_645, crack_nodes: 9_576, examples: 100, factor_bytes, skin_triangles };
         let told = cost(&size, 2);
         assert!(
-            told.starts_with("4645 elastic and 9576 crack nodes, 100 examples: takes about 17 to 35 s and 128 MB;"),
+            told.starts_with(
+                "4645 elastic and 9576 crack nodes, 100 examples: about 17 to 35 s left, 143 MB at the most;"
+            ),
             "{told}"
         );
-        assert!(told.ends_with("a daemon will hold about 48 MB for it"), "{told}");
+        assert!(told.ends_with("a daemon will hold about 61 MB for it"), "{told}");
         assert!(
             cost(&Size { examples: 0, ..size }, 1).contains("about 2 s"),
             "{}",
@@ -252,7 +254,10 @@ mod tests {
             let told = told(&mut course, Step::Examples { done: 100 + second, of: 300 }, 10 + second);
             lines.extend(told.due.then(|| told.line("examples")));
         }
-        assert_eq!(lines, ["examples 100/300", "examples 130/300, 3 minutes left", "examples 160/300, 2 minutes left"]);
+        assert_eq!(
+            lines,
+            ["examples 100/300", "examples 130/300, about 3 minutes left", "examples 160/300, about 2 minutes left"]
+        );
         let end = told(&mut course, Step::Examples { done: 300, of: 300 }, 71);
         assert!(end.due && end.line("examples") == "examples 300/300");
         assert!(told(&mut course, Step::Reduction, 71).due);

@@ -1,6 +1,7 @@
 //! `shatterd check`: the plan of a scene, before anything runs.
 
-use super::{Failure, out};
+use super::mistaken::{self, Wanted};
+use super::{Failure, lookup, out};
 use crate::config::data_folder;
 use crate::scene::{Scene, SceneObject, paid, tables};
 use clap::Args;
@@ -9,6 +10,7 @@ use shatter_fracture::database::{self, EXTENSION, Tables};
 use shatter_fracture::scene::{Anchors, Controls};
 use shatter_fracture::token::Token;
 use shatter_proto::effect::{Class, Effect};
+use shatter_proto::name::nearest;
 use shatter_proto::{Kind, Refusal};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -28,6 +30,7 @@ pub struct CheckArgs {
 
 /// Reads the scene and prints its plan. Databases that are there are asked how large the tables are.
 pub fn run(args: &CheckArgs) -> Result<(), Failure> {
+    mistaken::check(&args.scene, Wanted::Scene)?;
     let scene = Scene::load(&args.scene)?;
     scene.recipes()?;
     let folder = args.databases.clone().map_or_else(data_folder, Ok)?;
@@ -99,10 +102,15 @@ fn plan(name: &str, object: &SceneObject, folder: &Path) -> Result<Value, Failur
         ("tessellation", true),
         ("fragments", true),
     ];
+    let nearest = match sizes.is_none() && object.shape.is_none() {
+        true => suggested(&object.database, folder),
+        false => None,
+    };
     Ok(json!({
         "object": name,
         "database": file.display().to_string(),
         "baked": sizes.is_some(),
+        "nearest": nearest,
         "shape": object.shape,
         "material": object.material.as_ref().map(|(name, _)| name),
         "stages": stages.map(|(name, runs)| json!({ "name": name, "runs": runs })),
@@ -114,6 +122,14 @@ fn plan(name: &str, object: &SceneObject, folder: &Path) -> Result<Value, Failur
         "fragments_max": terms.fragments_max,
         "bytes_max": terms.bytes_max,
     }))
+}
+
+/// The databases of `folder` that a misspelled `name` may have been meant for.
+fn suggested(name: &str, folder: &Path) -> Option<Vec<String>> {
+    let all = lookup::names(folder);
+    let all: Vec<&str> = all.iter().map(String::as_str).collect();
+    let likely = nearest(name, &all);
+    (!likely.is_empty()).then(|| likely.into_iter().map(str::to_owned).collect())
 }
 
 /// Tables that an object may be served without: no examples were asked for, or no such lift could be made.
@@ -163,7 +179,12 @@ fn screen(title: &str, objects: &[Value]) -> String {
     let list = |value: &Value| value.as_array().cloned().unwrap_or_default();
     let word = |value: &Value, key: &str| value[key].as_str().unwrap_or("").to_owned();
     for object in objects {
-        let baked = if object["baked"] == true { "" } else { ": not baked yet" };
+        let mut baked = if object["baked"] == true { String::new() } else { ": not baked yet".to_owned() };
+        let likely: Vec<String> =
+            list(&object["nearest"]).iter().map(|own| format!("`{}`", own.as_str().unwrap_or(""))).collect();
+        if !likely.is_empty() {
+            baked += &format!("; did you mean the database {}?", likely.join(" or "));
+        }
         // Writing to a text cannot fail.
         let _ = writeln!(text, "\n{} ({}{baked})", word(object, "object"), word(object, "database"));
         let stages = list(&object["stages"]);

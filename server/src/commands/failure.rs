@@ -274,6 +274,7 @@ impl From<BakeError> for Failure {
             BakeError::Severed(_) => Self::refused("severed_parts", "--quality", message),
             BakeError::Name(name) => Self::refused("object_name", name, message),
             BakeError::NotPositive { key, .. } => Self::refused("not_positive", key, message),
+            BakeError::Unusual { key, .. } => Self::refused("out_of_range", key, message),
             BakeError::TooManyExamples { asked } => Self::refused("too_many_examples", asked.to_string(), message),
             BakeError::TooSmall { spacing, .. } => Self::refused("too_small", spacing.to_string(), message),
             BakeError::TooThin { spacing, .. } => Self::refused("too_thin", spacing.to_string(), message),

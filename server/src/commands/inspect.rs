@@ -1,6 +1,7 @@
 //! `shatterd inspect`: what a database holds.
 
 use super::inspect_memory::{memory_lines, memory_table};
+use super::mistaken::{self, Wanted};
 use super::{Failure, baked, intact, lookup, out};
 use crate::memory::Resident;
 use crate::report;
@@ -42,6 +43,7 @@ pub struct InspectArgs {
 /// Loads and verifies the file as the daemon would, and prints what is inside.
 pub fn run(args: &InspectArgs) -> Result<(), Failure> {
     let file = lookup::database(&args.file, args.databases.as_deref())?;
+    mistaken::check(&file, Wanted::Database)?;
     args.out.as_deref().map_or(Ok(()), out::folder)?;
     let damaged = |error| Failure::database(&file, &error);
     if args.memory {

@@ -29,7 +29,7 @@ pub fn database(given: &Path, folder: Option<&Path>) -> Result<PathBuf, Failure>
 }
 
 /// Names of the objects in `folder`, in order.
-fn names(folder: &Path) -> Vec<String> {
+pub fn names(folder: &Path) -> Vec<String> {
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
     let paths = entries.map(|entry| entry.path()).filter(|path| path.extension().is_some_and(|own| own == EXTENSION));
     let mut names: Vec<String> =

@@ -1,6 +1,7 @@
 //! `shatterd merge`: the shares of a bake become the database.
 
 use super::bar::Bar;
+use super::mistaken::{self, Wanted};
 use super::{Failure, baked, interrupt, out};
 use clap::Args;
 use shatter_fracture::database;
@@ -24,6 +25,7 @@ pub struct MergeArgs {
 /// Joins the shares, learns from all of their examples, writes the database. The shares stay.
 pub fn run(args: &MergeArgs) -> Result<(), Failure> {
     let begun = Instant::now();
+    args.files.iter().try_for_each(|file| mistaken::check(file, Wanted::Database))?;
     out::folder(&args.out)?;
     let token = interrupt::token();
     let bar = Bar::new("merge", 0);

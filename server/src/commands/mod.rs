@@ -14,6 +14,7 @@ pub mod interrupt;
 mod log;
 pub mod lookup;
 pub mod merge;
+mod mistaken;
 pub(crate) mod out;
 pub mod serve;
 mod shares;

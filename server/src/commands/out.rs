@@ -27,6 +27,9 @@ pub fn whole(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
 /// Makes `folder` if need be and shows that it can be written: before the work, not after it.
 pub fn folder(folder: &Path) -> Result<(), Failure> {
     let failed = |error: std::io::Error| Failure::output(folder, &error);
+    if folder.is_file() {
+        return Err(Failure::output(folder, &"this is a file, and a folder is needed here"));
+    }
     std::fs::create_dir_all(folder).map_err(failed)?;
     tempfile::tempfile_in(folder).map(drop).map_err(failed)
 }

@@ -2,6 +2,7 @@
 
 use super::Failure;
 use super::log::Lines;
+use super::mistaken::{self, Wanted};
 use crate::config::{Config, LogFormat};
 use crate::scene::Scene;
 use crate::serve::{Options, run as serve};
@@ -41,6 +42,8 @@ pub struct Args {
 
 /// Serves until it is ended.
 pub fn run(args: &Args) -> Result<(), Failure> {
+    args.config.as_deref().map_or(Ok(()), |file| mistaken::check(file, Wanted::Configuration))?;
+    args.scene.as_deref().map_or(Ok(()), |file| mistaken::check(file, Wanted::Scene))?;
     let config = configured(args)?;
     log(&config)?;
     // Nothing that is made from here on is for others, whoever makes it.
@@ -52,6 +55,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         match program::print(format_args!("ready\n")) {
             // The starter of the daemon may have stopped listening; the daemon serves all the same.
             Ok(()) | Err(StdoutError::Closed) => Ok(()),
+            Err(_) if program::is_closed() => Ok(()),
             Err(StdoutError::Failed(refusal)) => Err(refusal),
         }
     });

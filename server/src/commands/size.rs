@@ -3,8 +3,11 @@
 use nalgebra::Vector3;
 use shatter_fracture::surface::{RawMesh, Unit};
 
-/// Largest extents that are not asked about, m.
-const LIKELY_M: std::ops::RangeInclusive<f64> = 1e-3..=50.0;
+/// Extents that are not asked about, m: what is larger is a building, what is smaller a grain.
+const LIKELY_M: std::ops::Range<f64> = 1e-3..5.0;
+
+/// Masses from here on are asked about, kg.
+const HEAVY_KG: f64 = 5e3;
 
 /// What a hand can hold or a person can stand beside, m: units that lead there are named.
 const USUAL_M: std::ops::RangeInclusive<f64> = 0.02..=3.0;
@@ -15,10 +18,10 @@ pub fn doubtful(mesh: &RawMesh, unit: Unit, density_kg_m3: f64) -> Option<String
     let low = points().reduce(|a, b| a.inf(&b))?;
     let high = points().reduce(|a, b| a.sup(&b))?;
     let size_m = (high - low).max();
-    if !size_m.is_finite() || size_m == 0.0 || LIKELY_M.contains(&size_m) {
+    let mass_kg = volume(mesh, &(0.5 * (low + high))) * density_kg_m3;
+    if !size_m.is_finite() || size_m == 0.0 || (LIKELY_M.contains(&size_m) && mass_kg < HEAVY_KG) {
         return None;
     }
-    let mass_kg = volume(mesh, &(0.5 * (low + high))) * density_kg_m3;
     let others = Unit::ALL.into_iter().filter(|other| *other != unit).filter_map(|other| {
         let factor = other.metres() / unit.metres();
         let (size_m, mass_kg) = (size_m * factor, mass_kg * factor.powi(3));
@@ -26,7 +29,8 @@ pub fn doubtful(mesh: &RawMesh, unit: Unit, density_kg_m3: f64) -> Option<String
     });
     let others: Vec<String> = others.collect();
     let advice = if others.is_empty() { "check --unit".to_owned() } else { others.join(", ") };
-    Some(format!("the mesh is {} (--unit {unit}); {advice}", measured(size_m, mass_kg)))
+    let silence = format!("--unit {unit} says that this is meant");
+    Some(format!("the mesh is {} (unit {unit}); {advice}; {silence}", measured(size_m, mass_kg)))
 }
 
 fn measured(size_m: f64, mass_kg: f64) -> String {
@@ -58,11 +62,16 @@ mod tests {
     fn a_mesh_in_millimeters_is_asked_about_and_others_are_not() {
         let bust = shapes::cuboid([300.0, 658.0, 200.0]);
         let told = doubtful(&bust, Unit::M, 2500.0).unwrap();
-        assert!(told.contains("658 m large and 9.87e10 kg (--unit m)"), "{told}");
+        assert!(told.contains("658 m large and 9.87e10 kg (unit m)"), "{told}");
         assert!(told.contains("with --unit mm it would be 0.658 m large and 98.7 kg"), "{told}");
         assert!(!told.contains("--unit cm"), "{told}");
         assert_eq!(doubtful(&shapes::cuboid([0.3, 0.658, 0.2]), Unit::Mm, 2500.0), None);
         let tiny = doubtful(&shapes::cuboid([2e-4, 1e-4, 1e-4]), Unit::Mm, 2500.0).unwrap();
         assert!(tiny.contains("with --unit m it would be 0.200 m"), "{tiny}");
+        let hall = doubtful(&shapes::cuboid([10.0, 2.0, 2.0]), Unit::M, 2500.0).unwrap();
+        assert!(hall.contains("10.0 m large and 1.00e5 kg"), "{hall}");
+        let block = doubtful(&shapes::cuboid([2.0, 2.0, 2.0]), Unit::M, 2500.0).unwrap();
+        assert!(block.contains("with --unit cm it would be 0.0200 m") && block.contains("--unit m says"), "{block}");
+        assert_eq!(doubtful(&shapes::cuboid([2.0, 0.75, 1.0]), Unit::M, 750.0), None, "a table");
     }
 }

@@ -2,6 +2,7 @@
 //! is learned from them are made again, from the same impacts.
 
 use super::bar::Bar;
+use super::mistaken::{self, Wanted};
 use super::{Failure, interrupt, out};
 use clap::Args;
 use serde_json::{Value, json};
@@ -55,6 +56,7 @@ fn shown(file: &Path) -> String {
 
 /// Converts one file and says which format it had.
 fn upgrade(file: &Path, token: &Token) -> Result<String, Failure> {
+    mistaken::check(file, Wanted::Database)?;
     let damaged = |error: DatabaseError| Failure::database(file, &error);
     let (partial, from) = database::load_older(file).map_err(damaged)?;
     if from != database::FORMAT {

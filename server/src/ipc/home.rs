@@ -8,7 +8,6 @@ use shatter_proto::hello::Hello;
 use shatter_proto::instance::Instance;
 use shatter_proto::place::Place;
 use shatter_proto::transport::{Ipc, config};
-use shatter_proto::unfinished::{Call, Rescue};
 use shatter_proto::{Kind, Refusal};
 use std::fs::{self, File};
 use std::io::{ErrorKind, Read, Seek, Write};
@@ -56,8 +55,6 @@ pub struct Home {
     /// Instances before this one of which something is left.
     earlier: Vec<Instance>,
     past: Past,
-    _freed: Call,
-    _rescue: Rescue,
     _lock: File,
 }
 
@@ -73,10 +70,7 @@ impl Home {
         // A stale hello would invite clients before there is anything to connect to.
         let _ = fs::remove_file(place.hello());
         let earlier = listed(place);
-        // A daemon that waits for what a dead client left unfinished serves nobody: it is watched as long as it runs.
-        let rescue = Rescue::new(&instance.prefix)?;
-        let (place, freed) = (place.clone(), rescue.call());
-        let mut home = Self { place, instance, earlier, past, _freed: freed, _rescue: rescue, _lock: lock };
+        let mut home = Self { place: place.clone(), instance, earlier, past, _lock: lock };
         // Listed before anything of it exists: whoever kills this process leaves nothing that its successor does not know.
         home.list()?;
         home.instance.create(home.place.uid)?;
@@ -157,17 +151,12 @@ fn write_list(place: &Place, instances: &[Instance]) -> Result<(), Refusal> {
     write_aside(&place.instances(), &serde_json::to_vec(&tokens).unwrap_or_default())
 }
 
-/// Removes everything of an instance, unless a living process uses it; whether it is gone.
+/// Removes the folder of an instance, unless a living process uses it; whether it is gone.
 fn remove_unused(instance: &Instance) -> bool {
     if is_used(instance) {
         return false;
     }
-    let segments = instance.segments().iter().all(|path| remove(path));
-    remove(&instance.folder) && segments
-}
-
-/// Removes a file or a folder; whether it is gone.
-fn remove(path: &Path) -> bool {
+    let path = &instance.folder;
     let removed = match path.symlink_metadata() {
         Err(error) => return error.kind() == ErrorKind::NotFound,
         // Another user's, whatever its name.
@@ -176,7 +165,7 @@ fn remove(path: &Path) -> bool {
         Ok(_) => fs::remove_file(path),
     };
     if let Err(error) = &removed {
-        tracing::warn!(path = %path.display(), %error, "a file of an earlier daemon stays");
+        tracing::warn!(path = %path.display(), %error, "the folder of an earlier daemon stays");
     }
     removed.is_ok()
 }
@@ -238,7 +227,6 @@ fn write_aside(path: &Path, bytes: &[u8]) -> Result<(), Refusal> {
 mod tests {
     use super::*;
     use shatter_proto::name::ServiceName;
-    use shatter_proto::shared_memory;
 
     fn place(root: &Path) -> Place {
         let uid = rustix::process::geteuid().as_raw();
@@ -279,31 +267,27 @@ mod tests {
         let root = tempfile::tempdir().unwrap();
         let place = place(root.path());
         place.create().unwrap();
-        let shared = |name: String| Path::new(shared_memory::FOLDER).join(name);
         let earlier: Vec<Instance> = (0..3).map(|_| Instance::random(&place).unwrap()).collect();
         write_list(&place, &earlier[..2]).unwrap();
         let mut left = Vec::new();
         for instance in &earlier {
             instance.create(place.uid).unwrap();
             fs::create_dir_all(instance.folder.join("services")).unwrap();
-            left.push(shared(format!("{}left.data", instance.prefix)));
+            left.push(instance.folder.join("left.data"));
             left.push(instance.folder.join("services/x.service"));
         }
-        // Of another service, whose mark may be the same.
-        let other = shared(format!("{}{}", place.mark, std::process::id()));
-        for path in left.iter().chain([&other, &place.hello()]) {
+        for path in left.iter().chain([&place.hello()]) {
             fs::write(path, "").unwrap();
         }
         let home = Home::take(&place).unwrap();
-        assert!(left[..4].iter().all(|path| !path.exists()) && !earlier[1].folder.exists() && !place.hello().exists());
-        assert!(left[4..].iter().all(|path| path.exists()) && other.exists(), "what is not listed is not ours");
+        assert!(earlier[..2].iter().all(|instance| !instance.folder.exists()) && !place.hello().exists());
+        assert!(left[4..].iter().all(|path| path.exists()), "what is not listed is not ours");
         assert_eq!(listed(&place), [home.instance().clone()]);
         let own = home.instance().clone();
-        fs::write(shared(format!("{}own.data", own.prefix)), "").unwrap();
+        fs::write(own.folder.join("own.data"), "").unwrap();
         home.close().unwrap();
-        assert!(own.segments().is_empty() && !own.folder.exists() && listed(&place).is_empty());
+        assert!(!own.folder.exists() && listed(&place).is_empty());
         assert!(remove_unused(&earlier[2]));
-        fs::remove_file(other).unwrap();
     }
 
     #[test]

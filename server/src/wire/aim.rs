@@ -9,7 +9,7 @@ use shatter_proto::Refusal;
 use shatter_proto::answer::{HitWire, SummaryWire};
 use shatter_proto::convention::Convention;
 use shatter_proto::layout::{Counts, Sections};
-use shatter_proto::request::{Contact, Strike};
+use shatter_proto::request::{Contact, Strike, squarable};
 
 /// Where the ray of `strike` first meets what it strikes; nothing without a ray.
 pub(super) fn first_hit(
@@ -33,7 +33,7 @@ pub(super) fn pointed(strike: &Strike, hit: &HitWire) -> Strike {
 }
 
 fn ray(contact: &Contact, from: &Convention) -> Option<Ray> {
-    let direction = Vector3::from(from.our_direction(contact.ray?));
+    let direction = Vector3::from(from.our_direction(squarable(contact.ray?)));
     Some(Ray { origin_m: from.our_vector(contact.point_m).into(), direction })
 }
 

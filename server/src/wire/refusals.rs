@@ -57,7 +57,25 @@ pub(crate) fn refusal(error: StrikeError) -> Refusal {
         StrikeError::OtherObject => (Kind::Failed, "kept".to_owned()),
         StrikeError::Tessellation(_) | StrikeError::SectionLengths { .. } => (Kind::Failed, "tessellation".to_owned()),
     };
-    Refusal::new(kind, at, error.to_string())
+    Refusal::new(kind, at, far_off(&error).unwrap_or_else(|| error.to_string()))
+}
+
+/// Distances from which on a nearest point says nothing, and rounding or overflow has the last word, m.
+const FAR_M: f64 = 1e9;
+
+/// What is said of a point or a ray so far off that its distance is hardly a number.
+fn far_off(error: &StrikeError) -> Option<String> {
+    let is_far = |distance_m: f64| distance_m.is_nan() || distance_m >= FAR_M;
+    let advice = "`shatter list` shows between which corners the object lies";
+    match error {
+        StrikeError::TooFar { contact, distance_m, .. } if is_far(*distance_m) => {
+            Some(format!("contact {contact}: the point is more than {FAR_M:e} m from the object; {advice}"))
+        }
+        StrikeError::RayMissed { distance_m, .. } if is_far(*distance_m) => {
+            Some(format!("the ray begins or passes more than {FAR_M:e} m from the object and misses it; {advice}"))
+        }
+        _ => None,
+    }
 }
 
 #[cfg(test)]
@@ -72,6 +90,14 @@ mod tests {
         let refusal = refusal_in(far, &Convention::UNREAL);
         assert!(refusal.message.contains("10.000000,-30.000000,20.000000"), "{}", refusal.message);
         assert_eq!((refusal.kind, refusal.at.as_str()), (Kind::ContactTooFar, "contacts[2].point_m"));
+        for distance_m in [f64::INFINITY, f64::NAN, 1e200] {
+            let far = StrikeError::TooFar { contact: 0, distance_m, radius_m: 0.5, surface_m };
+            let missed = StrikeError::RayMissed { ray_m: surface_m, surface_m, distance_m };
+            for error in [far, missed] {
+                let message = super::refusal(error).message;
+                assert!(message.contains("more than 1e9 m") && message.len() < 150, "{message}");
+            }
+        }
         let number = StrikeError::Number { contact: 0, key: "peak force", value: f64::INFINITY, positive: true };
         assert_eq!(super::refusal(number).kind, Kind::Impulse);
         let unprepared = super::refusal(StrikeError::LiftUnprepared { body: 0, lift: LiftKind::SurfaceDiffusion });

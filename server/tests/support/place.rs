@@ -64,9 +64,9 @@ impl TestPlace {
 
     /// Folders of the transport of all daemons of this place.
     pub fn transports(&self) -> Vec<PathBuf> {
-        let entries = std::fs::read_dir(self.place.folder.parent().unwrap()).into_iter().flatten().flatten();
-        let hidden = |path: &PathBuf| path.file_name().unwrap().to_string_lossy().starts_with(".t-");
-        entries.map(|entry| entry.path()).filter(hidden).collect()
+        let entries = std::fs::read_dir("/dev/shm").unwrap().flatten();
+        let ours = |path: &PathBuf| path.file_name().unwrap().to_string_lossy().starts_with(&self.place.mark);
+        entries.map(|entry| entry.path()).filter(ours).collect()
     }
 
     /// What the transport knows of nodes: files, and a folder of tags each.
@@ -75,11 +75,10 @@ impl TestPlace {
         self.transports().into_iter().flat_map(entries).map(|entry| entry.unwrap().path()).collect()
     }
 
-    /// Shared memory of this place.
+    /// Segments and sockets of this place.
     pub fn shared_memory(&self) -> Vec<PathBuf> {
-        let entries = std::fs::read_dir("/dev/shm").unwrap().flatten();
-        let ours = |path: &PathBuf| path.file_name().unwrap().to_string_lossy().starts_with(&self.place.mark);
-        entries.map(|entry| entry.path()).filter(ours).collect()
+        let entries = self.transports().into_iter().flat_map(|folder| std::fs::read_dir(folder).into_iter().flatten());
+        entries.flatten().map(|entry| entry.path()).filter(|path| !path.is_dir()).collect()
     }
 
     /// Addresses at which this process has answers of this place mapped.
@@ -97,8 +96,8 @@ impl TestPlace {
 
 impl Drop for TestPlace {
     fn drop(&mut self) {
-        for path in self.shared_memory() {
-            let _ = std::fs::remove_file(path);
+        for folder in self.transports() {
+            let _ = std::fs::remove_dir_all(folder);
         }
     }
 }

@@ -101,15 +101,32 @@ pub fn run(service: &str, args: &Args) -> Result<(), Failure> {
         runs.push((rate, Tally::of(&records, servers, args.seconds), records));
     }
     let told: Vec<Value> = runs.iter().map(|(rate, tally, _)| tally.document(*rate)).collect();
-    let told = if told.len() == 1 { told.into_iter().next().unwrap_or_default() } else { json!({ "runs": told }) };
+    let mut told = if told.len() == 1 { told.into_iter().next().unwrap_or_default() } else { json!({ "runs": told }) };
+    let lost = lost(runs.iter().map(|(_, _, clients)| clients.as_slice()));
+    if let Some(refusal) = &lost {
+        told["error"] = refusal.document()["error"].clone();
+    }
     if let Some(folder) = &args.out {
         write(folder, &told, &runs)?;
     }
     if args.json {
-        return document(&told);
+        document(&told)?;
+    } else {
+        out(format_args!("{}\n", Tally::HEAD))?;
+        for (rate, tally, _) in &runs {
+            out(format_args!("{}\n{}", tally.line(*rate), tally.complaints()))?;
+        }
     }
-    out(format_args!("{}\n", Tally::HEAD))?;
-    runs.iter().try_for_each(|(rate, tally, _)| out(format_args!("{}\n{}", tally.line(*rate), tally.complaints())))
+    lost.map_or(Ok(()), |refusal| Err(Failure::Told(refusal)))
+}
+
+/// The refusal of runs of which some client processes told nothing, if there are such.
+fn lost<'a>(runs: impl Iterator<Item = &'a [Option<Vec<Record>>]>) -> Option<Refusal> {
+    let (lost, all) = runs.flatten().fold((0, 0), |(lost, all), told| (lost + u32::from(told.is_none()), all + 1));
+    let message = format!(
+        "{lost} of {all} client processes ended without telling what became of their strikes, which are missing in the figures; run it again"
+    );
+    (lost > 0).then(|| Refusal::new(Kind::Failed, "clients", message))
 }
 
 fn targets(connection: &Shatter, args: &Args) -> Result<Vec<Target>, Failure> {
@@ -222,4 +239,18 @@ fn write(folder: &Path, told: &Value, runs: &[Run]) -> Result<(), Failure> {
         }
     }
     Ok(put("load.csv", &text)?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lost_client_processes_are_counted_over_all_runs() {
+        let (told, gone) = (Some(Vec::new()), None);
+        assert_eq!(lost([&[told.clone(), told.clone()][..]].into_iter()), None);
+        let refusal = lost([&[told.clone(), gone.clone()][..], &[told, gone][..]].into_iter()).unwrap();
+        assert!(refusal.message.starts_with("2 of 4 client processes"), "{refusal}");
+        assert_eq!(refusal.kind.exit_code(), 6);
+    }
 }

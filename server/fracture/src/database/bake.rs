@@ -6,6 +6,7 @@ use super::parts::Severed;
 use super::share::{Partial, Share};
 use super::step::{Size, Step};
 use super::stuffed::lattices;
+use super::values::{self, RATIOS, Ratio};
 use crate::degree;
 use crate::elasticity::ElasticityError;
 use crate::lattice::{BodyLattice, Lattice, LatticeError};
@@ -25,7 +26,7 @@ use std::sync::Arc;
 /// What to bake, apart from the mesh.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct BakeRequest {
-    /// The object's name: 1 to 63 bytes, no path separators, no control characters.
+    /// The object's name: 1 to [`NAME_BYTES_MAX`] bytes, no path separators, no control characters.
     pub name: String,
     /// The material's name, for the record.
     pub material_name: String,
@@ -126,6 +127,16 @@ pub enum BakeError {
         /// Which number.
         key: &'static str,
         /// What it was.
+        value: f64,
+    },
+    /// A number that no object of this size and material has.
+    #[error("{key} is {value:e} times {over}: must be {:e} to {:e} times", RATIOS.start(), RATIOS.end())]
+    Unusual {
+        /// Which number.
+        key: &'static str,
+        /// Over what.
+        over: &'static str,
+        /// How many times that it is.
         value: f64,
     },
     /// The mesh has no surface or no inside.
@@ -235,7 +246,7 @@ impl From<StrikeError> for BakeError {
 }
 
 /// Longest object name in bytes: it travels in a fixed field of the request.
-pub const NAME_BYTES_MAX: usize = 63;
+pub const NAME_BYTES_MAX: usize = 64;
 
 /// Bakes `raw`. Deterministic in (mesh, request); `progress` is told of each step as it begins.
 pub fn bake(
@@ -259,10 +270,11 @@ pub(super) fn whole(
     let surface = Surface::repair(raw)?;
     token.check()?;
     let (parameters, levels, mut report) = lattices(request, &surface, token, progress)?;
-    progress(Step::Sized(Size::of(&levels, request)));
-    let mut bodies = Vec::with_capacity(levels.bodies.len());
     let tables = request.tables();
-    for (index, BodyLattice { elastic, crack, transfer }) in levels.bodies.into_iter().enumerate() {
+    let assembled = assembled(levels.bodies, &parameters, tables, token)?;
+    progress(Step::Sized(Size::of(&assembled, &surface, &parameters, request)));
+    let mut bodies = Vec::with_capacity(assembled.len());
+    for (index, (crack, solid)) in assembled.into_iter().enumerate() {
         progress(Step::Lift(index));
         let failed = |source| BakeError::Lift { body: index, source };
         let interior = || lift::interior(&crack, parameters.modes, parameters.alpha, token).map_err(failed);
@@ -270,19 +282,17 @@ pub(super) fn whole(
         let surface = || surface_lift(&crack, index, &mut report, token);
         let surface_diffusion = tables.surface_diffusion.then(surface).transpose()?.flatten();
         progress(Step::Elasticity(index));
-        let failed = |source| BakeError::Elasticity { body: index, source };
-        let solid = || {
-            let solid =
-                Solid::new(elastic, transfer, parameters.material.poisson, parameters.factor, token).map_err(failed)?;
-            solid.elasticity.factor().map_err(failed)?;
-            Ok::<_, BakeError>(solid)
-        };
-        let solid = tables.elastic.then(solid).transpose()?;
+        if let Some(solid) = &solid {
+            solid.elasticity.factor().map_err(|source| BakeError::Elasticity { body: index, source })?;
+        }
         bodies.push(Body { solid, interior, surface_diffusion, ..Body::new(crack) });
     }
     let gamma_j_m2 = gamma(request, &parameters);
     if !(gamma_j_m2.is_normal() && gamma_j_m2 > 0.0) {
         return Err(BakeError::NotPositive { key: "gamma from the fragment size", value: gamma_j_m2 });
+    }
+    if let Some(Ratio { key, over, value }) = values::unusual(&parameters, &surface.frame, gamma_j_m2, degree::KAPPA) {
+        return Err(BakeError::Unusual { key, over, value });
     }
     let name = request.name.clone();
     let skin = dressed(&surface, &mut bodies, parameters.crack_spacing, tables, request.cracks.is_some());
@@ -301,6 +311,21 @@ pub(super) fn whole(
         held: None,
         skin: skin.map(Arc::new),
     })
+}
+
+/// The crack lattice of each body, and its elasticity if that is wanted, not factored yet.
+fn assembled(
+    bodies: Vec<BodyLattice>,
+    parameters: &Parameters,
+    tables: Tables,
+    token: &Token,
+) -> Result<Vec<(Lattice, Option<Solid>)>, BakeError> {
+    let one = |(body, BodyLattice { elastic, crack, transfer })| {
+        let solid = || Solid::new(elastic, transfer, parameters.material.poisson, parameters.factor, token);
+        let failed = |source| BakeError::Elasticity { body, source };
+        Ok((crack, tables.elastic.then(solid).transpose().map_err(failed)?))
+    };
+    bodies.into_iter().enumerate().map(one).collect()
 }
 
 /// The input's triangles for skins, and their looks for the bodies, as far as they are wanted; with the walls of existing cracks.

@@ -22,7 +22,7 @@ mod tables;
 mod thin;
 mod values;
 
-pub use bake::{BakeError, BakeRequest, bake};
+pub use bake::{BakeError, BakeRequest, NAME_BYTES_MAX, bake};
 pub use error::DatabaseError;
 pub use hash::input_hash;
 pub use learned::EXAMPLES_MAX;

@@ -29,6 +29,10 @@ pub(super) const BASE: &str = "body";
 /// Tensor of a body's bound, part of its elasticity; a file without it has none.
 const BOUND: &str = "elastic.bound";
 
+/// Tensors of a body that has elasticity.
+const ELASTIC: [&str; 6] =
+    ["elastic.nodes", "elastic.tets", "transfer.tets", "transfer.shares", "transfer.offsets", BOUND];
+
 /// Metadata key of [`Task`]: what is no whole database but a share of one.
 const SHARE_KEY: &str = "share";
 
@@ -306,12 +310,14 @@ fn bare(contents: &Contents, tables: Tables) -> Result<Prepared, DatabaseError> 
     let report: BakeReport = contents.json("report")?;
     let shape: Shape = contents.json("shape")?;
     check_shape(&shape)?;
+    values::usual(&parameters, &shape.frame, shape.gamma_j_m2, shape.kappa)?;
     let bodies = (0..shape.dimensions.len())
         .map(|index| body(contents, index, &shape, (&parameters, &report), tables))
         .collect::<Result<Vec<_>, _>>()?;
     values::report(&report, &shape.frame, &bodies)?;
     let names = report.materials.len();
-    let skin = if tables.skin { skins::skin(contents, &bodies, names)?.map(Arc::new) } else { None };
+    let skin =
+        if tables.skin { skins::skin(contents, &bodies, names, parameters.crack_spacing)?.map(Arc::new) } else { None };
     Ok(Prepared {
         name: name.to_owned(),
         frame: shape.frame,
@@ -370,7 +376,9 @@ fn body(
 ) -> Result<Body, DatabaseError> {
     let name = |part: &str| format!("{BASE}{index}.{part}");
     let crack = lattice(contents, &name("crack"))?;
-    let solid = match tables.elastic && contents.holds(&name("elastic.nodes")) {
+    // A part alone is a damaged file: the reader names what is missing.
+    let is_elastic = ELASTIC.iter().any(|part| contents.holds(&name(part)));
+    let solid = match tables.elastic && is_elastic {
         true => Some(solid(contents, index, &crack, parameters.material.poisson, parameters.factor)?),
         false => None,
     };
@@ -386,26 +394,24 @@ fn body(
     let interior = lift("interior", LiftKind::Interior, own)?;
     let surface = shape.surface_dimensions.get(index).copied().flatten().filter(|_| tables.surface_diffusion);
     let surface_diffusion = lift("surface_diffusion", LiftKind::SurfaceDiffusion, surface)?;
-    let bound = match &solid {
-        Some(solid) if contents.holds(&name(BOUND)) => Some(bound(contents, name(BOUND), solid)?),
-        _ => None,
-    };
-    let mut body = Body { solid, interior, surface_diffusion, bound, ..Body::new(crack) };
+    let mut body = Body { solid, interior, surface_diffusion, ..Body::new(crack) };
+    if contents.holds(&name(BOUND)) {
+        body.bound = bound(contents, name(BOUND), &body)?;
+    }
     if tables.attributes {
         body.outer = skins::outer(contents, index, &body, report.materials.len())?;
     }
     Ok(body)
 }
 
-fn bound(contents: &Contents, tensor: String, solid: &Solid) -> Result<Bound, DatabaseError> {
+/// What bounds E_1 of `body`, compared with its stiffness and its lifts; none for a body without elasticity.
+fn bound(contents: &Contents, tensor: String, body: &Body) -> Result<Option<Bound>, DatabaseError> {
     let mut values = [0.0; 4];
     let stored = contents.f64(&tensor, Some(values.len()), FLAT)?;
     values.copy_from_slice(&stored);
-    let wrong = |(index, value): (usize, &f64)| *value < 0.0 || (index == 0 && *value == 0.0);
-    match values.iter().enumerate().find(|entry| wrong(*entry)) {
-        Some((index, &value)) => Err(DatabaseError::NotPositive { tensor, index, value }),
-        None => Ok(Bound::stored(&solid.elasticity, values)),
-    }
+    let (Some(solid), Some(ranges)) = (&body.solid, Bound::ranges(body)) else { return Ok(None) };
+    values::bound(&tensor, &values, &ranges)?;
+    Ok(Some(Bound::stored(&solid.elasticity, values)))
 }
 
 fn solid(

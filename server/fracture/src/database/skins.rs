@@ -52,14 +52,19 @@ fn put_skin(tensors: &mut Tensors, skin: &Skin) {
     }
 }
 
-/// The skin of an object of these bodies and that many names of materials, if it has one.
-pub(super) fn skin(contents: &Contents, bodies: &[Body], names: usize) -> Result<Option<Skin>, DatabaseError> {
+/// The skin of an object of these bodies, that many names of materials and this crack spacing, if it has one.
+pub(super) fn skin(
+    contents: &Contents,
+    bodies: &[Body],
+    names: usize,
+    spacing: f64,
+) -> Result<Option<Skin>, DatabaseError> {
     if !contents.holds("skin.points") {
         return Ok(None);
     }
     let coordinates = contents.f64("skin.points", None, 3)?;
-    values::coordinates("skin.points", &coordinates)?;
     let (points, _) = coordinates.as_chunks::<3>();
+    values::points("skin.points", points, spacing)?;
     let spots = spots(contents, bodies, points.len())?;
     let own = contents.u32("skin.vertices", None, FLAT, points.len() as u64)?;
     let normals = vectors::<3>(contents, "skin.normals", own.len())?;

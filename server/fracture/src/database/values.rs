@@ -2,6 +2,7 @@
 
 use super::DatabaseError;
 use super::bake::is_object_name;
+use crate::degree;
 use crate::lattice::{Lattice, Transfer};
 use crate::lift::MODES_MAX;
 use crate::pipeline::{BakeReport, Body, LearnedQuality, Parameters, Prepared, Reduction};
@@ -25,6 +26,9 @@ const VOLUME_TOLERANCE: f64 = 1e-6;
 
 /// Volume of the lattices over that of the input: a bake refuses to lose more than a part of it.
 const VOLUME_RATIO: RangeInclusive<f64> = 0.1..=10.0;
+
+/// What was asked for over what is usual: objects that break at a touch or never are allowed, other units are not.
+pub(super) const RATIOS: RangeInclusive<f64> = 1e-18..=1e18;
 
 /// Length of a normal: unit vectors that were stored in single precision and interpolated.
 const NORMAL_LENGTH: RangeInclusive<f64> = 0.9..=1.1;
@@ -52,6 +56,64 @@ fn implausible(tensor: &str, index: usize, value: f64, wanted: &'static str) -> 
 /// Coordinates of nodes or points, local.
 pub(super) fn coordinates(tensor: &str, values: &[f64]) -> Result<(), DatabaseError> {
     all(tensor, values, "within the object's box", |value| value.abs() <= COORDINATE_MAX)
+}
+
+/// Points of a skin: within the sphere around the box of the input, whose diagonal is 1, or as far beyond it as walls of cracks in a
+/// lattice of this spacing may be. Not compared with the lattice: that loses what is thinner than its spacing, the skin does not.
+pub(super) fn points(tensor: &str, values: &[[f64; 3]], spacing: f64) -> Result<(), DatabaseError> {
+    let radius = |point: &[f64; 3]| point.iter().map(|x| x * x).sum::<f64>().sqrt();
+    match values.iter().position(|point| radius(point) > 0.5 + spacing) {
+        Some(row) => Err(implausible(
+            tensor,
+            3 * row,
+            radius(&values[row]),
+            "a distance from the middle within the object's box",
+        )),
+        None => Ok(()),
+    }
+}
+
+/// Bounds of elasticity: within what stiffness and lifts allow. Zero stands for a reach that is not known.
+pub(super) fn bound(tensor: &str, values: &[f64; 4], ranges: &[RangeInclusive<f64>; 4]) -> Result<(), DatabaseError> {
+    let wrong = |&index: &usize| !(ranges[index].contains(&values[index]) || (index > 0 && values[index] == 0.0));
+    match (0..values.len()).find(wrong) {
+        Some(index) => Err(implausible(tensor, index, values[index], "a bound of this body's elasticity")),
+        None => Ok(()),
+    }
+}
+
+/// A number that a bake may be asked for, over what it usually is.
+pub(super) struct Ratio {
+    /// Which number.
+    pub key: &'static str,
+    /// Over what.
+    pub over: &'static str,
+    /// How many times that it is.
+    pub value: f64,
+}
+
+/// The first number of an object in `frame` that differs from the usual by more than [`RATIOS`]: the fragment size from the
+/// diagonal, γ from that of material and fragment size, κ from 1.
+pub(super) fn unusual(own: &Parameters, frame: &Frame, gamma_j_m2: f64, kappa: f64) -> Option<Ratio> {
+    let Parameters { material, fragment_size_m, .. } = own;
+    let reference = degree::reference_gamma(material.young_pa, material.strength_pa, *fragment_size_m);
+    let all = [
+        Ratio { key: "fragment_size_m", over: "the diagonal of the shape", value: fragment_size_m / frame.diagonal_m },
+        Ratio { key: "gamma_j_m2", over: "that of material and fragment size", value: gamma_j_m2 / reference },
+        Ratio { key: "kappa", over: "1", value: kappa },
+    ];
+    all.into_iter().find(|ratio| !RATIOS.contains(&ratio.value))
+}
+
+/// Fragment size, γ and κ, compared with what they usually are.
+pub(super) fn usual(own: &Parameters, frame: &Frame, gamma_j_m2: f64, kappa: f64) -> Result<(), DatabaseError> {
+    unusual(own, frame, gamma_j_m2, kappa).map_or(Ok(()), |Ratio { key, over, value }| {
+        let part = if key == "fragment_size_m" { "parameters" } else { "shape" };
+        Err(metadata(
+            part,
+            format!("{key} is {value:e} times {over}, must be {:e} to {:e} times", RATIOS.start(), RATIOS.end()),
+        ))
+    })
 }
 
 /// Coordinates of a lift.

@@ -23,6 +23,6 @@ pub use criterion::{
 pub use curve::{Curve, CurveOptions, Optimised, Point, optimise};
 pub use lesson::{DESCRIPTOR_LENGTH, Lesson, descriptor, sites, target};
 pub use network::{Network, Prediction, Trained, train};
-pub use reach::reach;
+pub use reach::{reach, reach_range};
 pub use slender::Slenderness;
 pub use verify::{Verified, verify};

@@ -78,6 +78,28 @@ impl Floor {
         Self { value, compliance: weights(body).into_iter().map(f64::recip).collect() }
     }
 
+    /// What no floor of `body` exceeds: the least Rayleigh quotient of smooth motions without rigid part, which is at least the
+    /// smallest positive λ. Takes a product with the stiffness for each.
+    pub fn most(body: &Elasticity) -> f64 {
+        let weights = weights(body);
+        let rigid = rigid(body, &weights);
+        let (mut motion, mut forces) = (vec![0.0; body.size()], vec![0.0; body.size()]);
+        let mut least = f64::INFINITY;
+        for (along, by) in (0..3).flat_map(|along| (0..3).map(move |by| (along, by))) {
+            for (node, own) in motion.chunks_exact_mut(3).enumerate() {
+                own.copy_from_slice(smooth(along, by, body.inertia.arm(node)).as_slice());
+            }
+            settle(body, &weights, &rigid, &mut motion);
+            body.stiffness.multiply(&motion, &mut forces);
+            let stored: f64 = motion.iter().zip(&forces).map(|(u, f)| u * f).sum();
+            let square = |(own, weight): (&[f64], &f64)| own.iter().map(|u| u * u).sum::<f64>() * weight;
+            let square: f64 = motion.chunks_exact(3).zip(&weights).map(square).sum();
+            // A ratio of zeros is no number and changes nothing.
+            least = least.min(stored / square);
+        }
+        least
+    }
+
     /// The bound itself.
     pub fn value(&self) -> f64 {
         self.value
@@ -140,6 +162,18 @@ fn rigid(body: &Elasticity, weights: &[f64]) -> Matrix6<f64> {
         gram += Matrix6::from_fn(|a, b| weight * motions[a].dot(&motions[b]));
     }
     gram.try_inverse().unwrap_or_else(Matrix6::zeros)
+}
+
+/// Displacement at `arm`: a stretch along one axis, or a bend of axis `by` towards axis `along`.
+fn smooth(along: usize, by: usize, arm: Vector3<f64>) -> Vector3<f64> {
+    let mut motion = Vector3::zeros();
+    if along == by {
+        motion[along] = arm[along];
+    } else {
+        motion[along] = 0.5 * arm[by] * arm[by];
+        motion[by] = -arm[along] * arm[by];
+    }
+    motion
 }
 
 /// What the rigid motions move a node at `arm` by.

@@ -231,6 +231,11 @@ impl Elasticity {
         self.elements.bytes() + self.boundary.bytes() + self.inertia.bytes()
     }
 
+    /// Bytes that its factor holds in the precision that was asked for, whether it is there or not.
+    pub fn factor_bytes(&self) -> usize {
+        self.symbolic.factor_bytes(self.precision)
+    }
+
     /// Bytes that its factor would no longer hold in single precision.
     pub fn single_precision_saving(&self) -> usize {
         let bytes = |precision| self.symbolic.factor_bytes(precision);

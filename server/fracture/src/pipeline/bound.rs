@@ -14,6 +14,7 @@ use crate::elasticity::{Elasticity, ElasticityError, Floor, Load};
 use crate::lift::LiftKind;
 use crate::scene::Effect;
 use crate::token::{Cancelled, Token};
+use std::ops::RangeInclusive;
 
 /// Told on top of every bound, relative.
 const SLACK: f64 = 0.01;
@@ -52,6 +53,14 @@ impl Bound {
     /// From what [`Self::values`] said of the body.
     pub fn stored(elasticity: &Elasticity, [floor, reaches @ ..]: [f64; 4]) -> Self {
         Self { floor: Floor::stored(elasticity, floor), reaches }
+    }
+
+    /// What [`Self::values`] of `body` lie within; `None` for a body without elasticity. A lift that is not there bounds nothing.
+    pub fn ranges(body: &Body) -> Option<[RangeInclusive<f64>; 4]> {
+        let floor = f64::MIN_POSITIVE..=(1.0 + SLACK) * Floor::most(&body.solid.as_ref()?.elasticity);
+        let reach = |kind| body.lift(kind).map_or(UNKNOWN..=f64::MAX, degree::reach_range);
+        let [euclidean, interior, surface_diffusion] = LIFTS.map(reach);
+        Some([floor, euclidean, interior, surface_diffusion])
     }
 
     /// The floor, positive, and the reaches in the lifts `euclidean`, `interior` and `surface_diffusion`, zero where there is none.

@@ -4,6 +4,9 @@ use super::names::{brief, nearest, toml_error};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
+/// What every number of a material but Poisson's ratio lies in, in its unit: no solid is beyond.
+const POSSIBLE: std::ops::RangeInclusive<f64> = 1e-9..=1e18;
+
 /// A homogeneous isotropic brittle material. SI units.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -25,7 +28,7 @@ impl Material {
     pub fn check(&self) -> Result<(), (&'static str, f64)> {
         let numbers =
             [("young_pa", self.young_pa), ("density_kg_m3", self.density_kg_m3), ("strength_pa", self.strength_pa)];
-        numbers.into_iter().find(|(_, value)| !(value.is_normal() && *value > 0.0)).map_or(Ok(()), Err)
+        numbers.into_iter().find(|(_, value)| !POSSIBLE.contains(value)).map_or(Ok(()), Err)
     }
 }
 
@@ -36,7 +39,7 @@ pub enum MaterialError {
     #[error("materials cannot be read: {0}")]
     Unreadable(String),
     /// A number outside its range.
-    #[error("material \"{material}\": {key} must be finite and positive, got {value}")]
+    #[error("material \"{material}\": {key} must be positive, 1e-9 to 1e18, got {value:e}")]
     NotPositive {
         /// The material's name.
         material: String,

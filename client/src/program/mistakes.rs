@@ -1,0 +1,134 @@
+//! What was probably meant by a command or an option that does not exist.
+
+use shatter_proto::name::nearest;
+
+/// The commands of each program.
+pub const COMMANDS: [(&str, &[&str]); 2] = [
+    ("shatter", &["list", "status", "impact", "prefracture", "threshold", "load"]),
+    ("shatterd", &["demo", "bake", "merge", "upgrade", "inspect", "check", "serve", "study"]),
+];
+
+/// Other words for commands.
+const OTHER_COMMANDS: [(&str, &[&str]); 10] = [
+    ("impact", &["strike", "hit", "break", "fracture", "smash", "shatter", "shoot"]),
+    ("list", &["ls", "objects", "show"]),
+    ("status", &["stat", "info", "ps", "top", "health", "ping"]),
+    ("load", &["bench", "benchmark", "stress"]),
+    ("serve", &["start", "run", "server", "daemon", "up"]),
+    ("bake", &["convert", "import", "build", "prepare", "add", "create"]),
+    ("inspect", &["view", "dump", "verify"]),
+    ("check", &["validate", "lint", "plan"]),
+    ("upgrade", &["migrate", "update"]),
+    ("merge", &["join"]),
+];
+
+/// Words for what a signal does.
+const ENDING: [&str; 5] = ["stop", "quit", "kill", "end", "shutdown"];
+
+/// Other words for options.
+const OTHER_OPTIONS: [(&str, &[&str]); 16] = [
+    ("point", &["p", "pos", "position", "at", "contact"]),
+    ("impulse", &["i", "force", "momentum", "strength"]),
+    ("direction", &["impulse", "impulse-ns", "d", "dir"]),
+    ("impulse", &["direction"]),
+    ("degree", &["n", "sites", "pieces", "fragments", "count"]),
+    ("out", &["o", "output", "file", "save", "export"]),
+    ("databases", &["db", "database", "data", "folder", "dir", "out"]),
+    ("out", &["db", "database", "folder", "dir"]),
+    ("unit", &["units", "scale"]),
+    ("quality", &["q", "preset", "resolution", "lod"]),
+    ("duration-s", &["duration"]),
+    ("radius-m", &["radius"]),
+    ("time-ms", &["time", "budget"]),
+    ("seconds", &["duration", "duration-s", "time"]),
+    ("deadline-ms", &["timeout", "deadline"]),
+    ("log", &["v", "verbose", "debug", "log-level"]),
+];
+
+/// What may be given for an argument that is missing.
+const MISSING: [(&str, &str); 4] = [
+    ("--name <NAME>", "the object is listed and struck by its name, for example --name vase"),
+    ("<OBJECT>", "`shatter list` shows the names of the objects"),
+    ("<MESH>", "give a mesh file, or --shape SHAPE for a generated object, or --scene FILE"),
+    ("<SCENE>", "a scene is a TOML file with a table [objects.NAME] for each object"),
+];
+
+/// What to do instead of the command `word` of `program`.
+pub fn command(program: &str, word: &str) -> String {
+    let word = word.trim_start_matches('-').to_lowercase();
+    if ENDING.contains(&word.as_str()) {
+        return "to end a daemon, send SIGTERM to the process that `shatter status` names: kill PID".to_owned();
+    }
+    let other = OTHER_COMMANDS.iter().find(|(_, words)| words.contains(&word.as_str())).map(|(command, _)| *command);
+    let near = || own_first(program).find_map(|(_, commands)| nearest(&word, commands).first().copied());
+    let exact = own_first(program).flat_map(|(_, commands)| commands).find(|command| **command == word).copied();
+    let Some(likely) = exact.or(other).or_else(near) else {
+        let all = own_first(program).map(|(program, commands)| format!("{program} {}", commands.join("|")));
+        return format!("the commands are: {}", all.collect::<Vec<_>>().join(", and "));
+    };
+    let owner = own_first(program).find(|(_, commands)| commands.contains(&likely)).map_or(program, |(owner, _)| owner);
+    match owner == program {
+        true => format!("did you mean `{owner} {likely}`?"),
+        false => format!("did you mean `{owner} {likely}`? {likely} is a command of {owner}, not of {program}"),
+    }
+}
+
+/// The programs with their commands, `program` first.
+fn own_first(program: &str) -> impl Iterator<Item = (&'static str, &'static [&'static str])> {
+    let own = move |wanted: bool| COMMANDS.into_iter().filter(move |(name, _)| (*name == program) == wanted);
+    own(true).chain(own(false))
+}
+
+/// The one of the options `known` that `flag` stands for.
+pub fn option<'a>(flag: &str, known: &[&'a str]) -> Option<&'a str> {
+    let flag = flag.to_lowercase().replace('_', "-");
+    let meant = OTHER_OPTIONS.iter().filter(|(_, words)| words.contains(&flag.as_str())).map(|(option, _)| *option);
+    let exact = std::iter::once(flag.as_str()).chain(meant).find_map(|own| known.iter().find(|known| **known == own));
+    exact.copied().or_else(|| nearest(&flag, known).first().copied())
+}
+
+/// What to do about missing arguments, as the parser names them.
+pub fn missing(names: &[String]) -> Option<&'static str> {
+    MISSING.iter().find(|(name, _)| names.iter().any(|own| own == name)).map(|(_, advice)| *advice)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[track_caller]
+    fn check(program: &str, word: &str, wanted: &str) {
+        let found = command(program, word);
+        assert!(found.contains(wanted), "{program} {word}: {found}");
+    }
+
+    #[test]
+    fn commands_are_found_in_both_programs() {
+        check("shatter", "strike", "`shatter impact`");
+        check("shatter", "LIST", "`shatter list`");
+        check("shatter", "--impact", "`shatter impact`");
+        check("shatter", "hit", "`shatter impact`");
+        check("shatter", "bake", "`shatterd bake`? bake is a command of shatterd");
+        check("shatter", "start", "`shatterd serve`");
+        check("shatter", "imapct", "`shatter impact`");
+        check("shatterd", "impact", "`shatter impact`? impact is a command of shatter");
+        check("shatterd", "status", "`shatter status`");
+        check("shatterd", "sevre", "`shatterd serve`");
+        check("shatterd", "thresold", "`shatter threshold`");
+        check("shatterd", "stop", "SIGTERM");
+        check("shatter", "xylophone", "shatter list|status");
+        check("shatter", "xylophone", "shatterd demo|bake");
+    }
+
+    #[test]
+    fn options_are_found_by_other_words() {
+        let impact = ["point", "ray", "impulse", "degree", "out", "duration-s", "radius-m"];
+        assert_eq!(option("direction", &impact), Some("impulse"));
+        assert_eq!(option("radius_m", &impact), Some("radius-m"));
+        assert_eq!(option("o", &impact), Some("out"));
+        assert_eq!(option("impuls", &impact), Some("impulse"));
+        assert_eq!(option("wrong", &impact), None);
+        assert_eq!(option("impulse", &["point", "direction"]), Some("direction"));
+        assert_eq!(option("out", &["databases"]), Some("databases"));
+    }
+}

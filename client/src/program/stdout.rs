@@ -1,0 +1,56 @@
+//! Standard output: the one place where both programs write to it.
+
+use rustix::io::fcntl_getfd;
+use shatter_proto::{Kind, Refusal};
+use std::fmt::Arguments;
+use std::io::Write;
+use std::os::fd::BorrowedFd;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Why a result did not reach standard output.
+#[derive(Debug)]
+pub enum StdoutError {
+    /// The reader closed the pipe: the program ends quietly with [`exit::CLOSED`](shatter_proto::exit::CLOSED).
+    Closed,
+    /// It cannot be written.
+    Failed(Refusal),
+}
+
+/// Whether the process began without a standard output.
+static IS_CLOSED: AtomicBool = AtomicBool::new(false);
+
+/// Looks before `main`: Rust's runtime opens `/dev/null` in the place of a standard output that is closed, and writes to it succeed.
+extern "C" fn look() {
+    // SAFETY: descriptor 1 is borrowed for this one call, which asks whether it is open and changes nothing.
+    let stdout = unsafe { BorrowedFd::borrow_raw(1) };
+    IS_CLOSED.store(fcntl_getfd(stdout).is_err(), Ordering::Relaxed);
+}
+
+// SAFETY: the loader calls the functions of this section once, before `main`, and passes arguments that a function of the C
+// convention may ignore. This one makes one system call and stores a flag; it needs nothing of Rust's runtime.
+#[used]
+#[unsafe(link_section = ".init_array")]
+static LOOK: extern "C" fn() = look;
+
+/// Whether the process began without a standard output (`>&-`).
+pub fn is_closed() -> bool {
+    IS_CLOSED.load(Ordering::Relaxed)
+}
+
+/// Writes to standard output and flushes it.
+///
+/// # Errors
+/// [`StdoutError`].
+pub fn print(text: Arguments<'_>) -> Result<(), StdoutError> {
+    let failed = |why: String| {
+        StdoutError::Failed(Refusal::new(Kind::Output, "stdout", format!("cannot write to stdout: {why}")))
+    };
+    if is_closed() {
+        return Err(failed("it is closed".to_owned()));
+    }
+    let mut stdout = std::io::stdout().lock();
+    stdout.write_fmt(text).and_then(|()| stdout.flush()).map_err(|error| match error.kind() {
+        std::io::ErrorKind::BrokenPipe => StdoutError::Closed,
+        _ => failed(error.to_string()),
+    })
+}

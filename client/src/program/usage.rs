@@ -1,0 +1,243 @@
+//! Arguments, and what is said of those that do not go together.
+
+use super::mistakes;
+use clap::error::{ContextKind, ContextValue, ErrorKind};
+use clap::{Command, CommandFactory, FromArgMatches};
+use std::ffi::OsString;
+
+/// The arguments of this process, as `C` understands them.
+///
+/// # Errors
+/// A usage error that names the nearest option and says why a number is refused, or the help that was asked for.
+pub fn arguments<C: CommandFactory + FromArgMatches>() -> Result<C, clap::Error> {
+    parsed(std::env::args_os().collect())
+}
+
+fn parsed<C: CommandFactory + FromArgMatches>(words: Vec<OsString>) -> Result<C, clap::Error> {
+    let mut command = takes_negative_numbers(C::command());
+    // Built whole, so that messages can name every command as it is called.
+    command.build();
+    let matches = command.try_get_matches_from_mut(&words).map_err(|error| explained(error, &command, &words))?;
+    C::from_arg_matches(&matches).map_err(|error| error.format(&mut command))
+}
+
+/// A negative number after an option is its value: it is refused by what it is, not as an unknown option.
+fn takes_negative_numbers(command: Command) -> Command {
+    let with_value = |arg: clap::Arg| {
+        let plain = arg.is_positional() || !arg.get_action().takes_values() || arg.is_allow_hyphen_values_set();
+        if plain { arg } else { arg.allow_negative_numbers(true) }
+    };
+    command.mut_args(with_value).mut_subcommands(takes_negative_numbers)
+}
+
+/// `error`, with the reason that the parser does not give, or with what was probably meant.
+fn explained(mut error: clap::Error, command: &Command, words: &[OsString]) -> clap::Error {
+    let tip = match error.kind() {
+        ErrorKind::UnknownArgument => unknown(&mut error, command, words),
+        ErrorKind::InvalidSubcommand => not_a_command(&mut error, command, words),
+        ErrorKind::MissingRequiredArgument => match error.get(ContextKind::InvalidArg) {
+            Some(ContextValue::Strings(names)) => mistakes::missing(names).map(str::to_owned),
+            _ => None,
+        },
+        ErrorKind::ValueValidation => return in_words(error, command),
+        _ => None,
+    };
+    if let Some(tip) = tip {
+        error.insert(ContextKind::Suggested, ContextValue::StyledStrs(vec![tip.into()]));
+    }
+    error
+}
+
+/// What to do about an argument that the command does not have.
+fn unknown(error: &mut clap::Error, command: &Command, words: &[OsString]) -> Option<String> {
+    let word = text(error, ContextKind::InvalidArg)?.to_owned();
+    error.remove(ContextKind::Suggested);
+    let own = used(command, words);
+    if word.parse::<f64>().is_ok() {
+        return Some("vectors are one word: numbers with commas and without spaces, for example 0.1,0,-0.2".to_owned());
+    }
+    if !word.starts_with('-') {
+        return Some(match own.get_positionals().count() {
+            0 => format!("`{}` takes options alone, which begin with --", path(own)),
+            _ => format!("`{}` takes no further word; see the usage below", path(own)),
+        });
+    }
+    let flag = word.trim_start_matches('-').split('=').next().unwrap_or_default();
+    let known: Vec<&str> = options(own);
+    if own.has_subcommands() && !own.get_subcommands().all(|sub| sub.get_name() != flag) {
+        return Some(mistakes::command(own.get_name(), flag));
+    }
+    match mistakes::option(flag, &known) {
+        Some(likely) => {
+            error.insert(ContextKind::SuggestedArg, ContextValue::String(format!("--{likely}")));
+            None
+        }
+        None => {
+            let all: Vec<String> = known.iter().map(|name| format!("--{name}")).collect();
+            Some(format!("the options of `{}` are {}", path(own), all.join(", ")))
+        }
+    }
+}
+
+/// What to do about a word that is no command.
+fn not_a_command(error: &mut clap::Error, command: &Command, words: &[OsString]) -> Option<String> {
+    let word = text(error, ContextKind::InvalidSubcommand)?.to_owned();
+    error.remove(ContextKind::SuggestedSubcommand);
+    error.remove(ContextKind::Suggested);
+    let own = used(command, words);
+    if own.get_name() == command.get_name() {
+        return Some(mistakes::command(command.get_name(), &word));
+    }
+    let all: Vec<&str> = own
+        .get_subcommands()
+        .filter(|sub| !sub.is_hide_set())
+        .map(Command::get_name)
+        .filter(|name| *name != "help")
+        .collect();
+    Some(format!("the commands of `{}` are {}", path(own), all.join(", ")))
+}
+
+/// A refused number, in words.
+fn in_words(error: clap::Error, command: &Command) -> clap::Error {
+    let why = match source(&error) {
+        why if negative(&error) && is_whole(&why) => "must be a whole number, 0 or more",
+        why if why.contains("invalid float literal") => "must be a number, without a unit",
+        _ => return error,
+    };
+    let part = |kind| text(&error, kind).unwrap_or_default();
+    let (word, value) = (part(ContextKind::InvalidArg), part(ContextKind::InvalidValue));
+    let message = format!("invalid value '{value}' for '{word}': {why}\n");
+    clap::Error::raw(ErrorKind::ValueValidation, message).with_cmd(command)
+}
+
+fn text(error: &clap::Error, kind: ContextKind) -> Option<&str> {
+    match error.get(kind) {
+        Some(ContextValue::String(text)) => Some(text),
+        _ => None,
+    }
+}
+
+fn negative(error: &clap::Error) -> bool {
+    text(error, ContextKind::InvalidValue).is_some_and(|value| value.starts_with('-') && value.parse::<f64>().is_ok())
+}
+
+/// Whether the value was to be a whole number without a sign.
+fn is_whole(why: &str) -> bool {
+    why.contains("invalid digit") || why.contains("is not in 0..")
+}
+
+/// What the parser of the value said.
+fn source(error: &clap::Error) -> String {
+    std::error::Error::source(error).map(ToString::to_string).unwrap_or_default()
+}
+
+/// The command that `words` name.
+fn used<'a>(command: &'a Command, words: &[OsString]) -> &'a Command {
+    let called = words.iter().skip(1).filter(|word| **word != "help");
+    called.fold(command, |own, word| own.find_subcommand(word).unwrap_or(own))
+}
+
+/// How a command is called.
+fn path(command: &Command) -> &str {
+    command.get_bin_name().unwrap_or(command.get_name())
+}
+
+/// Long names of the options of a command.
+fn options(own: &Command) -> Vec<&str> {
+    own.get_arguments().filter(|arg| !arg.is_hide_set()).filter_map(clap::Arg::get_long).collect()
+}
+
+/// The whole text of a usage error of this process: what is wrong, and the usage and the help of the command that was used.
+pub fn usage_text<C: CommandFactory>(error: &clap::Error) -> String {
+    text_of(error, C::command(), &std::env::args_os().collect::<Vec<_>>())
+}
+
+fn text_of(error: &clap::Error, mut command: Command, words: &[OsString]) -> String {
+    let text = error.to_string();
+    if error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand {
+        return text;
+    }
+    // A message of a command itself has no usage of its own.
+    let end = end(&text).unwrap_or(text.len());
+    command.build();
+    let own = used(&command, words);
+    let told = text[end..].lines().find(|line| line.starts_with("Usage: ")).map(str::to_owned);
+    let usage = told.unwrap_or_else(|| own.clone().render_usage().to_string());
+    format!("{}\n\n{usage}\n\nFor more information, try '{} --help'.\n", text[..end].trim_end(), path(own))
+}
+
+/// Where the message of an error ends; `None` for a text without usage.
+fn end(text: &str) -> Option<usize> {
+    ["\nUsage:", "\nFor more information"].iter().filter_map(|end| text.find(end)).min()
+}
+
+/// What a usage error says in one line: without the usage that follows it.
+pub fn usage_message(error: &clap::Error) -> String {
+    let text = error.to_string();
+    let lines = text[..end(&text).unwrap_or(text.len())].lines().map(str::trim).filter(|line| !line.is_empty());
+    lines.collect::<Vec<_>>().join(" ").trim_start_matches("error: ").to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::Parser;
+
+    /// Arguments of a program.
+    #[derive(Parser, Debug)]
+    #[command(name = "program")]
+    struct Program {
+        #[arg(long, global = true, default_value = "default")]
+        service: String,
+        #[command(subcommand)]
+        command: Sub,
+    }
+
+    #[derive(clap::Subcommand, Debug)]
+    enum Sub {
+        /// Strikes.
+        Impact {
+            #[arg(long)]
+            out: Option<String>,
+            #[arg(long, default_value_t = 0)]
+            seed: u64,
+            #[arg(long)]
+            clients: Option<u32>,
+            #[arg(long)]
+            radius_m: Option<f64>,
+            #[arg(long)]
+            point: Option<String>,
+        },
+    }
+
+    #[track_caller]
+    fn check(words: &[&str], wanted: &str) {
+        let words = ["program", "impact"].iter().chain(words).map(OsString::from).collect();
+        let words: Vec<OsString> = words;
+        let error = parsed::<Program>(words.clone()).unwrap_err();
+        let message = usage_message(&error);
+        let whole = text_of(&error, Program::command(), &words);
+        assert!(
+            whole.contains("\n\nUsage: program impact") && whole.ends_with("try 'program impact --help'.\n"),
+            "{whole}"
+        );
+        assert!(message.contains(wanted) && error.exit_code() == 2, "{message}\n\n{error}");
+        assert!(!message.contains('\n') && !message.contains("Usage"), "{message}");
+    }
+
+    #[test]
+    fn usage_errors_say_what_to_do() {
+        check(&["--ouput", "x"], "a similar argument exists: '--out'");
+        check(&["--ouput=x"], "a similar argument exists: '--out'");
+        check(&["--sevice", "x"], "--service");
+        check(&["--seed", "-1"], "'--seed <SEED>': must be a whole number, 0 or more");
+        check(&["--clients", "-2"], "'--clients <CLIENTS>': must be a whole number, 0 or more");
+        check(&["--seed", "x"], "invalid digit");
+        check(&["--radius-m", "5cm"], "must be a number, without a unit");
+        check(&["--point", "1", "2", "3"], "numbers with commas and without spaces");
+        check(&["--seed"], "a value is required");
+        check(&["--position", "1,2,3"], "a similar argument exists: '--point'");
+        check(&["--wrong"], "the options of `program impact` are --out, --seed, --clients, --radius-m, --point");
+        check(&["mug"], "`program impact` takes options alone");
+    }
+}

@@ -1,0 +1,143 @@
+//! Files and folders of another kind than a command takes, told by their names, before their contents are found to make no sense.
+
+use super::Failure;
+use shatter_fracture::database::EXTENSION;
+use std::path::Path;
+
+/// Endings of mesh files.
+const MESHES: [&str; 5] = ["obj", "ply", "stl", "gltf", "glb"];
+
+/// Names that a message lists at most.
+const LISTED_MAX: usize = 5;
+
+/// What a command takes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Wanted {
+    /// A mesh file.
+    Mesh,
+    /// A database, or a share of one.
+    Database,
+    /// A scene.
+    Scene,
+    /// A configuration of the daemon.
+    Configuration,
+}
+
+impl Wanted {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Mesh => "mesh (.obj, .ply, .stl, .gltf or .glb)",
+            Self::Database => "database (.shatter) or share of one",
+            Self::Scene => "scene, which is a TOML file with a table [objects.NAME] for each object",
+            Self::Configuration => "configuration, which is a TOML file as `config/shatterd.toml` of the project",
+        }
+    }
+
+    fn kind(self) -> &'static str {
+        match self {
+            Self::Mesh => "unknown_format",
+            Self::Database => "database_file",
+            Self::Scene | Self::Configuration => "configuration",
+        }
+    }
+
+    fn endings(self) -> &'static [&'static str] {
+        match self {
+            Self::Mesh => &MESHES,
+            Self::Database => &[EXTENSION, "share"],
+            Self::Scene | Self::Configuration => &["toml"],
+        }
+    }
+}
+
+/// Refuses a path whose name tells that it is not what is wanted, with what to do about it.
+///
+/// # Errors
+/// `unknown_format`, `database_file`, `configuration`.
+pub fn check(path: &Path, wanted: Wanted) -> Result<(), Failure> {
+    let Some(why) = mistaken(path, wanted) else { return Ok(()) };
+    let at = path.display().to_string();
+    Err(Failure::refused(wanted.kind(), at.clone(), format!("{at} {why}")))
+}
+
+fn mistaken(path: &Path, wanted: Wanted) -> Option<String> {
+    let shown = path.display();
+    if path.is_dir() {
+        return Some(format!("is a folder, not a {}{}", wanted.name(), inside(path, wanted)));
+    }
+    let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase()).unwrap_or_default();
+    if !path.exists() {
+        let beside = wanted.endings().iter().map(|ending| path.with_extension(ending)).find(|path| path.is_file());
+        return beside.map(|beside| format!("does not exist; did you mean {}?", beside.display()));
+    }
+    let of = |kind: Wanted| wanted != kind && kind.endings().contains(&ending.as_str());
+    let advice = if of(Wanted::Mesh) {
+        format!("is a mesh, not a {}; bake it: shatterd bake {shown} --name NAME", wanted.name())
+    } else if of(Wanted::Database) {
+        format!("is a database already, not a {}; shatterd inspect {shown} shows what it holds", wanted.name())
+    } else if of(Wanted::Scene) && wanted != Wanted::Configuration {
+        format!("is a TOML file, not a {}; if it is a scene: shatterd check {shown}", wanted.name())
+    } else if wanted == Wanted::Mesh && ending.is_empty() {
+        format!("has no ending that tells its format, and is taken for no {}", wanted.name())
+    } else {
+        return None;
+    };
+    Some(advice)
+}
+
+/// What of the wanted kind lies in a folder.
+fn inside(folder: &Path, wanted: Wanted) -> String {
+    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path());
+    let own = |path: &std::path::PathBuf| {
+        path.extension().is_some_and(|own| wanted.endings().iter().any(|ending| own.eq_ignore_ascii_case(ending)))
+    };
+    let mut names: Vec<String> = entries.filter(own).map(|path| path.display().to_string()).collect();
+    names.sort();
+    let more = names.len().saturating_sub(LISTED_MAX);
+    names.truncate(LISTED_MAX);
+    match (names.as_slice(), more) {
+        ([], _) => "; name one file".to_owned(),
+        (names, 0) => format!("; in it: {}", names.join(", ")),
+        (names, more) => format!("; in it: {} and {more} more", names.join(", ")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn files_of_another_kind_are_told_with_what_to_do() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name);
+        for name in ["spot.obj", "mug.shatter", "scene.toml", "plain", "notes.xyz"] {
+            std::fs::write(path(name), "").unwrap();
+        }
+        let told = |name: &str, wanted| check(&path(name), wanted).err().map(|failure| failure.message().to_owned());
+        for (name, wanted, part) in [
+            ("spot.obj", Wanted::Database, "shatterd bake"),
+            ("spot.obj", Wanted::Scene, "[objects.NAME]"),
+            ("spot.obj", Wanted::Configuration, "is a mesh"),
+            ("mug.shatter", Wanted::Mesh, "shatterd inspect"),
+            ("mug.shatter", Wanted::Scene, "is a database"),
+            ("scene.toml", Wanted::Mesh, "shatterd check"),
+            ("plain", Wanted::Mesh, "has no ending"),
+            ("spot", Wanted::Mesh, "spot.obj?"),
+            ("", Wanted::Mesh, "is a folder, not a mesh"),
+            ("", Wanted::Database, "mug.shatter"),
+        ] {
+            let message = told(name, wanted).unwrap_or_default();
+            assert!(message.contains(part), "{name} {wanted:?}: {message}");
+        }
+        for (name, wanted) in [
+            ("spot.obj", Wanted::Mesh),
+            ("mug.shatter", Wanted::Database),
+            ("scene.toml", Wanted::Scene),
+            ("scene.toml", Wanted::Configuration),
+            ("notes.xyz", Wanted::Mesh),
+            ("nothing.obj", Wanted::Mesh),
+        ] {
+            assert_eq!(told(name, wanted), None, "{name} {wanted:?}");
+        }
+    }
+}

@@ -1,0 +1,53 @@
+//! Whether a folder that changed has come to rest.
+
+use crate::catalog::Shelf;
+
+/// A folder that does not come to rest is read again after this many looks all the same.
+const RESTLESS_MAX: u32 = 10;
+
+/// Whether a folder that differs from what is served has come to rest.
+#[derive(Default)]
+pub struct Unrest {
+    last: Option<Shelf>,
+    looks: u32,
+}
+
+impl Unrest {
+    /// Whether it is time to read a folder that looks like `seen` while `served` is served.
+    pub fn settled(&mut self, seen: Shelf, served: &Shelf) -> bool {
+        if seen == *served {
+            *self = Self::default();
+            return false;
+        }
+        self.looks += 1;
+        if self.last.as_ref() == Some(&seen) || self.looks >= RESTLESS_MAX {
+            *self = Self::default();
+            return true;
+        }
+        self.last = Some(seen);
+        false
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use tempfile::TempDir;
+
+    fn shelf(folder: &TempDir, text: &str) -> Shelf {
+        std::fs::write(folder.path().join("a.shatter"), text).unwrap();
+        Shelf::of(folder.path()).unwrap()
+    }
+
+    #[test]
+    fn a_folder_is_read_when_it_rests_and_in_any_case_at_last() {
+        let folder = tempfile::tempdir().unwrap();
+        let [served, one, two] = ["", "1", "22"].map(|text| shelf(&folder, text));
+        let mut unrest = Unrest::default();
+        let mut look = |seen: &Shelf| unrest.settled(seen.clone(), &served);
+        assert!(!look(&served) && !look(&one) && !look(&two) && look(&two), "twice the same");
+        assert!(!look(&one) && !look(&served) && !look(&one), "what was undone is forgotten");
+        let restless: Vec<bool> = (0..RESTLESS_MAX).map(|turn| look(if turn % 2 == 0 { &two } else { &one })).collect();
+        assert_eq!(restless.iter().filter(|read| **read).count(), 1, "{restless:?}");
+    }
+}

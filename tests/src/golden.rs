@@ -1,0 +1,221 @@
+//! The golden comparison: the same requests to the programs of two commits give the same fragments.
+//!
+//! Both are driven by their command lines, whose contract is stable, so the commits may differ in everything else. Compared are the
+//! hashes of all sections that hold plain numbers, and every value of the documents that both print; times are left out.
+
+use crate::house::House;
+use serde_json::{Map, Value};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// The commit that others are compared with, where there is no tag of that name.
+const TAG: &str = "golden";
+
+/// Effects of the golden commit: what a request does not name of them is switched off.
+const EFFECTS: [&str; 16] = [
+    "elastic",
+    "tensile",
+    "interior",
+    "examples",
+    "warp",
+    "slivers",
+    "release",
+    "normals",
+    "uv",
+    "bonds",
+    "debris",
+    "hulls",
+    "attributes",
+    "skin",
+    "anchored",
+    "gravity",
+];
+
+/// Keys of documents that differ from run to run, or that a hash of a section stands for.
+const LEFT_OUT: [&str; 11] = [
+    "ns",
+    "time_ns",
+    "round_trip_ns",
+    "handle",
+    "file",
+    "files",
+    "response_bytes",
+    "output_hash",
+    "debris",
+    "bytes",
+    "retry_after_ms",
+];
+
+/// Sections of rows, whose values are compared one by one.
+const ROWS: [&str; 3] = ["summary", "stages", "effects"];
+
+/// What was answered, by request.
+pub type Answers = BTreeMap<String, Value>;
+
+/// Folder of the requests and the recordings.
+pub fn folder() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("golden")
+}
+
+/// Runs the requests, all or those with a star, by the programs of this build or of those in a folder.
+pub fn answers(programs: Option<PathBuf>, all: bool) -> Answers {
+    let mut house = programs.map_or_else(House::new, House::with_programs);
+    std::fs::copy(folder().join("scene.toml"), house.path("scene.toml")).unwrap();
+    let text = std::fs::read_to_string(folder().join("requests.txt")).unwrap();
+    let lines = text.lines().filter(|line| line.starts_with("* ") || all && line.starts_with("  "));
+    let (mut answers, mut last) = (Answers::new(), Value::Null);
+    for line in lines.map(|line| line[2..].trim()) {
+        let words = line.split_whitespace().flat_map(|word| match word.strip_prefix("effects=") {
+            Some(on) => effects(on),
+            None => vec![filled(word, &last, &house)],
+        });
+        let words: Vec<String> = words.collect();
+        let words: Vec<&str> = words.iter().map(String::as_str).collect();
+        match words[0] {
+            "bake" => drop(house.ok("shatterd", &words)),
+            "serve" => {
+                house.end();
+                house.serve(&words[1..]);
+            }
+            _ => {
+                let (_, document) = house.json("shatter", &words);
+                assert!(document["handle"].is_null() || document["status"] == "ok", "{line}: {document}");
+                answers.insert(line.to_owned(), canonical(&document));
+                if !document["handle"].is_null() {
+                    last = document;
+                }
+            }
+        }
+    }
+    answers
+}
+
+/// A word of a request with its placeholders filled in.
+fn filled(word: &str, last: &Value, house: &House) -> String {
+    let word = word.replace("{handle}", &last["handle"].to_string()).replace("scene.toml", &shown(house, "scene.toml"));
+    let word = word.replace("pieces.glb", &shown(house, "pieces.glb"));
+    if let Some((before, fragment)) = word.split_once("{center/") {
+        let fragment: usize = fragment.trim_end_matches('}').parse().unwrap();
+        let row = &last["fragments"][fragment];
+        let center = if row["center_m"].is_null() { &row["centre_m"] } else { &row["center_m"] };
+        let center: Vec<String> = center.as_array().unwrap().iter().map(Value::to_string).collect();
+        return format!("{before}{}", center.join(","));
+    }
+    word
+}
+
+/// The options that say which effects are on, all of them by name.
+fn effects(on: &str) -> Vec<String> {
+    let on: Vec<&str> = on.split(',').filter(|effect| *effect != "none").collect();
+    let off: Vec<&str> = EFFECTS.into_iter().filter(|effect| !on.contains(effect)).collect();
+    let options = [("enable", on), ("disable", off)];
+    let named = options.into_iter().filter(|(_, effects)| !effects.is_empty());
+    named.map(|(option, effects)| format!("--{option}={}", effects.join(","))).collect()
+}
+
+fn shown(house: &House, name: &str) -> String {
+    house.path(name).to_str().unwrap().to_owned()
+}
+
+/// What of a document is compared, in American spelling.
+fn canonical(document: &Value) -> Value {
+    match document {
+        Value::Object(map) => {
+            let kept = map.iter().filter(|(key, _)| !LEFT_OUT.contains(&key.as_str()));
+            let rows = |value: &Value| value["name"].as_str().is_some_and(|name| ROWS.contains(&name));
+            let value = |key: &str, value: &Value| match (key, value) {
+                ("sections", Value::Array(all)) => {
+                    Value::Array(all.iter().filter(|section| !rows(section)).map(canonical).collect())
+                }
+                _ => canonical(value),
+            };
+            Value::Object(kept.map(|(key, held)| (american(key), value(key, held))).collect::<Map<_, _>>())
+        }
+        Value::Array(all) => Value::Array(all.iter().map(canonical).collect()),
+        Value::String(text) => Value::String(american(text)),
+        _ => document.clone(),
+    }
+}
+
+fn american(text: &str) -> String {
+    let pairs = [
+        ("centre", "center"),
+        ("metre", "meter"),
+        ("colour", "color"),
+        ("neighbour", "neighbor"),
+        ("optimised", "optimized"),
+    ];
+    pairs.iter().fold(text.to_owned(), |text, (british, american)| text.replace(british, american))
+}
+
+/// Where two sets of answers differ: requests and the paths of values that both have.
+pub fn differences(before: &Answers, now: &Answers) -> Vec<String> {
+    let mut found = Vec::new();
+    for (request, old) in before {
+        match now.get(request) {
+            Some(new) => differ(request, old, new, &mut found),
+            None => found.push(format!("{request}: not answered now")),
+        }
+    }
+    found
+}
+
+fn differ(at: &str, old: &Value, new: &Value, found: &mut Vec<String>) {
+    match (old, new) {
+        (Value::Object(old), Value::Object(new)) => {
+            let both = old.iter().filter_map(|(key, value)| Some((key, value, new.get(key)?)));
+            both.for_each(|(key, old, new)| differ(&format!("{at} > {key}"), old, new, found));
+        }
+        (Value::Array(old), Value::Array(new)) if old.len() == new.len() => {
+            let pairs = old.iter().zip(new).enumerate();
+            pairs.for_each(|(index, (old, new))| differ(&format!("{at} > {index}"), old, new, found));
+        }
+        _ if old == new => {}
+        _ => found.push(format!("{at}: {} before, {} now", cut(old), cut(new))),
+    }
+}
+
+fn cut(value: &Value) -> String {
+    value.to_string().chars().take(80).collect()
+}
+
+/// What of a processor decides rounding: which instructions there are, and which caches block sizes follow.
+pub fn processor() -> String {
+    let text = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let field = |name: &str| {
+        let line = text.lines().find(|line| line.split(':').next().is_some_and(|key| key.trim() == name));
+        line.and_then(|line| line.split(':').nth(1)).unwrap_or("").trim().to_owned()
+    };
+    let words =
+        [std::env::consts::ARCH.to_owned(), field("vendor_id"), field("cpu family"), field("model"), field("CPU part")];
+    let known: Vec<String> = words.into_iter().filter(|word| !word.is_empty()).collect();
+    known.join("-").to_lowercase()
+}
+
+/// Programs of the golden commit, built in the target folder if they are not there.
+///
+/// # Panics
+/// Where the repository has no such commit, or it cannot be built.
+pub fn programs_before() -> PathBuf {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
+    let said = std::fs::read_to_string(folder().join("commit")).unwrap();
+    let git = |arguments: &[&str]| {
+        let output = Command::new("git").arg("-C").arg(root).args(arguments).output().unwrap();
+        output.status.success().then(|| String::from_utf8(output.stdout).unwrap().trim().to_owned())
+    };
+    let commit = git(&["rev-parse", "--verify", "--quiet", &format!("{TAG}^{{commit}}")])
+        .or_else(|| git(&["rev-parse", "--verify", "--quiet", &format!("{}^{{commit}}", said.trim())]));
+    let commit = commit.unwrap_or_else(|| panic!("no commit {}: fetch the whole history", said.trim()));
+    let base = root.join("target/golden");
+    let (tree, target) = (base.join("tree"), base.join("target"));
+    if tree.exists() {
+        let _ = git(&["worktree", "remove", "--force", tree.to_str().unwrap()]);
+    }
+    assert!(git(&["worktree", "add", "--force", "--detach", tree.to_str().unwrap(), &commit]).is_some());
+    let arguments = ["build", "--quiet", "--release", "--locked", "--workspace", "--bins", "--target-dir"];
+    let built = Command::new(env!("CARGO")).args(arguments).arg(&target).current_dir(&tree).status().unwrap();
+    let _ = git(&["worktree", "remove", "--force", tree.to_str().unwrap()]);
+    assert!(built.success(), "the golden commit {commit} does not build");
+    target.join("release")
+}

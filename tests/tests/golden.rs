@@ -1,0 +1,50 @@
+//! The answers of this commit beside those of the golden one, from before the code was cut anew (`tests/golden/`).
+
+use shatter_tests::golden::{Answers, answers, differences, folder, processor, programs_before};
+use std::path::Path;
+
+#[track_caller]
+fn compare(before: &Answers, now: &Answers) {
+    let found = differences(before, now);
+    let refused = before.iter().filter(|(_, document)| !document["error"].is_null());
+    refused.for_each(|(request, document)| println!("refused: {request}: {}", document["error"]["message"]));
+    println!("{} requests compared, {} values differ", before.len(), found.len());
+    let shown: Vec<&String> = found.iter().take(40).collect();
+    assert!(found.is_empty() && !before.is_empty(), "{} values differ: {shown:#?}", found.len());
+}
+
+fn read(path: &Path) -> Option<Answers> {
+    serde_json::from_slice(&std::fs::read(path).ok()?).ok()
+}
+
+/// On a processor without a recording, the golden commit is built and recorded in the target folder: minutes, once.
+#[test]
+fn ten_answers_are_those_of_the_golden_commit() {
+    let name = format!("{}.json", processor());
+    let own = folder().join("../../target/golden").join(&name);
+    let before = read(&folder().join("recordings").join(&name)).or_else(|| read(&own)).unwrap_or_else(|| {
+        println!("no recording of the processor {}: building the golden commit", processor());
+        let recorded = answers(Some(programs_before()), false);
+        std::fs::write(&own, serde_json::to_vec(&recorded).unwrap()).unwrap();
+        recorded
+    });
+    compare(&before, &answers(None, false));
+}
+
+#[test]
+#[ignore = "minutes: builds the golden commit"]
+fn sixty_answers_are_those_of_the_golden_commit() {
+    let before = answers(Some(programs_before()), true);
+    compare(&before, &answers(None, true));
+}
+
+#[test]
+fn what_differs_is_found() {
+    let answers = |text: &str| -> Answers { serde_json::from_str(text).unwrap() };
+    let before = answers(r#"{"a": {"x": 1.5, "gone": 1, "rows": [{"y": 1}]}, "b": {}}"#);
+    assert_eq!(differences(&before, &before), Vec::<String>::new());
+    let now = answers(r#"{"a": {"x": 1.5000000000000002, "new": 2, "rows": [{"y": 2}]}}"#);
+    let found = differences(&before, &now);
+    assert_eq!(found.len(), 3, "{found:?}");
+    assert!(found[0].starts_with("a > rows > 0 > y: 1 before, 2 now") || found[1].starts_with("a > rows"), "{found:?}");
+}
