@@ -517,9 +517,9 @@ typedef struct ShatterFacts {
     double diagonal_m;
     /// Centre of the bounding box, m.
     double centre_m[3];
-    /// Lowest corner of the box around the surface that contacts are projected on, m.
+    /// Lowest corner of the mesh, m. The lattice's surface, which rays hit, can lie outside by part of its spacing.
     double low_m[3];
-    /// Highest corner of that box, m.
+    /// Highest corner of the mesh, m.
     double high_m[3];
     /// Default contact radius, m.
     double radius_m;

@@ -145,7 +145,7 @@ pub struct ObjectRow {
     pub diagonal_m: f64,
     /// Centre of the bounding box, m.
     pub centre_m: [f64; 3],
-    /// Lowest and highest corner of the box around the surface that contacts are projected on, m.
+    /// Lowest and highest corner of the mesh, m. The lattice's surface, which rays hit, can lie outside by part of its spacing.
     pub bounds_m: [[f64; 3]; 2],
     /// Default contact radius, m.
     pub radius_m: f64,

@@ -43,9 +43,9 @@ pub struct Facts {
     pub diagonal_m: f64,
     /// Centre of the bounding box, m.
     pub centre_m: [f64; 3],
-    /// Lowest corner of the box around the surface that contacts are projected on, m.
+    /// Lowest corner of the mesh, m. The lattice's surface, which rays hit, can lie outside by part of its spacing.
     pub low_m: [f64; 3],
-    /// Highest corner of that box, m.
+    /// Highest corner of the mesh, m.
     pub high_m: [f64; 3],
     /// Default contact radius, m.
     pub radius_m: f64,

@@ -196,7 +196,7 @@ class Facts:
     def centre_m(self) -> list[float]: ...
     @property
     def bounds_m(self) -> list[list[float]]:
-        """Lowest and highest corner of the box around the surface that contacts are projected on."""
+        """Lowest and highest corner of the mesh. Rays hit the lattice's surface, which can lie outside by part of its spacing."""
 
     @property
     def radius_m(self) -> float: ...
