@@ -3,6 +3,7 @@
 use crate::Deadline;
 use crate::link::{Link, PendingQuestion, Pulse, receive_failed};
 use shatter_proto::answer::STAGES;
+use shatter_export::contact::{Material, Partner, Terms};
 use shatter_proto::control::{Latency, ObjectRow, ObjectState, Question, Row, StatusRow, read};
 use shatter_proto::refusal::RefusalWire;
 use shatter_proto::{Kind, Refusal};
@@ -64,6 +65,20 @@ pub struct ObjectFacts {
     pub loaded_unix: Duration,
     /// How long that took.
     pub load_time: Duration,
+}
+
+impl ObjectFacts {
+    /// What the object is made of, for the theory of contacts.
+    pub fn contact_material(&self) -> Material {
+        Material { young_pa: self.young_pa, poisson: self.poisson }
+    }
+
+    /// Terms of a body that is `mass_kg` of the object: contacts nearer than its own contact radius are one. Its surface where it is
+    /// touched is taken for a sphere of a quarter of the diagonal; say better with [`Terms::radius`] where the host knows.
+    pub fn contact_terms(&self, mass_kg: f64) -> Terms {
+        let own = Partner { material: self.contact_material(), mass_kg, radius_m: 0.25 * self.diagonal_m };
+        Terms::new(own).merge(self.radius_m)
+    }
 }
 
 impl From<&ObjectRow> for ObjectFacts {

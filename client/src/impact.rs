@@ -1,6 +1,7 @@
 //! What strikes an object, put together step by step.
 
 use crate::Ray;
+use shatter_export::contact::Blow;
 use shatter_proto::convention::Convention;
 use shatter_proto::effect::{Effect, Effects};
 use shatter_proto::request::{Contact, Degree, Elastic, Lift, Origin, Purpose, Quality, Strike, squarable};
@@ -16,6 +17,16 @@ impl Impact {
     /// A first contact at `point_m`, whose impulse is still zero.
     pub fn at(point_m: [f64; 3]) -> Self {
         Self(Strike::default()).and_at(point_m)
+    }
+
+    /// The contacts that a simulator told of, in their order; `None` of none. How the answer shall be computed is the caller's to add.
+    pub fn of(blows: &[Blow]) -> Option<Self> {
+        let (first, rest) = blows.split_first()?;
+        let with = |impact: Self, blow: &Blow| {
+            impact.impulse(blow.impulse_ns).duration(blow.hertz.duration_s).radius(blow.hertz.radius_m)
+        };
+        let begun = with(Self::at(first.point_m), first);
+        Some(rest.iter().fold(begun, |impact, blow| with(impact.and_at(blow.point_m), blow)))
     }
 
     /// One more contact, which the following calls describe.
@@ -184,5 +195,31 @@ impl Impact {
     /// The strike of `object` in `convention`.
     pub(crate) fn strike(&self, object: &str, convention: Convention) -> Strike {
         Strike { object: object.to_owned(), convention, ..self.0.clone() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use shatter_export::contact::{Contacts, Material, Partner, Terms, Touch};
+
+    #[test]
+    fn contacts_become_an_impact() {
+        assert_eq!(Impact::of(&[]), None);
+        let vase = Partner { material: Material { young_pa: 70e9, poisson: 0.2 }, mass_kg: 1.2, radius_m: 0.08 };
+        let other = Partner { material: Material::STEEL, mass_kg: 0.033, radius_m: 0.01 };
+        let mut contacts = Contacts::default();
+        contacts.watch("vase", Terms::new(vase));
+        for (point_m, impulse_ns) in [([1.0, 2.0, 3.0], [1.0, 0.0, 0.0]), ([9.0; 3], [0.0, 0.5, 0.0])] {
+            contacts.touch(&"vase", Touch { point_m, impulse_ns, speed_m_s: 3.0, other });
+        }
+        let (_, found) = contacts.step(0.0).remove(0);
+        let found = found.unwrap();
+        let strike = Impact::of(&found).unwrap().strike("vase", Convention::GLTF);
+        assert_eq!(strike.contacts.len(), 2);
+        assert_eq!((strike.contacts[0].point_m, strike.contacts[1].impulse_ns), ([1.0, 2.0, 3.0], [0.0, 0.5, 0.0]));
+        let durations = strike.contacts.iter().map(|contact| contact.duration_s);
+        assert!(durations.eq(found.iter().map(|blow| Some(blow.hertz.duration_s))));
+        assert!(strike.contacts.iter().all(|contact| contact.radius_m.is_some()));
     }
 }

@@ -37,7 +37,7 @@ fn database(folder: &Path, quality: Quality) -> Prepared {
     if let Ok(prepared) = load(&file) {
         return prepared;
     }
-    let materials = Materials::parse(include_str!("../../config/materials.toml")).unwrap();
+    let materials = Materials::parse(shatter_fracture::scene::MATERIALS).unwrap();
     let examples = std::env::var("SHATTER_BENCH_EXAMPLES").ok().and_then(|text| text.parse().ok()).unwrap_or(200);
     let material = materials.get("ceramic").unwrap().clone();
     let request = BakeRequest { examples, quality, ..BakeRequest::new(quality.name(), "ceramic", material) };

@@ -18,10 +18,10 @@ use shatter_fracture::token::Token;
 use shatter_proto::answer::{AnswerHeader, Block, StageWire};
 use shatter_proto::layout::Layout;
 use shatter_proto::request::{Contact, Degree, Strike};
-use shatter_server::clock::Clock;
-use shatter_server::engine::Object;
+use shatter_engine::clock::Clock;
+use shatter_engine::object::Object;
 use shatter_server::jobs::lanes;
-use shatter_server::wire::Served;
+use shatter_engine::wire::Served;
 use std::path::Path;
 use std::sync::Barrier;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
@@ -46,7 +46,7 @@ fn mesh() -> RawMesh {
 }
 
 fn database(folder: &Path) -> Prepared {
-    let materials = Materials::parse(include_str!("../../config/materials.toml")).unwrap();
+    let materials = Materials::parse(shatter_fracture::scene::MATERIALS).unwrap();
     let ceramic = materials.get("ceramic").unwrap().clone();
     let request = BakeRequest { seed: 1, ..BakeRequest::new("bench", "ceramic", ceramic) };
     let file = folder.join("bench.shatter");

@@ -110,7 +110,7 @@ impl Config {
     pub fn load(path: Option<&Path>) -> Result<Self, Refusal> {
         let Some(path) = path else { return Self::parse("", "default") };
         let at = path.display().to_string();
-        let text = crate::commands::out::read_text(path)
+        let text = shatter_engine::scene::read_text(path)
             .map_err(|error| Refusal::new(Kind::Configuration, at.clone(), format!("cannot read {at}: {error}")))?;
         Self::parse(&text, &at)
     }

@@ -6,7 +6,7 @@
 //! has ended when the next one strikes a fragment. What it holds is counted by `Kept::bytes`, and the version of the object
 //! that it is an answer of, which may by then be replaced; strikes that were admitted hold on to both.
 
-use crate::engine::Object;
+use shatter_engine::object::Object;
 use shatter_fracture::pipeline::Kept;
 use shatter_proto::request::{Origin, unknown_handle};
 use shatter_proto::{Kind, Refusal};

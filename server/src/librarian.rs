@@ -10,7 +10,7 @@
 mod unrest;
 
 use crate::catalog::{Catalog, Shelf, Version};
-use crate::engine::Loader;
+use shatter_engine::object::Loader;
 use crate::jobs::Event;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use shatter_proto::name::suggestion;
@@ -295,7 +295,7 @@ impl Librarian {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::engine::{Object, Outcome};
+    use shatter_engine::object::{Object, Outcome};
     use bytemuck::Zeroable;
     use shatter_fracture::pipeline::{Watch, Workspace};
     use shatter_fracture::token::Token;

@@ -1,8 +1,9 @@
 //! `shatterd`: bakes objects and serves them.
 
 use clap::{Parser, Subcommand};
-use shatter_client::program;
-use shatter_server::commands::{Failure, bake, check, demo, inspect, interrupt, merge, serve, study, upgrade};
+use shatter_cli_common as program;
+use shatter_cli_common::lab::Forwarded;
+use shatter_server::commands::{Failure, bake, check, inspect, interrupt, merge, serve, upgrade};
 use std::io::Write;
 use std::process::ExitCode;
 
@@ -17,7 +18,8 @@ struct Cli {
 #[derive(Subcommand)]
 enum Command {
     /// Bakes a mug, serves it, strikes it three times and shows what came of it on a page.
-    Demo(demo::Args),
+    #[command(disable_help_flag = true)]
+    Demo(Forwarded),
     /// Turns a mesh into a database: names its defects, fills it with lattices, factors, calibrates.
     Bake(bake::BakeArgs),
     /// Joins the shares of a bake that was divided: the same bytes as if it had not been.
@@ -31,7 +33,8 @@ enum Command {
     /// Serves the baked objects until it is ended.
     Serve(serve::Args),
     /// Shows how far the results can be trusted (hard cases, bad meshes), and what effects cost and look like.
-    Study(study::Args),
+    #[command(disable_help_flag = true)]
+    Study(Forwarded),
 }
 
 fn main() -> ExitCode {
@@ -48,8 +51,9 @@ fn main() -> ExitCode {
             return printed.map_or_else(|error| Failure::from(error).print(false), |()| ExitCode::SUCCESS);
         }
     };
-    // The daemon has its own way to end.
-    let watched = if matches!(cli.command, Command::Serve(_)) { Ok(()) } else { interrupt::watch(json) };
+    // The daemon and the lab have their own ways to end.
+    let own = matches!(cli.command, Command::Serve(_) | Command::Demo(_) | Command::Study(_));
+    let watched = if own { Ok(()) } else { interrupt::watch(json) };
     let result = watched.and_then(|()| run(&cli.command));
     if result.is_err() {
         interrupt::ending();
@@ -64,13 +68,13 @@ fn main() -> ExitCode {
 /// Runs a command; whether everything held that it looked at.
 fn run(command: &Command) -> Result<bool, Failure> {
     match command {
-        Command::Demo(args) => demo::run(args).map(|()| true),
+        Command::Demo(arguments) => Err(arguments.run("demo", &[]).into()),
         Command::Bake(args) => bake::run(args).map(|()| true),
         Command::Merge(args) => merge::run(args).map(|()| true),
         Command::Upgrade(args) => upgrade::run(args).map(|()| true),
         Command::Inspect(args) => inspect::run(args).map(|()| true),
         Command::Check(args) => check::run(args).map(|()| true),
         Command::Serve(args) => serve::run(args).map(|()| true),
-        Command::Study(args) => study::run(args),
+        Command::Study(arguments) => Err(arguments.run("study", &[]).into()),
     }
 }

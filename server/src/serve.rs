@@ -4,7 +4,7 @@ use crate::arrivals::Arrivals;
 use crate::catalog::{Catalog, Retired, unix_ns};
 use crate::config::Config;
 use crate::ears::{Ears, Signals, Woken};
-use crate::engine::Loader;
+use shatter_engine::object::Loader;
 use crate::ipc::{ActiveQuestion, Bell, Entrance, Home, Orphans, Pool, Populated, Ports};
 use crate::jobs::{Crew, Event, Jobs, lanes, threads};
 use crate::kept::Answers;

@@ -20,7 +20,7 @@ fn place(name: &str) -> TestPlace {
 
 /// A daemon with the bar, and a connection to it.
 fn start(settings: &str) -> (InProcess, Shatter, Object) {
-    let daemon = InProcess::start_with(place("again"), settings, shatter_server::wire::loader(None));
+    let daemon = InProcess::start_with(place("again"), settings, shatter_engine::wire::loader(None));
     let service = daemon.connect();
     let bar = service.object("bar", patience()).unwrap();
     (daemon, service, bar)

@@ -16,7 +16,7 @@ const DEVIATION_M: f64 = 0.012;
 fn start() -> (InProcess, Shatter, Object) {
     let here = TestPlace::new("aim");
     here.database("bar", BAR.as_slice());
-    let daemon = InProcess::start_with(here, "", shatter_server::wire::loader(None));
+    let daemon = InProcess::start_with(here, "", shatter_engine::wire::loader(None));
     let service = daemon.connect();
     let bar = service.object("bar", patience()).unwrap();
     (daemon, service, bar)

@@ -6,7 +6,7 @@ mod support;
 use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 use shatter_client::{Broken, Convention, Degree, Effect, Hand, Impact, Kind, Object, Shatter, Up, Winding};
 use shatter_proto::view::View;
-use shatter_server::scene::Scene;
+use shatter_engine::scene::Scene;
 use std::path::Path;
 use std::sync::{Arc, LazyLock};
 use support::{InProcess, TestPlace, bar, patience};
@@ -70,7 +70,7 @@ fn start() -> (InProcess, Shatter) {
     let names = EFFECTS.map(|effect| format!("\"{}\"", effect.name())).join(", ");
     let anchor = "{ min = [-0.3, -0.3, -0.3], max = [-0.15, 0.3, 0.3] }";
     let scene = format!("[objects.bar]\nallow = [{names}]\nanchors = [{anchor}]");
-    let load = shatter_server::wire::loader(Some(Scene::parse(&scene, Path::new("")).unwrap()));
+    let load = shatter_engine::wire::loader(Some(Scene::parse(&scene, Path::new("")).unwrap()));
     let daemon = InProcess::start_with(here, "", Arc::new(move |path, _| load(path, Some("bar"))));
     let service = daemon.connect();
     (daemon, service)

@@ -3,7 +3,7 @@
 mod support;
 
 use shatter_client::{Broken, Degree, Effect, Effects, Fragment, Impact, Kind, Lift, Object};
-use shatter_server::scene::Scene;
+use shatter_engine::scene::Scene;
 use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
 use std::sync::{Arc, LazyLock};
@@ -44,7 +44,7 @@ fn start_held() -> (InProcess, Object) {
 fn start_with(scene: Option<Scene>) -> (InProcess, Object) {
     let here = TestPlace::new("effects");
     std::fs::write(here.databases().join("bar.shatter"), BAR.as_slice()).unwrap();
-    let (name, load) = (scene.is_some().then_some("bar"), shatter_server::wire::loader(scene));
+    let (name, load) = (scene.is_some().then_some("bar"), shatter_engine::wire::loader(scene));
     let daemon = InProcess::start_with(here, "", Arc::new(move |path, _| load(path, name)));
     let bar = daemon.connect().object("bar", patience()).unwrap();
     (daemon, bar)

@@ -2,7 +2,7 @@
 
 mod support;
 
-use shatter_client::program::COMMANDS;
+use shatter_cli_common::COMMANDS;
 use std::os::unix::process::CommandExt;
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -114,7 +114,7 @@ fn files_of_another_kind_are_named_with_what_to_do() {
 fn rays_of_any_length_and_points_far_off_are_understood() {
     let here = TestPlace::new("rays");
     here.database("bar", bar(0.06));
-    let daemon = InProcess::start_with(here, "", shatter_server::wire::loader(None));
+    let daemon = InProcess::start_with(here, "", shatter_engine::wire::loader(None));
     let threshold = |length: &str| {
         let ray = format!("1,0.03,0.02,-{length},0,0");
         let (code, out, error) = run(&daemon.here, &["shatter", "threshold", "bar", "--ray", &ray]);
@@ -135,7 +135,7 @@ fn rays_of_any_length_and_points_far_off_are_understood() {
 fn a_client_that_may_map_little_memory_is_told_so() {
     let here = TestPlace::new("little");
     here.database("bar", bar(0.06));
-    let daemon = InProcess::start_with(here, "[answers]\nbucket_mib_max = 256", shatter_server::wire::loader(None));
+    let daemon = InProcess::start_with(here, "[answers]\nbucket_mib_max = 256", shatter_engine::wire::loader(None));
     let mut command = shatter_program(&daemon.here);
     command.args(["impact", "bar", "--ray", "1,0.03,0.02,-1,0,0", "--impulse-ns", "50"]);
     let output = under(&[], "ulimit -v 100000", command).output().unwrap();

@@ -9,8 +9,8 @@ use shatter_fracture::token::Token;
 use shatter_proto::control::ObjectRow;
 use shatter_proto::layout::{Counts, Sections};
 use shatter_proto::request::Strike;
-use shatter_server::engine::{self, Loader, Outcome};
-use shatter_server::wire;
+use shatter_engine::object::{self, Loader, Outcome};
+use shatter_engine::wire;
 use std::ops::Range;
 use std::path::Path;
 use std::sync::{Arc, LazyLock, Mutex};
@@ -23,9 +23,9 @@ static BAR: LazyLock<Vec<u8>> = LazyLock::new(|| bar(0.08));
 type Written = Arc<Mutex<Vec<Range<usize>>>>;
 
 /// The real object, which remembers where its answers were written.
-struct Watched(Arc<dyn engine::Object>, Written);
+struct Watched(Arc<dyn object::Object>, Written);
 
-impl engine::Object for Watched {
+impl object::Object for Watched {
     fn row(&self) -> ObjectRow {
         self.0.row()
     }

@@ -200,7 +200,7 @@ fn the_readme_shows_a_scene_that_holds() {
     let readme = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../README.md")).unwrap();
     let scenes: Vec<&str> = readme.split("```toml\n").skip(1).map(|rest| rest.split("```").next().unwrap()).collect();
     let scenes = scenes.into_iter().filter(|text| text.contains("[objects."));
-    let scenes: Vec<_> = scenes.map(|text| shatter_server::scene::Scene::parse(text, Path::new("")).unwrap()).collect();
+    let scenes: Vec<_> = scenes.map(|text| shatter_engine::scene::Scene::parse(text, Path::new("")).unwrap()).collect();
     assert!(!scenes.is_empty());
 }
 

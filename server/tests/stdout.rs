@@ -11,7 +11,7 @@ use support::{InProcess, TestPlace, bar, shatter_program, under};
 fn start() -> InProcess {
     let here = TestPlace::new("stdout");
     here.database("bar", bar(0.06));
-    InProcess::start_with(here, "", shatter_server::wire::loader(None))
+    InProcess::start_with(here, "", shatter_engine::wire::loader(None))
 }
 
 /// Ends of a command with a full stdout: exit code and stderr.

@@ -14,7 +14,7 @@ use shatter_fracture::pipeline::{
 use shatter_fracture::scene::Materials;
 use shatter_fracture::surface::shapes;
 use shatter_fracture::token::Token;
-use shatter_server::wire;
+use shatter_engine::wire;
 use std::collections::BTreeMap;
 use support::{InProcess, TestPlace, patience};
 
@@ -272,7 +272,7 @@ impl Shots {
 
 /// What is struck, and what strikes it.
 fn prepare(here: &TestPlace) -> (Prepared, Vec<(Impact, Strike)>) {
-    let materials = Materials::parse(include_str!("../../config/materials.toml")).unwrap();
+    let materials = Materials::parse(shatter_fracture::scene::MATERIALS).unwrap();
     let plaster = materials.get("plaster").unwrap().clone();
     let request = BakeRequest { examples: 40, ..BakeRequest::new("statue", "plaster", plaster) };
     let prepared = bake(shapes::statue(), &request, &Token::default(), &mut |_| ()).unwrap();

@@ -8,7 +8,7 @@ use shatter_fracture::lattice::CRACK_NODES_DEFAULT;
 use shatter_fracture::pipeline::{Prepared, RANK_MAX, Strike, reduce};
 use shatter_fracture::surface::{RawMesh, shapes};
 use shatter_fracture::token::Token;
-use shatter_server::study::plot::{self, Axes, Line, Mark};
+use shatter_lab::study::plot::{self, Axes, Line, Mark};
 use shatter_tests::real;
 use shatter_tests::statistics::{median, power_law};
 use shatter_tests::timed::{self, Stopwatch, Timed};

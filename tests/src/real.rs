@@ -25,7 +25,7 @@ pub fn mesh(name: &str) -> Option<PathBuf> {
 
 /// A material that ships with the program.
 pub fn material(name: &str) -> Material {
-    let table = include_str!("../../config/materials.toml");
+    let table = shatter_fracture::scene::MATERIALS;
     Materials::parse(table).and_then(|materials| materials.get(name).cloned()).unwrap()
 }
 

@@ -10,7 +10,7 @@ use shatter_fracture::pipeline::{
 use shatter_fracture::scene::{Anchors, Effect, Effects, Region};
 use shatter_fracture::surface::{RawMesh, shapes};
 use shatter_fracture::token::Token;
-use shatter_server::scene::Scene;
+use shatter_engine::scene::Scene;
 use shatter_tests::{real, struck};
 
 /// Spacing of most elastic lattices here, over the diagonal.

@@ -1,7 +1,7 @@
 //! Exported files against an independent reader.
 
 use proptest::prelude::*;
-use shatter_client::export::{ExportError, FragmentView, RunView, glb_bytes};
+use shatter_export::{ExportError, FragmentView, RunView, glb_bytes};
 use shatter_fracture::surface::{self, Unit, Up};
 use shatter_tests::glb;
 

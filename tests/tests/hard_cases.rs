@@ -1,6 +1,6 @@
 //! The catalogue of hard cases: every figure within its bound.
 
-use shatter_server::study::stability::{CASES, Outcome, REAL, judge, real};
+use shatter_lab::study::stability::{CASES, Outcome, REAL, judge, real};
 use shatter_tests::real::mesh;
 
 #[test]

@@ -6,7 +6,7 @@ use shatter_fracture::lattice::Lattice;
 use shatter_fracture::lift::LiftKind;
 use shatter_fracture::pipeline::{DegreeRequest, DegreeSource, Prepared, Strike};
 use shatter_fracture::tessellation::{FixedPoints, Sites, crack_points};
-use shatter_server::picture::{Backdrop, Camera, Colour, Image, Mesh, Projection, Size, Style, draw, fragment_colour};
+use shatter_lab::picture::{Backdrop, Camera, Colour, Image, Mesh, Projection, Size, Style, draw, fragment_colour};
 use shatter_tests::statistics::{median, rank_correlation};
 use shatter_tests::{real, struck};
 use std::collections::BTreeMap;

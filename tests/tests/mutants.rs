@@ -1,6 +1,6 @@
 //! Bad meshes at scale: every mutant ends in a checked answer or in a refusal that names its reason.
 
-use shatter_server::study::mutants::{
+use shatter_lab::study::mutants::{
     Base, Judge, MUST_ACCEPT_RATE_MIN, Mutant, Plan, REGRESSIONS, Tally, Verdict, from_folder, generated, run,
 };
 use std::path::Path;

@@ -266,7 +266,7 @@ fn the_engine_has_no_clock() {
 }
 
 /// What shows the time of day, and when the processes of a load begin.
-const TIME_OF_DAY: [&str; 2] = ["server/src/catalog/", "client/src/commands/load/"];
+const TIME_OF_DAY: [&str; 2] = ["server/src/catalog/", "server/lab/src/load/"];
 
 #[test]
 fn no_decision_depends_on_the_time_of_day() {

@@ -3,7 +3,7 @@
 use crate::border::{Failure, border, given, text, wrong};
 use crate::refusal::Refusal;
 use crate::{Code, Service};
-use shatter_client::contact::{self, ContactError, Material};
+use shatter_export::contact::{self, ContactError, Material};
 use std::ffi::c_char;
 use std::mem::MaybeUninit;
 

@@ -2,7 +2,7 @@
 
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use shatter_client::contact::{self, Material, Partner};
+use shatter_export::contact::{self, Material, Partner};
 
 /// What becomes of two bodies that meet in a point.
 #[pyclass(frozen, get_all, module = "shatter")]

@@ -1,7 +1,7 @@
 //! Every combination of sections that a valid result may have is written, or refused with an error: no panic.
 
 use super::*;
-use crate::export::{glb_bytes, mjcf};
+use shatter_export::{glb_bytes, mjcf};
 use bytemuck::Zeroable;
 use fastrand::Rng;
 use shatter_proto::answer::{

@@ -3,7 +3,7 @@
 mod rim;
 mod shell;
 
-use crate::export::{RunView, smooth};
+use shatter_export::{RunView, smooth_normals};
 use crate::{Fragment, Run, Skin};
 use nalgebra::Vector3;
 use shatter_proto::answer::LookWire;
@@ -39,7 +39,7 @@ impl Appearance {
 /// The normals of the result, or smooth ones.
 fn normals(fragment: &Fragment<'_>) -> Vec<[f32; 3]> {
     let own = fragment.normals();
-    if own.is_empty() { smooth(fragment.positions(), fragment.indices()) } else { own.to_vec() }
+    if own.is_empty() { smooth_normals(fragment.positions(), fragment.indices()) } else { own.to_vec() }
 }
 
 /// Texture coordinates; empty if all are zero.

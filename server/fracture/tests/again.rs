@@ -21,7 +21,7 @@ static HORSESHOE: LazyLock<Prepared> = LazyLock::new(|| prepared(shapes::horsesh
 static SLIT: LazyLock<Prepared> = LazyLock::new(|| prepared(slit_bar(0.02), 0.04));
 
 fn prepared(mesh: RawMesh, crack_spacing: f64) -> Prepared {
-    let materials = Materials::parse(include_str!("../../../config/materials.toml")).unwrap();
+    let materials = Materials::parse(shatter_fracture::scene::MATERIALS).unwrap();
     let glass = materials.get("glass").unwrap().clone();
     let request = BakeRequest {
         elastic_spacing: Some(2.0 * crack_spacing),

@@ -40,7 +40,7 @@ fn moved(mut mesh: RawMesh, to: impl Fn(Point3<f64>) -> Point3<f64>) -> RawMesh 
 }
 
 fn baked(mesh: RawMesh, cracks: Option<RawMesh>) -> Result<Prepared, BakeError> {
-    let materials = Materials::parse(include_str!("../../../config/materials.toml")).unwrap();
+    let materials = Materials::parse(shatter_fracture::scene::MATERIALS).unwrap();
     let glass = materials.get("glass").unwrap().clone();
     let request = BakeRequest {
         elastic_spacing: Some(0.07),

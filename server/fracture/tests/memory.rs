@@ -14,7 +14,7 @@ use support::counting::Counting;
 static ALLOCATOR: Counting = Counting::new();
 
 fn request(elastic_spacing: f64) -> BakeRequest {
-    let materials = Materials::parse(include_str!("../../../config/materials.toml")).unwrap();
+    let materials = Materials::parse(shatter_fracture::scene::MATERIALS).unwrap();
     let glass = materials.get("glass").unwrap().clone();
     BakeRequest {
         elastic_spacing: Some(elastic_spacing),

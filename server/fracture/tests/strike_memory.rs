@@ -19,7 +19,7 @@ const ROUNDS: usize = 8;
 
 /// With a basis, so that reduced strikes and solved ones take turns.
 fn prepared() -> Prepared {
-    let materials = Materials::parse(include_str!("../../../config/materials.toml")).unwrap();
+    let materials = Materials::parse(shatter_fracture::scene::MATERIALS).unwrap();
     let glass = materials.get("glass").unwrap().clone();
     let request = BakeRequest {
         elastic_spacing: Some(0.08),

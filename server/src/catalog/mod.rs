@@ -13,7 +13,7 @@ pub use retired::Retired;
 pub use shelf::{Shelf, Source};
 pub use version::{Version, unix_ns};
 
-use crate::engine::{Loader, Object};
+use shatter_engine::object::{Loader, Object};
 use bytemuck::Zeroable;
 use loading::Loading;
 use shatter_proto::control::{ObjectRow, ObjectState};

@@ -1,7 +1,7 @@
 //! Versions that were replaced or removed: they live on until their last strike ends.
 
 use super::Catalog;
-use crate::engine::Object;
+use shatter_engine::object::Object;
 use std::sync::{Arc, Weak};
 
 /// Versions that are no longer in the catalog, and may still be struck. Holds none of them.

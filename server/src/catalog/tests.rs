@@ -2,7 +2,7 @@
 
 use super::shelf::EXTENSION;
 use super::*;
-use crate::engine::Outcome;
+use shatter_engine::object::Outcome;
 use shatter_fracture::pipeline::{Watch, Workspace};
 use shatter_fracture::token::Token;
 use shatter_proto::request::Strike;

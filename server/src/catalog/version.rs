@@ -1,7 +1,7 @@
 //! One version of an object, as it was loaded from one version of a file.
 
 use super::shelf::{Source, Stamp};
-use crate::engine::{Loader, Object};
+use shatter_engine::object::{Loader, Object};
 use crate::memory;
 use crate::panics;
 use shatter_proto::control::{ObjectRow, ObjectState};

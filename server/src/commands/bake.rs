@@ -5,17 +5,14 @@ use super::mistaken::{self, Wanted};
 use super::{Failure, bake_scene, baked, interrupt, out, shares, size};
 use crate::config::data_folder;
 use clap::Args;
-use shatter_client::program::choice;
+use shatter_cli_common::choice;
 use shatter_fracture::database::{self, BakeError, BakeRequest, Partial, Share, Tables};
 use shatter_fracture::pipeline::{ElasticRequest, Prepared, Quality};
-use shatter_fracture::scene::Materials;
+use shatter_fracture::scene::{MATERIALS, Materials};
 use shatter_fracture::sparse::Precision;
 use shatter_fracture::surface::{self, RawMesh, Sheets, Surface, SurfaceError, Unit, Up, shapes};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
-
-/// The materials that come with the program.
-pub const MATERIALS: &str = include_str!("../../../config/materials.toml");
 
 /// Flags of `shatterd bake`.
 #[derive(Args, Debug)]
@@ -228,7 +225,7 @@ fn same_mesh(raw: RawMesh, request: &BakeRequest, file: &Path) -> Result<Prepare
 fn request(args: &BakeArgs, name: &str) -> Result<BakeRequest, Failure> {
     let table = match &args.materials {
         None => MATERIALS.to_owned(),
-        Some(path) => out::read_text(path).map_err(|error| {
+        Some(path) => shatter_engine::scene::read_text(path).map_err(|error| {
             Failure::refused("unreadable_file", path.display().to_string(), format!("{}: {error}", path.display()))
         })?,
     };

@@ -3,7 +3,7 @@
 use super::bar::Bar;
 use super::mistaken::{self, Wanted};
 use super::{Failure, baked, interrupt, out};
-use crate::scene::{Recipe, Scene};
+use shatter_engine::scene::{Recipe, Scene};
 use serde_json::{Value, json};
 use shatter_fracture::database::{self, EXTENSION};
 use shatter_fracture::token::Token;

@@ -1,6 +1,5 @@
 //! The progress of baking: one bar on a terminal, a line now and then in a log.
 
-use crate::report::significant;
 use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
 use shatter_fracture::database::{Size, Step};
 use std::cell::RefCell;
@@ -85,7 +84,7 @@ fn cost(size: &Size, threads: usize) -> String {
     let most = size.core_seconds();
     let [least, most] = [most / threads as f64, most].map(|seconds| seconds.round().max(1.0) as u64);
     let seconds = if least == most { format!("{most} s") } else { format!("{least} to {most} s") };
-    let [peak, held] = [size.peak_bytes(), size.held_bytes()].map(|bytes| significant(bytes as f64 / 1e6, 2));
+    let [peak, held] = [size.peak_bytes(), size.held_bytes()].map(|bytes| super::size::rounded(bytes as f64 / 1e6));
     format!(
         "{elastic_nodes} elastic and {crack_nodes} crack nodes, {examples} examples: about {seconds} left, {peak} MB at the most; a \
          daemon will hold about {held} MB for it"

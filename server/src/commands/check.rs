@@ -3,7 +3,7 @@
 use super::mistaken::{self, Wanted};
 use super::{Failure, lookup, out};
 use crate::config::data_folder;
-use crate::scene::{Scene, SceneObject, paid, tables};
+use shatter_engine::scene::{Scene, SceneObject, paid, tables};
 use clap::Args;
 use serde_json::{Value, json};
 use shatter_fracture::database::{self, EXTENSION, Tables};
@@ -77,7 +77,7 @@ fn plan(name: &str, object: &SceneObject, folder: &Path) -> Result<Value, Failur
             "paid": paid(effect),
         })
     };
-    let table = |table: crate::scene::Table| {
+    let table = |table: shatter_engine::scene::Table| {
         let own = |tensor: &str| table.tensors.iter().any(|part| tensor.contains(part));
         let bytes =
             sizes.as_ref().map(|sizes| sizes.iter().filter(|(tensor, _)| own(tensor)).map(|(_, n)| n).sum::<u64>());

@@ -1,12 +1,8 @@
 //! Why a command ended without its result: a kind, whose fault it is, whether to retry, the offender.
 
 use super::interrupt;
-use crate::study::accuracy::StudyError;
-use crate::study::effects::EffectsError;
-use crate::study::examples::ExamplesError;
-use crate::study::paper::PaperError;
 use serde_json::json;
-use shatter_client::program::{self, StdoutError};
+use shatter_cli_common::{self as program, StdoutError};
 use shatter_fracture::database::{BakeError, DatabaseError, JoinError};
 use shatter_fracture::lattice::LatticeError;
 use shatter_fracture::scene::MaterialError;
@@ -97,38 +93,6 @@ impl Failure {
     /// Something that is ours to mend.
     pub fn ours(kind: &'static str, message: impl Into<String>) -> Self {
         Self { fault: "service", exit_code: exit::OURS, ..Self::refused(kind, "", message) }
-    }
-
-    /// A study of effects that did not come to its end.
-    pub fn effects(error: EffectsError) -> Self {
-        match error {
-            EffectsError::Refused(refusal) => refusal.into(),
-            EffectsError::Bake(error) => error.into(),
-            EffectsError::Warp(error) => Self::ours("warp", error.to_string()),
-            EffectsError::Hold(error) => Self::refused("configuration", "anchors", error.to_string()),
-            EffectsError::Plot(error) => Self::ours("plot", error.to_string()),
-            EffectsError::Picture(_) | EffectsError::Materials(_) | EffectsError::Whole(_) => {
-                Self::ours("gallery", error.to_string())
-            }
-        }
-    }
-
-    /// A study of accuracy that did not come to its end.
-    pub fn accuracy(error: StudyError) -> Self {
-        match error {
-            StudyError::Bake(error) => error.into(),
-            StudyError::Plot(_) => Self::ours("plot", error.to_string()),
-            error => Self::refused("study", "object", error.to_string()),
-        }
-    }
-
-    /// Figures that could not be drawn.
-    pub fn paper(error: PaperError) -> Self {
-        match error {
-            PaperError::Bake(error) => error.into(),
-            PaperError::Strike(error) => Self::effects(error),
-            error => Self::refused("study", "object", error.to_string()),
-        }
     }
 
     /// Somebody ended it.
@@ -303,16 +267,6 @@ impl From<JoinError> for Failure {
             JoinError::Twice { path, .. } => Self::refused("share_twice", shown(&path), message),
             JoinError::Missing { share } => Self::refused("share_missing", share.to_string(), message),
             JoinError::Bake(error) => error.into(),
-        }
-    }
-}
-
-impl From<ExamplesError> for Failure {
-    fn from(error: ExamplesError) -> Self {
-        let message = error.to_string();
-        match error {
-            ExamplesError::Nothing => Self::refused("no_examples", "", message),
-            ExamplesError::Plot(_) | ExamplesError::Picture(_) => Self::ours("page", message),
         }
     }
 }

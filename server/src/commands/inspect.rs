@@ -4,15 +4,15 @@ use super::inspect_memory::{memory_lines, memory_table};
 use super::mistaken::{self, Wanted};
 use super::{Failure, baked, intact, lookup, out};
 use crate::memory::Resident;
-use crate::report;
-use crate::study::examples;
-use crate::wire::{Served, Timing};
+use shatter_engine::wire::{Served, Timing};
 use clap::Args;
+use shatter_cli_common::lab;
 use serde_json::{Value, json};
 use shatter_fracture::accuracy::{NORMAL_DEG, NormalShares};
 use shatter_fracture::database;
 use shatter_fracture::pipeline::Prepared;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::process::Stdio;
 
 /// Flags of `shatterd inspect`.
 #[derive(Args, Debug)]
@@ -56,9 +56,8 @@ pub fn run(args: &InspectArgs) -> Result<(), Failure> {
     let memory = args.memory.then(|| memory_table(&served, before)).transpose()?;
     let provenance = database::load_provenance(&file).map_err(damaged)?;
     let page = args.out.as_ref().map(|folder| folder.join(format!("{}.html", prepared.name)));
-    if let Some(page) = &page {
-        let study = examples::page(prepared)?;
-        out::whole(page, report::study(&study).as_bytes())?;
+    if let Some(folder) = &args.out {
+        draw_examples(prepared, &file, folder)?;
     }
     args.mesh.as_ref().map_or(Ok(()), |mesh| intact::write(prepared, mesh))?;
     let bytes = std::fs::metadata(&file).map_or(0, |metadata| metadata.len());
@@ -140,4 +139,20 @@ fn timing(served: &Served, asked: bool) -> Result<Value, Failure> {
         "log_error_median": error_median,
         "log_error_p90": error_p90,
     }))
+}
+
+/// Has the lab draw the page of what the object has learned.
+fn draw_examples(prepared: &Prepared, file: &Path, folder: &Path) -> Result<(), Failure> {
+    if prepared.learned.is_none() {
+        let message = "the database has no examples, or too few to learn from; bake it with --examples 64";
+        return Err(Failure::refused("no_examples", "", message));
+    }
+    let output = lab::program().arg("examples").arg(file).arg("--out").arg(folder).stdin(Stdio::null()).output();
+    let output = output.map_err(|error| Failure::from(lab::absent(&error)))?;
+    let told = String::from_utf8_lossy(&output.stderr);
+    eprint!("{told}");
+    match output.status.success() {
+        true => Ok(()),
+        false => Err(Failure::ours("page", format!("{} drew no page: {}", lab::PROGRAM, told.trim()))),
+    }
 }

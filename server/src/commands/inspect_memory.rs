@@ -1,9 +1,9 @@
 //! `shatterd inspect --memory`: where the memory of a served object goes.
 
 use super::Failure;
-use crate::engine::Object;
+use shatter_engine::object::Object;
 use crate::memory::{Resident, release_free};
-use crate::wire::Served;
+use shatter_engine::wire::Served;
 use serde_json::{Value, json};
 
 /// Finishes the object as a daemon does, and sets what it holds beside the resident memory of this process, of which `before` was

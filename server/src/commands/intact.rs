@@ -2,7 +2,7 @@
 
 use super::{Failure, out};
 use nalgebra::Point3;
-use shatter_client::export::{ExportError, FragmentView, RunView, glb_bytes};
+use shatter_export::{ExportError, FragmentView, RunView, glb_bytes};
 use shatter_fracture::pipeline::{Intact, Prepared};
 use shatter_fracture::surface::{RawMesh, shapes};
 use std::path::Path;

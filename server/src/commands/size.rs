@@ -37,6 +37,11 @@ fn measured(size_m: f64, mass_kg: f64) -> String {
     format!("{} m large and {} kg", significant(size_m), significant(mass_kg))
 }
 
+/// Two digits, or all before the point.
+pub(super) fn rounded(value: f64) -> String {
+    if value < 10.0 { format!("{value:.1}") } else { format!("{value:.0}") }
+}
+
 /// Three digits, with a power of ten where the number is long.
 fn significant(value: f64) -> String {
     if !(1e-3..1e4).contains(&value) {

@@ -2,8 +2,8 @@
 
 use super::flight::{Cargo, Stop, Written};
 use super::{Flight, overrun};
-use crate::clock::Clock;
-use crate::engine::{Object, Outcome};
+use shatter_engine::clock::Clock;
+use shatter_engine::object::{Object, Outcome};
 use crate::ipc::{Lent, Populated, Waker};
 use crate::kept::{Answers, Gone, Target};
 use crate::librarian::News;

@@ -1,8 +1,8 @@
 //! One strike from its arrival to its end.
 
 use super::forecast::Work;
-use crate::clock::Shown;
-use crate::engine::Object;
+use shatter_engine::clock::Shown;
+use shatter_engine::object::Object;
 use crate::ipc::{ActiveStrike, Lent, lend};
 use crate::kept::Target;
 use crate::verdicts::Key;

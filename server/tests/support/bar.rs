@@ -7,7 +7,7 @@ use shatter_fracture::token::Token;
 
 /// The bytes of the database of a bar of 0.4 × 0.2 × 0.2 m.
 pub fn bar(crack_spacing: f64) -> Vec<u8> {
-    let materials = Materials::parse(include_str!("../../../config/materials.toml")).unwrap();
+    let materials = Materials::parse(shatter_fracture::scene::MATERIALS).unwrap();
     let glass = materials.get("glass").unwrap().clone();
     let request = BakeRequest {
         elastic_spacing: Some(0.12),

@@ -8,7 +8,7 @@ use shatter_proto::control::{ObjectRow, ObjectState};
 use shatter_proto::layout::{Counts, Sections};
 use shatter_proto::request::{Purpose, Strike};
 use shatter_proto::{Kind, Refusal};
-use shatter_server::engine::{Loader, Object, Outcome};
+use shatter_engine::object::{Loader, Object, Outcome};
 use std::ops::Range;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex};

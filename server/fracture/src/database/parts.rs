@@ -220,7 +220,7 @@ mod tests {
 
     #[test]
     fn a_spacing_that_nobody_asked_for_tears_nothing_off() {
-        let materials = Materials::parse(include_str!("../../../../config/materials.toml")).unwrap();
+        let materials = Materials::parse(crate::scene::MATERIALS).unwrap();
         let material = materials.get("glass").unwrap().clone();
         let request = |crack_spacing| BakeRequest {
             quality: Quality::Draft,
@@ -241,7 +241,7 @@ mod tests {
 
     #[test]
     fn a_preset_that_severs_is_refused_with_the_next_unless_it_was_asked_for_by_name() {
-        let materials = Materials::parse(include_str!("../../../../config/materials.toml")).unwrap();
+        let materials = Materials::parse(crate::scene::MATERIALS).unwrap();
         let tables = Tables { interior: true, ..Tables::NONE };
         let request = BakeRequest {
             quality: Quality::Draft,

@@ -142,7 +142,7 @@ mod tests {
 
     #[test]
     fn what_a_daemon_will_hold_is_near_what_it_holds() {
-        let materials = Materials::parse(include_str!("../../../../config/materials.toml")).unwrap();
+        let materials = Materials::parse(crate::scene::MATERIALS).unwrap();
         for (shape, quality) in [
             ("arch", Quality::Draft),
             ("dumbbell", Quality::Draft),

@@ -84,7 +84,7 @@ mod tests {
 
     /// A request, and a file with what it makes of a bar, which holds no table but the interior lift.
     fn baked(spacings: [Option<f64>; 2]) -> (BakeRequest, tempfile::TempDir) {
-        let materials = Materials::parse(include_str!("../../../../config/materials.toml")).unwrap();
+        let materials = Materials::parse(crate::scene::MATERIALS).unwrap();
         let [elastic_spacing, crack_spacing] = spacings;
         let tables = Tables { interior: true, ..Tables::NONE };
         let glass = materials.get("glass").unwrap().clone();

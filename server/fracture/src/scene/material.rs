@@ -4,6 +4,9 @@ use super::names::{brief, nearest, toml_error};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
+/// The table of materials that comes with the crate, as text.
+pub const MATERIALS: &str = include_str!("../../materials.toml");
+
 /// What every number of a material but Poisson's ratio lies in, in its unit: no solid is beyond.
 const POSSIBLE: std::ops::RangeInclusive<f64> = 1e-9..=1e18;
 
@@ -95,11 +98,10 @@ impl Materials {
 mod tests {
     use super::*;
 
-    const SHIPPED: &str = include_str!("../../../../config/materials.toml");
 
     #[test]
     fn the_shipped_materials_are_valid_and_carry_sources() {
-        let materials = Materials::parse(SHIPPED).unwrap();
+        let materials = Materials::parse(MATERIALS).unwrap();
         for name in ["glass", "ceramic", "stone", "concrete", "plaster", "ice"] {
             let material = materials.get(name).unwrap();
             assert!(material.source.len() > 20 && (0.0..=0.45).contains(&material.poisson), "{name}");
@@ -108,7 +110,7 @@ mod tests {
 
     #[test]
     fn an_unknown_material_is_refused_with_the_nearest() {
-        let error = Materials::parse(SHIPPED).unwrap().get("plastre").unwrap_err().to_string();
+        let error = Materials::parse(MATERIALS).unwrap().get("plastre").unwrap_err().to_string();
         assert!(error.contains("nearest is \"plaster\""), "{error}");
     }
 

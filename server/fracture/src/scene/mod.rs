@@ -10,7 +10,7 @@ mod region;
 pub use anchors::{Anchors, DEFAULT_GRAVITY_M_S2};
 pub use controls::{Controls, Grain, Paint, Waves};
 pub use effect::{Effect, Effects};
-pub use material::{Material, MaterialError, Materials};
+pub use material::{MATERIALS, Material, MaterialError, Materials};
 pub use names::{brief, nearest, toml_error};
 pub use region::Region;
 

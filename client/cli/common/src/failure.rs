@@ -1,0 +1,108 @@
+//! Why a command of a client ended early, and what it prints.
+
+use super::stdout::{StdoutError, print};
+use super::{print_help, usage_message, usage_text};
+use clap::CommandFactory;
+use shatter_proto::{Refusal, exit};
+use std::fmt::Arguments;
+use std::io::Write;
+use std::process::ExitCode;
+
+/// Why a command ended early.
+pub enum Failure {
+    /// The arguments do not go together.
+    Usage(String),
+    /// Client or service refused.
+    Refused(Refusal),
+    /// The result is told, and why it is not whole.
+    Told(Refusal),
+    /// The reader of stdout went away.
+    Closed,
+}
+
+impl From<StdoutError> for Failure {
+    fn from(error: StdoutError) -> Self {
+        match error {
+            StdoutError::Closed => Self::Closed,
+            StdoutError::Failed(refusal) => Self::Refused(refusal),
+        }
+    }
+}
+
+impl From<Refusal> for Failure {
+    fn from(refusal: Refusal) -> Self {
+        Self::Refused(refusal)
+    }
+}
+
+/// Writes to stdout.
+pub fn out(text: Arguments<'_>) -> Result<(), Failure> {
+    Ok(print(text)?)
+}
+
+/// Tells something beside the result, on stderr. A note that cannot be written is lost.
+pub fn note(text: Arguments<'_>) {
+    let _ = writeln!(std::io::stderr(), "shatter: {}", shatter_proto::text::message(&text.to_string()));
+}
+
+/// Prints one JSON document.
+pub fn document(value: &serde_json::Value) -> Result<(), Failure> {
+    out(format_args!("{value:#}\n"))
+}
+
+/// Ends with a usage error, or with the help that was asked for.
+pub fn usage<C: CommandFactory>(error: &clap::Error, json: bool) -> ExitCode {
+    if !error.use_stderr() {
+        return print_help(error)
+            .map_or_else(|error| ended::<C>(&error.into(), false), |()| ExitCode::SUCCESS);
+    }
+    if json {
+        let message = usage_message(error);
+        failed_document(&serde_json::json!({"error": {
+            "kind": "usage", "message": message, "fault": "caller", "retry": false, "retry_after_ms": null, "at": "",
+        }}));
+    }
+    let _ = write!(std::io::stderr(), "{}", usage_text::<C>(error));
+    ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2))
+}
+
+/// Ends with why a command ended early.
+pub fn ended<C: CommandFactory>(failure: &Failure, json: bool) -> ExitCode {
+    match failure {
+        Failure::Closed => ExitCode::from(exit::CLOSED),
+        Failure::Usage(message) => {
+            usage::<C>(&clap::Error::raw(clap::error::ErrorKind::ValueValidation, format!("{message}\n")), json)
+        }
+        Failure::Refused(refusal) => {
+            if json {
+                failed_document(&refusal.document());
+            }
+            complain(refusal);
+            ExitCode::from(refusal.kind.exit_code())
+        }
+        Failure::Told(refusal) => {
+            complain(refusal);
+            ExitCode::from(refusal.kind.exit_code())
+        }
+    }
+}
+
+/// Prints the document of a failure. Where stdout cannot be written stderr says so; the exit code stays that of the failure.
+fn failed_document(document: &serde_json::Value) {
+    if let Err(StdoutError::Failed(refusal)) = print(format_args!("{document:#}\n")) {
+        complain(&refusal);
+    }
+}
+
+fn complain(refusal: &Refusal) {
+    note(format_args!("{refusal}"));
+}
+
+/// A number of bytes for people.
+pub fn size(bytes: u64) -> String {
+    match bytes {
+        0..1_000 => format!("{bytes} B"),
+        1_000..1_000_000 => format!("{:.1} kB", bytes as f64 * 1e-3),
+        _ => format!("{:.1} MB", bytes as f64 * 1e-6),
+    }
+}

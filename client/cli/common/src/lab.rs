@@ -1,0 +1,43 @@
+//! Commands that `shatter-lab` carries out: studies, the demonstration, the load generator.
+
+use shatter_proto::{Kind, Refusal};
+use std::ffi::OsString;
+use std::os::unix::process::CommandExt;
+use std::path::PathBuf;
+use std::process::Command;
+
+/// The program.
+pub const PROGRAM: &str = "shatter-lab";
+
+/// Arguments that are handed over as they are.
+#[derive(clap::Args, Debug)]
+pub struct Forwarded {
+    /// The command's own arguments; --help lists them.
+    #[arg(trailing_var_arg = true, allow_hyphen_values = true, value_name = "ARGUMENTS")]
+    arguments: Vec<OsString>,
+}
+
+impl Forwarded {
+    /// Goes on as `shatter-lab command …`, with these variables in its environment; comes back only when that cannot be started.
+    pub fn run(&self, command: &str, variables: &[(&str, &str)]) -> Refusal {
+        start(program().arg(command).args(&self.arguments).envs(variables.iter().copied()))
+    }
+}
+
+/// The program beside this one, else the one that the shell would find.
+pub fn program() -> Command {
+    let beside: Option<PathBuf> = std::env::current_exe().ok().map(|own| own.with_file_name(PROGRAM));
+    Command::new(beside.filter(|program| program.exists()).unwrap_or_else(|| PROGRAM.into()))
+}
+
+fn start(command: &mut Command) -> Refusal {
+    absent(&command.exec())
+}
+
+/// The refusal of what the program would have carried out, which could not be started.
+pub fn absent(error: &std::io::Error) -> Refusal {
+    let message = format!(
+        "cannot start {PROGRAM}, which carries this out: {error}; it is built by `cargo build --release` and belongs beside this program"
+    );
+    Refusal::new(Kind::Configuration, PROGRAM, message)
+}

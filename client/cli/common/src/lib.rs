@@ -1,0 +1,52 @@
+//! What `shatter` and `shatterd` share as programs: standard output, arguments and usage errors. No interface for hosts.
+
+pub mod failure;
+pub mod lab;
+mod mistakes;
+mod stdout;
+mod usage;
+
+pub use mistakes::COMMANDS;
+pub use stdout::{StdoutError, is_closed, print};
+pub use usage::{arguments, usage_message, usage_text};
+
+use shatter_proto::name::{nearest, suggestion};
+use std::io::IsTerminal;
+
+/// Prints the help or version that was asked for.
+///
+/// # Errors
+/// [`StdoutError`].
+pub fn print_help(help: &clap::Error) -> Result<(), StdoutError> {
+    let text = help.render();
+    if std::io::stdout().is_terminal() { print(format_args!("{}", text.ansi())) } else { print(format_args!("{text}")) }
+}
+
+/// The one of `choices` that `name` names.
+///
+/// # Errors
+/// The nearest names, and all of them.
+pub fn choice<T: Copy>(name: &str, choices: &[(&str, T)]) -> Result<T, String> {
+    let found = choices.iter().find(|(own, _)| *own == name).map(|(_, choice)| *choice);
+    found.ok_or_else(|| {
+        let names: Vec<&str> = choices.iter().map(|(own, _)| *own).collect();
+        let all = names.iter().map(|own| format!("`{own}`")).collect::<Vec<_>>().join(", ");
+        match nearest(name, &names).is_empty() {
+            true => format!("must be one of {all}"),
+            false => format!("{} Possible: {all}", suggestion(name, &names)),
+        }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn choices_name_the_nearest() {
+        let choices = [("draft", 1), ("game", 2), ("film", 3)];
+        assert_eq!(choice("game", &choices), Ok(2));
+        assert_eq!(choice("flim", &choices).unwrap_err(), "did you mean `film`? Possible: `draft`, `game`, `film`");
+        assert_eq!(choice("x", &choices).unwrap_err(), "must be one of `draft`, `game`, `film`");
+    }
+}

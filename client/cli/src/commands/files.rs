@@ -1,0 +1,213 @@
+//! Where commands write fragments, and in which format.
+
+use super::{Failure, note};
+use shatter_cli_common::failure::size;
+use shatter_export::Written;
+use shatter_client::{Broken, Deadline, Effect, Impact, Kind, Object, Refusal};
+use shatter_proto::name::nearest;
+use std::path::{Path, PathBuf};
+
+/// A format of files.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum Format {
+    /// One binary glTF file.
+    Glb,
+    /// A folder of Wavefront OBJ files and a table of masses.
+    Obj,
+    /// A model for MuJoCo and a folder of meshes beside it.
+    Mjcf,
+}
+
+/// What `--out` and `--format` say.
+#[derive(Debug, PartialEq, Eq)]
+pub struct Target {
+    format: Format,
+    /// The file; of OBJ the folder.
+    path: PathBuf,
+    /// The folder that is made if it is not there.
+    folder: Option<PathBuf>,
+}
+
+impl Target {
+    /// The ending of a file tells its format; what has neither `.glb` nor `.xml` is a folder, for `object.glb` unless `format` says
+    /// otherwise.
+    pub fn new(out: &Path, format: Option<Format>, object: &str) -> Result<Self, Failure> {
+        let ending = out.extension().map(|ending| ending.to_string_lossy().to_lowercase());
+        let told = match ending.as_deref().filter(|_| !out.is_dir()) {
+            Some("glb") => Some(Format::Glb),
+            Some("xml") => Some(Format::Mjcf),
+            Some("obj") => {
+                let message = "OBJ files are written into a folder: --out DIR --format obj";
+                return Err(Failure::Usage(message.to_owned()));
+            }
+            Some(other @ ("gltf" | "stl" | "ply" | "fbx" | "dae" | "usd" | "usda" | "usdc" | "usdz")) => {
+                let message = format!("no .{other} files are written: --out FILE.glb, FILE.xml or a folder");
+                return Err(Failure::Usage(message));
+            }
+            Some(other) if !out.is_dir() => {
+                if let Some(likely) = nearest(other, &["glb", "xml"]).first() {
+                    let message = format!(
+                        "no .{other} files are written; did you mean {}?",
+                        out.with_extension(likely).display()
+                    );
+                    return Err(Failure::Usage(message));
+                }
+                None
+            }
+            _ => None,
+        };
+        if told.is_none() && out.exists() && !out.is_dir() {
+            let message = format!("{} is no folder, and its name ends neither with .glb nor with .xml", out.display());
+            return Err(Failure::Usage(message));
+        }
+        if let (Some(told), Some(format)) = (told, format)
+            && told != format
+        {
+            let out = out.display();
+            return Err(Failure::Usage(format!("--format and the ending of {out} do not go together")));
+        }
+        let in_folder = |name: String| (out.join(name), Some(out.to_owned()));
+        let format = told.or(format).unwrap_or(Format::Glb);
+        let (path, folder) = match (told, format) {
+            (Some(_), _) => {
+                (out.to_owned(), out.parent().filter(|parent| !parent.as_os_str().is_empty()).map(Path::to_owned))
+            }
+            (None, Format::Obj) => (out.to_owned(), None),
+            (None, Format::Glb) => in_folder(format!("{object}.glb")),
+            (None, Format::Mjcf) => in_folder(format!("{object}.xml")),
+        };
+        Ok(Self { format, path, folder })
+    }
+
+    /// Strikes `object` with the effects that the format shows: bonds and hulls in a model for MuJoCo, skins in a `.glb` file, unless
+    /// they are in `disable`. A skin that `enable` does not name is left out where the object has none.
+    pub fn strike(
+        &self,
+        object: &Object,
+        impact: &Impact,
+        [enable, disable]: [&[Effect]; 2],
+        deadline: impl Fn() -> Deadline,
+    ) -> Result<Broken, Failure> {
+        let shown: &[Effect] = match self.format {
+            Format::Glb => &[Effect::Skin],
+            Format::Mjcf => &[Effect::Bonds, Effect::Hulls],
+            Format::Obj => &[],
+        };
+        let shown = shown.iter().filter(|effect| !disable.contains(effect));
+        let equipped = shown.fold(impact.clone(), |impact, effect| impact.enable(*effect));
+        let strike = |impact: &Impact| object.strike(impact)?.wait(deadline());
+        match strike(&equipped) {
+            Err(refusal)
+                if self.format == Format::Glb && !enable.contains(&Effect::Skin) && is_about_skin(&refusal) =>
+            {
+                let path = self.path.display();
+                note(format_args!("{path} will show the lattice, not the triangles of the mesh file: {refusal}"));
+                Ok(strike(impact)?)
+            }
+            result => Ok(result?),
+        }
+    }
+
+    /// Writes the fragments and names each file on stderr. Returns all files, or the folder of many, the main one first. Nothing for an
+    /// object that stays whole.
+    pub fn write(&self, broken: &Broken) -> Result<Vec<PathBuf>, Failure> {
+        if broken.is_whole() {
+            note(format_args!("nothing to write: {} stays whole", broken.summary().object()));
+            tell_earlier(&self.path);
+            return Ok(Vec::new());
+        }
+        if let Some(folder) = &self.folder {
+            std::fs::create_dir_all(folder).map_err(|error| {
+                let at = folder.display().to_string();
+                Refusal::new(Kind::Output, at.clone(), format!("cannot create the folder {at}: {error}"))
+            })?;
+        }
+        match self.format {
+            Format::Glb => Ok(glb(&self.path, broken)?),
+            Format::Obj => {
+                wrote(&self.path, "", &broken.write_obj(&self.path)?);
+                Ok(vec![self.path.clone()])
+            }
+            Format::Mjcf => {
+                wrote(&self.path, ", with its meshes", &broken.write_mjcf(&self.path)?);
+                let stem = self.path.file_stem().unwrap_or_default().to_string_lossy();
+                Ok(vec![self.path.clone(), self.path.with_file_name(format!("{stem}_assets"))])
+            }
+        }
+    }
+}
+
+/// Whether a strike was refused because of the skin: the object has none, or the result would be too long with it.
+fn is_about_skin(refusal: &Refusal) -> bool {
+    let (kind, at) = (refusal.kind, refusal.at.as_str());
+    (kind, at) == (Kind::Effect, Effect::Skin.name()) || (kind, at) == (Kind::CapExceeded, "bytes_max")
+}
+
+/// What is seen of the fragments, or without skins the fragments themselves; beside it the closed meshes, where these are others, and the
+/// hulls, if there are any. Returns the files.
+fn glb(file: &Path, broken: &Broken) -> Result<Vec<PathBuf>, Refusal> {
+    let (closed, hulls) = (file.with_extension("closed.glb"), file.with_extension("hulls.glb"));
+    let mut files = vec![file.to_owned()];
+    if broken.fragments().any(|fragment| fragment.skin().is_some()) {
+        wrote(file, "", &broken.write_skins_glb(file)?);
+        wrote(&closed, ", closed meshes of the lattice", &broken.write_glb(&closed)?);
+        files.push(closed);
+    } else {
+        wrote(file, "", &broken.write_glb(file)?);
+        tell_earlier(&closed);
+    }
+    if broken.fragments().any(|fragment| fragment.hull().is_some()) {
+        wrote(&hulls, ", hulls", &broken.write_hulls_glb(&hulls)?);
+        files.push(hulls);
+    } else {
+        tell_earlier(&hulls);
+    }
+    Ok(files)
+}
+
+/// Names a file that is there and that this command did not write: it may be taken for its result.
+fn tell_earlier(path: &Path) {
+    if path.is_file() {
+        note(format_args!("{} was there before and is not of this strike; remove it", path.display()));
+    }
+}
+
+/// Names a file, or of OBJ a folder, that was written.
+fn wrote(path: &Path, what: &str, written: &Written) {
+    let size = size(written.bytes as u64);
+    note(format_args!("wrote {} ({} fragments{what}, {size})", path.display(), written.fragments));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[track_caller]
+    fn check(out: &str, format: Option<Format>, wanted: Option<(Format, &str, Option<&str>)>) {
+        let found = Target::new(Path::new(out), format, "vase").ok();
+        let wanted = wanted.map(|(format, path, folder)| Target {
+            format,
+            path: path.into(),
+            folder: folder.map(PathBuf::from),
+        });
+        assert_eq!(found, wanted, "{out}");
+    }
+
+    #[test]
+    fn endings_and_formats_say_what_is_written() {
+        check("a.glb", None, Some((Format::Glb, "a.glb", None)));
+        check("a.GLB", Some(Format::Glb), Some((Format::Glb, "a.GLB", None)));
+        check("a.xml", None, Some((Format::Mjcf, "a.xml", None)));
+        check("pieces", None, Some((Format::Glb, "pieces/vase.glb", Some("pieces"))));
+        check("pieces.v2", Some(Format::Mjcf), Some((Format::Mjcf, "pieces.v2/vase.xml", Some("pieces.v2"))));
+        check("pieces", Some(Format::Obj), Some((Format::Obj, "pieces", None)));
+        check("a.glb", Some(Format::Obj), None);
+        check("new/a.glb", None, Some((Format::Glb, "new/a.glb", Some("new"))));
+        check("a.glbb", None, None);
+        check("/dev/null", None, None);
+        check("a.gltf", None, None);
+        check("A.STL", Some(Format::Glb), None);
+        check("a.xml", Some(Format::Glb), None);
+        check("a.obj", Some(Format::Obj), None);
+    }
+}

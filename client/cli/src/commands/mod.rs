@@ -1,0 +1,32 @@
+//! The commands of `shatter`, one file each, and what they share.
+
+mod files;
+pub mod impact;
+pub mod list;
+mod objects;
+mod parse;
+pub mod prefracture;
+pub mod status;
+pub mod threshold;
+mod when;
+
+use shatter_cli_common::failure::{Failure, document, note, out};
+use shatter_client::{Deadline, Impact};
+use std::time::Duration;
+
+/// How long a command waits for a reply of the service.
+const REPLY: Duration = Duration::from_secs(5);
+
+/// How long a command waits for the answer to a strike.
+const ANSWER: Duration = Duration::from_secs(120);
+
+/// The deadline for a reply of the service.
+fn reply() -> Deadline {
+    Deadline::after(REPLY)
+}
+
+/// `impact` with the duration and the radius of its last contact, where they were given.
+fn with_contact(impact: Impact, duration_s: Option<f64>, radius_m: Option<f64>) -> Impact {
+    let impact = duration_s.map_or(impact.clone(), |duration_s| impact.duration(duration_s));
+    radius_m.map_or(impact.clone(), |radius_m| impact.radius(radius_m))
+}

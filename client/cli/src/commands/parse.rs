@@ -1,0 +1,121 @@
+//! Values of options.
+
+use shatter_cli_common::choice;
+use shatter_client::{Convention, Degree, Effect, Elastic, Lift, Origin, Quality, Ray, Refusal};
+
+/// Numbers separated by commas.
+fn numbers<const N: usize>(text: &str, wanted: &str) -> Result<[f64; N], String> {
+    let parts: Vec<&str> = text.split(',').collect();
+    let parts: [&str; N] = parts.as_slice().try_into().map_err(|_| {
+        format!("{N} numbers {wanted} are needed, separated by commas without spaces; these are {}", parts.len())
+    })?;
+    let mut found = [0.0; N];
+    for (number, part) in found.iter_mut().zip(parts) {
+        *number = part
+            .trim()
+            .parse()
+            .map_err(|_| format!("`{part}` is not a number; write numbers and commas alone, as in 0.1,0,-0.2"))?;
+    }
+    Ok(found)
+}
+
+/// `X,Y,Z`.
+pub fn vector(text: &str) -> Result<[f64; 3], String> {
+    numbers(text, "X,Y,Z")
+}
+
+/// `X,Y,Z,DX,DY,DZ`: origin and direction.
+pub fn ray(text: &str) -> Result<Ray, String> {
+    let [x, y, z, dx, dy, dz] = numbers(text, "X,Y,Z,DX,DY,DZ (origin and direction)")?;
+    Ok(Ray { origin_m: [x, y, z], direction: [dx, dy, dz] })
+}
+
+/// A rule for the number of sites, or the number.
+pub fn degree(text: &str) -> Result<Degree, String> {
+    if text.parse::<f64>().is_ok() {
+        // Whether a number can be had is the daemon's to say, 0 among them.
+        return text.parse().ok().map(Degree::Sites).ok_or_else(|| "must be a whole number, 1 or more".to_owned());
+    }
+    choice(
+        text,
+        &[
+            ("inferred", Degree::Inferred),
+            ("verified", Degree::Verified),
+            ("closed_form", Degree::ClosedForm),
+            ("optimised", Degree::Optimised),
+        ],
+    )
+    .map_err(|error| format!("{error}, or a whole number"))
+}
+
+/// A lift by its name.
+pub fn lift(text: &str) -> Result<Lift, String> {
+    let lifts =
+        [("euclidean", Lift::Euclidean), ("interior", Lift::Interior), ("surface_diffusion", Lift::SurfaceDiffusion)];
+    choice(text, &lifts)
+}
+
+/// Where displacements come from.
+pub fn elastic(text: &str) -> Result<Elastic, String> {
+    choice(text, &[("reduced", Elastic::Reduced), ("solve", Elastic::Solve)])
+}
+
+/// A preset by its name.
+pub fn quality(text: &str) -> Result<Quality, String> {
+    choice(text, &Quality::ALL.map(|quality| (quality.name(), quality)))
+}
+
+/// `HANDLE/FRAGMENT`.
+pub fn origin(text: &str) -> Result<Origin, String> {
+    let parts =
+        text.split_once('/').and_then(|(handle, fragment)| Some((handle.parse().ok()?, fragment.parse().ok()?)));
+    let (handle, fragment) = parts.ok_or(
+        "must be HANDLE/FRAGMENT, two whole numbers: the handle that `shatter impact --keep` printed, and the id of a fragment",
+    )?;
+    Ok(Origin { handle, fragment })
+}
+
+/// A convention by its name.
+#[derive(Clone)]
+pub struct Host {
+    /// The name.
+    pub name: String,
+    /// What it stands for.
+    pub convention: Convention,
+}
+
+/// A convention by its name.
+pub fn convention(text: &str) -> Result<Host, String> {
+    Ok(Host { name: text.to_owned(), convention: choice(text, &Convention::NAMED)? })
+}
+
+/// An effect by its name.
+pub fn effect(text: &str) -> Result<Effect, Refusal> {
+    Effect::by_name(text)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn vectors_are_three_numbers_and_rays_six() {
+        assert_eq!(vector("-1,0.5, 0"), Ok([-1.0, 0.5, 0.0]));
+        for text in ["", "1,2", "1,2,3,4", "1,x,3"] {
+            assert!(vector(text).is_err(), "{text}");
+        }
+        assert_eq!(ray("1,2,3,0,-1,0"), Ok(Ray { origin_m: [1.0, 2.0, 3.0], direction: [0.0, -1.0, 0.0] }));
+        assert!(ray("1,2,3").unwrap_err().contains("6 numbers"));
+    }
+
+    #[test]
+    fn degrees_are_rules_or_whole_numbers() {
+        assert_eq!(degree("12"), Ok(Degree::Sites(12)));
+        assert_eq!(degree("0"), Ok(Degree::Sites(0)));
+        assert_eq!(degree("verified"), Ok(Degree::Verified));
+        for odd in ["-3", "2.5", "1e30", "NaN", "99999999999"] {
+            assert_eq!(degree(odd).unwrap_err(), "must be a whole number, 1 or more");
+        }
+        assert!(degree("closedform").unwrap_err().contains("did you mean `closed_form`?"));
+    }
+}

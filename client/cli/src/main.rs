@@ -1,0 +1,54 @@
+//! `shatter`: list, strike and watch the objects of a running `shatterd`.
+
+mod commands;
+
+use clap::{Parser, Subcommand};
+use commands::{impact, list, prefracture, status, threshold};
+use shatter_cli_common::failure::{Failure, ended, usage};
+use shatter_cli_common::lab::Forwarded;
+use std::process::ExitCode;
+
+/// Strikes brittle objects and fetches the fragments from a running shatterd.
+#[derive(Parser)]
+#[command(name = "shatter", version, max_term_width = 100)]
+struct Cli {
+    /// Service to talk to.
+    #[arg(long, global = true, env = "SHATTER_SERVICE", default_value = "default")]
+    service: String,
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Objects of the service.
+    List(list::Args),
+    /// How the service goes.
+    Status(status::Args),
+    /// Strikes an object.
+    Impact(impact::Args),
+    /// Divides an object into even pieces ahead of time, without an impact.
+    Prefracture(prefracture::Args),
+    /// The impulse that just breaks an object.
+    Threshold(threshold::Args),
+    /// What the service does under many impacts from many processes.
+    #[command(disable_help_flag = true)]
+    Load(Forwarded),
+}
+
+fn main() -> ExitCode {
+    let json = std::env::args_os().any(|argument| argument == "--json");
+    let cli = match shatter_cli_common::arguments::<Cli>() {
+        Ok(cli) => cli,
+        Err(error) => return usage::<Cli>(&error, json),
+    };
+    let result = match &cli.command {
+        Command::List(args) => list::run(&cli.service, args),
+        Command::Status(args) => status::run(&cli.service, args),
+        Command::Impact(args) => impact::run(&cli.service, args),
+        Command::Prefracture(args) => prefracture::run(&cli.service, args),
+        Command::Threshold(args) => threshold::run(&cli.service, args),
+        Command::Load(arguments) => Err(Failure::Refused(arguments.run("load", &[("SHATTER_SERVICE", &cli.service)]))),
+    };
+    result.map_or_else(|failure| ended::<Cli>(&failure, json), |()| ExitCode::SUCCESS)
+}

@@ -1,0 +1,259 @@
+use super::*;
+use nalgebra::{Rotation3, Vector3};
+
+const BALL: Partner = Partner { material: Material::STEEL, mass_kg: 0.033, radius_m: 0.01 };
+const CERAMIC: Material = Material { young_pa: 70e9, poisson: 0.2 };
+const VASE: Partner = Partner { material: CERAMIC, mass_kg: 1.2, radius_m: 0.08 };
+
+#[track_caller]
+fn check(what: &str, found: f64, expected: f64, error: f64) {
+    let off = (found / expected - 1.0).abs();
+    assert!(off <= error, "{what}: {found:e} instead of {expected:e}, off by {off:.1e}");
+}
+
+fn hertz(one: &Partner, other: &Partner, speed_m_s: f64) -> Hertz {
+    Hertz::of(one, other, speed_m_s).unwrap()
+}
+
+/// Twice the integral of (1 − x^(5/2))^(-1/2) from 0 to 1, with x = 1 − s², which takes the singularity away; midpoint rule.
+fn duration_by_quadrature() -> f64 {
+    let steps = 20_000;
+    let at = |k: u32| (f64::from(k) + 0.5) / f64::from(steps);
+    let value = |s: f64| 2.0 * s / (1.0 - (1.0 - s * s).powf(2.5)).sqrt();
+    2.0 * (0..steps).map(|k| value(at(k))).sum::<f64>() / f64::from(steps)
+}
+
+#[test]
+fn the_duration_is_that_of_the_equation_of_motion() {
+    check("quadrature", duration_by_quadrature(), DURATION, 1e-8);
+    check("Johnson's 2.87", DURATION * (15.0_f64 / 16.0).powf(0.4), 2.87, 1e-3);
+}
+
+#[test]
+fn a_steel_ball_on_steel_is_as_calculated_by_hand() {
+    // E* = 210e9 / (2 · 0.91) = 115.385 GPa, R = 0.01 m, m* = 0.033 kg, v = 1 m/s:
+    // δ^(5/2) = 15 · 0.033 / (16 · 115.385e9 · 0.1) = 2.6813e-12.
+    let found = hertz(&BALL, &Partner::ground(Material::STEEL), 1.0);
+    check("approach", found.approach_m, 2.3514e-5, 1e-4);
+    check("radius", found.radius_m, 4.849e-4, 1e-4);
+    check("force", found.force_n, 1754.0, 1e-3);
+    let johnson = 2.87 * (0.033_f64.powi(2) / (0.01 * 115.385e9_f64.powi(2))).powf(0.2);
+    check("duration", found.duration_s, johnson, 1e-3);
+    // The work of the contact force is the energy that was there: 2/5 F δ = ½ m* v².
+    check("energy", 0.4 * found.force_n * found.approach_m, 0.5 * 0.033, 1e-12);
+}
+
+#[test]
+fn the_force_is_that_of_a_ball_pressed_on() {
+    // Johnson's a³ = 3 F R / (4 E*).
+    let found = hertz(&BALL, &VASE, 2.5);
+    let modulus_pa = 1.0 / (0.91 / 210e9 + 0.96 / 70e9);
+    let radius_m = 1.0 / (1.0 / 0.01 + 1.0 / 0.08);
+    check("radius", found.radius_m.powi(3), 3.0 * found.force_n * radius_m / (4.0 * modulus_pa), 1e-12);
+}
+
+#[test]
+fn exponents_are_hertz_ones() {
+    let (slow, fast) = (hertz(&BALL, &VASE, 0.5), hertz(&BALL, &VASE, 8.0));
+    let exponent = |a: f64, b: f64| (b / a).ln() / 16.0_f64.ln();
+    check("duration", exponent(slow.duration_s, fast.duration_s), -0.2, 1e-12);
+    check("radius", exponent(slow.radius_m, fast.radius_m), 0.4, 1e-12);
+    check("approach", exponent(slow.approach_m, fast.approach_m), 0.8, 1e-12);
+    check("force", exponent(slow.force_n, fast.force_n), 1.2, 1e-12);
+    let stiff = Partner { material: Material { young_pa: 70e9 * 32.0, ..CERAMIC }, ..VASE };
+    let ball = Partner { material: Material { young_pa: 210e9 * 32.0, ..Material::STEEL }, ..BALL };
+    check("stiffness", hertz(&ball, &stiff, 0.5).duration_s / slow.duration_s, 0.25, 1e-12);
+}
+
+#[test]
+fn other_units_give_the_same_contact() {
+    let (length, time, mass) = (1e2, 1e3, 7.0);
+    let other = |one: &Partner| Partner {
+        material: Material { young_pa: one.material.young_pa * mass / (length * time * time), ..one.material },
+        mass_kg: one.mass_kg * mass,
+        radius_m: one.radius_m * length,
+    };
+    let (here, there) = (hertz(&BALL, &VASE, 3.0), hertz(&other(&BALL), &other(&VASE), 3.0 * length / time));
+    check("duration", there.duration_s, here.duration_s * time, 1e-12);
+    check("radius", there.radius_m, here.radius_m * length, 1e-12);
+    check("force", there.force_n, here.force_n * mass * length / (time * time), 1e-12);
+}
+
+#[test]
+fn the_partners_may_be_swapped() {
+    let (here, there) = (hertz(&BALL, &VASE, 3.0), hertz(&VASE, &BALL, 3.0));
+    check("duration", there.duration_s, here.duration_s, 1e-14);
+    check("radius", there.radius_m, here.radius_m, 1e-14);
+}
+
+#[test]
+fn an_impulse_tells_the_mass_where_it_is_less_than_the_bodies() {
+    let floor = Partner::ground(Material::CONCRETE);
+    let (central, heavy) = (hertz(&VASE, &floor, 2.0), Hertz::of_impulse(&VASE, &floor, 2.0, 1e3).unwrap());
+    assert_eq!(central, heavy, "a resting contact is no heavier than its bodies");
+    let light = Hertz::of_impulse(&VASE, &floor, 2.0, 0.1 * 2.4).unwrap();
+    check("a tenth of the mass", light.duration_s / central.duration_s, 0.1_f64.powf(0.4), 1e-12);
+}
+
+#[test]
+fn what_does_not_meet_in_a_point_is_refused() {
+    let floor = Partner::ground(Material::CONCRETE);
+    let refused = |one: Partner, other: Partner, speed| Hertz::of(&one, &other, speed).unwrap_err();
+    assert_eq!(refused(floor, floor, 1.0), ContactError::NoMass);
+    let slab = Partner { mass_kg: 3.0, ..floor };
+    assert_eq!(refused(slab, floor, 1.0), ContactError::NoPoint(f64::INFINITY, f64::INFINITY));
+    let bowl = Partner { radius_m: -0.01, ..VASE };
+    assert_eq!(refused(bowl, BALL, 1.0), ContactError::NoPoint(-0.01, 0.01));
+    for speed in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        assert!(matches!(refused(BALL, VASE, speed), ContactError::NotPositive { key: "speed_m_s", .. }));
+    }
+    assert!(matches!(refused(Partner { mass_kg: 0.0, ..BALL }, VASE, 1.0), ContactError::NotPositive { .. }));
+    let odd = Material { poisson: 0.7, ..CERAMIC };
+    assert_eq!(refused(Partner { material: odd, ..BALL }, VASE, 1.0), ContactError::Poisson(0.7));
+    assert!(Hertz::of(&BALL, &Partner { radius_m: -0.02, ..VASE }, 1.0).is_ok(), "a ball in a wider bowl");
+}
+
+fn touch(point_m: [f64; 3], impulse_ns: [f64; 3]) -> Touch {
+    Touch { point_m, impulse_ns, speed_m_s: 3.0, other: BALL }
+}
+
+/// What comes of one step of these contacts.
+fn blows(touches: &[Touch], terms: Terms) -> Vec<Blow> {
+    let mut contacts = Contacts::default();
+    contacts.watch(1, terms);
+    touches.iter().for_each(|touch| contacts.touch(&1, *touch));
+    contacts.step(0.0).pop().map_or(Vec::new(), |(_, blows)| blows.unwrap())
+}
+
+/// Why one step of these contacts is no strike.
+fn lost(touches: &[Touch], terms: Terms) -> ImpulseLost {
+    let mut contacts = Contacts::default();
+    contacts.watch(1, terms.cooldown(1.0));
+    let mut step = || {
+        touches.iter().for_each(|touch| contacts.touch(&1, *touch));
+        contacts.step(0.0).pop().unwrap().1.unwrap_err()
+    };
+    let first = step();
+    assert_eq!(step(), first, "a body that was not struck does not cool down");
+    first
+}
+
+#[test]
+fn impulses_that_would_be_lost_are_told_with_numbers() {
+    let face = Partner { radius_m: f64::INFINITY, ..VASE };
+    let floor = Partner::ground(Material::CONCRETE);
+    let corner = |x: f64| Touch { other: floor, ..touch([x, 0.0, 0.0], [0.0, 0.9, 0.0]) };
+    let flat = lost(&[corner(0.0), corner(0.1)], Terms::new(face));
+    assert_eq!((flat.given_ns, flat.kept_ns), (1.8, 0.0));
+    assert_eq!(flat.cause, Some(ContactError::NoPoint(f64::INFINITY, f64::INFINITY)));
+    assert!(flat.to_string().contains("1.8 N·s") && flat.to_string().contains("Terms::radius"), "{flat}");
+    let cancel = lost(&[touch([0.0; 3], [1.0, 0.0, 0.0]), touch([0.0; 3], [-0.75, 0.0, 0.0])], Terms::new(VASE));
+    assert_eq!((cancel.given_ns, cancel.kept_ns, cancel.cause), (1.75, 0.25, None));
+    let ball = Touch { impulse_ns: [1.9, 0.0, 0.0], ..corner(0.0) };
+    let mostly = blows(&[Touch { other: BALL, ..ball }, corner(0.1)], Terms::new(face));
+    assert_eq!(mostly.len(), 1, "less than half is lost");
+}
+
+#[test]
+fn many_contacts_lose_nothing() {
+    let all: Vec<Touch> =
+        (0..1000).map(|k| touch([f64::from(k), 0.0, 0.0], [0.0, 1.0 + f64::from(k % 7), 0.0])).collect();
+    let given: f64 = all.iter().map(|touch| touch.impulse_ns[1]).sum();
+    let sent: f64 = blows(&all, Terms::new(VASE)).iter().map(|blow| blow.impulse_ns[1]).sum();
+    check("impulse", sent, given, 1e-9);
+}
+
+#[test]
+fn near_contacts_become_one_by_their_impulses() {
+    let all = [
+        touch([0.0, 0.0, 0.0], [3.0, 0.0, 0.0]),
+        touch([0.004, 0.0, 0.0], [0.0, 1.0, 0.0]),
+        touch([0.5, 0.0, 0.0], [0.0, 0.0, 2.0]),
+    ];
+    let found = blows(&all, Terms::new(VASE).merge(0.01));
+    assert_eq!(found.len(), 2);
+    check("place", found[0].point_m[0], 0.001, 1e-12);
+    assert_eq!((found[0].impulse_ns, found[1].impulse_ns), ([3.0, 1.0, 0.0], [0.0, 0.0, 2.0]));
+    assert_eq!(blows(&all, Terms::new(VASE).merge(0.0)).len(), 3);
+}
+
+#[test]
+fn the_patch_of_a_face_weighs_what_the_body_does() {
+    // Four corners of a face that together stop the whole vase.
+    let corner =
+        |x: f64, z: f64| Touch { other: Partner::ground(Material::CONCRETE), ..touch([x, 0.0, z], [0.0, 0.9, 0.0]) };
+    let all = [corner(0.0, 0.0), corner(0.002, 0.0), corner(0.0, 0.002), corner(0.002, 0.002)];
+    let found = blows(&all, Terms::new(VASE).merge(0.01));
+    assert_eq!(found.len(), 1);
+    let whole = hertz(&VASE, &Partner::ground(Material::CONCRETE), 3.0);
+    check("duration", found[0].hertz.duration_s, whole.duration_s, 1e-12);
+}
+
+#[test]
+fn a_strike_takes_the_strongest_of_many() {
+    let all: Vec<Touch> =
+        (0..500).map(|k| touch([f64::from(k), 0.0, 0.0], [0.0, 1.0 + f64::from(k % 7), 0.0])).collect();
+    let found = blows(&all, Terms::new(VASE).merge(0.01));
+    assert_eq!(found.len(), CONTACTS_MAX);
+    assert!(found.windows(2).all(|pair| pair[0].impulse_ns[1] >= pair[1].impulse_ns[1]), "{found:?}");
+    let few: Vec<Touch> = all.into_iter().take(100).collect();
+    let given: f64 = few.iter().map(|touch| touch.impulse_ns[1]).sum();
+    let sent: f64 = blows(&few, Terms::new(VASE)).iter().map(|blow| blow.impulse_ns[1]).sum();
+    check("impulse", sent, given, 1e-12);
+}
+
+#[test]
+fn turning_everything_turns_the_blows() {
+    let turn = Rotation3::from_euler_angles(0.3, -1.1, 2.2);
+    let turned = |vector: [f64; 3]| -> [f64; 3] { (turn * Vector3::from(vector)).into() };
+    let all: Vec<Touch> = (0..40)
+        .map(f64::from)
+        .map(|k| touch([(1.7 * k).sin(), (2.3 * k).cos(), 0.1 * k], [k.cos(), 1.0 + k.sin(), 0.3]))
+        .collect();
+    let other: Vec<Touch> = all
+        .iter()
+        .map(|touch| Touch { point_m: turned(touch.point_m), impulse_ns: turned(touch.impulse_ns), ..*touch })
+        .rev()
+        .collect();
+    let (here, there) = (blows(&all, Terms::new(VASE)), blows(&other, Terms::new(VASE)));
+    assert_eq!(here.len(), there.len());
+    for (a, b) in here.iter().zip(&there) {
+        let off = |x: [f64; 3], y: [f64; 3]| (Vector3::from(turned(x)) - Vector3::from(y)).norm();
+        assert!(off(a.point_m, b.point_m) < 1e-12 && off(a.impulse_ns, b.impulse_ns) < 1e-12);
+        check("duration", b.hertz.duration_s, a.hertz.duration_s, 1e-12);
+    }
+}
+
+#[test]
+fn weak_slow_and_senseless_contacts_are_none() {
+    let (sound, terms) = (touch([0.0; 3], [1.0, 0.0, 0.0]), Terms::new(VASE));
+    assert_eq!(blows(&[sound], terms).len(), 1);
+    assert!(blows(&[sound], terms.impulse_min(1.001)).is_empty());
+    assert_eq!(blows(&[sound, touch([9.0; 3], [0.0, 0.01, 0.0])], terms.impulse_min(1.001)).len(), 2);
+    assert!(blows(&[sound], terms.speed_min(3.1)).is_empty());
+    for odd in [
+        touch([f64::NAN; 3], [1.0; 3]),
+        touch([0.0; 3], [f64::INFINITY; 3]),
+        touch([0.0; 3], [0.0; 3]),
+        Touch { speed_m_s: f64::NAN, ..sound },
+    ] {
+        assert!(blows(&[odd], terms).is_empty());
+    }
+}
+
+#[test]
+fn a_body_that_was_struck_cools_down_by_itself() {
+    let mut contacts = Contacts::default();
+    contacts.watch("a", Terms::new(VASE).cooldown(0.5));
+    contacts.watch("b", Terms::new(VASE));
+    let mut step = |now_s: f64| {
+        ["a", "b", "nobody"].iter().for_each(|body| contacts.touch(body, touch([0.0; 3], [1.0, 0.0, 0.0])));
+        contacts.step(now_s).iter().map(|(body, _)| *body).collect::<String>()
+    };
+    let struck: Vec<String> = [0.0, 0.4, 0.5, 0.9, 0.2].into_iter().map(&mut step).collect();
+    assert_eq!(struck, ["ab", "b", "ab", "b", "ab"], "a simulation set back to 0.2 does not wait");
+    assert!(contacts.step(9.0).is_empty(), "contacts are those of one step");
+    contacts.forget(&"a");
+    contacts.touch(&"a", touch([0.0; 3], [1.0, 0.0, 0.0]));
+    assert!(contacts.step(10.0).is_empty() && contacts.terms(&"a").is_none());
+}

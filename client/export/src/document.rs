@@ -1,0 +1,334 @@
+//! The glTF document: accessors, meshes, nodes, and the buffer they point into.
+
+use super::check::{closed, merged};
+use super::normals::smooth_normals;
+use super::{ExportError, FragmentView};
+use gltf_json::accessor::{self, Accessor, ComponentType, GenericComponentType, IndexComponentType, Type};
+use gltf_json::buffer::{self, Buffer, Stride, Target, View};
+use gltf_json::material::{EmissiveFactor, PbrBaseColorFactor, PbrMetallicRoughness, StrengthFactor};
+use gltf_json::mesh::{Mesh, Mode, Primitive, Semantic};
+use gltf_json::validation::{Checked::Valid, USize64};
+use gltf_json::{Asset, Index, Material, Node, Root, Scene, extensions};
+use serde_json::value::to_raw_value;
+use serde_json::{Map, json};
+
+const MANIFOLD: &str = "EXT_mesh_manifold";
+const VECTOR_BYTES: usize = 12;
+const UV_BYTES: usize = 8;
+const SCALAR_BYTES: usize = 4;
+
+/// Linear base colours: weathered stone outside, paler and warmer where it broke.
+pub(super) const OUTER_COLOUR: [f32; 4] = [0.36, 0.39, 0.43, 1.0];
+pub(super) const CRACK_COLOUR: [f32; 4] = [0.78, 0.64, 0.47, 1.0];
+
+/// A document and the contents of its one buffer.
+pub(super) struct Document {
+    pub root: Root,
+    pub binary: Vec<u8>,
+    /// Meshes that carry the manifold extension.
+    pub closed: usize,
+}
+
+/// The buffer, one view after the other.
+#[derive(Default)]
+struct Sections {
+    positions: Vec<u8>,
+    normals: Vec<u8>,
+    indices: Vec<u8>,
+    uvs: Vec<u8>,
+    merges: Vec<u8>,
+}
+
+/// Buffer views, in the order of [`Sections`].
+#[derive(Clone, Copy)]
+struct Views {
+    positions: Index<View>,
+    normals: Index<View>,
+    indices: Index<View>,
+    uvs: Index<View>,
+    merges: Index<View>,
+}
+
+/// What fragment `id` of so many is called in files.
+pub(super) fn fragment_name(id: u32, of: usize) -> String {
+    let width = of.saturating_sub(1).to_string().len().max(3);
+    format!("fragment_{id:0width$}")
+}
+
+/// Builds the document; the fragments have been checked.
+pub(super) fn build(fragments: &[FragmentView<'_>]) -> Result<Document, ExportError> {
+    // A view that nothing lies in is not written.
+    let textured = u32::from(fragments.iter().any(|fragment| !fragment.uvs.is_empty()));
+    let [positions, normals, indices, uvs, merges] = [0, 1, 2, 3, 3 + textured].map(Index::new);
+    let mut writer = Writer {
+        root: Root::default(),
+        sections: Sections::default(),
+        views: Views { positions, normals, indices, uvs, merges },
+        closed: 0,
+    };
+    let materials = [
+        writer.root.push(material("outer", OUTER_COLOUR, 0.75)),
+        writer.root.push(material("crack", CRACK_COLOUR, 0.95)),
+    ];
+    let mut nodes = Vec::with_capacity(fragments.len());
+    for fragment in fragments {
+        let name = fragment_name(fragment.id, fragments.len());
+        let mesh = writer.mesh(fragment, &name, materials);
+        let mesh = writer.root.push(mesh);
+        nodes.push(writer.root.push(node(fragment, name, mesh)?));
+    }
+    let scene = Scene { extensions: None, extras: None, name: Some("fragments".to_owned()), nodes };
+    writer.root.scene = Some(writer.root.push(scene));
+    Ok(writer.finish())
+}
+
+struct Writer {
+    root: Root,
+    sections: Sections,
+    views: Views,
+    closed: usize,
+}
+
+impl Writer {
+    fn mesh(&mut self, fragment: &FragmentView<'_>, name: &str, materials: [Index<Material>; 2]) -> Mesh {
+        let vertices = self.vertices(fragment);
+        let base = self.sections.indices.len();
+        self.sections.indices.extend(fragment.indices.iter().flat_map(|index| index.to_le_bytes()));
+        let outer = fragment.outer_indices();
+        let spans = [(0, outer), (outer, fragment.indices.len() - outer)];
+        let mut primitives = Vec::with_capacity(2);
+        for ((first, count), material) in spans.into_iter().zip(materials) {
+            if count > 0 {
+                let indices = self.root.push(self.indices(base + first * SCALAR_BYTES, count));
+                primitives.push(primitive(&vertices, indices, Some(material)));
+            }
+        }
+        let extensions = self.manifold(fragment, &vertices[..1], base);
+        Mesh { extensions, extras: None, name: Some(name.to_owned()), primitives, weights: None }
+    }
+
+    /// Accessors of positions and normals, and of texture coordinates if there are any.
+    fn vertices(&mut self, fragment: &FragmentView<'_>) -> Vec<(Semantic, Index<Accessor>)> {
+        let bytes =
+            |vectors: &[[f32; 3]]| -> Vec<u8> { vectors.iter().flatten().flat_map(|x| x.to_le_bytes()).collect() };
+        let (low, high) = bounds(fragment.positions);
+        let mut positions = vectors(self.views.positions, self.sections.positions.len(), fragment.positions.len());
+        positions.min = Some(json!(low));
+        positions.max = Some(json!(high));
+        let normals = vectors(self.views.normals, self.sections.normals.len(), fragment.positions.len());
+        self.sections.positions.extend(bytes(fragment.positions));
+        match fragment.normals.is_empty() {
+            true => self.sections.normals.extend(bytes(&smooth_normals(fragment.positions, fragment.indices))),
+            false => self.sections.normals.extend(bytes(fragment.normals)),
+        }
+        let mut all =
+            vec![(Semantic::Positions, self.root.push(positions)), (Semantic::Normals, self.root.push(normals))];
+        if !fragment.uvs.is_empty() {
+            let (first, count) = (self.sections.uvs.len(), fragment.uvs.len());
+            let uvs = accessor(self.views.uvs, first, count, ComponentType::F32, Type::Vec2);
+            let down = fragment.uvs.iter().flat_map(|[u, v]| [*u, 1.0 - v]);
+            self.sections.uvs.extend(down.flat_map(|x| x.to_le_bytes()));
+            all.push((Semantic::TexCoords(0), self.root.push(uvs)));
+        }
+        all
+    }
+
+    fn indices(&self, offset: usize, count: usize) -> Accessor {
+        accessor(self.views.indices, offset, count, ComponentType::U32, Type::Scalar)
+    }
+
+    /// The extension, where it is true: all triangles, with the indices of merged vertices replaced sparsely.
+    fn manifold(
+        &mut self,
+        fragment: &FragmentView<'_>,
+        position: &[(Semantic, Index<Accessor>)],
+        base: usize,
+    ) -> Option<extensions::mesh::Mesh> {
+        let point = merged(fragment);
+        if !closed(fragment.indices, &point) {
+            return None;
+        }
+        self.closed += 1;
+        let moved: Vec<(u32, u32)> = (0_u32..)
+            .zip(fragment.indices)
+            .map(|(place, &vertex)| (place, vertex, point[vertex as usize]))
+            .filter(|&(_, vertex, merged)| vertex != merged)
+            .map(|(place, _, merged)| (place, merged))
+            .collect();
+        let mut indices = self.indices(base, fragment.indices.len());
+        let mut extension = Map::new();
+        if !moved.is_empty() {
+            let offsets = self.merges(&moved);
+            indices.sparse = Some(sparse(self.views.merges, moved.len(), offsets));
+            for (key, offset) in ["mergeIndices", "mergeValues"].into_iter().zip(offsets) {
+                let list = accessor(self.views.merges, offset, moved.len(), ComponentType::U32, Type::Scalar);
+                extension.insert(key.to_owned(), json!(self.root.push(list).value()));
+            }
+        }
+        let indices = self.root.push(indices);
+        let attributes = json!({ "POSITION": position[0].1.value() });
+        let manifold = json!({ "attributes": attributes, "indices": indices.value(), "mode": 4 });
+        extension.insert("manifoldPrimitive".to_owned(), manifold);
+        let others = Map::from_iter([(MANIFOLD.to_owned(), extension.into())]);
+        Some(extensions::mesh::Mesh { others })
+    }
+
+    /// Appends the places and the values of the replaced indices; returns where each list begins.
+    fn merges(&mut self, moved: &[(u32, u32)]) -> [usize; 2] {
+        let bytes = &mut self.sections.merges;
+        let places = bytes.len();
+        bytes.extend(moved.iter().flat_map(|(place, _)| place.to_le_bytes()));
+        let values = bytes.len();
+        bytes.extend(moved.iter().flat_map(|(_, value)| value.to_le_bytes()));
+        [places, values]
+    }
+
+    fn finish(mut self) -> Document {
+        let sections = self.sections;
+        let vertices = |stride: usize| (Some(Target::ArrayBuffer), Some(Stride(stride)));
+        let mut binary = Vec::new();
+        let buffer = Index::new(0);
+        for (bytes, (target, stride)) in [
+            (sections.positions, vertices(VECTOR_BYTES)),
+            (sections.normals, vertices(VECTOR_BYTES)),
+            (sections.indices, (Some(Target::ElementArrayBuffer), None)),
+            (sections.uvs, vertices(UV_BYTES)),
+            (sections.merges, (None, None)),
+        ] {
+            if !bytes.is_empty() {
+                self.root.push(view(buffer, binary.len(), bytes.len(), target, stride));
+                binary.extend_from_slice(&bytes);
+            }
+        }
+        self.root.push(Buffer {
+            byte_length: USize64::from(binary.len()),
+            name: None,
+            uri: None,
+            extensions: None,
+            extras: None,
+        });
+        let generator = format!("{} {}", env!("CARGO_PKG_NAME"), env!("CARGO_PKG_VERSION"));
+        self.root.asset = Asset { generator: Some(generator), ..Asset::default() };
+        if self.closed > 0 {
+            self.root.extensions_used.push(MANIFOLD.to_owned());
+        }
+        Document { root: self.root, binary, closed: self.closed }
+    }
+}
+
+fn view(
+    buffer: Index<Buffer>,
+    offset: usize,
+    length: usize,
+    target: Option<Target>,
+    byte_stride: Option<Stride>,
+) -> buffer::View {
+    View {
+        buffer,
+        byte_length: USize64::from(length),
+        byte_offset: Some(USize64::from(offset)),
+        byte_stride,
+        name: None,
+        target: target.map(Valid),
+        extensions: None,
+        extras: None,
+    }
+}
+
+fn accessor(view: Index<View>, offset: usize, count: usize, component: ComponentType, shape: Type) -> Accessor {
+    Accessor {
+        buffer_view: Some(view),
+        byte_offset: Some(USize64::from(offset)),
+        count: USize64::from(count),
+        component_type: Valid(GenericComponentType(component)),
+        extensions: None,
+        extras: None,
+        type_: Valid(shape),
+        min: None,
+        max: None,
+        name: None,
+        normalized: false,
+        sparse: None,
+    }
+}
+
+fn vectors(view: Index<View>, offset: usize, count: usize) -> Accessor {
+    accessor(view, offset, count, ComponentType::F32, Type::Vec3)
+}
+
+fn sparse(view: Index<View>, count: usize, [places, values]: [usize; 2]) -> accessor::sparse::Sparse {
+    accessor::sparse::Sparse {
+        count: USize64::from(count),
+        indices: accessor::sparse::Indices {
+            buffer_view: view,
+            byte_offset: USize64::from(places),
+            component_type: Valid(IndexComponentType(ComponentType::U32)),
+            extensions: None,
+            extras: None,
+        },
+        values: accessor::sparse::Values {
+            buffer_view: view,
+            byte_offset: USize64::from(values),
+            extensions: None,
+            extras: None,
+        },
+        extensions: None,
+        extras: None,
+    }
+}
+
+fn primitive(
+    vertices: &[(Semantic, Index<Accessor>)],
+    indices: Index<Accessor>,
+    material: Option<Index<Material>>,
+) -> Primitive {
+    Primitive {
+        attributes: vertices.iter().map(|(semantic, index)| (Valid(semantic.clone()), *index)).collect(),
+        extensions: None,
+        extras: None,
+        indices: Some(indices),
+        material,
+        mode: Valid(Mode::Triangles),
+        targets: None,
+    }
+}
+
+fn material(name: &str, colour: [f32; 4], roughness: f32) -> Material {
+    Material {
+        name: Some(name.to_owned()),
+        pbr_metallic_roughness: PbrMetallicRoughness {
+            base_color_factor: PbrBaseColorFactor(colour),
+            metallic_factor: StrengthFactor(0.0),
+            roughness_factor: StrengthFactor(roughness),
+            ..PbrMetallicRoughness::default()
+        },
+        emissive_factor: EmissiveFactor([0.0; 3]),
+        ..Material::default()
+    }
+}
+
+fn node(fragment: &FragmentView<'_>, name: String, mesh: Index<Mesh>) -> Result<Node, ExportError> {
+    let extras = json!({
+        "fragment": fragment.id,
+        "body": fragment.body,
+        "volume_m3": fragment.volume_m3,
+        "mass_kg": fragment.mass_kg,
+        "centre_m": fragment.centre_m,
+        "inertia_kg_m2": fragment.inertia_kg_m2,
+    });
+    Ok(Node {
+        mesh: Some(mesh),
+        name: Some(name),
+        translation: Some(fragment.centre_m.map(|x| x as f32)),
+        extras: Some(to_raw_value(&extras)?),
+        ..Node::default()
+    })
+}
+
+/// Smallest and largest coordinate per axis.
+fn bounds(positions: &[[f32; 3]]) -> ([f32; 3], [f32; 3]) {
+    let start = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
+    positions.iter().fold(start, |(low, high), point| {
+        ([0, 1, 2].map(|k| low[k].min(point[k])), [0, 1, 2].map(|k| high[k].max(point[k])))
+    })
+}

@@ -1,0 +1,119 @@
+//! Fragments as a folder of OBJ files: `fragment_000.obj`, …, the materials `outer` and `crack` in `fragments.mtl`, hulls as
+//! `fragment_000.hull.obj` if there are any, and what OBJ has no words for in `fragments.json`.
+//!
+//! Coordinates are those of the mesh file (metres, +Y up), so that the pieces lie where they broke; each file is closed as it stands.
+
+use super::document::{CRACK_COLOUR, OUTER_COLOUR, fragment_name};
+use super::obj::{Part, Vertices, line, mesh};
+use super::{ExportError, FragmentView, ObjectView, Written, check, smooth_normals, stale, write_whole};
+use serde_json::{Value, json};
+use shatter_proto::answer::BondWire;
+use std::path::Path;
+
+const MATERIALS: &str = "fragments.mtl";
+const TABLE: &str = "fragments.json";
+
+/// Writes the fragments into `folder`, which is made if it is not there. Each file appears whole or not at all, the table
+/// `fragments.json` last. Files of those names are replaced; pieces that the table there before names and the new one does not are
+/// removed; all others stay.
+pub fn write_obj(folder: &Path, object: &ObjectView<'_>) -> Result<Written, ExportError> {
+    check::object(object)?;
+    let made = std::fs::create_dir_all(folder);
+    made.map_err(|source| ExportError::Folder { folder: folder.to_owned(), source })?;
+    let mut written = Written { fragments: object.fragments.len(), closed: 0, bytes: 0 };
+    let mut put = |name: &str, text: &str| {
+        written.bytes += text.len();
+        write_whole(&folder.join(name), text.as_bytes())
+    };
+    let mut rows = Vec::with_capacity(object.fragments.len());
+    put(MATERIALS, &materials())?;
+    for (place, fragment) in object.fragments.iter().enumerate() {
+        let name = fragment_name(fragment.id, object.fragments.len());
+        let file = format!("{name}.obj");
+        put(&file, &piece(&name, fragment))?;
+        let hull = object.hulls.get(place).and_then(Option::as_ref);
+        let hull = hull.map(|hull| (format!("{name}.hull.obj"), in_place(fragment, hull.positions), hull.indices));
+        if let Some((file, points, indices)) = &hull {
+            put(file, &text(&format!("{name}.hull"), points, &[Part { material: None, indices }]))?;
+        }
+        rows.push(row(fragment, &file, hull.map(|(file, ..)| file)));
+    }
+    // Before the table that names them goes: whatever ends this, what is left is named.
+    let kept = rows.iter().flat_map(|row| [&row["file"], &row["hull"]]).filter_map(Value::as_str);
+    stale::remove(folder, &stale::in_table(&folder.join(TABLE)), kept)?;
+    put(TABLE, &format!("{:#}\n", table(object, rows)))?;
+    written.closed = object.fragments.iter().filter(|fragment| super::is_closed(fragment)).count();
+    Ok(written)
+}
+
+fn in_place(fragment: &FragmentView<'_>, positions: &[[f32; 3]]) -> Vec<[f64; 3]> {
+    positions.iter().map(|own| [0, 1, 2].map(|k| fragment.centre_m[k] + f64::from(own[k]))).collect()
+}
+
+/// First lines of every file.
+fn head(name: &str) -> String {
+    format!("# {} {}: metres, +Y up\no {name}\n", env!("CARGO_PKG_NAME"), env!("CARGO_PKG_VERSION"))
+}
+
+/// Bare points and triangles.
+fn text(name: &str, points: &[[f64; 3]], parts: &[Part<'_>]) -> String {
+    let mut text = head(name);
+    mesh(&mut text, &Vertices { points, merged: &[], normals: &[], uvs: &[] }, parts);
+    text
+}
+
+/// A fragment, with its looks and materials.
+fn piece(name: &str, fragment: &FragmentView<'_>) -> String {
+    let made;
+    let normals = match fragment.normals.is_empty() {
+        true => {
+            made = smooth_normals(fragment.positions, fragment.indices);
+            &made
+        }
+        false => fragment.normals,
+    };
+    let (points, merged) = (in_place(fragment, fragment.positions), check::merged(fragment));
+    let (outer, crack) = fragment.indices.split_at(fragment.outer_indices());
+    let part = |material, indices| Part { material: Some(material), indices };
+    let mut text = head(name);
+    line(&mut text, format_args!("mtllib {MATERIALS}"));
+    let vertices = Vertices { points: &points, merged: &merged, normals, uvs: fragment.uvs };
+    mesh(&mut text, &vertices, &[part("outer", outer), part("crack", crack)]);
+    text
+}
+
+fn materials() -> String {
+    let mut text = String::new();
+    for (name, [r, g, b, _]) in [("outer", OUTER_COLOUR), ("crack", CRACK_COLOUR)] {
+        line(&mut text, format_args!("newmtl {name}\nKd {r} {g} {b}\nKs 0 0 0\nillum 1"));
+    }
+    text
+}
+
+fn row(fragment: &FragmentView<'_>, file: &str, hull: Option<String>) -> Value {
+    json!({
+        "id": fragment.id,
+        "body": fragment.body,
+        "file": file,
+        "hull": hull,
+        "centre_m": fragment.centre_m,
+        "volume_m3": fragment.volume_m3,
+        "mass_kg": fragment.mass_kg,
+        "inertia_kg_m2": fragment.inertia_kg_m2,
+    })
+}
+
+fn table(object: &ObjectView<'_>, fragments: Vec<Value>) -> Value {
+    let bond = |bond: &BondWire| {
+        let fragments = if bond.holds_to_world() { &bond.fragments[..1] } else { &bond.fragments[..] };
+        let (area_m2, normal, centroid_m) = (bond.area_m2, bond.normal, bond.centroid_m);
+        json!({ "fragments": fragments, "area_m2": area_m2, "normal": normal, "centroid_m": centroid_m })
+    };
+    json!({
+        "object": object.name,
+        "up": "y",
+        "inertia": "about the centre of mass, along the axes of the files: xx, yy, zz, xy, xz, yz",
+        "fragments": fragments,
+        "bonds": object.bonds.iter().map(bond).collect::<Vec<_>>(),
+    })
+}

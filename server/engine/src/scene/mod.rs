@@ -1,0 +1,90 @@
+//! Scenes: which objects are served, and what is simulated of each. What a scene does not name is neither loaded nor run.
+
+mod anchors;
+mod names;
+mod object;
+mod recipe;
+mod tables;
+mod warp;
+
+pub use object::{SceneObject, Terms};
+pub use recipe::Recipe;
+pub use tables::{Table, paid, tables};
+
+use names::known;
+use shatter_fracture::scene::{MATERIALS, Materials, toml_error};
+use shatter_proto::name::object_name;
+use shatter_proto::{Kind, Refusal};
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// Reads a text file; devices and pipes, which may never end, are refused.
+pub fn read_text(path: &Path) -> std::io::Result<String> {
+    if std::fs::metadata(path)?.is_file() {
+        std::fs::read_to_string(path)
+    } else {
+        Err(std::io::Error::other("not a regular file"))
+    }
+}
+
+/// A scene.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scene {
+    /// What it shows, for people.
+    pub title: String,
+    /// Its objects, by the names under which they are served.
+    pub objects: BTreeMap<String, SceneObject>,
+}
+
+impl Scene {
+    /// Reads a scene file. Errors: `configuration`, `unknown_effect`, `effect`, `object_name`, naming the offender and the nearest
+    /// that is known.
+    pub fn load(path: &Path) -> Result<Self, Refusal> {
+        let at = path.display().to_string();
+        let text = read_text(path)
+            .map_err(|error| Refusal::new(Kind::Configuration, at.clone(), format!("cannot read {at}: {error}")))?;
+        Self::parse(&text, path.parent().unwrap_or(Path::new("")))
+            .map_err(|refusal| Refusal { message: format!("{at}: {}", refusal.message), ..refusal })
+    }
+
+    /// As [`Self::load`], of the text of a file, which refers to others from `folder` on.
+    pub fn parse(text: &str, folder: &Path) -> Result<Self, Refusal> {
+        let wrong = |error: toml::de::Error| Refusal::new(Kind::Configuration, "scene", toml_error(text, &error));
+        let table: toml::Table = text.parse().map_err(wrong)?;
+        known("", table.keys(), &["title", "objects"])?;
+        let title = match table.get("title") {
+            None => String::new(),
+            Some(toml::Value::String(title)) => title.clone(),
+            Some(_) => return Err(invalid("title", "must be a text")),
+        };
+        let materials = Materials::parse(MATERIALS);
+        let materials = materials.map_err(|error| invalid("materials", error.to_string()))?;
+        let objects = match table.get("objects") {
+            Some(toml::Value::Table(objects)) if !objects.is_empty() => objects,
+            _ => return Err(invalid("objects", "a scene needs at least one table [objects.NAME]")),
+        };
+        let object = |(name, value): (&String, &toml::Value)| {
+            object_name(name)?;
+            let toml::Value::Table(table) = value else {
+                return Err(invalid(format!("objects.{name}"), "must be a table"));
+            };
+            Ok((name.clone(), SceneObject::read(name, table, &materials, folder)?))
+        };
+        Ok(Self { title, objects: objects.iter().map(object).collect::<Result<_, Refusal>>()? })
+    }
+
+    /// The names of its objects' databases, by those of the objects.
+    pub fn databases(&self) -> BTreeMap<String, String> {
+        self.objects.iter().map(|(name, object)| (name.clone(), object.database.clone())).collect()
+    }
+}
+
+/// Refuses the value of a key.
+fn invalid(key: impl Into<String>, why: impl std::fmt::Display) -> Refusal {
+    let key = key.into();
+    let message = format!("{key}: {why}");
+    Refusal::new(Kind::Configuration, key, message)
+}
+
+#[cfg(test)]
+mod tests;

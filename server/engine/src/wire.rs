@@ -1,0 +1,412 @@
+//! Where wire types turn into engine types and back: the only such place.
+
+mod aim;
+mod cost;
+mod dials;
+mod refusals;
+mod rows;
+mod tables;
+
+pub use self::cost::Timing;
+pub(crate) use self::dials::preset;
+pub use self::refusals::refusal;
+pub(crate) use self::refusals::refusal_in;
+
+use self::aim::Aimed;
+use self::dials::Used;
+use self::rows::Writer;
+use crate::cost::Costs;
+use crate::object::{Loader, Object, Outcome};
+use crate::scene::{Scene, Terms};
+use bytemuck::Zeroable;
+use nalgebra::Point3;
+use shatter_fracture::database;
+use shatter_fracture::lift::LiftKind;
+use shatter_fracture::pipeline::{self, Cost, DEGREE_MAX, DegreeSource, Kept, Pieces, Prepared, Watch, Workspace};
+use shatter_fracture::scene::{DEFAULT_DURATION_S, DEFAULT_RADIUS_DIAGONALS, Effect, Effects};
+use shatter_fracture::token::Token;
+use shatter_proto::answer::{HULL_FACES_MAX, HitWire, NO_MATERIAL, OUTER, Overrun, StageWire, SummaryWire, WORLD};
+use shatter_proto::control::{ObjectRow, ObjectState};
+use shatter_proto::convention::Convention;
+use shatter_proto::effect;
+use shatter_proto::layout::{Counts, Layout, Sections};
+use shatter_proto::name::OBJECT_NAME_MAX;
+use shatter_proto::request::{Lift, Purpose, Quality, SEED_DEFAULT, Strike};
+use shatter_proto::{Kind, Refusal};
+use std::sync::Arc;
+use std::time::Duration;
+
+/// Bytes of answer per crack tetrahedron at most: four labels in it make 24 crack triangles, with their share of
+/// vertices and merge pairs; and per boundary triangle, of which there are fewer than tetrahedra. Normals and texture
+/// coordinates are not twice as long as positions, debris has a row per four triangles, bonds one per crack and held fragment; a
+/// hull has 1.2 kB at most, and tetrahedra are many more than fragments. Looks are as long as normals and texture coordinates.
+const ANSWER_BYTES_PER_TET: usize = 2 * (1024 + 256) + 512;
+
+/// Bytes of answer per triangle of the skin at most: six parts of it, with their materials and twelve vertices.
+const ANSWER_BYTES_PER_SKIN_TRIANGLE: usize = 6 * 16 + 12 * 32;
+
+// What is baked can be asked for, and the other way round.
+const _: () = assert!(database::NAME_BYTES_MAX == OBJECT_NAME_MAX);
+
+/// Loads databases as the science writes them: whole, or what a scene wants of them.
+pub fn loader(scene: Option<Scene>) -> Loader {
+    Arc::new(move |path, name| {
+        let object = scene.as_ref().map(|scene| scene.objects.get(name?));
+        let (terms, material) = match object {
+            None => (Terms::default(), None),
+            Some(Some(object)) => (object.terms.clone(), object.material.as_ref()),
+            Some(None) => return Err("it is not in the scene".to_owned()),
+        };
+        let mut prepared = database::load_tables(path, terms.tables()).map_err(|error| error.to_string())?;
+        let own = &prepared.parameters.material_name;
+        if let Some((name, _)) = material.filter(|(name, _)| name != own) {
+            return Err(format!("it was baked of {own}, the scene wants {name}: bake it again"));
+        }
+        if let Some(table) = database::lacking(&prepared, terms.tables()).filter(|_| scene.is_some()) {
+            return Err(format!(
+                "it was baked without the table `{table}`, which the scene needs: `shatterd bake --scene` makes it"
+            ));
+        }
+        if let Some(name) = name {
+            name.clone_into(&mut prepared.name);
+        }
+        let name = prepared.name.clone();
+        let refused = |error: &dyn std::fmt::Display| format!("objects.{name}: {error}");
+        let mut prepared = prepared.warped(&terms.controls, &Token::default()).map_err(|error| refused(&error))?;
+        terms.hold(&mut prepared).map_err(|error| refused(&error))?;
+        Ok(Arc::new(Served::new(Arc::new(prepared), terms)))
+    })
+}
+
+/// A prepared object, served.
+pub struct Served {
+    prepared: Arc<Prepared>,
+    terms: Terms,
+    costs: Arc<Costs>,
+    /// Lowest and highest corner of its surface, m.
+    bounds_m: [[f64; 3]; 2],
+}
+
+impl Served {
+    /// On the terms of an object that no scene speaks of.
+    pub fn whole(prepared: Prepared) -> Self {
+        Self::new(Arc::new(prepared), Terms::default())
+    }
+
+    /// On these terms.
+    pub fn new(prepared: Arc<Prepared>, terms: Terms) -> Self {
+        let costs = Arc::new(Costs::new(Cost::typical(&prepared)));
+        let bounds_m = bounds_m(&prepared).map(|corner| corner.coords.into());
+        Self { prepared, terms, costs, bounds_m }
+    }
+
+    /// The object.
+    pub fn prepared(&self) -> &Prepared {
+        &self.prepared
+    }
+}
+
+/// Lowest and highest corner of the mesh, m; of the lattice where the object has no skin, or where the skin is bent when it breaks.
+fn bounds_m(prepared: &Prepared) -> [Point3<f64>; 2] {
+    let Some(skin) = prepared.skin.as_ref().filter(|_| prepared.bodies.iter().all(|body| body.warped.is_none())) else {
+        return prepared.bounds_m();
+    };
+    let corners = skin.points.iter().map(|local| prepared.frame.to_metres(local));
+    let empty = [f64::INFINITY, f64::NEG_INFINITY].map(|end| Point3::new(end, end, end));
+    corners.fold(empty, |[low, high], corner| [low.inf(&corner), high.sup(&corner)])
+}
+
+impl Object for Served {
+    fn row(&self) -> ObjectRow {
+        let prepared = &self.prepared;
+        let material = &prepared.parameters.material;
+        let mut row = ObjectRow {
+            state: ObjectState::Ready as u32,
+            bodies: prepared.bodies.len() as u32,
+            degree_max: self.terms.sites_max.map_or(DEGREE_MAX, |most| most.min(DEGREE_MAX)),
+            elastic_nodes: prepared.elastic_nodes() as u32,
+            crack_nodes: prepared.crack_nodes() as u32,
+            gamma_j_m2: self.terms.gamma(material).unwrap_or(prepared.gamma_j_m2),
+            young_pa: material.young_pa,
+            poisson: material.poisson,
+            density_kg_m3: material.density_kg_m3,
+            volume_m3: prepared.report.lattice_volume_m3,
+            diagonal_m: prepared.frame.diagonal_m,
+            centre_m: prepared.frame.centre_m.coords.into(),
+            bounds_m: self.bounds_m,
+            radius_m: DEFAULT_RADIUS_DIAGONALS * prepared.frame.diagonal_m,
+            duration_s: DEFAULT_DURATION_S,
+            fragments_max: self.terms.fragments_max.map_or(0, u64::from),
+            bytes_max: self.terms.bytes_max.unwrap_or(0),
+            ..ObjectRow::zeroed()
+        };
+        row.set_name(&prepared.name);
+        row.set_material(&prepared.parameters.material_name);
+        row
+    }
+
+    fn bytes(&self) -> usize {
+        self.prepared.bytes()
+    }
+
+    fn finish(&self) -> Result<(), Refusal> {
+        self.prepared.factor().map_err(refusal)?;
+        if self.costs.is_measured() {
+            return Ok(());
+        }
+        match self.timed() {
+            Ok(samples) => self.costs.measured(&samples),
+            // What cannot be struck has no time.
+            Err(refusal) => tracing::debug!("not timed: {refusal}"),
+        }
+        Ok(())
+    }
+
+    fn answer_bytes_max(&self) -> usize {
+        let worn = self.prepared.skin.as_ref().map_or(0, |skin| skin.triangles.len());
+        let most = self.prepared.crack_tets().saturating_mul(ANSWER_BYTES_PER_TET);
+        let most = most.saturating_add(worn.saturating_mul(ANSWER_BYTES_PER_SKIN_TRIANGLE));
+        // Longer ones are refused before a bucket is asked for.
+        self.terms.bytes_max.and_then(|bytes| usize::try_from(bytes).ok()).map_or(most, |bytes| most.min(bytes))
+    }
+
+    fn strike(
+        &self,
+        strike: &Strike,
+        workspace: &mut Workspace,
+        token: &Token,
+        watch: &mut dyn Watch,
+    ) -> Result<Box<dyn Outcome>, Refusal> {
+        let hit = aim::first_hit(strike, |ray| pipeline::aim(&self.prepared, ray))?;
+        if strike.purpose == Purpose::Aim {
+            return Ok(Box::new(Aimed::new(strike, hit)));
+        }
+        let request = self.request(&aim::pointed(strike, &hit))?;
+        tables::check(&self.prepared, &request)?;
+        let outcome = pipeline::strike(&self.prepared, &request, workspace, token, watch);
+        let outcome = outcome.map_err(|error| refusal_in(error, &strike.convention))?;
+        self.struck(strike, (&request, hit), Some(self.costs.clone()), outcome)
+    }
+
+    fn strike_again(
+        &self,
+        from: (&Kept, u32),
+        strike: &Strike,
+        workspace: &mut Workspace,
+        token: &Token,
+        watch: &mut dyn Watch,
+    ) -> Result<Box<dyn Outcome>, Refusal> {
+        let hit = aim::first_hit(strike, |ray| pipeline::aim_again(&self.prepared, from, ray))?;
+        if strike.purpose == Purpose::Aim {
+            return Ok(Box::new(Aimed::new(strike, hit)));
+        }
+        let request = self.request(&aim::pointed(strike, &hit))?;
+        let outcome = pipeline::strike_again(&self.prepared, from, &request, workspace, token, watch);
+        let outcome = outcome.map_err(|error| refusal_in(error, &strike.convention))?;
+        // What these take says nothing of the object.
+        self.struck(strike, (&request, hit), None, outcome)
+    }
+}
+
+impl Served {
+    /// The answer to `strike`, within the scene's caps.
+    fn struck(
+        &self,
+        strike: &Strike,
+        (request, hit): (&pipeline::Strike, HitWire),
+        costs: Option<Arc<Costs>>,
+        outcome: pipeline::Outcome,
+    ) -> Result<Box<dyn Outcome>, Refusal> {
+        let deformed = request.effects.has(Effect::Elastic);
+        let on = self.terms.effects(strike)?;
+        let used = Used::of(&self.prepared, on, self.quality(strike), request, outcome.rank_max);
+        let (object, seed, convention) = (strike.object.clone(), strike.seed, strike.convention);
+        let struck = Struck { object, seed, convention, hit, deformed, used, costs, outcome };
+        self.fits(&struck.counts())?;
+        Ok(Box::new(struck))
+    }
+
+    /// The preset of `strike`: its own, else the scene's, else the one that the object was baked for.
+    fn quality(&self, strike: &Strike) -> Quality {
+        let baked = dials::of_lattices(self.prepared.parameters.quality);
+        strike.quality.or(self.terms.quality).unwrap_or(baked)
+    }
+
+    /// Refuses an answer beyond the scene's caps.
+    fn fits(&self, counts: &Counts) -> Result<(), Refusal> {
+        let exceeded = |key: &str, found: u64, what: &str, cap: u64| {
+            Refusal::new(Kind::CapExceeded, key, format!("{found} {what}, the scene takes {cap}"))
+        };
+        if let Some(cap) = self.terms.fragments_max.filter(|cap| counts.fragments > *cap as usize) {
+            return Err(exceeded("fragments_max", counts.fragments as u64, "fragments", cap.into()));
+        }
+        let bytes = Layout::new(counts).map_or(u64::MAX, |layout| layout.used_bytes());
+        match self.terms.bytes_max.filter(|cap| bytes > *cap) {
+            Some(cap) => Err(exceeded("bytes_max", bytes, "bytes", cap)),
+            None => Ok(()),
+        }
+    }
+
+    /// A strike as the engine wants it, on the object's terms.
+    pub fn request(&self, strike: &Strike) -> Result<pipeline::Strike, Refusal> {
+        let (on, dials) = (self.terms.effects(strike)?, dials::of(strike, self.quality(strike)));
+        let both = Effect::ALL.into_iter().zip(effect::Effect::ALL);
+        let request = pipeline::Strike {
+            contacts: strike.contacts.iter().map(|contact| rows::contact(contact, &strike.convention)).collect(),
+            degree: dials.degree,
+            degree_max: self.terms.sites_max.map_or(DEGREE_MAX, |most| most.min(DEGREE_MAX)),
+            gamma_j_m2: strike.gamma_j_m2.or(self.terms.gamma(&self.prepared.parameters.material)),
+            elastic: dials.elastic,
+            rank_max: dials.rank_max,
+            lift: match strike.lift.unwrap_or(self.terms.lift) {
+                Lift::Euclidean => LiftKind::Euclidean,
+                Lift::SurfaceDiffusion => LiftKind::SurfaceDiffusion,
+                Lift::Interior => LiftKind::Interior,
+            },
+            effects: Effects::of(both.filter(|(_, wire)| on.has(*wire)).map(|(effect, _)| effect)),
+            volume_min_m3: self.terms.volume_min_m3,
+            tolerance: dials.tolerance,
+            iterations_max: dials.iterations_max,
+            gap_max: None,
+            reduced_error_max: dials.reduced_error_max,
+            budget: None,
+            seed: strike.seed,
+            threshold_only: strike.purpose == Purpose::Threshold,
+        };
+        let basis = self.prepared.bodies.iter().any(|body| body.reduced().is_some());
+        let solved = !basis || request.elastic == pipeline::ElasticRequest::Solve;
+        Ok(dials::bounded(request, strike, self.costs.of(on, solved)))
+    }
+}
+
+/// An outcome of the engine, with what it does not know of the request.
+struct Struck {
+    object: String,
+    seed: u64,
+    /// In whose coordinates it is answered.
+    convention: Convention,
+    /// Where its ray met the object.
+    hit: HitWire,
+    /// Whether its energy is that of a deformation.
+    deformed: bool,
+    used: Used,
+    /// Who learns from what it took.
+    costs: Option<Arc<Costs>>,
+    outcome: pipeline::Outcome,
+}
+
+impl Outcome for Struck {
+    fn counts(&self) -> Counts {
+        self.outcome.pieces.as_ref().map_or(Counts::default(), |pieces| Counts {
+            fragments: pieces.fragments.len(),
+            runs: pieces.runs.len(),
+            merges: pieces.counts.merges,
+            vertices: pieces.counts.vertices,
+            indices: pieces.counts.indices,
+            velocities: pieces.velocities.len(),
+            normals: if pieces.effects.has(Effect::Normals) { pieces.counts.vertices } else { 0 },
+            uvs: if pieces.effects.has(Effect::Uv) { pieces.counts.vertices } else { 0 },
+            bonds: pieces.counts.bonds,
+            debris: pieces.counts.debris,
+            hulls: pieces.hulls.rows.len(),
+            hull_vertices: pieces.hulls.positions.len(),
+            hull_indices: pieces.hulls.indices.len(),
+            looks: pieces.looks.vertices.len(),
+            materials: pieces.looks.materials.len(),
+            skins: pieces.skins.rows.len(),
+            skin_vertices: pieces.skins.vertices.len(),
+            skin_indices: pieces.skins.indices.len(),
+            skin_materials: pieces.skins.materials.len(),
+        })
+    }
+
+    fn keep(&self) -> Option<Kept> {
+        self.outcome.pieces.as_ref().map(Pieces::keep)
+    }
+
+    fn solved(&self) -> Option<Overrun> {
+        let solved = self.deformed && !self.outcome.bounded && self.outcome.reduced_error.is_none();
+        solved.then_some(if self.used.is_reducible { Overrun::ReducedError } else { Overrun::NoReducedBasis })
+    }
+
+    fn took(&self, time: Duration, stages: &[StageWire]) {
+        let Some(costs) = self.costs.as_ref().filter(|_| self.outcome.sites > 0) else { return };
+        let solved = self.outcome.reduced_error.is_none();
+        costs
+            .learn(self.used.effects, &cost::sample(self.outcome.sites, solved, self.outcome.iterations, time, stages));
+    }
+
+    fn write(&self, sections: &mut Sections<'_>, watch: &mut dyn Watch) -> Result<(), Refusal> {
+        *sections.summary = self.summary();
+        let Some(pieces) = &self.outcome.pieces else { return Ok(()) };
+        Writer { pieces, to: &self.convention }.write(sections, watch)
+    }
+}
+
+impl Struck {
+    fn summary(&self) -> SummaryWire {
+        let outcome = &self.outcome;
+        let mut summary = SummaryWire {
+            degree_source: match outcome.degree_source {
+                DegreeSource::Threshold => 0,
+                DegreeSource::ClosedForm => 1,
+                DegreeSource::Inferred => 2,
+                DegreeSource::Verified => 3,
+                DegreeSource::Optimised => 4,
+                DegreeSource::Forced => 5,
+            },
+            sites: outcome.sites,
+            fracture_degree: outcome.fracture_degree,
+            capped: u32::from(outcome.capped),
+            gamma_j_m2: outcome.gamma_j_m2,
+            e1_over_gamma: outcome.e1_over_gamma,
+            threshold_impulse_factor: outcome.impulse_factor,
+            confidence: outcome.confidence,
+            seed: self.seed,
+            radius_m: self.convention.length(outcome.radius_m),
+            elastic: match (self.deformed, outcome.reduced_error) {
+                _ if outcome.bounded => 3,
+                (false, _) => 2,
+                (true, Some(_)) => 1,
+                (true, None) => 0,
+            },
+            energy_error: outcome.reduced_error.unwrap_or(0.0),
+            hit: self.hit,
+            ..SummaryWire::zeroed()
+        };
+        summary.set_object(&self.object);
+        self.used.tell(outcome, &mut summary);
+        summary
+    }
+}
+
+const _: () = assert!(OUTER == pipeline::OUTER && WORLD == pipeline::WORLD);
+const _: () = assert!(NO_MATERIAL == shatter_fracture::surface::NO_MATERIAL);
+const _: () = assert!(SEED_DEFAULT == pipeline::SEED_DEFAULT);
+const _: () = assert!(HULL_FACES_MAX == shatter_fracture::hull::FACES_MAX);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use shatter_proto::answer::DEGREE_SOURCES;
+
+    #[test]
+    fn engine_and_client_have_the_same_default_seed() {
+        let engine = pipeline::Strike::at(nalgebra::Point3::origin(), nalgebra::Vector3::x());
+        assert_eq!((engine.seed, Strike::default().seed), (SEED_DEFAULT, SEED_DEFAULT));
+    }
+
+    #[test]
+    fn degree_sources_have_the_same_names_on_the_wire() {
+        for (source, number) in [
+            (DegreeSource::Threshold, 0),
+            (DegreeSource::ClosedForm, 1),
+            (DegreeSource::Inferred, 2),
+            (DegreeSource::Verified, 3),
+            (DegreeSource::Optimised, 4),
+            (DegreeSource::Forced, 5),
+        ] {
+            assert_eq!(serde_json::json!(source), DEGREE_SOURCES[number]);
+        }
+    }
+}

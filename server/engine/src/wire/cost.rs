@@ -1,0 +1,136 @@
+//! Timing strikes of an object, for what they are expected to take.
+
+use super::Served;
+use crate::clock::Clock;
+use crate::object::Object;
+use shatter_fracture::pipeline::{Cost, CostSample, ElasticRequest, Sampler, Stage, Workspace};
+use shatter_fracture::token::Token;
+use shatter_proto::Refusal;
+use shatter_proto::answer::{Block, StageWire};
+use shatter_proto::layout::Layout;
+use shatter_proto::request::{Contact, Degree, Elastic, Strike};
+use std::time::{Duration, Instant};
+
+/// Seed of the impacts that are timed.
+const SEED: u64 = 1;
+
+/// What is timed: each number of sites with each of these, of which one is solved for.
+struct Plan {
+    sites: &'static [u32],
+    iterations: [(u32, Elastic); 2],
+    rounds: u64,
+}
+
+/// What a prediction is fitted to.
+const FITTED: Plan = Plan { sites: &[8, 32, 128], iterations: [(0, Elastic::Solve), (6, Elastic::Reduced)], rounds: 2 };
+
+/// What it is judged by.
+const JUDGED: Plan =
+    Plan { sites: &[12, 20, 50, 90], iterations: [(3, Elastic::Solve), (12, Elastic::Reduced)], rounds: 3 };
+
+/// What strikes are expected to take, and how far that is off.
+#[derive(Clone, Copy, Debug)]
+pub struct Timing {
+    /// What they are expected to take.
+    pub cost: Cost,
+    /// Strikes that it was compared with.
+    pub strikes: usize,
+    /// Median of |log(expected/taken)|: 0.1 is ten per cent.
+    pub error_median: f64,
+    /// Its ninth decile.
+    pub error_p90: f64,
+}
+
+/// What a strike took, of which the stages took so much.
+pub(super) fn sample(sites: u32, solved: bool, iterations: usize, took: Duration, rows: &[StageWire]) -> CostSample {
+    let [degree, diagram] = [Stage::Degree as usize, Stage::Centroidal as usize];
+    let sum = |of: &dyn Fn(usize) -> bool| -> Duration {
+        rows.iter().filter(|row| of(row.stage as usize)).map(|row| Duration::from_nanos(row.ns)).sum()
+    };
+    let seconds = |of: &dyn Fn(usize) -> bool| sum(of).as_secs_f64();
+    CostSample {
+        sites,
+        solved,
+        iterations,
+        front_s: seconds(&|stage| stage < degree),
+        diagram_s: seconds(&|stage| stage == diagram),
+        rest_s: took.saturating_sub(sum(&|stage| stage <= diagram)).as_secs_f64(),
+    }
+}
+
+impl Served {
+    /// What strikes took that a prediction can be fitted to.
+    ///
+    /// Errors: those of the strikes.
+    pub(super) fn timed(&self) -> Result<Vec<CostSample>, Refusal> {
+        self.carried_out(&FITTED)
+    }
+
+    /// Fits what strikes take and judges it by other strikes; `None` where nothing fits.
+    ///
+    /// Errors: those of the strikes.
+    pub fn timing(&self) -> Result<Option<Timing>, Refusal> {
+        let Some(cost) = Cost::fit(&self.timed()?) else { return Ok(None) };
+        let judged = self.carried_out(&JUDGED)?;
+        let error = |own: &CostSample| {
+            let elastic = if own.solved { ElasticRequest::Solve } else { ElasticRequest::Reduced };
+            let took_s = own.front_s + own.diagram_s + own.rest_s;
+            (cost.strike_s(elastic, own.sites, own.iterations) / took_s).ln().abs()
+        };
+        let mut errors: Vec<f64> = judged.iter().map(error).collect();
+        errors.sort_by(f64::total_cmp);
+        let [error_median, error_p90] = [errors.len() / 2, errors.len() * 9 / 10].map(|place| errors[place]);
+        Ok(Some(Timing { cost, strikes: errors.len(), error_median, error_p90 }))
+    }
+
+    /// Strikes as planned, written where nobody reads them.
+    fn carried_out(&self, plan: &Plan) -> Result<Vec<CostSample>, Refusal> {
+        let sampler = Sampler::new(&self.prepared);
+        let (mut workspace, mut payload) = (Workspace::default(), Vec::new());
+        let mut samples = Vec::new();
+        for round in 0..plan.rounds {
+            let drawn = sampler.impact(SEED, round);
+            let contacts = drawn.contacts.iter().map(|contact| Contact {
+                point_m: contact.point_m.into(),
+                ray: None,
+                impulse_ns: contact.impulse_ns.into(),
+                duration_s: contact.duration_s,
+                radius_m: contact.radius_m,
+            });
+            let contacts: Vec<Contact> = contacts.collect();
+            for &sites in plan.sites {
+                let sites = self.terms.sites_max.map_or(sites, |most| most.min(sites));
+                for (iterations, elastic) in plan.iterations {
+                    let strike = Strike {
+                        contacts: contacts.clone(),
+                        degree: Degree::Sites(sites),
+                        iterations_max: Some(iterations),
+                        elastic,
+                        ..Strike::default()
+                    };
+                    samples.push(self.time(&strike, sites, &mut workspace, &mut payload)?);
+                }
+            }
+        }
+        Ok(samples)
+    }
+
+    fn time(
+        &self,
+        strike: &Strike,
+        sites: u32,
+        workspace: &mut Workspace,
+        payload: &mut Vec<Block>,
+    ) -> Result<CostSample, Refusal> {
+        let (mut clock, begun) = (Clock::default(), Instant::now());
+        let outcome = self.strike(strike, workspace, &Token::default(), &mut clock)?;
+        if let Some(layout) = Layout::new(&outcome.counts()) {
+            payload.resize(payload.len().max(layout.blocks()), Block { bytes: [0; 64] });
+            if let Some(mut sections) = layout.split(payload) {
+                clock.write(outcome.as_ref(), &mut sections, layout.base_bytes())?;
+            }
+        }
+        let iterations = strike.iterations_max.unwrap_or(0) as usize;
+        Ok(sample(sites, strike.elastic == Elastic::Solve, iterations, begun.elapsed(), &clock.rows()))
+    }
+}

@@ -1,0 +1,163 @@
+//! What the host knows of an object before it breaks: asked of the service once, before the simulation begins.
+
+use super::Failure;
+use super::film::Shell;
+use nalgebra::{Matrix3, Vector3};
+use rapier3d_f64::prelude::{MassProperties, Matrix, SharedShape, Vector};
+use shatter_export::contact::{Hertz, Material, Partner, Terms};
+use shatter_client::{Broken, Deadline, Degree, Effect, Fragment, Impact, Object, ObjectFacts};
+use std::time::Duration;
+
+/// Pieces that the collider of the whole object is made of.
+const PARTS: u32 = 16;
+
+/// How long the service may take for one of these questions.
+const PATIENCE: Duration = Duration::from_secs(30);
+
+/// Speed of the blow by which the threshold is found, m/s.
+const SPEED_M_S: f64 = 3.0;
+
+/// Of the impulse that just breaks the object at the weakest of six places, contacts below this share are not sent.
+const SHARE: f64 = 0.25;
+
+/// A hull that reaches deeper than this into other fragments is that of a ring or a bowl, m.
+const MARGIN_M: f64 = 4e-3;
+
+/// A body that can be put into the world: mass, colliders and looks, in the coordinates of the mesh file.
+#[derive(Clone)]
+pub struct Block {
+    pub mass_kg: f64,
+    pub centre_m: [f64; 3],
+    pub volume_m3: f64,
+    /// xx, yy, zz, xy, xz, yz about the centre.
+    pub inertia_kg_m2: [f64; 6],
+    /// In the coordinates of the mesh file.
+    pub shapes: Vec<SharedShape>,
+    /// Whether others lie inside of its hull: it does not collide with them.
+    pub hollow: bool,
+    /// Relative to the centre.
+    pub shell: Shell,
+}
+
+/// An object of the service as a body that is still whole.
+pub struct Prototype {
+    pub facts: ObjectFacts,
+    pub block: Block,
+    pub terms: Terms,
+    /// Contacts of less are not sent, N·s.
+    least_ns: f64,
+}
+
+impl Prototype {
+    /// Breaks the object into a few pieces whose hulls become its collider, and asks what just breaks it.
+    pub fn of(object: &Object) -> Result<Self, Failure> {
+        let facts = object.facts().clone();
+        let block = whole(&facts, object)?;
+        let terms = facts.contact_terms(block.mass_kg).speed_min(0.5).cooldown(0.1);
+        let least_ns = SHARE * weakest(object, &block, terms.own())?;
+        Ok(Self { facts, block, terms: terms.impulse_min(least_ns), least_ns })
+    }
+
+    /// The terms of a fragment of it. The energy that counts grows with F²L and Hertz contacts last as long as bodies are large, so the
+    /// impulse that just breaks a body grows with the root of its size.
+    pub fn terms_of(&self, fragment: &Block) -> Terms {
+        let radius_m = (fragment.volume_m3 * 0.75 / std::f64::consts::PI).cbrt();
+        let least_ns = self.least_ns * (fragment.volume_m3 / self.block.volume_m3).powf(1.0 / 6.0);
+        let own = Partner { material: self.facts.contact_material(), mass_kg: fragment.mass_kg, radius_m };
+        Terms::new(own).merge(self.facts.radius_m).speed_min(0.5).impulse_min(least_ns).cooldown(0.1)
+    }
+}
+
+/// The whole object, put together of pieces.
+fn whole(facts: &ObjectFacts, object: &Object) -> Result<Block, Failure> {
+    let impact = Impact::at(facts.centre_m).impulse([0.0, -1.0, 0.0]).radius(facts.diagonal_m);
+    let impact = impact.degree(Degree::Sites(PARTS)).enable(Effect::Hulls);
+    let broken: Broken = object.strike(&impact)?.wait(Deadline::after(PATIENCE))?;
+    let parts: Vec<Block> = broken.fragments().map(|fragment| block(&fragment)).collect();
+    let mass_kg: f64 = parts.iter().map(|part| part.mass_kg).sum();
+    let moment: Vector3<f64> = parts.iter().map(|part| Vector3::from(part.centre_m) * part.mass_kg).sum();
+    let centre = moment / mass_kg;
+    let inertia: Matrix3<f64> = parts.iter().map(|part| about(part, &centre)).sum();
+    // What is seen is the object in one piece, closed, and not its parts, each rounded about its own centre.
+    let one = object.strike(&object.even(1, Deadline::after(PATIENCE))?)?.wait(Deadline::after(PATIENCE))?;
+    let mut shell = Shell::default();
+    for fragment in one.fragments() {
+        let moved = (Vector3::from(fragment.centre_m()) - centre).cast::<f32>();
+        fragment
+            .runs()
+            .for_each(|run| shell.add(run.positions, run.indices, moved.into(), run.vertex_first, run.crack));
+    }
+    let index = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
+    Ok(Block {
+        mass_kg,
+        centre_m: centre.into(),
+        volume_m3: parts.iter().map(|part| part.volume_m3).sum(),
+        inertia_kg_m2: index.map(|at| inertia[at]),
+        shapes: parts.into_iter().flat_map(|part| part.shapes).collect(),
+        hollow: false,
+        shell,
+    })
+}
+
+/// Inertia of a part about another point (Steiner).
+fn about(part: &Block, point: &Vector3<f64>) -> Matrix3<f64> {
+    let arm = Vector3::from(part.centre_m) - point;
+    tensor(part.inertia_kg_m2) + part.mass_kg * (Matrix3::identity() * arm.norm_squared() - arm * arm.transpose())
+}
+
+fn tensor([xx, yy, zz, xy, xz, yz]: [f64; 6]) -> Matrix3<f64> {
+    Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz)
+}
+
+/// A fragment, copied out of shared memory.
+pub fn block(fragment: &Fragment<'_>) -> Block {
+    let centre_m = fragment.centre_m();
+    let place = |point: &[f32; 3]| Vector::from([0, 1, 2].map(|k| f64::from(point[k]) + centre_m[k]));
+    let triangles = |indices: &[u32]| indices.chunks_exact(3).map(|t| [t[0], t[1], t[2]]).collect::<Vec<_>>();
+    let hull = fragment.hull();
+    let shape = hull.and_then(|hull| {
+        SharedShape::convex_mesh(hull.positions.iter().map(place).collect(), &triangles(hull.indices))
+    });
+    // Pieces too flat for a hull of the service's are as thick as a millimetre here.
+    let flat = || SharedShape::round_convex_hull(&fragment.positions().iter().map(place).collect::<Vec<_>>(), 5e-4);
+    let mut shell = Shell::default();
+    for run in fragment.runs() {
+        shell.add(run.positions, run.indices, [0.0; 3], run.vertex_first, run.crack);
+    }
+    Block {
+        mass_kg: fragment.mass_kg(),
+        centre_m,
+        volume_m3: fragment.volume_m3(),
+        inertia_kg_m2: fragment.inertia_kg_m2(),
+        shapes: shape.or_else(flat).into_iter().collect(),
+        hollow: hull.is_some_and(|hull| hull.margin_m > MARGIN_M),
+        shell,
+    }
+}
+
+impl Block {
+    /// For Rapier, in the coordinates of the mesh file.
+    pub fn mass_properties(&self) -> MassProperties {
+        let [xx, yy, zz, xy, xz, yz] = self.inertia_kg_m2;
+        let inertia = Matrix::from_cols_array(&[xx, xy, xz, xy, yy, yz, xz, yz, zz]);
+        MassProperties::with_inertia_matrix(self.centre_m.into(), self.mass_kg, inertia)
+    }
+}
+
+/// The least impulse, N·s, that just breaks the object at one of the six ends of its axes, struck by the floor.
+fn weakest(object: &Object, block: &Block, own: Partner) -> Result<f64, Failure> {
+    let floor = Partner::ground(Material::CONCRETE);
+    let hertz = Hertz::of(&own, &floor, SPEED_M_S)?;
+    let mut least_ns = f64::INFINITY;
+    for (axis, sign) in (0..6).map(|end| (end / 2, if end % 2 == 0 { 1.0 } else { -1.0 })) {
+        let reach = |point: &[f32; 3]| f64::from(point[axis]) * sign;
+        let Some(tip) = block.shell.positions.iter().max_by(|a, b| reach(a).total_cmp(&reach(b))) else { continue };
+        let point_m = [0, 1, 2].map(|k| block.centre_m[k] + f64::from(tip[k]));
+        let mut impulse_ns = [0.0; 3];
+        impulse_ns[axis] = -sign;
+        let impact = Impact::at(point_m).impulse(impulse_ns).duration(hertz.duration_s).radius(hertz.radius_m);
+        let answer = object.strike(&impact.threshold_only())?.wait(Deadline::after(PATIENCE))?;
+        least_ns = least_ns.min(answer.summary().threshold_impulse_factor);
+    }
+    Ok(least_ns)
+}

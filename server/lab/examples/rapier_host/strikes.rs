@@ -1,0 +1,225 @@
+//! Strikes under way. Nothing here waits: strikes are sent, tickets are looked at, connections come from the keeper's thread.
+
+use super::film::Film;
+use super::prototype::block;
+use super::service::{Keeper, Line, kill};
+use super::tally::{Step, Tally};
+use super::world::{Birth, Piece, World};
+use shatter_export::contact::Blow;
+use shatter_client::{Broken, Effect, Impact, Kind, Poll, Refusal, Ticket};
+use std::time::{Duration, Instant};
+
+/// An answer that comes later is of no use.
+const DEADLINE: Duration = Duration::from_secs(3);
+
+/// Strikes under way at most: a daemon that is behind gets no further ones.
+const UNDER_WAY_MAX: usize = 12;
+
+/// Strikes of fragments among them.
+const AGAIN_MAX: usize = 3;
+
+/// A strike under way.
+struct Sent {
+    piece: u32,
+    ticket: Ticket,
+    impact: Impact,
+    at_s: f64,
+    /// The daemon that has it.
+    pid: u32,
+}
+
+pub struct Strikes<'k> {
+    keeper: &'k mut Keeper,
+    /// The daemon, while there is one.
+    line: Option<Line>,
+    sent: Vec<Sent>,
+    /// Strikes of whole objects that a daemon took with it: they are sent again.
+    lost: Vec<(u32, Impact)>,
+    down_s: f64,
+}
+
+impl<'k> Strikes<'k> {
+    pub fn new(line: Line, keeper: &'k mut Keeper) -> Self {
+        Self { keeper, line: Some(line), sent: Vec::new(), lost: Vec::new(), down_s: 0.0 }
+    }
+
+    /// Kills the daemon.
+    pub fn kill_daemon(&self) {
+        self.line.iter().for_each(|line| kill(line.pid));
+    }
+
+    /// What the host does with the service in a step: contacts become strikes, at most one answer becomes fragments.
+    pub fn turn(&mut self, world: &mut World<'_>, film: &mut Film, now_s: f64, spent: &mut Step, tally: &mut Tally) {
+        let blows = world.blows(now_s);
+        let (before, begun) = (tally.switches(), Instant::now());
+        self.connect(now_s, tally);
+        for (piece, impact) in std::mem::take(&mut self.lost) {
+            self.send(world, piece, impact, now_s, tally);
+        }
+        for (piece, blows) in blows {
+            match blows {
+                Ok(blows) => self.strike(world, film, piece, &blows, now_s, tally),
+                Err(lost) => {
+                    *tally.refusals.entry("impulse_lost").or_default() += 1;
+                    eprintln!("rapier_host: piece {piece}: {lost}");
+                }
+            }
+        }
+        let answer = self.answer(world, now_s, tally);
+        spent.client = begun.elapsed();
+        let after = tally.switches();
+        (spent.waits, spent.taken) = (after[0] - before[0], after[1] - before[1]);
+        let begun = Instant::now();
+        if let Some((piece, sent_s, broken)) = answer {
+            let pid = self.line.as_ref().map_or(0, |line| line.pid);
+            tally.answered(now_s - sent_s, broken.round_trip(), world.pieces[piece as usize].generation, &broken);
+            if !broken.is_whole() {
+                let births = births(&broken, pid);
+                births.iter().for_each(|birth| tally.hollow(birth.block.hollow));
+                world.shatter(piece, births, now_s, film);
+            }
+            spent.swap = begun.elapsed();
+        }
+    }
+
+    /// Takes the connection that was asked for.
+    fn connect(&mut self, now_s: f64, tally: &mut Tally) {
+        if self.line.is_some() {
+            return;
+        }
+        match self.keeper.line() {
+            Some(Ok(line)) => {
+                tally.paused_s.push(now_s - self.down_s);
+                self.line = Some(line);
+            }
+            Some(Err(_)) => self.keeper.want(None),
+            None => {}
+        }
+    }
+
+    /// The daemon is gone: fracture pauses, the simulation does not.
+    fn disconnect(&mut self, now_s: f64) {
+        if let Some(former) = self.line.take() {
+            self.down_s = now_s;
+            self.keeper.want(Some(former));
+        }
+    }
+
+    fn strike(
+        &mut self,
+        world: &mut World<'_>,
+        film: &Film,
+        piece: u32,
+        blows: &[Blow],
+        now_s: f64,
+        tally: &mut Tally,
+    ) {
+        let own = &world.pieces[piece as usize];
+        let again = |sent: &&Sent| world.pieces[sent.piece as usize].generation > 0;
+        let full = own.generation > 0 && self.sent.iter().filter(again).count() >= AGAIN_MAX;
+        let under_way = self.sent.iter().any(|sent| sent.piece == piece);
+        if !own.alive || under_way || full || self.sent.len() >= UNDER_WAY_MAX || self.line.is_none() {
+            return;
+        }
+        let positions = &film.actors[own.actor].shell.positions;
+        let snapped: Vec<Blow> = blows.iter().map(|blow| snap(blow, own, positions)).collect();
+        if let Some(impact) = Impact::of(&snapped) {
+            let impact = impact.seed(u64::from(piece)).keep().deadline(DEADLINE);
+            let impact = impact.enable(Effect::Hulls).enable(Effect::Release);
+            self.send(world, piece, impact, now_s, tally);
+        }
+    }
+
+    fn send(&mut self, world: &mut World<'_>, piece: u32, impact: Impact, now_s: f64, tally: &mut Tally) {
+        let Some(line) = &self.line else {
+            self.lost.push((piece, impact));
+            return;
+        };
+        let own = &world.pieces[piece as usize];
+        let impact = match own.origin {
+            // Its answer was the former daemon's.
+            Some((pid, ..)) if pid != line.pid => return world.spare(piece),
+            Some((_, handle, fragment)) => impact.from(handle, fragment),
+            None => impact,
+        };
+        let pid = line.pid;
+        match line.objects[own.prototype].strike(&impact) {
+            Ok(ticket) => {
+                tally.strikes += 1;
+                self.sent.push(Sent { piece, ticket, impact, at_s: now_s, pid });
+            }
+            Err(refusal) => self.refused(world, (piece, impact, pid), &refusal, now_s, tally),
+        }
+    }
+
+    /// Looks at all tickets; the first answer that is there.
+    fn answer(&mut self, world: &mut World<'_>, now_s: f64, tally: &mut Tally) -> Option<(u32, f64, Broken)> {
+        let (mut index, mut found) = (0, None);
+        while index < self.sent.len() && found.is_none() {
+            match self.sent[index].ticket.poll() {
+                Ok(Poll::Pending) => index += 1,
+                Ok(Poll::Ready(broken)) => {
+                    let sent = self.sent.remove(index);
+                    found = Some((sent.piece, sent.at_s, broken));
+                }
+                // The ticket is still good.
+                Err(refusal) if refusal.kind == Kind::Busy && refusal.at == "answers" => index += 1,
+                Err(refusal) => {
+                    let sent = self.sent.remove(index);
+                    self.refused(world, (sent.piece, sent.impact, sent.pid), &refusal, now_s, tally);
+                }
+            }
+        }
+        found
+    }
+
+    fn refused(
+        &mut self,
+        world: &mut World<'_>,
+        (piece, impact, pid): (u32, Impact, u32),
+        refusal: &Refusal,
+        now_s: f64,
+        tally: &mut Tally,
+    ) {
+        *tally.refusals.entry(refusal.kind.name()).or_default() += 1;
+        let whole = world.pieces[piece as usize].origin.is_none();
+        match refusal.kind {
+            Kind::Lost | Kind::NoDaemon => {
+                // Tickets of a daemon that is gone already may say so late.
+                if self.line.as_ref().is_some_and(|line| line.pid == pid) {
+                    self.disconnect(now_s);
+                }
+                // A fragment went with the daemon that kept it.
+                if whole { self.lost.push((piece, impact)) } else { world.spare(piece) }
+            }
+            // It can be struck again when it is hit again.
+            kind if kind.retry() => {}
+            _ if !whole => world.spare(piece),
+            _ => eprintln!("rapier_host: {refusal}"),
+        }
+    }
+}
+
+/// The blow at the nearest point of what is seen: colliders are convex, and a strike must touch.
+fn snap(blow: &Blow, piece: &Piece, positions: &[[f32; 3]]) -> Blow {
+    let own = [0, 1, 2].map(|k| blow.point_m[k] - piece.centre_m[k]);
+    let away = |point: &[f32; 3]| (0..3).map(|k| (f64::from(point[k]) - own[k]).powi(2)).sum::<f64>();
+    let nearest = positions.iter().min_by(|a, b| away(a).total_cmp(&away(b)));
+    let point_m = nearest.map(|point| [0, 1, 2].map(|k| f64::from(point[k]) + piece.centre_m[k]));
+    Blow { point_m: point_m.unwrap_or(blow.point_m), ..*blow }
+}
+
+/// Fragments, copied out of shared memory.
+fn births(broken: &Broken, pid: u32) -> Vec<Birth> {
+    let handle = broken.handle();
+    let birth = |fragment: shatter_client::Fragment<'_>| {
+        let velocity = fragment.velocity();
+        Birth {
+            block: block(&fragment),
+            linear_m_s: velocity.map_or([0.0; 3], |own| own.linear_m_s),
+            angular_rad_s: velocity.map_or([0.0; 3], |own| own.angular_rad_s),
+            origin: handle.map(|handle| (pid, handle, fragment.id())),
+        }
+    };
+    broken.fragments().map(birth).collect()
+}

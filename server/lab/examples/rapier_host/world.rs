@@ -1,0 +1,319 @@
+//! The simulation: bodies, contacts, and fragments in the place of bodies.
+//!
+//! The frame of a body is that of its mesh file, be it whole or a fragment, so a fragment is born with the pose of what it was a part
+//! of, and contacts are in the coordinates of strikes once they are in those of the body.
+
+use super::film::{Film, Key, Look, Shell};
+use super::prototype::{Block, Prototype};
+use super::tally::Tally;
+use rapier3d_f64::parry::query;
+use rapier3d_f64::prelude::*;
+use shatter_export::contact::{Blow, Contacts, ImpulseLost, Material, Partner, Touch};
+use std::collections::HashMap;
+
+/// What a piece is a fragment of: the daemon that keeps the answer, the answer's handle, its number there.
+pub type Origin = (u32, u64, u32);
+
+/// A body that may break.
+pub struct Piece {
+    pub body: RigidBodyHandle,
+    pub actor: usize,
+    pub prototype: usize,
+    pub generation: u32,
+    pub origin: Option<Origin>,
+    pub centre_m: [f64; 3],
+    hollow: bool,
+    pub alive: bool,
+}
+
+/// A fragment that is to be born.
+pub struct Birth {
+    pub block: Block,
+    /// How it moves beside how the body moved, in the coordinates of the mesh file.
+    pub linear_m_s: [f64; 3],
+    pub angular_rad_s: [f64; 3],
+    pub origin: Option<Origin>,
+}
+
+/// How a piece comes into the world.
+struct Start {
+    pose: Pose,
+    linear: Vector,
+    angular: Vector,
+    generation: u32,
+    origin: Option<Origin>,
+    at_s: f64,
+}
+
+/// What colliders belong to (`user_data`): nothing that moves, a ball, or the piece of this number less two.
+const GROUND: u128 = 0;
+const BALL: u128 = 1;
+const FIRST: u128 = 2;
+
+/// Fragments whose hulls hold others collide with what is no piece, all others with everything.
+const PIECES: InteractionGroups =
+    InteractionGroups::new(Group::GROUP_2, Group::GROUP_1.union(Group::GROUP_2), InteractionTestMode::And);
+const HOLLOW: InteractionGroups = InteractionGroups::new(Group::GROUP_3, Group::GROUP_1, InteractionTestMode::And);
+const OTHERS: InteractionGroups = InteractionGroups::new(Group::GROUP_1, Group::ALL, InteractionTestMode::And);
+
+/// Generations of fragments that may break again.
+const GENERATIONS: u32 = 2;
+
+/// Lighter fragments, over the whole object, do not break again.
+const SHARE: f64 = 0.03;
+
+pub struct World<'a> {
+    pub prototypes: &'a [Prototype],
+    pub pieces: Vec<Piece>,
+    physics: PhysicsWorld,
+    balls: Vec<(RigidBodyHandle, usize)>,
+    ball: Partner,
+    contacts: Contacts<u32>,
+    /// Bodies that are let go at a time of the simulation, s.
+    cues: Vec<(f64, RigidBodyHandle)>,
+    /// How bodies moved before the step: velocities, and about which point.
+    before: HashMap<RigidBodyHandle, [Vector; 3]>,
+    newborn: Vec<u32>,
+}
+
+impl<'a> World<'a> {
+    pub fn new(prototypes: &'a [Prototype], dt_s: f64, film: &mut Film) -> Self {
+        let mut physics = PhysicsWorld::new();
+        physics.integration_parameters.dt = dt_s;
+        // Impulses are then those of the contacts themselves.
+        physics.integration_parameters.contact_clustering = false;
+        let mut world = Self {
+            prototypes,
+            pieces: Vec::new(),
+            physics,
+            balls: Vec::new(),
+            ball: Partner::ground(Material::STEEL),
+            contacts: Contacts::default(),
+            cues: Vec::new(),
+            before: HashMap::new(),
+            newborn: Vec::new(),
+        };
+        super::set::build(&mut world, film);
+        world
+    }
+
+    /// A box that does not move.
+    pub fn add_ground(&mut self, half_m: [f64; 3], place_m: [f64; 3], film: &mut Film) {
+        let [x, y, z] = half_m;
+        let collider = ColliderBuilder::cuboid(x, y, z)
+            .translation(place_m.into())
+            .friction(0.6)
+            .collision_groups(OTHERS)
+            .user_data(GROUND);
+        self.physics.insert_collider(collider, None);
+        let key = Key { at_s: 0.0, place_m: place_m.map(|x| x as f32), turn: [0.0, 0.0, 0.0, 1.0] };
+        film.enter("ground".into(), Look::Ground, Shell::cuboid(half_m.map(|x| x as f32)), key);
+    }
+
+    /// A steel ball on a string from `pivot_m`, let go at `at_s`.
+    pub fn add_ball(&mut self, radius_m: f64, place_m: [f64; 3], pivot_m: [f64; 3], at_s: f64, film: &mut Film) {
+        let mass_kg = 7850.0 * 4.0 / 3.0 * std::f64::consts::PI * radius_m.powi(3);
+        self.ball = Partner { material: Material::STEEL, mass_kg, radius_m };
+        let body = RigidBodyBuilder::fixed().translation(place_m.into()).can_sleep(false);
+        let collider =
+            ColliderBuilder::ball(radius_m).density(7850.0).friction(0.3).collision_groups(OTHERS).user_data(BALL);
+        let (body, _) = self.physics.insert(body, collider);
+        self.physics.bodies[body].recompute_mass_properties_from_colliders(&self.physics.colliders);
+        let pivot = self.physics.insert_body(RigidBodyBuilder::fixed().translation(pivot_m.into()));
+        let arm = Vector::from(pivot_m) - Vector::from(place_m);
+        let joint = SphericalJointBuilder::new().local_anchor1(Vector::ZERO).local_anchor2(arm);
+        self.physics.insert_impulse_joint(pivot, body, joint);
+        self.cues.push((at_s, body));
+        let key = self.key(body, Vector::ZERO, 0.0);
+        let actor = film.enter("ball".into(), Look::Steel, Shell::ball(radius_m as f32), key);
+        self.balls.push((body, actor));
+    }
+
+    /// A whole object; held and not seen until `held_s`, if that is given.
+    pub fn add_object(&mut self, prototype: usize, pose: Pose, held_s: Option<f64>, film: &mut Film) {
+        let own = &self.prototypes[prototype];
+        let name = format!("{}-{}", own.facts.name, self.pieces.len());
+        let start = Start { pose, linear: Vector::ZERO, angular: Vector::ZERO, generation: 0, origin: None, at_s: 0.0 };
+        let piece = self.add_piece(prototype, &own.block, start, name, film);
+        self.contacts.watch(piece, own.terms);
+        let body = self.pieces[piece as usize].body;
+        if let Some(at_s) = held_s {
+            self.physics.bodies[body].set_body_type(RigidBodyType::Fixed, false);
+            self.cues.push((at_s, body));
+            film.actors[self.pieces[piece as usize].actor].born_s = at_s;
+        }
+    }
+
+    fn add_piece(&mut self, prototype: usize, block: &Block, start: Start, name: String, film: &mut Film) -> u32 {
+        let Start { pose, linear, angular, generation, origin, at_s } = start;
+        let number = self.pieces.len() as u32;
+        let body = RigidBodyBuilder::dynamic().pose(pose).linvel(linear).angvel(angular);
+        let body = self.physics.insert_body(body.additional_mass_properties(block.mass_properties()));
+        for shape in &block.shapes {
+            let collider = ColliderBuilder::new(shape.clone()).density(0.0).friction(0.6).restitution(0.05);
+            let collider = collider.collision_groups(if block.hollow { HOLLOW } else { PIECES });
+            self.physics.insert_collider(collider.user_data(FIRST + u128::from(number)), Some(body));
+        }
+        // Rapier would find the mass in the next step only.
+        self.physics.bodies[body].recompute_mass_properties_from_colliders(&self.physics.colliders);
+        let key = self.key(body, block.centre_m.into(), at_s);
+        let actor = film.enter(name, Look::Piece(number), block.shell.clone(), key);
+        let (centre_m, hollow) = (block.centre_m, block.hollow);
+        self.pieces.push(Piece { body, actor, prototype, generation, origin, centre_m, hollow, alive: true });
+        number
+    }
+
+    /// One step; contacts become known to the collector.
+    pub fn step(&mut self, now_s: f64) {
+        let bodies = &mut self.physics.bodies;
+        self.cues.retain(|(at_s, body)| {
+            let due = *at_s <= now_s;
+            if due {
+                bodies[*body].set_body_type(RigidBodyType::Dynamic, true);
+            }
+            !due
+        });
+        let motion = |body: &RigidBody| [body.linvel(), body.angvel(), body.center_of_mass()];
+        self.before.clear();
+        self.before.extend(bodies.iter().map(|(handle, body)| (handle, motion(body))));
+        self.physics.step();
+        self.feel();
+    }
+
+    /// Who is struck by the contacts of the step.
+    pub fn blows(&mut self, now_s: f64) -> Vec<(u32, Result<Vec<Blow>, ImpulseLost>)> {
+        self.contacts.step(now_s)
+    }
+
+    /// `piece` shall not be struck again.
+    pub fn spare(&mut self, piece: u32) {
+        self.contacts.forget(&piece);
+    }
+
+    /// Tells the collector of every contact, once for each of the two bodies that may break.
+    fn feel(&mut self) {
+        for pair in self.physics.narrow_phase.contact_pairs() {
+            let colliders = [pair.collider1, pair.collider2].map(|handle| &self.physics.colliders[handle]);
+            for manifold in pair.solver_manifolds() {
+                for point in manifold.points.iter().filter(|point| point.data.impulse > 0.0) {
+                    let place = colliders[0].position().transform_point(point.local_p1);
+                    let [one, other] = colliders.map(|collider| self.velocity(collider, place));
+                    let speed_m_s = (one - other).dot(manifold.data.normal);
+                    let impulse = manifold.data.normal * point.data.impulse;
+                    for (own, other, impulse) in [(0, 1, -impulse), (1, 0, impulse)] {
+                        let Some(piece) = colliders[own].user_data.checked_sub(FIRST) else { continue };
+                        let Some(pose) = colliders[own].parent().map(|body| *self.physics.bodies[body].position())
+                        else {
+                            continue;
+                        };
+                        let touch = Touch {
+                            point_m: pose.inverse_transform_point(place).into(),
+                            impulse_ns: pose.inverse_transform_vector(impulse).into(),
+                            speed_m_s,
+                            other: self.partner(colliders[other]),
+                        };
+                        self.contacts.touch(&(piece as u32), touch);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Velocity before the step, at a place.
+    fn velocity(&self, collider: &Collider, place: Vector) -> Vector {
+        let motion = collider.parent().and_then(|body| self.before.get(&body));
+        motion.map_or(Vector::ZERO, |[linear, angular, centre]| *linear + angular.cross(place - *centre))
+    }
+
+    /// What touches, by its collider.
+    fn partner(&self, collider: &Collider) -> Partner {
+        match collider.user_data {
+            GROUND => Partner::ground(Material::CONCRETE),
+            BALL => self.ball,
+            piece => {
+                let number = (piece - FIRST) as u32;
+                let own = || self.prototypes[self.pieces[number as usize].prototype].terms.own();
+                self.contacts.terms(&number).map_or_else(own, |terms| terms.own())
+            }
+        }
+    }
+
+    /// Puts fragments in the place of `piece`; they move on as it moves now.
+    pub fn shatter(&mut self, piece: u32, mut births: Vec<Birth>, now_s: f64, film: &mut Film) {
+        let Piece { body, actor, prototype, generation, hollow, .. } = self.pieces[piece as usize];
+        self.pieces[piece as usize].alive = false;
+        self.contacts.forget(&piece);
+        film.leave(actor, now_s);
+        let Some(old) = self.physics.remove_body(body) else { return };
+        let pose = *old.position();
+        let own = &self.prototypes[prototype];
+        for birth in &mut births {
+            // What others lay in breaks into what may overlap them.
+            birth.block.hollow |= hollow;
+            let centre = pose.transform_point(birth.block.centre_m.into());
+            let linear = old.velocity_at_point(centre) + pose.transform_vector(birth.linear_m_s.into());
+            let angular = old.angvel() + pose.transform_vector(birth.angular_rad_s.into());
+            let name = format!("{}-{}", own.facts.name, self.pieces.len());
+            let start = Start { pose, linear, angular, generation: generation + 1, origin: birth.origin, at_s: now_s };
+            let number = self.add_piece(prototype, &birth.block, start, name, film);
+            let heavy = birth.block.mass_kg >= SHARE * own.block.mass_kg;
+            if heavy && generation + 1 < GENERATIONS && birth.origin.is_some() {
+                self.contacts.watch(number, own.terms_of(&birth.block));
+            }
+            self.newborn.push(number);
+        }
+    }
+
+    /// How deep fragments that were born in this step reach into each other, and into anything else.
+    pub fn measure_births(&mut self, tally: &mut Tally) {
+        let newborn = std::mem::take(&mut self.newborn);
+        let is_new = |collider: &Collider| {
+            collider.user_data.checked_sub(FIRST).is_some_and(|piece| newborn.contains(&(piece as u32)))
+        };
+        let all: Vec<(Aabb, &Collider)> = self.physics.colliders.iter().map(|(_, c)| (c.compute_aabb(), c)).collect();
+        for (bounds, own) in all.iter().filter(|(_, collider)| is_new(collider)) {
+            for (_, other) in all.iter().filter(|(others, _)| others.intersects(bounds)) {
+                if own.user_data == other.user_data || !own.collision_groups().test(other.collision_groups()) {
+                    continue;
+                }
+                let contact = query::contact(own.position(), own.shape(), other.position(), other.shape(), 0.0);
+                let depth_m = contact.ok().flatten().map_or(0.0, |contact| -contact.dist);
+                tally.birth(depth_m, is_new(other));
+            }
+        }
+    }
+
+    /// Mass of everything that may break or has broken, kg, as Rapier has it.
+    pub fn mass_kg(&self) -> f64 {
+        self.alive().map(|piece| self.physics.bodies[piece.body].mass()).sum()
+    }
+
+    /// Kinetic energy and that of height, J.
+    pub fn energy_j(&self) -> f64 {
+        let energy = |body: &RigidBody| body.kinetic_energy() + 9.81 * body.mass() * body.center_of_mass().y;
+        let balls = self.balls.iter().map(|(body, _)| *body);
+        let bodies = self.alive().map(|piece| piece.body).chain(balls);
+        bodies.map(|body| energy(&self.physics.bodies[body])).sum()
+    }
+
+    /// Pieces in the world now.
+    pub fn alive(&self) -> impl Iterator<Item = &Piece> {
+        self.pieces.iter().filter(|piece| piece.alive)
+    }
+
+    /// Where everything is that moves.
+    pub fn poses(&self, now_s: f64) -> impl Iterator<Item = (usize, Key)> + '_ {
+        let pieces = self.alive().map(move |piece| (piece.actor, self.key(piece.body, piece.centre_m.into(), now_s)));
+        pieces.chain(self.balls.iter().map(move |&(body, actor)| (actor, self.key(body, Vector::ZERO, now_s))))
+    }
+
+    fn key(&self, body: RigidBodyHandle, centre: Vector, at_s: f64) -> Key {
+        let pose = self.physics.bodies[body].position();
+        let (place, turn) = (pose.transform_point(centre), pose.rotation);
+        Key {
+            at_s,
+            place_m: [place.x, place.y, place.z].map(|x| x as f32),
+            turn: [turn.x, turn.y, turn.z, turn.w].map(|x| x as f32),
+        }
+    }
+}

@@ -1,0 +1,67 @@
+//! `shatterd demo`.
+
+use shatter_server::commands::{Failure, out};
+use shatter_server::config::data_folder;
+use crate::demo::{self, DemoError, Options};
+use shatter_export::ExportError;
+use shatter_proto::{Kind, Refusal};
+use std::path::PathBuf;
+
+/// Arguments of `shatterd demo`.
+#[derive(clap::Args)]
+pub struct Args {
+    /// Folder for the page and the fragments.
+    #[arg(long, value_name = "DIR", default_value = "shatter-demo")]
+    out: PathBuf,
+    /// Folder for the baked object [default: demo in the platform's data folder].
+    #[arg(long, value_name = "DIR")]
+    databases: Option<PathBuf>,
+    /// Name of the service that the demo's daemon opens [default: demo- and the process's id].
+    #[arg(long)]
+    service: Option<String>,
+}
+
+/// Runs the demonstration and says where to look.
+pub fn run(args: &Args) -> Result<(), Failure> {
+    out::folder(&args.out)?;
+    let databases = match &args.databases {
+        Some(folder) => folder.clone(),
+        None => data_folder()?.join("demo"),
+    };
+    let program = std::env::current_exe()
+        .map_err(|error| Refusal::new(Kind::Failed, "daemon", format!("cannot find this program: {error}")))?;
+    let service = args.service.clone().unwrap_or_else(|| format!("demo-{}", std::process::id()));
+    let database = databases.join(format!("{}.shatter", demo::NAME));
+    let options = Options { out: args.out.clone(), databases, service, program };
+    let made = demo::run(&options)?;
+    let mut text = made.lines.iter().map(|line| format!("{line}\n")).collect::<String>();
+    let files: String = made.files.iter().chain([&database]).map(|file| format!("{}\n", file.display())).collect();
+    text.push_str(&format!("\nFiles:\n{files}\nOpen {} in a browser.\n", made.page.display()));
+    out::print(&text)
+}
+
+impl From<DemoError> for Failure {
+    fn from(error: DemoError) -> Self {
+        let message = error.to_string();
+        match error {
+            DemoError::Refused(refusal) => refusal.into(),
+            DemoError::Folder { path, source } => Self::output(&path, &source),
+            DemoError::Export(
+                ExportError::IsFolder(path)
+                | ExportError::NoFile(path)
+                | ExportError::Folder { folder: path, .. }
+                | ExportError::Write { path, .. },
+            ) => Refusal::new(Kind::Output, path.display().to_string(), message).into(),
+            DemoError::Material(error) => error.into(),
+            DemoError::Surface(error) => error.into(),
+            DemoError::Bake(error) => error.into(),
+            DemoError::Database { path, source } => Self::database(&path, &source),
+            DemoError::Process(_) | DemoError::DaemonEnded(_) | DemoError::DaemonSilent { .. } => {
+                Self::ours("daemon", message)
+            }
+            DemoError::StayedWhole { .. } | DemoError::Energy(_) | DemoError::Picture(_) | DemoError::Export(_) => {
+                Self::ours("demo", message)
+            }
+        }
+    }
+}

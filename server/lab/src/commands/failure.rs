@@ -1,0 +1,52 @@
+//! Why a command of the lab ended without its result.
+
+use crate::study::accuracy::StudyError;
+use crate::study::effects::EffectsError;
+use crate::study::examples::ExamplesError;
+use crate::study::paper::PaperError;
+use shatter_server::commands::Failure;
+
+impl From<EffectsError> for Failure {
+    fn from(error: EffectsError) -> Self {
+        match error {
+            EffectsError::Refused(refusal) => refusal.into(),
+            EffectsError::Bake(error) => error.into(),
+            EffectsError::Warp(error) => Self::ours("warp", error.to_string()),
+            EffectsError::Hold(error) => Self::refused("configuration", "anchors", error.to_string()),
+            EffectsError::Plot(error) => Self::ours("plot", error.to_string()),
+            EffectsError::Picture(_) | EffectsError::Materials(_) | EffectsError::Whole(_) => {
+                Self::ours("gallery", error.to_string())
+            }
+        }
+    }
+}
+
+impl From<StudyError> for Failure {
+    fn from(error: StudyError) -> Self {
+        match error {
+            StudyError::Bake(error) => error.into(),
+            StudyError::Plot(_) => Self::ours("plot", error.to_string()),
+            error => Self::refused("study", "object", error.to_string()),
+        }
+    }
+}
+
+impl From<PaperError> for Failure {
+    fn from(error: PaperError) -> Self {
+        match error {
+            PaperError::Bake(error) => error.into(),
+            PaperError::Strike(error) => error.into(),
+            error => Self::refused("study", "object", error.to_string()),
+        }
+    }
+}
+
+impl From<ExamplesError> for Failure {
+    fn from(error: ExamplesError) -> Self {
+        let message = error.to_string();
+        match error {
+            ExamplesError::Nothing => Self::refused("no_examples", "", message),
+            ExamplesError::Plot(_) | ExamplesError::Picture(_) => Self::ours("page", message),
+        }
+    }
+}

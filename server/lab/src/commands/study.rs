@@ -1,0 +1,417 @@
+//! `shatterd study`.
+
+use shatter_server::commands::{Failure, out};
+use crate::report::{self, Figure};
+use crate::study::mutants::{self, Judge, Mutant, Plan, Tally, Verdict};
+use crate::study::stability::{
+    CASES, Fault, Findings, Outcome, REAL, Row, judge, locking, neck_over_impulses, neck_portraits, real,
+    spoiled_statues,
+};
+use crate::study::{accuracy, effects, gallery, paper};
+use indicatif::{ProgressBar, ProgressStyle};
+use serde_json::{Value, json};
+use shatter_fracture::pipeline::Quality;
+use shatter_fracture::surface::shapes::write_obj;
+use shatter_fracture::surface::{self, Unit, Up};
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+/// Arguments of `shatterd study`.
+#[derive(clap::Args)]
+pub struct Args {
+    #[command(subcommand)]
+    study: Study,
+}
+
+#[derive(clap::Subcommand)]
+enum Study {
+    /// Runs the catalogue of hard cases and bad meshes, and writes a table and a page.
+    Stability(Stability),
+    /// Bakes and strikes the objects of the shipped scenes, with the scene's effects and with all, draws what each costs, and every
+    /// effect, off and on.
+    Effects(Effects),
+    /// Draws the paper's two figures anew: a body struck by metal balls, and one dropped on its head at three thresholds.
+    Paper(Paper),
+    /// Turns every dial of a strike over its values, and draws errors against times of whole strikes.
+    Accuracy(Accuracy),
+}
+
+/// Arguments of `shatterd study accuracy`.
+#[derive(clap::Args)]
+struct Accuracy {
+    /// Mesh file of the object, in metres [default: a generated statue].
+    object: Option<PathBuf>,
+    /// Folder for the page, its diagrams and their figures.
+    #[arg(long, value_name = "DIR", default_value = "shatter-study")]
+    out: PathBuf,
+    /// One JSON document on stdout.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Arguments of `shatterd study paper`.
+#[derive(clap::Args)]
+struct Paper {
+    /// Mesh file of the body [default: the horse of the folder of real meshes, else a generated statue].
+    object: Option<PathBuf>,
+    /// Folder of real meshes, which `horse.ply` is looked for in.
+    #[arg(long, value_name = "DIR", env = "SHATTER_MESHES")]
+    meshes: Option<PathBuf>,
+    /// The axis of the mesh file that points up.
+    #[arg(long, default_value = "y")]
+    up: Up,
+    /// Lattices of the body, and how strikes are computed.
+    #[arg(long, value_name = "draft|game|film|reference", value_parser = quality, default_value = "film")]
+    quality: Quality,
+    /// Folder for the page, its pictures and their figures.
+    #[arg(long, value_name = "DIR", default_value = "shatter-study")]
+    out: PathBuf,
+    /// One JSON document on stdout.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Arguments of `shatterd study effects`.
+#[derive(clap::Args)]
+struct Effects {
+    /// Folder for the page.
+    #[arg(long, value_name = "DIR", default_value = "shatter-study")]
+    out: PathBuf,
+    /// One JSON document on stdout.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Arguments of `shatterd study stability`.
+#[derive(clap::Args)]
+struct Stability {
+    /// Bad meshes to try.
+    #[arg(long, value_name = "N", default_value_t = 1000)]
+    mutants: usize,
+    /// Seed of the bad meshes.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Folder of further meshes, real ones.
+    #[arg(long, value_name = "DIR", env = "SHATTER_MESHES")]
+    meshes: Option<PathBuf>,
+    /// Judge this bad mesh alone; if it fails, reduce it and write what is left into the folder.
+    #[arg(long, value_name = "MESH/DEFECT/SEED")]
+    shrink: Option<Mutant>,
+    /// Folder for the page.
+    #[arg(long, value_name = "DIR", default_value = "shatter-study")]
+    out: PathBuf,
+    /// One JSON document on stdout.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Bad meshes take well below a second each; what takes this long hangs.
+const DEADLINE: Duration = Duration::from_secs(60);
+
+/// One bad mesh of this many is judged twice, on other threads.
+const REPEAT_EVERY: usize = 13;
+
+/// Meshes that shrinking tries.
+const TRIES_MAX: usize = 2000;
+
+/// Runs a study; whether everything held.
+pub fn run(args: &Args) -> Result<bool, Failure> {
+    match &args.study {
+        Study::Stability(args) => {
+            out::folder(&args.out)?;
+            match &args.shrink {
+                Some(mutant) => shrink(args, mutant),
+                None => stability(args),
+            }
+        }
+        Study::Effects(args) => effects(args).map(|()| true),
+        Study::Accuracy(args) => accuracy(args).map(|()| true),
+        Study::Paper(args) => paper(args).map(|()| true),
+    }
+}
+
+fn accuracy(args: &Accuracy) -> Result<(), Failure> {
+    out::folder(&args.out)?;
+    let plan = match &args.object {
+        None => accuracy::Plan::statue(),
+        Some(file) => {
+            let name = file.file_stem().map_or_else(|| "object".into(), std::ffi::OsStr::to_string_lossy);
+            accuracy::Plan::new(name, surface::read(file, Unit::default(), Up::default())?)
+        }
+    };
+    let bar = bar(plan.steps());
+    let findings = accuracy::run(&plan, &mut |what| {
+        bar.set_message(what.to_owned());
+        bar.inc(1);
+    });
+    bar.finish_and_clear();
+    let findings = findings.map_err(Failure::from)?;
+    let drawn = accuracy::drawn(&findings).map_err(Failure::from)?;
+    let write = |name: &str, text: &str| {
+        let path = args.out.join(name);
+        out::whole(&path, text.as_bytes())
+    };
+    for own in &drawn {
+        write(&format!("{}.svg", own.file), &own.svg)?;
+        write(&format!("{}.csv", own.file), &own.csv)?;
+    }
+    let close_up = findings.close_up.png().map_err(Failure::from)?;
+    if let Some(png) = &close_up {
+        let path = args.out.join("accuracy-close-up.png");
+        out::whole(&path, png)?;
+    }
+    write("accuracy.html", &report::study(&accuracy::page(&findings, &drawn, close_up)))?;
+    if args.json {
+        return out::print(&format!("{}\n", findings.document()));
+    }
+    let lines: String = findings.points.iter().map(told_point).collect();
+    out::print(&format!("{lines}Open {} in a browser.\n", args.out.join("accuracy.html").display()))
+}
+
+fn paper(args: &Paper) -> Result<(), Failure> {
+    out::folder(&args.out)?;
+    let horse = args.meshes.as_ref().map(|folder| folder.join("horse.ply")).filter(|file| file.is_file());
+    let plan = match (&args.object, &horse) {
+        (Some(file), _) => {
+            let name = file.file_stem().map_or_else(|| "object".into(), std::ffi::OsStr::to_string_lossy);
+            paper::Plan::new(name, surface::read(file, Unit::default(), args.up)?)
+        }
+        (None, Some(file)) => paper::Plan::horse(surface::read(file, Unit::default(), Up::Z)?),
+        (None, None) => paper::Plan::statue(),
+    };
+    let plan = paper::Plan { quality: args.quality, ..plan };
+    let bar = bar(plan.steps());
+    let drawn = paper::run(&plan, &mut |what| {
+        bar.set_message(what.to_owned());
+        bar.inc(1);
+    });
+    bar.finish_and_clear();
+    let drawn = drawn.map_err(Failure::from)?;
+    let write = |name: String, bytes: &[u8]| {
+        let path = args.out.join(name);
+        out::whole(&path, bytes)
+    };
+    for own in &drawn {
+        write(format!("{}.png", own.file), &own.png)?;
+        write(format!("{}.csv", own.file), own.csv().as_bytes())?;
+    }
+    write("paper.html".to_owned(), report::study(&paper::page(&plan, &drawn)).as_bytes())?;
+    if args.json {
+        return out::print(&format!("{}\n", paper::document(&plan, &drawn)));
+    }
+    let line = |own: &paper::Panel| {
+        format!(
+            "{:26} E1/γ {:>8} {:>4} pieces\n",
+            own.caption,
+            report::significant(own.e1_over_gamma, 3),
+            own.fragments
+        )
+    };
+    let lines: String = drawn.iter().flat_map(|own| &own.panels).map(line).collect();
+    out::print(&format!("{lines}Open {} in a browser.\n", args.out.join("paper.html").display()))
+}
+
+fn quality(name: &str) -> Result<Quality, String> {
+    Quality::by_name(name).ok_or_else(|| "`draft`, `game`, `film` or `reference`".to_owned())
+}
+
+/// One line of one setting: its time and its errors.
+fn told_point(point: &accuracy::Point) -> String {
+    let error = |measure: accuracy::Measure| {
+        Some(format!("{} {}", measure.name(), report::significant(point.errors.get(measure)?, 3)))
+    };
+    let errors: Vec<String> = accuracy::Measure::ALL.into_iter().filter_map(error).collect();
+    let time = report::significant(point.times.at(0.5), 3);
+    format!("{:18} {:18} {time:>8} ms   {}\n", point.dial, point.label(), errors.join(", "))
+}
+
+fn effects(args: &Effects) -> Result<(), Failure> {
+    out::folder(&args.out)?;
+    let bar = bar(effects::SHIPPED.len() + 1 + gallery::cast().len());
+    let mut progress = |what: &str| {
+        bar.set_message(what.to_owned());
+        bar.inc(1);
+    };
+    let pairs = effects::pairs(&mut progress).map_err(Failure::from)?;
+    let shown = gallery::shown(&mut progress).map_err(Failure::from)?;
+    bar.finish_and_clear();
+    let write = |name: &str, bytes: &[u8]| {
+        let path = args.out.join(name);
+        out::whole(&path, bytes)
+    };
+    shown.iter().try_for_each(|own| write(&own.file(), &own.png))?;
+    write("effects.md", gallery::markdown(&shown).as_bytes())?;
+    let page = args.out.join("effects.html");
+    let study = effects::page(&pairs, gallery::section(&shown)).map_err(Failure::from)?;
+    out::whole(&page, report::study(&study).as_bytes())?;
+    if args.json {
+        return out::print(&format!("{}\n", effects::document(&pairs)));
+    }
+    let lines: String =
+        study.sections.iter().map(|part| format!("{:24} {}\n", part.heading, part.lead.join(" "))).collect();
+    out::print(&format!("{lines}Open {} in a browser.\n", page.display()))
+}
+
+fn stability(args: &Stability) -> Result<bool, Failure> {
+    let (mut rows, real_portraits) = rows(args);
+    let findings = Findings {
+        real_portraits,
+        locking: found(locking(), "error against Poisson's ratio", &mut rows),
+        necks: found(neck_over_impulses(), "a neck over a range of impulses", &mut rows),
+        neck_portraits: found(neck_portraits(), "pictures of the neck", &mut rows),
+        spoiled: found(spoiled_statues(), "pictures of spoiled statues", &mut rows),
+        mutants: tally(args)?,
+        rows,
+    };
+    let page = args.out.join("stability.html");
+    let study = findings.page().map_err(|error| Failure::ours("plot", error.to_string()))?;
+    out::whole(&page, report::study(&study).as_bytes())?;
+    if args.json {
+        out::print(&format!("{}\n", findings.document()))?;
+    } else {
+        let lines: String = findings.rows.iter().map(line).collect();
+        out::print(&format!("{lines}\n{}\nOpen {} in a browser.\n", findings.mutants, page.display()))?;
+    }
+    Ok(!findings.failed())
+}
+
+/// What was found, or nothing and a failed row: one fault must not cost the rest of the study.
+fn found<T>(result: Result<Vec<T>, Fault>, name: &str, rows: &mut Vec<Row>) -> Vec<T> {
+    result.unwrap_or_else(|fault| {
+        rows.push(Row::failed(name, &fault));
+        Vec::new()
+    })
+}
+
+fn line(row: &Row) -> String {
+    let figure = row.figure.map_or_else(|| "–".to_owned(), |figure| report::significant(figure, 3));
+    let outcome = match row.outcome {
+        Outcome::Passed => "passed",
+        Outcome::Refused => "refused",
+        Outcome::Failed => "FAILED",
+    };
+    format!("{outcome:8} {:38} {figure:>14}   {}\n", row.name, row.expected)
+}
+
+fn bar(length: usize) -> ProgressBar {
+    let bar = ProgressBar::new(length as u64);
+    if let Ok(style) = ProgressStyle::with_template("{bar:24} {pos}/{len} {msg} ({elapsed}, {eta} left)") {
+        bar.set_style(style);
+    }
+    bar.enable_steady_tick(Duration::from_millis(200));
+    bar
+}
+
+/// The catalogue, then real meshes with their pictures.
+fn rows(args: &Stability) -> (Vec<Row>, Vec<Figure>) {
+    let files: Vec<(&Path, &str)> = match &args.meshes {
+        Some(folder) => REAL.iter().map(|file| (folder.as_path(), *file)).collect(),
+        None => Vec::new(),
+    };
+    let files: Vec<_> = files.into_iter().filter(|(folder, file)| folder.join(file).is_file()).collect();
+    let bar = bar(CASES.len() + files.len());
+    let (mut rows, mut pictures) = (Vec::new(), Vec::new());
+    for case in CASES {
+        bar.set_message(case.name);
+        rows.push(judge(case));
+        bar.inc(1);
+    }
+    for (folder, file) in files {
+        bar.set_message(file.to_owned());
+        let (row, picture) = real(folder, file);
+        rows.push(row);
+        pictures.extend(picture);
+        bar.inc(1);
+    }
+    bar.finish_and_clear();
+    (rows, pictures)
+}
+
+fn meshes(args: &Stability) -> Result<Vec<mutants::Base>, Failure> {
+    let mut meshes = mutants::generated();
+    if let Some(folder) = &args.meshes {
+        let refused = |error: mutants::FolderError| {
+            Failure::refused("unreadable_file", folder.display().to_string(), error.to_string())
+        };
+        meshes.extend(mutants::from_folder(folder).map_err(refused)?);
+    }
+    Ok(meshes)
+}
+
+fn judge_of() -> Result<Judge, Failure> {
+    Judge::new(DEADLINE).map_err(Failure::from)
+}
+
+fn tally(args: &Stability) -> Result<Tally, Failure> {
+    let threads = std::thread::available_parallelism().map_or(1, usize::from);
+    let plan = Plan {
+        count: args.mutants,
+        seed: args.seed,
+        meshes: meshes(args)?,
+        judge: judge_of()?,
+        repeat_every: REPEAT_EVERY,
+        threads,
+    };
+    let bar = bar(plan.count);
+    let tally = mutants::run(&plan, &mut |mutant, verdict| {
+        if let Verdict::Failed(fault) = verdict {
+            bar.suspend(|| eprintln!("failed: {mutant}: {fault}"));
+        }
+        bar.set_message(mutant.to_string());
+        bar.inc(1);
+    });
+    bar.finish_and_clear();
+    Ok(tally)
+}
+
+/// Judges one bad mesh; reduces it if it fails.
+fn shrink(args: &Stability, mutant: &Mutant) -> Result<bool, Failure> {
+    let (meshes, judge) = (meshes(args)?, judge_of()?);
+    let base = meshes.iter().find(|base| base.name == mutant.mesh).ok_or_else(|| {
+        let names: Vec<&str> = meshes.iter().map(|base| base.name.as_str()).collect();
+        Failure::refused(
+            "unknown_mesh",
+            mutant.mesh.clone(),
+            format!("no mesh '{}': one of {}", mutant.mesh, names.join(", ")),
+        )
+    })?;
+    let fault = match judge.mutant(&base.mesh, mutant) {
+        Verdict::Failed(fault) => fault,
+        Verdict::Checked { .. } => return told(args, &json!({ "mutant": mutant, "outcome": "checked" }), true),
+        Verdict::Refused { kind, message, justified } => {
+            let document = json!({
+                "mutant": mutant, "outcome": "refused", "kind": kind, "message": message, "justified": justified,
+            });
+            return told(args, &document, true);
+        }
+    };
+    let spoilt = mutant.defect.apply(&base.mesh, mutant.seed);
+    let bar = bar(TRIES_MAX);
+    let must_accept = mutant.defect.must_accept();
+    let shrunk = mutants::shrink(&spoilt, TRIES_MAX, &mut |mesh| {
+        bar.inc(1);
+        judge.fails_like(mesh, must_accept, mutant.seed, &fault)
+    });
+    bar.finish_and_clear();
+    let file = args.out.join(format!("{}.obj", mutant.to_string().replace('/', "-")));
+    write_obj(&shrunk.mesh, &file).map_err(|error| Failure::output(&file, &error))?;
+    let document = json!({
+        "mutant": mutant, "outcome": "failed", "message": fault.to_string(),
+        "triangles": shrunk.mesh.triangles.len(), "file": file.display().to_string(),
+    });
+    told(args, &document, false)
+}
+
+/// Prints what became of one bad mesh, as a document or line by line.
+fn told(args: &Stability, document: &Value, held: bool) -> Result<bool, Failure> {
+    let lines = document.as_object().into_iter().flatten();
+    let text: String = if args.json {
+        format!("{document}\n")
+    } else {
+        lines
+            .map(|(key, value)| format!("{key}: {}\n", value.as_str().map_or(value.to_string(), str::to_owned)))
+            .collect()
+    };
+    out::print(&text)?;
+    Ok(held)
+}

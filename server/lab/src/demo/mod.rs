@@ -1,0 +1,115 @@
+//! `shatterd demo`: a mug that the project makes itself, baked, served by a real daemon, struck three times through the
+//! real client, and shown on a page.
+//!
+//! Nothing here knows a short cut: the daemon is this program started as a process of its own, the strikes travel
+//! through shared memory as any client's do. One thing is computed in this process, from the same database and with the
+//! same engine: the strain energy that colours the intact mug, which answers do not carry. The page says so.
+
+mod blow;
+mod daemon;
+mod energy;
+mod error;
+mod object;
+mod page;
+mod progress;
+mod views;
+
+pub use error::DemoError;
+pub use object::NAME;
+
+use shatter_server::commands::interrupt;
+use crate::report;
+use blow::Blow;
+use daemon::Daemon;
+use energy::SurfaceEnergy;
+use object::Target;
+use progress::Progress;
+use shatter_export::write_whole;
+use shatter_client::{Deadline, Shatter};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+/// Impulses of the strikes, over the one that just breaks the object: a few fragments, some, and many.
+pub const IMPULSE_FACTORS: [f64; 3] = [2.0, 6.0, 25.0];
+
+/// Name of the page within the output folder.
+pub const PAGE: &str = "report.html";
+
+/// A daemon that says nothing for this long will not come up.
+const START_PATIENCE: Duration = Duration::from_secs(60);
+
+/// Longest wait for an answer of the service.
+const ANSWER_PATIENCE: Duration = Duration::from_secs(60);
+
+/// Where things go.
+#[derive(Clone, Debug)]
+pub struct Options {
+    /// Folder for the page and the fragments; made if it is not there.
+    pub out: PathBuf,
+    /// Folder for the baked object, which a second run uses again; made if it is not there.
+    pub databases: PathBuf,
+    /// Name of the service that the daemon opens.
+    pub service: String,
+    /// The program to start as the daemon.
+    pub program: PathBuf,
+}
+
+/// What a run made.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Made {
+    /// The page.
+    pub page: PathBuf,
+    /// Fragments, a file per strike.
+    pub files: Vec<PathBuf>,
+    /// One line per strike, for people.
+    pub lines: Vec<String>,
+    /// Whether the database was there already.
+    pub reused: bool,
+}
+
+/// Runs the demonstration. The daemon is ended on every way out.
+pub fn run(options: &Options) -> Result<Made, DemoError> {
+    let begun = Instant::now();
+    let progress = Progress::new();
+    folder(&options.out)?;
+    folder(&options.databases)?;
+    let target = object::prepare(&options.databases, &progress)?;
+    progress.step("start the daemon");
+    let daemon = Daemon::start(&options.program, &options.service, &options.databases, START_PATIENCE)?;
+    let pid = daemon.pid();
+    let blows = strike(options, &target, &progress)?;
+    progress.step("end the daemon");
+    daemon.end()?;
+    progress.step("strain energy");
+    let energies = blows.iter().map(|blow| SurfaceEnergy::new(&target, blow)).collect::<Result<Vec<_>, _>>()?;
+    let pages = page::page(&target, pid, &blows, &energies, begun.elapsed(), &progress)?;
+    let path = options.out.join(PAGE);
+    let writing = interrupt::writing();
+    write_whole(&path, report::html(&pages).as_bytes())?;
+    drop(writing);
+    progress.finish();
+    Ok(Made {
+        page: path,
+        files: blows.iter().map(|blow| options.out.join(&blow.file)).collect(),
+        lines: blows.iter().map(Blow::line).collect(),
+        reused: target.reused,
+    })
+}
+
+/// Finds the impulse that just breaks the object, then strikes with multiples of it.
+fn strike(options: &Options, target: &Target, progress: &Progress) -> Result<Vec<Blow>, DemoError> {
+    let service = Shatter::connect(&options.service, Deadline::after(START_PATIENCE))?;
+    let object = service.object(NAME, Deadline::after(ANSWER_PATIENCE))?;
+    progress.step("find the threshold");
+    let threshold_ns = blow::threshold_ns(&object, target)?;
+    let mut blows = Vec::with_capacity(IMPULSE_FACTORS.len());
+    for (number, factor) in (1..).zip(IMPULSE_FACTORS) {
+        progress.step(&format!("strike {number}: {factor} × the threshold"));
+        blows.push(Blow::strike(&object, target, threshold_ns, factor, &options.out, number)?);
+    }
+    Ok(blows)
+}
+
+fn folder(path: &Path) -> Result<(), DemoError> {
+    std::fs::create_dir_all(path).map_err(|source| DemoError::Folder { path: path.to_owned(), source })
+}

@@ -1,0 +1,104 @@
+//! What is struck: a mug, made here, baked once.
+
+use super::DemoError;
+use super::progress::Progress;
+use shatter_fracture::scene::MATERIALS;
+use shatter_server::commands::interrupt;
+use nalgebra::{Point3, Vector3};
+use shatter_fracture::database::{self, BakeRequest, Step};
+use shatter_fracture::pipeline::Prepared;
+use shatter_fracture::scene::Materials;
+use shatter_fracture::surface::{RawMesh, shapes};
+use shatter_fracture::token::Token;
+use std::path::Path;
+
+/// Name of the object in the service.
+pub const NAME: &str = "mug";
+
+/// What it is made of.
+pub const MATERIAL: &str = "ceramic";
+
+/// Reference fragment size d, m.
+const FRAGMENT_SIZE_M: f64 = 0.018;
+
+/// Impacts that it learns from: with so many, strikes of [`RADIUS_M`] need no solve. Each takes a third of a second of one core.
+const EXAMPLES: u64 = 48;
+
+/// Contact radius of the strikes, m: about that of a marble.
+pub(super) const RADIUS_M: f64 = 0.012;
+
+/// The outer wall away from the handle, two thirds up, seen from the axis.
+const STRUCK_FROM: [f64; 3] = [-0.45, 0.0, 0.9];
+const STRUCK_HEIGHT_M: f64 = 0.062;
+
+/// The object and the place where it is struck.
+pub(super) struct Target {
+    /// The prepared object, as the daemon has it.
+    pub prepared: Prepared,
+    /// A point of the surface, m.
+    pub point_m: Point3<f64>,
+    /// Unit direction of the impulse: straight in.
+    pub direction: Vector3<f64>,
+    /// Whether the database was there already.
+    pub reused: bool,
+}
+
+/// Loads the database if it was baked from this mesh with these parameters, and bakes it otherwise.
+pub(super) fn prepare(databases: &Path, progress: &Progress) -> Result<Target, DemoError> {
+    progress.step("make a mug");
+    let mesh = shapes::mug();
+    let (point_m, direction) = struck(&mesh);
+    let request = request()?;
+    let file = databases.join(format!("{NAME}.{}", database::EXTENSION));
+    progress.step("look for its database");
+    let mut told = |step| progress.step(describe(step));
+    if let Some(prepared) = database::stored(&file, mesh.clone(), &request, &Token::default(), &mut told)? {
+        return Ok(Target { prepared, point_m, direction, reused: true });
+    }
+    let prepared = database::bake(mesh, &request, &Token::default(), &mut told)?;
+    progress.step("write the database");
+    let _writing = interrupt::writing();
+    database::save(&prepared, &file).map_err(|source| DemoError::Database { path: file.clone(), source })?;
+    Ok(Target { prepared, point_m, direction, reused: false })
+}
+
+fn request() -> Result<BakeRequest, DemoError> {
+    Ok(BakeRequest {
+        fragment_size_m: Some(FRAGMENT_SIZE_M),
+        examples: EXAMPLES,
+        ..BakeRequest::new(NAME, MATERIAL, Materials::parse(MATERIALS)?.get(MATERIAL)?.clone())
+    })
+}
+
+/// The vertex farthest out in the direction of the blow at its height, and the direction straight in from there.
+fn struck(mesh: &RawMesh) -> (Point3<f64>, Vector3<f64>) {
+    let outward = Vector3::from(STRUCK_FROM).normalize();
+    let reach = |p: &Point3<f64>| p.coords.dot(&outward) - (p.y - STRUCK_HEIGHT_M).abs();
+    let farthest = mesh.positions_m.iter().max_by(|a, b| reach(a).total_cmp(&reach(b)));
+    (farthest.copied().unwrap_or_else(Point3::origin), -outward)
+}
+
+fn describe(step: Step) -> &'static str {
+    match step {
+        Step::Surface => "bake: surface",
+        Step::Volume => "bake: winding numbers",
+        Step::Lattices | Step::Sized(_) => "bake: lattices",
+        Step::Lift(_) => "bake: lift",
+        Step::Elasticity(_) => "bake: elasticity",
+        Step::Reduction => "bake: reduced elasticity",
+        Step::Calibration => "bake: calibration of the degree",
+        Step::Examples { .. } => "bake: examples",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_blow_meets_the_outer_wall_from_outside() {
+        let (point_m, direction) = struck(&shapes::mug());
+        assert!((point_m.y - STRUCK_HEIGHT_M).abs() < 0.003 && (point_m.x.hypot(point_m.z) - 0.04).abs() < 0.001);
+        assert!(direction.dot(&point_m.coords) < -0.039 && (direction.norm() - 1.0).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,8 @@
+//! What developers and buyers look at: studies, pictures, the demonstration, and the load generator. Not published.
+
+pub mod commands;
+pub mod demo;
+pub mod load;
+pub mod picture;
+pub mod report;
+pub mod study;

@@ -1,0 +1,266 @@
+//! `shatter load`: what the service does under many impacts from many processes.
+//!
+//! Arrivals are open: every client process has its own schedule, drawn in advance, and a strike's time counts from when it was
+//! due, not from when it could be sent. A service that falls behind is therefore seen to (G. Tene, *How not to measure latency*).
+
+mod ideal;
+mod picture;
+mod plan;
+mod schedule;
+mod tally;
+mod worker;
+
+pub use worker::run as work;
+
+use plan::{Plan, Target};
+use serde_json::{Value, json};
+use shatter_cli_common::failure::{Failure, document, note, out, size};
+use shatter_client::{Deadline, Kind, Refusal, Shatter};
+use std::io::{Read, Write};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant, SystemTime};
+use tally::{Record, Tally};
+
+/// Sites of a strike that the command line says nothing about.
+const DEGREE: u32 = 20;
+
+/// Time that client processes have to connect before the first strike is due.
+const HEAD_START: Duration = Duration::from_millis(1500);
+
+/// Time that client processes have, after the last answer may come, to tell.
+const MARGIN: Duration = Duration::from_secs(10);
+
+/// Strikes per second, and seconds of a run, that make sense: a day.
+const RATE_MAX: f64 = 1e6;
+const SECONDS_MAX: f64 = 86_400.0;
+
+/// How long a command waits for a reply of the service.
+const REPLY: Duration = Duration::from_secs(5);
+
+/// How long a client process waits for the answer to a strike.
+const ANSWER: Duration = Duration::from_secs(120);
+
+/// The deadline for a reply of the service.
+fn reply() -> Deadline {
+    Deadline::after(REPLY)
+}
+
+/// Arguments of `shatter load`.
+#[derive(clap::Args)]
+pub struct Args {
+    /// Objects to strike, in equal parts [default: all that are ready].
+    objects: Vec<String>,
+    /// Client processes.
+    #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u16).range(1..=256))]
+    clients: u16,
+    /// Strikes per second of all clients together; several rates, separated by commas, are run one after the other.
+    #[arg(long, value_name = "PER_SECOND_TOTAL", value_delimiter = ',', required_unless_present = "closed", value_parser = rate)]
+    rate: Vec<f64>,
+    /// Instead of a rate: every client sends a strike as soon as the one before is answered.
+    #[arg(long, conflicts_with = "rate")]
+    closed: bool,
+    /// Seconds of each run.
+    #[arg(long, value_name = "S", default_value = "10", value_parser = seconds)]
+    seconds: f64,
+    /// Sites of every strike [default: 20].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    degree: Option<u32>,
+    /// Milliseconds after which an answer is of no use.
+    #[arg(long, value_name = "T")]
+    deadline_ms: Option<u64>,
+    /// What is struck how often: a TOML file of `[[strike]]` tables with `object`, and `weight` and `degree` where they are not 1
+    /// and 20.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["objects", "degree"])]
+    mix: Option<PathBuf>,
+    /// Schedules and impacts follow from it.
+    #[arg(long, default_value_t = 0)]
+    seed: u64,
+    /// Write load.json, load.csv with every strike and, of several rates, load.svg into this folder.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Print one JSON document.
+    #[arg(long)]
+    json: bool,
+}
+
+fn rate(text: &str) -> Result<f64, String> {
+    within(text, RATE_MAX)
+}
+
+fn seconds(text: &str) -> Result<f64, String> {
+    within(text, SECONDS_MAX)
+}
+
+fn within(text: &str, most: f64) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(number) if number > 0.0 && number <= most => Ok(number),
+        _ => Err(format!("a number above zero, at most {most}, is wanted")),
+    }
+}
+
+/// Runs the load and prints what became of it.
+pub fn run(service: &str, args: &Args) -> Result<(), Failure> {
+    let connection = Shatter::connect(service, reply())?;
+    let targets = targets(&connection, args)?;
+    let servers = connection.status(reply())?.row().threads.max(1) as usize;
+    let rates: Vec<Option<f64>> = if args.closed { vec![None] } else { args.rate.iter().copied().map(Some).collect() };
+    let mut runs = Vec::new();
+    for rate in rates {
+        let records = one(service, args, &targets, rate)?;
+        runs.push((rate, Tally::of(&records, servers, args.seconds), records));
+    }
+    let told: Vec<Value> = runs.iter().map(|(rate, tally, _)| tally.document(*rate)).collect();
+    let mut told = if told.len() == 1 { told.into_iter().next().unwrap_or_default() } else { json!({ "runs": told }) };
+    let lost = lost(runs.iter().map(|(_, _, clients)| clients.as_slice()));
+    if let Some(refusal) = &lost {
+        told["error"] = refusal.document()["error"].clone();
+    }
+    if let Some(folder) = &args.out {
+        write(folder, &told, &runs)?;
+    }
+    if args.json {
+        document(&told)?;
+    } else {
+        out(format_args!("{}\n", Tally::HEAD))?;
+        for (rate, tally, _) in &runs {
+            out(format_args!("{}\n{}", tally.line(*rate), tally.complaints()))?;
+        }
+    }
+    lost.map_or(Ok(()), |refusal| Err(Failure::Told(refusal)))
+}
+
+/// The refusal of runs of which some client processes told nothing, if there are such.
+fn lost<'a>(runs: impl Iterator<Item = &'a [Option<Vec<Record>>]>) -> Option<Refusal> {
+    let (lost, all) = runs.flatten().fold((0, 0), |(lost, all), told| (lost + u32::from(told.is_none()), all + 1));
+    let message = format!(
+        "{lost} of {all} client processes ended without telling what became of their strikes, which are missing in the figures; run it again"
+    );
+    (lost > 0).then(|| Refusal::new(Kind::Failed, "clients", message))
+}
+
+fn targets(connection: &Shatter, args: &Args) -> Result<Vec<Target>, Failure> {
+    if let Some(file) = &args.mix {
+        return Ok(plan::mix(file)?);
+    }
+    let target = |object: String| Target { object, weight: 1.0, degree: args.degree.unwrap_or(DEGREE) };
+    if !args.objects.is_empty() {
+        return Ok(args.objects.iter().cloned().map(target).collect());
+    }
+    let ready = connection.objects(reply())?.into_iter().filter(|facts| facts.ready);
+    let all: Vec<Target> = ready.map(|facts| target(facts.name)).collect();
+    if all.is_empty() {
+        return Err(Refusal::new(Kind::UnknownObject, "", "the service has no object to strike").into());
+    }
+    Ok(all)
+}
+
+/// One run: what every strike of every client came to.
+fn one(service: &str, args: &Args, targets: &[Target], rate: Option<f64>) -> Result<Vec<Option<Vec<Record>>>, Failure> {
+    let begin = SystemTime::now() + HEAD_START;
+    let plan = |client: u16| Plan {
+        targets: targets.to_vec(),
+        rate: rate.map(|rate| rate / f64::from(args.clients)),
+        seconds: args.seconds,
+        deadline_ms: args.deadline_ms,
+        seed: args.seed.wrapping_add(u64::from(client) << 32),
+        begin_unix_ns: begin.duration_since(SystemTime::UNIX_EPOCH).map_or(0, |since| since.as_nanos() as u64),
+    };
+    let children = (0..args.clients).map(|client| start(service, &plan(client))).collect::<Result<Vec<_>, _>>()?;
+    let late = Instant::now() + HEAD_START + Duration::from_secs_f64(args.seconds) + worker::PATIENCE + MARGIN;
+    let records = children.into_iter().map(|child| finish(child, late)).collect::<Result<Vec<_>, _>>()?;
+    match records.iter().all(Option::is_none) {
+        true => Err(failed("answer", "none of them told what became of its strikes")),
+        false => Ok(records),
+    }
+}
+
+fn failed(at: &str, error: impl std::fmt::Display) -> Failure {
+    Refusal::new(Kind::Failed, at, format!("a client process: {error}")).into()
+}
+
+fn start(service: &str, plan: &Plan) -> Result<Child, Failure> {
+    let program = std::env::current_exe().map_err(|error| failed("program", error))?;
+    let mut command = Command::new(program);
+    command.args(["--service", service, "load-client"]).stdin(Stdio::piped()).stdout(Stdio::piped());
+    let mut child = command.spawn().map_err(|error| failed("start", error))?;
+    let text = serde_json::to_vec(plan).map_err(|error| failed("plan", error))?;
+    if let Some(mut input) = child.stdin.take() {
+        input.write_all(&text).map_err(|error| failed("plan", error))?;
+    }
+    Ok(child)
+}
+
+/// What a client process tells; `None`: it was killed, or does not end.
+fn finish(mut child: Child, late: Instant) -> Result<Option<Vec<Record>>, Failure> {
+    let output = child.stdout.take();
+    let (sender, told) = std::sync::mpsc::channel();
+    std::thread::spawn(move || {
+        let mut text = Vec::new();
+        let read = output.map(|mut output| output.read_to_end(&mut text));
+        // Nobody listens any more if it took too long.
+        let _ = sender.send(read.map(|read| read.map(|_| text)));
+    });
+    let told = told.recv_timeout(late.saturating_duration_since(Instant::now()));
+    if told.is_err() {
+        child.kill().map_err(|error| failed("end", error))?;
+    }
+    child.wait().map_err(|error| failed("end", error))?;
+    let Ok(Some(Ok(text))) = told else { return Ok(None) };
+    match serde_json::from_slice(&text) {
+        Ok(plan::Told::Records(records)) => Ok(Some(records)),
+        Ok(plan::Told::Refused { kind, at, message }) => {
+            let kind = Kind::ALL.iter().copied().find(|known| known.name() == kind).unwrap_or(Kind::Failed);
+            Err(Refusal::new(kind, at, message).into())
+        }
+        Err(error) => {
+            tracing::warn!(%error, "a client process was lost");
+            Ok(None)
+        }
+    }
+}
+
+type Run = (Option<f64>, Tally, Vec<Option<Vec<Record>>>);
+
+fn write(folder: &Path, told: &Value, runs: &[Run]) -> Result<(), Failure> {
+    let refuse = |error: std::io::Error| {
+        let at = folder.display().to_string();
+        Refusal::new(Kind::Output, at.clone(), format!("cannot write to {at}: {error}"))
+    };
+    std::fs::create_dir_all(folder).map_err(refuse)?;
+    let put = |name: &str, text: &str| {
+        let path = folder.join(name);
+        std::fs::write(&path, text).map_err(refuse)?;
+        note(format_args!("wrote {} ({})", path.display(), size(text.len() as u64)));
+        Ok::<(), Refusal>(())
+    };
+    put("load.json", &format!("{told:#}\n"))?;
+    let rates: Vec<(f64, &Tally)> = runs.iter().filter_map(|(rate, tally, _)| Some(((*rate)?, tally))).collect();
+    match picture::svg(&rates) {
+        Some(Ok(text)) => put("load.svg", &text)?,
+        Some(Err(why)) => return Err(failed("picture", why)),
+        None => {}
+    }
+    let mut text = "rate_hz,client,due_us,latency_us,service_us,ipc_us,end\n".to_owned();
+    for (rate, _, clients) in runs {
+        let rate = rate.map_or("closed".to_owned(), |rate| rate.to_string());
+        for (client, records) in clients.iter().enumerate() {
+            records.iter().flatten().for_each(|record| text.push_str(&format!("{rate},{client},{}\n", record.csv())));
+        }
+    }
+    Ok(put("load.csv", &text)?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lost_client_processes_are_counted_over_all_runs() {
+        let (told, gone) = (Some(Vec::new()), None);
+        assert_eq!(lost([&[told.clone(), told.clone()][..]].into_iter()), None);
+        let refusal = lost([&[told.clone(), gone.clone()][..], &[told, gone][..]].into_iter()).unwrap();
+        assert!(refusal.message.starts_with("2 of 4 client processes"), "{refusal}");
+        assert_eq!(refusal.kind.exit_code(), 6);
+    }
+}

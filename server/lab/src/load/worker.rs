@@ -1,0 +1,243 @@
+//! One client process of a load: one thread sends what is due, the other takes what comes back.
+
+use super::plan::{Plan, Target, Told};
+use super::schedule::Schedule;
+use super::tally::{End, Record};
+use super::{ANSWER, reply};
+use shatter_cli_common::failure::{Failure, out};
+use shatter_client::{Broken, Deadline, Degree, Impact, Kind, Object, Poll, Refusal, Shatter, Ticket};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, PoisonError};
+use std::time::{Duration, Instant, SystemTime};
+
+/// Sites of the strike that shows a target's surface.
+const SITES: u32 = 8;
+
+/// Points of a surface that are remembered.
+const POINTS_MAX: usize = 4096;
+
+/// A client that is refused comes back no sooner.
+const PAUSE: Duration = Duration::from_millis(10);
+
+/// How long answers are waited for after the last strike is sent.
+pub const PATIENCE: Duration = Duration::from_secs(30);
+
+/// Reads a plan, carries it out, and says what became of it.
+pub fn run(service: &str) -> Result<(), Failure> {
+    // Nobody is left to tell once the tool is gone.
+    if let Err(error) = rustix::process::set_parent_process_death_signal(Some(rustix::process::Signal::TERM)) {
+        tracing::debug!(%error, "a client process may outlive the tool");
+    }
+    let told = match carried_out(service) {
+        Ok(records) => Told::Records(records),
+        Err(Refusal { kind, at, message, .. }) => Told::Refused { kind: kind.name().to_owned(), at, message },
+    };
+    out(format_args!("{}\n", serde_json::json!(told)))
+}
+
+fn carried_out(service: &str) -> Result<Vec<Record>, Refusal> {
+    let wrong = |error: serde_json::Error| Refusal::new(Kind::Configuration, "plan", error.to_string());
+    let plan: Plan = serde_json::from_reader(std::io::stdin()).map_err(wrong)?;
+    let connection = Shatter::connect(service, reply())?;
+    let marks = plan.targets.iter().map(|target| Mark::of(&connection, target)).collect::<Result<Vec<_>, _>>()?;
+    let begin = SystemTime::UNIX_EPOCH + Duration::from_nanos(plan.begin_unix_ns);
+    let begin = Instant::now() + begin.duration_since(SystemTime::now()).unwrap_or_default();
+    let sender = Sender { schedule: Schedule::new(&plan), marks, begin, plan };
+    Ok(if sender.plan.rate.is_some() { open(&connection, sender) } else { closed(sender) })
+}
+
+/// An object and points of its surface.
+struct Mark {
+    object: Object,
+    degree: u32,
+    points: Vec<[f64; 3]>,
+    centre: [f64; 3],
+}
+
+impl Mark {
+    /// The surface of a target as its fragments show it.
+    fn of(connection: &Shatter, target: &Target) -> Result<Self, Refusal> {
+        let object = connection.object(&target.object, reply())?;
+        let facts = object.facts();
+        let centre = facts.centre_m;
+        let all_over = Impact::at(centre)
+            .impulse([1.0, 0.0, 0.0])
+            .radius(facts.diagonal_m)
+            .degree(Degree::Sites(SITES.min(facts.degree_max)));
+        let broken = insist(|| object.strike(&all_over)?.wait(Deadline::after(ANSWER)))?;
+        let points = surface(&broken);
+        if points.is_empty() {
+            return Err(Refusal::new(Kind::Failed, target.object.clone(), "the object shows no surface to strike"));
+        }
+        Ok(Self { degree: target.degree, points, centre, object })
+    }
+}
+
+/// Tries again while there is no room: others may be asking, too.
+fn insist<T>(ask: impl Fn() -> Result<T, Refusal>) -> Result<T, Refusal> {
+    let deadline = Deadline::after(ANSWER);
+    loop {
+        match ask() {
+            Err(refusal) if refusal.kind == Kind::Busy && !deadline.passed() => {
+                std::thread::sleep(refusal.retry_after.unwrap_or_default().clamp(PAUSE, Duration::from_secs(1)));
+            }
+            result => return result,
+        }
+    }
+}
+
+/// Some points of the outer faces of all fragments.
+fn surface(broken: &Broken) -> Vec<[f64; 3]> {
+    let mut points = Vec::new();
+    for fragment in broken.fragments() {
+        let [x, y, z] = fragment.centre_m();
+        let outer = fragment.runs().filter(|run| run.neighbour.is_none());
+        points.extend(outer.flat_map(|run| run.positions).map(|p| {
+            let [a, b, c] = p.map(f64::from);
+            [x + a, y + b, z + c]
+        }));
+    }
+    let stride = points.len().div_ceil(POINTS_MAX).max(1);
+    points.into_iter().step_by(stride).collect()
+}
+
+/// Draws strikes and sends them.
+struct Sender {
+    schedule: Schedule,
+    marks: Vec<Mark>,
+    begin: Instant,
+    plan: Plan,
+}
+
+/// A strike under way.
+struct Flying {
+    ticket: Ticket,
+    due: Duration,
+}
+
+impl Sender {
+    fn strike(&mut self) -> Result<Ticket, Refusal> {
+        let mark = &self.marks[self.schedule.target()];
+        let point = mark.points[self.schedule.pick(mark.points.len())];
+        let inward: [f64; 3] = std::array::from_fn(|axis| mark.centre[axis] - point[axis]);
+        let length = inward.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let direction = if length > 0.0 { inward.map(|x| x / length) } else { [1.0, 0.0, 0.0] };
+        let impact = Impact::at(point).impulse(direction).degree(Degree::Sites(mark.degree)).seed(self.schedule.seed());
+        let deadline = self.plan.deadline_ms.map(Duration::from_millis);
+        mark.object.strike(&deadline.map_or(impact.clone(), |deadline| impact.deadline(deadline)))
+    }
+
+    /// Waits until it is time.
+    fn sleep_until(&self, due: Duration) {
+        std::thread::sleep((self.begin + due).saturating_duration_since(Instant::now()));
+    }
+
+    fn over(&self, due: Duration) -> bool {
+        due.as_secs_f64() >= self.plan.seconds
+    }
+}
+
+/// Every client sends when a strike is due, whatever became of those before.
+fn open(connection: &Shatter, mut sender: Sender) -> Vec<Record> {
+    let (flying, done) = (Mutex::new(Vec::new()), AtomicBool::new(false));
+    let begin = sender.begin;
+    std::thread::scope(|scope| {
+        let refused = scope.spawn(|| {
+            let mut refused = Vec::new();
+            while let Some(due) = sender.schedule.next().filter(|due| !sender.over(*due)) {
+                sender.sleep_until(due);
+                // Locked before it is sent: an answer may be there before its ticket.
+                let mut flying = flying.lock().unwrap_or_else(PoisonError::into_inner);
+                match sender.strike() {
+                    Ok(ticket) => flying.push(Flying { ticket, due }),
+                    Err(refusal) => refused.push(ended(begin, due, &refusal)),
+                }
+            }
+            done.store(true, Ordering::Release);
+            refused
+        });
+        let mut records = receive(connection, begin, &flying, &done);
+        records.extend(refused.join().unwrap_or_default());
+        records.sort_by_key(|record| record.due_us);
+        records
+    })
+}
+
+/// Takes what comes back until nothing more can.
+fn receive(connection: &Shatter, begin: Instant, flying: &Mutex<Vec<Flying>>, done: &AtomicBool) -> Vec<Record> {
+    let (mut own, mut records): (Vec<Flying>, Vec<Record>) = (Vec::new(), Vec::new());
+    let mut last: Option<Deadline> = None;
+    loop {
+        let over = done.load(Ordering::Acquire);
+        own.append(&mut flying.lock().unwrap_or_else(PoisonError::into_inner));
+        own.retain_mut(|strike| match strike.ticket.poll() {
+            Ok(Poll::Pending) => true,
+            Ok(Poll::Ready(broken)) => {
+                records.push(answered(begin, strike.due, &broken));
+                false
+            }
+            Err(refusal) => {
+                records.push(ended(begin, strike.due, &refusal));
+                false
+            }
+        });
+        if over && own.is_empty() {
+            return records;
+        }
+        if over && last.get_or_insert_with(|| Deadline::after(PATIENCE)).passed() {
+            let lost = Refusal::new(Kind::Late, "ticket", "no answer came");
+            records.extend(own.iter().map(|strike| ended(begin, strike.due, &lost)));
+            return records;
+        }
+        connection.doze(Deadline::ms(5));
+    }
+}
+
+/// Every client sends a strike when the one before has ended.
+fn closed(mut sender: Sender) -> Vec<Record> {
+    let mut records = Vec::new();
+    sender.sleep_until(Duration::ZERO);
+    loop {
+        let due = sender.begin.elapsed();
+        if sender.over(due) {
+            return records;
+        }
+        let result = sender.strike().and_then(|mut ticket| ticket.wait(Deadline::after(PATIENCE)));
+        records.push(match result {
+            Ok(broken) => answered(sender.begin, due, &broken),
+            Err(refusal) => {
+                let record = ended(sender.begin, due, &refusal);
+                std::thread::sleep(refusal.retry_after.unwrap_or_default().clamp(PAUSE, Duration::from_secs(1)));
+                record
+            }
+        });
+    }
+}
+
+fn micros(time: Duration) -> u64 {
+    u64::try_from(time.as_micros()).unwrap_or(u64::MAX)
+}
+
+fn answered(begin: Instant, due: Duration, broken: &Broken) -> Record {
+    let stages = broken.stages().iter().map(|stage| stage.ns);
+    let service = Duration::from_nanos(stages.chain(broken.effects().iter().map(|effect| effect.ns)).sum());
+    Record {
+        due_us: micros(due),
+        latency_us: micros(begin.elapsed().saturating_sub(due)),
+        service_us: micros(service),
+        ipc_us: micros(broken.round_trip().saturating_sub(service)),
+        end: End::Ok,
+        why: None,
+    }
+}
+
+fn ended(begin: Instant, due: Duration, refusal: &Refusal) -> Record {
+    let end = match refusal.kind {
+        Kind::Busy | Kind::Stopping => End::Busy,
+        Kind::Late => End::Late,
+        _ => End::Failed,
+    };
+    let latency_us = micros(begin.elapsed().saturating_sub(due));
+    let why = (end == End::Failed).then_some(refusal.kind.code());
+    Record { due_us: micros(due), latency_us, service_us: 0, ipc_us: 0, end, why }
+}

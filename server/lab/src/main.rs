@@ -1,0 +1,91 @@
+//! `shatter-lab`: what people look at. `shatterd demo`, `shatterd study` and `shatter load` run it.
+
+use clap::{Parser, Subcommand};
+use shatter_cli_common::failure::{ended, usage};
+use shatter_lab::commands::{demo, examples, study};
+use shatter_lab::load;
+use shatter_server::commands::{Failure, interrupt, serve};
+use std::process::ExitCode;
+
+/// The demonstration, studies and the load generator of Shatter.
+#[derive(Parser)]
+#[command(name = "shatter-lab", version, max_term_width = 100)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Bakes a mug, serves it, strikes it three times and shows what came of it on a page.
+    Demo(demo::Args),
+    /// Shows how far the results can be trusted (hard cases, bad meshes), and what effects cost and look like.
+    Study(study::Args),
+    /// What the service does under many impacts from many processes.
+    Load(Load),
+    /// One client process of a load.
+    #[command(hide = true)]
+    LoadClient(Service),
+    /// Writes a page of what a database has learned.
+    Examples(examples::Args),
+    /// The daemon of the demonstration.
+    #[command(hide = true)]
+    Serve(serve::Args),
+}
+
+#[derive(clap::Args)]
+struct Service {
+    /// Service to talk to.
+    #[arg(long, env = "SHATTER_SERVICE", default_value = "default")]
+    service: String,
+}
+
+#[derive(clap::Args)]
+struct Load {
+    #[command(flatten)]
+    service: Service,
+    #[command(flatten)]
+    load: load::Args,
+}
+
+fn main() -> ExitCode {
+    let json = std::env::args_os().any(|argument| argument == "--json");
+    let cli = match shatter_cli_common::arguments::<Cli>() {
+        Ok(cli) => cli,
+        Err(error) => return usage::<Cli>(&error, json),
+    };
+    match &cli.command {
+        Command::Load(args) => client(load::run(&args.service.service, &args.load), json),
+        Command::LoadClient(service) => client(load::work(&service.service), json),
+        command => server(command, json),
+    }
+}
+
+fn client(result: Result<(), shatter_cli_common::failure::Failure>, json: bool) -> ExitCode {
+    result.map_or_else(|failure| ended::<Cli>(&failure, json), |()| ExitCode::SUCCESS)
+}
+
+fn server(command: &Command, json: bool) -> ExitCode {
+    // The daemon has its own way to end.
+    let watched = if matches!(command, Command::Serve(_)) { Ok(()) } else { interrupt::watch(json) };
+    let result = watched.and_then(|()| run(command));
+    if result.is_err() {
+        interrupt::ending();
+    }
+    match result {
+        Ok(true) => ExitCode::SUCCESS,
+        Ok(false) => ExitCode::from(shatter_proto::exit::OURS),
+        Err(failure) => failure.print(json),
+    }
+}
+
+/// Runs a command; whether everything held that it looked at.
+fn run(command: &Command) -> Result<bool, Failure> {
+    match command {
+        Command::Demo(args) => demo::run(args).map(|()| true),
+        Command::Study(args) => study::run(args),
+        Command::Examples(args) => examples::run(args).map(|()| true),
+        Command::Serve(args) => serve::run(args).map(|()| true),
+        Command::Load(_) | Command::LoadClient(_) => Ok(true),
+    }
+}

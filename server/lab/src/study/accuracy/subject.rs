@@ -1,0 +1,163 @@
+//! The object, its impacts, and what strikes of it take.
+
+use super::{Plan, StudyError, Times};
+use shatter_fracture::scene::MATERIALS;
+use shatter_fracture::centroidal::Field;
+use shatter_fracture::database::{BakeRequest, Tables, bake};
+use shatter_fracture::degree;
+use shatter_fracture::lattice::{Lattice, Transfer};
+use shatter_fracture::lift::LiftKind;
+use shatter_fracture::pipeline::{
+    self, BodyEnergy, DegreeRequest, Impact, Prepared, Sampler, Strike, StrikeError, Workspace, strain_energy,
+};
+use shatter_fracture::random::Stream;
+use shatter_fracture::scene::Materials;
+use shatter_fracture::token::Token;
+use std::time::Instant;
+
+/// Of what the object is made: it sets the scale of impulses, and no error.
+const MATERIAL: &str = "glass";
+
+/// Tables of lattices that others are measured on.
+pub(super) const SOLID: Tables = Tables { elastic: true, ..Tables::NONE };
+/// The same with interior distances.
+pub(super) const LIFTED: Tables = Tables { interior: true, ..SOLID };
+/// The same with what the input looks like.
+pub(super) const DRESSED: Tables = Tables { attributes: true, skin: true, ..LIFTED };
+
+/// What the object is baked from.
+pub(super) fn request(plan: &Plan) -> Result<BakeRequest, StudyError> {
+    let materials = Materials::parse(MATERIALS).map_err(|error| StudyError::Materials(error.to_string()))?;
+    let material = materials.get(MATERIAL).map_err(|error| StudyError::Materials(error.to_string()))?.clone();
+    let [elastic_spacing, crack_spacing] =
+        plan.spacings.map_or([None, None], |[elastic, crack]| [Some(elastic), Some(crack)]);
+    let tables = Tables { surface_diffusion: true, examples: true, ..LIFTED };
+    let (examples, seed) = (plan.examples, plan.seed);
+    let request = BakeRequest::new(plan.name.clone(), MATERIAL, material);
+    Ok(BakeRequest { elastic_spacing, crack_spacing, examples, seed, tables, ..request })
+}
+
+/// The same object on other lattices; nothing of it is learned anew.
+pub(super) fn rebaked(
+    plan: &Plan,
+    base: &Prepared,
+    elastic_spacing: f64,
+    crack_spacing: f64,
+    tables: Tables,
+) -> Result<Prepared, StudyError> {
+    let request = BakeRequest {
+        elastic_spacing: Some(elastic_spacing),
+        crack_spacing: Some(crack_spacing),
+        gamma_j_m2: Some(base.gamma_j_m2),
+        kappa: Some(base.kappa),
+        examples: 0,
+        tables,
+        ..request(plan)?
+    };
+    let other = bake(plan.mesh.clone(), &request, &Token::default(), &mut |_| {})?;
+    match [base, &other].map(|prepared| prepared.bodies.len()) {
+        [expected, found] if expected == found => Ok(other),
+        [expected, found] => Err(StudyError::Bodies { expected, found }),
+    }
+}
+
+/// Impacts straight in, spread over the surface, of such impulses that the closed form asks for the plan's number of sites.
+pub(super) fn strikes(plan: &Plan, base: &Prepared) -> Result<Vec<Strike>, StudyError> {
+    let sampler = Sampler::new(base);
+    let mut workspace = Workspace::default();
+    let strike = |number: u64| {
+        let (point, inward) = sampler.point(&mut Stream::new(plan.seed, number));
+        let mut strike = Strike {
+            degree: DegreeRequest::Sites(plan.sites),
+            seed: number,
+            ..Strike::at(base.frame.to_metres(&point), inward)
+        };
+        let energy = energy(base, &strike, &mut workspace)?;
+        // n ∝ W^(3/5), and W ∝ J².
+        let sites = base.kappa * degree_of(base, &energy)?;
+        strike.contacts[0].impulse_ns *= (f64::from(plan.sites) / sites).powf(5.0 / 6.0);
+        Ok(strike)
+    };
+    (0..plan.impacts).map(strike).collect()
+}
+
+/// Strain energy of the body that a strike with one contact hits.
+pub(super) fn energy(
+    prepared: &Prepared,
+    strike: &Strike,
+    workspace: &mut Workspace,
+) -> Result<BodyEnergy, StudyError> {
+    let impact = Impact::new(prepared, strike)?;
+    let energies = strain_energy(prepared, &impact, workspace, &Token::default(), &mut ())?;
+    energies.into_iter().next().ok_or(StudyError::Whole)
+}
+
+/// The same of every strike, on the nodes of `lattices`, those of another object of the same bodies.
+pub(super) fn energies_on(
+    prepared: &mut Prepared,
+    lattices: &[&Lattice],
+    strikes: &[Strike],
+) -> Result<Vec<BodyEnergy>, StudyError> {
+    let mut own = Vec::new();
+    for (body, lattice) in prepared.bodies.iter_mut().zip(lattices) {
+        let solid = body.solid.as_mut().ok_or(StudyError::Unprepared)?;
+        let other = Transfer::between(&solid.lattice, lattice);
+        own.push(std::mem::replace(&mut solid.transfer, other));
+    }
+    let mut workspace = Workspace::default();
+    let found = strikes.iter().map(|strike| energy(prepared, strike, &mut workspace)).collect();
+    for (body, own) in prepared.bodies.iter_mut().zip(own) {
+        body.solid.as_mut().ok_or(StudyError::Unprepared)?.transfer = own;
+    }
+    found
+}
+
+/// n₀ of the closed form at the object's γ, in interior distances; `energy` is that of its crack lattice.
+pub(super) fn degree_of(prepared: &Prepared, energy: &BodyEnergy) -> Result<f64, StudyError> {
+    let body = &prepared.bodies[energy.body];
+    let mut mass = energy.shares.clone();
+    let field = Field::new(prepared.lift(energy.body, LiftKind::Interior)?, &body.volumes, &mut mass)?;
+    let gamma = prepared.gamma_j_m2 / energy.unit_j_m2(prepared.frame.diagonal_m);
+    Ok(degree::closed_form(&field, &body.slenderness, gamma))
+}
+
+/// Times of all strikes, with emission into memory that is there; one of each before them warms up.
+pub(super) fn timed(prepared: &Prepared, strikes: &[Strike], runs: usize) -> Result<Times, StrikeError> {
+    let (mut workspace, mut buffers, mut times) = (Workspace::default(), Buffers::default(), Times::default());
+    for run in 0..=runs {
+        for strike in strikes {
+            let begin = Instant::now();
+            let outcome = pipeline::strike(prepared, strike, &mut workspace, &Token::default(), &mut ())?;
+            if let Some(pieces) = &outcome.pieces {
+                buffers.emit(pieces)?;
+            }
+            let took = begin.elapsed();
+            if run > 0 {
+                times.0.push(1e3 * took.as_secs_f64());
+            }
+        }
+    }
+    Ok(times)
+}
+
+/// What answers are written into.
+#[derive(Default)]
+pub(super) struct Buffers {
+    pub positions: Vec<[f32; 3]>,
+    pub indices: Vec<u32>,
+    merges: Vec<[u32; 2]>,
+}
+
+impl Buffers {
+    pub fn emit(&mut self, pieces: &pipeline::Pieces) -> Result<(), StrikeError> {
+        let counts = pieces.counts;
+        self.positions.resize(self.positions.len().max(counts.vertices), [0.0; 3]);
+        self.indices.resize(self.indices.len().max(counts.indices), 0);
+        self.merges.resize(self.merges.len().max(counts.merges), [0; 2]);
+        pieces.emit(
+            &mut self.positions[..counts.vertices],
+            &mut self.indices[..counts.indices],
+            &mut self.merges[..counts.merges],
+        )
+    }
+}

@@ -1,0 +1,56 @@
+//! A body dropped on its head at three thresholds.
+
+use super::scene::{Blow, Body, SPREAD, pictures};
+use super::{Drawn, Panel, PaperError};
+use crate::picture::Mesh;
+use nalgebra::{Point3, Rotation3, Unit, Vector3};
+use shatter_export::contact::{Material, Partner};
+
+/// γ over the body's own, the highest first.
+pub const GAMMAS: [f64; 3] = [4.0, 1.0, 0.25];
+
+/// How deep it falls, m.
+const FALL_M: f64 = 1.0;
+
+/// Standard gravity, m/s².
+const GRAVITY_M_S2: f64 = 9.806_65;
+
+/// Radius of the head where it meets the floor, m.
+const HEAD_RADIUS_M: f64 = 0.02;
+
+/// The figure.
+pub fn drawn(body: &Body, progress: &mut dyn FnMut(&str)) -> Result<Drawn, PaperError> {
+    let higher = |a: &&Point3<f64>, b: &&Point3<f64>| a.y.total_cmp(&b.y);
+    let head_m = *body.vertices_m.iter().max_by(higher).ok_or(PaperError::Empty)?;
+    // The floor pushes through the middle, so the body does not turn.
+    let inward = body.prepared.frame.centre_m - head_m;
+    let upright = upright(&inward);
+    let (mut panels, mut meshes) = (Vec::<Panel>::new(), Vec::<Mesh>::new());
+    for gamma_factor in GAMMAS {
+        progress("a fall");
+        let blow = Blow {
+            point_m: head_m,
+            direction: inward,
+            partner: Partner::ground(Material::CONCRETE),
+            speed_m_s: (2.0 * GRAVITY_M_S2 * FALL_M).sqrt(),
+            own_radius_m: HEAD_RADIUS_M,
+            gamma_factor,
+        };
+        let (panel, broken) = body.strike(&blow, HEAD_RADIUS_M, format!("γ times {gamma_factor}"))?;
+        let mut mesh = broken.mesh(SPREAD);
+        mesh.positions.iter_mut().for_each(|point| *point = upright * *point);
+        mesh.corners.iter_mut().flatten().for_each(|corner| corner.normal = upright * corner.normal);
+        panels.push(panel);
+        meshes.push(mesh);
+    }
+    let images = pictures(&meshes, body.from.cast());
+    let caption = "The same body dropped on its head from a metre, on concrete; γ falls from left to right";
+    Drawn::new("paper-drop", caption, panels.into_iter().zip(images).collect())
+}
+
+/// Turns `inward`, from the head to the middle, upwards.
+fn upright(inward: &Vector3<f64>) -> Rotation3<f32> {
+    let half_turn = || Rotation3::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI);
+    let inward = Unit::try_new(*inward, 0.0).unwrap_or(Vector3::y_axis());
+    Rotation3::rotation_between(&inward, &Vector3::y()).unwrap_or_else(half_turn).cast()
+}

@@ -1,0 +1,184 @@
+//! The two figures by which the paper shows what the method is for, drawn anew: a body struck by metal balls, and one dropped on its head
+//! at three thresholds γ.
+//!
+//! Based on: Schvartzman & Otaduy, *Fracture Animation Based on High-Dimensional Voronoi Diagrams* (I3D 2014), figures 1 and 3; impulses,
+//! durations and radii by Hertz theory (`shatter_export::contact`).
+
+mod balls;
+mod drop;
+mod error;
+mod page;
+mod scene;
+
+pub use error::PaperError;
+pub use page::page;
+
+use crate::picture::Image;
+use scene::Body;
+use serde_json::{Value, json};
+use shatter_fracture::pipeline::Quality;
+use shatter_fracture::surface::{RawMesh, shapes};
+
+/// Diagonal of the body, m: what is struck is scaled to it, so that the balls fit.
+const DIAGONAL_M: f64 = 0.5;
+
+/// What is drawn.
+#[derive(Clone, Debug)]
+pub struct Plan {
+    /// Name of the body.
+    pub name: String,
+    /// Its mesh; scaled, so any unit will do.
+    pub mesh: RawMesh,
+    /// Its lattices, and how strikes are computed.
+    pub quality: Quality,
+    /// Where balls and camera come from; not upright.
+    pub from: [f64; 3],
+}
+
+impl Plan {
+    /// A body of that name, as fine as films want it.
+    pub fn new(name: impl Into<String>, mesh: RawMesh) -> Self {
+        Self { name: name.into(), mesh, quality: Quality::Film, from: [0.75, 0.25, 1.0] }
+    }
+
+    /// The horse of the usual collection, which looks along -Z once it stands: from its side, a little from ahead.
+    pub fn horse(mesh: RawMesh) -> Self {
+        Self { from: [1.0, 0.25, -0.55], ..Self::new("horse", mesh) }
+    }
+
+    /// A statue that the project generates.
+    pub fn statue() -> Self {
+        Self::new("statue", shapes::scanned_statue())
+    }
+
+    /// Times that progress is told.
+    pub fn steps(&self) -> usize {
+        1 + balls::BALLS.len() + drop::GAMMAS.len()
+    }
+}
+
+/// One panel of a figure: what struck, and what came of it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Panel {
+    /// What is different here, for people.
+    pub caption: String,
+    /// Mass that strikes, kg: of the ball, or of the body that falls.
+    pub mass_kg: f64,
+    /// Radius of the ball, or of the head, m.
+    pub radius_m: f64,
+    /// Speed, m/s.
+    pub speed_m_s: f64,
+    /// Impulse, N·s.
+    pub impulse_ns: f64,
+    /// Duration of the contact, s.
+    pub duration_s: f64,
+    /// Radius of the contact, m.
+    pub contact_radius_m: f64,
+    /// γ, J·m².
+    pub gamma_j_m2: f64,
+    /// E_1/γ.
+    pub e1_over_gamma: f64,
+    /// Sites of the diagram.
+    pub sites: u32,
+    /// Fragments.
+    pub fragments: usize,
+}
+
+/// A figure.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Drawn {
+    /// Name of its file, without ending.
+    pub file: &'static str,
+    /// What is to be seen.
+    pub caption: &'static str,
+    /// From the left.
+    pub panels: Vec<Panel>,
+    /// Bytes of a PNG file.
+    pub png: Vec<u8>,
+}
+
+impl Drawn {
+    fn new(file: &'static str, caption: &'static str, all: Vec<(Panel, Image)>) -> Result<Self, PaperError> {
+        let (panels, images): (Vec<Panel>, Vec<Image>) = all.into_iter().unzip();
+        Ok(Self { file, caption, panels, png: Image::beside(&images).png()? })
+    }
+
+    /// Comma-separated values.
+    pub fn csv(&self) -> String {
+        let head = "mass_kg,radius_m,speed_m_s,impulse_ns,duration_s,contact_radius_m,gamma_j_m2,e1_over_gamma,sites,fragments";
+        let row = |own: &Panel| {
+            let numbers = [
+                own.mass_kg,
+                own.radius_m,
+                own.speed_m_s,
+                own.impulse_ns,
+                own.duration_s,
+                own.contact_radius_m,
+                own.gamma_j_m2,
+                own.e1_over_gamma,
+            ];
+            let numbers = numbers.map(|number| format!("{number:e}")).join(",");
+            format!("{numbers},{},{}\n", own.sites, own.fragments)
+        };
+        format!("{head}\n{}", self.panels.iter().map(row).collect::<String>())
+    }
+
+    /// Its part of the document.
+    fn document(&self) -> Value {
+        let panel = |own: &Panel| {
+            json!({
+                "mass_kg": own.mass_kg, "radius_m": own.radius_m, "speed_m_s": own.speed_m_s, "impulse_ns": own.impulse_ns,
+                "duration_s": own.duration_s, "contact_radius_m": own.contact_radius_m, "gamma_j_m2": own.gamma_j_m2,
+                "e1_over_gamma": own.e1_over_gamma, "sites": own.sites, "fragments": own.fragments,
+            })
+        };
+        json!({ "figure": self.file, "panels": self.panels.iter().map(panel).collect::<Vec<_>>() })
+    }
+}
+
+/// Bakes the body, strikes it and draws both figures; `progress` is told of each step.
+///
+/// # Errors
+/// [`PaperError`], by what failed.
+pub fn run(plan: &Plan, progress: &mut dyn FnMut(&str)) -> Result<[Drawn; 2], PaperError> {
+    progress("baking");
+    let body = Body::new(plan)?;
+    Ok([balls::drawn(&body, progress)?, drop::drawn(&body, progress)?])
+}
+
+/// Both figures in numbers.
+pub fn document(plan: &Plan, drawn: &[Drawn]) -> Value {
+    let figures: Vec<Value> = drawn.iter().map(Drawn::document).collect();
+    json!({ "object": plan.name, "quality": plan.quality.name(), "diagonal_m": DIAGONAL_M, "figures": figures })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn harder_blows_and_lower_thresholds_make_more_pieces() {
+        let plan = Plan { quality: Quality::Draft, ..Plan::new("statue", shapes::statue()) };
+        let mut told = 0;
+        let [balls, falls] = run(&plan, &mut |_| told += 1).unwrap();
+        assert_eq!(told, plan.steps());
+        for drawn in [&balls, &falls] {
+            assert!(drawn.png.starts_with(&[0x89, b'P', b'N', b'G']));
+            let rising = drawn
+                .panels
+                .windows(2)
+                .all(|two| two[0].sites < two[1].sites && two[0].e1_over_gamma < two[1].e1_over_gamma);
+            assert!(rising && drawn.panels.iter().all(|own| own.fragments >= own.sites as usize), "{:?}", drawn.panels);
+            assert_eq!(drawn.csv().lines().count(), 1 + drawn.panels.len());
+        }
+        let gammas: Vec<f64> = falls.panels.iter().map(|own| own.gamma_j_m2 / falls.panels[1].gamma_j_m2).collect();
+        assert_eq!(gammas, drop::GAMMAS);
+        let first = &balls.panels[0];
+        // A ball that bounces off a heavier body takes nearly twice its momentum from it.
+        let momentum = first.mass_kg * first.speed_m_s;
+        assert!(first.impulse_ns < 2.0 * momentum && first.impulse_ns > momentum, "{first:?}");
+        assert!((first.mass_kg / (4.0 / 3.0 * std::f64::consts::PI * first.radius_m.powi(3)) - 7850.0).abs() < 1e-6);
+        let [again, _] = run(&plan, &mut |_| ()).unwrap();
+        assert_eq!(again, balls);
+    }
+}
