@@ -2,8 +2,8 @@
 
 use crate::Deadline;
 use crate::link::{Link, PendingQuestion, Pulse, receive_failed};
-use shatter_proto::answer::STAGES;
 use shatter_export::contact::{Material, Partner, Terms};
+use shatter_proto::answer::STAGES;
 use shatter_proto::control::{Latency, ObjectRow, ObjectState, Question, Row, StatusRow, read};
 use shatter_proto::refusal::RefusalWire;
 use shatter_proto::{Kind, Refusal};

@@ -2,10 +2,10 @@
 
 use crate::link::{Link, daemon_lives};
 use crate::unmapped::unmapped;
-use shatter_proto::hello::Hello;
-use shatter_proto::instance::Instance;
-use shatter_proto::place::Place;
 use shatter_proto::{Kind, Refusal};
+use shatter_transport::hello::Hello;
+use shatter_transport::instance::Instance;
+use shatter_transport::place::Place;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// The way to a service. It outlives daemons.

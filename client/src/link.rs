@@ -15,13 +15,14 @@ use iceoryx2::service::port_factory::client::ClientCreateError;
 use rustix::fs::{FlockOperation, flock};
 use shatter_proto::answer::{AnswerHeader, Block};
 use shatter_proto::control::{ControlHeader, ControlWire, Question};
-use shatter_proto::instance::Instance;
-use shatter_proto::place::Place;
 use shatter_proto::request::StrikeWire;
-use shatter_proto::transport::{
+use shatter_proto::{Kind, Refusal};
+use shatter_transport::instance::Instance;
+use shatter_transport::place::Place;
+use shatter_transport::shared_memory;
+use shatter_transport::{
     CONTROL_SERVICE, Ipc, STRIKE_SERVICE, WAKE_CLIENT_SERVICE, WAKE_DAEMON_SERVICE, client_config, failed, service_name,
 };
-use shatter_proto::{Kind, Refusal, shared_memory};
 use std::fs::File;
 use std::os::unix::fs::FileExt;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};

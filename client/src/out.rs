@@ -1,11 +1,11 @@
 //! Answers as files: always in metres, +Y up, right-handed and counter-clockwise, whatever the convention of the answer.
 
 use crate::broken::fragments;
+use crate::visible::{Appearance, VisibleMesh};
+use crate::{Broken, Fragment, Hull, Kind, Refusal, Skin};
 use shatter_export::{
     ExportError, FragmentView, HullView, ObjectView, RunView, Written, write_glb, write_mjcf, write_obj,
 };
-use crate::visible::{Appearance, VisibleMesh};
-use crate::{Broken, Fragment, Hull, Kind, Refusal, Skin};
 use shatter_proto::view::View;
 use std::path::Path;
 

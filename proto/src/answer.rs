@@ -17,7 +17,6 @@ use crate::name::OBJECT_NAME_MAX;
 use crate::request::Quality;
 use crate::text;
 use bytemuck::{Pod, Zeroable};
-use iceoryx2::prelude::ZeroCopySend;
 
 pub use crate::overrun::{MissedTime, OVERRUNS, Overrun};
 
@@ -30,10 +29,9 @@ pub use crate::beside::{
 pub const ANSWER_MAGIC: u32 = u32::from_le_bytes(*b"SHTa");
 
 /// The element in which answers are lent: its alignment is the alignment of every section.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 #[repr(align(64))]
-#[type_name("shatter.Block.v1")]
 pub struct Block {
     /// Whatever the section table says.
     pub bytes: [u8; 64],
@@ -43,9 +41,8 @@ pub struct Block {
 pub const BLOCK_BYTES: usize = size_of::<Block>();
 
 /// Header of an answer.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
-#[type_name("shatter.AnswerHeader.v1")]
 pub struct AnswerHeader {
     /// [`ANSWER_MAGIC`].
     pub magic: u32,

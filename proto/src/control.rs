@@ -9,7 +9,6 @@ use crate::refusal::RefusalWire;
 use crate::request::{REQUEST_MAGIC, head};
 use crate::{Kind, PROTOCOL_VERSION, Refusal, text};
 use bytemuck::{Pod, Zeroable};
-use iceoryx2::prelude::ZeroCopySend;
 
 /// Rows that one reply carries at most; a longer list is asked for in parts.
 pub const ROWS_MAX: usize = 64;
@@ -40,9 +39,8 @@ pub enum Question {
 }
 
 /// A question as it travels.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
-#[type_name("shatter.Control.v1")]
 pub struct ControlWire {
     /// [`REQUEST_MAGIC`].
     pub magic: u32,
@@ -64,9 +62,8 @@ pub struct ControlWire {
 }
 
 /// Header of a reply.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
-#[type_name("shatter.ControlHeader.v1")]
 pub struct ControlHeader {
     /// [`REQUEST_MAGIC`].
     pub magic: u32,

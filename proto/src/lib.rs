@@ -1,4 +1,4 @@
-//! What travels between `shatterd` and its clients, and where the two meet. Nothing else.
+//! What travels between `shatterd` and its clients: plain data, and nothing else.
 //!
 //! A **request** ([`request::StrikeWire`], [`control::ControlWire`]) is fixed-size plain old data. The daemon copies it
 //! once and then validates the copy into a typed value: the sender can still write to its own memory.
@@ -19,23 +19,16 @@ mod beside;
 pub mod control;
 pub mod convention;
 pub mod effect;
-pub mod hello;
-pub mod instance;
 pub mod layout;
 pub mod name;
 mod overrun;
-pub mod place;
 pub mod refusal;
 pub mod request;
-pub mod shared_memory;
 pub mod text;
-pub mod transport;
 pub mod view;
+mod zero_copy;
 
 pub use refusal::{Fault, Kind, Refusal, exit};
 
 /// Version of everything in this crate that travels. Any change of size or meaning raises it.
 pub const PROTOCOL_VERSION: u32 = 6;
-
-/// Version of the transport. iceoryx2 demands the same on both sides, patch included.
-pub const TRANSPORT_VERSION: &str = "iceoryx2 0.10.0";

@@ -2,7 +2,6 @@
 
 use crate::text;
 use bytemuck::{Pod, Zeroable};
-use iceoryx2::prelude::ZeroCopySend;
 use std::time::Duration;
 
 /// Whose fault a refusal is.
@@ -237,9 +236,8 @@ impl Refusal {
 }
 
 /// A [`Refusal`] as it travels. Longer texts are cut.
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable, ZeroCopySend)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
-#[type_name("shatter.Refusal.v1")]
 pub struct RefusalWire {
     /// [`Kind::code`].
     pub kind: u32,

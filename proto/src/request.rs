@@ -5,7 +5,6 @@ use crate::effect::Effects;
 use crate::name::{OBJECT_NAME_MAX, object_name};
 use crate::{Kind, PROTOCOL_VERSION, Refusal, text};
 use bytemuck::{Pod, Zeroable};
-use iceoryx2::prelude::ZeroCopySend;
 use std::time::Duration;
 
 mod dials;
@@ -24,9 +23,8 @@ pub const CONTACTS_MAX: usize = 8;
 pub const SEED_DEFAULT: u64 = 0;
 
 /// A contact as it travels. Everything finite; zero for what the daemon shall choose.
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable, ZeroCopySend)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
-#[type_name("shatter.Contact.v1")]
 pub struct ContactWire {
     /// Where, in the coordinates of the mesh file, m; as the next and the radius in those of the strike's convention, if it has one.
     /// With a ray: where the ray begins.
@@ -42,9 +40,8 @@ pub struct ContactWire {
 }
 
 /// A strike as it travels. Every field that is reserved must be zero; it is copied once and then validated.
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable, ZeroCopySend)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
-#[type_name("shatter.Strike.v1")]
 pub struct StrikeWire {
     /// [`REQUEST_MAGIC`].
     pub magic: u32,

@@ -2,8 +2,8 @@
 
 use serde::Deserialize;
 use shatter_fracture::scene::{brief, nearest, toml_error};
-use shatter_proto::transport::CLIENTS_MAX;
 use shatter_proto::{Kind, Refusal};
+use shatter_transport::CLIENTS_MAX;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 

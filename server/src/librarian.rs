@@ -10,9 +10,9 @@
 mod unrest;
 
 use crate::catalog::{Catalog, Shelf, Version};
-use shatter_engine::object::Loader;
 use crate::jobs::Event;
 use rayon::{ThreadPool, ThreadPoolBuilder};
+use shatter_engine::object::Loader;
 use shatter_proto::name::suggestion;
 use shatter_proto::{Kind, Refusal};
 use std::collections::{BTreeMap, VecDeque};
@@ -295,8 +295,8 @@ impl Librarian {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use shatter_engine::object::{Object, Outcome};
     use bytemuck::Zeroable;
+    use shatter_engine::object::{Object, Outcome};
     use shatter_fracture::pipeline::{Watch, Workspace};
     use shatter_fracture::token::Token;
     use shatter_proto::control::ObjectRow;

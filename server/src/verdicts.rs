@@ -1,7 +1,7 @@
 //! Why strikes were closed without an answer, kept until their clients ask.
 
 use shatter_proto::refusal::RefusalWire;
-use shatter_proto::transport::{CLIENTS_MAX, STRIKES_PER_CLIENT_MAX};
+use shatter_transport::{CLIENTS_MAX, STRIKES_PER_CLIENT_MAX};
 use std::collections::{HashMap, VecDeque};
 
 /// As many as all clients together can have under way; beyond that the oldest are forgotten.

@@ -5,8 +5,8 @@ mod support;
 
 use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 use shatter_client::{Broken, Convention, Degree, Effect, Hand, Impact, Kind, Object, Shatter, Up, Winding};
-use shatter_proto::view::View;
 use shatter_engine::scene::Scene;
+use shatter_proto::view::View;
 use std::path::Path;
 use std::sync::{Arc, LazyLock};
 use support::{InProcess, TestPlace, bar, patience};

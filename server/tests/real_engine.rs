@@ -4,13 +4,13 @@
 mod support;
 
 use shatter_client::{Degree, Impact, Kind, Object, Quality, Refusal};
+use shatter_engine::object::{self, Loader, Outcome};
+use shatter_engine::wire;
 use shatter_fracture::pipeline::{Watch, Workspace};
 use shatter_fracture::token::Token;
 use shatter_proto::control::ObjectRow;
 use shatter_proto::layout::{Counts, Sections};
 use shatter_proto::request::Strike;
-use shatter_engine::object::{self, Loader, Outcome};
-use shatter_engine::wire;
 use std::ops::Range;
 use std::path::Path;
 use std::sync::{Arc, LazyLock, Mutex};

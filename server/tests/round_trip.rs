@@ -8,7 +8,7 @@ use shatter_client::{Deadline, Degree, Impact, Kind, Poll, Progress, Refusal, Sh
 use shatter_proto::answer::{AnswerHeader, Block};
 use shatter_proto::control::StatusRow;
 use shatter_proto::request::StrikeWire;
-use shatter_proto::transport::{Ipc, STRIKE_SERVICE, config, service_name};
+use shatter_transport::{Ipc, STRIKE_SERVICE, config, service_name};
 use std::future::IntoFuture;
 use std::io::{Read, Write};
 use support::{InProcess, TestPlace, addresses, patience, within};

@@ -6,6 +6,7 @@ mod support;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use shatter_client::{Impact, Object, Quality};
+use shatter_engine::wire;
 use shatter_fracture::centroidal::{self, Field, Options};
 use shatter_fracture::database::{BakeRequest, bake, save};
 use shatter_fracture::pipeline::{
@@ -14,7 +15,6 @@ use shatter_fracture::pipeline::{
 use shatter_fracture::scene::Materials;
 use shatter_fracture::surface::shapes;
 use shatter_fracture::token::Token;
-use shatter_engine::wire;
 use std::collections::BTreeMap;
 use support::{InProcess, TestPlace, patience};
 

@@ -1,6 +1,7 @@
 //! Anchors and weight in the engine: units, superposition, who is held, and what is refused.
 
 use nalgebra::{Point3, Vector3};
+use shatter_engine::scene::Scene;
 use shatter_fracture::database::{BakeRequest, bake};
 use shatter_fracture::elasticity::{Driving, ElasticityError, Load, Workspace};
 use shatter_fracture::pipeline::{
@@ -10,7 +11,6 @@ use shatter_fracture::pipeline::{
 use shatter_fracture::scene::{Anchors, Effect, Effects, Region};
 use shatter_fracture::surface::{RawMesh, shapes};
 use shatter_fracture::token::Token;
-use shatter_engine::scene::Scene;
 use shatter_tests::{real, struck};
 
 /// Spacing of most elastic lattices here, over the diagonal.

@@ -1,9 +1,9 @@
 //! Every combination of sections that a valid result may have is written, or refused with an error: no panic.
 
 use super::*;
-use shatter_export::{glb_bytes, mjcf};
 use bytemuck::Zeroable;
 use fastrand::Rng;
+use shatter_export::{glb_bytes, mjcf};
 use shatter_proto::answer::{
     Block, BondWire, FragmentWire, HullWire, LookWire, NO_MATERIAL, OUTER, RunWire, SkinVertexWire, SkinWire,
 };

@@ -3,9 +3,9 @@
 mod rim;
 mod shell;
 
-use shatter_export::{RunView, smooth_normals};
 use crate::{Fragment, Run, Skin};
 use nalgebra::Vector3;
+use shatter_export::{RunView, smooth_normals};
 use shatter_proto::answer::LookWire;
 use shell::Shell;
 

@@ -13,9 +13,9 @@ pub use retired::Retired;
 pub use shelf::{Shelf, Source};
 pub use version::{Version, unix_ns};
 
-use shatter_engine::object::{Loader, Object};
 use bytemuck::Zeroable;
 use loading::Loading;
+use shatter_engine::object::{Loader, Object};
 use shatter_proto::control::{ObjectRow, ObjectState};
 use shatter_proto::name::unknown_object;
 use shatter_proto::refusal::RefusalWire;

@@ -1,9 +1,9 @@
 //! One version of an object, as it was loaded from one version of a file.
 
 use super::shelf::{Source, Stamp};
-use shatter_engine::object::{Loader, Object};
 use crate::memory;
 use crate::panics;
+use shatter_engine::object::{Loader, Object};
 use shatter_proto::control::{ObjectRow, ObjectState};
 use shatter_proto::name::object_name;
 use std::panic::{AssertUnwindSafe, catch_unwind};

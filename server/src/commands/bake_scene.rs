@@ -3,8 +3,8 @@
 use super::bar::Bar;
 use super::mistaken::{self, Wanted};
 use super::{Failure, baked, interrupt, out};
-use shatter_engine::scene::{Recipe, Scene};
 use serde_json::{Value, json};
+use shatter_engine::scene::{Recipe, Scene};
 use shatter_fracture::database::{self, EXTENSION};
 use shatter_fracture::token::Token;
 use std::path::Path;

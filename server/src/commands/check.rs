@@ -3,9 +3,9 @@
 use super::mistaken::{self, Wanted};
 use super::{Failure, lookup, out};
 use crate::config::data_folder;
-use shatter_engine::scene::{Scene, SceneObject, paid, tables};
 use clap::Args;
 use serde_json::{Value, json};
+use shatter_engine::scene::{Scene, SceneObject, paid, tables};
 use shatter_fracture::database::{self, EXTENSION, Tables};
 use shatter_fracture::scene::{Anchors, Controls};
 use shatter_fracture::token::Token;

@@ -1,10 +1,10 @@
 //! `shatterd inspect --memory`: where the memory of a served object goes.
 
 use super::Failure;
-use shatter_engine::object::Object;
 use crate::memory::{Resident, release_free};
-use shatter_engine::wire::Served;
 use serde_json::{Value, json};
+use shatter_engine::object::Object;
+use shatter_engine::wire::Served;
 
 /// Finishes the object as a daemon does, and sets what it holds beside the resident memory of this process, of which `before` was
 /// there before it was loaded.

@@ -1,8 +1,8 @@
 //! What a command leaves on stdout, and where it writes: both can fail, and neither may panic.
 
 use super::{Failure, interrupt};
-use shatter_export::write_whole;
 use shatter_cli_common as program;
+use shatter_export::write_whole;
 use shatter_proto::text;
 use std::path::Path;
 

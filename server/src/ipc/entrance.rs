@@ -5,9 +5,9 @@
 
 use iceoryx2::node::NodeBuilder;
 use iceoryx2::prelude::SignalHandlingMode;
-use shatter_proto::instance::Instance;
-use shatter_proto::transport::{Ipc, client_config, failed};
 use shatter_proto::{Kind, Refusal};
+use shatter_transport::instance::Instance;
+use shatter_transport::{Ipc, client_config, failed};
 use std::ffi::OsStr;
 use std::fs;
 use std::path::PathBuf;

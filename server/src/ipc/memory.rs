@@ -2,7 +2,7 @@
 
 use shatter_proto::Refusal;
 use shatter_proto::answer::Block;
-use shatter_proto::shared_memory::{need, populate};
+use shatter_transport::shared_memory::{need, populate};
 use std::collections::HashMap;
 use std::mem::MaybeUninit;
 use std::sync::{Mutex, PoisonError};

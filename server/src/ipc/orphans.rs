@@ -8,8 +8,8 @@
 
 use iceoryx2::node::{Node, NodeState, NodeView};
 use iceoryx2::prelude::CallbackProgression;
-use shatter_proto::instance::Instance;
-use shatter_proto::transport::{Ipc, PREFIX, config};
+use shatter_transport::instance::Instance;
+use shatter_transport::{Ipc, PREFIX, config};
 use std::collections::{BTreeMap, BTreeSet};
 use std::ffi::OsStr;
 use std::fs::{self, DirEntry};
@@ -124,7 +124,7 @@ fn tags(nodes: &Path) -> BTreeSet<u128> {
 mod tests {
     use super::*;
     use shatter_proto::name::ServiceName;
-    use shatter_proto::place::Place;
+    use shatter_transport::place::Place;
     use std::fs::File;
     use std::os::unix::fs::OpenOptionsExt;
 

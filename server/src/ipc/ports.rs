@@ -12,13 +12,13 @@ use iceoryx2::response_mut_uninit::ResponseMutUninit;
 use iceoryx2::service::port_factory::{event, request_response};
 use shatter_proto::answer::{AnswerHeader, BLOCK_BYTES, Block};
 use shatter_proto::control::{ControlHeader, ControlWire, REPLY_BLOCKS};
-use shatter_proto::instance::Instance;
 use shatter_proto::request::StrikeWire;
-use shatter_proto::transport::{
+use shatter_proto::{Kind, Refusal};
+use shatter_transport::instance::Instance;
+use shatter_transport::{
     CONTROL_SERVICE, Ipc, QUESTIONS_PER_CLIENT_MAX, STRIKE_SERVICE, STRIKES_PER_CLIENT_MAX, WAKE_CLIENT_SERVICE,
     WAKE_DAEMON_SERVICE, config, failed, service_name,
 };
-use shatter_proto::{Kind, Refusal};
 use std::mem::MaybeUninit;
 
 /// A strike received.

@@ -3,7 +3,7 @@
 use iceoryx2::port::listener::Listener;
 use iceoryx2::port::notifier::Notifier;
 use iceoryx2::prelude::{CallbackProgression, FileDescriptorBased};
-use shatter_proto::transport::Ipc;
+use shatter_transport::Ipc;
 use std::collections::HashSet;
 use std::os::fd::{AsRawFd, RawFd};
 use std::time::Duration;

@@ -2,8 +2,6 @@
 
 use super::flight::{Cargo, Stop, Written};
 use super::{Flight, overrun};
-use shatter_engine::clock::Clock;
-use shatter_engine::object::{Object, Outcome};
 use crate::ipc::{Lent, Populated, Waker};
 use crate::kept::{Answers, Gone, Target};
 use crate::librarian::News;
@@ -11,6 +9,8 @@ use crate::metrics::End;
 use crate::panics;
 use crate::verdicts::{Key, Verdicts};
 use rayon::{ThreadPool, ThreadPoolBuilder};
+use shatter_engine::clock::Clock;
+use shatter_engine::object::{Object, Outcome};
 use shatter_fracture::pipeline::Workspace;
 use shatter_proto::answer::{Block, EffectWire, StageWire};
 use shatter_proto::layout::Layout;

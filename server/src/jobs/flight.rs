@@ -1,18 +1,18 @@
 //! One strike from its arrival to its end.
 
 use super::forecast::Work;
-use shatter_engine::clock::Shown;
-use shatter_engine::object::Object;
 use crate::ipc::{ActiveStrike, Lent, lend};
 use crate::kept::Target;
 use crate::verdicts::Key;
 use iceoryx2::response_mut::ResponseMut;
+use shatter_engine::clock::Shown;
+use shatter_engine::object::Object;
 use shatter_fracture::pipeline::Kept;
 use shatter_fracture::token::Token;
 use shatter_proto::answer::{AnswerHeader, Block};
 use shatter_proto::request::Strike;
-use shatter_proto::transport::{Ipc, failed};
 use shatter_proto::{Kind, Refusal};
+use shatter_transport::{Ipc, failed};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::time::Instant;
 

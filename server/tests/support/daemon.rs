@@ -2,8 +2,8 @@
 
 use super::{TestPlace, loader};
 use shatter_client::{Deadline, Refusal, Shatter};
-use shatter_server::config::Config;
 use shatter_engine::object::Loader;
+use shatter_server::config::Config;
 use shatter_server::serve::{Options, run};
 use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};

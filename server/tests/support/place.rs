@@ -1,8 +1,8 @@
 //! Every test has its own runtime folder, service name and shared memory, and leaves nothing.
 
-use shatter_proto::instance::Instance;
 use shatter_proto::name::ServiceName;
-use shatter_proto::place::Place;
+use shatter_transport::instance::Instance;
+use shatter_transport::place::Place;
 use std::fs::File;
 use std::os::unix::fs::OpenOptionsExt;
 use std::path::PathBuf;

@@ -8,12 +8,12 @@ use iceoryx2::prelude::SignalHandlingMode;
 use shatter_proto::Kind;
 use shatter_proto::answer::{AnswerHeader, Block, SummaryWire};
 use shatter_proto::control::{ControlHeader, ControlWire, Question, read};
-use shatter_proto::instance::Instance;
-use shatter_proto::place::Place;
 use shatter_proto::refusal::RefusalWire;
 use shatter_proto::request::StrikeWire;
-use shatter_proto::transport::{CONTROL_SERVICE, Ipc, STRIKE_SERVICE, WAKE_DAEMON_SERVICE, config, service_name};
 use shatter_proto::view::Checked;
+use shatter_transport::instance::Instance;
+use shatter_transport::place::Place;
+use shatter_transport::{CONTROL_SERVICE, Ipc, STRIKE_SERVICE, WAKE_DAEMON_SERVICE, config, service_name};
 use std::time::Duration;
 
 type Questions = Client<Ipc, ControlWire, (), [Block], ControlHeader>;

@@ -1,6 +1,7 @@
 //! An engine that knows no science: objects whose databases are one word that says how they behave.
 
 use bytemuck::Zeroable;
+use shatter_engine::object::{Loader, Object, Outcome};
 use shatter_fracture::pipeline::{Stage, Watch, Workspace};
 use shatter_fracture::token::Token;
 use shatter_proto::answer::{FragmentWire, OUTER, RunWire, SummaryWire};
@@ -8,7 +9,6 @@ use shatter_proto::control::{ObjectRow, ObjectState};
 use shatter_proto::layout::{Counts, Sections};
 use shatter_proto::request::{Purpose, Strike};
 use shatter_proto::{Kind, Refusal};
-use shatter_engine::object::{Loader, Object, Outcome};
 use std::ops::Range;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex};

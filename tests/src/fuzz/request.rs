@@ -4,10 +4,10 @@ use super::{choice, seed};
 use bytemuck::{AnyBitPattern, Zeroable, bytes_of};
 use shatter_proto::answer::{AnswerHeader, BLOCK_BYTES, Block};
 use shatter_proto::control::{self, ControlHeader, ControlWire, ObjectRow, Question, StatusRow};
-use shatter_proto::hello::Hello;
 use shatter_proto::layout::{Counts, Layout};
 use shatter_proto::request::{Contact, Strike, StrikeWire};
 use shatter_proto::view::Checked;
+use shatter_transport::hello::Hello;
 
 const LISTENER: [u8; 16] = [7; 16];
 

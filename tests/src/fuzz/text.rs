@@ -1,10 +1,10 @@
 //! Configuration, materials and scenes.
 
 use super::{choice, seed};
+use shatter_engine::scene::Scene;
 use shatter_fracture::scene::Materials;
 use shatter_proto::Refusal;
 use shatter_server::config::{Config, DEFAULT};
-use shatter_engine::scene::Scene;
 use std::path::Path;
 
 const MATERIALS: &str = include_str!("../../../config/materials.toml");

@@ -53,8 +53,7 @@ pub fn document(value: &serde_json::Value) -> Result<(), Failure> {
 /// Ends with a usage error, or with the help that was asked for.
 pub fn usage<C: CommandFactory>(error: &clap::Error, json: bool) -> ExitCode {
     if !error.use_stderr() {
-        return print_help(error)
-            .map_or_else(|error| ended::<C>(&error.into(), false), |()| ExitCode::SUCCESS);
+        return print_help(error).map_or_else(|error| ended::<C>(&error.into(), false), |()| ExitCode::SUCCESS);
     }
     if json {
         let message = usage_message(error);

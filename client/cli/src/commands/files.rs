@@ -2,8 +2,8 @@
 
 use super::{Failure, note};
 use shatter_cli_common::failure::size;
-use shatter_export::Written;
 use shatter_client::{Broken, Deadline, Effect, Impact, Kind, Object, Refusal};
+use shatter_export::Written;
 use shatter_proto::name::nearest;
 use std::path::{Path, PathBuf};
 

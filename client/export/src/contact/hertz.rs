@@ -5,7 +5,6 @@
 //! Local deformation alone: bodies must be stout beside the contact, and waves in them short beside its duration. Crushing of brittle
 //! bodies, and plastic flow of metals, make contacts longer and wider; a blow is then harder here than in truth.
 
-
 /// How long a collision lasts over δ/v: 2∫₀¹ (1 − x^(5/2))^(-1/2) dx = 2√π Γ(7/5)/Γ(9/10).
 pub const DURATION: f64 = 2.943_275_184_324_706;
 

@@ -98,7 +98,6 @@ impl Materials {
 mod tests {
     use super::*;
 
-
     #[test]
     fn the_shipped_materials_are_valid_and_carry_sources() {
         let materials = Materials::parse(MATERIALS).unwrap();

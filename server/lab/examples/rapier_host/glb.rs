@@ -12,7 +12,7 @@ use gltf_json::scene::UnitQuaternion;
 use gltf_json::validation::{Checked::Valid, USize64};
 use gltf_json::{Index, Material, Node, Root, Scene};
 use serde_json::{Map, json};
-use shatter_export::{FragmentView};
+use shatter_export::FragmentView;
 use std::borrow::Cow;
 use std::collections::HashMap;
 

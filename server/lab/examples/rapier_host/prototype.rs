@@ -4,8 +4,8 @@ use super::Failure;
 use super::film::Shell;
 use nalgebra::{Matrix3, Vector3};
 use rapier3d_f64::prelude::{MassProperties, Matrix, SharedShape, Vector};
-use shatter_export::contact::{Hertz, Material, Partner, Terms};
 use shatter_client::{Broken, Deadline, Degree, Effect, Fragment, Impact, Object, ObjectFacts};
+use shatter_export::contact::{Hertz, Material, Partner, Terms};
 use std::time::Duration;
 
 /// Pieces that the collider of the whole object is made of.

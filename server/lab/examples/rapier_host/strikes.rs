@@ -5,8 +5,8 @@ use super::prototype::block;
 use super::service::{Keeper, Line, kill};
 use super::tally::{Step, Tally};
 use super::world::{Birth, Piece, World};
-use shatter_export::contact::Blow;
 use shatter_client::{Broken, Effect, Impact, Kind, Poll, Refusal, Ticket};
+use shatter_export::contact::Blow;
 use std::time::{Duration, Instant};
 
 /// An answer that comes later is of no use.

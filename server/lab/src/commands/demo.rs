@@ -1,10 +1,10 @@
 //! `shatterd demo`.
 
-use shatter_server::commands::{Failure, out};
-use shatter_server::config::data_folder;
 use crate::demo::{self, DemoError, Options};
 use shatter_export::ExportError;
 use shatter_proto::{Kind, Refusal};
+use shatter_server::commands::{Failure, out};
+use shatter_server::config::data_folder;
 use std::path::PathBuf;
 
 /// Arguments of `shatterd demo`.

@@ -1,6 +1,5 @@
 //! `shatterd study`.
 
-use shatter_server::commands::{Failure, out};
 use crate::report::{self, Figure};
 use crate::study::mutants::{self, Judge, Mutant, Plan, Tally, Verdict};
 use crate::study::stability::{
@@ -13,6 +12,7 @@ use serde_json::{Value, json};
 use shatter_fracture::pipeline::Quality;
 use shatter_fracture::surface::shapes::write_obj;
 use shatter_fracture::surface::{self, Unit, Up};
+use shatter_server::commands::{Failure, out};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 

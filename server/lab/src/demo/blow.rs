@@ -2,12 +2,12 @@
 
 use super::object::{RADIUS_M, Target};
 use super::{ANSWER_PATIENCE, DemoError, views};
-use shatter_server::commands::interrupt;
 use crate::report::{StageTime, significant};
 use nalgebra::Vector3;
-use shatter_export::Written;
 use shatter_client::{Broken, Deadline, Fragment, Impact, Object};
+use shatter_export::Written;
 use shatter_proto::answer::{STAGES, SummaryWire};
+use shatter_server::commands::interrupt;
 use std::path::Path;
 
 /// Everything random follows from it.

@@ -1,8 +1,8 @@
 //! The daemon as a process of its own.
 
 use super::DemoError;
-use shatter_server::commands::interrupt;
 use rustix::process::{Pid, Signal, kill_process};
+use shatter_server::commands::interrupt;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
 use std::process::{Child, ChildStdout, Command, Stdio};

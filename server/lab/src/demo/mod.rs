@@ -17,15 +17,15 @@ mod views;
 pub use error::DemoError;
 pub use object::NAME;
 
-use shatter_server::commands::interrupt;
 use crate::report;
 use blow::Blow;
 use daemon::Daemon;
 use energy::SurfaceEnergy;
 use object::Target;
 use progress::Progress;
-use shatter_export::write_whole;
 use shatter_client::{Deadline, Shatter};
+use shatter_export::write_whole;
+use shatter_server::commands::interrupt;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 

@@ -2,14 +2,14 @@
 
 use super::DemoError;
 use super::progress::Progress;
-use shatter_fracture::scene::MATERIALS;
-use shatter_server::commands::interrupt;
 use nalgebra::{Point3, Vector3};
 use shatter_fracture::database::{self, BakeRequest, Step};
 use shatter_fracture::pipeline::Prepared;
+use shatter_fracture::scene::MATERIALS;
 use shatter_fracture::scene::Materials;
 use shatter_fracture::surface::{RawMesh, shapes};
 use shatter_fracture::token::Token;
+use shatter_server::commands::interrupt;
 use std::path::Path;
 
 /// Name of the object in the service.

@@ -1,7 +1,6 @@
 //! The object, its impacts, and what strikes of it take.
 
 use super::{Plan, StudyError, Times};
-use shatter_fracture::scene::MATERIALS;
 use shatter_fracture::centroidal::Field;
 use shatter_fracture::database::{BakeRequest, Tables, bake};
 use shatter_fracture::degree;
@@ -11,6 +10,7 @@ use shatter_fracture::pipeline::{
     self, BodyEnergy, DegreeRequest, Impact, Prepared, Sampler, Strike, StrikeError, Workspace, strain_energy,
 };
 use shatter_fracture::random::Stream;
+use shatter_fracture::scene::MATERIALS;
 use shatter_fracture::scene::Materials;
 use shatter_fracture::token::Token;
 use std::time::Instant;

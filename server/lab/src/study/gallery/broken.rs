@@ -3,8 +3,8 @@
 use super::super::effects::EffectsError;
 use super::super::exploded::exploded;
 use crate::picture::{Mesh, Spread};
-use shatter_engine::wire::refusal;
 use nalgebra::{Point3, Vector3};
+use shatter_engine::wire::refusal;
 use shatter_fracture::pipeline::{self, DegreeRequest, FragmentRow, Outcome, Pieces, Prepared, Strike, Workspace};
 use shatter_fracture::scene::Effect;
 use shatter_fracture::token::Token;

@@ -4,12 +4,12 @@ use super::super::effects::EffectsError;
 use super::Pair;
 use super::broken::Broken;
 use super::marks::{self, SPREAD};
-use shatter_fracture::scene::MATERIALS;
 use crate::picture::{Colour, Mesh};
 use nalgebra::{Point3, Vector3};
 use shatter_fracture::database::{BakeRequest, bake};
 use shatter_fracture::lift::LiftKind;
 use shatter_fracture::pipeline::{Contact, DegreeRequest, Prepared, Strike};
+use shatter_fracture::scene::MATERIALS;
 use shatter_fracture::scene::{
     Anchors, Controls, DEFAULT_GRAVITY_M_S2, Effect, Effects, Grain, Materials, Paint, Region, Waves,
 };

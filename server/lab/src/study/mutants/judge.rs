@@ -3,11 +3,11 @@
 use super::check::{Fault, check};
 use super::inside::clearly_has_inside;
 use super::{Mutant, kinds};
-use shatter_fracture::scene::MATERIALS;
 use rayon::ThreadPoolBuilder;
 use shatter_fracture::database::{BakeError, BakeRequest, bake};
 use shatter_fracture::lift::LiftKind;
 use shatter_fracture::pipeline::{self, DegreeRequest, Prepared, Strike, StrikeError, Workspace};
+use shatter_fracture::scene::MATERIALS;
 use shatter_fracture::scene::{Material, MaterialError, Materials};
 use shatter_fracture::surface::RawMesh;
 use shatter_fracture::token::Token;

@@ -1,7 +1,7 @@
 //! What a refusal is called, and whether it is one.
 
-use shatter_server::commands::Failure;
 use shatter_fracture::database::BakeError;
+use shatter_server::commands::Failure;
 
 /// A refusal's kind as the command line tells it, or nothing where the fault is the engine's own.
 pub(super) fn refusal(error: BakeError) -> Result<(&'static str, String), String> {

@@ -1,13 +1,13 @@
 //! The body that both figures break, and how their panels are drawn.
 
 use super::{DIAGONAL_M, Panel, PaperError, Plan};
-use shatter_fracture::scene::MATERIALS;
 use crate::picture::{Backdrop, Camera, Image, Mesh, Projection, Size, Style, draw};
 use crate::study::gallery::Broken;
 use nalgebra::{Point3, Vector3};
 use shatter_export::contact::{Hertz, Material, Partner};
 use shatter_fracture::database::{BakeRequest, bake};
 use shatter_fracture::pipeline::{DegreeRequest, Prepared, Strike};
+use shatter_fracture::scene::MATERIALS;
 use shatter_fracture::scene::Materials;
 use shatter_fracture::surface::RawMesh;
 use shatter_fracture::token::Token;

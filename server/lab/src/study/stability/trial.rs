@@ -1,9 +1,7 @@
 //! What cases have in common: bake a mesh, strike it, and see whether the answer is sound.
 
-use shatter_server::commands::Failure;
-use shatter_fracture::scene::MATERIALS;
-use shatter_engine::wire;
 use nalgebra::{Point3, Vector3};
+use shatter_engine::wire;
 use shatter_fracture::database::{BakeError, BakeRequest, bake};
 use shatter_fracture::elasticity::ElasticityError;
 use shatter_fracture::fragment::closed;
@@ -12,9 +10,11 @@ use shatter_fracture::lift::LiftError;
 use shatter_fracture::pipeline::{
     self, DegreeRequest, DegreeSource, FragmentRow, Prepared, RunRow, Strike, StrikeError, Workspace,
 };
+use shatter_fracture::scene::MATERIALS;
 use shatter_fracture::scene::{Material, MaterialError, Materials};
 use shatter_fracture::surface::{RawMesh, SurfaceError};
 use shatter_fracture::token::Token;
+use shatter_server::commands::Failure;
 
 /// Why a case has no figure: a refusal as the programs name it, or a fault.
 #[derive(Clone, Debug, PartialEq, Eq)]

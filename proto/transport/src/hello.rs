@@ -1,8 +1,9 @@
 //! The file by which a client tells absence from a mismatch. Its name carries no version, and a client of any version can
 //! read the fields it needs to say what is wrong.
 
-use crate::{Kind, PROTOCOL_VERSION, Refusal, TRANSPORT_VERSION};
+use crate::TRANSPORT_VERSION;
 use serde::{Deserialize, Serialize};
+use shatter_proto::{Kind, PROTOCOL_VERSION, Refusal};
 
 /// What a daemon says about itself.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]

@@ -7,7 +7,8 @@
 
 use crate::hello::Hello;
 use crate::place::{Place, create_private, trusted};
-use crate::{Kind, Refusal, shared_memory};
+use crate::shared_memory;
+use shatter_proto::{Kind, Refusal};
 use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -80,8 +81,8 @@ impl Instance {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::name::ServiceName;
-    use crate::transport::PREFIX;
+    use crate::PREFIX;
+    use shatter_proto::name::ServiceName;
 
     fn place(name: &str, runtime: &str, uid: u32) -> Place {
         Place::new(&ServiceName::new(name).unwrap(), Some(Path::new(runtime)), uid)

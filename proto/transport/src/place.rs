@@ -2,8 +2,8 @@
 //! runtime folders never meet. What changes with each daemon is an [`Instance`](crate::instance::Instance).
 
 use crate::instance::DIGITS;
-use crate::name::ServiceName;
-use crate::{Kind, Refusal};
+use shatter_proto::name::ServiceName;
+use shatter_proto::{Kind, Refusal};
 use std::io::ErrorKind;
 use std::os::unix::ffi::OsStrExt;
 use std::os::unix::fs::{DirBuilderExt, MetadataExt};

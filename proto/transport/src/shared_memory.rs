@@ -1,9 +1,9 @@
 //! Shared memory is sparse: a page exists once it is written, and a machine that has none left answers with SIGBUS. So pages are
 //! asked for before they are written, by both sides.
 
-use crate::{Kind, Refusal};
 use rustix::io::Errno;
 use rustix::mm::{Advice, madvise};
+use shatter_proto::{Kind, Refusal};
 use std::ops::Range;
 use std::path::Path;
 

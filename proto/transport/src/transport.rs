@@ -1,7 +1,6 @@
 //! What both sides tell the transport: names, limits and the configuration that keeps services apart.
 
 use crate::instance::Instance;
-use crate::{Kind, Refusal};
 use iceoryx2::prelude::{Config, FileName, Path, SemanticString, ServiceName, ZeroCopySend};
 use iceoryx2::service::{Service, internal::ServiceInternal};
 use iceoryx2::unique_id_generator::unique_system_id::UniqueSystemId;
@@ -14,6 +13,7 @@ use iceoryx2_cal::resizable_shared_memory::dynamic::DynamicMemory;
 use iceoryx2_cal::shared_memory::file::Memory;
 use iceoryx2_cal::shm_allocator::{bump_allocator::BumpAllocator, pool_allocator::PoolAllocator};
 use iceoryx2_cal::{bag, hash, monitoring, reactor, serialize, static_storage, zero_copy_connection::file::Connection};
+use shatter_proto::{Kind, Refusal};
 use std::fmt::Debug;
 use std::os::unix::ffi::OsStrExt;
 

@@ -1,0 +1,34 @@
+//! What may lie in shared memory.
+
+use crate::answer::{AnswerHeader, Block};
+use crate::control::{ControlHeader, ControlWire};
+use crate::refusal::RefusalWire;
+use crate::request::{ContactWire, StrikeWire};
+use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
+
+/// Lets values of a type lie in shared memory, under a name that both sides compare.
+macro_rules! zero_copy {
+    ($($type:ty: $name:literal,)*) => {$(
+        // SAFETY: the type is `repr(C)` and plain old data (`Pod`, checked by its derive): of fixed size, without pointers, and as valid
+        // in another process as in this one.
+        unsafe impl ZeroCopySend for $type {
+            unsafe fn type_name() -> &'static str {
+                let _: fn(&$type) = plain;
+                $name
+            }
+        }
+    )*};
+}
+
+/// Compiles for plain old data alone.
+fn plain<T: bytemuck::Pod>(_: &T) {}
+
+zero_copy! {
+    Block: "shatter.Block.v1",
+    AnswerHeader: "shatter.AnswerHeader.v1",
+    ControlWire: "shatter.Control.v1",
+    ControlHeader: "shatter.ControlHeader.v1",
+    RefusalWire: "shatter.Refusal.v1",
+    ContactWire: "shatter.Contact.v1",
+    StrikeWire: "shatter.Strike.v1",
+}

@@ -1,0 +1,12 @@
+//! Where `shatterd` and its clients meet: the transport as both configure it, its names, files and folders.
+
+pub mod hello;
+pub mod instance;
+pub mod place;
+pub mod shared_memory;
+mod transport;
+
+pub use transport::*;
+
+/// Version of the transport. iceoryx2 demands the same on both sides, patch included.
+pub const TRANSPORT_VERSION: &str = "iceoryx2 0.10.0";
