@@ -6,7 +6,7 @@ pub mod arrivals;
 mod catalog;
 pub mod commands;
 pub mod config;
-pub mod ears;
+pub mod event_source;
 pub mod ipc;
 pub mod jobs;
 pub mod kept;

@@ -3,7 +3,7 @@
 use crate::arrivals::Arrivals;
 use crate::catalog::{Catalog, Retired, unix_ns};
 use crate::config::Config;
-use crate::ears::{Ears, Signals, Woken};
+use crate::event_source::{EventSource, Signals, WakeEvent};
 use crate::ipc::{ActiveQuestion, Bell, Entrance, Home, Orphans, Pool, Populated, Ports};
 use crate::jobs::{Crew, Event, Jobs, lanes, threads};
 use crate::kept::Answers;
@@ -78,7 +78,7 @@ async fn serve(options: Options) -> Result<(), Refusal> {
         return home.close();
     };
     let (mut daemon, bell, events) = Daemon::start(home, config, loaded?)?;
-    let mut ears = Ears::new(&daemon.config, bell, events, operations, signals, stop);
+    let mut ears = EventSource::new(&daemon.config, bell, events, operations, signals, stop);
     daemon.home.say_hello()?;
     daemon.tell(NotifyState::Ready);
     tracing::info!(service = place.service.as_str(), folder = %place.folder.display(), "ready");
@@ -162,11 +162,11 @@ impl Daemon {
 
     /// Sleeps until something wakes it, or a tick: every wait has a bound, and after each everything is looked at. Whether it was
     /// asked to end.
-    async fn turn(&mut self, ears: &mut Ears) -> bool {
+    async fn turn(&mut self, ears: &mut EventSource) -> bool {
         match ears.listen(self.nap()).await {
-            Woken::Bell => {}
-            Woken::Event(event) => self.on(event),
-            Woken::Cleanup => {
+            WakeEvent::Bell => {}
+            WakeEvent::Event(event) => self.on(event),
+            WakeEvent::Cleanup => {
                 self.bury_the_dead();
                 self.bury_orphans();
                 self.arrivals.retain(&self.crew.listeners());
@@ -174,12 +174,12 @@ impl Daemon {
                 // What it finds it says, and puts right.
                 let _ = self.entrance.check();
             }
-            Woken::Metrics => self.write_metrics(),
-            Woken::Heartbeat => notify(&[NotifyState::Watchdog]),
-            Woken::Look => self.librarian.look(),
-            Woken::Reload => self.librarian.reload(&self.catalog),
-            Woken::Inquiry(inquiry) => self.report(inquiry),
-            Woken::End => return true,
+            WakeEvent::Metrics => self.write_metrics(),
+            WakeEvent::Heartbeat => notify(&[NotifyState::Watchdog]),
+            WakeEvent::Look => self.librarian.look(),
+            WakeEvent::Reload => self.librarian.reload(&self.catalog),
+            WakeEvent::Inquiry(inquiry) => self.report(inquiry),
+            WakeEvent::End => return true,
         }
         for _ in 0..self.jobs.prune() {
             self.metrics.ended(End::Cancelled);
@@ -387,7 +387,7 @@ impl Daemon {
 
     /// Ends in order: nobody new, what was taken in may finish for a while (a second signal ends the wait), what is left is
     /// refused or cancelled.
-    async fn end(mut self, mut ears: Ears) {
+    async fn end(mut self, mut ears: EventSource) {
         self.jobs.close();
         tracing::info!(running = self.jobs.running(), queued = self.jobs.queued(), "ending");
         self.tell(NotifyState::Stopping);

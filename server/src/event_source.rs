@@ -16,7 +16,7 @@ use tokio::time::{Interval, MissedTickBehavior, interval};
 const IDLE: Duration = Duration::from_secs(3600);
 
 /// What woke the loop.
-pub enum Woken {
+pub enum WakeEvent {
     /// A client rang, or a tick has passed.
     Bell,
     /// A computing thread or the librarian has news.
@@ -38,7 +38,7 @@ pub enum Woken {
 }
 
 /// All of it.
-pub struct Ears {
+pub struct EventSource {
     bell: Bell,
     events: UnboundedReceiver<Event>,
     operations: Operations,
@@ -94,7 +94,7 @@ impl Signals {
     }
 }
 
-impl Ears {
+impl EventSource {
     /// Needs a tokio runtime.
     pub fn new(
         config: &Config,
@@ -121,19 +121,19 @@ impl Ears {
     }
 
     /// Waits until something happens, or a tick has passed: a lost ring costs that long.
-    pub async fn listen(&mut self, tick: Duration) -> Woken {
+    pub async fn listen(&mut self, tick: Duration) -> WakeEvent {
         tokio::select! {
-            () = self.bell.wait(tick) => Woken::Bell,
-            Some(event) = self.events.recv() => Woken::Event(event),
-            _ = self.cleanup.tick() => Woken::Cleanup,
-            _ = self.metrics.tick() => Woken::Metrics,
-            () = next(&mut self.heartbeat) => Woken::Heartbeat,
-            () = next(&mut self.look) => Woken::Look,
-            inquiry = self.operations.next() => Woken::Inquiry(inquiry),
-            _ = self.signals.hangup.recv() => Woken::Reload,
-            _ = self.signals.interrupt.recv() => Woken::End,
-            _ = self.signals.terminate.recv() => Woken::End,
-            () = self.stop.notified() => Woken::End,
+            () = self.bell.wait(tick) => WakeEvent::Bell,
+            Some(event) = self.events.recv() => WakeEvent::Event(event),
+            _ = self.cleanup.tick() => WakeEvent::Cleanup,
+            _ = self.metrics.tick() => WakeEvent::Metrics,
+            () = next(&mut self.heartbeat) => WakeEvent::Heartbeat,
+            () = next(&mut self.look) => WakeEvent::Look,
+            inquiry = self.operations.next() => WakeEvent::Inquiry(inquiry),
+            _ = self.signals.hangup.recv() => WakeEvent::Reload,
+            _ = self.signals.interrupt.recv() => WakeEvent::End,
+            _ = self.signals.terminate.recv() => WakeEvent::End,
+            () = self.stop.notified() => WakeEvent::End,
         }
     }
 }
