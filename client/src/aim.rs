@@ -1,8 +1,8 @@
 //! Rays: struck is the point where one first meets the object.
 
-use crate::{Broken, Deadline, Impact, Object};
+use crate::{Deadline, FractureResult, Impact, Object};
 use shatter_proto::answer::HitWire;
-use shatter_proto::{Kind, Refusal};
+use shatter_proto::{Error, ErrorKind};
 
 /// A ray, in the coordinates of the connection: those of the mesh file unless it has a convention.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,7 +37,7 @@ impl Hit {
     }
 }
 
-impl Broken {
+impl FractureResult {
     /// Where the ray of the strike met the object; `None` if the strike had no ray.
     pub fn hit(&self) -> Option<Hit> {
         Hit::of(&self.view().summary.hit)
@@ -50,7 +50,7 @@ impl Object {
     ///
     /// # Errors
     /// `ray` without a direction, `ray_missed` with the closest approach, and what [`Object::strike`] refuses.
-    pub fn aim(&self, ray: Ray, deadline: Deadline) -> Result<Hit, Refusal> {
+    pub fn aim(&self, ray: Ray, deadline: Deadline) -> Result<Hit, Error> {
         self.hit(&Impact::aim(ray), deadline)
     }
 
@@ -59,12 +59,12 @@ impl Object {
     ///
     /// # Errors
     /// As [`Object::aim`], and `unknown_handle`, `unknown_fragment`, `fragment_size`.
-    pub fn aim_at_fragment(&self, handle: u64, fragment: u32, ray: Ray, deadline: Deadline) -> Result<Hit, Refusal> {
+    pub fn aim_at_fragment(&self, handle: u64, fragment: u32, ray: Ray, deadline: Deadline) -> Result<Hit, Error> {
         self.hit(&Impact::aim(ray).from(handle, fragment), deadline)
     }
 
-    fn hit(&self, aim: &Impact, deadline: Deadline) -> Result<Hit, Refusal> {
+    fn hit(&self, aim: &Impact, deadline: Deadline) -> Result<Hit, Error> {
         let broken = self.strike(aim)?.wait(deadline)?;
-        broken.hit().ok_or_else(|| Refusal::new(Kind::BadAnswer, "hit", "the service sent no hit for a ray"))
+        broken.hit().ok_or_else(|| Error::new(ErrorKind::BadAnswer, "hit", "the service sent no hit for a ray"))
     }
 }

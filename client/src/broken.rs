@@ -1,25 +1,25 @@
 //! An answer: fragments borrowed straight from shared memory.
 
-use crate::link::{Answer, Held};
+use crate::link::{LoanCount, LoanedResult};
 use shatter_proto::answer::{
-    BLOCK_BYTES, BondWire, DebrisWire, EffectWire, FragmentWire, HitWire, LookWire, OUTER, RunWire, SkinVertexWire,
-    StageWire, SummaryWire, VelocityWire,
+    BLOCK_BYTES, BondWire, DebrisWire, EffectWire, FragmentWire, HitWire, OUTER, RunWire, SkinVertexWire, StageWire,
+    SummaryWire, VelocityWire, VertexAttributeWire,
 };
 use shatter_proto::convention::Convention;
-use shatter_proto::view::{Checked, View};
-use shatter_proto::{Kind, Refusal};
+use shatter_proto::view::{CheckedLayout, ResultView};
+use shatter_proto::{Error, ErrorKind};
 use std::time::Duration;
 
 /// The answer to a strike. It holds one bucket of the daemon's pool until it is dropped: drop it once the fragments are
 /// copied to where they are needed.
 ///
 /// May be sent to another thread; to share it between threads, share its [`Broken::view`].
-pub struct Broken {
-    answer: Answer,
-    checked: Box<Checked>,
+pub struct FractureResult {
+    answer: LoanedResult,
+    checked: Box<CheckedLayout>,
     convention: Convention,
     round_trip: Duration,
-    _held: Held,
+    _held: LoanCount,
 }
 
 /// What a view shows if the daemon's memory changed under it.
@@ -57,27 +57,27 @@ static NOTHING: SummaryWire = SummaryWire {
     hit: HitWire { point_m: [0.0; 3], normal: [0.0; 3], distance_m: 0.0, body: 0, present: 0 },
 };
 
-impl Broken {
+impl FractureResult {
     /// Checks every offset, count and index of `answer` before anything of it is used. The request has a sequence and a convention.
     pub(crate) fn new(
-        answer: Answer,
+        answer: LoanedResult,
         (sequence, convention): (u64, Convention),
         round_trip: Duration,
-        held: Held,
-    ) -> Result<Self, Refusal> {
+        held: LoanCount,
+    ) -> Result<Self, Error> {
         let header = *answer.user_header();
         if header.sequence != sequence {
             let message = format!("the answer is to request {}, not {sequence}", header.sequence);
-            return Err(Refusal::new(Kind::BadAnswer, "sequence", message));
+            return Err(Error::new(ErrorKind::BadAnswer, "sequence", message));
         }
-        let checked = Box::new(Checked::new(&header, answer.payload())?);
+        let checked = Box::new(CheckedLayout::new(&header, answer.payload())?);
         Ok(Self { answer, checked, convention, round_trip, _held: held })
     }
 
     /// All sections, borrowed from shared memory.
-    pub fn view(&self) -> View<'_> {
+    pub fn view(&self) -> ResultView<'_> {
         // The ranges fit: they were checked against this very payload, whose length does not change.
-        self.checked.view(self.answer.payload()).unwrap_or(View {
+        self.checked.view(self.answer.payload()).unwrap_or(ResultView {
             summary: &NOTHING,
             stages: &[],
             fragments: &[],
@@ -175,7 +175,7 @@ impl Broken {
 }
 
 /// The fragments of an answer, in the order of their ids.
-pub(crate) fn fragments(view: View<'_>) -> impl ExactSizeIterator<Item = Fragment<'_>> {
+pub(crate) fn fragments(view: ResultView<'_>) -> impl ExactSizeIterator<Item = Fragment<'_>> {
     view.fragments.iter().map(move |row| Fragment { row, view })
 }
 
@@ -183,7 +183,7 @@ pub(crate) fn fragments(view: View<'_>) -> impl ExactSizeIterator<Item = Fragmen
 #[derive(Clone, Copy)]
 pub struct Fragment<'a> {
     row: &'a FragmentWire,
-    view: View<'a>,
+    view: ResultView<'a>,
 }
 
 /// Triangles of one fragment that face one neighbour, or the outside, or what was there before an earlier crack.
@@ -205,7 +205,7 @@ pub struct Run<'a> {
 
 /// The convex proxy of a fragment, for collisions: at most 64 triangles, and fewer vertices.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Hull<'a> {
+pub struct HullMesh<'a> {
     /// Corners, m, relative to [`Fragment::centre_m`].
     pub positions: &'a [[f32; 3]],
     /// Indices into the corners, three per triangle, counter-clockwise from outside.
@@ -219,7 +219,7 @@ pub struct Hull<'a> {
 /// The input's own triangles as far as they are a fragment's, for rendering: with the crack faces of its runs they are what is seen
 /// of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Skin<'a> {
+pub struct FragmentSkin<'a> {
     /// Vertices, relative to [`Fragment::centre_m`].
     pub vertices: &'a [SkinVertexWire],
     /// Indices into the vertices, three per triangle, counter-clockwise from outside.
@@ -267,15 +267,15 @@ impl<'a> Fragment<'a> {
     }
 
     /// Its convex proxy; `None` unless `hulls` is on, and for a fragment too flat for one.
-    pub fn hull(&self) -> Option<Hull<'a>> {
+    pub fn hull(&self) -> Option<HullMesh<'a>> {
         let row = self.view.hulls.get(self.row.id as usize).filter(|row| row.vertex_count > 0)?;
         let positions = part(self.view.hull_positions, row.vertex_first, row.vertex_count);
         let indices = part(self.view.hull_indices, row.index_first, row.index_count);
-        Some(Hull { positions, indices, coverage: row.coverage, margin_m: row.margin_m })
+        Some(HullMesh { positions, indices, coverage: row.coverage, margin_m: row.margin_m })
     }
 
     /// How the outer faces look where the input does so, one per position, zero on cracks; empty unless `attributes` is on.
-    pub fn looks(&self) -> &'a [LookWire] {
+    pub fn looks(&self) -> &'a [VertexAttributeWire] {
         part(self.view.looks, self.row.vertex_first, self.row.vertex_count)
     }
 
@@ -286,9 +286,9 @@ impl<'a> Fragment<'a> {
     }
 
     /// Its part of the input's surface; `None` unless `skin` is on.
-    pub fn skin(&self) -> Option<Skin<'a>> {
+    pub fn skin(&self) -> Option<FragmentSkin<'a>> {
         let row = self.view.skins.get(self.row.id as usize)?;
-        Some(Skin {
+        Some(FragmentSkin {
             vertices: part(self.view.skin_vertices, row.vertex_first, row.vertex_count),
             indices: part(self.view.skin_indices, row.index_first, row.index_count),
             materials: part(self.view.skin_materials, row.index_first / 3, row.index_count / 3),

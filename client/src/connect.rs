@@ -1,12 +1,12 @@
 //! From the name of a service to a connection.
 
 use crate::control::{self, ObjectFacts, Status};
-use crate::line::{Attempt, Line};
+use crate::line::{Attempt, Session};
 use crate::{Deadline, Object};
 use shatter_proto::convention::Convention;
 use shatter_proto::name::{ServiceName, unknown_object};
-use shatter_proto::{Kind, Refusal};
-use shatter_transport::place::Place;
+use shatter_proto::{Error, ErrorKind};
+use shatter_transport::place::ServicePaths;
 use std::ffi::OsString;
 use std::path::Path;
 use std::sync::Arc;
@@ -28,25 +28,25 @@ const GOODBYE: Duration = Duration::from_millis(100);
 /// It outlives the daemon: strikes and questions under way when a daemon goes away end with `lost`, and the next ones go to
 /// the daemon that then serves, or end with `no_daemon` at once.
 #[derive(Clone)]
-pub struct Shatter {
-    line: Arc<Line>,
+pub struct Client {
+    line: Arc<Session>,
     convention: Convention,
 }
 
 /// An answer that the service keeps; dropping this gives it back, and waits for the reply for a tenth of a second at most.
-pub struct Hold {
-    service: Shatter,
+pub struct RetainGuard {
+    service: Client,
     handle: u64,
 }
 
-impl Hold {
+impl RetainGuard {
     /// Names the answer to strikes.
     pub fn handle(&self) -> u64 {
         self.handle
     }
 }
 
-impl Drop for Hold {
+impl Drop for RetainGuard {
     fn drop(&mut self) {
         if let Err(refusal) = self.service.release(self.handle, Deadline::after(GOODBYE)) {
             tracing::debug!(%refusal, "an answer was not given back");
@@ -55,10 +55,10 @@ impl Drop for Hold {
 }
 
 /// Where the service `name` of this user lives.
-pub fn place(name: &str) -> Result<Place, Refusal> {
+pub fn place(name: &str) -> Result<ServicePaths, Error> {
     let name = ServiceName::new(name)?;
     let runtime = std::env::var_os("XDG_RUNTIME_DIR");
-    Ok(Place::new(&name, runtime.as_deref().map(Path::new), rustix::process::geteuid().as_raw()))
+    Ok(ServicePaths::new(&name, runtime.as_deref().map(Path::new), rustix::process::geteuid().as_raw()))
 }
 
 /// Environment variable that names the service of those who name none.
@@ -68,24 +68,25 @@ pub const SERVICE_VARIABLE: &str = "SHATTER_SERVICE";
 ///
 /// # Errors
 /// `service_name` if the variable holds no name of a service.
-pub fn default_service() -> Result<String, Refusal> {
+pub fn default_service() -> Result<String, Error> {
     named(std::env::var_os(SERVICE_VARIABLE))
 }
 
 /// The service that this value of the variable names.
-fn named(variable: Option<OsString>) -> Result<String, Refusal> {
+fn named(variable: Option<OsString>) -> Result<String, Error> {
     let Some(variable) = variable else { return Ok(SERVICE.to_owned()) };
     let name = ServiceName::new(&variable.to_string_lossy());
-    name.map(|name| name.as_str().to_owned())
-        .map_err(|refusal| Refusal::new(Kind::ServiceName, SERVICE_VARIABLE, format!("{SERVICE_VARIABLE}: {refusal}")))
+    name.map(|name| name.as_str().to_owned()).map_err(|refusal| {
+        Error::new(ErrorKind::ServiceName, SERVICE_VARIABLE, format!("{SERVICE_VARIABLE}: {refusal}"))
+    })
 }
 
-impl Shatter {
+impl Client {
     /// Connects, as [`Self::connect`], to the service that `SHATTER_SERVICE` names, or to `default` where that is not set.
     ///
     /// # Errors
     /// Those of [`Self::connect`].
-    pub fn connect_default(deadline: Deadline) -> Result<Self, Refusal> {
+    pub fn connect_default(deadline: Deadline) -> Result<Self, Error> {
         Self::connect(&default_service()?, deadline)
     }
 
@@ -94,16 +95,16 @@ impl Shatter {
     ///
     /// Errors: `no_daemon`, `version_mismatch` (names both versions), `busy` (no place for another client),
     /// `runtime_folder`, `service_name`, `transport`.
-    pub fn connect(name: &str, deadline: Deadline) -> Result<Self, Refusal> {
+    pub fn connect(name: &str, deadline: Deadline) -> Result<Self, Error> {
         Self::connect_at(&place(name)?, deadline)
     }
 
     /// Connects to the service at `place`, as [`Self::connect`].
-    pub fn connect_at(place: &Place, deadline: Deadline) -> Result<Self, Refusal> {
+    pub fn connect_at(place: &ServicePaths, deadline: Deadline) -> Result<Self, Error> {
         let begun = Instant::now();
-        let full = |refusal: &Refusal| refusal.kind == Kind::Busy && begun.elapsed() < PLACE && !deadline.passed();
+        let full = |refusal: &Error| refusal.kind == ErrorKind::Busy && begun.elapsed() < PLACE && !deadline.passed();
         loop {
-            match Line::open(place) {
+            match Session::open(place) {
                 Ok(line) => return Ok(Self { line: Arc::new(line), convention: Convention::default() }),
                 Err(Attempt::Final(refusal)) if full(&refusal) => std::thread::sleep(PAUSE.min(deadline.left())),
                 Err(Attempt::Final(refusal)) => return Err(refusal),
@@ -114,11 +115,11 @@ impl Shatter {
     }
 
     /// Connects like [`Self::connect`], but waits for a daemon to appear.
-    pub fn wait_for(name: &str, deadline: Deadline) -> Result<Self, Refusal> {
+    pub fn wait_for(name: &str, deadline: Deadline) -> Result<Self, Error> {
         let place = place(name)?;
         loop {
             match Self::connect_at(&place, deadline) {
-                Err(refusal) if refusal.kind == Kind::NoDaemon && !deadline.passed() => {
+                Err(refusal) if refusal.kind == ErrorKind::NoDaemon && !deadline.passed() => {
                     std::thread::sleep(PAUSE.min(deadline.left()));
                 }
                 result => return result,
@@ -134,12 +135,12 @@ impl Shatter {
     }
 
     /// All objects, ready or not, by name.
-    pub fn objects(&self, deadline: Deadline) -> Result<Vec<ObjectFacts>, Refusal> {
+    pub fn objects(&self, deadline: Deadline) -> Result<Vec<ObjectFacts>, Error> {
         self.line.over(|link| control::objects(&link, deadline))
     }
 
     /// The object `name`, ready to be struck. Errors: `unknown_object`, `corrupt_object`.
-    pub fn object(&self, name: &str, deadline: Deadline) -> Result<Object, Refusal> {
+    pub fn object(&self, name: &str, deadline: Deadline) -> Result<Object, Error> {
         let objects = self.objects(deadline)?;
         let names: Vec<String> = objects.iter().map(|facts| facts.name.clone()).collect();
         match objects.into_iter().find(|facts| facts.name == name) {
@@ -164,17 +165,17 @@ impl Shatter {
     /// this connection still find it.
     ///
     /// Errors: `unknown_handle` if none is.
-    pub fn release(&self, handle: u64, deadline: Deadline) -> Result<(), Refusal> {
+    pub fn release(&self, handle: u64, deadline: Deadline) -> Result<(), Error> {
         self.line.over(|link| control::release(&link, handle, deadline))
     }
 
     /// Gives the answer that is kept under `handle` back once the hold is dropped.
-    pub fn hold(&self, handle: u64) -> Hold {
-        Hold { service: self.clone(), handle }
+    pub fn hold(&self, handle: u64) -> RetainGuard {
+        RetainGuard { service: self.clone(), handle }
     }
 
     /// How the service goes.
-    pub fn status(&self, deadline: Deadline) -> Result<Status, Refusal> {
+    pub fn status(&self, deadline: Deadline) -> Result<Status, Error> {
         self.line.over(|link| control::status(&link, deadline))
     }
 }
@@ -191,7 +192,7 @@ mod tests {
             let refusal = named(Some(odd.into())).unwrap_err();
             assert_eq!(
                 (refusal.kind, refusal.at.as_str()),
-                (Kind::ServiceName, SERVICE_VARIABLE),
+                (ErrorKind::ServiceName, SERVICE_VARIABLE),
                 "{}",
                 refusal.message
             );

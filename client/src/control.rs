@@ -1,12 +1,12 @@
 //! Questions to the small service beside the strikes.
 
 use crate::Deadline;
-use crate::link::{Link, PendingQuestion, Pulse, receive_failed};
-use shatter_export::contact::{Material, Partner, Terms};
+use crate::link::{Connection, LivenessCheck, PendingControlRequest, receive_failed};
+use shatter_export::contact::{ContactBody, ContactPolicy, ElasticMaterial};
 use shatter_proto::answer::STAGES;
-use shatter_proto::control::{Latency, ObjectRow, ObjectState, Question, Row, StatusRow, read};
-use shatter_proto::refusal::RefusalWire;
-use shatter_proto::{Kind, Refusal};
+use shatter_proto::control::{ControlRequest, Latency, ObjectRow, ObjectState, ReplyRow, StatusRow, read};
+use shatter_proto::refusal::ErrorWire;
+use shatter_proto::{Error, ErrorKind};
 use std::time::Duration;
 
 /// What `list` says about one object.
@@ -20,7 +20,7 @@ pub struct ObjectFacts {
     pub state: ObjectState,
     /// Why it cannot be struck: `loading` or `corrupt_object`. If it is ready: why what lies in its place now could not; the version loaded before is
     /// served until that is mended or removed.
-    pub refusal: Option<Refusal>,
+    pub refusal: Option<Error>,
     /// Name of its material.
     pub material: String,
     /// Bodies (components).
@@ -69,15 +69,15 @@ pub struct ObjectFacts {
 
 impl ObjectFacts {
     /// What the object is made of, for the theory of contacts.
-    pub fn contact_material(&self) -> Material {
-        Material { young_pa: self.young_pa, poisson: self.poisson }
+    pub fn contact_material(&self) -> ElasticMaterial {
+        ElasticMaterial { young_pa: self.young_pa, poisson: self.poisson }
     }
 
     /// Terms of a body that is `mass_kg` of the object: contacts nearer than its own contact radius are one. Its surface where it is
     /// touched is taken for a sphere of a quarter of the diagonal; say better with [`Terms::radius`] where the host knows.
-    pub fn contact_terms(&self, mass_kg: f64) -> Terms {
-        let own = Partner { material: self.contact_material(), mass_kg, radius_m: 0.25 * self.diagonal_m };
-        Terms::new(own).merge(self.radius_m)
+    pub fn contact_terms(&self, mass_kg: f64) -> ContactPolicy {
+        let own = ContactBody { material: self.contact_material(), mass_kg, radius_m: 0.25 * self.diagonal_m };
+        ContactPolicy::new(own).merge(self.radius_m)
     }
 }
 
@@ -130,10 +130,10 @@ impl Status {
     }
 }
 
-pub(crate) fn objects(link: &Link, deadline: Deadline) -> Result<Vec<ObjectFacts>, Refusal> {
+pub(crate) fn objects(link: &Connection, deadline: Deadline) -> Result<Vec<ObjectFacts>, Error> {
     let mut objects: Vec<ObjectFacts> = Vec::new();
     loop {
-        let (rows, total) = ask::<ObjectRow>(link, Question::List(objects.len() as u32), deadline)?;
+        let (rows, total) = ask::<ObjectRow>(link, ControlRequest::List(objects.len() as u32), deadline)?;
         objects.extend(rows.iter().map(ObjectFacts::from));
         if rows.is_empty() || objects.len() >= total as usize {
             return Ok(objects);
@@ -141,26 +141,26 @@ pub(crate) fn objects(link: &Link, deadline: Deadline) -> Result<Vec<ObjectFacts
     }
 }
 
-pub(crate) fn status(link: &Link, deadline: Deadline) -> Result<Status, Refusal> {
-    let (rows, _) = ask::<StatusRow>(link, Question::Status, deadline)?;
+pub(crate) fn status(link: &Connection, deadline: Deadline) -> Result<Status, Error> {
+    let (rows, _) = ask::<StatusRow>(link, ControlRequest::Status, deadline)?;
     rows.first().copied().map(Status).ok_or_else(unanswered)
 }
 
-pub(crate) fn release(link: &Link, handle: u64, deadline: Deadline) -> Result<(), Refusal> {
+pub(crate) fn release(link: &Connection, handle: u64, deadline: Deadline) -> Result<(), Error> {
     let after = link.last_sequence();
-    ask::<RefusalWire>(link, Question::Release { handle, after }, deadline).map(|_| ())
+    ask::<ErrorWire>(link, ControlRequest::Release { handle, after }, deadline).map(|_| ())
 }
 
 /// Asks and waits; returns the rows and how many there are in all.
-fn ask<R: Row>(link: &Link, question: Question, deadline: Deadline) -> Result<(Vec<R>, u32), Refusal> {
+fn ask<R: ReplyRow>(link: &Connection, question: ControlRequest, deadline: Deadline) -> Result<(Vec<R>, u32), Error> {
     let pending = link.ask(question)?;
-    let mut pulse = Pulse::now();
+    let mut pulse = LivenessCheck::now();
     loop {
         if let Some(reply) = poll::<R>(link, &pending)? {
             return Ok(reply);
         }
         if deadline.passed() {
-            return Err(Refusal::new(Kind::Late, "control", "the service did not reply in time"));
+            return Err(Error::new(ErrorKind::Late, "control", "the service did not reply in time"));
         }
         link.feel(&mut pulse)?;
         link.doze(deadline);
@@ -168,7 +168,10 @@ fn ask<R: Row>(link: &Link, question: Question, deadline: Deadline) -> Result<(V
 }
 
 /// Looks for the reply; never blocks.
-pub(crate) fn poll<R: Row>(link: &Link, pending: &PendingQuestion) -> Result<Option<(Vec<R>, u32)>, Refusal> {
+pub(crate) fn poll<R: ReplyRow>(
+    link: &Connection,
+    pending: &PendingControlRequest,
+) -> Result<Option<(Vec<R>, u32)>, Error> {
     let connected = pending.is_connected();
     match pending.receive().map_err(receive_failed)? {
         Some(reply) => Ok(Some((read::<R>(reply.user_header(), reply.payload())?, reply.user_header().total))),
@@ -178,6 +181,6 @@ pub(crate) fn poll<R: Row>(link: &Link, pending: &PendingQuestion) -> Result<Opt
     }
 }
 
-fn unanswered() -> Refusal {
-    Refusal::new(Kind::Busy, "control", "the service closed the question without a reply")
+fn unanswered() -> Error {
+    Error::new(ErrorKind::Busy, "control", "the service closed the question without a reply")
 }

@@ -1,6 +1,6 @@
 //! Hashes of an answer, by which equal answers are told: everything counts except times and the handle.
 
-use crate::Broken;
+use crate::FractureResult;
 use shatter_proto::answer::{EffectWire, SectionKind, StageWire, SummaryWire};
 
 /// Hash of one section.
@@ -16,16 +16,16 @@ pub struct SectionDigest {
 
 /// Hashes of an answer.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Digest {
+pub struct ResultDigest {
     /// By section, in the order in which they lie in the answer; those of effects that are off are not there.
     pub sections: Vec<SectionDigest>,
     /// Of all sections together.
     pub output_hash: String,
 }
 
-impl Broken {
+impl FractureResult {
     /// Hashes the answer. Equal strikes on equal databases give equal hashes, whatever the number of threads.
-    pub fn digest(&self) -> Digest {
+    pub fn digest(&self) -> ResultDigest {
         let view = self.view();
         let timeless: Vec<StageWire> = view.stages.iter().map(|stage| StageWire { ns: 0, ..*stage }).collect();
         let timeless_effects: Vec<EffectWire> = view.effects.iter().map(|row| EffectWire { ns: 0, ..*row }).collect();
@@ -67,7 +67,7 @@ impl Broken {
                 Some(SectionDigest { name: kind.name(), bytes: bytes.len() as u64, hash: short(blake3::hash(bytes)) })
             })
             .collect();
-        Digest { sections, output_hash: short(all.finalize()) }
+        ResultDigest { sections, output_hash: short(all.finalize()) }
     }
 }
 

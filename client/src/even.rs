@@ -9,7 +9,7 @@
 //! each gets a contact of its own, the largest first: the pieces are shared out by the closed form, in proportion to volumes where bodies
 //! are compact.
 
-use crate::{Broken, Deadline, Degree, Effect, Impact, Object, ObjectFacts, Refusal};
+use crate::{Deadline, DegreeRule, Effect, Error, FractureResult, Impact, Object, ObjectFacts};
 use shatter_proto::convention::Convention;
 use shatter_proto::request::CONTACTS_MAX;
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -26,7 +26,7 @@ impl Object {
     /// like any other. Of an object of more than eight bodies the smaller ones stay whole.
     ///
     /// Asks the service where bodies are, if the object has several; then, and only then, this waits. Errors: as of a strike.
-    pub fn even(&self, pieces: u32, deadline: Deadline) -> Result<Impact, Refusal> {
+    pub fn even(&self, pieces: u32, deadline: Deadline) -> Result<Impact, Error> {
         let facts = self.facts();
         let even = |places: &[[f64; 3]], pieces| uniform(facts, &self.convention(), places, pieces);
         if facts.bodies <= 1 {
@@ -50,11 +50,11 @@ fn uniform(facts: &ObjectFacts, convention: &Convention, places: &[[f64; 3]], pi
     let (first, others) = places.split_first().unwrap_or((&facts.centre_m, &[]));
     let one = load(Impact::at(convention.vector(*first)));
     let impact = others.iter().fold(one, |impact, place| load(impact.and_at(convention.vector(*place))));
-    impact.degree(Degree::Sites(pieces)).disable(Effect::Elastic)
+    impact.degree(DegreeRule::Sites(pieces)).disable(Effect::Elastic)
 }
 
 /// A point on the surface of each body (m), the largest bodies first, as many as there may be contacts.
-fn bodies(whole: &Broken) -> Vec<[f64; 3]> {
+fn bodies(whole: &FractureResult) -> Vec<[f64; 3]> {
     let mut largest: Vec<(u32, f64, [f64; 3])> = Vec::new();
     for fragment in whole.metric().fragments() {
         let (row, Some(point)) = (fragment.row(), fragment.positions().first()) else { continue };

@@ -1,8 +1,8 @@
 //! Strikes as futures, for any executor: the same polls, told by a thread that listens while somebody waits.
 
-use crate::link::Link;
-use crate::{Broken, Deadline, Poll, Ticket};
-use shatter_proto::Refusal;
+use crate::link::Connection;
+use crate::{Deadline, FractureResult, Poll, Ticket};
+use shatter_proto::Error;
 use std::future::{Future, IntoFuture};
 use std::pin::Pin;
 use std::sync::{Arc, Mutex, PoisonError, Weak};
@@ -14,29 +14,29 @@ const TURN: Duration = Duration::from_millis(5);
 
 /// Those who wait on one connection.
 #[derive(Default)]
-pub(crate) struct Audience(Mutex<Waiting>);
+pub(crate) struct Waiters(Mutex<Waiter>);
 
 #[derive(Default)]
-struct Waiting {
+struct Waiter {
     wakers: Vec<Waker>,
     /// Whether a thread listens for them.
     attended: bool,
 }
 
 /// The answer to a strike, awaited. Dropping it cancels the strike.
-pub struct Answer(Ticket);
+pub struct ResultFuture(Ticket);
 
 impl IntoFuture for Ticket {
-    type Output = Result<Broken, Refusal>;
-    type IntoFuture = Answer;
+    type Output = Result<FractureResult, Error>;
+    type IntoFuture = ResultFuture;
 
-    fn into_future(self) -> Answer {
-        Answer(self)
+    fn into_future(self) -> ResultFuture {
+        ResultFuture(self)
     }
 }
 
-impl Future for Answer {
-    type Output = Result<Broken, Refusal>;
+impl Future for ResultFuture {
+    type Output = Result<FractureResult, Error>;
 
     fn poll(self: Pin<&mut Self>, context: &mut Context<'_>) -> std::task::Poll<Self::Output> {
         let ticket = &mut self.get_mut().0;
@@ -55,7 +55,7 @@ impl Future for Answer {
 }
 
 /// Has `waker` woken once something may have come, or a turn has passed.
-fn wake(link: &Arc<Link>, waker: &Waker) -> Result<(), Refusal> {
+fn wake(link: &Arc<Connection>, waker: &Waker) -> Result<(), Error> {
     let mut waiting = link.audience().0.lock().unwrap_or_else(PoisonError::into_inner);
     if !waiting.wakers.iter().any(|other| other.will_wake(waker)) {
         waiting.wakers.push(waker.clone());
@@ -70,7 +70,7 @@ fn wake(link: &Arc<Link>, waker: &Waker) -> Result<(), Refusal> {
 }
 
 /// Listens until nobody waits, or the connection is gone.
-fn listen(link: &Weak<Link>) {
+fn listen(link: &Weak<Connection>) {
     while let Some(link) = link.upgrade() {
         link.doze(Deadline::after(TURN));
         let mut waiting = link.audience().0.lock().unwrap_or_else(PoisonError::into_inner);

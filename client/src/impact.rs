@@ -1,28 +1,30 @@
 //! What strikes an object, put together step by step.
 
 use crate::Ray;
-use shatter_export::contact::Blow;
+use shatter_export::contact::MergedContact;
 use shatter_proto::convention::Convention;
 use shatter_proto::effect::{Effect, Effects};
-use shatter_proto::request::{Contact, Degree, Elastic, Lift, Origin, Purpose, Quality, Strike, squarable};
+use shatter_proto::request::{
+    Contact, DegreeRule, ElasticSource, Lift, Purpose, Quality, Request, RetainedFragment, squarable,
+};
 use std::time::Duration;
 
 /// One impact: contacts, and how the answer shall be computed. Lengths in m and directions in the coordinates of the mesh
 /// file, +Y up; over a connection with another convention ([`Shatter::with_convention`](crate::Shatter::with_convention)) in its
 /// unit and along its axes. Nothing is checked here; the service names what it refuses.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Impact(Strike);
+pub struct Impact(Request);
 
 impl Impact {
     /// A first contact at `point_m`, whose impulse is still zero.
     pub fn at(point_m: [f64; 3]) -> Self {
-        Self(Strike::default()).and_at(point_m)
+        Self(Request::default()).and_at(point_m)
     }
 
     /// The contacts that a simulator told of, in their order; `None` of none. How the answer shall be computed is the caller's to add.
-    pub fn of(blows: &[Blow]) -> Option<Self> {
+    pub fn of(blows: &[MergedContact]) -> Option<Self> {
         let (first, rest) = blows.split_first()?;
-        let with = |impact: Self, blow: &Blow| {
+        let with = |impact: Self, blow: &MergedContact| {
             impact.impulse(blow.impulse_ns).duration(blow.hertz.duration_s).radius(blow.hertz.radius_m)
         };
         let begun = with(Self::at(first.point_m), first);
@@ -88,7 +90,7 @@ impl Impact {
     }
 
     /// Where the number of sites comes from; by default the preset says.
-    pub fn degree(mut self, degree: Degree) -> Self {
+    pub fn degree(mut self, degree: DegreeRule) -> Self {
         self.0.degree = degree;
         self
     }
@@ -106,7 +108,7 @@ impl Impact {
     }
 
     /// Where displacements come from; by default the preset says.
-    pub fn elastic(mut self, elastic: Elastic) -> Self {
+    pub fn elastic(mut self, elastic: ElasticSource) -> Self {
         self.0.elastic = elastic;
         self
     }
@@ -182,7 +184,7 @@ impl Impact {
 
     /// Strikes fragment `fragment` of the answer that is kept under `handle`, instead of the object.
     pub fn from(mut self, handle: u64, fragment: u32) -> Self {
-        self.0.from = Some(Origin { handle, fragment });
+        self.0.from = Some(RetainedFragment { handle, fragment });
         self
     }
 
@@ -193,25 +195,26 @@ impl Impact {
     }
 
     /// The strike of `object` in `convention`.
-    pub(crate) fn strike(&self, object: &str, convention: Convention) -> Strike {
-        Strike { object: object.to_owned(), convention, ..self.0.clone() }
+    pub(crate) fn strike(&self, object: &str, convention: Convention) -> Request {
+        Request { object: object.to_owned(), convention, ..self.0.clone() }
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use shatter_export::contact::{Contacts, Material, Partner, Terms, Touch};
+    use shatter_export::contact::{ContactBody, ContactCollector, ContactEvent, ContactPolicy, ElasticMaterial};
 
     #[test]
     fn contacts_become_an_impact() {
         assert_eq!(Impact::of(&[]), None);
-        let vase = Partner { material: Material { young_pa: 70e9, poisson: 0.2 }, mass_kg: 1.2, radius_m: 0.08 };
-        let other = Partner { material: Material::STEEL, mass_kg: 0.033, radius_m: 0.01 };
-        let mut contacts = Contacts::default();
-        contacts.watch("vase", Terms::new(vase));
+        let vase =
+            ContactBody { material: ElasticMaterial { young_pa: 70e9, poisson: 0.2 }, mass_kg: 1.2, radius_m: 0.08 };
+        let other = ContactBody { material: ElasticMaterial::STEEL, mass_kg: 0.033, radius_m: 0.01 };
+        let mut contacts = ContactCollector::default();
+        contacts.watch("vase", ContactPolicy::new(vase));
         for (point_m, impulse_ns) in [([1.0, 2.0, 3.0], [1.0, 0.0, 0.0]), ([9.0; 3], [0.0, 0.5, 0.0])] {
-            contacts.touch(&"vase", Touch { point_m, impulse_ns, speed_m_s: 3.0, other });
+            contacts.touch(&"vase", ContactEvent { point_m, impulse_ns, speed_m_s: 3.0, other });
         }
         let (_, found) = contacts.step(0.0).remove(0);
         let found = found.unwrap();

@@ -52,20 +52,22 @@ mod unmapped;
 mod visible;
 
 pub use aim::{Hit, Ray};
-pub use broken::{Broken, Fragment, Hull, Run, Skin};
-pub use connect::{Hold, SERVICE_VARIABLE, Shatter, default_service, place};
+pub use broken::{FractureResult, Fragment, FragmentSkin, HullMesh, Run};
+pub use connect::{Client, RetainGuard, SERVICE_VARIABLE, default_service, place};
 pub use control::{ObjectFacts, Status};
 pub use deadline::Deadline;
-pub use digest::{Digest, SectionDigest};
-pub use future::Answer;
+pub use digest::{ResultDigest, SectionDigest};
+pub use future::ResultFuture;
 pub use impact::Impact;
-pub use metric::Metric;
+pub use metric::ResultInMeters;
 pub use object::Object;
 pub use shatter_export::{self as export, contact};
 pub use shatter_proto::answer::MissedTime;
 pub use shatter_proto::control::{Latency, ObjectState};
 pub use shatter_proto::convention::{Convention, Hand, Up, Winding};
 pub use shatter_proto::effect::{Effect, Effects};
-pub use shatter_proto::request::{Degree, Elastic, Lift, Origin, Purpose, Quality, SEED_DEFAULT, Strike};
-pub use shatter_proto::{Fault, Kind, Refusal, exit};
+pub use shatter_proto::request::{
+    DegreeRule, ElasticSource, Lift, Purpose, Quality, Request, RetainedFragment, SEED_DEFAULT,
+};
+pub use shatter_proto::{Error, ErrorKind, Fault, exit};
 pub use ticket::{Poll, Progress, Ticket};

@@ -1,7 +1,7 @@
 //! The ports of one connection, shared by everything that came from it.
 
 use crate::Deadline;
-use crate::future::Audience;
+use crate::future::Waiters;
 use iceoryx2::node::{Node, NodeBuilder};
 use iceoryx2::pending_response::PendingResponse;
 use iceoryx2::port::client::{Client, RequestSendError};
@@ -13,12 +13,12 @@ use iceoryx2::response::Response;
 use iceoryx2::service::builder::request_response::RequestResponseOpenError;
 use iceoryx2::service::port_factory::client::ClientCreateError;
 use rustix::fs::{FlockOperation, flock};
-use shatter_proto::answer::{AnswerHeader, Block};
-use shatter_proto::control::{ControlHeader, ControlWire, Question};
-use shatter_proto::request::StrikeWire;
-use shatter_proto::{Kind, Refusal};
+use shatter_proto::answer::{Block, ResultHeader};
+use shatter_proto::control::{ControlReplyHeader, ControlRequest, ControlRequestWire};
+use shatter_proto::request::RequestWire;
+use shatter_proto::{Error, ErrorKind};
 use shatter_transport::instance::Instance;
-use shatter_transport::place::Place;
+use shatter_transport::place::ServicePaths;
 use shatter_transport::shared_memory;
 use shatter_transport::{
     CONTROL_SERVICE, Ipc, STRIKE_SERVICE, WAKE_CLIENT_SERVICE, WAKE_DAEMON_SERVICE, client_config, failed, service_name,
@@ -45,9 +45,9 @@ const ROOM: u64 = 8 * 1024 * 1024;
 const ROOM_TO_SEND: u64 = 256 * 1024;
 
 /// When the daemon's lock was last looked at.
-pub(crate) struct Pulse(Instant);
+pub(crate) struct LivenessCheck(Instant);
 
-impl Pulse {
+impl LivenessCheck {
     /// Just now.
     pub(crate) fn now() -> Self {
         Self(Instant::now())
@@ -55,16 +55,16 @@ impl Pulse {
 }
 
 /// A strike under way.
-pub(crate) type PendingStrike = PendingResponse<Ipc, StrikeWire, (), [Block], AnswerHeader>;
+pub(crate) type PendingRequest = PendingResponse<Ipc, RequestWire, (), [Block], ResultHeader>;
 /// An answer, lent.
-pub(crate) type Answer = Response<Ipc, [Block], AnswerHeader>;
+pub(crate) type LoanedResult = Response<Ipc, [Block], ResultHeader>;
 /// A question under way.
-pub(crate) type PendingQuestion = PendingResponse<Ipc, ControlWire, (), [Block], ControlHeader>;
+pub(crate) type PendingControlRequest = PendingResponse<Ipc, ControlRequestWire, (), [Block], ControlReplyHeader>;
 
 /// An answer that is held: the daemon is told how many there are, and gives no client all of its buckets.
-pub(crate) struct Held(Arc<AtomicU64>);
+pub(crate) struct LoanCount(Arc<AtomicU64>);
 
-impl Drop for Held {
+impl Drop for LoanCount {
     fn drop(&mut self) {
         self.0.fetch_sub(1, Ordering::Relaxed);
     }
@@ -72,25 +72,25 @@ impl Drop for Held {
 
 /// The ports of a connection.
 struct Ports {
-    strikes: Client<Ipc, StrikeWire, (), [Block], AnswerHeader>,
-    questions: Client<Ipc, ControlWire, (), [Block], ControlHeader>,
+    strikes: Client<Ipc, RequestWire, (), [Block], ResultHeader>,
+    questions: Client<Ipc, ControlRequestWire, (), [Block], ControlReplyHeader>,
     wake: Notifier<Ipc>,
     woken: Listener<Ipc>,
 }
 
 impl Ports {
     /// Opens the services that the daemon created; never creates one.
-    fn open(node: &Node<Ipc>) -> Result<Self, Refusal> {
+    fn open(node: &Node<Ipc>) -> Result<Self, Error> {
         let strikes = node
             .service_builder(&service_name(STRIKE_SERVICE)?)
-            .request_response::<StrikeWire, [Block]>()
-            .response_user_header::<AnswerHeader>()
+            .request_response::<RequestWire, [Block]>()
+            .response_user_header::<ResultHeader>()
             .open()
             .map_err(open_failed)?;
         let questions = node
             .service_builder(&service_name(CONTROL_SERVICE)?)
-            .request_response::<ControlWire, [Block]>()
-            .response_user_header::<ControlHeader>()
+            .request_response::<ControlRequestWire, [Block]>()
+            .response_user_header::<ControlReplyHeader>()
             .open()
             .map_err(open_failed)?;
         let event = |name| {
@@ -108,22 +108,22 @@ impl Ports {
 }
 
 /// One connection. Fields are dropped in this order: ports before the node.
-pub(crate) struct Link {
+pub(crate) struct Connection {
     ports: Ports,
     /// Sequence of the strike that was sent last.
     sent: Mutex<u64>,
-    audience: Audience,
+    audience: Waiters,
     held: Arc<AtomicU64>,
     /// Its daemon went away.
     lost: AtomicBool,
-    place: Place,
+    place: ServicePaths,
     lock: Lock,
     _node: Node<Ipc>,
 }
 
-impl Link {
+impl Connection {
     /// Connects to the daemon of `place` whose transport is `instance`.
-    pub(crate) fn open(place: &Place, instance: &Instance) -> Result<Self, Refusal> {
+    pub(crate) fn open(place: &ServicePaths, instance: &Instance) -> Result<Self, Error> {
         shared_memory::need(ROOM)?;
         instance.check(place.uid)?;
         let lock = Lock::open(place, instance).ok_or_else(|| failed("lock", "the daemon went away"))?;
@@ -138,7 +138,7 @@ impl Link {
         Ok(Self {
             ports,
             sent: Mutex::default(),
-            audience: Audience::default(),
+            audience: Waiters::default(),
             held: Arc::default(),
             lost: AtomicBool::new(false),
             place: place.clone(),
@@ -157,13 +157,13 @@ impl Link {
     }
 
     /// Answers that are held, counting one more.
-    pub(crate) fn hold(&self) -> Held {
+    pub(crate) fn hold(&self) -> LoanCount {
         self.held.fetch_add(1, Ordering::Relaxed);
-        Held(self.held.clone())
+        LoanCount(self.held.clone())
     }
 
     /// Those who await tickets of this connection.
-    pub(crate) fn audience(&self) -> &Audience {
+    pub(crate) fn audience(&self) -> &Waiters {
         &self.audience
     }
 
@@ -174,12 +174,12 @@ impl Link {
 
     /// Sends a strike; returns its sequence, too. Sequences are in the order of sending, whichever threads send: the daemon tells by
     /// them what a release came after. Waits for nothing but other threads that send.
-    pub(crate) fn send(&self, strike: StrikeWire) -> Result<(PendingStrike, u64), Refusal> {
+    pub(crate) fn send(&self, strike: RequestWire) -> Result<(PendingRequest, u64), Error> {
         shared_memory::need(ROOM_TO_SEND)?;
         let mut sent = self.sent();
         let (sequence, held) = (*sent + 1, self.held.load(Ordering::Relaxed));
         let request = self.ports.strikes.loan_uninit().map_err(loan_failed)?;
-        let strike = StrikeWire { sequence, held, ..strike };
+        let strike = RequestWire { sequence, held, ..strike };
         let pending = request.write_payload(strike).send().map_err(send_failed)?;
         *sent = sequence;
         drop(sent);
@@ -188,7 +188,7 @@ impl Link {
     }
 
     /// Sends a question. Never blocks.
-    pub(crate) fn ask(&self, question: Question) -> Result<PendingQuestion, Refusal> {
+    pub(crate) fn ask(&self, question: ControlRequest) -> Result<PendingControlRequest, Error> {
         shared_memory::need(ROOM_TO_SEND)?;
         let request = self.ports.questions.loan_uninit().map_err(loan_failed)?;
         let pending = request.write_payload(question.wire(self.listener())).send().map_err(send_failed)?;
@@ -198,7 +198,7 @@ impl Link {
 
     /// Wakes the daemon; a failure costs a tick of its clock, no more. What reached no daemon is lost: one that comes later
     /// does not find it.
-    fn wake_daemon(&self, daemons: usize) -> Result<(), Refusal> {
+    fn wake_daemon(&self, daemons: usize) -> Result<(), Error> {
         if daemons == 0 {
             return Err(self.lost());
         }
@@ -222,7 +222,7 @@ impl Link {
     }
 
     /// Whether a daemon of this name lives, looked at not too often; the error says that it went away.
-    pub(crate) fn feel(&self, pulse: &mut Pulse) -> Result<(), Refusal> {
+    pub(crate) fn feel(&self, pulse: &mut LivenessCheck) -> Result<(), Error> {
         if pulse.0.elapsed() < PULSE {
             return Ok(());
         }
@@ -241,21 +241,21 @@ impl Link {
     }
 
     /// The refusal for a daemon that lives and has lost sight of this connection; remembered as [`Self::lost`] is.
-    pub(crate) fn mislaid(&self) -> Refusal {
+    pub(crate) fn mislaid(&self) -> Error {
         self.lost.store(true, Ordering::Relaxed);
         let service = self.place.service.as_str();
         let message = format!("the daemon of service `{service}` took this connection for a dead one; send it again");
-        Refusal::new(Kind::Lost, service, message)
+        Error::new(ErrorKind::Lost, service, message)
     }
 
     /// The refusal for a daemon that went away; remembered, so that what comes next goes to another one. Daemons keep nothing of
     /// a strike: sending it again is safe.
-    pub(crate) fn lost(&self) -> Refusal {
+    pub(crate) fn lost(&self) -> Error {
         self.lost.store(true, Ordering::Relaxed);
         let service = self.place.service.as_str();
         let message =
             format!("the daemon of service `{service}` went away; no answer will come, and sending it again is safe");
-        Refusal::new(Kind::Lost, service, message)
+        Error::new(ErrorKind::Lost, service, message)
     }
 }
 
@@ -266,7 +266,7 @@ struct Lock {
 }
 
 impl Lock {
-    fn open(place: &Place, instance: &Instance) -> Option<Self> {
+    fn open(place: &ServicePaths, instance: &Instance) -> Option<Self> {
         let file = File::open(place.lock()).ok()?;
         Some(Self { file, token: instance.token.clone() })
     }
@@ -295,39 +295,39 @@ fn is_locked(file: &File) -> bool {
 }
 
 /// Whether some daemon of `place` lives.
-pub(crate) fn daemon_lives(place: &Place) -> bool {
+pub(crate) fn daemon_lives(place: &ServicePaths) -> bool {
     File::open(place.lock()).is_ok_and(|file| is_locked(&file))
 }
 
-fn open_failed(error: RequestResponseOpenError) -> Refusal {
+fn open_failed(error: RequestResponseOpenError) -> Error {
     match error {
         RequestResponseOpenError::ExceedsMaxNumberOfNodes => too_many(),
         RequestResponseOpenError::VersionMismatch | RequestResponseOpenError::IncompatibleRequestOrResponseType => {
-            Refusal::new(Kind::VersionMismatch, "service", format!("the daemon is of another version: {error}"))
+            Error::new(ErrorKind::VersionMismatch, "service", format!("the daemon is of another version: {error}"))
         }
         error => failed("open", error),
     }
 }
 
-fn client_failed(error: ClientCreateError) -> Refusal {
+fn client_failed(error: ClientCreateError) -> Error {
     match error {
         ClientCreateError::ExceedsMaxSupportedClients => too_many(),
         error => failed("client", error),
     }
 }
 
-fn too_many() -> Refusal {
-    Refusal::new(Kind::Busy, "clients", "the service has no place for another client")
+fn too_many() -> Error {
+    Error::new(ErrorKind::Busy, "clients", "the service has no place for another client")
 }
 
-fn loan_failed(error: LoanError) -> Refusal {
+fn loan_failed(error: LoanError) -> Error {
     match error {
         LoanError::OutOfMemory | LoanError::ExceedsMaxLoans => full(),
         error => failed("loan", error),
     }
 }
 
-fn send_failed(error: RequestSendError) -> Refusal {
+fn send_failed(error: RequestSendError) -> Error {
     match error {
         RequestSendError::ExceedsMaxActiveRequests => full(),
         error => failed("send", error),
@@ -335,18 +335,20 @@ fn send_failed(error: RequestSendError) -> Refusal {
 }
 
 /// The thread that awaited tickets need could not be started.
-pub(crate) fn no_thread(error: &std::io::Error) -> Refusal {
-    Refusal::new(Kind::Failed, "threads", format!("no thread can be started: {error}"))
+pub(crate) fn no_thread(error: &std::io::Error) -> Error {
+    Error::new(ErrorKind::Failed, "threads", format!("no thread can be started: {error}"))
 }
 
-fn full() -> Refusal {
-    Refusal::new(Kind::Busy, "connection", "this connection has as many requests under way as it may")
+fn full() -> Error {
+    Error::new(ErrorKind::Busy, "connection", "this connection has as many requests under way as it may")
 }
 
 /// Nothing could be received.
-pub(crate) fn receive_failed(error: ReceiveError) -> Refusal {
+pub(crate) fn receive_failed(error: ReceiveError) -> Error {
     match error {
-        ReceiveError::ExceedsMaxBorrows => Refusal::new(Kind::Busy, "answers", "too many answers are held; drop some"),
+        ReceiveError::ExceedsMaxBorrows => {
+            Error::new(ErrorKind::Busy, "answers", "too many answers are held; drop some")
+        }
         error => failed("receive", error),
     }
 }

@@ -1,16 +1,16 @@
 //! Answers brought back to metres, our axes and our winding, whatever convention they were written in: what files are made of.
 
 use crate::broken::fragments;
-use crate::{Broken, Fragment};
+use crate::{FractureResult, Fragment};
 use shatter_proto::answer::{
-    BondWire, DebrisWire, FragmentWire, HullWire, LookWire, SkinVertexWire, SummaryWire, VelocityWire,
+    BondWire, DebrisWire, FragmentWire, HullWire, SkinVertexWire, SummaryWire, VelocityWire, VertexAttributeWire,
 };
 use shatter_proto::convention::Convention;
-use shatter_proto::view::View;
+use shatter_proto::view::ResultView;
 
 /// An answer in glTF's convention ([`Convention::GLTF`]). One in another is copied once; one that was written in it is borrowed.
-pub struct Metric<'a> {
-    given: View<'a>,
+pub struct ResultInMeters<'a> {
+    given: ResultView<'a>,
     copied: Option<Box<Sections>>,
 }
 
@@ -27,25 +27,25 @@ struct Sections {
     hulls: Vec<HullWire>,
     hull_positions: Vec<[f32; 3]>,
     hull_indices: Vec<u32>,
-    looks: Vec<LookWire>,
+    looks: Vec<VertexAttributeWire>,
     skin_vertices: Vec<SkinVertexWire>,
     skin_indices: Vec<u32>,
 }
 
-impl Broken {
+impl FractureResult {
     /// The answer in metres, along the axes of the mesh file, counter-clockwise.
-    pub fn metric(&self) -> Metric<'_> {
+    pub fn metric(&self) -> ResultInMeters<'_> {
         let (given, convention) = (self.view(), self.convention());
         let copied = (!convention.is_default()).then(|| Box::new(Sections::back(&given, &convention)));
-        Metric { given, copied }
+        ResultInMeters { given, copied }
     }
 }
 
-impl Metric<'_> {
+impl ResultInMeters<'_> {
     /// All sections.
-    pub fn view(&self) -> View<'_> {
+    pub fn view(&self) -> ResultView<'_> {
         let Some(own) = &self.copied else { return self.given };
-        View {
+        ResultView {
             summary: &own.summary,
             fragments: &own.fragments,
             positions: &own.positions,
@@ -71,7 +71,7 @@ impl Metric<'_> {
 }
 
 impl Sections {
-    fn back(view: &View<'_>, from: &Convention) -> Self {
+    fn back(view: &ResultView<'_>, from: &Convention) -> Self {
         let offsets = |own: &[[f32; 3]]| own.iter().map(|offset| from.our_vector_f32(*offset)).collect();
         Self {
             summary: SummaryWire { radius_m: from.metres(view.summary.radius_m), ..*view.summary },
@@ -103,7 +103,7 @@ impl Sections {
             hulls: rows(view.hulls, |row| HullWire { margin_m: from.metres(row.margin_m), ..*row }),
             hull_positions: offsets(view.hull_positions),
             hull_indices: triangles(view.hull_indices, from),
-            looks: rows(view.looks, |row| LookWire { normal: from.our_direction(row.normal), ..*row }),
+            looks: rows(view.looks, |row| VertexAttributeWire { normal: from.our_direction(row.normal), ..*row }),
             skin_vertices: rows(view.skin_vertices, |row| SkinVertexWire {
                 position_m: from.our_vector_f32(row.position_m),
                 normal: from.our_direction(row.normal),

@@ -1,21 +1,21 @@
 //! An object of the service.
 
-use crate::line::Line;
+use crate::line::Session;
 use crate::{Impact, ObjectFacts, Ticket};
-use shatter_proto::Refusal;
+use shatter_proto::Error;
 use shatter_proto::convention::Convention;
 use std::sync::Arc;
 
 /// An object that can be struck. Cheap to clone.
 #[derive(Clone)]
 pub struct Object {
-    line: Arc<Line>,
+    line: Arc<Session>,
     convention: Convention,
     facts: Arc<ObjectFacts>,
 }
 
 impl Object {
-    pub(crate) fn new(line: Arc<Line>, convention: Convention, facts: ObjectFacts) -> Self {
+    pub(crate) fn new(line: Arc<Session>, convention: Convention, facts: ObjectFacts) -> Self {
         Self { line, convention, facts: Arc::new(facts) }
     }
 
@@ -34,7 +34,7 @@ impl Object {
     ///
     /// Errors: whatever the daemon would refuse in the request's own fields, found before it is sent; `busy` if the
     /// connection has too many strikes under way; `lost` if it reached no daemon, `no_daemon` while there is none.
-    pub fn strike(&self, impact: &Impact) -> Result<Ticket, Refusal> {
+    pub fn strike(&self, impact: &Impact) -> Result<Ticket, Error> {
         let strike = impact.strike(&self.facts.name, self.convention);
         self.line.over(|link| Ticket::send(link, &strike))
     }

@@ -2,44 +2,44 @@
 
 use crate::broken::fragments;
 use crate::visible::{Appearance, VisibleMesh};
-use crate::{Broken, Fragment, Hull, Kind, Refusal, Skin};
+use crate::{Error, ErrorKind, FractureResult, Fragment, FragmentSkin, HullMesh};
 use shatter_export::{
-    ExportError, FragmentView, HullView, ObjectView, RunView, Written, write_glb, write_mjcf, write_obj,
+    ExportError, FragmentView, HullView, ObjectView, RunView, WriteReport, write_glb, write_mjcf, write_obj,
 };
-use shatter_proto::view::View;
+use shatter_proto::view::ResultView;
 use std::path::Path;
 
-impl Broken {
+impl FractureResult {
     /// Writes the fragments to a `.glb` file, whole or not at all.
     ///
     /// Errors: `output` (folder not writable, or the path is a folder), `bad_answer` (the fragments make no valid
     /// file). An object that stayed whole has no fragments to write: `output` as well.
-    pub fn write_glb(&self, path: &Path) -> Result<Written, Refusal> {
+    pub fn write_glb(&self, path: &Path) -> Result<WriteReport, Error> {
         self.with_views(|views| write_glb(path, views)).map_err(|error| refusal(path, &error))
     }
 
     /// Writes the hulls of the fragments to a `.glb` file as [`Self::write_glb`] does the fragments: nodes of the same names at the
     /// same places. Errors as there; without hulls there is nothing to write: `output`.
-    pub fn write_hulls_glb(&self, path: &Path) -> Result<Written, Refusal> {
+    pub fn write_hulls_glb(&self, path: &Path) -> Result<WriteReport, Error> {
         hulls_glb(self.metric().view(), path).map_err(|error| refusal(path, &error))
     }
 
     /// Writes what is seen of the fragments to a `.glb` file: their skins, and their crack faces, whose rims are moved to those of the
     /// skins; nodes of the same names at the same places. Errors as of [`Self::write_glb`]; without skins there is nothing to write:
     /// `output`.
-    pub fn write_skins_glb(&self, path: &Path) -> Result<Written, Refusal> {
+    pub fn write_skins_glb(&self, path: &Path) -> Result<WriteReport, Error> {
         skins_glb(self.metric().view(), path).map_err(|error| refusal(path, &error))
     }
 
     /// Writes the fragments as OBJ files into `folder`, which is made if it is not there: see [`write_obj`].
     /// Errors as of [`Self::write_glb`].
-    pub fn write_obj(&self, folder: &Path) -> Result<Written, Refusal> {
+    pub fn write_obj(&self, folder: &Path) -> Result<WriteReport, Error> {
         self.with_object(|object| write_obj(folder, object)).map_err(|error| refusal(folder, &error))
     }
 
     /// Writes the fragments as a model for MuJoCo, with the hulls and bonds that the answer has: see [`write_mjcf`].
     /// Errors as of [`Self::write_glb`].
-    pub fn write_mjcf(&self, path: &Path) -> Result<Written, Refusal> {
+    pub fn write_mjcf(&self, path: &Path) -> Result<WriteReport, Error> {
         self.with_object(|object| write_mjcf(path, object)).map_err(|error| refusal(path, &error))
     }
 
@@ -56,8 +56,8 @@ impl Broken {
     }
 }
 
-fn hulls_glb(view: View<'_>, path: &Path) -> Result<Written, ExportError> {
-    let hulls: Vec<(Fragment<'_>, Hull<'_>, [RunView; 1])> = fragments(view)
+fn hulls_glb(view: ResultView<'_>, path: &Path) -> Result<WriteReport, ExportError> {
+    let hulls: Vec<(Fragment<'_>, HullMesh<'_>, [RunView; 1])> = fragments(view)
         .filter_map(|fragment| {
             let hull = fragment.hull()?;
             let index_count = hull.indices.len() as u32;
@@ -77,8 +77,8 @@ fn hulls_glb(view: View<'_>, path: &Path) -> Result<Written, ExportError> {
     write_glb(path, &views)
 }
 
-fn skins_glb(view: View<'_>, path: &Path) -> Result<Written, ExportError> {
-    let skinned: Vec<(Fragment<'_>, Skin<'_>)> =
+fn skins_glb(view: ResultView<'_>, path: &Path) -> Result<WriteReport, ExportError> {
+    let skinned: Vec<(Fragment<'_>, FragmentSkin<'_>)> =
         fragments(view).filter_map(|fragment| Some((fragment, fragment.skin()?))).collect();
     let meshes = VisibleMesh::all(&skinned);
     let seen = skinned.iter().zip(&meshes).filter(|(_, mesh)| !mesh.indices.is_empty());
@@ -93,7 +93,7 @@ fn skins_glb(view: View<'_>, path: &Path) -> Result<Written, ExportError> {
     write_glb(path, &views)
 }
 
-fn with_object<R>(view: View<'_>, look: impl FnOnce(&ObjectView<'_>) -> R) -> R {
+fn with_object<R>(view: ResultView<'_>, look: impl FnOnce(&ObjectView<'_>) -> R) -> R {
     let (name, ran) = (view.summary.object(), !view.hulls.is_empty());
     let hulls: Vec<Option<HullView<'_>>> = fragments(view)
         .filter(|_| ran)
@@ -103,7 +103,7 @@ fn with_object<R>(view: View<'_>, look: impl FnOnce(&ObjectView<'_>) -> R) -> R 
     with_views(view, |fragments| look(&ObjectView { name, fragments, hulls, bonds }))
 }
 
-fn with_views<R>(view: View<'_>, look: impl FnOnce(&[FragmentView<'_>]) -> R) -> R {
+fn with_views<R>(view: ResultView<'_>, look: impl FnOnce(&[FragmentView<'_>]) -> R) -> R {
     let fragments: Vec<Fragment<'_>> = fragments(view).collect();
     let parts: Vec<(Vec<RunView>, Appearance)> =
         fragments.iter().map(|fragment| (runs(fragment), Appearance::of(fragment))).collect();
@@ -139,16 +139,16 @@ fn fragment_view<'a>(fragment: &Fragment<'a>, runs: &'a [RunView], appearance: &
     }
 }
 
-fn refusal(path: &Path, error: &ExportError) -> Refusal {
+fn refusal(path: &Path, error: &ExportError) -> Error {
     let kind = match error {
         ExportError::NoFragments
         | ExportError::IsFolder(_)
         | ExportError::NoFile(_)
         | ExportError::Folder { .. }
-        | ExportError::Write { .. } => Kind::Output,
-        _ => Kind::BadAnswer,
+        | ExportError::Write { .. } => ErrorKind::Output,
+        _ => ErrorKind::BadAnswer,
     };
-    Refusal::new(kind, path.display().to_string(), error.to_string())
+    Error::new(kind, path.display().to_string(), error.to_string())
 }
 
 #[cfg(test)]

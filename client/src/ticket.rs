@@ -1,15 +1,15 @@
 //! A strike under way.
 
 use crate::control;
-use crate::link::{Link, PendingQuestion, PendingStrike, Pulse, receive_failed};
+use crate::link::{Connection, LivenessCheck, PendingControlRequest, PendingRequest, receive_failed};
 use crate::unmapped::unmapped;
-use crate::{Broken, Deadline};
+use crate::{Deadline, FractureResult};
 use shatter_proto::answer::STAGES;
-use shatter_proto::control::{ProgressRow, Question};
+use shatter_proto::control::{ControlRequest, ProgressRow};
 use shatter_proto::convention::Convention;
-use shatter_proto::refusal::RefusalWire;
-use shatter_proto::request::Strike;
-use shatter_proto::{Kind, Refusal};
+use shatter_proto::refusal::ErrorWire;
+use shatter_proto::request::Request;
+use shatter_proto::{Error, ErrorKind};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -21,7 +21,7 @@ pub enum Poll {
     /// Not yet.
     Pending,
     /// The answer. It is handed out once.
-    Ready(Broken),
+    Ready(FractureResult),
 }
 
 /// How far a strike is.
@@ -43,35 +43,35 @@ pub enum Progress {
 /// A strike under way. Dropping it cancels the strike.
 pub struct Ticket {
     progress: Progress,
-    question: Option<PendingQuestion>,
-    link: Arc<Link>,
+    question: Option<PendingControlRequest>,
+    link: Arc<Connection>,
     convention: Convention,
     sequence: u64,
     sent: Instant,
-    pulse: Pulse,
+    pulse: LivenessCheck,
     state: State,
 }
 
 enum State {
     /// The daemon has it.
-    Struck(PendingStrike),
+    Struck(PendingRequest),
     /// The daemon closed it without an answer, and is asked why.
-    Closed { since: Instant, question: Option<PendingQuestion> },
+    Closed { since: Instant, question: Option<PendingControlRequest> },
     /// Answered or refused.
     Done,
 }
 
 impl Ticket {
-    pub(crate) fn send(link: Arc<Link>, strike: &Strike) -> Result<Self, Refusal> {
+    pub(crate) fn send(link: Arc<Connection>, strike: &Request) -> Result<Self, Error> {
         let wire = strike.wire(link.listener(), 0)?;
         let sent = Instant::now();
         let (pending, sequence) = link.send(wire)?;
-        let (progress, question, pulse) = (Progress::Waiting, None, Pulse::now());
+        let (progress, question, pulse) = (Progress::Waiting, None, LivenessCheck::now());
         let (convention, state) = (strike.convention, State::Struck(pending));
         Ok(Self { progress, question, link, convention, sequence, sent, pulse, state })
     }
 
-    pub(crate) fn link(&self) -> &Arc<Link> {
+    pub(crate) fn link(&self) -> &Arc<Connection> {
         &self.link
     }
 
@@ -79,9 +79,9 @@ impl Ticket {
     ///
     /// Errors: the refusal of the service; `lost` if the daemon went away; `bad_answer` if an answer fails the checks.
     /// After an answer or an error the ticket is spent and only says so.
-    pub fn poll(&mut self) -> Result<Poll, Refusal> {
+    pub fn poll(&mut self) -> Result<Poll, Error> {
         let found = match &mut self.state {
-            State::Done => return Err(Refusal::new(Kind::Cancelled, "ticket", "the ticket is spent")),
+            State::Done => return Err(Error::new(ErrorKind::Cancelled, "ticket", "the ticket is spent")),
             State::Struck(pending) => Self::answer(&self.link, pending, (self.sequence, self.convention), self.sent),
             State::Closed { since, question } => Self::verdict(&self.link, self.sequence, *since, question),
         };
@@ -102,7 +102,7 @@ impl Ticket {
                 self.poll()
             }
             // Answers held elsewhere are in the way: the strike is still good.
-            Err(refusal) if refusal.kind == Kind::Busy && refusal.at == "answers" => Err(refusal),
+            Err(refusal) if refusal.kind == ErrorKind::Busy && refusal.at == "answers" => Err(refusal),
             Err(refusal) => {
                 self.state = State::Done;
                 Err(refusal)
@@ -118,7 +118,7 @@ impl Ticket {
             return Progress::Ended;
         }
         match self.question.take() {
-            None => self.question = self.link.ask(Question::Progress(self.sequence)).ok(),
+            None => self.question = self.link.ask(ControlRequest::Progress(self.sequence)).ok(),
             Some(question) => match control::poll::<ProgressRow>(&self.link, &question) {
                 Ok(None) => self.question = Some(question),
                 Ok(Some((rows, _))) => self.progress = rows.first().map_or(Progress::Ended, said),
@@ -130,29 +130,29 @@ impl Ticket {
     }
 
     /// Waits for the answer. On `late` the ticket is still good: wait again, or drop it to cancel.
-    pub fn wait(&mut self, deadline: Deadline) -> Result<Broken, Refusal> {
+    pub fn wait(&mut self, deadline: Deadline) -> Result<FractureResult, Error> {
         loop {
             if let Poll::Ready(broken) = self.poll()? {
                 return Ok(broken);
             }
             if deadline.passed() {
                 let message = format!("no answer after {:.1} s", self.sent.elapsed().as_secs_f64());
-                return Err(Refusal::new(Kind::Late, "ticket", message));
+                return Err(Error::new(ErrorKind::Late, "ticket", message));
             }
             self.link.doze(deadline);
         }
     }
 
     fn answer(
-        link: &Link,
-        pending: &PendingStrike,
+        link: &Connection,
+        pending: &PendingRequest,
         request: (u64, Convention),
         sent: Instant,
-    ) -> Result<Found, Refusal> {
+    ) -> Result<Found, Error> {
         // Asked before receiving: an answer sent between the two calls is then not overlooked.
         let connected = pending.is_connected();
         match pending.receive().map_err(receive_failed)? {
-            Some(answer) => Ok(Found::Answer(Broken::new(answer, request, sent.elapsed(), link.hold())?)),
+            Some(answer) => Ok(Found::Answer(FractureResult::new(answer, request, sent.elapsed(), link.hold())?)),
             None if connected => Ok(Found::Nothing),
             None => Ok(Found::Closed),
         }
@@ -160,27 +160,27 @@ impl Ticket {
 
     /// Fetches the reason from the control service.
     fn verdict(
-        link: &Link,
+        link: &Connection,
         sequence: u64,
         since: Instant,
-        question: &mut Option<PendingQuestion>,
-    ) -> Result<Found, Refusal> {
+        question: &mut Option<PendingControlRequest>,
+    ) -> Result<Found, Error> {
         let overdue = since.elapsed() > VERDICT;
-        let silent = || Refusal::new(Kind::Failed, "strike", "the service closed the strike and gave no reason");
+        let silent = || Error::new(ErrorKind::Failed, "strike", "the service closed the strike and gave no reason");
         match question {
-            None => match link.ask(Question::Verdict(sequence)) {
+            None => match link.ask(ControlRequest::Verdict(sequence)) {
                 Ok(pending) => *question = Some(pending),
-                Err(refusal) if refusal.kind == Kind::Busy && !overdue => {}
+                Err(refusal) if refusal.kind == ErrorKind::Busy && !overdue => {}
                 Err(refusal) => return Err(refusal),
             },
-            Some(pending) => match control::poll::<RefusalWire>(link, pending) {
+            Some(pending) => match control::poll::<ErrorWire>(link, pending) {
                 Ok(None) => {}
                 Ok(Some((rows, _))) => {
-                    let verdict = rows.first().map_or_else(|| unmapped(link.lost(), link), Refusal::from);
+                    let verdict = rows.first().map_or_else(|| unmapped(link.lost(), link), Error::from);
                     // Whoever asks has not given it up: the transport took this client for one that died.
-                    return Err(if verdict.kind == Kind::Cancelled { link.mislaid() } else { verdict });
+                    return Err(if verdict.kind == ErrorKind::Cancelled { link.mislaid() } else { verdict });
                 }
-                Err(refusal) if refusal.kind == Kind::Busy && !overdue => *question = None,
+                Err(refusal) if refusal.kind == ErrorKind::Busy && !overdue => *question = None,
                 Err(refusal) => return Err(refusal),
             },
         }
@@ -200,6 +200,6 @@ fn said(row: &ProgressRow) -> Progress {
 
 enum Found {
     Nothing,
-    Answer(Broken),
+    Answer(FractureResult),
     Closed,
 }

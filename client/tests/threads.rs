@@ -1,16 +1,16 @@
 //! What may cross threads, checked by the compiler.
 
-use shatter_client::{Broken, Fragment, Object, Refusal, Shatter, Ticket};
+use shatter_client::{Client, Error, FractureResult, Fragment, Object, Ticket};
 
 fn sent<T: Send>() {}
 fn shared<T: Send + Sync>() {}
 
 #[test]
 fn connections_are_shared_tickets_and_answers_are_handed_over() {
-    shared::<Shatter>();
+    shared::<Client>();
     shared::<Object>();
-    shared::<Refusal>();
+    shared::<Error>();
     sent::<Ticket>();
-    sent::<Broken>();
+    sent::<FractureResult>();
     shared::<Fragment<'static>>();
 }

@@ -18,11 +18,11 @@ use crate::request::Quality;
 use crate::text;
 use bytemuck::{Pod, Zeroable};
 
-pub use crate::overrun::{MissedTime, OVERRUNS, Overrun};
+pub use crate::overrun::{MissedTime, OVERRUNS, OverrunCause};
 
 pub use crate::beside::{
-    BondWire, DebrisWire, HULL_FACES_MAX, HitWire, HullWire, LookWire, NO_MATERIAL, SkinVertexWire, SkinWire,
-    VelocityWire, WORLD,
+    BondWire, DebrisWire, HULL_FACES_MAX, HitWire, HullWire, NO_MATERIAL, SkinVertexWire, SkinWire, VelocityWire,
+    VertexAttributeWire, WORLD,
 };
 
 /// First bytes of every answer.
@@ -43,7 +43,7 @@ pub const BLOCK_BYTES: usize = size_of::<Block>();
 /// Header of an answer.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
-pub struct AnswerHeader {
+pub struct ResultHeader {
     /// [`ANSWER_MAGIC`].
     pub magic: u32,
     /// [`crate::PROTOCOL_VERSION`].
@@ -213,7 +213,7 @@ impl SectionKind {
             Self::Hulls => size_of::<HullWire>(),
             Self::HullPositions => size_of::<[f32; 3]>(),
             Self::HullIndices => size_of::<u32>(),
-            Self::Looks => size_of::<LookWire>(),
+            Self::Looks => size_of::<VertexAttributeWire>(),
             Self::Materials | Self::SkinIndices | Self::SkinMaterials => size_of::<u32>(),
             Self::Skins => size_of::<SkinWire>(),
             Self::SkinVertices => size_of::<SkinVertexWire>(),
@@ -453,7 +453,7 @@ pub struct FragmentWire {
 }
 
 const _: () = assert!(size_of::<Block>() == 64 && align_of::<Block>() == 64);
-const _: () = assert!(size_of::<AnswerHeader>() == 64);
+const _: () = assert!(size_of::<ResultHeader>() == 64);
 const _: () = assert!(size_of::<SectionWire>() == 24);
 const _: () = assert!(size_of::<SummaryWire>() == 296);
 const _: () = assert!(size_of::<StageWire>() == 24);
@@ -464,7 +464,7 @@ const _: () = assert!(size_of::<VelocityWire>() == 48);
 const _: () = assert!(size_of::<BondWire>() == 64);
 const _: () = assert!(size_of::<DebrisWire>() == 40);
 const _: () = assert!(size_of::<HullWire>() == 32);
-const _: () = assert!(size_of::<LookWire>() == 20);
+const _: () = assert!(size_of::<VertexAttributeWire>() == 20);
 const _: () = assert!(size_of::<SkinWire>() == 16);
 const _: () = assert!(size_of::<SkinVertexWire>() == 32);
 const _: () = assert!(crate::PROTOCOL_VERSION == 6, "sizes above are those of version 6");

@@ -93,7 +93,7 @@ pub struct HullWire {
 /// How a vertex of an outer face looks; zero on crack faces.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
-pub struct LookWire {
+pub struct VertexAttributeWire {
     /// Of length one.
     pub normal: [f32; 3],
     /// Texture coordinates of the input, v upwards (OBJ's; 1 − v of glTF's); zero where it has none.

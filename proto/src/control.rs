@@ -5,9 +5,9 @@
 
 use crate::answer::{Block, STAGES};
 use crate::name::OBJECT_NAME_MAX;
-use crate::refusal::RefusalWire;
+use crate::refusal::ErrorWire;
 use crate::request::{REQUEST_MAGIC, head};
-use crate::{Kind, PROTOCOL_VERSION, Refusal, text};
+use crate::{Error, ErrorKind, PROTOCOL_VERSION, text};
 use bytemuck::{Pod, Zeroable};
 
 /// Rows that one reply carries at most; a longer list is asked for in parts.
@@ -18,7 +18,7 @@ pub const REPLY_BLOCKS: usize = (ROWS_MAX * size_of::<ObjectRow>()).div_ceil(siz
 
 /// What is asked.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Question {
+pub enum ControlRequest {
     /// Objects, from this position on. Rows are [`ObjectRow`]s.
     List(u32),
     /// How the service goes. One [`StatusRow`].
@@ -41,7 +41,7 @@ pub enum Question {
 /// A question as it travels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
-pub struct ControlWire {
+pub struct ControlRequestWire {
     /// [`REQUEST_MAGIC`].
     pub magic: u32,
     /// [`PROTOCOL_VERSION`].
@@ -64,7 +64,7 @@ pub struct ControlWire {
 /// Header of a reply.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
-pub struct ControlHeader {
+pub struct ControlReplyHeader {
     /// [`REQUEST_MAGIC`].
     pub magic: u32,
     /// [`PROTOCOL_VERSION`].
@@ -162,7 +162,7 @@ pub struct ObjectRow {
     pub bytes_max: u64,
     /// Why the object cannot be struck; if it is ready, why what lies in its place now could not be loaded, which is why the
     /// version loaded before is still served. Of kind 0 otherwise.
-    pub refusal: RefusalWire,
+    pub refusal: ErrorWire,
 }
 
 /// Times of one stage, ns, since the daemon started.
@@ -271,14 +271,14 @@ pub struct ProgressRow {
     pub age_ns: u64,
 }
 
-const _: () = assert!(size_of::<ControlWire>() == 104);
-const _: () = assert!(size_of::<ControlHeader>() == 64);
+const _: () = assert!(size_of::<ControlRequestWire>() == 104);
+const _: () = assert!(size_of::<ControlReplyHeader>() == 64);
 const _: () = assert!(size_of::<ObjectRow>() == 712);
 const _: () = assert!(size_of::<StatusRow>() == 56 + 20 * 8 + 9 * 40);
 
-impl Question {
+impl ControlRequest {
     /// Writes the question for the wire.
-    pub fn wire(self, listener: [u8; 16]) -> ControlWire {
+    pub fn wire(self, listener: [u8; 16]) -> ControlRequestWire {
         let (question, first, sequence, after) = match self {
             Self::List(first) => (1, first, 0, 0),
             Self::Status => (2, 0, 0, 0),
@@ -287,7 +287,7 @@ impl Question {
             Self::Release { handle, after } => (5, 0, handle, after),
         };
         let (magic, version) = (REQUEST_MAGIC, PROTOCOL_VERSION);
-        ControlWire { magic, version, question, first, sequence, listener, after, reserved: [0; 7] }
+        ControlRequestWire { magic, version, question, first, sequence, listener, after, reserved: [0; 7] }
     }
 
     /// Sequence of the strike that must have arrived before this is answered; zero: none.
@@ -300,44 +300,44 @@ impl Question {
     }
 }
 
-impl ControlWire {
+impl ControlRequestWire {
     /// Understands a private copy of a question. Never panics, whatever the bytes.
-    pub fn validate(&self) -> Result<Question, Refusal> {
+    pub fn validate(&self) -> Result<ControlRequest, Error> {
         head(self.magic, self.version)?;
         if let Some(i) = self.reserved.iter().position(|word| *word != 0) {
-            return Err(Refusal::new(Kind::ReservedField, format!("reserved[{i}]"), "reserved words must be zero"));
+            return Err(Error::new(ErrorKind::ReservedField, format!("reserved[{i}]"), "reserved words must be zero"));
         }
         match (self.question, self.first, self.sequence, self.after) {
-            (1, first, 0, 0) => Ok(Question::List(first)),
-            (2, 0, 0, 0) => Ok(Question::Status),
-            (3, 0, sequence, 0) => Ok(Question::Verdict(sequence)),
-            (4, 0, sequence, 0) => Ok(Question::Progress(sequence)),
-            (5, 0, handle, after) => Ok(Question::Release { handle, after }),
-            (other, ..) => Err(Refusal::new(Kind::UnknownRequest, other.to_string(), "no such question")),
+            (1, first, 0, 0) => Ok(ControlRequest::List(first)),
+            (2, 0, 0, 0) => Ok(ControlRequest::Status),
+            (3, 0, sequence, 0) => Ok(ControlRequest::Verdict(sequence)),
+            (4, 0, sequence, 0) => Ok(ControlRequest::Progress(sequence)),
+            (5, 0, handle, after) => Ok(ControlRequest::Release { handle, after }),
+            (other, ..) => Err(Error::new(ErrorKind::UnknownRequest, other.to_string(), "no such question")),
         }
     }
 }
 
 /// A type whose rows travel in replies.
-pub trait Row: Pod {}
-impl Row for ObjectRow {}
-impl Row for StatusRow {}
-impl Row for ProgressRow {}
-impl Row for RefusalWire {}
+pub trait ReplyRow: Pod {}
+impl ReplyRow for ObjectRow {}
+impl ReplyRow for StatusRow {}
+impl ReplyRow for ProgressRow {}
+impl ReplyRow for ErrorWire {}
 
 /// Blocks needed for `rows` rows of type `R`.
-pub fn blocks<R: Row>(rows: usize) -> usize {
+pub fn blocks<R: ReplyRow>(rows: usize) -> usize {
     (rows * size_of::<R>()).div_ceil(size_of::<Block>())
 }
 
 /// Writes rows into a payload of at least [`blocks`] blocks and returns the header; what does not fit is left out.
-pub fn write<R: Row>(payload: &mut [Block], rows: &[R], total: usize, refused: bool) -> ControlHeader {
+pub fn write<R: ReplyRow>(payload: &mut [Block], rows: &[R], total: usize, refused: bool) -> ControlReplyHeader {
     let bytes: &mut [u8] = bytemuck::cast_slice_mut(payload);
     let rows = &rows[..rows.len().min(bytes.len() / size_of::<R>())];
     let source: &[u8] = bytemuck::cast_slice(rows);
     bytes[..source.len()].copy_from_slice(source);
     bytes[source.len()..].fill(0);
-    ControlHeader {
+    ControlReplyHeader {
         magic: REQUEST_MAGIC,
         version: PROTOCOL_VERSION,
         rows: rows.len() as u32,
@@ -349,16 +349,16 @@ pub fn write<R: Row>(payload: &mut [Block], rows: &[R], total: usize, refused: b
 }
 
 /// Reads the rows of a reply, checked; the error may also be the service's refusal of the question.
-pub fn read<R: Row>(header: &ControlHeader, payload: &[Block]) -> Result<Vec<R>, Refusal> {
+pub fn read<R: ReplyRow>(header: &ControlReplyHeader, payload: &[Block]) -> Result<Vec<R>, Error> {
     head(header.magic, header.version).map_err(|refusal| bad(refusal.message))?;
     if header.refused != 0 {
-        let rows = copy::<RefusalWire>(header, payload)?;
-        return Err(rows.first().map_or_else(|| bad("a refusal without a row"), Refusal::from));
+        let rows = copy::<ErrorWire>(header, payload)?;
+        return Err(rows.first().map_or_else(|| bad("a refusal without a row"), Error::from));
     }
     copy(header, payload)
 }
 
-fn copy<R: Row>(header: &ControlHeader, payload: &[Block]) -> Result<Vec<R>, Refusal> {
+fn copy<R: ReplyRow>(header: &ControlReplyHeader, payload: &[Block]) -> Result<Vec<R>, Error> {
     let size = size_of::<R>();
     let rows = header.rows as usize;
     let bytes: &[u8] = bytemuck::cast_slice(payload);
@@ -371,8 +371,8 @@ fn copy<R: Row>(header: &ControlHeader, payload: &[Block]) -> Result<Vec<R>, Ref
     }
 }
 
-fn bad(what: impl std::fmt::Display) -> Refusal {
-    Refusal::new(Kind::BadAnswer, "control", format!("the reply of the control service is not well formed: {what}"))
+fn bad(what: impl std::fmt::Display) -> Error {
+    Error::new(ErrorKind::BadAnswer, "control", format!("the reply of the control service is not well formed: {what}"))
 }
 
 impl ObjectRow {
@@ -386,8 +386,8 @@ impl ObjectRow {
     }
 
     /// Why the object cannot be struck, or why what lies in its place now could not be loaded.
-    pub fn refusal(&self) -> Option<Refusal> {
-        (self.state() != ObjectState::Ready || self.refusal.kind != 0).then(|| Refusal::from(&self.refusal))
+    pub fn refusal(&self) -> Option<Error> {
+        (self.state() != ObjectState::Ready || self.refusal.kind != 0).then(|| Error::from(&self.refusal))
     }
 
     /// The object's name, for showing.
@@ -419,15 +419,15 @@ mod tests {
     #[test]
     fn questions_survive_the_wire() {
         for question in [
-            Question::List(7),
-            Question::Status,
-            Question::Verdict(u64::MAX),
-            Question::Progress(9),
-            Question::Release { handle: 3, after: 8 },
+            ControlRequest::List(7),
+            ControlRequest::Status,
+            ControlRequest::Verdict(u64::MAX),
+            ControlRequest::Progress(9),
+            ControlRequest::Release { handle: 3, after: 8 },
         ] {
             assert_eq!(question.wire([3; 16]).validate().unwrap(), question);
         }
-        let mut wire = Question::Status.wire([0; 16]);
+        let mut wire = ControlRequest::Status.wire([0; 16]);
         wire.reserved[2] = 1;
         assert_eq!(wire.validate().unwrap_err().at, "reserved[2]");
     }
@@ -441,32 +441,32 @@ mod tests {
         let header = write(&mut payload, &rows, 9, false);
         assert_eq!((header.rows, header.total), (3, 9));
         assert_eq!(read::<ObjectRow>(&header, &payload).unwrap(), rows);
-        assert_eq!(read::<StatusRow>(&header, &payload).unwrap_err().kind, Kind::BadAnswer);
+        assert_eq!(read::<StatusRow>(&header, &payload).unwrap_err().kind, ErrorKind::BadAnswer);
     }
 
     #[test]
     fn a_row_may_be_ready_and_refused_at_once() {
         let mut row = ObjectRow::zeroed();
-        assert_eq!(row.refusal().map(|refusal| refusal.kind), Some(Kind::BadAnswer));
+        assert_eq!(row.refusal().map(|refusal| refusal.kind), Some(ErrorKind::BadAnswer));
         row.state = ObjectState::Ready as u32;
         assert_eq!(row.refusal(), None);
-        let refusal = Refusal::new(Kind::CorruptObject, "vase", "vase.shatter: cut short");
-        row.refusal = RefusalWire::from(&refusal);
+        let refusal = Error::new(ErrorKind::CorruptObject, "vase", "vase.shatter: cut short");
+        row.refusal = ErrorWire::from(&refusal);
         assert_eq!(row.refusal(), Some(refusal));
     }
 
     #[test]
     fn a_refused_question_comes_back_as_such() {
-        let refusal = Refusal::new(Kind::UnknownRequest, "9", "no such question");
+        let refusal = Error::new(ErrorKind::UnknownRequest, "9", "no such question");
         let mut payload = vec![Block::zeroed(); REPLY_BLOCKS];
-        let header = write(&mut payload, &[RefusalWire::from(&refusal)], 1, true);
+        let header = write(&mut payload, &[ErrorWire::from(&refusal)], 1, true);
         assert_eq!(read::<StatusRow>(&header, &payload).unwrap_err(), refusal);
     }
 
     proptest! {
         #[test]
         fn random_bytes_never_panic(question in proptest::collection::vec(any::<u8>(), 104), rows in any::<u32>()) {
-            let wire: ControlWire = bytemuck::pod_read_unaligned(&question);
+            let wire: ControlRequestWire = bytemuck::pod_read_unaligned(&question);
             prop_assert!(wire.validate().is_err());
             let payload = vec![Block::zeroed(); 3];
             let mut header = write::<StatusRow>(&mut payload.clone(), &[], 0, rows % 2 == 0);

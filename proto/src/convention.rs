@@ -16,8 +16,8 @@
 //! are γ and energies, J·m²; the texture coordinates of cracks, m; and what the control service says of objects, all of it in ours.
 
 use crate::name::suggestion;
-use crate::request::StrikeWire;
-use crate::{Kind, Refusal};
+use crate::request::RequestWire;
+use crate::{Error, ErrorKind};
 use std::ops::Neg;
 
 /// Shortest and longest unit of length, m.
@@ -106,24 +106,24 @@ impl Convention {
     /// The convention of that name.
     ///
     /// # Errors
-    /// [`Kind::Convention`] if there is none.
-    pub fn by_name(name: &str) -> Result<Self, Refusal> {
+    /// [`ErrorKind::Convention`] if there is none.
+    pub fn by_name(name: &str) -> Result<Self, Error> {
         let found = Self::NAMED.into_iter().find(|(own, _)| *own == name);
         found.map(|(_, convention)| convention).ok_or_else(|| {
             let names = Self::NAMED.map(|(own, _)| own);
             let message = format!("there is no convention `{name}`; {}", suggestion(name, &names));
-            Refusal::new(Kind::Convention, "convention", message)
+            Error::new(ErrorKind::Convention, "convention", message)
         })
     }
 
     /// What these numbers name, as they travel: [`Up`], [`Hand`] and [`Winding`] by their places, a unit of zero is a metre.
     ///
     /// # Errors
-    /// [`Kind::Convention`], which names the key of a number that names nothing.
-    pub fn of_numbers(up: u32, hand: u32, winding: u32, metres_per_unit: f64) -> Result<Self, Refusal> {
+    /// [`ErrorKind::Convention`], which names the key of a number that names nothing.
+    pub fn of_numbers(up: u32, hand: u32, winding: u32, metres_per_unit: f64) -> Result<Self, Error> {
         let none = |key: &str, number: u32| {
             let message = format!("convention.{key} is {number}: must be 0 or 1");
-            Refusal::new(Kind::Convention, format!("convention.{key}"), message)
+            Error::new(ErrorKind::Convention, format!("convention.{key}"), message)
         };
         Ok(Self {
             up: match up {
@@ -276,9 +276,9 @@ fn turned([xx, yy, zz, xy, xz, yz]: [f64; 6], turn: impl Fn([f64; 3]) -> [f64; 3
     [xx, yy, zz, xy, xz, yz]
 }
 
-impl StrikeWire {
+impl RequestWire {
     /// Writes the convention; refuses what the daemon would refuse.
-    pub(crate) fn set_convention(&mut self, convention: &Convention) -> Result<(), Refusal> {
+    pub(crate) fn set_convention(&mut self, convention: &Convention) -> Result<(), Error> {
         self.convention_up = convention.up as u32;
         self.convention_hand = convention.hand as u32;
         self.convention_winding = convention.winding as u32;
@@ -287,20 +287,20 @@ impl StrikeWire {
     }
 
     /// The convention that it names.
-    pub(crate) fn convention(&self) -> Result<Convention, Refusal> {
+    pub(crate) fn convention(&self) -> Result<Convention, Error> {
         let [up, hand, winding] = [self.convention_up, self.convention_hand, self.convention_winding];
         Convention::of_numbers(up, hand, winding, self.convention_metres_per_unit)
     }
 }
 
 /// The length of a unit, m, if it can be one.
-fn unit(metres: f64) -> Result<f64, Refusal> {
+fn unit(metres: f64) -> Result<f64, Error> {
     let [least, most] = METRES_PER_UNIT;
     if (least..=most).contains(&metres) {
         return Ok(metres);
     }
     let message = format!("a unit of {metres} m: must be {least:e} to {most:e}");
-    Err(Refusal::new(Kind::Convention, "convention.metres_per_unit", message))
+    Err(Error::new(ErrorKind::Convention, "convention.metres_per_unit", message))
 }
 
 #[cfg(test)]

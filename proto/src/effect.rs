@@ -2,7 +2,7 @@
 //! show.
 
 use crate::name::suggestion;
-use crate::{Kind, Refusal};
+use crate::{Error, ErrorKind};
 
 /// What an effect changes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -99,12 +99,12 @@ impl Effect {
     }
 
     /// The effect of that name; the refusal names the nearest.
-    pub fn by_name(name: &str) -> Result<Self, Refusal> {
+    pub fn by_name(name: &str) -> Result<Self, Error> {
         let known = Self::ALL.into_iter().find(|effect| effect.name() == name);
         known.ok_or_else(|| {
             let names = Self::ALL.map(Self::name);
-            Refusal::new(
-                Kind::UnknownEffect,
+            Error::new(
+                ErrorKind::UnknownEffect,
                 name,
                 format!("there is no effect `{name}`; {}", suggestion(name, &names)),
             )
@@ -118,14 +118,14 @@ pub struct Effects(u64);
 
 impl Effects {
     /// These bits; the refusal names the lowest that is no effect.
-    pub fn from_bits(key: &str, bits: u64) -> Result<Self, Refusal> {
+    pub fn from_bits(key: &str, bits: u64) -> Result<Self, Error> {
         let unknown = bits & !Self::of(Effect::ALL).0;
         if unknown == 0 {
             return Ok(Self(bits));
         }
         let bit = unknown.trailing_zeros();
-        Err(Refusal::new(
-            Kind::UnknownEffect,
+        Err(Error::new(
+            ErrorKind::UnknownEffect,
             bit.to_string(),
             format!("{key} bit {bit}: this version has no such effect"),
         ))
@@ -158,7 +158,7 @@ impl Effects {
 
     /// These with `on` and without `off`. Refused: an effect in both, and one in `on` that needs another which is then off. What is
     /// on without having been asked for goes off with what it needs.
-    pub fn changed(self, on: Self, off: Self) -> Result<Self, Refusal> {
+    pub fn changed(self, on: Self, off: Self) -> Result<Self, Error> {
         if let Some(effect) = Self(on.0 & off.0).iter().next() {
             let name = effect.name();
             return Err(conflict(effect, format!("the effect `{name}` is both switched on and switched off")));
@@ -177,8 +177,8 @@ impl Effects {
 }
 
 /// Refuses an effect that cannot be as it is asked for.
-pub fn conflict(effect: Effect, message: impl Into<String>) -> Refusal {
-    Refusal::new(Kind::Effect, effect.name(), message)
+pub fn conflict(effect: Effect, message: impl Into<String>) -> Error {
+    Error::new(ErrorKind::Effect, effect.name(), message)
 }
 
 #[cfg(test)]
@@ -197,11 +197,11 @@ mod tests {
     fn unknown_ones_are_refused_with_the_nearest() {
         for (name, nearest) in [("bond", "bonds"), ("tensil", "tensile"), ("normal", "normals"), ("UV", "uv")] {
             let refusal = Effect::by_name(name).unwrap_err();
-            assert_eq!((refusal.kind, refusal.at.as_str()), (Kind::UnknownEffect, name));
+            assert_eq!((refusal.kind, refusal.at.as_str()), (ErrorKind::UnknownEffect, name));
             assert!(name == "UV" || refusal.message.contains(&format!("`{nearest}`")), "{refusal}");
         }
         let refusal = Effects::from_bits("effects_on", 1 << 40 | 1).unwrap_err();
-        assert_eq!((refusal.kind, refusal.at.as_str()), (Kind::UnknownEffect, "40"));
+        assert_eq!((refusal.kind, refusal.at.as_str()), (ErrorKind::UnknownEffect, "40"));
     }
 
     #[test]
@@ -213,7 +213,7 @@ mod tests {
         assert!(changed(&[Effect::Bonds], &[Effect::Interior]).unwrap().has(Effect::Bonds));
         assert_eq!(changed(&[Effect::Uv], &[Effect::Uv]).unwrap_err().at, "uv");
         let needy = changed(&[Effect::Tensile], &[Effect::Elastic]).unwrap_err();
-        assert_eq!((needy.kind, needy.at.as_str()), (Kind::Effect, "tensile"));
+        assert_eq!((needy.kind, needy.at.as_str()), (ErrorKind::Effect, "tensile"));
         let scene = Effects::of([Effect::Elastic, Effect::Tensile]);
         assert_eq!(scene.changed(Effects::default(), Effects::of([Effect::Elastic])).unwrap(), Effects::default());
     }

@@ -2,8 +2,9 @@
 
 use crate::PROTOCOL_VERSION;
 use crate::answer::{
-    ANSWER_MAGIC, AnswerHeader, BLOCK_BYTES, Block, BondWire, DebrisWire, EffectWire, FragmentWire, HullWire, LookWire,
-    RunWire, STAGES, SectionKind, SectionWire, SkinVertexWire, SkinWire, StageWire, SummaryWire, VelocityWire,
+    ANSWER_MAGIC, BLOCK_BYTES, Block, BondWire, DebrisWire, EffectWire, FragmentWire, HullWire, ResultHeader, RunWire,
+    STAGES, SectionKind, SectionWire, SkinVertexWire, SkinWire, StageWire, SummaryWire, VelocityWire,
+    VertexAttributeWire,
 };
 use crate::effect::Effect;
 use bytemuck::Zeroable;
@@ -16,7 +17,7 @@ pub const TABLE_BYTES: usize = SECTIONS * size_of::<SectionWire>();
 
 /// How many elements the sections hold that depend on the strike.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Counts {
+pub struct SectionCounts {
     /// Fragments.
     pub fragments: usize,
     /// Runs.
@@ -65,7 +66,7 @@ pub struct Layout {
 }
 
 /// The sections of a payload, to be written.
-pub struct Sections<'a> {
+pub struct SectionsMut<'a> {
     /// The facts.
     pub summary: &'a mut SummaryWire,
     /// One row per stage, in the order of [`STAGES`].
@@ -99,7 +100,7 @@ pub struct Sections<'a> {
     /// Indices of hulls.
     pub hull_indices: &'a mut [u32],
     /// Looks.
-    pub looks: &'a mut [LookWire],
+    pub looks: &'a mut [VertexAttributeWire],
     /// Materials.
     pub materials: &'a mut [u32],
     /// Skins.
@@ -114,7 +115,7 @@ pub struct Sections<'a> {
 
 impl Layout {
     /// Lays out an answer. Counts beyond 2³² elements per section cannot be addressed by the tables and give `None`.
-    pub fn new(counts: &Counts) -> Option<Self> {
+    pub fn new(counts: &SectionCounts) -> Option<Self> {
         let mut table = [SectionWire::zeroed(); SECTIONS];
         let mut end = TABLE_BYTES as u64;
         for (entry, kind) in table.iter_mut().zip(SectionKind::ALL) {
@@ -169,8 +170,8 @@ impl Layout {
     }
 
     /// The header of the answer to request `sequence`.
-    pub fn header(&self, sequence: u64) -> AnswerHeader {
-        AnswerHeader {
+    pub fn header(&self, sequence: u64) -> ResultHeader {
+        ResultHeader {
             magic: ANSWER_MAGIC,
             version: PROTOCOL_VERSION,
             status: 1,
@@ -183,7 +184,7 @@ impl Layout {
 
     /// Writes the section table, zeroes the padding between sections, and hands out the sections, whose contents are
     /// still whatever was there. `None` if `payload` is shorter than [`Self::blocks`].
-    pub fn split<'a>(&self, payload: &'a mut [Block]) -> Option<Sections<'a>> {
+    pub fn split<'a>(&self, payload: &'a mut [Block]) -> Option<SectionsMut<'a>> {
         let bytes: &'a mut [u8] = bytemuck::cast_slice_mut(payload.get_mut(..self.blocks())?);
         let (table, mut rest) = bytes.split_at_mut_checked(TABLE_BYTES)?;
         table.copy_from_slice(bytemuck::bytes_of(&self.table));
@@ -197,7 +198,7 @@ impl Layout {
         });
         let mut next = || parts.next().flatten();
         // Every section begins at a multiple of 64 bytes, so the casts cannot fail on alignment.
-        let sections = Sections {
+        let sections = SectionsMut {
             summary: bytemuck::try_from_bytes_mut(next()?).ok()?,
             stages: bytemuck::try_cast_slice_mut(next()?).ok()?,
             fragments: bytemuck::try_cast_slice_mut(next()?).ok()?,
@@ -233,18 +234,18 @@ mod tests {
 
     #[test]
     fn an_answer_without_fragments_is_small() {
-        let layout = Layout::new(&Counts::default()).unwrap();
+        let layout = Layout::new(&SectionCounts::default()).unwrap();
         assert_eq!((layout.used_bytes(), layout.blocks()), (1472, 23));
     }
 
     #[test]
     fn counts_beyond_the_tables_are_refused() {
-        assert_eq!(Layout::new(&Counts { vertices: 1 << 32, ..Counts::default() }), None);
+        assert_eq!(Layout::new(&SectionCounts { vertices: 1 << 32, ..SectionCounts::default() }), None);
     }
 
     #[test]
     fn a_short_payload_is_refused() {
-        let layout = Layout::new(&Counts::default()).unwrap();
+        let layout = Layout::new(&SectionCounts::default()).unwrap();
         let mut payload = vec![Block::zeroed(); layout.blocks() - 1];
         assert!(layout.split(&mut payload).is_none());
     }
@@ -258,10 +259,10 @@ mod tests {
             (looks, materials, skins) in (0usize..99, 0usize..99, 0usize..9),
             (skin_vertices, skin_indices, skin_materials) in (0usize..99, 0usize..99, 0usize..99),
         ) {
-            let extra = Counts { hulls, hull_vertices, hull_indices, looks, materials, skins, ..Counts::default() };
-            let extra = Counts { skin_vertices, skin_indices, skin_materials, ..extra };
-            let extra = Counts { velocities, normals, uvs, bonds, debris, ..extra };
-            let counts = Counts { fragments, runs, merges, vertices, indices, ..extra };
+            let extra = SectionCounts { hulls, hull_vertices, hull_indices, looks, materials, skins, ..SectionCounts::default() };
+            let extra = SectionCounts { skin_vertices, skin_indices, skin_materials, ..extra };
+            let extra = SectionCounts { velocities, normals, uvs, bonds, debris, ..extra };
+            let counts = SectionCounts { fragments, runs, merges, vertices, indices, ..extra };
             let layout = Layout::new(&counts).unwrap();
             let mut payload = vec![Block { bytes: [0xaa; 64] }; layout.blocks()];
             let base = payload.as_ptr() as usize;

@@ -28,7 +28,7 @@ pub mod text;
 pub mod view;
 mod zero_copy;
 
-pub use refusal::{Fault, Kind, Refusal, exit};
+pub use refusal::{Error, ErrorKind, Fault, exit};
 
 /// Version of everything in this crate that travels. Any change of size or meaning raises it.
 pub const PROTOCOL_VERSION: u32 = 6;

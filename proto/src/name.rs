@@ -1,6 +1,6 @@
 //! Names of services and objects.
 
-use crate::{Kind, Refusal};
+use crate::{Error, ErrorKind};
 use std::fmt;
 
 /// Longest name of a service, bytes: it becomes part of file and socket paths.
@@ -15,13 +15,13 @@ pub struct ServiceName(String);
 
 impl ServiceName {
     /// Checks `name`.
-    pub fn new(name: &str) -> Result<Self, Refusal> {
+    pub fn new(name: &str) -> Result<Self, Error> {
         let plain = |byte: u8| byte.is_ascii_alphanumeric() || byte == b'-' || byte == b'_';
         if (1..=SERVICE_NAME_MAX).contains(&name.len()) && name.bytes().all(plain) {
             return Ok(Self(name.to_owned()));
         }
         let message = format!("`{name}` does not name a service: 1 to {SERVICE_NAME_MAX} letters, digits, `-`, `_`");
-        Err(Refusal::new(Kind::ServiceName, name, message))
+        Err(Error::new(ErrorKind::ServiceName, name, message))
     }
 
     /// The name.
@@ -37,14 +37,14 @@ impl fmt::Display for ServiceName {
 }
 
 /// Checks the name of an object: 1 to 64 bytes of UTF-8 without control characters or path separators.
-pub fn object_name(name: &str) -> Result<(), Refusal> {
+pub fn object_name(name: &str) -> Result<(), Error> {
     let plain = |c: char| !c.is_control() && c != '/' && c != '\\';
     if (1..=OBJECT_NAME_MAX).contains(&name.len()) && name.chars().all(plain) {
         return Ok(());
     }
     let message =
         format!("`{name}` does not name an object: 1 to {OBJECT_NAME_MAX} bytes without `/`, `\\` or controls");
-    Err(Refusal::new(Kind::ObjectName, name, message))
+    Err(Error::new(ErrorKind::ObjectName, name, message))
 }
 
 /// How many of the nearest names a message lists.
@@ -75,9 +75,9 @@ pub fn suggestion(name: &str, known: &[&str]) -> String {
 }
 
 /// The refusal of an object that a service does not have; `known` are those that it has.
-pub fn unknown_object(name: &str, known: &[&str]) -> Refusal {
+pub fn unknown_object(name: &str, known: &[&str]) -> Error {
     let message = format!("the service has no object `{name}`; {}", suggestion(name, known));
-    Refusal::new(Kind::UnknownObject, name, message)
+    Error::new(ErrorKind::UnknownObject, name, message)
 }
 
 #[cfg(test)]
@@ -90,7 +90,7 @@ mod tests {
             assert!(ServiceName::new(name).is_ok(), "{name}");
         }
         for name in ["", "a b", "a/b", "ä", ".", &"x".repeat(33)] {
-            assert_eq!(ServiceName::new(name).unwrap_err().kind, Kind::ServiceName, "{name}");
+            assert_eq!(ServiceName::new(name).unwrap_err().kind, ErrorKind::ServiceName, "{name}");
         }
     }
 
@@ -111,7 +111,7 @@ mod tests {
             assert!(object_name(name).is_ok(), "{name}");
         }
         for name in ["", "a/b", "a\nb", &"x".repeat(65)] {
-            assert_eq!(object_name(name).unwrap_err().kind, Kind::ObjectName, "{name}");
+            assert_eq!(object_name(name).unwrap_err().kind, ErrorKind::ObjectName, "{name}");
         }
     }
 }

@@ -10,7 +10,7 @@ pub const OVERRUNS: [&str; 7] =
 /// Why a strike took longer than its time budget: what took most of it, where it could not be had for less.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
-pub enum Overrun {
+pub enum OverrunCause {
     /// It waited in the queue.
     Queue = 1,
     /// The object has no reduced basis, or a solve was asked for: the strike was solved for.
@@ -74,7 +74,7 @@ mod tests {
             let missed = summary.missed_time().unwrap();
             assert!(missed.reason == OVERRUNS[overrun as usize] && !missed.explanation().contains("know"));
         }
-        assert_eq!((Overrun::Queue as usize, Overrun::AfterCells as usize), (1, OVERRUNS.len() - 1));
+        assert_eq!((OverrunCause::Queue as usize, OverrunCause::AfterCells as usize), (1, OVERRUNS.len() - 1));
         summary.overrun = 99;
         assert_eq!(summary.missed_time().unwrap().reason, "unknown");
     }

@@ -47,11 +47,11 @@ macro_rules! kinds {
         /// One noun per rule.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
         #[repr(u32)]
-        pub enum Kind {
+        pub enum ErrorKind {
             $($(#[$doc])* $kind = $code,)*
         }
 
-        impl Kind {
+        impl ErrorKind {
             /// Every kind, in the order of its codes.
             pub const ALL: &[Self] = &[$(Self::$kind),*];
 
@@ -199,9 +199,9 @@ kinds! {
 /// Why something was not done. Shown and as a document, its texts hold no control characters: see [`text::message`].
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{}", text::message(message))]
-pub struct Refusal {
+pub struct Error {
     /// The rule.
-    pub kind: Kind,
+    pub kind: ErrorKind,
     /// The offender: an index, key, bit or path, as short text; may be empty.
     pub at: String,
     /// One sentence for people.
@@ -210,9 +210,9 @@ pub struct Refusal {
     pub retry_after: Option<Duration>,
 }
 
-impl Refusal {
+impl Error {
     /// A refusal by rule `kind` of offender `at`.
-    pub fn new(kind: Kind, at: impl Into<String>, message: impl Into<String>) -> Self {
+    pub fn new(kind: ErrorKind, at: impl Into<String>, message: impl Into<String>) -> Self {
         Self { kind, at: at.into(), message: message.into(), retry_after: None }
     }
 
@@ -238,8 +238,8 @@ impl Refusal {
 /// A [`Refusal`] as it travels. Longer texts are cut.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
-pub struct RefusalWire {
-    /// [`Kind::code`].
+pub struct ErrorWire {
+    /// [`ErrorKind::code`].
     pub kind: u32,
     /// Bytes of `at` that count.
     pub at_length: u32,
@@ -253,10 +253,10 @@ pub struct RefusalWire {
     pub message: [u8; 256],
 }
 
-const _: () = assert!(size_of::<RefusalWire>() == 400);
+const _: () = assert!(size_of::<ErrorWire>() == 400);
 
-impl From<&Refusal> for RefusalWire {
-    fn from(refusal: &Refusal) -> Self {
+impl From<&Error> for ErrorWire {
+    fn from(refusal: &Error) -> Self {
         let mut wire = Self::zeroed();
         wire.kind = refusal.kind.code();
         let micros = |wait: Duration| u32::try_from(wait.as_micros()).unwrap_or(u32::MAX).max(1);
@@ -267,14 +267,16 @@ impl From<&Refusal> for RefusalWire {
     }
 }
 
-impl From<&RefusalWire> for Refusal {
-    /// Never fails: an unknown kind becomes [`Kind::BadAnswer`], unreadable text is replaced.
-    fn from(wire: &RefusalWire) -> Self {
+impl From<&ErrorWire> for Error {
+    /// Never fails: an unknown kind becomes [`ErrorKind::BadAnswer`], unreadable text is replaced.
+    fn from(wire: &ErrorWire) -> Self {
         let message = text::show(&wire.message, wire.message_length);
         let retry_after = (wire.retry_after_us > 0).then(|| Duration::from_micros(wire.retry_after_us.into()));
-        match Kind::from_code(wire.kind) {
+        match ErrorKind::from_code(wire.kind) {
             Some(kind) => Self { kind, at: text::show(&wire.at, wire.at_length), message, retry_after },
-            None => Self::new(Kind::BadAnswer, wire.kind.to_string(), format!("unknown kind of refusal: {message}")),
+            None => {
+                Self::new(ErrorKind::BadAnswer, wire.kind.to_string(), format!("unknown kind of refusal: {message}"))
+            }
         }
     }
 }
@@ -285,22 +287,22 @@ mod tests {
 
     #[test]
     fn kinds_have_distinct_codes_and_names() {
-        for (i, a) in Kind::ALL.iter().enumerate() {
-            assert_eq!(Kind::from_code(a.code()), Some(*a));
-            assert!(Kind::ALL[..i].iter().all(|b| b.name() != a.name()), "{a:?}");
+        for (i, a) in ErrorKind::ALL.iter().enumerate() {
+            assert_eq!(ErrorKind::from_code(a.code()), Some(*a));
+            assert!(ErrorKind::ALL[..i].iter().all(|b| b.name() != a.name()), "{a:?}");
         }
-        assert_eq!(Kind::from_code(0), None);
+        assert_eq!(ErrorKind::from_code(0), None);
     }
 
     #[test]
     fn refusals_survive_the_wire() {
-        let refusal = Refusal::new(Kind::Impulse, "contacts[1].impulse_ns", "the impulse is zero");
-        assert_eq!(Refusal::from(&RefusalWire::from(&refusal)), refusal);
-        let busy = Refusal::new(Kind::Busy, "queue", "full").after(Duration::from_micros(1500));
-        assert_eq!(Refusal::from(&RefusalWire::from(&busy)), busy);
+        let refusal = Error::new(ErrorKind::Impulse, "contacts[1].impulse_ns", "the impulse is zero");
+        assert_eq!(Error::from(&ErrorWire::from(&refusal)), refusal);
+        let busy = Error::new(ErrorKind::Busy, "queue", "full").after(Duration::from_micros(1500));
+        assert_eq!(Error::from(&ErrorWire::from(&busy)), busy);
         assert_eq!(busy.document()["error"]["retry_after_ms"], 1.5);
-        let long = Refusal::new(Kind::Failed, "ü".repeat(99), "é".repeat(999));
-        let back = Refusal::from(&RefusalWire::from(&long));
+        let long = Error::new(ErrorKind::Failed, "ü".repeat(99), "é".repeat(999));
+        let back = Error::from(&ErrorWire::from(&long));
         assert_eq!((back.at.len(), back.message.len()), (128, 256));
     }
 }

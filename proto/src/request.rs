@@ -3,7 +3,7 @@
 use crate::convention::Convention;
 use crate::effect::Effects;
 use crate::name::{OBJECT_NAME_MAX, object_name};
-use crate::{Kind, PROTOCOL_VERSION, Refusal, text};
+use crate::{Error, ErrorKind, PROTOCOL_VERSION, text};
 use bytemuck::{Pod, Zeroable};
 use std::time::Duration;
 
@@ -42,7 +42,7 @@ pub struct ContactWire {
 /// A strike as it travels. Every field that is reserved must be zero; it is copied once and then validated.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
-pub struct StrikeWire {
+pub struct RequestWire {
     /// [`REQUEST_MAGIC`].
     pub magic: u32,
     /// [`PROTOCOL_VERSION`].
@@ -112,7 +112,7 @@ pub struct StrikeWire {
 }
 
 const _: () = assert!(size_of::<ContactWire>() == 88);
-const _: () = assert!(size_of::<StrikeWire>() == 1040);
+const _: () = assert!(size_of::<RequestWire>() == 1040);
 
 /// What a strike is for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -128,7 +128,7 @@ pub enum Purpose {
 
 /// Where the number of sites comes from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Degree {
+pub enum DegreeRule {
     /// From where the preset says.
     #[default]
     Preset,
@@ -146,7 +146,7 @@ pub enum Degree {
 
 /// Where displacements come from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Elastic {
+pub enum ElasticSource {
     /// From where the preset says.
     #[default]
     Preset,
@@ -173,7 +173,7 @@ pub struct Contact {
 
 /// A validated strike.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Strike {
+pub struct Request {
     /// Which object.
     pub object: String,
     /// What for.
@@ -183,13 +183,13 @@ pub struct Strike {
     /// 1 to [`CONTACTS_MAX`].
     pub contacts: Vec<Contact>,
     /// Where the number of sites comes from.
-    pub degree: Degree,
+    pub degree: DegreeRule,
     /// γ, J·m²; `None`: the object's own.
     pub gamma_j_m2: Option<f64>,
     /// Which lift; `None`: the object's default.
     pub lift: Option<Lift>,
     /// Where displacements come from.
-    pub elastic: Elastic,
+    pub elastic: ElasticSource,
     /// The preset that says what nothing else says; `None`: the object's.
     pub quality: Option<Quality>,
     /// Elastic energy and diagram are computed until their estimated relative errors are no more, instead of as the preset says.
@@ -212,27 +212,27 @@ pub struct Strike {
     /// go first, one that cannot be in time is refused at once.
     pub deadline: Option<Duration>,
     /// What is struck: a fragment of an answer that is kept; `None`: the object itself.
-    pub from: Option<Origin>,
+    pub from: Option<RetainedFragment>,
     /// Whether the answer is kept, so that its fragments can be struck.
     pub keep: bool,
 }
 
 /// A fragment of an answer that is kept.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Origin {
+pub struct RetainedFragment {
     /// Handle of the answer; not zero.
     pub handle: u64,
     /// Its number in that answer.
     pub fragment: u32,
 }
 
-impl Strike {
+impl Request {
     /// Writes the strike for the wire; refuses what the daemon would refuse.
-    pub fn wire(&self, listener: [u8; 16], sequence: u64) -> Result<StrikeWire, Refusal> {
+    pub fn wire(&self, listener: [u8; 16], sequence: u64) -> Result<RequestWire, Error> {
         if self.contacts.is_empty() || self.contacts.len() > CONTACTS_MAX {
             return Err(contact_count(self.contacts.len()));
         }
-        let mut wire = StrikeWire::zeroed();
+        let mut wire = RequestWire::zeroed();
         wire.magic = REQUEST_MAGIC;
         wire.version = PROTOCOL_VERSION;
         wire.purpose = match self.purpose {
@@ -245,17 +245,17 @@ impl Strike {
         object_name(&self.object)?;
         wire.object_length = text::put(&mut wire.object, &self.object);
         (wire.degree, wire.degree_sites) = match self.degree {
-            Degree::Preset => (0, 0),
-            Degree::Inferred => (5, 0),
-            Degree::Verified => (4, 0),
-            Degree::ClosedForm => (1, 0),
-            Degree::Optimised => (2, 0),
-            Degree::Sites(sites) => (3, sites),
+            DegreeRule::Preset => (0, 0),
+            DegreeRule::Inferred => (5, 0),
+            DegreeRule::Verified => (4, 0),
+            DegreeRule::ClosedForm => (1, 0),
+            DegreeRule::Optimised => (2, 0),
+            DegreeRule::Sites(sites) => (3, sites),
         };
         wire.elastic = match self.elastic {
-            Elastic::Preset => 0,
-            Elastic::Solve => 1,
-            Elastic::Reduced => 2,
+            ElasticSource::Preset => 0,
+            ElasticSource::Solve => 1,
+            ElasticSource::Reduced => 2,
         };
         wire.set_dials(self)?;
         wire.set_convention(&self.convention)?;
@@ -266,7 +266,7 @@ impl Strike {
         let nanos = |deadline: Duration| u64::try_from(deadline.as_nanos()).unwrap_or(u64::MAX).max(1);
         wire.deadline_ns = self.deadline.map_or(0, nanos);
         wire.keep = u32::from(self.keep);
-        if let Some(Origin { handle, fragment }) = self.from {
+        if let Some(RetainedFragment { handle, fragment }) = self.from {
             if handle == 0 {
                 return Err(unknown_handle(0));
             }
@@ -287,7 +287,7 @@ impl Strike {
 }
 
 /// Zero stands for "not given" on the wire, so a given zero has to be refused here.
-fn given(value: Option<f64>, refuse: impl Fn(f64) -> Refusal) -> Result<f64, Refusal> {
+fn given(value: Option<f64>, refuse: impl Fn(f64) -> Error) -> Result<f64, Error> {
     match value {
         Some(0.0) => Err(refuse(0.0)),
         Some(value) => Ok(value),
@@ -295,24 +295,24 @@ fn given(value: Option<f64>, refuse: impl Fn(f64) -> Refusal) -> Result<f64, Ref
     }
 }
 
-impl StrikeWire {
+impl RequestWire {
     /// Understands a private copy of a request. Never panics, whatever the bytes.
-    pub fn validate(&self) -> Result<Strike, Refusal> {
+    pub fn validate(&self) -> Result<Request, Error> {
         head(self.magic, self.version)?;
         self.reserved()?;
         let purpose = match self.purpose {
             1 => Purpose::Fragments,
             2 => Purpose::Threshold,
             3 => Purpose::Aim,
-            other => return Err(Refusal::new(Kind::UnknownRequest, other.to_string(), "purpose must be 1, 2 or 3")),
+            other => return Err(Error::new(ErrorKind::UnknownRequest, other.to_string(), "purpose must be 1, 2 or 3")),
         };
         let object = text::get(&self.object, self.object_length).ok_or_else(|| {
-            Refusal::new(Kind::ObjectName, "object", "the object's name is not UTF-8 of at most 64 bytes")
+            Error::new(ErrorKind::ObjectName, "object", "the object's name is not UTF-8 of at most 64 bytes")
         })?;
         object_name(object)?;
         let enable = Effects::from_bits("effects_on", self.effects_on)?;
         let disable = Effects::from_bits("effects_off", self.effects_off)?;
-        Ok(Strike {
+        Ok(Request {
             object: object.to_owned(),
             purpose,
             convention: self.convention()?,
@@ -336,26 +336,26 @@ impl StrikeWire {
         })
     }
 
-    fn from(&self) -> Result<Option<Origin>, Refusal> {
+    fn from(&self) -> Result<Option<RetainedFragment>, Error> {
         match (self.handle, self.fragment) {
             (0, 0) => Ok(None),
             (0, fragment) => {
                 let message = format!("fragment {fragment} of no answer: a handle says of which");
-                Err(Refusal::new(Kind::UnknownFragment, fragment.to_string(), message))
+                Err(Error::new(ErrorKind::UnknownFragment, fragment.to_string(), message))
             }
-            (handle, fragment) => Ok(Some(Origin { handle, fragment })),
+            (handle, fragment) => Ok(Some(RetainedFragment { handle, fragment })),
         }
     }
 
-    fn keep(&self) -> Result<bool, Refusal> {
+    fn keep(&self) -> Result<bool, Error> {
         match self.keep {
             0 => Ok(false),
             1 => Ok(true),
-            other => Err(Refusal::new(Kind::ReservedField, "keep", format!("keep must be 0 or 1, not {other}"))),
+            other => Err(Error::new(ErrorKind::ReservedField, "keep", format!("keep must be 0 or 1, not {other}"))),
         }
     }
 
-    fn contacts(&self, purpose: Purpose) -> Result<Vec<Contact>, Refusal> {
+    fn contacts(&self, purpose: Purpose) -> Result<Vec<Contact>, Error> {
         let count = self.contact_count as usize;
         if count == 0 || count > CONTACTS_MAX {
             return Err(contact_count(count));
@@ -363,7 +363,7 @@ impl StrikeWire {
         for (i, contact) in self.contacts.iter().enumerate().skip(count) {
             if bytemuck::bytes_of(contact).iter().any(|byte| *byte != 0) {
                 let at = format!("contacts[{i}]");
-                return Err(Refusal::new(Kind::ReservedField, at, "contacts beyond contact_count must be zero"));
+                return Err(Error::new(ErrorKind::ReservedField, at, "contacts beyond contact_count must be zero"));
             }
         }
         let contacts = self.contacts[..count].iter().enumerate().map(|(i, contact)| contact.validate(i, purpose));
@@ -372,33 +372,33 @@ impl StrikeWire {
         Ok(contacts)
     }
 
-    fn degree(&self) -> Result<Degree, Refusal> {
+    fn degree(&self) -> Result<DegreeRule, Error> {
         match (self.degree, self.degree_sites) {
-            (0, 0) => Ok(Degree::Preset),
-            (5, 0) => Ok(Degree::Inferred),
-            (1, 0) => Ok(Degree::ClosedForm),
-            (4, 0) => Ok(Degree::Verified),
-            (2, 0) => Ok(Degree::Optimised),
-            (3, 0) => Err(Refusal::new(Kind::Degree, "0", "the degree must be at least 1")),
-            (3, sites) => Ok(Degree::Sites(sites)),
+            (0, 0) => Ok(DegreeRule::Preset),
+            (5, 0) => Ok(DegreeRule::Inferred),
+            (1, 0) => Ok(DegreeRule::ClosedForm),
+            (4, 0) => Ok(DegreeRule::Verified),
+            (2, 0) => Ok(DegreeRule::Optimised),
+            (3, 0) => Err(Error::new(ErrorKind::Degree, "0", "the degree must be at least 1")),
+            (3, sites) => Ok(DegreeRule::Sites(sites)),
             (0..=2 | 4 | 5, sites) => {
                 let at = sites.to_string();
-                Err(Refusal::new(Kind::Degree, at, "degree_sites must be zero unless that many sites are asked for"))
+                Err(Error::new(ErrorKind::Degree, at, "degree_sites must be zero unless that many sites are asked for"))
             }
-            (other, _) => Err(Refusal::new(Kind::Degree, other.to_string(), "no such source of a degree")),
+            (other, _) => Err(Error::new(ErrorKind::Degree, other.to_string(), "no such source of a degree")),
         }
     }
 
-    fn elastic(&self) -> Result<Elastic, Refusal> {
+    fn elastic(&self) -> Result<ElasticSource, Error> {
         match self.elastic {
-            0 => Ok(Elastic::Preset),
-            1 => Ok(Elastic::Solve),
-            2 => Ok(Elastic::Reduced),
-            other => Err(Refusal::new(Kind::Elastic, other.to_string(), "elastic must be 0 to 2")),
+            0 => Ok(ElasticSource::Preset),
+            1 => Ok(ElasticSource::Solve),
+            2 => Ok(ElasticSource::Reduced),
+            other => Err(Error::new(ErrorKind::Elastic, other.to_string(), "elastic must be 0 to 2")),
         }
     }
 
-    fn gamma(&self) -> Result<Option<f64>, Refusal> {
+    fn gamma(&self) -> Result<Option<f64>, Error> {
         match self.gamma_j_m2 {
             0.0 => Ok(None),
             value if value.is_finite() && value > 0.0 => Ok(Some(value)),
@@ -407,19 +407,19 @@ impl StrikeWire {
     }
 
     /// Everything this version keeps free, refused by name.
-    fn reserved(&self) -> Result<(), Refusal> {
+    fn reserved(&self) -> Result<(), Error> {
         if let Some(i) = self.reserved.iter().position(|word| *word != 0) {
-            return Err(Refusal::new(Kind::ReservedField, format!("reserved[{i}]"), "reserved words must be zero"));
+            return Err(Error::new(ErrorKind::ReservedField, format!("reserved[{i}]"), "reserved words must be zero"));
         }
         Ok(())
     }
 }
 
 impl ContactWire {
-    fn validate(&self, i: usize, purpose: Purpose) -> Result<Contact, Refusal> {
+    fn validate(&self, i: usize, purpose: Purpose) -> Result<Contact, Error> {
         if !self.point_m.iter().all(|x| x.is_finite()) {
             let at = format!("contacts[{i}].point_m");
-            return Err(Refusal::new(Kind::ContactPoint, at, format!("contact {i}: the point is not finite")));
+            return Err(Error::new(ErrorKind::ContactPoint, at, format!("contact {i}: the point is not finite")));
         }
         // A ray without a direction leaves its impulse without one, too: the ray is what is wrong.
         let ray = ray::direction(i, self.ray)?;
@@ -429,7 +429,7 @@ impl ContactWire {
             let what = if square == 0.0 { "zero" } else { "not finite, or its square is not" };
             let at = format!("contacts[{i}].impulse_ns");
             let message = format!("contact {i}: the impulse is {what}; pass a finite impulse in N·s");
-            return Err(Refusal::new(Kind::Impulse, at, message));
+            return Err(Error::new(ErrorKind::Impulse, at, message));
         }
         Ok(Contact {
             point_m: self.point_m,
@@ -442,7 +442,7 @@ impl ContactWire {
 }
 
 /// Zero: not given. Otherwise finite and positive.
-fn positive_or_default(value: f64, refuse: impl Fn(f64) -> Refusal) -> Result<Option<f64>, Refusal> {
+fn positive_or_default(value: f64, refuse: impl Fn(f64) -> Error) -> Result<Option<f64>, Error> {
     match value {
         0.0 => Ok(None),
         value if value.is_finite() && value > 0.0 => Ok(Some(value)),
@@ -451,40 +451,40 @@ fn positive_or_default(value: f64, refuse: impl Fn(f64) -> Refusal) -> Result<Op
 }
 
 /// Checks magic and version of a request, shared with the control service.
-pub(crate) fn head(magic: u32, version: u32) -> Result<(), Refusal> {
+pub(crate) fn head(magic: u32, version: u32) -> Result<(), Error> {
     if magic != REQUEST_MAGIC {
-        return Err(Refusal::new(Kind::BadMagic, format!("{magic:#010x}"), "the bytes are not a request of ours"));
+        return Err(Error::new(ErrorKind::BadMagic, format!("{magic:#010x}"), "the bytes are not a request of ours"));
     }
     if version != PROTOCOL_VERSION {
         let message = format!("the request speaks protocol {version}, this side {PROTOCOL_VERSION}");
-        return Err(Refusal::new(Kind::VersionMismatch, version.to_string(), message));
+        return Err(Error::new(ErrorKind::VersionMismatch, version.to_string(), message));
     }
     Ok(())
 }
 
 /// The refusal of a handle under which nothing is kept.
-pub fn unknown_handle(handle: u64) -> Refusal {
+pub fn unknown_handle(handle: u64) -> Error {
     let message = format!("no answer is kept under the handle {handle}: never, not any more, or not by this daemon");
-    Refusal::new(Kind::UnknownHandle, handle.to_string(), message)
+    Error::new(ErrorKind::UnknownHandle, handle.to_string(), message)
 }
 
-fn contact_count(count: usize) -> Refusal {
+fn contact_count(count: usize) -> Error {
     let message = format!("{count} contacts: 1 to {CONTACTS_MAX} are possible");
-    Refusal::new(Kind::ContactCount, count.to_string(), message)
+    Error::new(ErrorKind::ContactCount, count.to_string(), message)
 }
 
-fn gamma(value: f64) -> Refusal {
-    Refusal::new(Kind::Gamma, "gamma_j_m2", format!("γ = {value}: must be finite and above zero"))
+fn gamma(value: f64) -> Error {
+    Error::new(ErrorKind::Gamma, "gamma_j_m2", format!("γ = {value}: must be finite and above zero"))
 }
 
-fn duration(i: usize, value: f64) -> Refusal {
+fn duration(i: usize, value: f64) -> Error {
     let at = format!("contacts[{i}].duration_s");
-    Refusal::new(Kind::ContactDuration, at, format!("contact {i}: duration {value}: must be finite and above zero"))
+    Error::new(ErrorKind::ContactDuration, at, format!("contact {i}: duration {value}: must be finite and above zero"))
 }
 
-fn radius(i: usize, value: f64) -> Refusal {
+fn radius(i: usize, value: f64) -> Error {
     let at = format!("contacts[{i}].radius_m");
-    Refusal::new(Kind::ContactRadius, at, format!("contact {i}: radius {value}: must be finite and above zero"))
+    Error::new(ErrorKind::ContactRadius, at, format!("contact {i}: radius {value}: must be finite and above zero"))
 }
 
 #[cfg(test)]

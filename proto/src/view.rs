@@ -1,22 +1,23 @@
 //! From bytes to borrowed sections: every offset, alignment, count and index is checked before one is used.
 
 use crate::answer::{
-    ANSWER_MAGIC, AnswerHeader, BLOCK_BYTES, Block, BondWire, DebrisWire, EffectWire, FragmentWire, HullWire, LookWire,
-    OUTER, RunWire, SectionKind, SectionWire, SkinVertexWire, SkinWire, StageWire, SummaryWire, VelocityWire,
+    ANSWER_MAGIC, BLOCK_BYTES, Block, BondWire, DebrisWire, EffectWire, FragmentWire, HullWire, OUTER, ResultHeader,
+    RunWire, SectionKind, SectionWire, SkinVertexWire, SkinWire, StageWire, SummaryWire, VelocityWire,
+    VertexAttributeWire,
 };
 use crate::layout::{SECTIONS, TABLE_BYTES};
-use crate::{Kind, PROTOCOL_VERSION, Refusal};
+use crate::{Error, ErrorKind, PROTOCOL_VERSION};
 use std::ops::Range;
 
 /// Where the sections of an answer lie, after all checks. Cheap to keep beside the payload that it was checked against.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Checked {
+pub struct CheckedLayout {
     ranges: [Range<usize>; SECTIONS],
 }
 
 /// The sections of a checked answer, borrowed.
 #[derive(Clone, Copy, Debug)]
-pub struct View<'a> {
+pub struct ResultView<'a> {
     /// The facts.
     pub summary: &'a SummaryWire,
     /// One row per stage.
@@ -50,7 +51,7 @@ pub struct View<'a> {
     /// Indices of hulls, relative to the first vertex of their hull.
     pub hull_indices: &'a [u32],
     /// One per vertex, or none.
-    pub looks: &'a [LookWire],
+    pub looks: &'a [VertexAttributeWire],
     /// One per triangle, or none.
     pub materials: &'a [u32],
     /// One per fragment, or none.
@@ -63,9 +64,9 @@ pub struct View<'a> {
     pub skin_materials: &'a [u32],
 }
 
-impl Checked {
+impl CheckedLayout {
     /// Checks header, table and contents of an answer. Never panics, whatever the bytes.
-    pub fn new(header: &AnswerHeader, payload: &[Block]) -> Result<Self, Refusal> {
+    pub fn new(header: &ResultHeader, payload: &[Block]) -> Result<Self, Error> {
         head(header)?;
         let bytes: &[u8] = bytemuck::cast_slice(payload);
         let used = usize::try_from(header.used_bytes).ok().filter(|used| *used <= bytes.len());
@@ -78,10 +79,10 @@ impl Checked {
     }
 
     /// The sections of `payload`: the one that was checked. `None` for another one in which they do not fit.
-    pub fn view<'a>(&self, payload: &'a [Block]) -> Option<View<'a>> {
+    pub fn view<'a>(&self, payload: &'a [Block]) -> Option<ResultView<'a>> {
         let bytes: &'a [u8] = bytemuck::cast_slice(payload);
         let section = |kind: SectionKind| bytes.get(self.ranges[kind as usize - 1].clone());
-        Some(View {
+        Some(ResultView {
             summary: bytemuck::try_from_bytes(section(SectionKind::Summary)?).ok()?,
             stages: bytemuck::try_cast_slice(section(SectionKind::Stages)?).ok()?,
             fragments: bytemuck::try_cast_slice(section(SectionKind::Fragments)?).ok()?,
@@ -108,13 +109,13 @@ impl Checked {
     }
 }
 
-fn bad(at: impl Into<String>, what: impl std::fmt::Display) -> Refusal {
+fn bad(at: impl Into<String>, what: impl std::fmt::Display) -> Error {
     let at = at.into();
     let message = format!("the answer is not well formed: {at}: {what}");
-    Refusal::new(Kind::BadAnswer, at, message)
+    Error::new(ErrorKind::BadAnswer, at, message)
 }
 
-fn head(header: &AnswerHeader) -> Result<(), Refusal> {
+fn head(header: &ResultHeader) -> Result<(), Error> {
     if header.magic != ANSWER_MAGIC {
         return Err(bad("magic", format!("{:#010x}", header.magic)));
     }
@@ -128,7 +129,7 @@ fn head(header: &AnswerHeader) -> Result<(), Refusal> {
 }
 
 /// Checks the section table: the known sections in their order, aligned, disjoint, inside, of whole elements.
-fn ranges(bytes: &[u8]) -> Result<[Range<usize>; SECTIONS], Refusal> {
+fn ranges(bytes: &[u8]) -> Result<[Range<usize>; SECTIONS], Error> {
     let table = bytes.get(..TABLE_BYTES).ok_or_else(|| bad("table", "does not fit"))?;
     let mut end = TABLE_BYTES as u64;
     let mut ranges = [const { 0..0 }; SECTIONS];
@@ -163,7 +164,7 @@ fn nested(part: (u32, u32), whole: (u32, u32)) -> bool {
     part.0 >= whole.0 && u64::from(part.0) + u64::from(part.1) <= u64::from(whole.0) + u64::from(whole.1)
 }
 
-fn contents(view: &View<'_>) -> Result<(), Refusal> {
+fn contents(view: &ResultView<'_>) -> Result<(), Error> {
     let (fragments, vertices) = (view.fragments.len(), view.positions.len());
     for (name, length, whole) in [
         ("velocities", view.velocities.len(), fragments),
@@ -206,7 +207,7 @@ fn contents(view: &View<'_>) -> Result<(), Refusal> {
     Ok(())
 }
 
-fn fragment(view: &View<'_>, i: usize, fragment: &FragmentWire) -> Result<(), &'static str> {
+fn fragment(view: &ResultView<'_>, i: usize, fragment: &FragmentWire) -> Result<(), &'static str> {
     let f = fragment;
     if f.id as usize != i {
         return Err("id is not its position");
@@ -234,7 +235,7 @@ fn fragment(view: &View<'_>, i: usize, fragment: &FragmentWire) -> Result<(), &'
     Ok(())
 }
 
-fn run(view: &View<'_>, run: &RunWire) -> Result<(), &'static str> {
+fn run(view: &ResultView<'_>, run: &RunWire) -> Result<(), &'static str> {
     let fragment = view.fragments.get(run.fragment as usize).ok_or("belongs to no fragment")?;
     if run.neighbour != OUTER && run.neighbour as usize >= view.fragments.len() {
         return Err("neighbour is no fragment");

@@ -1,9 +1,9 @@
 //! What may lie in shared memory.
 
-use crate::answer::{AnswerHeader, Block};
-use crate::control::{ControlHeader, ControlWire};
-use crate::refusal::RefusalWire;
-use crate::request::{ContactWire, StrikeWire};
+use crate::answer::{Block, ResultHeader};
+use crate::control::{ControlReplyHeader, ControlRequestWire};
+use crate::refusal::ErrorWire;
+use crate::request::{ContactWire, RequestWire};
 use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
 
 /// Lets values of a type lie in shared memory, under a name that both sides compare.
@@ -25,10 +25,10 @@ fn plain<T: bytemuck::Pod>(_: &T) {}
 
 zero_copy! {
     Block: "shatter.Block.v1",
-    AnswerHeader: "shatter.AnswerHeader.v1",
-    ControlWire: "shatter.Control.v1",
-    ControlHeader: "shatter.ControlHeader.v1",
-    RefusalWire: "shatter.Refusal.v1",
+    ResultHeader: "shatter.AnswerHeader.v1",
+    ControlRequestWire: "shatter.Control.v1",
+    ControlReplyHeader: "shatter.ControlHeader.v1",
+    ErrorWire: "shatter.Refusal.v1",
     ContactWire: "shatter.Contact.v1",
-    StrikeWire: "shatter.Strike.v1",
+    RequestWire: "shatter.Strike.v1",
 }

@@ -9,13 +9,13 @@
 #[path = "../tests/support/mod.rs"]
 mod support;
 
-use shatter_client::{Impact, Kind, Object, Shatter};
+use shatter_client::{Client, ErrorKind, Impact, Object};
 use shatter_fracture::database::{BakeRequest, bake, load, save};
-use shatter_fracture::pipeline::{Prepared, Quality, Sampler};
+use shatter_fracture::pipeline::{ImpactSampler, PreparedObject, Preset};
 use shatter_fracture::scene::Materials;
-use shatter_fracture::surface::{self, RawMesh, Unit, Up, shapes};
-use shatter_fracture::token::Token;
-use shatter_proto::request::{self, Degree};
+use shatter_fracture::surface::{self, LengthUnit, RawMesh, UpAxis, shapes};
+use shatter_fracture::token::CancelToken;
+use shatter_proto::request::{self, DegreeRule};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 use support::{Child, TestPlace, patience, shatterd};
@@ -26,13 +26,13 @@ const WARM: usize = 20;
 
 fn mesh() -> RawMesh {
     match std::env::var_os("SHATTER_BENCH_MESH") {
-        Some(path) => surface::read(path.as_ref(), Unit::M, Up::Y).unwrap(),
+        Some(path) => surface::read(path.as_ref(), LengthUnit::M, UpAxis::Y).unwrap(),
         None => shapes::scanned_statue(),
     }
 }
 
 /// The database of `quality`, from an earlier run if there is one.
-fn database(folder: &Path, quality: Quality) -> Prepared {
+fn database(folder: &Path, quality: Preset) -> PreparedObject {
     let file = folder.join(format!("{}.shatter", quality.name()));
     if let Ok(prepared) = load(&file) {
         return prepared;
@@ -41,19 +41,19 @@ fn database(folder: &Path, quality: Quality) -> Prepared {
     let examples = std::env::var("SHATTER_BENCH_EXAMPLES").ok().and_then(|text| text.parse().ok()).unwrap_or(200);
     let material = materials.get("ceramic").unwrap().clone();
     let request = BakeRequest { examples, quality, ..BakeRequest::new(quality.name(), "ceramic", material) };
-    save(&bake(mesh(), &request, &Token::default(), &mut |_| {}).unwrap(), &file).unwrap();
+    save(&bake(mesh(), &request, &CancelToken::default(), &mut |_| {}).unwrap(), &file).unwrap();
     load(&file).unwrap()
 }
 
 /// Impacts that no example is, on the surface, inwards.
-fn impacts(prepared: &Prepared, quality: Quality) -> Vec<Impact> {
-    let sampler = Sampler::new(prepared);
+fn impacts(prepared: &PreparedObject, quality: Preset) -> Vec<Impact> {
+    let sampler = ImpactSampler::new(prepared);
     let preset = request::Quality::by_name(quality.name()).unwrap();
     let impact = |index: usize| {
         let strike = sampler.impact(!prepared.parameters.seed, index as u64);
         let contact = &strike.contacts[0];
         let impact = Impact::at(contact.point_m.coords.into()).impulse(contact.impulse_ns.into());
-        impact.degree(Degree::Sites(SITES)).quality(preset).seed(index as u64)
+        impact.degree(DegreeRule::Sites(SITES)).quality(preset).seed(index as u64)
     };
     (0..WARM + STRIKES).map(impact).collect()
 }
@@ -73,7 +73,7 @@ fn strikes(object: &Object, impacts: &[Impact]) -> Times {
     for (index, impact) in impacts.iter().enumerate() {
         let broken = match object.strike(impact).unwrap().wait(patience()) {
             Ok(broken) => broken,
-            Err(refusal) if refusal.kind == Kind::ContactTooFar => continue,
+            Err(refusal) if refusal.kind == ErrorKind::ContactTooFar => continue,
             Err(refusal) => panic!("{refusal}"),
         };
         if index < WARM {
@@ -106,8 +106,8 @@ fn main() {
     let here = TestPlace::new("frame");
     let folder = std::env::var_os("SHATTER_BENCH_FOLDER").map_or_else(|| here.databases(), PathBuf::from);
     let names = std::env::var("SHATTER_BENCH_PRESETS").unwrap_or_else(|_| "draft,game,film".to_owned());
-    let presets: Vec<Quality> = names.split(',').map(|name| Quality::by_name(name).unwrap()).collect();
-    let prepared: Vec<Prepared> = presets.iter().map(|quality| database(&folder, *quality)).collect();
+    let presets: Vec<Preset> = names.split(',').map(|name| Preset::by_name(name).unwrap()).collect();
+    let prepared: Vec<PreparedObject> = presets.iter().map(|quality| database(&folder, *quality)).collect();
     for quality in &presets {
         let name = format!("{}.shatter", quality.name());
         if folder != here.databases() {
@@ -115,7 +115,7 @@ fn main() {
         }
     }
     let daemon = Child::start(&mut shatterd(&here));
-    let service = Shatter::connect_at(&here.place, patience()).unwrap();
+    let service = Client::connect_at(&here.place, patience()).unwrap();
     println!("preset  elastic  crack nodes    p50     p99   stages   floor (ms)  solved  triangles");
     for (quality, prepared) in presets.into_iter().zip(&prepared) {
         let object = service.object(&prepared.name, patience()).unwrap();

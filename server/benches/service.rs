@@ -9,18 +9,18 @@ mod support;
 
 use rayon::ThreadPool;
 use serde_json::Value;
-use shatter_client::{Deadline, Impact, Kind, Poll, Shatter, Ticket};
-use shatter_engine::clock::Clock;
-use shatter_engine::object::Object;
-use shatter_engine::wire::Served;
+use shatter_client::{Client, Deadline, ErrorKind, Impact, Poll, Ticket};
+use shatter_engine::clock::StageProfiler;
+use shatter_engine::object::ServedObject;
+use shatter_engine::wire::EngineObject;
 use shatter_fracture::database::{BakeRequest, bake, load, save};
-use shatter_fracture::pipeline::{Prepared, Workspace};
+use shatter_fracture::pipeline::{PreparedObject, Workspace};
 use shatter_fracture::scene::Materials;
-use shatter_fracture::surface::{self, RawMesh, Unit, Up, shapes};
-use shatter_fracture::token::Token;
-use shatter_proto::answer::{AnswerHeader, Block, StageWire};
+use shatter_fracture::surface::{self, LengthUnit, RawMesh, UpAxis, shapes};
+use shatter_fracture::token::CancelToken;
+use shatter_proto::answer::{Block, ResultHeader, StageWire};
 use shatter_proto::layout::Layout;
-use shatter_proto::request::{Contact, Degree, Strike};
+use shatter_proto::request::{Contact, DegreeRule, Request};
 use shatter_server::jobs::lanes;
 use std::path::Path;
 use std::sync::Barrier;
@@ -40,22 +40,22 @@ fn seconds() -> f64 {
 
 fn mesh() -> RawMesh {
     match std::env::var_os("SHATTER_BENCH_MESH") {
-        Some(path) => surface::read(path.as_ref(), Unit::M, Up::Y).unwrap(),
+        Some(path) => surface::read(path.as_ref(), LengthUnit::M, UpAxis::Y).unwrap(),
         None => shapes::mug(),
     }
 }
 
-fn database(folder: &Path) -> Prepared {
+fn database(folder: &Path) -> PreparedObject {
     let materials = Materials::parse(shatter_fracture::scene::MATERIALS).unwrap();
     let ceramic = materials.get("ceramic").unwrap().clone();
     let request = BakeRequest { seed: 1, ..BakeRequest::new("bench", "ceramic", ceramic) };
     let file = folder.join("bench.shatter");
-    save(&bake(mesh(), &request, &Token::default(), &mut |_| {}).unwrap(), &file).unwrap();
+    save(&bake(mesh(), &request, &CancelToken::default(), &mut |_| {}).unwrap(), &file).unwrap();
     load(&file).unwrap()
 }
 
 /// A blow somewhere on the surface, towards the middle.
-fn strike(served: &Served, number: usize) -> Strike {
+fn strike(served: &EngineObject, number: usize) -> Request {
     let prepared = served.prepared();
     let body = &prepared.bodies[0];
     let face = &body.topology.boundary[number.wrapping_mul(7919) % body.topology.boundary.len()];
@@ -63,23 +63,29 @@ fn strike(served: &Served, number: usize) -> Strike {
     let impulse_ns = (prepared.frame.centre_m - point_m).normalize().into();
     let contact = Contact { point_m: point_m.coords.into(), ray: None, impulse_ns, duration_s: None, radius_m: None };
     let object = "bench".to_owned();
-    Strike { object, contacts: vec![contact], degree: Degree::Sites(SITES), seed: number as u64, ..Strike::default() }
+    Request {
+        object,
+        contacts: vec![contact],
+        degree: DegreeRule::Sites(SITES),
+        seed: number as u64,
+        ..Request::default()
+    }
 }
 
 /// One strike from request to bytes, as the daemon's threads do it; length of the answer, and time of all stages.
-fn answer(served: &Served, number: usize, workspace: &mut Workspace, payload: &mut Vec<Block>) -> (u64, u64) {
-    let mut clock = Clock::default();
+fn answer(served: &EngineObject, number: usize, workspace: &mut Workspace, payload: &mut Vec<Block>) -> (u64, u64) {
+    let mut clock = StageProfiler::default();
     let strike = strike(served, number);
-    let outcome = served.strike(&strike, workspace, &Token::default(), &mut clock).unwrap();
+    let outcome = served.strike(&strike, workspace, &CancelToken::default(), &mut clock).unwrap();
     let layout = Layout::new(&outcome.counts()).unwrap();
     payload.resize(payload.len().max(layout.blocks()), bytemuck::Zeroable::zeroed());
-    let _header: AnswerHeader = layout.header(0);
+    let _header: ResultHeader = layout.header(0);
     outcome.write(&mut layout.split(&mut payload[..layout.blocks()]).unwrap(), &mut clock).unwrap();
     (layout.used_bytes(), clock.rows().iter().map(|row: &StageWire| row.ns).sum())
 }
 
 /// Strikes per second of as many strikes side by side as there are threads, each on one of them.
-fn in_process(served: &Served, lanes: &[ThreadPool]) -> (f64, u64, Duration) {
+fn in_process(served: &EngineObject, lanes: &[ThreadPool]) -> (f64, u64, Duration) {
     let (done, bytes, busy) = (AtomicUsize::new(0), AtomicU64::new(0), AtomicU64::new(0));
     let (begun, length) = (Instant::now(), Duration::from_secs_f64(seconds()));
     let work = || {
@@ -127,7 +133,7 @@ fn main() {
         return;
     }
     let here = TestPlace::new("bench");
-    let served = Served::whole(database(&here.databases()));
+    let served = EngineObject::whole(database(&here.databases()));
     served.finish().unwrap();
     let lanes = lanes(std::thread::available_parallelism().map_or(1, usize::from), NICE).unwrap();
     let daemon = Child::start(&mut shatterd(&here));
@@ -148,7 +154,7 @@ fn main() {
 }
 
 /// As much as it can do, beside the same strikes in this process; answers per second.
-fn saturated(here: &TestPlace, served: &Served, lanes: &[ThreadPool]) -> f64 {
+fn saturated(here: &TestPlace, served: &EngineObject, lanes: &[ThreadPool]) -> f64 {
     let (mut ratios, mut through, mut fair) = (Vec::new(), Vec::new(), Vec::new());
     for round in 0..ROUNDS {
         let with = || loaded(here, CLIENTS, &["--closed", "--seed", &round.to_string()]);
@@ -229,14 +235,14 @@ fn wall(here: &TestPlace, name: &str, apart: Duration) {
     const ALL: u32 = 40;
     let together = Barrier::new(CLIENTS);
     let client = |first: usize| {
-        let service = Shatter::connect_at(&here.place, patience()).unwrap();
+        let service = Client::connect_at(&here.place, patience()).unwrap();
         let bench = service.object("bench", patience()).unwrap();
         together.wait();
         let begun = Instant::now();
         let send = |rank: u32| {
             let deadline = (4 + rank) * apart;
             let impact = Impact::at(bench.facts().centre_m).impulse([1.0, 0.0, 0.0]).radius(bench.facts().diagonal_m);
-            let impact = impact.degree(Degree::Sites(SITES)).seed(rank.into()).deadline(deadline);
+            let impact = impact.degree(DegreeRule::Sites(SITES)).seed(rank.into()).deadline(deadline);
             (Instant::now() + deadline, bench.strike(&impact).unwrap())
         };
         let mut tickets: Vec<(Instant, Ticket)> = (first as u32..ALL).step_by(CLIENTS).map(send).collect();
@@ -261,8 +267,8 @@ fn wall(here: &TestPlace, name: &str, apart: Duration) {
         let threads: Vec<_> = (0..CLIENTS).map(|first| scope.spawn(move || client(first))).collect();
         threads.into_iter().map(|thread| thread.join().unwrap()).unzip()
     });
-    let ends: Vec<(Result<(), Kind>, Duration)> = ends.into_iter().flatten().collect();
-    let of = |end: Result<(), Kind>| {
+    let ends: Vec<(Result<(), ErrorKind>, Duration)> = ends.into_iter().flatten().collect();
+    let of = |end: Result<(), ErrorKind>| {
         ends.iter().filter(move |(found, _)| *found == end).map(|(_, over)| over.as_secs_f64() * 1e3)
     };
     let most = |end| of(end).fold(0.0, f64::max);
@@ -271,10 +277,10 @@ fn wall(here: &TestPlace, name: &str, apart: Duration) {
         sent.iter().max().unwrap().as_secs_f64() * 1e3,
         of(Ok(())).count(),
         most(Ok(())),
-        of(Err(Kind::Late)).count(),
-        most(Err(Kind::Late))
+        of(Err(ErrorKind::Late)).count(),
+        most(Err(ErrorKind::Late))
     );
-    assert_eq!(of(Ok(())).count() + of(Err(Kind::Late)).count(), ALL as usize, "{ends:?}");
+    assert_eq!(of(Ok(())).count() + of(Err(ErrorKind::Late)).count(), ALL as usize, "{ends:?}");
 }
 
 /// Median of what is no stage of a round trip, µs, of strikes that do nothing but write an answer, and the length of that.

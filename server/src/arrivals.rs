@@ -1,13 +1,13 @@
 //! Strikes and questions travel by separate services, so a question can overtake a strike that its client sent before. Sequences put
 //! them in order again: a question names the strike that it follows, and is held back until that strike has arrived.
 
-use crate::ipc::ActiveQuestion;
-use shatter_proto::control::Question;
+use crate::ipc::ActiveControlRequest;
+use shatter_proto::control::ControlRequest;
 use std::collections::{HashMap, HashSet, VecDeque};
 use std::time::{Duration, Instant};
 
 /// What names a client.
-pub type Listener = [u8; 16];
+pub type ListenerId = [u8; 16];
 
 /// A question that waits longer for a strike is answered without it: its client names one that it never sent.
 const PATIENCE: Duration = Duration::from_secs(5);
@@ -17,37 +17,42 @@ const HELD_MAX: usize = 1024;
 
 /// The strikes that have arrived, by their clients, and questions that wait for others.
 #[derive(Default)]
-pub struct Arrivals {
-    last: HashMap<Listener, u64>,
-    early: VecDeque<Early>,
+pub struct PendingArrivals {
+    last: HashMap<ListenerId, u64>,
+    early: VecDeque<EarlyControlRequest>,
 }
 
 /// A question that overtook a strike.
-struct Early {
-    active: ActiveQuestion,
-    listener: Listener,
-    question: Question,
+struct EarlyControlRequest {
+    active: ActiveControlRequest,
+    listener: ListenerId,
+    question: ControlRequest,
     since: Instant,
 }
 
-impl Arrivals {
+impl PendingArrivals {
     /// The strike `sequence` of this client has arrived. Those of one client arrive in the order in which they were sent.
-    pub fn note(&mut self, listener: Listener, sequence: u64) {
+    pub fn note(&mut self, listener: ListenerId, sequence: u64) {
         let last = self.last.entry(listener).or_default();
         *last = sequence.max(*last);
     }
 
     /// Whether the strikes have arrived that `question` comes after.
-    pub fn precede(&self, listener: Listener, question: Question) -> bool {
+    pub fn precede(&self, listener: ListenerId, question: ControlRequest) -> bool {
         question.after() <= self.last.get(&listener).copied().unwrap_or(0)
     }
 
     /// Holds a question back; gives it back if too many are held.
-    pub fn hold(&mut self, active: ActiveQuestion, listener: Listener, question: Question) -> Option<ActiveQuestion> {
+    pub fn hold(
+        &mut self,
+        active: ActiveControlRequest,
+        listener: ListenerId,
+        question: ControlRequest,
+    ) -> Option<ActiveControlRequest> {
         if self.early.len() >= HELD_MAX {
             return Some(active);
         }
-        self.early.push_back(Early { active, listener, question, since: Instant::now() });
+        self.early.push_back(EarlyControlRequest { active, listener, question, since: Instant::now() });
         None
     }
 
@@ -57,7 +62,7 @@ impl Arrivals {
     }
 
     /// The questions whose strikes have arrived by now, or never will, in the order in which they came.
-    pub fn due(&mut self) -> Vec<ActiveQuestion> {
+    pub fn due(&mut self) -> Vec<ActiveControlRequest> {
         let (mut due, mut early) = (Vec::new(), VecDeque::new());
         for held in std::mem::take(&mut self.early) {
             if held.since.elapsed() > PATIENCE || self.precede(held.listener, held.question) {
@@ -71,7 +76,7 @@ impl Arrivals {
     }
 
     /// Forgets the clients that are gone.
-    pub fn retain(&mut self, listeners: &HashSet<Listener>) {
+    pub fn retain(&mut self, listeners: &HashSet<ListenerId>) {
         self.last.retain(|listener, _| listeners.contains(listener));
     }
 }

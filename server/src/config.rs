@@ -2,7 +2,7 @@
 
 use serde::Deserialize;
 use shatter_fracture::scene::{brief, nearest, toml_error};
-use shatter_proto::{Kind, Refusal};
+use shatter_proto::{Error, ErrorKind};
 use shatter_transport::CLIENTS_MAX;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -15,20 +15,20 @@ pub const DEFAULT: &str = include_str!("../../config/shatterd.toml");
 #[serde(deny_unknown_fields)]
 #[expect(missing_docs, reason = "the compiled-in file documents every key for those who set it")]
 pub struct Config {
-    pub service: Service,
-    pub databases: Databases,
-    pub compute: Compute,
-    pub answers: Answers,
-    pub times: Times,
-    pub operations: Operations,
-    pub log: Log,
+    pub service: ServiceConfig,
+    pub databases: DatabasesConfig,
+    pub compute: ComputeConfig,
+    pub answers: ResultsConfig,
+    pub times: TimesConfig,
+    pub operations: OperationsConfig,
+    pub log: LogConfig,
 }
 
 /// `[service]`
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[expect(missing_docs, reason = "see Config")]
-pub struct Service {
+pub struct ServiceConfig {
     pub name: String,
     pub clients_max: usize,
 }
@@ -37,7 +37,7 @@ pub struct Service {
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[expect(missing_docs, reason = "see Config")]
-pub struct Databases {
+pub struct DatabasesConfig {
     pub folder: PathBuf,
     pub watch_ms: u64,
 }
@@ -46,7 +46,7 @@ pub struct Databases {
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[expect(missing_docs, reason = "see Config")]
-pub struct Compute {
+pub struct ComputeConfig {
     pub threads: usize,
     pub strikes_at_once: usize,
     pub nice: i32,
@@ -57,7 +57,7 @@ pub struct Compute {
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[expect(missing_docs, reason = "see Config")]
-pub struct Answers {
+pub struct ResultsConfig {
     pub buckets: usize,
     pub held_max: usize,
     pub kept_max: usize,
@@ -70,7 +70,7 @@ pub struct Answers {
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[expect(missing_docs, reason = "see Config")]
-pub struct Times {
+pub struct TimesConfig {
     pub tick_ms: u64,
     pub cleanup_ms: u64,
     pub kept_s: f64,
@@ -82,7 +82,7 @@ pub struct Times {
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[expect(missing_docs, reason = "see Config")]
-pub struct Operations {
+pub struct OperationsConfig {
     pub port: u16,
 }
 
@@ -90,7 +90,7 @@ pub struct Operations {
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[expect(missing_docs, reason = "see Config")]
-pub struct Log {
+pub struct LogConfig {
     pub filter: String,
     pub format: LogFormat,
 }
@@ -107,32 +107,33 @@ pub enum LogFormat {
 
 impl Config {
     /// The default, overlaid with the file at `path` if one is given.
-    pub fn load(path: Option<&Path>) -> Result<Self, Refusal> {
+    pub fn load(path: Option<&Path>) -> Result<Self, Error> {
         let Some(path) = path else { return Self::parse("", "default") };
         let at = path.display().to_string();
         let text = shatter_engine::scene::read_text(path)
-            .map_err(|error| Refusal::new(Kind::Configuration, at.clone(), format!("cannot read {at}: {error}")))?;
+            .map_err(|error| Error::new(ErrorKind::Configuration, at.clone(), format!("cannot read {at}: {error}")))?;
         Self::parse(&text, &at)
     }
 
     /// The default, overlaid with `text`; `at` names it in refusals.
-    pub fn parse(text: &str, at: &str) -> Result<Self, Refusal> {
+    pub fn parse(text: &str, at: &str) -> Result<Self, Error> {
         let refuse = |text: &str, error: toml::de::Error| {
-            Refusal::new(Kind::Configuration, at, format!("{at}: {}", toml_error(text, &error)))
+            Error::new(ErrorKind::Configuration, at, format!("{at}: {}", toml_error(text, &error)))
         };
         let mut table: toml::Table = DEFAULT.parse().map_err(|error| refuse(DEFAULT, error))?;
         let own: toml::Table = text.parse().map_err(|error| refuse(text, error))?;
-        known("", &own, &table).map_err(|(key, why)| Refusal::new(Kind::Configuration, key, format!("{at}: {why}")))?;
+        known("", &own, &table)
+            .map_err(|(key, why)| Error::new(ErrorKind::Configuration, key, format!("{at}: {why}")))?;
         overlay(&mut table, own);
         let config: Self = toml::Value::Table(table).try_into().map_err(|error| refuse("", error))?;
         config.checked(at)
     }
 
     /// The same if every value is possible; `at` names where they come from in the refusal.
-    pub fn checked(self, at: &str) -> Result<Self, Refusal> {
+    pub fn checked(self, at: &str) -> Result<Self, Error> {
         match self.rules() {
             Ok(()) => Ok(self),
-            Err((key, rule)) => Err(Refusal::new(Kind::Configuration, key, format!("{at}: {key} must be {rule}"))),
+            Err((key, rule)) => Err(Error::new(ErrorKind::Configuration, key, format!("{at}: {key} must be {rule}"))),
         }
     }
 
@@ -207,17 +208,17 @@ impl Config {
     }
 
     /// Folder of the databases: the configured one, or the platform's.
-    pub fn databases(&self) -> Result<PathBuf, Refusal> {
+    pub fn databases(&self) -> Result<PathBuf, Error> {
         if self.databases.folder.as_os_str().is_empty() { data_folder() } else { Ok(self.databases.folder.clone()) }
     }
 }
 
 /// The platform's folder for databases (`~/.local/share/shatter` on Linux).
-pub fn data_folder() -> Result<PathBuf, Refusal> {
+pub fn data_folder() -> Result<PathBuf, Error> {
     let folders = directories::ProjectDirs::from("", "", "shatter");
     folders.map(|folders| folders.data_dir().to_owned()).ok_or_else(|| {
         let message = "no home folder: say where the databases are with --databases DIR";
-        Refusal::new(Kind::DatabaseFolder, "databases.folder", message)
+        Error::new(ErrorKind::DatabaseFolder, "databases.folder", message)
     })
 }
 
@@ -271,7 +272,7 @@ mod tests {
 
     fn check(text: &str, named: &str) {
         let refusal = Config::parse(text, "file").unwrap_err();
-        assert_eq!(refusal.kind, Kind::Configuration);
+        assert_eq!(refusal.kind, ErrorKind::Configuration);
         assert!(refusal.message.contains(named) && refusal.message.contains("file"), "{refusal}");
     }
 

@@ -1,10 +1,10 @@
 //! Everything that wakes the daemon's loop: bells, events, clocks, signals, questions from the operations port.
 
 use crate::config::Config;
-use crate::ipc::Bell;
-use crate::jobs::Event;
-use crate::operations::{Inquiry, Operations};
-use shatter_proto::{Kind, Refusal};
+use crate::ipc::WakeSocket;
+use crate::jobs::WorkerEvent;
+use crate::operations::{LoopInquiry, OperationsPort};
+use shatter_proto::{Error, ErrorKind};
 use std::sync::Arc;
 use std::time::Duration;
 use tokio::signal::unix::{Signal, SignalKind, signal};
@@ -20,7 +20,7 @@ pub enum WakeEvent {
     /// A client rang, or a tick has passed.
     Bell,
     /// A computing thread or the librarian has news.
-    Event(Event),
+    Event(WorkerEvent),
     /// Time to look for clients that died.
     Cleanup,
     /// Time to write the metrics.
@@ -32,16 +32,16 @@ pub enum WakeEvent {
     /// SIGHUP.
     Reload,
     /// A question from the operations port.
-    Inquiry(Inquiry),
+    Inquiry(LoopInquiry),
     /// SIGINT, SIGTERM, or whoever started it.
     End,
 }
 
 /// All of it.
 pub struct EventSource {
-    bell: Bell,
-    events: UnboundedReceiver<Event>,
-    operations: Operations,
+    bell: WakeSocket,
+    events: UnboundedReceiver<WorkerEvent>,
+    operations: OperationsPort,
     stop: Arc<Notify>,
     cleanup: Interval,
     metrics: Interval,
@@ -59,8 +59,8 @@ pub struct Signals {
 
 impl Signals {
     /// Needs a tokio runtime. Errors: `failed`.
-    pub fn hear() -> Result<Self, Refusal> {
-        let hear = |kind| signal(kind).map_err(|error| Refusal::new(Kind::Failed, "signals", error.to_string()));
+    pub fn hear() -> Result<Self, Error> {
+        let hear = |kind| signal(kind).map_err(|error| Error::new(ErrorKind::Failed, "signals", error.to_string()));
         Ok(Self {
             interrupt: hear(SignalKind::interrupt())?,
             terminate: hear(SignalKind::terminate())?,
@@ -77,9 +77,9 @@ impl Signals {
         &mut self,
         stop: &Notify,
         work: impl FnOnce() -> T + Send + 'static,
-    ) -> Result<Option<T>, Refusal> {
+    ) -> Result<Option<T>, Error> {
         let (sender, done) = tokio::sync::oneshot::channel();
-        let failed = |why: String| Refusal::new(Kind::Failed, "threads", why);
+        let failed = |why: String| Error::new(ErrorKind::Failed, "threads", why);
         // The receiver is gone where the work was abandoned.
         let work = move || drop(sender.send(work()));
         let begun = std::thread::Builder::new().name("begin".to_owned()).spawn(work);
@@ -98,9 +98,9 @@ impl EventSource {
     /// Needs a tokio runtime.
     pub fn new(
         config: &Config,
-        bell: Bell,
-        events: UnboundedReceiver<Event>,
-        operations: Operations,
+        bell: WakeSocket,
+        events: UnboundedReceiver<WorkerEvent>,
+        operations: OperationsPort,
         signals: Signals,
         stop: Arc<Notify>,
     ) -> Self {

@@ -9,36 +9,36 @@
 
 mod unrest;
 
-use crate::catalog::{Catalog, Shelf, Version};
-use crate::jobs::Event;
+use crate::catalog::{Catalog, DirectorySnapshot, ObjectVersion};
+use crate::jobs::WorkerEvent;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use shatter_engine::object::Loader;
 use shatter_proto::name::suggestion;
-use shatter_proto::{Kind, Refusal};
+use shatter_proto::{Error, ErrorKind};
 use std::collections::{BTreeMap, VecDeque};
 use std::path::PathBuf;
 use std::sync::{Arc, Weak};
 use tokio::sync::mpsc::UnboundedSender;
-use unrest::Unrest;
+use unrest::Debounce;
 
 /// Niceness of what nobody waits for. Strikes and loads are at `compute.nice`, 5: beside them it gets about a tenth.
 const NICE: i32 = 15;
 
 /// What the librarian found or did.
-pub enum News {
+pub enum ReloadEvent {
     /// The folder, looked at.
-    Seen(Result<Shelf, Refusal>),
+    Seen(Result<DirectorySnapshot, Error>),
     /// The databases of the folder as it lies there are being read again.
-    Begun(Shelf),
+    Begun(DirectorySnapshot),
     /// The databases, read again.
-    Loaded(Result<Catalog, Refusal>),
+    Loaded(Result<Catalog, Error>),
     /// One more object has all that strikes may need.
     Finished,
 }
 
 /// Looks after a folder. Owned by the waiting thread, which it never blocks.
-pub struct Librarian {
-    folder: Folder,
+pub struct HotReloader {
+    folder: DatabaseFolder,
     loader: Loader,
     looks: Worker,
     loads: Worker,
@@ -46,12 +46,12 @@ pub struct Librarian {
     /// A reload was asked for while another went on.
     asked: bool,
     /// The folder as it was found last.
-    seen: Option<Shelf>,
+    seen: Option<DirectorySnapshot>,
     /// The folder whose databases are being loaded.
-    target: Option<Shelf>,
+    target: Option<DirectorySnapshot>,
     /// Objects with work that loading left for later, done between other things.
-    unfinished: VecDeque<Weak<Version>>,
-    unrest: Unrest,
+    unfinished: VecDeque<Weak<ObjectVersion>>,
+    unrest: Debounce,
     /// Looks that began.
     looks_begun: u64,
     /// Whether the look under way, or the next one, was due by the clock: only such tell whether the folder rests.
@@ -65,12 +65,12 @@ pub struct Librarian {
 /// A thread that does one thing at a time and reports what came of it.
 struct Worker {
     thread: ThreadPool,
-    events: UnboundedSender<Event>,
+    events: UnboundedSender<WorkerEvent>,
     is_busy: bool,
 }
 
 impl Worker {
-    fn new(name: &'static str, nice: i32, events: UnboundedSender<Event>) -> Result<Self, Refusal> {
+    fn new(name: &'static str, nice: i32, events: UnboundedSender<WorkerEvent>) -> Result<Self, Error> {
         let builder = ThreadPoolBuilder::new().num_threads(1).thread_name(move |_| name.to_owned());
         let builder = builder.start_handler(move |_| {
             // On Linux this concerns the calling thread alone. Refused, the thread is as urgent as others.
@@ -78,16 +78,16 @@ impl Worker {
                 tracing::debug!(%error, name, "the priority of a thread stays");
             }
         });
-        let thread = builder.build().map_err(|error| Refusal::new(Kind::Failed, "threads", error.to_string()))?;
+        let thread = builder.build().map_err(|error| Error::new(ErrorKind::Failed, "threads", error.to_string()))?;
         Ok(Self { thread, events, is_busy: false })
     }
 
-    fn work(&mut self, work: impl FnOnce(&dyn Fn(News)) -> News + Send + 'static) {
+    fn work(&mut self, work: impl FnOnce(&dyn Fn(ReloadEvent)) -> ReloadEvent + Send + 'static) {
         self.is_busy = true;
         let events = self.events.clone();
         self.thread.spawn(move || {
             // A waiting thread that is gone has ended the daemon: nobody to tell.
-            let tell = |news| drop(events.send(Event::News(news)));
+            let tell = |news| drop(events.send(WorkerEvent::News(news)));
             tell(work(&tell));
         });
     }
@@ -95,7 +95,7 @@ impl Worker {
 
 /// The folder of databases.
 #[derive(Clone)]
-pub struct Folder {
+pub struct DatabaseFolder {
     /// Where.
     pub path: PathBuf,
     /// Whether it must exist: one that was asked for must, the platform's own may not be there yet.
@@ -104,13 +104,13 @@ pub struct Folder {
     pub only: Option<BTreeMap<String, String>>,
 }
 
-impl Folder {
+impl DatabaseFolder {
     /// Looks at it. Errors: `database_folder`.
-    pub fn look(&self) -> Result<Shelf, Refusal> {
+    pub fn look(&self) -> Result<DirectorySnapshot, Error> {
         if !self.required && !self.path.exists() {
-            return Ok(Shelf::default());
+            return Ok(DirectorySnapshot::default());
         }
-        let shelf = Shelf::of(&self.path)?;
+        let shelf = DirectorySnapshot::of(&self.path)?;
         Ok(match &self.only {
             Some(objects) => shelf.only(objects),
             None => shelf,
@@ -118,32 +118,37 @@ impl Folder {
     }
 
     /// Refuses to begin without one of those that are wanted. Errors: `unknown_object`, `database_folder`.
-    pub fn complete(&self) -> Result<(), Refusal> {
+    pub fn complete(&self) -> Result<(), Error> {
         let shelf = self.look()?;
         let mut wanted = self.only.iter().flat_map(BTreeMap::values);
         match wanted.find(|name| !shelf.holds(name)) {
             Some(name) => {
                 let folder = self.path.display();
-                let all = Shelf::of(&self.path).map(|shelf| shelf.names()).unwrap_or_default();
+                let all = DirectorySnapshot::of(&self.path).map(|shelf| shelf.names()).unwrap_or_default();
                 let all: Vec<&str> = all.iter().map(String::as_str).collect();
                 let message = format!(
                     "the scene wants `{name}`, but there is no {folder}/{name}.shatter: bake it (--scene, if it has a `shape`); {}",
                     suggestion(name, &all)
                 );
-                Err(Refusal::new(Kind::UnknownObject, name.clone(), message))
+                Err(Error::new(ErrorKind::UnknownObject, name.clone(), message))
             }
             None => Ok(()),
         }
     }
 }
 
-impl Librarian {
+impl HotReloader {
     /// One that tells `events`, and loads at niceness `nice`.
-    pub fn new(folder: Folder, loader: Loader, nice: i32, events: UnboundedSender<Event>) -> Result<Self, Refusal> {
+    pub fn new(
+        folder: DatabaseFolder,
+        loader: Loader,
+        nice: i32,
+        events: UnboundedSender<WorkerEvent>,
+    ) -> Result<Self, Error> {
         let looks = Worker::new("look", nice, events.clone())?;
         let loads = Worker::new("load", nice, events.clone())?;
         let finishes = Worker::new("finish", NICE, events)?;
-        let (unfinished, unrest) = (VecDeque::new(), Unrest::default());
+        let (unfinished, unrest) = (VecDeque::new(), Debounce::default());
         let (asked, blind, seen, target) = (false, false, None, None);
         let (looks_begun, is_periodic, again) = (0, false, false);
         Ok(Self {
@@ -190,7 +195,7 @@ impl Librarian {
     fn begin_look(&mut self) {
         self.looks_begun += 1;
         let folder = self.folder.clone();
-        self.looks.work(move |_| News::Seen(folder.look()));
+        self.looks.work(move |_| ReloadEvent::Seen(folder.look()));
     }
 
     /// Reads the databases again: now, or as soon as another reload is over.
@@ -202,8 +207,8 @@ impl Librarian {
         self.asked = false;
         let (folder, loader, catalog) = (self.folder.clone(), self.loader.clone(), catalog.clone());
         self.loads.work(move |tell| {
-            News::Loaded(folder.look().map(|shelf| {
-                tell(News::Begun(shelf.clone()));
+            ReloadEvent::Loaded(folder.look().map(|shelf| {
+                tell(ReloadEvent::Begun(shelf.clone()));
                 catalog.renewed(shelf, &loader)
             }))
         });
@@ -222,28 +227,28 @@ impl Librarian {
             if let Some(version) = version.upgrade() {
                 self.finishes.work(move |_| {
                     version.finish();
-                    News::Finished
+                    ReloadEvent::Finished
                 });
             }
         }
     }
 
     /// Takes note of its own news; the catalog that is to take the place of `catalog`, if there is one.
-    pub fn hear(&mut self, news: News, catalog: &Arc<Catalog>) -> Option<Arc<Catalog>> {
+    pub fn hear(&mut self, news: ReloadEvent, catalog: &Arc<Catalog>) -> Option<Arc<Catalog>> {
         let mut fresh = None;
         match news {
-            News::Seen(seen) => {
+            ReloadEvent::Seen(seen) => {
                 self.looks.is_busy = false;
                 self.saw(seen, catalog);
                 if std::mem::take(&mut self.again) {
                     self.begin_look();
                 }
             }
-            News::Begun(shelf) => {
+            ReloadEvent::Begun(shelf) => {
                 self.seen = Some(shelf.clone());
                 self.target = Some(shelf);
             }
-            News::Loaded(loaded) => {
+            ReloadEvent::Loaded(loaded) => {
                 (self.loads.is_busy, self.target) = (false, None);
                 match loaded {
                     Ok(loaded) => {
@@ -253,7 +258,7 @@ impl Librarian {
                     Err(refusal) => tracing::error!(%refusal, "the databases stay as they were"),
                 }
             }
-            News::Finished => {
+            ReloadEvent::Finished => {
                 self.finishes.is_busy = false;
                 self.finish_next();
             }
@@ -264,7 +269,7 @@ impl Librarian {
         fresh
     }
 
-    fn saw(&mut self, seen: Result<Shelf, Refusal>, catalog: &Catalog) {
+    fn saw(&mut self, seen: Result<DirectorySnapshot, Error>, catalog: &Catalog) {
         let is_periodic = std::mem::take(&mut self.is_periodic);
         match seen {
             Ok(shelf) => {
@@ -296,11 +301,11 @@ impl Librarian {
 mod tests {
     use super::*;
     use bytemuck::Zeroable;
-    use shatter_engine::object::{Object, Outcome};
-    use shatter_fracture::pipeline::{Watch, Workspace};
-    use shatter_fracture::token::Token;
+    use shatter_engine::object::{EngineResult, ServedObject};
+    use shatter_fracture::pipeline::{StageObserver, Workspace};
+    use shatter_fracture::token::CancelToken;
     use shatter_proto::control::ObjectRow;
-    use shatter_proto::request::Strike;
+    use shatter_proto::request::Request;
     use std::sync::Mutex;
     use std::sync::atomic::{AtomicBool, Ordering};
     use std::time::{Duration, Instant};
@@ -310,17 +315,17 @@ mod tests {
     const PATIENCE: Duration = Duration::from_secs(60);
 
     /// A librarian of a folder of its own, and what it tells.
-    fn start(folder: &TempDir, required: bool) -> (Librarian, UnboundedReceiver<Event>) {
+    fn start(folder: &TempDir, required: bool) -> (HotReloader, UnboundedReceiver<WorkerEvent>) {
         let (sender, events) = unbounded_channel();
         let loader: Loader = Arc::new(|_, _| Err("nothing is ever loaded here".to_owned()));
         let path = folder.path().join("databases");
-        (Librarian::new(Folder { path, required, only: None }, loader, NICE, sender).unwrap(), events)
+        (HotReloader::new(DatabaseFolder { path, required, only: None }, loader, NICE, sender).unwrap(), events)
     }
 
     /// An object that must be finished, which waits until the gate is open, and panics if it is named so.
     struct Raw(String, Arc<Mutex<Vec<String>>>, Arc<AtomicBool>);
 
-    impl Object for Raw {
+    impl ServedObject for Raw {
         fn row(&self) -> ObjectRow {
             let mut row = ObjectRow::zeroed();
             row.set_name(&self.0);
@@ -331,7 +336,7 @@ mod tests {
             1
         }
 
-        fn finish(&self) -> Result<(), Refusal> {
+        fn finish(&self) -> Result<(), Error> {
             self.1.lock().unwrap().push(self.0.clone());
             let begun = Instant::now();
             while !self.2.load(Ordering::Relaxed) && begun.elapsed() < PATIENCE {
@@ -347,12 +352,12 @@ mod tests {
 
         fn strike(
             &self,
-            _: &Strike,
+            _: &Request,
             _: &mut Workspace,
-            _: &Token,
-            _: &mut dyn Watch,
-        ) -> Result<Box<dyn Outcome>, Refusal> {
-            Err(Refusal::new(Kind::Failed, "", "not struck here"))
+            _: &CancelToken,
+            _: &mut dyn StageObserver,
+        ) -> Result<Box<dyn EngineResult>, Error> {
+            Err(Error::new(ErrorKind::Failed, "", "not struck here"))
         }
     }
 
@@ -369,33 +374,40 @@ mod tests {
         librarian.loader = Arc::new(move |path, _| {
             Ok(Arc::new(Raw(path.file_stem().unwrap().display().to_string(), told.clone(), opened.clone())))
         });
-        let mut catalog = Arc::new(Catalog::default().renewed(Shelf::of(&databases).unwrap(), &librarian.loader));
+        let mut catalog =
+            Arc::new(Catalog::default().renewed(DirectorySnapshot::of(&databases).unwrap(), &librarian.loader));
         librarian.finish(&catalog);
         write("c");
         librarian.reload(&catalog);
         let begun = news(&mut events);
-        assert!(matches!(begun, News::Begun(_)) && librarian.hear(begun, &catalog).is_none());
+        assert!(matches!(begun, ReloadEvent::Begun(_)) && librarian.hear(begun, &catalog).is_none());
         let listed = librarian.expected(&catalog).unwrap();
-        assert_eq!((listed.loading(), listed.failed(), listed.get("c").err().unwrap().kind), (1, 0, Kind::Loading));
+        assert_eq!(
+            (listed.loading(), listed.failed(), listed.get("c").err().unwrap().kind),
+            (1, 0, ErrorKind::Loading)
+        );
         assert!(librarian.expected(&listed).is_none() && listed.get("a").is_ok());
         let loaded = news(&mut events);
-        assert!(matches!(loaded, News::Loaded(_)) && *finished.lock().unwrap() == ["a"], "it waits for no finish");
+        assert!(
+            matches!(loaded, ReloadEvent::Loaded(_)) && *finished.lock().unwrap() == ["a"],
+            "it waits for no finish"
+        );
         catalog = librarian.hear(loaded, &listed).unwrap();
         assert_eq!((catalog.loading(), catalog.ready()), (0, 3));
         gate.store(true, Ordering::Relaxed);
         for _ in 0..4 {
             let more = news(&mut events);
-            assert!(matches!(more, News::Finished) && librarian.hear(more, &catalog).is_none());
+            assert!(matches!(more, ReloadEvent::Finished) && librarian.hear(more, &catalog).is_none());
         }
         assert_eq!(*finished.lock().unwrap(), ["a", "a", "b", "c"], "one that panics stops nobody");
         assert!(!librarian.finishes.is_busy && librarian.expected(&catalog).is_none());
     }
 
-    fn news(events: &mut UnboundedReceiver<Event>) -> News {
+    fn news(events: &mut UnboundedReceiver<WorkerEvent>) -> ReloadEvent {
         let begun = Instant::now();
         loop {
             match events.try_recv() {
-                Ok(Event::News(news)) => return news,
+                Ok(WorkerEvent::News(news)) => return news,
                 _ => assert!(begun.elapsed() < PATIENCE, "no news"),
             }
             std::thread::yield_now();
@@ -418,10 +430,10 @@ mod tests {
         for done in [1, 2] {
             assert_eq!(librarian.looks_done(), done - 1);
             let seen = news(&mut events);
-            assert!(matches!(seen, News::Seen(Ok(_))) && librarian.hear(seen, &catalog).is_none());
+            assert!(matches!(seen, ReloadEvent::Seen(Ok(_))) && librarian.hear(seen, &catalog).is_none());
         }
         let listed = librarian.expected(&catalog).unwrap();
-        assert_eq!((librarian.looks_done(), listed.get("a").err().unwrap().kind), (2, Kind::Loading));
+        assert_eq!((librarian.looks_done(), listed.get("a").err().unwrap().kind), (2, ErrorKind::Loading));
         assert!(!librarian.loads.is_busy && !librarian.asked, "twice the same, a moment apart, is no rest");
         for _ in 0..2 {
             librarian.look();
@@ -437,9 +449,9 @@ mod tests {
         let (mut librarian, mut events) = start(&folder, false);
         let catalog = Arc::new(Catalog::default());
         librarian.reload(&catalog);
-        let loaded = |librarian: &mut Librarian, events: &mut UnboundedReceiver<Event>| {
+        let loaded = |librarian: &mut HotReloader, events: &mut UnboundedReceiver<WorkerEvent>| {
             let begun = news(events);
-            assert!(matches!(begun, News::Begun(_)) && librarian.hear(begun, &catalog).is_none());
+            assert!(matches!(begun, ReloadEvent::Begun(_)) && librarian.hear(begun, &catalog).is_none());
             news(events)
         };
         let first = loaded(&mut librarian, &mut events);
@@ -461,10 +473,10 @@ mod tests {
         librarian.look();
         librarian.look();
         let seen = news(&mut events);
-        assert!(matches!(seen, News::Seen(Err(_))) && librarian.hear(seen, &catalog).is_none());
+        assert!(matches!(seen, ReloadEvent::Seen(Err(_))) && librarian.hear(seen, &catalog).is_none());
         librarian.reload(&catalog);
         let loaded = news(&mut events);
-        assert!(matches!(loaded, News::Loaded(Err(_))) && librarian.hear(loaded, &catalog).is_none());
+        assert!(matches!(loaded, ReloadEvent::Loaded(Err(_))) && librarian.hear(loaded, &catalog).is_none());
         assert!(events.try_recv().is_err(), "the second look found it busy");
     }
 }

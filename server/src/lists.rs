@@ -1,6 +1,6 @@
 //! Questions for the list of objects, which wait for a look at the folder of databases.
 
-use crate::ipc::ActiveQuestion;
+use crate::ipc::ActiveControlRequest;
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
@@ -15,14 +15,14 @@ const HELD_MAX: usize = 1024;
 pub struct WaitingLists(VecDeque<WaitingList>);
 
 struct WaitingList {
-    active: ActiveQuestion,
+    active: ActiveControlRequest,
     look: u64,
     since: Instant,
 }
 
 impl WaitingLists {
     /// Holds a question back until the look of that number is over; gives it back if too many are held.
-    pub fn hold(&mut self, active: ActiveQuestion, look: u64) -> Option<ActiveQuestion> {
+    pub fn hold(&mut self, active: ActiveControlRequest, look: u64) -> Option<ActiveControlRequest> {
         if self.0.len() >= HELD_MAX {
             return Some(active);
         }
@@ -31,7 +31,7 @@ impl WaitingLists {
     }
 
     /// The questions whose look is over, or takes too long, now that `done` looks are over. Their looks are in the order in which they came.
-    pub fn due(&mut self, done: u64) -> Vec<ActiveQuestion> {
+    pub fn due(&mut self, done: u64) -> Vec<ActiveControlRequest> {
         let is_due = |list: &&WaitingList| list.look <= done || list.since.elapsed() > WAIT_MAX;
         let count = self.0.iter().take_while(is_due).count();
         self.0.drain(..count).map(|list| list.active).collect()

@@ -2,8 +2,8 @@
 
 use clap::{Parser, Subcommand};
 use shatter_cli_common as program;
-use shatter_cli_common::lab::Forwarded;
-use shatter_server::commands::{Failure, bake, check, inspect, interrupt, merge, serve, upgrade};
+use shatter_cli_common::lab::ForwardedArgs;
+use shatter_server::commands::{CommandError, bake, check, inspect, interrupt, merge, serve, upgrade};
 use std::io::Write;
 use std::process::ExitCode;
 
@@ -19,7 +19,7 @@ struct Cli {
 enum Command {
     /// Bakes a mug, serves it, strikes it three times and shows what came of it on a page.
     #[command(disable_help_flag = true)]
-    Demo(Forwarded),
+    Demo(ForwardedArgs),
     /// Turns a mesh into a database: names its defects, fills it with lattices, factors, calibrates.
     Bake(bake::BakeArgs),
     /// Joins the shares of a bake that was divided: the same bytes as if it had not been.
@@ -34,21 +34,21 @@ enum Command {
     Serve(serve::Args),
     /// Shows how far the results can be trusted (hard cases, bad meshes), and what effects cost and look like.
     #[command(disable_help_flag = true)]
-    Study(Forwarded),
+    Study(ForwardedArgs),
 }
 
 fn main() -> ExitCode {
     let json = std::env::args_os().any(|argument| argument == "--json");
     let cli = match program::arguments::<Cli>() {
         Ok(cli) => cli,
-        Err(error) if json && error.use_stderr() => return Failure::usage(&error).print(true),
+        Err(error) if json && error.use_stderr() => return CommandError::usage(&error).print(true),
         Err(error) if error.use_stderr() => {
             let _ = write!(std::io::stderr(), "{}", program::usage_text::<Cli>(&error));
             return ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2));
         }
         Err(help) => {
             let printed = program::print_help(&help);
-            return printed.map_or_else(|error| Failure::from(error).print(false), |()| ExitCode::SUCCESS);
+            return printed.map_or_else(|error| CommandError::from(error).print(false), |()| ExitCode::SUCCESS);
         }
     };
     // The daemon and the lab have their own ways to end.
@@ -66,7 +66,7 @@ fn main() -> ExitCode {
 }
 
 /// Runs a command; whether everything held that it looked at.
-fn run(command: &Command) -> Result<bool, Failure> {
+fn run(command: &Command) -> Result<bool, CommandError> {
     match command {
         Command::Demo(arguments) => Err(arguments.run("demo", &[]).into()),
         Command::Bake(args) => bake::run(args).map(|()| true),

@@ -2,7 +2,7 @@
 
 /// Resident memory of this process by what backs it, bytes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Resident {
+pub struct ResidentMemory {
     /// Heap and stacks.
     pub anonymous: u64,
     /// The program and its libraries.
@@ -11,7 +11,7 @@ pub struct Resident {
     pub shared: u64,
 }
 
-impl Resident {
+impl ResidentMemory {
     /// What the kernel counts now; `None` where it does not tell.
     pub fn now() -> Option<Self> {
         Self::parse(&std::fs::read_to_string("/proc/self/status").ok()?)
@@ -53,10 +53,10 @@ mod tests {
     #[test]
     fn lines_of_the_kernel_are_read() {
         let status = "VmRSS:\t   99292 kB\nRssAnon:\t   74680 kB\nRssFile:\t   13488 kB\nRssShmem:\t   11124 kB\n";
-        let found = Resident::parse(status).unwrap();
-        assert_eq!(found, Resident { anonymous: 74_680 << 10, file: 13_488 << 10, shared: 11_124 << 10 });
+        let found = ResidentMemory::parse(status).unwrap();
+        assert_eq!(found, ResidentMemory { anonymous: 74_680 << 10, file: 13_488 << 10, shared: 11_124 << 10 });
         assert_eq!(found.total(), 99_292 << 10);
-        assert_eq!(Resident::parse("VmRSS:\t12 kB"), None);
+        assert_eq!(ResidentMemory::parse("VmRSS:\t12 kB"), None);
     }
 
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
@@ -65,10 +65,10 @@ mod tests {
         // Below the size that the allocator takes from the system apart, and more than noise.
         let many: Vec<Vec<u8>> = (0..1_000).map(|_| vec![1; 64 << 10]).collect();
         let last = vec![1; 64 << 10];
-        let full = Resident::now().unwrap().anonymous;
+        let full = ResidentMemory::now().unwrap().anonymous;
         drop(many);
         release_free();
-        let left = Resident::now().unwrap().anonymous;
+        let left = ResidentMemory::now().unwrap().anonymous;
         assert!(left + (32 << 20) < full && last[0] == 1, "{left} of {full} bytes are left");
     }
 }

@@ -9,12 +9,12 @@ use prometheus_client::metrics::histogram::{Histogram, exponential_buckets};
 use prometheus_client::registry::{Registry, Unit};
 use shatter_proto::answer::{EffectWire, STAGES, StageWire};
 use shatter_proto::control::{Latency, StatusRow};
-use shatter_proto::{Fault, Kind, Refusal};
+use shatter_proto::{Error, ErrorKind, Fault};
 use std::time::Duration;
 
 /// How a strike ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum End {
+pub enum JobEnd {
     /// With an answer.
     Answered,
     /// With a refusal of the request.
@@ -29,15 +29,15 @@ pub enum End {
     Cancelled,
 }
 
-impl End {
+impl JobEnd {
     const ALL: [Self; 6] = [Self::Answered, Self::Refused, Self::Busy, Self::Late, Self::Failed, Self::Cancelled];
 
     /// The end that a refusal is.
-    pub fn of(refusal: &Refusal) -> Self {
+    pub fn of(refusal: &Error) -> Self {
         match (refusal.kind, refusal.kind.fault()) {
-            (Kind::Cancelled, _) => Self::Cancelled,
-            (Kind::Late, _) => Self::Late,
-            (Kind::Busy | Kind::Stopping | Kind::SharedMemory, _) => Self::Busy,
+            (ErrorKind::Cancelled, _) => Self::Cancelled,
+            (ErrorKind::Late, _) => Self::Late,
+            (ErrorKind::Busy | ErrorKind::Stopping | ErrorKind::SharedMemory, _) => Self::Busy,
             (_, Fault::Service) => Self::Failed,
             _ => Self::Refused,
         }
@@ -58,13 +58,13 @@ impl End {
 type Label = [(&'static str, &'static str); 1];
 
 /// Times by name.
-type Spans = Family<Label, Histogram, fn() -> Histogram>;
+type SpanTimes = Family<Label, Histogram, fn() -> Histogram>;
 
 /// What a gauge shows of a status row.
-type Reading = fn(&StatusRow) -> u64;
+type GaugeReading = fn(&StatusRow) -> u64;
 
 /// What goes on now: name, meaning, unit, where it is read.
-const GAUGES: &[(&str, &str, Option<Unit>, Reading)] = &[
+const GAUGES: &[(&str, &str, Option<Unit>, GaugeReading)] = &[
     ("running", "Strikes computing", None, |row| row.running.into()),
     ("queued", "Strikes waiting", None, |row| row.queued.into()),
     ("queue_max", "Strikes that may wait", None, |row| row.queue_max.into()),
@@ -92,10 +92,10 @@ pub struct Metrics {
     registry: Registry,
     ends: Family<Label, Counter>,
     energies: Family<Label, Counter>,
-    stage_seconds: Spans,
-    effect_seconds: Spans,
+    stage_seconds: SpanTimes,
+    effect_seconds: SpanTimes,
     strike_seconds: Histogram,
-    gauges: Vec<(Gauge, Reading)>,
+    gauges: Vec<(Gauge, GaugeReading)>,
     strike_times: Times<u64>,
     stage_times: Vec<Times<u64>>,
 }
@@ -106,13 +106,13 @@ fn seconds() -> Histogram {
 }
 
 /// Up to ten minutes, to two digits.
-fn times() -> Result<Times<u64>, Refusal> {
-    Times::new_with_max(600_000_000_000, 2).map_err(|error| Refusal::new(Kind::Failed, "metrics", error.to_string()))
+fn times() -> Result<Times<u64>, Error> {
+    Times::new_with_max(600_000_000_000, 2).map_err(|error| Error::new(ErrorKind::Failed, "metrics", error.to_string()))
 }
 
 impl Metrics {
     /// All zero.
-    pub fn new() -> Result<Self, Refusal> {
+    pub fn new() -> Result<Self, Error> {
         let metrics = Self {
             registry: Registry::with_prefix("shatter"),
             ends: Family::default(),
@@ -150,21 +150,21 @@ impl Metrics {
     }
 
     /// Counts a strike that ended before it began.
-    pub fn ended(&self, end: End) {
+    pub fn ended(&self, end: JobEnd) {
         self.ends.get_or_create(&[("end", end.name())]).inc();
     }
 
     /// Counts a strike that ran; `energy` names where its answer's energy came from.
     pub fn ran(
         &mut self,
-        end: End,
+        end: JobEnd,
         time: Duration,
         energy: Option<&'static str>,
         stages: &[StageWire],
         effects: &[EffectWire],
     ) {
         self.ended(end);
-        if end != End::Answered {
+        if end != JobEnd::Answered {
             return;
         }
         if let Some(source) = energy {
@@ -200,7 +200,7 @@ impl Metrics {
     /// Fills the counters and times of a status row.
     pub fn fill(&self, row: &mut StatusRow) {
         let [answered, refused, busy, late, failed, cancelled] =
-            End::ALL.map(|end| self.ends.get_or_create(&[("end", end.name())]).get());
+            JobEnd::ALL.map(|end| self.ends.get_or_create(&[("end", end.name())]).get());
         (row.answered, row.refused, row.busy, row.late) = (answered, refused, busy, late);
         (row.failed, row.cancelled) = (failed, cancelled);
         row.strike = latency(&self.strike_times);
@@ -231,9 +231,9 @@ mod tests {
         let stage = StageWire { stage: 1, ran: 1, ns: 5_000_000, bytes: 0 };
         let idle = StageWire { stage: 0, ran: 0, ..stage };
         let bonds = EffectWire { effect: 8, ran: 1, ns: 70_000, bytes: 64 };
-        metrics.ran(End::Answered, Duration::from_millis(20), Some("bounded"), &[idle, stage], &[bonds]);
-        metrics.ran(End::Failed, Duration::from_millis(20), None, &[idle, stage], &[bonds]);
-        metrics.ended(End::Busy);
+        metrics.ran(JobEnd::Answered, Duration::from_millis(20), Some("bounded"), &[idle, stage], &[bonds]);
+        metrics.ran(JobEnd::Failed, Duration::from_millis(20), None, &[idle, stage], &[bonds]);
+        metrics.ended(JobEnd::Busy);
         let mut row = StatusRow::zeroed();
         metrics.fill(&mut row);
         assert_eq!((row.answered, row.failed, row.busy, row.refused), (1, 1, 1, 0));
@@ -252,12 +252,12 @@ mod tests {
 
     #[test]
     fn every_refusal_has_an_end() {
-        let end = |kind| End::of(&Refusal::new(kind, "", ""));
-        assert_eq!(end(Kind::Impulse), End::Refused);
-        assert_eq!(end(Kind::CorruptObject), End::Refused);
-        assert_eq!(end(Kind::Busy), End::Busy);
-        assert_eq!(end(Kind::Late), End::Late);
-        assert_eq!(end(Kind::Failed), End::Failed);
-        assert_eq!(end(Kind::Cancelled), End::Cancelled);
+        let end = |kind| JobEnd::of(&Error::new(kind, "", ""));
+        assert_eq!(end(ErrorKind::Impulse), JobEnd::Refused);
+        assert_eq!(end(ErrorKind::CorruptObject), JobEnd::Refused);
+        assert_eq!(end(ErrorKind::Busy), JobEnd::Busy);
+        assert_eq!(end(ErrorKind::Late), JobEnd::Late);
+        assert_eq!(end(ErrorKind::Failed), JobEnd::Failed);
+        assert_eq!(end(ErrorKind::Cancelled), JobEnd::Cancelled);
     }
 }

@@ -8,7 +8,7 @@ use hyper::server::conn::http1;
 use hyper::service::service_fn;
 use hyper::{Method, Request, Response, StatusCode};
 use hyper_util::rt::{TokioIo, TokioTimer};
-use shatter_proto::{Kind, Refusal};
+use shatter_proto::{Error, ErrorKind};
 use std::collections::VecDeque;
 use std::convert::Infallible;
 use std::net::{Ipv4Addr, SocketAddr};
@@ -39,7 +39,7 @@ const TEXT: HeaderValue = HeaderValue::from_static("text/plain; charset=utf-8");
 
 /// How the daemon goes, as its loop says it.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Report {
+pub struct LoopReport {
     /// Whether it takes strikes in.
     pub ready: bool,
     /// In one line.
@@ -49,26 +49,26 @@ pub struct Report {
 }
 
 /// A question to the daemon's loop.
-pub type Inquiry = oneshot::Sender<Report>;
+pub type LoopInquiry = oneshot::Sender<LoopReport>;
 
 /// The loopback port. Dropping it closes it.
-pub struct Operations {
+pub struct OperationsPort {
     task: Option<JoinHandle<()>>,
-    inquiries: mpsc::Receiver<Inquiry>,
+    inquiries: mpsc::Receiver<LoopInquiry>,
     /// Keeps the channel open where no port is wanted: nobody ever asks then.
-    _asker: mpsc::Sender<Inquiry>,
+    _asker: mpsc::Sender<LoopInquiry>,
 }
 
-impl Operations {
+impl OperationsPort {
     /// Listens on `port` of the loopback address; 0: does not listen. Needs a tokio runtime. Errors: `port`.
-    pub async fn open(port: u16) -> Result<Self, Refusal> {
+    pub async fn open(port: u16) -> Result<Self, Error> {
         let (asker, inquiries) = mpsc::channel(CONNECTIONS_MAX);
         if port == 0 {
             return Ok(Self { task: None, inquiries, _asker: asker });
         }
         let address = SocketAddr::from((Ipv4Addr::LOCALHOST, port));
         let taken = |error: std::io::Error| {
-            Refusal::new(Kind::Port, "operations.port", format!("cannot listen on {address}: {error}"))
+            Error::new(ErrorKind::Port, "operations.port", format!("cannot listen on {address}: {error}"))
         };
         let listener = TcpListener::bind(address).await.map_err(taken)?;
         tracing::info!(%address, "health and metrics");
@@ -77,7 +77,7 @@ impl Operations {
     }
 
     /// The next question. Never ends by itself.
-    pub async fn next(&mut self) -> Inquiry {
+    pub async fn next(&mut self) -> LoopInquiry {
         match self.inquiries.recv().await {
             Some(inquiry) => inquiry,
             // Unreachable while `_asker` lives; waiting for ever is what a silent port does.
@@ -86,7 +86,7 @@ impl Operations {
     }
 }
 
-impl Drop for Operations {
+impl Drop for OperationsPort {
     fn drop(&mut self) {
         if let Some(task) = &self.task {
             task.abort();
@@ -127,7 +127,7 @@ impl Drop for Connections {
 }
 
 /// Accepts connections, a bounded number at once.
-async fn listen(listener: TcpListener, asker: mpsc::Sender<Inquiry>) {
+async fn listen(listener: TcpListener, asker: mpsc::Sender<LoopInquiry>) {
     let mut connections = Connections::default();
     loop {
         match listener.accept().await {
@@ -148,7 +148,7 @@ async fn listen(listener: TcpListener, asker: mpsc::Sender<Inquiry>) {
 }
 
 /// Serves one connection, one request.
-async fn serve(stream: TcpStream, asker: mpsc::Sender<Inquiry>, has_request: Arc<AtomicBool>) {
+async fn serve(stream: TcpStream, asker: mpsc::Sender<LoopInquiry>, has_request: Arc<AtomicBool>) {
     let service = service_fn(|request| {
         has_request.store(true, Ordering::Relaxed);
         reply(request, &asker)
@@ -162,7 +162,10 @@ async fn serve(stream: TcpStream, asker: mpsc::Sender<Inquiry>, has_request: Arc
     }
 }
 
-async fn reply(request: Request<Incoming>, asker: &mpsc::Sender<Inquiry>) -> Result<Response<Full<Bytes>>, Infallible> {
+async fn reply(
+    request: Request<Incoming>,
+    asker: &mpsc::Sender<LoopInquiry>,
+) -> Result<Response<Full<Bytes>>, Infallible> {
     if !matches!(*request.method(), Method::GET | Method::HEAD) {
         let mut refusal = response(StatusCode::METHOD_NOT_ALLOWED, TEXT, "only GET and HEAD\n".to_owned());
         refusal.headers_mut().insert(ALLOW, HeaderValue::from_static("GET, HEAD"));
@@ -183,7 +186,7 @@ async fn reply(request: Request<Incoming>, asker: &mpsc::Sender<Inquiry>) -> Res
 }
 
 /// Asks the loop.
-async fn ask(asker: &mpsc::Sender<Inquiry>) -> Option<Report> {
+async fn ask(asker: &mpsc::Sender<LoopInquiry>) -> Option<LoopReport> {
     let (inquiry, report) = oneshot::channel();
     asker.try_send(inquiry).ok()?;
     timeout(PATIENCE, report).await.ok()?.ok()

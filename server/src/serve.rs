@@ -1,27 +1,30 @@
 //! The daemon from start to end, and its loop.
 
-use crate::arrivals::Arrivals;
-use crate::catalog::{Catalog, Retired, unix_ns};
+use crate::arrivals::PendingArrivals;
+use crate::catalog::{Catalog, RetiredVersions, unix_ns};
 use crate::config::Config;
 use crate::event_source::{EventSource, Signals, WakeEvent};
-use crate::ipc::{ActiveQuestion, Bell, Entrance, Home, Orphans, Pool, Populated, Ports};
-use crate::jobs::{Crew, Event, Jobs, lanes, threads};
-use crate::kept::Answers;
-use crate::librarian::{Folder, Librarian};
+use crate::ipc::{
+    ActiveControlRequest, ClientEntryCheck, PoolSize, PopulatedPages, Ports, RuntimeDirectory, StaleSegmentReaper,
+    WakeSocket,
+};
+use crate::jobs::{Jobs, WorkerEvent, WorkerPool, lanes, threads};
+use crate::kept::RetainedResults;
+use crate::librarian::{DatabaseFolder, HotReloader};
 use crate::lists::WaitingLists;
-use crate::memory::Resident;
-use crate::metrics::{End, Metrics};
-use crate::operations::{Inquiry, Operations, Report};
+use crate::memory::ResidentMemory;
+use crate::metrics::{JobEnd, Metrics};
+use crate::operations::{LoopInquiry, LoopReport, OperationsPort};
 use bytemuck::Zeroable;
 use rayon::ThreadPool;
 use sd_notify::NotifyState;
 use shatter_engine::object::Loader;
 use shatter_proto::answer::{BLOCK_BYTES, Block};
-use shatter_proto::control::{self, ControlHeader, Question, ROWS_MAX, Row, StatusRow};
-use shatter_proto::refusal::RefusalWire;
-use shatter_proto::{Kind, Refusal};
+use shatter_proto::control::{self, ControlReplyHeader, ControlRequest, ROWS_MAX, ReplyRow, StatusRow};
+use shatter_proto::refusal::ErrorWire;
+use shatter_proto::{Error, ErrorKind};
 use shatter_transport::failed;
-use shatter_transport::place::Place;
+use shatter_transport::place::ServicePaths;
 use shatter_transport::shared_memory;
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -44,9 +47,9 @@ const GRACE: Duration = Duration::from_secs(3);
 const FAREWELL: Duration = Duration::from_millis(100);
 
 /// What a daemon needs to know.
-pub struct Options {
+pub struct ServeOptions {
     /// Where it lives.
-    pub place: Place,
+    pub place: ServicePaths,
     /// How it is set.
     pub config: Config,
     /// How databases become objects.
@@ -54,24 +57,24 @@ pub struct Options {
     /// The only objects that are served, and the names of the databases that they are made of, if not all that lie in the folder.
     pub only: Option<BTreeMap<String, String>>,
     /// Called once it serves; an error ends it.
-    pub ready: Box<dyn FnOnce() -> Result<(), Refusal> + Send>,
+    pub ready: Box<dyn FnOnce() -> Result<(), Error> + Send>,
     /// Ends it, as SIGTERM does.
     pub stop: Arc<Notify>,
 }
 
 /// Serves until SIGINT, SIGTERM or `options.stop`. Errors: `second_daemon`, `runtime_folder`, `database_folder`,
 /// `shared_memory`, `transport`.
-pub fn run(options: Options) -> Result<(), Refusal> {
+pub fn run(options: ServeOptions) -> Result<(), Error> {
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
-    let runtime = runtime.map_err(|error| Refusal::new(Kind::Failed, "runtime", error.to_string()))?;
+    let runtime = runtime.map_err(|error| Error::new(ErrorKind::Failed, "runtime", error.to_string()))?;
     runtime.block_on(serve(options))
 }
 
-async fn serve(options: Options) -> Result<(), Refusal> {
-    let Options { place, config, loader, only, ready, stop } = options;
+async fn serve(options: ServeOptions) -> Result<(), Error> {
+    let ServeOptions { place, config, loader, only, ready, stop } = options;
     let mut signals = Signals::hear()?;
-    let home = Home::take(&place)?;
-    let operations = Operations::open(config.operations.port).await?;
+    let home = RuntimeDirectory::take(&place)?;
+    let operations = OperationsPort::open(config.operations.port).await?;
     let settings = config.clone();
     let Some(loaded) = signals.unless_ended(&stop, move || Loaded::of(&settings, loader, only)).await? else {
         tracing::info!("asked to end while the databases were loaded");
@@ -100,26 +103,30 @@ fn notify(states: &[NotifyState]) {
 /// A running daemon. Fields are dropped in this order: what uses the ports before the ports, these before the home.
 struct Daemon {
     jobs: Jobs,
-    crew: Arc<Crew>,
+    crew: Arc<WorkerPool>,
     ports: Ports,
     catalog: Arc<Catalog>,
-    librarian: Librarian,
-    retired: Retired,
+    librarian: HotReloader,
+    retired: RetiredVersions,
     reloads: u64,
     /// Bytes of the buckets that a warning has asked for; 0: none.
     short_bytes: u64,
     metrics: Metrics,
     started: Instant,
     config: Config,
-    home: Home,
-    orphans: Orphans,
-    arrivals: Arrivals,
+    home: RuntimeDirectory,
+    orphans: StaleSegmentReaper,
+    arrivals: PendingArrivals,
     lists: WaitingLists,
-    entrance: Entrance,
+    entrance: ClientEntryCheck,
 }
 
 impl Daemon {
-    fn start(home: Home, config: Config, loaded: Loaded) -> Result<(Self, Bell, UnboundedReceiver<Event>), Refusal> {
+    fn start(
+        home: RuntimeDirectory,
+        config: Config,
+        loaded: Loaded,
+    ) -> Result<(Self, WakeSocket, UnboundedReceiver<WorkerEvent>), Error> {
         let Loaded { folder, loader, threads, catalog } = loaded;
         let lanes = lanes(config.strikes_at_once(), config.compute.nice)?;
         let pool = pool(&config, &catalog);
@@ -127,18 +134,19 @@ impl Daemon {
         let needed = (config.answers.prefault_buckets * rehearsed * BLOCK_BYTES + SHARED_MEMORY_SPARE) as u64;
         shared_memory::need(needed)?;
         let (ports, bell, waker) = Ports::open(home.instance(), pool)?;
-        let entrance = Entrance::open(home.instance(), home.place().uid)?;
-        let populated = Populated::default();
+        let entrance = ClientEntryCheck::open(home.instance(), home.place().uid)?;
+        let populated = PopulatedPages::default();
         ports.rehearse(config.answers.prefault_buckets, rehearsed, &populated)?;
         shared_memory::populate_mapped(&home.instance().folder)?;
         let (sender, events) = unbounded_channel();
-        let librarian = Librarian::new(folder, loader, config.compute.nice, sender.clone())?;
-        let answers = Answers::new(config.answers.kept_max, config.kept());
-        let crew = Arc::new(Crew::new(threads, lanes, answers, populated, waker, sender));
+        let librarian = HotReloader::new(folder, loader, config.compute.nice, sender.clone())?;
+        let answers = RetainedResults::new(config.answers.kept_max, config.kept());
+        let crew = Arc::new(WorkerPool::new(threads, lanes, answers, populated, waker, sender));
         let jobs = Jobs::new(config.compute.queue_max, config.held_max(), crew.clone());
         let (metrics, started) = (Metrics::new()?, Instant::now());
-        let (catalog, retired, reloads, orphans) = (Arc::new(catalog), Retired::default(), 0, Orphans::default());
-        let (arrivals, lists) = (Arrivals::default(), WaitingLists::default());
+        let (catalog, retired, reloads, orphans) =
+            (Arc::new(catalog), RetiredVersions::default(), 0, StaleSegmentReaper::default());
+        let (arrivals, lists) = (PendingArrivals::default(), WaitingLists::default());
         let daemon = Self {
             jobs,
             crew,
@@ -182,7 +190,7 @@ impl Daemon {
             WakeEvent::End => return true,
         }
         for _ in 0..self.jobs.prune() {
-            self.metrics.ended(End::Cancelled);
+            self.metrics.ended(JobEnd::Cancelled);
         }
         self.crew.expire_kept();
         self.receive();
@@ -220,8 +228,8 @@ impl Daemon {
 
     /// Replies to a question; to the first of a list once the folder of databases was looked at, so that a database that was written a moment
     /// ago is listed as being loaded.
-    fn answer(&mut self, active: ActiveQuestion) {
-        let is_list = matches!(active.payload().validate(), Ok(Question::List(0)));
+    fn answer(&mut self, active: ActiveControlRequest) {
+        let is_list = matches!(active.payload().validate(), Ok(ControlRequest::List(0)));
         let now = match is_list && self.config.watch().is_some() {
             true => self.lists.hold(active, self.librarian.look_for_client()),
             false => Some(active),
@@ -239,13 +247,13 @@ impl Daemon {
         }
     }
 
-    fn on(&mut self, event: Event) {
+    fn on(&mut self, event: WorkerEvent) {
         match event {
-            Event::Landed { flight, end, energy, stages, effects } => {
+            WorkerEvent::Landed { flight, end, energy, stages, effects } => {
                 self.metrics.ran(end, flight.arrived().elapsed(), energy, &stages, &effects);
                 self.jobs.landed(&flight, end);
             }
-            Event::News(news) => {
+            WorkerEvent::News(news) => {
                 if let Some(catalog) = self.librarian.hear(news, &self.catalog) {
                     self.take(catalog);
                 }
@@ -253,7 +261,7 @@ impl Daemon {
                     self.catalog = catalog;
                 }
             }
-            Event::Crowded => self.bury_the_dead(),
+            WorkerEvent::Crowded => self.bury_the_dead(),
         }
     }
 
@@ -331,27 +339,27 @@ impl Daemon {
     }
 
     /// Replies to a question at once, from the small pool.
-    fn reply(&self, active: &ActiveQuestion) {
+    fn reply(&self, active: &ActiveControlRequest) {
         let wire = *active.payload();
         let sent = match wire.validate() {
-            Ok(Question::List(first)) => {
+            Ok(ControlRequest::List(first)) => {
                 let rows = self.catalog.rows(first as usize, ROWS_MAX);
                 send_rows(active, &rows, self.catalog.len(), false)
             }
-            Ok(Question::Status) => send_rows(active, &[self.status()], 1, false),
-            Ok(Question::Verdict(sequence)) => {
+            Ok(ControlRequest::Status) => send_rows(active, &[self.status()], 1, false),
+            Ok(ControlRequest::Verdict(sequence)) => {
                 let verdict = self.crew.verdict((wire.listener, sequence));
                 send_rows(active, verdict.as_slice(), verdict.iter().len(), false)
             }
-            Ok(Question::Progress(sequence)) => {
+            Ok(ControlRequest::Progress(sequence)) => {
                 let progress = self.jobs.progress((wire.listener, sequence));
                 send_rows(active, progress.as_slice(), progress.iter().len(), false)
             }
-            Ok(Question::Release { handle, .. }) => match self.crew.release(handle) {
-                Ok(()) => send_rows::<RefusalWire>(active, &[], 0, false),
-                Err(refusal) => send_rows(active, &[RefusalWire::from(&refusal)], 1, true),
+            Ok(ControlRequest::Release { handle, .. }) => match self.crew.release(handle) {
+                Ok(()) => send_rows::<ErrorWire>(active, &[], 0, false),
+                Err(refusal) => send_rows(active, &[ErrorWire::from(&refusal)], 1, true),
             },
-            Err(refusal) => send_rows(active, &[RefusalWire::from(&refusal)], 1, true),
+            Err(refusal) => send_rows(active, &[ErrorWire::from(&refusal)], 1, true),
         };
         match sent {
             Ok(()) => self.crew.wake(wire.listener),
@@ -373,7 +381,7 @@ impl Daemon {
     }
 
     /// Replies to the operations port. One that went away is not missed.
-    fn report(&mut self, inquiry: Inquiry) {
+    fn report(&mut self, inquiry: LoopInquiry) {
         let way_in = self.entrance.check();
         let metrics = self.metrics.text(&self.status());
         let mut summary = self.summary();
@@ -382,7 +390,7 @@ impl Daemon {
         } else if self.entrance.restored() > 0 {
             summary += &format!("the way in for clients was restored {} times\n", self.entrance.restored());
         }
-        let _ = inquiry.send(Report { ready: !self.jobs.closed() && way_in.is_ok(), summary, metrics });
+        let _ = inquiry.send(LoopReport { ready: !self.jobs.closed() && way_in.is_ok(), summary, metrics });
     }
 
     /// Ends in order: nobody new, what was taken in may finish for a while (a second signal ends the wait), what is left is
@@ -399,7 +407,7 @@ impl Daemon {
         }
         self.home.say_goodbye();
         for _ in 0..self.jobs.stop() {
-            self.metrics.ended(End::Busy);
+            self.metrics.ended(JobEnd::Busy);
         }
         self.jobs.cancel();
         let begun = Instant::now();
@@ -418,14 +426,14 @@ impl Daemon {
 
 /// The databases as they are when the daemon starts, and what loads them.
 struct Loaded {
-    folder: Folder,
+    folder: DatabaseFolder,
     loader: Loader,
     threads: ThreadPool,
     catalog: Catalog,
 }
 
 impl Loaded {
-    fn of(config: &Config, loader: Loader, only: Option<BTreeMap<String, String>>) -> Result<Self, Refusal> {
+    fn of(config: &Config, loader: Loader, only: Option<BTreeMap<String, String>>) -> Result<Self, Error> {
         let begun = Instant::now();
         let folder = folder(config, only)?;
         let threads = threads(config.threads(), config.compute.nice)?;
@@ -436,9 +444,9 @@ impl Loaded {
 }
 
 /// Where the databases are. The platform's own folder may not exist yet; one that was asked for must.
-fn folder(config: &Config, only: Option<BTreeMap<String, String>>) -> Result<Folder, Refusal> {
+fn folder(config: &Config, only: Option<BTreeMap<String, String>>) -> Result<DatabaseFolder, Error> {
     let required = !config.databases.folder.as_os_str().is_empty();
-    let folder = Folder { path: config.databases()?, required, only };
+    let folder = DatabaseFolder { path: config.databases()?, required, only };
     folder.complete()?;
     if !required && !folder.path.exists() {
         tracing::warn!(folder = %folder.path.display(), "there are no databases yet");
@@ -448,15 +456,19 @@ fn folder(config: &Config, only: Option<BTreeMap<String, String>>) -> Result<Fol
 
 fn announce(catalog: &Catalog, begun: Instant) {
     let (ready, entries, bytes) = (catalog.ready(), catalog.len(), catalog.memory_bytes());
-    let resident_bytes = Resident::now().map_or(0, |resident| resident.total());
+    let resident_bytes = ResidentMemory::now().map_or(0, |resident| resident.total());
     let ms = begun.elapsed().as_millis() as u64;
     tracing::info!(ready, entries, bytes, resident_bytes, ms, "databases loaded");
 }
 
 /// Buckets as large as the largest answer of the loaded objects needs. They cost nothing until they are written.
-fn pool(config: &Config, catalog: &Catalog) -> Pool {
+fn pool(config: &Config, catalog: &Catalog) -> PoolSize {
     let bytes = catalog.answer_bytes_max().max(BUCKET_MIN_BYTES).min(config.answers.bucket_mib_max * MIB);
-    Pool { clients: config.service.clients_max, buckets: config.answers.buckets, blocks: bytes.div_ceil(BLOCK_BYTES) }
+    PoolSize {
+        clients: config.service.clients_max,
+        buckets: config.answers.buckets,
+        blocks: bytes.div_ceil(BLOCK_BYTES),
+    }
 }
 
 /// Whether answers want larger buckets than there are, and larger ones than was `told` before. A restart makes no larger ones than the
@@ -469,9 +481,9 @@ fn is_short(wanted: u64, bucket_bytes: u64, told: &mut u64) -> bool {
     short
 }
 
-fn send_rows<R: Row>(active: &ActiveQuestion, rows: &[R], total: usize, refused: bool) -> Result<(), Refusal> {
+fn send_rows<R: ReplyRow>(active: &ActiveControlRequest, rows: &[R], total: usize, refused: bool) -> Result<(), Error> {
     let mut payload = vec![Block::zeroed(); control::blocks::<R>(rows.len()).max(1)];
-    let header: ControlHeader = control::write(&mut payload, rows, total, refused);
+    let header: ControlReplyHeader = control::write(&mut payload, rows, total, refused);
     let lent = active.loan_slice_uninit(payload.len()).map_err(|error| failed("reply", error))?;
     let mut reply = lent.write_from_slice(&payload);
     *reply.user_header_mut() = header;

@@ -1,6 +1,6 @@
 //! Why strikes were closed without an answer, kept until their clients ask.
 
-use shatter_proto::refusal::RefusalWire;
+use shatter_proto::refusal::ErrorWire;
 use shatter_transport::{CLIENTS_MAX, STRIKES_PER_CLIENT_MAX};
 use std::collections::{HashMap, VecDeque};
 
@@ -11,19 +11,19 @@ const KEPT: usize = CLIENTS_MAX * STRIKES_PER_CLIENT_MAX;
 const TOLD: usize = 256;
 
 /// A strike: the listener of its client, and its sequence.
-pub type Key = ([u8; 16], u64);
+pub type RequestKey = ([u8; 16], u64);
 
 /// The verdicts kept.
 #[derive(Default)]
-pub struct Verdicts {
-    by_strike: HashMap<Key, RefusalWire>,
-    order: VecDeque<Key>,
-    told: VecDeque<(Key, RefusalWire)>,
+pub struct ErrorMailbox {
+    by_strike: HashMap<RequestKey, ErrorWire>,
+    order: VecDeque<RequestKey>,
+    told: VecDeque<(RequestKey, ErrorWire)>,
 }
 
-impl Verdicts {
+impl ErrorMailbox {
     /// Keeps the verdict on a strike.
-    pub fn keep(&mut self, strike: Key, verdict: RefusalWire) {
+    pub fn keep(&mut self, strike: RequestKey, verdict: ErrorWire) {
         if self.by_strike.insert(strike, verdict).is_some() {
             // A client that uses a sequence again: the new verdict is as young as any.
             self.order.retain(|other| *other != strike);
@@ -37,7 +37,7 @@ impl Verdicts {
     }
 
     /// Tells the verdict on a strike, if it is known.
-    pub fn tell(&mut self, strike: Key) -> Option<RefusalWire> {
+    pub fn tell(&mut self, strike: RequestKey) -> Option<ErrorWire> {
         let Some(verdict) = self.by_strike.remove(&strike) else {
             return self.told.iter().rev().find(|(told, _)| *told == strike).map(|(_, verdict)| *verdict);
         };
@@ -53,12 +53,12 @@ impl Verdicts {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use shatter_proto::{Kind, Refusal};
+    use shatter_proto::{Error, ErrorKind};
 
     #[test]
     fn the_oldest_verdicts_are_forgotten_first() {
-        let mut verdicts = Verdicts::default();
-        let verdict = |n: u64| RefusalWire::from(&Refusal::new(Kind::Busy, n.to_string(), "full"));
+        let mut verdicts = ErrorMailbox::default();
+        let verdict = |n: u64| ErrorWire::from(&Error::new(ErrorKind::Busy, n.to_string(), "full"));
         for n in 0..=KEPT as u64 {
             verdicts.keep(([1; 16], n), verdict(n));
             verdicts.keep(([1; 16], n), verdict(n));
@@ -73,8 +73,8 @@ mod tests {
 
     #[test]
     fn what_was_told_is_told_again_and_takes_no_room() {
-        let mut verdicts = Verdicts::default();
-        let verdict = |n: u64| RefusalWire::from(&Refusal::new(Kind::Busy, n.to_string(), "full"));
+        let mut verdicts = ErrorMailbox::default();
+        let verdict = |n: u64| ErrorWire::from(&Error::new(ErrorKind::Busy, n.to_string(), "full"));
         for n in 0..10_000 {
             verdicts.keep(([1; 16], n), verdict(n));
             assert_eq!(

@@ -3,8 +3,10 @@
 mod support;
 
 use serde_json::Value;
-use shatter_client::{Broken, Degree, Impact, Kind, Object, Origin, Progress, Refusal, Shatter, Strike};
-use shatter_proto::control::{Question, StatusRow};
+use shatter_client::{
+    Client, DegreeRule, Error, ErrorKind, FractureResult, Impact, Object, Progress, Request, RetainedFragment,
+};
+use shatter_proto::control::{ControlRequest, StatusRow};
 use shatter_proto::request::Contact;
 use std::sync::LazyLock;
 use support::{Child, InProcess, RawPeer, TestPlace, bar, eventually, patience, shatter, shatterd};
@@ -19,7 +21,7 @@ fn place(name: &str) -> TestPlace {
 }
 
 /// A daemon with the bar, and a connection to it.
-fn start(settings: &str) -> (InProcess, Shatter, Object) {
+fn start(settings: &str) -> (InProcess, Client, Object) {
     let daemon = InProcess::start_with(place("again"), settings, shatter_engine::wire::loader(None));
     let service = daemon.connect();
     let bar = service.object("bar", patience()).unwrap();
@@ -28,34 +30,34 @@ fn start(settings: &str) -> (InProcess, Shatter, Object) {
 
 /// A blow on the end of the bar that breaks it.
 fn blow() -> Impact {
-    Impact::at([0.2, 0.0, 0.0]).impulse([-50.0, 3.0, 0.0]).radius(0.05).degree(Degree::Sites(6)).seed(3)
+    Impact::at([0.2, 0.0, 0.0]).impulse([-50.0, 3.0, 0.0]).radius(0.05).degree(DegreeRule::Sites(6)).seed(3)
 }
 
-fn strike(bar: &Object, impact: &Impact) -> Broken {
+fn strike(bar: &Object, impact: &Impact) -> FractureResult {
     bar.strike(impact).unwrap().wait(patience()).unwrap()
 }
 
-fn refused(bar: &Object, impact: &Impact) -> Refusal {
+fn refused(bar: &Object, impact: &Impact) -> Error {
     bar.strike(impact).and_then(|mut ticket| ticket.wait(patience())).err().unwrap()
 }
 
-fn status(service: &Shatter) -> StatusRow {
+fn status(service: &Client) -> StatusRow {
     *service.status(patience()).unwrap().row()
 }
 
 /// The fragment of `broken` that weighs most, and a blow on where its surface is farthest along +x.
-fn largest(broken: &Broken) -> (u32, Impact) {
+fn largest(broken: &FractureResult) -> (u32, Impact) {
     let weight = |fragment: &shatter_client::Fragment<'_>| fragment.mass_kg();
     let fragment = broken.fragments().max_by(|a, b| weight(a).total_cmp(&weight(b))).unwrap();
     let farthest = fragment.positions().iter().max_by(|a, b| a[0].total_cmp(&b[0])).unwrap();
     let point = [0, 1, 2].map(|k| fragment.centre_m()[k] + f64::from(farthest[k]));
-    let impact = Impact::at(point).impulse([-40.0, 1.0, 2.0]).radius(0.05).degree(Degree::Sites(7));
+    let impact = Impact::at(point).impulse([-40.0, 1.0, 2.0]).radius(0.05).degree(DegreeRule::Sites(7));
     (fragment.id(), impact)
 }
 
 /// Strikes the largest fragment of a kept answer; its children hold what it held.
 #[track_caller]
-fn check(bar: &Object, before: &Broken, kept: bool) -> Broken {
+fn check(bar: &Object, before: &FractureResult, kept: bool) -> FractureResult {
     let (fragment, impact) = largest(before);
     let impact = impact.from(before.handle().unwrap(), fragment);
     let children = strike(bar, &if kept { impact.keep() } else { impact });
@@ -87,7 +89,7 @@ fn fragments_are_struck_again_and_theirs_too() {
     assert_ne!(again.handle(), second.handle());
     assert_eq!(status(&service).kept, 3);
     // What stays whole has no fragments.
-    assert_eq!(strike(&bar, &blow().degree(Degree::ClosedForm).gamma(1e30).keep()).handle(), None);
+    assert_eq!(strike(&bar, &blow().degree(DegreeRule::ClosedForm).gamma(1e30).keep()).handle(), None);
 }
 
 #[test]
@@ -97,8 +99,8 @@ fn what_is_given_back_is_gone() {
     service.release(handle, patience()).unwrap();
     assert_eq!((status(&service).kept, status(&service).kept_bytes), (0, 0));
     let refusal = refused(&bar, &blow().from(handle, 0));
-    assert_eq!((refusal.kind, refusal.at), (Kind::UnknownHandle, handle.to_string()));
-    assert_eq!(service.release(handle, patience()).unwrap_err().kind, Kind::UnknownHandle);
+    assert_eq!((refusal.kind, refusal.at), (ErrorKind::UnknownHandle, handle.to_string()));
+    assert_eq!(service.release(handle, patience()).unwrap_err().kind, ErrorKind::UnknownHandle);
     let hold = service.hold(strike(&bar, &blow().keep()).handle().unwrap());
     assert_eq!(status(&service).kept, 1);
     drop(hold);
@@ -110,15 +112,15 @@ fn what_nobody_gives_back_goes_by_itself() {
     let (_daemon, service, bar) = start("[times]\nkept_s = 0.2");
     let handle = strike(&bar, &blow().keep()).handle().unwrap();
     eventually(|| format!("{:?}", status(&service).kept), || status(&service).kept == 0);
-    assert_eq!(refused(&bar, &blow().from(handle, 0)).kind, Kind::UnknownHandle);
+    assert_eq!(refused(&bar, &blow().from(handle, 0)).kind, ErrorKind::UnknownHandle);
 }
 
 #[test]
 fn the_oldest_makes_room() {
     let (_daemon, service, bar) = start("[answers]\nkept_max = 2");
-    let kept: Vec<Broken> = (0..3).map(|seed| strike(&bar, &blow().seed(seed).keep())).collect();
+    let kept: Vec<FractureResult> = (0..3).map(|seed| strike(&bar, &blow().seed(seed).keep())).collect();
     assert_eq!(status(&service).kept, 2);
-    assert_eq!(refused(&bar, &blow().from(kept[0].handle().unwrap(), 0)).kind, Kind::UnknownHandle);
+    assert_eq!(refused(&bar, &blow().from(kept[0].handle().unwrap(), 0)).kind, ErrorKind::UnknownHandle);
     kept[1..].iter().for_each(|broken| drop(check(&bar, broken, false)));
     let (_daemon, service, bar) = start("[answers]\nkept_max = 0");
     assert_eq!((strike(&bar, &blow().keep()).handle(), status(&service).kept), (None, 0));
@@ -131,17 +133,17 @@ fn what_is_not_there_is_refused_by_name() {
     let handle = broken.handle().unwrap();
     let count = broken.fragments().len() as u32;
     for (impact, kind, at) in [
-        (blow().from(handle, count), Kind::UnknownFragment, count.to_string()),
-        (blow().from(handle, u32::MAX), Kind::UnknownFragment, u32::MAX.to_string()),
-        (blow().from(handle + 1, 0), Kind::UnknownHandle, (handle + 1).to_string()),
-        (blow().from(0, 0), Kind::UnknownHandle, "0".to_owned()),
+        (blow().from(handle, count), ErrorKind::UnknownFragment, count.to_string()),
+        (blow().from(handle, u32::MAX), ErrorKind::UnknownFragment, u32::MAX.to_string()),
+        (blow().from(handle + 1, 0), ErrorKind::UnknownHandle, (handle + 1).to_string()),
+        (blow().from(0, 0), ErrorKind::UnknownHandle, "0".to_owned()),
     ] {
         let refusal = refused(&bar, &impact);
         assert_eq!((refusal.kind, &refusal.at), (kind, &at), "{refusal}");
         assert!(!kind.retry() && kind.fault() == shatter_client::Fault::Caller);
     }
     let lift = refused(&bar, &blow().lift(shatter_client::Lift::SurfaceDiffusion).from(handle, 0));
-    assert_eq!((lift.kind, lift.at.as_str()), (Kind::Lift, "surface_diffusion"));
+    assert_eq!((lift.kind, lift.at.as_str()), (ErrorKind::Lift, "surface_diffusion"));
 }
 
 #[test]
@@ -165,7 +167,7 @@ fn a_restart_forgets_handles() {
     daemon.again();
     let bar = daemon.connect().object("bar", patience()).unwrap();
     assert_ne!(strike(&bar, &blow().keep()).handle(), Some(handle));
-    assert_eq!(refused(&bar, &blow().from(handle, 0)).kind, Kind::UnknownHandle);
+    assert_eq!(refused(&bar, &blow().from(handle, 0)).kind, ErrorKind::UnknownHandle);
 }
 
 #[test]
@@ -200,7 +202,7 @@ fn the_command_line_strikes_what_it_broke() {
 fn a_release_overtakes_no_strike_of_the_same_client() {
     let here = place("ordered");
     let _daemon = Child::start(&mut shatterd(&here));
-    let service = Shatter::connect_at(&here.place, patience()).unwrap();
+    let service = Client::connect_at(&here.place, patience()).unwrap();
     let bar = service.object("bar", patience()).unwrap();
     for round in 0..6 {
         let before = strike(&bar, &blow().keep());
@@ -212,7 +214,7 @@ fn a_release_overtakes_no_strike_of_the_same_client() {
         for ticket in &mut tickets {
             assert!(ticket.wait(patience()).is_ok(), "round {round}");
         }
-        assert_eq!(refused(&bar, &impact).kind, Kind::UnknownHandle);
+        assert_eq!(refused(&bar, &impact).kind, ErrorKind::UnknownHandle);
     }
 }
 
@@ -223,17 +225,17 @@ fn a_release_waits_for_the_strike_that_it_follows() {
     let before = strike(&bar, &blow().keep());
     let (handle, (fragment, impact)) = (before.handle().unwrap(), largest(&before));
     let (peer, listener) = (RawPeer::open(&daemon.here.place), [7; 16]);
-    let asked = peer.ask(Question::Release { handle, after: 1 }.wire(listener));
+    let asked = peer.ask(ControlRequest::Release { handle, after: 1 }.wire(listener));
     // Whoever asks later and is answered was taken in later.
     assert_eq!(status(&service).kept, 1);
     assert_eq!(peer.reply(&asked), None);
     let contact = Contact { point_m: [0.0; 3], impulse_ns: [1.0; 3], duration_s: None, radius_m: None, ray: None };
-    let strike = Strike { object: "bar".into(), contacts: vec![contact], ..Strike::default() };
-    let strike = Strike { from: Some(Origin { handle, fragment }), ..strike };
+    let strike = Request { object: "bar".into(), contacts: vec![contact], ..Request::default() };
+    let strike = Request { from: Some(RetainedFragment { handle, fragment }), ..strike };
     let sent = peer.send(strike.wire(listener, 1).unwrap());
-    assert_ne!(peer.outcome(&sent).err().flatten(), Some(Kind::UnknownHandle));
+    assert_ne!(peer.outcome(&sent).err().flatten(), Some(ErrorKind::UnknownHandle));
     eventually(|| "the release is answered", || peer.reply(&asked) == Some(Ok(())));
-    assert_eq!(refused(&bar, &impact.from(handle, fragment)).kind, Kind::UnknownHandle);
+    assert_eq!(refused(&bar, &impact.from(handle, fragment)).kind, ErrorKind::UnknownHandle);
 }
 
 /// Another question about a strike that can overtake it.

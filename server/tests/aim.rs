@@ -3,7 +3,7 @@
 mod support;
 
 use serde_json::Value;
-use shatter_client::{Broken, Convention, Degree, Impact, Kind, Object, Ray, Refusal, Shatter};
+use shatter_client::{Client, Convention, DegreeRule, Error, ErrorKind, FractureResult, Impact, Object, Ray};
 use std::sync::LazyLock;
 use support::{InProcess, TestPlace, bar, patience, shatter};
 
@@ -13,7 +13,7 @@ static BAR: LazyLock<Vec<u8>> = LazyLock::new(|| bar(0.05));
 /// How far the crack lattice may lie from the surface of the bar, m.
 const DEVIATION_M: f64 = 0.012;
 
-fn start() -> (InProcess, Shatter, Object) {
+fn start() -> (InProcess, Client, Object) {
     let here = TestPlace::new("aim");
     here.database("bar", BAR.as_slice());
     let daemon = InProcess::start_with(here, "", shatter_engine::wire::loader(None));
@@ -27,14 +27,14 @@ fn ray(origin_m: [f64; 3], direction: [f64; 3]) -> Ray {
 }
 
 fn impact(begun: Impact) -> Impact {
-    begun.impulse([-50.0, 3.0, 0.0]).degree(Degree::Sites(6)).seed(3)
+    begun.impulse([-50.0, 3.0, 0.0]).degree(DegreeRule::Sites(6)).seed(3)
 }
 
-fn strike(bar: &Object, impact: &Impact) -> Broken {
+fn strike(bar: &Object, impact: &Impact) -> FractureResult {
     bar.strike(impact).unwrap().wait(patience()).unwrap()
 }
 
-fn refused(bar: &Object, impact: &Impact) -> Refusal {
+fn refused(bar: &Object, impact: &Impact) -> Error {
     bar.strike(impact).and_then(|mut ticket| ticket.wait(patience())).err().unwrap()
 }
 
@@ -45,7 +45,7 @@ fn near(found: [f64; 3], wanted: [f64; 3], within: f64) {
 }
 
 /// The positions of an answer, as a hash.
-fn shape(broken: &Broken) -> String {
+fn shape(broken: &FractureResult) -> String {
     let digest = broken.digest();
     digest.sections.iter().find(|section| section.name == "positions").unwrap().hash.clone()
 }
@@ -82,7 +82,7 @@ fn rays_are_in_the_coordinates_of_the_connection() {
 }
 
 /// The nearest surface point that a message tells.
-fn nearest(refusal: &Refusal) -> [f64; 3] {
+fn nearest(refusal: &Error) -> [f64; 3] {
     let told = refusal.message.split("nearest surface point is ").nth(1).unwrap_or_else(|| panic!("{refusal}"));
     let numbers: Vec<f64> = told.split(". ").next().unwrap().split(',').map(|x| x.parse().unwrap()).collect();
     numbers.try_into().unwrap()
@@ -92,19 +92,19 @@ fn nearest(refusal: &Refusal) -> [f64; 3] {
 fn what_misses_is_told_how_closely() {
     let (_daemon, _, bar) = start();
     let missed = bar.aim(ray([1.0, 0.15, 0.0], [-1.0, 0.0, 0.0]), patience()).unwrap_err();
-    assert_eq!((missed.kind, missed.at.as_str()), (Kind::RayMissed, "contacts[0].ray"), "{missed}");
+    assert_eq!((missed.kind, missed.at.as_str()), (ErrorKind::RayMissed, "contacts[0].ray"), "{missed}");
     let by: f64 = missed.message.split("by ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
     assert!((by - 0.05).abs() < DEVIATION_M, "{missed}");
     let away = bar.aim(ray([1.0, 0.0, 0.0], [1.0, 0.0, 0.0]), patience()).unwrap_err();
-    assert_eq!(away.kind, Kind::RayMissed, "a ray does not hit what is behind it");
+    assert_eq!(away.kind, ErrorKind::RayMissed, "a ray does not hit what is behind it");
     for direction in [[0.0; 3], [f64::NAN, 0.0, 0.0]] {
-        assert_eq!(bar.aim(ray([1.0, 0.0, 0.0], direction), patience()).unwrap_err().kind, Kind::Ray);
+        assert_eq!(bar.aim(ray([1.0, 0.0, 0.0], direction), patience()).unwrap_err().kind, ErrorKind::Ray);
     }
     let beside = Impact::along(ray([1.0, 0.0, 0.0], [-1.0, 0.0, 0.0])).impulse([-1.0, 0.0, 0.0]);
     let beside = impact(beside.and_at([0.2, 0.0, 0.0]));
-    assert_eq!(refused(&bar, &beside).kind, Kind::Ray);
+    assert_eq!(refused(&bar, &beside).kind, ErrorKind::Ray);
     let far = refused(&bar, &impact(Impact::at([0.5, 0.03, 0.02])));
-    assert_eq!(far.kind, Kind::ContactTooFar);
+    assert_eq!(far.kind, ErrorKind::ContactTooFar);
     for part in ["contact 0 is 0.", "m from the surface", "(radius)", "Check --unit and --up"] {
         assert!(far.message.contains(part), "{far}");
     }
@@ -125,7 +125,7 @@ fn fragments_are_aimed_at_too() {
     let again = impact(Impact::along(down)).from(handle, largest.id());
     assert_eq!(strike(&bar, &again).hit(), Some(hit));
     let none = bar.aim_at_fragment(handle, 9999, down, patience()).unwrap_err();
-    assert_eq!(none.kind, Kind::UnknownFragment);
+    assert_eq!(none.kind, ErrorKind::UnknownFragment);
 }
 
 #[test]

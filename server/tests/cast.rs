@@ -4,7 +4,7 @@ mod support;
 
 use rustix::process::Signal;
 use serde_json::Value;
-use shatter_client::{Degree, Effect, Impact, Kind, ObjectFacts, Shatter};
+use shatter_client::{Client, DegreeRule, Effect, ErrorKind, Impact, ObjectFacts};
 use std::process::{Command, Stdio};
 use support::{Child, TestPlace, bar, patience, shatter, shatterd};
 
@@ -18,22 +18,22 @@ fn scene(databases: [&str; 2]) -> String {
 }
 
 /// A daemon that serves them, of these files, and reads them again when it is told to.
-fn serve(databases: [&str; 2], files: &[(&str, &[u8])]) -> (TestPlace, Child, Shatter) {
+fn serve(databases: [&str; 2], files: &[(&str, &[u8])]) -> (TestPlace, Child, Client) {
     let here = TestPlace::new("cast");
     files.iter().for_each(|(name, bytes)| here.database(name, bytes));
     let (scene, config) =
         (here.file("scene.toml", &scene(databases)), here.file("config.toml", "[databases]\nwatch_ms = 0"));
     let daemon = Child::start(shatterd(&here).arg("--scene").arg(scene).arg("--config").arg(config));
-    let service = Shatter::connect_at(&here.place, patience()).unwrap();
+    let service = Client::connect_at(&here.place, patience()).unwrap();
     (here, daemon, service)
 }
 
 fn blow() -> Impact {
-    Impact::at([0.2, 0.0, 0.0]).impulse([-50.0, 3.0, 0.0]).radius(0.05).degree(Degree::Sites(24)).seed(3)
+    Impact::at([0.2, 0.0, 0.0]).impulse([-50.0, 3.0, 0.0]).radius(0.05).degree(DegreeRule::Sites(24)).seed(3)
 }
 
 /// Answers of both objects, as hashes.
-fn answers(service: &Shatter) -> [String; 2] {
+fn answers(service: &Client) -> [String; 2] {
     ["near", "far"].map(|name| {
         let object = service.object(name, patience()).unwrap();
         let broken = object.strike(&blow()).unwrap().wait(patience()).unwrap();
@@ -44,7 +44,7 @@ fn answers(service: &Shatter) -> [String; 2] {
 }
 
 /// What is said of near and far.
-fn facts(service: &Shatter) -> [ObjectFacts; 2] {
+fn facts(service: &Client) -> [ObjectFacts; 2] {
     let objects = service.objects(patience()).unwrap();
     assert_eq!(objects.iter().map(|facts| facts.name.as_str()).collect::<Vec<_>>(), ["far", "near"]);
     ["near", "far"].map(|name| objects.iter().find(|facts| facts.name == name).unwrap().clone())
@@ -73,8 +73,8 @@ fn objects_of_one_database_answer_as_if_each_had_its_own_and_are_replaced_togeth
     assert_eq!((&listed_far["object"], &listed_far["fragments_max"]), (&"far".into(), &64.into()));
     assert_eq!((&listed_far["bytes_max"], &listed_near["bytes_max"]), (&4_000_000.into(), &Value::Null));
     let refused = service.object("far", patience()).unwrap().strike(&blow().enable(Effect::Bonds));
-    assert_eq!(refused.and_then(|mut ticket| ticket.wait(patience())).err().unwrap().kind, Kind::Effect);
-    assert_eq!(service.object("bar", patience()).err().unwrap().kind, Kind::UnknownObject);
+    assert_eq!(refused.and_then(|mut ticket| ticket.wait(patience())).err().unwrap().kind, ErrorKind::Effect);
+    assert_eq!(service.object("bar", patience()).err().unwrap().kind, ErrorKind::UnknownObject);
 
     here.database("bar", &fine);
     daemon.signal(Signal::HUP);

@@ -4,9 +4,11 @@
 mod support;
 
 use nalgebra::{Matrix3, SymmetricEigen, Vector3};
-use shatter_client::{Broken, Convention, Degree, Effect, Hand, Impact, Kind, Object, Shatter, Up, Winding};
+use shatter_client::{
+    Client, Convention, DegreeRule, Effect, ErrorKind, FractureResult, Hand, Impact, Object, Up, Winding,
+};
 use shatter_engine::scene::Scene;
-use shatter_proto::view::View;
+use shatter_proto::view::ResultView;
 use std::path::Path;
 use std::sync::{Arc, LazyLock};
 use support::{InProcess, TestPlace, bar, patience};
@@ -64,7 +66,7 @@ fn hosts() -> Vec<Host> {
 }
 
 /// A daemon with the bar, held at one end where strikes ask for it.
-fn start() -> (InProcess, Shatter) {
+fn start() -> (InProcess, Client) {
     let here = TestPlace::new("conventions");
     std::fs::write(here.databases().join("bar.shatter"), BAR.as_slice()).unwrap();
     let names = EFFECTS.map(|effect| format!("\"{}\"", effect.name())).join(", ");
@@ -76,11 +78,11 @@ fn start() -> (InProcess, Shatter) {
     (daemon, service)
 }
 
-fn object(service: &Shatter, convention: Convention) -> Object {
+fn object(service: &Client, convention: Convention) -> Object {
     service.with_convention(convention).object("bar", patience()).unwrap()
 }
 
-fn strike(bar: &Object, impact: &Impact) -> Broken {
+fn strike(bar: &Object, impact: &Impact) -> FractureResult {
     bar.strike(impact).unwrap().wait(patience()).unwrap()
 }
 
@@ -97,7 +99,8 @@ impl Host {
         let ours = |vector: Vector3<f64>| -> [f64; 3] { (self.axes.transpose() * vector * self.unit).into() };
         let radius = 0.05 / self.unit;
         let asked = |point: [f64; 3], impulse: [f64; 3], radius: f64| {
-            let impact = Impact::at(point).impulse(impulse).radius(radius).degree(Degree::Sites(sites)).seed(3).keep();
+            let impact =
+                Impact::at(point).impulse(impulse).radius(radius).degree(DegreeRule::Sites(sites)).seed(3).keep();
             effects.iter().fold(impact, |impact, effect| impact.enable(*effect))
         };
         Blow {
@@ -172,7 +175,7 @@ fn volume6(positions: &[[f32; 3]], indices: &[u32]) -> f64 {
 
 /// Every section of `theirs` against `ours`.
 #[track_caller]
-fn compare(host: &Host, theirs: &View<'_>, ours: &View<'_>) {
+fn compare(host: &Host, theirs: &ResultView<'_>, ours: &ResultView<'_>) {
     tables(host, theirs, ours);
     meshes(host, theirs, ours);
     beside(host, theirs, ours);
@@ -186,7 +189,7 @@ fn compare(host: &Host, theirs: &View<'_>, ours: &View<'_>) {
 }
 
 #[track_caller]
-fn tables(host: &Host, theirs: &View<'_>, ours: &View<'_>) {
+fn tables(host: &Host, theirs: &ResultView<'_>, ours: &ResultView<'_>) {
     let (unit, axes) = (host.unit, host.axes);
     assert_eq!((theirs.fragments.len(), theirs.velocities.len()), (ours.fragments.len(), ours.velocities.len()));
     for (theirs, ours) in theirs.fragments.iter().zip(ours.fragments) {
@@ -209,7 +212,7 @@ fn tables(host: &Host, theirs: &View<'_>, ours: &View<'_>) {
 }
 
 #[track_caller]
-fn meshes(host: &Host, theirs: &View<'_>, ours: &View<'_>) {
+fn meshes(host: &Host, theirs: &ResultView<'_>, ours: &ResultView<'_>) {
     let pairs = |theirs: &[[f32; 3]], ours: &[[f32; 3]]| {
         assert_eq!(theirs.len(), ours.len());
         theirs.iter().copied().zip(ours.iter().copied()).collect::<Vec<_>>()
@@ -239,8 +242,8 @@ fn meshes(host: &Host, theirs: &View<'_>, ours: &View<'_>) {
 }
 
 #[track_caller]
-fn beside(host: &Host, theirs: &View<'_>, ours: &View<'_>) {
-    let counts = |view: &View<'_>| (view.bonds.len(), view.debris.len(), view.hulls.len());
+fn beside(host: &Host, theirs: &ResultView<'_>, ours: &ResultView<'_>) {
+    let counts = |view: &ResultView<'_>| (view.bonds.len(), view.debris.len(), view.hulls.len());
     assert_eq!(counts(theirs), counts(ours));
     for (theirs, ours) in theirs.bonds.iter().zip(ours.bonds) {
         assert_eq!(theirs.fragments, ours.fragments);
@@ -261,7 +264,7 @@ fn beside(host: &Host, theirs: &View<'_>, ours: &View<'_>) {
 
 /// What holds of an answer by itself: closed, the right way round, heavy where its table says.
 #[track_caller]
-fn check_alone(host: &Host, broken: &Broken) {
+fn check_alone(host: &Host, broken: &FractureResult) {
     for fragment in broken.fragments() {
         let (positions, indices) = (fragment.positions(), fragment.indices());
         assert!(fragment.is_closed(), "{}", host.name);
@@ -309,7 +312,7 @@ fn answers_in_a_convention_are_ours_in_other_numbers() {
 }
 
 /// The heaviest fragment that no anchor holds, and where its surface is farthest along our +x.
-fn loose(broken: &Broken) -> (u32, [f64; 3]) {
+fn loose(broken: &FractureResult) -> (u32, [f64; 3]) {
     let held = |id: u32| broken.bonds().iter().any(|bond| bond.holds_to_world() && bond.fragments[0] == id);
     let loose = broken.fragments().filter(|fragment| !held(fragment.id()));
     let fragment = loose.max_by(|a, b| a.mass_kg().total_cmp(&b.mass_kg())).unwrap();
@@ -341,7 +344,7 @@ fn a_second_strike_has_the_convention_of_its_own_request() {
 fn files_are_gltf_whatever_the_convention() {
     let (_daemon, service) = start();
     let folder = tempfile::tempdir().unwrap();
-    let written = |broken: &Broken| {
+    let written = |broken: &FractureResult| {
         let path = folder.path().join("a.glb");
         broken.write_glb(&path).unwrap();
         let fragments = std::fs::read(&path).unwrap();
@@ -378,12 +381,12 @@ fn what_is_no_convention_is_refused_by_name() {
     for metres_per_unit in [0.0, -1.0, f64::NAN, f64::INFINITY, 1e-9, 1e9] {
         let bar = object(&service, Convention { metres_per_unit, ..Convention::UNREAL });
         let refusal = bar.strike(&Impact::at(POINT_M).impulse(IMPULSE_NS)).err().unwrap();
-        assert_eq!((refusal.kind, refusal.at.as_str()), (Kind::Convention, "convention.metres_per_unit"));
+        assert_eq!((refusal.kind, refusal.at.as_str()), (ErrorKind::Convention, "convention.metres_per_unit"));
     }
     // A metre from the middle of the bar.
     let far = Impact::at([100.0, 0.0, 0.0]).impulse([-50.0, 0.0, 0.0]);
     let refusal = object(&service, Convention::UNREAL).strike(&far).and_then(|mut ticket| ticket.wait(patience()));
-    assert_eq!(refusal.err().unwrap().kind, Kind::ContactTooFar);
+    assert_eq!(refusal.err().unwrap().kind, ErrorKind::ContactTooFar);
 }
 
 #[test]

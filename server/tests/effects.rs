@@ -2,7 +2,7 @@
 
 mod support;
 
-use shatter_client::{Broken, Degree, Effect, Effects, Fragment, Impact, Kind, Lift, Object};
+use shatter_client::{DegreeRule, Effect, Effects, ErrorKind, FractureResult, Fragment, Impact, Lift, Object};
 use shatter_engine::scene::Scene;
 use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
@@ -52,10 +52,10 @@ fn start_with(scene: Option<Scene>) -> (InProcess, Object) {
 
 /// A blow on the end of the bar that breaks it.
 fn blow() -> Impact {
-    Impact::at([0.2, 0.0, 0.0]).impulse([-50.0, 3.0, 0.0]).radius(0.05).degree(Degree::Sites(24)).seed(3)
+    Impact::at([0.2, 0.0, 0.0]).impulse([-50.0, 3.0, 0.0]).radius(0.05).degree(DegreeRule::Sites(24)).seed(3)
 }
 
-fn strike(bar: &Object, impact: &Impact) -> Broken {
+fn strike(bar: &Object, impact: &Impact) -> FractureResult {
     bar.strike(impact).unwrap().wait(patience()).unwrap()
 }
 
@@ -69,7 +69,7 @@ fn with(effects: &[Effect]) -> Impact {
 }
 
 /// Hashes of all sections but the one that reports what ran.
-fn hashes(broken: &Broken) -> BTreeMap<&'static str, String> {
+fn hashes(broken: &FractureResult) -> BTreeMap<&'static str, String> {
     let sections = broken.digest().sections.into_iter().filter(|section| section.name != "effects");
     sections.map(|section| (section.name, section.hash)).collect()
 }
@@ -139,7 +139,7 @@ fn without_elasticity_neither_solve_nor_basis_is_touched() {
     assert_eq!((cheap.summary().elastic(), strike(&bar, &blow()).summary().elastic()), ("falloff", "solve"));
     let weak = blow().disable(Effect::Elastic).radius(1e120);
     let refusal = bar.strike(&weak).and_then(|mut ticket| ticket.wait(patience())).err().unwrap();
-    assert_eq!(refusal.kind, Kind::Impulse, "{refusal}");
+    assert_eq!(refusal.kind, ErrorKind::Impulse, "{refusal}");
     assert!(cheap.fragments().len() >= 24 && cheap.fragments().all(|fragment| fragment.is_closed()));
 }
 
@@ -193,7 +193,7 @@ fn what_cannot_be_is_refused_by_name() {
         (blow().enable(Effect::Anchored), "anchored"),
         (blow().enable(Effect::Gravity), "gravity"),
     ] {
-        assert_eq!(refused(impact), (Kind::Effect, at.to_owned()));
+        assert_eq!(refused(impact), (ErrorKind::Effect, at.to_owned()));
     }
 }
 
@@ -201,10 +201,10 @@ fn what_cannot_be_is_refused_by_name() {
 #[test]
 fn slivers_become_part_of_their_neighbours() {
     let (_daemon, bar) = start();
-    let many = blow().degree(Degree::Sites(250));
+    let many = blow().degree(DegreeRule::Sites(250));
     let sliver = 2.0 * (0.05 * bar.facts().diagonal_m).powi(3);
-    let least = |broken: &Broken| broken.fragments().map(|own| own.volume_m3()).fold(f64::INFINITY, f64::min);
-    let volume = |broken: &Broken| broken.fragments().map(|own| own.volume_m3()).sum::<f64>();
+    let least = |broken: &FractureResult| broken.fragments().map(|own| own.volume_m3()).fold(f64::INFINITY, f64::min);
+    let volume = |broken: &FractureResult| broken.fragments().map(|own| own.volume_m3()).sum::<f64>();
     let before = strike(&bar, &many.clone().disable(Effect::Slivers));
     let after = strike(&bar, &many);
     assert!(least(&before) < 0.5 * sliver, "there are slivers");
@@ -397,5 +397,5 @@ fn hulls_come_with_every_fragment() {
     let path = file.path().join("bar.hulls.glb");
     let written = broken.write_hulls_glb(&path).unwrap();
     assert_eq!((written.fragments, written.closed), (broken.fragments().len(), broken.fragments().len()));
-    assert_eq!(strike(&bar, &blow()).write_hulls_glb(&path).unwrap_err().kind, Kind::Output);
+    assert_eq!(strike(&bar, &blow()).write_hulls_glb(&path).unwrap_err().kind, ErrorKind::Output);
 }

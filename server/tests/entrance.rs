@@ -2,7 +2,7 @@
 
 mod support;
 
-use shatter_client::{Deadline, Impact, Shatter};
+use shatter_client::{Client, Deadline, Impact};
 use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};
 use std::os::unix::fs::{MetadataExt, PermissionsExt};
@@ -30,7 +30,7 @@ fn segment(here: &TestPlace) -> PathBuf {
 /// Whether a fresh client can strike.
 fn served(here: &TestPlace) -> bool {
     let strike = || {
-        let vase = Shatter::connect_at(&here.place, Deadline::ms(300))?.object("vase", patience())?;
+        let vase = Client::connect_at(&here.place, Deadline::ms(300))?.object("vase", patience())?;
         vase.strike(&Impact::at([0.0, 0.1, 0.0]).impulse([-1.0, 0.0, 0.0]))?.wait(patience())
     };
     strike().is_ok()
@@ -155,7 +155,7 @@ fn nothing_of_killed_daemons_stays() {
     let here = place();
     let service = {
         let first = Child::start(&mut role(&here, "daemon", "[times]\ncleanup_ms = 20"));
-        let service = Shatter::connect_at(&here.place, patience()).unwrap();
+        let service = Client::connect_at(&here.place, patience()).unwrap();
         first.kill();
         service
     };

@@ -8,7 +8,7 @@ mod support;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rustix::process::Signal;
-use shatter_client::{Deadline, Degree, Impact, Kind, Object, Refusal, Shatter};
+use shatter_client::{Client, Deadline, DegreeRule, Error, ErrorKind, Impact, Object};
 use std::collections::{BTreeMap, VecDeque};
 use std::path::PathBuf;
 use std::process::Command;
@@ -43,11 +43,11 @@ fn play_a_role() {
 fn impact(number: u64) -> Impact {
     let y = 0.06 * ((number % 16) as f64 / 16.0 - 0.5);
     let impact = Impact::at([0.2, y, 0.0]).impulse([-50.0, 0.0, 0.0]).radius(0.05);
-    impact.degree(Degree::Sites(4 + (number % 5) as u32)).seed(number)
+    impact.degree(DegreeRule::Sites(4 + (number % 5) as u32)).seed(number)
 }
 
-fn named() -> Shatter {
-    Shatter::connect(&std::env::var("SHATTER_SERVICE").unwrap(), patience()).unwrap()
+fn named() -> Client {
+    Client::connect(&std::env::var("SHATTER_SERVICE").unwrap(), patience()).unwrap()
 }
 
 /// Eight strikes under way and three answers held, at every moment.
@@ -98,7 +98,7 @@ fn strike_until(bar: &Object, over: &AtomicBool) -> Calls {
         calls.overstayed = calls.overstayed.max(begun.elapsed().saturating_sub(WAIT));
         let end = match &result {
             Ok(_) => "ok",
-            Err(Refusal { kind, .. }) => kind.name(),
+            Err(Error { kind, .. }) => kind.name(),
         };
         *calls.ends.entry(end).or_default() += 1;
         if result.is_err() {
@@ -120,9 +120,9 @@ fn daemons_killed(kills: u64) {
     let (mut restarts, over) = (Vec::new(), AtomicBool::new(false));
     let mut daemon = Some(Child::start(&mut shatterd(&here)));
     let mut calls = Calls::default();
-    let service = Shatter::connect_at(&here.place, patience()).unwrap();
+    let service = Client::connect_at(&here.place, patience()).unwrap();
     let own = service.object("bar", patience()).unwrap();
-    let connect = || Shatter::connect_at(&here.place, patience()).unwrap().object("bar", patience()).unwrap();
+    let connect = || Client::connect_at(&here.place, patience()).unwrap().object("bar", patience()).unwrap();
     let files = here.shared_memory().len();
     std::thread::scope(|scope| {
         let bars: Vec<Object> = (0..CLIENTS).map(|_| connect()).collect();
@@ -186,7 +186,7 @@ fn clients_killed(kills: u64) {
     let config =
         here.file("config.toml", "[answers]\nbuckets = 16\n[times]\ncleanup_ms = 50\n[log]\nfilter = \"error\"");
     let daemon = Child::start(shatterd(&here).args(["--config", config.to_str().unwrap()]));
-    let service = Shatter::connect_at(&here.place, patience()).unwrap();
+    let service = Client::connect_at(&here.place, patience()).unwrap();
     let bar = service.object("bar", patience()).unwrap();
     let strike = |number| bar.strike(&impact(number)).and_then(|mut ticket| ticket.wait(patience()));
     drop(strike(0).unwrap());
@@ -208,7 +208,7 @@ fn clients_killed(kills: u64) {
     eventually(|| "the dead are buried", || service.status(patience()).unwrap().row().clients == 1);
     eventually(|| "nothing computes for them", || service.status(patience()).unwrap().row().running == 0);
     // Their buckets are back: half of all are this client's share, the other half a second one's.
-    let other = Shatter::connect_at(&here.place, patience()).unwrap();
+    let other = Client::connect_at(&here.place, patience()).unwrap();
     let theirs = other.object("bar", patience()).unwrap();
     let held: Vec<_> = (0..8).map(|number| strike(number).unwrap()).collect();
     let others: Vec<_> =
@@ -250,7 +250,7 @@ fn segments_that_the_dead_did_not_finish_hang_nobody() {
     let its: Vec<PathBuf> = here.nodes().into_iter().filter(|node| node.is_dir() && !own.contains(node)).collect();
     let theirs: Vec<PathBuf> = connections().collect();
     assert!(!theirs.is_empty(), "{:?}", here.shared_memory());
-    let service = Shatter::connect_at(&here.place, patience()).unwrap();
+    let service = Client::connect_at(&here.place, patience()).unwrap();
     let bar = service.object("bar", patience()).unwrap();
     let served = |number| bar.strike(&impact(number)).and_then(|mut ticket| ticket.wait(patience()));
     drop(served(0).unwrap());
@@ -264,7 +264,7 @@ fn segments_that_the_dead_did_not_finish_hang_nobody() {
     daemon.kill();
     let daemon = start();
     eventually(|| "the next daemon serves", || served(2).is_ok());
-    let newcomer = Shatter::connect_at(&here.place, patience()).unwrap().object("bar", patience()).unwrap();
+    let newcomer = Client::connect_at(&here.place, patience()).unwrap().object("bar", patience()).unwrap();
     assert!(newcomer.strike(&impact(3)).unwrap().wait(patience()).is_ok());
     drop((newcomer, bar, service));
     assert_eq!(daemon.terminate().code(), Some(0));
@@ -280,9 +280,9 @@ fn who_comes_right_after_a_death_gets_the_place() {
     let daemon = Child::start(shatterd(&here).args(["--config", config.to_str().unwrap()]));
     for number in 0..10 {
         let victim = Child::start(&mut role(&here, "striker", ""));
-        assert_eq!(Shatter::connect_at(&here.place, Deadline::ms(0)).err().unwrap().kind, Kind::Busy);
+        assert_eq!(Client::connect_at(&here.place, Deadline::ms(0)).err().unwrap().kind, ErrorKind::Busy);
         victim.kill();
-        let bar = Shatter::connect_at(&here.place, patience()).unwrap().object("bar", patience()).unwrap();
+        let bar = Client::connect_at(&here.place, patience()).unwrap().object("bar", patience()).unwrap();
         assert!(bar.strike(&impact(number)).unwrap().wait(patience()).is_ok());
     }
     assert_eq!(daemon.terminate().code(), Some(0));
@@ -295,13 +295,13 @@ fn stopped_daemons_and_clients_hang_nobody() {
     here.database("bar", bar(0.08));
     let daemon = Child::start(&mut shatterd(&here));
     let client = Child::start(&mut role(&here, "striker", ""));
-    let bar = Shatter::connect_at(&here.place, patience()).unwrap().object("bar", patience()).unwrap();
+    let bar = Client::connect_at(&here.place, patience()).unwrap().object("bar", patience()).unwrap();
     client.signal(Signal::STOP);
     (0..40).for_each(|number| drop(bar.strike(&impact(number)).unwrap().wait(patience()).unwrap()));
     daemon.signal(Signal::STOP);
     let begun = Instant::now();
     let mut ticket = bar.strike(&impact(1)).unwrap();
-    assert_eq!(ticket.wait(Deadline::ms(300)).err().unwrap().kind, Kind::Late);
+    assert_eq!(ticket.wait(Deadline::ms(300)).err().unwrap().kind, ErrorKind::Late);
     assert!(begun.elapsed() < Duration::from_millis(300) + SLACK);
     daemon.signal(Signal::CONT);
     client.signal(Signal::CONT);
@@ -317,14 +317,14 @@ fn connects(count: usize) {
     let here = TestPlace::new("guests");
     here.database("vase", "tetra");
     let daemon = InProcess::start(here, &format!("[service]\nclients_max = {CLIENTS_MAX}"));
-    let strike = |service: &Shatter| {
+    let strike = |service: &Client| {
         let vase = service.object("vase", patience()).unwrap();
         vase.strike(&impact(0)).unwrap().wait(patience()).unwrap().fragments().len()
     };
-    let mut guests: VecDeque<Shatter> = (0..CLIENTS_MAX).map(|_| daemon.connect()).collect();
-    let turn = |guests: &mut VecDeque<Shatter>| {
-        let refusal = Shatter::connect_at(&daemon.here.place, Deadline::ms(0)).err().unwrap();
-        assert_eq!((refusal.kind, refusal.at.as_str()), (Kind::Busy, "clients"), "{refusal}");
+    let mut guests: VecDeque<Client> = (0..CLIENTS_MAX).map(|_| daemon.connect()).collect();
+    let turn = |guests: &mut VecDeque<Client>| {
+        let refusal = Client::connect_at(&daemon.here.place, Deadline::ms(0)).err().unwrap();
+        assert_eq!((refusal.kind, refusal.at.as_str()), (ErrorKind::Busy, "clients"), "{refusal}");
         guests.pop_front();
         let guest = daemon.connect();
         assert_eq!(strike(&guest), 4);
@@ -364,7 +364,7 @@ fn crowded() {
     let held: Vec<_> = std::iter::from_fn(|| strike("large").ok()).collect();
     assert!(held.len() > 2, "{}", held.len());
     let refusal = strike("large").err().unwrap();
-    assert_eq!(refusal.kind, Kind::SharedMemory, "{refusal}");
+    assert_eq!(refusal.kind, ErrorKind::SharedMemory, "{refusal}");
     // Answers leave room for clients.
     drop(daemon.connect());
     // Somebody else takes the last byte.
@@ -372,16 +372,16 @@ fn crowded() {
     let _ = std::fs::write(greedy, vec![1u8; 64 << 20]);
     for _ in 0..20 {
         let refusal = strike("large").err().unwrap();
-        assert_eq!(refusal.kind, Kind::SharedMemory, "{refusal}");
+        assert_eq!(refusal.kind, ErrorKind::SharedMemory, "{refusal}");
     }
-    let late = Shatter::connect_at(&daemon.here.place, Deadline::ms(100)).err().unwrap();
-    assert_eq!(late.kind, Kind::SharedMemory, "{late}");
+    let late = Client::connect_at(&daemon.here.place, Deadline::ms(100)).err().unwrap();
+    assert_eq!(late.kind, ErrorKind::SharedMemory, "{late}");
     drop(held);
     std::fs::remove_file(greedy).unwrap();
     for name in ["large", "vase"] {
         drop(strike(name).unwrap());
     }
-    drop(Shatter::connect_at(&daemon.here.place, patience()).unwrap());
+    drop(Client::connect_at(&daemon.here.place, patience()).unwrap());
     println!("ready");
 }
 
@@ -405,7 +405,7 @@ fn poor() {
     let service = named();
     let mut guests = vec![service];
     let refusal = loop {
-        match Shatter::connect(&std::env::var("SHATTER_SERVICE").unwrap(), Deadline::ms(200)) {
+        match Client::connect(&std::env::var("SHATTER_SERVICE").unwrap(), Deadline::ms(200)) {
             Ok(guest) => guests.push(guest),
             Err(refusal) => break refusal,
         }
@@ -428,10 +428,10 @@ fn exhausted_descriptors_are_a_refusal_and_not_an_end() {
     // Rich clients at a poor daemon.
     let daemon = Child::start(&mut under(&[], "ulimit -n 56", role(&here, "daemon", "")));
     let connect = || {
-        let service = Shatter::connect_at(&here.place, Deadline::ms(500))?;
+        let service = Client::connect_at(&here.place, Deadline::ms(500))?;
         let vase = service.object("vase", Deadline::ms(500))?;
         vase.strike(&impact(0)).and_then(|mut ticket| ticket.wait(Deadline::ms(500)))?;
-        Ok::<_, Refusal>(service)
+        Ok::<_, Error>(service)
     };
     let first = connect().unwrap();
     let (mut guests, mut refused) = (Vec::new(), 0);

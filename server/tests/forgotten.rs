@@ -3,11 +3,11 @@
 mod support;
 
 use bytemuck::Zeroable;
-use shatter_client::{Impact, Kind, Object, Refusal, Shatter};
+use shatter_client::{Client, Error, ErrorKind, Impact, Object};
 use shatter_proto::answer::Block;
-use shatter_proto::control::{self, ObjectRow, Question, Row};
-use shatter_proto::refusal::RefusalWire;
-use shatter_server::ipc::{ActiveQuestion, Home, Pool, Ports};
+use shatter_proto::control::{self, ControlRequest, ObjectRow, ReplyRow};
+use shatter_proto::refusal::ErrorWire;
+use shatter_server::ipc::{ActiveControlRequest, PoolSize, Ports, RuntimeDirectory};
 use std::path::PathBuf;
 use std::time::Duration;
 use support::{Child, TestPlace, patience, play, role};
@@ -18,8 +18,8 @@ fn play_a_role() {
     play(|other| panic!("no such role: {other}"));
 }
 
-fn connect(here: &TestPlace) -> Shatter {
-    Shatter::connect_at(&here.place, patience()).unwrap()
+fn connect(here: &TestPlace) -> Client {
+    Client::connect_at(&here.place, patience()).unwrap()
 }
 
 fn impact() -> Impact {
@@ -33,7 +33,7 @@ fn look_dead(nodes: &[PathBuf]) {
 }
 
 /// A daemon, and a client that lives and looks dead: the next daemon clears away all that the client is connected to.
-fn cleared_away(here: &TestPlace) -> (Child, Shatter, Object) {
+fn cleared_away(here: &TestPlace) -> (Child, Client, Object) {
     let others = here.nodes();
     let first = Child::start(&mut role(here, "daemon", "[times]\ncleanup_ms = 60000"));
     let daemons = here.nodes();
@@ -48,11 +48,11 @@ fn cleared_away(here: &TestPlace) -> (Child, Shatter, Object) {
 
 #[test]
 fn a_call_that_reached_no_daemon_is_made_again_over_a_new_connection() {
-    let calls: [fn(&Shatter, &Object); 4] = [
+    let calls: [fn(&Client, &Object); 4] = [
         |_, vase| _ = vase.strike(&impact()).unwrap().wait(patience()).unwrap(),
         |service, _| assert_eq!(service.objects(patience()).unwrap().len(), 1),
         |service, _| assert_eq!(service.status(patience()).unwrap().row().objects_ready, 1),
-        |service, _| assert_eq!(service.release(7, patience()).unwrap_err().kind, Kind::UnknownHandle),
+        |service, _| assert_eq!(service.release(7, patience()).unwrap_err().kind, ErrorKind::UnknownHandle),
     ];
     for call in calls {
         let here = TestPlace::new("cleared");
@@ -64,7 +64,7 @@ fn a_call_that_reached_no_daemon_is_made_again_over_a_new_connection() {
     }
 }
 
-fn reply<R: Row>(question: &ActiveQuestion, rows: &[R]) {
+fn reply<R: ReplyRow>(question: &ActiveControlRequest, rows: &[R]) {
     let mut payload = vec![Block::zeroed(); control::blocks::<R>(rows.len()).max(1)];
     let header = control::write(&mut payload, rows, rows.len(), false);
     let mut reply = question.loan_slice_uninit(payload.len()).unwrap().write_from_slice(&payload);
@@ -73,7 +73,7 @@ fn reply<R: Row>(question: &ActiveQuestion, rows: &[R]) {
 }
 
 /// Serves one object until `over`: closes every strike without an answer, and says that it was `verdict`. Which connections struck.
-fn close_every_strike(ports: &Ports, verdict: &Refusal, over: impl Fn() -> bool) -> Vec<[u8; 16]> {
+fn close_every_strike(ports: &Ports, verdict: &Error, over: impl Fn() -> bool) -> Vec<[u8; 16]> {
     let mut vase = ObjectRow { state: control::ObjectState::Ready as u32, ..ObjectRow::zeroed() };
     vase.set_name("vase");
     let mut listeners = Vec::new();
@@ -83,8 +83,8 @@ fn close_every_strike(ports: &Ports, verdict: &Refusal, over: impl Fn() -> bool)
         }
         while let Some(question) = ports.next_question() {
             match question.payload().validate().unwrap() {
-                Question::List(_) => reply(&question, &[vase]),
-                Question::Verdict(_) => reply(&question, &[RefusalWire::from(verdict)]),
+                ControlRequest::List(_) => reply(&question, &[vase]),
+                ControlRequest::Verdict(_) => reply(&question, &[ErrorWire::from(verdict)]),
                 other => panic!("{other:?}"),
             }
         }
@@ -94,15 +94,15 @@ fn close_every_strike(ports: &Ports, verdict: &Refusal, over: impl Fn() -> bool)
 }
 
 /// What becomes of two strikes of one client that a daemon closes with this verdict, and whether both came over one connection.
-fn struck_twice(verdict: Kind) -> ([Kind; 2], bool) {
+fn struck_twice(verdict: ErrorKind) -> ([ErrorKind; 2], bool) {
     let here = TestPlace::new("forgot");
-    let home = Home::take(&here.place).unwrap();
+    let home = RuntimeDirectory::take(&here.place).unwrap();
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
     let inside = runtime.enter();
-    let (ports, _bell, _waker) = Ports::open(home.instance(), Pool { clients: 4, buckets: 4, blocks: 64 }).unwrap();
+    let (ports, _bell, _waker) = Ports::open(home.instance(), PoolSize { clients: 4, buckets: 4, blocks: 64 }).unwrap();
     drop(inside);
     home.say_hello().unwrap();
-    let verdict = Refusal::new(verdict, "strike", "says the daemon");
+    let verdict = Error::new(verdict, "strike", "says the daemon");
     std::thread::scope(|scope| {
         let client = scope.spawn(|| {
             let vase = connect(&here).object("vase", patience()).unwrap();
@@ -116,6 +116,6 @@ fn struck_twice(verdict: Kind) -> ([Kind; 2], bool) {
 
 #[test]
 fn a_strike_that_nobody_gave_up_is_lost_and_the_next_comes_over_a_new_connection() {
-    assert_eq!(struck_twice(Kind::Cancelled), ([Kind::Lost; 2], false));
-    assert_eq!(struck_twice(Kind::Failed), ([Kind::Failed; 2], true), "other verdicts are told as they are");
+    assert_eq!(struck_twice(ErrorKind::Cancelled), ([ErrorKind::Lost; 2], false));
+    assert_eq!(struck_twice(ErrorKind::Failed), ([ErrorKind::Failed; 2], true), "other verdicts are told as they are");
 }

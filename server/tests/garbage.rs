@@ -5,10 +5,10 @@ mod support;
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
-use shatter_client::{Degree, Impact, Kind, Shatter};
+use shatter_client::{Client, DegreeRule, ErrorKind, Impact};
 use shatter_proto::PROTOCOL_VERSION;
 use shatter_proto::name::OBJECT_NAME_MAX;
-use shatter_proto::request::{Strike, StrikeWire};
+use shatter_proto::request::{Request, RequestWire};
 use std::collections::BTreeMap;
 use support::{InProcess, RawPeer, TestPlace, patience};
 
@@ -37,7 +37,7 @@ fn start() -> InProcess {
     InProcess::start(here, "[times]\ntick_ms = 1")
 }
 
-fn good(sequence: u64) -> StrikeWire {
+fn good(sequence: u64) -> RequestWire {
     let contact = shatter_proto::request::Contact {
         point_m: [0.0, 0.1, 0.0],
         ray: None,
@@ -45,13 +45,17 @@ fn good(sequence: u64) -> StrikeWire {
         duration_s: None,
         radius_m: None,
     };
-    let strike =
-        Strike { object: "vase".to_owned(), contacts: vec![contact], degree: Degree::Sites(3), ..Strike::default() };
-    Strike { seed: sequence / 3, ..strike }.wire([7; 16], sequence).unwrap()
+    let strike = Request {
+        object: "vase".to_owned(),
+        contacts: vec![contact],
+        degree: DegreeRule::Sites(3),
+        ..Request::default()
+    };
+    Request { seed: sequence / 3, ..strike }.wire([7; 16], sequence).unwrap()
 }
 
 /// A good strike with one to four words or bytes changed.
-fn mutant(random: &mut ChaCha8Rng, sequence: u64) -> StrikeWire {
+fn mutant(random: &mut ChaCha8Rng, sequence: u64) -> RequestWire {
     let mut wire = good(sequence);
     let bytes = bytemuck::bytes_of_mut(&mut wire);
     for _ in 0..=random.next_u32() % 4 {
@@ -86,7 +90,7 @@ fn check(count: u64) -> BTreeMap<&'static str, u64> {
             let name = match (wire.validate(), &found) {
                 (Ok(strike), Ok(summary)) => {
                     assert_eq!((summary.seed, summary.object()), (strike.seed, strike.object.clone()), "misread");
-                    if let Degree::Sites(sites) = strike.degree {
+                    if let DegreeRule::Sites(sites) = strike.degree {
                         assert!(summary.sites == sites || summary.sites == 0, "{strike:?}: {}", summary.sites);
                     }
                     "answered"
@@ -96,9 +100,17 @@ fn check(count: u64) -> BTreeMap<&'static str, u64> {
                     assert!(refusal.kind == *kind || wire.sequence != number, "{refusal}, but {kind:?}");
                     kind.name()
                 }
-                (Ok(Strike { from: Some(_), .. }), Err(Some(Kind::UnknownHandle))) => Kind::UnknownHandle.name(),
+                (Ok(Request { from: Some(_), .. }), Err(Some(ErrorKind::UnknownHandle))) => {
+                    ErrorKind::UnknownHandle.name()
+                }
                 (Ok(_), Err(Some(kind))) => {
-                    let later = [Kind::UnknownObject, Kind::Late, Kind::Busy, Kind::CapExceeded, Kind::AnswerTooLarge];
+                    let later = [
+                        ErrorKind::UnknownObject,
+                        ErrorKind::Late,
+                        ErrorKind::Busy,
+                        ErrorKind::CapExceeded,
+                        ErrorKind::AnswerTooLarge,
+                    ];
                     assert!(later.contains(kind), "{kind:?}");
                     kind.name()
                 }
@@ -108,15 +120,15 @@ fn check(count: u64) -> BTreeMap<&'static str, u64> {
         }
     }
     // A toy has no cap on its sites.
-    serves(&daemon, ends.get(Kind::AnswerTooLarge.name()).copied().unwrap_or(0));
+    serves(&daemon, ends.get(ErrorKind::AnswerTooLarge.name()).copied().unwrap_or(0));
     ends
 }
 
 /// It still answers others, correctly, and no more than `failed` strikes failed in it.
 fn serves(daemon: &InProcess, failed: u64) {
-    let service: Shatter = daemon.connect();
+    let service: Client = daemon.connect();
     let vase = service.object("vase", patience()).unwrap();
-    let impact = Impact::at([0.0, 0.1, 0.0]).impulse([-1.0, 0.0, 0.0]).degree(Degree::Sites(5));
+    let impact = Impact::at([0.0, 0.1, 0.0]).impulse([-1.0, 0.0, 0.0]).degree(DegreeRule::Sites(5));
     assert_eq!(vase.strike(&impact).unwrap().wait(patience()).unwrap().fragments().len(), 5);
     assert_eq!(service.status(patience()).unwrap().row().failed, failed);
 }
@@ -146,7 +158,7 @@ fn writing_to_what_was_sent_changes_nothing_for_others() {
         for sent in &sent {
             let own = std::ptr::from_ref(sent.payload()).cast_mut().cast::<u8>();
             for _ in 0..32 {
-                let at = random.next_u32() as usize % size_of::<StrikeWire>();
+                let at = random.next_u32() as usize % size_of::<RequestWire>();
                 // SAFETY: the request's own memory, writable and mapped while `sent` lives; that the daemon reads it meanwhile is
                 // what is tested.
                 unsafe { own.add(at).write_volatile(random.next_u32() as u8) };
@@ -162,17 +174,17 @@ fn writing_to_what_was_sent_changes_nothing_for_others() {
 fn peers_of_another_version_are_told_so() {
     let daemon = start();
     let peer = RawPeer::open(&daemon.here.place);
-    let check = |wire: StrikeWire, kind| assert_eq!(peer.outcome(&peer.send(wire)).unwrap_err(), Some(kind));
-    check(StrikeWire { version: PROTOCOL_VERSION + 1, ..good(1) }, Kind::VersionMismatch);
-    check(StrikeWire { magic: 7, ..good(2) }, Kind::BadMagic);
-    check(StrikeWire { object_length: OBJECT_NAME_MAX as u32 + 1, ..good(3) }, Kind::ObjectName);
+    let check = |wire: RequestWire, kind| assert_eq!(peer.outcome(&peer.send(wire)).unwrap_err(), Some(kind));
+    check(RequestWire { version: PROTOCOL_VERSION + 1, ..good(1) }, ErrorKind::VersionMismatch);
+    check(RequestWire { magic: 7, ..good(2) }, ErrorKind::BadMagic);
+    check(RequestWire { object_length: OBJECT_NAME_MAX as u32 + 1, ..good(3) }, ErrorKind::ObjectName);
     let hello = std::fs::read_to_string(daemon.here.place.hello()).unwrap();
     let protocol = |version: u32| format!("\"protocol\": {version}");
     let other = hello.replace(&protocol(PROTOCOL_VERSION), &protocol(PROTOCOL_VERSION + 7));
     assert_ne!(other, hello);
     std::fs::write(daemon.here.place.hello(), other).unwrap();
-    let refusal = Shatter::connect_at(&daemon.here.place, patience()).err().unwrap();
-    assert_eq!(refusal.kind, Kind::VersionMismatch);
+    let refusal = Client::connect_at(&daemon.here.place, patience()).err().unwrap();
+    assert_eq!(refusal.kind, ErrorKind::VersionMismatch);
     let both = [PROTOCOL_VERSION, PROTOCOL_VERSION + 7].map(|version| format!("protocol {version}"));
     assert!(both.iter().all(|version| refusal.message.contains(version)), "{refusal}");
 }

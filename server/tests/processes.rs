@@ -4,7 +4,7 @@ mod support;
 
 use rustix::process::Signal;
 use serde_json::Value;
-use shatter_client::{Effect, Impact, Kind, Shatter};
+use shatter_client::{Client, Effect, ErrorKind, Impact};
 use shatter_proto::answer::STAGES;
 use std::io::{BufRead, BufReader};
 use std::process::{Command, Stdio};
@@ -31,10 +31,10 @@ fn impact() -> Impact {
     Impact::at([0.0, 0.1, 0.0]).impulse([-1.0, 0.0, 0.0])
 }
 
-fn connect(here: Option<&TestPlace>) -> Shatter {
+fn connect(here: Option<&TestPlace>) -> Client {
     match here {
-        Some(here) => Shatter::connect_at(&here.place, patience()).unwrap(),
-        None => Shatter::connect(&std::env::var("SHATTER_SERVICE").unwrap(), patience()).unwrap(),
+        Some(here) => Client::connect_at(&here.place, patience()).unwrap(),
+        None => Client::connect(&std::env::var("SHATTER_SERVICE").unwrap(), patience()).unwrap(),
     }
 }
 
@@ -138,8 +138,8 @@ fn a_killed_daemon_is_noticed_and_can_be_started_again() {
         std::thread::yield_now();
     }
     first.kill();
-    assert_eq!(ticket.wait(patience()).err().unwrap().kind, Kind::Lost);
-    assert_eq!(Shatter::connect_at(&here.place, patience()).err().unwrap().kind, Kind::NoDaemon);
+    assert_eq!(ticket.wait(patience()).err().unwrap().kind, ErrorKind::Lost);
+    assert_eq!(Client::connect_at(&here.place, patience()).err().unwrap().kind, ErrorKind::NoDaemon);
     let second = Child::start(&mut role(&here, "daemon", ""));
     let vase = connect(Some(&here)).object("vase", patience()).unwrap();
     assert!(vase.strike(&impact()).unwrap().wait(patience()).is_ok());
@@ -173,12 +173,12 @@ fn a_killed_client_gives_its_answers_back() {
     let service = connect(Some(&here));
     let vase = service.object("vase", patience()).unwrap();
     let strike = || vase.strike(&impact()).unwrap().wait(patience());
-    assert_eq!(strike().err().unwrap().kind, Kind::Busy);
+    assert_eq!(strike().err().unwrap().kind, ErrorKind::Busy);
     hoarder.kill();
     let deadline = patience();
     let broken = loop {
         match strike() {
-            Err(refusal) if refusal.kind == Kind::Busy && !deadline.passed() => std::thread::yield_now(),
+            Err(refusal) if refusal.kind == ErrorKind::Busy && !deadline.passed() => std::thread::yield_now(),
             answer => break answer.unwrap(),
         }
     };

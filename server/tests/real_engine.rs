@@ -3,14 +3,14 @@
 
 mod support;
 
-use shatter_client::{Degree, Impact, Kind, Object, Quality, Refusal};
-use shatter_engine::object::{self, Loader, Outcome};
+use shatter_client::{DegreeRule, Error, ErrorKind, Impact, Object, Quality};
+use shatter_engine::object::{self, EngineResult, Loader};
 use shatter_engine::wire;
-use shatter_fracture::pipeline::{Watch, Workspace};
-use shatter_fracture::token::Token;
+use shatter_fracture::pipeline::{StageObserver, Workspace};
+use shatter_fracture::token::CancelToken;
 use shatter_proto::control::ObjectRow;
-use shatter_proto::layout::{Counts, Sections};
-use shatter_proto::request::Strike;
+use shatter_proto::layout::{SectionCounts, SectionsMut};
+use shatter_proto::request::Request;
 use std::ops::Range;
 use std::path::Path;
 use std::sync::{Arc, LazyLock, Mutex};
@@ -23,9 +23,9 @@ static BAR: LazyLock<Vec<u8>> = LazyLock::new(|| bar(0.08));
 type Written = Arc<Mutex<Vec<Range<usize>>>>;
 
 /// The real object, which remembers where its answers were written.
-struct Watched(Arc<dyn object::Object>, Written);
+struct Watched(Arc<dyn object::ServedObject>, Written);
 
-impl object::Object for Watched {
+impl object::ServedObject for Watched {
     fn row(&self) -> ObjectRow {
         self.0.row()
     }
@@ -40,24 +40,24 @@ impl object::Object for Watched {
 
     fn strike(
         &self,
-        strike: &Strike,
+        strike: &Request,
         workspace: &mut Workspace,
-        token: &Token,
-        watch: &mut dyn Watch,
-    ) -> Result<Box<dyn Outcome>, Refusal> {
+        token: &CancelToken,
+        watch: &mut dyn StageObserver,
+    ) -> Result<Box<dyn EngineResult>, Error> {
         let outcome = self.0.strike(strike, workspace, token, watch)?;
         Ok(Box::new(WatchedOutcome(outcome, self.1.clone())))
     }
 }
 
-struct WatchedOutcome(Box<dyn Outcome>, Written);
+struct WatchedOutcome(Box<dyn EngineResult>, Written);
 
-impl Outcome for WatchedOutcome {
-    fn counts(&self) -> Counts {
+impl EngineResult for WatchedOutcome {
+    fn counts(&self) -> SectionCounts {
         self.0.counts()
     }
 
-    fn write(&self, sections: &mut Sections<'_>, watch: &mut dyn Watch) -> Result<(), Refusal> {
+    fn write(&self, sections: &mut SectionsMut<'_>, watch: &mut dyn StageObserver) -> Result<(), Error> {
         let range = |start: usize, bytes: usize| start..start + bytes;
         self.1.lock().unwrap().extend([
             range(sections.positions.as_ptr() as usize, size_of_val(sections.positions)),
@@ -88,7 +88,7 @@ fn blow(impulse_ns: f64) -> Impact {
 #[test]
 fn the_tessellator_writes_into_the_mapped_segment() {
     let (daemon, bar, written) = start("");
-    let broken = bar.strike(&blow(50.0).degree(Degree::Sites(12))).unwrap().wait(patience()).unwrap();
+    let broken = bar.strike(&blow(50.0).degree(DegreeRule::Sites(12))).unwrap().wait(patience()).unwrap();
     assert!(broken.fragments().len() >= 12);
     let mapped = daemon.here.mapped();
     let written = written.lock().unwrap();
@@ -103,7 +103,7 @@ fn fragments_are_closed_and_weigh_what_the_bar_weighs() {
     let (_daemon, bar, _) = start("");
     let facts = bar.facts();
     assert_eq!((facts.name.as_str(), facts.material.as_str(), facts.bodies), ("bar", "glass", 1));
-    let broken = bar.strike(&blow(50.0).degree(Degree::Sites(20))).unwrap().wait(patience()).unwrap();
+    let broken = bar.strike(&blow(50.0).degree(DegreeRule::Sites(20))).unwrap().wait(patience()).unwrap();
     assert!(broken.fragments().all(|fragment| fragment.is_closed()));
     let volume: f64 = broken.fragments().map(|fragment| fragment.volume_m3()).sum();
     let mass: f64 = broken.fragments().map(|fragment| fragment.mass_kg()).sum();
@@ -140,7 +140,7 @@ fn twice_the_threshold_breaks_and_half_does_not() {
 fn threads_and_company_change_no_byte() {
     let digest = |threads: usize, company: usize| {
         let (_daemon, bar, _) = start(&format!("[compute]\nthreads = {threads}\nstrikes_at_once = 4"));
-        let impact = blow(60.0).degree(Degree::Sites(15)).seed(3);
+        let impact = blow(60.0).degree(DegreeRule::Sites(15)).seed(3);
         let _company: Vec<_> = (0..company).map(|seed| bar.strike(&blow(80.0).seed(seed as u64)).unwrap()).collect();
         bar.strike(&impact).unwrap().wait(patience()).unwrap().digest()
     };
@@ -154,7 +154,7 @@ fn threads_and_company_change_no_byte() {
 fn answers_tell_the_numbers_that_they_were_computed_by() {
     let (_daemon, bar, _) = start("");
     let strike = |impact: Impact| bar.strike(&impact).unwrap().wait(patience()).unwrap().summary();
-    let sites = blow(50.0).degree(Degree::Sites(20));
+    let sites = blow(50.0).degree(DegreeRule::Sites(20));
     let game = strike(sites.clone());
     assert_eq!((game.quality(), game.degree(), game.stop_reason()), ("game", "sites", "converged"));
     assert_eq!((game.tolerance, game.iterations_max), (2e-2, 200));
@@ -175,10 +175,10 @@ fn answers_tell_the_numbers_that_they_were_computed_by() {
 fn without_time_the_start_is_the_answer_and_with_enough_nothing_changes() {
     let (_daemon, bar, _) = start("");
     let strike = |impact: &Impact| bar.strike(impact).unwrap().wait(patience()).unwrap();
-    let positions = |broken: &shatter_client::Broken| {
+    let positions = |broken: &shatter_client::FractureResult| {
         broken.digest().sections.into_iter().find(|section| section.name == "positions").unwrap().hash
     };
-    let sites = blow(50.0).degree(Degree::Sites(20));
+    let sites = blow(50.0).degree(DegreeRule::Sites(20));
     let none = strike(&sites.clone().time_ms(1e-3));
     assert_eq!((none.summary().stop_reason(), none.summary().iterations), ("time", 0));
     assert!(none.fragments().all(|fragment| fragment.is_closed()));
@@ -194,9 +194,9 @@ fn without_time_the_start_is_the_answer_and_with_enough_nothing_changes() {
     assert!(rough.iterations < usual.summary().iterations);
     // The limit of game's basis, and what an error that is asked for makes of it.
     assert_eq!((usual.summary().reduced_error_max, rough.reduced_error_max), (0.1, 0.2));
-    let late = strike(&blow(50.0).degree(Degree::Optimised).time_ms(1e-3)).summary();
+    let late = strike(&blow(50.0).degree(DegreeRule::Optimised).time_ms(1e-3)).summary();
     assert_eq!((late.stop_reason(), late.degree(), late.degree_source()), ("time", "optimised", "closed_form"));
-    let soon = strike(&blow(50.0).degree(Degree::Verified).error(0.2)).summary();
+    let soon = strike(&blow(50.0).degree(DegreeRule::Verified).error(0.2)).summary();
     assert_eq!((soon.stop_reason(), soon.degree_source()), ("error_met", "verified"), "{soon:?}");
 }
 
@@ -204,18 +204,18 @@ fn without_time_the_start_is_the_answer_and_with_enough_nothing_changes() {
 fn the_engines_refusals_name_the_offender() {
     let (_daemon, bar, _) = start("");
     let refusal = |impact: Impact| bar.strike(&impact).and_then(|mut ticket| ticket.wait(patience())).err().unwrap();
-    let check = |impact: Impact, kind: Kind, at: &str| {
+    let check = |impact: Impact, kind: ErrorKind, at: &str| {
         let refusal = refusal(impact);
         assert_eq!((refusal.kind, refusal.at.as_str()), (kind, at), "{refusal}");
     };
-    check(Impact::at([1.0, 0.0, 0.0]).impulse([1.0, 0.0, 0.0]), Kind::ContactTooFar, "contacts[0].point_m");
-    check(blow(1.0).and_at([0.0, 3.0, 0.0]).impulse([1.0; 3]), Kind::ContactTooFar, "contacts[1].point_m");
-    check(blow(1.0).and_at([1e200, 0.0, 0.0]).impulse([1.0; 3]), Kind::ContactTooFar, "contacts[1].point_m");
-    check(blow(1e145).gamma(1e-30), Kind::Gamma, "inf");
-    check(blow(1.0).degree(Degree::Sites(513)), Kind::Degree, "513");
-    check(blow(1.0).error(-1.0), Kind::Budget, "error_max");
-    check(blow(1.0).time_ms(f64::NAN), Kind::Budget, "time_ms_max");
-    check(blow(50.0).degree(Degree::Sites(30)).fragments_max(5), Kind::CapExceeded, "fragments_max");
+    check(Impact::at([1.0, 0.0, 0.0]).impulse([1.0, 0.0, 0.0]), ErrorKind::ContactTooFar, "contacts[0].point_m");
+    check(blow(1.0).and_at([0.0, 3.0, 0.0]).impulse([1.0; 3]), ErrorKind::ContactTooFar, "contacts[1].point_m");
+    check(blow(1.0).and_at([1e200, 0.0, 0.0]).impulse([1.0; 3]), ErrorKind::ContactTooFar, "contacts[1].point_m");
+    check(blow(1e145).gamma(1e-30), ErrorKind::Gamma, "inf");
+    check(blow(1.0).degree(DegreeRule::Sites(513)), ErrorKind::Degree, "513");
+    check(blow(1.0).error(-1.0), ErrorKind::Budget, "error_max");
+    check(blow(1.0).time_ms(f64::NAN), ErrorKind::Budget, "time_ms_max");
+    check(blow(50.0).degree(DegreeRule::Sites(30)).fragments_max(5), ErrorKind::CapExceeded, "fragments_max");
 }
 
 #[test]
@@ -231,11 +231,11 @@ fn a_damaged_database_is_named_and_the_other_served() {
     let service = daemon.connect();
     for name in ["flipped", "cut"] {
         let refusal = service.object(name, patience()).err().unwrap();
-        assert_eq!(refusal.kind, Kind::CorruptObject, "{refusal}");
+        assert_eq!(refusal.kind, ErrorKind::CorruptObject, "{refusal}");
         assert!(refusal.message.contains(&format!("{name}.shatter")), "{refusal}");
     }
     let bar = service.object("bar", patience()).unwrap();
-    assert!(!bar.strike(&blow(50.0).degree(Degree::Sites(3))).unwrap().wait(patience()).unwrap().is_whole());
+    assert!(!bar.strike(&blow(50.0).degree(DegreeRule::Sites(3))).unwrap().wait(patience()).unwrap().is_whole());
 }
 
 /// Where no quality can fall any more the time is missed, and the answer and the command say by how much and why.

@@ -4,7 +4,7 @@ mod support;
 
 use rustix::process::Signal;
 use serde_json::Value;
-use shatter_client::{Impact, Kind, ObjectFacts, ObjectState, Shatter};
+use shatter_client::{Client, ErrorKind, Impact, ObjectFacts, ObjectState};
 use shatter_proto::control::StatusRow;
 use std::io::Read;
 use std::process::Stdio;
@@ -24,9 +24,9 @@ fn play_a_role() {
 }
 
 /// A daemon, and a connection to it.
-fn start(here: &TestPlace, settings: &str) -> (Child, Shatter) {
+fn start(here: &TestPlace, settings: &str) -> (Child, Client) {
     let daemon = Child::start(&mut role(here, "daemon", settings));
-    (daemon, Shatter::connect_at(&here.place, patience()).unwrap())
+    (daemon, Client::connect_at(&here.place, patience()).unwrap())
 }
 
 fn impact() -> Impact {
@@ -34,22 +34,22 @@ fn impact() -> Impact {
 }
 
 /// γ of the object's version that a new strike meets.
-fn strike(service: &Shatter, object: &str) -> f64 {
+fn strike(service: &Client, object: &str) -> f64 {
     let object = service.object(object, patience()).unwrap();
     object.strike(&impact()).unwrap().wait(patience()).unwrap().summary().gamma_j_m2
 }
 
-fn status(service: &Shatter) -> StatusRow {
+fn status(service: &Client) -> StatusRow {
     *service.status(patience()).unwrap().row()
 }
 
-fn facts(service: &Shatter, object: &str) -> Option<ObjectFacts> {
+fn facts(service: &Client, object: &str) -> Option<ObjectFacts> {
     service.objects(patience()).unwrap().into_iter().find(|facts| facts.name == object)
 }
 
 /// Waits, not for ever, until `holds`.
 #[track_caller]
-fn eventually(service: &Shatter, holds: impl Fn(&Shatter) -> bool) {
+fn eventually(service: &Client, holds: impl Fn(&Client) -> bool) {
     let deadline = patience();
     while !holds(service) {
         assert!(!deadline.passed(), "never: {:?}, {:?}", status(service), service.objects(patience()));
@@ -57,7 +57,7 @@ fn eventually(service: &Shatter, holds: impl Fn(&Shatter) -> bool) {
     }
 }
 
-fn generation(service: &Shatter, object: &str) -> u32 {
+fn generation(service: &Client, object: &str) -> u32 {
     facts(service, object).map_or(0, |facts| facts.generation)
 }
 
@@ -106,7 +106,7 @@ fn a_changed_folder_is_read_again_by_itself() {
     assert!(facts(&service, "vase").unwrap().loaded_unix > first.loaded_unix);
     here.remove("vase");
     eventually(&service, |service| facts(service, "vase").is_none());
-    assert_eq!(service.object("vase", patience()).err().unwrap().kind, Kind::UnknownObject);
+    assert_eq!(service.object("vase", patience()).err().unwrap().kind, ErrorKind::UnknownObject);
     assert_eq!(strike(&service, "pot"), 5.0);
     assert_eq!(generation(&service, "pot"), 1, "it never changed");
     let reloads = status(&service).reloads;
@@ -141,7 +141,7 @@ fn bad_files_are_named_and_everything_else_is_served() {
     daemon.signal(Signal::HUP);
     eventually(&service, |service| generation(service, "pot") == 1);
     for name in ["worn", "rotten", "cut"] {
-        assert_eq!(refusal(name).kind, Kind::CorruptObject, "{name}");
+        assert_eq!(refusal(name).kind, ErrorKind::CorruptObject, "{name}");
     }
     assert_eq!((strike(&service, "vase"), strike(&service, "pot")), (3.0, 5.0));
     let row = status(&service);
@@ -222,7 +222,11 @@ fn an_object_that_is_being_loaded_is_listed_as_such() {
     let row = status(&service);
     assert_eq!((row.objects_ready, row.objects_loading, row.objects_failed), (1, 1, 0));
     let refusal = service.object("pot", patience()).err().unwrap();
-    assert_eq!((refusal.kind, refusal.at.as_str(), refusal.kind.retry()), (Kind::Loading, "pot", true), "{refusal}");
+    assert_eq!(
+        (refusal.kind, refusal.at.as_str(), refusal.kind.retry()),
+        (ErrorKind::Loading, "pot", true),
+        "{refusal}"
+    );
     assert!(refusal.retry_after.is_some());
     let strike_now = ["impact", "pot", "--point", "0,0,0", "--impulse", "-1,0,0", "--json"];
     let (code, out) = shatter(&here, &strike_now);
@@ -277,7 +281,7 @@ fn a_database_that_was_written_a_moment_ago_is_being_loaded() {
     for name in ["pot", "jug"] {
         here.database(name, "tint 5");
         let refusal = service.object(name, patience()).err().unwrap();
-        assert_eq!(refusal.kind, Kind::Loading, "{refusal}");
+        assert_eq!(refusal.kind, ErrorKind::Loading, "{refusal}");
     }
     here.database("vase", "tint 5");
     let (code, out) = shatter(&here, &["impact", "vase", "--point", "0,0,0", "--impulse", "-1,0,0", "--json"]);
@@ -286,7 +290,7 @@ fn a_database_that_was_written_a_moment_ago_is_being_loaded() {
     let first = wait();
     std::thread::sleep(Duration::from_millis(100));
     assert!(wait() < first, "it counts down");
-    assert_eq!(service.object("pan", patience()).err().unwrap().kind, Kind::UnknownObject);
+    assert_eq!(service.object("pan", patience()).err().unwrap().kind, ErrorKind::UnknownObject);
 }
 
 /// Niceness of the threads of process `pid` that have this name.

@@ -4,10 +4,10 @@
 mod support;
 
 use iceoryx2::prelude::{NodeBuilder, SignalHandlingMode};
-use shatter_client::{Deadline, Degree, Impact, Kind, Poll, Progress, Refusal, Shatter, Ticket};
-use shatter_proto::answer::{AnswerHeader, Block};
+use shatter_client::{Client, Deadline, DegreeRule, Error, ErrorKind, Impact, Poll, Progress, Ticket};
+use shatter_proto::answer::{Block, ResultHeader};
 use shatter_proto::control::StatusRow;
-use shatter_proto::request::StrikeWire;
+use shatter_proto::request::RequestWire;
 use shatter_transport::{Ipc, STRIKE_SERVICE, config, service_name};
 use std::future::IntoFuture;
 use std::io::{Read, Write};
@@ -25,14 +25,14 @@ fn impact() -> Impact {
     Impact::at([0.0, 0.1, 0.0]).impulse([-1.0, 0.0, 0.0])
 }
 
-fn refused(service: &Shatter, object: &str, impact: &Impact) -> Refusal {
+fn refused(service: &Client, object: &str, impact: &Impact) -> Error {
     let object = service.object(object, patience()).unwrap();
     object.strike(impact).and_then(|mut ticket| ticket.wait(patience())).err().unwrap()
 }
 
 /// Waits, not for ever, until the status says so: the daemon counts an answer after it has sent it.
 #[track_caller]
-fn eventually(service: &Shatter, says: impl Fn(&StatusRow) -> bool) {
+fn eventually(service: &Client, says: impl Fn(&StatusRow) -> bool) {
     for _ in 0..2000 {
         if says(service.status(patience()).unwrap().row()) {
             return;
@@ -48,7 +48,7 @@ fn fragments_come_back_through_shared_memory() {
     let service = daemon.connect();
     let vase = service.object("vase ä", patience()).unwrap();
     assert_eq!((vase.facts().material.as_str(), vase.facts().gamma_j_m2), ("toy", 2.0));
-    let mut ticket = vase.strike(&impact().degree(Degree::Sites(3)).seed(9)).unwrap();
+    let mut ticket = vase.strike(&impact().degree(DegreeRule::Sites(3)).seed(9)).unwrap();
     let broken = ticket.wait(patience()).unwrap();
     let summary = broken.summary();
     assert_eq!((summary.object(), summary.sites, summary.seed), ("vase ä".to_owned(), 3, 9));
@@ -65,7 +65,7 @@ fn fragments_come_back_through_shared_memory() {
     let ran: Vec<&str> = broken.stages().iter().filter(|stage| stage.ran != 0).map(|stage| stage.name()).collect();
     assert_eq!(ran, ["load", "fragments"]);
     // The answer is spent, and says so.
-    assert_eq!(ticket.poll().err().unwrap().kind, Kind::Cancelled);
+    assert_eq!(ticket.poll().err().unwrap().kind, ErrorKind::Cancelled);
 }
 
 #[test]
@@ -143,19 +143,19 @@ fn refusals_name_rule_and_offender() {
     let daemon = start(&[("vase", "tetra"), ("worn", "?")], "");
     let service = daemon.connect();
     let kind = |name| service.object(name, patience()).err().unwrap();
-    assert_eq!((kind("pot").kind, kind("pot").at), (Kind::UnknownObject, "pot".to_owned()));
-    assert_eq!(kind("worn").kind, Kind::CorruptObject);
+    assert_eq!((kind("pot").kind, kind("pot").at), (ErrorKind::UnknownObject, "pot".to_owned()));
+    assert_eq!(kind("worn").kind, ErrorKind::CorruptObject);
     assert!(kind("worn").message.contains("checksum"), "{}", kind("worn"));
-    let check = |impact: Impact, kind: Kind, at: &str| {
+    let check = |impact: Impact, kind: ErrorKind, at: &str| {
         let refusal = refused(&service, "vase", &impact);
         assert_eq!((refusal.kind, refusal.at.as_str()), (kind, at), "{refusal}");
     };
-    check(Impact::at([0.0; 3]), Kind::Impulse, "contacts[0].impulse_ns");
-    check(impact().and_at([f64::NAN; 3]).impulse([1.0; 3]), Kind::ContactPoint, "contacts[1].point_m");
-    check(impact().gamma(-1.0), Kind::Gamma, "gamma_j_m2");
-    check(impact().degree(Degree::Sites(0)), Kind::Degree, "0");
-    check(impact().degree(Degree::Sites(3)).fragments_max(2), Kind::CapExceeded, "fragments_max");
-    check(impact().bytes_max(100), Kind::CapExceeded, "bytes_max");
+    check(Impact::at([0.0; 3]), ErrorKind::Impulse, "contacts[0].impulse_ns");
+    check(impact().and_at([f64::NAN; 3]).impulse([1.0; 3]), ErrorKind::ContactPoint, "contacts[1].point_m");
+    check(impact().gamma(-1.0), ErrorKind::Gamma, "gamma_j_m2");
+    check(impact().degree(DegreeRule::Sites(0)), ErrorKind::Degree, "0");
+    check(impact().degree(DegreeRule::Sites(3)).fragments_max(2), ErrorKind::CapExceeded, "fragments_max");
+    check(impact().bytes_max(100), ErrorKind::CapExceeded, "bytes_max");
     // Those that the daemon refused were counted, and it still serves.
     let broken = service.object("vase", patience()).unwrap().strike(&impact()).unwrap().wait(patience()).unwrap();
     assert!(!broken.is_whole());
@@ -177,7 +177,7 @@ fn a_panic_fails_its_own_strike_alone() {
     let service = daemon.connect();
     for _ in 0..3 {
         let refusal = refused(&service, "bomb", &impact());
-        assert_eq!(refusal.kind, Kind::Failed);
+        assert_eq!(refusal.kind, ErrorKind::Failed);
         assert!(refusal.message.contains("the toy is broken"), "{refusal}");
     }
     assert!(service.object("vase", patience()).unwrap().strike(&impact()).unwrap().wait(patience()).is_ok());
@@ -191,7 +191,7 @@ fn a_full_queue_refuses_at_once_and_status_still_answers() {
     let slow = service.object("slow", patience()).unwrap();
     let tickets: Vec<_> = (0..3).map(|_| slow.strike(&impact()).unwrap()).collect();
     let refusal = slow.strike(&impact()).unwrap().wait(patience()).err().unwrap();
-    assert_eq!((refusal.kind, refusal.at.as_str()), (Kind::Busy, "queue"), "{refusal}");
+    assert_eq!((refusal.kind, refusal.at.as_str()), (ErrorKind::Busy, "queue"), "{refusal}");
     assert!(refusal.kind.retry());
     eventually(&service, |row| (row.running, row.queued, row.busy) == (1, 2, 1));
     drop(tickets);
@@ -202,11 +202,11 @@ fn exhausted_answers_silence_no_refusal() {
     let daemon = start(&[("vase", "tetra")], "[answers]\nbuckets = 2\nheld_max = 2");
     let services = [daemon.connect(), daemon.connect()];
     let strike =
-        |service: &Shatter| service.object("vase", patience()).unwrap().strike(&impact()).unwrap().wait(patience());
+        |service: &Client| service.object("vase", patience()).unwrap().strike(&impact()).unwrap().wait(patience());
     let held = services.each_ref().map(|service| strike(service).unwrap());
     for _ in 0..5 {
         let refusal = strike(&services[0]).err().unwrap();
-        assert_eq!((refusal.kind, refusal.at.as_str()), (Kind::Busy, "answers"), "{refusal}");
+        assert_eq!((refusal.kind, refusal.at.as_str()), (ErrorKind::Busy, "answers"), "{refusal}");
     }
     eventually(&services[0], |row| (row.busy, row.buckets_used_max) == (5, 2));
     assert_eq!(held[0].fragments().len(), 1);
@@ -219,10 +219,10 @@ fn no_client_holds_more_than_its_share_of_the_answers() {
     let daemon = start(&[("vase", "tetra")], "[answers]\nbuckets = 4");
     let [hoarder, other] = [daemon.connect(), daemon.connect()];
     let strike =
-        |service: &Shatter| service.object("vase", patience()).unwrap().strike(&impact()).unwrap().wait(patience());
+        |service: &Client| service.object("vase", patience()).unwrap().strike(&impact()).unwrap().wait(patience());
     let held = [strike(&hoarder).unwrap(), strike(&hoarder).unwrap()];
     let refusal = strike(&hoarder).err().unwrap();
-    assert_eq!((refusal.kind, refusal.at.as_str()), (Kind::Busy, "share"), "{refusal}");
+    assert_eq!((refusal.kind, refusal.at.as_str()), (ErrorKind::Busy, "share"), "{refusal}");
     assert!((0..3).all(|_| strike(&other).is_ok()));
     drop(held);
     assert!(strike(&hoarder).is_ok());
@@ -239,7 +239,7 @@ fn a_client_that_never_reads_harms_nobody() {
     (0..20).for_each(|_| drop(theirs.strike(&impact()).unwrap().wait(patience()).unwrap()));
     // It waits for the last one without reading the others: what it holds is in its own way, for a while and not for ever.
     let refusal = unread.pop().unwrap().wait(patience()).err().unwrap();
-    assert_eq!((refusal.kind, refusal.at.as_str()), (Kind::Busy, "share"), "{refusal}");
+    assert_eq!((refusal.kind, refusal.at.as_str()), (ErrorKind::Busy, "share"), "{refusal}");
     eventually(&other, |row| (row.answered, row.busy, row.queued) == (22, 8, 0));
     unread.drain(..2).for_each(|mut ticket| drop(ticket.wait(patience()).unwrap()));
     // Who reads as it goes is not held up, however many are under way.
@@ -257,10 +257,10 @@ fn connections_outlive_the_daemon_and_say_what_was_lost() {
     eventually(&service, |row| row.answered == 1);
     daemon.end().unwrap();
     let lost = under_way.wait(patience()).err().unwrap();
-    assert!(lost.kind == Kind::Lost && lost.kind.retry() && lost.message.contains("safe"), "{lost}");
+    assert!(lost.kind == ErrorKind::Lost && lost.kind.retry() && lost.message.contains("safe"), "{lost}");
     let gone = vase.strike(&impact()).err().unwrap();
-    assert!(matches!(gone.kind, Kind::Lost | Kind::NoDaemon), "{gone}");
-    assert_eq!(vase.strike(&impact()).err().unwrap().kind, Kind::NoDaemon, "known by now, and said at once");
+    assert!(matches!(gone.kind, ErrorKind::Lost | ErrorKind::NoDaemon), "{gone}");
+    assert_eq!(vase.strike(&impact()).err().unwrap().kind, ErrorKind::NoDaemon, "known by now, and said at once");
     daemon.again();
     assert_eq!(vase.strike(&impact()).unwrap().wait(patience()).unwrap().fragments().len(), 1);
     assert_eq!(service.status(patience()).unwrap().row().restarts, 1);
@@ -272,7 +272,7 @@ fn connections_outlive_the_daemon_and_say_what_was_lost() {
 fn an_answer_larger_than_a_bucket_is_refused() {
     let daemon = start(&[("large", "large 2048"), ("fits", "large 900")], "");
     let service = daemon.connect();
-    assert_eq!(refused(&service, "large", &impact()).kind, Kind::AnswerTooLarge);
+    assert_eq!(refused(&service, "large", &impact()).kind, ErrorKind::AnswerTooLarge);
     let fits = service.object("fits", patience()).unwrap().strike(&impact()).unwrap().wait(patience()).unwrap();
     assert!(fits.bytes() > 900 * 1024);
 }
@@ -288,10 +288,10 @@ fn tickets_can_be_awaited_and_a_dropped_future_cancels() {
         for task in tasks {
             assert_eq!(task.await.unwrap().unwrap().fragments().len(), 1);
         }
-        let nobody = service.object("vase", patience()).unwrap().strike(&impact().degree(Degree::Sites(0)));
-        assert_eq!(nobody.err().unwrap().kind, Kind::Degree);
+        let nobody = service.object("vase", patience()).unwrap().strike(&impact().degree(DegreeRule::Sites(0)));
+        assert_eq!(nobody.err().unwrap().kind, ErrorKind::Degree);
         let refusal = vase.strike(&impact().bytes_max(100)).unwrap().await.err().unwrap();
-        assert_eq!(refusal.kind, Kind::CapExceeded);
+        assert_eq!(refusal.kind, ErrorKind::CapExceeded);
         let slow = slow.strike(&impact()).unwrap().into_future();
         assert!(tokio::time::timeout(std::time::Duration::from_millis(30), slow).await.is_err());
         assert!(vase.strike(&impact()).unwrap().await.is_ok(), "the only worker is free again");
@@ -329,7 +329,7 @@ fn a_dropped_ticket_frees_its_worker() {
     let slow = service.object("slow", patience()).unwrap();
     let mut computing = slow.strike(&impact()).unwrap();
     let waiting = slow.strike(&impact()).unwrap();
-    assert_eq!(computing.wait(Deadline::ms(20)).err().unwrap().kind, Kind::Late);
+    assert_eq!(computing.wait(Deadline::ms(20)).err().unwrap().kind, ErrorKind::Late);
     drop((computing, waiting));
     // The only worker is free again.
     assert!(service.object("vase", patience()).unwrap().strike(&impact()).unwrap().wait(patience()).is_ok());
@@ -347,13 +347,13 @@ fn garbage_is_refused_and_harms_nobody() {
         .unwrap();
     let strikes = node
         .service_builder(&service_name(STRIKE_SERVICE).unwrap())
-        .request_response::<StrikeWire, [Block]>()
-        .response_user_header::<AnswerHeader>()
+        .request_response::<RequestWire, [Block]>()
+        .response_user_header::<ResultHeader>()
         .open()
         .unwrap();
     let client = strikes.client_builder().create().unwrap();
     for byte in [0x00, 0x01, 0x7f, 0xff] {
-        let wire: StrikeWire = bytemuck::pod_read_unaligned(&[byte; size_of::<StrikeWire>()]);
+        let wire: RequestWire = bytemuck::pod_read_unaligned(&[byte; size_of::<RequestWire>()]);
         let pending = client.send_copy(wire).unwrap();
         let deadline = patience();
         while pending.is_connected() && !deadline.passed() {
@@ -391,7 +391,7 @@ fn an_ending_daemon_refuses_what_waits_and_leaves_nothing() {
         daemon.end().unwrap();
         verdict.join().unwrap()
     });
-    assert_eq!(verdict.kind, Kind::Stopping, "{verdict}");
+    assert_eq!(verdict.kind, ErrorKind::Stopping, "{verdict}");
     drop((_computing, waiting, slow, service));
     assert!(!daemon.here.place.hello().exists());
 }
@@ -399,22 +399,22 @@ fn an_ending_daemon_refuses_what_waits_and_leaves_nothing() {
 #[test]
 fn a_place_without_a_daemon_says_so_at_once() {
     let here = TestPlace::new("nobody");
-    let absent = || Shatter::connect_at(&here.place, patience()).err().unwrap();
-    assert_eq!(absent().kind, Kind::NoDaemon);
+    let absent = || Client::connect_at(&here.place, patience()).err().unwrap();
+    assert_eq!(absent().kind, ErrorKind::NoDaemon);
     here.place.create().unwrap();
-    assert_eq!(absent().kind, Kind::NoDaemon);
+    assert_eq!(absent().kind, ErrorKind::NoDaemon);
     // A hello that a killed daemon left does not count.
     std::fs::write(here.place.hello(), "{}").unwrap();
     std::fs::write(here.place.lock(), "1").unwrap();
-    assert_eq!(absent().kind, Kind::NoDaemon);
+    assert_eq!(absent().kind, ErrorKind::NoDaemon);
 }
 
 #[test]
 fn one_client_too_many_is_refused_and_a_place_is_given_back() {
     const CLIENTS_MAX: usize = 8;
     let daemon = start(&[("vase", "tetra")], &format!("[service]\nclients_max = {CLIENTS_MAX}"));
-    let connect = || Shatter::connect_at(&daemon.here.place, patience());
-    let mut clients: Vec<Shatter> = (0..CLIENTS_MAX).map(|_| connect().unwrap()).collect();
+    let connect = || Client::connect_at(&daemon.here.place, patience());
+    let mut clients: Vec<Client> = (0..CLIENTS_MAX).map(|_| connect().unwrap()).collect();
     let refusal = loop {
         match connect() {
             Ok(client) => clients.push(client),
@@ -422,7 +422,7 @@ fn one_client_too_many_is_refused_and_a_place_is_given_back() {
         }
         assert!(clients.len() < 2 * CLIENTS_MAX);
     };
-    assert_eq!((refusal.kind, refusal.at.as_str()), (Kind::Busy, "clients"), "{refusal}");
+    assert_eq!((refusal.kind, refusal.at.as_str()), (ErrorKind::Busy, "clients"), "{refusal}");
     clients.pop();
     let vase = connect().unwrap().object("vase", patience()).unwrap();
     assert!(vase.strike(&impact()).unwrap().wait(patience()).is_ok());
@@ -441,7 +441,7 @@ fn an_ending_daemon_finishes_what_it_took_in_and_refuses_what_is_new() {
         let ending = scope.spawn(|| daemon.end().unwrap());
         eventually(&service, |row| row.ending == 1);
         let refused = vase.strike(&impact()).unwrap().wait(patience()).err().unwrap();
-        assert_eq!(refused.kind, Kind::Stopping, "{refused}");
+        assert_eq!(refused.kind, ErrorKind::Stopping, "{refused}");
         std::fs::remove_file(gate).unwrap();
         finished.iter_mut().for_each(|ticket| drop(ticket.wait(patience()).unwrap()));
         ending.join().unwrap();
@@ -480,7 +480,7 @@ fn supervisors_and_scrapers_are_answered_on_a_loopback_port() {
     assert!(get(free, "GET /healthz").0.contains("200"));
     assert!(get(free, "\u{1}\u{2}\u{3}").0.contains("400"));
     let taken = InProcess::refused(TestPlace::new("taken"), &format!("[operations]\nport = {free}"));
-    assert_eq!((taken.kind, taken.at.as_str()), (Kind::Port, "operations.port"), "{taken}");
+    assert_eq!((taken.kind, taken.at.as_str()), (ErrorKind::Port, "operations.port"), "{taken}");
     daemon.end().unwrap();
     assert!(std::net::TcpStream::connect(("127.0.0.1", free)).is_err());
 }

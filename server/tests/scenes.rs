@@ -3,7 +3,7 @@
 mod support;
 
 use serde_json::Value;
-use shatter_client::{Degree, Effect, Impact, Kind, Lift, Object, Refusal, Shatter};
+use shatter_client::{Client, DegreeRule, Effect, Error, ErrorKind, Impact, Lift, Object};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use support::{Child, TestPlace, bar, patience, shatter, shatterd};
@@ -21,18 +21,18 @@ fn place(name: &str, scene: &str) -> (TestPlace, PathBuf) {
 }
 
 /// A daemon that serves the scene, and the bar.
-fn serve(here: &TestPlace, scene: &Path) -> (Child, Shatter, Object) {
+fn serve(here: &TestPlace, scene: &Path) -> (Child, Client, Object) {
     let daemon = Child::start(shatterd(here).arg("--scene").arg(scene));
-    let service = Shatter::connect_at(&here.place, patience()).unwrap();
+    let service = Client::connect_at(&here.place, patience()).unwrap();
     let bar = service.object("bar", patience()).unwrap();
     (daemon, service, bar)
 }
 
 fn blow() -> Impact {
-    Impact::at([0.2, 0.0, 0.0]).impulse([-50.0, 3.0, 0.0]).radius(0.05).degree(Degree::Sites(24)).seed(3)
+    Impact::at([0.2, 0.0, 0.0]).impulse([-50.0, 3.0, 0.0]).radius(0.05).degree(DegreeRule::Sites(24)).seed(3)
 }
 
-fn refused(bar: &Object, impact: &Impact) -> Refusal {
+fn refused(bar: &Object, impact: &Impact) -> Error {
     bar.strike(impact).and_then(|mut ticket| ticket.wait(patience())).err().unwrap()
 }
 
@@ -55,10 +55,10 @@ fn a_cheap_scene_loads_and_runs_less() {
     assert!(broken.stages().iter().all(|stage| stage.name() != "elasticity" || stage.ran == 0));
     assert!(!bar.strike(&blow().enable(Effect::Bonds)).unwrap().wait(patience()).unwrap().bonds().is_empty());
     for (impact, kind, at) in [
-        (blow().enable(Effect::Debris), Kind::Effect, "debris"),
-        (blow().enable(Effect::Elastic), Kind::Effect, "elastic"),
-        (blow().lift(Lift::Interior), Kind::Effect, "interior"),
-        (blow().degree(Degree::Sites(31)), Kind::Degree, "31"),
+        (blow().enable(Effect::Debris), ErrorKind::Effect, "debris"),
+        (blow().enable(Effect::Elastic), ErrorKind::Effect, "elastic"),
+        (blow().lift(Lift::Interior), ErrorKind::Effect, "interior"),
+        (blow().degree(DegreeRule::Sites(31)), ErrorKind::Degree, "31"),
     ] {
         let refusal = refused(&bar, &impact);
         assert_eq!((refusal.kind, refusal.at.as_str()), (kind, at), "{refusal}");
@@ -176,7 +176,7 @@ fn anchors_that_hold_nothing_are_refused_when_the_scene_is_loaded() {
     let error: Value = serde_json::from_str(&text).unwrap();
     assert_eq!((code, &error["error"]["at"]), (3, &"objects.bar.anchors".into()), "{text}");
     let daemon = Child::start(shatterd(&here).arg("--scene").arg(&wrong));
-    let service = Shatter::connect_at(&here.place, patience()).unwrap();
+    let service = Client::connect_at(&here.place, patience()).unwrap();
     let refusal = service.object("bar", patience()).err().unwrap();
     assert!(refusal.message.contains("objects.bar") && refusal.message.contains("anchors[0]"), "{refusal}");
     assert_eq!(daemon.terminate().code(), Some(0));
@@ -210,7 +210,7 @@ fn answers_beyond_the_scenes_caps_are_refused_by_their_names() {
         let (here, scene) = place("caps", &format!("[objects.bar]\n{key} = {cap}"));
         let (daemon, _, bar) = serve(&here, &scene);
         let refusal = refused(&bar, &blow());
-        assert_eq!((refusal.kind, refusal.at.as_str()), (Kind::CapExceeded, key), "{refusal}");
+        assert_eq!((refusal.kind, refusal.at.as_str()), (ErrorKind::CapExceeded, key), "{refusal}");
         assert_eq!(daemon.terminate().code(), Some(0));
     }
 }
@@ -225,7 +225,7 @@ fn pieces_below_the_scenes_volume_become_part_of_others() {
         let broken = bar.strike(impact).unwrap().wait(patience()).unwrap();
         broken.fragments().map(|own| own.volume_m3()).collect()
     };
-    let many = blow().degree(Degree::Sites(120));
+    let many = blow().degree(DegreeRule::Sites(120));
     let (merged, all) = (volumes(&many), volumes(&many.clone().disable(Effect::Slivers)));
     assert!(all.iter().any(|volume| *volume < 0.5 * LEAST) && merged.len() < all.len());
     // Where three cracks met and two do no more, volumes change a little.

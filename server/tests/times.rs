@@ -7,14 +7,15 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use shatter_client::{Impact, Object, Quality};
 use shatter_engine::wire;
-use shatter_fracture::centroidal::{self, Field, Options};
+use shatter_fracture::centroidal::{self, DiagramOptions, EnergyField};
 use shatter_fracture::database::{BakeRequest, bake, save};
 use shatter_fracture::pipeline::{
-    self, BodyEnergy, DegreeRequest, ElasticRequest, Prepared, Sampler, Strike, Workspace, strain_energy,
+    self, BodyEnergy, DegreeRequest, ElasticRequest, FractureRequest, ImpactSampler, PreparedObject, Workspace,
+    strain_energy,
 };
 use shatter_fracture::scene::Materials;
 use shatter_fracture::surface::shapes;
-use shatter_fracture::token::Token;
+use shatter_fracture::token::CancelToken;
 use std::collections::BTreeMap;
 use support::{InProcess, TestPlace, patience};
 
@@ -106,16 +107,16 @@ impl Shot {
 
 /// A strike's cells and energies, computed beside the daemon.
 struct Truth<'a> {
-    prepared: &'a Prepared,
-    strike: &'a Strike,
+    prepared: &'a PreparedObject,
+    strike: &'a FractureRequest,
     /// From all of the basis, and from a solve.
     deformed: [BodyEnergy; 2],
-    workspaces: (Workspace, centroidal::Workspace),
+    workspaces: (Workspace, centroidal::DiagramWorkspace),
 }
 
 impl<'a> Truth<'a> {
-    fn new(prepared: &'a Prepared, strike: &'a Strike) -> Self {
-        let mut workspaces: (Workspace, centroidal::Workspace) = Default::default();
+    fn new(prepared: &'a PreparedObject, strike: &'a FractureRequest) -> Self {
+        let mut workspaces: (Workspace, centroidal::DiagramWorkspace) = Default::default();
         let deformed = [ElasticRequest::Reduced, ElasticRequest::Solve]
             .map(|elastic| deformed(prepared, strike, elastic, None, &mut workspaces.0));
         Self { prepared, strike, deformed, workspaces }
@@ -127,12 +128,12 @@ impl<'a> Truth<'a> {
         // A field raises them to its floor, and twice raised they are higher.
         let mut shares = energy.shares.clone();
         let body = &self.prepared.bodies[energy.body];
-        let field = Field::new(body.interior.as_ref().unwrap(), &body.volumes, &mut shares).unwrap();
+        let field = EnergyField::new(body.interior.as_ref().unwrap(), &body.volumes, &mut shares).unwrap();
         let DegreeRequest::Sites(sites) = self.strike.degree else { unreachable!() };
-        let options = Options::new(sites as usize, self.strike.seed);
-        let options = Options { tolerance: 0.0, iterations_max: iterations as usize, ..options };
+        let options = DiagramOptions::new(sites as usize, self.strike.seed);
+        let options = DiagramOptions { tolerance: 0.0, iterations_max: iterations as usize, ..options };
         let field = field.grouped(&body.clusters);
-        let diagram = centroidal::diagram(&field, &options, &mut self.workspaces.1, &Token::default()).unwrap();
+        let diagram = centroidal::diagram(&field, &options, &mut self.workspaces.1, &CancelToken::default()).unwrap();
         [diagram.energy, diagram.gap()]
     }
 
@@ -165,15 +166,15 @@ impl<'a> Truth<'a> {
 }
 
 fn deformed(
-    prepared: &Prepared,
-    strike: &Strike,
+    prepared: &PreparedObject,
+    strike: &FractureRequest,
     elastic: ElasticRequest,
     rank_max: Option<u32>,
     workspace: &mut Workspace,
 ) -> BodyEnergy {
-    let strike = Strike { elastic, rank_max, reduced_error_max: f64::INFINITY, ..strike.clone() };
-    let impact = pipeline::Impact::new(prepared, &strike).unwrap();
-    strain_energy(prepared, &impact, workspace, &Token::default(), &mut ()).unwrap().remove(0)
+    let strike = FractureRequest { elastic, rank_max, reduced_error_max: f64::INFINITY, ..strike.clone() };
+    let impact = pipeline::ContactSet::new(prepared, &strike).unwrap();
+    strain_energy(prepared, &impact, workspace, &CancelToken::default(), &mut ()).unwrap().remove(0)
 }
 
 fn quantile(values: impl Iterator<Item = f64>, share: f64) -> f64 {
@@ -271,22 +272,22 @@ impl Shots {
 }
 
 /// What is struck, and what strikes it.
-fn prepare(here: &TestPlace) -> (Prepared, Vec<(Impact, Strike)>) {
+fn prepare(here: &TestPlace) -> (PreparedObject, Vec<(Impact, FractureRequest)>) {
     let materials = Materials::parse(shatter_fracture::scene::MATERIALS).unwrap();
     let plaster = materials.get("plaster").unwrap().clone();
     let request = BakeRequest { examples: 40, ..BakeRequest::new("statue", "plaster", plaster) };
-    let prepared = bake(shapes::statue(), &request, &Token::default(), &mut |_| ()).unwrap();
+    let prepared = bake(shapes::statue(), &request, &CancelToken::default(), &mut |_| ()).unwrap();
     save(&prepared, &here.databases().join("statue.shatter")).unwrap();
     let mut random = ChaCha8Rng::seed_from_u64(1);
-    let sampler = Sampler::new(&prepared);
+    let sampler = ImpactSampler::new(&prepared);
     let strikes = std::env::var("SHATTER_TIMES_STRIKES").map_or(STRIKES, |count| count.parse().unwrap());
     let draw = |index| {
         let contact = sampler.impact(11, index).contacts[0];
         let sites = 10 + (random.next_u64() % 90) as u32;
         let impact = Impact::at(contact.point_m.into()).impulse(contact.impulse_ns.into()).seed(index);
-        let strike = Strike::at(contact.point_m, contact.impulse_ns).seeded(1);
-        let strike = Strike { degree: DegreeRequest::Sites(sites), seed: index, ..strike };
-        (impact.degree(shatter_client::Degree::Sites(sites)), strike)
+        let strike = FractureRequest::at(contact.point_m, contact.impulse_ns).seeded(1);
+        let strike = FractureRequest { degree: DegreeRequest::Sites(sites), seed: index, ..strike };
+        (impact.degree(shatter_client::DegreeRule::Sites(sites)), strike)
     };
     let drawn = (0..strikes).map(draw).collect();
     (prepared, drawn)
@@ -304,7 +305,7 @@ fn times_and_errors_that_are_asked_for() {
     let ways = Way::all();
     impacts.iter().take(WARM).for_each(|(impact, _)| _ = Way::Preset(Quality::Game).shot(&statue, impact));
     // In turn: what else the machine does is the same for all.
-    let shoot = |(impact, _): &(Impact, Strike)| ways.iter().map(|way| way.shot(&statue, impact)).collect();
+    let shoot = |(impact, _): &(Impact, FractureRequest)| ways.iter().map(|way| way.shot(&statue, impact)).collect();
     let mut shots: Vec<Vec<Shot>> = impacts.iter().map(shoot).collect();
     load();
     for ((_, strike), shots) in impacts.iter().zip(&mut shots) {

@@ -3,7 +3,7 @@
 mod support;
 
 use rustix::process::Signal;
-use shatter_client::{Degree, Impact, Shatter, Ticket};
+use shatter_client::{Client, DegreeRule, Impact, Ticket};
 use std::collections::VecDeque;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
@@ -20,13 +20,13 @@ const IMPACTS: usize = 16;
 fn impact(index: usize) -> Impact {
     let y = 0.06 * (index as f64 / IMPACTS as f64 - 0.5);
     let impact = Impact::at([0.2, y, 0.0]).impulse([-50.0, 0.0, 0.0]).radius(0.05);
-    impact.degree(Degree::Sites(4 + index as u32 % 5)).seed(index as u64)
+    impact.degree(DegreeRule::Sites(4 + index as u32 % 5)).seed(index as u64)
 }
 
 /// Hashes of the answers to all impacts.
 type Hashes = Vec<String>;
 
-fn hashes(service: &Shatter) -> Hashes {
+fn hashes(service: &Client) -> Hashes {
     let bar = service.object("bar", patience()).unwrap();
     (0..IMPACTS).map(|index| hash(&mut bar.strike(&impact(index)).unwrap())).collect()
 }
@@ -35,12 +35,12 @@ fn hash(ticket: &mut Ticket) -> String {
     ticket.wait(patience()).unwrap().digest().output_hash
 }
 
-fn generation(service: &Shatter) -> u32 {
+fn generation(service: &Client) -> u32 {
     service.objects(patience()).unwrap()[0].generation
 }
 
 /// Puts `bytes` in the database's place and waits until the `wanted`th version is served.
-fn swap(here: &TestPlace, daemon: &Child, service: &Shatter, bytes: &[u8], wanted: u32) {
+fn swap(here: &TestPlace, daemon: &Child, service: &Client, bytes: &[u8], wanted: u32) {
     here.database("bar", bytes);
     daemon.signal(Signal::HUP);
     let deadline = patience();
@@ -53,7 +53,7 @@ fn swap(here: &TestPlace, daemon: &Child, service: &Shatter, bytes: &[u8], wante
 
 /// Strikes until `STRIKES` are begun by all clients together, and all reloads are done; how many answers were of each version.
 fn client(here: &TestPlace, begun: &AtomicUsize, reloaded: &AtomicBool, versions: &[Hashes; 2]) -> [usize; 2] {
-    let service = Shatter::connect_at(&here.place, patience()).unwrap();
+    let service = Client::connect_at(&here.place, patience()).unwrap();
     let bar = service.object("bar", patience()).unwrap();
     let (mut under_way, mut seen, deadline) = (VecDeque::new(), [0; 2], patience());
     loop {
@@ -79,7 +79,7 @@ fn ten_thousand_strikes_across_twenty_reloads_are_each_of_one_version() {
     here.database("bar", &bytes[0]);
     let config = here.file("config.toml", "[databases]\nwatch_ms = 0\n[log]\nfilter = \"error\"");
     let daemon = Child::start(shatterd(&here).args(["--config", config.to_str().unwrap()]));
-    let service = Shatter::connect_at(&here.place, patience()).unwrap();
+    let service = Client::connect_at(&here.place, patience()).unwrap();
     let first = hashes(&service);
     swap(&here, &daemon, &service, &bytes[1], 2);
     let versions = [first, hashes(&service)];

@@ -2,7 +2,7 @@
 
 mod support;
 
-use shatter_client::{Deadline, Degree, Impact, Kind, Object, Shatter, Ticket};
+use shatter_client::{Client, Deadline, DegreeRule, ErrorKind, Impact, Object, Ticket};
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 use support::{InProcess, TestPlace, eventually, order, patience};
@@ -11,7 +11,7 @@ use support::{InProcess, TestPlace, eventually, order, patience};
 struct Kept {
     daemon: InProcess,
     gate: PathBuf,
-    service: Shatter,
+    service: Client,
     keeper: Ticket,
 }
 
@@ -19,7 +19,7 @@ fn impact() -> Impact {
     Impact::at([0.0, 0.1, 0.0]).impulse([-1.0, 0.0, 0.0])
 }
 
-fn object(service: &Shatter, name: &str) -> Object {
+fn object(service: &Client, name: &str) -> Object {
     service.object(name, patience()).unwrap()
 }
 
@@ -53,7 +53,7 @@ impl Kept {
     }
 
     /// Sends a strike, and waits until it is among those that wait.
-    fn send(&self, service: &Shatter, name: &str, impact: &Impact, queued: u32) -> Ticket {
+    fn send(&self, service: &Client, name: &str, impact: &Impact, queued: u32) -> Ticket {
         let ticket = object(service, name).strike(impact).unwrap();
         self.until(|_, found| found == queued);
         ticket
@@ -65,7 +65,7 @@ impl Kept {
     }
 }
 
-fn refused(mut ticket: Ticket) -> shatter_client::Refusal {
+fn refused(mut ticket: Ticket) -> shatter_client::Error {
     ticket.wait(patience()).err().unwrap()
 }
 
@@ -89,7 +89,7 @@ fn nobody_sleeps_beyond_a_deadline_that_has_passed() {
         let deadline = Deadline::after(Duration::from_nanos(ns));
         kept.service.doze(deadline);
         if ns % 50 == 0 {
-            assert_eq!(waiting.wait(deadline).err().unwrap().kind, Kind::Late);
+            assert_eq!(waiting.wait(deadline).err().unwrap().kind, ErrorKind::Late);
         }
     }
 }
@@ -116,7 +116,7 @@ fn a_full_queue_is_shared_and_the_refused_know_when_to_come_back() {
     taken.extend((5..=6).map(|n| kept.send(&other, "vase-f", &impact(), n)));
     let full = refused(object(&other, "vase-f").strike(&impact()).unwrap());
     for (refusal, at) in [(&share, "share"), (&full, "queue")] {
-        assert_eq!((refusal.kind, refusal.at.as_str()), (Kind::Busy, at), "{refusal}");
+        assert_eq!((refusal.kind, refusal.at.as_str()), (ErrorKind::Busy, at), "{refusal}");
         assert!(refusal.retry_after.is_some_and(|wait| wait > Duration::ZERO), "{refusal:?}");
     }
     kept.open();
@@ -128,22 +128,22 @@ fn what_is_late_costs_no_more_and_what_will_be_late_is_refused_at_once() {
     let mut kept = Kept::new(&["vase-l"], 99);
     let within = |ms| impact().deadline(Duration::from_millis(ms));
     let late = refused(object(&kept.service, "vase-l").strike(&within(20)).unwrap());
-    assert_eq!((late.kind, late.at.as_str()), (Kind::Late, "deadline"), "while the keeper still computes: {late}");
+    assert_eq!((late.kind, late.at.as_str()), (ErrorKind::Late, "deadline"), "while the keeper still computes: {late}");
     std::thread::sleep(Duration::from_millis(100));
     kept.open();
     let late = refused(object(&kept.service, "slow").strike(&within(20)).unwrap());
-    assert_eq!((late.kind, late.at.as_str()), (Kind::Late, "deadline"), "it would compute for a minute: {late}");
+    assert_eq!((late.kind, late.at.as_str()), (ErrorKind::Late, "deadline"), "it would compute for a minute: {late}");
     // The keeper is known to take a tenth of a second.
     let begun = Instant::now();
     let hopeless = refused(object(&kept.service, "keeper").strike(&within(50)).unwrap());
-    assert_eq!((hopeless.kind, hopeless.at.as_str()), (Kind::Late, "deadline"), "{hopeless}");
+    assert_eq!((hopeless.kind, hopeless.at.as_str()), (ErrorKind::Late, "deadline"), "{hopeless}");
     assert!(hopeless.message.contains("expected"), "{hopeless} after {:?}", begun.elapsed());
     object(&kept.service, "keeper").strike(&within(60_000)).unwrap().wait(patience()).unwrap();
     kept.until(|running, queued| running == 0 && queued == 0);
 }
 
 /// What four clients send at once, ten strikes each: deadlines of `ms(rank)`, the rank that the names of the objects say.
-fn at_once(daemon: &InProcess, names: &[String], ms: impl Fn(u64) -> u64 + Sync) -> Vec<(Shatter, Vec<Ticket>)> {
+fn at_once(daemon: &InProcess, names: &[String], ms: impl Fn(u64) -> u64 + Sync) -> Vec<(Client, Vec<Ticket>)> {
     let together = std::sync::Barrier::new(CLIENTS);
     std::thread::scope(|scope| {
         let strikes = |client: usize| {
@@ -201,7 +201,7 @@ fn forty_impacts_that_cannot_all_be_in_time_are_answered_or_late() {
         match ticket.wait(patience()) {
             Ok(_) => answered += 1,
             Err(refusal) => {
-                assert_eq!((refusal.kind, refusal.at.as_str()), (Kind::Late, "deadline"), "{refusal}");
+                assert_eq!((refusal.kind, refusal.at.as_str()), (ErrorKind::Late, "deadline"), "{refusal}");
                 late += 1;
             }
         }
@@ -219,16 +219,16 @@ fn a_wrong_forecast_does_not_refuse_for_ever() {
     let daemon = InProcess::start(here, "[compute]\nstrikes_at_once = 1");
     let service = daemon.connect();
     let vase = object(&service, "vase");
-    let many = impact().degree(Degree::Sites(100));
+    let many = impact().degree(DegreeRule::Sites(100));
     (0..2).for_each(|_| drop(vase.strike(&many).unwrap().wait(patience()).unwrap()));
-    let soon = |sites| impact().degree(Degree::Sites(sites)).deadline(Duration::from_millis(200));
+    let soon = |sites| impact().degree(DegreeRule::Sites(sites)).deadline(Duration::from_millis(200));
     vase.strike(&soon(2)).unwrap().wait(patience()).unwrap();
     // About as many as those that took 400 ms, expected to take as long; it takes half of that, and is tried in the end.
     let refused = (0..60).take_while(|_| {
         std::thread::sleep(Duration::from_millis(25));
         let refusal = vase.strike(&soon(64)).unwrap().wait(patience()).err();
         refusal.is_some_and(|refusal| {
-            assert!(refusal.kind == Kind::Late && refusal.retry_after.is_none(), "{refusal:?}");
+            assert!(refusal.kind == ErrorKind::Late && refusal.retry_after.is_none(), "{refusal:?}");
             refusal.message.contains("expected")
         })
     });

@@ -4,11 +4,12 @@
 use nalgebra::{Point3, Vector3};
 use shatter_fracture::database::{BakeRequest, bake};
 use shatter_fracture::pipeline::{
-    self, DegreeRequest, Kept, Outcome, Pieces, Prepared, Stage, Strike, Watch, Workspace, strike_again,
+    self, DegreeRequest, FractureMeshes, FractureOutcome, FractureRequest, PreparedObject, RetainedFragments, Stage,
+    StageObserver, Workspace, strike_again,
 };
-use shatter_fracture::scene::{Effect, Effects};
+use shatter_fracture::scene::{EffectKind, EffectSet};
 use shatter_fracture::surface::{RawMesh, shapes};
-use shatter_fracture::token::Token;
+use shatter_fracture::token::CancelToken;
 use shatter_tests::{real, statistics};
 use std::collections::BTreeMap;
 use std::time::Instant;
@@ -23,7 +24,7 @@ struct Times {
     stages: BTreeMap<&'static str, f64>,
 }
 
-impl Watch for Times {
+impl StageObserver for Times {
     fn enter(&mut self, _: Stage) {
         self.since = Some(Instant::now());
     }
@@ -32,15 +33,15 @@ impl Watch for Times {
         *self.stages.entry(stage.name()).or_default() += ms_since(self.since.take());
     }
 
-    fn begin(&mut self, _: Effect) {
+    fn begin(&mut self, _: EffectKind) {
         self.begun = Some(Instant::now());
     }
 
-    fn end(&mut self, effect: Effect, _: u64) {
+    fn end(&mut self, effect: EffectKind, _: u64) {
         *self.stages.entry(effect.name()).or_default() += ms_since(self.begun.take());
     }
 
-    fn part(&mut self, _: Effect, _: u64) {}
+    fn part(&mut self, _: EffectKind, _: u64) {}
 }
 
 fn ms_since(since: Option<Instant>) -> f64 {
@@ -48,7 +49,7 @@ fn ms_since(since: Option<Instant>) -> f64 {
 }
 
 /// Median milliseconds of some rounds, and the stages of the last.
-fn timed(mut work: impl FnMut(&mut Times) -> Outcome) -> (f64, Times, Outcome) {
+fn timed(mut work: impl FnMut(&mut Times) -> FractureOutcome) -> (f64, Times, FractureOutcome) {
     let mut rounds = Vec::new();
     loop {
         let (mut times, begun) = (Times::default(), Instant::now());
@@ -61,13 +62,17 @@ fn timed(mut work: impl FnMut(&mut Times) -> Outcome) -> (f64, Times, Outcome) {
 }
 
 /// A blow from above on the highest of some points.
-fn blow(points: impl Iterator<Item = Point3<f64>>, effects: Effects) -> Strike {
+fn blow(points: impl Iterator<Item = Point3<f64>>, effects: EffectSet) -> FractureRequest {
     let highest = points.max_by(|a, b| a.y.total_cmp(&b.y)).unwrap();
-    Strike { degree: DegreeRequest::Sites(24), effects, ..Strike::at(highest, -Vector3::y()).seeded(1) }
+    FractureRequest {
+        degree: DegreeRequest::Sites(24),
+        effects,
+        ..FractureRequest::at(highest, -Vector3::y()).seeded(1)
+    }
 }
 
 /// Vertices of a fragment in the coordinates of the mesh file.
-fn points(pieces: &Pieces, fragment: u32) -> Vec<Point3<f64>> {
+fn points(pieces: &FractureMeshes, fragment: u32) -> Vec<Point3<f64>> {
     let counts = pieces.counts;
     let mut positions = vec![[0.0; 3]; counts.vertices];
     pieces.emit(&mut positions, &mut vec![0; counts.indices], &mut vec![[0; 2]; counts.merges]).unwrap();
@@ -81,11 +86,19 @@ fn show(what: &str, ms: f64, times: &Times) {
     println!("  {what}: {ms:.1} ms ({})", stages.join(", "));
 }
 
-fn again(prepared: &Prepared, kept: &Kept, pieces: &Pieces, fragment: u32, workspace: &mut Workspace) {
-    for (name, effects) in [("elastic", Effects::default()), ("falloff", Effects::default().without(Effect::Elastic))] {
+fn again(
+    prepared: &PreparedObject,
+    kept: &RetainedFragments,
+    pieces: &FractureMeshes,
+    fragment: u32,
+    workspace: &mut Workspace,
+) {
+    for (name, effects) in
+        [("elastic", EffectSet::default()), ("falloff", EffectSet::default().without(EffectKind::Elastic))]
+    {
         let strike = blow(points(pieces, fragment).into_iter(), effects);
         let (ms, times, outcome) = timed(|times| {
-            strike_again(prepared, (kept, fragment), &strike, workspace, &Token::default(), times).unwrap()
+            strike_again(prepared, (kept, fragment), &strike, workspace, &CancelToken::default(), times).unwrap()
         });
         let children = outcome.pieces.unwrap();
         let parent = &pieces.fragments[fragment as usize];
@@ -103,15 +116,16 @@ fn again(prepared: &Prepared, kept: &Kept, pieces: &Pieces, fragment: u32, works
 fn measure(name: &str, mesh: RawMesh) {
     let top = mesh.positions_m.clone();
     let request = BakeRequest { kappa: Some(2.0), ..real::request(name, "ceramic") };
-    let prepared = bake(mesh, &request, &Token::default(), &mut |_| ()).unwrap();
+    let prepared = bake(mesh, &request, &CancelToken::default(), &mut |_| ()).unwrap();
     prepared.factor().unwrap();
     println!("{name}: {} crack nodes, {} elastic nodes", prepared.crack_nodes(), prepared.elastic_nodes());
     let mut workspace = Workspace::default();
     for sites in [4, 24] {
-        let mut strike = blow(top.iter().copied(), Effects::default());
+        let mut strike = blow(top.iter().copied(), EffectSet::default());
         strike.degree = DegreeRequest::Sites(sites);
-        let (ms, times, outcome) =
-            timed(|times| pipeline::strike(&prepared, &strike, &mut workspace, &Token::default(), times).unwrap());
+        let (ms, times, outcome) = timed(|times| {
+            pipeline::strike(&prepared, &strike, &mut workspace, &CancelToken::default(), times).unwrap()
+        });
         show(&format!("first, {sites} sites"), ms, &times);
         let pieces = outcome.pieces.unwrap();
         let begun = Instant::now();

@@ -5,14 +5,15 @@
 use criterion::{BenchmarkGroup, Criterion, criterion_group, criterion_main, measurement::WallTime};
 use nalgebra::{Matrix3, Vector3};
 use shatter_fracture::database::{BakeRequest, bake};
-use shatter_fracture::elasticity::{self, Driving, Elasticity, Load};
-use shatter_fracture::lattice::{Lattice, Transfer};
+use shatter_fracture::elasticity::{self, DrivingEnergy, Elasticity, NodalLoad};
+use shatter_fracture::lattice::{EnergyTransfer, Lattice};
 use shatter_fracture::pipeline::{
-    ElasticRequest, Impact, Prepared, RANK_MAX, Sampler, Solid, Strike, Workspace, reduce, strain_energy,
+    ContactSet, ElasticModel, ElasticRequest, FractureRequest, ImpactSampler, PreparedObject, RANK_MAX, Workspace,
+    reduce, strain_energy,
 };
 use shatter_fracture::sparse::Precision;
-use shatter_fracture::surface::{self, RawMesh, Unit, Up, shapes};
-use shatter_fracture::token::Token;
+use shatter_fracture::surface::{self, LengthUnit, RawMesh, UpAxis, shapes};
+use shatter_fracture::token::CancelToken;
 use shatter_tests::real;
 use std::hint::black_box;
 
@@ -21,34 +22,34 @@ const IMPACTS: u64 = 120;
 
 fn meshes() -> Vec<(String, RawMesh)> {
     let named = std::env::var_os("SHATTER_BENCH_MESH").map(|path| {
-        let mesh = surface::read(path.as_ref(), Unit::M, Up::Y).unwrap();
+        let mesh = surface::read(path.as_ref(), LengthUnit::M, UpAxis::Y).unwrap();
         ("mesh".to_owned(), mesh)
     });
     let made = [("mug", shapes::mug()), ("statue", shapes::statue())].map(|(name, mesh)| (name.to_owned(), mesh));
     named.map_or_else(|| made.into(), |named| vec![named])
 }
 
-fn prepared(name: &str, mesh: RawMesh) -> Prepared {
+fn prepared(name: &str, mesh: RawMesh) -> PreparedObject {
     let request = BakeRequest { examples: 0, ..real::request(name, "ceramic") };
-    let mut prepared = bake(mesh, &request, &Token::default(), &mut |_| ()).unwrap();
+    let mut prepared = bake(mesh, &request, &CancelToken::default(), &mut |_| ()).unwrap();
     prepared.impacts = IMPACTS;
-    reduce(&mut prepared, RANK_MAX, &Token::default()).unwrap();
+    reduce(&mut prepared, RANK_MAX, &CancelToken::default()).unwrap();
     prepared
 }
 
 /// The first impact on one body that needs no solve; the contact is as large as where a strike does not say it.
-fn strike(prepared: &Prepared) -> Strike {
-    let (sampler, mut workspace) = (Sampler::new(prepared), Workspace::default());
+fn strike(prepared: &PreparedObject) -> FractureRequest {
+    let (sampler, mut workspace) = (ImpactSampler::new(prepared), Workspace::default());
     let drawn = |index| {
         let mut strike = sampler.impact(!prepared.parameters.seed, index);
         strike.contacts.truncate(1);
         strike.contacts[0].radius_m = None;
         strike
     };
-    let mut strikes = (0..1000).map(|index| Strike { elastic: ElasticRequest::Reduced, ..drawn(index) });
-    let reduced = |strike: &Strike| {
-        let impact = Impact::new(prepared, strike).unwrap();
-        let energies = strain_energy(prepared, &impact, &mut workspace, &Token::default(), &mut ()).unwrap();
+    let mut strikes = (0..1000).map(|index| FractureRequest { elastic: ElasticRequest::Reduced, ..drawn(index) });
+    let reduced = |strike: &FractureRequest| {
+        let impact = ContactSet::new(prepared, strike).unwrap();
+        let energies = strain_energy(prepared, &impact, &mut workspace, &CancelToken::default(), &mut ()).unwrap();
         energies.len() == 1 && energies[0].reduced_error.is_some()
     };
     strikes.find(reduced).unwrap()
@@ -56,11 +57,11 @@ fn strike(prepared: &Prepared) -> Strike {
 
 type Group<'a> = BenchmarkGroup<'a, WallTime>;
 
-fn whole(group: &mut Group, prepared: &Prepared, blow: &Strike) {
-    let (mut workspace, token) = (Workspace::default(), Token::default());
-    group.bench_function("contacts", |bencher| bencher.iter(|| Impact::new(prepared, black_box(blow)).unwrap()));
+fn whole(group: &mut Group, prepared: &PreparedObject, blow: &FractureRequest) {
+    let (mut workspace, token) = (Workspace::default(), CancelToken::default());
+    group.bench_function("contacts", |bencher| bencher.iter(|| ContactSet::new(prepared, black_box(blow)).unwrap()));
     let mut run = |name: &str, elastic, rank_max| {
-        let impact = Impact::new(prepared, &Strike { elastic, rank_max, ..blow.clone() }).unwrap();
+        let impact = ContactSet::new(prepared, &FractureRequest { elastic, rank_max, ..blow.clone() }).unwrap();
         group.bench_function(name, |bencher| {
             bencher.iter(|| strain_energy(prepared, black_box(&impact), &mut workspace, &token, &mut ()).unwrap())
         });
@@ -72,10 +73,10 @@ fn whole(group: &mut Group, prepared: &Prepared, blow: &Strike) {
     }
 }
 
-fn stages(group: &mut Group, solid: &Solid, poisson: f64, contacts: &[elasticity::Contact]) {
-    let (mut workspace, token) = (elasticity::Workspace::default(), Token::default());
+fn stages(group: &mut Group, solid: &ElasticModel, poisson: f64, contacts: &[elasticity::ContactLoad]) {
+    let (mut workspace, token) = (elasticity::ElasticWorkspace::default(), CancelToken::default());
     let (elasticity, reduced) = (&solid.elasticity, solid.reduced.as_ref().unwrap());
-    let (mut load, mut coordinates, mut displacement) = (Load::default(), Vec::new(), Vec::new());
+    let (mut load, mut coordinates, mut displacement) = (NodalLoad::default(), Vec::new(), Vec::new());
     let (mut energies, mut shares) = (Vec::new(), Vec::new());
     group.bench_function("load", |bencher| {
         bencher.iter(|| elasticity.load(black_box(contacts), &mut load, &mut workspace).unwrap())
@@ -94,7 +95,7 @@ fn stages(group: &mut Group, solid: &Solid, poisson: f64, contacts: &[elasticity
     group.bench_function("displacement, plain", |bencher| {
         bencher.iter(|| plain_expand(reduced.basis(), black_box(&coordinates)))
     });
-    for driving in [Driving::Tensile, Driving::Total] {
+    for driving in [DrivingEnergy::Tensile, DrivingEnergy::Total] {
         group.bench_function(format!("energy of tetrahedra, {driving:?}"), |bencher| {
             bencher.iter(|| {
                 let token = &token;
@@ -140,7 +141,7 @@ fn plain_energy(lattice: &Lattice, displacement: &[f64]) -> Vec<f64> {
 }
 
 /// One row after the other.
-fn plain_transfer(transfer: &Transfer, energies: &[f64]) -> Vec<f64> {
+fn plain_transfer(transfer: &EnergyTransfer, energies: &[f64]) -> Vec<f64> {
     let of = |row: &[u32]| {
         let row = row[0] as usize..row[1] as usize;
         let shares = transfer.tets[row.clone()].iter().zip(&transfer.shares[row]);
@@ -163,7 +164,7 @@ fn elastic(criterion: &mut Criterion) {
         );
         let blow = strike(&prepared);
         let mut group = criterion.benchmark_group(&name);
-        let contacts = Impact::new(&prepared, &blow).unwrap().bodies.remove(0).1;
+        let contacts = ContactSet::new(&prepared, &blow).unwrap().bodies.remove(0).1;
         stages(&mut group, solid, prepared.parameters.material.poisson, &contacts);
         whole(&mut group, &prepared, &blow);
         group.finish();

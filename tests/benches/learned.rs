@@ -3,13 +3,15 @@
 //! that is set; `SHATTER_BENCH_EXAMPLES` says from how many impacts it learns (40 where it is not set).
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use shatter_fracture::centroidal::{self, Field};
+use shatter_fracture::centroidal::{self, EnergyField};
 use shatter_fracture::database::{BakeRequest, bake, load, save};
-use shatter_fracture::degree::{self, Curve, CurveOptions};
-use shatter_fracture::elasticity::{self, Load};
-use shatter_fracture::pipeline::{ElasticRequest, Impact, Prepared, Sampler, Strike, Workspace, strain_energy};
-use shatter_fracture::surface::{self, RawMesh, Unit, Up, shapes};
-use shatter_fracture::token::Token;
+use shatter_fracture::degree::{self, CurveOptions, EnergyCurve};
+use shatter_fracture::elasticity::{self, NodalLoad};
+use shatter_fracture::pipeline::{
+    ContactSet, ElasticRequest, FractureRequest, ImpactSampler, PreparedObject, Workspace, strain_energy,
+};
+use shatter_fracture::surface::{self, LengthUnit, RawMesh, UpAxis, shapes};
+use shatter_fracture::token::CancelToken;
 use shatter_tests::real;
 use std::hint::black_box;
 
@@ -18,25 +20,25 @@ const DRIVE: f64 = 300.0;
 
 fn mesh() -> RawMesh {
     match std::env::var_os("SHATTER_BENCH_MESH") {
-        Some(path) => surface::read(path.as_ref(), Unit::M, Up::Y).unwrap(),
+        Some(path) => surface::read(path.as_ref(), LengthUnit::M, UpAxis::Y).unwrap(),
         None => shapes::mug(),
     }
 }
 
-fn prepared() -> Prepared {
+fn prepared() -> PreparedObject {
     let examples = std::env::var("SHATTER_BENCH_EXAMPLES").map_or(40, |count| count.parse().unwrap());
     let request = BakeRequest { examples, ..real::request("bench", "ceramic") };
-    bake(mesh(), &request, &Token::default(), &mut |_| ()).unwrap()
+    bake(mesh(), &request, &CancelToken::default(), &mut |_| ()).unwrap()
 }
 
 /// The first impact on one body that is no example and needs no solve.
-fn strike(prepared: &Prepared) -> Strike {
-    let (sampler, mut workspace) = (Sampler::new(prepared), Workspace::default());
+fn strike(prepared: &PreparedObject) -> FractureRequest {
+    let (sampler, mut workspace) = (ImpactSampler::new(prepared), Workspace::default());
     let drawn = |index| sampler.impact(!prepared.parameters.seed, index);
-    let mut strikes = (0..1000).map(|index| Strike { elastic: ElasticRequest::Reduced, ..drawn(index) });
-    let reduced = |strike: &Strike| {
-        let impact = Impact::new(prepared, strike).unwrap();
-        let energies = strain_energy(prepared, &impact, &mut workspace, &Token::default(), &mut ()).unwrap();
+    let mut strikes = (0..1000).map(|index| FractureRequest { elastic: ElasticRequest::Reduced, ..drawn(index) });
+    let reduced = |strike: &FractureRequest| {
+        let impact = ContactSet::new(prepared, strike).unwrap();
+        let energies = strain_energy(prepared, &impact, &mut workspace, &CancelToken::default(), &mut ()).unwrap();
         energies.len() == 1 && energies[0].reduced_error.is_some()
     };
     strikes.find(reduced).unwrap()
@@ -45,14 +47,15 @@ fn strike(prepared: &Prepared) -> Strike {
 fn learned(criterion: &mut Criterion) {
     let prepared = prepared();
     println!("{} elastic nodes, {:?}", prepared.elastic_nodes(), prepared.reduction);
-    let (body, token) = (&prepared.bodies[0], Token::default());
+    let (body, token) = (&prepared.bodies[0], CancelToken::default());
     let solid = body.solid.as_ref().unwrap();
     let reduced = solid.reduced.as_ref().unwrap();
-    let solve = Strike { elastic: ElasticRequest::Solve, ..strike(&prepared) };
-    let impacts = [solve.clone(), Strike { elastic: ElasticRequest::Reduced, ..solve }]
-        .map(|strike| Impact::new(&prepared, &strike).unwrap());
+    let solve = FractureRequest { elastic: ElasticRequest::Solve, ..strike(&prepared) };
+    let impacts = [solve.clone(), FractureRequest { elastic: ElasticRequest::Reduced, ..solve }]
+        .map(|strike| ContactSet::new(&prepared, &strike).unwrap());
 
-    let (mut load_, mut workspace, mut displacement) = (Load::default(), elasticity::Workspace::default(), Vec::new());
+    let (mut load_, mut workspace, mut displacement) =
+        (NodalLoad::default(), elasticity::ElasticWorkspace::default(), Vec::new());
     solid.elasticity.load(&impacts[0].bodies[0].1, &mut load_, &mut workspace).unwrap();
     criterion.bench_function("displacement: solve", |bencher| {
         bencher.iter(|| {
@@ -76,7 +79,7 @@ fn learned(criterion: &mut Criterion) {
     }
 
     let mut shares = strain_energy(&prepared, &impacts[0], &mut workspace, &token, &mut ()).unwrap().remove(0).shares;
-    let field = Field::new(body.interior.as_ref().unwrap(), &body.volumes, &mut shares).unwrap();
+    let field = EnergyField::new(body.interior.as_ref().unwrap(), &body.volumes, &mut shares).unwrap();
     let first_moment = degree::first_moment(&field);
     let gamma = first_moment / DRIVE;
     let network = &prepared.learned.as_ref().unwrap().network;
@@ -86,10 +89,10 @@ fn learned(criterion: &mut Criterion) {
             degree::sites(network.predict(&degree::descriptor(estimate, first_moment, evenness, gamma)).value, estimate)
         })
     });
-    let mut cells = centroidal::Workspace::default();
+    let mut cells = centroidal::DiagramWorkspace::default();
     criterion.bench_function("degree: optimised", |bencher| {
         bencher.iter(|| {
-            let mut curve = Curve::new(&field, CurveOptions::default());
+            let mut curve = EnergyCurve::new(&field, CurveOptions::default());
             curve.extend(black_box(&field), gamma, &mut cells, &token).unwrap();
             curve.points().len()
         })

@@ -3,10 +3,12 @@
 
 use nalgebra::Point3;
 use shatter_fracture::database::{bake, load};
-use shatter_fracture::pipeline::{self, DegreeRequest, Prepared, Stage, Strike, Watch, Workspace};
-use shatter_fracture::scene::Effect;
+use shatter_fracture::pipeline::{
+    self, DegreeRequest, FractureRequest, PreparedObject, Stage, StageObserver, Workspace,
+};
+use shatter_fracture::scene::EffectKind;
 use shatter_fracture::surface::shapes;
-use shatter_fracture::token::Token;
+use shatter_fracture::token::CancelToken;
 use shatter_tests::real;
 use std::time::Instant;
 
@@ -21,7 +23,7 @@ struct Clock {
     begun: Option<Instant>,
 }
 
-impl Watch for Clock {
+impl StageObserver for Clock {
     fn enter(&mut self, _: Stage) {
         self.begun = Some(Instant::now());
     }
@@ -30,20 +32,22 @@ impl Watch for Clock {
         self.spent_ms[stage as usize] += self.begun.take().map_or(0.0, |begun| begun.elapsed().as_secs_f64() * 1e3);
     }
 
-    fn begin(&mut self, _: Effect) {}
-    fn end(&mut self, _: Effect, _: u64) {}
-    fn part(&mut self, _: Effect, _: u64) {}
+    fn begin(&mut self, _: EffectKind) {}
+    fn end(&mut self, _: EffectKind, _: u64) {}
+    fn part(&mut self, _: EffectKind, _: u64) {}
 }
 
-fn prepared() -> Prepared {
+fn prepared() -> PreparedObject {
     match std::env::var_os("SHATTER_BENCH_DATABASE") {
         Some(path) => load(path.as_ref()).unwrap(),
-        None => bake(shapes::statue(), &real::request("statue", "ceramic"), &Token::default(), &mut |_| ()).unwrap(),
+        None => {
+            bake(shapes::statue(), &real::request("statue", "ceramic"), &CancelToken::default(), &mut |_| ()).unwrap()
+        }
     }
 }
 
 /// Impacts on nodes of the surface, inwards.
-fn strikes(prepared: &Prepared) -> Vec<Strike> {
+fn strikes(prepared: &PreparedObject) -> Vec<FractureRequest> {
     let body = &prepared.bodies[0];
     let nodes = &body.topology.boundary_nodes;
     let centre =
@@ -51,8 +55,8 @@ fn strikes(prepared: &Prepared) -> Vec<Strike> {
     let strike = |impact: usize| {
         let node = nodes[(2 * impact + 1) * nodes.len() / (2 * IMPACTS)];
         let point: Point3<f64> = body.crack.nodes[node as usize];
-        let blow = Strike::at(prepared.frame.to_metres(&point), centre - point.coords).seeded(1);
-        Strike { degree: DegreeRequest::Sites(SITES), seed: impact as u64, ..blow }
+        let blow = FractureRequest::at(prepared.frame.to_metres(&point), centre - point.coords).seeded(1);
+        FractureRequest { degree: DegreeRequest::Sites(SITES), seed: impact as u64, ..blow }
     };
     (0..IMPACTS).map(strike).collect()
 }
@@ -74,7 +78,7 @@ fn parts() {
         prepared.elastic_nodes(),
         prepared.crack_nodes()
     );
-    let (strikes, token, mut workspace) = (strikes(&prepared), Token::default(), Workspace::default());
+    let (strikes, token, mut workspace) = (strikes(&prepared), CancelToken::default(), Workspace::default());
     let (mut stages, mut totals, mut emitted) = (vec![Vec::new(); Stage::ALL.len()], Vec::new(), Vec::new());
     let (mut positions, mut indices, mut merges) = (Vec::new(), Vec::new(), Vec::new());
     for round in 0..=ROUNDS {

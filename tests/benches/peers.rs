@@ -9,10 +9,10 @@ use serde::Deserialize;
 use serde_json::json;
 use shatter_fracture::database::{BakeRequest, bake, load};
 use shatter_fracture::lift::LiftKind;
-use shatter_fracture::pipeline::{Prepared, Strike};
+use shatter_fracture::pipeline::{FractureRequest, PreparedObject};
 use shatter_fracture::surface::RawMesh;
 use shatter_fracture::tessellation::components;
-use shatter_fracture::token::Token;
+use shatter_fracture::token::CancelToken;
 use shatter_tests::statistics::median;
 use shatter_tests::timed::{self, Stopwatch, Timed};
 use shatter_tests::{real, struck};
@@ -29,13 +29,13 @@ const ROUNDS: usize = 3;
 const RUNS: usize = 3;
 const LIFTS: [LiftKind; 2] = [LiftKind::Interior, LiftKind::Euclidean];
 
-fn prepared(mesh: RawMesh) -> Prepared {
+fn prepared(mesh: RawMesh) -> PreparedObject {
     if let Some(path) = std::env::var_os("SHATTER_BENCH_DATABASE") {
         return load(path.as_ref()).unwrap();
     }
     let examples = std::env::var("SHATTER_BENCH_EXAMPLES").map_or(100, |text| text.parse().unwrap());
     let request = BakeRequest { examples, ..real::request("peers", "ceramic") };
-    bake(mesh, &request, &Token::default(), &mut |_| ()).unwrap()
+    bake(mesh, &request, &CancelToken::default(), &mut |_| ()).unwrap()
 }
 
 /// What the script tells of one turn.
@@ -62,7 +62,12 @@ fn python() -> Option<OsString> {
 }
 
 /// Theirs, with the sites of `strike`; `None` after a line on why.
-fn booleans(python: &OsString, mesh: &RawMesh, prepared: &Prepared, strike: &Strike) -> Option<Booleans> {
+fn booleans(
+    python: &OsString,
+    mesh: &RawMesh,
+    prepared: &PreparedObject,
+    strike: &FractureRequest,
+) -> Option<Booleans> {
     let energy = struck::energy(prepared, strike);
     let diagram = struck::diagram(prepared, strike.lift, &energy.shares, SITES as usize, strike.seed);
     let body = &prepared.bodies[0];
@@ -85,7 +90,7 @@ fn booleans(python: &OsString, mesh: &RawMesh, prepared: &Prepared, strike: &Str
 }
 
 /// Cells that fall into several pieces, which become fragments of their own.
-fn several(prepared: &Prepared, strike: &Strike) -> f64 {
+fn several(prepared: &PreparedObject, strike: &FractureRequest) -> f64 {
     let energy = struck::energy(prepared, strike);
     let diagram = struck::diagram(prepared, strike.lift, &energy.shares, SITES as usize, strike.seed);
     let split = components(&prepared.bodies[0].topology, &diagram.labels);
@@ -138,20 +143,20 @@ fn told(row: &Row, ours: &Row) {
 
 /// Strikes of one lift.
 struct Ours {
-    strikes: Vec<Strike>,
+    strikes: Vec<FractureRequest>,
     timed: Vec<Timed>,
     /// Where each turn begins.
     turns: Vec<usize>,
 }
 
 impl Ours {
-    fn new(prepared: &Prepared, lift: LiftKind) -> Self {
-        let of_lift = |strike| Strike { lift, ..strike };
+    fn new(prepared: &PreparedObject, lift: LiftKind) -> Self {
+        let of_lift = |strike| FractureRequest { lift, ..strike };
         let strikes = timed::impacts(prepared, IMPACTS, SITES).into_iter().map(of_lift).collect();
         Self { strikes, timed: Vec::new(), turns: Vec::new() }
     }
 
-    fn turn(&mut self, prepared: &Prepared, stopwatch: &mut Stopwatch) {
+    fn turn(&mut self, prepared: &PreparedObject, stopwatch: &mut Stopwatch) {
         self.turns.push(self.timed.len());
         for _ in 0..ROUNDS {
             self.timed.extend(self.strikes.iter().map(|strike| stopwatch.strike(prepared, strike).unwrap()));
@@ -168,7 +173,7 @@ impl Ours {
         median(&self.of(|timed| timed.time_ms)[self.turns[turn]..end])
     }
 
-    fn row(&self, route: &'static str, prepared: &Prepared) -> Row {
+    fn row(&self, route: &'static str, prepared: &PreparedObject) -> Row {
         let times_ms =
             |impact: usize| self.timed.iter().skip(impact).step_by(IMPACTS).map(|timed| timed.time_ms).collect();
         let volume_m3 = median(&self.of(|timed| timed.volume_m3));

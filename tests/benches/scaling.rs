@@ -5,10 +5,10 @@
 
 use shatter_fracture::database::{BakeRequest, Tables, bake};
 use shatter_fracture::lattice::CRACK_NODES_DEFAULT;
-use shatter_fracture::pipeline::{Prepared, RANK_MAX, Strike, reduce};
+use shatter_fracture::pipeline::{FractureRequest, PreparedObject, RANK_MAX, reduce};
 use shatter_fracture::surface::{RawMesh, shapes};
-use shatter_fracture::token::Token;
-use shatter_lab::study::plot::{self, Axes, Line, Mark};
+use shatter_fracture::token::CancelToken;
+use shatter_lab::study::plot::{self, Axes, PlotLine, PlotMark};
 use shatter_tests::real;
 use shatter_tests::statistics::{median, power_law};
 use shatter_tests::timed::{self, Stopwatch, Timed};
@@ -26,25 +26,25 @@ const ROUNDS: usize = 6;
 const LEARNED: u64 = 100;
 
 /// The statue with this crack spacing over its diagonal, ready for strikes that are not solved for.
-fn prepared(mesh: RawMesh, elastic_spacing: Option<f64>, crack_spacing: Option<f64>) -> Prepared {
+fn prepared(mesh: RawMesh, elastic_spacing: Option<f64>, crack_spacing: Option<f64>) -> PreparedObject {
     let tables = Tables { elastic: true, interior: true, ..Tables::NONE };
     let request = real::request("scaling", "ceramic");
     let request = BakeRequest { elastic_spacing, crack_spacing, tables, kappa: Some(1.0), ..request };
-    let mut prepared = bake(mesh, &request, &Token::default(), &mut |_| ()).unwrap();
+    let mut prepared = bake(mesh, &request, &CancelToken::default(), &mut |_| ()).unwrap();
     prepared.impacts = LEARNED;
-    reduce(&mut prepared, RANK_MAX, &Token::default()).unwrap();
+    reduce(&mut prepared, RANK_MAX, &CancelToken::default()).unwrap();
     prepared
 }
 
 /// An object, and how it is struck.
 struct Case<'a> {
-    prepared: &'a Prepared,
-    strikes: Vec<Strike>,
+    prepared: &'a PreparedObject,
+    strikes: Vec<FractureRequest>,
     fastest: Vec<Timed>,
 }
 
 impl<'a> Case<'a> {
-    fn new(prepared: &'a Prepared, sites: u32) -> Self {
+    fn new(prepared: &'a PreparedObject, sites: u32) -> Self {
         Self { prepared, strikes: timed::impacts(prepared, IMPACTS, sites), fastest: Vec::new() }
     }
 
@@ -100,8 +100,8 @@ fn write(study: &Study, points: &[(f64, f64)], [exponent, factor]: [f64; 2], fol
     let axes = Axes { x: study.over.into(), y: "time of a strike, ms".into(), log_x: true, log_y: true };
     let fitted = points.iter().map(|&(x, _)| (x, factor * x.powf(exponent))).collect();
     let lines = [
-        Line { name: "measured".into(), points: points.to_vec(), mark: Mark::Both },
-        Line { name: format!("exponent {exponent:.2}"), points: fitted, mark: Mark::Line },
+        PlotLine { name: "measured".into(), points: points.to_vec(), mark: PlotMark::Both },
+        PlotLine { name: format!("exponent {exponent:.2}"), points: fitted, mark: PlotMark::Line },
     ];
     std::fs::create_dir_all(folder).unwrap();
     std::fs::write(folder.join(format!("{}.svg", study.file)), plot::svg(&axes, &lines).unwrap()).unwrap();

@@ -3,15 +3,17 @@
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use nalgebra::Point3;
-use shatter_fracture::centroidal::{self, Field, Options};
+use shatter_fracture::centroidal::{self, DiagramOptions, EnergyField};
 use shatter_fracture::database::bake;
 use shatter_fracture::degree;
 use shatter_fracture::fragment::properties;
-use shatter_fracture::lift::{self, Carry, SURFACE_MODES_DEFAULT};
-use shatter_fracture::pipeline::{self, DegreeRequest, Impact, Prepared, Strike, Workspace, strain_energy};
-use shatter_fracture::surface::{self, RawMesh, Unit, Up, shapes};
-use shatter_fracture::tessellation::{Components, FixedPoints, Points, Sites, Tessellation};
-use shatter_fracture::token::Token;
+use shatter_fracture::lift::{self, Extension, SURFACE_MODES_DEFAULT};
+use shatter_fracture::pipeline::{
+    self, ContactSet, DegreeRequest, FractureRequest, PreparedObject, Workspace, strain_energy,
+};
+use shatter_fracture::surface::{self, LengthUnit, RawMesh, UpAxis, shapes};
+use shatter_fracture::tessellation::{BisectorSites, Components, CrackPoints, FixedPoints, Tessellation};
+use shatter_fracture::token::CancelToken;
 use shatter_tests::real;
 use std::hint::black_box;
 
@@ -19,38 +21,38 @@ const SITES: u32 = 50;
 
 fn mesh() -> RawMesh {
     match std::env::var_os("SHATTER_BENCH_MESH") {
-        Some(path) => surface::read(path.as_ref(), Unit::M, Up::Y).unwrap(),
+        Some(path) => surface::read(path.as_ref(), LengthUnit::M, UpAxis::Y).unwrap(),
         None => shapes::mug(),
     }
 }
 
-fn strike(prepared: &Prepared) -> Strike {
+fn strike(prepared: &PreparedObject) -> FractureRequest {
     let body = &prepared.bodies[0];
     let node = body.topology.boundary[body.topology.boundary.len() / 2].nodes[0];
     let point: Point3<f64> = body.crack.nodes[node as usize];
-    let blow = Strike::at(prepared.frame.to_metres(&point), -point.coords).seeded(1);
-    Strike { degree: DegreeRequest::Sites(SITES), ..blow }
+    let blow = FractureRequest::at(prepared.frame.to_metres(&point), -point.coords).seeded(1);
+    FractureRequest { degree: DegreeRequest::Sites(SITES), ..blow }
 }
 
 fn stages(criterion: &mut Criterion) {
-    let prepared = bake(mesh(), &real::request("bench", "ceramic"), &Token::default(), &mut |_| ()).unwrap();
+    let prepared = bake(mesh(), &real::request("bench", "ceramic"), &CancelToken::default(), &mut |_| ()).unwrap();
     println!("{} elastic nodes, {} crack nodes, {SITES} sites", prepared.elastic_nodes(), prepared.crack_nodes());
-    let (strike, token) = (strike(&prepared), Token::default());
+    let (strike, token) = (strike(&prepared), CancelToken::default());
     let mut workspace = Workspace::default();
     let body = &prepared.bodies[0];
-    let impact = Impact::new(&prepared, &strike).unwrap();
+    let impact = ContactSet::new(&prepared, &strike).unwrap();
 
     criterion.bench_function("load and elasticity", |bencher| {
         bencher.iter(|| strain_energy(&prepared, black_box(&impact), &mut workspace, &token, &mut ()).unwrap())
     });
     let mut shares = strain_energy(&prepared, &impact, &mut workspace, &token, &mut ()).unwrap().remove(0).shares;
-    let field = Field::new(body.interior.as_ref().unwrap(), &body.volumes, &mut shares).unwrap();
+    let field = EnergyField::new(body.interior.as_ref().unwrap(), &body.volumes, &mut shares).unwrap();
     criterion.bench_function("threshold", |bencher| bencher.iter(|| degree::first_moment(black_box(&field))));
     criterion.bench_function("degree (closed form)", |bencher| {
         bencher.iter(|| degree::closed_form(black_box(&field), &body.slenderness, 1.0))
     });
-    let options = Options::new(SITES as usize, 1);
-    let mut cells = centroidal::Workspace::default();
+    let options = DiagramOptions::new(SITES as usize, 1);
+    let mut cells = centroidal::DiagramWorkspace::default();
     criterion.bench_function("centroidal", |bencher| {
         bencher.iter(|| centroidal::diagram(black_box(&field), &options, &mut cells, &token).unwrap())
     });
@@ -59,11 +61,11 @@ fn stages(criterion: &mut Criterion) {
     criterion.bench_function("labels", |bencher| {
         bencher.iter(|| components.split(&body.topology, black_box(&diagram.labels)))
     });
-    let (mut points, mut tessellation) = (Points::default(), Tessellation::default());
-    let mut scratch = shatter_fracture::tessellation::Workspace::default();
+    let (mut points, mut tessellation) = (CrackPoints::default(), Tessellation::default());
+    let mut scratch = shatter_fracture::tessellation::TessellationWorkspace::default();
     criterion.bench_function("tessellation", |bencher| {
         bencher.iter(|| {
-            let sites = Sites {
+            let sites = BisectorSites {
                 lift: body.interior.as_ref().unwrap(),
                 coordinates: &diagram.sites,
                 of_fragment: &components.sites,
@@ -93,7 +95,8 @@ fn stages(criterion: &mut Criterion) {
             .iter(|| lift::interior(&body.crack, prepared.parameters.modes, prepared.parameters.alpha, &token).unwrap())
     });
     criterion.bench_function("bake: surface lift", |bencher| {
-        bencher.iter(|| lift::surface_diffusion(&body.crack, Carry::Harmonic, SURFACE_MODES_DEFAULT, &token).unwrap())
+        bencher
+            .iter(|| lift::surface_diffusion(&body.crack, Extension::Harmonic, SURFACE_MODES_DEFAULT, &token).unwrap())
     });
 }
 

@@ -2,27 +2,27 @@
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use nalgebra::Point3;
-use shatter_fracture::fragment::{Properties, properties};
+use shatter_fracture::fragment::{RigidProperties, properties};
 use shatter_fracture::lattice::{Lattice, block};
-use shatter_fracture::lift::{Lift, LiftKind};
-use shatter_fracture::random::Stream;
+use shatter_fracture::lift::{LiftKind, LiftedLattice};
+use shatter_fracture::random::RandomStream;
 use shatter_fracture::tessellation::*;
 
 const SITES: usize = 50;
 
 /// Coordinates first, then smooth functions of them, as an interior lift has.
-fn lift(lattice: &Lattice, dimension: usize) -> Lift {
+fn lift(lattice: &Lattice, dimension: usize) -> LiftedLattice {
     let wave = |node: &Point3<f64>, k: usize| (9.0 * node[k % 3] + k as f64).sin() / (3 + k) as f64;
     let coordinates = |node: &Point3<f64>| -> Vec<f64> {
         (0..dimension).map(|k| if k < 3 { node[k] } else { wave(node, k) }).collect()
     };
-    Lift::scaled(LiftKind::Interior, lattice, dimension, lattice.nodes.iter().flat_map(coordinates).collect())
+    LiftedLattice::scaled(LiftKind::Interior, lattice, dimension, lattice.nodes.iter().flat_map(coordinates).collect())
 }
 
 /// Sites on random nodes and the nearest of them to each node.
-fn diagram(lift: &Lift) -> (Vec<f64>, Vec<u32>) {
+fn diagram(lift: &LiftedLattice) -> (Vec<f64>, Vec<u32>) {
     let nodes = lift.coordinates.len() / lift.dimension;
-    let mut random = Stream::new(1, 1);
+    let mut random = RandomStream::new(1, 1);
     let sites: Vec<f64> =
         (0..SITES).flat_map(|_| lift.at((random.uniform() * nodes as f64) as usize).to_vec()).collect();
     let squared =
@@ -38,10 +38,10 @@ fn diagram(lift: &Lift) -> (Vec<f64>, Vec<u32>) {
 #[derive(Default)]
 struct Memory {
     split: Components,
-    points: Points,
+    points: CrackPoints,
     tessellation: Tessellation,
-    workspace: Workspace,
-    properties: Vec<Properties>,
+    workspace: TessellationWorkspace,
+    properties: Vec<RigidProperties>,
     centres: Vec<Point3<f64>>,
     positions: Vec<[f32; 3]>,
     indices: Vec<u32>,
@@ -86,7 +86,7 @@ fn stages(criterion: &mut Criterion, dimension: usize) {
     let mut group = criterion.benchmark_group(format!("tessellation/dimension {dimension}"));
     group.bench_function("components", |bench| bench.iter(|| memory.split.split(&topology, &labels)));
     let split = memory.split.clone();
-    let sites = Sites { lift: &lift, coordinates: &coordinates, of_fragment: &split.sites };
+    let sites = BisectorSites { lift: &lift, coordinates: &coordinates, of_fragment: &split.sites };
     group.bench_function("points", |bench| {
         bench.iter(|| memory.points.find(&lattice, &topology, &split.labels, Some(sites), &fixed).unwrap())
     });

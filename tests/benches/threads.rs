@@ -7,16 +7,16 @@
 use nalgebra::Point3;
 use rayon::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
-use shatter_fracture::centroidal::{self, Diagram, Field, Options};
+use shatter_fracture::centroidal::{self, Diagram, DiagramOptions, EnergyField};
 use shatter_fracture::database::{BakeRequest, Tables, bake, load};
 use shatter_fracture::fragment::properties;
 use shatter_fracture::lattice::Lattice;
-use shatter_fracture::lift::{Lift, LiftKind};
-use shatter_fracture::pipeline::{Body, Prepared, Quality};
+use shatter_fracture::lift::{LiftKind, LiftedLattice};
+use shatter_fracture::pipeline::{PreparedBody, PreparedObject, Preset};
 use shatter_fracture::tessellation::{
-    Components, FixedPoints, Points, Sites, Tessellation, Transform, Workspace, components,
+    BisectorSites, Components, CrackPoints, FixedPoints, Tessellation, TessellationWorkspace, Transform, components,
 };
-use shatter_fracture::token::Token;
+use shatter_fracture::token::CancelToken;
 use shatter_tests::real;
 use shatter_tests::statistics::median;
 use shatter_tests::timed::{self, since_ms};
@@ -35,35 +35,35 @@ const SPINS: u64 = 100_000;
 /// Numbers of each thread's array: 64 MiB.
 const NUMBERS: usize = 1 << 23;
 
-fn prepared() -> Prepared {
+fn prepared() -> PreparedObject {
     if let Some(path) = std::env::var_os("SHATTER_BENCH_DATABASE") {
         return load(path.as_ref()).unwrap();
     }
     let request = real::request("threads", "ceramic");
-    let request = BakeRequest { quality: Quality::Film, tables: Tables::NONE, kappa: Some(1.0), ..request };
-    bake(timed::mesh(), &request, &Token::default(), &mut |_| ()).unwrap()
+    let request = BakeRequest { quality: Preset::Film, tables: Tables::NONE, kappa: Some(1.0), ..request };
+    bake(timed::mesh(), &request, &CancelToken::default(), &mut |_| ()).unwrap()
 }
 
 /// Coordinates first, then smooth functions of them, as an interior lift has.
-fn waves(lattice: &Lattice) -> Lift {
+fn waves(lattice: &Lattice) -> LiftedLattice {
     let wave = |node: &Point3<f64>, k: usize| (9.0 * node[k % 3] + k as f64).sin() / (3 + k) as f64;
     let coordinate = |node: &Point3<f64>, k: usize| if k < 3 { node[k] } else { wave(node, k) };
     let coordinates = lattice.nodes.iter().flat_map(|node| (0..DIMENSION).map(|k| coordinate(node, k))).collect();
-    Lift::scaled(LiftKind::Interior, lattice, DIMENSION, coordinates)
+    LiftedLattice::scaled(LiftKind::Interior, lattice, DIMENSION, coordinates)
 }
 
 /// Cells of even energy.
-fn diagram(body: &Body, lift: &Lift) -> Diagram {
+fn diagram(body: &PreparedBody, lift: &LiftedLattice) -> Diagram {
     let mut shares = body.volumes.clone();
-    let field = Field::new(lift, &body.volumes, &mut shares).unwrap().grouped(&body.clusters);
-    let mut workspace = centroidal::Workspace::default();
-    centroidal::diagram(&field, &Options::new(SITES, 1), &mut workspace, &Token::default()).unwrap()
+    let field = EnergyField::new(lift, &body.volumes, &mut shares).unwrap().grouped(&body.clusters);
+    let mut workspace = centroidal::DiagramWorkspace::default();
+    centroidal::diagram(&field, &DiagramOptions::new(SITES, 1), &mut workspace, &CancelToken::default()).unwrap()
 }
 
 /// What is tessellated.
 struct Work<'a> {
-    body: &'a Body,
-    lift: &'a Lift,
+    body: &'a PreparedBody,
+    lift: &'a LiftedLattice,
     diagram: Diagram,
     split: Components,
 }
@@ -71,9 +71,9 @@ struct Work<'a> {
 /// What is written into.
 #[derive(Default)]
 struct Memory {
-    points: Points,
+    points: CrackPoints,
     tessellation: Tessellation,
-    workspace: Workspace,
+    workspace: TessellationWorkspace,
     centres: Vec<Point3<f64>>,
     positions: Vec<[f32; 3]>,
     indices: Vec<u32>,
@@ -84,7 +84,7 @@ impl Memory {
     /// Labels to sections: points, build, emit, ms. The second time it has room.
     fn tessellate(&mut self, work: &Work) -> [f64; 3] {
         let (lattice, topology, labels) = (&work.body.crack, &work.body.topology, &work.split.labels);
-        let sites = Sites { lift: work.lift, coordinates: &work.diagram.sites, of_fragment: &work.split.sites };
+        let sites = BisectorSites { lift: work.lift, coordinates: &work.diagram.sites, of_fragment: &work.split.sites };
         let begun = Instant::now();
         self.points.find(lattice, topology, labels, Some(sites), &FixedPoints::default()).unwrap();
         let points_ms = since_ms(begun);

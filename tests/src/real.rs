@@ -1,10 +1,10 @@
 //! Real test meshes, which the project does not contain: found through `SHATTER_MESHES`, else skipped and said so.
 
 use shatter_fracture::database::{BakeRequest, bake};
-use shatter_fracture::pipeline::Prepared;
+use shatter_fracture::pipeline::PreparedObject;
 use shatter_fracture::scene::{Material, Materials};
-use shatter_fracture::surface::{self, RawMesh, Unit, Up};
-use shatter_fracture::token::Token;
+use shatter_fracture::surface::{self, LengthUnit, RawMesh, UpAxis};
+use shatter_fracture::token::CancelToken;
 use std::path::PathBuf;
 
 /// The file `name` in the folder that `SHATTER_MESHES` names, or `None` after a line that CI counts.
@@ -36,11 +36,11 @@ pub fn request(name: &str, material_name: &str) -> BakeRequest {
 
 /// A real mesh, coordinates as in its file.
 pub fn raw(file: &str) -> Option<RawMesh> {
-    Some(surface::read(&mesh(file)?, Unit::M, Up::Y).unwrap())
+    Some(surface::read(&mesh(file)?, LengthUnit::M, UpAxis::Y).unwrap())
 }
 
 /// A real mesh baked at default spacing.
-pub fn baked(file: &str) -> Option<Prepared> {
+pub fn baked(file: &str) -> Option<PreparedObject> {
     let name = file.split('.').next().unwrap();
-    Some(bake(raw(file)?, &request(name, "glass"), &Token::default(), &mut |_| ()).unwrap())
+    Some(bake(raw(file)?, &request(name, "glass"), &CancelToken::default(), &mut |_| ()).unwrap())
 }

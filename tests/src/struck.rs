@@ -1,31 +1,33 @@
 //! Strikes through the engine itself, for tests that look inside.
 
 use nalgebra::{Point3, Vector3};
-use shatter_fracture::centroidal::{self, Diagram, Field, Options};
+use shatter_fracture::centroidal::{self, Diagram, DiagramOptions, EnergyField};
 use shatter_fracture::lift::LiftKind;
-use shatter_fracture::pipeline::{self, BodyEnergy, Impact, Outcome, Prepared, Strike, StrikeError, Workspace};
-use shatter_fracture::token::Token;
+use shatter_fracture::pipeline::{
+    self, BodyEnergy, ContactSet, FractureError, FractureOutcome, FractureRequest, PreparedObject, Workspace,
+};
+use shatter_fracture::token::CancelToken;
 
 /// The whole walk.
-pub fn outcome(prepared: &Prepared, strike: &Strike) -> Result<Outcome, StrikeError> {
-    pipeline::strike(prepared, strike, &mut Workspace::default(), &Token::default(), &mut ())
+pub fn outcome(prepared: &PreparedObject, strike: &FractureRequest) -> Result<FractureOutcome, FractureError> {
+    pipeline::strike(prepared, strike, &mut Workspace::default(), &CancelToken::default(), &mut ())
 }
 
 /// Strain energy of the first struck body.
-pub fn energy(prepared: &Prepared, strike: &Strike) -> BodyEnergy {
-    let impact = Impact::new(prepared, strike).unwrap();
+pub fn energy(prepared: &PreparedObject, strike: &FractureRequest) -> BodyEnergy {
+    let impact = ContactSet::new(prepared, strike).unwrap();
     let mut workspace = Workspace::default();
-    let mut all = pipeline::strain_energy(prepared, &impact, &mut workspace, &Token::default(), &mut ()).unwrap();
+    let mut all = pipeline::strain_energy(prepared, &impact, &mut workspace, &CancelToken::default(), &mut ()).unwrap();
     all.remove(0)
 }
 
 /// A diagram of `sites` sites of the first body for the given energy shares.
-pub fn diagram(prepared: &Prepared, lift: LiftKind, shares: &[f64], sites: usize, seed: u64) -> Diagram {
+pub fn diagram(prepared: &PreparedObject, lift: LiftKind, shares: &[f64], sites: usize, seed: u64) -> Diagram {
     let body = &prepared.bodies[0];
     let mut shares = shares.to_vec();
-    let field = Field::new(body.lift(lift).unwrap(), &body.volumes, &mut shares).unwrap();
-    let mut workspace = centroidal::Workspace::default();
-    centroidal::diagram(&field, &Options::new(sites, seed), &mut workspace, &Token::default()).unwrap()
+    let field = EnergyField::new(body.lift(lift).unwrap(), &body.volumes, &mut shares).unwrap();
+    let mut workspace = centroidal::DiagramWorkspace::default();
+    centroidal::diagram(&field, &DiagramOptions::new(sites, seed), &mut workspace, &CancelToken::default()).unwrap()
 }
 
 /// How far around a surface point its normal is taken from, local.
@@ -33,7 +35,7 @@ const PATCH: f64 = 0.025;
 
 /// The point of the mesh file's box at fractions `at` (0 ..= 1 along each axis), moved to the body's boundary node nearest
 /// to it; and the mean inward normal around it.
-pub fn surface_point(prepared: &Prepared, at: [f64; 3]) -> (Point3<f64>, Vector3<f64>) {
+pub fn surface_point(prepared: &PreparedObject, at: [f64; 3]) -> (Point3<f64>, Vector3<f64>) {
     let body = &prepared.bodies[0];
     let nodes = &body.crack.nodes;
     let low = nodes.iter().fold([f64::INFINITY; 3], |low, node| [0, 1, 2].map(|k| low[k].min(node[k])));

@@ -1,8 +1,10 @@
 //! Strikes under a clock, for benches: with their answers written out, in memory that is kept from one to the next.
 
-use shatter_fracture::pipeline::{self, DegreeRequest, Prepared, Quality, Sampler, Strike, StrikeError, Workspace};
-use shatter_fracture::surface::{self, RawMesh, Unit, Up, shapes};
-use shatter_fracture::token::Token;
+use shatter_fracture::pipeline::{
+    self, DegreeRequest, FractureError, FractureRequest, ImpactSampler, PreparedObject, Preset, Workspace,
+};
+use shatter_fracture::surface::{self, LengthUnit, RawMesh, UpAxis, shapes};
+use shatter_fracture::token::CancelToken;
 use std::time::Instant;
 
 /// Whether cargo only wants to see that a bench begins.
@@ -13,7 +15,7 @@ pub fn only_begin() -> bool {
 /// The mesh file that `SHATTER_BENCH_MESH` names, metres; else a generated statue of about 100,000 triangles.
 pub fn mesh() -> RawMesh {
     match std::env::var_os("SHATTER_BENCH_MESH") {
-        Some(path) => surface::read(path.as_ref(), Unit::M, Up::Y).unwrap(),
+        Some(path) => surface::read(path.as_ref(), LengthUnit::M, UpAxis::Y).unwrap(),
         None => shapes::scanned_statue(),
     }
 }
@@ -24,11 +26,11 @@ pub fn since_ms(begun: Instant) -> f64 {
 }
 
 /// Strikes of the preset `game` with `sites` sites, which no example of the object is.
-pub fn impacts(prepared: &Prepared, count: usize, sites: u32) -> Vec<Strike> {
-    let sampler = Sampler::new(prepared);
-    let impact = |index: usize| Strike {
+pub fn impacts(prepared: &PreparedObject, count: usize, sites: u32) -> Vec<FractureRequest> {
+    let sampler = ImpactSampler::new(prepared);
+    let impact = |index: usize| FractureRequest {
         degree: DegreeRequest::Sites(sites),
-        ..sampler.impact(!prepared.parameters.seed, index as u64).of_quality(Quality::Game)
+        ..sampler.impact(!prepared.parameters.seed, index as u64).of_quality(Preset::Game)
     };
     (0..count).map(impact).collect()
 }
@@ -61,9 +63,9 @@ impl Stopwatch {
     /// Strikes, and writes the answer out.
     ///
     /// Errors: those of the strike. An object that stays whole is a panic: benches ask for a number of sites.
-    pub fn strike(&mut self, prepared: &Prepared, strike: &Strike) -> Result<Timed, StrikeError> {
+    pub fn strike(&mut self, prepared: &PreparedObject, strike: &FractureRequest) -> Result<Timed, FractureError> {
         let begun = Instant::now();
-        let outcome = pipeline::strike(prepared, strike, &mut self.workspace, &Token::default(), &mut ())?;
+        let outcome = pipeline::strike(prepared, strike, &mut self.workspace, &CancelToken::default(), &mut ())?;
         let pieces = outcome.pieces.unwrap();
         self.positions.resize(pieces.counts.vertices, [0.0; 3]);
         self.indices.resize(pieces.counts.indices, 0);

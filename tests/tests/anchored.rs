@@ -3,14 +3,14 @@
 use nalgebra::{Point3, Vector3};
 use shatter_engine::scene::Scene;
 use shatter_fracture::database::{BakeRequest, bake};
-use shatter_fracture::elasticity::{Driving, ElasticityError, Load, Workspace};
+use shatter_fracture::elasticity::{DrivingEnergy, ElasticWorkspace, ElasticityError, NodalLoad};
 use shatter_fracture::pipeline::{
-    DegreeRequest, DegreeSource, ElasticRequest, HoldError, Impact, Prepared, RANK_MAX, Strike, StrikeError, WORLD,
-    reduce,
+    AnchorError, ContactSet, DegreeRequest, DegreeSource, ElasticRequest, FractureError, FractureRequest,
+    PreparedObject, RANK_MAX, WORLD, reduce,
 };
-use shatter_fracture::scene::{Anchors, Effect, Effects, Region};
+use shatter_fracture::scene::{Anchors, EffectKind, EffectSet, Region};
 use shatter_fracture::surface::{RawMesh, shapes};
-use shatter_fracture::token::Token;
+use shatter_fracture::token::CancelToken;
 use shatter_tests::{real, struck};
 
 /// Spacing of most elastic lattices here, over the diagonal.
@@ -34,7 +34,7 @@ fn anchors(region: Region) -> Anchors {
 }
 
 /// A bar along x of glass, but with ν = 0.
-fn bar_of(mesh: RawMesh, elastic_spacing: f64) -> Prepared {
+fn bar_of(mesh: RawMesh, elastic_spacing: f64) -> PreparedObject {
     let mut request = BakeRequest {
         elastic_spacing: Some(elastic_spacing),
         crack_spacing: Some(0.6 * elastic_spacing),
@@ -42,24 +42,24 @@ fn bar_of(mesh: RawMesh, elastic_spacing: f64) -> Prepared {
         ..real::request("bar", "glass")
     };
     request.material.poisson = 0.0;
-    bake(mesh, &request, &Token::default(), &mut |_| ()).unwrap()
+    bake(mesh, &request, &CancelToken::default(), &mut |_| ()).unwrap()
 }
 
-fn bar(region: Region) -> Prepared {
+fn bar(region: Region) -> PreparedObject {
     let mut prepared = bar_of(shapes::cuboid(SIZE), COARSE);
-    prepared.hold(&anchors(region), &Token::default()).unwrap();
+    prepared.hold(&anchors(region), &CancelToken::default()).unwrap();
     prepared
 }
 
 /// A blow on the free end, `times` one that breaks it.
-fn blow(times: f64, more: &[Effect]) -> Strike {
-    let effects = more.iter().fold(Effects::default(), |effects, effect| effects.with(*effect));
-    let mut blow = Strike::at(Point3::new(0.2, 0.02, 0.01), Vector3::new(-50.0, 3.0, -5.0) * times).seeded(1);
+fn blow(times: f64, more: &[EffectKind]) -> FractureRequest {
+    let effects = more.iter().fold(EffectSet::default(), |effects, effect| effects.with(*effect));
+    let mut blow = FractureRequest::at(Point3::new(0.2, 0.02, 0.01), Vector3::new(-50.0, 3.0, -5.0) * times).seeded(1);
     blow.contacts[0].radius_m = Some(0.05);
-    Strike { effects, degree: DegreeRequest::Sites(24), ..blow }
+    FractureRequest { effects, degree: DegreeRequest::Sites(24), ..blow }
 }
 
-const HELD: [Effect; 2] = [Effect::Anchored, Effect::Gravity];
+const HELD: [EffectKind; 2] = [EffectKind::Anchored, EffectKind::Gravity];
 
 #[test]
 fn the_weight_alone_has_the_energy_of_a_hanging_bar() {
@@ -69,7 +69,7 @@ fn the_weight_alone_has_the_energy_of_a_hanging_bar() {
     // Lattices round the edges of the end off, so that a little less than all of it is held.
     for (spacing, bound) in [(COARSE, 0.15), (0.5 * COARSE, 0.1)] {
         let mut fine = bar_of(shapes::cuboid(SIZE), spacing);
-        fine.hold(&anchors(face()), &Token::default()).unwrap();
+        fine.hold(&anchors(face()), &CancelToken::default()).unwrap();
         let energy = struck::energy(&fine, &blow(1e-9, &HELD));
         println!("spacing {spacing}: {} J, exact {exact} J", energy.energy_j);
         assert!((energy.energy_j / exact - 1.0).abs() < bound, "{} of {exact}", energy.energy_j);
@@ -86,18 +86,19 @@ fn impact_and_weight_superpose() {
     let bar = bar(end());
     let (solid, held) = (bar.solid(0).unwrap(), bar.held(blow(1.0, &HELD).effects).unwrap().unwrap());
     let elasticity = &held.body(0).unwrap().elasticity;
-    for (more, driving) in [(vec![], Driving::Total), (vec![Effect::Tensile], Driving::Tensile)] {
+    for (more, driving) in [(vec![], DrivingEnergy::Total), (vec![EffectKind::Tensile], DrivingEnergy::Tensile)] {
         // Weak enough for the weight to count.
         let blow = blow(0.02, &[&HELD[..], &more].concat());
         let own = struck::energy(&bar, &blow);
-        let impact = Impact::new(&bar, &blow).unwrap();
-        let (mut load, mut workspace, token) = (Load::default(), Workspace::default(), Token::default());
+        let impact = ContactSet::new(&bar, &blow).unwrap();
+        let (mut load, mut workspace, token) =
+            (NodalLoad::default(), ElasticWorkspace::default(), CancelToken::default());
         elasticity.load(&impact.bodies[0].1, &mut load, &mut workspace).unwrap();
         let (alone, weight) = (load.forces.clone(), elasticity.weight(&GRAVITY.into()));
         load.forces.iter_mut().zip(&weight).for_each(|(f, w)| *f += w * bar.weight_unit(&impact));
         let energy = |forces: &[f64]| {
             let (mut displacement, mut energies, mut shares) = (Vec::new(), Vec::new(), Vec::new());
-            let mut workspace = Workspace::default();
+            let mut workspace = ElasticWorkspace::default();
             elasticity.solve(forces, &mut displacement, &mut workspace, &token).unwrap();
             elasticity.tet_energy(&solid.lattice, &displacement, driving, &mut energies, &token).unwrap();
             solid.transfer.apply(&energies, &mut shares);
@@ -129,20 +130,23 @@ fn a_body_that_no_anchor_reaches_is_free() {
     both.positions_m.extend(other.positions_m.iter().map(|point| point + Vector3::new(1.0, 0.0, 0.0)));
     both.triangles.extend(other.triangles.iter().map(|triangle| triangle.map(|vertex| vertex + first)));
     let mut bars = bar_of(both, COARSE);
-    bars.hold(&anchors(end()), &Token::default()).unwrap();
+    bars.hold(&anchors(end()), &CancelToken::default()).unwrap();
     assert_eq!(bars.bodies.len(), 2);
     let mut right = blow(1.0, &HELD);
     right.contacts[0].point_m.x += 1.0;
-    let free = Strike { effects: Effects::default(), ..right.clone() };
+    let free = FractureRequest { effects: EffectSet::default(), ..right.clone() };
     assert_eq!(struck::energy(&bars, &right), struck::energy(&bars, &free));
     let left = blow(1.0, &HELD);
-    assert_ne!(struck::energy(&bars, &left), struck::energy(&bars, &Strike { effects: Effects::default(), ..left }));
+    assert_ne!(
+        struck::energy(&bars, &left),
+        struck::energy(&bars, &FractureRequest { effects: EffectSet::default(), ..left })
+    );
 }
 
 #[test]
 fn held_fragments_are_bonded_to_the_world_and_stand_still() {
     let bar = bar(end());
-    let outputs = [HELD[0], Effect::Bonds, Effect::Release];
+    let outputs = [HELD[0], EffectKind::Bonds, EffectKind::Release];
     let pieces = struck::outcome(&bar, &blow(1.0, &outputs)).unwrap().pieces.unwrap();
     let bonds = pieces.bonds();
     assert_eq!(bonds.len(), pieces.counts.bonds);
@@ -171,17 +175,17 @@ fn neither_basis_nor_examples_are_asked_about_a_held_body() {
         elastic: ElasticRequest::Solve,
         ..real::request("arch", "ceramic")
     };
-    let mut arch = bake(shapes::arch(), &request, &Token::default(), &mut |_| ()).unwrap();
+    let mut arch = bake(shapes::arch(), &request, &CancelToken::default(), &mut |_| ()).unwrap();
     arch.impacts = 160;
-    reduce(&mut arch, RANK_MAX, &Token::default()).unwrap();
+    reduce(&mut arch, RANK_MAX, &CancelToken::default()).unwrap();
     let ground = Region::Cuboid { min_m: Point3::new(-1.0, -0.1, -1.0), max_m: Point3::new(1.0, 0.08, 1.0) };
-    arch.hold(&Anchors { regions: vec![ground], gravity_m_s2: None }, &Token::default()).unwrap();
+    arch.hold(&Anchors { regions: vec![ground], gravity_m_s2: None }, &CancelToken::default()).unwrap();
     let (point, inward) = struck::surface_point(&arch, [0.5, 1.0, 0.5]);
-    let just = Strike { threshold_only: true, ..Strike::at(point, inward).seeded(1) };
+    let just = FractureRequest { threshold_only: true, ..FractureRequest::at(point, inward).seeded(1) };
     let just = struck::outcome(&arch, &just).unwrap().impulse_factor;
-    let hard = |effects| Strike { effects, ..Strike::at(point, inward * (8.0 * just)).seeded(1) };
-    let free = struck::outcome(&arch, &hard(Effects::default())).unwrap();
-    let held = struck::outcome(&arch, &hard(Effects::default().with(Effect::Anchored))).unwrap();
+    let hard = |effects| FractureRequest { effects, ..FractureRequest::at(point, inward * (8.0 * just)).seeded(1) };
+    let free = struck::outcome(&arch, &hard(EffectSet::default())).unwrap();
+    let held = struck::outcome(&arch, &hard(EffectSet::default().with(EffectKind::Anchored))).unwrap();
     assert!(free.reduced_error.is_some(), "there is a basis");
     assert_eq!((held.reduced_error, held.degree_source), (None, DegreeSource::ClosedForm));
 }
@@ -189,55 +193,55 @@ fn neither_basis_nor_examples_are_asked_about_a_held_body() {
 #[test]
 fn what_cannot_be_held_is_refused_by_name() {
     let mut bar = bar_of(shapes::cuboid(SIZE), COARSE);
-    let refused = |bar: &mut Prepared, regions: Vec<Region>| {
-        let refused = bar.hold(&Anchors { regions, gravity_m_s2: None }, &Token::default()).unwrap_err();
+    let refused = |bar: &mut PreparedObject, regions: Vec<Region>| {
+        let refused = bar.hold(&Anchors { regions, gravity_m_s2: None }, &CancelToken::default()).unwrap_err();
         assert!(bar.held.is_none(), "it is as it was");
         refused
     };
     let far = Region::Ball { centre_m: Point3::new(3.0, 0.0, 0.0), radius_m: 0.5 };
     let empty = refused(&mut bar, vec![end(), far]);
-    assert!(matches!(empty, HoldError::Empty { region: 1, .. }), "{empty}");
+    assert!(matches!(empty, AnchorError::Empty { region: 1, .. }), "{empty}");
     assert!(empty.to_string().contains("anchors[1]") && empty.to_string().contains("0.5 m"), "{empty}");
     // A ball that holds a single node, at a corner of the lattice.
     let corner = bar.frame.to_metres(&bar.solid(0).unwrap().lattice.nodes[0]);
     let single = Region::Ball { centre_m: corner, radius_m: 1e-4 };
     let loose = refused(&mut bar, vec![single]);
-    let line = matches!(loose, HoldError::Loose { body: 0, source: ElasticityError::AnchorsInLine { nodes: 1 }, .. });
+    let line = matches!(loose, AnchorError::Loose { body: 0, source: ElasticityError::AnchorsInLine { nodes: 1 }, .. });
     assert!(line && loose.to_string().contains("anchors[0]"), "{loose}");
 }
 
 #[test]
 fn strikes_beyond_what_is_held_are_refused() {
-    let refused = |bar: &Prepared, strike: &Strike| struck::outcome(bar, strike).err().unwrap();
+    let refused = |bar: &PreparedObject, strike: &FractureRequest| struck::outcome(bar, strike).err().unwrap();
     let mut bar = bar_of(shapes::cuboid(SIZE), COARSE);
     let error = refused(&bar, &blow(1.0, &HELD));
-    assert!(matches!(error, StrikeError::Unheld { effect: Effect::Anchored }), "{error}");
-    bar.hold(&Anchors { gravity_m_s2: None, ..anchors(end()) }, &Token::default()).unwrap();
+    assert!(matches!(error, FractureError::Unheld { effect: EffectKind::Anchored }), "{error}");
+    bar.hold(&Anchors { gravity_m_s2: None, ..anchors(end()) }, &CancelToken::default()).unwrap();
     let error = refused(&bar, &blow(1.0, &HELD));
-    assert!(matches!(error, StrikeError::Unheld { effect: Effect::Gravity }), "{error}");
+    assert!(matches!(error, FractureError::Unheld { effect: EffectKind::Gravity }), "{error}");
     // All of its load rests on what does not move.
     let mut low = blow(1.0, &HELD[..1]);
     low.contacts[0].point_m.x = -0.2;
     low.contacts[0].radius_m = Some(0.01);
     let wide = Region::Cuboid { min_m: Point3::new(-0.3, -0.3, -0.3), max_m: Point3::new(0.0, 0.3, 0.3) };
-    bar.hold(&anchors(wide), &Token::default()).unwrap();
+    bar.hold(&anchors(wide), &CancelToken::default()).unwrap();
     let error = refused(&bar, &low);
-    assert!(matches!(error, StrikeError::Balanced { body: 0 }), "{error}");
+    assert!(matches!(error, FractureError::Balanced { body: 0 }), "{error}");
 }
 
 /// The threshold's impulse is that of the blow alone: the weight stays as it is.
 #[test]
 fn the_threshold_is_asked_of_the_blow_beside_the_weight() {
     let bar = bar(end());
-    let only = |effects: &[Effect]| Strike { threshold_only: true, ..blow(1.0, effects) };
+    let only = |effects: &[EffectKind]| FractureRequest { threshold_only: true, ..blow(1.0, effects) };
     let just = struck::outcome(&bar, &only(&HELD)).unwrap().impulse_factor;
     let light = struck::outcome(&bar, &only(&HELD[..1])).unwrap().impulse_factor;
     println!("{just} of the blow, {light} without weight");
-    let e1 = |times: f64| struck::outcome(&bar, &Strike { threshold_only: true, ..blow(times, &HELD) });
+    let e1 = |times: f64| struck::outcome(&bar, &FractureRequest { threshold_only: true, ..blow(times, &HELD) });
     let found = e1(just).unwrap().e1_over_gamma;
     assert!((found - 1.0).abs() < 1e-4 && just != light, "{found}");
     // Under a threshold far below its weight's energy it breaks by itself.
-    let weak = Strike { gamma_j_m2: Some(1e-12), ..only(&HELD) };
+    let weak = FractureRequest { gamma_j_m2: Some(1e-12), ..only(&HELD) };
     assert_eq!(struck::outcome(&bar, &weak).unwrap().impulse_factor, 0.0);
 }
 
@@ -248,12 +252,15 @@ fn the_shipped_arch_stands() {
     let object = &scene.objects["arch"];
     let (mesh, request) = object.bake("arch").unwrap();
     let coarse = BakeRequest { elastic_spacing: Some(0.06), crack_spacing: Some(0.05), kappa: Some(1.0), ..request };
-    let mut arch = bake(mesh, &coarse, &Token::default(), &mut |_| ()).unwrap();
+    let mut arch = bake(mesh, &coarse, &CancelToken::default(), &mut |_| ()).unwrap();
     let grip = arch.grip(&object.terms.anchors).unwrap();
     assert!(grip.counts.len() == 2 && grip.counts.iter().all(|count| *count >= 8), "{:?}", grip.counts);
     object.terms.hold(&mut arch).unwrap();
-    let effects = Effects::default().with(Effect::Tensile).with(Effect::Anchored).with(Effect::Gravity);
-    let touch = Strike { effects, ..Strike::at(Point3::new(0.0, 1.0, 0.0), Vector3::new(0.0, -1e-9, 0.0)).seeded(1) };
+    let effects = EffectSet::default().with(EffectKind::Tensile).with(EffectKind::Anchored).with(EffectKind::Gravity);
+    let touch = FractureRequest {
+        effects,
+        ..FractureRequest::at(Point3::new(0.0, 1.0, 0.0), Vector3::new(0.0, -1e-9, 0.0)).seeded(1)
+    };
     let outcome = struck::outcome(&arch, &touch).unwrap();
     println!("E_1/gamma of its weight {:.2e}", outcome.e1_over_gamma);
     assert!(outcome.pieces.is_none() && outcome.e1_over_gamma > 0.0);

@@ -4,19 +4,20 @@ use nalgebra::{Point3, Vector3};
 use shatter_fracture::database::{BakeRequest, bake, load, save};
 use shatter_fracture::lift::LiftKind;
 use shatter_fracture::pipeline::{
-    DegreeRequest, ElasticRequest, Outcome, Prepared, Sampler, Stage, Strike, Watch, Workspace, strike, strike_again,
+    DegreeRequest, ElasticRequest, FractureOutcome, FractureRequest, ImpactSampler, PreparedObject, Stage,
+    StageObserver, Workspace, strike, strike_again,
 };
-use shatter_fracture::random::Stream;
-use shatter_fracture::scene::{Effect, Effects};
+use shatter_fracture::random::RandomStream;
+use shatter_fracture::scene::{EffectKind, EffectSet};
 use shatter_fracture::surface::{RawMesh, shapes};
-use shatter_fracture::token::Token;
+use shatter_fracture::token::CancelToken;
 use shatter_tests::real;
 use shatter_tests::struck::outcome;
 
-fn baked(name: &str, mesh: RawMesh, spacings: Option<[f64; 2]>) -> Prepared {
+fn baked(name: &str, mesh: RawMesh, spacings: Option<[f64; 2]>) -> PreparedObject {
     let [elastic_spacing, crack_spacing] = [0, 1].map(|k| spacings.map(|spacings| spacings[k]));
     let request = BakeRequest { elastic_spacing, crack_spacing, kappa: Some(2.0), ..real::request(name, "ceramic") };
-    bake(mesh, &request, &Token::default(), &mut |_| ()).unwrap()
+    bake(mesh, &request, &CancelToken::default(), &mut |_| ()).unwrap()
 }
 
 /// Two blocks that do not touch.
@@ -33,23 +34,23 @@ fn blocks() -> RawMesh {
 }
 
 /// The same blow with its impulses times `factor`.
-fn times(blow: &Strike, factor: f64) -> Strike {
+fn times(blow: &FractureRequest, factor: f64) -> FractureRequest {
     let mut blow = blow.clone();
     blow.contacts.iter_mut().for_each(|contact| contact.impulse_ns *= factor);
     blow
 }
 
 /// Impulses times this just break the object.
-fn just(prepared: &Prepared, blow: &Strike) -> f64 {
-    let exact = Strike { threshold_only: true, ..blow.clone() };
+fn just(prepared: &PreparedObject, blow: &FractureRequest) -> f64 {
+    let exact = FractureRequest { threshold_only: true, ..blow.clone() };
     let found = outcome(prepared, &exact).unwrap();
     assert!(!found.bounded, "thresholds are exact");
     found.impulse_factor
 }
 
 /// An impact of the object's sampler as a host sends it.
-fn sampled(prepared: &Prepared, index: u64) -> Strike {
-    Strike { elastic: ElasticRequest::Reduced, ..Sampler::new(prepared).impact(7, index) }
+fn sampled(prepared: &PreparedObject, index: u64) -> FractureRequest {
+    FractureRequest { elastic: ElasticRequest::Reduced, ..ImpactSampler::new(prepared).impact(7, index) }
 }
 
 /// How many of 50 sampled impacts the bound ends, by their share of the threshold, per cent.
@@ -80,30 +81,30 @@ fn most_weak_blows_end_before_the_elastic_stage() {
 }
 
 /// One to four contacts anywhere, of any direction and size.
-fn random(prepared: &Prepared, stream: &mut Stream) -> Strike {
-    let sampler = Sampler::new(prepared);
+fn random(prepared: &PreparedObject, stream: &mut RandomStream) -> FractureRequest {
+    let sampler = ImpactSampler::new(prepared);
     let count = 1 + (4.0 * stream.uniform()) as usize;
-    let contact = |stream: &mut Stream| {
+    let contact = |stream: &mut RandomStream| {
         let (point, _) = sampler.point(stream);
         let direction = Vector3::from_fn(|_, _| stream.uniform() - 0.5);
         let radius_m = prepared.frame.diagonal_m * 0.01 * 40f64.powf(stream.uniform());
         (prepared.frame.to_metres(&point), direction, radius_m)
     };
     let contacts: Vec<_> = (0..count).map(|_| contact(stream)).collect();
-    let mut blow = Strike::at(contacts[0].0, contacts[0].1).seeded(1);
+    let mut blow = FractureRequest::at(contacts[0].0, contacts[0].1).seeded(1);
     blow.contacts = contacts
         .into_iter()
         .flat_map(|(point, impulse, radius_m)| {
-            let own = Strike::at(point, impulse).contacts;
+            let own = FractureRequest::at(point, impulse).contacts;
             own.into_iter()
-                .map(move |contact| shatter_fracture::pipeline::Contact { radius_m: Some(radius_m), ..contact })
+                .map(move |contact| shatter_fracture::pipeline::ImpactContact { radius_m: Some(radius_m), ..contact })
         })
         .collect();
     blow
 }
 
 /// All that is known of an outcome, bit by bit.
-fn bytes(outcome: &Outcome) -> Vec<u64> {
+fn bytes(outcome: &FractureOutcome) -> Vec<u64> {
     let numbers = [outcome.gamma_j_m2, outcome.e1_over_gamma, outcome.impulse_factor, outcome.radius_m];
     let mut all: Vec<u64> = numbers.iter().map(|number| number.to_bits()).collect();
     all.extend([u64::from(outcome.sites), u64::from(outcome.fracture_degree), outcome.degree_source as u64]);
@@ -119,7 +120,7 @@ fn bytes(outcome: &Outcome) -> Vec<u64> {
 }
 
 /// The same object without a bound.
-fn without_bounds(mut prepared: Prepared) -> Prepared {
+fn without_bounds(mut prepared: PreparedObject) -> PreparedObject {
     prepared.bodies.iter_mut().for_each(|body| body.bound = None);
     prepared
 }
@@ -131,7 +132,7 @@ fn no_strike_that_breaks_is_ended_and_none_that_goes_on_changes() {
     for (name, mesh) in [("arch", shapes::arch()), ("blocks", blocks()), ("bar", shapes::cuboid([0.6, 0.1, 0.08]))] {
         let prepared = || baked(name, mesh.clone(), Some([0.08, 0.06]));
         let (prepared, bare) = (prepared(), without_bounds(prepared()));
-        let mut stream = Stream::new(5, 0);
+        let mut stream = RandomStream::new(5, 0);
         let (mut ended, mut broken) = (0, 0);
         for (lift, tensile) in [
             (LiftKind::Interior, false),
@@ -141,9 +142,9 @@ fn no_strike_that_breaks_is_ended_and_none_that_goes_on_changes() {
             (LiftKind::SurfaceDiffusion, false),
             (LiftKind::SurfaceDiffusion, true),
         ] {
-            let effects = if tensile { Effects::default().with(Effect::Tensile) } else { Effects::default() };
+            let effects = if tensile { EffectSet::default().with(EffectKind::Tensile) } else { EffectSet::default() };
             for _ in 0..50 {
-                let blow = Strike { lift, effects, degree_max: 3, ..random(&prepared, &mut stream) };
+                let blow = FractureRequest { lift, effects, degree_max: 3, ..random(&prepared, &mut stream) };
                 let just = just(&prepared, &blow);
                 let blow = times(&blow, just * 1e-3 * 3000f64.powf(stream.uniform()));
                 let (found, exact) = (outcome(&prepared, &blow).unwrap(), outcome(&bare, &blow).unwrap());
@@ -167,29 +168,29 @@ fn no_strike_that_breaks_is_ended_and_none_that_goes_on_changes() {
 
 /// The stages that ran, and the effects that they told of.
 #[derive(Default)]
-struct Ran(Vec<&'static str>, Vec<Effect>);
+struct Ran(Vec<&'static str>, Vec<EffectKind>);
 
-impl Watch for Ran {
+impl StageObserver for Ran {
     fn enter(&mut self, stage: Stage) {
         self.0.push(stage.name());
     }
     fn leave(&mut self, _: Stage, _: u64) {}
-    fn begin(&mut self, effect: Effect) {
+    fn begin(&mut self, effect: EffectKind) {
         self.1.push(effect);
     }
-    fn end(&mut self, effect: Effect, _: u64) {
+    fn end(&mut self, effect: EffectKind, _: u64) {
         self.1.push(effect);
     }
-    fn part(&mut self, effect: Effect, _: u64) {
+    fn part(&mut self, effect: EffectKind, _: u64) {
         self.1.push(effect);
     }
 }
 
 /// A weak blow, as it is and changed: whether the bound ends it.
 #[track_caller]
-fn check(prepared: &Prepared, blow: &Strike, ends: bool) {
+fn check(prepared: &PreparedObject, blow: &FractureRequest, ends: bool) {
     let mut ran = Ran::default();
-    let found = strike(prepared, blow, &mut Workspace::default(), &Token::default(), &mut ran).unwrap();
+    let found = strike(prepared, blow, &mut Workspace::default(), &CancelToken::default(), &mut ran).unwrap();
     assert_eq!(found.bounded, ends, "{blow:?}");
     if ends {
         // The load is entered for the contacts, and once per body.
@@ -203,17 +204,17 @@ fn a_bound_will_not_do_where_exact_figures_are_asked_for_or_there_is_none() {
     let prepared = baked("arch", shapes::arch(), Some([0.08, 0.06]));
     let blow = sampled(&prepared, 0);
     let blow = times(&blow, 0.01 * just(&prepared, &blow));
-    let default = Effects::default();
+    let default = EffectSet::default();
     for degree in
         [DegreeRequest::Inferred, DegreeRequest::ClosedForm, DegreeRequest::Verified, DegreeRequest::Optimised]
     {
-        check(&prepared, &Strike { degree, ..blow.clone() }, true);
+        check(&prepared, &FractureRequest { degree, ..blow.clone() }, true);
     }
-    check(&prepared, &Strike { effects: default.without(Effect::Interior), ..blow.clone() }, true);
-    check(&prepared, &Strike { degree: DegreeRequest::Sites(2), ..blow.clone() }, false);
-    check(&prepared, &Strike { elastic: ElasticRequest::Solve, ..blow.clone() }, false);
-    check(&prepared, &Strike { threshold_only: true, ..blow.clone() }, false);
-    check(&prepared, &Strike { effects: default.without(Effect::Elastic), ..blow.clone() }, false);
+    check(&prepared, &FractureRequest { effects: default.without(EffectKind::Interior), ..blow.clone() }, true);
+    check(&prepared, &FractureRequest { degree: DegreeRequest::Sites(2), ..blow.clone() }, false);
+    check(&prepared, &FractureRequest { elastic: ElasticRequest::Solve, ..blow.clone() }, false);
+    check(&prepared, &FractureRequest { threshold_only: true, ..blow.clone() }, false);
+    check(&prepared, &FractureRequest { effects: default.without(EffectKind::Elastic), ..blow.clone() }, false);
     // Stored, and of a file that does not know of it.
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("arch.shatter");
@@ -229,12 +230,13 @@ fn a_bound_will_not_do_where_exact_figures_are_asked_for_or_there_is_none() {
 fn a_fragment_that_is_struck_again_has_no_bound() {
     let prepared = baked("arch", shapes::arch(), Some([0.08, 0.06]));
     let (node, own) = (prepared.bodies[0].crack.nodes[0], Vector3::new(0.3, -1.0, 0.2));
-    let blow = Strike::at(prepared.frame.to_metres(&node), own).seeded(1);
-    let broken = outcome(&prepared, &Strike { degree: DegreeRequest::Sites(2), ..blow }).unwrap().pieces.unwrap();
+    let blow = FractureRequest::at(prepared.frame.to_metres(&node), own).seeded(1);
+    let broken =
+        outcome(&prepared, &FractureRequest { degree: DegreeRequest::Sites(2), ..blow }).unwrap().pieces.unwrap();
     let kept = broken.keep();
-    let (mut workspace, token) = (Workspace::default(), Token::default());
+    let (mut workspace, token) = (Workspace::default(), CancelToken::default());
     let struck = prepared.bodies[0].crack.nodes.iter().find_map(|node| {
-        let weak = Strike::at(prepared.frame.to_metres(node), own * 1e-6).seeded(1);
+        let weak = FractureRequest::at(prepared.frame.to_metres(node), own * 1e-6).seeded(1);
         strike_again(&prepared, (&kept, 0), &weak, &mut workspace, &token, &mut ()).ok()
     });
     let struck = struck.expect("some node is of the fragment");
@@ -251,6 +253,6 @@ fn an_object_that_is_to_be_solved_has_no_bound() {
         elastic: ElasticRequest::Solve,
         ..real::request("arch", "ceramic")
     };
-    let prepared = bake(shapes::arch(), &request, &Token::default(), &mut |_| ()).unwrap();
+    let prepared = bake(shapes::arch(), &request, &CancelToken::default(), &mut |_| ()).unwrap();
     assert!(prepared.bodies.iter().all(|body| body.bound.is_none()));
 }

@@ -1,34 +1,35 @@
 //! Presets, errors that are asked for, and times that are kept: by clocks of the tests' own, so that nothing depends on this machine.
 
 use nalgebra::{Point3, Vector3};
-use shatter_fracture::centroidal::{self, Field, GAP_CERTAIN, GAP_MIN, ITERATIONS_MAX, Options};
+use shatter_fracture::centroidal::{self, DiagramOptions, EnergyField, GAP_CERTAIN, GAP_MIN, ITERATIONS_MAX};
 use shatter_fracture::database::{BakeRequest, bake};
 use shatter_fracture::pipeline::{
-    Budget, Cost, DegreeRequest, DegreeSource, ElasticRequest, Ending, HURRIED_RANK_MAX, Impact, Outcome, Prepared,
-    Quality, RANK_MAX, Sampler, Stage, StopReason, Strike, Watch, Workspace, reduce, strain_energy, strike,
+    ContactSet, DegreeRequest, DegreeSource, ElasticRequest, FractureOutcome, FractureRequest, HURRIED_RANK_MAX,
+    ImpactSampler, PreparedObject, Preset, RANK_MAX, Stage, StageObserver, StopReason, StrikeCost, Termination,
+    TimeBudget, Workspace, reduce, strain_energy, strike,
 };
-use shatter_fracture::scene::Effect;
+use shatter_fracture::scene::EffectKind;
 use shatter_fracture::surface::{RawMesh, shapes};
-use shatter_fracture::token::Token;
+use shatter_fracture::token::CancelToken;
 use shatter_tests::real;
 use std::cell::Cell;
 
 /// An arch with a basis; no degrees are learned.
-fn arch(impacts: u64) -> Prepared {
+fn arch(impacts: u64) -> PreparedObject {
     let request =
         BakeRequest { elastic_spacing: Some(0.06), crack_spacing: Some(0.05), ..real::request("arch", "ceramic") };
-    let mut prepared = bake(shapes::arch(), &request, &Token::default(), &mut |_| ()).unwrap();
+    let mut prepared = bake(shapes::arch(), &request, &CancelToken::default(), &mut |_| ()).unwrap();
     prepared.impacts = impacts;
-    reduce(&mut prepared, RANK_MAX, &Token::default()).unwrap();
+    reduce(&mut prepared, RANK_MAX, &CancelToken::default()).unwrap();
     prepared
 }
 
 /// A blow at the top, far above the threshold.
-fn blow(prepared: &Prepared) -> Strike {
+fn blow(prepared: &PreparedObject) -> FractureRequest {
     let top = prepared.bodies[0].crack.nodes.iter().max_by(|a, b| a.y.total_cmp(&b.y)).unwrap();
     let point_m: Point3<f64> = prepared.frame.to_metres(top);
-    let blow = Strike::at(point_m, Vector3::new(1.0, -3.0, 0.5)).seeded(1);
-    Strike { degree: DegreeRequest::Sites(12), tolerance: 1e-9, ..blow }
+    let blow = FractureRequest::at(point_m, Vector3::new(1.0, -3.0, 0.5)).seeded(1);
+    FractureRequest { degree: DegreeRequest::Sites(12), tolerance: 1e-9, ..blow }
 }
 
 /// A clock that somebody looks at so often until the time is over.
@@ -43,32 +44,32 @@ impl Looks {
     }
 }
 
-impl Watch for Looks {
+impl StageObserver for Looks {
     fn enter(&mut self, _: Stage) {}
     fn leave(&mut self, _: Stage, _: u64) {}
-    fn begin(&mut self, _: Effect) {}
-    fn end(&mut self, _: Effect, _: u64) {}
-    fn part(&mut self, _: Effect, _: u64) {}
+    fn begin(&mut self, _: EffectKind) {}
+    fn end(&mut self, _: EffectKind, _: u64) {}
+    fn part(&mut self, _: EffectKind, _: u64) {}
     fn remaining_s(&self) -> f64 {
         self.left.replace(self.left.get() - self.per_look_s)
     }
 }
 
 /// A second for everything.
-const COST: Cost =
-    Cost { reduced_s: 1.0, solve_s: 5.0, start_s: [1.0, 0.0], iteration_s: [1.0, 0.0], rest_s: [1.0, 0.0] };
+const COST: StrikeCost =
+    StrikeCost { reduced_s: 1.0, solve_s: 5.0, start_s: [1.0, 0.0], iteration_s: [1.0, 0.0], rest_s: [1.0, 0.0] };
 
-fn falling() -> Option<Budget> {
-    Some(Budget { cost: COST, elastic_falls: true, degree_falls: true })
+fn falling() -> Option<TimeBudget> {
+    Some(TimeBudget { cost: COST, elastic_falls: true, degree_falls: true })
 }
 
-fn struck(prepared: &Prepared, blow: &Strike, watch: &mut dyn Watch) -> Outcome {
-    strike(prepared, blow, &mut Workspace::default(), &Token::default(), watch).unwrap()
+fn struck(prepared: &PreparedObject, blow: &FractureRequest, watch: &mut dyn StageObserver) -> FractureOutcome {
+    strike(prepared, blow, &mut Workspace::default(), &CancelToken::default(), watch).unwrap()
 }
 
 /// What holds however early a strike was stopped: pieces are closed, as all faces have another side, and their volumes add up.
 #[track_caller]
-fn check_whole(prepared: &Prepared, outcome: &Outcome) {
+fn check_whole(prepared: &PreparedObject, outcome: &FractureOutcome) {
     let pieces = outcome.pieces.as_ref().unwrap();
     let volume: f64 = pieces.fragments.iter().map(|fragment| fragment.volume_m3).sum();
     assert!((volume / prepared.report.lattice_volume_m3 - 1.0).abs() < 1e-12, "{volume}");
@@ -102,29 +103,30 @@ fn check_whole(prepared: &Prepared, outcome: &Outcome) {
 #[test]
 fn a_descent_ends_when_the_time_left_is_what_the_rest_takes() {
     let prepared = arch(0);
-    let budget = |solve_s| falling().map(|budget| Budget { cost: Cost { solve_s, ..COST }, ..budget });
-    let blow = Strike { budget: budget(1.0), ..blow(&prepared) };
+    let budget = |solve_s| falling().map(|budget| TimeBudget { cost: StrikeCost { solve_s, ..COST }, ..budget });
+    let blow = FractureRequest { budget: budget(1.0), ..blow(&prepared) };
     // It is looked at when the strike begins, when it is solved for, when the descent begins, and after every step; each look takes a
     // second, as every step is expected to. The last second is for the rest.
     for (seconds, iterations) in [(0.0, 0), (4.9, 0), (5.0, 1), (5.9, 1), (6.0, 2), (10.9, 6)] {
         let outcome = struck(&prepared, &blow, &mut Looks::new(seconds, 1.0));
         assert_eq!((outcome.iterations, outcome.stop_reason()), (iterations, StopReason::Time), "{seconds}");
         check_whole(&prepared, &outcome);
-        let again = struck(&prepared, &Strike { iterations_max: iterations, budget: None, ..blow.clone() }, &mut ());
+        let again =
+            struck(&prepared, &FractureRequest { iterations_max: iterations, budget: None, ..blow.clone() }, &mut ());
         assert_eq!(again.stop_reason(), StopReason::Iterations);
         assert_eq!(cells(&again), cells(&outcome), "the same iterations are the same pieces");
         assert_eq!(again.cvd_gap, outcome.cvd_gap);
     }
     // The solve took twice as long as expected: so will all else, until the steps are faster.
-    let slow = Strike { budget: budget(0.5), ..blow.clone() };
+    let slow = FractureRequest { budget: budget(0.5), ..blow.clone() };
     for (seconds, iterations) in [(6.9, 0), (7.0, 1), (8.9, 1), (9.0, 3)] {
         assert_eq!(struck(&prepared, &slow, &mut Looks::new(seconds, 1.0)).iterations, iterations, "{seconds}");
     }
     let patient = struck(&prepared, &blow, &mut Looks::new(1e9, 1.0));
-    assert_eq!(cells(&patient), cells(&struck(&prepared, &Strike { budget: None, ..blow }, &mut ())));
+    assert_eq!(cells(&patient), cells(&struck(&prepared, &FractureRequest { budget: None, ..blow }, &mut ())));
 }
 
-fn cells(outcome: &Outcome) -> Vec<(f64, f64)> {
+fn cells(outcome: &FractureOutcome) -> Vec<(f64, f64)> {
     let pieces = outcome.pieces.as_ref().unwrap();
     pieces.fragments.iter().map(|fragment| (fragment.volume_m3, fragment.energy_j_m2)).collect()
 }
@@ -132,24 +134,26 @@ fn cells(outcome: &Outcome) -> Vec<(f64, f64)> {
 #[test]
 fn a_solve_falls_before_a_search_and_what_was_asked_for_does_not() {
     let prepared = arch(60);
-    let solved = Strike { elastic: ElasticRequest::Solve, budget: falling(), ..blow(&prepared) };
-    let reduced =
-        |strike: &Strike, seconds| struck(&prepared, strike, &mut Looks::new(seconds, 0.0)).reduced_error.is_some();
+    let solved = FractureRequest { elastic: ElasticRequest::Solve, budget: falling(), ..blow(&prepared) };
+    let reduced = |strike: &FractureRequest, seconds| {
+        struck(&prepared, strike, &mut Looks::new(seconds, 0.0)).reduced_error.is_some()
+    };
     // The solve takes five, start and rest one each.
     assert!(reduced(&solved, 6.9) && !reduced(&solved, 7.1));
-    let rank_max = |strike: &Strike, seconds| struck(&prepared, strike, &mut Looks::new(seconds, 0.0)).rank_max;
+    let rank_max =
+        |strike: &FractureRequest, seconds| struck(&prepared, strike, &mut Looks::new(seconds, 0.0)).rank_max;
     assert_eq!(rank_max(&solved, 3.1), None);
     assert_eq!(rank_max(&solved, 2.9), Some(HURRIED_RANK_MAX), "no time for all of the basis");
-    let less = Strike { rank_max: Some(9), ..solved.clone() };
+    let less = FractureRequest { rank_max: Some(9), ..solved.clone() };
     assert_eq!(rank_max(&less, 2.9), Some(9));
-    let firm = Budget { elastic_falls: false, ..falling().unwrap() };
-    assert_eq!(rank_max(&Strike { budget: Some(firm), ..solved.clone() }, 0.0), None);
-    assert!(!reduced(&Strike { budget: Some(firm), ..solved.clone() }, 0.0));
+    let firm = TimeBudget { elastic_falls: false, ..falling().unwrap() };
+    assert_eq!(rank_max(&FractureRequest { budget: Some(firm), ..solved.clone() }, 0.0), None);
+    assert!(!reduced(&FractureRequest { budget: Some(firm), ..solved.clone() }, 0.0));
 
-    let whole = struck(&prepared, &Strike { threshold_only: true, ..solved.clone() }, &mut ());
+    let whole = struck(&prepared, &FractureRequest { threshold_only: true, ..solved.clone() }, &mut ());
     let gamma_j_m2 = Some(whole.gamma_j_m2 * whole.e1_over_gamma / 20.0);
-    let searched = Strike { degree: DegreeRequest::Verified, gamma_j_m2, ..solved };
-    let source = |strike: &Strike, seconds| {
+    let searched = FractureRequest { degree: DegreeRequest::Verified, gamma_j_m2, ..solved };
+    let source = |strike: &FractureRequest, seconds| {
         let outcome = struck(&prepared, strike, &mut Looks::new(seconds, 0.0));
         check_whole(&prepared, &outcome);
         outcome.degree_source
@@ -160,18 +164,19 @@ fn a_solve_falls_before_a_search_and_what_was_asked_for_does_not() {
 }
 
 /// A strike that breaks the arch by its degree, which `degree` searches whatever time it has.
-fn searching(prepared: &Prepared, degree: DegreeRequest) -> Strike {
-    let blow = Strike { degree: DegreeRequest::Inferred, ..blow(prepared) };
-    let whole = struck(prepared, &Strike { threshold_only: true, ..blow.clone() }, &mut ());
+fn searching(prepared: &PreparedObject, degree: DegreeRequest) -> FractureRequest {
+    let blow = FractureRequest { degree: DegreeRequest::Inferred, ..blow(prepared) };
+    let whole = struck(prepared, &FractureRequest { threshold_only: true, ..blow.clone() }, &mut ());
     let gamma_j_m2 = Some(whole.gamma_j_m2 * whole.e1_over_gamma / 20.0);
-    let budget = falling().map(|budget| Budget { degree_falls: false, ..budget });
-    Strike { degree, gamma_j_m2, budget, ..blow }
+    let budget = falling().map(|budget| TimeBudget { degree_falls: false, ..budget });
+    FractureRequest { degree, gamma_j_m2, budget, ..blow }
 }
 
 #[test]
 fn a_search_that_was_asked_for_ends_with_its_time() {
     let prepared = arch(60);
-    let guessed = struck(&prepared, &Strike { budget: None, ..searching(&prepared, DegreeRequest::Inferred) }, &mut ());
+    let guessed =
+        struck(&prepared, &FractureRequest { budget: None, ..searching(&prepared, DegreeRequest::Inferred) }, &mut ());
     for (degree, source) in
         [(DegreeRequest::Verified, DegreeSource::Verified), (DegreeRequest::Optimised, DegreeSource::Optimised)]
     {
@@ -185,7 +190,7 @@ fn a_search_that_was_asked_for_ends_with_its_time() {
         check_whole(&prepared, &early);
         assert_eq!((early.stop_reason(), early.degree_source), (StopReason::Time, guessed.degree_source), "{degree:?}");
         let patient = struck(&prepared, &searching, &mut Looks::new(1e9, 1.0));
-        let free = struck(&prepared, &Strike { budget: None, ..searching }, &mut ());
+        let free = struck(&prepared, &FractureRequest { budget: None, ..searching }, &mut ());
         assert_eq!((patient.stop_reason(), patient.degree_source), (StopReason::Converged, source));
         assert_eq!(cells(&patient), cells(&free));
     }
@@ -195,7 +200,7 @@ fn a_search_that_was_asked_for_ends_with_its_time() {
 fn a_search_ends_its_diagrams_at_the_error() {
     let prepared = arch(60);
     for degree in [DegreeRequest::Verified, DegreeRequest::Optimised] {
-        let free = Strike { budget: None, ..searching(&prepared, degree) };
+        let free = FractureRequest { budget: None, ..searching(&prepared, degree) };
         let iterations = |error_max: f64| {
             let outcome = struck(&prepared, &free.clone().to_the_error(error_max), &mut ());
             assert_eq!(outcome.stop_reason(), StopReason::ErrorMet, "{degree:?} {error_max}");
@@ -210,7 +215,8 @@ fn a_search_ends_its_diagrams_at_the_error() {
 #[test]
 fn descents_begin_alike_whatever_ends_them() {
     let prepared = arch(0);
-    let begun = |tolerance| struck(&prepared, &Strike { tolerance, iterations_max: 0, ..blow(&prepared) }, &mut ());
+    let begun =
+        |tolerance| struck(&prepared, &FractureRequest { tolerance, iterations_max: 0, ..blow(&prepared) }, &mut ());
     let [loose, tight] = [0.9, 1e-6].map(begun);
     assert_eq!(cells(&loose), cells(&tight));
     assert!(loose.cvd_gap.is_some_and(|gap| gap < 0.3), "it began on coarser levels: {:?}", loose.cvd_gap);
@@ -223,7 +229,7 @@ fn an_error_that_is_asked_for_is_met_by_both_estimates() {
     for error_max in [0.3, 0.1, 0.03, 0.01] {
         let strike = blow(&prepared).to_the_error(error_max);
         let outcome = struck(&prepared, &strike, &mut ());
-        assert_eq!((outcome.stop_reason(), outcome.ending), (StopReason::ErrorMet, Some(Ending::ErrorMet)));
+        assert_eq!((outcome.stop_reason(), outcome.ending), (StopReason::ErrorMet, Some(Termination::ErrorMet)));
         assert!(
             GAP_CERTAIN * outcome.cvd_gap.unwrap() <= 2.0 * error_max
                 && outcome.reduced_error.unwrap_or(0.0) <= error_max
@@ -243,23 +249,25 @@ fn presets_are_carried_out_by_their_numbers() {
     let prepared = arch(60);
     let iterations = |quality| {
         let sites = DegreeRequest::Sites(12);
-        let outcome = struck(&prepared, &Strike { degree: sites, ..blow(&prepared).of_quality(quality) }, &mut ());
+        let outcome =
+            struck(&prepared, &FractureRequest { degree: sites, ..blow(&prepared).of_quality(quality) }, &mut ());
         match quality {
-            Quality::Reference => assert_eq!(outcome.reduced_error, None),
+            Preset::Reference => assert_eq!(outcome.reduced_error, None),
             _ => assert!(outcome.reduced_error.unwrap_or(0.0) <= quality.dials().reduced_error_max, "{quality:?}"),
         }
         outcome.iterations
     };
-    let all = Quality::ALL.map(iterations);
-    assert!(all.is_sorted() && all[0] <= Quality::Draft.dials().iterations_max && all[3] > all[1], "{all:?}");
+    let all = Preset::ALL.map(iterations);
+    assert!(all.is_sorted() && all[0] <= Preset::Draft.dials().iterations_max && all[3] > all[1], "{all:?}");
 }
 
 #[test]
 fn a_preset_fixes_the_lattices_of_a_bake_and_spacings_go_before_it() {
     let request = |quality| BakeRequest { quality, kappa: Some(1.0), ..real::request("block", "ceramic") };
-    let baked =
-        |request: &BakeRequest| bake(shapes::cuboid([0.4, 0.3, 0.2]), request, &Token::default(), &mut |_| ()).unwrap();
-    for quality in [Quality::Draft, Quality::Game] {
+    let baked = |request: &BakeRequest| {
+        bake(shapes::cuboid([0.4, 0.3, 0.2]), request, &CancelToken::default(), &mut |_| ()).unwrap()
+    };
+    for quality in [Preset::Draft, Preset::Game] {
         let prepared = baked(&request(quality));
         let (wanted, parameters) = (quality.lattices(), &prepared.parameters);
         assert_eq!(parameters.quality, quality);
@@ -289,26 +297,26 @@ fn estimated_gaps_are_within_a_factor_4_of_the_true_ones() {
     let (mut all, mut good, mut certain) = (0, 0, 0);
     for (name, mesh) in objects() {
         let request = BakeRequest { kappa: Some(1.0), ..real::request(name, "ceramic") };
-        let prepared = bake(mesh, &request, &Token::default(), &mut |_| ()).unwrap();
-        let sampler = Sampler::new(&prepared);
+        let prepared = bake(mesh, &request, &CancelToken::default(), &mut |_| ()).unwrap();
+        let sampler = ImpactSampler::new(&prepared);
         let mut ratios: Vec<f64> = Vec::new();
         for index in 0..4 {
-            let impact = Impact::new(&prepared, &sampler.impact(7, index)).unwrap();
+            let impact = ContactSet::new(&prepared, &sampler.impact(7, index)).unwrap();
             let mut workspace = Workspace::default();
-            let energies = strain_energy(&prepared, &impact, &mut workspace, &Token::default(), &mut ());
+            let energies = strain_energy(&prepared, &impact, &mut workspace, &CancelToken::default(), &mut ());
             let mut energy = energies.unwrap().remove(0);
             let body = &prepared.bodies[energy.body];
-            let field = Field::new(body.interior.as_ref().unwrap(), &body.volumes, &mut energy.shares).unwrap();
+            let field = EnergyField::new(body.interior.as_ref().unwrap(), &body.volumes, &mut energy.shares).unwrap();
             let field = field.grouped(&body.clusters);
-            let mut workspace = centroidal::Workspace::default();
+            let mut workspace = centroidal::DiagramWorkspace::default();
             for sites in [6, 20, 50, 150] {
                 let mut run = |tolerance, iterations_max| {
-                    let options = Options { tolerance, iterations_max, ..Options::new(sites, index) };
-                    centroidal::diagram(&field, &options, &mut workspace, &Token::default()).unwrap()
+                    let options = DiagramOptions { tolerance, iterations_max, ..DiagramOptions::new(sites, index) };
+                    centroidal::diagram(&field, &options, &mut workspace, &CancelToken::default()).unwrap()
                 };
                 let end = run(0.0, 3000).energy;
                 let stops = [0, 1, 2, 3, 4, 6, 8, 12, 16, 24, 40].map(|iterations| (0.0, iterations));
-                let presets = Quality::ALL.map(|quality| (quality.dials().tolerance, ITERATIONS_MAX));
+                let presets = Preset::ALL.map(|quality| (quality.dials().tolerance, ITERATIONS_MAX));
                 for (tolerance, iterations_max) in stops.into_iter().chain(presets) {
                     let own = run(tolerance, iterations_max);
                     ratios.push(own.gap() / (own.energy / end - 1.0).max(GAP_MIN));

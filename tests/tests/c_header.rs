@@ -58,7 +58,7 @@ fn every_function_is_declared_once() {
         }
     }
     assert!(functions > 25, "{functions}");
-    for kind in shatter_client::Kind::ALL {
+    for kind in shatter_client::ErrorKind::ALL {
         let code = format!("SHATTER_CODE_{} = {},", kind.name().to_uppercase(), kind.code());
         assert!(made.contains(&code), "{code}");
     }

@@ -2,9 +2,9 @@
 
 use nalgebra::Point3;
 use serde_json::Value;
-use shatter_fracture::fragment::Properties;
+use shatter_fracture::fragment::RigidProperties;
 use shatter_fracture::surface::shapes::{self, write_obj};
-use shatter_fracture::surface::{RawMesh, Unit, Up};
+use shatter_fracture::surface::{LengthUnit, RawMesh, UpAxis};
 use shatter_tests::house::House;
 use shatter_tests::{glb, real};
 use std::collections::BTreeSet;
@@ -96,15 +96,15 @@ fn the_intact_object_is_the_boundary_of_its_lattice() {
     };
     let [obj, glb, other] = ["whole.obj", "whole.glb", "whole.stl"].map(|name| house.path(name));
     let volume_m3 = number(&inspect(&obj).1, "lattice_volume_m3");
-    let read = shatter_fracture::surface::read(&obj, Unit::M, Up::Y).unwrap();
+    let read = shatter_fracture::surface::read(&obj, LengthUnit::M, UpAxis::Y).unwrap();
     let positions: Vec<[f32; 3]> = read.positions_m.iter().map(|p| p.coords.map(|x| x as f32).into()).collect();
     shatter_fracture::fragment::closed(&positions, read.triangles.as_flattened()).unwrap();
-    let whole = Properties::of_surface(&read.positions_m, read.triangles.iter().copied());
+    let whole = RigidProperties::of_surface(&read.positions_m, read.triangles.iter().copied());
     assert!((whole.volume / volume_m3 - 1.0).abs() < 1e-12, "{} of {volume_m3}", whole.volume);
     let used: BTreeSet<u32> = read.triangles.iter().flatten().copied().collect();
     assert_eq!(used.len(), read.positions_m.len(), "every vertex once");
     let original = shapes::arch();
-    let middle = Properties::of_surface(&original.positions_m, original.triangles.iter().copied()).centre;
+    let middle = RigidProperties::of_surface(&original.positions_m, original.triangles.iter().copied()).centre;
     assert!((whole.centre - middle).norm() < 0.02, "{} {middle}", whole.centre);
     assert_eq!(inspect(&glb).0, 0);
     check_glb(&glb, 1, volume_m3);

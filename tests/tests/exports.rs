@@ -3,9 +3,9 @@
 
 use nalgebra::{Matrix3, Point3, Quaternion, UnitQuaternion, Vector3};
 use serde_json::Value;
-use shatter_fracture::fragment::{Properties, closed};
+use shatter_fracture::fragment::{RigidProperties, closed};
 use shatter_fracture::surface::shapes::{self, write_obj};
-use shatter_fracture::surface::{self, RawMesh, Unit, Up};
+use shatter_fracture::surface::{self, LengthUnit, RawMesh, UpAxis};
 use shatter_tests::house::House;
 use shatter_tests::model::{Element, elements};
 use shatter_tests::{glb, peers};
@@ -84,7 +84,7 @@ fn is_closed_as_it_stands(text: &str) -> bool {
 
 /// What the table says of a fragment is what its surface says.
 #[track_caller]
-fn check_properties(row: &Value, own: &Properties, density_kg_m3: f64, inertia: &[f64; 6]) {
+fn check_properties(row: &Value, own: &RigidProperties, density_kg_m3: f64, inertia: &[f64; 6]) {
     let of_surface = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)].map(|entry| own.inertia[entry] * density_kg_m3);
     let scale = of_surface[..3].iter().copied().fold(0.0, f64::max);
     assert!((own.volume / number(row, "volume_m3") - 1.0).abs() < SINGLE);
@@ -104,7 +104,7 @@ fn a_glb_tells_inertias_and_is_watertight_to_others() {
         fragment.check_closed().unwrap();
         let positions: Vec<Point3<f64>> =
             fragment.positions.iter().map(|own| Point3::from(own.map(f64::from))).collect();
-        let own = Properties::of_surface(&positions, fragment.triangles());
+        let own = RigidProperties::of_surface(&positions, fragment.triangles());
         check_properties(row, &own, fragment.mass_kg / fragment.stated_volume_m3, &fragment.inertia_kg_m2);
         assert!(own.centre.coords.norm() < SINGLE, "its centre is the origin of its node");
     }
@@ -156,7 +156,7 @@ fn obj_folders_hold_closed_pieces_in_place_and_their_masses() {
     let (mut lowest, mut files) = (f64::INFINITY, Vec::new());
     for (row, told) in listed.iter().zip(rows(&answer)) {
         let file = folder.join(row["file"].as_str().unwrap());
-        let read = surface::read(&file, Unit::M, Up::Y).unwrap();
+        let read = surface::read(&file, LengthUnit::M, UpAxis::Y).unwrap();
         let named: Vec<&str> = read.looks.names.iter().map(String::as_str).collect();
         assert!(!named.is_empty() && named.iter().all(|name| ["outer", "crack"].contains(name)), "{named:?}");
         let text = std::fs::read_to_string(&file).unwrap();
@@ -165,12 +165,12 @@ fn obj_folders_hold_closed_pieces_in_place_and_their_masses() {
         assert_eq!(counts.values().sum::<usize>() as u64, told["triangles"].as_u64().unwrap());
         let singles: Vec<[f32; 3]> = read.positions_m.iter().map(|p| p.coords.map(|x| x as f32).into()).collect();
         closed(&singles, read.triangles.as_flattened()).unwrap();
-        let own = Properties::of_surface(&read.positions_m, read.triangles.iter().copied());
+        let own = RigidProperties::of_surface(&read.positions_m, read.triangles.iter().copied());
         let centre: [f64; 3] = serde_json::from_value(row["centre_m"].clone()).unwrap();
         assert!((own.centre - Point3::from(centre)).norm() < SINGLE, "pieces lie where they broke");
         let inertia: [f64; 6] = serde_json::from_value(row["inertia_kg_m2"].clone()).unwrap();
         check_properties(told, &own, number(told, "mass_kg") / number(told, "volume_m3"), &inertia);
-        let hull = surface::read(&folder.join(row["hull"].as_str().unwrap()), Unit::M, Up::Y).unwrap();
+        let hull = surface::read(&folder.join(row["hull"].as_str().unwrap()), LengthUnit::M, UpAxis::Y).unwrap();
         assert_eq!(hull.triangles.len() as u64, told["hull"]["triangles"].as_u64().unwrap());
         lowest = read.positions_m.iter().map(|p| p.y).fold(lowest, f64::min);
         files.push(file);
@@ -279,7 +279,7 @@ fn check_tensors(all: &[Element], pieces: &[glb::Fragment]) {
         let told = turn.matrix() * moments * turn.matrix().transpose();
         let points: Vec<Point3<f64>> =
             piece.positions.iter().map(|own| own.map(f64::from)).map(|[x, y, z]| Point3::new(x, -z, y)).collect();
-        let own = Properties::of_surface(&points, piece.triangles());
+        let own = RigidProperties::of_surface(&points, piece.triangles());
         let found = own.inertia * (piece.mass_kg / piece.stated_volume_m3);
         assert!((told - found).norm() < SINGLE * found.norm(), "{told} is told, {found} found");
     }

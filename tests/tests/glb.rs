@@ -2,7 +2,7 @@
 
 use proptest::prelude::*;
 use shatter_export::{ExportError, FragmentView, RunView, glb_bytes};
-use shatter_fracture::surface::{self, Unit, Up};
+use shatter_fracture::surface::{self, LengthUnit, UpAxis};
 use shatter_tests::glb;
 
 /// Positions, indices, runs and merges of a fragment.
@@ -109,7 +109,7 @@ fn looks_come_back_from_the_file() {
             }
         };
         std::fs::write(&path, glb_bytes(&[view(0), view(1)]).unwrap().0).unwrap();
-        surface::read(&path, Unit::M, Up::Y).unwrap()
+        surface::read(&path, LengthUnit::M, UpAxis::Y).unwrap()
     };
     let mesh = looks([true, true]);
     assert_eq!((mesh.looks.names.clone(), mesh.looks.lost.len()), (vec!["outer".to_owned(), "crack".to_owned()], 0));

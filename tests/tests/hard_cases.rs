@@ -1,6 +1,6 @@
 //! The catalogue of hard cases: every figure within its bound.
 
-use shatter_lab::study::stability::{CASES, Outcome, REAL, judge, real};
+use shatter_lab::study::stability::{CASES, CaseOutcome, REAL, judge, real};
 use shatter_tests::real::mesh;
 
 #[test]
@@ -11,7 +11,7 @@ fn every_hard_case_holds() {
         let row = judge(case);
         let figure = row.figure.map_or("-".to_owned(), |figure| format!("{figure:.3e}"));
         println!("{:36} {figure:>10}  {:20} {:?}, {:.1?}", row.name, row.expected, row.outcome, begun.elapsed());
-        if row.outcome == Outcome::Failed {
+        if row.outcome == CaseOutcome::Failed {
             failed.push(row);
         }
     }
@@ -26,7 +26,7 @@ fn real_meshes_bake_and_break() {
         let Some(folder) = path.parent() else { continue };
         let (row, _) = real(folder, file);
         println!("{file}: {:?} {:?} {:?}", row.outcome, row.figure, row.message);
-        if row.outcome == Outcome::Failed {
+        if row.outcome == CaseOutcome::Failed {
             failed.push(row);
         }
     }

@@ -4,9 +4,11 @@ use nalgebra::{Matrix3, Point3, Vector3};
 use shatter_fracture::centroidal::Diagram;
 use shatter_fracture::lattice::Lattice;
 use shatter_fracture::lift::LiftKind;
-use shatter_fracture::pipeline::{DegreeRequest, DegreeSource, Prepared, Strike};
-use shatter_fracture::tessellation::{FixedPoints, Sites, crack_points};
-use shatter_lab::picture::{Backdrop, Camera, Colour, Image, Mesh, Projection, Size, Style, draw, fragment_colour};
+use shatter_fracture::pipeline::{DegreeRequest, DegreeSource, FractureRequest, PreparedObject};
+use shatter_fracture::tessellation::{BisectorSites, FixedPoints, crack_points};
+use shatter_lab::picture::{
+    Backdrop, Camera, Color, DrawnMesh, Image, PictureSize, Projection, RenderStyle, draw, fragment_colour,
+};
 use shatter_tests::statistics::{median, rank_correlation};
 use shatter_tests::{real, struck};
 use std::collections::BTreeMap;
@@ -16,8 +18,8 @@ use std::sync::OnceLock;
 /// The horse stands along +z in its file; below this share of its height are the lower legs.
 const LOWER_LEGS: f64 = 0.25;
 
-fn horse() -> Option<&'static Prepared> {
-    static HORSE: OnceLock<Option<Prepared>> = OnceLock::new();
+fn horse() -> Option<&'static PreparedObject> {
+    static HORSE: OnceLock<Option<PreparedObject>> = OnceLock::new();
     HORSE.get_or_init(|| real::baked("horse.ply")).as_ref()
 }
 
@@ -32,9 +34,9 @@ const BELLY: [f64; 3] = [0.5, 0.7, 0.3];
 const RADIUS: f64 = 0.02;
 
 /// Struck along the inward normal at these fractions of the box, with a small contact.
-fn pecked(horse: &Prepared, at: [f64; 3]) -> Strike {
+fn pecked(horse: &PreparedObject, at: [f64; 3]) -> FractureRequest {
     let (point, inward) = struck::surface_point(horse, at);
-    let mut strike = Strike::at(point, inward).seeded(1);
+    let mut strike = FractureRequest::at(point, inward).seeded(1);
     strike.contacts[0].radius_m = Some(RADIUS * horse.frame.diagonal_m);
     strike
 }
@@ -109,7 +111,7 @@ fn interior_distances_keep_the_legs_apart() {
     let legs = lower_legs(lattice, low + LOWER_LEGS * (high - low));
     let count = legs.iter().max().unwrap() + 1;
     let (point, inward) = struck::surface_point(horse, BELLY);
-    let energy = struck::energy(horse, &Strike::at(point, inward).seeded(1));
+    let energy = struck::energy(horse, &FractureRequest::at(point, inward).seeded(1));
     let joined = |lift| {
         (0..12)
             .filter(|&seed| joining_cells(&struck::diagram(horse, lift, &energy.shares, 10, seed), &legs) > 0)
@@ -141,19 +143,19 @@ fn pictures() -> PathBuf {
 fn view(lattice: &Lattice, labels: &[u32]) -> Image {
     let upright: Vec<Point3<f32>> = lattice.nodes.iter().map(|p| Point3::new(p.x, p.z, -p.y).cast()).collect();
     let triangles: Vec<[u32; 3]> = lattice.boundary().iter().map(|face| face.nodes).collect();
-    let mesh = Mesh::paint(upright, triangles, 60.0, |_, node| fragment_colour(labels[node as usize]));
-    let size = Size { width: 800, height: 700 };
+    let mesh = DrawnMesh::paint(upright, triangles, 60.0, |_, node| fragment_colour(labels[node as usize]));
+    let size = PictureSize { width: 800, height: 700 };
     let lens = Projection::Perspective { fov_deg: 24.0 };
     let camera = Camera::fit(&mesh.positions, Vector3::new(1.0, 0.25, 0.55), lens, 800.0 / 700.0);
-    let white = Colour::oklch(0.97, 0.0, 0.0);
-    draw(&mesh, &camera, size, Style::STUDIO, Some(mesh.bounds().0.y), Backdrop::Gradient(white, white))
+    let white = Color::oklch(0.97, 0.0, 0.0);
+    draw(&mesh, &camera, size, RenderStyle::STUDIO, Some(mesh.bounds().0.y), Backdrop::Gradient(white, white))
 }
 
 /// Crack points on lattice edges (away from junctions by construction: exactly two cells meet there), by pair of cells.
-fn crack_pairs(prepared: &Prepared, lift: LiftKind, diagram: &Diagram) -> BTreeMap<[u32; 2], Vec<Point3<f64>>> {
+fn crack_pairs(prepared: &PreparedObject, lift: LiftKind, diagram: &Diagram) -> BTreeMap<[u32; 2], Vec<Point3<f64>>> {
     let body = &prepared.bodies[0];
     let identity: Vec<u32> = (0..diagram.cell_energy.len() as u32).collect();
-    let sites = Sites { lift: body.lift(lift).unwrap(), coordinates: &diagram.sites, of_fragment: &identity };
+    let sites = BisectorSites { lift: body.lift(lift).unwrap(), coordinates: &diagram.sites, of_fragment: &identity };
     let fixed = FixedPoints::default();
     let points = crack_points(&body.crack, &body.topology, &diagram.labels, Some(sites), &fixed).unwrap().to_fixed();
     let mut pairs: BTreeMap<[u32; 2], Vec<Point3<f64>>> = BTreeMap::new();
@@ -177,7 +179,7 @@ fn off_plane(points: &[Point3<f64>]) -> f64 {
 fn cracks_curve_with_interior_distances_alone() {
     let Some(horse) = horse() else { return };
     let (point, inward) = struck::surface_point(horse, CROUP);
-    let energy = struck::energy(horse, &Strike::at(point, inward).seeded(1));
+    let energy = struck::energy(horse, &FractureRequest::at(point, inward).seeded(1));
     let diagram = struck::diagram(horse, LiftKind::Euclidean, &energy.shares, 20, 1);
     let scale = horse.bodies[0].euclidean.coordinates[0] / horse.bodies[0].crack.nodes[0].x;
     let site = |cell: u32| Vector3::from_column_slice(diagram.site(cell as usize)) / scale;
@@ -202,7 +204,7 @@ struct Cells {
     centres: Vec<Point3<f64>>,
 }
 
-fn cells(prepared: &Prepared, diagram: &Diagram, shares: &[f64]) -> Cells {
+fn cells(prepared: &PreparedObject, diagram: &Diagram, shares: &[f64]) -> Cells {
     let body = &prepared.bodies[0];
     let count = diagram.cell_energy.len();
     let (mut volumes, mut energies, mut firsts) = (vec![0.0; count], vec![0.0; count], vec![Vector3::zeros(); count]);
@@ -229,7 +231,7 @@ struct Follows {
     cells: Cells,
 }
 
-fn follows(prepared: &Prepared, at: [f64; 3], uniform: bool, seed: u64) -> Follows {
+fn follows(prepared: &PreparedObject, at: [f64; 3], uniform: bool, seed: u64) -> Follows {
     let strike = pecked(prepared, at);
     let energy = struck::energy(prepared, &strike);
     let volumes = &prepared.bodies[0].volumes;
@@ -261,7 +263,7 @@ const SEEDS: [u64; 5] = [3, 4, 5, 6, 7];
 
 /// Volumes fall with density, and where the density at the contact is far above the rest fragments there are a third or
 /// less of the others; with a uniform density neither is seen.
-fn check_follows(name: &str, prepared: &Prepared, at: [f64; 3]) -> Follows {
+fn check_follows(name: &str, prepared: &PreparedObject, at: [f64; 3]) -> Follows {
     let own = follows(prepared, at, false, SEEDS[0]);
     println!(
         "{name}: rank correlation {:.3}, near over far: volume {:.3?}, density {:.3?}",
@@ -305,11 +307,12 @@ fn fragments_of_a_compact_body_are_small_where_it_is_struck() {
 fn weaker_materials_break_into_more_pieces() {
     let Some(horse) = horse() else { return };
     let (point, inward) = struck::surface_point(horse, HEAD);
-    let threshold = struck::outcome(horse, &Strike::at(point, inward).seeded(1)).unwrap();
-    let strike = Strike::at(point, inward * (10.0 * threshold.impulse_factor)).seeded(1);
+    let threshold = struck::outcome(horse, &FractureRequest::at(point, inward).seeded(1)).unwrap();
+    let strike = FractureRequest::at(point, inward * (10.0 * threshold.impulse_factor)).seeded(1);
     let own = struck::outcome(horse, &strike).unwrap();
     let weaker =
-        struck::outcome(horse, &Strike { gamma_j_m2: Some(horse.gamma_j_m2 / 4.0), ..strike.clone() }).unwrap();
+        struck::outcome(horse, &FractureRequest { gamma_j_m2: Some(horse.gamma_j_m2 / 4.0), ..strike.clone() })
+            .unwrap();
     println!("E_1/γ {:.1}: n = {}; γ/4: n = {}", own.e1_over_gamma, own.fracture_degree, weaker.fracture_degree);
     assert!(weaker.fracture_degree > own.fracture_degree);
 }
@@ -318,10 +321,10 @@ fn weaker_materials_break_into_more_pieces() {
 fn the_optimised_degree_never_falls_with_gamma() {
     let Some(horse) = horse() else { return };
     let (point, inward) = struck::surface_point(horse, HEAD);
-    let just = struck::outcome(horse, &Strike::at(point, inward).seeded(1)).unwrap().impulse_factor;
+    let just = struck::outcome(horse, &FractureRequest::at(point, inward).seeded(1)).unwrap().impulse_factor;
     let mut last = 0;
     for times in [0.5, 0.99, 1.01, 2.0, 3.0, 5.0, 8.0] {
-        let mut strike = Strike::at(point, inward * (just * times)).seeded(1);
+        let mut strike = FractureRequest::at(point, inward * (just * times)).seeded(1);
         strike.degree = DegreeRequest::Optimised;
         let outcome = struck::outcome(horse, &strike).unwrap();
         println!("{times} × threshold: E_1/γ = {:.3}, n = {}", outcome.e1_over_gamma, outcome.fracture_degree);

@@ -4,12 +4,13 @@ use nalgebra::{Point3, Vector3};
 use shatter_fracture::database::{BakeRequest, bake};
 use shatter_fracture::hull::FACES_MAX;
 use shatter_fracture::pipeline::{
-    self, DegreeRequest, HULL_COVERAGE, HullRow, Pieces, Prepared, Stage, Strike, Watch, Workspace,
+    self, DegreeRequest, FractureMeshes, FractureRequest, HULL_COVERAGE, HullRow, PreparedObject, Stage, StageObserver,
+    Workspace,
 };
-use shatter_fracture::random::Stream;
-use shatter_fracture::scene::{Effect, Effects};
+use shatter_fracture::random::RandomStream;
+use shatter_fracture::scene::{EffectKind, EffectSet};
 use shatter_fracture::surface::{RawMesh, shapes};
-use shatter_fracture::token::Token;
+use shatter_fracture::token::CancelToken;
 use shatter_tests::{real, struck};
 use std::time::{Duration, Instant};
 
@@ -57,12 +58,12 @@ fn depth(planes: &[(Point3<f64>, Vector3<f64>)], point: &Point3<f64>) -> f64 {
     planes.iter().map(|(at, normal)| normal.dot(&(at - point))).fold(f64::INFINITY, f64::min)
 }
 
-fn strike(prepared: &Prepared, sites: u32, effects: Effects) -> Strike {
+fn strike(prepared: &PreparedObject, sites: u32, effects: EffectSet) -> FractureRequest {
     let (point_m, inward) = struck::surface_point(prepared, [0.9, 0.6, 0.5]);
-    Strike { degree: DegreeRequest::Sites(sites), effects, seed: 3, ..Strike::at(point_m, inward) }
+    FractureRequest { degree: DegreeRequest::Sites(sites), effects, seed: 3, ..FractureRequest::at(point_m, inward) }
 }
 
-fn pieces(prepared: &Prepared, sites: u32, effects: Effects) -> Pieces {
+fn pieces(prepared: &PreparedObject, sites: u32, effects: EffectSet) -> FractureMeshes {
     struck::outcome(prepared, &strike(prepared, sites, effects)).unwrap().pieces.unwrap()
 }
 
@@ -72,28 +73,28 @@ struct Stopwatch {
     hulls: Duration,
 }
 
-impl Watch for Stopwatch {
+impl StageObserver for Stopwatch {
     fn enter(&mut self, _: Stage) {}
 
     fn leave(&mut self, _: Stage, _: u64) {}
 
-    fn part(&mut self, _: Effect, _: u64) {}
+    fn part(&mut self, _: EffectKind, _: u64) {}
 
-    fn begin(&mut self, _: Effect) {
+    fn begin(&mut self, _: EffectKind) {
         self.begun = Instant::now();
     }
 
-    fn end(&mut self, _: Effect, _: u64) {
+    fn end(&mut self, _: EffectKind, _: u64) {
         self.hulls = self.begun.elapsed();
     }
 }
 
 /// What the hulls take of a strike on one thread, ms, and what all of it takes: the least of some.
-fn times(prepared: &Prepared, sites: u32) -> [f64; 2] {
-    let strike = strike(prepared, sites, Effects::default().with(Effect::Hulls));
+fn times(prepared: &PreparedObject, sites: u32) -> [f64; 2] {
+    let strike = strike(prepared, sites, EffectSet::default().with(EffectKind::Hulls));
     let once = || {
         let (since, mut watch) = (Instant::now(), Stopwatch { begun: Instant::now(), hulls: Duration::ZERO });
-        pipeline::strike(prepared, &strike, &mut Workspace::default(), &Token::default(), &mut watch).unwrap();
+        pipeline::strike(prepared, &strike, &mut Workspace::default(), &CancelToken::default(), &mut watch).unwrap();
         [watch.hulls, since.elapsed()].map(|time| 1e3 * time.as_secs_f64())
     };
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
@@ -102,7 +103,7 @@ fn times(prepared: &Prepared, sites: u32) -> [f64; 2] {
 }
 
 /// The fragments' meshes and those of their hulls.
-fn meshes(pieces: &Pieces) -> (Vec<Mesh>, Vec<Mesh>) {
+fn meshes(pieces: &FractureMeshes) -> (Vec<Mesh>, Vec<Mesh>) {
     let mut positions = vec![[0.0; 3]; pieces.counts.vertices];
     let mut indices = vec![0; pieces.counts.indices];
     pieces.emit(&mut positions, &mut indices, &mut vec![[0; 2]; pieces.counts.merges]).unwrap();
@@ -124,7 +125,7 @@ fn sampled(fragment: &Mesh, planes: &[(Point3<f64>, Vector3<f64>)], seed: u64) -
     let corners = || fragment.corners.iter().flatten();
     let low = corners().fold(Point3::from([f64::INFINITY; 3]), |low, p| low.inf(p));
     let high = corners().fold(Point3::from([f64::NEG_INFINITY; 3]), |high, p| high.sup(p));
-    let mut random = Stream::new(seed, 12);
+    let mut random = RandomStream::new(seed, 12);
     let (mut inside, mut held) = (0, 0);
     while inside < SAMPLES {
         let point = low + (high - low).map(|x| x * random.uniform());
@@ -140,8 +141,8 @@ fn sampled(fragment: &Mesh, planes: &[(Point3<f64>, Vector3<f64>)], seed: u64) -
 #[track_caller]
 fn check(name: &str, mesh: RawMesh, sites: u32) {
     let request = BakeRequest { ..real::request(name, "ceramic") };
-    let prepared = bake(mesh, &request, &Token::default(), &mut |_| ()).unwrap();
-    let pieces = pieces(&prepared, sites, Effects::default().with(Effect::Hulls));
+    let prepared = bake(mesh, &request, &CancelToken::default(), &mut |_| ()).unwrap();
+    let pieces = pieces(&prepared, sites, EffectSet::default().with(EffectKind::Hulls));
     let (fragments, hulls) = meshes(&pieces);
     let diagonal = prepared.frame.diagonal_m;
     let spacing = prepared.parameters.crack_spacing * diagonal;
@@ -199,12 +200,12 @@ fn hulls_hold_their_fragments_and_keep_to_their_margins() {
 fn hulls_are_the_same_for_any_number_of_threads() {
     let request =
         BakeRequest { crack_spacing: Some(0.04), elastic_spacing: Some(0.1), ..real::request("mug", "glass") };
-    let prepared = bake(shapes::horseshoe(), &request, &Token::default(), &mut |_| ()).unwrap();
+    let prepared = bake(shapes::horseshoe(), &request, &CancelToken::default(), &mut |_| ()).unwrap();
     let with = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| pieces(&prepared, 30, Effects::default().with(Effect::Hulls)).hulls)
+        pool.install(|| pieces(&prepared, 30, EffectSet::default().with(EffectKind::Hulls)).hulls)
     };
     let one = with(1);
     assert!(!one.positions.is_empty() && one == with(2) && one == with(5));
-    assert!(pieces(&prepared, 30, Effects::default()).hulls.rows.is_empty());
+    assert!(pieces(&prepared, 30, EffectSet::default()).hulls.rows.is_empty());
 }

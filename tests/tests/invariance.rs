@@ -3,10 +3,12 @@
 use nalgebra::{Isometry3, Point3, Vector3};
 use shatter_fracture::database::{BakeRequest, bake};
 use shatter_fracture::lift;
-use shatter_fracture::pipeline::{Body, Contact, DegreeRequest, FragmentRow, Prepared, Solid, Strike};
+use shatter_fracture::pipeline::{
+    DegreeRequest, ElasticModel, FractureRequest, FragmentRow, ImpactContact, PreparedBody, PreparedObject,
+};
 use shatter_fracture::sparse::Precision;
 use shatter_fracture::surface::{RawMesh, shapes};
-use shatter_fracture::token::Token;
+use shatter_fracture::token::CancelToken;
 use shatter_tests::{real, struck};
 
 /// Everything that an answer's mesh consists of.
@@ -17,23 +19,23 @@ struct Meshes {
 }
 
 /// An arch askew, so that no face lies in a plane of the lattice, where rounding would decide.
-fn arch(place: impl Fn(Point3<f64>) -> Point3<f64>) -> Prepared {
+fn arch(place: impl Fn(Point3<f64>) -> Point3<f64>) -> PreparedObject {
     let mesh = shapes::arch();
     let askew = Isometry3::rotation(Vector3::new(0.31, 0.17, -0.23));
     let moved = mesh.positions_m.iter().map(|p| place(askew * p)).collect();
     let moved = RawMesh::new(moved, mesh.triangles.clone());
     let spacings =
         BakeRequest { elastic_spacing: Some(0.06), crack_spacing: Some(0.035), ..real::request("arch", "stone") };
-    bake(moved, &spacings, &Token::default(), &mut |_| ()).unwrap()
+    bake(moved, &spacings, &CancelToken::default(), &mut |_| ()).unwrap()
 }
 
 /// Struck with 20 sites at a boundary node of the unmoved arch, given with its direction by `place` and `turn`.
-fn strike(prepared: &Prepared, point_m: Point3<f64>, impulse_ns: Vector3<f64>) -> Meshes {
-    let contact = Contact { point_m, impulse_ns, duration_s: None, radius_m: None };
-    let strike = Strike {
+fn strike(prepared: &PreparedObject, point_m: Point3<f64>, impulse_ns: Vector3<f64>) -> Meshes {
+    let contact = ImpactContact { point_m, impulse_ns, duration_s: None, radius_m: None };
+    let strike = FractureRequest {
         contacts: vec![contact],
         degree: DegreeRequest::Sites(20),
-        ..Strike::at(point_m, impulse_ns).seeded(1)
+        ..FractureRequest::at(point_m, impulse_ns).seeded(1)
     };
     let pieces = struck::outcome(prepared, &strike).unwrap().pieces.unwrap();
     let mut positions = vec![[0.0; 3]; pieces.counts.vertices];
@@ -44,7 +46,7 @@ fn strike(prepared: &Prepared, point_m: Point3<f64>, impulse_ns: Vector3<f64>) -
 }
 
 /// Where the unmoved arch is struck.
-fn contact(prepared: &Prepared) -> Point3<f64> {
+fn contact(prepared: &PreparedObject) -> Point3<f64> {
     struck::surface_point(prepared, [0.9, 0.5, 0.5]).0
 }
 
@@ -86,14 +88,16 @@ fn turning_the_prepared_lattice_and_the_contact_keeps_the_fragments_to_rounding(
     let bodies = own.bodies.iter().map(|body| {
         let crack = body.crack.transformed(&turn);
         let (modes, alpha) = (own.parameters.modes, own.parameters.alpha);
-        let interior = lift::interior(&crack, modes, alpha, &Token::default()).unwrap();
+        let interior = lift::interior(&crack, modes, alpha, &CancelToken::default()).unwrap();
         let solid = body.solid.as_ref().unwrap();
         let elastic = solid.lattice.transformed(&turn);
         let poisson = own.parameters.material.poisson;
-        let solid = Solid::new(elastic, solid.transfer.clone(), poisson, Precision::F64, &Token::default()).unwrap();
-        Body { solid: Some(solid), interior: Some(interior), ..Body::new(crack) }
+        let solid =
+            ElasticModel::new(elastic, solid.transfer.clone(), poisson, Precision::F64, &CancelToken::default())
+                .unwrap();
+        PreparedBody { solid: Some(solid), interior: Some(interior), ..PreparedBody::new(crack) }
     });
-    let turned = Prepared {
+    let turned = PreparedObject {
         bodies: bodies.collect(),
         name: own.name.clone(),
         parameters: own.parameters.clone(),

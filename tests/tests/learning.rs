@@ -1,50 +1,51 @@
 //! The degree inferred from examples: what it is worth, and that it is stored and used as it was learned.
 
 use rayon::ThreadPoolBuilder;
-use shatter_fracture::centroidal::Field;
-use shatter_fracture::database::{BakeRequest, Partial, Share, bake, load, save};
+use shatter_fracture::centroidal::EnergyField;
+use shatter_fracture::database::{BakeRequest, PartialBake, Share, bake, load, save};
 use shatter_fracture::degree::{self, SITES_MIN};
 use shatter_fracture::lift::LiftKind;
 use shatter_fracture::pipeline::{
-    Contact, DegreeRequest, DegreeSource, ElasticRequest, Example, Impact, Outcome, Prepared, Sampler, Strike,
-    Workspace, examples, sampled, strain_energy, strike,
+    ContactSet, DegreeRequest, DegreeSource, ElasticRequest, Example, FractureOutcome, FractureRequest, ImpactContact,
+    ImpactSampler, PreparedObject, Workspace, examples, sampled, strain_energy, strike,
 };
-use shatter_fracture::random::Stream;
+use shatter_fracture::random::RandomStream;
 use shatter_fracture::surface::shapes;
-use shatter_fracture::token::Token;
+use shatter_fracture::token::CancelToken;
 use shatter_tests::real;
 
 /// A horseshoe on coarse lattices that learned from 24 impacts.
-fn horseshoe() -> Prepared {
+fn horseshoe() -> PreparedObject {
     horseshoe_after(24)
 }
 
-fn horseshoe_after(examples: u64) -> Prepared {
+fn horseshoe_after(examples: u64) -> PreparedObject {
     let request = BakeRequest {
         elastic_spacing: Some(0.08),
         crack_spacing: Some(0.05),
         examples,
         ..real::request("horseshoe", "stone")
     };
-    bake(shapes::horseshoe(), &request, &Token::default(), &mut |_| ()).unwrap()
+    bake(shapes::horseshoe(), &request, &CancelToken::default(), &mut |_| ()).unwrap()
 }
 
-fn struck(prepared: &Prepared, strike_: &Strike) -> Outcome {
-    strike(prepared, strike_, &mut Workspace::default(), &Token::default(), &mut ()).unwrap()
+fn struck(prepared: &PreparedObject, strike_: &FractureRequest) -> FractureOutcome {
+    strike(prepared, strike_, &mut Workspace::default(), &CancelToken::default(), &mut ()).unwrap()
 }
 
 /// A blow like those that were learned from, but none of them, `times` the breaking impulse.
-fn blow(prepared: &Prepared, times: f64, degree: DegreeRequest) -> Strike {
-    let like = Sampler::new(prepared).impact(!prepared.parameters.seed, 0);
-    let factor = struck(prepared, &Strike { threshold_only: true, ..like.clone() }).impulse_factor;
-    let harder = |contact: &Contact| Contact { impulse_ns: contact.impulse_ns * factor * times, ..*contact };
-    Strike { contacts: like.contacts.iter().map(harder).collect(), degree, ..like }
+fn blow(prepared: &PreparedObject, times: f64, degree: DegreeRequest) -> FractureRequest {
+    let like = ImpactSampler::new(prepared).impact(!prepared.parameters.seed, 0);
+    let factor = struck(prepared, &FractureRequest { threshold_only: true, ..like.clone() }).impulse_factor;
+    let harder =
+        |contact: &ImpactContact| ImpactContact { impulse_ns: contact.impulse_ns * factor * times, ..*contact };
+    FractureRequest { contacts: like.contacts.iter().map(harder).collect(), degree, ..like }
 }
 
 #[test]
 fn what_was_learned_is_stored_and_the_same_for_any_number_of_threads() {
     let pool = |threads| ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-    let known = |of: &Prepared| (of.examples.clone(), of.learned.clone(), of.kappa);
+    let known = |of: &PreparedObject| (of.examples.clone(), of.learned.clone(), of.kappa);
     let (one, three) = (pool(1).install(horseshoe), pool(3).install(horseshoe));
     assert_eq!(known(&one), known(&three));
     let folder = tempfile::tempdir().unwrap();
@@ -59,14 +60,14 @@ fn what_was_learned_is_stored_and_the_same_for_any_number_of_threads() {
 #[test]
 fn examples_that_are_added_are_those_of_an_undivided_bake() {
     let folder = tempfile::tempdir().unwrap();
-    let file = |prepared: &Prepared, name: &str| {
+    let file = |prepared: &PreparedObject, name: &str| {
         let path = folder.path().join(name);
         save(prepared, &path).unwrap();
         (load(&path).unwrap(), std::fs::read(path).unwrap())
     };
     let (part, _) = file(&horseshoe_after(10), "part");
-    let more = Partial::add(part, 14, Share::WHOLE).unwrap();
-    let part = more.complete(&Token::default(), &mut |_| ()).unwrap();
+    let more = PartialBake::add(part, 14, Share::WHOLE).unwrap();
+    let part = more.complete(&CancelToken::default(), &mut |_| ()).unwrap();
     assert!(file(&part, "added").1 == file(&horseshoe(), "whole").1);
 }
 
@@ -83,7 +84,7 @@ fn degrees_are_inferred_within_reach_and_said_to_be() {
     assert_eq!(source(8.0, DegreeRequest::ClosedForm), DegreeSource::ClosedForm);
     assert_eq!(source(8.0, DegreeRequest::Verified), DegreeSource::Verified);
     assert_eq!(source(1e5, DegreeRequest::Inferred), DegreeSource::ClosedForm, "no example is so violent");
-    let euclidean = Strike { lift: LiftKind::Euclidean, ..blow(&prepared, 8.0, DegreeRequest::Inferred) };
+    let euclidean = FractureRequest { lift: LiftKind::Euclidean, ..blow(&prepared, 8.0, DegreeRequest::Inferred) };
     assert_eq!(
         struck(&prepared, &euclidean).degree_source,
         DegreeSource::ClosedForm,
@@ -94,7 +95,7 @@ fn degrees_are_inferred_within_reach_and_said_to_be() {
 }
 
 /// Largest E_i of the fragments over γ.
-fn excess(outcome: &Outcome) -> f64 {
+fn excess(outcome: &FractureOutcome) -> f64 {
     let pieces = outcome.pieces.as_ref().unwrap();
     pieces.fragments.iter().map(|row| row.energy_j_m2).fold(0.0, f64::max) / outcome.gamma_j_m2
 }
@@ -117,7 +118,7 @@ fn a_verified_degree_holds_and_is_near_the_optimised_one() {
 fn drawn(example: &Example) -> Vec<(f64, f64, u32)> {
     let labels: Vec<(f64, f64, u32)> = example.labels().collect();
     let (most, least) = (labels[0].0.ln(), labels[labels.len() - 1].0.ln());
-    let mut stream = Stream::new(example.impact, 77);
+    let mut stream = RandomStream::new(example.impact, 77);
     let mut draw = || -> Option<(f64, f64, u32)> {
         let gamma = (most + (least - most) * stream.uniform()).exp();
         let above = labels.iter().rposition(|label| label.0 >= gamma)?;
@@ -131,11 +132,11 @@ fn drawn(example: &Example) -> Vec<(f64, f64, u32)> {
 
 /// Over impacts that were not learned: relative errors of network and closed form where n ≥ 8, and the share of the others
 /// for which the network is off by one at most.
-fn held_out(prepared: &Prepared, impacts: u64) -> ([Vec<f64>; 2], f64) {
+fn held_out(prepared: &PreparedObject, impacts: u64) -> ([Vec<f64>; 2], f64) {
     let learned = prepared.learned.as_ref().unwrap();
-    let sampler = Sampler::new(prepared);
+    let sampler = ImpactSampler::new(prepared);
     let own = |index| {
-        let (mut workspace, token) = (Workspace::default(), Token::default());
+        let (mut workspace, token) = (Workspace::default(), CancelToken::default());
         examples(prepared, &sampler, !prepared.parameters.seed, index, &mut workspace, &token).unwrap()
     };
     let mut errors = [Vec::new(), Vec::new()];
@@ -165,7 +166,7 @@ fn quantile(sorted: &[f64], share: f64) -> f64 {
 
 /// Median at most 6 % or 1.5 times the noise of labels, nine of ten within 20 %, not behind the closed form, ahead of pose; nine
 /// of ten degrees below 8 off by one at most.
-fn check(prepared: &Prepared, impacts: u64) {
+fn check(prepared: &PreparedObject, impacts: u64) {
     let quality = prepared.learned.as_ref().unwrap().quality;
     let ([network, closed], few) = held_out(prepared, impacts);
     let figures = [&network, &closed].map(|errors| [0.5, 0.9].map(|share| quantile(errors, share)));
@@ -189,8 +190,9 @@ fn check(prepared: &Prepared, impacts: u64) {
 #[ignore = "minutes: 200 examples and 100 held out impacts of three objects; run with --ignored"]
 fn two_hundred_examples_teach_the_degree() {
     let with_examples = |request: BakeRequest| BakeRequest { examples: 200, ..request };
-    let baked =
-        |raw, name| bake(raw, &with_examples(real::request(name, "glass")), &Token::default(), &mut |_| ()).unwrap();
+    let baked = |raw, name| {
+        bake(raw, &with_examples(real::request(name, "glass")), &CancelToken::default(), &mut |_| ()).unwrap()
+    };
     check(&baked(shapes::horseshoe(), "horseshoe"), 100);
     for file in ["horse.ply", "stanford-bunny.obj"] {
         if let Some(raw) = real::raw(file) {
@@ -202,16 +204,16 @@ fn two_hundred_examples_teach_the_degree() {
 #[test]
 fn an_example_is_the_field_of_its_impact() {
     let prepared = horseshoe();
-    let all = sampled(&prepared, &[0, 1, 2, 3], &Token::default()).unwrap();
+    let all = sampled(&prepared, &[0, 1, 2, 3], &CancelToken::default()).unwrap();
     assert_eq!(all[..], prepared.examples[..all.len()]);
     let Example { impact, contacts, first_moment, body, .. } = &all[2];
-    let at = Strike::at(contacts[0].point_m, contacts[0].impulse_ns).seeded(1);
-    let again = Strike { contacts: contacts.clone(), seed: *impact, elastic: ElasticRequest::Solve, ..at };
-    let impact = Impact::new(&prepared, &again).unwrap();
+    let at = FractureRequest::at(contacts[0].point_m, contacts[0].impulse_ns).seeded(1);
+    let again = FractureRequest { contacts: contacts.clone(), seed: *impact, elastic: ElasticRequest::Solve, ..at };
+    let impact = ContactSet::new(&prepared, &again).unwrap();
     let mut energies =
-        strain_energy(&prepared, &impact, &mut Workspace::default(), &Token::default(), &mut ()).unwrap();
+        strain_energy(&prepared, &impact, &mut Workspace::default(), &CancelToken::default(), &mut ()).unwrap();
     let energy = energies.iter_mut().find(|energy| energy.body == *body).unwrap();
     let own = &prepared.bodies[*body];
-    let field = Field::new(own.interior.as_ref().unwrap(), &own.volumes, &mut energy.shares).unwrap();
+    let field = EnergyField::new(own.interior.as_ref().unwrap(), &own.volumes, &mut energy.shares).unwrap();
     assert_eq!(degree::first_moment(&field), *first_moment);
 }

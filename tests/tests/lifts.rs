@@ -2,9 +2,11 @@
 
 use shatter_fracture::database::{BakeRequest, bake, load, save};
 use shatter_fracture::lift::{BoundarySurface, LiftKind, SURFACE_MODES_DEFAULT, carry_harmonic};
-use shatter_fracture::pipeline::{Comparison, DegreeRequest, LiftRow, Prepared, Strike, StrikeError};
+use shatter_fracture::pipeline::{
+    DegreeRequest, FractureError, FractureRequest, LiftComparison, LiftRow, PreparedObject,
+};
 use shatter_fracture::surface::{RawMesh, shapes};
-use shatter_fracture::token::Token;
+use shatter_fracture::token::CancelToken;
 use shatter_tests::{real, struck};
 
 /// Sites of the table's diagrams.
@@ -23,18 +25,18 @@ const SEEDS_STRAY: u64 = 256;
 /// A generated shape.
 type Shape = (&'static str, fn() -> RawMesh);
 
-fn shape(name: &str, mesh: RawMesh, spacings: Option<[f64; 2]>) -> Prepared {
+fn shape(name: &str, mesh: RawMesh, spacings: Option<[f64; 2]>) -> PreparedObject {
     let request = BakeRequest {
         elastic_spacing: spacings.map(|spacings| spacings[0]),
         crack_spacing: spacings.map(|spacings| spacings[1]),
         ..real::request(name, "glass")
     };
-    bake(mesh, &request, &Token::default(), &mut |_| ()).unwrap()
+    bake(mesh, &request, &CancelToken::default(), &mut |_| ()).unwrap()
 }
 
 /// Means over so many seeds, per lift in the order of [`Comparison::rows`]: stray volume and components.
-fn means(comparison: &Comparison, sites: usize, seeds: u64) -> Vec<(LiftRow, f64, f64)> {
-    let token = Token::default();
+fn means(comparison: &LiftComparison, sites: usize, seeds: u64) -> Vec<(LiftRow, f64, f64)> {
+    let token = CancelToken::default();
     let runs: Vec<Vec<LiftRow>> = (0..seeds).map(|seed| comparison.rows(sites, seed, &token).unwrap()).collect();
     let mean = |lift: usize, figure: &dyn Fn(&LiftRow) -> f64| {
         runs.iter().map(|rows| figure(&rows[lift])).sum::<f64>() / seeds as f64
@@ -47,9 +49,9 @@ fn means(comparison: &Comparison, sites: usize, seeds: u64) -> Vec<(LiftRow, f64
 }
 
 /// Prints the table of one object and checks what holds for all.
-fn compare(prepared: &Prepared) -> Comparison<'_> {
+fn compare(prepared: &PreparedObject) -> LiftComparison<'_> {
     let body = &prepared.bodies[0];
-    let comparison = Comparison::new(body, SURFACE_MODES_DEFAULT, &Token::default()).unwrap();
+    let comparison = LiftComparison::new(body, SURFACE_MODES_DEFAULT, &CancelToken::default()).unwrap();
     for sites in SITES {
         for (row, stray, components) in means(&comparison, sites, SEEDS) {
             let carry = row.carry.map_or(String::new(), |carry| format!("{carry:?}"));
@@ -99,13 +101,13 @@ fn every_lift_divides_every_shape() {
 }
 
 /// A small horseshoe and a strike of 20 sites with the surface lift.
-fn horseshoe() -> (Prepared, Strike) {
+fn horseshoe() -> (PreparedObject, FractureRequest) {
     let prepared = shape("horseshoe", shapes::horseshoe(), Some([0.06, 0.04]));
     let (point_m, inward) = struck::surface_point(&prepared, [0.5, 1.0, 0.5]);
-    let strike = Strike {
+    let strike = FractureRequest {
         degree: DegreeRequest::Sites(20),
         lift: LiftKind::SurfaceDiffusion,
-        ..Strike::at(point_m, inward).seeded(1)
+        ..FractureRequest::at(point_m, inward).seeded(1)
     };
     (prepared, strike)
 }
@@ -128,7 +130,7 @@ fn a_stored_surface_lift_has_the_bits_of_the_baked_one_and_strikes_alike() {
     }
     let volume: f64 = a.fragments.iter().map(|row| row.volume_m3).sum();
     assert!((volume / prepared.report.lattice_volume_m3 - 1.0).abs() < 1e-9, "{volume}");
-    let interior = struck::outcome(&prepared, &Strike { lift: LiftKind::Interior, ..strike }).unwrap();
+    let interior = struck::outcome(&prepared, &FractureRequest { lift: LiftKind::Interior, ..strike }).unwrap();
     assert_ne!(interior.pieces.unwrap().fragments, a.fragments);
 }
 
@@ -141,9 +143,9 @@ fn a_database_without_the_surface_lift_refuses_it_by_name() {
     save(&prepared, &file).unwrap();
     let loaded = load(&file).unwrap();
     let refused = struck::outcome(&loaded, &strike).err().unwrap();
-    assert!(matches!(refused, StrikeError::LiftUnprepared { body: 0, lift: LiftKind::SurfaceDiffusion }));
+    assert!(matches!(refused, FractureError::LiftUnprepared { body: 0, lift: LiftKind::SurfaceDiffusion }));
     assert!(refused.is_callers() && refused.to_string().contains("surface_diffusion"), "{refused}");
-    struck::outcome(&loaded, &Strike { lift: LiftKind::Interior, ..strike }).unwrap();
+    struck::outcome(&loaded, &FractureRequest { lift: LiftKind::Interior, ..strike }).unwrap();
 }
 
 #[test]
@@ -153,7 +155,7 @@ fn harmonic_weights_on_a_stuffed_lattice_are_hardly_negative() {
     let surface = BoundarySurface::new(crack);
     let count = surface.nodes.len();
     let identity: Vec<f64> = (0..count * count).map(|at| f64::from(u8::from(at / count == at % count))).collect();
-    let weights = carry_harmonic(crack, &surface, &identity, count, &Token::default()).unwrap();
+    let weights = carry_harmonic(crack, &surface, &identity, count, &CancelToken::default()).unwrap();
     let least = weights.iter().copied().fold(f64::INFINITY, f64::min);
     let negative = |row: &[f64]| row.iter().filter(|weight| **weight < 0.0).sum::<f64>();
     let most = weights.chunks(count).map(negative).fold(0.0, f64::min);

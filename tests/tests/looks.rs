@@ -4,7 +4,7 @@ use nalgebra::{Point3, Vector3};
 use serde_json::Value;
 use shatter_fracture::database::{self, Tables, bake};
 use shatter_fracture::surface::shapes;
-use shatter_fracture::token::Token;
+use shatter_fracture::token::CancelToken;
 use shatter_tests::house::House;
 use shatter_tests::{glb, real};
 use std::collections::HashMap;
@@ -24,7 +24,7 @@ fn block(tables: Tables) -> House {
         tables,
         ..real::request("block", "stone")
     };
-    let prepared = bake(shapes::cuboid(SIDES), &request, &Token::default(), &mut |_| {}).unwrap();
+    let prepared = bake(shapes::cuboid(SIDES), &request, &CancelToken::default(), &mut |_| {}).unwrap();
     std::fs::create_dir_all(house.databases()).unwrap();
     database::save(&prepared, &house.databases().join("block.shatter")).unwrap();
     house.serve(&[]);

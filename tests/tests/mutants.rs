@@ -1,7 +1,8 @@
 //! Bad meshes at scale: every mutant ends in a checked answer or in a refusal that names its reason.
 
 use shatter_lab::study::mutants::{
-    Base, Judge, MUST_ACCEPT_RATE_MIN, Mutant, Plan, REGRESSIONS, Tally, Verdict, from_folder, generated, run,
+    BaseMesh, FuzzPlan, FuzzTally, FuzzVerdict, Judge, MUST_ACCEPT_RATE_MIN, Mutant, REGRESSIONS, from_folder,
+    generated, run,
 };
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -15,7 +16,7 @@ const REAL: usize = 180;
 const DEADLINE: Duration = Duration::from_secs(60);
 
 /// The real meshes, if there are any.
-fn real() -> Vec<Base> {
+fn real() -> Vec<BaseMesh> {
     match std::env::var_os("SHATTER_MESHES") {
         Some(folder) => from_folder(Path::new(&folder)).unwrap(),
         None => {
@@ -26,12 +27,12 @@ fn real() -> Vec<Base> {
 }
 
 /// Everything answered or refused with a reason, and what must be answered answered.
-fn check(meshes: Vec<Base>, count: usize) {
+fn check(meshes: Vec<BaseMesh>, count: usize) {
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
     let judge = Judge::new(DEADLINE).unwrap();
-    let plan = Plan { count, seed: 1, meshes, judge, repeat_every: 13, threads };
+    let plan = FuzzPlan { count, seed: 1, meshes, judge, repeat_every: 13, threads };
     let begun = Instant::now();
-    let tally: Tally = run(&plan, &mut |_, _| ());
+    let tally: FuzzTally = run(&plan, &mut |_, _| ());
     println!("{count} mutants in {:.1} s\n{tally}", begun.elapsed().as_secs_f64());
     assert_eq!((tally.all.tried, tally.all.failed), (count as u64, 0));
     assert!(tally.must_accept_rate >= MUST_ACCEPT_RATE_MIN, "{}", tally.must_accept_rate);
@@ -59,9 +60,9 @@ fn what_was_mended_stays_mended() {
             continue;
         };
         match judge.mutant(&base.mesh, &mutant) {
-            Verdict::Failed(fault) => panic!("{id}: {fault}"),
-            Verdict::Refused { message, justified: false, .. } => panic!("{id}: refused: {message}"),
-            Verdict::Checked { .. } | Verdict::Refused { .. } => {}
+            FuzzVerdict::Failed(fault) => panic!("{id}: {fault}"),
+            FuzzVerdict::Refused { message, justified: false, .. } => panic!("{id}: refused: {message}"),
+            FuzzVerdict::Checked { .. } | FuzzVerdict::Refused { .. } => {}
         }
     }
 }

@@ -1,35 +1,35 @@
 //! Reduced elasticity: what it is worth on impacts that the examples do not have, and when it is used.
 
 use nalgebra::{Point3, Vector3};
-use shatter_fracture::database::{BakeRequest, Partial, Share, bake, load, save};
+use shatter_fracture::database::{BakeRequest, PartialBake, Share, bake, load, save};
 use shatter_fracture::pipeline::{
-    ElasticRequest, Impact, Outcome, Prepared, RANK_MAX, REDUCED_ERROR_MAX, Sampler, Strike, Workspace, reduce,
-    strain_energy, strike,
+    ContactSet, ElasticRequest, FractureOutcome, FractureRequest, ImpactSampler, PreparedObject, RANK_MAX,
+    REDUCED_ERROR_MAX, Workspace, reduce, strain_energy, strike,
 };
 use shatter_fracture::surface::{RawMesh, shapes};
-use shatter_fracture::token::Token;
+use shatter_fracture::token::CancelToken;
 use shatter_tests::real;
 
 /// An arch whose basis has seen this many impacts; no degrees are learned.
-fn arch(impacts: u64, rank_max: usize) -> Prepared {
+fn arch(impacts: u64, rank_max: usize) -> PreparedObject {
     made(shapes::arch(), "arch", impacts, rank_max)
 }
 
-fn made(mesh: RawMesh, name: &str, impacts: u64, rank_max: usize) -> Prepared {
+fn made(mesh: RawMesh, name: &str, impacts: u64, rank_max: usize) -> PreparedObject {
     let request =
         BakeRequest { elastic_spacing: Some(0.06), crack_spacing: Some(0.05), ..real::request(name, "ceramic") };
-    let mut prepared = bake(mesh, &request, &Token::default(), &mut |_| ()).unwrap();
+    let mut prepared = bake(mesh, &request, &CancelToken::default(), &mut |_| ()).unwrap();
     prepared.impacts = impacts;
-    reduce(&mut prepared, rank_max, &Token::default()).unwrap();
+    reduce(&mut prepared, rank_max, &CancelToken::default()).unwrap();
     prepared
 }
 
 /// A blow at the top.
-fn struck(prepared: &Prepared, elastic: ElasticRequest) -> Outcome {
+fn struck(prepared: &PreparedObject, elastic: ElasticRequest) -> FractureOutcome {
     let top = prepared.bodies[0].crack.nodes.iter().max_by(|a, b| a.y.total_cmp(&b.y)).unwrap();
     let point_m: Point3<f64> = prepared.frame.to_metres(top);
-    let blow = Strike { elastic, ..Strike::at(point_m, Vector3::new(1.0, -3.0, 0.5)).seeded(1) };
-    strike(prepared, &blow, &mut Workspace::default(), &Token::default(), &mut ()).unwrap()
+    let blow = FractureRequest { elastic, ..FractureRequest::at(point_m, Vector3::new(1.0, -3.0, 0.5)).seeded(1) };
+    strike(prepared, &blow, &mut Workspace::default(), &CancelToken::default(), &mut ()).unwrap()
 }
 
 #[test]
@@ -49,13 +49,13 @@ fn an_object_that_is_to_be_solved_learns_degrees_and_has_no_basis() {
         elastic: ElasticRequest::Solve,
         ..real::request("arch", "ceramic")
     };
-    let prepared = bake(shapes::arch(), &request, &Token::default(), &mut |_| ()).unwrap();
+    let prepared = bake(shapes::arch(), &request, &CancelToken::default(), &mut |_| ()).unwrap();
     assert!(prepared.learned.is_some() && prepared.reduction.is_none() && prepared.bodies[0].reduced().is_none());
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("arch.shatter");
     save(&prepared, &file).unwrap();
-    let more = Partial::add(load(&file).unwrap(), 2, Share::WHOLE).unwrap();
-    let more = more.complete(&Token::default(), &mut |_| ()).unwrap();
+    let more = PartialBake::add(load(&file).unwrap(), 2, Share::WHOLE).unwrap();
+    let more = more.complete(&CancelToken::default(), &mut |_| ()).unwrap();
     assert!(more.examples.len() > prepared.examples.len() && more.reduction.is_none(), "it stays so");
     assert_eq!(struck(&more, ElasticRequest::Reduced).reduced_error, None);
 }
@@ -80,9 +80,9 @@ fn a_reduced_strike_is_within_its_estimate_and_a_solve_is_the_same_with_a_basis(
 fn a_blow_of_the_default_radius_needs_no_solve() {
     let request =
         BakeRequest { elastic_spacing: Some(0.03), crack_spacing: Some(0.03), ..real::request("bar", "glass") };
-    let mut prepared = bake(shapes::cuboid([1.0, 0.2, 0.2]), &request, &Token::default(), &mut |_| ()).unwrap();
+    let mut prepared = bake(shapes::cuboid([1.0, 0.2, 0.2]), &request, &CancelToken::default(), &mut |_| ()).unwrap();
     prepared.impacts = 200;
-    reduce(&mut prepared, RANK_MAX, &Token::default()).unwrap();
+    reduce(&mut prepared, RANK_MAX, &CancelToken::default()).unwrap();
     println!("{:?}", prepared.reduction);
     let outcome = struck(&prepared, ElasticRequest::Reduced);
     assert!(outcome.radius_m < 1.01 * 0.04 * prepared.frame.diagonal_m, "the lattice resolves the default radius");
@@ -98,15 +98,15 @@ fn a_basis_that_is_too_coarse_is_not_used() {
 }
 
 /// Energy and estimated error of a blow on one body.
-fn energy(prepared: &Prepared, blow: &Strike, workspace: &mut Workspace) -> Option<(f64, Option<f64>)> {
-    let impact = Impact::new(prepared, blow).unwrap();
-    let found = strain_energy(prepared, &impact, workspace, &Token::default(), &mut ()).unwrap().pop()?;
+fn energy(prepared: &PreparedObject, blow: &FractureRequest, workspace: &mut Workspace) -> Option<(f64, Option<f64>)> {
+    let impact = ContactSet::new(prepared, blow).unwrap();
+    let found = strain_energy(prepared, &impact, workspace, &CancelToken::default(), &mut ()).unwrap().pop()?;
     Some((found.energy_j, found.reduced_error))
 }
 
 /// Estimated over true relative error of the energy, by rank.
-fn ratios(prepared: &Prepared, ranks: &[Option<u32>], impacts: std::ops::Range<u64>) -> Vec<Vec<f64>> {
-    let (sampler, mut workspace) = (Sampler::new(prepared), Workspace::default());
+fn ratios(prepared: &PreparedObject, ranks: &[Option<u32>], impacts: std::ops::Range<u64>) -> Vec<Vec<f64>> {
+    let (sampler, mut workspace) = (ImpactSampler::new(prepared), Workspace::default());
     let mut ratios = vec![Vec::new(); ranks.len()];
     for number in impacts {
         let blow = sampler.impact(77, number);
@@ -114,7 +114,7 @@ fn ratios(prepared: &Prepared, ranks: &[Option<u32>], impacts: std::ops::Range<u
         assert_eq!(none, None);
         let mut last = f64::INFINITY;
         for (rank_max, ratios) in ranks.iter().zip(&mut ratios) {
-            let blow = Strike { elastic: ElasticRequest::Reduced, rank_max: *rank_max, ..blow.clone() };
+            let blow = FractureRequest { elastic: ElasticRequest::Reduced, rank_max: *rank_max, ..blow.clone() };
             let (found, estimate) = energy(prepared, &blow, &mut workspace).unwrap();
             let (Some(estimate), error) = (estimate, 1.0 - found / truth) else { continue };
             assert!(error <= last + 1e-5, "impact {number}, rank {rank_max:?}: {error} after {last}");
@@ -142,9 +142,9 @@ fn fewer_displacements_have_a_larger_error_and_tell_it() {
     for (rank, ratios) in ranks.iter().zip(ratios(&prepared, &ranks, 0..60)) {
         assert!(within_4(&format!("rank {rank:?}"), &ratios) >= 0.8);
     }
-    let blow = Sampler::new(&prepared).impact(77, 0);
+    let blow = ImpactSampler::new(&prepared).impact(77, 0);
     let of = |rank_max| {
-        let blow = Strike { elastic: ElasticRequest::Reduced, rank_max, ..blow.clone() };
+        let blow = FractureRequest { elastic: ElasticRequest::Reduced, rank_max, ..blow.clone() };
         energy(&prepared, &blow, &mut Workspace::default())
     };
     assert_eq!(of(None), of(Some(u32::MAX)));
@@ -164,25 +164,25 @@ fn estimates_hold_on_hundreds_of_impacts_that_no_basis_has_seen() {
 }
 
 /// Share of the strikes that name no radius, and so have about the smallest one of the examples, that need a solve.
-fn solved_at_the_default_radius(prepared: &Prepared) -> f64 {
+fn solved_at_the_default_radius(prepared: &PreparedObject) -> f64 {
     const STRIKES: u64 = 100;
-    let sampler = Sampler::new(prepared);
+    let sampler = ImpactSampler::new(prepared);
     let mut workspace = Workspace::default();
     let mut needs_solve = |number: &u64| {
         let mut blow = sampler.impact(77, *number);
         blow.contacts.truncate(1);
         blow.contacts[0].radius_m = None;
-        let blow = Strike { elastic: ElasticRequest::Reduced, threshold_only: true, ..blow };
-        let outcome = strike(prepared, &blow, &mut workspace, &Token::default(), &mut ()).unwrap();
+        let blow = FractureRequest { elastic: ElasticRequest::Reduced, threshold_only: true, ..blow };
+        let outcome = strike(prepared, &blow, &mut workspace, &CancelToken::default(), &mut ()).unwrap();
         outcome.reduced_error.is_none()
     };
     (0..STRIKES).filter(&mut needs_solve).count() as f64 / STRIKES as f64
 }
 
 /// Energy within 1 % (median), its density within 6 %, n₀ within 0.5 %; nine of ten estimates within a factor 3.
-fn check(prepared: &mut Prepared) {
+fn check(prepared: &mut PreparedObject) {
     prepared.impacts = 200;
-    reduce(prepared, RANK_MAX, &Token::default()).unwrap();
+    reduce(prepared, RANK_MAX, &CancelToken::default()).unwrap();
     let reduction = prepared.reduction.as_ref().unwrap();
     println!("{}: {reduction:?}", prepared.name);
     println!("  at the default radius {:.0} % are solved for", 100.0 * solved_at_the_default_radius(prepared));
@@ -196,7 +196,7 @@ fn check(prepared: &mut Prepared) {
 #[ignore = "a minute: the bases of two real meshes and a generated one; run with --ignored"]
 fn two_hundred_impacts_span_the_others() {
     let glass = |name| real::request(name, "glass");
-    check(&mut bake(shapes::horseshoe(), &glass("horseshoe"), &Token::default(), &mut |_| ()).unwrap());
+    check(&mut bake(shapes::horseshoe(), &glass("horseshoe"), &CancelToken::default(), &mut |_| ()).unwrap());
     for file in ["horse.ply", "stanford-bunny.obj"] {
         real::baked(file).iter_mut().for_each(check);
     }

@@ -4,12 +4,12 @@ use nalgebra::Point3;
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
 use shatter_fracture::database::{
-    BakeRequest, DatabaseError, JoinError, Partial, Share, ShareError, bake, join, load, load_partial, save,
+    BakeRequest, DatabaseError, JoinError, PartialBake, Share, ShareError, bake, join, load, load_partial, save,
     save_partial,
 };
 use shatter_fracture::surface::RawMesh;
 use shatter_fracture::surface::shapes::write_obj;
-use shatter_fracture::token::Token;
+use shatter_fracture::token::CancelToken;
 use shatter_tests::house::House;
 use shatter_tests::real;
 use std::os::unix::fs::PermissionsExt;
@@ -34,15 +34,15 @@ fn request(examples: u64) -> BakeRequest {
 
 fn undivided(folder: &Path) -> Vec<u8> {
     let path = folder.join("undivided.shatter");
-    save(&bake(wedge(), &request(EXAMPLES), &Token::default(), &mut |_| ()).unwrap(), &path).unwrap();
+    save(&bake(wedge(), &request(EXAMPLES), &CancelToken::default(), &mut |_| ()).unwrap(), &path).unwrap();
     std::fs::read(path).unwrap()
 }
 
 /// A share of that many impacts, saved and read again after every step, as if it were stopped each time.
 fn share(folder: &Path, share: Share, request: &BakeRequest) -> PathBuf {
     let path = share.file(folder, &request.name);
-    let token = Token::default();
-    let mut partial = Partial::begin(wedge(), request, share, &token, &mut |_| ()).unwrap();
+    let token = CancelToken::default();
+    let mut partial = PartialBake::begin(wedge(), request, share, &token, &mut |_| ()).unwrap();
     loop {
         save_partial(&partial, &path).unwrap();
         if partial.task.is_done() {
@@ -56,7 +56,7 @@ fn share(folder: &Path, share: Share, request: &BakeRequest) -> PathBuf {
 fn joined(paths: &[PathBuf]) -> Result<Vec<u8>, JoinError> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("joined.shatter");
-    save(&join(paths, &Token::default(), &mut |_| ())?, &path).unwrap();
+    save(&join(paths, &CancelToken::default(), &mut |_| ())?, &path).unwrap();
     Ok(std::fs::read(path).unwrap())
 }
 
@@ -78,12 +78,13 @@ fn more_examples_may_be_divided_too() {
     let folder = tempfile::tempdir().unwrap();
     let whole = undivided(folder.path());
     let first = folder.path().join("first.shatter");
-    save(&bake(wedge(), &request(10), &Token::default(), &mut |_| ()).unwrap(), &first).unwrap();
+    save(&bake(wedge(), &request(10), &CancelToken::default(), &mut |_| ()).unwrap(), &first).unwrap();
     let shares = [0, 1].map(|index| {
         let path = folder.path().join(format!("{index}.share"));
-        let mut partial = Partial::add(load(&first).unwrap(), EXAMPLES - 10, Share::new(index, 2).unwrap()).unwrap();
+        let mut partial =
+            PartialBake::add(load(&first).unwrap(), EXAMPLES - 10, Share::new(index, 2).unwrap()).unwrap();
         while !partial.task.is_done() {
-            partial.step(&Token::default()).unwrap();
+            partial.step(&CancelToken::default()).unwrap();
         }
         save_partial(&partial, &path).unwrap();
         path
@@ -102,10 +103,11 @@ fn shares_that_do_not_belong_together_are_refused() {
     let [zero, one] = [0, 1].map(|index| of(index, &request(16), "same"));
     let other = of(1, &BakeRequest { seed: 9, ..request(16) }, "other");
     let unfinished = Share::new(1, 2).unwrap().file(folder.path(), "unfinished");
-    let partial = Partial::begin(wedge(), &request(16), Share::new(1, 2).unwrap(), &Token::default(), &mut |_| ());
+    let partial =
+        PartialBake::begin(wedge(), &request(16), Share::new(1, 2).unwrap(), &CancelToken::default(), &mut |_| ());
     save_partial(&partial.unwrap(), &unfinished).unwrap();
     let database = folder.path().join("database.shatter");
-    save(&join(&[one.clone(), zero.clone()], &Token::default(), &mut |_| ()).unwrap(), &database).unwrap();
+    save(&join(&[one.clone(), zero.clone()], &CancelToken::default(), &mut |_| ()).unwrap(), &database).unwrap();
     let check = |paths: &[&PathBuf], expected: &dyn Fn(&JoinError) -> bool| {
         let error = joined(&paths.iter().map(|path| (*path).clone()).collect::<Vec<_>>()).unwrap_err();
         assert!(expected(&error), "{error}");

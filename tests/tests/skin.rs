@@ -2,20 +2,22 @@
 
 use nalgebra::{Point3, Vector3};
 use shatter_fracture::database::{self, BakeRequest, Tables, bake};
-use shatter_fracture::pipeline::{self, DegreeRequest, Pieces, Prepared, SkinVertex, Strike, StrikeError, Workspace};
-use shatter_fracture::scene::{Controls, Effect, Effects, Grain};
-use shatter_fracture::surface::{Looks, NO_MATERIAL, RawMesh, Surface, shapes};
-use shatter_fracture::token::Token;
+use shatter_fracture::pipeline::{
+    self, DegreeRequest, FractureError, FractureMeshes, FractureRequest, PreparedObject, SkinVertexRow, Workspace,
+};
+use shatter_fracture::scene::{EffectKind, EffectSet, Grain, WarpControls};
+use shatter_fracture::surface::{NO_MATERIAL, RawMesh, Surface, TriangleAttributes, shapes};
+use shatter_fracture::token::CancelToken;
 use shatter_tests::{real, struck};
 use std::collections::HashMap;
 
-const DRESSED: [Effect; 3] = [Effect::Attributes, Effect::Skin, Effect::Slivers];
+const DRESSED: [EffectKind; 3] = [EffectKind::Attributes, EffectKind::Skin, EffectKind::Slivers];
 
-fn baked(mesh: RawMesh, crack_spacing: f64) -> Prepared {
+fn baked(mesh: RawMesh, crack_spacing: f64) -> PreparedObject {
     baked_with(mesh, crack_spacing, None)
 }
 
-fn baked_with(mesh: RawMesh, crack_spacing: f64, cracks: Option<RawMesh>) -> Prepared {
+fn baked_with(mesh: RawMesh, crack_spacing: f64, cracks: Option<RawMesh>) -> PreparedObject {
     let request = BakeRequest {
         crack_spacing: Some(crack_spacing),
         elastic_spacing: Some(1.6 * crack_spacing),
@@ -23,16 +25,16 @@ fn baked_with(mesh: RawMesh, crack_spacing: f64, cracks: Option<RawMesh>) -> Pre
         cracks,
         ..real::request("dressed", "stone")
     };
-    bake(mesh, &request, &Token::default(), &mut |_| {}).unwrap()
+    bake(mesh, &request, &CancelToken::default(), &mut |_| {}).unwrap()
 }
 
-fn strike(prepared: &Prepared, sites: u32, more: &[Effect]) -> Strike {
+fn strike(prepared: &PreparedObject, sites: u32, more: &[EffectKind]) -> FractureRequest {
     let body = &prepared.bodies[0];
     let node = body.topology.boundary_nodes[body.topology.boundary_nodes.len() / 3];
     let point_m = prepared.frame.to_metres(&body.crack.nodes[node as usize]);
     let inward = prepared.frame.centre_m - point_m;
-    let effects = Effects::of(DRESSED.iter().chain(more).copied());
-    Strike { degree: DegreeRequest::Sites(sites), effects, seed: 3, ..Strike::at(point_m, inward) }
+    let effects = EffectSet::of(DRESSED.iter().chain(more).copied());
+    FractureRequest { degree: DegreeRequest::Sites(sites), effects, seed: 3, ..FractureRequest::at(point_m, inward) }
 }
 
 /// Of a mesh, m².
@@ -46,7 +48,7 @@ fn area_m2(mesh: &RawMesh) -> f64 {
 }
 
 /// The triangles of one fragment's skin, in the coordinates of the mesh file.
-fn worn(pieces: &Pieces, fragment: usize) -> Vec<[(Point3<f64>, SkinVertex); 3]> {
+fn worn(pieces: &FractureMeshes, fragment: usize) -> Vec<[(Point3<f64>, SkinVertexRow); 3]> {
     let (row, skins) = (&pieces.skins.rows[fragment], &pieces.skins);
     let vertices = &skins.vertices[row.vertex_first as usize..][..row.vertex_count as usize];
     let indices = &skins.indices[row.index_first as usize..][..row.index_count as usize];
@@ -59,7 +61,7 @@ fn worn(pieces: &Pieces, fragment: usize) -> Vec<[(Point3<f64>, SkinVertex); 3]>
 }
 
 /// Outer vertices of one fragment, by run: in the coordinates of the mesh file.
-fn outer(pieces: &Pieces, fragment: usize, crack: bool) -> Vec<Point3<f64>> {
+fn outer(pieces: &FractureMeshes, fragment: usize, crack: bool) -> Vec<Point3<f64>> {
     let mut positions = vec![[0.0; 3]; pieces.counts.vertices];
     let (mut indices, mut merges) = (vec![0; pieces.counts.indices], vec![[0; 2]; pieces.counts.merges]);
     pieces.emit(&mut positions, &mut indices, &mut merges).unwrap();
@@ -73,7 +75,7 @@ fn outer(pieces: &Pieces, fragment: usize, crack: bool) -> Vec<Point3<f64>> {
 }
 
 /// Distances of the rim of a fragment's skin from the nearest vertex of its crack faces, m.
-fn rim_m(pieces: &Pieces, fragment: usize) -> Vec<f64> {
+fn rim_m(pieces: &FractureMeshes, fragment: usize) -> Vec<f64> {
     let key = |point: &Point3<f64>| [point.x, point.y, point.z].map(f64::to_bits);
     let mut edges: HashMap<[[u64; 3]; 2], Option<Point3<f64>>> = HashMap::new();
     for corners in worn(pieces, fragment) {
@@ -95,7 +97,7 @@ fn rim_m(pieces: &Pieces, fragment: usize) -> Vec<f64> {
 fn skins_end_at_the_cracks() {
     let spacing = 0.04;
     let prepared = baked(shapes::cuboid([0.4, 0.3, 0.2]), spacing);
-    let pieces = struck::outcome(&prepared, &strike(&prepared, 24, &[Effect::Interior])).unwrap().pieces.unwrap();
+    let pieces = struck::outcome(&prepared, &strike(&prepared, 24, &[EffectKind::Interior])).unwrap().pieces.unwrap();
     let mut all: Vec<f64> = (0..pieces.fragments.len()).flat_map(|fragment| rim_m(&pieces, fragment)).collect();
     all.iter_mut().for_each(|gap| *gap /= spacing * prepared.frame.diagonal_m);
     all.sort_by(f64::total_cmp);
@@ -105,11 +107,12 @@ fn skins_end_at_the_cracks() {
 }
 
 /// The skins of a strike: their area is the input's, and each lies on its fragment.
-fn check(name: &str, mesh: RawMesh, spacing: f64, more: &[Effect], controls: Option<Controls>) {
+fn check(name: &str, mesh: RawMesh, spacing: f64, more: &[EffectKind], controls: Option<WarpControls>) {
     let input_m2 = area_m2(&mesh);
     let prepared = baked(mesh, spacing);
-    let prepared =
-        controls.iter().fold(prepared, |prepared, controls| prepared.warped(controls, &Token::default()).unwrap());
+    let prepared = controls
+        .iter()
+        .fold(prepared, |prepared, controls| prepared.warped(controls, &CancelToken::default()).unwrap());
     let pieces = struck::outcome(&prepared, &strike(&prepared, 24, more)).unwrap().pieces.unwrap();
     let diagonal_m = prepared.frame.diagonal_m;
     let (mut sum_m2, mut apart_m, mut count, mut far) = (0.0, 0.0f64, 0usize, 0usize);
@@ -143,18 +146,18 @@ fn check(name: &str, mesh: RawMesh, spacing: f64, more: &[Effect], controls: Opt
 #[test]
 fn skins_have_the_inputs_area_and_lie_on_their_fragments() {
     check("cuboid", shapes::cuboid([0.4, 0.3, 0.2]), 0.04, &[], None);
-    check("mug", shapes::mug(), 0.022, &[Effect::Interior], None);
-    check("statue", shapes::statue(), 0.025, &[Effect::Interior], None);
+    check("mug", shapes::mug(), 0.022, &[EffectKind::Interior], None);
+    check("statue", shapes::statue(), 0.025, &[EffectKind::Interior], None);
     let grain = Some(Grain { axis: Vector3::x(), ratio: 3.0 });
-    let controls = Some(Controls { grain, ..Controls::default() });
-    check("horseshoe, grain", shapes::horseshoe(), 0.03, &[Effect::Interior, Effect::Warp], controls);
+    let controls = Some(WarpControls { grain, ..WarpControls::default() });
+    check("horseshoe, grain", shapes::horseshoe(), 0.03, &[EffectKind::Interior, EffectKind::Warp], controls);
 }
 
 #[test]
 fn real_meshes_are_dressed_too() {
     for name in ["horse.ply", "spot.obj", "beetle.obj"] {
         if let Some(mesh) = real::raw(name) {
-            check(name, mesh, 0.02, &[Effect::Interior], None);
+            check(name, mesh, 0.02, &[EffectKind::Interior], None);
         }
     }
 }
@@ -166,7 +169,7 @@ fn the_walls_of_existing_cracks_are_worn() {
     let sheet = RawMesh::new(corners.to_vec(), vec![[0, 1, 2], [0, 2, 3]]);
     let spacing = 0.03;
     let prepared = baked_with(shapes::cuboid([0.4, 0.3, 0.2]), spacing, Some(sheet));
-    let pieces = struck::outcome(&prepared, &strike(&prepared, 12, &[Effect::Interior])).unwrap().pieces.unwrap();
+    let pieces = struck::outcome(&prepared, &strike(&prepared, 12, &[EffectKind::Interior])).unwrap().pieces.unwrap();
     let whole_m2 = 2.0 * (0.4 * 0.3 + 0.3 * 0.2 + 0.2 * 0.4);
     let (mut sum_m2, mut bare) = (0.0, 0);
     for fragment in 0..pieces.fragments.len() {
@@ -196,7 +199,7 @@ fn painted() -> RawMesh {
     let uvs = mesh.triangles.iter().map(|own| points(own).map(|point| [point.x as f32, point.y as f32])).collect();
     let materials = normals.iter().map(|own| u32::from(own[0][1] > 0.5)).collect();
     let names = vec!["sides".into(), "top".into()];
-    mesh.looks = Looks { normals, uvs, materials, names, lost: Vec::new() };
+    mesh.looks = TriangleAttributes { normals, uvs, materials, names, lost: Vec::new() };
     mesh
 }
 
@@ -215,7 +218,7 @@ fn outer_faces_look_as_the_input() {
         let vertices = run.vertex_first as usize..(run.vertex_first + run.vertex_count) as usize;
         let triangles = run.index_first as usize / 3..(run.index_first + run.index_count) as usize / 3;
         if run.crack {
-            assert!(pieces.looks.vertices[vertices].iter().all(|look| *look == pipeline::Look::default()));
+            assert!(pieces.looks.vertices[vertices].iter().all(|look| *look == pipeline::VertexAttribute::default()));
             assert!(pieces.looks.materials[triangles].iter().all(|material| *material == NO_MATERIAL));
             continue;
         }
@@ -278,10 +281,10 @@ fn a_database_keeps_the_skin_to_the_bit_and_loads_it_where_it_is_wanted() {
     assert_eq!(whole.report, prepared.report);
     let bare = database::load_tables(&path, Tables { interior: true, ..Tables::NONE }).unwrap();
     assert!(bare.skin.is_none() && bare.bodies[0].outer.is_none());
-    for effect in [Effect::Attributes, Effect::Skin] {
-        let only = Strike { effects: Effects::of([effect]), ..strike(&bare, 8, &[]) };
+    for effect in [EffectKind::Attributes, EffectKind::Skin] {
+        let only = FractureRequest { effects: EffectSet::of([effect]), ..strike(&bare, 8, &[]) };
         match struck::outcome(&bare, &only) {
-            Err(StrikeError::Bare { effect: named }) => assert_eq!(named, effect),
+            Err(FractureError::Bare { effect: named }) => assert_eq!(named, effect),
             Err(other) => panic!("{other}"),
             Ok(_) => panic!("{effect:?} came from nowhere"),
         }
@@ -289,14 +292,14 @@ fn a_database_keeps_the_skin_to_the_bit_and_loads_it_where_it_is_wanted() {
 }
 
 /// The largest fragment.
-fn largest(pieces: &Pieces) -> u32 {
+fn largest(pieces: &FractureMeshes) -> u32 {
     let volume = |fragment: &u32| pieces.fragments[*fragment as usize].volume_m3;
     (0..pieces.fragments.len() as u32).max_by(|a, b| volume(a).total_cmp(&volume(b))).unwrap()
 }
 
 /// Area of one fragment's skin, m².
-fn worn_m2(pieces: &Pieces, fragment: usize) -> f64 {
-    let area = |corners: [(Point3<f64>, SkinVertex); 3]| {
+fn worn_m2(pieces: &FractureMeshes, fragment: usize) -> f64 {
+    let area = |corners: [(Point3<f64>, SkinVertexRow); 3]| {
         let [a, b, c] = corners.map(|(point, _)| point);
         0.5 * (b - a).cross(&(c - a)).norm()
     };
@@ -314,7 +317,7 @@ fn what_breaks_again_wears_what_its_parent_wore() {
         let mut again = strike(&prepared, 6, &[]);
         again.contacts[0].point_m = Point3::from(pieces.fragments[parent as usize].centre_m);
         again.contacts[0].radius_m = Some(0.3);
-        let (mut workspace, token) = (Workspace::default(), Token::default());
+        let (mut workspace, token) = (Workspace::default(), CancelToken::default());
         let outcome = pipeline::strike_again(&prepared, (&kept, parent), &again, &mut workspace, &token, &mut ());
         pieces = outcome.unwrap().pieces.unwrap();
         let sum_m2: f64 = (0..pieces.fragments.len()).map(|child| worn_m2(&pieces, child)).sum();
@@ -336,13 +339,13 @@ fn what_breaks_again_wears_what_its_parent_wore() {
         let looks = pieces.looks.vertices.iter().filter(|look| look.normal != [0.0; 3]).count();
         assert!(looks > 50 && 3 * pieces.looks.materials.len() == pieces.counts.indices);
     }
-    let undressed = Strike { effects: Effects::of([Effect::Interior]), ..strike(&prepared, 6, &[]) };
+    let undressed = FractureRequest { effects: EffectSet::of([EffectKind::Interior]), ..strike(&prepared, 6, &[]) };
     let bare = struck::outcome(&prepared, &undressed).unwrap().pieces.unwrap();
     let (kept, parent) = (bare.keep(), largest(&bare));
     let mut workspace = Workspace::default();
     let again = strike(&prepared, 6, &[]);
-    match pipeline::strike_again(&prepared, (&kept, parent), &again, &mut workspace, &Token::default(), &mut ()) {
-        Err(StrikeError::Undressed { fragment }) => assert_eq!(fragment, parent),
+    match pipeline::strike_again(&prepared, (&kept, parent), &again, &mut workspace, &CancelToken::default(), &mut ()) {
+        Err(FractureError::Undressed { fragment }) => assert_eq!(fragment, parent),
         Err(other) => panic!("{other}"),
         Ok(_) => panic!("a skin came from nowhere"),
     }

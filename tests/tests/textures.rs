@@ -1,7 +1,7 @@
 //! Textures lie the right way up: an input whose texture coordinates are an affine function of the place, in files of both kinds.
 
 use serde_json::Value;
-use shatter_fracture::surface::{self, Unit, Up, shapes};
+use shatter_fracture::surface::{self, LengthUnit, UpAxis, shapes};
 use shatter_tests::house::House;
 use std::fmt::Write;
 use std::path::Path;
@@ -124,7 +124,7 @@ fn textures_of_obj_and_gltf_inputs_lie_the_right_way_up() {
     // The same block as glTF, written by nothing of ours.
     let mesh = house.path("again.glb");
     std::fs::write(&mesh, block_glb()).unwrap();
-    let looks = surface::read(&mesh, Unit::M, Up::Y).unwrap().looks;
+    let looks = surface::read(&mesh, LengthUnit::M, UpAxis::Y).unwrap().looks;
     assert_eq!(looks.uvs.len(), 12);
     check_files(&house, &mesh, "again");
 }

@@ -3,10 +3,10 @@
 use nalgebra::{Matrix3, Point3, Vector3};
 use shatter_fracture::database::{BakeRequest, Tables, bake};
 use shatter_fracture::lift::LiftKind;
-use shatter_fracture::pipeline::{DegreeRequest, Outcome, Prepared, Strike, WarpError};
-use shatter_fracture::scene::{Controls, Effect, Effects, Grain, Paint, Region, Waves};
+use shatter_fracture::pipeline::{DegreeRequest, FractureOutcome, FractureRequest, PreparedObject, WarpError};
+use shatter_fracture::scene::{EffectKind, EffectSet, Grain, Paint, Region, WarpControls, Waves};
 use shatter_fracture::surface::shapes;
-use shatter_fracture::token::Token;
+use shatter_fracture::token::CancelToken;
 use shatter_tests::{real, struck};
 
 /// Side of the cube that is struck, m.
@@ -15,36 +15,36 @@ const SIDE: f64 = 1.0;
 /// Sites of each strike.
 const SITES: u32 = 80;
 
-fn cube() -> Prepared {
+fn cube() -> PreparedObject {
     let tables = Tables { interior: true, ..Tables::NONE };
     let request = BakeRequest { crack_spacing: Some(0.028), tables, ..real::request("cube", "stone") };
-    bake(shapes::cuboid([SIDE; 3]), &request, &Token::default(), &mut |_| ()).unwrap()
+    bake(shapes::cuboid([SIDE; 3]), &request, &CancelToken::default(), &mut |_| ()).unwrap()
 }
 
 /// A wide blow on the cube, in a lift: energy falls off slowly, so that pieces are alike.
-fn blow(lift: LiftKind, warp: bool) -> Strike {
-    let mut effects = Effects::NONE;
+fn blow(lift: LiftKind, warp: bool) -> FractureRequest {
+    let mut effects = EffectSet::NONE;
     if lift == LiftKind::Interior {
-        effects = effects.with(Effect::Interior);
+        effects = effects.with(EffectKind::Interior);
     }
     if warp {
-        effects = effects.with(Effect::Warp);
+        effects = effects.with(EffectKind::Warp);
     }
-    let at = Strike::at(Point3::new(0.5 * SIDE, 0.02, 0.01), Vector3::new(-900.0, 10.0, 20.0)).seeded(1);
-    let mut strike = Strike { degree: DegreeRequest::Sites(SITES), lift, effects, seed: 5, ..at };
+    let at = FractureRequest::at(Point3::new(0.5 * SIDE, 0.02, 0.01), Vector3::new(-900.0, 10.0, 20.0)).seeded(1);
+    let mut strike = FractureRequest { degree: DegreeRequest::Sites(SITES), lift, effects, seed: 5, ..at };
     strike.contacts[0].radius_m = Some(0.6 * SIDE);
     strike
 }
 
 /// Meshes of the pieces, in coordinates of the mesh file.
 struct Pieces {
-    outcome: Outcome,
+    outcome: FractureOutcome,
     positions: Vec<Point3<f64>>,
     indices: Vec<u32>,
 }
 
 impl Pieces {
-    fn new(prepared: &Prepared, strike: &Strike) -> Self {
+    fn new(prepared: &PreparedObject, strike: &FractureRequest) -> Self {
         let outcome = struck::outcome(prepared, strike).unwrap();
         let pieces = outcome.pieces.as_ref().unwrap();
         let mut flat = vec![[0.0; 3]; pieces.counts.vertices];
@@ -150,14 +150,14 @@ fn on_cracks(pieces: &Pieces) -> Vec<Point3<f64>> {
     pieces.cracks().flatten().flat_map(of).collect()
 }
 
-fn under(controls: Controls) -> Prepared {
-    cube().warped(&controls, &Token::default()).unwrap()
+fn under(controls: WarpControls) -> PreparedObject {
+    cube().warped(&controls, &CancelToken::default()).unwrap()
 }
 
 #[test]
 fn a_grain_of_four_shows_in_the_inertia_of_the_pieces() {
     let axis = Vector3::new(0.0, 0.6, 0.8);
-    let prepared = under(Controls { grain: Some(Grain { axis, ratio: 4.0 }), ..Controls::default() });
+    let prepared = under(WarpControls { grain: Some(Grain { axis, ratio: 4.0 }), ..WarpControls::default() });
     for lift in [LiftKind::Euclidean, LiftKind::Interior] {
         let [with, without] = [true, false].map(|warp| stretch(&Pieces::new(&prepared, &blow(lift, warp)), axis));
         println!("grain of 4, {lift}: {with:.2} times as long along it, {without:.2} without");
@@ -167,7 +167,7 @@ fn a_grain_of_four_shows_in_the_inertia_of_the_pieces() {
 
 #[test]
 fn waves_bend_the_cracks() {
-    let prepared = under(Controls { waves: Some(Waves { length_m: 0.4, slope: 0.3 }), ..Controls::default() });
+    let prepared = under(WarpControls { waves: Some(Waves { length_m: 0.4, slope: 0.3 }), ..WarpControls::default() });
     for lift in [LiftKind::Euclidean, LiftKind::Interior] {
         let [with, without] = [true, false].map(|warp| curvature(&Pieces::new(&prepared, &blow(lift, warp))));
         println!("waves, {lift}: mean curvature times size {with:.3}, {without:.3} without");
@@ -181,7 +181,7 @@ fn no_crack_passes_through_what_is_protected() {
     let block = Region::Cuboid { min_m: Point3::from([-0.5, -0.5, -0.5]), max_m: Point3::from([-0.2, -0.1, 0.1]) };
     let overlapping = Region::Ball { centre_m: Point3::from([-0.2, -0.1, 0.1]), radius_m: 0.1 };
     let protected = vec![ball, block, overlapping];
-    let prepared = under(Controls { protected: protected.clone(), ..Controls::default() });
+    let prepared = under(WarpControls { protected: protected.clone(), ..WarpControls::default() });
     let inside = |warp: bool| {
         let points = on_cracks(&Pieces::new(&prepared, &blow(LiftKind::Interior, warp)));
         protected.iter().map(|region| points.iter().filter(|p| region.distance_m(p) == 0.0).count()).collect::<Vec<_>>()
@@ -194,9 +194,9 @@ fn no_crack_passes_through_what_is_protected() {
 fn every_forced_site_has_a_piece_of_its_own() {
     let sites_m: Vec<Point3<f64>> =
         (0..9).map(|k| Point3::new(0.1 * f64::from(k) - 0.4, 0.3 * f64::from(k % 3) - 0.3, 0.2)).collect();
-    let prepared = under(Controls { sites_m: sites_m.clone(), ..Controls::default() });
+    let prepared = under(WarpControls { sites_m: sites_m.clone(), ..WarpControls::default() });
     let check = |sites: u32| {
-        let strike = Strike { degree: DegreeRequest::Sites(sites), ..blow(LiftKind::Euclidean, true) };
+        let strike = FractureRequest { degree: DegreeRequest::Sites(sites), ..blow(LiftKind::Euclidean, true) };
         let pieces = Pieces::new(&prepared, &strike);
         let mut holders: Vec<usize> = sites_m.iter().map(|site| pieces.holder(site)).collect();
         holders.sort_unstable();
@@ -206,7 +206,7 @@ fn every_forced_site_has_a_piece_of_its_own() {
     };
     [4, 9, 40].into_iter().for_each(check);
     // A degree that nobody forces leaves room for all of them.
-    let free = Strike { degree: DegreeRequest::ClosedForm, ..blow(LiftKind::Euclidean, true) };
+    let free = FractureRequest { degree: DegreeRequest::ClosedForm, ..blow(LiftKind::Euclidean, true) };
     assert!(struck::outcome(&prepared, &free).unwrap().sites >= 9);
 }
 
@@ -214,7 +214,7 @@ fn every_forced_site_has_a_piece_of_its_own() {
 fn paint_says_where_pieces_are_small() {
     let points_m = vec![Point3::new(0.0, 0.25, 0.0), Point3::new(0.0, -0.25, 0.0)];
     let paint = Paint { points_m, factors: vec![4.0, 0.5] };
-    let prepared = under(Controls { paint: Some(paint), ..Controls::default() });
+    let prepared = under(WarpControls { paint: Some(paint), ..WarpControls::default() });
     let ratio = |warp: bool| {
         let pieces = Pieces::new(&prepared, &blow(LiftKind::Euclidean, warp));
         let above = pieces.rows().iter().filter(|row| row.centre_m[1] > 0.0).count() as f64;
@@ -227,12 +227,12 @@ fn paint_says_where_pieces_are_small() {
 
 #[test]
 fn whether_it_breaks_is_not_the_artists_to_say_and_off_is_off() {
-    let controls = Controls {
+    let controls = WarpControls {
         grain: Some(Grain { axis: Vector3::x(), ratio: 3.0 }),
         waves: Some(Waves { length_m: 0.5, slope: 0.25 }),
         protected: vec![Region::Ball { centre_m: Point3::from([0.0; 3]), radius_m: 0.2 }],
         sites_m: vec![Point3::new(0.3, 0.3, 0.3)],
-        ..Controls::default()
+        ..WarpControls::default()
     };
     let (plain, warped) = (cube(), under(controls));
     let blows = [true, false].map(|warp| blow(LiftKind::Interior, warp));
@@ -249,25 +249,25 @@ fn whether_it_breaks_is_not_the_artists_to_say_and_off_is_off() {
 
 #[test]
 fn controls_that_an_object_cannot_follow_are_refused_by_name() {
-    let refused = |controls: Controls| cube().warped(&controls, &Token::default()).err().unwrap();
+    let refused = |controls: WarpControls| cube().warped(&controls, &CancelToken::default()).err().unwrap();
     let protected = vec![Region::Ball { centre_m: Point3::from([9.0; 3]), radius_m: 1.0 }];
-    assert_eq!(refused(Controls { protected, ..Controls::default() }), WarpError::Region { region: 0 });
+    assert_eq!(refused(WarpControls { protected, ..WarpControls::default() }), WarpError::Region { region: 0 });
     let sites_m = vec![Point3::origin(), Point3::new(0.0, 2.0, 0.0)];
-    assert!(matches!(refused(Controls { sites_m, ..Controls::default() }), WarpError::Site { site: 1, .. }));
+    assert!(matches!(refused(WarpControls { sites_m, ..WarpControls::default() }), WarpError::Site { site: 1, .. }));
     let waves = Some(Waves { length_m: 0.3, slope: 4.0 });
-    let folds = refused(Controls { waves, ..Controls::default() });
+    let folds = refused(WarpControls { waves, ..WarpControls::default() });
     let WarpError::Folds { body: 0, slope: Some(slope), .. } = folds else { panic!("{folds}") };
     assert!(folds.to_string().contains(&format!("a slope of {slope} does not fold")), "{folds}");
     let waves = Some(Waves { length_m: 0.3, slope });
     assert!(
         (0.05..4.0).contains(&slope)
-            && cube().warped(&Controls { waves, ..Controls::default() }, &Token::default()).is_ok()
+            && cube().warped(&WarpControls { waves, ..WarpControls::default() }, &CancelToken::default()).is_ok()
     );
     let waves = Some(Waves { length_m: 1e-9, slope: 0.1 });
-    assert!(matches!(refused(Controls { waves, ..Controls::default() }), WarpError::Short { .. }));
-    let token = Token::default();
+    assert!(matches!(refused(WarpControls { waves, ..WarpControls::default() }), WarpError::Short { .. }));
+    let token = CancelToken::default();
     token.cancel();
     let grain = Some(Grain { axis: Vector3::x(), ratio: 2.0 });
-    let cancelled = cube().warped(&Controls { grain, ..Controls::default() }, &token).err().unwrap();
+    let cancelled = cube().warped(&WarpControls { grain, ..WarpControls::default() }, &token).err().unwrap();
     assert!(matches!(cancelled, WarpError::Cancelled(_)), "{cancelled}");
 }

@@ -1,7 +1,7 @@
 //! What an answer holds, as C sees it: facts are copied, meshes stay in shared memory.
 
 use crate::refusal::text;
-use shatter_client::Broken;
+use shatter_client::FractureResult;
 use shatter_proto::answer as wire;
 use std::ffi::c_char;
 use std::mem::offset_of;
@@ -98,8 +98,8 @@ pub struct Summary {
     pub hit: Hit,
 }
 
-impl From<&Broken> for Summary {
-    fn from(broken: &Broken) -> Self {
+impl From<&FractureResult> for Summary {
+    fn from(broken: &FractureResult) -> Self {
         let row = broken.summary();
         Self {
             fragment_count: broken.fragments().len() as u32,
@@ -252,9 +252,9 @@ pub struct Hull {
     pub margin_m: f64,
 }
 
-impl From<Option<shatter_client::Hull<'_>>> for Hull {
-    fn from(hull: Option<shatter_client::Hull<'_>>) -> Self {
-        let of = |hull: &shatter_client::Hull<'_>| (hull.coverage, hull.margin_m);
+impl From<Option<shatter_client::HullMesh<'_>>> for Hull {
+    fn from(hull: Option<shatter_client::HullMesh<'_>>) -> Self {
+        let of = |hull: &shatter_client::HullMesh<'_>| (hull.coverage, hull.margin_m);
         let (coverage, margin_m) = hull.as_ref().map_or((0.0, 0.0), of);
         let (positions, indices) = hull.map_or((&[][..], &[][..]), |hull| (hull.positions, hull.indices));
         let (vertex_count, index_count) = (positions.len(), indices.len());
@@ -279,8 +279,8 @@ pub struct Skin {
     pub materials: *const u32,
 }
 
-impl From<Option<shatter_client::Skin<'_>>> for Skin {
-    fn from(skin: Option<shatter_client::Skin<'_>>) -> Self {
+impl From<Option<shatter_client::FragmentSkin<'_>>> for Skin {
+    fn from(skin: Option<shatter_client::FragmentSkin<'_>>) -> Self {
         let (vertices, indices, materials) =
             skin.map_or((&[][..], &[][..], &[][..]), |skin| (skin.vertices, skin.indices, skin.materials));
         let (vertex_count, index_count) = (vertices.len(), indices.len());
@@ -366,8 +366,8 @@ pub struct Hash {
     pub text: [c_char; 24],
 }
 
-impl From<&Broken> for Hash {
-    fn from(broken: &Broken) -> Self {
+impl From<&FractureResult> for Hash {
+    fn from(broken: &FractureResult) -> Self {
         Self { text: text(&broken.digest().output_hash) }
     }
 }
@@ -382,7 +382,7 @@ macro_rules! same {
 }
 
 same! {
-    Look is LookWire: normal uv;
+    Look is VertexAttributeWire: normal uv;
     SkinVertex is SkinVertexWire: position_m normal uv;
     Bond is BondWire: fragments area_m2 normal centroid_m;
     Debris is DebrisWire: fragment neighbour position_m normal size_m reserved;

@@ -14,7 +14,7 @@ const TEXT_MAX: usize = 1 << 16;
 #[derive(Debug)]
 pub(crate) enum Failure {
     /// The client or the service refused.
-    Refused(shatter_client::Refusal),
+    Refused(shatter_client::Error),
     /// An argument cannot be used.
     Argument {
         /// Which.
@@ -24,8 +24,8 @@ pub(crate) enum Failure {
     },
 }
 
-impl From<shatter_client::Refusal> for Failure {
-    fn from(refusal: shatter_client::Refusal) -> Self {
+impl From<shatter_client::Error> for Failure {
+    fn from(refusal: shatter_client::Error) -> Self {
         Self::Refused(refusal)
     }
 }

@@ -4,7 +4,7 @@ use crate::Code;
 use crate::answer::{Bond, Counter, Debris, Fragment, Hash, Hull, Run, Skin, Summary, start};
 use crate::border::{Failure, border, bytes, end, given, wrong};
 use crate::refusal::Refusal;
-use shatter_client::Kind;
+use shatter_client::ErrorKind;
 use std::ffi::{OsStr, c_char};
 use std::mem::MaybeUninit;
 use std::os::unix::ffi::OsStrExt;
@@ -12,7 +12,7 @@ use std::path::Path;
 
 /// The answer to a strike. It holds one bucket of the daemon's pool until it is released: do so once the fragments are copied to where
 /// they are needed. One thread at a time; what its pointers lead to, any number may read.
-pub struct Broken(pub(crate) shatter_client::Broken);
+pub struct Broken(pub(crate) shatter_client::FractureResult);
 
 /// What of an answer is written to a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -31,7 +31,7 @@ fn fragment(broken: Option<&Broken>, id: u32) -> Result<shatter_client::Fragment
     let broken = &given("broken", broken)?.0;
     let unknown = || {
         let message = format!("fragment {id}: the answer has {}", broken.fragments().len());
-        shatter_client::Refusal::new(Kind::UnknownFragment, id.to_string(), message)
+        shatter_client::Error::new(ErrorKind::UnknownFragment, id.to_string(), message)
     };
     Ok(broken.fragment(id).ok_or_else(unknown)?)
 }
@@ -142,7 +142,7 @@ fn lend<'a, T: 'a, U>(
     broken: Option<&'a Broken>,
     rows: Option<&mut MaybeUninit<*const U>>,
     count: Option<&mut MaybeUninit<usize>>,
-    find: impl FnOnce(&'a shatter_client::Broken) -> &'a [T],
+    find: impl FnOnce(&'a shatter_client::FractureResult) -> &'a [T],
 ) -> Result<(), Failure> {
     let (rows, count) = (given("rows", rows)?, given("count", count)?);
     rows.write(std::ptr::null());
@@ -162,7 +162,7 @@ pub extern "C" fn shatter_broken_bonds(
     count: Option<&mut MaybeUninit<usize>>,
     refusal: Option<&mut MaybeUninit<Refusal>>,
 ) -> Code {
-    border(refusal, || lend(broken, rows, count, shatter_client::Broken::bonds))
+    border(refusal, || lend(broken, rows, count, shatter_client::FractureResult::bonds))
 }
 
 /// Points on cracks from which dust and chips come, as `shatter_broken_bonds`. None unless `debris` is on.
@@ -173,7 +173,7 @@ pub extern "C" fn shatter_broken_debris(
     count: Option<&mut MaybeUninit<usize>>,
     refusal: Option<&mut MaybeUninit<Refusal>>,
 ) -> Code {
-    border(refusal, || lend(broken, rows, count, shatter_client::Broken::debris))
+    border(refusal, || lend(broken, rows, count, shatter_client::FractureResult::debris))
 }
 
 /// What each stage did, as `shatter_broken_bonds`.
@@ -184,7 +184,7 @@ pub extern "C" fn shatter_broken_stages(
     count: Option<&mut MaybeUninit<usize>>,
     refusal: Option<&mut MaybeUninit<Refusal>>,
 ) -> Code {
-    border(refusal, || lend(broken, rows, count, shatter_client::Broken::stages))
+    border(refusal, || lend(broken, rows, count, shatter_client::FractureResult::stages))
 }
 
 /// What each effect did, as `shatter_broken_bonds`.
@@ -195,7 +195,7 @@ pub extern "C" fn shatter_broken_effects(
     count: Option<&mut MaybeUninit<usize>>,
     refusal: Option<&mut MaybeUninit<Refusal>>,
 ) -> Code {
-    border(refusal, || lend(broken, rows, count, shatter_client::Broken::effects))
+    border(refusal, || lend(broken, rows, count, shatter_client::FractureResult::effects))
 }
 
 /// Hashes the answer, as `shatter impact --json` does (`output_hash`).
@@ -231,9 +231,9 @@ pub unsafe extern "C" fn shatter_broken_write_glb(
         // SAFETY: handed on.
         let path = Path::new(OsStr::from_bytes(unsafe { bytes("path", path, length) }?));
         let write = match content {
-            number if number == Content::Fragments as u32 => shatter_client::Broken::write_glb,
-            number if number == Content::Hulls as u32 => shatter_client::Broken::write_hulls_glb,
-            number if number == Content::Skins as u32 => shatter_client::Broken::write_skins_glb,
+            number if number == Content::Fragments as u32 => shatter_client::FractureResult::write_glb,
+            number if number == Content::Hulls as u32 => shatter_client::FractureResult::write_hulls_glb,
+            number if number == Content::Skins as u32 => shatter_client::FractureResult::write_skins_glb,
             number => return Err(wrong("content", format!("content {number}: must be 0 to 2"))),
         };
         write(broken, path)?;

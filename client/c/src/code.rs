@@ -1,6 +1,6 @@
 //! What every function returns.
 
-use shatter_client::Kind;
+use shatter_client::ErrorKind;
 
 /// What became of a call. Zero: done. Else why not, one code per rule; `ShatterRefusal` tells whose fault it is, whether to try
 /// again, and which argument, field or path offends.
@@ -109,56 +109,56 @@ pub enum Code {
     Panicked = 201,
 }
 
-impl From<Kind> for Code {
-    fn from(kind: Kind) -> Self {
+impl From<ErrorKind> for Code {
+    fn from(kind: ErrorKind) -> Self {
         match kind {
-            Kind::BadMagic => Self::BadMagic,
-            Kind::VersionMismatch => Self::VersionMismatch,
-            Kind::UnknownRequest => Self::UnknownRequest,
-            Kind::ReservedField => Self::ReservedField,
-            Kind::ObjectName => Self::ObjectName,
-            Kind::UnknownObject => Self::UnknownObject,
-            Kind::CorruptObject => Self::CorruptObject,
-            Kind::ContactCount => Self::ContactCount,
-            Kind::ContactPoint => Self::ContactPoint,
-            Kind::ContactTooFar => Self::ContactTooFar,
-            Kind::Impulse => Self::Impulse,
-            Kind::ContactDuration => Self::ContactDuration,
-            Kind::ContactRadius => Self::ContactRadius,
-            Kind::Gamma => Self::Gamma,
-            Kind::Degree => Self::Degree,
-            Kind::Lift => Self::Lift,
-            Kind::UnknownEffect => Self::UnknownEffect,
-            Kind::Budget => Self::Budget,
-            Kind::Convention => Self::Convention,
-            Kind::UnknownHandle => Self::UnknownHandle,
-            Kind::CapExceeded => Self::CapExceeded,
-            Kind::ServiceName => Self::ServiceName,
-            Kind::Configuration => Self::Configuration,
-            Kind::Output => Self::Output,
-            Kind::Unsolvable => Self::Unsolvable,
-            Kind::Elastic => Self::Elastic,
-            Kind::Effect => Self::Effect,
-            Kind::UnknownFragment => Self::UnknownFragment,
-            Kind::FragmentSize => Self::FragmentSize,
-            Kind::Ray => Self::Ray,
-            Kind::RayMissed => Self::RayMissed,
-            Kind::Busy => Self::Busy,
-            Kind::Late => Self::Late,
-            Kind::Stopping => Self::Stopping,
-            Kind::Cancelled => Self::Cancelled,
-            Kind::Failed => Self::Failed,
-            Kind::AnswerTooLarge => Self::AnswerTooLarge,
-            Kind::BadAnswer => Self::BadAnswer,
-            Kind::Transport => Self::Transport,
-            Kind::Loading => Self::Loading,
-            Kind::NoDaemon => Self::NoDaemon,
-            Kind::Lost => Self::Lost,
-            Kind::SecondDaemon => Self::SecondDaemon,
-            Kind::RuntimeFolder => Self::RuntimeFolder,
-            Kind::SharedMemory => Self::SharedMemory,
-            Kind::DatabaseFolder => Self::DatabaseFolder,
-            Kind::Port => Self::Port,
+            ErrorKind::BadMagic => Self::BadMagic,
+            ErrorKind::VersionMismatch => Self::VersionMismatch,
+            ErrorKind::UnknownRequest => Self::UnknownRequest,
+            ErrorKind::ReservedField => Self::ReservedField,
+            ErrorKind::ObjectName => Self::ObjectName,
+            ErrorKind::UnknownObject => Self::UnknownObject,
+            ErrorKind::CorruptObject => Self::CorruptObject,
+            ErrorKind::ContactCount => Self::ContactCount,
+            ErrorKind::ContactPoint => Self::ContactPoint,
+            ErrorKind::ContactTooFar => Self::ContactTooFar,
+            ErrorKind::Impulse => Self::Impulse,
+            ErrorKind::ContactDuration => Self::ContactDuration,
+            ErrorKind::ContactRadius => Self::ContactRadius,
+            ErrorKind::Gamma => Self::Gamma,
+            ErrorKind::Degree => Self::Degree,
+            ErrorKind::Lift => Self::Lift,
+            ErrorKind::UnknownEffect => Self::UnknownEffect,
+            ErrorKind::Budget => Self::Budget,
+            ErrorKind::Convention => Self::Convention,
+            ErrorKind::UnknownHandle => Self::UnknownHandle,
+            ErrorKind::CapExceeded => Self::CapExceeded,
+            ErrorKind::ServiceName => Self::ServiceName,
+            ErrorKind::Configuration => Self::Configuration,
+            ErrorKind::Output => Self::Output,
+            ErrorKind::Unsolvable => Self::Unsolvable,
+            ErrorKind::Elastic => Self::Elastic,
+            ErrorKind::Effect => Self::Effect,
+            ErrorKind::UnknownFragment => Self::UnknownFragment,
+            ErrorKind::FragmentSize => Self::FragmentSize,
+            ErrorKind::Ray => Self::Ray,
+            ErrorKind::RayMissed => Self::RayMissed,
+            ErrorKind::Busy => Self::Busy,
+            ErrorKind::Late => Self::Late,
+            ErrorKind::Stopping => Self::Stopping,
+            ErrorKind::Cancelled => Self::Cancelled,
+            ErrorKind::Failed => Self::Failed,
+            ErrorKind::AnswerTooLarge => Self::AnswerTooLarge,
+            ErrorKind::BadAnswer => Self::BadAnswer,
+            ErrorKind::Transport => Self::Transport,
+            ErrorKind::Loading => Self::Loading,
+            ErrorKind::NoDaemon => Self::NoDaemon,
+            ErrorKind::Lost => Self::Lost,
+            ErrorKind::SecondDaemon => Self::SecondDaemon,
+            ErrorKind::RuntimeFolder => Self::RuntimeFolder,
+            ErrorKind::SharedMemory => Self::SharedMemory,
+            ErrorKind::DatabaseFolder => Self::DatabaseFolder,
+            ErrorKind::Port => Self::Port,
         }
     }
 }
@@ -193,12 +193,12 @@ mod tests {
 
     #[test]
     fn codes_are_those_of_the_kinds() {
-        for kind in Kind::ALL {
+        for kind in ErrorKind::ALL {
             assert_eq!(Code::from(*kind) as u32, kind.code(), "{kind:?}");
             assert_eq!(format!("{:?}", Code::from(*kind)), format!("{kind:?}"));
         }
         for own in [Code::Ok, Code::Argument, Code::Panicked] {
-            assert_eq!(Kind::from_code(own as u32), None);
+            assert_eq!(ErrorKind::from_code(own as u32), None);
         }
     }
 }

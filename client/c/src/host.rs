@@ -3,7 +3,7 @@
 use crate::border::{Failure, border, given, text, wrong};
 use crate::refusal::Refusal;
 use crate::{Code, Service};
-use shatter_export::contact::{self, ContactError, Material};
+use shatter_export::contact::{self, ContactError, ElasticMaterial};
 use std::ffi::c_char;
 use std::mem::MaybeUninit;
 
@@ -92,10 +92,10 @@ pub struct Partner {
 }
 
 impl Partner {
-    fn read(&self) -> contact::Partner {
+    fn read(&self) -> contact::ContactBody {
         let or_infinite = |value: f64| if value == 0.0 { f64::INFINITY } else { value };
-        contact::Partner {
-            material: Material { young_pa: self.young_pa, poisson: self.poisson },
+        contact::ContactBody {
+            material: ElasticMaterial { young_pa: self.young_pa, poisson: self.poisson },
             mass_kg: or_infinite(self.mass_kg),
             radius_m: or_infinite(self.radius_m),
         }
@@ -133,10 +133,11 @@ pub extern "C" fn shatter_hertz(
         let place = given("hertz", hertz)?;
         let (one, other) = (given("one", one)?.read(), given("other", other)?.read());
         let found = match impulse_ns {
-            0.0 => contact::Hertz::of(&one, &other, speed_m_s),
-            _ => contact::Hertz::of_impulse(&one, &other, speed_m_s, impulse_ns),
+            0.0 => contact::HertzContact::of(&one, &other, speed_m_s),
+            _ => contact::HertzContact::of_impulse(&one, &other, speed_m_s, impulse_ns),
         };
-        let contact::Hertz { approach_m, radius_m, force_n, duration_s } = found.map_err(|error| unfit(&error))?;
+        let contact::HertzContact { approach_m, radius_m, force_n, duration_s } =
+            found.map_err(|error| unfit(&error))?;
         place.write(Hertz { approach_m, radius_m, force_n, duration_s });
         Ok(())
     })

@@ -1,7 +1,7 @@
 //! What strikes an object: a plain struct, whose zeros are its defaults.
 
 use crate::border::{Failure, elements, wrong};
-use shatter_client::{Effects, Kind};
+use shatter_client::{Effects, ErrorKind};
 use shatter_proto::request::CONTACTS_MAX;
 use std::time::Duration;
 
@@ -81,9 +81,9 @@ pub struct Impact {
 macro_rules! choices {
     ($($choice:ident)*) => {
         $(impl $choice {
-            fn of(kind: Kind, at: &str, number: u32) -> Result<Self, Failure> {
+            fn of(kind: ErrorKind, at: &str, number: u32) -> Result<Self, Failure> {
                 let most = Self::ALL.len() - 1;
-                let unknown = || shatter_client::Refusal::new(kind, at, format!("{at} {number}: must be 0 to {most}"));
+                let unknown = || shatter_client::Error::new(kind, at, format!("{at} {number}: must be 0 to {most}"));
                 Ok(Self::ALL.get(number as usize).copied().ok_or_else(unknown)?)
             }
         })*
@@ -246,7 +246,7 @@ impl Impact {
         let impact = self.effects(self.dials(impact)?)?;
         if self.reserved != [0; 8] {
             let message = "reserved words must be zero";
-            return Err(shatter_client::Refusal::new(Kind::ReservedField, "impact.reserved", message).into());
+            return Err(shatter_client::Error::new(ErrorKind::ReservedField, "impact.reserved", message).into());
         }
         self.origin(impact.seed(self.seed))
     }
@@ -260,7 +260,7 @@ impl Impact {
         let count = self.contact_count;
         if count == 0 || count > CONTACTS_MAX {
             let message = format!("{count} contacts: must be 1 to {CONTACTS_MAX}");
-            return Err(shatter_client::Refusal::new(Kind::ContactCount, count.to_string(), message).into());
+            return Err(shatter_client::Error::new(ErrorKind::ContactCount, count.to_string(), message).into());
         }
         // SAFETY: handed on.
         let contacts = unsafe { elements("impact.contacts", self.contacts, count) }?;
@@ -276,22 +276,22 @@ impl Impact {
     }
 
     fn dials(&self, impact: shatter_client::Impact) -> Result<shatter_client::Impact, Failure> {
-        let impact = match Purpose::of(Kind::UnknownRequest, "impact.purpose", self.purpose)? {
+        let impact = match Purpose::of(ErrorKind::UnknownRequest, "impact.purpose", self.purpose)? {
             Purpose::Fragments => impact,
             Purpose::Threshold => impact.threshold_only(),
         };
-        let impact = impact.elastic(match Elastic::of(Kind::Elastic, "impact.elastic", self.elastic)? {
-            Elastic::Preset => shatter_client::Elastic::Preset,
-            Elastic::Solve => shatter_client::Elastic::Solve,
-            Elastic::Reduced => shatter_client::Elastic::Reduced,
+        let impact = impact.elastic(match Elastic::of(ErrorKind::Elastic, "impact.elastic", self.elastic)? {
+            Elastic::Preset => shatter_client::ElasticSource::Preset,
+            Elastic::Solve => shatter_client::ElasticSource::Solve,
+            Elastic::Reduced => shatter_client::ElasticSource::Reduced,
         });
-        let impact = match Lift::of(Kind::Lift, "impact.lift", self.lift)? {
+        let impact = match Lift::of(ErrorKind::Lift, "impact.lift", self.lift)? {
             Lift::Object => impact,
             Lift::Euclidean => impact.lift(shatter_client::Lift::Euclidean),
             Lift::Interior => impact.lift(shatter_client::Lift::Interior),
             Lift::SurfaceDiffusion => impact.lift(shatter_client::Lift::SurfaceDiffusion),
         };
-        let impact = match Quality::of(Kind::Budget, "impact.quality", self.quality)? {
+        let impact = match Quality::of(ErrorKind::Budget, "impact.quality", self.quality)? {
             Quality::Object => impact,
             Quality::Draft => impact.quality(shatter_client::Quality::Draft),
             Quality::Game => impact.quality(shatter_client::Quality::Game),
@@ -309,19 +309,19 @@ impl Impact {
         self.caps(impact)
     }
 
-    fn degree(&self) -> Result<shatter_client::Degree, Failure> {
-        let degree = Degree::of(Kind::Degree, "impact.degree", self.degree)?;
+    fn degree(&self) -> Result<shatter_client::DegreeRule, Failure> {
+        let degree = Degree::of(ErrorKind::Degree, "impact.degree", self.degree)?;
         if degree != Degree::Sites && self.degree_sites != 0 {
             let message = "degree_sites must be zero unless that many sites are asked for";
-            return Err(shatter_client::Refusal::new(Kind::Degree, "impact.degree_sites", message).into());
+            return Err(shatter_client::Error::new(ErrorKind::Degree, "impact.degree_sites", message).into());
         }
         Ok(match degree {
-            Degree::Preset => shatter_client::Degree::Preset,
-            Degree::ClosedForm => shatter_client::Degree::ClosedForm,
-            Degree::Optimised => shatter_client::Degree::Optimised,
-            Degree::Sites => shatter_client::Degree::Sites(self.degree_sites),
-            Degree::Verified => shatter_client::Degree::Verified,
-            Degree::Inferred => shatter_client::Degree::Inferred,
+            Degree::Preset => shatter_client::DegreeRule::Preset,
+            Degree::ClosedForm => shatter_client::DegreeRule::ClosedForm,
+            Degree::Optimised => shatter_client::DegreeRule::Optimised,
+            Degree::Sites => shatter_client::DegreeRule::Sites(self.degree_sites),
+            Degree::Verified => shatter_client::DegreeRule::Verified,
+            Degree::Inferred => shatter_client::DegreeRule::Inferred,
         })
     }
 
@@ -348,7 +348,7 @@ impl Impact {
             (0, 0) => impact,
             (0, fragment) => {
                 let message = format!("fragment {fragment} of no answer: a handle says of which");
-                let refusal = shatter_client::Refusal::new(Kind::UnknownFragment, fragment.to_string(), message);
+                let refusal = shatter_client::Error::new(ErrorKind::UnknownFragment, fragment.to_string(), message);
                 return Err(refusal.into());
             }
             (handle, fragment) => impact.from(handle, fragment),

@@ -38,8 +38,8 @@ impl Refusal {
     }
 }
 
-impl From<&shatter_client::Refusal> for Refusal {
-    fn from(refusal: &shatter_client::Refusal) -> Self {
+impl From<&shatter_client::Error> for Refusal {
+    fn from(refusal: &shatter_client::Error) -> Self {
         let kind = refusal.kind;
         Self {
             retry: u32::from(kind.retry()),
@@ -63,7 +63,7 @@ pub(crate) fn text<const N: usize>(text: &str) -> [c_char; N] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use shatter_client::Kind;
+    use shatter_client::ErrorKind;
     use std::time::Duration;
 
     fn shown(text: &[c_char]) -> String {
@@ -82,11 +82,11 @@ mod tests {
 
     #[test]
     fn refusals_keep_what_they_say() {
-        let busy = shatter_client::Refusal::new(Kind::Busy, "queue", "full").after(Duration::from_micros(1500));
+        let busy = shatter_client::Error::new(ErrorKind::Busy, "queue", "full").after(Duration::from_micros(1500));
         let busy = Refusal::from(&busy);
         assert_eq!((busy.code, busy.fault, busy.retry, busy.retry_after_ms), (Code::Busy, Fault::Service, 1, 1.5));
         assert_eq!([shown(&busy.name), shown(&busy.at), shown(&busy.message)], ["busy", "queue", "full"]);
-        let absent = Refusal::from(&shatter_client::Refusal::new(Kind::Gamma, "", ""));
+        let absent = Refusal::from(&shatter_client::Error::new(ErrorKind::Gamma, "", ""));
         assert_eq!((absent.retry, absent.retry_after_ms, absent.fault), (0, 0.0, Fault::Caller));
     }
 }

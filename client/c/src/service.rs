@@ -3,7 +3,7 @@
 use crate::border::{Failure, border, end, given, room, text};
 use crate::refusal::Refusal;
 use crate::{Code, Facts, Object, Status};
-use shatter_client::{Deadline, Shatter};
+use shatter_client::{Client, Deadline};
 use std::borrow::Cow;
 use std::ffi::c_char;
 use std::mem::MaybeUninit;
@@ -13,7 +13,7 @@ pub const VERSION: u32 = 2;
 
 /// A connection to a service. It outlives the daemon: what was under way when a daemon went away ends with `SHATTER_CODE_LOST`, what
 /// comes next goes to the daemon that then serves. Any number of threads may use it at a time.
-pub struct Service(pub(crate) Shatter);
+pub struct Service(pub(crate) Client);
 
 /// Version of the interface of this library; compare it with `SHATTER_VERSION` of the header that you compiled with.
 #[unsafe(no_mangle)]
@@ -40,7 +40,7 @@ pub unsafe extern "C" fn shatter_connect(
     border(refusal, || {
         // SAFETY: handed on.
         let name = unsafe { service_name(name, length) };
-        opened(service, name, |name| Shatter::connect(name, Deadline::ms(timeout_ms)))
+        opened(service, name, |name| Client::connect(name, Deadline::ms(timeout_ms)))
     })
 }
 
@@ -59,7 +59,7 @@ pub unsafe extern "C" fn shatter_wait_for(
     border(refusal, || {
         // SAFETY: handed on.
         let name = unsafe { service_name(name, length) };
-        opened(service, name, |name| Shatter::wait_for(name, Deadline::ms(timeout_ms)))
+        opened(service, name, |name| Client::wait_for(name, Deadline::ms(timeout_ms)))
     })
 }
 
@@ -78,7 +78,7 @@ unsafe fn service_name<'a>(name: *const c_char, length: usize) -> Result<Cow<'a,
 fn opened(
     service: Option<&mut MaybeUninit<Option<Box<Service>>>>,
     name: Result<Cow<'_, str>, Failure>,
-    open: impl FnOnce(&str) -> Result<Shatter, shatter_client::Refusal>,
+    open: impl FnOnce(&str) -> Result<Client, shatter_client::Error>,
 ) -> Result<(), Failure> {
     let service = given("service", service)?;
     service.write(None);

@@ -4,8 +4,8 @@ mod commands;
 
 use clap::{Parser, Subcommand};
 use commands::{impact, list, prefracture, status, threshold};
-use shatter_cli_common::failure::{Failure, ended, usage};
-use shatter_cli_common::lab::Forwarded;
+use shatter_cli_common::failure::{CliError, ended, usage};
+use shatter_cli_common::lab::ForwardedArgs;
 use std::process::ExitCode;
 
 /// Strikes brittle objects and fetches the fragments from a running shatterd.
@@ -33,7 +33,7 @@ enum Command {
     Threshold(threshold::Args),
     /// What the service does under many impacts from many processes.
     #[command(disable_help_flag = true)]
-    Load(Forwarded),
+    Load(ForwardedArgs),
 }
 
 fn main() -> ExitCode {
@@ -48,7 +48,7 @@ fn main() -> ExitCode {
         Command::Impact(args) => impact::run(&cli.service, args),
         Command::Prefracture(args) => prefracture::run(&cli.service, args),
         Command::Threshold(args) => threshold::run(&cli.service, args),
-        Command::Load(arguments) => Err(Failure::Refused(arguments.run("load", &[("SHATTER_SERVICE", &cli.service)]))),
+        Command::Load(arguments) => Err(CliError::Refused(arguments.run("load", &[("SHATTER_SERVICE", &cli.service)]))),
     };
     result.map_or_else(|failure| ended::<Cli>(&failure, json), |()| ExitCode::SUCCESS)
 }

@@ -3,7 +3,7 @@
 use rustix::fs::{FlockOperation, flock};
 use serde_json::Value;
 use shatter_proto::name::ServiceName;
-use shatter_transport::place::Place;
+use shatter_transport::place::ServicePaths;
 use std::process::Command;
 
 /// Runs `shatter` in an empty runtime folder; returns exit code, the document on stdout and stderr.
@@ -73,7 +73,7 @@ fn help_and_version_are_exit_0() {
 fn another_version_is_told_from_absence_and_names_both() {
     let runtime = tempfile::tempdir().unwrap();
     let uid = rustix::process::geteuid().as_raw();
-    let place = Place::new(&ServiceName::new("default").unwrap(), Some(runtime.path()), uid);
+    let place = ServicePaths::new(&ServiceName::new("default").unwrap(), Some(runtime.path()), uid);
     place.create().unwrap();
     std::fs::write(place.hello(), r#"{"protocol": 9, "transport": "iceoryx2 1.2.3"}"#).unwrap();
     let lock = std::fs::File::create(place.lock()).unwrap();
@@ -95,7 +95,7 @@ fn a_runtime_folder_open_to_others_is_refused() {
     use std::os::unix::fs::PermissionsExt;
     let runtime = tempfile::tempdir().unwrap();
     let uid = rustix::process::geteuid().as_raw();
-    let place = Place::new(&ServiceName::new("default").unwrap(), Some(runtime.path()), uid);
+    let place = ServicePaths::new(&ServiceName::new("default").unwrap(), Some(runtime.path()), uid);
     place.create().unwrap();
     std::fs::set_permissions(&place.folder, std::fs::Permissions::from_mode(0o777)).unwrap();
     let (code, document, _) = shatter(runtime.path(), &["list", "--json"]);

@@ -1,6 +1,6 @@
 //! Files appear whole or not at all: written aside in the same folder, then renamed.
 
-use super::{ExportError, FragmentView, Written, glb_bytes};
+use super::{ExportError, FragmentView, WriteReport, glb_bytes};
 use std::fs::Permissions;
 use std::io::{self, Write};
 use std::os::unix::fs::PermissionsExt;
@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 const FILE_MODE: u32 = 0o666;
 
 /// Writes `fragments` to `path`. On failure the folder is as it was.
-pub fn write_glb(path: &Path, fragments: &[FragmentView<'_>]) -> Result<Written, ExportError> {
+pub fn write_glb(path: &Path, fragments: &[FragmentView<'_>]) -> Result<WriteReport, ExportError> {
     let (bytes, written) = glb_bytes(fragments)?;
     write_whole(path, &bytes)?;
     Ok(written)

@@ -6,7 +6,7 @@ use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
 
 /// A tensor of inertia along its own axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Principal {
+pub struct PrincipalInertia {
     /// Moments, kg·m², the largest first; none exceeds the sum of the others.
     pub moments_kg_m2: [f64; 3],
     /// Rotation from the principal axes to those of the tensor, of length one: w, x, y, z; w is not negative.
@@ -15,7 +15,7 @@ pub struct Principal {
 
 /// Turns a tensor (xx, yy, zz, xy, xz, yz, finite) into its own axes. Moments that rounding put below zero, or above the sum of the
 /// others, are put where they belong.
-pub fn principal(tensor: [f64; 6]) -> Principal {
+pub fn principal(tensor: [f64; 6]) -> PrincipalInertia {
     let [xx, yy, zz, xy, xz, yz] = tensor;
     let eigen = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz).symmetric_eigen();
     let mut order = [0, 1, 2];
@@ -25,7 +25,7 @@ pub fn principal(tensor: [f64; 6]) -> Principal {
     let axes = Matrix3::from_columns(&[first, second, first.cross(&second)]);
     let turn = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(axes));
     let sign = if turn.w < 0.0 { -1.0 } else { 1.0 };
-    Principal {
+    PrincipalInertia {
         moments_kg_m2: [most.min(middle + least), middle, least],
         quaternion: [turn.w, turn.i, turn.j, turn.k].map(|x| sign * x),
     }
@@ -39,7 +39,7 @@ mod tests {
     /// The tensor comes back from what is said of it.
     #[track_caller]
     fn check(tensor: [f64; 6]) {
-        let Principal { moments_kg_m2: moments, quaternion: [w, x, y, z] } = principal(tensor);
+        let PrincipalInertia { moments_kg_m2: moments, quaternion: [w, x, y, z] } = principal(tensor);
         let turn = UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z)).to_rotation_matrix();
         let back = turn.matrix() * Matrix3::from_diagonal(&Vector3::from(moments)) * turn.matrix().transpose();
         let back = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)].map(|entry| back[entry]);

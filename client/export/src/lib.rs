@@ -26,8 +26,8 @@ mod stale;
 
 pub use check::is_closed;
 pub use file::{write_glb, write_whole};
-pub use inertia::{Principal, principal};
-pub use mjcf::{Mjcf, mjcf, write_mjcf};
+pub use inertia::{PrincipalInertia, principal};
+pub use mjcf::{MjcfModel, mjcf, write_mjcf};
 pub use normals::smooth_normals;
 pub use obj_folder::write_obj;
 
@@ -106,7 +106,7 @@ pub struct RunView {
 
 /// What was written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Written {
+pub struct WriteReport {
     /// Nodes in the file.
     pub fragments: usize,
     /// How many of them are closed and carry `EXT_mesh_manifold`; the others are written without that claim.
@@ -211,11 +211,11 @@ pub enum ExportError {
 }
 
 /// The bytes of a `.glb` file with these fragments, and what they hold.
-pub fn glb_bytes(fragments: &[FragmentView<'_>]) -> Result<(Vec<u8>, Written), ExportError> {
+pub fn glb_bytes(fragments: &[FragmentView<'_>]) -> Result<(Vec<u8>, WriteReport), ExportError> {
     check::all(fragments)?;
     let document = document::build(fragments)?;
     let bytes = container::frame(&document.root.to_vec()?, &document.binary)?;
-    let written = Written { fragments: fragments.len(), closed: document.closed, bytes: bytes.len() };
+    let written = WriteReport { fragments: fragments.len(), closed: document.closed, bytes: bytes.len() };
     Ok((bytes, written))
 }
 

@@ -5,7 +5,7 @@
 
 use super::document::{CRACK_COLOUR, OUTER_COLOUR, fragment_name};
 use super::obj::{Part, Vertices, line, mesh};
-use super::{ExportError, FragmentView, ObjectView, Written, check, smooth_normals, stale, write_whole};
+use super::{ExportError, FragmentView, ObjectView, WriteReport, check, smooth_normals, stale, write_whole};
 use serde_json::{Value, json};
 use shatter_proto::answer::BondWire;
 use std::path::Path;
@@ -16,11 +16,11 @@ const TABLE: &str = "fragments.json";
 /// Writes the fragments into `folder`, which is made if it is not there. Each file appears whole or not at all, the table
 /// `fragments.json` last. Files of those names are replaced; pieces that the table there before names and the new one does not are
 /// removed; all others stay.
-pub fn write_obj(folder: &Path, object: &ObjectView<'_>) -> Result<Written, ExportError> {
+pub fn write_obj(folder: &Path, object: &ObjectView<'_>) -> Result<WriteReport, ExportError> {
     check::object(object)?;
     let made = std::fs::create_dir_all(folder);
     made.map_err(|source| ExportError::Folder { folder: folder.to_owned(), source })?;
-    let mut written = Written { fragments: object.fragments.len(), closed: 0, bytes: 0 };
+    let mut written = WriteReport { fragments: object.fragments.len(), closed: 0, bytes: 0 };
     let mut put = |name: &str, text: &str| {
         written.bytes += text.len();
         write_whole(&folder.join(name), text.as_bytes())

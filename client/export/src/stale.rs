@@ -7,7 +7,7 @@ use super::ExportError;
 use quick_xml::Reader;
 use quick_xml::events::{BytesStart, Event};
 use serde_json::Value;
-use std::io::ErrorKind;
+use std::io;
 use std::path::Path;
 
 /// Files that the table `fragments.json` names; none if there is none, or it is none of ours.
@@ -52,7 +52,7 @@ pub(super) fn remove<'a>(
     for name in named.iter().filter(|name| is_ours(name) && !kept.contains(&name.as_str())) {
         let path = folder.join(name);
         match std::fs::remove_file(&path) {
-            Err(source) if source.kind() != ErrorKind::NotFound => return Err(ExportError::Write { path, source }),
+            Err(source) if source.kind() != io::ErrorKind::NotFound => return Err(ExportError::Write { path, source }),
             _ => {}
         }
     }

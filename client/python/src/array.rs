@@ -16,7 +16,7 @@ struct Lease {
 pub fn column<'py, T: Element>(
     py: Python<'py>,
     held: &Arc<Held>,
-    values: impl FnOnce(&shatter_client::Broken) -> Option<&[T]>,
+    values: impl FnOnce(&shatter_client::FractureResult) -> Option<&[T]>,
 ) -> PyResult<Bound<'py, PyArray1<T>>> {
     let lease = Bound::new(py, Lease { _held: held.clone() })?;
     held.with(|broken| {
@@ -32,7 +32,7 @@ pub fn column<'py, T: Element>(
 pub fn rows<'py, T: Element, const N: usize>(
     py: Python<'py>,
     held: &Arc<Held>,
-    values: impl FnOnce(&shatter_client::Broken) -> Option<&[[T; N]]>,
+    values: impl FnOnce(&shatter_client::FractureResult) -> Option<&[[T; N]]>,
 ) -> PyResult<Bound<'py, PyArray2<T>>> {
     let lease = Bound::new(py, Lease { _held: held.clone() })?;
     held.with(|broken| {

@@ -7,16 +7,16 @@ use numpy::PyArray2;
 use pyo3::exceptions::{PyBufferError, PyIndexError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyIterator, PyTuple};
-use shatter_client::Kind;
+use shatter_client::ErrorKind;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// An answer that arrays may look into.
-pub struct Held(Mutex<shatter_client::Broken>);
+pub struct Held(Mutex<shatter_client::FractureResult>);
 
 impl Held {
     /// Looks at it; what it lends holds for as long as the answer is there.
-    pub fn with<T>(&self, look: impl FnOnce(&shatter_client::Broken) -> T) -> T {
+    pub fn with<T>(&self, look: impl FnOnce(&shatter_client::FractureResult) -> T) -> T {
         look(&self.0.lock().unwrap_or_else(PoisonError::into_inner))
     }
 }
@@ -26,7 +26,7 @@ impl Held {
 pub struct Broken(Mutex<Option<Arc<Held>>>);
 
 impl Broken {
-    pub fn new(broken: shatter_client::Broken) -> Self {
+    pub fn new(broken: shatter_client::FractureResult) -> Self {
         Self(Mutex::new(Some(Arc::new(Held(Mutex::new(broken))))))
     }
 
@@ -38,7 +38,7 @@ impl Broken {
     fn write(
         &self,
         py: Python<'_>,
-        write: impl FnOnce(&shatter_client::Broken) -> Result<(), shatter_client::Refusal> + Send,
+        write: impl FnOnce(&shatter_client::FractureResult) -> Result<(), shatter_client::Error> + Send,
     ) -> PyResult<()> {
         let held = self.held()?;
         py.detach(|| held.with(write)).map_err(raised)
@@ -54,7 +54,7 @@ impl Broken {
 
     #[getter]
     fn is_whole(&self) -> PyResult<bool> {
-        Ok(self.held()?.with(shatter_client::Broken::is_whole))
+        Ok(self.held()?.with(shatter_client::FractureResult::is_whole))
     }
 
     /// Where the ray of the strike met the object; ``None`` if it had no ray.
@@ -66,7 +66,7 @@ impl Broken {
     /// Names this answer to later strikes (``origin``), where it was to be kept.
     #[getter]
     fn handle(&self) -> PyResult<Option<u64>> {
-        Ok(self.held()?.with(shatter_client::Broken::handle))
+        Ok(self.held()?.with(shatter_client::FractureResult::handle))
     }
 
     /// Equal answers have equal ones.
@@ -192,7 +192,7 @@ pub struct Summary {
 }
 
 impl Summary {
-    fn of(broken: &shatter_client::Broken) -> Self {
+    fn of(broken: &shatter_client::FractureResult) -> Self {
         let row = broken.summary();
         Self {
             object: row.object(),
@@ -242,7 +242,11 @@ pub struct Debris {
 
 /// A fragment that is not there.
 pub fn unknown(id: u32) -> PyErr {
-    raised(shatter_client::Refusal::new(Kind::UnknownFragment, id.to_string(), format!("fragment {id} is not there")))
+    raised(shatter_client::Error::new(
+        ErrorKind::UnknownFragment,
+        id.to_string(),
+        format!("fragment {id} is not there"),
+    ))
 }
 
 /// Where a ray first meets an object.

@@ -2,7 +2,7 @@
 
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use shatter_export::contact::{self, Material, Partner};
+use shatter_export::contact::{self, ContactBody, ElasticMaterial};
 
 /// What becomes of two bodies that meet in a point.
 #[pyclass(frozen, get_all, module = "shatter")]
@@ -23,17 +23,17 @@ type Body = (f64, f64, f64, f64);
 #[pyfunction]
 #[pyo3(signature = (one, other, speed_m_s, *, impulse_ns = None))]
 pub fn hertz(one: Body, other: Body, speed_m_s: f64, impulse_ns: Option<f64>) -> PyResult<Hertz> {
-    let partner = |(mass_kg, radius_m, young_pa, poisson): Body| Partner {
-        material: Material { young_pa, poisson },
+    let partner = |(mass_kg, radius_m, young_pa, poisson): Body| ContactBody {
+        material: ElasticMaterial { young_pa, poisson },
         mass_kg,
         radius_m,
     };
     let (one, other) = (partner(one), partner(other));
     let found = match impulse_ns {
-        Some(impulse_ns) => contact::Hertz::of_impulse(&one, &other, speed_m_s, impulse_ns),
-        None => contact::Hertz::of(&one, &other, speed_m_s),
+        Some(impulse_ns) => contact::HertzContact::of_impulse(&one, &other, speed_m_s, impulse_ns),
+        None => contact::HertzContact::of(&one, &other, speed_m_s),
     };
-    let contact::Hertz { approach_m, radius_m, force_n, duration_s } =
+    let contact::HertzContact { approach_m, radius_m, force_n, duration_s } =
         found.map_err(|error| PyValueError::new_err(error.to_string()))?;
     Ok(Hertz { approach_m, radius_m, force_n, duration_s })
 }

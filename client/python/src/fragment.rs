@@ -4,7 +4,7 @@ use crate::array::{column, rows};
 use crate::broken::{Held, unknown};
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
-use shatter_proto::answer::{LookWire, SkinVertexWire};
+use shatter_proto::answer::{SkinVertexWire, VertexAttributeWire};
 use std::sync::Arc;
 
 /// One fragment: a closed mesh and what a rigid body needs.
@@ -40,7 +40,7 @@ fn triangles(indices: &[u32]) -> &[[u32; 3]] {
 }
 
 /// Normal and texture coordinates.
-fn looks(rows: &[LookWire]) -> &[[f32; 5]] {
+fn looks(rows: &[VertexAttributeWire]) -> &[[f32; 5]] {
     bytemuck::cast_slice(rows)
 }
 

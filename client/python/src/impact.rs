@@ -3,7 +3,7 @@
 use crate::refusal::raised;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use shatter_client::{Effect, Elastic, Impact, Lift, Quality};
+use shatter_client::{Effect, ElasticSource, Impact, Lift, Quality};
 use shatter_proto::name::nearest;
 use std::time::Duration;
 
@@ -50,13 +50,13 @@ pub fn at<'a>(mut contacts: impl Iterator<Item = &'a Contact>) -> PyResult<Impac
 }
 
 /// A number of sites, or where it comes from.
-pub struct Degree(shatter_client::Degree);
+pub struct Degree(shatter_client::DegreeRule);
 
 impl<'py> FromPyObject<'_, 'py> for Degree {
     type Error = PyErr;
 
     fn extract(told: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
-        let sites = told.extract::<u32>().map(shatter_client::Degree::Sites);
+        let sites = told.extract::<u32>().map(shatter_client::DegreeRule::Sites);
         sites.or_else(|_| source(&told.str()?.to_string_lossy())).map(Self)
     }
 }
@@ -116,8 +116,8 @@ impl Wish<'_> {
     }
 }
 
-fn source(name: &str) -> PyResult<shatter_client::Degree> {
-    use shatter_client::Degree::{ClosedForm, Inferred, Optimised, Verified};
+fn source(name: &str) -> PyResult<shatter_client::DegreeRule> {
+    use shatter_client::DegreeRule::{ClosedForm, Inferred, Optimised, Verified};
     let rules = [("closed_form", ClosedForm), ("inferred", Inferred), ("verified", Verified), ("optimised", Optimised)];
     let number = |error| PyValueError::new_err(format!("{error}; or pass a number from 1 to 2³² − 1"));
     one_of("degree", name, &rules).map_err(number)
@@ -133,8 +133,8 @@ fn lift(name: &str) -> PyResult<Lift> {
     named("lift", name, &lifts)
 }
 
-fn elastic(name: &str) -> PyResult<Elastic> {
-    named("elastic", name, &[("reduced", Elastic::Reduced), ("solve", Elastic::Solve)])
+fn elastic(name: &str) -> PyResult<ElasticSource> {
+    named("elastic", name, &[("reduced", ElasticSource::Reduced), ("solve", ElasticSource::Solve)])
 }
 
 fn named<T: Copy>(key: &str, name: &str, choices: &[(&str, T)]) -> PyResult<T> {

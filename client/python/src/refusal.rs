@@ -6,7 +6,7 @@ use pyo3::prelude::*;
 pyo3::create_exception!(shatter, Refusal, PyException, "Why something was not done.");
 
 /// The exception that `refusal` is, with its rule, offender, fault and advice as attributes.
-pub fn raised(refusal: shatter_client::Refusal) -> PyErr {
+pub fn raised(refusal: shatter_client::Error) -> PyErr {
     Python::attach(|py| {
         let error = Refusal::new_err(refusal.message.clone());
         let told = error.value(py);

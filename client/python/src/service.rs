@@ -6,7 +6,7 @@ use crate::refusal::raised;
 use crate::ticket::Ticket;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use shatter_client::{Convention, Deadline, Impact, Kind, ObjectFacts, Ray, SEED_DEFAULT, Shatter};
+use shatter_client::{Client, Convention, Deadline, ErrorKind, Impact, ObjectFacts, Ray, SEED_DEFAULT};
 use std::time::{Duration, Instant};
 
 // Signatures show literals in `help()`, but not constants.
@@ -25,8 +25,8 @@ pub fn timeout(seconds: f64) -> PyResult<Duration> {
 pub fn in_slices<T: Send>(
     py: Python<'_>,
     timeout: Duration,
-    pending: fn(&shatter_client::Refusal) -> bool,
-    ask: impl Fn(Deadline) -> Result<T, shatter_client::Refusal> + Sync,
+    pending: fn(&shatter_client::Error) -> bool,
+    ask: impl Fn(Deadline) -> Result<T, shatter_client::Error> + Sync,
 ) -> PyResult<T> {
     let begin = Instant::now();
     loop {
@@ -40,17 +40,21 @@ pub fn in_slices<T: Send>(
 
 /// A connection to a service.
 #[pyclass(frozen, module = "shatter")]
-pub struct Service(Shatter);
+pub struct Service(Client);
 
 impl Service {
     pub fn connect(py: Python<'_>, name: &str, timeout: Duration, convention: Convention) -> PyResult<Self> {
-        let service = py.detach(|| Shatter::connect(name, Deadline::after(timeout))).map_err(raised)?;
+        let service = py.detach(|| Client::connect(name, Deadline::after(timeout))).map_err(raised)?;
         Ok(Self(service.with_convention(convention)))
     }
 
     pub fn wait_for(py: Python<'_>, name: &str, timeout: Duration, convention: Convention) -> PyResult<Self> {
-        let service =
-            in_slices(py, timeout, |refusal| refusal.kind == Kind::NoDaemon, |slice| Shatter::wait_for(name, slice))?;
+        let service = in_slices(
+            py,
+            timeout,
+            |refusal| refusal.kind == ErrorKind::NoDaemon,
+            |slice| Client::wait_for(name, slice),
+        )?;
         Ok(Self(service.with_convention(convention)))
     }
 }

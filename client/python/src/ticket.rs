@@ -4,7 +4,7 @@ use crate::broken::Broken;
 use crate::refusal::raised;
 use crate::service::{in_slices, timeout};
 use pyo3::prelude::*;
-use shatter_client::{Kind, Poll, Progress};
+use shatter_client::{ErrorKind, Poll, Progress};
 use std::sync::{Mutex, PoisonError};
 
 /// A strike under way; cancelled when the last reference to it goes before it was answered.
@@ -18,10 +18,10 @@ impl Ticket {
 
     fn with<T>(
         &self,
-        ask: impl FnOnce(&mut shatter_client::Ticket) -> Result<T, shatter_client::Refusal>,
-    ) -> Result<T, shatter_client::Refusal> {
+        ask: impl FnOnce(&mut shatter_client::Ticket) -> Result<T, shatter_client::Error>,
+    ) -> Result<T, shatter_client::Error> {
         let mut place = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        let spent = || shatter_client::Refusal::new(Kind::Cancelled, "ticket", "the ticket was cancelled");
+        let spent = || shatter_client::Error::new(ErrorKind::Cancelled, "ticket", "the ticket was cancelled");
         ask(place.as_mut().ok_or_else(spent)?)
     }
 }
@@ -33,7 +33,7 @@ impl Ticket {
     pub fn wait(&self, py: Python<'_>, timeout_s: f64) -> PyResult<Broken> {
         let timeout = timeout(timeout_s)?;
         // The service may say `late`, too, of the strike.
-        let pending = |refusal: &shatter_client::Refusal| refusal.kind == Kind::Late && refusal.at == "ticket";
+        let pending = |refusal: &shatter_client::Error| refusal.kind == ErrorKind::Late && refusal.at == "ticket";
         let broken = in_slices(py, timeout, pending, |slice| self.with(|ticket| ticket.wait(slice)))?;
         Ok(Broken::new(broken))
     }

@@ -5,10 +5,10 @@ use bytemuck::Zeroable;
 use fastrand::Rng;
 use shatter_export::{glb_bytes, mjcf};
 use shatter_proto::answer::{
-    Block, BondWire, FragmentWire, HullWire, LookWire, NO_MATERIAL, OUTER, RunWire, SkinVertexWire, SkinWire,
+    Block, BondWire, FragmentWire, HullWire, NO_MATERIAL, OUTER, RunWire, SkinVertexWire, SkinWire, VertexAttributeWire,
 };
-use shatter_proto::layout::{Counts, Layout, Sections};
-use shatter_proto::view::Checked;
+use shatter_proto::layout::{Layout, SectionCounts, SectionsMut};
+use shatter_proto::view::CheckedLayout;
 
 const CORNERS: [[f32; 3]; 4] = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 const FACES: [[usize; 3]; 4] = [[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]];
@@ -34,7 +34,7 @@ struct Made {
     hulls: Vec<HullWire>,
     hull_positions: Vec<[f32; 3]>,
     hull_indices: Vec<u32>,
-    looks: Vec<LookWire>,
+    looks: Vec<VertexAttributeWire>,
     materials: Vec<u32>,
     skins: Vec<SkinWire>,
     skin_vertices: Vec<SkinVertexWire>,
@@ -110,7 +110,7 @@ impl Made {
             }
             if ran.attributes {
                 let normal = if crack { [0.0; 3] } else { [0.0, 1.0, 0.0] };
-                self.looks.push(LookWire { normal, uv: [0.5; 2] });
+                self.looks.push(VertexAttributeWire { normal, uv: [0.5; 2] });
             }
         }
         if ran.attributes && ran.materials {
@@ -167,8 +167,8 @@ impl Made {
     }
 
     /// The bytes that a daemon would send, and what checked them.
-    fn sent(&self) -> (Vec<Block>, Checked) {
-        let counts = Counts {
+    fn sent(&self) -> (Vec<Block>, CheckedLayout) {
+        let counts = SectionCounts {
             fragments: self.fragments.len(),
             runs: self.runs.len(),
             vertices: self.positions.len(),
@@ -185,16 +185,16 @@ impl Made {
             skin_vertices: self.skin_vertices.len(),
             skin_indices: self.skin_indices.len(),
             skin_materials: self.skin_materials.len(),
-            ..Counts::default()
+            ..SectionCounts::default()
         };
         let layout = Layout::new(&counts).unwrap();
         let mut payload = vec![Block::zeroed(); layout.blocks()];
         self.fill(layout.split(&mut payload).unwrap());
-        let checked = Checked::new(&layout.header(1), &payload).unwrap();
+        let checked = CheckedLayout::new(&layout.header(1), &payload).unwrap();
         (payload, checked)
     }
 
-    fn fill(&self, sections: Sections<'_>) {
+    fn fill(&self, sections: SectionsMut<'_>) {
         sections.fragments.copy_from_slice(&self.fragments);
         sections.runs.copy_from_slice(&self.runs);
         sections.positions.copy_from_slice(&self.positions);

@@ -3,11 +3,11 @@
 mod rim;
 mod shell;
 
-use crate::{Fragment, Run, Skin};
+use crate::{Fragment, FragmentSkin, Run};
 use nalgebra::Vector3;
 use shatter_export::{RunView, smooth_normals};
-use shatter_proto::answer::LookWire;
-use shell::Shell;
+use shatter_proto::answer::VertexAttributeWire;
+use shell::NearbySkin;
 
 /// Normals and texture coordinates of vertices; empty where the result has none.
 #[derive(Default)]
@@ -23,11 +23,12 @@ impl Appearance {
         if looks.is_empty() {
             return Self::default();
         }
-        let is_told = |look: &LookWire| look.normal != [0.0; 3];
-        let normal = |(look, smooth): (&LookWire, [f32; 3])| if is_told(look) { look.normal } else { smooth };
+        let is_told = |look: &VertexAttributeWire| look.normal != [0.0; 3];
+        let normal =
+            |(look, smooth): (&VertexAttributeWire, [f32; 3])| if is_told(look) { look.normal } else { smooth };
         let normals = looks.iter().zip(normals(fragment)).map(normal).collect();
         let cracks = fragment.uvs();
-        let uv = |(vertex, look): (usize, &LookWire)| match is_told(look) {
+        let uv = |(vertex, look): (usize, &VertexAttributeWire)| match is_told(look) {
             true => look.uv,
             false => cracks.get(vertex).copied().unwrap_or_default(),
         };
@@ -68,7 +69,7 @@ impl Faces {
     }
 
     /// The crack faces of a fragment, their rims on that of its skin; by vertex, whether it lies there.
-    fn fitted(fragment: &Fragment<'_>, skin: &Skin<'_>) -> (Self, Vec<bool>) {
+    fn fitted(fragment: &Fragment<'_>, skin: &FragmentSkin<'_>) -> (Self, Vec<bool>) {
         let mut faces = Self::cracks(fragment);
         let fitted = match faces.is_valid() {
             true => rim::fit(&mut faces, skin),
@@ -107,14 +108,14 @@ pub(crate) struct VisibleMesh {
 
 impl VisibleMesh {
     /// What is seen of `fragments`: of those of one result that have a skin, be it an empty one.
-    pub fn all(fragments: &[(Fragment<'_>, Skin<'_>)]) -> Vec<Self> {
+    pub fn all(fragments: &[(Fragment<'_>, FragmentSkin<'_>)]) -> Vec<Self> {
         let mut cracks: Vec<(Faces, Vec<bool>)> =
             fragments.iter().map(|(own, skin)| Faces::fitted(own, skin)).collect();
         sink(&mut cracks, fragments);
         cracks.into_iter().zip(fragments).map(|((cracks, _), (_, skin))| Self::new(cracks, skin)).collect()
     }
 
-    fn new(cracks: Faces, skin: &Skin<'_>) -> Self {
+    fn new(cracks: Faces, skin: &FragmentSkin<'_>) -> Self {
         let mut positions: Vec<[f32; 3]> = skin.vertices.iter().map(|vertex| vertex.position_m).collect();
         let mut normals: Vec<[f32; 3]> = skin.vertices.iter().map(|vertex| vertex.normal).collect();
         let mut uvs: Vec<[f32; 2]> = skin.vertices.iter().map(|vertex| vertex.uv).collect();
@@ -135,7 +136,7 @@ impl VisibleMesh {
 
 /// Moves vertices of crack faces that lie outside of all skins to below them, but for those on rims, which are fitted; leaves triangles
 /// out that stand above the skins still.
-fn sink(cracks: &mut [(Faces, Vec<bool>)], fragments: &[(Fragment<'_>, Skin<'_>)]) {
+fn sink(cracks: &mut [(Faces, Vec<bool>)], fragments: &[(Fragment<'_>, FragmentSkin<'_>)]) {
     let world = |fragment: &Fragment<'_>, position: [f32; 3]| {
         Vector3::from(fragment.centre_m()) + Vector3::from(position).cast::<f64>()
     };
@@ -147,7 +148,7 @@ fn sink(cracks: &mut [(Faces, Vec<bool>)], fragments: &[(Fragment<'_>, Skin<'_>)
         .iter()
         .zip(fragments)
         .flat_map(|((faces, _), (fragment, _))| faces.positions.iter().map(move |position| world(fragment, *position)));
-    let shell = Shell::new(triangles, vertices, mean_edge_m(cracks));
+    let shell = NearbySkin::new(triangles, vertices, mean_edge_m(cracks));
     for ((faces, near), (fragment, _)) in cracks.iter_mut().zip(fragments) {
         for (position, near) in faces.positions.iter_mut().zip(near.iter_mut()).filter(|(_, fitted)| !**fitted) {
             if let Some(by) = shell.inwards(&world(fragment, *position)) {

@@ -5,7 +5,7 @@
 //! edges between them become paths along it.
 
 use super::Faces;
-use crate::Skin;
+use crate::FragmentSkin;
 use nalgebra::Vector3;
 use std::collections::HashMap;
 
@@ -23,11 +23,11 @@ type Edge = [u32; 2];
 
 /// Moves the rim of `cracks` onto that of `skin`, as far as they are near; the rest stays as it is. By vertex of `cracks`, as they are
 /// then: whether it lies on the rim of the skin.
-pub(super) fn fit(cracks: &mut Faces, skin: &Skin<'_>) -> Vec<bool> {
+pub(super) fn fit(cracks: &mut Faces, skin: &FragmentSkin<'_>) -> Vec<bool> {
     let skin_positions: Vec<[f32; 3]> = skin.vertices.iter().map(|vertex| vertex.position_m).collect();
     // Both surfaces run along their common rim in opposite directions.
-    let target = Rim::new(&skin_positions, skin.indices, |[from, to]| [to, from]);
-    let own = Rim::new(&cracks.positions, &cracks.indices, |edge| edge);
+    let target = BoundaryEdges::new(&skin_positions, skin.indices, |[from, to]| [to, from]);
+    let own = BoundaryEdges::new(&cracks.positions, &cracks.indices, |edge| edge);
     if target.edges.is_empty() || own.edges.is_empty() {
         return vec![false; cracks.positions.len()];
     }
@@ -49,7 +49,7 @@ pub(super) fn fit(cracks: &mut Faces, skin: &Skin<'_>) -> Vec<bool> {
 }
 
 /// The edges of a mesh that one triangle has and no other has in the opposite direction.
-struct Rim<'a> {
+struct BoundaryEdges<'a> {
     positions: &'a [[f32; 3]],
     /// By vertex: the first one at its position.
     welded: Vec<u32>,
@@ -60,7 +60,7 @@ struct Rim<'a> {
     directions: HashMap<u32, Vector3<f32>>,
 }
 
-impl<'a> Rim<'a> {
+impl<'a> BoundaryEdges<'a> {
     fn new(positions: &'a [[f32; 3]], indices: &[u32], turned: impl Fn(Edge) -> Edge) -> Self {
         let welded = welded(positions);
         let corners = indices.as_chunks::<3>().0.iter().map(|triangle| triangle.map(|index| welded[index as usize]));
@@ -90,7 +90,7 @@ impl<'a> Rim<'a> {
     }
 
     /// By vertex of this rim: the nearest vertex of `target` where that runs in the same direction, unless it is far.
-    fn matched(&self, target: &Rim<'_>) -> HashMap<u32, u32> {
+    fn matched(&self, target: &BoundaryEdges<'_>) -> HashMap<u32, u32> {
         let mean = self.edges.iter().map(|edge| self.length(*edge)).sum::<f32>() / self.edges.len() as f32;
         let reach = REACH_EDGES * mean;
         if !(reach.is_finite() && reach > 0.0) {
@@ -127,7 +127,7 @@ impl<'a> Rim<'a> {
     }
 
     /// By edge of this rim: the vertices of `target` between those that its ends moved to.
-    fn paths(&self, target: &Rim<'_>, moved: &HashMap<u32, u32>) -> HashMap<Edge, Vec<u32>> {
+    fn paths(&self, target: &BoundaryEdges<'_>, moved: &HashMap<u32, u32>) -> HashMap<Edge, Vec<u32>> {
         let path = |edge: &Edge| {
             let ends = [*moved.get(&edge[0])?, *moved.get(&edge[1])?];
             let far = |k: usize| (place(self.positions, edge[k]) - place(target.positions, ends[k])).norm();
@@ -245,14 +245,14 @@ mod tests {
         let positions: Vec<[f32; 3]> =
             cracks.positions.iter().copied().chain(vertices.iter().map(|vertex| vertex.position_m)).collect();
         let all: Vec<u32> = cracks.indices.iter().copied().chain(indices.iter().map(|index| index + first)).collect();
-        Rim::new(&positions, &all, |edge| edge).edges.len()
+        BoundaryEdges::new(&positions, &all, |edge| edge).edges.len()
     }
 
     #[test]
     fn faces_end_where_the_skin_ends_whichever_is_finer() {
         for (own, other, radius) in [(12, 12, 1.1), (12, 31, 0.9), (31, 12, 1.1), (24, 25, 1.0), (7, 200, 1.1)] {
             let (vertices, indices) = cone(other, radius);
-            let skin = Skin { vertices: &vertices, indices: &indices, materials: &[] };
+            let skin = FragmentSkin { vertices: &vertices, indices: &indices, materials: &[] };
             let mut cracks = disc(own, 1.0);
             assert!(open(&cracks, &vertices, &indices) > 0);
             let fitted = fit(&mut cracks, &skin);
@@ -266,7 +266,7 @@ mod tests {
     #[test]
     fn faces_far_from_the_skin_stay() {
         let (vertices, indices) = cone(12, 20.0);
-        let skin = Skin { vertices: &vertices, indices: &indices, materials: &[] };
+        let skin = FragmentSkin { vertices: &vertices, indices: &indices, materials: &[] };
         let mut cracks = disc(12, 1.0);
         let fitted = fit(&mut cracks, &skin);
         assert_eq!((cracks, fitted), (disc(12, 1.0), vec![false; 13]));

@@ -19,12 +19,12 @@ const OVER_EDGES: f64 = 0.02;
 const TIE: f64 = 1e-6;
 
 /// The triangles of all skins that lie near crack faces.
-pub(super) struct Shell {
+pub(super) struct NearbySkin {
     reach: f64,
     cells: HashMap<[i64; 3], Vec<[Vector3<f64>; 3]>>,
 }
 
-impl Shell {
+impl NearbySkin {
     /// Of `triangles`, those that lie near `points`. `edge_m`: mean edge length of the crack faces.
     pub fn new(
         triangles: impl Iterator<Item = [Vector3<f64>; 3]>,
@@ -133,7 +133,7 @@ mod tests {
     #[test]
     fn what_is_outside_moves_to_a_little_below_and_nothing_else_moves() {
         let vertices = [0.5, 0.0, -0.05, -0.5, 4.0].map(|height| Vector3::new(0.3, height, -0.2));
-        let shell = Shell::new(floor().into_iter(), vertices.into_iter(), 1.0);
+        let shell = NearbySkin::new(floor().into_iter(), vertices.into_iter(), 1.0);
         let moved = vertices.map(|vertex| shell.inwards(&vertex).map(|by| vertex + by));
         let below = Some(Vector3::new(0.3, -0.1, -0.2));
         let near = |found: Option<Vector3<f64>>, wanted: Option<Vector3<f64>>| match (found, wanted) {
@@ -149,7 +149,7 @@ mod tests {
     #[test]
     fn meshes_without_size_move_nothing() {
         for edge_m in [0.0, f64::NAN, f64::INFINITY] {
-            let shell = Shell::new(floor().into_iter(), std::iter::once(Vector3::zeros()), edge_m);
+            let shell = NearbySkin::new(floor().into_iter(), std::iter::once(Vector3::zeros()), edge_m);
             assert!(shell.inwards(&Vector3::zeros()).is_none());
         }
     }

@@ -56,7 +56,7 @@ fn named_ones_are_what_their_hosts_say() {
     let forward = AXES[2];
     assert_eq!(Convention::UNITY.direction(forward), forward, "+Z stays forward");
     let refusal = Convention::by_name("maya").unwrap_err();
-    assert_eq!((refusal.kind, refusal.at.as_str()), (Kind::Convention, "convention"));
+    assert_eq!((refusal.kind, refusal.at.as_str()), (ErrorKind::Convention, "convention"));
     assert!(Convention::default().is_default() && !Convention::GODOT.is_default());
 }
 
@@ -114,7 +114,7 @@ proptest! {
 
     #[test]
     fn conventions_survive_the_wire(convention in any_convention()) {
-        let mut wire: StrikeWire = bytemuck::Zeroable::zeroed();
+        let mut wire: RequestWire = bytemuck::Zeroable::zeroed();
         wire.set_convention(&convention).unwrap();
         prop_assert_eq!(wire.convention().unwrap(), convention);
     }
@@ -122,11 +122,11 @@ proptest! {
 
 #[test]
 fn units_that_can_be_none_are_refused_on_both_sides() {
-    let mut wire: StrikeWire = bytemuck::Zeroable::zeroed();
+    let mut wire: RequestWire = bytemuck::Zeroable::zeroed();
     assert_eq!(wire.convention().unwrap(), Convention::GLTF, "all zero is the default");
     for metres_per_unit in [0.0, -1.0, 1e-7, 1e7, f64::NAN, f64::INFINITY, f64::MIN_POSITIVE] {
         let refusal = wire.set_convention(&Convention { metres_per_unit, ..Convention::UNITY }).unwrap_err();
-        assert_eq!((refusal.kind, refusal.at.as_str()), (Kind::Convention, "convention.metres_per_unit"));
+        assert_eq!((refusal.kind, refusal.at.as_str()), (ErrorKind::Convention, "convention.metres_per_unit"));
         wire.convention_metres_per_unit = metres_per_unit;
         let zero = metres_per_unit == 0.0;
         assert_eq!(wire.convention().is_ok(), zero, "{metres_per_unit}: on the wire zero is the default");

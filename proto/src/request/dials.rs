@@ -1,8 +1,8 @@
 //! Dials of accuracy and time, as they travel.
 
-use super::{Strike, StrikeWire, given};
+use super::{Request, RequestWire, given};
 use crate::name::suggestion;
-use crate::{Kind, Refusal};
+use crate::{Error, ErrorKind};
 
 /// Largest error that can be asked for: beyond, nothing is computed.
 pub const ERROR_MAX: f64 = 1.0;
@@ -55,11 +55,11 @@ impl Quality {
     /// The preset of that name.
     ///
     /// # Errors
-    /// [`Kind::Budget`] if there is none.
-    pub fn by_name(name: &str) -> Result<Self, Refusal> {
+    /// [`ErrorKind::Budget`] if there is none.
+    pub fn by_name(name: &str) -> Result<Self, Error> {
         let unknown = || {
             let message = format!("there is no quality `{name}`; {}", suggestion(name, &Self::ALL.map(Self::name)));
-            Refusal::new(Kind::Budget, "quality", message)
+            Error::new(ErrorKind::Budget, "quality", message)
         };
         Self::ALL.into_iter().find(|quality| quality.name() == name).ok_or_else(unknown)
     }
@@ -75,9 +75,9 @@ impl Quality {
     }
 }
 
-impl StrikeWire {
+impl RequestWire {
     /// Writes the dials of `strike`.
-    pub(super) fn set_dials(&mut self, strike: &Strike) -> Result<(), Refusal> {
+    pub(super) fn set_dials(&mut self, strike: &Request) -> Result<(), Error> {
         self.lift = match strike.lift {
             None => 0,
             Some(Lift::Euclidean) => 1,
@@ -94,31 +94,31 @@ impl StrikeWire {
         Ok(())
     }
 
-    pub(super) fn lift(&self) -> Result<Option<Lift>, Refusal> {
+    pub(super) fn lift(&self) -> Result<Option<Lift>, Error> {
         match self.lift {
             0 => Ok(None),
             1 => Ok(Some(Lift::Euclidean)),
             2 => Ok(Some(Lift::Interior)),
             3 => Ok(Some(Lift::SurfaceDiffusion)),
-            other => Err(Refusal::new(Kind::Lift, other.to_string(), "lift must be 0 to 3")),
+            other => Err(Error::new(ErrorKind::Lift, other.to_string(), "lift must be 0 to 3")),
         }
     }
 
-    pub(super) fn quality(&self) -> Result<Option<Quality>, Refusal> {
-        let unknown = || Refusal::new(Kind::Budget, "quality", format!("quality {}: must be 0 to 4", self.quality));
+    pub(super) fn quality(&self) -> Result<Option<Quality>, Error> {
+        let unknown = || Error::new(ErrorKind::Budget, "quality", format!("quality {}: must be 0 to 4", self.quality));
         let named = || Quality::by_number(self.quality).ok_or_else(unknown);
         (self.quality > 0).then(named).transpose()
     }
 
-    pub(super) fn error_max(&self) -> Result<Option<f64>, Refusal> {
+    pub(super) fn error_max(&self) -> Result<Option<f64>, Error> {
         within(self.error_max, ERROR_MAX, error)
     }
 
-    pub(super) fn time_ms_max(&self) -> Result<Option<f64>, Refusal> {
+    pub(super) fn time_ms_max(&self) -> Result<Option<f64>, Error> {
         within(self.time_ms_max, TIME_MS_MAX, time)
     }
 
-    pub(super) fn iterations_max(&self) -> Result<Option<u32>, Refusal> {
+    pub(super) fn iterations_max(&self) -> Result<Option<u32>, Error> {
         match self.iterations.checked_sub(1) {
             Some(count) if count > ITERATIONS_MAX => Err(iterations(count)),
             count => Ok(count),
@@ -127,7 +127,7 @@ impl StrikeWire {
 }
 
 /// Zero: not given. Otherwise above it, and at most `most`.
-fn within(value: f64, most: f64, refuse: impl Fn(f64) -> Refusal) -> Result<Option<f64>, Refusal> {
+fn within(value: f64, most: f64, refuse: impl Fn(f64) -> Error) -> Result<Option<f64>, Error> {
     match value {
         0.0 => Ok(None),
         value if value > 0.0 && value <= most => Ok(Some(value)),
@@ -135,16 +135,16 @@ fn within(value: f64, most: f64, refuse: impl Fn(f64) -> Refusal) -> Result<Opti
     }
 }
 
-fn iterations(count: u32) -> Refusal {
-    Refusal::new(Kind::Budget, "iterations_max", format!("{count} iterations: at most {ITERATIONS_MAX}"))
+fn iterations(count: u32) -> Error {
+    Error::new(ErrorKind::Budget, "iterations_max", format!("{count} iterations: at most {ITERATIONS_MAX}"))
 }
 
-fn error(value: f64) -> Refusal {
+fn error(value: f64) -> Error {
     let message = format!("an error of {value:?}: must be above zero and at most {ERROR_MAX}");
-    Refusal::new(Kind::Budget, "error_max", message)
+    Error::new(ErrorKind::Budget, "error_max", message)
 }
 
-fn time(value: f64) -> Refusal {
+fn time(value: f64) -> Error {
     let message = format!("a time of {value:?} ms: must be above zero and at most {TIME_MS_MAX}");
-    Refusal::new(Kind::Budget, "time_ms_max", message)
+    Error::new(ErrorKind::Budget, "time_ms_max", message)
 }

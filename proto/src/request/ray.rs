@@ -1,10 +1,10 @@
 //! Rays of contacts: aimed at an object whose surface the client does not know.
 
 use super::{Contact, Purpose};
-use crate::{Kind, Refusal};
+use crate::{Error, ErrorKind};
 
 /// The direction as it travels; zero without a ray.
-pub(super) fn wire(i: usize, ray: Option<[f64; 3]>) -> Result<[f64; 3], Refusal> {
+pub(super) fn wire(i: usize, ray: Option<[f64; 3]>) -> Result<[f64; 3], Error> {
     match ray {
         None => Ok([0.0; 3]),
         Some(ray) if ray == [0.0; 3] => Err(without_direction(i, "zero")),
@@ -13,7 +13,7 @@ pub(super) fn wire(i: usize, ray: Option<[f64; 3]>) -> Result<[f64; 3], Refusal>
 }
 
 /// The direction of contact `i`, if it has a ray.
-pub(super) fn direction(i: usize, ray: [f64; 3]) -> Result<Option<[f64; 3]>, Refusal> {
+pub(super) fn direction(i: usize, ray: [f64; 3]) -> Result<Option<[f64; 3]>, Error> {
     match ray {
         [0.0, 0.0, 0.0] => Ok(None),
         ray if ray.iter().all(|x| x.is_finite()) => Ok(Some(ray)),
@@ -31,7 +31,7 @@ pub fn squarable(direction: [f64; 3]) -> [f64; 3] {
 }
 
 /// Refuses rays beside other contacts, and aiming without a ray.
-pub(super) fn check(contacts: &[Contact], purpose: Purpose) -> Result<(), Refusal> {
+pub(super) fn check(contacts: &[Contact], purpose: Purpose) -> Result<(), Error> {
     let first = contacts.iter().position(|contact| contact.ray.is_some());
     match first {
         Some(i) if contacts.len() > 1 => {
@@ -39,18 +39,18 @@ pub(super) fn check(contacts: &[Contact], purpose: Purpose) -> Result<(), Refusa
             let message = format!(
                 "contact {i} has a ray, but there are {count} contacts; a ray needs a strike of one contact. Aim first, and pass the points."
             );
-            Err(Refusal::new(Kind::Ray, format!("contacts[{i}].ray"), message))
+            Err(Error::new(ErrorKind::Ray, format!("contacts[{i}].ray"), message))
         }
         None if purpose == Purpose::Aim => {
-            Err(Refusal::new(Kind::Ray, "contacts[0].ray", "contact 0 has no ray; aiming needs one"))
+            Err(Error::new(ErrorKind::Ray, "contacts[0].ray", "contact 0 has no ray; aiming needs one"))
         }
         _ => Ok(()),
     }
 }
 
-fn without_direction(i: usize, what: &str) -> Refusal {
+fn without_direction(i: usize, what: &str) -> Error {
     let message = format!("contact {i}: the direction of the ray is {what}; pass a direction of any other length");
-    Refusal::new(Kind::Ray, format!("contacts[{i}].ray"), message)
+    Error::new(ErrorKind::Ray, format!("contacts[{i}].ray"), message)
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 use super::*;
 use proptest::prelude::*;
 
-fn strike() -> Strike {
+fn strike() -> Request {
     let contact = Contact {
         point_m: [0.1, 0.2, 0.3],
         ray: None,
@@ -9,17 +9,21 @@ fn strike() -> Strike {
         duration_s: Some(1e-4),
         radius_m: None,
     };
-    Strike {
-        object: "Vase 花".into(), contacts: vec![contact; 3], gamma_j_m2: Some(2.5), seed: 7, ..Strike::default()
+    Request {
+        object: "Vase 花".into(),
+        contacts: vec![contact; 3],
+        gamma_j_m2: Some(2.5),
+        seed: 7,
+        ..Request::default()
     }
 }
 
-fn wire() -> StrikeWire {
+fn wire() -> RequestWire {
     strike().wire([9; 16], 42).unwrap()
 }
 
 /// The one place where these tests look at a refusal.
-fn check(change: impl FnOnce(&mut StrikeWire), kind: Kind, at: &str) {
+fn check(change: impl FnOnce(&mut RequestWire), kind: ErrorKind, at: &str) {
     let mut wire = wire();
     change(&mut wire);
     let refusal = wire.validate().expect_err(at);
@@ -30,13 +34,13 @@ fn check(change: impl FnOnce(&mut StrikeWire), kind: Kind, at: &str) {
 #[test]
 fn a_strike_survives_the_wire() {
     assert_eq!(wire().validate().unwrap(), strike());
-    let optimised = Strike {
+    let optimised = Request {
         purpose: Purpose::Threshold,
-        degree: Degree::Optimised,
+        degree: DegreeRule::Optimised,
         fragments_max: Some(9),
         bytes_max: Some(1 << 20),
         deadline: Some(Duration::from_millis(12)),
-        from: Some(Origin { handle: 7, fragment: 9 }),
+        from: Some(RetainedFragment { handle: 7, fragment: 9 }),
         keep: true,
         quality: Some(Quality::Film),
         error_max: Some(0.02),
@@ -45,20 +49,22 @@ fn a_strike_survives_the_wire() {
         ..strike()
     };
     for quality in Quality::ALL {
-        let strike = Strike { quality: Some(quality), elastic: Elastic::Reduced, ..optimised.clone() };
+        let strike = Request { quality: Some(quality), elastic: ElasticSource::Reduced, ..optimised.clone() };
         assert_eq!(strike.wire([0; 16], 0).unwrap().validate().unwrap(), strike);
         assert_eq!(Quality::by_name(quality.name()), Ok(quality));
     }
-    for degree in [Degree::Preset, Degree::Inferred, Degree::Verified, Degree::ClosedForm, Degree::Sites(7)] {
-        let strike = Strike { degree, ..optimised.clone() };
+    for degree in
+        [DegreeRule::Preset, DegreeRule::Inferred, DegreeRule::Verified, DegreeRule::ClosedForm, DegreeRule::Sites(7)]
+    {
+        let strike = Request { degree, ..optimised.clone() };
         assert_eq!(strike.wire([0; 16], 0).unwrap().validate().unwrap(), strike);
     }
     for (_, convention) in Convention::NAMED {
-        let strike = Strike { convention, ..optimised.clone() };
+        let strike = Request { convention, ..optimised.clone() };
         assert_eq!(strike.wire([0; 16], 0).unwrap().validate().unwrap(), strike);
     }
     for lift in [Lift::Euclidean, Lift::Interior, Lift::SurfaceDiffusion] {
-        let strike = Strike { lift: Some(lift), ..optimised.clone() };
+        let strike = Request { lift: Some(lift), ..optimised.clone() };
         assert_eq!(strike.wire([0; 16], 0).unwrap().validate().unwrap(), strike);
     }
 }
@@ -66,21 +72,21 @@ fn a_strike_survives_the_wire() {
 #[test]
 fn a_ray_survives_the_wire_and_needs_a_direction_and_one_contact() {
     let aimed = |ray| Contact { ray: Some(ray), ..strike().contacts[0] };
-    let one = Strike { contacts: vec![aimed([0.0, -2.0, 0.0])], ..strike() };
+    let one = Request { contacts: vec![aimed([0.0, -2.0, 0.0])], ..strike() };
     assert_eq!(one.wire([0; 16], 0).unwrap().validate().unwrap(), one);
     let pointless = Contact { impulse_ns: [0.0; 3], ..one.contacts[0] };
-    let aim = Strike { purpose: Purpose::Aim, contacts: vec![pointless], ..one.clone() };
+    let aim = Request { purpose: Purpose::Aim, contacts: vec![pointless], ..one.clone() };
     assert_eq!(aim.wire([0; 16], 0).unwrap().validate().unwrap(), aim);
     let endless = Contact { impulse_ns: [f64::NAN, 0.0, 0.0], ..one.contacts[0] };
-    let refusal = Strike { contacts: vec![endless], ..aim.clone() }.wire([0; 16], 0).unwrap_err();
-    assert_eq!((refusal.kind, refusal.at.as_str()), (Kind::Impulse, "contacts[0].impulse_ns"));
-    let unaimed = Strike { contacts: vec![strike().contacts[0]], ..aim };
-    let several = Strike { contacts: vec![aimed([1.0, 0.0, 0.0]), strike().contacts[0]], ..one.clone() };
-    let flat = Strike { contacts: vec![aimed([0.0; 3])], ..one.clone() };
-    let odd = Strike { contacts: vec![aimed([f64::NAN, 0.0, 1.0])], ..one };
+    let refusal = Request { contacts: vec![endless], ..aim.clone() }.wire([0; 16], 0).unwrap_err();
+    assert_eq!((refusal.kind, refusal.at.as_str()), (ErrorKind::Impulse, "contacts[0].impulse_ns"));
+    let unaimed = Request { contacts: vec![strike().contacts[0]], ..aim };
+    let several = Request { contacts: vec![aimed([1.0, 0.0, 0.0]), strike().contacts[0]], ..one.clone() };
+    let flat = Request { contacts: vec![aimed([0.0; 3])], ..one.clone() };
+    let odd = Request { contacts: vec![aimed([f64::NAN, 0.0, 1.0])], ..one };
     for (strike, at) in [unaimed, several, flat, odd].iter().zip(["contacts[0].ray"; 4]) {
         let refusal = strike.wire([0; 16], 0).unwrap_err();
-        assert_eq!((refusal.kind, refusal.at.as_str()), (Kind::Ray, at), "{}", refusal.message);
+        assert_eq!((refusal.kind, refusal.at.as_str()), (ErrorKind::Ray, at), "{}", refusal.message);
     }
 }
 
@@ -89,85 +95,85 @@ fn zero_is_the_default() {
     let mut wire = wire();
     (wire.degree, wire.lift, wire.gamma_j_m2, wire.convention_metres_per_unit) = (0, 0, 0.0, 1.0);
     let strike = wire.validate().unwrap();
-    assert_eq!((strike.degree, strike.lift, strike.gamma_j_m2), (Degree::Preset, None, None));
+    assert_eq!((strike.degree, strike.lift, strike.gamma_j_m2), (DegreeRule::Preset, None, None));
     assert!(strike.convention.is_default());
     assert_eq!((strike.quality, strike.error_max, strike.time_ms_max, strike.iterations_max), (None, None, None, None));
 }
 
 #[test]
 fn every_rule_names_its_offender() {
-    check(|w| w.magic = 0, Kind::BadMagic, "0x00000000");
-    check(|w| w.version = 9, Kind::VersionMismatch, "9");
-    check(|w| w.purpose = 0, Kind::UnknownRequest, "0");
-    check(|w| w.contact_count = 0, Kind::ContactCount, "0");
-    check(|w| w.contact_count = 9, Kind::ContactCount, "9");
-    check(|w| w.contact_count = 2, Kind::ReservedField, "contacts[2]");
-    check(|w| w.contacts[1].point_m[2] = f64::NAN, Kind::ContactPoint, "contacts[1].point_m");
-    check(|w| w.contacts[2].impulse_ns = [0.0; 3], Kind::Impulse, "contacts[2].impulse_ns");
-    check(|w| w.contacts[0].impulse_ns[0] = f64::INFINITY, Kind::Impulse, "contacts[0].impulse_ns");
-    check(|w| w.contacts[0].impulse_ns[0] = 1e300, Kind::Impulse, "contacts[0].impulse_ns");
-    check(|w| w.contacts[0].duration_s = -1.0, Kind::ContactDuration, "contacts[0].duration_s");
-    check(|w| w.contacts[0].radius_m = f64::NAN, Kind::ContactRadius, "contacts[0].radius_m");
-    check(|w| w.gamma_j_m2 = -1.0, Kind::Gamma, "gamma_j_m2");
-    check(|w| w.gamma_j_m2 = f64::NAN, Kind::Gamma, "gamma_j_m2");
-    check(|w| w.degree = 3, Kind::Degree, "0");
-    check(|w| w.degree = 6, Kind::Degree, "6");
-    check(|w| w.degree_sites = 5, Kind::Degree, "5");
-    check(|w| w.lift = 4, Kind::Lift, "4");
-    check(|w| w.effects_on = 1 << 40, Kind::UnknownEffect, "40");
-    check(|w| w.effects_off = 1 << 63 | 4, Kind::UnknownEffect, "63");
-    check(|w| w.error_max = f64::NAN, Kind::Budget, "error_max");
-    check(|w| w.error_max = 1.5, Kind::Budget, "error_max");
-    check(|w| w.error_max = -0.1, Kind::Budget, "error_max");
-    check(|w| w.time_ms_max = -8.0, Kind::Budget, "time_ms_max");
-    check(|w| w.time_ms_max = f64::INFINITY, Kind::Budget, "time_ms_max");
-    check(|w| w.quality = 5, Kind::Budget, "quality");
-    check(|w| w.iterations = u32::MAX, Kind::Budget, "iterations_max");
-    check(|w| w.elastic = 3, Kind::Elastic, "3");
-    check(|w| w.convention_up = 2, Kind::Convention, "convention.up");
-    check(|w| w.convention_hand = 2, Kind::Convention, "convention.hand");
-    check(|w| w.convention_winding = u32::MAX, Kind::Convention, "convention.winding");
-    check(|w| w.convention_metres_per_unit = -0.01, Kind::Convention, "convention.metres_per_unit");
-    check(|w| w.convention_metres_per_unit = f64::NAN, Kind::Convention, "convention.metres_per_unit");
-    check(|w| w.convention_metres_per_unit = 1e-9, Kind::Convention, "convention.metres_per_unit");
-    check(|w| w.fragment = 3, Kind::UnknownFragment, "3");
-    check(|w| w.keep = 2, Kind::ReservedField, "keep");
-    check(|w| w.reserved[5] = 1, Kind::ReservedField, "reserved[5]");
-    check(|w| w.object_length = 65, Kind::ObjectName, "object");
-    check(|w| w.object[0] = 0xff, Kind::ObjectName, "object");
-    check(|w| w.object_length = 0, Kind::ObjectName, "");
+    check(|w| w.magic = 0, ErrorKind::BadMagic, "0x00000000");
+    check(|w| w.version = 9, ErrorKind::VersionMismatch, "9");
+    check(|w| w.purpose = 0, ErrorKind::UnknownRequest, "0");
+    check(|w| w.contact_count = 0, ErrorKind::ContactCount, "0");
+    check(|w| w.contact_count = 9, ErrorKind::ContactCount, "9");
+    check(|w| w.contact_count = 2, ErrorKind::ReservedField, "contacts[2]");
+    check(|w| w.contacts[1].point_m[2] = f64::NAN, ErrorKind::ContactPoint, "contacts[1].point_m");
+    check(|w| w.contacts[2].impulse_ns = [0.0; 3], ErrorKind::Impulse, "contacts[2].impulse_ns");
+    check(|w| w.contacts[0].impulse_ns[0] = f64::INFINITY, ErrorKind::Impulse, "contacts[0].impulse_ns");
+    check(|w| w.contacts[0].impulse_ns[0] = 1e300, ErrorKind::Impulse, "contacts[0].impulse_ns");
+    check(|w| w.contacts[0].duration_s = -1.0, ErrorKind::ContactDuration, "contacts[0].duration_s");
+    check(|w| w.contacts[0].radius_m = f64::NAN, ErrorKind::ContactRadius, "contacts[0].radius_m");
+    check(|w| w.gamma_j_m2 = -1.0, ErrorKind::Gamma, "gamma_j_m2");
+    check(|w| w.gamma_j_m2 = f64::NAN, ErrorKind::Gamma, "gamma_j_m2");
+    check(|w| w.degree = 3, ErrorKind::Degree, "0");
+    check(|w| w.degree = 6, ErrorKind::Degree, "6");
+    check(|w| w.degree_sites = 5, ErrorKind::Degree, "5");
+    check(|w| w.lift = 4, ErrorKind::Lift, "4");
+    check(|w| w.effects_on = 1 << 40, ErrorKind::UnknownEffect, "40");
+    check(|w| w.effects_off = 1 << 63 | 4, ErrorKind::UnknownEffect, "63");
+    check(|w| w.error_max = f64::NAN, ErrorKind::Budget, "error_max");
+    check(|w| w.error_max = 1.5, ErrorKind::Budget, "error_max");
+    check(|w| w.error_max = -0.1, ErrorKind::Budget, "error_max");
+    check(|w| w.time_ms_max = -8.0, ErrorKind::Budget, "time_ms_max");
+    check(|w| w.time_ms_max = f64::INFINITY, ErrorKind::Budget, "time_ms_max");
+    check(|w| w.quality = 5, ErrorKind::Budget, "quality");
+    check(|w| w.iterations = u32::MAX, ErrorKind::Budget, "iterations_max");
+    check(|w| w.elastic = 3, ErrorKind::Elastic, "3");
+    check(|w| w.convention_up = 2, ErrorKind::Convention, "convention.up");
+    check(|w| w.convention_hand = 2, ErrorKind::Convention, "convention.hand");
+    check(|w| w.convention_winding = u32::MAX, ErrorKind::Convention, "convention.winding");
+    check(|w| w.convention_metres_per_unit = -0.01, ErrorKind::Convention, "convention.metres_per_unit");
+    check(|w| w.convention_metres_per_unit = f64::NAN, ErrorKind::Convention, "convention.metres_per_unit");
+    check(|w| w.convention_metres_per_unit = 1e-9, ErrorKind::Convention, "convention.metres_per_unit");
+    check(|w| w.fragment = 3, ErrorKind::UnknownFragment, "3");
+    check(|w| w.keep = 2, ErrorKind::ReservedField, "keep");
+    check(|w| w.reserved[5] = 1, ErrorKind::ReservedField, "reserved[5]");
+    check(|w| w.object_length = 65, ErrorKind::ObjectName, "object");
+    check(|w| w.object[0] = 0xff, ErrorKind::ObjectName, "object");
+    check(|w| w.object_length = 0, ErrorKind::ObjectName, "");
 }
 
 #[test]
 fn a_given_zero_is_refused_before_it_becomes_a_default() {
-    let kind = |strike: Strike| strike.wire([0; 16], 0).unwrap_err().kind;
-    assert_eq!(kind(Strike { gamma_j_m2: Some(0.0), ..strike() }), Kind::Gamma);
-    assert_eq!(kind(Strike { degree: Degree::Sites(0), ..strike() }), Kind::Degree);
-    assert_eq!(kind(Strike { error_max: Some(0.0), ..strike() }), Kind::Budget);
-    assert_eq!(kind(Strike { time_ms_max: Some(0.0), ..strike() }), Kind::Budget);
-    assert_eq!(kind(Strike { iterations_max: Some(u32::MAX), ..strike() }), Kind::Budget);
+    let kind = |strike: Request| strike.wire([0; 16], 0).unwrap_err().kind;
+    assert_eq!(kind(Request { gamma_j_m2: Some(0.0), ..strike() }), ErrorKind::Gamma);
+    assert_eq!(kind(Request { degree: DegreeRule::Sites(0), ..strike() }), ErrorKind::Degree);
+    assert_eq!(kind(Request { error_max: Some(0.0), ..strike() }), ErrorKind::Budget);
+    assert_eq!(kind(Request { time_ms_max: Some(0.0), ..strike() }), ErrorKind::Budget);
+    assert_eq!(kind(Request { iterations_max: Some(u32::MAX), ..strike() }), ErrorKind::Budget);
     assert_eq!(Quality::by_name("fine").unwrap_err().at, "quality");
-    assert_eq!(kind(Strike { contacts: vec![], ..strike() }), Kind::ContactCount);
+    assert_eq!(kind(Request { contacts: vec![], ..strike() }), ErrorKind::ContactCount);
     let unit = Convention { metres_per_unit: 0.0, ..Convention::UNREAL };
-    assert_eq!(kind(Strike { convention: unit, ..strike() }), Kind::Convention);
+    assert_eq!(kind(Request { convention: unit, ..strike() }), ErrorKind::Convention);
     let mut zero = strike();
     zero.contacts[1].radius_m = Some(0.0);
-    assert_eq!(kind(zero), Kind::ContactRadius);
+    assert_eq!(kind(zero), ErrorKind::ContactRadius);
 }
 
 proptest! {
     #[test]
-    fn random_bytes_never_panic(bytes in proptest::collection::vec(any::<u8>(), size_of::<StrikeWire>())) {
-        let wire: StrikeWire = bytemuck::pod_read_unaligned(&bytes);
+    fn random_bytes_never_panic(bytes in proptest::collection::vec(any::<u8>(), size_of::<RequestWire>())) {
+        let wire: RequestWire = bytemuck::pod_read_unaligned(&bytes);
         prop_assert!(wire.validate().is_err());
     }
 
     /// One changed byte: either refused, or a strike that writes back without loss.
     #[test]
-    fn mutated_bytes_never_panic(at in 0..size_of::<StrikeWire>(), value in any::<u8>()) {
+    fn mutated_bytes_never_panic(at in 0..size_of::<RequestWire>(), value in any::<u8>()) {
         let mut bytes = bytemuck::bytes_of(&wire()).to_vec();
         bytes[at] = value;
-        let wire: StrikeWire = bytemuck::pod_read_unaligned(&bytes);
+        let wire: RequestWire = bytemuck::pod_read_unaligned(&bytes);
         if let Ok(strike) = wire.validate() {
             let again = strike.wire(wire.listener, wire.sequence).unwrap();
             prop_assert_eq!(again.validate().unwrap(), strike);

@@ -1,10 +1,10 @@
 use super::*;
 use crate::answer::WORLD;
-use crate::layout::{Counts, Layout};
+use crate::layout::{Layout, SectionCounts};
 use bytemuck::Zeroable;
 use proptest::prelude::*;
 
-const COUNTS: Counts = Counts {
+const COUNTS: SectionCounts = SectionCounts {
     fragments: 2,
     runs: 2,
     merges: 1,
@@ -27,7 +27,7 @@ const COUNTS: Counts = Counts {
 };
 
 /// Two fragments of one triangle each, one run each, one merge pair.
-fn answer() -> (AnswerHeader, Vec<Block>) {
+fn answer() -> (ResultHeader, Vec<Block>) {
     let counts = COUNTS;
     let layout = Layout::new(&counts).unwrap();
     let mut payload = vec![Block::zeroed(); layout.blocks()];
@@ -61,11 +61,11 @@ fn answer() -> (AnswerHeader, Vec<Block>) {
     (layout.header(5), payload)
 }
 
-fn check(change: impl FnOnce(&mut AnswerHeader, &mut [Block]), at: &str) {
+fn check(change: impl FnOnce(&mut ResultHeader, &mut [Block]), at: &str) {
     let (mut header, mut payload) = answer();
     change(&mut header, &mut payload);
-    let refusal = Checked::new(&header, &payload).expect_err(at);
-    assert_eq!((refusal.kind, refusal.at.as_str()), (Kind::BadAnswer, at), "{}", refusal.message);
+    let refusal = CheckedLayout::new(&header, &payload).expect_err(at);
+    assert_eq!((refusal.kind, refusal.at.as_str()), (ErrorKind::BadAnswer, at), "{}", refusal.message);
 }
 
 fn table(payload: &mut [Block]) -> &mut [SectionWire] {
@@ -73,7 +73,7 @@ fn table(payload: &mut [Block]) -> &mut [SectionWire] {
 }
 
 /// Changes one section through a fresh layout of the same counts.
-fn section(payload: &mut [Block], change: impl FnOnce(crate::layout::Sections<'_>)) {
+fn section(payload: &mut [Block], change: impl FnOnce(crate::layout::SectionsMut<'_>)) {
     let counts = COUNTS;
     change(Layout::new(&counts).unwrap().split(payload).unwrap());
 }
@@ -81,7 +81,7 @@ fn section(payload: &mut [Block], change: impl FnOnce(crate::layout::Sections<'_
 #[test]
 fn a_good_answer_is_borrowed() {
     let (header, payload) = answer();
-    let checked = Checked::new(&header, &payload).unwrap();
+    let checked = CheckedLayout::new(&header, &payload).unwrap();
     let view = checked.view(&payload).unwrap();
     assert_eq!((view.fragments.len(), view.positions.len(), view.summary.object()), (2, 6, "vase".into()));
     let range = payload.as_ptr_range();
@@ -144,7 +144,7 @@ fn every_rule_names_its_offender() {
 fn a_bond_may_tie_a_fragment_to_the_world() {
     let (header, mut payload) = answer();
     section(&mut payload, |s| s.bonds[0].fragments = [1, WORLD]);
-    let view = Checked::new(&header, &payload).unwrap().view(&payload).unwrap();
+    let view = CheckedLayout::new(&header, &payload).unwrap().view(&payload).unwrap();
     assert!(view.bonds[0].holds_to_world());
 }
 
@@ -160,10 +160,10 @@ proptest! {
         for (at, value) in words {
             bytemuck::cast_slice_mut::<_, u32>(&mut payload)[at] = value;
         }
-        let _ = Checked::new(&header, &payload);
+        let _ = CheckedLayout::new(&header, &payload);
         let mut noise = vec![Block::zeroed(); 20];
         bytemuck::cast_slice_mut::<_, u8>(&mut noise).copy_from_slice(&bytes);
-        prop_assert!(Checked::new(&header, &noise).is_err());
+        prop_assert!(CheckedLayout::new(&header, &noise).is_err());
     }
 
     /// One changed byte anywhere: whatever still passes can be walked without a panic.
@@ -173,7 +173,7 @@ proptest! {
         let bytes = bytemuck::cast_slice_mut::<_, u8>(&mut payload);
         let at = at % bytes.len();
         bytes[at] = value;
-        if let Ok(checked) = Checked::new(&header, &payload) {
+        if let Ok(checked) = CheckedLayout::new(&header, &payload) {
             let view = checked.view(&payload).unwrap();
             for fragment in view.fragments {
                 let vertices = &view.positions[fragment.vertex_first as usize..][..fragment.vertex_count as usize];

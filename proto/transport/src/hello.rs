@@ -3,11 +3,11 @@
 
 use crate::TRANSPORT_VERSION;
 use serde::{Deserialize, Serialize};
-use shatter_proto::{Kind, PROTOCOL_VERSION, Refusal};
+use shatter_proto::{Error, ErrorKind, PROTOCOL_VERSION};
 
 /// What a daemon says about itself.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Hello {
+pub struct DaemonInfo {
     /// Its [`PROTOCOL_VERSION`].
     pub protocol: u32,
     /// Its [`TRANSPORT_VERSION`].
@@ -23,7 +23,7 @@ pub struct Hello {
     pub instance: String,
 }
 
-impl Hello {
+impl DaemonInfo {
     /// What this build says as process `pid`, whose transport is the instance of this token.
     pub fn ours(pid: u32, instance: &str) -> Self {
         Self {
@@ -42,22 +42,22 @@ impl Hello {
     }
 
     /// Reads the file's contents.
-    pub fn from_json(json: &str) -> Result<Self, Refusal> {
+    pub fn from_json(json: &str) -> Result<Self, Error> {
         serde_json::from_str(json).map_err(|error| {
             let message = format!("the daemon's hello cannot be read: {error}");
-            Refusal::new(Kind::VersionMismatch, "hello", message)
+            Error::new(ErrorKind::VersionMismatch, "hello", message)
         })
     }
 
     /// Refuses a daemon that this build cannot talk to, naming both versions.
-    pub fn check(&self) -> Result<(), Refusal> {
+    pub fn check(&self) -> Result<(), Error> {
         let theirs = format!("protocol {}, {}", self.protocol, self.transport);
         let ours = format!("protocol {PROTOCOL_VERSION}, {TRANSPORT_VERSION}");
         if theirs == ours {
             return Ok(());
         }
         let message = format!("the daemon speaks {theirs}; this client speaks {ours}");
-        Err(Refusal::new(Kind::VersionMismatch, theirs, message))
+        Err(Error::new(ErrorKind::VersionMismatch, theirs, message))
     }
 }
 
@@ -68,14 +68,14 @@ mod tests {
     #[test]
     fn a_mismatch_names_both_versions() {
         let other = r#"{"protocol": 9, "transport": "iceoryx2 1.0.0", "something": "new"}"#;
-        let refusal = Hello::from_json(other).unwrap().check().unwrap_err();
-        assert_eq!(refusal.kind, Kind::VersionMismatch);
+        let refusal = DaemonInfo::from_json(other).unwrap().check().unwrap_err();
+        assert_eq!(refusal.kind, ErrorKind::VersionMismatch);
         for version in ["protocol 9", "iceoryx2 1.0.0", "protocol 6", "iceoryx2 0.10.0"] {
             assert!(refusal.message.contains(version), "{refusal}");
         }
-        let ours = Hello::ours(7, "0123456789a");
-        assert_eq!(Hello::from_json(&ours.to_json()).unwrap(), ours);
+        let ours = DaemonInfo::ours(7, "0123456789a");
+        assert_eq!(DaemonInfo::from_json(&ours.to_json()).unwrap(), ours);
         assert!(ours.check().is_ok());
-        assert_eq!(Hello::from_json("{").unwrap_err().kind, Kind::VersionMismatch);
+        assert_eq!(DaemonInfo::from_json("{").unwrap_err().kind, ErrorKind::VersionMismatch);
     }
 }

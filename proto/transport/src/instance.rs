@@ -5,10 +5,10 @@
 //! its private runtime folder: to clients in its lock file and its [`Hello`], to its successor in a list of the instances whose
 //! files may be left.
 
-use crate::hello::Hello;
-use crate::place::{Place, create_private, trusted};
+use crate::hello::DaemonInfo;
+use crate::place::{ServicePaths, create_private, trusted};
 use crate::shared_memory;
-use shatter_proto::{Kind, Refusal};
+use shatter_proto::{Error, ErrorKind};
 use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -29,51 +29,51 @@ pub struct Instance {
 }
 
 /// A random word. Errors: `runtime_folder` where there is no source of random numbers.
-pub fn random_token() -> Result<String, Refusal> {
+pub fn random_token() -> Result<String, Error> {
     let source = Path::new("/dev/urandom");
     let mut bytes = [0; TOKEN_DIGITS];
     File::open(source).and_then(|mut file| file.read_exact(&mut bytes)).map_err(|error| {
         let at = source.display().to_string();
-        Refusal::new(Kind::RuntimeFolder, at.clone(), format!("cannot read {at}: {error}"))
+        Error::new(ErrorKind::RuntimeFolder, at.clone(), format!("cannot read {at}: {error}"))
     })?;
     Ok(bytes.iter().map(|byte| char::from(DIGITS[usize::from(*byte) % DIGITS.len()])).collect())
 }
 
 impl Instance {
     /// A new one at `place`, which nobody else knows. Errors: as of [`random_token`].
-    pub fn random(place: &Place) -> Result<Self, Refusal> {
+    pub fn random(place: &ServicePaths) -> Result<Self, Error> {
         Ok(Self::named(place, random_token()?))
     }
 
     /// The one at `place` that has this token; `None` for what is no token.
-    pub fn of_token(place: &Place, token: &str) -> Option<Self> {
+    pub fn of_token(place: &ServicePaths, token: &str) -> Option<Self> {
         let valid = token.len() == TOKEN_DIGITS && token.bytes().all(|digit| DIGITS.contains(&digit));
         valid.then(|| Self::named(place, token.to_owned()))
     }
 
     /// The one of the daemon that serves at `place` now. Errors: `no_daemon`, `version_mismatch`.
-    pub fn serving(place: &Place) -> Result<Self, Refusal> {
-        let none = |why: String| Refusal::new(Kind::NoDaemon, place.service.as_str(), why);
+    pub fn serving(place: &ServicePaths) -> Result<Self, Error> {
+        let none = |why: String| Error::new(ErrorKind::NoDaemon, place.service.as_str(), why);
         let path = place.hello();
         let json = std::fs::read_to_string(&path).map_err(|error| none(format!("{}: {error}", path.display())))?;
-        let hello = Hello::from_json(&json)?;
+        let hello = DaemonInfo::from_json(&json)?;
         hello.check()?;
         Self::of_token(place, &hello.instance).ok_or_else(|| none(format!("{} names no instance", path.display())))
     }
 
-    fn named(place: &Place, token: String) -> Self {
+    fn named(place: &ServicePaths, token: String) -> Self {
         let folder = Path::new(shared_memory::FOLDER).join(format!("{}{token}", place.mark));
         Self { token, folder }
     }
 
     /// Creates the folder for its owner alone.
-    pub fn create(&self, uid: u32) -> Result<(), Refusal> {
+    pub fn create(&self, uid: u32) -> Result<(), Error> {
         create_private(&self.folder)?;
         self.check(uid)
     }
 
     /// Refuses a folder that others can change. Errors: `runtime_folder`.
-    pub fn check(&self, uid: u32) -> Result<(), Refusal> {
+    pub fn check(&self, uid: u32) -> Result<(), Error> {
         trusted(&self.folder, uid)
     }
 }
@@ -84,8 +84,8 @@ mod tests {
     use crate::PREFIX;
     use shatter_proto::name::ServiceName;
 
-    fn place(name: &str, runtime: &str, uid: u32) -> Place {
-        Place::new(&ServiceName::new(name).unwrap(), Some(Path::new(runtime)), uid)
+    fn place(name: &str, runtime: &str, uid: u32) -> ServicePaths {
+        ServicePaths::new(&ServiceName::new(name).unwrap(), Some(Path::new(runtime)), uid)
     }
 
     #[test]

@@ -3,15 +3,15 @@
 
 use crate::instance::DIGITS;
 use shatter_proto::name::ServiceName;
-use shatter_proto::{Kind, Refusal};
-use std::io::ErrorKind;
+use shatter_proto::{Error, ErrorKind};
+use std::io;
 use std::os::unix::ffi::OsStrExt;
 use std::os::unix::fs::{DirBuilderExt, MetadataExt};
 use std::path::{Path, PathBuf};
 
 /// Where a service lives.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Place {
+pub struct ServicePaths {
     /// The service.
     pub service: ServiceName,
     /// The user who owns everything here.
@@ -24,7 +24,7 @@ pub struct Place {
     is_shared: bool,
 }
 
-impl Place {
+impl ServicePaths {
     /// The place of `service` for user `uid`, under `runtime` (`XDG_RUNTIME_DIR`) if that is an absolute path.
     pub fn new(service: &ServiceName, runtime: Option<&Path>, uid: u32) -> Self {
         let runtime = runtime.filter(|runtime| runtime.is_absolute()).map(|runtime| runtime.join("shatter"));
@@ -62,11 +62,11 @@ impl Place {
     }
 
     /// Creates the folder for its owner alone, and checks it if it exists.
-    pub fn create(&self) -> Result<(), Refusal> {
+    pub fn create(&self) -> Result<(), Error> {
         self.make_private().map_err(|refusal| self.advised(refusal))
     }
 
-    fn make_private(&self) -> Result<(), Refusal> {
+    fn make_private(&self) -> Result<(), Error> {
         if let Some(parent) = self.folder.parent() {
             make(parent)?;
             trusted(parent, self.uid)?;
@@ -77,15 +77,15 @@ impl Place {
     }
 
     /// Whether there is anything at all, in a folder that belongs to the user alone.
-    pub fn exists(&self) -> Result<bool, Refusal> {
+    pub fn exists(&self) -> Result<bool, Error> {
         self.is_there().map_err(|refusal| self.advised(refusal))
     }
 
-    fn is_there(&self) -> Result<bool, Refusal> {
+    fn is_there(&self) -> Result<bool, Error> {
         // What lies in a folder of another user may not even be looked at, so the outer folder comes first.
         for folder in self.folder.parent().into_iter().chain([self.folder.as_path()]) {
             match folder.symlink_metadata() {
-                Err(error) if error.kind() == ErrorKind::NotFound => return Ok(false),
+                Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(false),
                 _ => trusted(folder, self.uid)?,
             }
         }
@@ -93,7 +93,7 @@ impl Place {
     }
 
     /// `refusal`, and what to do about it where the folder lies in one that all users share.
-    fn advised(&self, refusal: Refusal) -> Refusal {
+    fn advised(&self, refusal: Error) -> Error {
         if !self.is_shared {
             return refusal;
         }
@@ -101,32 +101,32 @@ impl Place {
             "{}; set XDG_RUNTIME_DIR, for the daemon and its clients, to the absolute path of a folder that only you can open",
             refusal.message
         );
-        Refusal { message, ..refusal }
+        Error { message, ..refusal }
     }
 }
 
 /// Creates one folder that was not there, for its owner alone.
-pub(crate) fn create_private(folder: &Path) -> Result<(), Refusal> {
+pub(crate) fn create_private(folder: &Path) -> Result<(), Error> {
     create(std::fs::DirBuilder::new().mode(0o700), folder)
 }
 
-fn make(folder: &Path) -> Result<(), Refusal> {
+fn make(folder: &Path) -> Result<(), Error> {
     create(std::fs::DirBuilder::new().recursive(true).mode(0o700), folder)
 }
 
-fn create(builder: &std::fs::DirBuilder, folder: &Path) -> Result<(), Refusal> {
+fn create(builder: &std::fs::DirBuilder, folder: &Path) -> Result<(), Error> {
     builder.create(folder).map_err(|error| {
         let message = format!("cannot create the runtime folder {}: {error}", folder.display());
-        Refusal::new(Kind::RuntimeFolder, folder.display().to_string(), message)
+        Error::new(ErrorKind::RuntimeFolder, folder.display().to_string(), message)
     })
 }
 
 /// A folder in which others cannot put something else in the place of what is the user's.
-fn steady(folder: &Path, uid: u32) -> Result<(), Refusal> {
+fn steady(folder: &Path, uid: u32) -> Result<(), Error> {
     const STICKY: u32 = 0o1000;
     let refuse = |what: String| {
         let message = format!("the folder {} above the runtime folder {what}", folder.display());
-        Err(Refusal::new(Kind::RuntimeFolder, folder.display().to_string(), message))
+        Err(Error::new(ErrorKind::RuntimeFolder, folder.display().to_string(), message))
     };
     match folder.metadata() {
         Err(error) => refuse(format!("cannot be read: {error}")),
@@ -139,10 +139,10 @@ fn steady(folder: &Path, uid: u32) -> Result<(), Refusal> {
 }
 
 /// A real folder, owned by the user, closed to everyone else: `/tmp` is open to all, and names in it can be guessed.
-pub(crate) fn trusted(folder: &Path, uid: u32) -> Result<(), Refusal> {
+pub(crate) fn trusted(folder: &Path, uid: u32) -> Result<(), Error> {
     let refuse = |what: String| {
         let message = format!("the runtime folder {} {what}", folder.display());
-        Err(Refusal::new(Kind::RuntimeFolder, folder.display().to_string(), message))
+        Err(Error::new(ErrorKind::RuntimeFolder, folder.display().to_string(), message))
     };
     match folder.symlink_metadata() {
         Err(error) => refuse(format!("cannot be read: {error}")),
@@ -170,8 +170,8 @@ fn short_hash(bytes: &[u8], uid: u32) -> String {
 mod tests {
     use super::*;
 
-    fn place(name: &str, runtime: &str, uid: u32) -> Place {
-        Place::new(&ServiceName::new(name).unwrap(), Some(Path::new(runtime)), uid)
+    fn place(name: &str, runtime: &str, uid: u32) -> ServicePaths {
+        ServicePaths::new(&ServiceName::new(name).unwrap(), Some(Path::new(runtime)), uid)
     }
 
     #[test]
@@ -191,20 +191,20 @@ mod tests {
         let root = std::env::temp_dir().join(format!("shatter-place-{}", std::process::id()));
         std::fs::create_dir_all(&root).unwrap();
         let uid = root.metadata().unwrap().uid();
-        let here = Place::new(&ServiceName::new("a").unwrap(), Some(&root), uid);
+        let here = ServicePaths::new(&ServiceName::new("a").unwrap(), Some(&root), uid);
         assert_eq!(here.exists(), Ok(false));
         here.create().unwrap();
         assert_eq!(here.exists(), Ok(true));
-        let other = Place { uid: uid + 1, ..here.clone() };
-        assert_eq!(other.exists().unwrap_err().kind, Kind::RuntimeFolder);
-        let shared = Place { is_shared: true, ..other };
+        let other = ServicePaths { uid: uid + 1, ..here.clone() };
+        assert_eq!(other.exists().unwrap_err().kind, ErrorKind::RuntimeFolder);
+        let shared = ServicePaths { is_shared: true, ..other };
         for refusal in [shared.exists().unwrap_err(), shared.create().unwrap_err()] {
             assert!(refusal.message.contains("XDG_RUNTIME_DIR"), "{refusal}");
             assert!(refusal.message.contains(&format!("belongs to user {uid}, not to {}", uid + 1)), "{refusal}");
         }
         use std::os::unix::fs::PermissionsExt;
         std::fs::set_permissions(&here.folder, std::fs::Permissions::from_mode(0o755)).unwrap();
-        assert_eq!(here.exists().unwrap_err().kind, Kind::RuntimeFolder);
+        assert_eq!(here.exists().unwrap_err().kind, ErrorKind::RuntimeFolder);
         std::fs::remove_dir_all(&root).unwrap();
     }
 }

@@ -3,7 +3,7 @@
 
 use rustix::io::Errno;
 use rustix::mm::{Advice, madvise};
-use shatter_proto::{Kind, Refusal};
+use shatter_proto::{Error, ErrorKind};
 use std::ops::Range;
 use std::path::Path;
 
@@ -14,7 +14,7 @@ pub const FOLDER: &str = "/dev/shm";
 const SEGMENT_MAX: usize = 16 * 1024 * 1024;
 
 /// Bytes that shared memory can still take. Errors: `shared_memory`.
-pub fn free_bytes() -> Result<u64, Refusal> {
+pub fn free_bytes() -> Result<u64, Error> {
     match rustix::fs::statvfs(FOLDER) {
         Ok(data) => Ok(data.f_bavail.saturating_mul(data.f_frsize)),
         Err(error) => Err(full(0, &error.to_string())),
@@ -22,14 +22,14 @@ pub fn free_bytes() -> Result<u64, Refusal> {
 }
 
 /// Refuses unless shared memory can take `bytes` more. Errors: `shared_memory`.
-pub fn need(bytes: u64) -> Result<(), Refusal> {
+pub fn need(bytes: u64) -> Result<(), Error> {
     let free = free_bytes()?;
     if free >= bytes { Ok(()) } else { Err(full(bytes, &format!("{free} are left"))) }
 }
 
 /// Makes the pages of `range` (addresses) exist; no byte changes. Errors: `shared_memory`; `transport` for addresses that are not
 /// mapped writable, or a segment that is cut short.
-pub fn populate(range: Range<usize>) -> Result<(), Refusal> {
+pub fn populate(range: Range<usize>) -> Result<(), Error> {
     let page = rustix::param::page_size();
     let start = range.start / page * page;
     let length = range.end.saturating_sub(start);
@@ -46,7 +46,7 @@ pub fn populate(range: Range<usize>) -> Result<(), Refusal> {
 }
 
 /// Makes the pages of every segment exist that lies in `folder` and that this process has mapped writable; pools aside.
-pub fn populate_mapped(folder: &Path) -> Result<(), Refusal> {
+pub fn populate_mapped(folder: &Path) -> Result<(), Error> {
     let maps = std::fs::read_to_string("/proc/self/maps").map_err(|error| full(0, &error.to_string()))?;
     maps.lines().filter_map(|line| writable(line, folder)).try_for_each(populate)
 }
@@ -62,13 +62,13 @@ fn writable(line: &str, folder: &Path) -> Option<Range<usize>> {
 }
 
 /// There is room, and the pages cannot exist all the same: whoever made the segment died before it was as long as it should be.
-fn torn(length: usize) -> Refusal {
-    Refusal::new(Kind::Transport, FOLDER, format!("a segment of {length} bytes is cut short: its maker died"))
+fn torn(length: usize) -> Error {
+    Error::new(ErrorKind::Transport, FOLDER, format!("a segment of {length} bytes is cut short: its maker died"))
 }
 
-fn full(wanted: u64, why: &str) -> Refusal {
+fn full(wanted: u64, why: &str) -> Error {
     let message = format!("{FOLDER} cannot take another {wanted} bytes: {why}");
-    Refusal::new(Kind::SharedMemory, FOLDER, message)
+    Error::new(ErrorKind::SharedMemory, FOLDER, message)
 }
 
 #[cfg(test)]
@@ -87,8 +87,8 @@ mod tests {
     #[test]
     fn memory_that_cannot_exist_is_an_error_not_a_signal() {
         // Page zero is never mapped.
-        assert_eq!(populate(0..4096).unwrap_err().kind, Kind::Transport);
-        assert_eq!(need(u64::MAX).unwrap_err().kind, Kind::SharedMemory);
+        assert_eq!(populate(0..4096).unwrap_err().kind, ErrorKind::Transport);
+        assert_eq!(need(u64::MAX).unwrap_err().kind, ErrorKind::SharedMemory);
         assert!(free_bytes().unwrap() > 0);
     }
 

@@ -13,7 +13,7 @@ use iceoryx2_cal::resizable_shared_memory::dynamic::DynamicMemory;
 use iceoryx2_cal::shared_memory::file::Memory;
 use iceoryx2_cal::shm_allocator::{bump_allocator::BumpAllocator, pool_allocator::PoolAllocator};
 use iceoryx2_cal::{bag, hash, monitoring, reactor, serialize, static_storage, zero_copy_connection::file::Connection};
-use shatter_proto::{Kind, Refusal};
+use shatter_proto::{Error, ErrorKind};
 use std::fmt::Debug;
 use std::os::unix::ffi::OsStrExt;
 
@@ -69,7 +69,7 @@ pub const QUESTIONS_PER_CLIENT_MAX: usize = 4;
 const FILES_FEW: u64 = 256;
 
 /// The daemon's configuration of the transport for `instance`; the machine's and the user's own files are not read.
-pub fn config(instance: &Instance) -> Result<Config, Refusal> {
+pub fn config(instance: &Instance) -> Result<Config, Error> {
     let mut config = Config::default();
     let folder = Path::new(instance.folder.as_os_str().as_bytes());
     let prefix = FileName::new(PREFIX.as_bytes());
@@ -82,14 +82,14 @@ pub fn config(instance: &Instance) -> Result<Config, Refusal> {
         _ => {
             let at = instance.folder.display().to_string();
             let message = format!("the transport cannot use the folder {at}");
-            Err(Refusal::new(Kind::RuntimeFolder, at, message))
+            Err(Error::new(ErrorKind::RuntimeFolder, at, message))
         }
     }
 }
 
 /// The configuration of a client: it buries nobody. The daemon does; of two that bury at once the slower takes the place of whoever
 /// came after the dead, and a client could wait for what a dead one left unfinished.
-pub fn client_config(instance: &Instance) -> Result<Config, Refusal> {
+pub fn client_config(instance: &Instance) -> Result<Config, Error> {
     let mut config = config(instance)?;
     config.global.node.cleanup_dead_nodes_on_creation = false;
     config.global.node.cleanup_dead_nodes_on_destruction = false;
@@ -98,16 +98,16 @@ pub fn client_config(instance: &Instance) -> Result<Config, Refusal> {
 }
 
 /// One of the names above as the transport wants it.
-pub fn service_name(name: &str) -> Result<ServiceName, Refusal> {
+pub fn service_name(name: &str) -> Result<ServiceName, Error> {
     ServiceName::new(name).map_err(|error| failed(name, error))
 }
 
 /// A call of the transport that failed.
-pub fn failed(at: &str, error: impl std::fmt::Debug) -> Refusal {
+pub fn failed(at: &str, error: impl std::fmt::Debug) -> Error {
     let limit = rustix::process::getrlimit(rustix::process::Resource::Nofile).current;
     let hint = match limit {
         Some(files) if files < FILES_FEW => format!(" (this process may open only {files} files)"),
         _ => String::new(),
     };
-    Refusal::new(Kind::Transport, at, format!("the transport failed at {at}: {error:?}{hint}"))
+    Error::new(ErrorKind::Transport, at, format!("the transport failed at {at}: {error:?}{hint}"))
 }

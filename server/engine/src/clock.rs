@@ -1,24 +1,24 @@
 //! The clock that the science does not have: times and spans per stage.
 
-use crate::object::Outcome;
-use shatter_fracture::pipeline::{Stage, Watch};
-use shatter_fracture::scene::Effect;
-use shatter_proto::Refusal;
+use crate::object::EngineResult;
+use shatter_fracture::pipeline::{Stage, StageObserver};
+use shatter_fracture::scene::EffectKind;
+use shatter_proto::Error;
 use shatter_proto::answer::{EffectWire, STAGES, StageWire};
-use shatter_proto::layout::Sections;
+use shatter_proto::layout::SectionsMut;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::Instant;
 use tracing::span::EnteredSpan;
 
 /// The stage that a strike is in, for those who ask: its number.
-pub type Shown = Arc<AtomicU32>;
+pub type CurrentStage = Arc<AtomicU32>;
 
 /// Watches one strike.
-pub struct Clock {
+pub struct StageProfiler {
     rows: [StageWire; STAGES.len()],
-    effects: [EffectWire; Effect::ALL.len()],
-    shown: Shown,
+    effects: [EffectWire; EffectKind::ALL.len()],
+    shown: CurrentStage,
     entered: Option<(Instant, EnteredSpan)>,
     begun: Option<Instant>,
     /// What effects took of the stage that is entered.
@@ -29,15 +29,15 @@ pub struct Clock {
     due: Option<Instant>,
 }
 
-impl Default for Clock {
+impl Default for StageProfiler {
     fn default() -> Self {
-        Self::showing(Shown::default())
+        Self::showing(CurrentStage::default())
     }
 }
 
-impl Clock {
+impl StageProfiler {
     /// One that shows the stage that it is in.
-    pub fn showing(shown: Shown) -> Self {
+    pub fn showing(shown: CurrentStage) -> Self {
         let rows = std::array::from_fn(|stage| StageWire { stage: stage as u32, ran: 0, ns: 0, bytes: 0 });
         let effects = std::array::from_fn(|effect| EffectWire { effect: effect as u32, ran: 0, ns: 0, bytes: 0 });
         Self { rows, effects, shown, entered: None, begun: None, others_ns: 0, energy: None, due: None }
@@ -50,7 +50,12 @@ impl Clock {
 
     /// Writes an outcome into its sections as part of the last stage, whose results are `bytes` long, and then what every stage and
     /// effect did.
-    pub fn write(&mut self, outcome: &dyn Outcome, sections: &mut Sections<'_>, bytes: u64) -> Result<(), Refusal> {
+    pub fn write(
+        &mut self,
+        outcome: &dyn EngineResult,
+        sections: &mut SectionsMut<'_>,
+        bytes: u64,
+    ) -> Result<(), Error> {
         // An object that stays whole has no fragments: the stage does not run.
         let broken = !sections.fragments.is_empty();
         if broken {
@@ -67,7 +72,7 @@ impl Clock {
         Ok(())
     }
 
-    fn count(&mut self, effect: Effect, ns: u64, bytes: u64) {
+    fn count(&mut self, effect: EffectKind, ns: u64, bytes: u64) {
         let row = &mut self.effects[effect as usize];
         (row.ran, row.ns, row.bytes) = (1, row.ns.saturating_add(ns), row.bytes.saturating_add(bytes));
         tracing::debug!(ns, bytes, "{}", effect.name());
@@ -79,7 +84,7 @@ impl Clock {
     }
 
     /// One row per effect, also for those that did not run.
-    pub fn effects(&self) -> [EffectWire; Effect::ALL.len()] {
+    pub fn effects(&self) -> [EffectWire; EffectKind::ALL.len()] {
         self.effects
     }
 
@@ -93,7 +98,7 @@ fn ns_since(since: Instant) -> u64 {
     u64::try_from(since.elapsed().as_nanos()).unwrap_or(u64::MAX)
 }
 
-impl Watch for Clock {
+impl StageObserver for StageProfiler {
     fn enter(&mut self, stage: Stage) {
         let span = tracing::debug_span!("stage", stage = stage.name()).entered();
         self.shown.store(stage as u32, Ordering::Relaxed);
@@ -109,11 +114,11 @@ impl Watch for Clock {
         }
     }
 
-    fn begin(&mut self, _: Effect) {
+    fn begin(&mut self, _: EffectKind) {
         self.begun = Some(Instant::now());
     }
 
-    fn end(&mut self, effect: Effect, bytes: u64) {
+    fn end(&mut self, effect: EffectKind, bytes: u64) {
         if let Some(since) = self.begun.take() {
             let ns = ns_since(since);
             self.others_ns = self.others_ns.saturating_add(ns);
@@ -121,7 +126,7 @@ impl Watch for Clock {
         }
     }
 
-    fn part(&mut self, effect: Effect, bytes: u64) {
+    fn part(&mut self, effect: EffectKind, bytes: u64) {
         self.count(effect, 0, bytes);
     }
 
@@ -136,7 +141,7 @@ impl Watch for Clock {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use shatter_fracture::scene::Effects;
+    use shatter_fracture::scene::EffectSet;
 
     #[test]
     fn stages_have_the_same_numbers_and_names_on_the_wire() {
@@ -147,23 +152,24 @@ mod tests {
 
     #[test]
     fn effects_have_the_same_numbers_and_names_on_the_wire() {
-        for (effect, wire) in Effect::ALL.into_iter().zip(shatter_proto::effect::Effect::ALL) {
+        for (effect, wire) in EffectKind::ALL.into_iter().zip(shatter_proto::effect::Effect::ALL) {
             assert_eq!((effect.name(), effect as u32), (wire.name(), wire as u32));
-            assert_eq!(Effects::default().has(effect), wire.default_on());
+            assert_eq!(EffectSet::default().has(effect), wire.default_on());
         }
-        assert_eq!(Effect::ALL.len(), shatter_proto::effect::Effect::ALL.len());
+        assert_eq!(EffectKind::ALL.len(), shatter_proto::effect::Effect::ALL.len());
     }
 
     #[test]
     fn what_an_effect_takes_is_not_its_stages() {
-        let mut clock = Clock::default();
+        let mut clock = StageProfiler::default();
         clock.enter(Stage::Fragments);
-        clock.begin(Effect::Bonds);
+        clock.begin(EffectKind::Bonds);
         std::thread::sleep(std::time::Duration::from_millis(20));
-        clock.end(Effect::Bonds, 64);
+        clock.end(EffectKind::Bonds, 64);
         clock.leave(Stage::Fragments, 7);
-        clock.part(Effect::Interior, 9);
-        let [bonds, interior] = [Effect::Bonds, Effect::Interior].map(|effect| clock.effects()[effect as usize]);
+        clock.part(EffectKind::Interior, 9);
+        let [bonds, interior] =
+            [EffectKind::Bonds, EffectKind::Interior].map(|effect| clock.effects()[effect as usize]);
         assert_eq!((bonds.ran, bonds.bytes, bonds.name()), (1, 64, "bonds"));
         assert_eq!((interior.ran, interior.ns, interior.bytes), (1, 0, 9));
         assert!(clock.rows()[7].ns < bonds.ns, "{:?} {bonds:?}", clock.rows()[7]);
@@ -172,8 +178,8 @@ mod tests {
 
     #[test]
     fn a_stage_entered_twice_adds_up_and_others_did_not_run() {
-        let shown = Shown::default();
-        let mut clock = Clock::showing(shown.clone());
+        let shown = CurrentStage::default();
+        let mut clock = StageProfiler::showing(shown.clone());
         for bytes in [3, 4] {
             clock.enter(Stage::Labels);
             clock.leave(Stage::Labels, bytes);

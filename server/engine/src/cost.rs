@@ -2,7 +2,7 @@
 //!
 //! It belongs to no database: those have the same bytes wherever they are baked, and are served elsewhere.
 
-use shatter_fracture::pipeline::{Cost, CostSample, ElasticRequest};
+use shatter_fracture::pipeline::{CostSample, ElasticRequest, StrikeCost};
 use shatter_proto::effect::Effects;
 use std::collections::{HashMap, VecDeque};
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -20,18 +20,18 @@ const STRIKES: [usize; 2] = [64, 8];
 const EFFECTS_MAX: usize = 256;
 
 /// What is known of one object.
-pub struct Costs(Mutex<Known>);
+pub struct ObjectCosts(Mutex<Known>);
 
 struct Known {
-    cost: Cost,
+    cost: StrikeCost,
     measured: bool,
     /// By the bits of the effects, and whether they were solved for, which is another pace: the pace of strikes, and how many times as long as measured what follows a diagram took at that pace.
     rests: HashMap<(u64, bool), VecDeque<[f64; 2]>>,
 }
 
-impl Costs {
+impl ObjectCosts {
     /// Of an object that takes about so much.
-    pub fn new(cost: Cost) -> Self {
+    pub fn new(cost: StrikeCost) -> Self {
         Self(Mutex::new(Known { cost, measured: false, rests: HashMap::new() }))
     }
 
@@ -40,7 +40,7 @@ impl Costs {
     }
 
     /// What a strike with these effects, to be solved for or not, is expected to take.
-    pub fn of(&self, effects: Effects, solved: bool) -> Cost {
+    pub fn of(&self, effects: Effects, solved: bool) -> StrikeCost {
         let known = self.known();
         let [pace, rest] = known.rests.get(&(effects.bits(), solved)).map_or([1.0, MARGIN], expected);
         known.cost.scaled(pace).with_rest(rest)
@@ -53,7 +53,7 @@ impl Costs {
 
     /// It was measured.
     pub fn measured(&self, samples: &[CostSample]) {
-        if let Some(cost) = Cost::fit(samples) {
+        if let Some(cost) = StrikeCost::fit(samples) {
             *self.known() = Known { cost, measured: true, rests: HashMap::new() };
         }
     }
@@ -97,14 +97,14 @@ mod tests {
 
     #[test]
     fn what_follows_a_diagram_is_learned_by_effects() {
-        let cost = Cost {
+        let cost = StrikeCost {
             reduced_s: 1e-3,
             solve_s: 2e-3,
             start_s: [1e-3, 0.0],
             iteration_s: [1e-3, 0.0],
             rest_s: [1e-3, 0.0],
         };
-        let costs = Costs::new(cost);
+        let costs = ObjectCosts::new(cost);
         let (plain, hulls) = (Effects::default(), Effects::of([Effect::Hulls]));
         let took = |pace: f64, rest_s: f64| CostSample {
             sites: 9,

@@ -1,18 +1,18 @@
 //! What the daemon strikes, as the daemon sees it: [`crate::wire`] makes it of the science, tests make it of little.
 
-use shatter_fracture::pipeline::{Kept, Watch, Workspace};
-use shatter_fracture::token::Token;
-use shatter_proto::answer::{Overrun, StageWire};
+use shatter_fracture::pipeline::{RetainedFragments, StageObserver, Workspace};
+use shatter_fracture::token::CancelToken;
+use shatter_proto::answer::{OverrunCause, StageWire};
 use shatter_proto::control::ObjectRow;
-use shatter_proto::layout::{Counts, Sections};
-use shatter_proto::request::Strike;
-use shatter_proto::{Kind, Refusal};
+use shatter_proto::layout::{SectionCounts, SectionsMut};
+use shatter_proto::request::Request;
+use shatter_proto::{Error, ErrorKind};
 use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
 /// An object that can be struck from several threads at once.
-pub trait Object: Send + Sync {
+pub trait ServedObject: Send + Sync {
     /// What `list` says about it.
     fn row(&self) -> ObjectRow;
 
@@ -23,45 +23,45 @@ pub trait Object: Send + Sync {
     fn answer_bytes_max(&self) -> usize;
 
     /// Does what loading left for later, so that no strike has to. The error is what such strikes will be told.
-    fn finish(&self) -> Result<(), Refusal> {
+    fn finish(&self) -> Result<(), Error> {
         Ok(())
     }
 
     /// Strikes it. `token` is polled, stages are told to `watch`.
     fn strike(
         &self,
-        strike: &Strike,
+        strike: &Request,
         workspace: &mut Workspace,
-        token: &Token,
-        watch: &mut dyn Watch,
-    ) -> Result<Box<dyn Outcome>, Refusal>;
+        token: &CancelToken,
+        watch: &mut dyn StageObserver,
+    ) -> Result<Box<dyn EngineResult>, Error>;
 
     /// Strikes fragment `fragment` of one of its answers, of which `kept` was kept.
     fn strike_again(
         &self,
-        (_kept, fragment): (&Kept, u32),
-        _strike: &Strike,
+        (_kept, fragment): (&RetainedFragments, u32),
+        _strike: &Request,
         _workspace: &mut Workspace,
-        _token: &Token,
-        _watch: &mut dyn Watch,
-    ) -> Result<Box<dyn Outcome>, Refusal> {
+        _token: &CancelToken,
+        _watch: &mut dyn StageObserver,
+    ) -> Result<Box<dyn EngineResult>, Error> {
         let message = "the fragments of this object cannot be struck";
-        Err(Refusal::new(Kind::UnknownFragment, fragment.to_string(), message))
+        Err(Error::new(ErrorKind::UnknownFragment, fragment.to_string(), message))
     }
 }
 
 /// What a strike led to: it knows its size before a byte of it is written.
-pub trait Outcome {
+pub trait EngineResult {
     /// Elements per section.
-    fn counts(&self) -> Counts;
+    fn counts(&self) -> SectionCounts;
 
     /// What it takes to strike its fragments again; `None`: it has none.
-    fn keep(&self) -> Option<Kept> {
+    fn keep(&self) -> Option<RetainedFragments> {
         None
     }
 
     /// Why displacements were solved for; `None`: they were not.
-    fn solved(&self) -> Option<Overrun> {
+    fn solved(&self) -> Option<OverrunCause> {
         None
     }
 
@@ -69,9 +69,9 @@ pub trait Outcome {
     fn took(&self, _time: Duration, _stages: &[StageWire]) {}
 
     /// Writes everything but the stages and effects straight into the lent answer; effects are told to `watch`.
-    fn write(&self, sections: &mut Sections<'_>, watch: &mut dyn Watch) -> Result<(), Refusal>;
+    fn write(&self, sections: &mut SectionsMut<'_>, watch: &mut dyn StageObserver) -> Result<(), Error>;
 }
 
 /// Loads the database at a path, as the object of the scene that has this name if there is a scene; the error says what is wrong
 /// with it.
-pub type Loader = Arc<dyn Fn(&Path, Option<&str>) -> Result<Arc<dyn Object>, String> + Send + Sync>;
+pub type Loader = Arc<dyn Fn(&Path, Option<&str>) -> Result<Arc<dyn ServedObject>, String> + Send + Sync>;

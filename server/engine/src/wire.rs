@@ -7,32 +7,35 @@ mod refusals;
 mod rows;
 mod tables;
 
-pub use self::cost::Timing;
+pub use self::cost::CostReport;
 pub(crate) use self::dials::preset;
 pub use self::refusals::refusal;
 pub(crate) use self::refusals::refusal_in;
 
-use self::aim::Aimed;
-use self::dials::Used;
+use self::aim::AimResult;
+use self::dials::EffectiveSettings;
 use self::rows::Writer;
-use crate::cost::Costs;
-use crate::object::{Loader, Object, Outcome};
-use crate::scene::{Scene, Terms};
+use crate::cost::ObjectCosts;
+use crate::object::{EngineResult, Loader, ServedObject};
+use crate::scene::{ObjectPolicy, Scene};
 use bytemuck::Zeroable;
 use nalgebra::Point3;
 use shatter_fracture::database;
 use shatter_fracture::lift::LiftKind;
-use shatter_fracture::pipeline::{self, Cost, DEGREE_MAX, DegreeSource, Kept, Pieces, Prepared, Watch, Workspace};
-use shatter_fracture::scene::{DEFAULT_DURATION_S, DEFAULT_RADIUS_DIAGONALS, Effect, Effects};
-use shatter_fracture::token::Token;
-use shatter_proto::answer::{HULL_FACES_MAX, HitWire, NO_MATERIAL, OUTER, Overrun, StageWire, SummaryWire, WORLD};
+use shatter_fracture::pipeline::{
+    self, DEGREE_MAX, DegreeSource, FractureMeshes, PreparedObject, RetainedFragments, StageObserver, StrikeCost,
+    Workspace,
+};
+use shatter_fracture::scene::{DEFAULT_DURATION_S, DEFAULT_RADIUS_DIAGONALS, EffectKind, EffectSet};
+use shatter_fracture::token::CancelToken;
+use shatter_proto::answer::{HULL_FACES_MAX, HitWire, NO_MATERIAL, OUTER, OverrunCause, StageWire, SummaryWire, WORLD};
 use shatter_proto::control::{ObjectRow, ObjectState};
 use shatter_proto::convention::Convention;
 use shatter_proto::effect;
-use shatter_proto::layout::{Counts, Layout, Sections};
+use shatter_proto::layout::{Layout, SectionCounts, SectionsMut};
 use shatter_proto::name::OBJECT_NAME_MAX;
-use shatter_proto::request::{Lift, Purpose, Quality, SEED_DEFAULT, Strike};
-use shatter_proto::{Kind, Refusal};
+use shatter_proto::request::{Lift, Purpose, Quality, Request, SEED_DEFAULT};
+use shatter_proto::{Error, ErrorKind};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -53,7 +56,7 @@ pub fn loader(scene: Option<Scene>) -> Loader {
     Arc::new(move |path, name| {
         let object = scene.as_ref().map(|scene| scene.objects.get(name?));
         let (terms, material) = match object {
-            None => (Terms::default(), None),
+            None => (ObjectPolicy::default(), None),
             Some(Some(object)) => (object.terms.clone(), object.material.as_ref()),
             Some(None) => return Err("it is not in the scene".to_owned()),
         };
@@ -72,42 +75,43 @@ pub fn loader(scene: Option<Scene>) -> Loader {
         }
         let name = prepared.name.clone();
         let refused = |error: &dyn std::fmt::Display| format!("objects.{name}: {error}");
-        let mut prepared = prepared.warped(&terms.controls, &Token::default()).map_err(|error| refused(&error))?;
+        let mut prepared =
+            prepared.warped(&terms.controls, &CancelToken::default()).map_err(|error| refused(&error))?;
         terms.hold(&mut prepared).map_err(|error| refused(&error))?;
-        Ok(Arc::new(Served::new(Arc::new(prepared), terms)))
+        Ok(Arc::new(EngineObject::new(Arc::new(prepared), terms)))
     })
 }
 
 /// A prepared object, served.
-pub struct Served {
-    prepared: Arc<Prepared>,
-    terms: Terms,
-    costs: Arc<Costs>,
+pub struct EngineObject {
+    prepared: Arc<PreparedObject>,
+    terms: ObjectPolicy,
+    costs: Arc<ObjectCosts>,
     /// Lowest and highest corner of its surface, m.
     bounds_m: [[f64; 3]; 2],
 }
 
-impl Served {
+impl EngineObject {
     /// On the terms of an object that no scene speaks of.
-    pub fn whole(prepared: Prepared) -> Self {
-        Self::new(Arc::new(prepared), Terms::default())
+    pub fn whole(prepared: PreparedObject) -> Self {
+        Self::new(Arc::new(prepared), ObjectPolicy::default())
     }
 
     /// On these terms.
-    pub fn new(prepared: Arc<Prepared>, terms: Terms) -> Self {
-        let costs = Arc::new(Costs::new(Cost::typical(&prepared)));
+    pub fn new(prepared: Arc<PreparedObject>, terms: ObjectPolicy) -> Self {
+        let costs = Arc::new(ObjectCosts::new(StrikeCost::typical(&prepared)));
         let bounds_m = bounds_m(&prepared).map(|corner| corner.coords.into());
         Self { prepared, terms, costs, bounds_m }
     }
 
     /// The object.
-    pub fn prepared(&self) -> &Prepared {
+    pub fn prepared(&self) -> &PreparedObject {
         &self.prepared
     }
 }
 
 /// Lowest and highest corner of the mesh, m; of the lattice where the object has no skin, or where the skin is bent when it breaks.
-fn bounds_m(prepared: &Prepared) -> [Point3<f64>; 2] {
+fn bounds_m(prepared: &PreparedObject) -> [Point3<f64>; 2] {
     let Some(skin) = prepared.skin.as_ref().filter(|_| prepared.bodies.iter().all(|body| body.warped.is_none())) else {
         return prepared.bounds_m();
     };
@@ -116,7 +120,7 @@ fn bounds_m(prepared: &Prepared) -> [Point3<f64>; 2] {
     corners.fold(empty, |[low, high], corner| [low.inf(&corner), high.sup(&corner)])
 }
 
-impl Object for Served {
+impl ServedObject for EngineObject {
     fn row(&self) -> ObjectRow {
         let prepared = &self.prepared;
         let material = &prepared.parameters.material;
@@ -149,7 +153,7 @@ impl Object for Served {
         self.prepared.bytes()
     }
 
-    fn finish(&self) -> Result<(), Refusal> {
+    fn finish(&self) -> Result<(), Error> {
         self.prepared.factor().map_err(refusal)?;
         if self.costs.is_measured() {
             return Ok(());
@@ -172,14 +176,14 @@ impl Object for Served {
 
     fn strike(
         &self,
-        strike: &Strike,
+        strike: &Request,
         workspace: &mut Workspace,
-        token: &Token,
-        watch: &mut dyn Watch,
-    ) -> Result<Box<dyn Outcome>, Refusal> {
+        token: &CancelToken,
+        watch: &mut dyn StageObserver,
+    ) -> Result<Box<dyn EngineResult>, Error> {
         let hit = aim::first_hit(strike, |ray| pipeline::aim(&self.prepared, ray))?;
         if strike.purpose == Purpose::Aim {
-            return Ok(Box::new(Aimed::new(strike, hit)));
+            return Ok(Box::new(AimResult::new(strike, hit)));
         }
         let request = self.request(&aim::pointed(strike, &hit))?;
         tables::check(&self.prepared, &request)?;
@@ -190,15 +194,15 @@ impl Object for Served {
 
     fn strike_again(
         &self,
-        from: (&Kept, u32),
-        strike: &Strike,
+        from: (&RetainedFragments, u32),
+        strike: &Request,
         workspace: &mut Workspace,
-        token: &Token,
-        watch: &mut dyn Watch,
-    ) -> Result<Box<dyn Outcome>, Refusal> {
+        token: &CancelToken,
+        watch: &mut dyn StageObserver,
+    ) -> Result<Box<dyn EngineResult>, Error> {
         let hit = aim::first_hit(strike, |ray| pipeline::aim_again(&self.prepared, from, ray))?;
         if strike.purpose == Purpose::Aim {
-            return Ok(Box::new(Aimed::new(strike, hit)));
+            return Ok(Box::new(AimResult::new(strike, hit)));
         }
         let request = self.request(&aim::pointed(strike, &hit))?;
         let outcome = pipeline::strike_again(&self.prepared, from, &request, workspace, token, watch);
@@ -208,34 +212,34 @@ impl Object for Served {
     }
 }
 
-impl Served {
+impl EngineObject {
     /// The answer to `strike`, within the scene's caps.
     fn struck(
         &self,
-        strike: &Strike,
-        (request, hit): (&pipeline::Strike, HitWire),
-        costs: Option<Arc<Costs>>,
-        outcome: pipeline::Outcome,
-    ) -> Result<Box<dyn Outcome>, Refusal> {
-        let deformed = request.effects.has(Effect::Elastic);
+        strike: &Request,
+        (request, hit): (&pipeline::FractureRequest, HitWire),
+        costs: Option<Arc<ObjectCosts>>,
+        outcome: pipeline::FractureOutcome,
+    ) -> Result<Box<dyn EngineResult>, Error> {
+        let deformed = request.effects.has(EffectKind::Elastic);
         let on = self.terms.effects(strike)?;
-        let used = Used::of(&self.prepared, on, self.quality(strike), request, outcome.rank_max);
+        let used = EffectiveSettings::of(&self.prepared, on, self.quality(strike), request, outcome.rank_max);
         let (object, seed, convention) = (strike.object.clone(), strike.seed, strike.convention);
-        let struck = Struck { object, seed, convention, hit, deformed, used, costs, outcome };
+        let struck = RequestedResult { object, seed, convention, hit, deformed, used, costs, outcome };
         self.fits(&struck.counts())?;
         Ok(Box::new(struck))
     }
 
     /// The preset of `strike`: its own, else the scene's, else the one that the object was baked for.
-    fn quality(&self, strike: &Strike) -> Quality {
+    fn quality(&self, strike: &Request) -> Quality {
         let baked = dials::of_lattices(self.prepared.parameters.quality);
         strike.quality.or(self.terms.quality).unwrap_or(baked)
     }
 
     /// Refuses an answer beyond the scene's caps.
-    fn fits(&self, counts: &Counts) -> Result<(), Refusal> {
+    fn fits(&self, counts: &SectionCounts) -> Result<(), Error> {
         let exceeded = |key: &str, found: u64, what: &str, cap: u64| {
-            Refusal::new(Kind::CapExceeded, key, format!("{found} {what}, the scene takes {cap}"))
+            Error::new(ErrorKind::CapExceeded, key, format!("{found} {what}, the scene takes {cap}"))
         };
         if let Some(cap) = self.terms.fragments_max.filter(|cap| counts.fragments > *cap as usize) {
             return Err(exceeded("fragments_max", counts.fragments as u64, "fragments", cap.into()));
@@ -248,10 +252,10 @@ impl Served {
     }
 
     /// A strike as the engine wants it, on the object's terms.
-    pub fn request(&self, strike: &Strike) -> Result<pipeline::Strike, Refusal> {
+    pub fn request(&self, strike: &Request) -> Result<pipeline::FractureRequest, Error> {
         let (on, dials) = (self.terms.effects(strike)?, dials::of(strike, self.quality(strike)));
-        let both = Effect::ALL.into_iter().zip(effect::Effect::ALL);
-        let request = pipeline::Strike {
+        let both = EffectKind::ALL.into_iter().zip(effect::Effect::ALL);
+        let request = pipeline::FractureRequest {
             contacts: strike.contacts.iter().map(|contact| rows::contact(contact, &strike.convention)).collect(),
             degree: dials.degree,
             degree_max: self.terms.sites_max.map_or(DEGREE_MAX, |most| most.min(DEGREE_MAX)),
@@ -263,7 +267,7 @@ impl Served {
                 Lift::SurfaceDiffusion => LiftKind::SurfaceDiffusion,
                 Lift::Interior => LiftKind::Interior,
             },
-            effects: Effects::of(both.filter(|(_, wire)| on.has(*wire)).map(|(effect, _)| effect)),
+            effects: EffectSet::of(both.filter(|(_, wire)| on.has(*wire)).map(|(effect, _)| effect)),
             volume_min_m3: self.terms.volume_min_m3,
             tolerance: dials.tolerance,
             iterations_max: dials.iterations_max,
@@ -280,7 +284,7 @@ impl Served {
 }
 
 /// An outcome of the engine, with what it does not know of the request.
-struct Struck {
+struct RequestedResult {
     object: String,
     seed: u64,
     /// In whose coordinates it is answered.
@@ -289,23 +293,23 @@ struct Struck {
     hit: HitWire,
     /// Whether its energy is that of a deformation.
     deformed: bool,
-    used: Used,
+    used: EffectiveSettings,
     /// Who learns from what it took.
-    costs: Option<Arc<Costs>>,
-    outcome: pipeline::Outcome,
+    costs: Option<Arc<ObjectCosts>>,
+    outcome: pipeline::FractureOutcome,
 }
 
-impl Outcome for Struck {
-    fn counts(&self) -> Counts {
-        self.outcome.pieces.as_ref().map_or(Counts::default(), |pieces| Counts {
+impl EngineResult for RequestedResult {
+    fn counts(&self) -> SectionCounts {
+        self.outcome.pieces.as_ref().map_or(SectionCounts::default(), |pieces| SectionCounts {
             fragments: pieces.fragments.len(),
             runs: pieces.runs.len(),
             merges: pieces.counts.merges,
             vertices: pieces.counts.vertices,
             indices: pieces.counts.indices,
             velocities: pieces.velocities.len(),
-            normals: if pieces.effects.has(Effect::Normals) { pieces.counts.vertices } else { 0 },
-            uvs: if pieces.effects.has(Effect::Uv) { pieces.counts.vertices } else { 0 },
+            normals: if pieces.effects.has(EffectKind::Normals) { pieces.counts.vertices } else { 0 },
+            uvs: if pieces.effects.has(EffectKind::Uv) { pieces.counts.vertices } else { 0 },
             bonds: pieces.counts.bonds,
             debris: pieces.counts.debris,
             hulls: pieces.hulls.rows.len(),
@@ -320,13 +324,13 @@ impl Outcome for Struck {
         })
     }
 
-    fn keep(&self) -> Option<Kept> {
-        self.outcome.pieces.as_ref().map(Pieces::keep)
+    fn keep(&self) -> Option<RetainedFragments> {
+        self.outcome.pieces.as_ref().map(FractureMeshes::keep)
     }
 
-    fn solved(&self) -> Option<Overrun> {
+    fn solved(&self) -> Option<OverrunCause> {
         let solved = self.deformed && !self.outcome.bounded && self.outcome.reduced_error.is_none();
-        solved.then_some(if self.used.is_reducible { Overrun::ReducedError } else { Overrun::NoReducedBasis })
+        solved.then_some(if self.used.is_reducible { OverrunCause::ReducedError } else { OverrunCause::NoReducedBasis })
     }
 
     fn took(&self, time: Duration, stages: &[StageWire]) {
@@ -336,14 +340,14 @@ impl Outcome for Struck {
             .learn(self.used.effects, &cost::sample(self.outcome.sites, solved, self.outcome.iterations, time, stages));
     }
 
-    fn write(&self, sections: &mut Sections<'_>, watch: &mut dyn Watch) -> Result<(), Refusal> {
+    fn write(&self, sections: &mut SectionsMut<'_>, watch: &mut dyn StageObserver) -> Result<(), Error> {
         *sections.summary = self.summary();
         let Some(pieces) = &self.outcome.pieces else { return Ok(()) };
         Writer { pieces, to: &self.convention }.write(sections, watch)
     }
 }
 
-impl Struck {
+impl RequestedResult {
     fn summary(&self) -> SummaryWire {
         let outcome = &self.outcome;
         let mut summary = SummaryWire {
@@ -392,8 +396,8 @@ mod tests {
 
     #[test]
     fn engine_and_client_have_the_same_default_seed() {
-        let engine = pipeline::Strike::at(nalgebra::Point3::origin(), nalgebra::Vector3::x());
-        assert_eq!((engine.seed, Strike::default().seed), (SEED_DEFAULT, SEED_DEFAULT));
+        let engine = pipeline::FractureRequest::at(nalgebra::Point3::origin(), nalgebra::Vector3::x());
+        assert_eq!((engine.seed, Request::default().seed), (SEED_DEFAULT, SEED_DEFAULT));
     }
 
     #[test]

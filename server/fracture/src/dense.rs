@@ -20,7 +20,7 @@ pub(crate) enum DenseError {
 }
 
 /// All eigenpairs of a symmetric matrix, ascending.
-pub(crate) struct Dense {
+pub(crate) struct DenseEigen {
     /// Eigenvalues, ascending.
     pub(crate) values: Vec<f64>,
     /// Orthonormal eigenvectors, column k belongs to `values[k]`.
@@ -30,7 +30,7 @@ pub(crate) struct Dense {
 /// All eigenpairs of the symmetric matrix whose lower triangle is given.
 ///
 /// Errors: see [`DenseError`].
-pub(crate) fn symmetric(matrix: MatRef<'_, f64>) -> Result<Dense, DenseError> {
+pub(crate) fn symmetric(matrix: MatRef<'_, f64>) -> Result<DenseEigen, DenseError> {
     let order = matrix.nrows();
     if (0..order).any(|column| (column..order).any(|row| !matrix[(row, column)].is_finite())) {
         return Err(DenseError::NotFinite);
@@ -49,5 +49,5 @@ pub(crate) fn symmetric(matrix: MatRef<'_, f64>) -> Result<Dense, DenseError> {
         )
         .map_err(|_| DenseError::NotConverged { order })?;
     }
-    Ok(Dense { values: values.column_vector().iter().copied().collect(), vectors })
+    Ok(DenseEigen { values: values.column_vector().iter().copied().collect(), vectors })
 }

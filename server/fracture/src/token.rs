@@ -13,7 +13,7 @@ pub struct Cancelled;
 /// Granularity: stages poll at least once per Lloyd iteration, per 4096 lattice nodes, and per factorisation or
 /// eigenvalue block.
 #[derive(Clone, Debug, Default)]
-pub struct Token(Arc<State>);
+pub struct CancelToken(Arc<State>);
 
 #[derive(Debug, Default)]
 struct State {
@@ -21,7 +21,7 @@ struct State {
     permille: AtomicU32,
 }
 
-impl Token {
+impl CancelToken {
     /// Asks the work to stop at its next checkpoint. Never blocks; calling it twice is harmless.
     pub fn cancel(&self) {
         self.0.cancelled.store(true, Ordering::Relaxed);

@@ -67,9 +67,9 @@ fn avx2<K: Kernel>(kernel: K) -> K::Output {
 
 /// N numbers side by side.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Lanes<const N: usize>(pub [f64; N]);
+pub(crate) struct SimdLanes<const N: usize>(pub [f64; N]);
 
-impl<const N: usize> Lanes<N> {
+impl<const N: usize> SimdLanes<N> {
     /// The same number N times.
     #[inline(always)]
     pub fn all(value: f64) -> Self {
@@ -103,7 +103,7 @@ impl<const N: usize> Lanes<N> {
     }
 }
 
-impl<const N: usize> Add for Lanes<N> {
+impl<const N: usize> Add for SimdLanes<N> {
     type Output = Self;
     #[inline(always)]
     fn add(self, other: Self) -> Self {
@@ -111,7 +111,7 @@ impl<const N: usize> Add for Lanes<N> {
     }
 }
 
-impl<const N: usize> Sub for Lanes<N> {
+impl<const N: usize> Sub for SimdLanes<N> {
     type Output = Self;
     #[inline(always)]
     fn sub(self, other: Self) -> Self {
@@ -119,7 +119,7 @@ impl<const N: usize> Sub for Lanes<N> {
     }
 }
 
-impl<const N: usize> Mul for Lanes<N> {
+impl<const N: usize> Mul for SimdLanes<N> {
     type Output = Self;
     #[inline(always)]
     fn mul(self, other: Self) -> Self {
@@ -127,7 +127,7 @@ impl<const N: usize> Mul for Lanes<N> {
     }
 }
 
-impl<const N: usize> Mul<f64> for Lanes<N> {
+impl<const N: usize> Mul<f64> for SimdLanes<N> {
     type Output = Self;
     #[inline(always)]
     fn mul(self, factor: f64) -> Self {

@@ -1,26 +1,27 @@
 //! Second strikes: children stay within their parent, their volumes add up to its, and no distance knows a way through a crack.
 
 use nalgebra::{Point3, Vector3};
-use shatter_fracture::centroidal::{self, Field, Options};
+use shatter_fracture::centroidal::{self, DiagramOptions, EnergyField};
 use shatter_fracture::database::{BakeRequest, bake};
 use shatter_fracture::fragment::closed;
-use shatter_fracture::lattice::{GONE, Transfer, block};
+use shatter_fracture::lattice::{EnergyTransfer, GONE, block};
 use shatter_fracture::lift::LiftKind;
 use shatter_fracture::pipeline::{
-    self, DegreeRequest, Kept, OUTER, Outcome, Pieces, Prepared, Strike, StrikeError, Workspace, strike_again,
+    self, DegreeRequest, FractureError, FractureMeshes, FractureOutcome, FractureRequest, OUTER, PreparedObject,
+    RetainedFragments, Workspace, strike_again,
 };
-use shatter_fracture::scene::{Effect, Effects, Materials};
+use shatter_fracture::scene::{EffectKind, EffectSet, Materials};
 use shatter_fracture::surface::{RawMesh, shapes};
-use shatter_fracture::token::Token;
+use shatter_fracture::token::CancelToken;
 use std::sync::LazyLock;
 
 /// A ring of round bar with a gap, 20 mm thick; its tips are at the bottom.
-static HORSESHOE: LazyLock<Prepared> = LazyLock::new(|| prepared(shapes::horseshoe(), 0.025));
+static HORSESHOE: LazyLock<PreparedObject> = LazyLock::new(|| prepared(shapes::horseshoe(), 0.025));
 
 /// A bar of 0.4 × 0.2 × 0.2 m with a slit from above to its middle, as wide as two spacings.
-static SLIT: LazyLock<Prepared> = LazyLock::new(|| prepared(slit_bar(0.02), 0.04));
+static SLIT: LazyLock<PreparedObject> = LazyLock::new(|| prepared(slit_bar(0.02), 0.04));
 
-fn prepared(mesh: RawMesh, crack_spacing: f64) -> Prepared {
+fn prepared(mesh: RawMesh, crack_spacing: f64) -> PreparedObject {
     let materials = Materials::parse(shatter_fracture::scene::MATERIALS).unwrap();
     let glass = materials.get("glass").unwrap().clone();
     let request = BakeRequest {
@@ -30,7 +31,7 @@ fn prepared(mesh: RawMesh, crack_spacing: f64) -> Prepared {
         seed: 1,
         ..BakeRequest::new("thing", "glass", glass)
     };
-    bake(mesh, &request, &Token::default(), &mut |_| {}).unwrap()
+    bake(mesh, &request, &CancelToken::default(), &mut |_| {}).unwrap()
 }
 
 /// The outline of a U, of which the slit is `2 · half` wide, drawn out along z.
@@ -49,10 +50,10 @@ fn slit_bar(half: f64) -> RawMesh {
 }
 
 /// A blow of so many sites where the object, or a fragment of it, reaches farthest along `towards`.
-fn blow(points: &[Point3<f64>], towards: Vector3<f64>, sites: u32) -> Strike {
+fn blow(points: &[Point3<f64>], towards: Vector3<f64>, sites: u32) -> FractureRequest {
     let along = |point: &&Point3<f64>| point.coords.dot(&towards);
     let point = points.iter().max_by(|a, b| along(a).total_cmp(&along(b))).unwrap();
-    let mut strike = Strike::at(*point, -towards).seeded(1);
+    let mut strike = FractureRequest::at(*point, -towards).seeded(1);
     strike.degree = DegreeRequest::Sites(sites);
     strike
 }
@@ -66,7 +67,7 @@ struct Shown {
 }
 
 /// The fragments of an answer as they are emitted; each must be closed.
-fn shown(pieces: &Pieces) -> Vec<Shown> {
+fn shown(pieces: &FractureMeshes) -> Vec<Shown> {
     let counts = pieces.counts;
     let (mut positions, mut indices) = (vec![[0.0; 3]; counts.vertices], vec![0; counts.indices]);
     pieces.emit(&mut positions, &mut indices, &mut vec![[0; 2]; counts.merges]).unwrap();
@@ -93,23 +94,34 @@ fn shown(pieces: &Pieces) -> Vec<Shown> {
     pieces.fragments.iter().map(show).collect()
 }
 
-fn first(prepared: &Prepared, strike: &Strike) -> Pieces {
-    let outcome = pipeline::strike(prepared, strike, &mut Workspace::default(), &Token::default(), &mut ()).unwrap();
+fn first(prepared: &PreparedObject, strike: &FractureRequest) -> FractureMeshes {
+    let outcome =
+        pipeline::strike(prepared, strike, &mut Workspace::default(), &CancelToken::default(), &mut ()).unwrap();
     outcome.pieces.unwrap()
 }
 
-fn again(prepared: &Prepared, kept: &Kept, fragment: u32, strike: &Strike) -> Result<Outcome, StrikeError> {
-    strike_again(prepared, (kept, fragment), strike, &mut Workspace::default(), &Token::default(), &mut ())
+fn again(
+    prepared: &PreparedObject,
+    kept: &RetainedFragments,
+    fragment: u32,
+    strike: &FractureRequest,
+) -> Result<FractureOutcome, FractureError> {
+    strike_again(prepared, (kept, fragment), strike, &mut Workspace::default(), &CancelToken::default(), &mut ())
 }
 
 /// Volume of all fragments, m³.
-fn volume(pieces: &Pieces) -> f64 {
+fn volume(pieces: &FractureMeshes) -> f64 {
     pieces.fragments.iter().map(|row| row.volume_m3).sum()
 }
 
 /// Strikes a fragment again; its children hold what it held, and lie along the same cracks. Returns them.
 #[track_caller]
-fn check(prepared: &Prepared, before: &Pieces, fragment: u32, strike: &Strike) -> Pieces {
+fn check(
+    prepared: &PreparedObject,
+    before: &FractureMeshes,
+    fragment: u32,
+    strike: &FractureRequest,
+) -> FractureMeshes {
     let children = again(prepared, &before.keep(), fragment, strike).unwrap().pieces.unwrap();
     let (parent, own) = (&before.fragments[fragment as usize], shown(&children));
     let error = volume(&children) / parent.volume_m3 - 1.0;
@@ -126,7 +138,7 @@ fn check(prepared: &Prepared, before: &Pieces, fragment: u32, strike: &Strike) -
 }
 
 /// The horseshoe cut near one tip, and the largest fragment that is left of it.
-fn cut_horseshoe() -> (Pieces, u32) {
+fn cut_horseshoe() -> (FractureMeshes, u32) {
     let tip = [Point3::new(0.023, -0.065, 0.0)];
     let pieces = first(&HORSESHOE, &blow(&tip, Vector3::new(1.0, -1.0, 0.0), 4));
     let largest = pieces.fragments.iter().max_by(|a, b| a.volume_m3.total_cmp(&b.volume_m3)).unwrap().id;
@@ -142,7 +154,7 @@ fn children_hold_what_their_parent_held() {
         for (sites, towards) in [(2, Vector3::y()), (9, Vector3::new(0.3, -1.0, 0.4)), (40, Vector3::x())] {
             let strike = blow(&own.points, towards, sites);
             match again(&HORSESHOE, &pieces.keep(), fragment as u32, &strike) {
-                Err(StrikeError::FragmentSmall { .. }) => {}
+                Err(FractureError::FragmentSmall { .. }) => {}
                 _ => {
                     check(&HORSESHOE, &pieces, fragment as u32, &strike);
                     struck += 1;
@@ -159,7 +171,7 @@ fn no_child_joins_the_limbs_of_what_is_left() {
     let own = &shown(&pieces)[largest as usize];
     let spanning = |lift: LiftKind| {
         let count = |seed: u64| {
-            let strike = Strike { lift, seed, ..blow(&own.points, Vector3::new(-1.0, -1.0, 0.0), 5) };
+            let strike = FractureRequest { lift, seed, ..blow(&own.points, Vector3::new(-1.0, -1.0, 0.0), 5) };
             let children = check(&HORSESHOE, &pieces, largest, &strike);
             let joins = |child: &Shown| {
                 let low = || child.points.iter().filter(|point| point.y < -0.03);
@@ -206,7 +218,7 @@ fn volumes_add_up_where_many_cracks_meet() {
     let mut struck = 0;
     for (fragment, own) in all.iter().enumerate() {
         let elastic = blow(&own.points, Vector3::y(), 24);
-        let falloff = Strike { effects: Effects::default().without(Effect::Elastic), ..elastic.clone() };
+        let falloff = FractureRequest { effects: EffectSet::default().without(EffectKind::Elastic), ..elastic.clone() };
         for strike in [elastic, falloff] {
             if again(&SLIT, &pieces.keep(), fragment as u32, &strike).is_ok() {
                 check(&SLIT, &pieces, fragment as u32, &strike);
@@ -222,10 +234,10 @@ fn effects_apply_to_children_as_to_fragments() {
     let (pieces, largest) = cut_horseshoe();
     let own = &shown(&pieces)[largest as usize];
     // Their parent wears no skin.
-    let all = Effects::of(Effect::ALL).without(Effect::Skin);
-    let strike = Strike { effects: all, ..blow(&own.points, Vector3::y(), 60) };
+    let all = EffectSet::of(EffectKind::ALL).without(EffectKind::Skin);
+    let strike = FractureRequest { effects: all, ..blow(&own.points, Vector3::y(), 60) };
     let children = again(&HORSESHOE, &pieces.keep(), largest, &strike).unwrap().pieces.unwrap();
-    let plain = Strike { effects: Effects::default().without(Effect::Slivers), ..strike.clone() };
+    let plain = FractureRequest { effects: EffectSet::default().without(EffectKind::Slivers), ..strike.clone() };
     let many = again(&HORSESHOE, &pieces.keep(), largest, &plain).unwrap().pieces.unwrap();
     assert!(children.fragments.len() < many.fragments.len(), "slivers are merged");
     assert!((volume(&children) / pieces.fragments[largest as usize].volume_m3 - 1.0).abs() < 1e-6);
@@ -272,7 +284,10 @@ fn thresholds_and_energies_are_the_fragments_own() {
     assert!(whole.pieces.is_none() && whole.fracture_degree == 1);
     assert!(broken.fracture_degree >= 2 && broken.pieces.unwrap().fragments.len() >= 2);
     assert!((broken.e1_over_gamma / whole.e1_over_gamma / 36.0 - 1.0).abs() < 1e-6);
-    let falloff = Strike { effects: Effects::default().without(Effect::Elastic), ..blow(&own.points, Vector3::y(), 9) };
+    let falloff = FractureRequest {
+        effects: EffectSet::default().without(EffectKind::Elastic),
+        ..blow(&own.points, Vector3::y(), 9)
+    };
     check(&HORSESHOE, &pieces, largest, &falloff);
 }
 
@@ -289,14 +304,14 @@ fn what_cannot_be_struck_again_is_refused_by_name() {
         (&*HORSESHOE, count, strike.clone(), "the answer has"),
         (&*HORSESHOE, u32::MAX, strike.clone(), "the answer has"),
         (&*SLIT, largest, strike.clone(), "not one of this object"),
-        (&*HORSESHOE, largest, Strike { lift: LiftKind::SurfaceDiffusion, ..strike.clone() }, "has no lift"),
+        (&*HORSESHOE, largest, FractureRequest { lift: LiftKind::SurfaceDiffusion, ..strike.clone() }, "has no lift"),
         (&*HORSESHOE, largest, blow(&[Point3::new(9.0, 0.0, 0.0)], Vector3::x(), 4), "from the surface"),
     ] {
         let error = again(prepared, &kept, fragment, &strike).err().unwrap();
         assert!(error.to_string().contains(words), "{error}");
         assert_eq!(error.is_callers(), words != "not one of this object", "{error}");
     }
-    let many = first(&HORSESHOE, &Strike { degree: DegreeRequest::Sites(512), ..strike });
+    let many = first(&HORSESHOE, &FractureRequest { degree: DegreeRequest::Sites(512), ..strike });
     let smallest = many.fragments.iter().min_by(|a, b| a.volume_m3.total_cmp(&b.volume_m3)).unwrap().id;
     let point = &shown(&many)[smallest as usize].points;
     let error = again(&HORSESHOE, &many.keep(), smallest, &blow(point, Vector3::y(), 4)).err().unwrap();
@@ -306,7 +321,7 @@ fn what_cannot_be_struck_again_is_refused_by_name() {
 #[test]
 fn a_part_of_a_body_gets_all_energy_of_its_elastic_tetrahedra() {
     let (elastic, crack) = (block([3, 2, 2], 0.2), block([6, 4, 4], 0.1));
-    let transfer = Transfer::between(&elastic, &crack);
+    let transfer = EnergyTransfer::between(&elastic, &crack);
     let left = |x: f64| x < 0.05;
     let number = |kept: Vec<bool>| -> Vec<u32> {
         let mut next = 0..;
@@ -335,7 +350,7 @@ fn spans_the_mouth(points: impl Iterator<Item = Point3<f64>>) -> bool {
 fn across_the_slit(lift: LiftKind) -> [usize; 2] {
     let mut across = [0; 2];
     for seed in 0..8 {
-        let mut strike = Strike::at(Point3::new(0.06, 0.1, 0.0), Vector3::new(0.0, -1.0, 0.0)).seeded(1);
+        let mut strike = FractureRequest::at(Point3::new(0.06, 0.1, 0.0), Vector3::new(0.0, -1.0, 0.0)).seeded(1);
         (strike.degree, strike.lift, strike.seed) = (DegreeRequest::Sites(8), lift, seed);
         let fragments = shown(&first(&SLIT, &strike));
         across[0] += fragments.iter().filter(|own| spans_the_mouth(own.points.iter().copied())).count();
@@ -350,13 +365,14 @@ fn across_the_slit(lift: LiftKind) -> [usize; 2] {
 }
 
 /// The cell of each node of the only body.
-fn cells(prepared: &Prepared, strike: &Strike) -> Vec<u32> {
-    let (mut workspace, token) = (Workspace::default(), Token::default());
-    let impact = pipeline::Impact::new(prepared, strike).unwrap();
+fn cells(prepared: &PreparedObject, strike: &FractureRequest) -> Vec<u32> {
+    let (mut workspace, token) = (Workspace::default(), CancelToken::default());
+    let impact = pipeline::ContactSet::new(prepared, strike).unwrap();
     let mut energies = pipeline::strain_energy(prepared, &impact, &mut workspace, &token, &mut ()).unwrap();
     let mut shares = std::mem::take(&mut energies[0].shares);
-    let field = Field::new(prepared.lift(0, strike.lift).unwrap(), &prepared.bodies[0].volumes, &mut shares).unwrap();
-    centroidal::diagram(&field, &Options::new(8, strike.seed), &mut Default::default(), &token).unwrap().labels
+    let field =
+        EnergyField::new(prepared.lift(0, strike.lift).unwrap(), &prepared.bodies[0].volumes, &mut shares).unwrap();
+    centroidal::diagram(&field, &DiagramOptions::new(8, strike.seed), &mut Default::default(), &token).unwrap().labels
 }
 
 #[test]

@@ -1,15 +1,17 @@
 //! Objects that carry cracks of no width: neither lattice knows a way through them, elasticity opens there, and distances go around.
 
 use nalgebra::{Point3, Rotation3, Vector3};
-use shatter_fracture::centroidal::{self, Field, Options};
+use shatter_fracture::centroidal::{self, DiagramOptions, EnergyField};
 use shatter_fracture::database::{BakeError, BakeRequest, bake, input_hash, save};
 use shatter_fracture::fragment::closed;
 use shatter_fracture::lattice::{Lattice, check_manifold};
 use shatter_fracture::lift::LiftKind;
-use shatter_fracture::pipeline::{self, Contact, DegreeRequest, Pieces, Prepared, Strike, Workspace};
+use shatter_fracture::pipeline::{
+    self, DegreeRequest, FractureMeshes, FractureRequest, ImpactContact, PreparedObject, Workspace,
+};
 use shatter_fracture::scene::Materials;
-use shatter_fracture::surface::{DefectKind, RawMesh, Sheets, Surface, shapes};
-use shatter_fracture::token::Token;
+use shatter_fracture::surface::{CrackSheets, DefectKind, RawMesh, Surface, shapes};
+use shatter_fracture::token::CancelToken;
 use std::sync::LazyLock;
 
 /// Sides of the block, m. Its crack lies in the middle plane, from above to half its depth.
@@ -18,9 +20,9 @@ const SIZE_M: [f64; 3] = [0.4, 0.2, 0.2];
 /// How near to a crack's end its sides may meet, m: three tenths of the elastic spacing.
 const END_M: f64 = 0.01;
 
-static WHOLE: LazyLock<Prepared> = LazyLock::new(|| baked(shapes::cuboid(SIZE_M), None).unwrap());
+static WHOLE: LazyLock<PreparedObject> = LazyLock::new(|| baked(shapes::cuboid(SIZE_M), None).unwrap());
 
-static HALF: LazyLock<Prepared> =
+static HALF: LazyLock<PreparedObject> =
     LazyLock::new(|| check(shapes::cuboid(SIZE_M), [half_depth(), sheet([END_M, 0.12], [-0.12, 0.12])], 1));
 
 /// The rectangle x = 0, y and z within these.
@@ -39,7 +41,7 @@ fn moved(mut mesh: RawMesh, to: impl Fn(Point3<f64>) -> Point3<f64>) -> RawMesh 
     mesh
 }
 
-fn baked(mesh: RawMesh, cracks: Option<RawMesh>) -> Result<Prepared, BakeError> {
+fn baked(mesh: RawMesh, cracks: Option<RawMesh>) -> Result<PreparedObject, BakeError> {
     let materials = Materials::parse(shatter_fracture::scene::MATERIALS).unwrap();
     let glass = materials.get("glass").unwrap().clone();
     let request = BakeRequest {
@@ -50,7 +52,7 @@ fn baked(mesh: RawMesh, cracks: Option<RawMesh>) -> Result<Prepared, BakeError> 
         cracks,
         ..BakeRequest::new("thing", "glass", glass)
     };
-    bake(mesh, &request, &Token::default(), &mut |_| {})
+    bake(mesh, &request, &CancelToken::default(), &mut |_| {})
 }
 
 /// Whether the line from `a` to `b` leads through the triangle.
@@ -63,7 +65,7 @@ fn crosses(a: &Point3<f64>, b: &Point3<f64>, [p, q, r]: &[Point3<f64>; 3]) -> bo
 }
 
 /// Edges of a lattice that lead through the sheets.
-fn crossings(prepared: &Prepared, lattice: &Lattice, sheets: &RawMesh) -> usize {
+fn crossings(prepared: &PreparedObject, lattice: &Lattice, sheets: &RawMesh) -> usize {
     let corners = |triangle: &[u32; 3]| triangle.map(|k| prepared.frame.to_local(&sheets.positions_m[k as usize]));
     let triangles: Vec<[Point3<f64>; 3]> = sheets.triangles.iter().map(corners).collect();
     let ends = |edge: [u32; 2]| edge.map(|node| lattice.nodes[node as usize]);
@@ -74,7 +76,7 @@ fn crossings(prepared: &Prepared, lattice: &Lattice, sheets: &RawMesh) -> usize 
 /// Bakes an object with cracks: as many bodies, no edge through a sheet on either level (but where it ends: `sure` is what is left
 /// without), nothing else lost or wrong. Then breaks it: every fragment is closed, and they hold what the lattice holds.
 #[track_caller]
-fn check(mesh: RawMesh, [sheets, sure]: [RawMesh; 2], bodies: usize) -> Prepared {
+fn check(mesh: RawMesh, [sheets, sure]: [RawMesh; 2], bodies: usize) -> PreparedObject {
     let prepared = baked(mesh, Some(sheets.clone())).unwrap();
     let report = &prepared.report;
     assert_eq!(prepared.bodies.len(), bodies);
@@ -101,17 +103,18 @@ fn check(mesh: RawMesh, [sheets, sure]: [RawMesh; 2], bodies: usize) -> Prepared
     prepared
 }
 
-fn blow(point_m: Point3<f64>, impulse: Vector3<f64>, lift: LiftKind, seed: u64) -> Strike {
-    Strike { degree: DegreeRequest::Sites(8), lift, seed, ..Strike::at(point_m, impulse) }
+fn blow(point_m: Point3<f64>, impulse: Vector3<f64>, lift: LiftKind, seed: u64) -> FractureRequest {
+    FractureRequest { degree: DegreeRequest::Sites(8), lift, seed, ..FractureRequest::at(point_m, impulse) }
 }
 
-fn struck(prepared: &Prepared, strike: &Strike) -> Pieces {
-    let outcome = pipeline::strike(prepared, strike, &mut Workspace::default(), &Token::default(), &mut ()).unwrap();
+fn struck(prepared: &PreparedObject, strike: &FractureRequest) -> FractureMeshes {
+    let outcome =
+        pipeline::strike(prepared, strike, &mut Workspace::default(), &CancelToken::default(), &mut ()).unwrap();
     outcome.pieces.unwrap()
 }
 
 /// The points of each fragment in the coordinates of the file; each must be closed.
-fn shown(pieces: &Pieces) -> Vec<Vec<Point3<f64>>> {
+fn shown(pieces: &FractureMeshes) -> Vec<Vec<Point3<f64>>> {
     let counts = pieces.counts;
     let (mut positions, mut indices) = (vec![[0.0; 3]; counts.vertices], vec![0; counts.indices]);
     pieces.emit(&mut positions, &mut indices, &mut vec![[0; 2]; counts.merges]).unwrap();
@@ -148,18 +151,20 @@ fn across_the_crack(lift: LiftKind) -> [usize; 2] {
 }
 
 /// Energy of the only body under `strike`, J, and the share of each crack node.
-fn energy(prepared: &Prepared, strike: &Strike) -> (f64, Vec<f64>) {
-    let impact = pipeline::Impact::new(prepared, strike).unwrap();
-    let solved = pipeline::strain_energy(prepared, &impact, &mut Workspace::default(), &Token::default(), &mut ());
+fn energy(prepared: &PreparedObject, strike: &FractureRequest) -> (f64, Vec<f64>) {
+    let impact = pipeline::ContactSet::new(prepared, strike).unwrap();
+    let solved =
+        pipeline::strain_energy(prepared, &impact, &mut Workspace::default(), &CancelToken::default(), &mut ());
     let own = solved.unwrap().remove(0);
     (own.energy_j, own.shares)
 }
 
 /// The cell of each node of the only body.
-fn cells(prepared: &Prepared, strike: &Strike) -> Vec<u32> {
+fn cells(prepared: &PreparedObject, strike: &FractureRequest) -> Vec<u32> {
     let mut shares = energy(prepared, strike).1;
-    let field = Field::new(prepared.lift(0, strike.lift).unwrap(), &prepared.bodies[0].volumes, &mut shares).unwrap();
-    let (options, token) = (Options::new(8, strike.seed), Token::default());
+    let field =
+        EnergyField::new(prepared.lift(0, strike.lift).unwrap(), &prepared.bodies[0].volumes, &mut shares).unwrap();
+    let (options, token) = (DiagramOptions::new(8, strike.seed), CancelToken::default());
     centroidal::diagram(&field, &options, &mut Default::default(), &token).unwrap().labels
 }
 
@@ -172,7 +177,7 @@ fn nothing_spans_a_crack_of_no_width_but_straight_distances() {
 }
 
 /// Distance in the interior lift between the nodes nearest to (∓`x`, 0.09, 0), over the straight one between them.
-fn around_the_mouth(prepared: &Prepared, x: f64) -> f64 {
+fn around_the_mouth(prepared: &PreparedObject, x: f64) -> f64 {
     let body = &prepared.bodies[0];
     let nearest = |x: f64| {
         let at = prepared.frame.to_local(&Point3::new(x, 0.09, 0.0));
@@ -198,14 +203,14 @@ const SLIT: f64 = 7.8;
 
 #[test]
 fn pulled_apart_a_crack_opens_as_far_as_a_slit_does() {
-    let pulled = |prepared: &Prepared| {
-        let contact = |x: f64| Contact {
+    let pulled = |prepared: &PreparedObject| {
+        let contact = |x: f64| ImpactContact {
             point_m: Point3::new(x, 0.1, 0.0),
             impulse_ns: Vector3::new(x.signum(), 0.0, 0.0),
             duration_s: Some(1e-3),
             radius_m: Some(0.05),
         };
-        let mut strike = Strike::at(Point3::origin(), Vector3::x()).seeded(1);
+        let mut strike = FractureRequest::at(Point3::origin(), Vector3::x()).seeded(1);
         strike.contacts = vec![contact(-0.1), contact(0.1)];
         energy(prepared, &strike).0
     };
@@ -246,7 +251,7 @@ fn neither_place_nor_turn_nor_size_of_a_crack_matters() {
 }
 
 /// The bytes of a database.
-fn bytes(prepared: &Prepared) -> Vec<u8> {
+fn bytes(prepared: &PreparedObject) -> Vec<u8> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("thing.shatter");
     save(prepared, &path).unwrap();
@@ -261,7 +266,7 @@ fn bytes_depend_on_where_a_crack_is_and_not_on_which_way_it_faces() {
     assert!(bytes(&HALF) == bytes(&flipped));
     let other = sheet([0.01, 0.12], [-0.12, 0.12]);
     let surface = Surface::repair(shapes::cuboid(SIZE_M)).unwrap();
-    let hash = |cracks: &RawMesh| input_hash(&surface, Some(&Sheets::new(cracks, &surface.frame).unwrap()));
+    let hash = |cracks: &RawMesh| input_hash(&surface, Some(&CrackSheets::new(cracks, &surface.frame).unwrap()));
     assert_eq!(hash(&half_depth()), HALF.report.input_hash);
     assert!(hash(&other) != HALF.report.input_hash && HALF.report.input_hash != WHOLE.report.input_hash);
     assert!(!String::from_utf8_lossy(&bytes(&WHOLE)).contains("cracks"));

@@ -1,11 +1,11 @@
 //! What the interior lift is for: cells of a Voronoi diagram do not join limbs that touch only through space.
 
 use nalgebra::Point3;
-use shatter_fracture::centroidal::{Field, Options, Workspace, diagram};
+use shatter_fracture::centroidal::{DiagramOptions, DiagramWorkspace, EnergyField, diagram};
 use shatter_fracture::lattice::{Lattice, block, stuff};
-use shatter_fracture::lift::{ALPHA_DEFAULT, Lift, MODES_DEFAULT, Spectrum, interior, stretch};
-use shatter_fracture::surface::{self, Inside, Surface, Unit, Up};
-use shatter_fracture::token::Token;
+use shatter_fracture::lift::{ALPHA_DEFAULT, LiftedLattice, MODES_DEFAULT, Spectrum, interior, stretch};
+use shatter_fracture::surface::{self, InsideTest, LengthUnit, Surface, UpAxis};
+use shatter_fracture::token::CancelToken;
 use std::path::Path;
 
 /// Starts per count of sites.
@@ -33,14 +33,14 @@ fn limbs(lattice: &Lattice, limb: impl Fn(&Point3<f64>) -> bool) -> Vec<Option<u
 }
 
 /// In how many starts of uniform energy a cell holds nodes of two limbs.
-fn joined(lattice: &Lattice, lift: &Lift, limbs: &[Option<usize>], sites: usize) -> usize {
+fn joined(lattice: &Lattice, lift: &LiftedLattice, limbs: &[Option<usize>], sites: usize) -> usize {
     let volumes = lattice.node_volumes();
     let mut mass = volumes.clone();
-    let field = Field::new(lift, &volumes, &mut mass).unwrap();
-    let mut workspace = Workspace::default();
+    let field = EnergyField::new(lift, &volumes, &mut mass).unwrap();
+    let mut workspace = DiagramWorkspace::default();
     let joins = |start: &u32| {
-        let options = Options { start: *start, ..Options::new(sites, 5) };
-        let diagram = diagram(&field, &options, &mut workspace, &Token::default()).unwrap();
+        let options = DiagramOptions { start: *start, ..DiagramOptions::new(sites, 5) };
+        let diagram = diagram(&field, &options, &mut workspace, &CancelToken::default()).unwrap();
         let mut first = vec![None; diagram.count()];
         limbs.iter().zip(&diagram.labels).any(|(limb, &cell)| {
             let Some(limb) = limb else { return false };
@@ -53,8 +53,8 @@ fn joined(lattice: &Lattice, lift: &Lift, limbs: &[Option<usize>], sites: usize)
 /// The default interior lift joins limbs in at most `interior_max` starts, X = x in at least `euclidean_min`.
 #[track_caller]
 fn check(lattice: &Lattice, limbs: &[Option<usize>], sites: usize, euclidean_min: usize, interior_max: usize) {
-    let lift = interior(lattice, MODES_DEFAULT, ALPHA_DEFAULT, &Token::default()).unwrap();
-    let through_space = joined(lattice, &Lift::euclidean(lattice), limbs, sites);
+    let lift = interior(lattice, MODES_DEFAULT, ALPHA_DEFAULT, &CancelToken::default()).unwrap();
+    let through_space = joined(lattice, &LiftedLattice::euclidean(lattice), limbs, sites);
     let inside = joined(lattice, &lift, limbs, sites);
     println!("{sites} sites, dimension {}: {inside} starts join limbs, {through_space} with X = x", lift.dimension);
     assert!(through_space >= euclidean_min, "X = x joins limbs in {through_space} of {STARTS} starts");
@@ -83,9 +83,9 @@ fn the_lower_legs_of_the_horse_are_not_joined() {
         println!("SHATTER_MESHES is not set: skipped");
         return;
     };
-    let token = Token::default();
-    let raw = surface::read(&Path::new(&folder).join("horse.ply"), Unit::M, Up::Z).unwrap();
-    let inside = Inside::new(&Surface::repair(raw).unwrap());
+    let token = CancelToken::default();
+    let raw = surface::read(&Path::new(&folder).join("horse.ply"), LengthUnit::M, UpAxis::Z).unwrap();
+    let inside = InsideTest::new(&Surface::repair(raw).unwrap());
     let volume = inside.input_volume(&token).unwrap();
     let horse = stuff(&inside, 0.02, Some(volume), &token).unwrap().bodies.swap_remove(0);
     let spectrum = Spectrum::compute(&horse, 24, &token).unwrap();

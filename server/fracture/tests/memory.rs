@@ -7,7 +7,7 @@ mod support {
 use shatter_fracture::database::{BakeRequest, bake, load, save};
 use shatter_fracture::scene::Materials;
 use shatter_fracture::surface::shapes;
-use shatter_fracture::token::Token;
+use shatter_fracture::token::CancelToken;
 use support::counting::Counting;
 
 #[global_allocator]
@@ -31,7 +31,8 @@ fn an_object_says_how_much_memory_it_holds() {
     // With few elastic nodes the lifts and incidences are the most of it, with many the factor.
     for elastic_spacing in [0.12, 0.06] {
         let baked =
-            bake(shapes::cuboid([0.4, 0.2, 0.2]), &request(elastic_spacing), &Token::default(), &mut |_| {}).unwrap();
+            bake(shapes::cuboid([0.4, 0.2, 0.2]), &request(elastic_spacing), &CancelToken::default(), &mut |_| {})
+                .unwrap();
         save(&baked, &path).unwrap();
         drop(baked);
         let before = ALLOCATOR.out();

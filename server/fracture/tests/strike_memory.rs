@@ -6,10 +6,10 @@ mod support {
 
 use nalgebra::{Point3, Vector3};
 use shatter_fracture::database::{BakeRequest, bake};
-use shatter_fracture::pipeline::{self, DegreeRequest, Prepared, Strike, Workspace};
+use shatter_fracture::pipeline::{self, DegreeRequest, FractureRequest, PreparedObject, Workspace};
 use shatter_fracture::scene::Materials;
 use shatter_fracture::surface::shapes;
-use shatter_fracture::token::Token;
+use shatter_fracture::token::CancelToken;
 use support::counting::Counting;
 
 #[global_allocator]
@@ -18,7 +18,7 @@ static ALLOCATOR: Counting = Counting::new();
 const ROUNDS: usize = 8;
 
 /// With a basis, so that reduced strikes and solved ones take turns.
-fn prepared() -> Prepared {
+fn prepared() -> PreparedObject {
     let materials = Materials::parse(shatter_fracture::scene::MATERIALS).unwrap();
     let glass = materials.get("glass").unwrap().clone();
     let request = BakeRequest {
@@ -28,14 +28,15 @@ fn prepared() -> Prepared {
         seed: 1,
         ..BakeRequest::new("bar", "glass", glass)
     };
-    bake(shapes::cuboid([0.4, 0.2, 0.2]), &request, &Token::default(), &mut |_| {}).unwrap()
+    bake(shapes::cuboid([0.4, 0.2, 0.2]), &request, &CancelToken::default(), &mut |_| {}).unwrap()
 }
 
 /// Blows all over the bar, of numbers of sites that go up and down.
-fn strikes() -> Vec<Strike> {
+fn strikes() -> Vec<FractureRequest> {
     let blow = |turn: u32| {
         let (x, side) = (-0.18 + 0.03 * f64::from(turn), if turn.is_multiple_of(2) { 0.1 } else { -0.1 });
-        let mut strike = Strike::at(Point3::new(x, side, 0.03), Vector3::new(0.0, -20.0 * side, 1.0)).seeded(1);
+        let mut strike =
+            FractureRequest::at(Point3::new(x, side, 0.03), Vector3::new(0.0, -20.0 * side, 1.0)).seeded(1);
         strike.degree = DegreeRequest::Sites(5 + 17 * (turn % 5));
         strike.seed = u64::from(turn);
         strike
@@ -45,7 +46,7 @@ fn strikes() -> Vec<Strike> {
 
 #[test]
 fn strikes_hold_no_more_memory_than_the_first_ones() {
-    let (prepared, strikes, token) = (prepared(), strikes(), Token::default());
+    let (prepared, strikes, token) = (prepared(), strikes(), CancelToken::default());
     let mut workspace = Workspace::default();
     let mut round = || {
         let before = ALLOCATOR.ever();

@@ -4,7 +4,7 @@ use clap::{Parser, Subcommand};
 use shatter_cli_common::failure::{ended, usage};
 use shatter_lab::commands::{demo, examples, study};
 use shatter_lab::load;
-use shatter_server::commands::{Failure, interrupt, serve};
+use shatter_server::commands::{CommandError, interrupt, serve};
 use std::process::ExitCode;
 
 /// The demonstration, studies and the load generator of Shatter.
@@ -61,7 +61,7 @@ fn main() -> ExitCode {
     }
 }
 
-fn client(result: Result<(), shatter_cli_common::failure::Failure>, json: bool) -> ExitCode {
+fn client(result: Result<(), shatter_cli_common::failure::CliError>, json: bool) -> ExitCode {
     result.map_or_else(|failure| ended::<Cli>(&failure, json), |()| ExitCode::SUCCESS)
 }
 
@@ -80,7 +80,7 @@ fn server(command: &Command, json: bool) -> ExitCode {
 }
 
 /// Runs a command; whether everything held that it looked at.
-fn run(command: &Command) -> Result<bool, Failure> {
+fn run(command: &Command) -> Result<bool, CommandError> {
     match command {
         Command::Demo(args) => demo::run(args).map(|()| true),
         Command::Study(args) => study::run(args),

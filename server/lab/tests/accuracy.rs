@@ -3,7 +3,7 @@
 use serde_json::Value;
 use shatter_fracture::surface::shapes;
 use shatter_lab::report;
-use shatter_lab::study::accuracy::{Findings, Measure, Plan, drawn, page, run};
+use shatter_lab::study::accuracy::{AccuracyFindings, AccuracyPlan, Measure, drawn, page, run};
 use std::collections::HashSet;
 
 /// Keys that others rely on.
@@ -25,15 +25,15 @@ const KEYS: [&str; 15] = [
     "estimate",
 ];
 
-fn findings() -> (Plan, Findings, usize) {
-    let plan = Plan::quick("block", shapes::cuboid([0.3, 0.2, 0.15]));
+fn findings() -> (AccuracyPlan, AccuracyFindings, usize) {
+    let plan = AccuracyPlan::quick("block", shapes::cuboid([0.3, 0.2, 0.15]));
     let mut steps = 0;
     let findings = run(&plan, &mut |_| steps += 1).unwrap();
     (plan, findings, steps)
 }
 
 /// The points of one dial that have one error.
-fn points<'a>(findings: &'a Findings, dial: &'a str, measure: Measure) -> impl Iterator<Item = f64> + 'a {
+fn points<'a>(findings: &'a AccuracyFindings, dial: &'a str, measure: Measure) -> impl Iterator<Item = f64> + 'a {
     findings.points.iter().filter(move |point| point.dial == dial).filter_map(move |point| point.errors.get(measure))
 }
 

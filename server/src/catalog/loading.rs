@@ -1,6 +1,6 @@
 //! Databases that were found and are not loaded yet: since when, and how long that is expected to take.
 
-use shatter_proto::{Kind, Refusal};
+use shatter_proto::{Error, ErrorKind};
 use std::time::{Duration, Instant};
 
 /// Bytes of a file that are loaded in a second, while no database is loaded that could tell: 2.66 GB took 6 s on two cores.
@@ -14,12 +14,12 @@ const WAITS: [Duration; 2] = [Duration::from_millis(100), Duration::from_secs(60
 
 /// A load that goes on.
 #[derive(Clone, Copy)]
-pub struct Loading {
+pub struct LoadInProgress {
     since: Instant,
     expected: Duration,
 }
 
-impl Loading {
+impl LoadInProgress {
     /// Begins now, of databases of so many bytes; `known` are the bytes and load times of others.
     pub fn now(bytes: u64, known: impl Iterator<Item = (u64, Duration)>) -> Self {
         let (loaded, took) =
@@ -30,9 +30,9 @@ impl Loading {
     }
 
     /// What a strike of the object `name` is told meanwhile.
-    pub fn refusal(&self, name: &str) -> Refusal {
+    pub fn refusal(&self, name: &str) -> Error {
         let message = format!("the database of `{name}` is being loaded; send the strike again later");
-        Refusal::new(Kind::Loading, name, message).after(self.left(self.since.elapsed()))
+        Error::new(ErrorKind::Loading, name, message).after(self.left(self.since.elapsed()))
     }
 
     /// How long it is expected to go on after `elapsed`. One that takes longer than expected takes a tenth of its time more.
@@ -48,13 +48,13 @@ mod tests {
     #[test]
     fn the_wait_follows_the_size_and_counts_down() {
         let s = Duration::from_secs_f64;
-        let unknown = Loading::now(4_000_000_000, std::iter::empty());
+        let unknown = LoadInProgress::now(4_000_000_000, std::iter::empty());
         assert_eq!(unknown.expected, REST + s(10.0));
-        let known = Loading::now(300, [(100, s(1.0)), (200, s(5.0))].into_iter());
+        let known = LoadInProgress::now(300, [(100, s(1.0)), (200, s(5.0))].into_iter());
         assert_eq!(known.expected, REST + s(6.0));
         let waits = [0.0, 2.0, 4.0, 6.0].map(|elapsed| known.left(s(elapsed)));
         assert!(waits.is_sorted_by(|a, b| a > b) && waits[0] == s(6.5), "{waits:?}");
-        assert_eq!((known.left(s(60.0)), Loading::now(0, std::iter::empty()).left(REST)), (s(6.0), WAITS[0]));
-        assert_eq!(known.refusal("pot").kind, Kind::Loading);
+        assert_eq!((known.left(s(60.0)), LoadInProgress::now(0, std::iter::empty()).left(REST)), (s(6.0), WAITS[0]));
+        assert_eq!(known.refusal("pot").kind, ErrorKind::Loading);
     }
 }

@@ -9,17 +9,17 @@ mod retired;
 mod shelf;
 mod version;
 
-pub use retired::Retired;
-pub use shelf::{Shelf, Source};
-pub use version::{Version, unix_ns};
+pub use retired::RetiredVersions;
+pub use shelf::{DatabaseSource, DirectorySnapshot};
+pub use version::{ObjectVersion, unix_ns};
 
 use bytemuck::Zeroable;
-use loading::Loading;
-use shatter_engine::object::{Loader, Object};
+use loading::LoadInProgress;
+use shatter_engine::object::{Loader, ServedObject};
 use shatter_proto::control::{ObjectRow, ObjectState};
 use shatter_proto::name::unknown_object;
-use shatter_proto::refusal::RefusalWire;
-use shatter_proto::{Kind, Refusal};
+use shatter_proto::refusal::ErrorWire;
+use shatter_proto::{Error, ErrorKind};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use std::time::SystemTime;
@@ -27,7 +27,7 @@ use std::time::SystemTime;
 /// All objects of a folder, by name.
 pub struct Catalog {
     entries: BTreeMap<String, Entry>,
-    shelf: Shelf,
+    shelf: DirectorySnapshot,
     read: SystemTime,
 }
 
@@ -35,18 +35,18 @@ pub struct Catalog {
 #[derive(Clone, Default)]
 struct Entry {
     /// What is served.
-    version: Option<Arc<Version>>,
+    version: Option<Arc<ObjectVersion>>,
     /// How many versions of this name there were, this one counted.
     generation: u32,
     /// Why there is none, or why what lies in its place now is not served.
-    refusal: Option<Refusal>,
+    refusal: Option<Error>,
     /// There is none yet: its database is being loaded.
-    loading: Option<Loading>,
+    loading: Option<LoadInProgress>,
 }
 
 impl Default for Catalog {
     fn default() -> Self {
-        Self { entries: BTreeMap::new(), shelf: Shelf::default(), read: SystemTime::now() }
+        Self { entries: BTreeMap::new(), shelf: DirectorySnapshot::default(), read: SystemTime::now() }
     }
 }
 
@@ -54,10 +54,10 @@ impl Catalog {
     /// The catalog of `shelf`, on the current rayon pool. Versions whose files did not change are kept; files that failed
     /// are tried again, and one that took the place of a version and fails leaves that version served.
     #[must_use]
-    pub fn renewed(&self, shelf: Shelf, loader: &Loader) -> Self {
+    pub fn renewed(&self, shelf: DirectorySnapshot, loader: &Loader) -> Self {
         let found = shelf.map(|source, stamp| match self.at(source) {
             Some(version) if version.stamp == stamp => (source.clone(), Ok(version.clone())),
-            _ => (source.clone(), Version::load(source, stamp, loader).map(Arc::new)),
+            _ => (source.clone(), ObjectVersion::load(source, stamp, loader).map(Arc::new)),
         });
         let mut catalog = Self { entries: BTreeMap::new(), shelf, read: SystemTime::now() };
         let mut loaded: Vec<_> =
@@ -78,7 +78,7 @@ impl Catalog {
     }
 
     /// This catalog with the new databases of `seen` listed as being loaded; `None` if it lists the same ones already.
-    pub fn expecting(&self, seen: &Shelf) -> Option<Self> {
+    pub fn expecting(&self, seen: &DirectorySnapshot) -> Option<Self> {
         let new: Vec<_> = seen.missing_from(&self.shelf).filter(|(source, _)| self.at(source).is_none()).collect();
         let bytes = new.iter().map(|(_, stamp)| stamp.bytes()).sum();
         let serves = |name: &str| self.entries.get(name).is_some_and(|entry| entry.version.is_some());
@@ -90,7 +90,8 @@ impl Catalog {
         }
         let mut entries = self.entries.clone();
         entries.iter_mut().filter(|(name, _)| !names.contains(*name)).for_each(|(_, entry)| entry.loading = None);
-        let loading = Loading::now(bytes, self.versions().map(|version| (version.stamp.bytes(), version.load_time())));
+        let loading =
+            LoadInProgress::now(bytes, self.versions().map(|version| (version.stamp.bytes(), version.load_time())));
         for name in names {
             // One that is listed already began earlier.
             entries.entry(name).or_default().loading.get_or_insert(loading);
@@ -100,22 +101,22 @@ impl Catalog {
     }
 
     /// Whether the object `name` is the one from `source`.
-    fn serves(&self, source: &Source, name: &str) -> bool {
+    fn serves(&self, source: &DatabaseSource, name: &str) -> bool {
         self.at(source).is_some_and(|version| version.name == name)
     }
 
     /// The version that was loaded from `source`.
-    fn at(&self, source: &Source) -> Option<&Arc<Version>> {
+    fn at(&self, source: &DatabaseSource) -> Option<&Arc<ObjectVersion>> {
         self.versions().find(|version| version.source == *source)
     }
 
     /// Everything that can be struck.
-    pub fn versions(&self) -> impl Iterator<Item = &Arc<Version>> {
+    pub fn versions(&self) -> impl Iterator<Item = &Arc<ObjectVersion>> {
         self.entries.values().filter_map(|entry| entry.version.as_ref())
     }
 
     /// Takes `version` in under its name, unless another file has it.
-    fn put(&mut self, source: &Source, version: &Arc<Version>, before: &Self) {
+    fn put(&mut self, source: &DatabaseSource, version: &Arc<ObjectVersion>, before: &Self) {
         if let Some(other) = self.entries.get(&version.name).and_then(|entry| entry.version.as_ref()) {
             let why = format!("{} already holds an object `{}`", other.source.path.display(), version.name);
             return self.refuse(&source.name(), source, &why);
@@ -130,7 +131,7 @@ impl Catalog {
     }
 
     /// `source` cannot be loaded. What was loaded from that place before is served on.
-    fn miss(&mut self, source: &Source, why: &str, before: &Self) {
+    fn miss(&mut self, source: &DatabaseSource, why: &str, before: &Self) {
         let free = |name: &str| self.entries.get(name).is_none_or(|entry| entry.version.is_none());
         match before.at(source).filter(|old| free(&old.name)) {
             Some(old) => {
@@ -142,17 +143,17 @@ impl Catalog {
     }
 
     /// Lists under `name` that `source` is not served.
-    fn refuse(&mut self, name: &str, source: &Source, why: &str) {
+    fn refuse(&mut self, name: &str, source: &DatabaseSource, why: &str) {
         let path = &source.path;
         let entry = self.entries.entry(name.to_owned()).or_default();
         let served = entry.version.is_some();
         tracing::error!(object = name, path = %path.display(), why, served, "cannot be loaded");
         let message = format!("{}: {why}", path.file_name().unwrap_or_default().to_string_lossy());
-        entry.refusal.get_or_insert(Refusal::new(Kind::CorruptObject, name, message));
+        entry.refusal.get_or_insert(Error::new(ErrorKind::CorruptObject, name, message));
     }
 
     /// The object `name`, or why there is none.
-    pub fn get(&self, name: &str) -> Result<Arc<dyn Object>, Refusal> {
+    pub fn get(&self, name: &str) -> Result<Arc<dyn ServedObject>, Error> {
         match self.entries.get(name) {
             Some(Entry { version: Some(version), .. }) => Ok(version.object.clone()),
             Some(Entry { loading: Some(loading), .. }) => Err(loading.refusal(name)),
@@ -205,7 +206,7 @@ impl Catalog {
     }
 
     /// The folder as it was when this catalog was made.
-    pub fn shelf(&self) -> &Shelf {
+    pub fn shelf(&self) -> &DirectorySnapshot {
         &self.shelf
     }
 
@@ -228,10 +229,10 @@ impl Entry {
             None => row.set_name(name),
         }
         if let Some(refusal) = &self.refusal {
-            row.refusal = RefusalWire::from(refusal);
+            row.refusal = ErrorWire::from(refusal);
         }
         if let (None, Some(loading)) = (&self.version, &self.loading) {
-            (row.state, row.refusal) = (ObjectState::Loading as u32, RefusalWire::from(&loading.refusal(name)));
+            (row.state, row.refusal) = (ObjectState::Loading as u32, ErrorWire::from(&loading.refusal(name)));
         }
         row
     }

@@ -1,18 +1,18 @@
 //! Versions that were replaced or removed: they live on until their last strike ends.
 
 use super::Catalog;
-use shatter_engine::object::Object;
+use shatter_engine::object::ServedObject;
 use std::sync::{Arc, Weak};
 
 /// Versions that are no longer in the catalog, and may still be struck. Holds none of them.
 #[derive(Default)]
-pub struct Retired(Vec<(Weak<dyn Object>, u64)>);
+pub struct RetiredVersions(Vec<(Weak<dyn ServedObject>, u64)>);
 
-impl Retired {
+impl RetiredVersions {
     /// Keeps an eye on what `old` has and `new` has not.
     pub fn note(&mut self, old: &Catalog, new: &Catalog) {
         self.0.retain(|(object, _)| object.strong_count() > 0);
-        let kept = |object: &Arc<dyn Object>| new.versions().any(|version| Arc::ptr_eq(&version.object, object));
+        let kept = |object: &Arc<dyn ServedObject>| new.versions().any(|version| Arc::ptr_eq(&version.object, object));
         let gone = old.versions().filter(|version| !kept(&version.object));
         self.0.extend(gone.map(|version| (Arc::downgrade(&version.object), version.memory_bytes())));
     }

@@ -1,7 +1,7 @@
 //! The databases of a folder as they lie there at one moment, told apart without being opened.
 
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
-use shatter_proto::{Kind, Refusal};
+use shatter_proto::{Error, ErrorKind};
 use std::collections::BTreeMap;
 use std::fs::Metadata;
 use std::io;
@@ -14,7 +14,7 @@ pub(super) const EXTENSION: &str = "shatter";
 /// What tells one version of a file from another. The time of the last change of its status is among it, which nobody can
 /// set: a file that was overwritten and given its old date is another version.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Stamp {
+pub struct FileStamp {
     device: u64,
     inode: u64,
     bytes: u64,
@@ -22,7 +22,7 @@ pub struct Stamp {
     changed: (i64, i64),
 }
 
-impl From<&Metadata> for Stamp {
+impl From<&Metadata> for FileStamp {
     fn from(data: &Metadata) -> Self {
         Self {
             device: data.dev(),
@@ -34,7 +34,7 @@ impl From<&Metadata> for Stamp {
     }
 }
 
-impl Stamp {
+impl FileStamp {
     /// Length of the file.
     pub fn bytes(&self) -> u64 {
         self.bytes
@@ -43,14 +43,14 @@ impl Stamp {
 
 /// What an entry of a catalog is loaded from.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Source {
+pub struct DatabaseSource {
     /// The database.
     pub path: PathBuf,
     /// The object of a scene that it becomes; `None`: there is no scene, and the database says what it is called.
     pub object: Option<String>,
 }
 
-impl Source {
+impl DatabaseSource {
     /// The name that it stands for as long as nobody knows what is in it.
     pub(super) fn name(&self) -> String {
         self.object.clone().unwrap_or_else(|| stem(&self.path))
@@ -59,15 +59,15 @@ impl Source {
 
 /// The databases of a folder at one moment, sorted by path: a name given twice always goes to the same file.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Shelf(Vec<(Source, Stamp)>);
+pub struct DirectorySnapshot(Vec<(DatabaseSource, FileStamp)>);
 
-impl Shelf {
+impl DirectorySnapshot {
     /// Looks at `folder`. Errors: `database_folder`.
-    pub fn of(folder: &Path) -> Result<Self, Refusal> {
+    pub fn of(folder: &Path) -> Result<Self, Error> {
         let refuse = |error: io::Error| {
             let at = folder.display().to_string();
             let message = format!("cannot read the folder of databases {at}: {error}");
-            Refusal::new(Kind::DatabaseFolder, at, message)
+            Error::new(ErrorKind::DatabaseFolder, at, message)
         };
         let mut files = Vec::new();
         for entry in std::fs::read_dir(folder).map_err(refuse)? {
@@ -77,21 +77,22 @@ impl Shelf {
             }
         }
         files.sort_by(|a, b| a.0.cmp(&b.0));
-        Ok(Self(files.into_iter().map(|(path, stamp)| (Source { path, object: None }, stamp)).collect()))
+        Ok(Self(files.into_iter().map(|(path, stamp)| (DatabaseSource { path, object: None }, stamp)).collect()))
     }
 
     /// These files as a scene has them: each as often as `objects` give its name to one of theirs.
     #[must_use]
     pub fn only(self, objects: &BTreeMap<String, String>) -> Self {
-        let cast = |(file, stamp): (Source, Stamp)| {
+        let cast = |(file, stamp): (DatabaseSource, FileStamp)| {
             let own = objects.iter().filter(|(_, database)| **database == stem(&file.path)).map(|(object, _)| object);
-            own.map(|object| (Source { object: Some(object.clone()), ..file.clone() }, stamp)).collect::<Vec<_>>()
+            own.map(|object| (DatabaseSource { object: Some(object.clone()), ..file.clone() }, stamp))
+                .collect::<Vec<_>>()
         };
         Self(self.0.into_iter().flat_map(cast).collect())
     }
 
     /// The files that `other` does not have, or has in another version.
-    pub(super) fn missing_from<'a>(&'a self, other: &'a Self) -> impl Iterator<Item = &'a (Source, Stamp)> {
+    pub(super) fn missing_from<'a>(&'a self, other: &'a Self) -> impl Iterator<Item = &'a (DatabaseSource, FileStamp)> {
         self.0.iter().filter(|file| !other.0.contains(file))
     }
 
@@ -106,7 +107,7 @@ impl Shelf {
     }
 
     /// Calls `each` for every file on the current rayon pool; the results are in the order of the files.
-    pub(super) fn map<T: Send>(&self, each: impl Fn(&Source, Stamp) -> T + Sync) -> Vec<T> {
+    pub(super) fn map<T: Send>(&self, each: impl Fn(&DatabaseSource, FileStamp) -> T + Sync) -> Vec<T> {
         self.0.par_iter().map(|(source, stamp)| each(source, *stamp)).collect()
     }
 }
@@ -117,10 +118,10 @@ fn stem(path: &Path) -> String {
 }
 
 /// The stamp of a file; `None` if it is gone by now. A link to nowhere is there all the same: whoever loads it says so.
-fn stamp(path: &Path) -> Option<Stamp> {
+fn stamp(path: &Path) -> Option<FileStamp> {
     match std::fs::metadata(path) {
-        Ok(data) => Some(Stamp::from(&data)),
-        Err(_) => std::fs::symlink_metadata(path).ok().map(|_| Stamp::default()),
+        Ok(data) => Some(FileStamp::from(&data)),
+        Err(_) => std::fs::symlink_metadata(path).ok().map(|_| FileStamp::default()),
     }
 }
 
@@ -133,8 +134,8 @@ mod tests {
     fn any_change_of_a_database_shows_and_nothing_else_does() {
         let folder = tempfile::tempdir().unwrap();
         let at = |name: &str| folder.path().join(name);
-        let look = || Shelf::of(folder.path()).unwrap();
-        assert_eq!(look(), Shelf::default());
+        let look = || DirectorySnapshot::of(folder.path()).unwrap();
+        assert_eq!(look(), DirectorySnapshot::default());
         let mut last = look();
         let mut changes = |what: &str, wanted: bool| {
             let now = look();
@@ -160,7 +161,7 @@ mod tests {
 
     #[test]
     fn a_missing_folder_is_refused_by_name() {
-        let refusal = Shelf::of(Path::new("/nowhere/at all")).err().unwrap();
-        assert_eq!((refusal.kind, refusal.at.as_str()), (Kind::DatabaseFolder, "/nowhere/at all"));
+        let refusal = DirectorySnapshot::of(Path::new("/nowhere/at all")).err().unwrap();
+        assert_eq!((refusal.kind, refusal.at.as_str()), (ErrorKind::DatabaseFolder, "/nowhere/at all"));
     }
 }

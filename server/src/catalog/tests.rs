@@ -2,16 +2,16 @@
 
 use super::shelf::EXTENSION;
 use super::*;
-use shatter_engine::object::Outcome;
-use shatter_fracture::pipeline::{Watch, Workspace};
-use shatter_fracture::token::Token;
-use shatter_proto::request::Strike;
+use shatter_engine::object::EngineResult;
+use shatter_fracture::pipeline::{StageObserver, Workspace};
+use shatter_fracture::token::CancelToken;
+use shatter_proto::request::Request;
 use std::path::PathBuf;
 use tempfile::TempDir;
 
 struct Named(String);
 
-impl Object for Named {
+impl ServedObject for Named {
     fn row(&self) -> ObjectRow {
         let mut row = ObjectRow::zeroed();
         row.set_name(&self.0);
@@ -26,8 +26,14 @@ impl Object for Named {
         self.0.len()
     }
 
-    fn strike(&self, _: &Strike, _: &mut Workspace, _: &Token, _: &mut dyn Watch) -> Result<Box<dyn Outcome>, Refusal> {
-        Err(Refusal::new(Kind::Failed, "", "not struck here"))
+    fn strike(
+        &self,
+        _: &Request,
+        _: &mut Workspace,
+        _: &CancelToken,
+        _: &mut dyn StageObserver,
+    ) -> Result<Box<dyn EngineResult>, Error> {
+        Err(Error::new(ErrorKind::Failed, "", "not struck here"))
     }
 }
 
@@ -66,17 +72,17 @@ impl Folder {
     }
 
     fn reload(&self, catalog: &Catalog) -> Catalog {
-        catalog.renewed(Shelf::of(self.0.path()).unwrap(), &loader())
+        catalog.renewed(DirectorySnapshot::of(self.0.path()).unwrap(), &loader())
     }
 
     /// As a scene has it: objects, and what they are made of.
     fn cast(&self, catalog: &Catalog, objects: &[(&str, &str)]) -> Catalog {
         let objects = objects.iter().map(|(object, database)| ((*object).to_owned(), (*database).to_owned())).collect();
-        catalog.renewed(Shelf::of(self.0.path()).unwrap().only(&objects), &loader())
+        catalog.renewed(DirectorySnapshot::of(self.0.path()).unwrap().only(&objects), &loader())
     }
 
-    fn source(&self, file: &str) -> Source {
-        Source { path: self.path(file), object: None }
+    fn source(&self, file: &str) -> DatabaseSource {
+        DatabaseSource { path: self.path(file), object: None }
     }
 }
 
@@ -84,7 +90,7 @@ fn row(catalog: &Catalog, name: &str) -> ObjectRow {
     catalog.rows(0, 99).into_iter().find(|row| row.name() == name).unwrap()
 }
 
-fn kind(catalog: &Catalog, name: &str) -> Kind {
+fn kind(catalog: &Catalog, name: &str) -> ErrorKind {
     catalog.get(name).err().unwrap().kind
 }
 
@@ -97,10 +103,10 @@ fn damaged_files_are_named_and_the_others_served() {
     assert_eq!((catalog.len(), catalog.ready(), catalog.answer_bytes_max()), (6, 2, 5));
     assert!(catalog.get("alpha").is_ok() && catalog.get("delta").is_ok());
     for name in ["b", "c", "e", "f"] {
-        assert_eq!(kind(&catalog, name), Kind::CorruptObject, "{name}");
+        assert_eq!(kind(&catalog, name), ErrorKind::CorruptObject, "{name}");
     }
     assert!(catalog.get("f").err().unwrap().message.contains("fell over it"));
-    assert_eq!(kind(&catalog, "omega"), Kind::UnknownObject);
+    assert_eq!(kind(&catalog, "omega"), ErrorKind::UnknownObject);
     let rows = catalog.rows(1, 2);
     assert_eq!((rows.len(), rows[0].name(), rows[0].state), (2, "b".to_owned(), 0));
     let alpha = row(&catalog, "alpha");
@@ -119,7 +125,7 @@ fn a_reload_keeps_what_is_unchanged_and_follows_the_folder() {
     let after = folder.reload(&before);
     let same = |name| Arc::ptr_eq(&before.get(name).unwrap(), &after.get(name).unwrap());
     assert!(same("alpha") && !same("beta"));
-    assert_eq!(kind(&after, "gamma"), Kind::UnknownObject);
+    assert_eq!(kind(&after, "gamma"), ErrorKind::UnknownObject);
     let generations = ["alpha", "beta", "delta"].map(|name| row(&after, name).generation);
     assert_eq!(generations, [1, 2, 1]);
     assert_eq!(row(&before, "alpha").loaded_unix_ns, row(&after, "alpha").loaded_unix_ns);
@@ -144,7 +150,7 @@ fn a_bad_replacement_leaves_the_version_before_it_served() {
     let alpha = row(&mended, "alpha");
     assert_eq!((alpha.state, alpha.generation, alpha.refusal(), mended.outdated()), (1, 2, None, 0));
     std::fs::remove_file(folder.path("a")).unwrap();
-    assert_eq!(kind(&folder.reload(&spoilt), "alpha"), Kind::UnknownObject, "a file that is gone is not served");
+    assert_eq!(kind(&folder.reload(&spoilt), "alpha"), ErrorKind::UnknownObject, "a file that is gone is not served");
 }
 
 #[test]
@@ -157,7 +163,7 @@ fn copies_of_a_database_take_nothing_away() {
     folder.put("vase-0", "vase");
     let after = folder.reload(&before);
     assert!(same(&after, "spot") && same(&after, "vase"));
-    assert_eq!(kind(&after, "a copy"), Kind::CorruptObject);
+    assert_eq!(kind(&after, "a copy"), ErrorKind::CorruptObject);
     assert!(row(&after, "vase-0").refusal().unwrap().message.contains("vase-1.shatter already holds"));
     assert!(folder.load().get("spot").is_ok_and(|_| folder.load().at(&folder.source("spot")).is_some()));
     // The file of the object's own name has it, also when it comes late.
@@ -176,7 +182,7 @@ fn a_version_whose_place_was_spoilt_takes_no_name_from_a_good_file() {
     let after = folder.reload(&before);
     assert!(!Arc::ptr_eq(&before.get("alpha").unwrap(), &after.get("alpha").unwrap()));
     assert_eq!((row(&after, "alpha").generation, row(&after, "alpha").refusal()), (2, None));
-    assert_eq!(kind(&after, "a"), Kind::CorruptObject);
+    assert_eq!(kind(&after, "a"), ErrorKind::CorruptObject);
     // A bad file whose stem names an object of another file is not passed over in silence either.
     folder.put("alpha", "!");
     let after = folder.reload(&after);
@@ -187,7 +193,7 @@ fn a_version_whose_place_was_spoilt_takes_no_name_from_a_good_file() {
 #[test]
 fn what_was_replaced_is_counted_until_it_is_released() {
     let folder = Folder::of(&[("a", "alpha"), ("b", "beta")]);
-    let (before, mut retired) = (folder.load(), Retired::default());
+    let (before, mut retired) = (folder.load(), RetiredVersions::default());
     folder.put("a", "alpha");
     let after = folder.reload(&before);
     retired.note(&before, &after);
@@ -213,7 +219,7 @@ fn objects_of_one_database_are_entries_of_their_own_and_share_its_fate() {
     assert_eq!(names(&first), ["far", "near", "vase"]);
     assert!(!Arc::ptr_eq(&first.get("near").unwrap(), &first.get("far").unwrap()));
     assert_eq!((first.memory_bytes(), first.ready(), row(&first, "far").memory_bytes), (300, 3, 100));
-    assert_eq!(kind(&first, "statue"), Kind::UnknownObject, "the file's own name is not served");
+    assert_eq!(kind(&first, "statue"), ErrorKind::UnknownObject, "the file's own name is not served");
 
     let still = cast(&first);
     assert!(CAST.iter().all(|(name, _)| same(&first, &still, name)));
@@ -235,7 +241,7 @@ fn objects_of_one_database_are_entries_of_their_own_and_share_its_fate() {
     assert_eq!(names(&gone), ["vase"]);
     folder.put("statue", "!");
     let bad = cast(&gone);
-    assert_eq!(["near", "far"].map(|name| kind(&bad, name)), [Kind::CorruptObject; 2]);
+    assert_eq!(["near", "far"].map(|name| kind(&bad, name)), [ErrorKind::CorruptObject; 2]);
     folder.put("statue", "it is back");
     assert_eq!((names(&cast(&bad)), cast(&bad).outdated()), (names(&first), 0));
 }

@@ -1,9 +1,9 @@
 //! One version of an object, as it was loaded from one version of a file.
 
-use super::shelf::{Source, Stamp};
+use super::shelf::{DatabaseSource, FileStamp};
 use crate::memory;
 use crate::panics;
-use shatter_engine::object::{Loader, Object};
+use shatter_engine::object::{Loader, ServedObject};
 use shatter_proto::control::{ObjectRow, ObjectState};
 use shatter_proto::name::object_name;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -11,20 +11,20 @@ use std::sync::Arc;
 use std::time::{Duration, Instant, SystemTime};
 
 /// One version of an object.
-pub struct Version {
-    pub(super) object: Arc<dyn Object>,
+pub struct ObjectVersion {
+    pub(super) object: Arc<dyn ServedObject>,
     pub(super) name: String,
-    pub(super) source: Source,
-    pub(super) stamp: Stamp,
+    pub(super) source: DatabaseSource,
+    pub(super) stamp: FileStamp,
     memory_bytes: u64,
     loaded: SystemTime,
     load_time: Duration,
 }
 
-impl Version {
+impl ObjectVersion {
     /// Loads `source`; the error says what is wrong with it. A loader that panics has found that, too: the daemon
     /// does not fall over a file.
-    pub(super) fn load(source: &Source, stamp: Stamp, loader: &Loader) -> Result<Self, String> {
+    pub(super) fn load(source: &DatabaseSource, stamp: FileStamp, loader: &Loader) -> Result<Self, String> {
         let begun = Instant::now();
         let object = catch_unwind(AssertUnwindSafe(|| loader(&source.path, source.object.as_deref())))
             .unwrap_or_else(|panic| Err(format!("loading it failed: {}", panics::text(panic.as_ref()))))?;

@@ -1,16 +1,16 @@
 //! `shatterd bake`: a mesh file becomes a database.
 
-use super::bar::Bar;
-use super::mistaken::{self, Wanted};
-use super::{Failure, bake_scene, baked, interrupt, out, shares, size};
+use super::bar::BakeProgress;
+use super::mistaken::{self, ExpectedFile};
+use super::{CommandError, bake_scene, baked, interrupt, out, shares, size};
 use crate::config::data_folder;
 use clap::Args;
 use shatter_cli_common::choice;
-use shatter_fracture::database::{self, BakeError, BakeRequest, Partial, Share, Tables};
-use shatter_fracture::pipeline::{ElasticRequest, Prepared, Quality};
+use shatter_fracture::database::{self, BakeError, BakeRequest, PartialBake, Share, Tables};
+use shatter_fracture::pipeline::{ElasticRequest, PreparedObject, Preset};
 use shatter_fracture::scene::{MATERIALS, Materials};
 use shatter_fracture::sparse::Precision;
-use shatter_fracture::surface::{self, RawMesh, Sheets, Surface, SurfaceError, Unit, Up, shapes};
+use shatter_fracture::surface::{self, CrackSheets, LengthUnit, RawMesh, Surface, SurfaceError, UpAxis, shapes};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -52,14 +52,14 @@ pub struct BakeArgs {
     pub gamma: Option<f64>,
     /// Unit of the mesh file: m, cm, mm, in [default: m, with a question where the object is 5 m large or weighs 5 t]
     #[arg(long)]
-    pub unit: Option<Unit>,
+    pub unit: Option<LengthUnit>,
     /// Axis of the mesh file that points up: y, z
     #[arg(long, default_value = "y")]
-    pub up: Up,
+    pub up: UpAxis,
     /// Which preset its lattices are of [default: game]; spacings that are given go before it. A preset that severs parts of the
     /// mesh is refused, unless it is given here by name
     #[arg(long, value_name = "draft|game|film|reference", value_parser = quality)]
-    pub quality: Option<Quality>,
+    pub quality: Option<Preset>,
     /// Spacing of the elastic lattice over the bounding-box diagonal [default: the preset's, about 3000 nodes for game, more where
     /// limbs are thin]
     #[arg(long, value_name = "R", allow_negative_numbers = true)]
@@ -106,7 +106,7 @@ pub struct BakeArgs {
 }
 
 /// Bakes and prints what was found. Whatever happens, a database that was there stays whole until the new one is.
-pub fn run(args: &BakeArgs) -> Result<(), Failure> {
+pub fn run(args: &BakeArgs) -> Result<(), CommandError> {
     let folder = args.out.clone().map_or_else(data_folder, Ok)?;
     if let Some(scene) = &args.scene {
         return bake_scene::run(scene, &folder, args.json);
@@ -117,12 +117,12 @@ pub fn run(args: &BakeArgs) -> Result<(), Failure> {
     }
 }
 
-fn nothing_to_bake() -> Failure {
-    Failure::refused("usage", "", "give a mesh and its --name, a --shape, or a --scene")
+fn nothing_to_bake() -> CommandError {
+    CommandError::refused("usage", "", "give a mesh and its --name, a --shape, or a --scene")
 }
 
 /// The mesh to bake: read from its file, or generated.
-fn mesh(args: &BakeArgs) -> Result<RawMesh, Failure> {
+fn mesh(args: &BakeArgs) -> Result<RawMesh, CommandError> {
     match (&args.mesh, &args.shape) {
         (Some(file), _) => read(file, args),
         (None, Some(shape)) => shapes::by_name(shape).ok_or_else(nothing_to_bake),
@@ -131,7 +131,7 @@ fn mesh(args: &BakeArgs) -> Result<RawMesh, Failure> {
 }
 
 /// Bakes one object of a mesh file or of a generated shape.
-fn one(args: &BakeArgs, name: &str, folder: &Path) -> Result<(), Failure> {
+fn one(args: &BakeArgs, name: &str, folder: &Path) -> Result<(), CommandError> {
     let begun = Instant::now();
     let token = interrupt::token();
     let mut request = request(args, name)?;
@@ -146,15 +146,15 @@ fn one(args: &BakeArgs, name: &str, folder: &Path) -> Result<(), Failure> {
     let raw = mesh(args)?;
     // A unit that was given is meant.
     let asks = args.unit.is_none() && args.shape.is_none();
-    let doubtful = asks.then(|| size::doubtful(&raw, Unit::M, request.material.density_kg_m3)).flatten();
+    let doubtful = asks.then(|| size::doubtful(&raw, LengthUnit::M, request.material.density_kg_m3)).flatten();
     doubtful.iter().for_each(|doubt| baked::warning(doubt));
     request.cracks = args.cracks.as_ref().map(|file| read(file, args)).transpose()?;
     let resumed = if args.resume { shares::resume(&kept, &raw, args, &request, share)? } else { None };
-    let bar = Bar::new(name, share.size(new));
+    let bar = BakeProgress::new(name, share.size(new));
     let begin = || match args.add {
-        None => Partial::begin(raw, &request, share, &token, &mut |step| bar.show(step))
+        None => PartialBake::begin(raw, &request, share, &token, &mut |step| bar.show(step))
             .map_err(|error| of_mesh(error, args.mesh.as_deref())),
-        Some(count) => Ok(Partial::add(same_mesh(raw, &request, &file)?, count, share)?),
+        Some(count) => Ok(PartialBake::add(same_mesh(raw, &request, &file)?, count, share)?),
     };
     let partial = resumed.map_or_else(begin, Ok)?;
     let partial = shares::work(partial, &kept, &token, &bar)?;
@@ -165,7 +165,7 @@ fn one(args: &BakeArgs, name: &str, folder: &Path) -> Result<(), Failure> {
     let prepared = partial.learn(&token, &mut |step| bar.show(step))?;
     bar.say("write");
     let writing = interrupt::writing();
-    database::save(&prepared, &file).map_err(|error| Failure::database(&file, &error))?;
+    database::save(&prepared, &file).map_err(|error| CommandError::database(&file, &error))?;
     drop(writing);
     shares::forget(&kept)?;
     bar.finish();
@@ -180,15 +180,15 @@ fn elastic(text: &str) -> Result<ElasticRequest, String> {
     choice(text, &[("reduced", ElasticRequest::Reduced), ("solve", ElasticRequest::Solve)])
 }
 
-fn quality(text: &str) -> Result<Quality, String> {
+fn quality(text: &str) -> Result<Preset, String> {
     let names = ["draft", "game", "film", "reference"];
-    Quality::by_name(text).ok_or_else(|| choice(text, &names.map(|name| (name, ()))).err().unwrap_or_default())
+    Preset::by_name(text).ok_or_else(|| choice(text, &names.map(|name| (name, ()))).err().unwrap_or_default())
 }
 
 /// What is wrong with the mesh itself is said of its file.
-fn of_mesh(error: BakeError, mesh: Option<&Path>) -> Failure {
+fn of_mesh(error: BakeError, mesh: Option<&Path>) -> CommandError {
     let own = mesh.filter(|_| matches!(error, BakeError::Surface(_)) && !error.is_cancelled());
-    let failure = Failure::from(error);
+    let failure = CommandError::from(error);
     match own {
         Some(file) => failure.of_file(file),
         None => failure,
@@ -196,37 +196,37 @@ fn of_mesh(error: BakeError, mesh: Option<&Path>) -> Failure {
 }
 
 /// A mesh file; what is wrong with it is said of the file.
-fn read(file: &Path, args: &BakeArgs) -> Result<RawMesh, Failure> {
-    mistaken::check(file, Wanted::Mesh)?;
-    surface::read(file, args.unit.unwrap_or(Unit::M), args.up).map_err(|error| match error {
+fn read(file: &Path, args: &BakeArgs) -> Result<RawMesh, CommandError> {
+    mistaken::check(file, ExpectedFile::Mesh)?;
+    surface::read(file, args.unit.unwrap_or(LengthUnit::M), args.up).map_err(|error| match error {
         named @ (SurfaceError::Unreadable { .. } | SurfaceError::UnknownFormat { .. }) => named.into(),
-        error => Failure::from(error).of_file(file),
+        error => CommandError::from(error).of_file(file),
     })
 }
 
 /// The hash of mesh and cracks.
-pub fn input_hash(raw: RawMesh, request: &BakeRequest) -> Result<String, Failure> {
+pub fn input_hash(raw: RawMesh, request: &BakeRequest) -> Result<String, CommandError> {
     let surface = Surface::repair(raw)?;
-    let sheets = request.cracks.as_ref().map(|cracks| Sheets::new(cracks, &surface.frame)).transpose();
+    let sheets = request.cracks.as_ref().map(|cracks| CrackSheets::new(cracks, &surface.frame)).transpose();
     Ok(database::input_hash(&surface, sheets.map_err(BakeError::Cracks)?.as_ref()))
 }
 
 /// The database that is there, if it was baked from this mesh, with these cracks.
-fn same_mesh(raw: RawMesh, request: &BakeRequest, file: &Path) -> Result<Prepared, Failure> {
-    let prepared = database::load(file).map_err(|error| Failure::database(file, &error))?;
+fn same_mesh(raw: RawMesh, request: &BakeRequest, file: &Path) -> Result<PreparedObject, CommandError> {
+    let prepared = database::load(file).map_err(|error| CommandError::database(file, &error))?;
     if prepared.report.input_hash == input_hash(raw, request)? {
         return Ok(prepared);
     }
     let message =
         format!("{} was baked from another mesh, with other cracks, or with another unit or axis", file.display());
-    Err(Failure::refused("other_mesh", file.display().to_string(), message))
+    Err(CommandError::refused("other_mesh", file.display().to_string(), message))
 }
 
-fn request(args: &BakeArgs, name: &str) -> Result<BakeRequest, Failure> {
+fn request(args: &BakeArgs, name: &str) -> Result<BakeRequest, CommandError> {
     let table = match &args.materials {
         None => MATERIALS.to_owned(),
         Some(path) => shatter_engine::scene::read_text(path).map_err(|error| {
-            Failure::refused("unreadable_file", path.display().to_string(), format!("{}: {error}", path.display()))
+            CommandError::refused("unreadable_file", path.display().to_string(), format!("{}: {error}", path.display()))
         })?,
     };
     Ok(BakeRequest {

@@ -1,12 +1,12 @@
 //! `shatterd bake --scene`: the databases of a scene, from the shapes that the project generates.
 
-use super::bar::Bar;
-use super::mistaken::{self, Wanted};
-use super::{Failure, baked, interrupt, out};
+use super::bar::BakeProgress;
+use super::mistaken::{self, ExpectedFile};
+use super::{CommandError, baked, interrupt, out};
 use serde_json::{Value, json};
-use shatter_engine::scene::{Recipe, Scene};
+use shatter_engine::scene::{BakeRecipe, Scene};
 use shatter_fracture::database::{self, EXTENSION};
-use shatter_fracture::token::Token;
+use shatter_fracture::token::CancelToken;
 use std::path::Path;
 use std::time::Instant;
 
@@ -23,14 +23,14 @@ enum State {
 
 /// Bakes every database of the scene whose shape is generated into `folder`, one after the other; what a bake would make again is kept.
 /// A failure or an interruption ends it, and what was finished before stays.
-pub fn run(scene: &Path, folder: &Path, as_json: bool) -> Result<(), Failure> {
-    mistaken::check(scene, Wanted::Scene)?;
+pub fn run(scene: &Path, folder: &Path, as_json: bool) -> Result<(), CommandError> {
+    mistaken::check(scene, ExpectedFile::Scene)?;
     let shown = scene.display();
     let scene = Scene::load(scene)?;
     let recipes = scene.recipes()?;
     if recipes.iter().all(|(name, recipe)| recipe.bake(name).is_none()) {
         let message = format!("{shown}: no object has a `shape`; bake their meshes with --name");
-        return Err(Failure::refused("no_shape", "shape", message));
+        return Err(CommandError::refused("no_shape", "shape", message));
     }
     out::folder(folder)?;
     let token = interrupt::token();
@@ -60,10 +60,10 @@ pub fn run(scene: &Path, folder: &Path, as_json: bool) -> Result<(), Failure> {
 }
 
 /// Sees to it that `file` is what `recipe` makes.
-fn provide(name: &str, recipe: &Recipe, file: &Path, token: &Token) -> Result<State, Failure> {
+fn provide(name: &str, recipe: &BakeRecipe, file: &Path, token: &CancelToken) -> Result<State, CommandError> {
     let Some((mesh, request)) = recipe.bake(name) else { return Ok(State::NoShape) };
-    let bar = Bar::new(name, request.examples);
-    let failed = |error| Failure::from(error).of_file(file);
+    let bar = BakeProgress::new(name, request.examples);
+    let failed = |error| CommandError::from(error).of_file(file);
     let stored = database::stored(file, mesh.clone(), &request, token, &mut |step| bar.show(step)).map_err(failed)?;
     if stored.is_some() {
         bar.finish();
@@ -72,7 +72,7 @@ fn provide(name: &str, recipe: &Recipe, file: &Path, token: &Token) -> Result<St
     let prepared = database::bake(mesh, &request, token, &mut |step| bar.show(step)).map_err(failed)?;
     bar.say("write");
     let writing = interrupt::writing();
-    database::save(&prepared, file).map_err(|error| Failure::database(file, &error))?;
+    database::save(&prepared, file).map_err(|error| CommandError::database(file, &error))?;
     drop(writing);
     bar.finish();
     baked::warn(&prepared);
@@ -87,7 +87,7 @@ fn word(state: State) -> &'static str {
     }
 }
 
-fn line(name: &str, recipe: &Recipe, state: State, file: &Path, seconds: f64) -> String {
+fn line(name: &str, recipe: &BakeRecipe, state: State, file: &Path, seconds: f64) -> String {
     let file = file.display();
     let own = recipe.objects.iter().eq([name]);
     let objects = if own { String::new() } else { format!(" (for {})", recipe.objects.join(", ")) };

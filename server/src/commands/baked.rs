@@ -1,9 +1,9 @@
 //! What was baked, in words and as a document.
 
-use super::{Failure, out};
+use super::{CommandError, out};
 use serde_json::json;
 use shatter_fracture::lattice::SPACING_RANGE;
-use shatter_fracture::pipeline::{Learned, Prepared};
+use shatter_fracture::pipeline::{LearnedModel, PreparedObject};
 use shatter_fracture::surface::{Defect, DefectKind};
 use shatter_proto::text;
 use std::fmt::Write;
@@ -15,12 +15,12 @@ const VOLUME_ERROR_TOLD: f64 = 0.03;
 
 /// Warns on stderr and prints what was baked. `doubtful` was said before.
 pub fn tell(
-    prepared: &Prepared,
+    prepared: &PreparedObject,
     file: &Path,
     took: Duration,
     doubtful: Option<String>,
     as_json: bool,
-) -> Result<(), Failure> {
+) -> Result<(), CommandError> {
     let seconds = took.as_secs_f64();
     warn(prepared);
     let warnings: Vec<String> = doubtful.into_iter().chain(warnings(prepared)).collect();
@@ -32,7 +32,7 @@ pub fn tell(
 }
 
 /// Says on stderr what should be looked at.
-pub fn warn(prepared: &Prepared) {
+pub fn warn(prepared: &PreparedObject) {
     warnings(prepared).iter().for_each(|text| warning(text));
 }
 
@@ -43,7 +43,7 @@ pub fn warning(text: &str) {
 
 /// What should be looked at: a lattice too coarse for the shape, whose parts of about its spacing are lost or thickened, and parts that
 /// it severs.
-fn warnings(prepared: &Prepared) -> Vec<String> {
+fn warnings(prepared: &PreparedObject) -> Vec<String> {
     let mut warnings = Vec::new();
     let error = prepared.report.volume_error();
     if error.abs() > VOLUME_ERROR_TOLD {
@@ -69,7 +69,7 @@ fn warnings(prepared: &Prepared) -> Vec<String> {
 }
 
 /// The document of `bake --json`.
-fn document(prepared: &Prepared, file: &Path, warnings: &[String], seconds: f64) -> serde_json::Value {
+fn document(prepared: &PreparedObject, file: &Path, warnings: &[String], seconds: f64) -> serde_json::Value {
     let report = &prepared.report;
     json!({
         "object": prepared.name,
@@ -114,7 +114,7 @@ pub fn defects(all: &[Defect]) -> Vec<serde_json::Value> {
     all.iter().map(line).collect()
 }
 
-fn screen(prepared: &Prepared, file: &Path, seconds: f64) -> String {
+fn screen(prepared: &PreparedObject, file: &Path, seconds: f64) -> String {
     // Writing to a string cannot fail.
     let mut text = String::new();
     let report = &prepared.report;
@@ -154,7 +154,7 @@ fn screen(prepared: &Prepared, file: &Path, seconds: f64) -> String {
             cracks.triangles, cracks.area_m2, cracks.width_m, cracks.elastic_width_m, cracks.volume_m3
         );
     }
-    if let Some(Learned { quality, .. }) = &prepared.learned {
+    if let Some(LearnedModel { quality, .. }) = &prepared.learned {
         let percent = |share: f64| 100.0 * share;
         let _ = writeln!(
             text,

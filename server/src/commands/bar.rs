@@ -1,7 +1,7 @@
 //! The progress of baking: one bar on a terminal, a line now and then in a log.
 
 use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
-use shatter_fracture::database::{Size, Step};
+use shatter_fracture::database::{BakeSize, BakeStep};
 use std::cell::RefCell;
 use std::io::{IsTerminal, Write};
 use std::time::{Duration, Instant};
@@ -13,7 +13,7 @@ const TOLD_EVERY: Duration = Duration::from_secs(30);
 const STAGES: u64 = 7;
 
 /// How far the work is, on stderr.
-pub struct Bar {
+pub struct BakeProgress {
     object: String,
     begun: Instant,
     course: RefCell<Course>,
@@ -21,7 +21,7 @@ pub struct Bar {
     terminal: Option<ProgressBar>,
 }
 
-impl Bar {
+impl BakeProgress {
     /// At the beginning of work on `object` with that many examples.
     pub fn new(object: &str, examples: u64) -> Self {
         let terminal = std::io::stderr().is_terminal().then(terminal);
@@ -30,8 +30,8 @@ impl Bar {
     }
 
     /// Shows that `step` begins, or how far the examples are, if there are any. Tells what the rest takes as soon as that is known.
-    pub fn show(&self, step: Step) {
-        if let Step::Sized(size) = step {
+    pub fn show(&self, step: BakeStep) {
+        if let BakeStep::Sized(size) = step {
             return self.note(&cost(&size, rayon::current_num_threads()));
         }
         if examples(step).is_some_and(|[_, of]| of == 0) {
@@ -79,8 +79,8 @@ impl Bar {
 }
 
 /// What the rest of a bake takes on so many threads, and what it leaves to hold.
-fn cost(size: &Size, threads: usize) -> String {
-    let Size { elastic_nodes, crack_nodes, examples, .. } = size;
+fn cost(size: &BakeSize, threads: usize) -> String {
+    let BakeSize { elastic_nodes, crack_nodes, examples, .. } = size;
     let most = size.core_seconds();
     let [least, most] = [most / threads as f64, most].map(|seconds| seconds.round().max(1.0) as u64);
     let seconds = if least == most { format!("{most} s") } else { format!("{least} to {most} s") };
@@ -166,35 +166,35 @@ impl Course {
 /// Rank of the examples among the stages.
 const EXAMPLES: u64 = 5;
 
-fn rank(step: Step) -> u64 {
+fn rank(step: BakeStep) -> u64 {
     match step {
-        Step::Surface => 0,
-        Step::Volume => 1,
-        Step::Lattices | Step::Sized(_) => 2,
-        Step::Lift(_) => 3,
-        Step::Elasticity(_) => 4,
-        Step::Examples { .. } => EXAMPLES,
-        Step::Reduction | Step::Calibration => STAGES - 1,
+        BakeStep::Surface => 0,
+        BakeStep::Volume => 1,
+        BakeStep::Lattices | BakeStep::Sized(_) => 2,
+        BakeStep::Lift(_) => 3,
+        BakeStep::Elasticity(_) => 4,
+        BakeStep::Examples { .. } => EXAMPLES,
+        BakeStep::Reduction | BakeStep::Calibration => STAGES - 1,
     }
 }
 
-fn examples(step: Step) -> Option<[u64; 2]> {
+fn examples(step: BakeStep) -> Option<[u64; 2]> {
     match step {
-        Step::Examples { done, of } => Some([done, of]),
+        BakeStep::Examples { done, of } => Some([done, of]),
         _ => None,
     }
 }
 
-fn describe(step: Step) -> String {
+fn describe(step: BakeStep) -> String {
     match step {
-        Step::Surface => "surface: weld, orient, name defects".to_owned(),
-        Step::Volume => "volume: winding numbers".to_owned(),
-        Step::Lattices | Step::Sized(_) => "lattices".to_owned(),
-        Step::Lift(body) => format!("lift of body {body}"),
-        Step::Elasticity(body) => format!("elasticity of body {body}"),
-        Step::Reduction => "reduced elasticity".to_owned(),
-        Step::Calibration => "calibration of the degree".to_owned(),
-        Step::Examples { .. } => "examples".to_owned(),
+        BakeStep::Surface => "surface: weld, orient, name defects".to_owned(),
+        BakeStep::Volume => "volume: winding numbers".to_owned(),
+        BakeStep::Lattices | BakeStep::Sized(_) => "lattices".to_owned(),
+        BakeStep::Lift(body) => format!("lift of body {body}"),
+        BakeStep::Elasticity(body) => format!("elasticity of body {body}"),
+        BakeStep::Reduction => "reduced elasticity".to_owned(),
+        BakeStep::Calibration => "calibration of the degree".to_owned(),
+        BakeStep::Examples { .. } => "examples".to_owned(),
     }
 }
 
@@ -202,7 +202,7 @@ fn describe(step: Step) -> String {
 mod tests {
     use super::*;
 
-    fn told(course: &mut Course, step: Step, seconds: u64) -> Told {
+    fn told(course: &mut Course, step: BakeStep, seconds: u64) -> Told {
         course.tell(rank(step), &describe(step), examples(step), Duration::from_secs(seconds))
     }
 
@@ -210,11 +210,13 @@ mod tests {
     fn the_count_never_falls_and_never_exceeds_its_length() {
         for of in [0, 300] {
             let mut course = Course::new(of);
-            let begin = [Step::Surface, Step::Volume, Step::Lattices];
-            let bodies = (0..3).flat_map(|body| [Step::Lift(body), Step::Elasticity(body)]);
-            let examples = (0..=of).step_by(50).map(|done| Step::Examples { done, of });
+            let begin = [BakeStep::Surface, BakeStep::Volume, BakeStep::Lattices];
+            let bodies = (0..3).flat_map(|body| [BakeStep::Lift(body), BakeStep::Elasticity(body)]);
+            let examples = (0..=of).step_by(50).map(|done| BakeStep::Examples { done, of });
             let mut before = 0;
-            for step in begin.into_iter().chain(bodies).chain(examples).chain([Step::Reduction, Step::Calibration]) {
+            for step in
+                begin.into_iter().chain(bodies).chain(examples).chain([BakeStep::Reduction, BakeStep::Calibration])
+            {
                 told(&mut course, step, 0);
                 assert!((before..=course.length()).contains(&course.position), "{step:?}: {}", course.position);
                 before = course.position;
@@ -228,7 +230,7 @@ mod tests {
     #[test]
     fn times_and_memory_are_told_before_they_are_spent() {
         let (factor_bytes, skin_triangles) = (27_200_000, 130_196);
-        let size = Size { elastic_nodes: 4_645, crack_nodes: 9_576, examples: 100, factor_bytes, skin_triangles };
+        let size = BakeSize { elastic_nodes: 4_645, crack_nodes: 9_576, examples: 100, factor_bytes, skin_triangles };
         let told = cost(&size, 2);
         assert!(
             told.starts_with(
@@ -238,27 +240,27 @@ mod tests {
         );
         assert!(told.ends_with("a daemon will hold about 61 MB for it"), "{told}");
         assert!(
-            cost(&Size { examples: 0, ..size }, 1).contains("about 2 s"),
+            cost(&BakeSize { examples: 0, ..size }, 1).contains("about 2 s"),
             "{}",
-            cost(&Size { examples: 0, ..size }, 1)
+            cost(&BakeSize { examples: 0, ..size }, 1)
         );
     }
 
     #[test]
     fn a_log_gets_a_line_at_each_stage_and_every_half_minute() {
         let mut course = Course::new(300);
-        assert!(told(&mut course, Step::Lift(0), 0).due && told(&mut course, Step::Lift(1), 1).due);
+        assert!(told(&mut course, BakeStep::Lift(0), 0).due && told(&mut course, BakeStep::Lift(1), 1).due);
         let mut lines = Vec::new();
         for second in 0..=60 {
-            let told = told(&mut course, Step::Examples { done: 100 + second, of: 300 }, 10 + second);
+            let told = told(&mut course, BakeStep::Examples { done: 100 + second, of: 300 }, 10 + second);
             lines.extend(told.due.then(|| told.line("examples")));
         }
         assert_eq!(
             lines,
             ["examples 100/300", "examples 130/300, about 3 minutes left", "examples 160/300, about 2 minutes left"]
         );
-        let end = told(&mut course, Step::Examples { done: 300, of: 300 }, 71);
+        let end = told(&mut course, BakeStep::Examples { done: 300, of: 300 }, 71);
         assert!(end.due && end.line("examples") == "examples 300/300");
-        assert!(told(&mut course, Step::Reduction, 71).due);
+        assert!(told(&mut course, BakeStep::Reduction, 71).due);
     }
 }

@@ -1,17 +1,17 @@
 //! `shatterd check`: the plan of a scene, before anything runs.
 
-use super::mistaken::{self, Wanted};
-use super::{Failure, lookup, out};
+use super::mistaken::{self, ExpectedFile};
+use super::{CommandError, lookup, out};
 use crate::config::data_folder;
 use clap::Args;
 use serde_json::{Value, json};
 use shatter_engine::scene::{Scene, SceneObject, paid, tables};
 use shatter_fracture::database::{self, EXTENSION, Tables};
-use shatter_fracture::scene::{Anchors, Controls};
-use shatter_fracture::token::Token;
+use shatter_fracture::scene::{Anchors, WarpControls};
+use shatter_fracture::token::CancelToken;
 use shatter_proto::effect::{Class, Effect};
 use shatter_proto::name::nearest;
-use shatter_proto::{Kind, Refusal};
+use shatter_proto::{Error, ErrorKind};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
@@ -29,13 +29,13 @@ pub struct CheckArgs {
 }
 
 /// Reads the scene and prints its plan. Databases that are there are asked how large the tables are.
-pub fn run(args: &CheckArgs) -> Result<(), Failure> {
-    mistaken::check(&args.scene, Wanted::Scene)?;
+pub fn run(args: &CheckArgs) -> Result<(), CommandError> {
+    mistaken::check(&args.scene, ExpectedFile::Scene)?;
     let scene = Scene::load(&args.scene)?;
     scene.recipes()?;
     let folder = args.databases.clone().map_or_else(data_folder, Ok)?;
     let objects = scene.objects.iter().map(|(name, object)| plan(name, object, &folder));
-    let objects = objects.collect::<Result<Vec<_>, Failure>>()?;
+    let objects = objects.collect::<Result<Vec<_>, CommandError>>()?;
     if args.json {
         return out::print(&format!("{}\n", json!({ "scene": scene.title, "objects": objects })));
     }
@@ -54,13 +54,13 @@ fn missing(args: &CheckArgs, objects: &[Value]) -> String {
     if ways.is_empty() { String::new() } else { format!("\nto bake what is not: {}\n", ways.join(", ")) }
 }
 
-fn plan(name: &str, object: &SceneObject, folder: &Path) -> Result<Value, Failure> {
+fn plan(name: &str, object: &SceneObject, folder: &Path) -> Result<Value, CommandError> {
     let terms = &object.terms;
     let file = folder.join(format!("{}.{EXTENSION}", object.database));
     material(name, object, &file)?;
     warp(name, &terms.controls, &file)?;
     let sizes = match file.exists() {
-        true => Some(database::tensor_bytes(&file).map_err(|error| Failure::database(&file, &error))?),
+        true => Some(database::tensor_bytes(&file).map_err(|error| CommandError::database(&file, &error))?),
         false => None,
     };
     let effect = |effect: Effect| {
@@ -77,7 +77,7 @@ fn plan(name: &str, object: &SceneObject, folder: &Path) -> Result<Value, Failur
             "paid": paid(effect),
         })
     };
-    let table = |table: shatter_engine::scene::Table| {
+    let table = |table: shatter_engine::scene::OptionalTable| {
         let own = |tensor: &str| table.tensors.iter().any(|part| tensor.contains(part));
         let bytes =
             sizes.as_ref().map(|sizes| sizes.iter().filter(|(tensor, _)| own(tensor)).map(|(_, n)| n).sum::<u64>());
@@ -89,7 +89,7 @@ fn plan(name: &str, object: &SceneObject, folder: &Path) -> Result<Value, Failur
     if let Some(row) = tables.iter().find(absent) {
         let (key, table) = (format!("objects.{name}"), row["name"].as_str().unwrap_or_default());
         let message = format!("{key}: {} was baked without the table `{table}`: bake it again", file.display());
-        return Err(Refusal::new(Kind::Configuration, key, message).into());
+        return Err(Error::new(ErrorKind::Configuration, key, message).into());
     }
     let on = |effect: Effect| terms.on.has(effect);
     let stages = [
@@ -136,37 +136,37 @@ fn suggested(name: &str, folder: &Path) -> Option<Vec<String>> {
 const OPTIONAL: [&str; 2] = ["examples", "surface_diffusion"];
 
 /// Refuses a database that was baked of another material than the scene wants.
-fn material(name: &str, object: &SceneObject, file: &Path) -> Result<(), Failure> {
+fn material(name: &str, object: &SceneObject, file: &Path) -> Result<(), CommandError> {
     let Some((wanted, _)) = object.material.as_ref().filter(|_| file.exists()) else { return Ok(()) };
-    let found = database::load_parameters(file).map_err(|error| Failure::database(file, &error))?.material_name;
+    let found = database::load_parameters(file).map_err(|error| CommandError::database(file, &error))?.material_name;
     if found == *wanted {
         return Ok(());
     }
     let (key, at) = (format!("objects.{name}.material"), file.display());
     let message = format!("{key}: {at} was baked of {found}, the scene wants {wanted}: bake it again");
-    Err(Refusal::new(Kind::Configuration, key, message).into())
+    Err(Error::new(ErrorKind::Configuration, key, message).into())
 }
 
 /// Tries what an artist says on the database, if it is there.
-fn warp(name: &str, controls: &Controls, file: &Path) -> Result<(), Failure> {
+fn warp(name: &str, controls: &WarpControls, file: &Path) -> Result<(), CommandError> {
     if controls.is_silent() || !file.exists() {
         return Ok(());
     }
-    let prepared = database::load_tables(file, Tables::NONE).map_err(|error| Failure::database(file, &error))?;
-    prepared.warped(controls, &Token::default()).map(drop).map_err(|error| {
+    let prepared = database::load_tables(file, Tables::NONE).map_err(|error| CommandError::database(file, &error))?;
+    prepared.warped(controls, &CancelToken::default()).map(drop).map_err(|error| {
         let (key, message) = (format!("objects.{name}.warp"), format!("objects.{name}: {error}"));
-        Refusal::new(Kind::Configuration, key, message).into()
+        Error::new(ErrorKind::Configuration, key, message).into()
     })
 }
 
 /// What holds the object, and how many nodes each anchor has of a database that is there. Refused: anchors that do not hold it.
-fn anchors(name: &str, anchors: &Anchors, file: &Path) -> Result<Vec<Value>, Failure> {
+fn anchors(name: &str, anchors: &Anchors, file: &Path) -> Result<Vec<Value>, CommandError> {
     let mut nodes = vec![None; anchors.regions.len()];
     if !anchors.regions.is_empty() && file.exists() {
         let elastic = Tables { elastic: true, ..Tables::NONE };
-        let prepared = database::load_tables(file, elastic).map_err(|error| Failure::database(file, &error))?;
+        let prepared = database::load_tables(file, elastic).map_err(|error| CommandError::database(file, &error))?;
         let grip = prepared.grip(anchors).map_err(|error| {
-            Refusal::new(Kind::Configuration, format!("objects.{name}.anchors"), format!("objects.{name}: {error}"))
+            Error::new(ErrorKind::Configuration, format!("objects.{name}.anchors"), format!("objects.{name}: {error}"))
         })?;
         nodes = grip.counts.into_iter().map(Some).collect();
     }

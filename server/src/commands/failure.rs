@@ -7,7 +7,7 @@ use shatter_fracture::database::{BakeError, DatabaseError, JoinError};
 use shatter_fracture::lattice::LatticeError;
 use shatter_fracture::scene::MaterialError;
 use shatter_fracture::surface::SurfaceError;
-use shatter_proto::{Refusal, exit, text};
+use shatter_proto::{Error, exit, text};
 use std::io::Write;
 use std::path::Path;
 use std::process::ExitCode;
@@ -23,7 +23,7 @@ const AND: &str = ", ";
 
 /// A command's failure, as printed and as exit code.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Failure {
+pub struct CommandError {
     kind: &'static str,
     fault: &'static str,
     retry: bool,
@@ -34,7 +34,7 @@ pub struct Failure {
     files: Option<serde_json::Value>,
 }
 
-impl Failure {
+impl CommandError {
     /// Input that the caller has to mend.
     pub fn refused(kind: &'static str, at: impl Into<String>, message: impl Into<String>) -> Self {
         let (at, message) = (at.into(), message.into());
@@ -153,7 +153,7 @@ impl Failure {
     }
 }
 
-impl From<StdoutError> for Failure {
+impl From<StdoutError> for CommandError {
     fn from(error: StdoutError) -> Self {
         match error {
             StdoutError::Failed(refusal) => refusal.into(),
@@ -165,8 +165,8 @@ impl From<StdoutError> for Failure {
     }
 }
 
-impl From<Refusal> for Failure {
-    fn from(refusal: Refusal) -> Self {
+impl From<Error> for CommandError {
+    fn from(refusal: Error) -> Self {
         Self {
             kind: refusal.kind.name(),
             fault: refusal.kind.fault().name(),
@@ -179,7 +179,7 @@ impl From<Refusal> for Failure {
     }
 }
 
-impl From<MaterialError> for Failure {
+impl From<MaterialError> for CommandError {
     fn from(error: MaterialError) -> Self {
         let (kind, at) = match &error {
             MaterialError::Unreadable(_) => ("material_table", String::new()),
@@ -190,7 +190,7 @@ impl From<MaterialError> for Failure {
     }
 }
 
-impl From<SurfaceError> for Failure {
+impl From<SurfaceError> for CommandError {
     fn from(error: SurfaceError) -> Self {
         let (kind, at) = match &error {
             SurfaceError::Unreadable { path, .. } => ("unreadable_file", path.display().to_string()),
@@ -213,7 +213,7 @@ impl From<SurfaceError> for Failure {
     }
 }
 
-impl From<LatticeError> for Failure {
+impl From<LatticeError> for CommandError {
     fn from(error: LatticeError) -> Self {
         let (kind, at) = match &error {
             LatticeError::SpacingOutOfRange { spacing, .. } => ("spacing_out_of_range", spacing.to_string()),
@@ -230,7 +230,7 @@ impl From<LatticeError> for Failure {
     }
 }
 
-impl From<BakeError> for Failure {
+impl From<BakeError> for CommandError {
     fn from(error: BakeError) -> Self {
         let message = error.to_string();
         match error {
@@ -254,7 +254,7 @@ impl From<BakeError> for Failure {
     }
 }
 
-impl From<JoinError> for Failure {
+impl From<JoinError> for CommandError {
     fn from(error: JoinError) -> Self {
         let message = error.to_string();
         let shown = |path: &Path| path.display().to_string();

@@ -1,16 +1,16 @@
 //! `shatterd inspect`: what a database holds.
 
 use super::inspect_memory::{memory_lines, memory_table};
-use super::mistaken::{self, Wanted};
-use super::{Failure, baked, intact, lookup, out};
-use crate::memory::Resident;
+use super::mistaken::{self, ExpectedFile};
+use super::{CommandError, baked, intact, lookup, out};
+use crate::memory::ResidentMemory;
 use clap::Args;
 use serde_json::{Value, json};
 use shatter_cli_common::lab;
-use shatter_engine::wire::{Served, Timing};
+use shatter_engine::wire::{CostReport, EngineObject};
 use shatter_fracture::accuracy::{NORMAL_DEG, NormalShares};
 use shatter_fracture::database;
-use shatter_fracture::pipeline::Prepared;
+use shatter_fracture::pipeline::PreparedObject;
 use std::path::{Path, PathBuf};
 use std::process::Stdio;
 
@@ -41,17 +41,17 @@ pub struct InspectArgs {
 }
 
 /// Loads and verifies the file as the daemon would, and prints what is inside.
-pub fn run(args: &InspectArgs) -> Result<(), Failure> {
+pub fn run(args: &InspectArgs) -> Result<(), CommandError> {
     let file = lookup::database(&args.file, args.databases.as_deref())?;
-    mistaken::check(&file, Wanted::Database)?;
+    mistaken::check(&file, ExpectedFile::Database)?;
     args.out.as_deref().map_or(Ok(()), out::folder)?;
-    let damaged = |error| Failure::database(&file, &error);
+    let damaged = |error| CommandError::database(&file, &error);
     if args.memory {
         // Each thread keeps free memory of its own. Whoever set the pool up earlier has decided.
         let _ = rayon::ThreadPoolBuilder::new().num_threads(1).build_global();
     }
-    let before = Resident::now();
-    let served = Served::whole(database::load(&file).map_err(damaged)?);
+    let before = ResidentMemory::now();
+    let served = EngineObject::whole(database::load(&file).map_err(damaged)?);
     let prepared = served.prepared();
     let memory = args.memory.then(|| memory_table(&served, before)).transpose()?;
     let provenance = database::load_provenance(&file).map_err(damaged)?;
@@ -118,7 +118,7 @@ pub fn run(args: &InspectArgs) -> Result<(), Failure> {
 }
 
 /// Shares of the outer area; `null` for an object without a skin.
-fn normals(prepared: &Prepared) -> Value {
+fn normals(prepared: &PreparedObject) -> Value {
     NormalShares::of(prepared, NORMAL_DEG).map_or(
         Value::Null,
         |shares| json!({ "faces": shares.faces, "smooth": shares.smooth, "carried": shares.carried }),
@@ -126,9 +126,9 @@ fn normals(prepared: &Prepared) -> Value {
 }
 
 /// What strikes are expected to take, if that is asked for; `null` where it is not, or nothing fits.
-fn timing(served: &Served, asked: bool) -> Result<Value, Failure> {
+fn timing(served: &EngineObject, asked: bool) -> Result<Value, CommandError> {
     let timing = if asked { served.timing()? } else { None };
-    let Some(Timing { cost, strikes, error_median, error_p90 }) = timing else { return Ok(Value::Null) };
+    let Some(CostReport { cost, strikes, error_median, error_p90 }) = timing else { return Ok(Value::Null) };
     Ok(json!({
         "reduced_ms": 1e3 * cost.reduced_s,
         "solve_ms": 1e3 * cost.solve_s,
@@ -142,17 +142,17 @@ fn timing(served: &Served, asked: bool) -> Result<Value, Failure> {
 }
 
 /// Has the lab draw the page of what the object has learned.
-fn draw_examples(prepared: &Prepared, file: &Path, folder: &Path) -> Result<(), Failure> {
+fn draw_examples(prepared: &PreparedObject, file: &Path, folder: &Path) -> Result<(), CommandError> {
     if prepared.learned.is_none() {
         let message = "the database has no examples, or too few to learn from; bake it with --examples 64";
-        return Err(Failure::refused("no_examples", "", message));
+        return Err(CommandError::refused("no_examples", "", message));
     }
     let output = lab::program().arg("examples").arg(file).arg("--out").arg(folder).stdin(Stdio::null()).output();
-    let output = output.map_err(|error| Failure::from(lab::absent(&error)))?;
+    let output = output.map_err(|error| CommandError::from(lab::absent(&error)))?;
     let told = String::from_utf8_lossy(&output.stderr);
     eprint!("{told}");
     match output.status.success() {
         true => Ok(()),
-        false => Err(Failure::ours("page", format!("{} drew no page: {}", lab::PROGRAM, told.trim()))),
+        false => Err(CommandError::ours("page", format!("{} drew no page: {}", lab::PROGRAM, told.trim()))),
     }
 }

@@ -1,17 +1,17 @@
 //! `shatterd inspect --memory`: where the memory of a served object goes.
 
-use super::Failure;
-use crate::memory::{Resident, release_free};
+use super::CommandError;
+use crate::memory::{ResidentMemory, release_free};
 use serde_json::{Value, json};
-use shatter_engine::object::Object;
-use shatter_engine::wire::Served;
+use shatter_engine::object::ServedObject;
+use shatter_engine::wire::EngineObject;
 
 /// Finishes the object as a daemon does, and sets what it holds beside the resident memory of this process, of which `before` was
 /// there before it was loaded.
 ///
 /// # Errors
 /// Those of the factorization and of the strikes that the daemon times.
-pub fn memory_table(served: &Served, before: Option<Resident>) -> Result<Value, Failure> {
+pub fn memory_table(served: &EngineObject, before: Option<ResidentMemory>) -> Result<Value, CommandError> {
     served.finish()?;
     release_free();
     let prepared = served.prepared();
@@ -19,7 +19,7 @@ pub fn memory_table(served: &Served, before: Option<Resident>) -> Result<Value, 
     let object_bytes: u64 = rows.iter().map(|(_, bytes)| bytes).sum();
     rows.sort_by_key(|(_, bytes)| std::cmp::Reverse(*bytes));
     rows.retain(|(_, bytes)| *bytes > 0);
-    let now = Resident::now();
+    let now = ResidentMemory::now();
     rows.push(("program and libraries", now.map_or(0, |now| now.file)));
     rows.push(("program's own heap and stacks", before.map_or(0, |before| before.anonymous)));
     let accounted_bytes: u64 = rows.iter().map(|(_, bytes)| bytes).sum();

@@ -1,29 +1,29 @@
 //! The intact object as a mesh file, for hosts that put its pieces in its place when it breaks.
 
-use super::{Failure, out};
+use super::{CommandError, out};
 use nalgebra::Point3;
 use shatter_export::{ExportError, FragmentView, RunView, glb_bytes};
-use shatter_fracture::pipeline::{Intact, Prepared};
+use shatter_fracture::pipeline::{IntactBody, PreparedObject};
 use shatter_fracture::surface::{RawMesh, shapes};
 use std::path::Path;
 
 /// Writes the boundary of every body to `path`, whole or not at all: one mesh in `.obj`, one node per body in `.glb`. Metres,
 /// coordinates of the mesh file.
-pub fn write(prepared: &Prepared, path: &Path) -> Result<(), Failure> {
+pub fn write(prepared: &PreparedObject, path: &Path) -> Result<(), CommandError> {
     let bodies = prepared.intact();
     let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or_default().to_ascii_lowercase();
     let bytes = match ending.as_str() {
         "obj" => shapes::obj(&joined(&bodies)).into_bytes(),
-        "glb" => glb(&bodies).map_err(|error| Failure::output(path, &error))?,
-        _ => return Err(Failure::output(path, &"a mesh is written as .obj or .glb")),
+        "glb" => glb(&bodies).map_err(|error| CommandError::output(path, &error))?,
+        _ => return Err(CommandError::output(path, &"a mesh is written as .obj or .glb")),
     };
     out::whole(path, &bytes)
 }
 
 /// All bodies as one mesh.
-fn joined(bodies: &[Intact]) -> RawMesh {
+fn joined(bodies: &[IntactBody]) -> RawMesh {
     let mut all = RawMesh::new(Vec::new(), Vec::new());
-    for Intact { mesh, .. } in bodies {
+    for IntactBody { mesh, .. } in bodies {
         let first = all.positions_m.len() as u32;
         all.positions_m.extend_from_slice(&mesh.positions_m);
         all.triangles.extend(mesh.triangles.iter().map(|triangle| triangle.map(|vertex| first + vertex)));
@@ -37,7 +37,7 @@ struct Sections {
     runs: [RunView; 1],
 }
 
-fn sections(own: &Intact) -> Sections {
+fn sections(own: &IntactBody) -> Sections {
     let relative = |place: &Point3<f64>| [0, 1, 2].map(|k| (place[k] - own.centre_m[k]) as f32);
     let index_count = 3 * own.mesh.triangles.len() as u32;
     Sections {
@@ -46,7 +46,7 @@ fn sections(own: &Intact) -> Sections {
     }
 }
 
-fn view<'a>(body: usize, own: &'a Intact, sections: &'a Sections) -> FragmentView<'a> {
+fn view<'a>(body: usize, own: &'a IntactBody, sections: &'a Sections) -> FragmentView<'a> {
     FragmentView {
         normals: &[],
         uvs: &[],
@@ -64,7 +64,7 @@ fn view<'a>(body: usize, own: &'a Intact, sections: &'a Sections) -> FragmentVie
 }
 
 /// One node per body, as pieces are written.
-fn glb(bodies: &[Intact]) -> Result<Vec<u8>, ExportError> {
+fn glb(bodies: &[IntactBody]) -> Result<Vec<u8>, ExportError> {
     let sections: Vec<Sections> = bodies.iter().map(sections).collect();
     let views = bodies.iter().zip(&sections).enumerate();
     let views: Vec<FragmentView<'_>> = views.map(|(body, (own, sections))| view(body, own, sections)).collect();

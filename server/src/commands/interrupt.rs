@@ -1,9 +1,9 @@
 //! Ctrl-C and the ends that supervisors and job schedulers ask for: the command ends soon, with 128 and the signal's number, and
 //! leaves no half-written file.
 
-use super::Failure;
+use super::CommandError;
 use rustix::process::{Pid, Signal as Kill, kill_process};
-use shatter_fracture::token::Token;
+use shatter_fracture::token::CancelToken;
 use shatter_proto::exit;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
@@ -20,7 +20,7 @@ const GRACE: Duration = Duration::from_secs(1);
 static CAME: AtomicU8 = AtomicU8::new(0);
 
 /// Cancelled by the first signal, if the command has asked for it.
-static TOKEN: Mutex<Option<Token>> = Mutex::new(None);
+static TOKEN: Mutex<Option<CancelToken>> = Mutex::new(None);
 
 /// Whether the work keeps what it has at its next checkpoint, however long that takes.
 static KEEPS: AtomicBool = AtomicBool::new(false);
@@ -35,8 +35,8 @@ static WRITING: Mutex<()> = Mutex::new(());
 static CHILD: Mutex<Option<Pid>> = Mutex::new(None);
 
 /// Waits for signals from here on; commands call it before anything else. `json`: whether stdout gets a document.
-pub fn watch(json: bool) -> Result<(), Failure> {
-    let failed = |error: std::io::Error| Failure::output(Path::new("signals"), &error);
+pub fn watch(json: bool) -> Result<(), CommandError> {
+    let failed = |error: std::io::Error| CommandError::output(Path::new("signals"), &error);
     let runtime = Builder::new_current_thread().enable_io().enable_time().build().map_err(failed)?;
     let signals = Signals::new(&runtime).map_err(failed)?;
     std::thread::spawn(move || {
@@ -47,8 +47,8 @@ pub fn watch(json: bool) -> Result<(), Failure> {
 }
 
 /// A token that the first signal cancels.
-pub fn token() -> Token {
-    let token = Token::default();
+pub fn token() -> CancelToken {
+    let token = CancelToken::default();
     if CAME.load(Ordering::SeqCst) != 0 {
         token.cancel();
     }
@@ -132,6 +132,6 @@ fn end(json: bool) -> ! {
         let _ = kill_process(child, Kill::TERM);
     }
     let _last = writing();
-    let _ = Failure::interrupted("interrupted; every file is whole, as it was or as it became").print(json);
+    let _ = CommandError::interrupted("interrupted; every file is whole, as it was or as it became").print(json);
     std::process::exit(i32::from(exit_code()))
 }

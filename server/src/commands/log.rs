@@ -4,16 +4,16 @@ use shatter_proto::text;
 use std::io::{Result, Write};
 
 /// Writes each buffer, which is one event of the log, as one line without control characters and of bounded length.
-pub struct Lines<W>(W);
+pub struct LineWriter<W>(W);
 
-impl<W: Write> Lines<W> {
+impl<W: Write> LineWriter<W> {
     /// Lines that go to `output`.
     pub fn new(output: W) -> Self {
         Self(output)
     }
 }
 
-impl<W: Write> Write for Lines<W> {
+impl<W: Write> Write for LineWriter<W> {
     fn write(&mut self, event: &[u8]) -> Result<usize> {
         let line = String::from_utf8_lossy(event.strip_suffix(b"\n").unwrap_or(event));
         // One call, so that lines of several threads do not mix.
@@ -47,10 +47,10 @@ mod tests {
     }
 
     impl<'a> MakeWriter<'a> for Collected {
-        type Writer = Lines<Self>;
+        type Writer = LineWriter<Self>;
 
         fn make_writer(&'a self) -> Self::Writer {
-            Lines::new(self.clone())
+            LineWriter::new(self.clone())
         }
     }
 

@@ -1,13 +1,13 @@
 //! Finds a database by the name of its object.
 
-use super::Failure;
+use super::CommandError;
 use crate::config::data_folder;
 use shatter_fracture::database::EXTENSION;
 use shatter_fracture::scene::nearest;
 use std::path::{Path, PathBuf};
 
 /// The database `given`: a file, or the name of an object whose database is in `folder`, or else in the platform's folder.
-pub fn database(given: &Path, folder: Option<&Path>) -> Result<PathBuf, Failure> {
+pub fn database(given: &Path, folder: Option<&Path>) -> Result<PathBuf, CommandError> {
     if given.exists() {
         return Ok(given.to_owned());
     }
@@ -25,7 +25,7 @@ pub fn database(given: &Path, folder: Option<&Path>) -> Result<PathBuf, Failure>
         None => ", which holds no database".to_owned(),
     };
     let message = format!("no file {} and no object `{name}` in {}{hint}", given.display(), folder.display());
-    Err(Failure::refused("unknown_object", name, message))
+    Err(CommandError::refused("unknown_object", name, message))
 }
 
 /// Names of the objects in `folder`, in order.

@@ -1,8 +1,8 @@
 //! `shatterd merge`: the shares of a bake become the database.
 
-use super::bar::Bar;
-use super::mistaken::{self, Wanted};
-use super::{Failure, baked, interrupt, out};
+use super::bar::BakeProgress;
+use super::mistaken::{self, ExpectedFile};
+use super::{CommandError, baked, interrupt, out};
 use clap::Args;
 use shatter_fracture::database;
 use std::path::PathBuf;
@@ -23,17 +23,17 @@ pub struct MergeArgs {
 }
 
 /// Joins the shares, learns from all of their examples, writes the database. The shares stay.
-pub fn run(args: &MergeArgs) -> Result<(), Failure> {
+pub fn run(args: &MergeArgs) -> Result<(), CommandError> {
     let begun = Instant::now();
-    args.files.iter().try_for_each(|file| mistaken::check(file, Wanted::Database))?;
+    args.files.iter().try_for_each(|file| mistaken::check(file, ExpectedFile::Database))?;
     out::folder(&args.out)?;
     let token = interrupt::token();
-    let bar = Bar::new("merge", 0);
+    let bar = BakeProgress::new("merge", 0);
     let prepared = database::join(&args.files, &token, &mut |step| bar.show(step))?;
     let file = args.out.join(format!("{}.{}", prepared.name, database::EXTENSION));
     bar.say("write");
     let writing = interrupt::writing();
-    database::save(&prepared, &file).map_err(|error| Failure::database(&file, &error))?;
+    database::save(&prepared, &file).map_err(|error| CommandError::database(&file, &error))?;
     drop(writing);
     bar.finish();
     baked::tell(&prepared, &file, begun.elapsed(), None, args.json)

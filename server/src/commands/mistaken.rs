@@ -1,6 +1,6 @@
 //! Files and folders of another kind than a command takes, told by their names, before their contents are found to make no sense.
 
-use super::Failure;
+use super::CommandError;
 use shatter_fracture::database::EXTENSION;
 use std::path::Path;
 
@@ -12,7 +12,7 @@ const LISTED_MAX: usize = 5;
 
 /// What a command takes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Wanted {
+pub enum ExpectedFile {
     /// A mesh file.
     Mesh,
     /// A database, or a share of one.
@@ -23,7 +23,7 @@ pub enum Wanted {
     Configuration,
 }
 
-impl Wanted {
+impl ExpectedFile {
     fn name(self) -> &'static str {
         match self {
             Self::Mesh => "mesh (.obj, .ply, .stl, .gltf or .glb)",
@@ -54,13 +54,13 @@ impl Wanted {
 ///
 /// # Errors
 /// `unknown_format`, `database_file`, `configuration`.
-pub fn check(path: &Path, wanted: Wanted) -> Result<(), Failure> {
+pub fn check(path: &Path, wanted: ExpectedFile) -> Result<(), CommandError> {
     let Some(why) = mistaken(path, wanted) else { return Ok(()) };
     let at = path.display().to_string();
-    Err(Failure::refused(wanted.kind(), at.clone(), format!("{at} {why}")))
+    Err(CommandError::refused(wanted.kind(), at.clone(), format!("{at} {why}")))
 }
 
-fn mistaken(path: &Path, wanted: Wanted) -> Option<String> {
+fn mistaken(path: &Path, wanted: ExpectedFile) -> Option<String> {
     let shown = path.display();
     if path.is_dir() {
         return Some(format!("is a folder, not a {}{}", wanted.name(), inside(path, wanted)));
@@ -70,14 +70,14 @@ fn mistaken(path: &Path, wanted: Wanted) -> Option<String> {
         let beside = wanted.endings().iter().map(|ending| path.with_extension(ending)).find(|path| path.is_file());
         return beside.map(|beside| format!("does not exist; did you mean {}?", beside.display()));
     }
-    let of = |kind: Wanted| wanted != kind && kind.endings().contains(&ending.as_str());
-    let advice = if of(Wanted::Mesh) {
+    let of = |kind: ExpectedFile| wanted != kind && kind.endings().contains(&ending.as_str());
+    let advice = if of(ExpectedFile::Mesh) {
         format!("is a mesh, not a {}; bake it: shatterd bake {shown} --name NAME", wanted.name())
-    } else if of(Wanted::Database) {
+    } else if of(ExpectedFile::Database) {
         format!("is a database already, not a {}; shatterd inspect {shown} shows what it holds", wanted.name())
-    } else if of(Wanted::Scene) && wanted != Wanted::Configuration {
+    } else if of(ExpectedFile::Scene) && wanted != ExpectedFile::Configuration {
         format!("is a TOML file, not a {}; if it is a scene: shatterd check {shown}", wanted.name())
-    } else if wanted == Wanted::Mesh && ending.is_empty() {
+    } else if wanted == ExpectedFile::Mesh && ending.is_empty() {
         format!("has no ending that tells its format, and is taken for no {}", wanted.name())
     } else {
         return None;
@@ -86,7 +86,7 @@ fn mistaken(path: &Path, wanted: Wanted) -> Option<String> {
 }
 
 /// What of the wanted kind lies in a folder.
-fn inside(folder: &Path, wanted: Wanted) -> String {
+fn inside(folder: &Path, wanted: ExpectedFile) -> String {
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path());
     let own = |path: &std::path::PathBuf| {
         path.extension().is_some_and(|own| wanted.endings().iter().any(|ending| own.eq_ignore_ascii_case(ending)))
@@ -115,27 +115,27 @@ mod tests {
         }
         let told = |name: &str, wanted| check(&path(name), wanted).err().map(|failure| failure.message().to_owned());
         for (name, wanted, part) in [
-            ("spot.obj", Wanted::Database, "shatterd bake"),
-            ("spot.obj", Wanted::Scene, "[objects.NAME]"),
-            ("spot.obj", Wanted::Configuration, "is a mesh"),
-            ("mug.shatter", Wanted::Mesh, "shatterd inspect"),
-            ("mug.shatter", Wanted::Scene, "is a database"),
-            ("scene.toml", Wanted::Mesh, "shatterd check"),
-            ("plain", Wanted::Mesh, "has no ending"),
-            ("spot", Wanted::Mesh, "spot.obj?"),
-            ("", Wanted::Mesh, "is a folder, not a mesh"),
-            ("", Wanted::Database, "mug.shatter"),
+            ("spot.obj", ExpectedFile::Database, "shatterd bake"),
+            ("spot.obj", ExpectedFile::Scene, "[objects.NAME]"),
+            ("spot.obj", ExpectedFile::Configuration, "is a mesh"),
+            ("mug.shatter", ExpectedFile::Mesh, "shatterd inspect"),
+            ("mug.shatter", ExpectedFile::Scene, "is a database"),
+            ("scene.toml", ExpectedFile::Mesh, "shatterd check"),
+            ("plain", ExpectedFile::Mesh, "has no ending"),
+            ("spot", ExpectedFile::Mesh, "spot.obj?"),
+            ("", ExpectedFile::Mesh, "is a folder, not a mesh"),
+            ("", ExpectedFile::Database, "mug.shatter"),
         ] {
             let message = told(name, wanted).unwrap_or_default();
             assert!(message.contains(part), "{name} {wanted:?}: {message}");
         }
         for (name, wanted) in [
-            ("spot.obj", Wanted::Mesh),
-            ("mug.shatter", Wanted::Database),
-            ("scene.toml", Wanted::Scene),
-            ("scene.toml", Wanted::Configuration),
-            ("notes.xyz", Wanted::Mesh),
-            ("nothing.obj", Wanted::Mesh),
+            ("spot.obj", ExpectedFile::Mesh),
+            ("mug.shatter", ExpectedFile::Database),
+            ("scene.toml", ExpectedFile::Scene),
+            ("scene.toml", ExpectedFile::Configuration),
+            ("notes.xyz", ExpectedFile::Mesh),
+            ("nothing.obj", ExpectedFile::Mesh),
         ] {
             assert_eq!(told(name, wanted), None, "{name} {wanted:?}");
         }

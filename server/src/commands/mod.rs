@@ -20,4 +20,4 @@ mod shares;
 mod size;
 pub mod upgrade;
 
-pub use failure::Failure;
+pub use failure::CommandError;

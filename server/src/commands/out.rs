@@ -1,34 +1,34 @@
 //! What a command leaves on stdout, and where it writes: both can fail, and neither may panic.
 
-use super::{Failure, interrupt};
+use super::{CommandError, interrupt};
 use shatter_cli_common as program;
 use shatter_export::write_whole;
 use shatter_proto::text;
 use std::path::Path;
 
 /// Writes `text` to stdout.
-pub fn print(text: &str) -> Result<(), Failure> {
+pub fn print(text: &str) -> Result<(), CommandError> {
     Ok(program::print(format_args!("{text}"))?)
 }
 
 /// As [`print`], line by line, without control characters that come from files or names.
-pub fn lines(text: &str) -> Result<(), Failure> {
+pub fn lines(text: &str) -> Result<(), CommandError> {
     print(&text.lines().map(|line| text::escaped(line) + "\n").collect::<String>())
 }
 
 /// Writes the file `path`, whole or not at all, and names it on stderr. Its folder is made if need be, as everywhere.
-pub fn whole(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
+pub fn whole(path: &Path, bytes: &[u8]) -> Result<(), CommandError> {
     let _writing = interrupt::writing();
-    write_whole(path, bytes).map_err(|error| Failure::output(path, &error))?;
+    write_whole(path, bytes).map_err(|error| CommandError::output(path, &error))?;
     eprintln!("wrote {}", text::message(&path.display().to_string()));
     Ok(())
 }
 
 /// Makes `folder` if need be and shows that it can be written: before the work, not after it.
-pub fn folder(folder: &Path) -> Result<(), Failure> {
-    let failed = |error: std::io::Error| Failure::output(folder, &error);
+pub fn folder(folder: &Path) -> Result<(), CommandError> {
+    let failed = |error: std::io::Error| CommandError::output(folder, &error);
     if folder.is_file() {
-        return Err(Failure::output(folder, &"this is a file, and a folder is needed here"));
+        return Err(CommandError::output(folder, &"this is a file, and a folder is needed here"));
     }
     std::fs::create_dir_all(folder).map_err(failed)?;
     tempfile::tempfile_in(folder).map(drop).map_err(failed)

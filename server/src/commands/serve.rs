@@ -1,16 +1,16 @@
 //! `shatterd serve`.
 
-use super::Failure;
-use super::log::Lines;
-use super::mistaken::{self, Wanted};
+use super::CommandError;
+use super::log::LineWriter;
+use super::mistaken::{self, ExpectedFile};
 use crate::config::{Config, LogFormat};
-use crate::serve::{Options, run as serve};
+use crate::serve::{ServeOptions, run as serve};
 use shatter_cli_common::{self as program, StdoutError};
 use shatter_engine::scene::Scene;
 use shatter_engine::wire::loader;
 use shatter_proto::name::ServiceName;
-use shatter_proto::{Kind, Refusal};
-use shatter_transport::place::Place;
+use shatter_proto::{Error, ErrorKind};
+use shatter_transport::place::ServicePaths;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use tokio::sync::Notify;
@@ -41,16 +41,16 @@ pub struct Args {
 }
 
 /// Serves until it is ended.
-pub fn run(args: &Args) -> Result<(), Failure> {
-    args.config.as_deref().map_or(Ok(()), |file| mistaken::check(file, Wanted::Configuration))?;
-    args.scene.as_deref().map_or(Ok(()), |file| mistaken::check(file, Wanted::Scene))?;
+pub fn run(args: &Args) -> Result<(), CommandError> {
+    args.config.as_deref().map_or(Ok(()), |file| mistaken::check(file, ExpectedFile::Configuration))?;
+    args.scene.as_deref().map_or(Ok(()), |file| mistaken::check(file, ExpectedFile::Scene))?;
     let config = configured(args)?;
     log(&config)?;
     // Nothing that is made from here on is for others, whoever makes it.
     rustix::process::umask(rustix::fs::Mode::RWXG | rustix::fs::Mode::RWXO);
     let name = ServiceName::new(&config.service.name)?;
     let runtime = std::env::var_os("XDG_RUNTIME_DIR");
-    let place = Place::new(&name, runtime.as_deref().map(Path::new), rustix::process::geteuid().as_raw());
+    let place = ServicePaths::new(&name, runtime.as_deref().map(Path::new), rustix::process::geteuid().as_raw());
     let ready = Box::new(|| {
         match program::print(format_args!("ready\n")) {
             // The starter of the daemon may have stopped listening; the daemon serves all the same.
@@ -61,12 +61,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     });
     let scene = args.scene.as_deref().map(Scene::load).transpose()?;
     let only = scene.as_ref().map(Scene::databases);
-    serve(Options { place, config, loader: loader(scene), only, ready, stop: Arc::new(Notify::new()) })?;
+    serve(ServeOptions { place, config, loader: loader(scene), only, ready, stop: Arc::new(Notify::new()) })?;
     Ok(())
 }
 
 /// File over default, flags over both.
-fn configured(args: &Args) -> Result<Config, Refusal> {
+fn configured(args: &Args) -> Result<Config, Error> {
     let mut config = Config::load(args.config.as_deref())?;
     if let Some(service) = &args.service {
         config.service.name.clone_from(service);
@@ -84,8 +84,8 @@ fn configured(args: &Args) -> Result<Config, Refusal> {
 }
 
 /// Messages go to stderr.
-fn log(config: &Config) -> Result<(), Refusal> {
-    let wrong = |why: String| Refusal::new(Kind::Configuration, "log.filter", format!("log.filter: {why}"));
+fn log(config: &Config) -> Result<(), Error> {
+    let wrong = |why: String| Error::new(ErrorKind::Configuration, "log.filter", format!("log.filter: {why}"));
     // A bare word is taken for the name of a module, and nothing would be heard.
     let level = |word: &&str| word.contains(['=', '[', ':', '_']) || word.parse::<LevelFilter>().is_ok();
     if let Some(word) = config.log.filter.split(',').map(str::trim).find(|word| !level(word)) {
@@ -97,9 +97,9 @@ fn log(config: &Config) -> Result<(), Refusal> {
     // Texts of files may be in a message: no escape sequence is written, not even a color.
     let builder = builder.with_ansi(false).log_internal_errors(false);
     let started = match config.log.format {
-        LogFormat::Text => builder.with_writer(|| Lines::new(std::io::stderr())).try_init(),
+        LogFormat::Text => builder.with_writer(|| LineWriter::new(std::io::stderr())).try_init(),
         // A value of JSON holds no control characters.
         LogFormat::Json => builder.with_writer(std::io::stderr).json().try_init(),
     };
-    started.map_err(|error| Refusal::new(Kind::Failed, "log", error.to_string()))
+    started.map_err(|error| Error::new(ErrorKind::Failed, "log", error.to_string()))
 }

@@ -1,13 +1,13 @@
 //! Shares of a bake: which one this is, what is kept while it runs, and how a stopped one goes on.
 
-use super::Failure;
+use super::CommandError;
 use super::bake::{BakeArgs, input_hash};
-use super::bar::Bar;
+use super::bar::BakeProgress;
 use super::interrupt;
 use serde_json::json;
-use shatter_fracture::database::{self, BakeError, BakeRequest, Partial, Share, ShareError};
+use shatter_fracture::database::{self, BakeError, BakeRequest, PartialBake, Share, ShareError};
 use shatter_fracture::surface::RawMesh;
-use shatter_fracture::token::Token;
+use shatter_fracture::token::CancelToken;
 use std::env::{VarError, var};
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -26,11 +26,11 @@ const SLURM_ID: &str = "SLURM_ARRAY_TASK_ID";
 const KUBERNETES_INDEX: &str = "JOB_COMPLETION_INDEX";
 
 /// The share that was asked for; in a job array, of a bake with examples, the task's own.
-pub fn share(asked: Option<Share>, examples: u64) -> Result<Share, Failure> {
+pub fn share(asked: Option<Share>, examples: u64) -> Result<Share, CommandError> {
     match asked {
         Some(share) if share.count > 1 && examples == 0 => {
             let message = format!("--shard {share} divides examples, and there are none: say how many with --examples");
-            Err(Failure::refused("shard", "--shard", message))
+            Err(CommandError::refused("shard", "--shard", message))
         }
         Some(share) => Ok(share),
         None if examples == 0 => Ok(Share::WHOLE),
@@ -43,10 +43,10 @@ pub fn share(asked: Option<Share>, examples: u64) -> Result<Share, Failure> {
 }
 
 /// A variable of the environment, if it is set.
-type Variable<'a> = &'a dyn Fn(&'static str) -> Result<Option<u64>, Failure>;
+type Variable<'a> = &'a dyn Fn(&'static str) -> Result<Option<u64>, CommandError>;
 
 /// The share that the job scheduler gives by these variables, and what the scheduler is called.
-fn scheduled(variable: Variable) -> Result<Option<(Share, &'static str)>, Failure> {
+fn scheduled(variable: Variable) -> Result<Option<(Share, &'static str)>, CommandError> {
     let shards = variable(SHARDS_VARIABLE)?;
     if let Some(id) = variable(SLURM_ID)? {
         let share = shards.map_or_else(|| of_array(id, variable), |count| of_shards(SLURM_ID, id, count))?;
@@ -60,16 +60,18 @@ fn scheduled(variable: Variable) -> Result<Option<(Share, &'static str)>, Failur
 }
 
 /// Share `index`, which the variable `name` holds, of as many as [`SHARDS_VARIABLE`] says.
-fn of_shards(name: &'static str, index: u64, count: u64) -> Result<Share, Failure> {
+fn of_shards(name: &'static str, index: u64, count: u64) -> Result<Share, CommandError> {
     Share::new(index, count).map_err(|error| match error {
-        ShareError::Count { .. } => Failure::refused("shard", SHARDS_VARIABLE, format!("{SHARDS_VARIABLE}: {error}")),
-        _ => Failure::refused("shard", name, format!("{name} is {index}, {SHARDS_VARIABLE} is {count}: {error}")),
+        ShareError::Count { .. } => {
+            CommandError::refused("shard", SHARDS_VARIABLE, format!("{SHARDS_VARIABLE}: {error}"))
+        }
+        _ => CommandError::refused("shard", name, format!("{name} is {index}, {SHARDS_VARIABLE} is {count}: {error}")),
     })
 }
 
 /// The share of task `id` of a Slurm array that alone says how many there are. One with gaps may be the repetition of some
 /// tasks of another: its own count would divide the examples otherwise than that did.
-fn of_array(id: u64, variable: Variable) -> Result<Share, Failure> {
+fn of_array(id: u64, variable: Variable) -> Result<Share, CommandError> {
     let [count, first, last] = ["SLURM_ARRAY_TASK_COUNT", "SLURM_ARRAY_TASK_MIN", "SLURM_ARRAY_TASK_MAX"].map(variable);
     let (Some(count), Some(first), Some(last)) = (count?, first?, last?) else {
         return Err(unknown_count(
@@ -87,14 +89,14 @@ fn of_array(id: u64, variable: Variable) -> Result<Share, Failure> {
 /// What a Slurm user sets [`SHARDS_VARIABLE`] to.
 const ALL_TASKS: &str = "the number of shares of the whole bake and number the tasks from 0";
 
-fn unknown_count(found: &str, wanted: &str) -> Failure {
+fn unknown_count(found: &str, wanted: &str) -> CommandError {
     let message = format!("{found}: set {SHARDS_VARIABLE} to {wanted}, or bake everything with --shard 0/1");
-    Failure::refused("shard", SHARDS_VARIABLE, message)
+    CommandError::refused("shard", SHARDS_VARIABLE, message)
 }
 
 /// A variable of the environment that is a number.
-fn number(name: &'static str) -> Result<Option<u64>, Failure> {
-    let refused = |why: &dyn std::fmt::Display| Failure::refused("shard", name, format!("{name}: {why}"));
+fn number(name: &'static str) -> Result<Option<u64>, CommandError> {
+    let refused = |why: &dyn std::fmt::Display| CommandError::refused("shard", name, format!("{name}: {why}"));
     match var(name) {
         Err(VarError::NotPresent) => Ok(None),
         Err(error) => Err(refused(&error)),
@@ -103,16 +105,16 @@ fn number(name: &'static str) -> Result<Option<u64>, Failure> {
 }
 
 /// Refuses to bake anew where `file` keeps what is done of such a bake: hours of work are not thrown away unasked.
-pub fn nothing_kept(file: &Path) -> Result<(), Failure> {
+pub fn nothing_kept(file: &Path) -> Result<(), CommandError> {
     if !file.exists() {
         return Ok(());
     }
     let task = database::load_task(file)
-        .map_err(|error| Failure::database(file, &error).advised("remove it, or discard it with --restart"))?;
+        .map_err(|error| CommandError::database(file, &error).advised("remove it, or discard it with --restart"))?;
     let (done, of, shown) = (task.done, task.impacts().len(), file.display());
     let message =
         format!("{done} of {of} impacts are kept in {shown}: go on with --resume, or discard them with --restart");
-    Err(Failure::refused("kept_share", shown.to_string(), message))
+    Err(CommandError::refused("kept_share", shown.to_string(), message))
 }
 
 /// What `file` kept of the same work; nothing if there is no such file.
@@ -122,13 +124,13 @@ pub fn resume(
     args: &BakeArgs,
     request: &BakeRequest,
     share: Share,
-) -> Result<Option<Partial>, Failure> {
+) -> Result<Option<PartialBake>, CommandError> {
     if !file.exists() {
         eprintln!("{} is not there: baking from the beginning", file.display());
         return Ok(None);
     }
     let partial = database::load_partial(file).map_err(|error| {
-        Failure::database(file, &error).advised("remove it, or bake with --restart instead of --resume")
+        CommandError::database(file, &error).advised("remove it, or bake with --restart instead of --resume")
     })?;
     let task = &partial.task;
     let asked = match args.add {
@@ -143,15 +145,20 @@ pub fn resume(
         "{} was baked from another mesh, with other cracks or other flags; with --restart instead of --resume it is replaced",
         file.display()
     );
-    Err(Failure::refused("other_work", file.display().to_string(), message))
+    Err(CommandError::refused("other_work", file.display().to_string(), message))
 }
 
 /// Does what remains of the share, and keeps what is done in `file`: from time to time, when interrupted, and at the end of
 /// a share that others must be joined to.
-pub fn work(mut partial: Partial, file: &Path, token: &Token, bar: &Bar) -> Result<Partial, Failure> {
-    let keep = |partial: &Partial| {
+pub fn work(
+    mut partial: PartialBake,
+    file: &Path,
+    token: &CancelToken,
+    bar: &BakeProgress,
+) -> Result<PartialBake, CommandError> {
+    let keep = |partial: &PartialBake| {
         let _writing = interrupt::writing();
-        database::save_partial(partial, file).map_err(|error| Failure::database(file, &error))
+        database::save_partial(partial, file).map_err(|error| CommandError::database(file, &error))
     };
     interrupt::keeping();
     let mut kept = None;
@@ -176,22 +183,22 @@ pub fn work(mut partial: Partial, file: &Path, token: &Token, bar: &Bar) -> Resu
     Ok(partial)
 }
 
-fn interrupted(partial: &Partial, file: &Path) -> Failure {
+fn interrupted(partial: &PartialBake, file: &Path) -> CommandError {
     let (done, of) = (partial.task.done, partial.task.impacts().len());
     let file = file.display();
-    Failure::interrupted(format!("interrupted; {done} of {of} impacts are kept in {file}: go on with --resume"))
+    CommandError::interrupted(format!("interrupted; {done} of {of} impacts are kept in {file}: go on with --resume"))
 }
 
 /// Removes what was kept of a bake that is complete.
-pub fn forget(file: &Path) -> Result<(), Failure> {
+pub fn forget(file: &Path) -> Result<(), CommandError> {
     match std::fs::remove_file(file) {
-        Err(error) if error.kind() != std::io::ErrorKind::NotFound => Err(Failure::output(file, &error)),
+        Err(error) if error.kind() != std::io::ErrorKind::NotFound => Err(CommandError::output(file, &error)),
         _ => Ok(()),
     }
 }
 
 /// What is said of a finished share.
-pub fn told(partial: &Partial, file: &Path, as_json: bool) -> String {
+pub fn told(partial: &PartialBake, file: &Path, as_json: bool) -> String {
     let (task, object) = (&partial.task, &partial.prepared.name);
     let (share, impacts) = (task.share, task.impacts().len());
     if as_json {

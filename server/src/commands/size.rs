@@ -1,7 +1,7 @@
 //! Whether a mesh has the size of something that breaks, or its file is in another unit.
 
 use nalgebra::Vector3;
-use shatter_fracture::surface::{RawMesh, Unit};
+use shatter_fracture::surface::{LengthUnit, RawMesh};
 
 /// Extents that are not asked about, m: what is larger is a building, what is smaller a grain.
 const LIKELY_M: std::ops::Range<f64> = 1e-3..5.0;
@@ -13,7 +13,7 @@ const HEAVY_KG: f64 = 5e3;
 const USUAL_M: std::ops::RangeInclusive<f64> = 0.02..=3.0;
 
 /// A question about the size of `mesh`, which was read in `unit`; nothing where it is likely.
-pub fn doubtful(mesh: &RawMesh, unit: Unit, density_kg_m3: f64) -> Option<String> {
+pub fn doubtful(mesh: &RawMesh, unit: LengthUnit, density_kg_m3: f64) -> Option<String> {
     let points = || mesh.positions_m.iter().map(|point| point.coords);
     let low = points().reduce(|a, b| a.inf(&b))?;
     let high = points().reduce(|a, b| a.sup(&b))?;
@@ -22,7 +22,7 @@ pub fn doubtful(mesh: &RawMesh, unit: Unit, density_kg_m3: f64) -> Option<String
     if !size_m.is_finite() || size_m == 0.0 || (LIKELY_M.contains(&size_m) && mass_kg < HEAVY_KG) {
         return None;
     }
-    let others = Unit::ALL.into_iter().filter(|other| *other != unit).filter_map(|other| {
+    let others = LengthUnit::ALL.into_iter().filter(|other| *other != unit).filter_map(|other| {
         let factor = other.metres() / unit.metres();
         let (size_m, mass_kg) = (size_m * factor, mass_kg * factor.powi(3));
         USUAL_M.contains(&size_m).then(|| format!("with --unit {other} it would be {}", measured(size_m, mass_kg)))
@@ -66,17 +66,17 @@ mod tests {
     #[test]
     fn a_mesh_in_millimeters_is_asked_about_and_others_are_not() {
         let bust = shapes::cuboid([300.0, 658.0, 200.0]);
-        let told = doubtful(&bust, Unit::M, 2500.0).unwrap();
+        let told = doubtful(&bust, LengthUnit::M, 2500.0).unwrap();
         assert!(told.contains("658 m large and 9.87e10 kg (unit m)"), "{told}");
         assert!(told.contains("with --unit mm it would be 0.658 m large and 98.7 kg"), "{told}");
         assert!(!told.contains("--unit cm"), "{told}");
-        assert_eq!(doubtful(&shapes::cuboid([0.3, 0.658, 0.2]), Unit::Mm, 2500.0), None);
-        let tiny = doubtful(&shapes::cuboid([2e-4, 1e-4, 1e-4]), Unit::Mm, 2500.0).unwrap();
+        assert_eq!(doubtful(&shapes::cuboid([0.3, 0.658, 0.2]), LengthUnit::Mm, 2500.0), None);
+        let tiny = doubtful(&shapes::cuboid([2e-4, 1e-4, 1e-4]), LengthUnit::Mm, 2500.0).unwrap();
         assert!(tiny.contains("with --unit m it would be 0.200 m"), "{tiny}");
-        let hall = doubtful(&shapes::cuboid([10.0, 2.0, 2.0]), Unit::M, 2500.0).unwrap();
+        let hall = doubtful(&shapes::cuboid([10.0, 2.0, 2.0]), LengthUnit::M, 2500.0).unwrap();
         assert!(hall.contains("10.0 m large and 1.00e5 kg"), "{hall}");
-        let block = doubtful(&shapes::cuboid([2.0, 2.0, 2.0]), Unit::M, 2500.0).unwrap();
+        let block = doubtful(&shapes::cuboid([2.0, 2.0, 2.0]), LengthUnit::M, 2500.0).unwrap();
         assert!(block.contains("with --unit cm it would be 0.0200 m") && block.contains("--unit m says"), "{block}");
-        assert_eq!(doubtful(&shapes::cuboid([2.0, 0.75, 1.0]), Unit::M, 750.0), None, "a table");
+        assert_eq!(doubtful(&shapes::cuboid([2.0, 0.75, 1.0]), LengthUnit::M, 750.0), None, "a table");
     }
 }

@@ -1,13 +1,13 @@
 //! `shatterd upgrade`: databases of older formats are converted, in place. Lattices and lifts are taken over, examples and what
 //! is learned from them are made again, from the same impacts.
 
-use super::bar::Bar;
-use super::mistaken::{self, Wanted};
-use super::{Failure, interrupt, out};
+use super::bar::BakeProgress;
+use super::mistaken::{self, ExpectedFile};
+use super::{CommandError, interrupt, out};
 use clap::Args;
 use serde_json::{Value, json};
 use shatter_fracture::database::{self, DatabaseError};
-use shatter_fracture::token::Token;
+use shatter_fracture::token::CancelToken;
 use shatter_proto::text;
 use std::path::{Path, PathBuf};
 
@@ -24,7 +24,7 @@ pub struct UpgradeArgs {
 
 /// Converts each file; one that has the newest format already is left as it is. One that fails is as it was, and the others are
 /// converted all the same; an interruption ends it.
-pub fn run(args: &UpgradeArgs) -> Result<(), Failure> {
+pub fn run(args: &UpgradeArgs) -> Result<(), CommandError> {
     let token = interrupt::token();
     let (mut files, mut failures) = (Vec::new(), Vec::new());
     for file in &args.files {
@@ -43,7 +43,7 @@ pub fn run(args: &UpgradeArgs) -> Result<(), Failure> {
         }
     }
     let files = Value::Array(files);
-    match Failure::of_files(&failures) {
+    match CommandError::of_files(&failures) {
         Some(failure) => Err(failure.with_files(files)),
         None if args.json => out::print(&format!("{}\n", json!({ "files": files }))),
         None => Ok(()),
@@ -55,17 +55,17 @@ fn shown(file: &Path) -> String {
 }
 
 /// Converts one file and says which format it had.
-fn upgrade(file: &Path, token: &Token) -> Result<String, Failure> {
-    mistaken::check(file, Wanted::Database)?;
-    let damaged = |error: DatabaseError| Failure::database(file, &error);
+fn upgrade(file: &Path, token: &CancelToken) -> Result<String, CommandError> {
+    mistaken::check(file, ExpectedFile::Database)?;
+    let damaged = |error: DatabaseError| CommandError::database(file, &error);
     let (partial, from) = database::load_older(file).map_err(damaged)?;
     if from != database::FORMAT {
-        let bar = Bar::new(&shown(file), partial.impacts());
-        let failed = |error| Failure::from(error).of_file(file);
+        let bar = BakeProgress::new(&shown(file), partial.impacts());
+        let failed = |error| CommandError::from(error).of_file(file);
         let prepared = partial.complete(token, &mut |step| bar.show(step)).map_err(failed)?;
         bar.say("write");
         // A link stays one: what it points at is replaced.
-        let target = file.canonicalize().map_err(|error| Failure::output(file, &error))?;
+        let target = file.canonicalize().map_err(|error| CommandError::output(file, &error))?;
         let writing = interrupt::writing();
         database::save(&prepared, &target).map_err(damaged)?;
         drop(writing);

@@ -5,7 +5,7 @@
 
 use iceoryx2::node::NodeBuilder;
 use iceoryx2::prelude::SignalHandlingMode;
-use shatter_proto::{Kind, Refusal};
+use shatter_proto::{Error, ErrorKind};
 use shatter_transport::instance::Instance;
 use shatter_transport::{Ipc, client_config, failed};
 use std::ffi::OsStr;
@@ -22,7 +22,7 @@ const SERVICE: &str = "dynamic";
 const FIXED_BYTES: usize = 8;
 
 /// Watches over the way in. Made once the services exist.
-pub struct Entrance {
+pub struct ClientEntryCheck {
     instance: Instance,
     uid: u32,
     segment: PathBuf,
@@ -35,9 +35,9 @@ pub struct Entrance {
     restored: u64,
 }
 
-impl Entrance {
+impl ClientEntryCheck {
     /// Goes the way in to `instance` once. Errors: `transport`, which names what is in the way.
-    pub fn open(instance: &Instance, uid: u32) -> Result<Self, Refusal> {
+    pub fn open(instance: &Instance, uid: u32) -> Result<Self, Error> {
         let ending = |path: &PathBuf, ending: &str| path.extension() == Some(OsStr::new(ending));
         let entries = fs::read_dir(&instance.folder).into_iter().flatten().flatten();
         let segments: Vec<PathBuf> = entries.map(|entry| entry.path()).collect();
@@ -58,7 +58,7 @@ impl Entrance {
 
     /// Looks whether clients can come in. What is in their way is put right, if it can be, named in the log, and returned: the next
     /// look then finds nothing. Errors: `transport`.
-    pub fn check(&mut self) -> Result<(), Refusal> {
+    pub fn check(&mut self) -> Result<(), Error> {
         let Err((path, what)) = self.look() else {
             self.trouble = None;
             return Ok(());
@@ -73,7 +73,7 @@ impl Entrance {
             self.trouble = Some(message.clone());
         }
         let advice = if healed { "it was restored" } else { "restart the daemon" };
-        Err(Refusal::new(Kind::Transport, path.display().to_string(), format!("{message}; {advice}")))
+        Err(Error::new(ErrorKind::Transport, path.display().to_string(), format!("{message}; {advice}")))
     }
 
     /// What is in the way, and where.
@@ -105,7 +105,7 @@ impl Entrance {
     }
 
     /// What a client does first.
-    fn go_in(&self) -> Result<(), Refusal> {
+    fn go_in(&self) -> Result<(), Error> {
         let config = client_config(&self.instance)?;
         let node = NodeBuilder::new().config(&config).signal_handling_mode(SignalHandlingMode::Disabled);
         let at = self.segment.display().to_string();

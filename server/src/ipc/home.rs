@@ -4,13 +4,13 @@ use iceoryx2::node::{Node, NodeState};
 use iceoryx2::prelude::CallbackProgression;
 use rustix::fs::{FlockOperation, flock};
 use serde::{Deserialize, Serialize};
-use shatter_proto::{Kind, Refusal};
-use shatter_transport::hello::Hello;
+use shatter_proto::{Error, ErrorKind};
+use shatter_transport::hello::DaemonInfo;
 use shatter_transport::instance::Instance;
-use shatter_transport::place::Place;
+use shatter_transport::place::ServicePaths;
 use shatter_transport::{Ipc, config};
 use std::fs::{self, File};
-use std::io::{ErrorKind, Read, Seek, Write};
+use std::io::{self, Read, Seek, Write};
 use std::os::unix::fs::{MetadataExt, OpenOptionsExt};
 use std::path::Path;
 use std::time::Duration;
@@ -23,16 +23,16 @@ const LOCK_PAUSE: Duration = Duration::from_millis(10);
 /// The daemons that a service has had before the one that runs. The file lies in the runtime folder, and goes with it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default)]
-pub struct Past {
+pub struct RestartHistory {
     /// How many there were.
     pub restarts: u64,
     /// How many of them ended without a goodbye: killed, or crashed.
     pub crashes: u64,
 }
 
-impl Past {
+impl RestartHistory {
     /// The past of a daemon that begins now.
-    fn read(place: &Place) -> Self {
+    fn read(place: &ServicePaths) -> Self {
         let Ok(text) = fs::read(place.past()) else { return Self::default() };
         let past: Self = serde_json::from_slice(&text).unwrap_or_default();
         let crashed = u64::from(place.hello().exists());
@@ -40,7 +40,7 @@ impl Past {
     }
 
     /// Kept for the next daemon. A past that cannot be written is lost, no more.
-    fn write(self, place: &Place) {
+    fn write(self, place: &ServicePaths) {
         let written = serde_json::to_vec(&self).map(|json| write_aside(&place.past(), &json));
         if !matches!(written, Ok(Ok(()))) {
             tracing::warn!("restarts are not counted: the runtime folder cannot be written");
@@ -49,23 +49,23 @@ impl Past {
 }
 
 /// The runtime folder of a running daemon. Dropping it gives up the name.
-pub struct Home {
-    place: Place,
+pub struct RuntimeDirectory {
+    place: ServicePaths,
     instance: Instance,
     /// Instances before this one of which something is left.
     earlier: Vec<Instance>,
-    past: Past,
+    past: RestartHistory,
     _lock: File,
 }
 
-impl Home {
+impl RuntimeDirectory {
     /// Takes the name: the kernel gives the lock back when the process ends, however it ends. Then removes what killed
     /// predecessors left. Errors: `second_daemon`, `runtime_folder`.
-    pub fn take(place: &Place) -> Result<Self, Refusal> {
+    pub fn take(place: &ServicePaths) -> Result<Self, Error> {
         place.create()?;
         let instance = Instance::random(place)?;
         let lock = lock(place, &instance)?;
-        let past = Past::read(place);
+        let past = RestartHistory::read(place);
         past.write(place);
         // A stale hello would invite clients before there is anything to connect to.
         let _ = fs::remove_file(place.hello());
@@ -79,7 +79,7 @@ impl Home {
     }
 
     /// Where it is.
-    pub fn place(&self) -> &Place {
+    pub fn place(&self) -> &ServicePaths {
         &self.place
     }
 
@@ -89,18 +89,18 @@ impl Home {
     }
 
     /// The daemons before this one.
-    pub fn past(&self) -> Past {
+    pub fn past(&self) -> RestartHistory {
         self.past
     }
 
     /// Tells clients that the daemon serves, what it speaks, and where.
-    pub fn say_hello(&self) -> Result<(), Refusal> {
-        let hello = Hello::ours(std::process::id(), &self.instance.token).to_json();
+    pub fn say_hello(&self) -> Result<(), Error> {
+        let hello = DaemonInfo::ours(std::process::id(), &self.instance.token).to_json();
         write_aside(&self.place.hello(), hello.as_bytes())
     }
 
     /// Writes the metrics for whoever scrapes them.
-    pub fn write_metrics(&self, text: &str) -> Result<(), Refusal> {
+    pub fn write_metrics(&self, text: &str) -> Result<(), Error> {
         write_aside(&self.place.metrics(), text.as_bytes())
     }
 
@@ -121,7 +121,7 @@ impl Home {
     }
 
     /// Removes what this instance leaves, unless clients still hold a part of it: then the next daemon does.
-    pub fn close(mut self) -> Result<(), Refusal> {
+    pub fn close(mut self) -> Result<(), Error> {
         let left = (!remove_unused(&self.instance)).then(|| self.instance.clone());
         self.earlier.retain(|instance| !remove_unused(instance));
         self.earlier.extend(left);
@@ -129,14 +129,14 @@ impl Home {
     }
 
     /// Keeps the list of instances of which anything may exist.
-    fn list(&self) -> Result<(), Refusal> {
+    fn list(&self) -> Result<(), Error> {
         let all: Vec<Instance> = self.earlier.iter().chain([&self.instance]).cloned().collect();
         write_list(&self.place, &all)
     }
 }
 
 /// The instances of the list in the runtime folder; none where it cannot be read.
-fn listed(place: &Place) -> Vec<Instance> {
+fn listed(place: &ServicePaths) -> Vec<Instance> {
     let Ok(text) = fs::read(place.instances()) else { return Vec::new() };
     let tokens: Vec<String> = serde_json::from_slice(&text).unwrap_or_else(|error| {
         tracing::warn!(%error, "the list of instances cannot be read: files of killed daemons may stay in shared memory");
@@ -145,7 +145,7 @@ fn listed(place: &Place) -> Vec<Instance> {
     tokens.iter().filter_map(|token| Instance::of_token(place, token)).collect()
 }
 
-fn write_list(place: &Place, instances: &[Instance]) -> Result<(), Refusal> {
+fn write_list(place: &ServicePaths, instances: &[Instance]) -> Result<(), Error> {
     let tokens: Vec<&str> = instances.iter().map(|instance| instance.token.as_str()).collect();
     // A list of strings always serialises.
     write_aside(&place.instances(), &serde_json::to_vec(&tokens).unwrap_or_default())
@@ -158,7 +158,7 @@ fn remove_unused(instance: &Instance) -> bool {
     }
     let path = &instance.folder;
     let removed = match path.symlink_metadata() {
-        Err(error) => return error.kind() == ErrorKind::NotFound,
+        Err(error) => return error.kind() == io::ErrorKind::NotFound,
         // Another user's, whatever its name.
         Ok(data) if data.uid() != rustix::process::geteuid().as_raw() => return true,
         Ok(data) if data.is_dir() => fs::remove_dir_all(path),
@@ -184,7 +184,7 @@ fn is_used(instance: &Instance) -> bool {
     }
 }
 
-fn lock(place: &Place, instance: &Instance) -> Result<File, Refusal> {
+fn lock(place: &ServicePaths, instance: &Instance) -> Result<File, Error> {
     let path = place.lock();
     let open = File::options().read(true).write(true).create(true).truncate(false).mode(0o600).open(&path);
     let mut file = open.map_err(|error| folder(&path, &error))?;
@@ -202,22 +202,22 @@ fn lock(place: &Place, instance: &Instance) -> Result<File, Refusal> {
     Ok(file)
 }
 
-fn second(place: &Place, lock: &mut File) -> Refusal {
+fn second(place: &ServicePaths, lock: &mut File) -> Error {
     let mut text = String::new();
     let _ = lock.read_to_string(&mut text);
     let (service, pid) = (place.service.as_str(), text.lines().next().unwrap_or("unknown"));
     let message = format!("a daemon of service `{service}` already runs (pid {pid})");
-    Refusal::new(Kind::SecondDaemon, service, message)
+    Error::new(ErrorKind::SecondDaemon, service, message)
 }
 
-fn folder(path: &Path, error: &std::io::Error) -> Refusal {
+fn folder(path: &Path, error: &std::io::Error) -> Error {
     let at = path.display().to_string();
     let message = format!("cannot use {at}: {error}");
-    Refusal::new(Kind::RuntimeFolder, at, message)
+    Error::new(ErrorKind::RuntimeFolder, at, message)
 }
 
 /// Written beside and renamed: readers see the old file or the new one.
-fn write_aside(path: &Path, bytes: &[u8]) -> Result<(), Refusal> {
+fn write_aside(path: &Path, bytes: &[u8]) -> Result<(), Error> {
     let aside = path.with_extension("new");
     let written = fs::write(&aside, bytes).and_then(|()| fs::rename(&aside, path));
     written.map_err(|error| folder(path, &error))
@@ -228,21 +228,21 @@ mod tests {
     use super::*;
     use shatter_proto::name::ServiceName;
 
-    fn place(root: &Path) -> Place {
+    fn place(root: &Path) -> ServicePaths {
         let uid = rustix::process::geteuid().as_raw();
-        Place::new(&ServiceName::new("home").unwrap(), Some(root), uid)
+        ServicePaths::new(&ServiceName::new("home").unwrap(), Some(root), uid)
     }
 
     #[test]
     fn a_name_is_taken_once_and_given_back() {
         let root = tempfile::tempdir().unwrap();
         let place = place(root.path());
-        let home = Home::take(&place).unwrap();
-        let refusal = Home::take(&place).err().unwrap();
-        assert_eq!((refusal.kind, refusal.at.as_str()), (Kind::SecondDaemon, "home"));
+        let home = RuntimeDirectory::take(&place).unwrap();
+        let refusal = RuntimeDirectory::take(&place).err().unwrap();
+        assert_eq!((refusal.kind, refusal.at.as_str()), (ErrorKind::SecondDaemon, "home"));
         assert!(refusal.message.contains(&std::process::id().to_string()), "{refusal}");
         drop(home);
-        assert!(Home::take(&place).is_ok());
+        assert!(RuntimeDirectory::take(&place).is_ok());
     }
 
     #[test]
@@ -250,7 +250,7 @@ mod tests {
         let root = tempfile::tempdir().unwrap();
         let place = place(root.path());
         let past = |goodbye: bool| {
-            let home = Home::take(&place).unwrap();
+            let home = RuntimeDirectory::take(&place).unwrap();
             home.say_hello().unwrap();
             if goodbye {
                 home.say_goodbye();
@@ -279,7 +279,7 @@ mod tests {
         for path in left.iter().chain([&place.hello()]) {
             fs::write(path, "").unwrap();
         }
-        let home = Home::take(&place).unwrap();
+        let home = RuntimeDirectory::take(&place).unwrap();
         assert!(earlier[..2].iter().all(|instance| !instance.folder.exists()) && !place.hello().exists());
         assert!(left[4..].iter().all(|path| path.exists()), "what is not listed is not ours");
         assert_eq!(listed(&place), [home.instance().clone()]);
@@ -296,7 +296,7 @@ mod tests {
         let place = place(root.path());
         let names: Vec<String> = (0..3)
             .map(|_| {
-                let home = Home::take(&place).unwrap();
+                let home = RuntimeDirectory::take(&place).unwrap();
                 let token = home.instance().token.clone();
                 assert!(fs::read_to_string(place.lock()).unwrap().contains(&token));
                 // As if it were killed.
@@ -307,6 +307,6 @@ mod tests {
         assert!(names[0] != names[1] && names[1] != names[2]);
         assert_eq!(listed(&place).iter().map(|instance| &instance.token).collect::<Vec<_>>(), [&names[2]]);
         fs::write(place.instances(), "no list").unwrap();
-        assert!(listed(&place).is_empty() && Home::take(&place).unwrap().close().is_ok());
+        assert!(listed(&place).is_empty() && RuntimeDirectory::take(&place).unwrap().close().is_ok());
     }
 }

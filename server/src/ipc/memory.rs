@@ -1,6 +1,6 @@
 //! The pages of an answer are asked for before they are written.
 
-use shatter_proto::Refusal;
+use shatter_proto::Error;
 use shatter_proto::answer::Block;
 use shatter_transport::shared_memory::{need, populate};
 use std::collections::HashMap;
@@ -12,11 +12,11 @@ const RESERVE: u64 = 8 * 1024 * 1024;
 
 /// How far each bucket is known to be populated, by address. Asking again for pages that are there costs milliseconds.
 #[derive(Default)]
-pub struct Populated(Mutex<HashMap<usize, usize>>);
+pub struct PopulatedPages(Mutex<HashMap<usize, usize>>);
 
-impl Populated {
+impl PopulatedPages {
     /// Makes the pages of `range` exist. Errors: `shared_memory`.
-    pub fn ensure(&self, range: &mut [MaybeUninit<Block>]) -> Result<(), Refusal> {
+    pub fn ensure(&self, range: &mut [MaybeUninit<Block>]) -> Result<(), Error> {
         let (start, length) = (range.as_mut_ptr() as usize, size_of_val(range));
         let known = self.0.lock().unwrap_or_else(PoisonError::into_inner).get(&start).copied().unwrap_or(0);
         if known >= length {
@@ -39,12 +39,12 @@ impl Populated {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use shatter_proto::Kind;
+    use shatter_proto::ErrorKind;
 
     #[test]
     fn populating_changes_no_byte_and_is_done_once() {
         let mut blocks = vec![MaybeUninit::new(Block { bytes: [7; 64] }); 4096];
-        let populated = Populated::default();
+        let populated = PopulatedPages::default();
         let address = blocks.as_ptr() as usize;
         for (count, known) in [(1000, 1000), (10, 1000), (4096, 4096)] {
             populated.ensure(&mut blocks[..count]).unwrap();
@@ -67,8 +67,8 @@ mod tests {
         };
         // SAFETY: the elements are `MaybeUninit` and never accessed; the mapping outlives the slice.
         let range = unsafe { std::slice::from_raw_parts_mut(mapped.cast::<MaybeUninit<Block>>(), length / 64) };
-        let refusal = Populated::default().ensure(range).unwrap_err();
-        assert_eq!(refusal.kind, Kind::Transport);
+        let refusal = PopulatedPages::default().ensure(range).unwrap_err();
+        assert_eq!(refusal.kind, ErrorKind::Transport);
         // SAFETY: the whole mapping, which nothing refers to any more.
         unsafe { rustix::mm::munmap(mapped, length).unwrap() };
     }

@@ -14,9 +14,9 @@ mod orphans;
 mod ports;
 mod wake;
 
-pub use entrance::Entrance;
-pub use home::{Home, Past};
-pub use memory::Populated;
-pub use orphans::Orphans;
-pub use ports::{ActiveQuestion, ActiveStrike, Lent, Pool, Ports, lend};
-pub use wake::{Bell, Waker};
+pub use entrance::ClientEntryCheck;
+pub use home::{RestartHistory, RuntimeDirectory};
+pub use memory::PopulatedPages;
+pub use orphans::StaleSegmentReaper;
+pub use ports::{ActiveControlRequest, ActiveImpactRequest, LoanedBuffer, PoolSize, Ports, lend};
+pub use wake::{ClientWaker, WakeSocket};

@@ -21,7 +21,7 @@ const SUFFIXES: [&str; 4] = ["connection", "data", "event", "event_mgmt"];
 
 /// Finds and removes what belongs to nobody.
 #[derive(Debug, Default)]
-pub struct Orphans {
+pub struct StaleSegmentReaper {
     /// What belonged to nobody at the last look: ports that are being closed are given until the next.
     suspects: BTreeSet<PathBuf>,
     /// Nodes that are neither alive nor to be cleaned up, and when they were first seen.
@@ -31,7 +31,7 @@ pub struct Orphans {
 /// A living process makes its node within milliseconds.
 const SHELL_AGE: Duration = Duration::from_secs(5);
 
-impl Orphans {
+impl StaleSegmentReaper {
     /// Removes what belongs to nobody and did not at the last look either; returns how many there were.
     pub fn bury(&mut self, instance: &Instance) -> usize {
         self.bury_shells(instance) + self.bury_segments(instance)
@@ -124,7 +124,7 @@ fn tags(nodes: &Path) -> BTreeSet<u128> {
 mod tests {
     use super::*;
     use shatter_proto::name::ServiceName;
-    use shatter_transport::place::Place;
+    use shatter_transport::place::ServicePaths;
     use std::fs::File;
     use std::os::unix::fs::OpenOptionsExt;
 
@@ -132,7 +132,7 @@ mod tests {
     fn what_nobody_has_a_tag_for_is_removed_at_the_second_look() {
         let root = tempfile::tempdir().unwrap();
         let uid = rustix::process::geteuid().as_raw();
-        let place = Place::new(&ServiceName::new("orphans").unwrap(), Some(root.path()), uid);
+        let place = ServicePaths::new(&ServiceName::new("orphans").unwrap(), Some(root.path()), uid);
         place.create().unwrap();
         let instance = Instance::random(&place).unwrap();
         instance.create(uid).unwrap();
@@ -146,7 +146,7 @@ mod tests {
         for path in kept.iter().chain(&gone).chain([&socket]) {
             fs::write(path, "").unwrap();
         }
-        let mut orphans = Orphans::default();
+        let mut orphans = StaleSegmentReaper::default();
         assert_eq!((orphans.bury(&instance), orphans.bury(&instance), orphans.bury(&instance)), (0, 5, 0));
         assert!(kept.iter().all(|path| path.exists()) && !gone.iter().chain([&socket]).any(|path| path.exists()));
         fs::remove_dir_all(&instance.folder).unwrap();
@@ -157,7 +157,7 @@ mod tests {
     fn a_node_that_was_never_finished_is_removed_once_it_is_old() {
         let root = tempfile::tempdir().unwrap();
         let uid = rustix::process::geteuid().as_raw();
-        let place = Place::new(&ServiceName::new("shells").unwrap(), Some(root.path()), uid);
+        let place = ServicePaths::new(&ServiceName::new("shells").unwrap(), Some(root.path()), uid);
         place.create().unwrap();
         let instance = Instance::random(&place).unwrap();
         instance.create(uid).unwrap();
@@ -168,7 +168,7 @@ mod tests {
             let mut file = File::options();
             file.write(true).create_new(true).mode(0o200).open(nodes.join(format!("{PREFIX}77.{name}"))).unwrap();
         }
-        let mut orphans = Orphans::default();
+        let mut orphans = StaleSegmentReaper::default();
         assert_eq!((orphans.bury(&instance), orphans.bury(&instance), orphans.shells.len()), (0, 0, 1));
         let seen = Instant::now().checked_sub(SHELL_AGE).unwrap();
         orphans.shells.insert(77, seen);

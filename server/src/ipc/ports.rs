@@ -1,6 +1,6 @@
 //! Services and ports: strikes with a pool of buckets, questions with a small pool of their own, two bells.
 
-use super::{Bell, Populated, Waker};
+use super::{ClientWaker, PopulatedPages, WakeSocket};
 use bytemuck::Zeroable;
 use iceoryx2::active_request::ActiveRequest;
 use iceoryx2::node::{Node, NodeBuilder};
@@ -10,10 +10,10 @@ use iceoryx2::port::{LoanError, ReceiveError};
 use iceoryx2::prelude::{AllocationStrategy, BackpressureStrategy, PortFactory as _, SignalHandlingMode};
 use iceoryx2::response_mut_uninit::ResponseMutUninit;
 use iceoryx2::service::port_factory::{event, request_response};
-use shatter_proto::answer::{AnswerHeader, BLOCK_BYTES, Block};
-use shatter_proto::control::{ControlHeader, ControlWire, REPLY_BLOCKS};
-use shatter_proto::request::StrikeWire;
-use shatter_proto::{Kind, Refusal};
+use shatter_proto::answer::{BLOCK_BYTES, Block, ResultHeader};
+use shatter_proto::control::{ControlReplyHeader, ControlRequestWire, REPLY_BLOCKS};
+use shatter_proto::request::RequestWire;
+use shatter_proto::{Error, ErrorKind};
 use shatter_transport::instance::Instance;
 use shatter_transport::{
     CONTROL_SERVICE, Ipc, QUESTIONS_PER_CLIENT_MAX, STRIKE_SERVICE, STRIKES_PER_CLIENT_MAX, WAKE_CLIENT_SERVICE,
@@ -22,14 +22,14 @@ use shatter_transport::{
 use std::mem::MaybeUninit;
 
 /// A strike received.
-pub type ActiveStrike = ActiveRequest<Ipc, StrikeWire, (), [Block], AnswerHeader>;
+pub type ActiveImpactRequest = ActiveRequest<Ipc, RequestWire, (), [Block], ResultHeader>;
 /// A question received.
-pub type ActiveQuestion = ActiveRequest<Ipc, ControlWire, (), [Block], ControlHeader>;
+pub type ActiveControlRequest = ActiveRequest<Ipc, ControlRequestWire, (), [Block], ControlReplyHeader>;
 /// A lent answer, not written yet.
-pub type Lent = ResponseMutUninit<Ipc, [MaybeUninit<Block>], AnswerHeader>;
+pub type LoanedBuffer = ResponseMutUninit<Ipc, [MaybeUninit<Block>], ResultHeader>;
 
-type StrikeFactory = request_response::PortFactory<Ipc, StrikeWire, (), [Block], AnswerHeader>;
-type ControlFactory = request_response::PortFactory<Ipc, ControlWire, (), [Block], ControlHeader>;
+type RequestFactory = request_response::PortFactory<Ipc, RequestWire, (), [Block], ResultHeader>;
+type ControlFactory = request_response::PortFactory<Ipc, ControlRequestWire, (), [Block], ControlReplyHeader>;
 
 /// One client more than may connect: the daemon itself, for the rehearsal.
 const OWN_CLIENTS: usize = 1;
@@ -42,7 +42,7 @@ const REPLIES: usize = 64;
 
 /// Size of the pool of answers, and for how many.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Pool {
+pub struct PoolSize {
     /// Clients at once.
     pub clients: usize,
     /// Number of buckets.
@@ -51,7 +51,7 @@ pub struct Pool {
     pub blocks: usize,
 }
 
-impl Pool {
+impl PoolSize {
     /// Bytes per bucket.
     pub fn bucket_bytes(&self) -> u64 {
         (self.blocks * BLOCK_BYTES) as u64
@@ -60,20 +60,20 @@ impl Pool {
 
 /// The daemon's ports. Fields are dropped in this order: ports, factories, node.
 pub struct Ports {
-    strikes: Server<Ipc, StrikeWire, (), [Block], AnswerHeader>,
-    questions: Server<Ipc, ControlWire, (), [Block], ControlHeader>,
+    strikes: Server<Ipc, RequestWire, (), [Block], ResultHeader>,
+    questions: Server<Ipc, ControlRequestWire, (), [Block], ControlReplyHeader>,
     /// Of the rehearsal; it keeps its place, so that what is left is the limit.
-    rehearsal: Client<Ipc, StrikeWire, (), [Block], AnswerHeader>,
-    strike_factory: StrikeFactory,
+    rehearsal: Client<Ipc, RequestWire, (), [Block], ResultHeader>,
+    strike_factory: RequestFactory,
     _control_factory: ControlFactory,
     _events: [event::PortFactory<Ipc>; 2],
     node: Node<Ipc>,
-    pool: Pool,
+    pool: PoolSize,
 }
 
 impl Ports {
     /// Creates the services of `instance`. Needs a tokio runtime for the bell.
-    pub fn open(instance: &Instance, pool: Pool) -> Result<(Self, Bell, Waker), Refusal> {
+    pub fn open(instance: &Instance, pool: PoolSize) -> Result<(Self, WakeSocket, ClientWaker), Error> {
         let config = config(instance)?;
         let node = NodeBuilder::new()
             .config(&config)
@@ -84,7 +84,7 @@ impl Ports {
             (event(&node, WAKE_DAEMON_SERVICE, pool.clients)?, event(&node, WAKE_CLIENT_SERVICE, pool.clients)?);
         let listener = wake_daemon.listener_builder().create().map_err(|error| failed(WAKE_DAEMON_SERVICE, error))?;
         let notifier = wake_client.notifier_builder().create().map_err(|error| failed(WAKE_CLIENT_SERVICE, error))?;
-        let bell = Bell::new(listener).map_err(|error| failed(WAKE_DAEMON_SERVICE, error))?;
+        let bell = WakeSocket::new(listener).map_err(|error| failed(WAKE_DAEMON_SERVICE, error))?;
         let (strike_factory, control_factory) =
             (strike_factory(&node, pool.clients)?, control_factory(&node, pool.clients)?);
         let strikes = strike_factory
@@ -117,11 +117,11 @@ impl Ports {
             node,
             pool,
         };
-        Ok((ports, bell, Waker::new(notifier)))
+        Ok((ports, bell, ClientWaker::new(notifier)))
     }
 
     /// The pool of answers.
-    pub fn pool(&self) -> Pool {
+    pub fn pool(&self) -> PoolSize {
         self.pool
     }
 
@@ -131,12 +131,12 @@ impl Ports {
     }
 
     /// The next strike that waits at a port.
-    pub fn next_strike(&self) -> Option<ActiveStrike> {
+    pub fn next_strike(&self) -> Option<ActiveImpactRequest> {
         received(self.strikes.receive())
     }
 
     /// The next question that waits at a port.
-    pub fn next_question(&self) -> Option<ActiveQuestion> {
+    pub fn next_question(&self) -> Option<ActiveControlRequest> {
         received(self.questions.receive())
     }
 
@@ -147,10 +147,10 @@ impl Ports {
 
     /// Writes the first `blocks` blocks of `buckets` buckets once, through real requests to itself: the first strikes then
     /// find memory that exists, and a transport that does not work is found before anyone is served.
-    pub fn rehearse(&self, buckets: usize, blocks: usize, populated: &Populated) -> Result<(), Refusal> {
+    pub fn rehearse(&self, buckets: usize, blocks: usize, populated: &PopulatedPages) -> Result<(), Error> {
         let blocks = blocks.min(self.pool.blocks);
         let buckets = buckets.min(self.pool.buckets).min(STRIKES_PER_CLIENT_MAX);
-        let send = |_| self.rehearsal.send_copy(StrikeWire::zeroed()).map_err(|error| failed("rehearsal", error));
+        let send = |_| self.rehearsal.send_copy(RequestWire::zeroed()).map_err(|error| failed("rehearsal", error));
         let _pending = (0..buckets).map(send).collect::<Result<Vec<_>, _>>()?;
         let mut held = Vec::with_capacity(buckets);
         for _ in 0..buckets {
@@ -164,12 +164,12 @@ impl Ports {
 }
 
 /// Lends a bucket for an answer. Errors: `busy` when all are held, `answer_too_large`.
-pub fn lend(active: &ActiveStrike, blocks: usize) -> Result<Lent, Refusal> {
+pub fn lend(active: &ActiveImpactRequest, blocks: usize) -> Result<LoanedBuffer, Error> {
     active.loan_slice_uninit(blocks).map_err(|error| match error {
-        LoanError::OutOfMemory => Refusal::new(Kind::Busy, "answers", "all buckets of answers are held by clients"),
+        LoanError::OutOfMemory => Error::new(ErrorKind::Busy, "answers", "all buckets of answers are held by clients"),
         LoanError::ExceedsMaxLoanSize => {
             let message = format!("the answer of {} bytes is larger than a bucket", blocks * BLOCK_BYTES);
-            Refusal::new(Kind::AnswerTooLarge, "answers", message)
+            Error::new(ErrorKind::AnswerTooLarge, "answers", message)
         }
         error => failed("loan", error),
     })
@@ -187,17 +187,17 @@ fn received<T>(result: Result<Option<T>, ReceiveError>) -> Option<T> {
     }
 }
 
-fn event(node: &Node<Ipc>, name: &str, clients: usize) -> Result<event::PortFactory<Ipc>, Refusal> {
+fn event(node: &Node<Ipc>, name: &str, clients: usize) -> Result<event::PortFactory<Ipc>, Error> {
     let builder = node.service_builder(&service_name(name)?).event();
     let ports = clients + OWN_CLIENTS;
     let builder = builder.max_listeners(ports).max_notifiers(ports).max_nodes(clients + OTHER_NODES);
     builder.open_or_create().map_err(|error| failed(name, error))
 }
 
-fn strike_factory(node: &Node<Ipc>, clients: usize) -> Result<StrikeFactory, Refusal> {
+fn strike_factory(node: &Node<Ipc>, clients: usize) -> Result<RequestFactory, Error> {
     node.service_builder(&service_name(STRIKE_SERVICE)?)
-        .request_response::<StrikeWire, [Block]>()
-        .response_user_header::<AnswerHeader>()
+        .request_response::<RequestWire, [Block]>()
+        .response_user_header::<ResultHeader>()
         .max_clients(clients + OWN_CLIENTS)
         .max_servers(1)
         .max_nodes(clients + OTHER_NODES)
@@ -209,10 +209,10 @@ fn strike_factory(node: &Node<Ipc>, clients: usize) -> Result<StrikeFactory, Ref
         .map_err(|error| failed(STRIKE_SERVICE, error))
 }
 
-fn control_factory(node: &Node<Ipc>, clients: usize) -> Result<ControlFactory, Refusal> {
+fn control_factory(node: &Node<Ipc>, clients: usize) -> Result<ControlFactory, Error> {
     node.service_builder(&service_name(CONTROL_SERVICE)?)
-        .request_response::<ControlWire, [Block]>()
-        .response_user_header::<ControlHeader>()
+        .request_response::<ControlRequestWire, [Block]>()
+        .response_user_header::<ControlReplyHeader>()
         .max_clients(clients + OWN_CLIENTS)
         .max_servers(1)
         .max_nodes(clients + OTHER_NODES)

@@ -11,7 +11,7 @@ use tokio::io::Interest;
 use tokio::io::unix::AsyncFd;
 
 /// The daemon's bell.
-pub struct Bell(AsyncFd<Descriptor>);
+pub struct WakeSocket(AsyncFd<Descriptor>);
 
 struct Descriptor {
     listener: Listener<Ipc>,
@@ -24,7 +24,7 @@ impl AsRawFd for Descriptor {
     }
 }
 
-impl Bell {
+impl WakeSocket {
     /// Hangs the bell into the current tokio runtime.
     pub fn new(listener: Listener<Ipc>) -> std::io::Result<Self> {
         // SAFETY: the descriptor is neither closed nor used without the listener, which lives beside it in `Descriptor`.
@@ -46,9 +46,9 @@ impl Bell {
 }
 
 /// Wakes clients. Shared by all threads.
-pub struct Waker(Notifier<Ipc>);
+pub struct ClientWaker(Notifier<Ipc>);
 
-impl Waker {
+impl ClientWaker {
     /// Wakes through this port.
     pub fn new(notifier: Notifier<Ipc>) -> Self {
         Self(notifier)

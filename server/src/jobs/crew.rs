@@ -1,22 +1,22 @@
 //! The threads that compute, and what they share.
 
-use super::flight::{Cargo, Stop, Written};
-use super::{Flight, overrun};
-use crate::ipc::{Lent, Populated, Waker};
-use crate::kept::{Answers, Gone, Target};
-use crate::librarian::News;
-use crate::metrics::End;
+use super::flight::{JobPayload, StopCause, WrittenResult};
+use super::{Job, overrun};
+use crate::ipc::{ClientWaker, LoanedBuffer, PopulatedPages};
+use crate::kept::{EvictedResults, RetainedResults, RetainedTarget};
+use crate::librarian::ReloadEvent;
+use crate::metrics::JobEnd;
 use crate::panics;
-use crate::verdicts::{Key, Verdicts};
+use crate::verdicts::{ErrorMailbox, RequestKey};
 use rayon::{ThreadPool, ThreadPoolBuilder};
-use shatter_engine::clock::Clock;
-use shatter_engine::object::{Object, Outcome};
+use shatter_engine::clock::StageProfiler;
+use shatter_engine::object::{EngineResult, ServedObject};
 use shatter_fracture::pipeline::Workspace;
 use shatter_proto::answer::{Block, EffectWire, StageWire};
 use shatter_proto::layout::Layout;
-use shatter_proto::refusal::RefusalWire;
-use shatter_proto::request::{Origin, Strike};
-use shatter_proto::{Fault, Kind, Refusal};
+use shatter_proto::refusal::ErrorWire;
+use shatter_proto::request::{Request, RetainedFragment};
+use shatter_proto::{Error, ErrorKind, Fault};
 use std::collections::HashSet;
 use std::mem::MaybeUninit;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -32,13 +32,13 @@ const AIMED_AT: f64 = 0.85;
 const CROWDED: [Duration; 3] = [Duration::from_millis(4), Duration::from_millis(8), Duration::from_millis(16)];
 
 /// What the computing threads tell the waiting one.
-pub enum Event {
+pub enum WorkerEvent {
     /// A strike has ended.
     Landed {
         /// Which.
-        flight: Arc<Flight>,
+        flight: Arc<Job>,
         /// How.
-        end: End,
+        end: JobEnd,
         /// Where its answer's energy came from.
         energy: Option<&'static str>,
         /// What each stage did.
@@ -47,14 +47,14 @@ pub enum Event {
         effects: Box<[EffectWire]>,
     },
     /// What goes on in the folder of databases.
-    News(News),
+    News(ReloadEvent),
     /// Clients hold all memory for answers, among them perhaps dead ones.
     Crowded,
 }
 
 /// Where a strike computes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Lane {
+pub enum WorkerSlot {
     /// On all threads: nothing else computes.
     All,
     /// On the one thread of this lane.
@@ -65,19 +65,19 @@ pub enum Lane {
 ///
 /// Strikes never share a pool: a thread that waits for a part of its strike would take up another whole strike meanwhile, and the
 /// first would be as late as that one.
-pub struct Crew {
+pub struct WorkerPool {
     all: ThreadPool,
     lanes: Vec<ThreadPool>,
     workspaces: Mutex<Vec<Workspace>>,
-    verdicts: Mutex<Verdicts>,
-    answers: Mutex<Answers>,
-    populated: Populated,
-    waker: Waker,
-    events: UnboundedSender<Event>,
+    verdicts: Mutex<ErrorMailbox>,
+    answers: Mutex<RetainedResults>,
+    populated: PopulatedPages,
+    waker: ClientWaker,
+    events: UnboundedSender<WorkerEvent>,
 }
 
 /// Computing threads, so much nicer than others: they give way to the thread that waits, and to hosts.
-pub fn threads(count: usize, nice: i32) -> Result<ThreadPool, Refusal> {
+pub fn threads(count: usize, nice: i32) -> Result<ThreadPool, Error> {
     let builder = ThreadPoolBuilder::new().num_threads(count).thread_name(|index| format!("compute-{index}"));
     let give_way = move |_| {
         // On Linux it is the thread's own.
@@ -86,23 +86,23 @@ pub fn threads(count: usize, nice: i32) -> Result<ThreadPool, Refusal> {
         }
     };
     let built = builder.start_handler(give_way).build();
-    built.map_err(|error| Refusal::new(Kind::Failed, "threads", error.to_string()))
+    built.map_err(|error| Error::new(ErrorKind::Failed, "threads", error.to_string()))
 }
 
 /// Threads of which each is its own.
-pub fn lanes(count: usize, nice: i32) -> Result<Vec<ThreadPool>, Refusal> {
+pub fn lanes(count: usize, nice: i32) -> Result<Vec<ThreadPool>, Error> {
     (0..count).map(|_| threads(1, nice)).collect()
 }
 
-impl Crew {
+impl WorkerPool {
     /// A crew that reports to `events`, and keeps `answers`. `populated` knows what was rehearsed.
     pub fn new(
         all: ThreadPool,
         lanes: Vec<ThreadPool>,
-        answers: Answers,
-        populated: Populated,
-        waker: Waker,
-        events: UnboundedSender<Event>,
+        answers: RetainedResults,
+        populated: PopulatedPages,
+        waker: ClientWaker,
+        events: UnboundedSender<WorkerEvent>,
     ) -> Self {
         let (workspaces, verdicts, answers) = (Mutex::default(), Mutex::default(), Mutex::new(answers));
         Self { all, lanes, workspaces, verdicts, answers, populated, waker, events }
@@ -124,11 +124,11 @@ impl Crew {
     }
 
     /// Runs `work` in a lane, which reports by itself.
-    fn spawn(self: &Arc<Self>, lane: Lane, work: impl FnOnce(&Crew) -> Event + Send + 'static) {
+    fn spawn(self: &Arc<Self>, lane: WorkerSlot, work: impl FnOnce(&WorkerPool) -> WorkerEvent + Send + 'static) {
         let crew = self.clone();
         let pool = match lane {
-            Lane::One(lane) => self.lanes.get(lane).unwrap_or(&self.all),
-            Lane::All => &self.all,
+            WorkerSlot::One(lane) => self.lanes.get(lane).unwrap_or(&self.all),
+            WorkerSlot::All => &self.all,
         };
         pool.spawn(move || {
             let event = work(&crew);
@@ -138,20 +138,20 @@ impl Crew {
     }
 
     /// Computes a strike in a lane. A panic in it fails this strike alone.
-    pub(super) fn fly(self: &Arc<Self>, flight: Arc<Flight>, lane: Lane) {
+    pub(super) fn fly(self: &Arc<Self>, flight: Arc<Job>, lane: WorkerSlot) {
         self.spawn(lane, move |crew| {
-            let mut clock = Clock::showing(flight.stage().clone());
+            let mut clock = StageProfiler::showing(flight.stage().clone());
             let result = catch_unwind(AssertUnwindSafe(|| crew.answer(&flight, &mut clock)));
             let result = result.unwrap_or_else(|panic| {
                 let message = format!("the strike failed inside the service: {}", panics::text(panic.as_ref()));
-                Err(Refusal::new(Kind::Failed, "strike", message))
+                Err(Error::new(ErrorKind::Failed, "strike", message))
             });
             let result = result.map_err(|refusal| match flight.stopped() {
-                Some(why) if refusal.kind == Kind::Cancelled => why.refusal(),
+                Some(why) if refusal.kind == ErrorKind::Cancelled => why.refusal(),
                 _ => refusal,
             });
             let end = match &result {
-                Ok(()) => End::Answered,
+                Ok(()) => JobEnd::Answered,
                 Err(refusal) => {
                     if refusal.kind.fault() == Fault::Caller {
                         tracing::debug!(kind = refusal.kind.name(), at = refusal.at, "not answered: {refusal}");
@@ -159,39 +159,39 @@ impl Crew {
                         tracing::warn!(kind = refusal.kind.name(), at = refusal.at, "not answered: {refusal}");
                     }
                     crew.refuse(&flight, refusal);
-                    End::of(refusal)
+                    JobEnd::of(refusal)
                 }
             };
             let (energy, stages, effects) = (clock.energy(), Box::new(clock.rows()), Box::new(clock.effects()));
-            Event::Landed { flight, end, energy, stages, effects }
+            WorkerEvent::Landed { flight, end, energy, stages, effects }
         });
     }
 
     /// Keeps the verdict, closes the request, wakes the client: in this order, so that a client that finds its request
     /// closed finds the verdict too.
-    pub fn refuse(&self, flight: &Flight, refusal: &Refusal) {
-        let verdict = RefusalWire::from(refusal);
+    pub fn refuse(&self, flight: &Job, refusal: &Error) {
+        let verdict = ErrorWire::from(refusal);
         self.verdicts.lock().unwrap_or_else(PoisonError::into_inner).keep(flight.key(), verdict);
         flight.close();
         self.waker.wake(flight.key().0);
     }
 
     /// Tells the verdict on a strike, if it is known.
-    pub fn verdict(&self, strike: Key) -> Option<RefusalWire> {
+    pub fn verdict(&self, strike: RequestKey) -> Option<ErrorWire> {
         self.verdicts.lock().unwrap_or_else(PoisonError::into_inner).tell(strike)
     }
 
-    fn answers(&self) -> MutexGuard<'_, Answers> {
+    fn answers(&self) -> MutexGuard<'_, RetainedResults> {
         self.answers.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// What is struck when a fragment of an answer of the object `name` is.
-    pub(super) fn target(&self, name: &str, origin: Origin) -> Result<Target, Refusal> {
+    pub(super) fn target(&self, name: &str, origin: RetainedFragment) -> Result<RetainedTarget, Error> {
         self.answers().target(name, origin, Instant::now())
     }
 
     /// Gives back an answer that is kept.
-    pub fn release(&self, handle: u64) -> Result<(), Refusal> {
+    pub fn release(&self, handle: u64) -> Result<(), Error> {
         let gone = self.answers().release(handle)?;
         self.bury(gone);
         Ok(())
@@ -209,14 +209,14 @@ impl Crew {
     }
 
     /// Lets a computing thread give the memory back.
-    fn bury(&self, gone: Gone) {
+    fn bury(&self, gone: EvictedResults) {
         if !gone.is_empty() {
             self.all.spawn(move || drop(gone));
         }
     }
 
     /// Keeps an answer whose strike asks for it; its handle, or zero.
-    fn keep(&self, strike: &Strike, object: Arc<dyn Object>, outcome: &dyn Outcome) -> u64 {
+    fn keep(&self, strike: &Request, object: Arc<dyn ServedObject>, outcome: &dyn EngineResult) -> u64 {
         if !strike.keep || !self.answers().keeps() {
             return 0;
         }
@@ -238,8 +238,8 @@ impl Crew {
 
     /// Computes and sends the answer. The object is let go of here, with the strike: a version that was replaced is given
     /// back by the thread that struck it last.
-    fn answer(&self, flight: &Flight, clock: &mut Clock) -> Result<(), Refusal> {
-        let Cargo { strike, object, kept } = flight.unload()?;
+    fn answer(&self, flight: &Job, clock: &mut StageProfiler) -> Result<(), Error> {
+        let JobPayload { strike, object, kept } = flight.unload()?;
         let _span =
             tracing::info_span!("strike", object = strike.object, client = flight.client(), sequence = flight.key().1)
                 .entered();
@@ -256,8 +256,8 @@ impl Crew {
         };
         self.workspaces.lock().unwrap_or_else(PoisonError::into_inner).push(workspace);
         let outcome = outcome?;
-        if flight.stopped() == Some(Stop::Late) {
-            return Err(Stop::Late.refusal());
+        if flight.stopped() == Some(StopCause::Late) {
+            return Err(StopCause::Late.refusal());
         }
         let layout = fit(&strike, outcome.as_ref())?;
         let mut lent = self.lend(flight, layout.blocks())?;
@@ -281,11 +281,11 @@ impl Crew {
     }
 
     /// Lends memory for an answer; what was computed is not thrown away because somebody died a moment ago.
-    fn lend(&self, flight: &Flight, blocks: usize) -> Result<Lent, Refusal> {
+    fn lend(&self, flight: &Job, blocks: usize) -> Result<LoanedBuffer, Error> {
         for pause in CROWDED {
             match flight.lend(blocks) {
-                Err(refusal) if refusal.kind == Kind::Busy && flight.stopped().is_none() => {
-                    let _ = self.events.send(Event::Crowded);
+                Err(refusal) if refusal.kind == ErrorKind::Busy && flight.stopped().is_none() => {
+                    let _ = self.events.send(WorkerEvent::Crowded);
                     std::thread::sleep(pause);
                 }
                 result => return result,
@@ -296,20 +296,20 @@ impl Crew {
 }
 
 /// Lays the answer out, within the caller's caps.
-fn fit(strike: &Strike, outcome: &dyn Outcome) -> Result<Layout, Refusal> {
+fn fit(strike: &Request, outcome: &dyn EngineResult) -> Result<Layout, Error> {
     let counts = outcome.counts();
     if let Some(cap) = strike.fragments_max.filter(|cap| counts.fragments > *cap as usize) {
         let message = format!("{} fragments, the request takes {cap}", counts.fragments);
-        return Err(Refusal::new(Kind::CapExceeded, "fragments_max", message));
+        return Err(Error::new(ErrorKind::CapExceeded, "fragments_max", message));
     }
     let layout = Layout::new(&counts).ok_or_else(|| {
-        Refusal::new(Kind::AnswerTooLarge, "answers", format!("{counts:?} cannot be addressed by 32 bits"))
+        Error::new(ErrorKind::AnswerTooLarge, "answers", format!("{counts:?} cannot be addressed by 32 bits"))
     })?;
     match strike.bytes_max.filter(|cap| layout.used_bytes() > *cap) {
         None => Ok(layout),
         Some(cap) => {
             let message = format!("{} bytes, the request takes {cap}", layout.used_bytes());
-            Err(Refusal::new(Kind::CapExceeded, "bytes_max", message))
+            Err(Error::new(ErrorKind::CapExceeded, "bytes_max", message))
         }
     }
 }
@@ -328,17 +328,17 @@ struct Timing {
 
 /// Writes the answer where the client will read it.
 fn write(
-    mut lent: Lent,
+    mut lent: LoanedBuffer,
     layout: &Layout,
-    outcome: &dyn Outcome,
+    outcome: &dyn EngineResult,
     timing: &Timing,
-    clock: &mut Clock,
-) -> Result<Written, Refusal> {
+    clock: &mut StageProfiler,
+) -> Result<WrittenResult, Error> {
     let raw: *mut [MaybeUninit<Block>] = lent.payload_mut();
     // SAFETY: the slice is borrowed from `lent`, which is not touched while `payload` lives. Its bytes are initialised:
     // they lie in shared memory, whose pages the kernel zeroes and earlier answers wrote; any bytes are a `Block`.
     let payload: &mut [Block] = unsafe { &mut *(raw as *mut [Block]) };
-    let unfit = || Refusal::new(Kind::Failed, "layout", "the lent memory is shorter than the layout");
+    let unfit = || Error::new(ErrorKind::Failed, "layout", "the lent memory is shorter than the layout");
     let mut sections = layout.split(payload).ok_or_else(unfit)?;
     clock.write(outcome, &mut sections, layout.base_bytes())?;
     let took = timing.arrived.elapsed();

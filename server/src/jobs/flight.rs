@@ -1,111 +1,111 @@
 //! One strike from its arrival to its end.
 
-use super::forecast::Work;
-use crate::ipc::{ActiveStrike, Lent, lend};
-use crate::kept::Target;
-use crate::verdicts::Key;
+use super::forecast::WorkKind;
+use crate::ipc::{ActiveImpactRequest, LoanedBuffer, lend};
+use crate::kept::RetainedTarget;
+use crate::verdicts::RequestKey;
 use iceoryx2::response_mut::ResponseMut;
-use shatter_engine::clock::Shown;
-use shatter_engine::object::Object;
-use shatter_fracture::pipeline::Kept;
-use shatter_fracture::token::Token;
-use shatter_proto::answer::{AnswerHeader, Block};
-use shatter_proto::request::Strike;
-use shatter_proto::{Kind, Refusal};
+use shatter_engine::clock::CurrentStage;
+use shatter_engine::object::ServedObject;
+use shatter_fracture::pipeline::RetainedFragments;
+use shatter_fracture::token::CancelToken;
+use shatter_proto::answer::{Block, ResultHeader};
+use shatter_proto::request::Request;
+use shatter_proto::{Error, ErrorKind};
 use shatter_transport::{Ipc, failed};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::time::Instant;
 
 /// A lent answer, written.
-pub(super) type Written = ResponseMut<Ipc, [Block], AnswerHeader>;
+pub(super) type WrittenResult = ResponseMut<Ipc, [Block], ResultHeader>;
 
 /// Why the daemon stopped a strike that computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Stop {
+pub(super) enum StopCause {
     /// Its deadline passed.
     Late,
     /// The daemon is ending.
     Ending,
 }
 
-impl Stop {
+impl StopCause {
     /// What its client is told.
-    pub(super) fn refusal(self) -> Refusal {
+    pub(super) fn refusal(self) -> Error {
         match self {
-            Self::Late => Refusal::new(Kind::Late, "deadline", "the deadline passed before the answer was ready"),
-            Self::Ending => Refusal::new(Kind::Stopping, "daemon", "the daemon is ending"),
+            Self::Late => Error::new(ErrorKind::Late, "deadline", "the deadline passed before the answer was ready"),
+            Self::Ending => Error::new(ErrorKind::Stopping, "daemon", "the daemon is ending"),
         }
     }
 }
 
 /// What to do: a strike, and what it strikes.
-pub(super) struct Cargo {
-    pub strike: Strike,
-    pub object: Arc<dyn Object>,
+pub(super) struct JobPayload {
+    pub strike: Request,
+    pub object: Arc<dyn ServedObject>,
     /// Where a fragment of an answer is struck: what was kept of that.
-    pub kept: Option<Arc<Kept>>,
+    pub kept: Option<Arc<RetainedFragments>>,
 }
 
 /// One strike. The request is shared by the thread that computes the answer and the one that looks whether somebody still
 /// waits for it; both hold the lock for microseconds.
-pub struct Flight {
-    request: Mutex<Option<ActiveStrike>>,
-    cargo: Mutex<Option<Cargo>>,
-    token: Token,
-    key: Key,
+pub struct Job {
+    request: Mutex<Option<ActiveImpactRequest>>,
+    cargo: Mutex<Option<JobPayload>>,
+    token: CancelToken,
+    key: RequestKey,
     arrived: Instant,
     /// The stage that it is in.
-    stage: Shown,
+    stage: CurrentStage,
     /// What kind of work it is, once it is understood.
-    work: Work,
+    work: WorkKind,
     /// Why it was stopped while it computed.
-    stopped: OnceLock<Stop>,
+    stopped: OnceLock<StopCause>,
 }
 
-impl Flight {
+impl Job {
     /// A strike that arrived now from the client with this listener.
-    pub(super) fn new(request: ActiveStrike, listener: [u8; 16], sequence: u64) -> Self {
+    pub(super) fn new(request: ActiveImpactRequest, listener: [u8; 16], sequence: u64) -> Self {
         Self {
             request: Mutex::new(Some(request)),
             cargo: Mutex::new(None),
-            token: Token::default(),
+            token: CancelToken::default(),
             key: (listener, sequence),
             arrived: Instant::now(),
-            stage: Shown::default(),
-            work: Work::default(),
+            stage: CurrentStage::default(),
+            work: WorkKind::default(),
             stopped: OnceLock::new(),
         }
     }
 
     /// What to do, once it is understood.
-    pub(super) fn place(&mut self, strike: Strike, (object, kept): Target) {
-        self.work = Work::of(&strike);
-        self.cargo = Mutex::new(Some(Cargo { strike, object, kept }));
+    pub(super) fn place(&mut self, strike: Request, (object, kept): RetainedTarget) {
+        self.work = WorkKind::of(&strike);
+        self.cargo = Mutex::new(Some(JobPayload { strike, object, kept }));
     }
 
     /// What to do; handed out once, so that the object is held no longer than it is struck.
-    pub(super) fn unload(&self) -> Result<Cargo, Refusal> {
-        let missing = || Refusal::new(Kind::Failed, "queue", "a strike was queued before it was understood");
+    pub(super) fn unload(&self) -> Result<JobPayload, Error> {
+        let missing = || Error::new(ErrorKind::Failed, "queue", "a strike was queued before it was understood");
         self.cargo.lock().unwrap_or_else(PoisonError::into_inner).take().ok_or_else(missing)
     }
 
     /// Names the strike to its client.
-    pub(super) fn key(&self) -> Key {
+    pub(super) fn key(&self) -> RequestKey {
         self.key
     }
 
     /// What kind of work it is.
-    pub(super) fn work(&self) -> &Work {
+    pub(super) fn work(&self) -> &WorkKind {
         &self.work
     }
 
     /// Polled by the stages.
-    pub(super) fn token(&self) -> &Token {
+    pub(super) fn token(&self) -> &CancelToken {
         &self.token
     }
 
     /// The stage that it is in.
-    pub(super) fn stage(&self) -> &Shown {
+    pub(super) fn stage(&self) -> &CurrentStage {
         &self.stage
     }
 
@@ -114,7 +114,7 @@ impl Flight {
         self.arrived
     }
 
-    fn request(&self) -> MutexGuard<'_, Option<ActiveStrike>> {
+    fn request(&self) -> MutexGuard<'_, Option<ActiveImpactRequest>> {
         self.request.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -124,13 +124,13 @@ impl Flight {
     }
 
     /// Asks it to stop at its next checkpoint, and why.
-    pub(super) fn stop(&self, why: Stop) {
+    pub(super) fn stop(&self, why: StopCause) {
         self.stopped.get_or_init(|| why);
         self.cancel();
     }
 
     /// Why it was asked to stop.
-    pub(super) fn stopped(&self) -> Option<Stop> {
+    pub(super) fn stopped(&self) -> Option<StopCause> {
         self.stopped.get().copied()
     }
 
@@ -152,7 +152,7 @@ impl Flight {
     }
 
     /// Lends memory for the answer.
-    pub(super) fn lend(&self, blocks: usize) -> Result<Lent, Refusal> {
+    pub(super) fn lend(&self, blocks: usize) -> Result<LoanedBuffer, Error> {
         match &*self.request() {
             Some(request) => lend(request, blocks),
             None => Err(closed()),
@@ -160,7 +160,7 @@ impl Flight {
     }
 
     /// Sends the answer. The request stays open until the client has read the answer or gone: so it is seen what is unread.
-    pub(super) fn send(&self, answer: Written) -> Result<(), Refusal> {
+    pub(super) fn send(&self, answer: WrittenResult) -> Result<(), Error> {
         match &*self.request() {
             // Asked right before sending: channels are recycled, and a late answer would lie in the way of another.
             Some(request) if request.is_connected() => answer.send().map_err(|error| failed("send", error)),
@@ -179,6 +179,6 @@ impl Flight {
     }
 }
 
-fn closed() -> Refusal {
-    Refusal::new(Kind::Cancelled, "client", "nobody waits for the answer any more")
+fn closed() -> Error {
+    Error::new(ErrorKind::Cancelled, "client", "nobody waits for the answer any more")
 }

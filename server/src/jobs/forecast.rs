@@ -1,6 +1,6 @@
 //! How long strikes take: what is expected of the next one by what the last ones of its kind took.
 
-use shatter_proto::request::{Degree, Purpose, Strike};
+use shatter_proto::request::{DegreeRule, Purpose, Request};
 use std::collections::HashMap;
 use std::time::{Duration, Instant};
 
@@ -19,7 +19,7 @@ const WORK_MAX: usize = 4096;
 
 /// A kind of work: strikes of one kind take about as long.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
-pub struct Work {
+pub struct WorkKind {
     object: String,
     /// Rule of the degree; for a number of sites its magnitude.
     rule: u32,
@@ -28,16 +28,16 @@ pub struct Work {
     how: [u64; 9],
 }
 
-impl Work {
+impl WorkKind {
     /// What `strike` asks for.
-    pub fn of(strike: &Strike) -> Self {
+    pub fn of(strike: &Request) -> Self {
         let rule = match (strike.purpose, strike.degree) {
             (Purpose::Threshold, _) => 0,
             (Purpose::Aim, _) => u32::MAX,
-            (_, Degree::Preset | Degree::Inferred | Degree::ClosedForm) => 1,
-            (_, Degree::Verified) => 2,
-            (_, Degree::Optimised) => 3,
-            (_, Degree::Sites(sites)) => 4 + sites.max(1).ilog2(),
+            (_, DegreeRule::Preset | DegreeRule::Inferred | DegreeRule::ClosedForm) => 1,
+            (_, DegreeRule::Verified) => 2,
+            (_, DegreeRule::Optimised) => 3,
+            (_, DegreeRule::Sites(sites)) => 4 + sites.max(1).ilog2(),
         };
         let lift = strike.lift.map_or(0, |lift| 1 + lift as u64);
         let again = u64::from(strike.from.is_some());
@@ -60,23 +60,23 @@ impl Work {
 /// Moving averages by kind of work.
 #[derive(Default)]
 pub struct Forecast {
-    means: HashMap<Work, Mean>,
+    means: HashMap<WorkKind, MovingAverage>,
 }
 
 /// A moving average.
-struct Mean {
+struct MovingAverage {
     time: Duration,
     doubted: Option<Instant>,
 }
 
 impl Forecast {
     /// How long such a strike computes; `None`: none has yet.
-    pub fn of(&self, work: &Work) -> Option<Duration> {
+    pub fn of(&self, work: &WorkKind) -> Option<Duration> {
         self.means.get(work).map(|mean| mean.time)
     }
 
     /// One has computed for `time`.
-    pub fn learn(&mut self, work: &Work, time: Duration) {
+    pub fn learn(&mut self, work: &WorkKind, time: Duration) {
         if let Some(mean) = self.means.get_mut(work) {
             mean.time = mean.time.mul_f64(1.0 - WEIGHT) + time.mul_f64(WEIGHT);
             return;
@@ -84,18 +84,18 @@ impl Forecast {
         if self.means.len() >= WORK_MAX {
             self.means.clear();
         }
-        self.means.insert(work.clone(), Mean { time, doubted: None });
+        self.means.insert(work.clone(), MovingAverage { time, doubted: None });
     }
 
     /// One has computed for `time` and was stopped for its deadline: it takes at least as long.
-    pub fn learn_at_least(&mut self, work: &Work, time: Duration) {
+    pub fn learn_at_least(&mut self, work: &WorkKind, time: Duration) {
         if self.of(work).is_none_or(|mean| mean < time) {
             self.learn(work, time);
         }
     }
 
     /// One was refused at this moment for what was expected of it.
-    pub fn doubt(&mut self, work: &Work, at: Instant) {
+    pub fn doubt(&mut self, work: &WorkKind, at: Instant) {
         let Some(mean) = self.means.get_mut(work) else { return };
         if mean.doubted.is_none_or(|last| at.saturating_duration_since(last) >= DOUBT_PAUSE) {
             (mean.time, mean.doubted) = (mean.time.mul_f64(DOUBT), Some(at));
@@ -107,23 +107,25 @@ impl Forecast {
 mod tests {
     use super::*;
 
-    fn work(object: &str, degree: Degree) -> Work {
-        Work::of(&Strike { object: object.to_owned(), degree, ..Strike::default() })
+    fn work(object: &str, degree: DegreeRule) -> WorkKind {
+        WorkKind::of(&Request { object: object.to_owned(), degree, ..Request::default() })
     }
 
     #[test]
     fn the_mean_follows_what_strikes_take() {
         let mut forecast = Forecast::default();
-        let vase = work("vase", Degree::Sites(20));
+        let vase = work("vase", DegreeRule::Sites(20));
         assert_eq!(forecast.of(&vase), None);
         forecast.learn(&vase, Duration::from_millis(8));
         assert_eq!(forecast.of(&vase), Some(Duration::from_millis(8)));
         (0..40).for_each(|_| forecast.learn(&vase, Duration::from_millis(20)));
         assert!(forecast.of(&vase).unwrap().abs_diff(Duration::from_millis(20)) < Duration::from_micros(10));
-        assert_eq!(forecast.of(&work("vase", Degree::Sites(31))), forecast.of(&vase), "about as many");
-        for other in
-            [work("statue", Degree::Sites(20)), work("vase", Degree::Sites(512)), work("vase", Degree::Optimised)]
-        {
+        assert_eq!(forecast.of(&work("vase", DegreeRule::Sites(31))), forecast.of(&vase), "about as many");
+        for other in [
+            work("statue", DegreeRule::Sites(20)),
+            work("vase", DegreeRule::Sites(512)),
+            work("vase", DegreeRule::Optimised),
+        ] {
             assert_eq!(forecast.of(&other), None);
         }
     }
@@ -131,7 +133,7 @@ mod tests {
     #[test]
     fn what_keeps_strikes_from_computing_does_not_do_so_for_ever() {
         let mut forecast = Forecast::default();
-        let vase = work("vase", Degree::Inferred);
+        let vase = work("vase", DegreeRule::Inferred);
         forecast.learn(&vase, Duration::from_secs(1));
         let begun = Instant::now();
         let mut refused = |pause: Duration| {
@@ -149,7 +151,7 @@ mod tests {
     #[test]
     fn one_that_was_stopped_teaches_how_long_it_takes_at_least() {
         let mut forecast = Forecast::default();
-        let vase = work("vase", Degree::Inferred);
+        let vase = work("vase", DegreeRule::Inferred);
         let ms = Duration::from_millis;
         forecast.learn_at_least(&vase, ms(30));
         forecast.learn_at_least(&vase, ms(10));

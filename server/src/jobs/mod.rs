@@ -7,20 +7,20 @@ mod forecast;
 mod overrun;
 mod queue;
 
-pub use crew::{Crew, Event, lanes, threads};
-pub use flight::Flight;
+pub use crew::{WorkerEvent, WorkerPool, lanes, threads};
+pub use flight::Job;
 
 use crate::catalog::Catalog;
-use crate::ipc::ActiveStrike;
-use crate::metrics::End;
-use crate::verdicts::Key;
-use crew::Lane;
-use flight::Stop;
-use forecast::{Forecast, Work};
-use queue::{Client, Place, Queue};
+use crate::ipc::ActiveImpactRequest;
+use crate::metrics::JobEnd;
+use crate::verdicts::RequestKey;
+use crew::WorkerSlot;
+use flight::StopCause;
+use forecast::{Forecast, WorkKind};
+use queue::{ClientId, Queue, QueueKey};
 use shatter_proto::control::ProgressRow;
-use shatter_proto::request::StrikeWire;
-use shatter_proto::{Kind, Refusal};
+use shatter_proto::request::RequestWire;
+use shatter_proto::{Error, ErrorKind};
 use std::collections::HashMap;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -38,32 +38,32 @@ const UNREAD_PATIENCE: Duration = Duration::from_secs(1);
 
 /// Strikes that wait and strikes that compute. Owned by the waiting thread.
 pub struct Jobs {
-    waiting: Queue<Arc<Flight>>,
+    waiting: Queue<Arc<Job>>,
     running: Vec<Running>,
     /// Answered, and not read yet.
-    unread: Vec<Arc<Flight>>,
+    unread: Vec<Arc<Job>>,
     forecast: Forecast,
     /// Buckets that one client may hold.
     held_max: usize,
     /// Nothing more is taken in.
     closed: bool,
     /// Of those that were refused when their turn came.
-    ends: Vec<End>,
-    crew: Arc<Crew>,
+    ends: Vec<JobEnd>,
+    crew: Arc<WorkerPool>,
 }
 
 /// A strike that computes.
 struct Running {
-    flight: Arc<Flight>,
-    place: Place,
-    lane: Lane,
+    flight: Arc<Job>,
+    place: QueueKey,
+    lane: WorkerSlot,
     begun: Instant,
 }
 
 impl Jobs {
     /// No strike yet. At most one computes in each lane of the crew, at most `queue_max` wait, and no client holds more than
     /// `held_max` buckets.
-    pub fn new(queue_max: usize, held_max: usize, crew: Arc<Crew>) -> Self {
+    pub fn new(queue_max: usize, held_max: usize, crew: Arc<WorkerPool>) -> Self {
         let (waiting, forecast) = (Queue::new(queue_max, crew.lanes(), AHEAD), Forecast::default());
         let (running, unread) = (Vec::new(), Vec::new());
         Self { waiting, running, unread, forecast, held_max, closed: false, ends: Vec::new(), crew }
@@ -80,8 +80,8 @@ impl Jobs {
     }
 
     /// How far a strike is; `None` if it neither waits nor computes.
-    pub fn progress(&self, strike: Key) -> Option<ProgressRow> {
-        let row = |state: u32, flight: &Flight| {
+    pub fn progress(&self, strike: RequestKey) -> Option<ProgressRow> {
+        let row = |state: u32, flight: &Job| {
             let age_ns = u64::try_from(flight.arrived().elapsed().as_nanos()).unwrap_or(u64::MAX);
             ProgressRow { state, stage: flight.stage().load(Ordering::Relaxed), age_ns }
         };
@@ -107,8 +107,8 @@ impl Jobs {
 
     /// Takes a strike in, or refuses it at once; the end of one that was refused. `wire` is the one copy of its payload: the sender
     /// can still write to the original.
-    pub fn admit(&mut self, active: ActiveStrike, wire: &StrikeWire, catalog: &Catalog) -> Option<End> {
-        let mut flight = Flight::new(active, wire.listener, wire.sequence);
+    pub fn admit(&mut self, active: ActiveImpactRequest, wire: &RequestWire, catalog: &Catalog) -> Option<JobEnd> {
+        let mut flight = Job::new(active, wire.listener, wire.sequence);
         let placed = wire.validate().and_then(|strike| {
             self.open()?;
             self.within_share(wire.held)?;
@@ -117,10 +117,10 @@ impl Jobs {
                 Some(origin) => self.crew.target(&strike.object, origin)?,
             };
             let deadline = strike.deadline.and_then(|deadline| flight.arrived().checked_add(deadline));
-            let work = Work::of(&strike);
+            let work = WorkKind::of(&strike);
             self.in_time(deadline, &work, flight.arrived())?;
             let cost = self.forecast.of(&work).unwrap_or(COST_UNKNOWN);
-            Ok((Place { client: wire.listener, deadline, cost }, strike, target))
+            Ok((QueueKey { client: wire.listener, deadline, cost }, strike, target))
         });
         let place = match placed {
             Ok((place, strike, target)) => {
@@ -136,21 +136,21 @@ impl Jobs {
     }
 
     /// Refuses everything once it is closed.
-    fn open(&self) -> Result<(), Refusal> {
-        if self.closed { Err(Stop::Ending.refusal()) } else { Ok(()) }
+    fn open(&self) -> Result<(), Error> {
+        if self.closed { Err(StopCause::Ending.refusal()) } else { Ok(()) }
     }
 
     /// Refuses a client that holds its share of the buckets.
-    fn within_share(&self, held: u64) -> Result<(), Refusal> {
+    fn within_share(&self, held: u64) -> Result<(), Error> {
         if held < self.held_max as u64 {
             return Ok(());
         }
         let message = format!("this client holds {held} answers, of {} that one may hold: drop some", self.held_max);
-        Err(Refusal::new(Kind::Busy, "share", message))
+        Err(Error::new(ErrorKind::Busy, "share", message))
     }
 
     /// Refuses what is expected to be late anyway.
-    fn in_time(&mut self, deadline: Option<Instant>, work: &Work, arrived: Instant) -> Result<(), Refusal> {
+    fn in_time(&mut self, deadline: Option<Instant>, work: &WorkKind, arrived: Instant) -> Result<(), Error> {
         let (Some(deadline), Some(cost)) = (deadline, self.forecast.of(work)) else { return Ok(()) };
         let wait = self.wait(Some(deadline));
         if arrived + cost > deadline {
@@ -167,7 +167,7 @@ impl Jobs {
             ms(wait),
             ms(cost)
         );
-        let refusal = Refusal::new(Kind::Late, "deadline", message);
+        let refusal = Error::new(ErrorKind::Late, "deadline", message);
         // Where nothing is in the way, coming back later changes nothing.
         Err(if wait > Duration::ZERO { refusal.after(wait) } else { refusal })
     }
@@ -183,7 +183,7 @@ impl Jobs {
     }
 
     /// The refusal of one of this client for which there is no room.
-    fn full(&self, client: &Client) -> Refusal {
+    fn full(&self, client: &ClientId) -> Error {
         let (all, own) = (self.waiting.len(), self.waiting.held(client));
         let (at, message) = match self.waiting.is_full() {
             true => ("queue", format!("the queue is full: {all} waiting")),
@@ -191,26 +191,26 @@ impl Jobs {
                 ("share", format!("of {all} that wait {own} are this client's: the rest of the queue is for others"))
             }
         };
-        Refusal::new(Kind::Busy, at, message).after(self.wait(None))
+        Error::new(ErrorKind::Busy, at, message).after(self.wait(None))
     }
 
-    fn refuse(&self, flight: &Flight, refusal: &Refusal) -> End {
+    fn refuse(&self, flight: &Job, refusal: &Error) -> JobEnd {
         tracing::debug!(kind = refusal.kind.name(), at = refusal.at, "refused: {refusal}");
         self.crew.refuse(flight, refusal);
-        End::of(refusal)
+        JobEnd::of(refusal)
     }
 
     /// Lets waiting strikes compute while there is room. Those of a client that does not read its answers wait until it does.
     fn dispatch(&mut self) {
         while self.running.len() < self.crew.lanes() {
             let buckets = self.buckets();
-            let may = |client: &Client| buckets.get(client).is_none_or(|held| *held < self.held_max);
+            let may = |client: &ClientId| buckets.get(client).is_none_or(|held| *held < self.held_max);
             let Some((place, flight)) = self.waiting.pop(may) else { return };
             let cost = self.forecast.of(flight.work()).unwrap_or(place.cost);
             if place.deadline.is_some_and(|deadline| Instant::now() + cost > deadline) {
                 // It would be late: whoever is next may be in time.
                 self.waiting.landed(Instant::now(), &place, Duration::ZERO);
-                let late = Refusal::new(Kind::Late, "deadline", "its turn came too late for the deadline");
+                let late = Error::new(ErrorKind::Late, "deadline", "its turn came too late for the deadline");
                 let end = self.refuse(&flight, &late);
                 self.ends.push(end);
                 continue;
@@ -222,32 +222,32 @@ impl Jobs {
     }
 
     /// Buckets by client, as far as the daemon sees: of what computes, and of answers that are unread.
-    fn buckets(&self) -> HashMap<Client, usize> {
+    fn buckets(&self) -> HashMap<ClientId, usize> {
         let (running, unread) = (self.running.iter().map(|running| &running.flight), self.unread.iter());
-        let mut buckets: HashMap<Client, usize> = HashMap::new();
+        let mut buckets: HashMap<ClientId, usize> = HashMap::new();
         running.chain(unread).for_each(|flight| *buckets.entry(flight.key().0).or_default() += 1);
         buckets
     }
 
     /// Where the next one computes: on all threads if it is alone, else in a lane that is free.
-    fn lane(&self) -> Lane {
+    fn lane(&self) -> WorkerSlot {
         if self.running.is_empty() && self.waiting.len() == 0 {
-            return Lane::All;
+            return WorkerSlot::All;
         }
-        let free = |lane: &usize| self.running.iter().all(|running| running.lane != Lane::One(*lane));
-        (0..self.crew.lanes()).find(free).map_or(Lane::All, Lane::One)
+        let free = |lane: &usize| self.running.iter().all(|running| running.lane != WorkerSlot::One(*lane));
+        (0..self.crew.lanes()).find(free).map_or(WorkerSlot::All, WorkerSlot::One)
     }
 
     /// A strike has ended.
-    pub fn landed(&mut self, flight: &Arc<Flight>, end: End) {
+    pub fn landed(&mut self, flight: &Arc<Job>, end: JobEnd) {
         let Some(index) = self.running.iter().position(|running| Arc::ptr_eq(&running.flight, flight)) else { return };
         let Running { place, begun, .. } = self.running.swap_remove(index);
         let time = begun.elapsed();
         self.waiting.landed(Instant::now(), &place, time);
-        if end == End::Answered {
+        if end == JobEnd::Answered {
             self.forecast.learn(flight.work(), time);
             self.unread.push(flight.clone());
-        } else if end == End::Late {
+        } else if end == JobEnd::Late {
             self.forecast.learn_at_least(flight.work(), time);
         }
         self.dispatch();
@@ -269,11 +269,11 @@ impl Jobs {
 
     /// Ends what is late: refuses what waits, and asks what computes to stop at its next checkpoint; refuses what has waited too long
     /// for its client to read. The ends of those that were refused, here or because their turn came too late.
-    pub fn expire(&mut self) -> Vec<End> {
+    pub fn expire(&mut self) -> Vec<JobEnd> {
         let now = Instant::now();
-        let late = |place: &Place| place.deadline.is_some_and(|deadline| deadline <= now);
+        let late = |place: &QueueKey| place.deadline.is_some_and(|deadline| deadline <= now);
         for running in self.running.iter().filter(|running| late(&running.place)) {
-            running.flight.stop(Stop::Late);
+            running.flight.stop(StopCause::Late);
         }
         let waiting = self.waiting.take(|place, _| late(place));
         let buckets = self.buckets();
@@ -281,18 +281,18 @@ impl Jobs {
             let full = buckets.get(&place.client).is_some_and(|held| *held >= self.held_max);
             full && flight.arrived().elapsed() > UNREAD_PATIENCE
         });
-        let late = waiting.iter().map(|flight| (flight, Stop::Late.refusal()));
+        let late = waiting.iter().map(|flight| (flight, StopCause::Late.refusal()));
         let stuck = stuck.iter().map(|flight| (flight, self.unread(flight)));
-        let now: Vec<End> = late.chain(stuck).map(|(flight, refusal)| self.refuse(flight, &refusal)).collect();
+        let now: Vec<JobEnd> = late.chain(stuck).map(|(flight, refusal)| self.refuse(flight, &refusal)).collect();
         self.ends.extend(now);
         std::mem::take(&mut self.ends)
     }
 
     /// The refusal of what would need a bucket more than its client may hold.
-    fn unread(&self, flight: &Flight) -> Refusal {
+    fn unread(&self, flight: &Job) -> Error {
         let held = self.buckets().get(&flight.key().0).copied().unwrap_or(0);
         let message = format!("{held} answers of this client are unread, as many as one may hold: read some");
-        Refusal::new(Kind::Busy, "share", message)
+        Error::new(ErrorKind::Busy, "share", message)
     }
 
     /// The next deadline of a strike.
@@ -303,7 +303,7 @@ impl Jobs {
 
     /// Refuses everything that waits; what computes may finish. Returns how many were refused.
     pub fn stop(&mut self) -> usize {
-        let refusal = Stop::Ending.refusal();
+        let refusal = StopCause::Ending.refusal();
         let waiting = self.waiting.take(|_, _| true);
         for flight in &waiting {
             self.crew.refuse(flight, &refusal);
@@ -313,6 +313,6 @@ impl Jobs {
 
     /// Asks what computes to stop at its next checkpoint.
     pub fn cancel(&self) {
-        self.running.iter().for_each(|running| running.flight.stop(Stop::Ending));
+        self.running.iter().for_each(|running| running.flight.stop(StopCause::Ending));
     }
 }

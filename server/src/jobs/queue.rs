@@ -12,13 +12,13 @@ use std::collections::HashMap;
 use std::time::{Duration, Instant};
 
 /// What names a client: its listener.
-pub type Client = [u8; 16];
+pub type ClientId = [u8; 16];
 
 /// Something that waits.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Place {
+pub struct QueueKey {
     /// Whose it is.
-    pub client: Client,
+    pub client: ClientId,
     /// When it is of no use any more.
     pub deadline: Option<Instant>,
     /// How long it is expected to compute.
@@ -27,8 +27,8 @@ pub struct Place {
 
 /// A bounded queue.
 pub struct Queue<T> {
-    waiting: Vec<Waiting<T>>,
-    accounts: HashMap<Client, Account>,
+    waiting: Vec<QueuedJob<T>>,
+    accounts: HashMap<ClientId, ClientAccount>,
     /// Virtual time: computing time that every client with something to do has had since the queue was idle, s.
     now: f64,
     /// When that was.
@@ -40,8 +40,8 @@ pub struct Queue<T> {
 }
 
 /// Something that waits.
-struct Waiting<T> {
-    place: Place,
+struct QueuedJob<T> {
+    place: QueueKey,
     /// Virtual time at which it may begin.
     start: f64,
     /// In the order of arrival.
@@ -51,7 +51,7 @@ struct Waiting<T> {
 
 /// Where a client is. It is forgotten once nothing of it waits or computes and virtual time has caught up with it.
 #[derive(Clone, Copy, Default)]
-struct Account {
+struct ClientAccount {
     /// Virtual time at which its share would have all of its strikes done.
     end: f64,
     /// Virtual time at which its last one may begin: the next one not before, whatever is expected of either.
@@ -108,12 +108,12 @@ impl<T> Queue<T> {
     }
 
     /// How many of this client wait.
-    pub fn held(&self, client: &Client) -> usize {
+    pub fn held(&self, client: &ClientId) -> usize {
         self.waiting.iter().filter(|waiting| waiting.place.client == *client).count()
     }
 
     /// Takes `item` in, at this moment; gives it back if the queue is full, or its client has its share of it.
-    pub fn push(&mut self, at: Instant, place: Place, item: T) -> Result<(), T> {
+    pub fn push(&mut self, at: Instant, place: QueueKey, item: T) -> Result<(), T> {
         self.advance(at);
         if self.held(&place.client) >= SHARE * self.most.saturating_sub(self.waiting.len()) {
             return Err(item);
@@ -126,25 +126,25 @@ impl<T> Queue<T> {
         self.count += 1;
         let start = (self.now + (ahead - self.ahead * cost).max(0.0)).max(account.start);
         account.start = start;
-        self.waiting.push(Waiting { place, start, number: self.count, item });
+        self.waiting.push(QueuedJob { place, start, number: self.count, item });
         Ok(())
     }
 
     /// The most urgent one of the clients whose turn it may be.
-    pub fn pop(&mut self, may: impl Fn(&Client) -> bool) -> Option<(Place, T)> {
+    pub fn pop(&mut self, may: impl Fn(&ClientId) -> bool) -> Option<(QueueKey, T)> {
         let before = |&a: &usize, &b: &usize| {
             let (a, b) = (&self.waiting[a], &self.waiting[b]);
-            let late = |place: &Place| (place.deadline.is_none(), place.deadline);
+            let late = |place: &QueueKey| (place.deadline.is_none(), place.deadline);
             let by_deadline = late(&a.place).cmp(&late(&b.place));
             by_deadline.then(a.start.total_cmp(&b.start)).then(a.number.cmp(&b.number))
         };
         let best = (0..self.waiting.len()).filter(|&index| may(&self.waiting[index].place.client)).min_by(before)?;
-        let Waiting { place, item, .. } = self.waiting.swap_remove(best);
+        let QueuedJob { place, item, .. } = self.waiting.swap_remove(best);
         Some((place, item))
     }
 
     /// One that was popped has computed for `time`, and is done at this moment.
-    pub fn landed(&mut self, at: Instant, place: &Place, time: Duration) {
+    pub fn landed(&mut self, at: Instant, place: &QueueKey, time: Duration) {
         self.advance(at);
         if let Some(account) = self.accounts.get_mut(&place.client) {
             account.end += time.as_secs_f64() - place.cost.as_secs_f64();
@@ -153,7 +153,7 @@ impl<T> Queue<T> {
     }
 
     /// Takes out all that `which` says.
-    pub fn take(&mut self, which: impl Fn(&Place, &T) -> bool) -> Vec<T> {
+    pub fn take(&mut self, which: impl Fn(&QueueKey, &T) -> bool) -> Vec<T> {
         let mut taken = Vec::new();
         for index in (0..self.waiting.len()).rev() {
             if which(&self.waiting[index].place, &self.waiting[index].item) {
@@ -165,7 +165,7 @@ impl<T> Queue<T> {
 
     /// Removes one that never computed: its client is as far as if it had not come.
     fn remove(&mut self, index: usize) -> T {
-        let Waiting { place, item, .. } = self.waiting.swap_remove(index);
+        let QueuedJob { place, item, .. } = self.waiting.swap_remove(index);
         if let Some(account) = self.accounts.get_mut(&place.client) {
             let own = self.waiting.iter().filter(|waiting| waiting.place.client == place.client);
             account.start = own.map(|waiting| waiting.start).fold(0.0, f64::max);
@@ -176,7 +176,7 @@ impl<T> Queue<T> {
     }
 
     /// One fewer of `client` waits or computes. Once none does at all, everybody begins anew.
-    fn close(&mut self, client: &Client) {
+    fn close(&mut self, client: &ClientId) {
         if let Some(account) = self.accounts.get_mut(client) {
             account.open -= 1;
         }
@@ -193,8 +193,8 @@ mod tests {
 
     const MS: Duration = Duration::from_millis(1);
 
-    fn place(client: u8, deadline: Option<Instant>) -> Place {
-        Place { client: [client; 16], deadline, cost: 10 * MS }
+    fn place(client: u8, deadline: Option<Instant>) -> QueueKey {
+        QueueKey { client: [client; 16], deadline, cost: 10 * MS }
     }
 
     /// A queue of strict shares for one server, and a moment at which everything happens.
@@ -253,7 +253,7 @@ mod tests {
         let costs = [10, 10, 10, 1, 40, 1, 10, 1, 1, 30];
         (0..3).for_each(|n| _ = queue.push(now, place(2, None), 100 + n));
         for (n, cost) in costs.into_iter().enumerate() {
-            queue.push(now, Place { cost: cost * MS, ..place(1, None) }, n).unwrap();
+            queue.push(now, QueueKey { cost: cost * MS, ..place(1, None) }, n).unwrap();
             if n == 4 {
                 let (place, _) = queue.pop(|client| *client == [2; 16]).unwrap();
                 queue.landed(now, &place, MS);
@@ -267,7 +267,7 @@ mod tests {
     fn a_share_is_computing_time_and_not_a_number_of_strikes() {
         let (mut queue, now) = strict(99);
         for round in 0..8 {
-            queue.push(now, Place { cost: 30 * MS, ..place(1, None) }, ("long", round)).unwrap();
+            queue.push(now, QueueKey { cost: 30 * MS, ..place(1, None) }, ("long", round)).unwrap();
             queue.push(now, place(2, None), ("short", round)).unwrap();
         }
         let first = &order(&mut queue)[..8];
@@ -307,7 +307,7 @@ mod tests {
             now += time / 2;
             queue.landed(now, &place, time);
             served[client as usize] += 1;
-            queue.push(now, Place { cost: MS * (8 + random() as u32 % 4), ..place }, client).unwrap();
+            queue.push(now, QueueKey { cost: MS * (8 + random() as u32 % 4), ..place }, client).unwrap();
         }
         let (least, most) = (served.iter().min().unwrap(), served.iter().max().unwrap());
         assert!(f64::from(*least) > 0.95 * f64::from(*most), "{served:?}");
@@ -366,7 +366,7 @@ mod tests {
         let (mut queue, now) = strict(9);
         (0..2).for_each(|n| _ = queue.push(now, place(1, None), n));
         queue.push(now, place(2, None), 10).unwrap();
-        let other = |client: &Client| *client != [1; 16];
+        let other = |client: &ClientId| *client != [1; 16];
         assert_eq!(queue.pop(other).unwrap().1, 10);
         assert_eq!((queue.pop(other), queue.len()), (None, 2));
         assert_eq!(order(&mut queue), [0, 1]);

@@ -1,20 +1,20 @@
 //! Whether a folder that changed has come to rest.
 
-use crate::catalog::Shelf;
+use crate::catalog::DirectorySnapshot;
 
 /// A folder that does not come to rest is read again after this many looks all the same.
 const RESTLESS_MAX: u32 = 10;
 
 /// Whether a folder that differs from what is served has come to rest.
 #[derive(Default)]
-pub struct Unrest {
-    last: Option<Shelf>,
+pub struct Debounce {
+    last: Option<DirectorySnapshot>,
     looks: u32,
 }
 
-impl Unrest {
+impl Debounce {
     /// Whether it is time to read a folder that looks like `seen` while `served` is served.
-    pub fn settled(&mut self, seen: Shelf, served: &Shelf) -> bool {
+    pub fn settled(&mut self, seen: DirectorySnapshot, served: &DirectorySnapshot) -> bool {
         if seen == *served {
             *self = Self::default();
             return false;
@@ -34,17 +34,17 @@ mod tests {
     use super::*;
     use tempfile::TempDir;
 
-    fn shelf(folder: &TempDir, text: &str) -> Shelf {
+    fn shelf(folder: &TempDir, text: &str) -> DirectorySnapshot {
         std::fs::write(folder.path().join("a.shatter"), text).unwrap();
-        Shelf::of(folder.path()).unwrap()
+        DirectorySnapshot::of(folder.path()).unwrap()
     }
 
     #[test]
     fn a_folder_is_read_when_it_rests_and_in_any_case_at_last() {
         let folder = tempfile::tempdir().unwrap();
         let [served, one, two] = ["", "1", "22"].map(|text| shelf(&folder, text));
-        let mut unrest = Unrest::default();
-        let mut look = |seen: &Shelf| unrest.settled(seen.clone(), &served);
+        let mut unrest = Debounce::default();
+        let mut look = |seen: &DirectorySnapshot| unrest.settled(seen.clone(), &served);
         assert!(!look(&served) && !look(&one) && !look(&two) && look(&two), "twice the same");
         assert!(!look(&one) && !look(&served) && !look(&one), "what was undone is forgotten");
         let restless: Vec<bool> = (0..RESTLESS_MAX).map(|turn| look(if turn % 2 == 0 { &two } else { &one })).collect();

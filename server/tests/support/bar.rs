@@ -3,7 +3,7 @@
 use shatter_fracture::database::{BakeRequest, bake, save};
 use shatter_fracture::scene::Materials;
 use shatter_fracture::surface::shapes;
-use shatter_fracture::token::Token;
+use shatter_fracture::token::CancelToken;
 
 /// The bytes of the database of a bar of 0.4 × 0.2 × 0.2 m.
 pub fn bar(crack_spacing: f64) -> Vec<u8> {
@@ -15,7 +15,7 @@ pub fn bar(crack_spacing: f64) -> Vec<u8> {
         seed: 1,
         ..BakeRequest::new("bar", "glass", glass)
     };
-    let prepared = bake(shapes::cuboid([0.4, 0.2, 0.2]), &request, &Token::default(), &mut |_| {}).unwrap();
+    let prepared = bake(shapes::cuboid([0.4, 0.2, 0.2]), &request, &CancelToken::default(), &mut |_| {}).unwrap();
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("bar.shatter");
     save(&prepared, &path).unwrap();

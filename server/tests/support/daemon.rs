@@ -1,10 +1,10 @@
 //! Daemons: in a thread of this process, as a child of the test's own binary with the toy engine, and the real program.
 
 use super::{TestPlace, loader};
-use shatter_client::{Deadline, Refusal, Shatter};
+use shatter_client::{Client, Deadline, Error};
 use shatter_engine::object::Loader;
 use shatter_server::config::Config;
-use shatter_server::serve::{Options, run};
+use shatter_server::serve::{ServeOptions, run};
 use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 use std::process::{ChildStdout, Command, ExitStatus, Stdio};
@@ -33,7 +33,7 @@ pub struct InProcess {
     settings: String,
     loader: Loader,
     stop: Arc<Notify>,
-    thread: Option<JoinHandle<Result<(), Refusal>>>,
+    thread: Option<JoinHandle<Result<(), Error>>>,
 }
 
 impl InProcess {
@@ -53,7 +53,7 @@ impl InProcess {
     }
 
     /// Why one cannot be started so.
-    pub fn refused(here: TestPlace, settings: &str) -> Refusal {
+    pub fn refused(here: TestPlace, settings: &str) -> Error {
         let settings = settings.to_owned();
         let mut daemon = Self { here, settings, loader: loader(), stop: Arc::default(), thread: None };
         assert!(!daemon.begin(), "it was to be refused");
@@ -68,7 +68,7 @@ impl InProcess {
     /// Starts the thread; whether it came to serve.
     fn begin(&mut self) -> bool {
         let (ready, wait) = std::sync::mpsc::channel();
-        let options = Options {
+        let options = ServeOptions {
             place: self.here.place.clone(),
             config: config(&self.settings, &self.here.databases()),
             loader: self.loader.clone(),
@@ -84,12 +84,12 @@ impl InProcess {
     }
 
     /// A fresh connection.
-    pub fn connect(&self) -> Shatter {
-        Shatter::connect_at(&self.here.place, Deadline::ms(30_000)).unwrap()
+    pub fn connect(&self) -> Client {
+        Client::connect_at(&self.here.place, Deadline::ms(30_000)).unwrap()
     }
 
     /// Ends it as SIGTERM does.
-    pub fn end(&mut self) -> Result<(), Refusal> {
+    pub fn end(&mut self) -> Result<(), Error> {
         self.stop.notify_one();
         self.thread.take().map_or(Ok(()), |thread| thread.join().unwrap())
     }
@@ -233,7 +233,7 @@ pub fn play(clients: impl FnOnce(&str)) {
         Err(_) => {}
         Ok("daemon") => {
             let databases = PathBuf::from(std::env::var_os(DATABASES).unwrap());
-            run(Options {
+            run(ServeOptions {
                 place: shatter_client::place(&std::env::var("SHATTER_SERVICE").unwrap()).unwrap(),
                 config: config(&std::env::var(CONFIG).unwrap(), &databases),
                 loader: loader(),

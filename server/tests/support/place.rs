@@ -2,7 +2,7 @@
 
 use shatter_proto::name::ServiceName;
 use shatter_transport::instance::Instance;
-use shatter_transport::place::Place;
+use shatter_transport::place::ServicePaths;
 use std::fs::File;
 use std::os::unix::fs::OpenOptionsExt;
 use std::path::PathBuf;
@@ -11,7 +11,7 @@ use tempfile::TempDir;
 
 /// A place that is removed with everything in it.
 pub struct TestPlace {
-    pub place: Place,
+    pub place: ServicePaths,
     root: TempDir,
 }
 
@@ -21,7 +21,7 @@ impl TestPlace {
         // Short, so that sockets fit into their paths; in memory, because the transport syncs every file it creates.
         let root = tempfile::Builder::new().prefix("sh").tempdir_in("/dev/shm").unwrap();
         let uid = rustix::process::geteuid().as_raw();
-        let place = Place::new(&ServiceName::new(name).unwrap(), Some(root.path()), uid);
+        let place = ServicePaths::new(&ServiceName::new(name).unwrap(), Some(root.path()), uid);
         std::fs::create_dir_all(root.path().join("data/shatter")).unwrap();
         Self { place, root }
     }

@@ -1,14 +1,14 @@
 //! An engine that knows no science: objects whose databases are one word that says how they behave.
 
 use bytemuck::Zeroable;
-use shatter_engine::object::{Loader, Object, Outcome};
-use shatter_fracture::pipeline::{Stage, Watch, Workspace};
-use shatter_fracture::token::Token;
+use shatter_engine::object::{EngineResult, Loader, ServedObject};
+use shatter_fracture::pipeline::{Stage, StageObserver, Workspace};
+use shatter_fracture::token::CancelToken;
 use shatter_proto::answer::{FragmentWire, OUTER, RunWire, SummaryWire};
 use shatter_proto::control::{ObjectRow, ObjectState};
-use shatter_proto::layout::{Counts, Sections};
-use shatter_proto::request::{Purpose, Strike};
-use shatter_proto::{Kind, Refusal};
+use shatter_proto::layout::{SectionCounts, SectionsMut};
+use shatter_proto::request::{Purpose, Request};
+use shatter_proto::{Error, ErrorKind};
 use std::ops::Range;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
@@ -96,7 +96,7 @@ impl Named {
     }
 }
 
-impl Object for Named {
+impl ServedObject for Named {
     fn row(&self) -> ObjectRow {
         let mut row = ObjectRow {
             state: ObjectState::Ready as u32,
@@ -121,16 +121,16 @@ impl Object for Named {
 
     fn strike(
         &self,
-        strike: &Strike,
+        strike: &Request,
         _: &mut Workspace,
-        token: &Token,
-        watch: &mut dyn Watch,
-    ) -> Result<Box<dyn Outcome>, Refusal> {
+        token: &CancelToken,
+        watch: &mut dyn StageObserver,
+    ) -> Result<Box<dyn EngineResult>, Error> {
         watch.enter(Stage::Load);
         watch.leave(Stage::Load, 7);
         let sites = match (strike.purpose, strike.degree) {
             (Purpose::Threshold, _) => 0,
-            (_, shatter_proto::request::Degree::Sites(sites)) => sites as usize,
+            (_, shatter_proto::request::DegreeRule::Sites(sites)) => sites as usize,
             _ => 1,
         };
         match self.toy {
@@ -147,16 +147,16 @@ impl Object for Named {
 }
 
 /// Computes for so many milliseconds.
-fn last(token: &Token, ms: u64) -> Result<(), Refusal> {
+fn last(token: &CancelToken, ms: u64) -> Result<(), Error> {
     let begun = Instant::now();
     wait(token, || begun.elapsed() < Duration::from_millis(ms))
 }
 
 /// Computes as long as it must, but no longer than a minute.
-fn wait(token: &Token, must: impl Fn() -> bool) -> Result<(), Refusal> {
+fn wait(token: &CancelToken, must: impl Fn() -> bool) -> Result<(), Error> {
     let begun = Instant::now();
     while must() && begun.elapsed() < Duration::from_secs(60) {
-        token.check().map_err(|error| Refusal::new(Kind::Cancelled, "client", error.to_string()))?;
+        token.check().map_err(|error| Error::new(ErrorKind::Cancelled, "client", error.to_string()))?;
         std::thread::sleep(Duration::from_millis(1));
     }
     Ok(())
@@ -170,14 +170,14 @@ struct Tetrahedra {
     tint: u32,
 }
 
-impl Outcome for Tetrahedra {
-    fn counts(&self) -> Counts {
+impl EngineResult for Tetrahedra {
+    fn counts(&self) -> SectionCounts {
         let n = self.sites;
         let vertices = 4 * n + self.idle;
-        Counts { fragments: n, runs: n, merges: n, vertices, indices: 12 * n, ..Counts::default() }
+        SectionCounts { fragments: n, runs: n, merges: n, vertices, indices: 12 * n, ..SectionCounts::default() }
     }
 
-    fn write(&self, sections: &mut Sections<'_>, _: &mut dyn Watch) -> Result<(), Refusal> {
+    fn write(&self, sections: &mut SectionsMut<'_>, _: &mut dyn StageObserver) -> Result<(), Error> {
         let range = |start: usize, bytes: usize| (self.name.clone(), start..start + bytes);
         let parts: [_; PARTS] = [
             range(sections.positions.as_ptr() as usize, size_of_val(sections.positions)),

@@ -5,10 +5,10 @@ use nalgebra::Vector3;
 use serde_json::{Map, Value};
 use shatter_fracture::database::{BakeRequest, bake, load, load_older, load_parameters, load_partial, save};
 use shatter_fracture::fragment::closed;
-use shatter_fracture::pipeline::{DegreeRequest, Pieces, Prepared, Strike, Workspace, strike};
+use shatter_fracture::pipeline::{DegreeRequest, FractureMeshes, FractureRequest, PreparedObject, Workspace, strike};
 use shatter_fracture::scene::Material;
 use shatter_fracture::surface::shapes;
-use shatter_fracture::token::Token;
+use shatter_fracture::token::CancelToken;
 use std::ops::Range;
 use std::sync::LazyLock;
 
@@ -26,7 +26,7 @@ static FILE: LazyLock<(Vec<u8>, Vec<Tensor>)> = LazyLock::new(|| {
         examples: 10,
         ..BakeRequest::new("fuzz", "glass", material)
     };
-    let prepared = bake(shapes::cuboid([1.0, 0.6, 0.4]), &request, &Token::default(), &mut |_| ());
+    let prepared = bake(shapes::cuboid([1.0, 0.6, 0.4]), &request, &CancelToken::default(), &mut |_| ());
     let folder = tempfile::tempdir().expect("a folder for the file");
     let path = folder.path().join("fuzz.shatter");
     save(&prepared.expect("a box can be baked"), &path).expect("a file that can be written");
@@ -126,19 +126,19 @@ pub(super) fn run(input: &[u8]) -> bool {
 }
 
 /// Refused, or struck with fragments that are closed and have a mass.
-fn struck(prepared: &Prepared) {
+fn struck(prepared: &PreparedObject) {
     let node = prepared.bodies[0].crack.nodes[0];
-    let at = Strike::at(prepared.frame.to_metres(&node), Vector3::new(0.3, -1.0, 0.2));
+    let at = FractureRequest::at(prepared.frame.to_metres(&node), Vector3::new(0.3, -1.0, 0.2));
     for degree in [DegreeRequest::Sites(4), DegreeRequest::Inferred] {
-        let own = Strike { degree, ..at.clone() };
-        if let Ok(outcome) = strike(prepared, &own, &mut Workspace::default(), &Token::default(), &mut ()) {
+        let own = FractureRequest { degree, ..at.clone() };
+        if let Ok(outcome) = strike(prepared, &own, &mut Workspace::default(), &CancelToken::default(), &mut ()) {
             assert!((0.0..=1.0).contains(&outcome.confidence), "{}", outcome.confidence);
             outcome.pieces.iter().for_each(check);
         }
     }
 }
 
-fn check(pieces: &Pieces) {
+fn check(pieces: &FractureMeshes) {
     let (mut positions, mut indices) = (vec![[0.0; 3]; pieces.counts.vertices], vec![0; pieces.counts.indices]);
     let mut merges = vec![[0; 2]; pieces.counts.merges];
     pieces.emit(&mut positions, &mut indices, &mut merges).expect("the counts are its own");

@@ -1,7 +1,7 @@
 //! Mesh files, read and mended.
 
 use super::{choice, seed};
-use shatter_fracture::surface::{Inside, RawMesh, Surface, Unit, Up, read, read_painted};
+use shatter_fracture::surface::{InsideTest, LengthUnit, RawMesh, Surface, UpAxis, read, read_painted};
 
 /// By the input's first byte.
 const FORMATS: [&str; 5] = ["obj", "ply", "stl", "gltf", "glb"];
@@ -114,7 +114,7 @@ pub(super) fn run(input: &[u8]) -> bool {
     if let Ok((points, values)) = read_painted(&path, "red") {
         assert!(points.len() == values.len() && values.iter().all(|value| value.is_finite()));
     }
-    match read(&path, Unit::M, Up::Y) {
+    match read(&path, LengthUnit::M, UpAxis::Y) {
         Ok(mesh) => {
             mended(mesh);
             true
@@ -137,6 +137,6 @@ fn mended(mesh: RawMesh) {
     assert!(surface.triangles.as_flattened().iter().all(|index| (*index as usize) < surface.positions.len()));
     assert!(surface.positions.iter().all(|point| point.iter().all(|x| x.is_finite())));
     assert!(surface.signed_volume().is_finite());
-    let inside = Inside::new(&surface);
+    let inside = InsideTest::new(&surface);
     assert!(inside.signed_distance(&surface.positions[0]).is_finite());
 }

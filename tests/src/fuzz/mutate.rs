@@ -1,6 +1,6 @@
 //! Mutations without coverage, for the runs that belong to every test run.
 
-use shatter_fracture::random::Stream;
+use shatter_fracture::random::RandomStream;
 
 /// Words that hurt where they are believed: zeros, ones, signs, infinities, not-a-numbers, lengths, large counts.
 const WORDS: [u64; 12] = [
@@ -40,7 +40,7 @@ const TEXTS: [&str; 16] = [
 
 /// `input` with one to four changes, the same for the same number; parts of `other` may come in.
 pub fn mutated(input: &[u8], other: &[u8], number: u64) -> Vec<u8> {
-    let mut stream = Stream::new(22, number);
+    let mut stream = RandomStream::new(22, number);
     let mut below = move |end: usize| if end == 0 { 0 } else { (stream.bits() % end as u64) as usize };
     let mut bytes = input.to_vec();
     for _ in 0..=below(4) {

@@ -2,19 +2,19 @@
 
 use super::{choice, seed};
 use bytemuck::{AnyBitPattern, Zeroable, bytes_of};
-use shatter_proto::answer::{AnswerHeader, BLOCK_BYTES, Block};
-use shatter_proto::control::{self, ControlHeader, ControlWire, ObjectRow, Question, StatusRow};
-use shatter_proto::layout::{Counts, Layout};
-use shatter_proto::request::{Contact, Strike, StrikeWire};
-use shatter_proto::view::Checked;
-use shatter_transport::hello::Hello;
+use shatter_proto::answer::{BLOCK_BYTES, Block, ResultHeader};
+use shatter_proto::control::{self, ControlReplyHeader, ControlRequest, ControlRequestWire, ObjectRow, StatusRow};
+use shatter_proto::layout::{Layout, SectionCounts};
+use shatter_proto::request::{Contact, Request, RequestWire};
+use shatter_proto::view::CheckedLayout;
+use shatter_transport::hello::DaemonInfo;
 
 const LISTENER: [u8; 16] = [7; 16];
 
 pub(super) fn seeds() -> Vec<Vec<u8>> {
     let contact =
         Contact { point_m: [0.0, 0.1, 0.0], ray: None, impulse_ns: [-1.0, 0.0, 0.0], duration_s: None, radius_m: None };
-    let strike = Strike { object: "vase".to_owned(), contacts: vec![contact], ..Strike::default() };
+    let strike = Request { object: "vase".to_owned(), contacts: vec![contact], ..Request::default() };
     let strike = strike.wire(LISTENER, 1).expect("a valid strike");
     let mut payload = vec![Block::zeroed(); control::blocks::<ObjectRow>(2)];
     let mut row = ObjectRow::zeroed();
@@ -23,8 +23,8 @@ pub(super) fn seeds() -> Vec<Vec<u8>> {
     let header = control::write(&mut payload, &[row, row], 2, false);
     vec![
         seed(0, bytes_of(&strike)),
-        seed(1, bytes_of(&Question::Verdict(3).wire(LISTENER))),
-        seed(2, Hello::ours(7, "seed").to_json()),
+        seed(1, bytes_of(&ControlRequest::Verdict(3).wire(LISTENER))),
+        seed(2, DaemonInfo::ours(7, "seed").to_json()),
         seed(3, [bytes_of(&header), bytemuck::cast_slice(&payload)].concat()),
         seed(4, answer()),
     ]
@@ -32,7 +32,7 @@ pub(super) fn seeds() -> Vec<Vec<u8>> {
 
 /// Header and payload of an answer with one fragment of one triangle.
 fn answer() -> Vec<u8> {
-    let counts = Counts { fragments: 1, runs: 1, vertices: 3, indices: 3, ..Counts::default() };
+    let counts = SectionCounts { fragments: 1, runs: 1, vertices: 3, indices: 3, ..SectionCounts::default() };
     let layout = Layout::new(&counts).expect("small counts");
     let mut payload = vec![Block::zeroed(); layout.blocks()];
     let sections = layout.split(&mut payload).expect("room for the layout");
@@ -60,19 +60,18 @@ pub(super) fn run(input: &[u8]) -> bool {
     match kind {
         0 => strike(&parts(rest).0),
         1 => {
-            let (wire, _) = parts::<ControlWire>(rest);
+            let (wire, _) = parts::<ControlRequestWire>(rest);
             wire.validate().is_ok_and(|question| {
                 assert_eq!(question.wire(wire.listener).validate().expect("it was understood"), question);
                 true
             })
         }
-        2 => {
-            std::str::from_utf8(rest).is_ok_and(|json| Hello::from_json(json).is_ok_and(|hello| hello.check().is_ok()))
-        }
+        2 => std::str::from_utf8(rest)
+            .is_ok_and(|json| DaemonInfo::from_json(json).is_ok_and(|hello| hello.check().is_ok())),
         3 => reply(rest),
         _ => {
-            let (header, payload) = parts::<AnswerHeader>(rest);
-            Checked::new(&header, &payload).is_ok_and(|checked| {
+            let (header, payload) = parts::<ResultHeader>(rest);
+            CheckedLayout::new(&header, &payload).is_ok_and(|checked| {
                 let view = checked.view(&payload).expect("a checked answer has a view");
                 let names = [view.summary.degree_source(), view.summary.elastic(), view.summary.quality()];
                 assert!(names.iter().all(|name| !name.is_empty()));
@@ -83,7 +82,7 @@ pub(super) fn run(input: &[u8]) -> bool {
     }
 }
 
-fn strike(wire: &StrikeWire) -> bool {
+fn strike(wire: &RequestWire) -> bool {
     wire.validate().is_ok_and(|strike| {
         let again = strike.wire(wire.listener, wire.sequence).expect("what the daemon accepts can be sent");
         assert_eq!(again.validate().expect("it was understood"), strike);
@@ -92,7 +91,7 @@ fn strike(wire: &StrikeWire) -> bool {
 }
 
 fn reply(bytes: &[u8]) -> bool {
-    let (header, payload) = parts::<ControlHeader>(bytes);
+    let (header, payload) = parts::<ControlReplyHeader>(bytes);
     let status = control::read::<StatusRow>(&header, &payload).is_ok();
     let objects = control::read::<ObjectRow>(&header, &payload).is_ok_and(|rows| {
         rows.iter().for_each(|row| _ = (row.name(), row.material(), row.refusal()));

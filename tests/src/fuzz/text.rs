@@ -3,7 +3,7 @@
 use super::{choice, seed};
 use shatter_engine::scene::Scene;
 use shatter_fracture::scene::Materials;
-use shatter_proto::Refusal;
+use shatter_proto::Error;
 use shatter_server::config::{Config, DEFAULT};
 use std::path::Path;
 
@@ -63,7 +63,7 @@ pub(super) fn scene(input: &[u8]) -> bool {
     }
 }
 
-fn says_why(refusal: &Refusal) -> bool {
+fn says_why(refusal: &Error) -> bool {
     assert!(!refusal.message.is_empty(), "{refusal:?}");
     false
 }

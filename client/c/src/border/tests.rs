@@ -1,5 +1,5 @@
 use super::*;
-use shatter_client::Kind;
+use shatter_client::ErrorKind;
 use std::ptr;
 
 fn failed(failure: Failure) -> (Code, String) {
@@ -22,7 +22,7 @@ fn what_went_well_is_told_too() {
 
 #[test]
 fn failures_become_codes() {
-    let refused = shatter_client::Refusal::new(Kind::Late, "ticket", "late");
+    let refused = shatter_client::Error::new(ErrorKind::Late, "ticket", "late");
     assert_eq!(failed(refused.into()), (Code::Late, "ticket".to_owned()));
     assert_eq!(failed(wrong("name", "null")), (Code::Argument, "name".to_owned()));
     assert_eq!(border(None, || given("object", None::<()>)), Code::Argument);

@@ -1,5 +1,5 @@
 use super::*;
-use shatter_client::Refusal;
+use shatter_client::Error;
 
 const CONTACTS: [Contact; 2] = [
     Contact { point_m: [0.1, 0.2, 0.3], impulse_ns: [-1.0, 0.0, 0.5], duration_s: 0.0, radius_m: 0.0, ray: [0.0; 3] },
@@ -19,7 +19,7 @@ fn read(impact: Impact) -> Result<shatter_client::Impact, Failure> {
 }
 
 #[track_caller]
-fn refused(impact: Impact) -> Refusal {
+fn refused(impact: Impact) -> Error {
     match read(impact) {
         Err(Failure::Refused(refusal)) => refusal,
         other => panic!("it was to be refused: {other:?}"),
@@ -44,14 +44,14 @@ fn every_field_reaches_the_client() {
     let say = || base.clone();
     check(Impact { purpose: 1, ..zero(1) }, say().threshold_only());
     for (degree, wanted) in [
-        (Degree::ClosedForm, shatter_client::Degree::ClosedForm),
-        (Degree::Optimised, shatter_client::Degree::Optimised),
-        (Degree::Verified, shatter_client::Degree::Verified),
-        (Degree::Inferred, shatter_client::Degree::Inferred),
+        (Degree::ClosedForm, shatter_client::DegreeRule::ClosedForm),
+        (Degree::Optimised, shatter_client::DegreeRule::Optimised),
+        (Degree::Verified, shatter_client::DegreeRule::Verified),
+        (Degree::Inferred, shatter_client::DegreeRule::Inferred),
     ] {
         check(Impact { degree: degree as u32, ..zero(1) }, say().degree(wanted));
     }
-    check(Impact { degree: 3, degree_sites: 7, ..zero(1) }, say().degree(shatter_client::Degree::Sites(7)));
+    check(Impact { degree: 3, degree_sites: 7, ..zero(1) }, say().degree(shatter_client::DegreeRule::Sites(7)));
     for (lift, wanted) in [
         (Lift::Euclidean, shatter_client::Lift::Euclidean),
         (Lift::Interior, shatter_client::Lift::Interior),
@@ -59,8 +59,8 @@ fn every_field_reaches_the_client() {
     ] {
         check(Impact { lift: lift as u32, ..zero(1) }, say().lift(wanted));
     }
-    check(Impact { elastic: 1, ..zero(1) }, say().elastic(shatter_client::Elastic::Solve));
-    check(Impact { elastic: 2, ..zero(1) }, say().elastic(shatter_client::Elastic::Reduced));
+    check(Impact { elastic: 1, ..zero(1) }, say().elastic(shatter_client::ElasticSource::Solve));
+    check(Impact { elastic: 2, ..zero(1) }, say().elastic(shatter_client::ElasticSource::Reduced));
     for (i, quality) in shatter_client::Quality::ALL.into_iter().enumerate() {
         check(Impact { quality: 1 + i as u32, ..zero(1) }, say().quality(quality));
     }
@@ -108,19 +108,19 @@ fn effects_have_the_bits_of_the_client() {
 
 #[test]
 fn what_cannot_be_is_refused_by_name() {
-    assert_eq!(refused(zero(0)).kind, Kind::ContactCount);
-    assert_eq!(refused(zero(9)).kind, Kind::ContactCount);
-    assert_eq!(refused(zero(usize::MAX)).kind, Kind::ContactCount);
-    assert_eq!(refused(Impact { purpose: 2, ..zero(1) }).kind, Kind::UnknownRequest);
+    assert_eq!(refused(zero(0)).kind, ErrorKind::ContactCount);
+    assert_eq!(refused(zero(9)).kind, ErrorKind::ContactCount);
+    assert_eq!(refused(zero(usize::MAX)).kind, ErrorKind::ContactCount);
+    assert_eq!(refused(Impact { purpose: 2, ..zero(1) }).kind, ErrorKind::UnknownRequest);
     assert_eq!(refused(Impact { degree: 6, ..zero(1) }).at, "impact.degree");
     assert_eq!(refused(Impact { degree_sites: 1, ..zero(1) }).at, "impact.degree_sites");
-    assert_eq!(refused(Impact { lift: 4, ..zero(1) }).kind, Kind::Lift);
-    assert_eq!(refused(Impact { elastic: 3, ..zero(1) }).kind, Kind::Elastic);
-    assert_eq!(refused(Impact { quality: 5, ..zero(1) }).kind, Kind::Budget);
-    assert_eq!(refused(Impact { enable: 1 << 16, ..zero(1) }).kind, Kind::UnknownEffect);
+    assert_eq!(refused(Impact { lift: 4, ..zero(1) }).kind, ErrorKind::Lift);
+    assert_eq!(refused(Impact { elastic: 3, ..zero(1) }).kind, ErrorKind::Elastic);
+    assert_eq!(refused(Impact { quality: 5, ..zero(1) }).kind, ErrorKind::Budget);
+    assert_eq!(refused(Impact { enable: 1 << 16, ..zero(1) }).kind, ErrorKind::UnknownEffect);
     assert_eq!(refused(Impact { disable: 1 << 63, ..zero(1) }).at, "63");
-    assert_eq!(refused(Impact { from_fragment: 1, ..zero(1) }).kind, Kind::UnknownFragment);
-    assert_eq!(refused(Impact { reserved: [0, 0, 0, 0, 0, 0, 0, 1], ..zero(1) }).kind, Kind::ReservedField);
+    assert_eq!(refused(Impact { from_fragment: 1, ..zero(1) }).kind, ErrorKind::UnknownFragment);
+    assert_eq!(refused(Impact { reserved: [0, 0, 0, 0, 0, 0, 0, 1], ..zero(1) }).kind, ErrorKind::ReservedField);
     for wrong in [
         Impact { contacts: std::ptr::null(), ..zero(1) },
         Impact { contacts: CONTACTS.as_ptr().cast::<u8>().wrapping_add(1).cast(), ..zero(1) },

@@ -3,24 +3,24 @@
 use super::stdout::{StdoutError, print};
 use super::{print_help, usage_message, usage_text};
 use clap::CommandFactory;
-use shatter_proto::{Refusal, exit};
+use shatter_proto::{Error, exit};
 use std::fmt::Arguments;
 use std::io::Write;
 use std::process::ExitCode;
 
 /// Why a command ended early.
-pub enum Failure {
+pub enum CliError {
     /// The arguments do not go together.
     Usage(String),
     /// Client or service refused.
-    Refused(Refusal),
+    Refused(Error),
     /// The result is told, and why it is not whole.
-    Told(Refusal),
+    Told(Error),
     /// The reader of stdout went away.
     Closed,
 }
 
-impl From<StdoutError> for Failure {
+impl From<StdoutError> for CliError {
     fn from(error: StdoutError) -> Self {
         match error {
             StdoutError::Closed => Self::Closed,
@@ -29,14 +29,14 @@ impl From<StdoutError> for Failure {
     }
 }
 
-impl From<Refusal> for Failure {
-    fn from(refusal: Refusal) -> Self {
+impl From<Error> for CliError {
+    fn from(refusal: Error) -> Self {
         Self::Refused(refusal)
     }
 }
 
 /// Writes to stdout.
-pub fn out(text: Arguments<'_>) -> Result<(), Failure> {
+pub fn out(text: Arguments<'_>) -> Result<(), CliError> {
     Ok(print(text)?)
 }
 
@@ -46,7 +46,7 @@ pub fn note(text: Arguments<'_>) {
 }
 
 /// Prints one JSON document.
-pub fn document(value: &serde_json::Value) -> Result<(), Failure> {
+pub fn document(value: &serde_json::Value) -> Result<(), CliError> {
     out(format_args!("{value:#}\n"))
 }
 
@@ -66,20 +66,20 @@ pub fn usage<C: CommandFactory>(error: &clap::Error, json: bool) -> ExitCode {
 }
 
 /// Ends with why a command ended early.
-pub fn ended<C: CommandFactory>(failure: &Failure, json: bool) -> ExitCode {
+pub fn ended<C: CommandFactory>(failure: &CliError, json: bool) -> ExitCode {
     match failure {
-        Failure::Closed => ExitCode::from(exit::CLOSED),
-        Failure::Usage(message) => {
+        CliError::Closed => ExitCode::from(exit::CLOSED),
+        CliError::Usage(message) => {
             usage::<C>(&clap::Error::raw(clap::error::ErrorKind::ValueValidation, format!("{message}\n")), json)
         }
-        Failure::Refused(refusal) => {
+        CliError::Refused(refusal) => {
             if json {
                 failed_document(&refusal.document());
             }
             complain(refusal);
             ExitCode::from(refusal.kind.exit_code())
         }
-        Failure::Told(refusal) => {
+        CliError::Told(refusal) => {
             complain(refusal);
             ExitCode::from(refusal.kind.exit_code())
         }
@@ -93,7 +93,7 @@ fn failed_document(document: &serde_json::Value) {
     }
 }
 
-fn complain(refusal: &Refusal) {
+fn complain(refusal: &Error) {
     note(format_args!("{refusal}"));
 }
 

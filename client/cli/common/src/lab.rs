@@ -1,6 +1,6 @@
 //! Commands that `shatter-lab` carries out: studies, the demonstration, the load generator.
 
-use shatter_proto::{Kind, Refusal};
+use shatter_proto::{Error, ErrorKind};
 use std::ffi::OsString;
 use std::os::unix::process::CommandExt;
 use std::path::PathBuf;
@@ -11,15 +11,15 @@ pub const PROGRAM: &str = "shatter-lab";
 
 /// Arguments that are handed over as they are.
 #[derive(clap::Args, Debug)]
-pub struct Forwarded {
+pub struct ForwardedArgs {
     /// The command's own arguments; --help lists them.
     #[arg(trailing_var_arg = true, allow_hyphen_values = true, value_name = "ARGUMENTS")]
     arguments: Vec<OsString>,
 }
 
-impl Forwarded {
+impl ForwardedArgs {
     /// Goes on as `shatter-lab command …`, with these variables in its environment; comes back only when that cannot be started.
-    pub fn run(&self, command: &str, variables: &[(&str, &str)]) -> Refusal {
+    pub fn run(&self, command: &str, variables: &[(&str, &str)]) -> Error {
         start(program().arg(command).args(&self.arguments).envs(variables.iter().copied()))
     }
 }
@@ -30,14 +30,14 @@ pub fn program() -> Command {
     Command::new(beside.filter(|program| program.exists()).unwrap_or_else(|| PROGRAM.into()))
 }
 
-fn start(command: &mut Command) -> Refusal {
+fn start(command: &mut Command) -> Error {
     absent(&command.exec())
 }
 
 /// The refusal of what the program would have carried out, which could not be started.
-pub fn absent(error: &std::io::Error) -> Refusal {
+pub fn absent(error: &std::io::Error) -> Error {
     let message = format!(
         "cannot start {PROGRAM}, which carries this out: {error}; it is built by `cargo build --release` and belongs beside this program"
     );
-    Refusal::new(Kind::Configuration, PROGRAM, message)
+    Error::new(ErrorKind::Configuration, PROGRAM, message)
 }

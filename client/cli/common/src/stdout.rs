@@ -1,7 +1,7 @@
 //! Standard output: the one place where both programs write to it.
 
 use rustix::io::fcntl_getfd;
-use shatter_proto::{Kind, Refusal};
+use shatter_proto::{Error, ErrorKind};
 use std::fmt::Arguments;
 use std::io::Write;
 use std::os::fd::BorrowedFd;
@@ -13,7 +13,7 @@ pub enum StdoutError {
     /// The reader closed the pipe: the program ends quietly with [`exit::CLOSED`](shatter_proto::exit::CLOSED).
     Closed,
     /// It cannot be written.
-    Failed(Refusal),
+    Failed(Error),
 }
 
 /// Whether the process began without a standard output.
@@ -43,7 +43,7 @@ pub fn is_closed() -> bool {
 /// [`StdoutError`].
 pub fn print(text: Arguments<'_>) -> Result<(), StdoutError> {
     let failed = |why: String| {
-        StdoutError::Failed(Refusal::new(Kind::Output, "stdout", format!("cannot write to stdout: {why}")))
+        StdoutError::Failed(Error::new(ErrorKind::Output, "stdout", format!("cannot write to stdout: {why}")))
     };
     if is_closed() {
         return Err(failed("it is closed".to_owned()));

@@ -1,7 +1,7 @@
 //! Arguments, and what is said of those that do not go together.
 
 use super::mistakes;
-use clap::error::{ContextKind, ContextValue, ErrorKind};
+use clap::error::{self, ContextKind, ContextValue};
 use clap::{Command, CommandFactory, FromArgMatches};
 use std::ffi::OsString;
 
@@ -33,13 +33,13 @@ fn takes_negative_numbers(command: Command) -> Command {
 /// `error`, with the reason that the parser does not give, or with what was probably meant.
 fn explained(mut error: clap::Error, command: &Command, words: &[OsString]) -> clap::Error {
     let tip = match error.kind() {
-        ErrorKind::UnknownArgument => unknown(&mut error, command, words),
-        ErrorKind::InvalidSubcommand => not_a_command(&mut error, command, words),
-        ErrorKind::MissingRequiredArgument => match error.get(ContextKind::InvalidArg) {
+        error::ErrorKind::UnknownArgument => unknown(&mut error, command, words),
+        error::ErrorKind::InvalidSubcommand => not_a_command(&mut error, command, words),
+        error::ErrorKind::MissingRequiredArgument => match error.get(ContextKind::InvalidArg) {
             Some(ContextValue::Strings(names)) => mistakes::missing(names).map(str::to_owned),
             _ => None,
         },
-        ErrorKind::ValueValidation => return in_words(error, command),
+        error::ErrorKind::ValueValidation => return in_words(error, command),
         _ => None,
     };
     if let Some(tip) = tip {
@@ -107,7 +107,7 @@ fn in_words(error: clap::Error, command: &Command) -> clap::Error {
     let part = |kind| text(&error, kind).unwrap_or_default();
     let (word, value) = (part(ContextKind::InvalidArg), part(ContextKind::InvalidValue));
     let message = format!("invalid value '{value}' for '{word}': {why}\n");
-    clap::Error::raw(ErrorKind::ValueValidation, message).with_cmd(command)
+    clap::Error::raw(error::ErrorKind::ValueValidation, message).with_cmd(command)
 }
 
 fn text(error: &clap::Error, kind: ContextKind) -> Option<&str> {
@@ -154,7 +154,7 @@ pub fn usage_text<C: CommandFactory>(error: &clap::Error) -> String {
 
 fn text_of(error: &clap::Error, mut command: Command, words: &[OsString]) -> String {
     let text = error.to_string();
-    if error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand {
+    if error.kind() == error::ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand {
         return text;
     }
     // A message of a command itself has no usage of its own.

@@ -1,9 +1,9 @@
 //! Where commands write fragments, and in which format.
 
-use super::{Failure, note};
+use super::{CliError, note};
 use shatter_cli_common::failure::size;
-use shatter_client::{Broken, Deadline, Effect, Impact, Kind, Object, Refusal};
-use shatter_export::Written;
+use shatter_client::{Deadline, Effect, Error, ErrorKind, FractureResult, Impact, Object};
+use shatter_export::WriteReport;
 use shatter_proto::name::nearest;
 use std::path::{Path, PathBuf};
 
@@ -20,7 +20,7 @@ pub enum Format {
 
 /// What `--out` and `--format` say.
 #[derive(Debug, PartialEq, Eq)]
-pub struct Target {
+pub struct OutputTarget {
     format: Format,
     /// The file; of OBJ the folder.
     path: PathBuf,
@@ -28,21 +28,21 @@ pub struct Target {
     folder: Option<PathBuf>,
 }
 
-impl Target {
+impl OutputTarget {
     /// The ending of a file tells its format; what has neither `.glb` nor `.xml` is a folder, for `object.glb` unless `format` says
     /// otherwise.
-    pub fn new(out: &Path, format: Option<Format>, object: &str) -> Result<Self, Failure> {
+    pub fn new(out: &Path, format: Option<Format>, object: &str) -> Result<Self, CliError> {
         let ending = out.extension().map(|ending| ending.to_string_lossy().to_lowercase());
         let told = match ending.as_deref().filter(|_| !out.is_dir()) {
             Some("glb") => Some(Format::Glb),
             Some("xml") => Some(Format::Mjcf),
             Some("obj") => {
                 let message = "OBJ files are written into a folder: --out DIR --format obj";
-                return Err(Failure::Usage(message.to_owned()));
+                return Err(CliError::Usage(message.to_owned()));
             }
             Some(other @ ("gltf" | "stl" | "ply" | "fbx" | "dae" | "usd" | "usda" | "usdc" | "usdz")) => {
                 let message = format!("no .{other} files are written: --out FILE.glb, FILE.xml or a folder");
-                return Err(Failure::Usage(message));
+                return Err(CliError::Usage(message));
             }
             Some(other) if !out.is_dir() => {
                 if let Some(likely) = nearest(other, &["glb", "xml"]).first() {
@@ -50,7 +50,7 @@ impl Target {
                         "no .{other} files are written; did you mean {}?",
                         out.with_extension(likely).display()
                     );
-                    return Err(Failure::Usage(message));
+                    return Err(CliError::Usage(message));
                 }
                 None
             }
@@ -58,13 +58,13 @@ impl Target {
         };
         if told.is_none() && out.exists() && !out.is_dir() {
             let message = format!("{} is no folder, and its name ends neither with .glb nor with .xml", out.display());
-            return Err(Failure::Usage(message));
+            return Err(CliError::Usage(message));
         }
         if let (Some(told), Some(format)) = (told, format)
             && told != format
         {
             let out = out.display();
-            return Err(Failure::Usage(format!("--format and the ending of {out} do not go together")));
+            return Err(CliError::Usage(format!("--format and the ending of {out} do not go together")));
         }
         let in_folder = |name: String| (out.join(name), Some(out.to_owned()));
         let format = told.or(format).unwrap_or(Format::Glb);
@@ -87,7 +87,7 @@ impl Target {
         impact: &Impact,
         [enable, disable]: [&[Effect]; 2],
         deadline: impl Fn() -> Deadline,
-    ) -> Result<Broken, Failure> {
+    ) -> Result<FractureResult, CliError> {
         let shown: &[Effect] = match self.format {
             Format::Glb => &[Effect::Skin],
             Format::Mjcf => &[Effect::Bonds, Effect::Hulls],
@@ -110,7 +110,7 @@ impl Target {
 
     /// Writes the fragments and names each file on stderr. Returns all files, or the folder of many, the main one first. Nothing for an
     /// object that stays whole.
-    pub fn write(&self, broken: &Broken) -> Result<Vec<PathBuf>, Failure> {
+    pub fn write(&self, broken: &FractureResult) -> Result<Vec<PathBuf>, CliError> {
         if broken.is_whole() {
             note(format_args!("nothing to write: {} stays whole", broken.summary().object()));
             tell_earlier(&self.path);
@@ -119,7 +119,7 @@ impl Target {
         if let Some(folder) = &self.folder {
             std::fs::create_dir_all(folder).map_err(|error| {
                 let at = folder.display().to_string();
-                Refusal::new(Kind::Output, at.clone(), format!("cannot create the folder {at}: {error}"))
+                Error::new(ErrorKind::Output, at.clone(), format!("cannot create the folder {at}: {error}"))
             })?;
         }
         match self.format {
@@ -138,14 +138,14 @@ impl Target {
 }
 
 /// Whether a strike was refused because of the skin: the object has none, or the result would be too long with it.
-fn is_about_skin(refusal: &Refusal) -> bool {
+fn is_about_skin(refusal: &Error) -> bool {
     let (kind, at) = (refusal.kind, refusal.at.as_str());
-    (kind, at) == (Kind::Effect, Effect::Skin.name()) || (kind, at) == (Kind::CapExceeded, "bytes_max")
+    (kind, at) == (ErrorKind::Effect, Effect::Skin.name()) || (kind, at) == (ErrorKind::CapExceeded, "bytes_max")
 }
 
 /// What is seen of the fragments, or without skins the fragments themselves; beside it the closed meshes, where these are others, and the
 /// hulls, if there are any. Returns the files.
-fn glb(file: &Path, broken: &Broken) -> Result<Vec<PathBuf>, Refusal> {
+fn glb(file: &Path, broken: &FractureResult) -> Result<Vec<PathBuf>, Error> {
     let (closed, hulls) = (file.with_extension("closed.glb"), file.with_extension("hulls.glb"));
     let mut files = vec![file.to_owned()];
     if broken.fragments().any(|fragment| fragment.skin().is_some()) {
@@ -173,7 +173,7 @@ fn tell_earlier(path: &Path) {
 }
 
 /// Names a file, or of OBJ a folder, that was written.
-fn wrote(path: &Path, what: &str, written: &Written) {
+fn wrote(path: &Path, what: &str, written: &WriteReport) {
     let size = size(written.bytes as u64);
     note(format_args!("wrote {} ({} fragments{what}, {size})", path.display(), written.fragments));
 }
@@ -184,8 +184,8 @@ mod tests {
 
     #[track_caller]
     fn check(out: &str, format: Option<Format>, wanted: Option<(Format, &str, Option<&str>)>) {
-        let found = Target::new(Path::new(out), format, "vase").ok();
-        let wanted = wanted.map(|(format, path, folder)| Target {
+        let found = OutputTarget::new(Path::new(out), format, "vase").ok();
+        let wanted = wanted.map(|(format, path, folder)| OutputTarget {
             format,
             path: path.into(),
             folder: folder.map(PathBuf::from),

@@ -1,11 +1,12 @@
 //! `shatter impact`.
 
-use super::files::{Format, Target};
-use super::parse::{Host, convention, degree, effect, elastic, lift, origin, quality, ray, vector};
-use super::{ANSWER, Failure, document, note, out, reply, with_contact};
+use super::files::{Format, OutputTarget};
+use super::parse::{NamedConvention, convention, degree, effect, elastic, lift, origin, quality, ray, vector};
+use super::{ANSWER, CliError, document, note, out, reply, with_contact};
 use serde_json::{Value, json};
 use shatter_client::{
-    Broken, Deadline, Degree, Effect, Elastic, Hit, Hull, Impact, Lift, Origin, Quality, Ray, SEED_DEFAULT, Shatter,
+    Client, Deadline, DegreeRule, Effect, ElasticSource, FractureResult, Hit, HullMesh, Impact, Lift, Quality, Ray,
+    RetainedFragment, SEED_DEFAULT,
 };
 use shatter_proto::answer::{BondWire, DebrisWire, EffectWire, HullWire, NO_MATERIAL, SummaryWire};
 use std::collections::BTreeMap;
@@ -38,7 +39,7 @@ pub struct Args {
     /// Where the number of sites comes from: a number, or a rule: `inferred` from the object's examples (the closed form where
     /// they do not reach), `verified`, `closed_form`, `optimised`; without it the preset says.
     #[arg(long, value_name = "N|inferred|verified|closed_form|optimised", value_parser = degree, allow_negative_numbers = true)]
-    degree: Option<Degree>,
+    degree: Option<DegreeRule>,
     /// γ, J·m², instead of the object's own.
     #[arg(long, value_name = "G", allow_negative_numbers = true)]
     gamma: Option<f64>,
@@ -48,7 +49,7 @@ pub struct Args {
     /// Where displacements come from: `reduced`, from the object's examples where that is exact enough, or `solve`; without it the
     /// preset says.
     #[arg(long, value_name = "reduced|solve", value_parser = elastic)]
-    elastic: Option<Elastic>,
+    elastic: Option<ElasticSource>,
     /// Which preset says what is not said here; without it the object's. The document tells its numbers.
     #[arg(long, value_name = "draft|game|film|reference", value_parser = quality)]
     quality: Option<Quality>,
@@ -76,11 +77,11 @@ pub struct Args {
     keep: bool,
     /// Strike this fragment of an answer that is kept, instead of the object.
     #[arg(long, value_name = "HANDLE/FRAGMENT", value_parser = origin)]
-    from: Option<Origin>,
+    from: Option<RetainedFragment>,
     /// Whose coordinates --point, --impulse and the document are in: axes, unit of length, winding. Other options keep their units, files are
     /// glTF's.
     #[arg(long, value_name = "gltf|godot|unity|unreal|blender|mujoco", value_parser = convention, default_value = "gltf")]
-    convention: Host,
+    convention: NamedConvention,
     /// Everything random follows from it.
     #[arg(long, default_value_t = SEED_DEFAULT)]
     seed: u64,
@@ -102,26 +103,26 @@ pub struct Args {
 const SLACK_MS: u64 = 250;
 
 /// Refuses points without impulses, and impulses without points.
-fn paired(args: &Args) -> Result<(), Failure> {
+fn paired(args: &Args) -> Result<(), CliError> {
     let (points, impulses) = (args.point.len() + usize::from(args.ray.is_some()), args.impulse.len());
     if args.impulse_ns.is_some() || points == impulses {
         return Ok(());
     }
     let given = if args.ray.is_some() { "--ray" } else { "--point" };
-    Err(Failure::Usage(format!(
+    Err(CliError::Usage(format!(
         "{points} {given} but {impulses} --impulse; every contact needs one of each, in the same order"
     )))
 }
 
 /// Strikes an object and shows what came back.
-pub fn run(service: &str, args: &Args) -> Result<(), Failure> {
+pub fn run(service: &str, args: &Args) -> Result<(), CliError> {
     paired(args)?;
     // Whoever gives a deadline is not kept longer, whatever the daemon does.
     let within =
         |usual: Deadline| args.deadline_ms.map_or(usual, |ms| usual.min(Deadline::ms(ms.saturating_add(SLACK_MS))));
-    let target = args.out.as_ref().map(|out| Target::new(out, args.format, &args.object)).transpose()?;
+    let target = args.out.as_ref().map(|out| OutputTarget::new(out, args.format, &args.object)).transpose()?;
     let impact = impact(args);
-    let service = Shatter::connect(service, within(reply()))?.with_convention(args.convention.convention);
+    let service = Client::connect(service, within(reply()))?.with_convention(args.convention.convention);
     let object = service.object(&args.object, within(reply()))?;
     let deadline = || within(Deadline::after(ANSWER));
     let broken = match &target {
@@ -135,11 +136,11 @@ pub fn run(service: &str, args: &Args) -> Result<(), Failure> {
     }
     if args.json {
         let Args { error: error_max, time_ms: time_ms_max, .. } = *args;
-        let asked = Asked { convention: &args.convention.name, error_max, time_ms_max };
+        let asked = RequestEcho { convention: &args.convention.name, error_max, time_ms_max };
         document(&to_json(&broken, asked, &files))
     } else {
         screen(&broken)?;
-        if matches!(args.elastic, Some(Elastic::Reduced)) && broken.summary().elastic() == SOLVE {
+        if matches!(args.elastic, Some(ElasticSource::Reduced)) && broken.summary().elastic() == SOLVE {
             out(format_args!("  {}\n", solved_instead(&broken.summary())))?;
         }
         Ok(())
@@ -147,7 +148,7 @@ pub fn run(service: &str, args: &Args) -> Result<(), Failure> {
 }
 
 /// What was asked for as the answer does not tell it.
-pub(super) struct Asked<'a> {
+pub(super) struct RequestEcho<'a> {
     /// The name of the convention.
     pub convention: &'a str,
     /// `--error`.
@@ -212,7 +213,7 @@ pub(super) fn hit_line(hit: &Hit) -> String {
 }
 
 /// One hull.
-fn hull(hull: Hull<'_>) -> Value {
+fn hull(hull: HullMesh<'_>) -> Value {
     json!({
         "vertices": hull.positions.len(),
         "triangles": hull.indices.len() / 3,
@@ -242,7 +243,7 @@ fn debris(point: &DebrisWire) -> Value {
 }
 
 /// What holds of all hulls: the least coverage, that of all fragments together, the largest margin. `None` where there are none.
-fn hulls(broken: &Broken) -> Option<Value> {
+fn hulls(broken: &FractureResult) -> Option<Value> {
     let rows: Vec<(f64, HullWire)> =
         broken.fragments().zip(broken.view().hulls).map(|(fragment, hull)| (fragment.volume_m3(), *hull)).collect();
     if rows.is_empty() {
@@ -258,7 +259,7 @@ fn hulls(broken: &Broken) -> Option<Value> {
 }
 
 /// The document of an answer.
-pub(super) fn to_json(broken: &Broken, asked: Asked<'_>, files: &[PathBuf]) -> Value {
+pub(super) fn to_json(broken: &FractureResult, asked: RequestEcho<'_>, files: &[PathBuf]) -> Value {
     let file = |file: &PathBuf| file.display().to_string();
     let summary = broken.summary();
     let digest = broken.digest();
@@ -403,7 +404,7 @@ pub(super) fn significant(value: f64) -> String {
 }
 
 /// An answer for people.
-pub(super) fn screen(broken: &Broken) -> Result<(), Failure> {
+pub(super) fn screen(broken: &FractureResult) -> Result<(), CliError> {
     let summary = broken.summary();
     let milliseconds = broken.round_trip().as_secs_f64() * 1e3;
     let load = load(&summary);

@@ -1,8 +1,8 @@
 //! `shatter list`.
 
-use super::{Failure, document, note, objects, out, reply};
+use super::{CliError, document, note, objects, out, reply};
 use serde_json::{Value, json};
-use shatter_client::{ObjectFacts, Shatter};
+use shatter_client::{Client, ObjectFacts};
 
 /// Lists the objects of the service, with the bounds of their meshes: of their lattices where the bake left out the skin, or where
 /// a scene bends them.
@@ -14,8 +14,8 @@ pub struct Args {
 }
 
 /// Lists the objects of the service.
-pub fn run(service: &str, args: &Args) -> Result<(), Failure> {
-    let listed = Shatter::connect(service, reply())?.objects(reply())?;
+pub fn run(service: &str, args: &Args) -> Result<(), CliError> {
+    let listed = Client::connect(service, reply())?.objects(reply())?;
     if args.json {
         let listed: Vec<Value> = listed.iter().map(object).collect();
         return document(&json!({ "objects": listed }));

@@ -10,7 +10,7 @@ pub mod status;
 pub mod threshold;
 mod when;
 
-use shatter_cli_common::failure::{Failure, document, note, out};
+use shatter_cli_common::failure::{CliError, document, note, out};
 use shatter_client::{Deadline, Impact};
 use std::time::Duration;
 

@@ -1,7 +1,7 @@
 //! Values of options.
 
 use shatter_cli_common::choice;
-use shatter_client::{Convention, Degree, Effect, Elastic, Lift, Origin, Quality, Ray, Refusal};
+use shatter_client::{Convention, DegreeRule, Effect, ElasticSource, Error, Lift, Quality, Ray, RetainedFragment};
 
 /// Numbers separated by commas.
 fn numbers<const N: usize>(text: &str, wanted: &str) -> Result<[f64; N], String> {
@@ -31,18 +31,18 @@ pub fn ray(text: &str) -> Result<Ray, String> {
 }
 
 /// A rule for the number of sites, or the number.
-pub fn degree(text: &str) -> Result<Degree, String> {
+pub fn degree(text: &str) -> Result<DegreeRule, String> {
     if text.parse::<f64>().is_ok() {
         // Whether a number can be had is the daemon's to say, 0 among them.
-        return text.parse().ok().map(Degree::Sites).ok_or_else(|| "must be a whole number, 1 or more".to_owned());
+        return text.parse().ok().map(DegreeRule::Sites).ok_or_else(|| "must be a whole number, 1 or more".to_owned());
     }
     choice(
         text,
         &[
-            ("inferred", Degree::Inferred),
-            ("verified", Degree::Verified),
-            ("closed_form", Degree::ClosedForm),
-            ("optimised", Degree::Optimised),
+            ("inferred", DegreeRule::Inferred),
+            ("verified", DegreeRule::Verified),
+            ("closed_form", DegreeRule::ClosedForm),
+            ("optimised", DegreeRule::Optimised),
         ],
     )
     .map_err(|error| format!("{error}, or a whole number"))
@@ -56,8 +56,8 @@ pub fn lift(text: &str) -> Result<Lift, String> {
 }
 
 /// Where displacements come from.
-pub fn elastic(text: &str) -> Result<Elastic, String> {
-    choice(text, &[("reduced", Elastic::Reduced), ("solve", Elastic::Solve)])
+pub fn elastic(text: &str) -> Result<ElasticSource, String> {
+    choice(text, &[("reduced", ElasticSource::Reduced), ("solve", ElasticSource::Solve)])
 }
 
 /// A preset by its name.
@@ -66,18 +66,18 @@ pub fn quality(text: &str) -> Result<Quality, String> {
 }
 
 /// `HANDLE/FRAGMENT`.
-pub fn origin(text: &str) -> Result<Origin, String> {
+pub fn origin(text: &str) -> Result<RetainedFragment, String> {
     let parts =
         text.split_once('/').and_then(|(handle, fragment)| Some((handle.parse().ok()?, fragment.parse().ok()?)));
     let (handle, fragment) = parts.ok_or(
         "must be HANDLE/FRAGMENT, two whole numbers: the handle that `shatter impact --keep` printed, and the id of a fragment",
     )?;
-    Ok(Origin { handle, fragment })
+    Ok(RetainedFragment { handle, fragment })
 }
 
 /// A convention by its name.
 #[derive(Clone)]
-pub struct Host {
+pub struct NamedConvention {
     /// The name.
     pub name: String,
     /// What it stands for.
@@ -85,12 +85,12 @@ pub struct Host {
 }
 
 /// A convention by its name.
-pub fn convention(text: &str) -> Result<Host, String> {
-    Ok(Host { name: text.to_owned(), convention: choice(text, &Convention::NAMED)? })
+pub fn convention(text: &str) -> Result<NamedConvention, String> {
+    Ok(NamedConvention { name: text.to_owned(), convention: choice(text, &Convention::NAMED)? })
 }
 
 /// An effect by its name.
-pub fn effect(text: &str) -> Result<Effect, Refusal> {
+pub fn effect(text: &str) -> Result<Effect, Error> {
     Effect::by_name(text)
 }
 
@@ -110,9 +110,9 @@ mod tests {
 
     #[test]
     fn degrees_are_rules_or_whole_numbers() {
-        assert_eq!(degree("12"), Ok(Degree::Sites(12)));
-        assert_eq!(degree("0"), Ok(Degree::Sites(0)));
-        assert_eq!(degree("verified"), Ok(Degree::Verified));
+        assert_eq!(degree("12"), Ok(DegreeRule::Sites(12)));
+        assert_eq!(degree("0"), Ok(DegreeRule::Sites(0)));
+        assert_eq!(degree("verified"), Ok(DegreeRule::Verified));
         for odd in ["-3", "2.5", "1e30", "NaN", "99999999999"] {
             assert_eq!(degree(odd).unwrap_err(), "must be a whole number, 1 or more");
         }

@@ -1,10 +1,10 @@
 //! `shatter prefracture`.
 
-use super::files::{Format, Target};
-use super::impact::{Asked, screen, to_json};
+use super::files::{Format, OutputTarget};
+use super::impact::{RequestEcho, screen, to_json};
 use super::parse::{effect, lift, quality};
-use super::{ANSWER, Failure, document, reply};
-use shatter_client::{Deadline, Effect, Lift, Quality, SEED_DEFAULT, Shatter};
+use super::{ANSWER, CliError, document, reply};
+use shatter_client::{Client, Deadline, Effect, Lift, Quality, SEED_DEFAULT};
 use std::path::PathBuf;
 
 /// Arguments of `shatter prefracture`.
@@ -45,9 +45,9 @@ pub struct Args {
 }
 
 /// Divides an object evenly and shows what came back.
-pub fn run(service: &str, args: &Args) -> Result<(), Failure> {
-    let target = Target::new(&args.out, args.format, &args.object)?;
-    let object = Shatter::connect(service, reply())?.object(&args.object, reply())?;
+pub fn run(service: &str, args: &Args) -> Result<(), CliError> {
+    let target = OutputTarget::new(&args.out, args.format, &args.object)?;
+    let object = Client::connect(service, reply())?.object(&args.object, reply())?;
     let load = object.even(args.degree, Deadline::after(ANSWER))?.seed(args.seed);
     let load = args.lift.map_or(load.clone(), |lift| load.lift(lift));
     let load = args.quality.map_or(load.clone(), |quality| load.quality(quality));
@@ -55,6 +55,6 @@ pub fn run(service: &str, args: &Args) -> Result<(), Failure> {
     let load = args.disable.iter().fold(load, |load, effect| load.disable(*effect));
     let broken = target.strike(&object, &load, [&args.enable, &args.disable], || Deadline::after(ANSWER))?;
     let files = target.write(&broken)?;
-    let asked = Asked { convention: "gltf", error_max: None, time_ms_max: None };
+    let asked = RequestEcho { convention: "gltf", error_max: None, time_ms_max: None };
     if args.json { document(&to_json(&broken, asked, &files)) } else { screen(&broken) }
 }

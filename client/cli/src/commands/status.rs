@@ -1,9 +1,9 @@
 //! `shatter status`.
 
 use super::when::utc;
-use super::{Failure, document, objects, out, reply};
+use super::{CliError, document, objects, out, reply};
 use serde_json::{Map, Value, json};
-use shatter_client::{Deadline, Latency, ObjectFacts, Refusal, Shatter, Status};
+use shatter_client::{Client, Deadline, Error, Latency, ObjectFacts, Status};
 use std::io::IsTerminal;
 use std::time::{Duration, Instant};
 
@@ -36,7 +36,7 @@ fn seconds(text: &str) -> Result<Duration, String> {
 }
 
 /// Shows how the service goes.
-pub fn run(service: &str, args: &Args) -> Result<(), Failure> {
+pub fn run(service: &str, args: &Args) -> Result<(), CliError> {
     let deadline = args.wait.map(Deadline::after);
     let (connection, (status, loaded)) = loop {
         let found = look(service, deadline);
@@ -58,17 +58,17 @@ pub fn run(service: &str, args: &Args) -> Result<(), Failure> {
 type Seen = (Status, Vec<ObjectFacts>);
 
 /// Connects, waiting for a daemon until the deadline if there is one, and asks once.
-fn look(service: &str, deadline: Option<Deadline>) -> Result<(Shatter, Seen), Refusal> {
+fn look(service: &str, deadline: Option<Deadline>) -> Result<(Client, Seen), Error> {
     let connection = match deadline {
-        Some(deadline) => Shatter::wait_for(service, deadline)?,
-        None => Shatter::connect(service, reply())?,
+        Some(deadline) => Client::wait_for(service, deadline)?,
+        None => Client::connect(service, reply())?,
     };
     let seen = (connection.status(reply())?, connection.objects(reply())?);
     Ok((connection, seen))
 }
 
 /// Looks again and again; daemons may come and go meanwhile.
-fn watch(service: &str, connection: &Shatter, json: bool) -> Result<(), Failure> {
+fn watch(service: &str, connection: &Client, json: bool) -> Result<(), CliError> {
     let mut last: Option<(Instant, Status)> = None;
     loop {
         let looked = connection.status(reply()).and_then(|status| Ok((status, connection.objects(reply())?)));

@@ -1,11 +1,11 @@
 //! `shatter threshold`.
 
 use super::impact::{hit, hit_line};
-use super::parse::{Host, convention, ray, vector};
-use super::{ANSWER, Failure, document, out, reply, with_contact};
+use super::parse::{NamedConvention, convention, ray, vector};
+use super::{ANSWER, CliError, document, out, reply, with_contact};
 use nalgebra::Vector3;
 use serde_json::json;
-use shatter_client::{Deadline, Impact, Ray, Shatter};
+use shatter_client::{Client, Deadline, Impact, Ray};
 use shatter_proto::request::squarable;
 
 /// Arguments of `shatter threshold`.
@@ -30,7 +30,7 @@ pub struct Args {
     radius_m: Option<f64>,
     /// Whose coordinates --point, --direction and what is printed are in: axes and unit of length. Other options keep their units.
     #[arg(long, value_name = "gltf|godot|unity|unreal|blender|mujoco", value_parser = convention, default_value = "gltf")]
-    convention: Host,
+    convention: NamedConvention,
     /// Print one JSON document.
     #[arg(long)]
     json: bool,
@@ -42,7 +42,7 @@ fn unit(direction: [f64; 3]) -> Option<Vector3<f64>> {
 }
 
 /// Prints the impulse at which the object just breaks.
-pub fn run(service: &str, args: &Args) -> Result<(), Failure> {
+pub fn run(service: &str, args: &Args) -> Result<(), CliError> {
     let along = args.ray.map_or([0.0; 3], |ray| ray.direction);
     let unit = unit(args.direction.unwrap_or(along)).ok_or_else(|| {
         let (option, whose) = if args.direction.is_some() {
@@ -50,10 +50,10 @@ pub fn run(service: &str, args: &Args) -> Result<(), Failure> {
         } else {
             ("--ray", "direction DX,DY,DZ of the ray")
         };
-        Failure::Usage(format!("{option}: the {whose} is zero or not finite; pass one of any other length"))
+        CliError::Usage(format!("{option}: the {whose} is zero or not finite; pass one of any other length"))
     })?;
     let host = args.convention.convention;
-    let object = Shatter::connect(service, reply())?.with_convention(host).object(&args.object, reply())?;
+    let object = Client::connect(service, reply())?.with_convention(host).object(&args.object, reply())?;
     let begun = args.ray.map_or_else(|| Impact::at(args.point.unwrap_or_default()), Impact::along);
     let impact = begun.impulse(unit.into()).threshold_only();
     let impact = with_contact(impact, args.duration_s, args.radius_m.map(|metres| host.length(metres)));

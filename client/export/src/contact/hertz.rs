@@ -10,14 +10,14 @@ pub const DURATION: f64 = 2.943_275_184_324_706;
 
 /// An isotropic elastic material.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Material {
+pub struct ElasticMaterial {
     /// Young's modulus, Pa.
     pub young_pa: f64,
     /// Poisson's ratio.
     pub poisson: f64,
 }
 
-impl Material {
+impl ElasticMaterial {
     /// Structural steel (EN 1993-1-1, 3.2.6).
     pub const STEEL: Self = Self { young_pa: 210e9, poisson: 0.3 };
     /// Concrete C30/37 (EN 1992-1-1, table 3.1).
@@ -31,18 +31,18 @@ impl Material {
 
 /// One of two bodies that meet.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Partner {
+pub struct ContactBody {
     /// What it is made of.
-    pub material: Material,
+    pub material: ElasticMaterial,
     /// Its mass, kg; infinite for what does not move.
     pub mass_kg: f64,
     /// Radius of its surface where it is touched, m; infinite for a plane, negative for a hollow.
     pub radius_m: f64,
 }
 
-impl Partner {
+impl ContactBody {
     /// A plane that does not move: floors and walls.
-    pub fn ground(material: Material) -> Self {
+    pub fn ground(material: ElasticMaterial) -> Self {
         Self { material, mass_kg: f64::INFINITY, radius_m: f64::INFINITY }
     }
 }
@@ -73,7 +73,7 @@ pub enum ContactError {
 
 /// What becomes of two bodies that meet in a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Hertz {
+pub struct HertzContact {
     /// δ, how far the bodies approach each other at most, m.
     pub approach_m: f64,
     /// a, radius of the area of contact then, m.
@@ -84,7 +84,7 @@ pub struct Hertz {
     pub duration_s: f64,
 }
 
-impl Hertz {
+impl HertzContact {
     /// Two bodies whose centres approach each other at `speed_m_s` along the line between them. With 1/E* = Σ(1 − ν²)/E,
     /// 1/R = Σ1/r and 1/m* = Σ1/m:
     ///
@@ -95,7 +95,7 @@ impl Hertz {
     ///
     /// # Errors
     /// [`ContactError`], by what is wrong.
-    pub fn of(one: &Partner, other: &Partner, speed_m_s: f64) -> Result<Self, ContactError> {
+    pub fn of(one: &ContactBody, other: &ContactBody, speed_m_s: f64) -> Result<Self, ContactError> {
         let inverse = 1.0 / positive("mass_kg", one.mass_kg)? + 1.0 / positive("mass_kg", other.mass_kg)?;
         if inverse == 0.0 {
             return Err(ContactError::NoMass);
@@ -109,17 +109,22 @@ impl Hertz {
     ///
     /// # Errors
     /// [`ContactError`], by what is wrong.
-    pub fn of_impulse(one: &Partner, other: &Partner, speed_m_s: f64, impulse_ns: f64) -> Result<Self, ContactError> {
+    pub fn of_impulse(
+        one: &ContactBody,
+        other: &ContactBody,
+        speed_m_s: f64,
+        impulse_ns: f64,
+    ) -> Result<Self, ContactError> {
         let seen = positive("impulse_ns", impulse_ns)? / finite("speed_m_s", speed_m_s)?;
         let inverse = 1.0 / positive("mass_kg", one.mass_kg)? + 1.0 / positive("mass_kg", other.mass_kg)?;
         Self::of_mass(one, other, speed_m_s, seen.min(1.0 / inverse))
     }
 
     /// The same with m* itself, kg.
-    fn of_mass(one: &Partner, other: &Partner, speed_m_s: f64, mass_kg: f64) -> Result<Self, ContactError> {
+    fn of_mass(one: &ContactBody, other: &ContactBody, speed_m_s: f64, mass_kg: f64) -> Result<Self, ContactError> {
         let speed_m_s = finite("speed_m_s", speed_m_s)?;
         let mass_kg = finite("mass_kg", mass_kg)?;
-        for Material { young_pa, poisson } in [one.material, other.material] {
+        for ElasticMaterial { young_pa, poisson } in [one.material, other.material] {
             finite("young_pa", young_pa)?;
             if !(-1.0..=0.5).contains(&poisson) {
                 return Err(ContactError::Poisson(poisson));

@@ -1,11 +1,11 @@
 //! Contacts near each other are one.
 
-use super::{CONTACTS_MAX, ContactError, Hertz, Partner};
+use super::{CONTACTS_MAX, ContactBody, ContactError, HertzContact};
 use nalgebra::Vector3;
 
 /// One contact of one step, as a simulator has it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Touch {
+pub struct ContactEvent {
     /// Where, m, in the coordinates of the object (those of its mesh file).
     pub point_m: [f64; 3],
     /// What it handed to the object, N·s, in the same coordinates.
@@ -13,12 +13,12 @@ pub struct Touch {
     /// How fast the bodies approached each other there before the step, m/s, along the normal.
     pub speed_m_s: f64,
     /// What touched it.
-    pub other: Partner,
+    pub other: ContactBody,
 }
 
 /// One contact of a strike.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Blow {
+pub struct MergedContact {
     /// Where, m.
     pub point_m: [f64; 3],
     /// What it hands to the object, N·s.
@@ -26,7 +26,7 @@ pub struct Blow {
     /// How fast the bodies met, m/s.
     pub speed_m_s: f64,
     /// Its duration and radius, and what follows from them.
-    pub hertz: Hertz,
+    pub hertz: HertzContact,
 }
 
 /// Part of the impulse that the contacts of a step may lose before they become a strike.
@@ -58,20 +58,20 @@ impl ImpulseLost {
 
 /// Contacts that became one: sums and means weighted by the sizes of impulses.
 #[derive(Clone, Copy)]
-pub(super) struct Group {
+pub(super) struct ContactGroup {
     point: Vector3<f64>,
     impulse: Vector3<f64>,
     speed_m_s: f64,
     /// Sum of the sizes of its impulses, N·s.
     weight: f64,
     /// The strongest contact's, and how strong that was.
-    other: Partner,
+    other: ContactBody,
     strongest: f64,
 }
 
-impl Group {
+impl ContactGroup {
     /// A contact by itself; `None` without an impulse, and if a figure of it is not finite.
-    pub fn of(touch: &Touch) -> Option<Self> {
+    pub fn of(touch: &ContactEvent) -> Option<Self> {
         let (point, impulse) = (Vector3::from(touch.point_m), Vector3::from(touch.impulse_ns));
         let weight = impulse.norm();
         let sound = weight > 0.0 && weight.is_finite() && point.iter().all(|x| x.is_finite());
@@ -113,14 +113,14 @@ impl Group {
     /// The contact of a strike that it is for `own`; `None` where its impulses cancel.
     ///
     /// Errors: theory has no result for it.
-    fn blow(&self, own: &Partner) -> Result<Option<Blow>, ContactError> {
+    fn blow(&self, own: &ContactBody) -> Result<Option<MergedContact>, ContactError> {
         let impulse_ns = self.impulse.norm();
         if impulse_ns == 0.0 {
             return Ok(None);
         }
-        let hertz = Hertz::of_impulse(own, &self.other, self.speed_m_s, impulse_ns)?;
+        let hertz = HertzContact::of_impulse(own, &self.other, self.speed_m_s, impulse_ns)?;
         let (point_m, impulse_ns) = (self.point.into(), self.impulse.into());
-        Ok(Some(Blow { point_m, impulse_ns, speed_m_s: self.speed_m_s, hertz }))
+        Ok(Some(MergedContact { point_m, impulse_ns, speed_m_s: self.speed_m_s, hertz }))
     }
 }
 
@@ -128,8 +128,12 @@ impl Group {
 /// ([`CONTACTS_MAX`]). Strongest first; the same for any order of `groups`, but for the last bits.
 ///
 /// Errors: more than [`LOSS_MAX`] of the impulse would be lost.
-pub(super) fn merged(mut groups: Vec<Group>, own: &Partner, merge_m: f64) -> Result<Vec<Blow>, ImpulseLost> {
-    let given_ns: f64 = groups.iter().map(Group::weight).sum();
+pub(super) fn merged(
+    mut groups: Vec<ContactGroup>,
+    own: &ContactBody,
+    merge_m: f64,
+) -> Result<Vec<MergedContact>, ImpulseLost> {
+    let given_ns: f64 = groups.iter().map(ContactGroup::weight).sum();
     while let Some((i, j, distance)) = nearest(&groups) {
         if distance >= merge_m && groups.len() <= CONTACTS_MAX {
             break;
@@ -153,7 +157,7 @@ pub(super) fn merged(mut groups: Vec<Group>, own: &Partner, merge_m: f64) -> Res
 }
 
 /// The two groups nearest to each other, and how far they are apart, m.
-fn nearest(groups: &[Group]) -> Option<(usize, usize, f64)> {
+fn nearest(groups: &[ContactGroup]) -> Option<(usize, usize, f64)> {
     let pairs = (0..groups.len()).flat_map(|i| (i + 1..groups.len()).map(move |j| (i, j)));
     let apart = |(i, j): (usize, usize)| (i, j, groups[i].away(&groups[j]));
     pairs.map(apart).min_by(|a, b| a.2.total_cmp(&b.2))

@@ -32,7 +32,7 @@ mod merge;
 #[cfg(test)]
 mod tests;
 
-pub use collect::{Contacts, Terms};
-pub use hertz::{ContactError, DURATION, Hertz, Material, Partner};
-pub use merge::{Blow, ImpulseLost, LOSS_MAX, Touch};
+pub use collect::{ContactCollector, ContactPolicy};
+pub use hertz::{ContactBody, ContactError, DURATION, ElasticMaterial, HertzContact};
+pub use merge::{ContactEvent, ImpulseLost, LOSS_MAX, MergedContact};
 pub use shatter_proto::request::CONTACTS_MAX;

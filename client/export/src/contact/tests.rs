@@ -1,9 +1,9 @@
 use super::*;
 use nalgebra::{Rotation3, Vector3};
 
-const BALL: Partner = Partner { material: Material::STEEL, mass_kg: 0.033, radius_m: 0.01 };
-const CERAMIC: Material = Material { young_pa: 70e9, poisson: 0.2 };
-const VASE: Partner = Partner { material: CERAMIC, mass_kg: 1.2, radius_m: 0.08 };
+const BALL: ContactBody = ContactBody { material: ElasticMaterial::STEEL, mass_kg: 0.033, radius_m: 0.01 };
+const CERAMIC: ElasticMaterial = ElasticMaterial { young_pa: 70e9, poisson: 0.2 };
+const VASE: ContactBody = ContactBody { material: CERAMIC, mass_kg: 1.2, radius_m: 0.08 };
 
 #[track_caller]
 fn check(what: &str, found: f64, expected: f64, error: f64) {
@@ -11,8 +11,8 @@ fn check(what: &str, found: f64, expected: f64, error: f64) {
     assert!(off <= error, "{what}: {found:e} instead of {expected:e}, off by {off:.1e}");
 }
 
-fn hertz(one: &Partner, other: &Partner, speed_m_s: f64) -> Hertz {
-    Hertz::of(one, other, speed_m_s).unwrap()
+fn hertz(one: &ContactBody, other: &ContactBody, speed_m_s: f64) -> HertzContact {
+    HertzContact::of(one, other, speed_m_s).unwrap()
 }
 
 /// Twice the integral of (1 − x^(5/2))^(-1/2) from 0 to 1, with x = 1 − s², which takes the singularity away; midpoint rule.
@@ -33,7 +33,7 @@ fn the_duration_is_that_of_the_equation_of_motion() {
 fn a_steel_ball_on_steel_is_as_calculated_by_hand() {
     // E* = 210e9 / (2 · 0.91) = 115.385 GPa, R = 0.01 m, m* = 0.033 kg, v = 1 m/s:
     // δ^(5/2) = 15 · 0.033 / (16 · 115.385e9 · 0.1) = 2.6813e-12.
-    let found = hertz(&BALL, &Partner::ground(Material::STEEL), 1.0);
+    let found = hertz(&BALL, &ContactBody::ground(ElasticMaterial::STEEL), 1.0);
     check("approach", found.approach_m, 2.3514e-5, 1e-4);
     check("radius", found.radius_m, 4.849e-4, 1e-4);
     check("force", found.force_n, 1754.0, 1e-3);
@@ -60,16 +60,16 @@ fn exponents_are_hertz_ones() {
     check("radius", exponent(slow.radius_m, fast.radius_m), 0.4, 1e-12);
     check("approach", exponent(slow.approach_m, fast.approach_m), 0.8, 1e-12);
     check("force", exponent(slow.force_n, fast.force_n), 1.2, 1e-12);
-    let stiff = Partner { material: Material { young_pa: 70e9 * 32.0, ..CERAMIC }, ..VASE };
-    let ball = Partner { material: Material { young_pa: 210e9 * 32.0, ..Material::STEEL }, ..BALL };
+    let stiff = ContactBody { material: ElasticMaterial { young_pa: 70e9 * 32.0, ..CERAMIC }, ..VASE };
+    let ball = ContactBody { material: ElasticMaterial { young_pa: 210e9 * 32.0, ..ElasticMaterial::STEEL }, ..BALL };
     check("stiffness", hertz(&ball, &stiff, 0.5).duration_s / slow.duration_s, 0.25, 1e-12);
 }
 
 #[test]
 fn other_units_give_the_same_contact() {
     let (length, time, mass) = (1e2, 1e3, 7.0);
-    let other = |one: &Partner| Partner {
-        material: Material { young_pa: one.material.young_pa * mass / (length * time * time), ..one.material },
+    let other = |one: &ContactBody| ContactBody {
+        material: ElasticMaterial { young_pa: one.material.young_pa * mass / (length * time * time), ..one.material },
         mass_kg: one.mass_kg * mass,
         radius_m: one.radius_m * length,
     };
@@ -88,46 +88,46 @@ fn the_partners_may_be_swapped() {
 
 #[test]
 fn an_impulse_tells_the_mass_where_it_is_less_than_the_bodies() {
-    let floor = Partner::ground(Material::CONCRETE);
-    let (central, heavy) = (hertz(&VASE, &floor, 2.0), Hertz::of_impulse(&VASE, &floor, 2.0, 1e3).unwrap());
+    let floor = ContactBody::ground(ElasticMaterial::CONCRETE);
+    let (central, heavy) = (hertz(&VASE, &floor, 2.0), HertzContact::of_impulse(&VASE, &floor, 2.0, 1e3).unwrap());
     assert_eq!(central, heavy, "a resting contact is no heavier than its bodies");
-    let light = Hertz::of_impulse(&VASE, &floor, 2.0, 0.1 * 2.4).unwrap();
+    let light = HertzContact::of_impulse(&VASE, &floor, 2.0, 0.1 * 2.4).unwrap();
     check("a tenth of the mass", light.duration_s / central.duration_s, 0.1_f64.powf(0.4), 1e-12);
 }
 
 #[test]
 fn what_does_not_meet_in_a_point_is_refused() {
-    let floor = Partner::ground(Material::CONCRETE);
-    let refused = |one: Partner, other: Partner, speed| Hertz::of(&one, &other, speed).unwrap_err();
+    let floor = ContactBody::ground(ElasticMaterial::CONCRETE);
+    let refused = |one: ContactBody, other: ContactBody, speed| HertzContact::of(&one, &other, speed).unwrap_err();
     assert_eq!(refused(floor, floor, 1.0), ContactError::NoMass);
-    let slab = Partner { mass_kg: 3.0, ..floor };
+    let slab = ContactBody { mass_kg: 3.0, ..floor };
     assert_eq!(refused(slab, floor, 1.0), ContactError::NoPoint(f64::INFINITY, f64::INFINITY));
-    let bowl = Partner { radius_m: -0.01, ..VASE };
+    let bowl = ContactBody { radius_m: -0.01, ..VASE };
     assert_eq!(refused(bowl, BALL, 1.0), ContactError::NoPoint(-0.01, 0.01));
     for speed in [0.0, -1.0, f64::NAN, f64::INFINITY] {
         assert!(matches!(refused(BALL, VASE, speed), ContactError::NotPositive { key: "speed_m_s", .. }));
     }
-    assert!(matches!(refused(Partner { mass_kg: 0.0, ..BALL }, VASE, 1.0), ContactError::NotPositive { .. }));
-    let odd = Material { poisson: 0.7, ..CERAMIC };
-    assert_eq!(refused(Partner { material: odd, ..BALL }, VASE, 1.0), ContactError::Poisson(0.7));
-    assert!(Hertz::of(&BALL, &Partner { radius_m: -0.02, ..VASE }, 1.0).is_ok(), "a ball in a wider bowl");
+    assert!(matches!(refused(ContactBody { mass_kg: 0.0, ..BALL }, VASE, 1.0), ContactError::NotPositive { .. }));
+    let odd = ElasticMaterial { poisson: 0.7, ..CERAMIC };
+    assert_eq!(refused(ContactBody { material: odd, ..BALL }, VASE, 1.0), ContactError::Poisson(0.7));
+    assert!(HertzContact::of(&BALL, &ContactBody { radius_m: -0.02, ..VASE }, 1.0).is_ok(), "a ball in a wider bowl");
 }
 
-fn touch(point_m: [f64; 3], impulse_ns: [f64; 3]) -> Touch {
-    Touch { point_m, impulse_ns, speed_m_s: 3.0, other: BALL }
+fn touch(point_m: [f64; 3], impulse_ns: [f64; 3]) -> ContactEvent {
+    ContactEvent { point_m, impulse_ns, speed_m_s: 3.0, other: BALL }
 }
 
 /// What comes of one step of these contacts.
-fn blows(touches: &[Touch], terms: Terms) -> Vec<Blow> {
-    let mut contacts = Contacts::default();
+fn blows(touches: &[ContactEvent], terms: ContactPolicy) -> Vec<MergedContact> {
+    let mut contacts = ContactCollector::default();
     contacts.watch(1, terms);
     touches.iter().for_each(|touch| contacts.touch(&1, *touch));
     contacts.step(0.0).pop().map_or(Vec::new(), |(_, blows)| blows.unwrap())
 }
 
 /// Why one step of these contacts is no strike.
-fn lost(touches: &[Touch], terms: Terms) -> ImpulseLost {
-    let mut contacts = Contacts::default();
+fn lost(touches: &[ContactEvent], terms: ContactPolicy) -> ImpulseLost {
+    let mut contacts = ContactCollector::default();
     contacts.watch(1, terms.cooldown(1.0));
     let mut step = || {
         touches.iter().for_each(|touch| contacts.touch(&1, *touch));
@@ -140,26 +140,27 @@ fn lost(touches: &[Touch], terms: Terms) -> ImpulseLost {
 
 #[test]
 fn impulses_that_would_be_lost_are_told_with_numbers() {
-    let face = Partner { radius_m: f64::INFINITY, ..VASE };
-    let floor = Partner::ground(Material::CONCRETE);
-    let corner = |x: f64| Touch { other: floor, ..touch([x, 0.0, 0.0], [0.0, 0.9, 0.0]) };
-    let flat = lost(&[corner(0.0), corner(0.1)], Terms::new(face));
+    let face = ContactBody { radius_m: f64::INFINITY, ..VASE };
+    let floor = ContactBody::ground(ElasticMaterial::CONCRETE);
+    let corner = |x: f64| ContactEvent { other: floor, ..touch([x, 0.0, 0.0], [0.0, 0.9, 0.0]) };
+    let flat = lost(&[corner(0.0), corner(0.1)], ContactPolicy::new(face));
     assert_eq!((flat.given_ns, flat.kept_ns), (1.8, 0.0));
     assert_eq!(flat.cause, Some(ContactError::NoPoint(f64::INFINITY, f64::INFINITY)));
     assert!(flat.to_string().contains("1.8 N·s") && flat.to_string().contains("Terms::radius"), "{flat}");
-    let cancel = lost(&[touch([0.0; 3], [1.0, 0.0, 0.0]), touch([0.0; 3], [-0.75, 0.0, 0.0])], Terms::new(VASE));
+    let cancel =
+        lost(&[touch([0.0; 3], [1.0, 0.0, 0.0]), touch([0.0; 3], [-0.75, 0.0, 0.0])], ContactPolicy::new(VASE));
     assert_eq!((cancel.given_ns, cancel.kept_ns, cancel.cause), (1.75, 0.25, None));
-    let ball = Touch { impulse_ns: [1.9, 0.0, 0.0], ..corner(0.0) };
-    let mostly = blows(&[Touch { other: BALL, ..ball }, corner(0.1)], Terms::new(face));
+    let ball = ContactEvent { impulse_ns: [1.9, 0.0, 0.0], ..corner(0.0) };
+    let mostly = blows(&[ContactEvent { other: BALL, ..ball }, corner(0.1)], ContactPolicy::new(face));
     assert_eq!(mostly.len(), 1, "less than half is lost");
 }
 
 #[test]
 fn many_contacts_lose_nothing() {
-    let all: Vec<Touch> =
+    let all: Vec<ContactEvent> =
         (0..1000).map(|k| touch([f64::from(k), 0.0, 0.0], [0.0, 1.0 + f64::from(k % 7), 0.0])).collect();
     let given: f64 = all.iter().map(|touch| touch.impulse_ns[1]).sum();
-    let sent: f64 = blows(&all, Terms::new(VASE)).iter().map(|blow| blow.impulse_ns[1]).sum();
+    let sent: f64 = blows(&all, ContactPolicy::new(VASE)).iter().map(|blow| blow.impulse_ns[1]).sum();
     check("impulse", sent, given, 1e-9);
 }
 
@@ -170,35 +171,37 @@ fn near_contacts_become_one_by_their_impulses() {
         touch([0.004, 0.0, 0.0], [0.0, 1.0, 0.0]),
         touch([0.5, 0.0, 0.0], [0.0, 0.0, 2.0]),
     ];
-    let found = blows(&all, Terms::new(VASE).merge(0.01));
+    let found = blows(&all, ContactPolicy::new(VASE).merge(0.01));
     assert_eq!(found.len(), 2);
     check("place", found[0].point_m[0], 0.001, 1e-12);
     assert_eq!((found[0].impulse_ns, found[1].impulse_ns), ([3.0, 1.0, 0.0], [0.0, 0.0, 2.0]));
-    assert_eq!(blows(&all, Terms::new(VASE).merge(0.0)).len(), 3);
+    assert_eq!(blows(&all, ContactPolicy::new(VASE).merge(0.0)).len(), 3);
 }
 
 #[test]
 fn the_patch_of_a_face_weighs_what_the_body_does() {
     // Four corners of a face that together stop the whole vase.
-    let corner =
-        |x: f64, z: f64| Touch { other: Partner::ground(Material::CONCRETE), ..touch([x, 0.0, z], [0.0, 0.9, 0.0]) };
+    let corner = |x: f64, z: f64| ContactEvent {
+        other: ContactBody::ground(ElasticMaterial::CONCRETE),
+        ..touch([x, 0.0, z], [0.0, 0.9, 0.0])
+    };
     let all = [corner(0.0, 0.0), corner(0.002, 0.0), corner(0.0, 0.002), corner(0.002, 0.002)];
-    let found = blows(&all, Terms::new(VASE).merge(0.01));
+    let found = blows(&all, ContactPolicy::new(VASE).merge(0.01));
     assert_eq!(found.len(), 1);
-    let whole = hertz(&VASE, &Partner::ground(Material::CONCRETE), 3.0);
+    let whole = hertz(&VASE, &ContactBody::ground(ElasticMaterial::CONCRETE), 3.0);
     check("duration", found[0].hertz.duration_s, whole.duration_s, 1e-12);
 }
 
 #[test]
 fn a_strike_takes_the_strongest_of_many() {
-    let all: Vec<Touch> =
+    let all: Vec<ContactEvent> =
         (0..500).map(|k| touch([f64::from(k), 0.0, 0.0], [0.0, 1.0 + f64::from(k % 7), 0.0])).collect();
-    let found = blows(&all, Terms::new(VASE).merge(0.01));
+    let found = blows(&all, ContactPolicy::new(VASE).merge(0.01));
     assert_eq!(found.len(), CONTACTS_MAX);
     assert!(found.windows(2).all(|pair| pair[0].impulse_ns[1] >= pair[1].impulse_ns[1]), "{found:?}");
-    let few: Vec<Touch> = all.into_iter().take(100).collect();
+    let few: Vec<ContactEvent> = all.into_iter().take(100).collect();
     let given: f64 = few.iter().map(|touch| touch.impulse_ns[1]).sum();
-    let sent: f64 = blows(&few, Terms::new(VASE)).iter().map(|blow| blow.impulse_ns[1]).sum();
+    let sent: f64 = blows(&few, ContactPolicy::new(VASE)).iter().map(|blow| blow.impulse_ns[1]).sum();
     check("impulse", sent, given, 1e-12);
 }
 
@@ -206,16 +209,16 @@ fn a_strike_takes_the_strongest_of_many() {
 fn turning_everything_turns_the_blows() {
     let turn = Rotation3::from_euler_angles(0.3, -1.1, 2.2);
     let turned = |vector: [f64; 3]| -> [f64; 3] { (turn * Vector3::from(vector)).into() };
-    let all: Vec<Touch> = (0..40)
+    let all: Vec<ContactEvent> = (0..40)
         .map(f64::from)
         .map(|k| touch([(1.7 * k).sin(), (2.3 * k).cos(), 0.1 * k], [k.cos(), 1.0 + k.sin(), 0.3]))
         .collect();
-    let other: Vec<Touch> = all
+    let other: Vec<ContactEvent> = all
         .iter()
-        .map(|touch| Touch { point_m: turned(touch.point_m), impulse_ns: turned(touch.impulse_ns), ..*touch })
+        .map(|touch| ContactEvent { point_m: turned(touch.point_m), impulse_ns: turned(touch.impulse_ns), ..*touch })
         .rev()
         .collect();
-    let (here, there) = (blows(&all, Terms::new(VASE)), blows(&other, Terms::new(VASE)));
+    let (here, there) = (blows(&all, ContactPolicy::new(VASE)), blows(&other, ContactPolicy::new(VASE)));
     assert_eq!(here.len(), there.len());
     for (a, b) in here.iter().zip(&there) {
         let off = |x: [f64; 3], y: [f64; 3]| (Vector3::from(turned(x)) - Vector3::from(y)).norm();
@@ -226,7 +229,7 @@ fn turning_everything_turns_the_blows() {
 
 #[test]
 fn weak_slow_and_senseless_contacts_are_none() {
-    let (sound, terms) = (touch([0.0; 3], [1.0, 0.0, 0.0]), Terms::new(VASE));
+    let (sound, terms) = (touch([0.0; 3], [1.0, 0.0, 0.0]), ContactPolicy::new(VASE));
     assert_eq!(blows(&[sound], terms).len(), 1);
     assert!(blows(&[sound], terms.impulse_min(1.001)).is_empty());
     assert_eq!(blows(&[sound, touch([9.0; 3], [0.0, 0.01, 0.0])], terms.impulse_min(1.001)).len(), 2);
@@ -235,7 +238,7 @@ fn weak_slow_and_senseless_contacts_are_none() {
         touch([f64::NAN; 3], [1.0; 3]),
         touch([0.0; 3], [f64::INFINITY; 3]),
         touch([0.0; 3], [0.0; 3]),
-        Touch { speed_m_s: f64::NAN, ..sound },
+        ContactEvent { speed_m_s: f64::NAN, ..sound },
     ] {
         assert!(blows(&[odd], terms).is_empty());
     }
@@ -243,9 +246,9 @@ fn weak_slow_and_senseless_contacts_are_none() {
 
 #[test]
 fn a_body_that_was_struck_cools_down_by_itself() {
-    let mut contacts = Contacts::default();
-    contacts.watch("a", Terms::new(VASE).cooldown(0.5));
-    contacts.watch("b", Terms::new(VASE));
+    let mut contacts = ContactCollector::default();
+    contacts.watch("a", ContactPolicy::new(VASE).cooldown(0.5));
+    contacts.watch("b", ContactPolicy::new(VASE));
     let mut step = |now_s: f64| {
         ["a", "b", "nobody"].iter().for_each(|body| contacts.touch(body, touch([0.0; 3], [1.0, 0.0, 0.0])));
         contacts.step(now_s).iter().map(|(body, _)| *body).collect::<String>()

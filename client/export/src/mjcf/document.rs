@@ -2,7 +2,7 @@
 
 use super::shapes::{Shape, Solid};
 use super::{fragment_name, tensor_z_up, z_up};
-use crate::{FragmentView, ObjectView, Principal, principal};
+use crate::{FragmentView, ObjectView, PrincipalInertia, principal};
 use quick_xml::Writer;
 use shatter_proto::answer::BondWire;
 use std::fmt::Display;
@@ -108,7 +108,7 @@ fn body(xml: &mut Xml, name: &str, fragment: &FragmentView<'_>, shape: &Shape) -
     let element = xml.create_element("body").with_attributes([("name", name), ("pos", place.as_str())]);
     element.write_inner_content(|xml| {
         empty(xml, "freejoint", [("name", name)])?;
-        let Principal { moments_kg_m2, quaternion } = principal(tensor_z_up(fragment.inertia_kg_m2));
+        let PrincipalInertia { moments_kg_m2, quaternion } = principal(tensor_z_up(fragment.inertia_kg_m2));
         let (mass, moments, turn) = (fragment.mass_kg.to_string(), list(moments_kg_m2), list(quaternion));
         let inertial = [("pos", "0 0 0"), ("quat", turn.as_str()), ("mass", &mass), ("diaginertia", &moments)];
         empty(xml, "inertial", inertial)?;

@@ -13,13 +13,13 @@ mod document;
 mod shapes;
 
 use super::document::fragment_name;
-use super::{ExportError, ObjectView, Written, check, stale, write_whole};
+use super::{ExportError, ObjectView, WriteReport, check, stale, write_whole};
 use std::ffi::OsStr;
 use std::path::Path;
 
 /// A model in memory.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Mjcf {
+pub struct MjcfModel {
     /// The document.
     pub xml: String,
     /// Names and texts of the meshes, in the folder that the document names.
@@ -27,7 +27,7 @@ pub struct Mjcf {
 }
 
 /// The model of `object`, whose meshes are to lie in the folder `meshes` beside the document.
-pub fn mjcf(object: &ObjectView<'_>, meshes: &str) -> Result<Mjcf, ExportError> {
+pub fn mjcf(object: &ObjectView<'_>, meshes: &str) -> Result<MjcfModel, ExportError> {
     check::object(object)?;
     let name = |id: u32| fragment_name(id, object.fragments.len());
     let shapes: Vec<shapes::Shape> = object
@@ -37,13 +37,13 @@ pub fn mjcf(object: &ObjectView<'_>, meshes: &str) -> Result<Mjcf, ExportError> 
         .map(|(place, fragment)| shapes::shape(&name(fragment.id), fragment, object.hulls.get(place)))
         .collect();
     let xml = document::xml(object, &shapes, meshes).map_err(ExportError::Xml)?;
-    Ok(Mjcf { xml, meshes: shapes.into_iter().flat_map(|shape| shape.files).collect() })
+    Ok(MjcfModel { xml, meshes: shapes.into_iter().flat_map(|shape| shape.files).collect() })
 }
 
 /// Writes the model of `object` to `path`, and its meshes into the folder `STEM_assets` beside it, which is made if it is not there.
 /// Each file appears whole or not at all, the document last. Files of the same names are replaced; meshes that the model there before names
 /// and the new one does not are removed; all others stay.
-pub fn write_mjcf(path: &Path, object: &ObjectView<'_>) -> Result<Written, ExportError> {
+pub fn write_mjcf(path: &Path, object: &ObjectView<'_>) -> Result<WriteReport, ExportError> {
     let stem = path.file_stem().unwrap_or(OsStr::new("object")).to_string_lossy();
     let meshes = format!("{stem}_assets");
     let folder = path.with_file_name(&meshes);
@@ -59,7 +59,7 @@ pub fn write_mjcf(path: &Path, object: &ObjectView<'_>) -> Result<Written, Expor
     write_whole(path, model.xml.as_bytes())?;
     let bytes = model.xml.len() + model.meshes.iter().map(|(_, text)| text.len()).sum::<usize>();
     let closed = object.fragments.iter().filter(|fragment| super::is_closed(fragment)).count();
-    Ok(Written { fragments: object.fragments.len(), closed, bytes })
+    Ok(WriteReport { fragments: object.fragments.len(), closed, bytes })
 }
 
 /// From +Y up to +Z up: a quarter turn about x.

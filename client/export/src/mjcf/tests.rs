@@ -44,7 +44,7 @@ fn bond(fragments: [u32; 2]) -> BondWire {
     BondWire { fragments, area_m2: 0.25, normal: [1.0, 0.0, 0.0], centroid_m: [1.0, 2.5, 0.5] }
 }
 
-fn model(hulls: &[Option<HullView<'_>>], bonds: &[BondWire]) -> Result<Mjcf, ExportError> {
+fn model(hulls: &[Option<HullView<'_>>], bonds: &[BondWire]) -> Result<MjcfModel, ExportError> {
     mjcf(&ObjectView { name: "<a & b>", fragments: &[fragment(0), fragment(1)], hulls, bonds }, "b")
 }
 
@@ -80,7 +80,7 @@ fn without_hulls_the_surface_collides_and_without_bonds_nothing_is_welded() {
 
 #[test]
 fn parts_that_do_not_fit_are_refused_by_name() {
-    let check = |found: Result<Mjcf, ExportError>, wanted: &str| {
+    let check = |found: Result<MjcfModel, ExportError>, wanted: &str| {
         let refusal = found.unwrap_err().to_string();
         assert!(refusal.starts_with(wanted), "{refusal}");
     };

@@ -5,7 +5,7 @@ use super::names::known;
 use nalgebra::Vector3;
 use serde::Deserialize;
 use shatter_fracture::scene::{Anchors, DEFAULT_GRAVITY_M_S2, Region, toml_error};
-use shatter_proto::Refusal;
+use shatter_proto::Error;
 use shatter_proto::effect::{Effect, Effects};
 
 /// Keys of an anchor.
@@ -27,7 +27,7 @@ pub(super) fn read(
     tables: Option<&[toml::Table]>,
     gravity_m_s2: Option<[f64; 3]>,
     allowed: Effects,
-) -> Result<Anchors, Refusal> {
+) -> Result<Anchors, Error> {
     let at = |key: &str| format!("{path}.{key}");
     let region = |(number, table): (usize, &toml::Table)| region(&format!("{path}.anchors[{number}]"), table);
     let regions = tables.unwrap_or_default().iter().enumerate().map(region).collect::<Result<Vec<_>, _>>()?;
@@ -50,7 +50,7 @@ pub(super) fn read(
 }
 
 /// A ball or a box.
-pub(super) fn region(path: &str, table: &toml::Table) -> Result<Region, Refusal> {
+pub(super) fn region(path: &str, table: &toml::Table) -> Result<Region, Error> {
     known(path, table.keys(), &KEYS)?;
     let values = toml::Value::Table(table.clone()).try_into();
     let values: Values = values.map_err(|error: toml::de::Error| invalid(path, toml_error("", &error)))?;

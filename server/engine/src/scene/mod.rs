@@ -7,14 +7,14 @@ mod recipe;
 mod tables;
 mod warp;
 
-pub use object::{SceneObject, Terms};
-pub use recipe::Recipe;
-pub use tables::{Table, paid, tables};
+pub use object::{ObjectPolicy, SceneObject};
+pub use recipe::BakeRecipe;
+pub use tables::{OptionalTable, paid, tables};
 
 use names::known;
 use shatter_fracture::scene::{MATERIALS, Materials, toml_error};
 use shatter_proto::name::object_name;
-use shatter_proto::{Kind, Refusal};
+use shatter_proto::{Error, ErrorKind};
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -39,17 +39,17 @@ pub struct Scene {
 impl Scene {
     /// Reads a scene file. Errors: `configuration`, `unknown_effect`, `effect`, `object_name`, naming the offender and the nearest
     /// that is known.
-    pub fn load(path: &Path) -> Result<Self, Refusal> {
+    pub fn load(path: &Path) -> Result<Self, Error> {
         let at = path.display().to_string();
         let text = read_text(path)
-            .map_err(|error| Refusal::new(Kind::Configuration, at.clone(), format!("cannot read {at}: {error}")))?;
+            .map_err(|error| Error::new(ErrorKind::Configuration, at.clone(), format!("cannot read {at}: {error}")))?;
         Self::parse(&text, path.parent().unwrap_or(Path::new("")))
-            .map_err(|refusal| Refusal { message: format!("{at}: {}", refusal.message), ..refusal })
+            .map_err(|refusal| Error { message: format!("{at}: {}", refusal.message), ..refusal })
     }
 
     /// As [`Self::load`], of the text of a file, which refers to others from `folder` on.
-    pub fn parse(text: &str, folder: &Path) -> Result<Self, Refusal> {
-        let wrong = |error: toml::de::Error| Refusal::new(Kind::Configuration, "scene", toml_error(text, &error));
+    pub fn parse(text: &str, folder: &Path) -> Result<Self, Error> {
+        let wrong = |error: toml::de::Error| Error::new(ErrorKind::Configuration, "scene", toml_error(text, &error));
         let table: toml::Table = text.parse().map_err(wrong)?;
         known("", table.keys(), &["title", "objects"])?;
         let title = match table.get("title") {
@@ -70,7 +70,7 @@ impl Scene {
             };
             Ok((name.clone(), SceneObject::read(name, table, &materials, folder)?))
         };
-        Ok(Self { title, objects: objects.iter().map(object).collect::<Result<_, Refusal>>()? })
+        Ok(Self { title, objects: objects.iter().map(object).collect::<Result<_, Error>>()? })
     }
 
     /// The names of its objects' databases, by those of the objects.
@@ -80,10 +80,10 @@ impl Scene {
 }
 
 /// Refuses the value of a key.
-fn invalid(key: impl Into<String>, why: impl std::fmt::Display) -> Refusal {
+fn invalid(key: impl Into<String>, why: impl std::fmt::Display) -> Error {
     let key = key.into();
     let message = format!("{key}: {why}");
-    Refusal::new(Kind::Configuration, key, message)
+    Error::new(ErrorKind::Configuration, key, message)
 }
 
 #[cfg(test)]

@@ -1,16 +1,16 @@
 //! Names that are known, and the nearest to one that is not.
 
 use shatter_fracture::scene::{self, brief};
-use shatter_proto::{Kind, Refusal};
+use shatter_proto::{Error, ErrorKind};
 
 /// Refuses the first of `keys` that is not among `all`, with the nearest that is. `table` is where they stand.
-pub fn known<'a>(table: &str, keys: impl Iterator<Item = &'a String>, all: &[&str]) -> Result<(), Refusal> {
+pub fn known<'a>(table: &str, keys: impl Iterator<Item = &'a String>, all: &[&str]) -> Result<(), Error> {
     for key in keys {
         if !all.contains(&key.as_str()) {
             let key = brief(key);
             let path = if table.is_empty() { key.clone() } else { format!("{table}.{key}") };
             let message = format!("`{path}` is no key of a scene; `{}` is", nearest(&key, all));
-            return Err(Refusal::new(Kind::Configuration, path, message));
+            return Err(Error::new(ErrorKind::Configuration, path, message));
         }
     }
     Ok(())

@@ -1,18 +1,18 @@
 //! What a scene says about one object.
 
 use super::names::{known, nearest};
-use super::{Recipe, anchors, invalid, warp};
+use super::{BakeRecipe, anchors, invalid, warp};
 use serde::Deserialize;
 use shatter_fracture::database::{BakeRequest, Tables};
 use shatter_fracture::degree::reference_gamma;
-use shatter_fracture::pipeline::{HoldError, Prepared};
-use shatter_fracture::scene::{Anchors, Controls, Material, Materials, brief, toml_error};
+use shatter_fracture::pipeline::{AnchorError, PreparedObject};
+use shatter_fracture::scene::{Anchors, Material, Materials, WarpControls, brief, toml_error};
 use shatter_fracture::surface::{RawMesh, shapes};
-use shatter_fracture::token::Token;
-use shatter_proto::Refusal;
+use shatter_fracture::token::CancelToken;
+use shatter_proto::Error;
 use shatter_proto::effect::{Effect, Effects, conflict};
 use shatter_proto::name::object_name;
-use shatter_proto::request::{Lift, Quality, Strike};
+use shatter_proto::request::{Lift, Quality, Request};
 use std::path::Path;
 
 /// Keys of an object, in the order in which the shipped scenes have them.
@@ -67,12 +67,12 @@ pub struct SceneObject {
     /// Impacts that it learns from, if it is baked.
     pub examples: Option<u64>,
     /// How it is struck.
-    pub terms: Terms,
+    pub terms: ObjectPolicy,
 }
 
 /// On what terms an object is struck: what strikes get that say nothing, and what they may ask for.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Terms {
+pub struct ObjectPolicy {
     /// Effects that are on.
     pub on: Effects,
     /// Effects that strikes may switch on, those that are on among them.
@@ -94,12 +94,12 @@ pub struct Terms {
     /// The preset of strikes that name none, and of the lattices if they are baked for it; without it strikes have that of the lattices.
     pub quality: Option<Quality>,
     /// What an artist says; needs `warp`.
-    pub controls: Controls,
+    pub controls: WarpControls,
     /// What holds it where `anchored` is on.
     pub anchors: Anchors,
 }
 
-impl Default for Terms {
+impl Default for ObjectPolicy {
     /// Those of an object that no scene speaks of.
     fn default() -> Self {
         Self {
@@ -113,13 +113,13 @@ impl Default for Terms {
             bytes_max: None,
             volume_min_m3: None,
             quality: None,
-            controls: Controls::default(),
+            controls: WarpControls::default(),
             anchors: Anchors::default(),
         }
     }
 }
 
-impl Terms {
+impl ObjectPolicy {
     /// With everything on that these terms can prepare: what is held here is held there, too.
     #[must_use]
     pub fn rich(&self) -> Self {
@@ -152,7 +152,7 @@ impl Terms {
     }
 
     /// The effects of `strike`. Refused by name: what cannot be, and what the scene does not prepare.
-    pub fn effects(&self, strike: &Strike) -> Result<Effects, Refusal> {
+    pub fn effects(&self, strike: &Request) -> Result<Effects, Error> {
         if let Some(effect) = strike.enable.iter().find(|effect| !self.allowed.has(*effect)) {
             let (object, name) = (&strike.object, effect.name());
             let key = match effect {
@@ -180,9 +180,9 @@ impl Terms {
     }
 
     /// Holds `prepared` if some strike may want it held.
-    pub fn hold(&self, prepared: &mut Prepared) -> Result<(), HoldError> {
+    pub fn hold(&self, prepared: &mut PreparedObject) -> Result<(), AnchorError> {
         match self.allowed.has(Effect::Anchored) {
-            true => prepared.hold(&self.anchors, &Token::default()),
+            true => prepared.hold(&self.anchors, &CancelToken::default()),
             false => Ok(()),
         }
     }
@@ -222,7 +222,7 @@ struct Values {
 
 impl SceneObject {
     /// The object `name`, from its table.
-    pub(super) fn read(name: &str, table: &toml::Table, materials: &Materials, folder: &Path) -> Result<Self, Refusal> {
+    pub(super) fn read(name: &str, table: &toml::Table, materials: &Materials, folder: &Path) -> Result<Self, Error> {
         let path = format!("objects.{name}");
         let path = path.as_str();
         known(path, table.keys(), &KEYS)?;
@@ -277,7 +277,7 @@ impl SceneObject {
             ));
         }
         let anchors = anchors::read(path, values.anchors.as_deref(), values.gravity_m_s2, allowed)?;
-        let terms = Terms {
+        let terms = ObjectPolicy {
             on,
             allowed,
             lift,
@@ -306,24 +306,24 @@ impl SceneObject {
 impl SceneObject {
     /// What it is baked from, if its shape is a generated one.
     pub fn bake(&self, name: &str) -> Option<(RawMesh, BakeRequest)> {
-        Recipe::of(name, self).bake(name)
+        BakeRecipe::of(name, self).bake(name)
     }
 }
 
 /// What `name` stands for among `all`.
-fn named<T: Copy, const N: usize>(path: &str, what: &str, name: &str, all: [(&str, T); N]) -> Result<T, Refusal> {
+fn named<T: Copy, const N: usize>(path: &str, what: &str, name: &str, all: [(&str, T); N]) -> Result<T, Error> {
     let found = all.iter().find(|(known, _)| *known == name);
     let names = all.map(|(known, _)| known);
     let unknown = || invalid(path, format!("`{}` is no {what}; `{}` is", brief(name), nearest(name, &names)));
     found.map(|(_, value)| *value).ok_or_else(unknown)
 }
 
-fn effects(path: &str, names: &[String]) -> Result<Effects, Refusal> {
+fn effects(path: &str, names: &[String]) -> Result<Effects, Error> {
     let found = names.iter().map(|name| Effect::by_name(name));
     Ok(Effects::of(found.collect::<Result<Vec<_>, _>>().map_err(|refusal| placed(path, refusal))?))
 }
 
 /// The refusal, with where in the scene it is.
-fn placed(path: &str, refusal: Refusal) -> Refusal {
-    Refusal { message: format!("{path}: {}", refusal.message), ..refusal }
+fn placed(path: &str, refusal: Error) -> Error {
+    Error { message: format!("{path}: {}", refusal.message), ..refusal }
 }

@@ -6,19 +6,19 @@ use shatter_fracture::database::{BakeRequest, Tables};
 use shatter_fracture::pipeline;
 use shatter_fracture::scene::Material;
 use shatter_fracture::surface::{RawMesh, shapes};
-use shatter_proto::Refusal;
+use shatter_proto::Error;
 use std::collections::BTreeMap;
 
 /// What a database is baked from.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Recipe {
+pub struct BakeRecipe {
     /// The objects that are made of it.
     pub objects: Vec<String>,
     shape: Option<&'static str>,
     material: Option<(String, Material)>,
     elastic_spacing: Option<f64>,
     crack_spacing: Option<f64>,
-    quality: pipeline::Quality,
+    quality: pipeline::Preset,
     /// Whether the preset is named; one that is not must not sever parts.
     named: bool,
     examples: u64,
@@ -27,7 +27,7 @@ pub struct Recipe {
     tables: Tables,
 }
 
-impl Recipe {
+impl BakeRecipe {
     /// Of the database of one object.
     pub(super) fn of(name: &str, object: &SceneObject) -> Self {
         Self {
@@ -47,7 +47,7 @@ impl Recipe {
 
     /// Of a database that several objects are made of: what one of them says, and the tables of all. The threshold is each object's
     /// own; the database has what they agree on, if they do.
-    fn of_all(all: &[(&str, &SceneObject)]) -> Result<Self, Refusal> {
+    fn of_all(all: &[(&str, &SceneObject)]) -> Result<Self, Error> {
         let objects = || all.iter().map(|(_, object)| *object);
         Ok(Self {
             objects: all.iter().map(|(name, _)| (*name).to_owned()).collect(),
@@ -87,13 +87,13 @@ impl Recipe {
 impl Scene {
     /// What its databases are baked from, by their names. Refused by key: objects of one database that do not agree on what it is baked
     /// from, a shape without a material.
-    pub fn recipes(&self) -> Result<BTreeMap<String, Recipe>, Refusal> {
+    pub fn recipes(&self) -> Result<BTreeMap<String, BakeRecipe>, Error> {
         let mut databases: BTreeMap<&str, Vec<(&str, &SceneObject)>> = BTreeMap::new();
         for (name, object) in &self.objects {
             databases.entry(&object.database).or_default().push((name, object));
         }
         let recipe = |(database, objects): (&str, Vec<(&str, &SceneObject)>)| {
-            let recipe = Recipe::of_all(&objects)?;
+            let recipe = BakeRecipe::of_all(&objects)?;
             if let (Some(_), None, Some(name)) = (recipe.shape, &recipe.material, recipe.objects.first()) {
                 return Err(invalid(format!("objects.{name}.material"), "a shape is baked of a material"));
             }
@@ -108,7 +108,7 @@ fn said<T: PartialEq>(
     all: &[(&str, &SceneObject)],
     key: &str,
     of: impl Fn(&SceneObject) -> Option<T>,
-) -> Result<Option<T>, Refusal> {
+) -> Result<Option<T>, Error> {
     let mut values = all.iter().filter_map(|(name, object)| Some((name, &object.database, of(object)?)));
     let Some((first, database, value)) = values.next() else { return Ok(None) };
     match values.find(|(.., other)| *other != value) {

@@ -5,7 +5,7 @@ use shatter_proto::effect::Effect;
 
 /// A table of a database that objects can do without.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Table {
+pub struct OptionalTable {
     /// What it is called in a plan.
     pub name: &'static str,
     /// Whether it is wanted.
@@ -15,14 +15,14 @@ pub struct Table {
 }
 
 /// All tables, and which of them are wanted.
-pub fn tables(wanted: Tables) -> [Table; 6] {
+pub fn tables(wanted: Tables) -> [OptionalTable; 6] {
     [
-        Table { name: "elastic", wanted: wanted.elastic, tensors: &[".elastic.", ".transfer.", "reduced"] },
-        Table { name: "interior", wanted: wanted.interior, tensors: &[".interior"] },
-        Table { name: "surface_diffusion", wanted: wanted.surface_diffusion, tensors: &[".surface_diffusion"] },
-        Table { name: "examples", wanted: wanted.examples, tensors: &["examples.", "network."] },
-        Table { name: "attributes", wanted: wanted.attributes, tensors: &[".outer."] },
-        Table { name: "skin", wanted: wanted.skin, tensors: &["skin."] },
+        OptionalTable { name: "elastic", wanted: wanted.elastic, tensors: &[".elastic.", ".transfer.", "reduced"] },
+        OptionalTable { name: "interior", wanted: wanted.interior, tensors: &[".interior"] },
+        OptionalTable { name: "surface_diffusion", wanted: wanted.surface_diffusion, tensors: &[".surface_diffusion"] },
+        OptionalTable { name: "examples", wanted: wanted.examples, tensors: &["examples.", "network."] },
+        OptionalTable { name: "attributes", wanted: wanted.attributes, tensors: &[".outer."] },
+        OptionalTable { name: "skin", wanted: wanted.skin, tensors: &["skin."] },
     ]
 }
 

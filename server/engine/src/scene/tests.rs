@@ -3,9 +3,9 @@ use nalgebra::{Point3, Vector3};
 use shatter_fracture::database::Tables;
 use shatter_fracture::pipeline;
 use shatter_proto::effect::{Effect, Effects};
-use shatter_proto::request::{Lift, Quality, Strike};
+use shatter_proto::request::{Lift, Quality, Request};
 
-fn object(text: &str) -> Result<SceneObject, Refusal> {
+fn object(text: &str) -> Result<SceneObject, Error> {
     Scene::parse(&format!("[objects.vase]\n{text}"), Path::new("")).map(|scene| scene.objects["vase"].clone())
 }
 
@@ -78,7 +78,7 @@ fn a_database_is_baked_for_all_objects_that_are_made_of_it() {
     assert_eq!(alone.tables, Tables { surface_diffusion: false, ..plain });
     assert_eq!(request("effects = [\"interior\"]\nlift = \"surface_diffusion\"").tables, plain);
     assert_eq!(request("elastic_spacing = 0.03\nmaterial = \"plaster\"").elastic_spacing, Some(0.03));
-    assert_eq!(request("quality = \"film\"").quality, pipeline::Quality::Film, "finer lattices serve coarser strikes");
+    assert_eq!(request("quality = \"film\"").quality, pipeline::Preset::Film, "finer lattices serve coarser strikes");
     let reversed = both(&format!("{STATUE}\neffects = []"), "").recipes().unwrap()["statue"].bake("statue").unwrap().1;
     assert_eq!(reversed.tables, alone.tables);
     // γ is each object's own.
@@ -120,7 +120,7 @@ fn only_what_some_strike_may_need_is_loaded() {
     assert_eq!(tables("effects = [\"interior\"]"), Tables { interior: true, ..none });
     let surface = tables("effects = [\"interior\"]\nlift = \"surface_diffusion\"");
     assert_eq!(surface, Tables { surface_diffusion: true, ..none });
-    assert_eq!(Terms::default().tables(), Tables::ALL);
+    assert_eq!(ObjectPolicy::default().tables(), Tables::ALL);
     let learned = tables("effects = [\"interior\", \"examples\"]");
     assert_eq!(learned, Tables { interior: true, examples: true, ..none });
     assert_eq!(tables("effects = [\"interior\", \"examples\"]\nlift = \"euclidean\""), none);
@@ -129,17 +129,17 @@ fn only_what_some_strike_may_need_is_loaded() {
 #[test]
 fn strikes_narrow_and_widen_within_what_is_prepared() {
     let terms = object("effects = [\"elastic\", \"bonds\"]\nallow = [\"interior\"]").unwrap().terms;
-    let strike = |enable: &[Effect], disable: &[Effect]| Strike {
+    let strike = |enable: &[Effect], disable: &[Effect]| Request {
         enable: Effects::of(enable.iter().copied()),
         disable: Effects::of(disable.iter().copied()),
-        ..Strike::default()
+        ..Request::default()
     };
-    let on = |strike: &Strike| terms.effects(strike).unwrap();
+    let on = |strike: &Request| terms.effects(strike).unwrap();
     assert_eq!(on(&strike(&[], &[])), Effects::of([Effect::Elastic, Effect::Bonds]));
     assert_eq!(on(&strike(&[], &[Effect::Bonds])), Effects::of([Effect::Elastic]));
     assert!(on(&strike(&[Effect::Interior], &[])).has(Effect::Interior));
     assert_eq!(terms.effects(&strike(&[Effect::Debris], &[])).unwrap_err().at, "debris");
-    let lift = Strike { lift: Some(Lift::Interior), ..strike(&[], &[]) };
+    let lift = Request { lift: Some(Lift::Interior), ..strike(&[], &[]) };
     assert_eq!(terms.effects(&lift).unwrap_err().at, "interior");
 }
 
@@ -153,14 +153,14 @@ fn anchors_and_weight_are_read() {
     assert_eq!(terms.anchors.gravity_m_s2, Some(Vector3::new(0.0, -9.81, 0.0)));
     let moon = object(&format!("{text}\ngravity_m_s2 = [0, -1.6, 0]")).unwrap().terms;
     assert_eq!(moon.anchors.gravity_m_s2, Some(Vector3::new(0.0, -1.6, 0.0)));
-    let enable = |effect: Effect| Strike { enable: Effects::of([effect]), ..Strike::default() };
+    let enable = |effect: Effect| Request { enable: Effects::of([effect]), ..Request::default() };
     assert!(terms.effects(&enable(Effect::Gravity)).unwrap().has(Effect::Gravity));
     for effect in [Effect::Anchored, Effect::Gravity] {
-        let refusal = Terms::default().effects(&enable(effect)).unwrap_err();
+        let refusal = ObjectPolicy::default().effects(&enable(effect)).unwrap_err();
         assert_eq!(refusal.at, effect.name());
         assert!(refusal.message.contains("`anchors`"), "{refusal}");
     }
-    assert!(terms.rich().on.has(Effect::Gravity) && !Terms::default().rich().on.has(Effect::Anchored));
+    assert!(terms.rich().on.has(Effect::Gravity) && !ObjectPolicy::default().rich().on.has(Effect::Anchored));
 }
 
 #[test]

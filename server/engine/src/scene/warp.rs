@@ -5,9 +5,9 @@ use super::invalid;
 use super::names::known;
 use nalgebra::{Point3, Vector3};
 use serde::Deserialize;
-use shatter_fracture::scene::{Controls, Grain, Paint, Waves, toml_error};
+use shatter_fracture::scene::{Grain, Paint, WarpControls, Waves, toml_error};
 use shatter_fracture::surface::read_painted;
-use shatter_proto::Refusal;
+use shatter_proto::Error;
 use std::path::Path;
 
 /// Keys of the table.
@@ -54,14 +54,14 @@ struct PaintValues {
 }
 
 /// Reads the table at `path`; files are looked for from `folder` on.
-pub(super) fn read(path: &str, table: &toml::Table, folder: &Path) -> Result<Controls, Refusal> {
+pub(super) fn read(path: &str, table: &toml::Table, folder: &Path) -> Result<WarpControls, Error> {
     known(path, table.keys(), &KEYS)?;
     let values = toml::Value::Table(table.clone()).try_into();
     let values: Values = values.map_err(|error: toml::de::Error| invalid(path, toml_error("", &error)))?;
     let at = |key: &str| format!("{path}.{key}");
     let region = |(number, table): (usize, &toml::Table)| region(&format!("{path}.protect[{number}]"), table);
     let protect = values.protect.iter().enumerate().map(region);
-    let controls = Controls {
+    let controls = WarpControls {
         grain: values.grain.map(|grain| self::grain(&at("grain"), &grain)).transpose()?,
         waves: values.waves.map(|waves| self::waves(&at("waves"), &waves)).transpose()?,
         paint: values.paint.map(|paint| self::paint(&at("paint"), &paint, folder)).transpose()?,
@@ -74,7 +74,7 @@ pub(super) fn read(path: &str, table: &toml::Table, folder: &Path) -> Result<Con
     Ok(controls)
 }
 
-fn grain(path: &str, values: &GrainValues) -> Result<Grain, Refusal> {
+fn grain(path: &str, values: &GrainValues) -> Result<Grain, Error> {
     let axis = Vector3::from(values.axis);
     let length = axis.norm();
     if !(length.is_normal() && (1.0 / RATIO_MAX..=RATIO_MAX).contains(&values.ratio)) {
@@ -86,7 +86,7 @@ fn grain(path: &str, values: &GrainValues) -> Result<Grain, Refusal> {
     Ok(Grain { axis: axis / length, ratio: values.ratio })
 }
 
-fn waves(path: &str, values: &WavesValues) -> Result<Waves, Refusal> {
+fn waves(path: &str, values: &WavesValues) -> Result<Waves, Error> {
     let WavesValues { length_m, slope } = *values;
     let fits = length_m.is_normal() && length_m > 0.0 && slope.is_finite() && slope > 0.0;
     if fits {
@@ -96,7 +96,7 @@ fn waves(path: &str, values: &WavesValues) -> Result<Waves, Refusal> {
     }
 }
 
-fn paint(path: &str, values: &PaintValues, folder: &Path) -> Result<Paint, Refusal> {
+fn paint(path: &str, values: &PaintValues, folder: &Path) -> Result<Paint, Error> {
     let PaintValues { file, attribute, least, most } = values;
     let factor = 1.0 / FACTOR_MAX..=FACTOR_MAX;
     if !(factor.contains(least) && factor.contains(most)) {

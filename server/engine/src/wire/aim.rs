@@ -1,21 +1,21 @@
 //! Rays of strikes: where they meet the object, and the result of a strike that only aims.
 
 use super::refusal_in;
-use crate::object::Outcome;
+use crate::object::EngineResult;
 use bytemuck::Zeroable;
 use nalgebra::Vector3;
-use shatter_fracture::pipeline::{Hit, Ray, StrikeError, Watch};
-use shatter_proto::Refusal;
+use shatter_fracture::pipeline::{AimRay, FractureError, StageObserver, SurfaceHit};
+use shatter_proto::Error;
 use shatter_proto::answer::{HitWire, SummaryWire};
 use shatter_proto::convention::Convention;
-use shatter_proto::layout::{Counts, Sections};
-use shatter_proto::request::{Contact, Strike, squarable};
+use shatter_proto::layout::{SectionCounts, SectionsMut};
+use shatter_proto::request::{Contact, Request, squarable};
 
 /// Where the ray of `strike` first meets what it strikes; nothing without a ray.
 pub(super) fn first_hit(
-    strike: &Strike,
-    aim: impl FnOnce(&Ray) -> Result<Hit, StrikeError>,
-) -> Result<HitWire, Refusal> {
+    strike: &Request,
+    aim: impl FnOnce(&AimRay) -> Result<SurfaceHit, FractureError>,
+) -> Result<HitWire, Error> {
     let convention = &strike.convention;
     match strike.contacts.first().and_then(|contact| ray(contact, convention)) {
         None => Ok(HitWire::zeroed()),
@@ -24,7 +24,7 @@ pub(super) fn first_hit(
 }
 
 /// `strike` at the point that its ray hit.
-pub(super) fn pointed(strike: &Strike, hit: &HitWire) -> Strike {
+pub(super) fn pointed(strike: &Request, hit: &HitWire) -> Request {
     let mut strike = strike.clone();
     if let Some(contact) = strike.contacts.first_mut().filter(|_| hit.present != 0) {
         (contact.point_m, contact.ray) = (hit.point_m, None);
@@ -32,12 +32,12 @@ pub(super) fn pointed(strike: &Strike, hit: &HitWire) -> Strike {
     strike
 }
 
-fn ray(contact: &Contact, from: &Convention) -> Option<Ray> {
+fn ray(contact: &Contact, from: &Convention) -> Option<AimRay> {
     let direction = Vector3::from(from.our_direction(squarable(contact.ray?)));
-    Some(Ray { origin_m: from.our_vector(contact.point_m).into(), direction })
+    Some(AimRay { origin_m: from.our_vector(contact.point_m).into(), direction })
 }
 
-fn written(hit: &Hit, to: &Convention) -> HitWire {
+fn written(hit: &SurfaceHit, to: &Convention) -> HitWire {
     HitWire {
         point_m: to.vector(hit.point_m.coords.into()),
         normal: to.direction(hit.normal.into()),
@@ -48,25 +48,25 @@ fn written(hit: &Hit, to: &Convention) -> HitWire {
 }
 
 /// The result of a strike that only aims.
-pub(super) struct Aimed {
+pub(super) struct AimResult {
     object: String,
     seed: u64,
     hit: HitWire,
 }
 
-impl Aimed {
+impl AimResult {
     /// Of `strike`, whose ray hit there.
-    pub fn new(strike: &Strike, hit: HitWire) -> Self {
+    pub fn new(strike: &Request, hit: HitWire) -> Self {
         Self { object: strike.object.clone(), seed: strike.seed, hit }
     }
 }
 
-impl Outcome for Aimed {
-    fn counts(&self) -> Counts {
-        Counts::default()
+impl EngineResult for AimResult {
+    fn counts(&self) -> SectionCounts {
+        SectionCounts::default()
     }
 
-    fn write(&self, sections: &mut Sections<'_>, _watch: &mut dyn Watch) -> Result<(), Refusal> {
+    fn write(&self, sections: &mut SectionsMut<'_>, _watch: &mut dyn StageObserver) -> Result<(), Error> {
         let mut summary = SummaryWire { fracture_degree: 1, seed: self.seed, hit: self.hit, ..SummaryWire::zeroed() };
         summary.set_object(&self.object);
         *sections.summary = summary;

@@ -1,14 +1,14 @@
 //! Timing strikes of an object, for what they are expected to take.
 
-use super::Served;
-use crate::clock::Clock;
-use crate::object::Object;
-use shatter_fracture::pipeline::{Cost, CostSample, ElasticRequest, Sampler, Stage, Workspace};
-use shatter_fracture::token::Token;
-use shatter_proto::Refusal;
+use super::EngineObject;
+use crate::clock::StageProfiler;
+use crate::object::ServedObject;
+use shatter_fracture::pipeline::{CostSample, ElasticRequest, ImpactSampler, Stage, StrikeCost, Workspace};
+use shatter_fracture::token::CancelToken;
+use shatter_proto::Error;
 use shatter_proto::answer::{Block, StageWire};
 use shatter_proto::layout::Layout;
-use shatter_proto::request::{Contact, Degree, Elastic, Strike};
+use shatter_proto::request::{Contact, DegreeRule, ElasticSource, Request};
 use std::time::{Duration, Instant};
 
 /// Seed of the impacts that are timed.
@@ -17,22 +17,23 @@ const SEED: u64 = 1;
 /// What is timed: each number of sites with each of these, of which one is solved for.
 struct Plan {
     sites: &'static [u32],
-    iterations: [(u32, Elastic); 2],
+    iterations: [(u32, ElasticSource); 2],
     rounds: u64,
 }
 
 /// What a prediction is fitted to.
-const FITTED: Plan = Plan { sites: &[8, 32, 128], iterations: [(0, Elastic::Solve), (6, Elastic::Reduced)], rounds: 2 };
+const FITTED: Plan =
+    Plan { sites: &[8, 32, 128], iterations: [(0, ElasticSource::Solve), (6, ElasticSource::Reduced)], rounds: 2 };
 
 /// What it is judged by.
 const JUDGED: Plan =
-    Plan { sites: &[12, 20, 50, 90], iterations: [(3, Elastic::Solve), (12, Elastic::Reduced)], rounds: 3 };
+    Plan { sites: &[12, 20, 50, 90], iterations: [(3, ElasticSource::Solve), (12, ElasticSource::Reduced)], rounds: 3 };
 
 /// What strikes are expected to take, and how far that is off.
 #[derive(Clone, Copy, Debug)]
-pub struct Timing {
+pub struct CostReport {
     /// What they are expected to take.
-    pub cost: Cost,
+    pub cost: StrikeCost,
     /// Strikes that it was compared with.
     pub strikes: usize,
     /// Median of |log(expected/taken)|: 0.1 is ten per cent.
@@ -58,19 +59,19 @@ pub(super) fn sample(sites: u32, solved: bool, iterations: usize, took: Duration
     }
 }
 
-impl Served {
+impl EngineObject {
     /// What strikes took that a prediction can be fitted to.
     ///
     /// Errors: those of the strikes.
-    pub(super) fn timed(&self) -> Result<Vec<CostSample>, Refusal> {
+    pub(super) fn timed(&self) -> Result<Vec<CostSample>, Error> {
         self.carried_out(&FITTED)
     }
 
     /// Fits what strikes take and judges it by other strikes; `None` where nothing fits.
     ///
     /// Errors: those of the strikes.
-    pub fn timing(&self) -> Result<Option<Timing>, Refusal> {
-        let Some(cost) = Cost::fit(&self.timed()?) else { return Ok(None) };
+    pub fn timing(&self) -> Result<Option<CostReport>, Error> {
+        let Some(cost) = StrikeCost::fit(&self.timed()?) else { return Ok(None) };
         let judged = self.carried_out(&JUDGED)?;
         let error = |own: &CostSample| {
             let elastic = if own.solved { ElasticRequest::Solve } else { ElasticRequest::Reduced };
@@ -80,12 +81,12 @@ impl Served {
         let mut errors: Vec<f64> = judged.iter().map(error).collect();
         errors.sort_by(f64::total_cmp);
         let [error_median, error_p90] = [errors.len() / 2, errors.len() * 9 / 10].map(|place| errors[place]);
-        Ok(Some(Timing { cost, strikes: errors.len(), error_median, error_p90 }))
+        Ok(Some(CostReport { cost, strikes: errors.len(), error_median, error_p90 }))
     }
 
     /// Strikes as planned, written where nobody reads them.
-    fn carried_out(&self, plan: &Plan) -> Result<Vec<CostSample>, Refusal> {
-        let sampler = Sampler::new(&self.prepared);
+    fn carried_out(&self, plan: &Plan) -> Result<Vec<CostSample>, Error> {
+        let sampler = ImpactSampler::new(&self.prepared);
         let (mut workspace, mut payload) = (Workspace::default(), Vec::new());
         let mut samples = Vec::new();
         for round in 0..plan.rounds {
@@ -101,12 +102,12 @@ impl Served {
             for &sites in plan.sites {
                 let sites = self.terms.sites_max.map_or(sites, |most| most.min(sites));
                 for (iterations, elastic) in plan.iterations {
-                    let strike = Strike {
+                    let strike = Request {
                         contacts: contacts.clone(),
-                        degree: Degree::Sites(sites),
+                        degree: DegreeRule::Sites(sites),
                         iterations_max: Some(iterations),
                         elastic,
-                        ..Strike::default()
+                        ..Request::default()
                     };
                     samples.push(self.time(&strike, sites, &mut workspace, &mut payload)?);
                 }
@@ -117,13 +118,13 @@ impl Served {
 
     fn time(
         &self,
-        strike: &Strike,
+        strike: &Request,
         sites: u32,
         workspace: &mut Workspace,
         payload: &mut Vec<Block>,
-    ) -> Result<CostSample, Refusal> {
-        let (mut clock, begun) = (Clock::default(), Instant::now());
-        let outcome = self.strike(strike, workspace, &Token::default(), &mut clock)?;
+    ) -> Result<CostSample, Error> {
+        let (mut clock, begun) = (StageProfiler::default(), Instant::now());
+        let outcome = self.strike(strike, workspace, &CancelToken::default(), &mut clock)?;
         if let Some(layout) = Layout::new(&outcome.counts()) {
             payload.resize(payload.len().max(layout.blocks()), Block { bytes: [0; 64] });
             if let Some(mut sections) = layout.split(payload) {
@@ -131,6 +132,6 @@ impl Served {
             }
         }
         let iterations = strike.iterations_max.unwrap_or(0) as usize;
-        Ok(sample(sites, strike.elastic == Elastic::Solve, iterations, begun.elapsed(), &clock.rows()))
+        Ok(sample(sites, strike.elastic == ElasticSource::Solve, iterations, begun.elapsed(), &clock.rows()))
     }
 }

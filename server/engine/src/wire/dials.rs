@@ -1,41 +1,43 @@
 //! Dials of accuracy and time: what a strike asks for, and what its answer tells of them.
 
-use shatter_fracture::pipeline::{self, Budget, Cost, DegreeRequest, Dials, ElasticRequest, Outcome, Prepared};
+use shatter_fracture::pipeline::{
+    self, DegreeRequest, ElasticRequest, FractureOutcome, PreparedObject, SolverSettings, StrikeCost, TimeBudget,
+};
 use shatter_proto::answer::{DEGREES, STOP_REASONS, SummaryWire};
 use shatter_proto::effect::Effects;
-use shatter_proto::request::{Degree, Elastic, Quality, Strike};
+use shatter_proto::request::{DegreeRule, ElasticSource, Quality, Request};
 
 /// The engine's preset.
-pub(crate) fn preset(quality: Quality) -> pipeline::Quality {
+pub(crate) fn preset(quality: Quality) -> pipeline::Preset {
     match quality {
-        Quality::Draft => pipeline::Quality::Draft,
-        Quality::Game => pipeline::Quality::Game,
-        Quality::Film => pipeline::Quality::Film,
-        Quality::Reference => pipeline::Quality::Reference,
+        Quality::Draft => pipeline::Preset::Draft,
+        Quality::Game => pipeline::Preset::Game,
+        Quality::Film => pipeline::Preset::Film,
+        Quality::Reference => pipeline::Preset::Reference,
     }
 }
 
 /// The preset that lattices are of.
-pub(super) fn of_lattices(quality: pipeline::Quality) -> Quality {
+pub(super) fn of_lattices(quality: pipeline::Preset) -> Quality {
     Quality::ALL.into_iter().find(|own| preset(*own) == quality).unwrap_or_default()
 }
 
 /// The dials of `strike`: those that it gives, else those of `quality`.
-pub(super) fn of(strike: &Strike, quality: Quality) -> Dials {
+pub(super) fn of(strike: &Request, quality: Quality) -> SolverSettings {
     let preset = preset(quality).dials();
-    Dials {
+    SolverSettings {
         elastic: match strike.elastic {
-            Elastic::Preset => preset.elastic,
-            Elastic::Reduced => ElasticRequest::Reduced,
-            Elastic::Solve => ElasticRequest::Solve,
+            ElasticSource::Preset => preset.elastic,
+            ElasticSource::Reduced => ElasticRequest::Reduced,
+            ElasticSource::Solve => ElasticRequest::Solve,
         },
         degree: match strike.degree {
-            Degree::Preset => preset.degree,
-            Degree::Inferred => DegreeRequest::Inferred,
-            Degree::Verified => DegreeRequest::Verified,
-            Degree::ClosedForm => DegreeRequest::ClosedForm,
-            Degree::Optimised => DegreeRequest::Optimised,
-            Degree::Sites(sites) => DegreeRequest::Sites(sites),
+            DegreeRule::Preset => preset.degree,
+            DegreeRule::Inferred => DegreeRequest::Inferred,
+            DegreeRule::Verified => DegreeRequest::Verified,
+            DegreeRule::ClosedForm => DegreeRequest::ClosedForm,
+            DegreeRule::Optimised => DegreeRequest::Optimised,
+            DegreeRule::Sites(sites) => DegreeRequest::Sites(sites),
         },
         iterations_max: strike.iterations_max.map_or(preset.iterations_max, |count| count as usize),
         ..preset
@@ -43,11 +45,15 @@ pub(super) fn of(strike: &Strike, quality: Quality) -> Dials {
 }
 
 /// `request` with what `asked` says of error and time, whose own dials stay.
-pub(super) fn bounded(request: pipeline::Strike, asked: &Strike, cost: Cost) -> pipeline::Strike {
+pub(super) fn bounded(
+    request: pipeline::FractureRequest,
+    asked: &Request,
+    cost: StrikeCost,
+) -> pipeline::FractureRequest {
     let Some(error_max) = asked.error_max else { return timed(request, asked, cost) };
     let (elastic, iterations_max) = (request.elastic, request.iterations_max);
     let mut request = request.to_the_error(error_max);
-    if asked.elastic != Elastic::Preset {
+    if asked.elastic != ElasticSource::Preset {
         request.elastic = elastic;
     }
     if asked.iterations_max.is_some() {
@@ -57,15 +63,15 @@ pub(super) fn bounded(request: pipeline::Strike, asked: &Strike, cost: Cost) -> 
 }
 
 /// `request` with what may fall if `asked` bounds its time.
-fn timed(request: pipeline::Strike, asked: &Strike, cost: Cost) -> pipeline::Strike {
-    let elastic_falls = asked.elastic == Elastic::Preset;
-    let budget = Budget { cost, elastic_falls, degree_falls: asked.degree == Degree::Preset };
-    pipeline::Strike { budget: asked.time_ms_max.map(|_| budget), ..request }
+fn timed(request: pipeline::FractureRequest, asked: &Request, cost: StrikeCost) -> pipeline::FractureRequest {
+    let elastic_falls = asked.elastic == ElasticSource::Preset;
+    let budget = TimeBudget { cost, elastic_falls, degree_falls: asked.degree == DegreeRule::Preset };
+    pipeline::FractureRequest { budget: asked.time_ms_max.map(|_| budget), ..request }
 }
 
 /// The numbers by which an answer is computed, as far as the outcome does not tell them.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Used {
+pub(super) struct EffectiveSettings {
     /// What is on.
     pub effects: Effects,
     quality: Quality,
@@ -80,18 +86,19 @@ pub(super) struct Used {
     pub is_reducible: bool,
 }
 
-impl Used {
+impl EffectiveSettings {
     /// Of `request`, with those effects and so much of a basis at most, asked of `prepared`.
     pub(super) fn of(
-        prepared: &Prepared,
+        prepared: &PreparedObject,
         effects: Effects,
         quality: Quality,
-        request: &pipeline::Strike,
+        request: &pipeline::FractureRequest,
         rank_max: Option<u32>,
     ) -> Self {
         let planned = request.planned();
-        let modes = |body: &pipeline::Body| body.lift(planned.lift).map_or(0, |lift| lift.dimension.saturating_sub(3));
-        let rank = |body: &pipeline::Body| body.reduced().map_or(0, |reduced| reduced.used(rank_max));
+        let modes =
+            |body: &pipeline::PreparedBody| body.lift(planned.lift).map_or(0, |lift| lift.dimension.saturating_sub(3));
+        let rank = |body: &pipeline::PreparedBody| body.reduced().map_or(0, |reduced| reduced.used(rank_max));
         Self {
             effects,
             quality,
@@ -108,7 +115,7 @@ impl Used {
     }
 
     /// Writes them beside what `outcome` tells.
-    pub(super) fn tell(&self, outcome: &Outcome, summary: &mut SummaryWire) {
+    pub(super) fn tell(&self, outcome: &FractureOutcome, summary: &mut SummaryWire) {
         let number = |names: &[&str], name: &str| names.iter().position(|own| *own == name).unwrap_or(0) as u32;
         summary.quality = self.quality.number();
         summary.degree = number(&DEGREES, degree(self.degree));
@@ -150,13 +157,13 @@ mod tests {
 
     #[test]
     fn what_is_asked_for_by_itself_goes_before_the_preset() {
-        let strike = Strike { elastic: Elastic::Solve, degree: Degree::Sites(7), ..Strike::default() };
-        let draft = pipeline::Quality::Draft.dials();
-        let expected = Dials { elastic: ElasticRequest::Solve, degree: DegreeRequest::Sites(7), ..draft };
+        let strike = Request { elastic: ElasticSource::Solve, degree: DegreeRule::Sites(7), ..Request::default() };
+        let draft = pipeline::Preset::Draft.dials();
+        let expected = SolverSettings { elastic: ElasticRequest::Solve, degree: DegreeRequest::Sites(7), ..draft };
         assert_eq!(of(&strike, Quality::Draft), expected);
-        let few = Strike { iterations_max: Some(3), elastic: Elastic::Reduced, ..Strike::default() };
-        let film = pipeline::Quality::Film.dials();
-        let expected = Dials { iterations_max: 3, elastic: ElasticRequest::Reduced, ..film };
+        let few = Request { iterations_max: Some(3), elastic: ElasticSource::Reduced, ..Request::default() };
+        let film = pipeline::Preset::Film.dials();
+        let expected = SolverSettings { iterations_max: 3, elastic: ElasticRequest::Reduced, ..film };
         assert_eq!(of(&few, Quality::Film), expected);
     }
 }

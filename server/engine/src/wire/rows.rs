@@ -3,21 +3,22 @@
 use super::refusal;
 use nalgebra::Vector3;
 use shatter_fracture::pipeline::{
-    self, Bond, Debris, FragmentRow, HullRow, Look, Pieces, RunRow, SkinRow, SkinVertex, Velocity, Watch,
+    self, BondRow, DebrisRow, FractureMeshes, FragmentRow, HullRow, ReleaseVelocity, RunRow, SkinRow, SkinVertexRow,
+    StageObserver, VertexAttribute,
 };
-use shatter_fracture::scene::Effect;
-use shatter_fracture::tessellation::Host;
-use shatter_proto::Refusal;
+use shatter_fracture::scene::EffectKind;
+use shatter_fracture::tessellation::HostFrame;
+use shatter_proto::Error;
 use shatter_proto::answer::{
-    BondWire, DebrisWire, FragmentWire, HullWire, LookWire, RunWire, SkinVertexWire, SkinWire, VelocityWire,
+    BondWire, DebrisWire, FragmentWire, HullWire, RunWire, SkinVertexWire, SkinWire, VelocityWire, VertexAttributeWire,
 };
 use shatter_proto::convention::Convention;
-use shatter_proto::layout::Sections;
+use shatter_proto::layout::SectionsMut;
 use shatter_proto::request::Contact;
 
 /// A contact of a strike in `from`, as the engine has it.
-pub(super) fn contact(own: &Contact, from: &Convention) -> pipeline::Contact {
-    pipeline::Contact {
+pub(super) fn contact(own: &Contact, from: &Convention) -> pipeline::ImpactContact {
+    pipeline::ImpactContact {
         point_m: from.our_vector(own.point_m).into(),
         impulse_ns: from.our_vector(own.impulse_ns).into(),
         duration_s: own.duration_s,
@@ -26,9 +27,9 @@ pub(super) fn contact(own: &Contact, from: &Convention) -> pipeline::Contact {
 }
 
 /// Coordinates that are not ours.
-struct Abroad<'a>(&'a Convention);
+struct HostCoordinates<'a>(&'a Convention);
 
-impl Host for Abroad<'_> {
+impl HostFrame for HostCoordinates<'_> {
     fn offset(&self, metres: Vector3<f64>) -> [f32; 3] {
         single(self.0.vector(metres.into()))
     }
@@ -48,20 +49,20 @@ fn single(vector: [f64; 3]) -> [f32; 3] {
 
 /// Writes pieces in a convention.
 pub(super) struct Writer<'a> {
-    pub pieces: &'a Pieces,
+    pub pieces: &'a FractureMeshes,
     pub to: &'a Convention,
 }
 
 impl Writer<'_> {
     /// Everything but the summary, the stages and what effects did; effects that are computed here are told to `watch`.
-    pub fn write(&self, sections: &mut Sections<'_>, watch: &mut dyn Watch) -> Result<(), Refusal> {
+    pub fn write(&self, sections: &mut SectionsMut<'_>, watch: &mut dyn StageObserver) -> Result<(), Error> {
         let Self { pieces, to } = self;
         fill(sections.fragments, &pieces.fragments, |row| fragment(row, to));
         fill(sections.runs, &pieces.runs, run);
         // Ours are written by the code that knows no other.
         let written = match to.is_default() {
             true => pieces.emit(sections.positions, sections.indices, sections.merges),
-            false => pieces.emit_for(&Abroad(to), sections.positions, sections.indices, sections.merges),
+            false => pieces.emit_for(&HostCoordinates(to), sections.positions, sections.indices, sections.merges),
         };
         written.map_err(refusal)?;
         self.told(sections);
@@ -70,7 +71,7 @@ impl Writer<'_> {
     }
 
     /// What was computed, and told, with the pieces.
-    fn told(&self, sections: &mut Sections<'_>) {
+    fn told(&self, sections: &mut SectionsMut<'_>) {
         let Self { pieces, to } = self;
         fill(sections.velocities, &pieces.velocities, |own| velocity(own, to));
         fill(sections.hulls, &pieces.hulls.rows, |own| hull(own, to));
@@ -94,31 +95,31 @@ impl Writer<'_> {
     }
 
     /// What is computed here.
-    fn effects(&self, sections: &mut Sections<'_>, watch: &mut dyn Watch) {
+    fn effects(&self, sections: &mut SectionsMut<'_>, watch: &mut dyn StageObserver) {
         let Self { pieces, to } = self;
-        let mut effect = |effect: Effect, write: &mut dyn FnMut() -> usize| {
+        let mut effect = |effect: EffectKind, write: &mut dyn FnMut() -> usize| {
             if pieces.effects.has(effect) {
                 watch.begin(effect);
                 let bytes = write();
                 watch.end(effect, bytes as u64);
             }
         };
-        effect(Effect::Normals, &mut || {
+        effect(EffectKind::Normals, &mut || {
             match to.is_default() {
                 true => pieces.normals(sections.normals),
-                false => pieces.normals_for(&Abroad(to), sections.normals),
+                false => pieces.normals_for(&HostCoordinates(to), sections.normals),
             }
             size_of_val(sections.normals)
         });
-        effect(Effect::Uv, &mut || {
+        effect(EffectKind::Uv, &mut || {
             pieces.uvs(sections.uvs);
             size_of_val(sections.uvs)
         });
-        effect(Effect::Bonds, &mut || {
+        effect(EffectKind::Bonds, &mut || {
             fill(sections.bonds, &pieces.bonds(), |own| bond(own, to));
             size_of_val(sections.bonds)
         });
-        effect(Effect::Debris, &mut || {
+        effect(EffectKind::Debris, &mut || {
             fill(sections.debris, &pieces.debris(), |own| debris(own, to));
             size_of_val(sections.debris)
         });
@@ -130,12 +131,12 @@ fn fill<W, O>(wire: &mut [W], own: &[O], row: impl Fn(&O) -> W) {
     wire.iter_mut().zip(own).for_each(|(wire, own)| *wire = row(own));
 }
 
-fn velocity(own: &Velocity, to: &Convention) -> VelocityWire {
-    let Velocity { linear_m_s, angular_rad_s } = *own;
+fn velocity(own: &ReleaseVelocity, to: &Convention) -> VelocityWire {
+    let ReleaseVelocity { linear_m_s, angular_rad_s } = *own;
     VelocityWire { linear_m_s: to.vector(linear_m_s.into()), angular_rad_s: to.axial(angular_rad_s.into()) }
 }
 
-fn bond(own: &Bond, to: &Convention) -> BondWire {
+fn bond(own: &BondRow, to: &Convention) -> BondWire {
     BondWire {
         fragments: own.fragments,
         area_m2: to.square(own.area_m2),
@@ -144,7 +145,7 @@ fn bond(own: &Bond, to: &Convention) -> BondWire {
     }
 }
 
-fn debris(own: &Debris, to: &Convention) -> DebrisWire {
+fn debris(own: &DebrisRow, to: &Convention) -> DebrisWire {
     DebrisWire {
         fragment: own.fragment,
         neighbour: own.neighbour,
@@ -160,8 +161,8 @@ fn hull(own: &HullRow, to: &Convention) -> HullWire {
     HullWire { vertex_first, vertex_count, index_first, index_count, coverage, margin_m: to.length(margin_m) }
 }
 
-fn look(own: &Look, to: &Convention) -> LookWire {
-    LookWire { normal: to.direction(own.normal), uv: own.uv }
+fn look(own: &VertexAttribute, to: &Convention) -> VertexAttributeWire {
+    VertexAttributeWire { normal: to.direction(own.normal), uv: own.uv }
 }
 
 fn skin(own: &SkinRow) -> SkinWire {
@@ -169,7 +170,7 @@ fn skin(own: &SkinRow) -> SkinWire {
     SkinWire { vertex_first, vertex_count, index_first, index_count }
 }
 
-fn skin_vertex(own: &SkinVertex, to: &Convention) -> SkinVertexWire {
+fn skin_vertex(own: &SkinVertexRow, to: &Convention) -> SkinVertexWire {
     SkinVertexWire { position_m: to.vector_f32(own.position_m), normal: to.direction(own.normal), uv: own.uv }
 }
 

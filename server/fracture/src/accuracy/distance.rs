@@ -1,7 +1,7 @@
 //! How far crack surfaces lie apart.
 
 use crate::lattice::area_vector;
-use crate::surface::NearestTriangle;
+use crate::surface::NearestTriangles;
 use nalgebra::Point3;
 use rayon::prelude::*;
 
@@ -35,7 +35,7 @@ pub fn crack_distance(cracks: &[[Point3<f64>; 3]], reference: &[[Point3<f64>; 3]
 }
 
 fn one_way(from: &[[Point3<f64>; 3]], to: &[[Point3<f64>; 3]]) -> CrackDistance {
-    let nearest = NearestTriangle::new(to);
+    let nearest = NearestTriangles::new(to);
     let chunk = |triangles: &[[Point3<f64>; 3]]| {
         let (mut area, mut moment, mut max) = (0.0, 0.0, 0.0f64);
         for triangle in triangles {

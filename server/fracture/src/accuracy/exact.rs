@@ -5,11 +5,11 @@
 //! all sites that compete for it.
 
 use super::AccuracyError;
-use super::polytope::{Polytope, Weights};
-use super::rivals::Rivals;
+use super::polytope::{BarycentricWeights, Polytope};
+use super::rivals::CandidateSites;
 use crate::lattice::Lattice;
-use crate::lift::Lift;
-use crate::token::Token;
+use crate::lift::LiftedLattice;
+use crate::token::CancelToken;
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
@@ -18,7 +18,7 @@ pub(super) const CHUNK: usize = 512;
 
 /// Exact cells.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Exact {
+pub struct ExactCells {
     /// Volume of each site's cell, local; they add up to the lattice's.
     pub volumes: Vec<f64>,
     /// Borders between cells as triangles, local, a soup: neighbours are not welded. A lattice face on which two sites tie
@@ -31,14 +31,19 @@ pub struct Exact {
 /// The exact diagram of `sites` (site-major, `sites × dimension` of `lift`, at least one) on `lattice`; ties go to the lowest index.
 ///
 /// Errors: [`AccuracyError::Length`], [`AccuracyError::Cancelled`].
-pub fn exact(lattice: &Lattice, lift: &Lift, sites: &[f64], token: &Token) -> Result<Exact, AccuracyError> {
-    let rivals = Rivals::new(lattice, lift, sites)?;
+pub fn exact(
+    lattice: &Lattice,
+    lift: &LiftedLattice,
+    sites: &[f64],
+    token: &CancelToken,
+) -> Result<ExactCells, AccuracyError> {
+    let rivals = CandidateSites::new(lattice, lift, sites)?;
     let chunks = (0..lattice.tets.len().div_ceil(CHUNK)).into_par_iter().map(|chunk| {
         token.check()?;
         Ok(clipped(rivals, chunk))
     });
-    let parts: Vec<Exact> = chunks.collect::<Result<_, AccuracyError>>()?;
-    let mut whole = Exact { volumes: vec![0.0; rivals.count()], ..Exact::default() };
+    let parts: Vec<ExactCells> = chunks.collect::<Result<_, AccuracyError>>()?;
+    let mut whole = ExactCells { volumes: vec![0.0; rivals.count()], ..ExactCells::default() };
     for part in parts {
         whole.volumes.iter_mut().zip(&part.volumes).for_each(|(sum, volume)| *sum += volume);
         whole.triangles.extend(part.triangles);
@@ -48,9 +53,9 @@ pub fn exact(lattice: &Lattice, lift: &Lift, sites: &[f64], token: &Token) -> Re
 }
 
 /// The tetrahedra of one chunk.
-fn clipped(rivals: Rivals<'_>, chunk: usize) -> Exact {
+fn clipped(rivals: CandidateSites<'_>, chunk: usize) -> ExactCells {
     let lattice = rivals.lattice;
-    let mut part = Exact { volumes: vec![0.0; rivals.count()], ..Exact::default() };
+    let mut part = ExactCells { volumes: vec![0.0; rivals.count()], ..ExactCells::default() };
     let (mut all, mut own) = (Vec::new(), Vec::new());
     for tet in chunk * CHUNK..lattice.tets.len().min((chunk + 1) * CHUNK) {
         rivals.of(tet, &mut all, &mut own);
@@ -73,7 +78,7 @@ fn clipped(rivals: Rivals<'_>, chunk: usize) -> Exact {
 }
 
 /// A point by its barycentric coordinates.
-pub(super) fn placed(corners: &[Point3<f64>; 4], weights: &Weights) -> Point3<f64> {
+pub(super) fn placed(corners: &[Point3<f64>; 4], weights: &BarycentricWeights) -> Point3<f64> {
     let sum: Vector3<f64> = corners.iter().zip(weights).map(|(corner, weight)| corner.coords * *weight).sum();
     Point3::from(sum)
 }

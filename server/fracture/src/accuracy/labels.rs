@@ -3,16 +3,16 @@
 use super::exact::CHUNK;
 use super::polytope::{Polytope, place};
 use super::regions::Regions;
-use super::rivals::{Rival, Rivals};
+use super::rivals::{CandidateSite, CandidateSites};
 use super::{AccuracyError, exact::placed};
-use crate::lattice::{Lattice, Locator, Place};
-use crate::lift::Lift;
-use crate::token::Token;
+use crate::lattice::{Lattice, LatticePoint, Locator};
+use crate::lift::LiftedLattice;
+use crate::token::CancelToken;
 use rayon::prelude::*;
 
 /// A tessellation by labels of nodes against the exact diagram of the same sites on the same lattice.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Misplaced {
+pub struct LabelErrors {
     /// What the tessellation gives to each site, local volume; they add up to the lattice's.
     pub volumes: Vec<f64>,
     /// Volume whose nearest site is another than the one it is given to, over the lattice's: the label fraction, exactly.
@@ -22,8 +22,13 @@ pub struct Misplaced {
 /// Compares the regions of labels with the exact diagram of `sites` (site-major) in `lift`, both on the lattice of `regions`.
 ///
 /// Errors: [`AccuracyError::Length`], [`AccuracyError::Cancelled`].
-pub fn misplaced(regions: &Regions<'_>, lift: &Lift, sites: &[f64], token: &Token) -> Result<Misplaced, AccuracyError> {
-    let rivals = Rivals::new(regions.lattice, lift, sites)?;
+pub fn misplaced(
+    regions: &Regions<'_>,
+    lift: &LiftedLattice,
+    sites: &[f64],
+    token: &CancelToken,
+) -> Result<LabelErrors, AccuracyError> {
+    let rivals = CandidateSites::new(regions.lattice, lift, sites)?;
     let tets = regions.lattice.tets.len();
     let chunks = (0..tets.div_ceil(CHUNK)).into_par_iter().map(|chunk| {
         token.check()?;
@@ -35,11 +40,11 @@ pub fn misplaced(regions: &Regions<'_>, lift: &Lift, sites: &[f64], token: &Toke
         volumes.iter_mut().zip(part).for_each(|(sum, volume)| *sum += volume);
         lost += missing;
     }
-    Ok(Misplaced { fraction: lost / volumes.iter().sum::<f64>(), volumes })
+    Ok(LabelErrors { fraction: lost / volumes.iter().sum::<f64>(), volumes })
 }
 
 /// Volumes by site, and the volume that is misplaced.
-fn of_chunk(regions: &Regions<'_>, rivals: Rivals<'_>, tets: std::ops::Range<usize>) -> (Vec<f64>, f64) {
+fn of_chunk(regions: &Regions<'_>, rivals: CandidateSites<'_>, tets: std::ops::Range<usize>) -> (Vec<f64>, f64) {
     let (mut volumes, mut lost) = (vec![0.0; rivals.count()], 0.0);
     let (mut all, mut own) = (Vec::new(), Vec::new());
     for tet in tets {
@@ -65,7 +70,7 @@ fn of_chunk(regions: &Regions<'_>, rivals: Rivals<'_>, tets: std::ops::Range<usi
 }
 
 /// Volume of the part of `part` that is nearest to its own site.
-fn kept(label: u32, rivals: &[Rival], part: Polytope) -> f64 {
+fn kept(label: u32, rivals: &[CandidateSite], part: Polytope) -> f64 {
     rivals.iter().find(|rival| rival.site == label).map_or(0.0, |own| own.cell(rivals, part).volume())
 }
 
@@ -83,13 +88,13 @@ fn oriented(corners: [[f64; 4]; 4]) -> [[f64; 4]; 4] {
 /// Errors: [`AccuracyError::Length`], [`AccuracyError::Cancelled`].
 pub fn label_fraction(
     lattice: &Lattice,
-    given: &(dyn Fn(&Place) -> u32 + Sync),
+    given: &(dyn Fn(&LatticePoint) -> u32 + Sync),
     reference: &Lattice,
-    lift: &Lift,
+    lift: &LiftedLattice,
     sites: &[f64],
-    token: &Token,
+    token: &CancelToken,
 ) -> Result<f64, AccuracyError> {
-    let rivals = Rivals::new(reference, lift, sites)?;
+    let rivals = CandidateSites::new(reference, lift, sites)?;
     let locator = Locator::new(lattice);
     let tets = reference.tets.len();
     let chunks = (0..tets.div_ceil(CHUNK)).into_par_iter().map(|chunk| {
@@ -114,14 +119,19 @@ pub fn label_fraction(
 /// The nearest of `sites` (site-major) to a place of `lattice` in its lift, ties to the lowest index: what the exact diagram gives it to.
 ///
 /// Errors: [`AccuracyError::Length`].
-pub fn nearest(lattice: &Lattice, lift: &Lift, sites: &[f64], place: &Place) -> Result<u32, AccuracyError> {
-    Ok(Rivals::new(lattice, lift, sites)?.nearest(place.tet as usize, &place.barycentric))
+pub fn nearest(
+    lattice: &Lattice,
+    lift: &LiftedLattice,
+    sites: &[f64],
+    place: &LatticePoint,
+) -> Result<u32, AccuracyError> {
+    Ok(CandidateSites::new(lattice, lift, sites)?.nearest(place.tet as usize, &place.barycentric))
 }
 
 /// The lift of the lattice that `locator` searches, interpolated linearly at the nodes of another lattice of the same body, with the
 /// measures of its cells there; nodes outside take the nearest point of the boundary. It is not scaled again: sites stay where
 /// they are.
-pub fn carried(lift: &Lift, lattice: &Lattice, locator: &Locator, to: &Lattice) -> Lift {
+pub fn carried(lift: &LiftedLattice, lattice: &Lattice, locator: &Locator, to: &Lattice) -> LiftedLattice {
     let place = |node| locator.place(node, None);
     let rows: Vec<Vec<f64>> = to
         .nodes
@@ -136,5 +146,5 @@ pub fn carried(lift: &Lift, lattice: &Lattice, locator: &Locator, to: &Lattice) 
             row
         })
         .collect();
-    Lift::measured(lift.kind, to, lift.dimension, rows.concat())
+    LiftedLattice::measured(lift.kind, to, lift.dimension, rows.concat())
 }

@@ -32,8 +32,8 @@ mod tests;
 
 pub use distance::{CrackDistance, crack_distance};
 pub use error::AccuracyError;
-pub use exact::{Exact, exact};
-pub use labels::{Misplaced, carried, label_fraction, misplaced, nearest};
-pub use normals::{Lit, NORMAL_DEG, NormalShares, Shaded};
+pub use exact::{ExactCells, exact};
+pub use labels::{LabelErrors, carried, label_fraction, misplaced, nearest};
+pub use normals::{NORMAL_DEG, NormalShares, ShadedLattice, ShadedTriangle};
 pub use regions::Regions;
 pub use scalar::{cvd_gap, degree_error, density_error, energy_error, size_distance, volume_l1};

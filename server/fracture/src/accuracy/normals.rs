@@ -1,8 +1,8 @@
 //! How far what is lit differs from the input.
 
 use crate::lattice::{Lattice, area_vector};
-use crate::pipeline::Prepared;
-use crate::surface::NearestTriangle;
+use crate::pipeline::PreparedObject;
+use crate::surface::NearestTriangles;
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
@@ -29,32 +29,32 @@ const PLACES: [[f64; 3]; 3] =
     [[2.0 / 3.0, 1.0 / 6.0, 1.0 / 6.0], [1.0 / 6.0, 2.0 / 3.0, 1.0 / 6.0], [1.0 / 6.0, 1.0 / 6.0, 2.0 / 3.0]];
 
 /// A lattice, and normals by node where it has carried ones.
-pub type Shaded<'a> = (&'a Lattice, Option<Vec<Vector3<f64>>>);
+pub type ShadedLattice<'a> = (&'a Lattice, Option<Vec<Vector3<f64>>>);
 
 /// A triangle of the input, local and outward, and what its corners are shaded with.
-pub type Lit = ([Point3<f64>; 3], [Vector3<f64>; 3]);
+pub type ShadedTriangle = ([Point3<f64>; 3], [Vector3<f64>; 3]);
 
 impl NormalShares {
     /// Of a prepared object, against the triangles of its skin; `None` without one.
-    pub fn of(prepared: &Prepared, degrees: f64) -> Option<Self> {
+    pub fn of(prepared: &PreparedObject, degrees: f64) -> Option<Self> {
         let skin = prepared.skin.as_ref()?;
         let normal = |vertex: u32| Vector3::from(skin.vertices[vertex as usize].normal).cast();
         let lit = |triangle: usize| (skin.corners(triangle), skin.triangles[triangle].map(normal));
-        let input: Vec<Lit> = (0..skin.triangles.len()).map(lit).collect();
-        let shaded = |body: &crate::pipeline::Body| {
+        let input: Vec<ShadedTriangle> = (0..skin.triangles.len()).map(lit).collect();
+        let shaded = |body: &crate::pipeline::PreparedBody| {
             let mut normals = vec![Vector3::zeros(); body.crack.nodes.len()];
             for (&node, normal) in body.topology.boundary_nodes.iter().zip(&body.outer.as_ref()?.normals) {
                 normals[node as usize] = Vector3::from(*normal).cast();
             }
             Some(normals)
         };
-        let bodies: Vec<Shaded> = prepared.bodies.iter().map(|body| (&body.crack, shaded(body))).collect();
+        let bodies: Vec<ShadedLattice> = prepared.bodies.iter().map(|body| (&body.crack, shaded(body))).collect();
         Some(Self::new(&bodies, &input, degrees))
     }
 
     /// Within `degrees` of `input`; 1 where there is no area.
-    pub fn new(bodies: &[Shaded], input: &[Lit], degrees: f64) -> Self {
-        let nearest = NearestTriangle::new(&input.iter().map(|(corners, _)| *corners).collect::<Vec<_>>());
+    pub fn new(bodies: &[ShadedLattice], input: &[ShadedTriangle], degrees: f64) -> Self {
+        let nearest = NearestTriangles::new(&input.iter().map(|(corners, _)| *corners).collect::<Vec<_>>());
         let least = degrees.to_radians().cos();
         let sums: Vec<[f64; 4]> = bodies.iter().map(|body| sums(body, input, &nearest, least)).collect();
         let total = |k: usize| sums.iter().map(|sum| sum[k]).sum::<f64>();
@@ -66,7 +66,12 @@ impl NormalShares {
 }
 
 /// Area of one body's boundary, and what of it is near by faces, smooth and carried normals.
-fn sums((lattice, carried): &Shaded, input: &[Lit], nearest: &NearestTriangle, least: f64) -> [f64; 4] {
+fn sums(
+    (lattice, carried): &ShadedLattice,
+    input: &[ShadedTriangle],
+    nearest: &NearestTriangles,
+    least: f64,
+) -> [f64; 4] {
     let boundary = lattice.boundary();
     let area = |nodes: [u32; 3]| area_vector(&nodes.map(|node| lattice.nodes[node as usize]));
     let mut smooth = vec![Vector3::zeros(); lattice.nodes.len()];

@@ -11,7 +11,7 @@ fn turned(degrees: f64, carried: Option<Vector3<f64>>) -> NormalShares {
         let corners = face.nodes.map(|node| turn * lattice.nodes[node as usize]);
         (corners, [area_vector(&corners).normalize(); 3])
     };
-    let input: Vec<Lit> = lattice.boundary().iter().map(lit).collect();
+    let input: Vec<ShadedTriangle> = lattice.boundary().iter().map(lit).collect();
     let normals = carried.map(|normal| vec![normal; lattice.nodes.len()]);
     NormalShares::new(&[(&lattice, normals)], &input, NORMAL_DEG)
 }
@@ -41,7 +41,7 @@ fn normals_of_nodes_are_held_against_what_the_input_is_shaded_with() {
         let corners = face.nodes.map(|node| lattice.nodes[node as usize]);
         (corners, corners.map(|corner| outward(&corner)))
     };
-    let input: Vec<Lit> = lattice.boundary().iter().map(lit).collect();
+    let input: Vec<ShadedTriangle> = lattice.boundary().iter().map(lit).collect();
     let normals = lattice.nodes.iter().map(|node| node.coords.try_normalize(0.0).unwrap_or_default()).collect();
     let shares = NormalShares::new(&[(&lattice, Some(normals))], &input, NORMAL_DEG);
     assert!((shares.faces - 1.0).abs() < 1e-12 && (shares.carried.unwrap() - 1.0).abs() < 1e-12, "{shares:?}");

@@ -8,7 +8,7 @@ use crate::lattice::FACES;
 use nalgebra::Vector3;
 
 /// Barycentric coordinates.
-pub(super) type Weights = [f64; 4];
+pub(super) type BarycentricWeights = [f64; 4];
 
 /// On the other side of a face that no plane made: nobody.
 pub(super) const NOBODY: u32 = u32::MAX;
@@ -16,7 +16,7 @@ pub(super) const NOBODY: u32 = u32::MAX;
 /// A convex polytope; empty without faces.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Polytope {
-    vertices: Vec<Weights>,
+    vertices: Vec<BarycentricWeights>,
     faces: Vec<Face>,
 }
 
@@ -35,7 +35,7 @@ impl Polytope {
     }
 
     /// The tetrahedron of four points of positive volume.
-    pub(super) fn spanned(corners: [Weights; 4]) -> Self {
+    pub(super) fn spanned(corners: [BarycentricWeights; 4]) -> Self {
         let face = |rim: [usize; 3]| Face { other: NOBODY, rim: rim.map(|corner| corner as u32).to_vec() };
         Self { vertices: corners.to_vec(), faces: FACES.map(face).to_vec() }
     }
@@ -84,7 +84,7 @@ impl Polytope {
     }
 
     /// Faces with somebody on the other side, as fans of triangles.
-    pub(super) fn shared(&self) -> impl Iterator<Item = (u32, [Weights; 3])> {
+    pub(super) fn shared(&self) -> impl Iterator<Item = (u32, [BarycentricWeights; 3])> {
         self.faces.iter().filter(|face| face.other != NOBODY).flat_map(|face| {
             let corner = |vertex: u32| self.vertices[vertex as usize];
             face.rim[1..].windows(2).map(move |pair| (face.other, [face.rim[0], pair[0], pair[1]].map(corner)))
@@ -93,12 +93,12 @@ impl Polytope {
 }
 
 /// A linear function by its values at the corners.
-pub(super) fn at(values: &[f64; 4], weights: &Weights) -> f64 {
+pub(super) fn at(values: &[f64; 4], weights: &BarycentricWeights) -> f64 {
     values.iter().zip(weights).map(|(value, weight)| value * weight).sum()
 }
 
 /// Coordinates in which the tetrahedron's edge matrix is the identity.
-pub(super) fn place(weights: &Weights) -> Vector3<f64> {
+pub(super) fn place(weights: &BarycentricWeights) -> Vector3<f64> {
     Vector3::new(weights[1], weights[2], weights[3])
 }
 
@@ -112,7 +112,7 @@ struct Cuts {
 
 impl Cuts {
     /// Clips one face; the edge that closes the hole it leaves, if it is cut.
-    fn clip(&mut self, face: &mut Face, vertices: &mut Vec<Weights>) -> Option<[u32; 2]> {
+    fn clip(&mut self, face: &mut Face, vertices: &mut Vec<BarycentricWeights>) -> Option<[u32; 2]> {
         let (mut leaves, mut enters) = (None, None);
         let mut rim = Vec::with_capacity(face.rim.len() + 1);
         for (k, &here) in face.rim.iter().enumerate() {
@@ -132,7 +132,7 @@ impl Cuts {
     }
 
     /// The vertex on an edge.
-    fn cut(&mut self, edge: [u32; 2], vertices: &mut Vec<Weights>) -> u32 {
+    fn cut(&mut self, edge: [u32; 2], vertices: &mut Vec<BarycentricWeights>) -> u32 {
         if let Some((_, vertex)) = self.made.iter().find(|(known, _)| *known == edge) {
             return *vertex;
         }

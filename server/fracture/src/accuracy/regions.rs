@@ -7,10 +7,10 @@
 //! fans about their middle then, where the tessellation has two triangles: a difference of second order.
 
 use super::AccuracyError;
-use super::polytope::Weights;
-use crate::lattice::{EDGES, FACES, Lattice, Place};
-use crate::lift::Lift;
-use crate::tessellation::{FixedPoints, Points, Sites, Topology, crack_points, tessellate};
+use super::polytope::BarycentricWeights;
+use crate::lattice::{EDGES, FACES, Lattice, LatticePoint};
+use crate::lift::LiftedLattice;
+use crate::tessellation::{BisectorSites, CrackPoints, FixedPoints, Topology, crack_points, tessellate};
 use nalgebra::{Matrix4, Point3, Vector4};
 
 /// Labels of the nodes of a lattice with the crack points between them.
@@ -18,14 +18,14 @@ pub struct Regions<'a> {
     pub(super) lattice: &'a Lattice,
     topology: &'a Topology,
     pub(super) labels: &'a [u32],
-    points: Points,
+    points: CrackPoints,
     edges: Vec<Option<Point3<f64>>>,
     faces: Vec<Option<Point3<f64>>>,
     tets: Vec<Option<Point3<f64>>>,
 }
 
 /// A small tetrahedron, and the node that it belongs to.
-pub(super) type Flag = (u32, [Weights; 4]);
+pub(super) type Flag = (u32, [BarycentricWeights; 4]);
 
 impl<'a> Regions<'a> {
     /// The regions that a strike makes of `labels` (sites, one per node): crack points on the bisectors of `sites` (site-major) in `lift`,
@@ -35,12 +35,12 @@ impl<'a> Regions<'a> {
     pub fn new(
         lattice: &'a Lattice,
         topology: &'a Topology,
-        lift: &Lift,
+        lift: &LiftedLattice,
         sites: &[f64],
         labels: &'a [u32],
     ) -> Result<Self, AccuracyError> {
         let of_fragment: Vec<u32> = (0..(sites.len() / lift.dimension.max(1)) as u32).collect();
-        let sites = Sites { lift, coordinates: sites, of_fragment: &of_fragment };
+        let sites = BisectorSites { lift, coordinates: sites, of_fragment: &of_fragment };
         let points = crack_points(lattice, topology, labels, Some(sites), &FixedPoints::default())?;
         let found = points.to_fixed();
         let by_simplex = |count: usize, found: Vec<(u32, Point3<f64>)>| {
@@ -73,7 +73,7 @@ impl<'a> Regions<'a> {
     }
 
     /// The label at a place of the lattice.
-    pub fn label(&self, place: &Place) -> u32 {
+    pub fn label(&self, place: &LatticePoint) -> u32 {
         let tet = place.tet as usize;
         let nodes = self.lattice.tets[tet];
         if self.is_uniform(tet) {
@@ -120,11 +120,12 @@ impl<'a> Regions<'a> {
         let corners = self.lattice.corners(tet);
         let inverse = Matrix4::from_fn(|row, k| if row == 0 { 1.0 } else { corners[k][row - 1] }).try_inverse();
         let inverse = inverse.unwrap_or_else(Matrix4::identity);
-        let weights =
-            |point: Point3<f64>| -> Weights { (inverse * Vector4::new(1.0, point.x, point.y, point.z)).into() };
-        let cut: [Option<Weights>; 6] =
+        let weights = |point: Point3<f64>| -> BarycentricWeights {
+            (inverse * Vector4::new(1.0, point.x, point.y, point.z)).into()
+        };
+        let cut: [Option<BarycentricWeights>; 6] =
             std::array::from_fn(|edge| self.edges[self.topology.tet_edges[tet][edge] as usize].map(weights));
-        let own: [Option<Weights>; 4] =
+        let own: [Option<BarycentricWeights>; 4] =
             std::array::from_fn(|face| self.faces[self.topology.tet_faces[tet][face] as usize].map(weights));
         let rims = FACES.map(|[a, b, c]| [[a, b], [b, c], [c, a]].map(|edge| cut[edge_between(edge)]));
         let inside = match (self.tets[tet], own.iter().any(Option::is_some)) {
@@ -145,17 +146,17 @@ impl<'a> Regions<'a> {
 }
 
 struct TetPoints {
-    edges: [Weights; 6],
-    faces: [Weights; 4],
-    inside: Weights,
+    edges: [BarycentricWeights; 6],
+    faces: [BarycentricWeights; 4],
+    inside: BarycentricWeights,
 }
 
-fn unit(corner: usize) -> Weights {
+fn unit(corner: usize) -> BarycentricWeights {
     std::array::from_fn(|k| f64::from(u8::from(k == corner)))
 }
 
 /// The mean of those that are there; at least one has to be.
-fn mean(points: &[Option<Weights>]) -> Weights {
+fn mean(points: &[Option<BarycentricWeights>]) -> BarycentricWeights {
     let there = points.iter().flatten();
     let count = there.clone().count() as f64;
     std::array::from_fn(|k| there.clone().map(|point| point[k]).sum::<f64>() / count)
@@ -168,7 +169,7 @@ fn edge_between([a, b]: [usize; 2]) -> usize {
 }
 
 /// The least barycentric coordinate of a point in a small tetrahedron.
-fn within(corners: &[Weights; 4], point: &Weights) -> f64 {
+fn within(corners: &[BarycentricWeights; 4], point: &BarycentricWeights) -> f64 {
     let matrix = Matrix4::from_fn(|row, k| corners[k][row]);
     matrix.try_inverse().map_or(f64::NEG_INFINITY, |inverse| (inverse * Vector4::from(*point)).min())
 }

@@ -5,18 +5,18 @@
 //! asked first, and leave few.
 
 use super::AccuracyError;
-use super::polytope::{Polytope, Weights};
+use super::polytope::{BarycentricWeights, Polytope};
 use crate::lattice::Lattice;
-use crate::lift::Lift;
+use crate::lift::LiftedLattice;
 
 /// A site and its squared lifted distances from the four corners.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Rival {
+pub(super) struct CandidateSite {
     pub(super) site: u32,
     pub(super) squares: [f64; 4],
 }
 
-impl Rival {
+impl CandidateSite {
     /// |X − p|² − |X − p_other|² at the corners.
     pub(super) fn against(&self, other: &Self) -> [f64; 4] {
         std::array::from_fn(|corner| self.squares[corner] - other.squares[corner])
@@ -40,15 +40,15 @@ impl Rival {
 
 /// The sites of one diagram on one lattice.
 #[derive(Clone, Copy)]
-pub(super) struct Rivals<'a> {
+pub(super) struct CandidateSites<'a> {
     pub(super) lattice: &'a Lattice,
-    lift: &'a Lift,
+    lift: &'a LiftedLattice,
     sites: &'a [f64],
 }
 
-impl<'a> Rivals<'a> {
+impl<'a> CandidateSites<'a> {
     /// `sites`: site-major, as many coordinates each as the lift has.
-    pub(super) fn new(lattice: &'a Lattice, lift: &'a Lift, sites: &'a [f64]) -> Result<Self, AccuracyError> {
+    pub(super) fn new(lattice: &'a Lattice, lift: &'a LiftedLattice, sites: &'a [f64]) -> Result<Self, AccuracyError> {
         AccuracyError::check("lift", lattice.nodes.len() * lift.dimension, lift.coordinates.len())?;
         let whole = sites.len() - sites.len() % lift.dimension.max(1);
         AccuracyError::check("sites", whole.max(lift.dimension), sites.len())?;
@@ -61,16 +61,16 @@ impl<'a> Rivals<'a> {
     }
 
     /// Those who may own a part of tetrahedron `tet`, by site; at least one.
-    pub(super) fn of(&self, tet: usize, all: &mut Vec<Rival>, rivals: &mut Vec<Rival>) {
+    pub(super) fn of(&self, tet: usize, all: &mut Vec<CandidateSite>, rivals: &mut Vec<CandidateSite>) {
         let corners = self.lattice.tets[tet].map(|node| self.lift.at(node as usize));
         all.clear();
         all.extend(
-            self.sites
-                .chunks_exact(self.lift.dimension)
-                .zip(0..)
-                .map(|(site, number)| Rival { site: number, squares: corners.map(|corner| square(corner, site)) }),
+            self.sites.chunks_exact(self.lift.dimension).zip(0..).map(|(site, number)| CandidateSite {
+                site: number,
+                squares: corners.map(|corner| square(corner, site)),
+            }),
         );
-        let nearest: [Option<Rival>; 4] = std::array::from_fn(|corner| {
+        let nearest: [Option<CandidateSite>; 4] = std::array::from_fn(|corner| {
             all.iter().min_by(|a, b| a.squares[corner].total_cmp(&b.squares[corner])).copied()
         });
         rivals.clear();
@@ -78,7 +78,7 @@ impl<'a> Rivals<'a> {
     }
 
     /// The site nearest to a point of tetrahedron `tet`, ties to the lowest index.
-    pub(super) fn nearest(&self, tet: usize, weights: &Weights) -> u32 {
+    pub(super) fn nearest(&self, tet: usize, weights: &BarycentricWeights) -> u32 {
         let corners = self.lattice.tets[tet].map(|node| self.lift.at(node as usize));
         let at: Vec<f64> = (0..self.lift.dimension)
             .map(|axis| corners.iter().zip(weights).map(|(corner, weight)| corner[axis] * weight).sum())

@@ -1,21 +1,21 @@
 use super::*;
-use crate::centroidal::{self, Field, Workspace};
-use crate::lattice::{Lattice, Locator, Place, block};
-use crate::lift::{Lift, interior};
-use crate::random::Stream;
+use crate::centroidal::{self, DiagramWorkspace, EnergyField};
+use crate::lattice::{Lattice, LatticePoint, Locator, block};
+use crate::lift::{LiftedLattice, interior};
+use crate::random::RandomStream;
 use crate::reference::perturbed;
 use crate::tessellation::Topology;
-use crate::token::Token;
+use crate::token::CancelToken;
 use nalgebra::{Isometry3, Point3, Vector3};
 
 /// Sites of the Euclidean lift of `lattice`, at these places.
-fn sites(lift: &Lift, lattice: &Lattice, places: &[[f64; 3]]) -> Vec<f64> {
+fn sites(lift: &LiftedLattice, lattice: &Lattice, places: &[[f64; 3]]) -> Vec<f64> {
     // The lift of a lattice is scaled to mean 1, which rounding may miss.
     let scale = lift.at(0)[0] / lattice.nodes[0].x;
     places.iter().flatten().map(|x| x * scale).collect()
 }
 
-fn area(exact: &Exact) -> f64 {
+fn area(exact: &ExactCells) -> f64 {
     exact.triangles.iter().map(|triangle| crate::lattice::area_vector(triangle).norm()).sum()
 }
 
@@ -28,8 +28,8 @@ fn cube() -> Lattice {
 #[track_caller]
 fn check(places: &[[f64; 3]], volumes: &[f64], cracks: f64) {
     let lattice = cube();
-    let lift = Lift::euclidean(&lattice);
-    let found = exact(&lattice, &lift, &sites(&lift, &lattice, places), &Token::default()).unwrap();
+    let lift = LiftedLattice::euclidean(&lattice);
+    let found = exact(&lattice, &lift, &sites(&lift, &lattice, places), &CancelToken::default()).unwrap();
     for (volume, wanted) in found.volumes.iter().zip(volumes) {
         assert!((volume - wanted).abs() < 1e-12, "{:?}", found.volumes);
     }
@@ -57,9 +57,9 @@ fn cells_of_a_cube_are_what_geometry_says() {
 #[test]
 fn a_plane_through_nodes_counts_once_and_coincident_sites_do_not_share() {
     let lattice = block([4; 3], 0.25);
-    let lift = Lift::euclidean(&lattice);
+    let lift = LiftedLattice::euclidean(&lattice);
     let places = [[-0.25, 0.0, 0.0], [0.25, 0.0, 0.0], [0.25, 0.0, 0.0]];
-    let found = exact(&lattice, &lift, &sites(&lift, &lattice, &places), &Token::default()).unwrap();
+    let found = exact(&lattice, &lift, &sites(&lift, &lattice, &places), &CancelToken::default()).unwrap();
     assert!((found.volumes[0] - 0.5).abs() < 1e-12 && (found.volumes[1] - 0.5).abs() < 1e-12);
     assert_eq!(found.volumes[2], 0.0);
     assert!((area(&found) - 1.0).abs() < 1e-12, "{}", area(&found));
@@ -68,29 +68,29 @@ fn a_plane_through_nodes_counts_once_and_coincident_sites_do_not_share() {
 #[test]
 fn a_cell_without_a_node_appears() {
     let lattice = block([2; 3], 0.5);
-    let lift = Lift::euclidean(&lattice);
+    let lift = LiftedLattice::euclidean(&lattice);
     // A thin slab between node planes.
     let places = [[0.02, 0.0, 0.0], [0.12, 0.0, 0.0], [0.22, 0.0, 0.0]];
     let sites = sites(&lift, &lattice, &places);
     let labels = labels(&lattice, &lift, &sites);
     assert!(!labels.contains(&1), "no node is nearest to it");
-    let found = exact(&lattice, &lift, &sites, &Token::default()).unwrap();
+    let found = exact(&lattice, &lift, &sites, &CancelToken::default()).unwrap();
     assert!((found.volumes[1] - 0.1).abs() < 1e-12, "{:?}", found.volumes);
     let topology = Topology::new(&lattice);
     let regions = Regions::new(&lattice, &topology, &lift, &sites, &labels).unwrap();
-    let misplaced = misplaced(&regions, &lift, &sites, &Token::default()).unwrap();
+    let misplaced = misplaced(&regions, &lift, &sites, &CancelToken::default()).unwrap();
     assert!(misplaced.fraction >= 0.1 - 1e-12 && misplaced.volumes[1] == 0.0);
 }
 
-fn labels(lattice: &Lattice, lift: &Lift, sites: &[f64]) -> Vec<u32> {
+fn labels(lattice: &Lattice, lift: &LiftedLattice, sites: &[f64]) -> Vec<u32> {
     let (volumes, mut mass) = (lattice.node_volumes(), lattice.node_volumes());
-    let field = Field::new(lift, &volumes, &mut mass).unwrap();
-    centroidal::assign(&field, sites, &mut Workspace::default()).labels
+    let field = EnergyField::new(lift, &volumes, &mut mass).unwrap();
+    centroidal::assign(&field, sites, &mut DiagramWorkspace::default()).labels
 }
 
 /// Sites near nodes of the lift, moved a little off the body.
-fn scattered(lift: &Lift, count: usize, seed: u64) -> Vec<f64> {
-    let (mut stream, nodes) = (Stream::new(seed, 0), lift.second_moment.len());
+fn scattered(lift: &LiftedLattice, count: usize, seed: u64) -> Vec<f64> {
+    let (mut stream, nodes) = (RandomStream::new(seed, 0), lift.second_moment.len());
     let mut site = || {
         let node = (stream.uniform() * nodes as f64) as usize;
         lift.at(node).iter().map(|x| x + 0.02 * (stream.uniform() - 0.5)).collect::<Vec<f64>>()
@@ -101,11 +101,11 @@ fn scattered(lift: &Lift, count: usize, seed: u64) -> Vec<f64> {
 #[test]
 fn volumes_add_up_and_do_not_depend_on_threads_or_the_frame() {
     let lattice = perturbed([6, 5, 4], 0.1, 0.1, 1);
-    let lift = interior(&lattice, 8, 1.0, &Token::default()).unwrap();
+    let lift = interior(&lattice, 8, 1.0, &CancelToken::default()).unwrap();
     let sites = scattered(&lift, 60, 2);
     let run = |threads: usize, lattice: &Lattice| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| exact(lattice, &lift, &sites, &Token::default()).unwrap())
+        pool.install(|| exact(lattice, &lift, &sites, &CancelToken::default()).unwrap())
     };
     let found = run(1, &lattice);
     assert!((found.volumes.iter().sum::<f64>() / lattice.volume() - 1.0).abs() < 1e-12);
@@ -122,19 +122,19 @@ fn volumes_add_up_and_do_not_depend_on_threads_or_the_frame() {
 }
 
 /// Regions of the nodes' labels for sites of the interior lift, with the exact diagram of the same.
-fn compared(spacings: usize) -> (Misplaced, f64, Exact, CrackDistance) {
+fn compared(spacings: usize) -> (LabelErrors, f64, ExactCells, CrackDistance) {
     let h = 0.6 / spacings as f64;
     let lattice = perturbed([spacings; 3], h, 0.1, 5);
-    let (lift, topology) = (Lift::euclidean(&lattice), Topology::new(&lattice));
-    let mut stream = Stream::new(4, 0);
+    let (lift, topology) = (LiftedLattice::euclidean(&lattice), Topology::new(&lattice));
+    let mut stream = RandomStream::new(4, 0);
     let sites: Vec<f64> = (0..36).map(|_| 0.6 * (stream.uniform() - 0.5)).collect();
     let labels = labels(&lattice, &lift, &sites);
     let regions = Regions::new(&lattice, &topology, &lift, &sites, &labels).unwrap();
-    let token = Token::default();
+    let token = CancelToken::default();
     let exact = exact(&lattice, &lift, &sites, &token).unwrap();
-    let given = |place: &Place| regions.label(place);
+    let given = |place: &LatticePoint| regions.label(place);
     let sampled = label_fraction(&lattice, &given, &lattice, &lift, &sites, &token).unwrap();
-    let own = |place: &Place| nearest(&lattice, &lift, &sites, place).unwrap();
+    let own = |place: &LatticePoint| nearest(&lattice, &lift, &sites, place).unwrap();
     assert_eq!(label_fraction(&lattice, &own, &lattice, &lift, &sites, &token).unwrap(), 0.0);
     let distance = crack_distance(&regions.cracks().unwrap(), &exact.triangles);
     (misplaced(&regions, &lift, &sites, &token).unwrap(), sampled, exact, distance)
@@ -161,12 +161,12 @@ fn node_labels_err_less_on_finer_lattices_and_both_measures_agree() {
 #[test]
 fn two_sites_are_cut_exactly() {
     let lattice = cube();
-    let (lift, topology) = (Lift::euclidean(&lattice), Topology::new(&lattice));
+    let (lift, topology) = (LiftedLattice::euclidean(&lattice), Topology::new(&lattice));
     let sites = sites(&lift, &lattice, &[[-0.19, 0.1, 0.2], [0.36, -0.11, 0.07]]);
     let labels = labels(&lattice, &lift, &sites);
     let regions = Regions::new(&lattice, &topology, &lift, &sites, &labels).unwrap();
-    let exact = exact(&lattice, &lift, &sites, &Token::default()).unwrap();
-    let misplaced = misplaced(&regions, &lift, &sites, &Token::default()).unwrap();
+    let exact = exact(&lattice, &lift, &sites, &CancelToken::default()).unwrap();
+    let misplaced = misplaced(&regions, &lift, &sites, &CancelToken::default()).unwrap();
     // But for points that the margin keeps off the nodes.
     assert!(misplaced.fraction < 1e-3, "{}", misplaced.fraction);
     assert!(volume_l1(&misplaced.volumes, &exact.volumes).unwrap() < 1e-3);
@@ -176,9 +176,9 @@ fn two_sites_are_cut_exactly() {
 #[test]
 fn a_linear_lift_is_carried_exactly() {
     let (fine, coarse) = (block([8; 3], 0.1), block([4; 3], 0.2));
-    let lift = Lift::euclidean(&fine);
+    let lift = LiftedLattice::euclidean(&fine);
     let found = carried(&lift, &fine, &Locator::new(&fine), &coarse);
-    let own = Lift::euclidean(&coarse);
+    let own = LiftedLattice::euclidean(&coarse);
     assert!(found.coordinates.iter().zip(&own.coordinates).all(|(a, b)| (a - b).abs() < 1e-12));
 }
 
@@ -220,10 +220,10 @@ fn distances_of_cracks_are_those_of_planes() {
 #[test]
 fn arrays_that_do_not_fit_are_refused() {
     let lattice = block([2; 3], 0.5);
-    let lift = Lift::euclidean(&lattice);
-    let refused = |sites: &[f64]| exact(&lattice, &lift, sites, &Token::default()).unwrap_err();
+    let lift = LiftedLattice::euclidean(&lattice);
+    let refused = |sites: &[f64]| exact(&lattice, &lift, sites, &CancelToken::default()).unwrap_err();
     assert_eq!(refused(&[]), AccuracyError::Length { array: "sites", expected: 3, found: 0 });
     assert_eq!(refused(&[0.0; 4]), AccuracyError::Length { array: "sites", expected: 3, found: 4 });
-    let other = Lift::euclidean(&block([3; 3], 0.3));
-    assert!(exact(&lattice, &other, &[0.0; 3], &Token::default()).is_err());
+    let other = LiftedLattice::euclidean(&block([3; 3], 0.3));
+    assert!(exact(&lattice, &other, &[0.0; 3], &CancelToken::default()).is_err());
 }

@@ -1,8 +1,8 @@
 //! One assignment of all points of a level, in parallel: fixed chunks, merged in their order, so that the sums have the same bits for
 //! any number of threads.
 
-use super::kernel::{self, CELL_HEAD, Chunk, Path, Sites, WIDTH};
-use super::level::{Level, TILE};
+use super::kernel::{self, CELL_HEAD, Chunk, KernelPath, KernelSites, WIDTH};
+use super::level::{PointLevel, TILE};
 use super::vector::LANES;
 
 /// Chunks hold at least this many groups, a multiple of [`TILE`].
@@ -16,8 +16,8 @@ const SPLIT_MIN: usize = 1 << 18;
 
 /// What an assignment needs beside the level; reused from call to call.
 #[derive(Clone, Debug)]
-pub(super) struct Scratch {
-    path: Path,
+pub(super) struct AssignScratch {
+    path: KernelPath,
     rounded: Vec<f32>,
     partial: Vec<f64>,
     values: Vec<f32>,
@@ -25,15 +25,15 @@ pub(super) struct Scratch {
     lined_up: Vec<f64>,
 }
 
-impl Default for Scratch {
+impl Default for AssignScratch {
     fn default() -> Self {
-        Self::with_path(Path::detect())
+        Self::with_path(KernelPath::detect())
     }
 }
 
 /// Sites, and what the points of a level make of them.
 #[derive(Clone, Debug, Default)]
-pub(super) struct State {
+pub(super) struct AssignState {
     /// Entries per site in `sites`: m filled up with zeros.
     pub stride: usize,
     /// p_i, site-major.
@@ -46,7 +46,7 @@ pub(super) struct State {
     pub energy: f64,
 }
 
-impl State {
+impl AssignState {
     /// Takes up `sites`, site-major, `dimension` each.
     pub fn set_sites(&mut self, sites: &[f64], dimension: usize) {
         self.stride = dimension.next_multiple_of(LANES);
@@ -74,9 +74,9 @@ impl State {
     }
 }
 
-impl Scratch {
+impl AssignScratch {
     /// Scratch for one compilation of the kernel.
-    pub fn with_path(path: Path) -> Self {
+    pub fn with_path(path: KernelPath) -> Self {
         Self {
             path,
             rounded: Vec::new(),
@@ -88,7 +88,7 @@ impl Scratch {
     }
 
     /// Labels, cells and energy of `state.sites`.
-    pub fn assign(&mut self, level: &Level, state: &mut State) {
+    pub fn assign(&mut self, level: &PointLevel, state: &mut AssignState) {
         let (groups, count) = (level.groups(), state.count());
         let entries = count * (state.stride + CELL_HEAD);
         let chunk = groups.div_ceil(CHUNKS_MAX).next_multiple_of(TILE).max(CHUNK_MIN);
@@ -113,9 +113,9 @@ impl Scratch {
 
 /// One pass over all chunks.
 struct Sweep<'a> {
-    path: Path,
-    level: &'a Level,
-    sites: Sites<'a>,
+    path: KernelPath,
+    level: &'a PointLevel,
+    sites: KernelSites<'a>,
     /// Groups per chunk.
     chunk: usize,
     /// Sums per chunk.
@@ -195,7 +195,7 @@ impl Sweep<'_> {
 }
 
 /// Adds the chunks' cells in their order.
-fn merge(partial: &[f64], entries: usize, state: &mut State) {
+fn merge(partial: &[f64], entries: usize, state: &mut AssignState) {
     state.cells.clear();
     state.cells.resize(entries, 0.0);
     for chunk in partial.chunks_exact(entries) {

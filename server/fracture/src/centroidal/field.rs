@@ -2,7 +2,7 @@
 
 use super::Clusters;
 use super::power::three_fifths;
-use crate::lift::Lift;
+use crate::lift::LiftedLattice;
 
 /// Fraction of the mean energy density below which no node falls.
 ///
@@ -15,8 +15,8 @@ pub const FLOOR: f64 = 1e-6;
 /// Nothing computed from it depends on the unit of energy: masses times a power of two give the same diagram bit for
 /// bit.
 #[derive(Clone, Copy, Debug)]
-pub struct Field<'a> {
-    lift: &'a Lift,
+pub struct EnergyField<'a> {
+    lift: &'a LiftedLattice,
     mass: &'a [f64],
     volumes: &'a [f64],
     mean_density: f64,
@@ -67,13 +67,13 @@ pub enum FieldError {
     },
 }
 
-impl<'a> Field<'a> {
+impl<'a> EnergyField<'a> {
     /// A field on the nodes of `lift`: `volumes` in local length cubed, `mass` = w_v = ∫W over each node's share in any
     /// unit of energy, raised in place to the floor. All of length `nodes`.
     ///
     /// # Errors
     /// [`FieldError`] when an entry is out of range or the energies add up to nothing; `mass` is then unchanged.
-    pub fn new(lift: &'a Lift, volumes: &'a [f64], mass: &'a mut [f64]) -> Result<Self, FieldError> {
+    pub fn new(lift: &'a LiftedLattice, volumes: &'a [f64], mass: &'a mut [f64]) -> Result<Self, FieldError> {
         check_lengths(lift, volumes, mass)?;
         check_entries(lift, volumes)?;
         Self::on_checked(lift, volumes, mass)
@@ -83,7 +83,7 @@ impl<'a> Field<'a> {
     ///
     /// # Errors
     /// [`FieldError::Length`], [`FieldError::Mass`] and [`FieldError::Total`]; `mass` is then unchanged.
-    pub fn on_checked(lift: &'a Lift, volumes: &'a [f64], mass: &'a mut [f64]) -> Result<Self, FieldError> {
+    pub fn on_checked(lift: &'a LiftedLattice, volumes: &'a [f64], mass: &'a mut [f64]) -> Result<Self, FieldError> {
         check_lengths(lift, volumes, mass)?;
         if let Some(node) = mass.iter().position(|mass| !(mass.is_finite() && *mass >= 0.0)) {
             return Err(FieldError::Mass { node, mass: mass[node] });
@@ -116,7 +116,7 @@ impl<'a> Field<'a> {
     }
 
     /// The same energy with other masses or another lift of the same nodes, which must be as [`Self::new`] wants them.
-    pub(crate) fn like(self, lift: &'a Lift, mass: &'a [f64]) -> Self {
+    pub(crate) fn like(self, lift: &'a LiftedLattice, mass: &'a [f64]) -> Self {
         Self { lift, mass, ..self }
     }
 
@@ -126,7 +126,7 @@ impl<'a> Field<'a> {
     }
 
     /// The lift.
-    pub fn lift(&self) -> &'a Lift {
+    pub fn lift(&self) -> &'a LiftedLattice {
         self.lift
     }
 
@@ -185,7 +185,7 @@ impl<'a> Field<'a> {
     }
 }
 
-fn check_lengths(lift: &Lift, volumes: &[f64], mass: &[f64]) -> Result<(), FieldError> {
+fn check_lengths(lift: &LiftedLattice, volumes: &[f64], mass: &[f64]) -> Result<(), FieldError> {
     let nodes = volumes.len();
     let rows = |values: &[f64]| values.len() / lift.dimension.max(1);
     let lengths = [
@@ -201,7 +201,7 @@ fn check_lengths(lift: &Lift, volumes: &[f64], mass: &[f64]) -> Result<(), Field
     }
 }
 
-fn check_entries(lift: &Lift, volumes: &[f64]) -> Result<(), FieldError> {
+fn check_entries(lift: &LiftedLattice, volumes: &[f64]) -> Result<(), FieldError> {
     if let Some(node) = volumes.iter().position(|volume| !(volume.is_finite() && *volume > 0.0)) {
         return Err(FieldError::Volume { node, volume: volumes[node] });
     }

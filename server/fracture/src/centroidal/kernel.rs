@@ -21,7 +21,7 @@ pub(super) const WIDTH: usize = 4;
 
 /// Which compilation of the kernel runs. None can be made where the processor lacks what it needs.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Path(Instructions);
+pub(super) struct KernelPath(Instructions);
 
 #[derive(Clone, Copy, Debug)]
 enum Instructions {
@@ -32,7 +32,7 @@ enum Instructions {
     Avx512,
 }
 
-impl Path {
+impl KernelPath {
     /// Instructions that every machine of the target has.
     #[cfg(any(test, not(target_arch = "x86_64")))]
     pub fn baseline() -> Self {
@@ -59,7 +59,7 @@ impl Path {
 }
 
 /// Sites as the kernel reads them.
-pub(super) struct Sites<'a> {
+pub(super) struct KernelSites<'a> {
     /// m.
     pub dimension: usize,
     /// m filled up to a multiple of [`LANES`].
@@ -105,7 +105,7 @@ pub(super) struct Chunk<'a> {
 }
 
 /// Labels the points of a chunk and adds up their cells.
-pub(super) fn assign(path: Path, sites: &Sites, chunk: Chunk) {
+pub(super) fn assign(path: KernelPath, sites: &KernelSites, chunk: Chunk) {
     match path.0 {
         Instructions::Baseline => assign_portable(sites, chunk),
         // SAFETY: `Instructions::Avx2` is made by `Path::all` alone, after the processor said that it has AVX2.
@@ -119,18 +119,18 @@ pub(super) fn assign(path: Path, sites: &Sites, chunk: Chunk) {
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2")]
-fn assign_avx2(sites: &Sites, chunk: Chunk) {
+fn assign_avx2(sites: &KernelSites, chunk: Chunk) {
     assign_portable(sites, chunk);
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,avx512f")]
-fn assign_avx512(sites: &Sites, chunk: Chunk) {
+fn assign_avx512(sites: &KernelSites, chunk: Chunk) {
     assign_portable(sites, chunk);
 }
 
 #[inline(always)]
-fn assign_portable(sites: &Sites, chunk: Chunk) {
+fn assign_portable(sites: &KernelSites, chunk: Chunk) {
     let (m, stride) = (sites.dimension, sites.stride);
     let Chunk {
         lanes,
@@ -190,7 +190,7 @@ struct Nearest {
 
 /// Fills `values` with the f_i of a tile.
 #[inline(always)]
-fn sweep(sites: &Sites, lanes: &[f32], values: &mut [f32]) -> Nearest {
+fn sweep(sites: &KernelSites, lanes: &[f32], values: &mut [f32]) -> Nearest {
     let mut nearest = Nearest { best: [f32::INFINITY; TILE], site: [0; TILE] };
     let (rows, _) = lanes.as_chunks::<TILE>();
     let (values, _) = values.as_chunks_mut::<TILE>();
@@ -257,7 +257,7 @@ fn list<'a>(values: &[f32], lane: usize, reach: f32, found: &'a mut [u32]) -> &'
 
 /// Writes the coordinates of `rivals`, [`WIDTH`] side by side; those that are missing are infinite.
 #[inline(always)]
-fn line_up(sites: &Sites, rivals: &[u32], lined_up: &mut [f64]) {
+fn line_up(sites: &KernelSites, rivals: &[u32], lined_up: &mut [f64]) {
     let blocks = lined_up.as_chunks_mut::<WIDTH>().0.chunks_exact_mut(sites.stride);
     for (rivals, block) in rivals.chunks(WIDTH).zip(blocks) {
         block.fill([f64::INFINITY; WIDTH]);
@@ -296,7 +296,7 @@ fn nearest_exact(row: &[f64], rivals: &[u32], lined_up: &[f64]) -> (u32, f64) {
 
 /// Site `label` and the sums of its cell.
 #[inline(always)]
-fn of_label<'a>(sites: &'a Sites, label: u32, cells: &'a mut [f64]) -> (&'a [f64], &'a mut [f64]) {
+fn of_label<'a>(sites: &'a KernelSites, label: u32, cells: &'a mut [f64]) -> (&'a [f64], &'a mut [f64]) {
     let (stride, entries, label) = (sites.stride, sites.stride + CELL_HEAD, label as usize);
     (&sites.exact[label * stride..][..stride], &mut cells[label * entries..][..entries])
 }

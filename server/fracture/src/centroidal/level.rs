@@ -2,9 +2,9 @@
 //! its mass. A diagram of centres differs from one of the points in that groups are not cut; its energy is then that of the points,
 //! but for a constant (the parallel axis theorem).
 
-use super::Field;
+use super::EnergyField;
 use super::clusters::Groups;
-use super::kernel::Sites;
+use super::kernel::KernelSites;
 use super::vector::{LANES, square_distance};
 
 /// Groups per tile.
@@ -12,7 +12,7 @@ pub(super) const TILE: usize = 16;
 
 /// Points in groups; a point without one is its own. Points lie in the order of their groups.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Level {
+pub(super) struct PointLevel {
     dimension: usize,
     /// The point, of the field or of the finer level, at each place here.
     pub order: Vec<u32>,
@@ -45,9 +45,9 @@ pub(super) struct Level {
 /// Rounded up: by more than the few roundings that made it.
 const UP: f64 = 1.0 + 1e-6;
 
-impl Level {
+impl PointLevel {
     /// Refills from the nodes of `field`.
-    pub fn load(&mut self, field: &Field, groups: Option<&Groups>) {
+    pub fn load(&mut self, field: &EnergyField, groups: Option<&Groups>) {
         self.dimension = field.dimension();
         self.base = 0.0;
         self.gather(groups, (&field.lift().coordinates, self.dimension), field.mass());
@@ -148,7 +148,7 @@ impl Level {
     }
 
     /// Rounds `sites` (site-major, [`Self::stride`] each) into `rounded` and proves the resolution.
-    pub fn round<'a>(&self, sites: &'a [f64], rounded: &'a mut Vec<f32>) -> Sites<'a> {
+    pub fn round<'a>(&self, sites: &'a [f64], rounded: &'a mut Vec<f32>) -> KernelSites<'a> {
         let m = self.dimension;
         rounded.clear();
         let mut bound = 0.0f64;
@@ -167,7 +167,7 @@ impl Level {
         let unit = 0.5 * f64::from(f32::EPSILON);
         // Centres lie in the unit ball: their own squares err by no more than the last term.
         let error = (m as f64 + 5.0) * (unit * (bound + 1.0) + f64::from(f32::MIN_POSITIVE));
-        Sites { dimension: m, stride: self.stride(), exact: sites, rounded, resolution: 2.0 * error }
+        KernelSites { dimension: m, stride: self.stride(), exact: sites, rounded, resolution: 2.0 * error }
     }
 }
 

@@ -9,11 +9,11 @@
 //! Labels are exact, so only the rounding of the f64 sums could let the energy rise, at a fixed point; such a step is not
 //! taken and ends the descent.
 
-use super::assign::{Scratch, State};
-use super::level::Level;
+use super::assign::{AssignScratch, AssignState};
+use super::level::PointLevel;
 use super::vector::square_distance;
-use super::{Pace, Stop};
-use crate::token::{Cancelled, Token};
+use super::{StepDecision, StopCondition};
+use crate::token::{CancelToken, Cancelled};
 
 /// ω. At the default tolerance, 50 sites on 12k nodes and m = 16, 1.8 needs 12 iterations and ends 1.1 % above the best
 /// known energy, 1.0 needs 15 and ends 1.7 % above.
@@ -28,12 +28,12 @@ const COARSE_TOLERANCE: f64 = 5e-2;
 pub const ITERATIONS_MAX: usize = 200;
 
 /// What a descent moves.
-pub(super) struct Descent<'a> {
-    pub scratch: &'a mut Scratch,
+pub(super) struct LloydState<'a> {
+    pub scratch: &'a mut AssignScratch,
     /// The state reached; its sites are given.
-    pub current: &'a mut State,
+    pub current: &'a mut AssignState,
     /// The state tried next, or the one before.
-    pub trial: &'a mut State,
+    pub trial: &'a mut AssignState,
     /// Sites that stay where they are: the first ones.
     pub pinned: usize,
     /// See [`Options`](super::Options).
@@ -42,9 +42,14 @@ pub(super) struct Descent<'a> {
     pub iterations_max: usize,
 }
 
-impl Descent<'_> {
+impl LloydState<'_> {
     /// Lowers the energy on a level that is not the last; how many iterations that took.
-    pub fn coarse(&mut self, level: &Level, history: &mut Vec<f64>, token: &Token) -> Result<usize, Cancelled> {
+    pub fn coarse(
+        &mut self,
+        level: &PointLevel,
+        history: &mut Vec<f64>,
+        token: &CancelToken,
+    ) -> Result<usize, Cancelled> {
         self.begin(level, history, token)?;
         for iteration in 1..=ITERATIONS_MAX {
             let (before, reseeded) = (self.current.energy, self.iterate(level, RELAXATION, token)?);
@@ -61,17 +66,17 @@ impl Descent<'_> {
     /// ended by itself: neither at the last iteration that is allowed nor by `stop`.
     pub fn finest(
         &mut self,
-        level: &Level,
+        level: &PointLevel,
         history: &mut Vec<f64>,
-        stop: &mut dyn Stop,
-        token: &Token,
+        stop: &mut dyn StopCondition,
+        token: &CancelToken,
     ) -> Result<bool, Cancelled> {
         self.begin(level, history, token)?;
         let (mut relaxation, mut converged) = (RELAXATION, false);
         match stop.pace(0, self.current.energy, self.current.energy) {
-            Pace::On => {}
-            Pace::Last => relaxation = 1.0,
-            Pace::End => return Ok(false),
+            StepDecision::On => {}
+            StepDecision::Last => relaxation = 1.0,
+            StepDecision::End => return Ok(false),
         }
         for iteration in 1..=self.iterations_max {
             if iteration == self.iterations_max {
@@ -85,7 +90,7 @@ impl Descent<'_> {
             }
             let after = self.current.energy;
             converged = !reseeded && before - after <= self.tolerance * after;
-            if converged || stop.pace(iteration, before, after) != Pace::On {
+            if converged || stop.pace(iteration, before, after) != StepDecision::On {
                 relaxation = 1.0;
             }
         }
@@ -93,7 +98,7 @@ impl Descent<'_> {
     }
 
     /// Assigns the start.
-    fn begin(&mut self, level: &Level, history: &mut Vec<f64>, token: &Token) -> Result<(), Cancelled> {
+    fn begin(&mut self, level: &PointLevel, history: &mut Vec<f64>, token: &CancelToken) -> Result<(), Cancelled> {
         token.check()?;
         self.scratch.assign(level, self.current);
         history.clear();
@@ -103,7 +108,7 @@ impl Descent<'_> {
 
     /// One iteration. Whether the site of an empty cell was put elsewhere; `None`: the energy does not fall any more, and nothing was
     /// changed.
-    fn iterate(&mut self, level: &Level, relaxation: f64, token: &Token) -> Result<Option<bool>, Cancelled> {
+    fn iterate(&mut self, level: &PointLevel, relaxation: f64, token: &CancelToken) -> Result<Option<bool>, Cancelled> {
         token.check()?;
         let reseeded = self.step(level, relaxation);
         self.scratch.assign(level, self.trial);
@@ -115,7 +120,7 @@ impl Descent<'_> {
     }
 
     /// Moves every site that is not pinned by ω times its way to its centroid. Whether the site of an empty cell was put elsewhere.
-    fn step(&mut self, level: &Level, relaxation: f64) -> bool {
+    fn step(&mut self, level: &PointLevel, relaxation: f64) -> bool {
         let (from, to) = (&*self.current, &mut *self.trial);
         to.stride = from.stride;
         to.sites.clone_from(&from.sites);
@@ -133,7 +138,7 @@ impl Descent<'_> {
 
 /// Puts the site of each empty cell on the point with the largest w|X − p|² > 0 of the costliest cell; each such cell
 /// gives up one point. Whether any site was put anywhere.
-fn reseed(level: &Level, pinned: usize, from: &State, to: &mut [f64]) -> bool {
+fn reseed(level: &PointLevel, pinned: usize, from: &AssignState, to: &mut [f64]) -> bool {
     let mut donors: Vec<usize> = (0..from.count()).filter(|&site| from.cell(site).1 > 0.0).collect();
     donors.sort_by(|&a, &b| from.cell(b).1.total_cmp(&from.cell(a).1).then(a.cmp(&b)));
     let empty = (pinned..from.count()).filter(|&site| from.cell(site).0 == 0.0);
@@ -148,7 +153,7 @@ fn reseed(level: &Level, pinned: usize, from: &State, to: &mut [f64]) -> bool {
 }
 
 /// The point of cell `donor` with the largest w|X − p|² > 0, ties to the first.
-fn costliest(level: &Level, from: &State, donor: usize) -> Option<usize> {
+fn costliest(level: &PointLevel, from: &AssignState, donor: usize) -> Option<usize> {
     let site = from.site(donor);
     let (mut worst, mut at) = (0.0, None);
     for (place, _) in from.labels.iter().enumerate().filter(|(_, label)| **label as usize == donor) {

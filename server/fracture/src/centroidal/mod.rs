@@ -18,15 +18,15 @@ mod vector;
 mod workspace;
 
 pub use clusters::Clusters;
-pub use field::{FLOOR, Field, FieldError};
+pub use field::{EnergyField, FLOOR, FieldError};
 pub use lloyd::ITERATIONS_MAX;
 pub(crate) use power::{cube_root, three_fifths};
-pub use stop::{GAP_CERTAIN, GAP_MIN, Pace, Stop, gap};
-pub use workspace::Workspace;
+pub use stop::{GAP_CERTAIN, GAP_MIN, StepDecision, StopCondition, gap};
+pub use workspace::DiagramWorkspace;
 
-use crate::lift::Lift;
-use crate::random::Stream;
-use crate::token::{Cancelled, Token};
+use crate::lift::LiftedLattice;
+use crate::random::RandomStream;
+use crate::token::{CancelToken, Cancelled};
 
 /// The default of [`Options::tolerance`]: the energy ends about 0.4 % above that of the same descent run to its end, less
 /// than two descents from different starts differ.
@@ -34,7 +34,7 @@ pub const TOLERANCE: f64 = 1e-3;
 
 /// What diagram is wanted.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Options {
+pub struct DiagramOptions {
     /// Number of sites; clamped to 1 ..= nodes.
     pub sites: usize,
     /// Everything random follows from (seed, start, sites).
@@ -49,7 +49,7 @@ pub struct Options {
     pub iterations_max: usize,
 }
 
-impl Options {
+impl DiagramOptions {
     /// `sites` sites, start 0, default tolerance.
     pub fn new(sites: usize, seed: u64) -> Self {
         Self { sites, seed, start: 0, tolerance: TOLERANCE, iterations_max: ITERATIONS_MAX }
@@ -90,7 +90,7 @@ impl Diagram {
     }
 
     /// The node nearest to each site, of its own cell if it has one, ties to the lowest index; `lift` is the field's.
-    pub fn site_nodes(&self, lift: &Lift) -> Vec<u32> {
+    pub fn site_nodes(&self, lift: &LiftedLattice) -> Vec<u32> {
         let square = |node: usize, site: usize| -> f64 {
             lift.at(node).iter().zip(self.site(site)).map(|(x, p)| (x - p) * (x - p)).sum()
         };
@@ -131,10 +131,10 @@ impl Diagram {
 /// # Errors
 /// [`Cancelled`] once the token is.
 pub fn diagram(
-    field: &Field,
-    options: &Options,
-    workspace: &mut Workspace,
-    token: &Token,
+    field: &EnergyField,
+    options: &DiagramOptions,
+    workspace: &mut DiagramWorkspace,
+    token: &CancelToken,
 ) -> Result<Diagram, Cancelled> {
     let mut diagram = Diagram::default();
     diagram_into(field, options, workspace, token, &mut diagram)?;
@@ -146,10 +146,10 @@ pub fn diagram(
 /// # Errors
 /// [`Cancelled`] once the token is.
 pub fn diagram_into(
-    field: &Field,
-    options: &Options,
-    workspace: &mut Workspace,
-    token: &Token,
+    field: &EnergyField,
+    options: &DiagramOptions,
+    workspace: &mut DiagramWorkspace,
+    token: &CancelToken,
     diagram: &mut Diagram,
 ) -> Result<(), Cancelled> {
     diagram_until(field, options, workspace, &mut (), token, diagram)
@@ -160,16 +160,16 @@ pub fn diagram_into(
 /// # Errors
 /// [`Cancelled`] once the token is.
 pub fn diagram_until(
-    field: &Field,
-    options: &Options,
-    workspace: &mut Workspace,
-    stop: &mut dyn Stop,
-    token: &Token,
+    field: &EnergyField,
+    options: &DiagramOptions,
+    workspace: &mut DiagramWorkspace,
+    stop: &mut dyn StopCondition,
+    token: &CancelToken,
     diagram: &mut Diagram,
 ) -> Result<(), Cancelled> {
     let sites = options.sites.clamp(1, field.nodes());
-    let mut stream = Stream::new(options.seed, u64::from(options.start) << 32 | sites as u64);
-    let Workspace { start, sites: drawn, levels, current, .. } = &mut *workspace;
+    let mut stream = RandomStream::new(options.seed, u64::from(options.start) << 32 | sites as u64);
+    let DiagramWorkspace { start, sites: drawn, levels, current, .. } = &mut *workspace;
     // Neither waits for the other.
     let (levels, ()) = rayon::join(
         || workspace::load(levels, field, sites),
@@ -190,7 +190,7 @@ pub fn diagram_until(
 }
 
 /// Exact labels of given sites (site-major, m each, at least one) and their energies E_i, without moving them.
-pub fn assign(field: &Field, sites: &[f64], workspace: &mut Workspace) -> Diagram {
+pub fn assign(field: &EnergyField, sites: &[f64], workspace: &mut DiagramWorkspace) -> Diagram {
     let mut diagram = Diagram::default();
     workspace::load(&mut workspace.levels, field, field.nodes());
     workspace.current.set_sites(sites, field.dimension());

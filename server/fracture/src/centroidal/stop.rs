@@ -4,7 +4,7 @@ use super::{Diagram, three_fifths};
 
 /// How a descent goes on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Pace {
+pub enum StepDecision {
     /// Until it converges.
     On,
     /// For one more iteration, a plain one, which takes back what over-relaxation overshot.
@@ -15,10 +15,10 @@ pub enum Pace {
 }
 
 /// Ends a descent before it converges.
-pub trait Stop {
+pub trait StopCondition {
     /// Asked once labels of the start are there (`iterations` 0, `before` = `after`), and after each iteration of the finest level,
     /// which took F from `before` to `after`.
-    fn pace(&mut self, iterations: usize, before: f64, after: f64) -> Pace;
+    fn pace(&mut self, iterations: usize, before: f64, after: f64) -> StepDecision;
 
     /// Whether the last descent was ended for want of time, so that no further one is worth its start.
     fn out(&self) -> bool {
@@ -27,9 +27,9 @@ pub trait Stop {
 }
 
 /// Never.
-impl Stop for () {
-    fn pace(&mut self, _: usize, _: f64, _: f64) -> Pace {
-        Pace::On
+impl StopCondition for () {
+    fn pace(&mut self, _: usize, _: f64, _: f64) -> StepDecision {
+        StepDecision::On
     }
 }
 

@@ -1,24 +1,24 @@
 //! Memory that diagrams are made in.
 
-use super::assign::{Scratch, State};
-use super::level::Level;
-use super::lloyd::Descent;
-use super::{Diagram, Field, Options, start};
+use super::assign::{AssignScratch, AssignState};
+use super::level::PointLevel;
+use super::lloyd::LloydState;
+use super::{Diagram, DiagramOptions, EnergyField, start};
 use rayon::prelude::*;
 
 /// Reused from diagram to diagram: after the largest one, no call allocates anything that grows with the mesh.
 #[derive(Clone, Debug, Default)]
-pub struct Workspace {
-    pub(super) scratch: Scratch,
-    pub(super) start: start::Scratch,
+pub struct DiagramWorkspace {
+    pub(super) scratch: AssignScratch,
+    pub(super) start: start::SeedScratch,
     /// The nodes of the field, then groups of them, coarser and coarser.
-    pub(super) levels: Vec<Level>,
+    pub(super) levels: Vec<PointLevel>,
     /// The start's sites, m each.
     pub(super) sites: Vec<f64>,
     /// The state reached.
-    pub(super) current: State,
+    pub(super) current: AssignState,
     /// The state tried next, or the one before.
-    pub(super) trial: State,
+    pub(super) trial: AssignState,
     /// Σ w(X − p) b of each cell by coordinate, b the first moments of the nodes' own cells, and Σ w m of their second ones; by parts.
     pub(super) moments: Vec<f64>,
 }
@@ -30,12 +30,12 @@ const PART: usize = 4096;
 const POINTS_PER_SITE: usize = 12;
 
 /// Refills as many of `levels` as `sites` sites can begin on; their number.
-pub(super) fn load(levels: &mut Vec<Level>, field: &Field, sites: usize) -> usize {
+pub(super) fn load(levels: &mut Vec<PointLevel>, field: &EnergyField, sites: usize) -> usize {
     let groups = field.clusters().map_or(&[][..], |clusters| clusters.levels());
     let enough = |groups: &&super::clusters::Groups| groups.count() >= POINTS_PER_SITE * sites;
     let coarse = groups.iter().take_while(enough).count();
     let count = levels.len().max(coarse + 1);
-    levels.resize_with(count, Level::default);
+    levels.resize_with(count, PointLevel::default);
     levels[0].load(field, groups.first());
     for index in 1..=coarse {
         let (finer, coarser) = levels.split_at_mut(index);
@@ -44,16 +44,21 @@ pub(super) fn load(levels: &mut Vec<Level>, field: &Field, sites: usize) -> usiz
     coarse + 1
 }
 
-impl Workspace {
+impl DiagramWorkspace {
     /// Level `index`, and what a descent on it moves.
-    pub(super) fn descent(&mut self, index: usize, pinned: usize, options: &Options) -> (&Level, Descent<'_>) {
+    pub(super) fn descent(
+        &mut self,
+        index: usize,
+        pinned: usize,
+        options: &DiagramOptions,
+    ) -> (&PointLevel, LloydState<'_>) {
         let Self { scratch, levels, current, trial, .. } = self;
-        let Options { tolerance, iterations_max, .. } = *options;
-        (&levels[index], Descent { scratch, current, trial, pinned, tolerance, iterations_max })
+        let DiagramOptions { tolerance, iterations_max, .. } = *options;
+        (&levels[index], LloydState { scratch, current, trial, pinned, tolerance, iterations_max })
     }
 
     /// Copies the state reached into `diagram` and adds the moments of the nodes' own cells.
-    pub(super) fn hand_over(&mut self, field: &Field, diagram: &mut Diagram) {
+    pub(super) fn hand_over(&mut self, field: &EnergyField, diagram: &mut Diagram) {
         let (current, m) = (&self.current, field.dimension());
         diagram.dimension = m;
         diagram.sites.clear();
@@ -69,7 +74,7 @@ impl Workspace {
     }
 
     /// Adds Σ w(2 b·(X − p) + m) to each cell's energy: by coordinate and by parts of the nodes, and these added up at the end.
-    fn add_moments(&mut self, field: &Field, diagram: &mut Diagram) {
+    fn add_moments(&mut self, field: &EnergyField, diagram: &mut Diagram) {
         let (m, lift, entries) = (field.dimension(), field.lift(), diagram.count() * (field.dimension() + 1));
         self.moments.clear();
         self.moments.resize(field.nodes().div_ceil(PART) * entries, 0.0);

@@ -4,11 +4,13 @@
 use super::container::metadata_checksum;
 use super::*;
 use crate::fragment::closed;
-use crate::pipeline::{DegreeRequest, Outcome, Pieces, Prepared, Strike, StrikeError, Workspace, strike};
-use crate::random::Stream;
-use crate::scene::{Effect, Effects, Material};
+use crate::pipeline::{
+    DegreeRequest, FractureError, FractureMeshes, FractureOutcome, FractureRequest, PreparedObject, Workspace, strike,
+};
+use crate::random::RandomStream;
+use crate::scene::{EffectKind, EffectSet, Material};
 use crate::surface::{RawMesh, shapes};
-use crate::token::Token;
+use crate::token::CancelToken;
 use nalgebra::{Point3, Vector3};
 use serde_json::{Map, Value};
 use std::collections::BTreeMap;
@@ -99,7 +101,7 @@ impl Trial {
             examples: 10,
             ..BakeRequest::new("altered", "glass", material)
         };
-        let prepared = bake(mesh(), &request, &Token::default(), &mut |_| ()).unwrap();
+        let prepared = bake(mesh(), &request, &CancelToken::default(), &mut |_| ()).unwrap();
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("altered.shatter");
         save(&prepared, &path).unwrap();
@@ -135,37 +137,44 @@ impl Trial {
 }
 
 /// A point in the middle of the nodes' list, which no change of another value moves.
-fn middle(prepared: &Prepared) -> Point3<f64> {
+fn middle(prepared: &PreparedObject) -> Point3<f64> {
     let nodes = &prepared.bodies[0].crack.nodes;
     prepared.frame.to_metres(&nodes[nodes.len() / 2])
 }
 
 /// The outcome of `impulse_ns` at [`middle`], its degree decided.
-fn decided(prepared: &Prepared, impulse_ns: Vector3<f64>) -> Result<Outcome, StrikeError> {
-    let own = Strike { degree: DegreeRequest::ClosedForm, ..Strike::at(middle(prepared), impulse_ns) };
-    strike(prepared, &own, &mut Workspace::default(), &Token::default(), &mut ())
+fn decided(prepared: &PreparedObject, impulse_ns: Vector3<f64>) -> Result<FractureOutcome, FractureError> {
+    let own =
+        FractureRequest { degree: DegreeRequest::ClosedForm, ..FractureRequest::at(middle(prepared), impulse_ns) };
+    strike(prepared, &own, &mut Workspace::default(), &CancelToken::default(), &mut ())
 }
 
 /// Ten times an impulse that breaks it.
-fn breaking(prepared: &Prepared) -> Vector3<f64> {
+fn breaking(prepared: &PreparedObject) -> Vector3<f64> {
     let unit = Vector3::new(0.3, -1.0, 0.2);
     let sizes = (-10..30).map(|power| 2f64.powi(power));
     let just = sizes.map(|size| size * unit).find(|own| decided(prepared, *own).unwrap().pieces.is_some());
     10.0 * just.unwrap()
 }
 
-fn struck(prepared: &Prepared, impulse_ns: Vector3<f64>, what: &str) {
+fn struck(prepared: &PreparedObject, impulse_ns: Vector3<f64>, what: &str) {
     let outcome = decided(prepared, impulse_ns).unwrap_or_else(|error| panic!("{what}: {error}"));
     assert!(outcome.pieces.is_some(), "{what}: stays whole, E_1/γ {}", outcome.e1_over_gamma);
-    let effects = Effects::of([Effect::Elastic, Effect::Interior, Effect::Examples, Effect::Skin, Effect::Attributes]);
+    let effects = EffectSet::of([
+        EffectKind::Elastic,
+        EffectKind::Interior,
+        EffectKind::Examples,
+        EffectKind::Skin,
+        EffectKind::Attributes,
+    ]);
     let lattices: f64 = prepared.bodies.iter().map(|body| body.crack.volume()).sum();
     let whole_kg = lattices * prepared.frame.diagonal_m.powi(3) * prepared.parameters.material.density_kg_m3;
     assert!(whole_kg.is_finite() && whole_kg > 0.0, "{what}: {whole_kg} kg");
     let count = prepared.bodies[0].crack.nodes.len();
     for (degree, node) in [(DegreeRequest::Sites(6), 0), (DegreeRequest::Inferred, count / 2)] {
         let point = prepared.frame.to_metres(&prepared.bodies[0].crack.nodes[node]);
-        let own = Strike { degree, effects, ..Strike::at(point, Vector3::new(0.3, -1.0, 0.2)) };
-        let Ok(outcome) = strike(prepared, &own, &mut Workspace::default(), &Token::default(), &mut ()) else {
+        let own = FractureRequest { degree, effects, ..FractureRequest::at(point, Vector3::new(0.3, -1.0, 0.2)) };
+        let Ok(outcome) = strike(prepared, &own, &mut Workspace::default(), &CancelToken::default(), &mut ()) else {
             continue;
         };
         assert!((0.0..=1.0).contains(&outcome.confidence), "{what}: {}", outcome.confidence);
@@ -176,7 +185,7 @@ fn struck(prepared: &Prepared, impulse_ns: Vector3<f64>, what: &str) {
     }
 }
 
-fn check_pieces(pieces: &Pieces, whole_kg: f64, what: &str) {
+fn check_pieces(pieces: &FractureMeshes, whole_kg: f64, what: &str) {
     let (mut positions, mut indices) = (vec![[0.0; 3]; pieces.counts.vertices], vec![0; pieces.counts.indices]);
     pieces.emit(&mut positions, &mut indices, &mut vec![[0; 2]; pieces.counts.merges]).unwrap();
     let mut mass_kg = 0.0;
@@ -248,7 +257,7 @@ fn altered_tensors_are_refused_by_name_or_harmless() {
     {
         assert!(whole.tensors.contains_key(part), "{part} is tried");
     }
-    let mut stream = Stream::new(6, 0);
+    let mut stream = RandomStream::new(6, 0);
     for (name, (dtype, shape, bytes)) in &whole.tensors {
         let width = width(dtype);
         let count = bytes.len() / width;

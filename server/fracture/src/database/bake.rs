@@ -2,24 +2,25 @@
 
 use super::Tables;
 use super::learned::EXAMPLES_MAX;
-use super::parts::Severed;
-use super::share::{Partial, Share};
-use super::step::{Size, Step};
+use super::parts::SeveredParts;
+use super::share::{PartialBake, Share};
+use super::step::{BakeSize, BakeStep};
 use super::stuffed::lattices;
-use super::values::{self, RATIOS, Ratio};
+use super::values::{self, RATIOS, RatioRange};
 use crate::degree;
 use crate::elasticity::ElasticityError;
 use crate::lattice::{BodyLattice, Lattice, LatticeError};
-use crate::lift::{self, Carry, Lift, LiftError, LiftKind};
+use crate::lift::{self, Extension, LiftError, LiftKind, LiftedLattice};
 use crate::pipeline::{
-    self, BakeReport, Body, ElasticRequest, Parameters, Prepared, Quality, Solid, StrikeError, Unprepared, calibrate,
+    self, BakeParameters, BakeReport, ElasticModel, ElasticRequest, FractureError, MissingLift, PreparedBody,
+    PreparedObject, Preset, calibrate,
 };
 use crate::scene::{DEFAULT_FRAGMENT_DIAGONALS, Material};
-use crate::skin::{Outer, Skin};
+use crate::skin::{BoundaryAttributes, Skin};
 use crate::sparse::Precision;
 use crate::surface::{RawMesh, Surface, SurfaceError};
 use crate::tessellation::Topology;
-use crate::token::{Cancelled, Token};
+use crate::token::{CancelToken, Cancelled};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
@@ -38,7 +39,7 @@ pub struct BakeRequest {
     pub gamma_j_m2: Option<f64>,
     /// Which preset the lattices are of, as far as nothing below says otherwise.
     #[serde(default)]
-    pub quality: Quality,
+    pub quality: Preset,
     /// Spacing of the elastic lattice over the diagonal; `None`: the preset's number of nodes.
     pub elastic_spacing: Option<f64>,
     /// Spacing of the crack lattice over the diagonal; `None`: the preset's number of nodes.
@@ -76,7 +77,7 @@ impl BakeRequest {
             material,
             fragment_size_m: None,
             gamma_j_m2: None,
-            quality: Quality::default(),
+            quality: Preset::default(),
             elastic_spacing: None,
             crack_spacing: None,
             kappa: None,
@@ -173,7 +174,7 @@ pub enum BakeError {
     },
     /// A preset that was not asked for by name severs parts.
     #[error("{0}")]
-    Severed(Box<Severed>),
+    Severed(Box<SeveredParts>),
     /// More examples than a database holds.
     #[error("{asked} examples: at most {EXAMPLES_MAX}")]
     TooManyExamples {
@@ -214,7 +215,7 @@ pub enum BakeError {
     },
     /// A sampled impact failed.
     #[error(transparent)]
-    Calibration(StrikeError),
+    Calibration(FractureError),
     /// Cancelled at a checkpoint.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
@@ -231,15 +232,15 @@ impl BakeError {
                 | Self::Lattice(LatticeError::Cancelled(_))
                 | Self::Lift { source: LiftError::Cancelled(_), .. }
                 | Self::Elasticity { source: ElasticityError::Cancelled(_), .. }
-                | Self::Calibration(StrikeError::Cancelled(_))
+                | Self::Calibration(FractureError::Cancelled(_))
         )
     }
 }
 
-impl From<StrikeError> for BakeError {
-    fn from(error: StrikeError) -> Self {
+impl From<FractureError> for BakeError {
+    fn from(error: FractureError) -> Self {
         match error {
-            StrikeError::Cancelled(cancelled) => Self::Cancelled(cancelled),
+            FractureError::Cancelled(cancelled) => Self::Cancelled(cancelled),
             error => Self::Calibration(error),
         }
     }
@@ -252,51 +253,53 @@ pub const NAME_BYTES_MAX: usize = 64;
 pub fn bake(
     raw: RawMesh,
     request: &BakeRequest,
-    token: &Token,
-    progress: &mut dyn FnMut(Step),
-) -> Result<Prepared, BakeError> {
-    Partial::begin(raw, request, Share::WHOLE, token, progress)?.complete(token, progress)
+    token: &CancelToken,
+    progress: &mut dyn FnMut(BakeStep),
+) -> Result<PreparedObject, BakeError> {
+    PartialBake::begin(raw, request, Share::WHOLE, token, progress)?.complete(token, progress)
 }
 
 /// Everything but the examples and what is learned from them.
 pub(super) fn whole(
     raw: RawMesh,
     request: &BakeRequest,
-    token: &Token,
-    progress: &mut dyn FnMut(Step),
-) -> Result<Prepared, BakeError> {
+    token: &CancelToken,
+    progress: &mut dyn FnMut(BakeStep),
+) -> Result<PreparedObject, BakeError> {
     check(request)?;
-    progress(Step::Surface);
+    progress(BakeStep::Surface);
     let surface = Surface::repair(raw)?;
     token.check()?;
     let (parameters, levels, mut report) = lattices(request, &surface, token, progress)?;
     let tables = request.tables();
     let assembled = assembled(levels.bodies, &parameters, tables, token)?;
-    progress(Step::Sized(Size::of(&assembled, &surface, &parameters, request)));
+    progress(BakeStep::Sized(BakeSize::of(&assembled, &surface, &parameters, request)));
     let mut bodies = Vec::with_capacity(assembled.len());
     for (index, (crack, solid)) in assembled.into_iter().enumerate() {
-        progress(Step::Lift(index));
+        progress(BakeStep::Lift(index));
         let failed = |source| BakeError::Lift { body: index, source };
         let interior = || lift::interior(&crack, parameters.modes, parameters.alpha, token).map_err(failed);
         let interior = tables.interior.then(interior).transpose()?;
         let surface = || surface_lift(&crack, index, &mut report, token);
         let surface_diffusion = tables.surface_diffusion.then(surface).transpose()?.flatten();
-        progress(Step::Elasticity(index));
+        progress(BakeStep::Elasticity(index));
         if let Some(solid) = &solid {
             solid.elasticity.factor().map_err(|source| BakeError::Elasticity { body: index, source })?;
         }
-        bodies.push(Body { solid, interior, surface_diffusion, ..Body::new(crack) });
+        bodies.push(PreparedBody { solid, interior, surface_diffusion, ..PreparedBody::new(crack) });
     }
     let gamma_j_m2 = gamma(request, &parameters);
     if !(gamma_j_m2.is_normal() && gamma_j_m2 > 0.0) {
         return Err(BakeError::NotPositive { key: "gamma from the fragment size", value: gamma_j_m2 });
     }
-    if let Some(Ratio { key, over, value }) = values::unusual(&parameters, &surface.frame, gamma_j_m2, degree::KAPPA) {
+    if let Some(RatioRange { key, over, value }) =
+        values::unusual(&parameters, &surface.frame, gamma_j_m2, degree::KAPPA)
+    {
         return Err(BakeError::Unusual { key, over, value });
     }
     let name = request.name.clone();
     let skin = dressed(&surface, &mut bodies, parameters.crack_spacing, tables, request.cracks.is_some());
-    Ok(Prepared {
+    Ok(PreparedObject {
         name,
         frame: surface.frame,
         parameters,
@@ -316,12 +319,12 @@ pub(super) fn whole(
 /// The crack lattice of each body, and its elasticity if that is wanted, not factored yet.
 fn assembled(
     bodies: Vec<BodyLattice>,
-    parameters: &Parameters,
+    parameters: &BakeParameters,
     tables: Tables,
-    token: &Token,
-) -> Result<Vec<(Lattice, Option<Solid>)>, BakeError> {
+    token: &CancelToken,
+) -> Result<Vec<(Lattice, Option<ElasticModel>)>, BakeError> {
     let one = |(body, BodyLattice { elastic, crack, transfer })| {
-        let solid = || Solid::new(elastic, transfer, parameters.material.poisson, parameters.factor, token);
+        let solid = || ElasticModel::new(elastic, transfer, parameters.material.poisson, parameters.factor, token);
         let failed = |source| BakeError::Elasticity { body, source };
         Ok((crack, tables.elastic.then(solid).transpose().map_err(failed)?))
     };
@@ -329,33 +332,39 @@ fn assembled(
 }
 
 /// The input's triangles for skins, and their looks for the bodies, as far as they are wanted; with the walls of existing cracks.
-fn dressed(surface: &Surface, bodies: &mut [Body], spacing: f64, tables: Tables, cracked: bool) -> Option<Skin> {
+fn dressed(
+    surface: &Surface,
+    bodies: &mut [PreparedBody],
+    spacing: f64,
+    tables: Tables,
+    cracked: bool,
+) -> Option<Skin> {
     let wanted = tables.attributes || tables.skin;
     let lattices: Vec<(&Lattice, &Topology)> = bodies.iter().map(|body| (&body.crack, &body.topology)).collect();
     let skin = wanted.then(|| Skin::of(surface, &lattices.iter().map(|(own, _)| *own).collect::<Vec<_>>(), spacing))?;
-    let outer = if tables.attributes { Outer::of(&skin, &lattices, spacing) } else { Vec::new() };
+    let outer = if tables.attributes { BoundaryAttributes::of(&skin, &lattices, spacing) } else { Vec::new() };
     let skin = if cracked { skin.with_walls(&lattices, spacing) } else { skin };
     bodies.iter_mut().zip(outer).for_each(|(body, outer)| body.outer = Some(outer));
     tables.skin.then_some(skin)
 }
 
 /// γ, J·m².
-pub(super) fn gamma(request: &BakeRequest, parameters: &Parameters) -> f64 {
-    let Parameters { material, fragment_size_m, .. } = parameters;
+pub(super) fn gamma(request: &BakeRequest, parameters: &BakeParameters) -> f64 {
+    let BakeParameters { material, fragment_size_m, .. } = parameters;
     let reference = || degree::reference_gamma(material.young_pa, material.strength_pa, *fragment_size_m);
     request.gamma_j_m2.unwrap_or_else(reference)
 }
 
 /// Bounds, κ and the network from the examples; κ from a few impacts of its own where a new object has too few of them.
 pub(super) fn finish(
-    prepared: &mut Prepared,
+    prepared: &mut PreparedObject,
     request: Option<&BakeRequest>,
-    token: &Token,
-    progress: &mut dyn FnMut(Step),
+    token: &CancelToken,
+    progress: &mut dyn FnMut(BakeStep),
 ) -> Result<(), BakeError> {
     prepared.bound(token)?;
     if prepared.impacts > 0 && prepared.parameters.elastic == ElasticRequest::Reduced {
-        progress(Step::Reduction);
+        progress(BakeStep::Reduction);
         let rank_max = prepared.parameters.quality.lattices().rank_max;
         pipeline::reduce(prepared, rank_max, token)?;
     }
@@ -365,7 +374,7 @@ pub(super) fn finish(
     match request {
         Some(BakeRequest { kappa: Some(kappa), .. }) => prepared.kappa = *kappa,
         Some(request) if prepared.learned.is_none() && request.tables().elastic && request.tables().interior => {
-            progress(Step::Calibration);
+            progress(BakeStep::Calibration);
             prepared.kappa = calibrate(prepared, token)?;
         }
         _ => {}
@@ -383,14 +392,14 @@ fn surface_lift(
     crack: &Lattice,
     body: usize,
     report: &mut BakeReport,
-    token: &Token,
-) -> Result<Option<Lift>, Cancelled> {
-    match lift::surface_diffusion(crack, Carry::Harmonic, lift::SURFACE_MODES_DEFAULT, token) {
+    token: &CancelToken,
+) -> Result<Option<LiftedLattice>, Cancelled> {
+    match lift::surface_diffusion(crack, Extension::Harmonic, lift::SURFACE_MODES_DEFAULT, token) {
         Ok(lift) => Ok(Some(lift)),
         Err(LiftError::Cancelled(cancelled)) => Err(cancelled),
         Err(error) => {
             let lift = LiftKind::SurfaceDiffusion;
-            report.unprepared.push(Unprepared { body, lift, reason: error.to_string() });
+            report.unprepared.push(MissingLift { body, lift, reason: error.to_string() });
             Ok(None)
         }
     }
@@ -426,8 +435,8 @@ pub(super) fn parameters(
     request: &BakeRequest,
     surface: &Surface,
     [elastic_spacing, crack_spacing]: [f64; 2],
-) -> Parameters {
-    Parameters {
+) -> BakeParameters {
+    BakeParameters {
         material_name: request.material_name.clone(),
         material: request.material.clone(),
         fragment_size_m: request.fragment_size_m.unwrap_or(DEFAULT_FRAGMENT_DIAGONALS * surface.frame.diagonal_m),

@@ -128,9 +128,9 @@ pub(super) fn metadata_checksum<'a>(entries: impl Iterator<Item = (&'a String, &
 }
 
 /// A file mapped into memory; verified tensors are read from it.
-pub struct Mapped(memmap2::Mmap);
+pub struct MappedFile(memmap2::Mmap);
 
-impl Mapped {
+impl MappedFile {
     /// Maps `path`.
     pub fn open(path: &Path) -> Result<Self, DatabaseError> {
         let io = |source| DatabaseError::Io { path: path.to_owned(), source };
@@ -145,21 +145,21 @@ impl Mapped {
     }
 
     /// Parses the header. Verifies offsets and sizes against the file, nothing else yet.
-    pub fn parse(&self) -> Result<Contents<'_>, DatabaseError> {
+    pub fn parse(&self) -> Result<ContainerContents<'_>, DatabaseError> {
         let (_, header) = SafeTensors::read_metadata(&self.0)?;
         let metadata: BTreeMap<String, String> = header.metadata().clone().unwrap_or_default().into_iter().collect();
-        Ok(Contents { tensors: SafeTensors::deserialize(&self.0)?, metadata })
+        Ok(ContainerContents { tensors: SafeTensors::deserialize(&self.0)?, metadata })
     }
 }
 
 /// What a container holds.
-pub struct Contents<'a> {
+pub struct ContainerContents<'a> {
     tensors: SafeTensors<'a>,
     /// All metadata.
     pub metadata: BTreeMap<String, String>,
 }
 
-impl Contents<'_> {
+impl ContainerContents<'_> {
     /// Whether there is a tensor of that name.
     pub fn holds(&self, name: &str) -> bool {
         self.tensors.tensor(name).is_ok()

@@ -1,28 +1,33 @@
 //! Cracks that an object carries from the beginning: sheets without width, along which both lattices are slotted.
 
 use super::bake::{BakeError, GONE_MAX};
-use crate::lattice::{self, LatticeError, Levels, SLOT_HALF, Spacings};
+use crate::lattice::{self, LatticeError, LatticeLevels, SLOT_HALF, Spacings};
 use crate::pipeline::{BakeReport, ExistingCracks};
-use crate::surface::{Defect, DefectKind, Inside, Sheets, Surface};
-use crate::token::Token;
+use crate::surface::{CrackSheets, Defect, DefectKind, InsideTest, Surface};
+use crate::token::CancelToken;
 use nalgebra::Point3;
 
 /// What the slots are cut out of.
-pub(super) struct Intact<'a> {
+pub(super) struct UncrackedShape<'a> {
     pub surface: &'a Surface,
-    pub inside: &'a Inside,
+    pub inside: &'a InsideTest,
     /// The lattices without slots, and the volume (local) that they were stuffed to.
-    pub levels: &'a Levels,
+    pub levels: &'a LatticeLevels,
     pub volume: f64,
     /// As they were asked for.
     pub spacings: Spacings,
 }
 
-impl Intact<'_> {
+impl UncrackedShape<'_> {
     /// The lattices with slots along `sheets`, which the report then tells of.
     ///
     /// Errors: [`BakeError::CracksTakeAll`], those of the lattices.
-    pub(super) fn slotted(&self, sheets: &Sheets, report: &mut BakeReport, token: &Token) -> Result<Levels, BakeError> {
+    pub(super) fn slotted(
+        &self,
+        sheets: &CrackSheets,
+        report: &mut BakeReport,
+        token: &CancelToken,
+    ) -> Result<LatticeLevels, BakeError> {
         let spacing = self.levels.crack.spacing;
         let depth = |point: &Point3<f64>, half: f64| sheets.slot_depth(self.inside, point, half);
         let slotted = lattice::slotted_levels(self.inside, &depth, self.spacings, self.volume, token);
@@ -53,7 +58,7 @@ impl Intact<'_> {
     }
 
     /// What lies between slots and the surface, or other slots, and is too small for a body.
-    fn splinters(&self, slotted: &Levels) -> Option<Defect> {
+    fn splinters(&self, slotted: &LatticeLevels) -> Option<Defect> {
         let more = slotted.crack.dropped.len().checked_sub(self.levels.crack.dropped.len()).filter(|more| *more > 0)?;
         let first = self.inside.nearest_face(&slotted.crack.dropped.first()?.place);
         let action = "left out: splinters beside cracks, smaller than the lattice spacing";
@@ -62,6 +67,6 @@ impl Intact<'_> {
 }
 
 /// The spacing of the lattice that elasticity is solved on, local.
-pub(super) fn elastic_spacing(levels: &Levels) -> f64 {
+pub(super) fn elastic_spacing(levels: &LatticeLevels) -> f64 {
     levels.elastic.as_ref().map_or(levels.crack.spacing, |level| level.spacing)
 }

@@ -1,7 +1,7 @@
 //! What can be wrong with a database file.
 
 use crate::elasticity::ElasticityError;
-use crate::lattice::Pinch;
+use crate::lattice::NonManifold;
 use std::path::{Path, PathBuf};
 
 /// Why a database was not written or not loaded. A refused file harms no other.
@@ -127,7 +127,7 @@ pub enum DatabaseError {
         /// Which tensor.
         tensor: String,
         /// Where.
-        source: Pinch,
+        source: NonManifold,
     },
     /// More bodies or nodes than an object may have.
     #[error("{what}: {found} is beyond the cap of {cap}")]

@@ -1,10 +1,10 @@
 //! What tells one input from another.
 
-use crate::surface::{Looks, Sheets, Surface};
+use crate::surface::{CrackSheets, Surface, TriangleAttributes};
 
 /// BLAKE3 of a normalised surface (positions, triangles, looks) and of the sheets along which it is cracked, hexadecimal: what
 /// [`BakeReport::input_hash`](crate::pipeline::BakeReport::input_hash) holds.
-pub fn input_hash(surface: &Surface, sheets: Option<&Sheets>) -> String {
+pub fn input_hash(surface: &Surface, sheets: Option<&CrackSheets>) -> String {
     let mut hasher = blake3::Hasher::new();
     for position in &surface.positions {
         position.iter().for_each(|x| _ = hasher.update(&x.to_le_bytes()));
@@ -12,12 +12,12 @@ pub fn input_hash(surface: &Surface, sheets: Option<&Sheets>) -> String {
     for corner in surface.triangles.as_flattened() {
         hasher.update(&corner.to_le_bytes());
     }
-    let Looks { normals, uvs, materials, names, lost: _ } = &surface.looks;
+    let TriangleAttributes { normals, uvs, materials, names, lost: _ } = &surface.looks;
     let numbers = normals.iter().flatten().flatten().chain(uvs.iter().flatten().flatten());
     numbers.for_each(|x| _ = hasher.update(&x.to_le_bytes()));
     materials.iter().for_each(|material| _ = hasher.update(&material.to_le_bytes()));
     names.iter().for_each(|name| _ = hasher.update(name.as_bytes()));
-    for corner in sheets.map_or(&[][..], Sheets::triangles).as_flattened() {
+    for corner in sheets.map_or(&[][..], CrackSheets::triangles).as_flattened() {
         corner.iter().for_each(|x| _ = hasher.update(&x.to_le_bytes()));
     }
     hasher.finalize().to_hex().to_string()

@@ -2,11 +2,11 @@
 
 use super::*;
 use crate::fragment::closed;
-use crate::pipeline::{DegreeRequest, Pieces, Prepared, Strike, Workspace, strike};
-use crate::random::Stream;
+use crate::pipeline::{DegreeRequest, FractureMeshes, FractureRequest, PreparedObject, Workspace, strike};
+use crate::random::RandomStream;
 use crate::scene::Material;
 use crate::surface::shapes;
-use crate::token::Token;
+use crate::token::CancelToken;
 use nalgebra::Vector3;
 use serde_json::{Map, Value};
 
@@ -21,7 +21,7 @@ fn file() -> Vec<u8> {
         examples: 10,
         ..BakeRequest::new("hostile", "glass", material)
     };
-    let prepared = bake(shapes::arch(), &request, &Token::default(), &mut |_| ()).unwrap();
+    let prepared = bake(shapes::arch(), &request, &CancelToken::default(), &mut |_| ()).unwrap();
     assert!(prepared.learned.is_some());
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("hostile.shatter");
@@ -29,7 +29,7 @@ fn file() -> Vec<u8> {
     std::fs::read(&path).unwrap()
 }
 
-fn opened(bytes: &[u8]) -> Result<Prepared, DatabaseError> {
+fn opened(bytes: &[u8]) -> Result<PreparedObject, DatabaseError> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("hostile.shatter");
     std::fs::write(&path, bytes).unwrap();
@@ -75,17 +75,17 @@ fn sealed(mut bytes: Vec<u8>) -> Vec<u8> {
 fn check(bytes: &[u8], what: &str) {
     let Ok(prepared) = opened(bytes) else { return };
     let node = prepared.bodies[0].crack.nodes[0];
-    let blow = Strike::at(prepared.frame.to_metres(&node), Vector3::new(0.3, -1.0, 0.2)).seeded(1);
+    let blow = FractureRequest::at(prepared.frame.to_metres(&node), Vector3::new(0.3, -1.0, 0.2)).seeded(1);
     for degree in [DegreeRequest::Sites(6), DegreeRequest::Inferred] {
-        let own = Strike { degree, ..blow.clone() };
-        if let Ok(outcome) = strike(&prepared, &own, &mut Workspace::default(), &Token::default(), &mut ()) {
+        let own = FractureRequest { degree, ..blow.clone() };
+        if let Ok(outcome) = strike(&prepared, &own, &mut Workspace::default(), &CancelToken::default(), &mut ()) {
             assert!((0.0..=1.0).contains(&outcome.confidence), "{what}: {}", outcome.confidence);
             outcome.pieces.iter().for_each(|pieces| check_pieces(pieces, what));
         }
     }
 }
 
-fn check_pieces(pieces: &Pieces, what: &str) {
+fn check_pieces(pieces: &FractureMeshes, what: &str) {
     let (mut positions, mut indices) = (vec![[0.0; 3]; pieces.counts.vertices], vec![0; pieces.counts.indices]);
     pieces.emit(&mut positions, &mut indices, &mut vec![[0; 2]; pieces.counts.merges]).unwrap();
     for row in &pieces.fragments {
@@ -101,7 +101,7 @@ fn a_flipped_bit_in_the_header_is_refused() {
     let bytes = file();
     assert!(opened(&bytes).is_ok());
     let (_, data) = header(&bytes);
-    let mut stream = Stream::new(11, 0);
+    let mut stream = RandomStream::new(11, 0);
     for at in (0..data).step_by(data / 400) {
         let mut damaged = bytes.clone();
         damaged[at] ^= 1 << (stream.bits() % 8);
@@ -115,7 +115,7 @@ fn a_thousand_files_with_a_flipped_bit_are_refused_with_the_tensor_named() {
     let bytes = file();
     let tensors = tensors(&bytes);
     assert!(tensors.iter().any(|(name, ..)| name == "reduced0.basis"), "all kinds of tensors are there");
-    let mut stream = Stream::new(12, 0);
+    let mut stream = RandomStream::new(12, 0);
     for index in 0..1000 {
         let (name, range, _) = &tensors[index % tensors.len()];
         let at = range.start + stream.bits() as usize % range.len();
@@ -167,7 +167,7 @@ fn hostile_numbers_under_fitting_checksums_are_refused_or_harmless() {
     let bytes = file();
     check(&sealed(bytes.clone()), "untouched");
     assert!(opened(&sealed(bytes.clone())).is_ok());
-    let mut stream = Stream::new(5, 0);
+    let mut stream = RandomStream::new(5, 0);
     for (name, range, dtype) in tensors(&bytes) {
         let width = if dtype == "F64" { 8 } else { 4 };
         let values: [[u8; 8]; 6] = [

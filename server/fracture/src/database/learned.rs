@@ -1,10 +1,10 @@
 //! Examples and the network as tensors, and back. Checksums say that a file is what was written; what is checked here is that
 //! what was written can be used.
 
-use super::container::{Contents, FLAT, Tensors};
+use super::container::{ContainerContents, FLAT, Tensors};
 use super::{DatabaseError, values};
-use crate::degree::{DESCRIPTOR_LENGTH, Network};
-use crate::pipeline::{Contact, Example, ExamplePoint, Learned, LearnedQuality, lessons};
+use crate::degree::{DESCRIPTOR_LENGTH, PoseNetwork};
+use crate::pipeline::{Example, ExamplePoint, ImpactContact, LearnedErrors, LearnedModel, lessons};
 
 /// Tensor of the examples' impacts and bodies; a file without it has no examples.
 const HEADS: &str = "examples.heads";
@@ -48,7 +48,7 @@ pub(super) fn put_examples(tensors: &mut Tensors, examples: &[Example]) {
 }
 
 /// Adds the tensors of the network.
-pub(super) fn put_network(tensors: &mut Tensors, network: &Network) {
+pub(super) fn put_network(tensors: &mut Tensors, network: &PoseNetwork) {
     let columns = network.mean.len();
     tensors.f64("network.mean".into(), &[columns], &network.mean);
     tensors.f64("network.spread".into(), &[columns], &network.spread);
@@ -57,7 +57,7 @@ pub(super) fn put_network(tensors: &mut Tensors, network: &Network) {
     tensors.f64("network.scales".into(), &[2], &[network.width, network.reach]);
 }
 
-fn contact(contact: &Contact) -> [f64; 8] {
+fn contact(contact: &ImpactContact) -> [f64; 8] {
     let (p, j) = (contact.point_m, contact.impulse_ns);
     let [duration_s, radius_m] = [contact.duration_s, contact.radius_m].map(|given| given.unwrap_or(DEFAULT));
     [p.x, p.y, p.z, j.x, j.y, j.z, duration_s, radius_m]
@@ -75,7 +75,7 @@ fn offsets(examples: &[Example], rows: impl Fn(&Example) -> usize) -> Vec<u32> {
 }
 
 /// Impacts of a file that does not say how many: up to that of the last example.
-pub(super) fn impacts_of_1(contents: &Contents) -> Result<u64, DatabaseError> {
+pub(super) fn impacts_of_1(contents: &ContainerContents) -> Result<u64, DatabaseError> {
     if !contents.holds(HEADS) {
         return Ok(0);
     }
@@ -84,7 +84,7 @@ pub(super) fn impacts_of_1(contents: &Contents) -> Result<u64, DatabaseError> {
 }
 
 /// The examples of an object whose bodies have so many crack nodes each; none where the file has none.
-pub(super) fn examples(contents: &Contents, bodies: &[usize]) -> Result<Vec<Example>, DatabaseError> {
+pub(super) fn examples(contents: &ContainerContents, bodies: &[usize]) -> Result<Vec<Example>, DatabaseError> {
     if !contents.holds(HEADS) {
         return Ok(Vec::new());
     }
@@ -120,7 +120,7 @@ pub(super) fn examples(contents: &Contents, bodies: &[usize]) -> Result<Vec<Exam
         estimate: energies[row][3],
     };
     let given = |value: f64| (value != DEFAULT).then_some(value);
-    let contact = |&[x, y, z, i, j, k, duration_s, radius_m]: &[f64; 8]| Contact {
+    let contact = |&[x, y, z, i, j, k, duration_s, radius_m]: &[f64; 8]| ImpactContact {
         point_m: [x, y, z].into(),
         impulse_ns: [i, j, k].into(),
         duration_s: given(duration_s),
@@ -148,19 +148,22 @@ pub(super) fn examples(contents: &Contents, bodies: &[usize]) -> Result<Vec<Exam
 }
 
 /// What `examples` taught; nothing where the file says that it was nothing.
-pub(super) fn learned(contents: &Contents, examples: &[Example]) -> Result<Option<Learned>, DatabaseError> {
+pub(super) fn learned(
+    contents: &ContainerContents,
+    examples: &[Example],
+) -> Result<Option<LearnedModel>, DatabaseError> {
     if !contents.metadata.contains_key(QUALITY_KEY) {
         return Ok(None);
     }
-    let quality: LearnedQuality = contents.json(QUALITY_KEY)?;
+    let quality: LearnedErrors = contents.json(QUALITY_KEY)?;
     values::quality(&quality)?;
     let network = network(contents)?.knowing(&lessons(examples));
-    Ok(Some(Learned { network, quality }))
+    Ok(Some(LearnedModel { network, quality }))
 }
 
 /// The range of each example's rows: at least one each, and all of them in turn.
 fn rows(
-    contents: &Contents,
+    contents: &ContainerContents,
     tensor: &'static str,
     count: usize,
     total: usize,
@@ -186,7 +189,7 @@ fn rows(
 
 /// The sites of each example, nodes of the body that it is of.
 fn site_nodes(
-    contents: &Contents,
+    contents: &ContainerContents,
     heads: &[[u32; 2]],
     bodies: &[usize],
     sites: &[u32],
@@ -241,7 +244,7 @@ fn check_points(sites: &[u32], energies: &[[f64; 4]]) -> Result<(), DatabaseErro
     }
 }
 
-fn network(contents: &Contents) -> Result<Network, DatabaseError> {
+fn network(contents: &ContainerContents) -> Result<PoseNetwork, DatabaseError> {
     let mean = contents.f64("network.mean", None, FLAT)?;
     let columns = mean.len();
     let wrong = |tensor: &str, found: usize, wanted: String| DatabaseError::Shape {
@@ -262,5 +265,5 @@ fn network(contents: &Contents) -> Result<Network, DatabaseError> {
     let weights = contents.f64("network.weights", Some(1 + columns + count), FLAT)?;
     let scales = contents.f64("network.scales", Some(2), FLAT)?;
     positive("network.scales", &scales)?;
-    Ok(Network::new(mean, spread, centres, weights, [scales[0], scales[1]]))
+    Ok(PoseNetwork::new(mean, spread, centres, weights, [scales[0], scales[1]]))
 }

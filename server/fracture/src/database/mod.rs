@@ -30,9 +30,9 @@ pub use object::{
     BODIES_MAX, NODES_MAX, Provenance, load, load_older, load_parameters, load_partial, load_provenance, load_tables,
     load_task, save, save_partial, tensor_bytes,
 };
-pub use parts::Severed;
-pub use share::{JoinError, Partial, SHARE_EXTENSION, SHARES_MAX, Share, ShareError, Task, join};
-pub use step::{Size, Step};
+pub use parts::SeveredParts;
+pub use share::{JoinError, PartialBake, SHARE_EXTENSION, SHARES_MAX, Share, ShareError, ShareTask, join};
+pub use step::{BakeSize, BakeStep};
 pub use stored::{lacking, stored};
 pub use tables::Tables;
 

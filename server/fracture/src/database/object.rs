@@ -1,17 +1,19 @@
 //! A prepared object as tensors and metadata, and back.
 
-use super::container::{Contents, FLAT, Mapped, Tensors, write};
+use super::container::{ContainerContents, FLAT, MappedFile, Tensors, write};
 use super::learned::{self, EXAMPLES_MAX, QUALITY_KEY};
 use super::reduced::{self, REDUCTION_KEY};
-use super::share::{Partial, Rest, Share, Task};
+use super::share::{PartialBake, Share, ShareRemainder, ShareTask};
 use super::{DatabaseError, FORMAT, FORMATS, Tables, bake, skins, values};
-use crate::lattice::{Lattice, Transfer, check_manifold};
-use crate::lift::{Lift, LiftKind};
-use crate::pipeline::{BakeReport, Body, Bound, Parameters, Prepared, Reduction, Solid};
+use crate::lattice::{EnergyTransfer, Lattice, check_manifold};
+use crate::lift::{LiftKind, LiftedLattice};
+use crate::pipeline::{
+    BakeParameters, BakeReport, ElasticModel, EnergyUpperBound, PreparedBody, PreparedObject, ReductionErrors,
+};
 use crate::scene::brief;
 use crate::sparse::Precision;
-use crate::surface::Frame;
-use crate::token::Token;
+use crate::surface::LocalFrame;
+use crate::token::CancelToken;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -45,7 +47,7 @@ const NOT_MADE: usize = 0;
 /// Metadata key "shape": what the tensors alone do not say.
 #[derive(Serialize, Deserialize)]
 struct Shape {
-    frame: Frame,
+    frame: LocalFrame,
     gamma_j_m2: f64,
     kappa: f64,
     /// Dimension of each body's interior lift.
@@ -68,22 +70,22 @@ pub struct Provenance {
 }
 
 /// Writes `prepared` to `path` (aside, then renamed).
-pub fn save(prepared: &Prepared, path: &Path) -> Result<(), DatabaseError> {
+pub fn save(prepared: &PreparedObject, path: &Path) -> Result<(), DatabaseError> {
     write_object(prepared, None, path)
 }
 
 /// Writes a share to `path` (aside, then renamed).
-pub fn save_partial(partial: &Partial, path: &Path) -> Result<(), DatabaseError> {
+pub fn save_partial(partial: &PartialBake, path: &Path) -> Result<(), DatabaseError> {
     write_object(&partial.prepared, Some(&partial.task), path)
 }
 
-fn write_object(prepared: &Prepared, task: Option<&Task>, path: &Path) -> Result<(), DatabaseError> {
+fn write_object(prepared: &PreparedObject, task: Option<&ShareTask>, path: &Path) -> Result<(), DatabaseError> {
     let mut tensors = Tensors::default();
     for (index, body) in prepared.bodies.iter().enumerate() {
         let name = |part: &str| format!("{BASE}{index}.{part}");
         if let Some(solid) = &body.solid {
             put_lattice(&mut tensors, &name("elastic"), &solid.lattice);
-            let Transfer { offsets, tets, shares } = &solid.transfer;
+            let EnergyTransfer { offsets, tets, shares } = &solid.transfer;
             tensors.u32(name("transfer.offsets"), &[offsets.len()], offsets);
             tensors.u32(name("transfer.tets"), &[tets.len()], tets);
             tensors.f64(name("transfer.shares"), &[shares.len()], shares);
@@ -155,13 +157,13 @@ fn put_lattice(tensors: &mut Tensors, name: &str, lattice: &Lattice) {
 
 /// Loads and verifies `path`: checksums, shapes, ranges, finiteness, orientation. Bodies without a reduced basis are factored,
 /// the others at first need ([`Prepared::factor`]).
-pub fn load(path: &Path) -> Result<Prepared, DatabaseError> {
+pub fn load(path: &Path) -> Result<PreparedObject, DatabaseError> {
     load_tables(path, Tables::ALL)
 }
 
 /// As [`load`], but only these tables, if the object has them: the others are neither verified nor held.
-pub fn load_tables(path: &Path, tables: Tables) -> Result<Prepared, DatabaseError> {
-    let mapped = Mapped::open(path)?;
+pub fn load_tables(path: &Path, tables: Tables) -> Result<PreparedObject, DatabaseError> {
+    let mapped = MappedFile::open(path)?;
     let contents = verified_tables(&mapped, &[FORMAT], tables)?;
     no_share(&contents)?;
     let prepared = object(&contents, tables)?;
@@ -171,8 +173,8 @@ pub fn load_tables(path: &Path, tables: Tables) -> Result<Prepared, DatabaseErro
 
 /// An object of any format that can still be read as work that remains, and that format: nothing remains of the newest format,
 /// of an older one all its examples do, for what was learned from them is not read.
-pub fn load_older(path: &Path) -> Result<(Partial, String), DatabaseError> {
-    let mapped = Mapped::open(path)?;
+pub fn load_older(path: &Path) -> Result<(PartialBake, String), DatabaseError> {
+    let mapped = MappedFile::open(path)?;
     let contents = verified(&mapped, FORMATS)?;
     no_share(&contents)?;
     let format = contents.text("shatter_format")?.to_owned();
@@ -189,31 +191,31 @@ pub fn load_older(path: &Path) -> Result<(Partial, String), DatabaseError> {
         return Err(DatabaseError::TooLarge { what: "impacts", found: end as usize, cap: EXAMPLES_MAX });
     }
     let first = prepared.impacts;
-    let task = Task { request: None, share: Share::WHOLE, first, end: first + end, done: 0 };
-    Ok((Partial { prepared, task }, format))
+    let task = ShareTask { request: None, share: Share::WHOLE, first, end: first + end, done: 0 };
+    Ok((PartialBake { prepared, task }, format))
 }
 
-fn no_share(contents: &Contents) -> Result<(), DatabaseError> {
+fn no_share(contents: &ContainerContents) -> Result<(), DatabaseError> {
     if contents.metadata.contains_key(SHARE_KEY) { Err(DatabaseError::Share) } else { Ok(()) }
 }
 
 /// As [`load`], of a share.
-pub fn load_partial(path: &Path) -> Result<Partial, DatabaseError> {
-    let mapped = Mapped::open(path)?;
+pub fn load_partial(path: &Path) -> Result<PartialBake, DatabaseError> {
+    let mapped = MappedFile::open(path)?;
     let contents = verified(&mapped, &[FORMAT])?;
     let task = task(&contents)?;
-    Ok(Partial { prepared: object(&contents, Tables::ALL)?, task })
+    Ok(PartialBake { prepared: object(&contents, Tables::ALL)?, task })
 }
 
 /// The examples of a share and what it is a share of; the lattices are not looked at.
-pub(super) fn load_rest(path: &Path) -> Result<Rest, DatabaseError> {
-    let mapped = Mapped::open(path)?;
+pub(super) fn load_rest(path: &Path) -> Result<ShareRemainder, DatabaseError> {
+    let mapped = MappedFile::open(path)?;
     let contents = verified(&mapped, &[FORMAT])?;
     let shape: Shape = contents.json("shape")?;
     let report: BakeReport = contents.json("report")?;
     let crack_nodes: Vec<usize> =
         (0..shape.dimensions.len()).map(|index| contents.rows(&format!("{BASE}{index}.crack.nodes"))).collect();
-    Ok(Rest {
+    Ok(ShareRemainder {
         task: task(&contents)?,
         input_hash: report.input_hash,
         examples: learned::examples(&contents, &crack_nodes)?,
@@ -222,31 +224,31 @@ pub(super) fn load_rest(path: &Path) -> Result<Rest, DatabaseError> {
 }
 
 /// What a share is a share of, and how far it is: nothing else of it is looked at.
-pub fn load_task(path: &Path) -> Result<Task, DatabaseError> {
-    task(&verified(&Mapped::open(path)?, &[FORMAT])?)
+pub fn load_task(path: &Path) -> Result<ShareTask, DatabaseError> {
+    task(&verified(&MappedFile::open(path)?, &[FORMAT])?)
 }
 
 /// Name and length in bytes of every tensor of `path`, by its header alone: nothing is verified, nothing else is read.
 pub fn tensor_bytes(path: &Path) -> Result<Vec<(String, u64)>, DatabaseError> {
-    Ok(Mapped::open(path)?.parse()?.lengths())
+    Ok(MappedFile::open(path)?.parse()?.lengths())
 }
 
 /// What the database or share `path` was baked from, by its header alone: nothing is verified, nothing else is read.
-pub fn load_parameters(path: &Path) -> Result<Parameters, DatabaseError> {
-    Mapped::open(path)?.parse()?.json("parameters")
+pub fn load_parameters(path: &Path) -> Result<BakeParameters, DatabaseError> {
+    MappedFile::open(path)?.parse()?.json("parameters")
 }
 
 /// Who wrote the database or share `path`.
 pub fn load_provenance(path: &Path) -> Result<Provenance, DatabaseError> {
-    Mapped::open(path)?.parse()?.json("provenance")
+    MappedFile::open(path)?.parse()?.json("provenance")
 }
 
 /// What the share holds is what its task says.
-fn task(contents: &Contents) -> Result<Task, DatabaseError> {
+fn task(contents: &ContainerContents) -> Result<ShareTask, DatabaseError> {
     if !contents.metadata.contains_key(SHARE_KEY) {
         return Err(DatabaseError::Whole);
     }
-    let task: Task = contents.json(SHARE_KEY)?;
+    let task: ShareTask = contents.json(SHARE_KEY)?;
     if let Some(request) = &task.request {
         bake::check(request).map_err(|error| DatabaseError::Metadata { key: SHARE_KEY, reason: error.to_string() })?;
     }
@@ -261,16 +263,16 @@ fn task(contents: &Contents) -> Result<Task, DatabaseError> {
 }
 
 /// The contents of a file of one of these formats, all checksums compared.
-fn verified<'a>(mapped: &'a Mapped, formats: &[&'static str]) -> Result<Contents<'a>, DatabaseError> {
+fn verified<'a>(mapped: &'a MappedFile, formats: &[&'static str]) -> Result<ContainerContents<'a>, DatabaseError> {
     verified_tables(mapped, formats, Tables::ALL)
 }
 
 /// As [`verified`], but the checksums of the wanted tables alone.
 fn verified_tables<'a>(
-    mapped: &'a Mapped,
+    mapped: &'a MappedFile,
     formats: &[&'static str],
     tables: Tables,
-) -> Result<Contents<'a>, DatabaseError> {
+) -> Result<ContainerContents<'a>, DatabaseError> {
     let contents = mapped.parse()?;
     let found = contents.text("shatter_format")?;
     if !formats.contains(&found) {
@@ -281,7 +283,7 @@ fn verified_tables<'a>(
     Ok(contents)
 }
 
-fn object(contents: &Contents, tables: Tables) -> Result<Prepared, DatabaseError> {
+fn object(contents: &ContainerContents, tables: Tables) -> Result<PreparedObject, DatabaseError> {
     let mut prepared = bare(contents, tables)?;
     let solids = prepared.bodies.iter_mut().enumerate().filter_map(|(index, body)| Some((index, body.solid.as_mut()?)));
     for (index, solid) in solids {
@@ -303,9 +305,9 @@ fn object(contents: &Contents, tables: Tables) -> Result<Prepared, DatabaseError
 }
 
 /// Everything but the impacts and what was learned from them.
-fn bare(contents: &Contents, tables: Tables) -> Result<Prepared, DatabaseError> {
+fn bare(contents: &ContainerContents, tables: Tables) -> Result<PreparedObject, DatabaseError> {
     let name = contents.text("object")?;
-    let parameters: Parameters = contents.json("parameters")?;
+    let parameters: BakeParameters = contents.json("parameters")?;
     values::parameters(name, &parameters)?;
     let report: BakeReport = contents.json("report")?;
     let shape: Shape = contents.json("shape")?;
@@ -318,7 +320,7 @@ fn bare(contents: &Contents, tables: Tables) -> Result<Prepared, DatabaseError> 
     let names = report.materials.len();
     let skin =
         if tables.skin { skins::skin(contents, &bodies, names, parameters.crack_spacing)?.map(Arc::new) } else { None };
-    Ok(Prepared {
+    Ok(PreparedObject {
         name: name.to_owned(),
         frame: shape.frame,
         parameters,
@@ -335,7 +337,7 @@ fn bare(contents: &Contents, tables: Tables) -> Result<Prepared, DatabaseError> 
     })
 }
 
-fn reduction(contents: &Contents, bodies: &[Body]) -> Result<Option<Reduction>, DatabaseError> {
+fn reduction(contents: &ContainerContents, bodies: &[PreparedBody]) -> Result<Option<ReductionErrors>, DatabaseError> {
     if !contents.metadata.contains_key(REDUCTION_KEY) {
         return Ok(None);
     }
@@ -368,12 +370,12 @@ fn check_shape(shape: &Shape) -> Result<(), DatabaseError> {
 }
 
 fn body(
-    contents: &Contents,
+    contents: &ContainerContents,
     index: usize,
     shape: &Shape,
-    (parameters, report): (&Parameters, &BakeReport),
+    (parameters, report): (&BakeParameters, &BakeReport),
     tables: Tables,
-) -> Result<Body, DatabaseError> {
+) -> Result<PreparedBody, DatabaseError> {
     let name = |part: &str| format!("{BASE}{index}.{part}");
     let crack = lattice(contents, &name("crack"))?;
     // A part alone is a damaged file: the reader names what is missing.
@@ -386,7 +388,7 @@ fn body(
         let measured = |dimension| {
             let coordinates = contents.f64(&name(part), Some(crack.nodes.len()), dimension)?;
             values::lift(&name(part), &coordinates)?;
-            Ok::<_, DatabaseError>(Lift::measured(kind, &crack, dimension, coordinates))
+            Ok::<_, DatabaseError>(LiftedLattice::measured(kind, &crack, dimension, coordinates))
         };
         dimension.map(measured).transpose()
     };
@@ -394,7 +396,7 @@ fn body(
     let interior = lift("interior", LiftKind::Interior, own)?;
     let surface = shape.surface_dimensions.get(index).copied().flatten().filter(|_| tables.surface_diffusion);
     let surface_diffusion = lift("surface_diffusion", LiftKind::SurfaceDiffusion, surface)?;
-    let mut body = Body { solid, interior, surface_diffusion, ..Body::new(crack) };
+    let mut body = PreparedBody { solid, interior, surface_diffusion, ..PreparedBody::new(crack) };
     if contents.holds(&name(BOUND)) {
         body.bound = bound(contents, name(BOUND), &body)?;
     }
@@ -405,30 +407,34 @@ fn body(
 }
 
 /// What bounds E_1 of `body`, compared with its stiffness and its lifts; none for a body without elasticity.
-fn bound(contents: &Contents, tensor: String, body: &Body) -> Result<Option<Bound>, DatabaseError> {
+fn bound(
+    contents: &ContainerContents,
+    tensor: String,
+    body: &PreparedBody,
+) -> Result<Option<EnergyUpperBound>, DatabaseError> {
     let mut values = [0.0; 4];
     let stored = contents.f64(&tensor, Some(values.len()), FLAT)?;
     values.copy_from_slice(&stored);
-    let (Some(solid), Some(ranges)) = (&body.solid, Bound::ranges(body)) else { return Ok(None) };
+    let (Some(solid), Some(ranges)) = (&body.solid, EnergyUpperBound::ranges(body)) else { return Ok(None) };
     values::bound(&tensor, &values, &ranges)?;
-    Ok(Some(Bound::stored(&solid.elasticity, values)))
+    Ok(Some(EnergyUpperBound::stored(&solid.elasticity, values)))
 }
 
 fn solid(
-    contents: &Contents,
+    contents: &ContainerContents,
     index: usize,
     crack: &Lattice,
     poisson: f64,
     factor: Precision,
-) -> Result<Solid, DatabaseError> {
+) -> Result<ElasticModel, DatabaseError> {
     let name = |part: &str| format!("{BASE}{index}.{part}");
     let elastic = lattice(contents, &name("elastic"))?;
     let transfer = transfer(contents, &name("transfer"), &elastic, crack)?;
     let failed = |source| DatabaseError::Elasticity { body: index, source };
-    Solid::new(elastic, transfer, poisson, factor, &Token::default()).map_err(failed)
+    ElasticModel::new(elastic, transfer, poisson, factor, &CancelToken::default()).map_err(failed)
 }
 
-fn lattice(contents: &Contents, name: &str) -> Result<Lattice, DatabaseError> {
+fn lattice(contents: &ContainerContents, name: &str) -> Result<Lattice, DatabaseError> {
     let nodes = format!("{name}.nodes");
     let coordinates = contents.f64(&nodes, None, 3)?;
     values::coordinates(&nodes, &coordinates)?;
@@ -449,7 +455,12 @@ fn lattice(contents: &Contents, name: &str) -> Result<Lattice, DatabaseError> {
     }
 }
 
-fn transfer(contents: &Contents, name: &str, elastic: &Lattice, crack: &Lattice) -> Result<Transfer, DatabaseError> {
+fn transfer(
+    contents: &ContainerContents,
+    name: &str,
+    elastic: &Lattice,
+    crack: &Lattice,
+) -> Result<EnergyTransfer, DatabaseError> {
     let tets = contents.u32(&format!("{name}.tets"), None, FLAT, elastic.tets.len() as u64)?;
     let shares = contents.f64(&format!("{name}.shares"), Some(tets.len()), FLAT)?;
     let tensor = format!("{name}.offsets");
@@ -469,7 +480,7 @@ fn transfer(contents: &Contents, name: &str, elastic: &Lattice, crack: &Lattice)
             wanted: "0 ..= number of shares".to_owned(),
         }),
         None => {
-            let transfer = Transfer { offsets, tets, shares };
+            let transfer = EnergyTransfer { offsets, tets, shares };
             values::shares(&format!("{name}.shares"), &transfer, elastic)?;
             Ok(transfer)
         }

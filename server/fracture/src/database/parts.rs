@@ -1,9 +1,9 @@
 //! Parts of an object that a lattice loses, tears off, or leaves without elasticity: named in the defect report.
 
 use super::bake::BakeError;
-use crate::lattice::{CRACK_NODES_MAX, Levels, Spacings};
-use crate::pipeline::Quality;
-use crate::surface::{Defect, DefectKind, Inside, Part, Surface};
+use crate::lattice::{CRACK_NODES_MAX, LatticeLevels, Spacings};
+use crate::pipeline::Preset;
+use crate::surface::{Defect, DefectKind, InsideTest, ShellPart, Surface};
 use nalgebra::Point3;
 
 /// What is left of the crack spacing in each step of [`held_together`].
@@ -19,8 +19,8 @@ pub(super) fn held_together(
     surface: &Surface,
     spacings: &mut Spacings,
     follows: bool,
-    stuffed: &dyn Fn(Spacings) -> Result<Levels, BakeError>,
-) -> Result<Levels, BakeError> {
+    stuffed: &dyn Fn(Spacings) -> Result<LatticeLevels, BakeError>,
+) -> Result<LatticeLevels, BakeError> {
     let levels = stuffed(*spacings)?;
     let nodes: usize = levels.bodies.iter().map(|body| body.crack.nodes.len()).sum();
     let (mut finer, mut nodes) = (*spacings, nodes as f64);
@@ -39,13 +39,13 @@ pub(super) fn held_together(
 }
 
 /// Bodies beyond the input's own parts.
-fn torn_off(surface: &Surface, levels: &Levels) -> usize {
+fn torn_off(surface: &Surface, levels: &LatticeLevels) -> usize {
     levels.bodies.len().saturating_sub(surface.parts.len().max(1))
 }
 
 /// Parts that the lattice severs from what they belong to.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Severed {
+pub struct SeveredParts {
     /// Bodies of the lattice.
     pub bodies: usize,
     /// Parts of the input.
@@ -53,19 +53,19 @@ pub struct Severed {
     /// Volumes of the bodies beyond the input's parts, the largest first, m³.
     pub volumes_m3: Vec<f64>,
     /// The preset that severs them; none where the spacing was given.
-    pub quality: Option<Quality>,
+    pub quality: Option<Preset>,
     /// The next finer preset, and whether it keeps them, if that is quickly found out.
-    pub next: Option<(Quality, Option<bool>)>,
+    pub next: Option<(Preset, Option<bool>)>,
     face: u64,
 }
 
 /// What comes apart; `keeps` tells whether another preset keeps it together.
 pub(super) fn severed(
     surface: &Surface,
-    levels: &Levels,
-    quality: Option<Quality>,
-    keeps: &dyn Fn(Quality) -> Result<bool, BakeError>,
-) -> Result<Option<Severed>, BakeError> {
+    levels: &LatticeLevels,
+    quality: Option<Preset>,
+    keeps: &dyn Fn(Preset) -> Result<bool, BakeError>,
+) -> Result<Option<SeveredParts>, BakeError> {
     let more = torn_off(surface, levels);
     if more == 0 {
         return Ok(None);
@@ -73,10 +73,10 @@ pub(super) fn severed(
     let cubed = surface.frame.diagonal_m.powi(3);
     let mut volumes_m3: Vec<f64> = levels.bodies.iter().map(|body| body.crack.volume() * cubed).collect();
     volumes_m3.sort_by(|a, b| b.total_cmp(a));
-    let next = quality.and_then(Quality::finer);
+    let next = quality.and_then(Preset::finer);
     // Fitted lattices have ten times as many nodes: that would take longer than this bake.
-    let tried = |next: Quality| (!next.lattices().fitted).then(|| keeps(next)).transpose();
-    Ok(Some(Severed {
+    let tried = |next: Preset| (!next.lattices().fitted).then(|| keeps(next)).transpose();
+    Ok(Some(SeveredParts {
         bodies: levels.bodies.len(),
         parts: surface.parts.len().max(1),
         volumes_m3: volumes_m3.split_off(levels.bodies.len() - more),
@@ -90,13 +90,13 @@ pub(super) fn severed(
 pub(super) fn keeps(
     surface: &Surface,
     spacings: Spacings,
-    stuffed: &dyn Fn(Spacings) -> Result<Levels, BakeError>,
+    stuffed: &dyn Fn(Spacings) -> Result<LatticeLevels, BakeError>,
 ) -> Result<bool, BakeError> {
     let mut spacings = spacings;
     Ok(torn_off(surface, &held_together(surface, &mut spacings, true, stuffed)?) == 0)
 }
 
-impl Severed {
+impl SeveredParts {
     /// The line of the defect report.
     pub(super) fn defect(&self) -> Defect {
         let action = format!(
@@ -128,7 +128,7 @@ impl Severed {
     }
 }
 
-impl std::fmt::Display for Severed {
+impl std::fmt::Display for SeveredParts {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let name = self.quality.unwrap_or_default().name();
         let (parts, sizes, advice) = (self.defect().counted(), self.sizes(), self.advice());
@@ -141,14 +141,14 @@ impl std::fmt::Display for Severed {
 }
 
 /// Crack nodes that no elastic lattice is near.
-pub(super) fn far(inside: &Inside, levels: &Levels) -> Option<Defect> {
+pub(super) fn far(inside: &InsideTest, levels: &LatticeLevels) -> Option<Defect> {
     let first = inside.nearest_face(levels.far.first()?);
     let action = "solved on the nearest part: limbs thinner than the elastic spacing; try a finer --elastic-spacing";
     Some(Defect::new(DefectKind::CoarseElastic, levels.far.len() as u64, first, action))
 }
 
 /// Components that the crack lattice could not keep: those that it dropped, and shells in whose box it has no node.
-pub(super) struct Gone {
+pub(super) struct LostComponents {
     /// How many.
     pub count: u64,
     /// Their volume, local.
@@ -165,11 +165,11 @@ enum First {
 /// What the crack lattice could not keep of a shape of `volume` (local).
 ///
 /// Where the lattice swells to meet the volume, what it dropped has swollen too: its share counts, not its size.
-pub(super) fn gone(surface: &Surface, levels: &Levels, volume: f64) -> Gone {
+pub(super) fn gone(surface: &Surface, levels: &LatticeLevels, volume: f64) -> LostComponents {
     let nodes = || levels.bodies.iter().flat_map(|body| &body.crack.nodes);
-    let holds = |part: &Part, node: &Point3<f64>| (0..3).all(|k| (part.low[k]..=part.high[k]).contains(&node[k]));
+    let holds = |part: &ShellPart, node: &Point3<f64>| (0..3).all(|k| (part.low[k]..=part.high[k]).contains(&node[k]));
     let dropped = &levels.crack.dropped;
-    let missed: Vec<&Part> = surface
+    let missed: Vec<&ShellPart> = surface
         .parts
         .iter()
         .filter(|part| !nodes().any(|node| holds(part, node)))
@@ -179,16 +179,16 @@ pub(super) fn gone(surface: &Surface, levels: &Levels, volume: f64) -> Gone {
     let missed_volume: f64 = missed.iter().map(|part| part.volume).sum();
     let dropped_share = dropped_volume / (dropped_volume + levels.crack.volume);
     let place = dropped.first().map(|dropped| First::Place(dropped.place));
-    Gone {
+    LostComponents {
         count: (dropped.len() + missed.len()) as u64,
         volume: missed_volume + dropped_share * (volume - missed_volume).max(0.0),
         first: place.or(missed.first().map(|part| First::Face(part.face))),
     }
 }
 
-impl Gone {
+impl LostComponents {
     /// The line of the defect report, with the share of the input's volume.
-    pub fn defect(&self, inside: &Inside, surface: &Surface, volume: f64) -> Option<Defect> {
+    pub fn defect(&self, inside: &InsideTest, surface: &Surface, volume: f64) -> Option<Defect> {
         let first = match self.first.as_ref()? {
             First::Place(place) => inside.nearest_face(place),
             First::Face(face) => *face,
@@ -213,21 +213,21 @@ pub(super) fn area(surface: &Surface) -> f64 {
 mod tests {
     use super::*;
     use crate::database::{BakeRequest, Tables, bake};
-    use crate::pipeline::Quality;
+    use crate::pipeline::Preset;
     use crate::scene::Materials;
     use crate::surface::{RawMesh, shapes};
-    use crate::token::Token;
+    use crate::token::CancelToken;
 
     #[test]
     fn a_spacing_that_nobody_asked_for_tears_nothing_off() {
         let materials = Materials::parse(crate::scene::MATERIALS).unwrap();
         let material = materials.get("glass").unwrap().clone();
         let request = |crack_spacing| BakeRequest {
-            quality: Quality::Draft,
+            quality: Preset::Draft,
             crack_spacing,
             ..BakeRequest::new("statue", "glass", material.clone())
         };
-        let baked = |request| bake(shapes::statue(), &request, &Token::default(), &mut |_| ()).unwrap();
+        let baked = |request| bake(shapes::statue(), &request, &CancelToken::default(), &mut |_| ()).unwrap();
         let own = baked(request(None));
         let torn = |defect: &&Defect| defect.kind == DefectKind::SeveredPart;
         assert_eq!((own.bodies.len(), own.report.defects.iter().find(torn)), (1, None));
@@ -244,18 +244,18 @@ mod tests {
         let materials = Materials::parse(crate::scene::MATERIALS).unwrap();
         let tables = Tables { interior: true, ..Tables::NONE };
         let request = BakeRequest {
-            quality: Quality::Draft,
+            quality: Preset::Draft,
             allows_severed: false,
             tables,
             ..BakeRequest::new("dumbbell", "glass", materials.get("glass").unwrap().clone())
         };
         // Two balls and a bar between them that the draft's lattice does not resolve.
-        let baked = |request: &BakeRequest| bake(limbs(), request, &Token::default(), &mut |_| ());
+        let baked = |request: &BakeRequest| bake(limbs(), request, &CancelToken::default(), &mut |_| ());
         let Err(BakeError::Severed(severed)) = baked(&request) else { panic!("it was baked") };
         let told = severed.to_string();
         println!("{told}");
         assert!(severed.parts == 1 && severed.bodies > 1 && severed.volumes_m3.len() == severed.bodies - 1, "{told}");
-        assert_eq!(severed.next.map(|(next, _)| next), Some(Quality::Game));
+        assert_eq!(severed.next.map(|(next, _)| next), Some(Preset::Game));
         assert!(told.contains("`draft`") && told.contains("--quality game"), "{told}");
         let allowed = baked(&BakeRequest { allows_severed: true, ..request.clone() }).unwrap();
         assert_eq!(allowed.bodies.len(), severed.bodies);

@@ -1,9 +1,9 @@
 //! Reduced bases as tensors, and back.
 
-use super::container::{Contents, FLAT, Tensors};
+use super::container::{ContainerContents, FLAT, Tensors};
 use super::{DatabaseError, values};
-use crate::elasticity::{Elasticity, Estimate, Reduced};
-use crate::pipeline::{Prepared, RANK_MAX};
+use crate::elasticity::{Elasticity, ErrorEstimate, ReducedBasis};
+use crate::pipeline::{PreparedObject, RANK_MAX};
 
 /// Metadata key of the figures of all bases; a file without it has none.
 pub(super) const REDUCTION_KEY: &str = "reduction";
@@ -14,14 +14,14 @@ fn name(index: usize, part: &str) -> String {
 }
 
 /// Adds the bases of all bodies that have one.
-pub(super) fn put(tensors: &mut Tensors, prepared: &Prepared) {
+pub(super) fn put(tensors: &mut Tensors, prepared: &PreparedObject) {
     for (index, body) in prepared.bodies.iter().enumerate() {
         let solid = body.solid.as_ref();
         if let Some((solid, reduced)) = solid.and_then(|solid| Some((solid, solid.reduced.as_ref()?))) {
             let shape = [solid.elasticity.size(), reduced.rank()];
             tensors.f32(name(index, "basis"), &shape, reduced.basis());
             tensors.f64(name(index, "gram"), &[reduced.rank(), reduced.rank()], reduced.gram());
-            let Estimate { factor, power } = reduced.estimate();
+            let ErrorEstimate { factor, power } = reduced.estimate();
             tensors.f64(name(index, "estimate"), &[2], &[factor, power]);
         }
     }
@@ -29,10 +29,10 @@ pub(super) fn put(tensors: &mut Tensors, prepared: &Prepared) {
 
 /// The basis of body `index`; nothing where the file has none.
 pub(super) fn reduced(
-    contents: &Contents,
+    contents: &ContainerContents,
     index: usize,
     elasticity: &Elasticity,
-) -> Result<Option<Reduced>, DatabaseError> {
+) -> Result<Option<ReducedBasis>, DatabaseError> {
     let basis = name(index, "basis");
     if !contents.holds(&basis) {
         return Ok(None);
@@ -47,8 +47,8 @@ pub(super) fn reduced(
     if let Some(index) = fitted.iter().position(|value| *value <= 0.0) {
         return Err(DatabaseError::NotPositive { tensor, index, value: fitted[index] });
     }
-    let estimate = Estimate { factor: fitted[0], power: fitted[1] };
+    let estimate = ErrorEstimate { factor: fitted[0], power: fitted[1] };
     let gram = contents.f64(&name(index, "gram"), Some(rank), rank)?;
     values::gram(&name(index, "gram"), rank, &gram)?;
-    Ok(Some(Reduced::stored(elasticity, rank, entries, gram, estimate)))
+    Ok(Some(ReducedBasis::stored(elasticity, rank, entries, gram, estimate)))
 }

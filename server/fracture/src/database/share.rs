@@ -6,10 +6,10 @@
 use super::DatabaseError;
 use super::bake::{BakeError, BakeRequest, few_enough, finish, whole};
 use super::object::BASE;
-use super::step::Step;
-use crate::pipeline::{Example, Prepared, sampled};
+use super::step::BakeStep;
+use crate::pipeline::{Example, PreparedObject, sampled};
 use crate::surface::RawMesh;
-use crate::token::Token;
+use crate::token::CancelToken;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fmt;
@@ -108,7 +108,7 @@ impl FromStr for Share {
 
 /// What a share is a share of, and how far it is. Metadata key "share" of its file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Task {
+pub struct ShareTask {
     /// What was asked for, but for the cracks, which are in the hash of the input; nothing where examples are added to a
     /// database that was there.
     pub request: Option<BakeRequest>,
@@ -122,7 +122,7 @@ pub struct Task {
     pub done: u64,
 }
 
-impl Task {
+impl ShareTask {
     /// Impacts of this share.
     pub fn impacts(&self) -> Vec<u64> {
         self.share.impacts(self.first, self.end)
@@ -141,14 +141,14 @@ impl Task {
 }
 
 /// An object with some of its examples.
-pub struct Partial {
+pub struct PartialBake {
     /// The object; its examples are those that it had before and those of the share that are done.
-    pub prepared: Prepared,
+    pub prepared: PreparedObject,
     /// What remains to be done.
-    pub task: Task,
+    pub task: ShareTask,
 }
 
-impl Partial {
+impl PartialBake {
     /// Bakes everything but the examples.
     ///
     /// Errors: see [`BakeError`].
@@ -156,28 +156,29 @@ impl Partial {
         raw: RawMesh,
         request: &BakeRequest,
         share: Share,
-        token: &Token,
-        progress: &mut dyn FnMut(Step),
+        token: &CancelToken,
+        progress: &mut dyn FnMut(BakeStep),
     ) -> Result<Self, BakeError> {
         let prepared = whole(raw, request, token, progress)?;
-        let task = Task { request: Some(request.without_cracks()), share, first: 0, end: request.examples, done: 0 };
+        let task =
+            ShareTask { request: Some(request.without_cracks()), share, first: 0, end: request.examples, done: 0 };
         Ok(Self { prepared, task })
     }
 
     /// `count` more examples for an object.
     ///
     /// Errors: [`BakeError::TooManyExamples`].
-    pub fn add(prepared: Prepared, count: u64, share: Share) -> Result<Self, BakeError> {
+    pub fn add(prepared: PreparedObject, count: u64, share: Share) -> Result<Self, BakeError> {
         let first = prepared.impacts;
         let end = first.saturating_add(count);
         few_enough(end)?;
-        Ok(Self { prepared, task: Task { request: None, share, first, end, done: 0 } })
+        Ok(Self { prepared, task: ShareTask { request: None, share, first, end, done: 0 } })
     }
 
     /// Does the next few impacts. Whatever the outcome, the examples are those of the impacts that are done.
     ///
     /// Errors: [`BakeError::Calibration`], [`BakeError::Cancelled`].
-    pub fn step(&mut self, token: &Token) -> Result<(), BakeError> {
+    pub fn step(&mut self, token: &CancelToken) -> Result<(), BakeError> {
         let impacts: Vec<u64> = self.task.impacts().into_iter().skip(self.task.done as usize).take(BATCH).collect();
         let added = sampled(&self.prepared, &impacts, token)?;
         self.prepared.examples.extend(added);
@@ -188,7 +189,11 @@ impl Partial {
     /// Does everything that remains, and learns from it. Only of the whole.
     ///
     /// Errors: as [`Self::step`].
-    pub fn complete(mut self, token: &Token, progress: &mut dyn FnMut(Step)) -> Result<Prepared, BakeError> {
+    pub fn complete(
+        mut self,
+        token: &CancelToken,
+        progress: &mut dyn FnMut(BakeStep),
+    ) -> Result<PreparedObject, BakeError> {
         while !self.task.is_done() {
             progress(self.examples());
             self.step(token)?;
@@ -203,14 +208,14 @@ impl Partial {
     }
 
     /// How far it is.
-    pub fn examples(&self) -> Step {
-        Step::Examples { done: self.task.done, of: self.impacts() }
+    pub fn examples(&self) -> BakeStep {
+        BakeStep::Examples { done: self.task.done, of: self.impacts() }
     }
 
     /// Learns from the examples that are there.
     ///
     /// Errors: [`BakeError::Calibration`], [`BakeError::Cancelled`].
-    pub fn learn(self, token: &Token, progress: &mut dyn FnMut(Step)) -> Result<Prepared, BakeError> {
+    pub fn learn(self, token: &CancelToken, progress: &mut dyn FnMut(BakeStep)) -> Result<PreparedObject, BakeError> {
         let Self { mut prepared, task } = self;
         prepared.impacts = task.end;
         finish(&mut prepared, task.request.as_ref(), token, progress)?;
@@ -219,8 +224,8 @@ impl Partial {
 }
 
 /// What joining needs of a share beside the first: no lattice is built from it.
-pub(super) struct Rest {
-    pub task: Task,
+pub(super) struct ShareRemainder {
+    pub task: ShareTask,
     pub input_hash: String,
     pub examples: Vec<Example>,
     pub checksums: BTreeMap<String, String>,
@@ -298,7 +303,11 @@ pub enum JoinError {
 /// Joins all shares of one bake, given in any order, and learns from them: the bytes are those of an undivided bake.
 ///
 /// Errors: see [`JoinError`].
-pub fn join(paths: &[PathBuf], token: &Token, progress: &mut dyn FnMut(Step)) -> Result<Prepared, JoinError> {
+pub fn join(
+    paths: &[PathBuf],
+    token: &CancelToken,
+    progress: &mut dyn FnMut(BakeStep),
+) -> Result<PreparedObject, JoinError> {
     let (first, others) = paths.split_first().ok_or(JoinError::Nothing)?;
     let damaged = |path: &Path| {
         let path = path.to_owned();
@@ -335,11 +344,11 @@ pub fn join(paths: &[PathBuf], token: &Token, progress: &mut dyn FnMut(Step)) ->
     Ok(partial.learn(token, progress)?)
 }
 
-fn new_examples(task: &Task, examples: Vec<Example>) -> Vec<Example> {
+fn new_examples(task: &ShareTask, examples: Vec<Example>) -> Vec<Example> {
     examples.into_iter().filter(|example| example.impact >= task.first).collect()
 }
 
-fn check_done(path: &Path, task: &Task) -> Result<(), JoinError> {
+fn check_done(path: &Path, task: &ShareTask) -> Result<(), JoinError> {
     let of = task.impacts().len() as u64;
     if task.is_done() { Ok(()) } else { Err(JoinError::Unfinished { path: path.to_owned(), done: task.done, of }) }
 }

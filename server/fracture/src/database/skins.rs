@@ -1,23 +1,23 @@
 //! The input's surface and its looks as tensors, and back. Checksums say that a file is what was written; what is checked here is
 //! that what was written can be used.
 
-use super::container::{Contents, FLAT, Tensors};
+use super::container::{ContainerContents, FLAT, Tensors};
 use super::{DatabaseError, values};
-use crate::lattice::Place;
-use crate::pipeline::{Body, Prepared};
-use crate::skin::{Outer, Skin, Spot, Vertex};
+use crate::lattice::LatticePoint;
+use crate::pipeline::{PreparedBody, PreparedObject};
+use crate::skin::{BoundaryAttributes, Skin, SkinCorner, SkinPoint};
 use crate::surface::NO_MATERIAL;
 
 /// Any 32-bit number.
 const ANY: u64 = 1 << 32;
 
 /// Adds the tensors of the skin, and of its looks on the bodies' lattices, if the object has them.
-pub(super) fn put(tensors: &mut Tensors, prepared: &Prepared) {
+pub(super) fn put(tensors: &mut Tensors, prepared: &PreparedObject) {
     if let Some(skin) = &prepared.skin {
         put_skin(tensors, skin);
     }
     for (index, body) in prepared.bodies.iter().enumerate() {
-        let Some(Outer { normals, uvs, materials }) = &body.outer else { continue };
+        let Some(BoundaryAttributes { normals, uvs, materials }) = &body.outer else { continue };
         let name = |part: &str| format!("body{index}.outer.{part}");
         tensors.f32(name("normals"), &[normals.len(), 3], normals.as_flattened());
         if !uvs.is_empty() {
@@ -54,8 +54,8 @@ fn put_skin(tensors: &mut Tensors, skin: &Skin) {
 
 /// The skin of an object of these bodies, that many names of materials and this crack spacing, if it has one.
 pub(super) fn skin(
-    contents: &Contents,
-    bodies: &[Body],
+    contents: &ContainerContents,
+    bodies: &[PreparedBody],
     names: usize,
     spacing: f64,
 ) -> Result<Option<Skin>, DatabaseError> {
@@ -73,8 +73,8 @@ pub(super) fn skin(
     let uvs = if textured { vectors::<2>(contents, "skin.uvs", own.len())? } else { vec![[0.0; 2]; own.len()] };
     values::uvs("skin.uvs", &uvs)?;
     let looks = normals.into_iter().zip(uvs);
-    let vertices: Vec<Vertex> =
-        own.into_iter().zip(looks).map(|(point, (normal, uv))| Vertex { point, normal, uv }).collect();
+    let vertices: Vec<SkinCorner> =
+        own.into_iter().zip(looks).map(|(point, (normal, uv))| SkinCorner { point, normal, uv }).collect();
     let indices = contents.u32("skin.triangles", None, 3, vertices.len() as u64)?;
     let triangles = indices.as_chunks::<3>().0.to_vec();
     let materials = materials(contents, "skin.materials", triangles.len(), names)?;
@@ -82,14 +82,18 @@ pub(super) fn skin(
     Ok(Some(Skin { points, spots, vertices, triangles, materials, textured }))
 }
 
-fn spots(contents: &Contents, bodies: &[Body], points: usize) -> Result<Vec<Spot>, DatabaseError> {
+fn spots(
+    contents: &ContainerContents,
+    bodies: &[PreparedBody],
+    points: usize,
+) -> Result<Vec<SkinPoint>, DatabaseError> {
     let pairs = contents.u32("skin.spots", Some(points), 2, ANY)?;
     let weights = contents.f64("skin.weights", Some(points), 4)?;
     values::weights("skin.weights", weights.as_chunks::<4>().0)?;
     let spot = |(index, (&[body, tet], &barycentric)): (usize, (&[u32; 2], &[f64; 4]))| {
         let limit = bodies.get(body as usize).map_or(0, |body| body.crack.tets.len()) as u64;
         match u64::from(tet) < limit {
-            true => Ok(Spot { body, place: Place { tet, barycentric } }),
+            true => Ok(SkinPoint { body, place: LatticePoint { tet, barycentric } }),
             false => {
                 let value = u64::from(tet);
                 Err(DatabaseError::OutOfRange { tensor: "skin.spots".to_owned(), index: 2 * index + 1, value, limit })
@@ -101,11 +105,11 @@ fn spots(contents: &Contents, bodies: &[Body], points: usize) -> Result<Vec<Spot
 
 /// How the input looks on the boundary of body `index`, if the object has that.
 pub(super) fn outer(
-    contents: &Contents,
+    contents: &ContainerContents,
     index: usize,
-    body: &Body,
+    body: &PreparedBody,
     names: usize,
-) -> Result<Option<Outer>, DatabaseError> {
+) -> Result<Option<BoundaryAttributes>, DatabaseError> {
     let name = |part: &str| format!("body{index}.outer.{part}");
     if !contents.holds(&name("normals")) {
         return Ok(None);
@@ -116,10 +120,10 @@ pub(super) fn outer(
     let uvs = if contents.holds(&name("uvs")) { vectors::<2>(contents, &name("uvs"), nodes)? } else { Vec::new() };
     values::uvs(&name("uvs"), &uvs)?;
     let materials = materials(contents, &name("materials"), body.topology.boundary.len(), names)?;
-    Ok(Some(Outer { normals, uvs, materials }))
+    Ok(Some(BoundaryAttributes { normals, uvs, materials }))
 }
 
-fn materials(contents: &Contents, name: &str, rows: usize, names: usize) -> Result<Vec<u32>, DatabaseError> {
+fn materials(contents: &ContainerContents, name: &str, rows: usize, names: usize) -> Result<Vec<u32>, DatabaseError> {
     if !contents.holds(name) {
         return Ok(Vec::new());
     }
@@ -128,7 +132,11 @@ fn materials(contents: &Contents, name: &str, rows: usize, names: usize) -> Resu
     Ok(materials)
 }
 
-fn vectors<const N: usize>(contents: &Contents, name: &str, rows: usize) -> Result<Vec<[f32; N]>, DatabaseError> {
+fn vectors<const N: usize>(
+    contents: &ContainerContents,
+    name: &str,
+    rows: usize,
+) -> Result<Vec<[f32; N]>, DatabaseError> {
     let (columns, values) = contents.f32(name, rows)?;
     match columns == N {
         true => Ok(values.as_chunks::<N>().0.to_vec()),

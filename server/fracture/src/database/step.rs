@@ -2,12 +2,12 @@
 
 use super::{BakeRequest, parts};
 use crate::lattice::Lattice;
-use crate::pipeline::{Parameters, Solid};
+use crate::pipeline::{BakeParameters, ElasticModel};
 use crate::surface::Surface;
 
 /// What baking does, in order; the caller may show it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Step {
+pub enum BakeStep {
     /// Welding, orienting, naming defects.
     Surface,
     /// Winding numbers and the volume that they enclose.
@@ -15,7 +15,7 @@ pub enum Step {
     /// Both lattices and the operator between them.
     Lattices,
     /// The lattices are there: how large they are. Nothing begins with it.
-    Sized(Size),
+    Sized(BakeSize),
     /// Eigenpairs of body `0`.
     Lift(usize),
     /// Stiffness and factor of body `0`.
@@ -38,7 +38,7 @@ pub enum Step {
 /// Calibrated on generated shapes in `draft` and `game` (dumbbell, arch, horseshoe, mug, statue, vase: 1 500 to 58 900 elastic and 3 000
 /// to 58 900 crack nodes) and on the mug with 24 and 100 examples. Processor times are of one core of an AMD EPYC.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Size {
+pub struct BakeSize {
     /// Nodes of all elastic lattices; 0: no elasticity is prepared.
     pub elastic_nodes: usize,
     /// Nodes of all crack lattices.
@@ -69,12 +69,12 @@ const SKIN_DENSITY: f64 = 6.0;
 /// A bake holds so many bytes, and so many times those of the object, at its peak.
 const PEAK: [f64; 2] = [30e6, 1.85];
 
-impl Size {
+impl BakeSize {
     /// That of these bodies.
     pub(super) fn of(
-        bodies: &[(Lattice, Option<Solid>)],
+        bodies: &[(Lattice, Option<ElasticModel>)],
         surface: &Surface,
-        parameters: &Parameters,
+        parameters: &BakeParameters,
         request: &BakeRequest,
     ) -> Self {
         let solids = || bodies.iter().filter_map(|(_, solid)| solid.as_ref());
@@ -113,12 +113,12 @@ impl Size {
 mod tests {
     use super::*;
     use crate::database::bake;
-    use crate::pipeline::Quality;
+    use crate::pipeline::Preset;
     use crate::scene::Materials;
     use crate::surface::shapes;
-    use crate::token::Token;
+    use crate::token::CancelToken;
 
-    const MUG: Size = Size {
+    const MUG: BakeSize = BakeSize {
         elastic_nodes: 4_645,
         crack_nodes: 9_576,
         examples: 0,
@@ -134,9 +134,9 @@ mod tests {
 
     #[test]
     fn what_is_asked_for_costs_more() {
-        let learning = Size { examples: 100, ..MUG };
+        let learning = BakeSize { examples: 100, ..MUG };
         assert!(learning.core_seconds() > 10.0 * MUG.core_seconds());
-        let hollow = Size { elastic_nodes: 0, factor_bytes: 0, ..MUG };
+        let hollow = BakeSize { elastic_nodes: 0, factor_bytes: 0, ..MUG };
         assert!(hollow.held_bytes() < hollow.peak_bytes() && hollow.core_seconds() < MUG.core_seconds());
     }
 
@@ -144,24 +144,24 @@ mod tests {
     fn what_a_daemon_will_hold_is_near_what_it_holds() {
         let materials = Materials::parse(crate::scene::MATERIALS).unwrap();
         for (shape, quality) in [
-            ("arch", Quality::Draft),
-            ("dumbbell", Quality::Draft),
-            ("horseshoe", Quality::Draft),
-            ("arch", Quality::Game),
-            ("dumbbell", Quality::Game),
-            ("horseshoe", Quality::Game),
-            ("mug", Quality::Game),
-            ("statue", Quality::Game),
+            ("arch", Preset::Draft),
+            ("dumbbell", Preset::Draft),
+            ("horseshoe", Preset::Draft),
+            ("arch", Preset::Game),
+            ("dumbbell", Preset::Game),
+            ("horseshoe", Preset::Game),
+            ("mug", Preset::Game),
+            ("statue", Preset::Game),
         ] {
             let glass = materials.get("glass").unwrap().clone();
             let request = BakeRequest { quality, kappa: Some(2.0), ..BakeRequest::new(shape, "glass", glass) };
             let mut told = 0;
             let mut hear = |step| {
-                if let Step::Sized(size) = step {
+                if let BakeStep::Sized(size) = step {
                     told = size.held_bytes();
                 }
             };
-            let prepared = bake(shapes::by_name(shape).unwrap(), &request, &Token::default(), &mut hear).unwrap();
+            let prepared = bake(shapes::by_name(shape).unwrap(), &request, &CancelToken::default(), &mut hear).unwrap();
             let ratio = told as f64 / prepared.bytes() as f64;
             println!("{shape} {}: {told} bytes told, {ratio:.3} of those held", quality.name());
             assert!((0.9..1.1).contains(&ratio), "{shape} {}: {ratio}", quality.name());

@@ -1,12 +1,12 @@
 //! Whether what is stored is what a bake would make.
 
 use super::bake::{self, BakeError, BakeRequest};
-use super::step::Step;
+use super::step::BakeStep;
 use super::{Tables, input_hash, load, stuffed};
 use crate::lift::LiftKind;
-use crate::pipeline::{Prepared, Unprepared};
-use crate::surface::{RawMesh, Sheets, Surface};
-use crate::token::Token;
+use crate::pipeline::{MissingLift, PreparedObject};
+use crate::surface::{CrackSheets, RawMesh, Surface};
+use crate::token::CancelToken;
 use std::path::Path;
 
 /// The object in `file`, if a bake of `raw` would make it; tables that it has beside those are no difference. One that cannot be read
@@ -16,16 +16,16 @@ pub fn stored(
     file: &Path,
     raw: RawMesh,
     request: &BakeRequest,
-    token: &Token,
-    progress: &mut dyn FnMut(Step),
-) -> Result<Option<Prepared>, BakeError> {
+    token: &CancelToken,
+    progress: &mut dyn FnMut(BakeStep),
+) -> Result<Option<PreparedObject>, BakeError> {
     let Ok(prepared) = load(file) else {
         return Ok(None);
     };
     bake::check(request)?;
-    progress(Step::Surface);
+    progress(BakeStep::Surface);
     let surface = Surface::repair(raw)?;
-    let sheets = request.cracks.as_ref().map(|raw| Sheets::new(raw, &surface.frame)).transpose();
+    let sheets = request.cracks.as_ref().map(|raw| CrackSheets::new(raw, &surface.frame)).transpose();
     if !alike(&prepared, &surface, sheets.map_err(BakeError::Cracks)?.as_ref(), request) {
         return Ok(None);
     }
@@ -42,7 +42,7 @@ pub fn stored(
 }
 
 /// Whether everything but the spacings is as a bake would make it.
-fn alike(prepared: &Prepared, surface: &Surface, sheets: Option<&Sheets>, request: &BakeRequest) -> bool {
+fn alike(prepared: &PreparedObject, surface: &Surface, sheets: Option<&CrackSheets>, request: &BakeRequest) -> bool {
     let own = &prepared.parameters;
     let parameters = bake::parameters(request, surface, [own.elastic_spacing, own.crack_spacing]);
     prepared.report.input_hash == input_hash(surface, sheets)
@@ -55,9 +55,9 @@ fn alike(prepared: &Prepared, surface: &Surface, sheets: Option<&Sheets>, reques
 }
 
 /// One of these tables that the object does not have, by name, though a bake could have made it.
-pub fn lacking(prepared: &Prepared, tables: Tables) -> Option<&'static str> {
+pub fn lacking(prepared: &PreparedObject, tables: Tables) -> Option<&'static str> {
     let unprepared = |index: usize| {
-        let of = |absent: &Unprepared| absent.body == index && absent.lift == LiftKind::SurfaceDiffusion;
+        let of = |absent: &MissingLift| absent.body == index && absent.lift == LiftKind::SurfaceDiffusion;
         prepared.report.unprepared.iter().any(of)
     };
     let bodies = || prepared.bodies.iter().enumerate();
@@ -90,7 +90,7 @@ mod tests {
         let glass = materials.get("glass").unwrap().clone();
         let request = BakeRequest { elastic_spacing, crack_spacing, tables, ..BakeRequest::new("bar", "glass", glass) };
         let folder = tempfile::tempdir().unwrap();
-        let prepared = bake(bar(), &request, &Token::default(), &mut |_| {}).unwrap();
+        let prepared = bake(bar(), &request, &CancelToken::default(), &mut |_| {}).unwrap();
         save(&prepared, &folder.path().join("bar.shatter")).unwrap();
         (request, folder)
     }
@@ -102,7 +102,7 @@ mod tests {
     #[track_caller]
     fn check(folder: &tempfile::TempDir, raw: RawMesh, request: &BakeRequest, wanted: bool) {
         let file = folder.path().join("bar.shatter");
-        let found = stored(&file, raw, request, &Token::default(), &mut |_| {}).unwrap();
+        let found = stored(&file, raw, request, &CancelToken::default(), &mut |_| {}).unwrap();
         assert_eq!(found.is_some(), wanted, "{request:?}");
     }
 

@@ -1,24 +1,24 @@
 //! The lattices of a bake: volume, spacings, what they keep of the surface, and what was found out about it.
 
 use super::bake::{BakeError, BakeRequest, GONE_MAX, parameters};
-use super::cracks::{Intact, elastic_spacing};
+use super::cracks::{UncrackedShape, elastic_spacing};
 use super::hash::input_hash;
 use super::parts;
-use super::step::Step;
+use super::step::BakeStep;
 use super::thin::{self, WIDTH_MAX};
-use crate::lattice::{self, LatticeError, Levels, Spacings};
-use crate::pipeline::{BakeReport, Parameters, Quality};
-use crate::surface::{Inside, Sheets, Side, Surface, SurfaceError};
-use crate::token::Token;
+use crate::lattice::{self, LatticeError, LatticeLevels, Spacings};
+use crate::pipeline::{BakeParameters, BakeReport, Preset};
+use crate::surface::{CrackSheets, InsideTest, Surface, SurfaceError, WidthSide};
+use crate::token::CancelToken;
 
 /// Volume, spacings, both lattices, and what was found out about them. Where nothing is inside, or too little of it is kept, the error
 /// says whether the surface is flat or a vertex is far away.
 pub(super) fn lattices(
     request: &BakeRequest,
     surface: &Surface,
-    token: &Token,
-    progress: &mut dyn FnMut(Step),
-) -> Result<(Parameters, Levels, BakeReport), BakeError> {
+    token: &CancelToken,
+    progress: &mut dyn FnMut(BakeStep),
+) -> Result<(BakeParameters, LatticeLevels, BakeReport), BakeError> {
     stuffed(request, surface, token, progress).map_err(|error| {
         let reason = match &error {
             BakeError::Surface(SurfaceError::NothingInside)
@@ -34,16 +34,16 @@ pub(super) fn lattices(
 fn stuffed(
     request: &BakeRequest,
     surface: &Surface,
-    token: &Token,
-    progress: &mut dyn FnMut(Step),
-) -> Result<(Parameters, Levels, BakeReport), BakeError> {
-    let sheets = request.cracks.as_ref().map(|raw| Sheets::new(raw, &surface.frame)).transpose();
+    token: &CancelToken,
+    progress: &mut dyn FnMut(BakeStep),
+) -> Result<(BakeParameters, LatticeLevels, BakeReport), BakeError> {
+    let sheets = request.cracks.as_ref().map(|raw| CrackSheets::new(raw, &surface.frame)).transpose();
     let sheets = sheets.map_err(BakeError::Cracks)?;
-    progress(Step::Volume);
-    let inside = Inside::new(surface);
+    progress(BakeStep::Volume);
+    let inside = InsideTest::new(surface);
     let volume = inside.input_volume(token)?;
-    progress(Step::Lattices);
-    let walls = inside.widths(Side::Wall, WIDTH_MAX, token)?;
+    progress(BakeStep::Lattices);
+    let walls = inside.widths(WidthSide::Wall, WIDTH_MAX, token)?;
     let spacings = thin::spacings(request, volume, parts::area(surface), &walls, &surface.frame)?;
     let mut parameters = parameters(request, surface, spacings);
     let mut spacings = Spacings {
@@ -51,11 +51,11 @@ fn stuffed(
         crack: parameters.crack_spacing,
         refine: request.elastic_spacing.is_none(),
     };
-    let stuffed = |quality: Quality, spacings, volume| {
+    let stuffed = |quality: Preset, spacings, volume| {
         let levels = if quality.lattices().fitted { lattice::fitted_levels } else { lattice::levels };
         levels(&inside, spacings, volume, token).map_err(|error| thin::explain(error, &walls, surface))
     };
-    let stuffed_by = |quality: Quality| {
+    let stuffed_by = |quality: Preset| {
         let request = BakeRequest { quality, ..request.without_cracks() };
         let [elastic, crack] = thin::spacings(&request, volume, parts::area(surface), &walls, &surface.frame)?;
         let spacings = Spacings { elastic, crack, refine: request.elastic_spacing.is_none() };
@@ -87,7 +87,7 @@ fn stuffed(
     }
     let mut report = report(surface, sheets.as_ref(), &inside, volume, &levels);
     if let Some(sheets) = &sheets {
-        let intact = Intact { surface, inside: &inside, levels: &levels, volume: kept, spacings };
+        let intact = UncrackedShape { surface, inside: &inside, levels: &levels, volume: kept, spacings };
         levels = intact.slotted(sheets, &mut report, token)?;
     }
     parameters.elastic_spacing = elastic_spacing(&levels);
@@ -97,7 +97,13 @@ fn stuffed(
     Ok((parameters, levels, report))
 }
 
-fn report(surface: &Surface, sheets: Option<&Sheets>, inside: &Inside, volume: f64, levels: &Levels) -> BakeReport {
+fn report(
+    surface: &Surface,
+    sheets: Option<&CrackSheets>,
+    inside: &InsideTest,
+    volume: f64,
+    levels: &LatticeLevels,
+) -> BakeReport {
     let cubed = surface.frame.diagonal_m.powi(3);
     let lattice_volume: f64 = levels.bodies.iter().map(|body| body.crack.volume()).sum();
     let deviation = levels
@@ -119,6 +125,6 @@ fn report(surface: &Surface, sheets: Option<&Sheets>, inside: &Inside, volume: f
     }
 }
 
-fn boundary_samples(levels: &Levels) -> Vec<nalgebra::Point3<f64>> {
+fn boundary_samples(levels: &LatticeLevels) -> Vec<nalgebra::Point3<f64>> {
     levels.bodies.iter().flat_map(|body| body.crack.nodes.iter().copied()).collect()
 }

@@ -2,10 +2,10 @@
 
 use super::BakeRequest;
 use super::bake::BakeError;
-use crate::lattice::{self, LatticeError, Levels, Locator};
-use crate::pipeline::Lattices;
-use crate::surface::{Defect, DefectKind, Frame, Inside, Side, Surface, Width, Widths};
-use crate::token::Token;
+use crate::lattice::{self, LatticeError, LatticeLevels, Locator};
+use crate::pipeline::LatticeSettings;
+use crate::surface::{Defect, DefectKind, InsideTest, LocalFrame, Surface, Width, WidthSide, Widths};
+use crate::token::CancelToken;
 use rayon::prelude::*;
 
 /// Widths are measured up to here, local: default spacings keep anything thicker.
@@ -28,9 +28,9 @@ pub(super) fn spacings(
     volume: f64,
     area: f64,
     walls: &Widths,
-    frame: &Frame,
+    frame: &LocalFrame,
 ) -> Result<[f64; 2], BakeError> {
-    let Lattices { elastic_nodes, crack_nodes, .. } = request.quality.lattices();
+    let LatticeSettings { elastic_nodes, crack_nodes, .. } = request.quality.lattices();
     let nodes = [elastic_nodes, crack_nodes];
     let chosen = lattice::spacings(volume, area, nodes, request.elastic_spacing, request.crack_spacing)?;
     let thickness = walls.quantile(SHARE);
@@ -58,7 +58,7 @@ pub(super) fn explain(error: LatticeError, walls: &Widths, surface: &Surface) ->
     }
 }
 
-fn too_thin(thickness: f64, spacing: f64, possible: bool, frame: &Frame) -> BakeError {
+fn too_thin(thickness: f64, spacing: f64, possible: bool, frame: &LocalFrame) -> BakeError {
     let spacing_needed = thickness / WALL_SPACINGS[1];
     BakeError::TooThin { thickness_m: thickness * frame.diagonal_m, spacing, spacing_needed, possible }
 }
@@ -66,11 +66,11 @@ fn too_thin(thickness: f64, spacing: f64, possible: bool, frame: &Frame) -> Bake
 /// Names the walls that the crack lattice lost and the gaps that it closed; refuses where the walls of [`SHARE`] of the
 /// surface are gone.
 pub(super) fn lost(
-    inside: &Inside,
+    inside: &InsideTest,
     walls: &Widths,
-    levels: &Levels,
-    frame: &Frame,
-    token: &Token,
+    levels: &LatticeLevels,
+    frame: &LocalFrame,
+    token: &CancelToken,
 ) -> Result<Vec<Defect>, BakeError> {
     let locators: Vec<Locator> = levels.bodies.iter().map(|body| Locator::new(&body.crack)).collect();
     let filled = |sample: &Width| locators.iter().any(|locator| locator.containing(&sample.middle, None).is_some());
@@ -88,7 +88,7 @@ pub(super) fn lost(
         let thickness = walls.quantile(SHARE);
         return Err(too_thin(thickness, spacing, true, frame));
     }
-    let gaps = inside.widths(Side::Gap, spacing, token)?;
+    let gaps = inside.widths(WidthSide::Gap, spacing, token)?;
     let closed = pick(&gaps, |sample| sample.width < spacing && filled(sample));
     let closed_share = closed.len() as f64 / gaps.samples.len().max(1) as f64;
     let named = |kind, samples: &[Width], share: f64, what: &str| {
@@ -112,11 +112,11 @@ fn pick(widths: &Widths, choose: impl Fn(&Width) -> bool + Sync) -> Vec<Width> {
 mod tests {
     use super::*;
     use crate::database::bake;
-    use crate::pipeline::Prepared;
+    use crate::pipeline::PreparedObject;
     use crate::scene::Material;
     use crate::surface::{RawMesh, shapes};
 
-    fn baked(mesh: RawMesh, crack_spacing: Option<f64>) -> Result<Prepared, BakeError> {
+    fn baked(mesh: RawMesh, crack_spacing: Option<f64>) -> Result<PreparedObject, BakeError> {
         let material = Material {
             young_pa: 7e10,
             poisson: 0.22,
@@ -125,7 +125,7 @@ mod tests {
             source: String::new(),
         };
         let request = BakeRequest { crack_spacing, ..BakeRequest::new("thin", "glass", material) };
-        bake(mesh, &request, &Token::default(), &mut |_| ())
+        bake(mesh, &request, &CancelToken::default(), &mut |_| ())
     }
 
     /// One body of the input's volume, nothing lost, at default spacings.

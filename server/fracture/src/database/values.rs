@@ -3,10 +3,10 @@
 use super::DatabaseError;
 use super::bake::is_object_name;
 use crate::degree;
-use crate::lattice::{Lattice, Transfer};
+use crate::lattice::{EnergyTransfer, Lattice};
 use crate::lift::MODES_MAX;
-use crate::pipeline::{BakeReport, Body, LearnedQuality, Parameters, Prepared, Reduction};
-use crate::surface::{DIAGONAL_RANGE_M, Frame, UV_MAX};
+use crate::pipeline::{BakeParameters, BakeReport, LearnedErrors, PreparedBody, PreparedObject, ReductionErrors};
+use crate::surface::{DIAGONAL_RANGE_M, LocalFrame, UV_MAX};
 use std::ops::RangeInclusive;
 
 /// Largest coordinate of a lattice or a skin, local: the box of the input has diagonal 1 and its center at the origin.
@@ -83,7 +83,7 @@ pub(super) fn bound(tensor: &str, values: &[f64; 4], ranges: &[RangeInclusive<f6
 }
 
 /// A number that a bake may be asked for, over what it usually is.
-pub(super) struct Ratio {
+pub(super) struct RatioRange {
     /// Which number.
     pub key: &'static str,
     /// Over what.
@@ -94,20 +94,29 @@ pub(super) struct Ratio {
 
 /// The first number of an object in `frame` that differs from the usual by more than [`RATIOS`]: the fragment size from the
 /// diagonal, γ from that of material and fragment size, κ from 1.
-pub(super) fn unusual(own: &Parameters, frame: &Frame, gamma_j_m2: f64, kappa: f64) -> Option<Ratio> {
-    let Parameters { material, fragment_size_m, .. } = own;
+pub(super) fn unusual(own: &BakeParameters, frame: &LocalFrame, gamma_j_m2: f64, kappa: f64) -> Option<RatioRange> {
+    let BakeParameters { material, fragment_size_m, .. } = own;
     let reference = degree::reference_gamma(material.young_pa, material.strength_pa, *fragment_size_m);
     let all = [
-        Ratio { key: "fragment_size_m", over: "the diagonal of the shape", value: fragment_size_m / frame.diagonal_m },
-        Ratio { key: "gamma_j_m2", over: "that of material and fragment size", value: gamma_j_m2 / reference },
-        Ratio { key: "kappa", over: "1", value: kappa },
+        RatioRange {
+            key: "fragment_size_m",
+            over: "the diagonal of the shape",
+            value: fragment_size_m / frame.diagonal_m,
+        },
+        RatioRange { key: "gamma_j_m2", over: "that of material and fragment size", value: gamma_j_m2 / reference },
+        RatioRange { key: "kappa", over: "1", value: kappa },
     ];
     all.into_iter().find(|ratio| !RATIOS.contains(&ratio.value))
 }
 
 /// Fragment size, γ and κ, compared with what they usually are.
-pub(super) fn usual(own: &Parameters, frame: &Frame, gamma_j_m2: f64, kappa: f64) -> Result<(), DatabaseError> {
-    unusual(own, frame, gamma_j_m2, kappa).map_or(Ok(()), |Ratio { key, over, value }| {
+pub(super) fn usual(
+    own: &BakeParameters,
+    frame: &LocalFrame,
+    gamma_j_m2: f64,
+    kappa: f64,
+) -> Result<(), DatabaseError> {
+    unusual(own, frame, gamma_j_m2, kappa).map_or(Ok(()), |RatioRange { key, over, value }| {
         let part = if key == "fragment_size_m" { "parameters" } else { "shape" };
         Err(metadata(
             part,
@@ -166,7 +175,7 @@ pub(super) fn gram(tensor: &str, rank: usize, values: &[f64]) -> Result<(), Data
 }
 
 /// Shares: positive, and those of each elastic tetrahedron add up to one, so that no energy is lost or made.
-pub(super) fn shares(tensor: &str, transfer: &Transfer, elastic: &Lattice) -> Result<(), DatabaseError> {
+pub(super) fn shares(tensor: &str, transfer: &EnergyTransfer, elastic: &Lattice) -> Result<(), DatabaseError> {
     all(tensor, &transfer.shares, "a positive share", |share| share > 0.0 && share <= 1.0 + SUM_TOLERANCE)?;
     let mut sums = vec![0.0; elastic.tets.len()];
     transfer.tets.iter().zip(&transfer.shares).for_each(|(tet, share)| sums[*tet as usize] += share);
@@ -199,7 +208,7 @@ const POSITIVE: RangeInclusive<f64> = f64::MIN_POSITIVE..=f64::MAX;
 const COUNTED: RangeInclusive<f64> = 0.0..=f64::MAX;
 
 /// The object's name and what it was baked from.
-pub(super) fn parameters(name: &str, own: &Parameters) -> Result<(), DatabaseError> {
+pub(super) fn parameters(name: &str, own: &BakeParameters) -> Result<(), DatabaseError> {
     if !is_object_name(name) {
         return Err(metadata("object", "cannot name an object".to_owned()));
     }
@@ -218,7 +227,7 @@ pub(super) fn parameters(name: &str, own: &Parameters) -> Result<(), DatabaseErr
 }
 
 /// Where the object lies, and how large it is.
-pub(super) fn frame(own: &Frame) -> Result<(), DatabaseError> {
+pub(super) fn frame(own: &LocalFrame) -> Result<(), DatabaseError> {
     let most = *DIAGONAL_RANGE_M.end();
     let all = [
         ("frame.diagonal_m", own.diagonal_m, DIAGONAL_RANGE_M),
@@ -230,7 +239,7 @@ pub(super) fn frame(own: &Frame) -> Result<(), DatabaseError> {
 }
 
 /// What baking found out, against the lattices that are there.
-pub(super) fn report(own: &BakeReport, frame: &Frame, bodies: &[Body]) -> Result<(), DatabaseError> {
+pub(super) fn report(own: &BakeReport, frame: &LocalFrame, bodies: &[PreparedBody]) -> Result<(), DatabaseError> {
     let all = [
         ("input_volume_m3", own.input_volume_m3, POSITIVE),
         ("lattice_volume_m3", own.lattice_volume_m3, POSITIVE),
@@ -260,7 +269,7 @@ pub(super) fn report(own: &BakeReport, frame: &Frame, bodies: &[Body]) -> Result
 }
 
 /// Relative errors of what was learned.
-pub(super) fn quality(own: &LearnedQuality) -> Result<(), DatabaseError> {
+pub(super) fn quality(own: &LearnedErrors) -> Result<(), DatabaseError> {
     let all = [
         ("median_relative_error", own.median_relative_error, 0.0..=ERROR_MAX),
         ("p90_relative_error", own.p90_relative_error, 0.0..=ERROR_MAX),
@@ -275,7 +284,7 @@ pub(super) fn quality(own: &LearnedQuality) -> Result<(), DatabaseError> {
 }
 
 /// Figures of the reduced bases, against the bases that are there.
-pub(super) fn reduction(own: &Reduction, bodies: &[Body]) -> Result<(), DatabaseError> {
+pub(super) fn reduction(own: &ReductionErrors, bodies: &[PreparedBody]) -> Result<(), DatabaseError> {
     let all = [
         ("energy_error_median", own.energy_error_median, 0.0..=ERROR_MAX),
         ("energy_error_p90", own.energy_error_p90, 0.0..=ERROR_MAX),
@@ -288,8 +297,9 @@ pub(super) fn reduction(own: &Reduction, bodies: &[Body]) -> Result<(), Database
     if own.rank.len() != bodies.len() {
         return Err(metadata("reduction", format!("{} ranks of {} bodies", own.rank.len(), bodies.len())));
     }
-    let differs =
-        |(rank, body): (&usize, &Body)| body.solid.is_some() && body.reduced().map_or(0, |own| own.rank()) != *rank;
+    let differs = |(rank, body): (&usize, &PreparedBody)| {
+        body.solid.is_some() && body.reduced().map_or(0, |own| own.rank()) != *rank
+    };
     match own.rank.iter().zip(bodies).position(differs) {
         Some(index) => Err(metadata("reduction", format!("rank[{index}] is not that of the basis"))),
         None => Ok(()),
@@ -297,7 +307,7 @@ pub(super) fn reduction(own: &Reduction, bodies: &[Body]) -> Result<(), Database
 }
 
 /// Impacts: every example is of one that was drawn.
-pub(super) fn impacts(own: &Prepared) -> Result<(), DatabaseError> {
+pub(super) fn impacts(own: &PreparedObject) -> Result<(), DatabaseError> {
     let last = own.examples.iter().map(|example| example.impact).max();
     match last.filter(|last| *last >= own.impacts) {
         Some(last) => {

@@ -4,9 +4,9 @@
 //! small, so one number per object corrects it.
 
 use super::criterion::closed_form;
-use super::curve::Curve;
+use super::curve::EnergyCurve;
 use super::slender::Slenderness;
-use crate::centroidal::Field;
+use crate::centroidal::EnergyField;
 
 /// Degrees below this are no evidence for κ: n is an integer and n₀ tends to 0.
 pub const SITES_MIN: usize = 8;
@@ -16,7 +16,7 @@ pub const KAPPA: f64 = 2.0;
 
 /// One labelled threshold of one field.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sample {
+pub struct CalibrationSample {
     /// n₀ of the closed form.
     pub estimate: f64,
     /// n of the optimisation.
@@ -36,21 +36,21 @@ pub struct Calibration {
 
 /// One sample for each number of sites ≥ [`SITES_MIN`] that is the degree of some γ on `curve`: at the middle, in the
 /// logarithm, of the interval of γ whose degree it is.
-pub fn samples(field: &Field, shape: &Slenderness, curve: &Curve) -> Vec<Sample> {
+pub fn samples(field: &EnergyField, shape: &Slenderness, curve: &EnergyCurve) -> Vec<CalibrationSample> {
     let records = curve.points().windows(2).filter(|pair| pair[1].running_minimum < pair[0].running_minimum);
     records
         .filter(|pair| pair[1].sites >= SITES_MIN && pair[1].running_minimum > 0.0)
         .map(|pair| {
             let gamma = pair[0].running_minimum.sqrt() * pair[1].running_minimum.sqrt();
-            Sample { estimate: closed_form(field, shape, gamma), sites: pair[1].sites }
+            CalibrationSample { estimate: closed_form(field, shape, gamma), sites: pair[1].sites }
         })
         .collect()
 }
 
 /// κ from the samples of several fields of one object; `None` without samples.
-pub fn fit_kappa(samples: &[Sample]) -> Option<Calibration> {
+pub fn fit_kappa(samples: &[CalibrationSample]) -> Option<Calibration> {
     let kappa = median(samples.iter().map(|sample| sample.sites as f64 / sample.estimate))?;
-    let error = |sample: &Sample| (kappa * sample.estimate / sample.sites as f64 - 1.0).abs();
+    let error = |sample: &CalibrationSample| (kappa * sample.estimate / sample.sites as f64 - 1.0).abs();
     let error_median = median(samples.iter().map(error))?;
     Some(Calibration { kappa, error_median, samples: samples.len() })
 }

@@ -9,7 +9,7 @@
 //! and γ the same.
 
 use super::slender::Slenderness;
-use crate::centroidal::{Field, cube_root, three_fifths};
+use crate::centroidal::{EnergyField, cube_root, three_fifths};
 use rayon::prelude::*;
 
 /// c = 3 G_3: dimension times the normalised second moment of the body-centred cubic lattice (Barnes and Sloane 1983), so
@@ -26,7 +26,7 @@ const COEFFICIENT_ROD: f64 = 1.0 / 12.0;
 ///
 /// Exact for W constant on each node's cell: the cells' own moments are counted. Summed about the node r with the most energy, which
 /// is as near to c as the energy is spread out, in one pass, and moved to c by the parallel axis theorem: little is lost.
-pub fn first_moment(field: &Field) -> f64 {
+pub fn first_moment(field: &EnergyField) -> f64 {
     let m = field.dimension();
     let most = |most: usize, node: usize| if field.mass()[node] > field.mass()[most] { node } else { most };
     let about = field.lift().at((1..field.nodes()).fold(0, most));
@@ -64,7 +64,7 @@ fn in_parts(count: usize, length: usize, sum: impl Fn(usize, &mut [f64]) + Sync)
 
 /// How evenly the energy is spread, ∫(W/W̄)^(3/5) over the volume: 1 for a uniform field, less the more it is concentrated.
 /// The closed form of a solid body is this times a power of energy over γ (ours).
-pub fn evenness(field: &Field) -> f64 {
+pub fn evenness(field: &EnergyField) -> f64 {
     let (mut sum, mut volume) = (0.0, 0.0);
     for node in 0..field.nodes() {
         sum += field.volume(node) * field.relative_density_three_fifths(node);
@@ -84,12 +84,12 @@ pub fn threshold_factor(first_moment: f64, gamma: f64) -> f64 {
 /// In D dimensions n₀ = (c_D/γ)^(D/(D+2)) ∫W^(D/(D+2))(det g)^(1/5) dx, with W integrated over a plate's thickness
 /// (D = 2) or a rod's section (D = 1). Each formula holds where cells are larger than what it integrates over, and
 /// there it gives the largest number: the largest of the three is taken node by node (ours).
-pub fn closed_form(field: &Field, shape: &Slenderness, gamma: f64) -> f64 {
+pub fn closed_form(field: &EnergyField, shape: &Slenderness, gamma: f64) -> f64 {
     closed_form_and_evenness(field, shape, gamma)[0]
 }
 
 /// [`closed_form`] and [`evenness`] in one pass.
-pub fn closed_form_and_evenness(field: &Field, shape: &Slenderness, gamma: f64) -> [f64; 2] {
+pub fn closed_form_and_evenness(field: &EnergyField, shape: &Slenderness, gamma: f64) -> [f64; 2] {
     let Slenderness { thickness, section } = *shape;
     let unit = field.mean_density() / gamma;
     let solid_unit = three_fifths(COEFFICIENT * unit);
@@ -109,7 +109,7 @@ pub fn closed_form_and_evenness(field: &Field, shape: &Slenderness, gamma: f64) 
 
 /// A number of sites, and whether the cap cut it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Degree {
+pub struct SiteCount {
     /// Number of sites, at least 1.
     pub sites: usize,
     /// The criterion wanted more than the cap.
@@ -119,16 +119,16 @@ pub struct Degree {
 /// The degree by the calibrated closed form: 1 iff E_1 ≤ γ, else max(2, round(κ n₀)), at most `sites_max`.
 ///
 /// `estimate` is n₀ of [`closed_form`], `kappa` comes from [`fit_kappa`](super::fit_kappa).
-pub fn decide(first_moment: f64, gamma: f64, estimate: f64, kappa: f64, sites_max: usize) -> Degree {
+pub fn decide(first_moment: f64, gamma: f64, estimate: f64, kappa: f64, sites_max: usize) -> SiteCount {
     if first_moment <= gamma {
-        return Degree { sites: 1, capped: false };
+        return SiteCount { sites: 1, capped: false };
     }
     let wanted = (kappa * estimate).round().max(2.0);
     let cap = sites_max.max(1);
     if wanted > cap as f64 {
-        Degree { sites: cap, capped: true }
+        SiteCount { sites: cap, capped: true }
     } else {
-        Degree { sites: wanted as usize, capped: false }
+        SiteCount { sites: wanted as usize, capped: false }
     }
 }
 

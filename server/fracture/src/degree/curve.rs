@@ -4,9 +4,11 @@
 //! which the running minimum of E_max passes, over numbers of sites and starts that do not depend on γ: it never falls
 //! when γ does.
 
-use super::criterion::{self, Degree};
-use crate::centroidal::{self, Diagram, Field, ITERATIONS_MAX, Options, Stop, TOLERANCE, Workspace};
-use crate::token::{Cancelled, Token};
+use super::criterion::{self, SiteCount};
+use crate::centroidal::{
+    self, Diagram, DiagramOptions, DiagramWorkspace, EnergyField, ITERATIONS_MAX, StopCondition, TOLERANCE,
+};
+use crate::token::{CancelToken, Cancelled};
 
 /// How a curve is sampled. None of it may depend on γ.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,7 +33,7 @@ impl Default for CurveOptions {
 
 /// One number of sites.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Point {
+pub struct CurvePoint {
     /// n.
     pub sites: usize,
     /// E_max(n), the smallest of its starts.
@@ -46,22 +48,23 @@ pub struct Point {
 
 /// E_max(n) of one field, evaluated from small n on and only as far as it was asked for.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Curve {
+pub struct EnergyCurve {
     options: CurveOptions,
     sites_max: usize,
-    points: Vec<Point>,
+    points: Vec<CurvePoint>,
 }
 
-impl Curve {
+impl EnergyCurve {
     /// The curve of `field` with its first point, n = 1, whose energy is the first moment.
-    pub fn new(field: &Field, options: CurveOptions) -> Self {
+    pub fn new(field: &EnergyField, options: CurveOptions) -> Self {
         let energy = criterion::first_moment(field);
-        let whole = Point { sites: 1, energy_max: energy, energy_max_worst: energy, start: 0, running_minimum: energy };
+        let whole =
+            CurvePoint { sites: 1, energy_max: energy, energy_max_worst: energy, start: 0, running_minimum: energy };
         Self { options, sites_max: options.sites_max.clamp(1, field.nodes()), points: vec![whole] }
     }
 
     /// The points so far, by rising number of sites.
-    pub fn points(&self) -> &[Point] {
+    pub fn points(&self) -> &[CurvePoint] {
         &self.points
     }
 
@@ -72,10 +75,10 @@ impl Curve {
     /// [`Cancelled`] once the token is; the points so far stay.
     pub fn extend(
         &mut self,
-        field: &Field,
+        field: &EnergyField,
         gamma: f64,
-        workspace: &mut Workspace,
-        token: &Token,
+        workspace: &mut DiagramWorkspace,
+        token: &CancelToken,
     ) -> Result<(), Cancelled> {
         self.extend_until(field, gamma, &mut (), workspace, token, &mut |_, _| ())
     }
@@ -87,17 +90,17 @@ impl Curve {
     /// As [`Self::extend`].
     pub fn extend_until(
         &mut self,
-        field: &Field,
+        field: &EnergyField,
         gamma: f64,
-        stop: &mut dyn Stop,
-        workspace: &mut Workspace,
-        token: &Token,
+        stop: &mut dyn StopCondition,
+        workspace: &mut DiagramWorkspace,
+        token: &CancelToken,
         show: &mut dyn FnMut(usize, &Diagram),
     ) -> Result<(), Cancelled> {
         let mut diagram = Diagram::default();
         while let Some(last) = self.points.last().copied().filter(|last| last.running_minimum > gamma) {
             let Some(sites) = next_sites(last.sites, self.sites_max) else { break };
-            let mut point = Point {
+            let mut point = CurvePoint {
                 sites,
                 energy_max: f64::INFINITY,
                 energy_max_worst: 0.0,
@@ -120,18 +123,18 @@ impl Curve {
     }
 
     /// The degree at `gamma` from the points so far, and the start of its best diagram; the cap if they do not reach it.
-    pub fn degree(&self, gamma: f64) -> (Degree, u32) {
+    pub fn degree(&self, gamma: f64) -> (SiteCount, u32) {
         match self.points.iter().find(|point| point.running_minimum <= gamma) {
-            Some(point) => (Degree { sites: point.sites, capped: false }, point.start),
+            Some(point) => (SiteCount { sites: point.sites, capped: false }, point.start),
             None => {
                 let start = self.points.last().filter(|point| point.sites == self.sites_max).map_or(0, |p| p.start);
-                (Degree { sites: self.sites_max, capped: true }, start)
+                (SiteCount { sites: self.sites_max, capped: true }, start)
             }
         }
     }
 }
 
-impl Point {
+impl CurvePoint {
     /// Whether it is the best start so far.
     fn record(&mut self, start: u32, energy_max: f64) -> bool {
         let best = energy_max < self.energy_max;
@@ -146,9 +149,9 @@ impl Point {
 
 impl CurveOptions {
     /// The diagram that belongs to one start of one number of sites.
-    pub(crate) fn diagram(&self, sites: usize, start: u32) -> Options {
+    pub(crate) fn diagram(&self, sites: usize, start: u32) -> DiagramOptions {
         let Self { seed, tolerance, iterations_max, .. } = *self;
-        Options { sites, seed, start, tolerance, iterations_max }
+        DiagramOptions { sites, seed, start, tolerance, iterations_max }
     }
 }
 
@@ -165,11 +168,11 @@ fn next_sites(sites: usize, sites_max: usize) -> Option<usize> {
 
 /// What the full optimisation found.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Optimised {
+pub struct OptimizedDegree {
     /// The degree, from a grid of every integer up to 16 and steps of a tenth beyond.
-    pub degree: Degree,
+    pub degree: SiteCount,
     /// The curve as far as it was needed.
-    pub curve: Curve,
+    pub curve: EnergyCurve,
     /// The best diagram of that many sites.
     pub diagram: Diagram,
 }
@@ -179,19 +182,19 @@ pub struct Optimised {
 /// # Errors
 /// [`Cancelled`] once the token is.
 pub fn optimise(
-    field: &Field,
+    field: &EnergyField,
     gamma: f64,
     options: CurveOptions,
-    stop: &mut dyn Stop,
-    workspace: &mut Workspace,
-    token: &Token,
-) -> Result<Option<Optimised>, Cancelled> {
-    let mut curve = Curve::new(field, options);
+    stop: &mut dyn StopCondition,
+    workspace: &mut DiagramWorkspace,
+    token: &CancelToken,
+) -> Result<Option<OptimizedDegree>, Cancelled> {
+    let mut curve = EnergyCurve::new(field, options);
     curve.extend_until(field, gamma, stop, workspace, token, &mut |_, _| ())?;
     if stop.out() {
         return Ok(None);
     }
     let ((degree, start), mut diagram) = (curve.degree(gamma), Diagram::default());
     centroidal::diagram_until(field, &options.diagram(degree.sites, start), workspace, stop, token, &mut diagram)?;
-    Ok(Some(Optimised { degree, curve, diagram }))
+    Ok(Some(OptimizedDegree { degree, curve, diagram }))
 }

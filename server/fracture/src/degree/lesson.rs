@@ -7,7 +7,7 @@
 
 /// One labelled field at one threshold.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Lesson {
+pub struct TrainingSample {
     /// Which example it comes from: its lessons are left out together.
     pub example: usize,
     /// What is known before the degree is; the same length for all.

@@ -15,14 +15,14 @@ mod slender;
 mod tests;
 mod verify;
 
-pub use calibrate::{Calibration, KAPPA, SITES_MIN, Sample, fit_kappa, samples};
+pub use calibrate::{Calibration, CalibrationSample, KAPPA, SITES_MIN, fit_kappa, samples};
 pub use criterion::{
-    COEFFICIENT, Degree, closed_form, closed_form_and_evenness, decide, evenness, first_moment, reference_gamma,
+    COEFFICIENT, SiteCount, closed_form, closed_form_and_evenness, decide, evenness, first_moment, reference_gamma,
     threshold_factor,
 };
-pub use curve::{Curve, CurveOptions, Optimised, Point, optimise};
-pub use lesson::{DESCRIPTOR_LENGTH, Lesson, descriptor, sites, target};
-pub use network::{Network, Prediction, Trained, train};
+pub use curve::{CurveOptions, CurvePoint, EnergyCurve, OptimizedDegree, optimise};
+pub use lesson::{DESCRIPTOR_LENGTH, TrainingSample, descriptor, sites, target};
+pub use network::{PoseNetwork, Prediction, TrainedNetwork, train};
 pub use reach::{reach, reach_range};
 pub use slender::Slenderness;
-pub use verify::{Verified, verify};
+pub use verify::{VerifiedDegree, verify};

@@ -4,9 +4,9 @@
 //! examples. D. S. Broomhead & D. Lowe, *Multivariable functional interpolation and adaptive networks* (1988): centres and
 //! linear weights; ridge and leave-one-out as in M. J. L. Orr, *Introduction to radial basis function networks* (1996).
 
-use super::lesson::Lesson;
+use super::lesson::TrainingSample;
 use crate::memory::held;
-use crate::random::Stream;
+use crate::random::RandomStream;
 use nalgebra::{Cholesky, DMatrix, DVector};
 use std::collections::HashMap;
 
@@ -33,7 +33,7 @@ pub const EXAMPLES_MIN: usize = 8;
 
 /// A trained network, and the lessons that it was trained on: how far a query is from them.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Network {
+pub struct PoseNetwork {
     /// Mean of the descriptors, one entry per component.
     pub mean: Vec<f64>,
     /// Their spread, likewise.
@@ -63,9 +63,9 @@ pub struct Prediction {
 
 /// A network and how well it does on examples that were left out.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Trained {
+pub struct TrainedNetwork {
     /// The network, trained on all lessons.
-    pub network: Network,
+    pub network: PoseNetwork,
     /// What it says of each lesson when the lesson's whole example is left out.
     pub left_out: Vec<f64>,
 }
@@ -73,16 +73,16 @@ pub struct Trained {
 /// Trains on `lessons`, choosing centres, width and ridge by the mean absolute error with each example left out. `None`: too
 /// few lessons, or all alike. A lesson that is there twice counts once: left out with one example it would still be told by the
 /// other.
-pub fn train(lessons: &[Lesson], seed: u64) -> Option<Trained> {
+pub fn train(lessons: &[TrainingSample], seed: u64) -> Option<TrainedNetwork> {
     let (firsts, places) = distinct(lessons);
-    let Trained { network, left_out } = trained(&firsts, seed)?;
-    Some(Trained { network, left_out: places.into_iter().map(|place| left_out[place]).collect() })
+    let TrainedNetwork { network, left_out } = trained(&firsts, seed)?;
+    Some(TrainedNetwork { network, left_out: places.into_iter().map(|place| left_out[place]).collect() })
 }
 
 /// The lessons without repetitions, and for every lesson the place of its like among them.
-fn distinct(lessons: &[Lesson]) -> (Vec<Lesson>, Vec<usize>) {
+fn distinct(lessons: &[TrainingSample]) -> (Vec<TrainingSample>, Vec<usize>) {
     let (mut firsts, mut known) = (Vec::new(), HashMap::new());
-    let place = |lesson: &Lesson| {
+    let place = |lesson: &TrainingSample| {
         let bits: Vec<u64> = lesson.descriptor.iter().chain([&lesson.target]).map(|x| x.to_bits()).collect();
         *known.entry(bits).or_insert_with(|| {
             firsts.push(lesson.clone());
@@ -94,7 +94,7 @@ fn distinct(lessons: &[Lesson]) -> (Vec<Lesson>, Vec<usize>) {
 }
 
 /// [`train`] on lessons of which none is there twice.
-fn trained(lessons: &[Lesson], seed: u64) -> Option<Trained> {
+fn trained(lessons: &[TrainingSample], seed: u64) -> Option<TrainedNetwork> {
     let columns = lessons.first()?.descriptor.len();
     let (mean, spread) = moments(lessons, columns);
     let known: Vec<f64> = lessons.iter().flat_map(|lesson| standardised(&lesson.descriptor, &mean, &spread)).collect();
@@ -104,7 +104,7 @@ fn trained(lessons: &[Lesson], seed: u64) -> Option<Trained> {
         return None;
     }
     let reach = reach(&known, columns, &examples);
-    let mut best: Option<(f64, Network, Vec<f64>)> = None;
+    let mut best: Option<(f64, PoseNetwork, Vec<f64>)> = None;
     for count in CENTRES.into_iter().filter(|count| 4 * count <= lessons.len()) {
         let centres = k_means(&known, columns, count, seed);
         for width in WIDTHS {
@@ -114,17 +114,17 @@ fn trained(lessons: &[Lesson], seed: u64) -> Option<Trained> {
                 let error = left_out.iter().zip(&targets).map(|(found, wanted)| (found - wanted).abs()).sum::<f64>();
                 if best.as_ref().is_none_or(|(least, ..)| error < *least) {
                     let (mean, spread) = (mean.clone(), spread.clone());
-                    let network = Network::new(mean, spread, centres.clone(), weights, [width, reach]);
+                    let network = PoseNetwork::new(mean, spread, centres.clone(), weights, [width, reach]);
                     best = Some((error, network, left_out));
                 }
             }
         }
     }
     let (_, network, left_out) = best?;
-    Some(Trained { network: Network { known, ..network }, left_out })
+    Some(TrainedNetwork { network: PoseNetwork { known, ..network }, left_out })
 }
 
-impl Network {
+impl PoseNetwork {
     /// A network of these numbers (see its fields; `scales` are width and reach) that knows no lesson yet.
     pub fn new(mean: Vec<f64>, spread: Vec<f64>, centres: Vec<f64>, weights: Vec<f64>, scales: [f64; 2]) -> Self {
         Self { mean, spread, centres, weights, width: scales[0], reach: scales[1], known: Vec::new() }
@@ -138,7 +138,7 @@ impl Network {
 
     /// The same network, knowing the descriptors of `lessons` only: for one whose numbers were stored.
     #[must_use]
-    pub fn knowing(mut self, lessons: &[Lesson]) -> Self {
+    pub fn knowing(mut self, lessons: &[TrainingSample]) -> Self {
         let firsts = distinct(lessons).0;
         self.known =
             firsts.iter().flat_map(|lesson| standardised(&lesson.descriptor, &self.mean, &self.spread)).collect();
@@ -158,9 +158,9 @@ impl Network {
 }
 
 /// Mean and standard deviation of each component; 1 where all are alike.
-fn moments(lessons: &[Lesson], columns: usize) -> (Vec<f64>, Vec<f64>) {
+fn moments(lessons: &[TrainingSample], columns: usize) -> (Vec<f64>, Vec<f64>) {
     let count = lessons.len() as f64;
-    let mean = |of: &dyn Fn(&Lesson) -> f64| lessons.iter().map(of).sum::<f64>() / count;
+    let mean = |of: &dyn Fn(&TrainingSample) -> f64| lessons.iter().map(of).sum::<f64>() / count;
     let means: Vec<f64> = (0..columns).map(|k| mean(&|lesson| lesson.descriptor[k])).collect();
     let spread = |k: usize| {
         let variance = mean(&|lesson| (lesson.descriptor[k] - means[k]).powi(2));
@@ -229,7 +229,7 @@ fn solve(
 /// Centres of `count` clusters, row by row, from a start that follows from `seed`: the next centre is drawn with
 /// probability proportional to the squared distance from those before (Arthur & Vassilvitskii 2007).
 fn k_means(rows: &[f64], columns: usize, count: usize, seed: u64) -> Vec<f64> {
-    let mut stream = Stream::new(seed, count as u64);
+    let mut stream = RandomStream::new(seed, count as u64);
     let all: Vec<&[f64]> = rows.chunks(columns).collect();
     let mut centres: Vec<f64> = all[(stream.bits() % all.len() as u64) as usize].to_vec();
     let nearest = |centres: &[f64], row: &[f64]| {
@@ -266,12 +266,12 @@ mod tests {
     use super::*;
 
     /// Twenty examples of ten lessons each of a smooth function of two variables.
-    fn lessons(function: fn(f64, f64) -> f64) -> Vec<Lesson> {
-        let mut stream = Stream::new(3, 0);
+    fn lessons(function: fn(f64, f64) -> f64) -> Vec<TrainingSample> {
+        let mut stream = RandomStream::new(3, 0);
         (0..200)
             .map(|k| {
                 let (x, y) = (4.0 * stream.uniform(), 100.0 * stream.uniform());
-                Lesson { example: k / 10, descriptor: vec![x, y], target: function(x, y / 100.0) }
+                TrainingSample { example: k / 10, descriptor: vec![x, y], target: function(x, y / 100.0) }
             })
             .collect()
     }
@@ -295,7 +295,7 @@ mod tests {
     #[test]
     fn most_of_what_is_like_the_lessons_is_within_reach() {
         let trained = train(&lessons(curved), 1).unwrap();
-        let mut stream = Stream::new(9, 0);
+        let mut stream = RandomStream::new(9, 0);
         let mut drawn = |shift: f64| {
             let like = (0..200).map(|_| [4.0 * stream.uniform() + shift, 100.0 * stream.uniform()]);
             like.filter(|descriptor| trained.network.predict(descriptor).within_reach).count()
@@ -307,8 +307,8 @@ mod tests {
     #[test]
     fn lessons_that_are_there_twice_count_once() {
         let once = lessons(curved);
-        let again = once.iter().map(|lesson| Lesson { example: lesson.example + 20, ..lesson.clone() });
-        let twice: Vec<Lesson> = once.iter().cloned().chain(again).collect();
+        let again = once.iter().map(|lesson| TrainingSample { example: lesson.example + 20, ..lesson.clone() });
+        let twice: Vec<TrainingSample> = once.iter().cloned().chain(again).collect();
         let (one, two) = (train(&once, 1).unwrap(), train(&twice, 1).unwrap());
         assert_eq!(two.network, one.network);
         assert_eq!(two.left_out, [one.left_out.as_slice(), &one.left_out].concat());
@@ -319,17 +319,19 @@ mod tests {
     fn what_is_left_out_is_what_training_without_it_says() {
         let lessons = lessons(curved);
         let (mean, spread) = moments(&lessons, 2);
-        let rows = |lessons: &[Lesson]| -> Vec<f64> {
+        let rows = |lessons: &[TrainingSample]| -> Vec<f64> {
             lessons.iter().flat_map(|lesson| standardised(&lesson.descriptor, &mean, &spread)).collect()
         };
-        let targets = |lessons: &[Lesson]| DVector::from_iterator(lessons.len(), lessons.iter().map(|l| l.target));
-        let examples = |lessons: &[Lesson]| -> Vec<usize> { lessons.iter().map(|lesson| lesson.example).collect() };
+        let targets =
+            |lessons: &[TrainingSample]| DVector::from_iterator(lessons.len(), lessons.iter().map(|l| l.target));
+        let examples =
+            |lessons: &[TrainingSample]| -> Vec<usize> { lessons.iter().map(|lesson| lesson.example).collect() };
         let centres = k_means(&rows(&lessons), 2, 8, 1);
-        let fit = |lessons: &[Lesson]| {
+        let fit = |lessons: &[TrainingSample]| {
             solve(&design(&rows(lessons), 2, &centres, 1.0), &targets(lessons), &examples(lessons), 0.1).unwrap()
         };
         let (_, left_out) = fit(&lessons);
-        let others: Vec<Lesson> = lessons.iter().filter(|lesson| lesson.example != 7).cloned().collect();
+        let others: Vec<TrainingSample> = lessons.iter().filter(|lesson| lesson.example != 7).cloned().collect();
         let weights = DVector::from_vec(fit(&others).0);
         let said = design(&rows(&lessons[70..80]), 2, &centres, 1.0) * weights;
         for (found, wanted) in said.iter().zip(&left_out[70..80]) {
@@ -341,8 +343,8 @@ mod tests {
     fn too_few_examples_or_lessons_that_are_all_alike_are_survived() {
         assert_eq!(train(&[], 1), None);
         assert_eq!(train(&lessons(curved)[..70], 1), None);
-        let alike: Vec<Lesson> =
-            (0..40).map(|example| Lesson { example, descriptor: vec![1.0, 2.0], target: 0.5 }).collect();
+        let alike: Vec<TrainingSample> =
+            (0..40).map(|example| TrainingSample { example, descriptor: vec![1.0, 2.0], target: 0.5 }).collect();
         assert_eq!(train(&alike, 1), None, "one lesson, forty times");
     }
 }

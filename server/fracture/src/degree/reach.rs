@@ -12,7 +12,7 @@
 //! since no w_v is raised by more than FLOOR times the mean density times the node's volume.
 
 use crate::centroidal::FLOOR;
-use crate::lift::Lift;
+use crate::lift::LiftedLattice;
 use std::ops::RangeInclusive;
 
 /// Steps of the centre; the largest q_v is then within some per cent of the least possible.
@@ -25,7 +25,7 @@ const CHECK_STEPS: usize = 8;
 const CHECK_TOLERANCE: f64 = 1e-6;
 
 /// (1 + FLOOR) · max q_v(p) about a good p: E_1 of a body is at most this times its energy. Local length squared.
-pub fn reach(lift: &Lift) -> f64 {
+pub fn reach(lift: &LiftedLattice) -> f64 {
     (1.0 + FLOOR) * *enclosed(lift, STEPS).end()
 }
 
@@ -33,13 +33,13 @@ pub fn reach(lift: &Lift) -> f64 {
 ///
 /// From below by the mean of q_v over the nodes that were farthest, about the center where it is least: no center has a smaller
 /// maximum. From above by the first steps of [`reach`].
-pub fn reach_range(lift: &Lift) -> RangeInclusive<f64> {
+pub fn reach_range(lift: &LiftedLattice) -> RangeInclusive<f64> {
     let all = enclosed(lift, CHECK_STEPS);
     (1.0 - CHECK_TOLERANCE) * (1.0 + FLOOR) * all.start()..=(1.0 + CHECK_TOLERANCE) * (1.0 + FLOOR) * all.end()
 }
 
 /// Bounds from below and above of the least max q_v(p), after so many steps.
-fn enclosed(lift: &Lift, steps: usize) -> RangeInclusive<f64> {
+fn enclosed(lift: &LiftedLattice, steps: usize) -> RangeInclusive<f64> {
     let m = lift.dimension;
     let offset = |node: usize| &lift.first_moment[node * m..][..m];
     let mut centre = vec![0.0; m];

@@ -1,15 +1,15 @@
 //! The criterion beside analytic values, and the promises of the optimisation.
 
 use super::*;
-use crate::centroidal::{Field, Workspace};
+use crate::centroidal::{DiagramWorkspace, EnergyField};
 use crate::lattice::{Lattice, block};
-use crate::lift::Lift;
-use crate::token::Token;
+use crate::lift::LiftedLattice;
+use crate::token::CancelToken;
 use nalgebra::Point3;
 use proptest::prelude::*;
 
 struct Case {
-    lift: Lift,
+    lift: LiftedLattice,
     volumes: Vec<f64>,
     mass: Vec<f64>,
 }
@@ -18,7 +18,7 @@ impl Case {
     fn new(lattice: &Lattice, energy: impl Fn(&Point3<f64>) -> f64) -> Self {
         let volumes = lattice.node_volumes();
         let mass = lattice.nodes.iter().zip(&volumes).map(|(node, volume)| volume * energy(node)).collect();
-        Self { lift: Lift::euclidean(lattice), volumes, mass }
+        Self { lift: LiftedLattice::euclidean(lattice), volumes, mass }
     }
 
     /// A blow on one of the body's corners, faces or edges: W falls off from `from` with the width `width`.
@@ -26,12 +26,13 @@ impl Case {
         Self::new(lattice, |node| 1.0 / ((node - Point3::from(from)).norm_squared() + width * width).powi(2))
     }
 
-    fn field(&mut self) -> Field<'_> {
-        Field::new(&self.lift, &self.volumes, &mut self.mass).unwrap()
+    fn field(&mut self) -> EnergyField<'_> {
+        EnergyField::new(&self.lift, &self.volumes, &mut self.mass).unwrap()
     }
 
-    fn optimise(&mut self, gamma: f64, options: CurveOptions) -> Optimised {
-        let found = optimise(&self.field(), gamma, options, &mut (), &mut Workspace::default(), &Token::default());
+    fn optimise(&mut self, gamma: f64, options: CurveOptions) -> OptimizedDegree {
+        let found =
+            optimise(&self.field(), gamma, options, &mut (), &mut DiagramWorkspace::default(), &CancelToken::default());
         found.unwrap().unwrap()
     }
 }
@@ -82,12 +83,12 @@ fn the_closed_form_of_a_uniform_box_is_its_volume_in_cells() {
 #[test]
 fn decisions_at_the_edges() {
     let decided = |first, gamma, estimate, cap| decide(first, gamma, estimate, 2.0, cap);
-    assert_eq!(decided(1.0, 1.0, 50.0, 512), Degree { sites: 1, capped: false });
-    assert_eq!(decided(1.0, f64::INFINITY, 0.0, 512), Degree { sites: 1, capped: false });
-    assert_eq!(decided(1.0 + 1e-12, 1.0, 0.01, 512), Degree { sites: 2, capped: false });
-    assert_eq!(decided(9.0, 1.0, 20.2, 512), Degree { sites: 40, capped: false });
-    assert_eq!(decided(9.0, 1.0, 300.0, 512), Degree { sites: 512, capped: true });
-    assert_eq!(decided(9.0, 0.0, f64::INFINITY, 512), Degree { sites: 512, capped: true });
+    assert_eq!(decided(1.0, 1.0, 50.0, 512), SiteCount { sites: 1, capped: false });
+    assert_eq!(decided(1.0, f64::INFINITY, 0.0, 512), SiteCount { sites: 1, capped: false });
+    assert_eq!(decided(1.0 + 1e-12, 1.0, 0.01, 512), SiteCount { sites: 2, capped: false });
+    assert_eq!(decided(9.0, 1.0, 20.2, 512), SiteCount { sites: 40, capped: false });
+    assert_eq!(decided(9.0, 1.0, 300.0, 512), SiteCount { sites: 512, capped: true });
+    assert_eq!(decided(9.0, 0.0, f64::INFINITY, 512), SiteCount { sites: 512, capped: true });
 }
 
 #[test]
@@ -95,7 +96,7 @@ fn below_the_threshold_nothing_is_divided_and_above_it_something_is() {
     let mut case = Case::blow(&block([4, 4, 4], 0.25), [0.5, 0.5, 0.5], 0.2);
     let energy = first_moment(&case.field());
     let whole = case.optimise(energy, few(30));
-    assert_eq!((whole.degree, whole.curve.points().len()), (Degree { sites: 1, capped: false }, 1));
+    assert_eq!((whole.degree, whole.curve.points().len()), (SiteCount { sites: 1, capped: false }, 1));
     assert_eq!(whole.diagram.count(), 1);
     assert!(case.optimise(energy * (1.0 - 1e-9), few(30)).degree.sites >= 2);
 }
@@ -118,7 +119,7 @@ fn the_cap_is_reached_and_said() {
     let mut case = Case::blow(&block([3, 3, 3], 0.3), [0.4, 0.4, 0.4], 0.1);
     for (cap, sites) in [(20, 20), (1, 1), (0, 1), (100_000, case.volumes.len())] {
         let found = case.optimise(0.0, few(cap));
-        assert_eq!(found.degree, Degree { sites, capped: true });
+        assert_eq!(found.degree, SiteCount { sites, capped: true });
         assert_eq!(found.diagram.count(), sites);
     }
 }

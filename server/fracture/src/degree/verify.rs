@@ -1,15 +1,15 @@
 //! A guess of the degree, made to hold: from the guess up or down the curve's own grid to where γ is passed.
 
-use super::criterion::Degree;
+use super::criterion::SiteCount;
 use super::curve::{CurveOptions, grid};
-use crate::centroidal::{self, Diagram, Field, Stop, Workspace};
-use crate::token::{Cancelled, Token};
+use crate::centroidal::{self, Diagram, DiagramWorkspace, EnergyField, StopCondition};
+use crate::token::{CancelToken, Cancelled};
 
 /// A number of sites whose diagram passes, next to one whose does not.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Verified {
+pub struct VerifiedDegree {
     /// The degree; capped where even the cap does not pass.
-    pub degree: Degree,
+    pub degree: SiteCount,
     /// The diagram that passed, or the cap's, or the last that there was time for.
     pub diagram: Diagram,
     /// Whether `stop` let it come to its end.
@@ -25,20 +25,20 @@ pub struct Verified {
 /// # Errors
 /// [`Cancelled`] once the token is.
 pub fn verify(
-    field: &Field,
+    field: &EnergyField,
     gamma: f64,
     guess: usize,
     options: &CurveOptions,
-    stop: &mut dyn Stop,
-    workspace: &mut Workspace,
-    token: &Token,
-) -> Result<Verified, Cancelled> {
+    stop: &mut dyn StopCondition,
+    workspace: &mut DiagramWorkspace,
+    token: &CancelToken,
+) -> Result<VerifiedDegree, Cancelled> {
     let grid: Vec<usize> = grid(options.sites_max.clamp(1, field.nodes())).skip(1).collect();
     let Some(last) = grid.len().checked_sub(1) else {
         let diagram = centroidal::diagram(field, &options.diagram(1, 0), workspace, token)?;
-        return Ok(Verified { degree: Degree { sites: 1, capped: true }, diagram, finished: true });
+        return Ok(VerifiedDegree { degree: SiteCount { sites: 1, capped: true }, diagram, finished: true });
     };
-    let mut best = |place: usize, stop: &mut dyn Stop| -> Result<Diagram, Cancelled> {
+    let mut best = |place: usize, stop: &mut dyn StopCondition| -> Result<Diagram, Cancelled> {
         let mut best: Option<Diagram> = None;
         for start in 0..options.starts.max(1) {
             if best.is_some() && stop.out() {
@@ -69,5 +69,5 @@ pub fn verify(
         }
     }
     let capped = place == last && diagram.energy_max() > gamma;
-    Ok(Verified { degree: Degree { sites: grid[place], capped }, diagram, finished: !stop.out() })
+    Ok(VerifiedDegree { degree: SiteCount { sites: grid[place], capped }, diagram, finished: !stop.out() })
 }

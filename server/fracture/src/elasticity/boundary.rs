@@ -8,7 +8,7 @@ use nalgebra::Point3;
 
 /// Boundary nodes, densely renumbered, and their faces.
 #[derive(Clone, Debug)]
-pub struct Boundary {
+pub struct BoundaryNodes {
     /// Lattice node of each boundary node, ascending.
     pub nodes: Vec<u32>,
     /// Positions of the boundary nodes, local.
@@ -33,7 +33,7 @@ const SLACK: f64 = 1e-9;
 
 /// The boundary point nearest to some point.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Nearest {
+pub struct NearestBoundaryPoint {
     /// The face that it lies on.
     pub face: usize,
     /// Local.
@@ -42,7 +42,7 @@ pub struct Nearest {
     pub distance: f64,
 }
 
-impl Boundary {
+impl BoundaryNodes {
     /// Of `lattice`.
     pub fn new(lattice: &Lattice) -> Self {
         let outer = lattice.boundary();
@@ -86,7 +86,7 @@ impl Boundary {
     }
 
     /// The boundary point nearest to `point`; the lowest face wins ties. `None` if there are no faces.
-    pub fn nearest(&self, point: &Point3<f64>) -> Option<Nearest> {
+    pub fn nearest(&self, point: &Point3<f64>) -> Option<NearestBoundaryPoint> {
         let bounds = || self.boxes.iter().map(|bounds| distance_squared(point, bounds));
         let (likely, _) = bounds().enumerate().min_by(|a, b| a.1.total_cmp(&b.1))?;
         let mut best = self.nearest_in(point, likely, None);
@@ -101,13 +101,18 @@ impl Boundary {
     }
 
     /// The nearer of `best` and the nearest of the faces of one box.
-    fn nearest_in(&self, point: &Point3<f64>, group: usize, mut best: Option<Nearest>) -> Option<Nearest> {
+    fn nearest_in(
+        &self,
+        point: &Point3<f64>,
+        group: usize,
+        mut best: Option<NearestBoundaryPoint>,
+    ) -> Option<NearestBoundaryPoint> {
         for face in group * GROUP..(group * GROUP + GROUP).min(self.faces.len()) {
             let place = closest(point, self.corners(face));
             // Overflow far outside gives no number: that far is infinitely far.
             let distance = (place - point).norm().min(f64::INFINITY);
             if best.is_none_or(|best| (distance, face) < (best.distance, best.face)) {
-                best = Some(Nearest { face, place, distance });
+                best = Some(NearestBoundaryPoint { face, place, distance });
             }
         }
         best
@@ -178,13 +183,13 @@ mod tests {
     }
 
     /// As a look at every face.
-    fn check(boundary: &Boundary, point: Point3<f64>) {
-        let mut plain: Option<Nearest> = None;
+    fn check(boundary: &BoundaryNodes, point: Point3<f64>) {
+        let mut plain: Option<NearestBoundaryPoint> = None;
         for face in 0..boundary.faces.len() {
             let place = closest(&point, boundary.corners(face));
             let distance = (place - point).norm();
             if plain.is_none_or(|plain| distance < plain.distance) {
-                plain = Some(Nearest { face, place, distance });
+                plain = Some(NearestBoundaryPoint { face, place, distance });
             }
         }
         assert_eq!(boundary.nearest(&point), plain, "{point}");
@@ -192,11 +197,11 @@ mod tests {
 
     #[test]
     fn boxes_find_the_face_that_a_look_at_all_finds() {
-        let boundary = Boundary::new(&crate::lattice::block([5, 4, 6], 0.1));
+        let boundary = BoundaryNodes::new(&crate::lattice::block([5, 4, 6], 0.1));
         assert!(boundary.faces.len() > 4 * GROUP);
         boundary.positions.iter().for_each(|corner| check(&boundary, *corner));
         for scale in [0.1, 1.0, 30.0] {
-            let mut stream = crate::random::Stream::new(8, 0);
+            let mut stream = crate::random::RandomStream::new(8, 0);
             (0..200).for_each(|_| check(&boundary, Point3::from([(); 3].map(|()| scale * (stream.uniform() - 0.5)))));
         }
         let nowhere = boundary.nearest(&Point3::new(1e300, 0.0, 0.0)).unwrap();

@@ -5,8 +5,8 @@ use super::strain::Strain;
 use super::{Elasticity, ElasticityError};
 use crate::lattice::Lattice;
 use crate::memory::held;
-use crate::token::Token;
-use crate::wide::{Kernel, Lanes, widest};
+use crate::token::CancelToken;
+use crate::wide::{Kernel, SimdLanes, widest};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -19,7 +19,7 @@ const CHUNK: usize = 2048;
 /// Which part of the strain energy drives cracks.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Driving {
+pub enum DrivingEnergy {
     /// All of it, ½ σ:ε.
     #[default]
     Total,
@@ -34,7 +34,7 @@ pub(super) struct Elements {
 }
 
 /// Three vectors of each of [`SIDE`] tetrahedra.
-type Triple = [[Lanes<SIDE>; 3]; 3];
+type Triple = [[SimdLanes<SIDE>; 3]; 3];
 
 /// [`SIDE`] tetrahedra; those that are missing in the last block are zero.
 #[derive(Clone, Debug)]
@@ -42,7 +42,7 @@ struct Block {
     /// ∇φ of the second, third and fourth node, that of the first being less their sum; 1/local length.
     gradients: Triple,
     /// Local.
-    volumes: Lanes<SIDE>,
+    volumes: SimdLanes<SIDE>,
 }
 
 impl Elements {
@@ -59,7 +59,7 @@ impl Elements {
 impl Block {
     fn new(elements: &[Element]) -> Self {
         let lanes = |of: &dyn Fn(&Element) -> f64| {
-            let mut lanes = Lanes::all(0.0);
+            let mut lanes = SimdLanes::all(0.0);
             lanes.0.iter_mut().zip(elements).for_each(|(lane, element)| *lane = of(element));
             lanes
         };
@@ -71,7 +71,7 @@ impl Block {
     #[inline(always)]
     fn strain(&self, tets: &[[u32; 4]], displacement: &[f64]) -> Strain<SIDE> {
         // By edge, then by component.
-        let mut edges = [[Lanes::all(0.0); 3]; 3];
+        let mut edges = [[SimdLanes::all(0.0); 3]; 3];
         for (lane, tet) in tets.iter().enumerate().take(SIDE) {
             let first = &displacement[3 * tet[0] as usize..][..3];
             for edge in 0..3 {
@@ -90,14 +90,14 @@ impl Block {
 
 /// ∂u_i/∂x_j from the edges' displacements and the gradients of their ends.
 #[inline(always)]
-fn derivative(edges: &Triple, gradients: &Triple, i: usize, j: usize) -> Lanes<SIDE> {
+fn derivative(edges: &Triple, gradients: &Triple, i: usize, j: usize) -> SimdLanes<SIDE> {
     edges[0][i] * gradients[0][j] + edges[1][i] * gradients[1][j] + edges[2][i] * gradients[2][j]
 }
 
 /// Energies of some consecutive tetrahedra.
 struct Energies<'a> {
     lame: Lame,
-    driving: Driving,
+    driving: DrivingEnergy,
     blocks: &'a [Block],
     tets: &'a [[u32; 4]],
     displacement: &'a [f64],
@@ -123,8 +123,8 @@ impl Kernel for Energies<'_> {
     #[inline(always)]
     fn run(self) {
         match self.driving {
-            Driving::Total => self.fill::<false>(),
-            Driving::Tensile => self.fill::<true>(),
+            DrivingEnergy::Total => self.fill::<false>(),
+            DrivingEnergy::Tensile => self.fill::<true>(),
         }
     }
 }
@@ -139,9 +139,9 @@ impl Elasticity {
         &self,
         lattice: &Lattice,
         displacement: &[f64],
-        driving: Driving,
+        driving: DrivingEnergy,
         energies: &mut Vec<f64>,
-        token: &Token,
+        token: &CancelToken,
     ) -> Result<(), ElasticityError> {
         self.check_length("the displacement", displacement)?;
         let (expected, found) = (self.tets, lattice.tets.len());
@@ -163,19 +163,19 @@ impl Elasticity {
 mod tests {
     use super::*;
     use crate::lattice::block;
-    use crate::random::Stream;
+    use crate::random::RandomStream;
     use crate::wide::tests::same_on_every_path;
 
     #[test]
     fn wide_and_plain_instructions_give_the_same_bits() {
         let lattice = block([3, 2, 3], 0.1);
-        let body = Elasticity::prepare(&lattice, 0.3, &Token::default()).unwrap();
-        let mut stream = Stream::new(5, 0);
+        let body = Elasticity::prepare(&lattice, 0.3, &CancelToken::default()).unwrap();
+        let mut stream = RandomStream::new(5, 0);
         let displacement: Vec<f64> = (0..body.size()).map(|_| stream.uniform() - 0.5).collect();
-        for driving in [Driving::Total, Driving::Tensile] {
+        for driving in [DrivingEnergy::Total, DrivingEnergy::Tensile] {
             let plain = same_on_every_path(|| {
                 let mut energies = Vec::new();
-                body.tet_energy(&lattice, &displacement, driving, &mut energies, &Token::default()).unwrap();
+                body.tet_energy(&lattice, &displacement, driving, &mut energies, &CancelToken::default()).unwrap();
                 energies
             });
             assert!(plain.iter().all(|energy| *energy >= 0.0 && energy.is_finite()) && plain[0] > 0.0);

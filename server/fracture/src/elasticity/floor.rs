@@ -15,11 +15,11 @@
 //! spacing's depth to carry its share, and the bound grows as the lattice is refined; W has a layer of [`LAYER`] volumes over area
 //! more there.
 
-use super::{Elasticity, ElasticityError, Support, Workspace};
+use super::{ElasticWorkspace, Elasticity, ElasticityError, Support};
 use crate::memory::held;
-use crate::random::Stream;
-use crate::sparse::{Signature, Symmetric};
-use crate::token::Token;
+use crate::random::RandomStream;
+use crate::sparse::{Signature, SymmetricMatrix};
+use crate::token::CancelToken;
 use nalgebra::{Matrix6, Vector3, Vector6};
 
 /// Depth of the layer that the surface counts for beside the masses, in volumes over area. On cubes, plates and bars the bound over
@@ -40,19 +40,19 @@ const RIGID: usize = 6;
 
 /// A lower bound of the stiffness of a free body against any load in equilibrium.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Floor {
+pub struct EigenvalueLowerBound {
     /// At most the smallest positive λ with K φ = λ W φ; local.
     value: f64,
     /// 1/w by node.
     compliance: Vec<f64>,
 }
 
-impl Floor {
+impl EigenvalueLowerBound {
     /// That of `body`; `None` for a body that is held, and where no bound was found. Takes some solves and a factor.
     ///
     /// # Errors
     /// Those of [`Elasticity::factor`] and [`Elasticity::solve`], [`ElasticityError::Cancelled`].
-    pub fn of(body: &Elasticity, token: &Token) -> Result<Option<Self>, ElasticityError> {
+    pub fn of(body: &Elasticity, token: &CancelToken) -> Result<Option<Self>, ElasticityError> {
         if let Support::Anchored(_) = body.support() {
             return Ok(None);
         }
@@ -62,7 +62,7 @@ impl Floor {
         for share in SHARES {
             token.check()?;
             let shift = share * estimate;
-            let mut shifted = Symmetric::clone(&body.stiffness);
+            let mut shifted = SymmetricMatrix::clone(&body.stiffness);
             shifted.add_diagonal(&rows.iter().map(|weight| -shift * weight).collect::<Vec<_>>());
             if let Some(Signature { negative: RIGID, rounding }) = body.symbolic.signature(&shifted, &rows)
                 && rounding < 0.5 * shift
@@ -128,13 +128,13 @@ fn weights(body: &Elasticity) -> Vec<f64> {
 }
 
 /// An estimate, from above, of the smallest positive λ with K φ = λ W φ, by inverse iteration.
-fn softest(body: &Elasticity, weights: &[f64], token: &Token) -> Result<f64, ElasticityError> {
-    let mut stream = Stream::new(0, 1);
+fn softest(body: &Elasticity, weights: &[f64], token: &CancelToken) -> Result<f64, ElasticityError> {
+    let mut stream = RandomStream::new(0, 1);
     let mut motion: Vec<f64> = (0..body.size()).map(|_| stream.uniform() - 0.5).collect();
     let weigh = |motion: &[f64]| -> Vec<f64> {
         motion.chunks_exact(3).zip(weights).flat_map(|(own, weight)| [0, 1, 2].map(|k| own[k] * weight)).collect()
     };
-    let (mut displacement, mut workspace, mut softest) = (Vec::new(), Workspace::default(), f64::INFINITY);
+    let (mut displacement, mut workspace, mut softest) = (Vec::new(), ElasticWorkspace::default(), f64::INFINITY);
     let rigid = rigid(body, weights);
     for _ in 0..SWEEPS_MAX {
         settle(body, weights, &rigid, &mut motion);

@@ -6,7 +6,7 @@
 //! before both corners that its distance comes from, so distances are corrected as long as they improve. Exact within a
 //! plane; never longer than along edges.
 
-use super::boundary::{Boundary, Nearest};
+use super::boundary::{BoundaryNodes, NearestBoundaryPoint};
 use nalgebra::Point3;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -16,7 +16,7 @@ const IMPROVEMENT_MIN: f64 = 1e-13;
 
 /// The front and what it has reached; reused from one contact to the next.
 #[derive(Clone, Debug, Default)]
-pub struct Front {
+pub struct LoadFront {
     /// Per boundary node; infinite where the front did not come.
     distances: Vec<f64>,
     /// Nodes with a finite distance.
@@ -27,9 +27,9 @@ pub struct Front {
     heap: BinaryHeap<Reverse<(u64, u32)>>,
 }
 
-impl Front {
+impl LoadFront {
     /// Boundary nodes within `limit` of `source` along the boundary with their distances, ordered by node.
-    pub fn run(&mut self, boundary: &Boundary, source: &Nearest, limit: f64) -> &[(u32, f64)] {
+    pub fn run(&mut self, boundary: &BoundaryNodes, source: &NearestBoundaryPoint, limit: f64) -> &[(u32, f64)] {
         self.reset(boundary.nodes.len());
         let slack = IMPROVEMENT_MIN * limit;
         for node in boundary.faces[source.face] {
@@ -71,7 +71,7 @@ impl Front {
     }
 
     /// Offers distances to the neighbours of `node`, along edges and across the triangles around it.
-    fn pass(&mut self, boundary: &Boundary, node: u32, slack: f64) {
+    fn pass(&mut self, boundary: &BoundaryNodes, node: u32, slack: f64) {
         let (place, distance) = (boundary.positions[node as usize], self.distances[node as usize]);
         for &face in boundary.around(node) {
             let [a, b, c] = boundary.faces[face as usize];

@@ -1,6 +1,6 @@
 //! Contacts to nodal forces.
 
-use super::{Elasticity, ElasticityError, Support, Workspace};
+use super::{ElasticWorkspace, Elasticity, ElasticityError, Support};
 use nalgebra::{Point3, Vector3};
 
 /// The contact radius is raised to this many spacings (mean edge length of the lattice): a narrower bell falls between
@@ -17,7 +17,7 @@ const CUT_RADII: f64 = 3.0;
 /// measured along the boundary from the boundary point nearest to `point`. A point deep inside, equally near to several
 /// parts of the boundary, touches one of them.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Contact {
+pub struct ContactLoad {
     /// Where, local; at most `radius` away from the boundary.
     pub point: Point3<f64>,
     /// Direction and relative magnitude of the peak force.
@@ -28,7 +28,7 @@ pub struct Contact {
 
 /// How a contact was applied.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Touch {
+pub struct AppliedContact {
     /// The boundary point nearest to the contact, local.
     pub place: Point3<f64>,
     /// From the contact to it, local.
@@ -40,11 +40,11 @@ pub struct Touch {
 
 /// Nodal forces of an impact.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Load {
+pub struct NodalLoad {
     /// Three components per node; in equilibrium if the body is free. Empty until [`Elasticity::balance`].
     pub forces: Vec<f64>,
     /// One per contact.
-    pub touches: Vec<Touch>,
+    pub touches: Vec<AppliedContact>,
     /// What the contacts apply: node and force, by node.
     pub applied: Vec<(u32, Vector3<f64>)>,
     /// The rigid acceleration, linear and angular, whose inertial forces are subtracted; zero unless the body is free.
@@ -61,9 +61,9 @@ impl Elasticity {
     /// then of no use.
     pub fn load(
         &self,
-        contacts: &[Contact],
-        load: &mut Load,
-        workspace: &mut Workspace,
+        contacts: &[ContactLoad],
+        load: &mut NodalLoad,
+        workspace: &mut ElasticWorkspace,
     ) -> Result<(), ElasticityError> {
         self.touch(contacts, load, workspace)?;
         self.balance(load);
@@ -77,9 +77,9 @@ impl Elasticity {
     /// Those of [`Self::load`].
     pub fn touch(
         &self,
-        contacts: &[Contact],
-        load: &mut Load,
-        workspace: &mut Workspace,
+        contacts: &[ContactLoad],
+        load: &mut NodalLoad,
+        workspace: &mut ElasticWorkspace,
     ) -> Result<(), ElasticityError> {
         if contacts.is_empty() {
             return Err(ElasticityError::NoContacts);
@@ -108,7 +108,7 @@ impl Elasticity {
     }
 
     /// Writes the nodal forces of what `load` applies, if they are not there yet.
-    pub fn balance(&self, load: &mut Load) {
+    pub fn balance(&self, load: &mut NodalLoad) {
         if !load.forces.is_empty() {
             return;
         }
@@ -137,7 +137,12 @@ impl Elasticity {
     }
 
     /// Finds where `contact` touches and fills the workspace with (lattice node, weight), weights summing to 1.
-    fn reach(&self, index: usize, contact: &Contact, workspace: &mut Workspace) -> Result<Touch, ElasticityError> {
+    fn reach(
+        &self,
+        index: usize,
+        contact: &ContactLoad,
+        workspace: &mut ElasticWorkspace,
+    ) -> Result<AppliedContact, ElasticityError> {
         let nearest = self.boundary.nearest(&contact.point).ok_or(ElasticityError::EmptyLattice)?;
         if nearest.distance > contact.radius {
             let (distance, radius) = (nearest.distance, contact.radius);
@@ -155,7 +160,7 @@ impl Elasticity {
         }));
         let total: f64 = workspace.weights.iter().map(|&(_, weight)| weight).sum();
         workspace.weights.iter_mut().for_each(|(_, weight)| *weight /= total);
-        Ok(Touch { place: nearest.place, distance: nearest.distance, radius })
+        Ok(AppliedContact { place: nearest.place, distance: nearest.distance, radius })
     }
 }
 
@@ -164,7 +169,7 @@ fn bell(t: f64) -> f64 {
     ((-0.5 * t * t).exp() - (-0.5 * CUT_RADII * CUT_RADII).exp()).max(0.0)
 }
 
-fn check(index: usize, contact: &Contact) -> Result<(), ElasticityError> {
+fn check(index: usize, contact: &ContactLoad) -> Result<(), ElasticityError> {
     if !contact.point.iter().all(|x| x.is_finite()) {
         return Err(ElasticityError::NonFinitePoint { contact: index });
     }

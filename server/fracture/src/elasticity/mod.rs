@@ -26,26 +26,26 @@ mod support;
 #[cfg(test)]
 mod tests;
 
-pub use boundary::{Boundary, Nearest};
-pub use energy::Driving;
+pub use boundary::{BoundaryNodes, NearestBoundaryPoint};
+pub use energy::DrivingEnergy;
 pub use error::ElasticityError;
-pub use floor::Floor;
-pub use load::{Contact, Load, RADIUS_SPACINGS_MIN, Touch};
+pub use floor::EigenvalueLowerBound;
+pub use load::{AppliedContact, ContactLoad, NodalLoad, RADIUS_SPACINGS_MIN};
 pub use prepare::{Elasticity, POISSON_MAX};
-pub use ray::{Approach, RayHit};
-pub use reduced::{Estimate, Reduced};
-pub use solve::{NARROW_RESIDUAL_MAX, RESIDUAL_MAX, ROUNDING_MAX, Solved};
-pub use support::{Pins, Support};
+pub use ray::{ClosestApproach, RayHit};
+pub use reduced::{ErrorEstimate, ReducedBasis};
+pub use solve::{NARROW_RESIDUAL_MAX, RESIDUAL_MAX, ROUNDING_MAX, SolveReport};
+pub use support::{PinnedNodes, Support};
 
 use crate::sparse::SolveScratch;
 
 /// Memory of the stages of one impact, kept from one to the next: after the first impact on the largest body nothing
 /// that grows with the lattice is allocated.
 #[derive(Default)]
-pub struct Workspace {
+pub struct ElasticWorkspace {
     scratch: SolveScratch,
     residual: Vec<f64>,
-    front: front::Front,
+    front: front::LoadFront,
     weights: Vec<(u32, f64)>,
     narrow: Vec<[f32; reduced::SIDE]>,
     pulled: residual::Sums,

@@ -1,15 +1,15 @@
 //! What depends on the body alone: stiffness, factor, boundary, inertia.
 
-use super::boundary::Boundary;
+use super::boundary::BoundaryNodes;
 use super::element::{Element, Lame};
 use super::energy::Elements;
 use super::inertia::Inertia;
 use super::solve::probe;
 use super::support::check_anchors;
-use super::{ElasticityError, NARROW_RESIDUAL_MAX, Pins, RESIDUAL_MAX, Support};
+use super::{ElasticityError, NARROW_RESIDUAL_MAX, PinnedNodes, RESIDUAL_MAX, Support};
 use crate::lattice::Lattice;
-use crate::sparse::{Cholesky, Precision, Symbolic, Symmetric};
-use crate::token::Token;
+use crate::sparse::{Cholesky, Precision, SymbolicFactor, SymmetricMatrix};
+use crate::token::CancelToken;
 use nalgebra::Vector3;
 use std::sync::{Arc, OnceLock};
 
@@ -25,10 +25,10 @@ pub const POISSON_MAX: f64 = 0.45;
 #[derive(Debug)]
 pub struct Elasticity {
     pub(super) lame: Lame,
-    pub(super) stiffness: Arc<Symmetric<3>>,
+    pub(super) stiffness: Arc<SymmetricMatrix<3>>,
     /// Largest rounding of a row of K u, relative to ‖u‖: see [`row_rounding`].
     pub(super) row_rounding: f64,
-    pub(super) symbolic: Symbolic,
+    pub(super) symbolic: SymbolicFactor,
     /// Asked for.
     precision: Precision,
     /// Made at first need, by whoever needs it: the others wait. Making it hands nothing to other threads, so that no thread can
@@ -36,7 +36,7 @@ pub struct Elasticity {
     factor: OnceLock<Result<Cholesky, ElasticityError>>,
     pub(super) support: Support,
     pub(super) elements: Arc<Elements>,
-    pub(super) boundary: Arc<Boundary>,
+    pub(super) boundary: Arc<BoundaryNodes>,
     pub(super) inertia: Arc<Inertia>,
     /// Mean edge length of the lattice, local.
     pub(super) spacing: f64,
@@ -51,9 +51,9 @@ impl Elasticity {
     /// [`ElasticityError::PoissonOutOfRange`], [`ElasticityError::LockingPoisson`],
     /// [`ElasticityError::EmptyLattice`], [`ElasticityError::DegenerateTet`], [`ElasticityError::Stiffness`],
     /// [`ElasticityError::Mechanism`], [`ElasticityError::Cancelled`].
-    pub fn prepare(lattice: &Lattice, poisson: f64, token: &Token) -> Result<Self, ElasticityError> {
+    pub fn prepare(lattice: &Lattice, poisson: f64, token: &CancelToken) -> Result<Self, ElasticityError> {
         let elements = check(lattice, poisson)?;
-        let pins = Pins::far_apart(lattice).ok_or(ElasticityError::EmptyLattice)?;
+        let pins = PinnedNodes::far_apart(lattice).ok_or(ElasticityError::EmptyLattice)?;
         Self::build(lattice, &elements, Lame::new(poisson), Support::Free(pins), token)?.factored(token)
     }
 
@@ -62,9 +62,9 @@ impl Elasticity {
     ///
     /// # Errors
     /// As [`Self::prepare`], without [`ElasticityError::Mechanism`] and indefinite matrices.
-    pub fn assembled(lattice: &Lattice, poisson: f64, token: &Token) -> Result<Self, ElasticityError> {
+    pub fn assembled(lattice: &Lattice, poisson: f64, token: &CancelToken) -> Result<Self, ElasticityError> {
         let elements = check(lattice, poisson)?;
-        let pins = Pins::far_apart(lattice).ok_or(ElasticityError::EmptyLattice)?;
+        let pins = PinnedNodes::far_apart(lattice).ok_or(ElasticityError::EmptyLattice)?;
         Self::build(lattice, &elements, Lame::new(poisson), Support::Free(pins), token)
     }
 
@@ -84,8 +84,8 @@ impl Elasticity {
     /// A free body with any Poisson's ratio, for the measurement behind [`POISSON_MAX`].
     pub(crate) fn with_any_law(lattice: &Lattice, poisson: f64) -> Result<Self, ElasticityError> {
         let elements = check(lattice, 0.0)?;
-        let pins = Pins::far_apart(lattice).ok_or(ElasticityError::EmptyLattice)?;
-        let token = Token::default();
+        let pins = PinnedNodes::far_apart(lattice).ok_or(ElasticityError::EmptyLattice)?;
+        let token = CancelToken::default();
         Self::build(lattice, &elements, Lame::new(poisson), Support::Free(pins), &token)?.factored(&token)
     }
 
@@ -97,7 +97,7 @@ impl Elasticity {
         lattice: &Lattice,
         poisson: f64,
         support: Support,
-        token: &Token,
+        token: &CancelToken,
     ) -> Result<Self, ElasticityError> {
         let elements = check(lattice, poisson)?;
         if let Support::Anchored(nodes) = &support {
@@ -110,7 +110,7 @@ impl Elasticity {
     ///
     /// # Errors
     /// Those of [`Self::check_anchors`] and [`Self::factor`], and [`ElasticityError::Cancelled`].
-    pub fn anchored(&self, nodes: Vec<u32>, token: &Token) -> Result<Self, ElasticityError> {
+    pub fn anchored(&self, nodes: Vec<u32>, token: &CancelToken) -> Result<Self, ElasticityError> {
         self.check_anchors(&nodes)?;
         let held = Self {
             lame: self.lame,
@@ -149,15 +149,16 @@ impl Elasticity {
         elements: &[Element],
         lame: Lame,
         support: Support,
-        token: &Token,
+        token: &CancelToken,
     ) -> Result<Self, ElasticityError> {
         let inertia = Inertia::new(lattice).ok_or(ElasticityError::EmptyLattice)?;
-        let stiffness =
-            Symmetric::assemble(lattice.nodes.len(), &lattice.tets, |tet, i, j| elements[tet].stiffness(i, j, lame))?;
+        let stiffness = SymmetricMatrix::assemble(lattice.nodes.len(), &lattice.tets, |tet, i, j| {
+            elements[tet].stiffness(i, j, lame)
+        })?;
         token.check()?;
-        let symbolic = Symbolic::analyse(&stiffness)?;
+        let symbolic = SymbolicFactor::analyse(&stiffness)?;
         token.check()?;
-        let (boundary, spacing) = (Arc::new(Boundary::new(lattice)), mean_edge_length(lattice));
+        let (boundary, spacing) = (Arc::new(BoundaryNodes::new(lattice)), mean_edge_length(lattice));
         let tets = lattice.tets.len();
         let (row_rounding, elements) = (row_rounding(&stiffness), Arc::new(Elements::new(elements)));
         let (stiffness, inertia, factor) = (Arc::new(stiffness), Arc::new(inertia), OnceLock::new());
@@ -177,7 +178,7 @@ impl Elasticity {
         })
     }
 
-    fn factored(self, token: &Token) -> Result<Self, ElasticityError> {
+    fn factored(self, token: &CancelToken) -> Result<Self, ElasticityError> {
         self.factor()?;
         token.check()?;
         Ok(self)
@@ -189,7 +190,7 @@ impl Elasticity {
     /// [`ElasticityError::Stiffness`], [`ElasticityError::Mechanism`]; the same ones ever after.
     pub fn factor(&self) -> Result<&Cholesky, ElasticityError> {
         let made = self.factor.get_or_init(|| {
-            let mut held = Symmetric::clone(&self.stiffness);
+            let mut held = SymmetricMatrix::clone(&self.stiffness);
             self.support.constrain(&mut held);
             if self.precision == Precision::F32
                 && let Ok(factor) = self.symbolic.factor(&held, Precision::F32)
@@ -265,7 +266,7 @@ fn check(lattice: &Lattice, poisson: f64) -> Result<Vec<Element>, ElasticityErro
 
 /// The largest kε Σ|K_ij| over rows of k terms: the bound of an inner product's rounding (Higham, Accuracy and Stability
 /// of Numerical Algorithms, 2002, section 3.1).
-fn row_rounding(stiffness: &Symmetric<3>) -> f64 {
+fn row_rounding(stiffness: &SymmetricMatrix<3>) -> f64 {
     let row = |node: usize| {
         let blocks = stiffness.row(node).1;
         let sums = blocks.iter().map(|block| block.abs()).sum::<nalgebra::Matrix3<f64>>().column_sum();

@@ -4,7 +4,7 @@
 //! ray-box intersection algorithm* (JCGT 7, 2018), for the slab test; C. Ericson, *Real-Time Collision Detection* (2005),
 //! section 5.1.9, for the closest points of two lines.
 
-use super::Boundary;
+use super::BoundaryNodes;
 use nalgebra::{Point3, Vector3};
 
 /// How far outside a triangle, in barycentric coordinates, a ray still hits it: no ray passes between two neighbors.
@@ -26,7 +26,7 @@ pub struct RayHit {
 
 /// Where a ray that misses is closest to the boundary.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Approach {
+pub struct ClosestApproach {
     /// Point of the ray, local.
     pub on_ray: Point3<f64>,
     /// Point of the boundary, local.
@@ -35,7 +35,7 @@ pub struct Approach {
     pub distance: f64,
 }
 
-impl Boundary {
+impl BoundaryNodes {
     /// Where the ray from `origin` along `direction` first meets a face, from either side; the lowest face wins ties.
     pub fn first_hit(&self, origin: &Point3<f64>, direction: &Vector3<f64>) -> Option<RayHit> {
         let mut best: Option<RayHit> = None;
@@ -55,9 +55,9 @@ impl Boundary {
 
     /// Where the ray from `origin` along `direction`, of length one, is closest to the boundary; exact for a ray that misses.
     /// `None` if there are no faces.
-    pub fn closest_approach(&self, origin: &Point3<f64>, direction: &Vector3<f64>) -> Option<Approach> {
+    pub fn closest_approach(&self, origin: &Point3<f64>, direction: &Vector3<f64>) -> Option<ClosestApproach> {
         let nearest = self.nearest(origin)?;
-        let mut best = Approach { on_ray: *origin, on_boundary: nearest.place, distance: nearest.distance };
+        let mut best = ClosestApproach { on_ray: *origin, on_boundary: nearest.place, distance: nearest.distance };
         for face in 0..self.faces.len() {
             let [a, b, c] = self.corners(face);
             for (from, to) in [(a, b), (b, c), (c, a)] {
@@ -110,7 +110,7 @@ fn meets(origin: &Point3<f64>, direction: &Vector3<f64>, [a, b, c]: [Point3<f64>
 }
 
 /// The closest points of a ray, whose direction has length one, and of the segment from `from` to `to`.
-fn between(origin: &Point3<f64>, direction: &Vector3<f64>, from: &Point3<f64>, to: &Point3<f64>) -> Approach {
+fn between(origin: &Point3<f64>, direction: &Vector3<f64>, from: &Point3<f64>, to: &Point3<f64>) -> ClosestApproach {
     let (along, offset) = (to - from, origin - from);
     let (length, slope) = (along.norm_squared(), direction.dot(&along));
     let (ahead, beside) = (direction.dot(&offset), along.dot(&offset));
@@ -120,25 +120,25 @@ fn between(origin: &Point3<f64>, direction: &Vector3<f64>, from: &Point3<f64>, t
     // The clamp moved the end on the segment: the ray's end follows.
     let ray = (slope * segment - ahead).max(0.0);
     let (on_ray, on_boundary) = (origin + direction * ray, from + along * segment);
-    Approach { on_ray, on_boundary, distance: (on_ray - on_boundary).norm() }
+    ClosestApproach { on_ray, on_boundary, distance: (on_ray - on_boundary).norm() }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::random::Stream;
+    use crate::random::RandomStream;
 
-    fn block() -> Boundary {
-        Boundary::new(&crate::lattice::block([5, 4, 6], 0.1))
+    fn block() -> BoundaryNodes {
+        BoundaryNodes::new(&crate::lattice::block([5, 4, 6], 0.1))
     }
 
-    fn random(stream: &mut Stream, scale: f64) -> Vector3<f64> {
+    fn random(stream: &mut RandomStream, scale: f64) -> Vector3<f64> {
         Vector3::from([(); 3].map(|()| scale * (stream.uniform() - 0.5)))
     }
 
     #[test]
     fn rays_hit_what_a_look_at_all_faces_finds() {
-        let (boundary, mut stream) = (block(), Stream::new(8, 0));
+        let (boundary, mut stream) = (block(), RandomStream::new(8, 0));
         let mut hits = 0;
         for _ in 0..500 {
             let (origin, direction) = (Point3::from(random(&mut stream, 2.0)), random(&mut stream, 1.0));
@@ -175,7 +175,7 @@ mod tests {
 
     #[test]
     fn the_closest_approach_is_that_of_points_along_the_ray() {
-        let (boundary, mut stream, mut misses) = (block(), Stream::new(9, 0), 0);
+        let (boundary, mut stream, mut misses) = (block(), RandomStream::new(9, 0), 0);
         while misses < 20 {
             let (origin, direction) = (Point3::from(random(&mut stream, 3.0)), random(&mut stream, 1.0).normalize());
             if boundary.first_hit(&origin, &direction).is_some() {

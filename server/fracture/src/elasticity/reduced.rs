@@ -6,8 +6,8 @@
 //! the residual; with the diagonal of K in the place of K it is cheap, and proportional to the true one over impacts of one
 //! body (a residual estimator: R. Verfürth, *A Review of A Posteriori Error Estimation*, 1996; the proportion, fitted, is ours).
 
-use super::residual::{self, Residual, Sums};
-use super::{Elasticity, Load, Workspace};
+use super::residual::{self, ResidualForm, Sums};
+use super::{ElasticWorkspace, Elasticity, NodalLoad};
 use crate::memory::held;
 use crate::wide::{Kernel, widest};
 use nalgebra::Vector3;
@@ -15,12 +15,12 @@ use rayon::prelude::*;
 
 /// A basis of displacements of one free body, K-orthonormal, the most energetic first.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Reduced {
+pub struct ReducedBasis {
     rank: usize,
     /// One row of `rank` per component of a node's displacement.
     basis: Vec<f32>,
-    estimate: Estimate,
-    residual: Residual,
+    estimate: ErrorEstimate,
+    residual: ResidualForm,
     /// B'f of the inertial forces of unit accelerations: linear x, y, z, angular x, y, z.
     inertial: [Vec<f64>; 6],
 }
@@ -28,7 +28,7 @@ pub struct Reduced {
 /// Relative error of the energy from the relative residual ρ of [`Reduced::residual`]: factor · ρ^power, fitted on impacts that
 /// the basis has not seen.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Estimate {
+pub struct ErrorEstimate {
     /// Positive.
     pub factor: f64,
     /// Positive; 1 where missing energy and residual are proportional.
@@ -111,7 +111,7 @@ const PAIRS_MIN: usize = 8;
 /// Powers beyond this are an accident of few pairs.
 const POWER_RANGE: [f64; 2] = [0.5, 2.0];
 
-impl Reduced {
+impl ReducedBasis {
     /// From a basis (one row of `rank` per component, `rank` ≥ 1) of the free displacements of `body`.
     ///
     /// # Panics
@@ -119,17 +119,17 @@ impl Reduced {
     pub fn new(body: &Elasticity, rank: usize, basis: Vec<f32>) -> Self {
         assert_eq!(basis.len(), rank * body.size(), "one row per component");
         let gram = residual::gram(body, rank, &basis);
-        Self::stored(body, rank, basis, gram, Estimate::RAW)
+        Self::stored(body, rank, basis, gram, ErrorEstimate::RAW)
     }
 
     /// From what [`Self::basis`], [`Self::gram`] and [`Self::estimate`] said of a basis of `body`.
     ///
     /// # Panics
     /// If the length of the basis is not `rank` times the size of the body, or that of the gram matrix not `rank²`.
-    pub fn stored(body: &Elasticity, rank: usize, basis: Vec<f32>, gram: Vec<f64>, estimate: Estimate) -> Self {
+    pub fn stored(body: &Elasticity, rank: usize, basis: Vec<f32>, gram: Vec<f64>, estimate: ErrorEstimate) -> Self {
         assert_eq!(basis.len(), rank * body.size(), "one row per component");
         assert_eq!(gram.len(), rank * rank, "rank × rank");
-        let residual = Residual::new(body, rank, &basis, gram);
+        let residual = ResidualForm::new(body, rank, &basis, gram);
         let mut reduced = Self { rank, basis, estimate, residual, inertial: Default::default() };
         reduced.inertial = std::array::from_fn(|axis| {
             let mut coordinates = vec![0.0; rank];
@@ -161,17 +161,17 @@ impl Reduced {
     }
 
     /// How errors are estimated.
-    pub fn estimate(&self) -> Estimate {
+    pub fn estimate(&self) -> ErrorEstimate {
         self.estimate
     }
 
     /// The same basis with errors estimated by `estimate`.
-    pub fn estimating(self, estimate: Estimate) -> Self {
+    pub fn estimating(self, estimate: ErrorEstimate) -> Self {
         Self { estimate, ..self }
     }
 
     /// B'f of `load` into `coordinates`; the elastic energy in the span of the basis, ½|B'f|².
-    pub fn project(&self, load: &Load, coordinates: &mut Vec<f64>) -> f64 {
+    pub fn project(&self, load: &NodalLoad, coordinates: &mut Vec<f64>) -> f64 {
         coordinates.clear();
         coordinates.resize(self.rank, 0.0);
         self.gather(load.applied.iter().map(|(node, force)| (*node as usize, *force)), coordinates);
@@ -196,7 +196,7 @@ impl Reduced {
 
     /// The displacement with these coordinates, of the first displacements where they are fewer than the rank; resized to the size of
     /// the body.
-    pub fn expand(&self, coordinates: &[f64], displacement: &mut Vec<f64>, workspace: &mut Workspace) {
+    pub fn expand(&self, coordinates: &[f64], displacement: &mut Vec<f64>, workspace: &mut ElasticWorkspace) {
         let narrow = &mut workspace.narrow;
         narrow.clear();
         narrow.resize(coordinates.len().div_ceil(SIDE), [0.0; SIDE]);
@@ -213,7 +213,7 @@ impl Reduced {
     ///
     /// # Panics
     /// If `body`, the load or the coordinates are another body's.
-    pub fn residual(&self, body: &Elasticity, load: &Load, q: &[f64], workspace: &mut Workspace) -> f64 {
+    pub fn residual(&self, body: &Elasticity, load: &NodalLoad, q: &[f64], workspace: &mut ElasticWorkspace) -> f64 {
         let gather = |forces: &Sums, gathered: &mut [f64]| self.gather(forces.iter(), gathered);
         let missed = self.residual.energy(body, load, q, gather, workspace);
         missed / (0.5 * q.iter().map(|q| q * q).sum::<f64>())
@@ -225,7 +225,7 @@ impl Reduced {
     }
 }
 
-impl Estimate {
+impl ErrorEstimate {
     /// The residual itself.
     pub const RAW: Self = Self { factor: 1.0, power: 1.0 };
 

@@ -6,7 +6,7 @@
 //! is that of D⁻¹, D the diagonal of K, and forces are few applied ones less the inertial ones of a rigid acceleration:
 //! f'D⁻¹f − 2 f'D⁻¹KB q + q'(B'KD⁻¹KB) q.
 
-use super::{Elasticity, Load, Workspace};
+use super::{ElasticWorkspace, Elasticity, NodalLoad};
 use crate::memory::held;
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatMut, MatRef, Par};
@@ -18,7 +18,7 @@ const NODES: usize = 512;
 
 /// The form of one basis.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Residual {
+pub struct ResidualForm {
     /// B'KD⁻¹KB, `rank × rank`.
     gram: Vec<f64>,
     /// B'KD⁻¹m of the inertial forces m of unit accelerations, `rank` each.
@@ -65,7 +65,7 @@ fn inverse_diagonal(body: &Elasticity) -> Vec<f64> {
     body.stiffness.diagonal().into_iter().map(|stiffness| 1.0 / stiffness).collect()
 }
 
-impl Residual {
+impl ResidualForm {
     /// Of a basis of `body` with this `gram`.
     pub(super) fn new(body: &Elasticity, rank: usize, basis: &[f32], gram: Vec<f64>) -> Self {
         let inverse_diagonal = inverse_diagonal(body);
@@ -105,14 +105,14 @@ impl Residual {
     pub(super) fn energy(
         &self,
         body: &Elasticity,
-        load: &Load,
+        load: &NodalLoad,
         coordinates: &[f64],
         gather: impl Fn(&Sums, &mut [f64]),
-        workspace: &mut Workspace,
+        workspace: &mut ElasticWorkspace,
     ) -> f64 {
         let acceleration = Vector6::from_iterator(load.acceleration.iter().flatten().copied());
         let mut forces = acceleration.dot(&(self.inertia * acceleration));
-        let Workspace { pulled, gathered, .. } = workspace;
+        let ElasticWorkspace { pulled, gathered, .. } = workspace;
         pulled.begin(body.size() / 3);
         for (node, applied) in load.applied.iter().map(|(node, applied)| (*node as usize, applied)) {
             let inverse = Vector3::from_column_slice(&self.inverse_diagonal[3 * node..3 * node + 3]);

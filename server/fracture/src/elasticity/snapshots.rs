@@ -3,9 +3,9 @@
 //! Based on: L. Sirovich (Quarterly of Applied Mathematics 45, 1987): the eigenvectors of the snapshots' Gram matrix, here
 //! G_ij = u_i'Ku_j = u_i'f_j, weigh the snapshots; every snapshot counts with unit energy.
 
-use super::{Elasticity, ElasticityError, Load, Reduced, Workspace};
+use super::{ElasticWorkspace, Elasticity, ElasticityError, NodalLoad, ReducedBasis};
 use crate::dense;
-use crate::token::Token;
+use crate::token::CancelToken;
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatMut, MatRef, Par};
 use rayon::prelude::*;
@@ -25,11 +25,11 @@ impl Elasticity {
     ///
     /// # Errors
     /// [`ElasticityError::Residual`], [`ElasticityError::Cancelled`], those of [`Self::factor`].
-    pub fn solve_all(&self, loads: &[Load], token: &Token) -> Result<Vec<f64>, ElasticityError> {
+    pub fn solve_all(&self, loads: &[NodalLoad], token: &CancelToken) -> Result<Vec<f64>, ElasticityError> {
         let (size, factor) = (self.size(), self.factor()?);
         let mut columns = vec![0.0; size * loads.len()];
         columns.par_chunks_mut(size * BLOCK).zip(loads.par_chunks(BLOCK)).try_for_each_init(
-            || (Workspace::default(), Vec::new()),
+            || (ElasticWorkspace::default(), Vec::new()),
             |(workspace, single), (columns, loads)| {
                 token.check()?;
                 for (column, load) in columns.chunks_exact_mut(size).zip(loads) {
@@ -54,7 +54,12 @@ impl Elasticity {
     ///
     /// # Errors
     /// As [`Self::solve_all`].
-    pub fn reduce(&self, loads: &[Load], rank_max: usize, token: &Token) -> Result<Option<Reduced>, ElasticityError> {
+    pub fn reduce(
+        &self,
+        loads: &[NodalLoad],
+        rank_max: usize,
+        token: &CancelToken,
+    ) -> Result<Option<ReducedBasis>, ElasticityError> {
         let (size, count) = (self.size(), loads.len());
         let columns = self.solve_all(loads, token)?;
         let snapshots = MatRef::from_column_major_slice(&columns, size, count);
@@ -76,7 +81,7 @@ impl Elasticity {
             scales[row] * pairs.vectors[(row, count - 1 - column)] * inverse_roots[column]
         });
         let basis = combined(snapshots, weights.as_ref());
-        Ok(Some(Reduced::new(self, rank, basis)))
+        Ok(Some(ReducedBasis::new(self, rank, basis)))
     }
 }
 
@@ -85,7 +90,7 @@ fn inverse(value: f64) -> f64 {
 }
 
 /// u_i'f_j, made symmetric.
-fn gram(snapshots: MatRef<'_, f64>, loads: &[Load], token: &Token) -> Result<Mat<f64>, ElasticityError> {
+fn gram(snapshots: MatRef<'_, f64>, loads: &[NodalLoad], token: &CancelToken) -> Result<Mat<f64>, ElasticityError> {
     let (size, count) = (snapshots.nrows(), loads.len());
     let mut products = vec![0.0; count * count];
     products.par_chunks_mut(count * BLOCK).zip(loads.par_chunks(BLOCK)).try_for_each(|(products, loads)| {

@@ -1,9 +1,9 @@
 //! K u = f by one back-substitution, refined if it has to be.
 
-use super::{Elasticity, ElasticityError, Workspace};
-use crate::random::Stream;
+use super::{ElasticWorkspace, Elasticity, ElasticityError};
+use crate::random::RandomStream;
 use crate::sparse::{Cholesky, Precision};
-use crate::token::Token;
+use crate::token::CancelToken;
 
 /// The largest relative residual ‖f − K u‖ / ‖f‖ that is returned as a solution, unless it is rounding
 /// ([`ROUNDING_MAX`]). Compact bodies leave 1e-14, a needle of 1:100 2e-8. A mechanism or a load out of equilibrium
@@ -41,7 +41,7 @@ fn residual_refined(precision: Precision) -> f64 {
 
 /// How well a displacement balances its forces.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Solved {
+pub struct SolveReport {
     /// ‖f − K u‖ / ‖f‖ against the true stiffness of the free body, reactions at pins included.
     pub residual: f64,
     /// Sweeps of refinement that it took: usually none, and one with a factor in single precision.
@@ -60,9 +60,9 @@ impl Elasticity {
         &self,
         forces: &[f64],
         displacement: &mut Vec<f64>,
-        workspace: &mut Workspace,
-        token: &Token,
-    ) -> Result<Solved, ElasticityError> {
+        workspace: &mut ElasticWorkspace,
+        token: &CancelToken,
+    ) -> Result<SolveReport, ElasticityError> {
         self.check_length("the load", forces)?;
         let factor = self.factor()?;
         displacement.clear();
@@ -81,14 +81,14 @@ impl Elasticity {
             residual = self.residual(forces, displacement, &mut workspace.residual);
         }
         if residual <= self.residual_max(forces, displacement) {
-            Ok(Solved { residual, sweeps })
+            Ok(SolveReport { residual, sweeps })
         } else {
             Err(ElasticityError::Residual { residual })
         }
     }
 
     /// Whether `displacement` balances `forces` as it is, without refinement.
-    pub(super) fn balances(&self, forces: &[f64], displacement: &[f64], workspace: &mut Workspace) -> bool {
+    pub(super) fn balances(&self, forces: &[f64], displacement: &[f64], workspace: &mut ElasticWorkspace) -> bool {
         self.residual(forces, displacement, &mut workspace.residual) <= residual_refined(self.precision())
     }
 
@@ -112,7 +112,7 @@ impl Elasticity {
     }
 
     /// Any number of columns in place, in the frames of the support.
-    pub(super) fn back_substitute(&self, factor: &Cholesky, columns: &mut [f64], workspace: &mut Workspace) {
+    pub(super) fn back_substitute(&self, factor: &Cholesky, columns: &mut [f64], workspace: &mut ElasticWorkspace) {
         let size = self.size();
         columns.chunks_exact_mut(size).for_each(|column| self.support.enter(column));
         factor.solve_in_place(columns, columns.len() / size, &mut workspace.scratch);
@@ -152,11 +152,11 @@ impl Elasticity {
 /// part that hangs by an edge or a node, or not at all) shows even where rounding let the factorisation pass. On one
 /// thread: it is called where others wait.
 pub(super) fn probe(body: &Elasticity, factor: &Cholesky) -> f64 {
-    let mut stream = Stream::new(0, 0);
+    let mut stream = RandomStream::new(0, 0);
     let mut forces: Vec<f64> = (0..body.size()).map(|_| stream.uniform() - 0.5).collect();
     body.inertia.relieve(&mut forces);
     let mut displacement = forces.clone();
-    body.back_substitute(factor, &mut displacement, &mut Workspace::default());
+    body.back_substitute(factor, &mut displacement, &mut ElasticWorkspace::default());
     let mut product = vec![0.0; forces.len()];
     body.stiffness.multiply_alone(&displacement, &mut product);
     body.unbalanced(&forces, &mut product)

@@ -5,10 +5,10 @@
 //! by Newton's method in the place of its angles, which no processor computes side by side; the others by the quadratic that is left.
 
 use super::element::Lame;
-use crate::wide::Lanes;
+use crate::wide::SimdLanes;
 
 /// xx, yy, zz, xy, yz, xz.
-pub(super) type Strain<const N: usize> = [Lanes<N>; 6];
+pub(super) type Strain<const N: usize> = [SimdLanes<N>; 6];
 
 /// Steps of Newton's method: errors of 1e-3, 1e-6, 1e-12, rounding.
 const STEPS: usize = 3;
@@ -19,14 +19,14 @@ const ROOT_3: f64 = 1.732_050_807_568_877_2;
 impl Lame {
     /// ½ σ:ε = λ/2 (tr ε)² + μ ε:ε.
     #[inline(always)]
-    pub(super) fn energy_densities<const N: usize>(self, strain: &Strain<N>) -> Lanes<N> {
+    pub(super) fn energy_densities<const N: usize>(self, strain: &Strain<N>) -> SimdLanes<N> {
         let trace = strain[0] + strain[1] + strain[2];
         trace * trace * (0.5 * self.lambda) + norm_squared(strain) * self.mu
     }
 
     /// ψ⁺ = λ/2 ⟨tr ε⟩₊² + μ Σ ⟨ε_a⟩₊², ε_a the principal strains. Never negative and never above the whole density where λ ≥ 0.
     #[inline(always)]
-    pub(super) fn tensile_energy_densities<const N: usize>(self, strain: &Strain<N>) -> Lanes<N> {
+    pub(super) fn tensile_energy_densities<const N: usize>(self, strain: &Strain<N>) -> SimdLanes<N> {
         let trace = strain[0] + strain[1] + strain[2];
         let [a, b, c] = principal_strains(strain);
         let stretch = a.positive_square() + b.positive_square() + c.positive_square();
@@ -36,7 +36,7 @@ impl Lame {
 
 /// ε:ε.
 #[inline(always)]
-fn norm_squared<const N: usize>([xx, yy, zz, xy, yz, xz]: &Strain<N>) -> Lanes<N> {
+fn norm_squared<const N: usize>([xx, yy, zz, xy, yz, xz]: &Strain<N>) -> SimdLanes<N> {
     *xx * *xx + *yy * *yy + *zz * *zz + (*xy * *xy + *yz * *yz + *xz * *xz) * 2.0
 }
 
@@ -45,7 +45,7 @@ fn norm_squared<const N: usize>([xx, yy, zz, xy, yz, xz]: &Strain<N>) -> Lanes<N
 /// Two nearly equal ones may be split by 1e-8 of the strain; symmetric functions of them, such as the tensile energy, keep full
 /// precision.
 #[inline(always)]
-pub(super) fn principal_strains<const N: usize>(strain: &Strain<N>) -> [Lanes<N>; 3] {
+pub(super) fn principal_strains<const N: usize>(strain: &Strain<N>) -> [SimdLanes<N>; 3] {
     let mean = (strain[0] + strain[1] + strain[2]) * (1.0 / 3.0);
     let deviator = [strain[0] - mean, strain[1] - mean, strain[2] - mean, strain[3], strain[4], strain[5]];
     let spread = (norm_squared(&deviator) * (1.0 / 6.0)).map(f64::sqrt);
@@ -62,7 +62,7 @@ pub(super) fn principal_strains<const N: usize>(strain: &Strain<N>) -> [Lanes<N>
 }
 
 #[inline(always)]
-fn determinant<const N: usize>([x, y, z, xy, yz, xz]: &Strain<N>) -> Lanes<N> {
+fn determinant<const N: usize>([x, y, z, xy, yz, xz]: &Strain<N>) -> SimdLanes<N> {
     *x * (*y * *z - *yz * *yz) - *xy * (*xy * *z - *yz * *xz) + *xz * (*xy * *yz - *y * *xz)
 }
 
@@ -74,7 +74,7 @@ mod tests {
 
     fn check(strain: Matrix3<f64>) {
         let (scale, lame) = (strain.norm(), Lame::new(0.3));
-        let entries = [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2)].map(|place| Lanes([strain[place]]));
+        let entries = [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2)].map(|place| SimdLanes([strain[place]]));
         let sorted = |mut values: Vec<f64>| {
             values.sort_by(|a, b| b.total_cmp(a));
             values

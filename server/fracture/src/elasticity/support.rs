@@ -3,14 +3,14 @@
 use super::ElasticityError;
 use crate::lattice::Lattice;
 use crate::memory::held;
-use crate::sparse::Symmetric;
+use crate::sparse::SymmetricMatrix;
 use nalgebra::{Matrix3, Point3, Vector3};
 
 /// What takes the rigid motions out of the stiffness.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Support {
     /// A free body: six components are pinned, which a load in equilibrium does not notice.
-    Free(Pins),
+    Free(PinnedNodes),
     /// These nodes do not move; they may carry any load.
     Anchored(Vec<u32>),
 }
@@ -18,13 +18,13 @@ pub enum Support {
 /// Three nodes held statically determinately: the first in all directions, the second across the line to the first, the
 /// third out of the plane of the three.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Pins {
+pub struct PinnedNodes {
     nodes: [u32; 3],
     /// Columns: along the line, across it in the plane, out of the plane.
     frame: Matrix3<f64>,
 }
 
-impl Pins {
+impl PinnedNodes {
     /// On these three nodes; `None` if they lie on a line.
     pub fn on(lattice: &Lattice, nodes: [u32; 3]) -> Option<Self> {
         let [a, b, c] = nodes.map(|node| lattice.nodes[node as usize]);
@@ -91,7 +91,7 @@ impl Support {
     }
 
     /// Puts the held nodes into their frame and fixes their held components.
-    pub(super) fn constrain(&self, stiffness: &mut Symmetric<3>) {
+    pub(super) fn constrain(&self, stiffness: &mut SymmetricMatrix<3>) {
         let diagonal = stiffness.diagonal();
         let mean = diagonal.iter().sum::<f64>() / diagonal.len() as f64;
         if let Self::Free(pins) = self {
@@ -127,7 +127,7 @@ impl Support {
     /// Calls `fix` with every held (node, component).
     fn held(&self, mut fix: impl FnMut(usize, usize)) {
         match self {
-            Self::Free(Pins { nodes: [a, b, c], .. }) => {
+            Self::Free(PinnedNodes { nodes: [a, b, c], .. }) => {
                 (0..3).for_each(|component| fix(*a as usize, component));
                 (1..3).for_each(|component| fix(*b as usize, component));
                 fix(*c as usize, 2);
@@ -141,7 +141,7 @@ impl Support {
     }
 }
 
-impl Pins {
+impl PinnedNodes {
     fn turn(&self, vector: &mut [f64], matrix: &Matrix3<f64>) {
         for node in self.nodes {
             let own = &mut vector[3 * node as usize..][..3];

@@ -2,7 +2,7 @@
 
 /// The first thing that keeps a mesh from being closed.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-pub enum Open {
+pub enum OpenMesh {
     /// No triangles.
     #[error("no triangles")]
     Empty,
@@ -56,24 +56,24 @@ pub enum Open {
 /// Whether the triangles are a closed, oriented surface around a positive volume: after welding vertices with bitwise
 /// equal positions, every edge has exactly two half-edges, opposite to each other. Uses nothing but what a reader of
 /// the answer has; merge pairs are not needed.
-pub fn closed(positions: &[[f32; 3]], indices: &[u32]) -> Result<(), Open> {
+pub fn closed(positions: &[[f32; 3]], indices: &[u32]) -> Result<(), OpenMesh> {
     let (triangles, rest) = indices.as_chunks::<3>();
     if !rest.is_empty() {
-        return Err(Open::IndexCount { count: indices.len() });
+        return Err(OpenMesh::IndexCount { count: indices.len() });
     }
     if triangles.is_empty() {
-        return Err(Open::Empty);
+        return Err(OpenMesh::Empty);
     }
     if let Some((at, &vertex)) = indices.iter().enumerate().find(|(_, vertex)| **vertex as usize >= positions.len()) {
-        return Err(Open::VertexOutOfRange { at, vertex });
+        return Err(OpenMesh::VertexOutOfRange { at, vertex });
     }
     if let Some(vertex) = positions.iter().position(|position| !position.iter().all(|x| x.is_finite())) {
-        return Err(Open::NonFiniteVertex { vertex });
+        return Err(OpenMesh::NonFiniteVertex { vertex });
     }
     let welded = weld(positions);
     paired(triangles.iter().map(|triangle| triangle.map(|vertex| welded[vertex as usize])))?;
     let volume = volume(positions, triangles);
-    if volume > 0.0 { Ok(()) } else { Err(Open::Volume { volume }) }
+    if volume > 0.0 { Ok(()) } else { Err(OpenMesh::Volume { volume }) }
 }
 
 /// The lowest vertex at each vertex's position.
@@ -89,11 +89,11 @@ fn weld(positions: &[[f32; 3]]) -> Vec<u32> {
 }
 
 /// Checks that every half-edge appears once and has its opposite.
-fn paired(triangles: impl Iterator<Item = [u32; 3]>) -> Result<(), Open> {
+fn paired(triangles: impl Iterator<Item = [u32; 3]>) -> Result<(), OpenMesh> {
     let mut half_edges = Vec::new();
     for (triangle, [a, b, c]) in triangles.enumerate() {
         if a == b || b == c || c == a {
-            return Err(Open::Degenerate { triangle });
+            return Err(OpenMesh::Degenerate { triangle });
         }
         half_edges.extend([(a, b), (b, c), (c, a)]);
     }
@@ -104,7 +104,7 @@ fn paired(triangles: impl Iterator<Item = [u32; 3]>) -> Result<(), Open> {
     for &(from, to) in &half_edges {
         let (forward, backward) = (count((from, to)), count((to, from)));
         if (forward, backward) != (1, 1) {
-            return Err(Open::Edge { from, to, forward, backward });
+            return Err(OpenMesh::Edge { from, to, forward, backward });
         }
     }
     Ok(())

@@ -6,5 +6,5 @@ mod properties;
 #[cfg(test)]
 mod tests;
 
-pub use closed::{Open, closed};
-pub use properties::{NotRigid, Properties, properties};
+pub use closed::{OpenMesh, closed};
+pub use properties::{NotRigid, RigidProperties, properties};

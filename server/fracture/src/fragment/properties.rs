@@ -5,13 +5,13 @@
 //! of 1, x_i and x_i x_j into sums over triangles, exact for polyhedra. Summed as signed cones from a point near the
 //! body, so that nothing is lost to the body's distance from the origin.
 
-use crate::tessellation::{Fragment, Tessellation};
+use crate::tessellation::{FragmentRange, Tessellation};
 use nalgebra::{Matrix3, Point3, Vector3};
 use rayon::prelude::*;
 
 /// A fragment as a rigid body of unit density, local coordinates.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Properties {
+pub struct RigidProperties {
     /// Volume, local length cubed; mass at density 1.
     pub volume: f64,
     /// Centre of mass, local.
@@ -64,20 +64,20 @@ impl Sums {
         }
     }
 
-    fn finish(&self, reference: Point3<f64>) -> Properties {
+    fn finish(&self, reference: Point3<f64>) -> RigidProperties {
         let volume = self.volume / 6.0;
         if volume == 0.0 {
-            return Properties { volume, centre: reference, inertia: Matrix3::zeros() };
+            return RigidProperties { volume, centre: reference, inertia: Matrix3::zeros() };
         }
         let offset = self.first / (24.0 * volume);
         let [xx, yy, zz, xy, xz, yz] = self.second.map(|sum| sum / 120.0);
         let second = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz) - offset * offset.transpose() * volume;
         let inertia = Matrix3::identity() * second.trace() - second;
-        Properties { volume, centre: reference + offset, inertia }
+        RigidProperties { volume, centre: reference + offset, inertia }
     }
 }
 
-impl Properties {
+impl RigidProperties {
     /// Of the polyhedron with these triangles (indices into `vertices`), closed and counter-clockwise seen from outside.
     pub fn of_surface(vertices: &[Point3<f64>], triangles: impl IntoIterator<Item = [u32; 3]>) -> Self {
         let reference = vertices.first().copied().unwrap_or(Point3::origin());
@@ -87,7 +87,7 @@ impl Properties {
     }
 
     /// Of one fragment; zero volume if it has no runs.
-    pub fn of_fragment(tessellation: &Tessellation, fragment: &Fragment) -> Self {
+    pub fn of_fragment(tessellation: &Tessellation, fragment: &FragmentRange) -> Self {
         let runs = &tessellation.runs()[fragment.runs.clone()];
         let first = runs.first().and_then(|run| tessellation.run_vertices(run).first());
         let reference = first.copied().unwrap_or(Point3::origin());
@@ -117,11 +117,11 @@ impl Properties {
 }
 
 /// Of every fragment, in order, into `out`; in parallel over fragments.
-pub fn properties(tessellation: &Tessellation, out: &mut Vec<Properties>) {
+pub fn properties(tessellation: &Tessellation, out: &mut Vec<RigidProperties>) {
     tessellation
         .fragments()
         .par_iter()
-        .map(|fragment| Properties::of_fragment(tessellation, fragment))
+        .map(|fragment| RigidProperties::of_fragment(tessellation, fragment))
         .collect_into_vec(out);
 }
 

@@ -1,7 +1,7 @@
 //! Exact bodies, invariances, and every way of not being closed.
 
 use super::*;
-use crate::random::Stream;
+use crate::random::RandomStream;
 use nalgebra::{Isometry3, Matrix3, Point3, Vector3};
 
 struct Body {
@@ -10,8 +10,8 @@ struct Body {
 }
 
 impl Body {
-    fn properties(&self) -> Properties {
-        Properties::of_surface(&self.vertices, self.triangles.iter().copied())
+    fn properties(&self) -> RigidProperties {
+        RigidProperties::of_surface(&self.vertices, self.triangles.iter().copied())
     }
 
     fn moved(&self, motion: &Isometry3<f64>) -> Self {
@@ -59,12 +59,12 @@ fn ball(levels: usize) -> Body {
 }
 
 fn motion(seed: u64) -> Isometry3<f64> {
-    let mut random = Stream::new(seed, 0);
+    let mut random = RandomStream::new(seed, 0);
     let mut draw = || Vector3::from_fn(|_, _| 4.0 * random.uniform() - 2.0);
     Isometry3::new(draw(), draw())
 }
 
-fn check(found: &Properties, volume: f64, centre: Point3<f64>, inertia: Matrix3<f64>) {
+fn check(found: &RigidProperties, volume: f64, centre: Point3<f64>, inertia: Matrix3<f64>) {
     assert!((found.volume / volume - 1.0).abs() < 1e-12, "{} {volume}", found.volume);
     assert!((found.centre - centre).norm() < 1e-12, "{} {centre}", found.centre);
     assert!((found.inertia - inertia).norm() < 1e-12 * inertia.norm().max(1.0), "{} {inertia}", found.inertia);
@@ -147,13 +147,13 @@ fn impossible_bodies_are_not_rigid() {
     let mut inside_out = cuboid([1.0; 3]);
     inside_out.triangles.iter_mut().for_each(|triangle| triangle.swap(0, 1));
     assert_eq!(inside_out.properties().rigid(), Err(NotRigid::Volume { volume: -1.0 }));
-    assert!(matches!(Properties::of_surface(&[], []).rigid(), Err(NotRigid::Volume { volume: 0.0 })));
+    assert!(matches!(RigidProperties::of_surface(&[], []).rigid(), Err(NotRigid::Volume { volume: 0.0 })));
     let good = cuboid([1.0; 3]).properties();
     let centre = Point3::new(f64::NAN, 0.0, 0.0);
-    assert_eq!(Properties { centre, ..good }.rigid(), Err(NotRigid::Centre));
-    assert_eq!(Properties { inertia: -good.inertia, ..good }.rigid(), Err(NotRigid::Inertia));
+    assert_eq!(RigidProperties { centre, ..good }.rigid(), Err(NotRigid::Centre));
+    assert_eq!(RigidProperties { inertia: -good.inertia, ..good }.rigid(), Err(NotRigid::Inertia));
     let inertia = Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, 2.5));
-    assert_eq!(Properties { inertia, ..good }.rigid(), Err(NotRigid::Moments));
+    assert_eq!(RigidProperties { inertia, ..good }.rigid(), Err(NotRigid::Moments));
 }
 
 #[test]
@@ -170,29 +170,29 @@ fn a_closed_surface_is_closed_with_and_without_shared_vertices() {
 #[test]
 fn every_way_of_being_open_is_named() {
     let (positions, indices) = cuboid([1.0; 3]).f32();
-    assert_eq!(closed(&positions, &[]), Err(Open::Empty));
-    assert_eq!(closed(&positions, &indices[1..]), Err(Open::IndexCount { count: 35 }));
+    assert_eq!(closed(&positions, &[]), Err(OpenMesh::Empty));
+    assert_eq!(closed(&positions, &indices[1..]), Err(OpenMesh::IndexCount { count: 35 }));
     let hole = closed(&positions, &indices[3..]);
-    assert!(matches!(hole, Err(Open::Edge { forward: 1, backward: 0, .. })), "{hole:?}");
+    assert!(matches!(hole, Err(OpenMesh::Edge { forward: 1, backward: 0, .. })), "{hole:?}");
     let doubled = [&indices[..], &indices[..3]].concat();
-    assert!(matches!(closed(&positions, &doubled), Err(Open::Edge { forward: 2, .. })));
+    assert!(matches!(closed(&positions, &doubled), Err(OpenMesh::Edge { forward: 2, .. })));
     let mut flipped = indices.clone();
     flipped.swap(0, 1);
-    assert!(matches!(closed(&positions, &flipped), Err(Open::Edge { .. })));
+    assert!(matches!(closed(&positions, &flipped), Err(OpenMesh::Edge { .. })));
     let mut far = indices.clone();
     far[7] = 8;
-    assert_eq!(closed(&positions, &far), Err(Open::VertexOutOfRange { at: 7, vertex: 8 }));
+    assert_eq!(closed(&positions, &far), Err(OpenMesh::VertexOutOfRange { at: 7, vertex: 8 }));
     let mut torn = positions.clone();
     torn[3][1] = f32::NAN;
-    assert_eq!(closed(&torn, &indices), Err(Open::NonFiniteVertex { vertex: 3 }));
+    assert_eq!(closed(&torn, &indices), Err(OpenMesh::NonFiniteVertex { vertex: 3 }));
     let mut pinched = positions.clone();
     pinched[4] = pinched[0];
-    assert_eq!(closed(&pinched, &indices), Err(Open::Degenerate { triangle: 0 }));
+    assert_eq!(closed(&pinched, &indices), Err(OpenMesh::Degenerate { triangle: 0 }));
     let reversed: Vec<u32> = indices.chunks(3).flat_map(|t| [t[0], t[2], t[1]]).collect();
-    assert_eq!(closed(&positions, &reversed), Err(Open::Volume { volume: -1.0 }));
+    assert_eq!(closed(&positions, &reversed), Err(OpenMesh::Volume { volume: -1.0 }));
     // One bit off at a shared corner: still the same vertex by index, but not by position in a soup.
     let mut soup: Vec<[f32; 3]> = indices.iter().map(|&vertex| positions[vertex as usize]).collect();
     soup[0][0] = f32::from_bits(soup[0][0].to_bits() + 1);
     let order: Vec<u32> = (0..soup.len() as u32).collect();
-    assert!(matches!(closed(&soup, &order), Err(Open::Edge { .. })));
+    assert!(matches!(closed(&soup, &order), Err(OpenMesh::Edge { .. })));
 }

@@ -3,12 +3,12 @@
 //! Based on: Sutherland & Hodgman, *Reentrant polygon clipping* (Communications of the ACM 17(1), 1974), and the division of a prism
 //! into three tetrahedra.
 
-use super::{Plane, Shell};
+use super::{ClosedTriangles, Plane};
 use nalgebra::Point3;
 
 /// The points that span a body within planes: those of its surface that lie inside all of them, and where planes cut its triangles.
 /// Corners that three planes make deep inside the body are not among them.
-pub fn clipped(body: &Shell, planes: &[Plane]) -> Vec<Point3<f64>> {
+pub fn clipped(body: &ClosedTriangles, planes: &[Plane]) -> Vec<Point3<f64>> {
     let inside: Vec<bool> =
         body.points.iter().map(|point| planes.iter().all(|plane| plane.beyond(point) <= 0.0)).collect();
     let kept = body.points.iter().zip(&inside).filter(|(_, inside)| **inside);

@@ -5,7 +5,7 @@
 //! which triangles need a closer look (branch and bound).
 
 use super::clip::six_volumes_within;
-use super::{Hull, Plane, Shell, bounds, meet};
+use super::{ClosedTriangles, ConvexHull, Plane, bounds, meet};
 use nalgebra::{Point3, Vector3, center};
 
 /// How far a depth may be told too large, over the diagonal of the hull.
@@ -24,9 +24,9 @@ struct Search<'a> {
     last: usize,
 }
 
-impl Hull {
+impl ConvexHull {
     /// Volume of the part of `body` inside the hull over that of the body, 0 ..= 1; zero for a body without volume.
-    pub fn coverage(&self, body: &Shell) -> f64 {
+    pub fn coverage(&self, body: &ClosedTriangles) -> f64 {
         let apex = Point3::from(
             self.vertices.iter().map(|vertex| vertex.coords).sum::<Vector3<f64>>() / self.vertices.len().max(1) as f64,
         );
@@ -49,11 +49,11 @@ impl Hull {
 
     /// The largest depth below the hull's surface of any point of the surface of `others`: told too large by at most a thousandth of
     /// the hull's diagonal, never too small. Zero where none reaches inside.
-    pub fn depth<'a>(&self, others: impl Iterator<Item = &'a Shell>) -> f64 {
+    pub fn depth<'a>(&self, others: impl Iterator<Item = &'a ClosedTriangles>) -> f64 {
         let slack = DEPTH_SLACK * self.size();
         let own = bounds(&self.vertices);
         let mut search = Search { planes: &self.planes, deepest: -slack, slack, last: 0 };
-        for corners in others.flat_map(Shell::corners) {
+        for corners in others.flat_map(ClosedTriangles::corners) {
             if meet(&bounds(&corners), &own) {
                 search.visit(corners, DIVISIONS);
             }

@@ -48,14 +48,14 @@ impl Plane {
 
 /// A closed surface: triangles over points, counter-clockwise seen from outside. Points may be listed more than once.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Shell {
+pub struct ClosedTriangles {
     /// The points.
     pub points: Vec<Point3<f64>>,
     /// Indices into them.
     pub triangles: Vec<[u32; 3]>,
 }
 
-impl Shell {
+impl ClosedTriangles {
     /// The first `count` points moved by `distance` along the mean normals of their triangles, as soup: triangles of others stay
     /// where they are.
     pub fn outset(&self, count: usize, distance: f64) -> Self {
@@ -90,7 +90,7 @@ pub fn meet([low, high]: &[Point3<f64>; 2], [other_low, other_high]: &[Point3<f6
 
 /// A convex body: a closed triangulation with at most [`FACES_MAX`] triangles.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Hull {
+pub struct ConvexHull {
     /// Its corners; every one is a corner of a triangle.
     pub vertices: Vec<Point3<f64>>,
     /// Indices into them, counter-clockwise seen from outside.
@@ -101,7 +101,7 @@ pub struct Hull {
     planes: Vec<Plane>,
 }
 
-impl Hull {
+impl ConvexHull {
     /// Its diagonal: that of its bounding box.
     pub fn size(&self) -> f64 {
         let [low, high] = bounds(&self.vertices);

@@ -5,7 +5,7 @@
 //! points per face, every new face asks all points for its farthest, and the face with the farthest of all is next: stopped at any
 //! time, what is there is the hull of the points that matter most.
 
-use super::{FACES_MAX, Hull, Plane, bounds};
+use super::{ConvexHull, FACES_MAX, Plane, bounds};
 use nalgebra::Point3;
 
 /// Bodies thinner than this, over their diagonal, have no hull.
@@ -56,7 +56,7 @@ struct Builder {
     alive: usize,
 }
 
-impl Hull {
+impl ConvexHull {
     /// The convex hull of `points` with at most [`FACES_MAX`] triangles: of those points that stand out most where all would need
     /// more. `None` where they are none, not finite, or lie in one plane.
     pub fn of(points: &[Point3<f64>]) -> Option<Self> {
@@ -208,7 +208,7 @@ impl Builder {
         (rim[rim.len() - 1].to == rim[0].from).then_some(rim)
     }
 
-    fn finish(self, points: &[Point3<f64>], middle: &Point3<f64>) -> Hull {
+    fn finish(self, points: &[Point3<f64>], middle: &Point3<f64>) -> ConvexHull {
         let alive: Vec<&Face> = self.faces.iter().filter(|face| face.alive).collect();
         let mut used: Vec<usize> = alive.iter().flat_map(|face| face.corners).collect();
         used.sort_unstable();
@@ -216,7 +216,7 @@ impl Builder {
         let number = |corner: usize| used.partition_point(|own| *own < corner) as u32;
         let moved = |plane: &Plane| Plane { offset: plane.offset + plane.normal.dot(&middle.coords), ..*plane };
         let left_out = alive.iter().filter_map(|face| face.far).fold(0.0, |most, far| far.0.max(most));
-        Hull {
+        ConvexHull {
             left_out,
             vertices: used.iter().map(|&place| points[place]).collect(),
             triangles: alive.iter().map(|face| face.corners.map(number)).collect(),

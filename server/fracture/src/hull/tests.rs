@@ -1,12 +1,12 @@
 //! Bodies whose hulls are known, random ones, and those that have none.
 
 use super::*;
-use crate::random::Stream;
+use crate::random::RandomStream;
 use proptest::prelude::*;
 
 /// A cube from `low`, of this edge, every face a grid of `parts` by `parts` squares.
-fn cube(low: [f64; 3], edge: f64, parts: usize) -> Shell {
-    let mut shell = Shell::default();
+fn cube(low: [f64; 3], edge: f64, parts: usize) -> ClosedTriangles {
+    let mut shell = ClosedTriangles::default();
     let low = Vector3::from(low);
     for (axis, side) in (0..3).flat_map(|axis| [(axis, 0.0), (axis, 1.0)]) {
         let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
@@ -36,8 +36,8 @@ fn volume(points: &[Point3<f64>], triangles: &[[u32; 3]]) -> f64 {
 
 /// Closed, convex, within the caps, its corners among the points; contains all of them to a ten-thousandth unless a cap was met.
 #[track_caller]
-fn check(points: &[Point3<f64>]) -> Hull {
-    let hull = Hull::of(points).unwrap();
+fn check(points: &[Point3<f64>]) -> ConvexHull {
+    let hull = ConvexHull::of(points).unwrap();
     let (vertices, faces) = (hull.vertices.len(), hull.triangles.len());
     assert!(faces <= FACES_MAX && 2 * vertices == faces + 4, "{vertices} vertices, {faces} faces");
     let edges: Vec<[u32; 2]> = hull.triangles.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]).collect();
@@ -72,11 +72,11 @@ fn a_cube_is_its_own_hull_however_finely_it_is_divided() {
 #[test]
 fn coverage_is_the_share_of_the_body_inside() {
     let body = cube([0.0; 3], 1.0, 3);
-    let whole = Hull::of(&body.points).unwrap();
+    let whole = ConvexHull::of(&body.points).unwrap();
     for (share, low, edge) in
         [(0.125, [0.5; 3], 3.0), (1.0, [-1.0; 3], 3.0), (0.0, [2.0; 3], 1.0), (0.027, [0.4; 3], 0.3)]
     {
-        let other = Hull::of(&cube(low, edge, 1).points).unwrap();
+        let other = ConvexHull::of(&cube(low, edge, 1).points).unwrap();
         assert!((other.coverage(&body) - share).abs() < 1e-12, "{} {share}", other.coverage(&body));
     }
     // A corner cut off by a plane askew.
@@ -95,7 +95,7 @@ fn coverage_is_the_share_of_the_body_inside() {
 
 #[test]
 fn depth_is_that_of_the_deepest_point_of_a_surface() {
-    let own = Hull::of(&cube([0.0; 3], 1.0, 1).points).unwrap();
+    let own = ConvexHull::of(&cube([0.0; 3], 1.0, 1).points).unwrap();
     let slack = 1e-3 * own.size();
     for (depth, low, edge, parts) in [
         (0.1, [0.9, 0.2, 0.2], 0.5, 1),
@@ -122,7 +122,7 @@ fn flat_and_broken_points_have_no_hull() {
         vec![Point3::new(f64::NAN, 0.0, 0.0), Point3::origin()],
         cube([0.0; 3], f64::INFINITY, 1).points,
     ] {
-        assert_eq!(Hull::of(&points), None);
+        assert_eq!(ConvexHull::of(&points), None);
     }
     assert!(clipped(&cube([0.0; 3], 1.0, 2), &[Plane { normal: Vector3::x(), offset: -1.0 }]).is_empty());
 }
@@ -137,7 +137,7 @@ fn outset_bodies_stand_out_where_they_are_told_to() {
 
 /// Random points of very different kinds.
 fn points(kind: u32, count: usize, seed: u64) -> Vec<Point3<f64>> {
-    let mut random = Stream::new(seed, 7);
+    let mut random = RandomStream::new(seed, 7);
     let mut draw = || Vector3::from_fn(|_, _| 2.0 * random.uniform() - 1.0);
     let place = |k: usize, at: Vector3<f64>| match kind {
         0 => at,
@@ -159,10 +159,10 @@ proptest! {
         kind in 0u32..7, count in 6usize..400, seed in any::<u64>(),
     ) {
         let points = points(kind, count, seed);
-        if Hull::of(&points).is_some() {
+        if ConvexHull::of(&points).is_some() {
             let hull = check(&points);
-            prop_assert_eq!(&hull, &Hull::of(&points).unwrap());
-            let known = Shell { points: hull.vertices.clone(), triangles: hull.triangles.clone() };
+            prop_assert_eq!(&hull, &ConvexHull::of(&points).unwrap());
+            let known = ClosedTriangles { points: hull.vertices.clone(), triangles: hull.triangles.clone() };
             prop_assert!((hull.coverage(&known) - 1.0).abs() < 1e-9);
             prop_assert!(hull.depth([known].iter()) <= 1.01e-3 * hull.size());
         } else {

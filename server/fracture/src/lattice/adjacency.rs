@@ -7,7 +7,7 @@ pub const NO_TET: u32 = u32::MAX;
 
 /// The tetrahedra around every node, in increasing order.
 #[derive(Clone, Debug)]
-pub struct Stars {
+pub struct NodeStars {
     offsets: Vec<u32>,
     tets: Vec<u32>,
 }
@@ -20,7 +20,7 @@ struct Face {
     face: u8,
 }
 
-impl Stars {
+impl NodeStars {
     /// The tetrahedra that have `node` as a corner, increasing.
     pub fn of(&self, node: u32) -> &[u32] {
         &self.tets[self.offsets[node as usize] as usize..self.offsets[node as usize + 1] as usize]
@@ -73,7 +73,7 @@ impl Lattice {
     }
 
     /// The tetrahedra around every node.
-    pub fn stars(&self) -> Stars {
+    pub fn stars(&self) -> NodeStars {
         let mut offsets = vec![0u32; self.nodes.len() + 1];
         for &node in self.tets.iter().flatten() {
             offsets[node as usize + 1] += 1;
@@ -89,7 +89,7 @@ impl Lattice {
                 *slot += 1;
             }
         }
-        Stars { offsets, tets }
+        NodeStars { offsets, tets }
     }
 
     /// The tetrahedra that hang together through faces, each group increasing, groups by their lowest member.

@@ -5,7 +5,7 @@
 
 use super::grid::{Grid, finite};
 use super::{LatticeError, SignedDistance};
-use crate::token::Token;
+use crate::token::CancelToken;
 use nalgebra::Point3;
 use rayon::prelude::*;
 use std::collections::HashMap;
@@ -25,7 +25,7 @@ const SECANTS: usize = 4;
 
 /// An edge of the grid that the surface cuts.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Cut {
+pub(super) struct EdgeCut {
     /// The end with the higher number.
     pub(super) high: u32,
     /// The cut's place from the lower-numbered end, 0 … 1.
@@ -33,14 +33,14 @@ pub(super) struct Cut {
 }
 
 /// All cuts of one level set, in the order of their edges' (lower, higher) ends.
-pub(super) struct Cuts {
+pub(super) struct EdgeCuts {
     /// Per grid node the first of the cuts whose lower end it is; length nodes + 1.
     first: Vec<u32>,
     /// The cuts themselves.
-    pub(super) cuts: Vec<Cut>,
+    pub(super) cuts: Vec<EdgeCut>,
 }
 
-impl Cuts {
+impl EdgeCuts {
     /// The cut on the edge between `a` and `b`, and its place from `a`, 0 … 1.
     pub(super) fn find(&self, a: u32, b: u32) -> Option<(u32, f64)> {
         let (low, high) = (a.min(b), a.max(b));
@@ -51,7 +51,7 @@ impl Cuts {
     }
 
     /// The lower-numbered ends, each with the range of its cuts; only those that have any.
-    pub(super) fn ends(&self) -> impl Iterator<Item = (u32, &[Cut])> {
+    pub(super) fn ends(&self) -> impl Iterator<Item = (u32, &[EdgeCut])> {
         self.first.windows(2).enumerate().filter(|(_, range)| range[0] < range[1]).map(|(low, range)| {
             let cuts = &self.cuts[range[0] as usize..range[1] as usize];
             (low as u32, cuts)
@@ -77,7 +77,7 @@ impl<'a> Cutter<'a> {
     }
 
     /// The cuts of the level set distance = `offset`.
-    pub(super) fn cut(&mut self, offset: f64, token: &Token) -> Result<Cuts, LatticeError> {
+    pub(super) fn cut(&mut self, offset: f64, token: &CancelToken) -> Result<EdgeCuts, LatticeError> {
         let (first, edges) = self.crossing(offset, token)?;
         let mut work: Vec<([u32; 2], Samples)> = edges
             .into_iter()
@@ -98,14 +98,14 @@ impl<'a> Cutter<'a> {
             .collect();
         let mut cuts = Vec::with_capacity(work.len());
         for ((edge, samples), root) in work.into_iter().zip(roots) {
-            cuts.push(Cut { high: edge[1], t: root? });
+            cuts.push(EdgeCut { high: edge[1], t: root? });
             self.samples.insert(edge, samples);
         }
-        Ok(Cuts { first, cuts })
+        Ok(EdgeCuts { first, cuts })
     }
 
     /// Edges whose ends lie strictly on either side, ordered, and per node the first of those it is the lower end of.
-    fn crossing(&self, offset: f64, token: &Token) -> Result<(Vec<u32>, Vec<[u32; 2]>), LatticeError> {
+    fn crossing(&self, offset: f64, token: &CancelToken) -> Result<(Vec<u32>, Vec<[u32; 2]>), LatticeError> {
         let (mut first, mut edges) = (Vec::with_capacity(self.values.len() + 1), Vec::new());
         for node in 0..self.values.len() as u32 {
             if node % 4096 == 0 {

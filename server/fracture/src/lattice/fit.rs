@@ -8,14 +8,14 @@
 //! only if the largest error around it falls and its tetrahedra keep the angles that stuffing promises. So no place gets worse than the
 //! worst around it was, and the order does not matter.
 
-use super::adjacency::Stars;
+use super::adjacency::NodeStars;
 use super::crossing::put_back;
 use super::grid::finite;
 use super::level::{VOLUME_TOLERANCE, stuff};
-use super::measure::Dihedral;
-use super::{Lattice, LatticeError, Level, SignedDistance};
+use super::measure::DihedralRange;
+use super::{Lattice, LatticeError, LatticeLevel, SignedDistance};
 use crate::surface::meet;
-use crate::token::Token;
+use crate::token::CancelToken;
 use nalgebra::{Matrix3, Point3, Vector3};
 use rayon::prelude::*;
 use std::collections::HashMap;
@@ -81,9 +81,9 @@ pub(super) fn stuff_fitted(
     shape: &dyn SignedDistance,
     spacing: f64,
     volume: f64,
-    token: &Token,
-) -> Result<Level, LatticeError> {
-    let (mut best, mut aim) = (None::<Level>, volume);
+    token: &CancelToken,
+) -> Result<LatticeLevel, LatticeError> {
+    let (mut best, mut aim) = (None::<LatticeLevel>, volume);
     for _ in 0..FITS_MAX {
         let mut level = stuff(shape, spacing, Some(aim), token)?;
         let reached = (level.volume() - aim).abs() <= VOLUME_TOLERANCE * aim;
@@ -104,7 +104,7 @@ pub(super) fn stuff_fitted(
 /// whose moves boundaries would cross. Every invariant of [`Lattice`] and every bound of [`stuff`] but that of the volume holds.
 ///
 /// Errors: cancelled; a distance that is not finite.
-fn fit(level: &mut Level, shape: &dyn SignedDistance, token: &Token) -> Result<(), LatticeError> {
+fn fit(level: &mut LatticeLevel, shape: &dyn SignedDistance, token: &CancelToken) -> Result<(), LatticeError> {
     let mut joined = Lattice::default();
     for body in &level.bodies {
         let first = joined.nodes.len() as u32;
@@ -135,7 +135,7 @@ struct Fitter<'a> {
     spacing: f64,
     offset: f64,
     lattice: Lattice,
-    stars: Stars,
+    stars: NodeStars,
     samples: Vec<Sample>,
     /// Errors of the samples: signed distances from the level set.
     values: Vec<f64>,
@@ -178,7 +178,7 @@ impl<'a> Fitter<'a> {
         Ok(Self { shape, spacing, offset, lattice, stars, samples, values, of_node, faces, faces_of, resting, pinned })
     }
 
-    fn run(&mut self, token: &Token) -> Result<(), LatticeError> {
+    fn run(&mut self, token: &CancelToken) -> Result<(), LatticeError> {
         for _ in 0..ROUNDS_MAX {
             token.check()?;
             let chosen = self.chosen();
@@ -272,7 +272,7 @@ impl<'a> Fitter<'a> {
             let nodes = self.lattice.tets[tet as usize];
             let corners = nodes.map(|own| self.lattice.nodes[own as usize]);
             let moved = nodes.map(|own| if own == node { place } else { self.lattice.nodes[own as usize] });
-            Dihedral::of(&moved).is_some_and(|angles| angles.within(DIHEDRAL_DEG, Dihedral::of(&corners)))
+            DihedralRange::of(&moved).is_some_and(|angles| angles.within(DIHEDRAL_DEG, DihedralRange::of(&corners)))
         })
     }
 

@@ -1,14 +1,14 @@
 //! Fitting to shapes with ridges and creases: what falls, what holds, what is taken back.
 
 use super::*;
-use crate::lattice::shapes::{Shape, ball, balls, cuboid, torus};
+use crate::lattice::shapes::{ImplicitShape, ball, balls, cuboid, torus};
 use crate::lattice::{block, check_manifold};
 use nalgebra::Isometry3;
 use std::f64::consts::PI;
 
 /// Lattices of a shape, stuffed and fitted to its volume: what holds for any, and both deviations over the spacing.
 fn check(name: &str, shape: &dyn SignedDistance, volume: f64, spacing: f64) -> [f64; 2] {
-    let token = Token::default();
+    let token = CancelToken::default();
     let stuffed = stuff(shape, spacing, Some(volume), &token).unwrap();
     let fitted = stuff_fitted(shape, spacing, volume, &token).unwrap();
     assert_eq!(fitted.node_count(), fitted.bodies.iter().map(|body| body.nodes.len()).sum::<usize>());
@@ -55,8 +55,10 @@ fn a_crease_comes_much_nearer() {
     let common = |r: f64, d: f64| PI * (2.0 * r - d).powi(2) * (d * d + 4.0 * d * r) / (12.0 * d);
     let apart = 0.2f64.hypot(0.01);
     let joined = 2.0 * 4.0 / 3.0 * PI * 0.2f64.powi(3) - common(0.2, apart);
-    let cases: [(&str, &dyn SignedDistance, f64); 2] =
-        [("crease", &both, joined), ("lens", &Shape { distance: lens, half: Vector3::repeat(0.3) }, common(0.3, 0.4))];
+    let cases: [(&str, &dyn SignedDistance, f64); 2] = [
+        ("crease", &both, joined),
+        ("lens", &ImplicitShape { distance: lens, half: Vector3::repeat(0.3) }, common(0.3, 0.4)),
+    ];
     for (name, shape, volume) in cases {
         let [stuffed, fitted] = check(name, shape, volume, 0.04);
         assert!(fitted < 0.65 * stuffed && fitted < 1.2 * FAR, "{name}: {stuffed} {fitted}");
@@ -73,7 +75,7 @@ fn what_is_smooth_gets_no_worse_and_keeps_its_nodes_on_the_surface() {
         assert!(fitted <= stuffed, "{name}");
     }
     let shape = ball(0.3);
-    let (fine, token) = (0.02, Token::default());
+    let (fine, token) = (0.02, CancelToken::default());
     let mut level = stuff(&shape, fine, None, &token).unwrap();
     let before = level.bodies.clone();
     fit(&mut level, &shape, &token).unwrap();
@@ -86,7 +88,7 @@ fn fitting_does_not_depend_on_the_number_of_threads() {
     let made = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
-            stuff_fitted(&cuboid(half, turned()), 0.05, 8.0 * half.product(), &Token::default()).unwrap().bodies
+            stuff_fitted(&cuboid(half, turned()), 0.05, 8.0 * half.product(), &CancelToken::default()).unwrap().bodies
         })
     };
     assert!(made(1) == made(5));
@@ -94,15 +96,15 @@ fn fitting_does_not_depend_on_the_number_of_threads() {
 
 #[test]
 fn a_distance_that_jumps_or_lies_ends_in_a_valid_lattice() {
-    let mut stream = crate::random::Stream::new(5, 0);
+    let mut stream = crate::random::RandomStream::new(5, 0);
     for _ in 0..6 {
         let mut uniform = || 2.0 * stream.uniform() - 1.0;
         let (k, phase) = (Vector3::new(uniform(), uniform(), uniform()) * 80.0, 3.0 * uniform());
         let distance =
             move |p: &Point3<f64>| ((k.dot(&p.coords) + phase).sin() * 0.02).max(p.coords.abs().max() - 0.25);
-        let shape = Shape { distance, half: Vector3::repeat(0.25) };
-        let mut level = stuff(&shape, 0.05, None, &Token::default()).unwrap();
-        fit(&mut level, &shape, &Token::default()).unwrap();
+        let shape = ImplicitShape { distance, half: Vector3::repeat(0.25) };
+        let mut level = stuff(&shape, 0.05, None, &CancelToken::default()).unwrap();
+        fit(&mut level, &shape, &CancelToken::default()).unwrap();
         for body in &level.bodies {
             check_manifold(body).unwrap();
             let angles = body.dihedral();

@@ -7,7 +7,7 @@
 //! even for a corner, all odd for a centre. Corners are numbered first, x fastest.
 
 use super::{LatticeError, SignedDistance};
-use crate::token::Token;
+use crate::token::CancelToken;
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
@@ -146,7 +146,7 @@ impl Grid {
     ///
     /// Blocks of cubes that lie farther from the surface than their own radius are filled with a bound of the same
     /// sign instead; since holes in a surface let the sign jump, a block is only skipped if its corners agree too.
-    pub(super) fn sample(&self, shape: &dyn SignedDistance, token: &Token) -> Result<Vec<f64>, LatticeError> {
+    pub(super) fn sample(&self, shape: &dyn SignedDistance, token: &CancelToken) -> Result<Vec<f64>, LatticeError> {
         let blocks = self.cells.map(|c| c / BLOCK + 1);
         let sampled: Vec<Result<Vec<f64>, LatticeError>> = (0..blocks.iter().product::<usize>())
             .into_par_iter()
@@ -188,7 +188,7 @@ impl Grid {
         &self,
         shape: &dyn SignedDistance,
         start: [usize; 3],
-        token: &Token,
+        token: &CancelToken,
     ) -> Result<Vec<f64>, LatticeError> {
         token.check()?;
         let bound = self.block_bound(shape, start)?;

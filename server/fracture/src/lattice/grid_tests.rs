@@ -1,5 +1,5 @@
 use super::*;
-use crate::lattice::shapes::{Shape, ball};
+use crate::lattice::shapes::{ImplicitShape, ball};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 #[test]
@@ -37,9 +37,9 @@ fn skipped_blocks_keep_the_sign_of_every_node() {
         asked.fetch_add(1, Ordering::Relaxed);
         p.coords.norm() - 0.4
     };
-    let shape = Shape { distance, half: Vector3::repeat(0.4) };
+    let shape = ImplicitShape { distance, half: Vector3::repeat(0.4) };
     let grid = Grid::over(&shape, 0.01).unwrap();
-    let values = grid.sample(&shape, &Token::default()).unwrap();
+    let values = grid.sample(&shape, &CancelToken::default()).unwrap();
     assert!(asked.load(Ordering::Relaxed) < grid.node_count() / 2, "too little skipped");
     for (node, value) in values.iter().enumerate() {
         let exact = shape.signed_distance(&grid.place(node as u32));

@@ -5,7 +5,7 @@ use super::grid::Grid;
 use super::mend::mend;
 use super::stuffing::fill;
 use super::{Lattice, LatticeError, SignedDistance};
-use crate::token::Token;
+use crate::token::CancelToken;
 use nalgebra::{Point3, Vector3};
 use serde::{Deserialize, Serialize};
 
@@ -23,7 +23,7 @@ const OFFSETS_MAX: usize = 8;
 
 /// A component that was left out of a level.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Dropped {
+pub struct DroppedComponent {
     /// Its volume, local.
     pub volume: f64,
     /// Its tetrahedra.
@@ -34,11 +34,11 @@ pub struct Dropped {
 
 /// The bodies of a shape at one spacing.
 #[derive(Clone, Debug)]
-pub struct Level {
+pub struct LatticeLevel {
     /// The bodies, by decreasing volume. Each holds the invariants of [`Lattice`].
     pub bodies: Vec<Lattice>,
     /// Components left out ([`BODY_SHARE_MIN`], [`BODY_TETS_MIN`]), by decreasing volume.
-    pub dropped: Vec<Dropped>,
+    pub dropped: Vec<DroppedComponent>,
     /// Places where the boundary was not a 2-manifold before tetrahedra were dropped there.
     pub pinches_mended: usize,
     /// Volume of the tetrahedra dropped to mend them, local.
@@ -49,7 +49,7 @@ pub struct Level {
     pub spacing: f64,
 }
 
-impl Level {
+impl LatticeLevel {
     /// Volume of all bodies, local.
     pub fn volume(&self) -> f64 {
         self.bodies.iter().map(Lattice::volume).sum()
@@ -78,8 +78,8 @@ pub fn stuff(
     shape: &dyn SignedDistance,
     spacing: f64,
     volume: Option<f64>,
-    token: &Token,
-) -> Result<Level, LatticeError> {
+    token: &CancelToken,
+) -> Result<LatticeLevel, LatticeError> {
     if let Some(volume) = volume.filter(|volume| !(volume.is_finite() && *volume > 0.0)) {
         return Err(LatticeError::VolumeNotPositive { volume });
     }
@@ -100,10 +100,10 @@ pub fn stuff(
 
 /// Safeguarded secant steps on the offset, starting at 0 with the boundary's area as the slope.
 fn meet_volume(
-    mut level_at: impl FnMut(f64) -> Result<Level, LatticeError>,
+    mut level_at: impl FnMut(f64) -> Result<LatticeLevel, LatticeError>,
     volume: f64,
     spacing: f64,
-) -> Result<Level, LatticeError> {
+) -> Result<LatticeLevel, LatticeError> {
     let mut best = level_at(0.0)?;
     let (mut low, mut high) = (-0.5 * spacing, 0.5 * spacing);
     let (mut offset, mut reached) = (0.0, best.volume());
@@ -137,10 +137,16 @@ fn meet_volume(
 }
 
 /// Splits into face-connected components, drops the tiny, mends the others, and splits again what mending parted.
-pub(super) fn split(filled: &Lattice, offset: f64, spacing: f64) -> Level {
+pub(super) fn split(filled: &Lattice, offset: f64, spacing: f64) -> LatticeLevel {
     let total = filled.volume();
-    let mut level =
-        Level { bodies: Vec::new(), dropped: Vec::new(), pinches_mended: 0, mended_volume: 0.0, offset, spacing };
+    let mut level = LatticeLevel {
+        bodies: Vec::new(),
+        dropped: Vec::new(),
+        pinches_mended: 0,
+        mended_volume: 0.0,
+        offset,
+        spacing,
+    };
     let components = filled.components().into_iter().map(|tets| filled.part(&tets)).collect();
     for body in keep_large(components, total, &mut level.dropped) {
         let Some((mended, took)) = mend(&body) else {
@@ -157,7 +163,7 @@ pub(super) fn split(filled: &Lattice, offset: f64, spacing: f64) -> Level {
 }
 
 /// The components that are large enough, by decreasing volume; the others go to `dropped`.
-fn keep_large(components: Vec<Lattice>, total: f64, dropped: &mut Vec<Dropped>) -> Vec<Lattice> {
+fn keep_large(components: Vec<Lattice>, total: f64, dropped: &mut Vec<DroppedComponent>) -> Vec<Lattice> {
     let mut sized: Vec<(f64, Lattice)> = components.into_iter().map(|body| (body.volume(), body)).collect();
     sized.sort_by(|a, b| b.0.total_cmp(&a.0));
     let mut kept = Vec::new();
@@ -165,7 +171,7 @@ fn keep_large(components: Vec<Lattice>, total: f64, dropped: &mut Vec<Dropped>) 
         if kept.is_empty() || volume >= BODY_SHARE_MIN * total && body.tets.len() >= BODY_TETS_MIN {
             kept.push(body);
         } else {
-            dropped.push(Dropped { volume, tets: body.tets.len(), place: body.centre() });
+            dropped.push(DroppedComponent { volume, tets: body.tets.len(), place: body.centre() });
         }
     }
     kept

@@ -1,10 +1,10 @@
 //! Two levels of one shape: a coarse lattice to solve on and a fine one to cut, body by body.
 
 use super::fit::stuff_fitted;
-use super::level::{Dropped, Level, stuff};
-use super::measure::Dihedral;
-use super::{ELASTIC_NODES_MAX, Lattice, LatticeError, Locator, SignedDistance, Transfer};
-use crate::token::{Cancelled, Token};
+use super::level::{DroppedComponent, LatticeLevel, stuff};
+use super::measure::DihedralRange;
+use super::{ELASTIC_NODES_MAX, EnergyTransfer, Lattice, LatticeError, Locator, SignedDistance};
+use crate::token::{CancelToken, Cancelled};
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -26,7 +26,7 @@ pub struct BodyLattice {
     /// Where cracks run.
     pub crack: Lattice,
     /// Energy from the first to the second.
-    pub transfer: Transfer,
+    pub transfer: EnergyTransfer,
 }
 
 /// Why a body is solved on its crack lattice.
@@ -41,7 +41,7 @@ pub enum Replacement {
 
 /// A body that is solved on its crack lattice.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Replaced {
+pub struct ReplacedBody {
     /// Index into [`Levels::bodies`].
     pub body: usize,
     /// Why.
@@ -66,9 +66,9 @@ pub struct LevelReport {
     /// Tetrahedra of all bodies.
     pub tets: usize,
     /// Extreme dihedral angles over all bodies.
-    pub dihedral: Dihedral,
+    pub dihedral: DihedralRange,
     /// Components left out.
-    pub dropped: Vec<Dropped>,
+    pub dropped: Vec<DroppedComponent>,
     /// Places where the boundary had to be made a 2-manifold.
     pub pinches_mended: usize,
     /// Volume dropped there, local.
@@ -77,7 +77,7 @@ pub struct LevelReport {
 
 /// Both levels of a shape, body by body, with what became of it.
 #[derive(Clone, Debug)]
-pub struct Levels {
+pub struct LatticeLevels {
     /// The bodies, by decreasing volume of their crack lattices.
     pub bodies: Vec<BodyLattice>,
     /// The crack level.
@@ -85,7 +85,7 @@ pub struct Levels {
     /// The elastic level as stuffed, before bodies were matched; none if nothing lay inside at that spacing.
     pub elastic: Option<LevelReport>,
     /// Bodies solved on their crack lattice instead.
-    pub replaced: Vec<Replaced>,
+    pub replaced: Vec<ReplacedBody>,
     /// Volume of elastic bodies that no crack body is solved on, local.
     pub unmatched_volume: f64,
     /// Crack nodes farther than the elastic spacing from the lattice that they are solved on: what happens there is what
@@ -113,8 +113,8 @@ pub fn levels(
     shape: &dyn SignedDistance,
     spacings: Spacings,
     volume: f64,
-    token: &Token,
-) -> Result<Levels, LatticeError> {
+    token: &CancelToken,
+) -> Result<LatticeLevels, LatticeError> {
     let crack = stuff(shape, spacings.crack, Some(volume), token)?;
     levels_by(crack, &|spacing| stuff(shape, spacing, Some(volume), token), spacings, token)
 }
@@ -125,19 +125,19 @@ pub fn fitted_levels(
     shape: &dyn SignedDistance,
     spacings: Spacings,
     volume: f64,
-    token: &Token,
-) -> Result<Levels, LatticeError> {
+    token: &CancelToken,
+) -> Result<LatticeLevels, LatticeError> {
     let crack = stuff_fitted(shape, spacings.crack, volume, token)?;
     levels_by(crack, &|spacing| stuff(shape, spacing, Some(volume), token), spacings, token)
 }
 
 /// Pairs the bodies of a crack level with those of what `stuffed` makes at the elastic spacing.
 pub(super) fn levels_by(
-    crack: Level,
-    stuffed: &dyn Fn(f64) -> Result<Level, LatticeError>,
+    crack: LatticeLevel,
+    stuffed: &dyn Fn(f64) -> Result<LatticeLevel, LatticeError>,
     spacings: Spacings,
-    token: &Token,
-) -> Result<Levels, LatticeError> {
+    token: &CancelToken,
+) -> Result<LatticeLevels, LatticeError> {
     let mut spacing = spacings.elastic;
     loop {
         let elastic = match stuffed(spacing) {
@@ -147,7 +147,7 @@ pub(super) fn levels_by(
         };
         let far = far_nodes(&crack.bodies, elastic.as_ref().map_or(&[], |level| &level.bodies), spacing);
         let finer = (spacing * REFINEMENT).max(spacings.crack);
-        let nodes = elastic.as_ref().map_or(0, Level::node_count) as f64 * (spacing / finer).powi(3);
+        let nodes = elastic.as_ref().map_or(0, LatticeLevel::node_count) as f64 * (spacing / finer).powi(3);
         let near = far.len() as f64 <= FAR_SHARE_MAX * crack.node_count() as f64;
         if near || !spacings.refine || finer == spacing || nodes > ELASTIC_NODES_MAX as f64 {
             return Ok(pair(crack, elastic, far, token)?);
@@ -175,7 +175,12 @@ fn far_nodes(crack: &[Lattice], elastic: &[Lattice], spacing: f64) -> Vec<Point3
     far
 }
 
-fn pair(crack: Level, elastic: Option<Level>, far: Vec<Point3<f64>>, token: &Token) -> Result<Levels, Cancelled> {
+fn pair(
+    crack: LatticeLevel,
+    elastic: Option<LatticeLevel>,
+    far: Vec<Point3<f64>>,
+    token: &CancelToken,
+) -> Result<LatticeLevels, Cancelled> {
     let crack_report = report(&crack);
     let elastic_report = elastic.as_ref().map(report);
     let elastic_bodies = elastic.map_or_else(Vec::new, |level| level.bodies);
@@ -193,19 +198,19 @@ fn pair(crack: Level, elastic: Option<Level>, far: Vec<Point3<f64>>, token: &Tok
         };
         bodies.push(match reason {
             Some(reason) => {
-                replaced.push(Replaced { body, reason, overlap });
-                BodyLattice { elastic: crack.clone(), transfer: Transfer::identity(&crack), crack }
+                replaced.push(ReplacedBody { body, reason, overlap });
+                BodyLattice { elastic: crack.clone(), transfer: EnergyTransfer::identity(&crack), crack }
             }
             None => {
                 used[home] = true;
                 let elastic = elastic_bodies[home].clone();
-                BodyLattice { transfer: Transfer::between(&elastic, &crack), elastic, crack }
+                BodyLattice { transfer: EnergyTransfer::between(&elastic, &crack), elastic, crack }
             }
         });
     }
     let unmatched = elastic_bodies.iter().zip(used).filter(|(_, used)| !used).map(|(body, _)| body.volume());
     let unmatched_volume = unmatched.sum();
-    Ok(Levels { bodies, crack: crack_report, elastic: elastic_report, replaced, unmatched_volume, far })
+    Ok(LatticeLevels { bodies, crack: crack_report, elastic: elastic_report, replaced, unmatched_volume, far })
 }
 
 /// Per crack body the elastic body that holds most of its volume (by centroids), and what share that is.
@@ -230,9 +235,9 @@ fn held(locator: &Locator, body: &Lattice) -> f64 {
     (0..body.tets.len()).filter(|&tet| inside[tet]).map(|tet| body.tet_volume(tet)).sum()
 }
 
-fn report(level: &Level) -> LevelReport {
+fn report(level: &LatticeLevel) -> LevelReport {
     let angles = level.bodies.iter().map(Lattice::dihedral);
-    let dihedral = angles.fold(Dihedral { min_deg: 180.0, max_deg: 0.0 }, |sum, next| Dihedral {
+    let dihedral = angles.fold(DihedralRange { min_deg: 180.0, max_deg: 0.0 }, |sum, next| DihedralRange {
         min_deg: sum.min_deg.min(next.min_deg),
         max_deg: sum.max_deg.max(next.max_deg),
     });

@@ -2,16 +2,16 @@ use super::*;
 use crate::lattice::shapes::{ball, balls};
 use crate::lattice::{block, check_manifold};
 
-fn made(list: &[([f64; 3], f64)], elastic: f64, crack: f64) -> Levels {
+fn made(list: &[([f64; 3], f64)], elastic: f64, crack: f64) -> LatticeLevels {
     let shape = balls(list.iter().map(|(centre, radius)| (Point3::from(*centre), *radius)).collect());
     let volume = list.iter().map(|(_, radius)| 4.0 / 3.0 * std::f64::consts::PI * radius.powi(3)).sum();
-    let made = levels(&shape, Spacings { elastic, crack, refine: false }, volume, &Token::default()).unwrap();
+    let made = levels(&shape, Spacings { elastic, crack, refine: false }, volume, &CancelToken::default()).unwrap();
     check(&made);
     made
 }
 
 /// What holds for any levels: valid lattices, conserved energy, reports that fit.
-fn check(levels: &Levels) {
+fn check(levels: &LatticeLevels) {
     for body in &levels.bodies {
         check_manifold(&body.elastic).unwrap();
         check_manifold(&body.crack).unwrap();
@@ -66,7 +66,7 @@ fn pairing_names_what_was_fused_and_what_was_lost() {
     let part = |keep: &dyn Fn(f64) -> bool| {
         whole.part(&(0..whole.tets.len() as u32).filter(|&tet| keep(tet_at(tet as usize))).collect::<Vec<_>>())
     };
-    let level = |bodies: Vec<Lattice>| Level {
+    let level = |bodies: Vec<Lattice>| LatticeLevel {
         bodies,
         dropped: Vec::new(),
         pinches_mended: 0,
@@ -76,7 +76,7 @@ fn pairing_names_what_was_fused_and_what_was_lost() {
     };
     let halves = || vec![part(&|x| x < 0.0), part(&|x| x > 0.0)];
     let reasons = |crack, elastic| {
-        let levels = pair(level(crack), Some(level(elastic)), Vec::new(), &Token::default()).unwrap();
+        let levels = pair(level(crack), Some(level(elastic)), Vec::new(), &CancelToken::default()).unwrap();
         check(&levels);
         (levels.replaced.iter().map(|replaced| replaced.reason).collect::<Vec<_>>(), levels.unmatched_volume)
     };
@@ -94,7 +94,8 @@ fn pairing_names_what_was_fused_and_what_was_lost() {
 fn an_empty_coarse_level_is_no_error() {
     let shape = ball(0.04);
     let levels =
-        levels(&shape, Spacings { elastic: 0.2, crack: 0.015, refine: false }, 2.6e-4, &Token::default()).unwrap();
+        levels(&shape, Spacings { elastic: 0.2, crack: 0.015, refine: false }, 2.6e-4, &CancelToken::default())
+            .unwrap();
     check(&levels);
     assert!(levels.elastic.is_none() && levels.replaced.len() == 1);
 }

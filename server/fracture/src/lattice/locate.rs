@@ -2,7 +2,7 @@
 //!
 //! Based on: C. Ericson, *Real-Time Collision Detection* (2005), section 5.1.5 (closest point on a triangle).
 
-use super::tree::{Aabb, Tree};
+use super::tree::{Aabb, AabbTree};
 use super::{BoundaryFace, Lattice};
 use nalgebra::{Matrix3, Point3, Vector3};
 
@@ -11,7 +11,7 @@ const ROUNDING: f64 = 1e-10;
 
 /// A place in a lattice.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Place {
+pub struct LatticePoint {
     /// The tetrahedron.
     pub tet: u32,
     /// Barycentric coordinates in the order of its nodes; sum 1, none below 0 by more than rounding.
@@ -20,7 +20,7 @@ pub struct Place {
 
 /// The point of the boundary nearest to a given one.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Nearest {
+pub struct NearestOnBoundary {
     /// Index into [`Locator::faces`].
     pub face: u32,
     /// The point, local.
@@ -36,10 +36,10 @@ pub struct Nearest {
 pub struct Locator {
     /// Per tetrahedron its first corner and the inverse of its edge matrix.
     frames: Vec<(Point3<f64>, Matrix3<f64>)>,
-    tets: Tree,
+    tets: AabbTree,
     faces: Vec<BoundaryFace>,
     triangles: Vec<[Point3<f64>; 3]>,
-    boundary: Tree,
+    boundary: AabbTree,
     /// Rounding of positions, local.
     margin: f64,
 }
@@ -60,8 +60,8 @@ impl Locator {
         let reach = lattice.nodes.iter().map(|node| node.coords.amax()).fold(0.0, f64::max);
         Self {
             frames: (0..lattice.tets.len()).map(frame).collect(),
-            tets: Tree::new(&boxes),
-            boundary: Tree::new(&rims),
+            tets: AabbTree::new(&boxes),
+            boundary: AabbTree::new(&rims),
             faces,
             triangles,
             margin: ROUNDING * reach,
@@ -81,9 +81,9 @@ impl Locator {
     }
 
     /// The tetrahedron that holds `point`, if any; `hint` is tried first and costs nothing if it is right.
-    pub fn containing(&self, point: &Point3<f64>, hint: Option<u32>) -> Option<Place> {
-        let place = |tet| Place { tet, barycentric: self.barycentric(tet, point) };
-        let lowest = |place: &Place| place.barycentric.iter().copied().fold(f64::INFINITY, f64::min);
+    pub fn containing(&self, point: &Point3<f64>, hint: Option<u32>) -> Option<LatticePoint> {
+        let place = |tet| LatticePoint { tet, barycentric: self.barycentric(tet, point) };
+        let lowest = |place: &LatticePoint| place.barycentric.iter().copied().fold(f64::INFINITY, f64::min);
         if let Some(place) = hint.map(place).filter(|place| lowest(place) >= 0.0) {
             return Some(place);
         }
@@ -100,7 +100,7 @@ impl Locator {
     }
 
     /// The point of the boundary nearest to `point`; none of an empty lattice.
-    pub fn nearest(&self, point: &Point3<f64>) -> Option<Nearest> {
+    pub fn nearest(&self, point: &Point3<f64>) -> Option<NearestOnBoundary> {
         let on = |face: u32| {
             let triangle = &self.triangles[face as usize];
             let barycentric = closest(triangle, point);
@@ -110,12 +110,12 @@ impl Locator {
         };
         let face = self.boundary.nearest(point, f64::INFINITY, |face| (on(face).0 - point).norm_squared())?;
         let (foot, barycentric) = on(face);
-        Some(Nearest { face, point: foot, barycentric, distance: (foot - point).norm() })
+        Some(NearestOnBoundary { face, point: foot, barycentric, distance: (foot - point).norm() })
     }
 
     /// The tetrahedron that holds `point`, or else the place of the boundary point nearest to it; none of an empty
     /// lattice.
-    pub fn place(&self, point: &Point3<f64>, hint: Option<u32>) -> Option<Place> {
+    pub fn place(&self, point: &Point3<f64>, hint: Option<u32>) -> Option<LatticePoint> {
         if let Some(place) = self.containing(point, hint) {
             return Some(place);
         }
@@ -123,7 +123,7 @@ impl Locator {
         let tet = self.faces[nearest.face as usize].tet;
         let clamped = self.barycentric(tet, &nearest.point).map(|weight| weight.max(0.0));
         let sum: f64 = clamped.iter().sum();
-        Some(Place { tet, barycentric: clamped.map(|weight| weight / sum) })
+        Some(LatticePoint { tet, barycentric: clamped.map(|weight| weight / sum) })
     }
 }
 
@@ -167,10 +167,10 @@ fn closest([a, b, c]: &[Point3<f64>; 3], point: &Point3<f64>) -> [f64; 3] {
 mod tests {
     use super::*;
     use crate::lattice::block;
-    use crate::random::Stream;
+    use crate::random::RandomStream;
 
     fn points(seed: u64, reach: f64) -> Vec<Point3<f64>> {
-        let mut stream = Stream::new(seed, 0);
+        let mut stream = RandomStream::new(seed, 0);
         let mut coordinate = move || reach * (2.0 * stream.uniform() - 1.0);
         (0..500).map(|_| Point3::new(coordinate(), coordinate(), coordinate())).collect()
     }

@@ -7,14 +7,14 @@ use serde::{Deserialize, Serialize};
 
 /// Smallest and largest dihedral angle, degrees.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Dihedral {
+pub struct DihedralRange {
     /// The smallest.
     pub min_deg: f64,
     /// The largest.
     pub max_deg: f64,
 }
 
-impl Dihedral {
+impl DihedralRange {
     /// Of one tetrahedron; `None` if its volume is not positive.
     pub(super) fn of(corners: &[Point3<f64>; 4]) -> Option<Self> {
         let [a, b, c, d] = corners;
@@ -46,9 +46,9 @@ fn cosines(corners: &[Point3<f64>; 4]) -> [f64; 2] {
 
 impl Lattice {
     /// The extreme dihedral angles of all tetrahedra; (180, 0) of an empty lattice.
-    pub fn dihedral(&self) -> Dihedral {
+    pub fn dihedral(&self) -> DihedralRange {
         let cosines = (0..self.tets.len()).map(|tet| cosines(&self.corners(tet)));
-        Dihedral::from_cosines(cosines.fold([-1.0, 1.0], |sum, own| [sum[0].max(own[0]), sum[1].min(own[1])]))
+        DihedralRange::from_cosines(cosines.fold([-1.0, 1.0], |sum, own| [sum[0].max(own[0]), sum[1].min(own[1])]))
     }
 
     /// Area of the boundary, local.

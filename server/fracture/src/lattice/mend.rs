@@ -7,13 +7,13 @@
 //! nodes it touched, which are looked at again; it ends since there are ever fewer tetrahedra, and one alone is
 //! a manifold. Positions never change, so the bounds on the angles stay.
 
-use super::adjacency::{NO_TET, Stars};
+use super::adjacency::{NO_TET, NodeStars};
 use super::{FACES, Lattice};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Why the boundary of a lattice is not a closed 2-manifold of one body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum Pinch {
+pub enum NonManifold {
     /// There are no tetrahedra.
     #[error("the lattice is empty")]
     Empty,
@@ -50,12 +50,12 @@ pub enum Pinch {
 }
 
 /// Whether the lattice is one face-connected body whose boundary is a closed 2-manifold; the first fault found if not.
-pub fn check_manifold(lattice: &Lattice) -> Result<(), Pinch> {
+pub fn check_manifold(lattice: &Lattice) -> Result<(), NonManifold> {
     check_faces(lattice)?;
     match lattice.components().len() {
-        0 => return Err(Pinch::Empty),
+        0 => return Err(NonManifold::Empty),
         1 => {}
-        parts => return Err(Pinch::Disconnected { parts }),
+        parts => return Err(NonManifold::Disconnected { parts }),
     }
     let boundary: Vec<[u32; 3]> = lattice.boundary().iter().map(|face| face.nodes).collect();
     check_edges(&boundary)?;
@@ -75,13 +75,13 @@ pub fn check_manifold(lattice: &Lattice) -> Result<(), Pinch> {
             }
         }
         if fans != 1 {
-            return Err(Pinch::Node { node, fans });
+            return Err(NonManifold::Node { node, fans });
         }
     }
     Ok(())
 }
 
-fn check_faces(lattice: &Lattice) -> Result<(), Pinch> {
+fn check_faces(lattice: &Lattice) -> Result<(), NonManifold> {
     let sorted = |nodes: [u32; 3]| {
         let mut nodes = nodes;
         nodes.sort_unstable();
@@ -91,26 +91,26 @@ fn check_faces(lattice: &Lattice) -> Result<(), Pinch> {
     let mut faces: Vec<[u32; 3]> = lattice.tets.iter().flat_map(faces_of).collect();
     faces.sort_unstable();
     match faces.chunk_by(|a, b| a == b).find(|same| same.len() > 2) {
-        Some(same) => Err(Pinch::Face { nodes: same[0], tets: same.len() }),
+        Some(same) => Err(NonManifold::Face { nodes: same[0], tets: same.len() }),
         None => Ok(()),
     }
 }
 
-fn check_edges(boundary: &[[u32; 3]]) -> Result<(), Pinch> {
+fn check_edges(boundary: &[[u32; 3]]) -> Result<(), NonManifold> {
     let directed = |&[a, b, c]: &[u32; 3]| [[a, b], [b, c], [c, a]];
     let mut edges: Vec<([u32; 2], bool)> =
         boundary.iter().flat_map(directed).map(|[a, b]| ([a.min(b), a.max(b)], a < b)).collect();
     edges.sort_unstable();
     let whole = |same: &&[([u32; 2], bool)]| same.len() != 2 || same[0].1 == same[1].1;
     match edges.chunk_by(|a, b| a.0 == b.0).find(whole) {
-        Some(same) => Err(Pinch::Edge { nodes: same[0].0, faces: same.len() }),
+        Some(same) => Err(NonManifold::Edge { nodes: same[0].0, faces: same.len() }),
         None => Ok(()),
     }
 }
 
 /// What mending one lattice took.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Mended {
+pub(super) struct RepairReport {
     /// Pinches, each undone by dropping at least one tetrahedron.
     pub(super) pinches: usize,
     /// Volume of the dropped tetrahedra, local.
@@ -119,7 +119,7 @@ pub(super) struct Mended {
 
 /// Drops tetrahedra until every face-connected part passes [`check_manifold`]. Returns the lattice that is left,
 /// possibly in several parts (which share no node once split), and what it took; none if there was nothing to mend.
-pub(super) fn mend(lattice: &Lattice) -> Option<(Lattice, Mended)> {
+pub(super) fn mend(lattice: &Lattice) -> Option<(Lattice, RepairReport)> {
     let neighbours = lattice.neighbours();
     // The link of any other node is a sphere: its star was glued face to face.
     let rim = lattice.tets.iter().zip(&neighbours).flat_map(|(nodes, around)| {
@@ -136,7 +136,7 @@ pub(super) fn mend(lattice: &Lattice) -> Option<(Lattice, Mended)> {
         stars: lattice.stars(),
         alive: vec![true; lattice.tets.len()],
         suspects: [suspects.clone(), suspects],
-        mended: Mended::default(),
+        mended: RepairReport::default(),
     };
     mender.run();
     let kept = || (0..lattice.tets.len() as u32).filter(|&tet| mender.alive[tet as usize]).collect::<Vec<u32>>();
@@ -146,11 +146,11 @@ pub(super) fn mend(lattice: &Lattice) -> Option<(Lattice, Mended)> {
 struct Mender<'a> {
     lattice: &'a Lattice,
     neighbours: Vec<[u32; 4]>,
-    stars: Stars,
+    stars: NodeStars,
     alive: Vec<bool>,
     /// Nodes to look at: for loose parts of their star; then, where no node has any, for edges and holes.
     suspects: [BTreeSet<u32>; 2],
-    mended: Mended,
+    mended: RepairReport,
 }
 
 impl Mender<'_> {

@@ -28,23 +28,23 @@ mod thin_tests;
 mod transfer;
 mod tree;
 
-pub use adjacency::{NO_TET, Stars};
+pub use adjacency::{NO_TET, NodeStars};
 pub use block::block;
 pub use error::LatticeError;
 pub use grid::{GRID_NODES_MAX, SPACING_RANGE};
-pub use level::{BODY_SHARE_MIN, BODY_TETS_MIN, Dropped, Level, VOLUME_TOLERANCE, stuff};
+pub use level::{BODY_SHARE_MIN, BODY_TETS_MIN, DroppedComponent, LatticeLevel, VOLUME_TOLERANCE, stuff};
 pub use levels::{
-    BodyLattice, LevelReport, Levels, OVERLAP_MIN, Replaced, Replacement, Spacings, fitted_levels, levels,
+    BodyLattice, LatticeLevels, LevelReport, OVERLAP_MIN, ReplacedBody, Replacement, Spacings, fitted_levels, levels,
 };
-pub use locate::{Locator, Nearest, Place};
-pub use measure::Dihedral;
+pub use locate::{LatticePoint, Locator, NearestOnBoundary};
+pub use measure::DihedralRange;
 pub(crate) use measure::area_vector;
-pub use mend::{Pinch, check_manifold};
+pub use mend::{NonManifold, check_manifold};
 pub use slot::{SLOT_HALF, SlotDepth, slotted_levels, stuff_slotted};
 pub use spacing::{
     CRACK_NODES_DEFAULT, CRACK_NODES_MAX, ELASTIC_NODES_DEFAULT, ELASTIC_NODES_MAX, default_spacing, spacings,
 };
-pub use transfer::{GONE, Transfer};
+pub use transfer::{EnergyTransfer, GONE};
 
 use nalgebra::{Matrix3, Point3};
 

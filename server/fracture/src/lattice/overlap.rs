@@ -9,13 +9,13 @@ type Tet = [Vector3<f64>; 4];
 
 /// A positively oriented tetrahedron, ready to be intersected.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Cell {
+pub(super) struct OverlapCell {
     corners: Tet,
     /// Gradients of the barycentric coordinates 1 to 3, as rows.
     inverse: Matrix3<f64>,
 }
 
-impl Cell {
+impl OverlapCell {
     /// From its corners; their volume must be positive.
     pub(super) fn new(corners: &[Point3<f64>; 4]) -> Self {
         let corners = corners.map(|corner| corner.coords);
@@ -50,7 +50,7 @@ pub(super) struct Overlap {
 
 impl Overlap {
     /// Volume and centroid of what two tetrahedra have in common; none if that is nothing.
-    pub(super) fn of(&mut self, tet: &Cell, other: &Cell) -> Option<(f64, Vector3<f64>)> {
+    pub(super) fn of(&mut self, tet: &OverlapCell, other: &OverlapCell) -> Option<(f64, Vector3<f64>)> {
         if tet.excludes(&other.corners) || other.excludes(&tet.corners) {
             return None;
         }
@@ -107,17 +107,18 @@ fn prism(top: [Vector3<f64>; 3], bottom: [Vector3<f64>; 3], parts: &mut Vec<Tet>
 mod tests {
     use super::*;
     use crate::lattice::block;
-    use crate::random::Stream;
+    use crate::random::RandomStream;
     use nalgebra::Isometry3;
 
     #[test]
     fn a_lattice_is_cut_up_by_another_without_gain_or_loss() {
         let whole = block([2, 2, 2], 0.3);
         let turned = block([5, 5, 5], 0.35).transformed(&Isometry3::rotation(Vector3::new(0.3, 0.5, -0.2)));
-        let cells: Vec<Cell> = (0..turned.tets.len()).map(|tet| Cell::new(&turned.corners(tet))).collect();
+        let cells: Vec<OverlapCell> =
+            (0..turned.tets.len()).map(|tet| OverlapCell::new(&turned.corners(tet))).collect();
         let mut overlap = Overlap::default();
         for tet in (0..whole.tets.len()).step_by(7) {
-            let own = Cell::new(&whole.corners(tet));
+            let own = OverlapCell::new(&whole.corners(tet));
             let common: Vec<_> = cells.iter().filter_map(|cell| overlap.of(&own, cell)).collect();
             let volume: f64 = common.iter().map(|(volume, _)| volume).sum();
             let centroid = common.iter().map(|(volume, centroid)| centroid * *volume).sum::<Vector3<f64>>() / volume;
@@ -128,7 +129,7 @@ mod tests {
 
     #[test]
     fn the_overlap_does_not_depend_on_the_order_and_lies_in_both() {
-        let mut stream = Stream::new(3, 0);
+        let mut stream = RandomStream::new(3, 0);
         let mut random = move || {
             let point = [(); 4].map(|()| Point3::from([(); 3].map(|()| stream.uniform())));
             let [a, b, c, d] = point;
@@ -136,7 +137,7 @@ mod tests {
         };
         let (mut overlap, mut met) = (Overlap::default(), 0);
         for _ in 0..2000 {
-            let (first, second) = (Cell::new(&random()), Cell::new(&random()));
+            let (first, second) = (OverlapCell::new(&random()), OverlapCell::new(&random()));
             let (there, back) = (overlap.of(&first, &second), overlap.of(&second, &first));
             let (Some((volume, centroid)), Some((same, _))) = (there, back) else { continue };
             assert!((volume - same).abs() < 1e-12);
@@ -151,7 +152,8 @@ mod tests {
     #[test]
     fn neighbours_and_strangers_have_nothing_in_common() {
         let lattice = block([1, 1, 1], 1.0);
-        let cells: Vec<Cell> = (0..lattice.tets.len()).map(|tet| Cell::new(&lattice.corners(tet))).collect();
+        let cells: Vec<OverlapCell> =
+            (0..lattice.tets.len()).map(|tet| OverlapCell::new(&lattice.corners(tet))).collect();
         let mut overlap = Overlap::default();
         for (i, first) in cells.iter().enumerate() {
             for (j, second) in cells.iter().enumerate() {

@@ -1,8 +1,8 @@
 //! Two levels of real meshes, from the folder that SHATTER_MESHES names.
 
 use super::*;
-use crate::surface::{Inside, Surface, Unit, Up, read};
-use crate::token::Token;
+use crate::surface::{InsideTest, LengthUnit, Surface, UpAxis, read};
+use crate::token::CancelToken;
 use std::path::Path;
 
 /// Stuffs levels of a mesh, the crack lattice of about so many nodes, and checks what holds for every object; prints one row per level.
@@ -11,8 +11,8 @@ fn check(file: &str, nodes: usize) {
         println!("skipped: SHATTER_MESHES is not set");
         return;
     };
-    let surface = Surface::repair(read(&Path::new(&folder).join(file), Unit::M, Up::Y).unwrap()).unwrap();
-    let (inside, token) = (Inside::new(&surface), Token::default());
+    let surface = Surface::repair(read(&Path::new(&folder).join(file), LengthUnit::M, UpAxis::Y).unwrap()).unwrap();
+    let (inside, token) = (InsideTest::new(&surface), CancelToken::default());
     let volume = inside.input_volume(&token).unwrap();
     let area = |nodes: &[u32; 3]| {
         let [a, b, c] = nodes.map(|node| surface.positions[node as usize]);
@@ -36,7 +36,7 @@ fn check(file: &str, nodes: usize) {
     ];
     for (report, deviation) in levels.elastic.iter().chain([&levels.crack]).zip(deviations) {
         let error = report.volume / volume - 1.0;
-        let Dihedral { min_deg, max_deg } = report.dihedral;
+        let DihedralRange { min_deg, max_deg } = report.dihedral;
         println!(
             "{file} at {:.5}: {} nodes, {} tetrahedra, {min_deg:.1} to {max_deg:.1} degrees, volume {error:+.4}, \
              offset {:+.4}, deviation {deviation:.5}, {} pinches, {} bodies, {} dropped",

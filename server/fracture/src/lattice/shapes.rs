@@ -4,12 +4,12 @@ use super::SignedDistance;
 use nalgebra::{Isometry3, Point3, Vector3};
 
 /// A shape given by a closure and its box.
-pub(super) struct Shape<F: Fn(&Point3<f64>) -> f64 + Sync> {
+pub(super) struct ImplicitShape<F: Fn(&Point3<f64>) -> f64 + Sync> {
     pub(super) distance: F,
     pub(super) half: Vector3<f64>,
 }
 
-impl<F: Fn(&Point3<f64>) -> f64 + Sync> SignedDistance for Shape<F> {
+impl<F: Fn(&Point3<f64>) -> f64 + Sync> SignedDistance for ImplicitShape<F> {
     fn signed_distance(&self, point: &Point3<f64>) -> f64 {
         (self.distance)(point)
     }
@@ -21,7 +21,7 @@ impl<F: Fn(&Point3<f64>) -> f64 + Sync> SignedDistance for Shape<F> {
 
 /// A ball at the origin.
 pub(super) fn ball(radius: f64) -> impl SignedDistance {
-    Shape { distance: move |p: &Point3<f64>| p.coords.norm() - radius, half: Vector3::repeat(radius) }
+    ImplicitShape { distance: move |p: &Point3<f64>| p.coords.norm() - radius, half: Vector3::repeat(radius) }
 }
 
 /// The union of balls, each a centre and a radius.
@@ -31,13 +31,13 @@ pub(super) fn balls(balls: Vec<(Point3<f64>, f64)>) -> impl SignedDistance {
     let distance = move |p: &Point3<f64>| {
         balls.iter().map(|(centre, radius)| (p - centre).norm() - radius).fold(f64::INFINITY, f64::min)
     };
-    Shape { distance, half }
+    ImplicitShape { distance, half }
 }
 
 /// A torus around z.
 pub(super) fn torus(ring: f64, tube: f64) -> impl SignedDistance {
     let distance = move |p: &Point3<f64>| (p.x.hypot(p.y) - ring).hypot(p.z) - tube;
-    Shape { distance, half: Vector3::new(ring + tube, ring + tube, tube) }
+    ImplicitShape { distance, half: Vector3::new(ring + tube, ring + tube, tube) }
 }
 
 /// A box of half sides `half`, turned and moved.
@@ -47,5 +47,5 @@ pub(super) fn cuboid(half: Vector3<f64>, isometry: Isometry3<f64>) -> impl Signe
         q.sup(&Vector3::zeros()).norm() + q.max().min(0.0)
     };
     let reach = isometry.rotation.to_rotation_matrix().matrix().abs() * half + isometry.translation.vector.abs();
-    Shape { distance, half: reach }
+    ImplicitShape { distance, half: reach }
 }

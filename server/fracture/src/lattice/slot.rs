@@ -1,9 +1,9 @@
 //! Slots: what is cut out of a shape along cracks that have no width, so that a lattice keeps their sides apart.
 
-use super::level::{Level, stuff};
-use super::levels::{Levels, Spacings, levels_by};
+use super::level::{LatticeLevel, stuff};
+use super::levels::{LatticeLevels, Spacings, levels_by};
 use super::{LatticeError, SignedDistance};
-use crate::token::Token;
+use crate::token::CancelToken;
 use nalgebra::Point3;
 
 /// Half the width of a slot over the spacing.
@@ -46,8 +46,8 @@ pub fn stuff_slotted(
     depth: &SlotDepth,
     spacing: f64,
     volume: f64,
-    token: &Token,
-) -> Result<Level, LatticeError> {
+    token: &CancelToken,
+) -> Result<LatticeLevel, LatticeError> {
     let offset = stuff(shape, spacing, Some(volume), token)?.offset;
     stuff(&Slotted { shape, depth, offset, half: SLOT_HALF * spacing }, spacing, None, token)
 }
@@ -61,8 +61,8 @@ pub fn slotted_levels(
     depth: &SlotDepth,
     spacings: Spacings,
     volume: f64,
-    token: &Token,
-) -> Result<Levels, LatticeError> {
+    token: &CancelToken,
+) -> Result<LatticeLevels, LatticeError> {
     let stuffed = |spacing| stuff_slotted(shape, depth, spacing, volume, token);
     levels_by(stuffed(spacings.crack)?, &stuffed, spacings, token)
 }

@@ -1,7 +1,7 @@
 use super::*;
 use crate::lattice::shapes::ball;
 use crate::lattice::{EDGES, Lattice, check_manifold};
-use crate::random::Stream;
+use crate::random::RandomStream;
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 
 /// Radius of the ball that is cracked.
@@ -9,7 +9,7 @@ const RADIUS: f64 = 0.4;
 
 /// A turn and an offset of up to half a spacing.
 fn placed(seed: u64, spacing: f64) -> Isometry3<f64> {
-    let mut random = Stream::new(seed, 5);
+    let mut random = RandomStream::new(seed, 5);
     let mut vector = || Vector3::new(random.uniform() - 0.5, random.uniform() - 0.5, random.uniform() - 0.5);
     let (axis, angle) = (vector() * 6.0, vector() * spacing);
     Isometry3::from_parts((vector() * 0.1 + angle).into(), UnitQuaternion::from_scaled_axis(axis))
@@ -39,11 +39,11 @@ impl Sheet {
 }
 
 /// A ball with a slot of half width `half` spacings along a sheet that ends at `end`.
-fn slotted(seed: u64, spacing: f64, half: f64, end: f64) -> (Sheet, Level) {
+fn slotted(seed: u64, spacing: f64, half: f64, end: f64) -> (Sheet, LatticeLevel) {
     let sheet = Sheet { place: placed(seed, spacing), end };
     let (shape, depth) = (ball(RADIUS), move |point: &Point3<f64>, half: f64| half - sheet.distance(point));
     let shape = Slotted { shape: &shape, depth: &depth, offset: 0.0, half: half * spacing };
-    (sheet, stuff(&shape, spacing, None, &Token::default()).unwrap())
+    (sheet, stuff(&shape, spacing, None, &CancelToken::default()).unwrap())
 }
 
 /// Edges across sheets of random places, in the lattices of slots of that half width.
@@ -73,7 +73,7 @@ fn a_sheet_through_a_ball_makes_two_and_one_that_ends_in_it_does_not() {
 
 #[test]
 fn away_from_its_slots_the_lattice_is_the_one_without() {
-    let (shape, spacing, token) = (ball(RADIUS), 0.05, Token::default());
+    let (shape, spacing, token) = (ball(RADIUS), 0.05, CancelToken::default());
     let sheet = Sheet { place: placed(3, spacing), end: 0.0 };
     let volume = 4.0 / 3.0 * std::f64::consts::PI * RADIUS.powi(3);
     let depth = |point: &Point3<f64>, half: f64| half - sheet.distance(point);

@@ -5,7 +5,7 @@
 
 /// On which side of the level set a node lies; a warped node lies on it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum Side {
+pub(super) enum LevelSetSide {
     /// Negative distance.
     Inside,
     /// On the level set.
@@ -16,7 +16,7 @@ pub(super) enum Side {
 
 /// A corner of a stencil: a grid node, or the cut on the edge between two of them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Corner {
+pub(super) enum StencilCorner {
     /// A grid node.
     Node(u32),
     /// The cut between two grid nodes.
@@ -26,7 +26,7 @@ pub(super) enum Corner {
 /// The corners of a grid tetrahedron sorted by side, with what the rules ask of them.
 struct Sorted<'a> {
     nodes: [u32; 4],
-    sides: [Side; 4],
+    sides: [LevelSetSide; 4],
     /// The place before sorting: corners 0 and 1, and 2 and 3, are joined by the long edges.
     original: [usize; 4],
     twice: &'a dyn Fn(u32) -> [i32; 3],
@@ -37,16 +37,16 @@ struct Sorted<'a> {
 /// `tet` lists the ends of one long edge, then those of the other; `twice` gives twice the cube coordinates of a node.
 pub(super) fn clip(
     tet: [u32; 4],
-    sides: [Side; 4],
+    sides: [LevelSetSide; 4],
     twice: &dyn Fn(u32) -> [i32; 3],
-    mut emit: impl FnMut([Corner; 4]),
+    mut emit: impl FnMut([StencilCorner; 4]),
 ) {
     let (sorted, odd) = sort(tet, sides, twice);
     // An odd permutation turned the tetrahedron inside out: swapping two corners turns each part back.
-    let mut emit = |[a, b, c, d]: [Corner; 4]| emit(if odd { [a, b, d, c] } else { [a, b, c, d] });
-    let node = |i: usize| Corner::Node(sorted.nodes[i]);
-    let inside = sorted.sides.iter().filter(|side| **side == Side::Inside).count();
-    let outside = sorted.sides.iter().filter(|side| **side == Side::Outside).count();
+    let mut emit = |[a, b, c, d]: [StencilCorner; 4]| emit(if odd { [a, b, d, c] } else { [a, b, c, d] });
+    let node = |i: usize| StencilCorner::Node(sorted.nodes[i]);
+    let inside = sorted.sides.iter().filter(|side| **side == LevelSetSide::Inside).count();
+    let outside = sorted.sides.iter().filter(|side| **side == LevelSetSide::Outside).count();
     match (inside, outside) {
         (0, _) => {}
         (_, 0) => emit([0, 1, 2, 3].map(node)),
@@ -68,7 +68,7 @@ pub(super) fn clip(
     }
 }
 
-fn sort(tet: [u32; 4], sides: [Side; 4], twice: &dyn Fn(u32) -> [i32; 3]) -> (Sorted<'_>, bool) {
+fn sort(tet: [u32; 4], sides: [LevelSetSide; 4], twice: &dyn Fn(u32) -> [i32; 3]) -> (Sorted<'_>, bool) {
     let (mut original, mut odd) = ([0, 1, 2, 3], false);
     // Insertion sort, counting the swaps.
     for end in 1..4 {
@@ -84,8 +84,12 @@ fn sort(tet: [u32; 4], sides: [Side; 4], twice: &dyn Fn(u32) -> [i32; 3]) -> (So
 
 impl Sorted<'_> {
     /// Where the level set leaves the edge from inside corner `i` to `j`: the cut, or `j` itself where it lies on it.
-    fn rim(&self, i: usize, j: usize) -> Corner {
-        if self.sides[j] == Side::On { Corner::Node(self.nodes[j]) } else { Corner::Cut(self.nodes[i], self.nodes[j]) }
+    fn rim(&self, i: usize, j: usize) -> StencilCorner {
+        if self.sides[j] == LevelSetSide::On {
+            StencilCorner::Node(self.nodes[j])
+        } else {
+            StencilCorner::Cut(self.nodes[i], self.nodes[j])
+        }
     }
 
     fn long(&self, i: usize, j: usize) -> bool {
@@ -105,8 +109,8 @@ impl Sorted<'_> {
     }
 
     /// Corners 0 and 1 inside, 2 on the level set, 3 outside.
-    fn pyramid(&self, emit: &mut impl FnMut([Corner; 4])) {
-        let [a, b, apex] = [0, 1, 2].map(|i| Corner::Node(self.nodes[i]));
+    fn pyramid(&self, emit: &mut impl FnMut([StencilCorner; 4])) {
+        let [a, b, apex] = [0, 1, 2].map(|i| StencilCorner::Node(self.nodes[i]));
         let (cut_a, cut_b) = (self.rim(0, 3), self.rim(1, 3));
         if self.adjoins(0, 1, 3) {
             emit([a, b, apex, cut_b]);
@@ -121,10 +125,10 @@ impl Sorted<'_> {
 /// A prism of three tetrahedra; `before(i, j)`, i < j, says whether the diagonal of quadrilateral (i, j) runs from
 /// top i to bottom j. The three diagonals must not form a cycle; (top, any bottom) is positively oriented.
 fn prism(
-    top: [Corner; 3],
-    bottom: [Corner; 3],
+    top: [StencilCorner; 3],
+    bottom: [StencilCorner; 3],
     before: impl Fn(usize, usize) -> bool,
-    emit: &mut impl FnMut([Corner; 4]),
+    emit: &mut impl FnMut([StencilCorner; 4]),
 ) {
     let rank = |i: usize| (0..3).filter(|&j| j != i && if j < i { before(j, i) } else { !before(i, j) }).count();
     let ranks = [rank(0), rank(1), rank(2)];
@@ -132,7 +136,7 @@ fn prism(
     order.sort_by_key(|&i| ranks[i]);
     let [i, j, k] = order;
     let even = (j + 3 - i) % 3 == 1;
-    let mut turn = |[a, b, c, d]: [Corner; 4]| emit(if even { [a, b, c, d] } else { [a, b, d, c] });
+    let mut turn = |[a, b, c, d]: [StencilCorner; 4]| emit(if even { [a, b, c, d] } else { [a, b, d, c] });
     turn([top[i], top[j], top[k], bottom[k]]);
     turn([top[i], top[j], bottom[k], bottom[j]]);
     turn([top[i], bottom[i], bottom[j], bottom[k]]);

@@ -6,9 +6,9 @@
 //! are the bounds the paper proves ([10.7°, 164.8°]); for 0.24999 and 0.41189 it found [9.32°, 161.65°].
 
 use super::Lattice;
-use super::cut::Cuts;
+use super::cut::EdgeCuts;
 use super::grid::Grid;
-use super::stencil::{Corner, Side, clip};
+use super::stencil::{LevelSetSide, StencilCorner, clip};
 use nalgebra::Point3;
 use std::collections::HashMap;
 
@@ -23,12 +23,12 @@ const SHORT: f64 = 0.866_025_403_784_438_6;
 
 /// The level set's sides on the grid after warping.
 struct Warped {
-    sides: Vec<Side>,
+    sides: Vec<LevelSetSide>,
     moved: HashMap<u32, Point3<f64>>,
 }
 
 /// The tetrahedra inside the level set distance = `offset`, not yet split into bodies nor mended; may be empty.
-pub(super) fn fill(grid: &Grid, values: &[f64], offset: f64, cuts: &Cuts) -> Lattice {
+pub(super) fn fill(grid: &Grid, values: &[f64], offset: f64, cuts: &EdgeCuts) -> Lattice {
     let warped = warp(grid, values, offset, cuts);
     let mut builder = Builder {
         grid,
@@ -41,7 +41,7 @@ pub(super) fn fill(grid: &Grid, values: &[f64], offset: f64, cuts: &Cuts) -> Lat
     let twice = |node| grid.twice(node);
     grid.for_each_tet(|tet| {
         let sides = tet.map(|node| warped.sides[node as usize]);
-        if sides.contains(&Side::Inside) {
+        if sides.contains(&LevelSetSide::Inside) {
             clip(tet, sides, &twice, |corners| {
                 let nodes = corners.map(|corner| builder.node(corner));
                 builder.lattice.tets.push(nodes);
@@ -51,11 +51,11 @@ pub(super) fn fill(grid: &Grid, values: &[f64], offset: f64, cuts: &Cuts) -> Lat
     builder.lattice
 }
 
-fn warp(grid: &Grid, values: &[f64], offset: f64, cuts: &Cuts) -> Warped {
+fn warp(grid: &Grid, values: &[f64], offset: f64, cuts: &EdgeCuts) -> Warped {
     let side = |value: &f64| match value - offset {
-        relative if relative < 0.0 => Side::Inside,
-        relative if relative > 0.0 => Side::Outside,
-        _ => Side::On,
+        relative if relative < 0.0 => LevelSetSide::Inside,
+        relative if relative > 0.0 => LevelSetSide::Outside,
+        _ => LevelSetSide::On,
     };
     let mut warped = Warped { sides: values.iter().map(side).collect(), moved: HashMap::new() };
     let mut ends: Vec<u32> =
@@ -65,7 +65,7 @@ fn warp(grid: &Grid, values: &[f64], offset: f64, cuts: &Cuts) -> Warped {
     for node in ends {
         if let Some((toward, t)) = violation(grid, &warped.sides, cuts, node) {
             let place = Point3::from(grid.place(node).coords.lerp(&grid.place(toward).coords, t));
-            warped.sides[node as usize] = Side::On;
+            warped.sides[node as usize] = LevelSetSide::On;
             warped.moved.insert(node, place);
         }
     }
@@ -73,9 +73,9 @@ fn warp(grid: &Grid, values: &[f64], offset: f64, cuts: &Cuts) -> Warped {
 }
 
 /// The cut closest to `node` among those too close to it: the other end of its edge, and its place from `node`.
-fn violation(grid: &Grid, sides: &[Side], cuts: &Cuts, node: u32) -> Option<(u32, f64)> {
+fn violation(grid: &Grid, sides: &[LevelSetSide], cuts: &EdgeCuts, node: u32) -> Option<(u32, f64)> {
     let mut closest: Option<(f64, u32, f64)> = None;
-    for (other, long) in grid.neighbours(node).filter(|(other, _)| sides[*other as usize] != Side::On) {
+    for (other, long) in grid.neighbours(node).filter(|(other, _)| sides[*other as usize] != LevelSetSide::On) {
         let Some((_, t)) = cuts.find(node, other) else { continue };
         let (alpha, length) = if long { (ALPHA_LONG, 1.0) } else { (ALPHA_SHORT, SHORT) };
         if t < alpha && closest.is_none_or(|(best, ..)| t * length < best) {
@@ -87,7 +87,7 @@ fn violation(grid: &Grid, sides: &[Side], cuts: &Cuts, node: u32) -> Option<(u32
 
 struct Builder<'a> {
     grid: &'a Grid,
-    cuts: &'a Cuts,
+    cuts: &'a EdgeCuts,
     warped: &'a Warped,
     lattice: Lattice,
     of_node: Vec<u32>,
@@ -95,9 +95,9 @@ struct Builder<'a> {
 }
 
 impl Builder<'_> {
-    fn node(&mut self, corner: Corner) -> u32 {
+    fn node(&mut self, corner: StencilCorner) -> u32 {
         match corner {
-            Corner::Node(node) => {
+            StencilCorner::Node(node) => {
                 let slot = &mut self.of_node[node as usize];
                 if *slot == u32::MAX {
                     let moved = self.warped.moved.get(&node);
@@ -105,7 +105,7 @@ impl Builder<'_> {
                 }
                 *slot
             }
-            Corner::Cut(a, b) => {
+            StencilCorner::Cut(a, b) => {
                 // Both ends lie strictly on either side, so neither was warped and the edge was among those cut.
                 let Some((cut, t)) = self.cuts.find(a, b) else { unreachable!("an edge across the level set is cut") };
                 let slot = &mut self.of_cut[cut as usize];

@@ -1,10 +1,10 @@
 //! Stuffing from analytic distances: angles, manifolds, volumes, orders of convergence, refusals.
 
 use super::level::split;
-use super::shapes::{Shape, ball, balls, cuboid, torus};
+use super::shapes::{ImplicitShape, ball, balls, cuboid, torus};
 use super::*;
-use crate::random::Stream;
-use crate::token::{Cancelled, Token};
+use crate::random::RandomStream;
+use crate::token::{CancelToken, Cancelled};
 use nalgebra::{Isometry3, Vector3};
 use proptest::prelude::*;
 use std::f64::consts::PI;
@@ -12,12 +12,12 @@ use std::f64::consts::PI;
 /// The bounds that Labelle & Shewchuk prove, degrees.
 const DIHEDRAL_DEG: [f64; 2] = [10.7, 164.8];
 
-fn stuffed(shape: &dyn SignedDistance, spacing: f64, volume: Option<f64>) -> Level {
-    stuff(shape, spacing, volume, &Token::default()).unwrap()
+fn stuffed(shape: &dyn SignedDistance, spacing: f64, volume: Option<f64>) -> LatticeLevel {
+    stuff(shape, spacing, volume, &CancelToken::default()).unwrap()
 }
 
 /// Everything that every level promises.
-fn check(level: &Level) {
+fn check(level: &LatticeLevel) {
     assert!(!level.bodies.is_empty());
     for body in &level.bodies {
         check_manifold(body).unwrap();
@@ -32,7 +32,7 @@ fn check(level: &Level) {
 }
 
 /// [`check`], and the angles.
-fn check_stuffed(level: &Level) {
+fn check_stuffed(level: &LatticeLevel) {
     check(level);
     for body in &level.bodies {
         let angles = body.dihedral();
@@ -42,7 +42,7 @@ fn check_stuffed(level: &Level) {
 
 /// Waves of about two spacings in random directions: nothing like a distance, cuts fall anywhere on the edges.
 fn noise(seed: u64, waves: usize, spacing: f64) -> impl SignedDistance {
-    let mut stream = Stream::new(seed, 0);
+    let mut stream = RandomStream::new(seed, 0);
     let mut uniform = move || 2.0 * stream.uniform() - 1.0;
     let waves: Vec<(Vector3<f64>, f64)> = (0..waves)
         .map(|_| (Vector3::new(uniform(), uniform(), uniform()) * (4.0 / spacing), 3.0 * uniform()))
@@ -52,7 +52,7 @@ fn noise(seed: u64, waves: usize, spacing: f64) -> impl SignedDistance {
         let rim = p.coords.abs().max() - 0.25;
         (sum * 0.05 * spacing).max(rim)
     };
-    Shape { distance, half: Vector3::repeat(0.25) }
+    ImplicitShape { distance, half: Vector3::repeat(0.25) }
 }
 
 #[test]
@@ -82,7 +82,7 @@ proptest! {
     ) {
         let list: Vec<_> = list.into_iter().map(|(centre, radius)| (Point3::from(centre), radius)).collect();
         let volume: f64 = list.iter().map(|(_, radius)| 4.0 / 3.0 * PI * radius.powi(3)).sum();
-        match stuff(&balls(list), spacing, aimed.map(|share| share * volume), &Token::default()) {
+        match stuff(&balls(list), spacing, aimed.map(|share| share * volume), &CancelToken::default()) {
             Ok(level) => {
                 check_stuffed(&level);
                 prop_assert!(level.offset.abs() <= 0.5 * spacing);
@@ -94,7 +94,7 @@ proptest! {
     #[test]
     fn any_tetrahedra_of_a_block_end_in_valid_bodies(seed in any::<u64>(), share in 0.1f64..0.95) {
         let whole = block([3, 3, 3], 0.2);
-        let mut stream = Stream::new(seed, 0);
+        let mut stream = RandomStream::new(seed, 0);
         let kept: Vec<u32> = (0..whole.tets.len() as u32).filter(|_| stream.uniform() < share).collect();
         prop_assume!(!kept.is_empty());
         let ragged = whole.part(&kept);
@@ -196,7 +196,8 @@ fn the_lattice_does_not_depend_on_the_number_of_threads() {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         let shape = torus(0.3, 0.1);
         let both = pool.install(|| {
-            levels(&shape, Spacings { elastic: 0.08, crack: 0.05, refine: false }, 0.059, &Token::default()).unwrap()
+            levels(&shape, Spacings { elastic: 0.08, crack: 0.05, refine: false }, 0.059, &CancelToken::default())
+                .unwrap()
         });
         both.bodies.into_iter().map(|body| (body.elastic, body.crack, body.transfer)).collect::<Vec<_>>()
     };
@@ -205,8 +206,9 @@ fn the_lattice_does_not_depend_on_the_number_of_threads() {
 
 #[test]
 fn what_cannot_be_stuffed_is_refused_with_the_reason() {
-    let refused =
-        |shape: &dyn SignedDistance, spacing, volume| stuff(shape, spacing, volume, &Token::default()).unwrap_err();
+    let refused = |shape: &dyn SignedDistance, spacing, volume| {
+        stuff(shape, spacing, volume, &CancelToken::default()).unwrap_err()
+    };
     let shape = ball(0.3);
     for spacing in [0.0, -0.1, 0.0019, 0.26, f64::INFINITY, f64::NAN] {
         assert!(matches!(refused(&shape, spacing, None), LatticeError::SpacingOutOfRange { .. }));
@@ -216,12 +218,14 @@ fn what_cannot_be_stuffed_is_refused_with_the_reason() {
         assert!(matches!(refused(&shape, 0.1, Some(volume)), LatticeError::VolumeNotPositive { .. }));
     }
     assert_eq!(refused(&ball(0.01), 0.2, None), LatticeError::NothingInside { spacing: 0.2 });
-    let hole =
-        Shape { distance: |p: &Point3<f64>| if p.x > 0.0 { f64::NAN } else { -0.1 }, half: Vector3::repeat(0.1) };
+    let hole = ImplicitShape {
+        distance: |p: &Point3<f64>| if p.x > 0.0 { f64::NAN } else { -0.1 },
+        half: Vector3::repeat(0.1),
+    };
     assert!(matches!(refused(&hole, 0.05, None), LatticeError::DistanceNotFinite { place } if place.x > 0.0));
-    let endless = Shape { distance: |_: &Point3<f64>| 1.0, half: Vector3::repeat(f64::INFINITY) };
+    let endless = ImplicitShape { distance: |_: &Point3<f64>| 1.0, half: Vector3::repeat(f64::INFINITY) };
     assert_eq!(refused(&endless, 0.05, None), LatticeError::BoundsNotFinite);
-    let token = Token::default();
+    let token = CancelToken::default();
     token.cancel();
     assert_eq!(stuff(&shape, 0.05, None, &token).unwrap_err(), LatticeError::Cancelled(Cancelled));
 }
@@ -230,7 +234,7 @@ fn what_cannot_be_stuffed_is_refused_with_the_reason() {
 fn a_jump_of_the_sign_ends_in_valid_bodies() {
     // Outside a cone the sign flips far from any surface, as in front of a hole in an open mesh.
     let distance = |p: &Point3<f64>| if p.z > 0.0 { 0.3 } else { p.coords.norm() - 0.3 };
-    let level = stuffed(&Shape { distance, half: Vector3::repeat(0.3) }, 0.02, None);
+    let level = stuffed(&ImplicitShape { distance, half: Vector3::repeat(0.3) }, 0.02, None);
     check_stuffed(&level);
     let half_ball = 2.0 / 3.0 * PI * 0.3f64.powi(3);
     assert!((level.volume() / half_ball - 1.0).abs() < 0.02, "{}", level.volume() / half_ball);

@@ -1,8 +1,8 @@
 //! What of plates and rods a lattice keeps, by thickness over spacing.
 
 use super::*;
-use crate::random::Stream;
-use crate::token::Token;
+use crate::random::RandomStream;
+use crate::token::CancelToken;
 use nalgebra::{Isometry3, Vector3};
 
 /// A turned box.
@@ -25,14 +25,16 @@ impl SignedDistance for Turned {
 
 /// Worst share of the mid-surface kept, and most bodies, over turned and shifted boxes of this thickness.
 fn kept(half: Vector3<f64>, spacing: f64) -> (f64, usize) {
-    let mut stream = Stream::new(1, 0);
+    let mut stream = RandomStream::new(1, 0);
     let thick = half.min();
     let (mut kept, mut bodies) = (1.0f64, 0);
     for _ in 0..12 {
         let angle = Vector3::from_fn(|_, _| 6.0 * stream.uniform());
         let shift = Vector3::from_fn(|_, _| stream.uniform());
         let shape = Turned { half, place: Isometry3::new(shift, angle) };
-        let Ok(level) = stuff(&shape, spacing, Some(8.0 * half.product()), &Token::default()) else { return (0.0, 0) };
+        let Ok(level) = stuff(&shape, spacing, Some(8.0 * half.product()), &CancelToken::default()) else {
+            return (0.0, 0);
+        };
         bodies = bodies.max(level.bodies.len());
         let locator = Locator::new(&level.bodies[0]);
         let mut uniform = |reach: f64| if reach == thick { 0.0 } else { (1.8 * stream.uniform() - 0.9) * reach };

@@ -1,7 +1,7 @@
 //! From the elastic lattice to the crack lattice: who gets which share of each elastic tetrahedron's energy.
 
-use super::overlap::{Cell, Overlap};
-use super::tree::{Aabb, Tree};
+use super::overlap::{Overlap, OverlapCell};
+use super::tree::{Aabb, AabbTree};
 use super::{Lattice, Locator};
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
@@ -22,7 +22,7 @@ const ROWS: usize = 1024;
 /// node's hat function over it, exact to rounding, so that well inside a uniform density stays uniform; what of the
 /// crack lattice no elastic tetrahedron covers takes its share of the nearest ones.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Transfer {
+pub struct EnergyTransfer {
     /// Row starts; length crack nodes + 1.
     pub offsets: Vec<u32>,
     /// Elastic tetrahedra, increasing within a row.
@@ -46,7 +46,7 @@ fn merged(next: &mut Entry, kept: &mut Entry) -> bool {
     same
 }
 
-impl Transfer {
+impl EnergyTransfer {
     /// The operator between two lattices of one body; neither may be empty.
     pub fn between(elastic: &Lattice, crack: &Lattice) -> Self {
         let cover = Cover::new(elastic);
@@ -133,8 +133,8 @@ impl Transfer {
 
 /// The elastic lattice, ready to be intersected.
 struct Cover {
-    cells: Vec<Cell>,
-    tree: Tree,
+    cells: Vec<OverlapCell>,
+    tree: AabbTree,
     locator: Locator,
 }
 
@@ -142,14 +142,14 @@ impl Cover {
     fn new(elastic: &Lattice) -> Self {
         let corners = |tet: usize| elastic.corners(tet);
         let boxes: Vec<Aabb> = (0..elastic.tets.len()).map(|tet| Aabb::around(&corners(tet))).collect();
-        let cells = (0..elastic.tets.len()).map(|tet| Cell::new(&corners(tet))).collect();
-        Self { cells, tree: Tree::new(&boxes), locator: Locator::new(elastic) }
+        let cells = (0..elastic.tets.len()).map(|tet| OverlapCell::new(&corners(tet))).collect();
+        Self { cells, tree: AabbTree::new(&boxes), locator: Locator::new(elastic) }
     }
 
     /// What the corners of crack tetrahedron `tet` get from whom.
     fn entries(&self, crack: &Lattice, tet: usize, overlap: &mut Overlap) -> Vec<Entry> {
         let (corners, volume) = (crack.corners(tet), crack.tet_volume(tet));
-        let cell = Cell::new(&corners);
+        let cell = OverlapCell::new(&corners);
         let (mut entries, mut covered) = (Vec::new(), 0.0);
         self.tree.overlapping(&Aabb::around(&corners), |other| {
             if let Some((common, centroid)) = overlap.of(&cell, &self.cells[other as usize]) {

@@ -2,11 +2,11 @@ use super::*;
 use crate::lattice::Spacings;
 use crate::lattice::shapes::{ball, cuboid};
 use crate::lattice::{BodyLattice, SignedDistance, block, levels, stuff};
-use crate::token::Token;
+use crate::token::CancelToken;
 use nalgebra::Isometry3;
 
 fn body(shape: &dyn SignedDistance, spacing: f64) -> Lattice {
-    stuff(shape, spacing, None, &Token::default()).unwrap().bodies.remove(0)
+    stuff(shape, spacing, None, &CancelToken::default()).unwrap().bodies.remove(0)
 }
 
 /// A ball of radius 0.3 at two levels of equal volume, as [`crate::lattice::levels`] makes them.
@@ -16,7 +16,7 @@ fn pair(spacing: f64) -> BodyLattice {
         &ball(0.3),
         Spacings { elastic: spacing, crack: 0.63 * spacing, refine: false },
         volume,
-        &Token::default(),
+        &CancelToken::default(),
     )
     .unwrap();
     both.bodies.remove(0)
@@ -56,7 +56,7 @@ fn errors(pair: &BodyLattice, density: &dyn Fn(Vector3<f64>) -> f64) -> [f64; 3]
     [mean / count, largest, sampled / count]
 }
 
-fn check(transfer: &Transfer, elastic: &Lattice, crack: &Lattice) {
+fn check(transfer: &EnergyTransfer, elastic: &Lattice, crack: &Lattice) {
     let mut totals = vec![0.0; elastic.tets.len()];
     for (&tet, share) in transfer.tets.iter().zip(&transfer.shares) {
         assert!(*share > 0.0 && *share <= 1.0);
@@ -81,9 +81,9 @@ fn the_energy_is_conserved_whatever_the_lattices() {
     let lattices = [body(&shape, 0.1), body(&shape, 0.06), body(&turned, 0.06), block([2, 2, 2], 0.1)];
     for elastic in &lattices {
         for crack in &lattices {
-            check(&Transfer::between(elastic, crack), elastic, crack);
+            check(&EnergyTransfer::between(elastic, crack), elastic, crack);
         }
-        check(&Transfer::identity(elastic), elastic, elastic);
+        check(&EnergyTransfer::identity(elastic), elastic, elastic);
     }
 }
 
@@ -110,7 +110,7 @@ fn a_linear_density_converges_and_beats_sampling() {
 #[test]
 fn identity_gives_each_corner_a_quarter() {
     let lattice = block([2, 1, 1], 0.5);
-    let transfer = Transfer::identity(&lattice);
+    let transfer = EnergyTransfer::identity(&lattice);
     let volumes: Vec<f64> = (0..lattice.tets.len()).map(|tet| lattice.tet_volume(tet)).collect();
     let mut nodes = Vec::new();
     transfer.apply(&volumes, &mut nodes);

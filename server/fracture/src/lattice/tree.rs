@@ -52,12 +52,12 @@ struct Branch {
 
 /// The tree, built once by splitting at the median of the longest side. Equal input gives an equal tree.
 #[derive(Clone, Debug)]
-pub(super) struct Tree {
+pub(super) struct AabbTree {
     branches: Vec<Branch>,
     items: Vec<u32>,
 }
 
-impl Tree {
+impl AabbTree {
     /// A tree over items 0 … with these boxes.
     pub(super) fn new(boxes: &[Aabb]) -> Self {
         let mut tree = Self { branches: Vec::new(), items: (0..boxes.len() as u32).collect() };

@@ -5,7 +5,7 @@
 //! a column that vanishes is replaced by a random one and its factor by zero, so that rank loss costs nothing.
 
 use super::LiftError;
-use crate::random::Stream;
+use crate::random::RandomStream;
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatMut, MatRef, Par};
 
@@ -20,7 +20,7 @@ const REPLACEMENTS_MAX: usize = 3;
 pub(super) struct Basis {
     order: usize,
     columns: Vec<f64>,
-    random: Stream,
+    random: RandomStream,
 }
 
 impl Basis {
@@ -28,7 +28,7 @@ impl Basis {
     pub(super) fn new(first: &[f64], capacity: usize) -> Self {
         let mut columns = Vec::with_capacity(first.len() * capacity);
         columns.extend_from_slice(first);
-        Self { order: first.len(), columns, random: Stream::new(0, 0) }
+        Self { order: first.len(), columns, random: RandomStream::new(0, 0) }
     }
 
     /// Length of a column.

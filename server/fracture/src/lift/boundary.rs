@@ -17,7 +17,7 @@ pub struct BoundarySurface {
 
 /// One connected component of a boundary: the outer one, or a cavity's.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Shell {
+pub struct BoundaryShell {
     /// The surface's node of each of the shell's, ascending.
     pub nodes: Vec<u32>,
     /// Positions of the shell's nodes, local.
@@ -36,7 +36,7 @@ impl BoundarySurface {
     }
 
     /// The connected components, by their lowest node.
-    pub fn shells(&self) -> Vec<Shell> {
+    pub fn shells(&self) -> Vec<BoundaryShell> {
         let mut parents: Vec<u32> = (0..self.nodes.len() as u32).collect();
         for [a, b, c] in &self.triangles {
             for node in [b, c] {
@@ -54,14 +54,14 @@ impl BoundarySurface {
         triangles.into_iter().map(|triangles| self.shell(triangles)).collect()
     }
 
-    fn shell(&self, mut triangles: Vec<[u32; 3]>) -> Shell {
+    fn shell(&self, mut triangles: Vec<[u32; 3]>) -> BoundaryShell {
         let nodes = renumber(&mut triangles, self.nodes.len());
         let positions = nodes.iter().map(|&node| self.positions[node as usize]).collect();
-        Shell { nodes, positions, triangles }
+        BoundaryShell { nodes, positions, triangles }
     }
 }
 
-impl Shell {
+impl BoundaryShell {
     /// Area, local.
     pub fn area(&self) -> f64 {
         let area = |[a, b, c]: [Point3<f64>; 3]| 0.5 * (b - a).cross(&(c - a)).norm();

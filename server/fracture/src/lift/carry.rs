@@ -9,8 +9,8 @@ use super::boundary::BoundarySurface;
 use super::laplacian::Laplacian;
 use super::{LiftError, mean_value};
 use crate::lattice::Lattice;
-use crate::sparse::{Cholesky, SolveScratch, Symmetric};
-use crate::token::Token;
+use crate::sparse::{Cholesky, SolveScratch, SymmetricMatrix};
+use crate::token::CancelToken;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -20,7 +20,7 @@ const ON_BOUNDARY: u32 = u32::MAX;
 /// Which barycentric coordinates carry the boundary's values inside. Both reproduce linear functions.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Carry {
+pub enum Extension {
     /// Non-negative up to what obtuse dihedral angles of the lattice cost; one sparse factor.
     #[default]
     Harmonic,
@@ -28,7 +28,7 @@ pub enum Carry {
     MeanValue,
 }
 
-impl Carry {
+impl Extension {
     /// `values` (node-major, `surface nodes × dimension`, any unit) carried to all nodes of the lattice that `surface` is
     /// the boundary of; node-major, `nodes × dimension`, the boundary's own values as they are.
     ///
@@ -42,7 +42,7 @@ impl Carry {
         surface: &BoundarySurface,
         values: &[f64],
         dimension: usize,
-        token: &Token,
+        token: &CancelToken,
     ) -> Result<Vec<f64>, LiftError> {
         match self {
             Self::Harmonic => carry_harmonic(lattice, surface, values, dimension, token),
@@ -63,7 +63,7 @@ pub fn carry_harmonic(
     surface: &BoundarySurface,
     values: &[f64],
     dimension: usize,
-    token: &Token,
+    token: &CancelToken,
 ) -> Result<Vec<f64>, LiftError> {
     let mut carried = scattered(lattice, surface, values, dimension);
     let inside = inside(lattice, surface);
@@ -97,12 +97,12 @@ pub fn carry_mean_value(
     surface: &BoundarySurface,
     values: &[f64],
     dimension: usize,
-    token: &Token,
+    token: &CancelToken,
 ) -> Result<Vec<f64>, LiftError> {
     let mut carried = scattered(lattice, surface, values, dimension);
     let inside = inside(lattice, surface);
     carried.par_chunks_exact_mut(dimension.max(1)).enumerate().try_for_each_init(
-        || mean_value::Weights::new(surface),
+        || mean_value::MeanValueWeights::new(surface),
         |weights, (node, value)| {
             token.check()?;
             if inside[node] != ON_BOUNDARY {
@@ -134,7 +134,7 @@ fn inside(lattice: &Lattice, surface: &BoundarySurface) -> Vec<u32> {
 }
 
 /// K_ii.
-fn dirichlet(stiffness: &Symmetric, inside: &[u32], count: usize) -> Result<Symmetric, LiftError> {
+fn dirichlet(stiffness: &SymmetricMatrix, inside: &[u32], count: usize) -> Result<SymmetricMatrix, LiftError> {
     let mut entries = Vec::new();
     for (node, &row) in inside.iter().enumerate().filter(|(_, row)| **row != ON_BOUNDARY) {
         let (columns, blocks) = stiffness.row(node);
@@ -145,11 +145,11 @@ fn dirichlet(stiffness: &Symmetric, inside: &[u32], count: usize) -> Result<Symm
             }
         }
     }
-    Ok(Symmetric::from_triplets(count, &entries)?)
+    Ok(SymmetricMatrix::from_triplets(count, &entries)?)
 }
 
 /// −K_ib·X_b, column-major `count × dimension`; `carried` is node-major and zero inside.
-fn pull(stiffness: &Symmetric, inside: &[u32], count: usize, carried: &[f64], dimension: usize) -> Vec<f64> {
+fn pull(stiffness: &SymmetricMatrix, inside: &[u32], count: usize, carried: &[f64], dimension: usize) -> Vec<f64> {
     let mut pull = vec![0.0; count * dimension];
     for (node, &row) in inside.iter().enumerate().filter(|(_, row)| **row != ON_BOUNDARY) {
         let (columns, blocks) = stiffness.row(node);

@@ -4,9 +4,9 @@
 //! 2010), equation 4, d² = Σ (φ_k(x) − φ_k(y))²/λ_k², in the volume instead of on the surface; to join it with the
 //! positions is ours.
 
-use super::{Lift, LiftError, LiftKind, Spectrum, gap};
+use super::{LiftError, LiftKind, LiftedLattice, Spectrum, gap};
 use crate::lattice::Lattice;
-use crate::token::Token;
+use crate::token::CancelToken;
 
 /// Eigenfunctions of the default interior lift, before the cut moves to a gap: 4 to 16 are kept.
 ///
@@ -31,7 +31,7 @@ pub const MODES_MAX: usize = 64;
 /// than `modes` uses all it has.
 ///
 /// Errors: as [`Spectrum::compute`], and [`LiftError::InvalidAlpha`].
-pub fn interior(lattice: &Lattice, modes: usize, alpha: f64, token: &Token) -> Result<Lift, LiftError> {
+pub fn interior(lattice: &Lattice, modes: usize, alpha: f64, token: &CancelToken) -> Result<LiftedLattice, LiftError> {
     check(alpha)?;
     if modes > MODES_MAX {
         return Err(LiftError::TooManyModes { modes, max: MODES_MAX });
@@ -55,7 +55,7 @@ impl Spectrum {
     /// c² = 3V / Σ 1/λ_k.
     ///
     /// Errors: [`LiftError::InvalidAlpha`].
-    pub fn lift(&self, lattice: &Lattice, modes: usize, alpha: f64) -> Result<Lift, LiftError> {
+    pub fn lift(&self, lattice: &Lattice, modes: usize, alpha: f64) -> Result<LiftedLattice, LiftError> {
         check(alpha)?;
         let kept = if modes == 0 || alpha == 0.0 { 0 } else { gap::cut(&self.eigenvalues, modes, self.whole) };
         let inverse_sum: f64 = self.eigenvalues[..kept].iter().map(|value| 1.0 / value).sum();
@@ -66,12 +66,12 @@ impl Spectrum {
 }
 
 /// X = s·[x; weights·functions].
-fn assemble<'a>(lattice: &Lattice, weights: &[f64], function: impl Fn(usize) -> &'a [f64]) -> Lift {
+fn assemble<'a>(lattice: &Lattice, weights: &[f64], function: impl Fn(usize) -> &'a [f64]) -> LiftedLattice {
     let dimension = 3 + weights.len();
     let mut coordinates = Vec::with_capacity(lattice.nodes.len() * dimension);
     for (node, position) in lattice.nodes.iter().enumerate() {
         coordinates.extend_from_slice(position.coords.as_slice());
         coordinates.extend(weights.iter().enumerate().map(|(k, weight)| weight * function(k)[node]));
     }
-    Lift::scaled(LiftKind::Interior, lattice, dimension, coordinates)
+    LiftedLattice::scaled(LiftKind::Interior, lattice, dimension, coordinates)
 }

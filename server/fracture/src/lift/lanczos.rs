@@ -12,7 +12,7 @@
 use super::LiftError;
 use super::basis::{Basis, length};
 use crate::dense;
-use crate::token::Token;
+use crate::token::CancelToken;
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatMut, Par};
 
@@ -40,7 +40,7 @@ pub(super) fn largest(
     deflated: &[f64],
     wanted: usize,
     mut apply: impl FnMut(&mut [f64], usize),
-    token: &Token,
+    token: &CancelToken,
 ) -> Result<Vec<f64>, LiftError> {
     let order = deflated.len();
     let dimension = DIMENSION_MAX.min(order.saturating_sub(1 + BLOCK));
@@ -79,7 +79,7 @@ struct Krylov {
 
 /// Eigenpairs of the projected operator, ascending, with the residual of each.
 struct Ritz {
-    dense: dense::Dense,
+    dense: dense::DenseEigen,
     residuals: Vec<f64>,
 }
 

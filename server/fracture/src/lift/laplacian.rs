@@ -8,7 +8,7 @@
 
 use super::LiftError;
 use crate::lattice::Lattice;
-use crate::sparse::Symmetric;
+use crate::sparse::SymmetricMatrix;
 use nalgebra::{Matrix1, Matrix3, Matrix3x4, Matrix4, Point3, Vector3};
 use rayon::prelude::*;
 
@@ -16,7 +16,7 @@ use rayon::prelude::*;
 pub(super) struct Laplacian<'a> {
     points: &'a [Point3<f64>],
     /// L, one row per node; local lengths.
-    pub(super) stiffness: Symmetric,
+    pub(super) stiffness: SymmetricMatrix,
     /// The diagonal of M: each node's share of the volume or area; positive.
     pub(super) mass: Vec<f64>,
 }
@@ -41,7 +41,7 @@ impl<'a> Laplacian<'a> {
             return Err(LiftError::Disconnected { components });
         }
         let entry = |tet: usize, i: usize, j: usize| Matrix1::new(elements[tet][(i, j)]);
-        let stiffness = Symmetric::assemble(lattice.nodes.len(), &lattice.tets, entry)?;
+        let stiffness = SymmetricMatrix::assemble(lattice.nodes.len(), &lattice.tets, entry)?;
         Ok(Self { points: &lattice.nodes, stiffness, mass: lattice.node_volumes() })
     }
 
@@ -62,7 +62,7 @@ impl<'a> Laplacian<'a> {
                 entries.extend((i..3).map(|j| (corners[i], corners[j], opposite[i].dot(&opposite[j]) / (4.0 * area))));
             }
         }
-        Ok(Self { points, stiffness: Symmetric::from_triplets(points.len(), &entries)?, mass })
+        Ok(Self { points, stiffness: SymmetricMatrix::from_triplets(points.len(), &entries)?, mass })
     }
 
     /// Number of nodes.

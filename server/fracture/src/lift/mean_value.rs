@@ -20,7 +20,7 @@ const IN_PLANE: f64 = 1e-10;
 const AROUND: f64 = 1e-6;
 
 /// The weights of one point, and the memory to find them in.
-pub(super) struct Weights<'a> {
+pub(super) struct MeanValueWeights<'a> {
     surface: &'a BoundarySurface,
     /// Unit vectors to the surface's nodes, and distances.
     seen: Vec<(Vector3<f64>, f64)>,
@@ -38,7 +38,7 @@ enum View {
     Holds([f64; 3]),
 }
 
-impl<'a> Weights<'a> {
+impl<'a> MeanValueWeights<'a> {
     pub(super) fn new(surface: &'a BoundarySurface) -> Self {
         let count = surface.nodes.len();
         Self { surface, seen: Vec::with_capacity(count), weights: vec![0.0; count] }

@@ -1,13 +1,13 @@
 //! The metric g = JᵀJ of a lift: its scale and the measures of each node's cell.
 
-use super::Lift;
+use super::LiftedLattice;
 use crate::lattice::Lattice;
 use nalgebra::Matrix3;
 use rayon::prelude::*;
 
 /// g = JᵀJ on tetrahedron `tet`, J the m × 3 gradient of X; 3 × 3, dimensionless. The identity for a tetrahedron without
 /// volume.
-pub fn metric(lift: &Lift, lattice: &Lattice, tet: usize) -> Matrix3<f64> {
+pub fn metric(lift: &LiftedLattice, lattice: &Lattice, tet: usize) -> Matrix3<f64> {
     let nodes = lattice.tets[tet];
     let Some(inverse) = lattice.edge_matrix(tet).try_inverse() else { return Matrix3::identity() };
     let base = lift.at(nodes[0] as usize);
@@ -23,7 +23,7 @@ pub fn metric(lift: &Lift, lattice: &Lattice, tet: usize) -> Matrix3<f64> {
 
 /// (det g)^(1/5) per tetrahedron, the factor of the optimal site density in three dimensions. √det g is the volume that
 /// the lifted edges span over that of the edges; det of the computed g itself is noise where σ₂σ₃ < 10⁻⁸ σ₁².
-fn densities(lift: &Lift, lattice: &Lattice) -> Vec<f64> {
+fn densities(lift: &LiftedLattice, lattice: &Lattice) -> Vec<f64> {
     let density = |edges: &mut Vec<f64>, tet| {
         let volume = lattice.edge_matrix(tet).determinant().abs();
         if volume > 0.0 { (lifted_volume(lift, lattice.tets[tet], edges) / volume).powf(0.4) } else { 1.0 }
@@ -33,7 +33,7 @@ fn densities(lift: &Lift, lattice: &Lattice) -> Vec<f64> {
 
 /// Volume of the parallelepiped in R^m that the lifted edges from the first node span, by Gram–Schmidt, twice (the second
 /// pass takes out what rounding left of the first). `edges` is scratch.
-fn lifted_volume(lift: &Lift, nodes: [u32; 4], edges: &mut Vec<f64>) -> f64 {
+fn lifted_volume(lift: &LiftedLattice, nodes: [u32; 4], edges: &mut Vec<f64>) -> f64 {
     let [base, ends @ ..] = nodes.map(|node| lift.at(node as usize));
     edges.clear();
     let mut volume = 1.0;
@@ -56,7 +56,7 @@ fn lifted_volume(lift: &Lift, nodes: [u32; 4], edges: &mut Vec<f64>) -> f64 {
 }
 
 /// Scales X so that the volume mean of (det g)^(1/5) is 1; det g grows with the sixth power of the scale.
-pub fn scale(lift: &mut Lift, lattice: &Lattice) {
+pub fn scale(lift: &mut LiftedLattice, lattice: &Lattice) {
     let (mut sum, mut volume) = (0.0, 0.0);
     for (tet, density) in densities(lift, lattice).iter().enumerate() {
         let tet_volume = lattice.tet_volume(tet);
@@ -74,7 +74,7 @@ pub fn scale(lift: &mut Lift, lattice: &Lattice) {
 /// A node's barycentric cell in a tetrahedron (a, b, c, d) is six small tetrahedra at a, spanned by an edge midpoint, a
 /// face centroid and the tetrahedron's centroid. Each has V/24, V the tetrahedron's volume; their common centroid lies 23/144
 /// of the three edges' sum from a; their second moment follows from the lengths of the edges: [`corner_moment`].
-pub fn measure(lift: &mut Lift, lattice: &Lattice) {
+pub fn measure(lift: &mut LiftedLattice, lattice: &Lattice) {
     let densities = densities(lift, lattice);
     let count = lattice.nodes.len();
     let mut moment = vec![0.0; count];
@@ -132,12 +132,12 @@ fn corner_moment(squares: &[[f64; 4]; 4], corner: usize) -> f64 {
 #[cfg(test)]
 mod tests {
     use crate::lattice::block;
-    use crate::lift::Lift;
+    use crate::lift::LiftedLattice;
 
     #[test]
     fn the_euclidean_lift_of_a_box_has_the_moments_of_its_cells() {
         let lattice = block([2, 2, 2], 0.25);
-        let lift = Lift::euclidean(&lattice);
+        let lift = LiftedLattice::euclidean(&lattice);
         assert!((lift.at(5)[1] - lattice.nodes[5].y).abs() < 1e-15, "scale 1");
         assert!(lift.density.iter().all(|density| (density - 1.0).abs() < 1e-12));
         // All cells together: Σ V_v m_v is positive and no larger than V·h².
@@ -148,7 +148,7 @@ mod tests {
     #[test]
     fn moments_of_the_cells_add_up_to_those_of_the_box() {
         let lattice = block([3, 2, 4], 0.25);
-        let lift = Lift::euclidean(&lattice);
+        let lift = LiftedLattice::euclidean(&lattice);
         let size: [f64; 3] = [0.75, 0.5, 1.0];
         // ∫|x|² over a centred box is V·Σ size²/12, whatever the spacing, once both moments of every cell are counted.
         let mut sum = 0.0;

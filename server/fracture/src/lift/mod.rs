@@ -20,14 +20,14 @@ mod surface_diffusion;
 mod tests;
 mod warp;
 
-pub use boundary::{BoundarySurface, Shell};
-pub use carry::{Carry, carry_harmonic, carry_mean_value};
+pub use boundary::{BoundaryShell, BoundarySurface};
+pub use carry::{Extension, carry_harmonic, carry_mean_value};
 pub use error::LiftError;
 pub use interior::{ALPHA_DEFAULT, MODES_DEFAULT, MODES_MAX, interior};
 pub use spectrum::Spectrum;
 pub use stretch::{Stretch, stretch};
 pub use surface_diffusion::{SHELLS_MAX, SURFACE_MODES_DEFAULT, surface_diffusion};
-pub use warp::Warp;
+pub use warp::SpaceWarp;
 
 use crate::lattice::Lattice;
 use serde::{Deserialize, Serialize};
@@ -59,7 +59,7 @@ impl std::fmt::Display for LiftKind {
 /// Scaled so that the volume mean of (det g)^(1/5), g = JᵀJ, is 1: the degree of a uniform field does not depend on the
 /// lift.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Lift {
+pub struct LiftedLattice {
     /// Which lift this is.
     pub kind: LiftKind,
     /// m, at least 3.
@@ -75,7 +75,7 @@ pub struct Lift {
     pub density: Vec<f64>,
 }
 
-impl Lift {
+impl LiftedLattice {
     /// Scales `coordinates` (node-major, `nodes × dimension`) to unit mean of (det g)^(1/5) and measures the cells.
     pub fn scaled(kind: LiftKind, lattice: &Lattice, dimension: usize, coordinates: Vec<f64>) -> Self {
         let mut lift = Self::unmeasured(kind, lattice, dimension, coordinates);

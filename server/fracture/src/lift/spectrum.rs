@@ -10,7 +10,7 @@ use super::{LiftError, MODES_MAX, gap, lanczos};
 use crate::dense;
 use crate::lattice::Lattice;
 use crate::sparse::{Cholesky, SolveScratch};
-use crate::token::Token;
+use crate::token::CancelToken;
 use faer::Mat;
 use rayon::prelude::*;
 
@@ -43,7 +43,7 @@ impl Spectrum {
     /// Errors: [`LiftError::TooFewNodes`] if the lattice has no more than `count` nodes, [`LiftError::TooManyModes`],
     /// [`LiftError::DegenerateTet`], [`LiftError::Disconnected`], [`LiftError::Sparse`],
     /// [`LiftError::NotConverged`], [`LiftError::NotFinite`], [`LiftError::Cancelled`].
-    pub fn compute(lattice: &Lattice, count: usize, token: &Token) -> Result<Self, LiftError> {
+    pub fn compute(lattice: &Lattice, count: usize, token: &CancelToken) -> Result<Self, LiftError> {
         token.check()?;
         Self::of(&Laplacian::new(lattice)?, count, token)
     }
@@ -52,7 +52,7 @@ impl Spectrum {
     /// function lives on one shell and vanishes on the others, and each shell's constant is left out.
     ///
     /// Errors: as [`Self::compute`], with [`LiftError::DegenerateFace`] instead of a tetrahedron's.
-    pub fn of_surface(surface: &BoundarySurface, count: usize, token: &Token) -> Result<Self, LiftError> {
+    pub fn of_surface(surface: &BoundarySurface, count: usize, token: &CancelToken) -> Result<Self, LiftError> {
         let (nodes, shells) = (surface.nodes.len(), surface.shells());
         if count + shells.len() > nodes || shells.is_empty() {
             return Err(LiftError::TooFewNodes { nodes, wanted: count, needed: count + shells.len().max(1) });
@@ -81,7 +81,7 @@ impl Spectrum {
     }
 
     /// The `count` lowest pairs of a connected Laplacian.
-    fn of(laplacian: &Laplacian<'_>, count: usize, token: &Token) -> Result<Self, LiftError> {
+    fn of(laplacian: &Laplacian<'_>, count: usize, token: &CancelToken) -> Result<Self, LiftError> {
         let nodes = laplacian.order();
         if count >= nodes {
             return Err(LiftError::TooFewNodes { nodes, wanted: count, needed: count + 1 });
@@ -140,7 +140,7 @@ fn by_dense(laplacian: &Laplacian<'_>, count: usize) -> Result<Vec<f64>, LiftErr
 }
 
 /// The lowest pairs by shift-inverted Lanczos; function-major.
-fn by_lanczos(laplacian: &Laplacian<'_>, count: usize, token: &Token) -> Result<Vec<f64>, LiftError> {
+fn by_lanczos(laplacian: &Laplacian<'_>, count: usize, token: &CancelToken) -> Result<Vec<f64>, LiftError> {
     let roots: Vec<f64> = laplacian.mass.iter().map(|mass| mass.sqrt()).collect();
     let length = roots.iter().map(|root| root * root).sum::<f64>().sqrt();
     let constant: Vec<f64> = roots.iter().map(|root| root / length).collect();

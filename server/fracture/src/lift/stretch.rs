@@ -1,6 +1,6 @@
 //! How far a lift is from a similarity: the ratio of the largest to the smallest stretch.
 
-use super::Lift;
+use super::LiftedLattice;
 use super::metric::metric;
 use crate::lattice::Lattice;
 use rayon::prelude::*;
@@ -22,7 +22,7 @@ pub struct Stretch {
 }
 
 /// The stretch ratios of `lift` on the lattice it was made for; all 1 for a lattice without tetrahedra.
-pub fn stretch(lift: &Lift, lattice: &Lattice) -> Stretch {
+pub fn stretch(lift: &LiftedLattice, lattice: &Lattice) -> Stretch {
     let mut ratios: Vec<(f64, f64)> = (0..lattice.tets.len())
         .into_par_iter()
         .map(|tet| (ratio(lift, lattice, tet), lattice.tet_volume(tet)))
@@ -41,7 +41,7 @@ pub fn stretch(lift: &Lift, lattice: &Lattice) -> Stretch {
 }
 
 /// σ₁/σ₃ of J on one tetrahedron.
-fn ratio(lift: &Lift, lattice: &Lattice, tet: usize) -> f64 {
+fn ratio(lift: &LiftedLattice, lattice: &Lattice, tet: usize) -> f64 {
     let eigen = metric(lift, lattice, tet).try_symmetric_eigen(f64::EPSILON, ITERATIONS_MAX);
     let Some(eigen) = eigen else { return f64::INFINITY };
     let (least, largest) = (eigen.eigenvalues.min(), eigen.eigenvalues.max());

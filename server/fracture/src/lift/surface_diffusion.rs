@@ -5,10 +5,10 @@
 //! t = 1/(8 λ_1), carried by barycentric coordinates.
 
 use super::boundary::BoundarySurface;
-use super::carry::Carry;
-use super::{Lift, LiftError, LiftKind, MODES_MAX, Spectrum, gap, stretch};
+use super::carry::Extension;
+use super::{LiftError, LiftKind, LiftedLattice, MODES_MAX, Spectrum, gap, stretch};
 use crate::lattice::Lattice;
-use crate::token::Token;
+use crate::token::CancelToken;
 
 /// Eigenfunctions of the default surface lift, before the cut moves to a gap: 14 to 26 are kept.
 ///
@@ -32,20 +32,25 @@ const STRETCH_MAX: f64 = 1e6;
 ///
 /// Errors: [`LiftError::TooManyModes`], [`LiftError::TooManyShells`]; [`LiftError::Flat`]; those of
 /// [`Spectrum::of_surface`] and of [`Carry::carry`].
-pub fn surface_diffusion(lattice: &Lattice, carry: Carry, modes: usize, token: &Token) -> Result<Lift, LiftError> {
+pub fn surface_diffusion(
+    lattice: &Lattice,
+    carry: Extension,
+    modes: usize,
+    token: &CancelToken,
+) -> Result<LiftedLattice, LiftError> {
     if modes > MODES_MAX {
         return Err(LiftError::TooManyModes { modes, max: MODES_MAX });
     }
     let surface = BoundarySurface::new(lattice);
     let (dimension, values) = diffusion(&surface, modes, token)?;
     let coordinates = carry.carry(lattice, &surface, &values, dimension, token)?;
-    let lift = Lift::scaled(LiftKind::SurfaceDiffusion, lattice, dimension, coordinates);
+    let lift = LiftedLattice::scaled(LiftKind::SurfaceDiffusion, lattice, dimension, coordinates);
     let stretch = stretch(&lift, lattice).median;
     if stretch < STRETCH_MAX { Ok(lift) } else { Err(LiftError::Flat { stretch }) }
 }
 
 /// The dimension, and v* on the surface's nodes: node-major, `surface nodes × dimension`.
-fn diffusion(surface: &BoundarySurface, modes: usize, token: &Token) -> Result<(usize, Vec<f64>), LiftError> {
+fn diffusion(surface: &BoundarySurface, modes: usize, token: &CancelToken) -> Result<(usize, Vec<f64>), LiftError> {
     let shells = surface.shells();
     if shells.len() > SHELLS_MAX {
         return Err(LiftError::TooManyShells { shells: shells.len(), max: SHELLS_MAX });

@@ -7,7 +7,7 @@
 //! spectral representation* (Applied Mechanics Reviews 44, 1991) for random waves.
 
 use crate::lattice::Lattice;
-use crate::random::Stream;
+use crate::random::RandomStream;
 use nalgebra::{Point3, Unit, Vector3};
 use std::f64::consts::TAU;
 
@@ -22,7 +22,7 @@ const STREAM: u64 = 0x7761_7665;
 
 /// A map of local space to a reference space.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Warp {
+pub struct SpaceWarp {
     grain: Option<(Unit<Vector3<f64>>, f64)>,
     waves: Vec<Wave>,
 }
@@ -35,7 +35,7 @@ struct Wave {
     phase: f64,
 }
 
-impl Warp {
+impl SpaceWarp {
     /// Distances along `axis` count `ratio` times less than across it: cells are as many times longer.
     pub fn grain(mut self, axis: Unit<Vector3<f64>>, ratio: f64) -> Self {
         self.grain = Some((axis, ratio));
@@ -49,7 +49,7 @@ impl Warp {
     /// amplitude A the mean square of a directional derivative is K·(2πA/λ)²/6: a third for the direction, half for the phase.
     pub fn waves(mut self, length: f64, slope: f64, seed: u64) -> Self {
         let amplitude = slope * length / TAU * (6.0 / WAVES as f64).sqrt();
-        let mut random = Stream::new(seed, STREAM);
+        let mut random = RandomStream::new(seed, STREAM);
         let wave = |_| {
             let (along, other) = (direction(&mut random), direction(&mut random));
             let across = along.cross(&other).try_normalize(0.0).unwrap_or_default();
@@ -94,7 +94,7 @@ impl Warp {
 }
 
 /// A direction, uniform on the sphere (Archimedes: its height is uniform).
-fn direction(random: &mut Stream) -> Vector3<f64> {
+fn direction(random: &mut RandomStream) -> Vector3<f64> {
     let height = 2.0 * random.uniform() - 1.0;
     let (sine, cosine) = (TAU * random.uniform()).sin_cos();
     let radius = (1.0 - height * height).sqrt();
@@ -109,7 +109,7 @@ mod tests {
     #[test]
     fn a_grain_shortens_its_axis_alone() {
         let axis = Unit::new_normalize(Vector3::new(1.0, 2.0, 2.0));
-        let warp = Warp::default().grain(axis, 4.0);
+        let warp = SpaceWarp::default().grain(axis, 4.0);
         let (along, across) = (Point3::from(axis.into_inner()), Point3::new(2.0, -2.0, 1.0));
         assert!((warp.map(&along).coords - along.coords / 4.0).norm() < 1e-15);
         assert!((warp.map(&across) - across).norm() < 1e-15);
@@ -118,8 +118,8 @@ mod tests {
     #[test]
     fn waves_have_the_slope_that_was_asked_for() {
         let slope = |seed: u64| {
-            let warp = Warp::default().waves(0.2, 0.5, seed);
-            let mut random = Stream::new(seed, 1);
+            let warp = SpaceWarp::default().waves(0.2, 0.5, seed);
+            let mut random = RandomStream::new(seed, 1);
             let step = 1e-5;
             let mut sum = 0.0;
             for _ in 0..2000 {
@@ -137,9 +137,9 @@ mod tests {
     #[test]
     fn space_that_folds_is_refused() {
         let lattice = block([6, 6, 6], 1.0 / 6.0);
-        assert!(Warp::default().waves(0.5, 0.3, 1).lattice(&lattice).is_ok());
-        assert!(Warp::default().waves(0.5, 5.0, 1).lattice(&lattice).is_err());
-        assert!(Warp::default().grain(Vector3::y_axis(), 8.0).lattice(&lattice).is_ok());
-        assert!(Warp::default().waves(f64::NAN, 0.3, 1).lattice(&lattice).is_err());
+        assert!(SpaceWarp::default().waves(0.5, 0.3, 1).lattice(&lattice).is_ok());
+        assert!(SpaceWarp::default().waves(0.5, 5.0, 1).lattice(&lattice).is_err());
+        assert!(SpaceWarp::default().grain(Vector3::y_axis(), 8.0).lattice(&lattice).is_ok());
+        assert!(SpaceWarp::default().waves(f64::NAN, 0.3, 1).lattice(&lattice).is_err());
     }
 }

@@ -9,18 +9,21 @@
 //! the stiffness, which a first strike finds prepared; and one tessellation of all of the body's lattice.
 
 use super::cells::BodyCells;
-use super::kept::{Kept, KeptBody};
-use super::parent::{NOBODY, Parent};
-use super::pieces::{Broken, Cut};
+use super::kept::{RetainedBody, RetainedFragments};
+use super::parent::{NOBODY, ParentFragment};
+use super::pieces::{CutBuffers, MeshSources};
 use super::settle::settle;
 use super::walk::walk;
-use super::{Body, Outcome, Pieces, Prepared, Stage, Strike, StrikeError, Watch, Workspace, release, slivers};
+use super::{
+    FractureError, FractureMeshes, FractureOutcome, FractureRequest, PreparedBody, PreparedObject, Stage,
+    StageObserver, Workspace, release, slivers,
+};
 use crate::fragment::properties;
-use crate::lift::Lift;
-use crate::scene::Effect;
+use crate::lift::LiftedLattice;
+use crate::scene::EffectKind;
 use crate::skin::Skin;
-use crate::tessellation::{self, FixedPoints, Old, Sites, seam};
-use crate::token::Token;
+use crate::tessellation::{self, BisectorSites, FixedPoints, Old, seam};
+use crate::token::CancelToken;
 use std::sync::Arc;
 
 /// Relative error up to which the volumes of the children add up to their parent's …
@@ -36,27 +39,27 @@ const TESSELLATIONS_MAX: usize = 3;
 /// Errors: those of a strike, and [`StrikeError::UnknownFragment`], [`StrikeError::FragmentSmall`],
 /// [`StrikeError::FragmentLarge`], [`StrikeError::FragmentLift`], [`StrikeError::FragmentLiftKind`], [`StrikeError::OtherObject`].
 pub fn strike_again(
-    prepared: &Prepared,
-    (kept, fragment): (&Kept, u32),
-    strike: &Strike,
+    prepared: &PreparedObject,
+    (kept, fragment): (&RetainedFragments, u32),
+    strike: &FractureRequest,
     workspace: &mut Workspace,
-    token: &Token,
-    watch: &mut dyn Watch,
-) -> Result<Outcome, StrikeError> {
+    token: &CancelToken,
+    watch: &mut dyn StageObserver,
+) -> Result<FractureOutcome, FractureError> {
     // A fragment is free and straight, whatever held and bent the object that it was part of.
-    let gone = [Effect::Anchored, Effect::Gravity, Effect::Warp];
+    let gone = [EffectKind::Anchored, EffectKind::Gravity, EffectKind::Warp];
     let effects = gone.into_iter().fold(strike.effects, |effects, effect| effects.without(effect));
-    let strike = &Strike { effects, ..strike.planned() };
+    let strike = &FractureRequest { effects, ..strike.planned() };
     let (old, label) = kept.find(fragment)?;
-    let fits = |body: &&Body| body.crack.nodes.len() == old.labels.len();
-    let body = prepared.bodies.get(old.body).filter(fits).ok_or(StrikeError::OtherObject)?;
-    let worn = strike.effects.has(Effect::Skin).then(|| kept.worn(fragment)).transpose()?;
+    let fits = |body: &&PreparedBody| body.crack.nodes.len() == old.labels.len();
+    let body = prepared.bodies.get(old.body).filter(fits).ok_or(FractureError::OtherObject)?;
+    let worn = strike.effects.has(EffectKind::Skin).then(|| kept.worn(fragment)).transpose()?;
     watch.enter(Stage::Load);
-    let parent = Parent::new(prepared, (old, label, fragment), strike, token, watch);
+    let parent = ParentFragment::new(prepared, (old, label, fragment), strike, token, watch);
     watch.leave(Stage::Load, 0);
     let parent = &parent?;
     walk(&parent.prepared, strike, workspace, token, watch, |broken, scratch, watch| {
-        let cells = broken.division.cells.first().ok_or(StrikeError::OtherObject)?;
+        let cells = broken.division.cells.first().ok_or(FractureError::OtherObject)?;
         token.check()?;
         let volume = old.volumes[label as usize];
         let skin = worn.map(|worn| Arc::new(worn.of(fragment)));
@@ -67,25 +70,25 @@ pub fn strike_again(
 /// What children are made of.
 struct Children<'a> {
     /// The object that the fragment was part of.
-    prepared: &'a Prepared,
-    body: &'a Body,
-    old: &'a KeptBody,
+    prepared: &'a PreparedObject,
+    body: &'a PreparedBody,
+    old: &'a RetainedBody,
     /// Of the fragment, local.
     volume: f64,
     /// What the fragment wears, if skins are asked for.
     skin: Option<Arc<Skin>>,
-    parent: &'a Parent,
-    broken: Broken<'a>,
+    parent: &'a ParentFragment,
+    broken: MeshSources<'a>,
     cells: &'a BodyCells,
 }
 
 impl Children<'_> {
     fn pieces(
         &self,
-        workspace: &mut tessellation::Workspace,
-        token: &Token,
-        watch: &mut dyn Watch,
-    ) -> Result<Pieces, StrikeError> {
+        workspace: &mut tessellation::TessellationWorkspace,
+        token: &CancelToken,
+        watch: &mut dyn StageObserver,
+    ) -> Result<FractureMeshes, FractureError> {
         let (strike, mut cut) = (self.broken.strike, self.broken.spare.take());
         watch.enter(Stage::Labels);
         let children = self.label(&mut cut);
@@ -94,42 +97,43 @@ impl Children<'_> {
         let lift = self.scattered();
         let old = Old { labels: &self.old.labels, points: &self.old.points };
         let of_fragment = self.sites_of(&cut.components.sites);
-        let sites = Sites { lift: &lift, coordinates: &self.cells.diagram.sites, of_fragment: &of_fragment };
+        let sites = BisectorSites { lift: &lift, coordinates: &self.cells.diagram.sites, of_fragment: &of_fragment };
         let fixed = seam(&self.body.crack, &self.body.topology, old, &cut.components.labels, sites);
         self.tessellate(&mut cut, children, &lift, fixed, workspace)?;
         watch.leave(Stage::Tessellation, size_of_val(cut.tessellation.runs()) as u64);
         watch.enter(Stage::Fragments);
-        if strike.effects.has(Effect::Slivers) {
-            watch.begin(Effect::Slivers);
+        if strike.effects.has(EffectKind::Slivers) {
+            watch.begin(EffectKind::Slivers);
             let bytes = self.merge_slivers(&mut cut, &lift, workspace)?;
-            watch.end(Effect::Slivers, bytes);
+            watch.end(EffectKind::Slivers, bytes);
         }
         watch.leave(Stage::Fragments, size_of_val(cut.measured.as_slice()) as u64);
         let pieces =
             cut.into_pieces(self.old.body, self.broken.spare, |site| self.broken.energy_j_m2(self.cells, site));
         let mut velocities = Vec::new();
-        if strike.effects.has(Effect::Release) {
-            watch.begin(Effect::Release);
+        if strike.effects.has(EffectKind::Release) {
+            watch.begin(EffectKind::Release);
             let own = &self.parent.prepared.bodies[0].crack;
             let labels: Vec<u32> = self.parent.nodes.iter().map(|&node| pieces.labels[node as usize]).collect();
             let (field, energy_j) = (self.broken.fields.first(), self.broken.energies[0].energy_j);
             let density = self.prepared.parameters.material.density_kg_m3;
             let frame = &self.prepared.frame;
             velocities = release::velocities(&pieces.properties, &labels, own, field, energy_j, density, frame);
-            watch.end(Effect::Release, size_of_val(velocities.as_slice()) as u64);
+            watch.end(EffectKind::Release, size_of_val(velocities.as_slice()) as u64);
         }
-        let pieces = Pieces::of(vec![pieces], velocities, Vec::new(), self.prepared, strike);
+        let pieces = FractureMeshes::of(vec![pieces], velocities, Vec::new(), self.prepared, strike);
         let mut pieces = pieces.with_looks(self.prepared, watch)?;
-        if strike.effects.has(Effect::Skin) {
+        if strike.effects.has(EffectKind::Skin) {
             let of_fragment = self.sites_of(&pieces.bodies[0].sites);
-            let sites = Sites { lift: &lift, coordinates: &self.cells.diagram.sites, of_fragment: &of_fragment };
+            let sites =
+                BisectorSites { lift: &lift, coordinates: &self.cells.diagram.sites, of_fragment: &of_fragment };
             pieces = pieces.with_skins(self.skin.as_ref(), self.prepared, &[Some(sites)], watch)?;
         }
         pieces.with_hulls(&[&self.body.crack], token, watch)
     }
 
     /// Labels all of the body: children first, the other fragments after them. Returns how many children there are.
-    fn label(&self, cut: &mut Cut) -> usize {
+    fn label(&self, cut: &mut CutBuffers) -> usize {
         let sites = self.cells.diagram.count() as u32;
         let label = |(&stands, &old): (&u32, &u32)| match self.cells.diagram.labels.get(stands as usize) {
             Some(site) if stands != NOBODY => *site,
@@ -147,7 +151,7 @@ impl Children<'_> {
     }
 
     /// The lift of the fragment on the nodes of the body; nodes that others stand for have theirs, those of other fragments zero.
-    fn scattered(&self) -> Lift {
+    fn scattered(&self) -> LiftedLattice {
         let own = self.broken.fields[self.cells.struck].lift();
         let mut coordinates = vec![0.0; self.parent.stands.len() * own.dimension];
         for (place, &stands) in coordinates.chunks_exact_mut(own.dimension).zip(&self.parent.stands) {
@@ -156,20 +160,20 @@ impl Children<'_> {
             }
         }
         let (first_moment, second_moment, density) = (Vec::new(), Vec::new(), Vec::new());
-        Lift { kind: own.kind, dimension: own.dimension, coordinates, first_moment, second_moment, density }
+        LiftedLattice { kind: own.kind, dimension: own.dimension, coordinates, first_moment, second_moment, density }
     }
 
     /// Finds the crack points but for those that are fixed, builds all fragments, and forgets all but the children, which it measures.
     fn tessellate(
         &self,
-        cut: &mut Cut,
+        cut: &mut CutBuffers,
         children: usize,
-        lift: &Lift,
+        lift: &LiftedLattice,
         mut fixed: FixedPoints,
-        workspace: &mut tessellation::Workspace,
-    ) -> Result<(), StrikeError> {
+        workspace: &mut tessellation::TessellationWorkspace,
+    ) -> Result<(), FractureError> {
         let of_fragment = self.sites_of(&cut.components.sites);
-        let sites = Sites { lift, coordinates: &self.cells.diagram.sites, of_fragment: &of_fragment };
+        let sites = BisectorSites { lift, coordinates: &self.cells.diagram.sites, of_fragment: &of_fragment };
         let (lattice, topology) = (&self.body.crack, &self.body.topology);
         for turn in 1.. {
             cut.points.find(lattice, topology, &cut.components.labels, Some(sites), &fixed)?;
@@ -188,10 +192,10 @@ impl Children<'_> {
     /// Merges slivers among the children, and cuts again where there were any; bytes of the new labels.
     fn merge_slivers(
         &self,
-        cut: &mut Cut,
-        lift: &Lift,
-        workspace: &mut tessellation::Workspace,
-    ) -> Result<u64, StrikeError> {
+        cut: &mut CutBuffers,
+        lift: &LiftedLattice,
+        workspace: &mut tessellation::TessellationWorkspace,
+    ) -> Result<u64, FractureError> {
         let least = slivers::least_volume(self.prepared, self.broken.strike);
         let before = cut.components.sites.len();
         if !slivers::merge(&mut cut.components, &cut.tessellation, &cut.measured, least) {

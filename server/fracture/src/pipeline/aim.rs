@@ -3,14 +3,14 @@
 //! The surface is the boundary of the crack lattice, the one that contacts are projected on: a hit is never too far.
 
 use super::parent::inner;
-use super::{Body, Kept, Prepared, StrikeError};
-use crate::elasticity::{Approach, Boundary, RayHit};
-use crate::surface::Frame;
+use super::{FractureError, PreparedBody, PreparedObject, RetainedFragments};
+use crate::elasticity::{BoundaryNodes, ClosestApproach, RayHit};
+use crate::surface::LocalFrame;
 use nalgebra::{Point3, Vector3};
 
 /// A ray, in the coordinates of the mesh file.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Ray {
+pub struct AimRay {
     /// Where it begins, m.
     pub origin_m: Point3<f64>,
     /// Where it leads; of any length but zero.
@@ -19,7 +19,7 @@ pub struct Ray {
 
 /// Where a ray first meets a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Hit {
+pub struct SurfaceHit {
     /// The body that it meets.
     pub body: usize,
     /// The point, m.
@@ -34,7 +34,7 @@ pub struct Hit {
 ///
 /// # Errors
 /// [`StrikeError::RayDirection`], [`StrikeError::RayMissed`].
-pub fn aim(prepared: &Prepared, ray: &Ray) -> Result<Hit, StrikeError> {
+pub fn aim(prepared: &PreparedObject, ray: &AimRay) -> Result<SurfaceHit, FractureError> {
     let bodies = prepared.bodies.iter().enumerate().map(|(index, body)| (index, &body.boundary));
     first(&prepared.frame, bodies, ray)
 }
@@ -44,15 +44,19 @@ pub fn aim(prepared: &Prepared, ray: &Ray) -> Result<Hit, StrikeError> {
 ///
 /// # Errors
 /// As [`aim`], and [`StrikeError::UnknownFragment`], [`StrikeError::FragmentSmall`], [`StrikeError::OtherObject`].
-pub fn aim_again(prepared: &Prepared, (kept, fragment): (&Kept, u32), ray: &Ray) -> Result<Hit, StrikeError> {
+pub fn aim_again(
+    prepared: &PreparedObject,
+    (kept, fragment): (&RetainedFragments, u32),
+    ray: &AimRay,
+) -> Result<SurfaceHit, FractureError> {
     let (old, label) = kept.find(fragment)?;
-    let fits = |body: &&Body| body.crack.nodes.len() == old.labels.len();
-    let body = prepared.bodies.get(old.body).filter(fits).ok_or(StrikeError::OtherObject)?;
-    let (lattice, _) = inner(&body.crack, &old.labels, label).ok_or(StrikeError::FragmentSmall { fragment })?;
-    first(&prepared.frame, std::iter::once((old.body, &Boundary::new(&lattice))), ray)
+    let fits = |body: &&PreparedBody| body.crack.nodes.len() == old.labels.len();
+    let body = prepared.bodies.get(old.body).filter(fits).ok_or(FractureError::OtherObject)?;
+    let (lattice, _) = inner(&body.crack, &old.labels, label).ok_or(FractureError::FragmentSmall { fragment })?;
+    first(&prepared.frame, std::iter::once((old.body, &BoundaryNodes::new(&lattice))), ray)
 }
 
-impl Prepared {
+impl PreparedObject {
     /// Lowest and highest corner of the box around the surface that contacts are projected on, m.
     pub fn bounds_m(&self) -> [Point3<f64>; 2] {
         let corners =
@@ -63,18 +67,20 @@ impl Prepared {
 }
 
 fn first<'a>(
-    frame: &Frame,
-    surfaces: impl Iterator<Item = (usize, &'a Boundary)> + Clone,
-    ray: &Ray,
-) -> Result<Hit, StrikeError> {
+    frame: &LocalFrame,
+    surfaces: impl Iterator<Item = (usize, &'a BoundaryNodes)> + Clone,
+    ray: &AimRay,
+) -> Result<SurfaceHit, FractureError> {
     let direction = ray.direction.try_normalize(0.0).filter(|unit| unit.iter().all(|x| x.is_finite()));
-    let direction = direction.ok_or(StrikeError::RayDirection)?;
+    let direction = direction.ok_or(FractureError::RayDirection)?;
     let origin = frame.to_local(&ray.origin_m);
     let hits =
         surfaces.clone().filter_map(|(body, surface)| Some((body, surface, surface.first_hit(&origin, &direction)?)));
-    let nearer = |a: &(usize, &Boundary, RayHit), b: &(usize, &Boundary, RayHit)| a.2.distance.total_cmp(&b.2.distance);
+    let nearer = |a: &(usize, &BoundaryNodes, RayHit), b: &(usize, &BoundaryNodes, RayHit)| {
+        a.2.distance.total_cmp(&b.2.distance)
+    };
     match hits.min_by(nearer) {
-        Some((body, surface, hit)) => Ok(Hit {
+        Some((body, surface, hit)) => Ok(SurfaceHit {
             body,
             point_m: frame.to_metres(&hit.place),
             normal: surface.normal(hit.face),
@@ -84,13 +90,13 @@ fn first<'a>(
     }
 }
 
-fn missed(frame: &Frame, approaches: impl Iterator<Item = Approach>) -> StrikeError {
+fn missed(frame: &LocalFrame, approaches: impl Iterator<Item = ClosestApproach>) -> FractureError {
     match approaches.min_by(|a, b| a.distance.total_cmp(&b.distance)) {
-        Some(Approach { on_ray, on_boundary, distance }) => StrikeError::RayMissed {
+        Some(ClosestApproach { on_ray, on_boundary, distance }) => FractureError::RayMissed {
             ray_m: frame.to_metres(&on_ray),
             surface_m: frame.to_metres(&on_boundary),
             distance_m: distance * frame.diagonal_m,
         },
-        None => StrikeError::OtherObject,
+        None => FractureError::OtherObject,
     }
 }

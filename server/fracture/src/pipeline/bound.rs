@@ -8,12 +8,12 @@
 //! is more than residuals that pass for a solution can be worth, and than rounding. A reduced displacement is a projection: its
 //! energy is no more than U.
 
-use super::{Body, DegreeRequest, ElasticRequest, Impact, Prepared, Strike};
+use super::{ContactSet, DegreeRequest, ElasticRequest, FractureRequest, PreparedBody, PreparedObject};
 use crate::degree;
-use crate::elasticity::{Elasticity, ElasticityError, Floor, Load};
+use crate::elasticity::{EigenvalueLowerBound, Elasticity, ElasticityError, NodalLoad};
 use crate::lift::LiftKind;
-use crate::scene::Effect;
-use crate::token::{Cancelled, Token};
+use crate::scene::EffectKind;
+use crate::token::{CancelToken, Cancelled};
 use std::ops::RangeInclusive;
 
 /// Told on top of every bound, relative.
@@ -27,19 +27,19 @@ const UNKNOWN: f64 = 0.0;
 
 /// What bounds E_1 of a free body.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Bound {
-    floor: Floor,
+pub struct EnergyUpperBound {
+    floor: EigenvalueLowerBound,
     /// In the order of [`LIFTS`]; local length squared.
     reaches: [f64; 3],
 }
 
-impl Bound {
+impl EnergyUpperBound {
     /// That of `body`; `None` without elasticity, or where its stiffness has no bound.
     ///
     /// Errors: [`Cancelled`].
-    fn of(body: &Body, token: &Token) -> Result<Option<Self>, Cancelled> {
+    fn of(body: &PreparedBody, token: &CancelToken) -> Result<Option<Self>, Cancelled> {
         let Some(solid) = &body.solid else { return Ok(None) };
-        match Floor::of(&solid.elasticity, token) {
+        match EigenvalueLowerBound::of(&solid.elasticity, token) {
             Err(ElasticityError::Cancelled(cancelled)) => Err(cancelled),
             // Whatever else fails is told to whoever strikes it.
             Err(_) | Ok(None) => Ok(None),
@@ -52,12 +52,12 @@ impl Bound {
 
     /// From what [`Self::values`] said of the body.
     pub fn stored(elasticity: &Elasticity, [floor, reaches @ ..]: [f64; 4]) -> Self {
-        Self { floor: Floor::stored(elasticity, floor), reaches }
+        Self { floor: EigenvalueLowerBound::stored(elasticity, floor), reaches }
     }
 
     /// What [`Self::values`] of `body` lie within; `None` for a body without elasticity. A lift that is not there bounds nothing.
-    pub fn ranges(body: &Body) -> Option<[RangeInclusive<f64>; 4]> {
-        let floor = f64::MIN_POSITIVE..=(1.0 + SLACK) * Floor::most(&body.solid.as_ref()?.elasticity);
+    pub fn ranges(body: &PreparedBody) -> Option<[RangeInclusive<f64>; 4]> {
+        let floor = f64::MIN_POSITIVE..=(1.0 + SLACK) * EigenvalueLowerBound::most(&body.solid.as_ref()?.elasticity);
         let reach = |kind| body.lift(kind).map_or(UNKNOWN..=f64::MAX, degree::reach_range);
         let [euclidean, interior, surface_diffusion] = LIFTS.map(reach);
         Some([floor, euclidean, interior, surface_diffusion])
@@ -81,35 +81,35 @@ impl Bound {
     }
 }
 
-impl Prepared {
+impl PreparedObject {
     /// Finds the bounds of bodies that have none, if its strikes may do without a solve at all.
     ///
     /// Errors: [`Cancelled`].
-    pub fn bound(&mut self, token: &Token) -> Result<(), Cancelled> {
+    pub fn bound(&mut self, token: &CancelToken) -> Result<(), Cancelled> {
         if self.parameters.elastic == ElasticRequest::Solve {
             return Ok(());
         }
         for body in self.bodies.iter_mut().filter(|body| body.bound.is_none()) {
-            body.bound = Bound::of(body, token)?;
+            body.bound = EnergyUpperBound::of(body, token)?;
         }
         Ok(())
     }
 }
 
 /// Whether a bound will do for `strike`: not where exact figures or a number of sites are asked for, nor where something holds it.
-pub(super) fn will_do(strike: &Strike) -> bool {
-    let free = strike.effects.has(Effect::Elastic) && !strike.effects.has(Effect::Anchored);
+pub(super) fn will_do(strike: &FractureRequest) -> bool {
+    let free = strike.effects.has(EffectKind::Elastic) && !strike.effects.has(EffectKind::Anchored);
     let exact = strike.threshold_only || strike.elastic == ElasticRequest::Solve;
     free && !exact && !matches!(strike.degree, DegreeRequest::Sites(_))
 }
 
 /// At least E_1/γ of every struck body, if that is at most 1. `loads` are those of the impact's bodies.
 pub(super) fn below(
-    prepared: &Prepared,
-    strike: &Strike,
-    impact: &Impact,
+    prepared: &PreparedObject,
+    strike: &FractureRequest,
+    impact: &ContactSet,
     gamma_j_m2: f64,
-    loads: &mut [Load],
+    loads: &mut [NodalLoad],
 ) -> Option<f64> {
     let unit = prepared.unit_j(impact) * prepared.frame.diagonal_m * prepared.frame.diagonal_m / gamma_j_m2;
     let mut most = 0.0f64;

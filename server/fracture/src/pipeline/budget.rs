@@ -4,15 +4,15 @@
 //! large, and that one of half the basis; then a search of the degree becomes a guess. Whether pieces are closed, their masses and the caps never fall. What a request
 //! says by itself does not fall, either, except that a search that was asked for is begun, and becomes the guess where time ends it.
 
-use super::{BodyEnergy, Cost, DegreeRequest, ElasticRequest, Prepared, RANK_MAX, Strike};
+use super::{BodyEnergy, DegreeRequest, ElasticRequest, FractureRequest, PreparedObject, RANK_MAX, StrikeCost};
 use crate::centroidal::ITERATIONS_MAX;
 
 /// What is known of the time of one strike, and what of it may fall. The time that is left tells
 /// [`Watch::remaining_s`](super::Watch::remaining_s).
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Budget {
+pub struct TimeBudget {
     /// What strikes of the object take.
-    pub cost: Cost,
+    pub cost: StrikeCost,
     /// Whether a solve may become a reduced displacement.
     pub elastic_falls: bool,
     /// Whether a search of the degree that there is no time for is not begun.
@@ -28,10 +28,10 @@ pub const HURRIED_ERROR_MAX: f64 = 0.25;
 /// Displacements of a basis at most where there is no time for a diagram's first iteration.
 pub const HURRIED_RANK_MAX: u32 = RANK_MAX as u32 / 2;
 
-impl Strike {
+impl FractureRequest {
     /// The strike as it is begun with `remaining_s` seconds left.
-    pub(super) fn hurried(self, prepared: &Prepared, remaining_s: f64) -> Self {
-        let Some(Budget { cost, elastic_falls: true, .. }) = self.budget else { return self };
+    pub(super) fn hurried(self, prepared: &PreparedObject, remaining_s: f64) -> Self {
+        let Some(TimeBudget { cost, elastic_falls: true, .. }) = self.budget else { return self };
         let sites = match self.degree {
             DegreeRequest::Sites(sites) => sites,
             _ => SITES_EXPECTED,
@@ -50,7 +50,7 @@ impl Strike {
 
     /// Expects what is left at the pace of what came so far, `energies`, which took `front_s` seconds.
     pub(super) fn keep_pace(&mut self, energies: &[BodyEnergy], front_s: f64) {
-        let Some(Budget { cost, .. }) = &mut self.budget else { return };
+        let Some(TimeBudget { cost, .. }) = &mut self.budget else { return };
         let solved = energies.iter().any(|energy| energy.reduced_error.is_none());
         let elastic = if solved { ElasticRequest::Solve } else { ElasticRequest::Reduced };
         *cost = cost.at_pace(cost.pace(elastic, front_s));
@@ -58,7 +58,7 @@ impl Strike {
 
     /// Whether there is time, of `remaining_s` seconds, to search the degree of a body that is guessed to get so many sites.
     pub(super) fn may_search(&self, sites: u32, remaining_s: f64) -> bool {
-        let Some(Budget { cost, degree_falls: true, .. }) = self.budget else { return true };
+        let Some(TimeBudget { cost, degree_falls: true, .. }) = self.budget else { return true };
         let search_s = match self.degree {
             DegreeRequest::Optimised => cost.optimise_s(sites),
             _ => cost.verify_s(sites),

@@ -2,12 +2,14 @@
 //!
 //! Based on: method of the house (section 1): n = max(2, round(κ·n₀)); n₀ after Gersho (1979) and Zador (1982).
 
-use super::{ElasticRequest, Impact, Prepared, Sampler, Strike, StrikeError, Workspace, strain_energy};
-use crate::centroidal::Field;
-use crate::degree::{self, Curve, CurveOptions};
+use super::{
+    ContactSet, ElasticRequest, FractureError, FractureRequest, ImpactSampler, PreparedObject, Workspace, strain_energy,
+};
+use crate::centroidal::EnergyField;
+use crate::degree::{self, CurveOptions, EnergyCurve};
 use crate::lift::LiftKind;
-use crate::random::Stream;
-use crate::token::Token;
+use crate::random::RandomStream;
+use crate::token::CancelToken;
 
 /// Impacts sampled.
 const IMPACTS: u64 = 6;
@@ -16,22 +18,23 @@ const IMPACTS: u64 = 6;
 const SITES_MAX: usize = 40;
 
 /// κ from the curves E_max(n) of sampled impacts.
-pub fn calibrate(prepared: &Prepared, token: &Token) -> Result<f64, StrikeError> {
+pub fn calibrate(prepared: &PreparedObject, token: &CancelToken) -> Result<f64, FractureError> {
     let mut workspace = Workspace::default();
-    let mut stream = Stream::new(prepared.parameters.seed, 0);
+    let mut stream = RandomStream::new(prepared.parameters.seed, 0);
     let mut samples = Vec::new();
-    let sampler = Sampler::new(prepared);
+    let sampler = ImpactSampler::new(prepared);
     for sample in 0..IMPACTS {
         let (point, inward) = sampler.point(&mut stream);
-        let strike = Strike::at(prepared.frame.to_metres(&point), inward).seeded(1);
-        let impact = Impact::new(prepared, &Strike { elastic: ElasticRequest::Solve, ..strike })?;
+        let strike = FractureRequest::at(prepared.frame.to_metres(&point), inward).seeded(1);
+        let impact = ContactSet::new(prepared, &FractureRequest { elastic: ElasticRequest::Solve, ..strike })?;
         for mut energy in strain_energy(prepared, &impact, &mut workspace, token, &mut ())? {
             let body = &prepared.bodies[energy.body];
-            let field = Field::new(prepared.lift(energy.body, LiftKind::Interior)?, &body.volumes, &mut energy.shares)
-                .map_err(|source| StrikeError::Field { body: energy.body, source })?
-                .grouped(&body.clusters);
+            let field =
+                EnergyField::new(prepared.lift(energy.body, LiftKind::Interior)?, &body.volumes, &mut energy.shares)
+                    .map_err(|source| FractureError::Field { body: energy.body, source })?
+                    .grouped(&body.clusters);
             let options = CurveOptions { sites_max: SITES_MAX, seed: sample, ..CurveOptions::default() };
-            let mut curve = Curve::new(&field, options);
+            let mut curve = EnergyCurve::new(&field, options);
             curve.extend(&field, 0.0, &mut workspace.centroidal, token)?;
             samples.extend(degree::samples(&field, &body.slenderness, &curve));
         }

@@ -1,13 +1,16 @@
 //! Degree and centroidal: how many sites, and where.
 
-use super::descent::Descent;
+use super::descent::ConvergenceMonitor;
 use super::search::search;
-use super::{DegreeRequest, DegreeSource, Ending, Prepared, Stage, Strike, StrikeError, Verdict, Watch, Workspace};
-use crate::centroidal::{self, Diagram, Field, Options};
-use crate::degree::{self, Degree};
+use super::{
+    DegreeRequest, DegreeSource, FractureError, FractureRequest, PreparedObject, Stage, StageObserver, Termination,
+    ThresholdResult, Workspace,
+};
+use crate::centroidal::{self, Diagram, DiagramOptions, EnergyField};
+use crate::degree::{self, SiteCount};
 use crate::lift::LiftKind;
-use crate::scene::Effect;
-use crate::token::Token;
+use crate::scene::EffectKind;
+use crate::token::CancelToken;
 
 /// Trust in a degree from the closed form where no examples are asked: what is said at the edge of their reach, since it errs about
 /// as much as they do there.
@@ -34,7 +37,7 @@ pub struct Division {
     /// Trust in the degree, 0 to 1.
     pub confidence: f64,
     /// What ended the descents: the last of [`Ending`] of all bodies; `None` without any.
-    pub ending: Option<Ending>,
+    pub ending: Option<Termination>,
     /// Diagrams of the bodies that break; the others stay whole.
     pub cells: Vec<BodyCells>,
 }
@@ -44,14 +47,14 @@ pub struct Division {
 /// A number asked for by the caller is shared out by the closed form's degree and breaks the object whatever γ says; the
 /// other rules leave a body whole where its E_1 ≤ γ.
 pub fn divide(
-    prepared: &Prepared,
-    strike: &Strike,
-    verdict: &Verdict,
-    fields: &[Field],
+    prepared: &PreparedObject,
+    strike: &FractureRequest,
+    verdict: &ThresholdResult,
+    fields: &[EnergyField],
     workspace: &mut Workspace,
-    token: &Token,
-    watch: &mut dyn Watch,
-) -> Result<Division, StrikeError> {
+    token: &CancelToken,
+    watch: &mut dyn StageObserver,
+) -> Result<Division, FractureError> {
     match strike.degree {
         DegreeRequest::Optimised | DegreeRequest::Verified if may_search(prepared, strike, verdict, fields, watch) => {
             search(prepared, strike, verdict, fields, workspace, token, watch)
@@ -74,7 +77,7 @@ pub fn divide(
         }
         DegreeRequest::Sites(count) => {
             watch.enter(Stage::Degree);
-            let wish = |(struck, field): (usize, &Field)| {
+            let wish = |(struck, field): (usize, &EnergyField)| {
                 let shape = &prepared.bodies[verdict.bodies[struck]].slenderness;
                 degree::closed_form(field, shape, verdict.gammas[struck])
             };
@@ -91,7 +94,13 @@ pub fn divide(
 }
 
 /// Whether there is time to search degrees.
-fn may_search(prepared: &Prepared, strike: &Strike, verdict: &Verdict, fields: &[Field], watch: &dyn Watch) -> bool {
+fn may_search(
+    prepared: &PreparedObject,
+    strike: &FractureRequest,
+    verdict: &ThresholdResult,
+    fields: &[EnergyField],
+    watch: &dyn StageObserver,
+) -> bool {
     let remaining_s = watch.remaining_s();
     if remaining_s.is_infinite() {
         return true;
@@ -101,7 +110,7 @@ fn may_search(prepared: &Prepared, strike: &Strike, verdict: &Verdict, fields: &
 }
 
 /// What is said of one struck body without making a diagram.
-pub(super) struct Guess {
+pub(super) struct DegreeGuess {
     pub sites: u32,
     pub capped: bool,
     /// Whether the examples say so; where the body stays whole, nobody needs to.
@@ -110,34 +119,39 @@ pub(super) struct Guess {
 }
 
 /// Whose guesses they are.
-pub(super) fn source_of(guesses: &[Guess]) -> DegreeSource {
+pub(super) fn source_of(guesses: &[DegreeGuess]) -> DegreeSource {
     let inferred = guesses.iter().all(|guess| guess.inferred);
     if inferred { DegreeSource::Inferred } else { DegreeSource::ClosedForm }
 }
 
 /// Tells whether examples had a say.
-pub(super) fn tell(guesses: &[Guess], watch: &mut dyn Watch) {
+pub(super) fn tell(guesses: &[DegreeGuess], watch: &mut dyn StageObserver) {
     if guesses.iter().any(|guess| guess.inferred && guess.sites > 1) {
-        watch.part(Effect::Examples, size_of_val(guesses) as u64);
+        watch.part(EffectKind::Examples, size_of_val(guesses) as u64);
     }
 }
 
 /// A guess per struck body: by the examples where they are asked for, were made for this lift, and reach; else by the closed
 /// form.
-pub(super) fn guesses(prepared: &Prepared, strike: &Strike, verdict: &Verdict, fields: &[Field]) -> Vec<Guess> {
+pub(super) fn guesses(
+    prepared: &PreparedObject,
+    strike: &FractureRequest,
+    verdict: &ThresholdResult,
+    fields: &[EnergyField],
+) -> Vec<DegreeGuess> {
     // They were labelled with all of the elastic energy of a free body, in the interior lift.
-    let strange = [Effect::Tensile, Effect::Anchored].into_iter().any(|effect| strike.effects.has(effect));
-    let alike = strike.effects.has(Effect::Elastic) && !strange;
-    let asked = strike.effects.has(Effect::Examples) && !matches!(strike.degree, DegreeRequest::ClosedForm);
+    let strange = [EffectKind::Tensile, EffectKind::Anchored].into_iter().any(|effect| strike.effects.has(effect));
+    let alike = strike.effects.has(EffectKind::Elastic) && !strange;
+    let asked = strike.effects.has(EffectKind::Examples) && !matches!(strike.degree, DegreeRequest::ClosedForm);
     let asked = asked && alike && strike.lift == LiftKind::Interior;
     let learned = prepared.learned.as_ref().filter(|_| asked);
-    let guess = |(struck, field): (usize, &Field)| {
+    let guess = |(struck, field): (usize, &EnergyField)| {
         // Nor do they know of grain and paint.
         let controls = prepared.controls(verdict.bodies[struck], strike);
         let learned = learned.filter(|_| controls.is_none_or(|warped| warped.alike));
         let (first_moment, gamma) = (verdict.first_moments[struck], verdict.gammas[struck]);
         if first_moment <= gamma {
-            return Guess { sites: 1, capped: false, inferred: true, confidence: 1.0 };
+            return DegreeGuess { sites: 1, capped: false, inferred: true, confidence: 1.0 };
         }
         let slenderness = &prepared.bodies[verdict.bodies[struck]].slenderness;
         let [estimate, evenness] = degree::closed_form_and_evenness(field, slenderness, gamma);
@@ -149,29 +163,29 @@ pub(super) fn guesses(prepared: &Prepared, strike: &Strike, verdict: &Verdict, f
         let wanted = told.map_or(prepared.kappa * estimate, |told| degree::sites(told.value, estimate));
         // There is room for the sites that stay, at least.
         let wanted = wanted.max(field.pins().len() as f64);
-        let Degree { sites, capped } = degree::decide(first_moment, gamma, wanted, 1.0, strike.degree_max as usize);
-        Guess { sites: sites as u32, capped, inferred: told.is_some(), confidence }
+        let SiteCount { sites, capped } = degree::decide(first_moment, gamma, wanted, 1.0, strike.degree_max as usize);
+        DegreeGuess { sites: sites as u32, capped, inferred: told.is_some(), confidence }
     };
     fields.iter().enumerate().map(guess).collect()
 }
 
 fn diagrams(
-    strike: &Strike,
+    strike: &FractureRequest,
     sites: &[u32],
-    fields: &[Field],
+    fields: &[EnergyField],
     workspace: &mut Workspace,
-    token: &Token,
-    watch: &mut dyn Watch,
-) -> Result<(Vec<BodyCells>, Option<Ending>), StrikeError> {
+    token: &CancelToken,
+    watch: &mut dyn StageObserver,
+) -> Result<(Vec<BodyCells>, Option<Termination>), FractureError> {
     let (mut cells, mut ending) = (Vec::new(), None);
     for (struck, (&count, field)) in sites.iter().zip(fields).enumerate().filter(|(_, (count, _))| **count > 0) {
         watch.enter(Stage::Centroidal);
-        let options = Options {
+        let options = DiagramOptions {
             tolerance: strike.tolerance,
             iterations_max: strike.iterations_max,
-            ..Options::new(count as usize, strike.seed)
+            ..DiagramOptions::new(count as usize, strike.seed)
         };
-        let (mut descent, mut diagram) = (Descent::new(strike, count, watch), Diagram::default());
+        let (mut descent, mut diagram) = (ConvergenceMonitor::new(strike, count, watch), Diagram::default());
         centroidal::diagram_until(field, &options, &mut workspace.centroidal, &mut descent, token, &mut diagram)?;
         ending = ending.max(Some(descent.ending(&diagram)));
         watch.leave(Stage::Centroidal, diagram_bytes(&diagram));

@@ -3,11 +3,11 @@
 //! Based on: the house's method, section 3. A cell that an interior distance cannot reach around a concavity falls into
 //! pieces; the volume of those pieces, their number and the stretch of the lift tell how well it fits a tessellator.
 
-use super::Body;
-use crate::centroidal::{self, Field, FieldError, Options, Workspace};
-use crate::lift::{Carry, Lift, LiftError, LiftKind, Stretch, stretch, surface_diffusion};
+use super::PreparedBody;
+use crate::centroidal::{self, DiagramOptions, DiagramWorkspace, EnergyField, FieldError};
+use crate::lift::{Extension, LiftError, LiftKind, LiftedLattice, Stretch, stretch, surface_diffusion};
 use crate::tessellation::components;
-use crate::token::{Cancelled, Token};
+use crate::token::{CancelToken, Cancelled};
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 
@@ -17,7 +17,7 @@ pub struct LiftRow {
     /// Which lift.
     pub lift: LiftKind,
     /// What carried it inside; only a surface lift is carried.
-    pub carry: Option<Carry>,
+    pub carry: Option<Extension>,
     /// m.
     pub dimension: usize,
     /// Sites asked for.
@@ -41,7 +41,7 @@ pub enum CompareError {
     #[error("lift carried by {carry:?}: {source}")]
     Lift {
         /// Which surface lift.
-        carry: Carry,
+        carry: Extension,
         /// Why.
         source: LiftError,
     },
@@ -59,30 +59,30 @@ pub enum CompareError {
 }
 
 /// The lifts of one body, each made once, to be compared at any number of sites.
-pub struct Comparison<'a> {
-    body: &'a Body,
+pub struct LiftComparison<'a> {
+    body: &'a PreparedBody,
     lifts: Vec<Candidate<'a>>,
 }
 
 struct Candidate<'a> {
-    lift: Cow<'a, Lift>,
-    carry: Option<Carry>,
+    lift: Cow<'a, LiftedLattice>,
+    carry: Option<Extension>,
     stretch: Stretch,
 }
 
-impl<'a> Comparison<'a> {
+impl<'a> LiftComparison<'a> {
     /// Euclidean and interior as `body` has them, and the surface lift with about `modes` functions, carried both ways;
     /// the mean value coordinates take seconds on a body of 12 000 nodes.
     ///
     /// Errors: [`CompareError::Lift`].
-    pub fn new(body: &'a Body, modes: usize, token: &Token) -> Result<Self, CompareError> {
-        let candidate = |lift: Cow<'a, Lift>, carry| {
+    pub fn new(body: &'a PreparedBody, modes: usize, token: &CancelToken) -> Result<Self, CompareError> {
+        let candidate = |lift: Cow<'a, LiftedLattice>, carry| {
             let stretch = stretch(&lift, &body.crack);
             Candidate { lift, carry, stretch }
         };
         let prepared = [Some(&body.euclidean), body.interior.as_ref()].into_iter().flatten();
         let mut lifts: Vec<Candidate> = prepared.map(|lift| candidate(Cow::Borrowed(lift), None)).collect();
-        for carry in [Carry::Harmonic, Carry::MeanValue] {
+        for carry in [Extension::Harmonic, Extension::MeanValue] {
             let lift = surface_diffusion(&body.crack, carry, modes, token)
                 .map_err(|source| CompareError::Lift { carry, source })?;
             lifts.push(candidate(Cow::Owned(lift), Some(carry)));
@@ -94,17 +94,23 @@ impl<'a> Comparison<'a> {
     /// centroidal diagram of `sites` sites of uniform energy from the start that `seed` gives.
     ///
     /// Errors: [`CompareError::Field`], [`CompareError::Cancelled`].
-    pub fn rows(&self, sites: usize, seed: u64, token: &Token) -> Result<Vec<LiftRow>, CompareError> {
+    pub fn rows(&self, sites: usize, seed: u64, token: &CancelToken) -> Result<Vec<LiftRow>, CompareError> {
         self.lifts.iter().map(|candidate| self.row(candidate, sites, seed, token)).collect()
     }
 
-    fn row(&self, candidate: &Candidate, sites: usize, seed: u64, token: &Token) -> Result<LiftRow, CompareError> {
+    fn row(
+        &self,
+        candidate: &Candidate,
+        sites: usize,
+        seed: u64,
+        token: &CancelToken,
+    ) -> Result<LiftRow, CompareError> {
         let volumes = &self.body.volumes;
         let (lift, mut uniform) = (&candidate.lift, volumes.clone());
-        let field = Field::new(lift, volumes, &mut uniform)
+        let field = EnergyField::new(lift, volumes, &mut uniform)
             .map_err(|source| CompareError::Field { lift: lift.kind, source })?;
-        let options = Options::new(sites, seed);
-        let diagram = centroidal::diagram(&field, &options, &mut Workspace::default(), token)?;
+        let options = DiagramOptions::new(sites, seed);
+        let diagram = centroidal::diagram(&field, &options, &mut DiagramWorkspace::default(), token)?;
         let split = components(&self.body.topology, &diagram.labels);
         let mut parts = vec![0.0; split.sites.len()];
         for (&part, volume) in split.labels.iter().zip(volumes) {

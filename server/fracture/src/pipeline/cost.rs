@@ -4,7 +4,7 @@
 //! took: n sites cost an assignment n comparisons per node, and their cracks have an area that grows like the cube root of n, which a
 //! square root stands for, since pieces have costs of their own, too.
 
-use super::{ElasticRequest, Prepared};
+use super::{ElasticRequest, PreparedObject};
 
 /// Iterations of a descent that nothing cuts short, about.
 const ITERATIONS_USUAL: f64 = 12.0;
@@ -17,7 +17,7 @@ const PACES: [f64; 2] = [0.25, 4.0];
 
 /// What strikes of one object take on one machine, s.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Cost {
+pub struct StrikeCost {
     /// Everything before the degree, with a reduced displacement.
     pub reduced_s: f64,
     /// The same with a solve.
@@ -47,9 +47,9 @@ pub struct CostSample {
     pub rest_s: f64,
 }
 
-impl Cost {
+impl StrikeCost {
     /// Of an object that was never struck: what machines of today take per node and tetrahedron, about.
-    pub fn typical(prepared: &Prepared) -> Self {
+    pub fn typical(prepared: &PreparedObject) -> Self {
         let count = |count: usize| count as f64;
         let (elastic, nodes) = (count(prepared.elastic_nodes()), count(prepared.crack_nodes()));
         let tets = count(prepared.crack_tets());
@@ -195,8 +195,13 @@ fn line(points: &[[f64; 2]]) -> Option<[f64; 2]> {
 mod tests {
     use super::*;
 
-    const KNOWN: Cost =
-        Cost { reduced_s: 1e-3, solve_s: 3e-3, start_s: [2e-4, 1e-5], iteration_s: [1e-4, 1e-5], rest_s: [1e-3, 2e-4] };
+    const KNOWN: StrikeCost = StrikeCost {
+        reduced_s: 1e-3,
+        solve_s: 3e-3,
+        start_s: [2e-4, 1e-5],
+        iteration_s: [1e-4, 1e-5],
+        rest_s: [1e-3, 2e-4],
+    };
 
     fn sample(sites: u32, iterations: usize, solved: bool) -> CostSample {
         let elastic = if solved { ElasticRequest::Solve } else { ElasticRequest::Reduced };
@@ -213,7 +218,7 @@ mod tests {
 
     #[track_caller]
     fn check(samples: &[CostSample]) {
-        let fitted = Cost::fit(samples).unwrap();
+        let fitted = StrikeCost::fit(samples).unwrap();
         for sites in [2, 17, 50, 300] {
             for elastic in [ElasticRequest::Reduced, ElasticRequest::Solve] {
                 let ratio = fitted.strike_s(elastic, sites, 7) / KNOWN.strike_s(elastic, sites, 7);
@@ -234,7 +239,7 @@ mod tests {
     fn what_is_slow_from_the_beginning_is_expected_to_stay_so() {
         for (elastic, front_s) in [(ElasticRequest::Reduced, KNOWN.reduced_s), (ElasticRequest::Solve, KNOWN.solve_s)] {
             let slow = KNOWN.at_pace(KNOWN.pace(elastic, 1.5 * front_s));
-            let after_s = |cost: Cost| cost.strike_s(elastic, 30, 4) - front_s;
+            let after_s = |cost: StrikeCost| cost.strike_s(elastic, 30, 4) - front_s;
             assert!((after_s(slow) / after_s(KNOWN) - 1.5).abs() < 1e-12 && slow.front_s(elastic) == front_s);
         }
         for nonsense in [0.0, f64::NAN, f64::INFINITY] {
@@ -245,11 +250,11 @@ mod tests {
 
     #[test]
     fn too_little_is_no_model() {
-        assert_eq!(Cost::fit(&[]), None);
-        assert_eq!(Cost::fit(&[sample(8, 0, true), sample(8, 4, false)]), None);
-        assert_eq!(Cost::fit(&[sample(8, 0, true), sample(32, 0, true)]), None);
+        assert_eq!(StrikeCost::fit(&[]), None);
+        assert_eq!(StrikeCost::fit(&[sample(8, 0, true), sample(8, 4, false)]), None);
+        assert_eq!(StrikeCost::fit(&[sample(8, 0, true), sample(32, 0, true)]), None);
         let broken = CostSample { rest_s: f64::NAN, ..sample(32, 4, true) };
-        assert_eq!(Cost::fit(&[sample(8, 0, true), sample(32, 0, true), sample(8, 4, true), broken]), None);
+        assert_eq!(StrikeCost::fit(&[sample(8, 0, true), sample(32, 0, true), sample(8, 4, true), broken]), None);
     }
 
     #[test]
@@ -258,7 +263,7 @@ mod tests {
             .into_iter()
             .flat_map(|(sites, rest_s)| [0, 8].map(|its| CostSample { rest_s, ..sample(sites, its, true) }))
             .collect();
-        let fitted = Cost::fit(&samples).unwrap();
+        let fitted = StrikeCost::fit(&samples).unwrap();
         assert!(fitted.rest_s[1] == 0.0 && (2e-3..4e-3).contains(&fitted.rest_s[0]), "{fitted:?}");
     }
 }

@@ -1,7 +1,7 @@
 //! When a diagram is good enough for its strike.
 
-use super::{Ending, Strike, Watch};
-use crate::centroidal::{Diagram, GAP_CERTAIN, Pace, Stop, gap};
+use super::{FractureRequest, StageObserver, Termination};
+use crate::centroidal::{Diagram, GAP_CERTAIN, StepDecision, StopCondition, gap};
 
 /// Values of F that an estimate of the gap looks at.
 const LOOKED_AT: usize = 3;
@@ -10,8 +10,8 @@ const LOOKED_AT: usize = 3;
 const WEIGHT: f64 = 0.5;
 
 /// Watches the descent of one diagram, or of several one after another: its error, and the time that it leaves to what follows.
-pub(super) struct Descent<'a> {
-    watch: &'a dyn Watch,
+pub(super) struct ConvergenceMonitor<'a> {
+    watch: &'a dyn StageObserver,
     gap_max: Option<f64>,
     /// What follows takes this long, s.
     rest_s: f64,
@@ -20,12 +20,12 @@ pub(super) struct Descent<'a> {
     /// What was left when it was asked last, s.
     left_s: f64,
     history: Vec<f64>,
-    ending: Option<Ending>,
+    ending: Option<Termination>,
 }
 
-impl<'a> Descent<'a> {
+impl<'a> ConvergenceMonitor<'a> {
     /// Of a diagram of `sites` sites, which `strike` asks for.
-    pub fn new(strike: &Strike, sites: u32, watch: &'a dyn Watch) -> Self {
+    pub fn new(strike: &FractureRequest, sites: u32, watch: &'a dyn StageObserver) -> Self {
         let cost = strike.budget.map(|budget| budget.cost);
         let [rest_s, step_s] = cost.map_or([0.0; 2], |cost| [cost.rest_s(sites), cost.iteration_s(sites)]);
         let (gap_max, left_s, history) = (strike.gap_max, watch.remaining_s(), Vec::with_capacity(LOOKED_AT));
@@ -33,15 +33,15 @@ impl<'a> Descent<'a> {
     }
 
     /// Of the diagrams by which a degree is searched: time is left for the start of one of `sites` sites, the guess.
-    pub fn of_search(strike: &Strike, sites: u32, watch: &'a dyn Watch) -> Self {
+    pub fn of_search(strike: &FractureRequest, sites: u32, watch: &'a dyn StageObserver) -> Self {
         let start_s = strike.budget.map_or(0.0, |budget| budget.cost.start_s(sites));
         let alone = Self::new(strike, sites, watch);
         Self { rest_s: alone.rest_s + start_s, ..alone }
     }
 
     /// What ended the descent of `diagram`.
-    pub fn ending(&self, diagram: &Diagram) -> Ending {
-        let own = if diagram.converged { Ending::Converged } else { Ending::Iterations };
+    pub fn ending(&self, diagram: &Diagram) -> Termination {
+        let own = if diagram.converged { Termination::Converged } else { Termination::Iterations };
         self.ending.unwrap_or(own)
     }
 
@@ -60,8 +60,8 @@ impl<'a> Descent<'a> {
     }
 }
 
-impl Stop for Descent<'_> {
-    fn pace(&mut self, iterations: usize, _: f64, after: f64) -> Pace {
+impl StopCondition for ConvergenceMonitor<'_> {
+    fn pace(&mut self, iterations: usize, _: f64, after: f64) -> StepDecision {
         if iterations == 0 {
             self.history.clear();
         }
@@ -71,17 +71,17 @@ impl Stop for Descent<'_> {
         self.history.push(after);
         let met = iterations > 0 && self.gap_max.is_some_and(|gap_max| GAP_CERTAIN * gap(&self.history) <= gap_max);
         let (ending, pace) = match self.steps(iterations) {
-            _ if met => (Some(Ending::ErrorMet), Pace::Last),
-            steps if steps >= 2.0 => (None, Pace::On),
-            steps if steps >= 1.0 => (Some(Ending::Time), Pace::Last),
-            _ => (Some(Ending::Time), Pace::End),
+            _ if met => (Some(Termination::ErrorMet), StepDecision::Last),
+            steps if steps >= 2.0 => (None, StepDecision::On),
+            steps if steps >= 1.0 => (Some(Termination::Time), StepDecision::Last),
+            _ => (Some(Termination::Time), StepDecision::End),
         };
         self.ending = ending;
         pace
     }
 
     fn out(&self) -> bool {
-        self.ending == Some(Ending::Time)
+        self.ending == Some(Termination::Time)
     }
 }
 
@@ -89,44 +89,49 @@ impl Stop for Descent<'_> {
 mod tests {
     use super::*;
     use crate::centroidal::GAP_MIN;
-    use crate::pipeline::{Budget, Cost, Stage};
-    use crate::scene::Effect;
+    use crate::pipeline::{Stage, StrikeCost, TimeBudget};
+    use crate::scene::EffectKind;
     use nalgebra::{Point3, Vector3};
     use std::cell::RefCell;
 
     /// A clock that reads what it is told to, the last first.
     struct Told(RefCell<Vec<f64>>);
 
-    impl Watch for Told {
+    impl StageObserver for Told {
         fn enter(&mut self, _: Stage) {}
         fn leave(&mut self, _: Stage, _: u64) {}
-        fn begin(&mut self, _: Effect) {}
-        fn end(&mut self, _: Effect, _: u64) {}
-        fn part(&mut self, _: Effect, _: u64) {}
+        fn begin(&mut self, _: EffectKind) {}
+        fn end(&mut self, _: EffectKind, _: u64) {}
+        fn part(&mut self, _: EffectKind, _: u64) {}
         fn remaining_s(&self) -> f64 {
             self.0.borrow_mut().pop().unwrap()
         }
     }
 
-    fn strike() -> Strike {
-        Strike::at(Point3::origin(), Vector3::x()).seeded(1)
+    fn strike() -> FractureRequest {
+        FractureRequest::at(Point3::origin(), Vector3::x()).seeded(1)
     }
 
     /// With ten seconds of rest and iterations of one, a descent that finds this left goes on at these paces.
     #[track_caller]
-    fn check(left_s: &[f64], paces: &[Pace]) {
-        let cost =
-            Cost { reduced_s: 1.0, solve_s: 1.0, start_s: [1.0, 0.0], iteration_s: [1.0, 0.0], rest_s: [10.0, 0.0] };
-        let budget = Some(Budget { cost, elastic_falls: true, degree_falls: true });
+    fn check(left_s: &[f64], paces: &[StepDecision]) {
+        let cost = StrikeCost {
+            reduced_s: 1.0,
+            solve_s: 1.0,
+            start_s: [1.0, 0.0],
+            iteration_s: [1.0, 0.0],
+            rest_s: [10.0, 0.0],
+        };
+        let budget = Some(TimeBudget { cost, elastic_falls: true, degree_falls: true });
         let told = Told(RefCell::new(left_s.iter().rev().copied().collect()));
-        let mut descent = Descent::new(&Strike { budget, ..strike() }, 9, &told);
-        let found: Vec<Pace> = (0..paces.len()).map(|iterations| descent.pace(iterations, 1.0, 1.0)).collect();
+        let mut descent = ConvergenceMonitor::new(&FractureRequest { budget, ..strike() }, 9, &told);
+        let found: Vec<StepDecision> = (0..paces.len()).map(|iterations| descent.pace(iterations, 1.0, 1.0)).collect();
         assert_eq!(found, paces);
     }
 
     #[test]
     fn what_follows_keeps_its_time() {
-        use Pace::{End, Last, On};
+        use StepDecision::{End, Last, On};
         check(&[20.0, 19.0, 18.0, 13.0], &[On, On, End]);
         check(&[20.0, 12.0, 11.0], &[On, Last]);
         check(&[20.0, 10.9], &[End]);
@@ -140,26 +145,29 @@ mod tests {
 
     #[test]
     fn every_diagram_of_a_search_is_estimated_by_itself() {
-        let mut descent = Descent::of_search(&Strike { gap_max: Some(0.1), ..strike() }, 9, &());
-        let first: Vec<Pace> = [(0, 1.0), (1, 1.0)].map(|(at, energy)| descent.pace(at, energy, energy)).into();
-        assert_eq!(first, [Pace::On, Pace::Last]);
-        assert_eq!([0, 1].map(|at| descent.pace(at, 5.0 - f64::from(at as u8), 5.0 - 3.0 * at as f64)), [Pace::On; 2]);
+        let mut descent = ConvergenceMonitor::of_search(&FractureRequest { gap_max: Some(0.1), ..strike() }, 9, &());
+        let first: Vec<StepDecision> = [(0, 1.0), (1, 1.0)].map(|(at, energy)| descent.pace(at, energy, energy)).into();
+        assert_eq!(first, [StepDecision::On, StepDecision::Last]);
+        assert_eq!(
+            [0, 1].map(|at| descent.pace(at, 5.0 - f64::from(at as u8), 5.0 - 3.0 * at as f64)),
+            [StepDecision::On; 2]
+        );
     }
 
     #[test]
     fn an_error_is_met_with_room_for_the_estimate() {
-        let asked = |gap_max| Strike { gap_max: Some(gap_max), ..strike() };
+        let asked = |gap_max| FractureRequest { gap_max: Some(gap_max), ..strike() };
         let after = |gap_max, energies: &[f64]| {
-            let mut descent = Descent::new(&asked(gap_max), 9, &());
+            let mut descent = ConvergenceMonitor::new(&asked(gap_max), 9, &());
             let paces =
                 energies.iter().enumerate().map(|(iterations, energy)| descent.pace(iterations, *energy, *energy));
             paces.last()
         };
         let energies = [1.3, 1.1, 1.08];
         let certain = GAP_CERTAIN * gap(&energies);
-        assert_eq!(after(1.01 * certain, &energies), Some(Pace::Last));
-        assert_eq!(after(0.99 * certain, &energies), Some(Pace::On));
-        assert_eq!(after(1e9, &energies[..1]), Some(Pace::On), "nothing is known before the first iteration");
-        assert_eq!(after(0.99 * GAP_CERTAIN * GAP_MIN, &[1.0; 9]), Some(Pace::On));
+        assert_eq!(after(1.01 * certain, &energies), Some(StepDecision::Last));
+        assert_eq!(after(0.99 * certain, &energies), Some(StepDecision::On));
+        assert_eq!(after(1e9, &energies[..1]), Some(StepDecision::On), "nothing is known before the first iteration");
+        assert_eq!(after(0.99 * GAP_CERTAIN * GAP_MIN, &[1.0; 9]), Some(StepDecision::On));
     }
 }

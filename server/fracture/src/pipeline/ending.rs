@@ -2,7 +2,7 @@
 
 /// What ended the descent of a diagram, in the order in which it counts where a strike has several.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Ending {
+pub enum Termination {
     /// Its tolerance.
     Converged,
     /// Its estimated gap is no more than the strike's error.

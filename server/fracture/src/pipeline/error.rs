@@ -3,8 +3,8 @@
 use crate::centroidal::FieldError;
 use crate::elasticity::ElasticityError;
 use crate::lift::{LiftError, LiftKind};
-use crate::pipeline::{Counts, SOLVED_NODES_MAX, TETS_MIN};
-use crate::scene::Effect;
+use crate::pipeline::{BulkCounts, SOLVED_NODES_MAX, TETS_MIN};
+use crate::scene::EffectKind;
 use crate::tessellation::TessellationError;
 use crate::token::Cancelled;
 use nalgebra::Point3;
@@ -14,7 +14,7 @@ pub const CONTACTS_MAX: usize = 8;
 
 /// A strike that has no answer. Nothing was changed by it; [`Self::is_callers`] says whose to mend it is.
 #[derive(Debug, thiserror::Error)]
-pub enum StrikeError {
+pub enum FractureError {
     /// No contact, or more than [`CONTACTS_MAX`].
     #[error("{0} contacts; 1 to {CONTACTS_MAX} are possible")]
     ContactCount(usize),
@@ -97,13 +97,13 @@ pub enum StrikeError {
     #[error("the object is not prepared for the effect `{}`: a scene's `anchors` do that", .effect.name())]
     Unheld {
         /// What was asked for.
-        effect: Effect,
+        effect: EffectKind,
     },
     /// The object's surface was not kept for that effect.
     #[error("the object is not prepared for the effect `{}`: bake it again", .effect.name())]
     Bare {
         /// What was asked for.
-        effect: Effect,
+        effect: EffectKind,
     },
     /// The answer that a fragment is of has no skins.
     #[error(
@@ -187,9 +187,9 @@ pub enum StrikeError {
     #[error("sections hold {given:?}, the fragments need {needed:?}")]
     SectionLengths {
         /// What was given.
-        given: Counts,
+        given: BulkCounts,
         /// What is needed.
-        needed: Counts,
+        needed: BulkCounts,
     },
     /// Cancelled at a checkpoint.
     #[error(transparent)]
@@ -201,7 +201,7 @@ fn point(point: &Point3<f64>) -> String {
     format!("{:.6},{:.6},{:.6}", point.x, point.y, point.z)
 }
 
-impl StrikeError {
+impl FractureError {
     /// What elasticity said of body `body`.
     pub(super) fn of_body(body: usize, source: ElasticityError) -> Self {
         match source {

@@ -3,13 +3,13 @@
 //! Based on: Schvartzman & Otaduy (I3D 2014), section 3: examples fractured with a full optimisation teach the degree. That
 //! one curve E_max(n) labels every γ is ours: n depends on W/γ alone.
 
-use super::sample::Sampler;
-use super::{Contact, Impact, Prepared, StrikeError, Workspace, strain_energy};
-use crate::centroidal::{Diagram, Field};
-use crate::degree::{self, Curve, CurveOptions, Lesson, Point, SITES_MIN};
+use super::sample::ImpactSampler;
+use super::{ContactSet, FractureError, ImpactContact, PreparedObject, Workspace, strain_energy};
+use crate::centroidal::{Diagram, EnergyField};
+use crate::degree::{self, CurveOptions, CurvePoint, EnergyCurve, SITES_MIN, TrainingSample};
 use crate::lift::LiftKind;
-use crate::random::Stream;
-use crate::token::Token;
+use crate::random::RandomStream;
+use crate::token::CancelToken;
 use std::collections::BTreeMap;
 
 /// Curves end at this many sites; predictions above the largest label are out of reach.
@@ -41,7 +41,7 @@ pub struct Example {
     /// The body.
     pub body: usize,
     /// The whole impact.
-    pub contacts: Vec<Contact>,
+    pub contacts: Vec<ImpactContact>,
     /// The body's strain energy, J.
     pub energy_j: f64,
     /// E_1 in the units of the points.
@@ -76,8 +76,8 @@ impl Example {
     }
 
     /// One lesson per label.
-    pub fn lessons(&self, example: usize) -> impl Iterator<Item = Lesson> + '_ {
-        self.labels().map(move |(gamma, estimate, found)| Lesson {
+    pub fn lessons(&self, example: usize) -> impl Iterator<Item = TrainingSample> + '_ {
+        self.labels().map(move |(gamma, estimate, found)| TrainingSample {
             example,
             descriptor: degree::descriptor(estimate, self.first_moment, self.evenness, gamma),
             target: degree::target(f64::from(found), estimate),
@@ -85,14 +85,14 @@ impl Example {
     }
 
     /// Lessons from the impact's pose and magnitude alone: place and direction of the first contact, its radius, and ln J²/γ.
-    pub(super) fn poses(&self, example: usize) -> impl Iterator<Item = Lesson> + '_ {
+    pub(super) fn poses(&self, example: usize) -> impl Iterator<Item = TrainingSample> + '_ {
         let first = self.contacts[0];
         let (place, magnitude) = (first.point_m.coords, first.impulse_ns.norm());
         let direction = first.impulse_ns / magnitude;
         let radius = first.radius_m.unwrap_or(1.0).ln();
         self.labels().map(move |(gamma, estimate, found)| {
             let drive = (magnitude * magnitude / (gamma * self.energy_j)).ln();
-            Lesson {
+            TrainingSample {
                 example,
                 descriptor: place.iter().chain(direction.iter()).copied().chain([radius, drive]).collect(),
                 target: degree::target(f64::from(found), estimate),
@@ -125,29 +125,30 @@ fn records(energies: impl Iterator<Item = f64>) -> impl Iterator<Item = (usize, 
 
 /// The examples of impact number `index` of `seed`, one per body that it strikes.
 pub fn examples(
-    prepared: &Prepared,
-    sampler: &Sampler,
+    prepared: &PreparedObject,
+    sampler: &ImpactSampler,
     seed: u64,
     index: u64,
     workspace: &mut Workspace,
-    token: &Token,
-) -> Result<Vec<Example>, StrikeError> {
+    token: &CancelToken,
+) -> Result<Vec<Example>, FractureError> {
     let strike = sampler.impact(seed, index);
-    let impact = Impact::new(prepared, &strike)?;
+    let impact = ContactSet::new(prepared, &strike)?;
     let mut examples = Vec::new();
     let energies = match strain_energy(prepared, &impact, workspace, token, &mut ()) {
         // Two blows that cancel leave nothing to learn from.
-        Err(StrikeError::Balanced { .. }) => Vec::new(),
+        Err(FractureError::Balanced { .. }) => Vec::new(),
         energies => energies?,
     };
     for mut energy in energies {
         let (body, interior) = (&prepared.bodies[energy.body], prepared.lift(energy.body, LiftKind::Interior)?);
-        let field = Field::new(interior, &body.volumes, &mut energy.shares)
-            .map_err(|source| StrikeError::Field { body: energy.body, source })?
+        let field = EnergyField::new(interior, &body.volumes, &mut energy.shares)
+            .map_err(|source| FractureError::Field { body: energy.body, source })?
             .grouped(&body.clusters);
-        let mut curve = |starts: u64| -> Result<(Vec<Point>, Vec<u32>), StrikeError> {
-            let seed = Stream::new(seed ^ index, starts).bits();
-            let mut curve = Curve::new(&field, CurveOptions { sites_max: SITES_MAX, seed, ..CurveOptions::default() });
+        let mut curve = |starts: u64| -> Result<(Vec<CurvePoint>, Vec<u32>), FractureError> {
+            let seed = RandomStream::new(seed ^ index, starts).bits();
+            let mut curve =
+                EnergyCurve::new(&field, CurveOptions { sites_max: SITES_MAX, seed, ..CurveOptions::default() });
             let mut sites = BTreeMap::new();
             let mut show = |count: usize, diagram: &Diagram| {
                 sites.insert(count, diagram.site_nodes(interior));

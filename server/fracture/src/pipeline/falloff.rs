@@ -5,8 +5,8 @@
 //! σ = F/(πa²) / (1 + (d/a)²), W = σ²/(2E). Contacts add energies. A body that is not large against its contacts, or bends,
 //! has more energy, and elsewhere.
 
-use super::{BodyEnergy, Impact, Prepared, StrikeError};
-use crate::elasticity::Contact;
+use super::{BodyEnergy, ContactSet, FractureError, PreparedObject};
+use crate::elasticity::ContactLoad;
 use nalgebra::Point3;
 
 /// Contacts are no smaller than this many spacings of the crack lattice, which would not see them.
@@ -15,10 +15,10 @@ const RADIUS_SPACINGS: f64 = 1.0;
 /// The energy of every struck body.
 ///
 /// Errors: [`StrikeError::Balanced`] where blows are too weak, or their contacts too wide, for a number to hold their energy.
-pub(super) fn falloff(prepared: &Prepared, impact: &Impact) -> Result<Vec<BodyEnergy>, StrikeError> {
+pub(super) fn falloff(prepared: &PreparedObject, impact: &ContactSet) -> Result<Vec<BodyEnergy>, FractureError> {
     let unit_j = prepared.unit_j(impact);
     let least = RADIUS_SPACINGS * prepared.parameters.crack_spacing;
-    let energy = |(index, contacts): &(usize, Vec<Contact>)| {
+    let energy = |(index, contacts): &(usize, Vec<ContactLoad>)| {
         let body = &prepared.bodies[*index];
         let of = |(node, volume): (&Point3<f64>, &f64)| {
             volume * contacts.iter().map(|contact| density(contact, least, node)).sum::<f64>()
@@ -26,7 +26,7 @@ pub(super) fn falloff(prepared: &Prepared, impact: &Impact) -> Result<Vec<BodyEn
         let mut shares: Vec<f64> = body.crack.nodes.iter().zip(&body.volumes).map(of).collect();
         let total: f64 = shares.iter().sum();
         if !total.is_normal() {
-            return Err(StrikeError::Balanced { body: *index });
+            return Err(FractureError::Balanced { body: *index });
         }
         shares.iter_mut().for_each(|share| *share /= total);
         let radius = contacts.iter().map(|contact| contact.radius.max(least)).fold(0.0, f64::max);
@@ -42,7 +42,7 @@ pub(super) fn falloff(prepared: &Prepared, impact: &Impact) -> Result<Vec<BodyEn
 }
 
 /// W at `node`, in units of E.
-fn density(contact: &Contact, least: f64, node: &Point3<f64>) -> f64 {
+fn density(contact: &ContactLoad, least: f64, node: &Point3<f64>) -> f64 {
     let square = contact.radius.max(least).powi(2);
     let pressure = contact.impulse.norm() / (std::f64::consts::PI * square);
     let stress = pressure / (1.0 + (node - contact.point).norm_squared() / square);
@@ -57,7 +57,7 @@ mod tests {
     /// ∫W over the half-space below a contact is F²/(4Ea).
     #[test]
     fn the_energy_below_a_contact_is_that_of_the_formula() {
-        let contact = Contact { point: Point3::origin(), impulse: Vector3::new(0.0, -2.0, 0.0), radius: 0.1 };
+        let contact = ContactLoad { point: Point3::origin(), impulse: Vector3::new(0.0, -2.0, 0.0), radius: 0.1 };
         let step = 0.1 / 64.0;
         let shell = |k: usize| {
             let r = (k as f64 + 0.5) * step;

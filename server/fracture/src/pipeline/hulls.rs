@@ -7,12 +7,12 @@
 //! Curved walls need more faces than there are: what the hull then cuts off between its corners is halved by corners that stand out of
 //! the outer surface as far.
 
-use super::Pieces;
-use super::pieces::BodyPieces;
-use crate::hull::{Hull, Plane, Shell, bounds, clipped, meet};
+use super::FractureMeshes;
+use super::pieces::BodyMeshes;
+use crate::hull::{ClosedTriangles, ConvexHull, Plane, bounds, clipped, meet};
 use crate::lattice::Lattice;
-use crate::tessellation::{Fragment, Run, Tessellation};
-use crate::token::{Cancelled, Token};
+use crate::tessellation::{FragmentRange, RunRange, Tessellation};
+use crate::token::{CancelToken, Cancelled};
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
@@ -46,7 +46,7 @@ pub struct HullRow {
 
 /// The hulls of all fragments.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Hulls {
+pub struct FragmentHulls {
     /// One per fragment.
     pub rows: Vec<HullRow>,
     /// Relative to the fragment's centre of mass, m.
@@ -55,7 +55,7 @@ pub struct Hulls {
     pub indices: Vec<u32>,
 }
 
-impl Hulls {
+impl FragmentHulls {
     /// Bytes of the tables.
     pub(super) fn bytes(&self) -> usize {
         size_of_val(self.rows.as_slice())
@@ -79,7 +79,7 @@ impl Hulls {
 
 /// What a hull is made of, local.
 struct Part {
-    shell: Shell,
+    shell: ClosedTriangles,
     /// The first points, on the outside.
     outer: usize,
     bounds: [Point3<f64>; 2],
@@ -95,20 +95,20 @@ struct Crack {
 
 /// A hull, and what has become of it.
 struct Fitted {
-    hull: Hull,
+    hull: ConvexHull,
     coverage: f64,
     depth: f64,
 }
 
-impl Pieces {
+impl FractureMeshes {
     /// The hulls of all fragments, the same for any number of threads. `lattices`: those that the bodies were cut on.
-    pub(super) fn fit_hulls(&self, lattices: &[&Lattice], token: &Token) -> Result<Hulls, Cancelled> {
+    pub(super) fn fit_hulls(&self, lattices: &[&Lattice], token: &CancelToken) -> Result<FragmentHulls, Cancelled> {
         let parts: Vec<Part> =
             self.bodies.iter().zip(lattices).flat_map(|(pieces, lattice)| parts(pieces, lattice)).collect();
         let fit = |own: usize| token.check().map(|()| fit(&parts, own));
         let fitted: Vec<Option<Fitted>> = (0..parts.len()).into_par_iter().map(fit).collect::<Result<_, _>>()?;
         let metre = self.transform.metres_per_unit;
-        let mut hulls = Hulls::default();
+        let mut hulls = FragmentHulls::default();
         let centres = self.bodies.iter().flat_map(|pieces| &pieces.properties).map(|own| own.centre);
         for (own, centre) in fitted.iter().zip(centres) {
             let place = |vertex: &Point3<f64>| ((vertex - centre) * metre).map(|x| x as f32).into();
@@ -126,7 +126,7 @@ impl Pieces {
 }
 
 /// The parts of one body, by fragment.
-fn parts(pieces: &BodyPieces, lattice: &Lattice) -> Vec<Part> {
+fn parts(pieces: &BodyMeshes, lattice: &Lattice) -> Vec<Part> {
     let fragments = pieces.tessellation.fragments();
     let mut nodes = vec![Vec::new(); fragments.len()];
     for (&label, node) in pieces.labels.iter().zip(&lattice.nodes) {
@@ -138,9 +138,9 @@ fn parts(pieces: &BodyPieces, lattice: &Lattice) -> Vec<Part> {
     fragments.par_iter().zip(&nodes).map(|(fragment, nodes)| part(&pieces.tessellation, fragment, nodes)).collect()
 }
 
-fn part(tessellation: &Tessellation, fragment: &Fragment, nodes: &[Point3<f64>]) -> Part {
+fn part(tessellation: &Tessellation, fragment: &FragmentRange, nodes: &[Point3<f64>]) -> Part {
     let runs = &tessellation.runs()[fragment.runs.clone()];
-    let mut shell = Shell::default();
+    let mut shell = ClosedTriangles::default();
     for run in runs {
         let first = shell.points.len() as u32;
         shell.points.extend_from_slice(tessellation.run_vertices(run));
@@ -159,7 +159,7 @@ fn part(tessellation: &Tessellation, fragment: &Fragment, nodes: &[Point3<f64>])
 
 /// The plane through a crack's centroid across its mean area vector, out of the run's fragment: the same from both sides. `None`
 /// where the crack folds.
-fn mean_plane(tessellation: &Tessellation, run: &Run) -> Option<Plane> {
+fn mean_plane(tessellation: &Tessellation, run: &RunRange) -> Option<Plane> {
     let points = tessellation.run_vertices(run);
     let (mut area, mut mean, mut moment) = (0.0, Vector3::zeros(), Vector3::zeros());
     for triangle in tessellation.run_triangles(run) {
@@ -214,10 +214,10 @@ impl Part {
     }
 
     /// The hull of what is left of `shell` within the planes of the cracks; `None`: without them.
-    fn tried(&self, shell: &Shell, share: Option<f64>) -> Option<Fitted> {
+    fn tried(&self, shell: &ClosedTriangles, share: Option<f64>) -> Option<Fitted> {
         let planes = |share| self.cracks.iter().map(|crack| crack.moved(share)).collect();
         let planes: Vec<Plane> = share.map_or(Vec::new(), planes);
-        let hull = Hull::of(&clipped(shell, &planes))?;
+        let hull = ConvexHull::of(&clipped(shell, &planes))?;
         let coverage = hull.coverage(&self.shell);
         Some(Fitted { hull, coverage, depth: 0.0 })
     }

@@ -3,9 +3,9 @@
 //! Based on: Hertz impact as a half-sine pulse (Johnson, *Contact Mechanics*, 1985, section 11.4): peak force
 //! F = (π/2)·J/τ.
 
-use super::{CONTACTS_MAX, Contact, ElasticRequest, Prepared, Strike, StrikeError};
+use super::{CONTACTS_MAX, ElasticRequest, FractureError, FractureRequest, ImpactContact, PreparedObject};
 use crate::elasticity;
-use crate::scene::{DEFAULT_DURATION_S, DEFAULT_RADIUS_DIAGONALS, Effect, Effects};
+use crate::scene::{DEFAULT_DURATION_S, DEFAULT_RADIUS_DIAGONALS, EffectKind, EffectSet};
 use nalgebra::Vector3;
 
 /// Relative forces are rounded to this step, so that the same impact at another magnitude gives the same bits.
@@ -13,11 +13,11 @@ const FORCE_STEP: f64 = 1.0 / (1u64 << 40) as f64;
 
 /// The contacts of one strike, as the engine sees them.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Impact {
+pub struct ContactSet {
     /// Largest peak force of all contacts, N; relative forces are fractions of it.
     pub peak_force_n: f64,
     /// Struck bodies in ascending order, each with its contacts: impulse relative to the peak, lengths local.
-    pub bodies: Vec<(usize, Vec<elasticity::Contact>)>,
+    pub bodies: Vec<(usize, Vec<elasticity::ContactLoad>)>,
     /// Where displacements come from.
     pub elastic: ElasticRequest,
     /// Displacements of the reduced basis at most; `None`: all.
@@ -25,15 +25,15 @@ pub struct Impact {
     /// Largest estimated error with which that basis is taken.
     pub reduced_error_max: f64,
     /// What is simulated.
-    pub effects: Effects,
+    pub effects: EffectSet,
 }
 
-impl Impact {
+impl ContactSet {
     /// Validates `strike` and hands each contact to the body that it is nearest to.
-    pub fn new(prepared: &Prepared, strike: &Strike) -> Result<Self, StrikeError> {
+    pub fn new(prepared: &PreparedObject, strike: &FractureRequest) -> Result<Self, FractureError> {
         let count = strike.contacts.len();
         if !(1..=CONTACTS_MAX).contains(&count) {
-            return Err(StrikeError::ContactCount(count));
+            return Err(FractureError::ContactCount(count));
         }
         let forces = strike
             .contacts
@@ -42,10 +42,10 @@ impl Impact {
             .map(|(index, contact)| peak_force_n(index, contact))
             .collect::<Result<Vec<_>, _>>()?;
         let peak_force_n = forces.iter().map(|force| force.norm()).fold(0.0, f64::max);
-        let mut bodies: Vec<(usize, Vec<elasticity::Contact>)> = Vec::new();
+        let mut bodies: Vec<(usize, Vec<elasticity::ContactLoad>)> = Vec::new();
         for (index, (contact, force)) in strike.contacts.iter().zip(&forces).enumerate() {
             let (body, mut local) = place(prepared, index, contact, *force / peak_force_n)?;
-            if strike.effects.has(Effect::Elastic) {
+            if strike.effects.has(EffectKind::Elastic) {
                 // The coarser lattice's boundary may lie farther away than the radius; the load is spread from there all the same.
                 local.radius = local.radius.max(prepared.solid(body)?.elasticity.distance(&local.point));
             }
@@ -55,39 +55,39 @@ impl Impact {
             }
         }
         bodies.sort_by_key(|(body, _)| *body);
-        let Strike { elastic, rank_max, reduced_error_max, effects, .. } = *strike;
+        let FractureRequest { elastic, rank_max, reduced_error_max, effects, .. } = *strike;
         Ok(Self { peak_force_n, bodies, elastic, rank_max, reduced_error_max, effects })
     }
 }
 
-fn peak_force_n(contact: usize, given: &Contact) -> Result<Vector3<f64>, StrikeError> {
+fn peak_force_n(contact: usize, given: &ImpactContact) -> Result<Vector3<f64>, FractureError> {
     let duration_s = given.duration_s.unwrap_or(DEFAULT_DURATION_S);
     let numbers = given.point_m.iter().map(|x| ("point", *x, false));
     let numbers = numbers.chain(given.impulse_ns.iter().map(|x| ("impulse", *x, false)));
     let numbers = numbers.chain([("duration", duration_s, true), ("radius", given.radius_m.unwrap_or(1.0), true)]);
     for (key, value, positive) in numbers {
         if !value.is_finite() || (positive && value <= 0.0) {
-            return Err(StrikeError::Number { contact, key, value, positive });
+            return Err(FractureError::Number { contact, key, value, positive });
         }
     }
     if given.impulse_ns == Vector3::zeros() {
-        return Err(StrikeError::ZeroImpulse { contact });
+        return Err(FractureError::ZeroImpulse { contact });
     }
     let force = given.impulse_ns * (std::f64::consts::FRAC_PI_2 / duration_s);
     match force.norm() {
         norm if norm.is_normal() => Ok(force),
-        norm => Err(StrikeError::Number { contact, key: "peak force", value: norm, positive: true }),
+        norm => Err(FractureError::Number { contact, key: "peak force", value: norm, positive: true }),
     }
 }
 
 /// The nearest body, and the contact in its terms; refused if the surface is farther than the radius given. The crack
 /// lattice stands for the surface, to within its spacing: it rounds corners off.
 fn place(
-    prepared: &Prepared,
+    prepared: &PreparedObject,
     index: usize,
-    contact: &Contact,
+    contact: &ImpactContact,
     relative: Vector3<f64>,
-) -> Result<(usize, elasticity::Contact), StrikeError> {
+) -> Result<(usize, elasticity::ContactLoad), FractureError> {
     let point = prepared.frame.to_local(&contact.point_m);
     let radius = contact.radius_m.map_or(DEFAULT_RADIUS_DIAGONALS, |radius_m| radius_m / prepared.frame.diagonal_m);
     let nearest = prepared.bodies.iter().map(|body| body.boundary.nearest(&point));
@@ -99,7 +99,7 @@ fn place(
     // Far from the origin a point cannot be given more exactly than its coordinates are rounded.
     let rounding = f64::EPSILON * contact.point_m.coords.amax() / prepared.frame.diagonal_m;
     if distance > radius + lattice + rounding {
-        return Err(StrikeError::TooFar {
+        return Err(FractureError::TooFar {
             contact: index,
             distance_m: distance * prepared.frame.diagonal_m,
             radius_m: radius * prepared.frame.diagonal_m,
@@ -107,5 +107,5 @@ fn place(
         });
     }
     let impulse = relative.map(|x| (x / FORCE_STEP).round() * FORCE_STEP);
-    Ok((body, elasticity::Contact { point, impulse, radius }))
+    Ok((body, elasticity::ContactLoad { point, impulse, radius }))
 }

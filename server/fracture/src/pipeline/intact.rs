@@ -1,12 +1,12 @@
 //! The object before it breaks: the boundaries of its lattices, which the fragments' outer faces are made of.
 
-use super::Prepared;
-use crate::fragment::Properties;
+use super::PreparedObject;
+use crate::fragment::RigidProperties;
 use crate::surface::RawMesh;
 
 /// One body, whole.
 #[derive(Clone, Debug)]
-pub struct Intact {
+pub struct IntactBody {
     /// Its surface, coordinates of the mesh file, m: closed, counter-clockwise seen from outside, every vertex once.
     pub mesh: RawMesh,
     /// Volume, m³.
@@ -19,9 +19,9 @@ pub struct Intact {
     pub inertia_kg_m2: [f64; 6],
 }
 
-impl Prepared {
+impl PreparedObject {
     /// All bodies, whole, in their order. What a host shows until the object breaks: pieces put together again look the same.
-    pub fn intact(&self) -> Vec<Intact> {
+    pub fn intact(&self) -> Vec<IntactBody> {
         let bodies = self.bodies.iter().map(|body| {
             // Boundary nodes ascend.
             let nodes = &body.topology.boundary_nodes;
@@ -29,11 +29,11 @@ impl Prepared {
             let positions_m: Vec<_> =
                 nodes.iter().map(|&node| self.frame.to_metres(&body.crack.nodes[node as usize])).collect();
             let triangles: Vec<[u32; 3]> = body.topology.boundary.iter().map(|face| face.nodes.map(vertex)).collect();
-            let Properties { volume, centre, inertia } =
-                Properties::of_surface(&positions_m, triangles.iter().copied());
+            let RigidProperties { volume, centre, inertia } =
+                RigidProperties::of_surface(&positions_m, triangles.iter().copied());
             let density_kg_m3 = self.parameters.material.density_kg_m3;
             let inertia = inertia * density_kg_m3;
-            Intact {
+            IntactBody {
                 mesh: RawMesh::new(positions_m, triangles),
                 volume_m3: volume,
                 mass_kg: volume * density_kg_m3,

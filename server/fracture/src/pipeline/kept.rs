@@ -1,23 +1,23 @@
 //! What is kept of an answer so that its fragments can be struck again: labels and crack points, a few bytes per node.
 
-use super::skins::Cutting;
-use super::{Pieces, StrikeError};
+use super::skins::SkinCut;
+use super::{FractureError, FractureMeshes};
 use crate::memory::held;
-use crate::skin::Worn;
+use crate::skin::ClippedSurface;
 use crate::tessellation::FixedPoints;
 
 /// The fragments of an answer, as they lie in the crack lattices of the object that was struck. It belongs to that version of
 /// the object alone.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Kept {
-    bodies: Vec<KeptBody>,
+pub struct RetainedFragments {
+    bodies: Vec<RetainedBody>,
     /// How their skins were cut, if they have any.
-    skins: Option<Cutting>,
+    skins: Option<SkinCut>,
 }
 
 /// Those of one body.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct KeptBody {
+pub(super) struct RetainedBody {
     /// Which body.
     pub body: usize,
     /// Fragment of each node of its crack lattice; those of the answer come first.
@@ -28,20 +28,20 @@ pub(super) struct KeptBody {
     pub points: FixedPoints,
 }
 
-impl Pieces {
+impl FractureMeshes {
     /// What it takes to strike these fragments again.
-    pub fn keep(&self) -> Kept {
-        let keep = |pieces: &super::pieces::BodyPieces| KeptBody {
+    pub fn keep(&self) -> RetainedFragments {
+        let keep = |pieces: &super::pieces::BodyMeshes| RetainedBody {
             body: pieces.body,
             labels: pieces.labels.clone(),
             volumes: pieces.properties.iter().map(|properties| properties.volume).collect(),
             points: pieces.points.to_fixed(),
         };
-        Kept { bodies: self.bodies.iter().map(keep).collect(), skins: self.skins.cut.clone() }
+        RetainedFragments { bodies: self.bodies.iter().map(keep).collect(), skins: self.skins.cut.clone() }
     }
 }
 
-impl Kept {
+impl RetainedFragments {
     /// Fragments that can be named: those of the answer.
     pub fn fragments(&self) -> u32 {
         self.bodies.iter().map(|body| body.volumes.len() as u32).sum()
@@ -55,9 +55,9 @@ impl Kept {
             .map(|body| held(&body.labels) + held(&body.volumes) + body.points.bytes())
             .sum::<usize>();
         // The object's own skin is counted with the object.
-        let skins = |cut: &Cutting| {
+        let skins = |cut: &SkinCut| {
             let from = if cut.whole { 0 } else { cut.skin.bytes() };
-            from + cut.parts.iter().map(Worn::bytes).sum::<usize>() + held(&cut.parts)
+            from + cut.parts.iter().map(ClippedSurface::bytes).sum::<usize>() + held(&cut.parts)
         };
         own + self.skins.as_ref().map_or(0, skins) + held(&self.bodies)
     }
@@ -65,15 +65,15 @@ impl Kept {
     /// The skins of the answer, of which fragment `fragment` has one.
     ///
     /// Errors: [`StrikeError::Undressed`].
-    pub(super) fn worn(&self, fragment: u32) -> Result<&Cutting, StrikeError> {
-        let has = |cut: &&Cutting| (fragment as usize) < cut.parts.len();
-        self.skins.as_ref().filter(has).ok_or(StrikeError::Undressed { fragment })
+    pub(super) fn worn(&self, fragment: u32) -> Result<&SkinCut, FractureError> {
+        let has = |cut: &&SkinCut| (fragment as usize) < cut.parts.len();
+        self.skins.as_ref().filter(has).ok_or(FractureError::Undressed { fragment })
     }
 
     /// The body of fragment `fragment` of the answer, and its label there.
     ///
     /// Errors: [`StrikeError::UnknownFragment`].
-    pub(super) fn find(&self, fragment: u32) -> Result<(&KeptBody, u32), StrikeError> {
+    pub(super) fn find(&self, fragment: u32) -> Result<(&RetainedBody, u32), FractureError> {
         let mut label = fragment;
         for body in &self.bodies {
             let count = body.volumes.len() as u32;
@@ -82,6 +82,6 @@ impl Kept {
             }
             label -= count;
         }
-        Err(StrikeError::UnknownFragment { fragment, count: self.fragments() })
+        Err(FractureError::UnknownFragment { fragment, count: self.fragments() })
     }
 }

@@ -1,23 +1,23 @@
 //! What an object has learned from its examples, and how well.
 
-use super::{Example, Prepared, Sampler, StrikeError, Workspace, examples};
-use crate::degree::{self, Lesson, Network, SITES_MIN};
-use crate::token::Token;
+use super::{Example, FractureError, ImpactSampler, PreparedObject, Workspace, examples};
+use crate::degree::{self, PoseNetwork, SITES_MIN, TrainingSample};
+use crate::token::CancelToken;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 /// What examples taught.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Learned {
+pub struct LearnedModel {
     /// From descriptor to target.
-    pub network: Network,
+    pub network: PoseNetwork,
     /// How well it does.
-    pub quality: LearnedQuality,
+    pub quality: LearnedErrors,
 }
 
 /// Relative errors |Δn|/n of degrees of at least [`SITES_MIN`], each example left out in turn.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct LearnedQuality {
+pub struct LearnedErrors {
     /// Labels that the figures are over.
     pub holdout: usize,
     /// Median of the network.
@@ -44,15 +44,15 @@ pub struct LearnedQuality {
 }
 
 /// The examples of these impacts of the object's seed, in order, on all threads of the current pool.
-pub fn sampled(prepared: &Prepared, impacts: &[u64], token: &Token) -> Result<Vec<Example>, StrikeError> {
-    let (sampler, seed) = (Sampler::new(prepared), prepared.parameters.seed);
+pub fn sampled(prepared: &PreparedObject, impacts: &[u64], token: &CancelToken) -> Result<Vec<Example>, FractureError> {
+    let (sampler, seed) = (ImpactSampler::new(prepared), prepared.parameters.seed);
     let one = |workspace: &mut Workspace, index: &u64| examples(prepared, &sampler, seed, *index, workspace, token);
     let all: Vec<Vec<Example>> = impacts.par_iter().map_init(Workspace::default, one).collect::<Result<_, _>>()?;
     Ok(all.into_iter().flatten().collect())
 }
 
 /// κ and the network; `None` where the examples have too few labels.
-pub fn learn(examples: &[Example], seed: u64) -> Option<(f64, Learned)> {
+pub fn learn(examples: &[Example], seed: u64) -> Option<(f64, LearnedModel)> {
     let trained = degree::train(&lessons(examples), seed)?;
     let labels: Vec<(f64, f64)> =
         examples.iter().flat_map(Example::labels).map(|(_, estimate, sites)| (estimate, f64::from(sites))).collect();
@@ -67,14 +67,14 @@ pub fn learn(examples: &[Example], seed: u64) -> Option<(f64, Learned)> {
     let own = network(&trained.left_out)?;
     let closed = labels.iter().filter(|label| counts(label)).map(|(estimate, sites)| error(kappa * estimate, *sites));
     let closed = Errors::of(closed)?;
-    let pose: Vec<Lesson> = examples.iter().enumerate().flat_map(|(k, example)| example.poses(k)).collect();
+    let pose: Vec<TrainingSample> = examples.iter().enumerate().flat_map(|(k, example)| example.poses(k)).collect();
     let pose = degree::train(&pose, seed).and_then(|trained| network(&trained.left_out))?;
     let few = labels.iter().zip(&trained.left_out).filter(|(label, _)| !counts(label));
     let off = |((estimate, sites), found): (&(f64, f64), &f64)| {
         (degree::sites(*found, *estimate).round().max(2.0) - sites).abs()
     };
     let few: Vec<f64> = few.map(off).collect();
-    let quality = LearnedQuality {
+    let quality = LearnedErrors {
         holdout: own.count,
         median_relative_error: own.median,
         p90_relative_error: own.p90,
@@ -87,11 +87,11 @@ pub fn learn(examples: &[Example], seed: u64) -> Option<(f64, Learned)> {
             .then(|| few.iter().filter(|off| **off <= 1.0).count() as f64 / few.len() as f64),
         label_noise_median: Errors::of(examples.iter().flat_map(Example::noise))?.median,
     };
-    Some((kappa, Learned { network: trained.network, quality }))
+    Some((kappa, LearnedModel { network: trained.network, quality }))
 }
 
 /// The lessons of all examples, in order.
-pub(crate) fn lessons(examples: &[Example]) -> Vec<Lesson> {
+pub(crate) fn lessons(examples: &[Example]) -> Vec<TrainingSample> {
     examples.iter().enumerate().flat_map(|(k, example)| example.lessons(k)).collect()
 }
 

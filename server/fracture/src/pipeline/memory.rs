@@ -1,11 +1,13 @@
 //! How much memory a prepared object holds.
 
-use super::{Body, Bound, Example, Held, Learned, Prepared, Solid, Warped};
-use crate::elasticity::Reduced;
-use crate::lattice::{Lattice, Transfer};
-use crate::lift::Lift;
+use super::{
+    AnchoredObject, ElasticModel, EnergyUpperBound, Example, LearnedModel, PreparedBody, PreparedObject, WarpedBody,
+};
+use crate::elasticity::ReducedBasis;
+use crate::lattice::{EnergyTransfer, Lattice};
+use crate::lift::LiftedLattice;
 use crate::memory::held;
-use crate::skin::Outer;
+use crate::skin::BoundaryAttributes;
 
 /// Bytes that an object holds, by what holds them; rows add up, whatever their names are.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -31,7 +33,7 @@ impl MemoryRows {
     }
 }
 
-impl Prepared {
+impl PreparedObject {
     /// Bytes that the object holds as long as anybody may strike it: lattices, operators, factors, lifts, examples. Left out
     /// are what the allocator adds, and texts.
     pub fn bytes(&self) -> usize {
@@ -42,10 +44,13 @@ impl Prepared {
     pub fn memory(&self) -> MemoryRows {
         let mut rows = MemoryRows::default();
         self.bodies.iter().for_each(|body| body.count(&mut rows));
-        rows.add("anchors and their factor", self.held.as_ref().map_or(0, Held::bytes));
+        rows.add("anchors and their factor", self.held.as_ref().map_or(0, AnchoredObject::bytes));
         rows.add("appearance of the input", self.skin.as_ref().map_or(0, |skin| skin.bytes()));
         let examples = self.examples.iter().map(example).sum::<usize>() + held(&self.examples) + held(&self.bodies);
-        rows.add("examples", examples + self.learned.as_ref().map_or(0, |Learned { network, .. }| network.bytes()));
+        rows.add(
+            "examples",
+            examples + self.learned.as_ref().map_or(0, |LearnedModel { network, .. }| network.bytes()),
+        );
         rows
     }
 
@@ -56,7 +61,7 @@ impl Prepared {
     }
 }
 
-impl Body {
+impl PreparedBody {
     /// Adds what the body holds. Everything is named, so that what is added to a body is not forgotten here.
     fn count(&self, rows: &mut MemoryRows) {
         let Self { crack, solid, interior, surface_diffusion, euclidean, volumes, topology, clusters, .. } = self;
@@ -65,15 +70,15 @@ impl Body {
             solid.count(rows);
         }
         let lifts = [interior, surface_diffusion].into_iter().flatten().map(lift).sum::<usize>() + lift(euclidean);
-        rows.add("lifts", lifts + warped.as_ref().map_or(0, Warped::bytes));
+        rows.add("lifts", lifts + warped.as_ref().map_or(0, WarpedBody::bytes));
         rows.add("edges and faces of the crack lattice", topology.bytes());
         rows.add("crack lattice", lattice(crack) + held(volumes) + boundary.bytes() + clusters.bytes());
-        rows.add("appearance of the input", outer.as_ref().map_or(0, Outer::bytes));
-        rows.add("elastic lattice", bound.as_ref().map_or(0, Bound::bytes));
+        rows.add("appearance of the input", outer.as_ref().map_or(0, BoundaryAttributes::bytes));
+        rows.add("elastic lattice", bound.as_ref().map_or(0, EnergyUpperBound::bytes));
     }
 }
 
-impl Warped {
+impl WarpedBody {
     /// Bytes that it holds.
     pub fn bytes(&self) -> usize {
         let Self { lifts, protected, pins, factors, alike: _ } = self;
@@ -82,7 +87,7 @@ impl Warped {
     }
 }
 
-impl Solid {
+impl ElasticModel {
     /// Adds what the elasticity holds.
     fn count(&self, rows: &mut MemoryRows) {
         let Self { lattice: elastic, transfer, elasticity, reduced } = self;
@@ -90,7 +95,7 @@ impl Solid {
         rows.add("stiffness", elasticity.stiffness_bytes());
         rows.add("elastic lattice", lattice(elastic) + elasticity.lattice_bytes());
         rows.add("energy transfer between the lattices", shares(transfer));
-        rows.add("reduced basis", reduced.as_ref().map_or(0, Reduced::bytes));
+        rows.add("reduced basis", reduced.as_ref().map_or(0, ReducedBasis::bytes));
     }
 }
 
@@ -98,12 +103,12 @@ fn lattice(Lattice { nodes, tets }: &Lattice) -> usize {
     held(nodes) + held(tets)
 }
 
-fn shares(Transfer { offsets, tets, shares }: &Transfer) -> usize {
+fn shares(EnergyTransfer { offsets, tets, shares }: &EnergyTransfer) -> usize {
     held(offsets) + held(tets) + held(shares)
 }
 
-fn lift(lift: &Lift) -> usize {
-    let Lift { coordinates, first_moment, second_moment, density, kind: _, dimension: _ } = lift;
+fn lift(lift: &LiftedLattice) -> usize {
+    let LiftedLattice { coordinates, first_moment, second_moment, density, kind: _, dimension: _ } = lift;
     held(coordinates) + held(first_moment) + held(second_moment) + held(density)
 }
 

@@ -1,6 +1,6 @@
 //! What a strike answers.
 
-use super::{Ending, Pieces, StopReason};
+use super::{FractureMeshes, StopReason, Termination};
 use serde::{Deserialize, Serialize};
 
 /// Which rule produced the fracture degree.
@@ -82,7 +82,7 @@ pub struct RunRow {
 
 /// Lengths of the bulk sections.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Counts {
+pub struct BulkCounts {
     /// Vertices: three f32 each.
     pub vertices: usize,
     /// Indices: one u32 each.
@@ -96,7 +96,7 @@ pub struct Counts {
 }
 
 /// The answer to one strike. It knows its exact size before any mesh is written.
-pub struct Outcome {
+pub struct FractureOutcome {
     /// The threshold in effect, J·m².
     pub gamma_j_m2: f64,
     /// E_1/γ of the body that is nearest to breaking, or broke most.
@@ -131,20 +131,20 @@ pub struct Outcome {
     /// How far the energy of the diagrams is above the end of their descents, relative, estimated: the largest; `None` without one.
     pub cvd_gap: Option<f64>,
     /// What ended the descents, if there were any.
-    pub ending: Option<Ending>,
+    pub ending: Option<Termination>,
     /// The fragments; `None` where the object stays whole.
-    pub pieces: Option<Pieces>,
+    pub pieces: Option<FractureMeshes>,
 }
 
-impl Outcome {
+impl FractureOutcome {
     /// What stopped the strike.
     pub fn stop_reason(&self) -> StopReason {
         match self.ending {
-            Some(Ending::Time) => StopReason::Time,
+            Some(Termination::Time) => StopReason::Time,
             _ if self.capped => StopReason::Capped,
-            Some(Ending::ErrorMet) => StopReason::ErrorMet,
-            Some(Ending::Iterations) => StopReason::Iterations,
-            Some(Ending::Converged) => StopReason::Converged,
+            Some(Termination::ErrorMet) => StopReason::ErrorMet,
+            Some(Termination::Iterations) => StopReason::Iterations,
+            Some(Termination::Converged) => StopReason::Converged,
             None => StopReason::Complete,
         }
     }

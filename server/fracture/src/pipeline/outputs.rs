@@ -1,8 +1,8 @@
 //! What answers carry beside the pieces, if it is asked for: normals, texture coordinates, bonds, debris.
 
-use super::Pieces;
-use crate::random::Stream;
-use crate::tessellation::{Host, Metres, Run, Tessellation};
+use super::FractureMeshes;
+use crate::random::RandomStream;
+use crate::tessellation::{HostFrame, MeterFrame, RunRange, Tessellation};
 use nalgebra::{Point3, Vector3};
 
 /// Triangles of a crack face per point of debris.
@@ -19,7 +19,7 @@ pub const WORLD: u32 = u32::MAX;
 
 /// Two fragments that touch; or one that lies, in part at least, in an anchor, and the world that holds it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Bond {
+pub struct BondRow {
     /// The fragments, the lower id first; the second may be [`WORLD`].
     pub fragments: [u32; 2],
     /// Area of the crack between them, m². Of a bond with the world: of the triangles of the fragment's outer surface whose
@@ -33,7 +33,7 @@ pub struct Bond {
 
 /// A point of a crack from which dust and chips come.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Debris {
+pub struct DebrisRow {
     /// The fragment on whose face it lies, the lower id of two.
     pub fragment: u32,
     /// The other.
@@ -53,7 +53,7 @@ pub(super) struct Face {
 }
 
 /// The triangles of `run`, their areas out of its fragment.
-pub(super) fn faces<'a>(tessellation: &'a Tessellation, run: &'a Run) -> impl Iterator<Item = Face> + 'a {
+pub(super) fn faces<'a>(tessellation: &'a Tessellation, run: &'a RunRange) -> impl Iterator<Item = Face> + 'a {
     let points = tessellation.run_vertices(run);
     tessellation.run_triangles(run).map(|triangle| {
         let corners = triangle.map(|vertex| points[vertex as usize]);
@@ -62,7 +62,7 @@ pub(super) fn faces<'a>(tessellation: &'a Tessellation, run: &'a Run) -> impl It
 }
 
 /// Whether debris and bonds of this crack are told on this side.
-fn is_lower(run: &Run) -> bool {
+fn is_lower(run: &RunRange) -> bool {
     run.neighbour.is_some_and(|neighbour| run.fragment < neighbour)
 }
 
@@ -77,15 +77,15 @@ pub(super) fn debris_count(tessellation: &Tessellation) -> usize {
     lower.map(|run| run.triangles.len().div_ceil(TRIANGLES_PER_POINT)).sum()
 }
 
-impl Pieces {
+impl FractureMeshes {
     /// Normals of all vertices, in their order: those of their run's triangles around them, by area. Nothing is written beyond
     /// `out`.
     pub fn normals(&self, out: &mut [[f32; 3]]) {
-        self.normals_for(&Metres, out);
+        self.normals_for(&MeterFrame, out);
     }
 
     /// [`Self::normals`] along the axes of `host`.
-    pub fn normals_for(&self, host: &impl Host, out: &mut [[f32; 3]]) {
+    pub fn normals_for(&self, host: &impl HostFrame, out: &mut [[f32; 3]]) {
         self.each_run(out, |tessellation, run, out| {
             let mut sums = vec![Vector3::zeros(); out.len()];
             for (triangle, face) in tessellation.run_triangles(run).zip(faces(tessellation, run)) {
@@ -114,7 +114,7 @@ impl Pieces {
     }
 
     /// All bonds: of fragments, by body and by their numbers, then of fragments with the world, by fragment.
-    pub fn bonds(&self) -> Vec<Bond> {
+    pub fn bonds(&self) -> Vec<BondRow> {
         let metre = self.transform.metres_per_unit;
         let mut bonds = Vec::with_capacity(self.counts.bonds);
         self.each_crack(|first, tessellation, run, neighbour| {
@@ -124,7 +124,7 @@ impl Pieces {
                 (area, mean) = (area + own, mean + face.area);
                 moment += face.corners.iter().map(|corner| corner.coords).sum::<Vector3<f64>>() * (own / 3.0);
             }
-            bonds.push(Bond {
+            bonds.push(BondRow {
                 fragments: [first + run.fragment, first + neighbour],
                 area_m2: area * metre * metre,
                 normal: mean.try_normalize(0.0).unwrap_or_default(),
@@ -137,13 +137,13 @@ impl Pieces {
 
     /// Points on all cracks, uniform over their areas; sizes by a power law (D. L. Turcotte, *Fractals and fragmentation*, 1986: the
     /// number of larger pieces goes with the inverse square of their size).
-    pub fn debris(&self) -> Vec<Debris> {
+    pub fn debris(&self) -> Vec<DebrisRow> {
         let metre = self.transform.metres_per_unit;
         let [least, most] = DEBRIS_SPACINGS.map(|spacings| spacings * self.crack_spacing * metre);
         let mut debris = Vec::with_capacity(self.counts.debris);
         let mut crack = 0;
         self.each_crack(|first, tessellation, run, neighbour| {
-            let mut random = Stream::new(self.seed, DEBRIS_STREAM + crack);
+            let mut random = RandomStream::new(self.seed, DEBRIS_STREAM + crack);
             crack += 1;
             let faces: Vec<Face> = faces(tessellation, run).collect();
             let mut sum = 0.0;
@@ -159,7 +159,7 @@ impl Pieces {
                 let face = &faces[sums.partition_point(|sum| *sum <= wanted).min(faces.len() - 1)];
                 let point = within(&face.corners, [random.uniform(), random.uniform()]);
                 let tail = 1.0 - random.uniform() * (1.0 - (least / most).powi(2));
-                debris.push(Debris {
+                debris.push(DebrisRow {
                     fragment: first + run.fragment,
                     neighbour: first + neighbour,
                     position_m: self.frame.to_metres(&point) - centre,
@@ -172,7 +172,7 @@ impl Pieces {
     }
 
     /// Calls `work` with each run and its part of `out`, one element per vertex, in parallel.
-    fn each_run<T: Send>(&self, out: &mut [T], work: impl Fn(&Tessellation, &Run, &mut [T]) + Sync) {
+    fn each_run<T: Send>(&self, out: &mut [T], work: impl Fn(&Tessellation, &RunRange, &mut [T]) + Sync) {
         let mut rest = out;
         for pieces in &self.bodies {
             let tessellation = &pieces.tessellation;
@@ -184,7 +184,7 @@ impl Pieces {
 
     /// Calls `work` with each crack, seen from its lower fragment: number of the body's first fragment, tessellation, run, and
     /// upper fragment in the body.
-    fn each_crack(&self, mut work: impl FnMut(u32, &Tessellation, &Run, u32)) {
+    fn each_crack(&self, mut work: impl FnMut(u32, &Tessellation, &RunRange, u32)) {
         let mut first = 0;
         for pieces in &self.bodies {
             let tessellation = &pieces.tessellation;

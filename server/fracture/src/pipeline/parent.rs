@@ -3,13 +3,16 @@
 //! Based on: Schvartzman & Otaduy (I3D 2014), section 3, crack concavity; to take existing cracks as boundary is ours: the lattice
 //! holds no tetrahedron that a crack crosses, so that neither distances nor displacements know a way through one.
 
-use super::kept::KeptBody;
-use super::{BakeReport, Body, ElasticRequest, Parameters, Prepared, Solid, Strike, StrikeError, Watch};
-use crate::lattice::{BODY_TETS_MIN, GONE, Lattice, Transfer};
+use super::kept::RetainedBody;
+use super::{
+    BakeParameters, BakeReport, ElasticModel, ElasticRequest, FractureError, FractureRequest, PreparedBody,
+    PreparedObject, StageObserver,
+};
+use crate::lattice::{BODY_TETS_MIN, EnergyTransfer, GONE, Lattice};
 use crate::lift::{self, LiftError, LiftKind};
-use crate::scene::Effect;
+use crate::scene::EffectKind;
 use crate::sparse::Precision;
-use crate::token::Token;
+use crate::token::CancelToken;
 use std::collections::VecDeque;
 
 /// A fragment of fewer whole tetrahedra cannot be struck again.
@@ -23,9 +26,9 @@ pub const SOLVED_NODES_MAX: usize = 1_000;
 pub(super) const NOBODY: u32 = GONE;
 
 /// A fragment that is struck.
-pub(super) struct Parent {
+pub(super) struct ParentFragment {
     /// It alone, in the frame and of the material of the object that it was part of.
-    pub prepared: Prepared,
+    pub prepared: PreparedObject,
     /// The nodes of its lattice in the lattice of the body that it was part of.
     pub nodes: Vec<u32>,
     /// By node of that lattice the node of its own that stands for it: itself, or for nodes of the fragment that no whole
@@ -33,34 +36,34 @@ pub(super) struct Parent {
     pub stands: Vec<u32>,
 }
 
-impl Parent {
+impl ParentFragment {
     /// The fragment `label` of `body`, prepared for what `strike` asks of it; `fragment` names it in errors.
     ///
     /// Errors: [`StrikeError::FragmentSmall`], [`StrikeError::FragmentLarge`], [`StrikeError::FragmentLift`],
     /// [`StrikeError::FragmentLiftKind`], [`StrikeError::ElasticityUnprepared`], [`StrikeError::Elasticity`],
     /// [`StrikeError::Cancelled`].
     pub fn new(
-        prepared: &Prepared,
-        (kept, label, fragment): (&KeptBody, u32, u32),
-        strike: &Strike,
-        token: &Token,
-        watch: &mut dyn Watch,
-    ) -> Result<Self, StrikeError> {
+        prepared: &PreparedObject,
+        (kept, label, fragment): (&RetainedBody, u32, u32),
+        strike: &FractureRequest,
+        token: &CancelToken,
+        watch: &mut dyn StageObserver,
+    ) -> Result<Self, FractureError> {
         let whole = &prepared.bodies[kept.body];
         let (lattice, nodes) = inner(&whole.crack, &kept.labels, label)
             .filter(|(lattice, _)| lattice.tets.len() >= TETS_MIN)
-            .ok_or(StrikeError::FragmentSmall { fragment })?;
+            .ok_or(FractureError::FragmentSmall { fragment })?;
         let stands = stands(whole, &kept.labels, label, &nodes);
         token.check()?;
-        let mut body = Body::new(lattice);
+        let mut body = PreparedBody::new(lattice);
         token.check()?;
         if strike.lift != LiftKind::Euclidean {
-            watch.begin(Effect::Interior);
+            watch.begin(EffectKind::Interior);
             let made = lifted(&mut body, prepared, strike.lift, fragment, token);
-            watch.end(Effect::Interior, (body.crack.nodes.len() * size_of::<f64>()) as u64);
+            watch.end(EffectKind::Interior, (body.crack.nodes.len() * size_of::<f64>()) as u64);
             made?;
         }
-        if strike.effects.has(Effect::Elastic) {
+        if strike.effects.has(EffectKind::Elastic) {
             let poisson = prepared.parameters.material.poisson;
             body.solid = Some(solid(prepared.solid(kept.body)?, &body.crack, &stands, poisson, fragment, token)?);
         }
@@ -86,7 +89,7 @@ fn largest(lattice: &Lattice, inside: impl Fn(usize) -> bool) -> Option<Vec<u32>
 }
 
 /// See [`Parent::stands`]: breadth first from `nodes`, in ascending order, so that the same node always wins.
-fn stands(whole: &Body, labels: &[u32], label: u32, nodes: &[u32]) -> Vec<u32> {
+fn stands(whole: &PreparedBody, labels: &[u32], label: u32, nodes: &[u32]) -> Vec<u32> {
     let mut stands = vec![NOBODY; labels.len()];
     nodes.iter().enumerate().for_each(|(own, &node)| stands[node as usize] = own as u32);
     let mut front: VecDeque<u32> = nodes.iter().copied().collect();
@@ -103,19 +106,19 @@ fn stands(whole: &Body, labels: &[u32], label: u32, nodes: &[u32]) -> Vec<u32> {
 
 /// Gives `body` the lift.
 fn lifted(
-    body: &mut Body,
-    prepared: &Prepared,
+    body: &mut PreparedBody,
+    prepared: &PreparedObject,
     kind: LiftKind,
     fragment: u32,
-    token: &Token,
-) -> Result<(), StrikeError> {
-    let Parameters { modes, alpha, .. } = prepared.parameters;
+    token: &CancelToken,
+) -> Result<(), FractureError> {
+    let BakeParameters { modes, alpha, .. } = prepared.parameters;
     if kind != LiftKind::Interior {
-        return Err(StrikeError::FragmentLiftKind { fragment, lift: kind });
+        return Err(FractureError::FragmentLiftKind { fragment, lift: kind });
     }
     let made = lift::interior(&body.crack, modes, alpha, token).map_err(|source| match source {
-        LiftError::Cancelled(cancelled) => StrikeError::Cancelled(cancelled),
-        source => StrikeError::FragmentLift { fragment, source },
+        LiftError::Cancelled(cancelled) => FractureError::Cancelled(cancelled),
+        source => FractureError::FragmentLift { fragment, source },
     })?;
     body.interior = Some(made);
     Ok(())
@@ -123,25 +126,26 @@ fn lifted(
 
 /// Its elasticity: on the lattice of its cracks itself, or, where that has many nodes, on its part of the object's elastic lattice.
 fn solid(
-    whole: &Solid,
+    whole: &ElasticModel,
     crack: &Lattice,
     stands: &[u32],
     poisson: f64,
     fragment: u32,
-    token: &Token,
-) -> Result<Solid, StrikeError> {
+    token: &CancelToken,
+) -> Result<ElasticModel, FractureError> {
     let nodes = crack.nodes.len();
     let (lattice, transfer) = if nodes <= SOLVED_NODES_MAX {
-        (crack.clone(), Transfer::identity(crack))
+        (crack.clone(), EnergyTransfer::identity(crack))
     } else {
-        coarse(whole, stands).ok_or(StrikeError::FragmentLarge { fragment, nodes })?
+        coarse(whole, stands).ok_or(FractureError::FragmentLarge { fragment, nodes })?
     };
-    Solid::new(lattice, transfer, poisson, Precision::F64, token).map_err(|source| StrikeError::of_body(0, source))
+    ElasticModel::new(lattice, transfer, poisson, Precision::F64, token)
+        .map_err(|source| FractureError::of_body(0, source))
 }
 
 /// The tetrahedra of the elastic lattice that give most of their energy to the fragment, as far as they hang together.
-fn coarse(whole: &Solid, stands: &[u32]) -> Option<(Lattice, Transfer)> {
-    let Transfer { offsets, tets, shares } = &whole.transfer;
+fn coarse(whole: &ElasticModel, stands: &[u32]) -> Option<(Lattice, EnergyTransfer)> {
+    let EnergyTransfer { offsets, tets, shares } = &whole.transfer;
     let mut given = vec![0.0; whole.lattice.tets.len()];
     for (row, _) in offsets.windows(2).zip(stands).filter(|(_, stands)| **stands != NOBODY) {
         let row = row[0] as usize..row[1] as usize;
@@ -155,8 +159,8 @@ fn coarse(whole: &Solid, stands: &[u32]) -> Option<(Lattice, Transfer)> {
 
 /// An object of this body alone. Its lattice ends up to a spacing within the fragment's surface, and on the object's own surface
 /// where that one's lattice does.
-fn alone(prepared: &Prepared, body: Body) -> Prepared {
-    let parameters = Parameters { elastic: ElasticRequest::Solve, ..prepared.parameters.clone() };
+fn alone(prepared: &PreparedObject, body: PreparedBody) -> PreparedObject {
+    let parameters = BakeParameters { elastic: ElasticRequest::Solve, ..prepared.parameters.clone() };
     let report = BakeReport {
         input_hash: String::new(),
         cracks: None,
@@ -167,7 +171,7 @@ fn alone(prepared: &Prepared, body: Body) -> Prepared {
         materials: Vec::new(),
         unprepared: Vec::new(),
     };
-    Prepared {
+    PreparedObject {
         name: prepared.name.clone(),
         frame: prepared.frame,
         parameters,

@@ -1,97 +1,100 @@
 //! Labels, tessellation, fragments: cells become closed meshes that know their mass.
 
 use super::cells::{BodyCells, Division};
-use super::hulls::Hulls;
+use super::hulls::FragmentHulls;
 use super::outputs::{bond_count, debris_count};
-use super::release::{self, Velocity};
-use super::spare::Spare;
+use super::release::{self, ReleaseVelocity};
+use super::spare::BufferPool;
 use super::{
-    BodyEnergy, Bond, Counts, FragmentRow, Looks, OUTER, Prepared, RunRow, Skins, Stage, Strike, StrikeError, WORLD,
-    Watch, slivers, world,
+    BodyEnergy, BondRow, BulkCounts, FractureError, FractureRequest, FragmentRow, FragmentSkins, OUTER, PreparedObject,
+    RunRow, Stage, StageObserver, VertexAttributes, WORLD, slivers, world,
 };
-use crate::centroidal::Field;
-use crate::fragment::{Properties, properties};
+use crate::centroidal::EnergyField;
+use crate::fragment::{RigidProperties, properties};
 use crate::lattice::Lattice;
-use crate::scene::{Effect, Effects};
-use crate::surface::Frame;
-use crate::tessellation::{Components, FixedPoints, Host, Metres, Points, Sites, Tessellation, Transform, Workspace};
-use crate::token::Token;
+use crate::scene::{EffectKind, EffectSet};
+use crate::surface::LocalFrame;
+use crate::tessellation::{
+    BisectorSites, Components, CrackPoints, FixedPoints, HostFrame, MeterFrame, Tessellation, TessellationWorkspace,
+    Transform,
+};
+use crate::token::CancelToken;
 use nalgebra::Point3;
 use std::mem::take;
 
 /// The meshes of one body, whole or broken, or of one fragment that was struck again.
-pub(super) struct BodyPieces {
+pub(super) struct BodyMeshes {
     pub(super) body: usize,
     pub(super) tessellation: Tessellation,
     /// Fragment of each node of the body; those that are answered come first.
     pub(super) labels: Vec<u32>,
     /// The crack points of these labels.
-    pub(super) points: Points,
-    pub(super) properties: Vec<Properties>,
+    pub(super) points: CrackPoints,
+    pub(super) properties: Vec<RigidProperties>,
     /// Site of each fragment.
     pub(super) sites: Vec<u32>,
     centres: Vec<Point3<f64>>,
     energies_j_m2: Vec<f64>,
     /// Where its memory goes.
-    spare: Spare,
+    spare: BufferPool,
 }
 
-impl Drop for BodyPieces {
+impl Drop for BodyMeshes {
     fn drop(&mut self) {
         let components = Components::from_memory(take(&mut self.labels), take(&mut self.sites));
         let (points, tessellation) = (take(&mut self.points), take(&mut self.tessellation));
-        self.spare.give(Cut { components, points, tessellation, measured: take(&mut self.properties) });
+        self.spare.give(CutBuffers { components, points, tessellation, measured: take(&mut self.properties) });
     }
 }
 
 /// The meshes of all bodies, ready to be emitted: their size is known to the byte.
-pub struct Pieces {
-    pub(super) bodies: Vec<BodyPieces>,
+pub struct FractureMeshes {
+    pub(super) bodies: Vec<BodyMeshes>,
     pub(super) transform: Transform,
-    pub(super) frame: Frame,
+    pub(super) frame: LocalFrame,
     pub(super) crack_spacing: f64,
     pub(super) seed: u64,
     /// Bonds with the world, by fragment, if bonds are asked for.
-    pub(super) world: Vec<Bond>,
+    pub(super) world: Vec<BondRow>,
     /// One row per fragment, by body, then by site, then by lowest node.
     pub fragments: Vec<FragmentRow>,
     /// One row per run; a fragment's rows follow each other.
     pub runs: Vec<RunRow>,
     /// One per fragment, if release is asked for.
-    pub velocities: Vec<Velocity>,
+    pub velocities: Vec<ReleaseVelocity>,
     /// Empty unless hulls are asked for.
-    pub hulls: Hulls,
+    pub hulls: FragmentHulls,
     /// Empty unless attributes are asked for.
-    pub looks: Looks,
+    pub looks: VertexAttributes,
     /// Empty unless skins are asked for.
-    pub skins: Skins,
+    pub skins: FragmentSkins,
     /// What is asked for.
-    pub effects: Effects,
+    pub effects: EffectSet,
     /// Lengths of the bulk sections.
-    pub counts: Counts,
+    pub counts: BulkCounts,
 }
 
 /// What the pieces of a strike are made of.
 #[derive(Clone, Copy)]
-pub(super) struct Broken<'a> {
-    pub prepared: &'a Prepared,
-    pub strike: &'a Strike,
+pub(super) struct MeshSources<'a> {
+    pub prepared: &'a PreparedObject,
+    pub strike: &'a FractureRequest,
     pub energies: &'a [BodyEnergy],
-    pub fields: &'a [Field<'a>],
+    pub fields: &'a [EnergyField<'a>],
     pub division: &'a Division,
-    pub spare: &'a Spare,
+    pub spare: &'a BufferPool,
 }
 
-impl Pieces {
+impl FractureMeshes {
     /// Cuts every body: those with cells along them, the others stay whole.
     pub(super) fn new(
-        broken: Broken<'_>,
-        workspace: &mut Workspace,
-        token: &Token,
-        watch: &mut dyn Watch,
-    ) -> Result<Self, StrikeError> {
-        let Broken { prepared, strike, .. } = broken;
-        let mut bodies: Vec<BodyPieces> = Vec::with_capacity(prepared.bodies.len());
+        broken: MeshSources<'_>,
+        workspace: &mut TessellationWorkspace,
+        token: &CancelToken,
+        watch: &mut dyn StageObserver,
+    ) -> Result<Self, FractureError> {
+        let MeshSources { prepared, strike, .. } = broken;
+        let mut bodies: Vec<BodyMeshes> = Vec::with_capacity(prepared.bodies.len());
         let (mut velocities, mut world, mut first) = (Vec::new(), Vec::new(), 0);
         let held = prepared.held(strike.effects)?;
         for (index, body) in prepared.bodies.iter().enumerate() {
@@ -99,18 +102,18 @@ impl Pieces {
             let pieces = broken.cut(index, workspace, watch)?;
             let held = held.filter(|held| held.body(index).is_some());
             let ties = |held| world::bonds(&pieces, &body.crack, held, &prepared.frame);
-            if let Some(held) = held.filter(|_| strike.effects.has(Effect::Bonds)) {
-                watch.begin(Effect::Bonds);
-                let numbered = |bond: Bond| Bond { fragments: [first + bond.fragments[0], WORLD], ..bond };
+            if let Some(held) = held.filter(|_| strike.effects.has(EffectKind::Bonds)) {
+                watch.begin(EffectKind::Bonds);
+                let numbered = |bond: BondRow| BondRow { fragments: [first + bond.fragments[0], WORLD], ..bond };
                 world.extend(ties(held).into_iter().map(numbered));
-                watch.end(Effect::Bonds, 0);
+                watch.end(EffectKind::Bonds, 0);
             }
-            if strike.effects.has(Effect::Release) {
-                watch.begin(Effect::Release);
+            if strike.effects.has(EffectKind::Release) {
+                watch.begin(EffectKind::Release);
                 let mut own = broken.velocities(index, &pieces);
                 let still = held.map_or(Vec::new(), ties);
-                still.iter().for_each(|bond| own[bond.fragments[0] as usize] = Velocity::default());
-                watch.end(Effect::Release, size_of_val(own.as_slice()) as u64);
+                still.iter().for_each(|bond| own[bond.fragments[0] as usize] = ReleaseVelocity::default());
+                watch.end(EffectKind::Release, size_of_val(own.as_slice()) as u64);
                 velocities.extend(own);
             }
             first += pieces.properties.len() as u32;
@@ -119,7 +122,7 @@ impl Pieces {
         let lattices: Vec<&Lattice> = prepared.bodies.iter().map(|body| &body.crack).collect();
         let pieces = Self::of(bodies, velocities, world, prepared, strike);
         let mut pieces = pieces.with_looks(prepared, watch)?;
-        if strike.effects.has(Effect::Skin) {
+        if strike.effects.has(EffectKind::Skin) {
             let of_fragments: Vec<Vec<u32>> = pieces.bodies.iter().map(|own| own.sites.clone()).collect();
             let sites = broken.sites(&of_fragments)?;
             pieces = pieces.with_skins(prepared.skin.as_ref(), prepared, &sites, watch)?;
@@ -129,11 +132,11 @@ impl Pieces {
 
     /// The meshes of `bodies`, laid out.
     pub(super) fn of(
-        bodies: Vec<BodyPieces>,
-        velocities: Vec<Velocity>,
-        world: Vec<Bond>,
-        prepared: &Prepared,
-        strike: &Strike,
+        bodies: Vec<BodyMeshes>,
+        velocities: Vec<ReleaseVelocity>,
+        world: Vec<BondRow>,
+        prepared: &PreparedObject,
+        strike: &FractureRequest,
     ) -> Self {
         let mut pieces = Self {
             bodies,
@@ -145,11 +148,11 @@ impl Pieces {
             fragments: Vec::new(),
             runs: Vec::new(),
             velocities,
-            hulls: Hulls::default(),
-            looks: Looks::default(),
-            skins: Skins::default(),
+            hulls: FragmentHulls::default(),
+            looks: VertexAttributes::default(),
+            skins: FragmentSkins::default(),
             effects: strike.effects,
-            counts: Counts::default(),
+            counts: BulkCounts::default(),
         };
         pieces.lay_out(prepared);
         pieces
@@ -159,19 +162,19 @@ impl Pieces {
     pub(super) fn with_hulls(
         mut self,
         lattices: &[&Lattice],
-        token: &Token,
-        watch: &mut dyn Watch,
-    ) -> Result<Self, StrikeError> {
-        if self.effects.has(Effect::Hulls) {
-            watch.begin(Effect::Hulls);
+        token: &CancelToken,
+        watch: &mut dyn StageObserver,
+    ) -> Result<Self, FractureError> {
+        if self.effects.has(EffectKind::Hulls) {
+            watch.begin(EffectKind::Hulls);
             self.hulls = self.fit_hulls(lattices, token)?;
-            watch.end(Effect::Hulls, self.hulls.bytes() as u64);
+            watch.end(EffectKind::Hulls, self.hulls.bytes() as u64);
         }
         Ok(self)
     }
 
     /// Fills the tables; offsets continue from body to body.
-    fn lay_out(&mut self, prepared: &Prepared) {
+    fn lay_out(&mut self, prepared: &PreparedObject) {
         let density = prepared.parameters.material.density_kg_m3;
         let metre = prepared.frame.diagonal_m;
         for pieces in &self.bodies {
@@ -211,10 +214,10 @@ impl Pieces {
             self.counts.vertices += pieces.tessellation.vertex_count();
             self.counts.indices += pieces.tessellation.index_count();
             self.counts.merges += pieces.tessellation.merge_count();
-            if self.effects.has(Effect::Bonds) {
+            if self.effects.has(EffectKind::Bonds) {
                 self.counts.bonds += bond_count(&pieces.tessellation);
             }
-            if self.effects.has(Effect::Debris) {
+            if self.effects.has(EffectKind::Debris) {
                 self.counts.debris += debris_count(&pieces.tessellation);
             }
         }
@@ -228,21 +231,22 @@ impl Pieces {
         positions: &mut [[f32; 3]],
         indices: &mut [u32],
         merges: &mut [[u32; 2]],
-    ) -> Result<(), StrikeError> {
-        self.emit_for(&Metres, positions, indices, merges)
+    ) -> Result<(), FractureError> {
+        self.emit_for(&MeterFrame, positions, indices, merges)
     }
 
     /// [`Self::emit`] in the coordinates and the winding of `host`.
     pub fn emit_for(
         &self,
-        host: &impl Host,
+        host: &impl HostFrame,
         positions: &mut [[f32; 3]],
         indices: &mut [u32],
         merges: &mut [[u32; 2]],
-    ) -> Result<(), StrikeError> {
-        let given = Counts { vertices: positions.len(), indices: indices.len(), merges: merges.len(), ..self.counts };
+    ) -> Result<(), FractureError> {
+        let given =
+            BulkCounts { vertices: positions.len(), indices: indices.len(), merges: merges.len(), ..self.counts };
         if given != self.counts {
-            return Err(StrikeError::SectionLengths { given, needed: self.counts });
+            return Err(FractureError::SectionLengths { given, needed: self.counts });
         }
         let (mut positions, mut indices, mut merges) = (positions, indices, merges);
         for pieces in &self.bodies {
@@ -259,19 +263,19 @@ impl Pieces {
 
 /// What cutting one body works on.
 #[derive(Default)]
-pub(super) struct Cut {
+pub(super) struct CutBuffers {
     pub components: Components,
-    pub points: Points,
+    pub points: CrackPoints,
     pub tessellation: Tessellation,
-    pub measured: Vec<Properties>,
+    pub measured: Vec<RigidProperties>,
 }
 
-impl Cut {
+impl CutBuffers {
     /// The pieces of body `body`, by the energy of a site, J·m².
-    pub fn into_pieces(self, body: usize, spare: &Spare, energy_j_m2: impl Fn(u32) -> f64) -> BodyPieces {
+    pub fn into_pieces(self, body: usize, spare: &BufferPool, energy_j_m2: impl Fn(u32) -> f64) -> BodyMeshes {
         let Self { components, points, tessellation, measured } = self;
         let energies_j_m2 = components.sites.iter().take(measured.len()).map(|&site| energy_j_m2(site)).collect();
-        BodyPieces {
+        BodyMeshes {
             body,
             spare: spare.clone(),
             tessellation,
@@ -285,9 +289,9 @@ impl Cut {
     }
 }
 
-impl Broken<'_> {
+impl MeshSources<'_> {
     /// Velocities of the fragments of one body.
-    fn velocities(&self, index: usize, pieces: &BodyPieces) -> Vec<Velocity> {
+    fn velocities(&self, index: usize, pieces: &BodyMeshes) -> Vec<ReleaseVelocity> {
         let struck = self.energies.iter().position(|energy| energy.body == index);
         let energy_j = struck.map_or(0.0, |struck| self.energies[struck].energy_j);
         let (field, lattice) = (struck.map(|struck| &self.fields[struck]), &self.prepared.bodies[index].crack);
@@ -297,10 +301,10 @@ impl Broken<'_> {
     }
 
     /// The diagrams of all bodies, of those that break; `of_fragments`: site of each fragment.
-    fn sites<'b>(&'b self, of_fragments: &'b [Vec<u32>]) -> Result<Vec<Option<Sites<'b>>>, StrikeError> {
+    fn sites<'b>(&'b self, of_fragments: &'b [Vec<u32>]) -> Result<Vec<Option<BisectorSites<'b>>>, FractureError> {
         let sites = |(body, of_fragment): (usize, &'b Vec<u32>)| {
             let lift = self.prepared.lift_for(body, self.strike)?;
-            Ok(self.cells(body).map(|cells| Sites { lift, coordinates: &cells.diagram.sites, of_fragment }))
+            Ok(self.cells(body).map(|cells| BisectorSites { lift, coordinates: &cells.diagram.sites, of_fragment }))
         };
         of_fragments.iter().enumerate().map(sites).collect()
     }
@@ -311,7 +315,12 @@ impl Broken<'_> {
     }
 
     /// Cuts one body.
-    fn cut(&self, index: usize, workspace: &mut Workspace, watch: &mut dyn Watch) -> Result<BodyPieces, StrikeError> {
+    fn cut(
+        &self,
+        index: usize,
+        workspace: &mut TessellationWorkspace,
+        watch: &mut dyn StageObserver,
+    ) -> Result<BodyMeshes, FractureError> {
         let body = &self.prepared.bodies[index];
         let cells = self.cells(index);
         let mut cut = self.spare.take();
@@ -321,19 +330,19 @@ impl Broken<'_> {
         watch.leave(Stage::Labels, size_of_val(cut.components.labels.as_slice()) as u64);
         watch.enter(Stage::Tessellation);
         let mut fixed = FixedPoints::default();
-        if self.strike.effects.has(Effect::Slivers) && cells.is_some() {
-            watch.begin(Effect::Slivers);
+        if self.strike.effects.has(EffectKind::Slivers) && cells.is_some() {
+            watch.begin(EffectKind::Slivers);
             fixed = self.merge_small(index, cells, &mut cut)?;
-            watch.end(Effect::Slivers, 0);
+            watch.end(EffectKind::Slivers, 0);
         }
         self.tessellate(index, cells, &mut cut, &fixed, workspace)?;
         watch.leave(Stage::Tessellation, size_of_val(cut.tessellation.runs()) as u64);
         watch.enter(Stage::Fragments);
         properties(&cut.tessellation, &mut cut.measured);
-        if self.strike.effects.has(Effect::Slivers) && cells.is_some() {
-            watch.begin(Effect::Slivers);
+        if self.strike.effects.has(EffectKind::Slivers) && cells.is_some() {
+            watch.begin(EffectKind::Slivers);
             let bytes = self.merge_slivers(index, cells, &mut cut, workspace)?;
-            watch.end(Effect::Slivers, bytes);
+            watch.end(EffectKind::Slivers, bytes);
         }
         watch.leave(Stage::Fragments, size_of_val(cut.measured.as_slice()) as u64);
         Ok(cut.into_pieces(index, self.spare, |site| cells.map_or(0.0, |cells| self.energy_j_m2(cells, site))))
@@ -346,7 +355,12 @@ impl Broken<'_> {
     }
 
     /// Merges pieces that are small by their nodes before the body is cut; the crack points of before, if there were any.
-    fn merge_small(&self, index: usize, cells: Option<&BodyCells>, cut: &mut Cut) -> Result<FixedPoints, StrikeError> {
+    fn merge_small(
+        &self,
+        index: usize,
+        cells: Option<&BodyCells>,
+        cut: &mut CutBuffers,
+    ) -> Result<FixedPoints, FractureError> {
         let body = &self.prepared.bodies[index];
         let least = slivers::least_volume(self.prepared, self.strike);
         let Some(volumes) = slivers::small_by_nodes(&cut.components, &body.volumes, least) else {
@@ -363,9 +377,9 @@ impl Broken<'_> {
         &self,
         index: usize,
         cells: Option<&BodyCells>,
-        cut: &mut Cut,
-        workspace: &mut Workspace,
-    ) -> Result<u64, StrikeError> {
+        cut: &mut CutBuffers,
+        workspace: &mut TessellationWorkspace,
+    ) -> Result<u64, FractureError> {
         let least = slivers::least_volume(self.prepared, self.strike);
         if !slivers::merge(&mut cut.components, &cut.tessellation, &cut.measured, least) {
             return Ok(0);
@@ -382,13 +396,13 @@ impl Broken<'_> {
         &self,
         index: usize,
         cells: Option<&BodyCells>,
-        cut: &mut Cut,
+        cut: &mut CutBuffers,
         fixed: &FixedPoints,
-        workspace: &mut Workspace,
-    ) -> Result<(), StrikeError> {
+        workspace: &mut TessellationWorkspace,
+    ) -> Result<(), FractureError> {
         self.find(index, cells, cut, fixed)?;
         let body = &self.prepared.bodies[index];
-        let Cut { components, points, tessellation, .. } = cut;
+        let CutBuffers { components, points, tessellation, .. } = cut;
         Ok(tessellation.build(&body.crack, &body.topology, &components.labels, points, workspace)?)
     }
 
@@ -397,14 +411,14 @@ impl Broken<'_> {
         &self,
         index: usize,
         cells: Option<&BodyCells>,
-        cut: &mut Cut,
+        cut: &mut CutBuffers,
         fixed: &FixedPoints,
-    ) -> Result<(), StrikeError> {
+    ) -> Result<(), FractureError> {
         let body = &self.prepared.bodies[index];
         let lift = self.prepared.lift_for(index, self.strike)?;
-        let Cut { components, points, .. } = cut;
+        let CutBuffers { components, points, .. } = cut;
         let of_fragment = &components.sites;
-        let sites = cells.map(|cells| Sites { lift, coordinates: &cells.diagram.sites, of_fragment });
+        let sites = cells.map(|cells| BisectorSites { lift, coordinates: &cells.diagram.sites, of_fragment });
         Ok(points.find(&body.crack, &body.topology, &components.labels, sites, fixed)?)
     }
 }

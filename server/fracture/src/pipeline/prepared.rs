@@ -1,23 +1,26 @@
 //! Everything that depends on the object alone: built by baking, loaded at start-up, shared and never changed.
 
-use super::{Bound, ElasticRequest, Example, Held, Impact, Learned, Quality, Reduction, Strike, StrikeError, Warped};
+use super::{
+    AnchoredObject, ContactSet, ElasticRequest, EnergyUpperBound, Example, FractureError, FractureRequest,
+    LearnedModel, Preset, ReductionErrors, WarpedBody,
+};
 use crate::centroidal::Clusters;
 use crate::degree::Slenderness;
-use crate::elasticity::{Boundary, Elasticity, ElasticityError, Reduced};
-use crate::lattice::{Lattice, Transfer};
-use crate::lift::{Lift, LiftKind};
+use crate::elasticity::{BoundaryNodes, Elasticity, ElasticityError, ReducedBasis};
+use crate::lattice::{EnergyTransfer, Lattice};
+use crate::lift::{LiftKind, LiftedLattice};
 use crate::scene::Material;
-use crate::skin::{Outer, Skin};
+use crate::skin::{BoundaryAttributes, Skin};
 use crate::sparse::Precision;
-use crate::surface::{Defect, Frame};
+use crate::surface::{Defect, LocalFrame};
 use crate::tessellation::Topology;
-use crate::token::Token;
+use crate::token::CancelToken;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
 /// What an object was baked from; with the mesh it determines the database.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Parameters {
+pub struct BakeParameters {
     /// Name of the material.
     pub material_name: String,
     /// The material's numbers at that time.
@@ -41,8 +44,8 @@ pub struct Parameters {
     #[serde(default, skip_serializing_if = "Precision::is_default")]
     pub factor: Precision,
     /// Which preset it was baked as.
-    #[serde(default, skip_serializing_if = "Quality::is_default")]
-    pub quality: Quality,
+    #[serde(default, skip_serializing_if = "Preset::is_default")]
+    pub quality: Preset,
 }
 
 /// What baking found out about the mesh and the lattices.
@@ -68,7 +71,7 @@ pub struct BakeReport {
     pub cracks: Option<ExistingCracks>,
     /// Lifts that a body does without, and why.
     #[serde(default)]
-    pub unprepared: Vec<Unprepared>,
+    pub unprepared: Vec<MissingLift>,
 }
 
 /// Cracks that an object carries from the beginning: sheets without width, along which its lattices have slots.
@@ -88,7 +91,7 @@ pub struct ExistingCracks {
 
 /// A lift that could not be made for a body; strikes that ask for it are refused.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Unprepared {
+pub struct MissingLift {
     /// Which body.
     pub body: usize,
     /// Which lift.
@@ -106,25 +109,25 @@ impl BakeReport {
 }
 
 /// What a body's elasticity needs; an object that is not asked for its deformation does without.
-pub struct Solid {
+pub struct ElasticModel {
     /// Coarser lattice: elasticity.
     pub lattice: Lattice,
     /// Energy from it to the crack lattice.
-    pub transfer: Transfer,
+    pub transfer: EnergyTransfer,
     /// Factored stiffness.
     pub elasticity: Elasticity,
     /// A few displacements that span those of most impacts; `None`: every strike is solved.
-    pub reduced: Option<Reduced>,
+    pub reduced: Option<ReducedBasis>,
 }
 
-impl Solid {
+impl ElasticModel {
     /// Assembles the stiffness, which is factored at first need; without a reduced basis, which whoever has one adds.
     pub fn new(
         lattice: Lattice,
-        transfer: Transfer,
+        transfer: EnergyTransfer,
         poisson: f64,
         factor: Precision,
-        token: &Token,
+        token: &CancelToken,
     ) -> Result<Self, ElasticityError> {
         let elasticity = Elasticity::assembled(&lattice, poisson, token)?.of_precision(factor);
         Ok(Self { lattice, transfer, elasticity, reduced: None })
@@ -132,17 +135,17 @@ impl Solid {
 }
 
 /// One connected component of the object.
-pub struct Body {
+pub struct PreparedBody {
     /// Finer lattice: cracks.
     pub crack: Lattice,
     /// Elasticity; `None`: not prepared.
-    pub solid: Option<Solid>,
+    pub solid: Option<ElasticModel>,
     /// The lift with interior distances, on the crack lattice; `None`: not prepared.
-    pub interior: Option<Lift>,
+    pub interior: Option<LiftedLattice>,
     /// The lift with diffusion distances on the surface, on the crack lattice; `None`: not prepared.
-    pub surface_diffusion: Option<Lift>,
+    pub surface_diffusion: Option<LiftedLattice>,
     /// The lift with straight distances, on the crack lattice.
-    pub euclidean: Lift,
+    pub euclidean: LiftedLattice,
     /// Lumped volumes of the crack lattice's nodes, local.
     pub volumes: Vec<f64>,
     /// Edges, faces and boundary of the crack lattice.
@@ -152,26 +155,26 @@ pub struct Body {
     /// Thickness and section, for the closed form.
     pub slenderness: Slenderness,
     /// Surface of the crack lattice: which body a contact is nearest to.
-    pub boundary: Boundary,
+    pub boundary: BoundaryNodes,
     /// What an artist's controls make of it, if there are any.
-    pub warped: Option<Warped>,
+    pub warped: Option<WarpedBody>,
     /// How the input looks on the crack lattice's boundary; `None`: not prepared.
-    pub outer: Option<Outer>,
+    pub outer: Option<BoundaryAttributes>,
     /// What bounds its E_1; `None`: nothing does.
-    pub bound: Option<Bound>,
+    pub bound: Option<EnergyUpperBound>,
 }
 
-impl Body {
+impl PreparedBody {
     /// Derives everything that follows from the crack lattice; without elasticity and lifts, which whoever has them adds.
     pub fn new(crack: Lattice) -> Self {
         let topology = Topology::new(&crack);
         Self {
             clusters: Clusters::new(topology.nodes, |node| topology.neighbours(node)),
-            euclidean: Lift::euclidean(&crack),
+            euclidean: LiftedLattice::euclidean(&crack),
             volumes: crack.node_volumes(),
             topology,
             slenderness: Slenderness::of(&crack),
-            boundary: Boundary::new(&crack),
+            boundary: BoundaryNodes::new(&crack),
             solid: None,
             interior: None,
             surface_diffusion: None,
@@ -183,7 +186,7 @@ impl Body {
     }
 
     /// The lift of that kind, if the body was prepared for it.
-    pub fn lift(&self, kind: LiftKind) -> Option<&Lift> {
+    pub fn lift(&self, kind: LiftKind) -> Option<&LiftedLattice> {
         match kind {
             LiftKind::Euclidean => Some(&self.euclidean),
             LiftKind::Interior => self.interior.as_ref(),
@@ -192,19 +195,19 @@ impl Body {
     }
 
     /// Its reduced basis, if it has one.
-    pub fn reduced(&self) -> Option<&Reduced> {
+    pub fn reduced(&self) -> Option<&ReducedBasis> {
         self.solid.as_ref().and_then(|solid| solid.reduced.as_ref())
     }
 }
 
 /// An object ready to be struck.
-pub struct Prepared {
+pub struct PreparedObject {
     /// Its name.
     pub name: String,
     /// Local frame.
-    pub frame: Frame,
+    pub frame: LocalFrame,
     /// What it was baked from.
-    pub parameters: Parameters,
+    pub parameters: BakeParameters,
     /// Threshold γ, J·m².
     pub gamma_j_m2: f64,
     /// κ: calibrated degree over the closed form's n₀.
@@ -212,33 +215,33 @@ pub struct Prepared {
     /// What baking found.
     pub report: BakeReport,
     /// Its components.
-    pub bodies: Vec<Body>,
+    pub bodies: Vec<PreparedBody>,
     /// Impacts that were drawn for the examples: the next is number `impacts`.
     pub impacts: u64,
     /// Impacts whose fracture degree is known, by their numbers.
     pub examples: Vec<Example>,
     /// What they taught, if they are enough.
-    pub learned: Option<Learned>,
+    pub learned: Option<LearnedModel>,
     /// How well the reduced bases do, if there are any.
-    pub reduction: Option<Reduction>,
+    pub reduction: Option<ReductionErrors>,
     /// What a scene's anchors make of it; no part of its database.
-    pub held: Option<Held>,
+    pub held: Option<AnchoredObject>,
     /// The input's own triangles; `None`: not prepared.
     pub skin: Option<Arc<Skin>>,
 }
 
-impl Prepared {
+impl PreparedObject {
     /// The lift of that kind of body `body`.
     ///
     /// Errors: [`StrikeError::LiftUnprepared`].
-    pub fn lift(&self, body: usize, kind: LiftKind) -> Result<&Lift, StrikeError> {
-        self.bodies[body].lift(kind).ok_or(StrikeError::LiftUnprepared { body, lift: kind })
+    pub fn lift(&self, body: usize, kind: LiftKind) -> Result<&LiftedLattice, FractureError> {
+        self.bodies[body].lift(kind).ok_or(FractureError::LiftUnprepared { body, lift: kind })
     }
 
     /// The lift of body `body` that the cells of `strike` are straight in.
     ///
     /// Errors: [`StrikeError::LiftUnprepared`].
-    pub fn lift_for(&self, body: usize, strike: &Strike) -> Result<&Lift, StrikeError> {
+    pub fn lift_for(&self, body: usize, strike: &FractureRequest) -> Result<&LiftedLattice, FractureError> {
         let bent = self.controls(body, strike).and_then(|warped| warped.lift(strike.lift));
         bent.map_or_else(|| self.lift(body, strike.lift), Ok)
     }
@@ -246,22 +249,22 @@ impl Prepared {
     /// What the elasticity of body `body` needs.
     ///
     /// Errors: [`StrikeError::ElasticityUnprepared`].
-    pub fn solid(&self, body: usize) -> Result<&Solid, StrikeError> {
-        self.bodies[body].solid.as_ref().ok_or(StrikeError::ElasticityUnprepared { body })
+    pub fn solid(&self, body: usize) -> Result<&ElasticModel, FractureError> {
+        self.bodies[body].solid.as_ref().ok_or(FractureError::ElasticityUnprepared { body })
     }
 
     /// Joules per unit of local energy under `impact`: F²/(E·L).
-    pub fn unit_j(&self, impact: &Impact) -> f64 {
+    pub fn unit_j(&self, impact: &ContactSet) -> f64 {
         impact.peak_force_n.powi(2) / (self.parameters.material.young_pa * self.frame.diagonal_m)
     }
 
     /// Factors the stiffness of every body that is not factored yet, so that no strike has to.
     ///
     /// Errors: [`StrikeError::Elasticity`], what every strike that needs that factor will be told.
-    pub fn factor(&self) -> Result<(), StrikeError> {
+    pub fn factor(&self) -> Result<(), FractureError> {
         let solids = self.bodies.iter().enumerate().filter_map(|(body, own)| Some((body, own.solid.as_ref()?)));
         for (body, own) in solids {
-            own.elasticity.factor().map_err(|source| StrikeError::Elasticity { body, source })?;
+            own.elasticity.factor().map_err(|source| FractureError::Elasticity { body, source })?;
         }
         Ok(())
     }

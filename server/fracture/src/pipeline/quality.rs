@@ -2,7 +2,7 @@
 //!
 //! A bake fixes the lattices, a strike chooses among what is left. Numbers that are given by themselves go before those of a preset.
 
-use super::{DegreeRequest, ElasticRequest, RANK_MAX, REDUCED_ERROR_MAX, Strike};
+use super::{DegreeRequest, ElasticRequest, FractureRequest, RANK_MAX, REDUCED_ERROR_MAX};
 use crate::centroidal::{ITERATIONS_MAX, TOLERANCE};
 use crate::lattice::{CRACK_NODES_DEFAULT, ELASTIC_NODES_DEFAULT};
 use crate::lift::MODES_DEFAULT;
@@ -20,7 +20,7 @@ pub const DRAFT_ERROR_MAX: f64 = 0.25;
 /// A preset, from fast to accurate.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Quality {
+pub enum Preset {
     /// A third of everything, to try things out and for what is far away.
     Draft,
     /// A strike within a frame.
@@ -34,7 +34,7 @@ pub enum Quality {
 
 /// What a bake fixes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Lattices {
+pub struct LatticeSettings {
     /// Elastic nodes aimed at.
     pub elastic_nodes: usize,
     /// Crack nodes aimed at.
@@ -49,7 +49,7 @@ pub struct Lattices {
 
 /// What a strike chooses.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Dials {
+pub struct SolverSettings {
     /// Where displacements come from.
     pub elastic: ElasticRequest,
     /// Displacements of a body's basis that are used at most; `None`: all.
@@ -64,7 +64,7 @@ pub struct Dials {
     pub degree: DegreeRequest,
 }
 
-impl Quality {
+impl Preset {
     /// All of them, from fast to accurate.
     pub const ALL: [Self; 4] = [Self::Draft, Self::Game, Self::Film, Self::Reference];
 
@@ -98,18 +98,24 @@ impl Quality {
     }
 
     /// What a bake of it fixes.
-    pub fn lattices(self) -> Lattices {
+    pub fn lattices(self) -> LatticeSettings {
         let [elastic_nodes, crack_nodes] = match self {
             Self::Draft => [ELASTIC_NODES_DEFAULT / 2, 3_000],
             Self::Game => [ELASTIC_NODES_DEFAULT, CRACK_NODES_DEFAULT],
             Self::Film | Self::Reference => [4 * ELASTIC_NODES_DEFAULT, 100_000],
         };
-        Lattices { elastic_nodes, crack_nodes, modes: MODES_DEFAULT, rank_max: RANK_MAX, fitted: self >= Self::Film }
+        LatticeSettings {
+            elastic_nodes,
+            crack_nodes,
+            modes: MODES_DEFAULT,
+            rank_max: RANK_MAX,
+            fitted: self >= Self::Film,
+        }
     }
 
     /// What a strike of it chooses.
-    pub fn dials(self) -> Dials {
-        let game = Dials {
+    pub fn dials(self) -> SolverSettings {
+        let game = SolverSettings {
             elastic: ElasticRequest::Reduced,
             rank_max: None,
             reduced_error_max: GAME_ERROR_MAX,
@@ -117,9 +123,9 @@ impl Quality {
             iterations_max: ITERATIONS_MAX,
             degree: DegreeRequest::Inferred,
         };
-        let film = Dials { reduced_error_max: REDUCED_ERROR_MAX, tolerance: TOLERANCE, ..game };
+        let film = SolverSettings { reduced_error_max: REDUCED_ERROR_MAX, tolerance: TOLERANCE, ..game };
         match self {
-            Self::Draft => Dials {
+            Self::Draft => SolverSettings {
                 rank_max: Some(RANK_MAX as u32 / 2),
                 reduced_error_max: DRAFT_ERROR_MAX,
                 tolerance: 5e-2,
@@ -128,18 +134,22 @@ impl Quality {
             },
             Self::Game => game,
             Self::Film => film,
-            Self::Reference => {
-                Dials { elastic: ElasticRequest::Solve, tolerance: 1e-6, degree: DegreeRequest::Verified, ..film }
-            }
+            Self::Reference => SolverSettings {
+                elastic: ElasticRequest::Solve,
+                tolerance: 1e-6,
+                degree: DegreeRequest::Verified,
+                ..film
+            },
         }
     }
 }
 
-impl Strike {
+impl FractureRequest {
     /// With all dials as `quality` has them.
     #[must_use]
-    pub fn of_quality(self, quality: Quality) -> Self {
-        let Dials { elastic, rank_max, reduced_error_max, tolerance, iterations_max, degree } = quality.dials();
+    pub fn of_quality(self, quality: Preset) -> Self {
+        let SolverSettings { elastic, rank_max, reduced_error_max, tolerance, iterations_max, degree } =
+            quality.dials();
         Self { elastic, rank_max, reduced_error_max, tolerance, iterations_max, degree, ..self }
     }
 }
@@ -151,10 +161,10 @@ mod tests {
 
     #[test]
     fn every_preset_is_at_least_as_accurate_as_the_one_before() {
-        for pair in Quality::ALL.windows(2) {
+        for pair in Preset::ALL.windows(2) {
             let [fast, fine] = [pair[0].dials(), pair[1].dials()];
             assert!(fine.tolerance < fast.tolerance && fine.iterations_max >= fast.iterations_max, "{pair:?}");
-            let rank = |dials: Dials| dials.rank_max.unwrap_or(u32::MAX);
+            let rank = |dials: SolverSettings| dials.rank_max.unwrap_or(u32::MAX);
             assert!(rank(fine) >= rank(fast), "{pair:?}");
             assert!(fine.elastic == ElasticRequest::Solve || fast.elastic == ElasticRequest::Reduced, "{pair:?}");
             let [fast, fine] = [pair[0].lattices(), pair[1].lattices()];
@@ -164,9 +174,9 @@ mod tests {
 
     #[test]
     fn the_default_preset_is_the_default_of_a_strike() {
-        let strike = Strike::at(Point3::origin(), Vector3::x());
-        assert_eq!(strike.clone().of_quality(Quality::default()), strike);
-        assert!(Quality::ALL.into_iter().all(|quality| Quality::by_name(quality.name()) == Some(quality)));
-        assert_eq!(Quality::by_name("normal"), None);
+        let strike = FractureRequest::at(Point3::origin(), Vector3::x());
+        assert_eq!(strike.clone().of_quality(Preset::default()), strike);
+        assert!(Preset::ALL.into_iter().all(|quality| Preset::by_name(quality.name()) == Some(quality)));
+        assert_eq!(Preset::by_name("normal"), None);
     }
 }

@@ -2,12 +2,12 @@
 //!
 //! Ours: the problem is linear, so every contact of an example is worth three snapshots, one per direction of its force.
 
-use super::{Impact, Prepared, Sampler, Strike, StrikeError, Workspace, strain_energy};
-use crate::centroidal::Field;
+use super::{ContactSet, FractureError, FractureRequest, ImpactSampler, PreparedObject, Workspace, strain_energy};
+use crate::centroidal::EnergyField;
 use crate::degree;
-use crate::elasticity::{Contact, Driving, Estimate, Load, Reduced};
+use crate::elasticity::{ContactLoad, DrivingEnergy, ErrorEstimate, NodalLoad, ReducedBasis};
 use crate::lift::LiftKind;
-use crate::token::Token;
+use crate::token::CancelToken;
 use nalgebra::Vector3;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -32,7 +32,7 @@ const HELD_OUT_FIRST: u64 = 1 << 32;
 
 /// How well the bases do on impacts that they have not seen: medians over bodies struck.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Reduction {
+pub struct ReductionErrors {
     /// Displacements of each body's basis; 0: it has none.
     pub rank: Vec<usize>,
     /// Displacements that were compared.
@@ -52,8 +52,8 @@ pub struct Reduction {
 }
 
 /// Makes the bases of all bodies, and tries them. Without impacts, or with `rank_max` 0, there are none.
-pub fn reduce(prepared: &mut Prepared, rank_max: usize, token: &Token) -> Result<(), StrikeError> {
-    let solids = |prepared: &mut Prepared| -> Vec<usize> {
+pub fn reduce(prepared: &mut PreparedObject, rank_max: usize, token: &CancelToken) -> Result<(), FractureError> {
+    let solids = |prepared: &mut PreparedObject| -> Vec<usize> {
         let all =
             prepared.bodies.iter_mut().enumerate().filter_map(|(index, body)| Some((index, body.solid.as_mut()?)));
         all.map(|(index, solid)| {
@@ -78,31 +78,36 @@ pub fn reduce(prepared: &mut Prepared, rank_max: usize, token: &Token) -> Result
         let own = trials.iter().filter(|trial| trial.body == index && trial.fits);
         let pairs: Vec<_> = own.map(|trial| (trial.residual, trial.energy_error)).collect();
         if let Some(solid) = &mut prepared.bodies[index].solid {
-            solid.reduced = solid.reduced.take().map(|reduced| reduced.estimating(Estimate::fit(&pairs)));
+            solid.reduced = solid.reduced.take().map(|reduced| reduced.estimating(ErrorEstimate::fit(&pairs)));
         }
     }
-    prepared.reduction = Reduction::of(prepared, &trials);
+    prepared.reduction = ReductionErrors::of(prepared, &trials);
     Ok(())
 }
 
 /// The basis of body `index` from the contacts of the object's impacts.
-fn basis(prepared: &Prepared, index: usize, rank_max: usize, token: &Token) -> Result<Option<Reduced>, StrikeError> {
+fn basis(
+    prepared: &PreparedObject,
+    index: usize,
+    rank_max: usize,
+    token: &CancelToken,
+) -> Result<Option<ReducedBasis>, FractureError> {
     let solid = prepared.solid(index)?;
     let column_bytes = size_of::<f64>() * solid.elasticity.size();
     let rank_max = rank_max.min(BASIS_BYTES_MAX / (column_bytes / 2));
     if rank_max < RANK_MIN {
         return Ok(None);
     }
-    let failed = |source| StrikeError::of_body(index, source);
+    let failed = |source| FractureError::of_body(index, source);
     let mut loads = Vec::new();
     let mut workspace = Workspace::default();
     for contact in contacts(prepared, index)?.into_iter().take(SNAPSHOT_BYTES_MAX / column_bytes / 3) {
         for axis in 0..3 {
             let impulse = Vector3::ith(axis, 1.0);
-            let mut load = Load::default();
+            let mut load = NodalLoad::default();
             solid
                 .elasticity
-                .load(&[Contact { impulse, ..contact }], &mut load, &mut workspace.elasticity)
+                .load(&[ContactLoad { impulse, ..contact }], &mut load, &mut workspace.elasticity)
                 .map_err(failed)?;
             loads.push(load);
         }
@@ -114,12 +119,12 @@ fn basis(prepared: &Prepared, index: usize, rank_max: usize, token: &Token) -> R
 }
 
 /// All contacts of the object's impacts with body `index`.
-fn contacts(prepared: &Prepared, index: usize) -> Result<Vec<Contact>, StrikeError> {
-    let sampler = Sampler::new(prepared);
+fn contacts(prepared: &PreparedObject, index: usize) -> Result<Vec<ContactLoad>, FractureError> {
+    let sampler = ImpactSampler::new(prepared);
     let mut contacts = Vec::new();
     for impact in 0..prepared.impacts {
         let strike = sampler.impact(prepared.parameters.seed, impact);
-        let bodies = Impact::new(prepared, &strike)?.bodies;
+        let bodies = ContactSet::new(prepared, &strike)?.bodies;
         contacts.extend(bodies.into_iter().filter(|(body, _)| *body == index).flat_map(|(_, contacts)| contacts));
     }
     Ok(contacts)
@@ -136,13 +141,13 @@ struct Trial {
     degree_error: f64,
 }
 
-fn trials(prepared: &Prepared, token: &Token) -> Result<Vec<Trial>, StrikeError> {
-    let sampler = Sampler::new(prepared);
+fn trials(prepared: &PreparedObject, token: &CancelToken) -> Result<Vec<Trial>, FractureError> {
+    let sampler = ImpactSampler::new(prepared);
     let one = |workspace: &mut Workspace, number: u64| {
         let strike = sampler.impact(prepared.parameters.seed, HELD_OUT_FIRST + number);
         let mut trials = trial(prepared, &strike, workspace, token)?;
         trials.iter_mut().for_each(|trial| trial.fits = number.is_multiple_of(2));
-        Ok::<_, StrikeError>(trials)
+        Ok::<_, FractureError>(trials)
     };
     let all: Vec<Vec<Trial>> =
         (0..HELD_OUT).into_par_iter().map_init(Workspace::default, one).collect::<Result<_, _>>()?;
@@ -150,15 +155,15 @@ fn trials(prepared: &Prepared, token: &Token) -> Result<Vec<Trial>, StrikeError>
 }
 
 fn trial(
-    prepared: &Prepared,
-    strike: &Strike,
+    prepared: &PreparedObject,
+    strike: &FractureRequest,
     workspace: &mut Workspace,
-    token: &Token,
-) -> Result<Vec<Trial>, StrikeError> {
-    let impact = Impact::new(prepared, strike)?;
+    token: &CancelToken,
+) -> Result<Vec<Trial>, FractureError> {
+    let impact = ContactSet::new(prepared, strike)?;
     let solved = match strain_energy(prepared, &impact, workspace, token, &mut ()) {
         // Two blows that cancel have no energy to compare.
-        Err(StrikeError::Balanced { .. }) => return Ok(Vec::new()),
+        Err(FractureError::Balanced { .. }) => return Ok(Vec::new()),
         solved => solved?,
     };
     let mut trials = Vec::new();
@@ -166,7 +171,7 @@ fn trial(
         let body = &prepared.bodies[*index];
         let solid = prepared.solid(*index)?;
         let Some(reduced) = &solid.reduced else { continue };
-        let failed = |source| StrikeError::of_body(*index, source);
+        let failed = |source| FractureError::of_body(*index, source);
         let Workspace { loads, displacement, coordinates, elasticity, .. } = workspace;
         let load = &loads[place];
         reduced.project(load, coordinates);
@@ -174,7 +179,7 @@ fn trial(
         reduced.expand(coordinates, displacement, elasticity);
         solid
             .elasticity
-            .tet_energy(&solid.lattice, &workspace.displacement, Driving::Total, &mut workspace.tet_energy, token)
+            .tet_energy(&solid.lattice, &workspace.displacement, DrivingEnergy::Total, &mut workspace.tet_energy, token)
             .map_err(failed)?;
         let mut shares = Vec::new();
         solid.transfer.apply(&workspace.tet_energy, &mut shares);
@@ -185,10 +190,10 @@ fn trial(
         let density_error = differences.sum();
         shares.iter_mut().for_each(|share| *share /= total);
         let [own, wanted] = [(shares, ratio), (solved.shares, 1.0)].map(|(mut shares, ratio)| {
-            let field = Field::new(prepared.lift(*index, LiftKind::Interior)?, &body.volumes, &mut shares)
-                .map_err(|source| StrikeError::Field { body: *index, source })?;
+            let field = EnergyField::new(prepared.lift(*index, LiftKind::Interior)?, &body.volumes, &mut shares)
+                .map_err(|source| FractureError::Field { body: *index, source })?;
             let unit = solved.energy_j * ratio * prepared.frame.diagonal_m.powi(2);
-            Ok::<_, StrikeError>(degree::closed_form(&field, &body.slenderness, prepared.gamma_j_m2 / unit))
+            Ok::<_, FractureError>(degree::closed_form(&field, &body.slenderness, prepared.gamma_j_m2 / unit))
         });
         trials.push(Trial {
             body: *index,
@@ -202,9 +207,9 @@ fn trial(
     Ok(trials)
 }
 
-impl Reduction {
+impl ReductionErrors {
     /// `None` without trials.
-    fn of(prepared: &Prepared, trials: &[Trial]) -> Option<Self> {
+    fn of(prepared: &PreparedObject, trials: &[Trial]) -> Option<Self> {
         let estimates: Vec<(f64, f64)> = trials
             .iter()
             .filter(|trial| !trial.fits)
@@ -217,7 +222,7 @@ impl Reduction {
             estimates.iter().filter(|pair| holds(pair)).count() as f64 / estimates.len() as f64
         };
         Some(Self {
-            rank: prepared.bodies.iter().map(|body| body.reduced().map_or(0, Reduced::rank)).collect(),
+            rank: prepared.bodies.iter().map(|body| body.reduced().map_or(0, ReducedBasis::rank)).collect(),
             holdout: trials.len(),
             energy_error_median: quantile(trials, 0.5, |trial| trial.energy_error)?,
             energy_error_p90: quantile(trials, 0.9, |trial| trial.energy_error)?,

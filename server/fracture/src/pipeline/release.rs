@@ -5,10 +5,10 @@
 //! that is a projection: it never adds kinetic energy. Fragments that the world holds stand still after that: it takes up what they
 //! would have had, so the momentum of an anchored body's fragments does not vanish.
 
-use crate::centroidal::Field;
-use crate::fragment::Properties;
+use crate::centroidal::EnergyField;
+use crate::fragment::RigidProperties;
 use crate::lattice::Lattice;
-use crate::surface::Frame;
+use crate::surface::LocalFrame;
 use nalgebra::{Matrix3, Point3, Vector3};
 
 /// η: most of the energy makes surfaces, sound and heat.
@@ -16,7 +16,7 @@ pub const RELEASE_SHARE: f64 = 0.1;
 
 /// Of one fragment, on top of how the object moved.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Velocity {
+pub struct ReleaseVelocity {
     /// Of the centre of mass, m/s.
     pub linear_m_s: Vector3<f64>,
     /// rad/s.
@@ -33,19 +33,19 @@ struct Rigid {
 /// Velocities of the fragments of one body, of which `labels` has one per node of `lattice`. `energy_j`: its strain energy; zero
 /// where it was not struck.
 pub(super) fn velocities(
-    properties: &[Properties],
+    properties: &[RigidProperties],
     labels: &[u32],
     lattice: &Lattice,
-    field: Option<&Field>,
+    field: Option<&EnergyField>,
     energy_j: f64,
     density_kg_m3: f64,
-    frame: &Frame,
-) -> Vec<Velocity> {
-    let still = vec![Velocity::default(); properties.len()];
+    frame: &LocalFrame,
+) -> Vec<ReleaseVelocity> {
+    let still = vec![ReleaseVelocity::default(); properties.len()];
     let Some(field) = field.filter(|_| still.len() > 1) else { return still };
     let (shares, centre) = shares(labels, still.len(), lattice, field);
     let metre = frame.diagonal_m;
-    let rigid = |properties: &Properties| Rigid {
+    let rigid = |properties: &RigidProperties| Rigid {
         mass: properties.volume * metre.powi(3) * density_kg_m3,
         place: (properties.centre - centre) * metre,
         inertia: properties.inertia * (metre.powi(5) * density_kg_m3),
@@ -53,9 +53,12 @@ pub(super) fn velocities(
     let bodies: Vec<Rigid> = properties.iter().map(rigid).collect();
     let away = |(body, share): (&Rigid, &f64)| {
         let speed = (2.0 * RELEASE_SHARE * share * energy_j / body.mass).sqrt();
-        Velocity { linear_m_s: body.place.try_normalize(0.0).unwrap_or_default() * speed, ..Velocity::default() }
+        ReleaseVelocity {
+            linear_m_s: body.place.try_normalize(0.0).unwrap_or_default() * speed,
+            ..ReleaseVelocity::default()
+        }
     };
-    let mut velocities: Vec<Velocity> = bodies.iter().zip(&shares).map(away).collect();
+    let mut velocities: Vec<ReleaseVelocity> = bodies.iter().zip(&shares).map(away).collect();
     // The second pass takes out the rounding of the first.
     for _ in 0..2 {
         take_out_rigid_motion(&bodies, &mut velocities);
@@ -64,7 +67,7 @@ pub(super) fn velocities(
 }
 
 /// Share of the energy in each fragment, and the centre of the energy, local.
-fn shares(labels: &[u32], fragments: usize, lattice: &Lattice, field: &Field) -> (Vec<f64>, Point3<f64>) {
+fn shares(labels: &[u32], fragments: usize, lattice: &Lattice, field: &EnergyField) -> (Vec<f64>, Point3<f64>) {
     let (mut shares, mut centre, mut total) = (vec![0.0; fragments], Vector3::zeros(), 0.0);
     for ((&label, node), mass) in labels.iter().zip(&lattice.nodes).zip(field.mass()) {
         shares[label as usize] += mass;
@@ -75,7 +78,7 @@ fn shares(labels: &[u32], fragments: usize, lattice: &Lattice, field: &Field) ->
     (shares, Point3::from(centre / total))
 }
 
-fn take_out_rigid_motion(bodies: &[Rigid], velocities: &mut [Velocity]) {
+fn take_out_rigid_motion(bodies: &[Rigid], velocities: &mut [ReleaseVelocity]) {
     let mass: f64 = bodies.iter().map(|body| body.mass).sum();
     let centre = bodies.iter().map(|body| body.place * body.mass).sum::<Vector3<f64>>() / mass;
     let pairs = || bodies.iter().zip(velocities.iter());

@@ -2,8 +2,8 @@
 //!
 //! Ours: contact points uniform by area, directions around the inward normal, radii over two octaves, one or two contacts.
 
-use super::{Body, Contact, ElasticRequest, Prepared, Strike};
-use crate::random::Stream;
+use super::{ElasticRequest, FractureRequest, ImpactContact, PreparedBody, PreparedObject};
+use crate::random::RandomStream;
 use crate::scene::DEFAULT_RADIUS_DIAGONALS;
 use nalgebra::{Point3, Vector3};
 use std::f64::consts::TAU;
@@ -20,15 +20,15 @@ const COSINE_MIN: f64 = 0.5;
 const RADIUS_FACTORS: [f64; 2] = [0.95, 4.0];
 
 /// Draws impacts over all bodies of an object.
-pub struct Sampler<'a> {
-    prepared: &'a Prepared,
+pub struct ImpactSampler<'a> {
+    prepared: &'a PreparedObject,
     /// Body and face of its crack lattice's boundary, with the area up to and including it.
     faces: Vec<(usize, usize, f64)>,
 }
 
-impl<'a> Sampler<'a> {
+impl<'a> ImpactSampler<'a> {
     /// Over the boundaries of all crack lattices.
-    pub fn new(prepared: &'a Prepared) -> Self {
+    pub fn new(prepared: &'a PreparedObject) -> Self {
         let mut sum = 0.0;
         let mut faces = Vec::new();
         for (index, body) in prepared.bodies.iter().enumerate() {
@@ -41,7 +41,7 @@ impl<'a> Sampler<'a> {
     }
 
     /// A point, uniform by area, and the inward unit normal there, both local.
-    pub fn point(&self, stream: &mut Stream) -> (Point3<f64>, Vector3<f64>) {
+    pub fn point(&self, stream: &mut RandomStream) -> (Point3<f64>, Vector3<f64>) {
         let total = self.faces.last().map_or(0.0, |(.., sum)| *sum);
         let place = stream.uniform() * total;
         let found = self.faces.partition_point(|(.., sum)| *sum <= place).min(self.faces.len() - 1);
@@ -53,16 +53,16 @@ impl<'a> Sampler<'a> {
 
     /// Impact number `index` of `seed`, at a magnitude of about 1 N·s, to be solved; everything else that is not drawn is at
     /// its default.
-    pub fn impact(&self, seed: u64, index: u64) -> Strike {
-        let mut stream = Stream::new(seed, index);
+    pub fn impact(&self, seed: u64, index: u64) -> FractureRequest {
+        let mut stream = RandomStream::new(seed, index);
         let count = if stream.uniform() < TWO_CONTACTS { 2 } else { 1 };
         let contacts = (0..count).map(|_| self.contact(&mut stream)).collect::<Vec<_>>();
         let first = contacts[0];
         let elastic = ElasticRequest::Solve;
-        Strike { contacts, seed: index, elastic, ..Strike::at(first.point_m, first.impulse_ns) }
+        FractureRequest { contacts, seed: index, elastic, ..FractureRequest::at(first.point_m, first.impulse_ns) }
     }
 
-    fn contact(&self, stream: &mut Stream) -> Contact {
+    fn contact(&self, stream: &mut RandomStream) -> ImpactContact {
         let (point, inward) = self.point(stream);
         let cosine = 1.0 - (1.0 - COSINE_MIN) * stream.uniform();
         let (turn, magnitude) = (TAU * stream.uniform(), 1.0 - 0.5 * stream.uniform());
@@ -71,7 +71,7 @@ impl<'a> Sampler<'a> {
         let across = inward.cross(&least_axis(&inward)).normalize();
         let sideways = across * turn.cos() + inward.cross(&across) * turn.sin();
         let direction = inward * cosine + sideways * (1.0 - cosine * cosine).sqrt();
-        Contact {
+        ImpactContact {
             point_m: self.prepared.frame.to_metres(&point),
             impulse_ns: direction * magnitude,
             duration_s: None,
@@ -80,7 +80,7 @@ impl<'a> Sampler<'a> {
     }
 }
 
-fn corners(body: &Body, face: usize) -> [Point3<f64>; 3] {
+fn corners(body: &PreparedBody, face: usize) -> [Point3<f64>; 3] {
     body.topology.boundary[face].nodes.map(|node| body.crack.nodes[node as usize])
 }
 

@@ -1,15 +1,18 @@
 //! A degree searched by diagrams, as far as there is time.
 
-use super::cells::{BodyCells, Division, Guess, diagram_bytes, guesses, source_of, tell};
-use super::descent::Descent;
-use super::{DegreeRequest, DegreeSource, Prepared, Stage, Strike, StrikeError, Verdict, Watch, Workspace};
-use crate::centroidal::{Diagram, Field, diagram_until};
-use crate::degree::{self, CurveOptions, Degree};
-use crate::token::{Cancelled, Token};
+use super::cells::{BodyCells, DegreeGuess, Division, diagram_bytes, guesses, source_of, tell};
+use super::descent::ConvergenceMonitor;
+use super::{
+    DegreeRequest, DegreeSource, FractureError, FractureRequest, PreparedObject, Stage, StageObserver, ThresholdResult,
+    Workspace,
+};
+use crate::centroidal::{Diagram, EnergyField, diagram_until};
+use crate::degree::{self, CurveOptions, SiteCount};
+use crate::token::{CancelToken, Cancelled};
 
 /// What a search of one body came to.
 struct Found {
-    degree: Degree,
+    degree: SiteCount,
     diagram: Diagram,
     /// Whether it ended by itself, and not because no time was left.
     finished: bool,
@@ -17,14 +20,14 @@ struct Found {
 
 /// Searches the degree of each struck body by diagrams: from below, or from a guess. Where time ends it, the degree is the guess.
 pub(super) fn search(
-    prepared: &Prepared,
-    strike: &Strike,
-    verdict: &Verdict,
-    fields: &[Field],
+    prepared: &PreparedObject,
+    strike: &FractureRequest,
+    verdict: &ThresholdResult,
+    fields: &[EnergyField],
     workspace: &mut Workspace,
-    token: &Token,
-    watch: &mut dyn Watch,
-) -> Result<Division, StrikeError> {
+    token: &CancelToken,
+    watch: &mut dyn StageObserver,
+) -> Result<Division, FractureError> {
     let verified = strike.degree == DegreeRequest::Verified;
     let source = if verified { DegreeSource::Verified } else { DegreeSource::Optimised };
     let mut division = Division { source, degree: 0, capped: false, confidence: 1.0, ending: None, cells: Vec::new() };
@@ -37,7 +40,7 @@ pub(super) fn search(
             continue;
         }
         watch.enter(Stage::Degree);
-        let mut descent = Descent::of_search(strike, guess.sites, watch);
+        let mut descent = ConvergenceMonitor::of_search(strike, guess.sites, watch);
         let found = of_body(strike, field, gamma, guess, &mut descent, workspace, token)?;
         let ending = descent.ending(&found.diagram);
         watch.leave(Stage::Degree, 0);
@@ -57,13 +60,13 @@ pub(super) fn search(
 
 /// Searches the degree of `field` at `gamma`.
 fn of_body(
-    strike: &Strike,
-    field: &Field,
+    strike: &FractureRequest,
+    field: &EnergyField,
     gamma: f64,
-    guess: &Guess,
-    descent: &mut Descent,
+    guess: &DegreeGuess,
+    descent: &mut ConvergenceMonitor,
     workspace: &mut Workspace,
-    token: &Token,
+    token: &CancelToken,
 ) -> Result<Found, Cancelled> {
     let options = CurveOptions {
         sites_max: strike.degree_max as usize,
@@ -82,5 +85,5 @@ fn of_body(
     }
     let mut diagram = Diagram::default();
     diagram_until(field, &options.diagram(sites, 0), workspace, descent, token, &mut diagram)?;
-    Ok(Found { degree: Degree { sites, capped: guess.capped }, diagram, finished: false })
+    Ok(Found { degree: SiteCount { sites, capped: guess.capped }, diagram, finished: false })
 }

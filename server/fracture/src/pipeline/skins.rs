@@ -1,9 +1,9 @@
 //! The skins of the fragments, if they are asked for: the input's triangles, cut where the cells' borders meet them.
 
-use super::{Pieces, Prepared, StrikeError, Watch};
-use crate::scene::Effect;
-use crate::skin::{Blend, Skin, Spot, Worn, worn};
-use crate::tessellation::Sites;
+use super::{FractureError, FractureMeshes, PreparedObject, StageObserver};
+use crate::scene::EffectKind;
+use crate::skin::{BlendedVertex, ClippedSurface, Skin, SkinPoint, worn};
+use crate::tessellation::BisectorSites;
 use nalgebra::Point3;
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -23,7 +23,7 @@ pub struct SkinRow {
 
 /// A vertex of a skin.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SkinVertex {
+pub struct SkinVertexRow {
     /// Relative to the fragment's centre of mass, m.
     pub position_m: [f32; 3],
     /// Of length one.
@@ -34,38 +34,38 @@ pub struct SkinVertex {
 
 /// The skins of all fragments.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Skins {
+pub struct FragmentSkins {
     /// One per fragment.
     pub rows: Vec<SkinRow>,
     /// Vertices, by fragment.
-    pub vertices: Vec<SkinVertex>,
+    pub vertices: Vec<SkinVertexRow>,
     /// Relative to the fragment's first vertex, counter-clockwise seen from outside.
     pub indices: Vec<u32>,
     /// One per triangle: a material of the input; empty if it has none.
     pub materials: Vec<u32>,
     /// What they were cut from, and how.
-    pub(super) cut: Option<Cutting>,
+    pub(super) cut: Option<SkinCut>,
 }
 
 /// How skins were cut.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Cutting {
+pub(super) struct SkinCut {
     /// From what.
     pub skin: Arc<Skin>,
     /// Whether that is the object's own.
     pub whole: bool,
     /// By fragment.
-    pub parts: Vec<Worn>,
+    pub parts: Vec<ClippedSurface>,
 }
 
-impl Cutting {
+impl SkinCut {
     /// What fragment `fragment`, which is one of them, wears.
     pub fn of(&self, fragment: u32) -> Skin {
         self.skin.part(&self.parts[fragment as usize])
     }
 }
 
-impl Skins {
+impl FragmentSkins {
     /// Bytes of the tables.
     fn bytes(&self) -> usize {
         let Self { rows, vertices, indices, materials, cut: _ } = self;
@@ -74,33 +74,33 @@ impl Skins {
     }
 }
 
-impl Pieces {
+impl FractureMeshes {
     /// The same with skins of the fragments, cut from `skin`. `sites`: the diagram of each body, if it has one.
     ///
     /// Errors: [`StrikeError::Bare`] without `skin`.
     pub(super) fn with_skins(
         mut self,
         skin: Option<&Arc<Skin>>,
-        prepared: &Prepared,
-        sites: &[Option<Sites<'_>>],
-        watch: &mut dyn Watch,
-    ) -> Result<Self, StrikeError> {
-        watch.begin(Effect::Skin);
-        let skin = skin.ok_or(StrikeError::Bare { effect: Effect::Skin })?;
-        let parts = Tailor::new(&self, skin, prepared, sites).cut();
+        prepared: &PreparedObject,
+        sites: &[Option<BisectorSites<'_>>],
+        watch: &mut dyn StageObserver,
+    ) -> Result<Self, FractureError> {
+        watch.begin(EffectKind::Skin);
+        let skin = skin.ok_or(FractureError::Bare { effect: EffectKind::Skin })?;
+        let parts = SkinAssigner::new(&self, skin, prepared, sites).cut();
         let centres = self.bodies.iter().flat_map(|pieces| &pieces.properties).map(|own| own.centre);
         for (part, centre) in parts.iter().zip(centres) {
             self.skins.push(part, skin, &centre, self.transform.metres_per_unit);
         }
         let whole = prepared.skin.as_ref().is_some_and(|own| Arc::ptr_eq(own, skin));
-        self.skins.cut = Some(Cutting { skin: skin.clone(), whole, parts });
-        watch.end(Effect::Skin, self.skins.bytes() as u64);
+        self.skins.cut = Some(SkinCut { skin: skin.clone(), whole, parts });
+        watch.end(EffectKind::Skin, self.skins.bytes() as u64);
         Ok(self)
     }
 }
 
-impl Skins {
-    fn push(&mut self, part: &Worn, skin: &Skin, centre: &Point3<f64>, metre: f64) {
+impl FragmentSkins {
+    fn push(&mut self, part: &ClippedSurface, skin: &Skin, centre: &Point3<f64>, metre: f64) {
         self.rows.push(SkinRow {
             vertex_first: self.vertices.len() as u32,
             vertex_count: part.vertices.len() as u32,
@@ -115,26 +115,31 @@ impl Skins {
     }
 }
 
-fn vertex(blend: &Blend, skin: &Skin, centre: &Point3<f64>, metre: f64) -> SkinVertex {
+fn vertex(blend: &BlendedVertex, skin: &Skin, centre: &Point3<f64>, metre: f64) -> SkinVertexRow {
     let (place, normal, uv) = blend.of(skin);
-    SkinVertex { position_m: ((place - centre) * metre).map(|x| x as f32).into(), normal, uv }
+    SkinVertexRow { position_m: ((place - centre) * metre).map(|x| x as f32).into(), normal, uv }
 }
 
 /// Who wears what.
-struct Tailor<'a> {
-    pieces: &'a Pieces,
+struct SkinAssigner<'a> {
+    pieces: &'a FractureMeshes,
     skin: &'a Skin,
-    prepared: &'a Prepared,
+    prepared: &'a PreparedObject,
     /// By body of the answer: its diagram, if it has one.
-    sites: &'a [Option<Sites<'a>>],
+    sites: &'a [Option<BisectorSites<'a>>],
     /// By body of the answer: number of its first fragment.
     firsts: Vec<u32>,
     /// By body of the object: its place among those of the answer.
     places: Vec<usize>,
 }
 
-impl<'a> Tailor<'a> {
-    fn new(pieces: &'a Pieces, skin: &'a Skin, prepared: &'a Prepared, sites: &'a [Option<Sites<'a>>]) -> Self {
+impl<'a> SkinAssigner<'a> {
+    fn new(
+        pieces: &'a FractureMeshes,
+        skin: &'a Skin,
+        prepared: &'a PreparedObject,
+        sites: &'a [Option<BisectorSites<'a>>],
+    ) -> Self {
         let (mut firsts, mut first, mut places) = (Vec::new(), 0, vec![0; prepared.bodies.len()]);
         for (place, own) in pieces.bodies.iter().enumerate() {
             firsts.push(first);
@@ -144,7 +149,7 @@ impl<'a> Tailor<'a> {
         Self { pieces, skin, prepared, sites, firsts, places }
     }
 
-    fn cut(&self) -> Vec<Worn> {
+    fn cut(&self) -> Vec<ClippedSurface> {
         let labels: Vec<u32> =
             (0..self.skin.points.len() as u32).into_par_iter().map(|point| self.label(point)).collect();
         worn(self.skin, &labels, self.pieces.fragments.len(), |point, a, b| self.rival(point, a, b))
@@ -153,7 +158,7 @@ impl<'a> Tailor<'a> {
     /// Which body of the answer a point lies in, the fragments at the nodes around it there, and the weights of these; nodes of
     /// fragments that are not answered have none.
     fn around(&self, point: u32) -> (usize, [Option<u32>; 4], [f64; 4]) {
-        let Spot { body, place } = &self.skin.spots[point as usize];
+        let SkinPoint { body, place } = &self.skin.spots[point as usize];
         let own = self.places[*body as usize];
         let pieces = &self.pieces.bodies[own];
         let nodes = self.prepared.bodies[*body as usize].crack.tets[place.tet as usize];

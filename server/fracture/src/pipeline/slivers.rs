@@ -1,8 +1,8 @@
 //! Slivers: pieces too small to be worth a body of their own become part of the neighbour that they share most with.
 
-use super::{Prepared, Strike};
-use crate::fragment::Properties;
-use crate::tessellation::{Components, Run, Tessellation, Topology};
+use super::{FractureRequest, PreparedObject};
+use crate::fragment::RigidProperties;
+use crate::tessellation::{Components, RunRange, Tessellation, Topology};
 use std::collections::BTreeMap;
 
 /// Smaller pieces are slivers: volume in cubes of the crack lattice's spacing. They have about four nodes, so the lattice shapes them
@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 pub const SLIVER_CUBES: f64 = 2.0;
 
 /// The volume below which a piece is a sliver, local: that of the lattice, or what the strike asks for.
-pub(super) fn least_volume(prepared: &Prepared, strike: &Strike) -> f64 {
+pub(super) fn least_volume(prepared: &PreparedObject, strike: &FractureRequest) -> f64 {
     let asked = strike.volume_min_m3.map_or(0.0, |volume_m3| volume_m3 / prepared.frame.diagonal_m.powi(3));
     asked.max(SLIVER_CUBES * prepared.parameters.crack_spacing.powi(3))
 }
@@ -21,7 +21,7 @@ pub(super) fn least_volume(prepared: &Prepared, strike: &Strike) -> f64 {
 pub(super) fn merge(
     components: &mut Components,
     tessellation: &Tessellation,
-    measured: &[Properties],
+    measured: &[RigidProperties],
     least: f64,
 ) -> bool {
     let volumes: Vec<f64> = measured.iter().map(|piece| piece.volume).collect();
@@ -95,7 +95,7 @@ fn shared_areas(tessellation: &Tessellation) -> Vec<BTreeMap<usize, f64>> {
     shared
 }
 
-fn area(tessellation: &Tessellation, run: &Run) -> f64 {
+fn area(tessellation: &Tessellation, run: &RunRange) -> f64 {
     let points = tessellation.run_vertices(run);
     let corners = |triangle: [u32; 3]| triangle.map(|vertex| points[vertex as usize]);
     tessellation.run_triangles(run).map(corners).map(|[a, b, c]| 0.5 * (b - a).cross(&(c - a)).norm()).sum()

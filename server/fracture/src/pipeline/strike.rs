@@ -1,9 +1,9 @@
 //! What one strike asks for.
 
-use super::{Budget, DEGREE_MAX, GAME_ERROR_MAX, GAME_TOLERANCE};
+use super::{DEGREE_MAX, GAME_ERROR_MAX, GAME_TOLERANCE, TimeBudget};
 use crate::centroidal::ITERATIONS_MAX;
 use crate::lift::LiftKind;
-use crate::scene::Effects;
+use crate::scene::EffectSet;
 use nalgebra::{Point3, Vector3};
 use serde::{Deserialize, Serialize};
 
@@ -12,7 +12,7 @@ pub const SEED_DEFAULT: u64 = 0;
 
 /// One contact, in the coordinates of the mesh file (metres, y up).
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Contact {
+pub struct ImpactContact {
     /// Where, metres.
     pub point_m: Point3<f64>,
     /// Impulse handed to the object, N·s.
@@ -51,9 +51,9 @@ pub enum ElasticRequest {
 
 /// One request.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Strike {
+pub struct FractureRequest {
     /// At least one contact.
-    pub contacts: Vec<Contact>,
+    pub contacts: Vec<ImpactContact>,
     /// Where the number of sites comes from.
     pub degree: DegreeRequest,
     /// Sites at most, of all bodies each; a larger degree is cut, a larger number asked for refused.
@@ -68,7 +68,7 @@ pub struct Strike {
     /// Which lift, where interior distances are on.
     pub lift: LiftKind,
     /// What is simulated.
-    pub effects: Effects,
+    pub effects: EffectSet,
     /// With [`Effect::Slivers`](crate::scene::Effect): pieces of less volume become part of a neighbour, m³; `None`, or where it is
     /// less: [`SLIVER_CUBES`](super::SLIVER_CUBES).
     pub volume_min_m3: Option<f64>,
@@ -81,25 +81,25 @@ pub struct Strike {
     /// Largest estimated error of the elastic energy with which a reduced displacement is taken; above, it is solved for.
     pub reduced_error_max: f64,
     /// What falls where time is short; `None`: nothing, whatever it takes.
-    pub budget: Option<Budget>,
+    pub budget: Option<TimeBudget>,
     /// Everything random follows from it.
     pub seed: u64,
     /// Stop after the threshold test: the impulse that just breaks the object is asked for, no fragments.
     pub threshold_only: bool,
 }
 
-impl Strike {
+impl FractureRequest {
     /// One contact at `point_m` (mesh file, m) with this impulse (N·s), everything else at its default.
     pub fn at(point_m: Point3<f64>, impulse_ns: Vector3<f64>) -> Self {
         Self {
-            contacts: vec![Contact { point_m, impulse_ns, duration_s: None, radius_m: None }],
+            contacts: vec![ImpactContact { point_m, impulse_ns, duration_s: None, radius_m: None }],
             degree: DegreeRequest::Inferred,
             degree_max: DEGREE_MAX,
             gamma_j_m2: None,
             elastic: ElasticRequest::Reduced,
             rank_max: None,
             lift: LiftKind::Interior,
-            effects: Effects::default(),
+            effects: EffectSet::default(),
             volume_min_m3: None,
             tolerance: GAME_TOLERANCE,
             iterations_max: ITERATIONS_MAX,

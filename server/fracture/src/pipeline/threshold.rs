@@ -3,13 +3,13 @@
 //! Based on: Schvartzman & Otaduy (I3D 2014), section 3.1: an object breaks if its distance-weighted deformation energy
 //! exceeds γ. E_1 is the energy of the whole body as one fragment.
 
-use super::{BodyEnergy, Prepared, StrikeError};
-use crate::centroidal::Field;
+use super::{BodyEnergy, FractureError, PreparedObject};
+use crate::centroidal::EnergyField;
 use crate::degree;
 
 /// E_1 of every struck body against γ.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Verdict {
+pub struct ThresholdResult {
     /// γ, J·m².
     pub gamma_j_m2: f64,
     /// The struck bodies.
@@ -20,9 +20,9 @@ pub struct Verdict {
     pub first_moments: Vec<f64>,
 }
 
-impl Verdict {
+impl ThresholdResult {
     /// Compares each field's first moment with γ.
-    pub fn new(prepared: &Prepared, gamma_j_m2: f64, energies: &[BodyEnergy], fields: &[Field]) -> Self {
+    pub fn new(prepared: &PreparedObject, gamma_j_m2: f64, energies: &[BodyEnergy], fields: &[EnergyField]) -> Self {
         let unit = |energy: &BodyEnergy| gamma_j_m2 / energy.unit_j_m2(prepared.frame.diagonal_m);
         let gammas: Vec<f64> = energies.iter().map(unit).collect();
         let bodies = energies.iter().map(|energy| energy.body).collect();
@@ -49,7 +49,9 @@ const STRIDE: f64 = 4.0;
 /// falsi on √E_1, nearly linear in it, and a bisection every third time.
 ///
 /// Errors: those of `e1_over_gamma`.
-pub(super) fn under_weight(e1_over_gamma: &mut dyn FnMut(f64) -> Result<f64, StrikeError>) -> Result<f64, StrikeError> {
+pub(super) fn under_weight(
+    e1_over_gamma: &mut dyn FnMut(f64) -> Result<f64, FractureError>,
+) -> Result<f64, FractureError> {
     // A factor and its √(E_1/γ), each.
     let (mut holds, mut breaks): (Option<[f64; 2]>, Option<[f64; 2]>) = (None, None);
     let mut factor = 1.0;

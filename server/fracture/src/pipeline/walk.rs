@@ -4,46 +4,53 @@
 
 use super::cells::{Division, divide};
 use super::energy::{apply, radius_m, strain_energy_applied};
-use super::pieces::Broken;
+use super::pieces::MeshSources;
 use super::{
-    BodyEnergy, DegreeRequest, DegreeSource, Impact, Outcome, Pieces, Prepared, Stage, Strike, StrikeError, Verdict,
-    Watch, Workspace, bound, strain_energy, threshold, warped,
+    BodyEnergy, ContactSet, DegreeRequest, DegreeSource, FractureError, FractureMeshes, FractureOutcome,
+    FractureRequest, PreparedObject, Stage, StageObserver, ThresholdResult, Workspace, bound, strain_energy, threshold,
+    warped,
 };
-use crate::centroidal::{Diagram, Field};
+use crate::centroidal::{Diagram, EnergyField};
 use crate::degree;
 use crate::lift::LiftKind;
-use crate::scene::Effect;
+use crate::scene::EffectKind;
 use crate::tessellation;
-use crate::token::Token;
+use crate::token::CancelToken;
 
 /// An impact goes in, fragments come out. Stage names are told to `watch`; `token` may stop the work at any checkpoint.
 /// Where the object stays whole nothing after the threshold test runs, and nothing before it but the load where a bound of E_1 will
 /// do and is below γ.
 pub fn strike(
-    prepared: &Prepared,
-    strike: &Strike,
+    prepared: &PreparedObject,
+    strike: &FractureRequest,
     workspace: &mut Workspace,
-    token: &Token,
-    watch: &mut dyn Watch,
-) -> Result<Outcome, StrikeError> {
-    walk(prepared, strike, workspace, token, watch, |broken, scratch, watch| Pieces::new(broken, scratch, token, watch))
+    token: &CancelToken,
+    watch: &mut dyn StageObserver,
+) -> Result<FractureOutcome, FractureError> {
+    walk(prepared, strike, workspace, token, watch, |broken, scratch, watch| {
+        FractureMeshes::new(broken, scratch, token, watch)
+    })
 }
 
 /// The walk up to the cells, which `cut` makes pieces of.
 pub(super) fn walk(
-    prepared: &Prepared,
-    strike: &Strike,
+    prepared: &PreparedObject,
+    strike: &FractureRequest,
     workspace: &mut Workspace,
-    token: &Token,
-    watch: &mut dyn Watch,
-    cut: impl FnOnce(Broken<'_>, &mut tessellation::Workspace, &mut dyn Watch) -> Result<Pieces, StrikeError>,
-) -> Result<Outcome, StrikeError> {
+    token: &CancelToken,
+    watch: &mut dyn StageObserver,
+    cut: impl FnOnce(
+        MeshSources<'_>,
+        &mut tessellation::TessellationWorkspace,
+        &mut dyn StageObserver,
+    ) -> Result<FractureMeshes, FractureError>,
+) -> Result<FractureOutcome, FractureError> {
     let begun_s = watch.remaining_s();
     let mut hurried = strike.planned().hurried(prepared, begun_s);
     let strike = &hurried;
     let gamma_j_m2 = check(prepared, strike)?;
     watch.enter(Stage::Load);
-    let impact = Impact::new(prepared, strike);
+    let impact = ContactSet::new(prepared, strike);
     watch.leave(Stage::Load, 0);
     let impact = impact?;
     apply(prepared, &impact, workspace, watch)?;
@@ -55,7 +62,7 @@ pub(super) fn walk(
             let loads = workspace.loads.iter().take(impact.bodies.len());
             let radius_m = loads.map(|load| radius_m(prepared, load)).fold(0.0, f64::max);
             let dials = dialled(strike, holding(gamma_j_m2, e1_over_gamma, radius_m));
-            return Ok(Outcome { bounded: true, ..dials });
+            return Ok(FractureOutcome { bounded: true, ..dials });
         }
     }
     let mut energies = strain_energy_applied(prepared, &impact, workspace, token, watch)?;
@@ -65,18 +72,18 @@ pub(super) fn walk(
     let fields = fields(prepared, strike, &energies, &mut shares)?;
     if strike.lift != LiftKind::Euclidean {
         let tables = fields.iter().map(|field| size_of_val(field.lift().coordinates.as_slice()) as u64);
-        watch.part(Effect::Interior, tables.sum());
+        watch.part(EffectKind::Interior, tables.sum());
     }
-    let verdict = Verdict::new(prepared, gamma_j_m2, &energies, &fields);
+    let verdict = ThresholdResult::new(prepared, gamma_j_m2, &energies, &fields);
     watch.leave(Stage::Threshold, 0);
     if !verdict.e1_over_gamma().is_normal() {
-        return Err(StrikeError::Range(verdict.e1_over_gamma()));
+        return Err(FractureError::Range(verdict.e1_over_gamma()));
     }
 
     let holds = verdict.e1_over_gamma() <= 1.0 && !matches!(strike.degree, DegreeRequest::Sites(_));
     if holds || strike.threshold_only {
         let mut outcome = dialled(strike, whole(&verdict, &energies));
-        if strike.threshold_only && strike.effects.has(Effect::Gravity) {
+        if strike.threshold_only && strike.effects.has(EffectKind::Gravity) {
             let mut harder = |factor| weighed(prepared, strike, &impact, factor, workspace, token, watch);
             outcome.impulse_factor = threshold::under_weight(&mut harder)?;
         }
@@ -89,22 +96,22 @@ pub(super) fn walk(
     let mut division = divide(prepared, strike, &verdict, &followed, workspace, token, watch)?;
     warped::guard(prepared, strike, &energies, &mut division.cells, watch);
     let Workspace { tessellation, spare, .. } = workspace;
-    let pieces = Broken { prepared, strike, energies: &energies, fields: &fields, division: &division, spare };
+    let pieces = MeshSources { prepared, strike, energies: &energies, fields: &fields, division: &division, spare };
     let pieces = cut(pieces, tessellation, watch)?;
     Ok(dialled(strike, broken(&verdict, &energies, &division, pieces)))
 }
 
 /// The energy densities of the struck bodies, in the lift of the strike; `shares` is where they lie.
 fn fields<'a>(
-    prepared: &'a Prepared,
-    strike: &Strike,
+    prepared: &'a PreparedObject,
+    strike: &FractureRequest,
     energies: &[BodyEnergy],
     shares: &'a mut [Vec<f64>],
-) -> Result<Vec<Field<'a>>, StrikeError> {
+) -> Result<Vec<EnergyField<'a>>, FractureError> {
     let field = |(energy, shares): (&BodyEnergy, &'a mut Vec<f64>)| {
         let body = &prepared.bodies[energy.body];
-        let field = Field::on_checked(prepared.lift(energy.body, strike.lift)?, &body.volumes, shares);
-        let field = field.map_err(|source| StrikeError::Field { body: energy.body, source })?;
+        let field = EnergyField::on_checked(prepared.lift(energy.body, strike.lift)?, &body.volumes, shares);
+        let field = field.map_err(|source| FractureError::Field { body: energy.body, source })?;
         Ok(field.grouped(&body.clusters))
     };
     energies.iter().zip(shares).map(field).collect()
@@ -112,51 +119,51 @@ fn fields<'a>(
 
 /// E_1/γ of `impact` times `factor`, where the weight stays as it is.
 fn weighed(
-    prepared: &Prepared,
-    strike: &Strike,
-    impact: &Impact,
+    prepared: &PreparedObject,
+    strike: &FractureRequest,
+    impact: &ContactSet,
     factor: f64,
     workspace: &mut Workspace,
-    token: &Token,
-    watch: &mut dyn Watch,
-) -> Result<f64, StrikeError> {
-    let impact = Impact { peak_force_n: impact.peak_force_n * factor, ..impact.clone() };
+    token: &CancelToken,
+    watch: &mut dyn StageObserver,
+) -> Result<f64, FractureError> {
+    let impact = ContactSet { peak_force_n: impact.peak_force_n * factor, ..impact.clone() };
     let mut energies = strain_energy(prepared, &impact, workspace, token, watch)?;
     let mut shares: Vec<Vec<f64>> = energies.iter_mut().map(|energy| std::mem::take(&mut energy.shares)).collect();
     let fields = fields(prepared, strike, &energies, &mut shares)?;
     let gamma_j_m2 = strike.gamma_j_m2.unwrap_or(prepared.gamma_j_m2);
-    Ok(Verdict::new(prepared, gamma_j_m2, &energies, &fields).e1_over_gamma())
+    Ok(ThresholdResult::new(prepared, gamma_j_m2, &energies, &fields).e1_over_gamma())
 }
 
 /// γ in effect, after a check of what does not depend on the body.
-fn check(prepared: &Prepared, strike: &Strike) -> Result<f64, StrikeError> {
+fn check(prepared: &PreparedObject, strike: &FractureRequest) -> Result<f64, FractureError> {
     let gamma_j_m2 = strike.gamma_j_m2.unwrap_or(prepared.gamma_j_m2);
     if !(gamma_j_m2.is_finite() && gamma_j_m2 > 0.0) {
-        return Err(StrikeError::Gamma(gamma_j_m2));
+        return Err(FractureError::Gamma(gamma_j_m2));
     }
     match strike.degree {
         DegreeRequest::Sites(degree) if !(1..=strike.degree_max).contains(&degree) => {
-            Err(StrikeError::Degree { degree, cap: strike.degree_max })
+            Err(FractureError::Degree { degree, cap: strike.degree_max })
         }
         _ => Ok(gamma_j_m2),
     }
 }
 
-fn whole(verdict: &Verdict, energies: &[BodyEnergy]) -> Outcome {
+fn whole(verdict: &ThresholdResult, energies: &[BodyEnergy]) -> FractureOutcome {
     let reduced = energies.iter().try_fold(0.0, |worst: f64, energy| energy.reduced_error.map(|own| worst.max(own)));
     let radius_m = energies.iter().map(|energy| energy.radius_m).fold(0.0, f64::max);
-    Outcome { reduced_error: reduced, ..holding(verdict.gamma_j_m2, verdict.e1_over_gamma(), radius_m) }
+    FractureOutcome { reduced_error: reduced, ..holding(verdict.gamma_j_m2, verdict.e1_over_gamma(), radius_m) }
 }
 
 /// With the dials that were in effect.
-fn dialled(strike: &Strike, outcome: Outcome) -> Outcome {
-    let Strike { rank_max, reduced_error_max, .. } = *strike;
-    Outcome { rank_max, reduced_error_max, ..outcome }
+fn dialled(strike: &FractureRequest, outcome: FractureOutcome) -> FractureOutcome {
+    let FractureRequest { rank_max, reduced_error_max, .. } = *strike;
+    FractureOutcome { rank_max, reduced_error_max, ..outcome }
 }
 
 /// Of an object that stays whole.
-fn holding(gamma_j_m2: f64, e1_over_gamma: f64, radius_m: f64) -> Outcome {
-    Outcome {
+fn holding(gamma_j_m2: f64, e1_over_gamma: f64, radius_m: f64) -> FractureOutcome {
+    FractureOutcome {
         gamma_j_m2,
         e1_over_gamma,
         bounded: false,
@@ -177,10 +184,15 @@ fn holding(gamma_j_m2: f64, e1_over_gamma: f64, radius_m: f64) -> Outcome {
     }
 }
 
-fn broken(verdict: &Verdict, energies: &[BodyEnergy], division: &Division, pieces: Pieces) -> Outcome {
+fn broken(
+    verdict: &ThresholdResult,
+    energies: &[BodyEnergy],
+    division: &Division,
+    pieces: FractureMeshes,
+) -> FractureOutcome {
     let diagrams = || division.cells.iter().map(|cells| &cells.diagram);
     let sites: usize = diagrams().map(Diagram::count).sum();
-    Outcome {
+    FractureOutcome {
         sites: sites as u32,
         fracture_degree: division.degree,
         degree_source: division.source,

@@ -5,13 +5,13 @@
 //! *Asymptotically optimal block quantization* (1979): sites follow the density to the power 3/5, so that f times as many want its
 //! f^(5/3)-fold.
 
-use super::{BodyCells, BodyEnergy, Prepared, Strike, StrikeError, Watch};
-use crate::centroidal::Field;
+use super::{BodyCells, BodyEnergy, FractureError, FractureRequest, PreparedObject, StageObserver};
+use crate::centroidal::EnergyField;
 use crate::lattice::Lattice;
-use crate::lift::{self, Carry, Lift, LiftError, LiftKind, Warp};
-use crate::scene::{Controls, Effect, Grain, Paint, Waves};
-use crate::surface::{Frame, Nearest};
-use crate::token::{Cancelled, Token};
+use crate::lift::{self, Extension, LiftError, LiftKind, LiftedLattice, SpaceWarp};
+use crate::scene::{EffectKind, Grain, Paint, WarpControls, Waves};
+use crate::surface::{LocalFrame, NearestPoints};
+use crate::token::{CancelToken, Cancelled};
 use nalgebra::{Point3, Unit, Vector3};
 use std::collections::BTreeSet;
 
@@ -81,9 +81,9 @@ const SLOPE_STEPS: usize = 8;
 
 /// What the controls make of one body.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Warped {
+pub struct WarpedBody {
     /// In the bent space, of the kinds that the body has; none where nothing bends.
-    pub(super) lifts: Vec<Lift>,
+    pub(super) lifts: Vec<LiftedLattice>,
     /// Nodes of each protected region; no node is in two.
     pub(super) protected: Vec<Vec<u32>>,
     /// Nodes of the sites that stay, all different.
@@ -94,12 +94,12 @@ pub struct Warped {
     pub(super) alike: bool,
 }
 
-impl Prepared {
+impl PreparedObject {
     /// The object under `controls`, which strikes with the effect `warp` follow. Random waves come from the object's own seed.
     ///
     /// # Errors
     /// [`WarpError`], naming the control.
-    pub fn warped(mut self, controls: &Controls, token: &Token) -> Result<Self, WarpError> {
+    pub fn warped(mut self, controls: &WarpControls, token: &CancelToken) -> Result<Self, WarpError> {
         if controls.is_silent() {
             return Ok(self);
         }
@@ -116,7 +116,7 @@ impl Prepared {
                 .as_ref()
                 .map_or(Vec::new(), |paint| painted(paint, &self.bodies[index].crack, &self.frame));
             let alike = controls.grain.is_none() && controls.paint.is_none();
-            self.bodies[index].warped = Some(Warped { lifts, factors, alike, ..Warped::default() });
+            self.bodies[index].warped = Some(WarpedBody { lifts, factors, alike, ..WarpedBody::default() });
         }
         self.protect(controls)?;
         self.pin(controls)?;
@@ -124,15 +124,15 @@ impl Prepared {
     }
 
     /// Refuses waves under which some body folds, with a slope under which none does.
-    fn unfolded(&self, controls: &Controls, warp: &Warp) -> Result<(), WarpError> {
-        let fold = |warp: &Warp| {
+    fn unfolded(&self, controls: &WarpControls, warp: &SpaceWarp) -> Result<(), WarpError> {
+        let fold = |warp: &SpaceWarp| {
             let mut bodies = self.bodies.iter().enumerate();
             bodies.find_map(|(index, body)| Some((index, warp.lattice(&body.crack).err()?)))
         };
         let Some((index, tet)) = fold(warp) else { return Ok(()) };
         let holds = |slope: f64| {
             let waves = controls.waves.map(|waves| Waves { slope, ..waves });
-            fold(&self::warp(&Controls { waves, ..controls.clone() }, self)).is_none()
+            fold(&self::warp(&WarpControls { waves, ..controls.clone() }, self)).is_none()
         };
         let mut range = [0.0, controls.waves.map_or(0.0, |waves| waves.slope)];
         for _ in 0..SLOPE_STEPS {
@@ -153,22 +153,22 @@ impl Prepared {
     }
 
     /// The lifts that body `index` has, made in the bent space and measured on the lattice as it is.
-    fn bent(&self, index: usize, warp: &Warp, token: &Token) -> Result<Vec<Lift>, WarpError> {
+    fn bent(&self, index: usize, warp: &SpaceWarp, token: &CancelToken) -> Result<Vec<LiftedLattice>, WarpError> {
         let body = &self.bodies[index];
         let crack = &body.crack;
         let bent = warp.lattice(crack).map_err(|tet| self.folds(index, tet, None))?;
         let (modes, alpha) = (self.parameters.modes, self.parameters.alpha);
-        let mut lifts = vec![Ok(Lift::euclidean(&bent))];
+        let mut lifts = vec![Ok(LiftedLattice::euclidean(&bent))];
         if body.interior.is_some() {
             lifts.push(lift::interior(&bent, modes, alpha, token).map_err(|source| (LiftKind::Interior, source)));
         }
         if body.surface_diffusion.is_some() {
-            let made = lift::surface_diffusion(&bent, Carry::Harmonic, lift::SURFACE_MODES_DEFAULT, token);
+            let made = lift::surface_diffusion(&bent, Extension::Harmonic, lift::SURFACE_MODES_DEFAULT, token);
             lifts.push(made.map_err(|source| (LiftKind::SurfaceDiffusion, source)));
         }
-        let home = |made: Result<Lift, (LiftKind, LiftError)>| match made {
+        let home = |made: Result<LiftedLattice, (LiftKind, LiftError)>| match made {
             Ok(lift) => {
-                let lift = Lift::scaled(lift.kind, crack, lift.dimension, lift.coordinates);
+                let lift = LiftedLattice::scaled(lift.kind, crack, lift.dimension, lift.coordinates);
                 let finite = lift.coordinates.iter().chain(&lift.density).all(|value| value.is_finite());
                 let (body, kind) = (index, lift.kind);
                 let refused = || WarpError::Lift { body, lift: kind, source: LiftError::NotFinite };
@@ -182,7 +182,7 @@ impl Prepared {
 
     /// Finds the nodes of protected regions: those inside, and those whose tetrahedra reach inside. Regions that share a node are
     /// one.
-    fn protect(&mut self, controls: &Controls) -> Result<(), WarpError> {
+    fn protect(&mut self, controls: &WarpControls) -> Result<(), WarpError> {
         let metre = self.frame.diagonal_m;
         let frame = self.frame;
         let mut found = vec![false; controls.protected.len()];
@@ -212,7 +212,7 @@ impl Prepared {
     }
 
     /// Finds the nodes nearest to the sites that stay; a second site on a node is the same one.
-    fn pin(&mut self, controls: &Controls) -> Result<(), WarpError> {
+    fn pin(&mut self, controls: &WarpControls) -> Result<(), WarpError> {
         for (site, point_m) in controls.sites_m.iter().enumerate() {
             let local = self.frame.to_local(point_m);
             let nearest = |(index, crack): (usize, &Lattice)| {
@@ -236,14 +236,14 @@ impl Prepared {
     }
 
     /// The controls of body `index`, if `strike` follows them and there are any.
-    pub(super) fn controls(&self, index: usize, strike: &Strike) -> Option<&Warped> {
-        self.bodies[index].warped.as_ref().filter(|_| strike.effects.has(Effect::Warp))
+    pub(super) fn controls(&self, index: usize, strike: &FractureRequest) -> Option<&WarpedBody> {
+        self.bodies[index].warped.as_ref().filter(|_| strike.effects.has(EffectKind::Warp))
     }
 }
 
-impl Warped {
+impl WarpedBody {
     /// The lift of that kind in the bent space.
-    pub(super) fn lift(&self, kind: LiftKind) -> Option<&Lift> {
+    pub(super) fn lift(&self, kind: LiftKind) -> Option<&LiftedLattice> {
         self.lifts.iter().find(|lift| lift.kind == kind)
     }
 
@@ -262,12 +262,12 @@ impl Warped {
 
 /// Masses of the fields where something is painted, with the total that they had; `None` where nothing is.
 pub(super) fn repainted(
-    prepared: &Prepared,
-    strike: &Strike,
+    prepared: &PreparedObject,
+    strike: &FractureRequest,
     energies: &[BodyEnergy],
-    fields: &[Field],
+    fields: &[EnergyField],
 ) -> Vec<Option<Vec<f64>>> {
-    let repaint = |(energy, field): (&BodyEnergy, &Field)| {
+    let repaint = |(energy, field): (&BodyEnergy, &EnergyField)| {
         let factors = &prepared.controls(energy.body, strike).filter(|warped| !warped.factors.is_empty())?.factors;
         let mut masses: Vec<f64> = field.mass().iter().zip(factors).map(|(mass, factor)| mass * factor).collect();
         let scale = field.mass().iter().sum::<f64>() / masses.iter().sum::<f64>();
@@ -279,13 +279,13 @@ pub(super) fn repainted(
 
 /// The fields as the controls want them divided: in the bent space, painted, with the sites that stay.
 pub(super) fn followed<'a>(
-    prepared: &'a Prepared,
-    strike: &Strike,
+    prepared: &'a PreparedObject,
+    strike: &FractureRequest,
     energies: &[BodyEnergy],
-    fields: &[Field<'a>],
+    fields: &[EnergyField<'a>],
     masses: &'a [Option<Vec<f64>>],
-) -> Result<Vec<Field<'a>>, StrikeError> {
-    let follow = |((energy, field), mass): ((&BodyEnergy, &Field<'a>), &'a Option<Vec<f64>>)| {
+) -> Result<Vec<EnergyField<'a>>, FractureError> {
+    let follow = |((energy, field), mass): ((&BodyEnergy, &EnergyField<'a>), &'a Option<Vec<f64>>)| {
         let mass = mass.as_deref().unwrap_or(field.mass());
         let field = field.like(prepared.lift_for(energy.body, strike)?, mass);
         Ok(prepared.controls(energy.body, strike).map_or(field, |warped| field.pinned(&warped.pins)))
@@ -295,25 +295,25 @@ pub(super) fn followed<'a>(
 
 /// Keeps the protected regions of finished diagrams whole, and tells what the controls took.
 pub(super) fn guard(
-    prepared: &Prepared,
-    strike: &Strike,
+    prepared: &PreparedObject,
+    strike: &FractureRequest,
     energies: &[BodyEnergy],
     cells: &mut [BodyCells],
-    watch: &mut dyn Watch,
+    watch: &mut dyn StageObserver,
 ) {
     for BodyCells { struck, diagram } in cells {
         let body = energies[*struck].body;
         if let Some(warped) = prepared.controls(body, strike) {
-            watch.begin(Effect::Warp);
+            watch.begin(EffectKind::Warp);
             let sites = diagram.count();
             warped.keep_whole(&mut diagram.labels, &prepared.bodies[body].volumes, sites);
-            watch.end(Effect::Warp, warped.bytes() as u64);
+            watch.end(EffectKind::Warp, warped.bytes() as u64);
         }
     }
 }
 
-fn warp(controls: &Controls, prepared: &Prepared) -> Warp {
-    let mut warp = Warp::default();
+fn warp(controls: &WarpControls, prepared: &PreparedObject) -> SpaceWarp {
+    let mut warp = SpaceWarp::default();
     if let Some(Grain { axis, ratio }) = controls.grain {
         warp = warp.grain(Unit::new_normalize(axis), ratio);
     }
@@ -324,8 +324,8 @@ fn warp(controls: &Controls, prepared: &Prepared) -> Warp {
 }
 
 /// By node the factor of the painted point that is nearest, to the power 5/3.
-fn painted(paint: &Paint, crack: &Lattice, frame: &Frame) -> Vec<f64> {
-    let nearest = Nearest::new(&paint.points_m);
+fn painted(paint: &Paint, crack: &Lattice, frame: &LocalFrame) -> Vec<f64> {
+    let nearest = NearestPoints::new(&paint.points_m);
     let factor = |node: &Point3<f64>| {
         let factor = paint.factors[nearest.to(&frame.to_metres(node))];
         factor * factor.cbrt().powi(2)

@@ -1,10 +1,10 @@
 //! Which fragments the world holds, and by how much of their surface.
 
 use super::outputs::faces;
-use super::pieces::BodyPieces;
-use super::{Bond, Held, WORLD};
+use super::pieces::BodyMeshes;
+use super::{AnchoredObject, BondRow, WORLD};
 use crate::lattice::Lattice;
-use crate::surface::Frame;
+use crate::surface::LocalFrame;
 use nalgebra::{Point3, Vector3};
 
 /// What anchors have of one fragment, local.
@@ -23,7 +23,7 @@ struct Part {
 /// The bonds of one body's fragments to the world, by fragment; numbers within the body. A fragment has one if a node of the crack
 /// lattice that belongs to it, or the centroid of a triangle of its outer surface, lies in an anchor. The area is that of these
 /// triangles.
-pub(super) fn bonds(pieces: &BodyPieces, lattice: &Lattice, held: &Held, frame: &Frame) -> Vec<Bond> {
+pub(super) fn bonds(pieces: &BodyMeshes, lattice: &Lattice, held: &AnchoredObject, frame: &LocalFrame) -> Vec<BondRow> {
     let mut parts = vec![Part::default(); pieces.properties.len()];
     let holds = |place: &Point3<f64>| held.anchors().hold(&frame.to_metres(place));
     for (&label, node) in pieces.labels.iter().zip(&lattice.nodes).filter(|(_, node)| holds(node)) {
@@ -43,7 +43,7 @@ pub(super) fn bonds(pieces: &BodyPieces, lattice: &Lattice, held: &Held, frame: 
     }
     let bond = |(fragment, part): (usize, Part)| {
         let centroid = if part.area > 0.0 { part.moment / part.area } else { part.places / part.nodes as f64 };
-        Bond {
+        BondRow {
             fragments: [fragment as u32, WORLD],
             area_m2: part.area * frame.diagonal_m * frame.diagonal_m,
             normal: part.normal.try_normalize(0.0).unwrap_or_default(),

@@ -1,7 +1,7 @@
 //! Lattices that references are computed on.
 
 use crate::lattice::{Lattice, block};
-use crate::random::Stream;
+use crate::random::RandomStream;
 use nalgebra::{Point3, Vector3};
 use std::collections::HashSet;
 
@@ -10,7 +10,7 @@ use std::collections::HashSet;
 pub fn perturbed(cells: [usize; 3], spacing: f64, amount: f64, seed: u64) -> Lattice {
     let mut lattice = block(cells, spacing);
     let outer: HashSet<u32> = lattice.boundary().iter().flat_map(|face| face.nodes).collect();
-    let mut stream = Stream::new(seed, 0);
+    let mut stream = RandomStream::new(seed, 0);
     for (node, place) in lattice.nodes.iter_mut().enumerate() {
         let shift = Vector3::from_fn(|_, _| (stream.uniform() - 0.5) * 2.0 * amount * spacing);
         if !outer.contains(&(node as u32)) {

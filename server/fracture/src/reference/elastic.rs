@@ -3,9 +3,9 @@
 //! Based on: S. Timoshenko and J. N. Goodier, *Theory of Elasticity* (1951), chapters 9 and 12 (pure bending of beams
 //! and plates); B. M. Irons and A. Razzaque, *Experience with the patch test* (1972).
 
-use crate::elasticity::{Driving, Elasticity, ElasticityError, Pins, Support, Workspace};
+use crate::elasticity::{DrivingEnergy, ElasticWorkspace, Elasticity, ElasticityError, PinnedNodes, Support};
 use crate::lattice::{Lattice, block};
-use crate::token::Token;
+use crate::token::CancelToken;
 use nalgebra::{Matrix3, Point3, Vector3};
 
 /// Consistent nodal forces (three per node) of the traction σ(x) n on the boundary, σ linear in x.
@@ -26,15 +26,15 @@ pub fn traction(lattice: &Lattice, stress: impl Fn(Point3<f64>) -> Matrix3<f64>)
 
 /// Displacement (three per node) and tetrahedron energies under `forces`.
 fn solved(body: &Elasticity, lattice: &Lattice, forces: &[f64]) -> Result<(Vec<f64>, Vec<f64>), ElasticityError> {
-    let (mut displacement, mut energies, token) = (Vec::new(), Vec::new(), Token::default());
-    body.solve(forces, &mut displacement, &mut Workspace::default(), &token)?;
-    body.tet_energy(lattice, &displacement, Driving::Total, &mut energies, &token)?;
+    let (mut displacement, mut energies, token) = (Vec::new(), Vec::new(), CancelToken::default());
+    body.solve(forces, &mut displacement, &mut ElasticWorkspace::default(), &token)?;
+    body.tet_energy(lattice, &displacement, DrivingEnergy::Total, &mut energies, &token)?;
     Ok((displacement, energies))
 }
 
 /// Largest relative error of any tetrahedron's energy over six states of constant stress.
 pub fn patch_error(lattice: &Lattice, poisson: f64) -> Result<f64, ElasticityError> {
-    let body = Elasticity::prepare(lattice, poisson, &Token::default())?;
+    let body = Elasticity::prepare(lattice, poisson, &CancelToken::default())?;
     let mut worst = 0.0f64;
     for (row, column) in [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)] {
         let mut stress = Matrix3::zeros();
@@ -85,7 +85,7 @@ pub fn bending_sagitta_error(lattice: &Lattice, poisson: f64) -> Result<f64, Ela
 /// (exact − computed)/exact energy of a plate bent to a sphere, σ_xx = σ_yy = z: (1 − ν) A t³/12.
 pub fn plate_error(lattice: &Lattice, poisson: f64) -> Result<f64, ElasticityError> {
     let forces = traction(lattice, |place| Matrix3::from_diagonal(&Vector3::new(place.z, place.z, 0.0)));
-    let body = Elasticity::prepare(lattice, poisson, &Token::default())?;
+    let body = Elasticity::prepare(lattice, poisson, &CancelToken::default())?;
     let size = half_sides(lattice) * 2.0;
     let exact = (1.0 - poisson) * size.x * size.y * size.z.powi(3) / 12.0;
     Ok(1.0 - solved(&body, lattice, &forces)?.1.iter().sum::<f64>() / exact)
@@ -96,7 +96,7 @@ pub fn plate_error(lattice: &Lattice, poisson: f64) -> Result<f64, ElasticityErr
 pub fn cantilever_error(fine: usize) -> Result<f64, ElasticityError> {
     let lattice = block([8 * fine, fine, fine], 1.0 / fine as f64);
     let clamped = (0..lattice.nodes.len() as u32).filter(|&node| lattice.nodes[node as usize].x < -3.999).collect();
-    let body = Elasticity::supported(&lattice, 0.0, Support::Anchored(clamped), &Token::default())?;
+    let body = Elasticity::supported(&lattice, 0.0, Support::Anchored(clamped), &CancelToken::default())?;
     let forces = traction(&lattice, |place| {
         let mut stress = Matrix3::zeros();
         stress[(2, 0)] = if place.x > 3.999 { 1.0 } else { 0.0 };
@@ -110,7 +110,7 @@ pub fn cantilever_error(fine: usize) -> Result<f64, ElasticityError> {
 /// falls linearly to zero at the far end, energy = A L/6.
 pub fn bar_error(fine: usize) -> Result<f64, ElasticityError> {
     let lattice = block([4 * fine, fine, fine], 0.25 / fine as f64);
-    let body = Elasticity::prepare(&lattice, 0.0, &Token::default())?;
+    let body = Elasticity::prepare(&lattice, 0.0, &CancelToken::default())?;
     let push = |place: Point3<f64>| if place.x > 0.499 { -1.0 } else { 0.0 };
     let mut forces = traction(&lattice, |place| Matrix3::from_diagonal(&Vector3::new(push(place), 0.0, 0.0)));
     body.relieve(&mut forces);
@@ -121,7 +121,7 @@ pub fn bar_error(fine: usize) -> Result<f64, ElasticityError> {
 fn fixed_bar(fine: usize) -> Result<(Lattice, Elasticity), ElasticityError> {
     let lattice = block([4 * fine, fine, fine], 0.25 / fine as f64);
     let end = (0..lattice.nodes.len() as u32).filter(|&node| lattice.nodes[node as usize].x < -0.499).collect();
-    let token = Token::default();
+    let token = CancelToken::default();
     let body = Elasticity::assembled(&lattice, 0.0, &token)?.anchored(end, &token)?;
     Ok((lattice, body))
 }
@@ -146,11 +146,11 @@ pub fn fixed_bar_error(fine: usize) -> Result<f64, ElasticityError> {
 pub fn pin_difference(lattice: &Lattice) -> Result<f64, ElasticityError> {
     let forces = traction(lattice, |place| Matrix3::from_diagonal(&Vector3::new(place.z, 1.0, 0.0)));
     let last = lattice.nodes.len() as u32 - 1;
-    let near = Pins::on(lattice, [0, 1, last / 2]).or_else(|| Pins::far_apart(lattice));
-    let supports = [near, Pins::far_apart(lattice)];
+    let near = PinnedNodes::on(lattice, [0, 1, last / 2]).or_else(|| PinnedNodes::far_apart(lattice));
+    let supports = [near, PinnedNodes::far_apart(lattice)];
     let mut energies = Vec::new();
     for pins in supports.into_iter().flatten() {
-        let body = Elasticity::supported(lattice, 0.3, Support::Free(pins), &Token::default())?;
+        let body = Elasticity::supported(lattice, 0.3, Support::Free(pins), &CancelToken::default())?;
         energies.push(solved(&body, lattice, &forces)?.1);
     }
     let largest = energies.iter().flatten().copied().fold(0.0, f64::max);

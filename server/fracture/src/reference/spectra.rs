@@ -3,12 +3,12 @@
 use super::ball;
 use crate::lattice::{Lattice, block};
 use crate::lift::{LiftError, Spectrum};
-use crate::token::Token;
+use crate::token::CancelToken;
 use std::f64::consts::PI;
 
 /// Largest relative error of the eigenvalues of `lattice` against `exact`, ascending, zero left out.
 fn error(lattice: &Lattice, exact: &[f64]) -> Result<f64, LiftError> {
-    let computed = Spectrum::compute(lattice, exact.len(), &Token::default())?.eigenvalues;
+    let computed = Spectrum::compute(lattice, exact.len(), &CancelToken::default())?.eigenvalues;
     Ok(computed.iter().zip(exact).map(|(value, exact)| (value / exact - 1.0).abs()).fold(0.0, f64::max))
 }
 

@@ -32,7 +32,7 @@ pub struct Paint {
 
 /// All that an artist says. Nothing of it changes whether an object breaks.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Controls {
+pub struct WarpControls {
     /// Fragments longer along a direction.
     pub grain: Option<Grain>,
     /// Cracks that wind.
@@ -45,7 +45,7 @@ pub struct Controls {
     pub sites_m: Vec<Point3<f64>>,
 }
 
-impl Controls {
+impl WarpControls {
     /// Whether nothing is said.
     pub fn is_silent(&self) -> bool {
         *self == Self::default()

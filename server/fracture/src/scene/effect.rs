@@ -3,7 +3,7 @@
 /// An effect. Those of physics change the pieces; the others change nothing but what they add to the answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[repr(u32)]
-pub enum Effect {
+pub enum EffectKind {
     /// Strain energy from the deformation of the body. Off: it falls off with the distance from the contacts.
     Elastic = 0,
     /// Physics: tension alone drives cracks.
@@ -38,7 +38,7 @@ pub enum Effect {
     Skin = 15,
 }
 
-impl Effect {
+impl EffectKind {
     /// Every effect, by number.
     pub const ALL: [Self; 16] = [
         Self::Elastic,
@@ -84,36 +84,36 @@ impl Effect {
 
 /// Some effects.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Effects(u32);
+pub struct EffectSet(u32);
 
-impl Default for Effects {
+impl Default for EffectSet {
     /// Those that are on where nobody says otherwise.
     fn default() -> Self {
-        Self::of([Effect::Elastic, Effect::Interior, Effect::Examples, Effect::Slivers])
+        Self::of([EffectKind::Elastic, EffectKind::Interior, EffectKind::Examples, EffectKind::Slivers])
     }
 }
 
-impl Effects {
+impl EffectSet {
     /// None.
     pub const NONE: Self = Self(0);
 
     /// These.
-    pub fn of(effects: impl IntoIterator<Item = Effect>) -> Self {
+    pub fn of(effects: impl IntoIterator<Item = EffectKind>) -> Self {
         Self(effects.into_iter().fold(0, |bits, effect| bits | 1 << effect as u32))
     }
 
     /// Whether `effect` is one of them.
-    pub fn has(self, effect: Effect) -> bool {
+    pub fn has(self, effect: EffectKind) -> bool {
         self.0 & (1 << effect as u32) != 0
     }
 
     /// These and `effect`.
-    pub fn with(self, effect: Effect) -> Self {
+    pub fn with(self, effect: EffectKind) -> Self {
         Self(self.0 | 1 << effect as u32)
     }
 
     /// These without `effect`.
-    pub fn without(self, effect: Effect) -> Self {
+    pub fn without(self, effect: EffectKind) -> Self {
         Self(self.0 & !(1 << effect as u32))
     }
 }

@@ -8,8 +8,8 @@ mod names;
 mod region;
 
 pub use anchors::{Anchors, DEFAULT_GRAVITY_M_S2};
-pub use controls::{Controls, Grain, Paint, Waves};
-pub use effect::{Effect, Effects};
+pub use controls::{Grain, Paint, WarpControls, Waves};
+pub use effect::{EffectKind, EffectSet};
 pub use material::{MATERIALS, Material, MaterialError, Materials};
 pub use names::{brief, nearest, toml_error};
 pub use region::Region;

@@ -12,15 +12,15 @@ mod worn;
 #[cfg(test)]
 mod tests;
 
-pub use outer::Outer;
-pub use worn::{Blend, Worn, worn};
+pub use outer::BoundaryAttributes;
+pub use worn::{BlendedVertex, ClippedSurface, worn};
 
-use crate::lattice::{Lattice, Locator, Place, area_vector};
+use crate::lattice::{Lattice, LatticePoint, Locator, area_vector};
 use crate::memory::held;
 use crate::surface::Surface;
 use nalgebra::Point3;
 use rayon::prelude::*;
-use refine::Corner;
+use refine::RefinedCorner;
 use std::collections::HashMap;
 
 /// Longest edges of a skin, in spacings of the crack lattice: as far as the nodes of its boundary are from one another. With edges of one
@@ -30,16 +30,16 @@ const EDGE_SPACINGS: f64 = 0.7;
 
 /// Where a point of the skin lies.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Spot {
+pub struct SkinPoint {
     /// In which body.
     pub body: u32,
     /// In its crack lattice; for a point outside, the nearest one of its boundary.
-    pub place: Place,
+    pub place: LatticePoint,
 }
 
 /// A point and how it looks from one of its triangles.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Vertex {
+pub struct SkinCorner {
     /// Index into [`Skin::points`].
     pub point: u32,
     /// Of length one.
@@ -54,9 +54,9 @@ pub struct Skin {
     /// Points, each once.
     pub points: Vec<Point3<f64>>,
     /// Where they lie.
-    pub spots: Vec<Spot>,
+    pub spots: Vec<SkinPoint>,
     /// Points as triangles see them.
-    pub vertices: Vec<Vertex>,
+    pub vertices: Vec<SkinCorner>,
     /// Indices into `vertices`, counter-clockwise seen from outside.
     pub triangles: Vec<[u32; 3]>,
     /// Material of each triangle; empty if the file has none.
@@ -88,13 +88,13 @@ impl Skin {
 
     /// What one fragment wears, as a skin of its own: its vertices are points each, those on borders where a neighbour within
     /// the fragment lies.
-    pub fn part(&self, worn: &Worn) -> Self {
+    pub fn part(&self, worn: &ClippedSurface) -> Self {
         let mut part = Self { textured: self.textured, triangles: worn.triangles.clone(), ..Self::default() };
         for (point, blend) in worn.vertices.iter().enumerate() {
             let (place, normal, uv) = blend.of(self);
             part.points.push(place);
             part.spots.push(self.spots[self.vertices[blend.home as usize].point as usize]);
-            part.vertices.push(Vertex { point: point as u32, normal, uv });
+            part.vertices.push(SkinCorner { point: point as u32, normal, uv });
         }
         if !self.materials.is_empty() {
             part.materials = worn.sources.iter().map(|&source| self.materials[source as usize]).collect();
@@ -111,14 +111,14 @@ impl Skin {
 
 /// Points and looks of all corners of the surface. Normals that the file does not have are those of the triangles around; those that
 /// point inwards are turned.
-fn corners(surface: &Surface) -> Vec<[Corner; 3]> {
+fn corners(surface: &Surface) -> Vec<[RefinedCorner; 3]> {
     let looks = &surface.looks;
     let creased = if looks.normals.is_empty() { normals::creased(surface) } else { Vec::new() };
     let of = |triangle: usize| {
         let normals = if creased.is_empty() { outward(surface, triangle) } else { creased[triangle] };
         let uvs = looks.uvs.get(triangle).copied().unwrap_or([[0.0; 2]; 3]);
         let points = surface.triangles[triangle];
-        [0, 1, 2].map(|k| Corner { point: points[k], normal: normals[k], uv: uvs[k] })
+        [0, 1, 2].map(|k| RefinedCorner { point: points[k], normal: normals[k], uv: uvs[k] })
     };
     (0..surface.triangles.len()).map(of).collect()
 }
@@ -132,13 +132,13 @@ fn outward(surface: &Surface, triangle: usize) -> [[f32; 3]; 3] {
 }
 
 /// Corners that are alike in everything become one vertex.
-fn shared(corners: &[[Corner; 3]]) -> (Vec<Vertex>, Vec<[u32; 3]>) {
-    let mut vertices: Vec<Vertex> = Vec::new();
+fn shared(corners: &[[RefinedCorner; 3]]) -> (Vec<SkinCorner>, Vec<[u32; 3]>) {
+    let mut vertices: Vec<SkinCorner> = Vec::new();
     let mut places: HashMap<(u32, [u32; 3], [u32; 2]), u32> = HashMap::new();
-    let mut place = |corner: &Corner| {
-        let Corner { point, normal, uv } = *corner;
+    let mut place = |corner: &RefinedCorner| {
+        let RefinedCorner { point, normal, uv } = *corner;
         *places.entry((point, normal.map(f32::to_bits), uv.map(f32::to_bits))).or_insert_with(|| {
-            vertices.push(Vertex { point, normal, uv });
+            vertices.push(SkinCorner { point, normal, uv });
             vertices.len() as u32 - 1
         })
     };
@@ -147,23 +147,23 @@ fn shared(corners: &[[Corner; 3]]) -> (Vec<Vertex>, Vec<[u32; 3]>) {
 }
 
 /// Where the points lie: in the first body that holds them, or else on the nearest one's boundary.
-fn spots(points: &[Point3<f64>], lattices: &[&Lattice]) -> Vec<Spot> {
+fn spots(points: &[Point3<f64>], lattices: &[&Lattice]) -> Vec<SkinPoint> {
     let locators: Vec<Locator> = lattices.iter().map(|lattice| Locator::new(lattice)).collect();
     let boxes: Vec<[Point3<f64>; 2]> = lattices.iter().map(|lattice| bounds(lattice)).collect();
     let spot = |point: &Point3<f64>| {
         let holds = |body: &usize| apart(point, &boxes[*body]) == 0.0;
         let inside = (0..lattices.len())
             .filter(holds)
-            .find_map(|body| Some(Spot { body: body as u32, place: locators[body].containing(point, None)? }));
+            .find_map(|body| Some(SkinPoint { body: body as u32, place: locators[body].containing(point, None)? }));
         inside.or_else(|| nearest(point, &locators, &boxes)).unwrap_or(NOWHERE)
     };
     points.par_iter().map(spot).collect()
 }
 
 /// Where everything lies in an object without lattices.
-const NOWHERE: Spot = Spot { body: 0, place: Place { tet: 0, barycentric: [1.0, 0.0, 0.0, 0.0] } };
+const NOWHERE: SkinPoint = SkinPoint { body: 0, place: LatticePoint { tet: 0, barycentric: [1.0, 0.0, 0.0, 0.0] } };
 
-fn nearest(point: &Point3<f64>, locators: &[Locator], boxes: &[[Point3<f64>; 2]]) -> Option<Spot> {
+fn nearest(point: &Point3<f64>, locators: &[Locator], boxes: &[[Point3<f64>; 2]]) -> Option<SkinPoint> {
     let mut best: Option<(f64, usize)> = None;
     for (body, locator) in locators.iter().enumerate() {
         if best.is_none_or(|(least, _)| apart(point, &boxes[body]) < least) {
@@ -174,7 +174,7 @@ fn nearest(point: &Point3<f64>, locators: &[Locator], boxes: &[[Point3<f64>; 2]]
         }
     }
     let (_, body) = best?;
-    Some(Spot { body: body as u32, place: locators[body].place(point, None)? })
+    Some(SkinPoint { body: body as u32, place: locators[body].place(point, None)? })
 }
 
 fn bounds(lattice: &Lattice) -> [Point3<f64>; 2] {

@@ -4,14 +4,14 @@ use super::Skin;
 use super::walls::APART;
 use crate::lattice::{Lattice, area_vector};
 use crate::memory::held;
-use crate::surface::{NO_MATERIAL, NearestTriangle};
+use crate::surface::{NO_MATERIAL, NearestTriangles};
 use crate::tessellation::Topology;
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
 /// How the boundary of one body's lattice looks.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Outer {
+pub struct BoundaryAttributes {
     /// Normals of [`Topology::boundary_nodes`], of length one.
     pub normals: Vec<[f32; 3]>,
     /// Their texture coordinates; empty if the file has none.
@@ -20,11 +20,11 @@ pub struct Outer {
     pub materials: Vec<u32>,
 }
 
-impl Outer {
+impl BoundaryAttributes {
     /// The looks of `skin` on these lattices.
     pub fn of(skin: &Skin, bodies: &[(&Lattice, &Topology)], spacing: f64) -> Vec<Self> {
         let corners: Vec<[Point3<f64>; 3]> = (0..skin.triangles.len()).map(|triangle| skin.corners(triangle)).collect();
-        let nearest = NearestTriangle::new(&corners);
+        let nearest = NearestTriangles::new(&corners);
         let look = |lattice: &Lattice, topology: &Topology| {
             let normals = own_normals(lattice, topology);
             let node = |node: &u32| {

@@ -11,7 +11,7 @@ const TRIANGLES_MAX: usize = 1 << 21;
 
 /// A corner of a triangle: its point, and how it looks from there.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Corner {
+pub(super) struct RefinedCorner {
     pub point: u32,
     pub normal: [f32; 3],
     pub uv: [f32; 2],
@@ -21,9 +21,9 @@ pub(super) struct Corner {
 /// there would be too many triangles.
 pub(super) fn refine(
     surface: &Surface,
-    mut triangles: Vec<[Corner; 3]>,
+    mut triangles: Vec<[RefinedCorner; 3]>,
     longest: f64,
-) -> (Vec<Point3<f64>>, Vec<[Corner; 3]>, Vec<u32>) {
+) -> (Vec<Point3<f64>>, Vec<[RefinedCorner; 3]>, Vec<u32>) {
     let mut points = surface.positions.clone();
     let mut sources: Vec<u32> = (0..triangles.len() as u32).collect();
     loop {
@@ -42,7 +42,7 @@ pub(super) fn refine(
 }
 
 /// Adds the middles of all edges longer than `longest`, and tells which they are.
-fn halve(points: &mut Vec<Point3<f64>>, triangles: &[[Corner; 3]], longest: f64) -> HashMap<[u32; 2], u32> {
+fn halve(points: &mut Vec<Point3<f64>>, triangles: &[[RefinedCorner; 3]], longest: f64) -> HashMap<[u32; 2], u32> {
     let mut middles = HashMap::new();
     for triangle in triangles {
         for k in 0..3 {
@@ -57,12 +57,12 @@ fn halve(points: &mut Vec<Point3<f64>>, triangles: &[[Corner; 3]], longest: f64)
     middles
 }
 
-fn edge(a: &Corner, b: &Corner) -> [u32; 2] {
+fn edge(a: &RefinedCorner, b: &RefinedCorner) -> [u32; 2] {
     [a.point.min(b.point), a.point.max(b.point)]
 }
 
 /// The parts of a triangle some of whose edges are halved.
-fn divide(triangle: &[Corner; 3], middles: &HashMap<[u32; 2], u32>, out: &mut Vec<[Corner; 3]>) {
+fn divide(triangle: &[RefinedCorner; 3], middles: &HashMap<[u32; 2], u32>, out: &mut Vec<[RefinedCorner; 3]>) {
     let middle = |k: usize| {
         let (a, b) = (&triangle[k], &triangle[(k + 1) % 3]);
         middles.get(&edge(a, b)).map(|&point| between(a, b, point))
@@ -86,8 +86,8 @@ fn divide(triangle: &[Corner; 3], middles: &HashMap<[u32; 2], u32>, out: &mut Ve
 }
 
 /// Half way between two corners of a triangle.
-fn between(a: &Corner, b: &Corner, point: u32) -> Corner {
+fn between(a: &RefinedCorner, b: &RefinedCorner, point: u32) -> RefinedCorner {
     let sum = Vector3::from(a.normal) + Vector3::from(b.normal);
     let normal = sum.try_normalize(0.0).map_or(a.normal, Into::into);
-    Corner { point, normal, uv: [0, 1].map(|k| 0.5 * (a.uv[k] + b.uv[k])) }
+    RefinedCorner { point, normal, uv: [0, 1].map(|k| 0.5 * (a.uv[k] + b.uv[k])) }
 }

@@ -1,7 +1,7 @@
 //! Skins of spheres and blocks: whole, cut, and with normals of their own.
 
 use super::*;
-use crate::random::Stream;
+use crate::random::RandomStream;
 use crate::surface::{RawMesh, shapes};
 use nalgebra::Vector3;
 
@@ -18,7 +18,7 @@ fn area([a, b, c]: [Point3<f64>; 3]) -> f64 {
     0.5 * (b - a).cross(&(c - a)).norm()
 }
 
-fn place(skin: &Skin, blend: &Blend) -> Point3<f64> {
+fn place(skin: &Skin, blend: &BlendedVertex) -> Point3<f64> {
     let own = blend.of.map(|vertex| skin.points[skin.vertices[vertex as usize].point as usize].coords);
     Point3::from((0..3).map(|k| own[k] * blend.weights[k]).sum::<Vector3<f64>>())
 }
@@ -79,14 +79,14 @@ fn parts_tile_the_skin_for_any_labels() {
     let skin = skin(shapes::sphere(1.0, 3), 1.0);
     let whole: f64 = (0..skin.triangles.len()).map(|triangle| area(skin.corners(triangle))).sum();
     for (fragments, seed) in [(1, 0), (2, 1), (3, 2), (20, 3), (300, 4)] {
-        let mut random = Stream::new(seed, 0);
+        let mut random = RandomStream::new(seed, 0);
         let labels: Vec<u32> =
             skin.points.iter().map(|_| (random.uniform() * f64::from(fragments)) as u32 % fragments).collect();
         let heights: Vec<f64> = (0..fragments).map(|_| random.uniform()).collect();
         let parts = worn(&skin, &labels, fragments as usize, |point, a, b| {
             f64::from(point % 7) - 3.0 + heights[a as usize] - heights[b as usize]
         });
-        let corners = |part: &Worn| -> Vec<[Point3<f64>; 3]> {
+        let corners = |part: &ClippedSurface| -> Vec<[Point3<f64>; 3]> {
             part.triangles.iter().map(|own| own.map(|vertex| place(&skin, &part.vertices[vertex as usize]))).collect()
         };
         let triangles: Vec<_> = parts.iter().flat_map(corners).collect();

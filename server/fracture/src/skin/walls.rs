@@ -1,8 +1,8 @@
 //! Walls that the input does not have: those of the slots of existing cracks.
 
-use super::{Skin, Spot, Vertex};
-use crate::lattice::{Lattice, Place, area_vector};
-use crate::surface::{NO_MATERIAL, NearestTriangle};
+use super::{Skin, SkinCorner, SkinPoint};
+use crate::lattice::{Lattice, LatticePoint, area_vector};
+use crate::surface::{NO_MATERIAL, NearestTriangles};
 use crate::tessellation::Topology;
 use nalgebra::{Point3, Vector3};
 
@@ -15,27 +15,27 @@ impl Skin {
     #[must_use]
     pub fn with_walls(mut self, bodies: &[(&Lattice, &Topology)], spacing: f64) -> Self {
         let corners: Vec<[Point3<f64>; 3]> = (0..self.triangles.len()).map(|triangle| self.corners(triangle)).collect();
-        let nearest = NearestTriangle::new(&corners);
+        let nearest = NearestTriangles::new(&corners);
         for (body, (lattice, topology)) in bodies.iter().enumerate() {
             for face in &topology.boundary {
                 let corners = face.nodes.map(|node| lattice.nodes[node as usize]);
                 let middle = Point3::from(corners.iter().map(|corner| corner.coords).sum::<Vector3<f64>>() / 3.0);
                 if nearest.distance(&middle) > APART * spacing {
                     let places = face.nodes.map(|node| corner(lattice, face.tet, node));
-                    self.add(corners, places.map(|place| Spot { body: body as u32, place }));
+                    self.add(corners, places.map(|place| SkinPoint { body: body as u32, place }));
                 }
             }
         }
         self
     }
 
-    fn add(&mut self, corners: [Point3<f64>; 3], spots: [Spot; 3]) {
+    fn add(&mut self, corners: [Point3<f64>; 3], spots: [SkinPoint; 3]) {
         let (point, vertex) = (self.points.len() as u32, self.vertices.len() as u32);
         let area = area_vector(&corners);
         let normal = area.try_normalize(0.0).unwrap_or(Vector3::z()).map(|x| x as f32).into();
         self.points.extend(corners);
         self.spots.extend(spots);
-        self.vertices.extend([0, 1, 2].map(|k| Vertex { point: point + k, normal, uv: [0.0; 2] }));
+        self.vertices.extend([0, 1, 2].map(|k| SkinCorner { point: point + k, normal, uv: [0.0; 2] }));
         self.triangles.push([vertex, vertex + 1, vertex + 2]);
         if !self.materials.is_empty() {
             self.materials.push(NO_MATERIAL);
@@ -44,7 +44,7 @@ impl Skin {
 }
 
 /// A node of a tetrahedron as a place in it.
-fn corner(lattice: &Lattice, tet: u32, node: u32) -> Place {
+fn corner(lattice: &Lattice, tet: u32, node: u32) -> LatticePoint {
     let nodes = lattice.tets[tet as usize];
-    Place { tet, barycentric: nodes.map(|own| if own == node { 1.0 } else { 0.0 }) }
+    LatticePoint { tet, barycentric: nodes.map(|own| if own == node { 1.0 } else { 0.0 }) }
 }

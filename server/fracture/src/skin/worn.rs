@@ -14,7 +14,7 @@ const MARGIN: f64 = 0.02;
 
 /// A vertex of a part: a mean of at most three vertices of the skin.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Blend {
+pub struct BlendedVertex {
     /// Indices into [`Skin::vertices`].
     pub of: [u32; 3],
     /// Their weights, sum 1.
@@ -23,7 +23,7 @@ pub struct Blend {
     pub home: u32,
 }
 
-impl Blend {
+impl BlendedVertex {
     /// Where it lies in `skin`, local, its normal, of length one, and its texture coordinates.
     pub fn of(&self, skin: &Skin) -> (Point3<f64>, [f32; 3], [f32; 2]) {
         let own = self.of.map(|vertex| &skin.vertices[vertex as usize]);
@@ -43,16 +43,16 @@ impl Blend {
 
 /// The part of the skin that one fragment wears.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Worn {
+pub struct ClippedSurface {
     /// Vertices, each once.
-    pub vertices: Vec<Blend>,
+    pub vertices: Vec<BlendedVertex>,
     /// Indices into `vertices`, counter-clockwise seen from outside.
     pub triangles: Vec<[u32; 3]>,
     /// The triangle of the skin that each is a part of.
     pub sources: Vec<u32>,
 }
 
-impl Worn {
+impl ClippedSurface {
     /// Bytes that it holds.
     pub fn bytes(&self) -> usize {
         let Self { vertices, triangles, sources } = self;
@@ -62,12 +62,17 @@ impl Worn {
 
 /// Cuts `skin` between fragments: `labels` has one per point, below `fragments`; `rival(point, a, b)` is negative where the point
 /// belongs to a rather than b and grows linearly from there to where it is b's, or not a number where nobody knows.
-pub fn worn(skin: &Skin, labels: &[u32], fragments: usize, rival: impl Fn(u32, u32, u32) -> f64) -> Vec<Worn> {
+pub fn worn(
+    skin: &Skin,
+    labels: &[u32],
+    fragments: usize,
+    rival: impl Fn(u32, u32, u32) -> f64,
+) -> Vec<ClippedSurface> {
     let mut cutter = Cutter {
         skin,
         labels,
         rival,
-        parts: vec![Worn::default(); fragments],
+        parts: vec![ClippedSurface::default(); fragments],
         own: vec![NONE; skin.vertices.len()],
         cuts: HashMap::new(),
     };
@@ -85,7 +90,7 @@ struct Cutter<'a, F> {
     skin: &'a Skin,
     labels: &'a [u32],
     rival: F,
-    parts: Vec<Worn>,
+    parts: Vec<ClippedSurface>,
     /// By vertex of the skin.
     own: Vec<u32>,
     /// By the edge's two vertices, the one of the lower point first: number in the part of each.
@@ -118,7 +123,7 @@ impl<F: Fn(u32, u32, u32) -> f64> Cutter<'_, F> {
 
     fn cut_in_three(&mut self, triangle: usize, corners: [u32; 3], labels: [u32; 3]) {
         let weights = self.triple(corners, labels);
-        let middles = [0, 1, 2].map(|k| self.push(labels[k], Blend { of: corners, weights, home: corners[k] }));
+        let middles = [0, 1, 2].map(|k| self.push(labels[k], BlendedVertex { of: corners, weights, home: corners[k] }));
         for k in 0..3 {
             let [a, b, c] = [0, 1, 2].map(|i| corners[(k + i) % 3]);
             let (ab, ac, own) = (self.between(a, b)[0], self.between(a, c)[0], self.corner(a));
@@ -140,7 +145,7 @@ impl<F: Fn(u32, u32, u32) -> f64> Cutter<'_, F> {
         part.sources.extend([source as u32; N]);
     }
 
-    fn push(&mut self, label: u32, vertex: Blend) -> u32 {
+    fn push(&mut self, label: u32, vertex: BlendedVertex) -> u32 {
         let part = &mut self.parts[label as usize];
         part.vertices.push(vertex);
         part.vertices.len() as u32 - 1
@@ -149,7 +154,7 @@ impl<F: Fn(u32, u32, u32) -> f64> Cutter<'_, F> {
     /// A vertex of the skin in the part of its fragment.
     fn corner(&mut self, vertex: u32) -> u32 {
         if self.own[vertex as usize] == NONE {
-            self.own[vertex as usize] = self.push(self.label(vertex), Blend::alone(vertex));
+            self.own[vertex as usize] = self.push(self.label(vertex), BlendedVertex::alone(vertex));
         }
         self.own[vertex as usize]
     }
@@ -163,8 +168,8 @@ impl<F: Fn(u32, u32, u32) -> f64> Cutter<'_, F> {
             None => {
                 let share = self.share(self.point(low), self.point(high));
                 let weights = [1.0 - share, share, 0.0];
-                let sides =
-                    [low, high].map(|home| self.push(self.label(home), Blend { of: [low, high, high], weights, home }));
+                let sides = [low, high]
+                    .map(|home| self.push(self.label(home), BlendedVertex { of: [low, high, high], weights, home }));
                 self.cuts.insert([low, high], sides);
                 sides
             }

@@ -12,7 +12,7 @@
 //! threads. faer picks its dense kernels by the processor's vector width and caches: between unlike machines the last
 //! bits of a factor can differ.
 
-use super::{SparseError, Symmetric};
+use super::{SparseError, SymmetricMatrix};
 use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
 use faer::linalg::cholesky::llt::factor::{LltError, LltRegularization};
 use faer::perm::PermRef;
@@ -29,7 +29,7 @@ use std::sync::Arc;
 
 /// The pattern of L and the ordering of one pattern of a matrix: all of a factor but its numbers. Cheap to clone.
 #[derive(Clone, Debug)]
-pub struct Symbolic {
+pub struct SymbolicFactor {
     pub(super) pattern: Arc<SymbolicCholesky<u32>>,
     /// New → old row.
     pub(super) forward: Arc<[u32]>,
@@ -64,7 +64,7 @@ impl Precision {
 /// The factor L of one matrix, with its ordering. Immutable: solves may run at the same time.
 #[derive(Debug)]
 pub struct Cholesky {
-    symbolic: Symbolic,
+    symbolic: SymbolicFactor,
     values: Values,
 }
 
@@ -88,16 +88,16 @@ fn stack(buffer: &mut Option<MemBuffer>, need: StackReq) -> &mut MemStack {
     MemStack::new(buffer.get_or_insert_with(|| MemBuffer::new(need)))
 }
 
-impl Symbolic {
+impl SymbolicFactor {
     /// Orders `matrix` and finds where its factor has entries; about a tenth of the time of the factor itself.
     ///
     /// # Errors
     /// [`SparseError::Empty`], [`SparseError::TooLarge`].
-    pub fn analyse<const B: usize>(matrix: &Symmetric<B>) -> Result<Self, SparseError> {
+    pub fn analyse<const B: usize>(matrix: &SymmetricMatrix<B>) -> Result<Self, SparseError> {
         Self::of(matrix, &Lower::new(matrix))
     }
 
-    fn of<const B: usize>(matrix: &Symmetric<B>, lower: &Lower) -> Result<Self, SparseError> {
+    fn of<const B: usize>(matrix: &SymmetricMatrix<B>, lower: &Lower) -> Result<Self, SparseError> {
         let size = matrix.size();
         if size == 0 {
             return Err(SparseError::Empty);
@@ -123,7 +123,11 @@ impl Symbolic {
     ///
     /// # Panics
     /// If the matrix has another size.
-    pub fn factor<const B: usize>(&self, matrix: &Symmetric<B>, precision: Precision) -> Result<Cholesky, SparseError> {
+    pub fn factor<const B: usize>(
+        &self,
+        matrix: &SymmetricMatrix<B>,
+        precision: Precision,
+    ) -> Result<Cholesky, SparseError> {
         assert_eq!(matrix.size(), self.pattern.nrows(), "the analysed pattern");
         let lower = Lower::new(matrix);
         match precision {
@@ -181,9 +185,9 @@ impl Cholesky {
     ///
     /// # Errors
     /// As [`Symbolic::analyse`] and [`Symbolic::factor`].
-    pub fn factor<const B: usize>(matrix: &Symmetric<B>) -> Result<Self, SparseError> {
+    pub fn factor<const B: usize>(matrix: &SymmetricMatrix<B>) -> Result<Self, SparseError> {
         let lower = Lower::new(matrix);
-        Symbolic::of(matrix, &lower)?.double(&lower)
+        SymbolicFactor::of(matrix, &lower)?.double(&lower)
     }
 
     /// Number of scalar rows, n.
@@ -242,7 +246,7 @@ pub(super) struct Lower {
 }
 
 impl Lower {
-    pub(super) fn new<const B: usize>(matrix: &Symmetric<B>) -> Self {
+    pub(super) fn new<const B: usize>(matrix: &SymmetricMatrix<B>) -> Self {
         let size = matrix.size();
         let mut lower = Self { size, offsets: vec![0], rows: Vec::new(), values: Vec::new() };
         for node in 0..matrix.nodes() {
@@ -271,7 +275,7 @@ impl Lower {
 }
 
 /// Approximate minimum degree on the node graph, expanded to components: (new → old, old → new).
-fn order<const B: usize>(matrix: &Symmetric<B>) -> Option<(Vec<u32>, Vec<u32>)> {
+fn order<const B: usize>(matrix: &SymmetricMatrix<B>) -> Option<(Vec<u32>, Vec<u32>)> {
     let nodes = matrix.nodes();
     let (mut offsets, mut rows) = (vec![0], Vec::new());
     for node in 0..nodes {

@@ -6,9 +6,9 @@ mod symmetric;
 #[cfg(test)]
 mod tests;
 
-pub use cholesky::{Cholesky, Precision, SolveScratch, Symbolic};
+pub use cholesky::{Cholesky, Precision, SolveScratch, SymbolicFactor};
 pub use signature::Signature;
-pub use symmetric::Symmetric;
+pub use symmetric::SymmetricMatrix;
 
 /// Why a matrix was not built or not factored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]

@@ -7,7 +7,7 @@
 //! diagonal, B = W^(−½)|L||D|^½, that is ‖W^(−½) E W^(−½)‖ ≤ γ ‖B‖² ≤ γ ‖B‖₁ ‖B‖_∞, found beside the pivots in one pass.
 
 use super::cholesky::Lower;
-use super::{Symbolic, Symmetric};
+use super::{SymbolicFactor, SymmetricMatrix};
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::ldlt::factor::LdltRegularization;
 use faer::sparse::SparseColMatRef;
@@ -27,13 +27,13 @@ pub struct Signature {
     pub rounding: f64,
 }
 
-impl Symbolic {
+impl SymbolicFactor {
     /// The signature of `matrix`, which has the analysed pattern and need not be definite: that of the pivots of A = L D Lᵀ.
     /// `weights`: the positive diagonal of W, one entry per scalar row. `None` where a pivot is zero, or memory does not suffice.
     ///
     /// # Panics
     /// If the matrix has another size.
-    pub fn signature<const B: usize>(&self, matrix: &Symmetric<B>, weights: &[f64]) -> Option<Signature> {
+    pub fn signature<const B: usize>(&self, matrix: &SymmetricMatrix<B>, weights: &[f64]) -> Option<Signature> {
         assert_eq!(matrix.size(), self.pattern.nrows(), "the analysed pattern");
         let (pattern, lower) = (&self.pattern, Lower::new(matrix));
         let mut values = vec![0.0; pattern.len_val()];

@@ -13,7 +13,7 @@ const ROWS_PER_TASK_MIN: usize = 1024;
 ///
 /// Every entry is summed in the order of the elements, so the bits do not depend on the number of threads.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Symmetric<const B: usize = 1> {
+pub struct SymmetricMatrix<const B: usize = 1> {
     /// Length `nodes + 1`.
     offsets: Vec<u32>,
     /// Node index of each block, ascending within a row.
@@ -25,7 +25,7 @@ pub struct Symmetric<const B: usize = 1> {
 /// One block row while it is built.
 type Row<const B: usize> = (Vec<u32>, Vec<SMatrix<f64, B, B>>);
 
-impl<const B: usize> Symmetric<B> {
+impl<const B: usize> SymmetricMatrix<B> {
     /// The sum of element matrices: `block(tet, i, j)` is the B × B block that tetrahedron `tet` adds between its local
     /// nodes `i` and `j` (0..4); it must be the transpose of `block(tet, j, i)`.
     ///
@@ -190,7 +190,7 @@ impl<const B: usize> Symmetric<B> {
     }
 }
 
-impl Symmetric<1> {
+impl SymmetricMatrix<1> {
     /// From entries (row, column, value). An off-diagonal entry is given once, in either triangle; entries at the same
     /// place are summed in the order given.
     ///

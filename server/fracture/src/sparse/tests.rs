@@ -1,14 +1,14 @@
 //! Solves against residuals, and refusals by name.
 
-use super::{Cholesky, SolveScratch, SparseError, Symbolic, Symmetric};
+use super::{Cholesky, SolveScratch, SparseError, SymbolicFactor, SymmetricMatrix};
 use crate::lattice::block;
-use crate::random::Stream;
+use crate::random::RandomStream;
 use nalgebra::Matrix3;
 use proptest::prelude::*;
 
 /// A connected, diagonally dominant matrix with random entries.
-fn dominant(size: usize, seed: u64) -> Symmetric {
-    let mut stream = Stream::new(seed, 0);
+fn dominant(size: usize, seed: u64) -> SymmetricMatrix {
+    let mut stream = RandomStream::new(seed, 0);
     let mut triplets = Vec::new();
     for row in 1..size as u32 {
         for _ in 0..3 {
@@ -18,21 +18,25 @@ fn dominant(size: usize, seed: u64) -> Symmetric {
         }
     }
     triplets.push((0, 0, 0.5));
-    Symmetric::from_triplets(size, &triplets).unwrap()
+    SymmetricMatrix::from_triplets(size, &triplets).unwrap()
 }
 
 /// A vector matrix on a block lattice: random node springs in every direction, stiffened on the diagonal.
-fn vector_matrix(cells: usize) -> Symmetric<3> {
+fn vector_matrix(cells: usize) -> SymmetricMatrix<3> {
     let lattice = block([cells; 3], 1.0);
     let spring = Matrix3::new(2.0, 0.3, 0.1, 0.3, 1.5, -0.2, 0.1, -0.2, 1.0);
-    Symmetric::assemble(lattice.nodes.len(), &lattice.tets, |_, i, j| if i == j { spring * 3.01 } else { -spring })
-        .unwrap()
+    SymmetricMatrix::assemble(
+        lattice.nodes.len(),
+        &lattice.tets,
+        |_, i, j| if i == j { spring * 3.01 } else { -spring },
+    )
+    .unwrap()
 }
 
 /// Solves for `k` random columns and checks each against the matrix.
-fn check<const B: usize>(matrix: &Symmetric<B>, k: usize) {
+fn check<const B: usize>(matrix: &SymmetricMatrix<B>, k: usize) {
     let size = matrix.size();
-    let mut stream = Stream::new(7, k as u64);
+    let mut stream = RandomStream::new(7, k as u64);
     let rhs: Vec<f64> = (0..size * k).map(|_| stream.uniform() - 0.5).collect();
     let factor = Cholesky::factor(matrix).unwrap();
     let (mut x, mut product) = (rhs.clone(), vec![0.0; size * k]);
@@ -70,7 +74,7 @@ fn a_scratch_serves_factors_of_any_size_and_columns_do_not_disturb_each_other() 
 #[test]
 fn negative_eigenvalues_are_counted() {
     for matrix in [dominant(60, 2), dominant(400, 3)] {
-        let (size, symbolic) = (matrix.size(), Symbolic::analyse(&matrix).unwrap());
+        let (size, symbolic) = (matrix.size(), SymbolicFactor::analyse(&matrix).unwrap());
         let mut dense = nalgebra::DMatrix::<f64>::zeros(size, size);
         for row in 0..size {
             let (columns, blocks) = matrix.row(row);
@@ -94,7 +98,7 @@ fn negative_eigenvalues_are_counted() {
 
 #[test]
 fn entries_at_one_place_are_summed_and_mirrored() {
-    let matrix = Symmetric::from_triplets(3, &[(0, 0, 1.0), (2, 0, 3.0), (0, 2, 4.0), (1, 1, 2.0)]).unwrap();
+    let matrix = SymmetricMatrix::from_triplets(3, &[(0, 0, 1.0), (2, 0, 3.0), (0, 2, 4.0), (1, 1, 2.0)]).unwrap();
     let mut y = [0.0; 3];
     matrix.multiply(&[1.0, 10.0, 100.0], &mut y);
     assert_eq!(y, [701.0, 20.0, 7.0]);
@@ -103,7 +107,7 @@ fn entries_at_one_place_are_summed_and_mirrored() {
 
 #[test]
 fn a_shift_acts_as_its_diagonal_matrix() {
-    let mut matrix = Symmetric::from_triplets(2, &[(0, 0, 2.0), (0, 1, 3.0), (1, 1, 4.0)]).unwrap();
+    let mut matrix = SymmetricMatrix::from_triplets(2, &[(0, 0, 2.0), (0, 1, 3.0), (1, 1, 4.0)]).unwrap();
     matrix.add_diagonal(&[1.0, 2.0]);
     let mut y = [0.0; 2];
     matrix.multiply(&[1.0, 10.0], &mut y);
@@ -148,7 +152,7 @@ fn rotation_and_fixing_keep_the_matrix_symmetric_and_solvable() {
 #[test]
 fn bad_matrices_are_refused_by_name() {
     let factor = |triplets: &[(u32, u32, f64)], size| {
-        Symmetric::from_triplets(size, triplets).map(|matrix| Cholesky::factor(&matrix).err())
+        SymmetricMatrix::from_triplets(size, triplets).map(|matrix| Cholesky::factor(&matrix).err())
     };
     assert_eq!(factor(&[], 0), Ok(Some(SparseError::Empty)));
     assert_eq!(factor(&[(0, 3, 1.0)], 3).unwrap_err(), SparseError::IndexOutOfRange { index: 3, nodes: 3 });
@@ -157,7 +161,7 @@ fn bad_matrices_are_refused_by_name() {
     let diagonal: Vec<_> = (0..60).map(|i| (i, i, if i == 41 { -1.0 } else { 1.0 })).collect();
     assert_eq!(factor(&diagonal, 60), Ok(Some(SparseError::NotPositiveDefinite { pivot: 41 })));
     let mut sum = SparseError::Empty;
-    if let Err(error) = Symmetric::<3>::assemble(4, &[[0, 1, 2, 9]], |_, _, _| Matrix3::identity()) {
+    if let Err(error) = SymmetricMatrix::<3>::assemble(4, &[[0, 1, 2, 9]], |_, _, _| Matrix3::identity()) {
         sum = error;
     }
     assert_eq!(sum, SparseError::IndexOutOfRange { index: 9, nodes: 4 });

@@ -3,12 +3,12 @@
 //! Based on: C. Ericson, *Real-time collision detection* (2005), section 5.1.5 (closest point on a triangle), and a
 //! best-first descent of the bounding-box hierarchy.
 
-use super::tree::{STACK, Tree};
+use super::tree::{STACK, TriangleTree};
 use nalgebra::Point3;
 
 /// The squared distance from `point` to the nearest of the tree's triangles and that triangle's place in the list the
 /// tree was built from; infinite and 0 without triangles.
-pub(super) fn nearest(tree: &Tree, point: &Point3<f64>) -> (f64, u32) {
+pub(super) fn nearest(tree: &TriangleTree, point: &Point3<f64>) -> (f64, u32) {
     let mut best = (f64::INFINITY, 0);
     if tree.nodes.is_empty() {
         return best;

@@ -130,12 +130,12 @@ impl Defect {
 
 /// Collects a list of places of one kind: their number and the first.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Tally {
+pub(super) struct DefectTally {
     count: u64,
     first: Option<u64>,
 }
 
-impl Tally {
+impl DefectTally {
     /// Counts one more; the lowest index is kept.
     pub fn note(&mut self, index: u64) {
         self.count += 1;

@@ -12,14 +12,14 @@ pub(crate) const DIAGONAL_RANGE_M: std::ops::RangeInclusive<f64> = 1e-30..=1e36;
 /// Scaling the input by a power of two changes `diagonal_m` alone, exactly; translating it changes `centre_m` alone,
 /// to rounding.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Frame {
+pub struct LocalFrame {
     /// Centre of the bounding box, metres.
     pub centre_m: Point3<f64>,
     /// Diagonal of the bounding box, metres; finite and positive.
     pub diagonal_m: f64,
 }
 
-impl Frame {
+impl LocalFrame {
     /// Metres to local.
     pub fn to_local(&self, point_m: &Point3<f64>) -> Point3<f64> {
         Point3::from((point_m - self.centre_m) / self.diagonal_m)

@@ -5,8 +5,8 @@
 //! clouds* (2018). A point is inside where the winding number exceeds ½.
 
 use super::closest;
-use super::tree::{Bounds, Tree};
-use super::winding::Winding;
+use super::tree::{BoundingBox, TriangleTree};
+use super::winding::WindingMoments;
 use super::{Defect, DefectKind, Surface};
 use crate::lattice::SignedDistance;
 use nalgebra::Point3;
@@ -17,10 +17,10 @@ const AMBIGUOUS: f64 = 0.3;
 
 /// Answers where a point lies relative to a surface. Queries take a few microseconds and may run on any thread.
 #[derive(Clone, Debug)]
-pub struct Inside {
-    pub(super) tree: Tree,
-    winding: Winding,
-    pub(super) bounds: Bounds,
+pub struct InsideTest {
+    pub(super) tree: TriangleTree,
+    winding: WindingMoments,
+    pub(super) bounds: BoundingBox,
     pub(super) closed: bool,
     /// The volume by the divergence theorem, and whether nothing more is needed.
     pub(super) signed_volume: f64,
@@ -28,14 +28,14 @@ pub struct Inside {
     pub(super) faces: Vec<u64>,
 }
 
-impl Inside {
+impl InsideTest {
     /// Builds the hierarchy in O(n log n).
     pub fn new(surface: &Surface) -> Self {
         let triangles: Vec<_> = (0..surface.triangles.len()).map(|t| surface.corners(t)).collect();
-        let tree = Tree::new(&triangles);
+        let tree = TriangleTree::new(&triangles);
         Self {
-            winding: Winding::new(&tree, surface.closed),
-            bounds: Bounds::of(triangles.iter().flatten()),
+            winding: WindingMoments::new(&tree, surface.closed),
+            bounds: BoundingBox::of(triangles.iter().flatten()),
             tree,
             closed: surface.closed,
             signed_volume: surface.signed_volume(),
@@ -92,7 +92,7 @@ impl Inside {
     }
 }
 
-impl SignedDistance for Inside {
+impl SignedDistance for InsideTest {
     fn signed_distance(&self, point: &Point3<f64>) -> f64 {
         Self::signed_distance(self, point)
     }

@@ -1,8 +1,8 @@
 use super::super::winding::brute_force;
 use super::super::{RawMesh, SurfaceError, shapes};
 use super::*;
-use crate::random::Stream;
-use crate::token::Token;
+use crate::random::RandomStream;
+use crate::token::CancelToken;
 use nalgebra::Vector3;
 use parry3d_f64::query::PointQuery;
 
@@ -11,8 +11,8 @@ fn surface(mesh: RawMesh) -> Surface {
 }
 
 /// `count` points, uniform in the surface's box widened by a tenth.
-fn points(inside: &Inside, count: usize) -> Vec<Point3<f64>> {
-    let mut random = Stream::new(7, 0);
+fn points(inside: &InsideTest, count: usize) -> Vec<Point3<f64>> {
+    let mut random = RandomStream::new(7, 0);
     let (low, size) = (inside.bounds.low, inside.bounds.diagonal());
     let mut uniform = || 1.2 * random.uniform() - 0.1;
     (0..count).map(|_| low + size.component_mul(&Vector3::from_fn(|_, _| uniform()))).collect()
@@ -21,7 +21,7 @@ fn points(inside: &Inside, count: usize) -> Vec<Point3<f64>> {
 /// Compares the hierarchy, for points alone and for four close together, with the sum over all triangles; returns how many
 /// points lie inside.
 fn check_winding(surface: &Surface, count: usize) -> usize {
-    let inside = Inside::new(surface);
+    let inside = InsideTest::new(surface);
     let triangles: Vec<_> = (0..surface.triangles.len()).map(|t| surface.corners(t)).collect();
     let compare = |point: &Point3<f64>| {
         let together = [[0.0; 3], [0.02, 0.0, 0.0], [0.0, -0.02, 0.0], [0.01, 0.01, 0.02]];
@@ -66,14 +66,14 @@ fn the_winding_number_matches_the_sum_over_all_triangles() {
 fn ten_thousand_points_are_on_the_right_side_of_a_torus() {
     let surface = surface(shapes::torus(1.0, 0.4, [48, 24]));
     let within = check_winding(&surface, 10_000) as f64 / 10_000.0;
-    let size = Inside::new(&surface).bounds.diagonal() * 1.2;
+    let size = InsideTest::new(&surface).bounds.diagonal() * 1.2;
     assert!((within - surface.signed_volume() / size.product()).abs() < 0.015);
 }
 
 #[test]
 fn the_distance_matches_parry() {
     let surface = surface(shapes::mug());
-    let inside = Inside::new(&surface);
+    let inside = InsideTest::new(&surface);
     let vertices = surface.positions.iter().map(|p| parry3d_f64::math::Vector::new(p.x, p.y, p.z)).collect();
     let oracle = parry3d_f64::shape::TriMesh::new(vertices, surface.triangles.clone()).unwrap();
     for point in points(&inside, 500) {
@@ -86,7 +86,7 @@ fn the_distance_matches_parry() {
 #[test]
 fn the_signed_distance_of_a_sphere_is_its_own() {
     let surface = surface(shapes::sphere(3.0, 6));
-    let inside = Inside::new(&surface);
+    let inside = InsideTest::new(&surface);
     let radius = 3.0 / surface.frame.diagonal_m;
     for point in points(&inside, 1000) {
         let expected = point.coords.norm() - radius;
@@ -99,7 +99,7 @@ fn a_hole_is_closed_by_a_film() {
     let mut mesh = shapes::cuboid([2.0; 3]);
     mesh.triangles.retain(|corners| corners.iter().any(|&vertex| mesh.positions_m[vertex as usize].y < 0.0));
     let surface = surface(mesh);
-    let inside = Inside::new(&surface);
+    let inside = InsideTest::new(&surface);
     assert!(!surface.closed);
     let centre = Point3::new(0.0, 1.0 / surface.frame.diagonal_m, 0.0);
     assert!(inside.signed_distance(&centre).abs() < 1e-12);
@@ -114,7 +114,7 @@ fn a_hole_is_closed_by_a_film() {
 
 fn check_volume(mesh: RawMesh, expected_m3: f64, tolerance: f64) {
     let surface = surface(mesh);
-    let volume = Inside::new(&surface).input_volume(&Token::default()).unwrap();
+    let volume = InsideTest::new(&surface).input_volume(&CancelToken::default()).unwrap();
     let relative = volume * surface.frame.diagonal_m.powi(3) / expected_m3 - 1.0;
     assert!(relative.abs() < tolerance, "the volume is off by {relative}");
 }
@@ -149,22 +149,22 @@ fn an_open_surface_has_the_volume_behind_its_film() {
 fn a_flat_sheet_encloses_nothing() {
     let points = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]].map(Point3::from);
     let surface = surface(RawMesh::new(points.to_vec(), vec![[0, 1, 2], [0, 2, 3]]));
-    let volume = Inside::new(&surface).input_volume(&Token::default());
+    let volume = InsideTest::new(&surface).input_volume(&CancelToken::default());
     assert!(matches!(volume, Err(SurfaceError::NothingInside)));
 }
 
 #[test]
 fn a_cancelled_integral_stops() {
     let surface = surface(open_sphere(0.5));
-    let token = Token::default();
+    let token = CancelToken::default();
     token.cancel();
-    assert!(matches!(Inside::new(&surface).input_volume(&token), Err(SurfaceError::Cancelled(_))));
+    assert!(matches!(InsideTest::new(&surface).input_volume(&token), Err(SurfaceError::Cancelled(_))));
 }
 
 #[test]
 fn points_in_a_hole_are_ambiguous() {
     let surface = surface(open_sphere(0.3));
-    let inside = Inside::new(&surface);
+    let inside = InsideTest::new(&surface);
     let rim = surface.positions.iter().map(|p| p.y).fold(f64::MIN, f64::max);
     let samples = [Point3::new(0.0, -0.2, 0.0), Point3::new(0.0, rim, 0.0), Point3::new(0.0, 2.0, 0.0)];
     let defect = inside.ambiguous(&samples).unwrap();
@@ -174,7 +174,7 @@ fn points_in_a_hole_are_ambiguous() {
 
 #[test]
 fn bulk_queries_equal_single_ones() {
-    let inside = Inside::new(&surface(shapes::horseshoe()));
+    let inside = InsideTest::new(&surface(shapes::horseshoe()));
     let points = points(&inside, 300);
     let one_by_one: Vec<f64> = points.iter().map(|point| inside.signed_distance(point)).collect();
     assert_eq!(inside.signed_distances(&points), one_by_one);

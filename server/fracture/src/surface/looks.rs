@@ -11,7 +11,7 @@ pub const UV_MAX: f32 = 1e9;
 /// Normals, texture coordinates and materials, triangle by triangle. A list is empty if the file does not have it for every
 /// triangle.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Looks {
+pub struct TriangleAttributes {
     /// Normals of the three corners, of length one, y up.
     pub normals: Vec<[[f32; 3]; 3]>,
     /// Texture coordinates of the three corners, v upwards: as in OBJ and PLY files, (u, 1 − v) of glTF's.
@@ -24,7 +24,7 @@ pub struct Looks {
     pub lost: Vec<(&'static str, u32)>,
 }
 
-impl Looks {
+impl TriangleAttributes {
     /// The looks that vertices give to these triangles; what is not there for every vertex is left out.
     pub(super) fn of_vertices(triangles: &[[u32; 3]], normals: &[[f32; 3]], uvs: &[[f32; 2]]) -> Self {
         fn corners<T: Copy>(triangles: &[[u32; 3]], of: &[T]) -> Vec<[T; 3]> {
@@ -96,11 +96,11 @@ fn unfit<T>(list: &[T], triangles: usize, fits: impl Fn(&T) -> bool) -> Option<u
 mod tests {
     use super::*;
 
-    fn full() -> Looks {
+    fn full() -> TriangleAttributes {
         let normals = vec![[[0.0, 0.0, 2.0]; 3], [[3.0, 0.0, 0.0]; 3]];
         let uvs = vec![[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]; 2];
         let names = vec!["a".into(), "b".into()];
-        Looks { normals, uvs, materials: vec![1, NO_MATERIAL], names, lost: Vec::new() }
+        TriangleAttributes { normals, uvs, materials: vec![1, NO_MATERIAL], names, lost: Vec::new() }
     }
 
     #[test]
@@ -109,8 +109,8 @@ mod tests {
         assert_eq!(fitting.normals[1], [[1.0, 0.0, 0.0]; 3]);
         assert_eq!((fitting.uvs.len(), fitting.materials.len()), (2, 2));
         let lost = vec![("normals", 2), ("texture coordinates", 2), ("materials", 2)];
-        assert_eq!(full().fitting(3), Looks { lost, ..Looks::default() });
-        let spoilt = |spoil: fn(&mut Looks)| {
+        assert_eq!(full().fitting(3), TriangleAttributes { lost, ..TriangleAttributes::default() });
+        let spoilt = |spoil: fn(&mut TriangleAttributes)| {
             let mut looks = full();
             spoil(&mut looks);
             looks.fitting(2)
@@ -127,6 +127,6 @@ mod tests {
         let taken = full().of(&[1, 0, 1], &[false, true, false]);
         assert_eq!(taken.materials, [NO_MATERIAL, 1, NO_MATERIAL]);
         assert_eq!(taken.uvs[1], [[0.0, 0.0], [0.0, 1.0], [1.0, 0.0]]);
-        assert_eq!(Looks::default().of(&[0], &[true]), Looks::default());
+        assert_eq!(TriangleAttributes::default().of(&[0], &[true]), TriangleAttributes::default());
     }
 }

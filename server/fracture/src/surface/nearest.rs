@@ -1,17 +1,17 @@
 //! Which of many points, or triangles, is nearest.
 
 use super::closest;
-use super::tree::Tree;
+use super::tree::TriangleTree;
 use nalgebra::Point3;
 
 /// Points that can be asked which of them is nearest to another.
-pub struct Nearest(Tree);
+pub struct NearestPoints(TriangleTree);
 
-impl Nearest {
+impl NearestPoints {
     /// Of these points.
     pub fn new(points: &[Point3<f64>]) -> Self {
         let triangles: Vec<[Point3<f64>; 3]> = points.iter().map(|point| [*point; 3]).collect();
-        Self(Tree::new(&triangles))
+        Self(TriangleTree::new(&triangles))
     }
 
     /// The place of the point nearest to `point` in their list; 0 without points.
@@ -21,15 +21,15 @@ impl Nearest {
 }
 
 /// Triangles that can be asked which of them is nearest to a point.
-pub struct NearestTriangle {
-    tree: Tree,
+pub struct NearestTriangles {
+    tree: TriangleTree,
     triangles: Vec<[Point3<f64>; 3]>,
 }
 
-impl NearestTriangle {
+impl NearestTriangles {
     /// Of these triangles.
     pub fn new(triangles: &[[Point3<f64>; 3]]) -> Self {
-        Self { tree: Tree::new(triangles), triangles: triangles.to_vec() }
+        Self { tree: TriangleTree::new(triangles), triangles: triangles.to_vec() }
     }
 
     /// The place of the triangle nearest to `point` in their list, and the barycentric coordinates of its nearest point; the first
@@ -42,7 +42,7 @@ impl NearestTriangle {
     }
 }
 
-impl NearestTriangle {
+impl NearestTriangles {
     /// How far `point` is from the nearest triangle; infinite without triangles.
     pub fn distance(&self, point: &Point3<f64>) -> f64 {
         closest::nearest(&self.tree, point).0.sqrt()
@@ -61,14 +61,14 @@ pub(crate) fn barycentric([a, b, c]: &[Point3<f64>; 3], point: &Point3<f64>) -> 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::random::Stream;
+    use crate::random::RandomStream;
 
     #[test]
     fn the_nearest_is_the_one_that_a_search_through_all_finds() {
-        let mut random = Stream::new(7, 7);
+        let mut random = RandomStream::new(7, 7);
         let mut point = || Point3::new(random.uniform(), random.uniform(), random.uniform());
         let points: Vec<Point3<f64>> = (0..300).map(|_| point()).collect();
-        let nearest = Nearest::new(&points);
+        let nearest = NearestPoints::new(&points);
         for _ in 0..300 {
             let at = point();
             let distance = |index: usize| (points[index] - at).norm_squared();
@@ -82,7 +82,7 @@ mod tests {
         let corner = |x: f64, y: f64, z: f64| Point3::new(x, y, z);
         let low = [corner(0.0, 0.0, 0.0), corner(1.0, 0.0, 0.0), corner(0.0, 1.0, 0.0)];
         let high = low.map(|corner| corner + nalgebra::Vector3::z());
-        let nearest = NearestTriangle::new(&[low, high]);
+        let nearest = NearestTriangles::new(&[low, high]);
         let (triangle, weights) = nearest.to(&corner(0.25, 0.5, 0.9));
         assert_eq!(triangle, 1);
         for (weight, expected) in weights.iter().zip([0.25, 0.25, 0.5]) {

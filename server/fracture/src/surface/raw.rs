@@ -1,13 +1,13 @@
 //! A mesh as a file gives it, in metres and y-up, with nothing mended.
 
-use super::{Looks, SurfaceError};
+use super::{SurfaceError, TriangleAttributes};
 use nalgebra::Point3;
 use std::fmt;
 use std::str::FromStr;
 
 /// The length unit of a mesh file's coordinates.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Unit {
+pub enum LengthUnit {
     /// Metres, the default.
     #[default]
     M,
@@ -19,7 +19,7 @@ pub enum Unit {
     In,
 }
 
-impl Unit {
+impl LengthUnit {
     /// All of them, the default first.
     pub const ALL: [Self; 4] = [Self::M, Self::Cm, Self::Mm, Self::In];
 
@@ -34,7 +34,7 @@ impl Unit {
     }
 }
 
-impl fmt::Display for Unit {
+impl fmt::Display for LengthUnit {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::M => "m",
@@ -50,7 +50,7 @@ impl fmt::Display for Unit {
 #[error("unknown unit '{0}': one of m, cm, mm, in")]
 pub struct UnknownUnit(String);
 
-impl FromStr for Unit {
+impl FromStr for LengthUnit {
     type Err = UnknownUnit;
 
     fn from_str(word: &str) -> Result<Self, UnknownUnit> {
@@ -66,7 +66,7 @@ impl FromStr for Unit {
 
 /// The axis of a mesh file that points up.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Up {
+pub enum UpAxis {
     /// +Y, the default.
     #[default]
     Y,
@@ -74,7 +74,7 @@ pub enum Up {
     Z,
 }
 
-impl fmt::Display for Up {
+impl fmt::Display for UpAxis {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Y => "y",
@@ -86,16 +86,16 @@ impl fmt::Display for Up {
 /// A word that names no up axis.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("unknown up axis '{0}': one of y, z")]
-pub struct UnknownUp(String);
+pub struct UnknownUpAxis(String);
 
-impl FromStr for Up {
-    type Err = UnknownUp;
+impl FromStr for UpAxis {
+    type Err = UnknownUpAxis;
 
-    fn from_str(word: &str) -> Result<Self, UnknownUp> {
+    fn from_str(word: &str) -> Result<Self, UnknownUpAxis> {
         match word {
             "y" => Ok(Self::Y),
             "z" => Ok(Self::Z),
-            _ => Err(UnknownUp(word.to_owned())),
+            _ => Err(UnknownUpAxis(word.to_owned())),
         }
     }
 }
@@ -118,13 +118,13 @@ pub struct RawMesh {
     /// Rounding of the stored coordinates relative to their magnitude: [`SINGLE`] or [`DOUBLE`].
     pub rounding: f64,
     /// How the triangles look.
-    pub looks: Looks,
+    pub looks: TriangleAttributes,
 }
 
 impl RawMesh {
     /// A mesh of triangles in double precision.
     pub fn new(positions_m: Vec<Point3<f64>>, triangles: Vec<[u32; 3]>) -> Self {
-        Self { positions_m, triangles, faces: Vec::new(), rounding: DOUBLE, looks: Looks::default() }
+        Self { positions_m, triangles, faces: Vec::new(), rounding: DOUBLE, looks: TriangleAttributes::default() }
     }
 
     /// The file's face that triangle `triangle` was cut from.
@@ -151,16 +151,16 @@ impl RawMesh {
     }
 
     /// Turns file coordinates into metres and y-up.
-    pub(super) fn place(&mut self, unit: Unit, up: Up) {
+    pub(super) fn place(&mut self, unit: LengthUnit, up: UpAxis) {
         let metres = unit.metres();
         for point in &mut self.positions_m {
             let turned = match up {
-                Up::Y => *point,
-                Up::Z => Point3::new(point.x, point.z, -point.y),
+                UpAxis::Y => *point,
+                UpAxis::Z => Point3::new(point.x, point.z, -point.y),
             };
             *point = turned * metres;
         }
-        if up == Up::Z {
+        if up == UpAxis::Z {
             self.looks.normals.iter_mut().flatten().for_each(|[x, y, z]| [*x, *y, *z] = [*x, *z, -*y]);
         }
     }

@@ -4,8 +4,8 @@
 //! where a sheet ends within the body, the slot is that of the sheet less a strip of width w along its end.
 
 use super::closest::{self, closest_on};
-use super::tree::Tree;
-use super::{Inside, Sheets};
+use super::tree::TriangleTree;
+use super::{CrackSheets, InsideTest};
 use nalgebra::{Point3, Vector3};
 use std::collections::HashMap;
 
@@ -17,8 +17,8 @@ const CLEAR: f64 = 0.9;
 
 /// Edges that only one triangle has.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Rim {
-    tree: Tree,
+pub(super) struct OpenEdges {
+    tree: TriangleTree,
     edges: Vec<Edge>,
 }
 
@@ -30,7 +30,7 @@ struct Edge {
     outward: Vector3<f64>,
 }
 
-impl Rim {
+impl OpenEdges {
     /// Of triangles with their corners in increasing order.
     pub fn new(triangles: &[[Point3<f64>; 3]]) -> Self {
         // The third corner of each edge.
@@ -41,7 +41,7 @@ impl Rim {
         let single = triangles.iter().flat_map(edges).filter(|(ends, _)| count[&key(ends)] == 1);
         let edges: Vec<Edge> = single.filter_map(|(ends, third)| Edge::new(ends, third)).collect();
         let flat: Vec<[Point3<f64>; 3]> = edges.iter().map(|Edge { ends: [a, b], .. }| [*a, *b, *b]).collect();
-        Self { tree: Tree::new(&flat), edges }
+        Self { tree: TriangleTree::new(&flat), edges }
     }
 
     /// The edge nearest to a point, and its place that is.
@@ -61,9 +61,9 @@ impl Edge {
     }
 }
 
-impl Sheets {
+impl CrackSheets {
     /// How deep a local point lies in the slots of half width `half` (local) around the sheets; positive within them.
-    pub fn slot_depth(&self, inside: &Inside, point: &Point3<f64>, half: f64) -> f64 {
+    pub fn slot_depth(&self, inside: &InsideTest, point: &Point3<f64>, half: f64) -> f64 {
         let distance = self.distance(point);
         if distance >= REACH * half {
             return half - distance;
@@ -99,9 +99,9 @@ mod tests {
         let pair = |k: u32| [[4 * k, 4 * k + 1, 4 * k + 2], [4 * k, 4 * k + 2, 4 * k + 3]];
         let raw = RawMesh::new(points, (0..rectangles.len() as u32).flat_map(pair).collect());
         let surface = Surface::repair(shapes::cuboid([1.0; 3])).unwrap();
-        let inside = Inside::new(&surface);
+        let inside = InsideTest::new(&surface);
         let scale = surface.frame.diagonal_m;
-        let sheets = Sheets::new(&raw, &surface.frame).unwrap();
+        let sheets = CrackSheets::new(&raw, &surface.frame).unwrap();
         let found = sheets.slot_depth(&inside, &Point3::from(at.map(|x| x / scale)), 0.05 / scale) * scale;
         assert!((found - depth).abs() < 1e-9, "{found} instead of {depth} at {at:?}");
     }

@@ -83,12 +83,12 @@ impl Surface {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::surface::{Inside, shapes};
-    use crate::token::Token;
+    use crate::surface::{InsideTest, shapes};
+    use crate::token::CancelToken;
 
     fn refused(raw: RawMesh) -> SurfaceError {
         let surface = Surface::repair(raw).unwrap();
-        assert!(Inside::new(&surface).input_volume(&Token::default()).is_err());
+        assert!(InsideTest::new(&surface).input_volume(&CancelToken::default()).is_err());
         surface.nothing_inside().unwrap()
     }
 

@@ -1,11 +1,11 @@
 //! Sheets: triangles that enclose nothing, along which an object is cracked already.
 
 use super::closest;
-use super::defect::Tally;
-use super::repair::{Sets, is_flat};
-use super::rim::Rim;
-use super::tree::{Bounds, Tree};
-use super::{Defect, DefectKind, Frame, Inside, RawMesh, SurfaceError};
+use super::defect::DefectTally;
+use super::repair::{DisjointSets, is_flat};
+use super::rim::OpenEdges;
+use super::tree::{BoundingBox, TriangleTree};
+use super::{Defect, DefectKind, InsideTest, LocalFrame, RawMesh, SurfaceError};
 use nalgebra::Point3;
 use std::collections::{BTreeMap, HashMap, HashSet};
 
@@ -15,9 +15,9 @@ const FAR: f64 = 1e6;
 /// Triangles in the frame of an object. Which side of them is in front does not matter: each is stored with its corners in
 /// increasing order, and once.
 #[derive(Clone, Debug, Default)]
-pub struct Sheets {
-    tree: Tree,
-    pub(super) rim: Rim,
+pub struct CrackSheets {
+    tree: TriangleTree,
+    pub(super) rim: OpenEdges,
     triangles: Vec<[Point3<f64>; 3]>,
     /// The face of the file that each was cut from, and the sheet that it is of: those that share vertices.
     faces: Vec<u64>,
@@ -31,11 +31,11 @@ fn bits(point: &Point3<f64>) -> [u64; 3] {
     [point.x, point.y, point.z].map(f64::to_bits)
 }
 
-impl Sheets {
+impl CrackSheets {
     /// Of a mesh as it was read, for the object of that frame. Triangles without area and repeated ones are left out.
     ///
     /// Errors: [`RawMesh::check`]'s, [`SurfaceError::FarVertex`], [`SurfaceError::AllDegenerate`].
-    pub fn new(raw: &RawMesh, frame: &Frame) -> Result<Self, SurfaceError> {
+    pub fn new(raw: &RawMesh, frame: &LocalFrame) -> Result<Self, SurfaceError> {
         raw.check()?;
         // Zeros of either sign are one place.
         let local = |point: &Point3<f64>| frame.to_local(point).map(|x| x + 0.0);
@@ -45,7 +45,7 @@ impl Sheets {
             return Err(SurfaceError::FarVertex { vertex: vertex as u64 });
         }
         let (mut triangles, mut faces, mut seen) = (Vec::new(), Vec::new(), HashSet::new());
-        let (mut degenerate, mut repeated) = (Tally::default(), Tally::default());
+        let (mut degenerate, mut repeated) = (DefectTally::default(), DefectTally::default());
         for (triangle, corners) in raw.triangles.iter().enumerate() {
             let mut own = corners.map(|vertex| places[vertex as usize]);
             own.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)).then(a.z.total_cmp(&b.z)));
@@ -65,8 +65,8 @@ impl Sheets {
         degenerate.report(DefectKind::DegenerateTriangles, "left out of the cracks", &mut defects);
         repeated.report(DefectKind::DuplicateTriangles, "once among the cracks", &mut defects);
         Ok(Self {
-            tree: Tree::new(&triangles),
-            rim: Rim::new(&triangles),
+            tree: TriangleTree::new(&triangles),
+            rim: OpenEdges::new(&triangles),
             sheets: sheets(&triangles),
             triangles,
             faces,
@@ -90,19 +90,24 @@ impl Sheets {
     }
 
     /// Names the sheets, if any, in whose slots of half width `half` none of `places` lies; all local.
-    pub fn idle(&self, inside: &Inside, places: &[Point3<f64>], half: f64) -> Option<Defect> {
+    pub fn idle(&self, inside: &InsideTest, places: &[Point3<f64>], half: f64) -> Option<Defect> {
         let mut members: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
         for (triangle, &sheet) in self.sheets.iter().enumerate() {
             members.entry(sheet).or_default().push(triangle);
         }
         let cuts = |members: &Vec<usize>| {
             let triangles: Vec<[Point3<f64>; 3]> = members.iter().map(|&triangle| self.triangles[triangle]).collect();
-            let bounds = Bounds::of(triangles.iter().flatten());
+            let bounds = BoundingBox::of(triangles.iter().flatten());
             let near = |place: &&Point3<f64>| bounds.distance_squared(place) <= half * half;
-            let own = Self { tree: Tree::new(&triangles), rim: Rim::new(&triangles), triangles, ..Self::default() };
+            let own = Self {
+                tree: TriangleTree::new(&triangles),
+                rim: OpenEdges::new(&triangles),
+                triangles,
+                ..Self::default()
+            };
             places.iter().filter(near).any(|place| own.slot_depth(inside, place, half) > 0.0)
         };
-        let mut tally = Tally::default();
+        let mut tally = DefectTally::default();
         members.values().filter(|members| !cuts(members)).for_each(|members| tally.note(self.faces[members[0]]));
         let mut defects = Vec::new();
         tally.report(
@@ -116,7 +121,7 @@ impl Sheets {
 
 /// Which sheet each triangle is of, by the lowest of its triangles.
 fn sheets(triangles: &[[Point3<f64>; 3]]) -> Vec<u32> {
-    let (mut sets, mut first) = (Sets::new(triangles.len()), HashMap::new());
+    let (mut sets, mut first) = (DisjointSets::new(triangles.len()), HashMap::new());
     for (triangle, corners) in triangles.iter().enumerate() {
         for corner in corners {
             let other = *first.entry(bits(corner)).or_insert(triangle as u32);
@@ -131,7 +136,7 @@ mod tests {
     use super::*;
     use crate::surface::{Surface, shapes};
 
-    const FRAME: Frame = Frame { centre_m: Point3::new(1.0, 0.0, 0.0), diagonal_m: 2.0 };
+    const FRAME: LocalFrame = LocalFrame { centre_m: Point3::new(1.0, 0.0, 0.0), diagonal_m: 2.0 };
 
     /// Two squares apart, of two triangles each.
     fn squares() -> RawMesh {
@@ -143,7 +148,7 @@ mod tests {
     fn refused(change: impl Fn(&mut RawMesh)) -> SurfaceError {
         let mut raw = squares();
         change(&mut raw);
-        Sheets::new(&raw, &FRAME).unwrap_err()
+        CrackSheets::new(&raw, &FRAME).unwrap_err()
     }
 
     #[test]
@@ -151,7 +156,7 @@ mod tests {
         let (raw, mut turned) = (squares(), squares());
         turned.triangles.iter_mut().for_each(|[a, b, c]| (*a, *b, *c) = (*b, *a, *c));
         turned.triangles.extend(raw.triangles.clone());
-        let [one, other] = [&raw, &turned].map(|raw| Sheets::new(raw, &FRAME).unwrap());
+        let [one, other] = [&raw, &turned].map(|raw| CrackSheets::new(raw, &FRAME).unwrap());
         assert_eq!(one.triangles, other.triangles);
         assert!((one.area() - 0.5).abs() < 1e-15 && one.defects.is_empty());
         assert_eq!((other.defects[0].kind, other.defects[0].count), (DefectKind::DuplicateTriangles, 4));
@@ -161,12 +166,12 @@ mod tests {
     #[test]
     fn sheets_that_cut_nothing_are_named() {
         let surface = Surface::repair(shapes::cuboid([2.0; 3])).unwrap();
-        let inside = Inside::new(&surface);
+        let inside = InsideTest::new(&surface);
         let mut raw = squares();
         let tiny = [[0.0, 0.0], [0.02, 0.0], [0.0, 0.02]].map(|[x, y]| Point3::new(x, y, 0.5));
         raw.positions_m.extend(tiny);
         raw.triangles.push([8, 9, 10]);
-        let sheets = Sheets::new(&raw, &surface.frame).unwrap();
+        let sheets = CrackSheets::new(&raw, &surface.frame).unwrap();
         let places = [[0.2, 0.3, 0.05], [0.005, 0.005, 0.53], [0.3, 0.3, 1.0]]
             .map(|at| Point3::from(at) / surface.frame.diagonal_m);
         let named = sheets.idle(&inside, &places, 0.02).unwrap();
@@ -183,7 +188,7 @@ mod tests {
         assert!(matches!(refused(flat), SurfaceError::AllDegenerate));
         let mut raw = squares();
         raw.triangles[2] = [4, 4, 5];
-        let sheets = Sheets::new(&raw, &FRAME).unwrap();
+        let sheets = CrackSheets::new(&raw, &FRAME).unwrap();
         let degenerate = &sheets.defects[0];
         assert_eq!((degenerate.kind, degenerate.first_index), (DefectKind::DegenerateTriangles, 2));
     }

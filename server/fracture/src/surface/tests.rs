@@ -1,7 +1,7 @@
 //! The real meshes of the folder `SHATTER_MESHES`, and damaged copies of them.
 
 use super::*;
-use crate::token::Token;
+use crate::token::CancelToken;
 use DefectKind::*;
 use std::path::PathBuf;
 
@@ -11,7 +11,7 @@ fn mesh(name: &str) -> Option<RawMesh> {
         println!("skipped: SHATTER_MESHES is not set");
         return None;
     };
-    Some(read(&folder.join(name), Unit::M, Up::Y).unwrap())
+    Some(read(&folder.join(name), LengthUnit::M, UpAxis::Y).unwrap())
 }
 
 /// Repairs a mesh and checks its defects (kind, count) and its volume, local, to 0.3 %.
@@ -25,7 +25,7 @@ fn check(name: &str, damage: impl Fn(&mut RawMesh), defects: &[(DefectKind, u64)
 }
 
 fn check_volume(name: &str, surface: &Surface, volume: f64, tolerance: f64) {
-    let found = Inside::new(surface).input_volume(&Token::default()).unwrap();
+    let found = InsideTest::new(surface).input_volume(&CancelToken::default()).unwrap();
     assert!((found / volume - 1.0).abs() < tolerance, "{name}: {found} instead of {volume}");
 }
 

@@ -13,12 +13,12 @@ pub(super) const STACK: usize = 40;
 
 /// An axis-aligned box.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Bounds {
+pub(super) struct BoundingBox {
     pub low: Point3<f64>,
     pub high: Point3<f64>,
 }
 
-impl Bounds {
+impl BoundingBox {
     pub const EMPTY: Self = Self {
         low: Point3::new(f64::INFINITY, f64::INFINITY, f64::INFINITY),
         high: Point3::new(f64::NEG_INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY),
@@ -55,7 +55,7 @@ impl Bounds {
 /// A node: its left child follows it, its right child is at `right`; `right` = 0 marks a leaf.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Node {
-    pub bounds: Bounds,
+    pub bounds: BoundingBox,
     pub first: u32,
     pub count: u32,
     pub right: u32,
@@ -74,14 +74,14 @@ impl Node {
 
 /// The hierarchy. Triangles are stored in leaf order.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Tree {
+pub(super) struct TriangleTree {
     pub nodes: Vec<Node>,
     pub triangles: Vec<[Point3<f64>; 3]>,
     /// For each stored triangle, its place in the list given to [`Tree::new`].
     pub order: Vec<u32>,
 }
 
-impl Tree {
+impl TriangleTree {
     /// Builds the hierarchy in O(n log n); no triangles give no nodes.
     pub fn new(triangles: &[[Point3<f64>; 3]]) -> Self {
         let mut order: Vec<u32> = (0..triangles.len() as u32).collect();
@@ -96,7 +96,7 @@ impl Tree {
     }
 
     /// Calls `visit` for every triangle stored at `first` or later whose box overlaps `bounds`.
-    pub fn overlapping(&self, bounds: &Bounds, first: usize, mut visit: impl FnMut(usize)) {
+    pub fn overlapping(&self, bounds: &BoundingBox, first: usize, mut visit: impl FnMut(usize)) {
         let mut stack = [0u32; STACK];
         let mut top = usize::from(!self.nodes.is_empty());
         while top > 0 {
@@ -113,7 +113,7 @@ impl Tree {
                 continue;
             }
             for place in node.range().filter(|&place| place >= first) {
-                if Bounds::of(&self.triangles[place]).overlaps(bounds) {
+                if BoundingBox::of(&self.triangles[place]).overlaps(bounds) {
                     visit(place);
                 }
             }
@@ -128,13 +128,13 @@ fn split(
     triangles: &[[Point3<f64>; 3]],
     centres: &[Point3<f64>],
 ) {
-    let bounds = Bounds::of(order.iter().flat_map(|&t| &triangles[t as usize]));
+    let bounds = BoundingBox::of(order.iter().flat_map(|&t| &triangles[t as usize]));
     let index = nodes.len();
     nodes.push(Node { bounds, first: first as u32, count: order.len() as u32, right: 0 });
     if order.len() <= LEAF {
         return;
     }
-    let axis = Bounds::of(order.iter().map(|&t| &centres[t as usize])).diagonal().imax();
+    let axis = BoundingBox::of(order.iter().map(|&t| &centres[t as usize])).diagonal().imax();
     let middle = order.len() / 2;
     let key = |t: &u32| centres[*t as usize][axis];
     order.select_nth_unstable_by(middle, |a, b| key(a).total_cmp(&key(b)).then(a.cmp(b)));

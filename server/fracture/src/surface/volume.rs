@@ -4,9 +4,9 @@
 //! grid: of 1[w > ½] − w if the surface is closed, which differs from 0 only where shells overlap (the divergence theorem
 //! gives ∫w exactly); of 1[w > ½] if it is open.
 
-use super::{Inside, SurfaceError};
-use crate::random::Stream;
-use crate::token::Token;
+use super::{InsideTest, SurfaceError};
+use crate::random::RandomStream;
+use crate::token::CancelToken;
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
@@ -45,12 +45,12 @@ enum Share {
 const TOGETHER: usize = 4;
 const POINTS: usize = 2 * TOGETHER;
 
-impl Inside {
+impl InsideTest {
     /// The volume of the points with a winding number above ½, local (cubed diagonals): exact to rounding for simple
     /// surfaces, else to about 0.1 %. The same for any number of threads.
     ///
     /// Errors: nothing inside, or cancelled.
-    pub fn input_volume(&self, token: &Token) -> Result<f64, SurfaceError> {
+    pub fn input_volume(&self, token: &CancelToken) -> Result<f64, SurfaceError> {
         let volume = match (self.simple, self.closed) {
             (true, _) => self.signed_volume,
             (false, true) => self.signed_volume + self.integrate(token)?,
@@ -60,7 +60,7 @@ impl Inside {
     }
 
     /// The integral of `integrand` over the bounding box, level by level.
-    fn integrate(&self, token: &Token) -> Result<f64, SurfaceError> {
+    fn integrate(&self, token: &CancelToken) -> Result<f64, SurfaceError> {
         let mut mixed = vec![Cell { depth: 0, place: [0; 3] }];
         let mut sum = 0.0;
         while !self.fine_enough(sum, &mixed) {
@@ -127,7 +127,7 @@ impl Inside {
         let mut points = [self.corner(&cells[0]); POINTS];
         for (cell, pair) in cells.iter().zip(points.as_chunks_mut::<2>().0) {
             let [x, y, z] = cell.place.map(u64::from);
-            let mut random = Stream::new(0, (x << DEPTH | y) << DEPTH | z);
+            let mut random = RandomStream::new(0, (x << DEPTH | y) << DEPTH | z);
             let jitter = Vector3::from_fn(|_, _| random.uniform());
             let corner = self.corner(cell);
             *pair = [jitter, Vector3::repeat(1.0) - jitter].map(|share| corner + size.component_mul(&share));

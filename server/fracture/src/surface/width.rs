@@ -3,8 +3,8 @@
 //! Based on: L. Shapira, A. Shamir, D. Cohen-Or, *Consistent mesh partitioning and skeletonisation using the shape
 //! diameter function* (2008), with the one ray along the normal, and inside and outside by the winding number.
 
-use super::Inside;
-use crate::token::{Cancelled, Token};
+use super::InsideTest;
+use crate::token::{CancelToken, Cancelled};
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
@@ -23,7 +23,7 @@ const SKIN: f64 = 1e-4;
 
 /// Which side of the surface is measured.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Side {
+pub enum WidthSide {
     /// From the surface inward to where the body ends.
     Wall,
     /// From the surface outward to where the body begins again.
@@ -56,10 +56,10 @@ impl Widths {
     }
 }
 
-impl Inside {
+impl InsideTest {
     /// Widths up to `limit` (local, positive). Samples where the surface does not separate inside from outside, as on
     /// sheets within a body, are left out. Errors: cancelled.
-    pub fn widths(&self, side: Side, limit: f64, token: &Token) -> Result<Widths, Cancelled> {
+    pub fn widths(&self, side: WidthSide, limit: f64, token: &CancelToken) -> Result<Widths, Cancelled> {
         let areas: Vec<f64> = self.tree.triangles.iter().map(|corners| normal(corners).norm()).collect();
         let ends: Vec<f64> = areas
             .iter()
@@ -84,18 +84,18 @@ impl Inside {
     }
 
     /// The width at a point of a stored triangle.
-    fn width(&self, side: Side, limit: f64, triangle: usize, sample: usize) -> Option<Width> {
+    fn width(&self, side: WidthSide, limit: f64, triangle: usize, sample: usize) -> Option<Width> {
         let corners = self.tree.triangles.get(triangle)?;
         let point = spread(corners, sample);
         let outward = normal(corners).try_normalize(0.0)?;
         let inside = |offset: f64| self.winding(&(point + outward * offset)) > 0.5;
         let skin = SKIN * limit;
         let direction = match (inside(-skin), inside(skin), side) {
-            (true, false, Side::Wall) | (false, true, Side::Gap) => -1.0,
-            (true, false, Side::Gap) | (false, true, Side::Wall) => 1.0,
+            (true, false, WidthSide::Wall) | (false, true, WidthSide::Gap) => -1.0,
+            (true, false, WidthSide::Gap) | (false, true, WidthSide::Wall) => 1.0,
             _ => return None,
         };
-        let within = |width: f64| inside(direction * width) == (side == Side::Wall);
+        let within = |width: f64| inside(direction * width) == (side == WidthSide::Wall);
         let face = self.faces.get(self.tree.order[triangle] as usize).copied().unwrap_or(0);
         let width = |width: f64| Width { width, middle: point + outward * (0.5 * direction * width), face };
         let step = limit / STEPS as f64;
@@ -139,10 +139,10 @@ mod tests {
     use crate::surface::{RawMesh, Surface, shapes};
 
     /// The widths of one side of a mesh, in metres.
-    fn check(mesh: RawMesh, side: Side, share: f64, expected_m: f64) {
+    fn check(mesh: RawMesh, side: WidthSide, share: f64, expected_m: f64) {
         let surface = Surface::repair(mesh).unwrap();
         let metres = surface.frame.diagonal_m;
-        let widths = Inside::new(&surface).widths(side, 0.1, &Token::default()).unwrap();
+        let widths = InsideTest::new(&surface).widths(side, 0.1, &CancelToken::default()).unwrap();
         let found_m = widths.quantile(share) * metres;
         let expected_m = expected_m.min(0.1 * metres);
         assert!((found_m / expected_m - 1.0).abs() < 0.02, "{found_m} instead of {expected_m}");
@@ -150,16 +150,16 @@ mod tests {
 
     #[test]
     fn plates_are_as_thick_as_they_are() {
-        check(shapes::cuboid([1.0, 1.0, 0.01]), Side::Wall, 0.05, 0.01);
-        check(shapes::cuboid([1.0, 1.0, 0.001]), Side::Wall, 0.5, 0.001);
-        check(shapes::cuboid([1.0, 0.02, 0.02]), Side::Wall, 0.05, 0.02);
+        check(shapes::cuboid([1.0, 1.0, 0.01]), WidthSide::Wall, 0.05, 0.01);
+        check(shapes::cuboid([1.0, 1.0, 0.001]), WidthSide::Wall, 0.5, 0.001);
+        check(shapes::cuboid([1.0, 0.02, 0.02]), WidthSide::Wall, 0.05, 0.02);
     }
 
     #[test]
     fn solid_bodies_are_thick_and_stand_alone() {
         for mesh in [shapes::cuboid([1.0; 3]), shapes::sphere(1.0, 4)] {
-            check(mesh.clone(), Side::Wall, 0.01, f64::INFINITY);
-            check(mesh, Side::Gap, 0.01, f64::INFINITY);
+            check(mesh.clone(), WidthSide::Wall, 0.01, f64::INFINITY);
+            check(mesh, WidthSide::Gap, 0.01, f64::INFINITY);
         }
     }
 
@@ -171,7 +171,7 @@ mod tests {
         two.positions_m.extend(other.positions_m.iter().map(|p| p + Vector3::new(1.03, 0.0, 0.0)));
         two.triangles.extend(other.triangles.iter().map(|corners| corners.map(|vertex| vertex + first)));
         // One face in six looks at the other cube.
-        check(two.clone(), Side::Gap, 0.15, 0.03);
-        check(two, Side::Gap, 0.2, f64::INFINITY);
+        check(two.clone(), WidthSide::Gap, 0.15, 0.03);
+        check(two, WidthSide::Gap, 0.2, f64::INFINITY);
     }
 }

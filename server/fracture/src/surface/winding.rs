@@ -5,7 +5,7 @@
 //! numbers for soups and clouds* (2018): the Taylor expansion of far clusters, to its third term. A. Van Oosterom,
 //! J. Strackee, *The solid angle of a plane triangle* (1983): the exact term nearby.
 
-use super::tree::{STACK, Tree};
+use super::tree::{STACK, TriangleTree};
 use nalgebra::{Matrix3, Point3, Vector3};
 use std::f64::consts::TAU;
 
@@ -33,13 +33,13 @@ struct Moments {
 
 /// Moments of every node of a [`Tree`].
 #[derive(Clone, Debug)]
-pub(super) struct Winding {
+pub(super) struct WindingMoments {
     moments: Vec<Moments>,
 }
 
-impl Winding {
+impl WindingMoments {
     /// Computes the moments in O(n log n); of a closed surface only the nearest integer is wanted.
-    pub fn new(tree: &Tree, closed: bool) -> Self {
+    pub fn new(tree: &TriangleTree, closed: bool) -> Self {
         let reach = if closed { CLOSED_REACH } else { OPEN_REACH };
         Self { moments: tree.nodes.iter().map(|node| Moments::of(&tree.triangles[node.range()], reach)).collect() }
     }
@@ -48,7 +48,7 @@ impl Winding {
     /// error is below 0.1 for what was said to be closed, else below 0.01 and on average 0.001. On the surface itself any
     /// value between those of its sides may result. Points that lie close together share the work: a cluster is far when
     /// it is far from all of them.
-    pub fn at<const N: usize>(&self, tree: &Tree, points: &[Point3<f64>; N]) -> [f64; N] {
+    pub fn at<const N: usize>(&self, tree: &TriangleTree, points: &[Point3<f64>; N]) -> [f64; N] {
         if tree.nodes.is_empty() {
             return [0.0; N];
         }

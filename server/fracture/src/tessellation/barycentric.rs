@@ -108,7 +108,7 @@ pub fn kept_inside<const N: usize>(point: [f64; N]) -> [f64; N] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::random::Stream;
+    use crate::random::RandomStream;
 
     fn check_inside<const N: usize>(point: [f64; N]) {
         assert!(point.iter().all(|&x| x >= MARGIN), "{point:?}");
@@ -130,7 +130,7 @@ mod tests {
 
     #[test]
     fn random_linear_functions_vanish_at_their_common_zero() {
-        let mut random = Stream::new(3, 0);
+        let mut random = RandomStream::new(3, 0);
         let mut inside = 0;
         for _ in 0..2000 {
             let h: [[f64; 4]; 3] = std::array::from_fn(|_| std::array::from_fn(|_| random.uniform() - 0.5));
@@ -150,7 +150,7 @@ mod tests {
 
     #[test]
     fn the_kept_point_is_the_nearest() {
-        let mut random = Stream::new(4, 0);
+        let mut random = RandomStream::new(4, 0);
         for _ in 0..500 {
             let wild: [f64; 3] = std::array::from_fn(|_| 4.0 * random.uniform() - 2.0);
             let wild = [wild[0], wild[1], 1.0 - wild[0] - wild[1]];
@@ -174,7 +174,7 @@ mod tests {
 
     #[test]
     fn preference_is_the_difference_of_squared_distances() {
-        let mut random = Stream::new(5, 0);
+        let mut random = RandomStream::new(5, 0);
         for dimension in 3..20 {
             let mut draw = || -> Vec<f64> { (0..dimension).map(|_| random.uniform()).collect() };
             let (x, a, b) = (draw(), draw(), draw());

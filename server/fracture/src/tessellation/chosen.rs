@@ -8,7 +8,7 @@ pub(super) const PART: usize = 8192;
 
 /// The numbers below a count that are wanted, ascending; what it holds besides is scratch memory.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Chosen {
+pub(super) struct IndexSet {
     /// Each part's own, at its beginning.
     room: Vec<u32>,
     /// How many of each part.
@@ -17,7 +17,7 @@ pub(super) struct Chosen {
     firsts: Vec<usize>,
 }
 
-impl Chosen {
+impl IndexSet {
     /// Fills `all` with what is `wanted` of 0 .. `count`.
     pub fn choose(&mut self, count: usize, all: &mut Vec<u32>, wanted: impl Fn(usize) -> bool + Sync) {
         self.room.resize(count, 0);
@@ -49,7 +49,7 @@ mod tests {
 
     #[test]
     fn what_is_wanted_is_chosen_in_order() {
-        let (mut chosen, mut all) = (Chosen::default(), Vec::new());
+        let (mut chosen, mut all) = (IndexSet::default(), Vec::new());
         for (count, step) in [(3 * PART + 17, 3), (PART, 1), (0, 1), (5, 7), (2 * PART, usize::MAX)] {
             chosen.choose(count, &mut all, |number| number % step == step / 2);
             let expected: Vec<u32> =

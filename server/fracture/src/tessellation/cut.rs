@@ -1,6 +1,6 @@
 //! Which simplices of one dimension carry a crack point, and the points.
 
-use super::chosen::Chosen;
+use super::chosen::IndexSet;
 use nalgebra::Point3;
 use rayon::prelude::*;
 
@@ -12,7 +12,7 @@ pub(super) const GRAIN: usize = 256;
 
 /// The cut simplices of one dimension, numbered in their order.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct Cut {
+pub(super) struct CutSimplices {
     /// Simplices with a point, ascending.
     pub simplices: Vec<u32>,
     /// Index into `simplices` by simplex, or [`NONE`].
@@ -21,7 +21,7 @@ pub(super) struct Cut {
     pub places: Vec<Point3<f64>>,
 }
 
-impl Cut {
+impl CutSimplices {
     /// Forgets all points of a lattice with `count` simplices.
     fn clear(&mut self, count: usize) {
         if self.slots.len() == count {
@@ -34,7 +34,7 @@ impl Cut {
     }
 
     /// Cuts those of `count` simplices that are `wanted`.
-    pub fn choose(&mut self, count: usize, chosen: &mut Chosen, wanted: impl Fn(usize) -> bool + Sync) {
+    pub fn choose(&mut self, count: usize, chosen: &mut IndexSet, wanted: impl Fn(usize) -> bool + Sync) {
         self.clear(count);
         chosen.choose(count, &mut self.simplices, wanted);
         self.number();

@@ -1,6 +1,6 @@
 //! Emit: the answer into memory that the caller owns, each run into its own part of it.
 
-use super::{Run, Tessellation, TessellationError};
+use super::{RunRange, Tessellation, TessellationError};
 use nalgebra::{Point3, Vector3};
 
 /// Runs with fewer vertices than this together are written by one thread.
@@ -21,7 +21,7 @@ impl Transform {
 }
 
 /// In whose coordinates meshes are written.
-pub trait Host: Sync {
+pub trait HostFrame: Sync {
     /// An offset, m.
     fn offset(&self, metres: Vector3<f64>) -> [f32; 3];
 
@@ -34,9 +34,9 @@ pub trait Host: Sync {
 
 /// Metres along the axes of the mesh file, counter-clockwise.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Metres;
+pub struct MeterFrame;
 
-impl Host for Metres {
+impl HostFrame for MeterFrame {
     fn offset(&self, metres: Vector3<f64>) -> [f32; 3] {
         [metres.x as f32, metres.y as f32, metres.z as f32]
     }
@@ -88,13 +88,13 @@ impl Tessellation {
         indices: &mut [u32],
         merges: &mut [[u32; 2]],
     ) -> Result<(), TessellationError> {
-        self.emit_for(&Metres, centres, transform, positions, indices, merges)
+        self.emit_for(&MeterFrame, centres, transform, positions, indices, merges)
     }
 
     /// [`Self::emit`] in the coordinates and the winding of `host`.
     pub fn emit_for(
         &self,
-        host: &impl Host,
+        host: &impl HostFrame,
         centres: &[Point3<f64>],
         transform: Transform,
         positions: &mut [[f32; 3]],
@@ -131,8 +131,8 @@ impl Tessellation {
     }
 }
 
-impl<H: Host> Writer<'_, H> {
-    fn runs(&self, runs: &[Run], sections: Sections<'_>) {
+impl<H: HostFrame> Writer<'_, H> {
+    fn runs(&self, runs: &[RunRange], sections: Sections<'_>) {
         if runs.len() > 1 && sections.positions.len() > GRAIN {
             let (left, right) = runs.split_at(runs.len() / 2);
             let [first, middle] = [&left[0], &right[0]];
@@ -152,7 +152,7 @@ impl<H: Host> Writer<'_, H> {
         }
     }
 
-    fn run(&self, run: &Run, sections: Sections<'_>) {
+    fn run(&self, run: &RunRange, sections: Sections<'_>) {
         let (tessellation, centre) = (self.tessellation, &self.centres[run.fragment as usize]);
         for (out, vertex) in sections.positions.iter_mut().zip(tessellation.run_vertices(run)) {
             *out = self.host.offset(self.transform.apply(vertex, centre));

@@ -32,28 +32,28 @@ mod tests;
 
 pub use barycentric::MARGIN;
 pub use components::{Components, components};
-pub use emit::{Host, Metres, Transform};
+pub use emit::{HostFrame, MeterFrame, Transform};
 pub use error::TessellationError;
-pub use outer::{Origin, outer_vertices};
-pub use points::{FixedPoints, Points, Sites, crack_points};
+pub use outer::{OuterVertex, outer_vertices};
+pub use points::{BisectorSites, CrackPoints, FixedPoints, crack_points};
 use runs::Laid;
-pub use runs::{Fragment, Run};
+pub use runs::{FragmentRange, RunRange};
 pub use seam::{Old, seam};
 pub use topology::{FACE_EDGES, OuterFace, Topology};
 
 use crate::lattice::Lattice;
 use nalgebra::Point3;
-use polygon::Polygons;
-use rank::{Input, Merge, Ranks};
-use sheet::Sheets;
+use polygon::CrackPolygons;
+use rank::{Input, MergePair, Ranks};
+use sheet::CrackSheetIndex;
 
 /// Scratch memory of [`Tessellation::build`]; what it holds between calls is of no meaning.
 #[derive(Debug, Default)]
-pub struct Workspace {
-    sheets: Sheets,
+pub struct TessellationWorkspace {
+    sheets: CrackSheetIndex,
     ranks: Ranks,
-    polygons: Polygons,
-    listed: Vec<Merge>,
+    polygons: CrackPolygons,
+    listed: Vec<MergePair>,
     /// Merges of each crack's two runs.
     counts: Vec<[u32; 2]>,
     cursors: Vec<usize>,
@@ -65,8 +65,8 @@ pub struct Workspace {
 /// earlier. Internally a crack is stored once for its two runs.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Tessellation {
-    fragments: Vec<Fragment>,
-    runs: Vec<Run>,
+    fragments: Vec<FragmentRange>,
+    runs: Vec<RunRange>,
     merges: Vec<[u32; 2]>,
     vertices: Vec<Point3<f64>>,
     triangles: Vec<[u32; 3]>,
@@ -82,12 +82,12 @@ impl Tessellation {
         lattice: &Lattice,
         topology: &Topology,
         labels: &[u32],
-        points: &Points,
-        workspace: &mut Workspace,
+        points: &CrackPoints,
+        workspace: &mut TessellationWorkspace,
     ) -> Result<(), TessellationError> {
         let fragments = fragment_count(topology, labels)?;
         points.fit(topology, labels).then_some(()).ok_or(TessellationError::Points)?;
-        let Workspace { sheets, ranks, polygons, listed, counts, cursors } = workspace;
+        let TessellationWorkspace { sheets, ranks, polygons, listed, counts, cursors } = workspace;
         sheets.find(topology, fragments, points);
         let input = Input { lattice, topology, labels, fragments, points, sheets };
         ranks.count(input);
@@ -125,12 +125,12 @@ impl Tessellation {
     }
 
     /// All fragments, by label.
-    pub fn fragments(&self) -> &[Fragment] {
+    pub fn fragments(&self) -> &[FragmentRange] {
         &self.fragments
     }
 
     /// All runs: by fragment; within one the outer run, if any, first, then by ascending neighbour.
-    pub fn runs(&self) -> &[Run] {
+    pub fn runs(&self) -> &[RunRange] {
         &self.runs
     }
 
@@ -150,24 +150,24 @@ impl Tessellation {
     }
 
     /// The vertices of `run`, local.
-    pub fn run_vertices(&self, run: &Run) -> &[Point3<f64>] {
+    pub fn run_vertices(&self, run: &RunRange) -> &[Point3<f64>] {
         &self.vertices[self.vertex_offsets[run.sheet]..self.vertex_offsets[run.sheet + 1]]
     }
 
     /// Calls `work` with each run and its part of `out`, one element per vertex of the answer, in parallel.
-    pub fn each_run<T: Send>(&self, out: &mut [T], work: impl Fn(&Run, &mut [T]) + Sync) {
+    pub fn each_run<T: Send>(&self, out: &mut [T], work: impl Fn(&RunRange, &mut [T]) + Sync) {
         let starts = self.runs.iter().map(|run| run.vertices.start);
         let offsets: Vec<usize> = starts.chain([self.vertex_count()]).collect();
         span::each_span(&offsets, out, &|run, out| work(&self.runs[run], out));
     }
 
     /// The triangles of `run` as indices into its vertices, counter-clockwise seen from outside its fragment.
-    pub fn run_triangles(&self, run: &Run) -> impl Iterator<Item = [u32; 3]> {
+    pub fn run_triangles(&self, run: &RunRange) -> impl Iterator<Item = [u32; 3]> {
         self.run_triangles_wound(run, false)
     }
 
     /// [`Self::run_triangles`], or the same clockwise.
-    fn run_triangles_wound(&self, run: &Run, clockwise: bool) -> impl Iterator<Item = [u32; 3]> {
+    fn run_triangles_wound(&self, run: &RunRange, clockwise: bool) -> impl Iterator<Item = [u32; 3]> {
         let stored = &self.triangles[self.triangle_offsets[run.sheet]..self.triangle_offsets[run.sheet + 1]];
         let flipped = run.flipped != clockwise;
         stored.iter().map(move |&[a, b, c]| if flipped { [a, c, b] } else { [a, b, c] })
@@ -179,10 +179,10 @@ pub fn tessellate(
     lattice: &Lattice,
     topology: &Topology,
     labels: &[u32],
-    points: &Points,
+    points: &CrackPoints,
 ) -> Result<Tessellation, TessellationError> {
     let mut tessellation = Tessellation::default();
-    tessellation.build(lattice, topology, labels, points, &mut Workspace::default())?;
+    tessellation.build(lattice, topology, labels, points, &mut TessellationWorkspace::default())?;
     Ok(tessellation)
 }
 

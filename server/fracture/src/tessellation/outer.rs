@@ -1,11 +1,11 @@
 //! Where the vertices of outer runs lie in the lattice: what its boundary knows can be carried to them.
 
-use super::{Points, Topology};
+use super::{CrackPoints, Topology};
 use nalgebra::Point3;
 
 /// A vertex of an outer run.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Origin {
+pub enum OuterVertex {
     /// A node of the lattice.
     Node(u32),
     /// A crack point on that edge, local.
@@ -16,22 +16,27 @@ pub enum Origin {
 
 /// The vertices of the outer runs of the first `fragments` labels, in the order of [`super::Tessellation::run_vertices`]: nodes, then
 /// points on edges, then points on faces, each ascending.
-pub fn outer_vertices(topology: &Topology, labels: &[u32], points: &Points, fragments: usize) -> Vec<Vec<Origin>> {
+pub fn outer_vertices(
+    topology: &Topology,
+    labels: &[u32],
+    points: &CrackPoints,
+    fragments: usize,
+) -> Vec<Vec<OuterVertex>> {
     let mut outer = vec![Vec::new(); fragments];
-    let mut put = |node: u32, origin: Origin| {
+    let mut put = |node: u32, origin: OuterVertex| {
         if let Some(own) = outer.get_mut(labels[node as usize] as usize) {
             own.push(origin);
         }
     };
-    topology.boundary_nodes.iter().for_each(|&node| put(node, Origin::Node(node)));
+    topology.boundary_nodes.iter().for_each(|&node| put(node, OuterVertex::Node(node)));
     for (&edge, &place) in points.edges.simplices.iter().zip(&points.edges.places) {
         if topology.boundary_edge[edge as usize] {
-            topology.edges[edge as usize].iter().for_each(|&node| put(node, Origin::Edge(edge, place)));
+            topology.edges[edge as usize].iter().for_each(|&node| put(node, OuterVertex::Edge(edge, place)));
         }
     }
     for (&face, &place) in points.faces.simplices.iter().zip(&points.faces.places) {
         if topology.boundary_face[face as usize] {
-            topology.faces[face as usize].iter().for_each(|&node| put(node, Origin::Face(face, place)));
+            topology.faces[face as usize].iter().for_each(|&node| put(node, OuterVertex::Face(face, place)));
         }
     }
     outer

@@ -5,12 +5,12 @@
 //! tetrahedron. The margin is ours ([`MARGIN`](super::MARGIN)).
 
 use super::barycentric::{edge_margin, in_tet, on_edge, on_face, preference};
-use super::chosen::Chosen;
-use super::cut::{Cut, GRAIN};
+use super::chosen::IndexSet;
+use super::cut::{CutSimplices, GRAIN};
 use super::pattern::{ALL_CUT, FACE_MASKS, mask};
 use super::{TessellationError, Topology};
 use crate::lattice::Lattice;
-use crate::lift::Lift;
+use crate::lift::LiftedLattice;
 use crate::memory::held;
 use crate::wide::{Kernel, widest};
 use nalgebra::{Point3, Vector3};
@@ -29,16 +29,16 @@ const MANY: [bool; 64] = {
 
 /// The diagram whose bisectors the crack points lie on.
 #[derive(Clone, Copy, Debug)]
-pub struct Sites<'a> {
+pub struct BisectorSites<'a> {
     /// The lift of the lattice.
-    pub lift: &'a Lift,
+    pub lift: &'a LiftedLattice,
     /// Site coordinates, site-major, `sites × dimension` of the lift.
     pub coordinates: &'a [f64],
     /// Site of each fragment label.
     pub of_fragment: &'a [u32],
 }
 
-impl Sites<'_> {
+impl BisectorSites<'_> {
     #[inline(always)]
     fn at(&self, fragment: u32) -> &[f64] {
         let first = self.of_fragment[fragment as usize] as usize * self.lift.dimension;
@@ -74,7 +74,7 @@ pub struct FixedPoints {
 
 /// The edges with two labels, faces with three and tetrahedra with four, with one point each.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Points {
+pub struct CrackPoints {
     /// The labels that they are the points of.
     pub(super) labels: Vec<u32>,
     /// Which edges of each tetrahedron are cut, see [`mask`].
@@ -83,16 +83,16 @@ pub struct Points {
     pub(super) cut_tets: Vec<u32>,
     /// Labels of the ends of each cut edge.
     pub(super) sides: Vec<[u32; 2]>,
-    pub(super) edges: Cut,
-    pub(super) faces: Cut,
-    pub(super) tets: Cut,
+    pub(super) edges: CutSimplices,
+    pub(super) faces: CutSimplices,
+    pub(super) tets: CutSimplices,
     scratch: Scratch,
 }
 
 /// Memory of a search; its contents are of no meaning, so that all are alike.
 #[derive(Clone, Debug, Default)]
 struct Scratch {
-    chosen: Chosen,
+    chosen: IndexSet,
     /// Faces with three labels, 64 to a word.
     marks: Vec<u64>,
 }
@@ -110,7 +110,7 @@ impl FixedPoints {
     }
 }
 
-impl Points {
+impl CrackPoints {
     /// Finds the crack points of `labels` (one fragment label per node), reusing what an earlier call allocated.
     ///
     /// With `sites`, points lie on the bisectors, moved to the nearest point whose barycentric coordinates are all at
@@ -121,7 +121,7 @@ impl Points {
         lattice: &Lattice,
         topology: &Topology,
         labels: &[u32],
-        sites: Option<Sites<'_>>,
+        sites: Option<BisectorSites<'_>>,
         fixed: &FixedPoints,
     ) -> Result<(), TessellationError> {
         let fragments = super::fragment_count(topology, labels)?;
@@ -184,15 +184,15 @@ pub fn crack_points(
     lattice: &Lattice,
     topology: &Topology,
     labels: &[u32],
-    sites: Option<Sites<'_>>,
+    sites: Option<BisectorSites<'_>>,
     fixed: &FixedPoints,
-) -> Result<Points, TessellationError> {
-    let mut points = Points::default();
+) -> Result<CrackPoints, TessellationError> {
+    let mut points = CrackPoints::default();
     points.find(lattice, topology, labels, sites, fixed)?;
     Ok(points)
 }
 
-fn check(sites: &Sites<'_>, fragments: usize) -> Result<(), TessellationError> {
+fn check(sites: &BisectorSites<'_>, fragments: usize) -> Result<(), TessellationError> {
     let count = sites.coordinates.len() / sites.lift.dimension;
     let known = |fragment: &usize| sites.of_fragment.get(*fragment).is_some_and(|&site| (site as usize) < count);
     match (0..fragments).find(|fragment| !known(fragment)) {
@@ -204,7 +204,7 @@ fn check(sites: &Sites<'_>, fragments: usize) -> Result<(), TessellationError> {
 struct Finder<'a> {
     lattice: &'a Lattice,
     labels: &'a [u32],
-    sites: Option<Sites<'a>>,
+    sites: Option<BisectorSites<'a>>,
 }
 
 /// The points on some cut edges.
@@ -238,13 +238,13 @@ impl Finder<'_> {
 
     fn face(&self, nodes: [u32; 3]) -> Point3<f64> {
         let [a, b, c] = self.labels_of(nodes);
-        let solve = |sites: Sites<'_>| on_face([b, c].map(|other| sites.preferences(nodes, a, other)));
+        let solve = |sites: BisectorSites<'_>| on_face([b, c].map(|other| sites.preferences(nodes, a, other)));
         self.combine(nodes, self.sites.map_or([1.0 / 3.0; 3], solve))
     }
 
     fn tet(&self, nodes: [u32; 4]) -> Point3<f64> {
         let [a, b, c, d] = self.labels_of(nodes);
-        let solve = |sites: Sites<'_>| in_tet([b, c, d].map(|other| sites.preferences(nodes, a, other)));
+        let solve = |sites: BisectorSites<'_>| in_tet([b, c, d].map(|other| sites.preferences(nodes, a, other)));
         self.combine(nodes, self.sites.map_or([0.25; 4], solve))
     }
 

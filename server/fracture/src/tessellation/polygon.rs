@@ -34,7 +34,7 @@ struct Part {
 
 /// All polygons, boundary first.
 #[derive(Debug, Default)]
-pub(super) struct Polygons {
+pub(super) struct CrackPolygons {
     parts: Vec<Part>,
     /// Triangles of each sheet.
     pub triangles: Vec<u32>,
@@ -73,7 +73,7 @@ fn put(piece: &mut &mut [[u32; 3]], triangle: [u32; 3]) {
     }
 }
 
-impl Polygons {
+impl CrackPolygons {
     /// Finds all polygons and counts the triangles of every sheet.
     pub fn find(&mut self, input: Input<'_>, ranks: &Ranks) {
         let (boundary, cut) = (input.topology.boundary.len(), &input.points.cut_tets);

@@ -4,8 +4,8 @@
 //! ascending. A fragment sees a point once per run that it lies on; its first run (outer, else the lowest neighbour)
 //! keeps it, the others merge into that one.
 
-use super::points::Points;
-use super::sheet::Sheets;
+use super::points::CrackPoints;
+use super::sheet::CrackSheetIndex;
 use super::topology::{FACE_EDGES, Topology};
 use crate::lattice::{EDGES, Lattice};
 use nalgebra::Point3;
@@ -17,8 +17,8 @@ pub(super) struct Input<'a> {
     pub topology: &'a Topology,
     pub labels: &'a [u32],
     pub fragments: usize,
-    pub points: &'a Points,
-    pub sheets: &'a Sheets,
+    pub points: &'a CrackPoints,
+    pub sheets: &'a CrackSheetIndex,
 }
 
 /// Ranks of points in sheets; lengths by boundary, cut edges, cut faces, cut tetrahedra. Outer ranks of points inside
@@ -43,7 +43,7 @@ pub(super) struct Ranks {
 
 /// A vertex of a run: that of side `side` of `sheet` (0: the lower fragment's; outer sheets have but side 0).
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Place {
+pub(super) struct RunVertex {
     pub sheet: u32,
     pub side: usize,
     pub rank: u32,
@@ -51,9 +51,9 @@ pub(super) struct Place {
 
 /// Two vertices of one fragment that are the same point, the later and the first.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Merge {
-    pub from: Place,
-    pub to: Place,
+pub(super) struct MergePair {
+    pub from: RunVertex,
+    pub to: RunVertex,
 }
 
 impl Ranks {
@@ -102,7 +102,7 @@ impl Ranks {
 
     /// Every merge once, ascending in rank within each run, into `merges`; how many each crack's two runs have, lower fragment's first,
     /// into `counts`.
-    pub fn list_merges(&self, input: Input<'_>, merges: &mut Vec<Merge>, counts: &mut Vec<[u32; 2]>) {
+    pub fn list_merges(&self, input: Input<'_>, merges: &mut Vec<MergePair>, counts: &mut Vec<[u32; 2]>) {
         merges.clear();
         counts.clear();
         counts.resize(input.sheets.pairs.len(), [0; 2]);
@@ -112,13 +112,13 @@ impl Ranks {
         });
     }
 
-    fn for_each_merge(&self, input: Input<'_>, mut tell: impl FnMut(Merge)) {
+    fn for_each_merge(&self, input: Input<'_>, mut tell: impl FnMut(MergePair)) {
         self.edge_merges(input, &mut tell);
         self.face_merges(input, &mut tell);
         self.tet_merges(input, &mut tell);
     }
 
-    fn edge_merges(&self, input: Input<'_>, tell: &mut impl FnMut(Merge)) {
+    fn edge_merges(&self, input: Input<'_>, tell: &mut impl FnMut(MergePair)) {
         for (slot, &edge) in input.points.edges.simplices.iter().enumerate() {
             if !input.topology.boundary_edge[edge as usize] {
                 continue;
@@ -126,26 +126,29 @@ impl Ranks {
             let labels = input.points.sides[slot];
             for own in 0..2 {
                 let side = side(labels[own], labels[1 - own]);
-                let from = Place { sheet: input.sheets.of_edge[slot], side, rank: self.edge[slot] };
-                tell(Merge { from, to: Place { sheet: labels[own], side: 0, rank: self.edge_outer[slot][own] } });
+                let from = RunVertex { sheet: input.sheets.of_edge[slot], side, rank: self.edge[slot] };
+                tell(MergePair {
+                    from,
+                    to: RunVertex { sheet: labels[own], side: 0, rank: self.edge_outer[slot][own] },
+                });
             }
         }
     }
 
-    fn face_merges(&self, input: Input<'_>, tell: &mut impl FnMut(Merge)) {
+    fn face_merges(&self, input: Input<'_>, tell: &mut impl FnMut(MergePair)) {
         for (slot, &face) in input.points.faces.simplices.iter().enumerate() {
             let labels = input.topology.faces[face as usize].map(|node| input.labels[node as usize]);
             let outer = input.topology.boundary_face[face as usize];
             let sheets = input.sheets.of_face[slot];
             let meeting = Meeting { labels: &labels, edges: &FACE_EDGES, sheets: &sheets, ranks: &self.face[slot] };
             for (own, (&sheet, &rank)) in labels.iter().zip(&self.face_outer[slot]).enumerate() {
-                let to = Place { sheet, side: 0, rank };
+                let to = RunVertex { sheet, side: 0, rank };
                 meeting.merge_into(own, if outer { to } else { meeting.first_run(own) }, tell);
             }
         }
     }
 
-    fn tet_merges(&self, input: Input<'_>, tell: &mut impl FnMut(Merge)) {
+    fn tet_merges(&self, input: Input<'_>, tell: &mut impl FnMut(MergePair)) {
         for (&tet, ranks) in input.points.tets.simplices.iter().zip(&self.tet) {
             let labels = input.lattice.tets[tet as usize].map(|node| input.labels[node as usize]);
             let sheets = input.tet_sheets(tet);
@@ -163,7 +166,7 @@ impl Ranks {
         for &node in &input.topology.boundary_nodes {
             put(label(node), self.node[node as usize], input.lattice.nodes[node as usize]);
         }
-        let Points { edges, faces, tets, .. } = input.points;
+        let CrackPoints { edges, faces, tets, .. } = input.points;
         for (slot, (&edge, &place)) in edges.simplices.iter().zip(&edges.places).enumerate() {
             put(input.sheets.of_edge[slot], self.edge[slot], place);
             if input.topology.boundary_edge[edge as usize] {
@@ -211,23 +214,23 @@ struct Meeting<'a> {
 
 impl Meeting<'_> {
     /// The point in each run of the label of corner `own`, and the label across.
-    fn runs(&self, own: usize) -> impl Iterator<Item = (u32, Place)> {
+    fn runs(&self, own: usize) -> impl Iterator<Item = (u32, RunVertex)> {
         let touching = self.edges.iter().enumerate().filter(move |(_, edge)| edge.contains(&own));
         touching.map(move |(k, &[i, j])| {
             let across = self.labels[i + j - own];
             let side = side(self.labels[own], across);
-            (across, Place { sheet: self.sheets[k], side, rank: self.ranks[k] })
+            (across, RunVertex { sheet: self.sheets[k], side, rank: self.ranks[k] })
         })
     }
 
     /// The point in the run of corner `own` that has the lowest neighbour.
-    fn first_run(&self, own: usize) -> Place {
-        let outside = (u32::MAX, Place { sheet: self.labels[own], side: 0, rank: 0 });
+    fn first_run(&self, own: usize) -> RunVertex {
+        let outside = (u32::MAX, RunVertex { sheet: self.labels[own], side: 0, rank: 0 });
         self.runs(own).fold(outside, |first, run| if run.0 < first.0 { run } else { first }).1
     }
 
     /// Merges the point in all cracks of corner `own`, but the one of `to`, into `to`.
-    fn merge_into(&self, own: usize, to: Place, tell: &mut impl FnMut(Merge)) {
-        self.runs(own).filter(|(_, from)| from.sheet != to.sheet).for_each(|(_, from)| tell(Merge { from, to }));
+    fn merge_into(&self, own: usize, to: RunVertex, tell: &mut impl FnMut(MergePair)) {
+        self.runs(own).filter(|(_, from)| from.sheet != to.sheet).for_each(|(_, from)| tell(MergePair { from, to }));
     }
 }

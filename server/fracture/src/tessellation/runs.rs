@@ -1,12 +1,12 @@
 //! Prefix sums: the layout of fragments and runs in the answer, and the merges.
 
 use super::Tessellation;
-use super::rank::{Input, Merge, Place};
+use super::rank::{Input, MergePair, RunVertex};
 use std::ops::Range;
 
 /// One fragment: ranges of the answer's sections.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Fragment {
+pub struct FragmentRange {
     /// Its runs.
     pub runs: Range<usize>,
     /// Its vertices; index values are relative to the first.
@@ -20,7 +20,7 @@ pub struct Fragment {
 /// Triangles of one fragment that face one neighbour, or the outside. Vertices, triangles and merges of a fragment's
 /// runs follow each other without gaps.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Run {
+pub struct RunRange {
     /// The fragment it belongs to.
     pub fragment: u32,
     /// The fragment on the other side; `None` is the outside, or a fragment that is not told of
@@ -58,13 +58,14 @@ impl Tessellation {
         self.runs.clear();
         self.runs.resize(slots[fragments], EMPTY);
         self.fragments.clear();
-        self.fragments.extend((0..fragments).map(|k| Fragment { runs: slots[k]..slots[k + 1], ..Default::default() }));
+        self.fragments
+            .extend((0..fragments).map(|k| FragmentRange { runs: slots[k]..slots[k + 1], ..Default::default() }));
         let mut put = |fragment: u32, neighbour: Option<u32>, sheet: usize, merges: u32| {
             let slot = &mut slots[fragment as usize];
             let flipped = neighbour.is_some_and(|neighbour| neighbour < fragment);
             let merges = 0..merges as usize;
             let crack = neighbour.is_some();
-            self.runs[*slot] = Run { fragment, neighbour, crack, sheet, flipped, merges, ..EMPTY };
+            self.runs[*slot] = RunRange { fragment, neighbour, crack, sheet, flipped, merges, ..EMPTY };
             *slot += 1;
         };
         (0..fragments).filter(|&k| has_outer(k) > 0).for_each(|k| put(k as u32, None, k, 0));
@@ -101,8 +102,8 @@ impl Tessellation {
 
 /// Fragments and runs of which the merges are not written yet.
 pub(super) struct Laid<'a> {
-    pub fragments: &'a [Fragment],
-    pub runs: &'a [Run],
+    pub fragments: &'a [FragmentRange],
+    pub runs: &'a [RunRange],
 }
 
 impl Laid<'_> {
@@ -110,7 +111,7 @@ impl Laid<'_> {
     pub fn write_merges(
         &self,
         input: Input<'_>,
-        listed: &[Merge],
+        listed: &[MergePair],
         cursors: &mut Vec<usize>,
         merges: &mut Vec<[u32; 2]>,
     ) {
@@ -125,7 +126,7 @@ impl Laid<'_> {
         merges.clear();
         merges.resize(listed.len(), [0; 2]);
         for merge in listed {
-            let cursor = |place: Place| 4 * (place.sheet as usize - input.fragments) + 2 * place.side;
+            let cursor = |place: RunVertex| 4 * (place.sheet as usize - input.fragments) + 2 * place.side;
             let outer = (merge.to.sheet as usize) < input.fragments; // the fragment's first run
             let to = if outer { 0 } else { cursors[cursor(merge.to)] };
             let from = cursor(merge.from);
@@ -135,7 +136,7 @@ impl Laid<'_> {
     }
 }
 
-const EMPTY: Run = Run {
+const EMPTY: RunRange = RunRange {
     fragment: 0,
     neighbour: None,
     crack: false,

@@ -10,7 +10,7 @@
 use super::barycentric::{on_edge, on_face};
 use super::cut::NONE;
 use super::pattern::{ALL_CUT, FACE_CODE, PATTERNS, Polygon, Split, TET_CODE, mask};
-use super::{FixedPoints, Sites, Topology};
+use super::{BisectorSites, FixedPoints, Topology};
 use crate::lattice::{EDGES, Lattice};
 use nalgebra::{Point3, Vector3};
 
@@ -33,7 +33,13 @@ pub struct Old<'a> {
 
 /// The points of `old` and those of `labels` (one per node, which divide one fragment of `old` and leave the others whole) where
 /// new cracks meet old ones. `sites` are asked about nodes of the divided fragment alone.
-pub fn seam(lattice: &Lattice, topology: &Topology, old: Old<'_>, labels: &[u32], sites: Sites<'_>) -> FixedPoints {
+pub fn seam(
+    lattice: &Lattice,
+    topology: &Topology,
+    old: Old<'_>,
+    labels: &[u32],
+    sites: BisectorSites<'_>,
+) -> FixedPoints {
     let [edges, faces] = [(topology.edges.len(), &old.points.edges), (topology.faces.len(), &old.points.faces)]
         .map(|(count, fixed)| slots(count, fixed));
     let mut fixed = old.points.clone();
@@ -67,7 +73,7 @@ struct Seam<'a> {
     topology: &'a Topology,
     old: Old<'a>,
     labels: &'a [u32],
-    sites: Sites<'a>,
+    sites: BisectorSites<'a>,
     edges: Vec<u32>,
     faces: Vec<u32>,
 }

@@ -3,13 +3,13 @@
 //! Sheet numbers: 0 .. fragments are the outer sheets, by fragment; the cracks follow, by (lower, upper) fragment.
 
 use super::cut::NONE;
-use super::points::Points;
+use super::points::CrackPoints;
 use super::topology::Topology;
 use std::ops::Range;
 
 /// Finds the pairs of fragments that meet and names the sheet of every cut edge.
 #[derive(Debug, Default)]
-pub(super) struct Sheets {
+pub(super) struct CrackSheetIndex {
     /// Lower and upper fragment of each crack; crack k is sheet `fragments + k`.
     pub pairs: Vec<[u32; 2]>,
     /// Sheet of each cut edge.
@@ -24,9 +24,9 @@ pub(super) struct Sheets {
     uppers: Vec<u32>,
 }
 
-impl Sheets {
+impl CrackSheetIndex {
     /// Fills all of it for the crack points of `labels`.
-    pub fn find(&mut self, topology: &Topology, fragments: usize, points: &Points) {
+    pub fn find(&mut self, topology: &Topology, fragments: usize, points: &CrackPoints) {
         let sides = |slot: u32| {
             let [a, b] = points.sides[slot as usize];
             [a.min(b), a.max(b)]

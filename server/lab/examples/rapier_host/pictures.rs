@@ -4,12 +4,13 @@ use super::Failure;
 use super::film::{Actor, Film, Key, Look};
 use nalgebra::{Point3, Quaternion, UnitQuaternion, Vector3};
 use shatter_lab::picture::{
-    Backdrop, CREASE_DEG, Camera, Colour, Image, Mesh, Projection, Size, Style, crack_colour, draw, fragment_colour,
+    Backdrop, CREASE_DEG, Camera, Color, DrawnMesh, Image, PictureSize, Projection, RenderStyle, crack_colour, draw,
+    fragment_colour,
 };
 
 const COLUMNS: usize = 4;
 const ROWS: usize = 3;
-const SIZE: Size = Size { width: 560, height: 360 };
+const SIZE: PictureSize = PictureSize { width: 560, height: 360 };
 
 /// Corners of what the camera looks at, m.
 const SEEN_M: [[f32; 3]; 2] = [[-1.9, 0.0, -1.2], [1.9, 1.9, 1.2]];
@@ -21,24 +22,24 @@ const FROM: [f32; 3] = [0.30, 0.42, 1.0];
 /// A PNG of twelve pictures, row by row.
 pub fn sheet(film: &Film, seconds: f64) -> Result<Vec<u8>, Failure> {
     let count = COLUMNS * ROWS;
-    let painted: Vec<Mesh> = film.actors.iter().map(paint).collect();
+    let painted: Vec<DrawnMesh> = film.actors.iter().map(paint).collect();
     let corners: Vec<Point3<f32>> =
         (0..8).map(|k| Point3::from([0, 1, 2].map(|axis| SEEN_M[k >> axis & 1][axis]))).collect();
     let lens = Projection::Perspective { fov_deg: 26.0 };
     let camera = Camera::fit(&corners, Vector3::from(FROM), lens, SIZE.width as f32 / SIZE.height as f32);
-    let backdrop = Backdrop::Gradient(Colour::oklch(0.93, 0.01, 250.0), Colour::oklch(0.80, 0.015, 90.0));
+    let backdrop = Backdrop::Gradient(Color::oklch(0.93, 0.01, 250.0), Color::oklch(0.80, 0.015, 90.0));
     let picture = |k: usize| {
         let at_s = seconds * (k as f64 + 0.999) / count as f64;
-        let mut scene = Mesh::default();
+        let mut scene = DrawnMesh::default();
         for (actor, mesh) in film.actors.iter().zip(&painted).filter(|(actor, _)| !is_floor(actor)) {
             actor.at(at_s).into_iter().filter(|key| is_near(key)).for_each(|key| scene.append(moved(mesh, key)));
         }
-        draw(&scene, &camera, SIZE, Style::STUDIO, Some(0.0), backdrop)
+        draw(&scene, &camera, SIZE, RenderStyle::STUDIO, Some(0.0), backdrop)
     };
     let rows: Vec<Image> = (0..ROWS)
         .map(|row| Image::beside(&(0..COLUMNS).map(|column| picture(row * COLUMNS + column)).collect::<Vec<_>>()))
         .collect();
-    let size = Size { width: COLUMNS * SIZE.width, height: ROWS * SIZE.height };
+    let size = PictureSize { width: COLUMNS * SIZE.width, height: ROWS * SIZE.height };
     Ok(Image { size, pixels: rows.into_iter().flat_map(|row| row.pixels).collect() }.png()?)
 }
 
@@ -54,20 +55,20 @@ fn is_floor(actor: &Actor) -> bool {
 }
 
 /// An actor about its centre.
-fn paint(actor: &Actor) -> Mesh {
+fn paint(actor: &Actor) -> DrawnMesh {
     let (outer, crack) = match actor.look {
         Look::Piece(number) => (fragment_colour(number), crack_colour(number)),
-        Look::Steel => [Colour::oklch(0.45, 0.01, 250.0); 2].into(),
-        Look::Ground => [Colour::oklch(0.72, 0.03, 70.0); 2].into(),
+        Look::Steel => [Color::oklch(0.45, 0.01, 250.0); 2].into(),
+        Look::Ground => [Color::oklch(0.72, 0.03, 70.0); 2].into(),
     };
     let shell = &actor.shell;
     let positions = shell.positions.iter().map(|&point| Point3::from(point)).collect();
     let triangles: Vec<[u32; 3]> = shell.outer.iter().chain(&shell.cracks).copied().collect();
     let first_crack = shell.outer.len();
-    Mesh::paint(positions, triangles, CREASE_DEG, |triangle, _| if triangle < first_crack { outer } else { crack })
+    DrawnMesh::paint(positions, triangles, CREASE_DEG, |triangle, _| if triangle < first_crack { outer } else { crack })
 }
 
-fn moved(mesh: &Mesh, key: &Key) -> Mesh {
+fn moved(mesh: &DrawnMesh, key: &Key) -> DrawnMesh {
     let [x, y, z, w] = key.turn;
     let turn = UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z));
     let mut mesh = mesh.clone();

@@ -4,8 +4,8 @@ use super::Failure;
 use super::film::Shell;
 use nalgebra::{Matrix3, Vector3};
 use rapier3d_f64::prelude::{MassProperties, Matrix, SharedShape, Vector};
-use shatter_client::{Broken, Deadline, Degree, Effect, Fragment, Impact, Object, ObjectFacts};
-use shatter_export::contact::{Hertz, Material, Partner, Terms};
+use shatter_client::{Deadline, DegreeRule, Effect, FractureResult, Fragment, Impact, Object, ObjectFacts};
+use shatter_export::contact::{ContactBody, ContactPolicy, ElasticMaterial, HertzContact};
 use std::time::Duration;
 
 /// Pieces that the collider of the whole object is made of.
@@ -43,7 +43,7 @@ pub struct Block {
 pub struct Prototype {
     pub facts: ObjectFacts,
     pub block: Block,
-    pub terms: Terms,
+    pub terms: ContactPolicy,
     /// Contacts of less are not sent, N·s.
     least_ns: f64,
 }
@@ -60,19 +60,19 @@ impl Prototype {
 
     /// The terms of a fragment of it. The energy that counts grows with F²L and Hertz contacts last as long as bodies are large, so the
     /// impulse that just breaks a body grows with the root of its size.
-    pub fn terms_of(&self, fragment: &Block) -> Terms {
+    pub fn terms_of(&self, fragment: &Block) -> ContactPolicy {
         let radius_m = (fragment.volume_m3 * 0.75 / std::f64::consts::PI).cbrt();
         let least_ns = self.least_ns * (fragment.volume_m3 / self.block.volume_m3).powf(1.0 / 6.0);
-        let own = Partner { material: self.facts.contact_material(), mass_kg: fragment.mass_kg, radius_m };
-        Terms::new(own).merge(self.facts.radius_m).speed_min(0.5).impulse_min(least_ns).cooldown(0.1)
+        let own = ContactBody { material: self.facts.contact_material(), mass_kg: fragment.mass_kg, radius_m };
+        ContactPolicy::new(own).merge(self.facts.radius_m).speed_min(0.5).impulse_min(least_ns).cooldown(0.1)
     }
 }
 
 /// The whole object, put together of pieces.
 fn whole(facts: &ObjectFacts, object: &Object) -> Result<Block, Failure> {
     let impact = Impact::at(facts.centre_m).impulse([0.0, -1.0, 0.0]).radius(facts.diagonal_m);
-    let impact = impact.degree(Degree::Sites(PARTS)).enable(Effect::Hulls);
-    let broken: Broken = object.strike(&impact)?.wait(Deadline::after(PATIENCE))?;
+    let impact = impact.degree(DegreeRule::Sites(PARTS)).enable(Effect::Hulls);
+    let broken: FractureResult = object.strike(&impact)?.wait(Deadline::after(PATIENCE))?;
     let parts: Vec<Block> = broken.fragments().map(|fragment| block(&fragment)).collect();
     let mass_kg: f64 = parts.iter().map(|part| part.mass_kg).sum();
     let moment: Vector3<f64> = parts.iter().map(|part| Vector3::from(part.centre_m) * part.mass_kg).sum();
@@ -145,9 +145,9 @@ impl Block {
 }
 
 /// The least impulse, N·s, that just breaks the object at one of the six ends of its axes, struck by the floor.
-fn weakest(object: &Object, block: &Block, own: Partner) -> Result<f64, Failure> {
-    let floor = Partner::ground(Material::CONCRETE);
-    let hertz = Hertz::of(&own, &floor, SPEED_M_S)?;
+fn weakest(object: &Object, block: &Block, own: ContactBody) -> Result<f64, Failure> {
+    let floor = ContactBody::ground(ElasticMaterial::CONCRETE);
+    let hertz = HertzContact::of(&own, &floor, SPEED_M_S)?;
     let mut least_ns = f64::INFINITY;
     for (axis, sign) in (0..6).map(|end| (end / 2, if end % 2 == 0 { 1.0 } else { -1.0 })) {
         let reach = |point: &[f32; 3]| f64::from(point[axis]) * sign;

@@ -2,7 +2,7 @@
 
 use super::Failure;
 use rustix::process::{Pid, Signal, kill_process};
-use shatter_client::{Deadline, Object, Shatter};
+use shatter_client::{Client, Deadline, Object};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::sync::mpsc::{Receiver, Sender, channel};
@@ -195,7 +195,7 @@ fn line(place: &Place, child: &mut Option<Child>) -> Result<Line, Failure> {
 
 fn connected(place: &Place) -> Result<Line, Failure> {
     let patience = Deadline::after(Duration::from_secs(20));
-    let service = Shatter::connect(&place.service, patience)?;
+    let service = Client::connect(&place.service, patience)?;
     let objects = OBJECTS.iter().map(|name| service.object(name, patience)).collect::<Result<_, _>>()?;
     Ok(Line { objects, pid: service.status(patience)?.row().pid })
 }

@@ -5,8 +5,8 @@ use super::prototype::block;
 use super::service::{Keeper, Line, kill};
 use super::tally::{Step, Tally};
 use super::world::{Birth, Piece, World};
-use shatter_client::{Broken, Effect, Impact, Kind, Poll, Refusal, Ticket};
-use shatter_export::contact::Blow;
+use shatter_client::{Effect, Error, ErrorKind, FractureResult, Impact, Poll, Ticket};
+use shatter_export::contact::MergedContact;
 use std::time::{Duration, Instant};
 
 /// An answer that comes later is of no use.
@@ -110,7 +110,7 @@ impl<'k> Strikes<'k> {
         world: &mut World<'_>,
         film: &Film,
         piece: u32,
-        blows: &[Blow],
+        blows: &[MergedContact],
         now_s: f64,
         tally: &mut Tally,
     ) {
@@ -122,7 +122,7 @@ impl<'k> Strikes<'k> {
             return;
         }
         let positions = &film.actors[own.actor].shell.positions;
-        let snapped: Vec<Blow> = blows.iter().map(|blow| snap(blow, own, positions)).collect();
+        let snapped: Vec<MergedContact> = blows.iter().map(|blow| snap(blow, own, positions)).collect();
         if let Some(impact) = Impact::of(&snapped) {
             let impact = impact.seed(u64::from(piece)).keep().deadline(DEADLINE);
             let impact = impact.enable(Effect::Hulls).enable(Effect::Release);
@@ -153,7 +153,7 @@ impl<'k> Strikes<'k> {
     }
 
     /// Looks at all tickets; the first answer that is there.
-    fn answer(&mut self, world: &mut World<'_>, now_s: f64, tally: &mut Tally) -> Option<(u32, f64, Broken)> {
+    fn answer(&mut self, world: &mut World<'_>, now_s: f64, tally: &mut Tally) -> Option<(u32, f64, FractureResult)> {
         let (mut index, mut found) = (0, None);
         while index < self.sent.len() && found.is_none() {
             match self.sent[index].ticket.poll() {
@@ -163,7 +163,7 @@ impl<'k> Strikes<'k> {
                     found = Some((sent.piece, sent.at_s, broken));
                 }
                 // The ticket is still good.
-                Err(refusal) if refusal.kind == Kind::Busy && refusal.at == "answers" => index += 1,
+                Err(refusal) if refusal.kind == ErrorKind::Busy && refusal.at == "answers" => index += 1,
                 Err(refusal) => {
                     let sent = self.sent.remove(index);
                     self.refused(world, (sent.piece, sent.impact, sent.pid), &refusal, now_s, tally);
@@ -177,14 +177,14 @@ impl<'k> Strikes<'k> {
         &mut self,
         world: &mut World<'_>,
         (piece, impact, pid): (u32, Impact, u32),
-        refusal: &Refusal,
+        refusal: &Error,
         now_s: f64,
         tally: &mut Tally,
     ) {
         *tally.refusals.entry(refusal.kind.name()).or_default() += 1;
         let whole = world.pieces[piece as usize].origin.is_none();
         match refusal.kind {
-            Kind::Lost | Kind::NoDaemon => {
+            ErrorKind::Lost | ErrorKind::NoDaemon => {
                 // Tickets of a daemon that is gone already may say so late.
                 if self.line.as_ref().is_some_and(|line| line.pid == pid) {
                     self.disconnect(now_s);
@@ -201,16 +201,16 @@ impl<'k> Strikes<'k> {
 }
 
 /// The blow at the nearest point of what is seen: colliders are convex, and a strike must touch.
-fn snap(blow: &Blow, piece: &Piece, positions: &[[f32; 3]]) -> Blow {
+fn snap(blow: &MergedContact, piece: &Piece, positions: &[[f32; 3]]) -> MergedContact {
     let own = [0, 1, 2].map(|k| blow.point_m[k] - piece.centre_m[k]);
     let away = |point: &[f32; 3]| (0..3).map(|k| (f64::from(point[k]) - own[k]).powi(2)).sum::<f64>();
     let nearest = positions.iter().min_by(|a, b| away(a).total_cmp(&away(b)));
     let point_m = nearest.map(|point| [0, 1, 2].map(|k| f64::from(point[k]) + piece.centre_m[k]));
-    Blow { point_m: point_m.unwrap_or(blow.point_m), ..*blow }
+    MergedContact { point_m: point_m.unwrap_or(blow.point_m), ..*blow }
 }
 
 /// Fragments, copied out of shared memory.
-fn births(broken: &Broken, pid: u32) -> Vec<Birth> {
+fn births(broken: &FractureResult, pid: u32) -> Vec<Birth> {
     let handle = broken.handle();
     let birth = |fragment: shatter_client::Fragment<'_>| {
         let velocity = fragment.velocity();

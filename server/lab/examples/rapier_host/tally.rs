@@ -4,8 +4,8 @@ use super::Failure;
 use super::film::Film;
 use super::world::World;
 use serde_json::{Value, json};
-use shatter_client::Broken;
-use shatter_lab::study::plot::{Axes, Line, Mark, svg};
+use shatter_client::FractureResult;
+use shatter_lab::study::plot::{Axes, PlotLine, PlotMark, svg};
 use std::collections::BTreeMap;
 use std::time::Duration;
 
@@ -81,7 +81,7 @@ impl Tally {
     }
 
     /// An answer, `late_s` after the contact in the simulation.
-    pub fn answered(&mut self, late_s: f64, round_trip: Duration, generation: u32, broken: &Broken) {
+    pub fn answered(&mut self, late_s: f64, round_trip: Duration, generation: u32, broken: &FractureResult) {
         if broken.is_whole() {
             self.whole += 1;
             return;
@@ -117,10 +117,10 @@ impl Tally {
 
     /// Times of steps, beside those of a run without fracture.
     pub fn plot(&self, without: &Self) -> Result<String, Failure> {
-        let line = |name: &str, steps: &[Step], of: fn(&Step) -> Duration| Line {
+        let line = |name: &str, steps: &[Step], of: fn(&Step) -> Duration| PlotLine {
             name: name.into(),
             points: steps.iter().map(|step| (step.at_s, 1e3 * of(step).as_secs_f64())).collect(),
-            mark: Mark::Dots,
+            mark: PlotMark::Dots,
         };
         let lines = [
             line("with fracture: the whole step", &self.steps, |step| step.whole),

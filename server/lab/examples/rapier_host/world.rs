@@ -8,7 +8,9 @@ use super::prototype::{Block, Prototype};
 use super::tally::Tally;
 use rapier3d_f64::parry::query;
 use rapier3d_f64::prelude::*;
-use shatter_export::contact::{Blow, Contacts, ImpulseLost, Material, Partner, Touch};
+use shatter_export::contact::{
+    ContactBody, ContactCollector, ContactEvent, ElasticMaterial, ImpulseLost, MergedContact,
+};
 use std::collections::HashMap;
 
 /// What a piece is a fragment of: the daemon that keeps the answer, the answer's handle, its number there.
@@ -67,8 +69,8 @@ pub struct World<'a> {
     pub pieces: Vec<Piece>,
     physics: PhysicsWorld,
     balls: Vec<(RigidBodyHandle, usize)>,
-    ball: Partner,
-    contacts: Contacts<u32>,
+    ball: ContactBody,
+    contacts: ContactCollector<u32>,
     /// Bodies that are let go at a time of the simulation, s.
     cues: Vec<(f64, RigidBodyHandle)>,
     /// How bodies moved before the step: velocities, and about which point.
@@ -87,8 +89,8 @@ impl<'a> World<'a> {
             pieces: Vec::new(),
             physics,
             balls: Vec::new(),
-            ball: Partner::ground(Material::STEEL),
-            contacts: Contacts::default(),
+            ball: ContactBody::ground(ElasticMaterial::STEEL),
+            contacts: ContactCollector::default(),
             cues: Vec::new(),
             before: HashMap::new(),
             newborn: Vec::new(),
@@ -113,7 +115,7 @@ impl<'a> World<'a> {
     /// A steel ball on a string from `pivot_m`, let go at `at_s`.
     pub fn add_ball(&mut self, radius_m: f64, place_m: [f64; 3], pivot_m: [f64; 3], at_s: f64, film: &mut Film) {
         let mass_kg = 7850.0 * 4.0 / 3.0 * std::f64::consts::PI * radius_m.powi(3);
-        self.ball = Partner { material: Material::STEEL, mass_kg, radius_m };
+        self.ball = ContactBody { material: ElasticMaterial::STEEL, mass_kg, radius_m };
         let body = RigidBodyBuilder::fixed().translation(place_m.into()).can_sleep(false);
         let collider =
             ColliderBuilder::ball(radius_m).density(7850.0).friction(0.3).collision_groups(OTHERS).user_data(BALL);
@@ -181,7 +183,7 @@ impl<'a> World<'a> {
     }
 
     /// Who is struck by the contacts of the step.
-    pub fn blows(&mut self, now_s: f64) -> Vec<(u32, Result<Vec<Blow>, ImpulseLost>)> {
+    pub fn blows(&mut self, now_s: f64) -> Vec<(u32, Result<Vec<MergedContact>, ImpulseLost>)> {
         self.contacts.step(now_s)
     }
 
@@ -206,7 +208,7 @@ impl<'a> World<'a> {
                         else {
                             continue;
                         };
-                        let touch = Touch {
+                        let touch = ContactEvent {
                             point_m: pose.inverse_transform_point(place).into(),
                             impulse_ns: pose.inverse_transform_vector(impulse).into(),
                             speed_m_s,
@@ -226,9 +228,9 @@ impl<'a> World<'a> {
     }
 
     /// What touches, by its collider.
-    fn partner(&self, collider: &Collider) -> Partner {
+    fn partner(&self, collider: &Collider) -> ContactBody {
         match collider.user_data {
-            GROUND => Partner::ground(Material::CONCRETE),
+            GROUND => ContactBody::ground(ElasticMaterial::CONCRETE),
             BALL => self.ball,
             piece => {
                 let number = (piece - FIRST) as u32;

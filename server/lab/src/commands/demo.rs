@@ -1,9 +1,9 @@
 //! `shatterd demo`.
 
-use crate::demo::{self, DemoError, Options};
+use crate::demo::{self, DemoError, DemoOptions};
 use shatter_export::ExportError;
-use shatter_proto::{Kind, Refusal};
-use shatter_server::commands::{Failure, out};
+use shatter_proto::{Error, ErrorKind};
+use shatter_server::commands::{CommandError, out};
 use shatter_server::config::data_folder;
 use std::path::PathBuf;
 
@@ -22,17 +22,17 @@ pub struct Args {
 }
 
 /// Runs the demonstration and says where to look.
-pub fn run(args: &Args) -> Result<(), Failure> {
+pub fn run(args: &Args) -> Result<(), CommandError> {
     out::folder(&args.out)?;
     let databases = match &args.databases {
         Some(folder) => folder.clone(),
         None => data_folder()?.join("demo"),
     };
     let program = std::env::current_exe()
-        .map_err(|error| Refusal::new(Kind::Failed, "daemon", format!("cannot find this program: {error}")))?;
+        .map_err(|error| Error::new(ErrorKind::Failed, "daemon", format!("cannot find this program: {error}")))?;
     let service = args.service.clone().unwrap_or_else(|| format!("demo-{}", std::process::id()));
     let database = databases.join(format!("{}.shatter", demo::NAME));
-    let options = Options { out: args.out.clone(), databases, service, program };
+    let options = DemoOptions { out: args.out.clone(), databases, service, program };
     let made = demo::run(&options)?;
     let mut text = made.lines.iter().map(|line| format!("{line}\n")).collect::<String>();
     let files: String = made.files.iter().chain([&database]).map(|file| format!("{}\n", file.display())).collect();
@@ -40,7 +40,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     out::print(&text)
 }
 
-impl From<DemoError> for Failure {
+impl From<DemoError> for CommandError {
     fn from(error: DemoError) -> Self {
         let message = error.to_string();
         match error {
@@ -51,7 +51,7 @@ impl From<DemoError> for Failure {
                 | ExportError::NoFile(path)
                 | ExportError::Folder { folder: path, .. }
                 | ExportError::Write { path, .. },
-            ) => Refusal::new(Kind::Output, path.display().to_string(), message).into(),
+            ) => Error::new(ErrorKind::Output, path.display().to_string(), message).into(),
             DemoError::Material(error) => error.into(),
             DemoError::Surface(error) => error.into(),
             DemoError::Bake(error) => error.into(),

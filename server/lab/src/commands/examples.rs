@@ -2,7 +2,7 @@
 
 use crate::{report, study::examples};
 use shatter_fracture::database;
-use shatter_server::commands::{Failure, out};
+use shatter_server::commands::{CommandError, out};
 use std::path::PathBuf;
 
 /// Arguments of `shatter-lab examples`.
@@ -19,9 +19,9 @@ pub struct Args {
 ///
 /// # Errors
 /// The database is damaged or has no examples, the page cannot be written.
-pub fn run(args: &Args) -> Result<(), Failure> {
+pub fn run(args: &Args) -> Result<(), CommandError> {
     out::folder(&args.out)?;
-    let prepared = database::load(&args.file).map_err(|error| Failure::database(&args.file, &error))?;
+    let prepared = database::load(&args.file).map_err(|error| CommandError::database(&args.file, &error))?;
     let page = args.out.join(format!("{}.html", prepared.name));
     out::whole(&page, report::study(&examples::page(&prepared)?).as_bytes())
 }

@@ -4,9 +4,9 @@ use crate::study::accuracy::StudyError;
 use crate::study::effects::EffectsError;
 use crate::study::examples::ExamplesError;
 use crate::study::paper::PaperError;
-use shatter_server::commands::Failure;
+use shatter_server::commands::CommandError;
 
-impl From<EffectsError> for Failure {
+impl From<EffectsError> for CommandError {
     fn from(error: EffectsError) -> Self {
         match error {
             EffectsError::Refused(refusal) => refusal.into(),
@@ -21,7 +21,7 @@ impl From<EffectsError> for Failure {
     }
 }
 
-impl From<StudyError> for Failure {
+impl From<StudyError> for CommandError {
     fn from(error: StudyError) -> Self {
         match error {
             StudyError::Bake(error) => error.into(),
@@ -31,7 +31,7 @@ impl From<StudyError> for Failure {
     }
 }
 
-impl From<PaperError> for Failure {
+impl From<PaperError> for CommandError {
     fn from(error: PaperError) -> Self {
         match error {
             PaperError::Bake(error) => error.into(),
@@ -41,7 +41,7 @@ impl From<PaperError> for Failure {
     }
 }
 
-impl From<ExamplesError> for Failure {
+impl From<ExamplesError> for CommandError {
     fn from(error: ExamplesError) -> Self {
         let message = error.to_string();
         match error {

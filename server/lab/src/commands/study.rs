@@ -1,18 +1,18 @@
 //! `shatterd study`.
 
-use crate::report::{self, Figure};
-use crate::study::mutants::{self, Judge, Mutant, Plan, Tally, Verdict};
+use crate::report::{self, ReportFigure};
+use crate::study::mutants::{self, FuzzPlan, FuzzTally, FuzzVerdict, Judge, Mutant};
 use crate::study::stability::{
-    CASES, Fault, Findings, Outcome, REAL, Row, judge, locking, neck_over_impulses, neck_portraits, real,
-    spoiled_statues,
+    CASES, CaseOutcome, CaseRow, REAL, StabilityFindings, TrialFault, judge, locking, neck_over_impulses,
+    neck_portraits, real, spoiled_statues,
 };
 use crate::study::{accuracy, effects, gallery, paper};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::{Value, json};
-use shatter_fracture::pipeline::Quality;
+use shatter_fracture::pipeline::Preset;
 use shatter_fracture::surface::shapes::write_obj;
-use shatter_fracture::surface::{self, Unit, Up};
-use shatter_server::commands::{Failure, out};
+use shatter_fracture::surface::{self, LengthUnit, UpAxis};
+use shatter_server::commands::{CommandError, out};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -59,10 +59,10 @@ struct Paper {
     meshes: Option<PathBuf>,
     /// The axis of the mesh file that points up.
     #[arg(long, default_value = "y")]
-    up: Up,
+    up: UpAxis,
     /// Lattices of the body, and how strikes are computed.
     #[arg(long, value_name = "draft|game|film|reference", value_parser = quality, default_value = "film")]
-    quality: Quality,
+    quality: Preset,
     /// Folder for the page, its pictures and their figures.
     #[arg(long, value_name = "DIR", default_value = "shatter-study")]
     out: PathBuf,
@@ -115,7 +115,7 @@ const REPEAT_EVERY: usize = 13;
 const TRIES_MAX: usize = 2000;
 
 /// Runs a study; whether everything held.
-pub fn run(args: &Args) -> Result<bool, Failure> {
+pub fn run(args: &Args) -> Result<bool, CommandError> {
     match &args.study {
         Study::Stability(args) => {
             out::folder(&args.out)?;
@@ -130,13 +130,13 @@ pub fn run(args: &Args) -> Result<bool, Failure> {
     }
 }
 
-fn accuracy(args: &Accuracy) -> Result<(), Failure> {
+fn accuracy(args: &Accuracy) -> Result<(), CommandError> {
     out::folder(&args.out)?;
     let plan = match &args.object {
-        None => accuracy::Plan::statue(),
+        None => accuracy::AccuracyPlan::statue(),
         Some(file) => {
             let name = file.file_stem().map_or_else(|| "object".into(), std::ffi::OsStr::to_string_lossy);
-            accuracy::Plan::new(name, surface::read(file, Unit::default(), Up::default())?)
+            accuracy::AccuracyPlan::new(name, surface::read(file, LengthUnit::default(), UpAxis::default())?)
         }
     };
     let bar = bar(plan.steps());
@@ -145,8 +145,8 @@ fn accuracy(args: &Accuracy) -> Result<(), Failure> {
         bar.inc(1);
     });
     bar.finish_and_clear();
-    let findings = findings.map_err(Failure::from)?;
-    let drawn = accuracy::drawn(&findings).map_err(Failure::from)?;
+    let findings = findings.map_err(CommandError::from)?;
+    let drawn = accuracy::drawn(&findings).map_err(CommandError::from)?;
     let write = |name: &str, text: &str| {
         let path = args.out.join(name);
         out::whole(&path, text.as_bytes())
@@ -155,7 +155,7 @@ fn accuracy(args: &Accuracy) -> Result<(), Failure> {
         write(&format!("{}.svg", own.file), &own.svg)?;
         write(&format!("{}.csv", own.file), &own.csv)?;
     }
-    let close_up = findings.close_up.png().map_err(Failure::from)?;
+    let close_up = findings.close_up.png().map_err(CommandError::from)?;
     if let Some(png) = &close_up {
         let path = args.out.join("accuracy-close-up.png");
         out::whole(&path, png)?;
@@ -168,25 +168,25 @@ fn accuracy(args: &Accuracy) -> Result<(), Failure> {
     out::print(&format!("{lines}Open {} in a browser.\n", args.out.join("accuracy.html").display()))
 }
 
-fn paper(args: &Paper) -> Result<(), Failure> {
+fn paper(args: &Paper) -> Result<(), CommandError> {
     out::folder(&args.out)?;
     let horse = args.meshes.as_ref().map(|folder| folder.join("horse.ply")).filter(|file| file.is_file());
     let plan = match (&args.object, &horse) {
         (Some(file), _) => {
             let name = file.file_stem().map_or_else(|| "object".into(), std::ffi::OsStr::to_string_lossy);
-            paper::Plan::new(name, surface::read(file, Unit::default(), args.up)?)
+            paper::PaperPlan::new(name, surface::read(file, LengthUnit::default(), args.up)?)
         }
-        (None, Some(file)) => paper::Plan::horse(surface::read(file, Unit::default(), Up::Z)?),
-        (None, None) => paper::Plan::statue(),
+        (None, Some(file)) => paper::PaperPlan::horse(surface::read(file, LengthUnit::default(), UpAxis::Z)?),
+        (None, None) => paper::PaperPlan::statue(),
     };
-    let plan = paper::Plan { quality: args.quality, ..plan };
+    let plan = paper::PaperPlan { quality: args.quality, ..plan };
     let bar = bar(plan.steps());
     let drawn = paper::run(&plan, &mut |what| {
         bar.set_message(what.to_owned());
         bar.inc(1);
     });
     bar.finish_and_clear();
-    let drawn = drawn.map_err(Failure::from)?;
+    let drawn = drawn.map_err(CommandError::from)?;
     let write = |name: String, bytes: &[u8]| {
         let path = args.out.join(name);
         out::whole(&path, bytes)
@@ -211,12 +211,12 @@ fn paper(args: &Paper) -> Result<(), Failure> {
     out::print(&format!("{lines}Open {} in a browser.\n", args.out.join("paper.html").display()))
 }
 
-fn quality(name: &str) -> Result<Quality, String> {
-    Quality::by_name(name).ok_or_else(|| "`draft`, `game`, `film` or `reference`".to_owned())
+fn quality(name: &str) -> Result<Preset, String> {
+    Preset::by_name(name).ok_or_else(|| "`draft`, `game`, `film` or `reference`".to_owned())
 }
 
 /// One line of one setting: its time and its errors.
-fn told_point(point: &accuracy::Point) -> String {
+fn told_point(point: &accuracy::StudyPoint) -> String {
     let error = |measure: accuracy::Measure| {
         Some(format!("{} {}", measure.name(), report::significant(point.errors.get(measure)?, 3)))
     };
@@ -225,15 +225,15 @@ fn told_point(point: &accuracy::Point) -> String {
     format!("{:18} {:18} {time:>8} ms   {}\n", point.dial, point.label(), errors.join(", "))
 }
 
-fn effects(args: &Effects) -> Result<(), Failure> {
+fn effects(args: &Effects) -> Result<(), CommandError> {
     out::folder(&args.out)?;
     let bar = bar(effects::SHIPPED.len() + 1 + gallery::cast().len());
     let mut progress = |what: &str| {
         bar.set_message(what.to_owned());
         bar.inc(1);
     };
-    let pairs = effects::pairs(&mut progress).map_err(Failure::from)?;
-    let shown = gallery::shown(&mut progress).map_err(Failure::from)?;
+    let pairs = effects::pairs(&mut progress).map_err(CommandError::from)?;
+    let shown = gallery::shown(&mut progress).map_err(CommandError::from)?;
     bar.finish_and_clear();
     let write = |name: &str, bytes: &[u8]| {
         let path = args.out.join(name);
@@ -242,7 +242,7 @@ fn effects(args: &Effects) -> Result<(), Failure> {
     shown.iter().try_for_each(|own| write(&own.file(), &own.png))?;
     write("effects.md", gallery::markdown(&shown).as_bytes())?;
     let page = args.out.join("effects.html");
-    let study = effects::page(&pairs, gallery::section(&shown)).map_err(Failure::from)?;
+    let study = effects::page(&pairs, gallery::section(&shown)).map_err(CommandError::from)?;
     out::whole(&page, report::study(&study).as_bytes())?;
     if args.json {
         return out::print(&format!("{}\n", effects::document(&pairs)));
@@ -252,9 +252,9 @@ fn effects(args: &Effects) -> Result<(), Failure> {
     out::print(&format!("{lines}Open {} in a browser.\n", page.display()))
 }
 
-fn stability(args: &Stability) -> Result<bool, Failure> {
+fn stability(args: &Stability) -> Result<bool, CommandError> {
     let (mut rows, real_portraits) = rows(args);
-    let findings = Findings {
+    let findings = StabilityFindings {
         real_portraits,
         locking: found(locking(), "error against Poisson's ratio", &mut rows),
         necks: found(neck_over_impulses(), "a neck over a range of impulses", &mut rows),
@@ -264,7 +264,7 @@ fn stability(args: &Stability) -> Result<bool, Failure> {
         rows,
     };
     let page = args.out.join("stability.html");
-    let study = findings.page().map_err(|error| Failure::ours("plot", error.to_string()))?;
+    let study = findings.page().map_err(|error| CommandError::ours("plot", error.to_string()))?;
     out::whole(&page, report::study(&study).as_bytes())?;
     if args.json {
         out::print(&format!("{}\n", findings.document()))?;
@@ -276,19 +276,19 @@ fn stability(args: &Stability) -> Result<bool, Failure> {
 }
 
 /// What was found, or nothing and a failed row: one fault must not cost the rest of the study.
-fn found<T>(result: Result<Vec<T>, Fault>, name: &str, rows: &mut Vec<Row>) -> Vec<T> {
+fn found<T>(result: Result<Vec<T>, TrialFault>, name: &str, rows: &mut Vec<CaseRow>) -> Vec<T> {
     result.unwrap_or_else(|fault| {
-        rows.push(Row::failed(name, &fault));
+        rows.push(CaseRow::failed(name, &fault));
         Vec::new()
     })
 }
 
-fn line(row: &Row) -> String {
+fn line(row: &CaseRow) -> String {
     let figure = row.figure.map_or_else(|| "–".to_owned(), |figure| report::significant(figure, 3));
     let outcome = match row.outcome {
-        Outcome::Passed => "passed",
-        Outcome::Refused => "refused",
-        Outcome::Failed => "FAILED",
+        CaseOutcome::Passed => "passed",
+        CaseOutcome::Refused => "refused",
+        CaseOutcome::Failed => "FAILED",
     };
     format!("{outcome:8} {:38} {figure:>14}   {}\n", row.name, row.expected)
 }
@@ -303,7 +303,7 @@ fn bar(length: usize) -> ProgressBar {
 }
 
 /// The catalogue, then real meshes with their pictures.
-fn rows(args: &Stability) -> (Vec<Row>, Vec<Figure>) {
+fn rows(args: &Stability) -> (Vec<CaseRow>, Vec<ReportFigure>) {
     let files: Vec<(&Path, &str)> = match &args.meshes {
         Some(folder) => REAL.iter().map(|file| (folder.as_path(), *file)).collect(),
         None => Vec::new(),
@@ -327,24 +327,24 @@ fn rows(args: &Stability) -> (Vec<Row>, Vec<Figure>) {
     (rows, pictures)
 }
 
-fn meshes(args: &Stability) -> Result<Vec<mutants::Base>, Failure> {
+fn meshes(args: &Stability) -> Result<Vec<mutants::BaseMesh>, CommandError> {
     let mut meshes = mutants::generated();
     if let Some(folder) = &args.meshes {
         let refused = |error: mutants::FolderError| {
-            Failure::refused("unreadable_file", folder.display().to_string(), error.to_string())
+            CommandError::refused("unreadable_file", folder.display().to_string(), error.to_string())
         };
         meshes.extend(mutants::from_folder(folder).map_err(refused)?);
     }
     Ok(meshes)
 }
 
-fn judge_of() -> Result<Judge, Failure> {
-    Judge::new(DEADLINE).map_err(Failure::from)
+fn judge_of() -> Result<Judge, CommandError> {
+    Judge::new(DEADLINE).map_err(CommandError::from)
 }
 
-fn tally(args: &Stability) -> Result<Tally, Failure> {
+fn tally(args: &Stability) -> Result<FuzzTally, CommandError> {
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
-    let plan = Plan {
+    let plan = FuzzPlan {
         count: args.mutants,
         seed: args.seed,
         meshes: meshes(args)?,
@@ -354,7 +354,7 @@ fn tally(args: &Stability) -> Result<Tally, Failure> {
     };
     let bar = bar(plan.count);
     let tally = mutants::run(&plan, &mut |mutant, verdict| {
-        if let Verdict::Failed(fault) = verdict {
+        if let FuzzVerdict::Failed(fault) = verdict {
             bar.suspend(|| eprintln!("failed: {mutant}: {fault}"));
         }
         bar.set_message(mutant.to_string());
@@ -365,20 +365,20 @@ fn tally(args: &Stability) -> Result<Tally, Failure> {
 }
 
 /// Judges one bad mesh; reduces it if it fails.
-fn shrink(args: &Stability, mutant: &Mutant) -> Result<bool, Failure> {
+fn shrink(args: &Stability, mutant: &Mutant) -> Result<bool, CommandError> {
     let (meshes, judge) = (meshes(args)?, judge_of()?);
     let base = meshes.iter().find(|base| base.name == mutant.mesh).ok_or_else(|| {
         let names: Vec<&str> = meshes.iter().map(|base| base.name.as_str()).collect();
-        Failure::refused(
+        CommandError::refused(
             "unknown_mesh",
             mutant.mesh.clone(),
             format!("no mesh '{}': one of {}", mutant.mesh, names.join(", ")),
         )
     })?;
     let fault = match judge.mutant(&base.mesh, mutant) {
-        Verdict::Failed(fault) => fault,
-        Verdict::Checked { .. } => return told(args, &json!({ "mutant": mutant, "outcome": "checked" }), true),
-        Verdict::Refused { kind, message, justified } => {
+        FuzzVerdict::Failed(fault) => fault,
+        FuzzVerdict::Checked { .. } => return told(args, &json!({ "mutant": mutant, "outcome": "checked" }), true),
+        FuzzVerdict::Refused { kind, message, justified } => {
             let document = json!({
                 "mutant": mutant, "outcome": "refused", "kind": kind, "message": message, "justified": justified,
             });
@@ -394,7 +394,7 @@ fn shrink(args: &Stability, mutant: &Mutant) -> Result<bool, Failure> {
     });
     bar.finish_and_clear();
     let file = args.out.join(format!("{}.obj", mutant.to_string().replace('/', "-")));
-    write_obj(&shrunk.mesh, &file).map_err(|error| Failure::output(&file, &error))?;
+    write_obj(&shrunk.mesh, &file).map_err(|error| CommandError::output(&file, &error))?;
     let document = json!({
         "mutant": mutant, "outcome": "failed", "message": fault.to_string(),
         "triangles": shrunk.mesh.triangles.len(), "file": file.display().to_string(),
@@ -403,7 +403,7 @@ fn shrink(args: &Stability, mutant: &Mutant) -> Result<bool, Failure> {
 }
 
 /// Prints what became of one bad mesh, as a document or line by line.
-fn told(args: &Stability, document: &Value, held: bool) -> Result<bool, Failure> {
+fn told(args: &Stability, document: &Value, held: bool) -> Result<bool, CommandError> {
     let lines = document.as_object().into_iter().flatten();
     let text: String = if args.json {
         format!("{document}\n")

@@ -1,11 +1,11 @@
 //! One strike through the client, and what is kept of its answer.
 
-use super::object::{RADIUS_M, Target};
+use super::object::{DemoTarget, RADIUS_M};
 use super::{ANSWER_PATIENCE, DemoError, views};
 use crate::report::{StageTime, significant};
 use nalgebra::Vector3;
-use shatter_client::{Broken, Deadline, Fragment, Impact, Object};
-use shatter_export::Written;
+use shatter_client::{Deadline, FractureResult, Fragment, Impact, Object};
+use shatter_export::WriteReport;
 use shatter_proto::answer::{STAGES, SummaryWire};
 use shatter_server::commands::interrupt;
 use std::path::Path;
@@ -21,7 +21,7 @@ pub(super) const REPEATS: usize = 5;
 const PROBE_NS: f64 = 1.0;
 
 /// What is kept of a strike once its answer is given back to the daemon.
-pub(super) struct Blow {
+pub(super) struct DemoStrike {
     /// 1, 2, 3.
     pub number: usize,
     /// Impulse over the one that just breaks the object.
@@ -33,7 +33,7 @@ pub(super) struct Blow {
     /// Name of the file with the fragments.
     pub file: String,
     /// What went into it.
-    pub written: Written,
+    pub written: WriteReport,
     /// Sum of the fragments' volumes, m³.
     pub volume_m3: f64,
     /// Mass of the lightest and of the heaviest fragment, kg.
@@ -51,21 +51,21 @@ pub(super) struct Blow {
 }
 
 /// The impulse along the target's direction that just breaks the object, N·s.
-pub(super) fn threshold_ns(object: &Object, target: &Target) -> Result<f64, DemoError> {
+pub(super) fn threshold_ns(object: &Object, target: &DemoTarget) -> Result<f64, DemoError> {
     let probe = impact(target, target.direction * PROBE_NS).threshold_only();
     let answer = object.strike(&probe)?.wait(Deadline::after(ANSWER_PATIENCE))?;
     Ok(PROBE_NS * answer.summary().threshold_impulse_factor)
 }
 
-fn impact(target: &Target, impulse_ns: Vector3<f64>) -> Impact {
+fn impact(target: &DemoTarget, impulse_ns: Vector3<f64>) -> Impact {
     Impact::at(target.point_m.coords.into()).impulse(impulse_ns.into()).radius(RADIUS_M).seed(SEED)
 }
 
-impl Blow {
+impl DemoStrike {
     /// Strikes, writes the fragments into `folder`, and draws them.
     pub fn strike(
         object: &Object,
-        target: &Target,
+        target: &DemoTarget,
         threshold_ns: f64,
         factor: f64,
         folder: &Path,
@@ -115,7 +115,7 @@ impl Blow {
     }
 }
 
-fn stages(broken: &Broken) -> Vec<StageTime> {
+fn stages(broken: &FractureResult) -> Vec<StageTime> {
     let time = |stage: usize| broken.stages().iter().find(|row| row.stage as usize == stage && row.ran == 1);
     STAGES
         .iter()

@@ -2,15 +2,16 @@
 //! from the daemon's database.
 
 use super::DemoError;
-use super::blow::Blow;
-use super::object::{RADIUS_M, Target};
+use super::blow::DemoStrike;
+use super::object::{DemoTarget, RADIUS_M};
 use nalgebra::Point3;
 use shatter_fracture::lift::LiftKind;
 use shatter_fracture::pipeline::{
-    Contact, DEGREE_MAX, DegreeRequest, ElasticRequest, Impact, Prepared, Strike, Workspace, strain_energy,
+    ContactSet, DEGREE_MAX, DegreeRequest, ElasticRequest, FractureRequest, ImpactContact, PreparedObject, Workspace,
+    strain_energy,
 };
-use shatter_fracture::scene::Effects;
-use shatter_fracture::token::Token;
+use shatter_fracture::scene::EffectSet;
+use shatter_fracture::token::CancelToken;
 
 /// How often densities are averaged with their neighbours: the elastic lattice, on which they are constant per
 /// tetrahedron, is coarser than the surface that shows them.
@@ -31,14 +32,14 @@ pub(super) struct SurfaceEnergy {
 
 impl SurfaceEnergy {
     /// Solves the blow's impact once more.
-    pub fn new(target: &Target, blow: &Blow) -> Result<Self, DemoError> {
-        let contact = Contact {
+    pub fn new(target: &DemoTarget, blow: &DemoStrike) -> Result<Self, DemoError> {
+        let contact = ImpactContact {
             point_m: target.point_m,
             impulse_ns: blow.impulse_ns,
             duration_s: None,
             radius_m: Some(RADIUS_M),
         };
-        let strike = Strike {
+        let strike = FractureRequest {
             contacts: vec![contact],
             degree: DegreeRequest::Inferred,
             degree_max: DEGREE_MAX,
@@ -46,7 +47,7 @@ impl SurfaceEnergy {
             elastic: ElasticRequest::Solve,
             rank_max: None,
             lift: LiftKind::Interior,
-            effects: Effects::default(),
+            effects: EffectSet::default(),
             volume_min_m3: None,
             tolerance: shatter_fracture::centroidal::TOLERANCE,
             iterations_max: shatter_fracture::centroidal::ITERATIONS_MAX,
@@ -57,8 +58,8 @@ impl SurfaceEnergy {
             threshold_only: true,
         };
         let prepared = &target.prepared;
-        let impact = Impact::new(prepared, &strike)?;
-        let energies = strain_energy(prepared, &impact, &mut Workspace::default(), &Token::default(), &mut ())?;
+        let impact = ContactSet::new(prepared, &strike)?;
+        let energies = strain_energy(prepared, &impact, &mut Workspace::default(), &CancelToken::default(), &mut ())?;
         let mut surface = Self { positions: vec![], triangles: vec![], density_j_m3: vec![], energy_j: 0.0 };
         for body in 0..prepared.bodies.len() {
             let struck = energies.iter().find(|energy| energy.body == body);
@@ -90,7 +91,7 @@ impl SurfaceEnergy {
     }
 
     /// Adds the boundary of one body; a body that was not struck has no shares and no energy.
-    fn add(&mut self, prepared: &Prepared, body: usize, shares: &[f64], energy_j: f64) {
+    fn add(&mut self, prepared: &PreparedObject, body: usize, shares: &[f64], energy_j: f64) {
         let (body, metre) = (&prepared.bodies[body], prepared.frame.diagonal_m);
         let mut vertex = vec![u32::MAX; body.crack.nodes.len()];
         for face in body.crack.boundary() {

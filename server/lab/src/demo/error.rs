@@ -1,10 +1,10 @@
 //! Why a demonstration ended early.
 
 use crate::picture::PictureError;
-use shatter_client::Refusal;
+use shatter_client::Error;
 use shatter_export::ExportError;
 use shatter_fracture::database::{BakeError, DatabaseError};
-use shatter_fracture::pipeline::StrikeError;
+use shatter_fracture::pipeline::FractureError;
 use shatter_fracture::scene::MaterialError;
 use shatter_fracture::surface::SurfaceError;
 use std::io;
@@ -53,7 +53,7 @@ pub enum DemoError {
     },
     /// The service refused.
     #[error(transparent)]
-    Refused(#[from] Refusal),
+    Refused(#[from] Error),
     /// A strike beyond the threshold left the object whole.
     #[error("the object stayed whole at {factor} times the impulse that breaks it")]
     StayedWhole {
@@ -62,7 +62,7 @@ pub enum DemoError {
     },
     /// The strain energy for the pictures.
     #[error(transparent)]
-    Energy(#[from] StrikeError),
+    Energy(#[from] FractureError),
     /// A picture.
     #[error(transparent)]
     Picture(#[from] PictureError),

@@ -18,12 +18,12 @@ pub use error::DemoError;
 pub use object::NAME;
 
 use crate::report;
-use blow::Blow;
+use blow::DemoStrike;
 use daemon::Daemon;
 use energy::SurfaceEnergy;
-use object::Target;
-use progress::Progress;
-use shatter_client::{Deadline, Shatter};
+use object::DemoTarget;
+use progress::DemoProgress;
+use shatter_client::{Client, Deadline};
 use shatter_export::write_whole;
 use shatter_server::commands::interrupt;
 use std::path::{Path, PathBuf};
@@ -43,7 +43,7 @@ const ANSWER_PATIENCE: Duration = Duration::from_secs(60);
 
 /// Where things go.
 #[derive(Clone, Debug)]
-pub struct Options {
+pub struct DemoOptions {
     /// Folder for the page and the fragments; made if it is not there.
     pub out: PathBuf,
     /// Folder for the baked object, which a second run uses again; made if it is not there.
@@ -56,7 +56,7 @@ pub struct Options {
 
 /// What a run made.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Made {
+pub struct DemoFiles {
     /// The page.
     pub page: PathBuf,
     /// Fragments, a file per strike.
@@ -68,9 +68,9 @@ pub struct Made {
 }
 
 /// Runs the demonstration. The daemon is ended on every way out.
-pub fn run(options: &Options) -> Result<Made, DemoError> {
+pub fn run(options: &DemoOptions) -> Result<DemoFiles, DemoError> {
     let begun = Instant::now();
-    let progress = Progress::new();
+    let progress = DemoProgress::new();
     folder(&options.out)?;
     folder(&options.databases)?;
     let target = object::prepare(&options.databases, &progress)?;
@@ -88,24 +88,24 @@ pub fn run(options: &Options) -> Result<Made, DemoError> {
     write_whole(&path, report::html(&pages).as_bytes())?;
     drop(writing);
     progress.finish();
-    Ok(Made {
+    Ok(DemoFiles {
         page: path,
         files: blows.iter().map(|blow| options.out.join(&blow.file)).collect(),
-        lines: blows.iter().map(Blow::line).collect(),
+        lines: blows.iter().map(DemoStrike::line).collect(),
         reused: target.reused,
     })
 }
 
 /// Finds the impulse that just breaks the object, then strikes with multiples of it.
-fn strike(options: &Options, target: &Target, progress: &Progress) -> Result<Vec<Blow>, DemoError> {
-    let service = Shatter::connect(&options.service, Deadline::after(START_PATIENCE))?;
+fn strike(options: &DemoOptions, target: &DemoTarget, progress: &DemoProgress) -> Result<Vec<DemoStrike>, DemoError> {
+    let service = Client::connect(&options.service, Deadline::after(START_PATIENCE))?;
     let object = service.object(NAME, Deadline::after(ANSWER_PATIENCE))?;
     progress.step("find the threshold");
     let threshold_ns = blow::threshold_ns(&object, target)?;
     let mut blows = Vec::with_capacity(IMPULSE_FACTORS.len());
     for (number, factor) in (1..).zip(IMPULSE_FACTORS) {
         progress.step(&format!("strike {number}: {factor} × the threshold"));
-        blows.push(Blow::strike(&object, target, threshold_ns, factor, &options.out, number)?);
+        blows.push(DemoStrike::strike(&object, target, threshold_ns, factor, &options.out, number)?);
     }
     Ok(blows)
 }

@@ -1,14 +1,14 @@
 //! What is struck: a mug, made here, baked once.
 
 use super::DemoError;
-use super::progress::Progress;
+use super::progress::DemoProgress;
 use nalgebra::{Point3, Vector3};
-use shatter_fracture::database::{self, BakeRequest, Step};
-use shatter_fracture::pipeline::Prepared;
+use shatter_fracture::database::{self, BakeRequest, BakeStep};
+use shatter_fracture::pipeline::PreparedObject;
 use shatter_fracture::scene::MATERIALS;
 use shatter_fracture::scene::Materials;
 use shatter_fracture::surface::{RawMesh, shapes};
-use shatter_fracture::token::Token;
+use shatter_fracture::token::CancelToken;
 use shatter_server::commands::interrupt;
 use std::path::Path;
 
@@ -32,9 +32,9 @@ const STRUCK_FROM: [f64; 3] = [-0.45, 0.0, 0.9];
 const STRUCK_HEIGHT_M: f64 = 0.062;
 
 /// The object and the place where it is struck.
-pub(super) struct Target {
+pub(super) struct DemoTarget {
     /// The prepared object, as the daemon has it.
-    pub prepared: Prepared,
+    pub prepared: PreparedObject,
     /// A point of the surface, m.
     pub point_m: Point3<f64>,
     /// Unit direction of the impulse: straight in.
@@ -44,7 +44,7 @@ pub(super) struct Target {
 }
 
 /// Loads the database if it was baked from this mesh with these parameters, and bakes it otherwise.
-pub(super) fn prepare(databases: &Path, progress: &Progress) -> Result<Target, DemoError> {
+pub(super) fn prepare(databases: &Path, progress: &DemoProgress) -> Result<DemoTarget, DemoError> {
     progress.step("make a mug");
     let mesh = shapes::mug();
     let (point_m, direction) = struck(&mesh);
@@ -52,14 +52,14 @@ pub(super) fn prepare(databases: &Path, progress: &Progress) -> Result<Target, D
     let file = databases.join(format!("{NAME}.{}", database::EXTENSION));
     progress.step("look for its database");
     let mut told = |step| progress.step(describe(step));
-    if let Some(prepared) = database::stored(&file, mesh.clone(), &request, &Token::default(), &mut told)? {
-        return Ok(Target { prepared, point_m, direction, reused: true });
+    if let Some(prepared) = database::stored(&file, mesh.clone(), &request, &CancelToken::default(), &mut told)? {
+        return Ok(DemoTarget { prepared, point_m, direction, reused: true });
     }
-    let prepared = database::bake(mesh, &request, &Token::default(), &mut told)?;
+    let prepared = database::bake(mesh, &request, &CancelToken::default(), &mut told)?;
     progress.step("write the database");
     let _writing = interrupt::writing();
     database::save(&prepared, &file).map_err(|source| DemoError::Database { path: file.clone(), source })?;
-    Ok(Target { prepared, point_m, direction, reused: false })
+    Ok(DemoTarget { prepared, point_m, direction, reused: false })
 }
 
 fn request() -> Result<BakeRequest, DemoError> {
@@ -78,16 +78,16 @@ fn struck(mesh: &RawMesh) -> (Point3<f64>, Vector3<f64>) {
     (farthest.copied().unwrap_or_else(Point3::origin), -outward)
 }
 
-fn describe(step: Step) -> &'static str {
+fn describe(step: BakeStep) -> &'static str {
     match step {
-        Step::Surface => "bake: surface",
-        Step::Volume => "bake: winding numbers",
-        Step::Lattices | Step::Sized(_) => "bake: lattices",
-        Step::Lift(_) => "bake: lift",
-        Step::Elasticity(_) => "bake: elasticity",
-        Step::Reduction => "bake: reduced elasticity",
-        Step::Calibration => "bake: calibration of the degree",
-        Step::Examples { .. } => "bake: examples",
+        BakeStep::Surface => "bake: surface",
+        BakeStep::Volume => "bake: winding numbers",
+        BakeStep::Lattices | BakeStep::Sized(_) => "bake: lattices",
+        BakeStep::Lift(_) => "bake: lift",
+        BakeStep::Elasticity(_) => "bake: elasticity",
+        BakeStep::Reduction => "bake: reduced elasticity",
+        BakeStep::Calibration => "bake: calibration of the degree",
+        BakeStep::Examples { .. } => "bake: examples",
     }
 }
 

@@ -1,12 +1,12 @@
 //! The run in words and figures.
 
-use super::blow::Blow;
+use super::blow::DemoStrike;
 use super::energy::SurfaceEnergy;
-use super::object::{MATERIAL, NAME, Target};
-use super::progress::Progress;
+use super::object::{DemoTarget, MATERIAL, NAME};
+use super::progress::DemoProgress;
 use super::{DemoError, views};
 use crate::picture::ENERGY;
-use crate::report::{Fact, Figure, Page, Scale, Strike, bytes, grouped, nanoseconds, share, significant};
+use crate::report::{Fact, Page, ReportFigure, Scale, StrikeReport, bytes, grouped, nanoseconds, share, significant};
 use std::time::Duration;
 
 /// Decades of strain energy density that the colours span, downwards from the largest value of all strikes.
@@ -14,12 +14,12 @@ const DECADES: f64 = 5.5;
 
 /// Puts the page together; `elapsed` is the time up to here.
 pub(super) fn page(
-    target: &Target,
+    target: &DemoTarget,
     pid: u32,
-    blows: &[Blow],
+    blows: &[DemoStrike],
     energies: &[SurfaceEnergy],
     elapsed: Duration,
-    progress: &Progress,
+    progress: &DemoProgress,
 ) -> Result<Page, DemoError> {
     let scale = scale(energies);
     let mut strikes = Vec::with_capacity(blows.len());
@@ -38,12 +38,12 @@ pub(super) fn page(
 }
 
 /// The pieces of one strike, for the beginning of the page.
-fn opening(blow: &Blow) -> Figure {
+fn opening(blow: &DemoStrike) -> ReportFigure {
     let caption = format!("{} × the breaking impulse: {} pieces", blow.factor, blow.written.fragments);
-    Figure { png: blow.picture.clone(), caption, scale: None }
+    ReportFigure { png: blow.picture.clone(), caption, scale: None }
 }
 
-fn lead(target: &Target, pid: u32, elapsed: Duration) -> Vec<String> {
+fn lead(target: &DemoTarget, pid: u32, elapsed: Duration) -> Vec<String> {
     let database = if target.reused { "found it baked by an earlier run" } else { "baked it into a database" };
     vec![
         format!(
@@ -55,7 +55,7 @@ fn lead(target: &Target, pid: u32, elapsed: Duration) -> Vec<String> {
     ]
 }
 
-fn facts(target: &Target) -> Vec<Fact> {
+fn facts(target: &DemoTarget) -> Vec<Fact> {
     let prepared = &target.prepared;
     let (report, material) = (&prepared.report, &prepared.parameters.material);
     let nodes =
@@ -77,8 +77,13 @@ fn facts(target: &Target) -> Vec<Fact> {
     ]
 }
 
-fn strike(target: &Target, blow: &Blow, energy: &SurfaceEnergy, scale: &Scale) -> Result<Strike, DemoError> {
-    let intact = Figure {
+fn strike(
+    target: &DemoTarget,
+    blow: &DemoStrike,
+    energy: &SurfaceEnergy,
+    scale: &Scale,
+) -> Result<StrikeReport, DemoError> {
+    let intact = ReportFigure {
         png: views::intact(energy, scale, target)?,
         caption:
             "The intact mug at the peak of the blow: strain energy density on its surface, logarithmic; the arrow \
@@ -86,7 +91,7 @@ fn strike(target: &Target, blow: &Blow, energy: &SurfaceEnergy, scale: &Scale) -
                 .to_owned(),
         scale: Some(scale.clone()),
     };
-    let broken = Figure {
+    let broken = ReportFigure {
         png: blow.picture.clone(),
         caption: format!(
             "The {} fragments, moved apart. Outer faces carry a colour per fragment, cracks are pale.",
@@ -95,7 +100,7 @@ fn strike(target: &Target, blow: &Blow, energy: &SurfaceEnergy, scale: &Scale) -
         scale: None,
     };
     let impulse = significant(blow.impulse_ns.norm(), 3);
-    Ok(Strike {
+    Ok(StrikeReport {
         heading: format!("{} × the breaking impulse: {} fragments", blow.factor, blow.written.fragments),
         lead: format!("{impulse} N·s at the outer wall; {} of strain energy at the peak.", joules(energy.energy_j)),
         figures: vec![broken, intact],
@@ -105,7 +110,7 @@ fn strike(target: &Target, blow: &Blow, energy: &SurfaceEnergy, scale: &Scale) -
     })
 }
 
-fn strike_facts(target: &Target, blow: &Blow, impulse: &str) -> Vec<Fact> {
+fn strike_facts(target: &DemoTarget, blow: &DemoStrike, impulse: &str) -> Vec<Fact> {
     let summary = &blow.summary;
     let whole = target.prepared.report.lattice_volume_m3;
     let source = summary.degree_source().replace('_', " ");
@@ -129,7 +134,7 @@ fn strike_facts(target: &Target, blow: &Blow, impulse: &str) -> Vec<Fact> {
 }
 
 /// Where the displacements came from, and how far their energy is off.
-fn displacements(blow: &Blow) -> String {
+fn displacements(blow: &DemoStrike) -> String {
     match blow.summary.elastic() {
         "reduced" => format!("from examples, energy off by {} (estimated)", share(blow.summary.energy_error)),
         source => source.to_owned(),

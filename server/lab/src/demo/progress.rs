@@ -7,9 +7,9 @@ use std::time::Duration;
 const STEPS: u64 = 20;
 
 /// A bar with a message.
-pub(super) struct Progress(ProgressBar);
+pub(super) struct DemoProgress(ProgressBar);
 
-impl Progress {
+impl DemoProgress {
     pub fn new() -> Self {
         let bar = ProgressBar::new(STEPS);
         if let Ok(style) = ProgressStyle::with_template("{bar:24} {msg} ({elapsed})") {

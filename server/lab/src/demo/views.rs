@@ -2,15 +2,16 @@
 
 use super::DemoError;
 use super::energy::SurfaceEnergy;
-use super::object::Target;
+use super::object::DemoTarget;
 use crate::picture::{
-    Backdrop, CREASE_DEG, Camera, Colour, ENERGY, Mesh, Projection, Size, Spread, Style, arrow, draw, pieces,
+    Backdrop, CREASE_DEG, Camera, Color, DrawnMesh, ENERGY, PictureSize, Projection, RenderStyle, Spread, arrow, draw,
+    pieces,
 };
 use crate::report::Scale;
 use nalgebra::{Point3, Vector3};
 use shatter_export::FragmentView;
 
-const SIZE: Size = Size { width: 1000, height: 800 };
+const SIZE: PictureSize = PictureSize { width: 1000, height: 800 };
 
 /// Where the camera is, seen from the object: above, on the side that is struck, the handle in view.
 const FROM: [f32; 3] = [0.18, 0.55, 1.0];
@@ -25,29 +26,29 @@ const SPREAD: f64 = 0.42;
 const ARROW: f64 = 0.26;
 
 /// The intact object, coloured by strain energy density on the logarithmic scale, with an arrow where it is struck.
-pub(super) fn intact(energy: &SurfaceEnergy, scale: &Scale, target: &Target) -> Result<Vec<u8>, DemoError> {
+pub(super) fn intact(energy: &SurfaceEnergy, scale: &Scale, target: &DemoTarget) -> Result<Vec<u8>, DemoError> {
     let decades = (scale.high / scale.low).ln();
     let shares: Vec<f32> =
         energy.density_j_m3.iter().map(|density| ((density / scale.low).ln() / decades) as f32).collect();
     let paint = |_, vertex: u32| ENERGY.at(shares[vertex as usize]);
-    let mut mesh = Mesh::paint(energy.positions.clone(), energy.triangles.clone(), CREASE_DEG, paint);
+    let mut mesh = DrawnMesh::paint(energy.positions.clone(), energy.triangles.clone(), CREASE_DEG, paint);
     let frame = &target.prepared.frame;
     let tip: Point3<f32> = Point3::from(target.point_m - frame.centre_m).cast();
     let length = (ARROW * frame.diagonal_m) as f32;
     let ground = mesh.bounds().0.y;
-    mesh.append(arrow(tip, target.direction.cast(), length, Colour::oklch(0.52, 0.12, 248.0)));
-    picture(&mesh, Style::CHART, ground)
+    mesh.append(arrow(tip, target.direction.cast(), length, Color::oklch(0.52, 0.12, 248.0)));
+    picture(&mesh, RenderStyle::CHART, ground)
 }
 
 /// The fragments, moved apart from the centre of the object.
-pub(super) fn broken(fragments: &[FragmentView<'_>], target: &Target) -> Result<Vec<u8>, DemoError> {
+pub(super) fn broken(fragments: &[FragmentView<'_>], target: &DemoTarget) -> Result<Vec<u8>, DemoError> {
     let hub_m = target.prepared.frame.centre_m.coords.into();
     let mesh = pieces(fragments, Spread { hub_m, factor: SPREAD });
     let ground = mesh.bounds().0.y;
-    picture(&mesh, Style::STUDIO, ground)
+    picture(&mesh, RenderStyle::STUDIO, ground)
 }
 
-fn picture(mesh: &Mesh, style: Style, ground: f32) -> Result<Vec<u8>, DemoError> {
+fn picture(mesh: &DrawnMesh, style: RenderStyle, ground: f32) -> Result<Vec<u8>, DemoError> {
     let camera = Camera::fit(&mesh.positions, Vector3::from(FROM), LENS, SIZE.width as f32 / SIZE.height as f32);
     Ok(draw(mesh, &camera, SIZE, style, Some(ground), Backdrop::Clear).png()?)
 }

@@ -12,15 +12,15 @@ mod worker;
 
 pub use worker::run as work;
 
-use plan::{Plan, Target};
+use plan::{ClientPlan, LoadTarget};
 use serde_json::{Value, json};
-use shatter_cli_common::failure::{Failure, document, note, out, size};
-use shatter_client::{Deadline, Kind, Refusal, Shatter};
+use shatter_cli_common::failure::{CliError, document, note, out, size};
+use shatter_client::{Client, Deadline, Error, ErrorKind};
 use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant, SystemTime};
-use tally::{Record, Tally};
+use tally::{LoadTally, RequestRecord};
 
 /// Sites of a strike that the command line says nothing about.
 const DEGREE: u32 = 20;
@@ -100,15 +100,15 @@ fn within(text: &str, most: f64) -> Result<f64, String> {
 }
 
 /// Runs the load and prints what became of it.
-pub fn run(service: &str, args: &Args) -> Result<(), Failure> {
-    let connection = Shatter::connect(service, reply())?;
+pub fn run(service: &str, args: &Args) -> Result<(), CliError> {
+    let connection = Client::connect(service, reply())?;
     let targets = targets(&connection, args)?;
     let servers = connection.status(reply())?.row().threads.max(1) as usize;
     let rates: Vec<Option<f64>> = if args.closed { vec![None] } else { args.rate.iter().copied().map(Some).collect() };
     let mut runs = Vec::new();
     for rate in rates {
         let records = one(service, args, &targets, rate)?;
-        runs.push((rate, Tally::of(&records, servers, args.seconds), records));
+        runs.push((rate, LoadTally::of(&records, servers, args.seconds), records));
     }
     let told: Vec<Value> = runs.iter().map(|(rate, tally, _)| tally.document(*rate)).collect();
     let mut told = if told.len() == 1 { told.into_iter().next().unwrap_or_default() } else { json!({ "runs": told }) };
@@ -122,43 +122,48 @@ pub fn run(service: &str, args: &Args) -> Result<(), Failure> {
     if args.json {
         document(&told)?;
     } else {
-        out(format_args!("{}\n", Tally::HEAD))?;
+        out(format_args!("{}\n", LoadTally::HEAD))?;
         for (rate, tally, _) in &runs {
             out(format_args!("{}\n{}", tally.line(*rate), tally.complaints()))?;
         }
     }
-    lost.map_or(Ok(()), |refusal| Err(Failure::Told(refusal)))
+    lost.map_or(Ok(()), |refusal| Err(CliError::Told(refusal)))
 }
 
 /// The refusal of runs of which some client processes told nothing, if there are such.
-fn lost<'a>(runs: impl Iterator<Item = &'a [Option<Vec<Record>>]>) -> Option<Refusal> {
+fn lost<'a>(runs: impl Iterator<Item = &'a [Option<Vec<RequestRecord>>]>) -> Option<Error> {
     let (lost, all) = runs.flatten().fold((0, 0), |(lost, all), told| (lost + u32::from(told.is_none()), all + 1));
     let message = format!(
         "{lost} of {all} client processes ended without telling what became of their strikes, which are missing in the figures; run it again"
     );
-    (lost > 0).then(|| Refusal::new(Kind::Failed, "clients", message))
+    (lost > 0).then(|| Error::new(ErrorKind::Failed, "clients", message))
 }
 
-fn targets(connection: &Shatter, args: &Args) -> Result<Vec<Target>, Failure> {
+fn targets(connection: &Client, args: &Args) -> Result<Vec<LoadTarget>, CliError> {
     if let Some(file) = &args.mix {
         return Ok(plan::mix(file)?);
     }
-    let target = |object: String| Target { object, weight: 1.0, degree: args.degree.unwrap_or(DEGREE) };
+    let target = |object: String| LoadTarget { object, weight: 1.0, degree: args.degree.unwrap_or(DEGREE) };
     if !args.objects.is_empty() {
         return Ok(args.objects.iter().cloned().map(target).collect());
     }
     let ready = connection.objects(reply())?.into_iter().filter(|facts| facts.ready);
-    let all: Vec<Target> = ready.map(|facts| target(facts.name)).collect();
+    let all: Vec<LoadTarget> = ready.map(|facts| target(facts.name)).collect();
     if all.is_empty() {
-        return Err(Refusal::new(Kind::UnknownObject, "", "the service has no object to strike").into());
+        return Err(Error::new(ErrorKind::UnknownObject, "", "the service has no object to strike").into());
     }
     Ok(all)
 }
 
 /// One run: what every strike of every client came to.
-fn one(service: &str, args: &Args, targets: &[Target], rate: Option<f64>) -> Result<Vec<Option<Vec<Record>>>, Failure> {
+fn one(
+    service: &str,
+    args: &Args,
+    targets: &[LoadTarget],
+    rate: Option<f64>,
+) -> Result<Vec<Option<Vec<RequestRecord>>>, CliError> {
     let begin = SystemTime::now() + HEAD_START;
-    let plan = |client: u16| Plan {
+    let plan = |client: u16| ClientPlan {
         targets: targets.to_vec(),
         rate: rate.map(|rate| rate / f64::from(args.clients)),
         seconds: args.seconds,
@@ -175,11 +180,11 @@ fn one(service: &str, args: &Args, targets: &[Target], rate: Option<f64>) -> Res
     }
 }
 
-fn failed(at: &str, error: impl std::fmt::Display) -> Failure {
-    Refusal::new(Kind::Failed, at, format!("a client process: {error}")).into()
+fn failed(at: &str, error: impl std::fmt::Display) -> CliError {
+    Error::new(ErrorKind::Failed, at, format!("a client process: {error}")).into()
 }
 
-fn start(service: &str, plan: &Plan) -> Result<Child, Failure> {
+fn start(service: &str, plan: &ClientPlan) -> Result<Child, CliError> {
     let program = std::env::current_exe().map_err(|error| failed("program", error))?;
     let mut command = Command::new(program);
     command.args(["--service", service, "load-client"]).stdin(Stdio::piped()).stdout(Stdio::piped());
@@ -192,7 +197,7 @@ fn start(service: &str, plan: &Plan) -> Result<Child, Failure> {
 }
 
 /// What a client process tells; `None`: it was killed, or does not end.
-fn finish(mut child: Child, late: Instant) -> Result<Option<Vec<Record>>, Failure> {
+fn finish(mut child: Child, late: Instant) -> Result<Option<Vec<RequestRecord>>, CliError> {
     let output = child.stdout.take();
     let (sender, told) = std::sync::mpsc::channel();
     std::thread::spawn(move || {
@@ -208,10 +213,10 @@ fn finish(mut child: Child, late: Instant) -> Result<Option<Vec<Record>>, Failur
     child.wait().map_err(|error| failed("end", error))?;
     let Ok(Some(Ok(text))) = told else { return Ok(None) };
     match serde_json::from_slice(&text) {
-        Ok(plan::Told::Records(records)) => Ok(Some(records)),
-        Ok(plan::Told::Refused { kind, at, message }) => {
-            let kind = Kind::ALL.iter().copied().find(|known| known.name() == kind).unwrap_or(Kind::Failed);
-            Err(Refusal::new(kind, at, message).into())
+        Ok(plan::ClientReport::Records(records)) => Ok(Some(records)),
+        Ok(plan::ClientReport::Refused { kind, at, message }) => {
+            let kind = ErrorKind::ALL.iter().copied().find(|known| known.name() == kind).unwrap_or(ErrorKind::Failed);
+            Err(Error::new(kind, at, message).into())
         }
         Err(error) => {
             tracing::warn!(%error, "a client process was lost");
@@ -220,22 +225,22 @@ fn finish(mut child: Child, late: Instant) -> Result<Option<Vec<Record>>, Failur
     }
 }
 
-type Run = (Option<f64>, Tally, Vec<Option<Vec<Record>>>);
+type Run = (Option<f64>, LoadTally, Vec<Option<Vec<RequestRecord>>>);
 
-fn write(folder: &Path, told: &Value, runs: &[Run]) -> Result<(), Failure> {
+fn write(folder: &Path, told: &Value, runs: &[Run]) -> Result<(), CliError> {
     let refuse = |error: std::io::Error| {
         let at = folder.display().to_string();
-        Refusal::new(Kind::Output, at.clone(), format!("cannot write to {at}: {error}"))
+        Error::new(ErrorKind::Output, at.clone(), format!("cannot write to {at}: {error}"))
     };
     std::fs::create_dir_all(folder).map_err(refuse)?;
     let put = |name: &str, text: &str| {
         let path = folder.join(name);
         std::fs::write(&path, text).map_err(refuse)?;
         note(format_args!("wrote {} ({})", path.display(), size(text.len() as u64)));
-        Ok::<(), Refusal>(())
+        Ok::<(), Error>(())
     };
     put("load.json", &format!("{told:#}\n"))?;
-    let rates: Vec<(f64, &Tally)> = runs.iter().filter_map(|(rate, tally, _)| Some(((*rate)?, tally))).collect();
+    let rates: Vec<(f64, &LoadTally)> = runs.iter().filter_map(|(rate, tally, _)| Some(((*rate)?, tally))).collect();
     match picture::svg(&rates) {
         Some(Ok(text)) => put("load.svg", &text)?,
         Some(Err(why)) => return Err(failed("picture", why)),

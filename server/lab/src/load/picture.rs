@@ -1,28 +1,28 @@
 //! Latency against load, as SVG.
 
-use super::tally::Tally;
+use super::tally::LoadTally;
 use plotters::prelude::*;
 
 const SIZE: (u32, u32) = (760, 460);
 const MARGIN: f64 = 1.3;
 
 /// A curve: its name, its colour, and its value of a run, ms.
-type Curve = (&'static str, RGBColor, fn(&Tally) -> f64);
+type Curve = (&'static str, RGBColor, fn(&LoadTally) -> f64);
 
 const CURVES: [Curve; 3] = [
     ("half are answered within", RGBColor(72, 138, 84), |tally| tally.latency_ms().0),
     ("99 of 100 are answered within", RGBColor(196, 92, 46), |tally| tally.latency_ms().1),
-    ("99 of 100 in an ideal queue", RGBColor(46, 108, 168), Tally::ideal_ms),
+    ("99 of 100 in an ideal queue", RGBColor(46, 108, 168), LoadTally::ideal_ms),
 ];
 
 /// The times of all runs over their rates, with the most that was answered per second marked. `None` of fewer than two rates.
-pub fn svg(runs: &[(f64, &Tally)]) -> Option<Result<String, String>> {
+pub fn svg(runs: &[(f64, &LoadTally)]) -> Option<Result<String, String>> {
     let rates = runs.iter().map(|(rate, _)| *rate);
     let (low, high) = (rates.clone().fold(f64::INFINITY, f64::min), rates.fold(0.0, f64::max));
     (high > low).then(|| draw(runs, low, high).map_err(|error| error.to_string()))
 }
 
-fn draw(runs: &[(f64, &Tally)], low: f64, high: f64) -> Result<String, Box<dyn std::error::Error>> {
+fn draw(runs: &[(f64, &LoadTally)], low: f64, high: f64) -> Result<String, Box<dyn std::error::Error>> {
     let values = || runs.iter().flat_map(|(_, tally)| CURVES.map(|(.., value)| value(tally))).filter(|ms| *ms > 0.0);
     let (least, most) = (values().fold(f64::INFINITY, f64::min), values().fold(1e-3, f64::max));
     let (least, most) = (least.min(most) / MARGIN, most * MARGIN);

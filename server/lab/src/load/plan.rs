@@ -1,14 +1,14 @@
 //! What a client process is told, and what it tells.
 
-use super::tally::Record;
+use super::tally::RequestRecord;
 use serde::{Deserialize, Serialize};
-use shatter_client::{Kind, Refusal};
+use shatter_client::{Error, ErrorKind};
 use std::path::Path;
 
 /// An object and how it is struck.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Target {
+pub struct LoadTarget {
     /// Its name.
     pub object: String,
     /// How often, beside the others.
@@ -29,9 +29,9 @@ fn twenty() -> u32 {
 
 /// What one client process does.
 #[derive(Debug, Serialize, Deserialize)]
-pub struct Plan {
+pub struct ClientPlan {
     /// What it strikes.
-    pub targets: Vec<Target>,
+    pub targets: Vec<LoadTarget>,
     /// Strikes per second; `None`: one after the other.
     pub rate: Option<f64>,
     /// For how long, s.
@@ -47,9 +47,9 @@ pub struct Plan {
 /// What a client process says in the end.
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Told {
+pub enum ClientReport {
     /// Every strike.
-    Records(Vec<Record>),
+    Records(Vec<RequestRecord>),
     /// It could not begin.
     Refused {
         /// Name of the kind.
@@ -64,13 +64,13 @@ pub enum Told {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Mix {
-    strike: Vec<Target>,
+    strike: Vec<LoadTarget>,
 }
 
 /// The targets of a mix file. Errors: `configuration`.
-pub fn mix(file: &Path) -> Result<Vec<Target>, Refusal> {
+pub fn mix(file: &Path) -> Result<Vec<LoadTarget>, Error> {
     let at = file.display().to_string();
-    let refuse = |why: String| Refusal::new(Kind::Configuration, at.clone(), format!("{at}: {why}"));
+    let refuse = |why: String| Error::new(ErrorKind::Configuration, at.clone(), format!("{at}: {why}"));
     // Devices and pipes may never end.
     if !std::fs::metadata(file).map_err(|error| refuse(error.to_string()))?.is_file() {
         return Err(refuse("not a regular file".to_owned()));
@@ -79,9 +79,9 @@ pub fn mix(file: &Path) -> Result<Vec<Target>, Refusal> {
     parse(&text).map_err(refuse)
 }
 
-fn parse(text: &str) -> Result<Vec<Target>, String> {
+fn parse(text: &str) -> Result<Vec<LoadTarget>, String> {
     let Mix { strike } = toml::from_str(text).map_err(|error| error.to_string().trim_end().to_owned())?;
-    let wrong = |target: &&Target| !(target.weight.is_finite() && target.weight > 0.0) || target.degree == 0;
+    let wrong = |target: &&LoadTarget| !(target.weight.is_finite() && target.weight > 0.0) || target.degree == 0;
     match strike.iter().find(wrong) {
         Some(target) => Err(format!("`{}`: weight must be above zero and degree at least 1", target.object)),
         None if strike.is_empty() => Err("no [[strike]]".to_owned()),
@@ -97,7 +97,7 @@ mod tests {
     fn a_mix_is_objects_with_weights_and_degrees() {
         let found =
             parse("[[strike]]\nobject = \"vase\"\nweight = 3\n[[strike]]\nobject = \"arch\"\ndegree = 60").unwrap();
-        let target = |object: &str, weight, degree| Target { object: object.to_owned(), weight, degree };
+        let target = |object: &str, weight, degree| LoadTarget { object: object.to_owned(), weight, degree };
         assert_eq!(found, [target("vase", 3.0, 20), target("arch", 1.0, 60)]);
         for wrong in
             ["", "strike = []", "[[strike]]\nobject = \"a\"\nweight = 0", "[[strike]]\nobject = \"a\"\nspeed = 1"]

@@ -1,6 +1,6 @@
 //! When strikes are due, and where they hit: everything random follows from a seed.
 
-use super::plan::{Plan, Target};
+use super::plan::{ClientPlan, LoadTarget};
 use fastrand::Rng;
 use std::time::Duration;
 
@@ -14,9 +14,9 @@ pub struct Schedule {
 
 impl Schedule {
     /// As `plan` says.
-    pub fn new(plan: &Plan) -> Self {
+    pub fn new(plan: &ClientPlan) -> Self {
         let sum: f64 = plan.targets.iter().map(|target| target.weight).sum();
-        let weights = plan.targets.iter().map(|Target { weight, .. }| weight / sum).collect();
+        let weights = plan.targets.iter().map(|LoadTarget { weight, .. }| weight / sum).collect();
         Self { random: Rng::with_seed(plan.seed), rate: plan.rate, due: Duration::ZERO, weights }
     }
 
@@ -54,10 +54,10 @@ impl Schedule {
 mod tests {
     use super::*;
 
-    fn plan(rate: Option<f64>) -> Plan {
-        let target = |object: &str, weight| Target { object: object.to_owned(), weight, degree: 1 };
+    fn plan(rate: Option<f64>) -> ClientPlan {
+        let target = |object: &str, weight| LoadTarget { object: object.to_owned(), weight, degree: 1 };
         let targets = vec![target("often", 9.0), target("seldom", 1.0)];
-        Plan { targets, rate, seconds: 1.0, deadline_ms: None, seed: 3, begin_unix_ns: 0 }
+        ClientPlan { targets, rate, seconds: 1.0, deadline_ms: None, seed: 3, begin_unix_ns: 0 }
     }
 
     #[test]

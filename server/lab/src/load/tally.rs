@@ -4,13 +4,13 @@ use super::ideal;
 use hdrhistogram::Histogram;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
-use shatter_client::Kind;
+use shatter_client::ErrorKind;
 use std::collections::BTreeMap;
 
 /// How a strike ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum End {
+pub enum RequestEnd {
     /// With an answer.
     Ok,
     /// No room.
@@ -23,7 +23,7 @@ pub enum End {
 
 /// One strike.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Record {
+pub struct RequestRecord {
     /// When it was due, from the beginning of the run on, µs.
     pub due_us: u64,
     /// From when it was due to its end, µs.
@@ -33,13 +33,13 @@ pub struct Record {
     /// Its round trip, from when it was sent, less its stages, µs.
     pub ipc_us: u64,
     /// How it ended.
-    pub end: End,
+    pub end: RequestEnd,
     /// Code of the refusal's kind, if it failed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub why: Option<u32>,
 }
 
-impl Record {
+impl RequestRecord {
     /// Its line of a table.
     pub fn csv(&self) -> String {
         let Self { due_us, latency_us, service_us, ipc_us, end, .. } = self;
@@ -49,7 +49,7 @@ impl Record {
 }
 
 /// Counts and times of one run.
-pub struct Tally {
+pub struct LoadTally {
     sent: usize,
     counts: [usize; 4],
     /// Failed strikes by the kind of their refusal.
@@ -88,23 +88,25 @@ impl Times {
     }
 }
 
-impl Tally {
+impl LoadTally {
     /// The head of a table of [`Self::line`]s.
     pub const HEAD: &str =
         "   rate/s    sent      ok    busy    late  failed    ok/s   p50 ms   p90 ms   p99 ms   max ms  ideal p99";
 
     /// Of the records of all clients of a run of so many seconds, `None` for one that was lost; the ideal queue has so many servers.
-    pub fn of(clients: &[Option<Vec<Record>>], servers: usize, seconds: f64) -> Self {
+    pub fn of(clients: &[Option<Vec<RequestRecord>>], servers: usize, seconds: f64) -> Self {
         let all = || clients.iter().flatten().flatten();
-        let ended = |end: End| all().filter(move |record| record.end == end);
-        let counts = [End::Ok, End::Busy, End::Late, End::Failed].map(|end| ended(end).count());
-        let served: Vec<(u64, u64)> = ended(End::Ok).map(|record| (record.due_us, record.service_us)).collect();
+        let ended = |end: RequestEnd| all().filter(move |record| record.end == end);
+        let counts =
+            [RequestEnd::Ok, RequestEnd::Busy, RequestEnd::Late, RequestEnd::Failed].map(|end| ended(end).count());
+        let served: Vec<(u64, u64)> = ended(RequestEnd::Ok).map(|record| (record.due_us, record.service_us)).collect();
         // A run lasts until its last answer.
-        let last = ended(End::Ok).map(|record| record.due_us + record.latency_us).max().unwrap_or(0) as f64 * 1e-6;
-        let refusals = all().filter(|record| matches!(record.end, End::Busy | End::Late));
+        let last =
+            ended(RequestEnd::Ok).map(|record| record.due_us + record.latency_us).max().unwrap_or(0) as f64 * 1e-6;
+        let refusals = all().filter(|record| matches!(record.end, RequestEnd::Busy | RequestEnd::Late));
         let mut failures = BTreeMap::new();
         for code in all().filter_map(|record| record.why) {
-            *failures.entry(Kind::from_code(code).unwrap_or(Kind::Failed).name()).or_default() += 1;
+            *failures.entry(ErrorKind::from_code(code).unwrap_or(ErrorKind::Failed).name()).or_default() += 1;
         }
         Self {
             sent: all().count(),
@@ -112,13 +114,13 @@ impl Tally {
             failures,
             clients_lost: clients.iter().filter(|client| client.is_none()).count(),
             throughput_hz: counts[0] as f64 / last.max(seconds),
-            latency: Times::of(ended(End::Ok).map(|record| record.latency_us)),
+            latency: Times::of(ended(RequestEnd::Ok).map(|record| record.latency_us)),
             refusal: Times::of(refusals.map(|record| record.latency_us)),
-            ipc_p50: Times::of(ended(End::Ok).map(|record| record.ipc_us)).p50,
+            ipc_p50: Times::of(ended(RequestEnd::Ok).map(|record| record.ipc_us)).p50,
             ideal_p99: Times::of(ideal::sojourns(served, servers).into_iter()).p99,
             per_client: clients
                 .iter()
-                .map(|records| records.iter().flatten().filter(|record| record.end == End::Ok).count())
+                .map(|records| records.iter().flatten().filter(|record| record.end == RequestEnd::Ok).count())
                 .collect(),
         }
     }
@@ -202,12 +204,17 @@ mod tests {
 
     #[test]
     fn strikes_are_counted_by_their_ends_and_clients() {
-        let why = |end| (end == End::Failed).then_some(Kind::Lost.code());
+        let why = |end| (end == RequestEnd::Failed).then_some(ErrorKind::Lost.code());
         let record =
-            |due_us, end| Record { due_us, latency_us: 2000, service_us: 1500, ipc_us: 100, end, why: why(end) };
-        let first = (0..100).map(|k| record(10_000 * k, End::Ok)).collect();
-        let second = vec![record(0, End::Busy), record(5, End::Late), record(9, End::Failed), record(400, End::Ok)];
-        let tally = Tally::of(&[Some(first), Some(second), None], 2, 1.0);
+            |due_us, end| RequestRecord { due_us, latency_us: 2000, service_us: 1500, ipc_us: 100, end, why: why(end) };
+        let first = (0..100).map(|k| record(10_000 * k, RequestEnd::Ok)).collect();
+        let second = vec![
+            record(0, RequestEnd::Busy),
+            record(5, RequestEnd::Late),
+            record(9, RequestEnd::Failed),
+            record(400, RequestEnd::Ok),
+        ];
+        let tally = LoadTally::of(&[Some(first), Some(second), None], 2, 1.0);
         let told = tally.document(Some(104.0));
         assert_eq!((&told["sent"], &told["ok"], &told["busy"]), (&104.into(), &101.into(), &1.into()));
         assert_eq!((&told["late"], &told["failed"]), (&1.into(), &1.into()));
@@ -222,7 +229,7 @@ mod tests {
         assert!((told["ideal_queue_p99_us"].as_f64().unwrap() / 1500.0 - 1.0).abs() < 2e-3);
         assert_eq!(
             tally.line(None).split_whitespace().count(),
-            Tally::HEAD.split("  ").filter(|part| !part.is_empty()).count()
+            LoadTally::HEAD.split("  ").filter(|part| !part.is_empty()).count()
         );
     }
 }

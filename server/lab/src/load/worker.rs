@@ -1,11 +1,11 @@
 //! One client process of a load: one thread sends what is due, the other takes what comes back.
 
-use super::plan::{Plan, Target, Told};
+use super::plan::{ClientPlan, ClientReport, LoadTarget};
 use super::schedule::Schedule;
-use super::tally::{End, Record};
+use super::tally::{RequestEnd, RequestRecord};
 use super::{ANSWER, reply};
-use shatter_cli_common::failure::{Failure, out};
-use shatter_client::{Broken, Deadline, Degree, Impact, Kind, Object, Poll, Refusal, Shatter, Ticket};
+use shatter_cli_common::failure::{CliError, out};
+use shatter_client::{Client, Deadline, DegreeRule, Error, ErrorKind, FractureResult, Impact, Object, Poll, Ticket};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant, SystemTime};
@@ -23,22 +23,22 @@ const PAUSE: Duration = Duration::from_millis(10);
 pub const PATIENCE: Duration = Duration::from_secs(30);
 
 /// Reads a plan, carries it out, and says what became of it.
-pub fn run(service: &str) -> Result<(), Failure> {
+pub fn run(service: &str) -> Result<(), CliError> {
     // Nobody is left to tell once the tool is gone.
     if let Err(error) = rustix::process::set_parent_process_death_signal(Some(rustix::process::Signal::TERM)) {
         tracing::debug!(%error, "a client process may outlive the tool");
     }
     let told = match carried_out(service) {
-        Ok(records) => Told::Records(records),
-        Err(Refusal { kind, at, message, .. }) => Told::Refused { kind: kind.name().to_owned(), at, message },
+        Ok(records) => ClientReport::Records(records),
+        Err(Error { kind, at, message, .. }) => ClientReport::Refused { kind: kind.name().to_owned(), at, message },
     };
     out(format_args!("{}\n", serde_json::json!(told)))
 }
 
-fn carried_out(service: &str) -> Result<Vec<Record>, Refusal> {
-    let wrong = |error: serde_json::Error| Refusal::new(Kind::Configuration, "plan", error.to_string());
-    let plan: Plan = serde_json::from_reader(std::io::stdin()).map_err(wrong)?;
-    let connection = Shatter::connect(service, reply())?;
+fn carried_out(service: &str) -> Result<Vec<RequestRecord>, Error> {
+    let wrong = |error: serde_json::Error| Error::new(ErrorKind::Configuration, "plan", error.to_string());
+    let plan: ClientPlan = serde_json::from_reader(std::io::stdin()).map_err(wrong)?;
+    let connection = Client::connect(service, reply())?;
     let marks = plan.targets.iter().map(|target| Mark::of(&connection, target)).collect::<Result<Vec<_>, _>>()?;
     let begin = SystemTime::UNIX_EPOCH + Duration::from_nanos(plan.begin_unix_ns);
     let begin = Instant::now() + begin.duration_since(SystemTime::now()).unwrap_or_default();
@@ -56,29 +56,29 @@ struct Mark {
 
 impl Mark {
     /// The surface of a target as its fragments show it.
-    fn of(connection: &Shatter, target: &Target) -> Result<Self, Refusal> {
+    fn of(connection: &Client, target: &LoadTarget) -> Result<Self, Error> {
         let object = connection.object(&target.object, reply())?;
         let facts = object.facts();
         let centre = facts.centre_m;
         let all_over = Impact::at(centre)
             .impulse([1.0, 0.0, 0.0])
             .radius(facts.diagonal_m)
-            .degree(Degree::Sites(SITES.min(facts.degree_max)));
+            .degree(DegreeRule::Sites(SITES.min(facts.degree_max)));
         let broken = insist(|| object.strike(&all_over)?.wait(Deadline::after(ANSWER)))?;
         let points = surface(&broken);
         if points.is_empty() {
-            return Err(Refusal::new(Kind::Failed, target.object.clone(), "the object shows no surface to strike"));
+            return Err(Error::new(ErrorKind::Failed, target.object.clone(), "the object shows no surface to strike"));
         }
         Ok(Self { degree: target.degree, points, centre, object })
     }
 }
 
 /// Tries again while there is no room: others may be asking, too.
-fn insist<T>(ask: impl Fn() -> Result<T, Refusal>) -> Result<T, Refusal> {
+fn insist<T>(ask: impl Fn() -> Result<T, Error>) -> Result<T, Error> {
     let deadline = Deadline::after(ANSWER);
     loop {
         match ask() {
-            Err(refusal) if refusal.kind == Kind::Busy && !deadline.passed() => {
+            Err(refusal) if refusal.kind == ErrorKind::Busy && !deadline.passed() => {
                 std::thread::sleep(refusal.retry_after.unwrap_or_default().clamp(PAUSE, Duration::from_secs(1)));
             }
             result => return result,
@@ -87,7 +87,7 @@ fn insist<T>(ask: impl Fn() -> Result<T, Refusal>) -> Result<T, Refusal> {
 }
 
 /// Some points of the outer faces of all fragments.
-fn surface(broken: &Broken) -> Vec<[f64; 3]> {
+fn surface(broken: &FractureResult) -> Vec<[f64; 3]> {
     let mut points = Vec::new();
     for fragment in broken.fragments() {
         let [x, y, z] = fragment.centre_m();
@@ -106,7 +106,7 @@ struct Sender {
     schedule: Schedule,
     marks: Vec<Mark>,
     begin: Instant,
-    plan: Plan,
+    plan: ClientPlan,
 }
 
 /// A strike under way.
@@ -116,13 +116,14 @@ struct Flying {
 }
 
 impl Sender {
-    fn strike(&mut self) -> Result<Ticket, Refusal> {
+    fn strike(&mut self) -> Result<Ticket, Error> {
         let mark = &self.marks[self.schedule.target()];
         let point = mark.points[self.schedule.pick(mark.points.len())];
         let inward: [f64; 3] = std::array::from_fn(|axis| mark.centre[axis] - point[axis]);
         let length = inward.iter().map(|x| x * x).sum::<f64>().sqrt();
         let direction = if length > 0.0 { inward.map(|x| x / length) } else { [1.0, 0.0, 0.0] };
-        let impact = Impact::at(point).impulse(direction).degree(Degree::Sites(mark.degree)).seed(self.schedule.seed());
+        let impact =
+            Impact::at(point).impulse(direction).degree(DegreeRule::Sites(mark.degree)).seed(self.schedule.seed());
         let deadline = self.plan.deadline_ms.map(Duration::from_millis);
         mark.object.strike(&deadline.map_or(impact.clone(), |deadline| impact.deadline(deadline)))
     }
@@ -138,7 +139,7 @@ impl Sender {
 }
 
 /// Every client sends when a strike is due, whatever became of those before.
-fn open(connection: &Shatter, mut sender: Sender) -> Vec<Record> {
+fn open(connection: &Client, mut sender: Sender) -> Vec<RequestRecord> {
     let (flying, done) = (Mutex::new(Vec::new()), AtomicBool::new(false));
     let begin = sender.begin;
     std::thread::scope(|scope| {
@@ -164,8 +165,8 @@ fn open(connection: &Shatter, mut sender: Sender) -> Vec<Record> {
 }
 
 /// Takes what comes back until nothing more can.
-fn receive(connection: &Shatter, begin: Instant, flying: &Mutex<Vec<Flying>>, done: &AtomicBool) -> Vec<Record> {
-    let (mut own, mut records): (Vec<Flying>, Vec<Record>) = (Vec::new(), Vec::new());
+fn receive(connection: &Client, begin: Instant, flying: &Mutex<Vec<Flying>>, done: &AtomicBool) -> Vec<RequestRecord> {
+    let (mut own, mut records): (Vec<Flying>, Vec<RequestRecord>) = (Vec::new(), Vec::new());
     let mut last: Option<Deadline> = None;
     loop {
         let over = done.load(Ordering::Acquire);
@@ -185,7 +186,7 @@ fn receive(connection: &Shatter, begin: Instant, flying: &Mutex<Vec<Flying>>, do
             return records;
         }
         if over && last.get_or_insert_with(|| Deadline::after(PATIENCE)).passed() {
-            let lost = Refusal::new(Kind::Late, "ticket", "no answer came");
+            let lost = Error::new(ErrorKind::Late, "ticket", "no answer came");
             records.extend(own.iter().map(|strike| ended(begin, strike.due, &lost)));
             return records;
         }
@@ -194,7 +195,7 @@ fn receive(connection: &Shatter, begin: Instant, flying: &Mutex<Vec<Flying>>, do
 }
 
 /// Every client sends a strike when the one before has ended.
-fn closed(mut sender: Sender) -> Vec<Record> {
+fn closed(mut sender: Sender) -> Vec<RequestRecord> {
     let mut records = Vec::new();
     sender.sleep_until(Duration::ZERO);
     loop {
@@ -218,26 +219,26 @@ fn micros(time: Duration) -> u64 {
     u64::try_from(time.as_micros()).unwrap_or(u64::MAX)
 }
 
-fn answered(begin: Instant, due: Duration, broken: &Broken) -> Record {
+fn answered(begin: Instant, due: Duration, broken: &FractureResult) -> RequestRecord {
     let stages = broken.stages().iter().map(|stage| stage.ns);
     let service = Duration::from_nanos(stages.chain(broken.effects().iter().map(|effect| effect.ns)).sum());
-    Record {
+    RequestRecord {
         due_us: micros(due),
         latency_us: micros(begin.elapsed().saturating_sub(due)),
         service_us: micros(service),
         ipc_us: micros(broken.round_trip().saturating_sub(service)),
-        end: End::Ok,
+        end: RequestEnd::Ok,
         why: None,
     }
 }
 
-fn ended(begin: Instant, due: Duration, refusal: &Refusal) -> Record {
+fn ended(begin: Instant, due: Duration, refusal: &Error) -> RequestRecord {
     let end = match refusal.kind {
-        Kind::Busy | Kind::Stopping => End::Busy,
-        Kind::Late => End::Late,
-        _ => End::Failed,
+        ErrorKind::Busy | ErrorKind::Stopping => RequestEnd::Busy,
+        ErrorKind::Late => RequestEnd::Late,
+        _ => RequestEnd::Failed,
     };
     let latency_us = micros(begin.elapsed().saturating_sub(due));
-    let why = (end == End::Failed).then_some(refusal.kind.code());
-    Record { due_us: micros(due), latency_us, service_us: 0, ipc_us: 0, end, why }
+    let why = (end == RequestEnd::Failed).then_some(refusal.kind.code());
+    RequestRecord { due_us: micros(due), latency_us, service_us: 0, ipc_us: 0, end, why }
 }

@@ -4,9 +4,9 @@
 
 /// A colour in linear sRGB, components between 0 and 1.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Colour(pub [f32; 3]);
+pub struct Color(pub [f32; 3]);
 
-impl Colour {
+impl Color {
     /// From OKLab's polar form: lightness 0 to 1, chroma (0: grey; 0.1: muted; 0.25: vivid), hue in degrees. What the
     /// display cannot show is clamped.
     pub fn oklch(lightness: f32, chroma: f32, hue_deg: f32) -> Self {
@@ -73,8 +73,8 @@ pub const ENERGY: Ramp = Ramp {
 
 impl Ramp {
     /// The colour at `share`, which is clamped to [0, 1]; NaN counts as 0.
-    pub fn at(&self, share: f32) -> Colour {
-        Colour::oklab(self.lab(share))
+    pub fn at(&self, share: f32) -> Color {
+        Color::oklab(self.lab(share))
     }
 
     fn lab(&self, share: f32) -> [f32; 3] {
@@ -108,14 +108,14 @@ const GOLDEN_TURN_DEG: f32 = 137.507_77;
 const FIRST_HUE_DEG: f32 = 232.0;
 
 /// A muted colour for the outside of fragment `id`; neighbours in number are far apart in hue.
-pub fn fragment_colour(id: u32) -> Colour {
+pub fn fragment_colour(id: u32) -> Color {
     let lightness = [0.66, 0.74, 0.60][id as usize % 3];
-    Colour::oklch(lightness, 0.072, hue_deg(id))
+    Color::oklch(lightness, 0.072, hue_deg(id))
 }
 
 /// The colour of the same fragment's crack faces: lighter and warmer, with a breath of its own hue.
-pub fn crack_colour(id: u32) -> Colour {
-    Colour::oklch(0.90, 0.045, 78.0).mix(Colour::oklch(0.82, 0.075, hue_deg(id)), 0.22)
+pub fn crack_colour(id: u32) -> Color {
+    Color::oklch(0.90, 0.045, 78.0).mix(Color::oklch(0.82, 0.075, hue_deg(id)), 0.22)
 }
 
 fn hue_deg(id: u32) -> f32 {
@@ -147,8 +147,8 @@ mod tests {
 
     #[test]
     fn white_and_grey_come_out_as_such() {
-        assert_eq!(Colour::oklch(1.0, 0.0, 0.0).hex(), "#ffffff");
-        let [r, g, b] = Colour::oklch(0.5, 0.0, 0.0).srgb();
+        assert_eq!(Color::oklch(1.0, 0.0, 0.0).hex(), "#ffffff");
+        let [r, g, b] = Color::oklch(0.5, 0.0, 0.0).srgb();
         assert!(r == g && g == b);
     }
 }

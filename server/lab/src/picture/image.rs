@@ -1,12 +1,12 @@
 //! Finished pictures.
 
-use super::Size;
+use super::PictureSize;
 
 /// Eight-bit sRGB with straight alpha, row by row from the top.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Image {
     /// Columns and rows.
-    pub size: Size,
+    pub size: PictureSize,
     /// Red, green, blue, alpha per pixel; length `width · height`.
     pub pixels: Vec<[u8; 4]>,
 }
@@ -46,6 +46,6 @@ impl Image {
             }
             left += picture.size.width;
         }
-        Self { size: Size { width, height }, pixels }
+        Self { size: PictureSize { width, height }, pixels }
     }
 }

@@ -1,12 +1,12 @@
 //! What light does to a surface.
 
 use super::camera::Camera;
-use super::colour::Colour;
+use super::colour::Color;
 use nalgebra::Vector3;
 
 /// Lights and gloss of a picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Style {
+pub struct RenderStyle {
     /// Strength of the key light, which casts shadows.
     pub key: f32,
     /// Strength of the fill light, which does not.
@@ -19,7 +19,7 @@ pub struct Style {
     pub gloss: f32,
 }
 
-impl Style {
+impl RenderStyle {
     /// Shapes first: a strong key light, a faint highlight.
     pub const STUDIO: Self = Self { key: 0.80, fill: 0.10, sky: 0.55, bounce: 0.26, gloss: 0.05 };
     /// Colours first, where they carry figures: even light, no highlight.
@@ -28,7 +28,7 @@ impl Style {
 
 /// The lights as placed for one camera.
 pub(super) struct Lights {
-    style: Style,
+    style: RenderStyle,
     /// Unit vector towards the key light.
     pub key: Vector3<f32>,
     fill: Vector3<f32>,
@@ -50,7 +50,7 @@ const KNEE: f32 = 0.80;
 
 impl Lights {
     /// Key from the upper left behind the camera, fill from the right.
-    pub fn new(style: Style, camera: &Camera) -> Self {
+    pub fn new(style: RenderStyle, camera: &Camera) -> Self {
         let key = camera.right * -0.62 + camera.back * 0.62 + Vector3::y() * 0.85;
         let fill = camera.right * 0.85 + camera.back * 0.45 + Vector3::y() * 0.10;
         Self { style, key: key.normalize(), fill: fill.normalize() }
@@ -58,7 +58,7 @@ impl Lights {
 
     /// The light that leaves a surface of `colour` towards the eye (unit vector `view`), of whose sky and key light
     /// these parts arrive.
-    pub fn shade(&self, colour: Colour, normal: &Vector3<f32>, view: &Vector3<f32>, sky: f32, key: f32) -> [f32; 3] {
+    pub fn shade(&self, colour: Color, normal: &Vector3<f32>, view: &Vector3<f32>, sky: f32, key: f32) -> [f32; 3] {
         let style = &self.style;
         let above = 0.5 + 0.5 * normal.y;
         let ambient = (style.bounce + (style.sky - style.bounce) * above) * sky;

@@ -1,7 +1,7 @@
 //! Marks in a scene.
 
-use super::colour::Colour;
-use super::mesh::Mesh;
+use super::colour::Color;
+use super::mesh::DrawnMesh;
 use nalgebra::{Point3, Vector3};
 use std::f32::consts::TAU;
 
@@ -9,9 +9,9 @@ use std::f32::consts::TAU;
 const SIDES: u32 = 40;
 
 /// An arrow that ends at `tip`, flies along `direction`, and is `length` long. Empty where the direction is zero.
-pub fn arrow(tip: Point3<f32>, direction: Vector3<f32>, length: f32, colour: Colour) -> Mesh {
+pub fn arrow(tip: Point3<f32>, direction: Vector3<f32>, length: f32, colour: Color) -> DrawnMesh {
     let Some(axis) = direction.try_normalize(1e-12) else {
-        return Mesh::default();
+        return DrawnMesh::default();
     };
     let aside = if axis.y.abs() > 0.9 { Vector3::x() } else { Vector3::y() };
     let across = aside.cross(&axis).normalize();
@@ -34,5 +34,5 @@ pub fn arrow(tip: Point3<f32>, direction: Vector3<f32>, length: f32, colour: Col
             triangles.extend([[a, b, d], [a, d, c]].map(|[p, q, r]| [p, r, q]));
         }
     }
-    Mesh::paint(positions, triangles, 30.0, |_, _| colour)
+    DrawnMesh::paint(positions, triangles, 30.0, |_, _| colour)
 }

@@ -1,36 +1,36 @@
 //! Painted triangles.
 
-use super::Colour;
+use super::Color;
 use nalgebra::{Point3, Vector3};
 
 /// What a corner of a triangle looks like.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Corner {
+pub struct DrawnCorner {
     /// Unit normal for shading.
     pub normal: Vector3<f32>,
     /// Colour.
-    pub colour: Colour,
+    pub colour: Color,
 }
 
 /// Triangles with normals and colours per corner. Parts are put together with [`Mesh::append`].
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Mesh {
+pub struct DrawnMesh {
     /// Positions, +y up, any unit.
     pub positions: Vec<Point3<f32>>,
     /// Three vertex numbers per triangle, counter-clockwise seen from outside.
     pub triangles: Vec<[u32; 3]>,
     /// Normals and colours, one triple per triangle.
-    pub corners: Vec<[Corner; 3]>,
+    pub corners: Vec<[DrawnCorner; 3]>,
 }
 
-impl Mesh {
+impl DrawnMesh {
     /// Paints `triangles`; `paint(triangle, vertex)` gives the colour of a corner. Normals are smooth across edges that
     /// bend by less than `crease_deg`, and sharp elsewhere.
     pub fn paint(
         positions: Vec<Point3<f32>>,
         triangles: Vec<[u32; 3]>,
         crease_deg: f32,
-        paint: impl Fn(usize, u32) -> Colour,
+        paint: impl Fn(usize, u32) -> Color,
     ) -> Self {
         let normals = creased(&positions, &triangles, crease_deg);
         let corners = triangles
@@ -38,7 +38,7 @@ impl Mesh {
             .zip(normals)
             .enumerate()
             .map(|(t, (triangle, normals))| {
-                [0, 1, 2].map(|k| Corner { normal: normals[k], colour: paint(t, triangle[k]) })
+                [0, 1, 2].map(|k| DrawnCorner { normal: normals[k], colour: paint(t, triangle[k]) })
             })
             .collect();
         Self { positions, triangles, corners }

@@ -18,17 +18,17 @@ mod render;
 mod shadow;
 
 pub use camera::{Camera, Projection};
-pub use colour::{Colour, ENERGY, Ramp, crack_colour, fragment_colour};
+pub use colour::{Color, ENERGY, Ramp, crack_colour, fragment_colour};
 pub use image::{Image, PictureError};
-pub use light::Style;
+pub use light::RenderStyle;
 pub use marker::arrow;
-pub use mesh::{Corner, Mesh};
+pub use mesh::{DrawnCorner, DrawnMesh};
 pub use pieces::{CREASE_DEG, Spread, pieces};
 pub use render::draw;
 
 /// Size of a picture in pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Size {
+pub struct PictureSize {
     /// Columns, at least 1.
     pub width: usize,
     /// Rows, at least 1.
@@ -41,7 +41,7 @@ pub enum Backdrop {
     /// Nothing: transparent, with the shadow on the ground as a veil, so that the page's own colour shows.
     Clear,
     /// A vertical gradient, from the top colour to the bottom one.
-    Gradient(Colour, Colour),
+    Gradient(Color, Color),
 }
 
 #[cfg(test)]

@@ -4,8 +4,8 @@
 //! *Rendering antialiased shadows with depth maps* (filtered comparison), 1987. Samples of one pixel look along
 //! different directions, so that a pixel's mean covers all of them.
 
-use super::mesh::Mesh;
-use super::raster::{Spot, nearest};
+use super::mesh::DrawnMesh;
+use super::raster::{RasterVertex, nearest};
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
@@ -32,21 +32,21 @@ pub(super) struct DepthMap {
 }
 
 impl DepthMap {
-    fn new(mesh: &Mesh, (centre, radius): (Point3<f32>, f32), side: usize, towards: Vector3<f32>) -> Self {
+    fn new(mesh: &DrawnMesh, (centre, radius): (Point3<f32>, f32), side: usize, towards: Vector3<f32>) -> Self {
         let aside = if towards.y.abs() > 0.9 { Vector3::x() } else { Vector3::y() };
         let across = aside.cross(&towards).normalize();
         let along = towards.cross(&across);
         let scale = (side as f32 - 4.0) / (2.0 * radius);
         let mut map = Self { towards, across, along, centre, scale, side, nearest: Vec::new() };
-        let spots: Vec<Spot> = mesh.positions.iter().map(|position| map.spot(position)).collect();
+        let spots: Vec<RasterVertex> = mesh.positions.iter().map(|position| map.spot(position)).collect();
         map.nearest = nearest(&spots, &mesh.triangles, side);
         map
     }
 
-    fn spot(&self, point: &Point3<f32>) -> Spot {
+    fn spot(&self, point: &Point3<f32>) -> RasterVertex {
         let offset = point - self.centre;
         let middle = self.side as f32 / 2.0;
-        Spot {
+        RasterVertex {
             x: middle + offset.dot(&self.across) * self.scale,
             y: middle + offset.dot(&self.along) * self.scale,
             near: offset.dot(&self.towards),
@@ -84,7 +84,7 @@ pub(super) struct Occlusion {
 
 impl Occlusion {
     /// Per kind of sample `sky` directions over the sphere, and `key` ones within `spread` (tangent) of `towards`.
-    pub fn new(mesh: &Mesh, deals: usize, sky: usize, key: usize, towards: Vector3<f32>, spread: f32) -> Self {
+    pub fn new(mesh: &DrawnMesh, deals: usize, sky: usize, key: usize, towards: Vector3<f32>, spread: f32) -> Self {
         let (low, high) = mesh.bounds();
         let centre = nalgebra::center(&low, &high);
         let radius = mesh.positions.iter().map(|p| (p - centre).norm()).fold(f32::MIN_POSITIVE, f32::max);

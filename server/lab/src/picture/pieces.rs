@@ -1,7 +1,7 @@
 //! Fragments as painted meshes, moved apart so that the cracks show.
 
-use super::colour::{Colour, crack_colour, fragment_colour};
-use super::mesh::Mesh;
+use super::colour::{Color, crack_colour, fragment_colour};
+use super::mesh::DrawnMesh;
 use nalgebra::{Point3, Vector3};
 use shatter_export::FragmentView;
 
@@ -19,8 +19,8 @@ pub struct Spread {
 
 /// Paints fragments: a muted colour of its own for the outside of each, warmer and paler where it broke. Positions in
 /// metres relative to the hub.
-pub fn pieces(fragments: &[FragmentView<'_>], spread: Spread) -> Mesh {
-    let mut scene = Mesh::default();
+pub fn pieces(fragments: &[FragmentView<'_>], spread: Spread) -> DrawnMesh {
+    let mut scene = DrawnMesh::default();
     for fragment in fragments {
         let from_hub = Vector3::from(fragment.centre_m) - Vector3::from(spread.hub_m);
         let place: Vector3<f32> = (from_hub * (1.0 + spread.factor)).cast();
@@ -30,10 +30,10 @@ pub fn pieces(fragments: &[FragmentView<'_>], spread: Spread) -> Mesh {
 }
 
 /// One fragment around its centre. Runs have vertices of their own, so their rims stay sharp.
-fn piece(fragment: &FragmentView<'_>, outer: Colour, crack: Colour) -> Mesh {
+fn piece(fragment: &FragmentView<'_>, outer: Color, crack: Color) -> DrawnMesh {
     let positions = fragment.positions.iter().map(|&position| Point3::from(position)).collect();
     let triangles: Vec<[u32; 3]> = fragment.indices.chunks_exact(3).map(|t| [t[0], t[1], t[2]]).collect();
     let outer_count: u32 = fragment.runs.iter().filter(|run| !run.crack).map(|run| run.index_count / 3).sum();
     let paint = |triangle: usize, _| if (triangle as u32) < outer_count { outer } else { crack };
-    Mesh::paint(positions, triangles, CREASE_DEG, paint)
+    DrawnMesh::paint(positions, triangles, CREASE_DEG, paint)
 }

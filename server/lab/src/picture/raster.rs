@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 /// A vertex on the sample grid: x to the right, y downwards, and nearness (larger is nearer).
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Spot {
+pub(super) struct RasterVertex {
     pub x: f32,
     pub y: f32,
     pub near: f32,
@@ -16,17 +16,17 @@ pub(super) struct Spot {
 
 /// The samples of a picture.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Grid {
+pub(super) struct SampleGrid {
     pub width: usize,
     pub height: usize,
 }
 
-impl Grid {
+impl SampleGrid {
     /// Where a point of the scene falls.
-    pub fn spot(&self, camera: &Camera, point: &Point3<f32>) -> Spot {
+    pub fn spot(&self, camera: &Camera, point: &Point3<f32>) -> RasterVertex {
         let seen = camera.project(point);
         let half = self.height as f32 / 2.0;
-        Spot { x: self.width as f32 / 2.0 + seen.x * half, y: half - seen.y * half, near: seen.near }
+        RasterVertex { x: self.width as f32 / 2.0 + seen.x * half, y: half - seen.y * half, near: seen.near }
     }
 
     /// The ray through a point of the grid: origin and unit direction.
@@ -49,7 +49,7 @@ pub(super) struct Visible {
 }
 
 /// Fills a `width` × `height` grid with the nearest triangle per sample, the first one of equally near ones.
-pub(super) fn visible(spots: &[Spot], triangles: &[[u32; 3]], width: usize, height: usize) -> Visible {
+pub(super) fn visible(spots: &[RasterVertex], triangles: &[[u32; 3]], width: usize, height: usize) -> Visible {
     let bands = height.div_ceil(BAND_ROWS);
     let mut bins: Vec<Vec<u32>> = vec![Vec::new(); bands];
     for (t, triangle) in triangles.iter().enumerate() {
@@ -80,7 +80,7 @@ pub(super) fn visible(spots: &[Spot], triangles: &[[u32; 3]], width: usize, heig
 }
 
 /// The nearness of the nearest triangle per sample of a `side` × `side` grid, −∞ where there is none.
-pub(super) fn nearest(spots: &[Spot], triangles: &[[u32; 3]], side: usize) -> Vec<f32> {
+pub(super) fn nearest(spots: &[RasterVertex], triangles: &[[u32; 3]], side: usize) -> Vec<f32> {
     let mut nearest = vec![f32::NEG_INFINITY; side * side];
     let window = Window { first_row: 0, rows: side, width: side };
     for triangle in triangles {
@@ -99,7 +99,7 @@ struct Window {
 
 /// Calls `put(sample within the window, nearness)` for each sample whose centre the triangle covers, whichever way
 /// round it is; its border belongs to it.
-fn cover([a, b, c]: &[Spot; 3], window: &Window, mut put: impl FnMut(usize, f32)) {
+fn cover([a, b, c]: &[RasterVertex; 3], window: &Window, mut put: impl FnMut(usize, f32)) {
     let area = (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
     if area == 0.0 || !area.is_finite() {
         return;
@@ -131,7 +131,7 @@ fn cover([a, b, c]: &[Spot; 3], window: &Window, mut put: impl FnMut(usize, f32)
 }
 
 /// Barycentric weights of (x, y) in a triangle on the grid; not clamped.
-pub(super) fn weights([a, b, c]: &[Spot; 3], x: f32, y: f32) -> [f32; 3] {
+pub(super) fn weights([a, b, c]: &[RasterVertex; 3], x: f32, y: f32) -> [f32; 3] {
     let area = (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
     let u = ((c.x - b.x) * (y - b.y) - (c.y - b.y) * (x - b.x)) / area;
     let v = ((a.x - c.x) * (y - c.y) - (a.y - c.y) * (x - c.x)) / area;

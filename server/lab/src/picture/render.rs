@@ -1,14 +1,14 @@
 //! From meshes to a picture.
 
 use super::camera::Camera;
-use super::colour::{Colour, encode};
+use super::colour::{Color, encode};
 use super::image::Image;
-use super::light::{Lights, Style};
-use super::mesh::Mesh;
+use super::light::{Lights, RenderStyle};
+use super::mesh::DrawnMesh;
 use super::occlusion::Occlusion;
-use super::raster::{Grid, NOTHING, Spot, Visible, visible, weights};
+use super::raster::{NOTHING, RasterVertex, SampleGrid, Visible, visible, weights};
 use super::shadow::Shadow;
-use super::{Backdrop, Size};
+use super::{Backdrop, PictureSize};
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
@@ -25,9 +25,16 @@ const KEY_PER_SAMPLE: usize = 3;
 const KEY_SPREAD: f32 = 0.11;
 
 /// Draws `mesh` as `camera` sees it. `ground` is the height of the plane that takes the shadow, if any.
-pub fn draw(mesh: &Mesh, camera: &Camera, size: Size, style: Style, ground: Option<f32>, backdrop: Backdrop) -> Image {
-    let grid = Grid { width: size.width * FINE, height: size.height * FINE };
-    let spots: Vec<Spot> = mesh.positions.iter().map(|position| grid.spot(camera, position)).collect();
+pub fn draw(
+    mesh: &DrawnMesh,
+    camera: &Camera,
+    size: PictureSize,
+    style: RenderStyle,
+    ground: Option<f32>,
+    backdrop: Backdrop,
+) -> Image {
+    let grid = SampleGrid { width: size.width * FINE, height: size.height * FINE };
+    let spots: Vec<RasterVertex> = mesh.positions.iter().map(|position| grid.spot(camera, position)).collect();
     let seen = visible(&spots, &mesh.triangles, grid.width, grid.height);
     let lights = Lights::new(style, camera);
     let occlusion = Occlusion::new(mesh, FINE * FINE, SKY_PER_SAMPLE, KEY_PER_SAMPLE, lights.key, KEY_SPREAD);
@@ -44,7 +51,7 @@ pub fn draw(mesh: &Mesh, camera: &Camera, size: Size, style: Style, ground: Opti
 }
 
 /// The colour behind row `row`, if there is one.
-fn background(backdrop: Backdrop, row: usize, height: usize) -> Option<Colour> {
+fn background(backdrop: Backdrop, row: usize, height: usize) -> Option<Color> {
     match backdrop {
         Backdrop::Clear => None,
         Backdrop::Gradient(top, bottom) => Some(top.mix(bottom, (row as f32 + 0.5) / height as f32)),
@@ -52,19 +59,19 @@ fn background(backdrop: Backdrop, row: usize, height: usize) -> Option<Colour> {
 }
 
 struct Scene<'a> {
-    mesh: &'a Mesh,
+    mesh: &'a DrawnMesh,
     camera: &'a Camera,
-    spots: Vec<Spot>,
+    spots: Vec<RasterVertex>,
     seen: Visible,
     lights: Lights,
     occlusion: Occlusion,
     shadow: Option<Shadow>,
-    grid: Grid,
+    grid: SampleGrid,
 }
 
 impl Scene<'_> {
     /// Mean of the pixel's samples: light and cover, the latter the alpha of what is not seen through.
-    fn pixel(&self, column: usize, row: usize, behind: Option<Colour>) -> [u8; 4] {
+    fn pixel(&self, column: usize, row: usize, behind: Option<Color>) -> [u8; 4] {
         let mut light = [0.0_f32; 3];
         let mut cover = 0.0;
         for deal in 0..FINE * FINE {
@@ -108,7 +115,7 @@ impl Scene<'_> {
         let corners = &self.mesh.corners[triangle];
         let places = vertices.map(|vertex| self.mesh.positions[vertex].coords);
         let place = Point3::from(places[0] * share[0] + places[1] * share[1] + places[2] * share[2]);
-        let colour = Colour([0, 1, 2].map(|k| (0..3).map(|c| corners[c].colour.0[k] * share[c]).sum()));
+        let colour = Color([0, 1, 2].map(|k| (0..3).map(|c| corners[c].colour.0[k] * share[c]).sum()));
         let (_, forward) = self.ray(x, y);
         let flat = (places[1] - places[0]).cross(&(places[2] - places[0]));
         let side = if flat.dot(&forward) > 0.0 { -1.0 } else { 1.0 };

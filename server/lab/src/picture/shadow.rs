@@ -3,7 +3,7 @@
 use super::camera::Camera;
 use super::light::Lights;
 use super::occlusion::Occlusion;
-use super::raster::Grid;
+use super::raster::SampleGrid;
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
@@ -27,7 +27,7 @@ pub(super) struct Shadow {
 
 impl Shadow {
     /// The shadow on the horizontal plane at `height`.
-    pub fn new(grid: Grid, camera: &Camera, lights: &Lights, occlusion: &Occlusion, height: f32) -> Self {
+    pub fn new(grid: SampleGrid, camera: &Camera, lights: &Lights, occlusion: &Occlusion, height: f32) -> Self {
         let (columns, rows) = (grid.width.div_ceil(STEP) + 1, grid.height.div_ceil(STEP) + 1);
         let up = Vector3::y();
         let spot = |at: usize| ((at % columns * STEP) as f32, (at / columns * STEP) as f32);
@@ -75,7 +75,7 @@ fn blurred(values: &[f32], columns: usize) -> Vec<f32> {
 }
 
 /// 0 at the border of the picture, 1 from a little inside on.
-fn inset(grid: Grid, x: f32, y: f32) -> f32 {
+fn inset(grid: SampleGrid, x: f32, y: f32) -> f32 {
     let (width, height) = (grid.width as f32, grid.height as f32);
     let border = x.min(width - x).min(y).min(height - y) / height;
     let share = (border / INSET).clamp(0.0, 1.0);

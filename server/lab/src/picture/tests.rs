@@ -3,10 +3,10 @@
 use super::*;
 use nalgebra::{Point3, Vector3};
 
-const SIZE: Size = Size { width: 96, height: 72 };
+const SIZE: PictureSize = PictureSize { width: 96, height: 72 };
 
 /// A ball of radius 1 around the origin.
-fn ball(rings: u32) -> Mesh {
+fn ball(rings: u32) -> DrawnMesh {
     let sides = 2 * rings;
     let mut positions = Vec::new();
     for ring in 0..=rings {
@@ -22,12 +22,12 @@ fn ball(rings: u32) -> Mesh {
         [[a, a + sides, b + sides], [a, b + sides, b]]
     };
     let triangles = (0..rings).flat_map(|ring| (0..sides).flat_map(move |side| quad(ring, side))).collect();
-    Mesh::paint(positions, triangles, 60.0, |_, _| Colour([0.5; 3]))
+    DrawnMesh::paint(positions, triangles, 60.0, |_, _| Color([0.5; 3]))
 }
 
-fn picture(mesh: &Mesh, projection: Projection, ground: Option<f32>) -> Image {
+fn picture(mesh: &DrawnMesh, projection: Projection, ground: Option<f32>) -> Image {
     let camera = Camera::fit(&mesh.positions, Vector3::new(0.3, 0.4, 1.0), projection, 96.0 / 72.0);
-    draw(mesh, &camera, SIZE, Style::STUDIO, ground, Backdrop::Clear)
+    draw(mesh, &camera, SIZE, RenderStyle::STUDIO, ground, Backdrop::Clear)
 }
 
 /// Columns and rows that anything opaque touches: (left, right, top, bottom).
@@ -52,11 +52,11 @@ fn the_camera_fills_the_picture_and_cuts_nothing_off() {
 
 #[test]
 fn the_nearer_thing_is_seen() {
-    let red = arrow(Point3::new(0.0, 0.0, 3.0), -Vector3::z(), 1.0, Colour([1.0, 0.0, 0.0]));
+    let red = arrow(Point3::new(0.0, 0.0, 3.0), -Vector3::z(), 1.0, Color([1.0, 0.0, 0.0]));
     let mut mesh = ball(16);
     mesh.append(red);
     let camera = Camera::fit(&mesh.positions, Vector3::z(), Projection::Orthographic, 96.0 / 72.0);
-    let image = draw(&mesh, &camera, SIZE, Style::CHART, None, Backdrop::Clear);
+    let image = draw(&mesh, &camera, SIZE, RenderStyle::CHART, None, Backdrop::Clear);
     let middle = image.pixels[SIZE.height / 2 * SIZE.width + SIZE.width / 2];
     assert!(middle[0] > 2 * middle[1], "{middle:?}");
 }
@@ -104,6 +104,6 @@ fn a_png_holds_the_pixels() {
 
 #[test]
 fn an_empty_scene_is_an_empty_picture() {
-    let image = picture(&Mesh::default(), Projection::Orthographic, Some(0.0));
+    let image = picture(&DrawnMesh::default(), Projection::Orthographic, Some(0.0));
     assert!(image.pixels.iter().all(|pixel| pixel[3] == 0));
 }

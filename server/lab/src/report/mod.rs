@@ -9,7 +9,7 @@ mod study;
 mod text;
 
 pub use figures::{bytes, grouped, nanoseconds, share, significant};
-pub use study::{Section, Study, Table, study};
+pub use study::{ReportTable, Section, Study, study};
 
 use crate::picture::Ramp;
 use base64::Engine;
@@ -34,7 +34,7 @@ impl Fact {
 
 /// A picture with its caption.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Figure {
+pub struct ReportFigure {
     /// Bytes of a PNG file.
     pub png: Vec<u8>,
     /// What it shows, for those who see it and those who do not.
@@ -67,13 +67,13 @@ pub struct StageTime {
 
 /// One strike.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Strike {
+pub struct StrikeReport {
     /// Its heading.
     pub heading: String,
     /// A sentence on it.
     pub lead: String,
     /// Pictures, side by side where there is room.
-    pub figures: Vec<Figure>,
+    pub figures: Vec<ReportFigure>,
     /// Figures in words.
     pub facts: Vec<Fact>,
     /// One bar each.
@@ -88,11 +88,11 @@ pub struct Page {
     /// Title.
     pub title: String,
     /// Pictures that come first, side by side where there is room.
-    pub opening: Vec<Figure>,
+    pub opening: Vec<ReportFigure>,
     /// What was done, a paragraph each.
     pub lead: Vec<String>,
     /// The strikes in order.
-    pub strikes: Vec<Strike>,
+    pub strikes: Vec<StrikeReport>,
     /// The object and the run.
     pub facts: Vec<Fact>,
     /// Remarks at the end: what the figures mean and where they come from.
@@ -113,7 +113,7 @@ pub fn html(page: &Page) -> String {
 }
 
 /// Pictures side by side; nothing of none. `id` tells their legends apart from those of other places.
-fn figures(id: &str, shown: &[Figure]) -> String {
+fn figures(id: &str, shown: &[ReportFigure]) -> String {
     if shown.is_empty() {
         return String::new();
     }
@@ -138,7 +138,7 @@ fn shell(title: &str, opening: &str, lead: &[String], facts: &str, body: &str) -
     )
 }
 
-fn section(number: usize, strike: &Strike, longest: u64) -> String {
+fn section(number: usize, strike: &StrikeReport, longest: u64) -> String {
     let figures = figures(&format!("strike-{number}"), &strike.figures);
     let file = strike.file.as_ref().map_or_else(String::new, |name| {
         format!("<p class=\"file\"><a href=\"{}\" download>{}</a></p>\n", path(name), escape(name))
@@ -153,7 +153,7 @@ fn section(number: usize, strike: &Strike, longest: u64) -> String {
     )
 }
 
-fn figure(id: &str, shown: &Figure) -> String {
+fn figure(id: &str, shown: &ReportFigure) -> String {
     let caption = escape(&shown.caption);
     let legend = shown.scale.as_ref().map_or_else(String::new, |scale| chart::legend(id, scale));
     format!(

@@ -1,11 +1,11 @@
 //! The page of a study: sections of words, plots and tables.
 
 use super::text::escape;
-use super::{Fact, Figure, facts, figure, shell};
+use super::{Fact, ReportFigure, facts, figure, shell};
 
 /// A table; the first column names the row.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Table {
+pub struct ReportTable {
     /// Headings.
     pub head: Vec<String>,
     /// Rows with their class for the style sheet: "", "passed", "refused" or "failed".
@@ -22,9 +22,9 @@ pub struct Section {
     /// SVG documents made by us, each with its caption.
     pub plots: Vec<(String, String)>,
     /// Pictures.
-    pub figures: Vec<Figure>,
+    pub figures: Vec<ReportFigure>,
     /// Tables.
-    pub tables: Vec<Table>,
+    pub tables: Vec<ReportTable>,
 }
 
 /// A whole study.
@@ -64,7 +64,7 @@ fn section(number: usize, part: &Section) -> String {
     )
 }
 
-fn table(table: &Table) -> String {
+fn table(table: &ReportTable) -> String {
     let cells = |tag: &str, cells: &[String]| -> String {
         cells.iter().map(|cell| format!("<{tag}>{}</{tag}>", escape(cell))).collect()
     };

@@ -5,12 +5,12 @@ use crate::picture::ENERGY;
 
 const NASTY: &str = "<script>alert(\"x\")</script> & 'co'";
 
-fn strike(ns: u64) -> Strike {
+fn strike(ns: u64) -> StrikeReport {
     let scale = Scale { ramp: ENERGY, low: 0.5, high: 2.0e3, label: format!("J/m³ {NASTY}") };
-    Strike {
+    StrikeReport {
         heading: NASTY.to_owned(),
         lead: NASTY.to_owned(),
-        figures: vec![Figure { png: vec![0, 255, 7], caption: NASTY.to_owned(), scale: Some(scale) }],
+        figures: vec![ReportFigure { png: vec![0, 255, 7], caption: NASTY.to_owned(), scale: Some(scale) }],
         facts: vec![Fact::new(NASTY, NASTY)],
         stages: vec![
             StageTime { name: NASTY.to_owned(), ns: Some(ns) },
@@ -24,7 +24,7 @@ fn page() -> Page {
     let text = || vec![NASTY.to_owned()];
     Page {
         title: NASTY.to_owned(),
-        opening: vec![Figure { png: vec![1, 2, 3], caption: "the pieces".to_owned(), scale: None }],
+        opening: vec![ReportFigure { png: vec![1, 2, 3], caption: "the pieces".to_owned(), scale: None }],
         lead: text(),
         strikes: vec![strike(1_500), strike(3_000)],
         facts: vec![Fact::new("diagonal", "0.17 m")],

@@ -16,7 +16,7 @@ pub struct Segment {
 
 /// Segments one after the other.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Bar {
+pub struct StackedBar {
     /// What it is.
     pub name: String,
     /// Its parts; those of the same place in all bars have the same colour.
@@ -32,7 +32,7 @@ const COLUMNS: usize = 5;
 const STROKES: i32 = 7;
 
 /// An SVG document with all `bars` on one scale, from zero, with `unit` below it.
-pub fn svg(bars: &[Bar], unit: &str) -> Result<String, PlotError> {
+pub fn svg(bars: &[StackedBar], unit: &str) -> Result<String, PlotError> {
     let longest = bars.iter().map(|bar| bar.segments.iter().map(|segment| segment.length).sum::<f64>());
     let scale = f64::from(WIDTH as i32 - LEFT - 20) / longest.fold(f64::MIN_POSITIVE, f64::max);
     let names: Vec<&str> = bars.first().into_iter().flat_map(|bar| &bar.segments).map(|segment| segment.name).collect();
@@ -114,7 +114,7 @@ mod tests {
     #[test]
     fn bars_name_what_they_show_and_hatch_what_is_not_there() {
         let segment = |name, length, hatched| Segment { name, length, hatched };
-        let bar = |hatched| Bar {
+        let bar = |hatched| StackedBar {
             name: "a bar".into(),
             segments: vec![segment("first", 2.0, hatched), segment("second", 1.0, false)],
         };

@@ -1,26 +1,26 @@
 //! What effects cost: every shipped scene's objects, struck on the scene's terms and with everything on.
 
-use super::bars::{Bar, Segment, svg};
+use super::bars::{Segment, StackedBar, svg};
 use super::gallery;
 use super::plot::PlotError;
 use crate::picture::PictureError;
-use crate::report::{Figure, Section, Study, Table};
+use crate::report::{ReportFigure, ReportTable, Section, Study};
 use bytemuck::Zeroable;
 use nalgebra::{Point3, Vector3};
 use serde_json::{Value, json};
-use shatter_engine::clock::Clock;
-use shatter_engine::object::Object;
-use shatter_engine::scene::{Scene, Terms};
-use shatter_engine::wire::Served;
+use shatter_engine::clock::StageProfiler;
+use shatter_engine::object::ServedObject;
+use shatter_engine::scene::{ObjectPolicy, Scene};
+use shatter_engine::wire::EngineObject;
 use shatter_fracture::database::{BakeError, bake};
-use shatter_fracture::pipeline::{self, HoldError, Prepared, Sampler, WarpError, Workspace};
-use shatter_fracture::random::Stream;
-use shatter_fracture::token::Token;
-use shatter_proto::Refusal;
+use shatter_fracture::pipeline::{self, AnchorError, ImpactSampler, PreparedObject, WarpError, Workspace};
+use shatter_fracture::random::RandomStream;
+use shatter_fracture::token::CancelToken;
+use shatter_proto::Error;
 use shatter_proto::answer::Block;
 use shatter_proto::effect::Effect;
 use shatter_proto::layout::Layout;
-use shatter_proto::request::{Contact, Degree, Strike};
+use shatter_proto::request::{Contact, DegreeRule, Request};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -42,7 +42,7 @@ const SITES: u32 = 24;
 pub enum EffectsError {
     /// A scene or a strike was refused.
     #[error(transparent)]
-    Refused(#[from] Refusal),
+    Refused(#[from] Error),
     /// An object could not be baked.
     #[error(transparent)]
     Bake(#[from] BakeError),
@@ -51,7 +51,7 @@ pub enum EffectsError {
     Warp(#[from] WarpError),
     /// An object could not be held.
     #[error(transparent)]
-    Hold(#[from] HoldError),
+    Hold(#[from] AnchorError),
     /// No plot.
     #[error(transparent)]
     Plot(#[from] PlotError),
@@ -68,7 +68,7 @@ pub enum EffectsError {
 
 /// What one stage or effect took and produced: medians.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Cost {
+pub struct EffectCost {
     /// Its name.
     pub name: &'static str,
     /// Whether it ran.
@@ -81,15 +81,15 @@ pub struct Cost {
 
 /// What one object costs on the scene's terms, and with everything on.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Pair {
+pub struct SceneCosts {
     /// The scene.
     pub scene: &'static str,
     /// The object.
     pub object: String,
     /// On the scene's terms.
-    pub own: Vec<Cost>,
+    pub own: Vec<EffectCost>,
     /// With everything on.
-    pub all: Vec<Cost>,
+    pub all: Vec<EffectCost>,
     /// The object, broken on the scene's terms: bytes of a PNG file.
     pub portrait: Vec<u8>,
     /// Bytes of memory that the tables for the scene's terms hold, and all tables.
@@ -97,18 +97,18 @@ pub struct Pair {
 }
 
 /// Time of all stages and effects, ns.
-fn total(costs: &[Cost]) -> u64 {
+fn total(costs: &[EffectCost]) -> u64 {
     costs.iter().map(|cost| cost.ns).sum()
 }
 
 /// Bakes and strikes the objects of all shipped scenes; `progress` is told of each.
-pub fn pairs(progress: &mut dyn FnMut(&str)) -> Result<Vec<Pair>, EffectsError> {
+pub fn pairs(progress: &mut dyn FnMut(&str)) -> Result<Vec<SceneCosts>, EffectsError> {
     let mut pairs = Vec::new();
     for (scene, text) in SHIPPED {
         for (name, object) in Scene::parse(text, Path::new(""))?.objects {
             progress(&format!("{scene}: {name}"));
             let Some((mesh, request)) = object.bake(&name) else { continue };
-            let (controls, token) = (&object.terms.controls, Token::default());
+            let (controls, token) = (&object.terms.controls, CancelToken::default());
             let mut lean = bake(mesh.clone(), &request, &token, &mut |_| {})?.warped(controls, &token)?;
             object.terms.hold(&mut lean)?;
             let everything =
@@ -120,26 +120,26 @@ pub fn pairs(progress: &mut dyn FnMut(&str)) -> Result<Vec<Pair>, EffectsError> 
             let rich = object.terms.rich();
             let portrait = gallery::portrait(&prepared, &request_of(&prepared, &object.terms)?)?;
             let own = costs(&prepared, object.terms)?;
-            pairs.push(Pair { scene, object: name, own, all: costs(&prepared, rich)?, portrait, memory });
+            pairs.push(SceneCosts { scene, object: name, own, all: costs(&prepared, rich)?, portrait, memory });
         }
     }
     Ok(pairs)
 }
 
 /// The strike of the portrait, as the engine wants it.
-fn request_of(prepared: &Arc<Prepared>, terms: &Terms) -> Result<pipeline::Strike, Refusal> {
-    Served::new(prepared.clone(), terms.clone()).request(&strike(prepared, 1))
+fn request_of(prepared: &Arc<PreparedObject>, terms: &ObjectPolicy) -> Result<pipeline::FractureRequest, Error> {
+    EngineObject::new(prepared.clone(), terms.clone()).request(&strike(prepared, 1))
 }
 
 /// Medians over strikes all over the object.
-fn costs(prepared: &Arc<Prepared>, terms: Terms) -> Result<Vec<Cost>, EffectsError> {
-    let served = Served::new(prepared.clone(), terms);
+fn costs(prepared: &Arc<PreparedObject>, terms: ObjectPolicy) -> Result<Vec<EffectCost>, EffectsError> {
+    let served = EngineObject::new(prepared.clone(), terms);
     let (mut workspace, mut payload) = (Workspace::default(), Vec::new());
     let mut runs = Vec::new();
     for number in 0..=STRIKES {
-        let mut clock = Clock::default();
+        let mut clock = StageProfiler::default();
         let strike = strike(prepared, number);
-        let outcome = served.strike(&strike, &mut workspace, &Token::default(), &mut clock)?;
+        let outcome = served.strike(&strike, &mut workspace, &CancelToken::default(), &mut clock)?;
         let layout = Layout::new(&outcome.counts()).ok_or_else(too_large)?;
         payload.resize(payload.len().max(layout.blocks()), Block::zeroed());
         let mut sections = layout.split(&mut payload[..layout.blocks()]).ok_or_else(too_large)?;
@@ -147,50 +147,50 @@ fn costs(prepared: &Arc<Prepared>, terms: Terms) -> Result<Vec<Cost>, EffectsErr
         runs.push(clock);
     }
     let stages = (0..runs[0].rows().len()).map(|k| {
-        let row = |clock: &Clock| (clock.rows()[k].ran, clock.rows()[k].ns, clock.rows()[k].bytes);
+        let row = |clock: &StageProfiler| (clock.rows()[k].ran, clock.rows()[k].ns, clock.rows()[k].bytes);
         cost(runs[0].rows()[k].name(), runs[1..].iter().map(row).collect())
     });
     let effects = (0..Effect::ALL.len()).map(|k| {
-        let row = |clock: &Clock| (clock.effects()[k].ran, clock.effects()[k].ns, clock.effects()[k].bytes);
+        let row = |clock: &StageProfiler| (clock.effects()[k].ran, clock.effects()[k].ns, clock.effects()[k].bytes);
         cost(Effect::ALL[k].name(), runs[1..].iter().map(row).collect())
     });
     Ok(stages.chain(effects).collect())
 }
 
-fn cost(name: &'static str, rows: Vec<(u32, u64, u64)>) -> Cost {
+fn cost(name: &'static str, rows: Vec<(u32, u64, u64)>) -> EffectCost {
     let median = |of: fn(&(u32, u64, u64)) -> u64| {
         let mut values: Vec<u64> = rows.iter().map(of).collect();
         values.sort_unstable();
         values[values.len() / 2]
     };
-    Cost { name, ran: rows.iter().any(|row| row.0 != 0), ns: median(|row| row.1), bytes: median(|row| row.2) }
+    EffectCost { name, ran: rows.iter().any(|row| row.0 != 0), ns: median(|row| row.1), bytes: median(|row| row.2) }
 }
 
-fn too_large() -> Refusal {
-    Refusal::new(shatter_proto::Kind::AnswerTooLarge, "answers", "the answer cannot be addressed")
+fn too_large() -> Error {
+    Error::new(shatter_proto::ErrorKind::AnswerTooLarge, "answers", "the answer cannot be addressed")
 }
 
 /// A blow somewhere on the surface, inwards.
-fn strike(prepared: &Prepared, number: u64) -> Strike {
+fn strike(prepared: &PreparedObject, number: u64) -> Request {
     let (point, inward): (Point3<f64>, Vector3<f64>) =
-        Sampler::new(prepared).point(&mut Stream::new(prepared.parameters.seed, number));
+        ImpactSampler::new(prepared).point(&mut RandomStream::new(prepared.parameters.seed, number));
     let point_m = prepared.frame.to_metres(&point).coords.into();
     let contact = Contact { point_m, ray: None, impulse_ns: inward.into(), duration_s: None, radius_m: None };
-    Strike {
+    Request {
         object: prepared.name.clone(),
         contacts: vec![contact],
-        degree: Degree::Sites(SITES),
+        degree: DegreeRule::Sites(SITES),
         seed: number,
-        ..Strike::default()
+        ..Request::default()
     }
 }
 
 /// One document of everything.
-pub fn document(pairs: &[Pair]) -> Value {
-    let costs = |costs: &[Cost]| -> Vec<Value> {
+pub fn document(pairs: &[SceneCosts]) -> Value {
+    let costs = |costs: &[EffectCost]| -> Vec<Value> {
         costs.iter().map(|own| json!({ "name": own.name, "ran": own.ran, "ns": own.ns, "bytes": own.bytes })).collect()
     };
-    let pair = |pair: &Pair| {
+    let pair = |pair: &SceneCosts| {
         json!({
             "scene": pair.scene,
             "object": pair.object,
@@ -206,7 +206,7 @@ pub fn document(pairs: &[Pair]) -> Value {
 }
 
 /// The page: what every object of the scenes costs, and pictures.
-pub fn page(pairs: &[Pair], gallery: Section) -> Result<Study, EffectsError> {
+pub fn page(pairs: &[SceneCosts], gallery: Section) -> Result<Study, EffectsError> {
     let mut sections = pairs.iter().map(section).collect::<Result<Vec<_>, _>>()?;
     sections.push(gallery);
     let lead = format!(
@@ -216,9 +216,9 @@ pub fn page(pairs: &[Pair], gallery: Section) -> Result<Study, EffectsError> {
     Ok(Study { title: "What effects cost".to_owned(), lead: vec![lead], facts: Vec::new(), sections })
 }
 
-fn section(pair: &Pair) -> Result<Section, PlotError> {
+fn section(pair: &SceneCosts) -> Result<Section, PlotError> {
     let ms = |ns: u64| ns as f64 * 1e-6;
-    let segments = |costs: &[Cost]| -> Vec<Segment> {
+    let segments = |costs: &[EffectCost]| -> Vec<Segment> {
         let both = costs.iter().zip(&pair.all);
         let own = both.map(|(own, all)| match own.ran {
             true => Segment { name: own.name, length: ms(own.ns), hatched: false },
@@ -227,11 +227,11 @@ fn section(pair: &Pair) -> Result<Section, PlotError> {
         own.collect()
     };
     let bars = [
-        Bar { name: format!("scene: {:.1} ms", ms(total(&pair.own))), segments: segments(&pair.own) },
-        Bar { name: format!("all on: {:.1} ms", ms(total(&pair.all))), segments: segments(&pair.all) },
+        StackedBar { name: format!("scene: {:.1} ms", ms(total(&pair.own))), segments: segments(&pair.own) },
+        StackedBar { name: format!("all on: {:.1} ms", ms(total(&pair.all))), segments: segments(&pair.all) },
     ];
-    let row = |(own, all): (&Cost, &Cost)| {
-        let cell = |cost: &Cost| match cost.ran {
+    let row = |(own, all): (&EffectCost, &EffectCost)| {
+        let cell = |cost: &EffectCost| match cost.ran {
             true => [format!("{:.3} ms", ms(cost.ns)), format!("{} bytes", cost.bytes)],
             false => ["off".to_owned(), "0 bytes".to_owned()],
         };
@@ -249,11 +249,11 @@ fn section(pair: &Pair) -> Result<Section, PlotError> {
             megabytes(pair.memory[1])
         )],
         plots: vec![(svg(&bars, "ms per strike")?, "Stages and effects, one after the other.".to_owned())],
-        figures: vec![Figure {
+        figures: vec![ReportFigure {
             png: pair.portrait.clone(),
             caption: format!("{SITES} sites, on the scene's terms"),
             scale: None,
         }],
-        tables: vec![Table { head, rows: pair.own.iter().zip(&pair.all).map(row).collect() }],
+        tables: vec![ReportTable { head, rows: pair.own.iter().zip(&pair.all).map(row).collect() }],
     })
 }

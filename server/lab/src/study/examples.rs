@@ -1,12 +1,14 @@
 //! What a database has learned, to look at: predicted against optimised degree, how errors are spread, and where the examples
 //! struck.
 
-use super::plot::{Axes, Line, Mark, PlotError, svg};
-use crate::picture::{Backdrop, CREASE_DEG, Camera, Colour, Mesh, PictureError, Projection, Size, Style, arrow, draw};
-use crate::report::{Fact, Figure, Section, Study, share};
+use super::plot::{Axes, PlotError, PlotLine, PlotMark, svg};
+use crate::picture::{
+    Backdrop, CREASE_DEG, Camera, Color, DrawnMesh, PictureError, PictureSize, Projection, RenderStyle, arrow, draw,
+};
+use crate::report::{Fact, ReportFigure, Section, Study, share};
 use nalgebra::{Point3, Vector3};
-use shatter_fracture::degree::{self, Lesson, SITES_MIN};
-use shatter_fracture::pipeline::{Learned, Prepared};
+use shatter_fracture::degree::{self, SITES_MIN, TrainingSample};
+use shatter_fracture::pipeline::{LearnedModel, PreparedObject};
 
 /// Why there is no page.
 #[derive(Debug, thiserror::Error)]
@@ -26,7 +28,7 @@ pub enum ExamplesError {
 const BARS: usize = 40;
 const ERROR_MAX: f64 = 0.5;
 
-const SIZE: Size = Size { width: 900, height: 680 };
+const SIZE: PictureSize = PictureSize { width: 900, height: 680 };
 const FROM: [f32; 3] = [0.6, 0.5, 1.0];
 const LENS: Projection = Projection::Perspective { fov_deg: 24.0 };
 
@@ -42,7 +44,7 @@ struct Told {
 
 /// The page on what `prepared` has learned. The network is trained once more, to hear what it says of each example when that
 /// is left out.
-pub fn page(prepared: &Prepared) -> Result<Study, ExamplesError> {
+pub fn page(prepared: &PreparedObject) -> Result<Study, ExamplesError> {
     let learned = prepared.learned.as_ref().ok_or(ExamplesError::Nothing)?;
     let told = told(prepared).ok_or(ExamplesError::Nothing)?;
     Ok(Study {
@@ -58,9 +60,9 @@ pub fn page(prepared: &Prepared) -> Result<Study, ExamplesError> {
     })
 }
 
-fn told(prepared: &Prepared) -> Option<Vec<Told>> {
+fn told(prepared: &PreparedObject) -> Option<Vec<Told>> {
     let each = prepared.examples.iter().enumerate();
-    let lessons: Vec<Lesson> = each.flat_map(|(k, example)| example.lessons(k)).collect();
+    let lessons: Vec<TrainingSample> = each.flat_map(|(k, example)| example.lessons(k)).collect();
     let trained = degree::train(&lessons, prepared.parameters.seed)?;
     let labels = prepared.examples.iter().flat_map(|example| example.labels());
     let one = |((_, estimate, sites), left_out): ((f64, f64, u32), &f64)| Told {
@@ -71,7 +73,7 @@ fn told(prepared: &Prepared) -> Option<Vec<Told>> {
     Some(labels.zip(&trained.left_out).map(one).collect())
 }
 
-fn facts(prepared: &Prepared, learned: &Learned) -> Vec<Fact> {
+fn facts(prepared: &PreparedObject, learned: &LearnedModel) -> Vec<Fact> {
     let quality = &learned.quality;
     let both = |median: f64, p90: f64| format!("{}, nine of ten {}", share(median), share(p90));
     let mut facts = vec![
@@ -109,9 +111,9 @@ fn against(told: &[Told]) -> Result<Section, PlotError> {
     let points = |of: fn(&Told) -> f64| told.iter().map(|told| (told.optimised, of(told))).collect();
     let most = told.iter().map(|told| told.optimised).fold(2.0, f64::max);
     let lines = [
-        Line { name: "closed form".into(), points: points(|told| told.closed_form), mark: Mark::Dots },
-        Line { name: "network".into(), points: points(|told| told.network), mark: Mark::Dots },
-        Line { name: "what it should be".into(), points: vec![(2.0, 2.0), (most, most)], mark: Mark::Line },
+        PlotLine { name: "closed form".into(), points: points(|told| told.closed_form), mark: PlotMark::Dots },
+        PlotLine { name: "network".into(), points: points(|told| told.network), mark: PlotMark::Dots },
+        PlotLine { name: "what it should be".into(), points: vec![(2.0, 2.0), (most, most)], mark: PlotMark::Line },
     ];
     let axes = Axes { x: "optimised degree".into(), y: "predicted degree".into(), log_x: true, log_y: true };
     Ok(Section {
@@ -123,10 +125,10 @@ fn against(told: &[Told]) -> Result<Section, PlotError> {
 
 fn spread(told: &[Told]) -> Result<Section, PlotError> {
     let counted: Vec<&Told> = told.iter().filter(|told| told.optimised >= SITES_MIN as f64).collect();
-    let line = |name: &str, of: fn(&Told) -> f64| Line {
+    let line = |name: &str, of: fn(&Told) -> f64| PlotLine {
         name: name.to_owned(),
         points: histogram(counted.iter().map(|told| of(told) / told.optimised - 1.0)),
-        mark: Mark::Line,
+        mark: PlotMark::Line,
     };
     let lines = [line("closed form", |told| told.closed_form), line("network", |told| told.network)];
     let axes = Axes { x: "Δn / n".into(), y: "labels".into(), log_x: false, log_y: false };
@@ -150,27 +152,27 @@ fn histogram(values: impl Iterator<Item = f64>) -> Vec<(f64, f64)> {
 }
 
 /// The object with an arrow per contact.
-fn struck(prepared: &Prepared) -> Result<Section, PictureError> {
+fn struck(prepared: &PreparedObject) -> Result<Section, PictureError> {
     let metre = prepared.frame.diagonal_m;
-    let mut scene = Mesh::default();
+    let mut scene = DrawnMesh::default();
     for body in &prepared.bodies {
         let positions = body.crack.nodes.iter().map(|node| (node * metre).cast()).collect();
         let faces = body.crack.boundary().iter().map(|face| face.nodes).collect();
-        scene.append(Mesh::paint(positions, faces, CREASE_DEG, |_, _| Colour::oklch(0.86, 0.02, 85.0)));
+        scene.append(DrawnMesh::paint(positions, faces, CREASE_DEG, |_, _| Color::oklch(0.86, 0.02, 85.0)));
     }
     let ground = scene.bounds().0.y;
     for contact in prepared.examples.iter().flat_map(|example| &example.contacts) {
         let tip: Point3<f32> = Point3::from(contact.point_m - prepared.frame.centre_m).cast();
         let length = (ARROW * metre) as f32;
-        scene.append(arrow(tip, contact.impulse_ns.cast(), length, Colour::oklch(0.55, 0.14, 40.0)));
+        scene.append(arrow(tip, contact.impulse_ns.cast(), length, Color::oklch(0.55, 0.14, 40.0)));
     }
     let aspect = SIZE.width as f32 / SIZE.height as f32;
     let camera = Camera::fit(&scene.positions, Vector3::from(FROM), LENS, aspect);
-    let png = draw(&scene, &camera, SIZE, Style::CHART, Some(ground), Backdrop::Clear).png()?;
+    let png = draw(&scene, &camera, SIZE, RenderStyle::CHART, Some(ground), Backdrop::Clear).png()?;
     let caption = "An arrow ends where a contact of an example is, and flies as its impulse does.".to_owned();
     Ok(Section {
         heading: "Where the examples struck".to_owned(),
-        figures: vec![Figure { png, caption, scale: None }],
+        figures: vec![ReportFigure { png, caption, scale: None }],
         ..Section::default()
     })
 }

@@ -1,6 +1,6 @@
 //! The pieces of a strike as a mesh to be drawn, moved apart.
 
-use crate::picture::{Mesh, Spread, pieces};
+use crate::picture::{DrawnMesh, Spread, pieces};
 use shatter_export::{FragmentView, RunView};
 use shatter_fracture::pipeline::{FragmentRow, RunRow};
 
@@ -11,7 +11,7 @@ pub fn exploded(
     positions: &[[f32; 3]],
     indices: &[u32],
     spread: Spread,
-) -> Mesh {
+) -> DrawnMesh {
     let runs: Vec<RunView> = runs
         .iter()
         .map(|run| RunView { crack: run.crack, index_first: run.index_first, index_count: run.index_count })

@@ -9,18 +9,18 @@ use std::ops::Range;
 
 /// A line with a name.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Line {
+pub struct PlotLine {
     /// What it is, for the legend.
     pub name: String,
     /// Its points.
     pub points: Vec<(f64, f64)>,
     /// How they are drawn.
-    pub mark: Mark,
+    pub mark: PlotMark,
 }
 
 /// How points are drawn.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Mark {
+pub enum PlotMark {
     /// Joined, with a dot at each.
     #[default]
     Both,
@@ -67,12 +67,12 @@ pub(super) const COLOURS: [RGBColor; 5] = [
 pub(super) const GRID: RGBColor = RGBColor(226, 223, 216);
 
 /// An SVG document with all `lines`; points that are not finite, or not positive on a logarithmic axis, are left out.
-pub fn svg(axes: &Axes, lines: &[Line]) -> Result<String, PlotError> {
+pub fn svg(axes: &Axes, lines: &[PlotLine]) -> Result<String, PlotError> {
     let shown =
         |&(x, y): &(f64, f64)| x.is_finite() && y.is_finite() && (!axes.log_x || x > 0.0) && (!axes.log_y || y > 0.0);
-    let kept: Vec<Line> = lines
+    let kept: Vec<PlotLine> = lines
         .iter()
-        .map(|line| Line { points: line.points.iter().copied().filter(shown).collect(), ..line.clone() })
+        .map(|line| PlotLine { points: line.points.iter().copied().filter(shown).collect(), ..line.clone() })
         .collect();
     let x = range(kept.iter().flat_map(|line| &line.points).map(|point| point.0), axes.log_x);
     let y = range(kept.iter().flat_map(|line| &line.points).map(|point| point.1), axes.log_y);
@@ -116,7 +116,7 @@ fn draw<'a, X, Y>(
     x: X,
     y: Y,
     axes: &Axes,
-    lines: &[Line],
+    lines: &[PlotLine],
 ) -> Result<(), PlotError>
 where
     X: AsRangedCoord<Value = f64>,
@@ -140,16 +140,16 @@ where
         .map_err(PlotError::new)?;
     for (line, colour) in lines.iter().zip(COLOURS.iter().cycle()) {
         let style = colour.stroke_width(2);
-        let joined = if line.mark == Mark::Dots { &[] } else { line.points.as_slice() };
+        let joined = if line.mark == PlotMark::Dots { &[] } else { line.points.as_slice() };
         chart
             .draw_series(LineSeries::new(joined.iter().copied(), style))
             .map_err(PlotError::new)?
             .label(line.name.as_str())
             .legend(move |(x, y)| PathElement::new(vec![(x, y), (x + 18, y)], style));
         let (dotted, radius) = match line.mark {
-            Mark::Both => (line.points.as_slice(), 3),
-            Mark::Line => (&[][..], 0),
-            Mark::Dots => (line.points.as_slice(), 1),
+            PlotMark::Both => (line.points.as_slice(), 3),
+            PlotMark::Line => (&[][..], 0),
+            PlotMark::Dots => (line.points.as_slice(), 1),
         };
         chart
             .draw_series(dotted.iter().map(|&point| Circle::new(point, radius, colour.filled())))
@@ -182,8 +182,8 @@ mod tests {
 
     fn check(log_x: bool, log_y: bool, points: Vec<(f64, f64)>) -> String {
         let axes = Axes { x: "to the right".into(), y: "upwards".into(), log_x, log_y };
-        let mark = [Mark::Both, Mark::Line, Mark::Dots][usize::from(log_x) + usize::from(log_y)];
-        svg(&axes, &[Line { name: "a line".into(), points, mark }]).unwrap()
+        let mark = [PlotMark::Both, PlotMark::Line, PlotMark::Dots][usize::from(log_x) + usize::from(log_y)];
+        svg(&axes, &[PlotLine { name: "a line".into(), points, mark }]).unwrap()
     }
 
     #[test]

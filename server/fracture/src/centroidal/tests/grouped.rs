@@ -15,13 +15,13 @@ fn grouped(m: usize) -> (Case, Clusters) {
 fn groups_change_no_label_of_given_sites() {
     for (m, sites) in [(3, 7), (8, 60), (19, 50), (19, 300)] {
         let (mut case, clusters) = grouped(m);
-        let start = case.diagram(Options { tolerance: 0.1, ..Options::new(sites, 3) });
-        let field = Field::new(&case.lift, &case.volumes, &mut case.mass).unwrap();
-        let plain = assign(&field, &start.sites, &mut Workspace::default());
-        let spared = assign(&field.grouped(&clusters), &start.sites, &mut Workspace::default());
+        let start = case.diagram(DiagramOptions { tolerance: 0.1, ..DiagramOptions::new(sites, 3) });
+        let field = EnergyField::new(&case.lift, &case.volumes, &mut case.mass).unwrap();
+        let plain = assign(&field, &start.sites, &mut DiagramWorkspace::default());
+        let spared = assign(&field.grouped(&clusters), &start.sites, &mut DiagramWorkspace::default());
         assert!(plain.labels == spared.labels, "m = {m}, {sites} sites");
         assert!((plain.energy - spared.energy).abs() <= 1e-13 * plain.energy);
-        check(&field, &Options::new(sites, 3), &spared);
+        check(&field, &DiagramOptions::new(sites, 3), &spared);
     }
 }
 
@@ -30,9 +30,11 @@ fn coarse_levels_end_as_low_as_the_nodes_alone() {
     let mut ratios = Vec::new();
     for (seed, sites) in [(1, 10), (2, 10), (3, 25), (4, 50), (5, 50), (6, 100)] {
         let (mut case, clusters) = grouped(19);
-        let field = Field::new(&case.lift, &case.volumes, &mut case.mass).unwrap();
-        let options = Options::new(sites, seed);
-        let run = |field: &Field| diagram(field, &options, &mut Workspace::default(), &Token::default()).unwrap();
+        let field = EnergyField::new(&case.lift, &case.volumes, &mut case.mass).unwrap();
+        let options = DiagramOptions::new(sites, seed);
+        let run = |field: &EnergyField| {
+            diagram(field, &options, &mut DiagramWorkspace::default(), &CancelToken::default()).unwrap()
+        };
         let (plain, coarse) = (run(&field), run(&field.grouped(&clusters)));
         check(&field, &options, &coarse);
         println!(
@@ -52,21 +54,21 @@ fn coarse_levels_end_as_low_as_the_nodes_alone() {
 #[test]
 fn groups_of_another_lattice_are_not_taken() {
     let (mut case, _) = grouped(3);
-    let (clusters, wanted) = (Clusters::new(500, |_| &[]), Options::new(9, 2));
+    let (clusters, wanted) = (Clusters::new(500, |_| &[]), DiagramOptions::new(9, 2));
     let plain = case.diagram(wanted);
-    let field = Field::new(&case.lift, &case.volumes, &mut case.mass).unwrap().grouped(&clusters);
-    assert!(plain == diagram(&field, &wanted, &mut Workspace::default(), &Token::default()).unwrap());
+    let field = EnergyField::new(&case.lift, &case.volumes, &mut case.mass).unwrap().grouped(&clusters);
+    assert!(plain == diagram(&field, &wanted, &mut DiagramWorkspace::default(), &CancelToken::default()).unwrap());
 }
 
 #[test]
 fn threads_and_instructions_do_not_change_a_bit_of_grouped_diagrams() {
     let (mut case, clusters) = grouped(19);
-    let field = Field::new(&case.lift, &case.volumes, &mut case.mass).unwrap().grouped(&clusters);
+    let field = EnergyField::new(&case.lift, &case.volumes, &mut case.mass).unwrap().grouped(&clusters);
     let run = |threads, path| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        let mut workspace = Workspace { scratch: Scratch::with_path(path), ..Workspace::default() };
-        pool.install(|| diagram(&field, &Options::new(60, 11), &mut workspace, &Token::default()).unwrap())
+        let mut workspace = DiagramWorkspace { scratch: AssignScratch::with_path(path), ..DiagramWorkspace::default() };
+        pool.install(|| diagram(&field, &DiagramOptions::new(60, 11), &mut workspace, &CancelToken::default()).unwrap())
     };
-    let one = run(1, Path::detect());
-    assert!(one == run(2, Path::detect()) && one == run(4, Path::baseline()));
+    let one = run(1, KernelPath::detect());
+    assert!(one == run(2, KernelPath::detect()) && one == run(4, KernelPath::baseline()));
 }

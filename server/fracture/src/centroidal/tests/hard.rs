@@ -6,7 +6,7 @@ use proptest::prelude::*;
 #[test]
 fn one_site_is_the_centre_of_energy() {
     let mut case = Case::generic(5);
-    let result = case.diagram(Options::new(1, 0));
+    let result = case.diagram(DiagramOptions::new(1, 0));
     let total: f64 = case.mass.iter().sum();
     for axis in 0..5 {
         let mean = (0..case.mass.len()).map(|v| case.mass[v] * case.lift.at(v)[axis]).sum::<f64>() / total;
@@ -16,10 +16,10 @@ fn one_site_is_the_centre_of_energy() {
 
 #[test]
 fn zero_sites_are_one_and_too_many_are_one_per_node() {
-    assert_eq!(Case::cube(2).diagram(Options::new(0, 0)).count(), 1);
+    assert_eq!(Case::cube(2).diagram(DiagramOptions::new(0, 0)).count(), 1);
     let nodes = Case::cube(2).volumes.len();
     for wanted in [nodes - 1, nodes, nodes + 1, 10 * nodes] {
-        let result = Case::cube(2).diagram(Options::new(wanted, 3));
+        let result = Case::cube(2).diagram(DiagramOptions::new(wanted, 3));
         assert_eq!(result.count(), wanted.min(nodes));
         assert!((0..result.count() as u32).all(|site| result.labels.contains(&site)), "an empty cell");
     }
@@ -30,7 +30,7 @@ fn coincident_nodes_share_the_lowest_label() {
     let mut case = Case::cube(3);
     case.lift.coordinates.fill(0.25);
     case.lift.first_moment.fill(0.0);
-    let result = case.diagram(Options::new(6, 1));
+    let result = case.diagram(DiagramOptions::new(6, 1));
     assert!(result.labels.iter().all(|&label| label == 0));
     assert_eq!(result.energy, 0.0);
     assert!(result.converged && result.iterations() <= 2, "{:?}", result.history);
@@ -43,7 +43,7 @@ fn two_clumps_of_nodes_fill_two_cells_of_many() {
     case.lift.coordinates[..half].fill(0.0);
     case.lift.coordinates[half..].fill(1.0);
     case.lift.first_moment.fill(0.0);
-    let result = case.diagram(Options::new(5, 1));
+    let result = case.diagram(DiagramOptions::new(5, 1));
     assert!(result.energy < 1e-12);
     let mut used = result.labels.clone();
     used.sort_unstable();
@@ -57,7 +57,7 @@ fn all_energy_at_one_node_still_divides_the_rest() {
         let mut case = Case::cube(5);
         case.mass.fill(0.0);
         case.mass[77] = 3.0;
-        let result = case.diagram(Options::new(sites, 9));
+        let result = case.diagram(DiagramOptions::new(sites, 9));
         assert!((0..sites as u32).all(|site| result.labels.contains(&site)), "an empty cell among {sites}");
     }
 }
@@ -65,31 +65,31 @@ fn all_energy_at_one_node_still_divides_the_rest() {
 #[test]
 fn perfect_symmetry_is_broken_by_the_seed_alone() {
     for sites in [2, 4, 8, 27] {
-        let result = Case::cube(6).diagram(Options { tolerance: 0.0, ..Options::new(sites, 5) });
-        assert!(result == Case::cube(6).diagram(Options { tolerance: 0.0, ..Options::new(sites, 5) }));
+        let result = Case::cube(6).diagram(DiagramOptions { tolerance: 0.0, ..DiagramOptions::new(sites, 5) });
+        assert!(result == Case::cube(6).diagram(DiagramOptions { tolerance: 0.0, ..DiagramOptions::new(sites, 5) }));
     }
 }
 
 #[test]
 fn sites_on_top_of_each_other_yield_to_the_first() {
     let mut case = Case::cube(4);
-    let field = Field::new(&case.lift, &case.volumes, &mut case.mass).unwrap();
+    let field = EnergyField::new(&case.lift, &case.volumes, &mut case.mass).unwrap();
     let sites = [0.3, 0.0, 0.0, -0.3, 0.0, 0.0, 0.3, 0.0, 0.0];
-    let result = assign(&field, &sites, &mut Workspace::default());
+    let result = assign(&field, &sites, &mut DiagramWorkspace::default());
     assert!(result.labels.iter().all(|&label| label < 2) && result.cell_energy[2] == 0.0);
-    check(&field, &Options::new(3, 0), &result);
+    check(&field, &DiagramOptions::new(3, 0), &result);
 }
 
 #[test]
 fn far_from_the_origin_and_on_a_plane() {
     let mut far = Case::generic(3);
     far.lift.coordinates.iter_mut().for_each(|x| *x += 1e6);
-    far.diagram(Options::new(30, 2));
+    far.diagram(DiagramOptions::new(30, 2));
     let mut flat = Case::generic(3);
     flat.lift.coordinates.chunks_exact_mut(3).for_each(|place| place[2] = 0.0);
     flat.lift.first_moment.chunks_exact_mut(3).for_each(|offset| offset[2] = 0.0);
     flat.lift.density.fill(0.0);
-    flat.diagram(Options::new(30, 2));
+    flat.diagram(DiagramOptions::new(30, 2));
 }
 
 #[test]
@@ -97,7 +97,7 @@ fn broken_fields_are_refused_by_name() {
     let check = |spoil: &dyn Fn(&mut Case)| {
         let mut case = Case::cube(2);
         spoil(&mut case);
-        Field::new(&case.lift, &case.volumes, &mut case.mass).map(|_| ()).unwrap_err()
+        EnergyField::new(&case.lift, &case.volumes, &mut case.mass).map(|_| ()).unwrap_err()
     };
     assert!(matches!(check(&|case| case.mass[3] = f64::NAN), FieldError::Mass { node: 3, .. }));
     assert!(matches!(check(&|case| case.mass[4] = -1e-9), FieldError::Mass { node: 4, .. }));
@@ -114,7 +114,7 @@ fn the_floor_raises_unstressed_nodes_alone() {
     let mut case = Case::cube(2);
     case.mass[0] = 0.0;
     let before = case.mass.clone();
-    let field = Field::new(&case.lift, &case.volumes, &mut case.mass).unwrap();
+    let field = EnergyField::new(&case.lift, &case.volumes, &mut case.mass).unwrap();
     assert!(field.mass()[0] > 0.0 && field.mass()[0] < 1.1 * FLOOR * case.volumes[0]);
     assert_eq!(field.mass()[1..], before[1..]);
 }
@@ -127,6 +127,6 @@ proptest! {
         for (mass, exponent) in case.mass.iter_mut().zip(exponents.into_iter().cycle()) {
             *mass *= f64::powi(2.0, exponent);
         }
-        case.diagram(Options::new(sites, seed));
+        case.diagram(DiagramOptions::new(sites, seed));
     }
 }

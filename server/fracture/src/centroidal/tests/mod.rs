@@ -5,24 +5,24 @@ mod hard;
 mod invariance;
 mod yardstick;
 
-use super::assign::Scratch;
-use super::kernel::Path;
+use super::assign::AssignScratch;
+use super::kernel::KernelPath;
 use super::vector::square_distance;
 use super::*;
 use crate::lattice::{Lattice, block};
-use crate::lift::{Lift, LiftKind};
+use crate::lift::{LiftKind, LiftedLattice};
 use nalgebra::Point3;
 
 /// A lattice, its lift and an energy density, owned, so that fields can be borrowed from it.
 pub(super) struct Case {
-    pub lift: Lift,
+    pub lift: LiftedLattice,
     pub volumes: Vec<f64>,
     pub mass: Vec<f64>,
 }
 
 impl Case {
     /// Density `energy` on `lattice` lifted by `lift`.
-    pub fn new(lattice: &Lattice, lift: Lift, energy: impl Fn(&Point3<f64>) -> f64) -> Self {
+    pub fn new(lattice: &Lattice, lift: LiftedLattice, energy: impl Fn(&Point3<f64>) -> f64) -> Self {
         let volumes = lattice.node_volumes();
         let mass = lattice.nodes.iter().zip(&volumes).map(|(node, volume)| volume * energy(node)).collect();
         Self { lift, volumes, mass }
@@ -39,20 +39,20 @@ impl Case {
     /// W = 1 on a cube of `cells`³ cells and side 1, not lifted.
     pub fn cube(cells: usize) -> Self {
         let lattice = block([cells; 3], 1.0 / cells as f64);
-        Self::new(&lattice, Lift::euclidean(&lattice), |_| 1.0)
+        Self::new(&lattice, LiftedLattice::euclidean(&lattice), |_| 1.0)
     }
 
     /// The diagram, on a fresh workspace, after all of [`check`].
-    pub fn diagram(&mut self, options: Options) -> Diagram {
-        let field = Field::new(&self.lift, &self.volumes, &mut self.mass).unwrap();
-        let diagram = diagram(&field, &options, &mut Workspace::default(), &Token::default()).unwrap();
+    pub fn diagram(&mut self, options: DiagramOptions) -> Diagram {
+        let field = EnergyField::new(&self.lift, &self.volumes, &mut self.mass).unwrap();
+        let diagram = diagram(&field, &options, &mut DiagramWorkspace::default(), &CancelToken::default()).unwrap();
         check(&field, &options, &diagram);
         diagram
     }
 }
 
 /// x and m − 3 waves of it, scaled.
-fn wavy(lattice: &Lattice, m: usize) -> Lift {
+fn wavy(lattice: &Lattice, m: usize) -> LiftedLattice {
     let wave = |node: &Point3<f64>, k: usize| {
         let k = k as f64;
         0.3 / (1.0 + k) * ((3.0 + 0.7 * k) * node.x - (2.0 + 1.3 * k) * node.y + (1.0 + k * 0.4) * node.z + k).sin()
@@ -61,11 +61,11 @@ fn wavy(lattice: &Lattice, m: usize) -> Lift {
         let waves: Vec<f64> = (0..m - 3).map(|k| wave(node, k)).collect();
         [node.x, node.y, node.z].into_iter().chain(waves)
     };
-    Lift::scaled(LiftKind::Interior, lattice, m, lattice.nodes.iter().flat_map(row).collect())
+    LiftedLattice::scaled(LiftKind::Interior, lattice, m, lattice.nodes.iter().flat_map(row).collect())
 }
 
 /// What holds for every diagram.
-pub(super) fn check(field: &Field, options: &Options, diagram: &Diagram) {
+pub(super) fn check(field: &EnergyField, options: &DiagramOptions, diagram: &Diagram) {
     assert_eq!(diagram.count(), options.sites.clamp(1, field.nodes()));
     assert_eq!(diagram.labels.len(), field.nodes());
     assert_eq!(diagram.sites.len(), diagram.count() * field.dimension());
@@ -93,7 +93,7 @@ pub(super) fn check(field: &Field, options: &Options, diagram: &Diagram) {
 #[test]
 fn a_generic_field_is_divided_and_no_cell_is_empty() {
     for (m, sites) in [(3, 40), (4, 7), (16, 40), (19, 100)] {
-        let diagram = Case::generic(m).diagram(Options::new(sites, 7));
+        let diagram = Case::generic(m).diagram(DiagramOptions::new(sites, 7));
         assert!(diagram.converged && diagram.iterations() >= 3);
         let filled = (0..sites as u32).all(|site| diagram.labels.contains(&site));
         assert!(filled);
@@ -105,7 +105,7 @@ fn a_generic_field_is_divided_and_no_cell_is_empty() {
 fn sites_end_near_their_centroids_and_nearer_with_a_smaller_tolerance() {
     let drift = |tolerance: f64| {
         let mut case = Case::generic(5);
-        let diagram = case.diagram(Options { tolerance, ..Options::new(30, 3) });
+        let diagram = case.diagram(DiagramOptions { tolerance, ..DiagramOptions::new(30, 3) });
         let mut sums = vec![[0.0; 6]; 30];
         for (node, &label) in diagram.labels.iter().enumerate() {
             let sum = &mut sums[label as usize];
@@ -125,10 +125,11 @@ fn sites_end_near_their_centroids_and_nearer_with_a_smaller_tolerance() {
 #[test]
 fn memory_is_reused_from_diagram_to_diagram() {
     let mut case = Case::generic(6);
-    let field = Field::new(&case.lift, &case.volumes, &mut case.mass).unwrap();
-    let (mut workspace, mut result) = (Workspace::default(), Diagram::default());
+    let field = EnergyField::new(&case.lift, &case.volumes, &mut case.mass).unwrap();
+    let (mut workspace, mut result) = (DiagramWorkspace::default(), Diagram::default());
     let mut run = |sites| {
-        diagram_into(&field, &Options::new(sites, 5), &mut workspace, &Token::default(), &mut result).unwrap();
+        diagram_into(&field, &DiagramOptions::new(sites, 5), &mut workspace, &CancelToken::default(), &mut result)
+            .unwrap();
         let states = [workspace.current.labels.as_ptr(), workspace.trial.labels.as_ptr()];
         (states.iter().min().copied(), states.iter().max().copied(), result.labels.as_ptr(), result.labels.clone())
     };
@@ -140,8 +141,8 @@ fn memory_is_reused_from_diagram_to_diagram() {
 #[test]
 fn a_cancelled_token_ends_the_descent() {
     let mut case = Case::generic(3);
-    let field = Field::new(&case.lift, &case.volumes, &mut case.mass).unwrap();
-    let token = Token::default();
+    let field = EnergyField::new(&case.lift, &case.volumes, &mut case.mass).unwrap();
+    let token = CancelToken::default();
     token.cancel();
-    assert_eq!(diagram(&field, &Options::new(9, 1), &mut Workspace::default(), &token), Err(Cancelled));
+    assert_eq!(diagram(&field, &DiagramOptions::new(9, 1), &mut DiagramWorkspace::default(), &token), Err(Cancelled));
 }

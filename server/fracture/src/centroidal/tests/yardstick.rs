@@ -11,7 +11,7 @@ const BCC: f64 = 0.0785433;
 fn uniform_cells_come_close_to_the_best_known_quantiser() {
     for (sites, cells) in [(30, 12), (60, 12), (60, 18)] {
         let mut case = Case::cube(cells);
-        let result = case.diagram(Options { tolerance: 1e-4, ..Options::new(sites, 1) });
+        let result = case.diagram(DiagramOptions { tolerance: 1e-4, ..DiagramOptions::new(sites, 1) });
         let mean = result.cell_energy.iter().sum::<f64>() / sites as f64;
         let moment = mean / 3.0 / (1.0 / sites as f64).powf(5.0 / 3.0);
         println!("{sites} sites: normalised second moment {moment:.5}, {:.3} of BCC", moment / BCC);
@@ -21,11 +21,11 @@ fn uniform_cells_come_close_to_the_best_known_quantiser() {
 
 #[test]
 fn cell_energies_do_not_depend_on_the_spacing() {
-    let coarse = Case::cube(8).diagram(Options::new(12, 6));
+    let coarse = Case::cube(8).diagram(DiagramOptions::new(12, 6));
     let energies = |cells: usize| {
         let mut case = Case::cube(cells);
-        let field = Field::new(&case.lift, &case.volumes, &mut case.mass).unwrap();
-        let result = assign(&field, &coarse.sites, &mut Workspace::default());
+        let field = EnergyField::new(&case.lift, &case.volumes, &mut case.mass).unwrap();
+        let result = assign(&field, &coarse.sites, &mut DiagramWorkspace::default());
         (result.energy, result.cell_energy)
     };
     let (coarse_plain, coarse_full) = energies(8);

@@ -8,7 +8,7 @@ use nalgebra::{DMatrix, DVector};
 fn held(lattice: &Lattice, poisson: f64) -> Elasticity {
     let low = lattice.nodes.iter().map(|node| node.x).fold(f64::INFINITY, f64::min) + 1e-9;
     let nodes = (0..lattice.nodes.len() as u32).filter(|&node| lattice.nodes[node as usize].x < low).collect();
-    free(lattice, poisson).anchored(nodes, &Token::default()).unwrap()
+    free(lattice, poisson).anchored(nodes, &CancelToken::default()).unwrap()
 }
 
 fn anchors(body: &Elasticity) -> &[u32] {
@@ -20,7 +20,8 @@ fn anchors(body: &Elasticity) -> &[u32] {
 
 /// A blow on the far end.
 fn blow(body: &Elasticity) -> Vec<f64> {
-    let contact = Contact { point: Point3::new(0.5, 0.03, 0.02), impulse: Vector3::new(-1.0, 0.3, 0.1), radius: 0.2 };
+    let contact =
+        ContactLoad { point: Point3::new(0.5, 0.03, 0.02), impulse: Vector3::new(-1.0, 0.3, 0.1), radius: 0.2 };
     load(body, &[contact]).forces
 }
 
@@ -111,9 +112,9 @@ fn what_does_not_hold_is_refused() {
         .collect();
     assert!(edge.len() >= 5);
     for nodes in [vec![], vec![3], vec![3, 7], edge] {
-        let (count, error) = (nodes.len(), body.anchored(nodes, &Token::default()).err());
+        let (count, error) = (nodes.len(), body.anchored(nodes, &CancelToken::default()).err());
         assert_eq!(error, Some(ElasticityError::AnchorsInLine { nodes: count }));
     }
-    let error = body.anchored(vec![0, 4000], &Token::default()).err();
+    let error = body.anchored(vec![0, 4000], &CancelToken::default()).err();
     assert_eq!(error, Some(ElasticityError::UnknownAnchor { node: 4000 }));
 }

@@ -54,16 +54,17 @@ fn needles_and_plates_of_one_cell_are_solved() {
         let lattice = block(cells, 0.01);
         let body = free(&lattice, 0.3);
         let tip = Point3::new(cells[0] as f64 * 0.005, 0.0, 0.0);
-        let contact = Contact { point: tip, impulse: Vector3::new(0.1, 0.0, -1.0), radius: 0.01 };
+        let contact = ContactLoad { point: tip, impulse: Vector3::new(0.1, 0.0, -1.0), radius: 0.01 };
         let forces = load(&body, &[contact]).forces;
         let of = |body: &Elasticity| {
             let mut out = Vec::new();
-            body.tet_energy(&lattice, &solve(body, &forces), Driving::Total, &mut out, &Token::default()).unwrap();
+            body.tet_energy(&lattice, &solve(body, &forces), DrivingEnergy::Total, &mut out, &CancelToken::default())
+                .unwrap();
             out
         };
         let last = lattice.nodes.len() as u32 - 1;
-        let pins = Pins::on(&lattice, [last, 2, last / 2]).unwrap();
-        let other = Elasticity::supported(&lattice, 0.3, Support::Free(pins), &Token::default()).unwrap();
+        let pins = PinnedNodes::on(&lattice, [last, 2, last / 2]).unwrap();
+        let other = Elasticity::supported(&lattice, 0.3, Support::Free(pins), &CancelToken::default()).unwrap();
         let error = difference(&of(&body), &of(&other));
         println!("{cells:?}: energies differ by {error:.1e} between pins");
         assert!(error < bound, "{cells:?}: {error:e}");

@@ -1,11 +1,11 @@
 //! Contacts: where their force goes, and inertia relief.
 
 use super::*;
-use crate::elasticity::front::Front;
+use crate::elasticity::front::LoadFront;
 use proptest::prelude::*;
 
-fn contact(point: [f64; 3], impulse: [f64; 3], radius: f64) -> Contact {
-    Contact { point: Point3::from(point), impulse: Vector3::from(impulse), radius }
+fn contact(point: [f64; 3], impulse: [f64; 3], radius: f64) -> ContactLoad {
+    ContactLoad { point: Point3::from(point), impulse: Vector3::from(impulse), radius }
 }
 
 /// Net force and torque about the origin, relative to the sum of the magnitudes.
@@ -33,7 +33,8 @@ fn net_force_and_torque_vanish_to_rounding_and_leave_no_residual() {
         let forces = load(&body, &contacts).forces;
         let error = imbalance(&lattice, &forces);
         assert!(error < 1e-12, "{error:e}");
-        let solved = body.solve(&forces, &mut Vec::new(), &mut Workspace::default(), &Token::default()).unwrap();
+        let solved =
+            body.solve(&forces, &mut Vec::new(), &mut ElasticWorkspace::default(), &CancelToken::default()).unwrap();
         assert!(solved.residual <= 1e-9 && solved.sweeps == 0, "{solved:?}");
     }
 }
@@ -72,7 +73,7 @@ fn the_whole_force_is_applied_with_the_radius_that_is_reported() {
     let lattice = block([4, 4, 4], 0.2);
     let body = free(&lattice, 0.2);
     let anchored =
-        Elasticity::supported(&lattice, 0.2, Support::Anchored(vec![0, 1, 2, 3]), &Token::default()).unwrap();
+        Elasticity::supported(&lattice, 0.2, Support::Anchored(vec![0, 1, 2, 3]), &CancelToken::default()).unwrap();
     let load = load(&anchored, &[contact([0.41, 0.05, 0.1], [1.0, 2.0, 3.0], 0.02)]);
     let sum = load.forces.chunks_exact(3).map(Vector3::from_column_slice).sum::<Vector3<f64>>();
     assert!((sum - Vector3::new(1.0, 2.0, 3.0)).norm() < 1e-13);
@@ -90,7 +91,7 @@ fn a_neighbouring_leg_is_not_loaded() {
     let body = free(&horseshoe, 0.3);
     // On the inner side of the right leg, near its end; the left leg is 0.1 away, the radius 0.12.
     let nearest = body.boundary.nearest(&Point3::new(0.05, -0.3, 0.0)).unwrap();
-    let mut front = Front::default();
+    let mut front = LoadFront::default();
     let reached = front.run(&body.boundary, &nearest, 3.0 * 0.12);
     assert!(reached.len() > 40);
     for &(node, distance) in reached {
@@ -105,7 +106,7 @@ fn distance_along_the_boundary_is_exact_on_a_face_and_across_its_edges() {
     let lattice = block([6, 6, 6], 1.0);
     let body = free(&lattice, 0.0);
     let source = body.boundary.nearest(&Point3::new(1.3, 0.4, 3.0)).unwrap();
-    let mut front = Front::default();
+    let mut front = LoadFront::default();
     let mut compared = [0; 2];
     for &(node, distance) in front.run(&body.boundary, &source, 4.0) {
         let place = body.boundary.positions[node as usize];
@@ -127,7 +128,7 @@ fn the_smallest_radius_is_resolved_by_the_lattice() {
     let coarse = block([4; 3], 0.25);
     let radius = RADIUS_SPACINGS_MIN * free(&coarse, 0.25).spacing();
     let energy = |lattice: &Lattice, [y, z]: [f64; 2]| -> f64 {
-        strike(lattice, &[contact([0.5, y, z], [-1.0, 0.0, 0.0], radius)], Driving::Total).iter().sum()
+        strike(lattice, &[contact([0.5, y, z], [-1.0, 0.0, 0.0], radius)], DrivingEnergy::Total).iter().sum()
     };
     let fine = block([8; 3], 0.125);
     for place in [[0.0, 0.0], [0.02, 0.01], [0.07, 0.05], [0.125, 0.125]] {
@@ -147,10 +148,10 @@ proptest! {
         let lattice = carve(&block([4, 4, 3], 0.2), |place| place.x < 0.0 || place.y < 0.0);
         let body = free(&lattice, 0.3);
         let place = body.boundary.nearest(&Point3::from(from)).unwrap().place;
-        let load = load(&body, &[Contact { point: place, impulse: Vector3::from(impulse), radius }]);
+        let load = load(&body, &[ContactLoad { point: place, impulse: Vector3::from(impulse), radius }]);
         prop_assert!(imbalance(&lattice, &load.forces) < 1e-12);
         let [total, tensile] =
-            [Driving::Total, Driving::Tensile].map(|driving| energies(&body, &lattice, &load.forces, driving));
+            [DrivingEnergy::Total, DrivingEnergy::Tensile].map(|driving| energies(&body, &lattice, &load.forces, driving));
         for (total, tensile) in total.iter().zip(&tensile) {
             prop_assert!(*total >= 0.0 && *tensile >= 0.0 && *tensile <= total * (1.0 + 1e-12) && total.is_finite());
         }

@@ -3,12 +3,12 @@
 use super::*;
 use nalgebra::DMatrix;
 
-fn floor(body: &Elasticity) -> Floor {
-    Floor::of(body, &Token::default()).unwrap().unwrap()
+fn floor(body: &Elasticity) -> EigenvalueLowerBound {
+    EigenvalueLowerBound::of(body, &CancelToken::default()).unwrap().unwrap()
 }
 
 /// W by row, from the bounds of unit forces, ½/(wσ).
-fn weights(floor: &Floor, size: usize) -> Vec<f64> {
+fn weights(floor: &EigenvalueLowerBound, size: usize) -> Vec<f64> {
     let of = |row: usize| {
         let mut unit = vec![0.0; size];
         unit[row] = 1.0;
@@ -48,8 +48,8 @@ fn the_floor_is_below_the_softest_motion_and_near_it() {
 #[test]
 fn a_held_body_has_no_floor() {
     let lattice = block([2, 1, 1], 0.2);
-    let held = free(&lattice, 0.3).anchored(vec![0, 1, 2, 3, 4], &Token::default()).unwrap();
-    assert_eq!(Floor::of(&held, &Token::default()).unwrap(), None);
+    let held = free(&lattice, 0.3).anchored(vec![0, 1, 2, 3, 4], &CancelToken::default()).unwrap();
+    assert_eq!(EigenvalueLowerBound::of(&held, &CancelToken::default()).unwrap(), None);
 }
 
 /// Contacts of any place, direction and radius store no more than the bound says.
@@ -61,12 +61,12 @@ fn no_load_stores_more_than_its_bound() {
         let lattice = block(cells, spacing);
         let body = free(&lattice, 0.3);
         let floor = floor(&body);
-        let mut stream = Stream::new(3, 0);
+        let mut stream = RandomStream::new(3, 0);
         let mut ratios = Vec::new();
         for _ in 0..60 {
             let place = body.boundary.positions[(stream.uniform() * body.boundary.positions.len() as f64) as usize];
             let impulse = Vector3::from_fn(|_, _| stream.uniform() - 0.5);
-            let contact = Contact { point: place, impulse, radius: 0.05 + 0.2 * stream.uniform() };
+            let contact = ContactLoad { point: place, impulse, radius: 0.05 + 0.2 * stream.uniform() };
             let forces = load(&body, &[contact]).forces;
             let energy = body.elastic_energy(&forces, &solve(&body, &forces));
             ratios.push(floor.energy(&forces) / energy);

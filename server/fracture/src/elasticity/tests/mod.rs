@@ -12,9 +12,9 @@ mod refusal;
 
 use super::*;
 use crate::lattice::{Lattice, block};
-use crate::random::Stream;
+use crate::random::RandomStream;
 use crate::reference::{bending_error, kuhn, perturbed, traction};
-use crate::token::Token;
+use crate::token::CancelToken;
 use nalgebra::{Matrix3, Point3, Vector3};
 
 /// The tetrahedra whose centroid `keep` keeps, nodes renumbered.
@@ -41,22 +41,22 @@ fn centroid(lattice: &Lattice, tet: usize) -> Point3<f64> {
 
 /// A free body.
 fn free(lattice: &Lattice, poisson: f64) -> Elasticity {
-    Elasticity::prepare(lattice, poisson, &Token::default()).unwrap()
+    Elasticity::prepare(lattice, poisson, &CancelToken::default()).unwrap()
 }
 
 /// The displacement under `forces`.
 fn solve(body: &Elasticity, forces: &[f64]) -> Vec<f64> {
     let mut displacement = Vec::new();
-    body.solve(forces, &mut displacement, &mut Workspace::default(), &Token::default()).unwrap();
+    body.solve(forces, &mut displacement, &mut ElasticWorkspace::default(), &CancelToken::default()).unwrap();
     displacement
 }
 
 /// The energies of all tetrahedra under `forces`; their sum must be the work of the forces.
-fn energies(body: &Elasticity, lattice: &Lattice, forces: &[f64], driving: Driving) -> Vec<f64> {
+fn energies(body: &Elasticity, lattice: &Lattice, forces: &[f64], driving: DrivingEnergy) -> Vec<f64> {
     let displacement = solve(body, forces);
     let mut energies = Vec::new();
-    body.tet_energy(lattice, &displacement, driving, &mut energies, &Token::default()).unwrap();
-    if driving == Driving::Total {
+    body.tet_energy(lattice, &displacement, driving, &mut energies, &CancelToken::default()).unwrap();
+    if driving == DrivingEnergy::Total {
         let (sum, work): (f64, f64) = (energies.iter().sum(), body.elastic_energy(forces, &displacement));
         assert!((sum - work).abs() <= 1e-10 * work.abs(), "Σ W = {sum}, ½ f·u = {work}");
     }
@@ -64,13 +64,13 @@ fn energies(body: &Elasticity, lattice: &Lattice, forces: &[f64], driving: Drivi
 }
 
 /// The forces of `contacts`, in equilibrium.
-fn load(body: &Elasticity, contacts: &[Contact]) -> Load {
-    let mut load = Load::default();
-    body.load(contacts, &mut load, &mut Workspace::default()).unwrap();
+fn load(body: &Elasticity, contacts: &[ContactLoad]) -> NodalLoad {
+    let mut load = NodalLoad::default();
+    body.load(contacts, &mut load, &mut ElasticWorkspace::default()).unwrap();
     load
 }
 
-fn strike(lattice: &Lattice, contacts: &[Contact], driving: Driving) -> Vec<f64> {
+fn strike(lattice: &Lattice, contacts: &[ContactLoad], driving: DrivingEnergy) -> Vec<f64> {
     let body = free(lattice, 0.25);
     energies(&body, lattice, &load(&body, contacts).forces, driving)
 }

@@ -27,7 +27,7 @@ fn check(lattice: &Lattice, poisson: f64, [xx, yy, zz, yz, xz, xy]: [f64; 6]) {
     let body = free(lattice, poisson);
     let forces = traction(lattice, |_| stress);
     let displacement = solve(&body, &forces);
-    let energies = energies(&body, lattice, &forces, Driving::Total);
+    let energies = energies(&body, lattice, &forces, DrivingEnergy::Total);
     for (tet, energy) in energies.iter().enumerate() {
         let (strain, volume) = strain(lattice, tet, &displacement);
         assert!((strain - exact).norm() <= 1e-10 * exact.norm(), "ν = {poisson}, {stress}: strain {strain}");
@@ -46,7 +46,7 @@ fn constant_stress_is_exact_in_all_six_states() {
 #[test]
 fn constant_stress_is_exact_on_any_perturbed_block() {
     for seed in 0..6 {
-        let mut stream = Stream::new(seed, 1);
+        let mut stream = RandomStream::new(seed, 1);
         let state = [(); 6].map(|_| stream.uniform() - 0.5);
         check(&perturbed([2, 3, 2], 0.3, 0.12, seed), 0.2, state);
     }

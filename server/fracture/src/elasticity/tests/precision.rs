@@ -6,13 +6,13 @@ use crate::sparse::Precision;
 /// The same body with either factor.
 fn both(lattice: &Lattice) -> [Elasticity; 2] {
     [Precision::F64, Precision::F32]
-        .map(|precision| Elasticity::assembled(lattice, 0.3, &Token::default()).unwrap().of_precision(precision))
+        .map(|precision| Elasticity::assembled(lattice, 0.3, &CancelToken::default()).unwrap().of_precision(precision))
 }
 
 /// A blow across the end of a block.
-fn blow(body: &Elasticity, lattice: &Lattice) -> Load {
+fn blow(body: &Elasticity, lattice: &Lattice) -> NodalLoad {
     let end = lattice.nodes.iter().max_by(|a, b| a.x.total_cmp(&b.x)).unwrap();
-    load(body, &[Contact { point: *end, impulse: Vector3::new(-0.3, -1.0, 0.2), radius: 0.2 }])
+    load(body, &[ContactLoad { point: *end, impulse: Vector3::new(-0.3, -1.0, 0.2), radius: 0.2 }])
 }
 
 #[test]
@@ -24,14 +24,15 @@ fn single_precision_is_refined_until_energies_are_those_of_double() {
         let mut displacement = Vec::new();
         for scale in [1.0, 1e-60, 1e60] {
             let forces: Vec<f64> = load.forces.iter().map(|f| f * scale).collect();
-            let token = Token::default();
-            let solved = single.solve(&forces, &mut displacement, &mut Workspace::default(), &token).unwrap();
+            let token = CancelToken::default();
+            let solved = single.solve(&forces, &mut displacement, &mut ElasticWorkspace::default(), &token).unwrap();
             println!("{cells:?}: {solved:?}");
             assert!(solved.residual <= 1e-7 && (1..=2).contains(&solved.sweeps), "{solved:?}");
         }
         let [exact, found] = [&double, &single].map(|body| {
             let (displacement, mut energies) = (solve(body, &load.forces), Vec::new());
-            body.tet_energy(&lattice, &displacement, Driving::Total, &mut energies, &Token::default()).unwrap();
+            body.tet_energy(&lattice, &displacement, DrivingEnergy::Total, &mut energies, &CancelToken::default())
+                .unwrap();
             energies
         });
         assert!(difference(&exact, &found) <= 1e-6, "{}", difference(&exact, &found));

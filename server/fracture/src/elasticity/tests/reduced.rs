@@ -10,16 +10,16 @@ fn bar() -> (Lattice, Elasticity) {
 }
 
 /// A contact anywhere on the top, in any direction.
-fn drawn(lattice: &Lattice, stream: &mut Stream) -> Contact {
+fn drawn(lattice: &Lattice, stream: &mut RandomStream) -> ContactLoad {
     let top = lattice.nodes.iter().map(|node| node.y).fold(f64::NEG_INFINITY, f64::max);
     let above: Vec<Point3<f64>> = lattice.nodes.iter().filter(|node| node.y == top).copied().collect();
     let point = above[stream.bits() as usize % above.len()];
     let impulse = Vector3::new(stream.uniform() - 0.5, -1.0, stream.uniform() - 0.5);
-    Contact { point, impulse, radius: 0.3 }
+    ContactLoad { point, impulse, radius: 0.3 }
 }
 
-fn snapshots(lattice: &Lattice, body: &Elasticity, count: u64) -> Vec<Load> {
-    let mut stream = Stream::new(1, 0);
+fn snapshots(lattice: &Lattice, body: &Elasticity, count: u64) -> Vec<NodalLoad> {
+    let mut stream = RandomStream::new(1, 0);
     (0..count).map(|_| load(body, &[drawn(lattice, &mut stream)])).collect()
 }
 
@@ -27,7 +27,7 @@ fn snapshots(lattice: &Lattice, body: &Elasticity, count: u64) -> Vec<Load> {
 fn many_right_hand_sides_are_solved_as_one_by_one() {
     let (lattice, body) = bar();
     let loads = snapshots(&lattice, &body, 11);
-    let all = body.solve_all(&loads, &Token::default()).unwrap();
+    let all = body.solve_all(&loads, &CancelToken::default()).unwrap();
     for (column, load) in all.chunks_exact(body.size()).zip(&loads) {
         let alone = solve(&body, &load.forces);
         let greatest = alone.iter().fold(0.0, |greatest: f64, u| greatest.max(u.abs()));
@@ -39,7 +39,7 @@ fn many_right_hand_sides_are_solved_as_one_by_one() {
 #[test]
 fn the_basis_is_orthonormal_in_energy() {
     let (lattice, body) = bar();
-    let reduced = body.reduce(&snapshots(&lattice, &body, 40), 12, &Token::default()).unwrap().unwrap();
+    let reduced = body.reduce(&snapshots(&lattice, &body, 40), 12, &CancelToken::default()).unwrap().unwrap();
     let rank = reduced.rank();
     assert_eq!(rank, 12);
     let column =
@@ -59,14 +59,14 @@ fn the_basis_is_orthonormal_in_energy() {
 fn what_the_basis_has_seen_it_reproduces() {
     let (lattice, body) = bar();
     let loads = snapshots(&lattice, &body, 30);
-    let reduced = body.reduce(&loads, 256, &Token::default()).unwrap().unwrap();
+    let reduced = body.reduce(&loads, 256, &CancelToken::default()).unwrap().unwrap();
     let (mut coordinates, mut displacement) = (Vec::new(), Vec::new());
     for load in &loads {
         let energy = reduced.project(load, &mut coordinates);
-        reduced.expand(&coordinates, &mut displacement, &mut Workspace::default());
+        reduced.expand(&coordinates, &mut displacement, &mut ElasticWorkspace::default());
         let mut own = Vec::new();
-        body.tet_energy(&lattice, &displacement, Driving::Total, &mut own, &Token::default()).unwrap();
-        let wanted = energies(&body, &lattice, &load.forces, Driving::Total);
+        body.tet_energy(&lattice, &displacement, DrivingEnergy::Total, &mut own, &CancelToken::default()).unwrap();
+        let wanted = energies(&body, &lattice, &load.forces, DrivingEnergy::Total);
         let total: f64 = wanted.iter().sum();
         let worst = own.iter().zip(&wanted).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         assert!((energy / total - 1.0).abs() < 1e-5, "{energy} of {total}");
@@ -78,10 +78,10 @@ fn what_the_basis_has_seen_it_reproduces() {
 fn captured_energy_grows_with_the_rank_and_never_exceeds_the_true_one() {
     let (lattice, body) = bar();
     let loads = snapshots(&lattice, &body, 60);
-    let other = load(&body, &[Contact { radius: 0.35, ..drawn(&lattice, &mut Stream::new(2, 0)) }]);
-    let truth: f64 = energies(&body, &lattice, &other.forces, Driving::Total).iter().sum();
+    let other = load(&body, &[ContactLoad { radius: 0.35, ..drawn(&lattice, &mut RandomStream::new(2, 0)) }]);
+    let truth: f64 = energies(&body, &lattice, &other.forces, DrivingEnergy::Total).iter().sum();
     let captured = |rank| {
-        let reduced = body.reduce(&loads, rank, &Token::default()).unwrap().unwrap();
+        let reduced = body.reduce(&loads, rank, &CancelToken::default()).unwrap().unwrap();
         reduced.project(&other, &mut Vec::new())
     };
     let found = [4, 8, 16, 32].map(captured);
@@ -91,8 +91,8 @@ fn captured_energy_grows_with_the_rank_and_never_exceeds_the_true_one() {
 }
 
 /// The relative residual of the reduced displacement under a load, and what is missing of the true energy.
-fn missing(lattice: &Lattice, body: &Elasticity, reduced: &Reduced, load: &Load) -> (f64, f64) {
-    let (mut coordinates, mut displacement, mut workspace) = (Vec::new(), Vec::new(), Workspace::default());
+fn missing(lattice: &Lattice, body: &Elasticity, reduced: &ReducedBasis, load: &NodalLoad) -> (f64, f64) {
+    let (mut coordinates, mut displacement, mut workspace) = (Vec::new(), Vec::new(), ElasticWorkspace::default());
     let energy = reduced.project(load, &mut coordinates);
     reduced.expand(&coordinates, &mut displacement, &mut workspace);
     let residual = reduced.residual(body, load, &coordinates, &mut workspace);
@@ -106,20 +106,20 @@ fn missing(lattice: &Lattice, body: &Elasticity, reduced: &Reduced, load: &Load)
         (residual - direct).abs() <= 2.0 * rounding * direct.sqrt() + 1e-11,
         "{residual} by the form, {direct} by the displacement"
     );
-    let truth: f64 = energies(body, lattice, &load.forces, Driving::Total).iter().sum();
+    let truth: f64 = energies(body, lattice, &load.forces, DrivingEnergy::Total).iter().sum();
     (residual, 1.0 - energy / truth)
 }
 
 #[test]
 fn the_residual_tells_the_missing_energy_of_any_contact() {
     let (lattice, body) = bar();
-    let reduced = body.reduce(&snapshots(&lattice, &body, 30), 20, &Token::default()).unwrap().unwrap();
-    let mut stream = Stream::new(3, 0);
+    let reduced = body.reduce(&snapshots(&lattice, &body, 30), 20, &CancelToken::default()).unwrap().unwrap();
+    let mut stream = RandomStream::new(3, 0);
     let mut pairs = |radius| -> Vec<(f64, f64)> {
-        let mut drawn = || load(&body, &[Contact { radius, ..drawn(&lattice, &mut stream) }]);
+        let mut drawn = || load(&body, &[ContactLoad { radius, ..drawn(&lattice, &mut stream) }]);
         (0..20).map(|_| missing(&lattice, &body, &reduced, &drawn())).collect()
     };
-    let estimate = Estimate::fit(&pairs(0.3));
+    let estimate = ErrorEstimate::fit(&pairs(0.3));
     println!("{estimate:?}");
     for radius in [0.25, 0.3, 0.4, 0.5] {
         let others = pairs(radius);
@@ -132,9 +132,9 @@ fn the_residual_tells_the_missing_energy_of_any_contact() {
 #[test]
 fn contacts_that_touch_the_same_nodes_count_together() {
     let (lattice, body) = bar();
-    let reduced = body.reduce(&snapshots(&lattice, &body, 30), 20, &Token::default()).unwrap().unwrap();
-    let one = drawn(&lattice, &mut Stream::new(5, 0));
-    let aside = Contact { impulse: one.impulse.yzx(), ..one };
+    let reduced = body.reduce(&snapshots(&lattice, &body, 30), 20, &CancelToken::default()).unwrap().unwrap();
+    let one = drawn(&lattice, &mut RandomStream::new(5, 0));
+    let aside = ContactLoad { impulse: one.impulse.yzx(), ..one };
     let [(alone, _), (twice, _), _] =
         [vec![one], vec![one, one], vec![one, aside]].map(|all| missing(&lattice, &body, &reduced, &load(&body, &all)));
     assert!((alone - twice).abs() <= 1e-9 * alone, "{alone} {twice}");
@@ -142,29 +142,29 @@ fn contacts_that_touch_the_same_nodes_count_together() {
 
 #[test]
 fn estimates_are_fitted_to_the_power() {
-    let truth = Estimate { factor: 0.3, power: 1.25 };
-    let mut stream = Stream::new(4, 0);
+    let truth = ErrorEstimate { factor: 0.3, power: 1.25 };
+    let mut stream = RandomStream::new(4, 0);
     let mut drawn = || (-12.0 * stream.uniform()).exp();
     let pairs: Vec<_> = (0..40).map(|_| drawn()).map(|residual| (residual, truth.error(residual))).collect();
-    let found = Estimate::fit(&pairs);
+    let found = ErrorEstimate::fit(&pairs);
     assert!((found.factor - truth.factor).abs() < 1e-9 && (found.power - truth.power).abs() < 1e-9, "{found:?}");
-    assert_eq!(Estimate::fit(&pairs[..7]), Estimate::RAW);
-    assert_eq!(Estimate::fit(&vec![(0.1, 0.2); 40]), Estimate::RAW, "no power is told");
+    assert_eq!(ErrorEstimate::fit(&pairs[..7]), ErrorEstimate::RAW);
+    assert_eq!(ErrorEstimate::fit(&vec![(0.1, 0.2); 40]), ErrorEstimate::RAW, "no power is told");
     let without_error: Vec<_> = pairs.iter().copied().chain([(0.1, 0.0), (0.0, 0.1)]).collect();
-    assert_eq!(Estimate::fit(&without_error), found);
+    assert_eq!(ErrorEstimate::fit(&without_error), found);
 }
 
 #[test]
 fn wide_instructions_do_not_change_a_bit_of_a_projection() {
     let (lattice, body) = bar();
     let loads = snapshots(&lattice, &body, 30);
-    let reduced = body.reduce(&loads, 19, &Token::default()).unwrap().unwrap();
+    let reduced = body.reduce(&loads, 19, &CancelToken::default()).unwrap().unwrap();
     for load in &loads[..3] {
         crate::wide::tests::same_on_every_path(|| {
             let (mut coordinates, mut displacement) = (Vec::new(), Vec::new());
             let energy = reduced.project(load, &mut coordinates);
-            reduced.expand(&coordinates, &mut displacement, &mut Workspace::default());
-            let residual = reduced.residual(&body, load, &coordinates, &mut Workspace::default());
+            reduced.expand(&coordinates, &mut displacement, &mut ElasticWorkspace::default());
+            let residual = reduced.residual(&body, load, &coordinates, &mut ElasticWorkspace::default());
             (energy, residual, coordinates, displacement)
         });
     }

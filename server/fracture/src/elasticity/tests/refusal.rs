@@ -3,7 +3,7 @@
 use super::*;
 
 fn prepare(lattice: &Lattice, poisson: f64) -> Option<ElasticityError> {
-    Elasticity::prepare(lattice, poisson, &Token::default()).err()
+    Elasticity::prepare(lattice, poisson, &CancelToken::default()).err()
 }
 
 #[test]
@@ -31,7 +31,7 @@ fn lattices_that_are_no_body_are_refused() {
     infinite.nodes[infinite.tets[3][2] as usize].y = f64::NAN;
     assert!(matches!(prepare(&infinite, 0.3), Some(ElasticityError::DegenerateTet { .. })));
     let anchored = Support::Anchored(vec![0, 99]);
-    let error = Elasticity::supported(&block([1, 1, 1], 1.0), 0.3, anchored, &Token::default()).err();
+    let error = Elasticity::supported(&block([1, 1, 1], 1.0), 0.3, anchored, &CancelToken::default()).err();
     assert_eq!(error, Some(ElasticityError::UnknownAnchor { node: 99 }));
 }
 
@@ -48,9 +48,9 @@ fn mechanisms_are_refused() {
     for lattice in [cubes([1.0, 1.0, 1.0]), cubes([1.0, 1.0, -1.0])] {
         let error = prepare(&lattice, 0.3);
         assert!(matches!(error, Some(ElasticityError::Mechanism { .. } | ElasticityError::Stiffness(_))), "{error:?}");
-        let later = Elasticity::assembled(&lattice, 0.3, &Token::default()).unwrap();
+        let later = Elasticity::assembled(&lattice, 0.3, &CancelToken::default()).unwrap();
         let forces = vec![0.0; later.size()];
-        let solved = later.solve(&forces, &mut Vec::new(), &mut Workspace::default(), &Token::default());
+        let solved = later.solve(&forces, &mut Vec::new(), &mut ElasticWorkspace::default(), &CancelToken::default());
         assert_eq!((solved.err(), later.factor().err()), (error, error), "refused whenever it is needed");
     }
     assert_eq!(prepare(&cubes([1.0, -1.0, -1.0]), 0.3), None, "a shared face holds");
@@ -60,17 +60,19 @@ fn mechanisms_are_refused() {
 fn bad_contacts_are_refused() {
     let lattice = block([2, 2, 2], 0.5);
     let body = free(&lattice, 0.3);
-    let good = Contact { point: Point3::new(0.5, 0.0, 0.0), impulse: -Vector3::x(), radius: 0.1 };
-    let refusal = |bad: Contact| body.load(&[good, bad], &mut Load::default(), &mut Workspace::default()).unwrap_err();
-    let none = body.load(&[], &mut Load::default(), &mut Workspace::default());
+    let good = ContactLoad { point: Point3::new(0.5, 0.0, 0.0), impulse: -Vector3::x(), radius: 0.1 };
+    let refusal = |bad: ContactLoad| {
+        body.load(&[good, bad], &mut NodalLoad::default(), &mut ElasticWorkspace::default()).unwrap_err()
+    };
+    let none = body.load(&[], &mut NodalLoad::default(), &mut ElasticWorkspace::default());
     assert_eq!(none, Err(ElasticityError::NoContacts));
-    let at = |x: f64| Contact { point: Point3::new(x, 0.0, 0.0), ..good };
+    let at = |x: f64| ContactLoad { point: Point3::new(x, 0.0, 0.0), ..good };
     assert_eq!(refusal(at(f64::NAN)), ElasticityError::NonFinitePoint { contact: 1 });
-    let impulse = |impulse| refusal(Contact { impulse, ..good });
+    let impulse = |impulse| refusal(ContactLoad { impulse, ..good });
     assert_eq!(impulse(Vector3::new(0.0, f64::INFINITY, 0.0)), ElasticityError::NonFiniteImpulse { contact: 1 });
     assert_eq!(impulse(Vector3::zeros()), ElasticityError::ZeroImpulse { contact: 1 });
     for radius in [0.0, -1.0, f64::INFINITY] {
-        let refused = refusal(Contact { radius, ..good });
+        let refused = refusal(ContactLoad { radius, ..good });
         assert_eq!(refused, ElasticityError::RadiusOutOfRange { contact: 1, radius });
     }
     match refusal(at(0.7)) {
@@ -80,7 +82,7 @@ fn bad_contacts_are_refused() {
     assert!(matches!(refusal(at(0.2)), ElasticityError::TooFar { .. }), "deep inside is as far as outside");
     assert!(matches!(refusal(at(1e300)), ElasticityError::TooFar { .. }));
     assert!((body.distance(&Point3::new(0.7, 0.0, 0.0)) - 0.2).abs() < 1e-12);
-    let huge = load(&body, &[Contact { radius: 1e300, ..good }]);
+    let huge = load(&body, &[ContactLoad { radius: 1e300, ..good }]);
     assert!(huge.forces.iter().all(|force| force.is_finite()));
 }
 
@@ -88,7 +90,7 @@ fn bad_contacts_are_refused() {
 fn loads_out_of_equilibrium_and_arrays_of_other_lattices_are_refused() {
     let lattice = block([2, 2, 2], 0.5);
     let body = free(&lattice, 0.3);
-    let (mut workspace, token, mut out) = (Workspace::default(), Token::default(), Vec::new());
+    let (mut workspace, token, mut out) = (ElasticWorkspace::default(), CancelToken::default(), Vec::new());
     let mut push = vec![0.0; body.size()];
     push[3 * 40] = 1.0;
     let raw = body.solve(&push, &mut out, &mut workspace, &token);
@@ -97,10 +99,10 @@ fn loads_out_of_equilibrium_and_arrays_of_other_lattices_are_refused() {
     assert!(matches!(body.solve(&push, &mut out, &mut workspace, &token), Err(ElasticityError::Residual { .. })));
     let short = body.solve(&push[3..], &mut out, &mut workspace, &token);
     assert!(matches!(short, Err(ElasticityError::OtherLattice { .. })));
-    let other = body.tet_energy(&block([2, 2, 1], 0.5), &push, Driving::Total, &mut out, &token);
+    let other = body.tet_energy(&block([2, 2, 1], 0.5), &push, DrivingEnergy::Total, &mut out, &token);
     assert!(matches!(other, Err(ElasticityError::OtherLattice { .. })));
     let still = body.solve(&vec![0.0; body.size()], &mut out, &mut workspace, &token);
-    assert_eq!(still, Ok(Solved { residual: 0.0, sweeps: 0 }));
+    assert_eq!(still, Ok(SolveReport { residual: 0.0, sweeps: 0 }));
     assert!(out.iter().all(|&u| u == 0.0));
 }
 
@@ -108,11 +110,11 @@ fn loads_out_of_equilibrium_and_arrays_of_other_lattices_are_refused() {
 fn cancelled_work_stops() {
     let lattice = block([2, 2, 2], 0.5);
     let body = free(&lattice, 0.3);
-    let (mut out, token) = (Vec::new(), Token::default());
+    let (mut out, token) = (Vec::new(), CancelToken::default());
     token.cancel();
     let cancelled = ElasticityError::Cancelled(crate::token::Cancelled);
     assert_eq!(Elasticity::prepare(&lattice, 0.3, &token).err(), Some(cancelled));
     let forces = vec![0.0; body.size()];
-    assert_eq!(body.solve(&forces, &mut out, &mut Workspace::default(), &token), Err(cancelled));
-    assert_eq!(body.tet_energy(&lattice, &forces, Driving::Total, &mut out, &token), Err(cancelled));
+    assert_eq!(body.solve(&forces, &mut out, &mut ElasticWorkspace::default(), &token), Err(cancelled));
+    assert_eq!(body.tet_energy(&lattice, &forces, DrivingEnergy::Total, &mut out, &token), Err(cancelled));
 }

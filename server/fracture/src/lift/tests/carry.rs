@@ -3,16 +3,16 @@
 use super::shapes::{ball, fork};
 use super::surface::hollow;
 use crate::lattice::{Lattice, block};
-use crate::lift::mean_value::Weights;
-use crate::lift::{BoundarySurface, Carry, LiftError, carry_harmonic, carry_mean_value};
-use crate::token::Token;
+use crate::lift::mean_value::MeanValueWeights;
+use crate::lift::{BoundarySurface, Extension, LiftError, carry_harmonic, carry_mean_value};
+use crate::token::CancelToken;
 use nalgebra::{Isometry3, Point3, Vector3};
 
-const BOTH: [Carry; 2] = [Carry::Harmonic, Carry::MeanValue];
+const BOTH: [Extension; 2] = [Extension::Harmonic, Extension::MeanValue];
 
-fn carried(lattice: &Lattice, carry: Carry, values: &[f64], dimension: usize) -> Vec<f64> {
+fn carried(lattice: &Lattice, carry: Extension, values: &[f64], dimension: usize) -> Vec<f64> {
     let surface = BoundarySurface::new(lattice);
-    carry.carry(lattice, &surface, values, dimension, &Token::default()).unwrap()
+    carry.carry(lattice, &surface, values, dimension, &CancelToken::default()).unwrap()
 }
 
 /// The boundary's own positions, carried inside, are the positions: distances on the boundary that are Euclidean stay
@@ -40,7 +40,7 @@ fn the_boundary_s_positions_carried_inside_are_the_positions() {
 }
 
 /// Least weight and largest deviation of a sum of weights from 1, over all nodes inside.
-fn weights(lattice: &Lattice, carry: Carry) -> (f64, f64) {
+fn weights(lattice: &Lattice, carry: Extension) -> (f64, f64) {
     let count = BoundarySurface::new(lattice).nodes.len();
     let identity: Vec<f64> = (0..count * count).map(|at| f64::from(u8::from(at / count == at % count))).collect();
     let weights = carried(lattice, carry, &identity, count);
@@ -57,20 +57,20 @@ fn weights_add_up_to_one_and_harmonic_ones_are_not_negative() {
             println!("{carry:?}: least weight {least:.3e}, sums off by {off:.1e}");
             assert!(off < 1e-11, "{carry:?}: {off:e}");
             // No dihedral angle of a block is obtuse; those of the bent ball are.
-            assert!(carry == Carry::MeanValue || least > -0.1, "{least:e}");
+            assert!(carry == Extension::MeanValue || least > -0.1, "{least:e}");
         }
     }
-    assert!(weights(&fork(), Carry::Harmonic).0 >= -1e-15);
+    assert!(weights(&fork(), Extension::Harmonic).0 >= -1e-15);
     // A convex body has non-negative mean value coordinates, too; a slot lets some through.
-    assert!(weights(&block([3; 3], 0.2), Carry::MeanValue).0 >= -1e-12);
-    assert!(weights(&fork(), Carry::MeanValue).0 < -1e-6);
+    assert!(weights(&block([3; 3], 0.2), Extension::MeanValue).0 >= -1e-12);
+    assert!(weights(&fork(), Extension::MeanValue).0 < -1e-6);
 }
 
 /// f at `point` by mean value coordinates from its values on the surface of a unit cube.
 fn blended(point: [f64; 3], f: impl Fn(&Point3<f64>) -> f64) -> f64 {
     let surface = BoundarySurface::new(&block([2; 3], 0.5));
     let values: Vec<f64> = surface.positions.iter().map(f).collect();
-    let (mut weights, mut value) = (Weights::new(&surface), [0.0]);
+    let (mut weights, mut value) = (MeanValueWeights::new(&surface), [0.0]);
     weights.find(&Point3::from(point));
     weights.blend(&values, &mut value);
     value[0]
@@ -130,7 +130,7 @@ fn a_body_without_an_inside_keeps_its_boundary() {
 fn values_that_are_not_finite_and_cancelled_work_are_refused() {
     let lattice = block([2; 3], 0.5);
     let surface = BoundarySurface::new(&lattice);
-    let (mut values, token) = (vec![1.0; surface.nodes.len()], Token::default());
+    let (mut values, token) = (vec![1.0; surface.nodes.len()], CancelToken::default());
     values[3] = f64::NAN;
     assert_eq!(carry_harmonic(&lattice, &surface, &values, 1, &token), Err(LiftError::NotFinite));
     assert_eq!(carry_mean_value(&lattice, &surface, &values, 1, &token), Err(LiftError::NotFinite));

@@ -3,16 +3,16 @@
 use super::shapes::{ball, fork, nearest};
 use crate::lattice::{Lattice, block};
 use crate::lift::metric::metric;
-use crate::lift::{Lift, LiftError, LiftKind, Spectrum, interior, stretch};
-use crate::random::Stream;
-use crate::token::Token;
+use crate::lift::{LiftError, LiftKind, LiftedLattice, Spectrum, interior, stretch};
+use crate::random::RandomStream;
+use crate::token::CancelToken;
 use nalgebra::{Rotation3, Vector3};
 
-fn lift(lattice: &Lattice, modes: usize, alpha: f64) -> Lift {
-    interior(lattice, modes, alpha, &Token::default()).unwrap()
+fn lift(lattice: &Lattice, modes: usize, alpha: f64) -> LiftedLattice {
+    interior(lattice, modes, alpha, &CancelToken::default()).unwrap()
 }
 
-fn distance(lift: &Lift, a: usize, b: usize) -> f64 {
+fn distance(lift: &LiftedLattice, a: usize, b: usize) -> f64 {
     lift.at(a).iter().zip(lift.at(b)).map(|(x, y)| (x - y) * (x - y)).sum::<f64>().sqrt()
 }
 
@@ -28,7 +28,7 @@ fn check_rotation(lattice: &Lattice, modes: usize) {
     turned.tets.iter_mut().flatten().for_each(|node| *node = last as u32 - *node);
     let (one, other) = (lift(lattice, modes, 1.0), lift(&turned, modes, 1.0));
     assert_eq!(one.dimension, other.dimension);
-    let mut random = Stream::new(7, 0);
+    let mut random = RandomStream::new(7, 0);
     for _ in 0..500 {
         let [a, b] = [0, 1].map(|_| (random.uniform() * lattice.nodes.len() as f64) as usize);
         let (here, there) = (distance(&one, a, b), distance(&other, last - a, last - b));
@@ -48,7 +48,7 @@ fn distances_do_not_depend_on_the_orientation_even_with_multiplets() {
 #[test]
 fn the_scale_makes_a_uniform_field_s_degree_the_same_for_every_lift() {
     let lattice = fork();
-    let spectrum = Spectrum::compute(&lattice, 24, &Token::default()).unwrap();
+    let spectrum = Spectrum::compute(&lattice, 24, &CancelToken::default()).unwrap();
     let volumes = lattice.node_volumes();
     for alpha in [0.0, 0.5, 1.0, 2.0, 8.0] {
         let lift = spectrum.lift(&lattice, 16, alpha).unwrap();
@@ -62,7 +62,7 @@ fn the_scale_makes_a_uniform_field_s_degree_the_same_for_every_lift() {
 #[test]
 fn the_embedding_alone_has_unit_mean_stretch() {
     let lattice = fork();
-    let spectrum = Spectrum::compute(&lattice, 24, &Token::default()).unwrap();
+    let spectrum = Spectrum::compute(&lattice, 24, &CancelToken::default()).unwrap();
     let alpha = 3.0;
     let lift = spectrum.lift(&lattice, 16, alpha).unwrap();
     let positions = lift.at(0)[0] / lattice.nodes[0].x;
@@ -78,7 +78,7 @@ fn the_embedding_alone_has_unit_mean_stretch() {
 #[test]
 fn no_weight_is_euclidean() {
     let lattice = fork();
-    let euclidean = Lift::euclidean(&lattice);
+    let euclidean = LiftedLattice::euclidean(&lattice);
     for plain in [lift(&lattice, 16, 0.0), lift(&lattice, 0, 1.0)] {
         assert_eq!((plain.kind, plain.dimension), (LiftKind::Interior, 3));
         assert_eq!(plain.coordinates, euclidean.coordinates);
@@ -122,7 +122,7 @@ fn tiny_lattices_use_the_modes_they_have() {
 #[test]
 fn what_has_no_lift_is_refused_by_name() {
     let lattice = block([1; 3], 1.0);
-    let token = Token::default();
+    let token = CancelToken::default();
     for alpha in [-1.0, f64::NAN, f64::INFINITY] {
         assert!(matches!(interior(&lattice, 4, alpha, &token), Err(LiftError::InvalidAlpha { .. })));
     }

@@ -3,10 +3,10 @@
 use crate::lattice::block;
 use crate::lift::lanczos::{BLOCK, largest};
 use crate::lift::{LiftError, Spectrum, interior};
-use crate::token::{Cancelled, Token};
+use crate::token::{CancelToken, Cancelled};
 
 /// The operator diag(`values`), the unit vector e_0 deflated.
-fn diagonal(values: &[f64], wanted: usize, token: &Token) -> Result<Vec<f64>, LiftError> {
+fn diagonal(values: &[f64], wanted: usize, token: &CancelToken) -> Result<Vec<f64>, LiftError> {
     let mut deflated = vec![0.0; values.len()];
     deflated[0] = 1.0;
     let apply = |block: &mut [f64], width: usize| {
@@ -21,7 +21,7 @@ fn diagonal(values: &[f64], wanted: usize, token: &Token) -> Result<Vec<f64>, Li
 /// The Rayleigh quotients of the vectors found are the largest of `values[1..]`.
 #[track_caller]
 fn check(values: &[f64], wanted: usize) {
-    let vectors = diagonal(values, wanted, &Token::default()).unwrap();
+    let vectors = diagonal(values, wanted, &CancelToken::default()).unwrap();
     let mut exact = values[1..].to_vec();
     exact.sort_unstable_by(|a, b| b.total_cmp(a));
     for (vector, exact) in vectors.chunks_exact(values.len()).zip(exact) {
@@ -33,7 +33,7 @@ fn check(values: &[f64], wanted: usize) {
 
 #[track_caller]
 fn refused(values: &[f64], wanted: usize, expected: LiftError) {
-    assert_eq!(diagonal(values, wanted, &Token::default()).map(|vectors| vectors.len()), Err(expected));
+    assert_eq!(diagonal(values, wanted, &CancelToken::default()).map(|vectors| vectors.len()), Err(expected));
 }
 
 #[test]
@@ -75,7 +75,7 @@ fn operators_without_a_positive_spectrum_end_in_an_error() {
 
 #[test]
 fn a_cancelled_token_stops_it_between_blocks() {
-    let token = Token::default();
+    let token = CancelToken::default();
     let mut deflated = vec![0.0; 1000];
     deflated[0] = 1.0;
     let mut applied = 0;
@@ -96,8 +96,8 @@ fn a_cancelled_token_stops_it_between_blocks() {
 #[test]
 fn the_same_lattice_gives_the_same_bits() {
     let lattice = block([6, 5, 4], 0.1);
-    let one = interior(&lattice, 12, 1.0, &Token::default()).unwrap();
+    let one = interior(&lattice, 12, 1.0, &CancelToken::default()).unwrap();
     let pool = rayon::ThreadPoolBuilder::new().num_threads(3).build().unwrap();
-    let other = pool.install(|| interior(&lattice, 12, 1.0, &Token::default()).unwrap());
+    let other = pool.install(|| interior(&lattice, 12, 1.0, &CancelToken::default()).unwrap());
     assert_eq!(one, other);
 }

@@ -4,11 +4,11 @@ use super::shapes::{ball, fork};
 use crate::lattice::{Lattice, block};
 use crate::lift::laplacian::Laplacian;
 use crate::lift::{LiftError, Spectrum};
-use crate::token::Token;
+use crate::token::CancelToken;
 use std::f64::consts::PI;
 
 fn spectrum(lattice: &Lattice, count: usize) -> Spectrum {
-    Spectrum::compute(lattice, count, &Token::default()).unwrap()
+    Spectrum::compute(lattice, count, &CancelToken::default()).unwrap()
 }
 
 /// The eigenvalues of `lattice` differ from `exact` by at most `error`, relatively, and the largest such difference is
@@ -96,7 +96,7 @@ fn the_units_are_inverse_square_lengths() {
 
 #[track_caller]
 fn refused(lattice: &Lattice, count: usize, expected: LiftError) {
-    assert_eq!(Spectrum::compute(lattice, count, &Token::default()), Err(expected));
+    assert_eq!(Spectrum::compute(lattice, count, &CancelToken::default()), Err(expected));
 }
 
 #[test]
@@ -110,7 +110,7 @@ fn what_has_no_spectrum_is_refused_by_name() {
     refused(&flat, 3, LiftError::DegenerateTet { tet: 0 });
     let mut broken = cube.clone();
     broken.nodes[3].x = f64::NAN;
-    assert!(matches!(Spectrum::compute(&broken, 3, &Token::default()), Err(LiftError::DegenerateTet { .. })));
+    assert!(matches!(Spectrum::compute(&broken, 3, &CancelToken::default()), Err(LiftError::DegenerateTet { .. })));
     let mut stray = cube;
     stray.nodes.push(stray.nodes[0]);
     refused(&stray, 3, LiftError::Disconnected { components: 2 });

@@ -2,16 +2,18 @@
 
 use super::shapes::{ball, carved, fork, nearest};
 use crate::lattice::{Lattice, block};
-use crate::lift::{BoundarySurface, Carry, Lift, LiftError, LiftKind, Spectrum, stretch, surface_diffusion};
-use crate::random::Stream;
-use crate::token::Token;
+use crate::lift::{
+    BoundarySurface, Extension, LiftError, LiftKind, LiftedLattice, Spectrum, stretch, surface_diffusion,
+};
+use crate::random::RandomStream;
+use crate::token::CancelToken;
 use nalgebra::{Rotation3, Vector3};
 
-fn lift(lattice: &Lattice, carry: Carry, modes: usize) -> Lift {
-    surface_diffusion(lattice, carry, modes, &Token::default()).unwrap()
+fn lift(lattice: &Lattice, carry: Extension, modes: usize) -> LiftedLattice {
+    surface_diffusion(lattice, carry, modes, &CancelToken::default()).unwrap()
 }
 
-fn distance(lift: &Lift, a: usize, b: usize) -> f64 {
+fn distance(lift: &LiftedLattice, a: usize, b: usize) -> f64 {
     lift.at(a).iter().zip(lift.at(b)).map(|(x, y)| (x - y) * (x - y)).sum::<f64>().sqrt()
 }
 
@@ -25,7 +27,7 @@ pub fn hollow() -> Lattice {
 fn check_sphere(cells: usize, bound: f64) -> f64 {
     let exact = [(2.0, 3), (6.0, 5), (12.0, 7)].map(|(value, times)| vec![value; times]).concat();
     let surface = BoundarySurface::new(&ball(cells));
-    let computed = Spectrum::of_surface(&surface, exact.len(), &Token::default()).unwrap().eigenvalues;
+    let computed = Spectrum::of_surface(&surface, exact.len(), &CancelToken::default()).unwrap().eigenvalues;
     let worst = computed.iter().zip(&exact).map(|(value, exact)| (value / exact - 1.0).abs()).fold(0.0, f64::max);
     assert!(worst <= bound, "off by {worst:e}: {computed:?}");
     worst
@@ -47,7 +49,7 @@ fn the_three_lowest_functions_of_a_ball_are_its_positions() {
     // a gradient, which is of order h, and least regular where the bent cube's edges were.
     let unevenness = [4, 8].map(|cells| {
         let lattice = ball(cells);
-        let lift = lift(&lattice, Carry::Harmonic, 1);
+        let lift = lift(&lattice, Extension::Harmonic, 1);
         assert_eq!((lift.kind, lift.dimension), (LiftKind::SurfaceDiffusion, 3));
         stretch(&lift, &lattice).p99 - 1.0
     });
@@ -58,7 +60,7 @@ fn the_three_lowest_functions_of_a_ball_are_its_positions() {
 fn the_carried_functions_of_a_ball_are_solid_harmonics() {
     // Σ_m |r^l Y_lm|² = (2 l + 1) r^(2 l)/4π, weighted by e^(−2 λ_l t) = e^(−l (l + 1)/8), with l = 1 and 2.
     let lattice = ball(16);
-    let lift = lift(&lattice, Carry::Harmonic, 10);
+    let lift = lift(&lattice, Extension::Harmonic, 10);
     assert_eq!(lift.dimension, 8);
     let squared = |r: f64| 3.0 * (-0.25_f64).exp() * r * r + 5.0 * (-0.75_f64).exp() * r.powi(4);
     let centre = nearest(&lattice, 0.0, 0.0, 0.0);
@@ -78,7 +80,7 @@ fn shells_have_spectra_of_their_own_and_constants_that_tell_them_apart() {
     let surface = BoundarySurface::new(&lattice);
     let shells = surface.shells();
     assert_eq!(shells.iter().map(|shell| shell.area().round()).collect::<Vec<_>>(), [216.0, 24.0]);
-    let spectrum = Spectrum::of_surface(&surface, 40, &Token::default()).unwrap();
+    let spectrum = Spectrum::of_surface(&surface, 40, &CancelToken::default()).unwrap();
     // The inner cube is a third of the outer one: its eigenvalues are nine times as large, on a coarser surface.
     let supports: Vec<bool> = (0..40)
         .map(|k| {
@@ -91,7 +93,7 @@ fn shells_have_spectra_of_their_own_and_constants_that_tell_them_apart() {
     let first = supports.iter().position(|inner| *inner).unwrap();
     let ratio = spectrum.eigenvalues[first] / spectrum.eigenvalues[0];
     assert!((6.0..10.0).contains(&ratio), "{ratio}");
-    let lift = lift(&lattice, Carry::Harmonic, 6);
+    let lift = lift(&lattice, Extension::Harmonic, 6);
     // Two constants: all of the inner shell is as far from the outer one as the constants say, and farther.
     let (inside, outside) = (nearest(&lattice, 1.0, 0.0, 0.0), nearest(&lattice, 3.0, 0.0, 0.0));
     let opposite = nearest(&lattice, -1.0, 0.0, 0.0);
@@ -100,7 +102,7 @@ fn shells_have_spectra_of_their_own_and_constants_that_tell_them_apart() {
 
 /// Distances between random nodes are the same on `lattice` and on its rotated, renumbered copy.
 #[track_caller]
-fn check_rotation(lattice: &Lattice, carry: Carry, modes: usize) {
+fn check_rotation(lattice: &Lattice, carry: Extension, modes: usize) {
     let rotation = Rotation3::from_scaled_axis(Vector3::new(0.3, -1.1, 0.7));
     let mut turned = lattice.clone();
     turned.nodes.iter_mut().for_each(|node| *node = rotation * *node);
@@ -109,7 +111,7 @@ fn check_rotation(lattice: &Lattice, carry: Carry, modes: usize) {
     turned.tets.iter_mut().flatten().for_each(|node| *node = last as u32 - *node);
     let (one, other) = (lift(lattice, carry, modes), lift(&turned, carry, modes));
     assert_eq!(one.dimension, other.dimension);
-    let mut random = Stream::new(7, 0);
+    let mut random = RandomStream::new(7, 0);
     for _ in 0..300 {
         let [a, b] = [0, 1].map(|_| (random.uniform() * lattice.nodes.len() as f64) as usize);
         let (here, there) = (distance(&one, a, b), distance(&other, last - a, last - b));
@@ -119,7 +121,7 @@ fn check_rotation(lattice: &Lattice, carry: Carry, modes: usize) {
 
 #[test]
 fn distances_do_not_depend_on_the_orientation_even_with_multiplets() {
-    for carry in [Carry::Harmonic, Carry::MeanValue] {
+    for carry in [Extension::Harmonic, Extension::MeanValue] {
         check_rotation(&ball(6), carry, 8);
         check_rotation(&block([4; 3], 0.1), carry, 10);
         check_rotation(&fork(), carry, 10);
@@ -130,7 +132,7 @@ fn distances_do_not_depend_on_the_orientation_even_with_multiplets() {
 #[test]
 fn the_scale_is_that_of_the_other_lifts() {
     let lattice = fork();
-    for carry in [Carry::Harmonic, Carry::MeanValue] {
+    for carry in [Extension::Harmonic, Extension::MeanValue] {
         let lift = lift(&lattice, carry, 10);
         let degree: f64 =
             lattice.node_volumes().iter().zip(&lift.density).map(|(volume, density)| volume * density).sum();
@@ -144,7 +146,7 @@ fn the_prongs_of_a_fork_are_far_apart_inside() {
     let lattice = fork();
     let tips = [nearest(&lattice, -0.05, 0.6, 0.0), nearest(&lattice, 0.05, 0.6, 0.0)];
     let solid = [nearest(&lattice, -0.25, 0.6, 0.0), nearest(&lattice, -0.15, 0.6, 0.0)];
-    let lift = lift(&lattice, Carry::Harmonic, 10);
+    let lift = lift(&lattice, Extension::Harmonic, 10);
     let ratio = distance(&lift, tips[0], tips[1]) / distance(&lift, solid[0], solid[1]);
     assert!(ratio > 5.0, "{ratio}");
 }
@@ -152,7 +154,7 @@ fn the_prongs_of_a_fork_are_far_apart_inside() {
 #[test]
 fn bits_do_not_depend_on_the_number_of_threads() {
     let lattice = fork();
-    for carry in [Carry::Harmonic, Carry::MeanValue] {
+    for carry in [Extension::Harmonic, Extension::MeanValue] {
         let in_pool = |threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             pool.install(|| lift(&lattice, carry, 10))
@@ -164,8 +166,9 @@ fn bits_do_not_depend_on_the_number_of_threads() {
 
 #[test]
 fn what_has_no_surface_lift_is_refused_by_name() {
-    let token = Token::default();
-    let refused = |lattice: &Lattice, modes| surface_diffusion(lattice, Carry::Harmonic, modes, &token).unwrap_err();
+    let token = CancelToken::default();
+    let refused =
+        |lattice: &Lattice, modes| surface_diffusion(lattice, Extension::Harmonic, modes, &token).unwrap_err();
     let cube = block([1; 3], 1.0);
     assert_eq!(refused(&cube, 65), LiftError::TooManyModes { modes: 65, max: 64 });
     assert!(matches!(refused(&Lattice::default(), 4), LiftError::TooFewNodes { .. }));

@@ -9,7 +9,7 @@ use gltf::accessor::{Accessor, DataType, Dimensions};
 use gltf::buffer::View;
 
 /// The bytes of all buffers of a document.
-pub(super) struct Buffers(pub Vec<Vec<u8>>);
+pub(super) struct BufferBytes(pub Vec<Vec<u8>>);
 
 /// Elements of a buffer view, some bytes apart.
 struct Window<'a> {
@@ -26,7 +26,7 @@ impl<'a> Window<'a> {
     }
 }
 
-impl Buffers {
+impl BufferBytes {
     /// Positions: three f32 each.
     pub fn positions(&self, accessor: &Accessor) -> Result<Vec<[f32; 3]>, SurfaceError> {
         if (accessor.data_type(), accessor.dimensions()) != (DataType::F32, Dimensions::Vec3) {

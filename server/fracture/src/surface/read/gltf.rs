@@ -3,10 +3,10 @@
 //! The `gltf` crate parses and validates the document; buffers and accessors are read with checked ranges. Skins, morphs
 //! and animations are left at rest; a required extension that the crate does not know (compression) is an error.
 
-use super::accessor::Buffers;
+use super::accessor::BufferBytes;
 use super::{RawMesh, SurfaceError, load, malformed, within_limit};
 use crate::scene::brief;
-use crate::surface::{DOUBLE, Looks, NO_MATERIAL, SINGLE};
+use crate::surface::{DOUBLE, NO_MATERIAL, SINGLE, TriangleAttributes};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use gltf::mesh::{Mode, Primitive, Semantic};
@@ -49,7 +49,7 @@ fn validated(document: Document) -> Result<Document, SurfaceError> {
     Document::from_json(json).map_err(|error| malformed("gltf", "document", error))
 }
 
-fn buffers(document: &Document, mut blob: Option<Vec<u8>>, folder: &Path) -> Result<Buffers, SurfaceError> {
+fn buffers(document: &Document, mut blob: Option<Vec<u8>>, folder: &Path) -> Result<BufferBytes, SurfaceError> {
     let read = |buffer: gltf::Buffer| {
         let place = format!("buffer {}", buffer.index());
         match buffer.source() {
@@ -61,7 +61,7 @@ fn buffers(document: &Document, mut blob: Option<Vec<u8>>, folder: &Path) -> Res
             gltf::buffer::Source::Uri(uri) => load(&beside(folder, uri).map_err(|why| malformed("gltf", place, why))?),
         }
     };
-    Ok(Buffers(document.buffers().map(read).collect::<Result<_, _>>()?))
+    Ok(BufferBytes(document.buffers().map(read).collect::<Result<_, _>>()?))
 }
 
 /// The file in `folder`, or below it, that `uri` names. Refused: absolute names, other schemes, `..`, and links that lead out of the
@@ -132,7 +132,7 @@ fn placed_nodes(document: &Document) -> Result<Vec<(Node<'_>, Matrix4<f64>)>, Su
 }
 
 struct Builder {
-    buffers: Buffers,
+    buffers: BufferBytes,
     mesh: RawMesh,
     /// The largest coordinate before translation: what f32 has rounded.
     own_max: f64,
@@ -191,7 +191,7 @@ impl Builder {
         let uvs = primitive.get(&Semantic::TexCoords(0)).and_then(|accessor| self.buffers.uvs(&accessor).ok());
         let own: Vec<[u32; 3]> =
             self.mesh.triangles[added..].iter().map(|triangle| triangle.map(|index| index - first as u32)).collect();
-        let looks = Looks::of_vertices(&own, &normals, &uvs.unwrap_or_default());
+        let looks = TriangleAttributes::of_vertices(&own, &normals, &uvs.unwrap_or_default());
         let filled = looks.normals.is_empty().then_some([[f32::NAN; 3]; 3]);
         self.mesh.looks.normals.extend(own.iter().filter_map(|_| filled).chain(looks.normals));
         let filled = looks.uvs.is_empty().then_some([[f32::NAN; 2]; 3]);

@@ -14,7 +14,7 @@ mod tests;
 
 pub use painted::read_painted;
 
-use super::{RawMesh, SurfaceError, Unit, Up};
+use super::{LengthUnit, RawMesh, SurfaceError, UpAxis};
 use crate::scene::brief;
 use std::fmt::Display;
 use std::path::Path;
@@ -29,7 +29,7 @@ const LIMIT: usize = 1 << 26;
 ///
 /// Errors: unreadable or unknown files, malformed ones (with line, byte or element), empty meshes, coordinates that are
 /// not finite, indices that name no vertex, more than 2²⁶ vertices or triangles.
-pub fn read(path: &Path, unit: Unit, up: Up) -> Result<RawMesh, SurfaceError> {
+pub fn read(path: &Path, unit: LengthUnit, up: UpAxis) -> Result<RawMesh, SurfaceError> {
     let extension = path.extension().map(|word| word.to_string_lossy().to_lowercase()).unwrap_or_default();
     let parse: fn(&[u8], &Path) -> Result<RawMesh, SurfaceError> = match extension.as_str() {
         "obj" => |bytes, _| obj::parse(bytes),

@@ -4,7 +4,7 @@
 //! after a backslash. So it is handed statements, `v` and `f` alone and whole, with a point of every vertex just behind
 //! it, which keeps the file's own numbers; and where it refuses, halving finds the statement that it refuses.
 
-use super::polygon::Polygons;
+use super::polygon::FacePolygons;
 use super::{RawMesh, SurfaceError, malformed, obj_looks, within_limit};
 use crate::surface::DOUBLE;
 use nalgebra::Point3;
@@ -19,7 +19,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<RawMesh, SurfaceError> {
     within_limit(statements.len())?;
     let mesh = load(&statements, statements.len()).map_err(|error| refused(&statements, &error))?;
     let positions: Vec<Point3<f64>> = mesh.positions.chunks_exact(3).map(Point3::from_slice).collect();
-    let mut polygons = Polygons::default();
+    let mut polygons = FacePolygons::default();
     let mut start = 0;
     for (statement, &arity) in statements.iter().zip(&mesh.face_arities) {
         let end = start + arity as usize;

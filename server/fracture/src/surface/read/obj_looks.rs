@@ -1,8 +1,8 @@
 //! What an OBJ file says of how its faces look: `vt`, `vn`, `usemtl`, and what faces refer to.
 
 use super::obj::lines;
-use super::polygon::Cut;
-use crate::surface::{Looks, NO_MATERIAL};
+use super::polygon::FaceTriangles;
+use crate::surface::{NO_MATERIAL, TriangleAttributes};
 use std::collections::HashMap;
 
 /// A corner without a reference.
@@ -25,7 +25,7 @@ struct Lists {
 }
 
 /// The looks of the triangles that the faces of `text` were cut into.
-pub(super) fn looks(text: &str, cut: &Cut) -> Looks {
+pub(super) fn looks(text: &str, cut: &FaceTriangles) -> TriangleAttributes {
     let mut lists = Lists::default();
     for (_, line) in lines(text) {
         lists.take(&line);
@@ -34,11 +34,17 @@ pub(super) fn looks(text: &str, cut: &Cut) -> Looks {
     let normals = told(&lists, cut, 1, |index| lists.normals.get(index).copied(), [f32::NAN; 3]);
     let material = |face: &u32| lists.materials.get(*face as usize).copied();
     let materials = if lists.names.is_empty() { Vec::new() } else { cut.faces.iter().filter_map(material).collect() };
-    Looks { normals, uvs, materials, names: lists.names, lost: Vec::new() }.fitting(cut.triangles.len())
+    TriangleAttributes { normals, uvs, materials, names: lists.names, lost: Vec::new() }.fitting(cut.triangles.len())
 }
 
 /// What the corners of all triangles refer to in one list, `nothing` where they refer to nothing; none if no corner does.
-fn told<T: Copy>(lists: &Lists, cut: &Cut, list: usize, of: impl Fn(usize) -> Option<T>, nothing: T) -> Vec<[T; 3]> {
+fn told<T: Copy>(
+    lists: &Lists,
+    cut: &FaceTriangles,
+    list: usize,
+    of: impl Fn(usize) -> Option<T>,
+    nothing: T,
+) -> Vec<[T; 3]> {
     let reference = |place: usize| lists.corners.get(place).map_or(NONE, |corner| corner[list]);
     if lists.corners.iter().all(|corner| corner[list] == NONE) {
         return Vec::new();

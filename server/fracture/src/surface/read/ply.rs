@@ -3,9 +3,9 @@
 //! `ply-rs-bw` reads headers and binary bodies; ASCII bodies are read by [`super::ply_ascii`].
 
 use super::ply_ascii::Rows;
-use super::polygon::{Cut, Polygons};
+use super::polygon::{FacePolygons, FaceTriangles};
 use super::{RawMesh, SurfaceError, malformed, within_limit};
-use crate::surface::{DOUBLE, Looks, SINGLE};
+use crate::surface::{DOUBLE, SINGLE, TriangleAttributes};
 use nalgebra::Point3;
 use ply_rs_bw::parser::{Parser, Reader};
 use ply_rs_bw::ply::{
@@ -14,7 +14,7 @@ use ply_rs_bw::ply::{
 
 /// What a row of an element says: coordinates and looks, or vertex indices.
 #[derive(Default)]
-pub(super) struct Row {
+pub(super) struct PlyRow {
     pub point: Point3<f64>,
     pub normal: [f64; 3],
     pub uv: [f64; 2],
@@ -49,7 +49,7 @@ pub(super) fn meaning(name: &str) -> Meaning {
 
 pub(super) fn parse(bytes: &[u8]) -> Result<RawMesh, SurfaceError> {
     let mut reader = Reader::new(bytes);
-    let parser = Parser::<Row>::new();
+    let parser = Parser::<PlyRow>::new();
     let header = parser.read_header(&mut reader).map_err(|error| malformed("ply", "header", one_line(&error)))?;
     let mut lines_read = reader.line().saturating_sub(1);
     let mut body = Body::default();
@@ -94,11 +94,11 @@ struct Body {
     positions: Vec<Point3<f64>>,
     normals: Vec<[f32; 3]>,
     uvs: Vec<[f32; 2]>,
-    polygons: Polygons,
+    polygons: FacePolygons,
 }
 
 impl Body {
-    fn take(&mut self, element: &ElementDef, rows: Vec<Row>) -> Result<(), SurfaceError> {
+    fn take(&mut self, element: &ElementDef, rows: Vec<PlyRow>) -> Result<(), SurfaceError> {
         match element.name.as_str() {
             "vertex" => {
                 for axis in ["x", "y", "z"] {
@@ -147,8 +147,8 @@ impl Body {
     }
 
     fn finish(self, header: &Header) -> Result<RawMesh, SurfaceError> {
-        let Cut { triangles, faces, .. } = self.polygons.triangles(&self.positions)?;
-        let looks = Looks::of_vertices(&triangles, &self.normals, &self.uvs).fitting(triangles.len());
+        let FaceTriangles { triangles, faces, .. } = self.polygons.triangles(&self.positions)?;
+        let looks = TriangleAttributes::of_vertices(&triangles, &self.normals, &self.uvs).fitting(triangles.len());
         let is_double = |element: &ElementDef| {
             let kind = element.properties.get("x").map(|x| &x.data_type);
             kind != Some(&PropertyType::Scalar(ScalarType::Float))
@@ -158,7 +158,7 @@ impl Body {
     }
 }
 
-impl PropertyAccess for Row {
+impl PropertyAccess for PlyRow {
     fn new() -> Self {
         Self::default()
     }

@@ -3,7 +3,7 @@
 //! Read here and not by `ply-rs-bw`, whose grammar refuses `.5`, `5.` and `nan`, and so good files and the name of what
 //! is wrong with bad ones.
 
-use super::ply::{Meaning, Row, meaning};
+use super::ply::{Meaning, PlyRow, meaning};
 use super::{SurfaceError, malformed};
 use ply_rs_bw::ply::{ElementDef, PropertyType};
 
@@ -30,7 +30,7 @@ impl<'a> Rows<'a> {
     }
 
     /// Reads all rows of an element.
-    pub fn read(&mut self, element: &ElementDef) -> Result<Vec<Row>, SurfaceError> {
+    pub fn read(&mut self, element: &ElementDef) -> Result<Vec<PlyRow>, SurfaceError> {
         let meanings: Vec<_> =
             element.properties.values().map(|property| (meaning(&property.name), &property.data_type)).collect();
         let mut rows = Vec::new();
@@ -64,8 +64,8 @@ impl<'a> Rows<'a> {
     }
 }
 
-fn row<'a>(mut words: impl Iterator<Item = &'a str>, meanings: &[(Meaning, &PropertyType)]) -> Result<Row, String> {
-    let mut row = Row::default();
+fn row<'a>(mut words: impl Iterator<Item = &'a str>, meanings: &[(Meaning, &PropertyType)]) -> Result<PlyRow, String> {
+    let mut row = PlyRow::default();
     let mut next = || words.next().ok_or("the row is too short");
     for (meaning, kind) in meanings {
         match kind {

@@ -11,12 +11,12 @@ const EARS_MAX: usize = 512;
 
 /// Faces of a file, one after the other.
 #[derive(Default)]
-pub(super) struct Polygons {
+pub(super) struct FacePolygons {
     corners: Vec<u32>,
     ends: Vec<usize>,
 }
 
-impl Polygons {
+impl FacePolygons {
     /// Appends a face; corners are vertices counted from 0, and may be defined later.
     pub fn push(&mut self, corners: impl IntoIterator<Item = u32>) {
         self.corners.extend(corners);
@@ -29,9 +29,9 @@ impl Polygons {
     }
 
     /// The triangles; faces of fewer than three corners give none.
-    pub fn triangles(&self, positions: &[Point3<f64>]) -> Result<Cut, SurfaceError> {
+    pub fn triangles(&self, positions: &[Point3<f64>]) -> Result<FaceTriangles, SurfaceError> {
         within_limit(self.corners.len())?;
-        let mut cut = Cut::default();
+        let mut cut = FaceTriangles::default();
         let mut start = 0;
         for (face, &end) in self.ends.iter().enumerate() {
             let (corners, first) = (&self.corners[start..end], start);
@@ -52,7 +52,7 @@ impl Polygons {
 
 /// Triangles of faces.
 #[derive(Default)]
-pub(super) struct Cut {
+pub(super) struct FaceTriangles {
     /// Vertices.
     pub triangles: Vec<[u32; 3]>,
     /// Which corners of the file they are, counted over all faces.

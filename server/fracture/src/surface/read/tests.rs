@@ -8,7 +8,7 @@ fn read_bytes(name: &str, bytes: &[u8]) -> Result<RawMesh, SurfaceError> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join(name);
     std::fs::write(&path, bytes).unwrap();
-    read(&path, Unit::M, Up::Y)
+    read(&path, LengthUnit::M, UpAxis::Y)
 }
 
 /// A unit tetrahedron.
@@ -283,10 +283,10 @@ fn gltf_buffers_lie_beside_it_or_inside() {
     std::fs::write(folder.path().join("bücher 1.bin"), gltf_buffer(&LIST)).unwrap();
     let path = folder.path().join("mesh.gltf");
     std::fs::write(&path, gltf_text(NODE, 4, &LIST, r#","uri":"b%C3%BCcher%201.bin""#)).unwrap();
-    assert_eq!(read(&path, Unit::M, Up::Y).unwrap().triangles, TRIANGLES);
+    assert_eq!(read(&path, LengthUnit::M, UpAxis::Y).unwrap().triangles, TRIANGLES);
     std::fs::write(&path, gltf_text(NODE, 4, &LIST, r#","uri":"missing.bin""#)).unwrap();
     assert!(
-        matches!(read(&path, Unit::M, Up::Y), Err(SurfaceError::Unreadable { path, .. }) if path.ends_with("missing.bin"))
+        matches!(read(&path, LengthUnit::M, UpAxis::Y), Err(SurfaceError::Unreadable { path, .. }) if path.ends_with("missing.bin"))
     );
     // One triangle in base64: three vertices of twelve bytes, three indices, padded to 48 + 6 bytes.
     let inside = r#","uri":"data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAAAAAAAAAAAAAAAIA/AAABAAIA""#;
@@ -336,14 +336,14 @@ fn units_and_axes_are_applied() {
     let path = folder.path().join("a.obj");
     std::fs::write(&path, "v 1 2 3\nv 4 5 6\nv 7 8 10\nf 1 2 3\n").unwrap();
     let first = |unit, up| read(&path, unit, up).unwrap().positions_m[0];
-    assert_eq!(first(Unit::M, Up::Y), Point3::new(1.0, 2.0, 3.0));
-    assert_eq!(first(Unit::Mm, Up::Z), Point3::new(1.0, 3.0, -2.0) * 0.001);
-    assert_eq!(first(Unit::In, Up::Y).x, 0.0254);
+    assert_eq!(first(LengthUnit::M, UpAxis::Y), Point3::new(1.0, 2.0, 3.0));
+    assert_eq!(first(LengthUnit::Mm, UpAxis::Z), Point3::new(1.0, 3.0, -2.0) * 0.001);
+    assert_eq!(first(LengthUnit::In, UpAxis::Y).x, 0.0254);
     for word in ["m", "cm", "mm", "in"] {
-        assert_eq!(word.parse::<Unit>().unwrap().to_string(), word);
+        assert_eq!(word.parse::<LengthUnit>().unwrap().to_string(), word);
     }
-    assert_eq!("z".parse::<Up>().unwrap().to_string(), "z");
-    assert!("ft".parse::<Unit>().is_err() && "x".parse::<Up>().is_err());
+    assert_eq!("z".parse::<UpAxis>().unwrap().to_string(), "z");
+    assert!("ft".parse::<LengthUnit>().is_err() && "x".parse::<UpAxis>().is_err());
 }
 
 #[test]
@@ -354,7 +354,7 @@ fn other_files_are_refused() {
     assert!(
         matches!(read_bytes("obj", b""), Err(SurfaceError::UnknownFormat { extension, .. }) if extension.is_empty())
     );
-    let missing = read(Path::new("no such folder/a.obj"), Unit::M, Up::Y);
+    let missing = read(Path::new("no such folder/a.obj"), LengthUnit::M, UpAxis::Y);
     assert!(matches!(missing, Err(SurfaceError::Unreadable { .. })));
 }
 
@@ -420,7 +420,7 @@ fn a_generated_shape_survives_every_text_format() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("torus.obj");
     shapes::write_obj(&shape, &path).unwrap();
-    assert_eq!(read(&path, Unit::M, Up::Y).unwrap().triangles, shape.triangles);
+    assert_eq!(read(&path, LengthUnit::M, UpAxis::Y).unwrap().triangles, shape.triangles);
 }
 
 #[test]
@@ -441,7 +441,7 @@ fn obj_looks_are_read_by_corner() {
     }
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("a.obj"), text).unwrap();
-    let looks = read(&folder.path().join("a.obj"), Unit::Cm, Up::Z).unwrap().looks;
+    let looks = read(&folder.path().join("a.obj"), LengthUnit::Cm, UpAxis::Z).unwrap().looks;
     assert_eq!(looks.normals[0][0], [0.0, 1.0, 0.0]);
 }
 

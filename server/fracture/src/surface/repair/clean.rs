@@ -1,8 +1,8 @@
 //! Welding, and dropping what carries no surface.
 
-use super::super::defect::Tally;
-use super::super::tree::Bounds;
-use super::super::{DIAGONAL_RANGE_M, Defect, DefectKind, Frame, RawMesh, SurfaceError};
+use super::super::defect::DefectTally;
+use super::super::tree::BoundingBox;
+use super::super::{DIAGONAL_RANGE_M, Defect, DefectKind, LocalFrame, RawMesh, SurfaceError};
 use super::edges::Edges;
 use nalgebra::Point3;
 use robust::{Coord, orient2d};
@@ -15,21 +15,21 @@ const VISIBLE_ROUNDING: f64 = 1e-5;
 const PEELS_MAX: usize = 8;
 
 /// A welded mesh in local coordinates, and the triangles of the raw mesh that its triangles are.
-pub(super) struct Clean {
-    pub frame: Frame,
+pub(super) struct CleanMesh {
+    pub frame: LocalFrame,
     pub positions: Vec<Point3<f64>>,
     pub triangles: Vec<[u32; 3]>,
     pub source: Vec<u32>,
 }
 
 /// Welds equal positions and drops triangles that repeat a vertex, have no area or repeat another triangle.
-pub(super) fn clean(raw: &RawMesh, defects: &mut Vec<Defect>) -> Result<Clean, SurfaceError> {
+pub(super) fn clean(raw: &RawMesh, defects: &mut Vec<Defect>) -> Result<CleanMesh, SurfaceError> {
     let flat: Vec<bool> = raw.triangles.iter().map(|corners| is_flat(&raw.positions_m, corners)).collect();
     let frame = frame(raw, &flat)?;
     report_precision(raw, &frame, defects);
     let (positions, welded) = weld(raw, &frame, defects);
-    let mut clean = Clean { frame, positions, triangles: Vec::new(), source: Vec::new() };
-    let mut degenerate = Tally::default();
+    let mut clean = CleanMesh { frame, positions, triangles: Vec::new(), source: Vec::new() };
+    let mut degenerate = DefectTally::default();
     for (triangle, corners) in raw.triangles.iter().enumerate() {
         let [a, b, c] = corners.map(|vertex| welded[vertex as usize]);
         if a == b || b == c || c == a {
@@ -66,14 +66,14 @@ pub(in crate::surface) fn is_flat(positions: &[Point3<f64>], corners: &[u32; 3])
 }
 
 /// The frame of the triangles that have an area.
-fn frame(raw: &RawMesh, flat: &[bool]) -> Result<Frame, SurfaceError> {
+fn frame(raw: &RawMesh, flat: &[bool]) -> Result<LocalFrame, SurfaceError> {
     let corners = |triangle: &'_ [u32; 3]| triangle.map(|vertex| &raw.positions_m[vertex as usize]);
-    let all = Bounds::of(raw.triangles.iter().flat_map(corners));
+    let all = BoundingBox::of(raw.triangles.iter().flat_map(corners));
     if all.low == all.high {
         return Err(SurfaceError::ZeroExtent);
     }
     let solid = raw.triangles.iter().zip(flat).filter(|(_, flat)| !**flat).map(|(triangle, _)| triangle);
-    let bounds = Bounds::of(solid.flat_map(corners));
+    let bounds = BoundingBox::of(solid.flat_map(corners));
     if bounds.low.x > bounds.high.x {
         return Err(SurfaceError::AllDegenerate);
     }
@@ -81,12 +81,12 @@ fn frame(raw: &RawMesh, flat: &[bool]) -> Result<Frame, SurfaceError> {
     if !DIAGONAL_RANGE_M.contains(&diagonal_m) {
         return Err(SurfaceError::ExtentOutOfRange { diagonal_m });
     }
-    Ok(Frame { centre_m: bounds.low + bounds.diagonal() * 0.5, diagonal_m })
+    Ok(LocalFrame { centre_m: bounds.low + bounds.diagonal() * 0.5, diagonal_m })
 }
 
-fn report_precision(raw: &RawMesh, frame: &Frame, defects: &mut Vec<Defect>) {
+fn report_precision(raw: &RawMesh, frame: &LocalFrame, defects: &mut Vec<Defect>) {
     let limit = VISIBLE_ROUNDING * frame.diagonal_m / raw.rounding;
-    let mut far = Tally::default();
+    let mut far = DefectTally::default();
     for (vertex, point) in raw.positions_m.iter().enumerate() {
         if point.coords.amax() > limit {
             far.note(vertex as u64);
@@ -97,13 +97,13 @@ fn report_precision(raw: &RawMesh, frame: &Frame, defects: &mut Vec<Defect>) {
 
 /// Local positions with equal ones merged, and for each raw vertex its merged one; vertices of no triangle map to
 /// `u32::MAX`.
-fn weld(raw: &RawMesh, frame: &Frame, defects: &mut Vec<Defect>) -> (Vec<Point3<f64>>, Vec<u32>) {
+fn weld(raw: &RawMesh, frame: &LocalFrame, defects: &mut Vec<Defect>) -> (Vec<Point3<f64>>, Vec<u32>) {
     let mut used = vec![false; raw.positions_m.len()];
     raw.triangles.iter().flatten().for_each(|&vertex| used[vertex as usize] = true);
     let mut positions = Vec::with_capacity(raw.positions_m.len());
     let mut welded = vec![u32::MAX; raw.positions_m.len()];
     let mut places = HashMap::with_capacity(raw.positions_m.len());
-    let (mut unreferenced, mut duplicate) = (Tally::default(), Tally::default());
+    let (mut unreferenced, mut duplicate) = (DefectTally::default(), DefectTally::default());
     for (vertex, point_m) in raw.positions_m.iter().enumerate() {
         if !used[vertex] {
             unreferenced.note(vertex as u64);
@@ -126,7 +126,7 @@ fn weld(raw: &RawMesh, frame: &Frame, defects: &mut Vec<Defect>) -> (Vec<Point3<
     (positions, welded)
 }
 
-impl Clean {
+impl CleanMesh {
     /// Keeps one of several triangles with the same corners, or none where they are a wall between two sides that are
     /// closed without it.
     fn drop_duplicates(&mut self, raw: &RawMesh, defects: &mut Vec<Defect>) {
@@ -137,7 +137,7 @@ impl Clean {
             sorted.push((key, triangle as u32));
         }
         sorted.sort_unstable();
-        let mut repeated = Tally::default();
+        let mut repeated = DefectTally::default();
         let mut keep = vec![true; self.triangles.len()];
         let mut doubled = vec![false; self.triangles.len()];
         for same in sorted.chunk_by(|a, b| a.0 == b.0).filter(|same| same.len() > 1) {
@@ -164,7 +164,7 @@ impl Clean {
 
     /// Drops triangles without area that have an edge of their own; the others are sewn in, and dropping them would
     /// open the surface. Returns how many were kept.
-    fn drop_flat(&mut self, flat: &[bool], raw: &RawMesh, degenerate: &mut Tally) -> u64 {
+    fn drop_flat(&mut self, flat: &[bool], raw: &RawMesh, degenerate: &mut DefectTally) -> u64 {
         let is_flat =
             |clean: &Self, t: usize| flat[clean.source[t] as usize] || is_flat(&clean.positions, &clean.triangles[t]);
         let mut flat: Vec<bool> = (0..self.triangles.len()).map(|t| is_flat(self, t)).collect();

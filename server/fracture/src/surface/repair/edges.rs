@@ -1,6 +1,6 @@
 //! The edges of a triangle mesh and what hangs on them.
 
-use super::sets::Sets;
+use super::sets::DisjointSets;
 
 /// One side of a triangle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -56,7 +56,7 @@ impl Edges {
     /// Per triangle: whether it belongs to an edge-connected set of `doubled` triangles that ends on edges where an
     /// even number of others, and at least at one edge two of them, close the surface without it.
     pub fn walls(&self, doubled: &[bool]) -> Vec<bool> {
-        let mut sets = Sets::new(doubled.len());
+        let mut sets = DisjointSets::new(doubled.len());
         for group in self.groups() {
             let mut members = group.iter().map(|side| side.triangle).filter(|&t| doubled[t as usize]);
             if let Some(first) = members.next() {

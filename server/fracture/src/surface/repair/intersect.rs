@@ -4,7 +4,7 @@
 //! (2003), in the plainer form edge against triangle; signs by J. R. Shewchuk, *Adaptive precision floating-point
 //! arithmetic and fast robust geometric predicates* (1997), through `robust`.
 
-use super::super::tree::{Bounds, Tree};
+use super::super::tree::{BoundingBox, TriangleTree};
 use super::clean::is_flat;
 use nalgebra::Point3;
 use rayon::prelude::*;
@@ -31,12 +31,12 @@ pub(super) fn intersections(positions: &[Point3<f64>], triangles: &[[u32; 3]]) -
     let solid: Vec<u32> =
         (0..triangles.len() as u32).filter(|&t| !is_flat(positions, &triangles[t as usize])).collect();
     let corners = |&t: &u32| triangles[t as usize].map(|vertex| positions[vertex as usize]);
-    let tree = Tree::new(&solid.iter().map(corners).collect::<Vec<_>>());
+    let tree = TriangleTree::new(&solid.iter().map(corners).collect::<Vec<_>>());
     let original = |place: usize| solid[tree.order[place] as usize];
     let search = |place: usize| {
         let own = &triangles[original(place) as usize];
         let (mut pairs, mut count, mut first) = (0, 0, None);
-        tree.overlapping(&Bounds::of(&tree.triangles[place]), place + 1, |other| {
+        tree.overlapping(&BoundingBox::of(&tree.triangles[place]), place + 1, |other| {
             pairs += 1;
             let shares = triangles[original(other) as usize].iter().any(|vertex| own.contains(vertex));
             if !shares && intersect(&tree.triangles[place], &tree.triangles[other]) {
@@ -67,10 +67,10 @@ pub(super) fn intersections(positions: &[Point3<f64>], triangles: &[[u32; 3]]) -
 /// of two of them twice. Neighbours across an edge count as apart.
 pub(crate) fn crossings(positions: &[Point3<f64>], triangles: &[[u32; 3]], chosen: &[u32]) -> Vec<[u32; 2]> {
     let corners = |triangle: u32| triangles[triangle as usize].map(|vertex| positions[vertex as usize]);
-    let tree = Tree::new(&(0..triangles.len() as u32).map(corners).collect::<Vec<_>>());
+    let tree = TriangleTree::new(&(0..triangles.len() as u32).map(corners).collect::<Vec<_>>());
     let search = |&own: &u32| {
         let (own_corners, mut met) = (corners(own), Vec::new());
-        tree.overlapping(&Bounds::of(&own_corners), 0, |place| {
+        tree.overlapping(&BoundingBox::of(&own_corners), 0, |place| {
             let other = tree.order[place];
             let [one, two] = [own, other].map(|triangle| triangles[triangle as usize]);
             if meet((one, own_corners), (two, tree.triangles[place])) {

@@ -8,15 +8,15 @@ mod sets;
 mod shells;
 pub(super) use clean::is_flat;
 pub(crate) use intersect::{crossings, meet};
-pub(super) use sets::Sets;
-pub use shells::Part;
+pub(super) use sets::DisjointSets;
+pub use shells::ShellPart;
 
 #[cfg(test)]
 mod tests;
 
-use super::defect::Tally;
+use super::defect::DefectTally;
 use super::shape::Outlier;
-use super::{Defect, DefectKind, Frame, Looks, RawMesh, SurfaceError};
+use super::{Defect, DefectKind, LocalFrame, RawMesh, SurfaceError, TriangleAttributes};
 use edges::{Edges, HalfEdge};
 use nalgebra::Point3;
 use shells::Shells;
@@ -26,7 +26,7 @@ use shells::Shells;
 #[derive(Clone, Debug)]
 pub struct Surface {
     /// Where the object is.
-    pub frame: Frame,
+    pub frame: LocalFrame,
     /// Vertex positions, local; every one is used.
     pub positions: Vec<Point3<f64>>,
     /// Vertex indices, counter-clockwise seen from outside.
@@ -34,9 +34,9 @@ pub struct Surface {
     /// For each triangle, the face of the input file that it came from, counted from 0.
     pub faces: Vec<u64>,
     /// How the triangles look; normals as in the file, though triangles were turned.
-    pub looks: Looks,
+    pub looks: TriangleAttributes,
     /// Shells that stand alone and enclose something.
-    pub parts: Vec<Part>,
+    pub parts: Vec<ShellPart>,
     /// The vertex that is far from all others, if there is one.
     pub(super) outlier: Option<Outlier>,
     /// What was wrong with the input, in a fixed order of kinds.
@@ -56,7 +56,7 @@ impl Surface {
     pub fn repair(raw: RawMesh) -> Result<Self, SurfaceError> {
         raw.check()?;
         let mut defects = Vec::new();
-        let clean::Clean { frame, positions, mut triangles, source } = clean::clean(&raw, &mut defects)?;
+        let clean::CleanMesh { frame, positions, mut triangles, source } = clean::clean(&raw, &mut defects)?;
         let face = |triangle: u32| raw.face(source[triangle as usize] as usize);
         let wound = triangles.clone();
         let edges = Edges::new(&triangles);
@@ -110,7 +110,7 @@ impl Surface {
 
 fn report_shells(shells: &Shells, defects: &mut Vec<Defect>) {
     shells.flipped.report(DefectKind::FlippedShell, "turned outward", defects);
-    let (mut nested, cavities, solids) = (Tally::default(), shells.cavities.count(), shells.solids.count());
+    let (mut nested, cavities, solids) = (DefectTally::default(), shells.cavities.count(), shells.solids.count());
     nested.merge(&shells.cavities);
     nested.merge(&shells.solids);
     let action = match (cavities, solids) {
@@ -129,10 +129,10 @@ fn report_edges(
     face: impl Fn(u32) -> u64,
     defects: &mut Vec<Defect>,
 ) {
-    let mut crowded = Tally::default();
-    let mut fans = Sets::new(triangles.len() * 3);
+    let mut crowded = DefectTally::default();
+    let mut fans = DisjointSets::new(triangles.len() * 3);
     let mut rims: Vec<&HalfEdge> = Vec::new();
-    let mut loops = Sets::new(vertices);
+    let mut loops = DisjointSets::new(vertices);
     for group in edges.groups() {
         for pair in group.windows(2) {
             join_fans(&mut fans, &pair[0], &pair[1]);
@@ -144,7 +144,7 @@ fn report_edges(
             loops.join(rim.ends[0], rim.ends[1]);
         }
     }
-    let mut holes = Tally::default();
+    let mut holes = DefectTally::default();
     let mut seen = vec![false; vertices];
     for rim in rims {
         if !std::mem::replace(&mut seen[loops.root(rim.ends[0]) as usize], true) {
@@ -157,7 +157,7 @@ fn report_edges(
 }
 
 /// Joins the corners of two triangles at the ends of an edge that they share; corner k of triangle t is 3 t + k.
-fn join_fans(fans: &mut Sets, a: &HalfEdge, b: &HalfEdge) {
+fn join_fans(fans: &mut DisjointSets, a: &HalfEdge, b: &HalfEdge) {
     let corner = |half: &HalfEdge, lower: bool| {
         let offset = if half.forward == lower { half.side } else { (half.side + 1) % 3 };
         half.triangle * 3 + u32::from(offset)
@@ -167,10 +167,15 @@ fn join_fans(fans: &mut Sets, a: &HalfEdge, b: &HalfEdge) {
 }
 
 /// Vertices whose corners form more than one fan, counted once each.
-fn bow_ties(fans: &mut Sets, triangles: &[[u32; 3]], vertices: usize, face: impl Fn(u32) -> u64) -> Tally {
+fn bow_ties(
+    fans: &mut DisjointSets,
+    triangles: &[[u32; 3]],
+    vertices: usize,
+    face: impl Fn(u32) -> u64,
+) -> DefectTally {
     let mut fan_of = vec![u32::MAX; vertices];
     let mut tied = vec![false; vertices];
-    let mut tally = Tally::default();
+    let mut tally = DefectTally::default();
     for (corner, &vertex) in triangles.iter().flatten().enumerate() {
         let (fan, vertex) = (fans.root(corner as u32), vertex as usize);
         if fan_of[vertex] == u32::MAX {

@@ -1,6 +1,6 @@
 //! One orientation per patch: triangles connected through edges that exactly two of them share.
 
-use super::super::defect::Tally;
+use super::super::defect::DefectTally;
 use super::edges::Edges;
 use nalgebra::{Point3, Vector3};
 
@@ -9,9 +9,9 @@ pub(super) struct Patches {
     /// The triangles of each patch, ascending.
     pub members: Vec<Vec<u32>>,
     /// Triangles that were turned.
-    pub turned: Tally,
+    pub turned: DefectTally,
     /// Edges across which the orientation cannot be consistent.
-    pub twisted: Tally,
+    pub twisted: DefectTally,
 }
 
 /// Turns triangles so that each patch is wound consistently; the orientation that covers more area stays. `face` names
@@ -23,7 +23,7 @@ pub(super) fn orient(
     face: impl Fn(u32) -> u64,
 ) -> Patches {
     let neighbours = neighbours(edges, triangles.len());
-    let mut patches = Patches { members: Vec::new(), turned: Tally::default(), twisted: Tally::default() };
+    let mut patches = Patches { members: Vec::new(), turned: DefectTally::default(), twisted: DefectTally::default() };
     let mut against: Vec<Option<bool>> = vec![None; triangles.len()];
     for seed in 0..triangles.len() as u32 {
         if against[seed as usize].is_some() {

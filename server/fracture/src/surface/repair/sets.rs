@@ -4,11 +4,11 @@
 //! lowest member represents its set, so that results do not depend on the order of joins.
 
 /// Sets over 0 .. n.
-pub(in crate::surface) struct Sets {
+pub(in crate::surface) struct DisjointSets {
     parent: Vec<u32>,
 }
 
-impl Sets {
+impl DisjointSets {
     /// `n` sets of one.
     pub fn new(n: usize) -> Self {
         Self { parent: (0..n as u32).collect() }

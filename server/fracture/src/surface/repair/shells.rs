@@ -4,9 +4,9 @@
 //! is turned; negative inside another one means a cavity and it stays. If the outermost patch was inside out, so were
 //! those inside it, and all are turned together. Panels too open to have a volume of their own are judged as one.
 
-use super::super::defect::Tally;
-use super::super::tree::{Bounds, Tree};
-use super::super::winding::Winding;
+use super::super::defect::DefectTally;
+use super::super::tree::{BoundingBox, TriangleTree};
+use super::super::winding::WindingMoments;
 use super::orient::area_vector;
 use nalgebra::{Point3, Vector3};
 
@@ -20,20 +20,20 @@ const SHIFT: f64 = 0.1;
 #[derive(Default)]
 pub(super) struct Shells {
     /// Patches that were turned.
-    pub flipped: Tally,
+    pub flipped: DefectTally,
     /// Patches inside others that stay negative.
-    pub cavities: Tally,
+    pub cavities: DefectTally,
     /// Patches inside others that are positive.
-    pub solids: Tally,
+    pub solids: DefectTally,
     /// Shells that stand alone and enclose something.
-    pub parts: Vec<Part>,
+    pub parts: Vec<ShellPart>,
     /// Whether no point can have a winding number other than 0 or 1, if the patches are closed and do not intersect.
     pub simple: bool,
 }
 
 /// A shell that stands alone and encloses something, local.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Part {
+pub struct ShellPart {
     /// Lowest corner of its box.
     pub low: Point3<f64>,
     /// Highest corner of its box.
@@ -78,7 +78,7 @@ pub(super) fn face_outward(
         if containers.is_empty() {
             let Measure { bounds, volume, .. } = &measures[patch];
             let (low, high, volume) = (bounds.low, bounds.high, volume.abs());
-            shells.parts.push(Part { low, high, volume, face: face(patches[patch][0]) });
+            shells.parts.push(ShellPart { low, high, volume, face: face(patches[patch][0]) });
         } else {
             let tally = if own < 0 { &mut shells.cavities } else { &mut shells.solids };
             tally.note(face(patches[patch][0]));
@@ -96,7 +96,7 @@ struct Measure {
     area: f64,
     vector: Vector3<f64>,
     volume: f64,
-    bounds: Bounds,
+    bounds: BoundingBox,
     /// A point on the patch.
     sample: Point3<f64>,
 }
@@ -106,7 +106,7 @@ impl Measure {
         let corners = |t: u32| triangles[t as usize].map(|vertex| positions[vertex as usize]);
         let centre_of = |[a, b, c]: [Point3<f64>; 3]| (a.coords + b.coords + c.coords) / 3.0;
         let (mut area, mut vector, mut weighted) = (0.0, Vector3::zeros(), Vector3::zeros());
-        let (mut bounds, mut largest, mut sample) = (Bounds::EMPTY, -1.0, Point3::origin());
+        let (mut bounds, mut largest, mut sample) = (BoundingBox::EMPTY, -1.0, Point3::origin());
         for &triangle in members {
             let part = area_vector(positions, &triangles[triangle as usize]);
             let size = part.norm();
@@ -147,9 +147,9 @@ struct Nest<'a> {
     measures: &'a [Measure],
     /// The patches in question, larger volumes first, and a hierarchy of their boxes.
     solid: &'a [usize],
-    boxes: Tree,
+    boxes: TriangleTree,
     /// Hierarchies of the patches that were asked about.
-    hulls: Vec<Option<(Tree, Winding)>>,
+    hulls: Vec<Option<(TriangleTree, WindingMoments)>>,
 }
 
 impl<'a> Nest<'a> {
@@ -161,7 +161,7 @@ impl<'a> Nest<'a> {
         solid: &'a [usize],
     ) -> Self {
         let corners = |&p: &usize| [measures[p].bounds.low, measures[p].bounds.high, measures[p].bounds.low];
-        let boxes = Tree::new(&solid.iter().map(corners).collect::<Vec<_>>());
+        let boxes = TriangleTree::new(&solid.iter().map(corners).collect::<Vec<_>>());
         Self { positions, triangles, patches, measures, solid, boxes, hulls: vec![None; patches.len()] }
     }
 
@@ -169,7 +169,8 @@ impl<'a> Nest<'a> {
     fn containers(&mut self, rank: usize) -> Vec<usize> {
         let own = &self.measures[self.solid[rank]];
         let mut ranks = Vec::new();
-        self.boxes.overlapping(&Bounds::of(&[own.sample]), 0, |place| ranks.push(self.boxes.order[place] as usize));
+        self.boxes
+            .overlapping(&BoundingBox::of(&[own.sample]), 0, |place| ranks.push(self.boxes.order[place] as usize));
         ranks.retain(|&other| other < rank && self.measures[self.solid[other]].bounds.contains(&own.bounds));
         ranks.sort_unstable();
         let candidates = ranks.into_iter().map(|other| self.solid[other]);
@@ -179,8 +180,8 @@ impl<'a> Nest<'a> {
     fn winding(&mut self, patch: usize, point: &Point3<f64>) -> f64 {
         let (tree, winding) = self.hulls[patch].get_or_insert_with(|| {
             let corners = |&t: &u32| self.triangles[t as usize].map(|vertex| self.positions[vertex as usize]);
-            let tree = Tree::new(&self.patches[patch].iter().map(corners).collect::<Vec<_>>());
-            let winding = Winding::new(&tree, false);
+            let tree = TriangleTree::new(&self.patches[patch].iter().map(corners).collect::<Vec<_>>());
+            let winding = WindingMoments::new(&tree, false);
             (tree, winding)
         });
         let [winding] = winding.at(tree, &[*point]);

@@ -56,7 +56,7 @@ fn the_frame_is_that_of_the_box() {
     mesh.positions_m.iter_mut().for_each(|point| *point += Vector3::new(5.0, 6.0, 7.0));
     mesh.positions_m.push(Point3::new(100.0, 0.0, 0.0));
     let surface = check(mesh, &[(DefectKind::UnreferencedVertices, 1, 8)]);
-    assert_eq!(surface.frame, Frame { centre_m: Point3::new(5.0, 6.0, 7.0), diagonal_m: 3.0 });
+    assert_eq!(surface.frame, LocalFrame { centre_m: Point3::new(5.0, 6.0, 7.0), diagonal_m: 3.0 });
     assert_eq!(surface.positions.len(), 8);
 }
 

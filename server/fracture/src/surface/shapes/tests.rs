@@ -1,5 +1,5 @@
 use super::*;
-use crate::surface::{Surface, Unit, Up};
+use crate::surface::{LengthUnit, Surface, UpAxis};
 use std::f64::consts::PI;
 
 /// A shape is one closed surface without any defect; returns its volume, m³.
@@ -66,6 +66,6 @@ fn a_written_mesh_is_read_back_bit_for_bit() {
     let path = folder.path().join("horseshoe.obj");
     let mesh = horseshoe();
     write_obj(&mesh, &path).unwrap();
-    let again = crate::surface::read(&path, Unit::M, Up::Y).unwrap();
+    let again = crate::surface::read(&path, LengthUnit::M, UpAxis::Y).unwrap();
     assert_eq!((again.positions_m, again.triangles), (mesh.positions_m, mesh.triangles));
 }

@@ -2,7 +2,7 @@
 
 use super::support::*;
 use crate::lattice::Lattice;
-use crate::random::Stream;
+use crate::random::RandomStream;
 use crate::tessellation::*;
 use nalgebra::{Point3, Vector3};
 use proptest::prelude::*;
@@ -33,9 +33,9 @@ proptest! {
         let (lift, sites) = random_lift(&lattice, dimension, count, seed);
         // Labels that have nothing to do with the sites: every zero is anywhere.
         let wild = split(&lattice, &random_labels(lattice.nodes.len(), count, seed));
-        check(&lattice, &wild.labels, Some(Sites { lift: &lift, coordinates: &sites, of_fragment: &wild.sites }));
+        check(&lattice, &wild.labels, Some(BisectorSites { lift: &lift, coordinates: &sites, of_fragment: &wild.sites }));
         let cells = split(&lattice, &nearest(&lift, &sites));
-        check(&lattice, &cells.labels, Some(Sites { lift: &lift, coordinates: &sites, of_fragment: &cells.sites }));
+        check(&lattice, &cells.labels, Some(BisectorSites { lift: &lift, coordinates: &sites, of_fragment: &cells.sites }));
     }
 
     #[test]
@@ -70,11 +70,11 @@ fn every_node_on_its_own_is_a_fragment() {
     let emitted = check(&lattice, &labels, None);
     assert!(emitted.properties.iter().all(|properties| properties.volume > 0.0));
     let (lift, sites) = random_lift(&lattice, 5, labels.len(), 5);
-    check(&lattice, &labels, Some(Sites { lift: &lift, coordinates: &sites, of_fragment: &labels }));
+    check(&lattice, &labels, Some(BisectorSites { lift: &lift, coordinates: &sites, of_fragment: &labels }));
 }
 
 /// A point of the simplex `nodes` by the margin inside, often in a corner.
-fn extreme(lattice: &Lattice, nodes: &[u32], random: &mut Stream) -> Point3<f64> {
+fn extreme(lattice: &Lattice, nodes: &[u32], random: &mut RandomStream) -> Point3<f64> {
     let count = nodes.len();
     let chosen = (random.uniform() * count as f64) as usize;
     let corner = random.uniform() < 0.6;
@@ -92,7 +92,7 @@ fn every_part_of_a_tetrahedron_is_positive_wherever_its_points_are() {
     let nodes = [[0.0, 0.0, 0.0], [1.0, 0.1, 0.0], [0.2, 0.9, 0.1], [0.3, 0.2, 0.8]].map(Point3::from);
     let lattice = Lattice { nodes: nodes.to_vec(), tets: vec![[0, 1, 2, 3]] };
     let topology = Topology::new(&lattice);
-    let mut random = Stream::new(1, 5);
+    let mut random = RandomStream::new(1, 5);
     for round in 0..6000 {
         let labels = random_labels(4, 2 + round % 3, round as u64);
         let mut points = |simplices: &[&[u32]]| -> Vec<(u32, Point3<f64>)> {

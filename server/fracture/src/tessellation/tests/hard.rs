@@ -2,7 +2,7 @@
 
 use super::support::*;
 use crate::lattice::block;
-use crate::lift::Lift;
+use crate::lift::LiftedLattice;
 use crate::tessellation::*;
 use nalgebra::Point3;
 
@@ -29,7 +29,7 @@ fn coincident_and_symmetric_sites_stay_closed() {
     twins.check(&lattice);
     // Labels that claim different sites at one place: no bisector anywhere.
     let labels = random_labels(lattice.nodes.len(), 3, 7);
-    check(&lattice, &labels, Some(Sites { of_fragment: &[0, 1, 2], ..twins.sites() }));
+    check(&lattice, &labels, Some(BisectorSites { of_fragment: &[0, 1, 2], ..twins.sites() }));
     let on_nodes: Vec<Point3<f64>> = lattice.nodes.clone();
     Voronoi::new(&lattice, &on_nodes).check(&lattice);
 }
@@ -42,7 +42,7 @@ fn exterior_points_are_kept_inside_by_the_margin() {
     for seed in 0..20 {
         let (lift, coordinates) = random_lift(&lattice, 4, 6, seed);
         let labels = random_labels(lattice.nodes.len(), 6, seed);
-        let sites = Sites { lift: &lift, coordinates: &coordinates, of_fragment: &[0, 1, 2, 3, 4, 5] };
+        let sites = BisectorSites { lift: &lift, coordinates: &coordinates, of_fragment: &[0, 1, 2, 3, 4, 5] };
         let points = crack_points(&lattice, &topology, &labels, Some(sites), &FixedPoints::default()).unwrap();
         for (tet, place) in points.to_fixed().tets {
             let [a, b, c, d] = lattice.corners(tet as usize);
@@ -64,10 +64,14 @@ fn numbers_that_are_none_do_not_reach_the_answer() {
     let lattice = wobbly([2, 2, 2], 4);
     let labels = random_labels(lattice.nodes.len(), 4, 4);
     for poison in [f64::NAN, f64::INFINITY, 1e300, 1e-300, 0.0] {
-        let mut lift = Lift::euclidean(&lattice);
+        let mut lift = LiftedLattice::euclidean(&lattice);
         lift.coordinates.iter_mut().step_by(5).for_each(|x| *x = poison);
         let coordinates = [0.1, poison, 0.2, 0.0, 0.0, 0.0, poison, poison, poison, 0.3, 0.1, -0.1];
-        check(&lattice, &labels, Some(Sites { lift: &lift, coordinates: &coordinates, of_fragment: &[0, 1, 2, 3] }));
+        check(
+            &lattice,
+            &labels,
+            Some(BisectorSites { lift: &lift, coordinates: &coordinates, of_fragment: &[0, 1, 2, 3] }),
+        );
     }
 }
 

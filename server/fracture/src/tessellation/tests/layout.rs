@@ -39,7 +39,7 @@ fn wide_instructions_do_not_change_a_bit() {
 
 #[test]
 fn a_reused_workspace_answers_as_a_fresh_one() {
-    let (mut points, mut tessellation, mut workspace) = <(Points, Tessellation, Workspace)>::default();
+    let (mut points, mut tessellation, mut workspace) = <(CrackPoints, Tessellation, TessellationWorkspace)>::default();
     // The last lattice but one again, with other cells: what was cut for the first is not.
     let cases = [([3, 3, 3], 12, 1), ([1, 1, 1], 2, 2), ([2, 2, 2], 1, 4), ([4, 2, 2], 30, 3), ([4, 2, 2], 5, 3)];
     for (cells, count, seed) in cases {
@@ -107,12 +107,12 @@ fn labels_and_sites_that_do_not_fit_are_refused_by_name() {
     assert_eq!(refused, Err(TessellationError::LabelCount { nodes, labels: nodes - 1 }));
     let mut high = vec![0; nodes];
     high[4] = nodes as u32;
-    let refused = tessellate(&lattice, &topology, &high, &Points::default());
+    let refused = tessellate(&lattice, &topology, &high, &CrackPoints::default());
     assert_eq!(refused, Err(TessellationError::LabelOutOfRange { node: 4, label: nodes as u32 }));
     let labels = random_labels(nodes, 3, 1);
     let (lift, coordinates) = random_lift(&lattice, 3, 2, 1);
     for of_fragment in [&[0, 1][..], &[0, 1, 2]] {
-        let sites = Some(Sites { lift: &lift, coordinates: &coordinates, of_fragment });
+        let sites = Some(BisectorSites { lift: &lift, coordinates: &coordinates, of_fragment });
         let refused = crack_points(&lattice, &topology, &labels, sites, &none);
         assert_eq!(refused, Err(TessellationError::Site { fragment: 2 }));
     }
@@ -127,5 +127,5 @@ fn points_of_other_labels_are_refused() {
     let fine = random_labels(topology.nodes, 9, 1);
     let points = crack_points(&lattice, &topology, &coarse, None, &none).unwrap();
     assert_eq!(tessellate(&lattice, &topology, &fine, &points), Err(TessellationError::Points));
-    assert_eq!(tessellate(&lattice, &topology, &fine, &Points::default()), Err(TessellationError::Points));
+    assert_eq!(tessellate(&lattice, &topology, &fine, &CrackPoints::default()), Err(TessellationError::Points));
 }

@@ -1,9 +1,9 @@
 //! One `check` for everything that must hold of every tessellation, and the lattices and diagrams to try it on.
 
-use crate::fragment::{self, Properties};
+use crate::fragment::{self, RigidProperties};
 use crate::lattice::{Lattice, block};
-use crate::lift::{Lift, LiftKind};
-use crate::random::Stream;
+use crate::lift::{LiftKind, LiftedLattice};
+use crate::random::RandomStream;
 use crate::tessellation::*;
 use nalgebra::{Point3, Vector3};
 use std::collections::{HashMap, HashSet};
@@ -12,7 +12,7 @@ use std::collections::{HashMap, HashSet};
 #[derive(Clone, Debug, PartialEq)]
 pub struct Emitted {
     pub tessellation: Tessellation,
-    pub properties: Vec<Properties>,
+    pub properties: Vec<RigidProperties>,
     pub positions: Vec<[f32; 3]>,
     pub indices: Vec<u32>,
     pub merges: Vec<[u32; 2]>,
@@ -31,7 +31,7 @@ pub fn emit(tessellation: Tessellation, metres_per_unit: f64) -> Emitted {
 }
 
 /// Everything that must hold of any labels, points and lift on `lattice`.
-pub fn check(lattice: &Lattice, labels: &[u32], sites: Option<Sites<'_>>) -> Emitted {
+pub fn check(lattice: &Lattice, labels: &[u32], sites: Option<BisectorSites<'_>>) -> Emitted {
     let topology = Topology::new(lattice);
     let points = crack_points(lattice, &topology, labels, sites, &FixedPoints::default()).unwrap();
     let emitted = emit(tessellate(lattice, &topology, labels, &points).unwrap(), 3.5);
@@ -174,7 +174,7 @@ fn check_volumes(lattice: &Lattice, emitted: &Emitted) {
 pub fn wobbly(cells: [usize; 3], seed: u64) -> Lattice {
     let spacing = 0.5 / cells.iter().copied().max().unwrap_or(1) as f64;
     let mut lattice = block(cells, spacing);
-    let mut random = Stream::new(seed, 1);
+    let mut random = RandomStream::new(seed, 1);
     for node in &mut lattice.nodes {
         *node += Vector3::from_fn(|_, _| 0.2 * spacing * (random.uniform() - 0.5));
     }
@@ -203,7 +203,7 @@ pub fn carved(cells: [usize; 3], spacing: f64, keep: impl Fn(Point3<f64>) -> boo
 
 /// Labels below `count`, every node on its own; dense.
 pub fn random_labels(nodes: usize, count: usize, seed: u64) -> Vec<u32> {
-    let mut random = Stream::new(seed, 2);
+    let mut random = RandomStream::new(seed, 2);
     dense((0..nodes).map(|_| (random.uniform() * count as f64) as u32).collect())
 }
 
@@ -216,16 +216,16 @@ fn dense(mut labels: Vec<u32>) -> Vec<u32> {
 }
 
 /// A lift of `dimension` coordinates without any sense, and sites among them.
-pub fn random_lift(lattice: &Lattice, dimension: usize, sites: usize, seed: u64) -> (Lift, Vec<f64>) {
-    let mut random = Stream::new(seed, 3);
+pub fn random_lift(lattice: &Lattice, dimension: usize, sites: usize, seed: u64) -> (LiftedLattice, Vec<f64>) {
+    let mut random = RandomStream::new(seed, 3);
     let mut draw = |count: usize| -> Vec<f64> { (0..count).map(|_| random.uniform() - 0.5).collect() };
     let coordinates = draw(lattice.nodes.len() * dimension);
-    let lift = Lift::scaled(LiftKind::Interior, lattice, dimension, coordinates);
+    let lift = LiftedLattice::scaled(LiftKind::Interior, lattice, dimension, coordinates);
     (lift, draw(sites * dimension))
 }
 
 /// Nearest site of each node, ties to the lowest.
-pub fn nearest(lift: &Lift, sites: &[f64]) -> Vec<u32> {
+pub fn nearest(lift: &LiftedLattice, sites: &[f64]) -> Vec<u32> {
     let squared = |x: &[f64], p: &[f64]| x.iter().zip(p).map(|(x, p)| (x - p) * (x - p)).sum::<f64>();
     let node_count = lift.coordinates.len() / lift.dimension;
     let best = |node: usize| {
@@ -237,7 +237,7 @@ pub fn nearest(lift: &Lift, sites: &[f64]) -> Vec<u32> {
 
 /// A euclidean Voronoi diagram of `lattice` with its crack points and everything checked.
 pub struct Voronoi {
-    pub lift: Lift,
+    pub lift: LiftedLattice,
     pub sites: Vec<f64>,
     pub split: Components,
 }
@@ -245,15 +245,15 @@ pub struct Voronoi {
 impl Voronoi {
     pub fn new(lattice: &Lattice, sites: &[Point3<f64>]) -> Self {
         // Scaled to unit density already, so that sites and nodes keep their places.
-        let mut lift = Lift::euclidean(lattice);
+        let mut lift = LiftedLattice::euclidean(lattice);
         lift.coordinates = lattice.nodes.iter().flat_map(|node| [node.x, node.y, node.z]).collect();
         let sites: Vec<f64> = sites.iter().flat_map(|site| [site.x, site.y, site.z]).collect();
         let split = components(&Topology::new(lattice), &nearest(&lift, &sites));
         Self { lift, sites, split }
     }
 
-    pub fn sites(&self) -> Sites<'_> {
-        Sites { lift: &self.lift, coordinates: &self.sites, of_fragment: &self.split.sites }
+    pub fn sites(&self) -> BisectorSites<'_> {
+        BisectorSites { lift: &self.lift, coordinates: &self.sites, of_fragment: &self.split.sites }
     }
 
     pub fn site(&self, fragment: u32) -> Point3<f64> {
@@ -266,6 +266,6 @@ impl Voronoi {
 }
 
 pub fn random_points(count: usize, half: f64, seed: u64) -> Vec<Point3<f64>> {
-    let mut random = Stream::new(seed, 4);
+    let mut random = RandomStream::new(seed, 4);
     (0..count).map(|_| Point3::from(Vector3::from_fn(|_, _| half * (2.0 * random.uniform() - 1.0)))).collect()
 }

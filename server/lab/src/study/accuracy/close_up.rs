@@ -1,19 +1,21 @@
 //! A close-up: what was struck, and the pieces of the same blow on the lattices of each preset.
 
 use super::dials::Bench;
-use super::subject::Buffers;
-use super::{Findings, StudyError};
-use crate::picture::{Backdrop, CREASE_DEG, Camera, Colour, Image, Mesh, Projection, Size, Spread, Style, draw};
-use crate::report::{Figure, Section, Table, significant};
+use super::subject::ResultBuffers;
+use super::{AccuracyFindings, StudyError};
+use crate::picture::{
+    Backdrop, CREASE_DEG, Camera, Color, DrawnMesh, Image, PictureSize, Projection, RenderStyle, Spread, draw,
+};
+use crate::report::{ReportFigure, ReportTable, Section, significant};
 use crate::study::exploded::exploded;
 use nalgebra::{Point3, Vector3};
 use shatter_fracture::accuracy::{NORMAL_DEG, NormalShares};
-use shatter_fracture::pipeline::{self, Prepared, Strike, Workspace};
+use shatter_fracture::pipeline::{self, FractureRequest, PreparedObject, Workspace};
 use shatter_fracture::surface::RawMesh;
-use shatter_fracture::token::Token;
+use shatter_fracture::token::CancelToken;
 
 /// One of the pictures.
-const SIZE: Size = Size { width: 420, height: 420 };
+const SIZE: PictureSize = PictureSize { width: 420, height: 420 };
 
 /// What is seen of the object: a cube of this edge about the contact, over the diagonal.
 const EDGE: f64 = 0.22;
@@ -25,7 +27,7 @@ const APART: f64 = 0.05;
 const ABOVE: f64 = 0.35;
 
 /// Of what is whole.
-const WHOLE: Colour = Colour([0.55, 0.53, 0.49]);
+const WHOLE: Color = Color([0.55, 0.53, 0.49]);
 
 /// The same place of the input and of what broke.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -42,7 +44,7 @@ pub struct CloseUp {
 #[derive(Clone, Debug, Default, PartialEq)]
 struct View {
     name: &'static str,
-    mesh: Mesh,
+    mesh: DrawnMesh,
     /// What the lattice makes of the input; nothing for the input itself.
     fit: Option<Fit>,
 }
@@ -58,7 +60,12 @@ struct Fit {
 
 impl Bench<'_> {
     /// The pieces of the first strike on the lattices of a preset, beside those seen before.
-    pub(super) fn look(&mut self, name: &'static str, prepared: &Prepared, strike: &Strike) -> Result<(), StudyError> {
+    pub(super) fn look(
+        &mut self,
+        name: &'static str,
+        prepared: &PreparedObject,
+        strike: &FractureRequest,
+    ) -> Result<(), StudyError> {
         let contact = strike.contacts.first().ok_or(StudyError::Whole)?;
         let (hub_m, close_up) = (contact.point_m, &mut self.findings.close_up);
         if close_up.views.is_empty() {
@@ -78,16 +85,16 @@ impl Bench<'_> {
 }
 
 /// The input, relative to `hub_m`.
-fn whole(mesh: &RawMesh, hub_m: &Point3<f64>) -> Mesh {
+fn whole(mesh: &RawMesh, hub_m: &Point3<f64>) -> DrawnMesh {
     let positions = mesh.positions_m.iter().map(|point| Point3::from((point - hub_m).cast::<f32>())).collect();
-    Mesh::paint(positions, mesh.triangles.clone(), CREASE_DEG, |_, _| WHOLE)
+    DrawnMesh::paint(positions, mesh.triangles.clone(), CREASE_DEG, |_, _| WHOLE)
 }
 
 /// The pieces of a strike, relative to `hub_m` and moved apart from there.
-fn broken(prepared: &Prepared, strike: &Strike, hub_m: &Point3<f64>) -> Result<Mesh, StudyError> {
-    let outcome = pipeline::strike(prepared, strike, &mut Workspace::default(), &Token::default(), &mut ())?;
+fn broken(prepared: &PreparedObject, strike: &FractureRequest, hub_m: &Point3<f64>) -> Result<DrawnMesh, StudyError> {
+    let outcome = pipeline::strike(prepared, strike, &mut Workspace::default(), &CancelToken::default(), &mut ())?;
     let pieces = outcome.pieces.ok_or(StudyError::Whole)?;
-    let mut buffers = Buffers::default();
+    let mut buffers = ResultBuffers::default();
     buffers.emit(&pieces)?;
     let spread = Spread { hub_m: hub_m.coords.into(), factor: APART };
     Ok(exploded(&pieces.fragments, &pieces.runs, &buffers.positions, &buffers.indices, spread))
@@ -107,7 +114,7 @@ impl CloseUp {
         let cube = ends.iter().flat_map(|&x| ends.iter().flat_map(move |&y| ends.map(|z| Point3::new(x, y, z))));
         let points: Vec<Point3<f32>> = cube.collect();
         let camera = Camera::fit(&points, Vector3::from(self.from), Projection::Orthographic, 1.0);
-        let drawn = |view: &View| draw(&view.mesh, &camera, SIZE, Style::STUDIO, None, Backdrop::Clear);
+        let drawn = |view: &View| draw(&view.mesh, &camera, SIZE, RenderStyle::STUDIO, None, Backdrop::Clear);
         let images: Vec<Image> = self.views.iter().map(drawn).collect();
         Ok(Some(Image::beside(&images).png()?))
     }
@@ -119,7 +126,7 @@ impl CloseUp {
 }
 
 /// The close-up as a part of the page, with what `png` shows.
-pub(super) fn section(findings: &Findings, png: Vec<u8>) -> Section {
+pub(super) fn section(findings: &AccuracyFindings, png: Vec<u8>) -> Section {
     let close_up = &findings.close_up;
     let lead = "The first blow, on the lattices of each preset and with as many sites; pieces are moved away from the contact.";
     let caption = format!("From the left: {}.", close_up.names().join(", "));
@@ -135,8 +142,8 @@ pub(super) fn section(findings: &Findings, png: Vec<u8>) -> Section {
     Section {
         heading: "Close up".to_owned(),
         lead: vec![lead.to_owned()],
-        figures: vec![Figure { png, caption, scale: None }],
-        tables: vec![Table { head: head.map(str::to_owned).to_vec(), rows }],
+        figures: vec![ReportFigure { png, caption, scale: None }],
+        tables: vec![ReportTable { head: head.map(str::to_owned).to_vec(), rows }],
         ..Section::default()
     }
 }

@@ -2,18 +2,20 @@
 
 use super::subject::{SOLID, energy, rebaked, timed};
 use super::truth::{Truth, Truths, diagram, optimised, solve};
-use super::{Errors, Findings, Measure, Plan, Point, StudyError};
+use super::{AccuracyFindings, AccuracyPlan, Measure, PointErrors, StudyError, StudyPoint};
 use serde_json::{Value, json};
 use shatter_fracture::accuracy::{degree_error, density_error, energy_error};
-use shatter_fracture::centroidal::Options;
+use shatter_fracture::centroidal::DiagramOptions;
 use shatter_fracture::lift::LiftKind;
-use shatter_fracture::pipeline::{self, DegreeRequest, Prepared, Quality, Solid, Strike, Workspace};
+use shatter_fracture::pipeline::{
+    self, DegreeRequest, ElasticModel, FractureRequest, PreparedObject, Preset, Workspace,
+};
 use shatter_fracture::sparse::Precision;
-use shatter_fracture::token::Token;
+use shatter_fracture::token::CancelToken;
 
 /// Settings that every plan tries.
 pub(super) const FIXED: usize =
-    1 + SOURCES.len() + PRECISIONS.len() + super::lifts::KINDS.len() + super::tessellations::MODES + Quality::ALL.len();
+    1 + SOURCES.len() + PRECISIONS.len() + super::lifts::KINDS.len() + super::tessellations::MODES + Preset::ALL.len();
 
 /// Of the factor of the stiffness.
 const PRECISIONS: [(&str, Precision); 2] = [("f32", Precision::F32), ("f64", Precision::F64)];
@@ -31,11 +33,11 @@ const RUNS_OPTIMISED: usize = 2;
 
 /// What every dial works on.
 pub(super) struct Bench<'a> {
-    pub plan: &'a Plan,
-    pub base: Prepared,
-    pub strikes: Vec<Strike>,
+    pub plan: &'a AccuracyPlan,
+    pub base: PreparedObject,
+    pub strikes: Vec<FractureRequest>,
     pub truths: Truths,
-    pub findings: Findings,
+    pub findings: AccuracyFindings,
     pub progress: &'a mut dyn FnMut(&str),
 }
 
@@ -45,11 +47,11 @@ impl Bench<'_> {
         &mut self,
         dial: &'static str,
         value: Value,
-        measure: impl FnOnce(&mut Self) -> Result<(super::Times, Errors), StudyError>,
+        measure: impl FnOnce(&mut Self) -> Result<(super::PointTimes, PointErrors), StudyError>,
     ) {
         (self.progress)(&format!("{dial} {value}"));
         match measure(self) {
-            Ok((times, errors)) => self.findings.points.push(Point { dial, value, preset: None, times, errors }),
+            Ok((times, errors)) => self.findings.points.push(StudyPoint { dial, value, preset: None, times, errors }),
             Err(error) => self.findings.left_out.push([format!("{dial} {value}"), error.to_string()]),
         }
     }
@@ -64,14 +66,14 @@ impl Bench<'_> {
     /// Medians over impacts.
     pub(super) fn medians(
         &self,
-        mut of: impl FnMut(&Truth, &Strike) -> Result<Errors, StudyError>,
-    ) -> Result<Errors, StudyError> {
+        mut of: impl FnMut(&Truth, &FractureRequest) -> Result<PointErrors, StudyError>,
+    ) -> Result<PointErrors, StudyError> {
         let each = self.truths.impacts.iter().zip(&self.strikes).map(|(truth, strike)| of(truth, strike));
-        Ok(Errors::medians(&each.collect::<Result<Vec<_>, _>>()?))
+        Ok(PointErrors::medians(&each.collect::<Result<Vec<_>, _>>()?))
     }
 
     /// Strikes with something changed.
-    pub(super) fn with(&self, change: impl Fn(&mut Strike)) -> Vec<Strike> {
+    pub(super) fn with(&self, change: impl Fn(&mut FractureRequest)) -> Vec<FractureRequest> {
         let mut strikes = self.strikes.clone();
         strikes.iter_mut().for_each(change);
         strikes
@@ -85,9 +87,9 @@ impl Bench<'_> {
         }
     }
 
-    fn elastic_spacing(&mut self, spacing: f64) -> Result<(super::Times, Errors), StudyError> {
+    fn elastic_spacing(&mut self, spacing: f64) -> Result<(super::PointTimes, PointErrors), StudyError> {
         let mut other = rebaked(self.plan, &self.base, spacing, self.base.parameters.crack_spacing, SOLID)?;
-        let same = |(own, other): (&pipeline::Body, &pipeline::Body)| own.crack == other.crack;
+        let same = |(own, other): (&pipeline::PreparedBody, &pipeline::PreparedBody)| own.crack == other.crack;
         if !self.base.bodies.iter().zip(&other.bodies).all(same) {
             return Err(StudyError::Unprepared);
         }
@@ -100,11 +102,11 @@ impl Bench<'_> {
         found.map(|(times, errors)| (times, self.truths.judged(errors, nodes)))
     }
 
-    fn elastic_errors(&self, strikes: &[Strike]) -> Result<Errors, StudyError> {
+    fn elastic_errors(&self, strikes: &[FractureRequest]) -> Result<PointErrors, StudyError> {
         let mut workspace = Workspace::default();
         let each = self.truths.impacts.iter().zip(strikes);
         let each = each.map(|(truth, strike)| truth.elastic(&self.base, &energy(&self.base, strike, &mut workspace)?));
-        Ok(Errors::medians(&each.collect::<Result<Vec<_>, _>>()?))
+        Ok(PointErrors::medians(&each.collect::<Result<Vec<_>, _>>()?))
     }
 
     /// Ranks of the reduced basis, against the finest solve and against that on the same lattice; then that solve.
@@ -120,7 +122,7 @@ impl Bench<'_> {
             match alone {
                 Some((times, Some(errors))) => {
                     let (dial, value) = ("rank_own_lattice", json!(rank));
-                    self.findings.points.push(Point { dial, value, preset: None, times, errors });
+                    self.findings.points.push(StudyPoint { dial, value, preset: None, times, errors });
                 }
                 Some((_, None)) => {
                     let why = "the basis reaches none of the impacts: all were solved for";
@@ -136,7 +138,7 @@ impl Bench<'_> {
     }
 
     /// What the basis adds, and how well that is estimated: of the impacts that are not solved for, if there are any.
-    fn reduction_errors(&mut self, strikes: &[Strike]) -> Result<Option<Errors>, StudyError> {
+    fn reduction_errors(&mut self, strikes: &[FractureRequest]) -> Result<Option<PointErrors>, StudyError> {
         let mut workspace = Workspace::default();
         let mut all = Vec::new();
         for (truth, strike) in self.truths.impacts.iter().zip(strikes) {
@@ -148,13 +150,13 @@ impl Bench<'_> {
             let error = energy_error(found.energy_j, own.energy_j);
             self.findings.estimates.push([estimate, error]);
             all.push(
-                Errors::default()
+                PointErrors::default()
                     .with(Measure::Energy, error)
                     .with(Measure::Density, density_error(&scaled, &own.shares)?)
                     .with(Measure::Estimate, estimate),
             );
         }
-        Ok((!all.is_empty()).then(|| Errors::medians(&all)))
+        Ok((!all.is_empty()).then(|| PointErrors::medians(&all)))
     }
 
     /// Precisions of the factor, on the same lattice, against one of double precision: every impact is solved for.
@@ -164,15 +166,15 @@ impl Bench<'_> {
         }
     }
 
-    fn precision(&mut self, precision: Precision) -> Result<(super::Times, Errors), StudyError> {
+    fn precision(&mut self, precision: Precision) -> Result<(super::PointTimes, PointErrors), StudyError> {
         let mut own = Vec::new();
         let poisson = self.base.parameters.material.poisson;
         for body in &mut self.base.bodies {
             let Some(solid) = &body.solid else { return Err(StudyError::Unprepared) };
             let (lattice, transfer) = (solid.lattice.clone(), solid.transfer.clone());
-            own.push(Solid::new(lattice, transfer, poisson, precision, &Token::default())?);
+            own.push(ElasticModel::new(lattice, transfer, poisson, precision, &CancelToken::default())?);
         }
-        let mut swap = |base: &mut Prepared| {
+        let mut swap = |base: &mut PreparedObject| {
             for (body, own) in base.bodies.iter_mut().zip(&mut own) {
                 body.solid = body.solid.take().map(|solid| std::mem::replace(own, solid));
             }
@@ -184,19 +186,19 @@ impl Bench<'_> {
         found
     }
 
-    fn precise(&self, strikes: &[Strike]) -> Result<(super::Times, Errors), StudyError> {
+    fn precise(&self, strikes: &[FractureRequest]) -> Result<(super::PointTimes, PointErrors), StudyError> {
         self.base.factor()?;
         let mut workspace = Workspace::default();
         let errors = self.truths.impacts.iter().zip(strikes).map(|(truth, strike)| {
             let found = energy(&self.base, strike, &mut workspace)?;
             let ratio = found.energy_j / truth.own.energy_j;
             let scaled: Vec<f64> = found.shares.iter().map(|share| share * ratio).collect();
-            Ok(Errors::default()
+            Ok(PointErrors::default()
                 .with(Measure::Energy, energy_error(found.energy_j, truth.own.energy_j))
                 .with(Measure::Density, density_error(&scaled, &truth.own.shares)?))
         });
         let errors = errors.collect::<Result<Vec<_>, StudyError>>()?;
-        Ok((timed(&self.base, strikes, self.plan.runs)?, Errors::medians(&errors)))
+        Ok((timed(&self.base, strikes, self.plan.runs)?, PointErrors::medians(&errors)))
     }
 
     /// Tolerances of the diagram.
@@ -205,7 +207,8 @@ impl Bench<'_> {
             self.point("cvd_tolerance", json!(tolerance), |bench| {
                 let strikes = bench.with(|strike| strike.tolerance = tolerance);
                 let errors = bench.medians(|truth, strike| {
-                    let options = Options { tolerance, ..Options::new(bench.plan.sites as usize, strike.seed) };
+                    let options =
+                        DiagramOptions { tolerance, ..DiagramOptions::new(bench.plan.sites as usize, strike.seed) };
                     let lift = bench.base.lift(truth.own.body, LiftKind::Interior)?;
                     Ok(truth.diagram(&bench.base, &diagram(&bench.base, &truth.own, lift, &options)?))
                 })?;
@@ -231,13 +234,13 @@ impl Bench<'_> {
                 }
                 let mut all = Vec::new();
                 for (strike, wanted) in strikes.iter().zip(&wanted) {
-                    let (token, mut workspace) = (Token::default(), Workspace::default());
+                    let (token, mut workspace) = (CancelToken::default(), Workspace::default());
                     let found = pipeline::strike(&bench.base, strike, &mut workspace, &token, &mut ())?;
                     let error = degree_error(f64::from(found.fracture_degree), *wanted);
-                    all.push(Errors::default().with(Measure::Degree, error));
+                    all.push(PointErrors::default().with(Measure::Degree, error));
                 }
                 let runs = bench.plan.runs.min(RUNS_OPTIMISED);
-                Ok((timed(&bench.base, &strikes, runs)?, Errors::medians(&all)))
+                Ok((timed(&bench.base, &strikes, runs)?, PointErrors::medians(&all)))
             });
         }
     }
@@ -250,7 +253,7 @@ fn spread(count: usize) -> Vec<f64> {
 }
 
 /// Exchanges the elasticity of two objects of the same crack lattices.
-fn swap_solids(one: &mut Prepared, other: &mut Prepared) {
+fn swap_solids(one: &mut PreparedObject, other: &mut PreparedObject) {
     for (own, other) in one.bodies.iter_mut().zip(&mut other.bodies) {
         std::mem::swap(&mut own.solid, &mut other.solid);
     }

@@ -7,7 +7,7 @@ use shatter_fracture::centroidal::FieldError;
 use shatter_fracture::database::BakeError;
 use shatter_fracture::elasticity::ElasticityError;
 use shatter_fracture::lift::LiftError;
-use shatter_fracture::pipeline::StrikeError;
+use shatter_fracture::pipeline::FractureError;
 use shatter_fracture::token::Cancelled;
 
 /// Why there is no study, or no point of it.
@@ -21,7 +21,7 @@ pub enum StudyError {
     Bake(#[from] BakeError),
     /// A strike failed.
     #[error(transparent)]
-    Strike(#[from] StrikeError),
+    Strike(#[from] FractureError),
     /// Strain energies are no field.
     #[error(transparent)]
     Field(#[from] FieldError),

@@ -8,7 +8,7 @@
 //! have every one of them.
 
 use super::page::together;
-use super::{Findings, Measure, Point};
+use super::{AccuracyFindings, Measure, StudyPoint};
 use serde_json::{Value, json};
 
 /// Errors that count in the combined one: of elasticity, of cells, of cracks.
@@ -19,7 +19,7 @@ const UNIT: &str = "game";
 
 /// One preset in one diagram.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Standing {
+pub struct PresetStanding {
     /// Which preset.
     pub preset: &'static str,
     /// The diagram's name, or `combined`.
@@ -30,7 +30,7 @@ pub struct Standing {
     pub beaten_by: Option<[String; 2]>,
 }
 
-impl Standing {
+impl PresetStanding {
     /// For the document.
     pub fn document(&self) -> Value {
         json!({
@@ -44,7 +44,7 @@ impl Standing {
 }
 
 /// Where all presets stand, diagram by diagram, then combined.
-pub fn standings(findings: &Findings) -> Vec<Standing> {
+pub fn standings(findings: &AccuracyFindings) -> Vec<PresetStanding> {
     let mut all = Vec::new();
     for (diagram, measure, points) in together(findings) {
         let placed: Vec<Placed> =
@@ -56,14 +56,14 @@ pub fn standings(findings: &Findings) -> Vec<Standing> {
 }
 
 /// A point and its error.
-type Placed<'a> = (&'a Point, f64);
+type Placed<'a> = (&'a StudyPoint, f64);
 
-fn stand(diagram: &'static str, measure: Option<Measure>, points: &[Placed]) -> Vec<Standing> {
+fn stand(diagram: &'static str, measure: Option<Measure>, points: &[Placed]) -> Vec<PresetStanding> {
     let presets = points.iter().filter_map(|own| Some((own, own.0.preset?)));
     let standing = |(own, preset): (&Placed, &'static str)| {
         let better = points.iter().find(|other| beats(other, own));
         let beaten_by = better.map(|(point, _)| [point.dial.to_owned(), point.label()]);
-        Standing { preset, diagram, measure, beaten_by }
+        PresetStanding { preset, diagram, measure, beaten_by }
     };
     presets.map(standing).collect()
 }
@@ -74,9 +74,9 @@ fn beats((one, error): &Placed, (other, other_error): &Placed) -> bool {
 }
 
 /// Points with the worst of their errors in units of those of [`UNIT`]; none without it.
-fn combined(points: &[Point]) -> Vec<Placed<'_>> {
+fn combined(points: &[StudyPoint]) -> Vec<Placed<'_>> {
     let Some(unit) = points.iter().find(|point| point.preset == Some(UNIT)) else { return Vec::new() };
-    let worst = |point: &Point| {
+    let worst = |point: &StudyPoint| {
         let ratios = COMBINED.map(|measure| Some(point.errors.get(measure)? / unit.errors.get(measure)?));
         ratios.into_iter().try_fold(0.0, |most: f64, ratio| Some(most.max(ratio?)))
     };
@@ -86,16 +86,18 @@ fn combined(points: &[Point]) -> Vec<Placed<'_>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::study::accuracy::{Errors, Times};
+    use crate::study::accuracy::{PointErrors, PointTimes};
 
-    fn point(dial: &'static str, preset: Option<&'static str>, times: [f64; 3], errors: [f64; 3]) -> Point {
-        let errors = COMBINED.iter().zip(errors).fold(Errors::default(), |sum, (own, error)| sum.with(*own, error));
-        Point { dial, value: json!(1), preset, times: Times(times.to_vec()), errors }
+    fn point(dial: &'static str, preset: Option<&'static str>, times: [f64; 3], errors: [f64; 3]) -> StudyPoint {
+        let errors =
+            COMBINED.iter().zip(errors).fold(PointErrors::default(), |sum, (own, error)| sum.with(*own, error));
+        StudyPoint { dial, value: json!(1), preset, times: PointTimes(times.to_vec()), errors }
     }
 
-    fn check(points: Vec<Point>, diagram: &str, preset: &str, front: bool) {
-        let all = standings(&Findings { points, ..Findings::default() });
-        let own: Vec<&Standing> = all.iter().filter(|own| own.diagram == diagram && own.preset == preset).collect();
+    fn check(points: Vec<StudyPoint>, diagram: &str, preset: &str, front: bool) {
+        let all = standings(&AccuracyFindings { points, ..AccuracyFindings::default() });
+        let own: Vec<&PresetStanding> =
+            all.iter().filter(|own| own.diagram == diagram && own.preset == preset).collect();
         assert!(!own.is_empty() && own.iter().all(|own| own.beaten_by.is_none() == front), "{own:?}");
     }
 

@@ -4,20 +4,20 @@
 use super::dials::Bench;
 use super::subject::timed;
 use super::truth::{Truth, best, diagram, pieces};
-use super::{Errors, Measure, StudyError, Times};
+use super::{Measure, PointErrors, PointTimes, StudyError};
 use serde_json::json;
 use shatter_fracture::accuracy::cvd_gap;
-use shatter_fracture::centroidal::Options;
-use shatter_fracture::lift::{Lift, LiftKind, interior};
-use shatter_fracture::pipeline::Strike;
-use shatter_fracture::token::Token;
+use shatter_fracture::centroidal::DiagramOptions;
+use shatter_fracture::lift::{LiftKind, LiftedLattice, interior};
+use shatter_fracture::pipeline::FractureRequest;
+use shatter_fracture::token::CancelToken;
 
 /// The lifts that a strike can ask for.
 pub(super) const KINDS: [LiftKind; 3] = [LiftKind::Euclidean, LiftKind::Interior, LiftKind::SurfaceDiffusion];
 
 /// The finest lift of every body, and the best energy of every impact in it.
 struct Finest {
-    lifts: Vec<Lift>,
+    lifts: Vec<LiftedLattice>,
     energies: Vec<f64>,
 }
 
@@ -45,9 +45,9 @@ impl Bench<'_> {
         Ok(Finest { lifts, energies })
     }
 
-    fn interior(&self, modes: usize) -> Result<Vec<Lift>, StudyError> {
+    fn interior(&self, modes: usize) -> Result<Vec<LiftedLattice>, StudyError> {
         let alpha = self.base.parameters.alpha;
-        let lifts = self.base.bodies.iter().map(|body| interior(&body.crack, modes, alpha, &Token::default()));
+        let lifts = self.base.bodies.iter().map(|body| interior(&body.crack, modes, alpha, &CancelToken::default()));
         Ok(lifts.collect::<Result<_, _>>()?)
     }
 
@@ -77,8 +77,12 @@ impl Bench<'_> {
         }
     }
 
-    fn dimension(&mut self, lifts: Vec<Lift>, finest: &Finest) -> Result<(Times, Errors), StudyError> {
-        let own: Vec<Option<Lift>> =
+    fn dimension(
+        &mut self,
+        lifts: Vec<LiftedLattice>,
+        finest: &Finest,
+    ) -> Result<(PointTimes, PointErrors), StudyError> {
+        let own: Vec<Option<LiftedLattice>> =
             self.base.bodies.iter_mut().zip(lifts).map(|(body, lift)| body.interior.replace(lift)).collect();
         let found = self.lifted(&self.strikes.clone(), finest);
         self.base.bodies.iter_mut().zip(own).for_each(|(body, lift)| body.interior = lift);
@@ -86,25 +90,25 @@ impl Bench<'_> {
     }
 
     /// Times and errors of strikes in the lifts that they ask for.
-    fn lifted(&self, strikes: &[Strike], finest: &Finest) -> Result<(Times, Errors), StudyError> {
+    fn lifted(&self, strikes: &[FractureRequest], finest: &Finest) -> Result<(PointTimes, PointErrors), StudyError> {
         let mut all = Vec::new();
         for ((truth, strike), reference) in self.truths.impacts.iter().zip(strikes).zip(&finest.energies) {
             let body = truth.own.body;
-            let options = Options::new(self.plan.sites as usize, strike.seed);
+            let options = DiagramOptions::new(self.plan.sites as usize, strike.seed);
             let found = diagram(&self.base, &truth.own, self.base.lift(body, strike.lift)?, &options)?;
             let energy = energy_in(&finest.lifts[body], &truth.own.shares, &found.labels, found.count());
             all.push(
-                Errors::default()
+                PointErrors::default()
                     .with(Measure::Gap, cvd_gap(energy, *reference))
                     .with(Measure::Stray, pieces(&self.base, body, &found.labels).1),
             );
         }
-        Ok((timed(&self.base, strikes, self.plan.runs)?, Errors::medians(&all)))
+        Ok((timed(&self.base, strikes, self.plan.runs)?, PointErrors::medians(&all)))
     }
 }
 
 /// Energy of the cells of `labels` about their centroids in `lift`.
-fn energy_in(lift: &Lift, mass: &[f64], labels: &[u32], cells: usize) -> f64 {
+fn energy_in(lift: &LiftedLattice, mass: &[f64], labels: &[u32], cells: usize) -> f64 {
     let m = lift.dimension;
     let (mut masses, mut moments, mut squares) = (vec![0.0; cells], vec![0.0; cells * m], 0.0);
     for (node, (&label, w)) in labels.iter().zip(mass).enumerate() {
@@ -126,12 +130,12 @@ fn energy_in(lift: &Lift, mass: &[f64], labels: &[u32], cells: usize) -> f64 {
 mod tests {
     use super::energy_in;
     use shatter_fracture::lattice::block;
-    use shatter_fracture::lift::Lift;
+    use shatter_fracture::lift::LiftedLattice;
 
     #[test]
     fn energies_about_centroids_are_sums_of_squares() {
         let lattice = block([2; 3], 1.0);
-        let lift = Lift::euclidean(&lattice);
+        let lift = LiftedLattice::euclidean(&lattice);
         let mut mass = vec![0.0; lattice.nodes.len()];
         (mass[0], mass[1], mass[2]) = (1.0, 3.0, 2.0);
         let labels: Vec<u32> = (0..lattice.nodes.len()).map(|node| u32::from(node == 2)).collect();

@@ -15,21 +15,21 @@ mod truth;
 
 pub use close_up::CloseUp;
 pub use error::StudyError;
-pub use front::{Standing, standings};
-pub use page::{Drawn, drawn, page};
-pub use plan::Plan;
-pub use point::{Errors, Measure, Point, Times};
+pub use front::{PresetStanding, standings};
+pub use page::{AccuracyDrawing, drawn, page};
+pub use plan::AccuracyPlan;
+pub use point::{Measure, PointErrors, PointTimes, StudyPoint};
 
 use dials::Bench;
 use serde_json::{Value, json};
 use shatter_fracture::database::bake;
 use shatter_fracture::pipeline::{RANK_MAX, reduce};
-use shatter_fracture::token::Token;
+use shatter_fracture::token::CancelToken;
 use truth::Truths;
 
 /// What the object is and what it was measured against.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Ground {
+pub struct StudyGround {
     /// Its name.
     pub object: String,
     /// Triangles of the input.
@@ -52,11 +52,11 @@ pub struct Ground {
 
 /// All that was measured.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Findings {
+pub struct AccuracyFindings {
     /// The object and the reference.
-    pub ground: Ground,
+    pub ground: StudyGround,
     /// Settings.
-    pub points: Vec<Point>,
+    pub points: Vec<StudyPoint>,
     /// What was not measured, and why.
     pub left_out: Vec<[String; 2]>,
     /// Estimated and true errors of reduced energies, one strike each.
@@ -65,7 +65,7 @@ pub struct Findings {
     pub close_up: CloseUp,
 }
 
-impl Findings {
+impl AccuracyFindings {
     /// One document of everything.
     pub fn document(&self) -> Value {
         let ground = &self.ground;
@@ -82,8 +82,8 @@ impl Findings {
             "sites": ground.sites,
             "machine": ground.machine,
             "threads": ground.threads,
-            "points": self.points.iter().map(Point::document).collect::<Vec<_>>(),
-            "front": standings(self).iter().map(Standing::document).collect::<Vec<_>>(),
+            "points": self.points.iter().map(StudyPoint::document).collect::<Vec<_>>(),
+            "front": standings(self).iter().map(PresetStanding::document).collect::<Vec<_>>(),
             "estimates": self.estimates.len(),
             "estimates_within_4": self.estimates_within(4.0),
             "left_out": self.left_out.iter().map(|[what, why]| json!({ "what": what, "why": why })).collect::<Vec<_>>(),
@@ -102,9 +102,9 @@ impl Findings {
 ///
 /// # Errors
 /// [`StudyError`] where the object or its reference cannot be made; a setting that fails is left out, and named.
-pub fn run(plan: &Plan, progress: &mut dyn FnMut(&str)) -> Result<Findings, StudyError> {
+pub fn run(plan: &AccuracyPlan, progress: &mut dyn FnMut(&str)) -> Result<AccuracyFindings, StudyError> {
     progress("the object");
-    let token = Token::default();
+    let token = CancelToken::default();
     let mut base = bake(plan.mesh.clone(), &subject::request(plan)?, &token, &mut |_| {})?;
     // A basis wants more impacts than the degree, and is cheaper.
     base.impacts = plan.snapshots.max(plan.examples);
@@ -114,7 +114,7 @@ pub fn run(plan: &Plan, progress: &mut dyn FnMut(&str)) -> Result<Findings, Stud
     let strikes = subject::strikes(plan, &base)?;
     progress("the reference");
     let truths = Truths::new(plan, &base, &strikes)?;
-    let ground = Ground {
+    let ground = StudyGround {
         object: plan.name.clone(),
         triangles: plan.mesh.triangles.len(),
         nodes: [base.elastic_nodes(), base.crack_nodes()],
@@ -125,7 +125,7 @@ pub fn run(plan: &Plan, progress: &mut dyn FnMut(&str)) -> Result<Findings, Stud
         machine: machine(),
         threads: rayon::current_num_threads(),
     };
-    let findings = Findings { ground, ..Findings::default() };
+    let findings = AccuracyFindings { ground, ..AccuracyFindings::default() };
     let mut bench = Bench { plan, base, strikes, truths, findings, progress };
     bench.elastic_spacings();
     bench.ranks();

@@ -1,11 +1,11 @@
 //! Diagrams, their figures as text, and the page.
 
 use super::close_up;
-use super::front::{Standing, standings};
+use super::front::{PresetStanding, standings};
 use super::point::NOT_KNOWN;
-use super::{Findings, Measure, Point, StudyError};
-use crate::report::{Fact, Section, Study, Table, significant};
-use crate::study::precision::{Curve, Frame, Place, svg};
+use super::{AccuracyFindings, Measure, StudyError, StudyPoint};
+use crate::report::{Fact, ReportTable, Section, Study, significant};
+use crate::study::precision::{DiagramFrame, DialCurve, DialSetting, svg};
 
 /// Times that matter in games and films, ms.
 const LEVELS_MS: [f64; 4] = [1.0, 4.0, 8.0, 16.7];
@@ -83,7 +83,7 @@ const DIAGRAMS: [Diagram; 7] = [
 ];
 
 /// A picture with its figures.
-pub struct Drawn {
+pub struct AccuracyDrawing {
     /// Name of the files, without ending.
     pub file: String,
     /// SVG.
@@ -99,21 +99,22 @@ pub struct Drawn {
 ///
 /// # Errors
 /// [`StudyError::Plot`].
-pub fn drawn(findings: &Findings) -> Result<Vec<Drawn>, StudyError> {
+pub fn drawn(findings: &AccuracyFindings) -> Result<Vec<AccuracyDrawing>, StudyError> {
     let (mut all, ground) = (Vec::new(), &findings.ground);
     let note =
         format!("{}: {} crack nodes; {} threads of {}", ground.object, ground.nodes[1], ground.threads, ground.machine);
-    let frame = Frame { x: "", y: "a whole strike, ms", note: &note, levels: &LEVELS_MS };
+    let frame = DiagramFrame { x: "", y: "a whole strike, ms", note: &note, levels: &LEVELS_MS };
     for (number, diagram) in DIAGRAMS.iter().enumerate() {
         for &measure in diagram.measures {
-            let points: Vec<&Point> = findings.points.iter().filter(|point| shown(point, diagram, measure)).collect();
+            let points: Vec<&StudyPoint> =
+                findings.points.iter().filter(|point| shown(point, diagram, measure)).collect();
             if points.is_empty() {
                 continue;
             }
-            let curves: Vec<Curve> = curves(diagram, measure, &points);
-            all.push(Drawn {
+            let curves: Vec<DialCurve> = curves(diagram, measure, &points);
+            all.push(AccuracyDrawing {
                 file: format!("accuracy-{}-{}", diagram.file, measure.name()),
-                svg: svg(&Frame { x: measure.title(), ..frame }, &curves)?,
+                svg: svg(&DiagramFrame { x: measure.title(), ..frame }, &curves)?,
                 csv: csv(measure, &points),
                 diagram: number,
                 caption: format!(
@@ -127,7 +128,7 @@ pub fn drawn(findings: &Findings) -> Result<Vec<Drawn>, StudyError> {
 }
 
 /// Every error of every diagram with presets, and the points that are drawn there.
-pub(super) fn together(findings: &Findings) -> Vec<(&'static str, Measure, Vec<&Point>)> {
+pub(super) fn together(findings: &AccuracyFindings) -> Vec<(&'static str, Measure, Vec<&StudyPoint>)> {
     let own = DIAGRAMS.iter().filter(|diagram| diagram.presets);
     own.flat_map(|diagram| diagram.measures.iter().map(move |measure| (diagram, *measure)))
         .map(|(diagram, measure)| {
@@ -137,32 +138,32 @@ pub(super) fn together(findings: &Findings) -> Vec<(&'static str, Measure, Vec<&
         .collect()
 }
 
-fn shown(point: &Point, diagram: &Diagram, measure: Measure) -> bool {
+fn shown(point: &StudyPoint, diagram: &Diagram, measure: Measure) -> bool {
     (diagram.dials.contains(&point.dial) || diagram.presets && point.preset.is_some())
         && point.errors.get(measure).is_some()
 }
 
-fn curves(diagram: &Diagram, measure: Measure, points: &[&Point]) -> Vec<Curve> {
-    let place = |point: &&Point| Place {
+fn curves(diagram: &Diagram, measure: Measure, points: &[&StudyPoint]) -> Vec<DialCurve> {
+    let place = |point: &&StudyPoint| DialSetting {
         x: point.errors.get(measure).unwrap_or(f64::NAN),
         y: point.times.at(0.5),
         low: point.times.at(0.1),
         high: point.times.at(0.9),
         label: point.preset.map_or_else(|| point.label(), str::to_owned),
     };
-    let of = |dial: &&str| Curve {
+    let of = |dial: &&str| DialCurve {
         name: (*dial).to_owned(),
         places: points.iter().filter(|point| point.dial == *dial && point.preset.is_none()).map(place).collect(),
         marked: false,
     };
     let presets = points.iter().filter(|point| point.preset.is_some()).map(place).collect();
-    let presets = Curve { name: "presets".to_owned(), places: presets, marked: true };
+    let presets = DialCurve { name: "presets".to_owned(), places: presets, marked: true };
     diagram.dials.iter().map(of).chain([presets]).filter(|curve| !curve.places.is_empty()).collect()
 }
 
-fn csv(measure: Measure, points: &[&Point]) -> String {
+fn csv(measure: Measure, points: &[&StudyPoint]) -> String {
     let number = |value: f64| format!("{value:e}");
-    let row = |point: &&Point| {
+    let row = |point: &&StudyPoint| {
         let times = [0.1, 0.5, 0.9, 0.99].map(|share| number(point.times.at(share))).join(",");
         let error = point.errors.get(measure).map_or_else(String::new, number);
         let value = point.value.as_str().map_or_else(|| point.value.to_string(), str::to_owned);
@@ -174,7 +175,7 @@ fn csv(measure: Measure, points: &[&Point]) -> String {
 }
 
 /// The page; `close_up` is [`CloseUp::png`](super::CloseUp::png).
-pub fn page(findings: &Findings, drawn: &[Drawn], close_up: Option<Vec<u8>>) -> Study {
+pub fn page(findings: &AccuracyFindings, drawn: &[AccuracyDrawing], close_up: Option<Vec<u8>>) -> Study {
     let mut sections: Vec<Section> = DIAGRAMS
         .iter()
         .enumerate()
@@ -205,7 +206,7 @@ pub fn page(findings: &Findings, drawn: &[Drawn], close_up: Option<Vec<u8>>) -> 
     }
 }
 
-fn lead(findings: &Findings) -> Vec<String> {
+fn lead(findings: &AccuracyFindings) -> Vec<String> {
     let ground = &findings.ground;
     vec![
         format!(
@@ -223,7 +224,7 @@ fn lead(findings: &Findings) -> Vec<String> {
     ]
 }
 
-fn facts(findings: &Findings) -> Vec<Fact> {
+fn facts(findings: &AccuracyFindings) -> Vec<Fact> {
     let ground = &findings.ground;
     let mut facts = vec![
         Fact::new("input", format!("{} triangles", ground.triangles)),
@@ -239,10 +240,10 @@ fn facts(findings: &Findings) -> Vec<Fact> {
     facts
 }
 
-fn table(points: &[Point]) -> Table {
+fn table(points: &[StudyPoint]) -> ReportTable {
     let head = ["dial", "value", "preset", "p50, ms", "p99, ms"].map(str::to_owned).into_iter();
     let head = head.chain(Measure::ALL.map(|measure| measure.name().to_owned())).collect();
-    let row = |point: &Point| {
+    let row = |point: &StudyPoint| {
         let told = [point.dial.to_owned(), point.label(), point.preset.unwrap_or("").to_owned()];
         let times = [0.5, 0.99].map(|share| significant(point.times.at(share), 3));
         let error = |measure| match point.errors.get(measure) {
@@ -252,40 +253,41 @@ fn table(points: &[Point]) -> Table {
         };
         ("", told.into_iter().chain(times).chain(Measure::ALL.map(error)).collect())
     };
-    Table { head, rows: points.iter().map(row).collect() }
+    ReportTable { head, rows: points.iter().map(row).collect() }
 }
 
-fn front(findings: &Findings) -> Section {
+fn front(findings: &AccuracyFindings) -> Section {
     let lead = "A preset lies on the front unless another point of the same diagram is both faster, beyond the whiskers, and more accurate. \
                 Combined: the worst of three errors, of elastic energy, cells and cracks, each over that of game.";
-    let row = |own: &Standing| {
+    let row = |own: &PresetStanding| {
         let told =
             own.beaten_by.as_ref().map_or_else(|| "on the front".to_owned(), |by| format!("behind {}", by.join(" ")));
         let error = own.measure.map_or("combined", Measure::name);
         ("", vec![own.preset.to_owned(), own.diagram.to_owned(), error.to_owned(), told])
     };
     let head = ["preset", "diagram", "error", "stands"].map(str::to_owned).to_vec();
-    let tables = vec![Table { head, rows: standings(findings).iter().map(row).collect() }];
+    let tables = vec![ReportTable { head, rows: standings(findings).iter().map(row).collect() }];
     Section { heading: "Presets and the front".to_owned(), lead: vec![lead.to_owned()], tables, ..Section::default() }
 }
 
-fn left_out(findings: &Findings) -> Section {
+fn left_out(findings: &AccuracyFindings) -> Section {
     let failed = findings.left_out.iter().map(|row| ("failed", row.to_vec()));
     let rows: Vec<_> = failed.chain(zeros(findings)).collect();
     let none = "Nothing failed, and nothing was left out.".to_owned();
     let lead = if rows.is_empty() { vec![none] } else { Vec::new() };
     let head = ["what", "why"].map(str::to_owned).to_vec();
-    let tables = if rows.is_empty() { Vec::new() } else { vec![Table { head, rows }] };
+    let tables = if rows.is_empty() { Vec::new() } else { vec![ReportTable { head, rows }] };
     Section { heading: "What failed or was left out".to_owned(), lead, tables, ..Section::default() }
 }
 
 /// What the diagrams leave out: errors of zero, for which a logarithmic axis has no place.
-fn zeros(findings: &Findings) -> impl Iterator<Item = (&'static str, Vec<String>)> {
+fn zeros(findings: &AccuracyFindings) -> impl Iterator<Item = (&'static str, Vec<String>)> {
     let every = DIAGRAMS.iter().flat_map(|diagram| diagram.measures.iter().map(move |measure| (diagram, *measure)));
     every.filter_map(|(diagram, measure)| {
-        let zero = |point: &&Point| shown(point, diagram, measure) && point.errors.get(measure) == Some(0.0);
-        let named =
-            |point: &Point| point.preset.map_or_else(|| format!("{} {}", point.dial, point.label()), str::to_owned);
+        let zero = |point: &&StudyPoint| shown(point, diagram, measure) && point.errors.get(measure) == Some(0.0);
+        let named = |point: &StudyPoint| {
+            point.preset.map_or_else(|| format!("{} {}", point.dial, point.label()), str::to_owned)
+        };
         let points: Vec<String> = findings.points.iter().filter(zero).map(named).collect();
         let why = "no error at all, for which a logarithmic axis has no place; see all figures";
         let what = format!("in the diagram of {} ({}): {}", measure.name(), diagram.file, points.join(", "));

@@ -4,7 +4,7 @@ use shatter_fracture::surface::{RawMesh, shapes};
 
 /// One study: an object, impacts, and the values of every dial.
 #[derive(Clone, Debug)]
-pub struct Plan {
+pub struct AccuracyPlan {
     /// Name of the object.
     pub name: String,
     /// Its mesh.
@@ -39,7 +39,7 @@ pub struct Plan {
     pub seed: u64,
 }
 
-impl Plan {
+impl AccuracyPlan {
     /// The whole study of an object.
     pub fn new(name: impl Into<String>, mesh: RawMesh) -> Self {
         Self {

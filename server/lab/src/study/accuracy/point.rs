@@ -90,7 +90,7 @@ impl Measure {
 
 /// Errors, as far as they were measured.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Errors {
+pub struct PointErrors {
     values: [Option<f64>; COUNT],
     /// Measures for which the reference is not fine enough.
     not_known: [bool; COUNT],
@@ -99,7 +99,7 @@ pub struct Errors {
 /// How a measure reads whose reference is not fine enough.
 pub const NOT_KNOWN: &str = "not known yet";
 
-impl Errors {
+impl PointErrors {
     /// With one more.
     #[must_use]
     pub fn with(mut self, measure: Measure, value: f64) -> Self {
@@ -147,9 +147,9 @@ impl Errors {
 
 /// Times of the whole strike, ms.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Times(pub Vec<f64>);
+pub struct PointTimes(pub Vec<f64>);
 
-impl Times {
+impl PointTimes {
     /// A quantile of them; 0 of none.
     pub fn at(&self, share: f64) -> f64 {
         quantile(&self.0, share).unwrap_or(0.0)
@@ -168,7 +168,7 @@ fn quantile(values: &[f64], share: f64) -> Option<f64> {
 
 /// One setting.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Point {
+pub struct StudyPoint {
     /// Which dial.
     pub dial: &'static str,
     /// What it is set to: a number or a name.
@@ -176,12 +176,12 @@ pub struct Point {
     /// Of which preset it is, if it is one.
     pub preset: Option<&'static str>,
     /// Times.
-    pub times: Times,
+    pub times: PointTimes,
     /// Errors: medians.
-    pub errors: Errors,
+    pub errors: PointErrors,
 }
 
-impl Point {
+impl StudyPoint {
     /// The setting in words.
     pub fn label(&self) -> String {
         match &self.value {
@@ -218,9 +218,9 @@ mod tests {
 
     #[test]
     fn medians_leave_out_what_was_not_measured() {
-        let one = Errors::default().with(Measure::Energy, 1.0).with(Measure::Gap, 4.0);
-        let two = Errors::default().with(Measure::Energy, 3.0);
-        let found = Errors::medians(&[one, two, Errors::default()]);
+        let one = PointErrors::default().with(Measure::Energy, 1.0).with(Measure::Gap, 4.0);
+        let two = PointErrors::default().with(Measure::Energy, 3.0);
+        let found = PointErrors::medians(&[one, two, PointErrors::default()]);
         assert_eq!(found.get(Measure::Energy), Some(2.0));
         assert_eq!(found.get(Measure::Gap), Some(4.0));
         assert_eq!(found.get(Measure::Size), None);
@@ -229,21 +229,26 @@ mod tests {
 
     #[test]
     fn an_error_without_a_fine_reference_is_not_known() {
-        let measured = Errors::default().with(Measure::Energy, 0.009).with(Measure::Gap, 0.01);
-        let errors = Errors::medians(&[measured, measured]).not_known(&[Measure::Energy]);
+        let measured = PointErrors::default().with(Measure::Energy, 0.009).with(Measure::Gap, 0.01);
+        let errors = PointErrors::medians(&[measured, measured]).not_known(&[Measure::Energy]);
         assert_eq!([Measure::Energy, Measure::Gap].map(|measure| errors.get(measure)), [None, Some(0.01)]);
-        let point =
-            Point { dial: "preset", value: "film".into(), preset: Some("film"), times: Times::default(), errors };
+        let point = StudyPoint {
+            dial: "preset",
+            value: "film".into(),
+            preset: Some("film"),
+            times: PointTimes::default(),
+            errors,
+        };
         let document = point.document();
         assert_eq!(document["energy_error"], Value::Null);
         assert_eq!(document["not_known_yet"], serde_json::json!(["energy_error"]));
-        assert!(Errors::medians(&[errors]).and(measured).is_not_known(Measure::Energy));
+        assert!(PointErrors::medians(&[errors]).and(measured).is_not_known(Measure::Energy));
     }
 
     #[test]
     fn times_have_quantiles() {
-        let times = Times((0..=100).rev().map(f64::from).collect());
+        let times = PointTimes((0..=100).rev().map(f64::from).collect());
         assert_eq!([0.1, 0.5, 0.99].map(|share| times.at(share)), [10.0, 50.0, 99.0]);
-        assert_eq!(Times::default().at(0.5), 0.0);
+        assert_eq!(PointTimes::default().at(0.5), 0.0);
     }
 }

@@ -2,35 +2,35 @@
 
 use super::dials::Bench;
 use super::subject::{DRESSED, energies_on, request, timed};
-use super::tessellations::Pair;
+use super::tessellations::CrackErrors;
 use super::truth::{diagram, is_finer};
-use super::{Errors, Point, StudyError, Times};
+use super::{PointErrors, PointTimes, StudyError, StudyPoint};
 use serde_json::json;
-use shatter_fracture::centroidal::Options;
+use shatter_fracture::centroidal::DiagramOptions;
 use shatter_fracture::database::{BakeRequest, bake};
 use shatter_fracture::lattice::Lattice;
 use shatter_fracture::lift::LiftKind;
-use shatter_fracture::pipeline::{ElasticRequest, Lattices, Prepared, Quality, Strike, reduce};
-use shatter_fracture::token::Token;
+use shatter_fracture::pipeline::{ElasticRequest, FractureRequest, LatticeSettings, PreparedObject, Preset, reduce};
+use shatter_fracture::token::CancelToken;
 
 /// An object on the lattices of a preset, and what its tessellation misses.
 struct Baked {
-    lattices: Lattices,
-    prepared: Prepared,
-    pair: Pair,
+    lattices: LatticeSettings,
+    prepared: PreparedObject,
+    pair: CrackErrors,
 }
 
 impl Bench<'_> {
     /// All presets: whole strikes of each, with every error of theirs.
     pub(super) fn presets(&mut self) {
         let mut baked = None;
-        for quality in Quality::ALL {
+        for quality in Preset::ALL {
             let name = quality.name();
             (self.progress)(&format!("preset {name}"));
             match self.preset(quality, &mut baked) {
                 Ok((times, errors)) => {
                     let (dial, value) = ("preset", json!(name));
-                    self.findings.points.push(Point { dial, value, preset: Some(name), times, errors });
+                    self.findings.points.push(StudyPoint { dial, value, preset: Some(name), times, errors });
                 }
                 Err(error) => self.findings.left_out.push([format!("preset {name}"), error.to_string()]),
             }
@@ -41,14 +41,14 @@ impl Bench<'_> {
     }
 
     /// The close-up of a preset; none of one that lattices are shared with.
-    fn seen(&mut self, quality: Quality, baked: Option<&Baked>) -> Result<(), StudyError> {
-        let shown = [Quality::Draft, Quality::Game, Quality::Film].contains(&quality);
+    fn seen(&mut self, quality: Preset, baked: Option<&Baked>) -> Result<(), StudyError> {
+        let shown = [Preset::Draft, Preset::Game, Preset::Film].contains(&quality);
         let (Some(own), Some(strike)) = (baked.filter(|_| shown), self.strikes.first()) else { return Ok(()) };
-        let strike = Strike { degree: strike.degree, ..strike.clone().of_quality(quality) };
+        let strike = FractureRequest { degree: strike.degree, ..strike.clone().of_quality(quality) };
         self.look(quality.name(), &own.prepared, &strike)
     }
 
-    fn preset(&self, quality: Quality, baked: &mut Option<Baked>) -> Result<(Times, Errors), StudyError> {
+    fn preset(&self, quality: Preset, baked: &mut Option<Baked>) -> Result<(PointTimes, PointErrors), StudyError> {
         let lattices = quality.lattices();
         let mut own = match baked.take().filter(|baked| baked.lattices == lattices) {
             Some(baked) => baked,
@@ -60,7 +60,7 @@ impl Bench<'_> {
         // The number of sites is the plan's: what others do is another dial.
         let strikes = self.with(|strike| {
             let degree = strike.degree;
-            *strike = Strike { degree, ..strike.clone().of_quality(quality) };
+            *strike = FractureRequest { degree, ..strike.clone().of_quality(quality) };
         });
         let times = timed(&own.prepared, &strikes, self.plan.runs)?;
         let crack: Vec<&Lattice> = self.base.bodies.iter().map(|body| &body.crack).collect();
@@ -68,7 +68,11 @@ impl Bench<'_> {
         let mut all = Vec::new();
         for ((truth, strike), energy) in self.truths.impacts.iter().zip(&strikes).zip(&energies) {
             let (tolerance, iterations_max) = (strike.tolerance, strike.iterations_max);
-            let options = Options { tolerance, iterations_max, ..Options::new(self.plan.sites as usize, strike.seed) };
+            let options = DiagramOptions {
+                tolerance,
+                iterations_max,
+                ..DiagramOptions::new(self.plan.sites as usize, strike.seed)
+            };
             let lift = self.base.lift(truth.own.body, LiftKind::Interior)?;
             let found = diagram(&self.base, &truth.own, lift, &options)?;
             all.push(truth.elastic(&self.base, energy)?.and(truth.diagram(&self.base, &found)));
@@ -76,13 +80,13 @@ impl Bench<'_> {
         // Cracks for which the reference is not fine enough are measured against the exact diagram on their own lattice.
         let judged = is_finer(self.truths.fine.crack_nodes(), own.prepared.crack_nodes());
         let cracks = if judged { own.pair.finest } else { own.pair.own };
-        let errors = self.truths.judged(Errors::medians(&all), own.prepared.elastic_nodes());
+        let errors = self.truths.judged(PointErrors::medians(&all), own.prepared.elastic_nodes());
         *baked = Some(own);
         Ok((times, errors.and(cracks)))
     }
 
     /// The object on the lattices of a preset, with a basis if its strikes use one.
-    fn baked(&self, quality: Quality) -> Result<Prepared, StudyError> {
+    fn baked(&self, quality: Preset) -> Result<PreparedObject, StudyError> {
         let request = BakeRequest {
             quality,
             gamma_j_m2: Some(self.base.gamma_j_m2),
@@ -91,7 +95,7 @@ impl Bench<'_> {
             tables: DRESSED,
             ..request(self.plan)?
         };
-        let token = Token::default();
+        let token = CancelToken::default();
         let mut prepared = bake(self.plan.mesh.clone(), &request, &token, &mut |_| {})?;
         let [expected, found] = [&self.base, &prepared].map(|prepared| prepared.bodies.len());
         if expected != found {

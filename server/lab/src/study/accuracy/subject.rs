@@ -1,18 +1,19 @@
 //! The object, its impacts, and what strikes of it take.
 
-use super::{Plan, StudyError, Times};
-use shatter_fracture::centroidal::Field;
+use super::{AccuracyPlan, PointTimes, StudyError};
+use shatter_fracture::centroidal::EnergyField;
 use shatter_fracture::database::{BakeRequest, Tables, bake};
 use shatter_fracture::degree;
-use shatter_fracture::lattice::{Lattice, Transfer};
+use shatter_fracture::lattice::{EnergyTransfer, Lattice};
 use shatter_fracture::lift::LiftKind;
 use shatter_fracture::pipeline::{
-    self, BodyEnergy, DegreeRequest, Impact, Prepared, Sampler, Strike, StrikeError, Workspace, strain_energy,
+    self, BodyEnergy, ContactSet, DegreeRequest, FractureError, FractureRequest, ImpactSampler, PreparedObject,
+    Workspace, strain_energy,
 };
-use shatter_fracture::random::Stream;
+use shatter_fracture::random::RandomStream;
 use shatter_fracture::scene::MATERIALS;
 use shatter_fracture::scene::Materials;
-use shatter_fracture::token::Token;
+use shatter_fracture::token::CancelToken;
 use std::time::Instant;
 
 /// Of what the object is made: it sets the scale of impulses, and no error.
@@ -26,7 +27,7 @@ pub(super) const LIFTED: Tables = Tables { interior: true, ..SOLID };
 pub(super) const DRESSED: Tables = Tables { attributes: true, skin: true, ..LIFTED };
 
 /// What the object is baked from.
-pub(super) fn request(plan: &Plan) -> Result<BakeRequest, StudyError> {
+pub(super) fn request(plan: &AccuracyPlan) -> Result<BakeRequest, StudyError> {
     let materials = Materials::parse(MATERIALS).map_err(|error| StudyError::Materials(error.to_string()))?;
     let material = materials.get(MATERIAL).map_err(|error| StudyError::Materials(error.to_string()))?.clone();
     let [elastic_spacing, crack_spacing] =
@@ -39,12 +40,12 @@ pub(super) fn request(plan: &Plan) -> Result<BakeRequest, StudyError> {
 
 /// The same object on other lattices; nothing of it is learned anew.
 pub(super) fn rebaked(
-    plan: &Plan,
-    base: &Prepared,
+    plan: &AccuracyPlan,
+    base: &PreparedObject,
     elastic_spacing: f64,
     crack_spacing: f64,
     tables: Tables,
-) -> Result<Prepared, StudyError> {
+) -> Result<PreparedObject, StudyError> {
     let request = BakeRequest {
         elastic_spacing: Some(elastic_spacing),
         crack_spacing: Some(crack_spacing),
@@ -54,7 +55,7 @@ pub(super) fn rebaked(
         tables,
         ..request(plan)?
     };
-    let other = bake(plan.mesh.clone(), &request, &Token::default(), &mut |_| {})?;
+    let other = bake(plan.mesh.clone(), &request, &CancelToken::default(), &mut |_| {})?;
     match [base, &other].map(|prepared| prepared.bodies.len()) {
         [expected, found] if expected == found => Ok(other),
         [expected, found] => Err(StudyError::Bodies { expected, found }),
@@ -62,15 +63,15 @@ pub(super) fn rebaked(
 }
 
 /// Impacts straight in, spread over the surface, of such impulses that the closed form asks for the plan's number of sites.
-pub(super) fn strikes(plan: &Plan, base: &Prepared) -> Result<Vec<Strike>, StudyError> {
-    let sampler = Sampler::new(base);
+pub(super) fn strikes(plan: &AccuracyPlan, base: &PreparedObject) -> Result<Vec<FractureRequest>, StudyError> {
+    let sampler = ImpactSampler::new(base);
     let mut workspace = Workspace::default();
     let strike = |number: u64| {
-        let (point, inward) = sampler.point(&mut Stream::new(plan.seed, number));
-        let mut strike = Strike {
+        let (point, inward) = sampler.point(&mut RandomStream::new(plan.seed, number));
+        let mut strike = FractureRequest {
             degree: DegreeRequest::Sites(plan.sites),
             seed: number,
-            ..Strike::at(base.frame.to_metres(&point), inward)
+            ..FractureRequest::at(base.frame.to_metres(&point), inward)
         };
         let energy = energy(base, &strike, &mut workspace)?;
         // n ∝ W^(3/5), and W ∝ J².
@@ -83,25 +84,25 @@ pub(super) fn strikes(plan: &Plan, base: &Prepared) -> Result<Vec<Strike>, Study
 
 /// Strain energy of the body that a strike with one contact hits.
 pub(super) fn energy(
-    prepared: &Prepared,
-    strike: &Strike,
+    prepared: &PreparedObject,
+    strike: &FractureRequest,
     workspace: &mut Workspace,
 ) -> Result<BodyEnergy, StudyError> {
-    let impact = Impact::new(prepared, strike)?;
-    let energies = strain_energy(prepared, &impact, workspace, &Token::default(), &mut ())?;
+    let impact = ContactSet::new(prepared, strike)?;
+    let energies = strain_energy(prepared, &impact, workspace, &CancelToken::default(), &mut ())?;
     energies.into_iter().next().ok_or(StudyError::Whole)
 }
 
 /// The same of every strike, on the nodes of `lattices`, those of another object of the same bodies.
 pub(super) fn energies_on(
-    prepared: &mut Prepared,
+    prepared: &mut PreparedObject,
     lattices: &[&Lattice],
-    strikes: &[Strike],
+    strikes: &[FractureRequest],
 ) -> Result<Vec<BodyEnergy>, StudyError> {
     let mut own = Vec::new();
     for (body, lattice) in prepared.bodies.iter_mut().zip(lattices) {
         let solid = body.solid.as_mut().ok_or(StudyError::Unprepared)?;
-        let other = Transfer::between(&solid.lattice, lattice);
+        let other = EnergyTransfer::between(&solid.lattice, lattice);
         own.push(std::mem::replace(&mut solid.transfer, other));
     }
     let mut workspace = Workspace::default();
@@ -113,21 +114,26 @@ pub(super) fn energies_on(
 }
 
 /// n₀ of the closed form at the object's γ, in interior distances; `energy` is that of its crack lattice.
-pub(super) fn degree_of(prepared: &Prepared, energy: &BodyEnergy) -> Result<f64, StudyError> {
+pub(super) fn degree_of(prepared: &PreparedObject, energy: &BodyEnergy) -> Result<f64, StudyError> {
     let body = &prepared.bodies[energy.body];
     let mut mass = energy.shares.clone();
-    let field = Field::new(prepared.lift(energy.body, LiftKind::Interior)?, &body.volumes, &mut mass)?;
+    let field = EnergyField::new(prepared.lift(energy.body, LiftKind::Interior)?, &body.volumes, &mut mass)?;
     let gamma = prepared.gamma_j_m2 / energy.unit_j_m2(prepared.frame.diagonal_m);
     Ok(degree::closed_form(&field, &body.slenderness, gamma))
 }
 
 /// Times of all strikes, with emission into memory that is there; one of each before them warms up.
-pub(super) fn timed(prepared: &Prepared, strikes: &[Strike], runs: usize) -> Result<Times, StrikeError> {
-    let (mut workspace, mut buffers, mut times) = (Workspace::default(), Buffers::default(), Times::default());
+pub(super) fn timed(
+    prepared: &PreparedObject,
+    strikes: &[FractureRequest],
+    runs: usize,
+) -> Result<PointTimes, FractureError> {
+    let (mut workspace, mut buffers, mut times) =
+        (Workspace::default(), ResultBuffers::default(), PointTimes::default());
     for run in 0..=runs {
         for strike in strikes {
             let begin = Instant::now();
-            let outcome = pipeline::strike(prepared, strike, &mut workspace, &Token::default(), &mut ())?;
+            let outcome = pipeline::strike(prepared, strike, &mut workspace, &CancelToken::default(), &mut ())?;
             if let Some(pieces) = &outcome.pieces {
                 buffers.emit(pieces)?;
             }
@@ -142,14 +148,14 @@ pub(super) fn timed(prepared: &Prepared, strikes: &[Strike], runs: usize) -> Res
 
 /// What answers are written into.
 #[derive(Default)]
-pub(super) struct Buffers {
+pub(super) struct ResultBuffers {
     pub positions: Vec<[f32; 3]>,
     pub indices: Vec<u32>,
     merges: Vec<[u32; 2]>,
 }
 
-impl Buffers {
-    pub fn emit(&mut self, pieces: &pipeline::Pieces) -> Result<(), StrikeError> {
+impl ResultBuffers {
+    pub fn emit(&mut self, pieces: &pipeline::FractureMeshes) -> Result<(), FractureError> {
         let counts = pieces.counts;
         self.positions.resize(self.positions.len().max(counts.vertices), [0.0; 3]);
         self.indices.resize(self.indices.len().max(counts.indices), 0);

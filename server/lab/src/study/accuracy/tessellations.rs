@@ -3,26 +3,26 @@
 use super::dials::Bench;
 use super::subject::{rebaked, timed};
 use super::truth::Truth;
-use super::{Errors, Measure, StudyError, Times};
+use super::{Measure, PointErrors, PointTimes, StudyError};
 use serde_json::json;
 use shatter_fracture::accuracy::{
-    Exact, Misplaced, Regions, carried, crack_distance, exact, label_fraction, misplaced, nearest, volume_l1,
+    ExactCells, LabelErrors, Regions, carried, crack_distance, exact, label_fraction, misplaced, nearest, volume_l1,
 };
-use shatter_fracture::centroidal::{Field, Workspace, assign};
+use shatter_fracture::centroidal::{DiagramWorkspace, EnergyField, assign};
 use shatter_fracture::database::Tables;
-use shatter_fracture::lattice::{Place, Transfer};
-use shatter_fracture::lift::{Lift, LiftKind};
-use shatter_fracture::pipeline::{Body, Prepared};
-use shatter_fracture::token::Token;
+use shatter_fracture::lattice::{EnergyTransfer, LatticePoint};
+use shatter_fracture::lift::{LiftKind, LiftedLattice};
+use shatter_fracture::pipeline::{PreparedBody, PreparedObject};
+use shatter_fracture::token::CancelToken;
 use std::time::Instant;
 
 /// Settings of the dial `tessellation`.
 pub(super) const MODES: usize = 2;
 
 /// Errors of one crack lattice: against the finest one, and of the labels alone.
-pub(super) struct Pair {
-    pub finest: Errors,
-    pub own: Errors,
+pub(super) struct CrackErrors {
+    pub finest: PointErrors,
+    pub own: PointErrors,
 }
 
 impl Bench<'_> {
@@ -38,12 +38,12 @@ impl Bench<'_> {
             });
             if let Some((times, errors)) = alone {
                 let (dial, value) = ("node_labels", json!(spacing));
-                self.findings.points.push(super::Point { dial, value, preset: None, times, errors });
+                self.findings.points.push(super::StudyPoint { dial, value, preset: None, times, errors });
             }
         }
     }
 
-    fn crack_spacing(&mut self, spacing: f64) -> Result<(Times, Pair), StudyError> {
+    fn crack_spacing(&mut self, spacing: f64) -> Result<(PointTimes, CrackErrors), StudyError> {
         // Elasticity is lent by the object; its own is made for no coarser lattice.
         let tables = Tables { interior: true, ..Tables::NONE };
         let elastic = self.base.parameters.elastic_spacing.max(spacing);
@@ -55,7 +55,7 @@ impl Bench<'_> {
     }
 
     /// Errors of another object of the same bodies, for the sites of the finest lattice.
-    pub(super) fn same_sites(&self, other: &Prepared) -> Result<Pair, StudyError> {
+    pub(super) fn same_sites(&self, other: &PreparedObject) -> Result<CrackErrors, StudyError> {
         let lifts = self.carried(other);
         let (mut finest, mut own) = (Vec::new(), Vec::new());
         for truth in &self.truths.impacts {
@@ -63,11 +63,11 @@ impl Bench<'_> {
             finest.push(pair.finest.with(Measure::Surface, other.report.surface_deviation));
             own.push(pair.own);
         }
-        Ok(Pair { finest: Errors::medians(&finest), own: Errors::medians(&own) })
+        Ok(CrackErrors { finest: PointErrors::medians(&finest), own: PointErrors::medians(&own) })
     }
 
     /// The lift of the finest lattices on those of another object.
-    fn carried(&self, other: &Prepared) -> Vec<Lift> {
+    fn carried(&self, other: &PreparedObject) -> Vec<LiftedLattice> {
         let fine = self.truths.fine.bodies.iter().zip(&self.truths.locators);
         let pairs = fine.zip(&other.bodies);
         pairs
@@ -77,34 +77,34 @@ impl Bench<'_> {
             .collect()
     }
 
-    fn compared(&self, body: &Body, lift: &Lift, truth: &Truth) -> Result<Pair, StudyError> {
-        let (token, sites) = (Token::default(), &truth.sites);
+    fn compared(&self, body: &PreparedBody, lift: &LiftedLattice, truth: &Truth) -> Result<CrackErrors, StudyError> {
+        let (token, sites) = (CancelToken::default(), &truth.sites);
         let labels = labels(body, lift, sites)?;
         let regions = Regions::new(&body.crack, &body.topology, lift, sites, &labels)?;
         let clipped = exact(&body.crack, lift, sites, &token)?;
         let found = misplaced(&regions, lift, sites, &token)?;
         let cracks = regions.cracks()?;
         let own = same_lattice(&found, &cracks, &clipped)?;
-        let given = |place: &Place| regions.label(place);
+        let given = |place: &LatticePoint| regions.label(place);
         let finest = self.against_finest(body, &given, &found.volumes, &cracks, truth)?;
-        Ok(Pair { finest, own })
+        Ok(CrackErrors { finest, own })
     }
 
     /// Errors against the exact diagram on the finest lattice.
     fn against_finest(
         &self,
-        body: &Body,
-        given: &(dyn Fn(&Place) -> u32 + Sync),
+        body: &PreparedBody,
+        given: &(dyn Fn(&LatticePoint) -> u32 + Sync),
         volumes: &[f64],
         cracks: &[[nalgebra::Point3<f64>; 3]],
         truth: &Truth,
-    ) -> Result<Errors, StudyError> {
+    ) -> Result<PointErrors, StudyError> {
         let fine = &self.truths.fine;
         let lift = fine.lift(truth.own.body, LiftKind::Interior)?;
         let lattice = &fine.bodies[truth.own.body].crack;
-        let label = label_fraction(&body.crack, given, lattice, lift, &truth.sites, &Token::default())?;
+        let label = label_fraction(&body.crack, given, lattice, lift, &truth.sites, &CancelToken::default())?;
         let distance = crack_distance(cracks, &truth.exact.triangles);
-        Ok(Errors::default()
+        Ok(PointErrors::default()
             .with(Measure::Label, label)
             .with(Measure::CrackMean, distance.mean)
             .with(Measure::CrackMax, distance.max)
@@ -123,25 +123,25 @@ impl Bench<'_> {
             for truth in &bench.truths.impacts {
                 let (body, lift) = (&bench.base.bodies[truth.own.body], &lifts[truth.own.body]);
                 let begin = Instant::now();
-                let found = exact(&body.crack, lift, &truth.sites, &Token::default())?;
+                let found = exact(&body.crack, lift, &truth.sites, &CancelToken::default())?;
                 clips.push(1e3 * begin.elapsed().as_secs_f64());
-                let given = |place: &Place| nearest(&body.crack, lift, &truth.sites, place).unwrap_or(0);
+                let given = |place: &LatticePoint| nearest(&body.crack, lift, &truth.sites, place).unwrap_or(0);
                 all.push(bench.against_finest(body, &given, &found.volumes, &found.triangles, truth)?);
             }
             times.0.iter_mut().zip(clips.iter().cycle()).for_each(|(time, clip)| *time += clip);
-            Ok((times, Errors::medians(&all)))
+            Ok((times, PointErrors::medians(&all)))
         });
     }
 }
 
 /// Errors of node labels against the exact diagram on the same lattice.
 fn same_lattice(
-    found: &Misplaced,
+    found: &LabelErrors,
     cracks: &[[nalgebra::Point3<f64>; 3]],
-    clipped: &Exact,
-) -> Result<Errors, StudyError> {
+    clipped: &ExactCells,
+) -> Result<PointErrors, StudyError> {
     let distance = crack_distance(cracks, &clipped.triangles);
-    Ok(Errors::default()
+    Ok(PointErrors::default()
         .with(Measure::Label, found.fraction)
         .with(Measure::CrackMean, distance.mean)
         .with(Measure::CrackMax, distance.max)
@@ -149,17 +149,17 @@ fn same_lattice(
 }
 
 /// The nearest site of every node.
-fn labels(body: &Body, lift: &Lift, sites: &[f64]) -> Result<Vec<u32>, StudyError> {
+fn labels(body: &PreparedBody, lift: &LiftedLattice, sites: &[f64]) -> Result<Vec<u32>, StudyError> {
     let mut mass = body.volumes.clone();
-    let field = Field::new(lift, &body.volumes, &mut mass)?;
-    Ok(assign(&field, sites, &mut Workspace::default()).labels)
+    let field = EnergyField::new(lift, &body.volumes, &mut mass)?;
+    Ok(assign(&field, sites, &mut DiagramWorkspace::default()).labels)
 }
 
 /// Hands the elasticity of one object to another of the same bodies.
-fn lend(from: &mut Prepared, to: &mut Prepared) {
+fn lend(from: &mut PreparedObject, to: &mut PreparedObject) {
     for (from, to) in from.bodies.iter_mut().zip(&mut to.bodies) {
         to.solid = from.solid.take().map(|mut solid| {
-            solid.transfer = Transfer::between(&solid.lattice, &to.crack);
+            solid.transfer = EnergyTransfer::between(&solid.lattice, &to.crack);
             solid
         });
     }

@@ -1,15 +1,17 @@
 //! What the points are measured against.
 
 use super::subject::{LIFTED, degree_of, energies_on, energy, rebaked};
-use super::{Errors, Measure, Plan, StudyError};
-use shatter_fracture::accuracy::{Exact, cvd_gap, degree_error, density_error, energy_error, exact, size_distance};
-use shatter_fracture::centroidal::{self, Diagram, Field, Options};
-use shatter_fracture::degree::{Curve, CurveOptions};
+use super::{AccuracyPlan, Measure, PointErrors, StudyError};
+use shatter_fracture::accuracy::{
+    ExactCells, cvd_gap, degree_error, density_error, energy_error, exact, size_distance,
+};
+use shatter_fracture::centroidal::{self, Diagram, DiagramOptions, EnergyField};
+use shatter_fracture::degree::{CurveOptions, EnergyCurve};
 use shatter_fracture::lattice::{Lattice, Locator};
-use shatter_fracture::lift::{Lift, LiftKind};
-use shatter_fracture::pipeline::{BodyEnergy, ElasticRequest, Prepared, Strike, Workspace};
+use shatter_fracture::lift::{LiftKind, LiftedLattice};
+use shatter_fracture::pipeline::{BodyEnergy, ElasticRequest, FractureRequest, PreparedObject, Workspace};
 use shatter_fracture::tessellation::components;
-use shatter_fracture::token::Token;
+use shatter_fracture::token::CancelToken;
 
 /// Seeds of the references' starts begin here: no strike has one of them.
 const SEED_FIRST: u64 = 1 << 32;
@@ -35,7 +37,7 @@ pub(super) struct Truth {
     /// Sites on the finest lattice, site-major.
     pub sites: Vec<f64>,
     /// Their exact diagram there.
-    pub exact: Exact,
+    pub exact: ExactCells,
     /// Best known energy of a diagram of the own field, and its fragments' volumes.
     pub best: Best,
 }
@@ -48,18 +50,22 @@ pub(super) struct Best {
 
 /// The finest lattices, and all that follows from them.
 pub(super) struct Truths {
-    pub fine: Prepared,
+    pub fine: PreparedObject,
     pub locators: Vec<Locator>,
     pub impacts: Vec<Truth>,
 }
 
 impl Truths {
     /// Bakes the finest lattices, solves, divides and clips on them.
-    pub(super) fn new(plan: &Plan, base: &Prepared, strikes: &[Strike]) -> Result<Self, StudyError> {
+    pub(super) fn new(
+        plan: &AccuracyPlan,
+        base: &PreparedObject,
+        strikes: &[FractureRequest],
+    ) -> Result<Self, StudyError> {
         let finer = plan.finer.powf(-1.0 / 3.0);
         let [elastic, crack] = [base.parameters.elastic_spacing, base.parameters.crack_spacing].map(|h| h * finer);
         let mut fine = rebaked(plan, base, elastic, crack, LIFTED)?;
-        let solved: Vec<Strike> = strikes.iter().map(solve).collect();
+        let solved: Vec<FractureRequest> = strikes.iter().map(solve).collect();
         let lattices: Vec<&Lattice> = base.bodies.iter().map(|body| &body.crack).collect();
         let energies = energies_on(&mut fine, &lattices, &solved)?;
         let mut workspace = Workspace::default();
@@ -84,7 +90,7 @@ impl Truths {
 
 impl Truths {
     /// `errors` of an object, without the elastic ones where the reference's elastic lattice has less than twice the object's nodes.
-    pub(super) fn judged(&self, errors: Errors, elastic_nodes: usize) -> Errors {
+    pub(super) fn judged(&self, errors: PointErrors, elastic_nodes: usize) -> PointErrors {
         match is_finer(self.fine.elastic_nodes(), elastic_nodes) {
             true => errors,
             false => errors.not_known(&ELASTIC),
@@ -99,10 +105,10 @@ pub(super) fn is_finer(reference_nodes: usize, nodes: usize) -> bool {
 
 impl Truth {
     /// Errors of an elastic energy on the object's crack lattice.
-    pub(super) fn elastic(&self, base: &Prepared, found: &BodyEnergy) -> Result<Errors, StudyError> {
+    pub(super) fn elastic(&self, base: &PreparedObject, found: &BodyEnergy) -> Result<PointErrors, StudyError> {
         let joules =
             |energy: &BodyEnergy| -> Vec<f64> { energy.shares.iter().map(|share| share * energy.energy_j).collect() };
-        let errors = Errors::default()
+        let errors = PointErrors::default()
             .with(Measure::Energy, energy_error(found.energy_j, self.energy.energy_j))
             .with(Measure::Density, density_error(&joules(found), &joules(&self.energy))?)
             .with(Measure::Degree, degree_error(degree_of(base, found)?, self.degree));
@@ -113,51 +119,56 @@ impl Truth {
     }
 
     /// Errors of a diagram of the object's own field.
-    pub(super) fn diagram(&self, base: &Prepared, found: &Diagram) -> Errors {
+    pub(super) fn diagram(&self, base: &PreparedObject, found: &Diagram) -> PointErrors {
         let sizes = pieces(base, self.own.body, &found.labels).0;
-        Errors::default()
+        PointErrors::default()
             .with(Measure::Gap, cvd_gap(found.energy, self.best.energy))
             .with(Measure::Size, size_distance(&sizes, &self.best.sizes))
     }
 }
 
 /// From the solve, whatever bases there are.
-pub(super) fn solve(strike: &Strike) -> Strike {
-    Strike { elastic: ElasticRequest::Solve, ..strike.clone() }
+pub(super) fn solve(strike: &FractureRequest) -> FractureRequest {
+    FractureRequest { elastic: ElasticRequest::Solve, ..strike.clone() }
 }
 
 /// Sites of an impact on the finest lattice, and their exact diagram.
 fn divided(
-    plan: &Plan,
-    fine: &Prepared,
-    strike: &Strike,
+    plan: &AccuracyPlan,
+    fine: &PreparedObject,
+    strike: &FractureRequest,
     workspace: &mut Workspace,
-) -> Result<(Vec<f64>, Exact), StudyError> {
+) -> Result<(Vec<f64>, ExactCells), StudyError> {
     let energy = energy(fine, strike, workspace)?;
     let lift = fine.lift(energy.body, LiftKind::Interior)?;
-    let options = Options::new(plan.sites as usize, strike.seed);
+    let options = DiagramOptions::new(plan.sites as usize, strike.seed);
     let diagram = diagram(fine, &energy, lift, &options)?;
-    let exact = exact(&fine.bodies[energy.body].crack, lift, &diagram.sites, &Token::default())?;
+    let exact = exact(&fine.bodies[energy.body].crack, lift, &diagram.sites, &CancelToken::default())?;
     Ok((diagram.sites, exact))
 }
 
 /// A diagram of an energy in a lift.
 pub(super) fn diagram(
-    prepared: &Prepared,
+    prepared: &PreparedObject,
     energy: &BodyEnergy,
-    lift: &Lift,
-    options: &Options,
+    lift: &LiftedLattice,
+    options: &DiagramOptions,
 ) -> Result<Diagram, StudyError> {
     let mut mass = energy.shares.clone();
-    let field = Field::new(lift, &prepared.bodies[energy.body].volumes, &mut mass)?;
-    Ok(centroidal::diagram(&field, options, &mut centroidal::Workspace::default(), &Token::default())?)
+    let field = EnergyField::new(lift, &prepared.bodies[energy.body].volumes, &mut mass)?;
+    Ok(centroidal::diagram(&field, options, &mut centroidal::DiagramWorkspace::default(), &CancelToken::default())?)
 }
 
 /// The best of the plan's starts, run to their end.
-pub(super) fn best(plan: &Plan, prepared: &Prepared, energy: &BodyEnergy, lift: &Lift) -> Result<Best, StudyError> {
+pub(super) fn best(
+    plan: &AccuracyPlan,
+    prepared: &PreparedObject,
+    energy: &BodyEnergy,
+    lift: &LiftedLattice,
+) -> Result<Best, StudyError> {
     let mut best = Best { energy: f64::INFINITY, sizes: Vec::new() };
     for start in 0..plan.starts {
-        let options = Options { start, tolerance: 0.0, ..Options::new(plan.sites as usize, SEED_FIRST) };
+        let options = DiagramOptions { start, tolerance: 0.0, ..DiagramOptions::new(plan.sites as usize, SEED_FIRST) };
         let found = diagram(prepared, energy, lift, &options)?;
         if found.energy < best.energy {
             best = Best { energy: found.energy, sizes: pieces(prepared, energy.body, &found.labels).0 };
@@ -167,7 +178,7 @@ pub(super) fn best(plan: &Plan, prepared: &Prepared, energy: &BodyEnergy, lift: 
 }
 
 /// Volumes of the connected pieces of labels, and the share of the volume that is not in the largest piece of its cell.
-pub(super) fn pieces(prepared: &Prepared, body: usize, labels: &[u32]) -> (Vec<f64>, f64) {
+pub(super) fn pieces(prepared: &PreparedObject, body: usize, labels: &[u32]) -> (Vec<f64>, f64) {
     let body = &prepared.bodies[body];
     let split = components(&body.topology, labels);
     let mut sizes = vec![0.0; split.sites.len()];
@@ -185,17 +196,17 @@ pub(super) fn pieces(prepared: &Prepared, body: usize, labels: &[u32]) -> (Vec<f
 
 /// The fracture degree of an impact: the median of several full optimisations with other seeds than any strike's.
 /// `factor`: on its impulse.
-pub(super) fn optimised(base: &Prepared, truth: &Truth, factor: f64) -> Result<f64, StudyError> {
+pub(super) fn optimised(base: &PreparedObject, truth: &Truth, factor: f64) -> Result<f64, StudyError> {
     let own = &truth.own;
     let body = &base.bodies[own.body];
     let gamma = base.gamma_j_m2 / own.unit_j_m2(base.frame.diagonal_m) / (factor * factor);
     let mut degrees = Vec::new();
     for number in 0..OPTIMISED {
         let mut mass = own.shares.clone();
-        let field = Field::new(base.lift(own.body, LiftKind::Interior)?, &body.volumes, &mut mass)?;
+        let field = EnergyField::new(base.lift(own.body, LiftKind::Interior)?, &body.volumes, &mut mass)?;
         let options = CurveOptions { seed: SEED_FIRST + number, ..CurveOptions::default() };
-        let mut curve = Curve::new(&field, options);
-        curve.extend(&field, gamma, &mut centroidal::Workspace::default(), &Token::default())?;
+        let mut curve = EnergyCurve::new(&field, options);
+        curve.extend(&field, gamma, &mut centroidal::DiagramWorkspace::default(), &CancelToken::default())?;
         degrees.push(curve.degree(gamma).0.sites as f64);
     }
     degrees.sort_by(f64::total_cmp);

@@ -2,17 +2,19 @@
 
 use super::super::effects::EffectsError;
 use super::super::exploded::exploded;
-use crate::picture::{Mesh, Spread};
+use crate::picture::{DrawnMesh, Spread};
 use nalgebra::{Point3, Vector3};
 use shatter_engine::wire::refusal;
-use shatter_fracture::pipeline::{self, DegreeRequest, FragmentRow, Outcome, Pieces, Prepared, Strike, Workspace};
-use shatter_fracture::scene::Effect;
-use shatter_fracture::token::Token;
+use shatter_fracture::pipeline::{
+    self, DegreeRequest, FractureMeshes, FractureOutcome, FractureRequest, FragmentRow, PreparedObject, Workspace,
+};
+use shatter_fracture::scene::EffectKind;
+use shatter_fracture::token::CancelToken;
 
 /// What became of a strike.
-pub struct Broken {
+pub struct GalleryResult {
     /// Its pieces.
-    pub pieces: Pieces,
+    pub pieces: FractureMeshes,
     /// E_1/γ.
     pub e1_over_gamma: f64,
     /// Sites of the diagrams.
@@ -30,31 +32,31 @@ const AGAIN_SITES: u32 = 12;
 /// Radius of its contact, m: its energy falls off slowly.
 const AGAIN_RADIUS_M: f64 = 0.1;
 
-impl Broken {
+impl GalleryResult {
     /// Strikes; what stays whole cannot be shown.
-    pub fn new(prepared: &Prepared, strike: &Strike) -> Result<Self, EffectsError> {
-        let outcome = pipeline::strike(prepared, strike, &mut Workspace::default(), &Token::default(), &mut ());
+    pub fn new(prepared: &PreparedObject, strike: &FractureRequest) -> Result<Self, EffectsError> {
+        let outcome = pipeline::strike(prepared, strike, &mut Workspace::default(), &CancelToken::default(), &mut ());
         Self::of(prepared, outcome.map_err(refusal)?)
     }
 
     /// With the children of the largest piece, struck again in its middle, in its place.
-    pub fn again(self, prepared: &Prepared, strike: &Strike) -> Result<Self, EffectsError> {
+    pub fn again(self, prepared: &PreparedObject, strike: &FractureRequest) -> Result<Self, EffectsError> {
         let larger = |a: &&FragmentRow, b: &&FragmentRow| a.volume_m3.total_cmp(&b.volume_m3);
         let Some(parent) = self.pieces.fragments.iter().max_by(larger).copied() else { return Ok(self) };
-        let mut strike = Strike { degree: DegreeRequest::Sites(AGAIN_SITES), ..strike.clone() };
+        let mut strike = FractureRequest { degree: DegreeRequest::Sites(AGAIN_SITES), ..strike.clone() };
         for contact in &mut strike.contacts {
             (contact.point_m, contact.radius_m) = (parent.centre_m.into(), Some(AGAIN_RADIUS_M));
         }
-        strike.effects = strike.effects.without(Effect::Elastic);
+        strike.effects = strike.effects.without(EffectKind::Elastic);
         let from = (&self.pieces.keep(), parent.id);
-        let (mut workspace, token) = (Workspace::default(), Token::default());
+        let (mut workspace, token) = (Workspace::default(), CancelToken::default());
         let outcome = pipeline::strike_again(prepared, from, &strike, &mut workspace, &token, &mut ());
         let children = Self::of(prepared, outcome.map_err(refusal)?)?;
         Ok(Self { children: Some((parent.id, Box::new(children))), ..self })
     }
 
-    fn of(prepared: &Prepared, outcome: Outcome) -> Result<Self, EffectsError> {
-        let Outcome { e1_over_gamma, sites, .. } = outcome;
+    fn of(prepared: &PreparedObject, outcome: FractureOutcome) -> Result<Self, EffectsError> {
+        let FractureOutcome { e1_over_gamma, sites, .. } = outcome;
         let pieces = outcome.pieces.ok_or_else(|| EffectsError::Whole(prepared.name.clone()))?;
         let mut positions = vec![[0.0; 3]; pieces.counts.vertices];
         let mut indices = vec![0; pieces.counts.indices];
@@ -73,7 +75,7 @@ impl Broken {
 
     /// Whether anchors held it.
     pub fn is_held(&self) -> bool {
-        self.pieces.effects.has(Effect::Anchored)
+        self.pieces.effects.has(EffectKind::Anchored)
     }
 
     /// Where the centre of fragment `fragment` is drawn when pieces are moved apart by `factor` of their distance.
@@ -88,7 +90,7 @@ impl Broken {
     }
 
     /// The pieces, moved apart by `factor` of their distance. Vertices are numbered as in the answer.
-    pub fn mesh(&self, factor: f64) -> Mesh {
+    pub fn mesh(&self, factor: f64) -> DrawnMesh {
         let spread = Spread { hub_m: self.hub_m, factor };
         let mut mesh = exploded(&self.pieces.fragments, &self.pieces.runs, &self.positions, &self.indices, spread);
         if let Some((parent, children)) = &self.children {

@@ -1,20 +1,20 @@
 //! Which object shows which effect, and how it is struck.
 
 use super::super::effects::EffectsError;
-use super::Pair;
-use super::broken::Broken;
+use super::EffectPair;
+use super::broken::GalleryResult;
 use super::marks::{self, SPREAD};
-use crate::picture::{Colour, Mesh};
+use crate::picture::{Color, DrawnMesh};
 use nalgebra::{Point3, Vector3};
 use shatter_fracture::database::{BakeRequest, bake};
 use shatter_fracture::lift::LiftKind;
-use shatter_fracture::pipeline::{Contact, DegreeRequest, Prepared, Strike};
+use shatter_fracture::pipeline::{DegreeRequest, FractureRequest, ImpactContact, PreparedObject};
 use shatter_fracture::scene::MATERIALS;
 use shatter_fracture::scene::{
-    Anchors, Controls, DEFAULT_GRAVITY_M_S2, Effect, Effects, Grain, Materials, Paint, Region, Waves,
+    Anchors, DEFAULT_GRAVITY_M_S2, EffectKind, EffectSet, Grain, Materials, Paint, Region, WarpControls, Waves,
 };
 use shatter_fracture::surface::{RawMesh, shapes};
-use shatter_fracture::token::Token;
+use shatter_fracture::token::CancelToken;
 
 /// Cracks of blocks under an artist are seen best when the pieces hardly move.
 const NARROW: f64 = 0.06;
@@ -26,18 +26,18 @@ const SLIVER_M3: f64 = 3e-5;
 const HELD_M: [[f64; 3]; 2] = [[-0.3, -0.1, -0.1], [-0.2, 0.1, 0.1]];
 
 /// One effect and what shows it.
-pub struct Show {
+pub struct Showcase {
     name: &'static str,
     caption: &'static str,
     from: [f32; 3],
     stage: Stage,
-    strike: Strike,
-    on: Effects,
-    controls: Controls,
+    strike: FractureRequest,
+    on: EffectSet,
+    controls: WarpControls,
     anchors: Anchors,
-    draw: fn(&Broken, bool) -> Mesh,
+    draw: fn(&GalleryResult, bool) -> DrawnMesh,
     /// A second contact, on the right alone.
-    also: Option<Contact>,
+    also: Option<ImpactContact>,
     /// Whether the largest piece is struck again on the right.
     again: bool,
 }
@@ -70,7 +70,12 @@ impl Stage {
         matches!(self, Self::Statue | Self::Painted)
     }
 
-    fn prepare(self, controls: &Controls, anchors: &Anchors, examples: u64) -> Result<Prepared, EffectsError> {
+    fn prepare(
+        self,
+        controls: &WarpControls,
+        anchors: &Anchors,
+        examples: u64,
+    ) -> Result<PreparedObject, EffectsError> {
         let name = if self.is_statue() { "plaster" } else { "stone" };
         let materials = Materials::parse(MATERIALS).map_err(|error| EffectsError::Materials(error.to_string()))?;
         let material = materials.get(name).map_err(|error| EffectsError::Materials(error.to_string()))?.clone();
@@ -79,7 +84,7 @@ impl Stage {
             RawMesh::new(corners.to_vec(), vec![[0, 1, 2], [0, 2, 3]])
         });
         let request = BakeRequest { examples, cracks, ..BakeRequest::new("shown", name, material) };
-        let token = Token::default();
+        let token = CancelToken::default();
         let mut prepared = bake(self.mesh(), &request, &token, &mut |_| {})?.warped(controls, &token)?;
         if !anchors.regions.is_empty() {
             prepared.hold(anchors, &token)?;
@@ -88,21 +93,21 @@ impl Stage {
     }
 }
 
-impl Show {
-    fn new(effect: Effect, caption: &'static str, stage: Stage, strike: Strike) -> Self {
+impl Showcase {
+    fn new(effect: EffectKind, caption: &'static str, stage: Stage, strike: FractureRequest) -> Self {
         let on = strike.effects.with(effect);
-        let draw: fn(&Broken, bool) -> Mesh = |broken, _| broken.mesh(SPREAD);
+        let draw: fn(&GalleryResult, bool) -> DrawnMesh = |broken, _| broken.mesh(SPREAD);
         let from = if stage.is_statue() { [0.7, 0.35, 1.0] } else { [0.45, 0.55, 1.0] };
-        let (name, controls, anchors) = (effect.name(), Controls::default(), Anchors::default());
+        let (name, controls, anchors) = (effect.name(), WarpControls::default(), Anchors::default());
         Self { name, caption, from, stage, strike, on, controls, anchors, draw, also: None, again: false }
     }
 
-    fn drawn(self, draw: fn(&Broken, bool) -> Mesh) -> Self {
+    fn drawn(self, draw: fn(&GalleryResult, bool) -> DrawnMesh) -> Self {
         Self { draw, ..self }
     }
 
     /// The bar, held at its left end, seen from the front.
-    fn held(effect: Effect, caption: &'static str, strike: Strike) -> Self {
+    fn held(effect: EffectKind, caption: &'static str, strike: FractureRequest) -> Self {
         let [min_m, max_m] = HELD_M.map(Point3::from);
         let end = Region::Cuboid { min_m, max_m };
         let anchors = Anchors { regions: vec![end], gravity_m_s2: Some(Vector3::from(DEFAULT_GRAVITY_M_S2)) };
@@ -111,26 +116,26 @@ impl Show {
     }
 
     /// A control of the artist on a block, seen from the front.
-    fn warp(name: &'static str, caption: &'static str, controls: Controls) -> Self {
-        let show = Self::new(Effect::Warp, caption, Stage::Block, wide(40));
+    fn warp(name: &'static str, caption: &'static str, controls: WarpControls) -> Self {
+        let show = Self::new(EffectKind::Warp, caption, Stage::Block, wide(40));
         Self { name, controls, from: [0.35, 0.4, 1.0], ..show }.drawn(|broken, _| broken.mesh(NARROW))
     }
 
     /// Strikes twice and makes what is drawn.
-    pub fn pair(self) -> Result<Pair, EffectsError> {
+    pub fn pair(self) -> Result<EffectPair, EffectsError> {
         let Self { name, caption, from, .. } = self;
-        let examples = if self.on.has(Effect::Examples) { 40 } else { 0 };
+        let examples = if self.on.has(EffectKind::Examples) { 40 } else { 0 };
         let prepared = self.stage.prepare(&self.controls, &self.anchors, examples)?;
-        let half = |effects: Effects, on: bool| {
-            let mut strike = Strike { effects, ..self.strike.clone() };
+        let half = |effects: EffectSet, on: bool| {
+            let mut strike = FractureRequest { effects, ..self.strike.clone() };
             strike.contacts.extend(self.also.filter(|_| on));
             strike.contacts = snapped(&prepared, &strike);
-            let broken = Broken::new(&prepared, &strike)?;
+            let broken = GalleryResult::new(&prepared, &strike)?;
             let broken = if self.again && on { broken.again(&prepared, &strike)? } else { broken };
             Ok::<_, EffectsError>((self.draw)(&broken, on))
         };
         let meshes = [half(self.strike.effects, false)?, half(self.on, true)?];
-        Ok(Pair { name, caption, from, meshes })
+        Ok(EffectPair { name, caption, from, meshes })
     }
 }
 
@@ -145,25 +150,25 @@ fn painted(mut mesh: RawMesh) -> RawMesh {
 }
 
 /// The contacts, moved to the nearest nodes of the object's lattices.
-fn snapped(prepared: &Prepared, strike: &Strike) -> Vec<Contact> {
+fn snapped(prepared: &PreparedObject, strike: &FractureRequest) -> Vec<ImpactContact> {
     let nodes = || prepared.bodies.iter().flat_map(|body| &body.crack.nodes).map(|node| prepared.frame.to_metres(node));
-    let snap = |contact: &Contact| {
+    let snap = |contact: &ImpactContact| {
         let distance = |node: &Point3<f64>| (node - contact.point_m).norm();
         let point_m = nodes().min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or(contact.point_m);
-        Contact { point_m, ..*contact }
+        ImpactContact { point_m, ..*contact }
     };
     strike.contacts.iter().map(snap).collect()
 }
 
 /// A blow at a point, with so many sites and these effects.
-fn blow(point: [f64; 3], impulse: [f64; 3], sites: u32, effects: &[Effect]) -> Strike {
-    let contact = Contact { point_m: point.into(), impulse_ns: impulse.into(), duration_s: None, radius_m: None };
-    let strike = Strike::at(Point3::from(point), Vector3::from(impulse)).seeded(1);
-    let lift = if effects.contains(&Effect::Interior) { LiftKind::Interior } else { LiftKind::Euclidean };
-    Strike {
+fn blow(point: [f64; 3], impulse: [f64; 3], sites: u32, effects: &[EffectKind]) -> FractureRequest {
+    let contact = ImpactContact { point_m: point.into(), impulse_ns: impulse.into(), duration_s: None, radius_m: None };
+    let strike = FractureRequest::at(Point3::from(point), Vector3::from(impulse)).seeded(1);
+    let lift = if effects.contains(&EffectKind::Interior) { LiftKind::Interior } else { LiftKind::Euclidean };
+    FractureRequest {
         contacts: vec![contact],
         degree: DegreeRequest::Sites(sites),
-        effects: Effects::of(effects.iter().copied()),
+        effects: EffectSet::of(effects.iter().copied()),
         lift,
         seed: 4,
         ..strike
@@ -171,85 +176,95 @@ fn blow(point: [f64; 3], impulse: [f64; 3], sites: u32, effects: &[Effect]) -> S
 }
 
 /// On the front of the block, with an energy that falls off slowly.
-fn wide(sites: u32) -> Strike {
+fn wide(sites: u32) -> FractureRequest {
     let mut strike = blow([0.05, 0.02, 0.1], [0.0, 0.0, -300.0], sites, &[]);
     strike.contacts[0].radius_m = Some(0.4);
     strike
 }
 
-fn bar(sites: u32, effects: &[Effect]) -> Strike {
+fn bar(sites: u32, effects: &[EffectKind]) -> FractureRequest {
     blow([0.0, 0.05, 0.0], [0.0, -60.0, 0.0], sites, effects)
 }
 
-fn statue(sites: u32) -> Strike {
-    blow([-0.02, 0.3, 0.065], [0.0, 0.0, -20.0], sites, &[Effect::Elastic, Effect::Interior])
+fn statue(sites: u32) -> FractureRequest {
+    blow([-0.02, 0.3, 0.065], [0.0, 0.0, -20.0], sites, &[EffectKind::Elastic, EffectKind::Interior])
 }
 
 /// Everything that is shown.
-pub fn cast() -> Vec<Show> {
-    let elastic = [Effect::Elastic];
-    let horseshoe = Strike { lift: LiftKind::Interior, ..blow([0.0, 0.125, 0.0], [0.0, -30.0, 0.0], 14, &[]) };
+pub fn cast() -> Vec<Showcase> {
+    let elastic = [EffectKind::Elastic];
+    let horseshoe = FractureRequest { lift: LiftKind::Interior, ..blow([0.0, 0.125, 0.0], [0.0, -30.0, 0.0], 14, &[]) };
     // Off: three pieces, on: five.
-    let tap = blow([-0.049, 0.012, 0.0], [0.0, -0.0485, 0.0], 0, &[Effect::Elastic, Effect::Interior]);
-    let learned = Strike { degree: DegreeRequest::Inferred, ..tap };
-    let slivers = Strike { volume_min_m3: Some(SLIVER_M3), ..statue(90) };
-    let textured = Strike { effects: statue(16).effects.with(Effect::Attributes), ..statue(16) };
+    let tap = blow([-0.049, 0.012, 0.0], [0.0, -0.0485, 0.0], 0, &[EffectKind::Elastic, EffectKind::Interior]);
+    let learned = FractureRequest { degree: DegreeRequest::Inferred, ..tap };
+    let slivers = FractureRequest { volume_min_m3: Some(SLIVER_M3), ..statue(90) };
+    let textured = FractureRequest { effects: statue(16).effects.with(EffectKind::Attributes), ..statue(16) };
     let mut all = vec![
-        Show::new(Effect::Elastic, "the bar bends, and breaks where it bends", Stage::Bar, bar(24, &[])),
-        Show::new(
-            Effect::Tensile,
+        Showcase::new(EffectKind::Elastic, "the bar bends, and breaks where it bends", Stage::Bar, bar(24, &[])),
+        Showcase::new(
+            EffectKind::Tensile,
             "cracks where the bar is pulled apart, not where it is pressed",
             Stage::Bar,
             bar(24, &elastic),
         ),
-        Show::new(Effect::Interior, "pieces stay on their leg of the horseshoe", Stage::Horseshoe, horseshoe),
-        Show::new(Effect::Examples, "as many pieces as the object's own examples say", Stage::Horseshoe, learned),
-        Show::new(
-            Effect::Slivers,
+        Showcase::new(EffectKind::Interior, "pieces stay on their leg of the horseshoe", Stage::Horseshoe, horseshoe),
+        Showcase::new(
+            EffectKind::Examples,
+            "as many pieces as the object's own examples say",
+            Stage::Horseshoe,
+            learned,
+        ),
+        Showcase::new(
+            EffectKind::Slivers,
             "no piece is smaller than 30 cubic centimetres: those are red",
             Stage::Statue,
             slivers,
         )
         .drawn(|broken, _| marks::slivers(broken, SLIVER_M3)),
-        Show::new(Effect::Release, "pieces fly with the velocities of their release", Stage::Statue, statue(40))
-            .drawn(|broken, on| if on { marks::release(broken) } else { broken.mesh(0.0) }),
-        Show::new(Effect::Normals, "smooth light", Stage::Statue, statue(16)).drawn(marks::normals),
-        Show::new(Effect::Uv, "a board on crack faces, 12 mm a field", Stage::Statue, statue(16))
+        Showcase::new(
+            EffectKind::Release,
+            "pieces fly with the velocities of their release",
+            Stage::Statue,
+            statue(40),
+        )
+        .drawn(|broken, on| if on { marks::release(broken) } else { broken.mesh(0.0) }),
+        Showcase::new(EffectKind::Normals, "smooth light", Stage::Statue, statue(16)).drawn(marks::normals),
+        Showcase::new(EffectKind::Uv, "a board on crack faces, 12 mm a field", Stage::Statue, statue(16))
             .drawn(|broken, on| if on { marks::uvs(broken) } else { broken.mesh(SPREAD) }),
-        Show::new(Effect::Bonds, "which pieces touch, thicker for larger areas", Stage::Statue, statue(24))
+        Showcase::new(EffectKind::Bonds, "which pieces touch, thicker for larger areas", Stage::Statue, statue(24))
             .drawn(|broken, on| if on { marks::bonds(broken) } else { broken.mesh(marks::BOND_SPREAD) }),
-        Show::new(
-            Effect::Debris,
+        Showcase::new(
+            EffectKind::Debris,
             "chips on crack faces, drawn three times as large as they are",
             Stage::Statue,
             statue(24),
         )
         .drawn(|broken, on| if on { marks::debris(broken) } else { broken.mesh(SPREAD) }),
-        Show::new(Effect::Hulls, "a convex proxy of each piece, for collisions", Stage::Statue, statue(24))
+        Showcase::new(EffectKind::Hulls, "a convex proxy of each piece, for collisions", Stage::Statue, statue(24))
             .drawn(|broken, on| if on { marks::hulls(broken) } else { broken.mesh(SPREAD) }),
-        Show::new(
-            Effect::Attributes,
+        Showcase::new(
+            EffectKind::Attributes,
             "outer faces look as the input: its texture, its normals",
             Stage::Painted,
             statue(16),
         )
         .drawn(|broken, on| if on { marks::attributes(broken) } else { broken.mesh(SPREAD) }),
-        Show::new(
-            Effect::Skin,
+        Showcase::new(
+            EffectKind::Skin,
             "left the lattice's faces with the input's texture, right the input's own triangles, cut with the pieces",
             Stage::Painted,
             textured,
         )
         .drawn(|broken, on| if on { marks::skin(broken) } else { marks::attributes(broken) }),
-        Show::held(
-            Effect::Anchored,
+        Showcase::held(
+            EffectKind::Anchored,
             "held on the left, the bar breaks there, too",
             blow([0.2, 0.05, 0.0], [0.0, -20.0, 0.0], 24, &elastic),
         ),
-        Show::held(
-            Effect::Gravity,
+        Showcase::held(
+            EffectKind::Gravity,
             "a tap on a shelf that carries its weight",
-            blow([0.2, 0.05, 0.0], [0.0, -1e-4, 0.0], 24, &[Effect::Elastic, Effect::Anchored]),
+            blow([0.2, 0.05, 0.0], [0.0, -1e-4, 0.0], 24, &[EffectKind::Elastic, EffectKind::Anchored]),
         ),
     ];
     all.extend(artist());
@@ -258,33 +273,35 @@ pub fn cast() -> Vec<Show> {
 }
 
 /// What is no effect of its own.
-fn more() -> [Show; 3] {
-    let both = [Effect::Elastic, Effect::Interior];
+fn more() -> [Showcase; 3] {
+    let both = [EffectKind::Elastic, EffectKind::Interior];
     let left = bar(16, &both);
-    let right = Contact { point_m: Point3::new(0.2, 0.05, 0.0), ..left.contacts[0] };
-    let cracked = Strike { lift: LiftKind::Interior, ..wide(16) };
-    let horseshoe =
-        Strike { lift: LiftKind::Interior, ..blow([0.0, 0.125, 0.0], [0.0, -30.0, 0.0], 6, &[Effect::Interior]) };
-    let new = |name, caption, effect, stage, strike| Show { name, ..Show::new(effect, caption, stage, strike) };
+    let right = ImpactContact { point_m: Point3::new(0.2, 0.05, 0.0), ..left.contacts[0] };
+    let cracked = FractureRequest { lift: LiftKind::Interior, ..wide(16) };
+    let horseshoe = FractureRequest {
+        lift: LiftKind::Interior,
+        ..blow([0.0, 0.125, 0.0], [0.0, -30.0, 0.0], 6, &[EffectKind::Interior])
+    };
+    let new = |name, caption, effect, stage, strike| Showcase { name, ..Showcase::new(effect, caption, stage, strike) };
     [
-        Show {
+        Showcase {
             also: Some(right),
-            ..new("several contacts", "left one blow, right a second one at the end", Effect::Elastic, Stage::Bar, left)
+            ..new("several contacts", "left one blow, right a second one at the end", EffectKind::Elastic, Stage::Bar, left)
         },
         new(
             "existing crack",
             "cracked from the top to half its height: left with straight distances, right with those that know no way across",
-            Effect::Interior,
+            EffectKind::Interior,
             Stage::Cracked,
             cracked,
         )
         .drawn(|broken, _| broken.mesh(0.0)),
-        Show {
+        Showcase {
             again: true,
             ..new(
                 "struck again",
                 "right, the largest piece of the left has been struck again",
-                Effect::Interior,
+                EffectKind::Interior,
                 Stage::Horseshoe,
                 horseshoe,
             )
@@ -293,8 +310,8 @@ fn more() -> [Show; 3] {
 }
 
 /// What an artist can say.
-fn artist() -> [Show; 5] {
-    let silent = Controls::default;
+fn artist() -> [Showcase; 5] {
+    let silent = WarpControls::default;
     let grain = Some(Grain { axis: Vector3::new(1.0, 0.5, 0.0), ratio: 4.0 });
     let waves = Some(Waves { length_m: 0.12, slope: 0.3 });
     let points_m = vec![Point3::new(-0.1, 0.0, 0.0), Point3::new(0.1, 0.0, 0.0)];
@@ -305,19 +322,23 @@ fn artist() -> [Show; 5] {
         Point3::new(0.09 * cosine, 0.09 * sine, 0.09)
     };
     let sites_m = (0..8).map(ring).chain([Point3::new(0.0, 0.0, 0.09)]).collect();
-    let marked: fn(&Broken, bool) -> Mesh = |broken, _| {
+    let marked: fn(&GalleryResult, bool) -> DrawnMesh = |broken, _| {
         let mut mesh = broken.mesh(0.0);
         let centre = broken.point(&Point3::new(0.06, 0.03, 0.1));
-        mesh.append(marks::ball(centre, 0.012, Colour::oklch(0.5, 0.18, 28.0)));
+        mesh.append(marks::ball(centre, 0.012, Color::oklch(0.5, 0.18, 28.0)));
         mesh
     };
     [
-        Show::warp("warp: grain", "pieces four times as long along the grain", Controls { grain, ..silent() }),
-        Show::warp("warp: waves", "cracks wind", Controls { waves, ..silent() }),
-        Show::warp("warp: paint", "many small pieces on the left, few on the right", Controls { paint, ..silent() }),
-        Show::warp("warp: protect", "no crack within 7 cm of the red mark", Controls { protected, ..silent() })
+        Showcase::warp("warp: grain", "pieces four times as long along the grain", WarpControls { grain, ..silent() }),
+        Showcase::warp("warp: waves", "cracks wind", WarpControls { waves, ..silent() }),
+        Showcase::warp(
+            "warp: paint",
+            "many small pieces on the left, few on the right",
+            WarpControls { paint, ..silent() },
+        ),
+        Showcase::warp("warp: protect", "no crack within 7 cm of the red mark", WarpControls { protected, ..silent() })
             .drawn(marked),
-        Show::warp("warp: sites", "a piece around each of nine points", Controls { sites_m, ..silent() })
+        Showcase::warp("warp: sites", "a piece around each of nine points", WarpControls { sites_m, ..silent() })
             .drawn(|broken, _| broken.mesh(0.0)),
     ]
 }

@@ -1,7 +1,7 @@
 //! What effects of output add to the pieces, made visible.
 
-use super::broken::Broken;
-use crate::picture::{Colour, Corner, Mesh, arrow, fragment_colour};
+use super::broken::GalleryResult;
+use crate::picture::{Color, DrawnCorner, DrawnMesh, arrow, fragment_colour};
 use nalgebra::{Point3, Vector3};
 
 /// How far pieces are moved apart, over their distance from the centre.
@@ -24,35 +24,35 @@ const CHIP: f32 = 3.0;
 const FLIGHT: f32 = 0.35;
 
 /// Every bond as a rod between the pieces that it holds together.
-pub fn bonds(broken: &Broken) -> Mesh {
+pub fn bonds(broken: &GalleryResult) -> DrawnMesh {
     let mut mesh = broken.mesh(BOND_SPREAD);
     let bonds = broken.pieces.bonds();
     let most = bonds.iter().map(|bond| bond.area_m2).fold(f64::MIN_POSITIVE, f64::max);
     for bond in &bonds {
         let [from, to] = bond.fragments.map(|fragment| broken.place(fragment, BOND_SPREAD));
         let thickness = ((bond.area_m2 / most).sqrt() * 0.05).max(0.01) as f32;
-        mesh.append(rod(from.into(), to.into(), thickness * (to - from).norm(), Colour::oklch(0.45, 0.16, 28.0)));
+        mesh.append(rod(from.into(), to.into(), thickness * (to - from).norm(), Color::oklch(0.45, 0.16, 28.0)));
     }
     mesh
 }
 
 /// Every point of debris as a chip of its size.
-pub fn debris(broken: &Broken) -> Mesh {
+pub fn debris(broken: &GalleryResult) -> DrawnMesh {
     let mut mesh = broken.mesh(SPREAD);
     for chip in broken.pieces.debris() {
         let place = broken.place(chip.fragment, SPREAD) + chip.position_m.cast::<f32>();
         let normal: Vector3<f32> = chip.normal.cast();
         let size = CHIP * chip.size_m as f32;
         let tip = Point3::from(place + normal * (1.5 * size));
-        mesh.append(arrow(tip, -normal, size, Colour::oklch(0.75, 0.19, 60.0)));
+        mesh.append(arrow(tip, -normal, size, Color::oklch(0.75, 0.19, 60.0)));
     }
     mesh
 }
 
 /// Pieces smaller than this in red, all others pale.
-pub fn slivers(broken: &Broken, least_m3: f64) -> Mesh {
+pub fn slivers(broken: &GalleryResult, least_m3: f64) -> DrawnMesh {
     let mut mesh = broken.mesh(SPREAD);
-    let [small, large] = [Colour::oklch(0.55, 0.22, 28.0), Colour::oklch(0.9, 0.01, 90.0)];
+    let [small, large] = [Color::oklch(0.55, 0.22, 28.0), Color::oklch(0.9, 0.01, 90.0)];
     let mut is_small = vec![false; mesh.positions.len()];
     for row in broken.pieces.fragments.iter().filter(|row| row.volume_m3 < least_m3) {
         is_small[row.vertex_first as usize..(row.vertex_first + row.vertex_count) as usize].fill(true);
@@ -65,21 +65,21 @@ pub fn slivers(broken: &Broken, least_m3: f64) -> Mesh {
 }
 
 /// The pieces, and the clamp that holds them, if it does.
-pub fn held(broken: &Broken, [low, high]: [Point3<f64>; 2], holds: bool) -> Mesh {
+pub fn held(broken: &GalleryResult, [low, high]: [Point3<f64>; 2], holds: bool) -> DrawnMesh {
     let mut mesh = broken.mesh(SPREAD);
     if holds {
         let clamp = shatter_fracture::surface::shapes::cuboid((high - low).into());
         // Behind the end of the bar, which moves apart with its pieces.
         let middle = nalgebra::center(&low, &high) - Vector3::x() * (1.2 * (high.x - low.x));
         let positions = clamp.positions_m.iter().map(|corner| broken.point(&(middle + corner.coords))).collect();
-        mesh.append(Mesh::paint(positions, clamp.triangles, 1.0, |_, _| Colour::oklch(0.35, 0.02, 250.0)));
+        mesh.append(DrawnMesh::paint(positions, clamp.triangles, 1.0, |_, _| Color::oklch(0.35, 0.02, 250.0)));
     }
     mesh
 }
 
 /// The hulls in the places of the pieces.
-pub fn hulls(broken: &Broken) -> Mesh {
-    let mut mesh = Mesh::default();
+pub fn hulls(broken: &GalleryResult) -> DrawnMesh {
+    let mut mesh = DrawnMesh::default();
     let hulls = &broken.pieces.hulls;
     for (fragment, row) in hulls.rows.iter().enumerate() {
         let own = &hulls.positions[row.vertex_first as usize..][..row.vertex_count as usize];
@@ -87,13 +87,15 @@ pub fn hulls(broken: &Broken) -> Mesh {
         let positions = own.iter().map(|&position| Point3::from(position)).collect();
         let triangles = indices.chunks_exact(3).map(|t| [t[0], t[1], t[2]]).collect();
         let colour = fragment_colour(fragment as u32);
-        mesh.append(Mesh::paint(positions, triangles, 1.0, |_, _| colour).moved(broken.place(fragment as u32, SPREAD)));
+        mesh.append(
+            DrawnMesh::paint(positions, triangles, 1.0, |_, _| colour).moved(broken.place(fragment as u32, SPREAD)),
+        );
     }
     mesh
 }
 
 /// The pieces a moment after, flown with the velocities of their release.
-pub fn release(broken: &Broken) -> Mesh {
+pub fn release(broken: &GalleryResult) -> DrawnMesh {
     let mut mesh = broken.mesh(0.0);
     let fastest = broken.pieces.velocities.iter().map(|own| own.linear_m_s.norm()).fold(f64::MIN_POSITIVE, f64::max);
     let (low, high) = mesh.bounds();
@@ -111,7 +113,7 @@ pub fn release(broken: &Broken) -> Mesh {
 }
 
 /// The pieces lit by the normals of the answer, or by those of flat triangles.
-pub fn normals(broken: &Broken, smooth: bool) -> Mesh {
+pub fn normals(broken: &GalleryResult, smooth: bool) -> DrawnMesh {
     let mut mesh = broken.mesh(SPREAD);
     let mut own = vec![[0.0; 3]; broken.pieces.counts.vertices];
     broken.pieces.normals(&mut own);
@@ -129,7 +131,7 @@ pub fn normals(broken: &Broken, smooth: bool) -> Mesh {
 }
 
 /// Crack faces with a board of their texture coordinates on them.
-pub fn uvs(broken: &Broken) -> Mesh {
+pub fn uvs(broken: &GalleryResult) -> DrawnMesh {
     let mut mesh = broken.mesh(SPREAD);
     let mut own = vec![[0.0; 2]; broken.pieces.counts.vertices];
     broken.pieces.uvs(&mut own);
@@ -145,16 +147,16 @@ pub fn uvs(broken: &Broken) -> Mesh {
 }
 
 /// The field of a board with fields of that size that the middle of a triangle lies in.
-fn board(uvs: [[f32; 2]; 3], field: f32) -> Colour {
+fn board(uvs: [[f32; 2]; 3], field: f32) -> Color {
     let middle = [0, 1].map(|k| uvs.iter().map(|uv| uv[k]).sum::<f32>() / 3.0 / field);
     match (middle[0].floor() + middle[1].floor()).rem_euclid(2.0) > 0.5 {
-        true => Colour::oklch(0.45, 0.09, 250.0),
-        false => Colour::oklch(0.93, 0.02, 90.0),
+        true => Color::oklch(0.45, 0.09, 250.0),
+        false => Color::oklch(0.93, 0.02, 90.0),
     }
 }
 
 /// Outer faces with a board of the input's texture coordinates on them, lit by its normals.
-pub fn attributes(broken: &Broken) -> Mesh {
+pub fn attributes(broken: &GalleryResult) -> DrawnMesh {
     let mut mesh = broken.mesh(SPREAD);
     let looks = &broken.pieces.looks.vertices;
     for (corners, triangle) in mesh.corners.iter_mut().zip(&mesh.triangles) {
@@ -171,7 +173,7 @@ pub fn attributes(broken: &Broken) -> Mesh {
 }
 
 /// Crack faces, and the input's own triangles with a board of their texture coordinates on them.
-pub fn skin(broken: &Broken) -> Mesh {
+pub fn skin(broken: &GalleryResult) -> DrawnMesh {
     let mut mesh = broken.mesh(SPREAD);
     let mut is_crack = vec![false; mesh.positions.len()];
     for run in broken.pieces.runs.iter().filter(|run| run.crack) {
@@ -189,25 +191,25 @@ pub fn skin(broken: &Broken) -> Mesh {
         let corners = triangles.iter().map(|triangle| {
             let seen = triangle.map(|vertex| &own[vertex as usize]);
             let colour = board(seen.map(|vertex| vertex.uv), TILE_M);
-            seen.map(|vertex| Corner { normal: Vector3::from(vertex.normal), colour })
+            seen.map(|vertex| DrawnCorner { normal: Vector3::from(vertex.normal), colour })
         });
         let corners = corners.collect();
         let positions = own.iter().map(|vertex| Point3::from(vertex.position_m)).collect();
-        mesh.append(Mesh { positions, triangles, corners }.moved(broken.place(fragment as u32, SPREAD)));
+        mesh.append(DrawnMesh { positions, triangles, corners }.moved(broken.place(fragment as u32, SPREAD)));
     }
     mesh
 }
 
 /// A ball of triangles, to mark a point or a region.
-pub fn ball(centre: Point3<f32>, radius: f32, colour: Colour) -> Mesh {
+pub fn ball(centre: Point3<f32>, radius: f32, colour: Color) -> DrawnMesh {
     let mesh = shatter_fracture::surface::shapes::sphere(f64::from(radius), 2);
     let positions = mesh.positions_m.iter().map(|point| centre + point.coords.cast::<f32>()).collect();
-    Mesh::paint(positions, mesh.triangles, 60.0, |_, _| colour)
+    DrawnMesh::paint(positions, mesh.triangles, 60.0, |_, _| colour)
 }
 
 /// A rod with six sides.
-fn rod(from: Point3<f32>, to: Point3<f32>, radius: f32, colour: Colour) -> Mesh {
-    let Some(axis) = (to - from).try_normalize(1e-12) else { return Mesh::default() };
+fn rod(from: Point3<f32>, to: Point3<f32>, radius: f32, colour: Color) -> DrawnMesh {
+    let Some(axis) = (to - from).try_normalize(1e-12) else { return DrawnMesh::default() };
     let aside = if axis.y.abs() > 0.9 { Vector3::x() } else { Vector3::y() };
     let across = aside.cross(&axis).normalize();
     let along = axis.cross(&across);
@@ -220,5 +222,5 @@ fn rod(from: Point3<f32>, to: Point3<f32>, radius: f32, colour: Colour) -> Mesh 
         let [a, b, c, d] = [2 * k, 2 * k + 1, 2 * ((k + 1) % 6), 2 * ((k + 1) % 6) + 1];
         [[a, c, b], [c, d, b]]
     };
-    Mesh::paint(positions, (0..6).flat_map(faces).collect(), 80.0, |_, _| colour)
+    DrawnMesh::paint(positions, (0..6).flat_map(faces).collect(), 80.0, |_, _| colour)
 }

@@ -2,7 +2,7 @@
 
 use super::cluster::clustered;
 use nalgebra::Point3;
-use shatter_fracture::surface::{self, RawMesh, SurfaceError, Unit, Up, shapes};
+use shatter_fracture::surface::{self, LengthUnit, RawMesh, SurfaceError, UpAxis, shapes};
 use std::path::{Path, PathBuf};
 
 /// Triangles that a base mesh has at most, so that a mutant takes some tens of milliseconds.
@@ -10,7 +10,7 @@ pub const TRIANGLES_MAX: usize = 3000;
 
 /// A mesh with a name.
 #[derive(Clone, Debug)]
-pub struct Base {
+pub struct BaseMesh {
     /// Without a slash; part of each mutant's name.
     pub name: String,
     /// At most [`TRIANGLES_MAX`] triangles.
@@ -38,7 +38,7 @@ pub enum FolderError {
     },
 }
 
-impl Base {
+impl BaseMesh {
     /// Brings a mesh to [`TRIANGLES_MAX`].
     pub fn new(name: impl Into<String>, mesh: &RawMesh) -> Self {
         Self { name: name.into(), mesh: clustered(mesh, TRIANGLES_MAX) }
@@ -46,29 +46,29 @@ impl Base {
 }
 
 /// The generated shapes, coarse.
-pub fn generated() -> Vec<Base> {
+pub fn generated() -> Vec<BaseMesh> {
     vec![
-        Base::new("sphere", &shapes::sphere(0.5, 3)),
-        Base::new("cuboid", &quartered(&quartered(&shapes::cuboid([0.6, 0.4, 0.3])))),
-        Base::new("ellipsoid", &shapes::ellipsoid([0.5, 0.25, 0.2], 3)),
-        Base::new("torus", &shapes::torus(0.4, 0.15, [36, 18])),
-        Base::new("dumbbell", &shapes::dumbbell()),
-        Base::new("arch", &shapes::arch()),
-        Base::new("horseshoe", &shapes::horseshoe()),
-        Base::new("statue", &shapes::statue()),
+        BaseMesh::new("sphere", &shapes::sphere(0.5, 3)),
+        BaseMesh::new("cuboid", &quartered(&quartered(&shapes::cuboid([0.6, 0.4, 0.3])))),
+        BaseMesh::new("ellipsoid", &shapes::ellipsoid([0.5, 0.25, 0.2], 3)),
+        BaseMesh::new("torus", &shapes::torus(0.4, 0.15, [36, 18])),
+        BaseMesh::new("dumbbell", &shapes::dumbbell()),
+        BaseMesh::new("arch", &shapes::arch()),
+        BaseMesh::new("horseshoe", &shapes::horseshoe()),
+        BaseMesh::new("statue", &shapes::statue()),
     ]
 }
 
 /// The meshes of a folder, by name; other files are left alone.
-pub fn from_folder(folder: &Path) -> Result<Vec<Base>, FolderError> {
+pub fn from_folder(folder: &Path) -> Result<Vec<BaseMesh>, FolderError> {
     let unreadable = |source| FolderError::Unreadable { path: folder.to_owned(), source };
     let entries = std::fs::read_dir(folder).and_then(Iterator::collect::<Result<Vec<_>, _>>).map_err(unreadable)?;
     let mut paths: Vec<PathBuf> = entries.into_iter().map(|entry| entry.path()).filter(|path| is_mesh(path)).collect();
     paths.sort();
     let base = |path: PathBuf| {
         let name = path.file_stem().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
-        match surface::read(&path, Unit::M, Up::Y) {
-            Ok(mesh) => Ok(Base::new(name, &mesh)),
+        match surface::read(&path, LengthUnit::M, UpAxis::Y) {
+            Ok(mesh) => Ok(BaseMesh::new(name, &mesh)),
             Err(source) => Err(FolderError::Mesh { path, source }),
         }
     };

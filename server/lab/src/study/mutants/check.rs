@@ -1,7 +1,7 @@
 //! What an answer must be, and what was wrong with one that is not.
 
-use shatter_fracture::fragment::{Open, closed};
-use shatter_fracture::pipeline::{Outcome, Pieces, Prepared};
+use shatter_fracture::fragment::{OpenMesh, closed};
+use shatter_fracture::pipeline::{FractureMeshes, FractureOutcome, PreparedObject};
 use std::hash::{DefaultHasher, Hasher};
 
 /// Volumes of fragments add up to the lattice's to this share of it.
@@ -9,7 +9,7 @@ const VOLUME_TOLERANCE: f64 = 1e-6;
 
 /// Why a mutant failed: the engine neither answered rightly nor refused.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum Fault {
+pub enum FuzzFault {
     /// A panic.
     #[error("panicked: {0}")]
     Panicked(String),
@@ -43,7 +43,7 @@ pub enum Fault {
         /// Which one.
         fragment: u32,
         /// What is wrong with it.
-        open: Open,
+        open: OpenMesh,
     },
     /// A fragment without volume or mass.
     #[error("fragment {fragment}: volume {volume_m3} m³, mass {mass_kg} kg")]
@@ -69,7 +69,7 @@ pub enum Fault {
 }
 
 /// Checks every number and every mesh of an answer and digests its geometry.
-pub(super) fn check(prepared: &Prepared, outcome: &Outcome) -> Result<u64, Fault> {
+pub(super) fn check(prepared: &PreparedObject, outcome: &FractureOutcome) -> Result<u64, FuzzFault> {
     let report = &prepared.report;
     finite("kappa", &[prepared.kappa])?;
     finite("gamma", &[prepared.gamma_j_m2, outcome.gamma_j_m2])?;
@@ -77,45 +77,45 @@ pub(super) fn check(prepared: &Prepared, outcome: &Outcome) -> Result<u64, Fault
     finite("E_1/gamma", &[outcome.e1_over_gamma, outcome.impulse_factor])?;
     finite("the radius", &[outcome.radius_m, outcome.confidence])?;
     let Some(pieces) = &outcome.pieces else {
-        return Err(Fault::Strike("stayed whole, though sites were asked for".to_owned()));
+        return Err(FuzzFault::Strike("stayed whole, though sites were asked for".to_owned()));
     };
     rows(pieces, report.lattice_volume_m3)?;
     meshes(pieces)
 }
 
-fn finite(what: &'static str, numbers: &[f64]) -> Result<(), Fault> {
-    if numbers.iter().all(|number| number.is_finite()) { Ok(()) } else { Err(Fault::NotFinite(what)) }
+fn finite(what: &'static str, numbers: &[f64]) -> Result<(), FuzzFault> {
+    if numbers.iter().all(|number| number.is_finite()) { Ok(()) } else { Err(FuzzFault::NotFinite(what)) }
 }
 
 /// Masses, centres, inertias; and that volumes add up.
-fn rows(pieces: &Pieces, lattice_m3: f64) -> Result<(), Fault> {
+fn rows(pieces: &FractureMeshes, lattice_m3: f64) -> Result<(), FuzzFault> {
     for row in &pieces.fragments {
         finite("a centre", &row.centre_m)?;
         finite("an inertia", &row.inertia_kg_m2)?;
         finite("an energy", &[row.energy_j_m2])?;
         finite("a mass", &[row.volume_m3, row.mass_kg])?;
         if !(row.volume_m3 > 0.0 && row.mass_kg > 0.0) {
-            return Err(Fault::Empty { fragment: row.id, volume_m3: row.volume_m3, mass_kg: row.mass_kg });
+            return Err(FuzzFault::Empty { fragment: row.id, volume_m3: row.volume_m3, mass_kg: row.mass_kg });
         }
     }
     let fragments_m3: f64 = pieces.fragments.iter().map(|row| row.volume_m3).sum();
     if (fragments_m3 / lattice_m3 - 1.0).abs() <= VOLUME_TOLERANCE {
         Ok(())
     } else {
-        Err(Fault::VolumeSum { fragments_m3, lattice_m3 })
+        Err(FuzzFault::VolumeSum { fragments_m3, lattice_m3 })
     }
 }
 
 /// Writes the meshes as a caller would and checks each as its reader would.
-fn meshes(pieces: &Pieces) -> Result<u64, Fault> {
+fn meshes(pieces: &FractureMeshes) -> Result<u64, FuzzFault> {
     let mut positions = vec![[0.0; 3]; pieces.counts.vertices];
     let mut indices = vec![0; pieces.counts.indices];
     let mut merges = vec![[0; 2]; pieces.counts.merges];
-    pieces.emit(&mut positions, &mut indices, &mut merges).map_err(|error| Fault::Strike(error.to_string()))?;
+    pieces.emit(&mut positions, &mut indices, &mut merges).map_err(|error| FuzzFault::Strike(error.to_string()))?;
     for row in &pieces.fragments {
         let vertices = &positions[row.vertex_first as usize..][..row.vertex_count as usize];
         let corners = &indices[row.index_first as usize..][..row.index_count as usize];
-        closed(vertices, corners).map_err(|open| Fault::Open { fragment: row.id, open })?;
+        closed(vertices, corners).map_err(|open| FuzzFault::Open { fragment: row.id, open })?;
     }
     let mut hasher = DefaultHasher::new();
     hasher.write(bytemuck::cast_slice(&positions));

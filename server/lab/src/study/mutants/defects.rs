@@ -6,7 +6,7 @@ mod shells;
 mod tests;
 mod triangles;
 
-use super::draw::Draw;
+use super::draw::ChoiceStream;
 use serde::Serialize;
 use shatter_fracture::surface::RawMesh;
 use std::fmt;
@@ -15,7 +15,7 @@ use std::str::FromStr;
 /// What can be wrong with a mesh; `snake_case` in print.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Defect {
+pub enum FuzzDefect {
     /// Coordinates that are not numbers.
     Nan,
     /// Infinite coordinates.
@@ -63,7 +63,7 @@ pub enum Defect {
 #[error("unknown defect '{0}'")]
 pub struct UnknownDefect(String);
 
-impl Defect {
+impl FuzzDefect {
     /// All of them.
     pub const ALL: [Self; 20] = [
         Self::Nan,
@@ -106,7 +106,7 @@ impl Defect {
     /// Spoils a mesh, which must be sound and at least a few dozen triangles; strength, place and number follow from
     /// `seed`.
     pub fn apply(self, mesh: &RawMesh, seed: u64) -> RawMesh {
-        let (mut spoiled, mut draw) = (mesh.clone(), Draw::new(seed, self as u64));
+        let (mut spoiled, mut draw) = (mesh.clone(), ChoiceStream::new(seed, self as u64));
         let (mesh, draw) = (&mut spoiled, &mut draw);
         match self {
             Self::Nan => numbers::nan(mesh, draw),
@@ -134,13 +134,13 @@ impl Defect {
     }
 }
 
-impl fmt::Display for Defect {
+impl fmt::Display for FuzzDefect {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.serialize(f)
     }
 }
 
-impl FromStr for Defect {
+impl FromStr for FuzzDefect {
     type Err = UnknownDefect;
 
     fn from_str(word: &str) -> Result<Self, UnknownDefect> {

@@ -1,15 +1,15 @@
 //! Random choices of a defect: how strong, where, how many.
 
 use nalgebra::Vector3;
-use shatter_fracture::random::Stream;
+use shatter_fracture::random::RandomStream;
 
 /// A stream of choices.
-pub(super) struct Draw(Stream);
+pub(super) struct ChoiceStream(RandomStream);
 
-impl Draw {
+impl ChoiceStream {
     /// Determined by (seed, stream).
     pub fn new(seed: u64, stream: u64) -> Self {
-        Self(Stream::new(seed, stream))
+        Self(RandomStream::new(seed, stream))
     }
 
     /// Uniform in [low, high).

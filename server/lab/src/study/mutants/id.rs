@@ -1,6 +1,6 @@
 //! The name of a mutant.
 
-use super::{Defect, UnknownDefect};
+use super::{FuzzDefect, UnknownDefect};
 use serde::{Serialize, Serializer};
 use std::fmt;
 use std::num::ParseIntError;
@@ -13,7 +13,7 @@ pub struct Mutant {
     /// The base mesh's name.
     pub mesh: String,
     /// What was done to it.
-    pub defect: Defect,
+    pub defect: FuzzDefect,
     /// Everything random follows from it.
     pub seed: u64,
 }
@@ -64,7 +64,7 @@ mod tests {
 
     #[test]
     fn a_mutant_is_its_name() {
-        for (seed, &defect) in Defect::ALL.iter().enumerate() {
+        for (seed, &defect) in FuzzDefect::ALL.iter().enumerate() {
             let mutant = Mutant { mesh: "stanford-bunny".to_owned(), defect, seed: seed as u64 };
             assert_eq!(mutant.to_string().parse(), Ok(mutant));
         }

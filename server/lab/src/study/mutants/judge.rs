@@ -1,16 +1,16 @@
 //! One mutant: baked, struck, and checked, within a deadline.
 
-use super::check::{Fault, check};
+use super::check::{FuzzFault, check};
 use super::inside::clearly_has_inside;
 use super::{Mutant, kinds};
 use rayon::ThreadPoolBuilder;
 use shatter_fracture::database::{BakeError, BakeRequest, bake};
 use shatter_fracture::lift::LiftKind;
-use shatter_fracture::pipeline::{self, DegreeRequest, Prepared, Strike, StrikeError, Workspace};
+use shatter_fracture::pipeline::{self, DegreeRequest, FractureError, FractureRequest, PreparedObject, Workspace};
 use shatter_fracture::scene::MATERIALS;
 use shatter_fracture::scene::{Material, MaterialError, Materials};
 use shatter_fracture::surface::RawMesh;
-use shatter_fracture::token::Token;
+use shatter_fracture::token::CancelToken;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::mpsc::channel;
 use std::time::{Duration, Instant};
@@ -24,7 +24,7 @@ const SITES: u32 = 8;
 
 /// How a mutant ended.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Verdict {
+pub enum FuzzVerdict {
     /// Baked and broken, and everything held.
     Checked {
         /// A digest of the fragments' meshes.
@@ -42,7 +42,7 @@ pub enum Verdict {
         justified: bool,
     },
     /// Neither.
-    Failed(Fault),
+    Failed(FuzzFault),
 }
 
 /// Judges meshes, all with the same settings.
@@ -63,29 +63,29 @@ impl Judge {
     }
 
     /// Judges the mutant of `mesh`.
-    pub fn mutant(&self, mesh: &RawMesh, mutant: &Mutant) -> Verdict {
+    pub fn mutant(&self, mesh: &RawMesh, mutant: &Mutant) -> FuzzVerdict {
         self.mesh(&mutant.defect.apply(mesh, mutant.seed), mutant.defect.must_accept(), mutant.seed)
     }
 
     /// Bakes and strikes `raw` and checks the answer; `seed` chooses where it is struck.
-    pub fn mesh(&self, raw: &RawMesh, must_accept: bool, seed: u64) -> Verdict {
+    pub fn mesh(&self, raw: &RawMesh, must_accept: bool, seed: u64) -> FuzzVerdict {
         let (judge, mesh) = (self.clone(), raw.clone());
-        let walk = move |token: &Token| judge.walk(&mesh, seed, token);
+        let walk = move |token: &CancelToken| judge.walk(&mesh, seed, token);
         match timed(self.threads, self.deadline, walk) {
-            Err(fault) | Ok(Err(Stop::Failed(fault))) => Verdict::Failed(fault),
-            Ok(Err(Stop::Refused(kind, message))) => {
-                Verdict::Refused { kind, message, justified: !must_accept && !clearly_has_inside(raw) }
+            Err(fault) | Ok(Err(FuzzStop::Failed(fault))) => FuzzVerdict::Failed(fault),
+            Ok(Err(FuzzStop::Refused(kind, message))) => {
+                FuzzVerdict::Refused { kind, message, justified: !must_accept && !clearly_has_inside(raw) }
             }
             Ok(Ok(checked)) => checked,
         }
     }
 
-    fn walk(&self, raw: &RawMesh, seed: u64, token: &Token) -> Result<Verdict, Stop> {
+    fn walk(&self, raw: &RawMesh, seed: u64, token: &CancelToken) -> Result<FuzzVerdict, FuzzStop> {
         let prepared = bake(raw.clone(), &self.request(), token, &mut |_| ())?;
         let strike = strike(&prepared, seed);
         let outcome = pipeline::strike(&prepared, &strike, &mut Workspace::default(), token, &mut ())?;
         let geometry = check(&prepared, &outcome)?;
-        Ok(Verdict::Checked { geometry, volume_m3: prepared.report.input_volume_m3 })
+        Ok(FuzzVerdict::Checked { geometry, volume_m3: prepared.report.input_volume_m3 })
     }
 
     fn request(&self) -> BakeRequest {
@@ -104,11 +104,11 @@ impl Judge {
 fn timed<T: Send + 'static>(
     threads: usize,
     deadline: Duration,
-    work: impl FnOnce(&Token) -> T + Send + 'static,
-) -> Result<T, Fault> {
+    work: impl FnOnce(&CancelToken) -> T + Send + 'static,
+) -> Result<T, FuzzFault> {
     let pool = ThreadPoolBuilder::new().num_threads(threads.max(1)).build();
-    let pool = pool.map_err(|error| Fault::Threads(error.to_string()))?;
-    let (token, begun) = (Token::default(), Instant::now());
+    let pool = pool.map_err(|error| FuzzFault::Threads(error.to_string()))?;
+    let (token, begun) = (CancelToken::default(), Instant::now());
     let (sender, receiver) = channel();
     let watched = token.clone();
     pool.spawn(move || {
@@ -121,53 +121,53 @@ fn timed<T: Send + 'static>(
         receiver.recv_timeout(deadline)
     });
     match ended {
-        Err(_) => Err(Fault::Stuck { seconds: begun.elapsed().as_secs_f64() }),
-        Ok(Err(panic)) => Err(Fault::Panicked(words(&*panic))),
-        Ok(Ok(_)) if begun.elapsed() > deadline => Err(Fault::Deadline { seconds: deadline.as_secs_f64() }),
+        Err(_) => Err(FuzzFault::Stuck { seconds: begun.elapsed().as_secs_f64() }),
+        Ok(Err(panic)) => Err(FuzzFault::Panicked(words(&*panic))),
+        Ok(Ok(_)) if begun.elapsed() > deadline => Err(FuzzFault::Deadline { seconds: deadline.as_secs_f64() }),
         Ok(Ok(value)) => Ok(value),
     }
 }
 
 /// What ends a walk before its answer is checked.
-enum Stop {
+enum FuzzStop {
     Refused(&'static str, String),
-    Failed(Fault),
+    Failed(FuzzFault),
 }
 
-impl From<BakeError> for Stop {
+impl From<BakeError> for FuzzStop {
     fn from(error: BakeError) -> Self {
         match kinds::refusal(error) {
             Ok((kind, message)) => Self::Refused(kind, message),
-            Err(message) => Self::Failed(Fault::Bake(message)),
+            Err(message) => Self::Failed(FuzzFault::Bake(message)),
         }
     }
 }
 
-impl From<StrikeError> for Stop {
-    fn from(error: StrikeError) -> Self {
-        Self::Failed(Fault::Strike(error.to_string()))
+impl From<FractureError> for FuzzStop {
+    fn from(error: FractureError) -> Self {
+        Self::Failed(FuzzFault::Strike(error.to_string()))
     }
 }
 
-impl From<Fault> for Stop {
-    fn from(fault: Fault) -> Self {
+impl From<FuzzFault> for FuzzStop {
+    fn from(fault: FuzzFault) -> Self {
         Self::Failed(fault)
     }
 }
 
 /// A blow of 1 N·s straight into a face of the largest body, which one follows from `seed`.
-fn strike(prepared: &Prepared, seed: u64) -> Strike {
+fn strike(prepared: &PreparedObject, seed: u64) -> FractureRequest {
     let body = &prepared.bodies[0];
     let faces = &body.topology.boundary;
     let face = &faces[(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) % faces.len() as u64) as usize];
     let [a, b, c] = face.nodes.map(|node| body.crack.nodes[node as usize]);
     let middle = (a.coords + b.coords + c.coords) / 3.0;
     let point_m = prepared.frame.to_metres(&middle.into());
-    Strike {
+    FractureRequest {
         degree: DegreeRequest::Sites(SITES),
         lift: if seed % 4 == 3 { LiftKind::Euclidean } else { LiftKind::Interior },
         seed,
-        ..Strike::at(point_m, -(b - a).cross(&(c - a)).normalize())
+        ..FractureRequest::at(point_m, -(b - a).cross(&(c - a)).normalize())
     }
 }
 
@@ -183,7 +183,10 @@ mod tests {
 
     const SHORT: Duration = Duration::from_millis(50);
 
-    fn check(work: impl FnOnce(&Token) -> u32 + Send + 'static, ends: impl FnOnce(Result<u32, Fault>) -> bool) {
+    fn check(
+        work: impl FnOnce(&CancelToken) -> u32 + Send + 'static,
+        ends: impl FnOnce(Result<u32, FuzzFault>) -> bool,
+    ) {
         assert!(ends(timed(1, SHORT, work)));
     }
 
@@ -195,24 +198,24 @@ mod tests {
     #[test]
     fn a_panic_is_told_in_its_own_words() {
         let panicked = timed(1, Duration::from_secs(60), |_| -> u32 { panic!("index {}", 7) });
-        assert_eq!(panicked, Err(Fault::Panicked("index 7".to_owned())));
+        assert_eq!(panicked, Err(FuzzFault::Panicked("index 7".to_owned())));
     }
 
     #[test]
     fn late_work_is_cancelled_and_has_failed() {
-        let until_cancelled = |token: &Token| {
+        let until_cancelled = |token: &CancelToken| {
             while token.check().is_ok() {
                 std::thread::yield_now();
             }
             1
         };
-        check(until_cancelled, |ended| matches!(ended, Err(Fault::Deadline { .. })));
+        check(until_cancelled, |ended| matches!(ended, Err(FuzzFault::Deadline { .. })));
     }
 
     #[test]
     fn work_without_a_checkpoint_is_left_behind() {
         let (end, wait) = channel::<()>();
-        check(move |_| u32::from(wait.recv().is_ok()), |ended| matches!(ended, Err(Fault::Stuck { .. })));
+        check(move |_| u32::from(wait.recv().is_ok()), |ended| matches!(ended, Err(FuzzFault::Stuck { .. })));
         drop(end);
     }
 }

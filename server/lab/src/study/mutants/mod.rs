@@ -23,12 +23,12 @@ mod tally;
 /// point at, and the lattice of a mutant is coarse.
 pub const MUST_ACCEPT_RATE_MIN: f64 = 0.95;
 
-pub use base::{Base, FolderError, TRIANGLES_MAX, from_folder, generated};
-pub use check::Fault;
-pub use defects::{Defect, UnknownDefect};
+pub use base::{BaseMesh, FolderError, TRIANGLES_MAX, from_folder, generated};
+pub use check::FuzzFault;
+pub use defects::{FuzzDefect, UnknownDefect};
 pub use id::{Mutant, MutantIdError};
-pub use judge::{Judge, Verdict};
+pub use judge::{FuzzVerdict, Judge};
 pub use regressions::REGRESSIONS;
-pub use run::{Plan, run};
-pub use shrink::{Shrunk, shrink};
-pub use tally::{Counts, Named, Tally, Told};
+pub use run::{FuzzPlan, run};
+pub use shrink::{ShrunkMesh, shrink};
+pub use tally::{FuzzCounts, FuzzReport, FuzzTally, NamedCounts};

@@ -1,7 +1,7 @@
 //! Many mutants, as many at once as there are threads.
 
-use super::check::Fault;
-use super::{Base, Defect, Judge, Mutant, Tally, Verdict};
+use super::check::FuzzFault;
+use super::{BaseMesh, FuzzDefect, FuzzTally, FuzzVerdict, Judge, Mutant};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc::{Sender, channel};
 
@@ -11,13 +11,13 @@ const OTHER_THREADS: usize = 3;
 /// What to try. Mutants come in a fixed order: one defect after the other, each time on the next mesh; after every pair of
 /// mesh and defect, again with the next seed.
 #[derive(Clone, Debug)]
-pub struct Plan {
+pub struct FuzzPlan {
     /// How many.
     pub count: usize,
     /// The first seed.
     pub seed: u64,
     /// What is spoiled; names differ.
-    pub meshes: Vec<Base>,
+    pub meshes: Vec<BaseMesh>,
     /// How each is judged.
     pub judge: Judge,
     /// One mutant of this many is judged again on several threads, and the results compared; 0: none is.
@@ -26,33 +26,37 @@ pub struct Plan {
     pub threads: usize,
 }
 
-impl Plan {
+impl FuzzPlan {
     /// Mutant number `index` and its base mesh; nothing without meshes.
-    pub fn mutant(&self, index: usize) -> Option<(&Base, Mutant)> {
-        let round = self.meshes.len() * Defect::ALL.len();
-        let (turn, defect) = (index / Defect::ALL.len(), index % Defect::ALL.len());
+    pub fn mutant(&self, index: usize) -> Option<(&BaseMesh, Mutant)> {
+        let round = self.meshes.len() * FuzzDefect::ALL.len();
+        let (turn, defect) = (index / FuzzDefect::ALL.len(), index % FuzzDefect::ALL.len());
         let base = self.meshes.get((turn + defect).checked_rem(self.meshes.len())?)?;
-        let defect = Defect::ALL[defect];
+        let defect = FuzzDefect::ALL[defect];
         Some((base, Mutant { mesh: base.name.clone(), defect, seed: self.seed + (index / round) as u64 }))
     }
 
     /// Judges mutant number `index`, again on other threads if it is its turn.
-    fn judge(&self, index: usize) -> Option<Verdict> {
+    fn judge(&self, index: usize) -> Option<FuzzVerdict> {
         let (base, mutant) = self.mutant(index)?;
         let verdict = self.judge.mutant(&base.mesh, &mutant);
         if self.repeat_every == 0 || !index.is_multiple_of(self.repeat_every) {
             return Some(verdict);
         }
         let again = Judge { threads: OTHER_THREADS, ..self.judge.clone() }.mutant(&base.mesh, &mutant);
-        if again == verdict { Some(verdict) } else { Some(Verdict::Failed(Fault::Differs(format!("{again:?}")))) }
+        if again == verdict {
+            Some(verdict)
+        } else {
+            Some(FuzzVerdict::Failed(FuzzFault::Differs(format!("{again:?}"))))
+        }
     }
 }
 
 /// Judges every mutant of the plan. `progress` is told of each as it ends, in any order; the tally follows from the plan
 /// alone.
-pub fn run(plan: &Plan, progress: &mut dyn FnMut(&Mutant, &Verdict)) -> Tally {
+pub fn run(plan: &FuzzPlan, progress: &mut dyn FnMut(&Mutant, &FuzzVerdict)) -> FuzzTally {
     let next = AtomicUsize::new(0);
-    let mut verdicts: Vec<Option<Verdict>> = vec![None; plan.count];
+    let mut verdicts: Vec<Option<FuzzVerdict>> = vec![None; plan.count];
     std::thread::scope(|scope| {
         let (sender, receiver) = channel();
         for _ in 0..plan.threads.max(1) {
@@ -67,7 +71,7 @@ pub fn run(plan: &Plan, progress: &mut dyn FnMut(&Mutant, &Verdict)) -> Tally {
             verdicts[index] = Some(verdict);
         }
     });
-    let mut tally = Tally::new(plan.meshes.iter().map(|base| base.name.as_str()));
+    let mut tally = FuzzTally::new(plan.meshes.iter().map(|base| base.name.as_str()));
     for (index, verdict) in verdicts.iter().enumerate() {
         if let (Some((_, mutant)), Some(verdict)) = (plan.mutant(index), verdict) {
             tally.add(mutant, verdict);
@@ -77,7 +81,7 @@ pub fn run(plan: &Plan, progress: &mut dyn FnMut(&Mutant, &Verdict)) -> Tally {
 }
 
 /// Takes mutants until none is left.
-fn work(plan: &Plan, next: &AtomicUsize, sender: &Sender<(usize, Verdict)>) {
+fn work(plan: &FuzzPlan, next: &AtomicUsize, sender: &Sender<(usize, FuzzVerdict)>) {
     let mut indices = std::iter::repeat_with(|| next.fetch_add(1, Ordering::Relaxed)).take_while(|&i| i < plan.count);
     // Nobody listens any more only if the caller's thread is gone.
     while let Some((index, verdict)) = indices.next().and_then(|index| Some((index, plan.judge(index)?))) {
@@ -94,10 +98,10 @@ mod tests {
     use std::collections::BTreeSet;
     use std::time::Duration;
 
-    fn plan(count: usize, threads: usize) -> Plan {
+    fn plan(count: usize, threads: usize) -> FuzzPlan {
         let judge = Judge::new(Duration::from_secs(60)).unwrap();
         let meshes = generated().into_iter().take(2).collect();
-        Plan { count, seed: 5, meshes, judge, repeat_every: 8, threads }
+        FuzzPlan { count, seed: 5, meshes, judge, repeat_every: 8, threads }
     }
 
     #[test]
@@ -107,7 +111,7 @@ mod tests {
         assert_eq!([name(0), name(1), name(20)], ["sphere/nan/5", "cuboid/infinity/5", "cuboid/nan/5"]);
         assert_eq!([name(39), name(40)], ["sphere/mixed_winding/5", "sphere/nan/6"]);
         assert_eq!((0..40).map(name).collect::<BTreeSet<_>>().len(), 40);
-        assert!(Plan { meshes: Vec::new(), ..plan }.mutant(0).is_none());
+        assert!(FuzzPlan { meshes: Vec::new(), ..plan }.mutant(0).is_none());
     }
 
     #[test]

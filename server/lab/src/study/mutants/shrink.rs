@@ -3,13 +3,13 @@
 //! Based on: A. Zeller, R. Hildebrandt, *Simplifying and isolating failure-inducing input* (2002): ddmin, on triangles.
 
 use super::Judge;
-use super::check::Fault;
-use super::judge::Verdict;
+use super::check::FuzzFault;
+use super::judge::FuzzVerdict;
 use shatter_fracture::surface::RawMesh;
 
 /// What a mesh was reduced to.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Shrunk {
+pub struct ShrunkMesh {
     /// Fails as before.
     pub mesh: RawMesh,
     /// Meshes that were tried.
@@ -18,8 +18,8 @@ pub struct Shrunk {
 
 /// Leaves out triangles as long as `fails` says that the rest still does, then vertices that none uses; tries at most
 /// `tries_max` meshes. `mesh` itself is taken to fail.
-pub fn shrink(mesh: &RawMesh, tries_max: usize, fails: &mut dyn FnMut(&RawMesh) -> bool) -> Shrunk {
-    let mut shrunk = Shrunk { mesh: RawMesh { faces: Vec::new(), ..mesh.clone() }, tries: 0 };
+pub fn shrink(mesh: &RawMesh, tries_max: usize, fails: &mut dyn FnMut(&RawMesh) -> bool) -> ShrunkMesh {
+    let mut shrunk = ShrunkMesh { mesh: RawMesh { faces: Vec::new(), ..mesh.clone() }, tries: 0 };
     let mut parts = 2;
     while shrunk.mesh.triangles.len() > 1 && shrunk.tries < tries_max {
         let count = shrunk.mesh.triangles.len();
@@ -39,7 +39,7 @@ pub fn shrink(mesh: &RawMesh, tries_max: usize, fails: &mut dyn FnMut(&RawMesh) 
     shrunk
 }
 
-impl Shrunk {
+impl ShrunkMesh {
     /// Leaves out `size` triangles from `first` on if the rest fails too.
     fn without(
         &mut self,
@@ -78,10 +78,10 @@ fn compacted(mesh: &RawMesh) -> RawMesh {
 
 impl Judge {
     /// Whether `mesh` fails in the same way as `fault`, in other words perhaps.
-    pub fn fails_like(&self, mesh: &RawMesh, must_accept: bool, seed: u64, fault: &Fault) -> bool {
+    pub fn fails_like(&self, mesh: &RawMesh, must_accept: bool, seed: u64, fault: &FuzzFault) -> bool {
         match self.mesh(mesh, must_accept, seed) {
-            Verdict::Failed(other) => std::mem::discriminant(&other) == std::mem::discriminant(fault),
-            Verdict::Checked { .. } | Verdict::Refused { .. } => false,
+            FuzzVerdict::Failed(other) => std::mem::discriminant(&other) == std::mem::discriminant(fault),
+            FuzzVerdict::Checked { .. } | FuzzVerdict::Refused { .. } => false,
         }
     }
 }

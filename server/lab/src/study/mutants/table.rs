@@ -1,17 +1,17 @@
 //! A tally for people.
 
-use super::Counts;
-use super::Tally;
-use super::tally::Named;
+use super::FuzzCounts;
+use super::FuzzTally;
+use super::tally::NamedCounts;
 use std::fmt;
 
-impl fmt::Display for Tally {
+impl fmt::Display for FuzzTally {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (title, rows) in [("defect", &self.per_defect), ("mesh", &self.per_mesh)] {
             writeln!(f, "{title:<22} tried checked refused unjustified failed  accepted  of must-accept")?;
             rows.iter().try_for_each(|row| line(f, row))?;
         }
-        line(f, &Named { name: "all".to_owned(), all: self.all, must_accept: self.must_accept })?;
+        line(f, &NamedCounts { name: "all".to_owned(), all: self.all, must_accept: self.must_accept })?;
         for told in &self.unjustified {
             writeln!(f, "unjustified: {}: {}", told.mutant, told.message)?;
         }
@@ -22,9 +22,9 @@ impl fmt::Display for Tally {
     }
 }
 
-fn line(f: &mut fmt::Formatter<'_>, Named { name, all, must_accept }: &Named) -> fmt::Result {
+fn line(f: &mut fmt::Formatter<'_>, NamedCounts { name, all, must_accept }: &NamedCounts) -> fmt::Result {
     let counts = format!("{:>5} {:>7} {:>7}", all.tried, all.checked, all.refused);
-    let rate = |of: &Counts, none: &str| match of.tried {
+    let rate = |of: &FuzzCounts, none: &str| match of.tried {
         0 => none.to_owned(),
         _ => format!("{:.1} %", 100.0 * of.accept_rate()),
     };

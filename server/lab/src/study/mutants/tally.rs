@@ -1,11 +1,11 @@
 //! Counting verdicts.
 
-use super::{Defect, Mutant, Verdict};
+use super::{FuzzDefect, FuzzVerdict, Mutant};
 use serde::Serialize;
 
 /// How often what happened.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
-pub struct Counts {
+pub struct FuzzCounts {
     /// Mutants judged.
     pub tried: u64,
     /// Answered, and everything held.
@@ -18,39 +18,39 @@ pub struct Counts {
     pub failed: u64,
 }
 
-impl Counts {
+impl FuzzCounts {
     /// Share of those tried that were answered; 1 of none.
     pub fn accept_rate(&self) -> f64 {
         if self.tried == 0 { 1.0 } else { self.checked as f64 / self.tried as f64 }
     }
 
-    fn add(&mut self, verdict: &Verdict) {
+    fn add(&mut self, verdict: &FuzzVerdict) {
         self.tried += 1;
         match verdict {
-            Verdict::Checked { .. } => self.checked += 1,
-            Verdict::Refused { justified, .. } => {
+            FuzzVerdict::Checked { .. } => self.checked += 1,
+            FuzzVerdict::Refused { justified, .. } => {
                 self.refused += 1;
                 self.unjustified += u64::from(!justified);
             }
-            Verdict::Failed(_) => self.failed += 1,
+            FuzzVerdict::Failed(_) => self.failed += 1,
         }
     }
 }
 
 /// The counts of one mesh or one defect.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct Named {
+pub struct NamedCounts {
     /// The mesh or the defect.
     pub name: String,
     /// All its mutants.
-    pub all: Counts,
+    pub all: FuzzCounts,
     /// Those that must be accepted.
-    pub must_accept: Counts,
+    pub must_accept: FuzzCounts,
 }
 
 /// A mutant and what is to be said of it.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct Told {
+pub struct FuzzReport {
     /// Which one.
     pub mutant: Mutant,
     /// What happened.
@@ -59,38 +59,38 @@ pub struct Told {
 
 /// What became of many mutants. Follows from the plan alone.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Tally {
+pub struct FuzzTally {
     /// All mutants.
-    pub all: Counts,
+    pub all: FuzzCounts,
     /// Those that must be accepted.
-    pub must_accept: Counts,
+    pub must_accept: FuzzCounts,
     /// Share of those that must be accepted that were.
     pub must_accept_rate: f64,
     /// By base mesh, in the plan's order.
-    pub per_mesh: Vec<Named>,
+    pub per_mesh: Vec<NamedCounts>,
     /// By defect, in the order of [`Defect::ALL`].
-    pub per_defect: Vec<Named>,
+    pub per_defect: Vec<NamedCounts>,
     /// Every failure.
-    pub failures: Vec<Told>,
+    pub failures: Vec<FuzzReport>,
     /// Every refusal that should have been an answer.
-    pub unjustified: Vec<Told>,
+    pub unjustified: Vec<FuzzReport>,
 }
 
-impl Tally {
+impl FuzzTally {
     pub(super) fn new<'a>(meshes: impl Iterator<Item = &'a str>) -> Self {
-        let named = |name: String| Named { name, all: Counts::default(), must_accept: Counts::default() };
+        let named = |name: String| NamedCounts { name, all: FuzzCounts::default(), must_accept: FuzzCounts::default() };
         Self {
-            all: Counts::default(),
-            must_accept: Counts::default(),
+            all: FuzzCounts::default(),
+            must_accept: FuzzCounts::default(),
             must_accept_rate: 1.0,
             per_mesh: meshes.map(|name| named(name.to_owned())).collect(),
-            per_defect: Defect::ALL.iter().map(|defect| named(defect.to_string())).collect(),
+            per_defect: FuzzDefect::ALL.iter().map(|defect| named(defect.to_string())).collect(),
             failures: Vec::new(),
             unjustified: Vec::new(),
         }
     }
 
-    pub(super) fn add(&mut self, mutant: Mutant, verdict: &Verdict) {
+    pub(super) fn add(&mut self, mutant: Mutant, verdict: &FuzzVerdict) {
         let defect = mutant.defect.to_string();
         let rows = self.per_mesh.iter_mut().filter(|row| row.name == mutant.mesh);
         let rows = rows.chain(self.per_defect.iter_mut().filter(|row| row.name == defect));
@@ -105,11 +105,11 @@ impl Tally {
         }
         self.must_accept_rate = self.must_accept.accept_rate();
         match verdict {
-            Verdict::Failed(fault) => self.failures.push(Told { mutant, message: fault.to_string() }),
-            Verdict::Refused { message, justified: false, .. } => {
-                self.unjustified.push(Told { mutant, message: message.clone() });
+            FuzzVerdict::Failed(fault) => self.failures.push(FuzzReport { mutant, message: fault.to_string() }),
+            FuzzVerdict::Refused { message, justified: false, .. } => {
+                self.unjustified.push(FuzzReport { mutant, message: message.clone() });
             }
-            Verdict::Checked { .. } | Verdict::Refused { .. } => {}
+            FuzzVerdict::Checked { .. } | FuzzVerdict::Refused { .. } => {}
         }
     }
 }

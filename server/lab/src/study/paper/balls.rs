@@ -1,11 +1,11 @@
 //! A body struck by metal balls.
 
-use super::scene::{Blow, Body, SPREAD, pictures};
-use super::{Drawn, Panel, PaperError};
-use crate::picture::{Colour, Mesh};
+use super::scene::{PaperBody, PaperContact, SPREAD, pictures};
+use super::{Panel, PaperError, PaperFigure};
+use crate::picture::{Color, DrawnMesh};
 use crate::study::gallery::ball;
 use nalgebra::{Point3, Vector3};
-use shatter_export::contact::{Material, Partner};
+use shatter_export::contact::{ContactBody, ElasticMaterial};
 use std::f64::consts::PI;
 
 /// A steel ball, and where it comes from.
@@ -29,18 +29,18 @@ const STEEL_KG_M3: f64 = 7850.0;
 /// Half the height of the band in which the place to hit is looked for, over the body's height.
 const BAND: f64 = 0.05;
 
-const METAL: Colour = Colour([0.23, 0.25, 0.29]);
+const METAL: Color = Color([0.23, 0.25, 0.29]);
 
 /// The figure.
-pub fn drawn(body: &Body, progress: &mut dyn FnMut(&str)) -> Result<Drawn, PaperError> {
-    let (mut panels, mut meshes) = (Vec::<Panel>::new(), Vec::<Mesh>::new());
+pub fn drawn(body: &PaperBody, progress: &mut dyn FnMut(&str)) -> Result<PaperFigure, PaperError> {
+    let (mut panels, mut meshes) = (Vec::<Panel>::new(), Vec::<DrawnMesh>::new());
     for own in &BALLS {
         progress("a ball");
         let out = Vector3::new(body.from.x, 0.0, body.from.z).normalize();
         let point_m = place(&body.vertices_m, own.height, &out).ok_or(PaperError::Empty)?;
         let mass_kg = 4.0 / 3.0 * PI * own.radius_m.powi(3) * STEEL_KG_M3;
-        let partner = Partner { material: Material::STEEL, mass_kg, radius_m: own.radius_m };
-        let blow = Blow {
+        let partner = ContactBody { material: ElasticMaterial::STEEL, mass_kg, radius_m: own.radius_m };
+        let blow = PaperContact {
             point_m,
             direction: -out,
             partner,
@@ -59,7 +59,7 @@ pub fn drawn(body: &Body, progress: &mut dyn FnMut(&str)) -> Result<Drawn, Paper
     }
     let images = pictures(&meshes, body.from.cast());
     let caption = "A body struck by steel balls, from small and slow to large and fast";
-    Drawn::new("paper-balls", caption, panels.into_iter().zip(images).collect())
+    PaperFigure::new("paper-balls", caption, panels.into_iter().zip(images).collect())
 }
 
 /// The vertex that stands out furthest along `out` at that part of the height.

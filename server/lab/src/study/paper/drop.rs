@@ -1,10 +1,10 @@
 //! A body dropped on its head at three thresholds.
 
-use super::scene::{Blow, Body, SPREAD, pictures};
-use super::{Drawn, Panel, PaperError};
-use crate::picture::Mesh;
+use super::scene::{PaperBody, PaperContact, SPREAD, pictures};
+use super::{Panel, PaperError, PaperFigure};
+use crate::picture::DrawnMesh;
 use nalgebra::{Point3, Rotation3, Unit, Vector3};
-use shatter_export::contact::{Material, Partner};
+use shatter_export::contact::{ContactBody, ElasticMaterial};
 
 /// γ over the body's own, the highest first.
 pub const GAMMAS: [f64; 3] = [4.0, 1.0, 0.25];
@@ -19,19 +19,19 @@ const GRAVITY_M_S2: f64 = 9.806_65;
 const HEAD_RADIUS_M: f64 = 0.02;
 
 /// The figure.
-pub fn drawn(body: &Body, progress: &mut dyn FnMut(&str)) -> Result<Drawn, PaperError> {
+pub fn drawn(body: &PaperBody, progress: &mut dyn FnMut(&str)) -> Result<PaperFigure, PaperError> {
     let higher = |a: &&Point3<f64>, b: &&Point3<f64>| a.y.total_cmp(&b.y);
     let head_m = *body.vertices_m.iter().max_by(higher).ok_or(PaperError::Empty)?;
     // The floor pushes through the middle, so the body does not turn.
     let inward = body.prepared.frame.centre_m - head_m;
     let upright = upright(&inward);
-    let (mut panels, mut meshes) = (Vec::<Panel>::new(), Vec::<Mesh>::new());
+    let (mut panels, mut meshes) = (Vec::<Panel>::new(), Vec::<DrawnMesh>::new());
     for gamma_factor in GAMMAS {
         progress("a fall");
-        let blow = Blow {
+        let blow = PaperContact {
             point_m: head_m,
             direction: inward,
-            partner: Partner::ground(Material::CONCRETE),
+            partner: ContactBody::ground(ElasticMaterial::CONCRETE),
             speed_m_s: (2.0 * GRAVITY_M_S2 * FALL_M).sqrt(),
             own_radius_m: HEAD_RADIUS_M,
             gamma_factor,
@@ -45,7 +45,7 @@ pub fn drawn(body: &Body, progress: &mut dyn FnMut(&str)) -> Result<Drawn, Paper
     }
     let images = pictures(&meshes, body.from.cast());
     let caption = "The same body dropped on its head from a metre, on concrete; γ falls from left to right";
-    Drawn::new("paper-drop", caption, panels.into_iter().zip(images).collect())
+    PaperFigure::new("paper-drop", caption, panels.into_iter().zip(images).collect())
 }
 
 /// Turns `inward`, from the head to the middle, upwards.

@@ -14,9 +14,9 @@ pub use error::PaperError;
 pub use page::page;
 
 use crate::picture::Image;
-use scene::Body;
+use scene::PaperBody;
 use serde_json::{Value, json};
-use shatter_fracture::pipeline::Quality;
+use shatter_fracture::pipeline::Preset;
 use shatter_fracture::surface::{RawMesh, shapes};
 
 /// Diagonal of the body, m: what is struck is scaled to it, so that the balls fit.
@@ -24,21 +24,21 @@ const DIAGONAL_M: f64 = 0.5;
 
 /// What is drawn.
 #[derive(Clone, Debug)]
-pub struct Plan {
+pub struct PaperPlan {
     /// Name of the body.
     pub name: String,
     /// Its mesh; scaled, so any unit will do.
     pub mesh: RawMesh,
     /// Its lattices, and how strikes are computed.
-    pub quality: Quality,
+    pub quality: Preset,
     /// Where balls and camera come from; not upright.
     pub from: [f64; 3],
 }
 
-impl Plan {
+impl PaperPlan {
     /// A body of that name, as fine as films want it.
     pub fn new(name: impl Into<String>, mesh: RawMesh) -> Self {
-        Self { name: name.into(), mesh, quality: Quality::Film, from: [0.75, 0.25, 1.0] }
+        Self { name: name.into(), mesh, quality: Preset::Film, from: [0.75, 0.25, 1.0] }
     }
 
     /// The horse of the usual collection, which looks along -Z once it stands: from its side, a little from ahead.
@@ -86,7 +86,7 @@ pub struct Panel {
 
 /// A figure.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Drawn {
+pub struct PaperFigure {
     /// Name of its file, without ending.
     pub file: &'static str,
     /// What is to be seen.
@@ -97,7 +97,7 @@ pub struct Drawn {
     pub png: Vec<u8>,
 }
 
-impl Drawn {
+impl PaperFigure {
     fn new(file: &'static str, caption: &'static str, all: Vec<(Panel, Image)>) -> Result<Self, PaperError> {
         let (panels, images): (Vec<Panel>, Vec<Image>) = all.into_iter().unzip();
         Ok(Self { file, caption, panels, png: Image::beside(&images).png()? })
@@ -140,15 +140,15 @@ impl Drawn {
 ///
 /// # Errors
 /// [`PaperError`], by what failed.
-pub fn run(plan: &Plan, progress: &mut dyn FnMut(&str)) -> Result<[Drawn; 2], PaperError> {
+pub fn run(plan: &PaperPlan, progress: &mut dyn FnMut(&str)) -> Result<[PaperFigure; 2], PaperError> {
     progress("baking");
-    let body = Body::new(plan)?;
+    let body = PaperBody::new(plan)?;
     Ok([balls::drawn(&body, progress)?, drop::drawn(&body, progress)?])
 }
 
 /// Both figures in numbers.
-pub fn document(plan: &Plan, drawn: &[Drawn]) -> Value {
-    let figures: Vec<Value> = drawn.iter().map(Drawn::document).collect();
+pub fn document(plan: &PaperPlan, drawn: &[PaperFigure]) -> Value {
+    let figures: Vec<Value> = drawn.iter().map(PaperFigure::document).collect();
     json!({ "object": plan.name, "quality": plan.quality.name(), "diagonal_m": DIAGONAL_M, "figures": figures })
 }
 
@@ -158,7 +158,7 @@ mod tests {
 
     #[test]
     fn harder_blows_and_lower_thresholds_make_more_pieces() {
-        let plan = Plan { quality: Quality::Draft, ..Plan::new("statue", shapes::statue()) };
+        let plan = PaperPlan { quality: Preset::Draft, ..PaperPlan::new("statue", shapes::statue()) };
         let mut told = 0;
         let [balls, falls] = run(&plan, &mut |_| told += 1).unwrap();
         assert_eq!(told, plan.steps());

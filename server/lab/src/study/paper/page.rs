@@ -1,10 +1,10 @@
 //! Both figures as a page.
 
-use super::{Drawn, Panel, Plan};
-use crate::report::{Fact, Figure, Section, Study, Table, significant};
+use super::{Panel, PaperFigure, PaperPlan};
+use crate::report::{Fact, ReportFigure, ReportTable, Section, Study, significant};
 
 /// The page.
-pub fn page(plan: &Plan, drawn: &[Drawn]) -> Study {
+pub fn page(plan: &PaperPlan, drawn: &[PaperFigure]) -> Study {
     Study {
         title: format!("The paper's figures: {}", plan.name),
         lead: vec![
@@ -17,7 +17,7 @@ pub fn page(plan: &Plan, drawn: &[Drawn]) -> Study {
     }
 }
 
-fn section(drawn: &Drawn) -> Section {
+fn section(drawn: &PaperFigure) -> Section {
     let told: Vec<String> =
         drawn.panels.iter().map(|own| format!("{} ({} pieces)", own.caption, own.fragments)).collect();
     let caption = format!("From the left: {}.", told.join("; "));
@@ -36,8 +36,11 @@ fn section(drawn: &Drawn) -> Section {
     ];
     Section {
         heading: drawn.caption.to_owned(),
-        figures: vec![Figure { png: drawn.png.clone(), caption, scale: None }],
-        tables: vec![Table { head: head.map(str::to_owned).to_vec(), rows: drawn.panels.iter().map(row).collect() }],
+        figures: vec![ReportFigure { png: drawn.png.clone(), caption, scale: None }],
+        tables: vec![ReportTable {
+            head: head.map(str::to_owned).to_vec(),
+            rows: drawn.panels.iter().map(row).collect(),
+        }],
         ..Section::default()
     }
 }

@@ -1,22 +1,22 @@
 //! The body that both figures break, and how their panels are drawn.
 
-use super::{DIAGONAL_M, Panel, PaperError, Plan};
-use crate::picture::{Backdrop, Camera, Image, Mesh, Projection, Size, Style, draw};
-use crate::study::gallery::Broken;
+use super::{DIAGONAL_M, Panel, PaperError, PaperPlan};
+use crate::picture::{Backdrop, Camera, DrawnMesh, Image, PictureSize, Projection, RenderStyle, draw};
+use crate::study::gallery::GalleryResult;
 use nalgebra::{Point3, Vector3};
-use shatter_export::contact::{Hertz, Material, Partner};
+use shatter_export::contact::{ContactBody, ElasticMaterial, HertzContact};
 use shatter_fracture::database::{BakeRequest, bake};
-use shatter_fracture::pipeline::{DegreeRequest, Prepared, Strike};
+use shatter_fracture::pipeline::{DegreeRequest, FractureRequest, PreparedObject};
 use shatter_fracture::scene::MATERIALS;
 use shatter_fracture::scene::Materials;
 use shatter_fracture::surface::RawMesh;
-use shatter_fracture::token::Token;
+use shatter_fracture::token::CancelToken;
 
 /// Of what the body is made.
 const MATERIAL: &str = "ceramic";
 
 /// One panel.
-const SIZE: Size = Size { width: 480, height: 480 };
+const SIZE: PictureSize = PictureSize { width: 480, height: 480 };
 
 /// Long lens: things far apart keep their sizes.
 const LENS: Projection = Projection::Perspective { fov_deg: 24.0 };
@@ -25,22 +25,22 @@ const LENS: Projection = Projection::Perspective { fov_deg: 24.0 };
 pub const SPREAD: f64 = 0.3;
 
 /// The body of both figures.
-pub struct Body {
-    pub prepared: Prepared,
+pub struct PaperBody {
+    pub prepared: PreparedObject,
     /// Vertices of the input, m.
     pub vertices_m: Vec<Point3<f64>>,
     /// Where balls and camera come from.
     pub from: Vector3<f64>,
     /// How strikes are computed.
-    strike: Strike,
+    strike: FractureRequest,
 }
 
 /// What meets the body where.
-pub struct Blow {
+pub struct PaperContact {
     pub point_m: Point3<f64>,
     /// Where the impulse that the body takes points.
     pub direction: Vector3<f64>,
-    pub partner: Partner,
+    pub partner: ContactBody,
     pub speed_m_s: f64,
     /// Radius of the body where it is touched, m.
     pub own_radius_m: f64,
@@ -48,17 +48,17 @@ pub struct Blow {
     pub gamma_factor: f64,
 }
 
-impl Body {
-    pub fn new(plan: &Plan) -> Result<Self, PaperError> {
+impl PaperBody {
+    pub fn new(plan: &PaperPlan) -> Result<Self, PaperError> {
         let mesh = scaled(&plan.mesh).ok_or(PaperError::Empty)?;
         let materials = Materials::parse(MATERIALS).map_err(|error| PaperError::Materials(error.to_string()))?;
         let material = materials.get(MATERIAL).map_err(|error| PaperError::Materials(error.to_string()))?.clone();
         let request = BakeRequest { quality: plan.quality, ..BakeRequest::new(plan.name.clone(), MATERIAL, material) };
         let vertices_m = mesh.positions_m.clone();
-        let prepared = bake(mesh, &request, &Token::default(), &mut |_| {})?;
-        let strike = Strike::at(Point3::origin(), Vector3::x()).seeded(1).of_quality(plan.quality);
+        let prepared = bake(mesh, &request, &CancelToken::default(), &mut |_| {})?;
+        let strike = FractureRequest::at(Point3::origin(), Vector3::x()).seeded(1).of_quality(plan.quality);
         // Nothing was learned, so the closed form guesses; diagrams make it hold.
-        let strike = Strike { degree: DegreeRequest::Verified, ..strike };
+        let strike = FractureRequest { degree: DegreeRequest::Verified, ..strike };
         Ok(Self { prepared, vertices_m, from: Vector3::from(plan.from), strike })
     }
 
@@ -67,16 +67,21 @@ impl Body {
     }
 
     /// As one that meets another with a surface of this radius.
-    fn partner(&self, radius_m: f64) -> Partner {
+    fn partner(&self, radius_m: f64) -> ContactBody {
         let material = &self.prepared.parameters.material;
-        let material = Material { young_pa: material.young_pa, poisson: material.poisson };
-        Partner { material, mass_kg: self.mass_kg(), radius_m }
+        let material = ElasticMaterial { young_pa: material.young_pa, poisson: material.poisson };
+        ContactBody { material, mass_kg: self.mass_kg(), radius_m }
     }
 
     /// Strikes as Hertz says: a collision that loses no energy hands over J = 2 m* v.
-    pub fn strike(&self, blow: &Blow, radius_m: f64, caption: String) -> Result<(Panel, Broken), PaperError> {
+    pub fn strike(
+        &self,
+        blow: &PaperContact,
+        radius_m: f64,
+        caption: String,
+    ) -> Result<(Panel, GalleryResult), PaperError> {
         let own = self.partner(blow.own_radius_m);
-        let hertz = Hertz::of(&own, &blow.partner, blow.speed_m_s)?;
+        let hertz = HertzContact::of(&own, &blow.partner, blow.speed_m_s)?;
         let effective_kg = 1.0 / (1.0 / own.mass_kg + 1.0 / blow.partner.mass_kg);
         let impulse_ns = 2.0 * effective_kg * blow.speed_m_s;
         let mut strike = self.strike.clone();
@@ -88,7 +93,7 @@ impl Body {
         }
         let gamma_j_m2 = blow.gamma_factor * self.prepared.gamma_j_m2;
         strike.gamma_j_m2 = Some(gamma_j_m2);
-        let broken = Broken::new(&self.prepared, &strike)?;
+        let broken = GalleryResult::new(&self.prepared, &strike)?;
         let mass_kg = if blow.partner.mass_kg.is_finite() { blow.partner.mass_kg } else { own.mass_kg };
         let panel = Panel {
             caption,
@@ -120,9 +125,9 @@ fn scaled(mesh: &RawMesh) -> Option<RawMesh> {
 }
 
 /// All panels, seen by the same camera from `from`, on the ground below the lowest point.
-pub fn pictures(meshes: &[Mesh], from: Vector3<f32>) -> Vec<Image> {
+pub fn pictures(meshes: &[DrawnMesh], from: Vector3<f32>) -> Vec<Image> {
     let points: Vec<_> = meshes.iter().flat_map(|mesh| mesh.positions.iter().copied()).collect();
     let camera = Camera::fit(&points, from, LENS, SIZE.width as f32 / SIZE.height as f32);
     let ground = points.iter().fold(f32::INFINITY, |low, point| low.min(point.y));
-    meshes.iter().map(|mesh| draw(mesh, &camera, SIZE, Style::STUDIO, Some(ground), Backdrop::Clear)).collect()
+    meshes.iter().map(|mesh| draw(mesh, &camera, SIZE, RenderStyle::STUDIO, Some(ground), Backdrop::Clear)).collect()
 }

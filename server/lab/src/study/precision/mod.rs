@@ -12,7 +12,7 @@ use std::ops::Range;
 
 /// One setting of one dial.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Place {
+pub struct DialSetting {
     /// Error.
     pub x: f64,
     /// Time, its median.
@@ -27,18 +27,18 @@ pub struct Place {
 
 /// Settings of one dial.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Curve {
+pub struct DialCurve {
     /// The dial.
     pub name: String,
     /// In the order in which they are joined.
-    pub places: Vec<Place>,
+    pub places: Vec<DialSetting>,
     /// Whether they stand for themselves: dark and not joined.
     pub marked: bool,
 }
 
 /// What a diagram shows besides its curves.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Frame<'a> {
+pub struct DiagramFrame<'a> {
     /// What runs to the right.
     pub x: &'a str,
     /// What runs upwards.
@@ -56,12 +56,12 @@ const CAP: i32 = 3;
 const INK: RGBColor = RGBColor(40, 42, 48);
 
 /// An SVG document with all `curves` within `frame`; places that are not finite and positive are left out.
-pub fn svg(frame: &Frame<'_>, curves: &[Curve]) -> Result<String, PlotError> {
+pub fn svg(frame: &DiagramFrame<'_>, curves: &[DialCurve]) -> Result<String, PlotError> {
     let positive = |value: f64| value.is_finite() && value > 0.0;
-    let shown = |place: &&Place| [place.x, place.y, place.low, place.high].into_iter().all(positive);
-    let kept: Vec<Curve> = curves
+    let shown = |place: &&DialSetting| [place.x, place.y, place.low, place.high].into_iter().all(positive);
+    let kept: Vec<DialCurve> = curves
         .iter()
-        .map(|curve| Curve { places: curve.places.iter().filter(shown).cloned().collect(), ..curve.clone() })
+        .map(|curve| DialCurve { places: curve.places.iter().filter(shown).cloned().collect(), ..curve.clone() })
         .collect();
     let places = || kept.iter().flat_map(|curve| &curve.places);
     let right = range(places().map(|place| place.x), true);
@@ -84,8 +84,8 @@ type Chart<'a, 'b> =
 fn draw(
     area: &DrawingArea<SVGBackend<'_>, Shift>,
     [right, up]: [Range<f64>; 2],
-    frame: &Frame<'_>,
-    curves: &[Curve],
+    frame: &DiagramFrame<'_>,
+    curves: &[DialCurve],
 ) -> Result<(), PlotError> {
     let mut builder = ChartBuilder::on(area);
     builder.margin(16).x_label_area_size(44).y_label_area_size(64);
@@ -105,7 +105,7 @@ fn draw(
     let (across, down) = chart.plotting_area().get_pixel_range();
     let mut labels = Labels::within([across.start, down.start], [across.end, down.end]);
     levels(&mut chart, frame.levels, ends, &mut labels)?;
-    let coloured: Vec<(&Curve, RGBColor)> = curves.iter().zip(COLOURS.iter().cycle()).map(coloured).collect();
+    let coloured: Vec<(&DialCurve, RGBColor)> = curves.iter().zip(COLOURS.iter().cycle()).map(coloured).collect();
     for (curve, colour) in &coloured {
         lines(&mut chart, curve, *colour, &mut labels)?;
     }
@@ -124,7 +124,7 @@ fn draw(
         .map_err(PlotError::new)
 }
 
-fn coloured<'a>((curve, own): (&'a Curve, &RGBColor)) -> (&'a Curve, RGBColor) {
+fn coloured<'a>((curve, own): (&'a DialCurve, &RGBColor)) -> (&'a DialCurve, RGBColor) {
     (curve, if curve.marked { INK } else { *own })
 }
 
@@ -147,7 +147,7 @@ fn levels(chart: &mut Chart, levels: &[f64], [from, to]: [f64; 2], labels: &mut 
 }
 
 /// A curve with its places and whiskers.
-fn lines(chart: &mut Chart, curve: &Curve, colour: RGBColor, labels: &mut Labels) -> Result<(), PlotError> {
+fn lines(chart: &mut Chart, curve: &DialCurve, colour: RGBColor, labels: &mut Labels) -> Result<(), PlotError> {
     let style = colour.stroke_width(2);
     let joined = if curve.marked { &[] } else { curve.places.as_slice() };
     chart
@@ -179,7 +179,7 @@ fn lines(chart: &mut Chart, curve: &Curve, colour: RGBColor, labels: &mut Labels
 }
 
 /// What the places of a curve are set to.
-fn names(chart: &mut Chart, curve: &Curve, colour: RGBColor, labels: &mut Labels) -> Result<(), PlotError> {
+fn names(chart: &mut Chart, curve: &DialCurve, colour: RGBColor, labels: &mut Labels) -> Result<(), PlotError> {
     for place in &curve.places {
         let (x, y) = chart.backend_coord(&(place.x, place.y));
         let [right, down] = labels.put([x, y], &place.label);
@@ -196,11 +196,11 @@ mod tests {
 
     #[test]
     fn diagrams_show_settings_whiskers_and_levels_and_leave_out_zeros() {
-        let place = |x: f64, label: &str| Place { x, y: 2.0, low: 0.5, high: 20.0, label: label.to_owned() };
+        let place = |x: f64, label: &str| DialSetting { x, y: 2.0, low: 0.5, high: 20.0, label: label.to_owned() };
         let curve =
-            Curve { name: "a dial".into(), places: vec![place(0.01, "one"), place(0.0, "absent")], marked: false };
-        let marked = Curve { name: "presets".into(), places: vec![place(0.1, "game")], marked: true };
-        let frame = Frame { x: "error", y: "time", note: "of an object", levels: &[1.0, 16.7] };
+            DialCurve { name: "a dial".into(), places: vec![place(0.01, "one"), place(0.0, "absent")], marked: false };
+        let marked = DialCurve { name: "presets".into(), places: vec![place(0.1, "game")], marked: true };
+        let frame = DiagramFrame { x: "error", y: "time", note: "of an object", levels: &[1.0, 16.7] };
         let text = svg(&frame, &[curve, marked]).unwrap();
         assert!(
             ["a dial", "one", "game", "16.7 ms", "error", "time", "of an object"]

@@ -1,6 +1,6 @@
 //! One case and its verdict.
 
-use super::Fault;
+use super::TrialFault;
 use crate::report::significant;
 use serde::Serialize;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -30,13 +30,13 @@ pub struct Case {
     /// What the figure is, and why the bound is what it is.
     pub why: &'static str,
     /// Does it.
-    pub run: fn() -> Result<f64, Fault>,
+    pub run: fn() -> Result<f64, TrialFault>,
 }
 
 /// What came of a case.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Outcome {
+pub enum CaseOutcome {
     /// The figure is within its bound.
     Passed,
     /// Refused, as it must be.
@@ -47,13 +47,13 @@ pub enum Outcome {
 
 /// A line of the table.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Row {
+pub struct CaseRow {
     /// Name of the case.
     pub name: String,
     /// Item of the list.
     pub item: String,
     /// What came of it.
-    pub outcome: Outcome,
+    pub outcome: CaseOutcome,
     /// The figure, if there is one.
     pub figure: Option<f64>,
     /// The bound as a number: the upper one where there are two; none for a refusal.
@@ -66,16 +66,16 @@ pub struct Row {
     pub message: Option<String>,
 }
 
-impl Row {
+impl CaseRow {
     /// What a part of the study that is no case leaves when it fails.
-    pub fn failed(name: &str, fault: &Fault) -> Self {
+    pub fn failed(name: &str, fault: &TrialFault) -> Self {
         let why = "must not fail";
         compare(name, "the study itself", Expect::AtMost(0.0), why, || Err(fault.clone()))
     }
 }
 
 /// Runs a case and compares; a panic fails it.
-pub fn judge(case: &Case) -> Row {
+pub fn judge(case: &Case) -> CaseRow {
     compare(case.name, case.item, case.expect, case.why, case.run)
 }
 
@@ -85,17 +85,17 @@ pub(super) fn compare(
     item: &str,
     expect: Expect,
     why: &str,
-    run: impl FnOnce() -> Result<f64, Fault>,
-) -> Row {
-    let found = catch_unwind(AssertUnwindSafe(run)).unwrap_or_else(|_| Err(Fault::ours("panic", "it panicked")));
+    run: impl FnOnce() -> Result<f64, TrialFault>,
+) -> CaseRow {
+    let found = catch_unwind(AssertUnwindSafe(run)).unwrap_or_else(|_| Err(TrialFault::ours("panic", "it panicked")));
     let outcome = match (&found, expect) {
-        (Ok(figure), Expect::AtMost(bound)) if *figure <= bound => Outcome::Passed,
-        (Ok(figure), Expect::AtLeast(bound)) if *figure >= bound => Outcome::Passed,
-        (Ok(figure), Expect::Between(low, high)) if (low..=high).contains(figure) => Outcome::Passed,
-        (Err(fault), Expect::Refused(kind)) if fault.kind == kind => Outcome::Refused,
-        _ => Outcome::Failed,
+        (Ok(figure), Expect::AtMost(bound)) if *figure <= bound => CaseOutcome::Passed,
+        (Ok(figure), Expect::AtLeast(bound)) if *figure >= bound => CaseOutcome::Passed,
+        (Ok(figure), Expect::Between(low, high)) if (low..=high).contains(figure) => CaseOutcome::Passed,
+        (Err(fault), Expect::Refused(kind)) if fault.kind == kind => CaseOutcome::Refused,
+        _ => CaseOutcome::Failed,
     };
-    Row {
+    CaseRow {
         name: name.to_owned(),
         item: item.to_owned(),
         outcome,
@@ -119,20 +119,20 @@ pub(super) fn compare(
 mod tests {
     use super::*;
 
-    fn outcome(expect: Expect, run: fn() -> Result<f64, Fault>) -> Outcome {
+    fn outcome(expect: Expect, run: fn() -> Result<f64, TrialFault>) -> CaseOutcome {
         judge(&Case { name: "it", item: "it", expect, why: "", run }).outcome
     }
 
     #[test]
     fn cases_pass_and_fail_as_they_should() {
-        assert_eq!(outcome(Expect::AtMost(1.0), || Ok(1.0)), Outcome::Passed);
-        assert_eq!(outcome(Expect::AtMost(1.0), || Ok(1.5)), Outcome::Failed);
-        assert_eq!(outcome(Expect::AtMost(1.0), || Ok(f64::NAN)), Outcome::Failed);
-        assert_eq!(outcome(Expect::AtLeast(3.0), || Ok(2.0)), Outcome::Failed);
-        assert_eq!(outcome(Expect::Between(1.0, 2.0), || Ok(1.5)), Outcome::Passed);
-        assert_eq!(outcome(Expect::Refused("why"), || Err(Fault::ours("why", ""))), Outcome::Refused);
-        assert_eq!(outcome(Expect::Refused("why"), || Err(Fault::ours("other", ""))), Outcome::Failed);
-        assert_eq!(outcome(Expect::Refused("why"), || Ok(0.0)), Outcome::Failed);
-        assert_eq!(outcome(Expect::AtMost(1.0), || panic!("on purpose")), Outcome::Failed);
+        assert_eq!(outcome(Expect::AtMost(1.0), || Ok(1.0)), CaseOutcome::Passed);
+        assert_eq!(outcome(Expect::AtMost(1.0), || Ok(1.5)), CaseOutcome::Failed);
+        assert_eq!(outcome(Expect::AtMost(1.0), || Ok(f64::NAN)), CaseOutcome::Failed);
+        assert_eq!(outcome(Expect::AtLeast(3.0), || Ok(2.0)), CaseOutcome::Failed);
+        assert_eq!(outcome(Expect::Between(1.0, 2.0), || Ok(1.5)), CaseOutcome::Passed);
+        assert_eq!(outcome(Expect::Refused("why"), || Err(TrialFault::ours("why", ""))), CaseOutcome::Refused);
+        assert_eq!(outcome(Expect::Refused("why"), || Err(TrialFault::ours("other", ""))), CaseOutcome::Failed);
+        assert_eq!(outcome(Expect::Refused("why"), || Ok(0.0)), CaseOutcome::Failed);
+        assert_eq!(outcome(Expect::AtMost(1.0), || panic!("on purpose")), CaseOutcome::Failed);
     }
 }

@@ -65,7 +65,7 @@ const fn case(
     item: &'static str,
     expect: super::Expect,
     why: &'static str,
-    run: fn() -> Result<f64, super::Fault>,
+    run: fn() -> Result<f64, super::TrialFault>,
 ) -> Case {
     Case { name, item, expect, why, run }
 }

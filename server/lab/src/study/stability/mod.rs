@@ -11,11 +11,11 @@ mod portrait;
 mod real;
 mod trial;
 
-pub use case::{Case, Expect, Outcome, Row, judge};
+pub use case::{Case, CaseOutcome, CaseRow, Expect, judge};
 pub use cases::neck::{Neck, neck_over_impulses, neck_portraits};
 pub use cases::poisson::{Locking, locking};
 pub use catalogue::{CASES, LIST};
-pub use page::Findings;
+pub use page::StabilityFindings;
 pub use portrait::spoiled_statues;
 pub use real::{REAL, real};
-pub use trial::Fault;
+pub use trial::TrialFault;

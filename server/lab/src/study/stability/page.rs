@@ -1,35 +1,35 @@
 //! The page and the document of the stability study.
 
-use super::{Locking, Neck, Outcome, Row};
-use crate::report::{Fact, Figure, Section, Study, Table, share, significant};
-use crate::study::mutants::{MUST_ACCEPT_RATE_MIN, Named, Tally};
-use crate::study::plot::{Axes, Line, Mark, PlotError, svg};
+use super::{CaseOutcome, CaseRow, Locking, Neck};
+use crate::report::{Fact, ReportFigure, ReportTable, Section, Study, share, significant};
+use crate::study::mutants::{FuzzTally, MUST_ACCEPT_RATE_MIN, NamedCounts};
+use crate::study::plot::{Axes, PlotError, PlotLine, PlotMark, svg};
 use serde_json::{Value, json};
 
 /// Everything that the study found.
 #[derive(Clone, Debug)]
-pub struct Findings {
+pub struct StabilityFindings {
     /// The catalogue, then real meshes if there were any.
-    pub rows: Vec<Row>,
+    pub rows: Vec<CaseRow>,
     /// Error of bending against Poisson's ratio.
     pub locking: Vec<Locking>,
     /// A weak neck over a range of impulses.
     pub necks: Vec<Neck>,
     /// What three of these impulses make of it.
-    pub neck_portraits: Vec<Figure>,
+    pub neck_portraits: Vec<ReportFigure>,
     /// Real meshes, broken.
-    pub real_portraits: Vec<Figure>,
+    pub real_portraits: Vec<ReportFigure>,
     /// Bad meshes, broken.
-    pub spoiled: Vec<Figure>,
+    pub spoiled: Vec<ReportFigure>,
     /// Bad meshes.
-    pub mutants: Tally,
+    pub mutants: FuzzTally,
 }
 
-impl Findings {
+impl StabilityFindings {
     /// Whether anything failed, or too much was refused.
     pub fn failed(&self) -> bool {
         let refused = self.must_accept_rate().is_some_and(|rate| rate < MUST_ACCEPT_RATE_MIN);
-        self.count(Outcome::Failed) > 0 || self.mutants.all.failed > 0 || refused
+        self.count(CaseOutcome::Failed) > 0 || self.mutants.all.failed > 0 || refused
     }
 
     /// None where no mutant that must be accepted was tried.
@@ -37,7 +37,7 @@ impl Findings {
         (self.mutants.must_accept.tried > 0).then_some(self.mutants.must_accept_rate)
     }
 
-    fn count(&self, outcome: Outcome) -> usize {
+    fn count(&self, outcome: CaseOutcome) -> usize {
         self.rows.iter().filter(|row| row.outcome == outcome).count()
     }
 
@@ -71,9 +71,9 @@ impl Findings {
                     .to_owned(),
             ],
             facts: vec![
-                Fact::new("Cases within their bound", self.count(Outcome::Passed).to_string()),
-                Fact::new("Refused, as they must be", self.count(Outcome::Refused).to_string()),
-                Fact::new("Cases failed", self.count(Outcome::Failed).to_string()),
+                Fact::new("Cases within their bound", self.count(CaseOutcome::Passed).to_string()),
+                Fact::new("Refused, as they must be", self.count(CaseOutcome::Refused).to_string()),
+                Fact::new("Cases failed", self.count(CaseOutcome::Failed).to_string()),
                 Fact::new("Bad meshes tried", all.tried.to_string()),
                 Fact::new("Bad meshes failed", all.failed.to_string()),
                 Fact::new("Of those that must be answered", self.must_accept_rate().map_or("–".to_owned(), share)),
@@ -83,12 +83,12 @@ impl Findings {
     }
 
     fn cases(&self) -> Section {
-        let cell = |row: &Row| {
+        let cell = |row: &CaseRow| {
             let figure = row.figure.map_or_else(|| "–".to_owned(), |figure| significant(figure, 3));
             let outcome = match row.outcome {
-                Outcome::Passed => "passed",
-                Outcome::Refused => "refused",
-                Outcome::Failed => "failed",
+                CaseOutcome::Passed => "passed",
+                CaseOutcome::Refused => "refused",
+                CaseOutcome::Failed => "failed",
             };
             let why =
                 row.message.as_ref().map_or_else(|| row.why.clone(), |message| format!("{} ({message})", row.why));
@@ -97,7 +97,7 @@ impl Findings {
         Section {
             heading: format!("{} cases", self.rows.len()),
             lead: vec!["What the figure is, and why its bound is what it is, stands in the last column.".to_owned()],
-            tables: vec![Table {
+            tables: vec![ReportTable {
                 head: ["item", "case", "outcome", "figure", "bound", "why"].map(str::to_owned).to_vec(),
                 rows: self.rows.iter().map(cell).collect(),
             }],
@@ -106,10 +106,10 @@ impl Findings {
     }
 
     fn poisson(&self) -> Result<Section, PlotError> {
-        let line = |name: &str, figure: fn(&Locking) -> f64| Line {
+        let line = |name: &str, figure: fn(&Locking) -> f64| PlotLine {
             name: name.to_owned(),
             points: self.locking.iter().map(|at| (at.poisson, 100.0 * figure(at))).collect(),
-            mark: Mark::Both,
+            mark: PlotMark::Both,
         };
         let lines = [
             line("body-centred lattice, 6 cubes across", |at| at.body_centred),
@@ -130,10 +130,10 @@ impl Findings {
     }
 
     fn neck(&self) -> Result<Section, PlotError> {
-        let line = |name: &str, figure: fn(&Neck) -> f64| Line {
+        let line = |name: &str, figure: fn(&Neck) -> f64| PlotLine {
             name: name.to_owned(),
             points: self.necks.iter().map(|neck| (neck.times, figure(neck))).collect(),
-            mark: Mark::Both,
+            mark: PlotMark::Both,
         };
         let lines = [
             line("fragments", |neck| neck.fragments as f64),
@@ -172,7 +172,7 @@ impl Findings {
     }
 
     fn bad_meshes(&self) -> Section {
-        let table = |title: &str, rows: &[Named]| Table {
+        let table = |title: &str, rows: &[NamedCounts]| ReportTable {
             head: [title, "tried", "checked", "refused", "of these unjustified", "failed", "must-accept answered"]
                 .map(str::to_owned)
                 .to_vec(),
@@ -194,7 +194,7 @@ impl Findings {
     }
 }
 
-fn counts(row: &Named) -> (&'static str, Vec<String>) {
+fn counts(row: &NamedCounts) -> (&'static str, Vec<String>) {
     let must = match row.must_accept.tried {
         0 => "–".to_owned(),
         _ => format!("{:.1} %", 100.0 * row.must_accept.accept_rate()),

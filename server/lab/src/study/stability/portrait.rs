@@ -1,15 +1,15 @@
 //! Pictures of what became of hard cases.
 
-use super::Fault;
-use super::trial::{Answer, at, baked, coarse, sound, struck};
-use crate::picture::{Backdrop, Camera, PictureError, Projection, Size, Spread, Style, draw};
-use crate::report::Figure;
+use super::TrialFault;
+use super::trial::{TrialResult, at, baked, coarse, sound, struck};
+use crate::picture::{Backdrop, Camera, PictureError, PictureSize, Projection, RenderStyle, Spread, draw};
+use crate::report::ReportFigure;
 use crate::study::exploded::exploded;
-use crate::study::mutants::{Defect, generated};
+use crate::study::mutants::{FuzzDefect, generated};
 use nalgebra::Vector3;
-use shatter_fracture::pipeline::Prepared;
+use shatter_fracture::pipeline::PreparedObject;
 
-const SIZE: Size = Size { width: 520, height: 420 };
+const SIZE: PictureSize = PictureSize { width: 520, height: 420 };
 
 /// Where the camera is, seen from the object.
 const FROM: [f32; 3] = [0.6, 0.5, 1.0];
@@ -19,28 +19,28 @@ const LENS: Projection = Projection::Perspective { fov_deg: 24.0 };
 /// How far fragments are moved apart, over their distance from the centre.
 const SPREAD: f64 = 0.35;
 
-impl From<PictureError> for Fault {
+impl From<PictureError> for TrialFault {
     fn from(error: PictureError) -> Self {
         Self::ours("picture", error.to_string())
     }
 }
 
 /// The fragments of `answer`, moved apart.
-pub fn portrait(prepared: &Prepared, answer: &Answer, caption: String) -> Result<Figure, Fault> {
+pub fn portrait(prepared: &PreparedObject, answer: &TrialResult, caption: String) -> Result<ReportFigure, TrialFault> {
     let spread = Spread { hub_m: prepared.frame.centre_m.coords.into(), factor: SPREAD };
     let mesh = exploded(&answer.rows, &answer.runs, &answer.positions, &answer.indices, spread);
     let camera = Camera::fit(&mesh.positions, Vector3::from(FROM), LENS, SIZE.width as f32 / SIZE.height as f32);
     let ground = mesh.bounds().0.y;
-    let png = draw(&mesh, &camera, SIZE, Style::STUDIO, Some(ground), Backdrop::Clear).png()?;
-    Ok(Figure { png, caption, scale: None })
+    let png = draw(&mesh, &camera, SIZE, RenderStyle::STUDIO, Some(ground), Backdrop::Clear).png()?;
+    Ok(ReportFigure { png, caption, scale: None })
 }
 
 /// The statue under every defect that must be answered, struck alike.
-pub fn spoiled_statues() -> Result<Vec<Figure>, Fault> {
+pub fn spoiled_statues() -> Result<Vec<ReportFigure>, TrialFault> {
     let bases = generated();
     let statue = bases.iter().find(|base| base.name == "statue");
-    let statue = statue.ok_or_else(|| Fault::ours("picture", "no mesh is called statue"))?;
-    let defects = Defect::ALL.iter().filter(|defect| defect.must_accept());
+    let statue = statue.ok_or_else(|| TrialFault::ours("picture", "no mesh is called statue"))?;
+    let defects = FuzzDefect::ALL.iter().filter(|defect| defect.must_accept());
     defects
         .map(|defect| {
             let prepared = baked(defect.apply(&statue.mesh, 1), &coarse()?)?;

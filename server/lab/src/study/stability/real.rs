@@ -3,9 +3,9 @@
 use super::case::compare;
 use super::portrait::portrait;
 use super::trial::{at, baked, fine, sound, struck};
-use super::{Expect, Row};
-use crate::report::Figure;
-use shatter_fracture::surface::{self, Unit, Up};
+use super::{CaseRow, Expect};
+use crate::report::ReportFigure;
+use shatter_fracture::surface::{self, LengthUnit, UpAxis};
 use std::path::Path;
 
 /// Files of the usual test collection that must bake and break.
@@ -22,11 +22,11 @@ pub const REAL: &[&str] = &[
 ];
 
 /// Bakes and strikes a file at default spacings; the picture shows its fragments.
-pub fn real(folder: &Path, file: &str) -> (Row, Option<Figure>) {
+pub fn real(folder: &Path, file: &str) -> (CaseRow, Option<ReportFigure>) {
     let why = "sum of the fragments' volumes against the lattice, baked at default spacings";
     let mut picture = None;
     let row = compare(file, "real meshes", Expect::AtMost(1e-9), why, || {
-        let prepared = baked(surface::read(&folder.join(file), Unit::M, Up::Y)?, &fine()?)?;
+        let prepared = baked(surface::read(&folder.join(file), LengthUnit::M, UpAxis::Y)?, &fine()?)?;
         let answer = struck(&prepared, &at(&prepared, [1.0, 0.4, 0.3]))?;
         let figure = sound(&prepared, &answer)?;
         picture = Some(portrait(&prepared, &answer, format!("{file}, {} fragments", answer.rows.len()))?);

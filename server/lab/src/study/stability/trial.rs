@@ -8,32 +8,32 @@ use shatter_fracture::fragment::closed;
 use shatter_fracture::lattice::LatticeError;
 use shatter_fracture::lift::LiftError;
 use shatter_fracture::pipeline::{
-    self, DegreeRequest, DegreeSource, FragmentRow, Prepared, RunRow, Strike, StrikeError, Workspace,
+    self, DegreeRequest, DegreeSource, FractureError, FractureRequest, FragmentRow, PreparedObject, RunRow, Workspace,
 };
 use shatter_fracture::scene::MATERIALS;
 use shatter_fracture::scene::{Material, MaterialError, Materials};
 use shatter_fracture::surface::{RawMesh, SurfaceError};
-use shatter_fracture::token::Token;
-use shatter_server::commands::Failure;
+use shatter_fracture::token::CancelToken;
+use shatter_server::commands::CommandError;
 
 /// Why a case has no figure: a refusal as the programs name it, or a fault.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Fault {
+pub struct TrialFault {
     /// The rule, as in `error.kind` of the programs' documents.
     pub kind: String,
     /// In words.
     pub message: String,
 }
 
-impl Fault {
+impl TrialFault {
     /// Something that must not happen.
     pub fn ours(kind: &str, message: impl Into<String>) -> Self {
         Self { kind: kind.to_owned(), message: message.into() }
     }
 }
 
-impl From<Failure> for Fault {
-    fn from(failure: Failure) -> Self {
+impl From<CommandError> for TrialFault {
+    fn from(failure: CommandError) -> Self {
         Self { kind: failure.kind().to_owned(), message: failure.message().to_owned() }
     }
 }
@@ -41,9 +41,9 @@ impl From<Failure> for Fault {
 /// Errors that the command line names already.
 macro_rules! as_the_programs_say {
     ($($error:ty),*) => {$(
-        impl From<$error> for Fault {
+        impl From<$error> for TrialFault {
             fn from(error: $error) -> Self {
-                Failure::from(error).into()
+                CommandError::from(error).into()
             }
         }
     )*};
@@ -51,63 +51,63 @@ macro_rules! as_the_programs_say {
 
 as_the_programs_say!(BakeError, SurfaceError, LatticeError, MaterialError);
 
-impl From<StrikeError> for Fault {
-    fn from(error: StrikeError) -> Self {
+impl From<FractureError> for TrialFault {
+    fn from(error: FractureError) -> Self {
         let refusal = wire::refusal(error);
         Self { kind: refusal.kind.name().to_owned(), message: refusal.message }
     }
 }
 
-impl From<ElasticityError> for Fault {
+impl From<ElasticityError> for TrialFault {
     fn from(error: ElasticityError) -> Self {
         Self::ours("elasticity", error.to_string())
     }
 }
 
-impl From<LiftError> for Fault {
+impl From<LiftError> for TrialFault {
     fn from(error: LiftError) -> Self {
         Self::ours("lift", error.to_string())
     }
 }
 
 /// A material that ships with the program.
-pub fn material(name: &str) -> Result<Material, Fault> {
+pub fn material(name: &str) -> Result<Material, TrialFault> {
     Ok(Materials::parse(MATERIALS)?.get(name)?.clone())
 }
 
 /// Stone on lattices of a few hundred nodes: cases are many, and none needs more to be hard.
-pub fn coarse() -> Result<BakeRequest, Fault> {
+pub fn coarse() -> Result<BakeRequest, TrialFault> {
     Ok(BakeRequest { elastic_spacing: Some(0.1), crack_spacing: Some(0.0625), ..fine()? })
 }
 
 /// Stone at default spacings.
-pub fn fine() -> Result<BakeRequest, Fault> {
+pub fn fine() -> Result<BakeRequest, TrialFault> {
     Ok(BakeRequest::new("case", "stone", material("stone")?))
 }
 
 /// Bakes.
-pub fn baked(mesh: RawMesh, request: &BakeRequest) -> Result<Prepared, Fault> {
-    Ok(bake(mesh, request, &Token::default(), &mut |_| ())?)
+pub fn baked(mesh: RawMesh, request: &BakeRequest) -> Result<PreparedObject, TrialFault> {
+    Ok(bake(mesh, request, &CancelToken::default(), &mut |_| ())?)
 }
 
 /// A strike with 12 sites by an impulse of 1 N·s along −`outward` where the ray from the box's centre along `outward`
 /// leaves the first body for the last time: well defined on every body.
-pub fn at(prepared: &Prepared, outward: [f64; 3]) -> Strike {
+pub fn at(prepared: &PreparedObject, outward: [f64; 3]) -> FractureRequest {
     let outward = Vector3::from(outward).normalize();
     let nodes = prepared.bodies.iter().flat_map(|body| body.crack.nodes.iter());
     let farthest = nodes.max_by(|a, b| a.coords.dot(&outward).total_cmp(&b.coords.dot(&outward)));
     let point_m = prepared.frame.to_metres(farthest.unwrap_or(&Point3::origin()));
-    sites(Strike::at(point_m, -outward).seeded(1), 12)
+    sites(FractureRequest::at(point_m, -outward).seeded(1), 12)
 }
 
 /// The same strike with a number of sites.
-pub fn sites(strike: Strike, sites: u32) -> Strike {
-    Strike { degree: DegreeRequest::Sites(sites), ..strike }
+pub fn sites(strike: FractureRequest, sites: u32) -> FractureRequest {
+    FractureRequest { degree: DegreeRequest::Sites(sites), ..strike }
 }
 
 /// An answer as a client holds it.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Answer {
+pub struct TrialResult {
     /// Fragments; empty where the object stays whole.
     pub rows: Vec<FragmentRow>,
     /// Runs of the fragments.
@@ -129,9 +129,9 @@ pub struct Answer {
 }
 
 /// Strikes.
-pub fn struck(prepared: &Prepared, strike: &Strike) -> Result<Answer, Fault> {
-    let outcome = pipeline::strike(prepared, strike, &mut Workspace::default(), &Token::default(), &mut ())?;
-    let mut answer = Answer {
+pub fn struck(prepared: &PreparedObject, strike: &FractureRequest) -> Result<TrialResult, TrialFault> {
+    let outcome = pipeline::strike(prepared, strike, &mut Workspace::default(), &CancelToken::default(), &mut ())?;
+    let mut answer = TrialResult {
         rows: Vec::new(),
         runs: Vec::new(),
         positions: Vec::new(),
@@ -154,25 +154,25 @@ pub fn struck(prepared: &Prepared, strike: &Strike) -> Result<Answer, Fault> {
 
 /// How far the fragments' volumes are from summing to the lattice's, relatively; a fault if any fragment is open, not
 /// finite or without mass.
-pub fn sound(prepared: &Prepared, answer: &Answer) -> Result<f64, Fault> {
+pub fn sound(prepared: &PreparedObject, answer: &TrialResult) -> Result<f64, TrialFault> {
     for row in &answer.rows {
         let vertices = &answer.positions[row.vertex_first as usize..][..row.vertex_count as usize];
         let indices = &answer.indices[row.index_first as usize..][..row.index_count as usize];
-        closed(vertices, indices).map_err(|open| Fault::ours("open", format!("fragment {}: {open}", row.id)))?;
+        closed(vertices, indices).map_err(|open| TrialFault::ours("open", format!("fragment {}: {open}", row.id)))?;
         let numbers = row.centre_m.iter().chain(&row.inertia_kg_m2).chain([&row.energy_j_m2]);
         if !(numbers.into_iter().all(|number| number.is_finite()) && row.mass_kg > 0.0 && row.mass_kg.is_finite()) {
-            return Err(Fault::ours("not_finite", format!("fragment {}: {row:?}", row.id)));
+            return Err(TrialFault::ours("not_finite", format!("fragment {}: {row:?}", row.id)));
         }
     }
     if answer.rows.is_empty() {
-        return Err(Fault::ours("whole", "the object stayed whole"));
+        return Err(TrialFault::ours("whole", "the object stayed whole"));
     }
     let sum: f64 = answer.rows.iter().map(|row| row.volume_m3).sum();
     Ok((sum / prepared.report.lattice_volume_m3 - 1.0).abs())
 }
 
 /// Bakes coarsely, strikes from +x, and returns [`sound`]'s figure.
-pub fn survives(mesh: RawMesh) -> Result<f64, Fault> {
+pub fn survives(mesh: RawMesh) -> Result<f64, TrialFault> {
     let prepared = baked(mesh, &coarse()?)?;
     let answer = struck(&prepared, &at(&prepared, [1.0, 0.2, 0.1]))?;
     sound(&prepared, &answer)
@@ -180,7 +180,7 @@ pub fn survives(mesh: RawMesh) -> Result<f64, Fault> {
 
 /// Largest relative difference between the volumes of two answers' fragments after division by `scale`; infinite where
 /// their number differs.
-pub fn difference(a: &Answer, b: &Answer, scale: f64) -> f64 {
+pub fn difference(a: &TrialResult, b: &TrialResult, scale: f64) -> f64 {
     if a.rows.len() != b.rows.len() || a.rows.is_empty() {
         return f64::INFINITY;
     }

@@ -1,21 +1,21 @@
 //! Defects of coordinates and indices.
 
-use super::super::draw::Draw;
+use super::super::draw::ChoiceStream;
 use nalgebra::Vector3;
 use shatter_fracture::surface::RawMesh;
 
 /// Vertices spoiled, at most, as a share of all.
 const SHARE_MAX: f64 = 0.1;
 
-pub(super) fn nan(mesh: &mut RawMesh, draw: &mut Draw) {
+pub(super) fn nan(mesh: &mut RawMesh, draw: &mut ChoiceStream) {
     coordinates(mesh, draw, |_| f64::NAN);
 }
 
-pub(super) fn infinity(mesh: &mut RawMesh, draw: &mut Draw) {
+pub(super) fn infinity(mesh: &mut RawMesh, draw: &mut ChoiceStream) {
     coordinates(mesh, draw, |draw| f64::INFINITY.copysign(draw.between(-1.0, 1.0)));
 }
 
-pub(super) fn huge(mesh: &mut RawMesh, draw: &mut Draw) {
+pub(super) fn huge(mesh: &mut RawMesh, draw: &mut ChoiceStream) {
     if draw.chance(0.5) {
         coordinates(mesh, draw, |draw| 1e30_f64.copysign(draw.between(-1.0, 1.0)));
     } else {
@@ -23,7 +23,7 @@ pub(super) fn huge(mesh: &mut RawMesh, draw: &mut Draw) {
     }
 }
 
-pub(super) fn denormal(mesh: &mut RawMesh, draw: &mut Draw) {
+pub(super) fn denormal(mesh: &mut RawMesh, draw: &mut ChoiceStream) {
     if draw.chance(0.7) {
         coordinates(mesh, draw, |draw| f64::from_bits(1 + draw.below(1 << 20) as u64));
     } else {
@@ -31,7 +31,7 @@ pub(super) fn denormal(mesh: &mut RawMesh, draw: &mut Draw) {
     }
 }
 
-pub(super) fn index_out_of_range(mesh: &mut RawMesh, draw: &mut Draw) {
+pub(super) fn index_out_of_range(mesh: &mut RawMesh, draw: &mut ChoiceStream) {
     let vertices = mesh.positions_m.len() as u32;
     for _ in 0..draw.few(mesh.triangles.len(), SHARE_MAX) {
         let (triangle, corner) = (draw.below(mesh.triangles.len()), draw.below(3));
@@ -40,12 +40,12 @@ pub(super) fn index_out_of_range(mesh: &mut RawMesh, draw: &mut Draw) {
     }
 }
 
-pub(super) fn huge_offset(mesh: &mut RawMesh, draw: &mut Draw) {
+pub(super) fn huge_offset(mesh: &mut RawMesh, draw: &mut ChoiceStream) {
     let offset = draw.direction() * (diagonal(mesh) * draw.decade(3.0, 18.0));
     mesh.positions_m.iter_mut().for_each(|point| *point += offset);
 }
 
-pub(super) fn tiny_scale(mesh: &mut RawMesh, draw: &mut Draw) {
+pub(super) fn tiny_scale(mesh: &mut RawMesh, draw: &mut ChoiceStream) {
     // Half of them at sizes that somebody might send.
     let lowest = if draw.chance(0.5) { -9.0 } else { -80.0 };
     scale(mesh, draw.decade(lowest, -3.0));
@@ -71,7 +71,7 @@ fn scale(mesh: &mut RawMesh, factor: f64) {
 }
 
 /// Sets single coordinates of a few vertices.
-fn coordinates(mesh: &mut RawMesh, draw: &mut Draw, value: impl Fn(&mut Draw) -> f64) {
+fn coordinates(mesh: &mut RawMesh, draw: &mut ChoiceStream, value: impl Fn(&mut ChoiceStream) -> f64) {
     for _ in 0..draw.few(mesh.positions_m.len(), SHARE_MAX) {
         let (vertex, axis) = (draw.below(mesh.positions_m.len()), draw.below(3));
         mesh.positions_m[vertex][axis] = value(draw);

@@ -1,6 +1,6 @@
 //! Defects of the shape as a whole.
 
-use super::super::draw::Draw;
+use super::super::draw::ChoiceStream;
 use super::super::inside::winding;
 use super::numbers::{bounds, diagonal};
 use nalgebra::{Point3, Rotation3, Unit, Vector3};
@@ -12,7 +12,7 @@ const TRIES: usize = 24;
 /// A nested ball fills this much of the room around its middle, at most.
 const ROOM: f64 = 0.7;
 
-pub(super) fn self_intersection(mesh: &mut RawMesh, draw: &mut Draw) {
+pub(super) fn self_intersection(mesh: &mut RawMesh, draw: &mut ChoiceStream) {
     match draw.below(3) {
         0 => push_through(mesh, draw),
         1 => swap_vertices(mesh, draw),
@@ -26,7 +26,7 @@ pub(super) fn self_intersection(mesh: &mut RawMesh, draw: &mut Draw) {
 }
 
 /// Moves the vertices near one of them by up to half a diagonal.
-fn push_through(mesh: &mut RawMesh, draw: &mut Draw) {
+fn push_through(mesh: &mut RawMesh, draw: &mut ChoiceStream) {
     let middle = mesh.positions_m[draw.below(mesh.positions_m.len())];
     let radius = diagonal(mesh) * draw.between(0.05, 0.3);
     let shift = draw.direction() * (diagonal(mesh) * draw.between(0.1, 0.5));
@@ -35,14 +35,14 @@ fn push_through(mesh: &mut RawMesh, draw: &mut Draw) {
     }
 }
 
-fn swap_vertices(mesh: &mut RawMesh, draw: &mut Draw) {
+fn swap_vertices(mesh: &mut RawMesh, draw: &mut ChoiceStream) {
     for _ in 0..draw.few(mesh.positions_m.len(), 0.05) {
         let (one, two) = (draw.below(mesh.positions_m.len()), draw.below(mesh.positions_m.len()));
         mesh.positions_m.swap(one, two);
     }
 }
 
-pub(super) fn two_shells(mesh: &mut RawMesh, draw: &mut Draw) {
+pub(super) fn two_shells(mesh: &mut RawMesh, draw: &mut ChoiceStream) {
     let [low, high] = bounds(mesh);
     let (axis, scale) = (draw.below(3), draw.between(0.5, 1.0));
     // From overlapping by much to a gap of a fifth of the width.
@@ -52,7 +52,7 @@ pub(super) fn two_shells(mesh: &mut RawMesh, draw: &mut Draw) {
     append(mesh, &copy, |point| Point3::from(middle + (point.coords - middle) * scale + shift));
 }
 
-pub(super) fn nested_shell(mesh: &mut RawMesh, draw: &mut Draw) {
+pub(super) fn nested_shell(mesh: &mut RawMesh, draw: &mut ChoiceStream) {
     let [low, high] = bounds(mesh);
     let (mut middle, mut room) = (Point3::from((low + high) * 0.5), 0.0);
     for _ in 0..TRIES {
@@ -71,13 +71,13 @@ pub(super) fn nested_shell(mesh: &mut RawMesh, draw: &mut Draw) {
     append(mesh, &ball, |point| point + middle.coords);
 }
 
-pub(super) fn zero_thickness(mesh: &mut RawMesh, draw: &mut Draw) {
+pub(super) fn zero_thickness(mesh: &mut RawMesh, draw: &mut ChoiceStream) {
     let axis = draw.below(3);
     let left = if draw.chance(0.4) { 0.0 } else { draw.decade(-15.0, -2.0) };
     mesh.positions_m.iter_mut().for_each(|point| point[axis] *= left);
 }
 
-pub(super) fn coplanar(mesh: &mut RawMesh, draw: &mut Draw) {
+pub(super) fn coplanar(mesh: &mut RawMesh, draw: &mut ChoiceStream) {
     let normal = if draw.chance(0.5) { Vector3::ith(draw.below(3), 1.0) } else { draw.direction() };
     let height = mesh.positions_m[draw.below(mesh.positions_m.len())].coords.dot(&normal);
     for point in &mut mesh.positions_m {

@@ -1,20 +1,20 @@
 //! Defects of the list of triangles.
 
-use super::super::draw::Draw;
+use super::super::draw::ChoiceStream;
 use nalgebra::Point3;
 use shatter_fracture::surface::RawMesh;
 
 /// Area that one small hole takes, at most, as a share of the whole, unless a single triangle is larger.
 const HOLE_SHARE_MAX: f64 = 0.02;
 
-pub(super) fn dropped(mesh: &mut RawMesh, draw: &mut Draw) {
+pub(super) fn dropped(mesh: &mut RawMesh, draw: &mut ChoiceStream) {
     let share = draw.between(0.0, 0.5);
     let first = draw.below(mesh.triangles.len());
     mesh.triangles.swap_remove(first);
     mesh.triangles.retain(|_| !draw.chance(share));
 }
 
-pub(super) fn duplicated(mesh: &mut RawMesh, draw: &mut Draw) {
+pub(super) fn duplicated(mesh: &mut RawMesh, draw: &mut ChoiceStream) {
     let own_vertices = draw.chance(0.5);
     for _ in 0..draw.few(mesh.triangles.len(), 0.5) {
         let mut copy = mesh.triangles[draw.below(mesh.triangles.len())];
@@ -30,7 +30,7 @@ pub(super) fn duplicated(mesh: &mut RawMesh, draw: &mut Draw) {
     }
 }
 
-pub(super) fn flipped(mesh: &mut RawMesh, draw: &mut Draw) {
+pub(super) fn flipped(mesh: &mut RawMesh, draw: &mut ChoiceStream) {
     for _ in 0..draw.few(mesh.triangles.len(), 0.45) {
         let triangle = draw.below(mesh.triangles.len());
         mesh.triangles[triangle].swap(0, 1);
@@ -42,7 +42,7 @@ pub(super) fn inside_out(mesh: &mut RawMesh) {
 }
 
 /// Turns over a part that grows from one triangle across shared vertices.
-pub(super) fn mixed_winding(mesh: &mut RawMesh, draw: &mut Draw) {
+pub(super) fn mixed_winding(mesh: &mut RawMesh, draw: &mut ChoiceStream) {
     let around = around(mesh);
     let wanted = draw.few(mesh.triangles.len(), 0.6);
     let start = draw.below(mesh.triangles.len()) as u32;
@@ -61,7 +61,7 @@ pub(super) fn mixed_winding(mesh: &mut RawMesh, draw: &mut Draw) {
 }
 
 /// Removes the triangles around a vertex, or a single one where that would be no small hole.
-pub(super) fn small_holes(mesh: &mut RawMesh, draw: &mut Draw) {
+pub(super) fn small_holes(mesh: &mut RawMesh, draw: &mut ChoiceStream) {
     let around = around(mesh);
     let areas: Vec<f64> = mesh.triangles.iter().map(|corners| area(mesh, corners)).collect();
     let whole: f64 = areas.iter().sum();
@@ -80,7 +80,7 @@ pub(super) fn small_holes(mesh: &mut RawMesh, draw: &mut Draw) {
 }
 
 /// Splits triangles at a vertex on one of their edges, exactly on it or a little beside, and leaves the neighbour across.
-pub(super) fn t_junction(mesh: &mut RawMesh, draw: &mut Draw) {
+pub(super) fn t_junction(mesh: &mut RawMesh, draw: &mut ChoiceStream) {
     for _ in 0..draw.few(mesh.triangles.len(), 0.3) {
         let triangle = draw.below(mesh.triangles.len());
         mesh.triangles[triangle].rotate_left(draw.below(3));
@@ -95,7 +95,7 @@ pub(super) fn t_junction(mesh: &mut RawMesh, draw: &mut Draw) {
     }
 }
 
-pub(super) fn single(mesh: &mut RawMesh, draw: &mut Draw) {
+pub(super) fn single(mesh: &mut RawMesh, draw: &mut ChoiceStream) {
     mesh.triangles = vec![mesh.triangles[draw.below(mesh.triangles.len())]];
 }
 

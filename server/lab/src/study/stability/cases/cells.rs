@@ -1,16 +1,16 @@
 //! Diagrams of fields that are hard to divide.
 
-use super::super::trial::{Fault, at, baked, coarse, difference, sites, sound, struck};
+use super::super::trial::{TrialFault, at, baked, coarse, difference, sites, sound, struck};
 use nalgebra::{Point3, Vector3};
-use shatter_fracture::centroidal::{Diagram, Field, FieldError, Options, Workspace, diagram};
+use shatter_fracture::centroidal::{Diagram, DiagramOptions, DiagramWorkspace, EnergyField, FieldError, diagram};
 use shatter_fracture::lattice::{Lattice, block};
-use shatter_fracture::lift::Lift;
-use shatter_fracture::pipeline::Strike;
+use shatter_fracture::lift::LiftedLattice;
+use shatter_fracture::pipeline::FractureRequest;
 use shatter_fracture::surface::{RawMesh, shapes};
 use shatter_fracture::tessellation::{Topology, components};
-use shatter_fracture::token::Token;
+use shatter_fracture::token::CancelToken;
 
-impl From<FieldError> for Fault {
+impl From<FieldError> for TrialFault {
     fn from(error: FieldError) -> Self {
         Self::ours("field", error.to_string())
     }
@@ -19,15 +19,15 @@ impl From<FieldError> for Fault {
 /// A diagram on a lattice; `change` may spoil lift and masses.
 fn divided(
     lattice: &Lattice,
-    options: Options,
-    change: impl FnOnce(&mut Lift, &mut Vec<f64>),
-) -> Result<Diagram, Fault> {
-    let (mut lift, volumes) = (Lift::euclidean(lattice), lattice.node_volumes());
+    options: DiagramOptions,
+    change: impl FnOnce(&mut LiftedLattice, &mut Vec<f64>),
+) -> Result<Diagram, TrialFault> {
+    let (mut lift, volumes) = (LiftedLattice::euclidean(lattice), lattice.node_volumes());
     let mut masses = volumes.clone();
     change(&mut lift, &mut masses);
-    let field = Field::new(&lift, &volumes, &mut masses)?;
-    diagram(&field, &options, &mut Workspace::default(), &Token::default())
-        .map_err(|cancelled| Fault::ours("cancelled", cancelled.to_string()))
+    let field = EnergyField::new(&lift, &volumes, &mut masses)?;
+    diagram(&field, &options, &mut DiagramWorkspace::default(), &CancelToken::default())
+        .map_err(|cancelled| TrialFault::ours("cancelled", cancelled.to_string()))
 }
 
 /// Largest rise of Lloyd's energy from one iteration to the next, over the energy; infinite where it is not finite.
@@ -39,16 +39,16 @@ fn rise(diagram: &Diagram) -> f64 {
     rises.fold(0.0, f64::max)
 }
 
-pub fn coincident_nodes() -> Result<f64, Fault> {
-    let result = divided(&block([3; 3], 0.1), Options::new(6, 1), |lift, _| {
+pub fn coincident_nodes() -> Result<f64, TrialFault> {
+    let result = divided(&block([3; 3], 0.1), DiagramOptions::new(6, 1), |lift, _| {
         lift.coordinates.fill(0.25);
         lift.first_moment.fill(0.0);
     })?;
     Ok(rise(&result) + f64::from(u8::from(!result.converged)))
 }
 
-pub fn all_energy_at_one_node() -> Result<f64, Fault> {
-    let result = divided(&block([6; 3], 0.1), Options::new(40, 9), |_, masses| {
+pub fn all_energy_at_one_node() -> Result<f64, TrialFault> {
+    let result = divided(&block([6; 3], 0.1), DiagramOptions::new(40, 9), |_, masses| {
         masses.fill(0.0);
         masses[77] = 3.0;
     })?;
@@ -58,13 +58,13 @@ pub fn all_energy_at_one_node() -> Result<f64, Fault> {
     Ok(rise(&result) + (40 - used.len()) as f64)
 }
 
-pub fn more_sites_than_nodes() -> Result<f64, Fault> {
+pub fn more_sites_than_nodes() -> Result<f64, TrialFault> {
     let lattice = block([2; 3], 0.1);
-    let result = divided(&lattice, Options::new(10 * lattice.nodes.len(), 3), |_, _| ())?;
+    let result = divided(&lattice, DiagramOptions::new(10 * lattice.nodes.len(), 3), |_, _| ())?;
     Ok(rise(&result) + (result.count() as f64 - lattice.nodes.len() as f64).abs())
 }
 
-pub fn more_sites_than_nodes_struck() -> Result<f64, Fault> {
+pub fn more_sites_than_nodes_struck() -> Result<f64, TrialFault> {
     let mut request = coarse()?;
     (request.elastic_spacing, request.crack_spacing) = (Some(0.25), Some(0.25));
     let prepared = baked(shapes::cuboid([1.0; 3]), &request)?;
@@ -72,16 +72,16 @@ pub fn more_sites_than_nodes_struck() -> Result<f64, Fault> {
     sound(&prepared, &answer)
 }
 
-pub fn no_energy() -> Result<f64, Fault> {
-    Ok(rise(&divided(&block([3; 3], 0.1), Options::new(6, 1), |_, masses| masses.fill(0.0))?))
+pub fn no_energy() -> Result<f64, TrialFault> {
+    Ok(rise(&divided(&block([3; 3], 0.1), DiagramOptions::new(6, 1), |_, masses| masses.fill(0.0))?))
 }
 
-pub fn negative_energy() -> Result<f64, Fault> {
-    Ok(rise(&divided(&block([3; 3], 0.1), Options::new(6, 1), |_, masses| masses[5] = -1.0)?))
+pub fn negative_energy() -> Result<f64, TrialFault> {
+    Ok(rise(&divided(&block([3; 3], 0.1), DiagramOptions::new(6, 1), |_, masses| masses[5] = -1.0)?))
 }
 
-pub fn thirty_decades() -> Result<f64, Fault> {
-    let result = divided(&block([8; 3], 0.1), Options::new(50, 2), |lift, masses| {
+pub fn thirty_decades() -> Result<f64, TrialFault> {
+    let result = divided(&block([8; 3], 0.1), DiagramOptions::new(50, 2), |lift, masses| {
         let far = |node: usize| 30.0 * (lift.at(node)[0] + 0.4) / 0.8;
         masses.iter_mut().enumerate().for_each(|(node, mass)| *mass *= 10.0_f64.powf(-far(node)));
     })?;
@@ -89,20 +89,23 @@ pub fn thirty_decades() -> Result<f64, Fault> {
 }
 
 /// Normalised second moment of the cells of a uniform cube, over that of the body-centred cubic lattice.
-pub fn yardstick() -> Result<f64, Fault> {
+pub fn yardstick() -> Result<f64, TrialFault> {
     let sites = 60;
     let lattice = block([18; 3], 1.0 / 18.0);
-    let result = divided(&lattice, Options { tolerance: 1e-4, ..Options::new(sites, 1) }, |_, _| ())?;
+    let result = divided(&lattice, DiagramOptions { tolerance: 1e-4, ..DiagramOptions::new(sites, 1) }, |_, _| ())?;
     let mean = result.cell_energy.iter().sum::<f64>() / sites as f64;
     Ok(mean / 3.0 / (1.0 / sites as f64).powf(5.0 / 3.0) / 0.0785433)
 }
 
 /// The same symmetric strike twice, in pools of one and of four threads: largest relative difference of any number.
-fn repeated(mesh: RawMesh, point: [f64; 3]) -> Result<f64, Fault> {
+fn repeated(mesh: RawMesh, point: [f64; 3]) -> Result<f64, TrialFault> {
     let prepared = baked(mesh, &coarse()?)?;
-    let strike = sites(Strike::at(Point3::from(point), -Vector3::from(point).normalize()).seeded(1), 16);
+    let strike = sites(FractureRequest::at(Point3::from(point), -Vector3::from(point).normalize()).seeded(1), 16);
     let pool = |threads| {
-        rayon::ThreadPoolBuilder::new().num_threads(threads).build().map_err(|e| Fault::ours("threads", e.to_string()))
+        rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .map_err(|e| TrialFault::ours("threads", e.to_string()))
     };
     let one = pool(1)?.install(|| struck(&prepared, &strike))?;
     let four = pool(4)?.install(|| struck(&prepared, &strike))?;
@@ -111,22 +114,22 @@ fn repeated(mesh: RawMesh, point: [f64; 3]) -> Result<f64, Fault> {
     Ok(if same { difference(&one, &four, 1.0) } else { f64::INFINITY })
 }
 
-pub fn cube_at_a_face_centre() -> Result<f64, Fault> {
+pub fn cube_at_a_face_centre() -> Result<f64, TrialFault> {
     repeated(shapes::cuboid([1.0; 3]), [0.5, 0.0, 0.0])
 }
 
-pub fn sphere_at_a_pole() -> Result<f64, Fault> {
+pub fn sphere_at_a_pole() -> Result<f64, TrialFault> {
     repeated(shapes::sphere(0.5, 4), [0.0, 0.5, 0.0])
 }
 
-pub fn torus_on_its_rim() -> Result<f64, Fault> {
+pub fn torus_on_its_rim() -> Result<f64, TrialFault> {
     repeated(shapes::torus(1.0, 0.35, [64, 32]), [1.35, 0.0, 0.0])
 }
 
 /// Components that a diagram of two clumps of energy leaves beyond its sites, over the sites.
-pub fn two_clumps() -> Result<f64, Fault> {
+pub fn two_clumps() -> Result<f64, TrialFault> {
     let lattice = block([12, 4, 4], 0.1);
-    let result = divided(&lattice, Options::new(8, 4), |lift, masses| {
+    let result = divided(&lattice, DiagramOptions::new(8, 4), |lift, masses| {
         let far = |node: usize| (lift.at(node)[0].abs() - 0.5).abs();
         masses.iter_mut().enumerate().for_each(|(node, mass)| *mass *= (-60.0 * far(node)).exp());
     })?;

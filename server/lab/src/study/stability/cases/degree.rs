@@ -1,69 +1,69 @@
 //! The degree without examples, and where it is decided by a hair.
 
-use super::super::trial::{Fault, at, baked, coarse, struck};
+use super::super::trial::{TrialFault, at, baked, coarse, struck};
 use shatter_fracture::database::BakeRequest;
-use shatter_fracture::degree::{Lesson, train};
-use shatter_fracture::pipeline::{DegreeRequest, DegreeSource, Example, Prepared, Strike};
+use shatter_fracture::degree::{TrainingSample, train};
+use shatter_fracture::pipeline::{DegreeRequest, DegreeSource, Example, FractureRequest, PreparedObject};
 use shatter_fracture::surface::{RawMesh, shapes};
 
 /// An arch, a strike, and the factor at which it just breaks.
-fn threshold() -> Result<(Prepared, Strike, f64), Fault> {
+fn threshold() -> Result<(PreparedObject, FractureRequest, f64), TrialFault> {
     let prepared = baked(shapes::arch(), &coarse()?)?;
-    let strike = Strike { degree: DegreeRequest::ClosedForm, ..at(&prepared, [0.4, 1.0, 0.1]) };
+    let strike = FractureRequest { degree: DegreeRequest::ClosedForm, ..at(&prepared, [0.4, 1.0, 0.1]) };
     let factor = struck(&prepared, &strike)?.impulse_factor;
     Ok((prepared, strike, factor))
 }
 
-fn degree(prepared: &Prepared, strike: &Strike, factor: f64) -> Result<u32, Fault> {
-    let own = Strike::at(strike.contacts[0].point_m, strike.contacts[0].impulse_ns * factor).seeded(1);
-    Ok(struck(prepared, &Strike { degree: strike.degree, ..own })?.degree)
+fn degree(prepared: &PreparedObject, strike: &FractureRequest, factor: f64) -> Result<u32, TrialFault> {
+    let own = FractureRequest::at(strike.contacts[0].point_m, strike.contacts[0].impulse_ns * factor).seeded(1);
+    Ok(struck(prepared, &FractureRequest { degree: strike.degree, ..own })?.degree)
 }
 
 /// Degree just above the threshold minus degree just below.
-pub fn by_a_hair() -> Result<f64, Fault> {
+pub fn by_a_hair() -> Result<f64, TrialFault> {
     let (prepared, strike, factor) = threshold()?;
     let below = degree(&prepared, &strike, factor * (1.0 - 1e-9))?;
     Ok(f64::from(degree(&prepared, &strike, factor * (1.0 + 1e-9))?) - f64::from(below))
 }
 
 /// 0 if an object without examples says that the closed form decided.
-pub fn no_example() -> Result<f64, Fault> {
+pub fn no_example() -> Result<f64, TrialFault> {
     let (prepared, strike, factor) = threshold()?;
-    let own = Strike::at(strike.contacts[0].point_m, strike.contacts[0].impulse_ns * (3.0 * factor)).seeded(1);
+    let own = FractureRequest::at(strike.contacts[0].point_m, strike.contacts[0].impulse_ns * (3.0 * factor)).seeded(1);
     let answer = struck(&prepared, &own)?;
     Ok(f64::from(u8::from(answer.source != DegreeSource::ClosedForm)))
 }
 
 /// An arch that learned from a dozen impacts.
-fn taught() -> Result<Prepared, Fault> {
+fn taught() -> Result<PreparedObject, TrialFault> {
     baked(shapes::arch(), &BakeRequest { examples: 12, ..coarse()? })
 }
 
 /// Largest relative change of the number inferred for any lesson when every example is learned twice.
-pub fn duplicate_examples() -> Result<f64, Fault> {
+pub fn duplicate_examples() -> Result<f64, TrialFault> {
     let examples = taught()?.examples;
     let once = lessons(&examples);
-    let again = once.iter().map(|lesson| Lesson { example: lesson.example + examples.len(), ..lesson.clone() });
-    let twice: Vec<Lesson> = once.iter().cloned().chain(again).collect();
+    let again = once.iter().map(|lesson| TrainingSample { example: lesson.example + examples.len(), ..lesson.clone() });
+    let twice: Vec<TrainingSample> = once.iter().cloned().chain(again).collect();
     let [Some(one), Some(two)] = [&once, &twice].map(|lessons| train(lessons, 1)) else {
-        return Err(Fault::ours("learning", "too few lessons"));
+        return Err(TrialFault::ours("learning", "too few lessons"));
     };
-    let change = |lesson: &Lesson| {
+    let change = |lesson: &TrainingSample| {
         let [a, b] = [&one, &two].map(|trained| trained.network.predict(&lesson.descriptor).value);
         (b - a).exp_m1().abs()
     };
     Ok(once.iter().map(change).fold(0.0, f64::max))
 }
 
-fn lessons(examples: &[Example]) -> Vec<Lesson> {
+fn lessons(examples: &[Example]) -> Vec<TrainingSample> {
     examples.iter().enumerate().flat_map(|(k, example)| example.lessons(k)).collect()
 }
 
 /// 0 if a blow like those of the examples is inferred, and one a million times as strong is not.
-pub fn far_outside() -> Result<f64, Fault> {
+pub fn far_outside() -> Result<f64, TrialFault> {
     let prepared = taught()?;
     let strike = breaking_blow(&prepared)?;
-    let source = |times: f64| -> Result<DegreeSource, Fault> {
+    let source = |times: f64| -> Result<DegreeSource, TrialFault> {
         let mut own = strike.clone();
         own.contacts.iter_mut().for_each(|contact| contact.impulse_ns *= times);
         Ok(struck(&prepared, &own)?.source)
@@ -73,9 +73,9 @@ pub fn far_outside() -> Result<f64, Fault> {
 }
 
 /// The first example's own blow at the impulse that just breaks the object.
-fn breaking_blow(prepared: &Prepared) -> Result<Strike, Fault> {
-    let first = prepared.examples.first().ok_or_else(|| Fault::ours("learning", "no example"))?;
-    let mut strike = Strike { contacts: first.contacts.clone(), ..at(prepared, [0.0, 1.0, 0.0]) };
+fn breaking_blow(prepared: &PreparedObject) -> Result<FractureRequest, TrialFault> {
+    let first = prepared.examples.first().ok_or_else(|| TrialFault::ours("learning", "no example"))?;
+    let mut strike = FractureRequest { contacts: first.contacts.clone(), ..at(prepared, [0.0, 1.0, 0.0]) };
     strike.degree = DegreeRequest::Inferred;
     let factor = struck(prepared, &strike)?.impulse_factor;
     strike.contacts.iter_mut().for_each(|contact| contact.impulse_ns *= factor);
@@ -83,7 +83,7 @@ fn breaking_blow(prepared: &Prepared) -> Result<Strike, Fault> {
 }
 
 /// Largest fall of the optimised degree while γ falls.
-pub fn monotone() -> Result<f64, Fault> {
+pub fn monotone() -> Result<f64, TrialFault> {
     let (prepared, mut strike, factor) = threshold()?;
     strike.degree = DegreeRequest::Optimised;
     let (mut last, mut worst) = (0, 0.0f64);
@@ -96,25 +96,25 @@ pub fn monotone() -> Result<f64, Fault> {
 }
 
 /// Closed-form degree over the optimised one where the object breaks into a dozen pieces or more.
-fn closed_over_optimised(mesh: RawMesh, outward: [f64; 3]) -> Result<f64, Fault> {
+fn closed_over_optimised(mesh: RawMesh, outward: [f64; 3]) -> Result<f64, TrialFault> {
     let prepared = baked(mesh, &coarse_for_thin()?)?;
-    let strike = Strike { degree: DegreeRequest::ClosedForm, ..at(&prepared, outward) };
+    let strike = FractureRequest { degree: DegreeRequest::ClosedForm, ..at(&prepared, outward) };
     let factor = struck(&prepared, &strike)?.impulse_factor;
     let closed = degree(&prepared, &strike, factor * 6.0)?;
-    let optimised = degree(&prepared, &Strike { degree: DegreeRequest::Optimised, ..strike }, factor * 6.0)?;
+    let optimised = degree(&prepared, &FractureRequest { degree: DegreeRequest::Optimised, ..strike }, factor * 6.0)?;
     Ok(f64::from(closed) / f64::from(optimised))
 }
 
-fn coarse_for_thin() -> Result<shatter_fracture::database::BakeRequest, Fault> {
+fn coarse_for_thin() -> Result<shatter_fracture::database::BakeRequest, TrialFault> {
     let mut request = coarse()?;
     (request.elastic_spacing, request.crack_spacing) = (None, None);
     Ok(request)
 }
 
-pub fn of_a_plate() -> Result<f64, Fault> {
+pub fn of_a_plate() -> Result<f64, TrialFault> {
     closed_over_optimised(shapes::cuboid([1.0, 1.0, 0.04]), [0.2, 0.1, 1.0])
 }
 
-pub fn of_a_rod() -> Result<f64, Fault> {
+pub fn of_a_rod() -> Result<f64, TrialFault> {
     closed_over_optimised(shapes::cuboid([1.0, 0.04, 0.04]), [0.1, 1.0, 0.2])
 }

@@ -1,8 +1,8 @@
 //! Meshes that users made.
 
-use super::super::trial::{self, Fault, at, baked, coarse, fine, sound, struck, survives};
+use super::super::trial::{self, TrialFault, at, baked, coarse, fine, sound, struck, survives};
 use nalgebra::{Point3, Vector3};
-use shatter_fracture::pipeline::Prepared;
+use shatter_fracture::pipeline::PreparedObject;
 use shatter_fracture::surface::{DefectKind, RawMesh, SINGLE, shapes};
 use std::f64::consts::PI;
 
@@ -32,45 +32,45 @@ fn without(mut mesh: RawMesh, drop: impl Fn(usize) -> bool) -> RawMesh {
 }
 
 /// Volume of the lattice against `volume_m3`, after a strike that must be sound.
-fn volume(mesh: RawMesh, volume_m3: f64) -> Result<f64, Fault> {
+fn volume(mesh: RawMesh, volume_m3: f64) -> Result<f64, TrialFault> {
     let prepared = baked(mesh, &coarse()?)?;
     sound(&prepared, &struck(&prepared, &at(&prepared, [1.0, 0.3, 0.2]))?)?;
     Ok((prepared.report.lattice_volume_m3 / volume_m3 - 1.0).abs())
 }
 
 /// The lattice of a spoilt arch against that of the arch itself.
-fn as_the_arch(spoil: impl FnOnce(RawMesh) -> RawMesh) -> Result<f64, Fault> {
+fn as_the_arch(spoil: impl FnOnce(RawMesh) -> RawMesh) -> Result<f64, TrialFault> {
     let arch = baked(shapes::arch(), &coarse()?)?;
     volume(spoil(shapes::arch()), arch.report.lattice_volume_m3)
 }
 
 /// A ball beside 20 crumbs that hold a fortieth of its volume and are too small for the lattice.
-pub fn crumbs() -> Result<f64, Fault> {
+pub fn crumbs() -> Result<f64, TrialFault> {
     let crumb = shapes::cuboid([0.17; 3]);
     let places = (0..20).map(|k| [k / 10, k / 5 % 2, k % 5].map(|k| f64::from(k) * 0.4));
     let mesh = places.fold(ball(), |mesh, [x, y, z]| joined(mesh, &crumb, [1.3 + x, y - 0.2, z - 0.8]));
     volume(mesh, 4.0 / 3.0 * PI)
 }
 
-pub fn inside_out() -> Result<f64, Fault> {
+pub fn inside_out() -> Result<f64, TrialFault> {
     as_the_arch(inverted)
 }
 
-pub fn mixed_winding() -> Result<f64, Fault> {
+pub fn mixed_winding() -> Result<f64, TrialFault> {
     as_the_arch(|mut mesh| {
         mesh.triangles.iter_mut().step_by(3).for_each(|corners| corners.swap(0, 1));
         mesh
     })
 }
 
-pub fn duplicated() -> Result<f64, Fault> {
+pub fn duplicated() -> Result<f64, TrialFault> {
     as_the_arch(|mut mesh| {
         mesh.triangles.extend_from_within(..);
         mesh
     })
 }
 
-pub fn degenerate() -> Result<f64, Fault> {
+pub fn degenerate() -> Result<f64, TrialFault> {
     as_the_arch(|mut mesh| {
         let flat: Vec<[u32; 3]> = mesh.triangles.iter().flat_map(|&[a, b, _]| [[a, a, b], [b, b, b]]).collect();
         mesh.triangles.extend(flat);
@@ -78,7 +78,7 @@ pub fn degenerate() -> Result<f64, Fault> {
     })
 }
 
-pub fn t_junctions() -> Result<f64, Fault> {
+pub fn t_junctions() -> Result<f64, TrialFault> {
     as_the_arch(|mut mesh| {
         for triangle in (0..mesh.triangles.len()).step_by(5) {
             let [a, b, c] = mesh.triangles[triangle];
@@ -92,26 +92,26 @@ pub fn t_junctions() -> Result<f64, Fault> {
     })
 }
 
-pub fn open() -> Result<f64, Fault> {
+pub fn open() -> Result<f64, TrialFault> {
     volume(without(ball(), |number| number % 50 == 0), 4.0 / 3.0 * PI)
 }
 
-pub fn self_intersecting() -> Result<f64, Fault> {
+pub fn self_intersecting() -> Result<f64, TrialFault> {
     // Two unit balls, centres 1 apart: each loses a cap of height ½, π h²(3 − h)/3.
     let cap = PI * 0.25 * 2.5 / 3.0;
     volume(joined(ball(), &ball(), [1.0, 0.0, 0.0]), 8.0 / 3.0 * PI - 2.0 * cap)
 }
 
-pub fn nested() -> Result<f64, Fault> {
+pub fn nested() -> Result<f64, TrialFault> {
     let cavity = inverted(shapes::sphere(0.6, 4));
     volume(joined(ball(), &cavity, [0.0; 3]), 4.0 / 3.0 * PI * (1.0 - 0.216))
 }
 
-fn bodies(prepared: &Prepared, expected: usize) -> f64 {
+fn bodies(prepared: &PreparedObject, expected: usize) -> f64 {
     (prepared.bodies.len() as f64 - expected as f64).abs()
 }
 
-pub fn several_components() -> Result<f64, Fault> {
+pub fn several_components() -> Result<f64, TrialFault> {
     let three = joined(joined(ball(), &ball(), [2.5, 0.0, 0.0]), &shapes::sphere(0.5, 3), [0.0, 2.0, 0.0]);
     let prepared = baked(three, &coarse()?)?;
     sound(&prepared, &struck(&prepared, &at(&prepared, [1.0, 0.0, 0.0]))?)?;
@@ -119,51 +119,54 @@ pub fn several_components() -> Result<f64, Fault> {
 }
 
 /// One whole body, or a fault; how far its volume is from the box's.
-fn thin(size_m: [f64; 3]) -> Result<f64, Fault> {
+fn thin(size_m: [f64; 3]) -> Result<f64, TrialFault> {
     let prepared = baked(shapes::cuboid(size_m), &fine()?)?;
     sound(&prepared, &struck(&prepared, &at(&prepared, [1.0, 1.0, 1.0]))?)?;
     if prepared.bodies.len() != 1 || !prepared.report.defects.is_empty() {
-        return Err(Fault::ours("lost", format!("{} bodies, {:?}", prepared.bodies.len(), prepared.report.defects)));
+        return Err(TrialFault::ours(
+            "lost",
+            format!("{} bodies, {:?}", prepared.bodies.len(), prepared.report.defects),
+        ));
     }
     Ok(prepared.report.volume_error().abs())
 }
 
-pub fn plate() -> Result<f64, Fault> {
+pub fn plate() -> Result<f64, TrialFault> {
     thin([1.0, 1.0, 0.01])
 }
 
-pub fn needle() -> Result<f64, Fault> {
+pub fn needle() -> Result<f64, TrialFault> {
     thin([1.0, 0.01, 0.01])
 }
 
-pub fn foil() -> Result<f64, Fault> {
+pub fn foil() -> Result<f64, TrialFault> {
     thin([1.0, 1.0, 0.0005])
 }
 
-pub fn lost_wall() -> Result<f64, Fault> {
+pub fn lost_wall() -> Result<f64, TrialFault> {
     survives(shapes::vase())
 }
 
 /// How many samples the defect of this kind counts.
-fn named(prepared: &Prepared, kind: DefectKind) -> f64 {
+fn named(prepared: &PreparedObject, kind: DefectKind) -> f64 {
     prepared.report.defects.iter().filter(|defect| defect.kind == kind).map(|defect| defect.count as f64).sum()
 }
 
-pub fn narrow_gap() -> Result<f64, Fault> {
+pub fn narrow_gap() -> Result<f64, TrialFault> {
     let cube = shapes::cuboid([1.0; 3]);
     let prepared = baked(joined(cube.clone(), &cube, [1.01, 0.0, 0.0]), &coarse()?)?;
     sound(&prepared, &struck(&prepared, &at(&prepared, [1.0, 0.2, 0.1]))?)?;
     Ok(named(&prepared, DefectKind::NarrowGap))
 }
 
-pub fn lost_fin() -> Result<f64, Fault> {
+pub fn lost_fin() -> Result<f64, TrialFault> {
     let fin = shapes::cuboid([0.01, 0.4, 0.4]);
     let prepared = baked(joined(shapes::cuboid([1.0; 3]), &fin, [0.0, 0.6, 0.0]), &coarse()?)?;
     sound(&prepared, &struck(&prepared, &at(&prepared, [1.0, 0.2, 0.1]))?)?;
     Ok(named(&prepared, DefectKind::ThinWall))
 }
 
-pub fn lost_precision() -> Result<f64, Fault> {
+pub fn lost_precision() -> Result<f64, TrialFault> {
     let mut mesh = ball();
     mesh.positions_m.iter_mut().for_each(|point| *point += Vector3::repeat(1e6));
     mesh.positions_m.iter_mut().for_each(|point| *point = point.map(|x| f64::from(x as f32)));
@@ -174,50 +177,50 @@ pub fn lost_precision() -> Result<f64, Fault> {
 }
 
 /// The arch with one coordinate of one vertex replaced.
-fn with(coordinate: f64) -> Result<f64, Fault> {
+fn with(coordinate: f64) -> Result<f64, TrialFault> {
     let mut mesh = shapes::arch();
     mesh.positions_m[7].y = coordinate;
     survives(mesh)
 }
 
-pub fn not_a_number() -> Result<f64, Fault> {
+pub fn not_a_number() -> Result<f64, TrialFault> {
     with(f64::NAN)
 }
 
-pub fn infinite() -> Result<f64, Fault> {
+pub fn infinite() -> Result<f64, TrialFault> {
     with(f64::INFINITY)
 }
 
-pub fn immense() -> Result<f64, Fault> {
+pub fn immense() -> Result<f64, TrialFault> {
     with(1e300)
 }
 
-pub fn out_of_range() -> Result<f64, Fault> {
+pub fn out_of_range() -> Result<f64, TrialFault> {
     let mut mesh = shapes::arch();
     mesh.triangles[5][1] = 1 << 30;
     survives(mesh)
 }
 
-pub fn empty() -> Result<f64, Fault> {
+pub fn empty() -> Result<f64, TrialFault> {
     survives(RawMesh::new(Vec::new(), Vec::new()))
 }
 
-pub fn single_triangle() -> Result<f64, Fault> {
+pub fn single_triangle() -> Result<f64, TrialFault> {
     let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]].map(Point3::from);
     survives(RawMesh::new(corners.to_vec(), vec![[0, 1, 2]]))
 }
 
-pub fn one_point() -> Result<f64, Fault> {
+pub fn one_point() -> Result<f64, TrialFault> {
     survives(RawMesh::new(vec![Point3::new(3.0, 4.0, 5.0); 3], vec![[0, 1, 2]]))
 }
 
-pub fn denormal() -> Result<f64, Fault> {
+pub fn denormal() -> Result<f64, TrialFault> {
     let mut mesh = ball();
     mesh.positions_m.iter_mut().for_each(|point| *point *= 1e-310);
     survives(mesh)
 }
 
-pub fn bow_tie() -> Result<f64, Fault> {
+pub fn bow_tie() -> Result<f64, TrialFault> {
     // Two cubes that share one corner: a hinge, which no solve may see.
     let cube = shapes::cuboid([1.0; 3]);
     let prepared = baked(joined(cube.clone(), &cube, [1.0; 3]), &trial::coarse()?)?;

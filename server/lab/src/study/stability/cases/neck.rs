@@ -1,10 +1,10 @@
 //! A weak neck: does a dumb-bell snap at its neck, or does the neck shatter?
 
 use super::super::portrait::portrait;
-use super::super::trial::{Answer, Fault, at, baked, fine, sound, struck};
-use crate::report::Figure;
+use super::super::trial::{TrialFault, TrialResult, at, baked, fine, sound, struck};
+use crate::report::ReportFigure;
 use nalgebra::Vector3;
-use shatter_fracture::pipeline::{DegreeRequest, Prepared, Strike};
+use shatter_fracture::pipeline::{DegreeRequest, FractureRequest, PreparedObject};
 use shatter_fracture::surface::shapes;
 
 /// What one impulse makes of a dumb-bell.
@@ -24,16 +24,18 @@ pub struct Neck {
 const NECK: f64 = 0.2;
 
 /// One end, pushed sideways: the neck bends.
-fn pushed() -> Result<(Prepared, Strike, f64), Fault> {
+fn pushed() -> Result<(PreparedObject, FractureRequest, f64), TrialFault> {
     let prepared = baked(shapes::dumbbell(), &fine()?)?;
     let side = at(&prepared, [0.3, 1.0, 0.0]).contacts[0].point_m;
-    let strike =
-        Strike { degree: DegreeRequest::ClosedForm, ..Strike::at(side, Vector3::new(-1.0, -0.2, 0.1)).seeded(1) };
+    let strike = FractureRequest {
+        degree: DegreeRequest::ClosedForm,
+        ..FractureRequest::at(side, Vector3::new(-1.0, -0.2, 0.1)).seeded(1)
+    };
     let factor = struck(&prepared, &strike)?.impulse_factor;
     Ok((prepared, strike, factor))
 }
 
-fn measure(prepared: &Prepared, times: f64, answer: &Answer) -> Neck {
+fn measure(prepared: &PreparedObject, times: f64, answer: &TrialResult) -> Neck {
     let half = prepared.bodies[0].crack.nodes.iter().map(|node| node.y.abs()).fold(0.0, f64::max);
     let place = |centre_m: [f64; 3]| (centre_m[1] - prepared.frame.centre_m.y) / prepared.frame.diagonal_m / half;
     let in_neck = answer.rows.iter().filter(|row| place(row.centre_m).abs() < NECK).count();
@@ -46,11 +48,12 @@ fn measure(prepared: &Prepared, times: f64, answer: &Answer) -> Neck {
 }
 
 /// What a range of impulses makes of it; every answer must be sound.
-pub fn neck_over_impulses() -> Result<Vec<Neck>, Fault> {
+pub fn neck_over_impulses() -> Result<Vec<Neck>, TrialFault> {
     let (prepared, strike, factor) = pushed()?;
     let mut necks = Vec::new();
     for times in [1.01, 1.5, 2.0, 3.0, 5.0, 8.0, 12.0, 20.0] {
-        let own = Strike::at(strike.contacts[0].point_m, strike.contacts[0].impulse_ns * (factor * times)).seeded(1);
+        let own =
+            FractureRequest::at(strike.contacts[0].point_m, strike.contacts[0].impulse_ns * (factor * times)).seeded(1);
         let answer = struck(&prepared, &own)?;
         sound(&prepared, &answer)?;
         necks.push(measure(&prepared, times, &answer));
@@ -59,10 +62,11 @@ pub fn neck_over_impulses() -> Result<Vec<Neck>, Fault> {
 }
 
 /// The dumb-bell's fragments at three of these impulses.
-pub fn neck_portraits() -> Result<Vec<Figure>, Fault> {
+pub fn neck_portraits() -> Result<Vec<ReportFigure>, TrialFault> {
     let (prepared, strike, factor) = pushed()?;
     let picture = |times: f64| {
-        let own = Strike::at(strike.contacts[0].point_m, strike.contacts[0].impulse_ns * (factor * times)).seeded(1);
+        let own =
+            FractureRequest::at(strike.contacts[0].point_m, strike.contacts[0].impulse_ns * (factor * times)).seeded(1);
         let answer = struck(&prepared, &own)?;
         portrait(&prepared, &answer, format!("{times} × the breaking impulse: {} fragments", answer.rows.len()))
     };
@@ -70,12 +74,12 @@ pub fn neck_portraits() -> Result<Vec<Figure>, Fault> {
 }
 
 /// Share of each end that stays in one piece just above the threshold.
-pub fn snaps_near_the_threshold() -> Result<f64, Fault> {
+pub fn snaps_near_the_threshold() -> Result<f64, TrialFault> {
     Ok(neck_over_impulses()?[0].ends_kept)
 }
 
 /// Share of the fragments that come out of the neck at twelve times the threshold.
-pub fn shatters_far_above() -> Result<f64, Fault> {
+pub fn shatters_far_above() -> Result<f64, TrialFault> {
     let far = neck_over_impulses()?[6];
     Ok(far.in_neck as f64 / far.fragments as f64)
 }

@@ -1,6 +1,6 @@
 //! Locking: the error of pure bending against Poisson's ratio, on both ways to cut cubes into tetrahedra.
 
-use super::super::Fault;
+use super::super::TrialFault;
 use shatter_fracture::lattice::block;
 use shatter_fracture::reference::{bending_error, kuhn};
 
@@ -16,7 +16,7 @@ pub struct Locking {
 }
 
 /// The curve behind the largest Poisson's ratio that is accepted.
-pub fn locking() -> Result<Vec<Locking>, Fault> {
+pub fn locking() -> Result<Vec<Locking>, TrialFault> {
     let centred = block([18, 6, 6], 1.0 / 6.0);
     let cut = kuhn([24, 8, 8], 0.125);
     let at = |poisson: f64| {
@@ -29,14 +29,14 @@ pub fn locking() -> Result<Vec<Locking>, Fault> {
     [-0.3, 0.0, 0.1, 0.2, 0.3, 0.35, 0.4, 0.42, 0.45, 0.47, 0.48, 0.49, 0.495, 0.499].into_iter().map(at).collect()
 }
 
-pub fn bending_at_045() -> Result<f64, Fault> {
+pub fn bending_at_045() -> Result<f64, TrialFault> {
     Ok(bending_error(&block([18, 6, 6], 1.0 / 6.0), 0.45)?.abs())
 }
 
-pub fn worst_lattice_at_045() -> Result<f64, Fault> {
+pub fn worst_lattice_at_045() -> Result<f64, TrialFault> {
     Ok(bending_error(&kuhn([24, 8, 8], 0.125), 0.45)?.abs())
 }
 
-pub fn worst_lattice_at_0499() -> Result<f64, Fault> {
+pub fn worst_lattice_at_0499() -> Result<f64, TrialFault> {
     Ok(bending_error(&kuhn([24, 8, 8], 0.125), 0.499)?.abs())
 }

@@ -1,8 +1,8 @@
 //! Size and place: the same object in micrometres, in megametres, and far from the origin.
 
-use super::super::trial::{Answer, Fault, baked, coarse, difference, sites, sound, struck};
+use super::super::trial::{TrialFault, TrialResult, baked, coarse, difference, sites, sound, struck};
 use nalgebra::{Isometry3, Point3, Vector3};
-use shatter_fracture::pipeline::Strike;
+use shatter_fracture::pipeline::FractureRequest;
 use shatter_fracture::surface::{RawMesh, shapes};
 
 /// The arch askew, so that no face lies in a plane of the lattice, where rounding would decide; scaled and moved.
@@ -14,37 +14,37 @@ fn arch(scale: f64, shift_m: f64) -> RawMesh {
 }
 
 /// 16 sites, γ scaled with the fifth power of length, so that W/γ stays.
-fn answer(scale: f64, shift_m: f64) -> Result<Answer, Fault> {
+fn answer(scale: f64, shift_m: f64) -> Result<TrialResult, TrialFault> {
     let prepared = baked(arch(scale, shift_m), &coarse()?)?;
     // A point of the input, so that it is the same for all of them.
     let point_m = arch(scale, shift_m).positions_m[0];
     let inward = prepared.frame.centre_m - point_m;
-    let strike = sites(Strike::at(point_m, inward * scale).seeded(1), 16);
+    let strike = sites(FractureRequest::at(point_m, inward * scale).seeded(1), 16);
     let answer = struck(&prepared, &strike)?;
     sound(&prepared, &answer)?;
     Ok(answer)
 }
 
 /// Largest relative difference of a fragment's volume from that of the object of unit size at the origin.
-fn like_the_original(scale: f64, shift_m: f64) -> Result<f64, Fault> {
+fn like_the_original(scale: f64, shift_m: f64) -> Result<f64, TrialFault> {
     Ok(difference(&answer(1.0, 0.0)?, &answer(scale, shift_m)?, scale.powi(3)))
 }
 
-pub fn micrometres() -> Result<f64, Fault> {
+pub fn micrometres() -> Result<f64, TrialFault> {
     like_the_original(1e-6, 0.0)
 }
 
-pub fn megametres() -> Result<f64, Fault> {
+pub fn megametres() -> Result<f64, TrialFault> {
     like_the_original(1e6, 0.0)
 }
 
-pub fn far_from_the_origin() -> Result<f64, Fault> {
+pub fn far_from_the_origin() -> Result<f64, TrialFault> {
     like_the_original(1.0, 1e6)
 }
 
 /// Largest distance of a vertex from its fragment's centre over the object's diagonal, for the object far away: f32 keeps
 /// its digits only because vertices are relative to their fragment.
-pub fn positions_are_relative() -> Result<f64, Fault> {
+pub fn positions_are_relative() -> Result<f64, TrialFault> {
     let answer = answer(1.0, 1e6)?;
     let farthest = answer.positions.iter().flatten().map(|x| f64::from(x.abs())).fold(0.0, f64::max);
     Ok(farthest / arch_diagonal())
