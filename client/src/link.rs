@@ -38,9 +38,6 @@ const TICK_MIN: Duration = Duration::from_millis(1);
 /// The transport does not notice a killed daemon, so its lock is looked at this often.
 const PULSE: Duration = Duration::from_millis(200);
 
-/// Shared memory that a connection may need, bytes; a transport that does not get it dies of SIGBUS.
-const ROOM: u64 = 8 * 1024 * 1024;
-
 /// What a request may need beyond what exists, should a new daemon have come meanwhile.
 const ROOM_TO_SEND: u64 = 256 * 1024;
 
@@ -124,7 +121,7 @@ pub(crate) struct Connection {
 impl Connection {
     /// Connects to the daemon of `place` whose transport is `instance`.
     pub(crate) fn open(place: &ServicePaths, instance: &Instance) -> Result<Self, Error> {
-        shared_memory::need(ROOM)?;
+        shared_memory::need(shared_memory::CONNECTION_BYTES)?;
         instance.check(place.uid)?;
         let lock = Lock::open(place, instance).ok_or_else(|| failed("lock", "the daemon went away"))?;
         let config = client_config(instance)?;

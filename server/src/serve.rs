@@ -74,7 +74,13 @@ async fn serve(options: ServeOptions) -> Result<(), Error> {
     let ServeOptions { place, config, loader, only, ready, stop } = options;
     let mut signals = Signals::hear()?;
     let home = RuntimeDirectory::take(&place)?;
-    let operations = OperationsPort::open(config.operations.port).await?;
+    let operations = match OperationsPort::open(config.operations.port).await {
+        Ok(operations) => operations,
+        Err(refusal) => {
+            home.close()?;
+            return Err(refusal);
+        }
+    };
     let settings = config.clone();
     let Some(loaded) = signals.unless_ended(&stop, move || Loaded::of(&settings, loader, only)).await? else {
         tracing::info!("asked to end while the databases were loaded");
@@ -180,7 +186,7 @@ impl Daemon {
                 self.arrivals.retain(&self.crew.listeners());
                 self.home.sweep();
                 // What it finds it says, and puts right.
-                let _ = self.entrance.check();
+                let _ = self.check_way_in();
             }
             WakeEvent::Metrics => self.write_metrics(),
             WakeEvent::Heartbeat => notify(&[NotifyState::Watchdog]),
@@ -284,6 +290,9 @@ impl Daemon {
     }
 
     fn bury_the_dead(&mut self) {
+        if !self.home.has_segments() {
+            return;
+        }
         let dead = self.ports.bury_the_dead();
         if dead > 0 {
             tracing::info!(dead, "cleaned up after clients that died");
@@ -292,6 +301,9 @@ impl Daemon {
 
     /// Removes what neither the dead nor the living own.
     fn bury_orphans(&mut self) {
+        if !self.home.has_segments() {
+            return;
+        }
         let orphans = self.orphans.bury(self.home.instance());
         if orphans > 0 {
             tracing::info!(orphans, "removed segments that belonged to nobody");
@@ -380,9 +392,16 @@ impl Daemon {
         format!("{state}: {ready} of {entries} objects ready, {running} strikes computing, {queued} waiting\n")
     }
 
+    /// Whether clients can come in; what can be put right is. Errors: `runtime_folder`, `transport`, `shared_memory`.
+    fn check_way_in(&mut self) -> Result<(), Error> {
+        self.home.check()?;
+        self.entrance.check()?;
+        shared_memory::need(shared_memory::CONNECTION_BYTES)
+    }
+
     /// Replies to the operations port. One that went away is not missed.
     fn report(&mut self, inquiry: LoopInquiry) {
-        let way_in = self.entrance.check();
+        let way_in = self.check_way_in();
         let metrics = self.metrics.text(&self.status());
         let mut summary = self.summary();
         if let Err(refusal) = &way_in {

@@ -5,7 +5,7 @@ mod support;
 use shatter_client::{Client, Deadline, Impact};
 use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};
-use std::os::unix::fs::{MetadataExt, PermissionsExt};
+use std::os::unix::fs::{DirBuilderExt, MetadataExt, PermissionsExt, symlink};
 use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -146,6 +146,82 @@ fn what_spoils_the_way_in_is_put_right_without_being_asked() {
             || right() && std::fs::read(&path).is_ok_and(|bytes| bytes[..8] != [0; 8]),
         );
         assert!(served(&daemon.here));
+    }
+}
+
+/// A daemon with an operations port, which looks after its folders all the time.
+fn watched(here: &TestPlace) -> (Child, u16) {
+    let port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
+    let settings = format!("[operations]\nport = {port}\n[times]\ncleanup_ms = 20");
+    (Child::start(&mut role(here, "daemon", &settings)), port)
+}
+
+/// Whoever empties shared memory under a living daemon (a logout, a cleaner) makes room for another folder of the same name.
+#[test]
+fn a_folder_in_the_place_of_the_daemons_is_neither_cleaned_up_nor_written_to() {
+    let here = place();
+    let (daemon, port) = watched(&here);
+    let (folder, name) = (here.instance().folder, segment(&here).file_name().unwrap().to_owned());
+    let home = here.databases().with_file_name("home");
+    std::fs::create_dir_all(home.join("2024/summer")).unwrap();
+    std::fs::write(home.join("precious"), "precious").unwrap();
+    std::fs::remove_dir_all(&folder).unwrap();
+    std::fs::DirBuilder::new().mode(0o700).create(&folder).unwrap();
+    symlink(&home, folder.join("nodes")).unwrap();
+    symlink(home.join("precious"), folder.join(&name).with_extension("new")).unwrap();
+    symlink(home.join("precious"), folder.join(format!("{}.new", name.display()))).unwrap();
+    // Longer than nodes may be unfinished.
+    std::thread::sleep(Duration::from_secs(7));
+    let reply = readyz(port);
+    assert!(reply.contains(" 503 ") && reply.contains(folder.to_str().unwrap()), "{reply}");
+    assert!(home.join("2024/summer").exists());
+    assert_eq!(std::fs::read_to_string(home.join("precious")).unwrap(), "precious");
+    daemon.terminate();
+    assert!(folder.join("nodes").symlink_metadata().is_ok() && home.join("2024/summer").exists());
+    std::fs::remove_dir_all(folder).unwrap();
+}
+
+/// As after a power cut: the list of earlier daemons is there, their folders are gone, and one is another user's now.
+#[test]
+fn a_folder_of_another_user_under_the_name_of_an_earlier_daemon_is_not_read() {
+    let here = place();
+    let first = Child::start(&mut role(&here, "daemon", ""));
+    let folder = here.instance().folder;
+    first.kill();
+    std::fs::remove_dir_all(&folder).unwrap();
+    let trap = "umask 0; mkdir -p \"$1/nodes/1\" && cd \"$1/nodes\" && : > s_1.node_monitor && \
+        head -c 16 /dev/urandom > s_1.node_monitor_context && mkfifo s_1.node_monitor_owner_lock";
+    if as_other(&mut shell(trap, &folder)).is_some() {
+        let second = Child::start(&mut role(&here, "daemon", ""));
+        assert!(served(&here) && folder.join("nodes/1").exists());
+        assert_eq!(second.terminate().code(), Some(0));
+    }
+    let _ = std::fs::remove_dir_all(folder);
+}
+
+#[test]
+fn a_daemon_that_no_client_can_find_says_so() {
+    let here = place();
+    let (daemon, port) = watched(&here);
+    assert!(readyz(port).contains(" 200 "));
+    std::fs::remove_file(here.place.hello()).unwrap();
+    eventually(|| "the hello is written again", || here.place.hello().exists());
+    assert!(readyz(port).contains(" 200 ") && served(&here));
+    for taken in [here.place.lock(), here.instance().folder.join("services")] {
+        let aside = taken.with_extension("aside");
+        std::fs::rename(&taken, &aside).unwrap();
+        let reply = readyz(port);
+        assert!(reply.contains(" 503 ") && reply.contains(taken.to_str().unwrap()), "{reply}");
+        std::fs::rename(&aside, &taken).unwrap();
+        assert!(readyz(port).contains(" 200 "), "{}", taken.display());
+    }
+    let folder = &here.place.folder;
+    std::fs::remove_dir_all(folder).unwrap();
+    let reply = readyz(port);
+    assert!(reply.contains(" 503 ") && reply.contains(folder.to_str().unwrap()), "{reply}");
+    daemon.kill();
+    for path in here.transports() {
+        std::fs::remove_dir_all(path).unwrap();
     }
 }
 

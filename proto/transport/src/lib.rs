@@ -3,6 +3,7 @@
 pub mod hello;
 pub mod instance;
 pub mod place;
+pub mod private_folder;
 pub mod shared_memory;
 mod transport;
 

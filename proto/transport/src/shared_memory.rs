@@ -10,6 +10,12 @@ use std::path::Path;
 /// Where shared memory lives.
 pub const FOLDER: &str = "/dev/shm";
 
+/// Files that a connection needs, with some to spare.
+const FILES: u64 = 64;
+
+/// Bytes that a connection may need; a transport that does not get them dies of SIGBUS.
+pub const CONNECTION_BYTES: u64 = 8 << 20;
+
 /// Segments beyond this size are pools, of which only what is lent is populated.
 const SEGMENT_MAX: usize = 16 * 1024 * 1024;
 
@@ -21,10 +27,21 @@ pub fn free_bytes() -> Result<u64, Error> {
     }
 }
 
-/// Refuses unless shared memory can take `bytes` more. Errors: `shared_memory`.
+/// Refuses unless shared memory can take `bytes` more, in a few more files. Errors: `shared_memory`.
 pub fn need(bytes: u64) -> Result<(), Error> {
     let free = free_bytes()?;
-    if free >= bytes { Ok(()) } else { Err(full(bytes, &format!("{free} are left"))) }
+    if free < bytes {
+        return Err(full(bytes, &format!("{free} are left")));
+    }
+    match rustix::fs::statvfs(FOLDER) {
+        // A file system without a limit says that it has no files at all.
+        Ok(data) if data.f_files > 0 && data.f_favail < FILES => Err(Error::new(
+            ErrorKind::SharedMemory,
+            FOLDER,
+            format!("{FOLDER} can take {} more files, {FILES} are needed (df -i {FOLDER})", data.f_favail),
+        )),
+        _ => Ok(()),
+    }
 }
 
 /// Makes the pages of `range` (addresses) exist; no byte changes. Errors: `shared_memory`; `transport` for addresses that are not

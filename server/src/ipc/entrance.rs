@@ -7,6 +7,7 @@ use iceoryx2::node::NodeBuilder;
 use iceoryx2::prelude::SignalHandlingMode;
 use shatter_proto::{Error, ErrorKind};
 use shatter_transport::instance::Instance;
+use shatter_transport::private_folder::PrivateFolder;
 use shatter_transport::{Ipc, client_config, failed};
 use std::ffi::OsStr;
 use std::fs;
@@ -24,11 +25,11 @@ const FIXED_BYTES: usize = 8;
 /// Watches over the way in. Made once the services exist.
 pub struct ClientEntryCheck {
     instance: Instance,
-    uid: u32,
+    folder: PrivateFolder,
     segment: PathBuf,
     /// What the segment held when it was made.
     bytes: Vec<u8>,
-    /// Segments without which no service can be opened.
+    /// Segments and descriptions without which no service can be opened.
     services: Vec<PathBuf>,
     /// What was found last and could not be put right.
     trouble: Option<String>,
@@ -45,8 +46,11 @@ impl ClientEntryCheck {
         let missing = || failed("node", format!("no file *.{SEGMENT} in {}", instance.folder.display()));
         let segment = segments.iter().find(|path| ending(path, SEGMENT)).cloned().ok_or_else(missing)?;
         let bytes = fs::read(&segment).map_err(|error| failed(&segment.display().to_string(), error))?;
-        let services = segments.into_iter().filter(|path| ending(path, SERVICE)).collect();
-        let entrance = Self { instance, uid, segment, bytes, services, trouble: None, restored: 0 };
+        let described = fs::read_dir(instance.folder.join("services")).into_iter().flatten().flatten();
+        let services = segments.into_iter().filter(|path| ending(path, SERVICE));
+        let services = services.chain(described.map(|entry| entry.path())).collect();
+        let folder = PrivateFolder::open(&instance.folder, uid)?;
+        let entrance = Self { instance, folder, segment, bytes, services, trouble: None, restored: 0 };
         entrance.go_in()?;
         Ok(entrance)
     }
@@ -78,6 +82,8 @@ impl ClientEntryCheck {
 
     /// What is in the way, and where.
     fn look(&self) -> Result<(), (PathBuf, String)> {
+        // Another folder in its place is not looked into.
+        self.folder.check().map_err(|refusal| (self.instance.folder.clone(), refusal.message))?;
         let found = |what: String| (self.segment.clone(), what);
         let data = self.segment.symlink_metadata().map_err(|error| found(format!("cannot be read ({error})")))?;
         if !data.is_file() {
@@ -87,7 +93,6 @@ impl ClientEntryCheck {
         if now.len() != self.bytes.len() || now.get(..FIXED_BYTES) != self.bytes.get(..FIXED_BYTES) {
             return Err(found("was overwritten".to_owned()));
         }
-        self.instance.check(self.uid).map_err(|refusal| (self.instance.folder.clone(), refusal.message))?;
         match self.services.iter().find(|path| path.symlink_metadata().is_err()) {
             Some(gone) => Err((gone.clone(), "was removed".to_owned())),
             None => Ok(()),
@@ -96,12 +101,11 @@ impl ClientEntryCheck {
 
     /// Puts a fresh copy of the segment in its place.
     fn restore(&self) -> std::io::Result<()> {
-        let aside = self.segment.with_extension("new");
         if self.segment.symlink_metadata().is_ok_and(|data| data.is_dir()) {
             fs::remove_dir_all(&self.segment)?;
         }
-        fs::write(&aside, &self.bytes)?;
-        fs::rename(&aside, &self.segment)
+        let name = self.segment.file_name().and_then(OsStr::to_str).unwrap_or_default();
+        self.folder.write(name, &self.bytes)
     }
 
     /// What a client does first.

@@ -8,11 +8,14 @@ use shatter_proto::{Error, ErrorKind};
 use shatter_transport::hello::DaemonInfo;
 use shatter_transport::instance::Instance;
 use shatter_transport::place::ServicePaths;
+use shatter_transport::private_folder::PrivateFolder;
 use shatter_transport::{Ipc, config};
+use std::ffi::OsStr;
 use std::fs::{self, File};
 use std::io::{self, Read, Seek, Write};
 use std::os::unix::fs::{MetadataExt, OpenOptionsExt};
 use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 /// Clients hold the lock for microseconds to see whether a daemon lives, and a killed daemon holds it until the kernel has taken its
@@ -40,8 +43,8 @@ impl RestartHistory {
     }
 
     /// Kept for the next daemon. A past that cannot be written is lost, no more.
-    fn write(self, place: &ServicePaths) {
-        let written = serde_json::to_vec(&self).map(|json| write_aside(&place.past(), &json));
+    fn write(self, place: &ServicePaths, runtime: &PrivateFolder) {
+        let written = serde_json::to_vec(&self).map(|json| write(runtime, &place.past(), &json));
         if !matches!(written, Ok(Ok(()))) {
             tracing::warn!("restarts are not counted: the runtime folder cannot be written");
         }
@@ -55,7 +58,12 @@ pub struct RuntimeDirectory {
     /// Instances before this one of which something is left.
     earlier: Vec<Instance>,
     past: RestartHistory,
-    _lock: File,
+    /// The runtime folder, and the folder of the instance: neither is worked in after another has taken its place.
+    runtime: PrivateFolder,
+    segments: PrivateFolder,
+    /// Whether clients were told that it serves.
+    is_announced: AtomicBool,
+    lock: File,
 }
 
 impl RuntimeDirectory {
@@ -63,17 +71,21 @@ impl RuntimeDirectory {
     /// predecessors left. Errors: `second_daemon`, `runtime_folder`.
     pub fn take(place: &ServicePaths) -> Result<Self, Error> {
         place.create()?;
+        let runtime = PrivateFolder::open(&place.folder, place.uid)?;
         let instance = Instance::random(place)?;
         let lock = lock(place, &instance)?;
         let past = RestartHistory::read(place);
-        past.write(place);
+        past.write(place, &runtime);
         // A stale hello would invite clients before there is anything to connect to.
         let _ = fs::remove_file(place.hello());
         let earlier = listed(place);
-        let mut home = Self { place: place.clone(), instance, earlier, past, _lock: lock };
         // Listed before anything of it exists: whoever kills this process leaves nothing that its successor does not know.
-        home.list()?;
-        home.instance.create(home.place.uid)?;
+        let all: Vec<Instance> = earlier.iter().chain([&instance]).cloned().collect();
+        write_list(place, &runtime, &all)?;
+        instance.create(place.uid)?;
+        let segments = PrivateFolder::open(&instance.folder, place.uid)?;
+        let is_announced = AtomicBool::new(false);
+        let mut home = Self { place: place.clone(), instance, earlier, past, runtime, segments, is_announced, lock };
         home.sweep();
         Ok(home)
     }
@@ -96,16 +108,40 @@ impl RuntimeDirectory {
     /// Tells clients that the daemon serves, what it speaks, and where.
     pub fn say_hello(&self) -> Result<(), Error> {
         let hello = DaemonInfo::ours(std::process::id(), &self.instance.token).to_json();
-        write_aside(&self.place.hello(), hello.as_bytes())
+        self.is_announced.store(true, Ordering::Relaxed);
+        write(&self.runtime, &self.place.hello(), hello.as_bytes())
+    }
+
+    /// Whether the folder of the transport is still the one that this daemon made: nothing in another is cleaned up, or even read.
+    pub fn has_segments(&self) -> bool {
+        self.segments.check().is_ok()
+    }
+
+    /// Looks whether clients can find the daemon, and says hello again where that file was removed. Errors: `runtime_folder`, which
+    /// a restart mends.
+    pub fn check(&self) -> Result<(), Error> {
+        let advised = |refusal: Error| Error { message: format!("{}; restart the daemon", refusal.message), ..refusal };
+        self.runtime.check().map_err(advised)?;
+        let (path, own) = (self.place.lock(), self.lock.metadata());
+        let same = |own: &fs::Metadata, other: &fs::Metadata| (own.dev(), own.ino()) == (other.dev(), other.ino());
+        if !matches!((&own, &path.symlink_metadata()), (Ok(own), Ok(other)) if same(own, other)) {
+            return Err(advised(folder(&path, &io::Error::other("it was removed or replaced"))));
+        }
+        if self.is_announced.load(Ordering::Relaxed) && self.place.hello().symlink_metadata().is_err() {
+            tracing::error!(path = %self.place.hello().display(), "was removed: no client can connect; it was written again");
+            self.say_hello()?;
+        }
+        Ok(())
     }
 
     /// Writes the metrics for whoever scrapes them.
     pub fn write_metrics(&self, text: &str) -> Result<(), Error> {
-        write_aside(&self.place.metrics(), text.as_bytes())
+        write(&self.runtime, &self.place.metrics(), text.as_bytes())
     }
 
     /// Nobody is invited any more.
     pub fn say_goodbye(&self) {
+        self.is_announced.store(false, Ordering::Relaxed);
         let _ = fs::remove_file(self.place.hello());
     }
 
@@ -122,16 +158,17 @@ impl RuntimeDirectory {
 
     /// Removes what this instance leaves, unless clients still hold a part of it: then the next daemon does.
     pub fn close(mut self) -> Result<(), Error> {
-        let left = (!remove_unused(&self.instance)).then(|| self.instance.clone());
+        // Another folder in its place is not this daemon's.
+        let left = (self.has_segments() && !remove_unused(&self.instance)).then(|| self.instance.clone());
         self.earlier.retain(|instance| !remove_unused(instance));
         self.earlier.extend(left);
-        write_list(&self.place, &self.earlier)
+        write_list(&self.place, &self.runtime, &self.earlier)
     }
 
     /// Keeps the list of instances of which anything may exist.
     fn list(&self) -> Result<(), Error> {
         let all: Vec<Instance> = self.earlier.iter().chain([&self.instance]).cloned().collect();
-        write_list(&self.place, &all)
+        write_list(&self.place, &self.runtime, &all)
     }
 }
 
@@ -145,22 +182,20 @@ fn listed(place: &ServicePaths) -> Vec<Instance> {
     tokens.iter().filter_map(|token| Instance::of_token(place, token)).collect()
 }
 
-fn write_list(place: &ServicePaths, instances: &[Instance]) -> Result<(), Error> {
+fn write_list(place: &ServicePaths, runtime: &PrivateFolder, instances: &[Instance]) -> Result<(), Error> {
     let tokens: Vec<&str> = instances.iter().map(|instance| instance.token.as_str()).collect();
     // A list of strings always serialises.
-    write_aside(&place.instances(), &serde_json::to_vec(&tokens).unwrap_or_default())
+    write(runtime, &place.instances(), &serde_json::to_vec(&tokens).unwrap_or_default())
 }
 
 /// Removes the folder of an instance, unless a living process uses it; whether it is gone.
 fn remove_unused(instance: &Instance) -> bool {
-    if is_used(instance) {
-        return false;
-    }
     let path = &instance.folder;
     let removed = match path.symlink_metadata() {
         Err(error) => return error.kind() == io::ErrorKind::NotFound,
-        // Another user's, whatever its name.
+        // Another user's, whatever its name: not even read.
         Ok(data) if data.uid() != rustix::process::geteuid().as_raw() => return true,
+        Ok(data) if data.is_dir() && is_used(instance) => return false,
         Ok(data) if data.is_dir() => fs::remove_dir_all(path),
         Ok(_) => fs::remove_file(path),
     };
@@ -216,11 +251,10 @@ fn folder(path: &Path, error: &std::io::Error) -> Error {
     Error::new(ErrorKind::RuntimeFolder, at, message)
 }
 
-/// Written beside and renamed: readers see the old file or the new one.
-fn write_aside(path: &Path, bytes: &[u8]) -> Result<(), Error> {
-    let aside = path.with_extension("new");
-    let written = fs::write(&aside, bytes).and_then(|()| fs::rename(&aside, path));
-    written.map_err(|error| folder(path, &error))
+/// Writes a file of the runtime folder.
+fn write(runtime: &PrivateFolder, path: &Path, bytes: &[u8]) -> Result<(), Error> {
+    let name = path.file_name().and_then(OsStr::to_str).unwrap_or_default();
+    runtime.write(name, bytes).map_err(|error| folder(path, &error))
 }
 
 #[cfg(test)]
@@ -268,7 +302,8 @@ mod tests {
         let place = place(root.path());
         place.create().unwrap();
         let earlier: Vec<Instance> = (0..3).map(|_| Instance::random(&place).unwrap()).collect();
-        write_list(&place, &earlier[..2]).unwrap();
+        let runtime = PrivateFolder::open(&place.folder, place.uid).unwrap();
+        write_list(&place, &runtime, &earlier[..2]).unwrap();
         let mut left = Vec::new();
         for instance in &earlier {
             instance.create(place.uid).unwrap();
