@@ -1,7 +1,7 @@
 //! Rays: struck is the point where one first meets the object.
 
 use crate::{Deadline, FractureResult, Impact, Object};
-use shatter_proto::answer::HitWire;
+use shatter_proto::result::HitWire;
 use shatter_proto::{Error, ErrorKind};
 
 /// A ray, in the coordinates of the connection: those of the mesh file unless it has a convention.

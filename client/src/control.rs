@@ -1,11 +1,11 @@
 //! Questions to the small service beside the strikes.
 
 use crate::Deadline;
-use crate::link::{Connection, LivenessCheck, PendingControlRequest, receive_failed};
+use crate::connection::{Connection, LivenessCheck, PendingControlRequest, receive_failed};
 use shatter_export::contact::{ContactBody, ContactPolicy, ElasticMaterial};
-use shatter_proto::answer::STAGES;
 use shatter_proto::control::{ControlRequest, Latency, ObjectRow, ObjectState, ReplyRow, StatusRow, read};
-use shatter_proto::refusal::ErrorWire;
+use shatter_proto::error::ErrorWire;
+use shatter_proto::result::STAGES;
 use shatter_proto::{Error, ErrorKind};
 use std::time::Duration;
 
@@ -163,7 +163,7 @@ fn ask<R: ReplyRow>(link: &Connection, question: ControlRequest, deadline: Deadl
             return Err(Error::new(ErrorKind::Late, "control", "the service did not reply in time"));
         }
         link.feel(&mut pulse)?;
-        link.doze(deadline);
+        link.wait(deadline);
     }
 }
 

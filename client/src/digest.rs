@@ -1,7 +1,7 @@
 //! Hashes of an answer, by which equal answers are told: everything counts except times and the handle.
 
 use crate::FractureResult;
-use shatter_proto::answer::{EffectWire, SectionKind, StageWire, SummaryWire};
+use shatter_proto::result::{EffectWire, SectionKind, StageWire, SummaryWire};
 
 /// Hash of one section.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -34,40 +34,40 @@
 //! safe); what is sent next goes to the daemon that then serves.
 
 mod aim;
-mod broken;
-mod connect;
+mod client;
+mod connection;
 mod control;
 mod deadline;
 mod digest;
-mod even;
-mod future;
 mod impact;
-mod line;
-mod link;
-mod metric;
 mod object;
-mod out;
+mod open_files;
+mod prefracture;
+mod result;
+mod result_future;
+mod result_in_meters;
+mod session;
 mod ticket;
-mod unmapped;
 mod visible;
+mod write_files;
 
 pub use aim::{Hit, Ray};
-pub use broken::{FractureResult, Fragment, FragmentSkin, HullMesh, Run};
-pub use connect::{Client, RetainGuard, SERVICE_VARIABLE, default_service, place};
+pub use client::{Client, RetainGuard, SERVICE_VARIABLE, default_service, place};
 pub use control::{ObjectFacts, Status};
 pub use deadline::Deadline;
 pub use digest::{ResultDigest, SectionDigest};
-pub use future::ResultFuture;
 pub use impact::Impact;
-pub use metric::ResultInMeters;
 pub use object::Object;
+pub use result::{FractureResult, Fragment, FragmentSkin, HullMesh, Run};
+pub use result_future::ResultFuture;
+pub use result_in_meters::ResultInMeters;
 pub use shatter_export::{self as export, contact};
-pub use shatter_proto::answer::MissedTime;
 pub use shatter_proto::control::{Latency, ObjectState};
 pub use shatter_proto::convention::{Convention, Hand, Up, Winding};
 pub use shatter_proto::effect::{Effect, Effects};
 pub use shatter_proto::request::{
     DegreeRule, ElasticSource, Lift, Purpose, Quality, Request, RetainedFragment, SEED_DEFAULT,
 };
+pub use shatter_proto::result::MissedTime;
 pub use shatter_proto::{Error, ErrorKind, Fault, exit};
 pub use ticket::{Poll, Progress, Ticket};

@@ -1,6 +1,6 @@
 //! An object of the service.
 
-use crate::line::Session;
+use crate::session::Session;
 use crate::{Impact, ObjectFacts, Ticket};
 use shatter_proto::Error;
 use shatter_proto::convention::Convention;

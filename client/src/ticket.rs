@@ -1,14 +1,14 @@
 //! A strike under way.
 
+use crate::connection::{Connection, LivenessCheck, PendingControlRequest, PendingRequest, receive_failed};
 use crate::control;
-use crate::link::{Connection, LivenessCheck, PendingControlRequest, PendingRequest, receive_failed};
-use crate::unmapped::unmapped;
+use crate::open_files::unmapped;
 use crate::{Deadline, FractureResult};
-use shatter_proto::answer::STAGES;
 use shatter_proto::control::{ControlRequest, ProgressRow};
 use shatter_proto::convention::Convention;
-use shatter_proto::refusal::ErrorWire;
+use shatter_proto::error::ErrorWire;
 use shatter_proto::request::Request;
+use shatter_proto::result::STAGES;
 use shatter_proto::{Error, ErrorKind};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -139,7 +139,7 @@ impl Ticket {
                 let message = format!("no answer after {:.1} s", self.sent.elapsed().as_secs_f64());
                 return Err(Error::new(ErrorKind::Late, "ticket", message));
             }
-            self.link.doze(deadline);
+            self.link.wait(deadline);
         }
     }
 
@@ -152,7 +152,7 @@ impl Ticket {
         // Asked before receiving: an answer sent between the two calls is then not overlooked.
         let connected = pending.is_connected();
         match pending.receive().map_err(receive_failed)? {
-            Some(answer) => Ok(Found::Answer(FractureResult::new(answer, request, sent.elapsed(), link.hold())?)),
+            Some(answer) => Ok(Found::Answer(FractureResult::new(answer, request, sent.elapsed(), link.count_loan())?)),
             None if connected => Ok(Found::Nothing),
             None => Ok(Found::Closed),
         }
@@ -178,7 +178,7 @@ impl Ticket {
                 Ok(Some((rows, _))) => {
                     let verdict = rows.first().map_or_else(|| unmapped(link.lost(), link), Error::from);
                     // Whoever asks has not given it up: the transport took this client for one that died.
-                    return Err(if verdict.kind == ErrorKind::Cancelled { link.mislaid() } else { verdict });
+                    return Err(if verdict.kind == ErrorKind::Cancelled { link.evicted() } else { verdict });
                 }
                 Err(refusal) if refusal.kind == ErrorKind::Busy && !overdue => *question = None,
                 Err(refusal) => return Err(refusal),

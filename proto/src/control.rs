@@ -3,10 +3,10 @@
 //! It is answered by the daemon's waiting thread from a pool of its own, so neither a full queue nor an exhausted pool of
 //! answers silences it.
 
-use crate::answer::{Block, STAGES};
+use crate::error::ErrorWire;
 use crate::name::OBJECT_NAME_MAX;
-use crate::refusal::ErrorWire;
 use crate::request::{REQUEST_MAGIC, head};
+use crate::result::{Block, STAGES};
 use crate::{Error, ErrorKind, PROTOCOL_VERSION, text};
 use bytemuck::{Pod, Zeroable};
 

@@ -1,12 +1,12 @@
 //! From counts to offsets: where every section of an answer lies before a byte of it is written.
 
 use crate::PROTOCOL_VERSION;
-use crate::answer::{
+use crate::effect::Effect;
+use crate::result::{
     ANSWER_MAGIC, BLOCK_BYTES, Block, BondWire, DebrisWire, EffectWire, FragmentWire, HullWire, ResultHeader, RunWire,
     STAGES, SectionKind, SectionWire, SkinVertexWire, SkinWire, StageWire, SummaryWire, VelocityWire,
     VertexAttributeWire,
 };
-use crate::effect::Effect;
 use bytemuck::Zeroable;
 
 /// Number of sections of an answer.

@@ -14,21 +14,21 @@
 //! counter-clockwise seen from outside; unless the strike names another [`convention::Convention`], in which contacts are then read and answers
 //! written, whatever unit a field's name ends with.
 
-pub mod answer;
-mod beside;
 pub mod control;
 pub mod convention;
 pub mod effect;
+pub mod error;
 pub mod layout;
 pub mod name;
+mod output_rows;
 mod overrun;
-pub mod refusal;
 pub mod request;
+pub mod result;
 pub mod text;
 pub mod view;
 mod zero_copy;
 
-pub use refusal::{Error, ErrorKind, Fault, exit};
+pub use error::{Error, ErrorKind, Fault, exit};
 
 /// Version of everything in this crate that travels. Any change of size or meaning raises it.
 pub const PROTOCOL_VERSION: u32 = 6;

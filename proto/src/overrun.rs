@@ -1,6 +1,6 @@
 //! Why a strike took longer than its time budget.
 
-use crate::answer::SummaryWire;
+use crate::result::SummaryWire;
 use std::time::Duration;
 
 /// Names of the reasons; the numbers of [`SummaryWire::overrun`].

@@ -7,11 +7,11 @@ use crate::{Error, ErrorKind, PROTOCOL_VERSION, text};
 use bytemuck::{Pod, Zeroable};
 use std::time::Duration;
 
-mod dials;
 mod ray;
+mod settings;
 
-pub use dials::{ERROR_MAX, ITERATIONS_MAX, Lift, Quality, TIME_MS_MAX};
 pub use ray::squarable;
+pub use settings::{ERROR_MAX, ITERATIONS_MAX, Lift, Quality, TIME_MS_MAX};
 
 /// First bytes of every request.
 pub const REQUEST_MAGIC: u32 = u32::from_le_bytes(*b"SHTq");

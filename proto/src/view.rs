@@ -1,11 +1,11 @@
 //! From bytes to borrowed sections: every offset, alignment, count and index is checked before one is used.
 
-use crate::answer::{
+use crate::layout::{SECTIONS, TABLE_BYTES};
+use crate::result::{
     ANSWER_MAGIC, BLOCK_BYTES, Block, BondWire, DebrisWire, EffectWire, FragmentWire, HullWire, OUTER, ResultHeader,
     RunWire, SectionKind, SectionWire, SkinVertexWire, SkinWire, StageWire, SummaryWire, VelocityWire,
     VertexAttributeWire,
 };
-use crate::layout::{SECTIONS, TABLE_BYTES};
 use crate::{Error, ErrorKind, PROTOCOL_VERSION};
 use std::ops::Range;
 

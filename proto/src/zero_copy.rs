@@ -1,9 +1,9 @@
 //! What may lie in shared memory.
 
-use crate::answer::{Block, ResultHeader};
 use crate::control::{ControlReplyHeader, ControlRequestWire};
-use crate::refusal::ErrorWire;
+use crate::error::ErrorWire;
 use crate::request::{ContactWire, RequestWire};
+use crate::result::{Block, ResultHeader};
 use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
 
 /// Lets values of a type lie in shared memory, under a name that both sides compare.

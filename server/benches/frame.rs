@@ -10,11 +10,11 @@
 mod support;
 
 use shatter_client::{Client, ErrorKind, Impact, Object};
+use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{BakeRequest, bake, load, save};
 use shatter_fracture::pipeline::{ImpactSampler, PreparedObject, Preset};
 use shatter_fracture::scene::Materials;
 use shatter_fracture::surface::{self, LengthUnit, RawMesh, UpAxis, shapes};
-use shatter_fracture::token::CancelToken;
 use shatter_proto::request::{self, DegreeRule};
 use std::path::{Path, PathBuf};
 use std::time::Duration;

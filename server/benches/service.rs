@@ -10,17 +10,17 @@ mod support;
 use rayon::ThreadPool;
 use serde_json::Value;
 use shatter_client::{Client, Deadline, ErrorKind, Impact, Poll, Ticket};
-use shatter_engine::clock::StageProfiler;
 use shatter_engine::object::ServedObject;
+use shatter_engine::stage_profiler::StageProfiler;
 use shatter_engine::wire::EngineObject;
+use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{BakeRequest, bake, load, save};
 use shatter_fracture::pipeline::{PreparedObject, Workspace};
 use shatter_fracture::scene::Materials;
 use shatter_fracture::surface::{self, LengthUnit, RawMesh, UpAxis, shapes};
-use shatter_fracture::token::CancelToken;
-use shatter_proto::answer::{Block, ResultHeader, StageWire};
 use shatter_proto::layout::Layout;
 use shatter_proto::request::{Contact, DegreeRule, Request};
+use shatter_proto::result::{Block, ResultHeader, StageWire};
 use shatter_server::jobs::lanes;
 use std::path::Path;
 use std::sync::Barrier;
@@ -259,7 +259,7 @@ fn wall(here: &TestPlace, name: &str, apart: Duration) {
                     false
                 }
             });
-            service.doze(Deadline::ms(1));
+            service.wait_for_reply(Deadline::ms(1));
         }
         (sent, ends)
     };

@@ -59,7 +59,7 @@ pub struct Signals {
 
 impl Signals {
     /// Needs a tokio runtime. Errors: `failed`.
-    pub fn hear() -> Result<Self, Error> {
+    pub fn listen_for_signals() -> Result<Self, Error> {
         let hear = |kind| signal(kind).map_err(|error| Error::new(ErrorKind::Failed, "signals", error.to_string()));
         Ok(Self {
             interrupt: hear(SignalKind::interrupt())?,
@@ -121,7 +121,7 @@ impl EventSource {
     }
 
     /// Waits until something happens, or a tick has passed: a lost ring costs that long.
-    pub async fn listen(&mut self, tick: Duration) -> WakeEvent {
+    pub async fn next(&mut self, tick: Duration) -> WakeEvent {
         tokio::select! {
             () = self.bell.wait(tick) => WakeEvent::Bell,
             Some(event) = self.events.recv() => WakeEvent::Event(event),

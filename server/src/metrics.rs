@@ -7,8 +7,8 @@ use prometheus_client::metrics::family::Family;
 use prometheus_client::metrics::gauge::Gauge;
 use prometheus_client::metrics::histogram::{Histogram, exponential_buckets};
 use prometheus_client::registry::{Registry, Unit};
-use shatter_proto::answer::{EffectWire, STAGES, StageWire};
 use shatter_proto::control::{Latency, StatusRow};
+use shatter_proto::result::{EffectWire, STAGES, StageWire};
 use shatter_proto::{Error, ErrorKind, Fault};
 use std::time::Duration;
 

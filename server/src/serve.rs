@@ -1,30 +1,30 @@
 //! The daemon from start to end, and its loop.
 
-use crate::arrivals::PendingArrivals;
 use crate::catalog::{Catalog, RetiredVersions, unix_ns};
 use crate::config::Config;
 use crate::event_source::{EventSource, Signals, WakeEvent};
+use crate::hot_reloader::{DatabaseFolder, HotReloader};
 use crate::ipc::{
     ActiveControlRequest, ClientEntryCheck, PoolSize, PopulatedPages, Ports, RuntimeDirectory, StaleSegmentReaper,
     WakeSocket,
 };
 use crate::jobs::{Jobs, WorkerEvent, WorkerPool, lanes, threads};
-use crate::kept::RetainedResults;
-use crate::librarian::{DatabaseFolder, HotReloader};
-use crate::lists::WaitingLists;
 use crate::memory::ResidentMemory;
 use crate::metrics::{JobEnd, Metrics};
 use crate::operations::{LoopInquiry, LoopReport, OperationsPort};
+use crate::pending_arrivals::PendingArrivals;
+use crate::retained::RetainedResults;
+use crate::waiting_lists::WaitingLists;
 use bytemuck::Zeroable;
 use rayon::ThreadPool;
 use sd_notify::NotifyState;
 use shatter_engine::object::Loader;
-use shatter_proto::answer::{BLOCK_BYTES, Block};
 use shatter_proto::control::{self, ControlReplyHeader, ControlRequest, ROWS_MAX, ReplyRow, StatusRow};
-use shatter_proto::refusal::ErrorWire;
+use shatter_proto::error::ErrorWire;
+use shatter_proto::result::{BLOCK_BYTES, Block};
 use shatter_proto::{Error, ErrorKind};
 use shatter_transport::failed;
-use shatter_transport::place::ServicePaths;
+use shatter_transport::paths::ServicePaths;
 use shatter_transport::shared_memory;
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -34,8 +34,8 @@ use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
 
 const MIB: usize = 1024 * 1024;
 
-/// Smallest bucket: also a service without objects has a pool.
-const BUCKET_MIN_BYTES: usize = MIB;
+/// Smallest bucket: objects that are baked while the daemon serves find room for their answers, too. What is not written takes no memory.
+const BUCKET_MIN_BYTES: usize = 16 * MIB;
 
 /// What shared memory must be able to take beyond the rehearsal.
 const SHARED_MEMORY_SPARE: usize = 4 * MIB;
@@ -72,7 +72,7 @@ pub fn run(options: ServeOptions) -> Result<(), Error> {
 
 async fn serve(options: ServeOptions) -> Result<(), Error> {
     let ServeOptions { place, config, loader, only, ready, stop } = options;
-    let mut signals = Signals::hear()?;
+    let mut signals = Signals::listen_for_signals()?;
     let home = RuntimeDirectory::take(&place)?;
     let operations = match OperationsPort::open(config.operations.port).await {
         Ok(operations) => operations,
@@ -88,7 +88,7 @@ async fn serve(options: ServeOptions) -> Result<(), Error> {
     };
     let (mut daemon, bell, events) = Daemon::start(home, config, loaded?)?;
     let mut ears = EventSource::new(&daemon.config, bell, events, operations, signals, stop);
-    daemon.home.say_hello()?;
+    daemon.home.announce()?;
     daemon.tell(NotifyState::Ready);
     tracing::info!(service = place.service.as_str(), folder = %place.folder.display(), "ready");
     let told = ready();
@@ -136,7 +136,8 @@ impl Daemon {
         let Loaded { folder, loader, threads, catalog } = loaded;
         let lanes = lanes(config.strikes_at_once(), config.compute.nice)?;
         let pool = pool(&config, &catalog);
-        let rehearsed = (config.answers.prefault_mib * MIB / BLOCK_BYTES).min(pool.blocks);
+        let rehearsed =
+            (config.answers.prefault_mib * MIB).min(catalog.answer_bytes_max().max(MIB)).div_ceil(BLOCK_BYTES);
         let needed = (config.answers.prefault_buckets * rehearsed * BLOCK_BYTES + SHARED_MEMORY_SPARE) as u64;
         shared_memory::need(needed)?;
         let (ports, bell, waker) = Ports::open(home.instance(), pool)?;
@@ -177,12 +178,12 @@ impl Daemon {
     /// Sleeps until something wakes it, or a tick: every wait has a bound, and after each everything is looked at. Whether it was
     /// asked to end.
     async fn turn(&mut self, ears: &mut EventSource) -> bool {
-        match ears.listen(self.nap()).await {
+        match ears.next(self.time_until_tick()).await {
             WakeEvent::Bell => {}
             WakeEvent::Event(event) => self.on(event),
             WakeEvent::Cleanup => {
-                self.bury_the_dead();
-                self.bury_orphans();
+                self.reap_dead_clients();
+                self.reap_stale_segments();
                 self.arrivals.retain(&self.crew.listeners());
                 self.home.sweep();
                 // What it finds it says, and puts right.
@@ -207,7 +208,7 @@ impl Daemon {
     }
 
     /// How long it may sleep: a tick, or until the next deadline.
-    fn nap(&self) -> Duration {
+    fn time_until_tick(&self) -> Duration {
         let left = |deadline: Instant| deadline.saturating_duration_since(Instant::now());
         self.jobs.next_deadline().map_or(self.config.tick(), |deadline| left(deadline).min(self.config.tick()))
     }
@@ -257,17 +258,17 @@ impl Daemon {
         match event {
             WorkerEvent::Landed { flight, end, energy, stages, effects } => {
                 self.metrics.ran(end, flight.arrived().elapsed(), energy, &stages, &effects);
-                self.jobs.landed(&flight, end);
+                self.jobs.completed(&flight, end);
             }
             WorkerEvent::News(news) => {
-                if let Some(catalog) = self.librarian.hear(news, &self.catalog) {
+                if let Some(catalog) = self.librarian.handle(news, &self.catalog) {
                     self.take(catalog);
                 }
                 if let Some(catalog) = self.librarian.expected(&self.catalog) {
                     self.catalog = catalog;
                 }
             }
-            WorkerEvent::Crowded => self.bury_the_dead(),
+            WorkerEvent::Crowded => self.reap_dead_clients(),
         }
     }
 
@@ -289,22 +290,22 @@ impl Daemon {
         self.reloads += 1;
     }
 
-    fn bury_the_dead(&mut self) {
+    fn reap_dead_clients(&mut self) {
         if !self.home.has_segments() {
             return;
         }
-        let dead = self.ports.bury_the_dead();
+        let dead = self.ports.reap_dead_clients();
         if dead > 0 {
             tracing::info!(dead, "cleaned up after clients that died");
         }
     }
 
     /// Removes what neither the dead nor the living own.
-    fn bury_orphans(&mut self) {
+    fn reap_stale_segments(&mut self) {
         if !self.home.has_segments() {
             return;
         }
-        let orphans = self.orphans.bury(self.home.instance());
+        let orphans = self.orphans.reap(self.home.instance());
         if orphans > 0 {
             tracing::info!(orphans, "removed segments that belonged to nobody");
         }
@@ -424,7 +425,7 @@ impl Daemon {
                 break;
             }
         }
-        self.home.say_goodbye();
+        self.home.withdraw();
         for _ in 0..self.jobs.stop() {
             self.metrics.ended(JobEnd::Busy);
         }

@@ -101,7 +101,7 @@ fn what_is_given_back_is_gone() {
     let refusal = refused(&bar, &blow().from(handle, 0));
     assert_eq!((refusal.kind, refusal.at), (ErrorKind::UnknownHandle, handle.to_string()));
     assert_eq!(service.release(handle, patience()).unwrap_err().kind, ErrorKind::UnknownHandle);
-    let hold = service.hold(strike(&bar, &blow().keep()).handle().unwrap());
+    let hold = service.retain(strike(&bar, &blow().keep()).handle().unwrap());
     assert_eq!(status(&service).kept, 1);
     drop(hold);
     assert_eq!(status(&service).kept, 0);

@@ -355,7 +355,7 @@ fn release_makes_no_momentum() {
     assert!(norm(linear) < 1e-9 * scale, "{linear:?} of {scale}");
     assert!(norm(angular) < 1e-9 * scale * bar.facts().diagonal_m, "{angular:?} of {scale}");
     // The nearest to the blow flies fastest, and away.
-    let speed = |own: &shatter_proto::answer::VelocityWire| norm(own.linear_m_s);
+    let speed = |own: &shatter_proto::result::VelocityWire| norm(own.linear_m_s);
     let fastest = parts.iter().max_by(|a, b| speed(&a.3).total_cmp(&speed(&b.3))).unwrap();
     assert!(fastest.1[0] > 0.1, "{:?}", fastest.1);
 }

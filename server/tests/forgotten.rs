@@ -4,9 +4,9 @@ mod support;
 
 use bytemuck::Zeroable;
 use shatter_client::{Client, Error, ErrorKind, Impact, Object};
-use shatter_proto::answer::Block;
 use shatter_proto::control::{self, ControlRequest, ObjectRow, ReplyRow};
-use shatter_proto::refusal::ErrorWire;
+use shatter_proto::error::ErrorWire;
+use shatter_proto::result::Block;
 use shatter_server::ipc::{ActiveControlRequest, PoolSize, Ports, RuntimeDirectory};
 use std::path::PathBuf;
 use std::time::Duration;
@@ -101,7 +101,7 @@ fn struck_twice(verdict: ErrorKind) -> ([ErrorKind; 2], bool) {
     let inside = runtime.enter();
     let (ports, _bell, _waker) = Ports::open(home.instance(), PoolSize { clients: 4, buckets: 4, blocks: 64 }).unwrap();
     drop(inside);
-    home.say_hello().unwrap();
+    home.announce().unwrap();
     let verdict = Error::new(verdict, "strike", "says the daemon");
     std::thread::scope(|scope| {
         let client = scope.spawn(|| {

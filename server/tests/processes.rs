@@ -5,7 +5,7 @@ mod support;
 use rustix::process::Signal;
 use serde_json::Value;
 use shatter_client::{Client, Effect, ErrorKind, Impact};
-use shatter_proto::answer::STAGES;
+use shatter_proto::result::STAGES;
 use std::io::{BufRead, BufReader};
 use std::process::{Command, Stdio};
 use std::time::Duration;

@@ -6,8 +6,8 @@ mod support;
 use shatter_client::{DegreeRule, Error, ErrorKind, Impact, Object, Quality};
 use shatter_engine::object::{self, EngineResult, Loader};
 use shatter_engine::wire;
+use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::pipeline::{StageObserver, Workspace};
-use shatter_fracture::token::CancelToken;
 use shatter_proto::control::ObjectRow;
 use shatter_proto::layout::{SectionCounts, SectionsMut};
 use shatter_proto::request::Request;
@@ -129,7 +129,7 @@ fn twice_the_threshold_breaks_and_half_does_not() {
     assert!(weak.summary().e1_over_gamma >= 1e-4 && weak.summary().threshold_impulse_factor <= 100.0);
     let ran: Vec<&str> = weak.stages().iter().filter(|stage| stage.ran == 1).map(|stage| stage.name()).collect();
     assert_eq!(ran, ["load", "threshold"]);
-    let idle = |stage: &&shatter_proto::answer::StageWire| stage.ran == 0;
+    let idle = |stage: &&shatter_proto::result::StageWire| stage.ran == 0;
     assert!(weak.stages().iter().filter(idle).all(|stage| (stage.ns, stage.bytes) == (0, 0)));
     assert!(weak.effects().iter().all(|row| (row.ran, row.ns, row.bytes) == (0, 0, 0)), "{:?}", weak.effects());
     let broken = strike(blow(2.0 * just));
@@ -253,7 +253,7 @@ fn a_time_that_cannot_be_kept_is_told_with_its_reason() {
     };
     let (missed, note) = strike("0.001");
     assert!(missed["by_ms"].as_f64().is_some_and(|ms| ms > 0.0), "{missed}");
-    assert!(shatter_proto::answer::OVERRUNS.contains(&missed["reason"].as_str().unwrap()), "{missed}");
+    assert!(shatter_proto::result::OVERRUNS.contains(&missed["reason"].as_str().unwrap()), "{missed}");
     assert!(note.contains("exceeded by") && note.contains(missed["message"].as_str().unwrap()), "{note}");
     let (kept, note) = strike("60000");
     assert!(kept.is_null() && note.is_empty(), "{kept} {note}");

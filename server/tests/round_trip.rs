@@ -5,9 +5,9 @@ mod support;
 
 use iceoryx2::prelude::{NodeBuilder, SignalHandlingMode};
 use shatter_client::{Client, Deadline, DegreeRule, Error, ErrorKind, Impact, Poll, Progress, Ticket};
-use shatter_proto::answer::{Block, ResultHeader};
 use shatter_proto::control::StatusRow;
 use shatter_proto::request::RequestWire;
+use shatter_proto::result::{Block, ResultHeader};
 use shatter_transport::{Ipc, STRIKE_SERVICE, config, service_name};
 use std::future::IntoFuture;
 use std::io::{Read, Write};
@@ -61,7 +61,7 @@ fn fragments_come_back_through_shared_memory() {
         assert_eq!((run.indices, run.positions), (fragment.indices(), fragment.positions()));
     }
     let names: Vec<&str> = broken.stages().iter().map(|stage| stage.name()).collect();
-    assert_eq!(names, shatter_proto::answer::STAGES);
+    assert_eq!(names, shatter_proto::result::STAGES);
     let ran: Vec<&str> = broken.stages().iter().filter(|stage| stage.ran != 0).map(|stage| stage.name()).collect();
     assert_eq!(ran, ["load", "fragments"]);
     // The answer is spent, and says so.
@@ -270,7 +270,7 @@ fn connections_outlive_the_daemon_and_say_what_was_lost() {
 
 #[test]
 fn an_answer_larger_than_a_bucket_is_refused() {
-    let daemon = start(&[("large", "large 2048"), ("fits", "large 900")], "");
+    let daemon = start(&[("large", "large 20480"), ("fits", "large 900")], "");
     let service = daemon.connect();
     assert_eq!(refused(&service, "large", &impact()).kind, ErrorKind::AnswerTooLarge);
     let fits = service.object("fits", patience()).unwrap().strike(&impact()).unwrap().wait(patience()).unwrap();

@@ -7,6 +7,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use shatter_client::{Impact, Object, Quality};
 use shatter_engine::wire;
+use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::centroidal::{self, DiagramOptions, EnergyField};
 use shatter_fracture::database::{BakeRequest, bake, save};
 use shatter_fracture::pipeline::{
@@ -15,7 +16,6 @@ use shatter_fracture::pipeline::{
 };
 use shatter_fracture::scene::Materials;
 use shatter_fracture::surface::shapes;
-use shatter_fracture::token::CancelToken;
 use std::collections::BTreeMap;
 use support::{InProcess, TestPlace, patience};
 

@@ -87,7 +87,7 @@ fn nobody_sleeps_beyond_a_deadline_that_has_passed() {
     let mut waiting = object(&kept.service, "vase-z").strike(&impact()).unwrap();
     for ns in (0..4000).chain((0..2000).map(|ns| 500 * ns)) {
         let deadline = Deadline::after(Duration::from_nanos(ns));
-        kept.service.doze(deadline);
+        kept.service.wait_for_reply(deadline);
         if ns % 50 == 0 {
             assert_eq!(waiting.wait(deadline).err().unwrap().kind, ErrorKind::Late);
         }

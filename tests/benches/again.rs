@@ -2,6 +2,7 @@
 //! largest and a middling fragment of the first answer struck where it reaches farthest up. `cargo bench --bench again`.
 
 use nalgebra::{Point3, Vector3};
+use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{BakeRequest, bake};
 use shatter_fracture::pipeline::{
     self, DegreeRequest, FractureMeshes, FractureOutcome, FractureRequest, PreparedObject, RetainedFragments, Stage,
@@ -9,7 +10,6 @@ use shatter_fracture::pipeline::{
 };
 use shatter_fracture::scene::{EffectKind, EffectSet};
 use shatter_fracture::surface::{RawMesh, shapes};
-use shatter_fracture::token::CancelToken;
 use shatter_tests::{real, statistics};
 use std::collections::BTreeMap;
 use std::time::Instant;

@@ -4,6 +4,7 @@
 
 use criterion::{BenchmarkGroup, Criterion, criterion_group, criterion_main, measurement::WallTime};
 use nalgebra::{Matrix3, Vector3};
+use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{BakeRequest, bake};
 use shatter_fracture::elasticity::{self, DrivingEnergy, Elasticity, NodalLoad};
 use shatter_fracture::lattice::{EnergyTransfer, Lattice};
@@ -13,7 +14,6 @@ use shatter_fracture::pipeline::{
 };
 use shatter_fracture::sparse::Precision;
 use shatter_fracture::surface::{self, LengthUnit, RawMesh, UpAxis, shapes};
-use shatter_fracture::token::CancelToken;
 use shatter_tests::real;
 use std::hint::black_box;
 

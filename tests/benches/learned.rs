@@ -3,6 +3,7 @@
 //! that is set; `SHATTER_BENCH_EXAMPLES` says from how many impacts it learns (40 where it is not set).
 
 use criterion::{Criterion, criterion_group, criterion_main};
+use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::centroidal::{self, EnergyField};
 use shatter_fracture::database::{BakeRequest, bake, load, save};
 use shatter_fracture::degree::{self, CurveOptions, EnergyCurve};
@@ -11,7 +12,6 @@ use shatter_fracture::pipeline::{
     ContactSet, ElasticRequest, FractureRequest, ImpactSampler, PreparedObject, Workspace, strain_energy,
 };
 use shatter_fracture::surface::{self, LengthUnit, RawMesh, UpAxis, shapes};
-use shatter_fracture::token::CancelToken;
 use shatter_tests::real;
 use std::hint::black_box;
 

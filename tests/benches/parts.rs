@@ -2,13 +2,13 @@
 //! `cargo bench --bench parts` bakes a generated statue with examples; `SHATTER_BENCH_DATABASE` names a database to use instead.
 
 use nalgebra::Point3;
+use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{bake, load};
 use shatter_fracture::pipeline::{
     self, DegreeRequest, FractureRequest, PreparedObject, Stage, StageObserver, Workspace,
 };
 use shatter_fracture::scene::EffectKind;
 use shatter_fracture::surface::shapes;
-use shatter_fracture::token::CancelToken;
 use shatter_tests::real;
 use std::time::Instant;
 

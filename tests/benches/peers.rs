@@ -7,12 +7,12 @@
 
 use serde::Deserialize;
 use serde_json::json;
+use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{BakeRequest, bake, load};
 use shatter_fracture::lift::LiftKind;
 use shatter_fracture::pipeline::{FractureRequest, PreparedObject};
 use shatter_fracture::surface::RawMesh;
 use shatter_fracture::tessellation::components;
-use shatter_fracture::token::CancelToken;
 use shatter_tests::statistics::median;
 use shatter_tests::timed::{self, Stopwatch, Timed};
 use shatter_tests::{real, struck};

@@ -3,11 +3,11 @@
 //!
 //! A time is the median over impacts of the fastest of several strikes with each, objects and numbers in turn.
 
+use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{BakeRequest, Tables, bake};
 use shatter_fracture::lattice::CRACK_NODES_DEFAULT;
 use shatter_fracture::pipeline::{FractureRequest, PreparedObject, RANK_MAX, reduce};
 use shatter_fracture::surface::{RawMesh, shapes};
-use shatter_fracture::token::CancelToken;
 use shatter_lab::study::plot::{self, Axes, PlotLine, PlotMark};
 use shatter_tests::real;
 use shatter_tests::statistics::{median, power_law};

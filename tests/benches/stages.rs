@@ -3,6 +3,7 @@
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use nalgebra::Point3;
+use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::centroidal::{self, DiagramOptions, EnergyField};
 use shatter_fracture::database::bake;
 use shatter_fracture::degree;
@@ -13,7 +14,6 @@ use shatter_fracture::pipeline::{
 };
 use shatter_fracture::surface::{self, LengthUnit, RawMesh, UpAxis, shapes};
 use shatter_fracture::tessellation::{BisectorSites, Components, CrackPoints, FixedPoints, Tessellation};
-use shatter_fracture::token::CancelToken;
 use shatter_tests::real;
 use std::hint::black_box;
 

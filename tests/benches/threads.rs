@@ -7,6 +7,7 @@
 use nalgebra::Point3;
 use rayon::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
+use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::centroidal::{self, Diagram, DiagramOptions, EnergyField};
 use shatter_fracture::database::{BakeRequest, Tables, bake, load};
 use shatter_fracture::fragment::properties;
@@ -16,7 +17,6 @@ use shatter_fracture::pipeline::{PreparedBody, PreparedObject, Preset};
 use shatter_fracture::tessellation::{
     BisectorSites, Components, CrackPoints, FixedPoints, Tessellation, TessellationWorkspace, Transform, components,
 };
-use shatter_fracture::token::CancelToken;
 use shatter_tests::real;
 use shatter_tests::statistics::median;
 use shatter_tests::timed::{self, since_ms};

@@ -1,10 +1,10 @@
 //! Real test meshes, which the project does not contain: found through `SHATTER_MESHES`, else skipped and said so.
 
+use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{BakeRequest, bake};
 use shatter_fracture::pipeline::PreparedObject;
 use shatter_fracture::scene::{Material, Materials};
 use shatter_fracture::surface::{self, LengthUnit, RawMesh, UpAxis};
-use shatter_fracture::token::CancelToken;
 use std::path::PathBuf;
 
 /// The file `name` in the folder that `SHATTER_MESHES` names, or `None` after a line that CI counts.

@@ -1,12 +1,12 @@
 //! Strikes through the engine itself, for tests that look inside.
 
 use nalgebra::{Point3, Vector3};
+use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::centroidal::{self, Diagram, DiagramOptions, EnergyField};
 use shatter_fracture::lift::LiftKind;
 use shatter_fracture::pipeline::{
     self, BodyEnergy, ContactSet, FractureError, FractureOutcome, FractureRequest, PreparedObject, Workspace,
 };
-use shatter_fracture::token::CancelToken;
 
 /// The whole walk.
 pub fn outcome(prepared: &PreparedObject, strike: &FractureRequest) -> Result<FractureOutcome, FractureError> {

@@ -1,10 +1,10 @@
 //! Strikes under a clock, for benches: with their answers written out, in memory that is kept from one to the next.
 
+use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::pipeline::{
     self, DegreeRequest, FractureError, FractureRequest, ImpactSampler, PreparedObject, Preset, Workspace,
 };
 use shatter_fracture::surface::{self, LengthUnit, RawMesh, UpAxis, shapes};
-use shatter_fracture::token::CancelToken;
 use std::time::Instant;
 
 /// Whether cargo only wants to see that a bench begins.

@@ -2,6 +2,7 @@
 
 use nalgebra::{Point3, Vector3};
 use shatter_engine::scene::Scene;
+use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{BakeRequest, bake};
 use shatter_fracture::elasticity::{DrivingEnergy, ElasticWorkspace, ElasticityError, NodalLoad};
 use shatter_fracture::pipeline::{
@@ -10,7 +11,6 @@ use shatter_fracture::pipeline::{
 };
 use shatter_fracture::scene::{Anchors, EffectKind, EffectSet, Region};
 use shatter_fracture::surface::{RawMesh, shapes};
-use shatter_fracture::token::CancelToken;
 use shatter_tests::{real, struck};
 
 /// Spacing of most elastic lattices here, over the diagonal.
@@ -47,7 +47,7 @@ fn bar_of(mesh: RawMesh, elastic_spacing: f64) -> PreparedObject {
 
 fn bar(region: Region) -> PreparedObject {
     let mut prepared = bar_of(shapes::cuboid(SIZE), COARSE);
-    prepared.hold(&anchors(region), &CancelToken::default()).unwrap();
+    prepared.anchor(&anchors(region), &CancelToken::default()).unwrap();
     prepared
 }
 
@@ -69,7 +69,7 @@ fn the_weight_alone_has_the_energy_of_a_hanging_bar() {
     // Lattices round the edges of the end off, so that a little less than all of it is held.
     for (spacing, bound) in [(COARSE, 0.15), (0.5 * COARSE, 0.1)] {
         let mut fine = bar_of(shapes::cuboid(SIZE), spacing);
-        fine.hold(&anchors(face()), &CancelToken::default()).unwrap();
+        fine.anchor(&anchors(face()), &CancelToken::default()).unwrap();
         let energy = struck::energy(&fine, &blow(1e-9, &HELD));
         println!("spacing {spacing}: {} J, exact {exact} J", energy.energy_j);
         assert!((energy.energy_j / exact - 1.0).abs() < bound, "{} of {exact}", energy.energy_j);
@@ -130,7 +130,7 @@ fn a_body_that_no_anchor_reaches_is_free() {
     both.positions_m.extend(other.positions_m.iter().map(|point| point + Vector3::new(1.0, 0.0, 0.0)));
     both.triangles.extend(other.triangles.iter().map(|triangle| triangle.map(|vertex| vertex + first)));
     let mut bars = bar_of(both, COARSE);
-    bars.hold(&anchors(end()), &CancelToken::default()).unwrap();
+    bars.anchor(&anchors(end()), &CancelToken::default()).unwrap();
     assert_eq!(bars.bodies.len(), 2);
     let mut right = blow(1.0, &HELD);
     right.contacts[0].point_m.x += 1.0;
@@ -179,7 +179,7 @@ fn neither_basis_nor_examples_are_asked_about_a_held_body() {
     arch.impacts = 160;
     reduce(&mut arch, RANK_MAX, &CancelToken::default()).unwrap();
     let ground = Region::Cuboid { min_m: Point3::new(-1.0, -0.1, -1.0), max_m: Point3::new(1.0, 0.08, 1.0) };
-    arch.hold(&Anchors { regions: vec![ground], gravity_m_s2: None }, &CancelToken::default()).unwrap();
+    arch.anchor(&Anchors { regions: vec![ground], gravity_m_s2: None }, &CancelToken::default()).unwrap();
     let (point, inward) = struck::surface_point(&arch, [0.5, 1.0, 0.5]);
     let just = FractureRequest { threshold_only: true, ..FractureRequest::at(point, inward).seeded(1) };
     let just = struck::outcome(&arch, &just).unwrap().impulse_factor;
@@ -194,7 +194,7 @@ fn neither_basis_nor_examples_are_asked_about_a_held_body() {
 fn what_cannot_be_held_is_refused_by_name() {
     let mut bar = bar_of(shapes::cuboid(SIZE), COARSE);
     let refused = |bar: &mut PreparedObject, regions: Vec<Region>| {
-        let refused = bar.hold(&Anchors { regions, gravity_m_s2: None }, &CancelToken::default()).unwrap_err();
+        let refused = bar.anchor(&Anchors { regions, gravity_m_s2: None }, &CancelToken::default()).unwrap_err();
         assert!(bar.held.is_none(), "it is as it was");
         refused
     };
@@ -216,7 +216,7 @@ fn strikes_beyond_what_is_held_are_refused() {
     let mut bar = bar_of(shapes::cuboid(SIZE), COARSE);
     let error = refused(&bar, &blow(1.0, &HELD));
     assert!(matches!(error, FractureError::Unheld { effect: EffectKind::Anchored }), "{error}");
-    bar.hold(&Anchors { gravity_m_s2: None, ..anchors(end()) }, &CancelToken::default()).unwrap();
+    bar.anchor(&Anchors { gravity_m_s2: None, ..anchors(end()) }, &CancelToken::default()).unwrap();
     let error = refused(&bar, &blow(1.0, &HELD));
     assert!(matches!(error, FractureError::Unheld { effect: EffectKind::Gravity }), "{error}");
     // All of its load rests on what does not move.
@@ -224,7 +224,7 @@ fn strikes_beyond_what_is_held_are_refused() {
     low.contacts[0].point_m.x = -0.2;
     low.contacts[0].radius_m = Some(0.01);
     let wide = Region::Cuboid { min_m: Point3::new(-0.3, -0.3, -0.3), max_m: Point3::new(0.0, 0.3, 0.3) };
-    bar.hold(&anchors(wide), &CancelToken::default()).unwrap();
+    bar.anchor(&anchors(wide), &CancelToken::default()).unwrap();
     let error = refused(&bar, &low);
     assert!(matches!(error, FractureError::Balanced { body: 0 }), "{error}");
 }
@@ -253,9 +253,9 @@ fn the_shipped_arch_stands() {
     let (mesh, request) = object.bake("arch").unwrap();
     let coarse = BakeRequest { elastic_spacing: Some(0.06), crack_spacing: Some(0.05), kappa: Some(1.0), ..request };
     let mut arch = bake(mesh, &coarse, &CancelToken::default(), &mut |_| ()).unwrap();
-    let grip = arch.grip(&object.terms.anchors).unwrap();
+    let grip = arch.anchor_nodes(&object.terms.anchors).unwrap();
     assert!(grip.counts.len() == 2 && grip.counts.iter().all(|count| *count >= 8), "{:?}", grip.counts);
-    object.terms.hold(&mut arch).unwrap();
+    object.terms.anchor(&mut arch).unwrap();
     let effects = EffectSet::default().with(EffectKind::Tensile).with(EffectKind::Anchored).with(EffectKind::Gravity);
     let touch = FractureRequest {
         effects,

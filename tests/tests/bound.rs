@@ -1,6 +1,7 @@
 //! The bound of E_1 before the elastic stage: how often it ends a strike, and that it ends none that would break.
 
 use nalgebra::{Point3, Vector3};
+use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{BakeRequest, bake, load, save};
 use shatter_fracture::lift::LiftKind;
 use shatter_fracture::pipeline::{
@@ -10,7 +11,6 @@ use shatter_fracture::pipeline::{
 use shatter_fracture::random::RandomStream;
 use shatter_fracture::scene::{EffectKind, EffectSet};
 use shatter_fracture::surface::{RawMesh, shapes};
-use shatter_fracture::token::CancelToken;
 use shatter_tests::real;
 use shatter_tests::struck::outcome;
 

@@ -1,6 +1,7 @@
 //! Presets, errors that are asked for, and times that are kept: by clocks of the tests' own, so that nothing depends on this machine.
 
 use nalgebra::{Point3, Vector3};
+use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::centroidal::{self, DiagramOptions, EnergyField, GAP_CERTAIN, GAP_MIN, ITERATIONS_MAX};
 use shatter_fracture::database::{BakeRequest, bake};
 use shatter_fracture::pipeline::{
@@ -10,7 +11,6 @@ use shatter_fracture::pipeline::{
 };
 use shatter_fracture::scene::EffectKind;
 use shatter_fracture::surface::{RawMesh, shapes};
-use shatter_fracture::token::CancelToken;
 use shatter_tests::real;
 use std::cell::Cell;
 

@@ -1,6 +1,7 @@
 //! The hulls of generated shapes' fragments, measured by means of their own.
 
 use nalgebra::{Point3, Vector3};
+use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{BakeRequest, bake};
 use shatter_fracture::hull::FACES_MAX;
 use shatter_fracture::pipeline::{
@@ -10,7 +11,6 @@ use shatter_fracture::pipeline::{
 use shatter_fracture::random::RandomStream;
 use shatter_fracture::scene::{EffectKind, EffectSet};
 use shatter_fracture::surface::{RawMesh, shapes};
-use shatter_fracture::token::CancelToken;
 use shatter_tests::{real, struck};
 use std::time::{Duration, Instant};
 

@@ -1,6 +1,7 @@
 //! The whole walk does not know where the object is, how large it is, or which way it points.
 
 use nalgebra::{Isometry3, Point3, Vector3};
+use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{BakeRequest, bake};
 use shatter_fracture::lift;
 use shatter_fracture::pipeline::{
@@ -8,7 +9,6 @@ use shatter_fracture::pipeline::{
 };
 use shatter_fracture::sparse::Precision;
 use shatter_fracture::surface::{RawMesh, shapes};
-use shatter_fracture::token::CancelToken;
 use shatter_tests::{real, struck};
 
 /// Everything that an answer's mesh consists of.

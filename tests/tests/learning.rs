@@ -1,6 +1,7 @@
 //! The degree inferred from examples: what it is worth, and that it is stored and used as it was learned.
 
 use rayon::ThreadPoolBuilder;
+use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::centroidal::EnergyField;
 use shatter_fracture::database::{BakeRequest, PartialBake, Share, bake, load, save};
 use shatter_fracture::degree::{self, SITES_MIN};
@@ -11,7 +12,6 @@ use shatter_fracture::pipeline::{
 };
 use shatter_fracture::random::RandomStream;
 use shatter_fracture::surface::shapes;
-use shatter_fracture::token::CancelToken;
 use shatter_tests::real;
 
 /// A horseshoe on coarse lattices that learned from 24 impacts.

@@ -1,12 +1,12 @@
 //! The lifts side by side on whole bodies, and the surface lift through database and strike.
 
+use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{BakeRequest, bake, load, save};
 use shatter_fracture::lift::{BoundarySurface, LiftKind, SURFACE_MODES_DEFAULT, carry_harmonic};
 use shatter_fracture::pipeline::{
     DegreeRequest, FractureError, FractureRequest, LiftComparison, LiftRow, PreparedObject,
 };
 use shatter_fracture::surface::{RawMesh, shapes};
-use shatter_fracture::token::CancelToken;
 use shatter_tests::{real, struck};
 
 /// Sites of the table's diagrams.

@@ -2,9 +2,9 @@
 
 use nalgebra::{Point3, Vector3};
 use serde_json::Value;
+use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{self, Tables, bake};
 use shatter_fracture::surface::shapes;
-use shatter_fracture::token::CancelToken;
 use shatter_tests::house::House;
 use shatter_tests::{glb, real};
 use std::collections::HashMap;

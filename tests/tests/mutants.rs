@@ -1,6 +1,6 @@
 //! Bad meshes at scale: every mutant ends in a checked answer or in a refusal that names its reason.
 
-use shatter_lab::study::mutants::{
+use shatter_lab::study::mesh_fuzz::{
     BaseMesh, FuzzPlan, FuzzTally, FuzzVerdict, Judge, MUST_ACCEPT_RATE_MIN, Mutant, REGRESSIONS, from_folder,
     generated, run,
 };

@@ -1,13 +1,13 @@
 //! Reduced elasticity: what it is worth on impacts that the examples do not have, and when it is used.
 
 use nalgebra::{Point3, Vector3};
+use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{BakeRequest, PartialBake, Share, bake, load, save};
 use shatter_fracture::pipeline::{
     ContactSet, ElasticRequest, FractureOutcome, FractureRequest, ImpactSampler, PreparedObject, RANK_MAX,
     REDUCED_ERROR_MAX, Workspace, reduce, strain_energy, strike,
 };
 use shatter_fracture::surface::{RawMesh, shapes};
-use shatter_fracture::token::CancelToken;
 use shatter_tests::real;
 
 /// An arch whose basis has seen this many impacts; no degrees are learned.

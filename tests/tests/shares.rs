@@ -3,13 +3,13 @@
 use nalgebra::Point3;
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
+use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{
     BakeRequest, DatabaseError, JoinError, PartialBake, Share, ShareError, bake, join, load, load_partial, save,
     save_partial,
 };
 use shatter_fracture::surface::RawMesh;
 use shatter_fracture::surface::shapes::write_obj;
-use shatter_fracture::token::CancelToken;
 use shatter_tests::house::House;
 use shatter_tests::real;
 use std::os::unix::fs::PermissionsExt;

@@ -1,13 +1,13 @@
 //! What fragments wear: the input's own triangles, and its looks on their outer faces.
 
 use nalgebra::{Point3, Vector3};
+use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{self, BakeRequest, Tables, bake};
 use shatter_fracture::pipeline::{
     self, DegreeRequest, FractureError, FractureMeshes, FractureRequest, PreparedObject, SkinVertexRow, Workspace,
 };
 use shatter_fracture::scene::{EffectKind, EffectSet, Grain, WarpControls};
 use shatter_fracture::surface::{NO_MATERIAL, RawMesh, Surface, TriangleAttributes, shapes};
-use shatter_fracture::token::CancelToken;
 use shatter_tests::{real, struck};
 use std::collections::HashMap;
 

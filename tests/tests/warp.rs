@@ -1,12 +1,12 @@
 //! What an artist says is done: grain, waves, paint, protected regions and sites, measured on the pieces.
 
 use nalgebra::{Matrix3, Point3, Vector3};
+use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{BakeRequest, Tables, bake};
 use shatter_fracture::lift::LiftKind;
 use shatter_fracture::pipeline::{DegreeRequest, FractureOutcome, FractureRequest, PreparedObject, WarpError};
 use shatter_fracture::scene::{EffectKind, EffectSet, Grain, Paint, Region, WarpControls, Waves};
 use shatter_fracture::surface::shapes;
-use shatter_fracture::token::CancelToken;
 use shatter_tests::{real, struck};
 
 /// Side of the cube that is struck, m.

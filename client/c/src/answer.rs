@@ -2,7 +2,7 @@
 
 use crate::refusal::text;
 use shatter_client::FractureResult;
-use shatter_proto::answer as wire;
+use shatter_proto::result as wire;
 use std::ffi::c_char;
 use std::mem::offset_of;
 use std::ptr;
@@ -190,7 +190,7 @@ impl From<&shatter_client::Fragment<'_>> for Fragment {
             positions: start(fragment.positions()),
             normals: start(fragment.normals()),
             uvs: start(fragment.uvs()),
-            looks: start(fragment.looks()),
+            looks: start(fragment.vertex_attributes()),
             vertex_count: fragment.positions().len(),
             indices: start(fragment.indices()),
             index_count: fragment.indices().len(),

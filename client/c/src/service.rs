@@ -170,7 +170,7 @@ pub extern "C" fn shatter_service_doze(
     refusal: Option<&mut MaybeUninit<Refusal>>,
 ) -> Code {
     border(refusal, || {
-        given("service", service)?.0.doze(Deadline::ms(timeout_ms));
+        given("service", service)?.0.wait_for_reply(Deadline::ms(timeout_ms));
         Ok(())
     })
 }

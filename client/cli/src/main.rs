@@ -4,7 +4,7 @@ mod commands;
 
 use clap::{Parser, Subcommand};
 use commands::{impact, list, prefracture, status, threshold};
-use shatter_cli_common::failure::{CliError, ended, usage};
+use shatter_cli_common::cli_error::{CliError, ended, usage};
 use shatter_cli_common::lab::ForwardedArgs;
 use std::process::ExitCode;
 

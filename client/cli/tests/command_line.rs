@@ -3,7 +3,7 @@
 use rustix::fs::{FlockOperation, flock};
 use serde_json::Value;
 use shatter_proto::name::ServiceName;
-use shatter_transport::place::ServicePaths;
+use shatter_transport::paths::ServicePaths;
 use std::process::Command;
 
 /// Runs `shatter` in an empty runtime folder; returns exit code, the document on stdout and stderr.

@@ -31,7 +31,7 @@ pub use mjcf::{MjcfModel, mjcf, write_mjcf};
 pub use normals::smooth_normals;
 pub use obj_folder::write_obj;
 
-use shatter_proto::answer::BondWire;
+use shatter_proto::result::BondWire;
 use std::io;
 use std::path::PathBuf;
 

@@ -7,7 +7,7 @@ use super::document::{CRACK_COLOUR, OUTER_COLOUR, fragment_name};
 use super::obj::{Part, Vertices, line, mesh};
 use super::{ExportError, FragmentView, ObjectView, WriteReport, check, smooth_normals, stale, write_whole};
 use serde_json::{Value, json};
-use shatter_proto::answer::BondWire;
+use shatter_proto::result::BondWire;
 use std::path::Path;
 
 const MATERIALS: &str = "fragments.mtl";

@@ -99,7 +99,7 @@ impl Broken {
     /// Which fragments touch; empty unless ``bonds`` is on.
     #[getter]
     fn bonds(&self) -> PyResult<Vec<Bond>> {
-        let bond = |row: &shatter_proto::answer::BondWire| Bond {
+        let bond = |row: &shatter_proto::result::BondWire| Bond {
             fragments: (row.fragments[0], (!row.holds_to_world()).then_some(row.fragments[1])),
             area_m2: row.area_m2,
             normal: row.normal,
@@ -111,7 +111,7 @@ impl Broken {
     /// Where dust and chips come from; empty unless ``debris`` is on.
     #[getter]
     fn debris(&self) -> PyResult<Vec<Debris>> {
-        let debris = |row: &shatter_proto::answer::DebrisWire| Debris {
+        let debris = |row: &shatter_proto::result::DebrisWire| Debris {
             fragment: row.fragment,
             neighbour: row.neighbour,
             position_m: row.position_m,

@@ -4,7 +4,7 @@ use crate::array::{column, rows};
 use crate::broken::{Held, unknown};
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
-use shatter_proto::answer::{SkinVertexWire, VertexAttributeWire};
+use shatter_proto::result::{SkinVertexWire, VertexAttributeWire};
 use std::sync::Arc;
 
 /// One fragment: a closed mesh and what a rigid body needs.
@@ -131,7 +131,7 @@ impl Fragment {
     /// (vertices, 5): normal and texture coordinates of the input, zero on cracks; None unless ``attributes`` is on.
     #[getter]
     fn looks<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<f32>>>> {
-        self.rows(py, |own| looks(own.looks()))
+        self.rows(py, |own| looks(own.vertex_attributes()))
     }
 
     /// (triangles,): the input's, 2³²−1 on cracks; None unless ``attributes`` is on and the input has any.

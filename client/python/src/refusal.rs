@@ -8,7 +8,7 @@ pyo3::create_exception!(shatter, Refusal, PyException, "Why something was not do
 /// The exception that `refusal` is, with its rule, offender, fault and advice as attributes.
 pub fn raised(refusal: shatter_client::Error) -> PyErr {
     Python::attach(|py| {
-        let error = Refusal::new_err(refusal.message.clone());
+        let error = Refusal::new_err(shatter_proto::text::message(&refusal.message));
         let told = error.value(py);
         let set = || -> PyResult<()> {
             told.setattr("kind", refusal.kind.name())?;

@@ -1,13 +1,13 @@
 //! What is seen of a fragment: its skin and its crack faces, in one mesh.
 
-mod rim;
-mod shell;
+mod boundary_edges;
+mod nearby_skin;
 
 use crate::{Fragment, FragmentSkin, Run};
 use nalgebra::Vector3;
+use nearby_skin::NearbySkin;
 use shatter_export::{RunView, smooth_normals};
-use shatter_proto::answer::VertexAttributeWire;
-use shell::NearbySkin;
+use shatter_proto::result::VertexAttributeWire;
 
 /// Normals and texture coordinates of vertices; empty where the result has none.
 #[derive(Default)]
@@ -19,7 +19,7 @@ pub(crate) struct Appearance {
 impl Appearance {
     /// Of a fragment's own vertices: the input's attributes outside, and on cracks those of the result, or smooth normals.
     pub fn of(fragment: &Fragment<'_>) -> Self {
-        let looks = fragment.looks();
+        let looks = fragment.vertex_attributes();
         if looks.is_empty() {
             return Self::default();
         }
@@ -72,7 +72,7 @@ impl Faces {
     fn fitted(fragment: &Fragment<'_>, skin: &FragmentSkin<'_>) -> (Self, Vec<bool>) {
         let mut faces = Self::cracks(fragment);
         let fitted = match faces.is_valid() {
-            true => rim::fit(&mut faces, skin),
+            true => boundary_edges::fit(&mut faces, skin),
             false => vec![false; faces.positions.len()],
         };
         (faces, fitted)
@@ -127,7 +127,7 @@ impl VisibleMesh {
         indices.extend(cracks.indices.iter().map(|index| index.saturating_add(first)));
         let run = |crack, index_first, index_count| RunView { crack, index_first, index_count };
         let runs = vec![run(false, 0, outer), run(true, outer, indices.len() as u32 - outer)];
-        let welded = rim::welded(&positions);
+        let welded = boundary_edges::welded(&positions);
         let merges = (0..).zip(welded).filter(|(vertex, first)| vertex != first).map(|(vertex, first)| [vertex, first]);
         let merges = merges.collect();
         Self { positions, indices, runs, merges, appearance: Appearance { normals, uvs: unless_zero(uvs) } }

@@ -1,6 +1,6 @@
 use super::*;
-use crate::answer::WORLD;
 use crate::layout::{Layout, SectionCounts};
+use crate::result::WORLD;
 use bytemuck::Zeroable;
 use proptest::prelude::*;
 

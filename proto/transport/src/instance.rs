@@ -5,8 +5,8 @@
 //! its private runtime folder: to clients in its lock file and its [`Hello`], to its successor in a list of the instances whose
 //! files may be left.
 
-use crate::hello::DaemonInfo;
-use crate::place::{ServicePaths, create_private, trusted};
+use crate::daemon_info::DaemonInfo;
+use crate::paths::{ServicePaths, create_private, trusted};
 use crate::shared_memory;
 use shatter_proto::{Error, ErrorKind};
 use std::fs::File;

@@ -1,8 +1,8 @@
 //! Where `shatterd` and its clients meet: the transport as both configure it, its names, files and folders.
 
-pub mod hello;
+pub mod daemon_info;
 pub mod instance;
-pub mod place;
+pub mod paths;
 pub mod private_folder;
 pub mod shared_memory;
 mod transport;

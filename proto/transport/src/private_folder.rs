@@ -1,7 +1,7 @@
 //! A folder that belongs to one user alone, held open: another one that takes its place under the same name is found out, and nothing is
 //! ever written into that.
 
-use crate::place::trusted;
+use crate::paths::trusted;
 use rustix::fs::{AtFlags, Mode, OFlags, fstat, open, openat, renameat, unlinkat};
 use rustix::io::Errno;
 use shatter_proto::{Error, ErrorKind};

@@ -1,11 +1,11 @@
 //! What the daemon strikes, as the daemon sees it: [`crate::wire`] makes it of the science, tests make it of little.
 
+use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::pipeline::{RetainedFragments, StageObserver, Workspace};
-use shatter_fracture::token::CancelToken;
-use shatter_proto::answer::{OverrunCause, StageWire};
 use shatter_proto::control::ObjectRow;
 use shatter_proto::layout::{SectionCounts, SectionsMut};
 use shatter_proto::request::Request;
+use shatter_proto::result::{OverrunCause, StageWire};
 use shatter_proto::{Error, ErrorKind};
 use std::path::Path;
 use std::sync::Arc;

@@ -2,24 +2,25 @@
 
 mod aim;
 mod cost;
-mod dials;
-mod refusals;
+mod errors;
 mod rows;
+mod settings;
 mod tables;
 
 pub use self::cost::CostReport;
-pub(crate) use self::dials::preset;
-pub use self::refusals::refusal;
-pub(crate) use self::refusals::refusal_in;
+pub use self::errors::refusal;
+pub(crate) use self::errors::refusal_in;
+pub(crate) use self::settings::preset;
 
 use self::aim::AimResult;
-use self::dials::EffectiveSettings;
 use self::rows::Writer;
+use self::settings::EffectiveSettings;
 use crate::cost::ObjectCosts;
 use crate::object::{EngineResult, Loader, ServedObject};
 use crate::scene::{ObjectPolicy, Scene};
 use bytemuck::Zeroable;
 use nalgebra::Point3;
+use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database;
 use shatter_fracture::lift::LiftKind;
 use shatter_fracture::pipeline::{
@@ -27,14 +28,13 @@ use shatter_fracture::pipeline::{
     Workspace,
 };
 use shatter_fracture::scene::{DEFAULT_DURATION_S, DEFAULT_RADIUS_DIAGONALS, EffectKind, EffectSet};
-use shatter_fracture::token::CancelToken;
-use shatter_proto::answer::{HULL_FACES_MAX, HitWire, NO_MATERIAL, OUTER, OverrunCause, StageWire, SummaryWire, WORLD};
 use shatter_proto::control::{ObjectRow, ObjectState};
 use shatter_proto::convention::Convention;
 use shatter_proto::effect;
 use shatter_proto::layout::{Layout, SectionCounts, SectionsMut};
 use shatter_proto::name::OBJECT_NAME_MAX;
 use shatter_proto::request::{Lift, Purpose, Quality, Request, SEED_DEFAULT};
+use shatter_proto::result::{HULL_FACES_MAX, HitWire, NO_MATERIAL, OUTER, OverrunCause, StageWire, SummaryWire, WORLD};
 use shatter_proto::{Error, ErrorKind};
 use std::sync::Arc;
 use std::time::Duration;
@@ -77,7 +77,7 @@ pub fn loader(scene: Option<Scene>) -> Loader {
         let refused = |error: &dyn std::fmt::Display| format!("objects.{name}: {error}");
         let mut prepared =
             prepared.warped(&terms.controls, &CancelToken::default()).map_err(|error| refused(&error))?;
-        terms.hold(&mut prepared).map_err(|error| refused(&error))?;
+        terms.anchor(&mut prepared).map_err(|error| refused(&error))?;
         Ok(Arc::new(EngineObject::new(Arc::new(prepared), terms)))
     })
 }
@@ -232,7 +232,7 @@ impl EngineObject {
 
     /// The preset of `strike`: its own, else the scene's, else the one that the object was baked for.
     fn quality(&self, strike: &Request) -> Quality {
-        let baked = dials::of_lattices(self.prepared.parameters.quality);
+        let baked = settings::of_lattices(self.prepared.parameters.quality);
         strike.quality.or(self.terms.quality).unwrap_or(baked)
     }
 
@@ -253,7 +253,7 @@ impl EngineObject {
 
     /// A strike as the engine wants it, on the object's terms.
     pub fn request(&self, strike: &Request) -> Result<pipeline::FractureRequest, Error> {
-        let (on, dials) = (self.terms.effects(strike)?, dials::of(strike, self.quality(strike)));
+        let (on, dials) = (self.terms.effects(strike)?, settings::of(strike, self.quality(strike)));
         let both = EffectKind::ALL.into_iter().zip(effect::Effect::ALL);
         let request = pipeline::FractureRequest {
             contacts: strike.contacts.iter().map(|contact| rows::contact(contact, &strike.convention)).collect(),
@@ -279,7 +279,7 @@ impl EngineObject {
         };
         let basis = self.prepared.bodies.iter().any(|body| body.reduced().is_some());
         let solved = !basis || request.elastic == pipeline::ElasticRequest::Solve;
-        Ok(dials::bounded(request, strike, self.costs.of(on, solved)))
+        Ok(settings::bounded(request, strike, self.costs.of(on, solved)))
     }
 }
 
@@ -392,7 +392,7 @@ const _: () = assert!(HULL_FACES_MAX == shatter_fracture::hull::FACES_MAX);
 #[cfg(test)]
 mod tests {
     use super::*;
-    use shatter_proto::answer::DEGREE_SOURCES;
+    use shatter_proto::result::DEGREE_SOURCES;
 
     #[test]
     fn engine_and_client_have_the_same_default_seed() {

@@ -10,6 +10,7 @@
 //! origin ([`surface::Frame`]). Physical units appear only in [`scene`], [`pipeline`] and [`fragment`].
 
 pub mod accuracy;
+pub mod cancel_token;
 pub mod centroidal;
 pub mod database;
 pub mod degree;
@@ -24,9 +25,8 @@ pub mod pipeline;
 pub mod random;
 pub mod reference;
 pub mod scene;
+mod simd;
 pub mod skin;
 pub mod sparse;
 pub mod surface;
 pub mod tessellation;
-pub mod token;
-mod wide;

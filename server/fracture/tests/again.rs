@@ -1,6 +1,7 @@
 //! Second strikes: children stay within their parent, their volumes add up to its, and no distance knows a way through a crack.
 
 use nalgebra::{Point3, Vector3};
+use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::centroidal::{self, DiagramOptions, EnergyField};
 use shatter_fracture::database::{BakeRequest, bake};
 use shatter_fracture::fragment::closed;
@@ -12,7 +13,6 @@ use shatter_fracture::pipeline::{
 };
 use shatter_fracture::scene::{EffectKind, EffectSet, Materials};
 use shatter_fracture::surface::{RawMesh, shapes};
-use shatter_fracture::token::CancelToken;
 use std::sync::LazyLock;
 
 /// A ring of round bar with a gap, 20 mm thick; its tips are at the bottom.

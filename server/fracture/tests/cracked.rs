@@ -1,6 +1,7 @@
 //! Objects that carry cracks of no width: neither lattice knows a way through them, elasticity opens there, and distances go around.
 
 use nalgebra::{Point3, Rotation3, Vector3};
+use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::centroidal::{self, DiagramOptions, EnergyField};
 use shatter_fracture::database::{BakeError, BakeRequest, bake, input_hash, save};
 use shatter_fracture::fragment::closed;
@@ -11,7 +12,6 @@ use shatter_fracture::pipeline::{
 };
 use shatter_fracture::scene::Materials;
 use shatter_fracture::surface::{CrackSheets, DefectKind, RawMesh, Surface, shapes};
-use shatter_fracture::token::CancelToken;
 use std::sync::LazyLock;
 
 /// Sides of the block, m. Its crack lies in the middle plane, from above to half its depth.

@@ -5,9 +5,9 @@ mod support {
 }
 
 use nalgebra::{Point3, Vector3};
+use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::elasticity::{ContactLoad, DrivingEnergy, ElasticWorkspace, Elasticity, NodalLoad};
 use shatter_fracture::lattice::block;
-use shatter_fracture::token::CancelToken;
 use support::counting::Counting;
 
 #[global_allocator]

@@ -1,11 +1,11 @@
 //! What the interior lift is for: cells of a Voronoi diagram do not join limbs that touch only through space.
 
 use nalgebra::Point3;
+use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::centroidal::{DiagramOptions, DiagramWorkspace, EnergyField, diagram};
 use shatter_fracture::lattice::{Lattice, block, stuff};
 use shatter_fracture::lift::{ALPHA_DEFAULT, LiftedLattice, MODES_DEFAULT, Spectrum, interior, stretch};
 use shatter_fracture::surface::{self, InsideTest, LengthUnit, Surface, UpAxis};
-use shatter_fracture::token::CancelToken;
 use std::path::Path;
 
 /// Starts per count of sites.

@@ -4,10 +4,10 @@ mod support {
     pub mod counting;
 }
 
+use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{BakeRequest, bake, load, save};
 use shatter_fracture::scene::Materials;
 use shatter_fracture::surface::shapes;
-use shatter_fracture::token::CancelToken;
 use support::counting::Counting;
 
 #[global_allocator]

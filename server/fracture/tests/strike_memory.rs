@@ -5,11 +5,11 @@ mod support {
 }
 
 use nalgebra::{Point3, Vector3};
+use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{BakeRequest, bake};
 use shatter_fracture::pipeline::{self, DegreeRequest, FractureRequest, PreparedObject, Workspace};
 use shatter_fracture::scene::Materials;
 use shatter_fracture::surface::shapes;
-use shatter_fracture::token::CancelToken;
 use support::counting::Counting;
 
 #[global_allocator]

@@ -1,7 +1,7 @@
 //! `shatter-lab`: what people look at. `shatterd demo`, `shatterd study` and `shatter load` run it.
 
 use clap::{Parser, Subcommand};
-use shatter_cli_common::failure::{ended, usage};
+use shatter_cli_common::cli_error::{ended, usage};
 use shatter_lab::commands::{demo, examples, study};
 use shatter_lab::load;
 use shatter_server::commands::{CommandError, interrupt, serve};
@@ -61,7 +61,7 @@ fn main() -> ExitCode {
     }
 }
 
-fn client(result: Result<(), shatter_cli_common::failure::CliError>, json: bool) -> ExitCode {
+fn client(result: Result<(), shatter_cli_common::cli_error::CliError>, json: bool) -> ExitCode {
     result.map_or_else(|failure| ended::<Cli>(&failure, json), |()| ExitCode::SUCCESS)
 }
 

@@ -4,21 +4,21 @@
 //! A catalog never changes: a reload makes another one of it, in which what lies in the folder unchanged is kept, and which
 //! takes its place whole. Strikes hold on to the version that they began with.
 
-mod loading;
-mod retired;
-mod shelf;
+mod directory_snapshot;
+mod load_in_progress;
+mod retired_versions;
 mod version;
 
-pub use retired::RetiredVersions;
-pub use shelf::{DatabaseSource, DirectorySnapshot};
+pub use directory_snapshot::{DatabaseSource, DirectorySnapshot};
+pub use retired_versions::RetiredVersions;
 pub use version::{ObjectVersion, unix_ns};
 
 use bytemuck::Zeroable;
-use loading::LoadInProgress;
+use load_in_progress::LoadInProgress;
 use shatter_engine::object::{Loader, ServedObject};
 use shatter_proto::control::{ObjectRow, ObjectState};
+use shatter_proto::error::ErrorWire;
 use shatter_proto::name::unknown_object;
-use shatter_proto::refusal::ErrorWire;
 use shatter_proto::{Error, ErrorKind};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;

@@ -1,10 +1,10 @@
 //! Catalogs of toy objects, and what becomes of them when their files change.
 
-use super::shelf::EXTENSION;
+use super::directory_snapshot::EXTENSION;
 use super::*;
 use shatter_engine::object::EngineResult;
+use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::pipeline::{StageObserver, Workspace};
-use shatter_fracture::token::CancelToken;
 use shatter_proto::request::Request;
 use std::path::PathBuf;
 use tempfile::TempDir;

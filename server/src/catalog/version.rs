@@ -1,6 +1,6 @@
 //! One version of an object, as it was loaded from one version of a file.
 
-use super::shelf::{DatabaseSource, FileStamp};
+use super::directory_snapshot::{DatabaseSource, FileStamp};
 use crate::memory;
 use crate::panics;
 use shatter_engine::object::{Loader, ServedObject};

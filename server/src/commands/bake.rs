@@ -1,8 +1,8 @@
 //! `shatterd bake`: a mesh file becomes a database.
 
-use super::bar::BakeProgress;
-use super::mistaken::{self, ExpectedFile};
-use super::{CommandError, bake_scene, baked, interrupt, out, shares, size};
+use super::bake_progress::BakeProgress;
+use super::expected_file::{self, ExpectedFile};
+use super::{CommandError, bake_report, bake_scene, interrupt, output, shares, size};
 use crate::config::data_folder;
 use clap::Args;
 use shatter_cli_common::choice;
@@ -137,7 +137,7 @@ fn one(args: &BakeArgs, name: &str, folder: &Path) -> Result<(), CommandError> {
     let mut request = request(args, name)?;
     let new = args.add.unwrap_or(args.examples);
     let share = shares::share(args.shard, new)?;
-    out::folder(folder)?;
+    output::folder(folder)?;
     let file = folder.join(format!("{name}.{}", database::EXTENSION));
     let kept = share.file(folder, name);
     if !args.resume && !args.restart {
@@ -147,7 +147,7 @@ fn one(args: &BakeArgs, name: &str, folder: &Path) -> Result<(), CommandError> {
     // A unit that was given is meant.
     let asks = args.unit.is_none() && args.shape.is_none();
     let doubtful = asks.then(|| size::doubtful(&raw, LengthUnit::M, request.material.density_kg_m3)).flatten();
-    doubtful.iter().for_each(|doubt| baked::warning(doubt));
+    doubtful.iter().for_each(|doubt| bake_report::warning(doubt));
     request.cracks = args.cracks.as_ref().map(|file| read(file, args)).transpose()?;
     let resumed = if args.resume { shares::resume(&kept, &raw, args, &request, share)? } else { None };
     let bar = BakeProgress::new(name, share.size(new));
@@ -160,7 +160,7 @@ fn one(args: &BakeArgs, name: &str, folder: &Path) -> Result<(), CommandError> {
     let partial = shares::work(partial, &kept, &token, &bar)?;
     if share.count > 1 {
         bar.finish();
-        return out::print(&shares::told(&partial, &kept, args.json));
+        return output::print(&shares::told(&partial, &kept, args.json));
     }
     let prepared = partial.learn(&token, &mut |step| bar.show(step))?;
     bar.say("write");
@@ -169,7 +169,7 @@ fn one(args: &BakeArgs, name: &str, folder: &Path) -> Result<(), CommandError> {
     drop(writing);
     shares::forget(&kept)?;
     bar.finish();
-    baked::tell(&prepared, &file, begun.elapsed(), doubtful, args.json)
+    bake_report::tell(&prepared, &file, begun.elapsed(), doubtful, args.json)
 }
 
 fn factor(text: &str) -> Result<Precision, String> {
@@ -197,7 +197,7 @@ fn of_mesh(error: BakeError, mesh: Option<&Path>) -> CommandError {
 
 /// A mesh file; what is wrong with it is said of the file.
 fn read(file: &Path, args: &BakeArgs) -> Result<RawMesh, CommandError> {
-    mistaken::check(file, ExpectedFile::Mesh)?;
+    expected_file::check(file, ExpectedFile::Mesh)?;
     surface::read(file, args.unit.unwrap_or(LengthUnit::M), args.up).map_err(|error| match error {
         named @ (SurfaceError::Unreadable { .. } | SurfaceError::UnknownFormat { .. }) => named.into(),
         error => CommandError::from(error).of_file(file),

@@ -1,12 +1,12 @@
 //! `shatterd bake --scene`: the databases of a scene, from the shapes that the project generates.
 
-use super::bar::BakeProgress;
-use super::mistaken::{self, ExpectedFile};
-use super::{CommandError, baked, interrupt, out};
+use super::bake_progress::BakeProgress;
+use super::expected_file::{self, ExpectedFile};
+use super::{CommandError, bake_report, interrupt, output};
 use serde_json::{Value, json};
 use shatter_engine::scene::{BakeRecipe, Scene};
+use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{self, EXTENSION};
-use shatter_fracture::token::CancelToken;
 use std::path::Path;
 use std::time::Instant;
 
@@ -24,7 +24,7 @@ enum State {
 /// Bakes every database of the scene whose shape is generated into `folder`, one after the other; what a bake would make again is kept.
 /// A failure or an interruption ends it, and what was finished before stays.
 pub fn run(scene: &Path, folder: &Path, as_json: bool) -> Result<(), CommandError> {
-    mistaken::check(scene, ExpectedFile::Scene)?;
+    expected_file::check(scene, ExpectedFile::Scene)?;
     let shown = scene.display();
     let scene = Scene::load(scene)?;
     let recipes = scene.recipes()?;
@@ -32,7 +32,7 @@ pub fn run(scene: &Path, folder: &Path, as_json: bool) -> Result<(), CommandErro
         let message = format!("{shown}: no object has a `shape`; bake their meshes with --name");
         return Err(CommandError::refused("no_shape", "shape", message));
     }
-    out::folder(folder)?;
+    output::folder(folder)?;
     let token = interrupt::token();
     let mut files = Vec::new();
     for (name, recipe) in &recipes {
@@ -43,7 +43,7 @@ pub fn run(scene: &Path, folder: &Path, as_json: bool) -> Result<(), CommandErro
         };
         let seconds = begun.elapsed().as_secs_f64();
         if !as_json {
-            out::print(&line(name, recipe, state, &file, seconds))?;
+            output::print(&line(name, recipe, state, &file, seconds))?;
         }
         files.push(json!({
             "database": name,
@@ -54,7 +54,7 @@ pub fn run(scene: &Path, folder: &Path, as_json: bool) -> Result<(), CommandErro
         }));
     }
     match as_json {
-        true => out::print(&format!("{}\n", json!({ "scene": scene.title, "files": files }))),
+        true => output::print(&format!("{}\n", json!({ "scene": scene.title, "files": files }))),
         false => Ok(()),
     }
 }
@@ -75,7 +75,7 @@ fn provide(name: &str, recipe: &BakeRecipe, file: &Path, token: &CancelToken) ->
     database::save(&prepared, file).map_err(|error| CommandError::database(file, &error))?;
     drop(writing);
     bar.finish();
-    baked::warn(&prepared);
+    bake_report::warn(&prepared);
     Ok(State::Baked)
 }
 

@@ -1,14 +1,14 @@
 //! `shatterd check`: the plan of a scene, before anything runs.
 
-use super::mistaken::{self, ExpectedFile};
-use super::{CommandError, lookup, out};
+use super::expected_file::{self, ExpectedFile};
+use super::{CommandError, lookup, output};
 use crate::config::data_folder;
 use clap::Args;
 use serde_json::{Value, json};
 use shatter_engine::scene::{Scene, SceneObject, paid, tables};
+use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{self, EXTENSION, Tables};
 use shatter_fracture::scene::{Anchors, WarpControls};
-use shatter_fracture::token::CancelToken;
 use shatter_proto::effect::{Class, Effect};
 use shatter_proto::name::nearest;
 use shatter_proto::{Error, ErrorKind};
@@ -30,16 +30,16 @@ pub struct CheckArgs {
 
 /// Reads the scene and prints its plan. Databases that are there are asked how large the tables are.
 pub fn run(args: &CheckArgs) -> Result<(), CommandError> {
-    mistaken::check(&args.scene, ExpectedFile::Scene)?;
+    expected_file::check(&args.scene, ExpectedFile::Scene)?;
     let scene = Scene::load(&args.scene)?;
     scene.recipes()?;
     let folder = args.databases.clone().map_or_else(data_folder, Ok)?;
     let objects = scene.objects.iter().map(|(name, object)| plan(name, object, &folder));
     let objects = objects.collect::<Result<Vec<_>, CommandError>>()?;
     if args.json {
-        return out::print(&format!("{}\n", json!({ "scene": scene.title, "objects": objects })));
+        return output::print(&format!("{}\n", json!({ "scene": scene.title, "objects": objects })));
     }
-    out::print(&(screen(&scene.title, &objects) + &missing(args, &objects)))
+    output::print(&(screen(&scene.title, &objects) + &missing(args, &objects)))
 }
 
 /// How to bake what is not there.
@@ -165,7 +165,7 @@ fn anchors(name: &str, anchors: &Anchors, file: &Path) -> Result<Vec<Value>, Com
     if !anchors.regions.is_empty() && file.exists() {
         let elastic = Tables { elastic: true, ..Tables::NONE };
         let prepared = database::load_tables(file, elastic).map_err(|error| CommandError::database(file, &error))?;
-        let grip = prepared.grip(anchors).map_err(|error| {
+        let grip = prepared.anchor_nodes(anchors).map_err(|error| {
             Error::new(ErrorKind::Configuration, format!("objects.{name}.anchors"), format!("objects.{name}: {error}"))
         })?;
         nodes = grip.counts.into_iter().map(Some).collect();

@@ -1,8 +1,8 @@
 //! `shatterd inspect`: what a database holds.
 
+use super::expected_file::{self, ExpectedFile};
 use super::inspect_memory::{memory_lines, memory_table};
-use super::mistaken::{self, ExpectedFile};
-use super::{CommandError, baked, intact, lookup, out};
+use super::{CommandError, bake_report, intact_mesh, lookup, output};
 use crate::memory::ResidentMemory;
 use clap::Args;
 use serde_json::{Value, json};
@@ -43,8 +43,8 @@ pub struct InspectArgs {
 /// Loads and verifies the file as the daemon would, and prints what is inside.
 pub fn run(args: &InspectArgs) -> Result<(), CommandError> {
     let file = lookup::database(&args.file, args.databases.as_deref())?;
-    mistaken::check(&file, ExpectedFile::Database)?;
-    args.out.as_deref().map_or(Ok(()), out::folder)?;
+    expected_file::check(&file, ExpectedFile::Database)?;
+    args.out.as_deref().map_or(Ok(()), output::folder)?;
     let damaged = |error| CommandError::database(&file, &error);
     if args.memory {
         // Each thread keeps free memory of its own. Whoever set the pool up earlier has decided.
@@ -59,7 +59,7 @@ pub fn run(args: &InspectArgs) -> Result<(), CommandError> {
     if let Some(folder) = &args.out {
         draw_examples(prepared, &file, folder)?;
     }
-    args.mesh.as_ref().map_or(Ok(()), |mesh| intact::write(prepared, mesh))?;
+    args.mesh.as_ref().map_or(Ok(()), |mesh| intact_mesh::write(prepared, mesh))?;
     let bytes = std::fs::metadata(&file).map_or(0, |metadata| metadata.len());
     let document = json!({
         "object": prepared.name,
@@ -94,7 +94,7 @@ pub fn run(args: &InspectArgs) -> Result<(), CommandError> {
         "materials": prepared.report.materials,
         "skin_triangles": prepared.skin.as_ref().map(|skin| skin.triangles.len()),
         "cracks": prepared.report.cracks,
-        "defects": baked::defects(&prepared.report.defects),
+        "defects": bake_report::defects(&prepared.report.defects),
         "unprepared": prepared.report.unprepared,
         "time": timing(&served, args.time)?,
         "memory": memory,
@@ -102,7 +102,7 @@ pub fn run(args: &InspectArgs) -> Result<(), CommandError> {
         "mesh": args.mesh,
     });
     if args.json {
-        return out::print(&format!("{document}\n"));
+        return output::print(&format!("{document}\n"));
     }
     let mut text = String::new();
     for (key, value) in document.as_object().into_iter().flatten() {
@@ -114,7 +114,7 @@ pub fn run(args: &InspectArgs) -> Result<(), CommandError> {
             value => text += &format!("{key}: {value}\n"),
         }
     }
-    out::lines(&text)
+    output::lines(&text)
 }
 
 /// Shares of the outer area; `null` for an object without a skin.

@@ -3,7 +3,7 @@
 
 use super::CommandError;
 use rustix::process::{Pid, Signal as Kill, kill_process};
-use shatter_fracture::token::CancelToken;
+use shatter_fracture::cancel_token::CancelToken;
 use shatter_proto::exit;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};

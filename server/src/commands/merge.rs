@@ -1,8 +1,8 @@
 //! `shatterd merge`: the shares of a bake become the database.
 
-use super::bar::BakeProgress;
-use super::mistaken::{self, ExpectedFile};
-use super::{CommandError, baked, interrupt, out};
+use super::bake_progress::BakeProgress;
+use super::expected_file::{self, ExpectedFile};
+use super::{CommandError, bake_report, interrupt, output};
 use clap::Args;
 use shatter_fracture::database;
 use std::path::PathBuf;
@@ -25,8 +25,8 @@ pub struct MergeArgs {
 /// Joins the shares, learns from all of their examples, writes the database. The shares stay.
 pub fn run(args: &MergeArgs) -> Result<(), CommandError> {
     let begun = Instant::now();
-    args.files.iter().try_for_each(|file| mistaken::check(file, ExpectedFile::Database))?;
-    out::folder(&args.out)?;
+    args.files.iter().try_for_each(|file| expected_file::check(file, ExpectedFile::Database))?;
+    output::folder(&args.out)?;
     let token = interrupt::token();
     let bar = BakeProgress::new("merge", 0);
     let prepared = database::join(&args.files, &token, &mut |step| bar.show(step))?;
@@ -36,5 +36,5 @@ pub fn run(args: &MergeArgs) -> Result<(), CommandError> {
     database::save(&prepared, &file).map_err(|error| CommandError::database(&file, &error))?;
     drop(writing);
     bar.finish();
-    baked::tell(&prepared, &file, begun.elapsed(), None, args.json)
+    bake_report::tell(&prepared, &file, begun.elapsed(), None, args.json)
 }

@@ -1,23 +1,23 @@
 //! The commands of `shatterd`, one file each.
 
 pub mod bake;
+mod bake_progress;
+mod bake_report;
 mod bake_scene;
-mod baked;
-mod bar;
 pub mod check;
-mod failure;
+mod command_error;
+mod expected_file;
 pub mod inspect;
 mod inspect_memory;
-mod intact;
+mod intact_mesh;
 pub mod interrupt;
 mod log;
 pub mod lookup;
 pub mod merge;
-mod mistaken;
-pub mod out;
+pub mod output;
 pub mod serve;
 mod shares;
 mod size;
 pub mod upgrade;
 
-pub use failure::CommandError;
+pub use command_error::CommandError;

@@ -1,8 +1,8 @@
 //! `shatterd serve`.
 
 use super::CommandError;
+use super::expected_file::{self, ExpectedFile};
 use super::log::LineWriter;
-use super::mistaken::{self, ExpectedFile};
 use crate::config::{Config, LogFormat};
 use crate::serve::{ServeOptions, run as serve};
 use shatter_cli_common::{self as program, StdoutError};
@@ -10,7 +10,7 @@ use shatter_engine::scene::Scene;
 use shatter_engine::wire::loader;
 use shatter_proto::name::ServiceName;
 use shatter_proto::{Error, ErrorKind};
-use shatter_transport::place::ServicePaths;
+use shatter_transport::paths::ServicePaths;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use tokio::sync::Notify;
@@ -42,8 +42,8 @@ pub struct Args {
 
 /// Serves until it is ended.
 pub fn run(args: &Args) -> Result<(), CommandError> {
-    args.config.as_deref().map_or(Ok(()), |file| mistaken::check(file, ExpectedFile::Configuration))?;
-    args.scene.as_deref().map_or(Ok(()), |file| mistaken::check(file, ExpectedFile::Scene))?;
+    args.config.as_deref().map_or(Ok(()), |file| expected_file::check(file, ExpectedFile::Configuration))?;
+    args.scene.as_deref().map_or(Ok(()), |file| expected_file::check(file, ExpectedFile::Scene))?;
     let config = configured(args)?;
     log(&config)?;
     // Nothing that is made from here on is for others, whoever makes it.

@@ -2,12 +2,12 @@
 
 use super::CommandError;
 use super::bake::{BakeArgs, input_hash};
-use super::bar::BakeProgress;
+use super::bake_progress::BakeProgress;
 use super::interrupt;
 use serde_json::json;
+use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{self, BakeError, BakeRequest, PartialBake, Share, ShareError};
 use shatter_fracture::surface::RawMesh;
-use shatter_fracture::token::CancelToken;
 use std::env::{VarError, var};
 use std::path::Path;
 use std::time::{Duration, Instant};

@@ -1,13 +1,13 @@
 //! `shatterd upgrade`: databases of older formats are converted, in place. Lattices and lifts are taken over, examples and what
 //! is learned from them are made again, from the same impacts.
 
-use super::bar::BakeProgress;
-use super::mistaken::{self, ExpectedFile};
-use super::{CommandError, interrupt, out};
+use super::bake_progress::BakeProgress;
+use super::expected_file::{self, ExpectedFile};
+use super::{CommandError, interrupt, output};
 use clap::Args;
 use serde_json::{Value, json};
+use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{self, DatabaseError};
-use shatter_fracture::token::CancelToken;
 use shatter_proto::text;
 use std::path::{Path, PathBuf};
 
@@ -36,7 +36,7 @@ pub fn run(args: &UpgradeArgs) -> Result<(), CommandError> {
             }
             Ok(from) => {
                 if !args.json {
-                    out::print(&format!("{}: format {from} → {}\n", text::message(&shown(file)), database::FORMAT))?;
+                    output::print(&format!("{}: format {from} → {}\n", text::message(&shown(file)), database::FORMAT))?;
                 }
                 files.push(json!({ "file": shown(file), "from": from, "to": database::FORMAT }));
             }
@@ -45,7 +45,7 @@ pub fn run(args: &UpgradeArgs) -> Result<(), CommandError> {
     let files = Value::Array(files);
     match CommandError::of_files(&failures) {
         Some(failure) => Err(failure.with_files(files)),
-        None if args.json => out::print(&format!("{}\n", json!({ "files": files }))),
+        None if args.json => output::print(&format!("{}\n", json!({ "files": files }))),
         None => Ok(()),
     }
 }
@@ -56,7 +56,7 @@ fn shown(file: &Path) -> String {
 
 /// Converts one file and says which format it had.
 fn upgrade(file: &Path, token: &CancelToken) -> Result<String, CommandError> {
-    mistaken::check(file, ExpectedFile::Database)?;
+    expected_file::check(file, ExpectedFile::Database)?;
     let damaged = |error: DatabaseError| CommandError::database(file, &error);
     let (partial, from) = database::load_older(file).map_err(damaged)?;
     if from != database::FORMAT {

@@ -1,7 +1,7 @@
 //! The pages of an answer are asked for before they are written.
 
 use shatter_proto::Error;
-use shatter_proto::answer::Block;
+use shatter_proto::result::Block;
 use shatter_transport::shared_memory::{need, populate};
 use std::collections::HashMap;
 use std::mem::MaybeUninit;

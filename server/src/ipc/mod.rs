@@ -7,16 +7,16 @@
 //! Every process of the same user can write to the transport's management memory and bring the daemon down: the user is
 //! the trust domain, the folders are closed to others, and a supervisor should restart what falls.
 
-mod entrance;
-mod home;
+mod client_entry;
 mod memory;
-mod orphans;
 mod ports;
-mod wake;
+mod runtime_directory;
+mod stale_segments;
+mod wake_socket;
 
-pub use entrance::ClientEntryCheck;
-pub use home::{RestartHistory, RuntimeDirectory};
+pub use client_entry::ClientEntryCheck;
 pub use memory::PopulatedPages;
-pub use orphans::StaleSegmentReaper;
-pub use ports::{ActiveControlRequest, ActiveImpactRequest, LoanedBuffer, PoolSize, Ports, lend};
-pub use wake::{ClientWaker, WakeSocket};
+pub use ports::{ActiveControlRequest, ActiveImpactRequest, LoanedBuffer, PoolSize, Ports, loan};
+pub use runtime_directory::{RestartHistory, RuntimeDirectory};
+pub use stale_segments::StaleSegmentReaper;
+pub use wake_socket::{ClientWaker, WakeSocket};

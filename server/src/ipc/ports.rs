@@ -10,9 +10,9 @@ use iceoryx2::port::{LoanError, ReceiveError};
 use iceoryx2::prelude::{AllocationStrategy, BackpressureStrategy, PortFactory as _, SignalHandlingMode};
 use iceoryx2::response_mut_uninit::ResponseMutUninit;
 use iceoryx2::service::port_factory::{event, request_response};
-use shatter_proto::answer::{BLOCK_BYTES, Block, ResultHeader};
 use shatter_proto::control::{ControlReplyHeader, ControlRequestWire, REPLY_BLOCKS};
 use shatter_proto::request::RequestWire;
+use shatter_proto::result::{BLOCK_BYTES, Block, ResultHeader};
 use shatter_proto::{Error, ErrorKind};
 use shatter_transport::instance::Instance;
 use shatter_transport::{
@@ -141,7 +141,7 @@ impl Ports {
     }
 
     /// Takes back what dead clients held; returns how many were found.
-    pub fn bury_the_dead(&self) -> u64 {
+    pub fn reap_dead_clients(&self) -> u64 {
         self.node.try_cleanup_dead_nodes().cleanups
     }
 
@@ -155,7 +155,7 @@ impl Ports {
         let mut held = Vec::with_capacity(buckets);
         for _ in 0..buckets {
             let active = self.next_strike().ok_or_else(|| failed("rehearsal", "a request was lost"))?;
-            let mut lent = lend(&active, blocks)?;
+            let mut lent = loan(&active, blocks)?;
             populated.ensure(lent.payload_mut())?;
             held.push((active, lent));
         }
@@ -164,11 +164,15 @@ impl Ports {
 }
 
 /// Lends a bucket for an answer. Errors: `busy` when all are held, `answer_too_large`.
-pub fn lend(active: &ActiveImpactRequest, blocks: usize) -> Result<LoanedBuffer, Error> {
+pub fn loan(active: &ActiveImpactRequest, blocks: usize) -> Result<LoanedBuffer, Error> {
     active.loan_slice_uninit(blocks).map_err(|error| match error {
         LoanError::OutOfMemory => Error::new(ErrorKind::Busy, "answers", "all buckets of answers are held by clients"),
         LoanError::ExceedsMaxLoanSize => {
-            let message = format!("the answer of {} bytes is larger than a bucket", blocks * BLOCK_BYTES);
+            let message = format!(
+                "the answer of {} bytes is larger than a bucket; restart the daemon, which makes buckets for the objects that it then \
+                 loads, or raise answers.bucket_mib_max",
+                blocks * BLOCK_BYTES
+            );
             Error::new(ErrorKind::AnswerTooLarge, "answers", message)
         }
         error => failed("loan", error),

@@ -1,22 +1,21 @@
 //! Strikes on their way: a bounded queue by urgency, a few that compute, and the bookkeeping between the thread that waits and
 //! the threads that compute.
 
-mod crew;
-mod flight;
 mod forecast;
-mod overrun;
+mod job;
+mod overrun_cause;
 mod queue;
+mod worker_pool;
 
-pub use crew::{WorkerEvent, WorkerPool, lanes, threads};
-pub use flight::Job;
+pub use job::Job;
+pub use worker_pool::{WorkerEvent, WorkerPool, lanes, threads};
 
 use crate::catalog::Catalog;
+use crate::error_mailbox::RequestKey;
 use crate::ipc::ActiveImpactRequest;
 use crate::metrics::JobEnd;
-use crate::verdicts::RequestKey;
-use crew::WorkerSlot;
-use flight::StopCause;
 use forecast::{Forecast, WorkKind};
+use job::StopCause;
 use queue::{ClientId, Queue, QueueKey};
 use shatter_proto::control::ProgressRow;
 use shatter_proto::request::RequestWire;
@@ -25,6 +24,7 @@ use std::collections::HashMap;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
+use worker_pool::WorkerSlot;
 
 /// What a strike is expected to take of whose object nothing is known yet.
 const COST_UNKNOWN: Duration = Duration::from_millis(10);
@@ -209,7 +209,7 @@ impl Jobs {
             let cost = self.forecast.of(flight.work()).unwrap_or(place.cost);
             if place.deadline.is_some_and(|deadline| Instant::now() + cost > deadline) {
                 // It would be late: whoever is next may be in time.
-                self.waiting.landed(Instant::now(), &place, Duration::ZERO);
+                self.waiting.completed(Instant::now(), &place, Duration::ZERO);
                 let late = Error::new(ErrorKind::Late, "deadline", "its turn came too late for the deadline");
                 let end = self.refuse(&flight, &late);
                 self.ends.push(end);
@@ -217,7 +217,7 @@ impl Jobs {
             }
             let lane = self.lane();
             self.running.push(Running { flight: flight.clone(), place, lane, begun: Instant::now() });
-            self.crew.fly(flight, lane);
+            self.crew.run(flight, lane);
         }
     }
 
@@ -239,11 +239,11 @@ impl Jobs {
     }
 
     /// A strike has ended.
-    pub fn landed(&mut self, flight: &Arc<Job>, end: JobEnd) {
+    pub fn completed(&mut self, flight: &Arc<Job>, end: JobEnd) {
         let Some(index) = self.running.iter().position(|running| Arc::ptr_eq(&running.flight, flight)) else { return };
         let Running { place, begun, .. } = self.running.swap_remove(index);
         let time = begun.elapsed();
-        self.waiting.landed(Instant::now(), &place, time);
+        self.waiting.completed(Instant::now(), &place, time);
         if end == JobEnd::Answered {
             self.forecast.learn(flight.work(), time);
             self.unread.push(flight.clone());

@@ -144,7 +144,7 @@ impl<T> Queue<T> {
     }
 
     /// One that was popped has computed for `time`, and is done at this moment.
-    pub fn landed(&mut self, at: Instant, place: &QueueKey, time: Duration) {
+    pub fn completed(&mut self, at: Instant, place: &QueueKey, time: Duration) {
         self.advance(at);
         if let Some(account) = self.accounts.get_mut(&place.client) {
             account.end += time.as_secs_f64() - place.cost.as_secs_f64();
@@ -256,7 +256,7 @@ mod tests {
             queue.push(now, QueueKey { cost: cost * MS, ..place(1, None) }, n).unwrap();
             if n == 4 {
                 let (place, _) = queue.pop(|client| *client == [2; 16]).unwrap();
-                queue.landed(now, &place, MS);
+                queue.completed(now, &place, MS);
             }
         }
         let found: Vec<usize> = order(&mut queue).into_iter().filter(|n| *n < 100).collect();
@@ -281,7 +281,7 @@ mod tests {
         (0..20).for_each(|_| {
             let (place, _) = queue.pop(|_| true).unwrap();
             now += 10 * MS;
-            queue.landed(now, &place, 10 * MS);
+            queue.completed(now, &place, 10 * MS);
         });
         (0..4).for_each(|n| _ = queue.push(now, place(2, None), 100 + n));
         let next: Vec<i32> = (0..6).map(|_| queue.pop(|_| true).unwrap().1).collect();
@@ -305,7 +305,7 @@ mod tests {
             let (place, client) = running.swap_remove(random() as usize % running.len());
             let time = MS * (4 + random() as u32 % 12);
             now += time / 2;
-            queue.landed(now, &place, time);
+            queue.completed(now, &place, time);
             served[client as usize] += 1;
             queue.push(now, QueueKey { cost: MS * (8 + random() as u32 % 4), ..place }, client).unwrap();
         }
@@ -403,11 +403,11 @@ mod tests {
             queue.push(now, place(client, None), client).unwrap();
             let (place, _) = queue.pop(|other| *other != [255; 16]).unwrap();
             now += 40 * MS;
-            queue.landed(now, &place, MS);
+            queue.completed(now, &place, MS);
         }
         assert!(queue.accounts.len() < 4, "{}", queue.accounts.len());
         let (place, _) = queue.pop(|_| true).unwrap();
-        queue.landed(now, &place, MS);
+        queue.completed(now, &place, MS);
         assert!(queue.accounts.is_empty());
     }
 }

@@ -1,9 +1,9 @@
 //! A real object, small enough to be baked in every test.
 
+use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{BakeRequest, bake, save};
 use shatter_fracture::scene::Materials;
 use shatter_fracture::surface::shapes;
-use shatter_fracture::token::CancelToken;
 
 /// The bytes of the database of a bar of 0.4 × 0.2 × 0.2 m.
 pub fn bar(crack_spacing: f64) -> Vec<u8> {

@@ -2,7 +2,7 @@
 
 use shatter_proto::name::ServiceName;
 use shatter_transport::instance::Instance;
-use shatter_transport::place::ServicePaths;
+use shatter_transport::paths::ServicePaths;
 use std::fs::File;
 use std::os::unix::fs::OpenOptionsExt;
 use std::path::PathBuf;

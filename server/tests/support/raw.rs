@@ -6,13 +6,13 @@ use iceoryx2::port::client::Client;
 use iceoryx2::port::notifier::Notifier;
 use iceoryx2::prelude::SignalHandlingMode;
 use shatter_proto::ErrorKind;
-use shatter_proto::answer::{Block, ResultHeader, SummaryWire};
 use shatter_proto::control::{ControlReplyHeader, ControlRequest, ControlRequestWire, read};
-use shatter_proto::refusal::ErrorWire;
+use shatter_proto::error::ErrorWire;
 use shatter_proto::request::RequestWire;
+use shatter_proto::result::{Block, ResultHeader, SummaryWire};
 use shatter_proto::view::CheckedLayout;
 use shatter_transport::instance::Instance;
-use shatter_transport::place::ServicePaths;
+use shatter_transport::paths::ServicePaths;
 use shatter_transport::{CONTROL_SERVICE, Ipc, STRIKE_SERVICE, WAKE_DAEMON_SERVICE, config, service_name};
 use std::time::Duration;
 

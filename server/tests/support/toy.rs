@@ -2,12 +2,12 @@
 
 use bytemuck::Zeroable;
 use shatter_engine::object::{EngineResult, Loader, ServedObject};
+use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::pipeline::{Stage, StageObserver, Workspace};
-use shatter_fracture::token::CancelToken;
-use shatter_proto::answer::{FragmentWire, OUTER, RunWire, SummaryWire};
 use shatter_proto::control::{ObjectRow, ObjectState};
 use shatter_proto::layout::{SectionCounts, SectionsMut};
 use shatter_proto::request::{Purpose, Request};
+use shatter_proto::result::{FragmentWire, OUTER, RunWire, SummaryWire};
 use shatter_proto::{Error, ErrorKind};
 use std::ops::Range;
 use std::path::PathBuf;

@@ -3,12 +3,12 @@
 use super::{choice, seed};
 use nalgebra::Vector3;
 use serde_json::{Map, Value};
+use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{BakeRequest, bake, load, load_older, load_parameters, load_partial, save};
 use shatter_fracture::fragment::closed;
 use shatter_fracture::pipeline::{DegreeRequest, FractureMeshes, FractureRequest, PreparedObject, Workspace, strike};
 use shatter_fracture::scene::Material;
 use shatter_fracture::surface::shapes;
-use shatter_fracture::token::CancelToken;
 use std::ops::Range;
 use std::sync::LazyLock;
 

@@ -2,12 +2,12 @@
 
 use super::{choice, seed};
 use bytemuck::{AnyBitPattern, Zeroable, bytes_of};
-use shatter_proto::answer::{BLOCK_BYTES, Block, ResultHeader};
 use shatter_proto::control::{self, ControlReplyHeader, ControlRequest, ControlRequestWire, ObjectRow, StatusRow};
 use shatter_proto::layout::{Layout, SectionCounts};
 use shatter_proto::request::{Contact, Request, RequestWire};
+use shatter_proto::result::{BLOCK_BYTES, Block, ResultHeader};
 use shatter_proto::view::CheckedLayout;
-use shatter_transport::hello::DaemonInfo;
+use shatter_transport::daemon_info::DaemonInfo;
 
 const LISTENER: [u8; 16] = [7; 16];
 
@@ -39,7 +39,7 @@ fn answer() -> Vec<u8> {
     let fragment = &mut sections.fragments[0];
     (fragment.vertex_count, fragment.index_count, fragment.run_count) = (3, 3, 1);
     let run = &mut sections.runs[0];
-    (run.neighbour, run.material, run.vertex_count, run.index_count) = (shatter_proto::answer::OUTER, 1, 3, 3);
+    (run.neighbour, run.material, run.vertex_count, run.index_count) = (shatter_proto::result::OUTER, 1, 3, 3);
     sections.indices.copy_from_slice(&[0, 1, 2]);
     sections.summary.set_object("vase");
     [bytes_of(&layout.header(5)), bytemuck::cast_slice(&payload)].concat()

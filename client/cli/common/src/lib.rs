@@ -1,6 +1,6 @@
 //! What `shatter` and `shatterd` share as programs: standard output, arguments and usage errors. No interface for hosts.
 
-pub mod failure;
+pub mod cli_error;
 pub mod lab;
 mod mistakes;
 mod stdout;

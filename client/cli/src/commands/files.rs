@@ -1,7 +1,7 @@
 //! Where commands write fragments, and in which format.
 
 use super::{CliError, note};
-use shatter_cli_common::failure::size;
+use shatter_cli_common::cli_error::size;
 use shatter_client::{Deadline, Effect, Error, ErrorKind, FractureResult, Impact, Object};
 use shatter_export::WriteReport;
 use shatter_proto::name::nearest;

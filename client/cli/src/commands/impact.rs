@@ -8,7 +8,7 @@ use shatter_client::{
     Client, Deadline, DegreeRule, Effect, ElasticSource, FractureResult, Hit, HullMesh, Impact, Lift, Quality, Ray,
     RetainedFragment, SEED_DEFAULT,
 };
-use shatter_proto::answer::{BondWire, DebrisWire, EffectWire, HullWire, NO_MATERIAL, SummaryWire};
+use shatter_proto::result::{BondWire, DebrisWire, EffectWire, HullWire, NO_MATERIAL, SummaryWire};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -105,6 +105,10 @@ const SLACK_MS: u64 = 250;
 /// Refuses points without impulses, and impulses without points.
 fn paired(args: &Args) -> Result<(), CliError> {
     let (points, impulses) = (args.point.len() + usize::from(args.ray.is_some()), args.impulse.len());
+    if args.impulse_ns.is_some() && args.ray.is_none() {
+        let message = "--impulse-ns is the size of an impulse along --ray; with --point give --impulse X,Y,Z";
+        return Err(CliError::Usage(message.to_owned()));
+    }
     if args.impulse_ns.is_some() || points == impulses {
         return Ok(());
     }
@@ -284,7 +288,7 @@ pub(super) fn to_json(broken: &FractureResult, asked: RequestEcho<'_>, files: &[
             })
         })
         .collect();
-    let stage = |stage: &shatter_proto::answer::StageWire| json!({ "name": stage.name(), "ran": stage.ran != 0, "ns": stage.ns, "bytes": stage.bytes });
+    let stage = |stage: &shatter_proto::result::StageWire| json!({ "name": stage.name(), "ran": stage.ran != 0, "ns": stage.ns, "bytes": stage.bytes });
     let effect = |effect: &EffectWire| json!({ "name": effect.name(), "ran": effect.ran != 0, "ns": effect.ns, "bytes": effect.bytes });
     let section = |section: &shatter_client::SectionDigest| json!({ "name": section.name, "bytes": section.bytes, "hash": section.hash });
     let bond = |bond: &BondWire| {

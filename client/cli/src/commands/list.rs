@@ -3,6 +3,7 @@
 use super::{CliError, document, note, objects, out, reply};
 use serde_json::{Value, json};
 use shatter_client::{Client, ObjectFacts};
+use shatter_proto::text::escaped;
 
 /// Lists the objects of the service, with the bounds of their meshes: of their lattices where the bake left out the skin, or where
 /// a scene bends them.
@@ -32,7 +33,7 @@ pub fn run(service: &str, args: &Args) -> Result<(), CliError> {
         if facts.ready {
             out(format_args!(
                 "{:width$}  {:7}  {:BOUNDS$}  {:11.3e}  {:11.3e}  {:6}  {}\n",
-                facts.name,
+                escaped(&facts.name),
                 facts.state.name(),
                 bounds(facts),
                 facts.volume_m3,

@@ -8,9 +8,9 @@ mod parse;
 pub mod prefracture;
 pub mod status;
 pub mod threshold;
-mod when;
+mod time_of_day;
 
-use shatter_cli_common::failure::{CliError, document, note, out};
+use shatter_cli_common::cli_error::{CliError, document, note, out};
 use shatter_client::{Deadline, Impact};
 use std::time::Duration;
 

@@ -1,8 +1,9 @@
 //! What `list` and `status` say about objects.
 
-use super::when::utc;
+use super::time_of_day::utc;
 use serde_json::{Map, Value, json};
 use shatter_client::ObjectFacts;
+use shatter_proto::text::escaped;
 
 const MIB: f64 = 1_048_576.0;
 
@@ -37,14 +38,14 @@ pub fn loaded(object: &ObjectFacts) -> Value {
 
 /// Width of the column of names.
 pub fn width(objects: &[ObjectFacts]) -> usize {
-    objects.iter().map(|object| object.name.chars().count()).max().unwrap_or(0).max(6)
+    objects.iter().map(|object| escaped(&object.name).chars().count()).max().unwrap_or(0).max(6)
 }
 
 /// Why an object, or what lies in its place now, could not be loaded; empty if it could.
 pub fn complaint(object: &ObjectFacts, width: usize) -> String {
     match &object.refusal {
         Some(refusal) if object.ready => format!("{:width$}  outdated: {refusal}\n", ""),
-        Some(refusal) => format!("{:width$}  {:7}  {refusal}\n", object.name, object.state.name()),
+        Some(refusal) => format!("{:width$}  {:7}  {refusal}\n", escaped(&object.name), object.state.name()),
         None => String::new(),
     }
 }
@@ -60,7 +61,7 @@ pub fn table(objects: &[ObjectFacts]) -> String {
         if object.ready {
             text += &format!(
                 "{:width$}  {:10.1}  {:8.1}  {:7.0}  {:7}  {}\n",
-                object.name,
+                escaped(&object.name),
                 object.memory_bytes as f64 / MIB,
                 object.file_bytes as f64 / MIB,
                 object.load_time.as_secs_f64() * 1e3,

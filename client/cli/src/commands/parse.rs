@@ -30,11 +30,15 @@ pub fn ray(text: &str) -> Result<Ray, String> {
     Ok(Ray { origin_m: [x, y, z], direction: [dx, dy, dz] })
 }
 
+/// Sites of a strike at most; the daemon has the last word.
+const DEGREE_MAX: u32 = 512;
+
 /// A rule for the number of sites, or the number.
 pub fn degree(text: &str) -> Result<DegreeRule, String> {
     if text.parse::<f64>().is_ok() {
         // Whether a number can be had is the daemon's to say, 0 among them.
-        return text.parse().ok().map(DegreeRule::Sites).ok_or_else(|| "must be a whole number, 1 or more".to_owned());
+        let wrong = || format!("must be a whole number, 1 to {DEGREE_MAX}");
+        return text.parse().ok().map(DegreeRule::Sites).ok_or_else(wrong);
     }
     choice(
         text,
@@ -114,7 +118,7 @@ mod tests {
         assert_eq!(degree("0"), Ok(DegreeRule::Sites(0)));
         assert_eq!(degree("verified"), Ok(DegreeRule::Verified));
         for odd in ["-3", "2.5", "1e30", "NaN", "99999999999"] {
-            assert_eq!(degree(odd).unwrap_err(), "must be a whole number, 1 or more");
+            assert_eq!(degree(odd).unwrap_err(), "must be a whole number, 1 to 512");
         }
         assert!(degree("closedform").unwrap_err().contains("did you mean `closed_form`?"));
     }

@@ -1,6 +1,6 @@
 //! `shatter status`.
 
-use super::when::utc;
+use super::time_of_day::utc;
 use super::{CliError, document, objects, out, reply};
 use serde_json::{Map, Value, json};
 use shatter_client::{Client, Deadline, Error, Latency, ObjectFacts, Status};

@@ -121,7 +121,7 @@ impl Body {
     fn join_weakest(&mut self) {
         self.groups.sort_by(|a, b| b.weight().total_cmp(&a.weight()));
         let Some(weakest) = self.groups.pop() else { return };
-        let nearest = self.groups.iter_mut().min_by(|a, b| a.away(&weakest).total_cmp(&b.away(&weakest)));
+        let nearest = self.groups.iter_mut().min_by(|a, b| a.distance(&weakest).total_cmp(&b.distance(&weakest)));
         match nearest {
             Some(nearest) => *nearest = nearest.with(&weakest),
             None => self.groups.push(weakest),

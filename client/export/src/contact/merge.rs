@@ -92,7 +92,7 @@ impl ContactGroup {
     }
 
     /// How far the other is away, m.
-    pub(super) fn away(&self, other: &Self) -> f64 {
+    pub(super) fn distance(&self, other: &Self) -> f64 {
         (self.point - other.point).norm()
     }
 
@@ -159,6 +159,6 @@ pub(super) fn merged(
 /// The two groups nearest to each other, and how far they are apart, m.
 fn nearest(groups: &[ContactGroup]) -> Option<(usize, usize, f64)> {
     let pairs = (0..groups.len()).flat_map(|i| (i + 1..groups.len()).map(move |j| (i, j)));
-    let apart = |(i, j): (usize, usize)| (i, j, groups[i].away(&groups[j]));
+    let apart = |(i, j): (usize, usize)| (i, j, groups[i].distance(&groups[j]));
     pairs.map(apart).min_by(|a, b| a.2.total_cmp(&b.2))
 }

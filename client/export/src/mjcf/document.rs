@@ -4,7 +4,7 @@ use super::shapes::{Shape, Solid};
 use super::{fragment_name, tensor_z_up, z_up};
 use crate::{FragmentView, ObjectView, PrincipalInertia, principal};
 use quick_xml::Writer;
-use shatter_proto::answer::BondWire;
+use shatter_proto::result::BondWire;
 use std::fmt::Display;
 use std::io;
 

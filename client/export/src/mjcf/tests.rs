@@ -3,7 +3,7 @@
 use super::*;
 use crate::{FragmentView, HullView, RunView};
 use nalgebra::{Matrix3, Rotation3, Vector3};
-use shatter_proto::answer::{BondWire, WORLD};
+use shatter_proto::result::{BondWire, WORLD};
 
 fn matrix([xx, yy, zz, xy, xz, yz]: [f64; 6]) -> Matrix3<f64> {
     Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz)

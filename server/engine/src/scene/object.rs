@@ -3,12 +3,12 @@
 use super::names::{known, nearest};
 use super::{BakeRecipe, anchors, invalid, warp};
 use serde::Deserialize;
+use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{BakeRequest, Tables};
 use shatter_fracture::degree::reference_gamma;
 use shatter_fracture::pipeline::{AnchorError, PreparedObject};
 use shatter_fracture::scene::{Anchors, Material, Materials, WarpControls, brief, toml_error};
 use shatter_fracture::surface::{RawMesh, shapes};
-use shatter_fracture::token::CancelToken;
 use shatter_proto::Error;
 use shatter_proto::effect::{Effect, Effects, conflict};
 use shatter_proto::name::object_name;
@@ -180,9 +180,9 @@ impl ObjectPolicy {
     }
 
     /// Holds `prepared` if some strike may want it held.
-    pub fn hold(&self, prepared: &mut PreparedObject) -> Result<(), AnchorError> {
+    pub fn anchor(&self, prepared: &mut PreparedObject) -> Result<(), AnchorError> {
         match self.allowed.has(Effect::Anchored) {
-            true => prepared.hold(&self.anchors, &CancelToken::default()),
+            true => prepared.anchor(&self.anchors, &CancelToken::default()),
             false => Ok(()),
         }
     }

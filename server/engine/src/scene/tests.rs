@@ -149,7 +149,7 @@ fn anchors_and_weight_are_read() {
                 anchors = [{ center = [0, 1, 0], radius_m = 0.5 }, { min = [0, 0, 0], max = [1, 1, 1] }]";
     let terms = object(text).unwrap().terms;
     let points = [[0.0, 1.5, 0.0], [0.9, 0.9, 0.0], [1.1, 0.0, 0.0]].map(Point3::from);
-    assert_eq!(points.map(|point| terms.anchors.hold(&point)), [true, true, false]);
+    assert_eq!(points.map(|point| terms.anchors.contains(&point)), [true, true, false]);
     assert_eq!(terms.anchors.gravity_m_s2, Some(Vector3::new(0.0, -9.81, 0.0)));
     let moon = object(&format!("{text}\ngravity_m_s2 = [0, -1.6, 0]")).unwrap().terms;
     assert_eq!(moon.anchors.gravity_m_s2, Some(Vector3::new(0.0, -1.6, 0.0)));

@@ -6,10 +6,10 @@ use bytemuck::Zeroable;
 use nalgebra::Vector3;
 use shatter_fracture::pipeline::{AimRay, FractureError, StageObserver, SurfaceHit};
 use shatter_proto::Error;
-use shatter_proto::answer::{HitWire, SummaryWire};
 use shatter_proto::convention::Convention;
 use shatter_proto::layout::{SectionCounts, SectionsMut};
 use shatter_proto::request::{Contact, Request, squarable};
+use shatter_proto::result::{HitWire, SummaryWire};
 
 /// Where the ray of `strike` first meets what it strikes; nothing without a ray.
 pub(super) fn first_hit(

@@ -1,14 +1,14 @@
 //! Timing strikes of an object, for what they are expected to take.
 
 use super::EngineObject;
-use crate::clock::StageProfiler;
 use crate::object::ServedObject;
+use crate::stage_profiler::StageProfiler;
+use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::pipeline::{CostSample, ElasticRequest, ImpactSampler, Stage, StrikeCost, Workspace};
-use shatter_fracture::token::CancelToken;
 use shatter_proto::Error;
-use shatter_proto::answer::{Block, StageWire};
 use shatter_proto::layout::Layout;
 use shatter_proto::request::{Contact, DegreeRule, ElasticSource, Request};
+use shatter_proto::result::{Block, StageWire};
 use std::time::{Duration, Instant};
 
 /// Seed of the impacts that are timed.

@@ -9,12 +9,12 @@ use shatter_fracture::pipeline::{
 use shatter_fracture::scene::EffectKind;
 use shatter_fracture::tessellation::HostFrame;
 use shatter_proto::Error;
-use shatter_proto::answer::{
-    BondWire, DebrisWire, FragmentWire, HullWire, RunWire, SkinVertexWire, SkinWire, VelocityWire, VertexAttributeWire,
-};
 use shatter_proto::convention::Convention;
 use shatter_proto::layout::SectionsMut;
 use shatter_proto::request::Contact;
+use shatter_proto::result::{
+    BondWire, DebrisWire, FragmentWire, HullWire, RunWire, SkinVertexWire, SkinWire, VelocityWire, VertexAttributeWire,
+};
 
 /// A contact of a strike in `from`, as the engine has it.
 pub(super) fn contact(own: &Contact, from: &Convention) -> pipeline::ImpactContact {

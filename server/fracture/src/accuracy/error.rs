@@ -1,7 +1,7 @@
 //! Why nothing was measured.
 
+use crate::cancel_token::Cancelled;
 use crate::tessellation::TessellationError;
-use crate::token::Cancelled;
 
 /// Why nothing was measured.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

@@ -18,22 +18,22 @@
 //! **Energies of two elastic lattices.** Both are carried by their own conservative [`Transfer`](crate::lattice::Transfer) to the nodes
 //! of one common crack lattice, and compared there: nothing is sampled, and both add up to their own totals.
 
+mod candidate_sites;
 mod distance;
 mod error;
-mod exact;
-mod labels;
+mod exact_cells;
+mod label_errors;
 mod normals;
 mod polytope;
 mod regions;
-mod rivals;
 mod scalar;
 #[cfg(test)]
 mod tests;
 
 pub use distance::{CrackDistance, crack_distance};
 pub use error::AccuracyError;
-pub use exact::{ExactCells, exact};
-pub use labels::{LabelErrors, carried, label_fraction, misplaced, nearest};
+pub use exact_cells::{ExactCells, exact};
+pub use label_errors::{LabelErrors, carried, label_fraction, misplaced, nearest};
 pub use normals::{NORMAL_DEG, NormalShares, ShadedLattice, ShadedTriangle};
 pub use regions::Regions;
 pub use scalar::{cvd_gap, degree_error, density_error, energy_error, size_distance, volume_l1};

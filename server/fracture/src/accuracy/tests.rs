@@ -1,11 +1,11 @@
 use super::*;
+use crate::cancel_token::CancelToken;
 use crate::centroidal::{self, DiagramWorkspace, EnergyField};
 use crate::lattice::{Lattice, LatticePoint, Locator, block};
 use crate::lift::{LiftedLattice, interior};
 use crate::random::RandomStream;
 use crate::reference::perturbed;
 use crate::tessellation::Topology;
-use crate::token::CancelToken;
 use nalgebra::{Isometry3, Point3, Vector3};
 
 /// Sites of the Euclidean lift of `lattice`, at these places.

@@ -13,7 +13,7 @@ use super::assign::{AssignScratch, AssignState};
 use super::level::PointLevel;
 use super::vector::square_distance;
 use super::{StepDecision, StopCondition};
-use crate::token::{CancelToken, Cancelled};
+use crate::cancel_token::{CancelToken, Cancelled};
 
 /// ω. At the default tolerance, 50 sites on 12k nodes and m = 16, 1.8 needs 12 iterations and ends 1.1 % above the best
 /// known energy, 1.0 needs 15 and ends 1.7 % above.

@@ -10,8 +10,8 @@ mod kernel;
 mod level;
 mod lloyd;
 mod power;
-mod start;
-mod stop;
+mod seeding;
+mod stop_condition;
 #[cfg(test)]
 mod tests;
 mod vector;
@@ -21,12 +21,12 @@ pub use clusters::Clusters;
 pub use field::{EnergyField, FLOOR, FieldError};
 pub use lloyd::ITERATIONS_MAX;
 pub(crate) use power::{cube_root, three_fifths};
-pub use stop::{GAP_CERTAIN, GAP_MIN, StepDecision, StopCondition, gap};
+pub use stop_condition::{GAP_CERTAIN, GAP_MIN, StepDecision, StopCondition, gap};
 pub use workspace::DiagramWorkspace;
 
+use crate::cancel_token::{CancelToken, Cancelled};
 use crate::lift::LiftedLattice;
 use crate::random::RandomStream;
-use crate::token::{CancelToken, Cancelled};
 
 /// The default of [`Options::tolerance`]: the energy ends about 0.4 % above that of the same descent run to its end, less
 /// than two descents from different starts differ.
@@ -117,7 +117,7 @@ impl Diagram {
 
     /// [`gap`] of its history, or of where coarser levels left it.
     pub fn gap(&self) -> f64 {
-        stop::gap_of(self)
+        stop_condition::gap_of(self)
     }
 
     /// max_i E_i.

@@ -3,14 +3,14 @@
 use super::assign::{AssignScratch, AssignState};
 use super::level::PointLevel;
 use super::lloyd::LloydState;
-use super::{Diagram, DiagramOptions, EnergyField, start};
+use super::{Diagram, DiagramOptions, EnergyField, seeding};
 use rayon::prelude::*;
 
 /// Reused from diagram to diagram: after the largest one, no call allocates anything that grows with the mesh.
 #[derive(Clone, Debug, Default)]
 pub struct DiagramWorkspace {
     pub(super) scratch: AssignScratch,
-    pub(super) start: start::SeedScratch,
+    pub(super) start: seeding::SeedScratch,
     /// The nodes of the field, then groups of them, coarser and coarser.
     pub(super) levels: Vec<PointLevel>,
     /// The start's sites, m each.

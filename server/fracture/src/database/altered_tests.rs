@@ -3,6 +3,7 @@
 
 use super::container::metadata_checksum;
 use super::*;
+use crate::cancel_token::CancelToken;
 use crate::fragment::closed;
 use crate::pipeline::{
     DegreeRequest, FractureError, FractureMeshes, FractureOutcome, FractureRequest, PreparedObject, Workspace, strike,
@@ -10,7 +11,6 @@ use crate::pipeline::{
 use crate::random::RandomStream;
 use crate::scene::{EffectKind, EffectSet, Material};
 use crate::surface::{RawMesh, shapes};
-use crate::token::CancelToken;
 use nalgebra::{Point3, Vector3};
 use serde_json::{Map, Value};
 use std::collections::BTreeMap;

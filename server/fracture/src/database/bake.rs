@@ -1,12 +1,13 @@
 //! Baking: a mesh and a few numbers become a prepared object.
 
 use super::Tables;
+use super::bake_step::{BakeSize, BakeStep};
 use super::learned::EXAMPLES_MAX;
-use super::parts::SeveredParts;
+use super::lost_parts::SeveredParts;
 use super::share::{PartialBake, Share};
-use super::step::{BakeSize, BakeStep};
+use super::stored_values::{self, RATIOS, RatioRange};
 use super::stuffed::lattices;
-use super::values::{self, RATIOS, RatioRange};
+use crate::cancel_token::{CancelToken, Cancelled};
 use crate::degree;
 use crate::elasticity::ElasticityError;
 use crate::lattice::{BodyLattice, Lattice, LatticeError};
@@ -20,7 +21,6 @@ use crate::skin::{BoundaryAttributes, Skin};
 use crate::sparse::Precision;
 use crate::surface::{RawMesh, Surface, SurfaceError};
 use crate::tessellation::Topology;
-use crate::token::{CancelToken, Cancelled};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
@@ -293,7 +293,7 @@ pub(super) fn whole(
         return Err(BakeError::NotPositive { key: "gamma from the fragment size", value: gamma_j_m2 });
     }
     if let Some(RatioRange { key, over, value }) =
-        values::unusual(&parameters, &surface.frame, gamma_j_m2, degree::KAPPA)
+        stored_values::unusual(&parameters, &surface.frame, gamma_j_m2, degree::KAPPA)
     {
         return Err(BakeError::Unusual { key, over, value });
     }

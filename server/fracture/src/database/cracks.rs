@@ -1,10 +1,10 @@
 //! Cracks that an object carries from the beginning: sheets without width, along which both lattices are slotted.
 
 use super::bake::{BakeError, GONE_MAX};
+use crate::cancel_token::CancelToken;
 use crate::lattice::{self, LatticeError, LatticeLevels, SLOT_HALF, Spacings};
 use crate::pipeline::{BakeReport, ExistingCracks};
 use crate::surface::{CrackSheets, Defect, DefectKind, InsideTest, Surface};
-use crate::token::CancelToken;
 use nalgebra::Point3;
 
 /// What the slots are cut out of.

@@ -1,12 +1,12 @@
 //! Files that were damaged, and files that were made to deceive: with hostile numbers and checksums that fit them.
 
 use super::*;
+use crate::cancel_token::CancelToken;
 use crate::fragment::closed;
 use crate::pipeline::{DegreeRequest, FractureMeshes, FractureRequest, PreparedObject, Workspace, strike};
 use crate::random::RandomStream;
 use crate::scene::Material;
 use crate::surface::shapes;
-use crate::token::CancelToken;
 use nalgebra::Vector3;
 use serde_json::{Map, Value};
 

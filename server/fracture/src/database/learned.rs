@@ -2,7 +2,7 @@
 //! what was written can be used.
 
 use super::container::{ContainerContents, FLAT, Tensors};
-use super::{DatabaseError, values};
+use super::{DatabaseError, stored_values};
 use crate::degree::{DESCRIPTOR_LENGTH, PoseNetwork};
 use crate::pipeline::{Example, ExamplePoint, ImpactContact, LearnedErrors, LearnedModel, lessons};
 
@@ -156,7 +156,7 @@ pub(super) fn learned(
         return Ok(None);
     }
     let quality: LearnedErrors = contents.json(QUALITY_KEY)?;
-    values::quality(&quality)?;
+    stored_values::quality(&quality)?;
     let network = network(contents)?.knowing(&lessons(examples));
     Ok(Some(LearnedModel { network, quality }))
 }

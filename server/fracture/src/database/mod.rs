@@ -3,6 +3,7 @@
 #[cfg(test)]
 mod altered_tests;
 mod bake;
+mod bake_step;
 mod container;
 mod cracks;
 mod error;
@@ -10,29 +11,28 @@ mod hash;
 #[cfg(test)]
 mod hostile_tests;
 mod learned;
+mod lost_parts;
 mod object;
-mod parts;
 mod reduced;
 mod share;
 mod skins;
-mod step;
 mod stored;
+mod stored_values;
 mod stuffed;
 mod tables;
 mod thin;
-mod values;
 
 pub use bake::{BakeError, BakeRequest, NAME_BYTES_MAX, bake};
+pub use bake_step::{BakeSize, BakeStep};
 pub use error::DatabaseError;
 pub use hash::input_hash;
 pub use learned::EXAMPLES_MAX;
+pub use lost_parts::SeveredParts;
 pub use object::{
     BODIES_MAX, NODES_MAX, Provenance, load, load_older, load_parameters, load_partial, load_provenance, load_tables,
     load_task, save, save_partial, tensor_bytes,
 };
-pub use parts::SeveredParts;
 pub use share::{JoinError, PartialBake, SHARE_EXTENSION, SHARES_MAX, Share, ShareError, ShareTask, join};
-pub use step::{BakeSize, BakeStep};
 pub use stored::{lacking, stored};
 pub use tables::Tables;
 

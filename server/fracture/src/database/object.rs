@@ -4,7 +4,8 @@ use super::container::{ContainerContents, FLAT, MappedFile, Tensors, write};
 use super::learned::{self, EXAMPLES_MAX, QUALITY_KEY};
 use super::reduced::{self, REDUCTION_KEY};
 use super::share::{PartialBake, Share, ShareRemainder, ShareTask};
-use super::{DatabaseError, FORMAT, FORMATS, Tables, bake, skins, values};
+use super::{DatabaseError, FORMAT, FORMATS, Tables, bake, skins, stored_values};
+use crate::cancel_token::CancelToken;
 use crate::lattice::{EnergyTransfer, Lattice, check_manifold};
 use crate::lift::{LiftKind, LiftedLattice};
 use crate::pipeline::{
@@ -13,7 +14,6 @@ use crate::pipeline::{
 use crate::scene::brief;
 use crate::sparse::Precision;
 use crate::surface::LocalFrame;
-use crate::token::CancelToken;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -167,7 +167,7 @@ pub fn load_tables(path: &Path, tables: Tables) -> Result<PreparedObject, Databa
     let contents = verified_tables(&mapped, &[FORMAT], tables)?;
     no_share(&contents)?;
     let prepared = object(&contents, tables)?;
-    values::impacts(&prepared)?;
+    stored_values::impacts(&prepared)?;
     Ok(prepared)
 }
 
@@ -180,7 +180,7 @@ pub fn load_older(path: &Path) -> Result<(PartialBake, String), DatabaseError> {
     let format = contents.text("shatter_format")?.to_owned();
     let (prepared, end) = if format == FORMAT {
         let prepared = object(&contents, Tables::ALL)?;
-        values::impacts(&prepared)?;
+        stored_values::impacts(&prepared)?;
         (prepared, 0)
     } else {
         let prepared = bare(&contents, Tables::ALL)?;
@@ -308,15 +308,15 @@ fn object(contents: &ContainerContents, tables: Tables) -> Result<PreparedObject
 fn bare(contents: &ContainerContents, tables: Tables) -> Result<PreparedObject, DatabaseError> {
     let name = contents.text("object")?;
     let parameters: BakeParameters = contents.json("parameters")?;
-    values::parameters(name, &parameters)?;
+    stored_values::parameters(name, &parameters)?;
     let report: BakeReport = contents.json("report")?;
     let shape: Shape = contents.json("shape")?;
     check_shape(&shape)?;
-    values::usual(&parameters, &shape.frame, shape.gamma_j_m2, shape.kappa)?;
+    stored_values::usual(&parameters, &shape.frame, shape.gamma_j_m2, shape.kappa)?;
     let bodies = (0..shape.dimensions.len())
         .map(|index| body(contents, index, &shape, (&parameters, &report), tables))
         .collect::<Result<Vec<_>, _>>()?;
-    values::report(&report, &shape.frame, &bodies)?;
+    stored_values::report(&report, &shape.frame, &bodies)?;
     let names = report.materials.len();
     let skin =
         if tables.skin { skins::skin(contents, &bodies, names, parameters.crack_spacing)?.map(Arc::new) } else { None };
@@ -342,7 +342,7 @@ fn reduction(contents: &ContainerContents, bodies: &[PreparedBody]) -> Result<Op
         return Ok(None);
     }
     let reduction = contents.json(REDUCTION_KEY)?;
-    values::reduction(&reduction, bodies)?;
+    stored_values::reduction(&reduction, bodies)?;
     Ok(Some(reduction))
 }
 
@@ -364,7 +364,7 @@ fn check_shape(shape: &Shape) -> Result<(), DatabaseError> {
     {
         "a lift's dimension is out of range"
     } else {
-        return values::frame(&shape.frame);
+        return stored_values::frame(&shape.frame);
     };
     Err(DatabaseError::Metadata { key: "shape", reason: reason.to_owned() })
 }
@@ -387,7 +387,7 @@ fn body(
     let lift = |part: &str, kind, dimension: Option<usize>| {
         let measured = |dimension| {
             let coordinates = contents.f64(&name(part), Some(crack.nodes.len()), dimension)?;
-            values::lift(&name(part), &coordinates)?;
+            stored_values::lift(&name(part), &coordinates)?;
             Ok::<_, DatabaseError>(LiftedLattice::measured(kind, &crack, dimension, coordinates))
         };
         dimension.map(measured).transpose()
@@ -416,7 +416,7 @@ fn bound(
     let stored = contents.f64(&tensor, Some(values.len()), FLAT)?;
     values.copy_from_slice(&stored);
     let (Some(solid), Some(ranges)) = (&body.solid, EnergyUpperBound::ranges(body)) else { return Ok(None) };
-    values::bound(&tensor, &values, &ranges)?;
+    stored_values::bound(&tensor, &values, &ranges)?;
     Ok(Some(EnergyUpperBound::stored(&solid.elasticity, values)))
 }
 
@@ -437,7 +437,7 @@ fn solid(
 fn lattice(contents: &ContainerContents, name: &str) -> Result<Lattice, DatabaseError> {
     let nodes = format!("{name}.nodes");
     let coordinates = contents.f64(&nodes, None, 3)?;
-    values::coordinates(&nodes, &coordinates)?;
+    stored_values::coordinates(&nodes, &coordinates)?;
     let (nodes, _) = coordinates.as_chunks::<3>();
     if nodes.len() > NODES_MAX {
         return Err(DatabaseError::TooLarge { what: "nodes of a lattice", found: nodes.len(), cap: NODES_MAX });
@@ -481,7 +481,7 @@ fn transfer(
         }),
         None => {
             let transfer = EnergyTransfer { offsets, tets, shares };
-            values::shares(&format!("{name}.shares"), &transfer, elastic)?;
+            stored_values::shares(&format!("{name}.shares"), &transfer, elastic)?;
             Ok(transfer)
         }
     }

@@ -1,7 +1,7 @@
 //! Reduced bases as tensors, and back.
 
 use super::container::{ContainerContents, FLAT, Tensors};
-use super::{DatabaseError, values};
+use super::{DatabaseError, stored_values};
 use crate::elasticity::{Elasticity, ErrorEstimate, ReducedBasis};
 use crate::pipeline::{PreparedObject, RANK_MAX};
 
@@ -41,7 +41,7 @@ pub(super) fn reduced(
     if !(1..=RANK_MAX).contains(&rank) {
         return Err(DatabaseError::TooLarge { what: "columns of a basis", found: rank, cap: RANK_MAX });
     }
-    values::basis(&basis, &entries)?;
+    stored_values::basis(&basis, &entries)?;
     let tensor = name(index, "estimate");
     let fitted = contents.f64(&tensor, Some(2), FLAT)?;
     if let Some(index) = fitted.iter().position(|value| *value <= 0.0) {
@@ -49,6 +49,6 @@ pub(super) fn reduced(
     }
     let estimate = ErrorEstimate { factor: fitted[0], power: fitted[1] };
     let gram = contents.f64(&name(index, "gram"), Some(rank), rank)?;
-    values::gram(&name(index, "gram"), rank, &gram)?;
+    stored_values::gram(&name(index, "gram"), rank, &gram)?;
     Ok(Some(ReducedBasis::stored(elasticity, rank, entries, gram, estimate)))
 }

@@ -5,11 +5,11 @@
 
 use super::DatabaseError;
 use super::bake::{BakeError, BakeRequest, few_enough, finish, whole};
+use super::bake_step::BakeStep;
 use super::object::BASE;
-use super::step::BakeStep;
+use crate::cancel_token::CancelToken;
 use crate::pipeline::{Example, PreparedObject, sampled};
 use crate::surface::RawMesh;
-use crate::token::CancelToken;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fmt;

@@ -2,7 +2,7 @@
 //! that what was written can be used.
 
 use super::container::{ContainerContents, FLAT, Tensors};
-use super::{DatabaseError, values};
+use super::{DatabaseError, stored_values};
 use crate::lattice::LatticePoint;
 use crate::pipeline::{PreparedBody, PreparedObject};
 use crate::skin::{BoundaryAttributes, Skin, SkinCorner, SkinPoint};
@@ -64,14 +64,14 @@ pub(super) fn skin(
     }
     let coordinates = contents.f64("skin.points", None, 3)?;
     let (points, _) = coordinates.as_chunks::<3>();
-    values::points("skin.points", points, spacing)?;
+    stored_values::points("skin.points", points, spacing)?;
     let spots = spots(contents, bodies, points.len())?;
     let own = contents.u32("skin.vertices", None, FLAT, points.len() as u64)?;
     let normals = vectors::<3>(contents, "skin.normals", own.len())?;
-    values::normals("skin.normals", &normals)?;
+    stored_values::normals("skin.normals", &normals)?;
     let textured = contents.holds("skin.uvs");
     let uvs = if textured { vectors::<2>(contents, "skin.uvs", own.len())? } else { vec![[0.0; 2]; own.len()] };
-    values::uvs("skin.uvs", &uvs)?;
+    stored_values::uvs("skin.uvs", &uvs)?;
     let looks = normals.into_iter().zip(uvs);
     let vertices: Vec<SkinCorner> =
         own.into_iter().zip(looks).map(|(point, (normal, uv))| SkinCorner { point, normal, uv }).collect();
@@ -89,7 +89,7 @@ fn spots(
 ) -> Result<Vec<SkinPoint>, DatabaseError> {
     let pairs = contents.u32("skin.spots", Some(points), 2, ANY)?;
     let weights = contents.f64("skin.weights", Some(points), 4)?;
-    values::weights("skin.weights", weights.as_chunks::<4>().0)?;
+    stored_values::weights("skin.weights", weights.as_chunks::<4>().0)?;
     let spot = |(index, (&[body, tet], &barycentric)): (usize, (&[u32; 2], &[f64; 4]))| {
         let limit = bodies.get(body as usize).map_or(0, |body| body.crack.tets.len()) as u64;
         match u64::from(tet) < limit {
@@ -116,9 +116,9 @@ pub(super) fn outer(
     }
     let nodes = body.topology.boundary_nodes.len();
     let normals = vectors::<3>(contents, &name("normals"), nodes)?;
-    values::normals(&name("normals"), &normals)?;
+    stored_values::normals(&name("normals"), &normals)?;
     let uvs = if contents.holds(&name("uvs")) { vectors::<2>(contents, &name("uvs"), nodes)? } else { Vec::new() };
-    values::uvs(&name("uvs"), &uvs)?;
+    stored_values::uvs(&name("uvs"), &uvs)?;
     let materials = materials(contents, &name("materials"), body.topology.boundary.len(), names)?;
     Ok(Some(BoundaryAttributes { normals, uvs, materials }))
 }
@@ -128,7 +128,7 @@ fn materials(contents: &ContainerContents, name: &str, rows: usize, names: usize
         return Ok(Vec::new());
     }
     let materials = contents.u32(name, Some(rows), FLAT, ANY)?;
-    values::materials(name, &materials, names, NO_MATERIAL)?;
+    stored_values::materials(name, &materials, names, NO_MATERIAL)?;
     Ok(materials)
 }
 

@@ -1,12 +1,12 @@
 //! Whether what is stored is what a bake would make.
 
 use super::bake::{self, BakeError, BakeRequest};
-use super::step::BakeStep;
+use super::bake_step::BakeStep;
 use super::{Tables, input_hash, load, stuffed};
+use crate::cancel_token::CancelToken;
 use crate::lift::LiftKind;
 use crate::pipeline::{MissingLift, PreparedObject};
 use crate::surface::{CrackSheets, RawMesh, Surface};
-use crate::token::CancelToken;
 use std::path::Path;
 
 /// The object in `file`, if a bake of `raw` would make it; tables that it has beside those are no difference. One that cannot be read

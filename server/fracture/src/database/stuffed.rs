@@ -1,15 +1,15 @@
 //! The lattices of a bake: volume, spacings, what they keep of the surface, and what was found out about it.
 
 use super::bake::{BakeError, BakeRequest, GONE_MAX, parameters};
+use super::bake_step::BakeStep;
 use super::cracks::{UncrackedShape, elastic_spacing};
 use super::hash::input_hash;
-use super::parts;
-use super::step::BakeStep;
+use super::lost_parts;
 use super::thin::{self, WIDTH_MAX};
+use crate::cancel_token::CancelToken;
 use crate::lattice::{self, LatticeError, LatticeLevels, Spacings};
 use crate::pipeline::{BakeParameters, BakeReport, Preset};
 use crate::surface::{CrackSheets, InsideTest, Surface, SurfaceError, WidthSide};
-use crate::token::CancelToken;
 
 /// Volume, spacings, both lattices, and what was found out about them. Where nothing is inside, or too little of it is kept, the error
 /// says whether the surface is flat or a vertex is far away.
@@ -44,7 +44,7 @@ fn stuffed(
     let volume = inside.input_volume(token)?;
     progress(BakeStep::Lattices);
     let walls = inside.widths(WidthSide::Wall, WIDTH_MAX, token)?;
-    let spacings = thin::spacings(request, volume, parts::area(surface), &walls, &surface.frame)?;
+    let spacings = thin::spacings(request, volume, lost_parts::area(surface), &walls, &surface.frame)?;
     let mut parameters = parameters(request, surface, spacings);
     let mut spacings = Spacings {
         elastic: parameters.elastic_spacing,
@@ -57,15 +57,16 @@ fn stuffed(
     };
     let stuffed_by = |quality: Preset| {
         let request = BakeRequest { quality, ..request.without_cracks() };
-        let [elastic, crack] = thin::spacings(&request, volume, parts::area(surface), &walls, &surface.frame)?;
+        let [elastic, crack] = thin::spacings(&request, volume, lost_parts::area(surface), &walls, &surface.frame)?;
         let spacings = Spacings { elastic, crack, refine: request.elastic_spacing.is_none() };
-        parts::keeps(surface, spacings, &|spacings| stuffed(quality, spacings, volume))
+        lost_parts::keeps(surface, spacings, &|spacings| stuffed(quality, spacings, volume))
     };
     let follows = request.crack_spacing.is_none();
-    let mut levels =
-        parts::held_together(surface, &mut spacings, follows, &|spacings| stuffed(request.quality, spacings, volume))?;
+    let mut levels = lost_parts::held_together(surface, &mut spacings, follows, &|spacings| {
+        stuffed(request.quality, spacings, volume)
+    })?;
     parameters.crack_spacing = spacings.crack;
-    let mut gone = parts::gone(surface, &levels, volume);
+    let mut gone = lost_parts::gone(surface, &levels, volume);
     if gone.volume > GONE_MAX * volume {
         let percent = 100.0 * (gone.volume / volume).min(1.0);
         return Err(BakeError::TooSmall { count: gone.count, percent, spacing: parameters.crack_spacing });
@@ -75,11 +76,11 @@ fn stuffed(
         // What is kept must not make up for what is not.
         kept = volume - gone.volume;
         levels = stuffed(request.quality, spacings, kept)?;
-        gone = parts::gone(surface, &levels, volume);
+        gone = lost_parts::gone(surface, &levels, volume);
     }
     let mut lost = thin::lost(&inside, &walls, &levels, &surface.frame, token)?;
     let preset = request.crack_spacing.is_none().then_some(request.quality);
-    if let Some(severed) = parts::severed(surface, &levels, preset, &stuffed_by)? {
+    if let Some(severed) = lost_parts::severed(surface, &levels, preset, &stuffed_by)? {
         if preset.is_some() && !request.allows_severed {
             return Err(BakeError::Severed(Box::new(severed)));
         }
@@ -91,7 +92,7 @@ fn stuffed(
         levels = intact.slotted(sheets, &mut report, token)?;
     }
     parameters.elastic_spacing = elastic_spacing(&levels);
-    lost.extend(parts::far(&inside, &levels));
+    lost.extend(lost_parts::far(&inside, &levels));
     lost.extend(gone.defect(&inside, surface, volume));
     report.defects.extend(lost);
     Ok((parameters, levels, report))

@@ -2,10 +2,10 @@
 
 use super::BakeRequest;
 use super::bake::BakeError;
+use crate::cancel_token::CancelToken;
 use crate::lattice::{self, LatticeError, LatticeLevels, Locator};
 use crate::pipeline::LatticeSettings;
 use crate::surface::{Defect, DefectKind, InsideTest, LocalFrame, Surface, Width, WidthSide, Widths};
-use crate::token::CancelToken;
 use rayon::prelude::*;
 
 /// Widths are measured up to here, local: default spacings keep anything thicker.

@@ -5,7 +5,7 @@
 
 use super::criterion::closed_form;
 use super::curve::EnergyCurve;
-use super::slender::Slenderness;
+use super::slenderness::Slenderness;
 use crate::centroidal::EnergyField;
 
 /// Degrees below this are no evidence for κ: n is an integer and n₀ tends to 0.

@@ -8,7 +8,7 @@
 //! number of fragments for which every E_i ≤ γ. Energies carry the unit of the field's masses times local length squared,
 //! and γ the same.
 
-use super::slender::Slenderness;
+use super::slenderness::Slenderness;
 use crate::centroidal::{EnergyField, cube_root, three_fifths};
 use rayon::prelude::*;
 

@@ -5,10 +5,10 @@
 //! when γ does.
 
 use super::criterion::{self, SiteCount};
+use crate::cancel_token::{CancelToken, Cancelled};
 use crate::centroidal::{
     self, Diagram, DiagramOptions, DiagramWorkspace, EnergyField, ITERATIONS_MAX, StopCondition, TOLERANCE,
 };
-use crate::token::{CancelToken, Cancelled};
 
 /// How a curve is sampled. None of it may depend on γ.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -7,12 +7,12 @@
 mod calibrate;
 mod criterion;
 mod curve;
-mod lesson;
-mod network;
-mod reach;
-mod slender;
+mod moment_bound;
+mod pose_network;
+mod slenderness;
 #[cfg(test)]
 mod tests;
+mod training_sample;
 mod verify;
 
 pub use calibrate::{Calibration, CalibrationSample, KAPPA, SITES_MIN, fit_kappa, samples};
@@ -21,8 +21,8 @@ pub use criterion::{
     threshold_factor,
 };
 pub use curve::{CurveOptions, CurvePoint, EnergyCurve, OptimizedDegree, optimise};
-pub use lesson::{DESCRIPTOR_LENGTH, TrainingSample, descriptor, sites, target};
-pub use network::{PoseNetwork, Prediction, TrainedNetwork, train};
-pub use reach::{reach, reach_range};
-pub use slender::Slenderness;
+pub use moment_bound::{reach, reach_range};
+pub use pose_network::{PoseNetwork, Prediction, TrainedNetwork, train};
+pub use slenderness::Slenderness;
+pub use training_sample::{DESCRIPTOR_LENGTH, TrainingSample, descriptor, sites, target};
 pub use verify::{VerifiedDegree, verify};

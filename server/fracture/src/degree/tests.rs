@@ -1,10 +1,10 @@
 //! The criterion beside analytic values, and the promises of the optimisation.
 
 use super::*;
+use crate::cancel_token::CancelToken;
 use crate::centroidal::{DiagramWorkspace, EnergyField};
 use crate::lattice::{Lattice, block};
 use crate::lift::LiftedLattice;
-use crate::token::CancelToken;
 use nalgebra::Point3;
 use proptest::prelude::*;
 

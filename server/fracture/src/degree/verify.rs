@@ -2,8 +2,8 @@
 
 use super::criterion::SiteCount;
 use super::curve::{CurveOptions, grid};
+use crate::cancel_token::{CancelToken, Cancelled};
 use crate::centroidal::{self, Diagram, DiagramWorkspace, EnergyField, StopCondition};
-use crate::token::{CancelToken, Cancelled};
 
 /// A number of sites whose diagram passes, next to one whose does not.
 #[derive(Clone, Debug, PartialEq)]

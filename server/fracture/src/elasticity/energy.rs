@@ -3,10 +3,10 @@
 use super::element::{Element, Lame};
 use super::strain::Strain;
 use super::{Elasticity, ElasticityError};
+use crate::cancel_token::CancelToken;
 use crate::lattice::Lattice;
 use crate::memory::held;
-use crate::token::CancelToken;
-use crate::wide::{Kernel, SimdLanes, widest};
+use crate::simd::{Kernel, SimdLanes, widest};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -164,7 +164,7 @@ mod tests {
     use super::*;
     use crate::lattice::block;
     use crate::random::RandomStream;
-    use crate::wide::tests::same_on_every_path;
+    use crate::simd::tests::same_on_every_path;
 
     #[test]
     fn wide_and_plain_instructions_give_the_same_bits() {

@@ -1,8 +1,8 @@
 //! What this room refuses, one noun per rule.
 
 use super::{POISSON_MAX, RESIDUAL_MAX};
+use crate::cancel_token::Cancelled;
 use crate::sparse::SparseError;
-use crate::token::Cancelled;
 
 /// Why a body was not prepared or an impact was not solved.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]

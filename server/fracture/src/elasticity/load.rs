@@ -155,7 +155,7 @@ impl Elasticity {
         let reached = workspace.front.run(&self.boundary, &nearest, CUT_RADII * radius);
         workspace.weights.clear();
         workspace.weights.extend(reached.iter().map(|&(node, distance)| {
-            let weight = self.boundary.areas[node as usize] * bell(distance / radius);
+            let weight = self.boundary.areas[node as usize] * pulse_shape(distance / radius);
             (self.boundary.nodes[node as usize], weight)
         }));
         let total: f64 = workspace.weights.iter().map(|&(_, weight)| weight).sum();
@@ -165,7 +165,7 @@ impl Elasticity {
 }
 
 /// exp(−t²/2) less its value at the cut, so that a node that just enters the patch does not jump.
-fn bell(t: f64) -> f64 {
+fn pulse_shape(t: f64) -> f64 {
     ((-0.5 * t * t).exp() - (-0.5 * CUT_RADII * CUT_RADII).exp()).max(0.0)
 }
 

@@ -8,34 +8,34 @@
 //! the tensile part of the energy. Inertia relief is the d'Alembert load of a free body in consistent mass.
 
 mod boundary;
+mod eigenvalue_bound;
 mod element;
 mod energy;
 mod error;
-mod floor;
-mod front;
 mod inertia;
 mod load;
+mod load_front;
 mod prepare;
 mod ray;
 mod reduced;
 mod residual;
+mod rigid_support;
 mod snapshots;
 mod solve;
 mod strain;
-mod support;
 #[cfg(test)]
 mod tests;
 
 pub use boundary::{BoundaryNodes, NearestBoundaryPoint};
+pub use eigenvalue_bound::EigenvalueLowerBound;
 pub use energy::DrivingEnergy;
 pub use error::ElasticityError;
-pub use floor::EigenvalueLowerBound;
 pub use load::{AppliedContact, ContactLoad, NodalLoad, RADIUS_SPACINGS_MIN};
 pub use prepare::{Elasticity, POISSON_MAX};
 pub use ray::{ClosestApproach, RayHit};
 pub use reduced::{ErrorEstimate, ReducedBasis};
+pub use rigid_support::{PinnedNodes, Support};
 pub use solve::{NARROW_RESIDUAL_MAX, RESIDUAL_MAX, ROUNDING_MAX, SolveReport};
-pub use support::{PinnedNodes, Support};
 
 use crate::sparse::SolveScratch;
 
@@ -45,7 +45,7 @@ use crate::sparse::SolveScratch;
 pub struct ElasticWorkspace {
     scratch: SolveScratch,
     residual: Vec<f64>,
-    front: front::LoadFront,
+    front: load_front::LoadFront,
     weights: Vec<(u32, f64)>,
     narrow: Vec<[f32; reduced::SIDE]>,
     pulled: residual::Sums,

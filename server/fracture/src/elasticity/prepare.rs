@@ -4,12 +4,12 @@ use super::boundary::BoundaryNodes;
 use super::element::{Element, Lame};
 use super::energy::Elements;
 use super::inertia::Inertia;
+use super::rigid_support::check_anchors;
 use super::solve::probe;
-use super::support::check_anchors;
 use super::{ElasticityError, NARROW_RESIDUAL_MAX, PinnedNodes, RESIDUAL_MAX, Support};
+use crate::cancel_token::CancelToken;
 use crate::lattice::Lattice;
 use crate::sparse::{Cholesky, Precision, SymbolicFactor, SymmetricMatrix};
-use crate::token::CancelToken;
 use nalgebra::Vector3;
 use std::sync::{Arc, OnceLock};
 

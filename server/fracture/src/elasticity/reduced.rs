@@ -9,7 +9,7 @@
 use super::residual::{self, ResidualForm, Sums};
 use super::{ElasticWorkspace, Elasticity, NodalLoad};
 use crate::memory::held;
-use crate::wide::{Kernel, widest};
+use crate::simd::{Kernel, widest};
 use nalgebra::Vector3;
 use rayon::prelude::*;
 

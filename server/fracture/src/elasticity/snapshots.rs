@@ -4,8 +4,8 @@
 //! G_ij = u_i'Ku_j = u_i'f_j, weigh the snapshots; every snapshot counts with unit energy.
 
 use super::{ElasticWorkspace, Elasticity, ElasticityError, NodalLoad, ReducedBasis};
+use crate::cancel_token::CancelToken;
 use crate::dense;
-use crate::token::CancelToken;
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatMut, MatRef, Par};
 use rayon::prelude::*;

@@ -1,9 +1,9 @@
 //! K u = f by one back-substitution, refined if it has to be.
 
 use super::{ElasticWorkspace, Elasticity, ElasticityError};
+use crate::cancel_token::CancelToken;
 use crate::random::RandomStream;
 use crate::sparse::{Cholesky, Precision};
-use crate::token::CancelToken;
 
 /// The largest relative residual ‖f − K u‖ / ‖f‖ that is returned as a solution, unless it is rounding
 /// ([`ROUNDING_MAX`]). Compact bodies leave 1e-14, a needle of 1:100 2e-8. A mechanism or a load out of equilibrium

@@ -5,7 +5,7 @@
 //! by Newton's method in the place of its angles, which no processor computes side by side; the others by the quadratic that is left.
 
 use super::element::Lame;
-use crate::wide::SimdLanes;
+use crate::simd::SimdLanes;
 
 /// xx, yy, zz, xy, yz, xz.
 pub(super) type Strain<const N: usize> = [SimdLanes<N>; 6];

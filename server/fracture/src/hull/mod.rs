@@ -6,7 +6,7 @@
 
 mod clip;
 mod measure;
-mod quick;
+mod quickhull;
 
 #[cfg(test)]
 mod tests;

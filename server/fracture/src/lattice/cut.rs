@@ -5,7 +5,7 @@
 
 use super::grid::{Grid, finite};
 use super::{LatticeError, SignedDistance};
-use crate::token::CancelToken;
+use crate::cancel_token::CancelToken;
 use nalgebra::Point3;
 use rayon::prelude::*;
 use std::collections::HashMap;

@@ -1,6 +1,6 @@
 //! What can go wrong between a signed distance and a lattice.
 
-use crate::token::Cancelled;
+use crate::cancel_token::Cancelled;
 use nalgebra::Point3;
 
 /// Why there is no lattice.

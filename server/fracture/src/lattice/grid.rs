@@ -7,7 +7,7 @@
 //! even for a corner, all odd for a centre. Corners are numbered first, x fastest.
 
 use super::{LatticeError, SignedDistance};
-use crate::token::CancelToken;
+use crate::cancel_token::CancelToken;
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 

@@ -2,10 +2,10 @@
 
 use super::cut::Cutter;
 use super::grid::Grid;
-use super::mend::mend;
+use super::manifold_repair::repair_manifold;
 use super::stuffing::fill;
 use super::{Lattice, LatticeError, SignedDistance};
-use crate::token::CancelToken;
+use crate::cancel_token::CancelToken;
 use nalgebra::{Point3, Vector3};
 use serde::{Deserialize, Serialize};
 
@@ -149,7 +149,7 @@ pub(super) fn split(filled: &Lattice, offset: f64, spacing: f64) -> LatticeLevel
     };
     let components = filled.components().into_iter().map(|tets| filled.part(&tets)).collect();
     for body in keep_large(components, total, &mut level.dropped) {
-        let Some((mended, took)) = mend(&body) else {
+        let Some((mended, took)) = repair_manifold(&body) else {
             level.bodies.push(body);
             continue;
         };

@@ -1,10 +1,10 @@
 //! Two levels of one shape: a coarse lattice to solve on and a fine one to cut, body by body.
 
-use super::fit::stuff_fitted;
+use super::boundary_fit::stuff_fitted;
 use super::level::{DroppedComponent, LatticeLevel, stuff};
 use super::measure::DihedralRange;
 use super::{ELASTIC_NODES_MAX, EnergyTransfer, Lattice, LatticeError, Locator, SignedDistance};
-use crate::token::{CancelToken, Cancelled};
+use crate::cancel_token::{CancelToken, Cancelled};
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};

@@ -2,22 +2,23 @@
 
 mod adjacency;
 mod block;
+mod boundary_fit;
+mod crack_slot;
 mod crossing;
 mod cut;
+mod energy_transfer;
 mod error;
-mod fit;
 mod grid;
 mod level;
 mod levels;
 mod locate;
+mod manifold_repair;
 mod measure;
-mod mend;
 mod overlap;
 #[cfg(test)]
 mod real_tests;
 #[cfg(test)]
 mod shapes;
-mod slot;
 mod spacing;
 mod stencil;
 mod stuffing;
@@ -25,11 +26,12 @@ mod stuffing;
 mod tests;
 #[cfg(test)]
 mod thin_tests;
-mod transfer;
 mod tree;
 
 pub use adjacency::{NO_TET, NodeStars};
 pub use block::block;
+pub use crack_slot::{SLOT_HALF, SlotDepth, slotted_levels, stuff_slotted};
+pub use energy_transfer::{EnergyTransfer, GONE};
 pub use error::LatticeError;
 pub use grid::{GRID_NODES_MAX, SPACING_RANGE};
 pub use level::{BODY_SHARE_MIN, BODY_TETS_MIN, DroppedComponent, LatticeLevel, VOLUME_TOLERANCE, stuff};
@@ -37,14 +39,12 @@ pub use levels::{
     BodyLattice, LatticeLevels, LevelReport, OVERLAP_MIN, ReplacedBody, Replacement, Spacings, fitted_levels, levels,
 };
 pub use locate::{LatticePoint, Locator, NearestOnBoundary};
+pub use manifold_repair::{NonManifold, check_manifold};
 pub use measure::DihedralRange;
 pub(crate) use measure::area_vector;
-pub use mend::{NonManifold, check_manifold};
-pub use slot::{SLOT_HALF, SlotDepth, slotted_levels, stuff_slotted};
 pub use spacing::{
     CRACK_NODES_DEFAULT, CRACK_NODES_MAX, ELASTIC_NODES_DEFAULT, ELASTIC_NODES_MAX, default_spacing, spacings,
 };
-pub use transfer::{EnergyTransfer, GONE};
 
 use nalgebra::{Matrix3, Point3};
 

@@ -1,8 +1,8 @@
 //! Two levels of real meshes, from the folder that SHATTER_MESHES names.
 
 use super::*;
+use crate::cancel_token::CancelToken;
 use crate::surface::{InsideTest, LengthUnit, Surface, UpAxis, read};
-use crate::token::CancelToken;
 use std::path::Path;
 
 /// Stuffs levels of a mesh, the crack lattice of about so many nodes, and checks what holds for every object; prints one row per level.

@@ -3,8 +3,8 @@
 use super::level::split;
 use super::shapes::{ImplicitShape, ball, balls, cuboid, torus};
 use super::*;
+use crate::cancel_token::{CancelToken, Cancelled};
 use crate::random::RandomStream;
-use crate::token::{CancelToken, Cancelled};
 use nalgebra::{Isometry3, Vector3};
 use proptest::prelude::*;
 use std::f64::consts::PI;

@@ -1,8 +1,8 @@
 //! What of plates and rods a lattice keeps, by thickness over spacing.
 
 use super::*;
+use crate::cancel_token::CancelToken;
 use crate::random::RandomStream;
-use crate::token::CancelToken;
 use nalgebra::{Isometry3, Vector3};
 
 /// A turned box.

@@ -1,7 +1,7 @@
 //! Why a lift could not be made.
 
+use crate::cancel_token::Cancelled;
 use crate::dense::DenseError;
-use crate::token::Cancelled;
 
 /// Why a lift could not be made. Every variant names what it is about; none is a matter of luck, so none is worth a
 /// retry with the same input.

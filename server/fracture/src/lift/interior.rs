@@ -5,8 +5,8 @@
 //! positions is ours.
 
 use super::{LiftError, LiftKind, LiftedLattice, Spectrum, gap};
+use crate::cancel_token::CancelToken;
 use crate::lattice::Lattice;
-use crate::token::CancelToken;
 
 /// Eigenfunctions of the default interior lift, before the cut moves to a gap: 4 to 16 are kept.
 ///

@@ -11,8 +11,8 @@
 
 use super::LiftError;
 use super::basis::{Basis, length};
+use crate::cancel_token::CancelToken;
 use crate::dense;
-use crate::token::CancelToken;
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatMut, Par};
 

@@ -5,8 +5,8 @@
 
 mod basis;
 mod boundary;
-mod carry;
 mod error;
+mod extension;
 mod gap;
 mod interior;
 mod lanczos;
@@ -21,8 +21,8 @@ mod tests;
 mod warp;
 
 pub use boundary::{BoundaryShell, BoundarySurface};
-pub use carry::{Extension, carry_harmonic, carry_mean_value};
 pub use error::LiftError;
+pub use extension::{Extension, carry_harmonic, carry_mean_value};
 pub use interior::{ALPHA_DEFAULT, MODES_DEFAULT, MODES_MAX, interior};
 pub use spectrum::Spectrum;
 pub use stretch::{Stretch, stretch};

@@ -7,10 +7,10 @@
 use super::boundary::BoundarySurface;
 use super::laplacian::Laplacian;
 use super::{LiftError, MODES_MAX, gap, lanczos};
+use crate::cancel_token::CancelToken;
 use crate::dense;
 use crate::lattice::Lattice;
 use crate::sparse::{Cholesky, SolveScratch};
-use crate::token::CancelToken;
 use faer::Mat;
 use rayon::prelude::*;
 

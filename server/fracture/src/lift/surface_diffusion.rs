@@ -5,10 +5,10 @@
 //! t = 1/(8 λ_1), carried by barycentric coordinates.
 
 use super::boundary::BoundarySurface;
-use super::carry::Extension;
+use super::extension::Extension;
 use super::{LiftError, LiftKind, LiftedLattice, MODES_MAX, Spectrum, gap, stretch};
+use crate::cancel_token::CancelToken;
 use crate::lattice::Lattice;
-use crate::token::CancelToken;
 
 /// Eigenfunctions of the default surface lift, before the cut moves to a gap: 14 to 26 are kept.
 ///

@@ -30,7 +30,7 @@ pub const HURRIED_RANK_MAX: u32 = RANK_MAX as u32 / 2;
 
 impl FractureRequest {
     /// The strike as it is begun with `remaining_s` seconds left.
-    pub(super) fn hurried(self, prepared: &PreparedObject, remaining_s: f64) -> Self {
+    pub(super) fn degrade_for_budget(self, prepared: &PreparedObject, remaining_s: f64) -> Self {
         let Some(TimeBudget { cost, elastic_falls: true, .. }) = self.budget else { return self };
         let sites = match self.degree {
             DegreeRequest::Sites(sites) => sites,
@@ -49,7 +49,7 @@ impl FractureRequest {
     }
 
     /// Expects what is left at the pace of what came so far, `energies`, which took `front_s` seconds.
-    pub(super) fn keep_pace(&mut self, energies: &[BodyEnergy], front_s: f64) {
+    pub(super) fn rescale_cost(&mut self, energies: &[BodyEnergy], front_s: f64) {
         let Some(TimeBudget { cost, .. }) = &mut self.budget else { return };
         let solved = energies.iter().any(|energy| energy.reduced_error.is_none());
         let elastic = if solved { ElasticRequest::Solve } else { ElasticRequest::Reduced };

@@ -5,11 +5,11 @@
 use super::{
     ContactSet, ElasticRequest, FractureError, FractureRequest, ImpactSampler, PreparedObject, Workspace, strain_energy,
 };
+use crate::cancel_token::CancelToken;
 use crate::centroidal::EnergyField;
 use crate::degree::{self, CurveOptions, EnergyCurve};
 use crate::lift::LiftKind;
 use crate::random::RandomStream;
-use crate::token::CancelToken;
 
 /// Impacts sampled.
 const IMPACTS: u64 = 6;

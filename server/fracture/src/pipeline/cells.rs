@@ -1,16 +1,16 @@
 //! Degree and centroidal: how many sites, and where.
 
-use super::descent::ConvergenceMonitor;
+use super::convergence_monitor::ConvergenceMonitor;
 use super::search::search;
 use super::{
     DegreeRequest, DegreeSource, FractureError, FractureRequest, PreparedObject, Stage, StageObserver, Termination,
     ThresholdResult, Workspace,
 };
+use crate::cancel_token::CancelToken;
 use crate::centroidal::{self, Diagram, DiagramOptions, EnergyField};
 use crate::degree::{self, SiteCount};
 use crate::lift::LiftKind;
 use crate::scene::EffectKind;
-use crate::token::CancelToken;
 
 /// Trust in a degree from the closed form where no examples are asked: what is said at the edge of their reach, since it errs about
 /// as much as they do there.

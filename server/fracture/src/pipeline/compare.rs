@@ -4,10 +4,10 @@
 //! pieces; the volume of those pieces, their number and the stretch of the lift tell how well it fits a tessellator.
 
 use super::PreparedBody;
+use crate::cancel_token::{CancelToken, Cancelled};
 use crate::centroidal::{self, DiagramOptions, DiagramWorkspace, EnergyField, FieldError};
 use crate::lift::{Extension, LiftError, LiftKind, LiftedLattice, Stretch, stretch, surface_diffusion};
 use crate::tessellation::components;
-use crate::token::{CancelToken, Cancelled};
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 

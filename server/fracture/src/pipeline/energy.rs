@@ -8,9 +8,9 @@ use super::{
     AnchoredBody, ContactSet, ElasticModel, ElasticRequest, FractureError, PreparedObject, Stage, StageObserver,
     Workspace,
 };
+use crate::cancel_token::CancelToken;
 use crate::elasticity::{DrivingEnergy, ElasticityError, NodalLoad, ReducedBasis};
 use crate::scene::EffectKind;
-use crate::token::CancelToken;
 
 /// Strain energy of one struck body.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,12 +1,12 @@
 //! Why a strike was refused or failed.
 
+use crate::cancel_token::Cancelled;
 use crate::centroidal::FieldError;
 use crate::elasticity::ElasticityError;
 use crate::lift::{LiftError, LiftKind};
 use crate::pipeline::{BulkCounts, SOLVED_NODES_MAX, TETS_MIN};
 use crate::scene::EffectKind;
 use crate::tessellation::TessellationError;
-use crate::token::Cancelled;
 use nalgebra::Point3;
 
 /// Most contacts of one strike.

@@ -5,11 +5,11 @@
 
 use super::sample::ImpactSampler;
 use super::{ContactSet, FractureError, ImpactContact, PreparedObject, Workspace, strain_energy};
+use crate::cancel_token::CancelToken;
 use crate::centroidal::{Diagram, EnergyField};
 use crate::degree::{self, CurveOptions, CurvePoint, EnergyCurve, SITES_MIN, TrainingSample};
 use crate::lift::LiftKind;
 use crate::random::RandomStream;
-use crate::token::CancelToken;
 use std::collections::BTreeMap;
 
 /// Curves end at this many sites; predictions above the largest label are out of reach.

@@ -8,11 +8,11 @@
 //! the outer surface as far.
 
 use super::FractureMeshes;
-use super::pieces::BodyMeshes;
+use super::meshes::BodyMeshes;
+use crate::cancel_token::{CancelToken, Cancelled};
 use crate::hull::{ClosedTriangles, ConvexHull, Plane, bounds, clipped, meet};
 use crate::lattice::Lattice;
 use crate::tessellation::{FragmentRange, RunRange, Tessellation};
-use crate::token::{CancelToken, Cancelled};
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 

@@ -1,8 +1,8 @@
 //! What an object has learned from its examples, and how well.
 
 use super::{Example, FractureError, ImpactSampler, PreparedObject, Workspace, examples};
+use crate::cancel_token::CancelToken;
 use crate::degree::{self, PoseNetwork, SITES_MIN, TrainingSample};
-use crate::token::CancelToken;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 

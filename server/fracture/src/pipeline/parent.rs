@@ -3,16 +3,16 @@
 //! Based on: Schvartzman & Otaduy (I3D 2014), section 3, crack concavity; to take existing cracks as boundary is ours: the lattice
 //! holds no tetrahedron that a crack crosses, so that neither distances nor displacements know a way through one.
 
-use super::kept::RetainedBody;
+use super::retained::RetainedBody;
 use super::{
     BakeParameters, BakeReport, ElasticModel, ElasticRequest, FractureError, FractureRequest, PreparedBody,
     PreparedObject, StageObserver,
 };
+use crate::cancel_token::CancelToken;
 use crate::lattice::{BODY_TETS_MIN, EnergyTransfer, GONE, Lattice};
 use crate::lift::{self, LiftError, LiftKind};
 use crate::scene::EffectKind;
 use crate::sparse::Precision;
-use crate::token::CancelToken;
 use std::collections::VecDeque;
 
 /// A fragment of fewer whole tetrahedra cannot be struck again.
@@ -53,7 +53,7 @@ impl ParentFragment {
         let (lattice, nodes) = inner(&whole.crack, &kept.labels, label)
             .filter(|(lattice, _)| lattice.tets.len() >= TETS_MIN)
             .ok_or(FractureError::FragmentSmall { fragment })?;
-        let stands = stands(whole, &kept.labels, label, &nodes);
+        let stands = representatives(whole, &kept.labels, label, &nodes);
         token.check()?;
         let mut body = PreparedBody::new(lattice);
         token.check()?;
@@ -89,7 +89,7 @@ fn largest(lattice: &Lattice, inside: impl Fn(usize) -> bool) -> Option<Vec<u32>
 }
 
 /// See [`Parent::stands`]: breadth first from `nodes`, in ascending order, so that the same node always wins.
-fn stands(whole: &PreparedBody, labels: &[u32], label: u32, nodes: &[u32]) -> Vec<u32> {
+fn representatives(whole: &PreparedBody, labels: &[u32], label: u32, nodes: &[u32]) -> Vec<u32> {
     let mut stands = vec![NOBODY; labels.len()];
     nodes.iter().enumerate().for_each(|(own, &node)| stands[node as usize] = own as u32);
     let mut front: VecDeque<u32> = nodes.iter().copied().collect();

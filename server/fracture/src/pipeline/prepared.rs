@@ -4,6 +4,7 @@ use super::{
     AnchoredObject, ContactSet, ElasticRequest, EnergyUpperBound, Example, FractureError, FractureRequest,
     LearnedModel, Preset, ReductionErrors, WarpedBody,
 };
+use crate::cancel_token::CancelToken;
 use crate::centroidal::Clusters;
 use crate::degree::Slenderness;
 use crate::elasticity::{BoundaryNodes, Elasticity, ElasticityError, ReducedBasis};
@@ -14,7 +15,6 @@ use crate::skin::{BoundaryAttributes, Skin};
 use crate::sparse::Precision;
 use crate::surface::{Defect, LocalFrame};
 use crate::tessellation::Topology;
-use crate::token::CancelToken;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 

@@ -3,11 +3,11 @@
 //! Ours: the problem is linear, so every contact of an example is worth three snapshots, one per direction of its force.
 
 use super::{ContactSet, FractureError, FractureRequest, ImpactSampler, PreparedObject, Workspace, strain_energy};
+use crate::cancel_token::CancelToken;
 use crate::centroidal::EnergyField;
 use crate::degree;
 use crate::elasticity::{ContactLoad, DrivingEnergy, ErrorEstimate, NodalLoad, ReducedBasis};
 use crate::lift::LiftKind;
-use crate::token::CancelToken;
 use nalgebra::Vector3;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};

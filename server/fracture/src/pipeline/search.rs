@@ -1,14 +1,14 @@
 //! A degree searched by diagrams, as far as there is time.
 
 use super::cells::{BodyCells, DegreeGuess, Division, diagram_bytes, guesses, source_of, tell};
-use super::descent::ConvergenceMonitor;
+use super::convergence_monitor::ConvergenceMonitor;
 use super::{
     DegreeRequest, DegreeSource, FractureError, FractureRequest, PreparedObject, Stage, StageObserver, ThresholdResult,
     Workspace,
 };
+use crate::cancel_token::{CancelToken, Cancelled};
 use crate::centroidal::{Diagram, EnergyField, diagram_until};
 use crate::degree::{self, CurveOptions, SiteCount};
-use crate::token::{CancelToken, Cancelled};
 
 /// What a search of one body came to.
 struct Found {

@@ -2,7 +2,7 @@
 
 use super::{FractureError, FractureMeshes, PreparedObject, StageObserver};
 use crate::scene::EffectKind;
-use crate::skin::{BlendedVertex, ClippedSurface, Skin, SkinPoint, worn};
+use crate::skin::{BlendedVertex, ClippedSurface, Skin, SkinPoint, clip};
 use crate::tessellation::BisectorSites;
 use nalgebra::Point3;
 use rayon::prelude::*;
@@ -152,7 +152,7 @@ impl<'a> SkinAssigner<'a> {
     fn cut(&self) -> Vec<ClippedSurface> {
         let labels: Vec<u32> =
             (0..self.skin.points.len() as u32).into_par_iter().map(|point| self.label(point)).collect();
-        worn(self.skin, &labels, self.pieces.fragments.len(), |point, a, b| self.rival(point, a, b))
+        clip(self.skin, &labels, self.pieces.fragments.len(), |point, a, b| self.rival(point, a, b))
     }
 
     /// Which body of the answer a point lies in, the fragments at the nodes around it there, and the weights of these; nodes of

@@ -4,18 +4,18 @@
 
 use super::cells::{Division, divide};
 use super::energy::{apply, radius_m, strain_energy_applied};
-use super::pieces::MeshSources;
+use super::meshes::MeshSources;
 use super::{
     BodyEnergy, ContactSet, DegreeRequest, DegreeSource, FractureError, FractureMeshes, FractureOutcome,
-    FractureRequest, PreparedObject, Stage, StageObserver, ThresholdResult, Workspace, bound, strain_energy, threshold,
-    warped,
+    FractureRequest, PreparedObject, Stage, StageObserver, ThresholdResult, Workspace, energy_bound, strain_energy,
+    threshold, warped,
 };
+use crate::cancel_token::CancelToken;
 use crate::centroidal::{Diagram, EnergyField};
 use crate::degree;
 use crate::lift::LiftKind;
 use crate::scene::EffectKind;
 use crate::tessellation;
-use crate::token::CancelToken;
 
 /// An impact goes in, fragments come out. Stage names are told to `watch`; `token` may stop the work at any checkpoint.
 /// Where the object stays whole nothing after the threshold test runs, and nothing before it but the load where a bound of E_1 will
@@ -46,7 +46,7 @@ pub(super) fn walk(
     ) -> Result<FractureMeshes, FractureError>,
 ) -> Result<FractureOutcome, FractureError> {
     let begun_s = watch.remaining_s();
-    let mut hurried = strike.planned().hurried(prepared, begun_s);
+    let mut hurried = strike.planned().degrade_for_budget(prepared, begun_s);
     let strike = &hurried;
     let gamma_j_m2 = check(prepared, strike)?;
     watch.enter(Stage::Load);
@@ -54,9 +54,9 @@ pub(super) fn walk(
     watch.leave(Stage::Load, 0);
     let impact = impact?;
     apply(prepared, &impact, workspace, watch)?;
-    if bound::will_do(strike) {
+    if energy_bound::will_do(strike) {
         watch.enter(Stage::Threshold);
-        let below = bound::below(prepared, strike, &impact, gamma_j_m2, &mut workspace.loads);
+        let below = energy_bound::below(prepared, strike, &impact, gamma_j_m2, &mut workspace.loads);
         watch.leave(Stage::Threshold, 0);
         if let Some(e1_over_gamma) = below {
             let loads = workspace.loads.iter().take(impact.bodies.len());
@@ -89,7 +89,7 @@ pub(super) fn walk(
         }
         return Ok(outcome);
     }
-    hurried.keep_pace(&energies, begun_s - watch.remaining_s());
+    hurried.rescale_cost(&energies, begun_s - watch.remaining_s());
     let strike = &hurried;
     let masses = warped::repainted(prepared, strike, &energies, &fields);
     let followed = warped::followed(prepared, strike, &energies, &fields, &masses)?;

@@ -6,12 +6,12 @@
 //! f^(5/3)-fold.
 
 use super::{BodyCells, BodyEnergy, FractureError, FractureRequest, PreparedObject, StageObserver};
+use crate::cancel_token::{CancelToken, Cancelled};
 use crate::centroidal::EnergyField;
 use crate::lattice::Lattice;
 use crate::lift::{self, Extension, LiftError, LiftKind, LiftedLattice, SpaceWarp};
 use crate::scene::{EffectKind, Grain, Paint, WarpControls, Waves};
 use crate::surface::{LocalFrame, NearestPoints};
-use crate::token::{CancelToken, Cancelled};
 use nalgebra::{Point3, Unit, Vector3};
 use std::collections::BTreeSet;
 

@@ -1,6 +1,6 @@
 //! Memory of one strike, kept from one to the next.
 
-use super::spare::BufferPool;
+use super::buffer_pool::BufferPool;
 use crate::centroidal;
 use crate::elasticity;
 use crate::tessellation;

@@ -3,9 +3,9 @@
 //! Based on: S. Timoshenko and J. N. Goodier, *Theory of Elasticity* (1951), chapters 9 and 12 (pure bending of beams
 //! and plates); B. M. Irons and A. Razzaque, *Experience with the patch test* (1972).
 
+use crate::cancel_token::CancelToken;
 use crate::elasticity::{DrivingEnergy, ElasticWorkspace, Elasticity, ElasticityError, PinnedNodes, Support};
 use crate::lattice::{Lattice, block};
-use crate::token::CancelToken;
 use nalgebra::{Matrix3, Point3, Vector3};
 
 /// Consistent nodal forces (three per node) of the traction σ(x) n on the boundary, σ linear in x.

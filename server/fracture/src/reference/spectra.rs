@@ -1,9 +1,9 @@
 //! Neumann spectra with closed forms.
 
 use super::ball;
+use crate::cancel_token::CancelToken;
 use crate::lattice::{Lattice, block};
 use crate::lift::{LiftError, Spectrum};
-use crate::token::CancelToken;
 use std::f64::consts::PI;
 
 /// Largest relative error of the eigenvalues of `lattice` against `exact`, ascending, zero left out.

@@ -3,17 +3,17 @@
 //! [`Skin`] is prepared once per object: the triangles, fine enough for the crack lattice, and where their corners lie in it.
 //! [`worn`] cuts them by fragments. [`Outer`] carries their looks to the lattice's own boundary.
 
+mod boundary_attributes;
+mod clipped_surface;
 mod normals;
-mod outer;
 mod refine;
 mod walls;
-mod worn;
 
 #[cfg(test)]
 mod tests;
 
-pub use outer::BoundaryAttributes;
-pub use worn::{BlendedVertex, ClippedSurface, worn};
+pub use boundary_attributes::BoundaryAttributes;
+pub use clipped_surface::{BlendedVertex, ClippedSurface, clip};
 
 use crate::lattice::{Lattice, LatticePoint, Locator, area_vector};
 use crate::memory::held;
@@ -88,16 +88,16 @@ impl Skin {
 
     /// What one fragment wears, as a skin of its own: its vertices are points each, those on borders where a neighbour within
     /// the fragment lies.
-    pub fn part(&self, worn: &ClippedSurface) -> Self {
-        let mut part = Self { textured: self.textured, triangles: worn.triangles.clone(), ..Self::default() };
-        for (point, blend) in worn.vertices.iter().enumerate() {
+    pub fn part(&self, clipped: &ClippedSurface) -> Self {
+        let mut part = Self { textured: self.textured, triangles: clipped.triangles.clone(), ..Self::default() };
+        for (point, blend) in clipped.vertices.iter().enumerate() {
             let (place, normal, uv) = blend.of(self);
             part.points.push(place);
             part.spots.push(self.spots[self.vertices[blend.home as usize].point as usize]);
             part.vertices.push(SkinCorner { point: point as u32, normal, uv });
         }
         if !self.materials.is_empty() {
-            part.materials = worn.sources.iter().map(|&source| self.materials[source as usize]).collect();
+            part.materials = clipped.sources.iter().map(|&source| self.materials[source as usize]).collect();
         }
         part
     }

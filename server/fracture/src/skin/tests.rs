@@ -83,7 +83,7 @@ fn parts_tile_the_skin_for_any_labels() {
         let labels: Vec<u32> =
             skin.points.iter().map(|_| (random.uniform() * f64::from(fragments)) as u32 % fragments).collect();
         let heights: Vec<f64> = (0..fragments).map(|_| random.uniform()).collect();
-        let parts = worn(&skin, &labels, fragments as usize, |point, a, b| {
+        let parts = clip(&skin, &labels, fragments as usize, |point, a, b| {
             f64::from(point % 7) - 3.0 + heights[a as usize] - heights[b as usize]
         });
         let corners = |part: &ClippedSurface| -> Vec<[Point3<f64>; 3]> {
@@ -119,7 +119,7 @@ fn borders_lie_where_rivals_are_equal() {
     };
     let nearest = |point: u32| (1..3).fold(0, |best, other| if rival(point, other, best) < 0.0 { other } else { best });
     let labels: Vec<u32> = (0..skin.points.len() as u32).map(nearest).collect();
-    let parts = worn(&skin, &labels, 3, rival);
+    let parts = clip(&skin, &labels, 3, rival);
     let mut exact = [0, 0];
     for (label, part) in parts.iter().enumerate() {
         for blend in part.vertices.iter().filter(|blend| blend.weights[0] != 1.0) {

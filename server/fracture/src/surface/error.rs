@@ -109,5 +109,5 @@ pub enum SurfaceError {
     },
     /// The work was cancelled.
     #[error(transparent)]
-    Cancelled(#[from] crate::token::Cancelled),
+    Cancelled(#[from] crate::cancel_token::Cancelled),
 }

@@ -1,8 +1,8 @@
 use super::super::winding::brute_force;
 use super::super::{RawMesh, SurfaceError, shapes};
 use super::*;
+use crate::cancel_token::CancelToken;
 use crate::random::RandomStream;
-use crate::token::CancelToken;
 use nalgebra::Vector3;
 use parry3d_f64::query::PointQuery;
 

@@ -4,20 +4,20 @@
 //! answers where a point lies and how far from the surface. [`shapes`] generates closed meshes.
 
 mod closest;
+mod crack_sheets;
 mod defect;
 mod error;
 mod frame;
 mod inside;
-mod looks;
 mod nearest;
+mod open_edges;
 mod raw;
 mod read;
 mod repair;
-mod rim;
 mod shape;
 pub mod shapes;
-mod sheets;
 mod tree;
+mod triangle_attributes;
 mod volume;
 mod width;
 mod winding;
@@ -25,17 +25,17 @@ mod winding;
 #[cfg(test)]
 mod tests;
 
+pub use crack_sheets::CrackSheets;
 pub use defect::{Defect, DefectKind};
 pub use error::SurfaceError;
 pub(crate) use frame::DIAGONAL_RANGE_M;
 pub use frame::LocalFrame;
 pub use inside::InsideTest;
-pub use looks::{NO_MATERIAL, TriangleAttributes, UV_MAX};
 pub(crate) use nearest::barycentric;
 pub use nearest::{NearestPoints, NearestTriangles};
 pub use raw::{DOUBLE, LengthUnit, RawMesh, SINGLE, UnknownUnit, UnknownUpAxis, UpAxis};
 pub use read::{read, read_painted};
 pub use repair::{ShellPart, Surface};
 pub(crate) use repair::{crossings, meet};
-pub use sheets::CrackSheets;
+pub use triangle_attributes::{NO_MATERIAL, TriangleAttributes, UV_MAX};
 pub use width::{Width, WidthSide, Widths};

@@ -83,8 +83,8 @@ impl Surface {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cancel_token::CancelToken;
     use crate::surface::{InsideTest, shapes};
-    use crate::token::CancelToken;
 
     fn refused(raw: RawMesh) -> SurfaceError {
         let surface = Surface::repair(raw).unwrap();

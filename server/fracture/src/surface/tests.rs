@@ -1,7 +1,7 @@
 //! The real meshes of the folder `SHATTER_MESHES`, and damaged copies of them.
 
 use super::*;
-use crate::token::CancelToken;
+use crate::cancel_token::CancelToken;
 use DefectKind::*;
 use std::path::PathBuf;
 

@@ -5,8 +5,8 @@
 //! gives ∫w exactly); of 1[w > ½] if it is open.
 
 use super::{InsideTest, SurfaceError};
+use crate::cancel_token::CancelToken;
 use crate::random::RandomStream;
-use crate::token::CancelToken;
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 

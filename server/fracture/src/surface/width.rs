@@ -4,7 +4,7 @@
 //! diameter function* (2008), with the one ray along the normal, and inside and outside by the winding number.
 
 use super::InsideTest;
-use crate::token::{CancelToken, Cancelled};
+use crate::cancel_token::{CancelToken, Cancelled};
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 

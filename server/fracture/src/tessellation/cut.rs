@@ -1,6 +1,6 @@
 //! Which simplices of one dimension carry a crack point, and the points.
 
-use super::chosen::IndexSet;
+use super::index_set::IndexSet;
 use nalgebra::Point3;
 use rayon::prelude::*;
 

@@ -11,11 +11,11 @@
 //! that the fragments' volumes add up to the lattice's. Fixed points are the caller's, and so is their place.
 
 mod barycentric;
-mod chosen;
 mod components;
 mod cut;
 mod emit;
 mod error;
+mod index_set;
 mod outer;
 mod pattern;
 mod points;

@@ -5,14 +5,14 @@
 //! tetrahedron. The margin is ours ([`MARGIN`](super::MARGIN)).
 
 use super::barycentric::{edge_margin, in_tet, on_edge, on_face, preference};
-use super::chosen::IndexSet;
 use super::cut::{CutSimplices, GRAIN};
+use super::index_set::IndexSet;
 use super::pattern::{ALL_CUT, FACE_MASKS, mask};
 use super::{TessellationError, Topology};
 use crate::lattice::Lattice;
 use crate::lift::LiftedLattice;
 use crate::memory::held;
-use crate::wide::{Kernel, widest};
+use crate::simd::{Kernel, widest};
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 

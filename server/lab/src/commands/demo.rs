@@ -3,7 +3,7 @@
 use crate::demo::{self, DemoError, DemoOptions};
 use shatter_export::ExportError;
 use shatter_proto::{Error, ErrorKind};
-use shatter_server::commands::{CommandError, out};
+use shatter_server::commands::{CommandError, output};
 use shatter_server::config::data_folder;
 use std::path::PathBuf;
 
@@ -23,7 +23,7 @@ pub struct Args {
 
 /// Runs the demonstration and says where to look.
 pub fn run(args: &Args) -> Result<(), CommandError> {
-    out::folder(&args.out)?;
+    output::folder(&args.out)?;
     let databases = match &args.databases {
         Some(folder) => folder.clone(),
         None => data_folder()?.join("demo"),
@@ -37,7 +37,7 @@ pub fn run(args: &Args) -> Result<(), CommandError> {
     let mut text = made.lines.iter().map(|line| format!("{line}\n")).collect::<String>();
     let files: String = made.files.iter().chain([&database]).map(|file| format!("{}\n", file.display())).collect();
     text.push_str(&format!("\nFiles:\n{files}\nOpen {} in a browser.\n", made.page.display()));
-    out::print(&text)
+    output::print(&text)
 }
 
 impl From<DemoError> for CommandError {

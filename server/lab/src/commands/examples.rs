@@ -2,7 +2,7 @@
 
 use crate::{report, study::examples};
 use shatter_fracture::database;
-use shatter_server::commands::{CommandError, out};
+use shatter_server::commands::{CommandError, output};
 use std::path::PathBuf;
 
 /// Arguments of `shatter-lab examples`.
@@ -20,8 +20,8 @@ pub struct Args {
 /// # Errors
 /// The database is damaged or has no examples, the page cannot be written.
 pub fn run(args: &Args) -> Result<(), CommandError> {
-    out::folder(&args.out)?;
+    output::folder(&args.out)?;
     let prepared = database::load(&args.file).map_err(|error| CommandError::database(&args.file, &error))?;
     let page = args.out.join(format!("{}.html", prepared.name));
-    out::whole(&page, report::study(&examples::page(&prepared)?).as_bytes())
+    output::whole(&page, report::study(&examples::page(&prepared)?).as_bytes())
 }

@@ -1,7 +1,7 @@
 //! `shatterd study`.
 
 use crate::report::{self, ReportFigure};
-use crate::study::mutants::{self, FuzzPlan, FuzzTally, FuzzVerdict, Judge, Mutant};
+use crate::study::mesh_fuzz::{self, FuzzPlan, FuzzTally, FuzzVerdict, Judge, Mutant};
 use crate::study::stability::{
     CASES, CaseOutcome, CaseRow, REAL, StabilityFindings, TrialFault, judge, locking, neck_over_impulses,
     neck_portraits, real, spoiled_statues,
@@ -12,7 +12,7 @@ use serde_json::{Value, json};
 use shatter_fracture::pipeline::Preset;
 use shatter_fracture::surface::shapes::write_obj;
 use shatter_fracture::surface::{self, LengthUnit, UpAxis};
-use shatter_server::commands::{CommandError, out};
+use shatter_server::commands::{CommandError, output};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -118,7 +118,7 @@ const TRIES_MAX: usize = 2000;
 pub fn run(args: &Args) -> Result<bool, CommandError> {
     match &args.study {
         Study::Stability(args) => {
-            out::folder(&args.out)?;
+            output::folder(&args.out)?;
             match &args.shrink {
                 Some(mutant) => shrink(args, mutant),
                 None => stability(args),
@@ -131,7 +131,7 @@ pub fn run(args: &Args) -> Result<bool, CommandError> {
 }
 
 fn accuracy(args: &Accuracy) -> Result<(), CommandError> {
-    out::folder(&args.out)?;
+    output::folder(&args.out)?;
     let plan = match &args.object {
         None => accuracy::AccuracyPlan::statue(),
         Some(file) => {
@@ -149,7 +149,7 @@ fn accuracy(args: &Accuracy) -> Result<(), CommandError> {
     let drawn = accuracy::drawn(&findings).map_err(CommandError::from)?;
     let write = |name: &str, text: &str| {
         let path = args.out.join(name);
-        out::whole(&path, text.as_bytes())
+        output::whole(&path, text.as_bytes())
     };
     for own in &drawn {
         write(&format!("{}.svg", own.file), &own.svg)?;
@@ -158,18 +158,18 @@ fn accuracy(args: &Accuracy) -> Result<(), CommandError> {
     let close_up = findings.close_up.png().map_err(CommandError::from)?;
     if let Some(png) = &close_up {
         let path = args.out.join("accuracy-close-up.png");
-        out::whole(&path, png)?;
+        output::whole(&path, png)?;
     }
     write("accuracy.html", &report::study(&accuracy::page(&findings, &drawn, close_up)))?;
     if args.json {
-        return out::print(&format!("{}\n", findings.document()));
+        return output::print(&format!("{}\n", findings.document()));
     }
     let lines: String = findings.points.iter().map(told_point).collect();
-    out::print(&format!("{lines}Open {} in a browser.\n", args.out.join("accuracy.html").display()))
+    output::print(&format!("{lines}Open {} in a browser.\n", args.out.join("accuracy.html").display()))
 }
 
 fn paper(args: &Paper) -> Result<(), CommandError> {
-    out::folder(&args.out)?;
+    output::folder(&args.out)?;
     let horse = args.meshes.as_ref().map(|folder| folder.join("horse.ply")).filter(|file| file.is_file());
     let plan = match (&args.object, &horse) {
         (Some(file), _) => {
@@ -189,7 +189,7 @@ fn paper(args: &Paper) -> Result<(), CommandError> {
     let drawn = drawn.map_err(CommandError::from)?;
     let write = |name: String, bytes: &[u8]| {
         let path = args.out.join(name);
-        out::whole(&path, bytes)
+        output::whole(&path, bytes)
     };
     for own in &drawn {
         write(format!("{}.png", own.file), &own.png)?;
@@ -197,7 +197,7 @@ fn paper(args: &Paper) -> Result<(), CommandError> {
     }
     write("paper.html".to_owned(), report::study(&paper::page(&plan, &drawn)).as_bytes())?;
     if args.json {
-        return out::print(&format!("{}\n", paper::document(&plan, &drawn)));
+        return output::print(&format!("{}\n", paper::document(&plan, &drawn)));
     }
     let line = |own: &paper::Panel| {
         format!(
@@ -208,7 +208,7 @@ fn paper(args: &Paper) -> Result<(), CommandError> {
         )
     };
     let lines: String = drawn.iter().flat_map(|own| &own.panels).map(line).collect();
-    out::print(&format!("{lines}Open {} in a browser.\n", args.out.join("paper.html").display()))
+    output::print(&format!("{lines}Open {} in a browser.\n", args.out.join("paper.html").display()))
 }
 
 fn quality(name: &str) -> Result<Preset, String> {
@@ -226,7 +226,7 @@ fn told_point(point: &accuracy::StudyPoint) -> String {
 }
 
 fn effects(args: &Effects) -> Result<(), CommandError> {
-    out::folder(&args.out)?;
+    output::folder(&args.out)?;
     let bar = bar(effects::SHIPPED.len() + 1 + gallery::cast().len());
     let mut progress = |what: &str| {
         bar.set_message(what.to_owned());
@@ -237,19 +237,19 @@ fn effects(args: &Effects) -> Result<(), CommandError> {
     bar.finish_and_clear();
     let write = |name: &str, bytes: &[u8]| {
         let path = args.out.join(name);
-        out::whole(&path, bytes)
+        output::whole(&path, bytes)
     };
     shown.iter().try_for_each(|own| write(&own.file(), &own.png))?;
     write("effects.md", gallery::markdown(&shown).as_bytes())?;
     let page = args.out.join("effects.html");
     let study = effects::page(&pairs, gallery::section(&shown)).map_err(CommandError::from)?;
-    out::whole(&page, report::study(&study).as_bytes())?;
+    output::whole(&page, report::study(&study).as_bytes())?;
     if args.json {
-        return out::print(&format!("{}\n", effects::document(&pairs)));
+        return output::print(&format!("{}\n", effects::document(&pairs)));
     }
     let lines: String =
         study.sections.iter().map(|part| format!("{:24} {}\n", part.heading, part.lead.join(" "))).collect();
-    out::print(&format!("{lines}Open {} in a browser.\n", page.display()))
+    output::print(&format!("{lines}Open {} in a browser.\n", page.display()))
 }
 
 fn stability(args: &Stability) -> Result<bool, CommandError> {
@@ -265,12 +265,12 @@ fn stability(args: &Stability) -> Result<bool, CommandError> {
     };
     let page = args.out.join("stability.html");
     let study = findings.page().map_err(|error| CommandError::ours("plot", error.to_string()))?;
-    out::whole(&page, report::study(&study).as_bytes())?;
+    output::whole(&page, report::study(&study).as_bytes())?;
     if args.json {
-        out::print(&format!("{}\n", findings.document()))?;
+        output::print(&format!("{}\n", findings.document()))?;
     } else {
         let lines: String = findings.rows.iter().map(line).collect();
-        out::print(&format!("{lines}\n{}\nOpen {} in a browser.\n", findings.mutants, page.display()))?;
+        output::print(&format!("{lines}\n{}\nOpen {} in a browser.\n", findings.mutants, page.display()))?;
     }
     Ok(!findings.failed())
 }
@@ -327,13 +327,13 @@ fn rows(args: &Stability) -> (Vec<CaseRow>, Vec<ReportFigure>) {
     (rows, pictures)
 }
 
-fn meshes(args: &Stability) -> Result<Vec<mutants::BaseMesh>, CommandError> {
-    let mut meshes = mutants::generated();
+fn meshes(args: &Stability) -> Result<Vec<mesh_fuzz::BaseMesh>, CommandError> {
+    let mut meshes = mesh_fuzz::generated();
     if let Some(folder) = &args.meshes {
-        let refused = |error: mutants::FolderError| {
+        let refused = |error: mesh_fuzz::FolderError| {
             CommandError::refused("unreadable_file", folder.display().to_string(), error.to_string())
         };
-        meshes.extend(mutants::from_folder(folder).map_err(refused)?);
+        meshes.extend(mesh_fuzz::from_folder(folder).map_err(refused)?);
     }
     Ok(meshes)
 }
@@ -353,7 +353,7 @@ fn tally(args: &Stability) -> Result<FuzzTally, CommandError> {
         threads,
     };
     let bar = bar(plan.count);
-    let tally = mutants::run(&plan, &mut |mutant, verdict| {
+    let tally = mesh_fuzz::run(&plan, &mut |mutant, verdict| {
         if let FuzzVerdict::Failed(fault) = verdict {
             bar.suspend(|| eprintln!("failed: {mutant}: {fault}"));
         }
@@ -388,7 +388,7 @@ fn shrink(args: &Stability, mutant: &Mutant) -> Result<bool, CommandError> {
     let spoilt = mutant.defect.apply(&base.mesh, mutant.seed);
     let bar = bar(TRIES_MAX);
     let must_accept = mutant.defect.must_accept();
-    let shrunk = mutants::shrink(&spoilt, TRIES_MAX, &mut |mesh| {
+    let shrunk = mesh_fuzz::shrink(&spoilt, TRIES_MAX, &mut |mesh| {
         bar.inc(1);
         judge.fails_like(mesh, must_accept, mutant.seed, &fault)
     });
@@ -412,6 +412,6 @@ fn told(args: &Stability, document: &Value, held: bool) -> Result<bool, CommandE
             .map(|(key, value)| format!("{key}: {}\n", value.as_str().map_or(value.to_string(), str::to_owned)))
             .collect()
     };
-    out::print(&text)?;
+    output::print(&text)?;
     Ok(held)
 }

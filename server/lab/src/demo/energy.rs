@@ -2,16 +2,16 @@
 //! from the daemon's database.
 
 use super::DemoError;
-use super::blow::DemoStrike;
+use super::demo_strike::DemoStrike;
 use super::object::{DemoTarget, RADIUS_M};
 use nalgebra::Point3;
+use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::lift::LiftKind;
 use shatter_fracture::pipeline::{
     ContactSet, DEGREE_MAX, DegreeRequest, ElasticRequest, FractureRequest, ImpactContact, PreparedObject, Workspace,
     strain_energy,
 };
 use shatter_fracture::scene::EffectSet;
-use shatter_fracture::token::CancelToken;
 
 /// How often densities are averaged with their neighbours: the elastic lattice, on which they are constant per
 /// tetrahedron, is coarser than the surface that shows them.

@@ -5,8 +5,8 @@
 //! through shared memory as any client's do. One thing is computed in this process, from the same database and with the
 //! same engine: the strain energy that colours the intact mug, which answers do not carry. The page says so.
 
-mod blow;
 mod daemon;
+mod demo_strike;
 mod energy;
 mod error;
 mod object;
@@ -18,8 +18,8 @@ pub use error::DemoError;
 pub use object::NAME;
 
 use crate::report;
-use blow::DemoStrike;
 use daemon::Daemon;
+use demo_strike::DemoStrike;
 use energy::SurfaceEnergy;
 use object::DemoTarget;
 use progress::DemoProgress;
@@ -101,7 +101,7 @@ fn strike(options: &DemoOptions, target: &DemoTarget, progress: &DemoProgress) -
     let service = Client::connect(&options.service, Deadline::after(START_PATIENCE))?;
     let object = service.object(NAME, Deadline::after(ANSWER_PATIENCE))?;
     progress.step("find the threshold");
-    let threshold_ns = blow::threshold_ns(&object, target)?;
+    let threshold_ns = demo_strike::threshold_ns(&object, target)?;
     let mut blows = Vec::with_capacity(IMPULSE_FACTORS.len());
     for (number, factor) in (1..).zip(IMPULSE_FACTORS) {
         progress.step(&format!("strike {number}: {factor} × the threshold"));

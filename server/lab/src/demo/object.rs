@@ -3,12 +3,12 @@
 use super::DemoError;
 use super::progress::DemoProgress;
 use nalgebra::{Point3, Vector3};
+use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{self, BakeRequest, BakeStep};
 use shatter_fracture::pipeline::PreparedObject;
 use shatter_fracture::scene::MATERIALS;
 use shatter_fracture::scene::Materials;
 use shatter_fracture::surface::{RawMesh, shapes};
-use shatter_fracture::token::CancelToken;
 use shatter_server::commands::interrupt;
 use std::path::Path;
 

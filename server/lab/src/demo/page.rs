@@ -1,6 +1,6 @@
 //! The run in words and figures.
 
-use super::blow::DemoStrike;
+use super::demo_strike::DemoStrike;
 use super::energy::SurfaceEnergy;
 use super::object::{DemoTarget, MATERIAL, NAME};
 use super::progress::DemoProgress;

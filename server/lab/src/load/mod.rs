@@ -14,13 +14,14 @@ pub use worker::run as work;
 
 use plan::{ClientPlan, LoadTarget};
 use serde_json::{Value, json};
-use shatter_cli_common::failure::{CliError, document, note, out, size};
+use shatter_cli_common::cli_error::{CliError, document, note, out, size};
 use shatter_client::{Client, Deadline, Error, ErrorKind};
+use std::collections::BTreeMap;
 use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant, SystemTime};
-use tally::{LoadTally, RequestRecord};
+use tally::{LoadTally, RequestEnd, RequestRecord};
 
 /// Sites of a strike that the command line says nothing about.
 const DEGREE: u32 = 20;
@@ -113,6 +114,7 @@ pub fn run(service: &str, args: &Args) -> Result<(), CliError> {
     let told: Vec<Value> = runs.iter().map(|(rate, tally, _)| tally.document(*rate)).collect();
     let mut told = if told.len() == 1 { told.into_iter().next().unwrap_or_default() } else { json!({ "runs": told }) };
     let lost = lost(runs.iter().map(|(_, _, clients)| clients.as_slice()));
+    let lost = lost.or_else(|| unanswered(runs.iter().flat_map(|(_, _, clients)| clients.iter().flatten().flatten())));
     if let Some(refusal) = &lost {
         told["error"] = refusal.document()["error"].clone();
     }
@@ -128,6 +130,24 @@ pub fn run(service: &str, args: &Args) -> Result<(), CliError> {
         }
     }
     lost.map_or(Ok(()), |refusal| Err(CliError::Told(refusal)))
+}
+
+/// The refusal of runs of which no strike was answered, if there was one: of the kind that most of them ended with.
+fn unanswered<'a>(records: impl Iterator<Item = &'a RequestRecord>) -> Option<Error> {
+    let (mut sent, mut kinds) = (0, BTreeMap::new());
+    for record in records {
+        let kind = match record.end {
+            RequestEnd::Ok => return None,
+            RequestEnd::Busy => ErrorKind::Busy.code(),
+            RequestEnd::Late => ErrorKind::Late.code(),
+            RequestEnd::Failed => record.why.unwrap_or(ErrorKind::Failed.code()),
+        };
+        sent += 1;
+        *kinds.entry(kind).or_insert(0) += 1;
+    }
+    let (code, _) = kinds.into_iter().max_by_key(|(_, count)| *count)?;
+    let kind = ErrorKind::from_code(code).unwrap_or(ErrorKind::Failed);
+    Some(Error::new(kind, "strikes", format!("none of {sent} strikes was answered; most ended with `{}`", kind.name())))
 }
 
 /// The refusal of runs of which some client processes told nothing, if there are such.
@@ -259,6 +279,17 @@ fn write(folder: &Path, told: &Value, runs: &[Run]) -> Result<(), CliError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn runs_without_an_answer_are_refused_with_what_most_ended_with() {
+        let record = |end, why| RequestRecord { due_us: 0, latency_us: 1, service_us: 0, ipc_us: 0, end, why };
+        let gone = record(RequestEnd::Failed, Some(ErrorKind::NoDaemon.code()));
+        let busy = record(RequestEnd::Busy, None);
+        assert_eq!(unanswered([gone, busy, gone].iter()).unwrap().kind, ErrorKind::NoDaemon);
+        assert_eq!(unanswered([busy].iter()).unwrap().kind, ErrorKind::Busy);
+        assert!(unanswered([gone, record(RequestEnd::Ok, None)].iter()).is_none());
+        assert!(unanswered([].iter()).is_none());
+    }
 
     #[test]
     fn lost_client_processes_are_counted_over_all_runs() {

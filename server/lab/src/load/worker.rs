@@ -4,7 +4,7 @@ use super::plan::{ClientPlan, ClientReport, LoadTarget};
 use super::schedule::Schedule;
 use super::tally::{RequestEnd, RequestRecord};
 use super::{ANSWER, reply};
-use shatter_cli_common::failure::{CliError, out};
+use shatter_cli_common::cli_error::{CliError, out};
 use shatter_client::{Client, Deadline, DegreeRule, Error, ErrorKind, FractureResult, Impact, Object, Poll, Ticket};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
@@ -190,7 +190,7 @@ fn receive(connection: &Client, begin: Instant, flying: &Mutex<Vec<Flying>>, don
             records.extend(own.iter().map(|strike| ended(begin, strike.due, &lost)));
             return records;
         }
-        connection.doze(Deadline::ms(5));
+        connection.wait_for_reply(Deadline::ms(5));
     }
 }
 

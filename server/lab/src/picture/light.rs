@@ -1,7 +1,7 @@
 //! What light does to a surface.
 
 use super::camera::Camera;
-use super::colour::Color;
+use super::color::Color;
 use nalgebra::Vector3;
 
 /// Lights and gloss of a picture.

@@ -1,6 +1,6 @@
 //! Marks in a scene.
 
-use super::colour::Color;
+use super::color::Color;
 use super::mesh::DrawnMesh;
 use nalgebra::{Point3, Vector3};
 use std::f32::consts::TAU;

@@ -6,7 +6,7 @@
 //! of threads.
 
 mod camera;
-mod colour;
+mod color;
 mod image;
 mod light;
 mod marker;
@@ -18,7 +18,7 @@ mod render;
 mod shadow;
 
 pub use camera::{Camera, Projection};
-pub use colour::{Color, ENERGY, Ramp, crack_colour, fragment_colour};
+pub use color::{Color, ENERGY, Ramp, crack_colour, fragment_colour};
 pub use image::{Image, PictureError};
 pub use light::RenderStyle;
 pub use marker::arrow;

@@ -1,6 +1,6 @@
 //! Fragments as painted meshes, moved apart so that the cracks show.
 
-use super::colour::{Color, crack_colour, fragment_colour};
+use super::color::{Color, crack_colour, fragment_colour};
 use super::mesh::DrawnMesh;
 use nalgebra::{Point3, Vector3};
 use shatter_export::FragmentView;

@@ -1,7 +1,7 @@
 //! From meshes to a picture.
 
 use super::camera::Camera;
-use super::colour::{Color, encode};
+use super::color::{Color, encode};
 use super::image::Image;
 use super::light::{Lights, RenderStyle};
 use super::mesh::DrawnMesh;

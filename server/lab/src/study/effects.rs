@@ -8,19 +8,19 @@ use crate::report::{ReportFigure, ReportTable, Section, Study};
 use bytemuck::Zeroable;
 use nalgebra::{Point3, Vector3};
 use serde_json::{Value, json};
-use shatter_engine::clock::StageProfiler;
 use shatter_engine::object::ServedObject;
 use shatter_engine::scene::{ObjectPolicy, Scene};
+use shatter_engine::stage_profiler::StageProfiler;
 use shatter_engine::wire::EngineObject;
+use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{BakeError, bake};
 use shatter_fracture::pipeline::{self, AnchorError, ImpactSampler, PreparedObject, WarpError, Workspace};
 use shatter_fracture::random::RandomStream;
-use shatter_fracture::token::CancelToken;
 use shatter_proto::Error;
-use shatter_proto::answer::Block;
 use shatter_proto::effect::Effect;
 use shatter_proto::layout::Layout;
 use shatter_proto::request::{Contact, DegreeRule, Request};
+use shatter_proto::result::Block;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -110,11 +110,11 @@ pub fn pairs(progress: &mut dyn FnMut(&str)) -> Result<Vec<SceneCosts>, EffectsE
             let Some((mesh, request)) = object.bake(&name) else { continue };
             let (controls, token) = (&object.terms.controls, CancelToken::default());
             let mut lean = bake(mesh.clone(), &request, &token, &mut |_| {})?.warped(controls, &token)?;
-            object.terms.hold(&mut lean)?;
+            object.terms.anchor(&mut lean)?;
             let everything =
                 shatter_fracture::database::BakeRequest { tables: shatter_fracture::database::Tables::ALL, ..request };
             let mut prepared = bake(mesh, &everything, &token, &mut |_| {})?.warped(controls, &token)?;
-            object.terms.hold(&mut prepared)?;
+            object.terms.anchor(&mut prepared)?;
             let prepared = Arc::new(prepared);
             let memory = [lean.bytes(), prepared.bytes()];
             let rich = object.terms.rich();

@@ -6,7 +6,7 @@ pub mod effects;
 pub mod examples;
 pub mod exploded;
 pub mod gallery;
-pub mod mutants;
+pub mod mesh_fuzz;
 pub mod paper;
 pub mod plot;
 pub mod precision;

@@ -1,7 +1,7 @@
 //! Contacts: where their force goes, and inertia relief.
 
 use super::*;
-use crate::elasticity::front::LoadFront;
+use crate::elasticity::load_front::LoadFront;
 use proptest::prelude::*;
 
 fn contact(point: [f64; 3], impulse: [f64; 3], radius: f64) -> ContactLoad {

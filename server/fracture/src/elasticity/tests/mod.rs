@@ -11,10 +11,10 @@ mod reduced;
 mod refusal;
 
 use super::*;
+use crate::cancel_token::CancelToken;
 use crate::lattice::{Lattice, block};
 use crate::random::RandomStream;
 use crate::reference::{bending_error, kuhn, perturbed, traction};
-use crate::token::CancelToken;
 use nalgebra::{Matrix3, Point3, Vector3};
 
 /// The tetrahedra whose centroid `keep` keeps, nodes renumbered.

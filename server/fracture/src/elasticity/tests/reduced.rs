@@ -160,7 +160,7 @@ fn wide_instructions_do_not_change_a_bit_of_a_projection() {
     let loads = snapshots(&lattice, &body, 30);
     let reduced = body.reduce(&loads, 19, &CancelToken::default()).unwrap().unwrap();
     for load in &loads[..3] {
-        crate::wide::tests::same_on_every_path(|| {
+        crate::simd::tests::same_on_every_path(|| {
             let (mut coordinates, mut displacement) = (Vec::new(), Vec::new());
             let energy = reduced.project(load, &mut coordinates);
             reduced.expand(&coordinates, &mut displacement, &mut ElasticWorkspace::default());

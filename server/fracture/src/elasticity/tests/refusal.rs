@@ -112,7 +112,7 @@ fn cancelled_work_stops() {
     let body = free(&lattice, 0.3);
     let (mut out, token) = (Vec::new(), CancelToken::default());
     token.cancel();
-    let cancelled = ElasticityError::Cancelled(crate::token::Cancelled);
+    let cancelled = ElasticityError::Cancelled(crate::cancel_token::Cancelled);
     assert_eq!(Elasticity::prepare(&lattice, 0.3, &token).err(), Some(cancelled));
     let forces = vec![0.0; body.size()];
     assert_eq!(body.solve(&forces, &mut out, &mut ElasticWorkspace::default(), &token), Err(cancelled));

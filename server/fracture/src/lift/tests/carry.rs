@@ -2,10 +2,10 @@
 
 use super::shapes::{ball, fork};
 use super::surface::hollow;
+use crate::cancel_token::CancelToken;
 use crate::lattice::{Lattice, block};
 use crate::lift::mean_value::MeanValueWeights;
 use crate::lift::{BoundarySurface, Extension, LiftError, carry_harmonic, carry_mean_value};
-use crate::token::CancelToken;
 use nalgebra::{Isometry3, Point3, Vector3};
 
 const BOTH: [Extension; 2] = [Extension::Harmonic, Extension::MeanValue];

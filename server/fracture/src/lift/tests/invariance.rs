@@ -1,11 +1,11 @@
 //! What must not change, and what must.
 
 use super::shapes::{ball, fork, nearest};
+use crate::cancel_token::CancelToken;
 use crate::lattice::{Lattice, block};
 use crate::lift::metric::metric;
 use crate::lift::{LiftError, LiftKind, LiftedLattice, Spectrum, interior, stretch};
 use crate::random::RandomStream;
-use crate::token::CancelToken;
 use nalgebra::{Rotation3, Vector3};
 
 fn lift(lattice: &Lattice, modes: usize, alpha: f64) -> LiftedLattice {

@@ -1,9 +1,9 @@
 //! The iteration itself, on operators whose spectrum is known or that have none.
 
+use crate::cancel_token::{CancelToken, Cancelled};
 use crate::lattice::block;
 use crate::lift::lanczos::{BLOCK, largest};
 use crate::lift::{LiftError, Spectrum, interior};
-use crate::token::{CancelToken, Cancelled};
 
 /// The operator diag(`values`), the unit vector e_0 deflated.
 fn diagonal(values: &[f64], wanted: usize, token: &CancelToken) -> Result<Vec<f64>, LiftError> {

@@ -1,10 +1,10 @@
 //! Spectra against closed forms and the defining equation.
 
 use super::shapes::{ball, fork};
+use crate::cancel_token::CancelToken;
 use crate::lattice::{Lattice, block};
 use crate::lift::laplacian::Laplacian;
 use crate::lift::{LiftError, Spectrum};
-use crate::token::CancelToken;
 use std::f64::consts::PI;
 
 fn spectrum(lattice: &Lattice, count: usize) -> Spectrum {

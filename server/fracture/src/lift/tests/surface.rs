@@ -1,12 +1,12 @@
 //! The surface lift: spectra of surfaces against closed forms, and what the lift makes of a ball and of cavities.
 
 use super::shapes::{ball, carved, fork, nearest};
+use crate::cancel_token::CancelToken;
 use crate::lattice::{Lattice, block};
 use crate::lift::{
     BoundarySurface, Extension, LiftError, LiftKind, LiftedLattice, Spectrum, stretch, surface_diffusion,
 };
 use crate::random::RandomStream;
-use crate::token::CancelToken;
 use nalgebra::{Rotation3, Vector3};
 
 fn lift(lattice: &Lattice, carry: Extension, modes: usize) -> LiftedLattice {

@@ -31,7 +31,7 @@ fn any_number_of_threads_gives_the_same_bytes() {
 
 #[test]
 fn wide_instructions_do_not_change_a_bit() {
-    crate::wide::tests::same_on_every_path(|| {
+    crate::simd::tests::same_on_every_path(|| {
         let emitted = answer_on(2);
         (emitted.positions.iter().map(|position| position.map(f32::to_bits)).collect::<Vec<_>>(), emitted.properties)
     });

@@ -10,9 +10,9 @@ use crate::report::{ReportFigure, ReportTable, Section, significant};
 use crate::study::exploded::exploded;
 use nalgebra::{Point3, Vector3};
 use shatter_fracture::accuracy::{NORMAL_DEG, NormalShares};
+use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::pipeline::{self, FractureRequest, PreparedObject, Workspace};
 use shatter_fracture::surface::RawMesh;
-use shatter_fracture::token::CancelToken;
 
 /// One of the pictures.
 const SIZE: PictureSize = PictureSize { width: 420, height: 420 };

@@ -5,13 +5,13 @@ use super::truth::{Truth, Truths, diagram, optimised, solve};
 use super::{AccuracyFindings, AccuracyPlan, Measure, PointErrors, StudyError, StudyPoint};
 use serde_json::{Value, json};
 use shatter_fracture::accuracy::{degree_error, density_error, energy_error};
+use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::centroidal::DiagramOptions;
 use shatter_fracture::lift::LiftKind;
 use shatter_fracture::pipeline::{
     self, DegreeRequest, ElasticModel, FractureRequest, PreparedObject, Preset, Workspace,
 };
 use shatter_fracture::sparse::Precision;
-use shatter_fracture::token::CancelToken;
 
 /// Settings that every plan tries.
 pub(super) const FIXED: usize =

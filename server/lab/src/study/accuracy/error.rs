@@ -3,12 +3,12 @@
 use crate::picture::PictureError;
 use crate::study::plot::PlotError;
 use shatter_fracture::accuracy::AccuracyError;
+use shatter_fracture::cancel_token::Cancelled;
 use shatter_fracture::centroidal::FieldError;
 use shatter_fracture::database::BakeError;
 use shatter_fracture::elasticity::ElasticityError;
 use shatter_fracture::lift::LiftError;
 use shatter_fracture::pipeline::FractureError;
-use shatter_fracture::token::Cancelled;
 
 /// Why there is no study, or no point of it.
 #[derive(Debug, thiserror::Error)]

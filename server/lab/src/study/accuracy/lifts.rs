@@ -7,10 +7,10 @@ use super::truth::{Truth, best, diagram, pieces};
 use super::{Measure, PointErrors, PointTimes, StudyError};
 use serde_json::json;
 use shatter_fracture::accuracy::cvd_gap;
+use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::centroidal::DiagramOptions;
 use shatter_fracture::lift::{LiftKind, LiftedLattice, interior};
 use shatter_fracture::pipeline::FractureRequest;
-use shatter_fracture::token::CancelToken;
 
 /// The lifts that a strike can ask for.
 pub(super) const KINDS: [LiftKind; 3] = [LiftKind::Euclidean, LiftKind::Interior, LiftKind::SurfaceDiffusion];

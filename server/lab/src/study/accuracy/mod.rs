@@ -22,9 +22,9 @@ pub use point::{Measure, PointErrors, PointTimes, StudyPoint};
 
 use dials::Bench;
 use serde_json::{Value, json};
+use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::bake;
 use shatter_fracture::pipeline::{RANK_MAX, reduce};
-use shatter_fracture::token::CancelToken;
 use truth::Truths;
 
 /// What the object is and what it was measured against.

@@ -6,12 +6,12 @@ use super::tessellations::CrackErrors;
 use super::truth::{diagram, is_finer};
 use super::{PointErrors, PointTimes, StudyError, StudyPoint};
 use serde_json::json;
+use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::centroidal::DiagramOptions;
 use shatter_fracture::database::{BakeRequest, bake};
 use shatter_fracture::lattice::Lattice;
 use shatter_fracture::lift::LiftKind;
 use shatter_fracture::pipeline::{ElasticRequest, FractureRequest, LatticeSettings, PreparedObject, Preset, reduce};
-use shatter_fracture::token::CancelToken;
 
 /// An object on the lattices of a preset, and what its tessellation misses.
 struct Baked {

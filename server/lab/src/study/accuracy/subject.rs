@@ -1,6 +1,7 @@
 //! The object, its impacts, and what strikes of it take.
 
 use super::{AccuracyPlan, PointTimes, StudyError};
+use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::centroidal::EnergyField;
 use shatter_fracture::database::{BakeRequest, Tables, bake};
 use shatter_fracture::degree;
@@ -13,7 +14,6 @@ use shatter_fracture::pipeline::{
 use shatter_fracture::random::RandomStream;
 use shatter_fracture::scene::MATERIALS;
 use shatter_fracture::scene::Materials;
-use shatter_fracture::token::CancelToken;
 use std::time::Instant;
 
 /// Of what the object is made: it sets the scale of impulses, and no error.

@@ -8,12 +8,12 @@ use serde_json::json;
 use shatter_fracture::accuracy::{
     ExactCells, LabelErrors, Regions, carried, crack_distance, exact, label_fraction, misplaced, nearest, volume_l1,
 };
+use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::centroidal::{DiagramWorkspace, EnergyField, assign};
 use shatter_fracture::database::Tables;
 use shatter_fracture::lattice::{EnergyTransfer, LatticePoint};
 use shatter_fracture::lift::{LiftKind, LiftedLattice};
 use shatter_fracture::pipeline::{PreparedBody, PreparedObject};
-use shatter_fracture::token::CancelToken;
 use std::time::Instant;
 
 /// Settings of the dial `tessellation`.

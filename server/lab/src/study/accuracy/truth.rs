@@ -5,13 +5,13 @@ use super::{AccuracyPlan, Measure, PointErrors, StudyError};
 use shatter_fracture::accuracy::{
     ExactCells, cvd_gap, degree_error, density_error, energy_error, exact, size_distance,
 };
+use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::centroidal::{self, Diagram, DiagramOptions, EnergyField};
 use shatter_fracture::degree::{CurveOptions, EnergyCurve};
 use shatter_fracture::lattice::{Lattice, Locator};
 use shatter_fracture::lift::{LiftKind, LiftedLattice};
 use shatter_fracture::pipeline::{BodyEnergy, ElasticRequest, FractureRequest, PreparedObject, Workspace};
 use shatter_fracture::tessellation::components;
-use shatter_fracture::token::CancelToken;
 
 /// Seeds of the references' starts begin here: no strike has one of them.
 const SEED_FIRST: u64 = 1 << 32;

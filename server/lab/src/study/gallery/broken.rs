@@ -5,11 +5,11 @@ use super::super::exploded::exploded;
 use crate::picture::{DrawnMesh, Spread};
 use nalgebra::{Point3, Vector3};
 use shatter_engine::wire::refusal;
+use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::pipeline::{
     self, DegreeRequest, FractureMeshes, FractureOutcome, FractureRequest, FragmentRow, PreparedObject, Workspace,
 };
 use shatter_fracture::scene::EffectKind;
-use shatter_fracture::token::CancelToken;
 
 /// What became of a strike.
 pub struct GalleryResult {

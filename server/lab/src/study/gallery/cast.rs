@@ -6,6 +6,7 @@ use super::broken::GalleryResult;
 use super::marks::{self, SPREAD};
 use crate::picture::{Color, DrawnMesh};
 use nalgebra::{Point3, Vector3};
+use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{BakeRequest, bake};
 use shatter_fracture::lift::LiftKind;
 use shatter_fracture::pipeline::{DegreeRequest, FractureRequest, ImpactContact, PreparedObject};
@@ -14,7 +15,6 @@ use shatter_fracture::scene::{
     Anchors, DEFAULT_GRAVITY_M_S2, EffectKind, EffectSet, Grain, Materials, Paint, Region, WarpControls, Waves,
 };
 use shatter_fracture::surface::{RawMesh, shapes};
-use shatter_fracture::token::CancelToken;
 
 /// Cracks of blocks under an artist are seen best when the pieces hardly move.
 const NARROW: f64 = 0.06;
@@ -87,7 +87,7 @@ impl Stage {
         let token = CancelToken::default();
         let mut prepared = bake(self.mesh(), &request, &token, &mut |_| {})?.warped(controls, &token)?;
         if !anchors.regions.is_empty() {
-            prepared.hold(anchors, &token)?;
+            prepared.anchor(anchors, &token)?;
         }
         Ok(prepared)
     }

@@ -5,12 +5,12 @@ use crate::picture::{Backdrop, Camera, DrawnMesh, Image, PictureSize, Projection
 use crate::study::gallery::GalleryResult;
 use nalgebra::{Point3, Vector3};
 use shatter_export::contact::{ContactBody, ElasticMaterial, HertzContact};
+use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{BakeRequest, bake};
 use shatter_fracture::pipeline::{DegreeRequest, FractureRequest, PreparedObject};
 use shatter_fracture::scene::MATERIALS;
 use shatter_fracture::scene::Materials;
 use shatter_fracture::surface::RawMesh;
-use shatter_fracture::token::CancelToken;
 
 /// Of what the body is made.
 const MATERIAL: &str = "ceramic";

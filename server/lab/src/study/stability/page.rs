@@ -2,7 +2,7 @@
 
 use super::{CaseOutcome, CaseRow, Locking, Neck};
 use crate::report::{Fact, ReportFigure, ReportTable, Section, Study, share, significant};
-use crate::study::mutants::{FuzzTally, MUST_ACCEPT_RATE_MIN, NamedCounts};
+use crate::study::mesh_fuzz::{FuzzTally, MUST_ACCEPT_RATE_MIN, NamedCounts};
 use crate::study::plot::{Axes, PlotError, PlotLine, PlotMark, svg};
 use serde_json::{Value, json};
 

@@ -5,7 +5,7 @@ use super::trial::{TrialResult, at, baked, coarse, sound, struck};
 use crate::picture::{Backdrop, Camera, PictureError, PictureSize, Projection, RenderStyle, Spread, draw};
 use crate::report::ReportFigure;
 use crate::study::exploded::exploded;
-use crate::study::mutants::{FuzzDefect, generated};
+use crate::study::mesh_fuzz::{FuzzDefect, generated};
 use nalgebra::Vector3;
 use shatter_fracture::pipeline::PreparedObject;
 

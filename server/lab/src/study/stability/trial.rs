@@ -2,6 +2,7 @@
 
 use nalgebra::{Point3, Vector3};
 use shatter_engine::wire;
+use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{BakeError, BakeRequest, bake};
 use shatter_fracture::elasticity::ElasticityError;
 use shatter_fracture::fragment::closed;
@@ -13,7 +14,6 @@ use shatter_fracture::pipeline::{
 use shatter_fracture::scene::MATERIALS;
 use shatter_fracture::scene::{Material, MaterialError, Materials};
 use shatter_fracture::surface::{RawMesh, SurfaceError};
-use shatter_fracture::token::CancelToken;
 use shatter_server::commands::CommandError;
 
 /// Why a case has no figure: a refusal as the programs name it, or a fault.

@@ -2,13 +2,13 @@
 
 use super::super::trial::{TrialFault, at, baked, coarse, difference, sites, sound, struck};
 use nalgebra::{Point3, Vector3};
+use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::centroidal::{Diagram, DiagramOptions, DiagramWorkspace, EnergyField, FieldError, diagram};
 use shatter_fracture::lattice::{Lattice, block};
 use shatter_fracture::lift::LiftedLattice;
 use shatter_fracture::pipeline::FractureRequest;
 use shatter_fracture::surface::{RawMesh, shapes};
 use shatter_fracture::tessellation::{Topology, components};
-use shatter_fracture::token::CancelToken;
 
 impl From<FieldError> for TrialFault {
     fn from(error: FieldError) -> Self {

@@ -2,6 +2,7 @@
 
 use super::super::trial::TrialFault;
 use nalgebra::{Rotation3, Vector3};
+use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::lattice::{Lattice, block, stuff};
 use shatter_fracture::lift::{
     ALPHA_DEFAULT, BoundarySurface, Extension, LiftError, LiftedLattice, MODES_DEFAULT, SURFACE_MODES_DEFAULT,
@@ -10,7 +11,6 @@ use shatter_fracture::lift::{
 use shatter_fracture::random::RandomStream;
 use shatter_fracture::reference::ball;
 use shatter_fracture::surface::{InsideTest, Surface, shapes};
-use shatter_fracture::token::CancelToken;
 
 fn lift(lattice: &Lattice, modes: usize) -> Result<LiftedLattice, LiftError> {
     interior(lattice, modes, ALPHA_DEFAULT, &CancelToken::default())

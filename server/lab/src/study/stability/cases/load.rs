@@ -2,11 +2,11 @@
 
 use super::super::trial::{TrialFault, at, baked, coarse, sites, sound, struck};
 use nalgebra::{Point3, Vector3};
+use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::elasticity::{ContactLoad, DrivingEnergy, ElasticWorkspace, Elasticity, NodalLoad, Support};
 use shatter_fracture::lattice::block;
 use shatter_fracture::pipeline::{ContactSet, FractureRequest, PreparedObject, Workspace as Strikes, strain_energy};
 use shatter_fracture::surface::shapes;
-use shatter_fracture::token::CancelToken;
 
 fn arch() -> Result<PreparedObject, TrialFault> {
     baked(shapes::arch(), &coarse()?)

@@ -1,0 +1,128 @@
+//! Answers brought back to metres, our axes and our winding, whatever convention they were written in: what files are made of.
+
+use crate::result::fragments;
+use crate::{FractureResult, Fragment};
+use shatter_proto::convention::Convention;
+use shatter_proto::result::{
+    BondWire, DebrisWire, FragmentWire, HullWire, SkinVertexWire, SummaryWire, VelocityWire, VertexAttributeWire,
+};
+use shatter_proto::view::ResultView;
+
+/// An answer in glTF's convention ([`Convention::GLTF`]). One in another is copied once; one that was written in it is borrowed.
+pub struct ResultInMeters<'a> {
+    given: ResultView<'a>,
+    copied: Option<Box<Sections>>,
+}
+
+/// The sections of an answer that depend on its convention.
+struct Sections {
+    summary: SummaryWire,
+    fragments: Vec<FragmentWire>,
+    positions: Vec<[f32; 3]>,
+    indices: Vec<u32>,
+    velocities: Vec<VelocityWire>,
+    normals: Vec<[f32; 3]>,
+    bonds: Vec<BondWire>,
+    debris: Vec<DebrisWire>,
+    hulls: Vec<HullWire>,
+    hull_positions: Vec<[f32; 3]>,
+    hull_indices: Vec<u32>,
+    looks: Vec<VertexAttributeWire>,
+    skin_vertices: Vec<SkinVertexWire>,
+    skin_indices: Vec<u32>,
+}
+
+impl FractureResult {
+    /// The answer in metres, along the axes of the mesh file, counter-clockwise.
+    pub fn metric(&self) -> ResultInMeters<'_> {
+        let (given, convention) = (self.view(), self.convention());
+        let copied = (!convention.is_default()).then(|| Box::new(Sections::back(&given, &convention)));
+        ResultInMeters { given, copied }
+    }
+}
+
+impl ResultInMeters<'_> {
+    /// All sections.
+    pub fn view(&self) -> ResultView<'_> {
+        let Some(own) = &self.copied else { return self.given };
+        ResultView {
+            summary: &own.summary,
+            fragments: &own.fragments,
+            positions: &own.positions,
+            indices: &own.indices,
+            velocities: &own.velocities,
+            normals: &own.normals,
+            bonds: &own.bonds,
+            debris: &own.debris,
+            hulls: &own.hulls,
+            hull_positions: &own.hull_positions,
+            hull_indices: &own.hull_indices,
+            looks: &own.looks,
+            skin_vertices: &own.skin_vertices,
+            skin_indices: &own.skin_indices,
+            ..self.given
+        }
+    }
+
+    /// The fragments, in the order of their ids.
+    pub fn fragments(&self) -> impl ExactSizeIterator<Item = Fragment<'_>> {
+        fragments(self.view())
+    }
+}
+
+impl Sections {
+    fn back(view: &ResultView<'_>, from: &Convention) -> Self {
+        let offsets = |own: &[[f32; 3]]| own.iter().map(|offset| from.our_vector_f32(*offset)).collect();
+        Self {
+            summary: SummaryWire { radius_m: from.metres(view.summary.radius_m), ..*view.summary },
+            fragments: rows(view.fragments, |row| FragmentWire {
+                volume_m3: from.metres3(row.volume_m3),
+                centre_m: from.our_vector(row.centre_m),
+                inertia_kg_m2: from.our_inertia(row.inertia_kg_m2),
+                ..*row
+            }),
+            positions: offsets(view.positions),
+            indices: triangles(view.indices, from),
+            velocities: rows(view.velocities, |row| VelocityWire {
+                linear_m_s: from.our_vector(row.linear_m_s),
+                angular_rad_s: from.our_axial(row.angular_rad_s),
+            }),
+            normals: rows(view.normals, |normal| from.our_direction(*normal)),
+            bonds: rows(view.bonds, |row| BondWire {
+                area_m2: from.metres2(row.area_m2),
+                normal: from.our_direction(row.normal),
+                centroid_m: from.our_vector(row.centroid_m),
+                ..*row
+            }),
+            debris: rows(view.debris, |row| DebrisWire {
+                position_m: from.our_vector_f32(row.position_m),
+                normal: from.our_direction(row.normal),
+                size_m: from.metres(row.size_m.into()) as f32,
+                ..*row
+            }),
+            hulls: rows(view.hulls, |row| HullWire { margin_m: from.metres(row.margin_m), ..*row }),
+            hull_positions: offsets(view.hull_positions),
+            hull_indices: triangles(view.hull_indices, from),
+            looks: rows(view.looks, |row| VertexAttributeWire { normal: from.our_direction(row.normal), ..*row }),
+            skin_vertices: rows(view.skin_vertices, |row| SkinVertexWire {
+                position_m: from.our_vector_f32(row.position_m),
+                normal: from.our_direction(row.normal),
+                ..*row
+            }),
+            skin_indices: triangles(view.skin_indices, from),
+        }
+    }
+}
+
+fn rows<T>(own: &[T], back: impl Fn(&T) -> T) -> Vec<T> {
+    own.iter().map(back).collect()
+}
+
+/// Corners of triangles, counter-clockwise. Every part of them that a table names is of whole triangles, one after another.
+fn triangles(own: &[u32], from: &Convention) -> Vec<u32> {
+    let mut corners = own.to_vec();
+    if from.is_clockwise() {
+        corners.as_chunks_mut::<3>().0.iter_mut().for_each(|[_, b, c]| std::mem::swap(b, c));
+    }
+    corners
+}

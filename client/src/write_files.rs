@@ -1,0 +1,155 @@
+//! Answers as files: always in metres, +Y up, right-handed and counter-clockwise, whatever the convention of the answer.
+
+use crate::result::fragments;
+use crate::visible::{Appearance, VisibleMesh};
+use crate::{Error, ErrorKind, FractureResult, Fragment, FragmentSkin, HullMesh};
+use shatter_export::{
+    ExportError, FragmentView, HullView, ObjectView, RunView, WriteReport, write_glb, write_mjcf, write_obj,
+};
+use shatter_proto::view::ResultView;
+use std::path::Path;
+
+impl FractureResult {
+    /// Writes the fragments to a `.glb` file, whole or not at all.
+    ///
+    /// Errors: `output` (folder not writable, or the path is a folder), `bad_answer` (the fragments make no valid
+    /// file). An object that stayed whole has no fragments to write: `output` as well.
+    pub fn write_glb(&self, path: &Path) -> Result<WriteReport, Error> {
+        self.with_views(|views| write_glb(path, views)).map_err(|error| refusal(path, &error))
+    }
+
+    /// Writes the hulls of the fragments to a `.glb` file as [`Self::write_glb`] does the fragments: nodes of the same names at the
+    /// same places. Errors as there; without hulls there is nothing to write: `output`.
+    pub fn write_hulls_glb(&self, path: &Path) -> Result<WriteReport, Error> {
+        hulls_glb(self.metric().view(), path).map_err(|error| refusal(path, &error))
+    }
+
+    /// Writes what is seen of the fragments to a `.glb` file: their skins, and their crack faces, whose rims are moved to those of the
+    /// skins; nodes of the same names at the same places. Errors as of [`Self::write_glb`]; without skins there is nothing to write:
+    /// `output`.
+    pub fn write_skins_glb(&self, path: &Path) -> Result<WriteReport, Error> {
+        skins_glb(self.metric().view(), path).map_err(|error| refusal(path, &error))
+    }
+
+    /// Writes the fragments as OBJ files into `folder`, which is made if it is not there: see [`write_obj`].
+    /// Errors as of [`Self::write_glb`].
+    pub fn write_obj(&self, folder: &Path) -> Result<WriteReport, Error> {
+        self.with_object(|object| write_obj(folder, object)).map_err(|error| refusal(folder, &error))
+    }
+
+    /// Writes the fragments as a model for MuJoCo, with the hulls and bonds that the answer has: see [`write_mjcf`].
+    /// Errors as of [`Self::write_glb`].
+    pub fn write_mjcf(&self, path: &Path) -> Result<WriteReport, Error> {
+        self.with_object(|object| write_mjcf(path, object)).map_err(|error| refusal(path, &error))
+    }
+
+    /// Shows the whole answer to `look`, as models want it; the meshes stay where they are, but for those of an answer in another
+    /// convention.
+    pub fn with_object<R>(&self, look: impl FnOnce(&ObjectView<'_>) -> R) -> R {
+        with_object(self.metric().view(), look)
+    }
+
+    /// Shows all fragments to `look`, as files and pictures want them; the meshes stay where they are, but for those of an answer in
+    /// another convention.
+    pub fn with_views<R>(&self, look: impl FnOnce(&[FragmentView<'_>]) -> R) -> R {
+        with_views(self.metric().view(), look)
+    }
+}
+
+fn hulls_glb(view: ResultView<'_>, path: &Path) -> Result<WriteReport, ExportError> {
+    let hulls: Vec<(Fragment<'_>, HullMesh<'_>, [RunView; 1])> = fragments(view)
+        .filter_map(|fragment| {
+            let hull = fragment.hull()?;
+            let index_count = hull.indices.len() as u32;
+            Some((fragment, hull, [RunView { crack: false, index_first: 0, index_count }]))
+        })
+        .collect();
+    let plain = Appearance::default();
+    let views: Vec<FragmentView<'_>> = hulls
+        .iter()
+        .map(|(fragment, hull, runs)| FragmentView {
+            positions: hull.positions,
+            indices: hull.indices,
+            merges: &[],
+            ..fragment_view(fragment, runs, &plain)
+        })
+        .collect();
+    write_glb(path, &views)
+}
+
+fn skins_glb(view: ResultView<'_>, path: &Path) -> Result<WriteReport, ExportError> {
+    let skinned: Vec<(Fragment<'_>, FragmentSkin<'_>)> =
+        fragments(view).filter_map(|fragment| Some((fragment, fragment.skin()?))).collect();
+    let meshes = VisibleMesh::all(&skinned);
+    let seen = skinned.iter().zip(&meshes).filter(|(_, mesh)| !mesh.indices.is_empty());
+    let views: Vec<FragmentView<'_>> = seen
+        .map(|((fragment, _), mesh)| FragmentView {
+            positions: &mesh.positions,
+            indices: &mesh.indices,
+            merges: &mesh.merges,
+            ..fragment_view(fragment, &mesh.runs, &mesh.appearance)
+        })
+        .collect();
+    write_glb(path, &views)
+}
+
+fn with_object<R>(view: ResultView<'_>, look: impl FnOnce(&ObjectView<'_>) -> R) -> R {
+    let (name, ran) = (view.summary.object(), !view.hulls.is_empty());
+    let hulls: Vec<Option<HullView<'_>>> = fragments(view)
+        .filter(|_| ran)
+        .map(|fragment| fragment.hull().map(|hull| HullView { positions: hull.positions, indices: hull.indices }))
+        .collect();
+    let (name, hulls, bonds) = (name.as_str(), hulls.as_slice(), view.bonds);
+    with_views(view, |fragments| look(&ObjectView { name, fragments, hulls, bonds }))
+}
+
+fn with_views<R>(view: ResultView<'_>, look: impl FnOnce(&[FragmentView<'_>]) -> R) -> R {
+    let fragments: Vec<Fragment<'_>> = fragments(view).collect();
+    let parts: Vec<(Vec<RunView>, Appearance)> =
+        fragments.iter().map(|fragment| (runs(fragment), Appearance::of(fragment))).collect();
+    let views: Vec<FragmentView<'_>> =
+        fragments.iter().zip(&parts).map(|(fragment, (runs, own))| fragment_view(fragment, runs, own)).collect();
+    look(&views)
+}
+
+fn runs(fragment: &Fragment<'_>) -> Vec<RunView> {
+    let run = |run: crate::Run<'_>| RunView {
+        crack: run.crack,
+        index_first: run.index_first,
+        index_count: run.indices.len() as u32,
+    };
+    fragment.runs().map(run).collect()
+}
+
+fn fragment_view<'a>(fragment: &Fragment<'a>, runs: &'a [RunView], appearance: &'a Appearance) -> FragmentView<'a> {
+    let row = fragment.row();
+    FragmentView {
+        id: row.id,
+        body: row.body,
+        positions: fragment.positions(),
+        normals: &appearance.normals,
+        uvs: &appearance.uvs,
+        indices: fragment.indices(),
+        runs,
+        merges: fragment.merges(),
+        centre_m: row.centre_m,
+        volume_m3: row.volume_m3,
+        mass_kg: row.mass_kg,
+        inertia_kg_m2: row.inertia_kg_m2,
+    }
+}
+
+fn refusal(path: &Path, error: &ExportError) -> Error {
+    let kind = match error {
+        ExportError::NoFragments
+        | ExportError::IsFolder(_)
+        | ExportError::NoFile(_)
+        | ExportError::Folder { .. }
+        | ExportError::Write { .. } => ErrorKind::Output,
+        _ => ErrorKind::BadAnswer,
+    };
+    Error::new(kind, path.display().to_string(), error.to_string())
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,112 @@
+//! What the engine refuses, on the wire.
+
+use nalgebra::Point3;
+use shatter_fracture::pipeline::FractureError;
+use shatter_fracture::scene::EffectKind;
+use shatter_proto::convention::Convention;
+use shatter_proto::{Error, ErrorKind};
+
+/// A refusal of the engine, with its points in the coordinates of the strike.
+pub(crate) fn refusal_in(error: FractureError, convention: &Convention) -> Error {
+    let own = |point: Point3<f64>| Point3::from(convention.vector(point.coords.into()));
+    refusal(match error {
+        FractureError::TooFar { contact, distance_m, radius_m, surface_m } => {
+            FractureError::TooFar { contact, distance_m, radius_m, surface_m: own(surface_m) }
+        }
+        FractureError::RayMissed { ray_m, surface_m, distance_m } => {
+            FractureError::RayMissed { ray_m: own(ray_m), surface_m: own(surface_m), distance_m }
+        }
+        error => error,
+    })
+}
+
+/// A refusal of the engine on the wire.
+pub fn refusal(error: FractureError) -> Error {
+    let of = |contact: &usize, field: &str| format!("contacts[{contact}].{field}");
+    let (kind, at) = match &error {
+        FractureError::ContactCount(count) => (ErrorKind::ContactCount, count.to_string()),
+        FractureError::Number { contact, key, .. } => match *key {
+            "point" => (ErrorKind::ContactPoint, of(contact, "point_m")),
+            "duration" => (ErrorKind::ContactDuration, of(contact, "duration_s")),
+            "radius" => (ErrorKind::ContactRadius, of(contact, "radius_m")),
+            _ => (ErrorKind::Impulse, of(contact, "impulse_ns")),
+        },
+        FractureError::ZeroImpulse { contact } => (ErrorKind::Impulse, of(contact, "impulse_ns")),
+        FractureError::Balanced { body } => (ErrorKind::Impulse, format!("body {body}")),
+        FractureError::Gamma(gamma) => (ErrorKind::Gamma, gamma.to_string()),
+        FractureError::Range(e1_over_gamma) => (ErrorKind::Gamma, e1_over_gamma.to_string()),
+        FractureError::Degree { degree, .. } => (ErrorKind::Degree, degree.to_string()),
+        FractureError::ElasticityUnprepared { .. } => (ErrorKind::Effect, EffectKind::Elastic.name().to_owned()),
+        FractureError::Unheld { effect } | FractureError::Bare { effect } => {
+            (ErrorKind::Effect, effect.name().to_owned())
+        }
+        FractureError::Undressed { .. } => (ErrorKind::Effect, EffectKind::Skin.name().to_owned()),
+        FractureError::LiftUnprepared { lift, .. } => (ErrorKind::Lift, lift.to_string()),
+        FractureError::TooFar { contact, .. } => (ErrorKind::ContactTooFar, of(contact, "point_m")),
+        FractureError::RayDirection => (ErrorKind::Ray, of(&0, "ray")),
+        FractureError::RayMissed { .. } => (ErrorKind::RayMissed, of(&0, "ray")),
+        FractureError::Cancelled(_) => (ErrorKind::Cancelled, "client".to_owned()),
+        FractureError::Elasticity { body, .. } | FractureError::Field { body, .. } => {
+            let kind = if error.is_callers() { ErrorKind::Unsolvable } else { ErrorKind::Failed };
+            (kind, format!("body {body}"))
+        }
+        FractureError::UnknownFragment { fragment, .. } => (ErrorKind::UnknownFragment, fragment.to_string()),
+        FractureError::FragmentSmall { fragment } | FractureError::FragmentLarge { fragment, .. } => {
+            (ErrorKind::FragmentSize, fragment.to_string())
+        }
+        FractureError::FragmentLiftKind { lift, .. } => (ErrorKind::Lift, lift.to_string()),
+        FractureError::FragmentLift { fragment, .. } => (ErrorKind::Unsolvable, format!("fragment {fragment}")),
+        FractureError::OtherObject => (ErrorKind::Failed, "kept".to_owned()),
+        FractureError::Tessellation(_) | FractureError::SectionLengths { .. } => {
+            (ErrorKind::Failed, "tessellation".to_owned())
+        }
+    };
+    Error::new(kind, at, far_off(&error).unwrap_or_else(|| error.to_string()))
+}
+
+/// Distances from which on a nearest point says nothing, and rounding or overflow has the last word, m.
+const FAR_M: f64 = 1e9;
+
+/// What is said of a point or a ray so far off that its distance is hardly a number.
+fn far_off(error: &FractureError) -> Option<String> {
+    let is_far = |distance_m: f64| distance_m.is_nan() || distance_m >= FAR_M;
+    let advice = "`shatter list` shows between which corners the object lies";
+    match error {
+        FractureError::TooFar { contact, distance_m, .. } if is_far(*distance_m) => {
+            Some(format!("contact {contact}: the point is more than {FAR_M:e} m from the object; {advice}"))
+        }
+        FractureError::RayMissed { distance_m, .. } if is_far(*distance_m) => {
+            Some(format!("the ray begins or passes more than {FAR_M:e} m from the object and misses it; {advice}"))
+        }
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use shatter_fracture::lift::LiftKind;
+
+    #[test]
+    fn refusals_of_the_engine_name_the_offender() {
+        let surface_m = Point3::new(0.1, 0.2, -0.3);
+        let far = FractureError::TooFar { contact: 2, distance_m: 1.0, radius_m: 0.5, surface_m };
+        let refusal = refusal_in(far, &Convention::UNREAL);
+        assert!(refusal.message.contains("10.000000,-30.000000,20.000000"), "{}", refusal.message);
+        assert_eq!((refusal.kind, refusal.at.as_str()), (ErrorKind::ContactTooFar, "contacts[2].point_m"));
+        for distance_m in [f64::INFINITY, f64::NAN, 1e200] {
+            let far = FractureError::TooFar { contact: 0, distance_m, radius_m: 0.5, surface_m };
+            let missed = FractureError::RayMissed { ray_m: surface_m, surface_m, distance_m };
+            for error in [far, missed] {
+                let message = super::refusal(error).message;
+                assert!(message.contains("more than 1e9 m") && message.len() < 150, "{message}");
+            }
+        }
+        let number = FractureError::Number { contact: 0, key: "peak force", value: f64::INFINITY, positive: true };
+        assert_eq!(super::refusal(number).kind, ErrorKind::Impulse);
+        let unprepared = super::refusal(FractureError::LiftUnprepared { body: 0, lift: LiftKind::SurfaceDiffusion });
+        assert_eq!((unprepared.kind, unprepared.at.as_str()), (ErrorKind::Lift, "surface_diffusion"));
+        let cancelled = FractureError::Cancelled(shatter_fracture::cancel_token::Cancelled);
+        assert_eq!(super::refusal(cancelled).kind, ErrorKind::Cancelled);
+    }
+}

@@ -1,0 +1,169 @@
+//! Dials of accuracy and time: what a strike asks for, and what its answer tells of them.
+
+use shatter_fracture::pipeline::{
+    self, DegreeRequest, ElasticRequest, FractureOutcome, PreparedObject, SolverSettings, StrikeCost, TimeBudget,
+};
+use shatter_proto::effect::Effects;
+use shatter_proto::request::{DegreeRule, ElasticSource, Quality, Request};
+use shatter_proto::result::{DEGREES, STOP_REASONS, SummaryWire};
+
+/// The engine's preset.
+pub(crate) fn preset(quality: Quality) -> pipeline::Preset {
+    match quality {
+        Quality::Draft => pipeline::Preset::Draft,
+        Quality::Game => pipeline::Preset::Game,
+        Quality::Film => pipeline::Preset::Film,
+        Quality::Reference => pipeline::Preset::Reference,
+    }
+}
+
+/// The preset that lattices are of.
+pub(super) fn of_lattices(quality: pipeline::Preset) -> Quality {
+    Quality::ALL.into_iter().find(|own| preset(*own) == quality).unwrap_or_default()
+}
+
+/// The dials of `strike`: those that it gives, else those of `quality`.
+pub(super) fn of(strike: &Request, quality: Quality) -> SolverSettings {
+    let preset = preset(quality).dials();
+    SolverSettings {
+        elastic: match strike.elastic {
+            ElasticSource::Preset => preset.elastic,
+            ElasticSource::Reduced => ElasticRequest::Reduced,
+            ElasticSource::Solve => ElasticRequest::Solve,
+        },
+        degree: match strike.degree {
+            DegreeRule::Preset => preset.degree,
+            DegreeRule::Inferred => DegreeRequest::Inferred,
+            DegreeRule::Verified => DegreeRequest::Verified,
+            DegreeRule::ClosedForm => DegreeRequest::ClosedForm,
+            DegreeRule::Optimised => DegreeRequest::Optimised,
+            DegreeRule::Sites(sites) => DegreeRequest::Sites(sites),
+        },
+        iterations_max: strike.iterations_max.map_or(preset.iterations_max, |count| count as usize),
+        ..preset
+    }
+}
+
+/// `request` with what `asked` says of error and time, whose own dials stay.
+pub(super) fn bounded(
+    request: pipeline::FractureRequest,
+    asked: &Request,
+    cost: StrikeCost,
+) -> pipeline::FractureRequest {
+    let Some(error_max) = asked.error_max else { return timed(request, asked, cost) };
+    let (elastic, iterations_max) = (request.elastic, request.iterations_max);
+    let mut request = request.to_the_error(error_max);
+    if asked.elastic != ElasticSource::Preset {
+        request.elastic = elastic;
+    }
+    if asked.iterations_max.is_some() {
+        request.iterations_max = iterations_max;
+    }
+    timed(request, asked, cost)
+}
+
+/// `request` with what may fall if `asked` bounds its time.
+fn timed(request: pipeline::FractureRequest, asked: &Request, cost: StrikeCost) -> pipeline::FractureRequest {
+    let elastic_falls = asked.elastic == ElasticSource::Preset;
+    let budget = TimeBudget { cost, elastic_falls, degree_falls: asked.degree == DegreeRule::Preset };
+    pipeline::FractureRequest { budget: asked.time_ms_max.map(|_| budget), ..request }
+}
+
+/// The numbers by which an answer is computed, as far as the outcome does not tell them.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct EffectiveSettings {
+    /// What is on.
+    pub effects: Effects,
+    quality: Quality,
+    degree: DegreeRequest,
+    tolerance: f64,
+    iterations_max: usize,
+    rank: usize,
+    lift_modes: usize,
+    elastic_nodes: usize,
+    crack_nodes: usize,
+    /// Whether displacements could have been reduced ones.
+    pub is_reducible: bool,
+}
+
+impl EffectiveSettings {
+    /// Of `request`, with those effects and so much of a basis at most, asked of `prepared`.
+    pub(super) fn of(
+        prepared: &PreparedObject,
+        effects: Effects,
+        quality: Quality,
+        request: &pipeline::FractureRequest,
+        rank_max: Option<u32>,
+    ) -> Self {
+        let planned = request.planned();
+        let modes =
+            |body: &pipeline::PreparedBody| body.lift(planned.lift).map_or(0, |lift| lift.dimension.saturating_sub(3));
+        let rank = |body: &pipeline::PreparedBody| body.reduced().map_or(0, |reduced| reduced.used(rank_max));
+        Self {
+            effects,
+            quality,
+            degree: planned.degree,
+            tolerance: planned.tolerance,
+            iterations_max: planned.iterations_max,
+            rank: prepared.bodies.iter().map(rank).max().unwrap_or(0),
+            lift_modes: prepared.bodies.iter().map(modes).max().unwrap_or(0),
+            elastic_nodes: prepared.elastic_nodes(),
+            crack_nodes: prepared.crack_nodes(),
+            is_reducible: planned.elastic == ElasticRequest::Reduced
+                && prepared.bodies.iter().any(|body| body.reduced().is_some()),
+        }
+    }
+
+    /// Writes them beside what `outcome` tells.
+    pub(super) fn tell(&self, outcome: &FractureOutcome, summary: &mut SummaryWire) {
+        let number = |names: &[&str], name: &str| names.iter().position(|own| *own == name).unwrap_or(0) as u32;
+        summary.quality = self.quality.number();
+        summary.degree = number(&DEGREES, degree(self.degree));
+        summary.stop_reason = number(&STOP_REASONS, outcome.stop_reason().name());
+        (summary.tolerance, summary.iterations_max) = (self.tolerance, count(self.iterations_max));
+        (summary.iterations, summary.cvd_gap) = (count(outcome.iterations), outcome.cvd_gap.unwrap_or(0.0));
+        summary.rank = if outcome.reduced_error.is_some() { count(self.rank) } else { 0 };
+        summary.lift_modes = count(self.lift_modes);
+        summary.reduced_error_max = outcome.reduced_error_max;
+        (summary.elastic_nodes, summary.crack_nodes) = (count(self.elastic_nodes), count(self.crack_nodes));
+    }
+}
+
+fn degree(request: DegreeRequest) -> &'static str {
+    match request {
+        DegreeRequest::Sites(_) => "sites",
+        DegreeRequest::ClosedForm => "closed_form",
+        DegreeRequest::Inferred => "inferred",
+        DegreeRequest::Verified => "verified",
+        DegreeRequest::Optimised => "optimised",
+    }
+}
+
+fn count(value: usize) -> u32 {
+    u32::try_from(value).unwrap_or(u32::MAX)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn presets_have_the_same_names_on_the_wire() {
+        for quality in Quality::ALL {
+            assert_eq!(quality.name(), preset(quality).name());
+            assert_eq!(of_lattices(preset(quality)), quality);
+        }
+    }
+
+    #[test]
+    fn what_is_asked_for_by_itself_goes_before_the_preset() {
+        let strike = Request { elastic: ElasticSource::Solve, degree: DegreeRule::Sites(7), ..Request::default() };
+        let draft = pipeline::Preset::Draft.dials();
+        let expected = SolverSettings { elastic: ElasticRequest::Solve, degree: DegreeRequest::Sites(7), ..draft };
+        assert_eq!(of(&strike, Quality::Draft), expected);
+        let few = Request { iterations_max: Some(3), elastic: ElasticSource::Reduced, ..Request::default() };
+        let film = pipeline::Preset::Film.dials();
+        let expected = SolverSettings { iterations_max: 3, elastic: ElasticRequest::Reduced, ..film };
+        assert_eq!(of(&few, Quality::Film), expected);
+    }
+}

@@ -1,0 +1,285 @@
+//! Parts of an object that a lattice loses, tears off, or leaves without elasticity: named in the defect report.
+
+use super::bake::BakeError;
+use crate::lattice::{CRACK_NODES_MAX, LatticeLevels, Spacings};
+use crate::pipeline::Preset;
+use crate::surface::{Defect, DefectKind, InsideTest, ShellPart, Surface};
+use nalgebra::Point3;
+
+/// What is left of the crack spacing in each step of [`held_together`].
+const FINER: f64 = 0.96;
+
+/// Steps of it at most: half as many nodes again. Twice as many would join the tips of the horse's draft, too, whose strikes then take
+/// almost as long as on the lattices of `game`.
+const STEPS_MAX: usize = 3;
+
+/// The levels at `spacings`; where these tear parts off and the crack spacing `follows` the object, those at the first finer one that does
+/// not, which `spacings` then has. If none is found in a few steps, those at the first: the parts are named.
+pub(super) fn held_together(
+    surface: &Surface,
+    spacings: &mut Spacings,
+    follows: bool,
+    stuffed: &dyn Fn(Spacings) -> Result<LatticeLevels, BakeError>,
+) -> Result<LatticeLevels, BakeError> {
+    let levels = stuffed(*spacings)?;
+    let nodes: usize = levels.bodies.iter().map(|body| body.crack.nodes.len()).sum();
+    let (mut finer, mut nodes) = (*spacings, nodes as f64);
+    for _ in 0..STEPS_MAX {
+        (finer.crack, nodes) = (FINER * finer.crack, nodes / FINER.powi(3));
+        if !follows || torn_off(surface, &levels) == 0 || nodes > CRACK_NODES_MAX as f64 {
+            break;
+        }
+        let next = stuffed(finer)?;
+        if torn_off(surface, &next) == 0 {
+            *spacings = finer;
+            return Ok(next);
+        }
+    }
+    Ok(levels)
+}
+
+/// Bodies beyond the input's own parts.
+fn torn_off(surface: &Surface, levels: &LatticeLevels) -> usize {
+    levels.bodies.len().saturating_sub(surface.parts.len().max(1))
+}
+
+/// Parts that the lattice severs from what they belong to.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SeveredParts {
+    /// Bodies of the lattice.
+    pub bodies: usize,
+    /// Parts of the input.
+    pub parts: usize,
+    /// Volumes of the bodies beyond the input's parts, the largest first, m³.
+    pub volumes_m3: Vec<f64>,
+    /// The preset that severs them; none where the spacing was given.
+    pub quality: Option<Preset>,
+    /// The next finer preset, and whether it keeps them, if that is quickly found out.
+    pub next: Option<(Preset, Option<bool>)>,
+    face: u64,
+}
+
+/// What comes apart; `keeps` tells whether another preset keeps it together.
+pub(super) fn severed(
+    surface: &Surface,
+    levels: &LatticeLevels,
+    quality: Option<Preset>,
+    keeps: &dyn Fn(Preset) -> Result<bool, BakeError>,
+) -> Result<Option<SeveredParts>, BakeError> {
+    let more = torn_off(surface, levels);
+    if more == 0 {
+        return Ok(None);
+    }
+    let cubed = surface.frame.diagonal_m.powi(3);
+    let mut volumes_m3: Vec<f64> = levels.bodies.iter().map(|body| body.crack.volume() * cubed).collect();
+    volumes_m3.sort_by(|a, b| b.total_cmp(a));
+    let next = quality.and_then(Preset::finer);
+    // Fitted lattices have ten times as many nodes: that would take longer than this bake.
+    let tried = |next: Preset| (!next.lattices().fitted).then(|| keeps(next)).transpose();
+    Ok(Some(SeveredParts {
+        bodies: levels.bodies.len(),
+        parts: surface.parts.len().max(1),
+        volumes_m3: volumes_m3.split_off(levels.bodies.len() - more),
+        quality,
+        next: next.map(|next| Ok::<_, BakeError>((next, tried(next)?))).transpose()?,
+        face: surface.parts.first().map_or(0, |part| part.face),
+    }))
+}
+
+/// Bodies beyond the input's own parts at a preset's own spacings.
+pub(super) fn keeps(
+    surface: &Surface,
+    spacings: Spacings,
+    stuffed: &dyn Fn(Spacings) -> Result<LatticeLevels, BakeError>,
+) -> Result<bool, BakeError> {
+    let mut spacings = spacings;
+    Ok(torn_off(surface, &held_together(surface, &mut spacings, true, stuffed)?) == 0)
+}
+
+impl SeveredParts {
+    /// The line of the defect report.
+    pub(super) fn defect(&self) -> Defect {
+        let action = format!(
+            "bodies of their own, {}: joined by less than the lattice resolves; {}",
+            self.sizes(),
+            self.advice()
+        );
+        Defect::new(DefectKind::SeveredPart, self.volumes_m3.len() as u64, self.face, action)
+    }
+
+    fn sizes(&self) -> String {
+        match self.volumes_m3.as_slice() {
+            [one] => format!("{one:.3e} m³"),
+            [largest, .., least] => format!("{least:.3e} to {largest:.3e} m³"),
+            [] => String::new(),
+        }
+    }
+
+    fn advice(&self) -> String {
+        match self.next {
+            Some((next, Some(true))) => format!("--quality {} keeps them", next.name()),
+            Some((next, None)) => format!("try the next preset, --quality {}", next.name()),
+            Some((next, Some(false))) => format!(
+                "the next preset, --quality {}, does not keep them all: give a finer --crack-spacing",
+                next.name()
+            ),
+            None => "give a finer --crack-spacing".to_owned(),
+        }
+    }
+}
+
+impl std::fmt::Display for SeveredParts {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let name = self.quality.unwrap_or_default().name();
+        let (parts, sizes, advice) = (self.defect().counted(), self.sizes(), self.advice());
+        write!(
+            f,
+            "preset `{name}` severs {parts} of {sizes} from the object: {advice}; --quality {name}, asked for by name, "
+        )?;
+        write!(f, "makes {} bodies where the mesh has {}", self.bodies, self.parts)
+    }
+}
+
+/// Crack nodes that no elastic lattice is near.
+pub(super) fn far(inside: &InsideTest, levels: &LatticeLevels) -> Option<Defect> {
+    let first = inside.nearest_face(levels.far.first()?);
+    let action = "solved on the nearest part: limbs thinner than the elastic spacing; try a finer --elastic-spacing";
+    Some(Defect::new(DefectKind::CoarseElastic, levels.far.len() as u64, first, action))
+}
+
+/// Components that the crack lattice could not keep: those that it dropped, and shells in whose box it has no node.
+pub(super) struct LostComponents {
+    /// How many.
+    pub count: u64,
+    /// Their volume, local.
+    pub volume: f64,
+    /// A place in the first that was dropped, or else a face of the first that was missed.
+    first: Option<First>,
+}
+
+enum First {
+    Place(Point3<f64>),
+    Face(u64),
+}
+
+/// What the crack lattice could not keep of a shape of `volume` (local).
+///
+/// Where the lattice swells to meet the volume, what it dropped has swollen too: its share counts, not its size.
+pub(super) fn gone(surface: &Surface, levels: &LatticeLevels, volume: f64) -> LostComponents {
+    let nodes = || levels.bodies.iter().flat_map(|body| &body.crack.nodes);
+    let holds = |part: &ShellPart, node: &Point3<f64>| (0..3).all(|k| (part.low[k]..=part.high[k]).contains(&node[k]));
+    let dropped = &levels.crack.dropped;
+    let missed: Vec<&ShellPart> = surface
+        .parts
+        .iter()
+        .filter(|part| !nodes().any(|node| holds(part, node)))
+        .filter(|part| !dropped.iter().any(|dropped| holds(part, &dropped.place)))
+        .collect();
+    let dropped_volume: f64 = dropped.iter().map(|component| component.volume).sum();
+    let missed_volume: f64 = missed.iter().map(|part| part.volume).sum();
+    let dropped_share = dropped_volume / (dropped_volume + levels.crack.volume);
+    let place = dropped.first().map(|dropped| First::Place(dropped.place));
+    LostComponents {
+        count: (dropped.len() + missed.len()) as u64,
+        volume: missed_volume + dropped_share * (volume - missed_volume).max(0.0),
+        first: place.or(missed.first().map(|part| First::Face(part.face))),
+    }
+}
+
+impl LostComponents {
+    /// The line of the defect report, with the share of the input's volume.
+    pub fn defect(&self, inside: &InsideTest, surface: &Surface, volume: f64) -> Option<Defect> {
+        let first = match self.first.as_ref()? {
+            First::Place(place) => inside.nearest_face(place),
+            First::Face(face) => *face,
+        };
+        let (share, lost_m3) = (100.0 * self.volume / volume, self.volume * surface.frame.diagonal_m.powi(3));
+        let action =
+            format!("left out: smaller than the lattice spacing, {lost_m3:.3e} m³, {share:.4} % of the volume");
+        Some(Defect::new(DefectKind::DroppedComponent, self.count, first, action))
+    }
+}
+
+/// Area of the surface, local.
+pub(super) fn area(surface: &Surface) -> f64 {
+    let triangle = |triangle| {
+        let [a, b, c] = surface.corners(triangle);
+        0.5 * (b - a).cross(&(c - a)).norm()
+    };
+    (0..surface.triangles.len()).map(triangle).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cancel_token::CancelToken;
+    use crate::database::{BakeRequest, Tables, bake};
+    use crate::pipeline::Preset;
+    use crate::scene::Materials;
+    use crate::surface::{RawMesh, shapes};
+
+    #[test]
+    fn a_spacing_that_nobody_asked_for_tears_nothing_off() {
+        let materials = Materials::parse(crate::scene::MATERIALS).unwrap();
+        let material = materials.get("glass").unwrap().clone();
+        let request = |crack_spacing| BakeRequest {
+            quality: Preset::Draft,
+            crack_spacing,
+            ..BakeRequest::new("statue", "glass", material.clone())
+        };
+        let baked = |request| bake(shapes::statue(), &request, &CancelToken::default(), &mut |_| ()).unwrap();
+        let own = baked(request(None));
+        let torn = |defect: &&Defect| defect.kind == DefectKind::SeveredPart;
+        assert_eq!((own.bodies.len(), own.report.defects.iter().find(torn)), (1, None));
+        // The last step that was not taken, asked for.
+        let coarser = own.parameters.crack_spacing / FINER;
+        let asked = baked(request(Some(coarser)));
+        assert_eq!(asked.parameters.crack_spacing, coarser);
+        println!("{} and {} nodes", own.crack_nodes(), asked.crack_nodes());
+        assert!(asked.bodies.len() > 1 && asked.report.defects.iter().any(|defect| torn(&defect)));
+    }
+
+    #[test]
+    fn a_preset_that_severs_is_refused_with_the_next_unless_it_was_asked_for_by_name() {
+        let materials = Materials::parse(crate::scene::MATERIALS).unwrap();
+        let tables = Tables { interior: true, ..Tables::NONE };
+        let request = BakeRequest {
+            quality: Preset::Draft,
+            allows_severed: false,
+            tables,
+            ..BakeRequest::new("dumbbell", "glass", materials.get("glass").unwrap().clone())
+        };
+        // Two balls and a bar between them that the draft's lattice does not resolve.
+        let baked = |request: &BakeRequest| bake(limbs(), request, &CancelToken::default(), &mut |_| ());
+        let Err(BakeError::Severed(severed)) = baked(&request) else { panic!("it was baked") };
+        let told = severed.to_string();
+        println!("{told}");
+        assert!(severed.parts == 1 && severed.bodies > 1 && severed.volumes_m3.len() == severed.bodies - 1, "{told}");
+        assert_eq!(severed.next.map(|(next, _)| next), Some(Preset::Game));
+        assert!(told.contains("`draft`") && told.contains("--quality game"), "{told}");
+        let allowed = baked(&BakeRequest { allows_severed: true, ..request.clone() }).unwrap();
+        assert_eq!(allowed.bodies.len(), severed.bodies);
+        let line = allowed.report.defects.iter().find(|defect| defect.kind == DefectKind::SeveredPart).unwrap();
+        assert!(
+            line.counted().contains("part") && line.action.contains("m³") && line.action.contains("game"),
+            "{line:?}"
+        );
+    }
+
+    /// Two blocks of 1 m joined by a rod that is too thin for coarse lattices, in one shell.
+    fn limbs() -> RawMesh {
+        let rings = [(0.0, 0.5), (1.0, 0.5), (1.0, ROD), (2.0, ROD), (2.0, 0.5), (3.0, 0.5)];
+        let corners = |(x, half): (f64, f64)| {
+            [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]
+                .map(|[y, z]| nalgebra::Point3::new(x, y * half, z * half))
+        };
+        let side =
+            |k: u32| [0, 1, 2, 3].map(|c| [4 * k + c, 4 * k + (c + 1) % 4, 4 * k + 4 + (c + 1) % 4, 4 * k + 4 + c]);
+        let quads = (0..5).flat_map(side).chain([[3, 2, 1, 0], [20, 21, 22, 23]]);
+        let halves = |[a, b, c, d]: [u32; 4]| [[a, b, c], [a, c, d]];
+        RawMesh::new(rings.into_iter().flat_map(corners).collect(), quads.flat_map(halves).collect())
+    }
+
+    /// Half the thickness of the rod, m.
+    const ROD: f64 = 0.015;
+}

@@ -1,0 +1,350 @@
+//! The learned degree: a Gaussian radial basis function network from a field's descriptor to the number of fragments.
+//!
+//! Based on: Schvartzman & Otaduy (I3D 2014), section 3: a radial basis function network learns the fracture degree from
+//! examples. D. S. Broomhead & D. Lowe, *Multivariable functional interpolation and adaptive networks* (1988): centres and
+//! linear weights; ridge and leave-one-out as in M. J. L. Orr, *Introduction to radial basis function networks* (1996).
+
+use super::training_sample::TrainingSample;
+use crate::memory::held;
+use crate::random::RandomStream;
+use nalgebra::{Cholesky, DMatrix, DVector};
+use std::collections::HashMap;
+
+/// What choices of centres, width (over the spread of the descriptors) and ridge are compared.
+const CENTRES: [usize; 4] = [4, 8, 16, 32];
+const WIDTHS: [f64; 4] = [0.5, 1.0, 2.0, 4.0];
+const RIDGES: [f64; 4] = [1e-4, 1e-2, 1e-1, 1.0];
+
+/// Sweeps of k-means.
+const SWEEPS: usize = 50;
+
+/// A descriptor is within reach if it lies no farther from the nearest lesson than this share of the lessons lie from the nearest
+/// lesson of another example: as far as errors were measured.
+const REACHED: f64 = 0.95;
+
+/// Lessons over which that is taken.
+const REACH_SAMPLE: usize = 2000;
+
+/// Least reach, standardised: lessons may be all alike.
+const REACH_MIN: f64 = 1e-9;
+
+/// Fewer examples teach nothing.
+pub const EXAMPLES_MIN: usize = 8;
+
+/// A trained network, and the lessons that it was trained on: how far a query is from them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PoseNetwork {
+    /// Mean of the descriptors, one entry per component.
+    pub mean: Vec<f64>,
+    /// Their spread, likewise.
+    pub spread: Vec<f64>,
+    /// Centres in standardised descriptors, row by row.
+    pub centres: Vec<f64>,
+    /// Weights: constant, one per component, one per centre.
+    pub weights: Vec<f64>,
+    /// Width of the bells, standardised.
+    pub width: f64,
+    /// Distance from the nearest lesson, standardised, up to which a prediction counts.
+    pub reach: f64,
+    /// Standardised descriptors of all lessons, row by row.
+    known: Vec<f64>,
+}
+
+/// What a network says.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Prediction {
+    /// The target.
+    pub value: f64,
+    /// 1 on an example, e^(−1/2) at the end of the reach, 0 far away.
+    pub confidence: f64,
+    /// Whether the examples reach this far.
+    pub within_reach: bool,
+}
+
+/// A network and how well it does on examples that were left out.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TrainedNetwork {
+    /// The network, trained on all lessons.
+    pub network: PoseNetwork,
+    /// What it says of each lesson when the lesson's whole example is left out.
+    pub left_out: Vec<f64>,
+}
+
+/// Trains on `lessons`, choosing centres, width and ridge by the mean absolute error with each example left out. `None`: too
+/// few lessons, or all alike. A lesson that is there twice counts once: left out with one example it would still be told by the
+/// other.
+pub fn train(lessons: &[TrainingSample], seed: u64) -> Option<TrainedNetwork> {
+    let (firsts, places) = distinct(lessons);
+    let TrainedNetwork { network, left_out } = trained(&firsts, seed)?;
+    Some(TrainedNetwork { network, left_out: places.into_iter().map(|place| left_out[place]).collect() })
+}
+
+/// The lessons without repetitions, and for every lesson the place of its like among them.
+fn distinct(lessons: &[TrainingSample]) -> (Vec<TrainingSample>, Vec<usize>) {
+    let (mut firsts, mut known) = (Vec::new(), HashMap::new());
+    let place = |lesson: &TrainingSample| {
+        let bits: Vec<u64> = lesson.descriptor.iter().chain([&lesson.target]).map(|x| x.to_bits()).collect();
+        *known.entry(bits).or_insert_with(|| {
+            firsts.push(lesson.clone());
+            firsts.len() - 1
+        })
+    };
+    let places = lessons.iter().map(place).collect();
+    (firsts, places)
+}
+
+/// [`train`] on lessons of which none is there twice.
+fn trained(lessons: &[TrainingSample], seed: u64) -> Option<TrainedNetwork> {
+    let columns = lessons.first()?.descriptor.len();
+    let (mean, spread) = moments(lessons, columns);
+    let known: Vec<f64> = lessons.iter().flat_map(|lesson| standardised(&lesson.descriptor, &mean, &spread)).collect();
+    let targets = DVector::from_iterator(lessons.len(), lessons.iter().map(|lesson| lesson.target));
+    let examples: Vec<usize> = lessons.iter().map(|lesson| lesson.example).collect();
+    if examples.chunk_by(|a, b| a == b).count() < EXAMPLES_MIN {
+        return None;
+    }
+    let reach = reach(&known, columns, &examples);
+    let mut best: Option<(f64, PoseNetwork, Vec<f64>)> = None;
+    for count in CENTRES.into_iter().filter(|count| 4 * count <= lessons.len()) {
+        let centres = k_means(&known, columns, count, seed);
+        for width in WIDTHS {
+            let design = design(&known, columns, &centres, width);
+            for ridge in RIDGES {
+                let Some((weights, left_out)) = solve(&design, &targets, &examples, ridge) else { continue };
+                let error = left_out.iter().zip(&targets).map(|(found, wanted)| (found - wanted).abs()).sum::<f64>();
+                if best.as_ref().is_none_or(|(least, ..)| error < *least) {
+                    let (mean, spread) = (mean.clone(), spread.clone());
+                    let network = PoseNetwork::new(mean, spread, centres.clone(), weights, [width, reach]);
+                    best = Some((error, network, left_out));
+                }
+            }
+        }
+    }
+    let (_, network, left_out) = best?;
+    Some(TrainedNetwork { network: PoseNetwork { known, ..network }, left_out })
+}
+
+impl PoseNetwork {
+    /// A network of these numbers (see its fields; `scales` are width and reach) that knows no lesson yet.
+    pub fn new(mean: Vec<f64>, spread: Vec<f64>, centres: Vec<f64>, weights: Vec<f64>, scales: [f64; 2]) -> Self {
+        Self { mean, spread, centres, weights, width: scales[0], reach: scales[1], known: Vec::new() }
+    }
+
+    /// Bytes that it holds.
+    pub fn bytes(&self) -> usize {
+        let Self { mean, spread, centres, weights, known, width: _, reach: _ } = self;
+        held(mean) + held(spread) + held(centres) + held(weights) + held(known)
+    }
+
+    /// The same network, knowing the descriptors of `lessons` only: for one whose numbers were stored.
+    #[must_use]
+    pub fn knowing(mut self, lessons: &[TrainingSample]) -> Self {
+        let firsts = distinct(lessons).0;
+        self.known =
+            firsts.iter().flat_map(|lesson| standardised(&lesson.descriptor, &self.mean, &self.spread)).collect();
+        self
+    }
+
+    /// The prediction for `descriptor`.
+    pub fn predict(&self, descriptor: &[f64]) -> Prediction {
+        let columns = self.mean.len();
+        let place = standardised(descriptor, &self.mean, &self.spread);
+        let row = design(&place, columns, &self.centres, self.width);
+        let value = row.row(0).iter().zip(&self.weights).map(|(basis, weight)| basis * weight).sum();
+        let nearest = self.known.chunks(columns).map(|known| squared(known, &place)).fold(f64::INFINITY, f64::min);
+        let share = nearest.sqrt() / self.reach;
+        Prediction { value, confidence: (-0.5 * share * share).exp(), within_reach: share <= 1.0 }
+    }
+}
+
+/// Mean and standard deviation of each component; 1 where all are alike.
+fn moments(lessons: &[TrainingSample], columns: usize) -> (Vec<f64>, Vec<f64>) {
+    let count = lessons.len() as f64;
+    let mean = |of: &dyn Fn(&TrainingSample) -> f64| lessons.iter().map(of).sum::<f64>() / count;
+    let means: Vec<f64> = (0..columns).map(|k| mean(&|lesson| lesson.descriptor[k])).collect();
+    let spread = |k: usize| {
+        let variance = mean(&|lesson| (lesson.descriptor[k] - means[k]).powi(2));
+        if variance > 0.0 { variance.sqrt() } else { 1.0 }
+    };
+    let spreads = (0..columns).map(spread).collect();
+    (means, spreads)
+}
+
+fn standardised(descriptor: &[f64], mean: &[f64], spread: &[f64]) -> Vec<f64> {
+    descriptor.iter().zip(mean).zip(spread).map(|((x, mean), spread)| (x - mean) / spread).collect()
+}
+
+/// How far the lessons reach: see [`REACHED`].
+fn reach(rows: &[f64], columns: usize, examples: &[usize]) -> f64 {
+    let all: Vec<(&[f64], usize)> = rows.chunks(columns).zip(examples.iter().copied()).collect();
+    let nearest = |(row, example): &(&[f64], usize)| {
+        let others = all.iter().filter(|(_, other)| other != example);
+        others.map(|(other, _)| squared(other, row)).fold(f64::INFINITY, f64::min)
+    };
+    let mut distances: Vec<f64> = all.iter().step_by(all.len().div_ceil(REACH_SAMPLE)).map(nearest).collect();
+    distances.sort_by(f64::total_cmp);
+    distances[((distances.len() - 1) as f64 * REACHED) as usize].sqrt().max(REACH_MIN)
+}
+
+fn squared(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum()
+}
+
+/// A row per descriptor: 1, the descriptor itself, a bell per centre.
+fn design(rows: &[f64], columns: usize, centres: &[f64], width: f64) -> DMatrix<f64> {
+    let basis = |row: &[f64]| -> Vec<f64> {
+        let bells = centres.chunks(columns).map(|centre| (-0.5 * squared(row, centre) / (width * width)).exp());
+        std::iter::once(1.0).chain(row.iter().copied()).chain(bells).collect()
+    };
+    let entries: Vec<f64> = rows.chunks(columns).flat_map(basis).collect();
+    let width = 1 + columns + centres.len() / columns;
+    DMatrix::from_row_slice(rows.len() / columns, width, &entries)
+}
+
+/// Ridge regression, and what it says of each lesson without the lessons of the same example: with H the hat matrix and b
+/// an example's lessons, residuals (1 − H_bb)⁻¹ r_b. Lessons of one example follow each other.
+fn solve(
+    design: &DMatrix<f64>,
+    targets: &DVector<f64>,
+    examples: &[usize],
+    ridge: f64,
+) -> Option<(Vec<f64>, Vec<f64>)> {
+    let mut normal = design.transpose() * design;
+    // The constant is not held back.
+    (1..normal.ncols()).for_each(|k| normal[(k, k)] += ridge);
+    let factor = Cholesky::new(normal)?;
+    let weights = factor.solve(&(design.transpose() * targets));
+    let residuals = targets - design * &weights;
+    let spread = factor.solve(&design.transpose());
+    let mut left_out = Vec::with_capacity(targets.len());
+    for own in examples.chunk_by(|a, b| a == b) {
+        let (first, count) = (left_out.len(), own.len());
+        let hat = design.rows(first, count) * spread.columns(first, count);
+        let without = (DMatrix::identity(count, count) - hat).lu().solve(&residuals.rows(first, count).into_owned())?;
+        left_out.extend((0..count).map(|k| targets[first + k] - without[k]));
+    }
+    Some((weights.iter().copied().collect(), left_out))
+}
+
+/// Centres of `count` clusters, row by row, from a start that follows from `seed`: the next centre is drawn with
+/// probability proportional to the squared distance from those before (Arthur & Vassilvitskii 2007).
+fn k_means(rows: &[f64], columns: usize, count: usize, seed: u64) -> Vec<f64> {
+    let mut stream = RandomStream::new(seed, count as u64);
+    let all: Vec<&[f64]> = rows.chunks(columns).collect();
+    let mut centres: Vec<f64> = all[(stream.bits() % all.len() as u64) as usize].to_vec();
+    let nearest = |centres: &[f64], row: &[f64]| {
+        let distances = centres.chunks(columns).map(|centre| squared(centre, row)).enumerate();
+        distances.fold((0, f64::INFINITY), |best, next| if next.1 < best.1 { next } else { best })
+    };
+    while centres.len() < count * columns {
+        let distances: Vec<f64> = all.iter().map(|row| nearest(&centres, row).1).collect();
+        let mut left = stream.uniform() * distances.iter().sum::<f64>();
+        let drawn = distances.iter().position(|distance| {
+            left -= distance;
+            left < 0.0
+        });
+        centres.extend(all[drawn.unwrap_or(0)]);
+    }
+    for _ in 0..SWEEPS {
+        let mut sums = vec![0.0; centres.len()];
+        let mut counts = vec![0.0; count];
+        for row in &all {
+            let own = nearest(&centres, row).0;
+            counts[own] += 1.0;
+            sums[own * columns..][..columns].iter_mut().zip(*row).for_each(|(sum, x)| *sum += x);
+        }
+        for (own, members) in counts.iter().enumerate().filter(|(_, members)| **members > 0.0) {
+            let sums = &sums[own * columns..][..columns];
+            centres[own * columns..][..columns].iter_mut().zip(sums).for_each(|(centre, sum)| *centre = sum / members);
+        }
+    }
+    centres
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Twenty examples of ten lessons each of a smooth function of two variables.
+    fn lessons(function: fn(f64, f64) -> f64) -> Vec<TrainingSample> {
+        let mut stream = RandomStream::new(3, 0);
+        (0..200)
+            .map(|k| {
+                let (x, y) = (4.0 * stream.uniform(), 100.0 * stream.uniform());
+                TrainingSample { example: k / 10, descriptor: vec![x, y], target: function(x, y / 100.0) }
+            })
+            .collect()
+    }
+
+    fn curved(x: f64, y: f64) -> f64 {
+        (x - 2.0).sin() + 0.5 * y * y
+    }
+
+    #[test]
+    fn a_smooth_function_is_learned_within_reach_and_not_claimed_beyond() {
+        let trained = train(&lessons(curved), 1).unwrap();
+        let near = trained.network.predict(&[1.3, 62.0]);
+        assert!(
+            (near.value - curved(1.3, 0.62)).abs() < 0.02 && near.within_reach && near.confidence > 0.6,
+            "{near:?}"
+        );
+        let far = trained.network.predict(&[40.0, -300.0]);
+        assert!(!far.within_reach && far.confidence < 1e-6, "{far:?}");
+    }
+
+    #[test]
+    fn most_of_what_is_like_the_lessons_is_within_reach() {
+        let trained = train(&lessons(curved), 1).unwrap();
+        let mut stream = RandomStream::new(9, 0);
+        let mut drawn = |shift: f64| {
+            let like = (0..200).map(|_| [4.0 * stream.uniform() + shift, 100.0 * stream.uniform()]);
+            like.filter(|descriptor| trained.network.predict(descriptor).within_reach).count()
+        };
+        let (like, unlike) = (drawn(0.0), drawn(4.5));
+        assert!((180..200).contains(&like) && unlike < 20, "{like} and {unlike} of 200");
+    }
+
+    #[test]
+    fn lessons_that_are_there_twice_count_once() {
+        let once = lessons(curved);
+        let again = once.iter().map(|lesson| TrainingSample { example: lesson.example + 20, ..lesson.clone() });
+        let twice: Vec<TrainingSample> = once.iter().cloned().chain(again).collect();
+        let (one, two) = (train(&once, 1).unwrap(), train(&twice, 1).unwrap());
+        assert_eq!(two.network, one.network);
+        assert_eq!(two.left_out, [one.left_out.as_slice(), &one.left_out].concat());
+        assert_eq!(one.network.clone().knowing(&twice), one.network);
+    }
+
+    #[test]
+    fn what_is_left_out_is_what_training_without_it_says() {
+        let lessons = lessons(curved);
+        let (mean, spread) = moments(&lessons, 2);
+        let rows = |lessons: &[TrainingSample]| -> Vec<f64> {
+            lessons.iter().flat_map(|lesson| standardised(&lesson.descriptor, &mean, &spread)).collect()
+        };
+        let targets =
+            |lessons: &[TrainingSample]| DVector::from_iterator(lessons.len(), lessons.iter().map(|l| l.target));
+        let examples =
+            |lessons: &[TrainingSample]| -> Vec<usize> { lessons.iter().map(|lesson| lesson.example).collect() };
+        let centres = k_means(&rows(&lessons), 2, 8, 1);
+        let fit = |lessons: &[TrainingSample]| {
+            solve(&design(&rows(lessons), 2, &centres, 1.0), &targets(lessons), &examples(lessons), 0.1).unwrap()
+        };
+        let (_, left_out) = fit(&lessons);
+        let others: Vec<TrainingSample> = lessons.iter().filter(|lesson| lesson.example != 7).cloned().collect();
+        let weights = DVector::from_vec(fit(&others).0);
+        let said = design(&rows(&lessons[70..80]), 2, &centres, 1.0) * weights;
+        for (found, wanted) in said.iter().zip(&left_out[70..80]) {
+            assert!((found - wanted).abs() < 1e-10, "{found} against {wanted}");
+        }
+    }
+
+    #[test]
+    fn too_few_examples_or_lessons_that_are_all_alike_are_survived() {
+        assert_eq!(train(&[], 1), None);
+        assert_eq!(train(&lessons(curved)[..70], 1), None);
+        let alike: Vec<TrainingSample> =
+            (0..40).map(|example| TrainingSample { example, descriptor: vec![1.0, 2.0], target: 0.5 }).collect();
+        assert_eq!(train(&alike, 1), None, "one lesson, forty times");
+    }
+}

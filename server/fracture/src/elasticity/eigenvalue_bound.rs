@@ -1,0 +1,199 @@
+//! Floor: how stiff a free body is at least; and so how much energy a load can store in it at most, without a solve.
+//!
+//! Based on: J. J. Sylvester's law of inertia, for counting eigenvalues (B. N. Parlett, *The Symmetric Eigenvalue Problem*, 1980,
+//! section 3.3). The bound of the energy, and its weights, are ours.
+//!
+//! Let W be a positive diagonal, K φ_k = λ_k W φ_k with φ_j'Wφ_k = δ_jk, λ_1 = … = λ_6 = 0 the rigid motions and all others
+//! positive (the body is no mechanism). K − σW is congruent to diag(λ_k − σ), so the number of its negative pivots is that of the
+//! λ_k below σ; where σ > 0 and that number is 6, λ_k ≥ σ for k > 6. What is factored is K − σW + E, and eigenvalues of K + E are
+//! off by ‖W^(−½)EW^(−½)‖ at most (Weyl), which [`Signature`] bounds and the floor is lowered by. A load in equilibrium does no work
+//! on rigid motions, φ_k'f = 0 for k ≤ 6, so with c_k = φ_k'f
+//!
+//! U = ½ f'K⁺f = ½ Σ_{k>6} c_k²/λ_k ≤ ½ Σ_{k>6} c_k²/σ = ½ f'W⁻¹f/σ,
+//!
+//! since f = Σ c_k Wφ_k. Any W will do. Contacts load the surface: with the lumped masses alone a boundary node has half a
+//! spacing's depth to carry its share, and the bound grows as the lattice is refined; W has a layer of [`LAYER`] volumes over area
+//! more there.
+
+use super::{ElasticWorkspace, Elasticity, ElasticityError, Support};
+use crate::cancel_token::CancelToken;
+use crate::memory::held;
+use crate::random::RandomStream;
+use crate::sparse::{Signature, SymmetricMatrix};
+use nalgebra::{Matrix6, Vector3, Vector6};
+
+/// Depth of the layer that the surface counts for beside the masses, in volumes over area. On cubes, plates and bars the bound over
+/// the energy is least for 0.5 to 2.
+const LAYER: f64 = 1.0;
+
+/// Most sweeps of inverse iteration for the estimate …
+const SWEEPS_MAX: usize = 40;
+
+/// … which ends where a sweep lowers it by less than this part of it.
+const SETTLED: f64 = 2e-3;
+
+/// Shares of the estimate that are tried, the best first.
+const SHARES: [f64; 4] = [0.95, 0.8, 0.5, 0.2];
+
+/// Rigid motions of a body.
+const RIGID: usize = 6;
+
+/// A lower bound of the stiffness of a free body against any load in equilibrium.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EigenvalueLowerBound {
+    /// At most the smallest positive λ with K φ = λ W φ; local.
+    value: f64,
+    /// 1/w by node.
+    compliance: Vec<f64>,
+}
+
+impl EigenvalueLowerBound {
+    /// That of `body`; `None` for a body that is held, and where no bound was found. Takes some solves and a factor.
+    ///
+    /// # Errors
+    /// Those of [`Elasticity::factor`] and [`Elasticity::solve`], [`ElasticityError::Cancelled`].
+    pub fn of(body: &Elasticity, token: &CancelToken) -> Result<Option<Self>, ElasticityError> {
+        if let Support::Anchored(_) = body.support() {
+            return Ok(None);
+        }
+        let weights = weights(body);
+        let estimate = softest(body, &weights, token)?;
+        let rows: Vec<f64> = weights.iter().flat_map(|&weight| [weight; 3]).collect();
+        for share in SHARES {
+            token.check()?;
+            let shift = share * estimate;
+            let mut shifted = SymmetricMatrix::clone(&body.stiffness);
+            shifted.add_diagonal(&rows.iter().map(|weight| -shift * weight).collect::<Vec<_>>());
+            if let Some(Signature { negative: RIGID, rounding }) = body.symbolic.signature(&shifted, &rows)
+                && rounding < 0.5 * shift
+            {
+                return Ok(Some(Self::stored(body, shift - rounding)));
+            }
+        }
+        Ok(None)
+    }
+
+    /// From what [`Self::value`] said of `body`.
+    pub fn stored(body: &Elasticity, value: f64) -> Self {
+        Self { value, compliance: weights(body).into_iter().map(f64::recip).collect() }
+    }
+
+    /// What no floor of `body` exceeds: the least Rayleigh quotient of smooth motions without rigid part, which is at least the
+    /// smallest positive λ. Takes a product with the stiffness for each.
+    pub fn most(body: &Elasticity) -> f64 {
+        let weights = weights(body);
+        let rigid = rigid(body, &weights);
+        let (mut motion, mut forces) = (vec![0.0; body.size()], vec![0.0; body.size()]);
+        let mut least = f64::INFINITY;
+        for (along, by) in (0..3).flat_map(|along| (0..3).map(move |by| (along, by))) {
+            for (node, own) in motion.chunks_exact_mut(3).enumerate() {
+                own.copy_from_slice(smooth(along, by, body.inertia.arm(node)).as_slice());
+            }
+            remove_rigid_motion(body, &weights, &rigid, &mut motion);
+            body.stiffness.multiply(&motion, &mut forces);
+            let stored: f64 = motion.iter().zip(&forces).map(|(u, f)| u * f).sum();
+            let square = |(own, weight): (&[f64], &f64)| own.iter().map(|u| u * u).sum::<f64>() * weight;
+            let square: f64 = motion.chunks_exact(3).zip(&weights).map(square).sum();
+            // A ratio of zeros is no number and changes nothing.
+            least = least.min(stored / square);
+        }
+        least
+    }
+
+    /// The bound itself.
+    pub fn value(&self) -> f64 {
+        self.value
+    }
+
+    /// ½ f'W⁻¹f/σ, local: at least the energy that `forces` (three per node, in equilibrium) store. One pass.
+    pub fn energy(&self, forces: &[f64]) -> f64 {
+        let node = |(compliance, own): (&f64, &[f64])| own.iter().map(|f| f * f).sum::<f64>() * compliance;
+        0.5 * self.compliance.iter().zip(forces.chunks_exact(3)).map(node).sum::<f64>() / self.value
+    }
+
+    /// Bytes that it holds.
+    pub fn bytes(&self) -> usize {
+        held(&self.compliance)
+    }
+}
+
+/// W by node: lumped masses, and a layer on the boundary.
+fn weights(body: &Elasticity) -> Vec<f64> {
+    let mut weights: Vec<f64> = (0..body.size() / 3).map(|node| body.inertia.mass(node)).collect();
+    let (volume, area) = (weights.iter().sum::<f64>(), body.boundary.areas.iter().sum::<f64>());
+    for (&node, own) in body.boundary.nodes.iter().zip(&body.boundary.areas) {
+        weights[node as usize] += LAYER * volume / area * own;
+    }
+    weights
+}
+
+/// An estimate, from above, of the smallest positive λ with K φ = λ W φ, by inverse iteration.
+fn softest(body: &Elasticity, weights: &[f64], token: &CancelToken) -> Result<f64, ElasticityError> {
+    let mut stream = RandomStream::new(0, 1);
+    let mut motion: Vec<f64> = (0..body.size()).map(|_| stream.uniform() - 0.5).collect();
+    let weigh = |motion: &[f64]| -> Vec<f64> {
+        motion.chunks_exact(3).zip(weights).flat_map(|(own, weight)| [0, 1, 2].map(|k| own[k] * weight)).collect()
+    };
+    let (mut displacement, mut workspace, mut softest) = (Vec::new(), ElasticWorkspace::default(), f64::INFINITY);
+    let rigid = rigid(body, weights);
+    for _ in 0..SWEEPS_MAX {
+        remove_rigid_motion(body, weights, &rigid, &mut motion);
+        let forces = weigh(&motion);
+        body.solve(&forces, &mut displacement, &mut workspace, token)?;
+        remove_rigid_motion(body, weights, &rigid, &mut displacement);
+        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        let square = dot(&displacement, &weigh(&displacement));
+        let (before, length) = (softest, square.sqrt());
+        softest = dot(&forces, &displacement) / square;
+        if softest > (1.0 - SETTLED) * before {
+            break;
+        }
+        motion.clear();
+        motion.extend(displacement.iter().map(|u| u / length));
+    }
+    Ok(softest)
+}
+
+/// (R'WR)⁻¹, R the rigid motions about the centre of mass: linear x, y, z, angular x, y, z. Zero where it is singular.
+fn rigid(body: &Elasticity, weights: &[f64]) -> Matrix6<f64> {
+    let mut gram = Matrix6::zeros();
+    for (node, weight) in weights.iter().enumerate() {
+        let motions = motions(body.inertia.arm(node));
+        gram += Matrix6::from_fn(|a, b| weight * motions[a].dot(&motions[b]));
+    }
+    gram.try_inverse().unwrap_or_else(Matrix6::zeros)
+}
+
+/// Displacement at `arm`: a stretch along one axis, or a bend of axis `by` towards axis `along`.
+fn smooth(along: usize, by: usize, arm: Vector3<f64>) -> Vector3<f64> {
+    let mut motion = Vector3::zeros();
+    if along == by {
+        motion[along] = arm[along];
+    } else {
+        motion[along] = 0.5 * arm[by] * arm[by];
+        motion[by] = -arm[along] * arm[by];
+    }
+    motion
+}
+
+/// What the rigid motions move a node at `arm` by.
+fn motions(arm: Vector3<f64>) -> [Vector3<f64>; RIGID] {
+    let axis = |k: usize| Vector3::ith(k, 1.0);
+    std::array::from_fn(|k| if k < 3 { axis(k) } else { axis(k - 3).cross(&arm) })
+}
+
+/// Takes its rigid part out of `motion`, in the inner product of the weights: what the weights make of it is then in equilibrium.
+fn remove_rigid_motion(body: &Elasticity, weights: &[f64], rigid: &Matrix6<f64>, motion: &mut [f64]) {
+    for _ in 0..2 {
+        let mut net = Vector6::zeros();
+        for (node, (own, weight)) in motion.chunks_exact(3).zip(weights).enumerate() {
+            let own = Vector3::from_column_slice(own) * *weight;
+            motions(body.inertia.arm(node)).iter().enumerate().for_each(|(k, motion)| net[k] += motion.dot(&own));
+        }
+        let part = rigid * net;
+        for (node, own) in motion.chunks_exact_mut(3).enumerate() {
+            let moved: Vector3<f64> = motions(body.inertia.arm(node)).iter().zip(&part).map(|(r, c)| r * *c).sum();
+            own.iter_mut().zip(&moved).for_each(|(own, moved)| *own -= moved);
+        }
+    }
+}

@@ -1,0 +1,223 @@
+//! From the elastic lattice to the crack lattice: who gets which share of each elastic tetrahedron's energy.
+
+use super::overlap::{Overlap, OverlapCell};
+use super::tree::{Aabb, AabbTree};
+use super::{Lattice, Locator};
+use nalgebra::{Point3, Vector3};
+use rayon::prelude::*;
+
+/// A crack tetrahedron of which more than this share lies outside the elastic lattice gets that share from the nearest.
+const UNCOVERED: f64 = 1e-6;
+
+/// Products of a row that are summed side by side.
+const SIDE: usize = 4;
+
+/// Rows that a thread takes at once.
+const ROWS: usize = 1024;
+
+/// Shares of elastic tetrahedra, by crack node (compressed rows).
+///
+/// Conservative by construction: the shares of every elastic tetrahedron sum to 1 over all crack nodes, so that the
+/// nodes' energies sum to the tetrahedra's whatever those are. A node's share of a tetrahedron is the integral of the
+/// node's hat function over it, exact to rounding, so that well inside a uniform density stays uniform; what of the
+/// crack lattice no elastic tetrahedron covers takes its share of the nearest ones.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct EnergyTransfer {
+    /// Row starts; length crack nodes + 1.
+    pub offsets: Vec<u32>,
+    /// Elastic tetrahedra, increasing within a row.
+    pub tets: Vec<u32>,
+    /// What share of each goes to the row's node, above 0, at most 1.
+    pub shares: Vec<f64>,
+}
+
+/// One entry before it is normalised: crack node, elastic tetrahedron, volume.
+type Entry = (u32, u32, f64);
+
+/// Stands for what [`Transfer::part`] leaves out.
+pub const GONE: u32 = u32::MAX;
+
+/// Whether `next` is for the same pair as `kept`, which then takes it in.
+fn merged(next: &mut Entry, kept: &mut Entry) -> bool {
+    let same = (next.0, next.1) == (kept.0, kept.1);
+    if same {
+        kept.2 += next.2;
+    }
+    same
+}
+
+impl EnergyTransfer {
+    /// The operator between two lattices of one body; neither may be empty.
+    pub fn between(elastic: &Lattice, crack: &Lattice) -> Self {
+        let cover = Cover::new(elastic);
+        let mut entries: Vec<Entry> = (0..crack.tets.len())
+            .into_par_iter()
+            .map_init(Overlap::default, |overlap, tet| cover.entries(crack, tet, overlap))
+            .flatten_iter()
+            .collect();
+        entries.extend(left_out(elastic, crack, &entries));
+        // Stable: entries of one pair are summed in the order of the crack tetrahedra.
+        entries.par_sort_by_key(|&(node, tet, _)| (node, tet));
+        entries.dedup_by(merged);
+        Self::normalised(&entries, elastic.tets.len(), crack.nodes.len())
+    }
+
+    /// The operator between a lattice and itself: a quarter of each tetrahedron to each of its corners.
+    pub fn identity(lattice: &Lattice) -> Self {
+        let quarters = |(tet, nodes): (usize, &[u32; 4])| nodes.map(|node| (node, tet as u32, 0.25));
+        let mut entries: Vec<Entry> = lattice.tets.iter().enumerate().flat_map(quarters).collect();
+        entries.sort_by_key(|&(node, tet, _)| (node, tet));
+        Self::normalised(&entries, lattice.tets.len(), lattice.nodes.len())
+    }
+
+    /// The operator of a part of the body: `nodes` and `tets` say what becomes of each crack node and each elastic tetrahedron,
+    /// [`GONE`] of those outside; several nodes may become one. What a tetrahedron gave to nodes outside goes to its others.
+    pub fn part(&self, nodes: &[u32], tets: &[u32]) -> Self {
+        let mut entries: Vec<Entry> = Vec::new();
+        for (row, &node) in self.offsets.windows(2).zip(nodes).filter(|(_, node)| **node != GONE) {
+            let row = row[0] as usize..row[1] as usize;
+            let own = self.tets[row.clone()].iter().map(|&tet| tets[tet as usize]).zip(&self.shares[row]);
+            entries.extend(own.filter(|(tet, _)| *tet != GONE).map(|(tet, &share)| (node, tet, share)));
+        }
+        entries.sort_by_key(|&(node, tet, _)| (node, tet));
+        entries.dedup_by(merged);
+        let count =
+            |names: &[u32]| names.iter().filter(|name| **name != GONE).max().map_or(0, |&last| last as usize + 1);
+        Self::normalised(&entries, count(tets), count(nodes))
+    }
+
+    /// From sorted entries without repetition.
+    fn normalised(entries: &[Entry], tet_count: usize, node_count: usize) -> Self {
+        let mut totals = vec![0.0; tet_count];
+        let mut offsets = vec![0u32; node_count + 1];
+        for &(node, tet, volume) in entries {
+            totals[tet as usize] += volume;
+            offsets[node as usize + 1] += 1;
+        }
+        for node in 0..node_count {
+            offsets[node + 1] += offsets[node];
+        }
+        let share = |&(_, tet, volume): &Entry| (tet, volume / totals[tet as usize]);
+        let (tets, shares) = entries.iter().map(share).unzip();
+        Self { offsets, tets, shares }
+    }
+
+    /// Energies of the crack nodes from those of the elastic tetrahedra (both integrals, not densities); any unit.
+    /// `node_energy` is overwritten, length crack nodes. The sums agree to rounding.
+    pub fn apply(&self, tet_energy: &[f64], node_energy: &mut Vec<f64>) {
+        node_energy.resize(self.offsets.len() - 1, 0.0);
+        node_energy.par_chunks_mut(ROWS).zip(self.offsets.par_chunks(ROWS)).enumerate().for_each(
+            |(chunk, (energies, starts))| {
+                let ends = &self.offsets[chunk * ROWS + 1..];
+                for (energy, (start, end)) in energies.iter_mut().zip(starts.iter().zip(ends)) {
+                    *energy = self.row(*start as usize..*end as usize, tet_energy);
+                }
+            },
+        );
+    }
+
+    /// The energy of one node, summed side by side.
+    fn row(&self, row: std::ops::Range<usize>, tet_energy: &[f64]) -> f64 {
+        let (tets, tets_rest) = self.tets[row.clone()].as_chunks::<SIDE>();
+        let (shares, shares_rest) = self.shares[row].as_chunks::<SIDE>();
+        let mut lanes = [0.0; SIDE];
+        for (tets, shares) in tets.iter().zip(shares) {
+            for lane in 0..SIDE {
+                lanes[lane] += shares[lane] * tet_energy[tets[lane] as usize];
+            }
+        }
+        let rest = tets_rest.iter().zip(shares_rest).map(|(&tet, share)| share * tet_energy[tet as usize]).sum::<f64>();
+        (lanes[0] + lanes[1]) + (lanes[2] + lanes[3]) + rest
+    }
+}
+
+/// The elastic lattice, ready to be intersected.
+struct Cover {
+    cells: Vec<OverlapCell>,
+    tree: AabbTree,
+    locator: Locator,
+}
+
+impl Cover {
+    fn new(elastic: &Lattice) -> Self {
+        let corners = |tet: usize| elastic.corners(tet);
+        let boxes: Vec<Aabb> = (0..elastic.tets.len()).map(|tet| Aabb::around(&corners(tet))).collect();
+        let cells = (0..elastic.tets.len()).map(|tet| OverlapCell::new(&corners(tet))).collect();
+        Self { cells, tree: AabbTree::new(&boxes), locator: Locator::new(elastic) }
+    }
+
+    /// What the corners of crack tetrahedron `tet` get from whom.
+    fn entries(&self, crack: &Lattice, tet: usize, overlap: &mut Overlap) -> Vec<Entry> {
+        let (corners, volume) = (crack.corners(tet), crack.tet_volume(tet));
+        let cell = OverlapCell::new(&corners);
+        let (mut entries, mut covered) = (Vec::new(), 0.0);
+        self.tree.overlapping(&Aabb::around(&corners), |other| {
+            if let Some((common, centroid)) = overlap.of(&cell, &self.cells[other as usize]) {
+                covered += common;
+                let weights = cell.barycentric(&centroid).map(|weight| weight * common);
+                entries.extend(positive(crack.tets[tet], other, weights));
+            }
+        });
+        let uncovered = 1.0 - covered / volume;
+        if uncovered > UNCOVERED {
+            self.add_nearest(crack.tets[tet], &corners, uncovered * volume, &mut entries);
+        }
+        entries
+    }
+
+    /// Shares `volume`, the part of a crack tetrahedron outside, among the elastic tetrahedra nearest to those of its
+    /// corners, face centroids and centroid that lie outside (to its centroid if none does).
+    fn add_nearest(&self, nodes: [u32; 4], corners: &[Point3<f64>; 4], volume: f64, entries: &mut Vec<Entry>) {
+        const THIRD: f64 = 1.0 / 3.0;
+        let mut samples = vec![[0.25; 4]];
+        for corner in 0..4 {
+            samples.push([0, 1, 2, 3].map(|k| if k == corner { 0.0 } else { THIRD }));
+            samples.push([0, 1, 2, 3].map(|k| if k == corner { 1.0 } else { 0.0 }));
+        }
+        let place = |weights: &[f64; 4]| {
+            Point3::from(
+                corners.iter().zip(weights).map(|(corner, weight)| corner.coords * *weight).sum::<Vector3<f64>>(),
+            )
+        };
+        let outside: Vec<[f64; 4]> = samples
+            .iter()
+            .copied()
+            .filter(|weights| self.locator.containing(&place(weights), None).is_none())
+            .collect();
+        let outside = if outside.is_empty() { vec![samples[0]] } else { outside };
+        let each = volume / outside.len() as f64;
+        for weights in &outside {
+            if let Some(nearest) = self.locator.place(&place(weights), None) {
+                entries.extend(positive(nodes, nearest.tet, weights.map(|weight| weight * each)));
+            }
+        }
+    }
+}
+
+/// The entries of one pair of tetrahedra, without those that rounding left at 0 or below.
+fn positive(nodes: [u32; 4], tet: u32, volumes: [f64; 4]) -> impl Iterator<Item = Entry> {
+    let pairs = nodes.into_iter().zip(volumes);
+    pairs.filter(|(_, volume)| *volume > 0.0).map(move |(node, volume)| (node, tet, volume))
+}
+
+/// Entries for the elastic tetrahedra that no crack tetrahedron meets: the corners of the one that is nearest to their
+/// centroid.
+fn left_out(elastic: &Lattice, crack: &Lattice, entries: &[Entry]) -> Vec<Entry> {
+    let mut missing = vec![true; elastic.tets.len()];
+    entries.iter().for_each(|&(_, tet, _)| missing[tet as usize] = false);
+    let missing: Vec<usize> = (0..missing.len()).filter(|&tet| missing[tet]).collect();
+    if missing.is_empty() {
+        return Vec::new();
+    }
+    let locator = Locator::new(crack);
+    let shared = |tet: usize| {
+        let centroid = elastic.corners(tet).iter().map(|corner| corner.coords).sum::<Vector3<f64>>() / 4.0;
+        let place = locator.place(&Point3::from(centroid), None);
+        place.into_iter().flat_map(move |place| positive(crack.tets[place.tet as usize], tet as u32, place.barycentric))
+    };
+    missing.into_iter().flat_map(shared).collect()
+}
+
+#[cfg(test)]
+#[path = "energy_transfer_tests.rs"]
+mod tests;

@@ -1,0 +1,210 @@
+//! A fragment of an answer is struck again.
+//!
+//! Based on: Schvartzman & Otaduy (I3D 2014), section 3, which asks for crack concavity; how is ours. The fragment's own whole
+//! tetrahedra are an object ([`Parent`]) that is struck as any other, up to the labels. These go to all of the body's lattice: nodes
+//! of the fragment that no whole tetrahedron has take the label of the nearest that one has, those of other fragments keep theirs.
+//! Points of earlier cracks stay where they are, so that the children's volumes add up to the fragment's.
+//!
+//! Cost: beyond that of a first strike of an object with the fragment's nodes the eigenpairs of the interior lift and the factor of
+//! the stiffness, which a first strike finds prepared; and one tessellation of all of the body's lattice.
+
+use super::cells::BodyCells;
+use super::meshes::{CutBuffers, MeshSources};
+use super::parent::{NOBODY, ParentFragment};
+use super::retained::{RetainedBody, RetainedFragments};
+use super::volume_correction::correct_volume;
+use super::walk::walk;
+use super::{
+    FractureError, FractureMeshes, FractureOutcome, FractureRequest, PreparedBody, PreparedObject, Stage,
+    StageObserver, Workspace, release_velocity, slivers,
+};
+use crate::cancel_token::CancelToken;
+use crate::fragment::properties;
+use crate::lift::LiftedLattice;
+use crate::scene::EffectKind;
+use crate::skin::Skin;
+use crate::tessellation::{self, BisectorSites, FixedPoints, Old, seam};
+use std::sync::Arc;
+
+/// Relative error up to which the volumes of the children add up to their parent's …
+const VOLUME_ERROR: f64 = 1e-9;
+
+/// … after so many tessellations at most; one is enough unless earlier cracks are bent.
+const TESSELLATIONS_MAX: usize = 3;
+
+/// As [`super::strike`], but what is struck is fragment `fragment` of the answer that `kept` was kept of; the outcome tells of its
+/// children alone. What they share with other fragments of that answer is a crack that faces nobody. Only the lifts `euclidean`
+/// and `interior` are to be had, and the object's examples have nothing to say. `prepared` is the object that was struck then.
+///
+/// Errors: those of a strike, and [`StrikeError::UnknownFragment`], [`StrikeError::FragmentSmall`],
+/// [`StrikeError::FragmentLarge`], [`StrikeError::FragmentLift`], [`StrikeError::FragmentLiftKind`], [`StrikeError::OtherObject`].
+pub fn strike_again(
+    prepared: &PreparedObject,
+    (kept, fragment): (&RetainedFragments, u32),
+    strike: &FractureRequest,
+    workspace: &mut Workspace,
+    token: &CancelToken,
+    watch: &mut dyn StageObserver,
+) -> Result<FractureOutcome, FractureError> {
+    // A fragment is free and straight, whatever held and bent the object that it was part of.
+    let gone = [EffectKind::Anchored, EffectKind::Gravity, EffectKind::Warp];
+    let effects = gone.into_iter().fold(strike.effects, |effects, effect| effects.without(effect));
+    let strike = &FractureRequest { effects, ..strike.planned() };
+    let (old, label) = kept.find(fragment)?;
+    let fits = |body: &&PreparedBody| body.crack.nodes.len() == old.labels.len();
+    let body = prepared.bodies.get(old.body).filter(fits).ok_or(FractureError::OtherObject)?;
+    let worn = strike.effects.has(EffectKind::Skin).then(|| kept.skin_cut(fragment)).transpose()?;
+    watch.enter(Stage::Load);
+    let parent = ParentFragment::new(prepared, (old, label, fragment), strike, token, watch);
+    watch.leave(Stage::Load, 0);
+    let parent = &parent?;
+    walk(&parent.prepared, strike, workspace, token, watch, |broken, scratch, watch| {
+        let cells = broken.division.cells.first().ok_or(FractureError::OtherObject)?;
+        token.check()?;
+        let volume = old.volumes[label as usize];
+        let skin = worn.map(|worn| Arc::new(worn.of(fragment)));
+        Children { prepared, body, old, volume, skin, parent, broken, cells }.pieces(scratch, token, watch)
+    })
+}
+
+/// What children are made of.
+struct Children<'a> {
+    /// The object that the fragment was part of.
+    prepared: &'a PreparedObject,
+    body: &'a PreparedBody,
+    old: &'a RetainedBody,
+    /// Of the fragment, local.
+    volume: f64,
+    /// What the fragment wears, if skins are asked for.
+    skin: Option<Arc<Skin>>,
+    parent: &'a ParentFragment,
+    broken: MeshSources<'a>,
+    cells: &'a BodyCells,
+}
+
+impl Children<'_> {
+    fn pieces(
+        &self,
+        workspace: &mut tessellation::TessellationWorkspace,
+        token: &CancelToken,
+        watch: &mut dyn StageObserver,
+    ) -> Result<FractureMeshes, FractureError> {
+        let (strike, mut cut) = (self.broken.strike, self.broken.spare.take());
+        watch.enter(Stage::Labels);
+        let children = self.label(&mut cut);
+        watch.leave(Stage::Labels, size_of_val(cut.components.labels.as_slice()) as u64);
+        watch.enter(Stage::Tessellation);
+        let lift = self.scattered();
+        let old = Old { labels: &self.old.labels, points: &self.old.points };
+        let of_fragment = self.sites_of(&cut.components.sites);
+        let sites = BisectorSites { lift: &lift, coordinates: &self.cells.diagram.sites, of_fragment: &of_fragment };
+        let fixed = seam(&self.body.crack, &self.body.topology, old, &cut.components.labels, sites);
+        self.tessellate(&mut cut, children, &lift, fixed, workspace)?;
+        watch.leave(Stage::Tessellation, size_of_val(cut.tessellation.runs()) as u64);
+        watch.enter(Stage::Fragments);
+        if strike.effects.has(EffectKind::Slivers) {
+            watch.begin(EffectKind::Slivers);
+            let bytes = self.merge_slivers(&mut cut, &lift, workspace)?;
+            watch.end(EffectKind::Slivers, bytes);
+        }
+        watch.leave(Stage::Fragments, size_of_val(cut.measured.as_slice()) as u64);
+        let pieces =
+            cut.into_pieces(self.old.body, self.broken.spare, |site| self.broken.energy_j_m2(self.cells, site));
+        let mut velocities = Vec::new();
+        if strike.effects.has(EffectKind::Release) {
+            watch.begin(EffectKind::Release);
+            let own = &self.parent.prepared.bodies[0].crack;
+            let labels: Vec<u32> = self.parent.nodes.iter().map(|&node| pieces.labels[node as usize]).collect();
+            let (field, energy_j) = (self.broken.fields.first(), self.broken.energies[0].energy_j);
+            let density = self.prepared.parameters.material.density_kg_m3;
+            let frame = &self.prepared.frame;
+            velocities =
+                release_velocity::velocities(&pieces.properties, &labels, own, field, energy_j, density, frame);
+            watch.end(EffectKind::Release, size_of_val(velocities.as_slice()) as u64);
+        }
+        let pieces = FractureMeshes::of(vec![pieces], velocities, Vec::new(), self.prepared, strike);
+        let mut pieces = pieces.with_looks(self.prepared, watch)?;
+        if strike.effects.has(EffectKind::Skin) {
+            let of_fragment = self.sites_of(&pieces.bodies[0].sites);
+            let sites =
+                BisectorSites { lift: &lift, coordinates: &self.cells.diagram.sites, of_fragment: &of_fragment };
+            pieces = pieces.with_skins(self.skin.as_ref(), self.prepared, &[Some(sites)], watch)?;
+        }
+        pieces.with_hulls(&[&self.body.crack], token, watch)
+    }
+
+    /// Labels all of the body: children first, the other fragments after them. Returns how many children there are.
+    fn label(&self, cut: &mut CutBuffers) -> usize {
+        let sites = self.cells.diagram.count() as u32;
+        let label = |(&stands, &old): (&u32, &u32)| match self.cells.diagram.labels.get(stands as usize) {
+            Some(site) if stands != NOBODY => *site,
+            _ => sites + old,
+        };
+        let labels: Vec<u32> = self.parent.stands.iter().zip(&self.old.labels).map(label).collect();
+        cut.components.split(&self.body.topology, &labels);
+        cut.components.sites.partition_point(|site| *site < sites)
+    }
+
+    /// Sites of all fragments; other fragments have none, and are not asked for it.
+    fn sites_of(&self, sites: &[u32]) -> Vec<u32> {
+        let count = self.cells.diagram.count() as u32;
+        sites.iter().map(|&site| if site < count { site } else { 0 }).collect()
+    }
+
+    /// The lift of the fragment on the nodes of the body; nodes that others stand for have theirs, those of other fragments zero.
+    fn scattered(&self) -> LiftedLattice {
+        let own = self.broken.fields[self.cells.struck].lift();
+        let mut coordinates = vec![0.0; self.parent.stands.len() * own.dimension];
+        for (place, &stands) in coordinates.chunks_exact_mut(own.dimension).zip(&self.parent.stands) {
+            if stands != NOBODY {
+                place.copy_from_slice(own.at(stands as usize));
+            }
+        }
+        let (first_moment, second_moment, density) = (Vec::new(), Vec::new(), Vec::new());
+        LiftedLattice { kind: own.kind, dimension: own.dimension, coordinates, first_moment, second_moment, density }
+    }
+
+    /// Finds the crack points but for those that are fixed, builds all fragments, and forgets all but the children, which it measures.
+    fn tessellate(
+        &self,
+        cut: &mut CutBuffers,
+        children: usize,
+        lift: &LiftedLattice,
+        mut fixed: FixedPoints,
+        workspace: &mut tessellation::TessellationWorkspace,
+    ) -> Result<(), FractureError> {
+        let of_fragment = self.sites_of(&cut.components.sites);
+        let sites = BisectorSites { lift, coordinates: &self.cells.diagram.sites, of_fragment: &of_fragment };
+        let (lattice, topology) = (&self.body.crack, &self.body.topology);
+        for turn in 1.. {
+            cut.points.find(lattice, topology, &cut.components.labels, Some(sites), &fixed)?;
+            cut.tessellation.build(lattice, topology, &cut.components.labels, &cut.points, workspace)?;
+            cut.tessellation.keep_first(children);
+            properties(&cut.tessellation, &mut cut.measured);
+            let missing = self.volume - cut.measured.iter().map(|child| child.volume).sum::<f64>();
+            let far = missing.abs() > VOLUME_ERROR * self.volume && turn < TESSELLATIONS_MAX;
+            if !(far && correct_volume(&mut fixed, &self.old.points, lattice, topology, &cut.tessellation, missing)) {
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    /// Merges slivers among the children, and cuts again where there were any; bytes of the new labels.
+    fn merge_slivers(
+        &self,
+        cut: &mut CutBuffers,
+        lift: &LiftedLattice,
+        workspace: &mut tessellation::TessellationWorkspace,
+    ) -> Result<u64, FractureError> {
+        let least = slivers::least_volume(self.prepared, self.broken.strike);
+        let before = cut.components.sites.len();
+        if !slivers::merge(&mut cut.components, &cut.tessellation, &cut.measured, least) {
+            return Ok(0);
+        }
+        let children = cut.measured.len() - (before - cut.components.sites.len());
+        let fixed = cut.points.to_fixed();
+        self.tessellate(cut, children, lift, fixed, workspace)?;
+        Ok(size_of_val(cut.components.labels.as_slice()) as u64)
+    }
+}

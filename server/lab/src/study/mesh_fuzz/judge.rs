@@ -1,0 +1,221 @@
+//! One mutant: baked, struck, and checked, within a deadline.
+
+use super::check::{FuzzFault, check};
+use super::inside::clearly_has_inside;
+use super::{Mutant, kinds};
+use rayon::ThreadPoolBuilder;
+use shatter_fracture::cancel_token::CancelToken;
+use shatter_fracture::database::{BakeError, BakeRequest, bake};
+use shatter_fracture::lift::LiftKind;
+use shatter_fracture::pipeline::{self, DegreeRequest, FractureError, FractureRequest, PreparedObject, Workspace};
+use shatter_fracture::scene::MATERIALS;
+use shatter_fracture::scene::{Material, MaterialError, Materials};
+use shatter_fracture::surface::RawMesh;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::mpsc::channel;
+use std::time::{Duration, Instant};
+
+/// Spacings over the diagonal, coarse for speed.
+const ELASTIC_SPACING: f64 = 0.1;
+const CRACK_SPACING: f64 = 1.0 / 16.0;
+
+/// Sites of the strike.
+const SITES: u32 = 8;
+
+/// How a mutant ended.
+#[derive(Clone, Debug, PartialEq)]
+pub enum FuzzVerdict {
+    /// Baked and broken, and everything held.
+    Checked {
+        /// A digest of the fragments' meshes.
+        geometry: u64,
+        /// Volume that the engine found inside, m³.
+        volume_m3: f64,
+    },
+    /// Refused with a reason.
+    Refused {
+        /// The reason's name on the command line.
+        kind: &'static str,
+        /// The reason in words.
+        message: String,
+        /// Whether it could be: the defect may be refused, and the mesh has not clearly an inside.
+        justified: bool,
+    },
+    /// Neither.
+    Failed(FuzzFault),
+}
+
+/// Judges meshes, all with the same settings.
+#[derive(Clone, Debug)]
+pub struct Judge {
+    pub(super) material: Material,
+    /// Time that a mesh may take.
+    pub deadline: Duration,
+    /// Threads that it is given, at least one.
+    pub threads: usize,
+}
+
+impl Judge {
+    /// Meshes are glass, have one thread and may take `deadline`. Errors: the program's own table of materials has no
+    /// glass.
+    pub fn new(deadline: Duration) -> Result<Self, MaterialError> {
+        Ok(Self { material: Materials::parse(MATERIALS)?.get("glass")?.clone(), deadline, threads: 1 })
+    }
+
+    /// Judges the mutant of `mesh`.
+    pub fn mutant(&self, mesh: &RawMesh, mutant: &Mutant) -> FuzzVerdict {
+        self.mesh(&mutant.defect.apply(mesh, mutant.seed), mutant.defect.must_accept(), mutant.seed)
+    }
+
+    /// Bakes and strikes `raw` and checks the answer; `seed` chooses where it is struck.
+    pub fn mesh(&self, raw: &RawMesh, must_accept: bool, seed: u64) -> FuzzVerdict {
+        let (judge, mesh) = (self.clone(), raw.clone());
+        let walk = move |token: &CancelToken| judge.walk(&mesh, seed, token);
+        match timed(self.threads, self.deadline, walk) {
+            Err(fault) | Ok(Err(FuzzStop::Failed(fault))) => FuzzVerdict::Failed(fault),
+            Ok(Err(FuzzStop::Refused(kind, message))) => {
+                FuzzVerdict::Refused { kind, message, justified: !must_accept && !clearly_has_inside(raw) }
+            }
+            Ok(Ok(checked)) => checked,
+        }
+    }
+
+    fn walk(&self, raw: &RawMesh, seed: u64, token: &CancelToken) -> Result<FuzzVerdict, FuzzStop> {
+        let prepared = bake(raw.clone(), &self.request(), token, &mut |_| ())?;
+        let strike = strike(&prepared, seed);
+        let outcome = pipeline::strike(&prepared, &strike, &mut Workspace::default(), token, &mut ())?;
+        let geometry = check(&prepared, &outcome)?;
+        Ok(FuzzVerdict::Checked { geometry, volume_m3: prepared.report.input_volume_m3 })
+    }
+
+    fn request(&self) -> BakeRequest {
+        BakeRequest {
+            elastic_spacing: Some(ELASTIC_SPACING),
+            crack_spacing: Some(CRACK_SPACING),
+            // Fitting it would take most of the time, and decides nothing where the number of sites is given.
+            kappa: Some(2.0),
+            ..BakeRequest::new("mutant", "glass", self.material.clone())
+        }
+    }
+}
+
+/// What `work` returns, on a pool of its own: neither its time nor a panic belongs to another's. It is cancelled at the
+/// deadline, and left behind, running, if it reaches no checkpoint for as long again.
+fn timed<T: Send + 'static>(
+    threads: usize,
+    deadline: Duration,
+    work: impl FnOnce(&CancelToken) -> T + Send + 'static,
+) -> Result<T, FuzzFault> {
+    let pool = ThreadPoolBuilder::new().num_threads(threads.max(1)).build();
+    let pool = pool.map_err(|error| FuzzFault::Threads(error.to_string()))?;
+    let (token, begun) = (CancelToken::default(), Instant::now());
+    let (sender, receiver) = channel();
+    let watched = token.clone();
+    pool.spawn(move || {
+        let ended = catch_unwind(AssertUnwindSafe(|| work(&watched)));
+        // Nobody listens if it was left behind.
+        let _ = sender.send(ended);
+    });
+    let ended = receiver.recv_timeout(deadline).or_else(|_| {
+        token.cancel();
+        receiver.recv_timeout(deadline)
+    });
+    match ended {
+        Err(_) => Err(FuzzFault::Stuck { seconds: begun.elapsed().as_secs_f64() }),
+        Ok(Err(panic)) => Err(FuzzFault::Panicked(words(&*panic))),
+        Ok(Ok(_)) if begun.elapsed() > deadline => Err(FuzzFault::Deadline { seconds: deadline.as_secs_f64() }),
+        Ok(Ok(value)) => Ok(value),
+    }
+}
+
+/// What ends a walk before its answer is checked.
+enum FuzzStop {
+    Refused(&'static str, String),
+    Failed(FuzzFault),
+}
+
+impl From<BakeError> for FuzzStop {
+    fn from(error: BakeError) -> Self {
+        match kinds::refusal(error) {
+            Ok((kind, message)) => Self::Refused(kind, message),
+            Err(message) => Self::Failed(FuzzFault::Bake(message)),
+        }
+    }
+}
+
+impl From<FractureError> for FuzzStop {
+    fn from(error: FractureError) -> Self {
+        Self::Failed(FuzzFault::Strike(error.to_string()))
+    }
+}
+
+impl From<FuzzFault> for FuzzStop {
+    fn from(fault: FuzzFault) -> Self {
+        Self::Failed(fault)
+    }
+}
+
+/// A blow of 1 N·s straight into a face of the largest body, which one follows from `seed`.
+fn strike(prepared: &PreparedObject, seed: u64) -> FractureRequest {
+    let body = &prepared.bodies[0];
+    let faces = &body.topology.boundary;
+    let face = &faces[(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) % faces.len() as u64) as usize];
+    let [a, b, c] = face.nodes.map(|node| body.crack.nodes[node as usize]);
+    let middle = (a.coords + b.coords + c.coords) / 3.0;
+    let point_m = prepared.frame.to_metres(&middle.into());
+    FractureRequest {
+        degree: DegreeRequest::Sites(SITES),
+        lift: if seed % 4 == 3 { LiftKind::Euclidean } else { LiftKind::Interior },
+        seed,
+        ..FractureRequest::at(point_m, -(b - a).cross(&(c - a)).normalize())
+    }
+}
+
+/// What a panic said.
+fn words(panic: &(dyn std::any::Any + Send)) -> String {
+    let text = panic.downcast_ref::<&str>().map(|text| (*text).to_owned());
+    text.or_else(|| panic.downcast_ref::<String>().cloned()).unwrap_or_else(|| "without words".to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SHORT: Duration = Duration::from_millis(50);
+
+    fn check(
+        work: impl FnOnce(&CancelToken) -> u32 + Send + 'static,
+        ends: impl FnOnce(Result<u32, FuzzFault>) -> bool,
+    ) {
+        assert!(ends(timed(1, SHORT, work)));
+    }
+
+    #[test]
+    fn work_in_time_is_returned() {
+        assert_eq!(timed(2, Duration::from_secs(60), |_| rayon::current_num_threads()), Ok(2));
+    }
+
+    #[test]
+    fn a_panic_is_told_in_its_own_words() {
+        let panicked = timed(1, Duration::from_secs(60), |_| -> u32 { panic!("index {}", 7) });
+        assert_eq!(panicked, Err(FuzzFault::Panicked("index 7".to_owned())));
+    }
+
+    #[test]
+    fn late_work_is_cancelled_and_has_failed() {
+        let until_cancelled = |token: &CancelToken| {
+            while token.check().is_ok() {
+                std::thread::yield_now();
+            }
+            1
+        };
+        check(until_cancelled, |ended| matches!(ended, Err(FuzzFault::Deadline { .. })));
+    }
+
+    #[test]
+    fn work_without_a_checkpoint_is_left_behind() {
+        let (end, wait) = channel::<()>();
+        check(move |_| u32::from(wait.recv().is_ok()), |ended| matches!(ended, Err(FuzzFault::Stuck { .. })));
+        drop(end);
+    }
+}

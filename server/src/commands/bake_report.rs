@@ -1,0 +1,197 @@
+//! What was baked, in words and as a document.
+
+use super::{CommandError, output};
+use serde_json::json;
+use shatter_fracture::lattice::SPACING_RANGE;
+use shatter_fracture::pipeline::{LearnedModel, PreparedObject};
+use shatter_fracture::surface::{Defect, DefectKind};
+use shatter_proto::text;
+use std::fmt::Write;
+use std::path::Path;
+use std::time::Duration;
+
+/// A larger volume error than this is worth a warning.
+const VOLUME_ERROR_TOLD: f64 = 0.03;
+
+/// Warns on stderr and prints what was baked. `doubtful` was said before.
+pub fn tell(
+    prepared: &PreparedObject,
+    file: &Path,
+    took: Duration,
+    doubtful: Option<String>,
+    as_json: bool,
+) -> Result<(), CommandError> {
+    let seconds = took.as_secs_f64();
+    warn(prepared);
+    let warnings: Vec<String> = doubtful.into_iter().chain(warnings(prepared)).collect();
+    match as_json {
+        true => output::print(&format!("{}\n", document(prepared, file, &warnings, seconds))),
+        false => output::lines(&screen(prepared, file, seconds)),
+    }
+}
+
+/// Says on stderr what should be looked at.
+pub fn warn(prepared: &PreparedObject) {
+    warnings(prepared).iter().for_each(|text| warning(text));
+}
+
+/// Says `text` on stderr.
+pub fn warning(text: &str) {
+    eprintln!("warning: {}", text::message(text));
+}
+
+/// What should be looked at: a lattice too coarse for the shape, whose parts of about its spacing are lost or thickened, and parts that
+/// it severs.
+fn warnings(prepared: &PreparedObject) -> Vec<String> {
+    let mut warnings = Vec::new();
+    let error = prepared.report.volume_error();
+    if error.abs() > VOLUME_ERROR_TOLD {
+        let (percent, spacing) = (100.0 * error, prepared.parameters.crack_spacing);
+        let finer = match 0.5 * spacing {
+            finer if finer >= SPACING_RANGE[0] => format!("; try --crack-spacing {finer:.4} (now {spacing:.4})"),
+            _ => String::new(),
+        };
+        warnings.push(format!(
+            "the lattice's volume is {percent:+.1} % off the input's: parts of about its spacing are lost or thickened{finer}"
+        ));
+    }
+    let severed = prepared.report.defects.iter().filter(|defect| defect.kind == DefectKind::SeveredPart);
+    warnings.extend(severed.map(|defect| {
+        let (bodies, quality) = (prepared.bodies.len(), prepared.parameters.quality.name());
+        format!(
+            "the lattice (preset `{quality}`) severs {} ({bodies} bodies in all): {}",
+            defect.counted(),
+            defect.action
+        )
+    }));
+    warnings
+}
+
+/// The document of `bake --json`.
+fn document(prepared: &PreparedObject, file: &Path, warnings: &[String], seconds: f64) -> serde_json::Value {
+    let report = &prepared.report;
+    json!({
+        "object": prepared.name,
+        "file": file.display().to_string(),
+        "elastic_nodes": prepared.elastic_nodes(),
+        "elastic_tets": prepared.elastic_tets(),
+        "crack_nodes": prepared.crack_nodes(),
+        "crack_tets": prepared.crack_tets(),
+        "quality": prepared.parameters.quality,
+        "elastic_spacing": prepared.parameters.elastic_spacing,
+        "crack_spacing": prepared.parameters.crack_spacing,
+        "lattice_volume_m3": report.lattice_volume_m3,
+        "input_volume_m3": report.input_volume_m3,
+        "volume_error": report.volume_error(),
+        "surface_deviation": report.surface_deviation,
+        "gamma_j_m2": prepared.gamma_j_m2,
+        "kappa": prepared.kappa,
+        "examples": prepared.examples.len(),
+        "learned": prepared.learned.as_ref().map(|learned| learned.quality),
+        "reduced": prepared.reduction,
+        "bodies": prepared.bodies.len(),
+        "cracks": report.cracks,
+        "defects": defects(&report.defects),
+        "warnings": warnings,
+        "unprepared": report.unprepared,
+        "seconds": seconds,
+    })
+}
+
+/// The lines of a defect report, with what is counted in words.
+pub fn defects(all: &[Defect]) -> Vec<serde_json::Value> {
+    let line = |own: &Defect| {
+        json!({
+            "kind": own.kind,
+            "count": own.count,
+            "counted": own.counted(),
+            "first_index": own.first_index,
+            "first": own.first(),
+            "action": own.action,
+        })
+    };
+    all.iter().map(line).collect()
+}
+
+fn screen(prepared: &PreparedObject, file: &Path, seconds: f64) -> String {
+    // Writing to a string cannot fail.
+    let mut text = String::new();
+    let report = &prepared.report;
+    let parameters = &prepared.parameters;
+    let _ = writeln!(text, "{}  {}", prepared.name, file.display());
+    let _ = writeln!(
+        text,
+        "  elastic lattice  {} nodes, {} tetrahedra, spacing {:.4} of the diagonal",
+        prepared.elastic_nodes(),
+        prepared.elastic_tets(),
+        parameters.elastic_spacing
+    );
+    let _ = writeln!(
+        text,
+        "  crack lattice    {} nodes, {} tetrahedra, spacing {:.4} of the diagonal",
+        prepared.crack_nodes(),
+        prepared.crack_tets(),
+        parameters.crack_spacing
+    );
+    let _ = writeln!(
+        text,
+        "  volume           {:.6e} m³, {:+.3} % of the input's",
+        report.lattice_volume_m3,
+        100.0 * report.volume_error()
+    );
+    let _ = writeln!(text, "  deviation        {:.5} of the diagonal", report.surface_deviation);
+    let _ = writeln!(
+        text,
+        "  threshold        {:.4e} J·m² ({}, fragments of {:.4} m), kappa {:.3}",
+        prepared.gamma_j_m2, parameters.material_name, parameters.fragment_size_m, prepared.kappa
+    );
+    let _ = writeln!(text, "  bodies           {}", prepared.bodies.len());
+    if let Some(cracks) = &report.cracks {
+        let _ = writeln!(
+            text,
+            "  cracks           {} triangles, {:.4e} m²; slots of {:.4} m (elastic lattice {:.4} m) take {:.4e} m³",
+            cracks.triangles, cracks.area_m2, cracks.width_m, cracks.elastic_width_m, cracks.volume_m3
+        );
+    }
+    if let Some(LearnedModel { quality, .. }) = &prepared.learned {
+        let percent = |share: f64| 100.0 * share;
+        let _ = writeln!(
+            text,
+            "  examples         {}; degrees of 8 and more with each left out: {:.1} % off (median), closed form {:.1} %, labels \
+             themselves {:.1} %",
+            prepared.examples.len(),
+            percent(quality.median_relative_error),
+            percent(quality.closed_form_median),
+            percent(quality.label_noise_median)
+        );
+    }
+    if let Some(reduction) = &prepared.reduction {
+        let _ = writeln!(
+            text,
+            "  reduced          rank {}; {} other impacts: energy {:.2} % off (median), density {:.1} %, {:.0} % of them solved for",
+            reduction.rank.iter().map(usize::to_string).collect::<Vec<_>>().join(", "),
+            reduction.holdout,
+            100.0 * reduction.energy_error_median,
+            100.0 * reduction.density_error_median,
+            100.0 * reduction.solved
+        );
+    }
+    if report.defects.is_empty() {
+        let _ = writeln!(text, "  defects          none");
+    }
+    for defect in &report.defects {
+        let _ = writeln!(
+            text,
+            "  defect           {}: {} (first at {}): {}",
+            defect.kind,
+            defect.counted(),
+            defect.first(),
+            defect.action
+        );
+    }
+    for absent in &report.unprepared {
+        let _ = writeln!(text, "  not prepared     lift {} of body {}: {}", absent.lift, absent.body, absent.reason);
+    }
+    let _ = writeln!(text, "  {seconds:.1} s");
+    text
+}

@@ -1,0 +1,347 @@
+//! The daemon's runtime folder: one daemon per name, and nothing left of those that died.
+
+use iceoryx2::node::{Node, NodeState};
+use iceoryx2::prelude::CallbackProgression;
+use rustix::fs::{FlockOperation, flock};
+use serde::{Deserialize, Serialize};
+use shatter_proto::{Error, ErrorKind};
+use shatter_transport::daemon_info::DaemonInfo;
+use shatter_transport::instance::Instance;
+use shatter_transport::paths::ServicePaths;
+use shatter_transport::private_folder::PrivateFolder;
+use shatter_transport::{Ipc, config};
+use std::ffi::OsStr;
+use std::fs::{self, File};
+use std::io::{self, Read, Seek, Write};
+use std::os::unix::fs::{MetadataExt, OpenOptionsExt};
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+/// Clients hold the lock for microseconds to see whether a daemon lives, and a killed daemon holds it until the kernel has taken its
+/// memory apart: a second of tries gets past both.
+const LOCK_TRIES: u32 = 100;
+const LOCK_PAUSE: Duration = Duration::from_millis(10);
+
+/// The daemons that a service has had before the one that runs. The file lies in the runtime folder, and goes with it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct RestartHistory {
+    /// How many there were.
+    pub restarts: u64,
+    /// How many of them ended without a goodbye: killed, or crashed.
+    pub crashes: u64,
+}
+
+impl RestartHistory {
+    /// The past of a daemon that begins now.
+    fn read(place: &ServicePaths) -> Self {
+        let Ok(text) = fs::read(place.past()) else { return Self::default() };
+        let past: Self = serde_json::from_slice(&text).unwrap_or_default();
+        let crashed = u64::from(place.hello().exists());
+        Self { restarts: past.restarts.saturating_add(1), crashes: past.crashes.saturating_add(crashed) }
+    }
+
+    /// Kept for the next daemon. A past that cannot be written is lost, no more.
+    fn write(self, place: &ServicePaths, runtime: &PrivateFolder) {
+        let written = serde_json::to_vec(&self).map(|json| write(runtime, &place.past(), &json));
+        if !matches!(written, Ok(Ok(()))) {
+            tracing::warn!("restarts are not counted: the runtime folder cannot be written");
+        }
+    }
+}
+
+/// The runtime folder of a running daemon. Dropping it gives up the name.
+pub struct RuntimeDirectory {
+    place: ServicePaths,
+    instance: Instance,
+    /// Instances before this one of which something is left.
+    earlier: Vec<Instance>,
+    past: RestartHistory,
+    /// The runtime folder, and the folder of the instance: neither is worked in after another has taken its place.
+    runtime: PrivateFolder,
+    segments: PrivateFolder,
+    /// Whether clients were told that it serves.
+    is_announced: AtomicBool,
+    lock: File,
+}
+
+impl RuntimeDirectory {
+    /// Takes the name: the kernel gives the lock back when the process ends, however it ends. Then removes what killed
+    /// predecessors left. Errors: `second_daemon`, `runtime_folder`.
+    pub fn take(place: &ServicePaths) -> Result<Self, Error> {
+        place.create()?;
+        let runtime = PrivateFolder::open(&place.folder, place.uid)?;
+        let instance = Instance::random(place)?;
+        let lock = lock(place, &instance)?;
+        let past = RestartHistory::read(place);
+        past.write(place, &runtime);
+        // A stale hello would invite clients before there is anything to connect to.
+        let _ = fs::remove_file(place.hello());
+        let earlier = listed(place);
+        // Listed before anything of it exists: whoever kills this process leaves nothing that its successor does not know.
+        let all: Vec<Instance> = earlier.iter().chain([&instance]).cloned().collect();
+        write_list(place, &runtime, &all)?;
+        instance.create(place.uid)?;
+        let segments = PrivateFolder::open(&instance.folder, place.uid)?;
+        let is_announced = AtomicBool::new(false);
+        let mut home = Self { place: place.clone(), instance, earlier, past, runtime, segments, is_announced, lock };
+        home.sweep();
+        Ok(home)
+    }
+
+    /// Where it is.
+    pub fn place(&self) -> &ServicePaths {
+        &self.place
+    }
+
+    /// Where the transport of this daemon is.
+    pub fn instance(&self) -> &Instance {
+        &self.instance
+    }
+
+    /// The daemons before this one.
+    pub fn past(&self) -> RestartHistory {
+        self.past
+    }
+
+    /// Tells clients that the daemon serves, what it speaks, and where.
+    pub fn announce(&self) -> Result<(), Error> {
+        let hello = DaemonInfo::ours(std::process::id(), &self.instance.token).to_json();
+        self.is_announced.store(true, Ordering::Relaxed);
+        write(&self.runtime, &self.place.hello(), hello.as_bytes())
+    }
+
+    /// Whether the folder of the transport is still the one that this daemon made: nothing in another is cleaned up, or even read.
+    pub fn has_segments(&self) -> bool {
+        self.segments.check().is_ok()
+    }
+
+    /// Looks whether clients can find the daemon, and says hello again where that file was removed. Errors: `runtime_folder`, which
+    /// a restart mends.
+    pub fn check(&self) -> Result<(), Error> {
+        let advised = |refusal: Error| Error { message: format!("{}; restart the daemon", refusal.message), ..refusal };
+        self.runtime.check().map_err(advised)?;
+        let (path, own) = (self.place.lock(), self.lock.metadata());
+        let same = |own: &fs::Metadata, other: &fs::Metadata| (own.dev(), own.ino()) == (other.dev(), other.ino());
+        if !matches!((&own, &path.symlink_metadata()), (Ok(own), Ok(other)) if same(own, other)) {
+            return Err(advised(folder(&path, &io::Error::other("it was removed or replaced"))));
+        }
+        if self.is_announced.load(Ordering::Relaxed) && self.place.hello().symlink_metadata().is_err() {
+            tracing::error!(path = %self.place.hello().display(), "was removed: no client can connect; it was written again");
+            self.announce()?;
+        }
+        Ok(())
+    }
+
+    /// Writes the metrics for whoever scrapes them.
+    pub fn write_metrics(&self, text: &str) -> Result<(), Error> {
+        write(&self.runtime, &self.place.metrics(), text.as_bytes())
+    }
+
+    /// Nobody is invited any more.
+    pub fn withdraw(&self) {
+        self.is_announced.store(false, Ordering::Relaxed);
+        let _ = fs::remove_file(self.place.hello());
+    }
+
+    /// Removes what earlier instances left that no living process uses. Called with the lock held, so nobody creates anything there.
+    pub fn sweep(&mut self) {
+        let before = self.earlier.len();
+        self.earlier.retain(|instance| !remove_unused(instance));
+        if self.earlier.len() < before
+            && let Err(refusal) = self.list()
+        {
+            tracing::warn!(%refusal, "the list of instances");
+        }
+    }
+
+    /// Removes what this instance leaves, unless clients still hold a part of it: then the next daemon does.
+    pub fn close(mut self) -> Result<(), Error> {
+        // Another folder in its place is not this daemon's.
+        let left = (self.has_segments() && !remove_unused(&self.instance)).then(|| self.instance.clone());
+        self.earlier.retain(|instance| !remove_unused(instance));
+        self.earlier.extend(left);
+        write_list(&self.place, &self.runtime, &self.earlier)
+    }
+
+    /// Keeps the list of instances of which anything may exist.
+    fn list(&self) -> Result<(), Error> {
+        let all: Vec<Instance> = self.earlier.iter().chain([&self.instance]).cloned().collect();
+        write_list(&self.place, &self.runtime, &all)
+    }
+}
+
+/// The instances of the list in the runtime folder; none where it cannot be read.
+fn listed(place: &ServicePaths) -> Vec<Instance> {
+    let Ok(text) = fs::read(place.instances()) else { return Vec::new() };
+    let tokens: Vec<String> = serde_json::from_slice(&text).unwrap_or_else(|error| {
+        tracing::warn!(%error, "the list of instances cannot be read: files of killed daemons may stay in shared memory");
+        Vec::new()
+    });
+    tokens.iter().filter_map(|token| Instance::of_token(place, token)).collect()
+}
+
+fn write_list(place: &ServicePaths, runtime: &PrivateFolder, instances: &[Instance]) -> Result<(), Error> {
+    let tokens: Vec<&str> = instances.iter().map(|instance| instance.token.as_str()).collect();
+    // A list of strings always serialises.
+    write(runtime, &place.instances(), &serde_json::to_vec(&tokens).unwrap_or_default())
+}
+
+/// Removes the folder of an instance, unless a living process uses it; whether it is gone.
+fn remove_unused(instance: &Instance) -> bool {
+    let path = &instance.folder;
+    let removed = match path.symlink_metadata() {
+        Err(error) => return error.kind() == io::ErrorKind::NotFound,
+        // Another user's, whatever its name: not even read.
+        Ok(data) if data.uid() != rustix::process::geteuid().as_raw() => return true,
+        Ok(data) if data.is_dir() && is_used(instance) => return false,
+        Ok(data) if data.is_dir() => fs::remove_dir_all(path),
+        Ok(_) => fs::remove_file(path),
+    };
+    if let Err(error) = &removed {
+        tracing::warn!(path = %path.display(), %error, "the folder of an earlier daemon stays");
+    }
+    removed.is_ok()
+}
+
+/// Whether a living process has a node in an instance.
+fn is_used(instance: &Instance) -> bool {
+    let mut used = false;
+    let look = |node: NodeState<Ipc>| {
+        used |= matches!(node, NodeState::Alive(_));
+        if used { CallbackProgression::Stop } else { CallbackProgression::Continue }
+    };
+    match config(instance).map(|config| Node::<Ipc>::list(&config, look)) {
+        Ok(Ok(())) => used,
+        // Folders that cannot be listed belong to nobody alive.
+        _ => false,
+    }
+}
+
+fn lock(place: &ServicePaths, instance: &Instance) -> Result<File, Error> {
+    let path = place.lock();
+    let open = File::options().read(true).write(true).create(true).truncate(false).mode(0o600).open(&path);
+    let mut file = open.map_err(|error| folder(&path, &error))?;
+    for attempt in 1..=LOCK_TRIES {
+        match flock(&file, FlockOperation::NonBlockingLockExclusive) {
+            Ok(()) => break,
+            Err(_) if attempt < LOCK_TRIES => std::thread::sleep(LOCK_PAUSE),
+            Err(_) => return Err(second(place, &mut file)),
+        }
+    }
+    // Whoever finds the lock held reads whose it is. One write, so that nobody reads a part of it.
+    let text = format!("{}\n{}\n", std::process::id(), instance.token);
+    let written = file.set_len(0).and_then(|()| file.rewind()).and_then(|()| file.write_all(text.as_bytes()));
+    written.map_err(|error| folder(&path, &error))?;
+    Ok(file)
+}
+
+fn second(place: &ServicePaths, lock: &mut File) -> Error {
+    let mut text = String::new();
+    let _ = lock.read_to_string(&mut text);
+    let (service, pid) = (place.service.as_str(), text.lines().next().unwrap_or("unknown"));
+    let message = format!("a daemon of service `{service}` already runs (pid {pid})");
+    Error::new(ErrorKind::SecondDaemon, service, message)
+}
+
+fn folder(path: &Path, error: &std::io::Error) -> Error {
+    let at = path.display().to_string();
+    let message = format!("cannot use {at}: {error}");
+    Error::new(ErrorKind::RuntimeFolder, at, message)
+}
+
+/// Writes a file of the runtime folder.
+fn write(runtime: &PrivateFolder, path: &Path, bytes: &[u8]) -> Result<(), Error> {
+    let name = path.file_name().and_then(OsStr::to_str).unwrap_or_default();
+    runtime.write(name, bytes).map_err(|error| folder(path, &error))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use shatter_proto::name::ServiceName;
+
+    fn place(root: &Path) -> ServicePaths {
+        let uid = rustix::process::geteuid().as_raw();
+        ServicePaths::new(&ServiceName::new("home").unwrap(), Some(root), uid)
+    }
+
+    #[test]
+    fn a_name_is_taken_once_and_given_back() {
+        let root = tempfile::tempdir().unwrap();
+        let place = place(root.path());
+        let home = RuntimeDirectory::take(&place).unwrap();
+        let refusal = RuntimeDirectory::take(&place).err().unwrap();
+        assert_eq!((refusal.kind, refusal.at.as_str()), (ErrorKind::SecondDaemon, "home"));
+        assert!(refusal.message.contains(&std::process::id().to_string()), "{refusal}");
+        drop(home);
+        assert!(RuntimeDirectory::take(&place).is_ok());
+    }
+
+    #[test]
+    fn restarts_and_crashes_are_counted() {
+        let root = tempfile::tempdir().unwrap();
+        let place = place(root.path());
+        let past = |goodbye: bool| {
+            let home = RuntimeDirectory::take(&place).unwrap();
+            home.announce().unwrap();
+            if goodbye {
+                home.withdraw();
+            }
+            (home.past().restarts, home.past().crashes)
+        };
+        assert_eq!([past(true), past(false), past(true), past(true)], [(0, 0), (1, 0), (2, 1), (3, 1)]);
+        fs::write(place.past(), "not a past").unwrap();
+        assert_eq!(past(true), (1, 0));
+    }
+
+    #[test]
+    fn everything_of_killed_daemons_is_removed_and_nothing_of_others() {
+        let root = tempfile::tempdir().unwrap();
+        let place = place(root.path());
+        place.create().unwrap();
+        let earlier: Vec<Instance> = (0..3).map(|_| Instance::random(&place).unwrap()).collect();
+        let runtime = PrivateFolder::open(&place.folder, place.uid).unwrap();
+        write_list(&place, &runtime, &earlier[..2]).unwrap();
+        let mut left = Vec::new();
+        for instance in &earlier {
+            instance.create(place.uid).unwrap();
+            fs::create_dir_all(instance.folder.join("services")).unwrap();
+            left.push(instance.folder.join("left.data"));
+            left.push(instance.folder.join("services/x.service"));
+        }
+        for path in left.iter().chain([&place.hello()]) {
+            fs::write(path, "").unwrap();
+        }
+        let home = RuntimeDirectory::take(&place).unwrap();
+        assert!(earlier[..2].iter().all(|instance| !instance.folder.exists()) && !place.hello().exists());
+        assert!(left[4..].iter().all(|path| path.exists()), "what is not listed is not ours");
+        assert_eq!(listed(&place), [home.instance().clone()]);
+        let own = home.instance().clone();
+        fs::write(own.folder.join("own.data"), "").unwrap();
+        home.close().unwrap();
+        assert!(!own.folder.exists() && listed(&place).is_empty());
+        assert!(remove_unused(&earlier[2]));
+    }
+
+    #[test]
+    fn an_instance_is_listed_before_anything_of_it_exists() {
+        let root = tempfile::tempdir().unwrap();
+        let place = place(root.path());
+        let names: Vec<String> = (0..3)
+            .map(|_| {
+                let home = RuntimeDirectory::take(&place).unwrap();
+                let token = home.instance().token.clone();
+                assert!(fs::read_to_string(place.lock()).unwrap().contains(&token));
+                // As if it were killed.
+                drop(home);
+                token
+            })
+            .collect();
+        assert!(names[0] != names[1] && names[1] != names[2]);
+        assert_eq!(listed(&place).iter().map(|instance| &instance.token).collect::<Vec<_>>(), [&names[2]]);
+        fs::write(place.instances(), "no list").unwrap();
+        assert!(listed(&place).is_empty() && RuntimeDirectory::take(&place).unwrap().close().is_ok());
+    }
+}

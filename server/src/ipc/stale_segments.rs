@@ -1,0 +1,178 @@
+//! Segments that belong to nobody. A process that is killed between making a segment and taking its place in it leaves one that no
+//! cleaning up after it finds: it goes by places (iceoryx2 0.10.0). What names its owner does not get lost: every port writes a tag
+//! before it makes anything, and the tag goes after everything else.
+//!
+//! A process that is killed while it writes a tag leaves a node that is never rid of: cleaning up takes all of it but the unfinished
+//! tag, whose folder stays, and finds it again for ever. What the dead own then is that tag and nothing else. One that is killed while
+//! it makes its node leaves a folder that is not even listed: it may still be starting.
+
+use iceoryx2::node::{Node, NodeState, NodeView};
+use iceoryx2::prelude::CallbackProgression;
+use shatter_transport::instance::Instance;
+use shatter_transport::{Ipc, PREFIX, config};
+use std::collections::{BTreeMap, BTreeSet};
+use std::ffi::OsStr;
+use std::fs::{self, DirEntry};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+/// What ports make. Names end in the numbers of the ports: one, or both ends of a connection.
+const SUFFIXES: [&str; 4] = ["connection", "data", "event", "event_mgmt"];
+
+/// Finds and removes what belongs to nobody.
+#[derive(Debug, Default)]
+pub struct StaleSegmentReaper {
+    /// What belonged to nobody at the last look: ports that are being closed are given until the next.
+    suspects: BTreeSet<PathBuf>,
+    /// Nodes that are neither alive nor to be cleaned up, and when they were first seen.
+    shells: BTreeMap<u128, Instant>,
+}
+
+/// A living process makes its node within milliseconds.
+const SHELL_AGE: Duration = Duration::from_secs(5);
+
+impl StaleSegmentReaper {
+    /// Removes what belongs to nobody and did not at the last look either; returns how many there were.
+    pub fn reap(&mut self, instance: &Instance) -> usize {
+        self.reap_shells(instance) + self.reap_segments(instance)
+    }
+
+    /// Removes nodes that are dead and cleaned up, or were never finished, and still there.
+    fn reap_shells(&mut self, instance: &Instance) -> usize {
+        let shells = shells(instance);
+        self.shells.retain(|node, _| shells.contains(node));
+        for node in shells {
+            self.shells.entry(node).or_insert_with(Instant::now);
+        }
+        let old = self.shells.iter().filter(|(_, seen)| seen.elapsed() >= SHELL_AGE);
+        old.filter(|(node, _)| remove_shell(instance, **node)).count()
+    }
+
+    fn reap_segments(&mut self, instance: &Instance) -> usize {
+        let made: Vec<(PathBuf, Vec<u128>)> =
+            entries(&instance.folder).filter_map(|entry| Some((entry.path(), ports(&entry.path())?))).collect();
+        // Read after what was made: the tag of a living port is older than anything that it makes.
+        let tags = tags(&instance.folder.join("nodes"));
+        let orphan =
+            |(path, ports): (PathBuf, Vec<u128>)| ports.iter().any(|port| !tags.contains(port)).then_some(path);
+        let orphans: BTreeSet<PathBuf> = made.into_iter().filter_map(orphan).collect();
+        let buried = orphans.intersection(&self.suspects).filter(|path| fs::remove_file(path).is_ok()).count();
+        self.suspects = orphans;
+        buried
+    }
+}
+
+/// Nodes that have a folder, and are neither alive nor waiting to be cleaned up.
+fn shells(instance: &Instance) -> BTreeSet<u128> {
+    // Listed after the folders were read: what is made meanwhile is no shell.
+    let nodes = instance.folder.join("nodes");
+    let mut shells: BTreeSet<u128> =
+        entries(&nodes).filter_map(|entry| entry.file_name().to_str()?.parse().ok()).collect();
+    let look = |node: NodeState<Ipc>| {
+        if !matches!(&node, NodeState::Dead(node) if node.details().is_none()) {
+            shells.remove(&node.node_id().value());
+        }
+        CallbackProgression::Continue
+    };
+    match config(instance).map(|config| Node::<Ipc>::list(&config, look)) {
+        Ok(Ok(())) => shells,
+        error => {
+            tracing::debug!(?error, "nodes cannot be listed");
+            BTreeSet::new()
+        }
+    }
+}
+
+/// Removes the folder of a node and the files that said whether it lives.
+fn remove_shell(instance: &Instance, node: u128) -> bool {
+    let nodes = instance.folder.join("nodes");
+    let monitor = format!("{PREFIX}{node}.");
+    let watched = entries(&nodes).filter(|entry| entry.file_name().to_string_lossy().starts_with(&monitor));
+    let watched: Vec<PathBuf> = watched.map(|entry| entry.path()).collect();
+    let _ = fs::remove_dir_all(nodes.join(node.to_string()));
+    watched.iter().filter(|path| fs::remove_file(path).is_ok()).count() > 0
+}
+
+fn entries(folder: &Path) -> impl Iterator<Item = DirEntry> {
+    fs::read_dir(folder).into_iter().flatten().flatten()
+}
+
+/// The ports that a segment belongs to; `None` for what is no port's.
+fn ports(path: &Path) -> Option<Vec<u128>> {
+    let suffix = path.extension()?.to_str()?;
+    let name = path.file_stem()?.to_str()?.strip_prefix(PREFIX)?;
+    if !SUFFIXES.contains(&suffix) {
+        return None;
+    }
+    let ends = if suffix == "connection" { 2 } else { 1 };
+    let ports: Vec<u128> = name.rsplit('_').take(ends).filter_map(|word| word.parse().ok()).collect();
+    (ports.len() == ends).then_some(ports)
+}
+
+/// Ports of all nodes, alive or not yet buried.
+fn tags(nodes: &Path) -> BTreeSet<u128> {
+    let tag = |entry: DirEntry| {
+        let path = entry.path();
+        let tagged = path.extension() == Some(OsStr::new("port_tag"));
+        let word = path.file_stem()?.to_str()?.rsplit('_').next()?.parse().ok();
+        word.filter(|_| tagged)
+    };
+    entries(nodes).map(|node| node.path()).flat_map(|node| entries(&node).collect::<Vec<_>>()).filter_map(tag).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use shatter_proto::name::ServiceName;
+    use shatter_transport::paths::ServicePaths;
+    use std::fs::File;
+    use std::os::unix::fs::OpenOptionsExt;
+
+    #[test]
+    fn what_nobody_has_a_tag_for_is_removed_at_the_second_look() {
+        let root = tempfile::tempdir().unwrap();
+        let uid = rustix::process::geteuid().as_raw();
+        let place = ServicePaths::new(&ServiceName::new("orphans").unwrap(), Some(root.path()), uid);
+        place.create().unwrap();
+        let instance = Instance::random(&place).unwrap();
+        instance.create(uid).unwrap();
+        let node = instance.folder.join("nodes/77");
+        fs::create_dir_all(&node).unwrap();
+        fs::write(node.join(format!("{PREFIX}11.port_tag")), "").unwrap();
+        let segment = |name: &str| instance.folder.join(format!("{PREFIX}{name}"));
+        let kept = ["a1_11.data", "a1_11.event_mgmt", "a1_99.dynamic", "node.global_mgmt", "b_x.data"].map(segment);
+        let gone = ["a1_22.data", "a1_11_22.connection", "a1_22_11.connection", "a1_22.event_mgmt"].map(segment);
+        let socket = segment("22.event");
+        for path in kept.iter().chain(&gone).chain([&socket]) {
+            fs::write(path, "").unwrap();
+        }
+        let mut orphans = StaleSegmentReaper::default();
+        assert_eq!((orphans.reap(&instance), orphans.reap(&instance), orphans.reap(&instance)), (0, 5, 0));
+        assert!(kept.iter().all(|path| path.exists()) && !gone.iter().chain([&socket]).any(|path| path.exists()));
+        fs::remove_dir_all(&instance.folder).unwrap();
+    }
+
+    /// As found after three hundred kills: details, and files of the monitor that are not readable yet.
+    #[test]
+    fn a_node_that_was_never_finished_is_removed_once_it_is_old() {
+        let root = tempfile::tempdir().unwrap();
+        let uid = rustix::process::geteuid().as_raw();
+        let place = ServicePaths::new(&ServiceName::new("shells").unwrap(), Some(root.path()), uid);
+        place.create().unwrap();
+        let instance = Instance::random(&place).unwrap();
+        instance.create(uid).unwrap();
+        let nodes = instance.folder.join("nodes");
+        fs::create_dir_all(nodes.join("77")).unwrap();
+        fs::write(nodes.join("77").join(format!("{PREFIX}node.details")), "").unwrap();
+        for name in ["node_monitor", "node_monitor_context", "node_monitor_owner_lock"] {
+            let mut file = File::options();
+            file.write(true).create_new(true).mode(0o200).open(nodes.join(format!("{PREFIX}77.{name}"))).unwrap();
+        }
+        let mut orphans = StaleSegmentReaper::default();
+        assert_eq!((orphans.reap(&instance), orphans.reap(&instance), orphans.shells.len()), (0, 0, 1));
+        let seen = Instant::now().checked_sub(SHELL_AGE).unwrap();
+        orphans.shells.insert(77, seen);
+        assert_eq!((orphans.reap(&instance), entries(&nodes).count()), (1, 0));
+        fs::remove_dir_all(&instance.folder).unwrap();
+    }
+}
