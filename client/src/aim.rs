@@ -46,7 +46,7 @@ impl FractureResult {
 
 impl Object {
     /// Where `ray` first meets the object; waits for the service. To do so without waiting, strike with [`Impact::aim`] and
-    /// read [`Broken::hit`].
+    /// read [`FractureResult::hit`].
     ///
     /// # Errors
     /// `ray` without a direction, `ray_missed` with the closest approach, and what [`Object::strike`] refuses.

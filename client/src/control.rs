@@ -74,7 +74,7 @@ impl ObjectFacts {
     }
 
     /// Terms of a body that is `mass_kg` of the object: contacts nearer than its own contact radius are one. Its surface where it is
-    /// touched is taken for a sphere of a quarter of the diagonal; say better with [`Terms::radius`] where the host knows.
+    /// touched is taken for a sphere of a quarter of the diagonal; say better with [`ContactPolicy::radius`] where the host knows.
     pub fn contact_terms(&self, mass_kg: f64) -> ContactPolicy {
         let own = ContactBody { material: self.contact_material(), mass_kg, radius_m: 0.25 * self.diagonal_m };
         ContactPolicy::new(own).merge(self.radius_m)

@@ -10,7 +10,7 @@ use shatter_proto::request::{
 use std::time::Duration;
 
 /// One impact: contacts, and how the answer shall be computed. Lengths in m and directions in the coordinates of the mesh
-/// file, +Y up; over a connection with another convention ([`Shatter::with_convention`](crate::Shatter::with_convention)) in its
+/// file, +Y up; over a connection with another convention ([`Client::with_convention`](crate::Client::with_convention)) in its
 /// unit and along its axes. Nothing is checked here; the service names what it refuses.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Impact(Request);
@@ -37,7 +37,7 @@ impl Impact {
         self
     }
 
-    /// The only contact, where `ray` first meets the object; its impulse is still zero. [`Broken::hit`](crate::Broken::hit)
+    /// The only contact, where `ray` first meets the object; its impulse is still zero. [`FractureResult::hit`](crate::FractureResult::hit)
     /// tells where that was.
     pub fn along(ray: Ray) -> Self {
         Self::at(ray.origin_m).ray(ray.direction)
@@ -176,7 +176,7 @@ impl Impact {
     }
 
     /// Asks the service to keep the answer for a while, so that its fragments can be struck: see
-    /// [`Broken::handle`](crate::Broken::handle).
+    /// [`FractureResult::handle`](crate::FractureResult::handle).
     pub fn keep(mut self) -> Self {
         self.0.keep = true;
         self

@@ -1,10 +1,10 @@
 //! Rust client of `shatterd`, the brittle-fracture daemon.
 //!
 //! ```no_run
-//! use shatter_client::{Deadline, Impact, Poll, Shatter};
+//! use shatter_client::{Client, Deadline, Impact, Poll};
 //!
-//! # fn main() -> Result<(), shatter_client::Refusal> {
-//! let service = Shatter::connect("default", Deadline::ms(50))?;
+//! # fn main() -> Result<(), shatter_client::Error> {
+//! let service = Client::connect("default", Deadline::ms(50))?;
 //! let mug = service.object("mug", Deadline::ms(50))?; // the README's first session bakes it
 //! let mut ticket = mug.strike(&Impact::at([0.0, 0.05, 0.04]).impulse([0.0, 0.0, -2.0]))?; // never blocks
 //! loop {
@@ -24,10 +24,10 @@
 //! ```
 //!
 //! Nothing here waits without a bound: [`Ticket::poll`] never blocks, everything else takes a [`Deadline`]. A ticket can be
-//! awaited, too, on any executor. Dropping a [`Ticket`] cancels its strike. Errors are [`Refusal`]s: a closed set of kinds with whose
+//! awaited, too, on any executor. Dropping a [`Ticket`] cancels its strike. Errors are [`Error`]s: a closed set of kinds with whose
 //! fault it is and whether to try again.
 //!
-//! Hosts with other axes, another winding or another unit of length than glTF say so once, with [`Shatter::with_convention`], and the
+//! Hosts with other axes, another winding or another unit of length than glTF say so once, with [`Client::with_convention`], and the
 //! service writes in theirs.
 //!
 //! Connections outlive the daemon. What was under way when it went away ends with `lost` (no answer will come, sending it again is

@@ -13,7 +13,7 @@ use std::time::Duration;
 /// The answer to a strike. It holds one bucket of the daemon's pool until it is dropped: drop it once the fragments are
 /// copied to where they are needed.
 ///
-/// May be sent to another thread; to share it between threads, share its [`Broken::view`].
+/// May be sent to another thread; to share it between threads, share its [`FractureResult::view`].
 pub struct FractureResult {
     answer: LoanedResult,
     checked: Box<CheckedLayout>,
@@ -115,7 +115,7 @@ impl FractureResult {
 
     /// What names this answer to later strikes ([`Impact::from`](crate::Impact::from)), if it was to be kept, and is: not where
     /// the object stayed whole, or the service keeps none. It is kept for as long as the service says (`times.kept_s`), until as
-    /// many younger ones are kept as it may (`answers.kept_max`), or [`Shatter::release`](crate::Shatter::release).
+    /// many younger ones are kept as it may (`answers.kept_max`), or [`Client::release`](crate::Client::release).
     pub fn handle(&self) -> Option<u64> {
         Some(self.view().summary.handle).filter(|handle| *handle != 0)
     }
@@ -225,7 +225,7 @@ pub struct FragmentSkin<'a> {
     /// Indices into the vertices, three per triangle, counter-clockwise from outside.
     pub indices: &'a [u32],
     /// One per triangle: the place of a material in the mesh file, or
-    /// [`NO_MATERIAL`](shatter_proto::answer::NO_MATERIAL); empty if the file has none.
+    /// [`NO_MATERIAL`](shatter_proto::result::NO_MATERIAL); empty if the file has none.
     pub materials: &'a [u32],
 }
 
@@ -279,7 +279,7 @@ impl<'a> Fragment<'a> {
         part(self.view.looks, self.row.vertex_first, self.row.vertex_count)
     }
 
-    /// The input's materials, one per triangle, [`NO_MATERIAL`](shatter_proto::answer::NO_MATERIAL) on cracks; empty unless
+    /// The input's materials, one per triangle, [`NO_MATERIAL`](shatter_proto::result::NO_MATERIAL) on cracks; empty unless
     /// `attributes` is on and the input has any.
     pub fn materials(&self) -> &'a [u32] {
         part(self.view.materials, self.row.index_first / 3, self.row.index_count / 3)

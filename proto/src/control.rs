@@ -23,7 +23,7 @@ pub enum ControlRequest {
     List(u32),
     /// How the service goes. One [`StatusRow`].
     Status,
-    /// Why the strike with this sequence was closed without an answer. One [`RefusalWire`], or no row if the service
+    /// Why the strike with this sequence was closed without an answer. One [`ErrorWire`], or no row if the service
     /// knows nothing of it.
     Verdict(u64),
     /// How far the strike with this sequence is. One [`ProgressRow`], or no row if it neither waits nor computes.

@@ -235,7 +235,7 @@ impl Error {
     }
 }
 
-/// A [`Refusal`] as it travels. Longer texts are cut.
+/// A [`Error`] as it travels. Longer texts are cut.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct ErrorWire {

@@ -1,13 +1,13 @@
 //! What travels between `shatterd` and its clients: plain data, and nothing else.
 //!
-//! A **request** ([`request::StrikeWire`], [`control::ControlWire`]) is fixed-size plain old data. The daemon copies it
+//! A **request** ([`request::RequestWire`], [`control::ControlRequestWire`]) is fixed-size plain old data. The daemon copies it
 //! once and then validates the copy into a typed value: the sender can still write to its own memory.
 //!
-//! An **answer** is a header ([`answer::AnswerHeader`]), a section table, and sections of 64-byte [`answer::Block`]s.
-//! [`layout::Layout`] computes every offset from counts before a byte is written; [`view::Checked`] checks every offset,
+//! An **answer** is a header ([`result::ResultHeader`]), a section table, and sections of 64-byte [`result::Block`]s.
+//! [`layout::Layout`] computes every offset from counts before a byte is written; [`view::CheckedLayout`] checks every offset,
 //! alignment, count and index before a byte is used.
 //!
-//! A **refusal** ([`refusal::Refusal`]) has one noun per rule. It never travels in an answer: an unanswered request means
+//! A **refusal** ([`error::Error`]) has one noun per rule. It never travels in an answer: an unanswered request means
 //! that the reason waits at the control service, so that an exhausted pool of answers silences no refusal.
 //!
 //! On the wire: little-endian (both ends run on one machine), right-handed, +Y up, metres, kilograms, seconds,

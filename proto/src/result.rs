@@ -110,7 +110,7 @@ pub enum SectionKind {
     HullPositions = 15,
     /// One u32 per corner of a hull's triangles, counter-clockwise from outside, relative to the first vertex of the hull.
     HullIndices = 16,
-    /// One [`LookWire`] per vertex, or none.
+    /// One [`VertexAttributeWire`] per vertex, or none.
     Looks = 17,
     /// One u32 per triangle, a material of the input or [`NO_MATERIAL`]; none if it has no materials.
     Materials = 18,

@@ -27,9 +27,9 @@ const CARGO: &str = "cargo() { :; }";
 
 /// What the Rust examples of the README take from their surroundings.
 const SURROUNDINGS: &str = "
-    use shatter_client::{Convention, Deadline, Impact, Shatter};
+    use shatter_client::{Client, Convention, Deadline, Impact};
     let deadline = Deadline::after(std::time::Duration::from_secs(60));
-    let service = Shatter::connect(\"default\", deadline)?;
+    let service = Client::connect(\"default\", deadline)?;
     let mug = service.object(\"mug\", deadline)?;
     let (point, j_ns) = ([0.0, 0.05, 0.04], [0.0, 0.0, -2.0]);
     let there = point;
@@ -61,7 +61,7 @@ fn rust_examples(house: &House) -> String {
         .enumerate()
         .map(|(number, block)| {
             format!(
-                "fn readme_{number}() -> Result<(), shatter_client::Refusal> {{{SURROUNDINGS}{}Ok(())}}\n",
+                "fn readme_{number}() -> Result<(), shatter_client::Error> {{{SURROUNDINGS}{}Ok(())}}\n",
                 block.text
             )
         })
@@ -71,7 +71,7 @@ fn rust_examples(house: &House) -> String {
     let calls: String = (0..count).map(|number| format!("readme_{number}()?;\n")).collect();
     let crate_example = crate_example("client/src/lib.rs", "no_run").replace("fn main()", "pub fn main()");
     let source = format!(
-        "#![allow(unused)]\nmod head {{\n{crate_example}}}\n{readme}fn main() -> Result<(), shatter_client::Refusal> {{\nhead::main()?;\n{calls}Ok(())\n}}\n"
+        "#![allow(unused)]\nmod head {{\n{crate_example}}}\n{readme}fn main() -> Result<(), shatter_client::Error> {{\nhead::main()?;\n{calls}Ok(())\n}}\n"
     );
     let (file, out) = (house.path("examples.rs"), house.path("examples"));
     fs::write(&file, source).unwrap();

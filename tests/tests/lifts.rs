@@ -34,7 +34,7 @@ fn shape(name: &str, mesh: RawMesh, spacings: Option<[f64; 2]>) -> PreparedObjec
     bake(mesh, &request, &CancelToken::default(), &mut |_| ()).unwrap()
 }
 
-/// Means over so many seeds, per lift in the order of [`Comparison::rows`]: stray volume and components.
+/// Means over so many seeds, per lift in the order of [`LiftComparison::rows`]: stray volume and components.
 fn means(comparison: &LiftComparison, sites: usize, seeds: u64) -> Vec<(LiftRow, f64, f64)> {
     let token = CancelToken::default();
     let runs: Vec<Vec<LiftRow>> = (0..seeds).map(|seed| comparison.rows(sites, seed, &token).unwrap()).collect();

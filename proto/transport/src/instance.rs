@@ -2,7 +2,7 @@
 //!
 //! Shared memory has one folder for all users of a machine, and another user who knows a name beforehand can take it. So a daemon
 //! draws a random name when it starts, keeps everything in a folder of that name which is closed to others, and tells the name in
-//! its private runtime folder: to clients in its lock file and its [`Hello`], to its successor in a list of the instances whose
+//! its private runtime folder: to clients in its lock file and its [`DaemonInfo`], to its successor in a list of the instances whose
 //! files may be left.
 
 use crate::daemon_info::DaemonInfo;

@@ -41,7 +41,7 @@ impl ServicePaths {
         self.folder.join("lock")
     }
 
-    /// The [`crate::hello::Hello`].
+    /// The [`crate::daemon_info::DaemonInfo`].
     pub fn hello(&self) -> PathBuf {
         self.folder.join("hello.json")
     }

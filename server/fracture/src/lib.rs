@@ -7,7 +7,7 @@
 //! [`pipeline`] is the one walk through all of them. No room knows of processes, files of others, or clocks.
 //!
 //! Lengths inside the library are *local*: the object's bounding-box diagonal is 1 and its box is centred at the
-//! origin ([`surface::Frame`]). Physical units appear only in [`scene`], [`pipeline`] and [`fragment`].
+//! origin ([`surface::LocalFrame`]). Physical units appear only in [`scene`], [`pipeline`] and [`fragment`].
 
 pub mod accuracy;
 pub mod cancel_token;

@@ -11,7 +11,7 @@ pub fn print(text: &str) -> Result<(), CommandError> {
     Ok(program::print(format_args!("{text}"))?)
 }
 
-/// As [`print`], line by line, without control characters that come from files or names.
+/// As [`print()`], line by line, without control characters that come from files or names.
 pub fn lines(text: &str) -> Result<(), CommandError> {
     print(&text.lines().map(|line| text::escaped(line) + "\n").collect::<String>())
 }

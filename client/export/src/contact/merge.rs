@@ -38,7 +38,7 @@ pub const LOSS_MAX: f64 = 0.5;
 /// Contacts whose impulses would be lost: the body is not struck.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error(
-    "the contacts of this step hand in {given_ns} N·s, of which a strike would keep {kept_ns} N·s: {}. Give the body a finite radius (Terms::radius), merge fewer contacts (Terms::merge), or strike with a duration and radius of your own",
+    "the contacts of this step hand in {given_ns} N·s, of which a strike would keep {kept_ns} N·s: {}. Give the body a finite radius (ContactPolicy::radius), merge fewer contacts (ContactPolicy::merge), or strike with a duration and radius of your own",
     self.reason()
 )]
 pub struct ImpulseLost {

@@ -1,21 +1,21 @@
 //! From the contacts of a simulator to strikes.
 //!
 //! A simulator of rigid bodies knows where bodies touched, what impulse they handed over and how fast they met; a strike wants
-//! how long that took and how wide it was, too. [`Hertz`] is the theory of one contact, [`Contacts`] what a host does with all
+//! how long that took and how wide it was, too. [`HertzContact`] is the theory of one contact, [`ContactCollector`] what a host does with all
 //! contacts of a step: those near each other become one, at most as many as a strike takes are left, and what is too weak, too
 //! slow, or too soon after the last strike is not sent.
 //!
 //! ```
-//! use shatter_export::contact::{Contacts, Material, Partner, Terms, Touch};
+//! use shatter_export::contact::{ContactBody, ContactCollector, ContactEvent, ContactPolicy, ElasticMaterial};
 //!
-//! let ceramic = Material { young_pa: 70e9, poisson: 0.2 };
-//! let steel_ball = Partner { material: Material::STEEL, mass_kg: 0.5, radius_m: 0.025 };
-//! let mut contacts = Contacts::default();
-//! let mug = Terms::new(Partner { material: ceramic, mass_kg: 0.6, radius_m: 0.04 }).impulse_min(0.05).cooldown(0.25);
+//! let ceramic = ElasticMaterial { young_pa: 70e9, poisson: 0.2 };
+//! let steel_ball = ContactBody { material: ElasticMaterial::STEEL, mass_kg: 0.5, radius_m: 0.025 };
+//! let mut contacts = ContactCollector::default();
+//! let mug = ContactPolicy::new(ContactBody { material: ceramic, mass_kg: 0.6, radius_m: 0.04 }).impulse_min(0.05).cooldown(0.25);
 //! contacts.watch("mug", mug);
 //! // What the simulator tells after a step, in the coordinates of the object.
 //! let (point_m, impulse_ns) = ([0.0, 0.05, 0.04], [0.0, 0.0, -1.5]);
-//! contacts.touch(&"mug", Touch { point_m, impulse_ns, speed_m_s: 3.0, other: steel_ball });
+//! contacts.touch(&"mug", ContactEvent { point_m, impulse_ns, speed_m_s: 3.0, other: steel_ball });
 //! for (object, blows) in contacts.step(0.016) {
 //!     let blows = blows?; // A flat landing is told here, not lost.
 //!     assert_eq!((object, blows.len()), ("mug", 1));

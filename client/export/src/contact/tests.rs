@@ -146,7 +146,7 @@ fn impulses_that_would_be_lost_are_told_with_numbers() {
     let flat = lost(&[corner(0.0), corner(0.1)], ContactPolicy::new(face));
     assert_eq!((flat.given_ns, flat.kept_ns), (1.8, 0.0));
     assert_eq!(flat.cause, Some(ContactError::NoPoint(f64::INFINITY, f64::INFINITY)));
-    assert!(flat.to_string().contains("1.8 N·s") && flat.to_string().contains("Terms::radius"), "{flat}");
+    assert!(flat.to_string().contains("1.8 N·s") && flat.to_string().contains("ContactPolicy::radius"), "{flat}");
     let cancel =
         lost(&[touch([0.0; 3], [1.0, 0.0, 0.0]), touch([0.0; 3], [-0.75, 0.0, 0.0])], ContactPolicy::new(VASE));
     assert_eq!((cancel.given_ns, cancel.kept_ns, cancel.cause), (1.75, 0.25, None));

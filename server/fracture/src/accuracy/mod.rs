@@ -15,7 +15,7 @@
 //! the nodes of the coarser one. Both then approximate one embedding of one body. Eigenfunctions that each lattice computes for itself
 //! would be another embedding each, up to signs and rotations, and nothing to compare.
 //!
-//! **Energies of two elastic lattices.** Both are carried by their own conservative [`Transfer`](crate::lattice::Transfer) to the nodes
+//! **Energies of two elastic lattices.** Both are carried by their own conservative [`EnergyTransfer`](crate::lattice::EnergyTransfer) to the nodes
 //! of one common crack lattice, and compared there: nothing is sampled, and both add up to their own totals.
 
 mod candidate_sites;

@@ -17,7 +17,7 @@ pub struct NormalShares {
     pub faces: f64,
     /// Normals of nodes, of the faces around by their areas, interpolated.
     pub smooth: f64,
-    /// Normals of nodes that are carried from the input ([`crate::skin::Outer`]), interpolated; `None` where some body has none.
+    /// Normals of nodes that are carried from the input ([`crate::skin::BoundaryAttributes`]), interpolated; `None` where some body has none.
     pub carried: Option<f64>,
 }
 

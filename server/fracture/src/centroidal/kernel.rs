@@ -108,10 +108,10 @@ pub(super) struct Chunk<'a> {
 pub(super) fn assign(path: KernelPath, sites: &KernelSites, chunk: Chunk) {
     match path.0 {
         Instructions::Baseline => assign_portable(sites, chunk),
-        // SAFETY: `Instructions::Avx2` is made by `Path::all` alone, after the processor said that it has AVX2.
+        // SAFETY: `Instructions::Avx2` is made by `KernelPath::all` alone, after the processor said that it has AVX2.
         #[cfg(target_arch = "x86_64")]
         Instructions::Avx2 => unsafe { assign_avx2(sites, chunk) },
-        // SAFETY: `Instructions::Avx512` is made by `Path::all` alone, after the processor said that it has AVX2 and AVX-512F.
+        // SAFETY: `Instructions::Avx512` is made by `KernelPath::all` alone, after the processor said that it has AVX2 and AVX-512F.
         #[cfg(target_arch = "x86_64")]
         Instructions::Avx512 => unsafe { assign_avx512(sites, chunk) },
     }

@@ -36,9 +36,9 @@ pub(super) struct LloydState<'a> {
     pub trial: &'a mut AssignState,
     /// Sites that stay where they are: the first ones.
     pub pinned: usize,
-    /// See [`Options`](super::Options).
+    /// See [`DiagramOptions`](super::Options).
     pub tolerance: f64,
-    /// See [`Options`](super::Options).
+    /// See [`DiagramOptions`](super::Options).
     pub iterations_max: usize,
 }
 

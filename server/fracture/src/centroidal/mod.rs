@@ -28,7 +28,7 @@ use crate::cancel_token::{CancelToken, Cancelled};
 use crate::lift::LiftedLattice;
 use crate::random::RandomStream;
 
-/// The default of [`Options::tolerance`]: the energy ends about 0.4 % above that of the same descent run to its end, less
+/// The default of [`DiagramOptions::tolerance`]: the energy ends about 0.4 % above that of the same descent run to its end, less
 /// than two descents from different starts differ.
 pub const TOLERANCE: f64 = 1e-3;
 

@@ -9,7 +9,7 @@ pub enum StepDecision {
     On,
     /// For one more iteration, a plain one, which takes back what over-relaxation overshot.
     Last,
-    /// Not at all: the start is taken as it is. After the first iteration as [`Pace::Last`], so that the same number of iterations is
+    /// Not at all: the start is taken as it is. After the first iteration as [`StepDecision::Last`], so that the same number of iterations is
     /// always the same diagram.
     End,
 }

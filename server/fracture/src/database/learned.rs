@@ -9,7 +9,7 @@ use crate::pipeline::{Example, ExamplePoint, ImpactContact, LearnedErrors, Learn
 /// Tensor of the examples' impacts and bodies; a file without it has no examples.
 const HEADS: &str = "examples.heads";
 
-/// Metadata key of [`LearnedQuality`]; a file without it has no network.
+/// Metadata key of [`LearnedErrors`]; a file without it has no network.
 pub(super) const QUALITY_KEY: &str = "learned";
 
 /// Most examples of one object.

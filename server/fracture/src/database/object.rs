@@ -35,7 +35,7 @@ const BOUND: &str = "elastic.bound";
 const ELASTIC: [&str; 6] =
     ["elastic.nodes", "elastic.tets", "transfer.tets", "transfer.shares", "transfer.offsets", BOUND];
 
-/// Metadata key of [`Task`]: what is no whole database but a share of one.
+/// Metadata key of [`ShareTask`]: what is no whole database but a share of one.
 const SHARE_KEY: &str = "share";
 
 /// Most coordinates of a lift.
@@ -156,7 +156,7 @@ fn put_lattice(tensors: &mut Tensors, name: &str, lattice: &Lattice) {
 }
 
 /// Loads and verifies `path`: checksums, shapes, ranges, finiteness, orientation. Bodies without a reduced basis are factored,
-/// the others at first need ([`Prepared::factor`]).
+/// the others at first need ([`PreparedObject::factor`]).
 pub fn load(path: &Path) -> Result<PreparedObject, DatabaseError> {
     load_tables(path, Tables::ALL)
 }

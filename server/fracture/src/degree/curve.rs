@@ -19,7 +19,7 @@ pub struct CurveOptions {
     pub starts: u32,
     /// Seed of all starts.
     pub seed: u64,
-    /// Tolerance of the diagrams, as in [`Options`].
+    /// Tolerance of the diagrams, as in [`DiagramOptions`].
     pub tolerance: f64,
     /// Iterations of the diagrams at most.
     pub iterations_max: usize,

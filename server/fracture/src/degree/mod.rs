@@ -1,7 +1,7 @@
 //! The fracture degree: how many fragments a strain energy field makes.
 //!
 //! [`first_moment`] says whether the body breaks at all, [`reach`] how large it can be, [`closed_form`] and [`decide`] how often at no cost, a trained
-//! [`Network`] how often by what examples taught, [`optimise`] how often by the criterion itself; [`verify`] begins at a guess,
+//! [`PoseNetwork`] how often by what examples taught, [`optimise`] how often by the criterion itself; [`verify`] begins at a guess,
 //! and [`fit_kappa`] reconciles closed form and criterion.
 
 mod calibrate;

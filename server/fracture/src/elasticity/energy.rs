@@ -131,7 +131,7 @@ impl Kernel for Energies<'_> {
 
 impl Elasticity {
     /// ∫ W over each tetrahedron into `energies` (length `lattice.tets.len()`), from `displacement` (length 3 · nodes).
-    /// With [`Driving::Total`] their sum is ½ f·u.
+    /// With [`DrivingEnergy::Total`] their sum is ½ f·u.
     ///
     /// # Errors
     /// [`ElasticityError::OtherLattice`], [`ElasticityError::Cancelled`].

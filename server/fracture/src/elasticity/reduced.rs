@@ -25,7 +25,7 @@ pub struct ReducedBasis {
     inertial: [Vec<f64>; 6],
 }
 
-/// Relative error of the energy from the relative residual ρ of [`Reduced::residual`]: factor · ρ^power, fitted on impacts that
+/// Relative error of the energy from the relative residual ρ of [`ReducedBasis::residual`]: factor · ρ^power, fitted on impacts that
 /// the basis has not seen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ErrorEstimate {

@@ -1,8 +1,8 @@
 //! Convex bodies that stand for fragments in collisions: few vertices, as much of the fragment as they can hold, as little as they
 //! must of its neighbours.
 //!
-//! [`Hull::of`] makes one around points, [`clipped`] says which points are left of a body within some planes, [`Hull::coverage`] and
-//! [`Hull::depth`] measure what has become of it. All of it is sequential arithmetic in a fixed order: same input, same bytes.
+//! [`ConvexHull::of`] makes one around points, [`clipped`] says which points are left of a body within some planes, [`ConvexHull::coverage`] and
+//! [`ConvexHull::depth`] measure what has become of it. All of it is sequential arithmetic in a fixed order: same input, same bytes.
 
 mod clip;
 mod measure;

@@ -34,7 +34,7 @@ pub struct EnergyTransfer {
 /// One entry before it is normalised: crack node, elastic tetrahedron, volume.
 type Entry = (u32, u32, f64);
 
-/// Stands for what [`Transfer::part`] leaves out.
+/// Stands for what [`EnergyTransfer::part`] leaves out.
 pub const GONE: u32 = u32::MAX;
 
 /// Whether `next` is for the same pair as `kept`, which then takes it in.

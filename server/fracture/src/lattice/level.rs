@@ -70,7 +70,7 @@ impl LatticeLevel {
 ///
 /// Without `volume` the surface is signed distance = 0. With it (local, positive), the level set within half a
 /// spacing of it is searched whose bodies hold that volume to 0.1 %: chords cut up to a seventh off thin limbs. Where
-/// none does, the nearest is taken; [`Level::volume`] tells.
+/// none does, the nearest is taken; [`LatticeLevel::volume`] tells.
 ///
 /// Every dihedral angle lies within [10.7°, 164.8°] (Labelle & Shewchuk 2007). The result depends on nothing but the
 /// arguments. Errors: see [`LatticeError`].

@@ -42,7 +42,7 @@ pub enum Replacement {
 /// A body that is solved on its crack lattice.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ReplacedBody {
-    /// Index into [`Levels::bodies`].
+    /// Index into [`LatticeLevels::bodies`].
     pub body: usize,
     /// Why.
     pub reason: Replacement,

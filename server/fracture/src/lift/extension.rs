@@ -51,7 +51,7 @@ impl Extension {
     }
 }
 
-/// [`Carry::carry`] by harmonic coordinates. Polls the token before it factors and before it solves.
+/// [`Extension::carry`] by harmonic coordinates. Polls the token before it factors and before it solves.
 ///
 /// Errors: as the constructor of the Laplacian: [`LiftError::TooFewNodes`], [`LiftError::DegenerateTet`],
 /// [`LiftError::Disconnected`], [`LiftError::Sparse`]; [`LiftError::NotFinite`]; [`LiftError::Cancelled`].
@@ -85,7 +85,7 @@ pub fn carry_harmonic(
     finite(carried)
 }
 
-/// [`Carry::carry`] by mean value coordinates. Polls the token at every node.
+/// [`Extension::carry`] by mean value coordinates. Polls the token at every node.
 ///
 /// Errors: [`LiftError::NotFinite`] (a surface without a triangle, or values that are not finite);
 /// [`LiftError::Cancelled`].

@@ -31,7 +31,7 @@ const STRETCH_MAX: f64 = 1e6;
 /// there are several.
 ///
 /// Errors: [`LiftError::TooManyModes`], [`LiftError::TooManyShells`]; [`LiftError::Flat`]; those of
-/// [`Spectrum::of_surface`] and of [`Carry::carry`].
+/// [`Spectrum::of_surface`] and of [`Extension::carry`].
 pub fn surface_diffusion(
     lattice: &Lattice,
     carry: Extension,

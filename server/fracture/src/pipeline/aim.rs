@@ -33,7 +33,7 @@ pub struct SurfaceHit {
 /// The first hit of `ray` on the object.
 ///
 /// # Errors
-/// [`StrikeError::RayDirection`], [`StrikeError::RayMissed`].
+/// [`FractureError::RayDirection`], [`FractureError::RayMissed`].
 pub fn aim(prepared: &PreparedObject, ray: &AimRay) -> Result<SurfaceHit, FractureError> {
     let bodies = prepared.bodies.iter().enumerate().map(|(index, body)| (index, &body.boundary));
     first(&prepared.frame, bodies, ray)
@@ -43,7 +43,7 @@ pub fn aim(prepared: &PreparedObject, ray: &AimRay) -> Result<SurfaceHit, Fractu
 /// strike of it loads, which end up to a spacing of the crack lattice within its surface.
 ///
 /// # Errors
-/// As [`aim`], and [`StrikeError::UnknownFragment`], [`StrikeError::FragmentSmall`], [`StrikeError::OtherObject`].
+/// As [`aim`], and [`FractureError::UnknownFragment`], [`FractureError::FragmentSmall`], [`FractureError::OtherObject`].
 pub fn aim_again(
     prepared: &PreparedObject,
     (kept, fragment): (&RetainedFragments, u32),

@@ -8,7 +8,7 @@ use super::{BodyEnergy, DegreeRequest, ElasticRequest, FractureRequest, Prepared
 use crate::centroidal::ITERATIONS_MAX;
 
 /// What is known of the time of one strike, and what of it may fall. The time that is left tells
-/// [`Watch::remaining_s`](super::Watch::remaining_s).
+/// [`StageObserver::remaining_s`](super::StageObserver::remaining_s).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TimeBudget {
     /// What strikes of the object take.

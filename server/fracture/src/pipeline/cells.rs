@@ -36,7 +36,7 @@ pub struct Division {
     pub capped: bool,
     /// Trust in the degree, 0 to 1.
     pub confidence: f64,
-    /// What ended the descents: the last of [`Ending`] of all bodies; `None` without any.
+    /// What ended the descents: the last of [`Termination`] of all bodies; `None` without any.
     pub ending: Option<Termination>,
     /// Diagrams of the bodies that break; the others stay whole.
     pub cells: Vec<BodyCells>,

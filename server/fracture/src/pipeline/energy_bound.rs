@@ -1,6 +1,6 @@
 //! Bound: how large E_1 can be under a load, before anything is solved for; where that is below γ the object stays whole.
 //!
-//! Based on: [`Floor`] for the energy, [`degree::reach`] for E_1 per energy; the bound is ours.
+//! Based on: [`EigenvalueLowerBound`] for the energy, [`degree::reach`] for E_1 per energy; the bound is ours.
 //!
 //! With ρ² the reach of the lift and U_d the energy that drives cracks, all of U or its tensile part, E_1 ≤ ρ²U_d ≤ ρ²U ≤ ρ²·½f'W⁻¹f/σ:
 //! the transfer to the crack lattice keeps sums. That is for K u = f. What a strike has instead of u leaves a residual r, and

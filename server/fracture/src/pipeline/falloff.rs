@@ -14,7 +14,7 @@ const RADIUS_SPACINGS: f64 = 1.0;
 
 /// The energy of every struck body.
 ///
-/// Errors: [`StrikeError::Balanced`] where blows are too weak, or their contacts too wide, for a number to hold their energy.
+/// Errors: [`FractureError::Balanced`] where blows are too weak, or their contacts too wide, for a number to hold their energy.
 pub(super) fn falloff(prepared: &PreparedObject, impact: &ContactSet) -> Result<Vec<BodyEnergy>, FractureError> {
     let unit_j = prepared.unit_j(impact);
     let least = RADIUS_SPACINGS * prepared.parameters.crack_spacing;

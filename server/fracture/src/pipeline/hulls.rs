@@ -29,11 +29,11 @@ const FOLDED: f64 = 0.5;
 /// The hull of one fragment.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct HullRow {
-    /// First vertex in [`Hulls::positions`].
+    /// First vertex in [`FragmentHulls::positions`].
     pub vertex_first: u32,
     /// Number of vertices; zero for a fragment too flat for a hull.
     pub vertex_count: u32,
-    /// First index in [`Hulls::indices`].
+    /// First index in [`FragmentHulls::indices`].
     pub index_first: u32,
     /// Number of indices, three per triangle.
     pub index_count: u32,

@@ -39,9 +39,9 @@ pub(super) struct ParentFragment {
 impl ParentFragment {
     /// The fragment `label` of `body`, prepared for what `strike` asks of it; `fragment` names it in errors.
     ///
-    /// Errors: [`StrikeError::FragmentSmall`], [`StrikeError::FragmentLarge`], [`StrikeError::FragmentLift`],
-    /// [`StrikeError::FragmentLiftKind`], [`StrikeError::ElasticityUnprepared`], [`StrikeError::Elasticity`],
-    /// [`StrikeError::Cancelled`].
+    /// Errors: [`FractureError::FragmentSmall`], [`FractureError::FragmentLarge`], [`FractureError::FragmentLift`],
+    /// [`FractureError::FragmentLiftKind`], [`FractureError::ElasticityUnprepared`], [`FractureError::Elasticity`],
+    /// [`FractureError::Cancelled`].
     pub fn new(
         prepared: &PreparedObject,
         (kept, label, fragment): (&RetainedBody, u32, u32),
@@ -88,7 +88,7 @@ fn largest(lattice: &Lattice, inside: impl Fn(usize) -> bool) -> Option<Vec<u32>
     Some(largest.into_iter().map(|tet| own[tet as usize]).collect())
 }
 
-/// See [`Parent::stands`]: breadth first from `nodes`, in ascending order, so that the same node always wins.
+/// See [`ParentFragment::stands`]: breadth first from `nodes`, in ascending order, so that the same node always wins.
 fn representatives(whole: &PreparedBody, labels: &[u32], label: u32, nodes: &[u32]) -> Vec<u32> {
     let mut stands = vec![NOBODY; labels.len()];
     nodes.iter().enumerate().for_each(|(own, &node)| stands[node as usize] = own as u32);

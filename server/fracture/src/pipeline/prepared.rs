@@ -233,14 +233,14 @@ pub struct PreparedObject {
 impl PreparedObject {
     /// The lift of that kind of body `body`.
     ///
-    /// Errors: [`StrikeError::LiftUnprepared`].
+    /// Errors: [`FractureError::LiftUnprepared`].
     pub fn lift(&self, body: usize, kind: LiftKind) -> Result<&LiftedLattice, FractureError> {
         self.bodies[body].lift(kind).ok_or(FractureError::LiftUnprepared { body, lift: kind })
     }
 
     /// The lift of body `body` that the cells of `strike` are straight in.
     ///
-    /// Errors: [`StrikeError::LiftUnprepared`].
+    /// Errors: [`FractureError::LiftUnprepared`].
     pub fn lift_for(&self, body: usize, strike: &FractureRequest) -> Result<&LiftedLattice, FractureError> {
         let bent = self.controls(body, strike).and_then(|warped| warped.lift(strike.lift));
         bent.map_or_else(|| self.lift(body, strike.lift), Ok)
@@ -248,7 +248,7 @@ impl PreparedObject {
 
     /// What the elasticity of body `body` needs.
     ///
-    /// Errors: [`StrikeError::ElasticityUnprepared`].
+    /// Errors: [`FractureError::ElasticityUnprepared`].
     pub fn solid(&self, body: usize) -> Result<&ElasticModel, FractureError> {
         self.bodies[body].solid.as_ref().ok_or(FractureError::ElasticityUnprepared { body })
     }
@@ -260,7 +260,7 @@ impl PreparedObject {
 
     /// Factors the stiffness of every body that is not factored yet, so that no strike has to.
     ///
-    /// Errors: [`StrikeError::Elasticity`], what every strike that needs that factor will be told.
+    /// Errors: [`FractureError::Elasticity`], what every strike that needs that factor will be told.
     pub fn factor(&self) -> Result<(), FractureError> {
         let solids = self.bodies.iter().enumerate().filter_map(|(body, own)| Some((body, own.solid.as_ref()?)));
         for (body, own) in solids {

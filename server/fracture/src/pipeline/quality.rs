@@ -8,13 +8,13 @@ use crate::lattice::{CRACK_NODES_DEFAULT, ELASTIC_NODES_DEFAULT};
 use crate::lift::MODES_DEFAULT;
 use serde::{Deserialize, Serialize};
 
-/// Tolerance of [`Quality::Game`]: its diagrams end some 2 % above the best of several, 1 % above the ends of their descents.
+/// Tolerance of [`Preset::Game`]: its diagrams end some 2 % above the best of several, 1 % above the ends of their descents.
 pub const GAME_TOLERANCE: f64 = 2e-2;
 
-/// [`Dials::reduced_error_max`] of [`Quality::Game`]: what its elastic lattice is off by, too, so that a solve would gain little.
+/// [`SolverSettings::reduced_error_max`] of [`Preset::Game`]: what its elastic lattice is off by, too, so that a solve would gain little.
 pub const GAME_ERROR_MAX: f64 = 0.1;
 
-/// The same of [`Quality::Draft`], which would rather be wrong than late.
+/// The same of [`Preset::Draft`], which would rather be wrong than late.
 pub const DRAFT_ERROR_MAX: f64 = 0.25;
 
 /// A preset, from fast to accurate.

@@ -1,7 +1,7 @@
 //! A fragment of an answer is struck again.
 //!
 //! Based on: Schvartzman & Otaduy (I3D 2014), section 3, which asks for crack concavity; how is ours. The fragment's own whole
-//! tetrahedra are an object ([`Parent`]) that is struck as any other, up to the labels. These go to all of the body's lattice: nodes
+//! tetrahedra are an object ([`ParentFragment`]) that is struck as any other, up to the labels. These go to all of the body's lattice: nodes
 //! of the fragment that no whole tetrahedron has take the label of the nearest that one has, those of other fragments keep theirs.
 //! Points of earlier cracks stay where they are, so that the children's volumes add up to the fragment's.
 //!
@@ -36,8 +36,8 @@ const TESSELLATIONS_MAX: usize = 3;
 /// children alone. What they share with other fragments of that answer is a crack that faces nobody. Only the lifts `euclidean`
 /// and `interior` are to be had, and the object's examples have nothing to say. `prepared` is the object that was struck then.
 ///
-/// Errors: those of a strike, and [`StrikeError::UnknownFragment`], [`StrikeError::FragmentSmall`],
-/// [`StrikeError::FragmentLarge`], [`StrikeError::FragmentLift`], [`StrikeError::FragmentLiftKind`], [`StrikeError::OtherObject`].
+/// Errors: those of a strike, and [`FractureError::UnknownFragment`], [`FractureError::FragmentSmall`],
+/// [`FractureError::FragmentLarge`], [`FractureError::FragmentLift`], [`FractureError::FragmentLiftKind`], [`FractureError::OtherObject`].
 pub fn strike_again(
     prepared: &PreparedObject,
     (kept, fragment): (&RetainedFragments, u32),

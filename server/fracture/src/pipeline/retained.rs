@@ -64,7 +64,7 @@ impl RetainedFragments {
 
     /// The skins of the answer, of which fragment `fragment` has one.
     ///
-    /// Errors: [`StrikeError::Undressed`].
+    /// Errors: [`FractureError::Undressed`].
     pub(super) fn skin_cut(&self, fragment: u32) -> Result<&SkinCut, FractureError> {
         let has = |cut: &&SkinCut| (fragment as usize) < cut.parts.len();
         self.skins.as_ref().filter(has).ok_or(FractureError::Undressed { fragment })
@@ -72,7 +72,7 @@ impl RetainedFragments {
 
     /// The body of fragment `fragment` of the answer, and its label there.
     ///
-    /// Errors: [`StrikeError::UnknownFragment`].
+    /// Errors: [`FractureError::UnknownFragment`].
     pub(super) fn find(&self, fragment: u32) -> Result<(&RetainedBody, u32), FractureError> {
         let mut label = fragment;
         for body in &self.bodies {

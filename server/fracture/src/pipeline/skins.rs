@@ -11,11 +11,11 @@ use std::sync::Arc;
 /// The skin of one fragment; nothing where no part of the input's surface is its.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SkinRow {
-    /// First vertex in [`Skins::vertices`].
+    /// First vertex in [`FragmentSkins::vertices`].
     pub vertex_first: u32,
     /// Number of vertices.
     pub vertex_count: u32,
-    /// First index in [`Skins::indices`].
+    /// First index in [`FragmentSkins::indices`].
     pub index_first: u32,
     /// Number of indices, three per triangle.
     pub index_count: u32,
@@ -77,7 +77,7 @@ impl FragmentSkins {
 impl FractureMeshes {
     /// The same with skins of the fragments, cut from `skin`. `sites`: the diagram of each body, if it has one.
     ///
-    /// Errors: [`StrikeError::Bare`] without `skin`.
+    /// Errors: [`FractureError::Bare`] without `skin`.
     pub(super) fn with_skins(
         mut self,
         skin: Option<&Arc<Skin>>,

@@ -69,7 +69,7 @@ pub struct FractureRequest {
     pub lift: LiftKind,
     /// What is simulated.
     pub effects: EffectSet,
-    /// With [`Effect::Slivers`](crate::scene::Effect): pieces of less volume become part of a neighbour, m³; `None`, or where it is
+    /// With [`EffectKind::Slivers`](crate::scene::EffectKind): pieces of less volume become part of a neighbour, m³; `None`, or where it is
     /// less: [`SLIVER_CUBES`](super::SLIVER_CUBES).
     pub volume_min_m3: Option<f64>,
     /// Where the descent of a diagram ends: an iteration lowers its energy by less than this part of it.

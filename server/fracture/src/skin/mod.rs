@@ -1,7 +1,7 @@
 //! The input's own triangles and how they look: what fragments wear, so that nothing pops when the object breaks.
 //!
 //! [`Skin`] is prepared once per object: the triangles, fine enough for the crack lattice, and where their corners lie in it.
-//! [`worn`] cuts them by fragments. [`Outer`] carries their looks to the lattice's own boundary.
+//! [`clip`] cuts them by fragments. [`BoundaryAttributes`] carries their looks to the lattice's own boundary.
 
 mod boundary_attributes;
 mod clipped_surface;

@@ -184,7 +184,7 @@ impl Cholesky {
     /// Orders and factors `matrix`.
     ///
     /// # Errors
-    /// As [`Symbolic::analyse`] and [`Symbolic::factor`].
+    /// As [`SymbolicFactor::analyse`] and [`SymbolicFactor::factor`].
     pub fn factor<const B: usize>(matrix: &SymmetricMatrix<B>) -> Result<Self, SparseError> {
         let lower = Lower::new(matrix);
         SymbolicFactor::of(matrix, &lower)?.double(&lower)

@@ -1,6 +1,6 @@
 //! From a mesh file to a surface with an inside.
 //!
-//! [`read`] takes the file as it is, [`Surface::repair`] mends what can be mended and names what was wrong, [`Inside`]
+//! [`read`] takes the file as it is, [`Surface::repair`] mends what can be mended and names what was wrong, [`InsideTest`]
 //! answers where a point lies and how far from the surface. [`shapes`] generates closed meshes.
 
 mod closest;

@@ -83,7 +83,7 @@ impl WindingMoments {
     }
 }
 
-/// The winding number by summing every triangle; the reference for [`Winding`].
+/// The winding number by summing every triangle; the reference for [`WindingMoments`].
 #[cfg(test)]
 pub(super) fn brute_force(triangles: &[[Point3<f64>; 3]], point: &Point3<f64>) -> f64 {
     let mut sum = 0.0;

@@ -179,7 +179,7 @@ impl CrackPoints {
     }
 }
 
-/// [`Points::find`] into fresh memory.
+/// [`CrackPoints::find`] into fresh memory.
 pub fn crack_points(
     lattice: &Lattice,
     topology: &Topology,

@@ -12,7 +12,7 @@ pub struct DrawnCorner {
     pub colour: Color,
 }
 
-/// Triangles with normals and colours per corner. Parts are put together with [`Mesh::append`].
+/// Triangles with normals and colours per corner. Parts are put together with [`DrawnMesh::append`].
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct DrawnMesh {
     /// Positions, +y up, any unit.

@@ -1,7 +1,7 @@
 //! Pictures without a graphics card: a z-buffered triangle rasteriser with supersampling, two lights, ambient occlusion
 //! and soft shadows, colour maps, and a camera that fits what it looks at.
 //!
-//! A picture is drawn in three steps: [`Mesh`]es are painted and put together, a [`Camera`] is fitted to them, and
+//! A picture is drawn in three steps: [`DrawnMesh`]es are painted and put together, a [`Camera`] is fitted to them, and
 //! [`draw`] returns an [`Image`]. Light is added up in linear colour; the same input gives the same bytes for any number
 //! of threads.
 

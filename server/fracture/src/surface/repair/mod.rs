@@ -22,7 +22,7 @@ use nalgebra::Point3;
 use shells::Shells;
 
 /// A welded, consistently wound, outward-facing surface in local coordinates. It may still be open or intersect itself;
-/// [`super::Inside`] copes with both.
+/// [`super::InsideTest`] copes with both.
 #[derive(Clone, Debug)]
 pub struct Surface {
     /// Where the object is.

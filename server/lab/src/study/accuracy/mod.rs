@@ -98,7 +98,7 @@ impl AccuracyFindings {
     }
 }
 
-/// Runs the whole study; `progress` is told of each of [`Plan::steps`].
+/// Runs the whole study; `progress` is told of each of [`AccuracyPlan::steps`].
 ///
 /// # Errors
 /// [`StudyError`] where the object or its reference cannot be made; a setting that fails is left out, and named.

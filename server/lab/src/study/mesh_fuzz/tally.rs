@@ -68,7 +68,7 @@ pub struct FuzzTally {
     pub must_accept_rate: f64,
     /// By base mesh, in the plan's order.
     pub per_mesh: Vec<NamedCounts>,
-    /// By defect, in the order of [`Defect::ALL`].
+    /// By defect, in the order of [`FuzzDefect::ALL`].
     pub per_defect: Vec<NamedCounts>,
     /// Every failure.
     pub failures: Vec<FuzzReport>,
