@@ -2,6 +2,7 @@
 //!
 //! One thread waits (tokio: bells, timers, signals), the others compute (rayon). [`serve`] puts the parts together.
 
+mod buckets;
 mod catalog;
 pub mod commands;
 pub mod config;

@@ -31,7 +31,7 @@ enum Command {
     /// Validates a scene and prints what is prepared and run for each of its objects.
     Check(check::CheckArgs),
     /// Serves the baked objects until it is ended.
-    Serve(serve::Args),
+    Serve(serve::ServeArgs),
     /// Shows how far the results can be trusted (hard cases, bad meshes), and what effects cost and look like.
     #[command(disable_help_flag = true)]
     Study(ForwardedArgs),

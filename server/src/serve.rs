@@ -1,12 +1,12 @@
 //! The daemon from start to end, and its loop.
 
+use crate::buckets;
 use crate::catalog::{Catalog, RetiredVersions, unix_ns};
 use crate::config::Config;
 use crate::event_source::{EventSource, Signals, WakeEvent};
 use crate::hot_reloader::{DatabaseFolder, HotReloader};
 use crate::ipc::{
-    ActiveControlRequest, ClientEntryCheck, PoolSize, PopulatedPages, Ports, RuntimeDirectory, StaleSegmentReaper,
-    WakeSocket,
+    ActiveControlRequest, ClientEntryCheck, PopulatedPages, Ports, RuntimeDirectory, StaleSegmentReaper, WakeSocket,
 };
 use crate::jobs::{Jobs, WorkerEvent, WorkerPool, lanes, threads};
 use crate::memory::ResidentMemory;
@@ -33,9 +33,6 @@ use tokio::sync::Notify;
 use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
 
 const MIB: usize = 1024 * 1024;
-
-/// Smallest bucket: objects that are baked while the daemon serves find room for their answers, too. What is not written takes no memory.
-const BUCKET_MIN_BYTES: usize = 16 * MIB;
 
 /// What shared memory must be able to take beyond the rehearsal.
 const SHARED_MEMORY_SPARE: usize = 4 * MIB;
@@ -135,7 +132,7 @@ impl Daemon {
     ) -> Result<(Self, WakeSocket, UnboundedReceiver<WorkerEvent>), Error> {
         let Loaded { folder, loader, threads, catalog } = loaded;
         let lanes = lanes(config.strikes_at_once(), config.compute.nice)?;
-        let pool = pool(&config, &catalog);
+        let pool = buckets::size(&config, &catalog);
         let rehearsed =
             (config.answers.prefault_mib * MIB).min(catalog.answer_bytes_max().max(MIB)).div_ceil(BLOCK_BYTES);
         let needed = (config.answers.prefault_buckets * rehearsed * BLOCK_BYTES + SHARED_MEMORY_SPARE) as u64;
@@ -274,8 +271,8 @@ impl Daemon {
 
     /// Swaps the databases whole. Strikes that were admitted keep the versions that they were admitted with.
     fn take(&mut self, catalog: Arc<Catalog>) {
-        let wanted = (pool(&self.config, &catalog).blocks * BLOCK_BYTES) as u64;
-        if is_short(wanted, self.ports.pool().bucket_bytes(), &mut self.short_bytes) {
+        let wanted = (buckets::size(&self.config, &catalog).blocks * BLOCK_BYTES) as u64;
+        if buckets::is_short(wanted, self.ports.pool().bucket_bytes(), &mut self.short_bytes) {
             let [wanted_mib, bucket_mib] = [wanted, self.ports.pool().bucket_bytes()].map(|bytes| bytes / MIB as u64);
             tracing::warn!(
                 wanted_mib,
@@ -481,26 +478,6 @@ fn announce(catalog: &Catalog, begun: Instant) {
     tracing::info!(ready, entries, bytes, resident_bytes, ms, "databases loaded");
 }
 
-/// Buckets as large as the largest answer of the loaded objects needs. They cost nothing until they are written.
-fn pool(config: &Config, catalog: &Catalog) -> PoolSize {
-    let bytes = catalog.answer_bytes_max().max(BUCKET_MIN_BYTES).min(config.answers.bucket_mib_max * MIB);
-    PoolSize {
-        clients: config.service.clients_max,
-        buckets: config.answers.buckets,
-        blocks: bytes.div_ceil(BLOCK_BYTES),
-    }
-}
-
-/// Whether answers want larger buckets than there are, and larger ones than was `told` before. A restart makes no larger ones than the
-/// configuration allows, so no more than that is wanted.
-fn is_short(wanted: u64, bucket_bytes: u64, told: &mut u64) -> bool {
-    let short = wanted > bucket_bytes.max(*told);
-    if short {
-        *told = wanted;
-    }
-    short
-}
-
 fn send_rows<R: ReplyRow>(active: &ActiveControlRequest, rows: &[R], total: usize, refused: bool) -> Result<(), Error> {
     let mut payload = vec![Block::zeroed(); control::blocks::<R>(rows.len()).max(1)];
     let header: ControlReplyHeader = control::write(&mut payload, rows, total, refused);
@@ -508,16 +485,4 @@ fn send_rows<R: ReplyRow>(active: &ActiveControlRequest, rows: &[R], total: usiz
     let mut reply = lent.write_from_slice(&payload);
     *reply.user_header_mut() = header;
     reply.send().map_err(|error| failed("reply", error))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn larger_buckets_are_asked_for_once_and_only_where_a_restart_makes_them() {
-        let (bucket_bytes, mut told) = (100, 0);
-        let asked = [90, 150, 120, 150, 200, 200].map(|wanted| is_short(wanted, bucket_bytes, &mut told));
-        assert_eq!(asked, [false, true, false, false, true, false]);
-    }
 }

@@ -8,6 +8,7 @@ pub mod model;
 pub mod pages;
 pub mod peers;
 pub mod real;
+pub mod sources;
 pub mod statistics;
 pub mod struck;
 pub mod timed;

@@ -18,19 +18,19 @@ struct Cli {
 #[derive(Subcommand)]
 enum Command {
     /// Bakes a mug, serves it, strikes it three times and shows what came of it on a page.
-    Demo(demo::Args),
+    Demo(demo::DemoArgs),
     /// Shows how far the results can be trusted (hard cases, bad meshes), and what effects cost and look like.
-    Study(study::Args),
+    Study(study::StudyArgs),
     /// What the service does under many impacts from many processes.
     Load(Load),
     /// One client process of a load.
     #[command(hide = true)]
     LoadClient(Service),
     /// Writes a page of what a database has learned.
-    Examples(examples::Args),
+    Examples(examples::ExamplesArgs),
     /// The daemon of the demonstration.
     #[command(hide = true)]
-    Serve(serve::Args),
+    Serve(serve::ServeArgs),
 }
 
 #[derive(clap::Args)]
@@ -45,7 +45,7 @@ struct Load {
     #[command(flatten)]
     service: Service,
     #[command(flatten)]
-    load: load::Args,
+    load: load::LoadArgs,
 }
 
 fn main() -> ExitCode {

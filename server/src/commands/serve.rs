@@ -19,7 +19,7 @@ use tracing_subscriber::filter::LevelFilter;
 
 /// Arguments of `shatterd serve`.
 #[derive(clap::Args)]
-pub struct Args {
+pub struct ServeArgs {
     /// Name of the service; several live side by side.
     #[arg(long, env = "SHATTER_SERVICE")]
     service: Option<String>,
@@ -41,7 +41,7 @@ pub struct Args {
 }
 
 /// Serves until it is ended.
-pub fn run(args: &Args) -> Result<(), CommandError> {
+pub fn run(args: &ServeArgs) -> Result<(), CommandError> {
     args.config.as_deref().map_or(Ok(()), |file| expected_file::check(file, ExpectedFile::Configuration))?;
     args.scene.as_deref().map_or(Ok(()), |file| expected_file::check(file, ExpectedFile::Scene))?;
     let config = configured(args)?;
@@ -66,7 +66,7 @@ pub fn run(args: &Args) -> Result<(), CommandError> {
 }
 
 /// File over default, flags over both.
-fn configured(args: &Args) -> Result<Config, Error> {
+fn configured(args: &ServeArgs) -> Result<Config, Error> {
     let mut config = Config::load(args.config.as_deref())?;
     if let Some(service) = &args.service {
         config.service.name.clone_from(service);

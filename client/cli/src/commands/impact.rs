@@ -5,8 +5,8 @@ use super::parse::{NamedConvention, convention, degree, effect, elastic, lift, o
 use super::{ANSWER, CliError, document, note, out, reply, with_contact};
 use serde_json::{Value, json};
 use shatter_client::{
-    Client, Deadline, DegreeRule, Effect, ElasticSource, FractureResult, Hit, HullMesh, Impact, Lift, Quality, Ray,
-    RetainedFragment, SEED_DEFAULT,
+    Client, Deadline, DegreeRule, Effect, ElasticSource, FractureResult, Fragment, Hit, HullMesh, Impact, Lift,
+    Quality, Ray, RetainedFragment, SEED_DEFAULT,
 };
 use shatter_proto::result::{BondWire, DebrisWire, EffectWire, HullWire, NO_MATERIAL, SummaryWire};
 use std::collections::BTreeMap;
@@ -267,27 +267,7 @@ pub(super) fn to_json(broken: &FractureResult, asked: RequestEcho<'_>, files: &[
     let file = |file: &PathBuf| file.display().to_string();
     let summary = broken.summary();
     let digest = broken.digest();
-    let fragments: Vec<Value> = broken
-        .fragments()
-        .map(|fragment| {
-            let row = fragment.row();
-            json!({
-                "id": row.id,
-                "body": row.body,
-                "volume_m3": row.volume_m3,
-                "mass_kg": row.mass_kg,
-                "centre_m": row.centre_m,
-                "vertices": row.vertex_count,
-                "triangles": row.index_count / 3,
-                "energy_j_m2": row.energy_j_m2,
-                "closed": fragment.is_closed(),
-                "velocity": fragment.velocity().map(|own| json!({ "linear_m_s": own.linear_m_s, "angular_rad_s": own.angular_rad_s })),
-                "materials": materials(fragment.materials()),
-                "hull": fragment.hull().map(hull),
-                "skin": fragment.skin().map(|skin| json!({ "vertices": skin.vertices.len(), "triangles": skin.indices.len() / 3, "materials": materials(skin.materials) })),
-            })
-        })
-        .collect();
+    let fragments: Vec<Value> = broken.fragments().map(|fragment| fragment_json(&fragment)).collect();
     let stage = |stage: &shatter_proto::result::StageWire| json!({ "name": stage.name(), "ran": stage.ran != 0, "ns": stage.ns, "bytes": stage.bytes });
     let effect = |effect: &EffectWire| json!({ "name": effect.name(), "ran": effect.ran != 0, "ns": effect.ns, "bytes": effect.bytes });
     let section = |section: &shatter_client::SectionDigest| json!({ "name": section.name, "bytes": section.bytes, "hash": section.hash });
@@ -353,6 +333,25 @@ pub(super) fn to_json(broken: &FractureResult, asked: RequestEcho<'_>, files: &[
         "hit": broken.hit().map(hit),
         "file": files.first().map(file),
         "files": files.iter().map(file).collect::<Vec<_>>(),
+    })
+}
+
+fn fragment_json(fragment: &Fragment<'_>) -> Value {
+    let row = fragment.row();
+    json!({
+        "id": row.id,
+        "body": row.body,
+        "volume_m3": row.volume_m3,
+        "mass_kg": row.mass_kg,
+        "centre_m": row.centre_m,
+        "vertices": row.vertex_count,
+        "triangles": row.index_count / 3,
+        "energy_j_m2": row.energy_j_m2,
+        "closed": fragment.is_closed(),
+        "velocity": fragment.velocity().map(|own| json!({ "linear_m_s": own.linear_m_s, "angular_rad_s": own.angular_rad_s })),
+        "materials": materials(fragment.materials()),
+        "hull": fragment.hull().map(hull),
+        "skin": fragment.skin().map(|skin| json!({ "vertices": skin.vertices.len(), "triangles": skin.indices.len() / 3, "materials": materials(skin.materials) })),
     })
 }
 

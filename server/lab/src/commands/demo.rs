@@ -9,7 +9,7 @@ use std::path::PathBuf;
 
 /// Arguments of `shatterd demo`.
 #[derive(clap::Args)]
-pub struct Args {
+pub struct DemoArgs {
     /// Folder for the page and the fragments.
     #[arg(long, value_name = "DIR", default_value = "shatter-demo")]
     out: PathBuf,
@@ -22,7 +22,7 @@ pub struct Args {
 }
 
 /// Runs the demonstration and says where to look.
-pub fn run(args: &Args) -> Result<(), CommandError> {
+pub fn run(args: &DemoArgs) -> Result<(), CommandError> {
     output::folder(&args.out)?;
     let databases = match &args.databases {
         Some(folder) => folder.clone(),

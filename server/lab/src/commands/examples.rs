@@ -7,7 +7,7 @@ use std::path::PathBuf;
 
 /// Arguments of `shatter-lab examples`.
 #[derive(clap::Args)]
-pub struct Args {
+pub struct ExamplesArgs {
     /// Database file
     file: PathBuf,
     /// Folder for the page, NAME.html
@@ -19,7 +19,7 @@ pub struct Args {
 ///
 /// # Errors
 /// The database is damaged or has no examples, the page cannot be written.
-pub fn run(args: &Args) -> Result<(), CommandError> {
+pub fn run(args: &ExamplesArgs) -> Result<(), CommandError> {
     output::folder(&args.out)?;
     let prepared = database::load(&args.file).map_err(|error| CommandError::database(&args.file, &error))?;
     let page = args.out.join(format!("{}.html", prepared.name));

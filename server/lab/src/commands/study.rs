@@ -18,7 +18,7 @@ use std::time::Duration;
 
 /// Arguments of `shatterd study`.
 #[derive(clap::Args)]
-pub struct Args {
+pub struct StudyArgs {
     #[command(subcommand)]
     study: Study,
 }
@@ -115,7 +115,7 @@ const REPEAT_EVERY: usize = 13;
 const TRIES_MAX: usize = 2000;
 
 /// Runs a study; whether everything held.
-pub fn run(args: &Args) -> Result<bool, CommandError> {
+pub fn run(args: &StudyArgs) -> Result<bool, CommandError> {
     match &args.study {
         Study::Stability(args) => {
             output::folder(&args.out)?;

@@ -49,7 +49,7 @@ fn reply() -> Deadline {
 
 /// Arguments of `shatter load`.
 #[derive(clap::Args)]
-pub struct Args {
+pub struct LoadArgs {
     /// Objects to strike, in equal parts [default: all that are ready].
     objects: Vec<String>,
     /// Client processes.
@@ -101,7 +101,7 @@ fn within(text: &str, most: f64) -> Result<f64, String> {
 }
 
 /// Runs the load and prints what became of it.
-pub fn run(service: &str, args: &Args) -> Result<(), CliError> {
+pub fn run(service: &str, args: &LoadArgs) -> Result<(), CliError> {
     let connection = Client::connect(service, reply())?;
     let targets = targets(&connection, args)?;
     let servers = connection.status(reply())?.row().threads.max(1) as usize;
@@ -159,7 +159,7 @@ fn lost<'a>(runs: impl Iterator<Item = &'a [Option<Vec<RequestRecord>>]>) -> Opt
     (lost > 0).then(|| Error::new(ErrorKind::Failed, "clients", message))
 }
 
-fn targets(connection: &Client, args: &Args) -> Result<Vec<LoadTarget>, CliError> {
+fn targets(connection: &Client, args: &LoadArgs) -> Result<Vec<LoadTarget>, CliError> {
     if let Some(file) = &args.mix {
         return Ok(plan::mix(file)?);
     }
@@ -178,7 +178,7 @@ fn targets(connection: &Client, args: &Args) -> Result<Vec<LoadTarget>, CliError
 /// One run: what every strike of every client came to.
 fn one(
     service: &str,
-    args: &Args,
+    args: &LoadArgs,
     targets: &[LoadTarget],
     rate: Option<f64>,
 ) -> Result<Vec<Option<Vec<RequestRecord>>>, CliError> {

@@ -1,0 +1,123 @@
+//! Which crate uses what, and that every public type has a name of its own. Each rule names the place that breaks it.
+
+use shatter_tests::sources::{CRATES, check, files, owner, root, shipped, sources};
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+
+#[test]
+fn every_package_is_used_by_the_crate_that_owns_it() {
+    let owners = [
+        ("iceoryx2", "proto/transport"),
+        ("iceoryx2", "client"),
+        ("iceoryx2", "server"),
+        ("serde", "proto/transport"),
+        ("serde", "server"),
+        ("serde", "server/fracture"),
+        ("nalgebra", "server/fracture"),
+        ("faer", "server/fracture"),
+        ("rayon", "server/fracture"),
+        ("rayon", "server"),
+        ("tokio", "server"),
+        ("tracing", "server"),
+    ];
+    let sources = sources();
+    let mut broken = Vec::new();
+    for (package, owner) in owners {
+        let manifest = fs::read_to_string(root().join(owner).join("Cargo.toml")).unwrap();
+        let (use_a, use_b) = (format!("use {package}"), format!("{package}::"));
+        let used = sources.iter().any(|(name, text)| {
+            name.starts_with(&format!("{owner}/src/"))
+                && shipped(name, text).iter().any(|(_, line)| line.contains(&use_a) || line.contains(&use_b))
+        });
+        if !manifest.contains(&format!("{package}.workspace = true")) || !used {
+            broken.push(format!("{owner} does not use {package}"));
+        }
+    }
+    check("packages are really used", broken);
+}
+
+/// Bindings, whose types have the names of what they bind.
+const BINDINGS: [&str; 2] = ["client/c", "client/python"];
+
+/// Packages that stay out of crates that every host builds, or that compute.
+const FOREIGN: [(&str, &[&str]); 6] = [
+    ("proto", &["iceoryx2.", "tokio", "clap"]),
+    ("client", &["tokio", "faer", "clap", "plotters", "hdrhistogram", "toml"]),
+    ("client/export", &["iceoryx2", "tokio"]),
+    ("server", &["plotters", "png"]),
+    ("server/engine", &["iceoryx2", "tokio"]),
+    ("server/fracture", &["iceoryx2", "tokio", "clap"]),
+];
+
+/// The dependencies of a crate: those of what ships, and those of tests alone.
+fn dependencies(folder: &str) -> [Vec<String>; 2] {
+    let manifest = fs::read_to_string(root().join(folder).join("Cargo.toml")).unwrap();
+    ["[dependencies]", "[dev-dependencies]"].map(|section| {
+        let lines = manifest.lines().skip_while(|line| *line != section).skip(1);
+        let lines = lines.take_while(|line| !line.starts_with('['));
+        lines.filter_map(|line| Some(line.split_once(['.', ' '])?.0.to_owned())).collect()
+    })
+}
+
+#[test]
+fn no_dependency_is_idle() {
+    let sources = sources();
+    let mut broken = Vec::new();
+    for (folder, _) in CRATES {
+        let own: Vec<&(String, String)> = sources.iter().filter(|(name, _)| owner(name) == folder).collect();
+        // All of the crate of tests is a test, and so are the optional parts of an example.
+        let all = |path: &str| own.iter().any(|(_, text)| text.contains(path));
+        let ships =
+            |path: &str| own.iter().any(|(name, text)| shipped(name, text).iter().any(|(_, line)| line.contains(path)));
+        let [normal, of_tests] = dependencies(folder);
+        for dependency in &normal {
+            let path = dependency.replace('-', "_");
+            let is_used = if folder == "tests" || dependency == "rapier3d-f64" { all(&path) } else { ships(&path) };
+            if !is_used {
+                broken.push(format!("{folder} depends on {dependency}, and what it ships does not use it"));
+            }
+        }
+        let idle =
+            of_tests.iter().filter(|dependency| !all(&dependency.replace('-', "_")) || normal.contains(dependency));
+        broken.extend(idle.map(|dependency| format!("{folder} has no use for {dependency} in its tests alone")));
+    }
+    check("no dependency is idle", broken);
+}
+
+#[test]
+fn arrows_point_one_way() {
+    let mut broken = Vec::new();
+    for (folder, allowed) in CRATES {
+        let [normal, _] = dependencies(folder);
+        let own = normal.iter().filter_map(|name| name.strip_prefix("shatter-"));
+        broken.extend(own.filter(|name| !allowed.contains(name)).map(|name| format!("{folder} → {name}")));
+    }
+    for (folder, names) in FOREIGN {
+        let manifest = fs::read_to_string(root().join(folder).join("Cargo.toml")).unwrap();
+        let (manifest, _) = manifest.split_once("[dev-dependencies]").unwrap_or((&manifest, ""));
+        let (_, manifest) = manifest.split_once("[dependencies]").unwrap();
+        let has = |name: &&&str| manifest.lines().any(|line| line.starts_with(**name));
+        broken.extend(names.iter().filter(has).map(|name| format!("{folder} → {name}")));
+    }
+    let members = files("Cargo.toml").len() - 1;
+    assert_eq!(members, CRATES.len(), "every crate is judged");
+    check("dependencies point one way", broken);
+}
+
+#[test]
+fn no_public_type_has_the_name_of_another_crates() {
+    let mut owners: BTreeMap<String, BTreeSet<&str>> = BTreeMap::new();
+    for (name, text) in sources().iter().filter(|(name, _)| !BINDINGS.contains(&owner(name))) {
+        for (_, line) in shipped(name, text) {
+            let words: Vec<&str> =
+                line.split(|c: char| !c.is_alphanumeric() && c != '_').filter(|w| !w.is_empty()).collect();
+            if let ["pub", "struct" | "enum" | "trait" | "type" | "union", own, ..] = words[..] {
+                owners.entry(own.to_owned()).or_default().insert(owner(name));
+            }
+        }
+    }
+    assert!(owners.len() > 300, "{} public types", owners.len());
+    // Programs have arguments each, which no other crate sees.
+    let twice = owners.into_iter().filter(|(name, owners)| owners.len() > 1 && name != "Args");
+    check("one name, one type", twice.map(|(name, owners)| format!("{name}: {owners:?}")).collect());
+}
