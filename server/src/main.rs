@@ -68,13 +68,13 @@ fn main() -> ExitCode {
 /// Runs a command; whether everything held that it looked at.
 fn run(command: &Command) -> Result<bool, CommandError> {
     match command {
-        Command::Demo(arguments) => Err(arguments.run("demo", &[]).into()),
+        Command::Demo(arguments) => Err(arguments.run("shatterd", "demo", &[]).into()),
         Command::Bake(args) => bake::run(args).map(|()| true),
         Command::Merge(args) => merge::run(args).map(|()| true),
         Command::Upgrade(args) => upgrade::run(args).map(|()| true),
         Command::Inspect(args) => inspect::run(args).map(|()| true),
         Command::Check(args) => check::run(args).map(|()| true),
         Command::Serve(args) => serve::run(args).map(|()| true),
-        Command::Study(arguments) => Err(arguments.run("study", &[]).into()),
+        Command::Study(arguments) => Err(arguments.run("shatterd", "study", &[]).into()),
     }
 }

@@ -1,5 +1,6 @@
 //! Commands that `shatter-lab` carries out: studies, the demonstration, the load generator.
 
+use super::is_closed;
 use shatter_proto::{Error, ErrorKind};
 use std::ffi::OsString;
 use std::os::unix::process::CommandExt;
@@ -8,6 +9,9 @@ use std::process::Command;
 
 /// The program.
 pub const PROGRAM: &str = "shatter-lab";
+
+/// Variable that tells `shatter-lab` which program handed its arguments over.
+pub(crate) const CALLED_AS: &str = "SHATTER_CALLED_AS";
 
 /// Arguments that are handed over as they are.
 #[derive(clap::Args, Debug)]
@@ -18,9 +22,15 @@ pub struct ForwardedArgs {
 }
 
 impl ForwardedArgs {
-    /// Goes on as `shatter-lab command …`, with these variables in its environment; comes back only when that cannot be started.
-    pub fn run(&self, command: &str, variables: &[(&str, &str)]) -> Error {
-        start(program().arg(command).args(&self.arguments).envs(variables.iter().copied()))
+    /// Goes on as `shatter-lab command …` for the program `caller`, with these variables in its environment; comes back only when that
+    /// cannot be started.
+    pub fn run(&self, caller: &str, command: &str, variables: &[(&str, &str)]) -> Error {
+        // Rust has opened `/dev/null` in its place, which the next program would take for a standard output.
+        if is_closed() {
+            return Error::new(ErrorKind::Output, "stdout", "cannot write to stdout: it is closed");
+        }
+        let variables = variables.iter().copied().chain([(CALLED_AS, caller)]);
+        start(program().arg(command).args(&self.arguments).envs(variables))
     }
 }
 

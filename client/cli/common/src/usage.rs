@@ -1,5 +1,6 @@
 //! Arguments, and what is said of those that do not go together.
 
+use super::lab::CALLED_AS;
 use super::mistakes;
 use clap::error::{self, ContextKind, ContextValue};
 use clap::{Command, CommandFactory, FromArgMatches};
@@ -13,8 +14,18 @@ pub fn arguments<C: CommandFactory + FromArgMatches>() -> Result<C, clap::Error>
     parsed(std::env::args_os().collect())
 }
 
+/// The command line of `C`, under the name of the program that handed its arguments over, where one did.
+fn command<C: CommandFactory>() -> Command {
+    let command = C::command();
+    match std::env::var(CALLED_AS).as_deref() {
+        Ok("shatter") => command.name("shatter").bin_name("shatter"),
+        Ok("shatterd") => command.name("shatterd").bin_name("shatterd"),
+        _ => command,
+    }
+}
+
 fn parsed<C: CommandFactory + FromArgMatches>(words: Vec<OsString>) -> Result<C, clap::Error> {
-    let mut command = takes_negative_numbers(C::command());
+    let mut command = takes_negative_numbers(command::<C>());
     // Built whole, so that messages can name every command as it is called.
     command.build();
     let matches = command.try_get_matches_from_mut(&words).map_err(|error| explained(error, &command, &words))?;
@@ -149,7 +160,7 @@ fn options(own: &Command) -> Vec<&str> {
 
 /// The whole text of a usage error of this process: what is wrong, and the usage and the help of the command that was used.
 pub fn usage_text<C: CommandFactory>(error: &clap::Error) -> String {
-    text_of(error, C::command(), &std::env::args_os().collect::<Vec<_>>())
+    text_of(error, command::<C>(), &std::env::args_os().collect::<Vec<_>>())
 }
 
 fn text_of(error: &clap::Error, mut command: Command, words: &[OsString]) -> String {

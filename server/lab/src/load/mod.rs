@@ -207,7 +207,7 @@ fn failed(at: &str, error: impl std::fmt::Display) -> CliError {
 fn start(service: &str, plan: &ClientPlan) -> Result<Child, CliError> {
     let program = std::env::current_exe().map_err(|error| failed("program", error))?;
     let mut command = Command::new(program);
-    command.args(["--service", service, "load-client"]).stdin(Stdio::piped()).stdout(Stdio::piped());
+    command.args(["load-client", "--service", service]).stdin(Stdio::piped()).stdout(Stdio::piped());
     let mut child = command.spawn().map_err(|error| failed("start", error))?;
     let text = serde_json::to_vec(plan).map_err(|error| failed("plan", error))?;
     if let Some(mut input) = child.stdin.take() {
