@@ -12,7 +12,7 @@
  *     if (broken) for (uint32_t id = 0; !shatter_broken_fragment(broken, id, &fragment, NULL); id++) ...
  *     shatter_broken_release(broken);                                                      // now its pointers are gone
  *
- * Metres, kilograms, seconds; right-handed, +Y up, counter-clockwise seen from outside.
+ * Meters, kilograms, seconds; right-handed, +Y up, counter-clockwise seen from outside.
  *
  * Nothing blocks without a bound: shatter_ticket_poll, shatter_ticket_progress and shatter_object_strike never do, what takes a
  * timeout ends with it. There is no global state and no callback. Connections and objects may be used by any number of threads at a
@@ -39,7 +39,7 @@
 /// For `iterations_max`: none at all.
 #define SHATTER_NO_ITERATIONS UINT32_MAX
 
-/// Neighbour of a run that faces no fragment of the answer; second fragment of a bond with the world; material of a triangle that has
+/// Neighbor of a run that faces no fragment of the answer; second fragment of a bond with the world; material of a triangle that has
 /// none of the input's.
 #define SHATTER_NONE UINT32_MAX
 
@@ -332,7 +332,7 @@ enum ShatterEffect
     SHATTER_EFFECT_INTERIOR = 4,
     /// The degree from the object's examples; on by itself.
     SHATTER_EFFECT_EXAMPLES = 8,
-    /// Slivers become part of a neighbour.
+    /// Slivers become part of a neighbor.
     SHATTER_EFFECT_SLIVERS = 16,
     /// Velocities of the fragments from the strain energy that is set free.
     SHATTER_EFFECT_RELEASE = 32,
@@ -515,8 +515,8 @@ typedef struct ShatterFacts {
     double volume_m3;
     /// Diagonal of the bounding box, m.
     double diagonal_m;
-    /// Centre of the bounding box, m.
-    double centre_m[3];
+    /// Center of the bounding box, m.
+    double center_m[3];
     /// Lowest corner of the mesh, m. The lattice's surface, which rays hit, can lie outside by part of its spacing.
     double low_m[3];
     /// Highest corner of the mesh, m.
@@ -533,7 +533,7 @@ typedef struct ShatterFacts {
     struct ShatterRefusal refusal;
 } ShatterFacts;
 
-/// Coordinates of a host. Zeros are those of glTF: +Y up, right-handed, counter-clockwise, metres.
+/// Coordinates of a host. Zeros are those of glTF: +Y up, right-handed, counter-clockwise, meters.
 typedef struct ShatterConvention {
     /// 0: +Y points up. 1: +Z does.
     uint32_t up;
@@ -543,8 +543,8 @@ typedef struct ShatterConvention {
     uint32_t winding;
     /// Zero.
     uint32_t reserved;
-    /// Length of the host's unit, m, 1e-6 to 1e6; 0: a metre.
-    double metres_per_unit;
+    /// Length of the host's unit, m, 1e-6 to 1e6; 0: a meter.
+    double meters_per_unit;
 } ShatterConvention;
 
 /// One of two bodies that meet.
@@ -605,7 +605,7 @@ typedef struct ShatterImpact {
     uint32_t elastic;
     /// Which preset says what nothing else says, a `ShatterQuality`.
     uint32_t quality;
-    /// Iterations at most by which the pieces are centred; 0: the preset's. `SHATTER_NO_ITERATIONS`: none.
+    /// Iterations at most by which the pieces are centered; 0: the preset's. `SHATTER_NO_ITERATIONS`: none.
     uint32_t iterations_max;
     /// Refuse an answer of more fragments; 0: the object's cap.
     uint32_t fragments_max;
@@ -613,7 +613,7 @@ typedef struct ShatterImpact {
     uint64_t bytes_max;
     /// γ, J·m²; 0: the object's own.
     double gamma_j_m2;
-    /// Largest estimated relative error, of the elastic energy and of how the pieces are centred; 0: the preset's dials decide.
+    /// Largest estimated relative error, of the elastic energy and of how the pieces are centered; 0: the preset's dials decide.
     double error_max;
     /// How long the service may take from when it takes the strike in until it sends the answer, ms: quality falls where that is
     /// short; 0: any time.
@@ -726,7 +726,7 @@ typedef struct ShatterLook {
 } ShatterLook;
 
 /// One fragment: a closed mesh and what a rigid body needs. Pointers lead into shared memory and hold until
-/// `shatter_broken_release`; those to what the answer does not have are NULL. Positions are relative to `centre_m`.
+/// `shatter_broken_release`; those to what the answer does not have are NULL. Positions are relative to `center_m`.
 typedef struct ShatterFragment {
     /// Its number in the answer.
     uint32_t id;
@@ -736,11 +736,11 @@ typedef struct ShatterFragment {
     double volume_m3;
     /// Mass, kg.
     double mass_kg;
-    /// Centre of mass in the coordinates of the mesh file, m.
-    double centre_m[3];
-    /// Inertia tensor about the centre, kg·m²: xx, yy, zz, xy, xz, yz.
+    /// Center of mass in the coordinates of the mesh file, m.
+    double center_m[3];
+    /// Inertia tensor about the center, kg·m²: xx, yy, zz, xy, xz, yz.
     double inertia_kg_m2[6];
-    /// Velocity of the centre once it is free, on top of how the object moved, m/s; zero unless `release` is on.
+    /// Velocity of the center once it is free, on top of how the object moved, m/s; zero unless `release` is on.
     double linear_m_s[3];
     /// The same of its rotation, rad/s.
     double angular_rad_s[3];
@@ -768,11 +768,11 @@ typedef struct ShatterFragment {
     size_t run_count;
 } ShatterFragment;
 
-/// Triangles of one fragment that face one neighbour, or the outside, or what was there before an earlier crack. The outer run comes
+/// Triangles of one fragment that face one neighbor, or the outside, or what was there before an earlier crack. The outer run comes
 /// first, if there is one. Each has vertices of its own.
 typedef struct ShatterRun {
     /// The fragment on the other side of the crack; `SHATTER_NONE`: the outside, or a fragment of an earlier answer.
-    uint32_t neighbour;
+    uint32_t neighbor;
     /// 1: a side of a crack, be it one of an earlier answer. 0: the outside.
     uint32_t crack;
     /// First of the fragment's indices.
@@ -787,7 +787,7 @@ typedef struct ShatterRun {
 
 /// The convex proxy of a fragment, for collisions: at most 64 triangles. Pointers as in `ShatterFragment`.
 typedef struct ShatterHull {
-    /// Three coordinates per corner, m, relative to the fragment's centre.
+    /// Three coordinates per corner, m, relative to the fragment's center.
     const float *positions;
     /// Number of corners; 0: `hulls` is off, or the fragment is too flat for one.
     size_t vertex_count;
@@ -803,7 +803,7 @@ typedef struct ShatterHull {
 
 /// A vertex of a skin.
 typedef struct ShatterSkinVertex {
-    /// Relative to the fragment's centre, m.
+    /// Relative to the fragment's center, m.
     float position_m[3];
     /// Of length one.
     float normal[3];
@@ -840,11 +840,11 @@ typedef struct ShatterBond {
 
 /// A point of a crack from which dust and chips come.
 typedef struct ShatterDebris {
-    /// The fragment on whose crack face it lies: of two neighbours the one with the lower id.
+    /// The fragment on whose crack face it lies: of two neighbors the one with the lower id.
     uint32_t fragment;
     /// The other one.
-    uint32_t neighbour;
-    /// Where, m, relative to the fragment's centre.
+    uint32_t neighbor;
+    /// Where, m, relative to the fragment's center.
     float position_m[3];
     /// Normal of the crack there, out of the fragment.
     float normal[3];
@@ -965,7 +965,7 @@ ShatterCode shatter_convention_named(const char *name,
 
 /// The same connection for a host with these coordinates: impacts of objects taken from `hosted` are read, and their answers written, in its
 /// axes, unit and winding; `_m`, `_ns`, `_m2` and `_m3` of contacts, fragments and their parts then stand for that unit. What is said of
-/// objects (`ShatterFacts`) stays in metres along our axes, files stay glTF's. `hosted` is NULL afterwards where it failed. Free both.
+/// objects (`ShatterFacts`) stays in meters along our axes, files stay glTF's. `hosted` is NULL afterwards where it failed. Free both.
 ///
 /// Codes: `convention` if it is none.
 ShatterCode shatter_service_with_convention(const struct ShatterService *service,

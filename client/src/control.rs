@@ -47,8 +47,8 @@ pub struct ObjectFacts {
     pub volume_m3: f64,
     /// Diagonal of the bounding box, m.
     pub diagonal_m: f64,
-    /// Centre of the bounding box, m.
-    pub centre_m: [f64; 3],
+    /// Center of the bounding box, m.
+    pub center_m: [f64; 3],
     /// Lowest and highest corner of the mesh, m. The lattice's surface, which rays hit, can lie outside by part of its spacing.
     pub bounds_m: [[f64; 3]; 2],
     /// Default contact radius, m.
@@ -101,7 +101,7 @@ impl From<&ObjectRow> for ObjectFacts {
             density_kg_m3: row.density_kg_m3,
             volume_m3: row.volume_m3,
             diagonal_m: row.diagonal_m,
-            centre_m: row.centre_m,
+            center_m: row.center_m,
             bounds_m: row.bounds_m,
             radius_m: row.radius_m,
             duration_s: row.duration_s,

@@ -119,7 +119,7 @@ impl Impact {
         self
     }
 
-    /// Largest estimated relative error, of the elastic energy and of how the pieces are centred: both are computed until it is met.
+    /// Largest estimated relative error, of the elastic energy and of how the pieces are centered: both are computed until it is met.
     pub fn error(mut self, error_max: f64) -> Self {
         self.0.error_max = Some(error_max);
         self
@@ -132,7 +132,7 @@ impl Impact {
         self
     }
 
-    /// Iterations at most by which the pieces are centred, instead of the preset's.
+    /// Iterations at most by which the pieces are centered, instead of the preset's.
     pub fn iterations(mut self, iterations_max: u32) -> Self {
         self.0.iterations_max = Some(iterations_max);
         self

@@ -17,8 +17,8 @@ use std::f64::consts::{FRAC_PI_2, PI};
 /// Contact radius over the object's diagonal.
 const RADIUS_DIAGONALS: f64 = 1e3;
 
-/// C of the closed form: an even cell of volume v and density W has a first moment of C·W·v^(5/3) about its centre (three times the
-/// normalised second moment of the body-centred cubic lattice; Barnes & Sloane, *The optimal lattice quantizer in three dimensions*, 1983).
+/// C of the closed form: an even cell of volume v and density W has a first moment of C·W·v^(5/3) about its center (three times the
+/// normalised second moment of the body-centered cubic lattice; Barnes & Sloane, *The optimal lattice quantizer in three dimensions*, 1983).
 const COEFFICIENT: f64 = 3.0 * 0.0785433;
 
 impl Object {
@@ -30,9 +30,9 @@ impl Object {
         let facts = self.facts();
         let even = |places: &[[f64; 3]], pieces| uniform(facts, &self.convention(), places, pieces);
         if facts.bodies <= 1 {
-            return Ok(even(&[facts.centre_m], pieces));
+            return Ok(even(&[facts.center_m], pieces));
         }
-        let whole = self.strike(&even(&[facts.centre_m], 1))?.wait(deadline)?;
+        let whole = self.strike(&even(&[facts.center_m], 1))?.wait(deadline)?;
         Ok(even(&bodies(&whole), pieces))
     }
 }
@@ -47,7 +47,7 @@ fn uniform(facts: &ObjectFacts, convention: &Convention, places: &[[f64; 3]], pi
     // Describes the last contact.
     let load =
         |impact: Impact| impact.impulse(convention.vector([0.0, -impulse_ns, 0.0])).radius(convention.length(radius_m));
-    let (first, others) = places.split_first().unwrap_or((&facts.centre_m, &[]));
+    let (first, others) = places.split_first().unwrap_or((&facts.center_m, &[]));
     let one = load(Impact::at(convention.vector(*first)));
     let impact = others.iter().fold(one, |impact, place| load(impact.and_at(convention.vector(*place))));
     impact.degree(DegreeRule::Sites(pieces)).disable(Effect::Elastic)
@@ -58,7 +58,7 @@ fn bodies(whole: &FractureResult) -> Vec<[f64; 3]> {
     let mut largest: Vec<(u32, f64, [f64; 3])> = Vec::new();
     for fragment in whole.metric().fragments() {
         let (row, Some(point)) = (fragment.row(), fragment.positions().first()) else { continue };
-        let place = [0, 1, 2].map(|k| row.centre_m[k] + f64::from(point[k]));
+        let place = [0, 1, 2].map(|k| row.center_m[k] + f64::from(point[k]));
         match largest.iter_mut().find(|(body, ..)| *body == row.body) {
             Some((_, volume_m3, _)) => *volume_m3 += row.volume_m3,
             None => largest.push((row.body, row.volume_m3, place)),

@@ -103,7 +103,7 @@ impl FractureResult {
         })
     }
 
-    /// In whose coordinates it is: that of the connection which struck. Lengths, here named by the metre, are in its unit.
+    /// In whose coordinates it is: that of the connection which struck. Lengths, here named by the meter, are in its unit.
     pub fn convention(&self) -> Convention {
         self.convention
     }
@@ -186,11 +186,11 @@ pub struct Fragment<'a> {
     view: ResultView<'a>,
 }
 
-/// Triangles of one fragment that face one neighbour, or the outside, or what was there before an earlier crack.
+/// Triangles of one fragment that face one neighbor, or the outside, or what was there before an earlier crack.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Run<'a> {
     /// The fragment on the other side of the crack; `None`: the outside, or a fragment of an earlier answer.
-    pub neighbour: Option<u32>,
+    pub neighbor: Option<u32>,
     /// Whether it is a side of a crack, be it one of an earlier answer.
     pub crack: bool,
     /// First index of the run, counted from the fragment's first.
@@ -206,7 +206,7 @@ pub struct Run<'a> {
 /// The convex proxy of a fragment, for collisions: at most 64 triangles, and fewer vertices.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HullMesh<'a> {
-    /// Corners, m, relative to [`Fragment::centre_m`].
+    /// Corners, m, relative to [`Fragment::center_m`].
     pub positions: &'a [[f32; 3]],
     /// Indices into the corners, three per triangle, counter-clockwise from outside.
     pub indices: &'a [u32],
@@ -220,7 +220,7 @@ pub struct HullMesh<'a> {
 /// of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FragmentSkin<'a> {
-    /// Vertices, relative to [`Fragment::centre_m`].
+    /// Vertices, relative to [`Fragment::center_m`].
     pub vertices: &'a [SkinVertexWire],
     /// Indices into the vertices, three per triangle, counter-clockwise from outside.
     pub indices: &'a [u32],
@@ -246,7 +246,7 @@ impl<'a> Fragment<'a> {
         self.row.id
     }
 
-    /// Positions, m, relative to [`Self::centre_m`].
+    /// Positions, m, relative to [`Self::center_m`].
     pub fn positions(&self) -> &'a [[f32; 3]] {
         part(self.view.positions, self.row.vertex_first, self.row.vertex_count)
     }
@@ -305,12 +305,12 @@ impl<'a> Fragment<'a> {
         part(self.view.merges, self.row.merge_first, self.row.merge_count)
     }
 
-    /// The runs: the outer one first, if there is one, then one per neighbour, then those on cracks of earlier answers.
+    /// The runs: the outer one first, if there is one, then one per neighbor, then those on cracks of earlier answers.
     pub fn runs(&self) -> impl ExactSizeIterator<Item = Run<'a>> {
         let (view, fragment) = (self.view, self.row);
         let rows: &'a [RunWire] = part(view.runs, fragment.run_first, fragment.run_count);
         rows.iter().map(move |run| Run {
-            neighbour: (run.neighbour != OUTER).then_some(run.neighbour),
+            neighbor: (run.neighbor != OUTER).then_some(run.neighbor),
             crack: run.material != 0,
             index_first: run.index_first.saturating_sub(fragment.index_first),
             indices: part(view.indices, run.index_first, run.index_count),
@@ -329,12 +329,12 @@ impl<'a> Fragment<'a> {
         self.row.mass_kg
     }
 
-    /// Centre of mass in the coordinates of the mesh file, m.
-    pub fn centre_m(&self) -> [f64; 3] {
-        self.row.centre_m
+    /// Center of mass in the coordinates of the mesh file, m.
+    pub fn center_m(&self) -> [f64; 3] {
+        self.row.center_m
     }
 
-    /// Inertia tensor about the centre, kg·m²: xx, yy, zz, xy, xz, yz.
+    /// Inertia tensor about the center, kg·m²: xx, yy, zz, xy, xz, yz.
     pub fn inertia_kg_m2(&self) -> [f64; 6] {
         self.row.inertia_kg_m2
     }

@@ -1,4 +1,4 @@
-//! Answers brought back to metres, our axes and our winding, whatever convention they were written in: what files are made of.
+//! Answers brought back to meters, our axes and our winding, whatever convention they were written in: what files are made of.
 
 use crate::result::fragments;
 use crate::{FractureResult, Fragment};
@@ -33,7 +33,7 @@ struct Sections {
 }
 
 impl FractureResult {
-    /// The answer in metres, along the axes of the mesh file, counter-clockwise.
+    /// The answer in meters, along the axes of the mesh file, counter-clockwise.
     pub fn metric(&self) -> ResultInMeters<'_> {
         let (given, convention) = (self.view(), self.convention());
         let copied = (!convention.is_default()).then(|| Box::new(Sections::back(&given, &convention)));
@@ -74,10 +74,10 @@ impl Sections {
     fn back(view: &ResultView<'_>, from: &Convention) -> Self {
         let offsets = |own: &[[f32; 3]]| own.iter().map(|offset| from.our_vector_f32(*offset)).collect();
         Self {
-            summary: SummaryWire { radius_m: from.metres(view.summary.radius_m), ..*view.summary },
+            summary: SummaryWire { radius_m: from.meters(view.summary.radius_m), ..*view.summary },
             fragments: rows(view.fragments, |row| FragmentWire {
-                volume_m3: from.metres3(row.volume_m3),
-                centre_m: from.our_vector(row.centre_m),
+                volume_m3: from.meters3(row.volume_m3),
+                center_m: from.our_vector(row.center_m),
                 inertia_kg_m2: from.our_inertia(row.inertia_kg_m2),
                 ..*row
             }),
@@ -89,7 +89,7 @@ impl Sections {
             }),
             normals: rows(view.normals, |normal| from.our_direction(*normal)),
             bonds: rows(view.bonds, |row| BondWire {
-                area_m2: from.metres2(row.area_m2),
+                area_m2: from.meters2(row.area_m2),
                 normal: from.our_direction(row.normal),
                 centroid_m: from.our_vector(row.centroid_m),
                 ..*row
@@ -97,10 +97,10 @@ impl Sections {
             debris: rows(view.debris, |row| DebrisWire {
                 position_m: from.our_vector_f32(row.position_m),
                 normal: from.our_direction(row.normal),
-                size_m: from.metres(row.size_m.into()) as f32,
+                size_m: from.meters(row.size_m.into()) as f32,
                 ..*row
             }),
-            hulls: rows(view.hulls, |row| HullWire { margin_m: from.metres(row.margin_m), ..*row }),
+            hulls: rows(view.hulls, |row| HullWire { margin_m: from.meters(row.margin_m), ..*row }),
             hull_positions: offsets(view.hull_positions),
             hull_indices: triangles(view.hull_indices, from),
             looks: rows(view.looks, |row| VertexAttributeWire { normal: from.our_direction(row.normal), ..*row }),

@@ -1,4 +1,4 @@
-//! Answers as files: always in metres, +Y up, right-handed and counter-clockwise, whatever the convention of the answer.
+//! Answers as files: always in meters, +Y up, right-handed and counter-clockwise, whatever the convention of the answer.
 
 use crate::result::fragments;
 use crate::visible::{Appearance, VisibleMesh};
@@ -132,7 +132,7 @@ fn fragment_view<'a>(fragment: &Fragment<'a>, runs: &'a [RunView], appearance: &
         indices: fragment.indices(),
         runs,
         merges: fragment.merges(),
-        centre_m: row.centre_m,
+        center_m: row.center_m,
         volume_m3: row.volume_m3,
         mass_kg: row.mass_kg,
         inertia_kg_m2: row.inertia_kg_m2,

@@ -140,8 +140,8 @@ pub struct ObjectRow {
     pub volume_m3: f64,
     /// Diagonal of the bounding box, m.
     pub diagonal_m: f64,
-    /// Centre of the bounding box, m.
-    pub centre_m: [f64; 3],
+    /// Center of the bounding box, m.
+    pub center_m: [f64; 3],
     /// Lowest and highest corner of the mesh, m. The lattice's surface, which rays hit, can lie outside by part of its spacing.
     pub bounds_m: [[f64; 3]; 2],
     /// Default contact radius, m.

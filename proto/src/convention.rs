@@ -1,6 +1,6 @@
 //! The coordinates of a host: which axis points up, which hand, which way round triangles go, how long the unit of length is.
 //!
-//! Ours are those of glTF: right-handed, +Y up, counter-clockwise seen from outside, metres. A host's are told by a signed
+//! Ours are those of glTF: right-handed, +Y up, counter-clockwise seen from outside, meters. A host's are told by a signed
 //! permutation of the axes and a length. The object is never mirrored: left-handed coordinates name the same points by other numbers, so
 //! that which way round a triangle goes seen from outside is a choice of its own, and outward normals stay outward.
 //!
@@ -12,7 +12,7 @@
 //! | +Z, left | (x, z, y) | Unreal, by its importers |
 //!
 //! Kilograms and seconds are everybody's, so what is made of lengths counts in the host's unit: velocities in units/s, impulses in
-//! kg·unit/s (N·s where that is a metre), areas in unit², volumes in unit³, moments of inertia in kg·unit². Not lengths of the host
+//! kg·unit/s (N·s where that is a meter), areas in unit², volumes in unit³, moments of inertia in kg·unit². Not lengths of the host
 //! are γ and energies, J·m²; the texture coordinates of cracks, m; and what the control service says of objects, all of it in ours.
 
 use crate::name::suggestion;
@@ -21,7 +21,7 @@ use crate::{Error, ErrorKind};
 use std::ops::Neg;
 
 /// Shortest and longest unit of length, m.
-pub const METRES_PER_UNIT: [f64; 2] = [1e-6, 1e6];
+pub const METERS_PER_UNIT: [f64; 2] = [1e-6, 1e6];
 
 /// The axis that points up.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -62,8 +62,8 @@ pub struct Convention {
     pub hand: Hand,
     /// Which way round triangles go.
     pub winding: Winding,
-    /// Length of the host's unit, m, within [`METRES_PER_UNIT`].
-    pub metres_per_unit: f64,
+    /// Length of the host's unit, m, within [`METERS_PER_UNIT`].
+    pub meters_per_unit: f64,
 }
 
 impl Default for Convention {
@@ -75,7 +75,7 @@ impl Default for Convention {
 impl Convention {
     /// glTF, Bevy, Rapier: nothing is changed.
     pub const GLTF: Self =
-        Self { up: Up::Y, hand: Hand::Right, winding: Winding::CounterClockwise, metres_per_unit: 1.0 };
+        Self { up: Up::Y, hand: Hand::Right, winding: Winding::CounterClockwise, meters_per_unit: 1.0 };
 
     /// Godot 4: front faces are clockwise.
     pub const GODOT: Self = Self { winding: Winding::Clockwise, ..Self::GLTF };
@@ -83,9 +83,9 @@ impl Convention {
     /// Unity.
     pub const UNITY: Self = Self { hand: Hand::Left, winding: Winding::Clockwise, ..Self::GLTF };
 
-    /// Unreal Engine: centimetres, and front faces are counter-clockwise although its axes are left-handed, so that its own normals
+    /// Unreal Engine: centimeters, and front faces are counter-clockwise although its axes are left-handed, so that its own normals
     /// are (c − a) × (b − a).
-    pub const UNREAL: Self = Self { up: Up::Z, hand: Hand::Left, metres_per_unit: 0.01, ..Self::GLTF };
+    pub const UNREAL: Self = Self { up: Up::Z, hand: Hand::Left, meters_per_unit: 0.01, ..Self::GLTF };
 
     /// Blender.
     pub const BLENDER: Self = Self { up: Up::Z, ..Self::GLTF };
@@ -116,11 +116,11 @@ impl Convention {
         })
     }
 
-    /// What these numbers name, as they travel: [`Up`], [`Hand`] and [`Winding`] by their places, a unit of zero is a metre.
+    /// What these numbers name, as they travel: [`Up`], [`Hand`] and [`Winding`] by their places, a unit of zero is a meter.
     ///
     /// # Errors
     /// [`ErrorKind::Convention`], which names the key of a number that names nothing.
-    pub fn of_numbers(up: u32, hand: u32, winding: u32, metres_per_unit: f64) -> Result<Self, Error> {
+    pub fn of_numbers(up: u32, hand: u32, winding: u32, meters_per_unit: f64) -> Result<Self, Error> {
         let none = |key: &str, number: u32| {
             let message = format!("convention.{key} is {number}: must be 0 or 1");
             Error::new(ErrorKind::Convention, format!("convention.{key}"), message)
@@ -141,9 +141,9 @@ impl Convention {
                 1 => Winding::Clockwise,
                 other => return Err(none("winding", other)),
             },
-            metres_per_unit: match metres_per_unit {
+            meters_per_unit: match meters_per_unit {
                 0.0 => 1.0,
-                metres => unit(metres)?,
+                meters => unit(meters)?,
             },
         })
     }
@@ -182,42 +182,42 @@ impl Convention {
 
     /// A length, m, in the host's unit.
     #[inline]
-    pub fn length(&self, metres: f64) -> f64 {
-        metres / self.metres_per_unit
+    pub fn length(&self, meters: f64) -> f64 {
+        meters / self.meters_per_unit
     }
 
     /// A length in the host's unit, m.
     #[inline]
-    pub fn metres(&self, units: f64) -> f64 {
-        units * self.metres_per_unit
+    pub fn meters(&self, units: f64) -> f64 {
+        units * self.meters_per_unit
     }
 
-    /// A point, an offset or a velocity, in metres along our axes, in the host's unit along its axes.
+    /// A point, an offset or a velocity, in meters along our axes, in the host's unit along its axes.
     #[inline]
-    pub fn vector(&self, metres: [f64; 3]) -> [f64; 3] {
-        let turned = self.direction(metres);
-        if self.metres_per_unit == 1.0 { turned } else { turned.map(|x| self.length(x)) }
+    pub fn vector(&self, meters: [f64; 3]) -> [f64; 3] {
+        let turned = self.direction(meters);
+        if self.meters_per_unit == 1.0 { turned } else { turned.map(|x| self.length(x)) }
     }
 
     /// The inverse of [`Self::vector`]; of impulses in kg·unit/s it makes N·s.
     #[inline]
     pub fn our_vector(&self, units: [f64; 3]) -> [f64; 3] {
         let turned = self.our_direction(units);
-        if self.metres_per_unit == 1.0 { turned } else { turned.map(|x| self.metres(x)) }
+        if self.meters_per_unit == 1.0 { turned } else { turned.map(|x| self.meters(x)) }
     }
 
     /// [`Self::vector`] in single precision, rounded once.
     #[inline]
-    pub fn vector_f32(&self, metres: [f32; 3]) -> [f32; 3] {
-        let turned = self.direction(metres);
-        if self.metres_per_unit == 1.0 { turned } else { turned.map(|x| self.length(f64::from(x)) as f32) }
+    pub fn vector_f32(&self, meters: [f32; 3]) -> [f32; 3] {
+        let turned = self.direction(meters);
+        if self.meters_per_unit == 1.0 { turned } else { turned.map(|x| self.length(f64::from(x)) as f32) }
     }
 
     /// [`Self::our_vector`] in single precision, rounded once.
     #[inline]
     pub fn our_vector_f32(&self, units: [f32; 3]) -> [f32; 3] {
         let turned = self.our_direction(units);
-        if self.metres_per_unit == 1.0 { turned } else { turned.map(|x| self.metres(f64::from(x)) as f32) }
+        if self.meters_per_unit == 1.0 { turned } else { turned.map(|x| self.meters(f64::from(x)) as f32) }
     }
 
     /// An angular velocity, rad/s: an axial vector, which a reflection of the axes turns round besides.
@@ -238,23 +238,23 @@ impl Convention {
     }
 
     /// A moment of inertia, kg·m², in kg·unit²; like [`Self::length`] twice, of areas too.
-    pub fn square(&self, metres2: f64) -> f64 {
-        self.length(self.length(metres2))
+    pub fn square(&self, meters2: f64) -> f64 {
+        self.length(self.length(meters2))
     }
 
     /// The inverse of [`Self::square`].
-    pub fn metres2(&self, units2: f64) -> f64 {
-        self.metres(self.metres(units2))
+    pub fn meters2(&self, units2: f64) -> f64 {
+        self.meters(self.meters(units2))
     }
 
     /// A volume, m³, in unit³.
-    pub fn cube(&self, metres3: f64) -> f64 {
-        self.length(self.square(metres3))
+    pub fn cube(&self, meters3: f64) -> f64 {
+        self.length(self.square(meters3))
     }
 
     /// The inverse of [`Self::cube`].
-    pub fn metres3(&self, units3: f64) -> f64 {
-        self.metres(self.metres2(units3))
+    pub fn meters3(&self, units3: f64) -> f64 {
+        self.meters(self.meters2(units3))
     }
 
     /// An inertia tensor, kg·m², in kg·unit² along the host's axes: xx, yy, zz, xy, xz, yz, before and after.
@@ -264,7 +264,7 @@ impl Convention {
 
     /// The inverse of [`Self::inertia`].
     pub fn our_inertia(&self, own: [f64; 6]) -> [f64; 6] {
-        turned(own, |vector| self.our_direction(vector)).map(|entry| self.metres2(entry))
+        turned(own, |vector| self.our_direction(vector)).map(|entry| self.meters2(entry))
     }
 }
 
@@ -282,25 +282,25 @@ impl RequestWire {
         self.convention_up = convention.up as u32;
         self.convention_hand = convention.hand as u32;
         self.convention_winding = convention.winding as u32;
-        self.convention_metres_per_unit = unit(convention.metres_per_unit)?;
+        self.convention_meters_per_unit = unit(convention.meters_per_unit)?;
         Ok(())
     }
 
     /// The convention that it names.
     pub(crate) fn convention(&self) -> Result<Convention, Error> {
         let [up, hand, winding] = [self.convention_up, self.convention_hand, self.convention_winding];
-        Convention::of_numbers(up, hand, winding, self.convention_metres_per_unit)
+        Convention::of_numbers(up, hand, winding, self.convention_meters_per_unit)
     }
 }
 
 /// The length of a unit, m, if it can be one.
-fn unit(metres: f64) -> Result<f64, Error> {
-    let [least, most] = METRES_PER_UNIT;
-    if (least..=most).contains(&metres) {
-        return Ok(metres);
+fn unit(meters: f64) -> Result<f64, Error> {
+    let [least, most] = METERS_PER_UNIT;
+    if (least..=most).contains(&meters) {
+        return Ok(meters);
     }
-    let message = format!("a unit of {metres} m: must be {least:e} to {most:e}");
-    Err(Error::new(ErrorKind::Convention, "convention.metres_per_unit", message))
+    let message = format!("a unit of {meters} m: must be {least:e} to {most:e}");
+    Err(Error::new(ErrorKind::Convention, "convention.meters_per_unit", message))
 }
 
 #[cfg(test)]

@@ -10,7 +10,7 @@
 //! A **refusal** ([`error::Error`]) has one noun per rule. It never travels in an answer: an unanswered request means
 //! that the reason waits at the control service, so that an exhausted pool of answers silences no refusal.
 //!
-//! On the wire: little-endian (both ends run on one machine), right-handed, +Y up, metres, kilograms, seconds,
+//! On the wire: little-endian (both ends run on one machine), right-handed, +Y up, meters, kilograms, seconds,
 //! counter-clockwise seen from outside; unless the strike names another [`convention::Convention`], in which contacts are then read and answers
 //! written, whatever unit a field's name ends with.
 

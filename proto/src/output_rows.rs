@@ -7,7 +7,7 @@ use bytemuck::{Pod, Zeroable};
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct VelocityWire {
-    /// Velocity of the centre of mass, m/s.
+    /// Velocity of the center of mass, m/s.
     pub linear_m_s: [f64; 3],
     /// Angular velocity, rad/s.
     pub angular_rad_s: [f64; 3],
@@ -58,11 +58,11 @@ impl BondWire {
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct DebrisWire {
-    /// The fragment on whose crack face it lies: of two neighbours the one with the lower id.
+    /// The fragment on whose crack face it lies: of two neighbors the one with the lower id.
     pub fragment: u32,
     /// The other one.
-    pub neighbour: u32,
-    /// Where, m, relative to the fragment's centre of mass.
+    pub neighbor: u32,
+    /// Where, m, relative to the fragment's center of mass.
     pub position_m: [f32; 3],
     /// Normal of the crack there, out of the fragment.
     pub normal: [f32; 3],
@@ -118,7 +118,7 @@ pub struct SkinWire {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct SkinVertexWire {
-    /// Relative to the fragment's centre of mass, m.
+    /// Relative to the fragment's center of mass, m.
     pub position_m: [f32; 3],
     /// Of length one.
     pub normal: [f32; 3],

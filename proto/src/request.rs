@@ -83,8 +83,8 @@ pub struct RequestWire {
     pub convention_winding: u32,
     /// Fragments at most; zero: the object's cap.
     pub fragments_max: u32,
-    /// Metres per unit of length of the caller, within [`METRES_PER_UNIT`](crate::convention::METRES_PER_UNIT); zero: 1.
-    pub convention_metres_per_unit: f64,
+    /// Meters per unit of length of the caller, within [`METERS_PER_UNIT`](crate::convention::METERS_PER_UNIT); zero: 1.
+    pub convention_meters_per_unit: f64,
     /// Answer whose fragment is struck; zero: the object itself is.
     pub handle: u64,
     /// Bytes of answer at most; zero: the daemon's bucket.

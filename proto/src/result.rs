@@ -9,7 +9,7 @@
 //! pairs say which ones are the same, so that a fragment is provably closed although its normals split (after Manifold,
 //! *merge vectors*).
 //!
-//! Metres, axes and winding are said for the default convention. A strike with another one ([`crate::convention`]) is answered in its
+//! Meters, axes and winding are said for the default convention. A strike with another one ([`crate::convention`]) is answered in its
 //! axes, winding and unit of length: then `_m`, `_m2` and `_m3` stand for that unit.
 
 use crate::effect::Effect;
@@ -88,7 +88,7 @@ pub enum SectionKind {
     Runs = 4,
     /// Pairs of u32: (from, to) vertices of one fragment that are the same point.
     Merges = 5,
-    /// Three f32 per vertex, m, relative to the fragment's centre of mass.
+    /// Three f32 per vertex, m, relative to the fragment's center of mass.
     Positions = 6,
     /// One u32 per corner, three per triangle, counter-clockwise from outside.
     Indices = 7,
@@ -106,7 +106,7 @@ pub enum SectionKind {
     Debris = 13,
     /// One [`HullWire`] per fragment, or none.
     Hulls = 14,
-    /// Three f32 per vertex of a hull, m, relative to the centre of mass of the hull's fragment.
+    /// Three f32 per vertex of a hull, m, relative to the center of mass of the hull's fragment.
     HullPositions = 15,
     /// One u32 per corner of a hull's triangles, counter-clockwise from outside, relative to the first vertex of the hull.
     HullIndices = 16,
@@ -387,19 +387,19 @@ impl EffectWire {
     }
 }
 
-/// Neighbour of an outer run: nobody.
+/// Neighbor of an outer run: nobody.
 pub const OUTER: u32 = u32::MAX;
 
-/// Triangles of one fragment that face one neighbour, or the outside. The outer run, if any, comes first; after those with
-/// neighbours follow the sides of earlier cracks, where a fragment was struck again: one per fragment of the earlier answer on
-/// the other side, with material 1 and the neighbour [`OUTER`].
+/// Triangles of one fragment that face one neighbor, or the outside. The outer run, if any, comes first; after those with
+/// neighbors follow the sides of earlier cracks, where a fragment was struck again: one per fragment of the earlier answer on
+/// the other side, with material 1 and the neighbor [`OUTER`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct RunWire {
     /// The fragment it belongs to.
     pub fragment: u32,
     /// The fragment on the other side, or [`OUTER`].
-    pub neighbour: u32,
+    pub neighbor: u32,
     /// First vertex in the positions.
     pub vertex_first: u32,
     /// Number of vertices.
@@ -444,9 +444,9 @@ pub struct FragmentWire {
     pub volume_m3: f64,
     /// Mass, kg.
     pub mass_kg: f64,
-    /// Centre of mass in the coordinates of the mesh file, m.
-    pub centre_m: [f64; 3],
-    /// Inertia tensor about the centre, kg·m²: xx, yy, zz, xy, xz, yz.
+    /// Center of mass in the coordinates of the mesh file, m.
+    pub center_m: [f64; 3],
+    /// Inertia tensor about the center, kg·m²: xx, yy, zz, xy, xz, yz.
     pub inertia_kg_m2: [f64; 6],
     /// Distance-weighted energy of the cell it belongs to, J·m².
     pub energy_j_m2: f64,

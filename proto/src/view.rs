@@ -28,7 +28,7 @@ pub struct ResultView<'a> {
     pub runs: &'a [RunWire],
     /// Merge pairs, relative to the first vertex of their fragment.
     pub merges: &'a [[u32; 2]],
-    /// Positions, m, relative to the fragment's centre of mass.
+    /// Positions, m, relative to the fragment's center of mass.
     pub positions: &'a [[f32; 3]],
     /// Indices, relative to the first vertex of their fragment.
     pub indices: &'a [u32],
@@ -46,7 +46,7 @@ pub struct ResultView<'a> {
     pub debris: &'a [DebrisWire],
     /// One per fragment, or none.
     pub hulls: &'a [HullWire],
-    /// Positions of hulls, m, relative to the centre of mass of their fragment.
+    /// Positions of hulls, m, relative to the center of mass of their fragment.
     pub hull_positions: &'a [[f32; 3]],
     /// Indices of hulls, relative to the first vertex of their hull.
     pub hull_indices: &'a [u32],
@@ -181,7 +181,7 @@ fn contents(view: &ResultView<'_>) -> Result<(), Error> {
         }
     }
     let pairs = view.bonds.iter().map(|bond| ("bonds", bond.fragments, bond.holds_to_world()));
-    let points = view.debris.iter().map(|point| ("debris", [point.fragment, point.neighbour], false));
+    let points = view.debris.iter().map(|point| ("debris", [point.fragment, point.neighbor], false));
     for (name, [lower, upper], to_world) in pairs.chain(points) {
         let known = if to_world { lower } else { upper };
         if lower >= upper || known as usize >= fragments {
@@ -237,10 +237,10 @@ fn fragment(view: &ResultView<'_>, i: usize, fragment: &FragmentWire) -> Result<
 
 fn run(view: &ResultView<'_>, run: &RunWire) -> Result<(), &'static str> {
     let fragment = view.fragments.get(run.fragment as usize).ok_or("belongs to no fragment")?;
-    if run.neighbour != OUTER && run.neighbour as usize >= view.fragments.len() {
-        return Err("neighbour is no fragment");
+    if run.neighbor != OUTER && run.neighbor as usize >= view.fragments.len() {
+        return Err("neighbor is no fragment");
     }
-    if run.material > 1 || (run.neighbour != OUTER && run.material != 1) {
+    if run.material > 1 || (run.neighbor != OUTER && run.material != 1) {
         return Err("material is neither outer nor crack");
     }
     let vertices = (fragment.vertex_first, fragment.vertex_count);

@@ -59,8 +59,8 @@ fn strike(served: &EngineObject, number: usize) -> Request {
     let prepared = served.prepared();
     let body = &prepared.bodies[0];
     let face = &body.topology.boundary[number.wrapping_mul(7919) % body.topology.boundary.len()];
-    let point_m = prepared.frame.to_metres(&body.crack.nodes[face.nodes[0] as usize]);
-    let impulse_ns = (prepared.frame.centre_m - point_m).normalize().into();
+    let point_m = prepared.frame.to_meters(&body.crack.nodes[face.nodes[0] as usize]);
+    let impulse_ns = (prepared.frame.center_m - point_m).normalize().into();
     let contact = Contact { point_m: point_m.coords.into(), ray: None, impulse_ns, duration_s: None, radius_m: None };
     let object = "bench".to_owned();
     Request {
@@ -241,7 +241,7 @@ fn wall(here: &TestPlace, name: &str, apart: Duration) {
         let begun = Instant::now();
         let send = |rank: u32| {
             let deadline = (4 + rank) * apart;
-            let impact = Impact::at(bench.facts().centre_m).impulse([1.0, 0.0, 0.0]).radius(bench.facts().diagonal_m);
+            let impact = Impact::at(bench.facts().center_m).impulse([1.0, 0.0, 0.0]).radius(bench.facts().diagonal_m);
             let impact = impact.degree(DegreeRule::Sites(SITES)).seed(rank.into()).deadline(deadline);
             (Instant::now() + deadline, bench.strike(&impact).unwrap())
         };

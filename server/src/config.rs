@@ -281,7 +281,7 @@ mod tests {
         check("[compute]\ntreads = 3", "treads");
         check("[compute]\ntreads = 3", "`compute.threads`");
         check("[answers]\nheld = 3", "`answers.held_max`");
-        check("[colour]\nx = 1", "colour");
+        check("[color]\nx = 1", "color");
         check("[answers]\nbuckets = 0", "answers.buckets");
         check("[service]\nclients_max = 129", "service.clients_max");
         check("[databases]\nwatch_ms = 3", "databases.watch_ms");

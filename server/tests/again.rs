@@ -50,7 +50,7 @@ fn largest(broken: &FractureResult) -> (u32, Impact) {
     let weight = |fragment: &shatter_client::Fragment<'_>| fragment.mass_kg();
     let fragment = broken.fragments().max_by(|a, b| weight(a).total_cmp(&weight(b))).unwrap();
     let farthest = fragment.positions().iter().max_by(|a, b| a[0].total_cmp(&b[0])).unwrap();
-    let point = [0, 1, 2].map(|k| fragment.centre_m()[k] + f64::from(farthest[k]));
+    let point = [0, 1, 2].map(|k| fragment.center_m()[k] + f64::from(farthest[k]));
     let impact = Impact::at(point).impulse([-40.0, 1.0, 2.0]).radius(0.05).degree(DegreeRule::Sites(7));
     (fragment.id(), impact)
 }
@@ -66,7 +66,7 @@ fn check(bar: &Object, before: &FractureResult, kept: bool) -> FractureResult {
     assert!(children.fragments().len() >= 7 && children.fragments().all(|child| child.is_closed()));
     assert!((sum / parent - 1.0).abs() < 1e-6, "{sum} of {parent}");
     let old = children.fragments().flat_map(|child| child.runs().collect::<Vec<_>>());
-    assert!(old.filter(|run| run.crack && run.neighbour.is_none()).count() > 0, "sides of the first crack are told");
+    assert!(old.filter(|run| run.crack && run.neighbor.is_none()).count() > 0, "sides of the first crack are told");
     assert_eq!(children.handle().is_some(), kept);
     children
 }
@@ -184,7 +184,7 @@ fn the_command_line_strikes_what_it_broke() {
     assert!(code == 0 && handle < 1 << 53);
     let fragments = first["fragments"].as_array().unwrap();
     let volume = |fragment: &Value| fragment["volume_m3"].as_f64().unwrap();
-    let x = |fragment: &Value| fragment["centre_m"][0].as_f64().unwrap();
+    let x = |fragment: &Value| fragment["center_m"][0].as_f64().unwrap();
     let struck = fragments.iter().max_by(|a, b| x(a).total_cmp(&x(b))).unwrap();
     let (code, second) = run(&["--from", &format!("{handle}/{}", struck["id"])]);
     let children = second["fragments"].as_array().unwrap();

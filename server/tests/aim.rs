@@ -118,7 +118,7 @@ fn fragments_are_aimed_at_too() {
     let broken = strike(&bar, &impact(Impact::at([0.2, 0.0, 0.0])).keep());
     let handle = broken.handle().unwrap();
     let largest = broken.fragments().max_by(|a, b| a.mass_kg().total_cmp(&b.mass_kg())).unwrap();
-    let center = largest.centre_m();
+    let center = largest.center_m();
     let down = ray([center[0], 1.0, center[2]], [0.0, -1.0, 0.0]);
     let hit = bar.aim_at_fragment(handle, largest.id(), down, patience()).unwrap();
     assert!(hit.point_m[1] > center[1] && hit.point_m[1] < 0.1 + DEVIATION_M, "{hit:?} above {center:?}");

@@ -51,8 +51,8 @@ fn hosts() -> Vec<Host> {
         Matrix3::new(1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 1.0, 0.0),
     ];
     let host = |name, convention, axes, unit, clockwise| Host { name, convention, axes, unit, clockwise };
-    let inches = Convention { winding: Winding::Clockwise, metres_per_unit: 0.0254, ..Convention::BLENDER };
-    let kilometres = Convention { up: Up::Y, hand: Hand::Left, metres_per_unit: 1e3, ..Convention::GLTF };
+    let inches = Convention { winding: Winding::Clockwise, meters_per_unit: 0.0254, ..Convention::BLENDER };
+    let kilometers = Convention { up: Up::Y, hand: Hand::Left, meters_per_unit: 1e3, ..Convention::GLTF };
     vec![
         host("gltf", Convention::GLTF, Matrix3::identity(), 1.0, false),
         host("godot", Convention::GODOT, Matrix3::identity(), 1.0, true),
@@ -61,7 +61,7 @@ fn hosts() -> Vec<Host> {
         host("blender", Convention::BLENDER, blender, 1.0, false),
         host("mujoco", Convention::MUJOCO, blender, 1.0, false),
         host("inches", inches, blender, 0.0254, true),
-        host("kilometres", kilometres, unity, 1e3, false),
+        host("kilometers", kilometers, unity, 1e3, false),
     ]
 }
 
@@ -181,7 +181,7 @@ fn compare(host: &Host, theirs: &ResultView<'_>, ours: &ResultView<'_>) {
     beside(host, theirs, ours);
     assert_eq!(theirs.runs, ours.runs);
     assert_eq!(theirs.merges, ours.merges);
-    assert_eq!(theirs.uvs, ours.uvs, "{}: textures are attached to points and measured in metres", host.name);
+    assert_eq!(theirs.uvs, ours.uvs, "{}: textures are attached to points and measured in meters", host.name);
     assert_eq!((theirs.materials, theirs.skin_materials), (ours.materials, ours.skin_materials));
     assert_eq!(theirs.skins, ours.skins);
     host.same("radius", theirs.summary.radius_m, ours.summary.radius_m / host.unit, DOUBLE);
@@ -195,7 +195,7 @@ fn tables(host: &Host, theirs: &ResultView<'_>, ours: &ResultView<'_>) {
     for (theirs, ours) in theirs.fragments.iter().zip(ours.fragments) {
         assert_eq!((theirs.mass_kg, theirs.energy_j_m2), (ours.mass_kg, ours.energy_j_m2));
         host.same("volume", theirs.volume_m3, ours.volume_m3 / unit.powi(3), DOUBLE);
-        host.close("centre", theirs.centre_m, host.vector(ours.centre_m), DOUBLE);
+        host.close("center", theirs.center_m, host.vector(ours.center_m), DOUBLE);
         let (found, given) = (tensor(theirs.inertia_kg_m2), tensor(ours.inertia_kg_m2));
         let turned = axes * given * axes.transpose() / (unit * unit);
         found.iter().zip(&turned).for_each(|(theirs, ours)| host.same("inertia", *theirs, *ours, DOUBLE));
@@ -317,7 +317,7 @@ fn loose(broken: &FractureResult) -> (u32, [f64; 3]) {
     let loose = broken.fragments().filter(|fragment| !held(fragment.id()));
     let fragment = loose.max_by(|a, b| a.mass_kg().total_cmp(&b.mass_kg())).unwrap();
     let farthest = fragment.positions().iter().max_by(|a, b| a[0].total_cmp(&b[0])).unwrap();
-    (fragment.id(), [0, 1, 2].map(|k| fragment.centre_m()[k] + f64::from(farthest[k])))
+    (fragment.id(), [0, 1, 2].map(|k| fragment.center_m()[k] + f64::from(farthest[k])))
 }
 
 #[test]
@@ -378,12 +378,12 @@ fn files_are_gltf_whatever_the_convention() {
 #[test]
 fn what_is_no_convention_is_refused_by_name() {
     let (_daemon, service) = start();
-    for metres_per_unit in [0.0, -1.0, f64::NAN, f64::INFINITY, 1e-9, 1e9] {
-        let bar = object(&service, Convention { metres_per_unit, ..Convention::UNREAL });
+    for meters_per_unit in [0.0, -1.0, f64::NAN, f64::INFINITY, 1e-9, 1e9] {
+        let bar = object(&service, Convention { meters_per_unit, ..Convention::UNREAL });
         let refusal = bar.strike(&Impact::at(POINT_M).impulse(IMPULSE_NS)).err().unwrap();
-        assert_eq!((refusal.kind, refusal.at.as_str()), (ErrorKind::Convention, "convention.metres_per_unit"));
+        assert_eq!((refusal.kind, refusal.at.as_str()), (ErrorKind::Convention, "convention.meters_per_unit"));
     }
-    // A metre from the middle of the bar.
+    // A meter from the middle of the bar.
     let far = Impact::at([100.0, 0.0, 0.0]).impulse([-50.0, 0.0, 0.0]);
     let refusal = object(&service, Convention::UNREAL).strike(&far).and_then(|mut ticket| ticket.wait(patience()));
     assert_eq!(refusal.err().unwrap().kind, ErrorKind::ContactTooFar);

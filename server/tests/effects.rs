@@ -199,7 +199,7 @@ fn what_cannot_be_is_refused_by_name() {
 
 /// Slivers of the finer diagram are gone unless the strike says otherwise, volumes are not, and what is left is closed.
 #[test]
-fn slivers_become_part_of_their_neighbours() {
+fn slivers_become_part_of_their_neighbors() {
     let (_daemon, bar) = start();
     let many = blow().degree(DegreeRule::Sites(250));
     let sliver = 2.0 * (0.05 * bar.facts().diagonal_m).powi(3);
@@ -215,10 +215,10 @@ fn slivers_become_part_of_their_neighbours() {
     assert!(after.fragments().all(|fragment| fragment.is_closed()));
 }
 
-/// Area vector and area of the part of a fragment's surface that faces `neighbour`, from the mesh that the client sees.
-fn face(fragment: &Fragment<'_>, neighbour: u32) -> ([f64; 3], f64) {
+/// Area vector and area of the part of a fragment's surface that faces `neighbor`, from the mesh that the client sees.
+fn face(fragment: &Fragment<'_>, neighbor: u32) -> ([f64; 3], f64) {
     let positions = fragment.positions();
-    let runs = fragment.runs().filter(|run| run.neighbour == Some(neighbour));
+    let runs = fragment.runs().filter(|run| run.neighbor == Some(neighbor));
     let triangles = runs.flat_map(|run| run.indices.chunks_exact(3).collect::<Vec<_>>());
     triangles.fold(([0.0; 3], 0.0), |(vector, area), triangle| {
         let [a, b, c] = [0, 1, 2].map(|k| positions[triangle[k] as usize].map(f64::from));
@@ -233,7 +233,7 @@ fn bonds_are_the_cracks_that_fragments_share() {
     let (_daemon, bar) = start();
     let broken = strike(&bar, &with(&[Effect::Bonds]));
     let fragments: Vec<Fragment<'_>> = broken.fragments().collect();
-    let pairs: usize = fragments.iter().map(|own| own.runs().filter(|run| run.neighbour.is_some()).count()).sum();
+    let pairs: usize = fragments.iter().map(|own| own.runs().filter(|run| run.neighbor.is_some()).count()).sum();
     assert_eq!(2 * broken.bonds().len(), pairs);
     let half = bar.facts().diagonal_m;
     for bond in broken.bonds() {
@@ -250,8 +250,8 @@ fn bonds_are_the_cracks_that_fragments_share() {
 
 /// Area of the part of a fragment's outer surface that the scene holds, by the centroids of the triangles that the client sees.
 fn held_area(fragment: &Fragment<'_>) -> f64 {
-    let (positions, [x, ..]) = (fragment.positions(), fragment.centre_m());
-    let runs = fragment.runs().filter(|run| run.neighbour.is_none());
+    let (positions, [x, ..]) = (fragment.positions(), fragment.center_m());
+    let runs = fragment.runs().filter(|run| run.neighbor.is_none());
     let triangles = runs.flat_map(|run| run.indices.chunks_exact(3).collect::<Vec<_>>());
     let area = |triangle: &[u32]| {
         let [a, b, c] = [0, 1, 2].map(|k| positions[triangle[k] as usize].map(f64::from));
@@ -316,16 +316,16 @@ fn both_sides_of_a_crack_have_the_same_texture() {
     let broken = strike(&bar, &with(&[Effect::Uv]));
     let mut sides: HashMap<Spot, Vec<[f32; 2]>> = HashMap::new();
     for fragment in broken.fragments() {
-        let centre = fragment.centre_m();
+        let center = fragment.center_m();
         for run in fragment.runs() {
             let uvs = &fragment.uvs()[run.vertex_first as usize..][..run.positions.len()];
-            let Some(neighbour) = run.neighbour else {
+            let Some(neighbor) = run.neighbor else {
                 assert!(uvs.iter().all(|uv| *uv == [0.0; 2]));
                 continue;
             };
-            let pair = [fragment.id().min(neighbour), fragment.id().max(neighbour)];
+            let pair = [fragment.id().min(neighbor), fragment.id().max(neighbor)];
             for (position, uv) in run.positions.iter().zip(uvs) {
-                let place = [0, 1, 2].map(|k| ((f64::from(position[k]) + centre[k]) * 1e5).round() as i64);
+                let place = [0, 1, 2].map(|k| ((f64::from(position[k]) + center[k]) * 1e5).round() as i64);
                 sides.entry((pair, place)).or_default().push(*uv);
             }
         }
@@ -340,14 +340,14 @@ fn release_makes_no_momentum() {
     let (_daemon, bar) = start();
     let broken = strike(&bar, &with(&[Effect::Release]));
     let parts: Vec<_> =
-        broken.fragments().map(|own| (own.mass_kg(), own.centre_m(), own.row(), own.velocity().unwrap())).collect();
+        broken.fragments().map(|own| (own.mass_kg(), own.center_m(), own.row(), own.velocity().unwrap())).collect();
     let momenta = || parts.iter().map(|(mass, _, _, velocity)| velocity.linear_m_s.map(|v| v * mass));
     let linear = sum(momenta());
-    let angular = sum(parts.iter().map(|(mass, centre, row, velocity)| {
+    let angular = sum(parts.iter().map(|(mass, center, row, velocity)| {
         let [xx, yy, zz, xy, xz, yz] = row.inertia_kg_m2;
         let w = velocity.angular_rad_s;
         let spin = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]].map(|row| (0..3).map(|k| row[k] * w[k]).sum::<f64>());
-        let orbit = cross(*centre, velocity.linear_m_s.map(|v| v * mass));
+        let orbit = cross(*center, velocity.linear_m_s.map(|v| v * mass));
         [0, 1, 2].map(|k| spin[k] + orbit[k])
     }));
     let scale: f64 = momenta().map(norm).sum();
@@ -368,7 +368,7 @@ fn debris_lies_on_cracks() {
     assert!(broken.debris().len() > 100);
     let spacing = 0.05 * bar.facts().diagonal_m;
     for point in broken.debris() {
-        let run = fragments[point.fragment as usize].runs().find(|run| run.neighbour == Some(point.neighbour)).unwrap();
+        let run = fragments[point.fragment as usize].runs().find(|run| run.neighbor == Some(point.neighbor)).unwrap();
         let distance = |position: &[f32; 3]| norm([0, 1, 2].map(|k| f64::from(position[k] - point.position_m[k])));
         let nearest = run.positions.iter().map(distance).fold(f64::INFINITY, f64::min);
         assert!(nearest < spacing, "{nearest} of {spacing}");

@@ -119,8 +119,8 @@ fn what_the_daemon_cannot_start_with_is_named() {
     check(&["--databases", "/nowhere/ä b"], 3, "/nowhere/ä b");
     check(&["--config", "/nowhere.toml"], 3, "/nowhere.toml");
     check(&["--threads", "100000"], 3, "compute.threads");
-    let config = here.file("colour.toml", "[compute]\ncolour = 3");
-    check(&["--config", config.to_str().unwrap()], 3, "colour");
+    let config = here.file("color.toml", "[compute]\ncolor = 3");
+    check(&["--config", config.to_str().unwrap()], 3, "color");
     check(&["--log", "a=b=c"], 3, "log.filter");
     check(&["--nonsense"], 2, "--nonsense");
 }

@@ -57,7 +57,7 @@ fn fragments_come_back_through_shared_memory() {
         assert!(fragment.is_closed() && fragment.id() as usize == i);
         assert_eq!((fragment.positions().len(), fragment.indices().len(), fragment.mass_kg()), (4, 12, 2.0));
         let run = fragment.runs().next().unwrap();
-        assert_eq!((run.neighbour, run.index_first, run.vertex_first), (None, 0, 0));
+        assert_eq!((run.neighbor, run.index_first, run.vertex_first), (None, 0, 0));
         assert_eq!((run.indices, run.positions), (fragment.indices(), fragment.positions()));
     }
     let names: Vec<&str> = broken.stages().iter().map(|stage| stage.name()).collect();

@@ -78,7 +78,7 @@ fn points(pieces: &FractureMeshes, fragment: u32) -> Vec<Point3<f64>> {
     pieces.emit(&mut positions, &mut vec![0; counts.indices], &mut vec![[0; 2]; counts.merges]).unwrap();
     let row = &pieces.fragments[fragment as usize];
     let own = &positions[row.vertex_first as usize..][..row.vertex_count as usize];
-    own.iter().map(|at| Point3::from(at.map(f64::from)) + Vector3::from(row.centre_m)).collect()
+    own.iter().map(|at| Point3::from(at.map(f64::from)) + Vector3::from(row.center_m)).collect()
 }
 
 fn show(what: &str, ms: f64, times: &Times) {

@@ -50,12 +50,12 @@ fn prepared() -> PreparedObject {
 fn strikes(prepared: &PreparedObject) -> Vec<FractureRequest> {
     let body = &prepared.bodies[0];
     let nodes = &body.topology.boundary_nodes;
-    let centre =
+    let center =
         body.crack.nodes.iter().map(|node| node.coords).sum::<nalgebra::Vector3<f64>>() / body.crack.nodes.len() as f64;
     let strike = |impact: usize| {
         let node = nodes[(2 * impact + 1) * nodes.len() / (2 * IMPACTS)];
         let point: Point3<f64> = body.crack.nodes[node as usize];
-        let blow = FractureRequest::at(prepared.frame.to_metres(&point), centre - point.coords).seeded(1);
+        let blow = FractureRequest::at(prepared.frame.to_meters(&point), center - point.coords).seeded(1);
         FractureRequest { degree: DegreeRequest::Sites(SITES), seed: impact as u64, ..blow }
     };
     (0..IMPACTS).map(strike).collect()

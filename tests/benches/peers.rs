@@ -71,7 +71,7 @@ fn booleans(
     let energy = struck::energy(prepared, strike);
     let diagram = struck::diagram(prepared, strike.lift, &energy.shares, SITES as usize, strike.seed);
     let body = &prepared.bodies[0];
-    let place = |node: u32| prepared.frame.to_metres(&body.crack.nodes[node as usize]);
+    let place = |node: u32| prepared.frame.to_meters(&body.crack.nodes[node as usize]);
     let nodes = diagram.site_nodes(body.lift(strike.lift).unwrap());
     let sites: Vec<[f64; 3]> = nodes.into_iter().map(|node| place(node).coords.into()).collect();
     let positions: Vec<[f64; 3]> = mesh.positions_m.iter().map(|point| point.coords.into()).collect();

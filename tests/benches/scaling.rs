@@ -90,7 +90,7 @@ fn measure(study: &Study, mut cases: Vec<Case>, x: impl Fn(usize, &Case) -> f64)
     let law = power_law(&points);
     let steepest = points.windows(2).map(|pair| power_law(pair)[0]).fold(f64::NEG_INFINITY, f64::max);
     let Study { over, bound, .. } = study;
-    println!("exponent over {over}: {:.2} (bound: {bound}), between neighbours at most {steepest:.2}\n", law[0]);
+    println!("exponent over {over}: {:.2} (bound: {bound}), between neighbors at most {steepest:.2}\n", law[0]);
     if let Some(folder) = std::env::var_os("SHATTER_BENCH_OUT") {
         write(study, &points, law, folder.as_ref());
     }

@@ -30,7 +30,7 @@ fn strike(prepared: &PreparedObject) -> FractureRequest {
     let body = &prepared.bodies[0];
     let node = body.topology.boundary[body.topology.boundary.len() / 2].nodes[0];
     let point: Point3<f64> = body.crack.nodes[node as usize];
-    let blow = FractureRequest::at(prepared.frame.to_metres(&point), -point.coords).seeded(1);
+    let blow = FractureRequest::at(prepared.frame.to_meters(&point), -point.coords).seeded(1);
     FractureRequest { degree: DegreeRequest::Sites(SITES), ..blow }
 }
 

@@ -42,7 +42,7 @@ struct Memory {
     tessellation: Tessellation,
     workspace: TessellationWorkspace,
     properties: Vec<RigidProperties>,
-    centres: Vec<Point3<f64>>,
+    centers: Vec<Point3<f64>>,
     positions: Vec<[f32; 3]>,
     indices: Vec<u32>,
     merges: Vec<[u32; 2]>,
@@ -53,13 +53,13 @@ impl Memory {
         self.positions.resize(self.tessellation.vertex_count(), [0.0; 3]);
         self.indices.resize(self.tessellation.index_count(), 0);
         self.merges.resize(self.tessellation.merge_count(), [0; 2]);
-        self.centres = self.properties.iter().map(|properties| properties.centre).collect();
+        self.centers = self.properties.iter().map(|properties| properties.center).collect();
     }
 
     fn emit(&mut self) {
-        let transform = Transform { metres_per_unit: 2.0 };
+        let transform = Transform { meters_per_unit: 2.0 };
         let sections = (&mut self.positions, &mut self.indices, &mut self.merges);
-        self.tessellation.emit(&self.centres, transform, sections.0, sections.1, sections.2).unwrap();
+        self.tessellation.emit(&self.centers, transform, sections.0, sections.1, sections.2).unwrap();
     }
 
     fn report(&self, lattice: &Lattice) {

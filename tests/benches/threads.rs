@@ -74,7 +74,7 @@ struct Memory {
     points: CrackPoints,
     tessellation: Tessellation,
     workspace: TessellationWorkspace,
-    centres: Vec<Point3<f64>>,
+    centers: Vec<Point3<f64>>,
     positions: Vec<[f32; 3]>,
     indices: Vec<u32>,
     merges: Vec<[u32; 2]>,
@@ -93,17 +93,17 @@ impl Memory {
         let build_ms = since_ms(begun);
         self.make_room();
         let begun = Instant::now();
-        let transform = Transform { metres_per_unit: 1.0 };
+        let transform = Transform { meters_per_unit: 1.0 };
         let sections = (&mut self.positions, &mut self.indices, &mut self.merges);
-        self.tessellation.emit(&self.centres, transform, sections.0, sections.1, sections.2).unwrap();
+        self.tessellation.emit(&self.centers, transform, sections.0, sections.1, sections.2).unwrap();
         [points_ms, build_ms, since_ms(begun)]
     }
 
     fn make_room(&mut self) {
-        if self.centres.is_empty() {
+        if self.centers.is_empty() {
             let mut measured = Vec::new();
             properties(&self.tessellation, &mut measured);
-            self.centres = measured.iter().map(|own| own.centre).collect();
+            self.centers = measured.iter().map(|own| own.center).collect();
         }
         self.positions.resize(self.tessellation.vertex_count(), [0.0; 3]);
         self.indices.resize(self.tessellation.index_count(), 0);

@@ -38,7 +38,7 @@ def row(name, meshes):
         "watertight": closed(mesh),
         "merged_watertight": closed(merged),
         "volume_m3": float(mesh.volume),
-        "centre_m": mesh.center_mass.tolist(),
+        "center_m": mesh.center_mass.tolist(),
         "inertia_m5": mesh.moment_inertia.tolist(),
         "triangles": len(mesh.faces),
         "materials": materials,

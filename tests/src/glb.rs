@@ -16,10 +16,10 @@ pub struct Fragment {
     pub stated_volume_m3: f64,
     /// `extras.mass_kg`.
     pub mass_kg: f64,
-    /// `extras.inertia_kg_m2`: xx, yy, zz, xy, xz, yz about the centre of mass.
+    /// `extras.inertia_kg_m2`: xx, yy, zz, xy, xz, yz about the center of mass.
     pub inertia_kg_m2: [f64; 6],
-    /// The node's translation, m: the centre of mass.
-    pub centre_m: [f64; 3],
+    /// The node's translation, m: the center of mass.
+    pub center_m: [f64; 3],
     /// Vertices relative to it, m.
     pub positions: Vec<[f32; 3]>,
     /// Triangles of the primitive with material `outer`.
@@ -58,7 +58,7 @@ fn fragment(document: &gltf::Document, blob: &[u8], node: &gltf::Node) -> Result
         stated_volume_m3: number("volume_m3")?,
         mass_kg: number("mass_kg")?,
         inertia_kg_m2: serde_json::from_value(extras["inertia_kg_m2"].clone()).context("no extras.inertia_kg_m2")?,
-        centre_m: translation.map(f64::from),
+        center_m: translation.map(f64::from),
         positions: Vec::new(),
         outer: Vec::new(),
         crack: Vec::new(),

@@ -45,5 +45,5 @@ pub fn surface_point(prepared: &PreparedObject, at: [f64; 3]) -> (Point3<f64>, V
     let nearest = faces.clone().flatten().min_by(|a, b| (a - wish).norm().total_cmp(&(b - wish).norm())).unwrap();
     let around = faces.filter(|[a, ..]| (a - nearest).norm() < PATCH);
     let outward: Vector3<f64> = around.map(|[a, b, c]| (b - a).cross(&(c - a))).sum();
-    (prepared.frame.to_metres(&nearest), -outward.normalize())
+    (prepared.frame.to_meters(&nearest), -outward.normalize())
 }

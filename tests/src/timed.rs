@@ -12,7 +12,7 @@ pub fn only_begin() -> bool {
     std::env::args().any(|argument| argument == "--test")
 }
 
-/// The mesh file that `SHATTER_BENCH_MESH` names, metres; else a generated statue of about 100,000 triangles.
+/// The mesh file that `SHATTER_BENCH_MESH` names, meters; else a generated statue of about 100,000 triangles.
 pub fn mesh() -> RawMesh {
     match std::env::var_os("SHATTER_BENCH_MESH") {
         Some(path) => surface::read(path.as_ref(), LengthUnit::M, UpAxis::Y).unwrap(),

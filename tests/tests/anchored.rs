@@ -198,13 +198,13 @@ fn what_cannot_be_held_is_refused_by_name() {
         assert!(bar.held.is_none(), "it is as it was");
         refused
     };
-    let far = Region::Ball { centre_m: Point3::new(3.0, 0.0, 0.0), radius_m: 0.5 };
+    let far = Region::Ball { center_m: Point3::new(3.0, 0.0, 0.0), radius_m: 0.5 };
     let empty = refused(&mut bar, vec![end(), far]);
     assert!(matches!(empty, AnchorError::Empty { region: 1, .. }), "{empty}");
     assert!(empty.to_string().contains("anchors[1]") && empty.to_string().contains("0.5 m"), "{empty}");
     // A ball that holds a single node, at a corner of the lattice.
-    let corner = bar.frame.to_metres(&bar.solid(0).unwrap().lattice.nodes[0]);
-    let single = Region::Ball { centre_m: corner, radius_m: 1e-4 };
+    let corner = bar.frame.to_meters(&bar.solid(0).unwrap().lattice.nodes[0]);
+    let single = Region::Ball { center_m: corner, radius_m: 1e-4 };
     let loose = refused(&mut bar, vec![single]);
     let line = matches!(loose, AnchorError::Loose { body: 0, source: ElasticityError::AnchorsInLine { nodes: 1 }, .. });
     assert!(line && loose.to_string().contains("anchors[0]"), "{loose}");

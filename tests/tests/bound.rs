@@ -88,7 +88,7 @@ fn random(prepared: &PreparedObject, stream: &mut RandomStream) -> FractureReque
         let (point, _) = sampler.point(stream);
         let direction = Vector3::from_fn(|_, _| stream.uniform() - 0.5);
         let radius_m = prepared.frame.diagonal_m * 0.01 * 40f64.powf(stream.uniform());
-        (prepared.frame.to_metres(&point), direction, radius_m)
+        (prepared.frame.to_meters(&point), direction, radius_m)
     };
     let contacts: Vec<_> = (0..count).map(|_| contact(stream)).collect();
     let mut blow = FractureRequest::at(contacts[0].0, contacts[0].1).seeded(1);
@@ -230,13 +230,13 @@ fn a_bound_will_not_do_where_exact_figures_are_asked_for_or_there_is_none() {
 fn a_fragment_that_is_struck_again_has_no_bound() {
     let prepared = baked("arch", shapes::arch(), Some([0.08, 0.06]));
     let (node, own) = (prepared.bodies[0].crack.nodes[0], Vector3::new(0.3, -1.0, 0.2));
-    let blow = FractureRequest::at(prepared.frame.to_metres(&node), own).seeded(1);
+    let blow = FractureRequest::at(prepared.frame.to_meters(&node), own).seeded(1);
     let broken =
         outcome(&prepared, &FractureRequest { degree: DegreeRequest::Sites(2), ..blow }).unwrap().pieces.unwrap();
     let kept = broken.keep();
     let (mut workspace, token) = (Workspace::default(), CancelToken::default());
     let struck = prepared.bodies[0].crack.nodes.iter().find_map(|node| {
-        let weak = FractureRequest::at(prepared.frame.to_metres(node), own * 1e-6).seeded(1);
+        let weak = FractureRequest::at(prepared.frame.to_meters(node), own * 1e-6).seeded(1);
         strike_again(&prepared, (&kept, 0), &weak, &mut workspace, &token, &mut ()).ok()
     });
     let struck = struck.expect("some node is of the fragment");

@@ -27,7 +27,7 @@ fn arch(impacts: u64) -> PreparedObject {
 /// A blow at the top, far above the threshold.
 fn blow(prepared: &PreparedObject) -> FractureRequest {
     let top = prepared.bodies[0].crack.nodes.iter().max_by(|a, b| a.y.total_cmp(&b.y)).unwrap();
-    let point_m: Point3<f64> = prepared.frame.to_metres(top);
+    let point_m: Point3<f64> = prepared.frame.to_meters(top);
     let blow = FractureRequest::at(point_m, Vector3::new(1.0, -3.0, 0.5)).seeded(1);
     FractureRequest { degree: DegreeRequest::Sites(12), tolerance: 1e-9, ..blow }
 }

@@ -104,8 +104,8 @@ fn the_intact_object_is_the_boundary_of_its_lattice() {
     let used: BTreeSet<u32> = read.triangles.iter().flatten().copied().collect();
     assert_eq!(used.len(), read.positions_m.len(), "every vertex once");
     let original = shapes::arch();
-    let middle = RigidProperties::of_surface(&original.positions_m, original.triangles.iter().copied()).centre;
-    assert!((whole.centre - middle).norm() < 0.02, "{} {middle}", whole.centre);
+    let middle = RigidProperties::of_surface(&original.positions_m, original.triangles.iter().copied()).center;
+    assert!((whole.center - middle).norm() < 0.02, "{} {middle}", whole.center);
     assert_eq!(inspect(&glb).0, 0);
     check_glb(&glb, 1, volume_m3);
     let (code, refused) = inspect(&other);
@@ -208,18 +208,18 @@ fn a_convention_turns_what_is_said_and_shown_and_no_file() {
     let impulse = format!("{},0,0", 5.0 * just);
     let unity = strike("unity", &format!("-{point}"), &impulse, &["--out", theirs]);
     let fragments = |answer: &Value| answer["fragments"].as_array().unwrap().clone();
-    let centre = |fragment: &Value| -> Vec<f64> { serde_json::from_value(fragment["centre_m"].clone()).unwrap() };
+    let center = |fragment: &Value| -> Vec<f64> { serde_json::from_value(fragment["center_m"].clone()).unwrap() };
     assert_eq!((unity["convention"].as_str(), fragments(&unity).len()), (Some("unity"), fragments(&usual).len()));
     for (theirs, ours) in fragments(&unity).iter().zip(&fragments(&usual)) {
-        let [theirs, ours] = [theirs, ours].map(centre);
+        let [theirs, ours] = [theirs, ours].map(center);
         assert_eq!(theirs, [-ours[0], ours[1], ours[2]]);
     }
     assert!(std::fs::read(ours).unwrap() == std::fs::read(theirs).unwrap(), "files are glTF's");
     // Unreal's are (x, z, y), cm; a radius keeps its name.
-    let metres: Vec<f64> = point.split(',').map(|part| part.parse().unwrap()).collect();
-    let centimetres = format!("{},{},{}", 100.0 * metres[0], 100.0 * metres[2], 100.0 * metres[1]);
+    let meters: Vec<f64> = point.split(',').map(|part| part.parse().unwrap()).collect();
+    let centimeters = format!("{},{},{}", 100.0 * meters[0], 100.0 * meters[2], 100.0 * meters[1]);
     let impulse = format!("{},0,0", -500.0 * just);
-    let unreal = strike("unreal", &centimetres, &impulse, &["--radius-m", "0.2"]);
+    let unreal = strike("unreal", &centimeters, &impulse, &["--radius-m", "0.2"]);
     let same = impact(&house, &point, 5.0 * just, &["--degree", "24", "--radius-m", "0.2"]);
     assert!((number(&unreal, "e1_over_gamma") / number(&same, "e1_over_gamma") - 1.0).abs() < 1e-9);
     assert!((number(&unreal, "radius_m") / number(&same, "radius_m") - 100.0).abs() < 1e-9);
@@ -229,7 +229,7 @@ fn a_convention_turns_what_is_said_and_shown_and_no_file() {
     let threshold =
         |arguments: &[&str]| house.ok("shatter", &[&["threshold", "arch", "--radius-m", "0.2"], arguments].concat());
     let usual = threshold(&["--point", &point, "--direction", "-1,0,-0.5"]);
-    let unreal = threshold(&["--convention", "unreal", "--point", &centimetres, "--direction", "-1,-0.5,0"]);
+    let unreal = threshold(&["--convention", "unreal", "--point", &centimeters, "--direction", "-1,-0.5,0"]);
     assert_eq!((usual["convention"].as_str(), unreal["convention"].as_str()), (Some("gltf"), Some("unreal")));
     for key in ["impulse_ns", "radius_m"] {
         assert!((number(&unreal, key) / number(&usual, key) / 100.0 - 1.0).abs() < 1e-9, "{key}: {unreal} {usual}");

@@ -17,7 +17,7 @@ const STEPS: &str = "1000";
 /// The file is of single precision.
 const SINGLE: f64 = 1e-5;
 
-/// Volumes of pieces in it, over their own: vertices are rounded about the centre of their piece.
+/// Volumes of pieces in it, over their own: vertices are rounded about the center of their piece.
 const VOLUME: f64 = 1e-6;
 
 /// A house with `mesh` in it, on a lattice of that spacing, and the daemon running.
@@ -106,7 +106,7 @@ fn a_glb_tells_inertias_and_is_watertight_to_others() {
             fragment.positions.iter().map(|own| Point3::from(own.map(f64::from))).collect();
         let own = RigidProperties::of_surface(&positions, fragment.triangles());
         check_properties(row, &own, fragment.mass_kg / fragment.stated_volume_m3, &fragment.inertia_kg_m2);
-        assert!(own.centre.coords.norm() < SINGLE, "its centre is the origin of its node");
+        assert!(own.center.coords.norm() < SINGLE, "its center is the origin of its node");
     }
     let Some(seen) = peers::watertight(&[&file]) else { return };
     check_seen(&seen, &answer);
@@ -166,8 +166,8 @@ fn obj_folders_hold_closed_pieces_in_place_and_their_masses() {
         let singles: Vec<[f32; 3]> = read.positions_m.iter().map(|p| p.coords.map(|x| x as f32).into()).collect();
         closed(&singles, read.triangles.as_flattened()).unwrap();
         let own = RigidProperties::of_surface(&read.positions_m, read.triangles.iter().copied());
-        let centre: [f64; 3] = serde_json::from_value(row["centre_m"].clone()).unwrap();
-        assert!((own.centre - Point3::from(centre)).norm() < SINGLE, "pieces lie where they broke");
+        let center: [f64; 3] = serde_json::from_value(row["center_m"].clone()).unwrap();
+        assert!((own.center - Point3::from(center)).norm() < SINGLE, "pieces lie where they broke");
         let inertia: [f64; 6] = serde_json::from_value(row["inertia_kg_m2"].clone()).unwrap();
         check_properties(told, &own, number(told, "mass_kg") / number(told, "volume_m3"), &inertia);
         let hull = surface::read(&folder.join(row["hull"].as_str().unwrap()), LengthUnit::M, UpAxis::Y).unwrap();
@@ -259,7 +259,7 @@ fn check_model(all: &[Element], answer: &Value, meshes: &Path) {
         assert!(a >= b && b >= c && c > 0.0 && a <= b + c, "{inertial:?}");
         let [w, x, y, z] = inertial.numbers("quat");
         assert!((w * w + x * x + y * y + z * z - 1.0).abs() < 1e-14);
-        let [x, y, z]: [f64; 3] = serde_json::from_value(row["centre_m"].clone()).unwrap();
+        let [x, y, z]: [f64; 3] = serde_json::from_value(row["center_m"].clone()).unwrap();
         assert_eq!(body.numbers("pos"), [x, -z, y], "+Z is up");
     }
     for mesh in of(all, "mesh") {
@@ -344,7 +344,7 @@ fn even_pieces_are_alike_wherever_they_lie() {
     println!("volumes of pieces vary by {:.0} % evenly, {:.0} % under a blow", 100.0 * even, 100.0 * blow);
     assert!(even < 0.35 && even < 0.5 * blow, "{even} {blow}");
     // Each half, each quarter has its share.
-    let along = |row: &Value| row["centre_m"][0].as_f64().unwrap();
+    let along = |row: &Value| row["center_m"][0].as_f64().unwrap();
     for quarter in 0..4 {
         let begin = -0.2 + 0.1 * f64::from(quarter);
         let inside = rows(&answer).iter().filter(|row| (begin..begin + 0.1).contains(&along(row)));

@@ -40,7 +40,7 @@ fn file(cut: f32) -> Result<Vec<u8>, ExportError> {
             indices,
             runs,
             merges,
-            centre_m: [id as f64, 0.0, 0.0],
+            center_m: [id as f64, 0.0, 0.0],
             volume_m3: if id == 0 { f64::from(cut) } else { 1.0 - f64::from(cut) },
             mass_kg: 2.0,
             inertia_kg_m2: [1.0, 1.0, 1.0, 0.0, 0.0, 0.0],
@@ -59,7 +59,7 @@ fn check(cut: f32) {
         assert_eq!((fragment.outer.len(), fragment.crack.len()), (10, 2));
         assert!((fragment.volume_m3() - fragment.stated_volume_m3).abs() < 1e-7);
     }
-    assert_eq!(fragments[1].centre_m, [1.0, 0.0, 0.0]);
+    assert_eq!(fragments[1].center_m, [1.0, 0.0, 0.0]);
 }
 
 proptest! {
@@ -91,7 +91,7 @@ fn looks_come_back_from_the_file() {
         let view = |id: usize| {
             let (positions, indices, runs, merges) = &halves[id];
             let uvs: &[[f32; 2]] = if textured[id] { &uvs[id] } else { &[] };
-            let (centre_m, volume_m3, mass_kg) = ([0.0; 3], 1.0, 1.0);
+            let (center_m, volume_m3, mass_kg) = ([0.0; 3], 1.0, 1.0);
             let normals = &normals[id];
             FragmentView {
                 id: id as u32,
@@ -102,7 +102,7 @@ fn looks_come_back_from_the_file() {
                 indices,
                 runs,
                 merges,
-                centre_m,
+                center_m,
                 volume_m3,
                 mass_kg,
                 inertia_kg_m2: [1.0, 1.0, 1.0, 0.0, 0.0, 0.0],

@@ -7,7 +7,7 @@ use shatter_fracture::lift::LiftKind;
 use shatter_fracture::pipeline::{DegreeRequest, DegreeSource, FractureRequest, PreparedObject};
 use shatter_fracture::tessellation::{BisectorSites, FixedPoints, crack_points};
 use shatter_lab::picture::{
-    Backdrop, Camera, Color, DrawnMesh, Image, PictureSize, Projection, RenderStyle, draw, fragment_colour,
+    Backdrop, Camera, Color, DrawnMesh, Image, PictureSize, Projection, RenderStyle, draw, fragment_color,
 };
 use shatter_tests::statistics::{median, rank_correlation};
 use shatter_tests::{real, struck};
@@ -139,11 +139,11 @@ fn pictures() -> PathBuf {
     folder
 }
 
-/// The lattice's boundary from the side and a little above, a colour per label.
+/// The lattice's boundary from the side and a little above, a color per label.
 fn view(lattice: &Lattice, labels: &[u32]) -> Image {
     let upright: Vec<Point3<f32>> = lattice.nodes.iter().map(|p| Point3::new(p.x, p.z, -p.y).cast()).collect();
     let triangles: Vec<[u32; 3]> = lattice.boundary().iter().map(|face| face.nodes).collect();
-    let mesh = DrawnMesh::paint(upright, triangles, 60.0, |_, node| fragment_colour(labels[node as usize]));
+    let mesh = DrawnMesh::paint(upright, triangles, 60.0, |_, node| fragment_color(labels[node as usize]));
     let size = PictureSize { width: 800, height: 700 };
     let lens = Projection::Perspective { fov_deg: 24.0 };
     let camera = Camera::fit(&mesh.positions, Vector3::new(1.0, 0.25, 0.55), lens, 800.0 / 700.0);
@@ -168,11 +168,11 @@ fn crack_pairs(prepared: &PreparedObject, lift: LiftKind, diagram: &Diagram) -> 
 
 /// Largest distance of the points from the plane that fits them best.
 fn off_plane(points: &[Point3<f64>]) -> f64 {
-    let centre = points.iter().map(|p| p.coords).sum::<Vector3<f64>>() / points.len() as f64;
-    let spread: Matrix3<f64> = points.iter().map(|p| (p.coords - centre) * (p.coords - centre).transpose()).sum();
+    let center = points.iter().map(|p| p.coords).sum::<Vector3<f64>>() / points.len() as f64;
+    let spread: Matrix3<f64> = points.iter().map(|p| (p.coords - center) * (p.coords - center).transpose()).sum();
     let eigen = spread.symmetric_eigen();
     let normal = eigen.eigenvectors.column(eigen.eigenvalues.imin()).into_owned();
-    points.iter().map(|p| (p.coords - centre).dot(&normal).abs()).fold(0.0, f64::max)
+    points.iter().map(|p| (p.coords - center).dot(&normal).abs()).fold(0.0, f64::max)
 }
 
 #[test]
@@ -197,11 +197,11 @@ fn cracks_curve_with_interior_distances_alone() {
     assert!(median(&bent) > 1e-3 && bent.iter().all(|&bent| bent > 1e-4));
 }
 
-/// Volumes, mean energy densities and centres of the cells of one diagram.
+/// Volumes, mean energy densities and centers of the cells of one diagram.
 struct Cells {
     volumes: Vec<f64>,
     densities: Vec<f64>,
-    centres: Vec<Point3<f64>>,
+    centers: Vec<Point3<f64>>,
 }
 
 fn cells(prepared: &PreparedObject, diagram: &Diagram, shares: &[f64]) -> Cells {
@@ -215,7 +215,7 @@ fn cells(prepared: &PreparedObject, diagram: &Diagram, shares: &[f64]) -> Cells 
     }
     Cells {
         densities: energies.iter().zip(&volumes).map(|(energy, volume)| energy / volume).collect(),
-        centres: firsts.iter().zip(&volumes).map(|(first, volume)| Point3::from(first / *volume)).collect(),
+        centers: firsts.iter().zip(&volumes).map(|(first, volume)| Point3::from(first / *volume)).collect(),
         volumes,
     }
 }
@@ -242,10 +242,10 @@ fn follows(prepared: &PreparedObject, at: [f64; 3], uniform: bool, seed: u64) ->
     let cells = cells(prepared, &diagram, &energy.shares);
     let contact = prepared.frame.to_local(&strike.contacts[0].point_m);
     let radius = energy.radius_m / prepared.frame.diagonal_m;
-    let near = |centre: &Point3<f64>| (centre - contact).norm() <= 2.0 * radius;
+    let near = |center: &Point3<f64>| (center - contact).norm() <= 2.0 * radius;
     let ratio = |figures: &[f64]| {
         let side = |wanted: bool| -> Vec<f64> {
-            let chosen = cells.centres.iter().zip(figures).filter(|(centre, _)| near(centre) == wanted);
+            let chosen = cells.centers.iter().zip(figures).filter(|(center, _)| near(center) == wanted);
             chosen.map(|(_, figure)| *figure).collect()
         };
         let (near, far) = (side(true), side(false));
@@ -289,7 +289,7 @@ fn fragments_follow_the_deformation() {
     let patterns = [("head", HEAD), ("croup", CROUP)].map(|(name, at)| check_follows(name, horse, at).cells);
     let smallest = |cells: &Cells| {
         let least = (0..cells.volumes.len()).min_by(|&a, &b| cells.volumes[a].total_cmp(&cells.volumes[b])).unwrap();
-        cells.centres[least]
+        cells.centers[least]
     };
     let apart = (smallest(&patterns[0]) - smallest(&patterns[1])).norm();
     println!("the smallest fragments of the two patterns are {apart:.3} diagonals apart");

@@ -29,8 +29,8 @@ struct Mesh {
 }
 
 impl Mesh {
-    fn new(centre: [f64; 3], positions: &[[f32; 3]], indices: &[u32]) -> Self {
-        let place = |index: u32| Point3::from(positions[index as usize].map(f64::from)) + Vector3::from(centre);
+    fn new(center: [f64; 3], positions: &[[f32; 3]], indices: &[u32]) -> Self {
+        let place = |index: u32| Point3::from(positions[index as usize].map(f64::from)) + Vector3::from(center);
         Self { corners: indices.chunks_exact(3).map(|t| [place(t[0]), place(t[1]), place(t[2])]).collect() }
     }
 
@@ -110,12 +110,12 @@ fn meshes(pieces: &FractureMeshes) -> (Vec<Mesh>, Vec<Mesh>) {
     let fragments = pieces.fragments.iter().map(|row| {
         let (vertex, index) = (row.vertex_first as usize, row.index_first as usize);
         let positions = &positions[vertex..][..row.vertex_count as usize];
-        Mesh::new(row.centre_m, positions, &indices[index..][..row.index_count as usize])
+        Mesh::new(row.center_m, positions, &indices[index..][..row.index_count as usize])
     });
     let hulls = pieces.fragments.iter().zip(&pieces.hulls.rows).map(|(fragment, row)| {
         let (vertex, index) = (row.vertex_first as usize, row.index_first as usize);
         let positions = &pieces.hulls.positions[vertex..][..row.vertex_count as usize];
-        Mesh::new(fragment.centre_m, positions, &pieces.hulls.indices[index..][..row.index_count as usize])
+        Mesh::new(fragment.center_m, positions, &pieces.hulls.indices[index..][..row.index_count as usize])
     });
     (fragments.collect(), hulls.collect())
 }

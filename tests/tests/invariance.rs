@@ -76,7 +76,7 @@ fn scaling_by_a_power_of_two_scales_the_meshes_exactly() {
 fn translating_the_prepared_object_and_the_contact_keeps_the_fragments_to_rounding() {
     let offset = Vector3::new(3.0, -7.0, 11.0);
     let (own, mut moved) = (arch(|p| p), arch(|p| p));
-    moved.frame.centre_m += offset;
+    moved.frame.center_m += offset;
     let point = contact(&own);
     check(&strike(&own, point, PUSH), &strike(&moved, point + offset, PUSH), 1.0, 1e-6);
 }
@@ -106,6 +106,6 @@ fn turning_the_prepared_lattice_and_the_contact_keeps_the_fragments_to_rounding(
     };
     let own = arch(|p| p);
     let point = contact(&own);
-    let point_turned = own.frame.to_metres(&(turn * own.frame.to_local(&point)));
+    let point_turned = own.frame.to_meters(&(turn * own.frame.to_local(&point)));
     check(&strike(&own, point, PUSH), &strike(&turned, point_turned, turn * PUSH), 1.0, 1e-6);
 }

@@ -123,7 +123,7 @@ fn a_stored_surface_lift_has_the_bits_of_the_baked_one_and_strikes_alike() {
     let lifts = [&prepared, &loaded].map(|prepared| prepared.lift(0, LiftKind::SurfaceDiffusion).unwrap());
     assert!(lifts[0] == lifts[1] && lifts[0].kind == LiftKind::SurfaceDiffusion);
     let [a, b] = [&prepared, &loaded].map(|prepared| struck::outcome(prepared, &strike).unwrap().pieces.unwrap());
-    // The frame travels as decimal text, so metres agree to rounding.
+    // The frame travels as decimal text, so meters agree to rounding.
     assert_eq!(a.fragments.len(), b.fragments.len());
     for (a, b) in a.fragments.iter().zip(&b.fragments) {
         assert!((a.volume_m3 / b.volume_m3 - 1.0).abs() < 1e-9 && a.index_count == b.index_count);

@@ -27,7 +27,7 @@ fn made(mesh: RawMesh, name: &str, impacts: u64, rank_max: usize) -> PreparedObj
 /// A blow at the top.
 fn struck(prepared: &PreparedObject, elastic: ElasticRequest) -> FractureOutcome {
     let top = prepared.bodies[0].crack.nodes.iter().max_by(|a, b| a.y.total_cmp(&b.y)).unwrap();
-    let point_m: Point3<f64> = prepared.frame.to_metres(top);
+    let point_m: Point3<f64> = prepared.frame.to_meters(top);
     let blow = FractureRequest { elastic, ..FractureRequest::at(point_m, Vector3::new(1.0, -3.0, 0.5)).seeded(1) };
     strike(prepared, &blow, &mut Workspace::default(), &CancelToken::default(), &mut ()).unwrap()
 }

@@ -31,8 +31,8 @@ fn baked_with(mesh: RawMesh, crack_spacing: f64, cracks: Option<RawMesh>) -> Pre
 fn strike(prepared: &PreparedObject, sites: u32, more: &[EffectKind]) -> FractureRequest {
     let body = &prepared.bodies[0];
     let node = body.topology.boundary_nodes[body.topology.boundary_nodes.len() / 3];
-    let point_m = prepared.frame.to_metres(&body.crack.nodes[node as usize]);
-    let inward = prepared.frame.centre_m - point_m;
+    let point_m = prepared.frame.to_meters(&body.crack.nodes[node as usize]);
+    let inward = prepared.frame.center_m - point_m;
     let effects = EffectSet::of(DRESSED.iter().chain(more).copied());
     FractureRequest { degree: DegreeRequest::Sites(sites), effects, seed: 3, ..FractureRequest::at(point_m, inward) }
 }
@@ -52,10 +52,10 @@ fn worn(pieces: &FractureMeshes, fragment: usize) -> Vec<[(Point3<f64>, SkinVert
     let (row, skins) = (&pieces.skins.rows[fragment], &pieces.skins);
     let vertices = &skins.vertices[row.vertex_first as usize..][..row.vertex_count as usize];
     let indices = &skins.indices[row.index_first as usize..][..row.index_count as usize];
-    let centre = Vector3::from(pieces.fragments[fragment].centre_m);
+    let center = Vector3::from(pieces.fragments[fragment].center_m);
     let corner = |index: u32| {
         let vertex = vertices[index as usize];
-        (Point3::from(vertex.position_m.map(f64::from)) + centre, vertex)
+        (Point3::from(vertex.position_m.map(f64::from)) + center, vertex)
     };
     indices.chunks_exact(3).map(|own| [corner(own[0]), corner(own[1]), corner(own[2])]).collect()
 }
@@ -65,12 +65,12 @@ fn outer(pieces: &FractureMeshes, fragment: usize, crack: bool) -> Vec<Point3<f6
     let mut positions = vec![[0.0; 3]; pieces.counts.vertices];
     let (mut indices, mut merges) = (vec![0; pieces.counts.indices], vec![[0; 2]; pieces.counts.merges]);
     pieces.emit(&mut positions, &mut indices, &mut merges).unwrap();
-    let centre = Vector3::from(pieces.fragments[fragment].centre_m);
+    let center = Vector3::from(pieces.fragments[fragment].center_m);
     let row = &pieces.fragments[fragment];
     let runs = &pieces.runs[row.run_first as usize..][..row.run_count as usize];
     let own = runs.iter().filter(|run| run.crack == crack);
     own.flat_map(|run| &positions[run.vertex_first as usize..][..run.vertex_count as usize])
-        .map(|position| Point3::from(position.map(f64::from)) + centre)
+        .map(|position| Point3::from(position.map(f64::from)) + center)
         .collect()
 }
 
@@ -223,7 +223,7 @@ fn outer_faces_look_as_the_input() {
             continue;
         }
         for (look, position) in pieces.looks.vertices[vertices.clone()].iter().zip(&positions[vertices]) {
-            let at = Vector3::from(position.map(f64::from)) + Vector3::from(fragment.centre_m);
+            let at = Vector3::from(position.map(f64::from)) + Vector3::from(fragment.center_m);
             for axis in 0..2 {
                 assert!((f64::from(look.uv[axis]) - at[axis]).abs() < 2e-3, "{:?} at {at:?}", look.uv);
             }
@@ -315,7 +315,7 @@ fn what_breaks_again_wears_what_its_parent_wore() {
         let (kept, parent) = (pieces.keep(), largest(&pieces));
         let before_m2 = worn_m2(&pieces, parent as usize);
         let mut again = strike(&prepared, 6, &[]);
-        again.contacts[0].point_m = Point3::from(pieces.fragments[parent as usize].centre_m);
+        again.contacts[0].point_m = Point3::from(pieces.fragments[parent as usize].center_m);
         again.contacts[0].radius_m = Some(0.3);
         let (mut workspace, token) = (Workspace::default(), CancelToken::default());
         let outcome = pipeline::strike_again(&prepared, (&kept, parent), &again, &mut workspace, &token, &mut ());

@@ -37,12 +37,12 @@ fn in_glb(path: &Path) -> Vec<([f64; 3], [f64; 2])> {
     let blob = file.blob.as_deref().unwrap();
     let mut found = Vec::new();
     for node in file.document.nodes() {
-        let centre = node.transform().decomposed().0.map(f64::from);
+        let center = node.transform().decomposed().0.map(f64::from);
         for primitive in node.mesh().unwrap().primitives().filter(|own| own.material().name() == Some("outer")) {
             let reader = primitive.reader(|_| Some(blob));
             let uvs: Vec<[f32; 2]> = reader.read_tex_coords(0).unwrap().into_f32().collect();
             let points: Vec<[f32; 3]> = reader.read_positions().unwrap().collect();
-            let place = |point: [f32; 3]| [0, 1, 2].map(|k| centre[k] + f64::from(point[k]));
+            let place = |point: [f32; 3]| [0, 1, 2].map(|k| center[k] + f64::from(point[k]));
             let corners = reader.read_indices().unwrap().into_u32().map(|vertex| vertex as usize);
             found.extend(corners.map(|vertex| (place(points[vertex]), uvs[vertex].map(f64::from))));
         }

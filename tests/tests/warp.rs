@@ -53,7 +53,7 @@ impl Pieces {
         let mut positions = Vec::with_capacity(flat.len());
         for row in &pieces.fragments {
             let own = &flat[row.vertex_first as usize..][..row.vertex_count as usize];
-            positions.extend(own.iter().map(|p| Point3::from(row.centre_m) + Vector3::from(p.map(f64::from))));
+            positions.extend(own.iter().map(|p| Point3::from(row.center_m) + Vector3::from(p.map(f64::from))));
         }
         Self { outcome, positions, indices }
     }
@@ -73,7 +73,7 @@ impl Pieces {
     /// Triangles of each crack, seen from one side, by vertex.
     fn cracks(&self) -> impl Iterator<Item = Vec<[u32; 3]>> + '_ {
         let pieces = self.outcome.pieces.as_ref().unwrap();
-        let runs = pieces.runs.iter().filter(|run| run.neighbour != u32::MAX && run.fragment < run.neighbour);
+        let runs = pieces.runs.iter().filter(|run| run.neighbor != u32::MAX && run.fragment < run.neighbor);
         runs.map(|run| {
             let first = self.rows()[run.fragment as usize].vertex_first;
             let own = &self.indices[run.index_first as usize..][..run.index_count as usize];
@@ -177,9 +177,9 @@ fn waves_bend_the_cracks() {
 
 #[test]
 fn no_crack_passes_through_what_is_protected() {
-    let ball = Region::Ball { centre_m: Point3::from([0.2, 0.1, 0.0]), radius_m: 0.18 };
+    let ball = Region::Ball { center_m: Point3::from([0.2, 0.1, 0.0]), radius_m: 0.18 };
     let block = Region::Cuboid { min_m: Point3::from([-0.5, -0.5, -0.5]), max_m: Point3::from([-0.2, -0.1, 0.1]) };
-    let overlapping = Region::Ball { centre_m: Point3::from([-0.2, -0.1, 0.1]), radius_m: 0.1 };
+    let overlapping = Region::Ball { center_m: Point3::from([-0.2, -0.1, 0.1]), radius_m: 0.1 };
     let protected = vec![ball, block, overlapping];
     let prepared = under(WarpControls { protected: protected.clone(), ..WarpControls::default() });
     let inside = |warp: bool| {
@@ -217,7 +217,7 @@ fn paint_says_where_pieces_are_small() {
     let prepared = under(WarpControls { paint: Some(paint), ..WarpControls::default() });
     let ratio = |warp: bool| {
         let pieces = Pieces::new(&prepared, &blow(LiftKind::Euclidean, warp));
-        let above = pieces.rows().iter().filter(|row| row.centre_m[1] > 0.0).count() as f64;
+        let above = pieces.rows().iter().filter(|row| row.center_m[1] > 0.0).count() as f64;
         above / (pieces.rows().len() as f64 - above)
     };
     let (with, without) = (ratio(true), ratio(false));
@@ -230,7 +230,7 @@ fn whether_it_breaks_is_not_the_artists_to_say_and_off_is_off() {
     let controls = WarpControls {
         grain: Some(Grain { axis: Vector3::x(), ratio: 3.0 }),
         waves: Some(Waves { length_m: 0.5, slope: 0.25 }),
-        protected: vec![Region::Ball { centre_m: Point3::from([0.0; 3]), radius_m: 0.2 }],
+        protected: vec![Region::Ball { center_m: Point3::from([0.0; 3]), radius_m: 0.2 }],
         sites_m: vec![Point3::new(0.3, 0.3, 0.3)],
         ..WarpControls::default()
     };
@@ -250,7 +250,7 @@ fn whether_it_breaks_is_not_the_artists_to_say_and_off_is_off() {
 #[test]
 fn controls_that_an_object_cannot_follow_are_refused_by_name() {
     let refused = |controls: WarpControls| cube().warped(&controls, &CancelToken::default()).err().unwrap();
-    let protected = vec![Region::Ball { centre_m: Point3::from([9.0; 3]), radius_m: 1.0 }];
+    let protected = vec![Region::Ball { center_m: Point3::from([9.0; 3]), radius_m: 1.0 }];
     assert_eq!(refused(WarpControls { protected, ..WarpControls::default() }), WarpError::Region { region: 0 });
     let sites_m = vec![Point3::origin(), Point3::new(0.0, 2.0, 0.0)];
     assert!(matches!(refused(WarpControls { sites_m, ..WarpControls::default() }), WarpError::Site { site: 1, .. }));

@@ -151,7 +151,7 @@ ShatterContact on_top_of(const ShatterFragment &piece, double impulse_ns)
         if (vertex == 0 || position[1] > highest) {
             highest = position[1];
             for (int k = 0; k < 3; k++) {
-                contact.point_m[k] = piece.centre_m[k] + position[k];
+                contact.point_m[k] = piece.center_m[k] + position[k];
             }
         }
     }

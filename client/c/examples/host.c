@@ -17,7 +17,7 @@
 
 /* How the body that breaks moves when the answer comes; its frame is that of the mesh file, not turned. */
 typedef struct Body {
-    double centre[3], linear[3], angular[3];
+    double center[3], linear[3], angular[3];
 } Body;
 
 static int refused(const char *what, const ShatterRefusal *refusal)
@@ -45,7 +45,7 @@ static ShatterCode describe(const ShatterFacts *facts, double unit_m, double spe
     return code;
 }
 
-/* A rigid body in the place of a fragment: mass, centre, inertia and velocities, the hull that collides, the triangles that are seen. */
+/* A rigid body in the place of a fragment: mass, center, inertia and velocities, the hull that collides, the triangles that are seen. */
 static int spawn(const ShatterBroken *broken, uint32_t id, const Body *parent, double momentum[3], double *mass_kg,
                  ShatterRefusal *refusal)
 {
@@ -56,7 +56,7 @@ static int spawn(const ShatterBroken *broken, uint32_t id, const Body *parent, d
     }
     double r[3];
     for (int k = 0; k < 3; k++) {
-        r[k] = piece.centre_m[k] - parent->centre[k];
+        r[k] = piece.center_m[k] - parent->center[k];
     }
     for (int k = 0; k < 3; k++) {
         const int a = (k + 1) % 3, b = (k + 2) % 3;
@@ -110,7 +110,7 @@ static int run(const ShatterObject *object, const ShatterConvention *own, Shatte
     ShatterFacts facts;
     ShatterTicket *ticket;
     ShatterImpact impact = {0};
-    if (shatter_object_facts(object, &facts, &refusal) || describe(&facts, own->metres_per_unit, speed, &contact, &refusal)) {
+    if (shatter_object_facts(object, &facts, &refusal) || describe(&facts, own->meters_per_unit, speed, &contact, &refusal)) {
         return refused("contact", &refusal);
     }
     impact.enable = SHATTER_EFFECT_HULLS | SHATTER_EFFECT_RELEASE;

@@ -7,7 +7,7 @@ use std::ffi::c_char;
 use std::mem::offset_of;
 use std::ptr;
 
-/// Neighbour of a run that faces no fragment of the answer; second fragment of a bond with the world; material of a triangle that has
+/// Neighbor of a run that faces no fragment of the answer; second fragment of a bond with the world; material of a triangle that has
 /// none of the input's.
 pub const NONE: u32 = u32::MAX;
 
@@ -131,7 +131,7 @@ impl From<&FractureResult> for Summary {
 }
 
 /// One fragment: a closed mesh and what a rigid body needs. Pointers lead into shared memory and hold until
-/// `shatter_broken_release`; those to what the answer does not have are NULL. Positions are relative to `centre_m`.
+/// `shatter_broken_release`; those to what the answer does not have are NULL. Positions are relative to `center_m`.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct Fragment {
@@ -143,11 +143,11 @@ pub struct Fragment {
     pub volume_m3: f64,
     /// Mass, kg.
     pub mass_kg: f64,
-    /// Centre of mass in the coordinates of the mesh file, m.
-    pub centre_m: [f64; 3],
-    /// Inertia tensor about the centre, kg·m²: xx, yy, zz, xy, xz, yz.
+    /// Center of mass in the coordinates of the mesh file, m.
+    pub center_m: [f64; 3],
+    /// Inertia tensor about the center, kg·m²: xx, yy, zz, xy, xz, yz.
     pub inertia_kg_m2: [f64; 6],
-    /// Velocity of the centre once it is free, on top of how the object moved, m/s; zero unless `release` is on.
+    /// Velocity of the center once it is free, on top of how the object moved, m/s; zero unless `release` is on.
     pub linear_m_s: [f64; 3],
     /// The same of its rotation, rad/s.
     pub angular_rad_s: [f64; 3],
@@ -183,7 +183,7 @@ impl From<&shatter_client::Fragment<'_>> for Fragment {
             body: row.body,
             volume_m3: row.volume_m3,
             mass_kg: row.mass_kg,
-            centre_m: row.centre_m,
+            center_m: row.center_m,
             inertia_kg_m2: row.inertia_kg_m2,
             linear_m_s: velocity.map_or([0.0; 3], |velocity| velocity.linear_m_s),
             angular_rad_s: velocity.map_or([0.0; 3], |velocity| velocity.angular_rad_s),
@@ -202,13 +202,13 @@ impl From<&shatter_client::Fragment<'_>> for Fragment {
     }
 }
 
-/// Triangles of one fragment that face one neighbour, or the outside, or what was there before an earlier crack. The outer run comes
+/// Triangles of one fragment that face one neighbor, or the outside, or what was there before an earlier crack. The outer run comes
 /// first, if there is one. Each has vertices of its own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(C)]
 pub struct Run {
     /// The fragment on the other side of the crack; `SHATTER_NONE`: the outside, or a fragment of an earlier answer.
-    pub neighbour: u32,
+    pub neighbor: u32,
     /// 1: a side of a crack, be it one of an earlier answer. 0: the outside.
     pub crack: u32,
     /// First of the fragment's indices.
@@ -224,7 +224,7 @@ pub struct Run {
 impl From<shatter_client::Run<'_>> for Run {
     fn from(run: shatter_client::Run<'_>) -> Self {
         Self {
-            neighbour: run.neighbour.unwrap_or(NONE),
+            neighbor: run.neighbor.unwrap_or(NONE),
             crack: u32::from(run.crack),
             index_first: run.index_first,
             index_count: run.indices.len() as u32,
@@ -238,7 +238,7 @@ impl From<shatter_client::Run<'_>> for Run {
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct Hull {
-    /// Three coordinates per corner, m, relative to the fragment's centre.
+    /// Three coordinates per corner, m, relative to the fragment's center.
     pub positions: *const f32,
     /// Number of corners; 0: `hulls` is off, or the fragment is too flat for one.
     pub vertex_count: usize,
@@ -303,7 +303,7 @@ pub struct Look {
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct SkinVertex {
-    /// Relative to the fragment's centre, m.
+    /// Relative to the fragment's center, m.
     pub position_m: [f32; 3],
     /// Of length one.
     pub normal: [f32; 3],
@@ -329,11 +329,11 @@ pub struct Bond {
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct Debris {
-    /// The fragment on whose crack face it lies: of two neighbours the one with the lower id.
+    /// The fragment on whose crack face it lies: of two neighbors the one with the lower id.
     pub fragment: u32,
     /// The other one.
-    pub neighbour: u32,
-    /// Where, m, relative to the fragment's centre.
+    pub neighbor: u32,
+    /// Where, m, relative to the fragment's center.
     pub position_m: [f32; 3],
     /// Normal of the crack there, out of the fragment.
     pub normal: [f32; 3],
@@ -385,7 +385,7 @@ same! {
     Look is VertexAttributeWire: normal uv;
     SkinVertex is SkinVertexWire: position_m normal uv;
     Bond is BondWire: fragments area_m2 normal centroid_m;
-    Debris is DebrisWire: fragment neighbour position_m normal size_m reserved;
+    Debris is DebrisWire: fragment neighbor position_m normal size_m reserved;
     Counter is StageWire: ran ns bytes;
     Counter is EffectWire: ran ns bytes;
 }

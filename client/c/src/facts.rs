@@ -41,8 +41,8 @@ pub struct Facts {
     pub volume_m3: f64,
     /// Diagonal of the bounding box, m.
     pub diagonal_m: f64,
-    /// Centre of the bounding box, m.
-    pub centre_m: [f64; 3],
+    /// Center of the bounding box, m.
+    pub center_m: [f64; 3],
     /// Lowest corner of the mesh, m. The lattice's surface, which rays hit, can lie outside by part of its spacing.
     pub low_m: [f64; 3],
     /// Highest corner of the mesh, m.
@@ -78,7 +78,7 @@ impl From<&ObjectFacts> for Facts {
             density_kg_m3: facts.density_kg_m3,
             volume_m3: facts.volume_m3,
             diagonal_m: facts.diagonal_m,
-            centre_m: facts.centre_m,
+            center_m: facts.center_m,
             low_m: facts.bounds_m[0],
             high_m: facts.bounds_m[1],
             radius_m: facts.radius_m,

@@ -7,7 +7,7 @@ use shatter_export::contact::{self, ContactError, ElasticMaterial};
 use std::ffi::c_char;
 use std::mem::MaybeUninit;
 
-/// Coordinates of a host. Zeros are those of glTF: +Y up, right-handed, counter-clockwise, metres.
+/// Coordinates of a host. Zeros are those of glTF: +Y up, right-handed, counter-clockwise, meters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C)]
 pub struct Convention {
@@ -19,8 +19,8 @@ pub struct Convention {
     pub winding: u32,
     /// Zero.
     pub reserved: u32,
-    /// Length of the host's unit, m, 1e-6 to 1e6; 0: a metre.
-    pub metres_per_unit: f64,
+    /// Length of the host's unit, m, 1e-6 to 1e6; 0: a meter.
+    pub meters_per_unit: f64,
 }
 
 impl Convention {
@@ -28,7 +28,7 @@ impl Convention {
         if self.reserved != 0 {
             return Err(wrong("convention.reserved", "reserved words must be zero"));
         }
-        Ok(shatter_client::Convention::of_numbers(self.up, self.hand, self.winding, self.metres_per_unit)?)
+        Ok(shatter_client::Convention::of_numbers(self.up, self.hand, self.winding, self.meters_per_unit)?)
     }
 }
 
@@ -51,14 +51,14 @@ pub unsafe extern "C" fn shatter_convention_named(
         let name = unsafe { text("name", name, length) }?;
         let found = shatter_client::Convention::by_name(name)?;
         let (up, hand, winding) = (found.up as u32, found.hand as u32, found.winding as u32);
-        place.write(Convention { up, hand, winding, reserved: 0, metres_per_unit: found.metres_per_unit });
+        place.write(Convention { up, hand, winding, reserved: 0, meters_per_unit: found.meters_per_unit });
         Ok(())
     })
 }
 
 /// The same connection for a host with these coordinates: impacts of objects taken from `hosted` are read, and their answers written, in its
 /// axes, unit and winding; `_m`, `_ns`, `_m2` and `_m3` of contacts, fragments and their parts then stand for that unit. What is said of
-/// objects (`ShatterFacts`) stays in metres along our axes, files stay glTF's. `hosted` is NULL afterwards where it failed. Free both.
+/// objects (`ShatterFacts`) stays in meters along our axes, files stay glTF's. `hosted` is NULL afterwards where it failed. Free both.
 ///
 /// Codes: `convention` if it is none.
 #[unsafe(no_mangle)]

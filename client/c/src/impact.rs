@@ -46,7 +46,7 @@ pub struct Impact {
     pub elastic: u32,
     /// Which preset says what nothing else says, a `ShatterQuality`.
     pub quality: u32,
-    /// Iterations at most by which the pieces are centred; 0: the preset's. `SHATTER_NO_ITERATIONS`: none.
+    /// Iterations at most by which the pieces are centered; 0: the preset's. `SHATTER_NO_ITERATIONS`: none.
     pub iterations_max: u32,
     /// Refuse an answer of more fragments; 0: the object's cap.
     pub fragments_max: u32,
@@ -54,7 +54,7 @@ pub struct Impact {
     pub bytes_max: u64,
     /// γ, J·m²; 0: the object's own.
     pub gamma_j_m2: f64,
-    /// Largest estimated relative error, of the elastic energy and of how the pieces are centred; 0: the preset's dials decide.
+    /// Largest estimated relative error, of the elastic energy and of how the pieces are centered; 0: the preset's dials decide.
     pub error_max: f64,
     /// How long the service may take from when it takes the strike in until it sends the answer, ms: quality falls where that is
     /// short; 0: any time.
@@ -195,7 +195,7 @@ pub enum Effect {
     Interior = 0x4,
     /// The degree from the object's examples; on by itself.
     Examples = 0x8,
-    /// Slivers become part of a neighbour.
+    /// Slivers become part of a neighbor.
     Slivers = 0x10,
     /// Velocities of the fragments from the strain energy that is set free.
     Release = 0x20,

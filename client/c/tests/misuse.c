@@ -77,7 +77,7 @@ static void hosts(const ShatterService *service)
     IS(CONVENTION, shatter_convention_named("maya", Z, &own, NULL));
     IS(ARGUMENT, shatter_convention_named("unreal", Z, NULL, NULL));
     IS(OK, shatter_convention_named("unreal?", 6, &own, NULL));
-    HOLDS(own.up == 1 && own.hand == 1 && own.winding == 0 && own.metres_per_unit == 0.01);
+    HOLDS(own.up == 1 && own.hand == 1 && own.winding == 0 && own.meters_per_unit == 0.01);
     IS(ARGUMENT, shatter_service_with_convention(NULL, &own, &hosted, NULL));
     HOLDS(hosted == NULL);
     IS(ARGUMENT, shatter_service_with_convention(service, NULL, &hosted, NULL));
@@ -85,9 +85,9 @@ static void hosts(const ShatterService *service)
     own.hand = 2;
     IS(CONVENTION, shatter_service_with_convention(service, &own, &hosted, &refusal));
     HOLDS(strcmp(refusal.at, "convention.hand") == 0 && hosted == NULL);
-    own.hand = 0, own.metres_per_unit = -1.0;
+    own.hand = 0, own.meters_per_unit = -1.0;
     IS(CONVENTION, shatter_service_with_convention(service, &own, &hosted, NULL));
-    own.metres_per_unit = 0.0, own.reserved = 1;
+    own.meters_per_unit = 0.0, own.reserved = 1;
     IS(ARGUMENT, shatter_service_with_convention(service, &own, &hosted, NULL));
     own.reserved = 0;
     IS(OK, shatter_service_with_convention(service, &own, &hosted, NULL));

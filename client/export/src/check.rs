@@ -50,7 +50,7 @@ fn valid(view: &FragmentView<'_>) -> Result<(), ExportError> {
 fn finite(view: &FragmentView<'_>) -> Result<(), ExportError> {
     let figures = [
         ("a coordinate", view.positions.iter().flatten().all(|x| x.is_finite())),
-        ("the centre", view.centre_m.iter().all(|&x| (x as f32).is_finite())),
+        ("the center", view.center_m.iter().all(|&x| (x as f32).is_finite())),
         ("the volume", view.volume_m3.is_finite()),
         ("the mass", view.mass_kg.is_finite()),
         ("the inertia", view.inertia_kg_m2.iter().all(|x| x.is_finite())),

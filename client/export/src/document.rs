@@ -17,9 +17,9 @@ const VECTOR_BYTES: usize = 12;
 const UV_BYTES: usize = 8;
 const SCALAR_BYTES: usize = 4;
 
-/// Linear base colours: weathered stone outside, paler and warmer where it broke.
-pub(super) const OUTER_COLOUR: [f32; 4] = [0.36, 0.39, 0.43, 1.0];
-pub(super) const CRACK_COLOUR: [f32; 4] = [0.78, 0.64, 0.47, 1.0];
+/// Linear base colors: weathered stone outside, paler and warmer where it broke.
+pub(super) const OUTER_COLOR: [f32; 4] = [0.36, 0.39, 0.43, 1.0];
+pub(super) const CRACK_COLOR: [f32; 4] = [0.78, 0.64, 0.47, 1.0];
 
 /// A document and the contents of its one buffer.
 pub(super) struct Document {
@@ -67,8 +67,8 @@ pub(super) fn build(fragments: &[FragmentView<'_>]) -> Result<Document, ExportEr
         closed: 0,
     };
     let materials = [
-        writer.root.push(material("outer", OUTER_COLOUR, 0.75)),
-        writer.root.push(material("crack", CRACK_COLOUR, 0.95)),
+        writer.root.push(material("outer", OUTER_COLOR, 0.75)),
+        writer.root.push(material("crack", CRACK_COLOR, 0.95)),
     ];
     let mut nodes = Vec::with_capacity(fragments.len());
     for fragment in fragments {
@@ -293,11 +293,11 @@ fn primitive(
     }
 }
 
-fn material(name: &str, colour: [f32; 4], roughness: f32) -> Material {
+fn material(name: &str, color: [f32; 4], roughness: f32) -> Material {
     Material {
         name: Some(name.to_owned()),
         pbr_metallic_roughness: PbrMetallicRoughness {
-            base_color_factor: PbrBaseColorFactor(colour),
+            base_color_factor: PbrBaseColorFactor(color),
             metallic_factor: StrengthFactor(0.0),
             roughness_factor: StrengthFactor(roughness),
             ..PbrMetallicRoughness::default()
@@ -313,13 +313,13 @@ fn node(fragment: &FragmentView<'_>, name: String, mesh: Index<Mesh>) -> Result<
         "body": fragment.body,
         "volume_m3": fragment.volume_m3,
         "mass_kg": fragment.mass_kg,
-        "centre_m": fragment.centre_m,
+        "center_m": fragment.center_m,
         "inertia_kg_m2": fragment.inertia_kg_m2,
     });
     Ok(Node {
         mesh: Some(mesh),
         name: Some(name),
-        translation: Some(fragment.centre_m.map(|x| x as f32)),
+        translation: Some(fragment.center_m.map(|x| x as f32)),
         extras: Some(to_raw_value(&extras)?),
         ..Node::default()
     })

@@ -1,14 +1,14 @@
 //! Fragments as files: binary glTF (`.glb`), Wavefront OBJ ([`write_obj`]), and MJCF for MuJoCo ([`write_mjcf`]).
 //!
-//! A `.glb` file is one that any viewer opens and a solid modeller can trust. One node per fragment, named `fragment_000`, …, whose translation is the centre of mass and whose mesh has one or
+//! A `.glb` file is one that any viewer opens and a solid modeller can trust. One node per fragment, named `fragment_000`, …, whose translation is the center of mass and whose mesh has one or
 //! two primitives: the outer faces, and the crack faces (a fragment from the inside has no outer ones). All primitives
 //! of a mesh share their vertex accessors and one buffer view of indices, and the vendor extension
 //! `EXT_mesh_manifold` (Khronos glTF registry, draft by E. Lalish) says which vertices are one point of the closed
 //! surface. Readers that do not know the extension see an ordinary mesh. A node's `extras` hold `fragment` (the id), `body`,
-//! `volume_m3`, `mass_kg`, `centre_m` and `inertia_kg_m2`: the whole tensor about the centre of mass, xx, yy, zz, xy, xz, yz, along
+//! `volume_m3`, `mass_kg`, `center_m` and `inertia_kg_m2`: the whole tensor about the center of mass, xx, yy, zz, xy, xz, yz, along
 //! the axes of the node, which are those of the file, since nodes are not turned.
 //!
-//! Metres, +Y up, right-handed, counter-clockwise seen from outside. Texture coordinates, whose v goes up everywhere else, go down
+//! Meters, +Y up, right-handed, counter-clockwise seen from outside. Texture coordinates, whose v goes up everywhere else, go down
 //! here: (u, 1 − v). Equal fragments give equal bytes: the file holds
 //! no time, host or path.
 
@@ -42,7 +42,7 @@ pub struct FragmentView<'a> {
     pub id: u32,
     /// The body (component of the object) it comes from.
     pub body: u32,
-    /// Vertices relative to the centre of mass, metres. Each run has its own set.
+    /// Vertices relative to the center of mass, meters. Each run has its own set.
     pub positions: &'a [[f32; 3]],
     /// Normals, one per vertex; none: smooth ones are made.
     pub normals: &'a [[f32; 3]],
@@ -54,13 +54,13 @@ pub struct FragmentView<'a> {
     pub runs: &'a [RunView],
     /// Pairs (from, to) of vertices at the same position that are one point of the closed surface.
     pub merges: &'a [[u32; 2]],
-    /// Centre of mass, metres.
-    pub centre_m: [f64; 3],
+    /// Center of mass, meters.
+    pub center_m: [f64; 3],
     /// Volume, m³.
     pub volume_m3: f64,
     /// Mass, kg.
     pub mass_kg: f64,
-    /// Inertia tensor about the centre of mass, along the axes of the coordinates, kg·m²: xx, yy, zz, xy, xz, yz.
+    /// Inertia tensor about the center of mass, along the axes of the coordinates, kg·m²: xx, yy, zz, xy, xz, yz.
     pub inertia_kg_m2: [f64; 6],
 }
 
@@ -74,7 +74,7 @@ impl FragmentView<'_> {
 /// A convex body that stands for a fragment in collisions.
 #[derive(Clone, Copy, Debug)]
 pub struct HullView<'a> {
-    /// Corners relative to the fragment's centre of mass, metres.
+    /// Corners relative to the fragment's center of mass, meters.
     pub positions: &'a [[f32; 3]],
     /// Triangles, three corner numbers each, counter-clockwise seen from outside.
     pub indices: &'a [u32],
@@ -121,7 +121,7 @@ pub enum ExportError {
     /// The list is empty: the object stayed whole.
     #[error("there is no fragment to write")]
     NoFragments,
-    /// A coordinate, centre, volume or mass that is not a finite number.
+    /// A coordinate, center, volume or mass that is not a finite number.
     #[error("fragment {fragment}: {what} is not finite")]
     NonFinite {
         /// The fragment's id.

@@ -1,9 +1,9 @@
 //! Fragments as a folder of OBJ files: `fragment_000.obj`, …, the materials `outer` and `crack` in `fragments.mtl`, hulls as
 //! `fragment_000.hull.obj` if there are any, and what OBJ has no words for in `fragments.json`.
 //!
-//! Coordinates are those of the mesh file (metres, +Y up), so that the pieces lie where they broke; each file is closed as it stands.
+//! Coordinates are those of the mesh file (meters, +Y up), so that the pieces lie where they broke; each file is closed as it stands.
 
-use super::document::{CRACK_COLOUR, OUTER_COLOUR, fragment_name};
+use super::document::{CRACK_COLOR, OUTER_COLOR, fragment_name};
 use super::obj::{Part, Vertices, line, mesh};
 use super::{ExportError, FragmentView, ObjectView, WriteReport, check, smooth_normals, stale, write_whole};
 use serde_json::{Value, json};
@@ -47,12 +47,12 @@ pub fn write_obj(folder: &Path, object: &ObjectView<'_>) -> Result<WriteReport, 
 }
 
 fn in_place(fragment: &FragmentView<'_>, positions: &[[f32; 3]]) -> Vec<[f64; 3]> {
-    positions.iter().map(|own| [0, 1, 2].map(|k| fragment.centre_m[k] + f64::from(own[k]))).collect()
+    positions.iter().map(|own| [0, 1, 2].map(|k| fragment.center_m[k] + f64::from(own[k]))).collect()
 }
 
 /// First lines of every file.
 fn head(name: &str) -> String {
-    format!("# {} {}: metres, +Y up\no {name}\n", env!("CARGO_PKG_NAME"), env!("CARGO_PKG_VERSION"))
+    format!("# {} {}: meters, +Y up\no {name}\n", env!("CARGO_PKG_NAME"), env!("CARGO_PKG_VERSION"))
 }
 
 /// Bare points and triangles.
@@ -84,7 +84,7 @@ fn piece(name: &str, fragment: &FragmentView<'_>) -> String {
 
 fn materials() -> String {
     let mut text = String::new();
-    for (name, [r, g, b, _]) in [("outer", OUTER_COLOUR), ("crack", CRACK_COLOUR)] {
+    for (name, [r, g, b, _]) in [("outer", OUTER_COLOR), ("crack", CRACK_COLOR)] {
         line(&mut text, format_args!("newmtl {name}\nKd {r} {g} {b}\nKs 0 0 0\nillum 1"));
     }
     text
@@ -96,7 +96,7 @@ fn row(fragment: &FragmentView<'_>, file: &str, hull: Option<String>) -> Value {
         "body": fragment.body,
         "file": file,
         "hull": hull,
-        "centre_m": fragment.centre_m,
+        "center_m": fragment.center_m,
         "volume_m3": fragment.volume_m3,
         "mass_kg": fragment.mass_kg,
         "inertia_kg_m2": fragment.inertia_kg_m2,
@@ -112,7 +112,7 @@ fn table(object: &ObjectView<'_>, fragments: Vec<Value>) -> Value {
     json!({
         "object": object.name,
         "up": "y",
-        "inertia": "about the centre of mass, along the axes of the files: xx, yy, zz, xy, xz, yz",
+        "inertia": "about the center of mass, along the axes of the files: xx, yy, zz, xy, xz, yz",
         "fragments": fragments,
         "bonds": object.bonds.iter().map(bond).collect::<Vec<_>>(),
     })

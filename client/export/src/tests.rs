@@ -35,7 +35,7 @@ fn view(sample: &Sample, id: u32) -> FragmentView<'_> {
         indices: &sample.indices,
         runs: &sample.runs,
         merges: &sample.merges,
-        centre_m: [0.5, -2.0, 0.25],
+        center_m: [0.5, -2.0, 0.25],
         volume_m3: 1.0 / 6.0,
         mass_kg: 400.0,
         inertia_kg_m2: [3.0, 2.0, 4.0, 0.5, 0.25, -0.5],

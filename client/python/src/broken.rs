@@ -113,7 +113,7 @@ impl Broken {
     fn debris(&self) -> PyResult<Vec<Debris>> {
         let debris = |row: &shatter_proto::result::DebrisWire| Debris {
             fragment: row.fragment,
-            neighbour: row.neighbour,
+            neighbor: row.neighbor,
             position_m: row.position_m,
             normal: row.normal,
             size_m: row.size_m,
@@ -121,7 +121,7 @@ impl Broken {
         Ok(self.held()?.with(|broken| broken.debris().iter().map(debris).collect()))
     }
 
-    /// (all vertices, 3): of all fragments one after the other, each relative to its own centre.
+    /// (all vertices, 3): of all fragments one after the other, each relative to its own center.
     #[getter]
     fn positions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f32>>> {
         rows(py, &self.held()?, |broken| Some(broken.view().positions))
@@ -234,7 +234,7 @@ pub struct Bond {
 #[pyclass(frozen, get_all, module = "shatter")]
 pub struct Debris {
     fragment: u32,
-    neighbour: u32,
+    neighbor: u32,
     position_m: [f32; 3],
     normal: [f32; 3],
     size_m: f32,

@@ -71,13 +71,13 @@ impl Fragment {
         self.with(|own| own.mass_kg())
     }
 
-    /// (3,): centre of mass.
+    /// (3,): center of mass.
     #[getter]
-    fn centre_m<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        Ok(PyArray1::from_slice(py, &self.with(|own| own.centre_m())?))
+    fn center_m<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        Ok(PyArray1::from_slice(py, &self.with(|own| own.center_m())?))
     }
 
-    /// (3, 3): about the centre of mass.
+    /// (3, 3): about the center of mass.
     #[getter]
     fn inertia_kg_m2<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let [xx, yy, zz, xy, xz, yz] = self.with(|own| own.inertia_kg_m2())?;
@@ -98,7 +98,7 @@ impl Fragment {
         Ok(velocity.map(|velocity| PyArray1::from_slice(py, &velocity)))
     }
 
-    /// (vertices, 3): relative to the centre of mass.
+    /// (vertices, 3): relative to the center of mass.
     #[getter]
     fn positions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f32>>> {
         rows(py, &self.held, |broken| broken.fragment(self.id).map(|own| own.positions()))
@@ -145,7 +145,7 @@ impl Fragment {
     fn runs(&self) -> PyResult<Vec<Run>> {
         self.with(|own| {
             let run = |run: shatter_client::Run<'_>| Run {
-                neighbour: run.neighbour,
+                neighbor: run.neighbor,
                 crack: run.crack,
                 triangle_first: run.index_first / 3,
                 triangle_count: run.indices.len() as u32 / 3,
@@ -210,10 +210,10 @@ impl Fragment {
     }
 }
 
-/// Triangles of one fragment that face one neighbour, or the outside.
+/// Triangles of one fragment that face one neighbor, or the outside.
 #[pyclass(frozen, get_all, module = "shatter")]
 pub struct Run {
-    neighbour: Option<u32>,
+    neighbor: Option<u32>,
     crack: bool,
     triangle_first: u32,
     triangle_count: u32,

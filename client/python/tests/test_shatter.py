@@ -32,7 +32,7 @@ def body(service):
 def top():
     """The highest vertex, m."""
     whole = shatter.connect(SERVICE).object(OBJECT).even(1).wait()[0]
-    return whole.centre_m + whole.positions[whole.positions[:, 1].argmax()]
+    return whole.center_m + whole.positions[whole.positions[:, 1].argmax()]
 
 
 def blow(body, scale=1.0):
@@ -129,7 +129,7 @@ def test_kept_fragments_are_struck_again(service, body):
     broken = body.strike(blow(body), degree=4, keep=True).wait()
     largest = max(broken, key=lambda fragment: fragment.mass_kg)
     positions = largest.positions
-    contact = shatter.Contact(largest.centre_m + positions[positions[:, 1].argmax()], (0.0, -2.0, 0.0))
+    contact = shatter.Contact(largest.center_m + positions[positions[:, 1].argmax()], (0.0, -2.0, 0.0))
     again = body.strike(contact, degree=3, origin=(broken.handle, largest.id)).wait()
     assert sum(f.mass_kg for f in again) == pytest.approx(largest.mass_kg, rel=1e-5)
     service.release(broken.handle)
@@ -228,8 +228,8 @@ def test_a_ray_finds_the_point(body):
     assert broken.hit.point == hit.point
     assert body.strike(blow(body), degree=5).wait().hit is None
     fragment = max(broken, key=lambda fragment: fragment.mass_kg)
-    onto = body.aim(fragment.centre_m + (0.0, 1.0, 0.0), (0.0, -1.0, 0.0), fragment=(broken.handle, fragment.id))
-    assert onto.point[1] > fragment.centre_m[1]
+    onto = body.aim(fragment.center_m + (0.0, 1.0, 0.0), (0.0, -1.0, 0.0), fragment=(broken.handle, fragment.id))
+    assert onto.point[1] > fragment.center_m[1]
     with pytest.raises(shatter.Refusal) as missed:
         body.aim(high + 1.0, (1.0, 0.0, 0.0))
     assert missed.value.kind == "ray_missed" and "closest" in str(missed.value)

@@ -138,7 +138,7 @@ impl VisibleMesh {
 /// out that stand above the skins still.
 fn sink(cracks: &mut [(Faces, Vec<bool>)], fragments: &[(Fragment<'_>, FragmentSkin<'_>)]) {
     let world = |fragment: &Fragment<'_>, position: [f32; 3]| {
-        Vector3::from(fragment.centre_m()) + Vector3::from(position).cast::<f64>()
+        Vector3::from(fragment.center_m()) + Vector3::from(position).cast::<f64>()
     };
     let triangles = fragments.iter().flat_map(|(fragment, skin)| {
         let corner = move |index: u32| world(fragment, skin.vertices[index as usize].position_m);

@@ -118,7 +118,7 @@ impl Made {
         }
         self.runs.push(RunWire {
             fragment,
-            neighbour: OUTER,
+            neighbor: OUTER,
             vertex_first,
             vertex_count: self.positions.len() as u32 - vertex_first,
             index_first,

@@ -29,7 +29,7 @@ fn any_convention() -> impl Strategy<Value = Convention> {
         up,
         hand,
         winding,
-        metres_per_unit: f64::from(power).exp2(),
+        meters_per_unit: f64::from(power).exp2(),
     })
 }
 
@@ -40,12 +40,12 @@ fn vector() -> impl Strategy<Value = [f64; 3]> {
 /// The named ones, their up axis, whether they reflect, and what points up in them.
 #[test]
 fn named_ones_are_what_their_hosts_say() {
-    let check = |name: &str, up: usize, left: bool, clockwise: bool, metres_per_unit: f64| {
+    let check = |name: &str, up: usize, left: bool, clockwise: bool, meters_per_unit: f64| {
         let convention = Convention::by_name(name).unwrap();
         let found = convention.direction(AXES[1]);
         assert_eq!(found, AXES[up], "{name}: our +Y");
         assert_eq!(det(AXES.map(|axis| convention.direction(axis))), if left { -1.0 } else { 1.0 }, "{name}");
-        assert_eq!((convention.is_clockwise(), convention.metres_per_unit), (clockwise, metres_per_unit), "{name}");
+        assert_eq!((convention.is_clockwise(), convention.meters_per_unit), (clockwise, meters_per_unit), "{name}");
     };
     check("gltf", 1, false, false, 1.0);
     check("godot", 1, false, true, 1.0);
@@ -76,7 +76,7 @@ fn the_default_changes_no_bit() {
 }
 
 #[test]
-fn unreal_counts_in_centimetres() {
+fn unreal_counts_in_centimeters() {
     let unreal = Convention::UNREAL;
     assert_eq!(unreal.vector([0.5, 2.0, -0.25]), [50.0, -25.0, 200.0]);
     assert_eq!(unreal.our_vector([50.0, -25.0, 200.0]), [0.5, 2.0, -0.25]);
@@ -94,8 +94,8 @@ proptest! {
         prop_assert_eq!(convention.our_inertia(convention.inertia(tensor)), tensor);
         let single = v.map(|x| x as f32);
         prop_assert_eq!(convention.our_vector_f32(convention.vector_f32(single)), single);
-        prop_assert_eq!(convention.metres3(convention.cube(v[0])), v[0]);
-        prop_assert_eq!(convention.metres2(convention.square(v[0])), v[0]);
+        prop_assert_eq!(convention.meters3(convention.cube(v[0])), v[0]);
+        prop_assert_eq!(convention.meters2(convention.square(v[0])), v[0]);
     }
 
     /// Mechanics holds in the host's numbers as in ours.
@@ -124,11 +124,11 @@ proptest! {
 fn units_that_can_be_none_are_refused_on_both_sides() {
     let mut wire: RequestWire = bytemuck::Zeroable::zeroed();
     assert_eq!(wire.convention().unwrap(), Convention::GLTF, "all zero is the default");
-    for metres_per_unit in [0.0, -1.0, 1e-7, 1e7, f64::NAN, f64::INFINITY, f64::MIN_POSITIVE] {
-        let refusal = wire.set_convention(&Convention { metres_per_unit, ..Convention::UNITY }).unwrap_err();
-        assert_eq!((refusal.kind, refusal.at.as_str()), (ErrorKind::Convention, "convention.metres_per_unit"));
-        wire.convention_metres_per_unit = metres_per_unit;
-        let zero = metres_per_unit == 0.0;
-        assert_eq!(wire.convention().is_ok(), zero, "{metres_per_unit}: on the wire zero is the default");
+    for meters_per_unit in [0.0, -1.0, 1e-7, 1e7, f64::NAN, f64::INFINITY, f64::MIN_POSITIVE] {
+        let refusal = wire.set_convention(&Convention { meters_per_unit, ..Convention::UNITY }).unwrap_err();
+        assert_eq!((refusal.kind, refusal.at.as_str()), (ErrorKind::Convention, "convention.meters_per_unit"));
+        wire.convention_meters_per_unit = meters_per_unit;
+        let zero = meters_per_unit == 0.0;
+        assert_eq!(wire.convention().is_ok(), zero, "{meters_per_unit}: on the wire zero is the default");
     }
 }

@@ -93,7 +93,7 @@ fn a_ray_survives_the_wire_and_needs_a_direction_and_one_contact() {
 #[test]
 fn zero_is_the_default() {
     let mut wire = wire();
-    (wire.degree, wire.lift, wire.gamma_j_m2, wire.convention_metres_per_unit) = (0, 0, 0.0, 1.0);
+    (wire.degree, wire.lift, wire.gamma_j_m2, wire.convention_meters_per_unit) = (0, 0, 0.0, 1.0);
     let strike = wire.validate().unwrap();
     assert_eq!((strike.degree, strike.lift, strike.gamma_j_m2), (DegreeRule::Preset, None, None));
     assert!(strike.convention.is_default());
@@ -133,9 +133,9 @@ fn every_rule_names_its_offender() {
     check(|w| w.convention_up = 2, ErrorKind::Convention, "convention.up");
     check(|w| w.convention_hand = 2, ErrorKind::Convention, "convention.hand");
     check(|w| w.convention_winding = u32::MAX, ErrorKind::Convention, "convention.winding");
-    check(|w| w.convention_metres_per_unit = -0.01, ErrorKind::Convention, "convention.metres_per_unit");
-    check(|w| w.convention_metres_per_unit = f64::NAN, ErrorKind::Convention, "convention.metres_per_unit");
-    check(|w| w.convention_metres_per_unit = 1e-9, ErrorKind::Convention, "convention.metres_per_unit");
+    check(|w| w.convention_meters_per_unit = -0.01, ErrorKind::Convention, "convention.meters_per_unit");
+    check(|w| w.convention_meters_per_unit = f64::NAN, ErrorKind::Convention, "convention.meters_per_unit");
+    check(|w| w.convention_meters_per_unit = 1e-9, ErrorKind::Convention, "convention.meters_per_unit");
     check(|w| w.fragment = 3, ErrorKind::UnknownFragment, "3");
     check(|w| w.keep = 2, ErrorKind::ReservedField, "keep");
     check(|w| w.reserved[5] = 1, ErrorKind::ReservedField, "reserved[5]");
@@ -154,7 +154,7 @@ fn a_given_zero_is_refused_before_it_becomes_a_default() {
     assert_eq!(kind(Request { iterations_max: Some(u32::MAX), ..strike() }), ErrorKind::Budget);
     assert_eq!(Quality::by_name("fine").unwrap_err().at, "quality");
     assert_eq!(kind(Request { contacts: vec![], ..strike() }), ErrorKind::ContactCount);
-    let unit = Convention { metres_per_unit: 0.0, ..Convention::UNREAL };
+    let unit = Convention { meters_per_unit: 0.0, ..Convention::UNREAL };
     assert_eq!(kind(Request { convention: unit, ..strike() }), ErrorKind::Convention);
     let mut zero = strike();
     zero.contacts[1].radius_m = Some(0.0);

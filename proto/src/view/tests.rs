@@ -40,13 +40,13 @@ fn answer() -> (ResultHeader, Vec<Block>) {
     sections.fragments[1].merge_count = 1;
     for (i, run) in sections.runs.iter_mut().enumerate() {
         let i = i as u32;
-        (run.fragment, run.neighbour, run.material) = (i, 1 - i, 1);
+        (run.fragment, run.neighbor, run.material) = (i, 1 - i, 1);
         (run.vertex_first, run.vertex_count, run.index_first, run.index_count) = (i * 3, 3, i * 3, 3);
     }
     sections.indices.copy_from_slice(&[0, 1, 2, 2, 1, 0]);
     sections.merges[0] = [2, 1];
     sections.bonds[0].fragments = [0, 1];
-    (sections.debris[0].fragment, sections.debris[0].neighbour) = (0, 1);
+    (sections.debris[0].fragment, sections.debris[0].neighbor) = (0, 1);
     for (i, hull) in sections.hulls.iter_mut().enumerate() {
         let i = i as u32;
         (hull.vertex_first, hull.vertex_count, hull.index_first, hull.index_count) = (4 * i, 4, 12 * i, 12);
@@ -119,7 +119,7 @@ fn every_rule_names_its_offender() {
     check(|_, p| section(p, |s| s.bonds[0].fragments = [0, 2]), "bonds");
     check(|_, p| section(p, |s| s.bonds[0].fragments = [2, WORLD]), "bonds");
     check(|_, p| section(p, |s| s.bonds[0].fragments = [WORLD, WORLD]), "bonds");
-    check(|_, p| section(p, |s| s.debris[0].neighbour = 0), "debris");
+    check(|_, p| section(p, |s| s.debris[0].neighbor = 0), "debris");
     check(|_, p| table(p)[8].length -= 48, "velocities");
     check(|_, p| table(p)[9].length -= 12, "normals");
     check(|_, p| table(p)[10].length = 8, "uvs");
@@ -135,7 +135,7 @@ fn every_rule_names_its_offender() {
     check(|_, p| table(p)[21].length -= 4, "skin_materials");
     check(|_, p| section(p, |s| s.hulls[1].index_first = u32::MAX), "hulls[1]");
     check(|_, p| section(p, |s| s.hull_indices[13] = 4), "hulls[1]");
-    check(|_, p| section(p, |s| s.runs[0].neighbour = 2), "runs[0]");
+    check(|_, p| section(p, |s| s.runs[0].neighbor = 2), "runs[0]");
     check(|_, p| section(p, |s| s.runs[1].material = 0), "runs[1]");
     check(|_, p| section(p, |s| s.runs[1].index_first = 0), "runs[1]");
 }

@@ -115,7 +115,7 @@ fn bounds_m(prepared: &PreparedObject) -> [Point3<f64>; 2] {
     let Some(skin) = prepared.skin.as_ref().filter(|_| prepared.bodies.iter().all(|body| body.warped.is_none())) else {
         return prepared.bounds_m();
     };
-    let corners = skin.points.iter().map(|local| prepared.frame.to_metres(local));
+    let corners = skin.points.iter().map(|local| prepared.frame.to_meters(local));
     let empty = [f64::INFINITY, f64::NEG_INFINITY].map(|end| Point3::new(end, end, end));
     corners.fold(empty, |[low, high], corner| [low.inf(&corner), high.sup(&corner)])
 }
@@ -136,7 +136,7 @@ impl ServedObject for EngineObject {
             density_kg_m3: material.density_kg_m3,
             volume_m3: prepared.report.lattice_volume_m3,
             diagonal_m: prepared.frame.diagonal_m,
-            centre_m: prepared.frame.centre_m.coords.into(),
+            center_m: prepared.frame.center_m.coords.into(),
             bounds_m: self.bounds_m,
             radius_m: DEFAULT_RADIUS_DIAGONALS * prepared.frame.diagonal_m,
             duration_s: DEFAULT_DURATION_S,

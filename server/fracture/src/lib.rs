@@ -6,7 +6,7 @@
 //! object alone, [`scene`] says what a scene wants, and
 //! [`pipeline`] is the one walk through all of them. No room knows of processes, files of others, or clocks.
 //!
-//! Lengths inside the library are *local*: the object's bounding-box diagonal is 1 and its box is centred at the
+//! Lengths inside the library are *local*: the object's bounding-box diagonal is 1 and its box is centered at the
 //! origin ([`surface::LocalFrame`]). Physical units appear only in [`scene`], [`pipeline`] and [`fragment`].
 
 pub mod accuracy;

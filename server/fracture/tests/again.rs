@@ -74,8 +74,8 @@ fn shown(pieces: &FractureMeshes) -> Vec<Shown> {
     let show = |row: &pipeline::FragmentRow| {
         let own = &positions[row.vertex_first as usize..][..row.vertex_count as usize];
         closed(own, &indices[row.index_first as usize..][..row.index_count as usize]).unwrap();
-        let centre = Vector3::from(row.centre_m);
-        let points: Vec<Point3<f64>> = own.iter().map(|at| Point3::from(at.map(f64::from)) + centre).collect();
+        let center = Vector3::from(row.center_m);
+        let points: Vec<Point3<f64>> = own.iter().map(|at| Point3::from(at.map(f64::from)) + center).collect();
         let runs = || pieces.runs[row.run_first as usize..][..row.run_count as usize].iter();
         let area = |run: &pipeline::RunRow| -> f64 {
             let corners = indices[run.index_first as usize..][..run.index_count as usize].chunks_exact(3);
@@ -86,7 +86,7 @@ fn shown(pieces: &FractureMeshes) -> Vec<Shown> {
                 .sum()
         };
         Shown {
-            old_crack_m2: runs().filter(|run| run.crack && run.neighbour == OUTER).map(area).sum(),
+            old_crack_m2: runs().filter(|run| run.crack && run.neighbor == OUTER).map(area).sum(),
             outer_m2: runs().filter(|run| !run.crack).map(area).sum(),
             points,
         }
@@ -132,7 +132,7 @@ fn check(
     let outer: f64 = own.iter().map(|child| child.outer_m2).sum();
     assert!((outer - before.outer_m2).abs() < 1e-6 * before.outer_m2.max(1e-6), "{outer} {}", before.outer_m2);
     assert!(own.iter().any(|child| child.old_crack_m2 > 0.0), "some child lies along the first crack");
-    let side = |crack: bool| children.runs.iter().filter(|run| run.crack == crack && run.neighbour == OUTER).count();
+    let side = |crack: bool| children.runs.iter().filter(|run| run.crack == crack && run.neighbor == OUTER).count();
     assert!(side(true) > 0 || side(false) > 0);
     children
 }
@@ -355,7 +355,7 @@ fn across_the_slit(lift: LiftKind) -> [usize; 2] {
         let fragments = shown(&first(&SLIT, &strike));
         across[0] += fragments.iter().filter(|own| spans_the_mouth(own.points.iter().copied())).count();
         let labels = cells(&SLIT, &strike);
-        let place = |node: usize| SLIT.frame.to_metres(&SLIT.bodies[0].crack.nodes[node]);
+        let place = |node: usize| SLIT.frame.to_meters(&SLIT.bodies[0].crack.nodes[node]);
         for cell in 0..8 {
             let own = (0..labels.len()).filter(|&node| labels[node] == cell);
             across[1] += usize::from(spans_the_mouth(own.map(place)));

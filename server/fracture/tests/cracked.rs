@@ -93,7 +93,7 @@ fn check(mesh: RawMesh, [sheets, sure]: [RawMesh; 2], bodies: usize) -> Prepared
     assert!(report.lattice_volume_m3 < report.input_volume_m3 - 0.9 * cracks.volume_m3 && cracks.volume_m3 > 0.0);
     assert!(report.defects.is_empty(), "{:?}", report.defects);
     let point =
-        prepared.frame.to_metres(prepared.bodies[0].crack.nodes.iter().max_by(|a, b| a.y.total_cmp(&b.y)).unwrap());
+        prepared.frame.to_meters(prepared.bodies[0].crack.nodes.iter().max_by(|a, b| a.y.total_cmp(&b.y)).unwrap());
     let pieces = struck(&prepared, &blow(point, Vector3::new(0.0, -1.0, 0.0), LiftKind::Interior, 0));
     assert!(shown(&pieces).len() >= 8);
     let sum: f64 = pieces.fragments.iter().map(|row| row.volume_m3).sum();
@@ -121,7 +121,7 @@ fn shown(pieces: &FractureMeshes) -> Vec<Vec<Point3<f64>>> {
     let show = |row: &pipeline::FragmentRow| {
         let own = &positions[row.vertex_first as usize..][..row.vertex_count as usize];
         closed(own, &indices[row.index_first as usize..][..row.index_count as usize]).unwrap();
-        own.iter().map(|at| Point3::from(at.map(f64::from)) + Vector3::from(row.centre_m)).collect()
+        own.iter().map(|at| Point3::from(at.map(f64::from)) + Vector3::from(row.center_m)).collect()
     };
     pieces.fragments.iter().map(show).collect()
 }
@@ -141,7 +141,7 @@ fn across_the_crack(lift: LiftKind) -> [usize; 2] {
         let fragments = shown(&struck(&HALF, &strike));
         across[0] += fragments.iter().filter(|own| spans_the_mouth(own.iter().copied())).count();
         let labels = cells(&HALF, &strike);
-        let place = |node: usize| HALF.frame.to_metres(&HALF.bodies[0].crack.nodes[node]);
+        let place = |node: usize| HALF.frame.to_meters(&HALF.bodies[0].crack.nodes[node]);
         for cell in 0..8 {
             let own = (0..labels.len()).filter(|&node| labels[node] == cell);
             across[1] += usize::from(spans_the_mouth(own.map(place)));
@@ -222,10 +222,10 @@ fn pulled_apart_a_crack_opens_as_far_as_a_slit_does() {
 #[test]
 fn a_crack_through_the_object_makes_two() {
     let prepared = check(shapes::cuboid(SIZE_M), [(); 2].map(|()| sheet([-0.12, 0.12], [-0.12, 0.12])), 2);
-    let side = |body: usize| prepared.bodies[body].crack.centre().x.signum();
+    let side = |body: usize| prepared.bodies[body].crack.center().x.signum();
     assert_eq!(side(0) * side(1), -1.0);
     for body in &prepared.bodies {
-        let one = body.crack.centre().x.signum();
+        let one = body.crack.center().x.signum();
         assert!(body.crack.nodes.iter().all(|node| node.x * one > 0.0));
     }
 }

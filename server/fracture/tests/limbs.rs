@@ -68,8 +68,8 @@ fn the_teeth_of_a_comb_are_not_joined() {
     let solid = |at: &Point3<f64>| ((at.x / spacing + 11.5) / 3.0).fract() * 3.0 < 2.0 || at.y < -0.15;
     let full = block([23, 10, 3], spacing);
     let tets = (0..full.tets.len()).filter(|&tet| {
-        let centre = full.corners(tet).iter().fold(nalgebra::Vector3::zeros(), |sum, corner| sum + corner.coords) / 4.0;
-        solid(&Point3::from(centre))
+        let center = full.corners(tet).iter().fold(nalgebra::Vector3::zeros(), |sum, corner| sum + corner.coords) / 4.0;
+        solid(&Point3::from(center))
     });
     let comb = compact(&full, &tets.map(|tet| full.tets[tet]).collect::<Vec<_>>());
     let teeth = limbs(&comb, |node| node.y > -0.05);

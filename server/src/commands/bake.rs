@@ -44,7 +44,7 @@ pub struct BakeArgs {
     /// Table of materials to use instead of the built-in one
     #[arg(long, value_name = "FILE")]
     pub materials: Option<PathBuf>,
-    /// Reference fragment size in metres [default: a tenth of the diagonal]
+    /// Reference fragment size in meters [default: a tenth of the diagonal]
     #[arg(long, value_name = "M", allow_negative_numbers = true)]
     pub fragment_size: Option<f64>,
     /// Threshold in J·m² [default: from material and fragment size]

@@ -26,7 +26,7 @@ pub struct InspectArgs {
     /// Folder for a page that shows what the object has learned, NAME.html
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// Also write the intact object: the boundary of its lattice, in metres, coordinates of the mesh file
+    /// Also write the intact object: the boundary of its lattice, in meters, coordinates of the mesh file
     #[arg(long, value_name = "FILE.obj|FILE.glb")]
     pub mesh: Option<PathBuf>,
     /// Also strike it a few dozen times, and tell what strikes of so many sites are expected to take here, and how far that is off

@@ -7,7 +7,7 @@ use shatter_fracture::pipeline::{IntactBody, PreparedObject};
 use shatter_fracture::surface::{RawMesh, shapes};
 use std::path::Path;
 
-/// Writes the boundary of every body to `path`, whole or not at all: one mesh in `.obj`, one node per body in `.glb`. Metres,
+/// Writes the boundary of every body to `path`, whole or not at all: one mesh in `.obj`, one node per body in `.glb`. Meters,
 /// coordinates of the mesh file.
 pub fn write(prepared: &PreparedObject, path: &Path) -> Result<(), CommandError> {
     let bodies = prepared.intact();
@@ -38,7 +38,7 @@ struct Sections {
 }
 
 fn sections(own: &IntactBody) -> Sections {
-    let relative = |place: &Point3<f64>| [0, 1, 2].map(|k| (place[k] - own.centre_m[k]) as f32);
+    let relative = |place: &Point3<f64>| [0, 1, 2].map(|k| (place[k] - own.center_m[k]) as f32);
     let index_count = 3 * own.mesh.triangles.len() as u32;
     Sections {
         positions: own.mesh.positions_m.iter().map(relative).collect(),
@@ -56,7 +56,7 @@ fn view<'a>(body: usize, own: &'a IntactBody, sections: &'a Sections) -> Fragmen
         indices: own.mesh.triangles.as_flattened(),
         runs: &sections.runs,
         merges: &[],
-        centre_m: own.centre_m,
+        center_m: own.center_m,
         volume_m3: own.volume_m3,
         mass_kg: own.mass_kg,
         inertia_kg_m2: own.inertia_kg_m2,

@@ -23,7 +23,7 @@ pub fn doubtful(mesh: &RawMesh, unit: LengthUnit, density_kg_m3: f64) -> Option<
         return None;
     }
     let others = LengthUnit::ALL.into_iter().filter(|other| *other != unit).filter_map(|other| {
-        let factor = other.metres() / unit.metres();
+        let factor = other.meters() / unit.meters();
         let (size_m, mass_kg) = (size_m * factor, mass_kg * factor.powi(3));
         USUAL_M.contains(&size_m).then(|| format!("with --unit {other} it would be {}", measured(size_m, mass_kg)))
     });

@@ -198,7 +198,7 @@ impl EngineResult for Tetrahedra {
             sections.indices[12 * i..][..12].copy_from_slice(&FACES);
             sections.merges[i] = [0, 0];
             sections.fragments[i] = fragment(i as u32);
-            sections.runs[i] = RunWire { neighbour: OUTER, material: 0, ..run(i as u32) };
+            sections.runs[i] = RunWire { neighbor: OUTER, material: 0, ..run(i as u32) };
         }
         Ok(())
     }

@@ -128,7 +128,7 @@ pub(super) fn run(input: &[u8]) -> bool {
 /// Refused, or struck with fragments that are closed and have a mass.
 fn struck(prepared: &PreparedObject) {
     let node = prepared.bodies[0].crack.nodes[0];
-    let at = FractureRequest::at(prepared.frame.to_metres(&node), Vector3::new(0.3, -1.0, 0.2));
+    let at = FractureRequest::at(prepared.frame.to_meters(&node), Vector3::new(0.3, -1.0, 0.2));
     for degree in [DegreeRequest::Sites(4), DegreeRequest::Inferred] {
         let own = FractureRequest { degree, ..at.clone() };
         if let Ok(outcome) = strike(prepared, &own, &mut Workspace::default(), &CancelToken::default(), &mut ()) {

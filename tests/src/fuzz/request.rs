@@ -39,7 +39,7 @@ fn answer() -> Vec<u8> {
     let fragment = &mut sections.fragments[0];
     (fragment.vertex_count, fragment.index_count, fragment.run_count) = (3, 3, 1);
     let run = &mut sections.runs[0];
-    (run.neighbour, run.material, run.vertex_count, run.index_count) = (shatter_proto::result::OUTER, 1, 3, 3);
+    (run.neighbor, run.material, run.vertex_count, run.index_count) = (shatter_proto::result::OUTER, 1, 3, 3);
     sections.indices.copy_from_slice(&[0, 1, 2]);
     sections.summary.set_object("vase");
     [bytes_of(&layout.header(5)), bytemuck::cast_slice(&payload)].concat()

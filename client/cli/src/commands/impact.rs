@@ -53,13 +53,13 @@ pub struct Args {
     /// Which preset says what is not said here; without it the object's. The document tells its numbers.
     #[arg(long, value_name = "draft|game|film|reference", value_parser = quality)]
     quality: Option<Quality>,
-    /// Largest estimated relative error, of the elastic energy and of how the pieces are centred, whichever is worse.
+    /// Largest estimated relative error, of the elastic energy and of how the pieces are centered, whichever is worse.
     #[arg(long, value_name = "E", allow_negative_numbers = true)]
     error: Option<f64>,
     /// Milliseconds from when the service takes it in until it sends the answer; quality falls where that is short.
     #[arg(long, value_name = "T", allow_negative_numbers = true)]
     time_ms: Option<f64>,
-    /// Iterations at most by which the pieces are centred; what a strike that ran out of time took repeats it.
+    /// Iterations at most by which the pieces are centered; what a strike that ran out of time took repeats it.
     #[arg(long, value_name = "N")]
     iterations: Option<u32>,
     /// Effects to switch on, separated by commas.
@@ -171,7 +171,7 @@ fn solved_instead(summary: &SummaryWire) -> String {
 
 fn impact(args: &Args) -> Impact {
     let mut contacts = args.point.iter().zip(&args.impulse);
-    let radius = args.radius_m.map(|metres| args.convention.convention.length(metres));
+    let radius = args.radius_m.map(|meters| args.convention.convention.length(meters));
     let describe = |impact: Impact, impulse: &[f64; 3]| with_contact(impact.impulse(*impulse), args.duration_s, radius);
     let first = contacts.next().map(|(point, impulse)| describe(Impact::at(*point), impulse));
     let first = first.unwrap_or_else(|| aimed(args, describe));
@@ -239,7 +239,7 @@ fn materials(of: &[u32]) -> Value {
 fn debris(point: &DebrisWire) -> Value {
     json!({
         "fragment": point.fragment,
-        "neighbour": point.neighbour,
+        "neighbor": point.neighbor,
         "position_m": point.position_m,
         "normal": point.normal,
         "size_m": point.size_m,
@@ -343,7 +343,7 @@ fn fragment_json(fragment: &Fragment<'_>) -> Value {
         "body": row.body,
         "volume_m3": row.volume_m3,
         "mass_kg": row.mass_kg,
-        "centre_m": row.centre_m,
+        "center_m": row.center_m,
         "vertices": row.vertex_count,
         "triangles": row.index_count / 3,
         "energy_j_m2": row.energy_j_m2,

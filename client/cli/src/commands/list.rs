@@ -76,7 +76,7 @@ fn object(facts: &ObjectFacts) -> Value {
         "density_kg_m3": facts.density_kg_m3,
         "volume_m3": facts.volume_m3,
         "diagonal_m": facts.diagonal_m,
-        "centre_m": facts.centre_m,
+        "center_m": facts.center_m,
         "bounds_m": facts.bounds_m,
         "radius_m": facts.radius_m,
         "duration_s": facts.duration_s,

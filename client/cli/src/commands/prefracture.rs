@@ -18,7 +18,7 @@ pub struct Args {
     /// Which lift: `euclidean`, `interior` (the default) or `surface_diffusion`.
     #[arg(long, value_name = "euclidean|interior|surface_diffusion", value_parser = lift)]
     lift: Option<Lift>,
-    /// Which preset says how well the pieces are centred; without it the object's.
+    /// Which preset says how well the pieces are centered; without it the object's.
     #[arg(long, value_name = "draft|game|film|reference", value_parser = quality)]
     quality: Option<Quality>,
     /// Effects to switch on, separated by commas.

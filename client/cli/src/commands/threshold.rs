@@ -56,7 +56,7 @@ pub fn run(service: &str, args: &Args) -> Result<(), CliError> {
     let object = Client::connect(service, reply())?.with_convention(host).object(&args.object, reply())?;
     let begun = args.ray.map_or_else(|| Impact::at(args.point.unwrap_or_default()), Impact::along);
     let impact = begun.impulse(unit.into()).threshold_only();
-    let impact = with_contact(impact, args.duration_s, args.radius_m.map(|metres| host.length(metres)));
+    let impact = with_contact(impact, args.duration_s, args.radius_m.map(|meters| host.length(meters)));
     let broken = object.strike(&impact)?.wait(Deadline::after(ANSWER))?;
     let summary = broken.summary();
     if args.json {
@@ -71,10 +71,10 @@ pub fn run(service: &str, args: &Args) -> Result<(), CliError> {
         }));
     }
     broken.hit().map_or(Ok(()), |hit| out(format_args!("{}\n", hit_line(&hit))))?;
-    let unit = if host.metres_per_unit == 1.0 {
+    let unit = if host.meters_per_unit == 1.0 {
         "N·s".to_owned()
     } else {
-        format!("kg·unit/s (unit: {} m)", host.metres_per_unit)
+        format!("kg·unit/s (unit: {} m)", host.meters_per_unit)
     };
     out(format_args!("{} {unit}\n", summary.threshold_impulse_factor))
 }

@@ -85,7 +85,7 @@ pub struct HertzContact {
 }
 
 impl HertzContact {
-    /// Two bodies whose centres approach each other at `speed_m_s` along the line between them. With 1/E* = Σ(1 − ν²)/E,
+    /// Two bodies whose centers approach each other at `speed_m_s` along the line between them. With 1/E* = Σ(1 − ν²)/E,
     /// 1/R = Σ1/r and 1/m* = Σ1/m:
     ///
     /// δ = (15 m* v² / (16 E* √R))^(2/5), a = √(R δ), F = 4/3 E* √R δ^(3/2), τ = [`DURATION`] · δ/v ≈ 2.87 (m*² / (R E*² v))^(1/5).
@@ -104,7 +104,7 @@ impl HertzContact {
     }
 
     /// As [`Self::of`], for a contact whose effective mass is not that of a central one: `impulse_ns` stopped `speed_m_s`, so
-    /// m* = J/v. Bodies that are hit beside their centres turn away and are lighter, which is all that it is used for: a simulator's
+    /// m* = J/v. Bodies that are hit beside their centers turn away and are lighter, which is all that it is used for: a simulator's
     /// resting contacts carry impulses at no speed, and m* stays that of [`Self::of`] where J/v is more.
     ///
     /// # Errors

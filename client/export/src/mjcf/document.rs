@@ -10,7 +10,7 @@ use std::io;
 
 type Xml = Writer<Vec<u8>>;
 
-/// Colours as a screen shows those of the `.glb`.
+/// Colors as a screen shows those of the `.glb`.
 const OUTER_RGBA: &str = "0.63 0.66 0.69 1";
 const CRACK_RGBA: &str = "0.9 0.82 0.71 1";
 
@@ -104,7 +104,7 @@ fn world(xml: &mut Xml, object: &ObjectView<'_>, shapes: &[Shape]) -> io::Result
 }
 
 fn body(xml: &mut Xml, name: &str, fragment: &FragmentView<'_>, shape: &Shape) -> io::Result<()> {
-    let place = list(z_up(fragment.centre_m));
+    let place = list(z_up(fragment.center_m));
     let element = xml.create_element("body").with_attributes([("name", name), ("pos", place.as_str())]);
     element.write_inner_content(|xml| {
         empty(xml, "freejoint", [("name", name)])?;
@@ -118,8 +118,8 @@ fn body(xml: &mut Xml, name: &str, fragment: &FragmentView<'_>, shape: &Shape) -
         let solid = [("name", name), ("class", "solid")].into_iter();
         match &shape.solid {
             Solid::Mesh(mesh) => empty(xml, "geom", solid.chain([("type", "mesh"), ("mesh", mesh)])),
-            Solid::Box(centre, halves) => {
-                let (place, sides) = (list(*centre), list(*halves));
+            Solid::Box(center, halves) => {
+                let (place, sides) = (list(*center), list(*halves));
                 empty(xml, "geom", solid.chain([("type", "box"), ("pos", &place), ("size", &sides)]))
             }
         }
@@ -131,8 +131,8 @@ fn body(xml: &mut Xml, name: &str, fragment: &FragmentView<'_>, shape: &Shape) -
 fn extent(fragments: &[FragmentView<'_>]) -> ([f64; 3], [f64; 3]) {
     let start = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
     let points = fragments.iter().flat_map(|fragment| {
-        let centre = fragment.centre_m;
-        fragment.positions.iter().map(move |own| z_up([0, 1, 2].map(|k| centre[k] + f64::from(own[k]))))
+        let center = fragment.center_m;
+        fragment.positions.iter().map(move |own| z_up([0, 1, 2].map(|k| center[k] + f64::from(own[k]))))
     });
     points.fold(start, |(low, high), point| {
         ([0, 1, 2].map(|k| low[k].min(point[k])), [0, 1, 2].map(|k| high[k].max(point[k])))
@@ -174,8 +174,8 @@ fn weld(
         let (own, anchor) = (format!("bond_{}_world", number(first)), list(z_up(bond.centroid_m)));
         return empty(xml, "weld", [("name", own.as_str()), ("body1", &one), ("anchor", &anchor)]);
     }
-    let centre = object.fragments[second as usize].centre_m;
-    let anchor = list(z_up([0, 1, 2].map(|k| bond.centroid_m[k] - centre[k])));
+    let center = object.fragments[second as usize].center_m;
+    let anchor = list(z_up([0, 1, 2].map(|k| bond.centroid_m[k] - center[k])));
     let (own, two) = (format!("bond_{}_{}", number(first), number(second)), name(second));
     empty(xml, "weld", [("name", own.as_str()), ("body1", &one), ("body2", &two), ("anchor", &anchor)])
 }

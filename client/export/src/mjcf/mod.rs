@@ -2,12 +2,12 @@
 //!
 //! Based on: *XML Reference*, MuJoCo documentation (E. Todorov, T. Erez & Y. Tassa, *MuJoCo*, IROS 2012).
 //!
-//! One body with a free joint per fragment, at its centre of mass, with the answer's mass and inertia. Fragments that share a bond are
+//! One body with a free joint per fragment, at its center of mass, with the answer's mass and inertia. Fragments that share a bond are
 //! welded (`equality`, named `bond_…`, in the order of the answer's bonds, whose areas are the numeric `bond_area_m2`), so the object
-//! stands whole until welds are switched off; one that the world holds is welded to the world. Welded neighbours do not collide, not
+//! stands whole until welds are switched off; one that the world holds is welded to the world. Welded neighbors do not collide, not
 //! even once they are apart: MuJoCo takes exclusions when it compiles.
 //!
-//! Metres, kilograms, +Z up, right-handed: (x, y, z) of the mesh file is (x, −z, y) here.
+//! Meters, kilograms, +Z up, right-handed: (x, y, z) of the mesh file is (x, −z, y) here.
 
 mod document;
 mod shapes;

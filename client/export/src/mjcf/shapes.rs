@@ -20,7 +20,7 @@ const HALF_MIN_M: f64 = 1e-6;
 pub(super) enum Solid {
     /// The convex hull of a mesh, by its name.
     Mesh(String),
-    /// A box, for what is too flat for a hull: centre and half sides, m.
+    /// A box, for what is too flat for a hull: center and half sides, m.
     Box([f64; 3], [f64; 3]),
 }
 

@@ -33,7 +33,7 @@ fn fragment(id: u32) -> FragmentView<'static> {
         indices: &FACES,
         runs: &[RUN],
         merges: &[],
-        centre_m: [f64::from(id), 2.0, 0.5],
+        center_m: [f64::from(id), 2.0, 0.5],
         volume_m3: 1.0 / 6.0,
         mass_kg: 400.0,
         inertia_kg_m2: [3.0, 2.0, 4.0, 0.5, 0.25, -0.5],

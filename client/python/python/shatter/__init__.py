@@ -7,10 +7,10 @@
     broken = ticket.wait()                                  # or ticket.poll(), once a frame
     for fragment in broken:
         fragment.positions, fragment.triangles              # numpy arrays over shared memory, nothing is copied
-        fragment.mass_kg, fragment.centre_m, fragment.inertia_kg_m2
+        fragment.mass_kg, fragment.center_m, fragment.inertia_kg_m2
     broken.write_glb("broken.glb")
 
-Metres, kilograms, seconds; right-handed, +Y up, counter-clockwise seen from outside, unless the connection says otherwise
+Meters, kilograms, seconds; right-handed, +Y up, counter-clockwise seen from outside, unless the connection says otherwise
 (``convention``). What is refused raises :class:`Refusal`. Any number of threads may use anything of it at a time. A process that forks
 connects anew in the child.
 """

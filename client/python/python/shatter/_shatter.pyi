@@ -1,4 +1,4 @@
-"""What the module offers. Lengths are in the unit of the connection's convention, metres by default, whatever their names end with."""
+"""What the module offers. Lengths are in the unit of the connection's convention, meters by default, whatever their names end with."""
 
 import os
 from collections.abc import Iterator, Sequence
@@ -160,7 +160,7 @@ class Status:
 
 @final
 class Facts:
-    """What a service says of an object: always metres and +Y up. Of one that is not ready all but name, state and refusal is zero."""
+    """What a service says of an object: always meters and +Y up. Of one that is not ready all but name, state and refusal is zero."""
 
     @property
     def name(self) -> str: ...
@@ -193,7 +193,7 @@ class Facts:
     @property
     def diagonal_m(self) -> float: ...
     @property
-    def centre_m(self) -> list[float]: ...
+    def center_m(self) -> list[float]: ...
     @property
     def bounds_m(self) -> list[list[float]]:
         """Lowest and highest corner of the mesh. Rays hit the lattice's surface, which can lie outside by part of its spacing."""
@@ -290,7 +290,7 @@ class Broken:
 
     @property
     def positions(self) -> NDArray[np.float32]:
-        """(all vertices, 3): of all fragments one after the other, each relative to its own centre."""
+        """(all vertices, 3): of all fragments one after the other, each relative to its own center."""
 
     @property
     def bonds(self) -> list[Bond]:
@@ -380,12 +380,12 @@ class Fragment:
     @property
     def mass_kg(self) -> float: ...
     @property
-    def centre_m(self) -> NDArray[np.float64]:
-        """(3,): centre of mass."""
+    def center_m(self) -> NDArray[np.float64]:
+        """(3,): center of mass."""
 
     @property
     def inertia_kg_m2(self) -> NDArray[np.float64]:
-        """(3, 3): about the centre of mass."""
+        """(3, 3): about the center of mass."""
 
     @property
     def linear_m_s(self) -> NDArray[np.float64] | None:
@@ -395,7 +395,7 @@ class Fragment:
     def angular_rad_s(self) -> NDArray[np.float64] | None: ...
     @property
     def positions(self) -> NDArray[np.float32]:
-        """(vertices, 3): relative to the centre of mass."""
+        """(vertices, 3): relative to the center of mass."""
 
     @property
     def triangles(self) -> NDArray[np.uint32]:
@@ -435,10 +435,10 @@ class Fragment:
 
 @final
 class Run:
-    """Consecutive triangles and vertices of a fragment that face one neighbour; None: the outside, or an older crack."""
+    """Consecutive triangles and vertices of a fragment that face one neighbor; None: the outside, or an older crack."""
 
     @property
-    def neighbour(self) -> int | None: ...
+    def neighbor(self) -> int | None: ...
     @property
     def crack(self) -> bool: ...
     @property
@@ -493,7 +493,7 @@ class Debris:
     @property
     def fragment(self) -> int: ...
     @property
-    def neighbour(self) -> int: ...
+    def neighbor(self) -> int: ...
     @property
     def position_m(self) -> list[float]: ...
     @property

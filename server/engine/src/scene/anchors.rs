@@ -61,7 +61,7 @@ pub(super) fn region(path: &str, table: &toml::Table) -> Result<Region, Error> {
     match values {
         Values { center: Some(center), radius_m: Some(radius_m), min: None, max: None } => {
             let positive = radius_m > 0.0;
-            let ball = Region::Ball { centre_m: center.into(), radius_m };
+            let ball = Region::Ball { center_m: center.into(), radius_m };
             positive.then_some(ball).ok_or_else(|| invalid(format!("{path}.radius_m"), "must be above zero"))
         }
         Values { center: None, radius_m: None, min: Some(min), max: Some(max) } => {

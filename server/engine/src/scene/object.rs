@@ -89,7 +89,7 @@ pub struct ObjectPolicy {
     pub fragments_max: Option<u32>,
     /// Bytes of answer at most.
     pub bytes_max: Option<u64>,
-    /// Smaller pieces become part of a neighbour, m³; needs `slivers`.
+    /// Smaller pieces become part of a neighbor, m³; needs `slivers`.
     pub volume_min_m3: Option<f64>,
     /// The preset of strikes that name none, and of the lattices if they are baked for it; without it strikes have that of the lattices.
     pub quality: Option<Quality>,

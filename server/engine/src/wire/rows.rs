@@ -22,7 +22,7 @@ pub(super) fn contact(own: &Contact, from: &Convention) -> pipeline::ImpactConta
         point_m: from.our_vector(own.point_m).into(),
         impulse_ns: from.our_vector(own.impulse_ns).into(),
         duration_s: own.duration_s,
-        radius_m: own.radius_m.map(|units| from.metres(units)),
+        radius_m: own.radius_m.map(|units| from.meters(units)),
     }
 }
 
@@ -30,8 +30,8 @@ pub(super) fn contact(own: &Contact, from: &Convention) -> pipeline::ImpactConta
 struct HostCoordinates<'a>(&'a Convention);
 
 impl HostFrame for HostCoordinates<'_> {
-    fn offset(&self, metres: Vector3<f64>) -> [f32; 3] {
-        single(self.0.vector(metres.into()))
+    fn offset(&self, meters: Vector3<f64>) -> [f32; 3] {
+        single(self.0.vector(meters.into()))
     }
 
     fn direction(&self, ours: Vector3<f64>) -> [f32; 3] {
@@ -148,7 +148,7 @@ fn bond(own: &BondRow, to: &Convention) -> BondWire {
 fn debris(own: &DebrisRow, to: &Convention) -> DebrisWire {
     DebrisWire {
         fragment: own.fragment,
-        neighbour: own.neighbour,
+        neighbor: own.neighbor,
         position_m: single(to.vector(own.position_m.into())),
         normal: single(to.direction(own.normal.into())),
         size_m: to.length(own.size_m) as f32,
@@ -189,7 +189,7 @@ fn fragment(row: &FragmentRow, to: &Convention) -> FragmentWire {
         reserved: [0; 2],
         volume_m3: to.cube(row.volume_m3),
         mass_kg: row.mass_kg,
-        centre_m: to.vector(row.centre_m),
+        center_m: to.vector(row.center_m),
         inertia_kg_m2: to.inertia(row.inertia_kg_m2),
         energy_j_m2: row.energy_j_m2,
     }
@@ -198,7 +198,7 @@ fn fragment(row: &FragmentRow, to: &Convention) -> FragmentWire {
 fn run(row: &RunRow) -> RunWire {
     RunWire {
         fragment: row.fragment,
-        neighbour: row.neighbour,
+        neighbor: row.neighbor,
         vertex_first: row.vertex_first,
         vertex_count: row.vertex_count,
         index_first: row.index_first,

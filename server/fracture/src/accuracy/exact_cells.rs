@@ -21,7 +21,7 @@ pub(super) const CHUNK: usize = 512;
 pub struct ExactCells {
     /// Volume of each site's cell, local; they add up to the lattice's.
     pub volumes: Vec<f64>,
-    /// Borders between cells as triangles, local, a soup: neighbours are not welded. A lattice face on which two sites tie
+    /// Borders between cells as triangles, local, a soup: neighbors are not welded. A lattice face on which two sites tie
     /// is one, too.
     pub triangles: Vec<[Point3<f64>; 3]>,
     /// The sites on both sides of each triangle, the lower first; the triangle is counter-clockwise seen from the higher one's side.

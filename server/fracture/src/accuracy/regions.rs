@@ -65,7 +65,7 @@ impl<'a> Regions<'a> {
     pub fn cracks(&self) -> Result<Vec<[Point3<f64>; 3]>, AccuracyError> {
         let tessellation = tessellate(self.lattice, self.topology, self.labels, &self.points)?;
         let mut triangles = Vec::new();
-        for run in tessellation.runs().iter().filter(|run| run.neighbour.is_some_and(|other| run.fragment < other)) {
+        for run in tessellation.runs().iter().filter(|run| run.neighbor.is_some_and(|other| run.fragment < other)) {
             let vertices = tessellation.run_vertices(run);
             triangles.extend(tessellation.run_triangles(run).map(|corners| corners.map(|at| vertices[at as usize])));
         }

@@ -178,7 +178,7 @@ impl Sweep<'_> {
             lanes: &level.lanes[lane(groups.start)..lane(groups.end.next_multiple_of(TILE))],
             squares: &level.squares[groups.clone()],
             radii: &level.radii[groups.clone()],
-            centres: &level.centres[groups.start * stride..groups.end * stride],
+            centers: &level.centers[groups.start * stride..groups.end * stride],
             masses: &level.masses[groups.clone()],
             inner: &level.inner[groups.clone()],
             offsets: &level.offsets[groups.start..=groups.end],

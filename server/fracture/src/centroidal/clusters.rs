@@ -2,7 +2,7 @@
 //! groups instead of nodes.
 //!
 //! Based on: P. Vaněk, J. Mandel, M. Brezina, *Algebraic multigrid by smoothed aggregation* (Computing 56, 1996), section 4: whoever
-//! is free takes its free neighbours. Groups never lead across a gap that the lattice does not cross.
+//! is free takes its free neighbors. Groups never lead across a gap that the lattice does not cross.
 
 use crate::memory::held;
 
@@ -27,16 +27,16 @@ pub(super) struct Groups {
 /// Who touches whom, as compressed rows.
 struct Graph {
     offsets: Vec<u32>,
-    neighbours: Vec<u32>,
+    neighbors: Vec<u32>,
 }
 
 impl Clusters {
-    /// Groups of `nodes` nodes, of which `neighbours` tells which others each touches.
-    pub fn new<'a>(nodes: usize, neighbours: impl Fn(usize) -> &'a [u32]) -> Self {
-        let mut graph = Graph { offsets: vec![0], neighbours: Vec::new() };
+    /// Groups of `nodes` nodes, of which `neighbors` tells which others each touches.
+    pub fn new<'a>(nodes: usize, neighbors: impl Fn(usize) -> &'a [u32]) -> Self {
+        let mut graph = Graph { offsets: vec![0], neighbors: Vec::new() };
         for node in 0..nodes {
-            graph.neighbours.extend_from_slice(neighbours(node));
-            graph.offsets.push(graph.neighbours.len() as u32);
+            graph.neighbors.extend_from_slice(neighbors(node));
+            graph.offsets.push(graph.neighbors.len() as u32);
         }
         let mut levels = Vec::new();
         while graph.points() >= 2 * GROUPS_MIN {
@@ -85,11 +85,11 @@ impl Graph {
     }
 
     fn around(&self, point: usize) -> &[u32] {
-        &self.neighbours[self.offsets[point] as usize..self.offsets[point + 1] as usize]
+        &self.neighbors[self.offsets[point] as usize..self.offsets[point + 1] as usize]
     }
 
-    /// Group of each point, and the groups: in the order of points, each free one takes its free neighbours; one that finds none
-    /// joins the group of its lowest neighbour.
+    /// Group of each point, and the groups: in the order of points, each free one takes its free neighbors; one that finds none
+    /// joins the group of its lowest neighbor.
     fn gather(&self) -> (Vec<u32>, Groups) {
         const FREE: u32 = u32::MAX;
         let (mut of, mut count) = (vec![FREE; self.points()], 0);
@@ -125,7 +125,7 @@ impl Graph {
 
     /// Which groups touch.
     fn coarser(&self, of: &[u32], groups: &Groups) -> Self {
-        let (mut offsets, mut neighbours, mut own) = (vec![0], Vec::new(), Vec::new());
+        let (mut offsets, mut neighbors, mut own) = (vec![0], Vec::new(), Vec::new());
         for group in 0..groups.count() {
             own.clear();
             own.extend(
@@ -133,10 +133,10 @@ impl Graph {
             );
             own.sort_unstable();
             own.dedup();
-            neighbours.extend(own.iter().filter(|other| **other != group as u32));
-            offsets.push(neighbours.len() as u32);
+            neighbors.extend(own.iter().filter(|other| **other != group as u32));
+            offsets.push(neighbors.len() as u32);
         }
-        Self { offsets, neighbours }
+        Self { offsets, neighbors }
     }
 }
 
@@ -149,7 +149,7 @@ mod tests {
     #[test]
     fn every_point_is_in_one_connected_group() {
         let topology = Topology::new(&block([14, 12, 10], 0.1));
-        let clusters = Clusters::new(topology.nodes, |node| topology.neighbours(node));
+        let clusters = Clusters::new(topology.nodes, |node| topology.neighbors(node));
         assert_eq!(clusters.nodes(), Some(topology.nodes));
         assert!(clusters.levels().len() >= 2);
         let mut points = topology.nodes;
@@ -163,7 +163,7 @@ mod tests {
         for group in 0..clusters.levels()[0].count() {
             let own = clusters.levels()[0].of(group);
             let touches =
-                |node: u32| topology.neighbours(node as usize).iter().filter(|other| own.contains(other)).count();
+                |node: u32| topology.neighbors(node as usize).iter().filter(|other| own.contains(other)).count();
             assert!(own.len() == 1 || own.iter().all(|&node| touches(node) > 0));
         }
     }

@@ -1,10 +1,10 @@
-//! Nearest sites, exactly: a tiled f32 sweep of all sites over the groups' centres, and f64 for the points of a group that more than
+//! Nearest sites, exactly: a tiled f32 sweep of all sites over the groups' centers, and f64 for the points of a group that more than
 //! one site can be nearest to.
 //!
 //! Based on: S. Lloyd, *Least squares quantization in PCM* (1982), the assignment step; C. Elkan, *Using the triangle inequality to
-//! accelerate k-means* (ICML 2003), for what it spares: with d the distance of a centre from its nearest site and r the group's
-//! radius, a site farther from the centre than d + 2r is no point's nearest. With f_i(v) = |p_i|² − 2 p_i·X_v distances are
-//! √(f_i + |X_v|²); coordinates are centred and scaled to the unit ball, where rounding f_i in f32 costs at most
+//! accelerate k-means* (ICML 2003), for what it spares: with d the distance of a center from its nearest site and r the group's
+//! radius, a site farther from the center than d + 2r is no point's nearest. With f_i(v) = |p_i|² − 2 p_i·X_v distances are
+//! √(f_i + |X_v|²); coordinates are centered and scaled to the unit ball, where rounding f_i in f32 costs at most
 //! (m + 4)·u·(|p_i|² + 2|p_i|), u = 2⁻²⁴, and what is spared is chosen with twice that to spare. So the labels are those of
 //! f64, ties to the lowest index, whatever the groups are; a group that one site is left for is added as a whole.
 //!
@@ -66,25 +66,25 @@ pub(super) struct KernelSites<'a> {
     pub stride: usize,
     /// p_i, site-major, lifted coordinates; `stride` per site.
     pub exact: &'a [f64],
-    /// |p_i|² and −2 p_i, centred and scaled, m + 1 per site.
+    /// |p_i|² and −2 p_i, centered and scaled, m + 1 per site.
     pub rounded: &'a [f32],
-    /// Twice the most by which a rounded f_i, or a rounded |centre|², is off.
+    /// Twice the most by which a rounded f_i, or a rounded |center|², is off.
     pub resolution: f64,
 }
 
 /// Consecutive groups, starting with a tile, and their points.
 pub(super) struct Chunk<'a> {
-    /// Tiles of the centres.
+    /// Tiles of the centers.
     pub lanes: &'a [f32],
-    /// |centre|², centred and scaled.
+    /// |center|², centered and scaled.
     pub squares: &'a [f32],
-    /// Distance of each group's farthest point from its centre, scaled.
+    /// Distance of each group's farthest point from its center, scaled.
     pub radii: &'a [f32],
-    /// The centres; `stride` per group.
-    pub centres: &'a [f64],
+    /// The centers; `stride` per group.
+    pub centers: &'a [f64],
     /// w of each group.
     pub masses: &'a [f64],
-    /// Σ w|X − centre|² of each group.
+    /// Σ w|X − center|² of each group.
     pub inner: &'a [f64],
     /// Where each group begins among the points of the level, and the end of the last.
     pub offsets: &'a [u32],
@@ -136,7 +136,7 @@ fn assign_portable(sites: &KernelSites, chunk: Chunk) {
         lanes,
         squares,
         radii,
-        centres,
+        centers,
         masses,
         inner,
         offsets,
@@ -164,8 +164,8 @@ fn assign_portable(sites: &KernelSites, chunk: Chunk) {
                 let label = nearest.site[lane];
                 labels[own].fill(label);
                 let (site, cell) = of_label(sites, label, cells);
-                let centre = &centres[group * stride..][..stride];
-                add(centre, site, masses[group], square_distance(centre, site), cell);
+                let center = &centers[group * stride..][..stride];
+                add(center, site, masses[group], square_distance(center, site), cell);
                 cell[1] += inner[group];
                 continue;
             }
@@ -182,7 +182,7 @@ fn assign_portable(sites: &KernelSites, chunk: Chunk) {
     }
 }
 
-/// The smallest f_i at a tile's centres, and their sites.
+/// The smallest f_i at a tile's centers, and their sites.
 struct Nearest {
     best: [f32; TILE],
     site: [u32; TILE],
@@ -222,7 +222,7 @@ impl Nearest {
     }
 }
 
-/// The largest f_i at which a site can still be nearest to a point of a group, where the nearest to its centre has f = `best`.
+/// The largest f_i at which a site can still be nearest to a point of a group, where the nearest to its center has f = `best`.
 #[inline(always)]
 fn farthest_rival(best: f32, square: f32, radius: f32, resolution: f64) -> f32 {
     let (best, square) = (f64::from(best), f64::from(square));

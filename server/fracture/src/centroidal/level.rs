@@ -1,5 +1,5 @@
-//! Points with masses as the kernel reads them, in groups: the nodes of a field, or the groups of a finer level, each at the centre of
-//! its mass. A diagram of centres differs from one of the points in that groups are not cut; its energy is then that of the points,
+//! Points with masses as the kernel reads them, in groups: the nodes of a field, or the groups of a finer level, each at the center of
+//! its mass. A diagram of centers differs from one of the points in that groups are not cut; its energy is then that of the points,
 //! but for a constant (the parallel axis theorem).
 
 use super::EnergyField;
@@ -22,17 +22,17 @@ pub(super) struct PointLevel {
     pub mass: Vec<f64>,
     /// Where each group begins among the points, and their number.
     pub offsets: Vec<u32>,
-    /// Centre of mass of each group, as `rows`.
-    pub centres: Vec<f64>,
+    /// Center of mass of each group, as `rows`.
+    pub centers: Vec<f64>,
     /// w of each group.
     pub masses: Vec<f64>,
-    /// Σ w|X − centre|² of each group.
+    /// Σ w|X − center|² of each group.
     pub inner: Vec<f64>,
-    /// |X − centre| of each group's farthest point, scaled, rounded up.
+    /// |X − center| of each group's farthest point, scaled, rounded up.
     pub radii: Vec<f32>,
-    /// |centre|² of each group, centred and scaled.
+    /// |center|² of each group, centered and scaled.
     pub squares: Vec<f32>,
-    /// The centres in f32, centred, scaled to the unit ball: tile-major, then coordinate, then lane; the last tile is filled up.
+    /// The centers in f32, centered, scaled to the unit ball: tile-major, then coordinate, then lane; the last tile is filled up.
     pub lanes: Vec<f32>,
     /// What was taken off the coordinates in `lanes`.
     origin: Vec<f64>,
@@ -57,7 +57,7 @@ impl PointLevel {
     pub fn coarsen(&mut self, finer: &Self, groups: Option<&Groups>) {
         self.dimension = finer.dimension;
         self.base = finer.base + finer.inner.iter().sum::<f64>();
-        self.gather(groups, (&finer.centres, finer.stride()), &finer.masses);
+        self.gather(groups, (&finer.centers, finer.stride()), &finer.masses);
     }
 
     /// Refills from points: rows of so many entries, of which the first are coordinates, and masses.
@@ -79,7 +79,7 @@ impl PointLevel {
         let count = self.groups();
         self.mass.resize(points, 0.0);
         self.rows.resize(points * stride, 0.0);
-        self.centres.resize(count * stride, 0.0);
+        self.centers.resize(count * stride, 0.0);
         self.masses.resize(count, 0.0);
         self.inner.resize(count, 0.0);
         self.radii.resize(count, 0.0);
@@ -89,39 +89,39 @@ impl PointLevel {
             Filled {
                 rows: &mut self.rows,
                 mass: &mut self.mass,
-                centres: &mut self.centres,
+                centers: &mut self.centers,
                 masses: &mut self.masses,
                 inner: &mut self.inner,
                 radii: &mut self.radii,
             },
         );
-        self.round_centres();
+        self.round_centers();
     }
 
-    /// The centres in f32.
-    fn round_centres(&mut self) {
+    /// The centers in f32.
+    fn round_centers(&mut self) {
         let (m, stride, count) = (self.dimension, self.stride(), self.groups());
         self.origin.clear();
         self.origin.resize(m, 0.0);
-        for centre in self.centres.chunks_exact(stride) {
-            self.origin.iter_mut().zip(centre).for_each(|(sum, x)| *sum += x);
+        for center in self.centers.chunks_exact(stride) {
+            self.origin.iter_mut().zip(center).for_each(|(sum, x)| *sum += x);
         }
         self.origin.iter_mut().for_each(|sum| *sum /= count as f64);
         let origin = &self.origin;
-        let squares = self.centres.chunks_exact(stride).map(|centre| square_distance(&centre[..m], origin));
+        let squares = self.centers.chunks_exact(stride).map(|center| square_distance(&center[..m], origin));
         let radius = squares.fold(0.0, f64::max).sqrt();
         self.scale = if radius.is_normal() { radius.recip() } else { 1.0 };
         self.lanes.resize(count.div_ceil(TILE) * m * TILE, 0.0);
         self.squares.resize(count, 0.0);
-        for (tile, centres) in self.lanes.chunks_exact_mut(m * TILE).zip(self.centres.chunks(stride * TILE)) {
-            for (lane, centre) in centres.chunks_exact(stride).enumerate() {
+        for (tile, centers) in self.lanes.chunks_exact_mut(m * TILE).zip(self.centers.chunks(stride * TILE)) {
+            for (lane, center) in centers.chunks_exact(stride).enumerate() {
                 for axis in 0..m {
-                    tile[axis * TILE + lane] = ((centre[axis] - origin[axis]) * self.scale) as f32;
+                    tile[axis * TILE + lane] = ((center[axis] - origin[axis]) * self.scale) as f32;
                 }
             }
         }
-        for (group, centre) in self.centres.chunks_exact(stride).enumerate() {
-            self.squares[group] = (square_distance(&centre[..m], origin) * self.scale * self.scale) as f32;
+        for (group, center) in self.centers.chunks_exact(stride).enumerate() {
+            self.squares[group] = (square_distance(&center[..m], origin) * self.scale * self.scale) as f32;
         }
         let scale = self.scale * UP;
         self.radii.iter_mut().for_each(|radius| *radius = (f64::from(*radius) * scale) as f32);
@@ -165,7 +165,7 @@ impl PointLevel {
             bound = bound.max(square + 2.0 * square.sqrt());
         }
         let unit = 0.5 * f64::from(f32::EPSILON);
-        // Centres lie in the unit ball: their own squares err by no more than the last term.
+        // Centers lie in the unit ball: their own squares err by no more than the last term.
         let error = (m as f64 + 5.0) * (unit * (bound + 1.0) + f64::from(f32::MIN_POSITIVE));
         KernelSites { dimension: m, stride: self.stride(), exact: sites, rounded, resolution: 2.0 * error }
     }
@@ -189,7 +189,7 @@ struct Filler<'a> {
 struct Filled<'a> {
     rows: &'a mut [f64],
     mass: &'a mut [f64],
-    centres: &'a mut [f64],
+    centers: &'a mut [f64],
     masses: &'a mut [f64],
     inner: &'a mut [f64],
     radii: &'a mut [f32],
@@ -206,15 +206,15 @@ impl Filler<'_> {
         let points = (self.offsets[first + half] - self.offsets[first]) as usize;
         let (rows, rows_rest) = out.rows.split_at_mut(points * stride);
         let (mass, mass_rest) = out.mass.split_at_mut(points);
-        let (centres, centres_rest) = out.centres.split_at_mut(half * stride);
+        let (centers, centers_rest) = out.centers.split_at_mut(half * stride);
         let (masses, masses_rest) = out.masses.split_at_mut(half);
         let (inner, inner_rest) = out.inner.split_at_mut(half);
         let (radii, radii_rest) = out.radii.split_at_mut(half);
-        let left = Filled { rows, mass, centres, masses, inner, radii };
+        let left = Filled { rows, mass, centers, masses, inner, radii };
         let right = Filled {
             rows: rows_rest,
             mass: mass_rest,
-            centres: centres_rest,
+            centers: centers_rest,
             masses: masses_rest,
             inner: inner_rest,
             radii: radii_rest,
@@ -225,8 +225,8 @@ impl Filler<'_> {
     fn fill(&self, first: usize, out: Filled<'_>) {
         let stride = self.stride;
         let (mut rows, mut mass) = (out.rows, out.mass);
-        let groups = out.centres.chunks_exact_mut(stride).zip(out.masses).zip(out.inner).zip(out.radii);
-        for (index, (((centre, total), inner), radius)) in groups.enumerate() {
+        let groups = out.centers.chunks_exact_mut(stride).zip(out.masses).zip(out.inner).zip(out.radii);
+        for (index, (((center, total), inner), radius)) in groups.enumerate() {
             let own = self.offsets[first + index] as usize..self.offsets[first + index + 1] as usize;
             let (own_rows, other_rows) = rows.split_at_mut(own.len() * stride);
             let (own_mass, other_mass) = mass.split_at_mut(own.len());
@@ -235,31 +235,31 @@ impl Filler<'_> {
                 to[self.m..].fill(0.0);
                 *weight = self.mass[point as usize];
             }
-            (*total, *inner, *radius) = sum_group(own_rows, own_mass, centre);
+            (*total, *inner, *radius) = sum_group(own_rows, own_mass, center);
             (rows, mass) = (other_rows, other_mass);
         }
     }
 }
 
-/// Mass, inner energy and radius of a group, whose centre is written to `centre`.
-fn sum_group(rows: &[f64], masses: &[f64], centre: &mut [f64]) -> (f64, f64, f32) {
-    let stride = centre.len();
+/// Mass, inner energy and radius of a group, whose center is written to `center`.
+fn sum_group(rows: &[f64], masses: &[f64], center: &mut [f64]) -> (f64, f64, f32) {
+    let stride = center.len();
     let (first, points) = (&rows[..stride], masses.len());
     if points == 1 {
-        centre.copy_from_slice(first);
+        center.copy_from_slice(first);
         return (masses[0], 0.0, 0.0);
     }
     let total: f64 = masses.iter().sum();
     // About the first point: what is far from the origin loses nothing.
-    centre.fill(0.0);
+    center.fill(0.0);
     for (row, mass) in rows.chunks_exact(stride).zip(masses).skip(1) {
         let share = if total > 0.0 { mass / total } else { (points as f64).recip() };
-        centre.iter_mut().zip(row).zip(first).for_each(|((sum, x), first)| *sum += share * (x - first));
+        center.iter_mut().zip(row).zip(first).for_each(|((sum, x), first)| *sum += share * (x - first));
     }
-    centre.iter_mut().zip(first).for_each(|(sum, first)| *sum += first);
+    center.iter_mut().zip(first).for_each(|(sum, first)| *sum += first);
     let (mut inner, mut farthest) = (0.0, 0.0f64);
     for (row, mass) in rows.chunks_exact(stride).zip(masses) {
-        let square = square_distance(row, centre);
+        let square = square_distance(row, center);
         inner += mass * square;
         farthest = farthest.max(square);
     }

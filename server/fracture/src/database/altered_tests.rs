@@ -139,7 +139,7 @@ impl Trial {
 /// A point in the middle of the nodes' list, which no change of another value moves.
 fn middle(prepared: &PreparedObject) -> Point3<f64> {
     let nodes = &prepared.bodies[0].crack.nodes;
-    prepared.frame.to_metres(&nodes[nodes.len() / 2])
+    prepared.frame.to_meters(&nodes[nodes.len() / 2])
 }
 
 /// The outcome of `impulse_ns` at [`middle`], its degree decided.
@@ -172,7 +172,7 @@ fn struck(prepared: &PreparedObject, impulse_ns: Vector3<f64>, what: &str) {
     assert!(whole_kg.is_finite() && whole_kg > 0.0, "{what}: {whole_kg} kg");
     let count = prepared.bodies[0].crack.nodes.len();
     for (degree, node) in [(DegreeRequest::Sites(6), 0), (DegreeRequest::Inferred, count / 2)] {
-        let point = prepared.frame.to_metres(&prepared.bodies[0].crack.nodes[node]);
+        let point = prepared.frame.to_meters(&prepared.bodies[0].crack.nodes[node]);
         let own = FractureRequest { degree, effects, ..FractureRequest::at(point, Vector3::new(0.3, -1.0, 0.2)) };
         let Ok(outcome) = strike(prepared, &own, &mut Workspace::default(), &CancelToken::default(), &mut ()) else {
             continue;

@@ -75,7 +75,7 @@ fn sealed(mut bytes: Vec<u8>) -> Vec<u8> {
 fn check(bytes: &[u8], what: &str) {
     let Ok(prepared) = opened(bytes) else { return };
     let node = prepared.bodies[0].crack.nodes[0];
-    let blow = FractureRequest::at(prepared.frame.to_metres(&node), Vector3::new(0.3, -1.0, 0.2)).seeded(1);
+    let blow = FractureRequest::at(prepared.frame.to_meters(&node), Vector3::new(0.3, -1.0, 0.2)).seeded(1);
     for degree in [DegreeRequest::Sites(6), DegreeRequest::Inferred] {
         let own = FractureRequest { degree, ..blow.clone() };
         if let Ok(outcome) = strike(&prepared, &own, &mut Workspace::default(), &CancelToken::default(), &mut ()) {

@@ -15,7 +15,7 @@ pub(super) const QUALITY_KEY: &str = "learned";
 /// Most examples of one object.
 pub const EXAMPLES_MAX: usize = 1 << 20;
 
-/// Most centres and components of a network.
+/// Most centers and components of a network.
 const NETWORK_MAX: usize = 1 << 12;
 
 /// What stands for "the default" among numbers that are positive.
@@ -52,7 +52,7 @@ pub(super) fn put_network(tensors: &mut Tensors, network: &PoseNetwork) {
     let columns = network.mean.len();
     tensors.f64("network.mean".into(), &[columns], &network.mean);
     tensors.f64("network.spread".into(), &[columns], &network.spread);
-    tensors.f64("network.centres".into(), &[network.centres.len() / columns, columns], &network.centres);
+    tensors.f64("network.centres".into(), &[network.centers.len() / columns, columns], &network.centers);
     tensors.f64("network.weights".into(), &[network.weights.len()], &network.weights);
     tensors.f64("network.scales".into(), &[2], &[network.width, network.reach]);
 }
@@ -257,13 +257,13 @@ fn network(contents: &ContainerContents) -> Result<PoseNetwork, DatabaseError> {
     }
     let spread = contents.f64("network.spread", Some(columns), FLAT)?;
     positive("network.spread", &spread)?;
-    let centres = contents.f64("network.centres", None, columns)?;
-    let count = centres.len() / columns;
+    let centers = contents.f64("network.centres", None, columns)?;
+    let count = centers.len() / columns;
     if count > NETWORK_MAX {
-        return Err(DatabaseError::TooLarge { what: "centres of a network", found: count, cap: NETWORK_MAX });
+        return Err(DatabaseError::TooLarge { what: "centers of a network", found: count, cap: NETWORK_MAX });
     }
     let weights = contents.f64("network.weights", Some(1 + columns + count), FLAT)?;
     let scales = contents.f64("network.scales", Some(2), FLAT)?;
     positive("network.scales", &scales)?;
-    Ok(PoseNetwork::new(mean, spread, centres, weights, [scales[0], scales[1]]))
+    Ok(PoseNetwork::new(mean, spread, centers, weights, [scales[0], scales[1]]))
 }

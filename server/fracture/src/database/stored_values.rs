@@ -231,9 +231,9 @@ pub(super) fn frame(own: &LocalFrame) -> Result<(), DatabaseError> {
     let most = *DIAGONAL_RANGE_M.end();
     let all = [
         ("frame.diagonal_m", own.diagonal_m, DIAGONAL_RANGE_M),
-        ("frame.centre_m[0]", own.centre_m.x, -most..=most),
-        ("frame.centre_m[1]", own.centre_m.y, -most..=most),
-        ("frame.centre_m[2]", own.centre_m.z, -most..=most),
+        ("frame.center_m[0]", own.center_m.x, -most..=most),
+        ("frame.center_m[1]", own.center_m.y, -most..=most),
+        ("frame.center_m[2]", own.center_m.z, -most..=most),
     ];
     numbers("shape", &all)
 }

@@ -12,8 +12,8 @@ use super::slenderness::Slenderness;
 use crate::centroidal::{EnergyField, cube_root, three_fifths};
 use rayon::prelude::*;
 
-/// c = 3 G_3: dimension times the normalised second moment of the body-centred cubic lattice (Barnes and Sloane 1983), so
-/// that a region of volume V and density W holds c·W·V^(5/3) about its centre.
+/// c = 3 G_3: dimension times the normalised second moment of the body-centered cubic lattice (Barnes and Sloane 1983), so
+/// that a region of volume V and density W holds c·W·V^(5/3) about its center.
 pub const COEFFICIENT: f64 = 3.0 * 0.0785433;
 
 /// c_2 = 2 G_2, of the hexagonal tiling of the plane (Fejes Tóth 1959).
@@ -22,7 +22,7 @@ const COEFFICIENT_PLATE: f64 = 2.0 * 0.080_187_537_387_448_2;
 /// c_1 = G_1, of equal pieces of a line.
 const COEFFICIENT_ROD: f64 = 1.0 / 12.0;
 
-/// E_1 = ∫W|X − c|² over the whole body about its centre of energy c, the energy of the one fragment that it is.
+/// E_1 = ∫W|X − c|² over the whole body about its center of energy c, the energy of the one fragment that it is.
 ///
 /// Exact for W constant on each node's cell: the cells' own moments are counted. Summed about the node r with the most energy, which
 /// is as near to c as the energy is spread out, in one pass, and moved to c by the parallel axis theorem: little is lost.

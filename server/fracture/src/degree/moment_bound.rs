@@ -1,10 +1,10 @@
 //! Reach: how large E_1 can be per unit of energy, wherever in the body the energy is.
 //!
-//! Based on: M. Bădoiu & K. L. Clarkson, *Smaller core-sets for balls* (SODA 2003), for a centre that little is far from. The bound
+//! Based on: M. Bădoiu & K. L. Clarkson, *Smaller core-sets for balls* (SODA 2003), for a center that little is far from. The bound
 //! is ours.
 //!
 //! E_1 = Σ w_v q_v(c), with w_v the energies of the nodes, raised to the floor of a field, q_v(p) = |X_v − p|² + 2 b_v·(X_v − p) + m_v
-//! the mean of |X − p|² over node v's cell, and c the centre of energy. As a function of p the sum is least at c, where its gradient
+//! the mean of |X − p|² over node v's cell, and c the center of energy. As a function of p the sum is least at c, where its gradient
 //! −2 Σ w_v (X_v + b_v − p) vanishes. So for every p, with U the energy before it was raised,
 //!
 //! E_1 ≤ Σ w_v q_v(p) ≤ Σ w_v · max q_v(p) ≤ (1 + [`FLOOR`]) U · max q_v(p),
@@ -15,7 +15,7 @@ use crate::centroidal::FLOOR;
 use crate::lift::LiftedLattice;
 use std::ops::RangeInclusive;
 
-/// Steps of the centre; the largest q_v is then within some per cent of the least possible.
+/// Steps of the center; the largest q_v is then within some per cent of the least possible.
 const STEPS: usize = 64;
 
 /// Steps of the check of a stored reach.
@@ -42,17 +42,17 @@ pub fn reach_range(lift: &LiftedLattice) -> RangeInclusive<f64> {
 fn enclosed(lift: &LiftedLattice, steps: usize) -> RangeInclusive<f64> {
     let m = lift.dimension;
     let offset = |node: usize| &lift.first_moment[node * m..][..m];
-    let mut centre = vec![0.0; m];
+    let mut center = vec![0.0; m];
     let nodes = lift.second_moment.len();
     for node in 0..nodes {
-        centre.iter_mut().zip(lift.at(node)).for_each(|(sum, x)| *sum += x / nodes as f64);
+        center.iter_mut().zip(lift.at(node)).for_each(|(sum, x)| *sum += x / nodes as f64);
     }
     let mut least = f64::INFINITY;
     let (mut farthest, mut moments) = (vec![0.0; m], 0.0);
     for step in 1..=steps {
         let square = |node: usize| {
             let sum =
-                lift.at(node).iter().zip(offset(node)).zip(&centre).map(|((x, b), p)| (x - p) * (x - p + 2.0 * b));
+                lift.at(node).iter().zip(offset(node)).zip(&center).map(|((x, b), p)| (x - p) * (x - p + 2.0 * b));
             sum.sum::<f64>() + lift.second_moment[node]
         };
         let farther = |best: (usize, f64), next: (usize, f64)| if next.1 > best.1 { next } else { best };
@@ -61,7 +61,7 @@ fn enclosed(lift: &LiftedLattice, steps: usize) -> RangeInclusive<f64> {
         let towards = lift.at(node).iter().zip(offset(node)).map(|(x, b)| x + b);
         moments += lift.at(node).iter().zip(offset(node)).map(|(x, b)| x * (x + 2.0 * b)).sum::<f64>();
         moments += lift.second_moment[node];
-        for ((p, sum), x) in centre.iter_mut().zip(&mut farthest).zip(towards) {
+        for ((p, sum), x) in center.iter_mut().zip(&mut farthest).zip(towards) {
             *p += (x - *p) / (step + 1) as f64;
             *sum += x;
         }

@@ -1,7 +1,7 @@
 //! The learned degree: a Gaussian radial basis function network from a field's descriptor to the number of fragments.
 //!
 //! Based on: Schvartzman & Otaduy (I3D 2014), section 3: a radial basis function network learns the fracture degree from
-//! examples. D. S. Broomhead & D. Lowe, *Multivariable functional interpolation and adaptive networks* (1988): centres and
+//! examples. D. S. Broomhead & D. Lowe, *Multivariable functional interpolation and adaptive networks* (1988): centers and
 //! linear weights; ridge and leave-one-out as in M. J. L. Orr, *Introduction to radial basis function networks* (1996).
 
 use super::training_sample::TrainingSample;
@@ -10,8 +10,8 @@ use crate::random::RandomStream;
 use nalgebra::{Cholesky, DMatrix, DVector};
 use std::collections::HashMap;
 
-/// What choices of centres, width (over the spread of the descriptors) and ridge are compared.
-const CENTRES: [usize; 4] = [4, 8, 16, 32];
+/// What choices of centers, width (over the spread of the descriptors) and ridge are compared.
+const CENTERS: [usize; 4] = [4, 8, 16, 32];
 const WIDTHS: [f64; 4] = [0.5, 1.0, 2.0, 4.0];
 const RIDGES: [f64; 4] = [1e-4, 1e-2, 1e-1, 1.0];
 
@@ -38,9 +38,9 @@ pub struct PoseNetwork {
     pub mean: Vec<f64>,
     /// Their spread, likewise.
     pub spread: Vec<f64>,
-    /// Centres in standardised descriptors, row by row.
-    pub centres: Vec<f64>,
-    /// Weights: constant, one per component, one per centre.
+    /// Centers in standardised descriptors, row by row.
+    pub centers: Vec<f64>,
+    /// Weights: constant, one per component, one per center.
     pub weights: Vec<f64>,
     /// Width of the bells, standardised.
     pub width: f64,
@@ -70,7 +70,7 @@ pub struct TrainedNetwork {
     pub left_out: Vec<f64>,
 }
 
-/// Trains on `lessons`, choosing centres, width and ridge by the mean absolute error with each example left out. `None`: too
+/// Trains on `lessons`, choosing centers, width and ridge by the mean absolute error with each example left out. `None`: too
 /// few lessons, or all alike. A lesson that is there twice counts once: left out with one example it would still be told by the
 /// other.
 pub fn train(lessons: &[TrainingSample], seed: u64) -> Option<TrainedNetwork> {
@@ -105,16 +105,16 @@ fn trained(lessons: &[TrainingSample], seed: u64) -> Option<TrainedNetwork> {
     }
     let reach = reach(&known, columns, &examples);
     let mut best: Option<(f64, PoseNetwork, Vec<f64>)> = None;
-    for count in CENTRES.into_iter().filter(|count| 4 * count <= lessons.len()) {
-        let centres = k_means(&known, columns, count, seed);
+    for count in CENTERS.into_iter().filter(|count| 4 * count <= lessons.len()) {
+        let centers = k_means(&known, columns, count, seed);
         for width in WIDTHS {
-            let design = design(&known, columns, &centres, width);
+            let design = design(&known, columns, &centers, width);
             for ridge in RIDGES {
                 let Some((weights, left_out)) = solve(&design, &targets, &examples, ridge) else { continue };
                 let error = left_out.iter().zip(&targets).map(|(found, wanted)| (found - wanted).abs()).sum::<f64>();
                 if best.as_ref().is_none_or(|(least, ..)| error < *least) {
                     let (mean, spread) = (mean.clone(), spread.clone());
-                    let network = PoseNetwork::new(mean, spread, centres.clone(), weights, [width, reach]);
+                    let network = PoseNetwork::new(mean, spread, centers.clone(), weights, [width, reach]);
                     best = Some((error, network, left_out));
                 }
             }
@@ -126,14 +126,14 @@ fn trained(lessons: &[TrainingSample], seed: u64) -> Option<TrainedNetwork> {
 
 impl PoseNetwork {
     /// A network of these numbers (see its fields; `scales` are width and reach) that knows no lesson yet.
-    pub fn new(mean: Vec<f64>, spread: Vec<f64>, centres: Vec<f64>, weights: Vec<f64>, scales: [f64; 2]) -> Self {
-        Self { mean, spread, centres, weights, width: scales[0], reach: scales[1], known: Vec::new() }
+    pub fn new(mean: Vec<f64>, spread: Vec<f64>, centers: Vec<f64>, weights: Vec<f64>, scales: [f64; 2]) -> Self {
+        Self { mean, spread, centers, weights, width: scales[0], reach: scales[1], known: Vec::new() }
     }
 
     /// Bytes that it holds.
     pub fn bytes(&self) -> usize {
-        let Self { mean, spread, centres, weights, known, width: _, reach: _ } = self;
-        held(mean) + held(spread) + held(centres) + held(weights) + held(known)
+        let Self { mean, spread, centers, weights, known, width: _, reach: _ } = self;
+        held(mean) + held(spread) + held(centers) + held(weights) + held(known)
     }
 
     /// The same network, knowing the descriptors of `lessons` only: for one whose numbers were stored.
@@ -149,7 +149,7 @@ impl PoseNetwork {
     pub fn predict(&self, descriptor: &[f64]) -> Prediction {
         let columns = self.mean.len();
         let place = standardised(descriptor, &self.mean, &self.spread);
-        let row = design(&place, columns, &self.centres, self.width);
+        let row = design(&place, columns, &self.centers, self.width);
         let value = row.row(0).iter().zip(&self.weights).map(|(basis, weight)| basis * weight).sum();
         let nearest = self.known.chunks(columns).map(|known| squared(known, &place)).fold(f64::INFINITY, f64::min);
         let share = nearest.sqrt() / self.reach;
@@ -190,14 +190,14 @@ fn squared(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum()
 }
 
-/// A row per descriptor: 1, the descriptor itself, a bell per centre.
-fn design(rows: &[f64], columns: usize, centres: &[f64], width: f64) -> DMatrix<f64> {
+/// A row per descriptor: 1, the descriptor itself, a bell per center.
+fn design(rows: &[f64], columns: usize, centers: &[f64], width: f64) -> DMatrix<f64> {
     let basis = |row: &[f64]| -> Vec<f64> {
-        let bells = centres.chunks(columns).map(|centre| (-0.5 * squared(row, centre) / (width * width)).exp());
+        let bells = centers.chunks(columns).map(|center| (-0.5 * squared(row, center) / (width * width)).exp());
         std::iter::once(1.0).chain(row.iter().copied()).chain(bells).collect()
     };
     let entries: Vec<f64> = rows.chunks(columns).flat_map(basis).collect();
-    let width = 1 + columns + centres.len() / columns;
+    let width = 1 + columns + centers.len() / columns;
     DMatrix::from_row_slice(rows.len() / columns, width, &entries)
 }
 
@@ -226,39 +226,39 @@ fn solve(
     Some((weights.iter().copied().collect(), left_out))
 }
 
-/// Centres of `count` clusters, row by row, from a start that follows from `seed`: the next centre is drawn with
+/// Centers of `count` clusters, row by row, from a start that follows from `seed`: the next center is drawn with
 /// probability proportional to the squared distance from those before (Arthur & Vassilvitskii 2007).
 fn k_means(rows: &[f64], columns: usize, count: usize, seed: u64) -> Vec<f64> {
     let mut stream = RandomStream::new(seed, count as u64);
     let all: Vec<&[f64]> = rows.chunks(columns).collect();
-    let mut centres: Vec<f64> = all[(stream.bits() % all.len() as u64) as usize].to_vec();
-    let nearest = |centres: &[f64], row: &[f64]| {
-        let distances = centres.chunks(columns).map(|centre| squared(centre, row)).enumerate();
+    let mut centers: Vec<f64> = all[(stream.bits() % all.len() as u64) as usize].to_vec();
+    let nearest = |centers: &[f64], row: &[f64]| {
+        let distances = centers.chunks(columns).map(|center| squared(center, row)).enumerate();
         distances.fold((0, f64::INFINITY), |best, next| if next.1 < best.1 { next } else { best })
     };
-    while centres.len() < count * columns {
-        let distances: Vec<f64> = all.iter().map(|row| nearest(&centres, row).1).collect();
+    while centers.len() < count * columns {
+        let distances: Vec<f64> = all.iter().map(|row| nearest(&centers, row).1).collect();
         let mut left = stream.uniform() * distances.iter().sum::<f64>();
         let drawn = distances.iter().position(|distance| {
             left -= distance;
             left < 0.0
         });
-        centres.extend(all[drawn.unwrap_or(0)]);
+        centers.extend(all[drawn.unwrap_or(0)]);
     }
     for _ in 0..SWEEPS {
-        let mut sums = vec![0.0; centres.len()];
+        let mut sums = vec![0.0; centers.len()];
         let mut counts = vec![0.0; count];
         for row in &all {
-            let own = nearest(&centres, row).0;
+            let own = nearest(&centers, row).0;
             counts[own] += 1.0;
             sums[own * columns..][..columns].iter_mut().zip(*row).for_each(|(sum, x)| *sum += x);
         }
         for (own, members) in counts.iter().enumerate().filter(|(_, members)| **members > 0.0) {
             let sums = &sums[own * columns..][..columns];
-            centres[own * columns..][..columns].iter_mut().zip(sums).for_each(|(centre, sum)| *centre = sum / members);
+            centers[own * columns..][..columns].iter_mut().zip(sums).for_each(|(center, sum)| *center = sum / members);
         }
     }
-    centres
+    centers
 }
 
 #[cfg(test)]
@@ -326,14 +326,14 @@ mod tests {
             |lessons: &[TrainingSample]| DVector::from_iterator(lessons.len(), lessons.iter().map(|l| l.target));
         let examples =
             |lessons: &[TrainingSample]| -> Vec<usize> { lessons.iter().map(|lesson| lesson.example).collect() };
-        let centres = k_means(&rows(&lessons), 2, 8, 1);
+        let centers = k_means(&rows(&lessons), 2, 8, 1);
         let fit = |lessons: &[TrainingSample]| {
-            solve(&design(&rows(lessons), 2, &centres, 1.0), &targets(lessons), &examples(lessons), 0.1).unwrap()
+            solve(&design(&rows(lessons), 2, &centers, 1.0), &targets(lessons), &examples(lessons), 0.1).unwrap()
         };
         let (_, left_out) = fit(&lessons);
         let others: Vec<TrainingSample> = lessons.iter().filter(|lesson| lesson.example != 7).cloned().collect();
         let weights = DVector::from_vec(fit(&others).0);
-        let said = design(&rows(&lessons[70..80]), 2, &centres, 1.0) * weights;
+        let said = design(&rows(&lessons[70..80]), 2, &centers, 1.0) * weights;
         for (found, wanted) in said.iter().zip(&left_out[70..80]) {
             assert!((found - wanted).abs() < 1e-10, "{found} against {wanted}");
         }

@@ -154,7 +154,7 @@ fn softest(body: &Elasticity, weights: &[f64], token: &CancelToken) -> Result<f6
     Ok(softest)
 }
 
-/// (R'WR)⁻¹, R the rigid motions about the centre of mass: linear x, y, z, angular x, y, z. Zero where it is singular.
+/// (R'WR)⁻¹, R the rigid motions about the center of mass: linear x, y, z, angular x, y, z. Zero where it is singular.
 fn rigid(body: &Elasticity, weights: &[f64]) -> Matrix6<f64> {
     let mut gram = Matrix6::zeros();
     for (node, weight) in weights.iter().enumerate() {

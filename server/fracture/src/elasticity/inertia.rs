@@ -26,8 +26,8 @@ impl Inertia {
     pub fn new(lattice: &Lattice) -> Option<Self> {
         let masses = lattice.node_volumes();
         let volume: f64 = masses.iter().sum();
-        let centre = masses.iter().zip(&lattice.nodes).map(|(m, x)| x.coords * *m).sum::<Vector3<f64>>() / volume;
-        let arms: Vec<_> = lattice.nodes.iter().map(|x| x.coords - centre).collect();
+        let center = masses.iter().zip(&lattice.nodes).map(|(m, x)| x.coords * *m).sum::<Vector3<f64>>() / volume;
+        let arms: Vec<_> = lattice.nodes.iter().map(|x| x.coords - center).collect();
         let mut moments = vec![Vector3::zeros(); arms.len()];
         for (tet, nodes) in lattice.tets.iter().enumerate() {
             // ∫ φ_i φ_j = V (1 + δ_ij) / 20.
@@ -43,7 +43,7 @@ impl Inertia {
         Some(Self { volume, arms, masses, moments, compliance })
     }
 
-    /// Net force and net torque about the centre of mass of `forces` (three components per node).
+    /// Net force and net torque about the center of mass of `forces` (three components per node).
     pub fn net(&self, forces: &[f64]) -> (Vector3<f64>, Vector3<f64>) {
         let (mut force, mut torque) = (Vector3::zeros(), Vector3::zeros());
         for (arm, own) in self.arms.iter().zip(forces.chunks_exact(3)) {
@@ -103,7 +103,7 @@ impl Inertia {
         self.masses[node]
     }
 
-    /// Where node `node` is, relative to the centre of mass.
+    /// Where node `node` is, relative to the center of mass.
     pub fn arm(&self, node: usize) -> Vector3<f64> {
         self.arms[node]
     }

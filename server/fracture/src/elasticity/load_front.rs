@@ -70,7 +70,7 @@ impl LoadFront {
         }
     }
 
-    /// Offers distances to the neighbours of `node`, along edges and across the triangles around it.
+    /// Offers distances to the neighbors of `node`, along edges and across the triangles around it.
     fn pass(&mut self, boundary: &BoundaryNodes, node: u32, slack: f64) {
         let (place, distance) = (boundary.positions[node as usize], self.distances[node as usize]);
         for &face in boundary.around(node) {

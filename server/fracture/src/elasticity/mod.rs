@@ -1,7 +1,7 @@
 //! Quasi-static linear elasticity: from contacts to the strain energy of every tetrahedron.
 //!
 //! One impact is `load` → `solve` → `tet_energy`. Young's modulus is 1 and forces are relative: with forces in newtons,
-//! lengths in metres and Young's modulus E, displacements and energies of this room are divided by E.
+//! lengths in meters and Young's modulus E, displacements and energies of this room are divided by E.
 //!
 //! Based on: T. J. R. Hughes, *The Finite Element Method* (1987), linear tetrahedra, section 3.I; C. Miehe, M. Hofacker
 //! & F. Welschinger, *A phase field model for rate-independent crack propagation* (CMAME 199, 2010), equation 20, for

@@ -17,7 +17,7 @@ use std::sync::{Arc, OnceLock};
 ///
 /// Measured shortfall of the energy in pure bending, eight cells across, cubes cut into six tetrahedra (the worst
 /// case): 5 % at ν = 0, 6 % at 0.3, 9 % at 0.4, 14 % at 0.45, 36 % at 0.49, 72 % at 0.499. Cubes with nodes in their
-/// centres and faces hardly lock: six across, 2.2 %, 1.9 %, 2.0 %, 2.1 %, 2.2 % and 2.2 %.
+/// centers and faces hardly lock: six across, 2.2 %, 1.9 %, 2.0 %, 2.1 %, 2.2 % and 2.2 %.
 pub const POISSON_MAX: f64 = 0.45;
 
 /// An elastic body, ready for any number of impacts, which may be solved at the same time. Bodies that differ in how they are

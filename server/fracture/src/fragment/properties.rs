@@ -1,4 +1,4 @@
-//! Volume, centre of mass and inertia of a polyhedron from its surface.
+//! Volume, center of mass and inertia of a polyhedron from its surface.
 //!
 //! Based on: Mirtich, *Fast and accurate computation of polyhedral mass properties* (Journal of Graphics Tools 1(2),
 //! 1996) and Eberly, *Polyhedral mass properties (revisited)* (2002): the divergence theorem turns the volume integrals
@@ -14,9 +14,9 @@ use rayon::prelude::*;
 pub struct RigidProperties {
     /// Volume, local length cubed; mass at density 1.
     pub volume: f64,
-    /// Centre of mass, local.
-    pub centre: Point3<f64>,
-    /// Inertia tensor about the centre at density 1, local length to the fifth: ∫ (|r|² I − r rᵀ).
+    /// Center of mass, local.
+    pub center: Point3<f64>,
+    /// Inertia tensor about the center at density 1, local length to the fifth: ∫ (|r|² I − r rᵀ).
     pub inertia: Matrix3<f64>,
 }
 
@@ -29,9 +29,9 @@ pub enum NotRigid {
         /// The volume.
         volume: f64,
     },
-    /// Centre not finite.
-    #[error("centre not finite")]
-    Centre,
+    /// Center not finite.
+    #[error("center not finite")]
+    Center,
     /// Inertia not positive definite.
     #[error("inertia not positive definite")]
     Inertia,
@@ -67,13 +67,13 @@ impl Sums {
     fn finish(&self, reference: Point3<f64>) -> RigidProperties {
         let volume = self.volume / 6.0;
         if volume == 0.0 {
-            return RigidProperties { volume, centre: reference, inertia: Matrix3::zeros() };
+            return RigidProperties { volume, center: reference, inertia: Matrix3::zeros() };
         }
         let offset = self.first / (24.0 * volume);
         let [xx, yy, zz, xy, xz, yz] = self.second.map(|sum| sum / 120.0);
         let second = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz) - offset * offset.transpose() * volume;
         let inertia = Matrix3::identity() * second.trace() - second;
-        RigidProperties { volume, centre: reference + offset, inertia }
+        RigidProperties { volume, center: reference + offset, inertia }
     }
 }
 
@@ -104,8 +104,8 @@ impl RigidProperties {
         if !(self.volume > 0.0 && self.volume.is_finite()) {
             return Err(NotRigid::Volume { volume: self.volume });
         }
-        if !self.centre.coords.iter().all(|x| x.is_finite()) {
-            return Err(NotRigid::Centre);
+        if !self.center.coords.iter().all(|x| x.is_finite()) {
+            return Err(NotRigid::Center);
         }
         if !self.inertia.iter().all(|x| x.is_finite()) || self.inertia.cholesky().is_none() {
             return Err(NotRigid::Inertia);

@@ -64,9 +64,9 @@ fn motion(seed: u64) -> Isometry3<f64> {
     Isometry3::new(draw(), draw())
 }
 
-fn check(found: &RigidProperties, volume: f64, centre: Point3<f64>, inertia: Matrix3<f64>) {
+fn check(found: &RigidProperties, volume: f64, center: Point3<f64>, inertia: Matrix3<f64>) {
     assert!((found.volume / volume - 1.0).abs() < 1e-12, "{} {volume}", found.volume);
-    assert!((found.centre - centre).norm() < 1e-12, "{} {centre}", found.centre);
+    assert!((found.center - center).norm() < 1e-12, "{} {center}", found.center);
     assert!((found.inertia - inertia).norm() < 1e-12 * inertia.norm().max(1.0), "{} {inertia}", found.inertia);
     found.rigid().unwrap();
 }
@@ -95,7 +95,7 @@ fn a_fine_ball_tends_to_the_sphere_at_second_order() {
     let errors = [2, 3, 4].map(|levels| {
         let found = ball(levels).properties();
         let isotropic = Matrix3::identity() * (found.inertia.trace() / 3.0);
-        assert!((found.inertia - isotropic).norm() < 1e-12 && found.centre.coords.norm() < 1e-14);
+        assert!((found.inertia - isotropic).norm() < 1e-12 && found.center.coords.norm() < 1e-14);
         [sphere - found.volume, 0.4 * sphere - found.inertia[(0, 0)]]
     });
     for pair in errors.windows(2) {
@@ -107,14 +107,14 @@ fn a_fine_ball_tends_to_the_sphere_at_second_order() {
 }
 
 #[test]
-fn moving_a_body_moves_its_centre_and_turns_its_inertia() {
+fn moving_a_body_moves_its_center_and_turns_its_inertia() {
     let body = cuboid([0.3, 0.7, 1.1]);
     let still = body.properties();
     for seed in 0..8 {
         let motion = motion(seed);
         let turn = motion.rotation.to_rotation_matrix();
         let inertia = turn.matrix() * still.inertia * turn.matrix().transpose();
-        check(&body.moved(&motion).properties(), still.volume, motion * still.centre, inertia);
+        check(&body.moved(&motion).properties(), still.volume, motion * still.center, inertia);
     }
 }
 
@@ -125,7 +125,7 @@ fn the_parts_of_a_box_make_up_its_inertia() {
     let mut inertia = Matrix3::zeros();
     for side in [-0.25, 0.25] {
         let part = half.moved(&Isometry3::translation(side, 0.0, 0.0)).properties();
-        let arm = part.centre - whole.centre;
+        let arm = part.center - whole.center;
         // Parallel axes (Huygens, Steiner): I + V (|d|² I − d dᵀ).
         let steiner = Matrix3::identity() * arm.norm_squared() - arm * arm.transpose();
         inertia += part.inertia + steiner * part.volume;
@@ -149,8 +149,8 @@ fn impossible_bodies_are_not_rigid() {
     assert_eq!(inside_out.properties().rigid(), Err(NotRigid::Volume { volume: -1.0 }));
     assert!(matches!(RigidProperties::of_surface(&[], []).rigid(), Err(NotRigid::Volume { volume: 0.0 })));
     let good = cuboid([1.0; 3]).properties();
-    let centre = Point3::new(f64::NAN, 0.0, 0.0);
-    assert_eq!(RigidProperties { centre, ..good }.rigid(), Err(NotRigid::Centre));
+    let center = Point3::new(f64::NAN, 0.0, 0.0);
+    assert_eq!(RigidProperties { center, ..good }.rigid(), Err(NotRigid::Center));
     assert_eq!(RigidProperties { inertia: -good.inertia, ..good }.rigid(), Err(NotRigid::Inertia));
     let inertia = Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, 2.5));
     assert_eq!(RigidProperties { inertia, ..good }.rigid(), Err(NotRigid::Moments));

@@ -1,5 +1,5 @@
 //! Convex bodies that stand for fragments in collisions: few vertices, as much of the fragment as they can hold, as little as they
-//! must of its neighbours.
+//! must of its neighbors.
 //!
 //! [`ConvexHull::of`] makes one around points, [`clipped`] says which points are left of a body within some planes, [`ConvexHull::coverage`] and
 //! [`ConvexHull::depth`] measure what has become of it. All of it is sequential arithmetic in a fixed order: same input, same bytes.

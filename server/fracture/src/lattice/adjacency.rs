@@ -30,19 +30,19 @@ impl NodeStars {
 impl Lattice {
     /// Per tetrahedron the four across its faces, face k opposite node k ([`FACES`]); [`NO_TET`] on the boundary, and
     /// where more than two tetrahedra share a face, which no constructor lets happen.
-    pub fn neighbours(&self) -> Vec<[u32; 4]> {
+    pub fn neighbors(&self) -> Vec<[u32; 4]> {
         let (offsets, faces) = self.faces_by_lowest_node();
-        let mut neighbours = vec![[NO_TET; 4]; self.tets.len()];
+        let mut neighbors = vec![[NO_TET; 4]; self.tets.len()];
         for bucket in offsets.windows(2) {
             let bucket = &faces[bucket[0] as usize..bucket[1] as usize];
             for same in bucket.chunk_by(|a, b| a.others == b.others) {
                 if let [a, b] = same {
-                    neighbours[a.tet as usize][usize::from(a.face)] = b.tet;
-                    neighbours[b.tet as usize][usize::from(b.face)] = a.tet;
+                    neighbors[a.tet as usize][usize::from(a.face)] = b.tet;
+                    neighbors[b.tet as usize][usize::from(b.face)] = a.tet;
                 }
             }
         }
-        neighbours
+        neighbors
     }
 
     /// All faces, in buckets by their lowest node, sorted by the other two within each; and the buckets' starts.
@@ -94,7 +94,7 @@ impl Lattice {
 
     /// The tetrahedra that hang together through faces, each group increasing, groups by their lowest member.
     pub fn components(&self) -> Vec<Vec<u32>> {
-        let neighbours = self.neighbours();
+        let neighbors = self.neighbors();
         let (mut seen, mut components) = (vec![false; self.tets.len()], Vec::new());
         for start in 0..self.tets.len() {
             if std::mem::replace(&mut seen[start], true) {
@@ -103,7 +103,7 @@ impl Lattice {
             let mut component = vec![start as u32];
             let mut next = 0;
             while next < component.len() {
-                for &other in &neighbours[component[next] as usize] {
+                for &other in &neighbors[component[next] as usize] {
                     if other != NO_TET && !std::mem::replace(&mut seen[other as usize], true) {
                         component.push(other);
                     }
@@ -138,13 +138,13 @@ mod tests {
     use crate::lattice::block;
 
     #[test]
-    fn neighbours_are_mutual_and_missing_exactly_on_the_boundary() {
+    fn neighbors_are_mutual_and_missing_exactly_on_the_boundary() {
         let lattice = block([2, 3, 1], 0.25);
-        let neighbours = lattice.neighbours();
-        let open = neighbours.iter().flatten().filter(|&&other| other == NO_TET).count();
+        let neighbors = lattice.neighbors();
+        let open = neighbors.iter().flatten().filter(|&&other| other == NO_TET).count();
         assert_eq!(open, lattice.boundary().len());
-        for (tet, around) in neighbours.iter().enumerate() {
-            let mutual = |other: &u32| *other == NO_TET || neighbours[*other as usize].contains(&(tet as u32));
+        for (tet, around) in neighbors.iter().enumerate() {
+            let mutual = |other: &u32| *other == NO_TET || neighbors[*other as usize].contains(&(tet as u32));
             assert!(around.iter().all(mutual));
         }
     }

@@ -1,10 +1,10 @@
-//! The simplest lattice: a box of body-centred cubic cells, for tests, references and the smallest objects.
+//! The simplest lattice: a box of body-centered cubic cells, for tests, references and the smallest objects.
 
 use super::Lattice;
 use nalgebra::{Point3, Vector3};
 
-/// A box of `cells` cubes of side `spacing`, centred at the origin, each cube cut into 24 tetrahedra by its centre and
-/// its face centres, which the neighbour shares.
+/// A box of `cells` cubes of side `spacing`, centered at the origin, each cube cut into 24 tetrahedra by its center and
+/// its face centers, which the neighbor shares.
 pub fn block(cells: [usize; 3], spacing: f64) -> Lattice {
     let half = Vector3::from(cells.map(|count| count as f64)) * (0.5 * spacing);
     let mut builder = Builder { cells, spacing, half, lattice: Lattice::default(), index: Default::default() };
@@ -27,7 +27,7 @@ struct Builder {
 }
 
 impl Builder {
-    /// Node at twice its cell coordinates: even = corner, odd = centre.
+    /// Node at twice its cell coordinates: even = corner, odd = center.
     fn node(&mut self, twice: [usize; 3]) -> u32 {
         debug_assert!((0..3).all(|k| twice[k] <= 2 * self.cells[k]));
         *self.index.entry(twice).or_insert_with(|| {
@@ -39,15 +39,15 @@ impl Builder {
 
     fn cube(&mut self, cell: [usize; 3]) {
         let base = cell.map(|c| 2 * c);
-        let centre = self.node(base.map(|b| b + 1));
+        let center = self.node(base.map(|b| b + 1));
         for axis in 0..3 {
             for side in [0, 2] {
-                self.pyramid(base, centre, axis, side);
+                self.pyramid(base, center, axis, side);
             }
         }
     }
 
-    fn pyramid(&mut self, base: [usize; 3], centre: u32, axis: usize, side: usize) {
+    fn pyramid(&mut self, base: [usize; 3], center: u32, axis: usize, side: usize) {
         let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
         let corner = |du: usize, dv: usize| {
             let mut twice = base;
@@ -60,7 +60,7 @@ impl Builder {
         let ring = [corner(0, 0), corner(2, 0), corner(2, 2), corner(0, 2)].map(|twice| self.node(twice));
         for k in 0..4 {
             let (a, b) = (ring[k], ring[(k + 1) % 4]);
-            let tet = if side == 2 { [centre, face, a, b] } else { [centre, face, b, a] };
+            let tet = if side == 2 { [center, face, a, b] } else { [center, face, b, a] };
             self.lattice.tets.push(tet);
         }
     }

@@ -115,7 +115,7 @@ impl<'a> Cutter<'a> {
             first.push(start as u32);
             let own = self.values[node as usize] - offset;
             // Nodes far from the surface are not skipped: the sign may jump where the surface has holes.
-            for (other, _) in self.grid.neighbours(node).filter(|(other, _)| *other > node) {
+            for (other, _) in self.grid.neighbors(node).filter(|(other, _)| *other > node) {
                 if own * (self.values[other as usize] - offset) < 0.0 {
                     edges.push([node, other]);
                 }
@@ -143,7 +143,7 @@ impl<'a> Cutter<'a> {
     }
 }
 
-/// The first pair of neighbouring samples on either side of `offset`: the index of the second, and both less the offset.
+/// The first pair of neighboring samples on either side of `offset`: the index of the second, and both less the offset.
 fn bracket(samples: &Samples, offset: f64) -> (usize, (f64, f64), (f64, f64)) {
     let side = samples[0].1 - offset;
     let at = samples.iter().position(|s| (s.1 - offset) * side <= 0.0).unwrap_or(samples.len() - 1).max(1);

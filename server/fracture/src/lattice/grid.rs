@@ -1,10 +1,10 @@
-//! The body-centred cubic grid around a shape, and the signed distance on its nodes.
+//! The body-centered cubic grid around a shape, and the signed distance on its nodes.
 //!
 //! Based on: F. Labelle & J. R. Shewchuk, *Isosurface Stuffing: Fast Tetrahedral Meshes with Good Dihedral Angles*
 //! (SIGGRAPH 2007), section 3, with one spacing everywhere.
 //!
-//! Nodes are the corners and the centres of cubes of side `spacing`. Twice a node's cube coordinates are integers: all
-//! even for a corner, all odd for a centre. Corners are numbered first, x fastest.
+//! Nodes are the corners and the centers of cubes of side `spacing`. Twice a node's cube coordinates are integers: all
+//! even for a corner, all odd for a center. Corners are numbered first, x fastest.
 
 use super::{LatticeError, SignedDistance};
 use crate::cancel_token::CancelToken;
@@ -25,7 +25,7 @@ const BLOCK: usize = 4;
 const PADDING: f64 = 1.75;
 
 /// Offsets of the four corners of the face between a cube and the next along +x, counter-clockwise seen from +x, in
-/// twice the coordinates, from the cube's centre; other axes by cyclic rotation.
+/// twice the coordinates, from the cube's center; other axes by cyclic rotation.
 const RING: [[i32; 3]; 4] = [[1, -1, -1], [1, 1, -1], [1, 1, 1], [1, -1, 1]];
 
 /// The grid's shape; see the head of the file.
@@ -36,7 +36,7 @@ pub(super) struct Grid {
 }
 
 impl Grid {
-    /// The smallest grid centred on the shape's box whose outermost nodes lie outside for any offset up to half a
+    /// The smallest grid centered on the shape's box whose outermost nodes lie outside for any offset up to half a
     /// spacing.
     pub(super) fn over(shape: &dyn SignedDistance, spacing: f64) -> Result<Self, LatticeError> {
         let [spacing_min, spacing_max] = SPACING_RANGE;
@@ -62,7 +62,7 @@ impl Grid {
         self.cells.iter().map(|c| c + 1).product()
     }
 
-    /// Corners and centres.
+    /// Corners and centers.
     pub(super) fn node_count(&self) -> usize {
         self.corner_count() + self.cells.iter().product::<usize>()
     }
@@ -96,8 +96,8 @@ impl Grid {
         self.place_at(self.twice(node))
     }
 
-    /// The up to 14 neighbours of `node`, each with whether its edge is a long one (corner to corner, centre to centre).
-    pub(super) fn neighbours(&self, node: u32) -> impl Iterator<Item = (u32, bool)> + '_ {
+    /// The up to 14 neighbors of `node`, each with whether its edge is a long one (corner to corner, center to center).
+    pub(super) fn neighbors(&self, node: u32) -> impl Iterator<Item = (u32, bool)> + '_ {
         const STEPS: [[i32; 3]; 14] = [
             [-2, 0, 0],
             [2, 0, 0],
@@ -121,10 +121,10 @@ impl Grid {
         })
     }
 
-    /// Calls `visit` with every grid tetrahedron, positively oriented: centre, next centre, two corners between them.
+    /// Calls `visit` with every grid tetrahedron, positively oriented: center, next center, two corners between them.
     pub(super) fn for_each_tet(&self, mut visit: impl FnMut([u32; 4])) {
-        for centre in self.corner_count()..self.node_count() {
-            let from = self.twice(centre as u32);
+        for center in self.corner_count()..self.node_count() {
+            let from = self.twice(center as u32);
             for axis in 0..3 {
                 let shifted = |step: [i32; 3]| {
                     let mut to = from;
@@ -135,7 +135,7 @@ impl Grid {
                 let ring = RING.map(&shifted);
                 for k in 0..4 {
                     if let (Some(a), Some(b)) = (ring[k], ring[(k + 1) % 4]) {
-                        visit([centre as u32, next, a, b]);
+                        visit([center as u32, next, a, b]);
                     }
                 }
             }
@@ -210,8 +210,8 @@ impl Grid {
     /// A value of the right sign for a whole block far from the surface; none where it has to be sampled.
     fn block_bound(&self, shape: &dyn SignedDistance, start: [usize; 3]) -> Result<Option<f64>, LatticeError> {
         let low = start.map(|s| 2 * s as i32);
-        let centre = self.place_at(low.map(|t| t + BLOCK as i32));
-        let middle = finite(shape, &centre)?;
+        let center = self.place_at(low.map(|t| t + BLOCK as i32));
+        let middle = finite(shape, &center)?;
         let radius = BLOCK as f64 * self.spacing * 3f64.sqrt() / 2.0;
         // An offset of half a spacing and the far end of an edge must not reach the surface either.
         if middle.abs() <= radius + 1.5 * self.spacing {

@@ -3,12 +3,12 @@ use crate::lattice::shapes::{ImplicitShape, ball};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 #[test]
-fn node_numbers_and_coordinates_are_inverse_and_neighbours_mutual() {
+fn node_numbers_and_coordinates_are_inverse_and_neighbors_mutual() {
     let grid = Grid::over(&ball(0.2), 0.11).unwrap();
     for node in 0..grid.node_count() as u32 {
         assert_eq!(grid.node(grid.twice(node)), Some(node));
-        for (other, long) in grid.neighbours(node) {
-            assert!(grid.neighbours(other).any(|back| back == (node, long)));
+        for (other, long) in grid.neighbors(node) {
+            assert!(grid.neighbors(other).any(|back| back == (node, long)));
             let length = (grid.place(other) - grid.place(node)).norm();
             assert!((length - grid.spacing * if long { 1.0 } else { 0.75f64.sqrt() }).abs() < 1e-12);
         }

@@ -28,7 +28,7 @@ pub struct DroppedComponent {
     pub volume: f64,
     /// Its tetrahedra.
     pub tets: usize,
-    /// Its centre of volume, local.
+    /// Its center of volume, local.
     pub place: Point3<f64>,
 }
 
@@ -66,7 +66,7 @@ impl LatticeLevel {
     }
 }
 
-/// Fills a shape with tetrahedra on a body-centred cubic grid of cubes of side `spacing` (local).
+/// Fills a shape with tetrahedra on a body-centered cubic grid of cubes of side `spacing` (local).
 ///
 /// Without `volume` the surface is signed distance = 0. With it (local, positive), the level set within half a
 /// spacing of it is searched whose bodies hold that volume to 0.1 %: chords cut up to a seventh off thin limbs. Where
@@ -171,15 +171,15 @@ fn keep_large(components: Vec<Lattice>, total: f64, dropped: &mut Vec<DroppedCom
         if kept.is_empty() || volume >= BODY_SHARE_MIN * total && body.tets.len() >= BODY_TETS_MIN {
             kept.push(body);
         } else {
-            dropped.push(DroppedComponent { volume, tets: body.tets.len(), place: body.centre() });
+            dropped.push(DroppedComponent { volume, tets: body.tets.len(), place: body.center() });
         }
     }
     kept
 }
 
 impl Lattice {
-    /// The centre of volume, local.
-    pub fn centre(&self) -> Point3<f64> {
+    /// The center of volume, local.
+    pub fn center(&self) -> Point3<f64> {
         let (mut moment, mut volume) = (Vector3::zeros(), 0.0);
         for tet in 0..self.tets.len() {
             let [a, b, c, d] = self.corners(tet).map(|corner| corner.coords);

@@ -3,7 +3,7 @@ use crate::lattice::shapes::{ball, balls};
 use crate::lattice::{block, check_manifold};
 
 fn made(list: &[([f64; 3], f64)], elastic: f64, crack: f64) -> LatticeLevels {
-    let shape = balls(list.iter().map(|(centre, radius)| (Point3::from(*centre), *radius)).collect());
+    let shape = balls(list.iter().map(|(center, radius)| (Point3::from(*center), *radius)).collect());
     let volume = list.iter().map(|(_, radius)| 4.0 / 3.0 * std::f64::consts::PI * radius.powi(3)).sum();
     let made = levels(&shape, Spacings { elastic, crack, refine: false }, volume, &CancelToken::default()).unwrap();
     check(&made);
@@ -34,7 +34,7 @@ fn bodies_of_two_levels_find_each_other() {
     let levels = made(&[([-0.2, 0.0, 0.0], 0.12), ([0.2, 0.05, 0.0], 0.18)], 0.06, 0.035);
     assert_eq!((levels.bodies.len(), levels.replaced.len(), levels.unmatched_volume), (2, 0, 0.0));
     for body in &levels.bodies {
-        assert!((body.elastic.centre() - body.crack.centre()).norm() < 0.01);
+        assert!((body.elastic.center() - body.crack.center()).norm() < 0.01);
         assert!(body.elastic.nodes.len() < body.crack.nodes.len());
     }
     assert!(levels.bodies[0].crack.volume() > levels.bodies[1].crack.volume());

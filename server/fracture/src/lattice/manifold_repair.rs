@@ -59,7 +59,7 @@ pub fn check_manifold(lattice: &Lattice) -> Result<(), NonManifold> {
     }
     let boundary: Vec<[u32; 3]> = lattice.boundary().iter().map(|face| face.nodes).collect();
     check_edges(&boundary)?;
-    // Around a node every boundary face leads from one neighbour to the next.
+    // Around a node every boundary face leads from one neighbor to the next.
     let mut around: BTreeMap<u32, BTreeMap<u32, u32>> = BTreeMap::new();
     for [a, b, c] in boundary {
         for [node, from, to] in [[a, b, c], [b, c, a], [c, a, b]] {
@@ -120,9 +120,9 @@ pub(super) struct RepairReport {
 /// Drops tetrahedra until every face-connected part passes [`check_manifold`]. Returns the lattice that is left,
 /// possibly in several parts (which share no node once split), and what it took; none if there was nothing to mend.
 pub(super) fn repair_manifold(lattice: &Lattice) -> Option<(Lattice, RepairReport)> {
-    let neighbours = lattice.neighbours();
+    let neighbors = lattice.neighbors();
     // The link of any other node is a sphere: its star was glued face to face.
-    let rim = lattice.tets.iter().zip(&neighbours).flat_map(|(nodes, around)| {
+    let rim = lattice.tets.iter().zip(&neighbors).flat_map(|(nodes, around)| {
         let open = (0..4).filter(|&face| around[face] == NO_TET);
         open.flat_map(|face| FACES[face].map(|c| nodes[c])).collect::<Vec<u32>>()
     });
@@ -132,7 +132,7 @@ pub(super) fn repair_manifold(lattice: &Lattice) -> Option<(Lattice, RepairRepor
     let suspects: BTreeSet<u32> = rim.into_iter().collect();
     let mut mender = Mender {
         lattice,
-        neighbours,
+        neighbors,
         stars: lattice.stars(),
         alive: vec![true; lattice.tets.len()],
         suspects: [suspects.clone(), suspects],
@@ -145,7 +145,7 @@ pub(super) fn repair_manifold(lattice: &Lattice) -> Option<(Lattice, RepairRepor
 
 struct Mender<'a> {
     lattice: &'a Lattice,
-    neighbours: Vec<[u32; 4]>,
+    neighbors: Vec<[u32; 4]>,
     stars: NodeStars,
     alive: Vec<bool>,
     /// Nodes to look at: for loose parts of their star; then, where no node has any, for edges and holes.
@@ -188,7 +188,7 @@ impl Mender<'_> {
 
     /// The living tetrahedron across face `face` of `tet`.
     fn across(&self, tet: u32, face: usize) -> Option<u32> {
-        Some(self.neighbours[tet as usize][face]).filter(|&other| other != NO_TET && self.alive[other as usize])
+        Some(self.neighbors[tet as usize][face]).filter(|&other| other != NO_TET && self.alive[other as usize])
     }
 
     /// The faces of `tet` that contain all of `nodes`.
@@ -221,7 +221,7 @@ impl Mender<'_> {
     /// What to drop at a node whose star is connected: surplus fans at an edge, or a chain between two holes.
     fn hinge_or_hole(&self, node: u32) -> Vec<u32> {
         let star = self.star(node);
-        // The rim of the link: per neighbour on it, the neighbours that boundary faces lead to, and from which tet.
+        // The rim of the link: per neighbor on it, the neighbors that boundary faces lead to, and from which tet.
         let mut rim: BTreeMap<u32, Vec<(u32, u32)>> = BTreeMap::new();
         for &tet in &star {
             for face in self.faces_at(tet, &[node]).filter(|&face| self.across(tet, face).is_none()) {

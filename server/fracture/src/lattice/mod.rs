@@ -121,10 +121,10 @@ impl Lattice {
         volumes
     }
 
-    /// All faces without a neighbour ([`Self::neighbours`]), outward, ordered by (tetrahedron, face).
+    /// All faces without a neighbor ([`Self::neighbors`]), outward, ordered by (tetrahedron, face).
     pub fn boundary(&self) -> Vec<BoundaryFace> {
         let mut boundary = Vec::new();
-        for (tet, around) in self.neighbours().iter().enumerate() {
+        for (tet, around) in self.neighbors().iter().enumerate() {
             for (face, _) in around.iter().enumerate().filter(|(_, other)| **other == NO_TET) {
                 boundary.push(BoundaryFace { nodes: FACES[face].map(|c| self.tets[tet][c]), tet: tet as u32 });
             }

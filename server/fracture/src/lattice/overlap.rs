@@ -150,7 +150,7 @@ mod tests {
     }
 
     #[test]
-    fn neighbours_and_strangers_have_nothing_in_common() {
+    fn neighbors_and_strangers_have_nothing_in_common() {
         let lattice = block([1, 1, 1], 1.0);
         let cells: Vec<OverlapCell> =
             (0..lattice.tets.len()).map(|tet| OverlapCell::new(&lattice.corners(tet))).collect();

@@ -24,12 +24,12 @@ pub(super) fn ball(radius: f64) -> impl SignedDistance {
     ImplicitShape { distance: move |p: &Point3<f64>| p.coords.norm() - radius, half: Vector3::repeat(radius) }
 }
 
-/// The union of balls, each a centre and a radius.
+/// The union of balls, each a center and a radius.
 pub(super) fn balls(balls: Vec<(Point3<f64>, f64)>) -> impl SignedDistance {
-    let reach = balls.iter().map(|(centre, radius)| centre.coords.abs().add_scalar(*radius));
+    let reach = balls.iter().map(|(center, radius)| center.coords.abs().add_scalar(*radius));
     let half = reach.fold(Vector3::zeros(), |a: Vector3<f64>, b| a.sup(&b));
     let distance = move |p: &Point3<f64>| {
-        balls.iter().map(|(centre, radius)| (p - centre).norm() - radius).fold(f64::INFINITY, f64::min)
+        balls.iter().map(|(center, radius)| (p - center).norm() - radius).fold(f64::INFINITY, f64::min)
     };
     ImplicitShape { distance, half }
 }

@@ -21,7 +21,7 @@ const LAYER: f64 = 0.7;
 
 /// About how many nodes a solid of this volume and surface area (local) gets at `spacing`, boundary included.
 ///
-/// A body-centred cubic grid has two nodes per cube; the boundary adds what a layer of 0.7 spacings would.
+/// A body-centered cubic grid has two nodes per cube; the boundary adds what a layer of 0.7 spacings would.
 fn nodes_at(spacing: f64, volume: f64, area: f64) -> f64 {
     2.0 * (volume + area * LAYER * spacing) / spacing.powi(3)
 }

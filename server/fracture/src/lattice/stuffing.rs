@@ -75,7 +75,7 @@ fn warp(grid: &Grid, values: &[f64], offset: f64, cuts: &EdgeCuts) -> Warped {
 /// The cut closest to `node` among those too close to it: the other end of its edge, and its place from `node`.
 fn violation(grid: &Grid, sides: &[LevelSetSide], cuts: &EdgeCuts, node: u32) -> Option<(u32, f64)> {
     let mut closest: Option<(f64, u32, f64)> = None;
-    for (other, long) in grid.neighbours(node).filter(|(other, _)| sides[*other as usize] != LevelSetSide::On) {
+    for (other, long) in grid.neighbors(node).filter(|(other, _)| sides[*other as usize] != LevelSetSide::On) {
         let Some((_, t)) = cuts.find(node, other) else { continue };
         let (alpha, length) = if long { (ALPHA_LONG, 1.0) } else { (ALPHA_SHORT, SHORT) };
         if t < alpha && closest.is_none_or(|(best, ..)| t * length < best) {

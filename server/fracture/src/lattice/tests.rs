@@ -80,7 +80,7 @@ proptest! {
         spacing in 0.04f64..0.12,
         aimed in prop::option::of(0.5f64..1.5),
     ) {
-        let list: Vec<_> = list.into_iter().map(|(centre, radius)| (Point3::from(centre), radius)).collect();
+        let list: Vec<_> = list.into_iter().map(|(center, radius)| (Point3::from(center), radius)).collect();
         let volume: f64 = list.iter().map(|(_, radius)| 4.0 / 3.0 * PI * radius.powi(3)).sum();
         match stuff(&balls(list), spacing, aimed.map(|share| share * volume), &CancelToken::default()) {
             Ok(level) => {
@@ -139,8 +139,8 @@ fn a_volume_out_of_reach_ends_at_half_a_spacing() {
 #[test]
 fn balls_that_touch_in_a_point_are_two_bodies_or_one_without_a_pinch() {
     for spacing in [0.03, 0.05, 0.0731] {
-        let centres = [-0.2, 0.2].map(|x| (Point3::new(x, 0.01, 0.02), 0.2));
-        let level = stuffed(&balls(centres.to_vec()), spacing, None);
+        let centers = [-0.2, 0.2].map(|x| (Point3::new(x, 0.01, 0.02), 0.2));
+        let level = stuffed(&balls(centers.to_vec()), spacing, None);
         check_stuffed(&level);
         assert!(level.bodies.len() <= 2);
     }
@@ -185,7 +185,7 @@ fn a_turned_shape_has_the_same_volume_and_a_moved_lattice_its_angles() {
     assert!((turned.volume() / straight.volume() - 1.0).abs() < 0.02);
     let body = &straight.bodies[0];
     let moved = body.transformed(&turn);
-    assert!((moved.volume() - body.volume()).abs() < 1e-14 && (moved.centre() - turn * body.centre()).norm() < 1e-14);
+    assert!((moved.volume() - body.volume()).abs() < 1e-14 && (moved.center() - turn * body.center()).norm() < 1e-14);
     assert!((moved.dihedral().min_deg - body.dihedral().min_deg).abs() < 1e-9);
     assert!((moved.boundary_area() - body.boundary_area()).abs() < 1e-12);
 }

@@ -31,7 +31,7 @@ impl Aabb {
         (0..3).all(|axis| self.low[axis] <= other.high[axis] && other.low[axis] <= self.high[axis])
     }
 
-    fn centre(&self, axis: usize) -> f64 {
+    fn center(&self, axis: usize) -> f64 {
         self.low[axis] + self.high[axis]
     }
 
@@ -75,7 +75,7 @@ impl AabbTree {
         let middle = items.len() / 2;
         if !leaf {
             let axis = (bounds.high - bounds.low).imax();
-            let key = |item: &u32| boxes[*item as usize].centre(axis);
+            let key = |item: &u32| boxes[*item as usize].center(axis);
             items.select_nth_unstable_by(middle, |a, b| key(a).total_cmp(&key(b)).then(a.cmp(b)));
         }
         self.branches.push(Branch { bounds, items: range.start as u32..range.end as u32, second: None });

@@ -76,10 +76,10 @@ impl<'a> Laplacian<'a> {
     pub(super) fn smallest_bound(&self) -> f64 {
         let volume: f64 = self.mass.iter().sum();
         let weighted = |sum: Vector3<f64>, (node, mass): (&Point3<f64>, &f64)| sum + node.coords * *mass;
-        let centre = self.points.iter().zip(&self.mass).fold(Vector3::zeros(), weighted) / volume;
+        let center = self.points.iter().zip(&self.mass).fold(Vector3::zeros(), weighted) / volume;
         let mut covariance = Matrix3::zeros();
         for (node, mass) in self.points.iter().zip(&self.mass) {
-            let offset = node.coords - centre;
+            let offset = node.coords - center;
             covariance += offset * offset.transpose() * (*mass / volume);
         }
         // The largest diagonal entry is at least a third of the largest eigenvalue: near enough for a shift.

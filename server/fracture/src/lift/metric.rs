@@ -150,7 +150,7 @@ mod tests {
         let lattice = block([3, 2, 4], 0.25);
         let lift = LiftedLattice::euclidean(&lattice);
         let size: [f64; 3] = [0.75, 0.5, 1.0];
-        // ∫|x|² over a centred box is V·Σ size²/12, whatever the spacing, once both moments of every cell are counted.
+        // ∫|x|² over a centered box is V·Σ size²/12, whatever the spacing, once both moments of every cell are counted.
         let mut sum = 0.0;
         for (node, volume) in lattice.node_volumes().iter().enumerate() {
             let (place, offset) = (lift.at(node), &lift.first_moment[3 * node..][..3]);

@@ -60,7 +60,7 @@ impl PreparedObject {
     /// Lowest and highest corner of the box around the surface that contacts are projected on, m.
     pub fn bounds_m(&self) -> [Point3<f64>; 2] {
         let corners =
-            self.bodies.iter().flat_map(|body| &body.boundary.positions).map(|local| self.frame.to_metres(local));
+            self.bodies.iter().flat_map(|body| &body.boundary.positions).map(|local| self.frame.to_meters(local));
         let empty = [f64::INFINITY, f64::NEG_INFINITY].map(|end| Point3::new(end, end, end));
         corners.fold(empty, |[low, high], corner| [low.inf(&corner), high.sup(&corner)])
     }
@@ -82,7 +82,7 @@ fn first<'a>(
     match hits.min_by(nearer) {
         Some((body, surface, hit)) => Ok(SurfaceHit {
             body,
-            point_m: frame.to_metres(&hit.place),
+            point_m: frame.to_meters(&hit.place),
             normal: surface.normal(hit.face),
             distance_m: hit.distance * frame.diagonal_m,
         }),
@@ -93,8 +93,8 @@ fn first<'a>(
 fn missed(frame: &LocalFrame, approaches: impl Iterator<Item = ClosestApproach>) -> FractureError {
     match approaches.min_by(|a, b| a.distance.total_cmp(&b.distance)) {
         Some(ClosestApproach { on_ray, on_boundary, distance }) => FractureError::RayMissed {
-            ray_m: frame.to_metres(&on_ray),
-            surface_m: frame.to_metres(&on_boundary),
+            ray_m: frame.to_meters(&on_ray),
+            surface_m: frame.to_meters(&on_boundary),
             distance_m: distance * frame.diagonal_m,
         },
         None => FractureError::OtherObject,

@@ -83,7 +83,7 @@ impl PreparedObject {
             let before = grip.counts.clone();
             let mut nodes = Vec::new();
             for (node, place) in solid.lattice.nodes.iter().enumerate() {
-                let place_m = self.frame.to_metres(place);
+                let place_m = self.frame.to_meters(place);
                 let mut any = false;
                 for (region, count) in anchors.regions.iter().zip(&mut grip.counts) {
                     let holds = region.holds(&place_m);

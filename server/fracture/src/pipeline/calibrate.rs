@@ -25,7 +25,7 @@ pub fn calibrate(prepared: &PreparedObject, token: &CancelToken) -> Result<f64, 
     let sampler = ImpactSampler::new(prepared);
     for sample in 0..IMPACTS {
         let (point, inward) = sampler.point(&mut stream);
-        let strike = FractureRequest::at(prepared.frame.to_metres(&point), inward).seeded(1);
+        let strike = FractureRequest::at(prepared.frame.to_meters(&point), inward).seeded(1);
         let impact = ContactSet::new(prepared, &FractureRequest { elastic: ElasticRequest::Solve, ..strike })?;
         for mut energy in strain_energy(prepared, &impact, &mut workspace, token, &mut ())? {
             let body = &prepared.bodies[energy.body];

@@ -116,7 +116,7 @@ impl<'a> LiftComparison<'a> {
         for (&part, volume) in split.labels.iter().zip(volumes) {
             parts[part as usize] += volume;
         }
-        // The components of one site are neighbours in the list.
+        // The components of one site are neighbors in the list.
         let (mut cells, mut first, mut stray) = (0, 0, 0.0);
         for same in split.sites.chunk_by(|a, b| a == b) {
             let cell = &parts[first..first + same.len()];

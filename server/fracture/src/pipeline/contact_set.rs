@@ -1,4 +1,4 @@
-//! Load, first half: a request in metres and newton-seconds becomes relative forces in the local frame, body by body.
+//! Load, first half: a request in meters and newton-seconds becomes relative forces in the local frame, body by body.
 //!
 //! Based on: Hertz impact as a half-sine pulse (Johnson, *Contact Mechanics*, 1985, section 11.4): peak force
 //! F = (π/2)·J/τ.
@@ -103,7 +103,7 @@ fn place(
             contact: index,
             distance_m: distance * prepared.frame.diagonal_m,
             radius_m: radius * prepared.frame.diagonal_m,
-            surface_m: prepared.frame.to_metres(&surface),
+            surface_m: prepared.frame.to_meters(&surface),
         });
     }
     let impulse = relative.map(|x| (x / FORCE_STEP).round() * FORCE_STEP);

@@ -28,7 +28,7 @@ pub struct BodyEnergy {
 }
 
 impl BodyEnergy {
-    /// Joule·metres² per unit of a local first moment of the shares: energy times the square of the diagonal.
+    /// Joule·meters² per unit of a local first moment of the shares: energy times the square of the diagonal.
     pub fn unit_j_m2(&self, diagonal_m: f64) -> f64 {
         self.energy_j * diagonal_m * diagonal_m
     }

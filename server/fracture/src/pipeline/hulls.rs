@@ -1,8 +1,8 @@
 //! Convex proxies of the fragments for collisions, if they are asked for.
 //!
-//! Ours. The convex hull of a fragment holds all of it, and whatever of its neighbours lies in its hollows; two such hulls overlap
+//! Ours. The convex hull of a fragment holds all of it, and whatever of its neighbors lies in its hollows; two such hulls overlap
 //! and fly apart at the first step of a simulation. So a hull is made around what is left of the fragment within the mean planes
-//! of its cracks, which both neighbours share. A plane moves outwards until no more than a small share of the fragment lies beyond
+//! of its cracks, which both neighbors share. A plane moves outwards until no more than a small share of the fragment lies beyond
 //! it, and all of them further until the hull holds enough: of the margins that can be had with that much, this is about the least.
 //! Curved walls need more faces than there are: what the hull then cuts off between its corners is halved by corners that stand out of
 //! the outer surface as far.
@@ -49,7 +49,7 @@ pub struct HullRow {
 pub struct FragmentHulls {
     /// One per fragment.
     pub rows: Vec<HullRow>,
-    /// Relative to the fragment's centre of mass, m.
+    /// Relative to the fragment's center of mass, m.
     pub positions: Vec<[f32; 3]>,
     /// Relative to the hull's first vertex, counter-clockwise seen from outside.
     pub indices: Vec<u32>,
@@ -63,14 +63,14 @@ impl FragmentHulls {
             + size_of_val(self.indices.as_slice())
     }
 
-    fn push(&mut self, own: &Fitted, place: impl Fn(&Point3<f64>) -> [f32; 3], metre: f64) {
+    fn push(&mut self, own: &Fitted, place: impl Fn(&Point3<f64>) -> [f32; 3], meter: f64) {
         self.rows.push(HullRow {
             vertex_first: self.positions.len() as u32,
             vertex_count: own.hull.vertices.len() as u32,
             index_first: self.indices.len() as u32,
             index_count: 3 * own.hull.triangles.len() as u32,
             coverage: own.coverage,
-            margin_m: own.depth * metre,
+            margin_m: own.depth * meter,
         });
         self.positions.extend(own.hull.vertices.iter().map(place));
         self.indices.extend_from_slice(own.hull.triangles.as_flattened());
@@ -107,13 +107,13 @@ impl FractureMeshes {
             self.bodies.iter().zip(lattices).flat_map(|(pieces, lattice)| parts(pieces, lattice)).collect();
         let fit = |own: usize| token.check().map(|()| fit(&parts, own));
         let fitted: Vec<Option<Fitted>> = (0..parts.len()).into_par_iter().map(fit).collect::<Result<_, _>>()?;
-        let metre = self.transform.metres_per_unit;
+        let meter = self.transform.meters_per_unit;
         let mut hulls = FragmentHulls::default();
-        let centres = self.bodies.iter().flat_map(|pieces| &pieces.properties).map(|own| own.centre);
-        for (own, centre) in fitted.iter().zip(centres) {
-            let place = |vertex: &Point3<f64>| ((vertex - centre) * metre).map(|x| x as f32).into();
+        let centers = self.bodies.iter().flat_map(|pieces| &pieces.properties).map(|own| own.center);
+        for (own, center) in fitted.iter().zip(centers) {
+            let place = |vertex: &Point3<f64>| ((vertex - center) * meter).map(|x| x as f32).into();
             match own {
-                Some(own) => hulls.push(own, place, metre),
+                Some(own) => hulls.push(own, place, meter),
                 None => hulls.rows.push(HullRow {
                     vertex_first: hulls.positions.len() as u32,
                     index_first: hulls.indices.len() as u32,
@@ -146,14 +146,14 @@ fn part(tessellation: &Tessellation, fragment: &FragmentRange, nodes: &[Point3<f
         shell.points.extend_from_slice(tessellation.run_vertices(run));
         shell.triangles.extend(tessellation.run_triangles(run).map(|triangle| triangle.map(|point| first + point)));
     }
-    let cracks = runs.iter().filter(|run| run.neighbour.is_some()).filter_map(|run| {
+    let cracks = runs.iter().filter(|run| run.neighbor.is_some()).filter_map(|run| {
         let plane = mean_plane(tessellation, run)?;
         let mut beyond: Vec<f64> = nodes.iter().map(|node| plane.beyond(node)).filter(|beyond| *beyond > 0.0).collect();
         beyond.sort_unstable_by(f64::total_cmp);
         Some(Crack { plane, beyond, nodes: nodes.len() })
     });
     let cracks = cracks.collect();
-    let outer = runs.first().filter(|run| run.neighbour.is_none()).map_or(0, |run| run.vertices.len());
+    let outer = runs.first().filter(|run| run.neighbor.is_none()).map_or(0, |run| run.vertices.len());
     Part { bounds: bounds(&shell.points), shell, outer, cracks }
 }
 

@@ -13,9 +13,9 @@ pub struct IntactBody {
     pub volume_m3: f64,
     /// Mass, kg.
     pub mass_kg: f64,
-    /// Centre of mass, coordinates of the mesh file, m.
-    pub centre_m: [f64; 3],
-    /// Inertia tensor about the centre, kg·m²: xx, yy, zz, xy, xz, yz.
+    /// Center of mass, coordinates of the mesh file, m.
+    pub center_m: [f64; 3],
+    /// Inertia tensor about the center, kg·m²: xx, yy, zz, xy, xz, yz.
     pub inertia_kg_m2: [f64; 6],
 }
 
@@ -27,9 +27,9 @@ impl PreparedObject {
             let nodes = &body.topology.boundary_nodes;
             let vertex = |node: u32| nodes.partition_point(|own| *own < node) as u32;
             let positions_m: Vec<_> =
-                nodes.iter().map(|&node| self.frame.to_metres(&body.crack.nodes[node as usize])).collect();
+                nodes.iter().map(|&node| self.frame.to_meters(&body.crack.nodes[node as usize])).collect();
             let triangles: Vec<[u32; 3]> = body.topology.boundary.iter().map(|face| face.nodes.map(vertex)).collect();
-            let RigidProperties { volume, centre, inertia } =
+            let RigidProperties { volume, center, inertia } =
                 RigidProperties::of_surface(&positions_m, triangles.iter().copied());
             let density_kg_m3 = self.parameters.material.density_kg_m3;
             let inertia = inertia * density_kg_m3;
@@ -37,7 +37,7 @@ impl PreparedObject {
                 mesh: RawMesh::new(positions_m, triangles),
                 volume_m3: volume,
                 mass_kg: volume * density_kg_m3,
-                centre_m: centre.coords.into(),
+                center_m: center.coords.into(),
                 inertia_kg_m2: [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)].map(|entry| inertia[entry]),
             }
         });

@@ -33,7 +33,7 @@ pub(super) struct BodyMeshes {
     pub(super) properties: Vec<RigidProperties>,
     /// Site of each fragment.
     pub(super) sites: Vec<u32>,
-    centres: Vec<Point3<f64>>,
+    centers: Vec<Point3<f64>>,
     energies_j_m2: Vec<f64>,
     /// Where its memory goes.
     spare: BufferPool,
@@ -140,7 +140,7 @@ impl FractureMeshes {
     ) -> Self {
         let mut pieces = Self {
             bodies,
-            transform: Transform { metres_per_unit: prepared.frame.diagonal_m },
+            transform: Transform { meters_per_unit: prepared.frame.diagonal_m },
             frame: prepared.frame,
             crack_spacing: prepared.parameters.crack_spacing,
             seed: strike.seed,
@@ -176,14 +176,14 @@ impl FractureMeshes {
     /// Fills the tables; offsets continue from body to body.
     fn lay_out(&mut self, prepared: &PreparedObject) {
         let density = prepared.parameters.material.density_kg_m3;
-        let metre = prepared.frame.diagonal_m;
+        let meter = prepared.frame.diagonal_m;
         for pieces in &self.bodies {
             let base = self.counts;
             let (first_fragment, first_run) = (self.fragments.len() as u32, self.runs.len() as u32);
             for (local, fragment) in pieces.tessellation.fragments().iter().enumerate() {
                 let measured = &pieces.properties[local];
-                let volume_m3 = measured.volume * metre.powi(3);
-                let inertia = measured.inertia * (density * metre.powi(5));
+                let volume_m3 = measured.volume * meter.powi(3);
+                let inertia = measured.inertia * (density * meter.powi(5));
                 self.fragments.push(FragmentRow {
                     id: first_fragment + local as u32,
                     body: pieces.body as u32,
@@ -197,14 +197,14 @@ impl FractureMeshes {
                     merge_count: fragment.merges.len() as u32,
                     volume_m3,
                     mass_kg: volume_m3 * density,
-                    centre_m: prepared.frame.to_metres(&measured.centre).coords.into(),
+                    center_m: prepared.frame.to_meters(&measured.center).coords.into(),
                     inertia_kg_m2: [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)].map(|entry| inertia[entry]),
                     energy_j_m2: pieces.energies_j_m2[local],
                 });
             }
             self.runs.extend(pieces.tessellation.runs().iter().map(|run| RunRow {
                 fragment: first_fragment + run.fragment,
-                neighbour: run.neighbour.map_or(OUTER, |neighbour| first_fragment + neighbour),
+                neighbor: run.neighbor.map_or(OUTER, |neighbor| first_fragment + neighbor),
                 crack: run.crack,
                 vertex_first: (base.vertices + run.vertices.start) as u32,
                 vertex_count: run.vertices.len() as u32,
@@ -224,7 +224,7 @@ impl FractureMeshes {
         self.counts.bonds += self.world.len();
     }
 
-    /// Writes positions (relative to each fragment's centre of mass, m), indices and merge pairs (both relative to the
+    /// Writes positions (relative to each fragment's center of mass, m), indices and merge pairs (both relative to the
     /// fragment's first vertex) into the caller's memory; lengths exactly [`Self::counts`], or nothing is written.
     pub fn emit(
         &self,
@@ -254,7 +254,7 @@ impl FractureMeshes {
             let (own_positions, other_positions) = positions.split_at_mut(tessellation.vertex_count());
             let (own_indices, other_indices) = indices.split_at_mut(tessellation.index_count());
             let (own_merges, other_merges) = merges.split_at_mut(tessellation.merge_count());
-            tessellation.emit_for(host, &pieces.centres, self.transform, own_positions, own_indices, own_merges)?;
+            tessellation.emit_for(host, &pieces.centers, self.transform, own_positions, own_indices, own_merges)?;
             (positions, indices, merges) = (other_positions, other_indices, other_merges);
         }
         Ok(())
@@ -281,7 +281,7 @@ impl CutBuffers {
             tessellation,
             points,
             energies_j_m2,
-            centres: measured.iter().map(|measured| measured.centre).collect(),
+            centers: measured.iter().map(|measured| measured.center).collect(),
             labels: components.labels,
             properties: measured,
             sites: components.sites,

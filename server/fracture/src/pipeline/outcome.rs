@@ -21,7 +21,7 @@ pub enum DegreeSource {
     Forced,
 }
 
-/// Neighbour of an outer run, and of a run on an earlier crack: nobody.
+/// Neighbor of an outer run, and of a run on an earlier crack: nobody.
 pub const OUTER: u32 = u32::MAX;
 
 /// One fragment. Offsets point into the sections; index values are relative to the fragment's first vertex.
@@ -51,23 +51,23 @@ pub struct FragmentRow {
     pub volume_m3: f64,
     /// Mass, kg.
     pub mass_kg: f64,
-    /// Centre of mass in the coordinates of the mesh file, m. Positions are relative to it.
-    pub centre_m: [f64; 3],
-    /// Inertia about the centre, axes of the mesh file, kg·m²: xx, yy, zz, xy, xz, yz (tensor entries, so off-diagonal
+    /// Center of mass in the coordinates of the mesh file, m. Positions are relative to it.
+    pub center_m: [f64; 3],
+    /// Inertia about the center, axes of the mesh file, kg·m²: xx, yy, zz, xy, xz, yz (tensor entries, so off-diagonal
     /// ones carry their minus sign).
     pub inertia_kg_m2: [f64; 6],
     /// Distance-weighted energy E_i of the cell it belongs to, J·m².
     pub energy_j_m2: f64,
 }
 
-/// Triangles of one fragment that face one neighbour, or the outside. The fragment of an earlier answer on the other side of an
-/// earlier crack is not told of: such runs follow those with neighbours, one per fragment that was there.
+/// Triangles of one fragment that face one neighbor, or the outside. The fragment of an earlier answer on the other side of an
+/// earlier crack is not told of: such runs follow those with neighbors, one per fragment that was there.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RunRow {
     /// The fragment it belongs to.
     pub fragment: u32,
     /// The fragment on the other side, or [`OUTER`]: the outside, or a fragment of an earlier answer.
-    pub neighbour: u32,
+    pub neighbor: u32,
     /// Whether it is a side of a crack, be it an earlier one.
     pub crack: bool,
     /// First vertex in the positions section.

@@ -37,8 +37,8 @@ pub struct DebrisRow {
     /// The fragment on whose face it lies, the lower id of two.
     pub fragment: u32,
     /// The other.
-    pub neighbour: u32,
-    /// Relative to the fragment's centre of mass, m.
+    pub neighbor: u32,
+    /// Relative to the fragment's center of mass, m.
     pub position_m: Vector3<f64>,
     /// Out of the fragment, of length one.
     pub normal: Vector3<f64>,
@@ -63,7 +63,7 @@ pub(super) fn faces<'a>(tessellation: &'a Tessellation, run: &'a RunRange) -> im
 
 /// Whether debris and bonds of this crack are told on this side.
 fn is_lower(run: &RunRange) -> bool {
-    run.neighbour.is_some_and(|neighbour| run.fragment < neighbour)
+    run.neighbor.is_some_and(|neighbor| run.fragment < neighbor)
 }
 
 /// Number of bonds of a tessellation.
@@ -100,24 +100,24 @@ impl FractureMeshes {
     /// Texture coordinates of all vertices, m: where a crack's point lies in the plane that the crack has on average, the same on
     /// both sides of it. Zero where there is no crack.
     pub fn uvs(&self, out: &mut [[f32; 2]]) {
-        let metre = self.transform.metres_per_unit;
+        let meter = self.transform.meters_per_unit;
         self.each_run(out, |tessellation, run, out| {
             if !run.crack {
                 return out.fill([0.0; 2]);
             }
             let own: Vector3<f64> = faces(tessellation, run).map(|face| face.area).sum();
-            let [u, v] = plane(if run.neighbour.is_none_or(|neighbour| run.fragment < neighbour) { own } else { -own });
+            let [u, v] = plane(if run.neighbor.is_none_or(|neighbor| run.fragment < neighbor) { own } else { -own });
             for (out, point) in out.iter_mut().zip(tessellation.run_vertices(run)) {
-                *out = [(u.dot(&point.coords) * metre) as f32, (v.dot(&point.coords) * metre) as f32];
+                *out = [(u.dot(&point.coords) * meter) as f32, (v.dot(&point.coords) * meter) as f32];
             }
         });
     }
 
     /// All bonds: of fragments, by body and by their numbers, then of fragments with the world, by fragment.
     pub fn bonds(&self) -> Vec<BondRow> {
-        let metre = self.transform.metres_per_unit;
+        let meter = self.transform.meters_per_unit;
         let mut bonds = Vec::with_capacity(self.counts.bonds);
-        self.each_crack(|first, tessellation, run, neighbour| {
+        self.each_crack(|first, tessellation, run, neighbor| {
             let (mut area, mut mean, mut moment) = (0.0, Vector3::zeros(), Vector3::zeros());
             for face in faces(tessellation, run) {
                 let own = face.area.norm();
@@ -125,10 +125,10 @@ impl FractureMeshes {
                 moment += face.corners.iter().map(|corner| corner.coords).sum::<Vector3<f64>>() * (own / 3.0);
             }
             bonds.push(BondRow {
-                fragments: [first + run.fragment, first + neighbour],
-                area_m2: area * metre * metre,
+                fragments: [first + run.fragment, first + neighbor],
+                area_m2: area * meter * meter,
                 normal: mean.try_normalize(0.0).unwrap_or_default(),
-                centroid_m: self.frame.to_metres(&Point3::from(moment / area.max(f64::MIN_POSITIVE))),
+                centroid_m: self.frame.to_meters(&Point3::from(moment / area.max(f64::MIN_POSITIVE))),
             });
         });
         bonds.extend_from_slice(&self.world);
@@ -138,11 +138,11 @@ impl FractureMeshes {
     /// Points on all cracks, uniform over their areas; sizes by a power law (D. L. Turcotte, *Fractals and fragmentation*, 1986: the
     /// number of larger pieces goes with the inverse square of their size).
     pub fn debris(&self) -> Vec<DebrisRow> {
-        let metre = self.transform.metres_per_unit;
-        let [least, most] = DEBRIS_SPACINGS.map(|spacings| spacings * self.crack_spacing * metre);
+        let meter = self.transform.meters_per_unit;
+        let [least, most] = DEBRIS_SPACINGS.map(|spacings| spacings * self.crack_spacing * meter);
         let mut debris = Vec::with_capacity(self.counts.debris);
         let mut crack = 0;
-        self.each_crack(|first, tessellation, run, neighbour| {
+        self.each_crack(|first, tessellation, run, neighbor| {
             let mut random = RandomStream::new(self.seed, DEBRIS_STREAM + crack);
             crack += 1;
             let faces: Vec<Face> = faces(tessellation, run).collect();
@@ -152,8 +152,8 @@ impl FractureMeshes {
                 sum += face.area.norm();
                 sums.push(sum);
             }
-            let centre = &self.fragments[(first + run.fragment) as usize].centre_m;
-            let centre = Point3::from(*centre);
+            let center = &self.fragments[(first + run.fragment) as usize].center_m;
+            let center = Point3::from(*center);
             for _ in 0..faces.len().div_ceil(TRIANGLES_PER_POINT) {
                 let wanted = random.uniform() * sum;
                 let face = &faces[sums.partition_point(|sum| *sum <= wanted).min(faces.len() - 1)];
@@ -161,8 +161,8 @@ impl FractureMeshes {
                 let tail = 1.0 - random.uniform() * (1.0 - (least / most).powi(2));
                 debris.push(DebrisRow {
                     fragment: first + run.fragment,
-                    neighbour: first + neighbour,
-                    position_m: self.frame.to_metres(&point) - centre,
+                    neighbor: first + neighbor,
+                    position_m: self.frame.to_meters(&point) - center,
                     normal: face.area.try_normalize(0.0).unwrap_or(Vector3::z()),
                     size_m: least / tail.sqrt(),
                 });
@@ -189,7 +189,7 @@ impl FractureMeshes {
         for pieces in &self.bodies {
             let tessellation = &pieces.tessellation;
             for run in tessellation.runs().iter().filter(|run| is_lower(run)) {
-                work(first, tessellation, run, run.neighbour.unwrap_or(run.fragment));
+                work(first, tessellation, run, run.neighbor.unwrap_or(run.fragment));
             }
             first += tessellation.fragments().len() as u32;
         }

@@ -94,7 +94,7 @@ fn representatives(whole: &PreparedBody, labels: &[u32], label: u32, nodes: &[u3
     nodes.iter().enumerate().for_each(|(own, &node)| stands[node as usize] = own as u32);
     let mut front: VecDeque<u32> = nodes.iter().copied().collect();
     while let Some(node) = front.pop_front() {
-        for &next in whole.topology.neighbours(node as usize) {
+        for &next in whole.topology.neighbors(node as usize) {
             if labels[next as usize] == label && stands[next as usize] == NOBODY {
                 stands[next as usize] = stands[node as usize];
                 front.push_back(next);

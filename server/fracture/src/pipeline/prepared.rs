@@ -169,7 +169,7 @@ impl PreparedBody {
     pub fn new(crack: Lattice) -> Self {
         let topology = Topology::new(&crack);
         Self {
-            clusters: Clusters::new(topology.nodes, |node| topology.neighbours(node)),
+            clusters: Clusters::new(topology.nodes, |node| topology.neighbors(node)),
             euclidean: LiftedLattice::euclidean(&crack),
             volumes: crack.node_volumes(),
             topology,

@@ -17,7 +17,7 @@ pub const RELEASE_SHARE: f64 = 0.1;
 /// Of one fragment, on top of how the object moved.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ReleaseVelocity {
-    /// Of the centre of mass, m/s.
+    /// Of the center of mass, m/s.
     pub linear_m_s: Vector3<f64>,
     /// rad/s.
     pub angular_rad_s: Vector3<f64>,
@@ -43,12 +43,12 @@ pub(super) fn velocities(
 ) -> Vec<ReleaseVelocity> {
     let still = vec![ReleaseVelocity::default(); properties.len()];
     let Some(field) = field.filter(|_| still.len() > 1) else { return still };
-    let (shares, centre) = shares(labels, still.len(), lattice, field);
-    let metre = frame.diagonal_m;
+    let (shares, center) = shares(labels, still.len(), lattice, field);
+    let meter = frame.diagonal_m;
     let rigid = |properties: &RigidProperties| Rigid {
-        mass: properties.volume * metre.powi(3) * density_kg_m3,
-        place: (properties.centre - centre) * metre,
-        inertia: properties.inertia * (metre.powi(5) * density_kg_m3),
+        mass: properties.volume * meter.powi(3) * density_kg_m3,
+        place: (properties.center - center) * meter,
+        inertia: properties.inertia * (meter.powi(5) * density_kg_m3),
     };
     let bodies: Vec<Rigid> = properties.iter().map(rigid).collect();
     let away = |(body, share): (&Rigid, &f64)| {
@@ -66,39 +66,39 @@ pub(super) fn velocities(
     velocities
 }
 
-/// Share of the energy in each fragment, and the centre of the energy, local.
+/// Share of the energy in each fragment, and the center of the energy, local.
 fn shares(labels: &[u32], fragments: usize, lattice: &Lattice, field: &EnergyField) -> (Vec<f64>, Point3<f64>) {
-    let (mut shares, mut centre, mut total) = (vec![0.0; fragments], Vector3::zeros(), 0.0);
+    let (mut shares, mut center, mut total) = (vec![0.0; fragments], Vector3::zeros(), 0.0);
     for ((&label, node), mass) in labels.iter().zip(&lattice.nodes).zip(field.mass()) {
         shares[label as usize] += mass;
-        centre += node.coords * *mass;
+        center += node.coords * *mass;
         total += mass;
     }
     shares.iter_mut().for_each(|share| *share /= total);
-    (shares, Point3::from(centre / total))
+    (shares, Point3::from(center / total))
 }
 
 fn take_out_rigid_motion(bodies: &[Rigid], velocities: &mut [ReleaseVelocity]) {
     let mass: f64 = bodies.iter().map(|body| body.mass).sum();
-    let centre = bodies.iter().map(|body| body.place * body.mass).sum::<Vector3<f64>>() / mass;
+    let center = bodies.iter().map(|body| body.place * body.mass).sum::<Vector3<f64>>() / mass;
     let pairs = || bodies.iter().zip(velocities.iter());
     let linear = pairs().map(|(body, velocity)| velocity.linear_m_s * body.mass).sum::<Vector3<f64>>() / mass;
     let angular: Vector3<f64> = pairs()
         .map(|(body, own)| {
-            (body.place - centre).cross(&(own.linear_m_s * body.mass)) + body.inertia * own.angular_rad_s
+            (body.place - center).cross(&(own.linear_m_s * body.mass)) + body.inertia * own.angular_rad_s
         })
         .sum();
     let whole: Matrix3<f64> = bodies
         .iter()
         .map(|body| {
-            let lever = body.place - centre;
+            let lever = body.place - center;
             let orbit = Matrix3::identity() * lever.norm_squared() - lever * lever.transpose();
             body.inertia + orbit * body.mass
         })
         .sum();
     let spin = whole.cholesky().map_or(Vector3::zeros(), |factor| factor.solve(&angular));
     for (body, velocity) in bodies.iter().zip(velocities) {
-        velocity.linear_m_s -= linear + spin.cross(&(body.place - centre));
+        velocity.linear_m_s -= linear + spin.cross(&(body.place - center));
         velocity.angular_rad_s -= spin;
     }
 }

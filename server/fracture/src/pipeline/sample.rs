@@ -72,7 +72,7 @@ impl<'a> ImpactSampler<'a> {
         let sideways = across * turn.cos() + inward.cross(&across) * turn.sin();
         let direction = inward * cosine + sideways * (1.0 - cosine * cosine).sqrt();
         ImpactContact {
-            point_m: self.prepared.frame.to_metres(&point),
+            point_m: self.prepared.frame.to_meters(&point),
             impulse_ns: direction * magnitude,
             duration_s: None,
             radius_m: Some(radius * self.prepared.frame.diagonal_m),

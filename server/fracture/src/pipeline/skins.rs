@@ -24,7 +24,7 @@ pub struct SkinRow {
 /// A vertex of a skin.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SkinVertexRow {
-    /// Relative to the fragment's centre of mass, m.
+    /// Relative to the fragment's center of mass, m.
     pub position_m: [f32; 3],
     /// Of length one.
     pub normal: [f32; 3],
@@ -88,9 +88,9 @@ impl FractureMeshes {
         watch.begin(EffectKind::Skin);
         let skin = skin.ok_or(FractureError::Bare { effect: EffectKind::Skin })?;
         let parts = SkinAssigner::new(&self, skin, prepared, sites).cut();
-        let centres = self.bodies.iter().flat_map(|pieces| &pieces.properties).map(|own| own.centre);
-        for (part, centre) in parts.iter().zip(centres) {
-            self.skins.push(part, skin, &centre, self.transform.metres_per_unit);
+        let centers = self.bodies.iter().flat_map(|pieces| &pieces.properties).map(|own| own.center);
+        for (part, center) in parts.iter().zip(centers) {
+            self.skins.push(part, skin, &center, self.transform.meters_per_unit);
         }
         let whole = prepared.skin.as_ref().is_some_and(|own| Arc::ptr_eq(own, skin));
         self.skins.cut = Some(SkinCut { skin: skin.clone(), whole, parts });
@@ -100,14 +100,14 @@ impl FractureMeshes {
 }
 
 impl FragmentSkins {
-    fn push(&mut self, part: &ClippedSurface, skin: &Skin, centre: &Point3<f64>, metre: f64) {
+    fn push(&mut self, part: &ClippedSurface, skin: &Skin, center: &Point3<f64>, meter: f64) {
         self.rows.push(SkinRow {
             vertex_first: self.vertices.len() as u32,
             vertex_count: part.vertices.len() as u32,
             index_first: self.indices.len() as u32,
             index_count: 3 * part.triangles.len() as u32,
         });
-        self.vertices.extend(part.vertices.iter().map(|blend| vertex(blend, skin, centre, metre)));
+        self.vertices.extend(part.vertices.iter().map(|blend| vertex(blend, skin, center, meter)));
         self.indices.extend_from_slice(part.triangles.as_flattened());
         if !skin.materials.is_empty() {
             self.materials.extend(part.sources.iter().map(|&source| skin.materials[source as usize]));
@@ -115,9 +115,9 @@ impl FragmentSkins {
     }
 }
 
-fn vertex(blend: &BlendedVertex, skin: &Skin, centre: &Point3<f64>, metre: f64) -> SkinVertexRow {
+fn vertex(blend: &BlendedVertex, skin: &Skin, center: &Point3<f64>, meter: f64) -> SkinVertexRow {
     let (place, normal, uv) = blend.of(skin);
-    SkinVertexRow { position_m: ((place - centre) * metre).map(|x| x as f32).into(), normal, uv }
+    SkinVertexRow { position_m: ((place - center) * meter).map(|x| x as f32).into(), normal, uv }
 }
 
 /// Who wears what.

@@ -1,4 +1,4 @@
-//! Slivers: pieces too small to be worth a body of their own become part of the neighbour that they share most with.
+//! Slivers: pieces too small to be worth a body of their own become part of the neighbor that they share most with.
 
 use super::{FractureRequest, PreparedObject};
 use crate::fragment::RigidProperties;
@@ -15,8 +15,8 @@ pub(super) fn least_volume(prepared: &PreparedObject, strike: &FractureRequest) 
     asked.max(SLIVER_CUBES * prepared.parameters.crack_spacing.powi(3))
 }
 
-/// Gives every piece of less than `least` to the neighbour with which it shares the largest area, the smallest first, until
-/// none is left that has a neighbour; pieces that are not measured take no part. Whether there was one; `components` then has the pieces as they are now, numbered in their old order, each with
+/// Gives every piece of less than `least` to the neighbor with which it shares the largest area, the smallest first, until
+/// none is left that has a neighbor; pieces that are not measured take no part. Whether there was one; `components` then has the pieces as they are now, numbered in their old order, each with
 /// the site of the one that took in the others.
 pub(super) fn merge(
     components: &mut Components,
@@ -75,7 +75,7 @@ fn join(components: &mut Components, mut volumes: Vec<f64>, mut shared: Vec<BTre
     any
 }
 
-/// The smallest sliver that has a neighbour, and the one that it shares most with.
+/// The smallest sliver that has a neighbor, and the one that it shares most with.
 fn next(became: &[usize], volumes: &[f64], shared: &[BTreeMap<usize, f64>], least: f64) -> Option<(usize, usize)> {
     let pieces = (0..volumes.len()).filter(|&piece| became[piece] == piece && volumes[piece] < least);
     let slivers = pieces.filter(|&piece| !shared[piece].is_empty());
@@ -84,12 +84,12 @@ fn next(became: &[usize], volumes: &[f64], shared: &[BTreeMap<usize, f64>], leas
     Some((sliver, *host.0))
 }
 
-/// By piece: neighbours, and the area shared with each, local.
+/// By piece: neighbors, and the area shared with each, local.
 fn shared_areas(tessellation: &Tessellation) -> Vec<BTreeMap<usize, f64>> {
     let mut shared = vec![BTreeMap::new(); tessellation.fragments().len()];
     for run in tessellation.runs() {
-        if let Some(neighbour) = run.neighbour {
-            *shared[run.fragment as usize].entry(neighbour as usize).or_default() += area(tessellation, run);
+        if let Some(neighbor) = run.neighbor {
+            *shared[run.fragment as usize].entry(neighbor as usize).or_default() += area(tessellation, run);
         }
     }
     shared

@@ -10,10 +10,10 @@ use serde::{Deserialize, Serialize};
 /// Seed of a strike that names none; the same as in the client (a test of `shatter-server` compares them).
 pub const SEED_DEFAULT: u64 = 0;
 
-/// One contact, in the coordinates of the mesh file (metres, y up).
+/// One contact, in the coordinates of the mesh file (meters, y up).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ImpactContact {
-    /// Where, metres.
+    /// Where, meters.
     pub point_m: Point3<f64>,
     /// Impulse handed to the object, N·s.
     pub impulse_ns: Vector3<f64>,
@@ -69,7 +69,7 @@ pub struct FractureRequest {
     pub lift: LiftKind,
     /// What is simulated.
     pub effects: EffectSet,
-    /// With [`EffectKind::Slivers`](crate::scene::EffectKind): pieces of less volume become part of a neighbour, m³; `None`, or where it is
+    /// With [`EffectKind::Slivers`](crate::scene::EffectKind): pieces of less volume become part of a neighbor, m³; `None`, or where it is
     /// less: [`SLIVER_CUBES`](super::SLIVER_CUBES).
     pub volume_min_m3: Option<f64>,
     /// Where the descent of a diagram ends: an iteration lowers its energy by less than this part of it.

@@ -57,7 +57,7 @@ fn key(place: &Point3<f64>) -> [u64; 3] {
 /// By point the gradient of the children's volume: cracks between children cancel, those of before are left.
 fn gradients(tessellation: &Tessellation, slots: &HashMap<[u64; 3], usize>) -> Vec<Vector3<f64>> {
     let mut gradients = vec![Vector3::zeros(); slots.len()];
-    for run in tessellation.runs().iter().filter(|run| run.crack && run.neighbour.is_none()) {
+    for run in tessellation.runs().iter().filter(|run| run.crack && run.neighbor.is_none()) {
         let points = tessellation.run_vertices(run);
         for triangle in tessellation.run_triangles(run) {
             let [a, b, c] = triangle.map(|vertex| points[vertex as usize]);

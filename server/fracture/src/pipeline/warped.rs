@@ -149,7 +149,7 @@ impl PreparedObject {
     fn folds(&self, index: usize, tet: usize, slope: Option<f64>) -> WarpError {
         let corners = self.bodies[index].crack.corners(tet);
         let center = corners.iter().map(|corner| corner.coords).sum::<Vector3<f64>>() / 4.0;
-        WarpError::Folds { body: index, at_m: self.frame.to_metres(&Point3::from(center)).coords.into(), slope }
+        WarpError::Folds { body: index, at_m: self.frame.to_meters(&Point3::from(center)).coords.into(), slope }
     }
 
     /// The lifts that body `index` has, made in the bent space and measured on the lattice as it is.
@@ -183,14 +183,14 @@ impl PreparedObject {
     /// Finds the nodes of protected regions: those inside, and those whose tetrahedra reach inside. Regions that share a node are
     /// one.
     fn protect(&mut self, controls: &WarpControls) -> Result<(), WarpError> {
-        let metre = self.frame.diagonal_m;
+        let meter = self.frame.diagonal_m;
         let frame = self.frame;
         let mut found = vec![false; controls.protected.len()];
         for body in &mut self.bodies {
-            let reach_m = longest_edge(&body.crack) * metre;
+            let reach_m = longest_edge(&body.crack) * meter;
             let mut sets: Vec<BTreeSet<u32>> = Vec::new();
             for (region, found) in controls.protected.iter().zip(&mut found) {
-                let near = |node: &Point3<f64>| region.distance_m(&frame.to_metres(node)) <= reach_m;
+                let near = |node: &Point3<f64>| region.distance_m(&frame.to_meters(node)) <= reach_m;
                 let nodes = body.crack.nodes.iter().enumerate().filter(|(_, node)| near(node));
                 let mut own: BTreeSet<u32> = nodes.map(|(node, _)| node as u32).collect();
                 *found |= !own.is_empty();
@@ -327,7 +327,7 @@ fn warp(controls: &WarpControls, prepared: &PreparedObject) -> SpaceWarp {
 fn painted(paint: &Paint, crack: &Lattice, frame: &LocalFrame) -> Vec<f64> {
     let nearest = NearestPoints::new(&paint.points_m);
     let factor = |node: &Point3<f64>| {
-        let factor = paint.factors[nearest.to(&frame.to_metres(node))];
+        let factor = paint.factors[nearest.to(&frame.to_meters(node))];
         factor * factor.cbrt().powi(2)
     };
     crack.nodes.iter().map(factor).collect()

@@ -25,12 +25,12 @@ struct Part {
 /// triangles.
 pub(super) fn bonds(pieces: &BodyMeshes, lattice: &Lattice, held: &AnchoredObject, frame: &LocalFrame) -> Vec<BondRow> {
     let mut parts = vec![Part::default(); pieces.properties.len()];
-    let holds = |place: &Point3<f64>| held.anchors().contains(&frame.to_metres(place));
+    let holds = |place: &Point3<f64>| held.anchors().contains(&frame.to_meters(place));
     for (&label, node) in pieces.labels.iter().zip(&lattice.nodes).filter(|(_, node)| holds(node)) {
         let part = &mut parts[label as usize];
         (part.nodes, part.places) = (part.nodes + 1, part.places + node.coords);
     }
-    for run in pieces.tessellation.runs().iter().filter(|run| run.neighbour.is_none()) {
+    for run in pieces.tessellation.runs().iter().filter(|run| run.neighbor.is_none()) {
         let part = &mut parts[run.fragment as usize];
         for face in faces(&pieces.tessellation, run) {
             let centroid = face.corners.iter().map(|corner| corner.coords).sum::<Vector3<f64>>() / 3.0;
@@ -47,7 +47,7 @@ pub(super) fn bonds(pieces: &BodyMeshes, lattice: &Lattice, held: &AnchoredObjec
             fragments: [fragment as u32, WORLD],
             area_m2: part.area * frame.diagonal_m * frame.diagonal_m,
             normal: part.normal.try_normalize(0.0).unwrap_or_default(),
-            centroid_m: frame.to_metres(&Point3::from(centroid)),
+            centroid_m: frame.to_meters(&Point3::from(centroid)),
         }
     };
     parts.into_iter().enumerate().filter(|(_, part)| part.nodes > 0 || part.area > 0.0).map(bond).collect()

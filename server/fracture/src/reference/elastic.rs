@@ -49,7 +49,7 @@ pub fn patch_error(lattice: &Lattice, poisson: f64) -> Result<f64, ElasticityErr
     Ok(worst)
 }
 
-/// Half sides of a block that is centred on the origin.
+/// Half sides of a block that is centered on the origin.
 fn half_sides(lattice: &Lattice) -> Vector3<f64> {
     lattice.nodes.iter().fold(Vector3::zeros(), |size: Vector3<f64>, node| size.sup(&node.coords))
 }

@@ -118,7 +118,7 @@ mod tests {
         let text = "[x]\nyoung_pa = -1.0\npoisson = 0.2\ndensity_kg_m3 = 1.0\nstrength_pa = 1.0\nsource = \"\"\n";
         let error = Materials::parse(text).unwrap_err().to_string();
         assert!(error.contains("young_pa") && error.contains("\"x\""), "{error}");
-        let error = Materials::parse(&format!("{text}colour = 1\n")).unwrap_err().to_string();
-        assert!(error.contains("colour"), "{error}");
+        let error = Materials::parse(&format!("{text}color = 1\n")).unwrap_err().to_string();
+        assert!(error.contains("color"), "{error}");
     }
 }

@@ -14,7 +14,7 @@ pub use material::{MATERIALS, Material, MaterialError, Materials};
 pub use names::{brief, nearest, toml_error};
 pub use region::Region;
 
-/// Contact duration where the caller gives none, s: a hard ball of a few centimetres on a stiff body stays for about
+/// Contact duration where the caller gives none, s: a hard ball of a few centimeters on a stiff body stays for about
 /// this long.
 pub const DEFAULT_DURATION_S: f64 = 2.0e-4;
 

@@ -8,8 +8,8 @@ use std::fmt::{Display, Formatter, Result};
 pub enum Region {
     /// A ball.
     Ball {
-        /// Its centre.
-        centre_m: Point3<f64>,
+        /// Its center.
+        center_m: Point3<f64>,
         /// Its radius, positive.
         radius_m: f64,
     },
@@ -31,7 +31,7 @@ impl Region {
     /// Distance of `point_m` from it, m; 0 inside.
     pub fn distance_m(&self, point_m: &Point3<f64>) -> f64 {
         match self {
-            Self::Ball { centre_m, radius_m } => ((point_m - centre_m).norm() - radius_m).max(0.0),
+            Self::Ball { center_m, radius_m } => ((point_m - center_m).norm() - radius_m).max(0.0),
             Self::Cuboid { min_m, max_m } => {
                 let outside = |k: usize| (min_m[k] - point_m[k]).max(point_m[k] - max_m[k]).max(0.0);
                 (0..3).map(|k| outside(k).powi(2)).sum::<f64>().sqrt()
@@ -44,7 +44,7 @@ impl Display for Region {
     fn fmt(&self, out: &mut Formatter<'_>) -> Result {
         let point = |point: &Point3<f64>| format!("({}, {}, {})", point.x, point.y, point.z);
         match self {
-            Self::Ball { centre_m, radius_m } => write!(out, "the ball of {radius_m} m around {}", point(centre_m)),
+            Self::Ball { center_m, radius_m } => write!(out, "the ball of {radius_m} m around {}", point(center_m)),
             Self::Cuboid { min_m, max_m } => write!(out, "the box from {} to {} m", point(min_m), point(max_m)),
         }
     }
@@ -56,7 +56,7 @@ mod tests {
 
     #[test]
     fn distances_are_those_of_geometry() {
-        let ball = Region::Ball { centre_m: Point3::new(1.0, 0.0, 0.0), radius_m: 0.5 };
+        let ball = Region::Ball { center_m: Point3::new(1.0, 0.0, 0.0), radius_m: 0.5 };
         let cube = Region::Cuboid { min_m: Point3::new(-1.0, -1.0, -1.0), max_m: Point3::new(1.0, 1.0, 1.0) };
         let at = |x: f64, y: f64, z: f64| Point3::new(x, y, z);
         assert_eq!([at(1.2, 0.0, 0.0), at(3.0, 0.0, 0.0)].map(|point| ball.distance_m(&point)), [0.0, 1.5]);

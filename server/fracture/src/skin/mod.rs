@@ -24,7 +24,7 @@ use refine::RefinedCorner;
 use std::collections::HashMap;
 
 /// Longest edges of a skin, in spacings of the crack lattice: as far as the nodes of its boundary are from one another. With edges of one
-/// spacing, a tip between them is worn by the neighbours, up to 3 spacings from what the fragment itself wears (3 of 48 strikes on a block;
+/// spacing, a tip between them is worn by the neighbors, up to 3 spacings from what the fragment itself wears (3 of 48 strikes on a block;
 /// with 0.7, 1.2 spacings in one).
 const EDGE_SPACINGS: f64 = 0.7;
 
@@ -86,7 +86,7 @@ impl Skin {
         self.triangles[triangle].map(|vertex| self.points[self.vertices[vertex as usize].point as usize])
     }
 
-    /// What one fragment wears, as a skin of its own: its vertices are points each, those on borders where a neighbour within
+    /// What one fragment wears, as a skin of its own: its vertices are points each, those on borders where a neighbor within
     /// the fragment lies.
     pub fn part(&self, clipped: &ClippedSurface) -> Self {
         let mut part = Self { textured: self.textured, triangles: clipped.triangles.clone(), ..Self::default() };

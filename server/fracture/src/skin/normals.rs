@@ -1,7 +1,7 @@
 //! Normals of a surface whose file has none.
 //!
 //! Based on: H. Gouraud, *Continuous shading of curved surfaces* (IEEE Transactions on Computers C-20, 1971), weighted by area, and
-//! only over neighbours that do not meet in a crease.
+//! only over neighbors that do not meet in a crease.
 
 use crate::lattice::area_vector;
 use crate::surface::Surface;

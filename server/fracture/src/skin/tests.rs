@@ -73,7 +73,7 @@ fn normals_are_smooth_on_a_sphere_and_sharp_on_a_block() {
     }
 }
 
-/// Whatever the labels: every part's triangles are its fragment's, together they are the skin, and neighbours share their borders.
+/// Whatever the labels: every part's triangles are its fragment's, together they are the skin, and neighbors share their borders.
 #[test]
 fn parts_tile_the_skin_for_any_labels() {
     let skin = skin(shapes::sphere(1.0, 3), 1.0);

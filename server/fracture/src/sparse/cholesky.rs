@@ -166,7 +166,7 @@ impl SymbolicFactor {
         Ok(values)
     }
 
-    /// Bytes that a factor holds: its entries, where they stand, and the ordering both ways. Left out are the neighbours among
+    /// Bytes that a factor holds: its entries, where they stand, and the ordering both ways. Left out are the neighbors among
     /// supernodes, which faer keeps to itself: one index per block of entries.
     pub fn factor_bytes(&self, precision: Precision) -> usize {
         let indices = match self.pattern.raw() {

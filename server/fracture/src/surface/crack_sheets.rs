@@ -9,7 +9,7 @@ use super::{Defect, DefectKind, InsideTest, LocalFrame, RawMesh, SurfaceError};
 use nalgebra::Point3;
 use std::collections::{BTreeMap, HashMap, HashSet};
 
-/// How far from the object's centre a vertex may lie, local: distances to it would lose their digits.
+/// How far from the object's center a vertex may lie, local: distances to it would lose their digits.
 const FAR: f64 = 1e6;
 
 /// Triangles in the frame of an object. Which side of them is in front does not matter: each is stored with its corners in
@@ -136,7 +136,7 @@ mod tests {
     use super::*;
     use crate::surface::{Surface, shapes};
 
-    const FRAME: LocalFrame = LocalFrame { centre_m: Point3::new(1.0, 0.0, 0.0), diagonal_m: 2.0 };
+    const FRAME: LocalFrame = LocalFrame { center_m: Point3::new(1.0, 0.0, 0.0), diagonal_m: 2.0 };
 
     /// Two squares apart, of two triangles each.
     fn squares() -> RawMesh {

@@ -11,7 +11,7 @@ pub enum DefectKind {
     Holes,
     /// Shells that faced inward; the index is a face of one.
     FlippedShell,
-    /// Triangles wound against their neighbours; the index is the first such face.
+    /// Triangles wound against their neighbors; the index is the first such face.
     MixedWinding,
     /// Edges across which no orientation is consistent, as on a Möbius strip; the index is a face at one.
     NonOrientable,

@@ -72,11 +72,11 @@ pub enum SurfaceError {
     /// All vertices lie in one point.
     #[error("the bounding box is a point")]
     ZeroExtent,
-    /// The bounding box is so small or large that its fragments, whose vertices are single-precision metres, would lose their
+    /// The bounding box is so small or large that its fragments, whose vertices are single-precision meters, would lose their
     /// shape.
     #[error("a bounding box of {diagonal_m} m is out of range: 1e-30 to 1e36")]
     ExtentOutOfRange {
-        /// Its diagonal, metres.
+        /// Its diagonal, meters.
         diagonal_m: f64,
     },
     /// The winding number exceeds ½ nowhere: a flat sheet, or shells that cancel.

@@ -101,10 +101,10 @@ fn a_hole_is_closed_by_a_film() {
     let surface = surface(mesh);
     let inside = InsideTest::new(&surface);
     assert!(!surface.closed);
-    let centre = Point3::new(0.0, 1.0 / surface.frame.diagonal_m, 0.0);
-    assert!(inside.signed_distance(&centre).abs() < 1e-12);
+    let center = Point3::new(0.0, 1.0 / surface.frame.diagonal_m, 0.0);
+    assert!(inside.signed_distance(&center).abs() < 1e-12);
     for step in [-0.1, -0.01, 0.01, 0.1] {
-        let height = inside.signed_distance(&(centre + Vector3::y() * step));
+        let height = inside.signed_distance(&(center + Vector3::y() * step));
         assert!((height / step - 0.9).abs() < 0.1, "{height} at {step}");
     }
     let sum: usize =

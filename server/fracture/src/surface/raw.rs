@@ -1,4 +1,4 @@
-//! A mesh as a file gives it, in metres and y-up, with nothing mended.
+//! A mesh as a file gives it, in meters and y-up, with nothing mended.
 
 use super::{SurfaceError, TriangleAttributes};
 use nalgebra::Point3;
@@ -8,12 +8,12 @@ use std::str::FromStr;
 /// The length unit of a mesh file's coordinates.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum LengthUnit {
-    /// Metres, the default.
+    /// Meters, the default.
     #[default]
     M,
-    /// Centimetres.
+    /// Centimeters.
     Cm,
-    /// Millimetres.
+    /// Millimeters.
     Mm,
     /// Inches of 25.4 mm.
     In,
@@ -23,8 +23,8 @@ impl LengthUnit {
     /// All of them, the default first.
     pub const ALL: [Self; 4] = [Self::M, Self::Cm, Self::Mm, Self::In];
 
-    /// Metres per unit.
-    pub fn metres(self) -> f64 {
+    /// Meters per unit.
+    pub fn meters(self) -> f64 {
         match self {
             Self::M => 1.0,
             Self::Cm => 0.01,
@@ -109,7 +109,7 @@ pub const DOUBLE: f64 = f64::EPSILON / 2.0;
 /// Triangles as they came from a file or a generator.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RawMesh {
-    /// Vertex positions, metres, y up.
+    /// Vertex positions, meters, y up.
     pub positions_m: Vec<Point3<f64>>,
     /// Vertex indices, counter-clockwise seen from outside if the maker was careful.
     pub triangles: Vec<[u32; 3]>,
@@ -150,15 +150,15 @@ impl RawMesh {
         Ok(())
     }
 
-    /// Turns file coordinates into metres and y-up.
+    /// Turns file coordinates into meters and y-up.
     pub(super) fn place(&mut self, unit: LengthUnit, up: UpAxis) {
-        let metres = unit.metres();
+        let meters = unit.meters();
         for point in &mut self.positions_m {
             let turned = match up {
                 UpAxis::Y => *point,
                 UpAxis::Z => Point3::new(point.x, point.z, -point.y),
             };
-            *point = turned * metres;
+            *point = turned * meters;
         }
         if up == UpAxis::Z {
             self.looks.normals.iter_mut().flatten().for_each(|[x, y, z]| [*x, *y, *z] = [*x, *z, -*y]);

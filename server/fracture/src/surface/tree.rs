@@ -1,6 +1,6 @@
 //! A bounding-box hierarchy over triangles, shared by winding number, closest point and self-intersections.
 //!
-//! Based on: median split of the triangle centres along the longest axis of their box; balanced, so that its depth is
+//! Based on: median split of the triangle centers along the longest axis of their box; balanced, so that its depth is
 //! at most 32 and a traversal needs a fixed stack.
 
 use nalgebra::{Point3, Vector3};
@@ -85,11 +85,11 @@ impl TriangleTree {
     /// Builds the hierarchy in O(n log n); no triangles give no nodes.
     pub fn new(triangles: &[[Point3<f64>; 3]]) -> Self {
         let mut order: Vec<u32> = (0..triangles.len() as u32).collect();
-        let centres: Vec<Point3<f64>> =
+        let centers: Vec<Point3<f64>> =
             triangles.iter().map(|[a, b, c]| Point3::from((a.coords + b.coords + c.coords) / 3.0)).collect();
         let mut nodes = Vec::with_capacity(triangles.len() / 2 + 1);
         if !triangles.is_empty() {
-            split(&mut nodes, &mut order, 0, triangles, &centres);
+            split(&mut nodes, &mut order, 0, triangles, &centers);
         }
         let triangles = order.iter().map(|&triangle| triangles[triangle as usize]).collect();
         Self { nodes, triangles, order }
@@ -126,7 +126,7 @@ fn split(
     order: &mut [u32],
     first: usize,
     triangles: &[[Point3<f64>; 3]],
-    centres: &[Point3<f64>],
+    centers: &[Point3<f64>],
 ) {
     let bounds = BoundingBox::of(order.iter().flat_map(|&t| &triangles[t as usize]));
     let index = nodes.len();
@@ -134,12 +134,12 @@ fn split(
     if order.len() <= LEAF {
         return;
     }
-    let axis = BoundingBox::of(order.iter().map(|&t| &centres[t as usize])).diagonal().imax();
+    let axis = BoundingBox::of(order.iter().map(|&t| &centers[t as usize])).diagonal().imax();
     let middle = order.len() / 2;
-    let key = |t: &u32| centres[*t as usize][axis];
+    let key = |t: &u32| centers[*t as usize][axis];
     order.select_nth_unstable_by(middle, |a, b| key(a).total_cmp(&key(b)).then(a.cmp(b)));
     let (left, right) = order.split_at_mut(middle);
-    split(nodes, left, first, triangles, centres);
+    split(nodes, left, first, triangles, centers);
     nodes[index].right = nodes.len() as u32;
-    split(nodes, right, first + middle, triangles, centres);
+    split(nodes, right, first + middle, triangles, centers);
 }

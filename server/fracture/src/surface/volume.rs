@@ -11,7 +11,7 @@ use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
 /// Most halvings of the bounding box along each axis. A finest cell that meets the surface is sampled at a random point
-/// and its mirror image about the centre: a plane through the cell rarely holds both or neither, so two points err
+/// and its mirror image about the center: a plane through the cell rarely holds both or neither, so two points err
 /// little more than eight independent ones.
 const DEPTH: u32 = 6;
 
@@ -104,12 +104,12 @@ impl InsideTest {
     fn shares(&self, cells: [Cell; 8]) -> [Share; 8] {
         let size = self.size(&cells[0]);
         let radius = 0.5 * size.norm();
-        let centres = cells.map(|cell| self.corner(&cell) + size * 0.5);
-        let distances = centres.map(|centre| self.distance(&centre));
+        let centers = cells.map(|cell| self.corner(&cell) + size * 0.5);
+        let distances = centers.map(|center| self.distance(&center));
         if distances.iter().all(|distance| *distance <= radius) {
             return cells.map(Share::Mixed);
         }
-        let windings = self.windings(&centres);
+        let windings = self.windings(&centers);
         std::array::from_fn(|child| {
             let (distance, winding) = (distances[child], windings[child]);
             let varies = || !self.closed && (winding - 0.5).abs() <= STEEPEST * radius / (distance - radius);

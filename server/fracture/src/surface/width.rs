@@ -138,13 +138,13 @@ mod tests {
     use super::*;
     use crate::surface::{RawMesh, Surface, shapes};
 
-    /// The widths of one side of a mesh, in metres.
+    /// The widths of one side of a mesh, in meters.
     fn check(mesh: RawMesh, side: WidthSide, share: f64, expected_m: f64) {
         let surface = Surface::repair(mesh).unwrap();
-        let metres = surface.frame.diagonal_m;
+        let meters = surface.frame.diagonal_m;
         let widths = InsideTest::new(&surface).widths(side, 0.1, &CancelToken::default()).unwrap();
-        let found_m = widths.quantile(share) * metres;
-        let expected_m = expected_m.min(0.1 * metres);
+        let found_m = widths.quantile(share) * meters;
+        let expected_m = expected_m.min(0.1 * meters);
         assert!((found_m / expected_m - 1.0).abs() < 0.02, "{found_m} instead of {expected_m}");
     }
 

@@ -9,18 +9,18 @@ use super::tree::{STACK, TriangleTree};
 use nalgebra::{Matrix3, Point3, Vector3};
 use std::f64::consts::TAU;
 
-/// A cluster is far once the query is further from its centre than this many cluster radii: for errors below 0.01.
+/// A cluster is far once the query is further from its center than this many cluster radii: for errors below 0.01.
 const OPEN_REACH: f64 = 2.0;
 
 /// The same for closed surfaces, whose winding number is rounded: for errors below 0.1.
 const CLOSED_REACH: f64 = 1.3;
 
-/// What a cluster of triangles looks like from afar: ∫ n, ∫ n x and ∫ n x x over it, x from its centre, each
+/// What a cluster of triangles looks like from afar: ∫ n, ∫ n x and ∫ n x x over it, x from its center, each
 /// symmetrised, since the derivatives of 1/r that they meet are symmetric.
 #[derive(Clone, Copy, Debug)]
 struct Moments {
-    /// Area-weighted centre.
-    centre: Point3<f64>,
+    /// Area-weighted center.
+    center: Point3<f64>,
     /// Squared distance from which the expansion holds.
     reach_squared: f64,
     /// The area vector.
@@ -61,7 +61,7 @@ impl WindingMoments {
             top -= 1;
             let index = stack[top] as usize;
             let moments = &self.moments[index];
-            let offsets = points.to(&moments.centre);
+            let offsets = points.to(&moments.center);
             let distances_squared = offsets.dot(&offsets);
             if distances_squared.iter().all(|distance| *distance > moments.reach_squared) {
                 moments.add_far_field(&offsets, &distances_squared, &mut far);
@@ -97,11 +97,11 @@ pub(super) fn brute_force(triangles: &[[Point3<f64>; 3]], point: &Point3<f64>) -
 
 impl Moments {
     fn of(triangles: &[[Point3<f64>; 3]], reach: f64) -> Self {
-        let centre = centre(triangles);
+        let center = center(triangles);
         let (mut dipole, mut quadrupole, mut octupole) = (Vector3::zeros(), [0.0; 6], [0.0; 10]);
         let mut radius_squared: f64 = 0.0;
         for triangle in triangles {
-            let corners = triangle.map(|corner| corner - centre);
+            let corners = triangle.map(|corner| corner - center);
             radius_squared = corners.iter().map(Vector3::norm_squared).fold(radius_squared, f64::max);
             let [a, b, c] = corners;
             let n = (b - a).cross(&(c - a)) * 0.5;
@@ -117,10 +117,10 @@ impl Moments {
                 *slot += (n[i] * second[(j, k)] + n[j] * second[(k, i)] + n[k] * second[(i, j)]) / 3.0;
             }
         }
-        Self { centre, reach_squared: radius_squared * (reach * reach), dipole, quadrupole, octupole }
+        Self { center, reach_squared: radius_squared * (reach * reach), dipole, quadrupole, octupole }
     }
 
-    /// Adds the solid angle from afar; `offsets` = centre − query. The terms of Barill et al., section 3.2, with ∇ⁿ(1/r).
+    /// Adds the solid angle from afar; `offsets` = center − query. The terms of Barill et al., section 3.2, with ∇ⁿ(1/r).
     fn add_far_field<const N: usize>(&self, offsets: &Lanes<N>, distances_squared: &[f64; N], far: &mut [f64; N]) {
         let [xx, yy, zz, xy, xz, yz] = self.quadrupole;
         let [xxx, yyy, zzz, xxy, xxz, yyx, yyz, zzx, zzy, xyz] = self.octupole;
@@ -171,8 +171,8 @@ const PAIRS: [[usize; 2]; 6] = [[0, 0], [1, 1], [2, 2], [0, 1], [0, 2], [1, 2]];
 const TRIPLES: [[usize; 3]; 10] =
     [[0, 0, 0], [1, 1, 1], [2, 2, 2], [0, 0, 1], [0, 0, 2], [1, 1, 0], [1, 1, 2], [2, 2, 0], [2, 2, 1], [0, 1, 2]];
 
-/// The centre of the triangles' area, or of their corners if they have none.
-fn centre(triangles: &[[Point3<f64>; 3]]) -> Point3<f64> {
+/// The center of the triangles' area, or of their corners if they have none.
+fn center(triangles: &[[Point3<f64>; 3]]) -> Point3<f64> {
     let (mut area, mut weighted, mut plain) = (0.0, Vector3::zeros(), Vector3::zeros());
     for [a, b, c] in triangles {
         let doubled = (b - a).cross(&(c - a)).norm();

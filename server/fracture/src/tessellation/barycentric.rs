@@ -54,14 +54,14 @@ pub fn on_edge(h: [f64; 2], margin: f64) -> [f64; 2] {
 }
 
 /// The common zero of two functions linear on a triangle, given by their values at its nodes, kept inside; the
-/// barycentre where there is none.
+/// barycenter where there is none.
 pub fn on_face(h: [[f64; 3]; 2]) -> [f64; 3] {
     let minor = |i: usize, j: usize| h[0][i] * h[1][j] - h[0][j] * h[1][i];
     normalised([minor(1, 2), minor(2, 0), minor(0, 1)])
 }
 
 /// The common zero of three functions linear on a tetrahedron, given by their values at its nodes, kept inside; the
-/// barycentre where there is none.
+/// barycenter where there is none.
 pub fn in_tet(h: [[f64; 4]; 3]) -> [f64; 4] {
     let minor = |i: usize, j: usize, k: usize| {
         let pair = |p: usize, q: usize| h[1][p] * h[2][q] - h[1][q] * h[2][p];

@@ -9,21 +9,21 @@ const GRAIN: usize = 4096;
 /// From local coordinates to the answer's.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Transform {
-    /// Metres per local unit: the object's bounding-box diagonal.
-    pub metres_per_unit: f64,
+    /// Meters per local unit: the object's bounding-box diagonal.
+    pub meters_per_unit: f64,
 }
 
 impl Transform {
-    /// `point` relative to `centre`, both local, in metres.
-    fn apply(&self, point: &Point3<f64>, centre: &Point3<f64>) -> Vector3<f64> {
-        (point - centre) * self.metres_per_unit
+    /// `point` relative to `center`, both local, in meters.
+    fn apply(&self, point: &Point3<f64>, center: &Point3<f64>) -> Vector3<f64> {
+        (point - center) * self.meters_per_unit
     }
 }
 
 /// In whose coordinates meshes are written.
 pub trait HostFrame: Sync {
     /// An offset, m.
-    fn offset(&self, metres: Vector3<f64>) -> [f32; 3];
+    fn offset(&self, meters: Vector3<f64>) -> [f32; 3];
 
     /// A direction of length one.
     fn direction(&self, ours: Vector3<f64>) -> [f32; 3];
@@ -32,13 +32,13 @@ pub trait HostFrame: Sync {
     fn is_clockwise(&self) -> bool;
 }
 
-/// Metres along the axes of the mesh file, counter-clockwise.
+/// Meters along the axes of the mesh file, counter-clockwise.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct MeterFrame;
 
 impl HostFrame for MeterFrame {
-    fn offset(&self, metres: Vector3<f64>) -> [f32; 3] {
-        [metres.x as f32, metres.y as f32, metres.z as f32]
+    fn offset(&self, meters: Vector3<f64>) -> [f32; 3] {
+        [meters.x as f32, meters.y as f32, meters.z as f32]
     }
 
     fn direction(&self, ours: Vector3<f64>) -> [f32; 3] {
@@ -53,7 +53,7 @@ impl HostFrame for MeterFrame {
 /// What the runs of a tessellation are written with.
 struct Writer<'a, H> {
     tessellation: &'a Tessellation,
-    centres: &'a [Point3<f64>],
+    centers: &'a [Point3<f64>],
     transform: Transform,
     host: &'a H,
 }
@@ -76,47 +76,47 @@ impl<'a> Sections<'a> {
 }
 
 impl Tessellation {
-    /// Writes every fragment: positions relative to its entry of `centres` (local; the centres of mass), in metres;
+    /// Writes every fragment: positions relative to its entry of `centers` (local; the centers of mass), in meters;
     /// indices relative to its first vertex, counter-clockwise seen from outside; merge pairs (from, to) relative to
     /// its first vertex. Slices have exactly the lengths [`Self::vertex_count`], [`Self::index_count`] and
     /// [`Self::merge_count`]; otherwise nothing is written. Same bytes for any number of threads.
     pub fn emit(
         &self,
-        centres: &[Point3<f64>],
+        centers: &[Point3<f64>],
         transform: Transform,
         positions: &mut [[f32; 3]],
         indices: &mut [u32],
         merges: &mut [[u32; 2]],
     ) -> Result<(), TessellationError> {
-        self.emit_for(&MeterFrame, centres, transform, positions, indices, merges)
+        self.emit_for(&MeterFrame, centers, transform, positions, indices, merges)
     }
 
     /// [`Self::emit`] in the coordinates and the winding of `host`.
     pub fn emit_for(
         &self,
         host: &impl HostFrame,
-        centres: &[Point3<f64>],
+        centers: &[Point3<f64>],
         transform: Transform,
         positions: &mut [[f32; 3]],
         indices: &mut [u32],
         merges: &mut [[u32; 2]],
     ) -> Result<(), TessellationError> {
-        self.check_sizes(centres.len(), positions.len(), indices.len(), merges.len())?;
-        let writer = Writer { tessellation: self, centres, transform, host };
+        self.check_sizes(centers.len(), positions.len(), indices.len(), merges.len())?;
+        let writer = Writer { tessellation: self, centers, transform, host };
         writer.runs(&self.runs, Sections { positions, indices, merges });
         Ok(())
     }
 
     fn check_sizes(
         &self,
-        centres: usize,
+        centers: usize,
         positions: usize,
         indices: usize,
         merges: usize,
     ) -> Result<(), TessellationError> {
         let needed = (self.fragments.len(), self.vertex_count(), self.index_count(), self.merge_count());
-        if centres != needed.0 {
-            return Err(TessellationError::Centres { needed: needed.0, given: centres });
+        if centers != needed.0 {
+            return Err(TessellationError::Centers { needed: needed.0, given: centers });
         }
         if positions != needed.1 {
             return Err(TessellationError::Positions { needed: needed.1, given: positions });
@@ -153,9 +153,9 @@ impl<H: HostFrame> Writer<'_, H> {
     }
 
     fn run(&self, run: &RunRange, sections: Sections<'_>) {
-        let (tessellation, centre) = (self.tessellation, &self.centres[run.fragment as usize]);
+        let (tessellation, center) = (self.tessellation, &self.centers[run.fragment as usize]);
         for (out, vertex) in sections.positions.iter_mut().zip(tessellation.run_vertices(run)) {
-            *out = self.host.offset(self.transform.apply(vertex, centre));
+            *out = self.host.offset(self.transform.apply(vertex, center));
         }
         let base = (run.vertices.start - tessellation.fragments[run.fragment as usize].vertices.start) as u32;
         let triangles = tessellation.run_triangles_wound(run, self.host.is_clockwise());

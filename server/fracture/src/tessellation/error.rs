@@ -70,12 +70,12 @@ pub enum TessellationError {
         /// Length given.
         given: usize,
     },
-    /// One centre per fragment is needed.
-    #[error("{given} centres given for {needed} fragments")]
-    Centres {
+    /// One center per fragment is needed.
+    #[error("{given} centers given for {needed} fragments")]
+    Centers {
         /// Fragments.
         needed: usize,
-        /// Centres given.
+        /// Centers given.
         given: usize,
     },
 }

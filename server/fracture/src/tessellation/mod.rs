@@ -111,7 +111,7 @@ impl Tessellation {
         Ok(())
     }
 
-    /// Forgets all but the first `count` fragments. What those share with the others has no neighbour any more, and stays a
+    /// Forgets all but the first `count` fragments. What those share with the others has no neighbor any more, and stays a
     /// crack.
     pub fn keep_first(&mut self, count: usize) {
         self.fragments.truncate(count);
@@ -120,7 +120,7 @@ impl Tessellation {
         self.runs.truncate(runs);
         self.merges.truncate(merges);
         for run in &mut self.runs {
-            run.neighbour = run.neighbour.filter(|neighbour| (*neighbour as usize) < count);
+            run.neighbor = run.neighbor.filter(|neighbor| (*neighbor as usize) < count);
         }
     }
 
@@ -129,7 +129,7 @@ impl Tessellation {
         &self.fragments
     }
 
-    /// All runs: by fragment; within one the outer run, if any, first, then by ascending neighbour.
+    /// All runs: by fragment; within one the outer run, if any, first, then by ascending neighbor.
     pub fn runs(&self) -> &[RunRange] {
         &self.runs
     }

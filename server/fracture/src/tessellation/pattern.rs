@@ -247,7 +247,7 @@ mod tests {
             let pattern = &PATTERNS[mask(labels) as usize];
             let distinct = (0..4).filter(|&k| !labels[..k].contains(&labels[k])).count();
             assert_eq!(pattern.polygons().is_empty(), distinct == 1);
-            // Seen from one label, every half-edge inside the tetrahedron (towards its centre point or between two
+            // Seen from one label, every half-edge inside the tetrahedron (towards its center point or between two
             // face points) has its opposite; those on a face of the tetrahedron have none here.
             for own in labels {
                 let mut half_edges = Vec::new();
@@ -285,8 +285,8 @@ mod tests {
 
     #[test]
     fn faces_and_edges_name_the_points_they_should() {
-        let centre = Point3::from(corner(TET_CODE));
-        assert_eq!(centre, Point3::new(0.25, 0.25, 0.25));
+        let center = Point3::from(corner(TET_CODE));
+        assert_eq!(center, Point3::new(0.25, 0.25, 0.25));
         for a in 0..4 {
             for b in (0..4).filter(|&b| b != a) {
                 let (c, d) = complete(a, b);

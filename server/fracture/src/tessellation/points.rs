@@ -115,7 +115,7 @@ impl CrackPoints {
     ///
     /// With `sites`, points lie on the bisectors, moved to the nearest point whose barycentric coordinates are all at
     /// least [`MARGIN`](super::MARGIN) where the bisectors meet nearer to the simplex's boundary or outside;
-    /// degenerate systems, and all without `sites`, give barycentres. `fixed` wins over both.
+    /// degenerate systems, and all without `sites`, give barycenters. `fixed` wins over both.
     pub fn find(
         &mut self,
         lattice: &Lattice,

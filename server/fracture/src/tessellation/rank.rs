@@ -1,7 +1,7 @@
 //! Count: the place of every point in every sheet that it belongs to, which is all that vertices and merges need.
 //!
 //! A sheet's vertices are its lattice nodes (outer sheets only), edge points, face points and tetrahedron points, each
-//! ascending. A fragment sees a point once per run that it lies on; its first run (outer, else the lowest neighbour)
+//! ascending. A fragment sees a point once per run that it lies on; its first run (outer, else the lowest neighbor)
 //! keeps it, the others merge into that one.
 
 use super::points::CrackPoints;
@@ -223,7 +223,7 @@ impl Meeting<'_> {
         })
     }
 
-    /// The point in the run of corner `own` that has the lowest neighbour.
+    /// The point in the run of corner `own` that has the lowest neighbor.
     fn first_run(&self, own: usize) -> RunVertex {
         let outside = (u32::MAX, RunVertex { sheet: self.labels[own], side: 0, rank: 0 });
         self.runs(own).fold(outside, |first, run| if run.0 < first.0 { run } else { first }).1

@@ -17,7 +17,7 @@ pub struct FragmentRange {
     pub merges: Range<usize>,
 }
 
-/// Triangles of one fragment that face one neighbour, or the outside. Vertices, triangles and merges of a fragment's
+/// Triangles of one fragment that face one neighbor, or the outside. Vertices, triangles and merges of a fragment's
 /// runs follow each other without gaps.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RunRange {
@@ -25,7 +25,7 @@ pub struct RunRange {
     pub fragment: u32,
     /// The fragment on the other side; `None` is the outside, or a fragment that is not told of
     /// ([`Tessellation::keep_first`]).
-    pub neighbour: Option<u32>,
+    pub neighbor: Option<u32>,
     /// Whether it is a side of a crack, and not of the lattice's own boundary.
     pub crack: bool,
     /// Its vertices in the answer.
@@ -60,16 +60,16 @@ impl Tessellation {
         self.fragments.clear();
         self.fragments
             .extend((0..fragments).map(|k| FragmentRange { runs: slots[k]..slots[k + 1], ..Default::default() }));
-        let mut put = |fragment: u32, neighbour: Option<u32>, sheet: usize, merges: u32| {
+        let mut put = |fragment: u32, neighbor: Option<u32>, sheet: usize, merges: u32| {
             let slot = &mut slots[fragment as usize];
-            let flipped = neighbour.is_some_and(|neighbour| neighbour < fragment);
+            let flipped = neighbor.is_some_and(|neighbor| neighbor < fragment);
             let merges = 0..merges as usize;
-            let crack = neighbour.is_some();
-            self.runs[*slot] = RunRange { fragment, neighbour, crack, sheet, flipped, merges, ..EMPTY };
+            let crack = neighbor.is_some();
+            self.runs[*slot] = RunRange { fragment, neighbor, crack, sheet, flipped, merges, ..EMPTY };
             *slot += 1;
         };
         (0..fragments).filter(|&k| has_outer(k) > 0).for_each(|k| put(k as u32, None, k, 0));
-        // Pairs ascend by (lower, upper): every fragment gets its lower neighbours, ascending, then its upper ones.
+        // Pairs ascend by (lower, upper): every fragment gets its lower neighbors, ascending, then its upper ones.
         for (crack, (&[lower, upper], merges)) in pairs.iter().zip(merges).enumerate() {
             put(lower, Some(upper), fragments + crack, merges[0]);
             put(upper, Some(lower), fragments + crack, merges[1]);
@@ -118,7 +118,7 @@ impl Laid<'_> {
         // For each crack and side: the first vertex of its run within its fragment, and where its next merge goes.
         cursors.clear();
         cursors.resize(4 * input.sheets.pairs.len(), 0);
-        for run in self.runs.iter().filter(|run| run.neighbour.is_some()) {
+        for run in self.runs.iter().filter(|run| run.neighbor.is_some()) {
             let place = 4 * (run.sheet - input.fragments) + 2 * usize::from(run.flipped);
             cursors[place] = run.vertices.start - self.fragments[run.fragment as usize].vertices.start;
             cursors[place + 1] = run.merges.start;
@@ -138,7 +138,7 @@ impl Laid<'_> {
 
 const EMPTY: RunRange = RunRange {
     fragment: 0,
-    neighbour: None,
+    neighbor: None,
     crack: false,
     vertices: 0..0,
     triangles: 0..0,

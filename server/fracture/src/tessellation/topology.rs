@@ -42,8 +42,8 @@ pub struct Topology {
     pub boundary_edge: Vec<bool>,
     /// Whether a face lies on the boundary; length `faces`.
     pub boundary_face: Vec<bool>,
-    neighbour_offsets: Vec<u32>,
-    neighbours: Vec<u32>,
+    neighbor_offsets: Vec<u32>,
+    neighbors: Vec<u32>,
 }
 
 impl Topology {
@@ -57,7 +57,7 @@ impl Topology {
             faces.iter().map(|face| FACE_EDGES.map(|[i, j]| finder.find(&edges, face[i], face[j]))).collect();
         let tet_edges =
             lattice.tets.iter().map(|tet| EDGES.map(|[i, j]| finder.find(&edges, tet[i], tet[j]))).collect();
-        let (neighbour_offsets, neighbours) = adjacency(nodes, &edges);
+        let (neighbor_offsets, neighbors) = adjacency(nodes, &edges);
         let mut topology = Self {
             nodes,
             boundary_edge: vec![false; edges.len()],
@@ -67,8 +67,8 @@ impl Topology {
             face_edges,
             tet_edges,
             tet_faces,
-            neighbour_offsets,
-            neighbours,
+            neighbor_offsets,
+            neighbors,
             ..Self::default()
         };
         topology.mark_boundary(&lattice.boundary(), &finder);
@@ -86,13 +86,13 @@ impl Topology {
             + held(&self.boundary_nodes)
             + held(&self.boundary_edge)
             + held(&self.boundary_face)
-            + held(&self.neighbour_offsets)
-            + held(&self.neighbours)
+            + held(&self.neighbor_offsets)
+            + held(&self.neighbors)
     }
 
     /// Nodes that share an edge with `node`, ascending.
-    pub fn neighbours(&self, node: usize) -> &[u32] {
-        &self.neighbours[self.neighbour_offsets[node] as usize..self.neighbour_offsets[node + 1] as usize]
+    pub fn neighbors(&self, node: usize) -> &[u32] {
+        &self.neighbors[self.neighbor_offsets[node] as usize..self.neighbor_offsets[node + 1] as usize]
     }
 
     fn mark_boundary(&mut self, boundary: &[BoundaryFace], finder: &Finder) {
@@ -158,14 +158,14 @@ fn adjacency(nodes: usize, edges: &[[u32; 2]]) -> (Vec<u32>, Vec<u32>) {
     edges.iter().flatten().for_each(|&node| offsets[node as usize + 1] += 1);
     (0..nodes).for_each(|node| offsets[node + 1] += offsets[node]);
     let mut next = offsets.clone();
-    let mut neighbours = vec![0; 2 * edges.len()];
-    let mut append = |node: u32, neighbour: u32| {
-        neighbours[next[node as usize] as usize] = neighbour;
+    let mut neighbors = vec![0; 2 * edges.len()];
+    let mut append = |node: u32, neighbor: u32| {
+        neighbors[next[node as usize] as usize] = neighbor;
         next[node as usize] += 1;
     };
     edges.iter().for_each(|&[lower, higher]| append(higher, lower));
     edges.iter().for_each(|&[lower, higher]| append(lower, higher));
-    (offsets, neighbours)
+    (offsets, neighbors)
 }
 
 #[cfg(test)]
@@ -214,14 +214,14 @@ mod tests {
     }
 
     #[test]
-    fn neighbours_are_the_ends_of_edges_in_order() {
+    fn neighbors_are_the_ends_of_edges_in_order() {
         let lattice = block([2, 2, 1], 0.2);
         let topology = Topology::new(&lattice);
-        let total: usize = (0..topology.nodes).map(|node| topology.neighbours(node).len()).sum();
+        let total: usize = (0..topology.nodes).map(|node| topology.neighbors(node).len()).sum();
         assert_eq!(total, 2 * topology.edges.len());
         for node in 0..topology.nodes {
-            assert!(topology.neighbours(node).is_sorted_by(|a, b| a < b));
-            for &other in topology.neighbours(node) {
+            assert!(topology.neighbors(node).is_sorted_by(|a, b| a < b));
+            for &other in topology.neighbors(node) {
                 let key = [other.min(node as u32), other.max(node as u32)];
                 assert!(topology.edges.binary_search(&key).is_ok());
             }

@@ -2,7 +2,7 @@
 
 use super::world::World;
 
-/// Triangles, relative to the centre of mass of what they are of.
+/// Triangles, relative to the center of mass of what they are of.
 #[derive(Clone, Default)]
 pub struct Shell {
     pub positions: Vec<[f32; 3]>,

@@ -19,7 +19,7 @@ use std::collections::HashMap;
 /// Says that a mesh is closed.
 const MANIFOLD: &str = "EXT_mesh_manifold";
 
-/// Linear base colours and roughness: glazed and plastered outsides, broken faces, steel, boards.
+/// Linear base colors and roughness: glazed and plastered outsides, broken faces, steel, boards.
 const MATERIALS: [(&str, [f32; 4], f32); 4] = [
     ("outer", [0.62, 0.58, 0.52, 1.0], 0.6),
     ("crack", [0.78, 0.64, 0.47, 1.0], 0.95),
@@ -30,7 +30,7 @@ const MATERIALS: [(&str, [f32; 4], f32); 4] = [
 /// The bytes of the file.
 pub fn bytes(film: &Film) -> Result<Vec<u8>, Failure> {
     let mut writer = Writer::default();
-    let materials = MATERIALS.map(|(name, colour, roughness)| writer.root.push(material(name, colour, roughness)));
+    let materials = MATERIALS.map(|(name, color, roughness)| writer.root.push(material(name, color, roughness)));
     let (mut channels, mut samplers, mut nodes) = (Vec::new(), Vec::new(), Vec::new());
     for actor in &film.actors {
         let node = writer.node(actor, &materials);
@@ -111,7 +111,7 @@ fn is_closed(positions: &[[f32; 3]], indices: &[u32]) -> bool {
         indices,
         runs: &[],
         merges: &[],
-        centre_m: [0.0; 3],
+        center_m: [0.0; 3],
         volume_m3: 0.0,
         mass_kg: 0.0,
         inertia_kg_m2: [0.0; 6],
@@ -240,11 +240,11 @@ fn accessor(view: Index<View>, count: usize, component: ComponentType, shape: Ty
     }
 }
 
-fn material(name: &str, colour: [f32; 4], roughness: f32) -> Material {
+fn material(name: &str, color: [f32; 4], roughness: f32) -> Material {
     Material {
         name: Some(name.to_owned()),
         pbr_metallic_roughness: PbrMetallicRoughness {
-            base_color_factor: PbrBaseColorFactor(colour),
+            base_color_factor: PbrBaseColorFactor(color),
             metallic_factor: StrengthFactor(0.0),
             roughness_factor: StrengthFactor(roughness),
             ..PbrMetallicRoughness::default()

@@ -4,8 +4,8 @@ use super::Failure;
 use super::film::{Actor, Film, Key, Look};
 use nalgebra::{Point3, Quaternion, UnitQuaternion, Vector3};
 use shatter_lab::picture::{
-    Backdrop, CREASE_DEG, Camera, Color, DrawnMesh, Image, PictureSize, Projection, RenderStyle, crack_colour, draw,
-    fragment_colour,
+    Backdrop, CREASE_DEG, Camera, Color, DrawnMesh, Image, PictureSize, Projection, RenderStyle, crack_color, draw,
+    fragment_color,
 };
 
 const COLUMNS: usize = 4;
@@ -54,10 +54,10 @@ fn is_floor(actor: &Actor) -> bool {
     actor.look == Look::Ground && actor.keys.iter().all(|key| key.place_m[1] < 0.0)
 }
 
-/// An actor about its centre.
+/// An actor about its center.
 fn paint(actor: &Actor) -> DrawnMesh {
     let (outer, crack) = match actor.look {
-        Look::Piece(number) => (fragment_colour(number), crack_colour(number)),
+        Look::Piece(number) => (fragment_color(number), crack_color(number)),
         Look::Steel => [Color::oklch(0.45, 0.01, 250.0); 2].into(),
         Look::Ground => [Color::oklch(0.72, 0.03, 70.0); 2].into(),
     };

@@ -27,15 +27,15 @@ const MARGIN_M: f64 = 4e-3;
 #[derive(Clone)]
 pub struct Block {
     pub mass_kg: f64,
-    pub centre_m: [f64; 3],
+    pub center_m: [f64; 3],
     pub volume_m3: f64,
-    /// xx, yy, zz, xy, xz, yz about the centre.
+    /// xx, yy, zz, xy, xz, yz about the center.
     pub inertia_kg_m2: [f64; 6],
     /// In the coordinates of the mesh file.
     pub shapes: Vec<SharedShape>,
     /// Whether others lie inside of its hull: it does not collide with them.
     pub hollow: bool,
-    /// Relative to the centre.
+    /// Relative to the center.
     pub shell: Shell,
 }
 
@@ -70,19 +70,19 @@ impl Prototype {
 
 /// The whole object, put together of pieces.
 fn whole(facts: &ObjectFacts, object: &Object) -> Result<Block, Failure> {
-    let impact = Impact::at(facts.centre_m).impulse([0.0, -1.0, 0.0]).radius(facts.diagonal_m);
+    let impact = Impact::at(facts.center_m).impulse([0.0, -1.0, 0.0]).radius(facts.diagonal_m);
     let impact = impact.degree(DegreeRule::Sites(PARTS)).enable(Effect::Hulls);
     let broken: FractureResult = object.strike(&impact)?.wait(Deadline::after(PATIENCE))?;
     let parts: Vec<Block> = broken.fragments().map(|fragment| block(&fragment)).collect();
     let mass_kg: f64 = parts.iter().map(|part| part.mass_kg).sum();
-    let moment: Vector3<f64> = parts.iter().map(|part| Vector3::from(part.centre_m) * part.mass_kg).sum();
-    let centre = moment / mass_kg;
-    let inertia: Matrix3<f64> = parts.iter().map(|part| about(part, &centre)).sum();
-    // What is seen is the object in one piece, closed, and not its parts, each rounded about its own centre.
+    let moment: Vector3<f64> = parts.iter().map(|part| Vector3::from(part.center_m) * part.mass_kg).sum();
+    let center = moment / mass_kg;
+    let inertia: Matrix3<f64> = parts.iter().map(|part| about(part, &center)).sum();
+    // What is seen is the object in one piece, closed, and not its parts, each rounded about its own center.
     let one = object.strike(&object.even(1, Deadline::after(PATIENCE))?)?.wait(Deadline::after(PATIENCE))?;
     let mut shell = Shell::default();
     for fragment in one.fragments() {
-        let moved = (Vector3::from(fragment.centre_m()) - centre).cast::<f32>();
+        let moved = (Vector3::from(fragment.center_m()) - center).cast::<f32>();
         fragment
             .runs()
             .for_each(|run| shell.add(run.positions, run.indices, moved.into(), run.vertex_first, run.crack));
@@ -90,7 +90,7 @@ fn whole(facts: &ObjectFacts, object: &Object) -> Result<Block, Failure> {
     let index = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
     Ok(Block {
         mass_kg,
-        centre_m: centre.into(),
+        center_m: center.into(),
         volume_m3: parts.iter().map(|part| part.volume_m3).sum(),
         inertia_kg_m2: index.map(|at| inertia[at]),
         shapes: parts.into_iter().flat_map(|part| part.shapes).collect(),
@@ -101,7 +101,7 @@ fn whole(facts: &ObjectFacts, object: &Object) -> Result<Block, Failure> {
 
 /// Inertia of a part about another point (Steiner).
 fn about(part: &Block, point: &Vector3<f64>) -> Matrix3<f64> {
-    let arm = Vector3::from(part.centre_m) - point;
+    let arm = Vector3::from(part.center_m) - point;
     tensor(part.inertia_kg_m2) + part.mass_kg * (Matrix3::identity() * arm.norm_squared() - arm * arm.transpose())
 }
 
@@ -111,14 +111,14 @@ fn tensor([xx, yy, zz, xy, xz, yz]: [f64; 6]) -> Matrix3<f64> {
 
 /// A fragment, copied out of shared memory.
 pub fn block(fragment: &Fragment<'_>) -> Block {
-    let centre_m = fragment.centre_m();
-    let place = |point: &[f32; 3]| Vector::from([0, 1, 2].map(|k| f64::from(point[k]) + centre_m[k]));
+    let center_m = fragment.center_m();
+    let place = |point: &[f32; 3]| Vector::from([0, 1, 2].map(|k| f64::from(point[k]) + center_m[k]));
     let triangles = |indices: &[u32]| indices.chunks_exact(3).map(|t| [t[0], t[1], t[2]]).collect::<Vec<_>>();
     let hull = fragment.hull();
     let shape = hull.and_then(|hull| {
         SharedShape::convex_mesh(hull.positions.iter().map(place).collect(), &triangles(hull.indices))
     });
-    // Pieces too flat for a hull of the service's are as thick as a millimetre here.
+    // Pieces too flat for a hull of the service's are as thick as a millimeter here.
     let flat = || SharedShape::round_convex_hull(&fragment.positions().iter().map(place).collect::<Vec<_>>(), 5e-4);
     let mut shell = Shell::default();
     for run in fragment.runs() {
@@ -126,7 +126,7 @@ pub fn block(fragment: &Fragment<'_>) -> Block {
     }
     Block {
         mass_kg: fragment.mass_kg(),
-        centre_m,
+        center_m,
         volume_m3: fragment.volume_m3(),
         inertia_kg_m2: fragment.inertia_kg_m2(),
         shapes: shape.or_else(flat).into_iter().collect(),
@@ -140,7 +140,7 @@ impl Block {
     pub fn mass_properties(&self) -> MassProperties {
         let [xx, yy, zz, xy, xz, yz] = self.inertia_kg_m2;
         let inertia = Matrix::from_cols_array(&[xx, xy, xz, xy, yy, yz, xz, yz, zz]);
-        MassProperties::with_inertia_matrix(self.centre_m.into(), self.mass_kg, inertia)
+        MassProperties::with_inertia_matrix(self.center_m.into(), self.mass_kg, inertia)
     }
 }
 
@@ -152,7 +152,7 @@ fn weakest(object: &Object, block: &Block, own: ContactBody) -> Result<f64, Fail
     for (axis, sign) in (0..6).map(|end| (end / 2, if end % 2 == 0 { 1.0 } else { -1.0 })) {
         let reach = |point: &[f32; 3]| f64::from(point[axis]) * sign;
         let Some(tip) = block.shell.positions.iter().max_by(|a, b| reach(a).total_cmp(&reach(b))) else { continue };
-        let point_m = [0, 1, 2].map(|k| block.centre_m[k] + f64::from(tip[k]));
+        let point_m = [0, 1, 2].map(|k| block.center_m[k] + f64::from(tip[k]));
         let mut impulse_ns = [0.0; 3];
         impulse_ns[axis] = -sign;
         let impact = Impact::at(point_m).impulse(impulse_ns).duration(hertz.duration_s).radius(hertz.radius_m);

@@ -202,10 +202,10 @@ impl<'k> Strikes<'k> {
 
 /// The blow at the nearest point of what is seen: colliders are convex, and a strike must touch.
 fn snap(blow: &MergedContact, piece: &Piece, positions: &[[f32; 3]]) -> MergedContact {
-    let own = [0, 1, 2].map(|k| blow.point_m[k] - piece.centre_m[k]);
+    let own = [0, 1, 2].map(|k| blow.point_m[k] - piece.center_m[k]);
     let away = |point: &[f32; 3]| (0..3).map(|k| (f64::from(point[k]) - own[k]).powi(2)).sum::<f64>();
     let nearest = positions.iter().min_by(|a, b| away(a).total_cmp(&away(b)));
-    let point_m = nearest.map(|point| [0, 1, 2].map(|k| f64::from(point[k]) + piece.centre_m[k]));
+    let point_m = nearest.map(|point| [0, 1, 2].map(|k| f64::from(point[k]) + piece.center_m[k]));
     MergedContact { point_m: point_m.unwrap_or(blow.point_m), ..*blow }
 }
 

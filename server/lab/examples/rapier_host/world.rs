@@ -23,7 +23,7 @@ pub struct Piece {
     pub prototype: usize,
     pub generation: u32,
     pub origin: Option<Origin>,
-    pub centre_m: [f64; 3],
+    pub center_m: [f64; 3],
     hollow: bool,
     pub alive: bool,
 }
@@ -158,10 +158,10 @@ impl<'a> World<'a> {
         }
         // Rapier would find the mass in the next step only.
         self.physics.bodies[body].recompute_mass_properties_from_colliders(&self.physics.colliders);
-        let key = self.key(body, block.centre_m.into(), at_s);
+        let key = self.key(body, block.center_m.into(), at_s);
         let actor = film.enter(name, Look::Piece(number), block.shell.clone(), key);
-        let (centre_m, hollow) = (block.centre_m, block.hollow);
-        self.pieces.push(Piece { body, actor, prototype, generation, origin, centre_m, hollow, alive: true });
+        let (center_m, hollow) = (block.center_m, block.hollow);
+        self.pieces.push(Piece { body, actor, prototype, generation, origin, center_m, hollow, alive: true });
         number
     }
 
@@ -224,7 +224,7 @@ impl<'a> World<'a> {
     /// Velocity before the step, at a place.
     fn velocity(&self, collider: &Collider, place: Vector) -> Vector {
         let motion = collider.parent().and_then(|body| self.before.get(&body));
-        motion.map_or(Vector::ZERO, |[linear, angular, centre]| *linear + angular.cross(place - *centre))
+        motion.map_or(Vector::ZERO, |[linear, angular, center]| *linear + angular.cross(place - *center))
     }
 
     /// What touches, by its collider.
@@ -252,8 +252,8 @@ impl<'a> World<'a> {
         for birth in &mut births {
             // What others lay in breaks into what may overlap them.
             birth.block.hollow |= hollow;
-            let centre = pose.transform_point(birth.block.centre_m.into());
-            let linear = old.velocity_at_point(centre) + pose.transform_vector(birth.linear_m_s.into());
+            let center = pose.transform_point(birth.block.center_m.into());
+            let linear = old.velocity_at_point(center) + pose.transform_vector(birth.linear_m_s.into());
             let angular = old.angvel() + pose.transform_vector(birth.angular_rad_s.into());
             let name = format!("{}-{}", own.facts.name, self.pieces.len());
             let start = Start { pose, linear, angular, generation: generation + 1, origin: birth.origin, at_s: now_s };
@@ -305,13 +305,13 @@ impl<'a> World<'a> {
 
     /// Where everything is that moves.
     pub fn poses(&self, now_s: f64) -> impl Iterator<Item = (usize, Key)> + '_ {
-        let pieces = self.alive().map(move |piece| (piece.actor, self.key(piece.body, piece.centre_m.into(), now_s)));
+        let pieces = self.alive().map(move |piece| (piece.actor, self.key(piece.body, piece.center_m.into(), now_s)));
         pieces.chain(self.balls.iter().map(move |&(body, actor)| (actor, self.key(body, Vector::ZERO, now_s))))
     }
 
-    fn key(&self, body: RigidBodyHandle, centre: Vector, at_s: f64) -> Key {
+    fn key(&self, body: RigidBodyHandle, center: Vector, at_s: f64) -> Key {
         let pose = self.physics.bodies[body].position();
-        let (place, turn) = (pose.transform_point(centre), pose.rotation);
+        let (place, turn) = (pose.transform_point(center), pose.rotation);
         Key {
             at_s,
             place_m: [place.x, place.y, place.z].map(|x| x as f32),

@@ -39,7 +39,7 @@ enum Study {
 /// Arguments of `shatterd study accuracy`.
 #[derive(clap::Args)]
 struct Accuracy {
-    /// Mesh file of the object, in metres [default: a generated statue].
+    /// Mesh file of the object, in meters [default: a generated statue].
     object: Option<PathBuf>,
     /// Folder for the page, its diagrams and their figures.
     #[arg(long, value_name = "DIR", default_value = "shatter-study")]

@@ -13,18 +13,18 @@ use shatter_fracture::pipeline::{
 };
 use shatter_fracture::scene::EffectSet;
 
-/// How often densities are averaged with their neighbours: the elastic lattice, on which they are constant per
+/// How often densities are averaged with their neighbors: the elastic lattice, on which they are constant per
 /// tetrahedron, is coarser than the surface that shows them.
 const AVERAGES: usize = 3;
 
 /// The boundary of the crack lattices with the strain energy density on it.
 pub(super) struct SurfaceEnergy {
-    /// Vertices relative to the centre of the object's box, m.
+    /// Vertices relative to the center of the object's box, m.
     pub positions: Vec<Point3<f32>>,
     /// Triangles, counter-clockwise seen from outside.
     pub triangles: Vec<[u32; 3]>,
     /// Strain energy density W per vertex, J/m³: the energy of the node's share of the lattice over its volume,
-    /// averaged over neighbours on the surface.
+    /// averaged over neighbors on the surface.
     pub density_j_m3: Vec<f64>,
     /// Strain energy of the whole object, J.
     pub energy_j: f64,
@@ -92,15 +92,15 @@ impl SurfaceEnergy {
 
     /// Adds the boundary of one body; a body that was not struck has no shares and no energy.
     fn add(&mut self, prepared: &PreparedObject, body: usize, shares: &[f64], energy_j: f64) {
-        let (body, metre) = (&prepared.bodies[body], prepared.frame.diagonal_m);
+        let (body, meter) = (&prepared.bodies[body], prepared.frame.diagonal_m);
         let mut vertex = vec![u32::MAX; body.crack.nodes.len()];
         for face in body.crack.boundary() {
             let corners = face.nodes.map(|node| {
                 let node = node as usize;
                 if vertex[node] == u32::MAX {
                     vertex[node] = self.positions.len() as u32;
-                    self.positions.push((body.crack.nodes[node] * metre).cast());
-                    let volume_m3 = body.volumes[node] * metre.powi(3);
+                    self.positions.push((body.crack.nodes[node] * meter).cast());
+                    let volume_m3 = body.volumes[node] * meter.powi(3);
                     self.density_j_m3.push(shares.get(node).map_or(0.0, |share| share * energy_j / volume_m3));
                 }
                 vertex[node]

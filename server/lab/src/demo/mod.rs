@@ -3,7 +3,7 @@
 //!
 //! Nothing here knows a short cut: the daemon is this program started as a process of its own, the strikes travel
 //! through shared memory as any client's do. One thing is computed in this process, from the same database and with the
-//! same engine: the strain energy that colours the intact mug, which answers do not carry. The page says so.
+//! same engine: the strain energy that colors the intact mug, which answers do not carry. The page says so.
 
 mod daemon;
 mod demo_strike;

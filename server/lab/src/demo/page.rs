@@ -9,7 +9,7 @@ use crate::picture::ENERGY;
 use crate::report::{Fact, Page, ReportFigure, Scale, StrikeReport, bytes, grouped, nanoseconds, share, significant};
 use std::time::Duration;
 
-/// Decades of strain energy density that the colours span, downwards from the largest value of all strikes.
+/// Decades of strain energy density that the colors span, downwards from the largest value of all strikes.
 const DECADES: f64 = 5.5;
 
 /// Puts the page together; `elapsed` is the time up to here.
@@ -94,7 +94,7 @@ fn strike(
     let broken = ReportFigure {
         png: blow.picture.clone(),
         caption: format!(
-            "The {} fragments, moved apart. Outer faces carry a colour per fragment, cracks are pale.",
+            "The {} fragments, moved apart. Outer faces carry a color per fragment, cracks are pale.",
             blow.written.fragments
         ),
         scale: None,
@@ -149,7 +149,7 @@ fn joules(energy_j: f64) -> String {
     }
 }
 
-/// One scale for all strikes, so that their colours compare.
+/// One scale for all strikes, so that their colors compare.
 fn scale(energies: &[SurfaceEnergy]) -> Scale {
     let largest = energies.iter().flat_map(|energy| &energy.density_j_m3).copied().fold(f64::MIN_POSITIVE, f64::max);
     let low = largest * 10_f64.powf(-DECADES);
@@ -164,9 +164,9 @@ fn notes() -> Vec<String> {
          that fall apart become several fragments.",
         "Times are those of the daemon, in the order of the stages, of the last of five equal strikes: the first one allocates memory. The \
          bars of all strikes share one scale. The client measures the round trip.",
-        "The colours of the intact mug are computed by the program that wrote this page, with the daemon's engine and from \
-         the daemon's database, and averaged over neighbouring vertices; the fragments are the daemon's own.",
-        "The .glb files beside this page hold one node per fragment in metres, +Y up. They open in any glTF viewer and \
+        "The colors of the intact mug are computed by the program that wrote this page, with the daemon's engine and from \
+         the daemon's database, and averaged over neighboring vertices; the fragments are the daemon's own.",
+        "The .glb files beside this page hold one node per fragment in meters, +Y up. They open in any glTF viewer and \
          carry EXT_mesh_manifold, which says how their vertices join into closed surfaces.",
     ]
     .map(str::to_owned)

@@ -19,13 +19,13 @@ const FROM: [f32; 3] = [0.18, 0.55, 1.0];
 /// Long lens: things far apart keep their sizes.
 const LENS: Projection = Projection::Perspective { fov_deg: 24.0 };
 
-/// How far fragments are moved apart, over their distance from the centre.
+/// How far fragments are moved apart, over their distance from the center.
 const SPREAD: f64 = 0.42;
 
 /// Length of the arrow over the object's diagonal.
 const ARROW: f64 = 0.26;
 
-/// The intact object, coloured by strain energy density on the logarithmic scale, with an arrow where it is struck.
+/// The intact object, colored by strain energy density on the logarithmic scale, with an arrow where it is struck.
 pub(super) fn intact(energy: &SurfaceEnergy, scale: &Scale, target: &DemoTarget) -> Result<Vec<u8>, DemoError> {
     let decades = (scale.high / scale.low).ln();
     let shares: Vec<f32> =
@@ -33,16 +33,16 @@ pub(super) fn intact(energy: &SurfaceEnergy, scale: &Scale, target: &DemoTarget)
     let paint = |_, vertex: u32| ENERGY.at(shares[vertex as usize]);
     let mut mesh = DrawnMesh::paint(energy.positions.clone(), energy.triangles.clone(), CREASE_DEG, paint);
     let frame = &target.prepared.frame;
-    let tip: Point3<f32> = Point3::from(target.point_m - frame.centre_m).cast();
+    let tip: Point3<f32> = Point3::from(target.point_m - frame.center_m).cast();
     let length = (ARROW * frame.diagonal_m) as f32;
     let ground = mesh.bounds().0.y;
     mesh.append(arrow(tip, target.direction.cast(), length, Color::oklch(0.52, 0.12, 248.0)));
     picture(&mesh, RenderStyle::CHART, ground)
 }
 
-/// The fragments, moved apart from the centre of the object.
+/// The fragments, moved apart from the center of the object.
 pub(super) fn broken(fragments: &[FragmentView<'_>], target: &DemoTarget) -> Result<Vec<u8>, DemoError> {
-    let hub_m = target.prepared.frame.centre_m.coords.into();
+    let hub_m = target.prepared.frame.center_m.coords.into();
     let mesh = pieces(fragments, Spread { hub_m, factor: SPREAD });
     let ground = mesh.bounds().0.y;
     picture(&mesh, RenderStyle::STUDIO, ground)

@@ -6,7 +6,7 @@ use plotters::prelude::*;
 const SIZE: (u32, u32) = (760, 460);
 const MARGIN: f64 = 1.3;
 
-/// A curve: its name, its colour, and its value of a run, ms.
+/// A curve: its name, its color, and its value of a run, ms.
 type Curve = (&'static str, RGBColor, fn(&LoadTally) -> f64);
 
 const CURVES: [Curve; 3] = [
@@ -37,10 +37,10 @@ fn draw(runs: &[(f64, &LoadTally)], low: f64, high: f64) -> Result<String, Box<d
         let mut mesh = chart.configure_mesh();
         mesh.x_desc("strikes due per second").y_desc("from due to answered, ms").max_light_lines(1);
         mesh.bold_line_style(RGBColor(226, 223, 216)).label_style(("sans-serif", 13)).draw()?;
-        for (name, colour, value) in CURVES {
-            let style = colour.stroke_width(2);
+        for (name, color, value) in CURVES {
+            let style = color.stroke_width(2);
             let points: Vec<(f64, f64)> = runs.iter().map(|(rate, tally)| (*rate, value(tally))).collect();
-            chart.draw_series(points.iter().map(|&point| Circle::new(point, 3, colour.filled())))?;
+            chart.draw_series(points.iter().map(|&point| Circle::new(point, 3, color.filled())))?;
             let line = chart.draw_series(LineSeries::new(points, style))?;
             line.label(name).legend(move |(x, y)| PathElement::new(vec![(x, y), (x + 18, y)], style));
         }

@@ -51,7 +51,7 @@ struct Mark {
     object: Object,
     degree: u32,
     points: Vec<[f64; 3]>,
-    centre: [f64; 3],
+    center: [f64; 3],
 }
 
 impl Mark {
@@ -59,8 +59,8 @@ impl Mark {
     fn of(connection: &Client, target: &LoadTarget) -> Result<Self, Error> {
         let object = connection.object(&target.object, reply())?;
         let facts = object.facts();
-        let centre = facts.centre_m;
-        let all_over = Impact::at(centre)
+        let center = facts.center_m;
+        let all_over = Impact::at(center)
             .impulse([1.0, 0.0, 0.0])
             .radius(facts.diagonal_m)
             .degree(DegreeRule::Sites(SITES.min(facts.degree_max)));
@@ -69,7 +69,7 @@ impl Mark {
         if points.is_empty() {
             return Err(Error::new(ErrorKind::Failed, target.object.clone(), "the object shows no surface to strike"));
         }
-        Ok(Self { degree: target.degree, points, centre, object })
+        Ok(Self { degree: target.degree, points, center, object })
     }
 }
 
@@ -90,8 +90,8 @@ fn insist<T>(ask: impl Fn() -> Result<T, Error>) -> Result<T, Error> {
 fn surface(broken: &FractureResult) -> Vec<[f64; 3]> {
     let mut points = Vec::new();
     for fragment in broken.fragments() {
-        let [x, y, z] = fragment.centre_m();
-        let outer = fragment.runs().filter(|run| run.neighbour.is_none());
+        let [x, y, z] = fragment.center_m();
+        let outer = fragment.runs().filter(|run| run.neighbor.is_none());
         points.extend(outer.flat_map(|run| run.positions).map(|p| {
             let [a, b, c] = p.map(f64::from);
             [x + a, y + b, z + c]
@@ -119,7 +119,7 @@ impl Sender {
     fn strike(&mut self) -> Result<Ticket, Error> {
         let mark = &self.marks[self.schedule.target()];
         let point = mark.points[self.schedule.pick(mark.points.len())];
-        let inward: [f64; 3] = std::array::from_fn(|axis| mark.centre[axis] - point[axis]);
+        let inward: [f64; 3] = std::array::from_fn(|axis| mark.center[axis] - point[axis]);
         let length = inward.iter().map(|x| x * x).sum::<f64>().sqrt();
         let direction = if length > 0.0 { inward.map(|x| x / length) } else { [1.0, 0.0, 0.0] };
         let impact =

@@ -1,8 +1,8 @@
-//! Colours, in linear light; perceptual choices are made in OKLab.
+//! Colors, in linear light; perceptual choices are made in OKLab.
 //!
 //! Based on: B. Ottosson, *A perceptual color space for image processing* (OKLab), 2020.
 
-/// A colour in linear sRGB, components between 0 and 1.
+/// A color in linear sRGB, components between 0 and 1.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Color(pub [f32; 3]);
 
@@ -25,7 +25,7 @@ impl Color {
         Self([red, green, blue].map(|x| x.clamp(0.0, 1.0)))
     }
 
-    /// Between this colour (0) and `other` (1), in linear light.
+    /// Between this color (0) and `other` (1), in linear light.
     pub fn mix(self, other: Self, share: f32) -> Self {
         Self([0, 1, 2].map(|k| self.0[k] + (other.0[k] - self.0[k]) * share))
     }
@@ -49,7 +49,7 @@ pub(super) fn encode(linear: f32) -> u8 {
     (curved * 255.0).round() as u8
 }
 
-/// A colour map: anchors in OKLab's polar form (lightness, chroma, hue in degrees), crossed at constant speed in OKLab,
+/// A color map: anchors in OKLab's polar form (lightness, chroma, hue in degrees), crossed at constant speed in OKLab,
 /// so that equal steps of the value look equally large.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ramp {
@@ -57,7 +57,7 @@ pub struct Ramp {
 }
 
 /// From pale ivory through amber and crimson to deep violet. Lightness falls all the way, so the map reads in grey and
-/// with any colour vision; its pale end lets the shape show where nothing happens.
+/// with any color vision; its pale end lets the shape show where nothing happens.
 pub const ENERGY: Ramp = Ramp {
     anchors: &[
         [0.955, 0.020, 95.0],
@@ -72,7 +72,7 @@ pub const ENERGY: Ramp = Ramp {
 };
 
 impl Ramp {
-    /// The colour at `share`, which is clamped to [0, 1]; NaN counts as 0.
+    /// The color at `share`, which is clamped to [0, 1]; NaN counts as 0.
     pub fn at(&self, share: f32) -> Color {
         Color::oklab(self.lab(share))
     }
@@ -107,14 +107,14 @@ const GOLDEN_TURN_DEG: f32 = 137.507_77;
 /// Where the first hue stands.
 const FIRST_HUE_DEG: f32 = 232.0;
 
-/// A muted colour for the outside of fragment `id`; neighbours in number are far apart in hue.
-pub fn fragment_colour(id: u32) -> Color {
+/// A muted color for the outside of fragment `id`; neighbors in number are far apart in hue.
+pub fn fragment_color(id: u32) -> Color {
     let lightness = [0.66, 0.74, 0.60][id as usize % 3];
     Color::oklch(lightness, 0.072, hue_deg(id))
 }
 
-/// The colour of the same fragment's crack faces: lighter and warmer, with a breath of its own hue.
-pub fn crack_colour(id: u32) -> Color {
+/// The color of the same fragment's crack faces: lighter and warmer, with a breath of its own hue.
+pub fn crack_color(id: u32) -> Color {
     Color::oklch(0.90, 0.045, 78.0).mix(Color::oklch(0.82, 0.075, hue_deg(id)), 0.22)
 }
 
@@ -128,15 +128,15 @@ mod tests {
 
     #[test]
     fn the_ramp_darkens_evenly() {
-        let colours: Vec<[f32; 3]> = (0..=64).map(|k| ENERGY.lab(k as f32 / 64.0)).collect();
-        let steps: Vec<f32> = colours.windows(2).map(|pair| distance(pair[0], pair[1])).collect();
+        let colors: Vec<[f32; 3]> = (0..=64).map(|k| ENERGY.lab(k as f32 / 64.0)).collect();
+        let steps: Vec<f32> = colors.windows(2).map(|pair| distance(pair[0], pair[1])).collect();
         let mean = steps.iter().sum::<f32>() / steps.len() as f32;
         assert!(steps.iter().all(|step| (step / mean - 1.0).abs() < 0.05), "{steps:?}");
-        assert!(colours.windows(2).all(|pair| pair[1][0] < pair[0][0]));
+        assert!(colors.windows(2).all(|pair| pair[1][0] < pair[0][0]));
     }
 
     #[test]
-    fn every_colour_of_the_ramp_can_be_shown() {
+    fn every_color_of_the_ramp_can_be_shown() {
         for k in 0..=64 {
             let inside = |x: &f32| (0.0..=1.0).contains(x);
             assert!(ENERGY.at(k as f32 / 64.0).0.iter().all(inside));

@@ -22,7 +22,7 @@ pub struct RenderStyle {
 impl RenderStyle {
     /// Shapes first: a strong key light, a faint highlight.
     pub const STUDIO: Self = Self { key: 0.80, fill: 0.10, sky: 0.55, bounce: 0.26, gloss: 0.05 };
-    /// Colours first, where they carry figures: even light, no highlight.
+    /// Colors first, where they carry figures: even light, no highlight.
     pub const CHART: Self = Self { key: 0.42, fill: 0.10, sky: 0.74, bounce: 0.48, gloss: 0.0 };
 }
 
@@ -34,7 +34,7 @@ pub(super) struct Lights {
     fill: Vector3<f32>,
 }
 
-/// Warm key, cool fill and sky: linear colours of about equal brightness.
+/// Warm key, cool fill and sky: linear colors of about equal brightness.
 const KEY_TINT: [f32; 3] = [1.04, 1.0, 0.93];
 const FILL_TINT: [f32; 3] = [0.90, 0.98, 1.14];
 const SKY_TINT: [f32; 3] = [0.97, 1.0, 1.05];
@@ -56,9 +56,9 @@ impl Lights {
         Self { style, key: key.normalize(), fill: fill.normalize() }
     }
 
-    /// The light that leaves a surface of `colour` towards the eye (unit vector `view`), of whose sky and key light
+    /// The light that leaves a surface of `color` towards the eye (unit vector `view`), of whose sky and key light
     /// these parts arrive.
-    pub fn shade(&self, colour: Color, normal: &Vector3<f32>, view: &Vector3<f32>, sky: f32, key: f32) -> [f32; 3] {
+    pub fn shade(&self, color: Color, normal: &Vector3<f32>, view: &Vector3<f32>, sky: f32, key: f32) -> [f32; 3] {
         let style = &self.style;
         let above = 0.5 + 0.5 * normal.y;
         let ambient = (style.bounce + (style.sky - style.bounce) * above) * sky;
@@ -68,7 +68,7 @@ impl Lights {
         let gloss = style.gloss * normal.dot(&half).max(0.0).powi(SHININESS) * key;
         [0, 1, 2].map(|k| {
             let arriving = ambient * SKY_TINT[k] + direct * KEY_TINT[k] + fill * FILL_TINT[k];
-            soften(colour.0[k] * arriving + gloss)
+            soften(color.0[k] * arriving + gloss)
         })
     }
 

@@ -9,7 +9,7 @@ use std::f32::consts::TAU;
 const SIDES: u32 = 40;
 
 /// An arrow that ends at `tip`, flies along `direction`, and is `length` long. Empty where the direction is zero.
-pub fn arrow(tip: Point3<f32>, direction: Vector3<f32>, length: f32, colour: Color) -> DrawnMesh {
+pub fn arrow(tip: Point3<f32>, direction: Vector3<f32>, length: f32, color: Color) -> DrawnMesh {
     let Some(axis) = direction.try_normalize(1e-12) else {
         return DrawnMesh::default();
     };
@@ -34,5 +34,5 @@ pub fn arrow(tip: Point3<f32>, direction: Vector3<f32>, length: f32, colour: Col
             triangles.extend([[a, b, d], [a, d, c]].map(|[p, q, r]| [p, r, q]));
         }
     }
-    DrawnMesh::paint(positions, triangles, 30.0, |_, _| colour)
+    DrawnMesh::paint(positions, triangles, 30.0, |_, _| color)
 }

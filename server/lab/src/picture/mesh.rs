@@ -8,23 +8,23 @@ use nalgebra::{Point3, Vector3};
 pub struct DrawnCorner {
     /// Unit normal for shading.
     pub normal: Vector3<f32>,
-    /// Colour.
-    pub colour: Color,
+    /// Color.
+    pub color: Color,
 }
 
-/// Triangles with normals and colours per corner. Parts are put together with [`DrawnMesh::append`].
+/// Triangles with normals and colors per corner. Parts are put together with [`DrawnMesh::append`].
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct DrawnMesh {
     /// Positions, +y up, any unit.
     pub positions: Vec<Point3<f32>>,
     /// Three vertex numbers per triangle, counter-clockwise seen from outside.
     pub triangles: Vec<[u32; 3]>,
-    /// Normals and colours, one triple per triangle.
+    /// Normals and colors, one triple per triangle.
     pub corners: Vec<[DrawnCorner; 3]>,
 }
 
 impl DrawnMesh {
-    /// Paints `triangles`; `paint(triangle, vertex)` gives the colour of a corner. Normals are smooth across edges that
+    /// Paints `triangles`; `paint(triangle, vertex)` gives the color of a corner. Normals are smooth across edges that
     /// bend by less than `crease_deg`, and sharp elsewhere.
     pub fn paint(
         positions: Vec<Point3<f32>>,
@@ -38,7 +38,7 @@ impl DrawnMesh {
             .zip(normals)
             .enumerate()
             .map(|(t, (triangle, normals))| {
-                [0, 1, 2].map(|k| DrawnCorner { normal: normals[k], colour: paint(t, triangle[k]) })
+                [0, 1, 2].map(|k| DrawnCorner { normal: normals[k], color: paint(t, triangle[k]) })
             })
             .collect();
         Self { positions, triangles, corners }

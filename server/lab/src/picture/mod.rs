@@ -1,8 +1,8 @@
 //! Pictures without a graphics card: a z-buffered triangle rasteriser with supersampling, two lights, ambient occlusion
-//! and soft shadows, colour maps, and a camera that fits what it looks at.
+//! and soft shadows, color maps, and a camera that fits what it looks at.
 //!
 //! A picture is drawn in three steps: [`DrawnMesh`]es are painted and put together, a [`Camera`] is fitted to them, and
-//! [`draw`] returns an [`Image`]. Light is added up in linear colour; the same input gives the same bytes for any number
+//! [`draw`] returns an [`Image`]. Light is added up in linear color; the same input gives the same bytes for any number
 //! of threads.
 
 mod camera;
@@ -18,7 +18,7 @@ mod render;
 mod shadow;
 
 pub use camera::{Camera, Projection};
-pub use color::{Color, ENERGY, Ramp, crack_colour, fragment_colour};
+pub use color::{Color, ENERGY, Ramp, crack_color, fragment_color};
 pub use image::{Image, PictureError};
 pub use light::RenderStyle;
 pub use marker::arrow;
@@ -38,9 +38,9 @@ pub struct PictureSize {
 /// What lies behind the meshes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Backdrop {
-    /// Nothing: transparent, with the shadow on the ground as a veil, so that the page's own colour shows.
+    /// Nothing: transparent, with the shadow on the ground as a veil, so that the page's own color shows.
     Clear,
-    /// A vertical gradient, from the top colour to the bottom one.
+    /// A vertical gradient, from the top color to the bottom one.
     Gradient(Color, Color),
 }
 

@@ -24,7 +24,7 @@ pub(super) struct DepthMap {
     pub towards: Vector3<f32>,
     across: Vector3<f32>,
     along: Vector3<f32>,
-    centre: Point3<f32>,
+    center: Point3<f32>,
     /// Samples per unit of length.
     scale: f32,
     side: usize,
@@ -32,19 +32,19 @@ pub(super) struct DepthMap {
 }
 
 impl DepthMap {
-    fn new(mesh: &DrawnMesh, (centre, radius): (Point3<f32>, f32), side: usize, towards: Vector3<f32>) -> Self {
+    fn new(mesh: &DrawnMesh, (center, radius): (Point3<f32>, f32), side: usize, towards: Vector3<f32>) -> Self {
         let aside = if towards.y.abs() > 0.9 { Vector3::x() } else { Vector3::y() };
         let across = aside.cross(&towards).normalize();
         let along = towards.cross(&across);
         let scale = (side as f32 - 4.0) / (2.0 * radius);
-        let mut map = Self { towards, across, along, centre, scale, side, nearest: Vec::new() };
+        let mut map = Self { towards, across, along, center, scale, side, nearest: Vec::new() };
         let spots: Vec<RasterVertex> = mesh.positions.iter().map(|position| map.spot(position)).collect();
         map.nearest = nearest(&spots, &mesh.triangles, side);
         map
     }
 
     fn spot(&self, point: &Point3<f32>) -> RasterVertex {
-        let offset = point - self.centre;
+        let offset = point - self.center;
         let middle = self.side as f32 / 2.0;
         RasterVertex {
             x: middle + offset.dot(&self.across) * self.scale,
@@ -86,9 +86,9 @@ impl Occlusion {
     /// Per kind of sample `sky` directions over the sphere, and `key` ones within `spread` (tangent) of `towards`.
     pub fn new(mesh: &DrawnMesh, deals: usize, sky: usize, key: usize, towards: Vector3<f32>, spread: f32) -> Self {
         let (low, high) = mesh.bounds();
-        let centre = nalgebra::center(&low, &high);
-        let radius = mesh.positions.iter().map(|p| (p - centre).norm()).fold(f32::MIN_POSITIVE, f32::max);
-        let map = |side| move |towards| DepthMap::new(mesh, (centre, radius), side, towards);
+        let center = nalgebra::center(&low, &high);
+        let radius = mesh.positions.iter().map(|p| (p - center).norm()).fold(f32::MIN_POSITIVE, f32::max);
+        let map = |side| move |towards| DepthMap::new(mesh, (center, radius), side, towards);
         let sky = sphere(deals * sky).into_par_iter().map(map(SKY_SIDE)).collect();
         let key = cone(towards, spread, deals * key).into_par_iter().map(map(KEY_SIDE)).collect();
         Self { sky, key, deals }

@@ -1,6 +1,6 @@
 //! Fragments as painted meshes, moved apart so that the cracks show.
 
-use super::color::{Color, crack_colour, fragment_colour};
+use super::color::{Color, crack_color, fragment_color};
 use super::mesh::DrawnMesh;
 use nalgebra::{Point3, Vector3};
 use shatter_export::FragmentView;
@@ -11,25 +11,25 @@ pub const CREASE_DEG: f32 = 40.0;
 /// Where fragments go when they are moved apart.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Spread {
-    /// The point that stays, metres.
+    /// The point that stays, meters.
     pub hub_m: [f64; 3],
     /// How far, over a fragment's distance from the hub; 0 leaves everything in place.
     pub factor: f64,
 }
 
-/// Paints fragments: a muted colour of its own for the outside of each, warmer and paler where it broke. Positions in
-/// metres relative to the hub.
+/// Paints fragments: a muted color of its own for the outside of each, warmer and paler where it broke. Positions in
+/// meters relative to the hub.
 pub fn pieces(fragments: &[FragmentView<'_>], spread: Spread) -> DrawnMesh {
     let mut scene = DrawnMesh::default();
     for fragment in fragments {
-        let from_hub = Vector3::from(fragment.centre_m) - Vector3::from(spread.hub_m);
+        let from_hub = Vector3::from(fragment.center_m) - Vector3::from(spread.hub_m);
         let place: Vector3<f32> = (from_hub * (1.0 + spread.factor)).cast();
-        scene.append(piece(fragment, fragment_colour(fragment.id), crack_colour(fragment.id)).moved(place));
+        scene.append(piece(fragment, fragment_color(fragment.id), crack_color(fragment.id)).moved(place));
     }
     scene
 }
 
-/// One fragment around its centre. Runs have vertices of their own, so their rims stay sharp.
+/// One fragment around its center. Runs have vertices of their own, so their rims stay sharp.
 fn piece(fragment: &FragmentView<'_>, outer: Color, crack: Color) -> DrawnMesh {
     let positions = fragment.positions.iter().map(|&position| Point3::from(position)).collect();
     let triangles: Vec<[u32; 3]> = fragment.indices.chunks_exact(3).map(|t| [t[0], t[1], t[2]]).collect();

@@ -97,7 +97,7 @@ struct Window {
     width: usize,
 }
 
-/// Calls `put(sample within the window, nearness)` for each sample whose centre the triangle covers, whichever way
+/// Calls `put(sample within the window, nearness)` for each sample whose center the triangle covers, whichever way
 /// round it is; its border belongs to it.
 fn cover([a, b, c]: &[RasterVertex; 3], window: &Window, mut put: impl FnMut(usize, f32)) {
     let area = (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);

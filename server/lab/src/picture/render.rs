@@ -50,7 +50,7 @@ pub fn draw(
     Image { size, pixels }
 }
 
-/// The colour behind row `row`, if there is one.
+/// The color behind row `row`, if there is one.
 fn background(backdrop: Backdrop, row: usize, height: usize) -> Option<Color> {
     match backdrop {
         Backdrop::Clear => None,
@@ -83,8 +83,8 @@ impl Scene<'_> {
         let count = (FINE * FINE) as f32;
         (light, cover) = (light.map(|x| x / count), cover / count);
         match behind {
-            Some(colour) => {
-                let [r, g, b] = [0, 1, 2].map(|k| encode(light[k] + colour.0[k] * (1.0 - cover)));
+            Some(color) => {
+                let [r, g, b] = [0, 1, 2].map(|k| encode(light[k] + color.0[k] * (1.0 - cover)));
                 [r, g, b, 255]
             }
             None if cover > 0.0 => {
@@ -115,14 +115,14 @@ impl Scene<'_> {
         let corners = &self.mesh.corners[triangle];
         let places = vertices.map(|vertex| self.mesh.positions[vertex].coords);
         let place = Point3::from(places[0] * share[0] + places[1] * share[1] + places[2] * share[2]);
-        let colour = Color([0, 1, 2].map(|k| (0..3).map(|c| corners[c].colour.0[k] * share[c]).sum()));
+        let color = Color([0, 1, 2].map(|k| (0..3).map(|c| corners[c].color.0[k] * share[c]).sum()));
         let (_, forward) = self.ray(x, y);
         let flat = (places[1] - places[0]).cross(&(places[2] - places[0]));
         let side = if flat.dot(&forward) > 0.0 { -1.0 } else { 1.0 };
         let mixed: Vector3<f32> = (0..3).map(|c| corners[c].normal * share[c]).sum();
         let normal = mixed.try_normalize(0.0).unwrap_or_else(Vector3::y) * side;
         let (sky, key) = self.occlusion.dealt(&place, &normal, deal);
-        self.lights.shade(colour, &normal, &-forward, sky, key)
+        self.lights.shade(color, &normal, &-forward, sky, key)
     }
 
     fn ray(&self, x: usize, y: usize) -> (Point3<f32>, Vector3<f32>) {

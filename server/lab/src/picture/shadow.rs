@@ -59,7 +59,7 @@ impl Shadow {
     }
 }
 
-/// Means over neighbours, a quarter, a half and a quarter, along rows and then along columns; borders repeat.
+/// Means over neighbors, a quarter, a half and a quarter, along rows and then along columns; borders repeat.
 fn blurred(values: &[f32], columns: usize) -> Vec<f32> {
     let rows = values.len() / columns;
     let pass = |values: &[f32], across: usize, down: usize| -> Vec<f32> {

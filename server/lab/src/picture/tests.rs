@@ -45,8 +45,8 @@ fn the_camera_fills_the_picture_and_cuts_nothing_off() {
         let [left, right, top, bottom] = extent(&picture(&ball(24), projection, None));
         let height = (bottom - top + 1) as f32 / SIZE.height as f32;
         assert!((0.84..0.95).contains(&height), "{projection:?}: {height}");
-        let centred = |low: usize, high: usize, count: usize| (low + high).abs_diff(count - 1) <= 2;
-        assert!(centred(left, right, SIZE.width) && centred(top, bottom, SIZE.height), "{projection:?}");
+        let centered = |low: usize, high: usize, count: usize| (low + high).abs_diff(count - 1) <= 2;
+        assert!(centered(left, right, SIZE.width) && centered(top, bottom, SIZE.height), "{projection:?}");
     }
 }
 

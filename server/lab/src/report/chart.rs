@@ -1,11 +1,11 @@
-//! Bars and colour bars, drawn as inline SVG.
+//! Bars and color bars, drawn as inline SVG.
 
 use super::figures::{grouped, nanoseconds, power_of_ten};
 use super::text::escape;
 use super::{Scale, StageTime};
 use std::fmt::Write;
 
-/// Colours that a legend's gradient is made of.
+/// Colors that a legend's gradient is made of.
 const STOPS: usize = 24;
 
 /// The shortest bar of a stage that ran, in hundredths of the longest one.
@@ -36,7 +36,7 @@ fn row(stage: &StageTime, longest: u64) -> String {
     )
 }
 
-/// The colour bar of a picture: a tick per decade. `id` names its gradient within the page.
+/// The color bar of a picture: a tick per decade. `id` names its gradient within the page.
 pub(super) fn legend(id: &str, scale: &Scale) -> String {
     let mut stops = String::new();
     for stop in 0..=STOPS {

@@ -39,18 +39,18 @@ pub struct ReportFigure {
     pub png: Vec<u8>,
     /// What it shows, for those who see it and those who do not.
     pub caption: String,
-    /// Colours and figures of the picture, if colours mean figures in it.
+    /// Colors and figures of the picture, if colors mean figures in it.
     pub scale: Option<Scale>,
 }
 
-/// What the colours of a picture mean: a ramp over the decades from `low` to `high`.
+/// What the colors of a picture mean: a ramp over the decades from `low` to `high`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scale {
-    /// The colour map; pale is `low`.
+    /// The color map; pale is `low`.
     pub ramp: Ramp,
-    /// Value of the first colour, positive.
+    /// Value of the first color, positive.
     pub low: f64,
-    /// Value of the last colour, above `low`.
+    /// Value of the last color, above `low`.
     pub high: f64,
     /// What is measured, with its unit.
     pub label: String,

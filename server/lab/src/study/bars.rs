@@ -19,7 +19,7 @@ pub struct Segment {
 pub struct StackedBar {
     /// What it is.
     pub name: String,
-    /// Its parts; those of the same place in all bars have the same colour.
+    /// Its parts; those of the same place in all bars have the same color.
     pub segments: Vec<Segment>,
 }
 
@@ -51,14 +51,14 @@ pub fn svg(bars: &[StackedBar], unit: &str) -> Result<String, PlotError> {
                 let [left, right] = [from, from + segment.length].map(|x| LEFT + (x * scale).round() as i32);
                 from += segment.length;
                 let corners = [(left, top), (right, top + BAR)];
-                let colour = Palette99::pick(place).to_rgba();
+                let color = Palette99::pick(place).to_rgba();
                 if segment.hatched {
                     for stroke in hatch(corners) {
-                        area.draw(&PathElement::new(stroke, colour.mix(0.55))).map_err(PlotError::new)?;
+                        area.draw(&PathElement::new(stroke, color.mix(0.55))).map_err(PlotError::new)?;
                     }
-                    area.draw(&Rectangle::new(corners, colour.mix(0.8))).map_err(PlotError::new)?;
+                    area.draw(&Rectangle::new(corners, color.mix(0.8))).map_err(PlotError::new)?;
                 } else {
-                    area.draw(&Rectangle::new(corners, colour.filled())).map_err(PlotError::new)?;
+                    area.draw(&Rectangle::new(corners, color.filled())).map_err(PlotError::new)?;
                 }
             }
         }
@@ -70,8 +70,8 @@ pub fn svg(bars: &[StackedBar], unit: &str) -> Result<String, PlotError> {
         let column = WIDTH as i32 / COLUMNS as i32;
         for (place, name) in names.iter().enumerate() {
             let (x, y) = (8 + (place % COLUMNS) as i32 * column, bottom + (place / COLUMNS) as i32 * ROW + 6);
-            let colour = Palette99::pick(place).to_rgba();
-            area.draw(&Rectangle::new([(x, y), (x + 12, y + 12)], colour.filled())).map_err(PlotError::new)?;
+            let color = Palette99::pick(place).to_rgba();
+            area.draw(&Rectangle::new([(x, y), (x + 12, y + 12)], color.filled())).map_err(PlotError::new)?;
             area.draw(&Text::new((*name).to_owned(), (x + 18, y), font.clone())).map_err(PlotError::new)?;
         }
         area.present().map_err(PlotError::new)?;

@@ -153,17 +153,17 @@ fn histogram(values: impl Iterator<Item = f64>) -> Vec<(f64, f64)> {
 
 /// The object with an arrow per contact.
 fn struck(prepared: &PreparedObject) -> Result<Section, PictureError> {
-    let metre = prepared.frame.diagonal_m;
+    let meter = prepared.frame.diagonal_m;
     let mut scene = DrawnMesh::default();
     for body in &prepared.bodies {
-        let positions = body.crack.nodes.iter().map(|node| (node * metre).cast()).collect();
+        let positions = body.crack.nodes.iter().map(|node| (node * meter).cast()).collect();
         let faces = body.crack.boundary().iter().map(|face| face.nodes).collect();
         scene.append(DrawnMesh::paint(positions, faces, CREASE_DEG, |_, _| Color::oklch(0.86, 0.02, 85.0)));
     }
     let ground = scene.bounds().0.y;
     for contact in prepared.examples.iter().flat_map(|example| &example.contacts) {
-        let tip: Point3<f32> = Point3::from(contact.point_m - prepared.frame.centre_m).cast();
-        let length = (ARROW * metre) as f32;
+        let tip: Point3<f32> = Point3::from(contact.point_m - prepared.frame.center_m).cast();
+        let length = (ARROW * meter) as f32;
         scene.append(arrow(tip, contact.impulse_ns.cast(), length, Color::oklch(0.55, 0.14, 40.0)));
     }
     let aspect = SIZE.width as f32 / SIZE.height as f32;

@@ -25,7 +25,7 @@ pub fn exploded(
         indices: &indices[row.index_first as usize..][..row.index_count as usize],
         runs: &runs[row.run_first as usize..][..row.run_count as usize],
         merges: &[],
-        centre_m: row.centre_m,
+        center_m: row.center_m,
         volume_m3: row.volume_m3,
         mass_kg: row.mass_kg,
         inertia_kg_m2: row.inertia_kg_m2,

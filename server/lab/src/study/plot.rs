@@ -56,14 +56,14 @@ impl PlotError {
 }
 
 pub(super) const SIZE: (u32, u32) = (760, 460);
-pub(super) const COLOURS: [RGBColor; 5] = [
+pub(super) const COLORS: [RGBColor; 5] = [
     RGBColor(196, 92, 46),
     RGBColor(46, 108, 168),
     RGBColor(72, 138, 84),
     RGBColor(132, 84, 160),
     RGBColor(90, 94, 102),
 ];
-/// Colour of lines between which values are read.
+/// Color of lines between which values are read.
 pub(super) const GRID: RGBColor = RGBColor(226, 223, 216);
 
 /// An SVG document with all `lines`; points that are not finite, or not positive on a logarithmic axis, are left out.
@@ -138,8 +138,8 @@ where
         .label_style(("sans-serif", 13))
         .draw()
         .map_err(PlotError::new)?;
-    for (line, colour) in lines.iter().zip(COLOURS.iter().cycle()) {
-        let style = colour.stroke_width(2);
+    for (line, color) in lines.iter().zip(COLORS.iter().cycle()) {
+        let style = color.stroke_width(2);
         let joined = if line.mark == PlotMark::Dots { &[] } else { line.points.as_slice() };
         chart
             .draw_series(LineSeries::new(joined.iter().copied(), style))
@@ -152,7 +152,7 @@ where
             PlotMark::Dots => (line.points.as_slice(), 1),
         };
         chart
-            .draw_series(dotted.iter().map(|&point| Circle::new(point, radius, colour.filled())))
+            .draw_series(dotted.iter().map(|&point| Circle::new(point, radius, color.filled())))
             .map_err(PlotError::new)?;
     }
     chart

@@ -8,7 +8,7 @@ fn grouped(m: usize) -> (Case, Clusters) {
     let lattice = block([16, 14, 12], 0.06);
     let topology = Topology::new(&lattice);
     let energy = |node: &Point3<f64>| 1.0 / ((node - Point3::new(0.3, 0.21, 0.14)).norm_squared() + 0.01);
-    (Case::new(&lattice, wavy(&lattice, m), energy), Clusters::new(topology.nodes, |node| topology.neighbours(node)))
+    (Case::new(&lattice, wavy(&lattice, m), energy), Clusters::new(topology.nodes, |node| topology.neighbors(node)))
 }
 
 #[test]

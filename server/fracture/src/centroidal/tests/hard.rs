@@ -4,7 +4,7 @@ use super::*;
 use proptest::prelude::*;
 
 #[test]
-fn one_site_is_the_centre_of_energy() {
+fn one_site_is_the_center_of_energy() {
     let mut case = Case::generic(5);
     let result = case.diagram(DiagramOptions::new(1, 0));
     let total: f64 = case.mass.iter().sum();

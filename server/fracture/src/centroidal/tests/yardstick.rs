@@ -2,7 +2,7 @@
 
 use super::*;
 
-/// Normalised second moment of the body-centred cubic lattice, the best known in R³.
+/// Normalised second moment of the body-centered cubic lattice, the best known in R³.
 const BCC: f64 = 0.0785433;
 
 /// Above the lattice for three reasons: flat outer faces, an iteration that stops at a local minimum, and cells made of

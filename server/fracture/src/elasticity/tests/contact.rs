@@ -86,7 +86,7 @@ fn the_whole_force_is_applied_with_the_radius_that_is_reported() {
 
 /// Two legs that stand half a cell apart: what touches one does not load the other.
 #[test]
-fn a_neighbouring_leg_is_not_loaded() {
+fn a_neighboring_leg_is_not_loaded() {
     let horseshoe = carve(&block([5, 8, 2], 0.1), |place| place.x.abs() > 0.05 || place.y > 0.2);
     let body = free(&horseshoe, 0.3);
     // On the inner side of the right leg, near its end; the left leg is 0.1 away, the radius 0.12.

@@ -82,7 +82,7 @@ fn on_a_face_an_edge_or_a_corner_mean_values_are_those_of_the_triangle() {
     let f = |p: &Point3<f64>| p.x.abs() + 2.0 * p.y.abs() + 5.0 * f64::from(u8::from(p.z == 0.5 && p.x == 0.0));
     let corner = [0.5, 0.5, 0.5];
     assert!((blended(corner, f) - 1.5).abs() < 1e-15);
-    // The surface's nodes are the corners and centres of half-size squares.
+    // The surface's nodes are the corners and centers of half-size squares.
     let on_edge: [f64; 3] = [0.5, 0.5, 0.4];
     let on_face: [f64; 3] = [0.5, 0.27, 0.21];
     for (point, bound) in [(on_edge, 1e-12), (on_face, 1e-12)] {
@@ -98,12 +98,12 @@ fn on_a_face_an_edge_or_a_corner_mean_values_are_those_of_the_triangle() {
 }
 
 #[test]
-fn a_cube_s_centre_sees_all_its_faces_alike() {
-    let centre = blended([0.0; 3], |p| f64::from(u8::from(p.z == 0.5)));
+fn a_cube_s_center_sees_all_its_faces_alike() {
+    let center = blended([0.0; 3], |p| f64::from(u8::from(p.z == 0.5)));
     let edges = blended([0.0; 3], |p| f64::from(u8::from(p.z == 0.5 && p.coords.xy().amax() == 0.5)));
     // A face has its inner nodes to itself and half of what its rim weighs.
     let faces = blended([0.0; 3], |p| f64::from(u8::from(p.z == 0.5 && p.coords.xy().amax() < 0.5)));
-    assert!((centre - edges - faces).abs() < 1e-15 && centre > 1.0 / 6.0);
+    assert!((center - edges - faces).abs() < 1e-15 && center > 1.0 / 6.0);
     let square = blended([0.0; 3], |p| p.coords.norm_squared());
     let axes = [0, 1, 2].map(|axis| blended([0.0; 3], |p| p[axis] * p[axis]));
     assert!((square - axes.iter().sum::<f64>()).abs() < 1e-14);

@@ -63,13 +63,13 @@ fn the_carried_functions_of_a_ball_are_solid_harmonics() {
     let lift = lift(&lattice, Extension::Harmonic, 10);
     assert_eq!(lift.dimension, 8);
     let squared = |r: f64| 3.0 * (-0.25_f64).exp() * r * r + 5.0 * (-0.75_f64).exp() * r.powi(4);
-    let centre = nearest(&lattice, 0.0, 0.0, 0.0);
+    let center = nearest(&lattice, 0.0, 0.0, 0.0);
     let rim = nearest(&lattice, 1.0, 0.0, 0.0);
-    let unit = distance(&lift, centre, rim).powi(2) / squared(1.0);
+    let unit = distance(&lift, center, rim).powi(2) / squared(1.0);
     for x in [0.25, 0.5, 0.75] {
         let node = nearest(&lattice, 0.0, x, 0.0);
-        let exact = squared((lattice.nodes[node] - lattice.nodes[centre]).norm());
-        let ratio = distance(&lift, centre, node).powi(2) / unit / exact;
+        let exact = squared((lattice.nodes[node] - lattice.nodes[center]).norm());
+        let ratio = distance(&lift, center, node).powi(2) / unit / exact;
         assert!((ratio - 1.0).abs() < 0.02, "at {x}: {ratio}");
     }
 }

@@ -62,7 +62,7 @@ pub(super) fn lines(text: &str) -> impl Iterator<Item = (usize, Cow<'_, str>)> {
     })
 }
 
-/// Vertices without weights and colours, faces without texture and normal indices.
+/// Vertices without weights and colors, faces without texture and normal indices.
 fn statements(text: &str) -> Vec<Statement> {
     let mut statements = Vec::new();
     for (line, whole) in lines(text) {

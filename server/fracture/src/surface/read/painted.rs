@@ -7,7 +7,7 @@ use ply_rs_bw::parser::{Parser, Reader};
 use ply_rs_bw::ply::{DefaultElement, Property, PropertyType, ScalarType};
 use std::path::Path;
 
-/// The vertices of a PLY file, in its coordinates, and the values of their property `attribute`: colours of eight bits from 0 to 1,
+/// The vertices of a PLY file, in its coordinates, and the values of their property `attribute`: colors of eight bits from 0 to 1,
 /// other numbers as they are.
 ///
 /// # Errors
@@ -61,7 +61,7 @@ mod tests {
     }
 
     #[test]
-    fn colours_go_from_zero_to_one_and_other_numbers_stay() {
+    fn colors_go_from_zero_to_one_and_other_numbers_stay() {
         let (points, values) = parse(file("uchar red", "0 0 0 255\n1 2 3 51\n").as_bytes(), "red").unwrap();
         assert_eq!((points[1], values), (Point3::new(1.0, 2.0, 3.0), vec![1.0, 0.2]));
         let (_, values) = parse(file("float wear", "0 0 0 2.5\n").as_bytes(), "wear").unwrap();

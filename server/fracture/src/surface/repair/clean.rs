@@ -11,7 +11,7 @@ use std::collections::HashMap;
 /// Coordinates that are rounded by more than this share of the diagonal have lost the shape's details.
 const VISIBLE_ROUNDING: f64 = 1e-5;
 
-/// Flat triangles whose neighbours were dropped have become loose themselves; so often they are looked at again.
+/// Flat triangles whose neighbors were dropped have become loose themselves; so often they are looked at again.
 const PEELS_MAX: usize = 8;
 
 /// A welded mesh in local coordinates, and the triangles of the raw mesh that its triangles are.
@@ -81,7 +81,7 @@ fn frame(raw: &RawMesh, flat: &[bool]) -> Result<LocalFrame, SurfaceError> {
     if !DIAGONAL_RANGE_M.contains(&diagonal_m) {
         return Err(SurfaceError::ExtentOutOfRange { diagonal_m });
     }
-    Ok(LocalFrame { centre_m: bounds.low + bounds.diagonal() * 0.5, diagonal_m })
+    Ok(LocalFrame { center_m: bounds.low + bounds.diagonal() * 0.5, diagonal_m })
 }
 
 fn report_precision(raw: &RawMesh, frame: &LocalFrame, defects: &mut Vec<Defect>) {

@@ -64,7 +64,7 @@ pub(super) fn intersections(positions: &[Point3<f64>], triangles: &[[u32; 3]]) -
 }
 
 /// The pairs of one of the `chosen` triangles and any other that meet elsewhere than in vertices they share; the chosen one first, and pairs
-/// of two of them twice. Neighbours across an edge count as apart.
+/// of two of them twice. Neighbors across an edge count as apart.
 pub(crate) fn crossings(positions: &[Point3<f64>], triangles: &[[u32; 3]], chosen: &[u32]) -> Vec<[u32; 2]> {
     let corners = |triangle: u32| triangles[triangle as usize].map(|vertex| positions[vertex as usize]);
     let tree = TriangleTree::new(&(0..triangles.len() as u32).map(corners).collect::<Vec<_>>());
@@ -84,7 +84,7 @@ pub(crate) fn crossings(positions: &[Point3<f64>], triangles: &[[u32; 3]], chose
 }
 
 /// Whether two triangles, each its vertices and where they are, have a point in common that no shared vertex or edge explains: where
-/// they share a vertex, whether an edge opposite it meets the other triangle. Neighbours across an edge count as apart.
+/// they share a vertex, whether an edge opposite it meets the other triangle. Neighbors across an edge count as apart.
 pub(crate) fn meet((one, at_one): ([u32; 3], Triangle), (two, at_two): ([u32; 3], Triangle)) -> bool {
     let shared = |k: &usize| two.contains(&one[*k]);
     match (0..3).filter(shared).count() {

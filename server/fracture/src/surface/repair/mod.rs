@@ -61,7 +61,7 @@ impl Surface {
         let wound = triangles.clone();
         let edges = Edges::new(&triangles);
         let patches = orient::orient(&positions, &mut triangles, &edges, face);
-        patches.turned.report(DefectKind::MixedWinding, "turned to agree with their neighbours", &mut defects);
+        patches.turned.report(DefectKind::MixedWinding, "turned to agree with their neighbors", &mut defects);
         patches.twisted.report(DefectKind::NonOrientable, "none: one-sided there", &mut defects);
         let shells = shells::face_outward(&positions, &mut triangles, &patches.members, face);
         report_shells(&shells, &mut defects);

@@ -22,14 +22,14 @@ pub(super) fn orient(
     edges: &Edges,
     face: impl Fn(u32) -> u64,
 ) -> Patches {
-    let neighbours = neighbours(edges, triangles.len());
+    let neighbors = neighbors(edges, triangles.len());
     let mut patches = Patches { members: Vec::new(), turned: DefectTally::default(), twisted: DefectTally::default() };
     let mut against: Vec<Option<bool>> = vec![None; triangles.len()];
     for seed in 0..triangles.len() as u32 {
         if against[seed as usize].is_some() {
             continue;
         }
-        let mut members = spread(seed, &neighbours, &mut against, |triangle| patches.twisted.note(face(triangle)));
+        let mut members = spread(seed, &neighbors, &mut against, |triangle| patches.twisted.note(face(triangle)));
         members.sort_unstable();
         let area_of = |side: bool| {
             let same = members.iter().filter(|&&t| against[t as usize] == Some(side));
@@ -53,23 +53,23 @@ pub(super) fn area_vector(positions: &[Point3<f64>], corners: &[u32; 3]) -> Vect
 
 /// Per triangle and side: the triangle across, if exactly one, and whether both run along the edge in the same
 /// direction, that is, are wound against each other.
-fn neighbours(edges: &Edges, triangles: usize) -> Vec<[Option<(u32, bool)>; 3]> {
-    let mut neighbours = vec![[None; 3]; triangles];
+fn neighbors(edges: &Edges, triangles: usize) -> Vec<[Option<(u32, bool)>; 3]> {
+    let mut neighbors = vec![[None; 3]; triangles];
     for group in edges.groups() {
         if let [a, b] = group {
             let against = a.forward == b.forward;
-            neighbours[a.triangle as usize][a.side as usize] = Some((b.triangle, against));
-            neighbours[b.triangle as usize][b.side as usize] = Some((a.triangle, against));
+            neighbors[a.triangle as usize][a.side as usize] = Some((b.triangle, against));
+            neighbors[b.triangle as usize][b.side as usize] = Some((a.triangle, against));
         }
     }
-    neighbours
+    neighbors
 }
 
 /// Marks the patch of `seed`: false for triangles wound like the seed, true for those wound against it. Calls `twisted`
 /// for each edge that contradicts.
 fn spread(
     seed: u32,
-    neighbours: &[[Option<(u32, bool)>; 3]],
+    neighbors: &[[Option<(u32, bool)>; 3]],
     against: &mut [Option<bool>],
     mut twisted: impl FnMut(u32),
 ) -> Vec<u32> {
@@ -80,7 +80,7 @@ fn spread(
         let triangle = members[next];
         next += 1;
         let own = against[triangle as usize] == Some(true);
-        for &(other, differs) in neighbours[triangle as usize].iter().flatten() {
+        for &(other, differs) in neighbors[triangle as usize].iter().flatten() {
             match against[other as usize] {
                 None => {
                     against[other as usize] = Some(own != differs);

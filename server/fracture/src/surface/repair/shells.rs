@@ -91,7 +91,7 @@ pub(super) fn face_outward(
     shells
 }
 
-/// Area, area vector and signed volume about the area's centre.
+/// Area, area vector and signed volume about the area's center.
 struct Measure {
     area: f64,
     vector: Vector3<f64>,
@@ -104,19 +104,19 @@ struct Measure {
 impl Measure {
     fn of(positions: &[Point3<f64>], triangles: &[[u32; 3]], members: &[u32]) -> Self {
         let corners = |t: u32| triangles[t as usize].map(|vertex| positions[vertex as usize]);
-        let centre_of = |[a, b, c]: [Point3<f64>; 3]| (a.coords + b.coords + c.coords) / 3.0;
+        let center_of = |[a, b, c]: [Point3<f64>; 3]| (a.coords + b.coords + c.coords) / 3.0;
         let (mut area, mut vector, mut weighted) = (0.0, Vector3::zeros(), Vector3::zeros());
         let (mut bounds, mut largest, mut sample) = (BoundingBox::EMPTY, -1.0, Point3::origin());
         for &triangle in members {
             let part = area_vector(positions, &triangles[triangle as usize]);
             let size = part.norm();
-            let centre = centre_of(corners(triangle));
+            let center = center_of(corners(triangle));
             area += size;
             vector += part;
-            weighted += centre * size;
+            weighted += center * size;
             bounds = corners(triangle).iter().fold(bounds, |bounds, corner| bounds.with(corner));
             if size > largest {
-                (largest, sample) = (size, Point3::from(centre));
+                (largest, sample) = (size, Point3::from(center));
             }
         }
         let reference = if area > 0.0 { weighted / area } else { sample.coords };

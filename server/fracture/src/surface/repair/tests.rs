@@ -56,7 +56,7 @@ fn the_frame_is_that_of_the_box() {
     mesh.positions_m.iter_mut().for_each(|point| *point += Vector3::new(5.0, 6.0, 7.0));
     mesh.positions_m.push(Point3::new(100.0, 0.0, 0.0));
     let surface = check(mesh, &[(DefectKind::UnreferencedVertices, 1, 8)]);
-    assert_eq!(surface.frame, LocalFrame { centre_m: Point3::new(5.0, 6.0, 7.0), diagonal_m: 3.0 });
+    assert_eq!(surface.frame, LocalFrame { center_m: Point3::new(5.0, 6.0, 7.0), diagonal_m: 3.0 });
     assert_eq!(surface.positions.len(), 8);
 }
 
@@ -184,8 +184,8 @@ fn loose_inverted_panels_are_turned_together() {
     let source = inverted(cube());
     for pair in source.triangles.chunks(2) {
         let part = RawMesh::new(source.positions_m.clone(), pair.to_vec());
-        let centre: Vector3<f64> = pair.iter().flatten().map(|&v| source.positions_m[v as usize].coords).sum();
-        mesh = both(mesh, &part, (centre * 0.01).into());
+        let center: Vector3<f64> = pair.iter().flatten().map(|&v| source.positions_m[v as usize].coords).sum();
+        mesh = both(mesh, &part, (center * 0.01).into());
     }
     let surface = Surface::repair(mesh).unwrap();
     let flipped = surface.defects.iter().find(|d| d.kind == DefectKind::FlippedShell).unwrap();

@@ -1,4 +1,4 @@
-//! Closed generated meshes, in metres and y-up: for tests, references and the demonstration.
+//! Closed generated meshes, in meters and y-up: for tests, references and the demonstration.
 //!
 //! Every shape is one closed surface per body, consistently wound, facing outward, without self-intersections.
 
@@ -32,7 +32,7 @@ pub fn by_name(name: &str) -> Option<RawMesh> {
     }
 }
 
-/// A mesh as Wavefront OBJ, metres; reading it again gives the same bits.
+/// A mesh as Wavefront OBJ, meters; reading it again gives the same bits.
 pub fn obj(mesh: &RawMesh) -> String {
     let mut text = String::new();
     for point in &mesh.positions_m {

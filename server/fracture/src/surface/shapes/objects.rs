@@ -98,9 +98,9 @@ pub fn scanned_statue() -> RawMesh {
     statue_on(0.00552)
 }
 
-/// The animal of [`statue`], on cubes of side `spacing_m`, metres: the finer, the more triangles.
+/// The animal of [`statue`], on cubes of side `spacing_m`, meters: the finer, the more triangles.
 pub fn statue_on(spacing_m: f64) -> RawMesh {
-    // From, to (metres, x forward), radii at both ends.
+    // From, to (meters, x forward), radii at both ends.
     let bones: [([f64; 3], [f64; 3], f64, f64); 9] = [
         ([-0.14, 0.30, 0.0], [0.12, 0.31, 0.0], 0.062, 0.068),
         ([0.13, 0.32, 0.0], [0.22, 0.43, 0.0], 0.045, 0.034),

@@ -20,12 +20,12 @@ pub(super) fn tube(rings: &[Vec<Point3<f64>>]) -> RawMesh {
         }
     }
     for (ring, points, flip) in [(0, first, true), (rings.len() as u32 - 1, last, false)] {
-        let centre = mesh.positions_m.len() as u32;
+        let center = mesh.positions_m.len() as u32;
         let sum: nalgebra::Vector3<f64> = points.iter().map(|point| point.coords).sum();
         mesh.positions_m.push(Point3::from(sum / points.len() as f64));
         for k in 0..size {
             let (from, to) = if flip { (at(ring, k + 1), at(ring, k)) } else { (at(ring, k), at(ring, k + 1)) };
-            mesh.triangles.push([centre, from, to]);
+            mesh.triangles.push([center, from, to]);
         }
     }
     mesh

@@ -16,12 +16,12 @@ fn check_plane(lattice: &Lattice, offset: f64) {
     let emitted = Voronoi::new(lattice, &sites).check(lattice);
     let tessellation = &emitted.tessellation;
     assert_eq!(tessellation.fragments().len(), 2);
-    for run in tessellation.runs().iter().filter(|run| run.neighbour.is_some()) {
+    for run in tessellation.runs().iter().filter(|run| run.neighbor.is_some()) {
         assert!(tessellation.run_vertices(run).iter().all(|vertex| (vertex.x - offset).abs() < 1e-12));
     }
     let (low, section) = (-0.3, 0.4 * 0.4);
     assert!((emitted.properties[0].volume - (offset - low) * section).abs() < 1e-12);
-    assert!((emitted.properties[0].centre.x - (offset + low) / 2.0).abs() < 1e-12);
+    assert!((emitted.properties[0].center.x - (offset + low) / 2.0).abs() < 1e-12);
 }
 
 #[test]
@@ -105,8 +105,8 @@ fn three_sites_meet_on_their_triple_line() {
 fn four_sites_meet_in_their_quadruple_point() {
     let lattice = block([2, 2, 2], 0.2);
     let corners = lattice.corners(7);
-    let centre = Point3::from(corners.iter().map(|corner| corner.coords).sum::<Vector3<f64>>() / 4.0);
-    let aim = centre + (corners[0] - centre) * 0.2;
+    let center = Point3::from(corners.iter().map(|corner| corner.coords).sum::<Vector3<f64>>() / 4.0);
+    let aim = center + (corners[0] - center) * 0.2;
     // Four points at one distance from `aim`, each in the direction of a node.
     let sites: Vec<Point3<f64>> = corners.iter().map(|corner| aim + (corner - aim).normalize() * 0.05).collect();
     let rows = [1, 2, 3].map(|k| (sites[k] - sites[0]).transpose());
@@ -125,7 +125,7 @@ fn a_single_label_gives_the_lattices_boundary() {
     let lattice = wobbly([3, 2, 2], 9);
     let emitted = check(&lattice, &vec![0; lattice.nodes.len()], None);
     let [run] = emitted.tessellation.runs() else { panic!("one run") };
-    assert_eq!((run.neighbour, emitted.merges.len()), (None, 0));
+    assert_eq!((run.neighbor, emitted.merges.len()), (None, 0));
     let vertices = emitted.tessellation.run_vertices(run);
     let found: Vec<[Point3<f64>; 3]> = emitted
         .tessellation

@@ -46,16 +46,16 @@ proptest! {
 
     #[test]
     fn lattices_with_handles_and_corners_do_too(count in 2usize..21, seed: u64) {
-        let ring = carved([3, 3, 1], 0.15, |centre| centre.x.abs() > 0.1 || centre.y.abs() > 0.1);
+        let ring = carved([3, 3, 1], 0.15, |center| center.x.abs() > 0.1 || center.y.abs() > 0.1);
         check(&ring, &random_labels(ring.nodes.len(), count, seed), None);
-        let bent = carved([3, 3, 2], 0.15, |centre| centre.x < 0.1 || centre.y < 0.1 || centre.z < 0.0);
+        let bent = carved([3, 3, 2], 0.15, |center| center.x < 0.1 || center.y < 0.1 || center.z < 0.0);
         Voronoi::new(&bent, &random_points(count, 0.25, seed)).check(&bent);
     }
 }
 
 #[test]
 fn a_cavity_is_closed_too() {
-    let hollow = carved([3, 3, 3], 0.15, |centre| centre.coords.amax() > 0.1);
+    let hollow = carved([3, 3, 3], 0.15, |center| center.coords.amax() > 0.1);
     let whole = check(&hollow, &vec![0; hollow.nodes.len()], None);
     assert_eq!(whole.tessellation.runs().len(), 1);
     for seed in 0..10 {

@@ -23,8 +23,8 @@ fn bisectors_through_nodes_are_moved_off_them() {
 #[test]
 fn coincident_and_symmetric_sites_stay_closed() {
     let lattice = block([3, 3, 3], 0.1);
-    let centre = Point3::origin();
-    let twins = Voronoi::new(&lattice, &[centre, centre, centre]);
+    let center = Point3::origin();
+    let twins = Voronoi::new(&lattice, &[center, center, center]);
     assert_eq!(twins.split.sites, [0], "ties to the lowest");
     twins.check(&lattice);
     // Labels that claim different sites at one place: no bisector anywhere.
@@ -139,8 +139,8 @@ fn any_scale_stays_closed() {
     let topology = Topology::new(&lattice);
     let labels = random_labels(topology.nodes, 5, 2);
     let points = crack_points(&lattice, &topology, &labels, None, &FixedPoints::default()).unwrap();
-    for metres_per_unit in [1e-6, 1.0, 1e6] {
-        let emitted = emit(tessellate(&lattice, &topology, &labels, &points).unwrap(), metres_per_unit);
+    for meters_per_unit in [1e-6, 1.0, 1e6] {
+        let emitted = emit(tessellate(&lattice, &topology, &labels, &points).unwrap(), meters_per_unit);
         for fragment in emitted.tessellation.fragments() {
             let indices = &emitted.indices[3 * fragment.triangles.start..3 * fragment.triangles.end];
             crate::fragment::closed(&emitted.positions[fragment.vertices.clone()], indices).unwrap();

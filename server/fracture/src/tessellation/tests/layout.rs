@@ -72,22 +72,22 @@ fn memory_of_the_wrong_size_is_refused_and_left_alone() {
     let lattice = block([1, 1, 1], 0.5);
     let labels = random_labels(lattice.nodes.len(), 3, 1);
     let good = check(&lattice, &labels, None);
-    let centres = vec![Point3::origin(); good.properties.len()];
-    let transform = Transform { metres_per_unit: 1.0 };
+    let centers = vec![Point3::origin(); good.properties.len()];
+    let transform = Transform { meters_per_unit: 1.0 };
     let (vertices, indices, merges) = (good.positions.len(), good.indices.len(), good.merges.len());
-    let attempt = |centre_count: usize, vertices: usize, indices: usize, merges: usize| {
+    let attempt = |center_count: usize, vertices: usize, indices: usize, merges: usize| {
         let mut sections = (vec![[7.0; 3]; vertices], vec![7; indices], vec![[7; 2]; merges]);
         let (positions, index, merge) = (&mut sections.0, &mut sections.1, &mut sections.2);
-        let result = good.tessellation.emit(&centres[..centre_count], transform, positions, index, merge);
+        let result = good.tessellation.emit(&centers[..center_count], transform, positions, index, merge);
         let untouched = sections.0.iter().flatten().all(|&x| x == 7.0) && sections.1.iter().all(|&x| x == 7);
         assert!(result.is_ok() || untouched);
         result
     };
-    let all = centres.len();
+    let all = centers.len();
     let wrong = |needed: usize| (needed, needed - 1);
     assert_eq!(attempt(all, vertices, indices, merges), Ok(()));
     let (needed, given) = wrong(all);
-    assert_eq!(attempt(given, vertices, indices, merges), Err(TessellationError::Centres { needed, given }));
+    assert_eq!(attempt(given, vertices, indices, merges), Err(TessellationError::Centers { needed, given }));
     let (needed, given) = wrong(vertices);
     assert_eq!(attempt(all, given, indices, merges), Err(TessellationError::Positions { needed, given }));
     let (needed, given) = wrong(indices);

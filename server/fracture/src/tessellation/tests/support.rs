@@ -18,15 +18,15 @@ pub struct Emitted {
     pub merges: Vec<[u32; 2]>,
 }
 
-pub fn emit(tessellation: Tessellation, metres_per_unit: f64) -> Emitted {
+pub fn emit(tessellation: Tessellation, meters_per_unit: f64) -> Emitted {
     let mut properties = Vec::new();
     fragment::properties(&tessellation, &mut properties);
-    let centres: Vec<Point3<f64>> = properties.iter().map(|properties| properties.centre).collect();
+    let centers: Vec<Point3<f64>> = properties.iter().map(|properties| properties.center).collect();
     let mut positions = vec![[f32::NAN; 3]; tessellation.vertex_count()];
     let mut indices = vec![u32::MAX; tessellation.index_count()];
     let mut merges = vec![[u32::MAX; 2]; tessellation.merge_count()];
-    let transform = Transform { metres_per_unit };
-    tessellation.emit(&centres, transform, &mut positions, &mut indices, &mut merges).unwrap();
+    let transform = Transform { meters_per_unit };
+    tessellation.emit(&centers, transform, &mut positions, &mut indices, &mut merges).unwrap();
     Emitted { tessellation, properties, positions, indices, merges }
 }
 
@@ -55,20 +55,20 @@ fn check_ranges(tessellation: &Tessellation) {
     for (index, fragment) in tessellation.fragments().iter().enumerate() {
         let starts = (fragment.runs.start, fragment.vertices.start, fragment.triangles.start, fragment.merges.start);
         assert_eq!(starts, (runs, vertices, triangles, merges));
-        let mut neighbours = Vec::new();
+        let mut neighbors = Vec::new();
         for run in &tessellation.runs()[fragment.runs.clone()] {
             assert_eq!(run.fragment as usize, index);
             assert_eq!((run.vertices.start, run.triangles.start, run.merges.start), (vertices, triangles, merges));
             assert!(!run.vertices.is_empty() && !run.triangles.is_empty());
             (vertices, triangles, merges) = (run.vertices.end, run.triangles.end, run.merges.end);
-            neighbours.push(run.neighbour.map_or(0, |neighbour| neighbour + 1));
-            if let Some(neighbour) = run.neighbour {
-                let theirs = &tessellation.runs()[tessellation.fragments()[neighbour as usize].runs.clone()];
-                let back = theirs.iter().find(|theirs| theirs.neighbour == Some(run.fragment)).expect("both sides");
+            neighbors.push(run.neighbor.map_or(0, |neighbor| neighbor + 1));
+            if let Some(neighbor) = run.neighbor {
+                let theirs = &tessellation.runs()[tessellation.fragments()[neighbor as usize].runs.clone()];
+                let back = theirs.iter().find(|theirs| theirs.neighbor == Some(run.fragment)).expect("both sides");
                 assert_eq!((back.vertices.len(), back.triangles.len()), (run.vertices.len(), run.triangles.len()));
             }
         }
-        assert!(neighbours.is_sorted_by(|a, b| a < b), "outer first, then ascending neighbours");
+        assert!(neighbors.is_sorted_by(|a, b| a < b), "outer first, then ascending neighbors");
         runs = fragment.runs.end;
         let ends = (fragment.vertices.end, fragment.triangles.end, fragment.merges.end);
         assert_eq!(ends, (vertices, triangles, merges));
@@ -182,7 +182,7 @@ pub fn wobbly(cells: [usize; 3], seed: u64) -> Lattice {
     lattice
 }
 
-/// The cells of a block whose centres `keep` accepts; unused nodes are dropped.
+/// The cells of a block whose centers `keep` accepts; unused nodes are dropped.
 pub fn carved(cells: [usize; 3], spacing: f64, keep: impl Fn(Point3<f64>) -> bool) -> Lattice {
     let whole = block(cells, spacing);
     let mut lattice = Lattice::default();

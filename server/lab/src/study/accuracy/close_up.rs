@@ -36,7 +36,7 @@ pub struct CloseUp {
     from: [f32; 3],
     /// Edge of the cube that is seen, m.
     edge_m: f32,
-    /// The input first; meshes in metres, relative to the contact.
+    /// The input first; meshes in meters, relative to the contact.
     views: Vec<View>,
 }
 

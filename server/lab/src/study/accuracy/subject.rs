@@ -71,7 +71,7 @@ pub(super) fn strikes(plan: &AccuracyPlan, base: &PreparedObject) -> Result<Vec<
         let mut strike = FractureRequest {
             degree: DegreeRequest::Sites(plan.sites),
             seed: number,
-            ..FractureRequest::at(base.frame.to_metres(&point), inward)
+            ..FractureRequest::at(base.frame.to_meters(&point), inward)
         };
         let energy = energy(base, &strike, &mut workspace)?;
         // n ∝ W^(3/5), and W ∝ J².

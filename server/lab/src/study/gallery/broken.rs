@@ -45,7 +45,7 @@ impl GalleryResult {
         let Some(parent) = self.pieces.fragments.iter().max_by(larger).copied() else { return Ok(self) };
         let mut strike = FractureRequest { degree: DegreeRequest::Sites(AGAIN_SITES), ..strike.clone() };
         for contact in &mut strike.contacts {
-            (contact.point_m, contact.radius_m) = (parent.centre_m.into(), Some(AGAIN_RADIUS_M));
+            (contact.point_m, contact.radius_m) = (parent.center_m.into(), Some(AGAIN_RADIUS_M));
         }
         strike.effects = strike.effects.without(EffectKind::Elastic);
         let from = (&self.pieces.keep(), parent.id);
@@ -66,7 +66,7 @@ impl GalleryResult {
             pieces,
             e1_over_gamma,
             sites,
-            hub_m: prepared.frame.centre_m.coords.into(),
+            hub_m: prepared.frame.center_m.coords.into(),
             positions,
             indices,
             children: None,
@@ -78,10 +78,10 @@ impl GalleryResult {
         self.pieces.effects.has(EffectKind::Anchored)
     }
 
-    /// Where the centre of fragment `fragment` is drawn when pieces are moved apart by `factor` of their distance.
+    /// Where the center of fragment `fragment` is drawn when pieces are moved apart by `factor` of their distance.
     pub fn place(&self, fragment: u32, factor: f64) -> Vector3<f32> {
-        let centre = Vector3::from(self.pieces.fragments[fragment as usize].centre_m);
-        ((centre - Vector3::from(self.hub_m)) * (1.0 + factor)).cast()
+        let center = Vector3::from(self.pieces.fragments[fragment as usize].center_m);
+        ((center - Vector3::from(self.hub_m)) * (1.0 + factor)).cast()
     }
 
     /// A point of the object, drawn with the pieces in their places.

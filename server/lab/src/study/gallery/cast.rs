@@ -151,7 +151,7 @@ fn painted(mut mesh: RawMesh) -> RawMesh {
 
 /// The contacts, moved to the nearest nodes of the object's lattices.
 fn snapped(prepared: &PreparedObject, strike: &FractureRequest) -> Vec<ImpactContact> {
-    let nodes = || prepared.bodies.iter().flat_map(|body| &body.crack.nodes).map(|node| prepared.frame.to_metres(node));
+    let nodes = || prepared.bodies.iter().flat_map(|body| &body.crack.nodes).map(|node| prepared.frame.to_meters(node));
     let snap = |contact: &ImpactContact| {
         let distance = |node: &Point3<f64>| (node - contact.point_m).norm();
         let point_m = nodes().min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or(contact.point_m);
@@ -216,7 +216,7 @@ pub fn cast() -> Vec<Showcase> {
         ),
         Showcase::new(
             EffectKind::Slivers,
-            "no piece is smaller than 30 cubic centimetres: those are red",
+            "no piece is smaller than 30 cubic centimeters: those are red",
             Stage::Statue,
             slivers,
         )
@@ -316,7 +316,7 @@ fn artist() -> [Showcase; 5] {
     let waves = Some(Waves { length_m: 0.12, slope: 0.3 });
     let points_m = vec![Point3::new(-0.1, 0.0, 0.0), Point3::new(0.1, 0.0, 0.0)];
     let paint = Some(Paint { points_m, factors: vec![6.0, 0.4] });
-    let protected = vec![Region::Ball { centre_m: Point3::from([0.06, 0.03, 0.1]), radius_m: 0.07 }];
+    let protected = vec![Region::Ball { center_m: Point3::from([0.06, 0.03, 0.1]), radius_m: 0.07 }];
     let ring = |k: u32| {
         let (sine, cosine) = (std::f64::consts::TAU * f64::from(k) / 8.0).sin_cos();
         Point3::new(0.09 * cosine, 0.09 * sine, 0.09)
@@ -324,8 +324,8 @@ fn artist() -> [Showcase; 5] {
     let sites_m = (0..8).map(ring).chain([Point3::new(0.0, 0.0, 0.09)]).collect();
     let marked: fn(&GalleryResult, bool) -> DrawnMesh = |broken, _| {
         let mut mesh = broken.mesh(0.0);
-        let centre = broken.point(&Point3::new(0.06, 0.03, 0.1));
-        mesh.append(marks::ball(centre, 0.012, Color::oklch(0.5, 0.18, 28.0)));
+        let center = broken.point(&Point3::new(0.06, 0.03, 0.1));
+        mesh.append(marks::ball(center, 0.012, Color::oklch(0.5, 0.18, 28.0)));
         mesh
     };
     [

@@ -1,10 +1,10 @@
 //! What effects of output add to the pieces, made visible.
 
 use super::broken::GalleryResult;
-use crate::picture::{Color, DrawnCorner, DrawnMesh, arrow, fragment_colour};
+use crate::picture::{Color, DrawnCorner, DrawnMesh, arrow, fragment_color};
 use nalgebra::{Point3, Vector3};
 
-/// How far pieces are moved apart, over their distance from the centre.
+/// How far pieces are moved apart, over their distance from the center.
 pub const SPREAD: f64 = 0.35;
 
 /// The same where bonds are shown between them.
@@ -58,8 +58,8 @@ pub fn slivers(broken: &GalleryResult, least_m3: f64) -> DrawnMesh {
         is_small[row.vertex_first as usize..(row.vertex_first + row.vertex_count) as usize].fill(true);
     }
     for (corners, triangle) in mesh.corners.iter_mut().zip(&mesh.triangles) {
-        let colour = if is_small[triangle[0] as usize] { small } else { large };
-        corners.iter_mut().for_each(|corner| corner.colour = colour);
+        let color = if is_small[triangle[0] as usize] { small } else { large };
+        corners.iter_mut().for_each(|corner| corner.color = color);
     }
     mesh
 }
@@ -86,9 +86,9 @@ pub fn hulls(broken: &GalleryResult) -> DrawnMesh {
         let indices = &hulls.indices[row.index_first as usize..][..row.index_count as usize];
         let positions = own.iter().map(|&position| Point3::from(position)).collect();
         let triangles = indices.chunks_exact(3).map(|t| [t[0], t[1], t[2]]).collect();
-        let colour = fragment_colour(fragment as u32);
+        let color = fragment_color(fragment as u32);
         mesh.append(
-            DrawnMesh::paint(positions, triangles, 1.0, |_, _| colour).moved(broken.place(fragment as u32, SPREAD)),
+            DrawnMesh::paint(positions, triangles, 1.0, |_, _| color).moved(broken.place(fragment as u32, SPREAD)),
         );
     }
     mesh
@@ -103,10 +103,10 @@ pub fn release(broken: &GalleryResult) -> DrawnMesh {
     for (row, velocity) in broken.pieces.fragments.iter().zip(&broken.pieces.velocities) {
         let flight: Vector3<f32> = velocity.linear_m_s.cast::<f32>() * time;
         let turn = nalgebra::Rotation3::new(velocity.angular_rad_s.cast::<f32>() * time);
-        let centre = broken.place(row.id, 0.0);
+        let center = broken.place(row.id, 0.0);
         let own = row.vertex_first as usize..(row.vertex_first + row.vertex_count) as usize;
         for position in &mut mesh.positions[own] {
-            *position = Point3::from(turn * (position.coords - centre) + centre + flight);
+            *position = Point3::from(turn * (position.coords - center) + center + flight);
         }
     }
     mesh
@@ -140,8 +140,8 @@ pub fn uvs(broken: &GalleryResult) -> DrawnMesh {
         if at.iter().all(|uv| *uv == [0.0; 2]) {
             continue;
         }
-        let colour = board(at, FIELD_M);
-        corners.iter_mut().for_each(|corner| corner.colour = colour);
+        let color = board(at, FIELD_M);
+        corners.iter_mut().for_each(|corner| corner.color = color);
     }
     mesh
 }
@@ -164,9 +164,9 @@ pub fn attributes(broken: &GalleryResult) -> DrawnMesh {
         if own.iter().any(|look| look.normal == [0.0; 3]) {
             continue;
         }
-        let colour = board(own.map(|look| look.uv), TILE_M);
+        let color = board(own.map(|look| look.uv), TILE_M);
         for (corner, look) in corners.iter_mut().zip(own) {
-            (corner.colour, corner.normal) = (colour, Vector3::from(look.normal));
+            (corner.color, corner.normal) = (color, Vector3::from(look.normal));
         }
     }
     mesh
@@ -190,8 +190,8 @@ pub fn skin(broken: &GalleryResult) -> DrawnMesh {
         let triangles: Vec<[u32; 3]> = indices.as_chunks::<3>().0.to_vec();
         let corners = triangles.iter().map(|triangle| {
             let seen = triangle.map(|vertex| &own[vertex as usize]);
-            let colour = board(seen.map(|vertex| vertex.uv), TILE_M);
-            seen.map(|vertex| DrawnCorner { normal: Vector3::from(vertex.normal), colour })
+            let color = board(seen.map(|vertex| vertex.uv), TILE_M);
+            seen.map(|vertex| DrawnCorner { normal: Vector3::from(vertex.normal), color })
         });
         let corners = corners.collect();
         let positions = own.iter().map(|vertex| Point3::from(vertex.position_m)).collect();
@@ -201,14 +201,14 @@ pub fn skin(broken: &GalleryResult) -> DrawnMesh {
 }
 
 /// A ball of triangles, to mark a point or a region.
-pub fn ball(centre: Point3<f32>, radius: f32, colour: Color) -> DrawnMesh {
+pub fn ball(center: Point3<f32>, radius: f32, color: Color) -> DrawnMesh {
     let mesh = shatter_fracture::surface::shapes::sphere(f64::from(radius), 2);
-    let positions = mesh.positions_m.iter().map(|point| centre + point.coords.cast::<f32>()).collect();
-    DrawnMesh::paint(positions, mesh.triangles, 60.0, |_, _| colour)
+    let positions = mesh.positions_m.iter().map(|point| center + point.coords.cast::<f32>()).collect();
+    DrawnMesh::paint(positions, mesh.triangles, 60.0, |_, _| color)
 }
 
 /// A rod with six sides.
-fn rod(from: Point3<f32>, to: Point3<f32>, radius: f32, colour: Color) -> DrawnMesh {
+fn rod(from: Point3<f32>, to: Point3<f32>, radius: f32, color: Color) -> DrawnMesh {
     let Some(axis) = (to - from).try_normalize(1e-12) else { return DrawnMesh::default() };
     let aside = if axis.y.abs() > 0.9 { Vector3::x() } else { Vector3::y() };
     let across = aside.cross(&axis).normalize();
@@ -222,5 +222,5 @@ fn rod(from: Point3<f32>, to: Point3<f32>, radius: f32, colour: Color) -> DrawnM
         let [a, b, c, d] = [2 * k, 2 * k + 1, 2 * ((k + 1) % 6), 2 * ((k + 1) % 6) + 1];
         [[a, c, b], [c, d, b]]
     };
-    DrawnMesh::paint(positions, (0..6).flat_map(faces).collect(), 80.0, |_, _| colour)
+    DrawnMesh::paint(positions, (0..6).flat_map(faces).collect(), 80.0, |_, _| color)
 }

@@ -30,7 +30,7 @@ pub struct EffectPair {
     pub caption: &'static str,
     /// Where the camera is, seen from the object.
     pub from: [f32; 3],
-    /// Without it, and with it; metres.
+    /// Without it, and with it; meters.
     pub meshes: [DrawnMesh; 2],
 }
 

@@ -87,10 +87,10 @@ fn finite(what: &'static str, numbers: &[f64]) -> Result<(), FuzzFault> {
     if numbers.iter().all(|number| number.is_finite()) { Ok(()) } else { Err(FuzzFault::NotFinite(what)) }
 }
 
-/// Masses, centres, inertias; and that volumes add up.
+/// Masses, centers, inertias; and that volumes add up.
 fn rows(pieces: &FractureMeshes, lattice_m3: f64) -> Result<(), FuzzFault> {
     for row in &pieces.fragments {
-        finite("a centre", &row.centre_m)?;
+        finite("a center", &row.center_m)?;
         finite("an inertia", &row.inertia_kg_m2)?;
         finite("an energy", &[row.energy_j_m2])?;
         finite("a mass", &[row.volume_m3, row.mass_kg])?;

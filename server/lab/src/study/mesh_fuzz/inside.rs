@@ -19,7 +19,7 @@ const FRAGMENT_RANGE_M: std::ops::Range<f64> = 1e-30..1e34;
 /// A winding number of at least this size, whatever its sign, is inside.
 const SURE: f64 = 0.75;
 
-/// Whether some point and its six neighbours, 1/16 of the diagonal away, are surely inside: there is room for a lattice of
+/// Whether some point and its six neighbors, 1/16 of the diagonal away, are surely inside: there is room for a lattice of
 /// that spacing, whichever way the triangles face.
 pub(super) fn clearly_has_inside(mesh: &RawMesh) -> bool {
     if mesh.check().is_err() {

@@ -162,7 +162,7 @@ fn strike(prepared: &PreparedObject, seed: u64) -> FractureRequest {
     let face = &faces[(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) % faces.len() as u64) as usize];
     let [a, b, c] = face.nodes.map(|node| body.crack.nodes[node as usize]);
     let middle = (a.coords + b.coords + c.coords) / 3.0;
-    let point_m = prepared.frame.to_metres(&middle.into());
+    let point_m = prepared.frame.to_meters(&middle.into());
     FractureRequest {
         degree: DegreeRequest::Sites(SITES),
         lift: if seed % 4 == 3 { LiftKind::Euclidean } else { LiftKind::Interior },

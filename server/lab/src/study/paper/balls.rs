@@ -52,8 +52,8 @@ pub fn drawn(body: &PaperBody, progress: &mut dyn FnMut(&str)) -> Result<PaperFi
         let (panel, broken) = body.strike(&blow, own.radius_m, caption)?;
         let mut mesh = broken.mesh(SPREAD);
         let touched = broken.point(&point_m).coords * (1.0 + SPREAD as f32);
-        let centre = touched + out.cast::<f32>() * (1.4 * own.radius_m as f32);
-        mesh.append(ball(Point3::from(centre), own.radius_m as f32, METAL));
+        let center = touched + out.cast::<f32>() * (1.4 * own.radius_m as f32);
+        mesh.append(ball(Point3::from(center), own.radius_m as f32, METAL));
         panels.push(panel);
         meshes.push(mesh);
     }

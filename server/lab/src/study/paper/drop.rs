@@ -23,7 +23,7 @@ pub fn drawn(body: &PaperBody, progress: &mut dyn FnMut(&str)) -> Result<PaperFi
     let higher = |a: &&Point3<f64>, b: &&Point3<f64>| a.y.total_cmp(&b.y);
     let head_m = *body.vertices_m.iter().max_by(higher).ok_or(PaperError::Empty)?;
     // The floor pushes through the middle, so the body does not turn.
-    let inward = body.prepared.frame.centre_m - head_m;
+    let inward = body.prepared.frame.center_m - head_m;
     let upright = upright(&inward);
     let (mut panels, mut meshes) = (Vec::<Panel>::new(), Vec::<DrawnMesh>::new());
     for gamma_factor in GAMMAS {
@@ -44,7 +44,7 @@ pub fn drawn(body: &PaperBody, progress: &mut dyn FnMut(&str)) -> Result<PaperFi
         meshes.push(mesh);
     }
     let images = pictures(&meshes, body.from.cast());
-    let caption = "The same body dropped on its head from a metre, on concrete; γ falls from left to right";
+    let caption = "The same body dropped on its head from a meter, on concrete; γ falls from left to right";
     PaperFigure::new("paper-drop", caption, panels.into_iter().zip(images).collect())
 }
 

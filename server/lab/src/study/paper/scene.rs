@@ -21,7 +21,7 @@ const SIZE: PictureSize = PictureSize { width: 480, height: 480 };
 /// Long lens: things far apart keep their sizes.
 const LENS: Projection = Projection::Perspective { fov_deg: 24.0 };
 
-/// Pieces are moved apart by this part of their distance from the body's centre.
+/// Pieces are moved apart by this part of their distance from the body's center.
 pub const SPREAD: f64 = 0.3;
 
 /// The body of both figures.

@@ -2,7 +2,7 @@
 
 mod labels;
 
-use super::plot::{COLOURS, GRID, PlotError, SIZE, marked, range, shown_number};
+use super::plot::{COLORS, GRID, PlotError, SIZE, marked, range, shown_number};
 use labels::Labels;
 use plotters::coord::Shift;
 use plotters::coord::combinators::{LogCoord, WithKeyPoints};
@@ -52,7 +52,7 @@ pub struct DiagramFrame<'a> {
 /// Half the width of the ends of whiskers, pixels.
 const CAP: i32 = 3;
 
-/// Colour of what is marked, and of the lines across.
+/// Color of what is marked, and of the lines across.
 const INK: RGBColor = RGBColor(40, 42, 48);
 
 /// An SVG document with all `curves` within `frame`; places that are not finite and positive are left out.
@@ -105,14 +105,14 @@ fn draw(
     let (across, down) = chart.plotting_area().get_pixel_range();
     let mut labels = Labels::within([across.start, down.start], [across.end, down.end]);
     levels(&mut chart, frame.levels, ends, &mut labels)?;
-    let coloured: Vec<(&DialCurve, RGBColor)> = curves.iter().zip(COLOURS.iter().cycle()).map(coloured).collect();
-    for (curve, colour) in &coloured {
-        lines(&mut chart, curve, *colour, &mut labels)?;
+    let colored: Vec<(&DialCurve, RGBColor)> = curves.iter().zip(COLORS.iter().cycle()).map(colored).collect();
+    for (curve, color) in &colored {
+        lines(&mut chart, curve, *color, &mut labels)?;
     }
     // Those that stand for themselves are named first, nearest.
-    let (marked, others): (Vec<_>, Vec<_>) = coloured.into_iter().partition(|(curve, _)| curve.marked);
-    for (curve, colour) in marked.into_iter().chain(others) {
-        names(&mut chart, curve, colour, &mut labels)?;
+    let (marked, others): (Vec<_>, Vec<_>) = colored.into_iter().partition(|(curve, _)| curve.marked);
+    for (curve, color) in marked.into_iter().chain(others) {
+        names(&mut chart, curve, color, &mut labels)?;
     }
     chart
         .configure_series_labels()
@@ -124,7 +124,7 @@ fn draw(
         .map_err(PlotError::new)
 }
 
-fn coloured<'a>((curve, own): (&'a DialCurve, &RGBColor)) -> (&'a DialCurve, RGBColor) {
+fn colored<'a>((curve, own): (&'a DialCurve, &RGBColor)) -> (&'a DialCurve, RGBColor) {
     (curve, if curve.marked { INK } else { *own })
 }
 
@@ -147,8 +147,8 @@ fn levels(chart: &mut Chart, levels: &[f64], [from, to]: [f64; 2], labels: &mut 
 }
 
 /// A curve with its places and whiskers.
-fn lines(chart: &mut Chart, curve: &DialCurve, colour: RGBColor, labels: &mut Labels) -> Result<(), PlotError> {
-    let style = colour.stroke_width(2);
+fn lines(chart: &mut Chart, curve: &DialCurve, color: RGBColor, labels: &mut Labels) -> Result<(), PlotError> {
+    let style = color.stroke_width(2);
     let joined = if curve.marked { &[] } else { curve.places.as_slice() };
     chart
         .draw_series(LineSeries::new(joined.iter().map(|place| (place.x, place.y)), style))
@@ -160,13 +160,13 @@ fn lines(chart: &mut Chart, curve: &DialCurve, colour: RGBColor, labels: &mut La
         labels.keep_free_along([from.0, from.1], [to.0, to.1]);
     }
     for place in &curve.places {
-        let thin = colour.stroke_width(1);
+        let thin = color.stroke_width(1);
         let whisker = PathElement::new(vec![(place.x, place.low), (place.x, place.high)], thin);
         chart.draw_series([whisker]).map_err(PlotError::new)?;
         let cap = |at| EmptyElement::at((place.x, at)) + PathElement::new(vec![(-CAP, 0), (CAP, 0)], thin);
         chart.draw_series([cap(place.low), cap(place.high)]).map_err(PlotError::new)?;
         let radius = if curve.marked { 5 } else { 3 };
-        let dot = EmptyElement::at((place.x, place.y)) + Circle::new((0, 0), radius, colour.filled());
+        let dot = EmptyElement::at((place.x, place.y)) + Circle::new((0, 0), radius, color.filled());
         chart.draw_series([dot]).map_err(PlotError::new)?;
         let ((x, y), [(_, low), (_, high)]) = (
             chart.backend_coord(&(place.x, place.y)),
@@ -179,12 +179,12 @@ fn lines(chart: &mut Chart, curve: &DialCurve, colour: RGBColor, labels: &mut La
 }
 
 /// What the places of a curve are set to.
-fn names(chart: &mut Chart, curve: &DialCurve, colour: RGBColor, labels: &mut Labels) -> Result<(), PlotError> {
+fn names(chart: &mut Chart, curve: &DialCurve, color: RGBColor, labels: &mut Labels) -> Result<(), PlotError> {
     for place in &curve.places {
         let (x, y) = chart.backend_coord(&(place.x, place.y));
         let [right, down] = labels.put([x, y], &place.label);
-        let name = EmptyElement::at((place.x, place.y))
-            + Text::new(place.label.clone(), (right, down), small().color(&colour));
+        let name =
+            EmptyElement::at((place.x, place.y)) + Text::new(place.label.clone(), (right, down), small().color(&color));
         chart.draw_series([name]).map_err(PlotError::new)?;
     }
     Ok(())

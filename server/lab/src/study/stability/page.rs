@@ -112,7 +112,7 @@ impl StabilityFindings {
             mark: PlotMark::Both,
         };
         let lines = [
-            line("body-centred lattice, 6 cubes across", |at| at.body_centred),
+            line("body-centered lattice, 6 cubes across", |at| at.body_centered),
             line("cubes cut in six, 8 across", |at| at.six_per_cube),
         ];
         let axes = Axes { x: "Poisson's ratio".into(), y: "missing energy, %".into(), log_x: false, log_y: false };

@@ -16,7 +16,7 @@ const FROM: [f32; 3] = [0.6, 0.5, 1.0];
 
 const LENS: Projection = Projection::Perspective { fov_deg: 24.0 };
 
-/// How far fragments are moved apart, over their distance from the centre.
+/// How far fragments are moved apart, over their distance from the center.
 const SPREAD: f64 = 0.35;
 
 impl From<PictureError> for TrialFault {
@@ -27,7 +27,7 @@ impl From<PictureError> for TrialFault {
 
 /// The fragments of `answer`, moved apart.
 pub fn portrait(prepared: &PreparedObject, answer: &TrialResult, caption: String) -> Result<ReportFigure, TrialFault> {
-    let spread = Spread { hub_m: prepared.frame.centre_m.coords.into(), factor: SPREAD };
+    let spread = Spread { hub_m: prepared.frame.center_m.coords.into(), factor: SPREAD };
     let mesh = exploded(&answer.rows, &answer.runs, &answer.positions, &answer.indices, spread);
     let camera = Camera::fit(&mesh.positions, Vector3::from(FROM), LENS, SIZE.width as f32 / SIZE.height as f32);
     let ground = mesh.bounds().0.y;

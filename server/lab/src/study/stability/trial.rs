@@ -90,13 +90,13 @@ pub fn baked(mesh: RawMesh, request: &BakeRequest) -> Result<PreparedObject, Tri
     Ok(bake(mesh, request, &CancelToken::default(), &mut |_| ())?)
 }
 
-/// A strike with 12 sites by an impulse of 1 N·s along −`outward` where the ray from the box's centre along `outward`
+/// A strike with 12 sites by an impulse of 1 N·s along −`outward` where the ray from the box's center along `outward`
 /// leaves the first body for the last time: well defined on every body.
 pub fn at(prepared: &PreparedObject, outward: [f64; 3]) -> FractureRequest {
     let outward = Vector3::from(outward).normalize();
     let nodes = prepared.bodies.iter().flat_map(|body| body.crack.nodes.iter());
     let farthest = nodes.max_by(|a, b| a.coords.dot(&outward).total_cmp(&b.coords.dot(&outward)));
-    let point_m = prepared.frame.to_metres(farthest.unwrap_or(&Point3::origin()));
+    let point_m = prepared.frame.to_meters(farthest.unwrap_or(&Point3::origin()));
     sites(FractureRequest::at(point_m, -outward).seeded(1), 12)
 }
 
@@ -112,7 +112,7 @@ pub struct TrialResult {
     pub rows: Vec<FragmentRow>,
     /// Runs of the fragments.
     pub runs: Vec<RunRow>,
-    /// Vertices relative to each fragment's centre, m.
+    /// Vertices relative to each fragment's center, m.
     pub positions: Vec<[f32; 3]>,
     /// Corners relative to each fragment's first vertex.
     pub indices: Vec<u32>,
@@ -159,7 +159,7 @@ pub fn sound(prepared: &PreparedObject, answer: &TrialResult) -> Result<f64, Tri
         let vertices = &answer.positions[row.vertex_first as usize..][..row.vertex_count as usize];
         let indices = &answer.indices[row.index_first as usize..][..row.index_count as usize];
         closed(vertices, indices).map_err(|open| TrialFault::ours("open", format!("fragment {}: {open}", row.id)))?;
-        let numbers = row.centre_m.iter().chain(&row.inertia_kg_m2).chain([&row.energy_j_m2]);
+        let numbers = row.center_m.iter().chain(&row.inertia_kg_m2).chain([&row.energy_j_m2]);
         if !(numbers.into_iter().all(|number| number.is_finite()) && row.mass_kg > 0.0 && row.mass_kg.is_finite()) {
             return Err(TrialFault::ours("not_finite", format!("fragment {}: {row:?}", row.id)));
         }

@@ -79,7 +79,7 @@ pub(super) fn small_holes(mesh: &mut RawMesh, draw: &mut ChoiceStream) {
     mesh.triangles.retain(|_| keep.next() == Some(&true));
 }
 
-/// Splits triangles at a vertex on one of their edges, exactly on it or a little beside, and leaves the neighbour across.
+/// Splits triangles at a vertex on one of their edges, exactly on it or a little beside, and leaves the neighbor across.
 pub(super) fn t_junction(mesh: &mut RawMesh, draw: &mut ChoiceStream) {
     for _ in 0..draw.few(mesh.triangles.len(), 0.3) {
         let triangle = draw.below(mesh.triangles.len());

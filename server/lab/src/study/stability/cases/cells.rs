@@ -88,7 +88,7 @@ pub fn thirty_decades() -> Result<f64, TrialFault> {
     Ok(rise(&result))
 }
 
-/// Normalised second moment of the cells of a uniform cube, over that of the body-centred cubic lattice.
+/// Normalised second moment of the cells of a uniform cube, over that of the body-centered cubic lattice.
 pub fn yardstick() -> Result<f64, TrialFault> {
     let sites = 60;
     let lattice = block([18; 3], 1.0 / 18.0);
@@ -114,7 +114,7 @@ fn repeated(mesh: RawMesh, point: [f64; 3]) -> Result<f64, TrialFault> {
     Ok(if same { difference(&one, &four, 1.0) } else { f64::INFINITY })
 }
 
-pub fn cube_at_a_face_centre() -> Result<f64, TrialFault> {
+pub fn cube_at_a_face_center() -> Result<f64, TrialFault> {
     repeated(shapes::cuboid([1.0; 3]), [0.5, 0.0, 0.0])
 }
 

@@ -97,7 +97,7 @@ pub fn open() -> Result<f64, TrialFault> {
 }
 
 pub fn self_intersecting() -> Result<f64, TrialFault> {
-    // Two unit balls, centres 1 apart: each loses a cap of height ½, π h²(3 − h)/3.
+    // Two unit balls, centers 1 apart: each loses a cap of height ½, π h²(3 − h)/3.
     let cap = PI * 0.25 * 2.5 / 3.0;
     volume(joined(ball(), &ball(), [1.0, 0.0, 0.0]), 8.0 / 3.0 * PI - 2.0 * cap)
 }

@@ -14,7 +14,7 @@ pub struct Neck {
     pub times: f64,
     /// Fragments.
     pub fragments: usize,
-    /// Those whose centre lies in the neck.
+    /// Those whose center lies in the neck.
     pub in_neck: usize,
     /// Largest fragment at either end, over the volume of one end.
     pub ends_kept: f64,
@@ -37,10 +37,10 @@ fn pushed() -> Result<(PreparedObject, FractureRequest, f64), TrialFault> {
 
 fn measure(prepared: &PreparedObject, times: f64, answer: &TrialResult) -> Neck {
     let half = prepared.bodies[0].crack.nodes.iter().map(|node| node.y.abs()).fold(0.0, f64::max);
-    let place = |centre_m: [f64; 3]| (centre_m[1] - prepared.frame.centre_m.y) / prepared.frame.diagonal_m / half;
-    let in_neck = answer.rows.iter().filter(|row| place(row.centre_m).abs() < NECK).count();
+    let place = |center_m: [f64; 3]| (center_m[1] - prepared.frame.center_m.y) / prepared.frame.diagonal_m / half;
+    let in_neck = answer.rows.iter().filter(|row| place(row.center_m).abs() < NECK).count();
     let end = |sign: f64| {
-        let own = answer.rows.iter().filter(|row| place(row.centre_m) * sign > NECK).map(|row| row.volume_m3);
+        let own = answer.rows.iter().filter(|row| place(row.center_m) * sign > NECK).map(|row| row.volume_m3);
         own.fold((0.0f64, 0.0f64), |(most, sum), volume| (most.max(volume), sum + volume))
     };
     let kept = [1.0, -1.0].map(end).map(|(most, sum)| if sum > 0.0 { most / sum } else { 0.0 });

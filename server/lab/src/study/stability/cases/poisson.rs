@@ -9,20 +9,20 @@ use shatter_fracture::reference::{bending_error, kuhn};
 pub struct Locking {
     /// ν.
     pub poisson: f64,
-    /// On the body-centred lattice that baking makes, six cubes across.
-    pub body_centred: f64,
+    /// On the body-centered lattice that baking makes, six cubes across.
+    pub body_centered: f64,
     /// On cubes cut into six tetrahedra, eight across: what a badly stuffed boundary comes close to.
     pub six_per_cube: f64,
 }
 
 /// The curve behind the largest Poisson's ratio that is accepted.
 pub fn locking() -> Result<Vec<Locking>, TrialFault> {
-    let centred = block([18, 6, 6], 1.0 / 6.0);
+    let centered = block([18, 6, 6], 1.0 / 6.0);
     let cut = kuhn([24, 8, 8], 0.125);
     let at = |poisson: f64| {
         Ok(Locking {
             poisson,
-            body_centred: bending_error(&centred, poisson)?,
+            body_centered: bending_error(&centered, poisson)?,
             six_per_cube: bending_error(&cut, poisson)?,
         })
     };

@@ -1,4 +1,4 @@
-//! Size and place: the same object in micrometres, in megametres, and far from the origin.
+//! Size and place: the same object in micrometers, in megameters, and far from the origin.
 
 use super::super::trial::{TrialFault, TrialResult, baked, coarse, difference, sites, sound, struck};
 use nalgebra::{Isometry3, Point3, Vector3};
@@ -18,7 +18,7 @@ fn answer(scale: f64, shift_m: f64) -> Result<TrialResult, TrialFault> {
     let prepared = baked(arch(scale, shift_m), &coarse()?)?;
     // A point of the input, so that it is the same for all of them.
     let point_m = arch(scale, shift_m).positions_m[0];
-    let inward = prepared.frame.centre_m - point_m;
+    let inward = prepared.frame.center_m - point_m;
     let strike = sites(FractureRequest::at(point_m, inward * scale).seeded(1), 16);
     let answer = struck(&prepared, &strike)?;
     sound(&prepared, &answer)?;
@@ -30,11 +30,11 @@ fn like_the_original(scale: f64, shift_m: f64) -> Result<f64, TrialFault> {
     Ok(difference(&answer(1.0, 0.0)?, &answer(scale, shift_m)?, scale.powi(3)))
 }
 
-pub fn micrometres() -> Result<f64, TrialFault> {
+pub fn micrometers() -> Result<f64, TrialFault> {
     like_the_original(1e-6, 0.0)
 }
 
-pub fn megametres() -> Result<f64, TrialFault> {
+pub fn megameters() -> Result<f64, TrialFault> {
     like_the_original(1e6, 0.0)
 }
 
@@ -42,7 +42,7 @@ pub fn far_from_the_origin() -> Result<f64, TrialFault> {
     like_the_original(1.0, 1e6)
 }
 
-/// Largest distance of a vertex from its fragment's centre over the object's diagonal, for the object far away: f32 keeps
+/// Largest distance of a vertex from its fragment's center over the object's diagonal, for the object far away: f32 keeps
 /// its digits only because vertices are relative to their fragment.
 pub fn positions_are_relative() -> Result<f64, TrialFault> {
     let answer = answer(1.0, 1e6)?;

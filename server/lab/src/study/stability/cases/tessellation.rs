@@ -26,11 +26,11 @@ fn cut(lattice: &Lattice, site_labels: &[u32], lift: &LiftedLattice, coordinates
     let cut = tessellate(lattice, &topology, &split.labels, &points)?;
     let mut measured = Vec::new();
     properties(&cut, &mut measured);
-    let centres: Vec<Point3<f64>> = measured.iter().map(|fragment| fragment.centre).collect();
+    let centers: Vec<Point3<f64>> = measured.iter().map(|fragment| fragment.center).collect();
     let mut positions = vec![[0.0; 3]; cut.vertex_count()];
     let mut indices = vec![0; cut.index_count()];
     let mut merges = vec![[0; 2]; cut.merge_count()];
-    cut.emit(&centres, Transform { metres_per_unit: 1.0 }, &mut positions, &mut indices, &mut merges)?;
+    cut.emit(&centers, Transform { meters_per_unit: 1.0 }, &mut positions, &mut indices, &mut merges)?;
     for fragment in cut.fragments().iter().filter(|fragment| !fragment.runs.is_empty()) {
         let triangles = 3 * fragment.triangles.start..3 * fragment.triangles.end;
         closed(&positions[fragment.vertices.clone()], &indices[triangles])
