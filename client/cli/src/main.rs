@@ -48,7 +48,9 @@ fn main() -> ExitCode {
         Command::Impact(args) => impact::run(&cli.service, args),
         Command::Prefracture(args) => prefracture::run(&cli.service, args),
         Command::Threshold(args) => threshold::run(&cli.service, args),
-        Command::Load(arguments) => Err(CliError::Refused(arguments.run("shatter", "load", &[("SHATTER_SERVICE", &cli.service)]))),
+        Command::Load(arguments) => {
+            Err(CliError::Refused(arguments.run("shatter", "load", &[("SHATTER_SERVICE", &cli.service)])))
+        }
     };
     result.map_or_else(|failure| ended::<Cli>(&failure, json), |()| ExitCode::SUCCESS)
 }
