@@ -33,7 +33,7 @@ fn what_is_not_known_is_refused_by_name_with_the_nearest() {
     check("fragment_size_m = 0.0", "objects.vase.fragment_size_m", "above zero");
     check("sites_max = \"many\"", "objects.vase", "sites_max");
     let held = |anchor: &str| format!("allow = [\"anchored\"]\nanchors = [{anchor}]");
-    check(&held("{ center = [0, 0, 0], radius_m = 1 }"), "objects.vase.anchors[0].center", "`center`");
+    check(&held("{ centre = [0, 0, 0], radius_m = 1 }"), "objects.vase.anchors[0].centre", "`center`");
     for half in ["{}", "{ center = [0, 0, 0] }", "{ center = [0, 0, 0], radius_m = 1, min = [0, 0, 0] }"] {
         check(&held(half), "objects.vase.anchors[0]", "a box");
     }
