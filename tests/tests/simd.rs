@@ -15,7 +15,7 @@ const CENTROIDAL: &[(&str, &str)] = &[("centroidal/tests/invariance.rs", "wide_i
 
 const KNOWN: [Compiled; 3] = [
     Compiled {
-        file: "wide.rs",
+        file: "simd.rs",
         features: "avx2",
         tests: &[
             ("elasticity/energy.rs", "wide_and_plain_instructions_give_the_same_bits"),
@@ -27,7 +27,7 @@ const KNOWN: [Compiled; 3] = [
     Compiled { file: "centroidal/kernel.rs", features: "avx2,avx512f", tests: CENTROIDAL },
 ];
 
-/// Files that run a kernel of `wide.rs`: each needs a test above.
+/// Files that run a kernel of `simd.rs`: each needs a test above.
 const KERNELS: [&str; 3] = ["elasticity/energy.rs", "elasticity/reduced.rs", "tessellation/points.rs"];
 
 /// Sources of the engine by their paths below `server/fracture/src`.
@@ -74,6 +74,6 @@ fn every_kernel_is_compared_on_all_paths() {
     let sources = sources();
     let calls = |text: &str| text.lines().any(|line| line.contains("widest(") && !line.contains("fn widest"));
     let callers: Vec<&str> =
-        sources.iter().filter(|(name, text)| name != "wide.rs" && calls(text)).map(|(name, _)| name.as_str()).collect();
+        sources.iter().filter(|(name, text)| name != "simd.rs" && calls(text)).map(|(name, _)| name.as_str()).collect();
     assert_eq!(callers, KERNELS, "a kernel that no test runs on all paths");
 }
