@@ -40,7 +40,7 @@ impl<'a> Regions<'a> {
         labels: &'a [u32],
     ) -> Result<Self, AccuracyError> {
         let of_fragment: Vec<u32> = (0..(sites.len() / lift.dimension.max(1)) as u32).collect();
-        let sites = BisectorSites { lift, coordinates: sites, of_fragment: &of_fragment };
+        let sites = BisectorSites { lift, coordinates: sites, of_fragment: &of_fragment, of_node: None };
         let points = crack_points(lattice, topology, labels, Some(sites), &FixedPoints::default())?;
         let found = points.to_fixed();
         let by_simplex = |count: usize, found: Vec<(u32, Point3<f64>)>| {

@@ -304,7 +304,9 @@ impl MeshSources<'_> {
     fn sites<'b>(&'b self, of_fragments: &'b [Vec<u32>]) -> Result<Vec<Option<BisectorSites<'b>>>, FractureError> {
         let sites = |(body, of_fragment): (usize, &'b Vec<u32>)| {
             let lift = self.prepared.lift_for(body, self.strike)?;
-            Ok(self.cells(body).map(|cells| BisectorSites { lift, coordinates: &cells.diagram.sites, of_fragment }))
+            let coordinates = |cells: &'b BodyCells| cells.diagram.sites.as_slice();
+            let sites = |coordinates| BisectorSites { lift, coordinates, of_fragment, of_node: None };
+            Ok(self.cells(body).map(coordinates).map(sites))
         };
         of_fragments.iter().enumerate().map(sites).collect()
     }
@@ -329,13 +331,12 @@ impl MeshSources<'_> {
         cut.components.split(&body.topology, cells.map_or(&whole, |cells| &cells.diagram.labels));
         watch.leave(Stage::Labels, size_of_val(cut.components.labels.as_slice()) as u64);
         watch.enter(Stage::Tessellation);
-        let mut fixed = FixedPoints::default();
         if self.strike.effects.has(EffectKind::Slivers) && cells.is_some() {
             watch.begin(EffectKind::Slivers);
-            fixed = self.merge_small(index, cells, &mut cut)?;
+            self.merge_small(index, &mut cut);
             watch.end(EffectKind::Slivers, 0);
         }
-        self.tessellate(index, cells, &mut cut, &fixed, workspace)?;
+        self.tessellate(index, cells, &mut cut, workspace)?;
         watch.leave(Stage::Tessellation, size_of_val(cut.tessellation.runs()) as u64);
         watch.enter(Stage::Fragments);
         properties(&cut.tessellation, &mut cut.measured);
@@ -354,22 +355,13 @@ impl MeshSources<'_> {
         unit * cells.diagram.cell_energy[site as usize]
     }
 
-    /// Merges pieces that are small by their nodes before the body is cut; the crack points of before, if there were any.
-    fn merge_small(
-        &self,
-        index: usize,
-        cells: Option<&BodyCells>,
-        cut: &mut CutBuffers,
-    ) -> Result<FixedPoints, FractureError> {
+    /// Merges pieces that are small by their nodes before the body is cut.
+    fn merge_small(&self, index: usize, cut: &mut CutBuffers) {
         let body = &self.prepared.bodies[index];
         let least = slivers::least_volume(self.prepared, self.strike);
-        let Some(volumes) = slivers::small_by_nodes(&cut.components, &body.volumes, least) else {
-            return Ok(FixedPoints::default());
-        };
-        // The cracks that stay, stay where the diagram has them.
-        self.find(index, cells, cut, &FixedPoints::default())?;
-        let joined = slivers::merge_by_nodes(&mut cut.components, &body.topology, volumes, least);
-        Ok(if joined { cut.points.to_fixed() } else { FixedPoints::default() })
+        if let Some(volumes) = slivers::small_by_nodes(&cut.components, &body.volumes, least) {
+            slivers::merge_by_nodes(&mut cut.components, &body.topology, volumes, least);
+        }
     }
 
     /// Merges slivers, and cuts again where there were any; bytes of the new labels.
@@ -384,41 +376,29 @@ impl MeshSources<'_> {
         if !slivers::merge(&mut cut.components, &cut.tessellation, &cut.measured, least) {
             return Ok(0);
         }
-        // The cracks that stay, stay where they are.
-        let fixed = cut.points.to_fixed();
-        self.tessellate(index, cells, cut, &fixed, workspace)?;
+        self.tessellate(index, cells, cut, workspace)?;
         properties(&cut.tessellation, &mut cut.measured);
         Ok(size_of_val(cut.components.labels.as_slice()) as u64)
     }
 
-    /// Finds the crack points of the components but for those that are fixed, and builds the fragments.
+    /// Finds the crack points of the components, where the diagram has them whatever was merged, and builds the fragments.
     fn tessellate(
         &self,
         index: usize,
         cells: Option<&BodyCells>,
         cut: &mut CutBuffers,
-        fixed: &FixedPoints,
         workspace: &mut TessellationWorkspace,
-    ) -> Result<(), FractureError> {
-        self.find(index, cells, cut, fixed)?;
-        let body = &self.prepared.bodies[index];
-        let CutBuffers { components, points, tessellation, .. } = cut;
-        Ok(tessellation.build(&body.crack, &body.topology, &components.labels, points, workspace)?)
-    }
-
-    /// Finds the crack points of the components but for those that are fixed.
-    fn find(
-        &self,
-        index: usize,
-        cells: Option<&BodyCells>,
-        cut: &mut CutBuffers,
-        fixed: &FixedPoints,
     ) -> Result<(), FractureError> {
         let body = &self.prepared.bodies[index];
         let lift = self.prepared.lift_for(index, self.strike)?;
-        let CutBuffers { components, points, .. } = cut;
-        let of_fragment = &components.sites;
-        let sites = cells.map(|cells| BisectorSites { lift, coordinates: &cells.diagram.sites, of_fragment });
-        Ok(points.find(&body.crack, &body.topology, &components.labels, sites, fixed)?)
+        let CutBuffers { components, points, tessellation, .. } = cut;
+        let sites = cells.map(|cells| BisectorSites {
+            lift,
+            coordinates: &cells.diagram.sites,
+            of_fragment: &components.sites,
+            of_node: Some(&cells.diagram.labels),
+        });
+        points.find(&body.crack, &body.topology, &components.labels, sites, &FixedPoints::default())?;
+        Ok(tessellation.build(&body.crack, &body.topology, &components.labels, points, workspace)?)
     }
 }

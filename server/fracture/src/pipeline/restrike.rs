@@ -97,7 +97,12 @@ impl Children<'_> {
         let lift = self.scattered();
         let old = Old { labels: &self.old.labels, points: &self.old.points };
         let of_fragment = self.sites_of(&cut.components.sites);
-        let sites = BisectorSites { lift: &lift, coordinates: &self.cells.diagram.sites, of_fragment: &of_fragment };
+        let sites = BisectorSites {
+            lift: &lift,
+            coordinates: &self.cells.diagram.sites,
+            of_fragment: &of_fragment,
+            of_node: None,
+        };
         let fixed = seam(&self.body.crack, &self.body.topology, old, &cut.components.labels, sites);
         self.tessellate(&mut cut, children, &lift, fixed, workspace)?;
         watch.leave(Stage::Tessellation, size_of_val(cut.tessellation.runs()) as u64);
@@ -126,8 +131,12 @@ impl Children<'_> {
         let mut pieces = pieces.with_looks(self.prepared, watch)?;
         if strike.effects.has(EffectKind::Skin) {
             let of_fragment = self.sites_of(&pieces.bodies[0].sites);
-            let sites =
-                BisectorSites { lift: &lift, coordinates: &self.cells.diagram.sites, of_fragment: &of_fragment };
+            let sites = BisectorSites {
+                lift: &lift,
+                coordinates: &self.cells.diagram.sites,
+                of_fragment: &of_fragment,
+                of_node: None,
+            };
             pieces = pieces.with_skins(self.skin.as_ref(), self.prepared, &[Some(sites)], watch)?;
         }
         pieces.with_hulls(&[&self.body.crack], token, watch)
@@ -174,7 +183,8 @@ impl Children<'_> {
         workspace: &mut tessellation::TessellationWorkspace,
     ) -> Result<(), FractureError> {
         let of_fragment = self.sites_of(&cut.components.sites);
-        let sites = BisectorSites { lift, coordinates: &self.cells.diagram.sites, of_fragment: &of_fragment };
+        let sites =
+            BisectorSites { lift, coordinates: &self.cells.diagram.sites, of_fragment: &of_fragment, of_node: None };
         let (lattice, topology) = (&self.body.crack, &self.body.topology);
         for turn in 1.. {
             cut.points.find(lattice, topology, &cut.components.labels, Some(sites), &fixed)?;

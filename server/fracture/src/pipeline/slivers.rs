@@ -41,7 +41,7 @@ pub(super) fn small_by_nodes(components: &Components, node_volumes: &[f64], leas
 
 /// As [`merge`], before anything is cut: by these volumes, and by the number of lattice edges between pieces. Few pieces are left
 /// for [`merge`], which has to cut a second time.
-pub(super) fn merge_by_nodes(components: &mut Components, topology: &Topology, volumes: Vec<f64>, least: f64) -> bool {
+pub(super) fn merge_by_nodes(components: &mut Components, topology: &Topology, volumes: Vec<f64>, least: f64) {
     let mut shared = vec![BTreeMap::new(); volumes.len()];
     for [a, b] in topology.edges.iter().map(|edge| edge.map(|node| components.labels[node as usize] as usize)) {
         // Neighbors of large pieces do not matter.
@@ -50,7 +50,7 @@ pub(super) fn merge_by_nodes(components: &mut Components, topology: &Topology, v
             *shared[b].entry(a).or_default() += 1.0;
         }
     }
-    join(components, volumes, shared, least)
+    join(components, volumes, shared, least);
 }
 
 /// Joins pieces as [`merge`] says; `shared[piece]` is what it shares with each neighbor.

@@ -25,6 +25,12 @@ pub enum TessellationError {
         /// The fragment.
         fragment: usize,
     },
+    /// A node has no site, or its site has no coordinates.
+    #[error("lattice node {node} has no site")]
+    NodeSite {
+        /// The node.
+        node: usize,
+    },
     /// A fixed edge point names no edge or is not finite.
     #[error("fixed point of edge {edge} is out of range or not finite")]
     FixedEdge {

@@ -36,24 +36,32 @@ pub struct BisectorSites<'a> {
     pub coordinates: &'a [f64],
     /// Site of each fragment label.
     pub of_fragment: &'a [u32],
+    /// Site of each node, where fragments have been merged: cracks stay where the diagram has them. `None`: that of its fragment.
+    pub of_node: Option<&'a [u32]>,
 }
 
 impl BisectorSites<'_> {
     #[inline(always)]
-    fn at(&self, fragment: u32) -> &[f64] {
-        let first = self.of_fragment[fragment as usize] as usize * self.lift.dimension;
+    fn at(&self, site: u32) -> &[f64] {
+        let first = site as usize * self.lift.dimension;
         &self.coordinates[first..first + self.lift.dimension]
+    }
+
+    /// The site of `node`, which has the fragment label `fragment`.
+    #[inline(always)]
+    fn of(&self, node: u32, fragment: u32) -> u32 {
+        self.of_node.map_or_else(|| self.of_fragment[fragment as usize], |of_node| of_node[node as usize])
     }
 
     /// f_a − f_b at the point that is the mean of `nodes` with these weights: negative where it belongs to fragment a rather than b.
     pub fn rivalry(&self, nodes: [u32; 4], weights: [f64; 4], a: u32, b: u32) -> f64 {
-        let at_nodes = self.preferences(nodes, a, b);
+        let at_nodes = self.preferences(nodes, [a, b].map(|fragment| self.of_fragment[fragment as usize]));
         at_nodes.iter().zip(weights).map(|(own, weight)| own * weight).sum()
     }
 
-    /// f_a − f_b at each of `nodes`.
+    /// f_a − f_b at each of `nodes`, of two sites.
     #[inline(always)]
-    pub(super) fn preferences<const N: usize>(&self, nodes: [u32; N], a: u32, b: u32) -> [f64; N] {
+    pub(super) fn preferences<const N: usize>(&self, nodes: [u32; N], [a, b]: [u32; 2]) -> [f64; N] {
         let (a, b) = (self.at(a), self.at(b));
         nodes.map(|node| preference(self.lift.at(node as usize), a, b))
     }
@@ -125,7 +133,7 @@ impl CrackPoints {
         fixed: &FixedPoints,
     ) -> Result<(), TessellationError> {
         let fragments = super::fragment_count(topology, labels)?;
-        sites.map_or(Ok(()), |sites| check(&sites, fragments))?;
+        sites.map_or(Ok(()), |sites| check(&sites, fragments, labels.len()))?;
         self.select(lattice, topology, labels);
         let finder = Finder { lattice, labels, sites };
         let cut = self.edges.simplices.par_iter().with_min_len(GRAIN);
@@ -192,8 +200,12 @@ pub fn crack_points(
     Ok(points)
 }
 
-fn check(sites: &BisectorSites<'_>, fragments: usize) -> Result<(), TessellationError> {
+fn check(sites: &BisectorSites<'_>, fragments: usize, nodes: usize) -> Result<(), TessellationError> {
     let count = sites.coordinates.len() / sites.lift.dimension;
+    if let Some(of_node) = sites.of_node {
+        let node = (0..nodes).find(|node| of_node.get(*node).is_none_or(|&site| site as usize >= count));
+        node.map_or(Ok(()), |node| Err(TessellationError::NodeSite { node }))?;
+    }
     let known = |fragment: &usize| sites.of_fragment.get(*fragment).is_some_and(|&site| (site as usize) < count);
     match (0..fragments).find(|fragment| !known(fragment)) {
         Some(fragment) => Err(TessellationError::Site { fragment }),
@@ -229,27 +241,39 @@ impl Kernel for EdgePoints<'_> {
 
 impl Finder<'_> {
     #[inline(always)]
-    fn edge(&self, nodes: [u32; 2], [a, b]: [u32; 2]) -> Point3<f64> {
+    fn edge(&self, nodes: [u32; 2], sides: [u32; 2]) -> Point3<f64> {
         let [from, to] = nodes.map(|node| self.lattice.nodes[node as usize]);
         let margin = edge_margin((to - from).norm());
-        let weights = self.sites.map_or([0.5; 2], |sites| on_edge(sites.preferences(nodes, a, b), margin));
+        let solve = |sites: BisectorSites<'_>| {
+            let of_ends = [sites.of(nodes[0], sides[0]), sites.of(nodes[1], sides[1])];
+            on_edge(sites.preferences(nodes, of_ends), margin)
+        };
+        let weights = self.sites.map_or([0.5; 2], solve);
         self.combine(nodes, weights)
     }
 
     fn face(&self, nodes: [u32; 3]) -> Point3<f64> {
-        let [a, b, c] = self.labels_of(nodes);
-        let solve = |sites: BisectorSites<'_>| on_face([b, c].map(|other| sites.preferences(nodes, a, other)));
+        let solve = |sites: BisectorSites<'_>| {
+            let [a, b, c] = self.sites_of(&sites, nodes);
+            on_face([b, c].map(|other| sites.preferences(nodes, [a, other])))
+        };
         self.combine(nodes, self.sites.map_or([1.0 / 3.0; 3], solve))
     }
 
     fn tet(&self, nodes: [u32; 4]) -> Point3<f64> {
-        let [a, b, c, d] = self.labels_of(nodes);
-        let solve = |sites: BisectorSites<'_>| in_tet([b, c, d].map(|other| sites.preferences(nodes, a, other)));
+        let solve = |sites: BisectorSites<'_>| {
+            let [a, b, c, d] = self.sites_of(&sites, nodes);
+            in_tet([b, c, d].map(|other| sites.preferences(nodes, [a, other])))
+        };
         self.combine(nodes, self.sites.map_or([0.25; 4], solve))
     }
 
     fn labels_of<const N: usize>(&self, nodes: [u32; N]) -> [u32; N] {
         nodes.map(|node| self.labels[node as usize])
+    }
+
+    fn sites_of<const N: usize>(&self, sites: &BisectorSites<'_>, nodes: [u32; N]) -> [u32; N] {
+        nodes.map(|node| sites.of(node, self.labels[node as usize]))
     }
 
     /// The point with barycentric coordinates `weights`, from the first node on, so that it stays in its simplex.

@@ -105,8 +105,9 @@ impl Seam<'_> {
     }
 
     /// Weights of two nodes at the bisector of their labels.
-    fn between(&self, nodes: [u32; 2], [a, b]: [u32; 2]) -> [f64; 2] {
-        on_edge(self.sites.preferences(nodes, a, b), WEIGHT_MIN)
+    fn between(&self, nodes: [u32; 2], labels: [u32; 2]) -> [f64; 2] {
+        let sites = labels.map(|label| self.sites.of_fragment[label as usize]);
+        on_edge(self.sites.preferences(nodes, sites), WEIGHT_MIN)
     }
 
     /// The new point in a tetrahedron of four labels, some of them of children and some not.
@@ -130,10 +131,10 @@ impl Seam<'_> {
     fn on_triangle(&self, tet: usize, inside: [usize; 3], other: usize) -> Option<Point3<f64>> {
         let nodes = self.lattice.tets[tet];
         let own = inside.map(|k| nodes[k]);
-        let [a, b, c] = own.map(|node| self.labels[node as usize]);
+        let [a, b, c] = own.map(|node| self.sites.of_fragment[self.labels[node as usize] as usize]);
         let [p, q, r] =
             own.map(|node| self.edge_point(&self.topology.tet_edges[tet], node, nodes[other]).map(|p| p.coords));
-        let weights = on_face([b, c].map(|other| self.sites.preferences(own, a, other)));
+        let weights = on_face([b, c].map(|other| self.sites.preferences(own, [a, other])));
         let least = weights.iter().copied().fold(f64::INFINITY, f64::min);
         let towards = ((WEIGHT_MIN - least) / (1.0 / 3.0 - least)).max(0.0);
         let [t, u, v] = weights.map(|weight| weight + towards * (1.0 / 3.0 - weight));

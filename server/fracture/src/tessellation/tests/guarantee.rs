@@ -33,9 +33,9 @@ proptest! {
         let (lift, sites) = random_lift(&lattice, dimension, count, seed);
         // Labels that have nothing to do with the sites: every zero is anywhere.
         let wild = split(&lattice, &random_labels(lattice.nodes.len(), count, seed));
-        check(&lattice, &wild.labels, Some(BisectorSites { lift: &lift, coordinates: &sites, of_fragment: &wild.sites }));
+        check(&lattice, &wild.labels, Some(BisectorSites { lift: &lift, coordinates: &sites, of_fragment: &wild.sites, of_node: None }));
         let cells = split(&lattice, &nearest(&lift, &sites));
-        check(&lattice, &cells.labels, Some(BisectorSites { lift: &lift, coordinates: &sites, of_fragment: &cells.sites }));
+        check(&lattice, &cells.labels, Some(BisectorSites { lift: &lift, coordinates: &sites, of_fragment: &cells.sites, of_node: None }));
     }
 
     #[test]
@@ -70,7 +70,11 @@ fn every_node_on_its_own_is_a_fragment() {
     let emitted = check(&lattice, &labels, None);
     assert!(emitted.properties.iter().all(|properties| properties.volume > 0.0));
     let (lift, sites) = random_lift(&lattice, 5, labels.len(), 5);
-    check(&lattice, &labels, Some(BisectorSites { lift: &lift, coordinates: &sites, of_fragment: &labels }));
+    check(
+        &lattice,
+        &labels,
+        Some(BisectorSites { lift: &lift, coordinates: &sites, of_fragment: &labels, of_node: None }),
+    );
 }
 
 /// A point of the simplex `nodes` by the margin inside, often in a corner.

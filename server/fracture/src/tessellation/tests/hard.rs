@@ -42,7 +42,8 @@ fn exterior_points_are_kept_inside_by_the_margin() {
     for seed in 0..20 {
         let (lift, coordinates) = random_lift(&lattice, 4, 6, seed);
         let labels = random_labels(lattice.nodes.len(), 6, seed);
-        let sites = BisectorSites { lift: &lift, coordinates: &coordinates, of_fragment: &[0, 1, 2, 3, 4, 5] };
+        let sites =
+            BisectorSites { lift: &lift, coordinates: &coordinates, of_fragment: &[0, 1, 2, 3, 4, 5], of_node: None };
         let points = crack_points(&lattice, &topology, &labels, Some(sites), &FixedPoints::default()).unwrap();
         for (tet, place) in points.to_fixed().tets {
             let [a, b, c, d] = lattice.corners(tet as usize);
@@ -70,7 +71,7 @@ fn numbers_that_are_none_do_not_reach_the_answer() {
         check(
             &lattice,
             &labels,
-            Some(BisectorSites { lift: &lift, coordinates: &coordinates, of_fragment: &[0, 1, 2, 3] }),
+            Some(BisectorSites { lift: &lift, coordinates: &coordinates, of_fragment: &[0, 1, 2, 3], of_node: None }),
         );
     }
 }

@@ -112,7 +112,7 @@ fn labels_and_sites_that_do_not_fit_are_refused_by_name() {
     let labels = random_labels(nodes, 3, 1);
     let (lift, coordinates) = random_lift(&lattice, 3, 2, 1);
     for of_fragment in [&[0, 1][..], &[0, 1, 2]] {
-        let sites = Some(BisectorSites { lift: &lift, coordinates: &coordinates, of_fragment });
+        let sites = Some(BisectorSites { lift: &lift, coordinates: &coordinates, of_fragment, of_node: None });
         let refused = crack_points(&lattice, &topology, &labels, sites, &none);
         assert_eq!(refused, Err(TessellationError::Site { fragment: 2 }));
     }

@@ -253,7 +253,7 @@ impl Voronoi {
     }
 
     pub fn sites(&self) -> BisectorSites<'_> {
-        BisectorSites { lift: &self.lift, coordinates: &self.sites, of_fragment: &self.split.sites }
+        BisectorSites { lift: &self.lift, coordinates: &self.sites, of_fragment: &self.split.sites, of_node: None }
     }
 
     pub fn site(&self, fragment: u32) -> Point3<f64> {

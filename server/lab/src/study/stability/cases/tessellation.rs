@@ -21,7 +21,7 @@ impl From<TessellationError> for TrialFault {
 fn cut(lattice: &Lattice, site_labels: &[u32], lift: &LiftedLattice, coordinates: &[f64]) -> Result<f64, TrialFault> {
     let topology = Topology::new(lattice);
     let split = components(&topology, site_labels);
-    let sites = BisectorSites { lift, coordinates, of_fragment: &split.sites };
+    let sites = BisectorSites { lift, coordinates, of_fragment: &split.sites, of_node: None };
     let points = crack_points(lattice, &topology, &split.labels, Some(sites), &FixedPoints::default())?;
     let cut = tessellate(lattice, &topology, &split.labels, &points)?;
     let mut measured = Vec::new();
