@@ -89,7 +89,6 @@ impl Memory {
             coordinates: &work.diagram.sites,
             of_fragment: &work.split.sites,
             of_node: None,
-            of_node: None,
         };
         let begun = Instant::now();
         self.points.find(lattice, topology, labels, Some(sites), &FixedPoints::default()).unwrap();
