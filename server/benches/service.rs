@@ -74,13 +74,13 @@ fn strike(served: &EngineObject, number: usize) -> Request {
 
 /// One strike from request to bytes, as the daemon's threads do it; length of the answer, and time of all stages.
 fn answer(served: &EngineObject, number: usize, workspace: &mut Workspace, payload: &mut Vec<Block>) -> (u64, u64) {
-    let mut clock = StageProfiler::default();
+    let clock = StageProfiler::default();
     let strike = strike(served, number);
-    let outcome = served.strike(&strike, workspace, &CancelToken::default(), &mut clock).unwrap();
+    let outcome = served.strike(&strike, workspace, &CancelToken::default(), &clock).unwrap();
     let layout = Layout::new(&outcome.counts()).unwrap();
     payload.resize(payload.len().max(layout.blocks()), bytemuck::Zeroable::zeroed());
     let _header: ResultHeader = layout.header(0);
-    outcome.write(&mut layout.split(&mut payload[..layout.blocks()]).unwrap(), &mut clock).unwrap();
+    outcome.write(&mut layout.split(&mut payload[..layout.blocks()]).unwrap(), &clock).unwrap();
     (layout.used_bytes(), clock.rows().iter().map(|row: &StageWire| row.ns).sum())
 }
 

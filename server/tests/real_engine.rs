@@ -43,9 +43,9 @@ impl object::ServedObject for Watched {
         strike: &Request,
         workspace: &mut Workspace,
         token: &CancelToken,
-        watch: &mut dyn StageObserver,
+        observer: &dyn StageObserver,
     ) -> Result<Box<dyn EngineResult>, Error> {
-        let outcome = self.0.strike(strike, workspace, token, watch)?;
+        let outcome = self.0.strike(strike, workspace, token, observer)?;
         Ok(Box::new(WatchedOutcome(outcome, self.1.clone())))
     }
 }
@@ -57,14 +57,14 @@ impl EngineResult for WatchedOutcome {
         self.0.counts()
     }
 
-    fn write(&self, sections: &mut SectionsMut<'_>, watch: &mut dyn StageObserver) -> Result<(), Error> {
+    fn write(&self, sections: &mut SectionsMut<'_>, observer: &dyn StageObserver) -> Result<(), Error> {
         let range = |start: usize, bytes: usize| start..start + bytes;
         self.1.lock().unwrap().extend([
             range(sections.positions.as_ptr() as usize, size_of_val(sections.positions)),
             range(sections.indices.as_ptr() as usize, size_of_val(sections.indices)),
             range(sections.merges.as_ptr() as usize, size_of_val(sections.merges)),
         ]);
-        self.0.write(sections, watch)
+        self.0.write(sections, observer)
     }
 }
 

@@ -11,8 +11,8 @@ use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::centroidal::{self, DiagramOptions, EnergyField};
 use shatter_fracture::database::{BakeRequest, bake, save};
 use shatter_fracture::pipeline::{
-    self, BodyEnergy, DegreeRequest, ElasticRequest, FractureRequest, ImpactSampler, PreparedObject, Workspace,
-    strain_energy,
+    self, BodyEnergy, DegreeRequest, ElasticRequest, FractureRequest, ImpactSampler, PreparedObject, StrikeContext,
+    Workspace, strain_energy,
 };
 use shatter_fracture::scene::Materials;
 use shatter_fracture::surface::shapes;
@@ -174,7 +174,9 @@ fn deformed(
 ) -> BodyEnergy {
     let strike = FractureRequest { elastic, rank_max, reduced_error_max: f64::INFINITY, ..strike.clone() };
     let impact = pipeline::ContactSet::new(prepared, &strike).unwrap();
-    strain_energy(prepared, &impact, workspace, &CancelToken::default(), &mut ()).unwrap().remove(0)
+    strain_energy(StrikeContext::new(prepared, &strike, &CancelToken::default(), &()), &impact, workspace)
+        .unwrap()
+        .remove(0)
 }
 
 fn quantile(values: impl Iterator<Item = f64>, share: f64) -> f64 {

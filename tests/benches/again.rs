@@ -5,12 +5,13 @@ use nalgebra::{Point3, Vector3};
 use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{BakeRequest, bake};
 use shatter_fracture::pipeline::{
-    self, DegreeRequest, FractureMeshes, FractureOutcome, FractureRequest, PreparedObject, RetainedFragments, Stage,
-    StageObserver, Workspace, strike_again,
+    self, DegreeRequest, FractureMeshes, FractureRequest, FractureResult, PreparedObject, RetainedFragments, Stage,
+    StageObserver, StrikeContext, Workspace, strike_again,
 };
 use shatter_fracture::scene::{EffectKind, EffectSet};
 use shatter_fracture::surface::{RawMesh, shapes};
 use shatter_tests::{real, statistics};
+use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;
 use std::time::Instant;
 
@@ -19,29 +20,29 @@ const ROUNDS: usize = 5;
 /// Milliseconds by stage, those of effects counted in their stages, too.
 #[derive(Default)]
 struct Times {
-    since: Option<Instant>,
-    begun: Option<Instant>,
-    stages: BTreeMap<&'static str, f64>,
+    since: Cell<Option<Instant>>,
+    begun: Cell<Option<Instant>>,
+    stages: RefCell<BTreeMap<&'static str, f64>>,
 }
 
 impl StageObserver for Times {
-    fn enter(&mut self, _: Stage) {
-        self.since = Some(Instant::now());
+    fn enter(&self, _: Stage) {
+        self.since.set(Some(Instant::now()));
     }
 
-    fn leave(&mut self, stage: Stage, _: u64) {
-        *self.stages.entry(stage.name()).or_default() += ms_since(self.since.take());
+    fn leave(&self, stage: Stage, _: u64) {
+        *self.stages.borrow_mut().entry(stage.name()).or_default() += ms_since(self.since.take());
     }
 
-    fn begin(&mut self, _: EffectKind) {
-        self.begun = Some(Instant::now());
+    fn begin(&self, _: EffectKind) {
+        self.begun.set(Some(Instant::now()));
     }
 
-    fn end(&mut self, effect: EffectKind, _: u64) {
-        *self.stages.entry(effect.name()).or_default() += ms_since(self.begun.take());
+    fn end(&self, effect: EffectKind, _: u64) {
+        *self.stages.borrow_mut().entry(effect.name()).or_default() += ms_since(self.begun.take());
     }
 
-    fn part(&mut self, _: EffectKind, _: u64) {}
+    fn part(&self, _: EffectKind, _: u64) {}
 }
 
 fn ms_since(since: Option<Instant>) -> f64 {
@@ -49,11 +50,11 @@ fn ms_since(since: Option<Instant>) -> f64 {
 }
 
 /// Median milliseconds of some rounds, and the stages of the last.
-fn timed(mut work: impl FnMut(&mut Times) -> FractureOutcome) -> (f64, Times, FractureOutcome) {
+fn timed(mut work: impl FnMut(&Times) -> FractureResult) -> (f64, Times, FractureResult) {
     let mut rounds = Vec::new();
     loop {
-        let (mut times, begun) = (Times::default(), Instant::now());
-        let outcome = work(&mut times);
+        let (times, begun) = (Times::default(), Instant::now());
+        let outcome = work(&times);
         rounds.push(begun.elapsed().as_secs_f64() * 1e3);
         if rounds.len() == ROUNDS {
             return (statistics::median(&rounds), times, outcome);
@@ -82,7 +83,7 @@ fn points(pieces: &FractureMeshes, fragment: u32) -> Vec<Point3<f64>> {
 }
 
 fn show(what: &str, ms: f64, times: &Times) {
-    let stages: Vec<String> = times.stages.iter().map(|(name, ms)| format!("{name} {ms:.1}")).collect();
+    let stages: Vec<String> = times.stages.borrow().iter().map(|(name, ms)| format!("{name} {ms:.1}")).collect();
     println!("  {what}: {ms:.1} ms ({})", stages.join(", "));
 }
 
@@ -98,9 +99,14 @@ fn again(
     {
         let strike = blow(points(pieces, fragment).into_iter(), effects);
         let (ms, times, outcome) = timed(|times| {
-            strike_again(prepared, (kept, fragment), &strike, workspace, &CancelToken::default(), times).unwrap()
+            strike_again(
+                StrikeContext::new(prepared, &strike, &CancelToken::default(), times),
+                (kept, fragment),
+                workspace,
+            )
+            .unwrap()
         });
-        let children = outcome.pieces.unwrap();
+        let children = outcome.into_meshes().unwrap();
         let parent = &pieces.fragments[fragment as usize];
         let sum: f64 = children.fragments.iter().map(|row| row.volume_m3).sum();
         let share = 100.0 * parent.volume_m3 / pieces.fragments.iter().map(|row| row.volume_m3).sum::<f64>();
@@ -124,10 +130,14 @@ fn measure(name: &str, mesh: RawMesh) {
         let mut strike = blow(top.iter().copied(), EffectSet::default());
         strike.degree = DegreeRequest::Sites(sites);
         let (ms, times, outcome) = timed(|times| {
-            pipeline::strike(&prepared, &strike, &mut workspace, &CancelToken::default(), times).unwrap()
+            pipeline::strike(
+                pipeline::StrikeContext::new(&prepared, &strike, &CancelToken::default(), times),
+                &mut workspace,
+            )
+            .unwrap()
         });
         show(&format!("first, {sites} sites"), ms, &times);
-        let pieces = outcome.pieces.unwrap();
+        let pieces = outcome.into_meshes().unwrap();
         let begun = Instant::now();
         let kept = pieces.keep();
         println!("  kept: {} bytes, {:.2} ms", kept.bytes(), begun.elapsed().as_secs_f64() * 1e3);

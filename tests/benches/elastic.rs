@@ -9,8 +9,8 @@ use shatter_fracture::database::{BakeRequest, bake};
 use shatter_fracture::elasticity::{self, DrivingEnergy, Elasticity, NodalLoad};
 use shatter_fracture::lattice::{EnergyTransfer, Lattice};
 use shatter_fracture::pipeline::{
-    ContactSet, ElasticModel, ElasticRequest, FractureRequest, ImpactSampler, PreparedObject, RANK_MAX, Workspace,
-    reduce, strain_energy,
+    ContactSet, ElasticModel, ElasticRequest, FractureRequest, ImpactSampler, PreparedObject, RANK_MAX, StrikeContext,
+    Workspace, reduce, strain_energy,
 };
 use shatter_fracture::sparse::Precision;
 use shatter_fracture::surface::{self, LengthUnit, RawMesh, UpAxis, shapes};
@@ -49,7 +49,9 @@ fn strike(prepared: &PreparedObject) -> FractureRequest {
     let mut strikes = (0..1000).map(|index| FractureRequest { elastic: ElasticRequest::Reduced, ..drawn(index) });
     let reduced = |strike: &FractureRequest| {
         let impact = ContactSet::new(prepared, strike).unwrap();
-        let energies = strain_energy(prepared, &impact, &mut workspace, &CancelToken::default(), &mut ()).unwrap();
+        let energies =
+            strain_energy(StrikeContext::new(prepared, strike, &CancelToken::default(), &()), &impact, &mut workspace)
+                .unwrap();
         energies.len() == 1 && energies[0].reduced_error.is_some()
     };
     strikes.find(reduced).unwrap()
@@ -63,7 +65,14 @@ fn whole(group: &mut Group, prepared: &PreparedObject, blow: &FractureRequest) {
     let mut run = |name: &str, elastic, rank_max| {
         let impact = ContactSet::new(prepared, &FractureRequest { elastic, rank_max, ..blow.clone() }).unwrap();
         group.bench_function(name, |bencher| {
-            bencher.iter(|| strain_energy(prepared, black_box(&impact), &mut workspace, &token, &mut ()).unwrap())
+            bencher.iter(|| {
+                strain_energy(
+                    StrikeContext::new(prepared, &FractureRequest { elastic, rank_max, ..blow.clone() }, &token, &()),
+                    black_box(&impact),
+                    &mut workspace,
+                )
+                .unwrap()
+            })
         });
     };
     run("load and elasticity: solve", ElasticRequest::Solve, None);

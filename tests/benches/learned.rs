@@ -9,7 +9,7 @@ use shatter_fracture::database::{BakeRequest, bake, load, save};
 use shatter_fracture::degree::{self, CurveOptions, EnergyCurve};
 use shatter_fracture::elasticity::{self, NodalLoad};
 use shatter_fracture::pipeline::{
-    ContactSet, ElasticRequest, FractureRequest, ImpactSampler, PreparedObject, Workspace, strain_energy,
+    ContactSet, ElasticRequest, FractureRequest, ImpactSampler, PreparedObject, StrikeContext, Workspace, strain_energy,
 };
 use shatter_fracture::surface::{self, LengthUnit, RawMesh, UpAxis, shapes};
 use shatter_tests::real;
@@ -38,7 +38,9 @@ fn strike(prepared: &PreparedObject) -> FractureRequest {
     let mut strikes = (0..1000).map(|index| FractureRequest { elastic: ElasticRequest::Reduced, ..drawn(index) });
     let reduced = |strike: &FractureRequest| {
         let impact = ContactSet::new(prepared, strike).unwrap();
-        let energies = strain_energy(prepared, &impact, &mut workspace, &CancelToken::default(), &mut ()).unwrap();
+        let energies =
+            strain_energy(StrikeContext::new(prepared, strike, &CancelToken::default(), &()), &impact, &mut workspace)
+                .unwrap();
         energies.len() == 1 && energies[0].reduced_error.is_some()
     };
     strikes.find(reduced).unwrap()
@@ -51,8 +53,8 @@ fn learned(criterion: &mut Criterion) {
     let solid = body.solid.as_ref().unwrap();
     let reduced = solid.reduced.as_ref().unwrap();
     let solve = FractureRequest { elastic: ElasticRequest::Solve, ..strike(&prepared) };
-    let impacts = [solve.clone(), FractureRequest { elastic: ElasticRequest::Reduced, ..solve }]
-        .map(|strike| ContactSet::new(&prepared, &strike).unwrap());
+    let requests = [solve.clone(), FractureRequest { elastic: ElasticRequest::Reduced, ..solve }];
+    let impacts = requests.each_ref().map(|request| ContactSet::new(&prepared, request).unwrap());
 
     let (mut load_, mut workspace, mut displacement) =
         (NodalLoad::default(), elasticity::ElasticWorkspace::default(), Vec::new());
@@ -72,13 +74,21 @@ fn learned(criterion: &mut Criterion) {
         })
     });
     let mut workspace = Workspace::default();
-    for (name, impact) in ["load and elasticity: solve", "load and elasticity: reduced"].into_iter().zip(&impacts) {
+    let names = ["load and elasticity: solve", "load and elasticity: reduced"];
+    for ((name, impact), request) in names.into_iter().zip(&impacts).zip(&requests) {
         criterion.bench_function(name, |bencher| {
-            bencher.iter(|| strain_energy(&prepared, black_box(impact), &mut workspace, &token, &mut ()).unwrap())
+            bencher.iter(|| {
+                strain_energy(StrikeContext::new(&prepared, request, &token, &()), black_box(impact), &mut workspace)
+                    .unwrap()
+            })
         });
     }
 
-    let mut shares = strain_energy(&prepared, &impacts[0], &mut workspace, &token, &mut ()).unwrap().remove(0).shares;
+    let mut shares =
+        strain_energy(StrikeContext::new(&prepared, &requests[0], &token, &()), &impacts[0], &mut workspace)
+            .unwrap()
+            .remove(0)
+            .shares;
     let field = EnergyField::new(body.interior.as_ref().unwrap(), &body.volumes, &mut shares).unwrap();
     let first_moment = degree::first_moment(&field);
     let gamma = first_moment / DRIVE;

@@ -10,6 +10,7 @@ use shatter_fracture::pipeline::{
 use shatter_fracture::scene::EffectKind;
 use shatter_fracture::surface::shapes;
 use shatter_tests::real;
+use std::cell::Cell;
 use std::time::Instant;
 
 const SITES: u32 = 50;
@@ -19,22 +20,24 @@ const ROUNDS: usize = 12;
 /// Milliseconds by stage of one strike.
 #[derive(Default)]
 struct Clock {
-    spent_ms: [f64; Stage::ALL.len()],
-    begun: Option<Instant>,
+    spent_ms: Cell<[f64; Stage::ALL.len()]>,
+    begun: Cell<Option<Instant>>,
 }
 
 impl StageObserver for Clock {
-    fn enter(&mut self, _: Stage) {
-        self.begun = Some(Instant::now());
+    fn enter(&self, _: Stage) {
+        self.begun.set(Some(Instant::now()));
     }
 
-    fn leave(&mut self, stage: Stage, _: u64) {
-        self.spent_ms[stage as usize] += self.begun.take().map_or(0.0, |begun| begun.elapsed().as_secs_f64() * 1e3);
+    fn leave(&self, stage: Stage, _: u64) {
+        let mut spent_ms = self.spent_ms.get();
+        spent_ms[stage as usize] += self.begun.take().map_or(0.0, |begun| begun.elapsed().as_secs_f64() * 1e3);
+        self.spent_ms.set(spent_ms);
     }
 
-    fn begin(&mut self, _: EffectKind) {}
-    fn end(&mut self, _: EffectKind, _: u64) {}
-    fn part(&mut self, _: EffectKind, _: u64) {}
+    fn begin(&self, _: EffectKind) {}
+    fn end(&self, _: EffectKind, _: u64) {}
+    fn part(&self, _: EffectKind, _: u64) {}
 }
 
 fn prepared() -> PreparedObject {
@@ -83,10 +86,12 @@ fn parts() {
     let (mut positions, mut indices, mut merges) = (Vec::new(), Vec::new(), Vec::new());
     for round in 0..=ROUNDS {
         for strike in &strikes {
-            let mut clock = Clock::default();
+            let clock = Clock::default();
             let begun = Instant::now();
-            let outcome = pipeline::strike(&prepared, strike, &mut workspace, &token, &mut clock).unwrap();
-            let pieces = outcome.pieces.unwrap();
+            let outcome =
+                pipeline::strike(pipeline::StrikeContext::new(&prepared, strike, &token, &clock), &mut workspace)
+                    .unwrap();
+            let pieces = outcome.into_meshes().unwrap();
             let emission = Instant::now();
             positions.resize(pieces.counts.vertices, [0.0; 3]);
             indices.resize(pieces.counts.indices, 0);
@@ -96,7 +101,7 @@ fn parts() {
             if round > 0 {
                 emitted.push(emission.elapsed().as_secs_f64() * 1e3);
                 totals.push(begun.elapsed().as_secs_f64() * 1e3);
-                stages.iter_mut().zip(clock.spent_ms).for_each(|(all, own)| all.push(own));
+                stages.iter_mut().zip(clock.spent_ms.get()).for_each(|(all, own)| all.push(own));
             }
         }
     }

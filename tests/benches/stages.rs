@@ -10,7 +10,7 @@ use shatter_fracture::degree;
 use shatter_fracture::fragment::properties;
 use shatter_fracture::lift::{self, Extension, SURFACE_MODES_DEFAULT};
 use shatter_fracture::pipeline::{
-    self, ContactSet, DegreeRequest, FractureRequest, PreparedObject, Workspace, strain_energy,
+    self, ContactSet, DegreeRequest, FractureRequest, PreparedObject, StrikeContext, Workspace, strain_energy,
 };
 use shatter_fracture::surface::{self, LengthUnit, RawMesh, UpAxis, shapes};
 use shatter_fracture::tessellation::{BisectorSites, Components, CrackPoints, FixedPoints, Tessellation};
@@ -43,9 +43,15 @@ fn stages(criterion: &mut Criterion) {
     let impact = ContactSet::new(&prepared, &strike).unwrap();
 
     criterion.bench_function("load and elasticity", |bencher| {
-        bencher.iter(|| strain_energy(&prepared, black_box(&impact), &mut workspace, &token, &mut ()).unwrap())
+        bencher.iter(|| {
+            strain_energy(StrikeContext::new(&prepared, &strike, &token, &()), black_box(&impact), &mut workspace)
+                .unwrap()
+        })
     });
-    let mut shares = strain_energy(&prepared, &impact, &mut workspace, &token, &mut ()).unwrap().remove(0).shares;
+    let mut shares = strain_energy(StrikeContext::new(&prepared, &strike, &token, &()), &impact, &mut workspace)
+        .unwrap()
+        .remove(0)
+        .shares;
     let field = EnergyField::new(body.interior.as_ref().unwrap(), &body.volumes, &mut shares).unwrap();
     criterion.bench_function("threshold", |bencher| bencher.iter(|| degree::first_moment(black_box(&field))));
     criterion.bench_function("degree (closed form)", |bencher| {
@@ -82,8 +88,10 @@ fn stages(criterion: &mut Criterion) {
     });
     criterion.bench_function("strike with emission", |bencher| {
         bencher.iter(|| {
-            let outcome = pipeline::strike(&prepared, &strike, &mut workspace, &token, &mut ()).unwrap();
-            let pieces = outcome.pieces.unwrap();
+            let outcome =
+                pipeline::strike(pipeline::StrikeContext::new(&prepared, &strike, &token, &()), &mut workspace)
+                    .unwrap();
+            let pieces = outcome.into_meshes().unwrap();
             let mut positions = vec![[0.0; 3]; pieces.counts.vertices];
             let mut indices = vec![0; pieces.counts.indices];
             let mut merges = vec![[0; 2]; pieces.counts.merges];

@@ -5,19 +5,27 @@ use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::centroidal::{self, Diagram, DiagramOptions, EnergyField};
 use shatter_fracture::lift::LiftKind;
 use shatter_fracture::pipeline::{
-    self, BodyEnergy, ContactSet, FractureError, FractureOutcome, FractureRequest, PreparedObject, Workspace,
+    self, BodyEnergy, ContactSet, FractureError, FractureRequest, FractureResult, PreparedObject, Workspace,
 };
 
 /// The whole walk.
-pub fn outcome(prepared: &PreparedObject, strike: &FractureRequest) -> Result<FractureOutcome, FractureError> {
-    pipeline::strike(prepared, strike, &mut Workspace::default(), &CancelToken::default(), &mut ())
+pub fn outcome(prepared: &PreparedObject, strike: &FractureRequest) -> Result<FractureResult, FractureError> {
+    pipeline::strike(
+        pipeline::StrikeContext::new(prepared, strike, &CancelToken::default(), &()),
+        &mut Workspace::default(),
+    )
 }
 
 /// Strain energy of the first struck body.
 pub fn energy(prepared: &PreparedObject, strike: &FractureRequest) -> BodyEnergy {
     let impact = ContactSet::new(prepared, strike).unwrap();
     let mut workspace = Workspace::default();
-    let mut all = pipeline::strain_energy(prepared, &impact, &mut workspace, &CancelToken::default(), &mut ()).unwrap();
+    let mut all = pipeline::strain_energy(
+        pipeline::StrikeContext::new(prepared, strike, &CancelToken::default(), &()),
+        &impact,
+        &mut workspace,
+    )
+    .unwrap();
     all.remove(0)
 }
 

@@ -65,8 +65,11 @@ impl Stopwatch {
     /// Errors: those of the strike. An object that stays whole is a panic: benches ask for a number of sites.
     pub fn strike(&mut self, prepared: &PreparedObject, strike: &FractureRequest) -> Result<Timed, FractureError> {
         let begun = Instant::now();
-        let outcome = pipeline::strike(prepared, strike, &mut self.workspace, &CancelToken::default(), &mut ())?;
-        let pieces = outcome.pieces.unwrap();
+        let outcome = pipeline::strike(
+            pipeline::StrikeContext::new(prepared, strike, &CancelToken::default(), &()),
+            &mut self.workspace,
+        )?;
+        let pieces = outcome.meshes().unwrap();
         self.positions.resize(pieces.counts.vertices, [0.0; 3]);
         self.indices.resize(pieces.counts.indices, 0);
         self.merges.resize(pieces.counts.merges, [0; 2]);
@@ -76,7 +79,7 @@ impl Stopwatch {
             fragments: pieces.fragments.len(),
             triangles: self.indices.len() / 3,
             volume_m3: pieces.fragments.iter().map(|fragment| fragment.volume_m3).sum(),
-            solved: outcome.reduced_error.is_none(),
+            solved: outcome.threshold().reduced_error.is_none(),
         })
     }
 }

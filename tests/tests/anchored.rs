@@ -147,7 +147,7 @@ fn a_body_that_no_anchor_reaches_is_free() {
 fn held_fragments_are_bonded_to_the_world_and_stand_still() {
     let bar = bar(end());
     let outputs = [HELD[0], EffectKind::Bonds, EffectKind::Release];
-    let pieces = struck::outcome(&bar, &blow(1.0, &outputs)).unwrap().pieces.unwrap();
+    let pieces = struck::outcome(&bar, &blow(1.0, &outputs)).unwrap().into_meshes().unwrap();
     let bonds = pieces.bonds();
     assert_eq!(bonds.len(), pieces.counts.bonds);
     let world: Vec<_> = bonds.iter().filter(|bond| bond.fragments[1] == WORLD).collect();
@@ -162,7 +162,7 @@ fn held_fragments_are_bonded_to_the_world_and_stand_still() {
         let still = velocity.linear_m_s == Vector3::zeros() && velocity.angular_rad_s == Vector3::zeros();
         assert_eq!(still, world.iter().any(|bond| bond.fragments[0] == id as u32), "fragment {id}");
     }
-    let free = struck::outcome(&bar, &blow(1.0, &outputs[1..])).unwrap().pieces.unwrap();
+    let free = struck::outcome(&bar, &blow(1.0, &outputs[1..])).unwrap().into_meshes().unwrap();
     assert!(free.bonds().iter().all(|bond| bond.fragments[1] != WORLD));
 }
 
@@ -182,12 +182,12 @@ fn neither_basis_nor_examples_are_asked_about_a_held_body() {
     arch.anchor(&Anchors { regions: vec![ground], gravity_m_s2: None }, &CancelToken::default()).unwrap();
     let (point, inward) = struck::surface_point(&arch, [0.5, 1.0, 0.5]);
     let just = FractureRequest { threshold_only: true, ..FractureRequest::at(point, inward).seeded(1) };
-    let just = struck::outcome(&arch, &just).unwrap().impulse_factor;
+    let just = struck::outcome(&arch, &just).unwrap().threshold().impulse_factor;
     let hard = |effects| FractureRequest { effects, ..FractureRequest::at(point, inward * (8.0 * just)).seeded(1) };
     let free = struck::outcome(&arch, &hard(EffectSet::default())).unwrap();
     let held = struck::outcome(&arch, &hard(EffectSet::default().with(EffectKind::Anchored))).unwrap();
-    assert!(free.reduced_error.is_some(), "there is a basis");
-    assert_eq!((held.reduced_error, held.degree_source), (None, DegreeSource::ClosedForm));
+    assert!(free.threshold().reduced_error.is_some(), "there is a basis");
+    assert_eq!((held.threshold().reduced_error, held.degree_source()), (None, DegreeSource::ClosedForm));
 }
 
 #[test]
@@ -234,15 +234,15 @@ fn strikes_beyond_what_is_held_are_refused() {
 fn the_threshold_is_asked_of_the_blow_beside_the_weight() {
     let bar = bar(end());
     let only = |effects: &[EffectKind]| FractureRequest { threshold_only: true, ..blow(1.0, effects) };
-    let just = struck::outcome(&bar, &only(&HELD)).unwrap().impulse_factor;
-    let light = struck::outcome(&bar, &only(&HELD[..1])).unwrap().impulse_factor;
+    let just = struck::outcome(&bar, &only(&HELD)).unwrap().threshold().impulse_factor;
+    let light = struck::outcome(&bar, &only(&HELD[..1])).unwrap().threshold().impulse_factor;
     println!("{just} of the blow, {light} without weight");
     let e1 = |times: f64| struck::outcome(&bar, &FractureRequest { threshold_only: true, ..blow(times, &HELD) });
-    let found = e1(just).unwrap().e1_over_gamma;
+    let found = e1(just).unwrap().threshold().e1_over_gamma;
     assert!((found - 1.0).abs() < 1e-4 && just != light, "{found}");
     // Under a threshold far below its weight's energy it breaks by itself.
     let weak = FractureRequest { gamma_j_m2: Some(1e-12), ..only(&HELD) };
-    assert_eq!(struck::outcome(&bar, &weak).unwrap().impulse_factor, 0.0);
+    assert_eq!(struck::outcome(&bar, &weak).unwrap().threshold().impulse_factor, 0.0);
 }
 
 /// The arch of the shipped scene stands on its feet, and stays whole under its weight.
@@ -262,6 +262,6 @@ fn the_shipped_arch_stands() {
         ..FractureRequest::at(Point3::new(0.0, 1.0, 0.0), Vector3::new(0.0, -1e-9, 0.0)).seeded(1)
     };
     let outcome = struck::outcome(&arch, &touch).unwrap();
-    println!("E_1/gamma of its weight {:.2e}", outcome.e1_over_gamma);
-    assert!(outcome.pieces.is_none() && outcome.e1_over_gamma > 0.0);
+    println!("E_1/gamma of its weight {:.2e}", outcome.threshold().e1_over_gamma);
+    assert!(outcome.meshes().is_none() && outcome.threshold().e1_over_gamma > 0.0);
 }

@@ -5,14 +5,15 @@ use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{BakeRequest, bake, load, save};
 use shatter_fracture::lift::LiftKind;
 use shatter_fracture::pipeline::{
-    DegreeRequest, ElasticRequest, FractureOutcome, FractureRequest, ImpactSampler, PreparedObject, Stage,
-    StageObserver, Workspace, strike, strike_again,
+    DegreeRequest, ElasticRequest, FractureRequest, FractureResult, ImpactSampler, PreparedObject, Stage,
+    StageObserver, StrikeContext, Workspace, strike, strike_again,
 };
 use shatter_fracture::random::RandomStream;
 use shatter_fracture::scene::{EffectKind, EffectSet};
 use shatter_fracture::surface::{RawMesh, shapes};
 use shatter_tests::real;
 use shatter_tests::struck::outcome;
+use std::cell::RefCell;
 
 fn baked(name: &str, mesh: RawMesh, spacings: Option<[f64; 2]>) -> PreparedObject {
     let [elastic_spacing, crack_spacing] = [0, 1].map(|k| spacings.map(|spacings| spacings[k]));
@@ -44,8 +45,8 @@ fn times(blow: &FractureRequest, factor: f64) -> FractureRequest {
 fn just(prepared: &PreparedObject, blow: &FractureRequest) -> f64 {
     let exact = FractureRequest { threshold_only: true, ..blow.clone() };
     let found = outcome(prepared, &exact).unwrap();
-    assert!(!found.bounded, "thresholds are exact");
-    found.impulse_factor
+    assert!(!found.threshold().is_bound, "thresholds are exact");
+    found.threshold().impulse_factor
 }
 
 /// An impact of the object's sampler as a host sends it.
@@ -69,10 +70,10 @@ fn most_weak_blows_end_before_the_elastic_stage() {
             let just = just(&prepared, &blow);
             for (share, ended) in SHARES.into_iter().zip(&mut ended) {
                 let found = outcome(&prepared, &times(&blow, share * just)).unwrap();
-                *ended += 2 * u32::from(found.bounded);
+                *ended += 2 * u32::from(found.threshold().is_bound);
                 let exact = share * share;
-                let right = if found.bounded { found.e1_over_gamma >= exact } else { true };
-                assert!(right && found.pieces.is_none(), "{} of {exact}", found.e1_over_gamma);
+                let right = if found.threshold().is_bound { found.threshold().e1_over_gamma >= exact } else { true };
+                assert!(right && found.meshes().is_none(), "{} of {exact}", found.threshold().e1_over_gamma);
             }
         }
         println!("{name}: ended at 1/100, 1/30, 1/10 and 1/3 of the threshold: {ended:?} %");
@@ -104,11 +105,16 @@ fn random(prepared: &PreparedObject, stream: &mut RandomStream) -> FractureReque
 }
 
 /// All that is known of an outcome, bit by bit.
-fn bytes(outcome: &FractureOutcome) -> Vec<u64> {
-    let numbers = [outcome.gamma_j_m2, outcome.e1_over_gamma, outcome.impulse_factor, outcome.radius_m];
+fn bytes(outcome: &FractureResult) -> Vec<u64> {
+    let numbers = [
+        outcome.threshold().gamma_j_m2,
+        outcome.threshold().e1_over_gamma,
+        outcome.threshold().impulse_factor,
+        outcome.threshold().radius_m,
+    ];
     let mut all: Vec<u64> = numbers.iter().map(|number| number.to_bits()).collect();
-    all.extend([u64::from(outcome.sites), u64::from(outcome.fracture_degree), outcome.degree_source as u64]);
-    if let Some(pieces) = &outcome.pieces {
+    all.extend([u64::from(outcome.sites()), u64::from(outcome.fracture_degree()), outcome.degree_source() as u64]);
+    if let Some(pieces) = &outcome.meshes() {
         let counts = pieces.counts;
         let mut positions = vec![[0.0f32; 3]; counts.vertices];
         let (mut indices, mut merges) = (vec![0; counts.indices], vec![[0; 2]; counts.merges]);
@@ -148,15 +154,25 @@ fn no_strike_that_breaks_is_ended_and_none_that_goes_on_changes() {
                 let just = just(&prepared, &blow);
                 let blow = times(&blow, just * 1e-3 * 3000f64.powf(stream.uniform()));
                 let (found, exact) = (outcome(&prepared, &blow).unwrap(), outcome(&bare, &blow).unwrap());
-                assert!(!exact.bounded);
-                if found.bounded {
+                assert!(!exact.threshold().is_bound);
+                if found.threshold().is_bound {
                     ended += 1;
-                    assert!(exact.e1_over_gamma <= found.e1_over_gamma && found.e1_over_gamma <= 1.0, "{blow:?}");
-                    assert!(exact.impulse_factor >= found.impulse_factor && found.impulse_factor >= 1.0);
-                    assert!(exact.pieces.is_none() && found.pieces.is_none());
-                    assert_eq!((found.radius_m, found.degree_source), (exact.radius_m, exact.degree_source));
+                    assert!(
+                        exact.threshold().e1_over_gamma <= found.threshold().e1_over_gamma
+                            && found.threshold().e1_over_gamma <= 1.0,
+                        "{blow:?}"
+                    );
+                    assert!(
+                        exact.threshold().impulse_factor >= found.threshold().impulse_factor
+                            && found.threshold().impulse_factor >= 1.0
+                    );
+                    assert!(exact.meshes().is_none() && found.meshes().is_none());
+                    assert_eq!(
+                        (found.threshold().radius_m, found.degree_source()),
+                        (exact.threshold().radius_m, exact.degree_source())
+                    );
                 } else {
-                    broken += u32::from(found.pieces.is_some());
+                    broken += u32::from(found.meshes().is_some());
                     assert_eq!(bytes(&found), bytes(&exact), "{blow:?}");
                 }
             }
@@ -168,34 +184,36 @@ fn no_strike_that_breaks_is_ended_and_none_that_goes_on_changes() {
 
 /// The stages that ran, and the effects that they told of.
 #[derive(Default)]
-struct Ran(Vec<&'static str>, Vec<EffectKind>);
+struct Ran(RefCell<Vec<&'static str>>, RefCell<Vec<EffectKind>>);
 
 impl StageObserver for Ran {
-    fn enter(&mut self, stage: Stage) {
-        self.0.push(stage.name());
+    fn enter(&self, stage: Stage) {
+        self.0.borrow_mut().push(stage.name());
     }
-    fn leave(&mut self, _: Stage, _: u64) {}
-    fn begin(&mut self, effect: EffectKind) {
-        self.1.push(effect);
+    fn leave(&self, _: Stage, _: u64) {}
+    fn begin(&self, effect: EffectKind) {
+        self.1.borrow_mut().push(effect);
     }
-    fn end(&mut self, effect: EffectKind, _: u64) {
-        self.1.push(effect);
+    fn end(&self, effect: EffectKind, _: u64) {
+        self.1.borrow_mut().push(effect);
     }
-    fn part(&mut self, effect: EffectKind, _: u64) {
-        self.1.push(effect);
+    fn part(&self, effect: EffectKind, _: u64) {
+        self.1.borrow_mut().push(effect);
     }
 }
 
 /// A weak blow, as it is and changed: whether the bound ends it.
 #[track_caller]
 fn check(prepared: &PreparedObject, blow: &FractureRequest, ends: bool) {
-    let mut ran = Ran::default();
-    let found = strike(prepared, blow, &mut Workspace::default(), &CancelToken::default(), &mut ran).unwrap();
-    assert_eq!(found.bounded, ends, "{blow:?}");
+    let ran = Ran::default();
+    let found =
+        strike(StrikeContext::new(prepared, blow, &CancelToken::default(), &ran), &mut Workspace::default()).unwrap();
+    assert_eq!(found.threshold().is_bound, ends, "{blow:?}");
     if ends {
         // The load is entered for the contacts, and once per body.
-        ran.0.dedup();
-        assert_eq!((ran.0, ran.1), (vec!["load", "threshold"], vec![]), "{blow:?}");
+        let (mut stages, effects) = (ran.0.into_inner(), ran.1.into_inner());
+        stages.dedup();
+        assert_eq!((stages, effects), (vec!["load", "threshold"], vec![]), "{blow:?}");
     }
 }
 
@@ -231,16 +249,18 @@ fn a_fragment_that_is_struck_again_has_no_bound() {
     let prepared = baked("arch", shapes::arch(), Some([0.08, 0.06]));
     let (node, own) = (prepared.bodies[0].crack.nodes[0], Vector3::new(0.3, -1.0, 0.2));
     let blow = FractureRequest::at(prepared.frame.to_meters(&node), own).seeded(1);
-    let broken =
-        outcome(&prepared, &FractureRequest { degree: DegreeRequest::Sites(2), ..blow }).unwrap().pieces.unwrap();
+    let broken = outcome(&prepared, &FractureRequest { degree: DegreeRequest::Sites(2), ..blow })
+        .unwrap()
+        .into_meshes()
+        .unwrap();
     let kept = broken.keep();
     let (mut workspace, token) = (Workspace::default(), CancelToken::default());
     let struck = prepared.bodies[0].crack.nodes.iter().find_map(|node| {
         let weak = FractureRequest::at(prepared.frame.to_meters(node), own * 1e-6).seeded(1);
-        strike_again(&prepared, (&kept, 0), &weak, &mut workspace, &token, &mut ()).ok()
+        strike_again(StrikeContext::new(&prepared, &weak, &token, &()), (&kept, 0), &mut workspace).ok()
     });
     let struck = struck.expect("some node is of the fragment");
-    assert!(!struck.bounded && struck.pieces.is_none() && struck.e1_over_gamma < 1e-3);
+    assert!(!struck.threshold().is_bound && struck.meshes().is_none() && struck.threshold().e1_over_gamma < 1e-3);
 }
 
 /// What no bound was made for is solved for.

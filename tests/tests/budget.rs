@@ -5,14 +5,13 @@ use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::centroidal::{self, DiagramOptions, EnergyField, GAP_CERTAIN, GAP_MIN, ITERATIONS_MAX};
 use shatter_fracture::database::{BakeRequest, bake};
 use shatter_fracture::pipeline::{
-    ContactSet, DegreeRequest, DegreeSource, ElasticRequest, FractureOutcome, FractureRequest, HURRIED_RANK_MAX,
-    ImpactSampler, PreparedObject, Preset, RANK_MAX, Stage, StageObserver, StopReason, StrikeCost, Termination,
-    TimeBudget, Workspace, reduce, strain_energy, strike,
+    ContactSet, DegreeRequest, DegreeSource, ElasticRequest, FractureRequest, FractureResult, HURRIED_RANK_MAX,
+    ImpactSampler, PreparedObject, Preset, RANK_MAX, StopReason, StrikeContext, StrikeCost, Termination, TimeBudget,
+    Workspace, reduce, strain_energy, strike,
 };
-use shatter_fracture::scene::EffectKind;
 use shatter_fracture::surface::{RawMesh, shapes};
 use shatter_tests::real;
-use std::cell::Cell;
+use std::sync::Mutex;
 
 /// An arch with a basis; no degrees are learned.
 fn arch(impacts: u64) -> PreparedObject {
@@ -32,27 +31,15 @@ fn blow(prepared: &PreparedObject) -> FractureRequest {
     FractureRequest { degree: DegreeRequest::Sites(12), tolerance: 1e-9, ..blow }
 }
 
-/// A clock that somebody looks at so often until the time is over.
-struct Looks {
-    left: Cell<f64>,
-    per_look_s: f64,
-}
-
-impl Looks {
-    fn new(time_s: f64, per_look_s: f64) -> Self {
-        Self { left: Cell::new(time_s), per_look_s }
-    }
-}
-
-impl StageObserver for Looks {
-    fn enter(&mut self, _: Stage) {}
-    fn leave(&mut self, _: Stage, _: u64) {}
-    fn begin(&mut self, _: EffectKind) {}
-    fn end(&mut self, _: EffectKind, _: u64) {}
-    fn part(&mut self, _: EffectKind, _: u64) {}
-    fn remaining_s(&self) -> f64 {
-        self.left.replace(self.left.get() - self.per_look_s)
-    }
+/// A token whose time gets less each time that it is asked.
+fn looks(time_s: f64, per_look_s: f64) -> CancelToken {
+    let left_s = Mutex::new(time_s);
+    CancelToken::default().with_time(move || {
+        let mut left_s = left_s.lock().unwrap();
+        let found = *left_s;
+        *left_s -= per_look_s;
+        found
+    })
 }
 
 /// A second for everything.
@@ -63,14 +50,14 @@ fn falling() -> Option<TimeBudget> {
     Some(TimeBudget { cost: COST, elastic_falls: true, degree_falls: true })
 }
 
-fn struck(prepared: &PreparedObject, blow: &FractureRequest, watch: &mut dyn StageObserver) -> FractureOutcome {
-    strike(prepared, blow, &mut Workspace::default(), &CancelToken::default(), watch).unwrap()
+fn struck(prepared: &PreparedObject, blow: &FractureRequest, cancel: &CancelToken) -> FractureResult {
+    strike(StrikeContext::new(prepared, blow, cancel, &()), &mut Workspace::default()).unwrap()
 }
 
 /// What holds however early a strike was stopped: pieces are closed, as all faces have another side, and their volumes add up.
 #[track_caller]
-fn check_whole(prepared: &PreparedObject, outcome: &FractureOutcome) {
-    let pieces = outcome.pieces.as_ref().unwrap();
+fn check_whole(prepared: &PreparedObject, outcome: &FractureResult) {
+    let pieces = outcome.meshes().unwrap();
     let volume: f64 = pieces.fragments.iter().map(|fragment| fragment.volume_m3).sum();
     assert!((volume / prepared.report.lattice_volume_m3 - 1.0).abs() < 1e-12, "{volume}");
     let counts = pieces.counts;
@@ -108,26 +95,32 @@ fn a_descent_ends_when_the_time_left_is_what_the_rest_takes() {
     // It is looked at when the strike begins, when it is solved for, when the descent begins, and after every step; each look takes a
     // second, as every step is expected to. The last second is for the rest.
     for (seconds, iterations) in [(0.0, 0), (4.9, 0), (5.0, 1), (5.9, 1), (6.0, 2), (10.9, 6)] {
-        let outcome = struck(&prepared, &blow, &mut Looks::new(seconds, 1.0));
-        assert_eq!((outcome.iterations, outcome.stop_reason()), (iterations, StopReason::Time), "{seconds}");
+        let outcome = struck(&prepared, &blow, &looks(seconds, 1.0));
+        assert_eq!((outcome.iterations(), outcome.stop_reason()), (iterations, StopReason::Time), "{seconds}");
         check_whole(&prepared, &outcome);
-        let again =
-            struck(&prepared, &FractureRequest { iterations_max: iterations, budget: None, ..blow.clone() }, &mut ());
+        let again = struck(
+            &prepared,
+            &FractureRequest { iterations_max: iterations, budget: None, ..blow.clone() },
+            &CancelToken::default(),
+        );
         assert_eq!(again.stop_reason(), StopReason::Iterations);
         assert_eq!(cells(&again), cells(&outcome), "the same iterations are the same pieces");
-        assert_eq!(again.cvd_gap, outcome.cvd_gap);
+        assert_eq!(again.cvd_gap(), outcome.cvd_gap());
     }
     // The solve took twice as long as expected: so will all else, until the steps are faster.
     let slow = FractureRequest { budget: budget(0.5), ..blow.clone() };
     for (seconds, iterations) in [(6.9, 0), (7.0, 1), (8.9, 1), (9.0, 3)] {
-        assert_eq!(struck(&prepared, &slow, &mut Looks::new(seconds, 1.0)).iterations, iterations, "{seconds}");
+        assert_eq!(struck(&prepared, &slow, &looks(seconds, 1.0)).iterations(), iterations, "{seconds}");
     }
-    let patient = struck(&prepared, &blow, &mut Looks::new(1e9, 1.0));
-    assert_eq!(cells(&patient), cells(&struck(&prepared, &FractureRequest { budget: None, ..blow }, &mut ())));
+    let patient = struck(&prepared, &blow, &looks(1e9, 1.0));
+    assert_eq!(
+        cells(&patient),
+        cells(&struck(&prepared, &FractureRequest { budget: None, ..blow }, &CancelToken::default()))
+    );
 }
 
-fn cells(outcome: &FractureOutcome) -> Vec<(f64, f64)> {
-    let pieces = outcome.pieces.as_ref().unwrap();
+fn cells(outcome: &FractureResult) -> Vec<(f64, f64)> {
+    let pieces = outcome.meshes().unwrap();
     pieces.fragments.iter().map(|fragment| (fragment.volume_m3, fragment.energy_j_m2)).collect()
 }
 
@@ -136,12 +129,12 @@ fn a_solve_falls_before_a_search_and_what_was_asked_for_does_not() {
     let prepared = arch(60);
     let solved = FractureRequest { elastic: ElasticRequest::Solve, budget: falling(), ..blow(&prepared) };
     let reduced = |strike: &FractureRequest, seconds| {
-        struck(&prepared, strike, &mut Looks::new(seconds, 0.0)).reduced_error.is_some()
+        struck(&prepared, strike, &looks(seconds, 0.0)).threshold().reduced_error.is_some()
     };
     // The solve takes five, start and rest one each.
     assert!(reduced(&solved, 6.9) && !reduced(&solved, 7.1));
     let rank_max =
-        |strike: &FractureRequest, seconds| struck(&prepared, strike, &mut Looks::new(seconds, 0.0)).rank_max;
+        |strike: &FractureRequest, seconds| struck(&prepared, strike, &looks(seconds, 0.0)).threshold().rank_max;
     assert_eq!(rank_max(&solved, 3.1), None);
     assert_eq!(rank_max(&solved, 2.9), Some(HURRIED_RANK_MAX), "no time for all of the basis");
     let less = FractureRequest { rank_max: Some(9), ..solved.clone() };
@@ -150,13 +143,13 @@ fn a_solve_falls_before_a_search_and_what_was_asked_for_does_not() {
     assert_eq!(rank_max(&FractureRequest { budget: Some(firm), ..solved.clone() }, 0.0), None);
     assert!(!reduced(&FractureRequest { budget: Some(firm), ..solved.clone() }, 0.0));
 
-    let whole = struck(&prepared, &FractureRequest { threshold_only: true, ..solved.clone() }, &mut ());
-    let gamma_j_m2 = Some(whole.gamma_j_m2 * whole.e1_over_gamma / 20.0);
+    let whole = struck(&prepared, &FractureRequest { threshold_only: true, ..solved.clone() }, &CancelToken::default());
+    let gamma_j_m2 = Some(whole.threshold().gamma_j_m2 * whole.threshold().e1_over_gamma / 20.0);
     let searched = FractureRequest { degree: DegreeRequest::Verified, gamma_j_m2, ..solved };
     let source = |strike: &FractureRequest, seconds| {
-        let outcome = struck(&prepared, strike, &mut Looks::new(seconds, 0.0));
+        let outcome = struck(&prepared, strike, &looks(seconds, 0.0));
         check_whole(&prepared, &outcome);
-        outcome.degree_source
+        outcome.degree_source()
     };
     let enough = COST.verify_s(9) + COST.rest_s(9);
     assert_eq!(source(&searched, enough + 0.1), DegreeSource::Verified);
@@ -166,8 +159,8 @@ fn a_solve_falls_before_a_search_and_what_was_asked_for_does_not() {
 /// A strike that breaks the arch by its degree, which `degree` searches whatever time it has.
 fn searching(prepared: &PreparedObject, degree: DegreeRequest) -> FractureRequest {
     let blow = FractureRequest { degree: DegreeRequest::Inferred, ..blow(prepared) };
-    let whole = struck(prepared, &FractureRequest { threshold_only: true, ..blow.clone() }, &mut ());
-    let gamma_j_m2 = Some(whole.gamma_j_m2 * whole.e1_over_gamma / 20.0);
+    let whole = struck(prepared, &FractureRequest { threshold_only: true, ..blow.clone() }, &CancelToken::default());
+    let gamma_j_m2 = Some(whole.threshold().gamma_j_m2 * whole.threshold().e1_over_gamma / 20.0);
     let budget = falling().map(|budget| TimeBudget { degree_falls: false, ..budget });
     FractureRequest { degree, gamma_j_m2, budget, ..blow }
 }
@@ -175,23 +168,29 @@ fn searching(prepared: &PreparedObject, degree: DegreeRequest) -> FractureReques
 #[test]
 fn a_search_that_was_asked_for_ends_with_its_time() {
     let prepared = arch(60);
-    let guessed =
-        struck(&prepared, &FractureRequest { budget: None, ..searching(&prepared, DegreeRequest::Inferred) }, &mut ());
+    let guessed = struck(
+        &prepared,
+        &FractureRequest { budget: None, ..searching(&prepared, DegreeRequest::Inferred) },
+        &CancelToken::default(),
+    );
     for (degree, source) in
         [(DegreeRequest::Verified, DegreeSource::Verified), (DegreeRequest::Optimised, DegreeSource::Optimised)]
     {
         let searching = searching(&prepared, degree);
-        let late = struck(&prepared, &searching, &mut Looks::new(0.0, 0.0));
+        let late = struck(&prepared, &searching, &looks(0.0, 0.0));
         check_whole(&prepared, &late);
-        assert_eq!((late.stop_reason(), late.iterations), (StopReason::Time, 0), "{degree:?}");
-        assert_eq!((late.degree_source, late.sites), (guessed.degree_source, guessed.sites), "it is the guess");
-        let looks = Looks::new(14.0, 1.0);
-        let early = struck(&prepared, &searching, &mut { looks });
+        assert_eq!((late.stop_reason(), late.iterations()), (StopReason::Time, 0), "{degree:?}");
+        assert_eq!((late.degree_source(), late.sites()), (guessed.degree_source(), guessed.sites()), "it is the guess");
+        let early = struck(&prepared, &searching, &looks(14.0, 1.0));
         check_whole(&prepared, &early);
-        assert_eq!((early.stop_reason(), early.degree_source), (StopReason::Time, guessed.degree_source), "{degree:?}");
-        let patient = struck(&prepared, &searching, &mut Looks::new(1e9, 1.0));
-        let free = struck(&prepared, &FractureRequest { budget: None, ..searching }, &mut ());
-        assert_eq!((patient.stop_reason(), patient.degree_source), (StopReason::Converged, source));
+        assert_eq!(
+            (early.stop_reason(), early.degree_source()),
+            (StopReason::Time, guessed.degree_source()),
+            "{degree:?}"
+        );
+        let patient = struck(&prepared, &searching, &looks(1e9, 1.0));
+        let free = struck(&prepared, &FractureRequest { budget: None, ..searching }, &CancelToken::default());
+        assert_eq!((patient.stop_reason(), patient.degree_source()), (StopReason::Converged, source));
         assert_eq!(cells(&patient), cells(&free));
     }
 }
@@ -202,11 +201,11 @@ fn a_search_ends_its_diagrams_at_the_error() {
     for degree in [DegreeRequest::Verified, DegreeRequest::Optimised] {
         let free = FractureRequest { budget: None, ..searching(&prepared, degree) };
         let iterations = |error_max: f64| {
-            let outcome = struck(&prepared, &free.clone().to_the_error(error_max), &mut ());
+            let outcome = struck(&prepared, &free.clone().to_the_error(error_max), &CancelToken::default());
             assert_eq!(outcome.stop_reason(), StopReason::ErrorMet, "{degree:?} {error_max}");
-            assert!(GAP_CERTAIN * outcome.cvd_gap.unwrap() <= 2.0 * error_max);
+            assert!(GAP_CERTAIN * outcome.cvd_gap().unwrap() <= 2.0 * error_max);
             check_whole(&prepared, &outcome);
-            outcome.iterations
+            outcome.iterations()
         };
         assert!(iterations(0.3) < iterations(0.02), "{degree:?}");
     }
@@ -215,11 +214,12 @@ fn a_search_ends_its_diagrams_at_the_error() {
 #[test]
 fn descents_begin_alike_whatever_ends_them() {
     let prepared = arch(0);
-    let begun =
-        |tolerance| struck(&prepared, &FractureRequest { tolerance, iterations_max: 0, ..blow(&prepared) }, &mut ());
+    let begun = |tolerance| {
+        struck(&prepared, &FractureRequest { tolerance, iterations_max: 0, ..blow(&prepared) }, &CancelToken::default())
+    };
     let [loose, tight] = [0.9, 1e-6].map(begun);
     assert_eq!(cells(&loose), cells(&tight));
-    assert!(loose.cvd_gap.is_some_and(|gap| gap < 0.3), "it began on coarser levels: {:?}", loose.cvd_gap);
+    assert!(loose.cvd_gap().is_some_and(|gap| gap < 0.3), "it began on coarser levels: {:?}", loose.cvd_gap());
 }
 
 #[test]
@@ -228,19 +228,22 @@ fn an_error_that_is_asked_for_is_met_by_both_estimates() {
     let mut last = 0;
     for error_max in [0.3, 0.1, 0.03, 0.01] {
         let strike = blow(&prepared).to_the_error(error_max);
-        let outcome = struck(&prepared, &strike, &mut ());
-        assert_eq!((outcome.stop_reason(), outcome.ending), (StopReason::ErrorMet, Some(Termination::ErrorMet)));
-        assert!(
-            GAP_CERTAIN * outcome.cvd_gap.unwrap() <= 2.0 * error_max
-                && outcome.reduced_error.unwrap_or(0.0) <= error_max
+        let outcome = struck(&prepared, &strike, &CancelToken::default());
+        assert_eq!(
+            (outcome.stop_reason(), outcome.fracture().and_then(|fracture| fracture.ending)),
+            (StopReason::ErrorMet, Some(Termination::ErrorMet))
         );
-        assert!(outcome.iterations >= last, "{error_max}: {} after {last}", outcome.iterations);
-        last = outcome.iterations;
+        assert!(
+            GAP_CERTAIN * outcome.cvd_gap().unwrap() <= 2.0 * error_max
+                && outcome.threshold().reduced_error.unwrap_or(0.0) <= error_max
+        );
+        assert!(outcome.iterations() >= last, "{error_max}: {} after {last}", outcome.iterations());
+        last = outcome.iterations();
         check_whole(&prepared, &outcome);
     }
     assert!(last >= 4, "{last}");
-    let exact = struck(&prepared, &blow(&prepared).to_the_error(1e-9), &mut ());
-    assert_eq!(exact.reduced_error, None, "no basis is that exact");
+    let exact = struck(&prepared, &blow(&prepared).to_the_error(1e-9), &CancelToken::default());
+    assert_eq!(exact.threshold().reduced_error, None, "no basis is that exact");
     assert_ne!(exact.stop_reason(), StopReason::ErrorMet, "gaps below {GAP_MIN} are not told apart");
 }
 
@@ -249,13 +252,19 @@ fn presets_are_carried_out_by_their_numbers() {
     let prepared = arch(60);
     let iterations = |quality| {
         let sites = DegreeRequest::Sites(12);
-        let outcome =
-            struck(&prepared, &FractureRequest { degree: sites, ..blow(&prepared).of_quality(quality) }, &mut ());
+        let outcome = struck(
+            &prepared,
+            &FractureRequest { degree: sites, ..blow(&prepared).of_quality(quality) },
+            &CancelToken::default(),
+        );
         match quality {
-            Preset::Reference => assert_eq!(outcome.reduced_error, None),
-            _ => assert!(outcome.reduced_error.unwrap_or(0.0) <= quality.dials().reduced_error_max, "{quality:?}"),
+            Preset::Reference => assert_eq!(outcome.threshold().reduced_error, None),
+            _ => assert!(
+                outcome.threshold().reduced_error.unwrap_or(0.0) <= quality.dials().reduced_error_max,
+                "{quality:?}"
+            ),
         }
-        outcome.iterations
+        outcome.iterations()
     };
     let all = Preset::ALL.map(iterations);
     assert!(all.is_sorted() && all[0] <= Preset::Draft.dials().iterations_max && all[3] > all[1], "{all:?}");
@@ -303,7 +312,11 @@ fn estimated_gaps_are_within_a_factor_4_of_the_true_ones() {
         for index in 0..4 {
             let impact = ContactSet::new(&prepared, &sampler.impact(7, index)).unwrap();
             let mut workspace = Workspace::default();
-            let energies = strain_energy(&prepared, &impact, &mut workspace, &CancelToken::default(), &mut ());
+            let energies = strain_energy(
+                StrikeContext::new(&prepared, &sampler.impact(7, index), &CancelToken::default(), &()),
+                &impact,
+                &mut workspace,
+            );
             let mut energy = energies.unwrap().remove(0);
             let body = &prepared.bodies[energy.body];
             let field = EnergyField::new(body.interior.as_ref().unwrap(), &body.volumes, &mut energy.shares).unwrap();

@@ -313,29 +313,39 @@ fn weaker_materials_break_into_more_pieces() {
     let Some(horse) = horse() else { return };
     let (point, inward) = struck::surface_point(horse, HEAD);
     let threshold = struck::outcome(horse, &FractureRequest::at(point, inward).seeded(1)).unwrap();
-    let strike = FractureRequest::at(point, inward * (10.0 * threshold.impulse_factor)).seeded(1);
+    let strike = FractureRequest::at(point, inward * (10.0 * threshold.threshold().impulse_factor)).seeded(1);
     let own = struck::outcome(horse, &strike).unwrap();
     let weaker =
         struck::outcome(horse, &FractureRequest { gamma_j_m2: Some(horse.gamma_j_m2 / 4.0), ..strike.clone() })
             .unwrap();
-    println!("E_1/γ {:.1}: n = {}; γ/4: n = {}", own.e1_over_gamma, own.fracture_degree, weaker.fracture_degree);
-    assert!(weaker.fracture_degree > own.fracture_degree);
+    println!(
+        "E_1/γ {:.1}: n = {}; γ/4: n = {}",
+        own.threshold().e1_over_gamma,
+        own.fracture_degree(),
+        weaker.fracture_degree()
+    );
+    assert!(weaker.fracture_degree() > own.fracture_degree());
 }
 
 #[test]
 fn the_optimised_degree_never_falls_with_gamma() {
     let Some(horse) = horse() else { return };
     let (point, inward) = struck::surface_point(horse, HEAD);
-    let just = struck::outcome(horse, &FractureRequest::at(point, inward).seeded(1)).unwrap().impulse_factor;
+    let just =
+        struck::outcome(horse, &FractureRequest::at(point, inward).seeded(1)).unwrap().threshold().impulse_factor;
     let mut last = 0;
     for times in [0.5, 0.99, 1.01, 2.0, 3.0, 5.0, 8.0] {
         let mut strike = FractureRequest::at(point, inward * (just * times)).seeded(1);
         strike.degree = DegreeRequest::Optimised;
         let outcome = struck::outcome(horse, &strike).unwrap();
-        println!("{times} × threshold: E_1/γ = {:.3}, n = {}", outcome.e1_over_gamma, outcome.fracture_degree);
-        assert_eq!(outcome.fracture_degree == 1, times < 1.0);
-        assert_eq!(outcome.degree_source == DegreeSource::Threshold, times < 1.0);
-        assert!(outcome.fracture_degree >= last);
-        last = outcome.fracture_degree;
+        println!(
+            "{times} × threshold: E_1/γ = {:.3}, n = {}",
+            outcome.threshold().e1_over_gamma,
+            outcome.fracture_degree()
+        );
+        assert_eq!(outcome.fracture_degree() == 1, times < 1.0);
+        assert_eq!(outcome.degree_source() == DegreeSource::Threshold, times < 1.0);
+        assert!(outcome.fracture_degree() >= last);
+        last = outcome.fracture_degree();
     }
 }

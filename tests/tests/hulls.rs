@@ -12,6 +12,7 @@ use shatter_fracture::random::RandomStream;
 use shatter_fracture::scene::{EffectKind, EffectSet};
 use shatter_fracture::surface::{RawMesh, shapes};
 use shatter_tests::{real, struck};
+use std::cell::Cell;
 use std::time::{Duration, Instant};
 
 /// Random points per fragment that estimate what its hull holds.
@@ -64,28 +65,28 @@ fn strike(prepared: &PreparedObject, sites: u32, effects: EffectSet) -> Fracture
 }
 
 fn pieces(prepared: &PreparedObject, sites: u32, effects: EffectSet) -> FractureMeshes {
-    struck::outcome(prepared, &strike(prepared, sites, effects)).unwrap().pieces.unwrap()
+    struck::outcome(prepared, &strike(prepared, sites, effects)).unwrap().into_meshes().unwrap()
 }
 
 /// Times the hulls and the whole strike.
 struct Stopwatch {
-    begun: Instant,
-    hulls: Duration,
+    begun: Cell<Instant>,
+    hulls: Cell<Duration>,
 }
 
 impl StageObserver for Stopwatch {
-    fn enter(&mut self, _: Stage) {}
+    fn enter(&self, _: Stage) {}
 
-    fn leave(&mut self, _: Stage, _: u64) {}
+    fn leave(&self, _: Stage, _: u64) {}
 
-    fn part(&mut self, _: EffectKind, _: u64) {}
+    fn part(&self, _: EffectKind, _: u64) {}
 
-    fn begin(&mut self, _: EffectKind) {
-        self.begun = Instant::now();
+    fn begin(&self, _: EffectKind) {
+        self.begun.set(Instant::now());
     }
 
-    fn end(&mut self, _: EffectKind, _: u64) {
-        self.hulls = self.begun.elapsed();
+    fn end(&self, _: EffectKind, _: u64) {
+        self.hulls.set(self.begun.get().elapsed());
     }
 }
 
@@ -93,9 +94,14 @@ impl StageObserver for Stopwatch {
 fn times(prepared: &PreparedObject, sites: u32) -> [f64; 2] {
     let strike = strike(prepared, sites, EffectSet::default().with(EffectKind::Hulls));
     let once = || {
-        let (since, mut watch) = (Instant::now(), Stopwatch { begun: Instant::now(), hulls: Duration::ZERO });
-        pipeline::strike(prepared, &strike, &mut Workspace::default(), &CancelToken::default(), &mut watch).unwrap();
-        [watch.hulls, since.elapsed()].map(|time| 1e3 * time.as_secs_f64())
+        let since = Instant::now();
+        let stopwatch = Stopwatch { begun: Cell::new(since), hulls: Cell::new(Duration::ZERO) };
+        pipeline::strike(
+            pipeline::StrikeContext::new(prepared, &strike, &CancelToken::default(), &stopwatch),
+            &mut Workspace::default(),
+        )
+        .unwrap();
+        [stopwatch.hulls.get(), since.elapsed()].map(|time| 1e3 * time.as_secs_f64())
     };
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
     let all = pool.install(|| std::array::from_fn::<_, STRIKES, _>(|_| once()));

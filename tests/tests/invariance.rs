@@ -37,7 +37,7 @@ fn strike(prepared: &PreparedObject, point_m: Point3<f64>, impulse_ns: Vector3<f
         degree: DegreeRequest::Sites(20),
         ..FractureRequest::at(point_m, impulse_ns).seeded(1)
     };
-    let pieces = struck::outcome(prepared, &strike).unwrap().pieces.unwrap();
+    let pieces = struck::outcome(prepared, &strike).unwrap().into_meshes().unwrap();
     let mut positions = vec![[0.0; 3]; pieces.counts.vertices];
     let mut indices = vec![0; pieces.counts.indices];
     let mut merges = vec![[0; 2]; pieces.counts.merges];

@@ -7,8 +7,8 @@ use shatter_fracture::database::{BakeRequest, PartialBake, Share, bake, load, sa
 use shatter_fracture::degree::{self, SITES_MIN};
 use shatter_fracture::lift::LiftKind;
 use shatter_fracture::pipeline::{
-    ContactSet, DegreeRequest, DegreeSource, ElasticRequest, Example, FractureOutcome, FractureRequest, ImpactContact,
-    ImpactSampler, PreparedObject, Workspace, examples, sampled, strain_energy, strike,
+    ContactSet, DegreeRequest, DegreeSource, ElasticRequest, Example, FractureRequest, FractureResult, ImpactContact,
+    ImpactSampler, PreparedObject, StrikeContext, Workspace, examples, sampled, strain_energy, strike,
 };
 use shatter_fracture::random::RandomStream;
 use shatter_fracture::surface::shapes;
@@ -29,14 +29,14 @@ fn horseshoe_after(examples: u64) -> PreparedObject {
     bake(shapes::horseshoe(), &request, &CancelToken::default(), &mut |_| ()).unwrap()
 }
 
-fn struck(prepared: &PreparedObject, strike_: &FractureRequest) -> FractureOutcome {
-    strike(prepared, strike_, &mut Workspace::default(), &CancelToken::default(), &mut ()).unwrap()
+fn struck(prepared: &PreparedObject, strike_: &FractureRequest) -> FractureResult {
+    strike(StrikeContext::new(prepared, strike_, &CancelToken::default(), &()), &mut Workspace::default()).unwrap()
 }
 
 /// A blow like those that were learned from, but none of them, `times` the breaking impulse.
 fn blow(prepared: &PreparedObject, times: f64, degree: DegreeRequest) -> FractureRequest {
     let like = ImpactSampler::new(prepared).impact(!prepared.parameters.seed, 0);
-    let factor = struck(prepared, &FractureRequest { threshold_only: true, ..like.clone() }).impulse_factor;
+    let factor = struck(prepared, &FractureRequest { threshold_only: true, ..like.clone() }).threshold().impulse_factor;
     let harder =
         |contact: &ImpactContact| ImpactContact { impulse_ns: contact.impulse_ns * factor * times, ..*contact };
     FractureRequest { contacts: like.contacts.iter().map(harder).collect(), degree, ..like }
@@ -78,7 +78,7 @@ fn degrees_are_inferred_within_reach_and_said_to_be() {
     println!("{quality:?}");
     assert!(quality.median_relative_error < quality.pose_network_median, "{quality:?}");
     assert!(quality.label_noise_median < 0.2, "{quality:?}");
-    let source = |times: f64, degree| struck(&prepared, &blow(&prepared, times, degree)).degree_source;
+    let source = |times: f64, degree| struck(&prepared, &blow(&prepared, times, degree)).degree_source();
     assert_eq!(source(0.5, DegreeRequest::Inferred), DegreeSource::Threshold);
     assert_eq!(source(8.0, DegreeRequest::Inferred), DegreeSource::Inferred);
     assert_eq!(source(8.0, DegreeRequest::ClosedForm), DegreeSource::ClosedForm);
@@ -86,18 +86,18 @@ fn degrees_are_inferred_within_reach_and_said_to_be() {
     assert_eq!(source(1e5, DegreeRequest::Inferred), DegreeSource::ClosedForm, "no example is so violent");
     let euclidean = FractureRequest { lift: LiftKind::Euclidean, ..blow(&prepared, 8.0, DegreeRequest::Inferred) };
     assert_eq!(
-        struck(&prepared, &euclidean).degree_source,
+        struck(&prepared, &euclidean).degree_source(),
         DegreeSource::ClosedForm,
         "examples have the interior lift"
     );
     let inferred = struck(&prepared, &blow(&prepared, 8.0, DegreeRequest::Inferred));
-    assert!((0.6..=1.0).contains(&inferred.confidence), "{}", inferred.confidence);
+    assert!((0.6..=1.0).contains(&inferred.confidence()), "{}", inferred.confidence());
 }
 
 /// Largest E_i of the fragments over γ.
-fn excess(outcome: &FractureOutcome) -> f64 {
-    let pieces = outcome.pieces.as_ref().unwrap();
-    pieces.fragments.iter().map(|row| row.energy_j_m2).fold(0.0, f64::max) / outcome.gamma_j_m2
+fn excess(outcome: &FractureResult) -> f64 {
+    let pieces = outcome.meshes().unwrap();
+    pieces.fragments.iter().map(|row| row.energy_j_m2).fold(0.0, f64::max) / outcome.threshold().gamma_j_m2
 }
 
 #[test]
@@ -107,7 +107,7 @@ fn a_verified_degree_holds_and_is_near_the_optimised_one() {
         let of = |degree| struck(&prepared, &blow(&prepared, times, degree));
         let (verified, optimised) = (of(DegreeRequest::Verified), of(DegreeRequest::Optimised));
         assert!(excess(&verified) <= 1.0 + 1e-12, "{times}: {}", excess(&verified));
-        let (found, wanted) = (f64::from(verified.fracture_degree), f64::from(optimised.fracture_degree));
+        let (found, wanted) = (f64::from(verified.fracture_degree()), f64::from(optimised.fracture_degree()));
         println!("{times}: verified {found}, optimised {wanted}");
         assert!((found - wanted).abs() <= (0.15 * wanted).max(1.0), "{times}: {found} against {wanted}");
     }
@@ -210,8 +210,12 @@ fn an_example_is_the_field_of_its_impact() {
     let at = FractureRequest::at(contacts[0].point_m, contacts[0].impulse_ns).seeded(1);
     let again = FractureRequest { contacts: contacts.clone(), seed: *impact, elastic: ElasticRequest::Solve, ..at };
     let impact = ContactSet::new(&prepared, &again).unwrap();
-    let mut energies =
-        strain_energy(&prepared, &impact, &mut Workspace::default(), &CancelToken::default(), &mut ()).unwrap();
+    let mut energies = strain_energy(
+        StrikeContext::new(&prepared, &again, &CancelToken::default(), &()),
+        &impact,
+        &mut Workspace::default(),
+    )
+    .unwrap();
     let energy = energies.iter_mut().find(|energy| energy.body == *body).unwrap();
     let own = &prepared.bodies[*body];
     let field = EnergyField::new(own.interior.as_ref().unwrap(), &own.volumes, &mut energy.shares).unwrap();

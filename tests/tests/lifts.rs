@@ -122,7 +122,8 @@ fn a_stored_surface_lift_has_the_bits_of_the_baked_one_and_strikes_alike() {
     assert!(prepared.report.unprepared.is_empty());
     let lifts = [&prepared, &loaded].map(|prepared| prepared.lift(0, LiftKind::SurfaceDiffusion).unwrap());
     assert!(lifts[0] == lifts[1] && lifts[0].kind == LiftKind::SurfaceDiffusion);
-    let [a, b] = [&prepared, &loaded].map(|prepared| struck::outcome(prepared, &strike).unwrap().pieces.unwrap());
+    let [a, b] =
+        [&prepared, &loaded].map(|prepared| struck::outcome(prepared, &strike).unwrap().into_meshes().unwrap());
     // The frame travels as decimal text, so meters agree to rounding.
     assert_eq!(a.fragments.len(), b.fragments.len());
     for (a, b) in a.fragments.iter().zip(&b.fragments) {
@@ -131,7 +132,7 @@ fn a_stored_surface_lift_has_the_bits_of_the_baked_one_and_strikes_alike() {
     let volume: f64 = a.fragments.iter().map(|row| row.volume_m3).sum();
     assert!((volume / prepared.report.lattice_volume_m3 - 1.0).abs() < 1e-9, "{volume}");
     let interior = struck::outcome(&prepared, &FractureRequest { lift: LiftKind::Interior, ..strike }).unwrap();
-    assert_ne!(interior.pieces.unwrap().fragments, a.fragments);
+    assert_ne!(interior.into_meshes().unwrap().fragments, a.fragments);
 }
 
 #[test]

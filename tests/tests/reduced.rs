@@ -4,8 +4,8 @@ use nalgebra::{Point3, Vector3};
 use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{BakeRequest, PartialBake, Share, bake, load, save};
 use shatter_fracture::pipeline::{
-    ContactSet, ElasticRequest, FractureOutcome, FractureRequest, ImpactSampler, PreparedObject, RANK_MAX,
-    REDUCED_ERROR_MAX, Workspace, reduce, strain_energy, strike,
+    ContactSet, ElasticRequest, FractureRequest, FractureResult, ImpactSampler, PreparedObject, RANK_MAX,
+    REDUCED_ERROR_MAX, StrikeContext, Workspace, reduce, strain_energy, strike,
 };
 use shatter_fracture::surface::{RawMesh, shapes};
 use shatter_tests::real;
@@ -25,18 +25,18 @@ fn made(mesh: RawMesh, name: &str, impacts: u64, rank_max: usize) -> PreparedObj
 }
 
 /// A blow at the top.
-fn struck(prepared: &PreparedObject, elastic: ElasticRequest) -> FractureOutcome {
+fn struck(prepared: &PreparedObject, elastic: ElasticRequest) -> FractureResult {
     let top = prepared.bodies[0].crack.nodes.iter().max_by(|a, b| a.y.total_cmp(&b.y)).unwrap();
     let point_m: Point3<f64> = prepared.frame.to_meters(top);
     let blow = FractureRequest { elastic, ..FractureRequest::at(point_m, Vector3::new(1.0, -3.0, 0.5)).seeded(1) };
-    strike(prepared, &blow, &mut Workspace::default(), &CancelToken::default(), &mut ()).unwrap()
+    strike(StrikeContext::new(prepared, &blow, &CancelToken::default(), &()), &mut Workspace::default()).unwrap()
 }
 
 #[test]
 fn without_impacts_or_without_rank_there_is_no_basis() {
     for prepared in [arch(0, RANK_MAX), arch(60, 0)] {
         assert!(prepared.reduction.is_none() && prepared.bodies[0].reduced().is_none());
-        assert_eq!(struck(&prepared, ElasticRequest::Reduced).reduced_error, None);
+        assert_eq!(struck(&prepared, ElasticRequest::Reduced).threshold().reduced_error, None);
     }
 }
 
@@ -57,7 +57,7 @@ fn an_object_that_is_to_be_solved_learns_degrees_and_has_no_basis() {
     let more = PartialBake::add(load(&file).unwrap(), 2, Share::WHOLE).unwrap();
     let more = more.complete(&CancelToken::default(), &mut |_| ()).unwrap();
     assert!(more.examples.len() > prepared.examples.len() && more.reduction.is_none(), "it stays so");
-    assert_eq!(struck(&more, ElasticRequest::Reduced).reduced_error, None);
+    assert_eq!(struck(&more, ElasticRequest::Reduced).threshold().reduced_error, None);
 }
 
 #[test]
@@ -67,13 +67,16 @@ fn a_reduced_strike_is_within_its_estimate_and_a_solve_is_the_same_with_a_basis(
     println!("{reduction:?}");
     assert!(reduction.energy_error_median < 0.01 && reduction.density_error_median < 0.06, "{reduction:?}");
     let [reduced, solved] = [ElasticRequest::Reduced, ElasticRequest::Solve].map(|elastic| struck(&prepared, elastic));
-    let error = (reduced.e1_over_gamma / solved.e1_over_gamma - 1.0).abs();
-    println!("E_1 is {error:.2e} off, energy estimated {:?}", reduced.reduced_error);
-    let estimate = reduced.reduced_error.expect("the basis is good enough");
+    let error = (reduced.threshold().e1_over_gamma / solved.threshold().e1_over_gamma - 1.0).abs();
+    println!("E_1 is {error:.2e} off, energy estimated {:?}", reduced.threshold().reduced_error);
+    let estimate = reduced.threshold().reduced_error.expect("the basis is good enough");
     assert!(estimate <= REDUCED_ERROR_MAX && error <= 3.0 * estimate, "{error} against {estimate}");
-    assert_eq!(solved.reduced_error, None);
+    assert_eq!(solved.threshold().reduced_error, None);
     let without = struck(&bare, ElasticRequest::Reduced);
-    assert_eq!((solved.e1_over_gamma, solved.sites), (without.e1_over_gamma, without.sites));
+    assert_eq!(
+        (solved.threshold().e1_over_gamma, solved.sites()),
+        (without.threshold().e1_over_gamma, without.sites())
+    );
 }
 
 #[test]
@@ -85,8 +88,11 @@ fn a_blow_of_the_default_radius_needs_no_solve() {
     reduce(&mut prepared, RANK_MAX, &CancelToken::default()).unwrap();
     println!("{:?}", prepared.reduction);
     let outcome = struck(&prepared, ElasticRequest::Reduced);
-    assert!(outcome.radius_m < 1.01 * 0.04 * prepared.frame.diagonal_m, "the lattice resolves the default radius");
-    assert!(outcome.reduced_error.is_some());
+    assert!(
+        outcome.threshold().radius_m < 1.01 * 0.04 * prepared.frame.diagonal_m,
+        "the lattice resolves the default radius"
+    );
+    assert!(outcome.threshold().reduced_error.is_some());
 }
 
 #[test]
@@ -100,7 +106,9 @@ fn a_basis_that_is_too_coarse_is_not_used() {
 /// Energy and estimated error of a blow on one body.
 fn energy(prepared: &PreparedObject, blow: &FractureRequest, workspace: &mut Workspace) -> Option<(f64, Option<f64>)> {
     let impact = ContactSet::new(prepared, blow).unwrap();
-    let found = strain_energy(prepared, &impact, workspace, &CancelToken::default(), &mut ()).unwrap().pop()?;
+    let found = strain_energy(StrikeContext::new(prepared, blow, &CancelToken::default(), &()), &impact, workspace)
+        .unwrap()
+        .pop()?;
     Some((found.energy_j, found.reduced_error))
 }
 
@@ -173,8 +181,9 @@ fn solved_at_the_default_radius(prepared: &PreparedObject) -> f64 {
         blow.contacts.truncate(1);
         blow.contacts[0].radius_m = None;
         let blow = FractureRequest { elastic: ElasticRequest::Reduced, threshold_only: true, ..blow };
-        let outcome = strike(prepared, &blow, &mut workspace, &CancelToken::default(), &mut ()).unwrap();
-        outcome.reduced_error.is_none()
+        let outcome =
+            strike(StrikeContext::new(prepared, &blow, &CancelToken::default(), &()), &mut workspace).unwrap();
+        outcome.threshold().reduced_error.is_none()
     };
     (0..STRIKES).filter(&mut needs_solve).count() as f64 / STRIKES as f64
 }

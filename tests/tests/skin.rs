@@ -97,7 +97,8 @@ fn rim_m(pieces: &FractureMeshes, fragment: usize) -> Vec<f64> {
 fn skins_end_at_the_cracks() {
     let spacing = 0.04;
     let prepared = baked(shapes::cuboid([0.4, 0.3, 0.2]), spacing);
-    let pieces = struck::outcome(&prepared, &strike(&prepared, 24, &[EffectKind::Interior])).unwrap().pieces.unwrap();
+    let pieces =
+        struck::outcome(&prepared, &strike(&prepared, 24, &[EffectKind::Interior])).unwrap().into_meshes().unwrap();
     let mut all: Vec<f64> = (0..pieces.fragments.len()).flat_map(|fragment| rim_m(&pieces, fragment)).collect();
     all.iter_mut().for_each(|gap| *gap /= spacing * prepared.frame.diagonal_m);
     all.sort_by(f64::total_cmp);
@@ -113,7 +114,7 @@ fn check(name: &str, mesh: RawMesh, spacing: f64, more: &[EffectKind], controls:
     let prepared = controls
         .iter()
         .fold(prepared, |prepared, controls| prepared.warped(controls, &CancelToken::default()).unwrap());
-    let pieces = struck::outcome(&prepared, &strike(&prepared, 24, more)).unwrap().pieces.unwrap();
+    let pieces = struck::outcome(&prepared, &strike(&prepared, 24, more)).unwrap().into_meshes().unwrap();
     let diagonal_m = prepared.frame.diagonal_m;
     let (mut sum_m2, mut apart_m, mut count, mut far) = (0.0, 0.0f64, 0usize, 0usize);
     for fragment in 0..pieces.fragments.len() {
@@ -169,7 +170,8 @@ fn the_walls_of_existing_cracks_are_worn() {
     let sheet = RawMesh::new(corners.to_vec(), vec![[0, 1, 2], [0, 2, 3]]);
     let spacing = 0.03;
     let prepared = baked_with(shapes::cuboid([0.4, 0.3, 0.2]), spacing, Some(sheet));
-    let pieces = struck::outcome(&prepared, &strike(&prepared, 12, &[EffectKind::Interior])).unwrap().pieces.unwrap();
+    let pieces =
+        struck::outcome(&prepared, &strike(&prepared, 12, &[EffectKind::Interior])).unwrap().into_meshes().unwrap();
     let whole_m2 = 2.0 * (0.4 * 0.3 + 0.3 * 0.2 + 0.2 * 0.4);
     let (mut sum_m2, mut bare) = (0.0, 0);
     for fragment in 0..pieces.fragments.len() {
@@ -207,7 +209,7 @@ fn painted() -> RawMesh {
 fn outer_faces_look_as_the_input() {
     let prepared = baked(painted(), 0.04);
     assert_eq!(prepared.report.materials, ["sides", "top"]);
-    let pieces = struck::outcome(&prepared, &strike(&prepared, 12, &[])).unwrap().pieces.unwrap();
+    let pieces = struck::outcome(&prepared, &strike(&prepared, 12, &[])).unwrap().into_meshes().unwrap();
     let mut positions = vec![[0.0; 3]; pieces.counts.vertices];
     let (mut indices, mut merges) = (vec![0; pieces.counts.indices], vec![[0; 2]; pieces.counts.merges]);
     pieces.emit(&mut positions, &mut indices, &mut merges).unwrap();
@@ -310,7 +312,7 @@ fn worn_m2(pieces: &FractureMeshes, fragment: usize) -> f64 {
 #[test]
 fn what_breaks_again_wears_what_its_parent_wore() {
     let prepared = baked(painted(), 0.04);
-    let mut pieces = struck::outcome(&prepared, &strike(&prepared, 6, &[])).unwrap().pieces.unwrap();
+    let mut pieces = struck::outcome(&prepared, &strike(&prepared, 6, &[])).unwrap().into_meshes().unwrap();
     for generation in 1..3 {
         let (kept, parent) = (pieces.keep(), largest(&pieces));
         let before_m2 = worn_m2(&pieces, parent as usize);
@@ -318,8 +320,12 @@ fn what_breaks_again_wears_what_its_parent_wore() {
         again.contacts[0].point_m = Point3::from(pieces.fragments[parent as usize].center_m);
         again.contacts[0].radius_m = Some(0.3);
         let (mut workspace, token) = (Workspace::default(), CancelToken::default());
-        let outcome = pipeline::strike_again(&prepared, (&kept, parent), &again, &mut workspace, &token, &mut ());
-        pieces = outcome.unwrap().pieces.unwrap();
+        let outcome = pipeline::strike_again(
+            pipeline::StrikeContext::new(&prepared, &again, &token, &()),
+            (&kept, parent),
+            &mut workspace,
+        );
+        pieces = outcome.unwrap().into_meshes().unwrap();
         let sum_m2: f64 = (0..pieces.fragments.len()).map(|child| worn_m2(&pieces, child)).sum();
         let least = 2.0 * 0.04 * prepared.frame.diagonal_m;
         for child in 0..pieces.fragments.len() {
@@ -340,11 +346,15 @@ fn what_breaks_again_wears_what_its_parent_wore() {
         assert!(looks > 50 && 3 * pieces.looks.materials.len() == pieces.counts.indices);
     }
     let undressed = FractureRequest { effects: EffectSet::of([EffectKind::Interior]), ..strike(&prepared, 6, &[]) };
-    let bare = struck::outcome(&prepared, &undressed).unwrap().pieces.unwrap();
+    let bare = struck::outcome(&prepared, &undressed).unwrap().into_meshes().unwrap();
     let (kept, parent) = (bare.keep(), largest(&bare));
     let mut workspace = Workspace::default();
     let again = strike(&prepared, 6, &[]);
-    match pipeline::strike_again(&prepared, (&kept, parent), &again, &mut workspace, &CancelToken::default(), &mut ()) {
+    match pipeline::strike_again(
+        pipeline::StrikeContext::new(&prepared, &again, &CancelToken::default(), &()),
+        (&kept, parent),
+        &mut workspace,
+    ) {
         Err(FractureError::Undressed { fragment }) => assert_eq!(fragment, parent),
         Err(other) => panic!("{other}"),
         Ok(_) => panic!("a skin came from nowhere"),

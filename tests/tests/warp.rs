@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, Point3, Vector3};
 use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{BakeRequest, Tables, bake};
 use shatter_fracture::lift::LiftKind;
-use shatter_fracture::pipeline::{DegreeRequest, FractureOutcome, FractureRequest, PreparedObject, WarpError};
+use shatter_fracture::pipeline::{DegreeRequest, FractureRequest, FractureResult, PreparedObject, WarpError};
 use shatter_fracture::scene::{EffectKind, EffectSet, Grain, Paint, Region, WarpControls, Waves};
 use shatter_fracture::surface::shapes;
 use shatter_tests::{real, struck};
@@ -38,7 +38,7 @@ fn blow(lift: LiftKind, warp: bool) -> FractureRequest {
 
 /// Meshes of the pieces, in coordinates of the mesh file.
 struct Pieces {
-    outcome: FractureOutcome,
+    outcome: FractureResult,
     positions: Vec<Point3<f64>>,
     indices: Vec<u32>,
 }
@@ -46,7 +46,7 @@ struct Pieces {
 impl Pieces {
     fn new(prepared: &PreparedObject, strike: &FractureRequest) -> Self {
         let outcome = struck::outcome(prepared, strike).unwrap();
-        let pieces = outcome.pieces.as_ref().unwrap();
+        let pieces = outcome.meshes().unwrap();
         let mut flat = vec![[0.0; 3]; pieces.counts.vertices];
         let mut indices = vec![0; pieces.counts.indices];
         pieces.emit(&mut flat, &mut indices, &mut vec![[0; 2]; pieces.counts.merges]).unwrap();
@@ -67,12 +67,12 @@ impl Pieces {
     }
 
     fn rows(&self) -> &[shatter_fracture::pipeline::FragmentRow] {
-        &self.outcome.pieces.as_ref().unwrap().fragments
+        &self.outcome.meshes().unwrap().fragments
     }
 
     /// Triangles of each crack, seen from one side, by vertex.
     fn cracks(&self) -> impl Iterator<Item = Vec<[u32; 3]>> + '_ {
-        let pieces = self.outcome.pieces.as_ref().unwrap();
+        let pieces = self.outcome.meshes().unwrap();
         let runs = pieces.runs.iter().filter(|run| run.neighbor != u32::MAX && run.fragment < run.neighbor);
         runs.map(|run| {
             let first = self.rows()[run.fragment as usize].vertex_first;
@@ -202,12 +202,12 @@ fn every_forced_site_has_a_piece_of_its_own() {
         holders.sort_unstable();
         holders.dedup();
         assert_eq!(holders.len(), (sites as usize).min(sites_m.len()), "{sites} sites");
-        assert_eq!(pieces.outcome.sites, sites);
+        assert_eq!(pieces.outcome.sites(), sites);
     };
     [4, 9, 40].into_iter().for_each(check);
     // A degree that nobody forces leaves room for all of them.
     let free = FractureRequest { degree: DegreeRequest::ClosedForm, ..blow(LiftKind::Euclidean, true) };
-    assert!(struck::outcome(&prepared, &free).unwrap().sites >= 9);
+    assert!(struck::outcome(&prepared, &free).unwrap().sites() >= 9);
 }
 
 #[test]
@@ -238,7 +238,10 @@ fn whether_it_breaks_is_not_the_artists_to_say_and_off_is_off() {
     let blows = [true, false].map(|warp| blow(LiftKind::Interior, warp));
     let [on, off] = blows.clone().map(|blow| Pieces::new(&warped, &blow));
     let none = Pieces::new(&plain, &blows[0]);
-    assert_eq!((on.outcome.e1_over_gamma, on.outcome.gamma_j_m2), (off.outcome.e1_over_gamma, off.outcome.gamma_j_m2));
+    assert_eq!(
+        (on.outcome.threshold().e1_over_gamma, on.outcome.threshold().gamma_j_m2),
+        (off.outcome.threshold().e1_over_gamma, off.outcome.threshold().gamma_j_m2)
+    );
     assert!(off.positions == none.positions && off.indices == none.indices && on.positions != off.positions);
     let volume = |pieces: &Pieces| pieces.rows().iter().map(|row| row.volume_m3).sum::<f64>();
     assert!((volume(&on) / volume(&off) - 1.0).abs() < 1e-9);

@@ -27,13 +27,13 @@ pub trait ServedObject: Send + Sync {
         Ok(())
     }
 
-    /// Strikes it. `token` is polled, stages are told to `watch`.
+    /// Strikes it. `token` is polled, `observer` is told of stages and effects.
     fn strike(
         &self,
         strike: &Request,
         workspace: &mut Workspace,
         token: &CancelToken,
-        watch: &mut dyn StageObserver,
+        observer: &dyn StageObserver,
     ) -> Result<Box<dyn EngineResult>, Error>;
 
     /// Strikes fragment `fragment` of one of its answers, of which `kept` was kept.
@@ -43,7 +43,7 @@ pub trait ServedObject: Send + Sync {
         _strike: &Request,
         _workspace: &mut Workspace,
         _token: &CancelToken,
-        _watch: &mut dyn StageObserver,
+        _observer: &dyn StageObserver,
     ) -> Result<Box<dyn EngineResult>, Error> {
         let message = "the fragments of this object cannot be struck";
         Err(Error::new(ErrorKind::UnknownFragment, fragment.to_string(), message))
@@ -68,8 +68,8 @@ pub trait EngineResult {
     /// The strike took so long, from when its computation began until its answer was written; `stages` of it as told.
     fn took(&self, _time: Duration, _stages: &[StageWire]) {}
 
-    /// Writes everything but the stages and effects straight into the lent answer; effects are told to `watch`.
-    fn write(&self, sections: &mut SectionsMut<'_>, watch: &mut dyn StageObserver) -> Result<(), Error>;
+    /// Writes everything but the stages and effects straight into the lent answer; `observer` is told of effects.
+    fn write(&self, sections: &mut SectionsMut<'_>, observer: &dyn StageObserver) -> Result<(), Error>;
 }
 
 /// Loads the database at a path, as the object of the scene that has this name if there is a scene; the error says what is wrong

@@ -6,6 +6,7 @@ use shatter_fracture::scene::EffectKind;
 use shatter_proto::Error;
 use shatter_proto::layout::SectionsMut;
 use shatter_proto::result::{EffectWire, STAGES, StageWire};
+use std::cell::{Cell, RefCell};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::Instant;
@@ -14,19 +15,22 @@ use tracing::span::EnteredSpan;
 /// The stage that a strike is in, for those who ask: its number.
 pub type CurrentStage = Arc<AtomicU32>;
 
-/// Watches one strike.
+/// Measures one strike.
 pub struct StageProfiler {
+    shown: CurrentStage,
+    times: RefCell<Times>,
+    /// Where the energy came from, once that is written.
+    energy: Cell<Option<&'static str>>,
+}
+
+/// What is measured.
+struct Times {
     rows: [StageWire; STAGES.len()],
     effects: [EffectWire; EffectKind::ALL.len()],
-    shown: CurrentStage,
     entered: Option<(Instant, EnteredSpan)>,
     begun: Option<Instant>,
     /// What effects took of the stage that is entered.
     others_ns: u64,
-    /// Where the energy came from, once that is written.
-    energy: Option<&'static str>,
-    /// When the answer shall be sent.
-    due: Option<Instant>,
 }
 
 impl Default for StageProfiler {
@@ -40,57 +44,50 @@ impl StageProfiler {
     pub fn showing(shown: CurrentStage) -> Self {
         let rows = std::array::from_fn(|stage| StageWire { stage: stage as u32, ran: 0, ns: 0, bytes: 0 });
         let effects = std::array::from_fn(|effect| EffectWire { effect: effect as u32, ran: 0, ns: 0, bytes: 0 });
-        Self { rows, effects, shown, entered: None, begun: None, others_ns: 0, energy: None, due: None }
+        let times = Times { rows, effects, entered: None, begun: None, others_ns: 0 };
+        Self { shown, times: RefCell::new(times), energy: Cell::new(None) }
     }
 
-    /// The answer shall be sent by then.
-    pub fn until(&mut self, due: Option<Instant>) {
-        self.due = due;
-    }
-
-    /// Writes an outcome into its sections as part of the last stage, whose results are `bytes` long, and then what every stage and
+    /// Writes a result into its sections as part of the last stage, whose results are `bytes` long, and then what every stage and
     /// effect did.
-    pub fn write(
-        &mut self,
-        outcome: &dyn EngineResult,
-        sections: &mut SectionsMut<'_>,
-        bytes: u64,
-    ) -> Result<(), Error> {
+    ///
+    /// # Errors
+    /// Those of the result.
+    pub fn write(&self, result: &dyn EngineResult, sections: &mut SectionsMut<'_>, bytes: u64) -> Result<(), Error> {
+        let observer: &dyn StageObserver = self;
         // An object that stays whole has no fragments: the stage does not run.
-        let broken = !sections.fragments.is_empty();
-        if broken {
-            self.enter(Stage::Fragments);
+        let stage = (!sections.fragments.is_empty()).then(|| observer.stage(Stage::Fragments));
+        result.write(sections, observer)?;
+        if let Some(stage) = stage {
+            stage.produced_bytes(bytes);
         }
-        let written = outcome.write(sections, self);
-        if broken {
-            self.leave(Stage::Fragments, bytes);
-        }
-        written?;
-        self.energy = Some(sections.summary.elastic());
+        self.energy.set(Some(sections.summary.elastic()));
         sections.stages.copy_from_slice(&self.rows());
         sections.effects.copy_from_slice(&self.effects());
         Ok(())
     }
 
-    fn count(&mut self, effect: EffectKind, ns: u64, bytes: u64) {
-        let row = &mut self.effects[effect as usize];
-        (row.ran, row.ns, row.bytes) = (1, row.ns.saturating_add(ns), row.bytes.saturating_add(bytes));
-        tracing::debug!(ns, bytes, "{}", effect.name());
-    }
-
-    /// Where the energy of the strike came from, by its name in an answer; `None` without one.
+    /// Where the energy of the strike came from, by its name in a result; `None` without one.
     pub fn energy(&self) -> Option<&'static str> {
-        self.energy
+        self.energy.get()
     }
 
     /// One row per effect, also for those that did not run.
     pub fn effects(&self) -> [EffectWire; EffectKind::ALL.len()] {
-        self.effects
+        self.times.borrow().effects
     }
 
     /// One row per stage, also for those that did not run.
     pub fn rows(&self) -> [StageWire; STAGES.len()] {
-        self.rows
+        self.times.borrow().rows
+    }
+}
+
+impl Times {
+    fn count(&mut self, effect: EffectKind, ns: u64, bytes: u64) {
+        let row = &mut self.effects[effect as usize];
+        (row.ran, row.ns, row.bytes) = (1, row.ns.saturating_add(ns), row.bytes.saturating_add(bytes));
+        tracing::debug!(ns, bytes, "{}", effect.name());
     }
 }
 
@@ -99,42 +96,38 @@ fn ns_since(since: Instant) -> u64 {
 }
 
 impl StageObserver for StageProfiler {
-    fn enter(&mut self, stage: Stage) {
+    fn enter(&self, stage: Stage) {
         let span = tracing::debug_span!("stage", stage = stage.name()).entered();
         self.shown.store(stage as u32, Ordering::Relaxed);
-        (self.entered, self.others_ns) = (Some((Instant::now(), span)), 0);
+        let mut times = self.times.borrow_mut();
+        (times.entered, times.others_ns) = (Some((Instant::now(), span)), 0);
     }
 
-    fn leave(&mut self, stage: Stage, bytes: u64) {
-        if let Some((since, _span)) = self.entered.take() {
-            let ns = ns_since(since).saturating_sub(self.others_ns);
-            let row = &mut self.rows[stage as usize];
+    fn leave(&self, stage: Stage, bytes: u64) {
+        let mut times = self.times.borrow_mut();
+        if let Some((since, _span)) = times.entered.take() {
+            let ns = ns_since(since).saturating_sub(times.others_ns);
+            let row = &mut times.rows[stage as usize];
             (row.ran, row.ns, row.bytes) = (1, row.ns.saturating_add(ns), row.bytes.saturating_add(bytes));
             tracing::debug!(ns, bytes, "{}", stage.name());
         }
     }
 
-    fn begin(&mut self, _: EffectKind) {
-        self.begun = Some(Instant::now());
+    fn begin(&self, _: EffectKind) {
+        self.times.borrow_mut().begun = Some(Instant::now());
     }
 
-    fn end(&mut self, effect: EffectKind, bytes: u64) {
-        if let Some(since) = self.begun.take() {
+    fn end(&self, effect: EffectKind, bytes: u64) {
+        let mut times = self.times.borrow_mut();
+        if let Some(since) = times.begun.take() {
             let ns = ns_since(since);
-            self.others_ns = self.others_ns.saturating_add(ns);
-            self.count(effect, ns, bytes);
+            times.others_ns = times.others_ns.saturating_add(ns);
+            times.count(effect, ns, bytes);
         }
     }
 
-    fn part(&mut self, effect: EffectKind, bytes: u64) {
-        self.count(effect, 0, bytes);
-    }
-
-    fn remaining_s(&self) -> f64 {
-        let now = Instant::now();
-        self.due.map_or(f64::INFINITY, |due| {
-            due.saturating_duration_since(now).as_secs_f64() - now.saturating_duration_since(due).as_secs_f64()
-        })
+    fn part(&self, effect: EffectKind, bytes: u64) {
+        self.times.borrow_mut().count(effect, 0, bytes);
     }
 }
 
@@ -161,7 +154,7 @@ mod tests {
 
     #[test]
     fn what_an_effect_takes_is_not_its_stages() {
-        let mut clock = StageProfiler::default();
+        let clock = StageProfiler::default();
         clock.enter(Stage::Fragments);
         clock.begin(EffectKind::Bonds);
         std::thread::sleep(std::time::Duration::from_millis(20));
@@ -179,7 +172,7 @@ mod tests {
     #[test]
     fn a_stage_entered_twice_adds_up_and_others_did_not_run() {
         let shown = CurrentStage::default();
-        let mut clock = StageProfiler::showing(shown.clone());
+        let clock = StageProfiler::showing(shown.clone());
         for bytes in [3, 4] {
             clock.enter(Stage::Labels);
             clock.leave(Stage::Labels, bytes);

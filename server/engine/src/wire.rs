@@ -24,8 +24,8 @@ use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database;
 use shatter_fracture::lift::LiftKind;
 use shatter_fracture::pipeline::{
-    self, DEGREE_MAX, DegreeSource, FractureMeshes, PreparedObject, RetainedFragments, StageObserver, StrikeCost,
-    Workspace,
+    self, DEGREE_MAX, DegreeSource, FractureMeshes, FractureResult, PreparedObject, RetainedFragments, StageObserver,
+    StrikeContext, StrikeCost, Workspace,
 };
 use shatter_fracture::scene::{DEFAULT_DURATION_S, DEFAULT_RADIUS_DIAGONALS, EffectKind, EffectSet};
 use shatter_proto::control::{ObjectRow, ObjectState};
@@ -179,7 +179,7 @@ impl ServedObject for EngineObject {
         strike: &Request,
         workspace: &mut Workspace,
         token: &CancelToken,
-        watch: &mut dyn StageObserver,
+        observer: &dyn StageObserver,
     ) -> Result<Box<dyn EngineResult>, Error> {
         let hit = aim::first_hit(strike, |ray| pipeline::aim(&self.prepared, ray))?;
         if strike.purpose == Purpose::Aim {
@@ -187,9 +187,10 @@ impl ServedObject for EngineObject {
         }
         let request = self.request(&aim::pointed(strike, &hit))?;
         tables::check(&self.prepared, &request)?;
-        let outcome = pipeline::strike(&self.prepared, &request, workspace, token, watch);
-        let outcome = outcome.map_err(|error| refusal_in(error, &strike.convention))?;
-        self.struck(strike, (&request, hit), Some(self.costs.clone()), outcome)
+        let context = StrikeContext::new(&self.prepared, &request, token, observer);
+        let result = pipeline::strike(context, workspace);
+        let result = result.map_err(|error| refusal_in(error, &strike.convention))?;
+        self.struck(strike, (&request, hit), Some(self.costs.clone()), result)
     }
 
     fn strike_again(
@@ -198,17 +199,18 @@ impl ServedObject for EngineObject {
         strike: &Request,
         workspace: &mut Workspace,
         token: &CancelToken,
-        watch: &mut dyn StageObserver,
+        observer: &dyn StageObserver,
     ) -> Result<Box<dyn EngineResult>, Error> {
         let hit = aim::first_hit(strike, |ray| pipeline::aim_again(&self.prepared, from, ray))?;
         if strike.purpose == Purpose::Aim {
             return Ok(Box::new(AimResult::new(strike, hit)));
         }
         let request = self.request(&aim::pointed(strike, &hit))?;
-        let outcome = pipeline::strike_again(&self.prepared, from, &request, workspace, token, watch);
-        let outcome = outcome.map_err(|error| refusal_in(error, &strike.convention))?;
+        let context = StrikeContext::new(&self.prepared, &request, token, observer);
+        let result = pipeline::strike_again(context, from, workspace);
+        let result = result.map_err(|error| refusal_in(error, &strike.convention))?;
         // What these take says nothing of the object.
-        self.struck(strike, (&request, hit), None, outcome)
+        self.struck(strike, (&request, hit), None, result)
     }
 }
 
@@ -219,13 +221,14 @@ impl EngineObject {
         strike: &Request,
         (request, hit): (&pipeline::FractureRequest, HitWire),
         costs: Option<Arc<ObjectCosts>>,
-        outcome: pipeline::FractureOutcome,
+        result: FractureResult,
     ) -> Result<Box<dyn EngineResult>, Error> {
         let deformed = request.effects.has(EffectKind::Elastic);
         let on = self.terms.effects(strike)?;
-        let used = EffectiveSettings::of(&self.prepared, on, self.quality(strike), request, outcome.rank_max);
+        let used =
+            EffectiveSettings::of(&self.prepared, on, self.quality(strike), request, result.threshold().rank_max);
         let (object, seed, convention) = (strike.object.clone(), strike.seed, strike.convention);
-        let struck = RequestedResult { object, seed, convention, hit, deformed, used, costs, outcome };
+        let struck = RequestedResult { object, seed, convention, hit, deformed, used, costs, result };
         self.fits(&struck.counts())?;
         Ok(Box::new(struck))
     }
@@ -283,7 +286,7 @@ impl EngineObject {
     }
 }
 
-/// An outcome of the engine, with what it does not know of the request.
+/// A result of the engine, with what it does not know of the request.
 struct RequestedResult {
     object: String,
     seed: u64,
@@ -296,12 +299,12 @@ struct RequestedResult {
     used: EffectiveSettings,
     /// Who learns from what it took.
     costs: Option<Arc<ObjectCosts>>,
-    outcome: pipeline::FractureOutcome,
+    result: FractureResult,
 }
 
 impl EngineResult for RequestedResult {
     fn counts(&self) -> SectionCounts {
-        self.outcome.pieces.as_ref().map_or(SectionCounts::default(), |pieces| SectionCounts {
+        self.result.meshes().map_or(SectionCounts::default(), |pieces| SectionCounts {
             fragments: pieces.fragments.len(),
             runs: pieces.runs.len(),
             merges: pieces.counts.merges,
@@ -325,33 +328,33 @@ impl EngineResult for RequestedResult {
     }
 
     fn keep(&self) -> Option<RetainedFragments> {
-        self.outcome.pieces.as_ref().map(FractureMeshes::keep)
+        self.result.meshes().map(FractureMeshes::keep)
     }
 
     fn solved(&self) -> Option<OverrunCause> {
-        let solved = self.deformed && !self.outcome.bounded && self.outcome.reduced_error.is_none();
+        let threshold = self.result.threshold();
+        let solved = self.deformed && !threshold.is_bound && threshold.reduced_error.is_none();
         solved.then_some(if self.used.is_reducible { OverrunCause::ReducedError } else { OverrunCause::NoReducedBasis })
     }
 
     fn took(&self, time: Duration, stages: &[StageWire]) {
-        let Some(costs) = self.costs.as_ref().filter(|_| self.outcome.sites > 0) else { return };
-        let solved = self.outcome.reduced_error.is_none();
-        costs
-            .learn(self.used.effects, &cost::sample(self.outcome.sites, solved, self.outcome.iterations, time, stages));
+        let (Some(costs), Some(fracture)) = (&self.costs, self.result.fracture()) else { return };
+        let solved = fracture.threshold.reduced_error.is_none();
+        costs.learn(self.used.effects, &cost::sample(fracture.sites, solved, fracture.iterations, time, stages));
     }
 
-    fn write(&self, sections: &mut SectionsMut<'_>, watch: &mut dyn StageObserver) -> Result<(), Error> {
+    fn write(&self, sections: &mut SectionsMut<'_>, observer: &dyn StageObserver) -> Result<(), Error> {
         *sections.summary = self.summary();
-        let Some(pieces) = &self.outcome.pieces else { return Ok(()) };
-        Writer { pieces, to: &self.convention }.write(sections, watch)
+        let Some(pieces) = self.result.meshes() else { return Ok(()) };
+        Writer { pieces, to: &self.convention }.write(sections, observer)
     }
 }
 
 impl RequestedResult {
     fn summary(&self) -> SummaryWire {
-        let outcome = &self.outcome;
+        let (result, threshold) = (&self.result, self.result.threshold());
         let mut summary = SummaryWire {
-            degree_source: match outcome.degree_source {
+            degree_source: match result.degree_source() {
                 DegreeSource::Threshold => 0,
                 DegreeSource::ClosedForm => 1,
                 DegreeSource::Inferred => 2,
@@ -359,27 +362,27 @@ impl RequestedResult {
                 DegreeSource::Optimised => 4,
                 DegreeSource::Forced => 5,
             },
-            sites: outcome.sites,
-            fracture_degree: outcome.fracture_degree,
-            capped: u32::from(outcome.capped),
-            gamma_j_m2: outcome.gamma_j_m2,
-            e1_over_gamma: outcome.e1_over_gamma,
-            threshold_impulse_factor: outcome.impulse_factor,
-            confidence: outcome.confidence,
+            sites: result.sites(),
+            fracture_degree: result.fracture_degree(),
+            capped: u32::from(result.capped()),
+            gamma_j_m2: threshold.gamma_j_m2,
+            e1_over_gamma: threshold.e1_over_gamma,
+            threshold_impulse_factor: threshold.impulse_factor,
+            confidence: result.confidence(),
             seed: self.seed,
-            radius_m: self.convention.length(outcome.radius_m),
-            elastic: match (self.deformed, outcome.reduced_error) {
-                _ if outcome.bounded => 3,
+            radius_m: self.convention.length(threshold.radius_m),
+            elastic: match (self.deformed, threshold.reduced_error) {
+                _ if threshold.is_bound => 3,
                 (false, _) => 2,
                 (true, Some(_)) => 1,
                 (true, None) => 0,
             },
-            energy_error: outcome.reduced_error.unwrap_or(0.0),
+            energy_error: threshold.reduced_error.unwrap_or(0.0),
             hit: self.hit,
             ..SummaryWire::zeroed()
         };
         summary.set_object(&self.object);
-        self.used.tell(outcome, &mut summary);
+        self.used.tell(result, &mut summary);
         summary
     }
 }

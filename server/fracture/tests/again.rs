@@ -8,8 +8,8 @@ use shatter_fracture::fragment::closed;
 use shatter_fracture::lattice::{EnergyTransfer, GONE, block};
 use shatter_fracture::lift::LiftKind;
 use shatter_fracture::pipeline::{
-    self, DegreeRequest, FractureError, FractureMeshes, FractureOutcome, FractureRequest, OUTER, PreparedObject,
-    RetainedFragments, Workspace, strike_again,
+    self, DegreeRequest, FractureError, FractureMeshes, FractureRequest, FractureResult, OUTER, PreparedObject,
+    RetainedFragments, StrikeContext, Workspace, strike_again,
 };
 use shatter_fracture::scene::{EffectKind, EffectSet, Materials};
 use shatter_fracture::surface::{RawMesh, shapes};
@@ -95,9 +95,12 @@ fn shown(pieces: &FractureMeshes) -> Vec<Shown> {
 }
 
 fn first(prepared: &PreparedObject, strike: &FractureRequest) -> FractureMeshes {
-    let outcome =
-        pipeline::strike(prepared, strike, &mut Workspace::default(), &CancelToken::default(), &mut ()).unwrap();
-    outcome.pieces.unwrap()
+    let outcome = pipeline::strike(
+        pipeline::StrikeContext::new(prepared, strike, &CancelToken::default(), &()),
+        &mut Workspace::default(),
+    )
+    .unwrap();
+    outcome.into_meshes().unwrap()
 }
 
 fn again(
@@ -105,8 +108,12 @@ fn again(
     kept: &RetainedFragments,
     fragment: u32,
     strike: &FractureRequest,
-) -> Result<FractureOutcome, FractureError> {
-    strike_again(prepared, (kept, fragment), strike, &mut Workspace::default(), &CancelToken::default(), &mut ())
+) -> Result<FractureResult, FractureError> {
+    strike_again(
+        StrikeContext::new(prepared, strike, &CancelToken::default(), &()),
+        (kept, fragment),
+        &mut Workspace::default(),
+    )
 }
 
 /// Volume of all fragments, m³.
@@ -122,7 +129,7 @@ fn check(
     fragment: u32,
     strike: &FractureRequest,
 ) -> FractureMeshes {
-    let children = again(prepared, &before.keep(), fragment, strike).unwrap().pieces.unwrap();
+    let children = again(prepared, &before.keep(), fragment, strike).unwrap().into_meshes().unwrap();
     let (parent, own) = (&before.fragments[fragment as usize], shown(&children));
     let error = volume(&children) / parent.volume_m3 - 1.0;
     println!("fragment {fragment}: {} children, volume off by {error:.1e}", own.len());
@@ -236,9 +243,9 @@ fn effects_apply_to_children_as_to_fragments() {
     // Their parent wears no skin.
     let all = EffectSet::of(EffectKind::ALL).without(EffectKind::Skin);
     let strike = FractureRequest { effects: all, ..blow(&own.points, Vector3::y(), 60) };
-    let children = again(&HORSESHOE, &pieces.keep(), largest, &strike).unwrap().pieces.unwrap();
+    let children = again(&HORSESHOE, &pieces.keep(), largest, &strike).unwrap().into_meshes().unwrap();
     let plain = FractureRequest { effects: EffectSet::default().without(EffectKind::Slivers), ..strike.clone() };
-    let many = again(&HORSESHOE, &pieces.keep(), largest, &plain).unwrap().pieces.unwrap();
+    let many = again(&HORSESHOE, &pieces.keep(), largest, &plain).unwrap().into_meshes().unwrap();
     assert!(children.fragments.len() < many.fragments.len(), "slivers are merged");
     assert!((volume(&children) / pieces.fragments[largest as usize].volume_m3 - 1.0).abs() < 1e-6);
     shown(&children);
@@ -258,7 +265,7 @@ fn a_second_strike_has_the_same_bytes_for_any_number_of_threads() {
     let bytes = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
-            let children = again(&HORSESHOE, &pieces.keep(), largest, &strike).unwrap().pieces.unwrap();
+            let children = again(&HORSESHOE, &pieces.keep(), largest, &strike).unwrap().into_meshes().unwrap();
             let points: Vec<u64> = shown(&children)
                 .iter()
                 .flat_map(|child| child.points.iter().flat_map(|point| point.coords.iter().map(|x| x.to_bits())))
@@ -279,11 +286,11 @@ fn thresholds_and_energies_are_the_fragments_own() {
         strike.contacts[0].impulse_ns *= factor;
         again(&HORSESHOE, &pieces.keep(), largest, &strike).unwrap()
     };
-    let just = strike(1.0).impulse_factor;
+    let just = strike(1.0).threshold().impulse_factor;
     let (whole, broken) = (strike(0.5 * just), strike(3.0 * just));
-    assert!(whole.pieces.is_none() && whole.fracture_degree == 1);
-    assert!(broken.fracture_degree >= 2 && broken.pieces.unwrap().fragments.len() >= 2);
-    assert!((broken.e1_over_gamma / whole.e1_over_gamma / 36.0 - 1.0).abs() < 1e-6);
+    assert!(whole.meshes().is_none() && whole.fracture_degree() == 1);
+    assert!(broken.fracture_degree() >= 2 && broken.meshes().unwrap().fragments.len() >= 2);
+    assert!((broken.threshold().e1_over_gamma / whole.threshold().e1_over_gamma / 36.0 - 1.0).abs() < 1e-6);
     let falloff = FractureRequest {
         effects: EffectSet::default().without(EffectKind::Elastic),
         ..blow(&own.points, Vector3::y(), 9)
@@ -368,7 +375,9 @@ fn across_the_slit(lift: LiftKind) -> [usize; 2] {
 fn cells(prepared: &PreparedObject, strike: &FractureRequest) -> Vec<u32> {
     let (mut workspace, token) = (Workspace::default(), CancelToken::default());
     let impact = pipeline::ContactSet::new(prepared, strike).unwrap();
-    let mut energies = pipeline::strain_energy(prepared, &impact, &mut workspace, &token, &mut ()).unwrap();
+    let mut energies =
+        pipeline::strain_energy(pipeline::StrikeContext::new(prepared, strike, &token, &()), &impact, &mut workspace)
+            .unwrap();
     let mut shares = std::mem::take(&mut energies[0].shares);
     let field =
         EnergyField::new(prepared.lift(0, strike.lift).unwrap(), &prepared.bodies[0].volumes, &mut shares).unwrap();

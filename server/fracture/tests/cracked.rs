@@ -108,9 +108,12 @@ fn blow(point_m: Point3<f64>, impulse: Vector3<f64>, lift: LiftKind, seed: u64) 
 }
 
 fn struck(prepared: &PreparedObject, strike: &FractureRequest) -> FractureMeshes {
-    let outcome =
-        pipeline::strike(prepared, strike, &mut Workspace::default(), &CancelToken::default(), &mut ()).unwrap();
-    outcome.pieces.unwrap()
+    let outcome = pipeline::strike(
+        pipeline::StrikeContext::new(prepared, strike, &CancelToken::default(), &()),
+        &mut Workspace::default(),
+    )
+    .unwrap();
+    outcome.into_meshes().unwrap()
 }
 
 /// The points of each fragment in the coordinates of the file; each must be closed.
@@ -153,8 +156,11 @@ fn across_the_crack(lift: LiftKind) -> [usize; 2] {
 /// Energy of the only body under `strike`, J, and the share of each crack node.
 fn energy(prepared: &PreparedObject, strike: &FractureRequest) -> (f64, Vec<f64>) {
     let impact = pipeline::ContactSet::new(prepared, strike).unwrap();
-    let solved =
-        pipeline::strain_energy(prepared, &impact, &mut Workspace::default(), &CancelToken::default(), &mut ());
+    let solved = pipeline::strain_energy(
+        pipeline::StrikeContext::new(prepared, strike, &CancelToken::default(), &()),
+        &impact,
+        &mut Workspace::default(),
+    );
     let own = solved.unwrap().remove(0);
     (own.energy_j, own.shares)
 }

@@ -51,8 +51,9 @@ fn strikes_hold_no_more_memory_than_the_first_ones() {
     let mut round = || {
         let before = ALLOCATOR.ever();
         for strike in &strikes {
-            let outcome = pipeline::strike(&prepared, strike, &mut workspace, &token, &mut ()).unwrap();
-            assert!(outcome.pieces.is_some());
+            let outcome =
+                pipeline::strike(pipeline::StrikeContext::new(&prepared, strike, &token, &()), &mut workspace).unwrap();
+            assert!(outcome.meshes().is_some());
         }
         (ALLOCATOR.out(), ALLOCATOR.ever() - before)
     };

@@ -31,7 +31,7 @@ impl ServedObject for Named {
         _: &Request,
         _: &mut Workspace,
         _: &CancelToken,
-        _: &mut dyn StageObserver,
+        _: &dyn StageObserver,
     ) -> Result<Box<dyn EngineResult>, Error> {
         Err(Error::new(ErrorKind::Failed, "", "not struck here"))
     }

@@ -140,8 +140,8 @@ impl WorkerPool {
     /// Computes a strike in a lane. A panic in it fails this strike alone.
     pub(super) fn run(self: &Arc<Self>, flight: Arc<Job>, lane: WorkerSlot) {
         self.spawn(lane, move |crew| {
-            let mut clock = StageProfiler::showing(flight.stage().clone());
-            let result = catch_unwind(AssertUnwindSafe(|| crew.answer(&flight, &mut clock)));
+            let profiler = StageProfiler::showing(flight.stage().clone());
+            let result = catch_unwind(AssertUnwindSafe(|| crew.answer(&flight, &profiler)));
             let result = result.unwrap_or_else(|panic| {
                 let message = format!("the strike failed inside the service: {}", panics::text(panic.as_ref()));
                 Err(Error::new(ErrorKind::Failed, "strike", message))
@@ -162,7 +162,8 @@ impl WorkerPool {
                     JobEnd::of(refusal)
                 }
             };
-            let (energy, stages, effects) = (clock.energy(), Box::new(clock.rows()), Box::new(clock.effects()));
+            let (energy, stages, effects) =
+                (profiler.energy(), Box::new(profiler.rows()), Box::new(profiler.effects()));
             WorkerEvent::Landed { flight, end, energy, stages, effects }
         });
     }
@@ -238,21 +239,23 @@ impl WorkerPool {
 
     /// Computes and sends the answer. The object is let go of here, with the strike: a version that was replaced is given
     /// back by the thread that struck it last.
-    fn answer(&self, flight: &Job, clock: &mut StageProfiler) -> Result<(), Error> {
+    fn answer(&self, flight: &Job, profiler: &StageProfiler) -> Result<(), Error> {
         let JobPayload { strike, object, kept } = flight.unload()?;
         let _span =
             tracing::info_span!("strike", object = strike.object, client = flight.client(), sequence = flight.key().1)
                 .entered();
         let begun = Instant::now();
         let time = strike.time_ms_max.map(|ms| Duration::from_secs_f64(1e-3 * AIMED_AT * ms));
-        clock.until(time.and_then(|time| flight.arrived().checked_add(time)));
+        let due = time.and_then(|time| flight.arrived().checked_add(time));
+        let token =
+            due.map_or_else(|| flight.token().clone(), |due| flight.token().with_time(move || remaining_s(due)));
         let workspace = self.workspaces.lock().unwrap_or_else(PoisonError::into_inner).pop();
         let mut workspace = workspace.unwrap_or_default();
         let outcome = match (&kept, strike.from) {
             (Some(kept), Some(origin)) => {
-                object.strike_again((kept, origin.fragment), &strike, &mut workspace, flight.token(), clock)
+                object.strike_again((kept, origin.fragment), &strike, &mut workspace, &token, profiler)
             }
-            _ => object.strike(&strike, &mut workspace, flight.token(), clock),
+            _ => object.strike(&strike, &mut workspace, &token, profiler),
         };
         self.workspaces.lock().unwrap_or_else(PoisonError::into_inner).push(workspace);
         let outcome = outcome?;
@@ -265,7 +268,7 @@ impl WorkerPool {
         *lent.user_header_mut() = layout.header(flight.key().1);
         let handle = self.keep(&strike, object, outcome.as_ref());
         let timing = Timing { handle, arrived: flight.arrived(), begun, time_ms_max: strike.time_ms_max };
-        let written = write(lent, &layout, outcome.as_ref(), &timing, clock);
+        let written = write(lent, &layout, outcome.as_ref(), &timing, profiler);
         // Whoever is woken may take this very core.
         let took = begun.elapsed();
         let sent = written.and_then(|written| flight.send(written));
@@ -276,7 +279,7 @@ impl WorkerPool {
         sent?;
         // Before the outcome is given back, which takes as long again.
         self.waker.wake(flight.key().0);
-        outcome.took(took, &clock.rows());
+        outcome.took(took, &profiler.rows());
         Ok(())
     }
 
@@ -293,6 +296,12 @@ impl WorkerPool {
         }
         flight.loan(blocks)
     }
+}
+
+/// Seconds until `due`, less than 0 after it.
+fn remaining_s(due: Instant) -> f64 {
+    let now = Instant::now();
+    due.saturating_duration_since(now).as_secs_f64() - now.saturating_duration_since(due).as_secs_f64()
 }
 
 /// Lays the answer out, within the caller's caps.
@@ -332,7 +341,7 @@ fn write(
     layout: &Layout,
     outcome: &dyn EngineResult,
     timing: &Timing,
-    clock: &mut StageProfiler,
+    profiler: &StageProfiler,
 ) -> Result<WrittenResult, Error> {
     let raw: *mut [MaybeUninit<Block>] = lent.payload_mut();
     // SAFETY: the slice is borrowed from `lent`, which is not touched while `payload` lives. Its bytes are initialised:
@@ -340,13 +349,13 @@ fn write(
     let payload: &mut [Block] = unsafe { &mut *(raw as *mut [Block]) };
     let unfit = || Error::new(ErrorKind::Failed, "layout", "the lent memory is shorter than the layout");
     let mut sections = layout.split(payload).ok_or_else(unfit)?;
-    clock.write(outcome, &mut sections, layout.base_bytes())?;
+    profiler.write(outcome, &mut sections, layout.base_bytes())?;
     let took = timing.arrived.elapsed();
     sections.summary.handle = timing.handle;
     sections.summary.time_ns = u64::try_from(took.as_nanos()).unwrap_or(u64::MAX);
     if let Some(over) = timing.time_ms_max.and_then(|ms| took.checked_sub(Duration::from_secs_f64(1e-3 * ms))) {
         let waited = timing.begun.saturating_duration_since(timing.arrived);
-        let reason = overrun_cause::reason(over, waited, outcome.solved(), &clock.rows());
+        let reason = overrun_cause::reason(over, waited, outcome.solved(), &profiler.rows());
         sections.summary.overrun = reason as u32;
         sections.summary.overrun_ns = u64::try_from(over.as_nanos()).unwrap_or(u64::MAX).max(1);
     }

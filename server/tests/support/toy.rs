@@ -124,10 +124,9 @@ impl ServedObject for Named {
         strike: &Request,
         _: &mut Workspace,
         token: &CancelToken,
-        watch: &mut dyn StageObserver,
+        observer: &dyn StageObserver,
     ) -> Result<Box<dyn EngineResult>, Error> {
-        watch.enter(Stage::Load);
-        watch.leave(Stage::Load, 7);
+        observer.stage(Stage::Load).produced_bytes(7);
         let sites = match (strike.purpose, strike.degree) {
             (Purpose::Threshold, _) => 0,
             (_, shatter_proto::request::DegreeRule::Sites(sites)) => sites as usize,
@@ -177,7 +176,7 @@ impl EngineResult for Tetrahedra {
         SectionCounts { fragments: n, runs: n, merges: n, vertices, indices: 12 * n, ..SectionCounts::default() }
     }
 
-    fn write(&self, sections: &mut SectionsMut<'_>, _: &mut dyn StageObserver) -> Result<(), Error> {
+    fn write(&self, sections: &mut SectionsMut<'_>, _: &dyn StageObserver) -> Result<(), Error> {
         let range = |start: usize, bytes: usize| (self.name.clone(), start..start + bytes);
         let parts: [_; PARTS] = [
             range(sections.positions.as_ptr() as usize, size_of_val(sections.positions)),

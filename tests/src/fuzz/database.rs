@@ -6,7 +6,9 @@ use serde_json::{Map, Value};
 use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{BakeRequest, bake, load, load_older, load_parameters, load_partial, save};
 use shatter_fracture::fragment::closed;
-use shatter_fracture::pipeline::{DegreeRequest, FractureMeshes, FractureRequest, PreparedObject, Workspace, strike};
+use shatter_fracture::pipeline::{
+    DegreeRequest, FractureMeshes, FractureRequest, PreparedObject, StrikeContext, Workspace, strike,
+};
 use shatter_fracture::scene::Material;
 use shatter_fracture::surface::shapes;
 use std::ops::Range;
@@ -131,9 +133,11 @@ fn struck(prepared: &PreparedObject) {
     let at = FractureRequest::at(prepared.frame.to_meters(&node), Vector3::new(0.3, -1.0, 0.2));
     for degree in [DegreeRequest::Sites(4), DegreeRequest::Inferred] {
         let own = FractureRequest { degree, ..at.clone() };
-        if let Ok(outcome) = strike(prepared, &own, &mut Workspace::default(), &CancelToken::default(), &mut ()) {
-            assert!((0.0..=1.0).contains(&outcome.confidence), "{}", outcome.confidence);
-            outcome.pieces.iter().for_each(check);
+        if let Ok(outcome) =
+            strike(StrikeContext::new(prepared, &own, &CancelToken::default(), &()), &mut Workspace::default())
+        {
+            assert!((0.0..=1.0).contains(&outcome.confidence()), "{}", outcome.confidence());
+            outcome.meshes().into_iter().for_each(check);
         }
     }
 }

@@ -66,7 +66,7 @@ impl EngineResult for AimResult {
         SectionCounts::default()
     }
 
-    fn write(&self, sections: &mut SectionsMut<'_>, _watch: &mut dyn StageObserver) -> Result<(), Error> {
+    fn write(&self, sections: &mut SectionsMut<'_>, _observer: &dyn StageObserver) -> Result<(), Error> {
         let mut summary = SummaryWire { fracture_degree: 1, seed: self.seed, hit: self.hit, ..SummaryWire::zeroed() };
         summary.set_object(&self.object);
         *sections.summary = summary;

@@ -123,15 +123,15 @@ impl EngineObject {
         workspace: &mut Workspace,
         payload: &mut Vec<Block>,
     ) -> Result<CostSample, Error> {
-        let (mut clock, begun) = (StageProfiler::default(), Instant::now());
-        let outcome = self.strike(strike, workspace, &CancelToken::default(), &mut clock)?;
+        let (profiler, begun) = (StageProfiler::default(), Instant::now());
+        let outcome = self.strike(strike, workspace, &CancelToken::default(), &profiler)?;
         if let Some(layout) = Layout::new(&outcome.counts()) {
             payload.resize(payload.len().max(layout.blocks()), Block { bytes: [0; 64] });
             if let Some(mut sections) = layout.split(payload) {
-                clock.write(outcome.as_ref(), &mut sections, layout.base_bytes())?;
+                profiler.write(outcome.as_ref(), &mut sections, layout.base_bytes())?;
             }
         }
         let iterations = strike.iterations_max.unwrap_or(0) as usize;
-        Ok(sample(sites, strike.elastic == ElasticSource::Solve, iterations, begun.elapsed(), &clock.rows()))
+        Ok(sample(sites, strike.elastic == ElasticSource::Solve, iterations, begun.elapsed(), &profiler.rows()))
     }
 }

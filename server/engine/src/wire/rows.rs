@@ -54,8 +54,8 @@ pub(super) struct Writer<'a> {
 }
 
 impl Writer<'_> {
-    /// Everything but the summary, the stages and what effects did; effects that are computed here are told to `watch`.
-    pub fn write(&self, sections: &mut SectionsMut<'_>, watch: &mut dyn StageObserver) -> Result<(), Error> {
+    /// Everything but the summary, the stages and what effects did; `observer` is told of effects that are computed here.
+    pub fn write(&self, sections: &mut SectionsMut<'_>, observer: &dyn StageObserver) -> Result<(), Error> {
         let Self { pieces, to } = self;
         fill(sections.fragments, &pieces.fragments, |row| fragment(row, to));
         fill(sections.runs, &pieces.runs, run);
@@ -66,7 +66,7 @@ impl Writer<'_> {
         };
         written.map_err(refusal)?;
         self.told(sections);
-        self.effects(sections, watch);
+        self.effects(sections, observer);
         Ok(())
     }
 
@@ -95,13 +95,12 @@ impl Writer<'_> {
     }
 
     /// What is computed here.
-    fn effects(&self, sections: &mut SectionsMut<'_>, watch: &mut dyn StageObserver) {
+    fn effects(&self, sections: &mut SectionsMut<'_>, observer: &dyn StageObserver) {
         let Self { pieces, to } = self;
-        let mut effect = |effect: EffectKind, write: &mut dyn FnMut() -> usize| {
+        let effect = |effect: EffectKind, write: &mut dyn FnMut() -> usize| {
             if pieces.effects.has(effect) {
-                watch.begin(effect);
-                let bytes = write();
-                watch.end(effect, bytes as u64);
+                let span = observer.effect(effect);
+                span.produced_bytes(write() as u64);
             }
         };
         effect(EffectKind::Normals, &mut || {

@@ -1,7 +1,7 @@
 //! Dials of accuracy and time: what a strike asks for, and what its answer tells of them.
 
 use shatter_fracture::pipeline::{
-    self, DegreeRequest, ElasticRequest, FractureOutcome, PreparedObject, SolverSettings, StrikeCost, TimeBudget,
+    self, DegreeRequest, ElasticRequest, FractureResult, PreparedObject, SolverSettings, StrikeCost, TimeBudget,
 };
 use shatter_proto::effect::Effects;
 use shatter_proto::request::{DegreeRule, ElasticSource, Quality, Request};
@@ -69,7 +69,7 @@ fn timed(request: pipeline::FractureRequest, asked: &Request, cost: StrikeCost) 
     pipeline::FractureRequest { budget: asked.time_ms_max.map(|_| budget), ..request }
 }
 
-/// The numbers by which an answer is computed, as far as the outcome does not tell them.
+/// The numbers by which an answer is computed, as far as the result does not tell them.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct EffectiveSettings {
     /// What is on.
@@ -114,17 +114,17 @@ impl EffectiveSettings {
         }
     }
 
-    /// Writes them beside what `outcome` tells.
-    pub(super) fn tell(&self, outcome: &FractureOutcome, summary: &mut SummaryWire) {
+    /// Writes them beside what `result` tells.
+    pub(super) fn tell(&self, result: &FractureResult, summary: &mut SummaryWire) {
         let number = |names: &[&str], name: &str| names.iter().position(|own| *own == name).unwrap_or(0) as u32;
         summary.quality = self.quality.number();
         summary.degree = number(&DEGREES, degree(self.degree));
-        summary.stop_reason = number(&STOP_REASONS, outcome.stop_reason().name());
+        summary.stop_reason = number(&STOP_REASONS, result.stop_reason().name());
         (summary.tolerance, summary.iterations_max) = (self.tolerance, count(self.iterations_max));
-        (summary.iterations, summary.cvd_gap) = (count(outcome.iterations), outcome.cvd_gap.unwrap_or(0.0));
-        summary.rank = if outcome.reduced_error.is_some() { count(self.rank) } else { 0 };
+        (summary.iterations, summary.cvd_gap) = (count(result.iterations()), result.cvd_gap().unwrap_or(0.0));
+        summary.rank = if result.threshold().reduced_error.is_some() { count(self.rank) } else { 0 };
         summary.lift_modes = count(self.lift_modes);
-        summary.reduced_error_max = outcome.reduced_error_max;
+        summary.reduced_error_max = result.threshold().reduced_error_max;
         (summary.elastic_nodes, summary.crack_nodes) = (count(self.elastic_nodes), count(self.crack_nodes));
     }
 }

@@ -69,11 +69,10 @@ impl LloydState<'_> {
         level: &PointLevel,
         history: &mut Vec<f64>,
         stop: &mut dyn StopCondition,
-        token: &CancelToken,
     ) -> Result<bool, Cancelled> {
-        self.begin(level, history, token)?;
+        self.begin(level, history, stop.cancel())?;
         let (mut relaxation, mut converged) = (RELAXATION, false);
-        match stop.pace(0, self.current.energy, self.current.energy) {
+        match stop.decide(0, self.current.energy, self.current.energy) {
             StepDecision::On => {}
             StepDecision::Last => relaxation = 1.0,
             StepDecision::End => return Ok(false),
@@ -82,7 +81,7 @@ impl LloydState<'_> {
             if iteration == self.iterations_max {
                 relaxation = 1.0;
             }
-            let (before, reseeded) = (self.current.energy, self.iterate(level, relaxation, token)?);
+            let (before, reseeded) = (self.current.energy, self.iterate(level, relaxation, stop.cancel())?);
             let Some(reseeded) = reseeded else { return Ok(true) };
             history.push(self.current.energy);
             if relaxation == 1.0 {
@@ -90,7 +89,7 @@ impl LloydState<'_> {
             }
             let after = self.current.energy;
             converged = !reseeded && before - after <= self.tolerance * after;
-            if converged || stop.pace(iteration, before, after) != StepDecision::On {
+            if converged || stop.decide(iteration, before, after) != StepDecision::On {
                 relaxation = 1.0;
             }
         }

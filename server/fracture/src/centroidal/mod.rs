@@ -152,19 +152,18 @@ pub fn diagram_into(
     token: &CancelToken,
     diagram: &mut Diagram,
 ) -> Result<(), Cancelled> {
-    diagram_until(field, options, workspace, &mut (), token, diagram)
+    diagram_until(field, options, workspace, &mut &*token, diagram)
 }
 
 /// [`diagram_into`], whose descent `stop` may end before it converges.
 ///
 /// # Errors
-/// [`Cancelled`] once the token is.
+/// [`Cancelled`] once the token of `stop` is.
 pub fn diagram_until(
     field: &EnergyField,
     options: &DiagramOptions,
     workspace: &mut DiagramWorkspace,
     stop: &mut dyn StopCondition,
-    token: &CancelToken,
     diagram: &mut Diagram,
 ) -> Result<(), Cancelled> {
     let sites = options.sites.clamp(1, field.nodes());
@@ -181,10 +180,10 @@ pub fn diagram_until(
     diagram.coarse_iterations = 0;
     for index in (1..levels).rev() {
         let (level, mut descent) = workspace.descent(index, field.pins().len(), options);
-        diagram.coarse_iterations += descent.coarse(level, &mut diagram.history, token)?;
+        diagram.coarse_iterations += descent.coarse(level, &mut diagram.history, stop.cancel())?;
     }
     let (level, mut descent) = workspace.descent(0, field.pins().len(), options);
-    diagram.converged = descent.finest(level, &mut diagram.history, stop, token)?;
+    diagram.converged = descent.finest(level, &mut diagram.history, stop)?;
     workspace.hand_over(field, diagram);
     Ok(())
 }

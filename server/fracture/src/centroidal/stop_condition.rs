@@ -1,6 +1,7 @@
-//! When a descent is good enough: asked by the descent, answered by whoever knows of errors and time.
+//! When a descent ends: asked by the descent, answered by what knows of errors, of time and of cancellation.
 
 use super::{Diagram, three_fifths};
+use crate::cancel_token::CancelToken;
 
 /// How a descent goes on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -16,19 +17,26 @@ pub enum StepDecision {
 
 /// Ends a descent before it converges.
 pub trait StopCondition {
+    /// Polled while labels are found; a cancelled descent has no result.
+    fn cancel(&self) -> &CancelToken;
+
     /// Asked once labels of the start are there (`iterations` 0, `before` = `after`), and after each iteration of the finest level,
     /// which took F from `before` to `after`.
-    fn pace(&mut self, iterations: usize, before: f64, after: f64) -> StepDecision;
+    fn decide(&mut self, iterations: usize, before: f64, after: f64) -> StepDecision;
 
     /// Whether the last descent was ended for want of time, so that no further one is worth its start.
-    fn out(&self) -> bool {
+    fn is_out_of_time(&self) -> bool {
         false
     }
 }
 
-/// Never.
-impl StopCondition for () {
-    fn pace(&mut self, _: usize, _: f64, _: f64) -> StepDecision {
+/// Nothing but cancellation ends it.
+impl StopCondition for &CancelToken {
+    fn cancel(&self) -> &CancelToken {
+        self
+    }
+
+    fn decide(&mut self, _: usize, _: f64, _: f64) -> StepDecision {
         StepDecision::On
     }
 }

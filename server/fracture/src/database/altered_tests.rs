@@ -6,7 +6,8 @@ use super::*;
 use crate::cancel_token::CancelToken;
 use crate::fragment::closed;
 use crate::pipeline::{
-    DegreeRequest, FractureError, FractureMeshes, FractureOutcome, FractureRequest, PreparedObject, Workspace, strike,
+    DegreeRequest, FractureError, FractureMeshes, FractureRequest, FractureResult, PreparedObject, StrikeContext,
+    Workspace, strike,
 };
 use crate::random::RandomStream;
 use crate::scene::{EffectKind, EffectSet, Material};
@@ -143,23 +144,23 @@ fn middle(prepared: &PreparedObject) -> Point3<f64> {
 }
 
 /// The outcome of `impulse_ns` at [`middle`], its degree decided.
-fn decided(prepared: &PreparedObject, impulse_ns: Vector3<f64>) -> Result<FractureOutcome, FractureError> {
+fn decided(prepared: &PreparedObject, impulse_ns: Vector3<f64>) -> Result<FractureResult, FractureError> {
     let own =
         FractureRequest { degree: DegreeRequest::ClosedForm, ..FractureRequest::at(middle(prepared), impulse_ns) };
-    strike(prepared, &own, &mut Workspace::default(), &CancelToken::default(), &mut ())
+    strike(StrikeContext::new(prepared, &own, &CancelToken::default(), &()), &mut Workspace::default())
 }
 
 /// Ten times an impulse that breaks it.
 fn breaking(prepared: &PreparedObject) -> Vector3<f64> {
     let unit = Vector3::new(0.3, -1.0, 0.2);
     let sizes = (-10..30).map(|power| 2f64.powi(power));
-    let just = sizes.map(|size| size * unit).find(|own| decided(prepared, *own).unwrap().pieces.is_some());
+    let just = sizes.map(|size| size * unit).find(|own| decided(prepared, *own).unwrap().meshes().is_some());
     10.0 * just.unwrap()
 }
 
 fn struck(prepared: &PreparedObject, impulse_ns: Vector3<f64>, what: &str) {
     let outcome = decided(prepared, impulse_ns).unwrap_or_else(|error| panic!("{what}: {error}"));
-    assert!(outcome.pieces.is_some(), "{what}: stays whole, E_1/γ {}", outcome.e1_over_gamma);
+    assert!(outcome.meshes().is_some(), "{what}: stays whole, E_1/γ {}", outcome.threshold().e1_over_gamma);
     let effects = EffectSet::of([
         EffectKind::Elastic,
         EffectKind::Interior,
@@ -174,12 +175,14 @@ fn struck(prepared: &PreparedObject, impulse_ns: Vector3<f64>, what: &str) {
     for (degree, node) in [(DegreeRequest::Sites(6), 0), (DegreeRequest::Inferred, count / 2)] {
         let point = prepared.frame.to_meters(&prepared.bodies[0].crack.nodes[node]);
         let own = FractureRequest { degree, effects, ..FractureRequest::at(point, Vector3::new(0.3, -1.0, 0.2)) };
-        let Ok(outcome) = strike(prepared, &own, &mut Workspace::default(), &CancelToken::default(), &mut ()) else {
+        let Ok(outcome) =
+            strike(StrikeContext::new(prepared, &own, &CancelToken::default(), &()), &mut Workspace::default())
+        else {
             continue;
         };
-        assert!((0.0..=1.0).contains(&outcome.confidence), "{what}: {}", outcome.confidence);
-        assert!(outcome.e1_over_gamma >= 0.0, "{what}: {}", outcome.e1_over_gamma);
-        if let Some(pieces) = &outcome.pieces {
+        assert!((0.0..=1.0).contains(&outcome.confidence()), "{what}: {}", outcome.confidence());
+        assert!(outcome.threshold().e1_over_gamma >= 0.0, "{what}: {}", outcome.threshold().e1_over_gamma);
+        if let Some(pieces) = &outcome.meshes() {
             check_pieces(pieces, whole_kg, what);
         }
     }

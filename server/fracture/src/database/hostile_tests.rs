@@ -3,7 +3,9 @@
 use super::*;
 use crate::cancel_token::CancelToken;
 use crate::fragment::closed;
-use crate::pipeline::{DegreeRequest, FractureMeshes, FractureRequest, PreparedObject, Workspace, strike};
+use crate::pipeline::{
+    DegreeRequest, FractureMeshes, FractureRequest, PreparedObject, StrikeContext, Workspace, strike,
+};
 use crate::random::RandomStream;
 use crate::scene::Material;
 use crate::surface::shapes;
@@ -78,9 +80,11 @@ fn check(bytes: &[u8], what: &str) {
     let blow = FractureRequest::at(prepared.frame.to_meters(&node), Vector3::new(0.3, -1.0, 0.2)).seeded(1);
     for degree in [DegreeRequest::Sites(6), DegreeRequest::Inferred] {
         let own = FractureRequest { degree, ..blow.clone() };
-        if let Ok(outcome) = strike(&prepared, &own, &mut Workspace::default(), &CancelToken::default(), &mut ()) {
-            assert!((0.0..=1.0).contains(&outcome.confidence), "{what}: {}", outcome.confidence);
-            outcome.pieces.iter().for_each(|pieces| check_pieces(pieces, what));
+        if let Ok(outcome) =
+            strike(StrikeContext::new(&prepared, &own, &CancelToken::default(), &()), &mut Workspace::default())
+        {
+            assert!((0.0..=1.0).contains(&outcome.confidence()), "{what}: {}", outcome.confidence());
+            outcome.meshes().iter().for_each(|pieces| check_pieces(pieces, what));
         }
     }
 }

@@ -80,7 +80,7 @@ impl EnergyCurve {
         workspace: &mut DiagramWorkspace,
         token: &CancelToken,
     ) -> Result<(), Cancelled> {
-        self.extend_until(field, gamma, &mut (), workspace, token, &mut |_, _| ())
+        self.extend_until(field, gamma, &mut &*token, workspace, &mut |_, _| ())
     }
 
     /// As [`Self::extend`]; `show` sees the diagram of every start that is the best so far of its number of sites, `stop` every descent:
@@ -94,7 +94,6 @@ impl EnergyCurve {
         gamma: f64,
         stop: &mut dyn StopCondition,
         workspace: &mut DiagramWorkspace,
-        token: &CancelToken,
         show: &mut dyn FnMut(usize, &Diagram),
     ) -> Result<(), Cancelled> {
         let mut diagram = Diagram::default();
@@ -109,8 +108,8 @@ impl EnergyCurve {
             };
             for start in 0..self.options.starts.max(1) {
                 let options = self.options.diagram(sites, start);
-                centroidal::diagram_until(field, &options, workspace, stop, token, &mut diagram)?;
-                if stop.out() {
+                centroidal::diagram_until(field, &options, workspace, stop, &mut diagram)?;
+                if stop.is_out_of_time() {
                     return Ok(());
                 }
                 if point.record(start, diagram.energy_max()) {
@@ -187,14 +186,13 @@ pub fn optimise(
     options: CurveOptions,
     stop: &mut dyn StopCondition,
     workspace: &mut DiagramWorkspace,
-    token: &CancelToken,
 ) -> Result<Option<OptimizedDegree>, Cancelled> {
     let mut curve = EnergyCurve::new(field, options);
-    curve.extend_until(field, gamma, stop, workspace, token, &mut |_, _| ())?;
-    if stop.out() {
+    curve.extend_until(field, gamma, stop, workspace, &mut |_, _| ())?;
+    if stop.is_out_of_time() {
         return Ok(None);
     }
     let ((degree, start), mut diagram) = (curve.degree(gamma), Diagram::default());
-    centroidal::diagram_until(field, &options.diagram(degree.sites, start), workspace, stop, token, &mut diagram)?;
+    centroidal::diagram_until(field, &options.diagram(degree.sites, start), workspace, stop, &mut diagram)?;
     Ok(Some(OptimizedDegree { degree, curve, diagram }))
 }

@@ -31,8 +31,8 @@ impl Case {
     }
 
     fn optimise(&mut self, gamma: f64, options: CurveOptions) -> OptimizedDegree {
-        let found =
-            optimise(&self.field(), gamma, options, &mut (), &mut DiagramWorkspace::default(), &CancelToken::default());
+        let token = CancelToken::default();
+        let found = optimise(&self.field(), gamma, options, &mut &token, &mut DiagramWorkspace::default());
         found.unwrap().unwrap()
     }
 }

@@ -2,7 +2,7 @@
 
 use super::criterion::SiteCount;
 use super::curve::{CurveOptions, grid};
-use crate::cancel_token::{CancelToken, Cancelled};
+use crate::cancel_token::Cancelled;
 use crate::centroidal::{self, Diagram, DiagramWorkspace, EnergyField, StopCondition};
 
 /// A number of sites whose diagram passes, next to one whose does not.
@@ -31,21 +31,20 @@ pub fn verify(
     options: &CurveOptions,
     stop: &mut dyn StopCondition,
     workspace: &mut DiagramWorkspace,
-    token: &CancelToken,
 ) -> Result<VerifiedDegree, Cancelled> {
     let grid: Vec<usize> = grid(options.sites_max.clamp(1, field.nodes())).skip(1).collect();
     let Some(last) = grid.len().checked_sub(1) else {
-        let diagram = centroidal::diagram(field, &options.diagram(1, 0), workspace, token)?;
+        let diagram = centroidal::diagram(field, &options.diagram(1, 0), workspace, stop.cancel())?;
         return Ok(VerifiedDegree { degree: SiteCount { sites: 1, capped: true }, diagram, finished: true });
     };
     let mut best = |place: usize, stop: &mut dyn StopCondition| -> Result<Diagram, Cancelled> {
         let mut best: Option<Diagram> = None;
         for start in 0..options.starts.max(1) {
-            if best.is_some() && stop.out() {
+            if best.is_some() && stop.is_out_of_time() {
                 break;
             }
             let (options, mut next) = (options.diagram(grid[place], start), Diagram::default());
-            centroidal::diagram_until(field, &options, workspace, stop, token, &mut next)?;
+            centroidal::diagram_until(field, &options, workspace, stop, &mut next)?;
             if best.as_ref().is_none_or(|best| next.energy_max() < best.energy_max()) {
                 best = Some(next);
             }
@@ -55,19 +54,19 @@ pub fn verify(
     let mut place = grid.partition_point(|sites| *sites < guess).min(last);
     let mut diagram = best(place, stop)?;
     if diagram.energy_max() <= gamma {
-        while place > 0 && !stop.out() {
+        while place > 0 && !stop.is_out_of_time() {
             let fewer = best(place - 1, stop)?;
-            if stop.out() || fewer.energy_max() > gamma {
+            if stop.is_out_of_time() || fewer.energy_max() > gamma {
                 break;
             }
             (place, diagram) = (place - 1, fewer);
         }
     } else {
-        while place < last && diagram.energy_max() > gamma && !stop.out() {
+        while place < last && diagram.energy_max() > gamma && !stop.is_out_of_time() {
             place += 1;
             diagram = best(place, stop)?;
         }
     }
     let capped = place == last && diagram.energy_max() > gamma;
-    Ok(VerifiedDegree { degree: SiteCount { sites: grid[place], capped }, diagram, finished: !stop.out() })
+    Ok(VerifiedDegree { degree: SiteCount { sites: grid[place], capped }, diagram, finished: !stop.is_out_of_time() })
 }

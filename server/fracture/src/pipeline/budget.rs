@@ -7,8 +7,8 @@
 use super::{BodyEnergy, DegreeRequest, ElasticRequest, FractureRequest, PreparedObject, RANK_MAX, StrikeCost};
 use crate::centroidal::ITERATIONS_MAX;
 
-/// What is known of the time of one strike, and what of it may fall. The time that is left tells
-/// [`StageObserver::remaining_s`](super::StageObserver::remaining_s).
+/// What is known of the time of one strike, and what of it may fall. How much time is left is known to its
+/// [`CancelToken`](crate::cancel_token::CancelToken::remaining_s).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TimeBudget {
     /// What strikes of the object take.
@@ -28,6 +28,25 @@ pub const HURRIED_ERROR_MAX: f64 = 0.25;
 /// Displacements of a basis at most where there is no time for a diagram's first iteration.
 pub const HURRIED_RANK_MAX: u32 = RANK_MAX as u32 / 2;
 
+impl TimeBudget {
+    /// The budget of what is left, at the pace of what came so far: `energies`, which took `front_s` seconds.
+    pub(super) fn rescaled(self, energies: &[BodyEnergy], front_s: f64) -> Self {
+        let solved = energies.iter().any(|energy| energy.reduced_error.is_none());
+        let elastic = if solved { ElasticRequest::Solve } else { ElasticRequest::Reduced };
+        Self { cost: self.cost.at_pace(self.cost.pace(elastic, front_s)), ..self }
+    }
+
+    /// Whether `remaining_s` seconds are enough to search the degree, as `rule` says, of bodies that are guessed to get so many sites.
+    pub(super) fn allows_search(&self, rule: DegreeRequest, sites: u32, remaining_s: f64) -> bool {
+        let cost = &self.cost;
+        let search_s = match rule {
+            DegreeRequest::Optimised => cost.optimise_s(sites),
+            _ => cost.verify_s(sites),
+        };
+        !self.degree_falls || remaining_s >= search_s + cost.rest_s(sites)
+    }
+}
+
 impl FractureRequest {
     /// The strike as it is begun with `remaining_s` seconds left.
     pub(super) fn degrade_for_budget(self, prepared: &PreparedObject, remaining_s: f64) -> Self {
@@ -46,24 +65,6 @@ impl FractureRequest {
         let half = |rank_max: Option<u32>| Some(rank_max.map_or(HURRIED_RANK_MAX, |most| most.min(HURRIED_RANK_MAX)));
         let rank_max = if remaining_s < reduced_s { half(self.rank_max) } else { self.rank_max };
         Self { elastic: ElasticRequest::Reduced, reduced_error_max, rank_max, ..self }
-    }
-
-    /// Expects what is left at the pace of what came so far, `energies`, which took `front_s` seconds.
-    pub(super) fn rescale_cost(&mut self, energies: &[BodyEnergy], front_s: f64) {
-        let Some(TimeBudget { cost, .. }) = &mut self.budget else { return };
-        let solved = energies.iter().any(|energy| energy.reduced_error.is_none());
-        let elastic = if solved { ElasticRequest::Solve } else { ElasticRequest::Reduced };
-        *cost = cost.at_pace(cost.pace(elastic, front_s));
-    }
-
-    /// Whether there is time, of `remaining_s` seconds, to search the degree of a body that is guessed to get so many sites.
-    pub(super) fn may_search(&self, sites: u32, remaining_s: f64) -> bool {
-        let Some(TimeBudget { cost, degree_falls: true, .. }) = self.budget else { return true };
-        let search_s = match self.degree {
-            DegreeRequest::Optimised => cost.optimise_s(sites),
-            _ => cost.verify_s(sites),
-        };
-        remaining_s >= search_s + cost.rest_s(sites)
     }
 
     /// With the dials by which `error_max` is met: a reduced displacement where its estimate allows, as many iterations as it takes.

@@ -3,7 +3,8 @@
 //! Based on: method of the house (section 1): n = max(2, round(κ·n₀)); n₀ after Gersho (1979) and Zador (1982).
 
 use super::{
-    ContactSet, ElasticRequest, FractureError, FractureRequest, ImpactSampler, PreparedObject, Workspace, strain_energy,
+    ContactSet, ElasticRequest, FractureError, FractureRequest, ImpactSampler, PreparedObject, StrikeContext,
+    Workspace, strain_energy,
 };
 use crate::cancel_token::CancelToken;
 use crate::centroidal::EnergyField;
@@ -25,9 +26,11 @@ pub fn calibrate(prepared: &PreparedObject, token: &CancelToken) -> Result<f64, 
     let sampler = ImpactSampler::new(prepared);
     for sample in 0..IMPACTS {
         let (point, inward) = sampler.point(&mut stream);
-        let strike = FractureRequest::at(prepared.frame.to_meters(&point), inward).seeded(1);
-        let impact = ContactSet::new(prepared, &FractureRequest { elastic: ElasticRequest::Solve, ..strike })?;
-        for mut energy in strain_energy(prepared, &impact, &mut workspace, token, &mut ())? {
+        let request = FractureRequest::at(prepared.frame.to_meters(&point), inward).seeded(1);
+        let request = FractureRequest { elastic: ElasticRequest::Solve, ..request };
+        let contacts = ContactSet::new(prepared, &request)?;
+        let context = StrikeContext::new(prepared, &request, token, &());
+        for mut energy in strain_energy(context, &contacts, &mut workspace)? {
             let body = &prepared.bodies[energy.body];
             let field =
                 EnergyField::new(prepared.lift(energy.body, LiftKind::Interior)?, &body.volumes, &mut energy.shares)

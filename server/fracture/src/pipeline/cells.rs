@@ -3,10 +3,9 @@
 use super::convergence_monitor::ConvergenceMonitor;
 use super::search::search;
 use super::{
-    DegreeRequest, DegreeSource, FractureError, FractureRequest, PreparedObject, Stage, StageObserver, Termination,
-    ThresholdResult, Workspace,
+    DegreeRequest, DegreeSource, FractureError, Stage, StageObserver, StrikeContext, Termination, ThresholdResult,
+    TimeBudget, Workspace,
 };
-use crate::cancel_token::CancelToken;
 use crate::centroidal::{self, Diagram, DiagramOptions, EnergyField};
 use crate::degree::{self, SiteCount};
 use crate::lift::LiftKind;
@@ -42,71 +41,58 @@ pub struct Division {
     pub cells: Vec<BodyCells>,
 }
 
-/// Chooses the number of sites of each struck body and divides it.
+/// Chooses the number of sites of each struck body and divides it, in the time that `budget` knows of.
 ///
 /// A number asked for by the caller is shared out by the closed form's degree and breaks the object whatever γ says; the
 /// other rules leave a body whole where its E_1 ≤ γ.
-pub fn divide(
-    prepared: &PreparedObject,
-    strike: &FractureRequest,
-    verdict: &ThresholdResult,
+pub(super) fn divide(
+    context: StrikeContext<'_>,
+    budget: Option<TimeBudget>,
+    threshold: &ThresholdResult,
     fields: &[EnergyField],
     workspace: &mut Workspace,
-    token: &CancelToken,
-    watch: &mut dyn StageObserver,
 ) -> Result<Division, FractureError> {
-    match strike.degree {
-        DegreeRequest::Optimised | DegreeRequest::Verified if may_search(prepared, strike, verdict, fields, watch) => {
-            search(prepared, strike, verdict, fields, workspace, token, watch)
-        }
-        DegreeRequest::ClosedForm | DegreeRequest::Inferred | DegreeRequest::Optimised | DegreeRequest::Verified => {
-            watch.enter(Stage::Degree);
-            let guesses = guesses(prepared, strike, verdict, fields);
-            tell(&guesses, watch);
-            watch.leave(Stage::Degree, 0);
-            let sites: Vec<u32> = guesses.iter().map(|guess| if guess.sites > 1 { guess.sites } else { 0 }).collect();
-            let (cells, ending) = diagrams(strike, &sites, fields, workspace, token, watch)?;
-            Ok(Division {
-                source: source_of(&guesses),
-                degree: guesses.iter().map(|guess| guess.sites).sum(),
-                capped: guesses.iter().any(|guess| guess.capped),
-                confidence: guesses.iter().map(|guess| guess.confidence).fold(1.0, f64::min),
-                ending,
-                cells,
-            })
-        }
-        DegreeRequest::Sites(count) => {
-            watch.enter(Stage::Degree);
-            let wish = |(struck, field): (usize, &EnergyField)| {
-                let shape = &prepared.bodies[verdict.bodies[struck]].slenderness;
-                degree::closed_form(field, shape, verdict.gammas[struck])
-            };
-            // One body takes them all, whatever it wishes.
-            let wishes: Vec<f64> =
-                if fields.len() > 1 { fields.iter().enumerate().map(wish).collect() } else { vec![1.0] };
-            let sites = shared_out(count, &wishes);
-            watch.leave(Stage::Degree, 0);
-            let (cells, ending) = diagrams(strike, &sites, fields, workspace, token, watch)?;
-            let source = DegreeSource::Forced;
-            Ok(Division { source, degree: count, capped: false, confidence: 1.0, ending, cells })
+    let StrikeContext { request, cancel, observer, .. } = context;
+    if let DegreeRequest::Sites(count) = request.degree {
+        let sites = {
+            let _degree = observer.stage(Stage::Degree);
+            shared_out(count, &wishes(context, threshold, fields))
+        };
+        let (cells, ending) = diagrams(context, budget, &sites, fields, workspace)?;
+        let source = DegreeSource::Forced;
+        return Ok(Division { source, degree: count, capped: false, confidence: 1.0, ending, cells });
+    }
+    let guesses = {
+        let _degree = observer.stage(Stage::Degree);
+        guesses(context, threshold, fields)
+    };
+    if matches!(request.degree, DegreeRequest::Optimised | DegreeRequest::Verified) {
+        let sites = guesses.iter().map(|guess| guess.sites).sum();
+        let remaining_s = cancel.remaining_s();
+        if budget.is_none_or(|budget| budget.allows_search(request.degree, sites, remaining_s)) {
+            return search(context, budget, threshold, fields, &guesses, workspace);
         }
     }
+    observe(&guesses, observer);
+    let sites: Vec<u32> = guesses.iter().map(|guess| if guess.sites > 1 { guess.sites } else { 0 }).collect();
+    let (cells, ending) = diagrams(context, budget, &sites, fields, workspace)?;
+    Ok(Division {
+        source: source_of(&guesses),
+        degree: guesses.iter().map(|guess| guess.sites).sum(),
+        capped: guesses.iter().any(|guess| guess.capped),
+        confidence: guesses.iter().map(|guess| guess.confidence).fold(1.0, f64::min),
+        ending,
+        cells,
+    })
 }
 
-/// Whether there is time to search degrees.
-fn may_search(
-    prepared: &PreparedObject,
-    strike: &FractureRequest,
-    verdict: &ThresholdResult,
-    fields: &[EnergyField],
-    watch: &dyn StageObserver,
-) -> bool {
-    let remaining_s = watch.remaining_s();
-    if remaining_s.is_infinite() {
-        return true;
-    }
-    let guesses = guesses(prepared, strike, verdict, fields);
-    strike.may_search(guesses.iter().map(|guess| guess.sites).sum(), remaining_s)
+/// Which part of the sites each struck body wants: the closed form's degree; a single body takes them all.
+fn wishes(context: StrikeContext<'_>, threshold: &ThresholdResult, fields: &[EnergyField]) -> Vec<f64> {
+    let wish = |(struck, field): (usize, &EnergyField)| {
+        let shape = &context.prepared.bodies[threshold.bodies[struck]].slenderness;
+        degree::closed_form(field, shape, threshold.gammas[struck])
+    };
+    if fields.len() > 1 { fields.iter().enumerate().map(wish).collect() } else { vec![1.0] }
 }
 
 /// What is said of one struck body without making a diagram.
@@ -118,27 +104,23 @@ pub(super) struct DegreeGuess {
     pub confidence: f64,
 }
 
-/// Whose guesses they are.
+/// The rule that made these guesses.
 pub(super) fn source_of(guesses: &[DegreeGuess]) -> DegreeSource {
     let inferred = guesses.iter().all(|guess| guess.inferred);
     if inferred { DegreeSource::Inferred } else { DegreeSource::ClosedForm }
 }
 
-/// Tells whether examples had a say.
-pub(super) fn tell(guesses: &[DegreeGuess], watch: &mut dyn StageObserver) {
+/// Reports to `observer` whether a guess comes from examples.
+pub(super) fn observe(guesses: &[DegreeGuess], observer: &dyn StageObserver) {
     if guesses.iter().any(|guess| guess.inferred && guess.sites > 1) {
-        watch.part(EffectKind::Examples, size_of_val(guesses) as u64);
+        observer.part(EffectKind::Examples, size_of_val(guesses) as u64);
     }
 }
 
 /// A guess per struck body: by the examples where they are asked for, were made for this lift, and reach; else by the closed
 /// form.
-pub(super) fn guesses(
-    prepared: &PreparedObject,
-    strike: &FractureRequest,
-    verdict: &ThresholdResult,
-    fields: &[EnergyField],
-) -> Vec<DegreeGuess> {
+fn guesses(context: StrikeContext<'_>, threshold: &ThresholdResult, fields: &[EnergyField]) -> Vec<DegreeGuess> {
+    let StrikeContext { prepared, request: strike, .. } = context;
     // They were labelled with all of the elastic energy of a free body, in the interior lift.
     let strange = [EffectKind::Tensile, EffectKind::Anchored].into_iter().any(|effect| strike.effects.has(effect));
     let alike = strike.effects.has(EffectKind::Elastic) && !strange;
@@ -147,13 +129,13 @@ pub(super) fn guesses(
     let learned = prepared.learned.as_ref().filter(|_| asked);
     let guess = |(struck, field): (usize, &EnergyField)| {
         // Nor do they know of grain and paint.
-        let controls = prepared.controls(verdict.bodies[struck], strike);
+        let controls = prepared.controls(threshold.bodies[struck], strike);
         let learned = learned.filter(|_| controls.is_none_or(|warped| warped.alike));
-        let (first_moment, gamma) = (verdict.first_moments[struck], verdict.gammas[struck]);
+        let (first_moment, gamma) = (threshold.first_moments[struck], threshold.gammas[struck]);
         if first_moment <= gamma {
             return DegreeGuess { sites: 1, capped: false, inferred: true, confidence: 1.0 };
         }
-        let slenderness = &prepared.bodies[verdict.bodies[struck]].slenderness;
+        let slenderness = &prepared.bodies[threshold.bodies[struck]].slenderness;
         let [estimate, evenness] = degree::closed_form_and_evenness(field, slenderness, gamma);
         let descriptor = || degree::descriptor(estimate, first_moment, evenness, gamma);
         let told = learned.map(|learned| learned.network.predict(&descriptor()));
@@ -170,25 +152,26 @@ pub(super) fn guesses(
 }
 
 fn diagrams(
-    strike: &FractureRequest,
+    context: StrikeContext<'_>,
+    budget: Option<TimeBudget>,
     sites: &[u32],
     fields: &[EnergyField],
     workspace: &mut Workspace,
-    token: &CancelToken,
-    watch: &mut dyn StageObserver,
 ) -> Result<(Vec<BodyCells>, Option<Termination>), FractureError> {
+    let StrikeContext { request, cancel, observer, .. } = context;
     let (mut cells, mut ending) = (Vec::new(), None);
     for (struck, (&count, field)) in sites.iter().zip(fields).enumerate().filter(|(_, (count, _))| **count > 0) {
-        watch.enter(Stage::Centroidal);
+        let stage = observer.stage(Stage::Centroidal);
         let options = DiagramOptions {
-            tolerance: strike.tolerance,
-            iterations_max: strike.iterations_max,
-            ..DiagramOptions::new(count as usize, strike.seed)
+            tolerance: request.tolerance,
+            iterations_max: request.iterations_max,
+            ..DiagramOptions::new(count as usize, request.seed)
         };
-        let (mut descent, mut diagram) = (ConvergenceMonitor::new(strike, count, watch), Diagram::default());
-        centroidal::diagram_until(field, &options, &mut workspace.centroidal, &mut descent, token, &mut diagram)?;
-        ending = ending.max(Some(descent.ending(&diagram)));
-        watch.leave(Stage::Centroidal, diagram_bytes(&diagram));
+        let mut monitor = ConvergenceMonitor::new(request, budget, count, cancel);
+        let mut diagram = Diagram::default();
+        centroidal::diagram_until(field, &options, &mut workspace.centroidal, &mut monitor, &mut diagram)?;
+        ending = ending.max(Some(monitor.ending(&diagram)));
+        stage.produced_bytes(diagram_bytes(&diagram));
         cells.push(BodyCells { struck, diagram });
     }
     Ok((cells, ending))

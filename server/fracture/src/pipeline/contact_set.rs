@@ -3,9 +3,9 @@
 //! Based on: Hertz impact as a half-sine pulse (Johnson, *Contact Mechanics*, 1985, section 11.4): peak force
 //! F = (π/2)·J/τ.
 
-use super::{CONTACTS_MAX, ElasticRequest, FractureError, FractureRequest, ImpactContact, PreparedObject};
+use super::{CONTACTS_MAX, FractureError, FractureRequest, ImpactContact, PreparedObject};
 use crate::elasticity;
-use crate::scene::{DEFAULT_DURATION_S, DEFAULT_RADIUS_DIAGONALS, EffectKind, EffectSet};
+use crate::scene::{DEFAULT_DURATION_S, DEFAULT_RADIUS_DIAGONALS, EffectKind};
 use nalgebra::Vector3;
 
 /// Relative forces are rounded to this step, so that the same impact at another magnitude gives the same bits.
@@ -18,14 +18,6 @@ pub struct ContactSet {
     pub peak_force_n: f64,
     /// Struck bodies in ascending order, each with its contacts: impulse relative to the peak, lengths local.
     pub bodies: Vec<(usize, Vec<elasticity::ContactLoad>)>,
-    /// Where displacements come from.
-    pub elastic: ElasticRequest,
-    /// Displacements of the reduced basis at most; `None`: all.
-    pub rank_max: Option<u32>,
-    /// Largest estimated error with which that basis is taken.
-    pub reduced_error_max: f64,
-    /// What is simulated.
-    pub effects: EffectSet,
 }
 
 impl ContactSet {
@@ -55,8 +47,7 @@ impl ContactSet {
             }
         }
         bodies.sort_by_key(|(body, _)| *body);
-        let FractureRequest { elastic, rank_max, reduced_error_max, effects, .. } = *strike;
-        Ok(Self { peak_force_n, bodies, elastic, rank_max, reduced_error_max, effects })
+        Ok(Self { peak_force_n, bodies })
     }
 }
 

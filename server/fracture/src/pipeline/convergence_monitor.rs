@@ -1,6 +1,7 @@
 //! When a diagram is good enough for its strike.
 
-use super::{FractureRequest, StageObserver, Termination};
+use super::{FractureRequest, Termination, TimeBudget};
+use crate::cancel_token::CancelToken;
 use crate::centroidal::{Diagram, GAP_CERTAIN, StepDecision, StopCondition, gap};
 
 /// Values of F that an estimate of the gap looks at.
@@ -11,7 +12,7 @@ const WEIGHT: f64 = 0.5;
 
 /// Watches the descent of one diagram, or of several one after another: its error, and the time that it leaves to what follows.
 pub(super) struct ConvergenceMonitor<'a> {
-    watch: &'a dyn StageObserver,
+    cancel: &'a CancelToken,
     gap_max: Option<f64>,
     /// What follows takes this long, s.
     rest_s: f64,
@@ -24,18 +25,23 @@ pub(super) struct ConvergenceMonitor<'a> {
 }
 
 impl<'a> ConvergenceMonitor<'a> {
-    /// Of a diagram of `sites` sites, which `strike` asks for.
-    pub fn new(strike: &FractureRequest, sites: u32, watch: &'a dyn StageObserver) -> Self {
-        let cost = strike.budget.map(|budget| budget.cost);
+    /// Of a diagram of `sites` sites of `request`, in the time that `budget` knows of.
+    pub fn new(request: &FractureRequest, budget: Option<TimeBudget>, sites: u32, cancel: &'a CancelToken) -> Self {
+        let cost = budget.map(|budget| budget.cost);
         let [rest_s, step_s] = cost.map_or([0.0; 2], |cost| [cost.rest_s(sites), cost.iteration_s(sites)]);
-        let (gap_max, left_s, history) = (strike.gap_max, watch.remaining_s(), Vec::with_capacity(LOOKED_AT));
-        Self { watch, gap_max, rest_s, step_s, left_s, history, ending: None }
+        let (gap_max, left_s, history) = (request.gap_max, cancel.remaining_s(), Vec::with_capacity(LOOKED_AT));
+        Self { cancel, gap_max, rest_s, step_s, left_s, history, ending: None }
     }
 
     /// Of the diagrams by which a degree is searched: time is left for the start of one of `sites` sites, the guess.
-    pub fn of_search(strike: &FractureRequest, sites: u32, watch: &'a dyn StageObserver) -> Self {
-        let start_s = strike.budget.map_or(0.0, |budget| budget.cost.start_s(sites));
-        let alone = Self::new(strike, sites, watch);
+    pub fn of_search(
+        request: &FractureRequest,
+        budget: Option<TimeBudget>,
+        sites: u32,
+        cancel: &'a CancelToken,
+    ) -> Self {
+        let start_s = budget.map_or(0.0, |budget| budget.cost.start_s(sites));
+        let alone = Self::new(request, budget, sites, cancel);
         Self { rest_s: alone.rest_s + start_s, ..alone }
     }
 
@@ -47,7 +53,7 @@ impl<'a> ConvergenceMonitor<'a> {
 
     /// Iterations that there is time for.
     fn steps(&mut self, iterations: usize) -> f64 {
-        let left_s = self.watch.remaining_s();
+        let left_s = self.cancel.remaining_s();
         if left_s.is_infinite() {
             return f64::INFINITY;
         }
@@ -61,7 +67,11 @@ impl<'a> ConvergenceMonitor<'a> {
 }
 
 impl StopCondition for ConvergenceMonitor<'_> {
-    fn pace(&mut self, iterations: usize, _: f64, after: f64) -> StepDecision {
+    fn cancel(&self) -> &CancelToken {
+        self.cancel
+    }
+
+    fn decide(&mut self, iterations: usize, _: f64, after: f64) -> StepDecision {
         if iterations == 0 {
             self.history.clear();
         }
@@ -80,7 +90,7 @@ impl StopCondition for ConvergenceMonitor<'_> {
         pace
     }
 
-    fn out(&self) -> bool {
+    fn is_out_of_time(&self) -> bool {
         self.ending == Some(Termination::Time)
     }
 }
@@ -89,24 +99,9 @@ impl StopCondition for ConvergenceMonitor<'_> {
 mod tests {
     use super::*;
     use crate::centroidal::GAP_MIN;
-    use crate::pipeline::{Stage, StrikeCost, TimeBudget};
-    use crate::scene::EffectKind;
+    use crate::pipeline::StrikeCost;
     use nalgebra::{Point3, Vector3};
-    use std::cell::RefCell;
-
-    /// A clock that reads what it is told to, the last first.
-    struct Told(RefCell<Vec<f64>>);
-
-    impl StageObserver for Told {
-        fn enter(&mut self, _: Stage) {}
-        fn leave(&mut self, _: Stage, _: u64) {}
-        fn begin(&mut self, _: EffectKind) {}
-        fn end(&mut self, _: EffectKind, _: u64) {}
-        fn part(&mut self, _: EffectKind, _: u64) {}
-        fn remaining_s(&self) -> f64 {
-            self.0.borrow_mut().pop().unwrap()
-        }
-    }
+    use std::sync::Mutex;
 
     fn strike() -> FractureRequest {
         FractureRequest::at(Point3::origin(), Vector3::x()).seeded(1)
@@ -123,9 +118,11 @@ mod tests {
             rest_s: [10.0, 0.0],
         };
         let budget = Some(TimeBudget { cost, elastic_falls: true, degree_falls: true });
-        let told = Told(RefCell::new(left_s.iter().rev().copied().collect()));
-        let mut descent = ConvergenceMonitor::new(&FractureRequest { budget, ..strike() }, 9, &told);
-        let found: Vec<StepDecision> = (0..paces.len()).map(|iterations| descent.pace(iterations, 1.0, 1.0)).collect();
+        let times_s = Mutex::new(left_s.iter().rev().copied().collect::<Vec<f64>>());
+        let cancel = CancelToken::default().with_time(move || times_s.lock().unwrap().pop().unwrap());
+        let mut descent = ConvergenceMonitor::new(&strike(), budget, 9, &cancel);
+        let found: Vec<StepDecision> =
+            (0..paces.len()).map(|iterations| descent.decide(iterations, 1.0, 1.0)).collect();
         assert_eq!(found, paces);
     }
 
@@ -145,11 +142,14 @@ mod tests {
 
     #[test]
     fn every_diagram_of_a_search_is_estimated_by_itself() {
-        let mut descent = ConvergenceMonitor::of_search(&FractureRequest { gap_max: Some(0.1), ..strike() }, 9, &());
-        let first: Vec<StepDecision> = [(0, 1.0), (1, 1.0)].map(|(at, energy)| descent.pace(at, energy, energy)).into();
+        let cancel = CancelToken::default();
+        let mut descent =
+            ConvergenceMonitor::of_search(&FractureRequest { gap_max: Some(0.1), ..strike() }, None, 9, &cancel);
+        let first: Vec<StepDecision> =
+            [(0, 1.0), (1, 1.0)].map(|(at, energy)| descent.decide(at, energy, energy)).into();
         assert_eq!(first, [StepDecision::On, StepDecision::Last]);
         assert_eq!(
-            [0, 1].map(|at| descent.pace(at, 5.0 - f64::from(at as u8), 5.0 - 3.0 * at as f64)),
+            [0, 1].map(|at| descent.decide(at, 5.0 - f64::from(at as u8), 5.0 - 3.0 * at as f64)),
             [StepDecision::On; 2]
         );
     }
@@ -158,9 +158,10 @@ mod tests {
     fn an_error_is_met_with_room_for_the_estimate() {
         let asked = |gap_max| FractureRequest { gap_max: Some(gap_max), ..strike() };
         let after = |gap_max, energies: &[f64]| {
-            let mut descent = ConvergenceMonitor::new(&asked(gap_max), 9, &());
+            let cancel = CancelToken::default();
+            let mut descent = ConvergenceMonitor::new(&asked(gap_max), None, 9, &cancel);
             let paces =
-                energies.iter().enumerate().map(|(iterations, energy)| descent.pace(iterations, *energy, *energy));
+                energies.iter().enumerate().map(|(iterations, energy)| descent.decide(iterations, *energy, *energy));
             paces.last()
         };
         let energies = [1.3, 1.1, 1.08];

@@ -5,8 +5,8 @@
 
 use super::falloff::falloff;
 use super::{
-    AnchoredBody, ContactSet, ElasticModel, ElasticRequest, FractureError, PreparedObject, Stage, StageObserver,
-    Workspace,
+    AnchoredBody, ContactSet, ElasticModel, ElasticRequest, FractureError, FractureRequest, PreparedObject, Stage,
+    StrikeContext, Workspace,
 };
 use crate::cancel_token::CancelToken;
 use crate::elasticity::{DrivingEnergy, ElasticityError, NodalLoad, ReducedBasis};
@@ -34,56 +34,54 @@ impl BodyEnergy {
     }
 }
 
-/// The strain energy of every body that `impact` strikes: from its deformation, or a falloff where its effects do without.
+/// The strain energy of every body that `contacts` strike: from its deformation, or a falloff where the effects do without.
+///
+/// # Errors
+/// [`FractureError`], naming the body.
 pub fn strain_energy(
-    prepared: &PreparedObject,
-    impact: &ContactSet,
+    context: StrikeContext<'_>,
+    contacts: &ContactSet,
     workspace: &mut Workspace,
-    token: &CancelToken,
-    watch: &mut dyn StageObserver,
 ) -> Result<Vec<BodyEnergy>, FractureError> {
-    apply(prepared, impact, workspace, watch)?;
-    strain_energy_applied(prepared, impact, workspace, token, watch)
+    apply(context, contacts, workspace)?;
+    strain_energy_applied(context, contacts, workspace)
 }
 
 /// As [`strain_energy`], after [`apply`].
 pub(super) fn strain_energy_applied(
-    prepared: &PreparedObject,
-    impact: &ContactSet,
+    context: StrikeContext<'_>,
+    contacts: &ContactSet,
     workspace: &mut Workspace,
-    token: &CancelToken,
-    watch: &mut dyn StageObserver,
 ) -> Result<Vec<BodyEnergy>, FractureError> {
-    if impact.effects.has(EffectKind::Elastic) {
-        return deformed(prepared, impact, workspace, token, watch);
+    if context.request.effects.has(EffectKind::Elastic) {
+        return deformed(context, contacts, workspace);
     }
-    watch.enter(Stage::Load);
-    let energies = falloff(prepared, impact);
-    let told = energies.iter().flatten().map(|energy| size_of_val(energy.shares.as_slice()) as u64);
-    watch.leave(Stage::Load, told.sum());
-    energies
+    let load = context.observer.stage(Stage::Load);
+    let energies = falloff(context.prepared, contacts)?;
+    load.produced_bytes(energies.iter().map(|energy| size_of_val(energy.shares.as_slice()) as u64).sum());
+    Ok(energies)
 }
 
-/// What `impact` applies to every body that it strikes, into the workspace; none where its effects do without deformation.
+/// Writes the forces of `contacts` on every struck body into the workspace; none if the effects do without deformation.
 pub(super) fn apply(
-    prepared: &PreparedObject,
-    impact: &ContactSet,
+    context: StrikeContext<'_>,
+    contacts: &ContactSet,
     workspace: &mut Workspace,
-    watch: &mut dyn StageObserver,
 ) -> Result<(), FractureError> {
-    if !impact.effects.has(EffectKind::Elastic) {
+    let StrikeContext { prepared, request, observer, .. } = context;
+    if !request.effects.has(EffectKind::Elastic) {
         return Ok(());
     }
-    let held = prepared.held(impact.effects)?;
-    let count = workspace.loads.len().max(impact.bodies.len());
+    let held = prepared.held(request.effects)?;
+    let count = workspace.loads.len().max(contacts.bodies.len());
     workspace.loads.resize_with(count, NodalLoad::default);
-    for ((index, contacts), load) in impact.bodies.iter().zip(&mut workspace.loads) {
+    for ((index, contacts), load) in contacts.bodies.iter().zip(&mut workspace.loads) {
         let own = held.and_then(|held| held.body(*index));
         let elasticity = own.map_or(&prepared.solid(*index)?.elasticity, |own| &own.elasticity);
-        watch.enter(Stage::Load);
+        let stage = observer.stage(Stage::Load);
         let touched = elasticity.touch(contacts, load, &mut workspace.elasticity);
         touched.map_err(|source| FractureError::of_body(*index, source))?;
-        watch.leave(Stage::Load, size_of_val(load.applied.as_slice()) as u64);
+        stage.produced(&load.applied);
     }
     Ok(())
 }
@@ -93,38 +91,34 @@ pub(super) fn radius_m(prepared: &PreparedObject, load: &NodalLoad) -> f64 {
     load.touches.iter().map(|touch| touch.radius).fold(0.0, f64::max) * prepared.frame.diagonal_m
 }
 
-/// The energies of every body that `impact` strikes, under the workspace's loads.
+/// The energies of every struck body under the workspace's loads.
 fn deformed(
-    prepared: &PreparedObject,
-    impact: &ContactSet,
+    context: StrikeContext<'_>,
+    contacts: &ContactSet,
     workspace: &mut Workspace,
-    token: &CancelToken,
-    watch: &mut dyn StageObserver,
 ) -> Result<Vec<BodyEnergy>, FractureError> {
-    let (unit_j, held) = (prepared.unit_j(impact), prepared.held(impact.effects)?);
-    let mut energies = Vec::with_capacity(impact.bodies.len());
-    for (place, (index, _)) in impact.bodies.iter().enumerate() {
+    let StrikeContext { prepared, request, cancel, observer } = context;
+    let (unit_j, held) = (prepared.unit_j(contacts), prepared.held(request.effects)?);
+    let mut energies = Vec::with_capacity(contacts.bodies.len());
+    for (place, (index, _)) in contacts.bodies.iter().enumerate() {
         let (body, solid) = (&prepared.bodies[*index], prepared.solid(*index)?);
         let own = held.and_then(|held| held.body(*index));
         let elasticity = own.map_or(&solid.elasticity, |own| &own.elasticity);
         let failed = |source| FractureError::of_body(*index, source);
-        watch.enter(Stage::Elasticity);
+        let stage = observer.stage(Stage::Elasticity);
         let reduced_error = match own {
-            Some(own) => displace_held(prepared, impact, own, place, workspace, token, watch).map(|()| None),
-            None => displace(solid, impact, place, workspace, token),
+            Some(own) => displace_held(context, contacts, own, place, workspace).map(|()| None),
+            None => displace(solid, request, place, workspace, cancel),
         };
         let reduced_error = reduced_error.map_err(failed)?;
-        watch.part(EffectKind::Elastic, size_of_val(workspace.displacement.as_slice()) as u64);
-        let tensile = impact.effects.has(EffectKind::Tensile);
-        let driving = if tensile { DrivingEnergy::Tensile } else { DrivingEnergy::Total };
-        if tensile {
-            watch.begin(EffectKind::Tensile);
-        }
+        observer.part(EffectKind::Elastic, size_of_val(workspace.displacement.as_slice()) as u64);
+        let tensile = request.effects.has(EffectKind::Tensile).then(|| observer.effect(EffectKind::Tensile));
+        let driving = if tensile.is_some() { DrivingEnergy::Tensile } else { DrivingEnergy::Total };
         elasticity
-            .tet_energy(&solid.lattice, &workspace.displacement, driving, &mut workspace.tet_energy, token)
+            .tet_energy(&solid.lattice, &workspace.displacement, driving, &mut workspace.tet_energy, cancel)
             .map_err(failed)?;
-        if tensile {
-            watch.end(EffectKind::Tensile, size_of_val(workspace.tet_energy.as_slice()) as u64);
+        if let Some(tensile) = tensile {
+            tensile.produced(&workspace.tet_energy);
         }
         let mut shares = Vec::with_capacity(body.crack.nodes.len());
         solid.transfer.apply(&workspace.tet_energy, &mut shares);
@@ -136,7 +130,7 @@ fn deformed(
             return Err(FractureError::Range(total));
         }
         shares.iter_mut().for_each(|share| *share /= total);
-        watch.leave(Stage::Elasticity, size_of_val(shares.as_slice()) as u64);
+        stage.produced(&shares);
         energies.push(BodyEnergy {
             body: *index,
             shares,
@@ -155,47 +149,46 @@ pub const REDUCED_ERROR_MAX: f64 = 0.02;
 /// estimated error of what is used of it, else from the solve.
 fn displace(
     solid: &ElasticModel,
-    impact: &ContactSet,
+    request: &FractureRequest,
     place: usize,
     workspace: &mut Workspace,
-    token: &CancelToken,
+    cancel: &CancelToken,
 ) -> Result<Option<f64>, ElasticityError> {
     let Workspace { loads, displacement, coordinates, elasticity, .. } = workspace;
     let load = &mut loads[place];
-    if let (ElasticRequest::Reduced, Some(reduced)) = (impact.elastic, &solid.reduced) {
+    if let (ElasticRequest::Reduced, Some(reduced)) = (request.elastic, &solid.reduced) {
         reduced.project(load, coordinates);
         let error = reduced.estimate().error(reduced.residual(&solid.elasticity, load, coordinates, elasticity));
-        if error <= impact.reduced_error_max {
-            let used = reduced.used(impact.rank_max);
+        if error <= request.reduced_error_max {
+            let used = reduced.used(request.rank_max);
             reduced.expand(&coordinates[..used], displacement, elasticity);
             return Ok(Some(ReducedBasis::truncated_error(coordinates, used, error)));
         }
     }
     solid.elasticity.balance(load);
-    solid.elasticity.solve(&load.forces, displacement, elasticity, token)?;
+    solid.elasticity.solve(&load.forces, displacement, elasticity, cancel)?;
     Ok(None)
 }
 
 /// The displacement of a held body under load `place` of the workspace, and under its weight where that is asked for. Reduced bases are
 /// those of free bodies: it is solved for.
 fn displace_held(
-    prepared: &PreparedObject,
-    impact: &ContactSet,
+    context: StrikeContext<'_>,
+    contacts: &ContactSet,
     own: &AnchoredBody,
     place: usize,
     workspace: &mut Workspace,
-    token: &CancelToken,
-    watch: &mut dyn StageObserver,
 ) -> Result<(), ElasticityError> {
+    let StrikeContext { prepared, request, cancel, observer } = context;
     let Workspace { loads, displacement, elasticity, .. } = workspace;
     own.elasticity.balance(&mut loads[place]);
-    own.elasticity.solve(&loads[place].forces, displacement, elasticity, token)?;
-    watch.part(EffectKind::Anchored, own.elasticity.own_bytes() as u64);
-    if let Some(sag) = own.sag.as_ref().filter(|_| impact.effects.has(EffectKind::Gravity)) {
-        watch.begin(EffectKind::Gravity);
-        let unit = prepared.weight_unit(impact);
+    own.elasticity.solve(&loads[place].forces, displacement, elasticity, cancel)?;
+    observer.part(EffectKind::Anchored, own.elasticity.own_bytes() as u64);
+    if let Some(sag) = own.sag.as_ref().filter(|_| request.effects.has(EffectKind::Gravity)) {
+        let gravity = observer.effect(EffectKind::Gravity);
+        let unit = prepared.weight_unit(contacts);
         displacement.iter_mut().zip(sag).for_each(|(u, w)| *u += unit * w);
-        watch.end(EffectKind::Gravity, size_of_val(sag.as_slice()) as u64);
+        gravity.produced(sag);
     }
     Ok(())
 }

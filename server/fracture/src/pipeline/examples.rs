@@ -4,7 +4,7 @@
 //! one curve E_max(n) labels every γ is ours: n depends on W/γ alone.
 
 use super::sample::ImpactSampler;
-use super::{ContactSet, FractureError, ImpactContact, PreparedObject, Workspace, strain_energy};
+use super::{ContactSet, FractureError, ImpactContact, PreparedObject, StrikeContext, Workspace, strain_energy};
 use crate::cancel_token::CancelToken;
 use crate::centroidal::{Diagram, EnergyField};
 use crate::degree::{self, CurveOptions, CurvePoint, EnergyCurve, SITES_MIN, TrainingSample};
@@ -135,7 +135,7 @@ pub fn examples(
     let strike = sampler.impact(seed, index);
     let impact = ContactSet::new(prepared, &strike)?;
     let mut examples = Vec::new();
-    let energies = match strain_energy(prepared, &impact, workspace, token, &mut ()) {
+    let energies = match strain_energy(StrikeContext::new(prepared, &strike, token, &()), &impact, workspace) {
         // Two blows that cancel leave nothing to learn from.
         Err(FractureError::Balanced { .. }) => Vec::new(),
         energies => energies?,
@@ -153,7 +153,7 @@ pub fn examples(
             let mut show = |count: usize, diagram: &Diagram| {
                 sites.insert(count, diagram.site_nodes(interior));
             };
-            curve.extend_until(&field, 0.0, &mut (), &mut workspace.centroidal, token, &mut show)?;
+            curve.extend_until(&field, 0.0, &mut &*token, &mut workspace.centroidal, &mut show)?;
             Ok((curve.points().to_vec(), sites.into_values().flatten().collect()))
         };
         let (own, site_nodes) = curve(0)?;

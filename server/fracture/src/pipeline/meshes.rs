@@ -6,10 +6,9 @@ use super::hulls::FragmentHulls;
 use super::outputs::{bond_count, debris_count};
 use super::release_velocity::{self, ReleaseVelocity};
 use super::{
-    BodyEnergy, BondRow, BulkCounts, FractureError, FractureRequest, FragmentRow, FragmentSkins, OUTER, PreparedObject,
-    RunRow, Stage, StageObserver, VertexAttributes, WORLD, slivers, world_bonds,
+    BodyEnergy, BondRow, BulkCounts, FractureError, FragmentRow, FragmentSkins, OUTER, PreparedObject, RunRow, Stage,
+    StrikeContext, VertexAttributes, WORLD, slivers, world_bonds,
 };
-use crate::cancel_token::CancelToken;
 use crate::centroidal::EnergyField;
 use crate::fragment::{RigidProperties, properties};
 use crate::lattice::Lattice;
@@ -74,11 +73,10 @@ pub struct FractureMeshes {
     pub counts: BulkCounts,
 }
 
-/// What the pieces of a strike are made of.
+/// What the fragments of a strike are made of.
 #[derive(Clone, Copy)]
 pub(super) struct MeshSources<'a> {
-    pub prepared: &'a PreparedObject,
-    pub strike: &'a FractureRequest,
+    pub context: StrikeContext<'a>,
     pub energies: &'a [BodyEnergy],
     pub fields: &'a [EnergyField<'a>],
     pub division: &'a Division,
@@ -87,47 +85,41 @@ pub(super) struct MeshSources<'a> {
 
 impl FractureMeshes {
     /// Cuts every body: those with cells along them, the others stay whole.
-    pub(super) fn new(
-        broken: MeshSources<'_>,
-        workspace: &mut TessellationWorkspace,
-        token: &CancelToken,
-        watch: &mut dyn StageObserver,
-    ) -> Result<Self, FractureError> {
-        let MeshSources { prepared, strike, .. } = broken;
+    pub(super) fn new(sources: MeshSources<'_>, workspace: &mut TessellationWorkspace) -> Result<Self, FractureError> {
+        let StrikeContext { prepared, request, cancel, observer } = sources.context;
         let mut bodies: Vec<BodyMeshes> = Vec::with_capacity(prepared.bodies.len());
         let (mut velocities, mut world, mut first) = (Vec::new(), Vec::new(), 0);
-        let held = prepared.held(strike.effects)?;
+        let held = prepared.held(request.effects)?;
         for (index, body) in prepared.bodies.iter().enumerate() {
-            token.check()?;
-            let pieces = broken.cut(index, workspace, watch)?;
+            cancel.check()?;
+            let meshes = sources.cut(index, workspace)?;
             let held = held.filter(|held| held.body(index).is_some());
-            let ties = |held| world_bonds::bonds(&pieces, &body.crack, held, &prepared.frame);
-            if let Some(held) = held.filter(|_| strike.effects.has(EffectKind::Bonds)) {
-                watch.begin(EffectKind::Bonds);
+            let ties = |held| world_bonds::bonds(&meshes, &body.crack, held, &prepared.frame);
+            if let Some(held) = held.filter(|_| request.effects.has(EffectKind::Bonds)) {
+                let _bonds = observer.effect(EffectKind::Bonds);
                 let numbered = |bond: BondRow| BondRow { fragments: [first + bond.fragments[0], WORLD], ..bond };
                 world.extend(ties(held).into_iter().map(numbered));
-                watch.end(EffectKind::Bonds, 0);
             }
-            if strike.effects.has(EffectKind::Release) {
-                watch.begin(EffectKind::Release);
-                let mut own = broken.velocities(index, &pieces);
+            if request.effects.has(EffectKind::Release) {
+                let release = observer.effect(EffectKind::Release);
+                let mut own = sources.velocities(index, &meshes);
                 let still = held.map_or(Vec::new(), ties);
                 still.iter().for_each(|bond| own[bond.fragments[0] as usize] = ReleaseVelocity::default());
-                watch.end(EffectKind::Release, size_of_val(own.as_slice()) as u64);
+                release.produced(&own);
                 velocities.extend(own);
             }
-            first += pieces.properties.len() as u32;
-            bodies.push(pieces);
+            first += meshes.properties.len() as u32;
+            bodies.push(meshes);
         }
         let lattices: Vec<&Lattice> = prepared.bodies.iter().map(|body| &body.crack).collect();
-        let pieces = Self::of(bodies, velocities, world, prepared, strike);
-        let mut pieces = pieces.with_looks(prepared, watch)?;
-        if strike.effects.has(EffectKind::Skin) {
-            let of_fragments: Vec<Vec<u32>> = pieces.bodies.iter().map(|own| own.sites.clone()).collect();
-            let sites = broken.sites(&of_fragments)?;
-            pieces = pieces.with_skins(prepared.skin.as_ref(), prepared, &sites, watch)?;
+        let meshes = Self::of(bodies, velocities, world, sources.context);
+        let mut meshes = meshes.with_looks(sources.context)?;
+        if request.effects.has(EffectKind::Skin) {
+            let of_fragments: Vec<Vec<u32>> = meshes.bodies.iter().map(|own| own.sites.clone()).collect();
+            let sites = sources.sites(&of_fragments)?;
+            meshes = meshes.with_skins(prepared.skin.as_ref(), prepared, &sites, observer)?;
         }
-        pieces.with_hulls(&lattices, token, watch)
+        meshes.with_hulls(&lattices, sources.context)
     }
 
     /// The meshes of `bodies`, laid out.
@@ -135,15 +127,15 @@ impl FractureMeshes {
         bodies: Vec<BodyMeshes>,
         velocities: Vec<ReleaseVelocity>,
         world: Vec<BondRow>,
-        prepared: &PreparedObject,
-        strike: &FractureRequest,
+        context: StrikeContext<'_>,
     ) -> Self {
+        let StrikeContext { prepared, request, .. } = context;
         let mut pieces = Self {
             bodies,
             transform: Transform { meters_per_unit: prepared.frame.diagonal_m },
             frame: prepared.frame,
             crack_spacing: prepared.parameters.crack_spacing,
-            seed: strike.seed,
+            seed: request.seed,
             world,
             fragments: Vec::new(),
             runs: Vec::new(),
@@ -151,7 +143,7 @@ impl FractureMeshes {
             hulls: FragmentHulls::default(),
             looks: VertexAttributes::default(),
             skins: FragmentSkins::default(),
-            effects: strike.effects,
+            effects: request.effects,
             counts: BulkCounts::default(),
         };
         pieces.lay_out(prepared);
@@ -162,13 +154,12 @@ impl FractureMeshes {
     pub(super) fn with_hulls(
         mut self,
         lattices: &[&Lattice],
-        token: &CancelToken,
-        watch: &mut dyn StageObserver,
+        context: StrikeContext<'_>,
     ) -> Result<Self, FractureError> {
         if self.effects.has(EffectKind::Hulls) {
-            watch.begin(EffectKind::Hulls);
-            self.hulls = self.fit_hulls(lattices, token)?;
-            watch.end(EffectKind::Hulls, self.hulls.bytes() as u64);
+            let hulls = context.observer.effect(EffectKind::Hulls);
+            self.hulls = self.fit_hulls(lattices, context.cancel)?;
+            hulls.produced_bytes(self.hulls.bytes() as u64);
         }
         Ok(self)
     }
@@ -294,16 +285,16 @@ impl MeshSources<'_> {
     fn velocities(&self, index: usize, pieces: &BodyMeshes) -> Vec<ReleaseVelocity> {
         let struck = self.energies.iter().position(|energy| energy.body == index);
         let energy_j = struck.map_or(0.0, |struck| self.energies[struck].energy_j);
-        let (field, lattice) = (struck.map(|struck| &self.fields[struck]), &self.prepared.bodies[index].crack);
-        let density = self.prepared.parameters.material.density_kg_m3;
-        let (properties, labels, frame) = (&pieces.properties, &pieces.labels, &self.prepared.frame);
+        let (field, lattice) = (struck.map(|struck| &self.fields[struck]), &self.context.prepared.bodies[index].crack);
+        let density = self.context.prepared.parameters.material.density_kg_m3;
+        let (properties, labels, frame) = (&pieces.properties, &pieces.labels, &self.context.prepared.frame);
         release_velocity::velocities(properties, labels, lattice, field, energy_j, density, frame)
     }
 
     /// The diagrams of all bodies, of those that break; `of_fragments`: site of each fragment.
     fn sites<'b>(&'b self, of_fragments: &'b [Vec<u32>]) -> Result<Vec<Option<BisectorSites<'b>>>, FractureError> {
         let sites = |(body, of_fragment): (usize, &'b Vec<u32>)| {
-            let lift = self.prepared.lift_for(body, self.strike)?;
+            let lift = self.context.prepared.lift_for(body, self.context.request)?;
             let coordinates = |cells: &'b BodyCells| cells.diagram.sites.as_slice();
             let sites = |coordinates| BisectorSites { lift, coordinates, of_fragment, of_node: None };
             Ok(self.cells(body).map(coordinates).map(sites))
@@ -317,48 +308,43 @@ impl MeshSources<'_> {
     }
 
     /// Cuts one body.
-    fn cut(
-        &self,
-        index: usize,
-        workspace: &mut TessellationWorkspace,
-        watch: &mut dyn StageObserver,
-    ) -> Result<BodyMeshes, FractureError> {
-        let body = &self.prepared.bodies[index];
+    fn cut(&self, index: usize, workspace: &mut TessellationWorkspace) -> Result<BodyMeshes, FractureError> {
+        let StrikeContext { prepared, request, observer, .. } = self.context;
+        let body = &prepared.bodies[index];
         let cells = self.cells(index);
+        let merges = request.effects.has(EffectKind::Slivers) && cells.is_some();
         let mut cut = self.spare.take();
-        watch.enter(Stage::Labels);
+        let labels = observer.stage(Stage::Labels);
         let whole = vec![0; body.crack.nodes.len()];
         cut.components.split(&body.topology, cells.map_or(&whole, |cells| &cells.diagram.labels));
-        watch.leave(Stage::Labels, size_of_val(cut.components.labels.as_slice()) as u64);
-        watch.enter(Stage::Tessellation);
-        if self.strike.effects.has(EffectKind::Slivers) && cells.is_some() {
-            watch.begin(EffectKind::Slivers);
+        labels.produced(&cut.components.labels);
+        let tessellation = observer.stage(Stage::Tessellation);
+        if merges {
+            let _slivers = observer.effect(EffectKind::Slivers);
             self.merge_small(index, &mut cut);
-            watch.end(EffectKind::Slivers, 0);
         }
         self.tessellate(index, cells, &mut cut, workspace)?;
-        watch.leave(Stage::Tessellation, size_of_val(cut.tessellation.runs()) as u64);
-        watch.enter(Stage::Fragments);
+        tessellation.produced(cut.tessellation.runs());
+        let fragments = observer.stage(Stage::Fragments);
         properties(&cut.tessellation, &mut cut.measured);
-        if self.strike.effects.has(EffectKind::Slivers) && cells.is_some() {
-            watch.begin(EffectKind::Slivers);
-            let bytes = self.merge_slivers(index, cells, &mut cut, workspace)?;
-            watch.end(EffectKind::Slivers, bytes);
+        if merges {
+            let slivers = observer.effect(EffectKind::Slivers);
+            slivers.produced_bytes(self.merge_slivers(index, cells, &mut cut, workspace)?);
         }
-        watch.leave(Stage::Fragments, size_of_val(cut.measured.as_slice()) as u64);
+        fragments.produced(&cut.measured);
         Ok(cut.into_pieces(index, self.spare, |site| cells.map_or(0.0, |cells| self.energy_j_m2(cells, site))))
     }
 
     /// Energy of a cell, J·m².
     pub(super) fn energy_j_m2(&self, cells: &BodyCells, site: u32) -> f64 {
-        let unit = self.energies[cells.struck].unit_j_m2(self.prepared.frame.diagonal_m);
+        let unit = self.energies[cells.struck].unit_j_m2(self.context.prepared.frame.diagonal_m);
         unit * cells.diagram.cell_energy[site as usize]
     }
 
     /// Merges pieces that are small by their nodes before the body is cut.
     fn merge_small(&self, index: usize, cut: &mut CutBuffers) {
-        let body = &self.prepared.bodies[index];
-        let least = slivers::least_volume(self.prepared, self.strike);
+        let body = &self.context.prepared.bodies[index];
+        let least = slivers::least_volume(self.context);
         if let Some(volumes) = slivers::small_by_nodes(&cut.components, &body.volumes, least) {
             slivers::merge_by_nodes(&mut cut.components, &body.topology, volumes, least);
         }
@@ -372,7 +358,7 @@ impl MeshSources<'_> {
         cut: &mut CutBuffers,
         workspace: &mut TessellationWorkspace,
     ) -> Result<u64, FractureError> {
-        let least = slivers::least_volume(self.prepared, self.strike);
+        let least = slivers::least_volume(self.context);
         if !slivers::merge(&mut cut.components, &cut.tessellation, &cut.measured, least) {
             return Ok(0);
         }
@@ -389,8 +375,8 @@ impl MeshSources<'_> {
         cut: &mut CutBuffers,
         workspace: &mut TessellationWorkspace,
     ) -> Result<(), FractureError> {
-        let body = &self.prepared.bodies[index];
-        let lift = self.prepared.lift_for(index, self.strike)?;
+        let StrikeContext { prepared, request, .. } = self.context;
+        let (body, lift) = (&prepared.bodies[index], prepared.lift_for(index, request)?);
         let CutBuffers { components, points, tessellation, .. } = cut;
         let sites = cells.map(|cells| BisectorSites {
             lift,

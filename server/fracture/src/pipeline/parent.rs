@@ -5,8 +5,8 @@
 
 use super::retained::RetainedBody;
 use super::{
-    BakeParameters, BakeReport, ElasticModel, ElasticRequest, FractureError, FractureRequest, PreparedBody,
-    PreparedObject, StageObserver,
+    BakeParameters, BakeReport, ElasticModel, ElasticRequest, FractureError, PreparedBody, PreparedObject,
+    StrikeContext,
 };
 use crate::cancel_token::CancelToken;
 use crate::lattice::{BODY_TETS_MIN, EnergyTransfer, GONE, Lattice};
@@ -37,35 +37,33 @@ pub(super) struct ParentFragment {
 }
 
 impl ParentFragment {
-    /// The fragment `label` of `body`, prepared for what `strike` asks of it; `fragment` names it in errors.
+    /// The fragment `label` of `body`, prepared for what the request asks of it; `fragment` names it in errors.
     ///
     /// Errors: [`FractureError::FragmentSmall`], [`FractureError::FragmentLarge`], [`FractureError::FragmentLift`],
     /// [`FractureError::FragmentLiftKind`], [`FractureError::ElasticityUnprepared`], [`FractureError::Elasticity`],
     /// [`FractureError::Cancelled`].
     pub fn new(
-        prepared: &PreparedObject,
         (kept, label, fragment): (&RetainedBody, u32, u32),
-        strike: &FractureRequest,
-        token: &CancelToken,
-        watch: &mut dyn StageObserver,
+        context: StrikeContext<'_>,
     ) -> Result<Self, FractureError> {
+        let StrikeContext { request, cancel, observer, .. } = context;
+        let prepared = context.prepared;
         let whole = &prepared.bodies[kept.body];
         let (lattice, nodes) = inner(&whole.crack, &kept.labels, label)
             .filter(|(lattice, _)| lattice.tets.len() >= TETS_MIN)
             .ok_or(FractureError::FragmentSmall { fragment })?;
         let stands = representatives(whole, &kept.labels, label, &nodes);
-        token.check()?;
+        cancel.check()?;
         let mut body = PreparedBody::new(lattice);
-        token.check()?;
-        if strike.lift != LiftKind::Euclidean {
-            watch.begin(EffectKind::Interior);
-            let made = lifted(&mut body, prepared, strike.lift, fragment, token);
-            watch.end(EffectKind::Interior, (body.crack.nodes.len() * size_of::<f64>()) as u64);
-            made?;
+        cancel.check()?;
+        if request.lift != LiftKind::Euclidean {
+            let interior = observer.effect(EffectKind::Interior);
+            lifted(&mut body, prepared, request.lift, fragment, cancel)?;
+            interior.produced_bytes((body.crack.nodes.len() * size_of::<f64>()) as u64);
         }
-        if strike.effects.has(EffectKind::Elastic) {
+        if request.effects.has(EffectKind::Elastic) {
             let poisson = prepared.parameters.material.poisson;
-            body.solid = Some(solid(prepared.solid(kept.body)?, &body.crack, &stands, poisson, fragment, token)?);
+            body.solid = Some(solid(prepared.solid(kept.body)?, &body.crack, &stands, poisson, fragment, cancel)?);
         }
         Ok(Self { prepared: alone(prepared, body), nodes, stands })
     }

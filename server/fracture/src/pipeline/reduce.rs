@@ -2,7 +2,9 @@
 //!
 //! Ours: the problem is linear, so every contact of an example is worth three snapshots, one per direction of its force.
 
-use super::{ContactSet, FractureError, FractureRequest, ImpactSampler, PreparedObject, Workspace, strain_energy};
+use super::{
+    ContactSet, FractureError, FractureRequest, ImpactSampler, PreparedObject, StrikeContext, Workspace, strain_energy,
+};
 use crate::cancel_token::CancelToken;
 use crate::centroidal::EnergyField;
 use crate::degree;
@@ -161,7 +163,7 @@ fn trial(
     token: &CancelToken,
 ) -> Result<Vec<Trial>, FractureError> {
     let impact = ContactSet::new(prepared, strike)?;
-    let solved = match strain_energy(prepared, &impact, workspace, token, &mut ()) {
+    let solved = match strain_energy(StrikeContext::new(prepared, strike, token, &()), &impact, workspace) {
         // Two blows that cancel have no energy to compare.
         Err(FractureError::Balanced { .. }) => return Ok(Vec::new()),
         solved => solved?,

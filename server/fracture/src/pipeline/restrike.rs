@@ -9,21 +9,20 @@
 //! the stiffness, which a first strike finds prepared; and one tessellation of all of the body's lattice.
 
 use super::cells::BodyCells;
-use super::meshes::{CutBuffers, MeshSources};
+use super::meshes::{BodyMeshes, CutBuffers, MeshSources};
 use super::parent::{NOBODY, ParentFragment};
 use super::retained::{RetainedBody, RetainedFragments};
 use super::volume_correction::correct_volume;
 use super::walk::walk;
 use super::{
-    FractureError, FractureMeshes, FractureOutcome, FractureRequest, PreparedBody, PreparedObject, Stage,
-    StageObserver, Workspace, release_velocity, slivers,
+    FractureError, FractureMeshes, FractureRequest, FractureResult, PreparedBody, PreparedObject, ReleaseVelocity,
+    Stage, StrikeContext, Workspace, release_velocity, slivers,
 };
-use crate::cancel_token::CancelToken;
 use crate::fragment::properties;
 use crate::lift::LiftedLattice;
 use crate::scene::EffectKind;
 use crate::skin::Skin;
-use crate::tessellation::{self, BisectorSites, FixedPoints, Old, seam};
+use crate::tessellation::{BisectorSites, FixedPoints, Old, TessellationWorkspace, seam};
 use std::sync::Arc;
 
 /// Relative error up to which the volumes of the children add up to their parent's …
@@ -36,34 +35,37 @@ const TESSELLATIONS_MAX: usize = 3;
 /// children alone. What they share with other fragments of that answer is a crack that faces nobody. Only the lifts `euclidean`
 /// and `interior` are to be had, and the object's examples have nothing to say. `prepared` is the object that was struck then.
 ///
-/// Errors: those of a strike, and [`FractureError::UnknownFragment`], [`FractureError::FragmentSmall`],
+/// # Errors
+/// Those of a strike, and [`FractureError::UnknownFragment`], [`FractureError::FragmentSmall`],
 /// [`FractureError::FragmentLarge`], [`FractureError::FragmentLift`], [`FractureError::FragmentLiftKind`], [`FractureError::OtherObject`].
 pub fn strike_again(
-    prepared: &PreparedObject,
+    context: StrikeContext<'_>,
     (kept, fragment): (&RetainedFragments, u32),
-    strike: &FractureRequest,
     workspace: &mut Workspace,
-    token: &CancelToken,
-    watch: &mut dyn StageObserver,
-) -> Result<FractureOutcome, FractureError> {
+) -> Result<FractureResult, FractureError> {
+    let StrikeContext { prepared, request, cancel, observer } = context;
     // A fragment is free and straight, whatever held and bent the object that it was part of.
     let gone = [EffectKind::Anchored, EffectKind::Gravity, EffectKind::Warp];
-    let effects = gone.into_iter().fold(strike.effects, |effects, effect| effects.without(effect));
-    let strike = &FractureRequest { effects, ..strike.planned() };
+    let effects = gone.into_iter().fold(request.effects, |effects, effect| effects.without(effect));
+    let plan = FractureRequest { effects, ..request.planned() };
     let (old, label) = kept.find(fragment)?;
     let fits = |body: &&PreparedBody| body.crack.nodes.len() == old.labels.len();
     let body = prepared.bodies.get(old.body).filter(fits).ok_or(FractureError::OtherObject)?;
-    let worn = strike.effects.has(EffectKind::Skin).then(|| kept.skin_cut(fragment)).transpose()?;
-    watch.enter(Stage::Load);
-    let parent = ParentFragment::new(prepared, (old, label, fragment), strike, token, watch);
-    watch.leave(Stage::Load, 0);
-    let parent = &parent?;
-    walk(&parent.prepared, strike, workspace, token, watch, |broken, scratch, watch| {
-        let cells = broken.division.cells.first().ok_or(FractureError::OtherObject)?;
-        token.check()?;
+    let worn = effects.has(EffectKind::Skin).then(|| kept.skin_cut(fragment)).transpose()?;
+    let parent = {
+        let _load = observer.stage(Stage::Load);
+        ParentFragment::new((old, label, fragment), context.with_request(&plan))?
+    };
+    let parent = &parent;
+    let begun_s = cancel.remaining_s();
+    let plan = plan.degrade_for_budget(&parent.prepared, begun_s);
+    let context = StrikeContext { prepared: &parent.prepared, request: &plan, ..context };
+    walk(context, begun_s, workspace, |sources, scratch| {
+        let cells = sources.division.cells.first().ok_or(FractureError::OtherObject)?;
+        cancel.check()?;
         let volume = old.volumes[label as usize];
         let skin = worn.map(|worn| Arc::new(worn.of(fragment)));
-        Children { prepared, body, old, volume, skin, parent, broken, cells }.pieces(scratch, token, watch)
+        Children { prepared, body, old, volume, skin, parent, sources, cells }.meshes(scratch)
     })
 }
 
@@ -78,68 +80,63 @@ struct Children<'a> {
     /// What the fragment wears, if skins are asked for.
     skin: Option<Arc<Skin>>,
     parent: &'a ParentFragment,
-    broken: MeshSources<'a>,
+    sources: MeshSources<'a>,
     cells: &'a BodyCells,
 }
 
 impl Children<'_> {
-    fn pieces(
-        &self,
-        workspace: &mut tessellation::TessellationWorkspace,
-        token: &CancelToken,
-        watch: &mut dyn StageObserver,
-    ) -> Result<FractureMeshes, FractureError> {
-        let (strike, mut cut) = (self.broken.strike, self.broken.spare.take());
-        watch.enter(Stage::Labels);
+    fn meshes(&self, workspace: &mut TessellationWorkspace) -> Result<FractureMeshes, FractureError> {
+        // The children are fragments of the object that was struck first.
+        let context = StrikeContext { prepared: self.prepared, ..self.sources.context };
+        let StrikeContext { request, observer, .. } = context;
+        let mut cut = self.sources.spare.take();
+        let labels = observer.stage(Stage::Labels);
         let children = self.label(&mut cut);
-        watch.leave(Stage::Labels, size_of_val(cut.components.labels.as_slice()) as u64);
-        watch.enter(Stage::Tessellation);
+        labels.produced(&cut.components.labels);
+        let tessellation = observer.stage(Stage::Tessellation);
         let lift = self.scattered();
         let old = Old { labels: &self.old.labels, points: &self.old.points };
         let of_fragment = self.sites_of(&cut.components.sites);
-        let sites = BisectorSites {
-            lift: &lift,
-            coordinates: &self.cells.diagram.sites,
-            of_fragment: &of_fragment,
-            of_node: None,
-        };
+        let sites = self.sites(&lift, &of_fragment);
         let fixed = seam(&self.body.crack, &self.body.topology, old, &cut.components.labels, sites);
         self.tessellate(&mut cut, children, &lift, fixed, workspace)?;
-        watch.leave(Stage::Tessellation, size_of_val(cut.tessellation.runs()) as u64);
-        watch.enter(Stage::Fragments);
-        if strike.effects.has(EffectKind::Slivers) {
-            watch.begin(EffectKind::Slivers);
-            let bytes = self.merge_slivers(&mut cut, &lift, workspace)?;
-            watch.end(EffectKind::Slivers, bytes);
+        tessellation.produced(cut.tessellation.runs());
+        let fragments = observer.stage(Stage::Fragments);
+        if request.effects.has(EffectKind::Slivers) {
+            let slivers = observer.effect(EffectKind::Slivers);
+            slivers.produced_bytes(self.merge_slivers(&mut cut, &lift, workspace)?);
         }
-        watch.leave(Stage::Fragments, size_of_val(cut.measured.as_slice()) as u64);
-        let pieces =
-            cut.into_pieces(self.old.body, self.broken.spare, |site| self.broken.energy_j_m2(self.cells, site));
+        fragments.produced(&cut.measured);
+        let meshes =
+            cut.into_pieces(self.old.body, self.sources.spare, |site| self.sources.energy_j_m2(self.cells, site));
         let mut velocities = Vec::new();
-        if strike.effects.has(EffectKind::Release) {
-            watch.begin(EffectKind::Release);
-            let own = &self.parent.prepared.bodies[0].crack;
-            let labels: Vec<u32> = self.parent.nodes.iter().map(|&node| pieces.labels[node as usize]).collect();
-            let (field, energy_j) = (self.broken.fields.first(), self.broken.energies[0].energy_j);
-            let density = self.prepared.parameters.material.density_kg_m3;
-            let frame = &self.prepared.frame;
-            velocities =
-                release_velocity::velocities(&pieces.properties, &labels, own, field, energy_j, density, frame);
-            watch.end(EffectKind::Release, size_of_val(velocities.as_slice()) as u64);
+        if request.effects.has(EffectKind::Release) {
+            let release = observer.effect(EffectKind::Release);
+            velocities = self.velocities(&meshes);
+            release.produced(&velocities);
         }
-        let pieces = FractureMeshes::of(vec![pieces], velocities, Vec::new(), self.prepared, strike);
-        let mut pieces = pieces.with_looks(self.prepared, watch)?;
-        if strike.effects.has(EffectKind::Skin) {
-            let of_fragment = self.sites_of(&pieces.bodies[0].sites);
-            let sites = BisectorSites {
-                lift: &lift,
-                coordinates: &self.cells.diagram.sites,
-                of_fragment: &of_fragment,
-                of_node: None,
-            };
-            pieces = pieces.with_skins(self.skin.as_ref(), self.prepared, &[Some(sites)], watch)?;
+        let meshes = FractureMeshes::of(vec![meshes], velocities, Vec::new(), context);
+        let mut meshes = meshes.with_looks(context)?;
+        if request.effects.has(EffectKind::Skin) {
+            let of_fragment = self.sites_of(&meshes.bodies[0].sites);
+            let sites = self.sites(&lift, &of_fragment);
+            meshes = meshes.with_skins(self.skin.as_ref(), self.prepared, &[Some(sites)], observer)?;
         }
-        pieces.with_hulls(&[&self.body.crack], token, watch)
+        meshes.with_hulls(&[&self.body.crack], context)
+    }
+
+    /// The sites of the diagram on the nodes of the body.
+    fn sites<'b>(&'b self, lift: &'b LiftedLattice, of_fragment: &'b [u32]) -> BisectorSites<'b> {
+        BisectorSites { lift, coordinates: &self.cells.diagram.sites, of_fragment, of_node: None }
+    }
+
+    /// Velocities of the children.
+    fn velocities(&self, children: &BodyMeshes) -> Vec<ReleaseVelocity> {
+        let own = &self.parent.prepared.bodies[0].crack;
+        let labels: Vec<u32> = self.parent.nodes.iter().map(|&node| children.labels[node as usize]).collect();
+        let (field, energy_j) = (self.sources.fields.first(), self.sources.energies[0].energy_j);
+        let density = self.prepared.parameters.material.density_kg_m3;
+        release_velocity::velocities(&children.properties, &labels, own, field, energy_j, density, &self.prepared.frame)
     }
 
     /// Labels all of the body: children first, the other fragments after them. Returns how many children there are.
@@ -162,7 +159,7 @@ impl Children<'_> {
 
     /// The lift of the fragment on the nodes of the body; nodes that others stand for have theirs, those of other fragments zero.
     fn scattered(&self) -> LiftedLattice {
-        let own = self.broken.fields[self.cells.struck].lift();
+        let own = self.sources.fields[self.cells.struck].lift();
         let mut coordinates = vec![0.0; self.parent.stands.len() * own.dimension];
         for (place, &stands) in coordinates.chunks_exact_mut(own.dimension).zip(&self.parent.stands) {
             if stands != NOBODY {
@@ -180,11 +177,10 @@ impl Children<'_> {
         children: usize,
         lift: &LiftedLattice,
         mut fixed: FixedPoints,
-        workspace: &mut tessellation::TessellationWorkspace,
+        workspace: &mut TessellationWorkspace,
     ) -> Result<(), FractureError> {
         let of_fragment = self.sites_of(&cut.components.sites);
-        let sites =
-            BisectorSites { lift, coordinates: &self.cells.diagram.sites, of_fragment: &of_fragment, of_node: None };
+        let sites = self.sites(lift, &of_fragment);
         let (lattice, topology) = (&self.body.crack, &self.body.topology);
         for turn in 1.. {
             cut.points.find(lattice, topology, &cut.components.labels, Some(sites), &fixed)?;
@@ -205,9 +201,9 @@ impl Children<'_> {
         &self,
         cut: &mut CutBuffers,
         lift: &LiftedLattice,
-        workspace: &mut tessellation::TessellationWorkspace,
+        workspace: &mut TessellationWorkspace,
     ) -> Result<u64, FractureError> {
-        let least = slivers::least_volume(self.prepared, self.broken.strike);
+        let least = slivers::least_volume(StrikeContext { prepared: self.prepared, ..self.sources.context });
         let before = cut.components.sites.len();
         if !slivers::merge(&mut cut.components, &cut.tessellation, &cut.measured, least) {
             return Ok(0);

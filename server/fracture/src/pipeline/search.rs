@@ -1,12 +1,12 @@
 //! A degree searched by diagrams, as far as there is time.
 
-use super::cells::{BodyCells, DegreeGuess, Division, diagram_bytes, guesses, source_of, tell};
+use super::cells::{BodyCells, DegreeGuess, Division, diagram_bytes, observe, source_of};
 use super::convergence_monitor::ConvergenceMonitor;
 use super::{
-    DegreeRequest, DegreeSource, FractureError, FractureRequest, PreparedObject, Stage, StageObserver, ThresholdResult,
+    DegreeRequest, DegreeSource, FractureError, FractureRequest, Stage, StrikeContext, ThresholdResult, TimeBudget,
     Workspace,
 };
-use crate::cancel_token::{CancelToken, Cancelled};
+use crate::cancel_token::Cancelled;
 use crate::centroidal::{Diagram, EnergyField, diagram_until};
 use crate::degree::{self, CurveOptions, SiteCount};
 
@@ -18,41 +18,42 @@ struct Found {
     finished: bool,
 }
 
-/// Searches the degree of each struck body by diagrams: from below, or from a guess. Where time ends it, the degree is the guess.
+/// Searches the degree of each struck body by diagrams: from below, or from its guess. Where time ends it, the degree is the guess.
 pub(super) fn search(
-    prepared: &PreparedObject,
-    strike: &FractureRequest,
-    verdict: &ThresholdResult,
+    context: StrikeContext<'_>,
+    budget: Option<TimeBudget>,
+    threshold: &ThresholdResult,
     fields: &[EnergyField],
+    guesses: &[DegreeGuess],
     workspace: &mut Workspace,
-    token: &CancelToken,
-    watch: &mut dyn StageObserver,
 ) -> Result<Division, FractureError> {
-    let verified = strike.degree == DegreeRequest::Verified;
+    let StrikeContext { request, cancel, observer, .. } = context;
+    let verified = request.degree == DegreeRequest::Verified;
     let source = if verified { DegreeSource::Verified } else { DegreeSource::Optimised };
     let mut division = Division { source, degree: 0, capped: false, confidence: 1.0, ending: None, cells: Vec::new() };
-    let guesses = guesses(prepared, strike, verdict, fields);
-    tell(if verified { &guesses } else { &[] }, watch);
-    for (struck, (field, guess)) in fields.iter().zip(&guesses).enumerate() {
-        let gamma = verdict.gammas[struck];
-        if verdict.first_moments[struck] <= gamma {
+    if verified {
+        observe(guesses, observer);
+    }
+    for (struck, (field, guess)) in fields.iter().zip(guesses).enumerate() {
+        let gamma = threshold.gammas[struck];
+        if threshold.first_moments[struck] <= gamma {
             division.degree += 1;
             continue;
         }
-        watch.enter(Stage::Degree);
-        let mut descent = ConvergenceMonitor::of_search(strike, guess.sites, watch);
-        let found = of_body(strike, field, gamma, guess, &mut descent, workspace, token)?;
-        let ending = descent.ending(&found.diagram);
-        watch.leave(Stage::Degree, 0);
-        watch.enter(Stage::Centroidal);
+        let degree = observer.stage(Stage::Degree);
+        let mut monitor = ConvergenceMonitor::of_search(request, budget, guess.sites, cancel);
+        let found = of_body(request, field, gamma, guess, &mut monitor, workspace)?;
+        let ending = monitor.ending(&found.diagram);
+        drop(degree);
+        let centroidal = observer.stage(Stage::Centroidal);
         division.degree += found.degree.sites as u32;
         division.capped |= found.degree.capped;
         division.ending = division.ending.max(Some(ending));
         if !found.finished {
-            division.source = source_of(&guesses);
+            division.source = source_of(guesses);
             division.confidence = guess.confidence.min(division.confidence);
         }
-        watch.leave(Stage::Centroidal, diagram_bytes(&found.diagram));
+        centroidal.produced_bytes(diagram_bytes(&found.diagram));
         division.cells.push(BodyCells { struck, diagram: found.diagram });
     }
     Ok(division)
@@ -60,30 +61,29 @@ pub(super) fn search(
 
 /// Searches the degree of `field` at `gamma`.
 fn of_body(
-    strike: &FractureRequest,
+    request: &FractureRequest,
     field: &EnergyField,
     gamma: f64,
     guess: &DegreeGuess,
-    descent: &mut ConvergenceMonitor,
+    monitor: &mut ConvergenceMonitor,
     workspace: &mut Workspace,
-    token: &CancelToken,
 ) -> Result<Found, Cancelled> {
     let options = CurveOptions {
-        sites_max: strike.degree_max as usize,
-        seed: strike.seed,
-        tolerance: strike.tolerance,
-        iterations_max: strike.iterations_max,
+        sites_max: request.degree_max as usize,
+        seed: request.seed,
+        tolerance: request.tolerance,
+        iterations_max: request.iterations_max,
         ..CurveOptions::default()
     };
     let (sites, workspace) = (guess.sites as usize, &mut workspace.centroidal);
-    if strike.degree == DegreeRequest::Verified {
-        let found = degree::verify(field, gamma, sites, &options, descent, workspace, token)?;
+    if request.degree == DegreeRequest::Verified {
+        let found = degree::verify(field, gamma, sites, &options, monitor, workspace)?;
         return Ok(Found { degree: found.degree, diagram: found.diagram, finished: found.finished });
     }
-    if let Some(found) = degree::optimise(field, gamma, options, descent, workspace, token)? {
+    if let Some(found) = degree::optimise(field, gamma, options, monitor, workspace)? {
         return Ok(Found { degree: found.degree, diagram: found.diagram, finished: true });
     }
     let mut diagram = Diagram::default();
-    diagram_until(field, &options.diagram(sites, 0), workspace, descent, token, &mut diagram)?;
+    diagram_until(field, &options.diagram(sites, 0), workspace, monitor, &mut diagram)?;
     Ok(Found { degree: SiteCount { sites, capped: guess.capped }, diagram, finished: false })
 }

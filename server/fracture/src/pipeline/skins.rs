@@ -83,9 +83,9 @@ impl FractureMeshes {
         skin: Option<&Arc<Skin>>,
         prepared: &PreparedObject,
         sites: &[Option<BisectorSites<'_>>],
-        watch: &mut dyn StageObserver,
+        observer: &dyn StageObserver,
     ) -> Result<Self, FractureError> {
-        watch.begin(EffectKind::Skin);
+        let effect = observer.effect(EffectKind::Skin);
         let skin = skin.ok_or(FractureError::Bare { effect: EffectKind::Skin })?;
         let parts = SkinAssigner::new(&self, skin, prepared, sites).cut();
         let centers = self.bodies.iter().flat_map(|pieces| &pieces.properties).map(|own| own.center);
@@ -94,7 +94,7 @@ impl FractureMeshes {
         }
         let whole = prepared.skin.as_ref().is_some_and(|own| Arc::ptr_eq(own, skin));
         self.skins.cut = Some(SkinCut { skin: skin.clone(), whole, parts });
-        watch.end(EffectKind::Skin, self.skins.bytes() as u64);
+        effect.produced_bytes(self.skins.bytes() as u64);
         Ok(self)
     }
 }

@@ -1,6 +1,6 @@
 //! Slivers: pieces too small to be worth a body of their own become part of the neighbor that they share most with.
 
-use super::{FractureRequest, PreparedObject};
+use super::StrikeContext;
 use crate::fragment::RigidProperties;
 use crate::tessellation::{Components, RunRange, Tessellation, Topology};
 use std::collections::BTreeMap;
@@ -10,8 +10,9 @@ use std::collections::BTreeMap;
 pub const SLIVER_CUBES: f64 = 2.0;
 
 /// The volume below which a piece is a sliver, local: that of the lattice, or what the strike asks for.
-pub(super) fn least_volume(prepared: &PreparedObject, strike: &FractureRequest) -> f64 {
-    let asked = strike.volume_min_m3.map_or(0.0, |volume_m3| volume_m3 / prepared.frame.diagonal_m.powi(3));
+pub(super) fn least_volume(context: StrikeContext<'_>) -> f64 {
+    let StrikeContext { prepared, request, .. } = context;
+    let asked = request.volume_min_m3.map_or(0.0, |volume_m3| volume_m3 / prepared.frame.diagonal_m.powi(3));
     asked.max(SLIVER_CUBES * prepared.parameters.crack_spacing.powi(3))
 }
 

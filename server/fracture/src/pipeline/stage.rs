@@ -1,6 +1,5 @@
-//! The stages of a strike, in the order in which data flows, and who watches them.
+//! The stages of a strike, in the order in which data flows.
 
-use crate::scene::EffectKind;
 use serde::{Deserialize, Serialize};
 
 /// A stage of a strike; names as in JSON.
@@ -51,31 +50,4 @@ impl Stage {
             Self::Fragments => "fragments",
         }
     }
-}
-
-/// Told when a stage begins and ends. The science has no clock; whoever calls it may bring one.
-pub trait StageObserver {
-    /// Stage `stage` begins. A stage may be entered once per body.
-    fn enter(&mut self, stage: Stage);
-    /// Stage `stage` ends, having produced `bytes` bytes of results.
-    fn leave(&mut self, stage: Stage, bytes: u64);
-    /// Effect `effect` begins, within a stage or outside. What it takes is not the stage's.
-    fn begin(&mut self, effect: EffectKind);
-    /// Effect `effect` ends, having produced `bytes` bytes of results, or used tables of so many.
-    fn end(&mut self, effect: EffectKind, bytes: u64);
-    /// Effect `effect` is part of what a stage does, which uses `bytes` bytes of tables for it.
-    fn part(&mut self, effect: EffectKind, bytes: u64);
-    /// Seconds that are left until the answer shall be sent, less than 0 after that; infinity where it may take any time.
-    fn remaining_s(&self) -> f64 {
-        f64::INFINITY
-    }
-}
-
-/// Watches nothing.
-impl StageObserver for () {
-    fn enter(&mut self, _: Stage) {}
-    fn leave(&mut self, _: Stage, _: u64) {}
-    fn begin(&mut self, _: EffectKind) {}
-    fn end(&mut self, _: EffectKind, _: u64) {}
-    fn part(&mut self, _: EffectKind, _: u64) {}
 }

@@ -1,7 +1,7 @@
 //! How the outer faces of the fragments look, if it is asked for: as the input does there.
 
 use super::meshes::BodyMeshes;
-use super::{FractureError, FractureMeshes, PreparedBody, PreparedObject, StageObserver};
+use super::{FractureError, FractureMeshes, PreparedBody, PreparedObject, StrikeContext};
 use crate::scene::EffectKind;
 use crate::skin::BoundaryAttributes;
 use crate::surface::{NO_MATERIAL, barycentric};
@@ -29,16 +29,12 @@ pub struct VertexAttributes {
 
 impl FractureMeshes {
     /// The same with the looks of outer faces, if they are asked for.
-    pub(super) fn with_looks(
-        mut self,
-        prepared: &PreparedObject,
-        watch: &mut dyn StageObserver,
-    ) -> Result<Self, FractureError> {
+    pub(super) fn with_looks(mut self, context: StrikeContext<'_>) -> Result<Self, FractureError> {
         if self.effects.has(EffectKind::Attributes) {
-            watch.begin(EffectKind::Attributes);
-            self.looks = self.look(prepared)?;
+            let attributes = context.observer.effect(EffectKind::Attributes);
+            self.looks = self.look(context.prepared)?;
             let bytes = size_of_val(self.looks.vertices.as_slice()) + size_of_val(self.looks.materials.as_slice());
-            watch.end(EffectKind::Attributes, bytes as u64);
+            attributes.produced_bytes(bytes as u64);
         }
         Ok(self)
     }

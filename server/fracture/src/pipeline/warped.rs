@@ -5,7 +5,7 @@
 //! *Asymptotically optimal block quantization* (1979): sites follow the density to the power 3/5, so that f times as many want its
 //! f^(5/3)-fold.
 
-use super::{BodyCells, BodyEnergy, FractureError, FractureRequest, PreparedObject, StageObserver};
+use super::{BodyCells, BodyEnergy, FractureError, FractureRequest, PreparedObject, StrikeContext};
 use crate::cancel_token::{CancelToken, Cancelled};
 use crate::centroidal::EnergyField;
 use crate::lattice::Lattice;
@@ -293,21 +293,16 @@ pub(super) fn followed<'a>(
     energies.iter().zip(fields).zip(masses).map(follow).collect()
 }
 
-/// Keeps the protected regions of finished diagrams whole, and tells what the controls took.
-pub(super) fn guard(
-    prepared: &PreparedObject,
-    strike: &FractureRequest,
-    energies: &[BodyEnergy],
-    cells: &mut [BodyCells],
-    watch: &mut dyn StageObserver,
-) {
+/// Keeps the protected regions of finished diagrams whole.
+pub(super) fn guard(context: StrikeContext<'_>, energies: &[BodyEnergy], cells: &mut [BodyCells]) {
+    let StrikeContext { prepared, request, observer, .. } = context;
     for BodyCells { struck, diagram } in cells {
         let body = energies[*struck].body;
-        if let Some(warped) = prepared.controls(body, strike) {
-            watch.begin(EffectKind::Warp);
+        if let Some(warped) = prepared.controls(body, request) {
+            let effect = observer.effect(EffectKind::Warp);
             let sites = diagram.count();
             warped.keep_whole(&mut diagram.labels, &prepared.bodies[body].volumes, sites);
-            watch.end(EffectKind::Warp, warped.bytes() as u64);
+            effect.produced_bytes(warped.bytes() as u64);
         }
     }
 }

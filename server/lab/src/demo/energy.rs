@@ -8,8 +8,8 @@ use nalgebra::Point3;
 use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::lift::LiftKind;
 use shatter_fracture::pipeline::{
-    ContactSet, DEGREE_MAX, DegreeRequest, ElasticRequest, FractureRequest, ImpactContact, PreparedObject, Workspace,
-    strain_energy,
+    ContactSet, DEGREE_MAX, DegreeRequest, ElasticRequest, FractureRequest, ImpactContact, PreparedObject,
+    StrikeContext, Workspace, strain_energy,
 };
 use shatter_fracture::scene::EffectSet;
 
@@ -59,7 +59,11 @@ impl SurfaceEnergy {
         };
         let prepared = &target.prepared;
         let impact = ContactSet::new(prepared, &strike)?;
-        let energies = strain_energy(prepared, &impact, &mut Workspace::default(), &CancelToken::default(), &mut ())?;
+        let energies = strain_energy(
+            StrikeContext::new(prepared, &strike, &CancelToken::default(), &()),
+            &impact,
+            &mut Workspace::default(),
+        )?;
         let mut surface = Self { positions: vec![], triangles: vec![], density_j_m3: vec![], energy_j: 0.0 };
         for body in 0..prepared.bodies.len() {
             let struck = energies.iter().find(|energy| energy.body == body);

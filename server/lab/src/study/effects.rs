@@ -137,9 +137,9 @@ fn costs(prepared: &Arc<PreparedObject>, terms: ObjectPolicy) -> Result<Vec<Effe
     let (mut workspace, mut payload) = (Workspace::default(), Vec::new());
     let mut runs = Vec::new();
     for number in 0..=STRIKES {
-        let mut clock = StageProfiler::default();
+        let clock = StageProfiler::default();
         let strike = strike(prepared, number);
-        let outcome = served.strike(&strike, &mut workspace, &CancelToken::default(), &mut clock)?;
+        let outcome = served.strike(&strike, &mut workspace, &CancelToken::default(), &clock)?;
         let layout = Layout::new(&outcome.counts()).ok_or_else(too_large)?;
         payload.resize(payload.len().max(layout.blocks()), Block::zeroed());
         let mut sections = layout.split(&mut payload[..layout.blocks()]).ok_or_else(too_large)?;

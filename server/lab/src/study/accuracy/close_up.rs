@@ -92,8 +92,11 @@ fn whole(mesh: &RawMesh, hub_m: &Point3<f64>) -> DrawnMesh {
 
 /// The pieces of a strike, relative to `hub_m` and moved apart from there.
 fn broken(prepared: &PreparedObject, strike: &FractureRequest, hub_m: &Point3<f64>) -> Result<DrawnMesh, StudyError> {
-    let outcome = pipeline::strike(prepared, strike, &mut Workspace::default(), &CancelToken::default(), &mut ())?;
-    let pieces = outcome.pieces.ok_or(StudyError::Whole)?;
+    let outcome = pipeline::strike(
+        pipeline::StrikeContext::new(prepared, strike, &CancelToken::default(), &()),
+        &mut Workspace::default(),
+    )?;
+    let pieces = outcome.into_meshes().ok_or(StudyError::Whole)?;
     let mut buffers = ResultBuffers::default();
     buffers.emit(&pieces)?;
     let spread = Spread { hub_m: hub_m.coords.into(), factor: APART };

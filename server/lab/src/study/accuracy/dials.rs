@@ -235,8 +235,11 @@ impl Bench<'_> {
                 let mut all = Vec::new();
                 for (strike, wanted) in strikes.iter().zip(&wanted) {
                     let (token, mut workspace) = (CancelToken::default(), Workspace::default());
-                    let found = pipeline::strike(&bench.base, strike, &mut workspace, &token, &mut ())?;
-                    let error = degree_error(f64::from(found.fracture_degree), *wanted);
+                    let found = pipeline::strike(
+                        pipeline::StrikeContext::new(&bench.base, strike, &token, &()),
+                        &mut workspace,
+                    )?;
+                    let error = degree_error(f64::from(found.fracture_degree()), *wanted);
                     all.push(PointErrors::default().with(Measure::Degree, error));
                 }
                 let runs = bench.plan.runs.min(RUNS_OPTIMISED);

@@ -9,7 +9,7 @@ use shatter_fracture::lattice::{EnergyTransfer, Lattice};
 use shatter_fracture::lift::LiftKind;
 use shatter_fracture::pipeline::{
     self, BodyEnergy, ContactSet, DegreeRequest, FractureError, FractureRequest, ImpactSampler, PreparedObject,
-    Workspace, strain_energy,
+    StrikeContext, Workspace, strain_energy,
 };
 use shatter_fracture::random::RandomStream;
 use shatter_fracture::scene::MATERIALS;
@@ -89,7 +89,8 @@ pub(super) fn energy(
     workspace: &mut Workspace,
 ) -> Result<BodyEnergy, StudyError> {
     let impact = ContactSet::new(prepared, strike)?;
-    let energies = strain_energy(prepared, &impact, workspace, &CancelToken::default(), &mut ())?;
+    let energies =
+        strain_energy(StrikeContext::new(prepared, strike, &CancelToken::default(), &()), &impact, workspace)?;
     energies.into_iter().next().ok_or(StudyError::Whole)
 }
 
@@ -133,8 +134,11 @@ pub(super) fn timed(
     for run in 0..=runs {
         for strike in strikes {
             let begin = Instant::now();
-            let outcome = pipeline::strike(prepared, strike, &mut workspace, &CancelToken::default(), &mut ())?;
-            if let Some(pieces) = &outcome.pieces {
+            let outcome = pipeline::strike(
+                pipeline::StrikeContext::new(prepared, strike, &CancelToken::default(), &()),
+                &mut workspace,
+            )?;
+            if let Some(pieces) = &outcome.meshes() {
                 buffers.emit(pieces)?;
             }
             let took = begin.elapsed();

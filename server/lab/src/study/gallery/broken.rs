@@ -7,7 +7,7 @@ use nalgebra::{Point3, Vector3};
 use shatter_engine::wire::refusal;
 use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::pipeline::{
-    self, DegreeRequest, FractureMeshes, FractureOutcome, FractureRequest, FragmentRow, PreparedObject, Workspace,
+    self, DegreeRequest, FractureMeshes, FractureRequest, FractureResult, FragmentRow, PreparedObject, Workspace,
 };
 use shatter_fracture::scene::EffectKind;
 
@@ -35,7 +35,10 @@ const AGAIN_RADIUS_M: f64 = 0.1;
 impl GalleryResult {
     /// Strikes; what stays whole cannot be shown.
     pub fn new(prepared: &PreparedObject, strike: &FractureRequest) -> Result<Self, EffectsError> {
-        let outcome = pipeline::strike(prepared, strike, &mut Workspace::default(), &CancelToken::default(), &mut ());
+        let outcome = pipeline::strike(
+            pipeline::StrikeContext::new(prepared, strike, &CancelToken::default(), &()),
+            &mut Workspace::default(),
+        );
         Self::of(prepared, outcome.map_err(refusal)?)
     }
 
@@ -50,14 +53,15 @@ impl GalleryResult {
         strike.effects = strike.effects.without(EffectKind::Elastic);
         let from = (&self.pieces.keep(), parent.id);
         let (mut workspace, token) = (Workspace::default(), CancelToken::default());
-        let outcome = pipeline::strike_again(prepared, from, &strike, &mut workspace, &token, &mut ());
+        let outcome =
+            pipeline::strike_again(pipeline::StrikeContext::new(prepared, &strike, &token, &()), from, &mut workspace);
         let children = Self::of(prepared, outcome.map_err(refusal)?)?;
         Ok(Self { children: Some((parent.id, Box::new(children))), ..self })
     }
 
-    fn of(prepared: &PreparedObject, outcome: FractureOutcome) -> Result<Self, EffectsError> {
-        let FractureOutcome { e1_over_gamma, sites, .. } = outcome;
-        let pieces = outcome.pieces.ok_or_else(|| EffectsError::Whole(prepared.name.clone()))?;
+    fn of(prepared: &PreparedObject, outcome: FractureResult) -> Result<Self, EffectsError> {
+        let (e1_over_gamma, sites) = (outcome.threshold().e1_over_gamma, outcome.sites());
+        let pieces = outcome.into_meshes().ok_or_else(|| EffectsError::Whole(prepared.name.clone()))?;
         let mut positions = vec![[0.0; 3]; pieces.counts.vertices];
         let mut indices = vec![0; pieces.counts.indices];
         let mut merges = vec![[0; 2]; pieces.counts.merges];

@@ -1,7 +1,7 @@
 //! What an answer must be, and what was wrong with one that is not.
 
 use shatter_fracture::fragment::{OpenMesh, closed};
-use shatter_fracture::pipeline::{FractureMeshes, FractureOutcome, PreparedObject};
+use shatter_fracture::pipeline::{FractureMeshes, FractureResult, PreparedObject};
 use std::hash::{DefaultHasher, Hasher};
 
 /// Volumes of fragments add up to the lattice's to this share of it.
@@ -69,14 +69,14 @@ pub enum FuzzFault {
 }
 
 /// Checks every number and every mesh of an answer and digests its geometry.
-pub(super) fn check(prepared: &PreparedObject, outcome: &FractureOutcome) -> Result<u64, FuzzFault> {
+pub(super) fn check(prepared: &PreparedObject, outcome: &FractureResult) -> Result<u64, FuzzFault> {
     let report = &prepared.report;
     finite("kappa", &[prepared.kappa])?;
-    finite("gamma", &[prepared.gamma_j_m2, outcome.gamma_j_m2])?;
+    finite("gamma", &[prepared.gamma_j_m2, outcome.threshold().gamma_j_m2])?;
     finite("the report", &[report.input_volume_m3, report.lattice_volume_m3, report.surface_deviation])?;
-    finite("E_1/gamma", &[outcome.e1_over_gamma, outcome.impulse_factor])?;
-    finite("the radius", &[outcome.radius_m, outcome.confidence])?;
-    let Some(pieces) = &outcome.pieces else {
+    finite("E_1/gamma", &[outcome.threshold().e1_over_gamma, outcome.threshold().impulse_factor])?;
+    finite("the radius", &[outcome.threshold().radius_m, outcome.confidence()])?;
+    let Some(pieces) = &outcome.meshes() else {
         return Err(FuzzFault::Strike("stayed whole, though sites were asked for".to_owned()));
     };
     rows(pieces, report.lattice_volume_m3)?;

@@ -83,7 +83,8 @@ impl Judge {
     fn walk(&self, raw: &RawMesh, seed: u64, token: &CancelToken) -> Result<FuzzVerdict, FuzzStop> {
         let prepared = bake(raw.clone(), &self.request(), token, &mut |_| ())?;
         let strike = strike(&prepared, seed);
-        let outcome = pipeline::strike(&prepared, &strike, &mut Workspace::default(), token, &mut ())?;
+        let outcome =
+            pipeline::strike(pipeline::StrikeContext::new(&prepared, &strike, token, &()), &mut Workspace::default())?;
         let geometry = check(&prepared, &outcome)?;
         Ok(FuzzVerdict::Checked { geometry, volume_m3: prepared.report.input_volume_m3 })
     }

@@ -130,19 +130,22 @@ pub struct TrialResult {
 
 /// Strikes.
 pub fn struck(prepared: &PreparedObject, strike: &FractureRequest) -> Result<TrialResult, TrialFault> {
-    let outcome = pipeline::strike(prepared, strike, &mut Workspace::default(), &CancelToken::default(), &mut ())?;
+    let outcome = pipeline::strike(
+        pipeline::StrikeContext::new(prepared, strike, &CancelToken::default(), &()),
+        &mut Workspace::default(),
+    )?;
     let mut answer = TrialResult {
         rows: Vec::new(),
         runs: Vec::new(),
         positions: Vec::new(),
         indices: Vec::new(),
-        e1_over_gamma: outcome.e1_over_gamma,
-        impulse_factor: outcome.impulse_factor,
-        degree: outcome.fracture_degree,
-        capped: outcome.capped,
-        source: outcome.degree_source,
+        e1_over_gamma: outcome.threshold().e1_over_gamma,
+        impulse_factor: outcome.threshold().impulse_factor,
+        degree: outcome.fracture_degree(),
+        capped: outcome.capped(),
+        source: outcome.degree_source(),
     };
-    if let Some(pieces) = outcome.pieces {
+    if let Some(pieces) = outcome.into_meshes() {
         answer.positions = vec![[0.0; 3]; pieces.counts.vertices];
         answer.indices = vec![0; pieces.counts.indices];
         let mut merges = vec![[0; 2]; pieces.counts.merges];

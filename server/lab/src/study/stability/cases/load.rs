@@ -5,7 +5,9 @@ use nalgebra::{Point3, Vector3};
 use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::elasticity::{ContactLoad, DrivingEnergy, ElasticWorkspace, Elasticity, NodalLoad, Support};
 use shatter_fracture::lattice::block;
-use shatter_fracture::pipeline::{ContactSet, FractureRequest, PreparedObject, Workspace as Strikes, strain_energy};
+use shatter_fracture::pipeline::{
+    ContactSet, FractureRequest, PreparedObject, StrikeContext, Workspace as Strikes, strain_energy,
+};
 use shatter_fracture::surface::shapes;
 
 fn arch() -> Result<PreparedObject, TrialFault> {
@@ -87,7 +89,11 @@ fn point_load(spacing: f64) -> Result<f64, TrialFault> {
     let mut strike = FractureRequest::at(Point3::new(0.5, 0.0, 0.0), -Vector3::x()).seeded(1);
     strike.contacts[0].radius_m = Some(1e-12);
     let impact = ContactSet::new(&prepared, &strike)?;
-    let energies = strain_energy(&prepared, &impact, &mut Strikes::default(), &CancelToken::default(), &mut ())?;
+    let energies = strain_energy(
+        StrikeContext::new(&prepared, &strike, &CancelToken::default(), &()),
+        &impact,
+        &mut Strikes::default(),
+    )?;
     Ok(energies.iter().map(|energy| energy.energy_j * energy.radius_m).sum())
 }
 
