@@ -95,7 +95,7 @@ fn impact_and_weight_superpose() {
             (NodalLoad::default(), ElasticWorkspace::default(), CancelToken::default());
         elasticity.load(&impact.bodies[0].1, &mut load, &mut workspace).unwrap();
         let (alone, weight) = (load.forces.clone(), elasticity.weight(&GRAVITY.into()));
-        load.forces.iter_mut().zip(&weight).for_each(|(f, w)| *f += w * bar.weight_unit(&impact));
+        load.forces.iter_mut().zip(&weight).for_each(|(f, w)| *f += w * impact.weight_unit(&bar));
         let energy = |forces: &[f64]| {
             let (mut displacement, mut energies, mut shares) = (Vec::new(), Vec::new(), Vec::new());
             let mut workspace = ElasticWorkspace::default();
@@ -106,7 +106,7 @@ fn impact_and_weight_superpose() {
         };
         let (both, blow_alone) = (energy(&load.forces), energy(&alone));
         let total: f64 = both.iter().sum();
-        let unit_j = bar.unit_j(&impact);
+        let unit_j = impact.unit_j(&bar);
         assert!((own.energy_j / (total * unit_j) - 1.0).abs() < 1e-9, "{} of {}", own.energy_j, total * unit_j);
         let worst = own.shares.iter().zip(&both).map(|(own, both)| (own - both / total).abs()).fold(0.0, f64::max);
         assert!(worst < 1e-9, "{worst:e}");

@@ -15,7 +15,7 @@ pub(super) fn check(prepared: &PreparedObject, strike: &FractureRequest) -> Resu
     if strike.threshold_only {
         return Ok(());
     }
-    let lifted = |body| prepared.lift_for(body, strike).is_ok();
+    let lifted = |body| strike.lift_of(prepared, body).is_ok();
     if wants(EffectKind::Interior) && !(0..prepared.bodies.len()).all(lifted) {
         return Err(lift(prepared, strike.lift));
     }

@@ -29,13 +29,13 @@ mod tests;
 pub use boundary::{BoundaryNodes, NearestBoundaryPoint};
 pub use eigenvalue_bound::EigenvalueLowerBound;
 pub use energy::DrivingEnergy;
-pub use error::ElasticityError;
+pub use error::{ElasticityError, POISSON_MAX, RESIDUAL_MAX};
 pub use load::{AppliedContact, ContactLoad, NodalLoad, RADIUS_SPACINGS_MIN};
-pub use prepare::{Elasticity, POISSON_MAX};
+pub use prepare::Elasticity;
 pub use ray::{ClosestApproach, RayHit};
 pub use reduced::{ErrorEstimate, ReducedBasis};
 pub use rigid_support::{PinnedNodes, Support};
-pub use solve::{NARROW_RESIDUAL_MAX, RESIDUAL_MAX, ROUNDING_MAX, SolveReport};
+pub use solve::{NARROW_RESIDUAL_MAX, ROUNDING_MAX, SolveReport};
 
 use crate::sparse::SolveScratch;
 

@@ -6,19 +6,12 @@ use super::energy::Elements;
 use super::inertia::Inertia;
 use super::rigid_support::check_anchors;
 use super::solve::probe;
-use super::{ElasticityError, NARROW_RESIDUAL_MAX, PinnedNodes, RESIDUAL_MAX, Support};
+use super::{ElasticityError, NARROW_RESIDUAL_MAX, POISSON_MAX, PinnedNodes, RESIDUAL_MAX, Support};
 use crate::cancel_token::CancelToken;
 use crate::lattice::Lattice;
 use crate::sparse::{Cholesky, Precision, SymbolicFactor, SymmetricMatrix};
 use nalgebra::Vector3;
 use std::sync::{Arc, OnceLock};
-
-/// The largest Poisson's ratio accepted: linear tetrahedra lock towards ½.
-///
-/// Measured shortfall of the energy in pure bending, eight cells across, cubes cut into six tetrahedra (the worst
-/// case): 5 % at ν = 0, 6 % at 0.3, 9 % at 0.4, 14 % at 0.45, 36 % at 0.49, 72 % at 0.499. Cubes with nodes in their
-/// centers and faces hardly lock: six across, 2.2 %, 1.9 %, 2.0 %, 2.1 %, 2.2 % and 2.2 %.
-pub const POISSON_MAX: f64 = 0.45;
 
 /// An elastic body, ready for any number of impacts, which may be solved at the same time. Bodies that differ in how they are
 /// held share everything else.

@@ -1,14 +1,9 @@
 //! K u = f by one back-substitution, refined if it has to be.
 
-use super::{ElasticWorkspace, Elasticity, ElasticityError};
+use super::{ElasticWorkspace, Elasticity, ElasticityError, RESIDUAL_MAX};
 use crate::cancel_token::CancelToken;
 use crate::random::RandomStream;
 use crate::sparse::{Cholesky, Precision};
-
-/// The largest relative residual ‖f − K u‖ / ‖f‖ that is returned as a solution, unless it is rounding
-/// ([`ROUNDING_MAX`]). Compact bodies leave 1e-14, a needle of 1:100 2e-8. A mechanism or a load out of equilibrium
-/// leaves about 1.
-pub const RESIDUAL_MAX: f64 = 1e-6;
 
 /// A residual that is the rounding of a slender body's large displacement, kε‖K‖‖u‖/‖f‖, is returned up to this: no
 /// refinement removes it, and energies hardly notice.

@@ -2,11 +2,17 @@
 //!
 //! The surface is the boundary of the crack lattice, the one that contacts are projected on: a hit is never too far.
 
-use super::parent::inner;
-use super::{FractureError, PreparedBody, PreparedObject, RetainedFragments};
-use crate::elasticity::{BoundaryNodes, ClosestApproach, RayHit};
+use super::error::FractureError;
+use super::output::retained::RetainedFragments;
+use super::prepared::object::PreparedBody;
+use super::prepared::object::PreparedObject;
+use super::restrike::parent::inner;
+use crate::elasticity::BoundaryNodes;
+use crate::elasticity::ClosestApproach;
+use crate::elasticity::RayHit;
 use crate::surface::LocalFrame;
-use nalgebra::{Point3, Vector3};
+use nalgebra::Point3;
+use nalgebra::Vector3;
 
 /// A ray, in the coordinates of the mesh file.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,13 +1,22 @@
 //! Why a strike was refused or failed.
 
+use super::output::rows::BulkCounts;
 use crate::cancel_token::Cancelled;
 use crate::centroidal::FieldError;
 use crate::elasticity::ElasticityError;
-use crate::lift::{LiftError, LiftKind};
-use crate::pipeline::{BulkCounts, SOLVED_NODES_MAX, TETS_MIN};
+use crate::lattice::BODY_TETS_MIN;
+use crate::lift::LiftError;
+use crate::lift::LiftKind;
 use crate::scene::EffectKind;
 use crate::tessellation::TessellationError;
 use nalgebra::Point3;
+
+/// A fragment of fewer whole tetrahedra cannot be struck again.
+pub const TETS_MIN: usize = BODY_TETS_MIN;
+
+/// Displacements of a fragment of more nodes are found on the object's coarser elastic lattice: its stiffness is factored within
+/// the strike.
+pub const SOLVED_NODES_MAX: usize = 1_000;
 
 /// Most contacts of one strike.
 pub const CONTACTS_MAX: usize = 8;
@@ -203,7 +212,7 @@ fn point(point: &Point3<f64>) -> String {
 
 impl FractureError {
     /// What elasticity said of body `body`.
-    pub(super) fn of_body(body: usize, source: ElasticityError) -> Self {
+    pub(in crate::pipeline) fn of_body(body: usize, source: ElasticityError) -> Self {
         match source {
             ElasticityError::Cancelled(cancelled) => Self::Cancelled(cancelled),
             source => Self::Elasticity { body, source },

@@ -1,25 +1,9 @@
 //! What a strike results in.
 
-use super::{FractureMeshes, StopReason, Termination};
-use serde::{Deserialize, Serialize};
-
-/// Which rule produced the fracture degree.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum DegreeSource {
-    /// E_1 ≤ γ: the object stays whole.
-    Threshold,
-    /// The calibrated closed form.
-    ClosedForm,
-    /// A network that was trained on the object's examples.
-    Inferred,
-    /// A guess that was made to hold.
-    Verified,
-    /// The full optimisation.
-    Optimised,
-    /// The caller's number.
-    Forced,
-}
+use super::output::meshes::FractureMeshes;
+use super::stages::cells::DegreeSource;
+use super::stages::termination::StopReason;
+use super::stages::termination::Termination;
 
 /// What every strike finds out, whether the object breaks or not.
 #[derive(Clone, Debug, PartialEq)]

@@ -2,15 +2,32 @@
 //!
 //! Based on: Schvartzman & Otaduy, *Fracture Animation Based on High-Dimensional Voronoi Diagrams* (I3D 2014), figure 2.
 
-use super::cells::{Division, divide};
-use super::energy::{apply, radius_m, strain_energy_applied};
-use super::meshes::MeshSources;
-use super::{
-    BodyEnergy, ContactSet, DegreeRequest, Fracture, FractureError, FractureMeshes, FractureRequest, FractureResult,
-    PreparedObject, Stage, StrikeContext, ThresholdReport, ThresholdResult, Workspace, energy_bound, strain_energy,
-    threshold, warped,
-};
-use crate::centroidal::{Diagram, EnergyField};
+use super::error::FractureError;
+use super::output::cut::MeshSources;
+use super::output::meshes::FractureMeshes;
+use super::prepared::object::PreparedObject;
+use super::request::context::StrikeContext;
+use super::request::fracture_request::DegreeRequest;
+use super::request::fracture_request::FractureRequest;
+use super::request::stage::Stage;
+use super::result::Fracture;
+use super::result::FractureResult;
+use super::result::ThresholdReport;
+use super::stages::bound_test;
+use super::stages::cells::Division;
+use super::stages::cells::divide;
+use super::stages::contact_set::ContactSet;
+use super::stages::controls;
+use super::stages::energy::BodyEnergy;
+use super::stages::energy::apply;
+use super::stages::energy::radius_m;
+use super::stages::energy::strain_energy;
+use super::stages::energy::strain_energy_applied;
+use super::stages::threshold;
+use super::stages::threshold::ThresholdResult;
+use super::workspace::Workspace;
+use crate::centroidal::Diagram;
+use crate::centroidal::EnergyField;
 use crate::degree;
 use crate::lift::LiftKind;
 use crate::scene::EffectKind;
@@ -29,7 +46,7 @@ pub fn strike(context: StrikeContext<'_>, workspace: &mut Workspace) -> Result<F
 }
 
 /// The walk of a planned request that had `begun_s` seconds left when it began; `cut` makes fragments of the cells.
-pub(super) fn walk(
+pub(in crate::pipeline) fn walk(
     context: StrikeContext<'_>,
     begun_s: f64,
     workspace: &mut Workspace,
@@ -42,9 +59,9 @@ pub(super) fn walk(
         ContactSet::new(prepared, request)?
     };
     apply(context, &contacts, workspace)?;
-    if energy_bound::will_do(request) {
+    if bound_test::will_do(request) {
         let _threshold = observer.stage(Stage::Threshold);
-        let below = energy_bound::below(prepared, request, &contacts, gamma_j_m2, &mut workspace.loads);
+        let below = bound_test::below(prepared, request, &contacts, gamma_j_m2, &mut workspace.loads);
         if let Some(e1_over_gamma) = below {
             let loads = workspace.loads.iter().take(contacts.bodies.len());
             let radius_m = loads.map(|load| radius_m(prepared, load)).fold(0.0, f64::max);
@@ -63,11 +80,12 @@ pub(super) fn walk(
     if holds || request.threshold_only {
         return Ok(FractureResult::Intact(report));
     }
-    let budget = request.budget.map(|budget| budget.rescaled(&energies, begun_s - cancel.remaining_s()));
-    let masses = warped::repainted(prepared, request, &energies, &fields);
-    let followed = warped::followed(prepared, request, &energies, &fields, &masses)?;
+    let solved = energies.iter().any(|energy| energy.reduced_error.is_none());
+    let budget = request.budget.map(|budget| budget.rescaled(solved, begun_s - cancel.remaining_s()));
+    let masses = controls::repainted(prepared, request, &energies, &fields);
+    let followed = controls::followed(prepared, request, &energies, &fields, &masses)?;
     let mut division = divide(context, budget, &threshold, &followed, workspace)?;
-    warped::guard(context, &energies, &mut division.cells);
+    controls::guard(context, &energies, &mut division.cells);
     let Workspace { tessellation, spare, .. } = workspace;
     let sources = MeshSources { context, energies: &energies, fields: &fields, division: &division, spare };
     let meshes = cut(sources, tessellation)?;

@@ -85,7 +85,7 @@ impl Tessellation {
         points: &CrackPoints,
         workspace: &mut TessellationWorkspace,
     ) -> Result<(), TessellationError> {
-        let fragments = fragment_count(topology, labels)?;
+        let fragments = topology.fragment_count(labels)?;
         points.fit(topology, labels).then_some(()).ok_or(TessellationError::Points)?;
         let TessellationWorkspace { sheets, ranks, polygons, listed, counts, cursors } = workspace;
         sheets.find(topology, fragments, points);
@@ -184,18 +184,6 @@ pub fn tessellate(
     let mut tessellation = Tessellation::default();
     tessellation.build(lattice, topology, labels, points, &mut TessellationWorkspace::default())?;
     Ok(tessellation)
-}
-
-/// One more than the highest label, after a check that labels fit the lattice.
-fn fragment_count(topology: &Topology, labels: &[u32]) -> Result<usize, TessellationError> {
-    let nodes = topology.nodes;
-    if labels.len() != nodes {
-        return Err(TessellationError::LabelCount { nodes, labels: labels.len() });
-    }
-    match labels.iter().position(|&label| label as usize >= nodes) {
-        Some(node) => Err(TessellationError::LabelOutOfRange { node, label: labels[node] }),
-        None => Ok(labels.iter().max().map_or(0, |&label| label as usize + 1)),
-    }
 }
 
 /// Where each of `counts` begins, and the total at the end.

@@ -132,7 +132,7 @@ impl CrackPoints {
         sites: Option<BisectorSites<'_>>,
         fixed: &FixedPoints,
     ) -> Result<(), TessellationError> {
-        let fragments = super::fragment_count(topology, labels)?;
+        let fragments = topology.fragment_count(labels)?;
         sites.map_or(Ok(()), |sites| check(&sites, fragments, labels.len()))?;
         self.select(lattice, topology, labels);
         let finder = Finder { lattice, labels, sites };

@@ -1,5 +1,6 @@
 //! Incidences of a lattice, prepared once per body: what every tessellation of it looks up.
 
+use super::TessellationError;
 use crate::lattice::{BoundaryFace, EDGES, FACES, Lattice};
 use crate::memory::held;
 
@@ -47,6 +48,18 @@ pub struct Topology {
 }
 
 impl Topology {
+    /// One more than the highest label, after a check that labels fit the lattice.
+    pub(super) fn fragment_count(&self, labels: &[u32]) -> Result<usize, TessellationError> {
+        let nodes = self.nodes;
+        if labels.len() != nodes {
+            return Err(TessellationError::LabelCount { nodes, labels: labels.len() });
+        }
+        match labels.iter().position(|&label| label as usize >= nodes) {
+            Some(node) => Err(TessellationError::LabelOutOfRange { node, label: labels[node] }),
+            None => Ok(labels.iter().max().map_or(0, |&label| label as usize + 1)),
+        }
+    }
+
     /// Prepares `lattice`; O(t log t) in its tetrahedra.
     pub fn new(lattice: &Lattice) -> Self {
         let nodes = lattice.nodes.len();

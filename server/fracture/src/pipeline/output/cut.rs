@@ -1,0 +1,141 @@
+//! Labels, tessellation, fragments: cells become closed meshes that know their mass.
+
+use super::release_velocity;
+use super::release_velocity::ReleaseVelocity;
+use super::slivers;
+use crate::centroidal::EnergyField;
+use crate::fragment::properties;
+use crate::pipeline::error::FractureError;
+use crate::pipeline::request::context::StrikeContext;
+use crate::pipeline::request::stage::Stage;
+use crate::pipeline::stages::cells::BodyCells;
+use crate::pipeline::stages::cells::Division;
+use crate::pipeline::stages::energy::BodyEnergy;
+use crate::pipeline::workspace::body_meshes::BodyMeshes;
+use crate::pipeline::workspace::body_meshes::CutBuffers;
+use crate::pipeline::workspace::buffer_pool::BufferPool;
+use crate::scene::EffectKind;
+use crate::tessellation::BisectorSites;
+use crate::tessellation::FixedPoints;
+use crate::tessellation::TessellationWorkspace;
+/// What the fragments of a strike are made of.
+#[derive(Clone, Copy)]
+pub(in crate::pipeline) struct MeshSources<'a> {
+    pub context: StrikeContext<'a>,
+    pub energies: &'a [BodyEnergy],
+    pub fields: &'a [EnergyField<'a>],
+    pub division: &'a Division,
+    pub spare: &'a BufferPool,
+}
+
+impl MeshSources<'_> {
+    /// Velocities of the fragments of one body.
+    pub(super) fn velocities(&self, index: usize, pieces: &BodyMeshes) -> Vec<ReleaseVelocity> {
+        let struck = self.energies.iter().position(|energy| energy.body == index);
+        let energy_j = struck.map_or(0.0, |struck| self.energies[struck].energy_j);
+        let (field, lattice) = (struck.map(|struck| &self.fields[struck]), &self.context.prepared.bodies[index].crack);
+        let density = self.context.prepared.parameters.material.density_kg_m3;
+        let (properties, labels, frame) = (&pieces.properties, &pieces.labels, &self.context.prepared.frame);
+        release_velocity::velocities(properties, labels, lattice, field, energy_j, density, frame)
+    }
+
+    /// The diagrams of all bodies, of those that break; `of_fragments`: site of each fragment.
+    pub(super) fn sites<'b>(
+        &'b self,
+        of_fragments: &'b [Vec<u32>],
+    ) -> Result<Vec<Option<BisectorSites<'b>>>, FractureError> {
+        let sites = |(body, of_fragment): (usize, &'b Vec<u32>)| {
+            let lift = self.context.request.lift_of(self.context.prepared, body)?;
+            let coordinates = |cells: &'b BodyCells| cells.diagram.sites.as_slice();
+            let sites = |coordinates| BisectorSites { lift, coordinates, of_fragment, of_node: None };
+            Ok(self.cells(body).map(coordinates).map(sites))
+        };
+        of_fragments.iter().enumerate().map(sites).collect()
+    }
+
+    /// The cells of one body, if it breaks.
+    pub(in crate::pipeline) fn cells(&self, body: usize) -> Option<&'_ BodyCells> {
+        self.division.cells.iter().find(|cells| self.energies[cells.struck].body == body)
+    }
+
+    /// Cuts one body.
+    pub(super) fn cut(&self, index: usize, workspace: &mut TessellationWorkspace) -> Result<BodyMeshes, FractureError> {
+        let StrikeContext { prepared, request, observer, .. } = self.context;
+        let body = &prepared.bodies[index];
+        let cells = self.cells(index);
+        let merges = request.effects.has(EffectKind::Slivers) && cells.is_some();
+        let mut cut = self.spare.take();
+        let labels = observer.stage(Stage::Labels);
+        let whole = vec![0; body.crack.nodes.len()];
+        cut.components.split(&body.topology, cells.map_or(&whole, |cells| &cells.diagram.labels));
+        labels.produced(&cut.components.labels);
+        let tessellation = observer.stage(Stage::Tessellation);
+        if merges {
+            let _slivers = observer.effect(EffectKind::Slivers);
+            self.merge_small(index, &mut cut);
+        }
+        self.tessellate(index, cells, &mut cut, workspace)?;
+        tessellation.produced(cut.tessellation.runs());
+        let fragments = observer.stage(Stage::Fragments);
+        properties(&cut.tessellation, &mut cut.measured);
+        if merges {
+            let slivers = observer.effect(EffectKind::Slivers);
+            slivers.produced_bytes(self.merge_slivers(index, cells, &mut cut, workspace)?);
+        }
+        fragments.produced(&cut.measured);
+        Ok(cut.into_pieces(index, self.spare, |site| cells.map_or(0.0, |cells| self.energy_j_m2(cells, site))))
+    }
+
+    /// Energy of a cell, J·m².
+    pub(in crate::pipeline) fn energy_j_m2(&self, cells: &BodyCells, site: u32) -> f64 {
+        let unit = self.energies[cells.struck].unit_j_m2(self.context.prepared.frame.diagonal_m);
+        unit * cells.diagram.cell_energy[site as usize]
+    }
+
+    /// Merges pieces that are small by their nodes before the body is cut.
+    fn merge_small(&self, index: usize, cut: &mut CutBuffers) {
+        let body = &self.context.prepared.bodies[index];
+        let least = slivers::least_volume(self.context);
+        if let Some(volumes) = slivers::small_by_nodes(&cut.components, &body.volumes, least) {
+            slivers::merge_by_nodes(&mut cut.components, &body.topology, volumes, least);
+        }
+    }
+
+    /// Merges slivers, and cuts again where there were any; bytes of the new labels.
+    fn merge_slivers(
+        &self,
+        index: usize,
+        cells: Option<&BodyCells>,
+        cut: &mut CutBuffers,
+        workspace: &mut TessellationWorkspace,
+    ) -> Result<u64, FractureError> {
+        let least = slivers::least_volume(self.context);
+        if !slivers::merge(&mut cut.components, &cut.tessellation, &cut.measured, least) {
+            return Ok(0);
+        }
+        self.tessellate(index, cells, cut, workspace)?;
+        properties(&cut.tessellation, &mut cut.measured);
+        Ok(size_of_val(cut.components.labels.as_slice()) as u64)
+    }
+
+    /// Finds the crack points of the components, where the diagram has them whatever was merged, and builds the fragments.
+    fn tessellate(
+        &self,
+        index: usize,
+        cells: Option<&BodyCells>,
+        cut: &mut CutBuffers,
+        workspace: &mut TessellationWorkspace,
+    ) -> Result<(), FractureError> {
+        let StrikeContext { prepared, request, .. } = self.context;
+        let (body, lift) = (&prepared.bodies[index], request.lift_of(prepared, index)?);
+        let CutBuffers { components, points, tessellation, .. } = cut;
+        let sites = cells.map(|cells| BisectorSites {
+            lift,
+            coordinates: &cells.diagram.sites,
+            of_fragment: &components.sites,
+            of_node: Some(&cells.diagram.labels),
+        });
+        points.find(&body.crack, &body.topology, &components.labels, sites, &FixedPoints::default())?;
+        Ok(tessellation.build(&body.crack, &body.topology, &components.labels, points, workspace)?)
+    }
+}

@@ -1,0 +1,258 @@
+//! The fragments of all bodies, laid out in tables.
+
+use super::cut::MeshSources;
+use super::hulls::FragmentHulls;
+use super::outputs::bond_count;
+use super::outputs::debris_count;
+use super::release_velocity::ReleaseVelocity;
+use super::rows::BondRow;
+use super::rows::BulkCounts;
+use super::rows::FragmentRow;
+use super::rows::OUTER;
+use super::rows::RunRow;
+use super::rows::WORLD;
+use super::skins::FragmentSkins;
+use super::vertex_attributes::VertexAttributes;
+use super::world_bonds;
+use crate::lattice::Lattice;
+use crate::pipeline::error::FractureError;
+use crate::pipeline::prepared::object::PreparedObject;
+use crate::pipeline::request::context::StrikeContext;
+use crate::pipeline::workspace::body_meshes::BodyMeshes;
+use crate::scene::EffectKind;
+use crate::scene::EffectSet;
+use crate::skin::Skin;
+use crate::surface::LocalFrame;
+use crate::tessellation::BisectorSites;
+use crate::tessellation::HostFrame;
+use crate::tessellation::MeterFrame;
+use crate::tessellation::TessellationWorkspace;
+use crate::tessellation::Transform;
+use std::sync::Arc;
+
+/// The meshes of all bodies, ready to be emitted: their size is known to the byte.
+pub struct FractureMeshes {
+    pub(in crate::pipeline) bodies: Vec<BodyMeshes>,
+    pub(in crate::pipeline) transform: Transform,
+    pub(in crate::pipeline) frame: LocalFrame,
+    pub(in crate::pipeline) crack_spacing: f64,
+    pub(in crate::pipeline) seed: u64,
+    /// Bonds with the world, by fragment, if bonds are asked for.
+    pub(in crate::pipeline) world: Vec<BondRow>,
+    /// One row per fragment, by body, then by site, then by lowest node.
+    pub fragments: Vec<FragmentRow>,
+    /// One row per run; a fragment's rows follow each other.
+    pub runs: Vec<RunRow>,
+    /// One per fragment, if release is asked for.
+    pub velocities: Vec<ReleaseVelocity>,
+    /// Empty unless hulls are asked for.
+    pub hulls: FragmentHulls,
+    /// Empty unless attributes are asked for.
+    pub looks: VertexAttributes,
+    /// Empty unless skins are asked for.
+    pub skins: FragmentSkins,
+    /// What is asked for.
+    pub effects: EffectSet,
+    /// Lengths of the bulk sections.
+    pub counts: BulkCounts,
+}
+
+impl FractureMeshes {
+    /// Cuts every body: those with cells along them, the others stay whole.
+    pub(in crate::pipeline) fn new(
+        sources: MeshSources<'_>,
+        workspace: &mut TessellationWorkspace,
+    ) -> Result<Self, FractureError> {
+        let StrikeContext { prepared, request, cancel, observer } = sources.context;
+        let mut bodies: Vec<BodyMeshes> = Vec::with_capacity(prepared.bodies.len());
+        let (mut velocities, mut world, mut first) = (Vec::new(), Vec::new(), 0);
+        let held = prepared.held(request.effects)?;
+        for (index, body) in prepared.bodies.iter().enumerate() {
+            cancel.check()?;
+            let meshes = sources.cut(index, workspace)?;
+            let held = held.filter(|held| held.body(index).is_some());
+            let ties = |held| world_bonds::bonds(&meshes, &body.crack, held, &prepared.frame);
+            if let Some(held) = held.filter(|_| request.effects.has(EffectKind::Bonds)) {
+                let _bonds = observer.effect(EffectKind::Bonds);
+                let numbered = |bond: BondRow| BondRow { fragments: [first + bond.fragments[0], WORLD], ..bond };
+                world.extend(ties(held).into_iter().map(numbered));
+            }
+            if request.effects.has(EffectKind::Release) {
+                let release = observer.effect(EffectKind::Release);
+                let mut own = sources.velocities(index, &meshes);
+                let still = held.map_or(Vec::new(), ties);
+                still.iter().for_each(|bond| own[bond.fragments[0] as usize] = ReleaseVelocity::default());
+                release.produced(&own);
+                velocities.extend(own);
+            }
+            first += meshes.properties.len() as u32;
+            bodies.push(meshes);
+        }
+        let lattices: Vec<&Lattice> = prepared.bodies.iter().map(|body| &body.crack).collect();
+        let meshes = Self::of(bodies, velocities, world, sources.context);
+        let mut meshes = meshes.with_looks(sources.context)?;
+        if request.effects.has(EffectKind::Skin) {
+            let of_fragments: Vec<Vec<u32>> = meshes.bodies.iter().map(|own| own.sites.clone()).collect();
+            let sites = sources.sites(&of_fragments)?;
+            meshes = meshes.with_skins(prepared.skin.as_ref(), &sites, sources.context)?;
+        }
+        meshes.with_hulls(&lattices, sources.context)
+    }
+
+    /// The meshes of `bodies`, laid out.
+    pub(in crate::pipeline) fn of(
+        bodies: Vec<BodyMeshes>,
+        velocities: Vec<ReleaseVelocity>,
+        world: Vec<BondRow>,
+        context: StrikeContext<'_>,
+    ) -> Self {
+        let StrikeContext { prepared, request, .. } = context;
+        let mut pieces = Self {
+            bodies,
+            transform: Transform { meters_per_unit: prepared.frame.diagonal_m },
+            frame: prepared.frame,
+            crack_spacing: prepared.parameters.crack_spacing,
+            seed: request.seed,
+            world,
+            fragments: Vec::new(),
+            runs: Vec::new(),
+            velocities,
+            hulls: FragmentHulls::default(),
+            looks: VertexAttributes::default(),
+            skins: FragmentSkins::default(),
+            effects: request.effects,
+            counts: BulkCounts::default(),
+        };
+        pieces.lay_out(prepared);
+        pieces
+    }
+
+    /// The same with the looks of outer faces, if they are asked for.
+    pub(in crate::pipeline) fn with_looks(mut self, context: StrikeContext<'_>) -> Result<Self, FractureError> {
+        if self.effects.has(EffectKind::Attributes) {
+            let attributes = context.observer.effect(EffectKind::Attributes);
+            self.looks = VertexAttributes::of(&self.bodies, context.prepared)?;
+            let bytes = size_of_val(self.looks.vertices.as_slice()) + size_of_val(self.looks.materials.as_slice());
+            attributes.produced_bytes(bytes as u64);
+        }
+        Ok(self)
+    }
+
+    /// The same with skins of the fragments, cut from `skin`. `sites`: the diagram of each body, if it has one.
+    ///
+    /// # Errors
+    /// [`FractureError::Bare`] without `skin`.
+    pub(in crate::pipeline) fn with_skins(
+        mut self,
+        skin: Option<&Arc<Skin>>,
+        sites: &[Option<BisectorSites<'_>>],
+        context: StrikeContext<'_>,
+    ) -> Result<Self, FractureError> {
+        let effect = context.observer.effect(EffectKind::Skin);
+        let skin = skin.ok_or(FractureError::Bare { effect: EffectKind::Skin })?;
+        self.skins = FragmentSkins::clip(&self.bodies, skin, context.prepared, sites);
+        effect.produced_bytes(self.skins.bytes() as u64);
+        Ok(self)
+    }
+
+    /// The same with hulls of the fragments, if they are asked for. `lattices`: those that the bodies were cut on.
+    pub(in crate::pipeline) fn with_hulls(
+        mut self,
+        lattices: &[&Lattice],
+        context: StrikeContext<'_>,
+    ) -> Result<Self, FractureError> {
+        if self.effects.has(EffectKind::Hulls) {
+            let hulls = context.observer.effect(EffectKind::Hulls);
+            self.hulls = FragmentHulls::fit(&self.bodies, lattices, self.transform, context.cancel)?;
+            hulls.produced_bytes(self.hulls.bytes() as u64);
+        }
+        Ok(self)
+    }
+
+    /// Fills the tables; offsets continue from body to body.
+    fn lay_out(&mut self, prepared: &PreparedObject) {
+        let density = prepared.parameters.material.density_kg_m3;
+        let meter = prepared.frame.diagonal_m;
+        for pieces in &self.bodies {
+            let base = self.counts;
+            let (first_fragment, first_run) = (self.fragments.len() as u32, self.runs.len() as u32);
+            for (local, fragment) in pieces.tessellation.fragments().iter().enumerate() {
+                let measured = &pieces.properties[local];
+                let volume_m3 = measured.volume * meter.powi(3);
+                let inertia = measured.inertia * (density * meter.powi(5));
+                self.fragments.push(FragmentRow {
+                    id: first_fragment + local as u32,
+                    body: pieces.body as u32,
+                    vertex_first: (base.vertices + fragment.vertices.start) as u32,
+                    vertex_count: fragment.vertices.len() as u32,
+                    index_first: (base.indices + 3 * fragment.triangles.start) as u32,
+                    index_count: 3 * fragment.triangles.len() as u32,
+                    run_first: first_run + fragment.runs.start as u32,
+                    run_count: fragment.runs.len() as u32,
+                    merge_first: (base.merges + fragment.merges.start) as u32,
+                    merge_count: fragment.merges.len() as u32,
+                    volume_m3,
+                    mass_kg: volume_m3 * density,
+                    center_m: prepared.frame.to_meters(&measured.center).coords.into(),
+                    inertia_kg_m2: [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)].map(|entry| inertia[entry]),
+                    energy_j_m2: pieces.energies_j_m2[local],
+                });
+            }
+            self.runs.extend(pieces.tessellation.runs().iter().map(|run| RunRow {
+                fragment: first_fragment + run.fragment,
+                neighbor: run.neighbor.map_or(OUTER, |neighbor| first_fragment + neighbor),
+                crack: run.crack,
+                vertex_first: (base.vertices + run.vertices.start) as u32,
+                vertex_count: run.vertices.len() as u32,
+                index_first: (base.indices + 3 * run.triangles.start) as u32,
+                index_count: 3 * run.triangles.len() as u32,
+            }));
+            self.counts.vertices += pieces.tessellation.vertex_count();
+            self.counts.indices += pieces.tessellation.index_count();
+            self.counts.merges += pieces.tessellation.merge_count();
+            if self.effects.has(EffectKind::Bonds) {
+                self.counts.bonds += bond_count(&pieces.tessellation);
+            }
+            if self.effects.has(EffectKind::Debris) {
+                self.counts.debris += debris_count(&pieces.tessellation);
+            }
+        }
+        self.counts.bonds += self.world.len();
+    }
+
+    /// Writes positions (relative to each fragment's center of mass, m), indices and merge pairs (both relative to the
+    /// fragment's first vertex) into the caller's memory; lengths exactly [`Self::counts`], or nothing is written.
+    pub fn emit(
+        &self,
+        positions: &mut [[f32; 3]],
+        indices: &mut [u32],
+        merges: &mut [[u32; 2]],
+    ) -> Result<(), FractureError> {
+        self.emit_for(&MeterFrame, positions, indices, merges)
+    }
+
+    /// [`Self::emit`] in the coordinates and the winding of `host`.
+    pub fn emit_for(
+        &self,
+        host: &impl HostFrame,
+        positions: &mut [[f32; 3]],
+        indices: &mut [u32],
+        merges: &mut [[u32; 2]],
+    ) -> Result<(), FractureError> {
+        let given =
+            BulkCounts { vertices: positions.len(), indices: indices.len(), merges: merges.len(), ..self.counts };
+        if given != self.counts {
+            return Err(FractureError::SectionLengths { given, needed: self.counts });
+        }
+        let (mut positions, mut indices, mut merges) = (positions, indices, merges);
+        for pieces in &self.bodies {
+            let tessellation = &pieces.tessellation;
+            let (own_positions, other_positions) = positions.split_at_mut(tessellation.vertex_count());
+            let (own_indices, other_indices) = indices.split_at_mut(tessellation.index_count());
+            let (own_merges, other_merges) = merges.split_at_mut(tessellation.merge_count());
+            tessellation.emit_for(host, &pieces.centers, self.transform, own_positions, own_indices, own_merges)?;
+            (positions, indices, merges) = (other_positions, other_indices, other_merges);
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,14 @@
+//! Cells become closed meshes, tables and what effects add to them.
+
+pub(super) mod cut;
+pub(super) mod faces;
+pub(super) mod hulls;
+pub(super) mod meshes;
+pub(super) mod outputs;
+pub(super) mod release_velocity;
+pub(super) mod retained;
+pub(super) mod rows;
+pub(super) mod skins;
+pub(super) mod slivers;
+pub(super) mod vertex_attributes;
+pub(super) mod world_bonds;

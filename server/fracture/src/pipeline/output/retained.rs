@@ -1,0 +1,89 @@
+//! What is kept of an answer so that its fragments can be struck again: labels and crack points, a few bytes per node.
+
+use super::meshes::FractureMeshes;
+use super::skins::SkinCut;
+use crate::memory::held;
+use crate::pipeline::error::FractureError;
+use crate::pipeline::workspace::body_meshes::BodyMeshes;
+use crate::skin::ClippedSurface;
+use crate::tessellation::FixedPoints;
+
+/// The fragments of an answer, as they lie in the crack lattices of the object that was struck. It belongs to that version of
+/// the object alone.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RetainedFragments {
+    bodies: Vec<RetainedBody>,
+    /// How their skins were cut, if they have any.
+    skins: Option<SkinCut>,
+}
+
+/// Those of one body.
+#[derive(Clone, Debug, PartialEq)]
+pub(in crate::pipeline) struct RetainedBody {
+    /// Which body.
+    pub body: usize,
+    /// Fragment of each node of its crack lattice; those of the answer come first.
+    pub labels: Vec<u32>,
+    /// Volumes of those of the answer, local.
+    pub volumes: Vec<f64>,
+    /// All crack points of these labels.
+    pub points: FixedPoints,
+}
+
+impl FractureMeshes {
+    /// What it takes to strike these fragments again.
+    pub fn keep(&self) -> RetainedFragments {
+        let keep = |pieces: &BodyMeshes| RetainedBody {
+            body: pieces.body,
+            labels: pieces.labels.clone(),
+            volumes: pieces.properties.iter().map(|properties| properties.volume).collect(),
+            points: pieces.points.to_fixed(),
+        };
+        RetainedFragments { bodies: self.bodies.iter().map(keep).collect(), skins: self.skins.cut.clone() }
+    }
+}
+
+impl RetainedFragments {
+    /// Fragments that can be named: those of the answer.
+    pub fn fragments(&self) -> u32 {
+        self.bodies.iter().map(|body| body.volumes.len() as u32).sum()
+    }
+
+    /// Bytes that it holds.
+    pub fn bytes(&self) -> usize {
+        let own = self
+            .bodies
+            .iter()
+            .map(|body| held(&body.labels) + held(&body.volumes) + body.points.bytes())
+            .sum::<usize>();
+        // The object's own skin is counted with the object.
+        let skins = |cut: &SkinCut| {
+            let from = if cut.whole { 0 } else { cut.skin.bytes() };
+            from + cut.parts.iter().map(ClippedSurface::bytes).sum::<usize>() + held(&cut.parts)
+        };
+        own + self.skins.as_ref().map_or(0, skins) + held(&self.bodies)
+    }
+
+    /// The skins of the answer, of which fragment `fragment` has one.
+    ///
+    /// Errors: [`FractureError::Undressed`].
+    pub(in crate::pipeline) fn skin_cut(&self, fragment: u32) -> Result<&SkinCut, FractureError> {
+        let has = |cut: &&SkinCut| (fragment as usize) < cut.parts.len();
+        self.skins.as_ref().filter(has).ok_or(FractureError::Undressed { fragment })
+    }
+
+    /// The body of fragment `fragment` of the answer, and its label there.
+    ///
+    /// Errors: [`FractureError::UnknownFragment`].
+    pub(in crate::pipeline) fn find(&self, fragment: u32) -> Result<(&RetainedBody, u32), FractureError> {
+        let mut label = fragment;
+        for body in &self.bodies {
+            let count = body.volumes.len() as u32;
+            if label < count {
+                return Ok((body, label));
+            }
+            label -= count;
+        }
+        Err(FractureError::UnknownFragment { fragment, count: self.fragments() })
+    }
+}

@@ -1,0 +1,196 @@
+//! The skins of the fragments, if they are asked for: the input's triangles, cut where the cells' borders meet them.
+
+use crate::pipeline::prepared::object::PreparedObject;
+use crate::pipeline::workspace::body_meshes::BodyMeshes;
+use crate::skin::BlendedVertex;
+use crate::skin::ClippedSurface;
+use crate::skin::Skin;
+use crate::skin::SkinPoint;
+use crate::skin::clip;
+use crate::tessellation::BisectorSites;
+use nalgebra::Point3;
+use rayon::prelude::*;
+use std::sync::Arc;
+
+/// The skin of one fragment; nothing where no part of the input's surface is its.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct SkinRow {
+    /// First vertex in [`FragmentSkins::vertices`].
+    pub vertex_first: u32,
+    /// Number of vertices.
+    pub vertex_count: u32,
+    /// First index in [`FragmentSkins::indices`].
+    pub index_first: u32,
+    /// Number of indices, three per triangle.
+    pub index_count: u32,
+}
+
+/// A vertex of a skin.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SkinVertexRow {
+    /// Relative to the fragment's center of mass, m.
+    pub position_m: [f32; 3],
+    /// Of length one.
+    pub normal: [f32; 3],
+    /// Texture coordinates, as in the input; zero where it has none.
+    pub uv: [f32; 2],
+}
+
+/// The skins of all fragments.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct FragmentSkins {
+    /// One per fragment.
+    pub rows: Vec<SkinRow>,
+    /// Vertices, by fragment.
+    pub vertices: Vec<SkinVertexRow>,
+    /// Relative to the fragment's first vertex, counter-clockwise seen from outside.
+    pub indices: Vec<u32>,
+    /// One per triangle: a material of the input; empty if it has none.
+    pub materials: Vec<u32>,
+    /// What they were cut from, and how.
+    pub(in crate::pipeline) cut: Option<SkinCut>,
+}
+
+/// How skins were cut.
+#[derive(Clone, Debug, PartialEq)]
+pub(in crate::pipeline) struct SkinCut {
+    /// From what.
+    pub skin: Arc<Skin>,
+    /// Whether that is the object's own.
+    pub whole: bool,
+    /// By fragment.
+    pub parts: Vec<ClippedSurface>,
+}
+
+impl SkinCut {
+    /// What fragment `fragment`, which is one of them, wears.
+    pub fn of(&self, fragment: u32) -> Skin {
+        self.skin.part(&self.parts[fragment as usize])
+    }
+}
+
+impl FragmentSkins {
+    /// Bytes of the tables.
+    pub(in crate::pipeline) fn bytes(&self) -> usize {
+        let Self { rows, vertices, indices, materials, cut: _ } = self;
+        let tables = size_of_val(rows.as_slice()) + size_of_val(vertices.as_slice());
+        tables + size_of_val(indices.as_slice()) + size_of_val(materials.as_slice())
+    }
+}
+
+impl FragmentSkins {
+    /// Those of the fragments of `bodies`, cut from `skin`. `sites`: the diagram of each body, if it has one.
+    pub(in crate::pipeline) fn clip(
+        bodies: &[BodyMeshes],
+        skin: &Arc<Skin>,
+        prepared: &PreparedObject,
+        sites: &[Option<BisectorSites<'_>>],
+    ) -> Self {
+        let mut skins = Self::default();
+        let parts = SkinAssigner::new(bodies, skin, prepared, sites).cut();
+        let centers = bodies.iter().flat_map(|pieces| &pieces.properties).map(|own| own.center);
+        for (part, center) in parts.iter().zip(centers) {
+            skins.push(part, skin, &center, prepared.frame.diagonal_m);
+        }
+        let whole = prepared.skin.as_ref().is_some_and(|own| Arc::ptr_eq(own, skin));
+        skins.cut = Some(SkinCut { skin: skin.clone(), whole, parts });
+        skins
+    }
+}
+
+impl FragmentSkins {
+    fn push(&mut self, part: &ClippedSurface, skin: &Skin, center: &Point3<f64>, meter: f64) {
+        self.rows.push(SkinRow {
+            vertex_first: self.vertices.len() as u32,
+            vertex_count: part.vertices.len() as u32,
+            index_first: self.indices.len() as u32,
+            index_count: 3 * part.triangles.len() as u32,
+        });
+        self.vertices.extend(part.vertices.iter().map(|blend| vertex(blend, skin, center, meter)));
+        self.indices.extend_from_slice(part.triangles.as_flattened());
+        if !skin.materials.is_empty() {
+            self.materials.extend(part.sources.iter().map(|&source| skin.materials[source as usize]));
+        }
+    }
+}
+
+fn vertex(blend: &BlendedVertex, skin: &Skin, center: &Point3<f64>, meter: f64) -> SkinVertexRow {
+    let (place, normal, uv) = blend.of(skin);
+    SkinVertexRow { position_m: ((place - center) * meter).map(|x| x as f32).into(), normal, uv }
+}
+
+/// Who wears what.
+struct SkinAssigner<'a> {
+    pieces: &'a [BodyMeshes],
+    skin: &'a Skin,
+    prepared: &'a PreparedObject,
+    /// By body of the answer: its diagram, if it has one.
+    sites: &'a [Option<BisectorSites<'a>>],
+    /// By body of the answer: number of its first fragment.
+    firsts: Vec<u32>,
+    /// By body of the object: its place among those of the answer.
+    places: Vec<usize>,
+}
+
+impl<'a> SkinAssigner<'a> {
+    fn new(
+        pieces: &'a [BodyMeshes],
+        skin: &'a Skin,
+        prepared: &'a PreparedObject,
+        sites: &'a [Option<BisectorSites<'a>>],
+    ) -> Self {
+        let (mut firsts, mut first, mut places) = (Vec::new(), 0, vec![0; prepared.bodies.len()]);
+        for (place, own) in pieces.iter().enumerate() {
+            firsts.push(first);
+            first += own.properties.len() as u32;
+            places[own.body] = place;
+        }
+        Self { pieces, skin, prepared, sites, firsts, places }
+    }
+
+    fn cut(&self) -> Vec<ClippedSurface> {
+        let labels: Vec<u32> =
+            (0..self.skin.points.len() as u32).into_par_iter().map(|point| self.label(point)).collect();
+        clip(self.skin, &labels, self.pieces.iter().map(|own| own.properties.len()).sum(), |point, a, b| {
+            self.rival(point, a, b)
+        })
+    }
+
+    /// Which body of the answer a point lies in, the fragments at the nodes around it there, and the weights of these; nodes of
+    /// fragments that are not answered have none.
+    fn around(&self, point: u32) -> (usize, [Option<u32>; 4], [f64; 4]) {
+        let SkinPoint { body, place } = &self.skin.spots[point as usize];
+        let own = self.places[*body as usize];
+        let pieces = &self.pieces[own];
+        let nodes = self.prepared.bodies[*body as usize].crack.tets[place.tet as usize];
+        let answered = |label: &u32| (*label as usize) < pieces.properties.len();
+        let fragments = nodes.map(|node| Some(pieces.labels[node as usize]).filter(answered));
+        let weights = [0, 1, 2, 3].map(|k| if fragments[k].is_some() { place.barycentric[k] } else { 0.0 });
+        (own, fragments.map(|label| Some(self.firsts[own] + label?)), weights)
+    }
+
+    /// The fragment that wears a point: of those that the tetrahedron around it has corners in, the one in whose cell it lies.
+    fn label(&self, point: u32) -> u32 {
+        let (body, fragments, _) = self.around(point);
+        let nearer = |best: u32, other: u32| {
+            let rival = if other == best { 0.0 } else { self.rival(point, other, best) };
+            if rival < 0.0 || (rival == 0.0 && other < best) { other } else { best }
+        };
+        fragments.into_iter().flatten().reduce(nearer).unwrap_or(self.firsts[body])
+    }
+
+    /// f_a − f_b at a point, not a number between bodies.
+    fn rival(&self, point: u32, a: u32, b: u32) -> f64 {
+        let (body, _, weights) = self.around(point);
+        let own = |fragment: u32| {
+            let local = fragment.checked_sub(self.firsts[body])?;
+            ((local as usize) < self.pieces[body].properties.len()).then_some(local)
+        };
+        let spot = &self.skin.spots[point as usize];
+        let nodes = self.prepared.bodies[spot.body as usize].crack.tets[spot.place.tet as usize];
+        match (self.sites[body], own(a), own(b)) {
+            (Some(sites), Some(a), Some(b)) => sites.rivalry(nodes, weights, a, b),
+            _ => f64::NAN,
+        }
+    }
+}

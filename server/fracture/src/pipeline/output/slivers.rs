@@ -1,0 +1,126 @@
+//! Slivers: pieces too small to be worth a body of their own become part of the neighbor that they share most with.
+
+use crate::fragment::RigidProperties;
+use crate::pipeline::request::context::StrikeContext;
+use crate::tessellation::Components;
+use crate::tessellation::RunRange;
+use crate::tessellation::Tessellation;
+use crate::tessellation::Topology;
+use std::collections::BTreeMap;
+
+/// Smaller pieces are slivers: volume in cubes of the crack lattice's spacing. They have about four nodes, so the lattice shapes them
+/// and not the diagram. A share of the mean piece would take the small ones around a contact, which are meant.
+pub const SLIVER_CUBES: f64 = 2.0;
+
+/// The volume below which a piece is a sliver, local: that of the lattice, or what the strike asks for.
+pub(in crate::pipeline) fn least_volume(context: StrikeContext<'_>) -> f64 {
+    let StrikeContext { prepared, request, .. } = context;
+    let asked = request.volume_min_m3.map_or(0.0, |volume_m3| volume_m3 / prepared.frame.diagonal_m.powi(3));
+    asked.max(SLIVER_CUBES * prepared.parameters.crack_spacing.powi(3))
+}
+
+/// Gives every piece of less than `least` to the neighbor with which it shares the largest area, the smallest first, until
+/// none is left that has a neighbor; pieces that are not measured take no part. Whether there was one; `components` then has the pieces as they are now, numbered in their old order, each with
+/// the site of the one that took in the others.
+pub(in crate::pipeline) fn merge(
+    components: &mut Components,
+    tessellation: &Tessellation,
+    measured: &[RigidProperties],
+    least: f64,
+) -> bool {
+    let volumes: Vec<f64> = measured.iter().map(|piece| piece.volume).collect();
+    // Areas are summed only where a piece is small.
+    if volumes.iter().all(|volume| *volume >= least) {
+        return false;
+    }
+    join(components, volumes, shared_areas(tessellation), least)
+}
+
+/// Volumes of the pieces by the lumped volumes of their nodes, local, if one of them is less than `least`.
+pub(in crate::pipeline) fn small_by_nodes(
+    components: &Components,
+    node_volumes: &[f64],
+    least: f64,
+) -> Option<Vec<f64>> {
+    let mut volumes = vec![0.0; components.sites.len()];
+    components.labels.iter().zip(node_volumes).for_each(|(label, volume)| volumes[*label as usize] += volume);
+    volumes.iter().any(|volume| *volume < least).then_some(volumes)
+}
+
+/// As [`merge`], before anything is cut: by these volumes, and by the number of lattice edges between pieces. Few pieces are left
+/// for [`merge`], which has to cut a second time.
+pub(in crate::pipeline) fn merge_by_nodes(
+    components: &mut Components,
+    topology: &Topology,
+    volumes: Vec<f64>,
+    least: f64,
+) {
+    let mut shared = vec![BTreeMap::new(); volumes.len()];
+    for [a, b] in topology.edges.iter().map(|edge| edge.map(|node| components.labels[node as usize] as usize)) {
+        // Neighbors of large pieces do not matter.
+        if a != b && (volumes[a] < least || volumes[b] < least) {
+            *shared[a].entry(b).or_default() += 1.0;
+            *shared[b].entry(a).or_default() += 1.0;
+        }
+    }
+    join(components, volumes, shared, least);
+}
+
+/// Joins pieces as [`merge`] says; `shared[piece]` is what it shares with each neighbor.
+fn join(components: &mut Components, mut volumes: Vec<f64>, mut shared: Vec<BTreeMap<usize, f64>>, least: f64) -> bool {
+    let mut became: Vec<usize> = (0..volumes.len()).collect();
+    let mut any = false;
+    while let Some((sliver, host)) = next(&became, &volumes, &shared, least) {
+        any = true;
+        became.iter_mut().filter(|piece| **piece == sliver).for_each(|piece| *piece = host);
+        volumes[host] += std::mem::take(&mut volumes[sliver]);
+        for (other, area) in std::mem::take(&mut shared[sliver]) {
+            shared[other].remove(&sliver);
+            if other != host {
+                *shared[host].entry(other).or_default() += area;
+                *shared[other].entry(host).or_default() += area;
+            }
+        }
+    }
+    if any {
+        renumber(components, &became);
+    }
+    any
+}
+
+/// The smallest sliver that has a neighbor, and the one that it shares most with.
+fn next(became: &[usize], volumes: &[f64], shared: &[BTreeMap<usize, f64>], least: f64) -> Option<(usize, usize)> {
+    let pieces = (0..volumes.len()).filter(|&piece| became[piece] == piece && volumes[piece] < least);
+    let slivers = pieces.filter(|&piece| !shared[piece].is_empty());
+    let sliver = slivers.min_by(|&a, &b| volumes[a].total_cmp(&volumes[b]).then(a.cmp(&b)))?;
+    let host = shared[sliver].iter().max_by(|a, b| a.1.total_cmp(b.1).then(b.0.cmp(a.0)))?;
+    Some((sliver, *host.0))
+}
+
+/// By piece: neighbors, and the area shared with each, local.
+fn shared_areas(tessellation: &Tessellation) -> Vec<BTreeMap<usize, f64>> {
+    let mut shared = vec![BTreeMap::new(); tessellation.fragments().len()];
+    for run in tessellation.runs() {
+        if let Some(neighbor) = run.neighbor {
+            *shared[run.fragment as usize].entry(neighbor as usize).or_default() += area(tessellation, run);
+        }
+    }
+    shared
+}
+
+fn area(tessellation: &Tessellation, run: &RunRange) -> f64 {
+    let points = tessellation.run_vertices(run);
+    let corners = |triangle: [u32; 3]| triangle.map(|vertex| points[vertex as usize]);
+    tessellation.run_triangles(run).map(corners).map(|[a, b, c]| 0.5 * (b - a).cross(&(c - a)).norm()).sum()
+}
+
+fn renumber(components: &mut Components, became: &[usize]) {
+    let kept: Vec<usize> = (0..became.len()).filter(|&piece| became[piece] == piece).collect();
+    let mut place = vec![0u32; became.len()];
+    kept.iter().enumerate().for_each(|(number, &piece)| place[piece] = number as u32);
+    let (measured, gone) = (became.len(), (became.len() - kept.len()) as u32);
+    let renamed = |label: u32| became.get(label as usize).map_or_else(|| label - gone, |&piece| place[piece]);
+    components.labels.iter_mut().for_each(|label| *label = renamed(*label));
+    let others = components.sites.split_off(measured);
+    components.sites = kept.iter().map(|&piece| components.sites[piece]).chain(others).collect();
+}

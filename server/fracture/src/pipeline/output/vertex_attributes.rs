@@ -1,0 +1,159 @@
+//! How the outer faces of the fragments look, if it is asked for: as the input does there.
+
+use crate::pipeline::error::FractureError;
+use crate::pipeline::prepared::object::PreparedBody;
+use crate::pipeline::prepared::object::PreparedObject;
+use crate::pipeline::workspace::body_meshes::BodyMeshes;
+use crate::scene::EffectKind;
+use crate::skin::BoundaryAttributes;
+use crate::surface::NO_MATERIAL;
+use crate::surface::barycentric;
+use crate::tessellation::OuterVertex;
+use crate::tessellation::Topology;
+use crate::tessellation::outer_vertices;
+use nalgebra::Vector3;
+use std::collections::HashMap;
+
+/// How a vertex of an outer face looks; zero on crack faces.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct VertexAttribute {
+    /// Of length one.
+    pub normal: [f32; 3],
+    /// Texture coordinates, as in the input; zero where it has none.
+    pub uv: [f32; 2],
+}
+
+/// The looks of all fragments.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct VertexAttributes {
+    /// One per vertex of the answer.
+    pub vertices: Vec<VertexAttribute>,
+    /// One per triangle of the answer: a material of the input, or [`NO_MATERIAL`]; empty if the input has none.
+    pub materials: Vec<u32>,
+}
+
+impl VertexAttributes {
+    /// Those of the outer faces of `bodies`, fragments of `prepared`.
+    pub(in crate::pipeline) fn of(bodies: &[BodyMeshes], prepared: &PreparedObject) -> Result<Self, FractureError> {
+        let mut looks = Self::default();
+        for pieces in bodies {
+            let body = &prepared.bodies[pieces.body];
+            let outer = body.outer.as_ref().ok_or(FractureError::Bare { effect: EffectKind::Attributes })?;
+            BodyBoundary::new(body, outer, pieces).look(&mut looks);
+        }
+        Ok(looks)
+    }
+}
+
+/// The boundary of one body, and the fragments that have parts of it.
+struct BodyBoundary<'a> {
+    body: &'a PreparedBody,
+    outer: &'a BoundaryAttributes,
+    pieces: &'a BodyMeshes,
+    /// Vertices of the outer run of each fragment.
+    origins: Vec<Vec<OuterVertex>>,
+    /// Place among the boundary's nodes, by node.
+    places: Vec<u32>,
+}
+
+impl<'a> BodyBoundary<'a> {
+    fn new(body: &'a PreparedBody, outer: &'a BoundaryAttributes, pieces: &'a BodyMeshes) -> Self {
+        let fragments = pieces.tessellation.fragments().len();
+        let origins = outer_vertices(&body.topology, &pieces.labels, &pieces.points, fragments);
+        let mut places = vec![0; body.topology.nodes];
+        for (place, &node) in body.topology.boundary_nodes.iter().enumerate() {
+            places[node as usize] = place as u32;
+        }
+        Self { body, outer, pieces, origins, places }
+    }
+
+    /// Appends the looks of this body's fragments.
+    fn look(&self, looks: &mut VertexAttributes) {
+        let tessellation = &self.pieces.tessellation;
+        let first = looks.vertices.len();
+        looks.vertices.resize(first + tessellation.vertex_count(), VertexAttribute::default());
+        tessellation.each_run(&mut looks.vertices[first..], |run, out| {
+            if !run.crack {
+                let origins = &self.origins[run.fragment as usize];
+                out.iter_mut().zip(origins).for_each(|(out, origin)| *out = self.vertex(origin));
+            }
+        });
+        if self.outer.materials.is_empty() {
+            return;
+        }
+        let faces = faces(&self.body.topology);
+        for run in tessellation.runs() {
+            if run.crack {
+                looks.materials.resize(looks.materials.len() + run.triangles.len(), NO_MATERIAL);
+                continue;
+            }
+            let origins = &self.origins[run.fragment as usize];
+            let material = |triangle: [u32; 3]| {
+                let nodes = self.face_of(triangle.map(|vertex| &origins[vertex as usize]));
+                nodes.and_then(|nodes| faces.get(&nodes)).map_or(NO_MATERIAL, |&face| self.outer.materials[face])
+            };
+            looks.materials.extend(tessellation.run_triangles(run).map(material));
+        }
+    }
+
+    fn vertex(&self, origin: &OuterVertex) -> VertexAttribute {
+        let topology = &self.body.topology;
+        match *origin {
+            OuterVertex::Node(node) => self.mean([node], [1.0]),
+            OuterVertex::Edge(edge, place) => {
+                let nodes = topology.edges[edge as usize];
+                let [a, b] = nodes.map(|node| self.body.crack.nodes[node as usize]);
+                let share = (place - a).dot(&(b - a)) / (b - a).norm_squared();
+                self.mean(nodes, [1.0 - share, share])
+            }
+            OuterVertex::Face(face, place) => {
+                let nodes = topology.faces[face as usize];
+                let corners = nodes.map(|node| self.body.crack.nodes[node as usize]);
+                self.mean(nodes, barycentric(&corners, &place))
+            }
+        }
+    }
+
+    fn mean<const N: usize>(&self, nodes: [u32; N], weights: [f64; N]) -> VertexAttribute {
+        let places = nodes.map(|node| self.places[node as usize] as usize);
+        let sum = |of: &dyn Fn(usize) -> f32| -> f64 { (0..N).map(|k| f64::from(of(places[k])) * weights[k]).sum() };
+        let normal = Vector3::from([0, 1, 2].map(|axis| sum(&|place| self.outer.normals[place][axis])));
+        let first = Vector3::from(self.outer.normals[places[0]]).cast();
+        let normal = normal.try_normalize(0.0).unwrap_or(first).map(|x| x as f32).into();
+        let uv = |axis: usize| sum(&|place| self.outer.uvs.get(place).map_or(0.0, |uv| uv[axis])) as f32;
+        VertexAttribute { normal, uv: [uv(0), uv(1)] }
+    }
+
+    /// The nodes, ascending, of the boundary's face that these vertices lie on.
+    fn face_of(&self, triangle: [&OuterVertex; 3]) -> Option<[u32; 3]> {
+        let topology = &self.body.topology;
+        let mut nodes = [0; 9];
+        let mut count = 0;
+        for origin in triangle {
+            let own: &[u32] = match origin {
+                OuterVertex::Node(node) => std::slice::from_ref(node),
+                OuterVertex::Edge(edge, _) => &topology.edges[*edge as usize],
+                OuterVertex::Face(face, _) => &topology.faces[*face as usize],
+            };
+            nodes[count..count + own.len()].copy_from_slice(own);
+            count += own.len();
+        }
+        let nodes = &mut nodes[..count];
+        nodes.sort_unstable();
+        let mut unique = [0; 3];
+        let mut found = 0;
+        for pair in 0..count {
+            if pair == 0 || nodes[pair] != nodes[pair - 1] {
+                *unique.get_mut(found)? = nodes[pair];
+                found += 1;
+            }
+        }
+        (found == 3).then_some(unique)
+    }
+}
+
+/// Faces of the boundary by their nodes, ascending.
+fn faces(topology: &Topology) -> HashMap<[u32; 3], usize> {
+    let key = |outer: &crate::tessellation::OuterFace| topology.faces[outer.face as usize];
+    topology.boundary.iter().enumerate().map(|(place, outer)| (key(outer), place)).collect()
+}

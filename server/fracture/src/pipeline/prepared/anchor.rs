@@ -1,0 +1,92 @@
+//! Holds an object by anchors.
+
+use super::anchored::AnchorError;
+use super::anchored::AnchorNodes;
+use super::anchored::AnchoredBody;
+use super::anchored::AnchoredObject;
+use super::object::PreparedObject;
+use crate::cancel_token::CancelToken;
+use crate::elasticity::ElasticityError;
+use crate::pipeline::error::FractureError;
+use crate::scene::Anchors;
+use crate::scene::EffectKind;
+use crate::scene::EffectSet;
+impl PreparedObject {
+    /// The nodes that `anchors` hold, after a check that they do hold every body that they reach.
+    ///
+    /// Errors: [`AnchorError::ElasticityUnprepared`], [`AnchorError::Empty`], [`AnchorError::Loose`].
+    pub fn anchor_nodes(&self, anchors: &Anchors) -> Result<AnchorNodes, AnchorError> {
+        let mut grip =
+            AnchorNodes { counts: vec![0; anchors.regions.len()], nodes: Vec::with_capacity(self.bodies.len()) };
+        let mut spacing = 0.0f64;
+        for (body, own) in self.bodies.iter().enumerate() {
+            let solid = own.solid.as_ref().ok_or(AnchorError::ElasticityUnprepared { body })?;
+            spacing = spacing.max(solid.elasticity.spacing());
+            let before = grip.counts.clone();
+            let mut nodes = Vec::new();
+            for (node, place) in solid.lattice.nodes.iter().enumerate() {
+                let place_m = self.frame.to_meters(place);
+                let mut any = false;
+                for (region, count) in anchors.regions.iter().zip(&mut grip.counts) {
+                    let holds = region.holds(&place_m);
+                    *count += usize::from(holds);
+                    any |= holds;
+                }
+                if any {
+                    nodes.push(node as u32);
+                }
+            }
+            let reach = || (0..before.len()).filter(|&region| grip.counts[region] > before[region]);
+            if let Some(Err(source)) = (!nodes.is_empty()).then(|| solid.elasticity.check_anchors(&nodes)) {
+                return Err(AnchorError::Loose { body, regions: named(reach()), source });
+            }
+            grip.nodes.push(nodes);
+        }
+        match grip.counts.iter().position(|count| *count == 0) {
+            Some(region) => {
+                let (what, spacing_m) = (anchors.regions[region].to_string(), spacing * self.frame.diagonal_m);
+                Err(AnchorError::Empty { region, what, spacing_m })
+            }
+            None => Ok(grip),
+        }
+    }
+
+    /// Holds the object by `anchors`, for strikes with [`EffectKind::Anchored`]: factors what they hold, and solves for its weight.
+    /// Strikes without it find the object as it was.
+    ///
+    /// Errors: those of [`Self::anchor_nodes`], and [`AnchorError::Cancelled`].
+    pub fn anchor(&mut self, anchors: &Anchors, token: &CancelToken) -> Result<(), AnchorError> {
+        let grip = self.anchor_nodes(anchors)?;
+        let mut bodies = Vec::with_capacity(grip.nodes.len());
+        for (body, nodes) in grip.nodes.into_iter().enumerate() {
+            let solid = self.bodies[body].solid.as_ref().ok_or(AnchorError::ElasticityUnprepared { body })?;
+            let failed = |source| match source {
+                ElasticityError::Cancelled(cancelled) => AnchorError::Cancelled(cancelled),
+                source => AnchorError::Loose { body, regions: named(0..anchors.regions.len()), source },
+            };
+            let own = (!nodes.is_empty()).then(|| AnchoredBody::new(&solid.elasticity, nodes, anchors, token));
+            bodies.push(own.transpose().map_err(failed)?);
+        }
+        self.held = Some(AnchoredObject::new(anchors.clone(), bodies));
+        Ok(())
+    }
+
+    /// What holds the object under `effects`; nothing without [`EffectKind::Anchored`].
+    ///
+    /// Errors: [`FractureError::Unheld`].
+    pub fn held(&self, effects: EffectSet) -> Result<Option<&AnchoredObject>, FractureError> {
+        if !effects.has(EffectKind::Anchored) {
+            return Ok(None);
+        }
+        let held = self.held.as_ref().ok_or(FractureError::Unheld { effect: EffectKind::Anchored })?;
+        match held.anchors().gravity_m_s2 {
+            None if effects.has(EffectKind::Gravity) => Err(FractureError::Unheld { effect: EffectKind::Gravity }),
+            _ => Ok(Some(held)),
+        }
+    }
+}
+
+/// "anchors[0], anchors[2]".
+fn named(regions: impl Iterator<Item = usize>) -> String {
+    regions.map(|region| format!("anchors[{region}]")).collect::<Vec<_>>().join(", ")
+}

@@ -1,0 +1,123 @@
+//! How much memory a prepared object holds.
+
+use super::anchored::AnchoredObject;
+use super::energy_bound::EnergyUpperBound;
+use super::example::Example;
+use super::learned::LearnedModel;
+use super::object::ElasticModel;
+use super::object::PreparedBody;
+use super::object::PreparedObject;
+use super::warped_body::WarpedBody;
+use crate::elasticity::ReducedBasis;
+use crate::lattice::EnergyTransfer;
+use crate::lattice::Lattice;
+use crate::lift::LiftedLattice;
+use crate::memory::held;
+use crate::skin::BoundaryAttributes;
+
+/// Bytes that an object holds, by what holds them; rows add up, whatever their names are.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct MemoryRows(Vec<(&'static str, usize)>);
+
+impl MemoryRows {
+    /// The rows: what holds the bytes, and how many.
+    pub fn iter(&self) -> impl Iterator<Item = (&'static str, usize)> {
+        self.0.iter().copied()
+    }
+
+    /// Sum of all rows.
+    pub fn total(&self) -> usize {
+        self.0.iter().map(|(_, bytes)| bytes).sum()
+    }
+
+    /// Adds bytes to the row of that name.
+    fn add(&mut self, name: &'static str, bytes: usize) {
+        match self.0.iter_mut().find(|(own, _)| *own == name) {
+            Some((_, sum)) => *sum += bytes,
+            None => self.0.push((name, bytes)),
+        }
+    }
+}
+
+impl PreparedObject {
+    /// Bytes that the object holds as long as anybody may strike it: lattices, operators, factors, lifts, examples. Left out
+    /// are what the allocator adds, and texts.
+    pub fn bytes(&self) -> usize {
+        self.memory().total()
+    }
+
+    /// The bytes of [`Self::bytes`] by what holds them. Factors are counted before they are made.
+    pub fn memory(&self) -> MemoryRows {
+        let mut rows = MemoryRows::default();
+        self.bodies.iter().for_each(|body| body.count(&mut rows));
+        rows.add("anchors and their factor", self.held.as_ref().map_or(0, AnchoredObject::bytes));
+        rows.add("appearance of the input", self.skin.as_ref().map_or(0, |skin| skin.bytes()));
+        let examples = self.examples.iter().map(example).sum::<usize>() + held(&self.examples) + held(&self.bodies);
+        rows.add(
+            "examples",
+            examples + self.learned.as_ref().map_or(0, |LearnedModel { network, .. }| network.bytes()),
+        );
+        rows
+    }
+
+    /// Bytes that the factors of the stiffness would no longer hold in single precision.
+    pub fn single_precision_saving(&self) -> usize {
+        let solids = self.bodies.iter().filter_map(|body| body.solid.as_ref());
+        solids.map(|solid| solid.elasticity.single_precision_saving()).sum()
+    }
+}
+
+impl PreparedBody {
+    /// Adds what the body holds. Everything is named, so that what is added to a body is not forgotten here.
+    fn count(&self, rows: &mut MemoryRows) {
+        let Self { crack, solid, interior, surface_diffusion, euclidean, volumes, topology, clusters, .. } = self;
+        let Self { slenderness: _, boundary, warped, outer, bound, .. } = self;
+        if let Some(solid) = solid {
+            solid.count(rows);
+        }
+        let lifts = [interior, surface_diffusion].into_iter().flatten().map(lift).sum::<usize>() + lift(euclidean);
+        rows.add("lifts", lifts + warped.as_ref().map_or(0, WarpedBody::bytes));
+        rows.add("edges and faces of the crack lattice", topology.bytes());
+        rows.add("crack lattice", lattice(crack) + held(volumes) + boundary.bytes() + clusters.bytes());
+        rows.add("appearance of the input", outer.as_ref().map_or(0, BoundaryAttributes::bytes));
+        rows.add("elastic lattice", bound.as_ref().map_or(0, EnergyUpperBound::bytes));
+    }
+}
+
+impl WarpedBody {
+    /// Bytes that it holds.
+    pub fn bytes(&self) -> usize {
+        let Self { lifts, protected, pins, factors, alike: _ } = self;
+        let protected = protected.iter().map(held).sum::<usize>() + held(protected);
+        lifts.iter().map(lift).sum::<usize>() + held(lifts) + protected + held(pins) + held(factors)
+    }
+}
+
+impl ElasticModel {
+    /// Adds what the elasticity holds.
+    fn count(&self, rows: &mut MemoryRows) {
+        let Self { lattice: elastic, transfer, elasticity, reduced } = self;
+        rows.add("factor of the stiffness", elasticity.own_bytes());
+        rows.add("stiffness", elasticity.stiffness_bytes());
+        rows.add("elastic lattice", lattice(elastic) + elasticity.lattice_bytes());
+        rows.add("energy transfer between the lattices", shares(transfer));
+        rows.add("reduced basis", reduced.as_ref().map_or(0, ReducedBasis::bytes));
+    }
+}
+
+fn lattice(Lattice { nodes, tets }: &Lattice) -> usize {
+    held(nodes) + held(tets)
+}
+
+fn shares(EnergyTransfer { offsets, tets, shares }: &EnergyTransfer) -> usize {
+    held(offsets) + held(tets) + held(shares)
+}
+
+fn lift(lift: &LiftedLattice) -> usize {
+    let LiftedLattice { coordinates, first_moment, second_moment, density, kind: _, dimension: _ } = lift;
+    held(coordinates) + held(first_moment) + held(second_moment) + held(density)
+}
+
+fn example(example: &Example) -> usize {
+    held(&example.contacts) + held(&example.points) + held(&example.site_nodes)
+}

@@ -1,0 +1,15 @@
+//! An object as it is before a strike: lattices, factors, lifts, tables, and what a scene adds.
+
+pub(super) mod anchor;
+pub(super) mod anchored;
+pub(super) mod energy_bound;
+pub(super) mod example;
+pub(super) mod intact_body;
+pub(super) mod learned;
+pub(super) mod memory;
+pub(super) mod object;
+pub(super) mod parameters;
+pub(super) mod preset;
+pub(super) mod reduction;
+pub(super) mod warp;
+pub(super) mod warped_body;

@@ -1,0 +1,199 @@
+//! What an artist's controls make of an object: lifts in a bent space, regions that keep one label, sites that stay, painted
+//! densities. Made once, when the object is loaded.
+//!
+//! Based on: Schvartzman & Otaduy, *Fracture Animation Based on High-Dimensional Voronoi Diagrams* (I3D 2014); A. Gersho,
+//! *Asymptotically optimal block quantization* (1979): sites follow the density to the power 3/5, so that f times as many want its
+//! f^(5/3)-fold.
+
+use super::object::PreparedObject;
+use super::warped_body::WarpError;
+use super::warped_body::WarpedBody;
+use crate::cancel_token::CancelToken;
+use crate::lattice::Lattice;
+use crate::lift;
+use crate::lift::Extension;
+use crate::lift::LiftError;
+use crate::lift::LiftKind;
+use crate::lift::LiftedLattice;
+use crate::lift::SpaceWarp;
+use crate::scene::Grain;
+use crate::scene::Paint;
+use crate::scene::WarpControls;
+use crate::scene::Waves;
+use crate::surface::LocalFrame;
+use crate::surface::NearestPoints;
+use nalgebra::Point3;
+use nalgebra::Unit;
+use nalgebra::Vector3;
+use std::collections::BTreeSet;
+
+/// Halvings of the range in which the steepest waves that do not fold are looked for.
+const SLOPE_STEPS: usize = 8;
+
+impl PreparedObject {
+    /// The object under `controls`, which strikes with the effect `warp` follow. Random waves come from the object's own seed.
+    ///
+    /// # Errors
+    /// [`WarpError`], naming the control.
+    pub fn warped(mut self, controls: &WarpControls, token: &CancelToken) -> Result<Self, WarpError> {
+        if controls.is_silent() {
+            return Ok(self);
+        }
+        let least_m = 2.0 * self.parameters.crack_spacing * self.frame.diagonal_m;
+        if let Some(Waves { length_m, .. }) = controls.waves.filter(|waves| waves.length_m < least_m) {
+            return Err(WarpError::Short { length_m, least_m });
+        }
+        let warp = warp(controls, &self);
+        self.unfolded(controls, &warp)?;
+        for index in 0..self.bodies.len() {
+            let lifts = if warp.is_identity() { Vec::new() } else { self.bent(index, &warp, token)? };
+            let factors = controls
+                .paint
+                .as_ref()
+                .map_or(Vec::new(), |paint| painted(paint, &self.bodies[index].crack, &self.frame));
+            let alike = controls.grain.is_none() && controls.paint.is_none();
+            self.bodies[index].warped = Some(WarpedBody { lifts, factors, alike, ..WarpedBody::default() });
+        }
+        self.protect(controls)?;
+        self.pin(controls)?;
+        Ok(self)
+    }
+
+    /// Refuses waves under which some body folds, with a slope under which none does.
+    fn unfolded(&self, controls: &WarpControls, warp: &SpaceWarp) -> Result<(), WarpError> {
+        let fold = |warp: &SpaceWarp| {
+            let mut bodies = self.bodies.iter().enumerate();
+            bodies.find_map(|(index, body)| Some((index, warp.lattice(&body.crack).err()?)))
+        };
+        let Some((index, tet)) = fold(warp) else { return Ok(()) };
+        let holds = |slope: f64| {
+            let waves = controls.waves.map(|waves| Waves { slope, ..waves });
+            fold(&self::warp(&WarpControls { waves, ..controls.clone() }, self)).is_none()
+        };
+        let mut range = [0.0, controls.waves.map_or(0.0, |waves| waves.slope)];
+        for _ in 0..SLOPE_STEPS {
+            let middle = 0.5 * (range[0] + range[1]);
+            range[usize::from(!holds(middle))] = middle;
+        }
+        // Two digits, rounded down, so that it can be copied.
+        let unit = 10f64.powf(range[0].log10().floor() - 1.0);
+        let rounded = format!("{:.1e}", (range[0] / unit).floor() * unit).parse().ok();
+        Err(self.folds(index, tet, rounded.filter(|slope| *slope > 0.0 && holds(*slope))))
+    }
+
+    /// Space folds at tetrahedron `tet` of body `index`.
+    fn folds(&self, index: usize, tet: usize, slope: Option<f64>) -> WarpError {
+        let corners = self.bodies[index].crack.corners(tet);
+        let center = corners.iter().map(|corner| corner.coords).sum::<Vector3<f64>>() / 4.0;
+        WarpError::Folds { body: index, at_m: self.frame.to_meters(&Point3::from(center)).coords.into(), slope }
+    }
+
+    /// The lifts that body `index` has, made in the bent space and measured on the lattice as it is.
+    fn bent(&self, index: usize, warp: &SpaceWarp, token: &CancelToken) -> Result<Vec<LiftedLattice>, WarpError> {
+        let body = &self.bodies[index];
+        let crack = &body.crack;
+        let bent = warp.lattice(crack).map_err(|tet| self.folds(index, tet, None))?;
+        let (modes, alpha) = (self.parameters.modes, self.parameters.alpha);
+        let mut lifts = vec![Ok(LiftedLattice::euclidean(&bent))];
+        if body.interior.is_some() {
+            lifts.push(lift::interior(&bent, modes, alpha, token).map_err(|source| (LiftKind::Interior, source)));
+        }
+        if body.surface_diffusion.is_some() {
+            let made = lift::surface_diffusion(&bent, Extension::Harmonic, lift::SURFACE_MODES_DEFAULT, token);
+            lifts.push(made.map_err(|source| (LiftKind::SurfaceDiffusion, source)));
+        }
+        let home = |made: Result<LiftedLattice, (LiftKind, LiftError)>| match made {
+            Ok(lift) => {
+                let lift = LiftedLattice::scaled(lift.kind, crack, lift.dimension, lift.coordinates);
+                let finite = lift.coordinates.iter().chain(&lift.density).all(|value| value.is_finite());
+                let (body, kind) = (index, lift.kind);
+                let refused = || WarpError::Lift { body, lift: kind, source: LiftError::NotFinite };
+                if finite { Ok(lift) } else { Err(refused()) }
+            }
+            Err((_, LiftError::Cancelled(cancelled))) => Err(WarpError::Cancelled(cancelled)),
+            Err((lift, source)) => Err(WarpError::Lift { body: index, lift, source }),
+        };
+        lifts.into_iter().map(home).collect()
+    }
+
+    /// Finds the nodes of protected regions: those inside, and those whose tetrahedra reach inside. Regions that share a node are
+    /// one.
+    fn protect(&mut self, controls: &WarpControls) -> Result<(), WarpError> {
+        let meter = self.frame.diagonal_m;
+        let frame = self.frame;
+        let mut found = vec![false; controls.protected.len()];
+        for body in &mut self.bodies {
+            let reach_m = longest_edge(&body.crack) * meter;
+            let mut sets: Vec<BTreeSet<u32>> = Vec::new();
+            for (region, found) in controls.protected.iter().zip(&mut found) {
+                let near = |node: &Point3<f64>| region.distance_m(&frame.to_meters(node)) <= reach_m;
+                let nodes = body.crack.nodes.iter().enumerate().filter(|(_, node)| near(node));
+                let mut own: BTreeSet<u32> = nodes.map(|(node, _)| node as u32).collect();
+                *found |= !own.is_empty();
+                let (sharing, others): (Vec<_>, Vec<_>) =
+                    std::mem::take(&mut sets).into_iter().partition(|set| !set.is_disjoint(&own));
+                sharing.into_iter().for_each(|set| own.extend(set));
+                sets = others;
+                sets.push(own);
+            }
+            sets.retain(|set| !set.is_empty());
+            if let Some(warped) = &mut body.warped {
+                warped.protected = sets.into_iter().map(|set| set.into_iter().collect()).collect();
+            }
+        }
+        match found.iter().position(|found| !found) {
+            Some(region) => Err(WarpError::Region { region }),
+            None => Ok(()),
+        }
+    }
+
+    /// Finds the nodes nearest to the sites that stay; a second site on a node is the same one.
+    fn pin(&mut self, controls: &WarpControls) -> Result<(), WarpError> {
+        for (site, point_m) in controls.sites_m.iter().enumerate() {
+            let local = self.frame.to_local(point_m);
+            let nearest = |(index, crack): (usize, &Lattice)| {
+                let nodes = crack.nodes.iter().enumerate();
+                let distances = nodes.map(|(node, place)| (index, node as u32, (place - local).norm()));
+                distances.min_by(|a, b| a.2.total_cmp(&b.2))
+            };
+            let cracks = self.bodies.iter().map(|body| &body.crack).enumerate();
+            let Some((index, node, distance)) = cracks.filter_map(nearest).min_by(|a, b| a.2.total_cmp(&b.2)) else {
+                continue;
+            };
+            let body = &mut self.bodies[index];
+            if distance > longest_edge(&body.crack) {
+                return Err(WarpError::Site { site, distance_m: distance * self.frame.diagonal_m });
+            }
+            if let Some(warped) = body.warped.as_mut().filter(|warped| !warped.pins.contains(&node)) {
+                warped.pins.push(node);
+            }
+        }
+        Ok(())
+    }
+}
+
+fn warp(controls: &WarpControls, prepared: &PreparedObject) -> SpaceWarp {
+    let mut warp = SpaceWarp::default();
+    if let Some(Grain { axis, ratio }) = controls.grain {
+        warp = warp.grain(Unit::new_normalize(axis), ratio);
+    }
+    if let Some(Waves { length_m, slope }) = controls.waves {
+        warp = warp.waves(length_m / prepared.frame.diagonal_m, slope, prepared.parameters.seed);
+    }
+    warp
+}
+
+/// By node the factor of the painted point that is nearest, to the power 5/3.
+fn painted(paint: &Paint, crack: &Lattice, frame: &LocalFrame) -> Vec<f64> {
+    let nearest = NearestPoints::new(&paint.points_m);
+    let factor = |node: &Point3<f64>| {
+        let factor = paint.factors[nearest.to(&frame.to_meters(node))];
+        factor * factor.cbrt().powi(2)
+    };
+    crack.nodes.iter().map(factor).collect()
+}
+
+fn longest_edge(lattice: &Lattice) -> f64 {
+    let length = |edge: &[u32; 2]| (lattice.nodes[edge[0] as usize] - lattice.nodes[edge[1] as usize]).norm();
+    lattice.edges().iter().map(length).fold(0.0, f64::max)
+}

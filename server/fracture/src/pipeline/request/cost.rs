@@ -1,0 +1,270 @@
+//! What strikes of one object take, predicted from the number of sites.
+//!
+//! Ours: a few strikes at several numbers of sites are timed by whoever has a clock, and straight lines are laid through what the stages
+//! took: n sites cost an assignment n comparisons per node, and their cracks have an area that grows like the cube root of n, which a
+//! square root stands for, since pieces have costs of their own, too.
+
+use crate::pipeline::prepared::object::PreparedObject;
+use crate::pipeline::prepared::parameters::ElasticRequest;
+
+/// Iterations of a descent that nothing cuts short, about.
+const ITERATIONS_USUAL: f64 = 12.0;
+
+/// Diagrams that a verification makes: two starts of two numbers of sites at least, and half as many again.
+const DIAGRAMS_VERIFIED: f64 = 6.0;
+
+/// Paces between which a strike is taken at its word.
+const PACES: [f64; 2] = [0.25, 4.0];
+
+/// What strikes of one object take on one machine, s.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StrikeCost {
+    /// Everything before the degree, with a reduced displacement.
+    pub reduced_s: f64,
+    /// The same with a solve.
+    pub solve_s: f64,
+    /// Start of a diagram: of any, and per site.
+    pub start_s: [f64; 2],
+    /// One iteration: of any, and per site.
+    pub iteration_s: [f64; 2],
+    /// Everything after the diagram: of any, and per √site.
+    pub rest_s: [f64; 2],
+}
+
+/// What one strike took.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CostSample {
+    /// Its sites.
+    pub sites: u32,
+    /// Whether its displacement was solved for.
+    pub solved: bool,
+    /// Iterations of its diagram.
+    pub iterations: usize,
+    /// Everything before the degree, s.
+    pub front_s: f64,
+    /// The diagram, s.
+    pub diagram_s: f64,
+    /// Everything after it, s.
+    pub rest_s: f64,
+}
+
+impl StrikeCost {
+    /// Of an object that was never struck: what machines of today take per node and tetrahedron, about.
+    pub fn typical(prepared: &PreparedObject) -> Self {
+        let count = |count: usize| count as f64;
+        let (elastic, nodes) = (count(prepared.elastic_nodes()), count(prepared.crack_nodes()));
+        let tets = count(prepared.crack_tets());
+        Self {
+            reduced_s: 1.5e-7 * elastic,
+            solve_s: 7e-7 * elastic,
+            start_s: [5e-8 * nodes, 1.5e-9 * nodes],
+            iteration_s: [2e-8 * nodes, 1e-9 * nodes],
+            rest_s: [1e-8 * tets, 4e-9 * tets],
+        }
+    }
+
+    /// From what strikes took; `None` without any of two numbers of sites, of each with and without iterations.
+    pub fn fit(samples: &[CostSample]) -> Option<Self> {
+        let least = |solved: bool| {
+            let fronts = samples.iter().filter(|sample| sample.solved == solved).map(|sample| sample.front_s);
+            fronts.reduce(f64::min)
+        };
+        let whole = |own: &CostSample| (own.front_s + own.diagram_s + own.rest_s).is_finite();
+        samples.iter().all(whole).then_some(())?;
+        let front = least(false).or(least(true))?;
+        let starts: Vec<[f64; 2]> = pairs(samples.iter().filter(|sample| sample.iterations == 0), |own| own.diagram_s);
+        let step = |own: &CostSample| {
+            let start = starts.iter().find(|start| start[0] == f64::from(own.sites)).map_or(0.0, |start| start[1]);
+            (own.diagram_s - start).max(0.0) / own.iterations as f64
+        };
+        let steps = pairs(samples.iter().filter(|sample| sample.iterations > 0), step);
+        let mut rests = pairs(samples.iter(), |own| own.rest_s);
+        rests.iter_mut().for_each(|rest| rest[0] = rest[0].sqrt());
+        Some(Self {
+            reduced_s: front,
+            solve_s: least(true).unwrap_or(front),
+            start_s: line(&starts)?,
+            iteration_s: line(&steps)?,
+            rest_s: line(&rests)?,
+        })
+    }
+
+    /// Everything before the degree.
+    pub fn front_s(&self, elastic: ElasticRequest) -> f64 {
+        match elastic {
+            ElasticRequest::Reduced => self.reduced_s,
+            ElasticRequest::Solve => self.solve_s,
+        }
+    }
+
+    /// The start of a diagram of so many sites, with its labels.
+    pub fn start_s(&self, sites: u32) -> f64 {
+        self.start_s[0] + self.start_s[1] * f64::from(sites)
+    }
+
+    /// One iteration of such a diagram.
+    pub fn iteration_s(&self, sites: u32) -> f64 {
+        self.iteration_s[0] + self.iteration_s[1] * f64::from(sites)
+    }
+
+    /// Everything after the diagram.
+    pub fn rest_s(&self, sites: u32) -> f64 {
+        self.rest_s[0] + self.rest_s[1] * f64::from(sites).sqrt()
+    }
+
+    /// A strike.
+    pub fn strike_s(&self, elastic: ElasticRequest, sites: u32, iterations: usize) -> f64 {
+        let diagram_s = self.start_s(sites) + iterations as f64 * self.iteration_s(sites);
+        self.front_s(elastic) + diagram_s + self.rest_s(sites)
+    }
+
+    /// A verification of a guess of so many sites.
+    pub fn verify_s(&self, sites: u32) -> f64 {
+        DIAGRAMS_VERIFIED * (self.start_s(sites) + ITERATIONS_USUAL * self.iteration_s(sites))
+    }
+
+    /// A search of the degree from below that ends at so many sites: two starts of each number of sites up to 16, then of each that is a
+    /// tenth more.
+    pub fn optimise_s(&self, sites: u32) -> f64 {
+        let numbers =
+            std::iter::successors(Some(2), |sites: &u32| Some(sites + if *sites < 16 { 1 } else { sites / 10 }));
+        let one = |sites: u32| 2.0 * (self.start_s(sites) + ITERATIONS_USUAL * self.iteration_s(sites));
+        numbers.take_while(|own| *own <= sites.max(2)).map(one).sum()
+    }
+
+    /// How many times as long as expected a strike takes whose part before the degree took `front_s`: what slows one stage, as another
+    /// program on the same cores does, slows the next ones too. Of whole strikes on a busy machine the pace leaves a third of the spread.
+    pub fn pace(&self, elastic: ElasticRequest, front_s: f64) -> f64 {
+        let pace = front_s / self.front_s(elastic);
+        if pace.is_normal() { pace.clamp(PACES[0], PACES[1]) } else { 1.0 }
+    }
+
+    /// The same at a pace: everything but what came before the diagram multiplied.
+    #[must_use]
+    pub fn at_pace(self, pace: f64) -> Self {
+        let Self { start_s, iteration_s, rest_s, .. } = self;
+        let [start_s, iteration_s, rest_s] = [start_s, iteration_s, rest_s].map(|line| line.map(|value| pace * value));
+        Self { start_s, iteration_s, rest_s, ..self }
+    }
+
+    /// The same with everything multiplied.
+    #[must_use]
+    pub fn scaled(self, factor: f64) -> Self {
+        Self { reduced_s: factor * self.reduced_s, solve_s: factor * self.solve_s, ..self.at_pace(factor) }
+    }
+
+    /// The same with everything after the diagram multiplied.
+    #[must_use]
+    pub fn with_rest(self, factor: f64) -> Self {
+        Self { rest_s: self.rest_s.map(|value| factor * value), ..self }
+    }
+}
+
+/// Number of sites and the least of `of`, of each number.
+fn pairs<'a>(samples: impl Iterator<Item = &'a CostSample>, of: impl Fn(&CostSample) -> f64) -> Vec<[f64; 2]> {
+    let mut pairs: Vec<[f64; 2]> = Vec::new();
+    for sample in samples {
+        let sites = f64::from(sample.sites);
+        match pairs.iter_mut().find(|pair| pair[0] == sites) {
+            Some(pair) => pair[1] = pair[1].min(of(sample)),
+            None => pairs.push([sites, of(sample)]),
+        }
+    }
+    pairs
+}
+
+/// Value at 0 and slope, neither below zero, of the line through `points` whose relative errors are least squares; `None` of points at
+/// one place, or of times that are not positive.
+fn line(points: &[[f64; 2]]) -> Option<[f64; 2]> {
+    let first = points.first()?[0];
+    if points.iter().all(|[x, _]| *x == first) || points.iter().any(|[_, y]| *y <= 0.0 || !y.is_finite()) {
+        return None;
+    }
+    let sum = |of: &dyn Fn(f64, f64) -> f64| points.iter().map(|[x, y]| of(*x, *y)).sum::<f64>();
+    let [weight, x, xx] = [sum(&|_, y| 1.0 / (y * y)), sum(&|x, y| x / (y * y)), sum(&|x, y| x * x / (y * y))];
+    let [one, own] = [sum(&|_, y| 1.0 / y), sum(&|x, y| x / y)];
+    let determinant = weight * xx - x * x;
+    let [at_0, slope] = [(one * xx - own * x) / determinant, (weight * own - x * one) / determinant];
+    Some(match (at_0 < 0.0, slope < 0.0) {
+        (false, false) => [at_0, slope],
+        (true, _) => [0.0, own / xx],
+        (_, true) => [one / weight, 0.0],
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const KNOWN: StrikeCost = StrikeCost {
+        reduced_s: 1e-3,
+        solve_s: 3e-3,
+        start_s: [2e-4, 1e-5],
+        iteration_s: [1e-4, 1e-5],
+        rest_s: [1e-3, 2e-4],
+    };
+
+    fn sample(sites: u32, iterations: usize, solved: bool) -> CostSample {
+        let elastic = if solved { ElasticRequest::Solve } else { ElasticRequest::Reduced };
+        let diagram_s = KNOWN.start_s(sites) + iterations as f64 * KNOWN.iteration_s(sites);
+        CostSample {
+            sites,
+            solved,
+            iterations,
+            front_s: KNOWN.front_s(elastic),
+            diagram_s,
+            rest_s: KNOWN.rest_s(sites),
+        }
+    }
+
+    #[track_caller]
+    fn check(samples: &[CostSample]) {
+        let fitted = StrikeCost::fit(samples).unwrap();
+        for sites in [2, 17, 50, 300] {
+            for elastic in [ElasticRequest::Reduced, ElasticRequest::Solve] {
+                let ratio = fitted.strike_s(elastic, sites, 7) / KNOWN.strike_s(elastic, sites, 7);
+                assert!((ratio - 1.0).abs() < 1e-9, "{sites} {elastic:?}: {ratio}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_strikes_took_is_found_again() {
+        let all = [8, 32, 128]
+            .into_iter()
+            .flat_map(|sites| [(0, true), (8, false)].map(|(iterations, solved)| sample(sites, iterations, solved)));
+        check(&all.collect::<Vec<_>>());
+    }
+
+    #[test]
+    fn what_is_slow_from_the_beginning_is_expected_to_stay_so() {
+        for (elastic, front_s) in [(ElasticRequest::Reduced, KNOWN.reduced_s), (ElasticRequest::Solve, KNOWN.solve_s)] {
+            let slow = KNOWN.at_pace(KNOWN.pace(elastic, 1.5 * front_s));
+            let after_s = |cost: StrikeCost| cost.strike_s(elastic, 30, 4) - front_s;
+            assert!((after_s(slow) / after_s(KNOWN) - 1.5).abs() < 1e-12 && slow.front_s(elastic) == front_s);
+        }
+        for nonsense in [0.0, f64::NAN, f64::INFINITY] {
+            assert_eq!(KNOWN.pace(ElasticRequest::Reduced, nonsense), 1.0);
+        }
+        assert_eq!(KNOWN.pace(ElasticRequest::Reduced, 1e9), PACES[1]);
+    }
+
+    #[test]
+    fn too_little_is_no_model() {
+        assert_eq!(StrikeCost::fit(&[]), None);
+        assert_eq!(StrikeCost::fit(&[sample(8, 0, true), sample(8, 4, false)]), None);
+        assert_eq!(StrikeCost::fit(&[sample(8, 0, true), sample(32, 0, true)]), None);
+        let broken = CostSample { rest_s: f64::NAN, ..sample(32, 4, true) };
+        assert_eq!(StrikeCost::fit(&[sample(8, 0, true), sample(32, 0, true), sample(8, 4, true), broken]), None);
+    }
+
+    #[test]
+    fn no_part_of_a_strike_takes_less_than_nothing() {
+        let samples: Vec<CostSample> = [(8, 4e-3), (32, 3e-3), (128, 2e-3)]
+            .into_iter()
+            .flat_map(|(sites, rest_s)| [0, 8].map(|its| CostSample { rest_s, ..sample(sites, its, true) }))
+            .collect();
+        let fitted = StrikeCost::fit(&samples).unwrap();
+        assert!(fitted.rest_s[1] == 0.0 && (2e-3..4e-3).contains(&fitted.rest_s[0]), "{fitted:?}");
+    }
+}

@@ -1,0 +1,235 @@
+//! A fragment of an answer is struck again.
+//!
+//! Based on: Schvartzman & Otaduy (I3D 2014), section 3, which asks for crack concavity; how is ours. The fragment's own whole
+//! tetrahedra are an object ([`ParentFragment`]) that is struck as any other, up to the labels. These go to all of the body's lattice: nodes
+//! of the fragment that no whole tetrahedron has take the label of the nearest that one has, those of other fragments keep theirs.
+//! Points of earlier cracks stay where they are, so that the children's volumes add up to the fragment's.
+//!
+//! Cost: beyond that of a first strike of an object with the fragment's nodes the eigenpairs of the interior lift and the factor of
+//! the stiffness, which a first strike finds prepared; and one tessellation of all of the body's lattice.
+
+pub(super) mod parent;
+pub(super) mod volume_correction;
+
+use crate::fragment::properties;
+use crate::lift::LiftedLattice;
+use crate::pipeline::error::FractureError;
+use crate::pipeline::output::cut::MeshSources;
+use crate::pipeline::output::meshes::FractureMeshes;
+use crate::pipeline::output::release_velocity;
+use crate::pipeline::output::release_velocity::ReleaseVelocity;
+use crate::pipeline::output::retained::RetainedBody;
+use crate::pipeline::output::retained::RetainedFragments;
+use crate::pipeline::output::slivers;
+use crate::pipeline::prepared::object::PreparedBody;
+use crate::pipeline::prepared::object::PreparedObject;
+use crate::pipeline::request::context::StrikeContext;
+use crate::pipeline::request::fracture_request::FractureRequest;
+use crate::pipeline::request::stage::Stage;
+use crate::pipeline::result::FractureResult;
+use crate::pipeline::stages::cells::BodyCells;
+use crate::pipeline::walk::walk;
+use crate::pipeline::workspace::Workspace;
+use crate::pipeline::workspace::body_meshes::BodyMeshes;
+use crate::pipeline::workspace::body_meshes::CutBuffers;
+use crate::scene::EffectKind;
+use crate::skin::Skin;
+use crate::tessellation::BisectorSites;
+use crate::tessellation::FixedPoints;
+use crate::tessellation::Old;
+use crate::tessellation::TessellationWorkspace;
+use crate::tessellation::seam;
+use parent::NOBODY;
+use parent::ParentFragment;
+use std::sync::Arc;
+use volume_correction::correct_volume;
+
+/// Relative error up to which the volumes of the children add up to their parent's …
+const VOLUME_ERROR: f64 = 1e-9;
+
+/// … after so many tessellations at most; one is enough unless earlier cracks are bent.
+const TESSELLATIONS_MAX: usize = 3;
+
+/// As [`super::strike`], but what is struck is fragment `fragment` of the answer that `kept` was kept of; the outcome tells of its
+/// children alone. What they share with other fragments of that answer is a crack that faces nobody. Only the lifts `euclidean`
+/// and `interior` are to be had, and the object's examples have nothing to say. `prepared` is the object that was struck then.
+///
+/// # Errors
+/// Those of a strike, and [`FractureError::UnknownFragment`], [`FractureError::FragmentSmall`],
+/// [`FractureError::FragmentLarge`], [`FractureError::FragmentLift`], [`FractureError::FragmentLiftKind`], [`FractureError::OtherObject`].
+pub fn strike_again(
+    context: StrikeContext<'_>,
+    (kept, fragment): (&RetainedFragments, u32),
+    workspace: &mut Workspace,
+) -> Result<FractureResult, FractureError> {
+    let StrikeContext { prepared, request, cancel, observer } = context;
+    // A fragment is free and straight, whatever held and bent the object that it was part of.
+    let gone = [EffectKind::Anchored, EffectKind::Gravity, EffectKind::Warp];
+    let effects = gone.into_iter().fold(request.effects, |effects, effect| effects.without(effect));
+    let plan = FractureRequest { effects, ..request.planned() };
+    let (old, label) = kept.find(fragment)?;
+    let fits = |body: &&PreparedBody| body.crack.nodes.len() == old.labels.len();
+    let body = prepared.bodies.get(old.body).filter(fits).ok_or(FractureError::OtherObject)?;
+    let worn = effects.has(EffectKind::Skin).then(|| kept.skin_cut(fragment)).transpose()?;
+    let parent = {
+        let _load = observer.stage(Stage::Load);
+        ParentFragment::new((old, label, fragment), context.with_request(&plan))?
+    };
+    let parent = &parent;
+    let begun_s = cancel.remaining_s();
+    let plan = plan.degrade_for_budget(&parent.prepared, begun_s);
+    let context = StrikeContext { prepared: &parent.prepared, request: &plan, ..context };
+    walk(context, begun_s, workspace, |sources, scratch| {
+        let cells = sources.division.cells.first().ok_or(FractureError::OtherObject)?;
+        cancel.check()?;
+        let volume = old.volumes[label as usize];
+        let skin = worn.map(|worn| Arc::new(worn.of(fragment)));
+        Children { prepared, body, old, volume, skin, parent, sources, cells }.meshes(scratch)
+    })
+}
+
+/// What children are made of.
+struct Children<'a> {
+    /// The object that the fragment was part of.
+    prepared: &'a PreparedObject,
+    body: &'a PreparedBody,
+    old: &'a RetainedBody,
+    /// Of the fragment, local.
+    volume: f64,
+    /// What the fragment wears, if skins are asked for.
+    skin: Option<Arc<Skin>>,
+    parent: &'a ParentFragment,
+    sources: MeshSources<'a>,
+    cells: &'a BodyCells,
+}
+
+impl Children<'_> {
+    fn meshes(&self, workspace: &mut TessellationWorkspace) -> Result<FractureMeshes, FractureError> {
+        // The children are fragments of the object that was struck first.
+        let context = StrikeContext { prepared: self.prepared, ..self.sources.context };
+        let StrikeContext { request, observer, .. } = context;
+        let mut cut = self.sources.spare.take();
+        let labels = observer.stage(Stage::Labels);
+        let children = self.label(&mut cut);
+        labels.produced(&cut.components.labels);
+        let tessellation = observer.stage(Stage::Tessellation);
+        let lift = self.scattered();
+        let old = Old { labels: &self.old.labels, points: &self.old.points };
+        let of_fragment = self.sites_of(&cut.components.sites);
+        let sites = self.sites(&lift, &of_fragment);
+        let fixed = seam(&self.body.crack, &self.body.topology, old, &cut.components.labels, sites);
+        self.tessellate(&mut cut, children, &lift, fixed, workspace)?;
+        tessellation.produced(cut.tessellation.runs());
+        let fragments = observer.stage(Stage::Fragments);
+        if request.effects.has(EffectKind::Slivers) {
+            let slivers = observer.effect(EffectKind::Slivers);
+            slivers.produced_bytes(self.merge_slivers(&mut cut, &lift, workspace)?);
+        }
+        fragments.produced(&cut.measured);
+        let meshes =
+            cut.into_pieces(self.old.body, self.sources.spare, |site| self.sources.energy_j_m2(self.cells, site));
+        let mut velocities = Vec::new();
+        if request.effects.has(EffectKind::Release) {
+            let release = observer.effect(EffectKind::Release);
+            velocities = self.velocities(&meshes);
+            release.produced(&velocities);
+        }
+        let meshes = FractureMeshes::of(vec![meshes], velocities, Vec::new(), context);
+        let mut meshes = meshes.with_looks(context)?;
+        if request.effects.has(EffectKind::Skin) {
+            let of_fragment = self.sites_of(&meshes.bodies[0].sites);
+            let sites = self.sites(&lift, &of_fragment);
+            meshes = meshes.with_skins(self.skin.as_ref(), &[Some(sites)], context)?;
+        }
+        meshes.with_hulls(&[&self.body.crack], context)
+    }
+
+    /// The sites of the diagram on the nodes of the body.
+    fn sites<'b>(&'b self, lift: &'b LiftedLattice, of_fragment: &'b [u32]) -> BisectorSites<'b> {
+        BisectorSites { lift, coordinates: &self.cells.diagram.sites, of_fragment, of_node: None }
+    }
+
+    /// Velocities of the children.
+    fn velocities(&self, children: &BodyMeshes) -> Vec<ReleaseVelocity> {
+        let own = &self.parent.prepared.bodies[0].crack;
+        let labels: Vec<u32> = self.parent.nodes.iter().map(|&node| children.labels[node as usize]).collect();
+        let (field, energy_j) = (self.sources.fields.first(), self.sources.energies[0].energy_j);
+        let density = self.prepared.parameters.material.density_kg_m3;
+        release_velocity::velocities(&children.properties, &labels, own, field, energy_j, density, &self.prepared.frame)
+    }
+
+    /// Labels all of the body: children first, the other fragments after them. Returns how many children there are.
+    fn label(&self, cut: &mut CutBuffers) -> usize {
+        let sites = self.cells.diagram.count() as u32;
+        let label = |(&stands, &old): (&u32, &u32)| match self.cells.diagram.labels.get(stands as usize) {
+            Some(site) if stands != NOBODY => *site,
+            _ => sites + old,
+        };
+        let labels: Vec<u32> = self.parent.stands.iter().zip(&self.old.labels).map(label).collect();
+        cut.components.split(&self.body.topology, &labels);
+        cut.components.sites.partition_point(|site| *site < sites)
+    }
+
+    /// Sites of all fragments; other fragments have none, and are not asked for it.
+    fn sites_of(&self, sites: &[u32]) -> Vec<u32> {
+        let count = self.cells.diagram.count() as u32;
+        sites.iter().map(|&site| if site < count { site } else { 0 }).collect()
+    }
+
+    /// The lift of the fragment on the nodes of the body; nodes that others stand for have theirs, those of other fragments zero.
+    fn scattered(&self) -> LiftedLattice {
+        let own = self.sources.fields[self.cells.struck].lift();
+        let mut coordinates = vec![0.0; self.parent.stands.len() * own.dimension];
+        for (place, &stands) in coordinates.chunks_exact_mut(own.dimension).zip(&self.parent.stands) {
+            if stands != NOBODY {
+                place.copy_from_slice(own.at(stands as usize));
+            }
+        }
+        let (first_moment, second_moment, density) = (Vec::new(), Vec::new(), Vec::new());
+        LiftedLattice { kind: own.kind, dimension: own.dimension, coordinates, first_moment, second_moment, density }
+    }
+
+    /// Finds the crack points but for those that are fixed, builds all fragments, and forgets all but the children, which it measures.
+    fn tessellate(
+        &self,
+        cut: &mut CutBuffers,
+        children: usize,
+        lift: &LiftedLattice,
+        mut fixed: FixedPoints,
+        workspace: &mut TessellationWorkspace,
+    ) -> Result<(), FractureError> {
+        let of_fragment = self.sites_of(&cut.components.sites);
+        let sites = self.sites(lift, &of_fragment);
+        let (lattice, topology) = (&self.body.crack, &self.body.topology);
+        for turn in 1.. {
+            cut.points.find(lattice, topology, &cut.components.labels, Some(sites), &fixed)?;
+            cut.tessellation.build(lattice, topology, &cut.components.labels, &cut.points, workspace)?;
+            cut.tessellation.keep_first(children);
+            properties(&cut.tessellation, &mut cut.measured);
+            let missing = self.volume - cut.measured.iter().map(|child| child.volume).sum::<f64>();
+            let far = missing.abs() > VOLUME_ERROR * self.volume && turn < TESSELLATIONS_MAX;
+            if !(far && correct_volume(&mut fixed, &self.old.points, lattice, topology, &cut.tessellation, missing)) {
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    /// Merges slivers among the children, and cuts again where there were any; bytes of the new labels.
+    fn merge_slivers(
+        &self,
+        cut: &mut CutBuffers,
+        lift: &LiftedLattice,
+        workspace: &mut TessellationWorkspace,
+    ) -> Result<u64, FractureError> {
+        let least = slivers::least_volume(StrikeContext { prepared: self.prepared, ..self.sources.context });
+        let before = cut.components.sites.len();
+        if !slivers::merge(&mut cut.components, &cut.tessellation, &cut.measured, least) {
+            return Ok(0);
+        }
+        let children = cut.measured.len() - (before - cut.components.sites.len());
+        let fixed = cut.points.to_fixed();
+        self.tessellate(cut, children, lift, fixed, workspace)?;
+        Ok(size_of_val(cut.components.labels.as_slice()) as u64)
+    }
+}

@@ -1,0 +1,190 @@
+//! A fragment as an object of its own, made when it is struck.
+//!
+//! Based on: Schvartzman & Otaduy (I3D 2014), section 3, crack concavity; to take existing cracks as boundary is ours: the lattice
+//! holds no tetrahedron that a crack crosses, so that neither distances nor displacements know a way through one.
+
+use crate::cancel_token::CancelToken;
+use crate::lattice::EnergyTransfer;
+use crate::lattice::GONE;
+use crate::lattice::Lattice;
+use crate::lift;
+use crate::lift::LiftError;
+use crate::lift::LiftKind;
+use crate::pipeline::error::FractureError;
+use crate::pipeline::error::SOLVED_NODES_MAX;
+use crate::pipeline::error::TETS_MIN;
+use crate::pipeline::output::retained::RetainedBody;
+use crate::pipeline::prepared::object::ElasticModel;
+use crate::pipeline::prepared::object::PreparedBody;
+use crate::pipeline::prepared::object::PreparedObject;
+use crate::pipeline::prepared::parameters::BakeParameters;
+use crate::pipeline::prepared::parameters::BakeReport;
+use crate::pipeline::prepared::parameters::ElasticRequest;
+use crate::pipeline::request::context::StrikeContext;
+use crate::scene::EffectKind;
+use crate::sparse::Precision;
+use std::collections::VecDeque;
+
+/// Stands for a node that is not of the fragment.
+pub(in crate::pipeline) const NOBODY: u32 = GONE;
+
+/// A fragment that is struck.
+pub(in crate::pipeline) struct ParentFragment {
+    /// It alone, in the frame and of the material of the object that it was part of.
+    pub prepared: PreparedObject,
+    /// The nodes of its lattice in the lattice of the body that it was part of.
+    pub nodes: Vec<u32>,
+    /// By node of that lattice the node of its own that stands for it: itself, or for nodes of the fragment that no whole
+    /// tetrahedron has the nearest along edges; [`NOBODY`] outside.
+    pub stands: Vec<u32>,
+}
+
+impl ParentFragment {
+    /// The fragment `label` of `body`, prepared for what the request asks of it; `fragment` names it in errors.
+    ///
+    /// Errors: [`FractureError::FragmentSmall`], [`FractureError::FragmentLarge`], [`FractureError::FragmentLift`],
+    /// [`FractureError::FragmentLiftKind`], [`FractureError::ElasticityUnprepared`], [`FractureError::Elasticity`],
+    /// [`FractureError::Cancelled`].
+    pub fn new(
+        (kept, label, fragment): (&RetainedBody, u32, u32),
+        context: StrikeContext<'_>,
+    ) -> Result<Self, FractureError> {
+        let StrikeContext { request, cancel, observer, .. } = context;
+        let prepared = context.prepared;
+        let whole = &prepared.bodies[kept.body];
+        let (lattice, nodes) = inner(&whole.crack, &kept.labels, label)
+            .filter(|(lattice, _)| lattice.tets.len() >= TETS_MIN)
+            .ok_or(FractureError::FragmentSmall { fragment })?;
+        let stands = representatives(whole, &kept.labels, label, &nodes);
+        cancel.check()?;
+        let mut body = PreparedBody::new(lattice);
+        cancel.check()?;
+        if request.lift != LiftKind::Euclidean {
+            let interior = observer.effect(EffectKind::Interior);
+            lifted(&mut body, prepared, request.lift, fragment, cancel)?;
+            interior.produced_bytes((body.crack.nodes.len() * size_of::<f64>()) as u64);
+        }
+        if request.effects.has(EffectKind::Elastic) {
+            let poisson = prepared.parameters.material.poisson;
+            body.solid = Some(solid(prepared.solid(kept.body)?, &body.crack, &stands, poisson, fragment, cancel)?);
+        }
+        Ok(Self { prepared: alone(prepared, body), nodes, stands })
+    }
+}
+
+/// The largest part of a fragment that hangs together through faces of whole tetrahedra, and its nodes.
+pub(in crate::pipeline) fn inner(lattice: &Lattice, labels: &[u32], label: u32) -> Option<(Lattice, Vec<u32>)> {
+    let tets = largest(lattice, |tet| lattice.tets[tet].iter().all(|&node| labels[node as usize] == label))?;
+    let mut used = vec![false; lattice.nodes.len()];
+    tets.iter().flat_map(|&tet| lattice.tets[tet as usize]).for_each(|node| used[node as usize] = true);
+    let nodes = (0..used.len() as u32).filter(|&node| used[node as usize]).collect();
+    Some((lattice.part(&tets), nodes))
+}
+
+/// The tetrahedra of the largest part of `lattice` that those which are `inside` make through faces.
+fn largest(lattice: &Lattice, inside: impl Fn(usize) -> bool) -> Option<Vec<u32>> {
+    let own: Vec<u32> = (0..lattice.tets.len() as u32).filter(|&tet| inside(tet as usize)).collect();
+    let parts = lattice.part(&own).components();
+    let largest = parts.into_iter().reduce(|best, next| if next.len() > best.len() { next } else { best })?;
+    Some(largest.into_iter().map(|tet| own[tet as usize]).collect())
+}
+
+/// See [`ParentFragment::stands`]: breadth first from `nodes`, in ascending order, so that the same node always wins.
+fn representatives(whole: &PreparedBody, labels: &[u32], label: u32, nodes: &[u32]) -> Vec<u32> {
+    let mut stands = vec![NOBODY; labels.len()];
+    nodes.iter().enumerate().for_each(|(own, &node)| stands[node as usize] = own as u32);
+    let mut front: VecDeque<u32> = nodes.iter().copied().collect();
+    while let Some(node) = front.pop_front() {
+        for &next in whole.topology.neighbors(node as usize) {
+            if labels[next as usize] == label && stands[next as usize] == NOBODY {
+                stands[next as usize] = stands[node as usize];
+                front.push_back(next);
+            }
+        }
+    }
+    stands
+}
+
+/// Gives `body` the lift.
+fn lifted(
+    body: &mut PreparedBody,
+    prepared: &PreparedObject,
+    kind: LiftKind,
+    fragment: u32,
+    token: &CancelToken,
+) -> Result<(), FractureError> {
+    let BakeParameters { modes, alpha, .. } = prepared.parameters;
+    if kind != LiftKind::Interior {
+        return Err(FractureError::FragmentLiftKind { fragment, lift: kind });
+    }
+    let made = lift::interior(&body.crack, modes, alpha, token).map_err(|source| match source {
+        LiftError::Cancelled(cancelled) => FractureError::Cancelled(cancelled),
+        source => FractureError::FragmentLift { fragment, source },
+    })?;
+    body.interior = Some(made);
+    Ok(())
+}
+
+/// Its elasticity: on the lattice of its cracks itself, or, where that has many nodes, on its part of the object's elastic lattice.
+fn solid(
+    whole: &ElasticModel,
+    crack: &Lattice,
+    stands: &[u32],
+    poisson: f64,
+    fragment: u32,
+    token: &CancelToken,
+) -> Result<ElasticModel, FractureError> {
+    let nodes = crack.nodes.len();
+    let (lattice, transfer) = if nodes <= SOLVED_NODES_MAX {
+        (crack.clone(), EnergyTransfer::identity(crack))
+    } else {
+        coarse(whole, stands).ok_or(FractureError::FragmentLarge { fragment, nodes })?
+    };
+    ElasticModel::new(lattice, transfer, poisson, Precision::F64, token)
+        .map_err(|source| FractureError::of_body(0, source))
+}
+
+/// The tetrahedra of the elastic lattice that give most of their energy to the fragment, as far as they hang together.
+fn coarse(whole: &ElasticModel, stands: &[u32]) -> Option<(Lattice, EnergyTransfer)> {
+    let EnergyTransfer { offsets, tets, shares } = &whole.transfer;
+    let mut given = vec![0.0; whole.lattice.tets.len()];
+    for (row, _) in offsets.windows(2).zip(stands).filter(|(_, stands)| **stands != NOBODY) {
+        let row = row[0] as usize..row[1] as usize;
+        tets[row.clone()].iter().zip(&shares[row]).for_each(|(&tet, share)| given[tet as usize] += share);
+    }
+    let own = largest(&whole.lattice, |tet| given[tet] > 0.5).filter(|own| own.len() >= TETS_MIN)?;
+    let mut names = vec![GONE; given.len()];
+    own.iter().enumerate().for_each(|(name, &tet)| names[tet as usize] = name as u32);
+    Some((whole.lattice.part(&own), whole.transfer.part(stands, &names)))
+}
+
+/// An object of this body alone. Its lattice ends up to a spacing within the fragment's surface, and on the object's own surface
+/// where that one's lattice does.
+fn alone(prepared: &PreparedObject, body: PreparedBody) -> PreparedObject {
+    let parameters = BakeParameters { elastic: ElasticRequest::Solve, ..prepared.parameters.clone() };
+    let report = BakeReport {
+        input_hash: String::new(),
+        cracks: None,
+        input_volume_m3: 0.0,
+        lattice_volume_m3: 0.0,
+        surface_deviation: prepared.report.surface_deviation + parameters.crack_spacing,
+        defects: Vec::new(),
+        materials: Vec::new(),
+        unprepared: Vec::new(),
+    };
+    PreparedObject {
+        name: prepared.name.clone(),
+        frame: prepared.frame,
+        parameters,
+        gamma_j_m2: prepared.gamma_j_m2,
+        kappa: prepared.kappa,
+        report,
+        bodies: vec![body],
+        impacts: 0,
+        examples: Vec::new(),
+        learned: None,
+        reduction: None,
+        held: None,
+        skin: None,
+    }
+}

@@ -1,0 +1,37 @@
+//! The threshold test by a bound of E_1, before anything is solved for.
+
+use super::contact_set::ContactSet;
+use crate::elasticity::NodalLoad;
+use crate::pipeline::prepared::object::PreparedObject;
+use crate::pipeline::prepared::parameters::ElasticRequest;
+use crate::pipeline::request::fracture_request::DegreeRequest;
+use crate::pipeline::request::fracture_request::FractureRequest;
+use crate::scene::EffectKind;
+/// Whether a bound will do for `strike`: not where exact figures or a number of sites are asked for, nor where something holds it.
+pub(in crate::pipeline) fn will_do(strike: &FractureRequest) -> bool {
+    let free = strike.effects.has(EffectKind::Elastic) && !strike.effects.has(EffectKind::Anchored);
+    let exact = strike.threshold_only || strike.elastic == ElasticRequest::Solve;
+    free && !exact && !matches!(strike.degree, DegreeRequest::Sites(_))
+}
+
+/// At least E_1/γ of every struck body, if that is at most 1. `loads` are those of the impact's bodies.
+pub(in crate::pipeline) fn below(
+    prepared: &PreparedObject,
+    strike: &FractureRequest,
+    impact: &ContactSet,
+    gamma_j_m2: f64,
+    loads: &mut [NodalLoad],
+) -> Option<f64> {
+    let unit = impact.unit_j(prepared) * prepared.frame.diagonal_m * prepared.frame.diagonal_m / gamma_j_m2;
+    let mut most = 0.0f64;
+    for ((body, _), load) in impact.bodies.iter().zip(loads) {
+        // A strike that will be refused for its lift is refused.
+        prepared.lift(*body, strike.lift).ok()?;
+        let bound = prepared.bodies[*body].bound.as_ref()?;
+        prepared.solid(*body).ok()?.elasticity.balance(load);
+        let first_moment = bound.first_moment(strike.lift, &load.forces)?;
+        let own = first_moment * unit;
+        most = Some(own).filter(|own| own.is_normal() && *own <= 1.0)?.max(most);
+    }
+    Some(most)
+}

@@ -1,0 +1,237 @@
+//! Degree and centroidal: how many sites, and where.
+
+use super::convergence_monitor::ConvergenceMonitor;
+use super::search::search;
+use super::termination::Termination;
+use super::threshold::ThresholdResult;
+use crate::centroidal;
+use crate::centroidal::Diagram;
+use crate::centroidal::DiagramOptions;
+use crate::centroidal::EnergyField;
+use crate::degree;
+use crate::degree::SiteCount;
+use crate::lift::LiftKind;
+use crate::pipeline::error::FractureError;
+use crate::pipeline::request::budget::TimeBudget;
+use crate::pipeline::request::context::StrikeContext;
+use crate::pipeline::request::fracture_request::DegreeRequest;
+use crate::pipeline::request::observer::StageObserver;
+use crate::pipeline::request::stage::Stage;
+use crate::pipeline::workspace::Workspace;
+use crate::scene::EffectKind;
+use serde::Deserialize;
+use serde::Serialize;
+
+/// Trust in a degree from the closed form where no examples are asked: what is said at the edge of their reach, since it errs about
+/// as much as they do there.
+const CONFIDENCE_CLOSED_FORM: f64 = 0.6;
+
+/// Which rule produced the fracture degree.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum DegreeSource {
+    /// E_1 ≤ γ: the object stays whole.
+    Threshold,
+    /// The calibrated closed form.
+    ClosedForm,
+    /// A network that was trained on the object's examples.
+    Inferred,
+    /// A guess that was made to hold.
+    Verified,
+    /// The full optimisation.
+    Optimised,
+    /// The caller's number.
+    Forced,
+}
+
+/// The diagram of one struck body.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BodyCells {
+    /// Position among the struck bodies.
+    pub struck: usize,
+    /// Sites, labels, cell energies.
+    pub diagram: Diagram,
+}
+
+/// What the degree and centroidal stages decided.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Division {
+    /// Which rule produced the number of sites.
+    pub source: DegreeSource,
+    /// Fracture degree of the criterion.
+    pub degree: u32,
+    /// Whether the cap cut it.
+    pub capped: bool,
+    /// Trust in the degree, 0 to 1.
+    pub confidence: f64,
+    /// What ended the descents: the last of [`Termination`] of all bodies; `None` without any.
+    pub ending: Option<Termination>,
+    /// Diagrams of the bodies that break; the others stay whole.
+    pub cells: Vec<BodyCells>,
+}
+
+/// Chooses the number of sites of each struck body and divides it, in the time that `budget` knows of.
+///
+/// A number asked for by the caller is shared out by the closed form's degree and breaks the object whatever γ says; the
+/// other rules leave a body whole where its E_1 ≤ γ.
+pub(in crate::pipeline) fn divide(
+    context: StrikeContext<'_>,
+    budget: Option<TimeBudget>,
+    threshold: &ThresholdResult,
+    fields: &[EnergyField],
+    workspace: &mut Workspace,
+) -> Result<Division, FractureError> {
+    let StrikeContext { request, cancel, observer, .. } = context;
+    if let DegreeRequest::Sites(count) = request.degree {
+        let sites = {
+            let _degree = observer.stage(Stage::Degree);
+            shared_out(count, &wishes(context, threshold, fields))
+        };
+        let (cells, ending) = diagrams(context, budget, &sites, fields, workspace)?;
+        let source = DegreeSource::Forced;
+        return Ok(Division { source, degree: count, capped: false, confidence: 1.0, ending, cells });
+    }
+    let guesses = {
+        let _degree = observer.stage(Stage::Degree);
+        guesses(context, threshold, fields)
+    };
+    if matches!(request.degree, DegreeRequest::Optimised | DegreeRequest::Verified) {
+        let sites = guesses.iter().map(|guess| guess.sites).sum();
+        let remaining_s = cancel.remaining_s();
+        if budget.is_none_or(|budget| budget.allows_search(request.degree, sites, remaining_s)) {
+            return search(context, budget, threshold, fields, &guesses, workspace);
+        }
+    }
+    observe(&guesses, observer);
+    let sites: Vec<u32> = guesses.iter().map(|guess| if guess.sites > 1 { guess.sites } else { 0 }).collect();
+    let (cells, ending) = diagrams(context, budget, &sites, fields, workspace)?;
+    Ok(Division {
+        source: source_of(&guesses),
+        degree: guesses.iter().map(|guess| guess.sites).sum(),
+        capped: guesses.iter().any(|guess| guess.capped),
+        confidence: guesses.iter().map(|guess| guess.confidence).fold(1.0, f64::min),
+        ending,
+        cells,
+    })
+}
+
+/// Which part of the sites each struck body wants: the closed form's degree; a single body takes them all.
+fn wishes(context: StrikeContext<'_>, threshold: &ThresholdResult, fields: &[EnergyField]) -> Vec<f64> {
+    let wish = |(struck, field): (usize, &EnergyField)| {
+        let shape = &context.prepared.bodies[threshold.bodies[struck]].slenderness;
+        degree::closed_form(field, shape, threshold.gammas[struck])
+    };
+    if fields.len() > 1 { fields.iter().enumerate().map(wish).collect() } else { vec![1.0] }
+}
+
+/// What is said of one struck body without making a diagram.
+pub(in crate::pipeline) struct DegreeGuess {
+    pub sites: u32,
+    pub capped: bool,
+    /// Whether the examples say so; where the body stays whole, nobody needs to.
+    pub inferred: bool,
+    pub confidence: f64,
+}
+
+/// The rule that made these guesses.
+pub(in crate::pipeline) fn source_of(guesses: &[DegreeGuess]) -> DegreeSource {
+    let inferred = guesses.iter().all(|guess| guess.inferred);
+    if inferred { DegreeSource::Inferred } else { DegreeSource::ClosedForm }
+}
+
+/// Reports to `observer` whether a guess comes from examples.
+pub(in crate::pipeline) fn observe(guesses: &[DegreeGuess], observer: &dyn StageObserver) {
+    if guesses.iter().any(|guess| guess.inferred && guess.sites > 1) {
+        observer.part(EffectKind::Examples, size_of_val(guesses) as u64);
+    }
+}
+
+/// A guess per struck body: by the examples where they are asked for, were made for this lift, and reach; else by the closed
+/// form.
+fn guesses(context: StrikeContext<'_>, threshold: &ThresholdResult, fields: &[EnergyField]) -> Vec<DegreeGuess> {
+    let StrikeContext { prepared, request: strike, .. } = context;
+    // They were labelled with all of the elastic energy of a free body, in the interior lift.
+    let strange = [EffectKind::Tensile, EffectKind::Anchored].into_iter().any(|effect| strike.effects.has(effect));
+    let alike = strike.effects.has(EffectKind::Elastic) && !strange;
+    let asked = strike.effects.has(EffectKind::Examples) && !matches!(strike.degree, DegreeRequest::ClosedForm);
+    let asked = asked && alike && strike.lift == LiftKind::Interior;
+    let learned = prepared.learned.as_ref().filter(|_| asked);
+    let guess = |(struck, field): (usize, &EnergyField)| {
+        // Nor do they know of grain and paint.
+        let controls = strike.controls_of(prepared, threshold.bodies[struck]);
+        let learned = learned.filter(|_| controls.is_none_or(|warped| warped.alike));
+        let (first_moment, gamma) = (threshold.first_moments[struck], threshold.gammas[struck]);
+        if first_moment <= gamma {
+            return DegreeGuess { sites: 1, capped: false, inferred: true, confidence: 1.0 };
+        }
+        let slenderness = &prepared.bodies[threshold.bodies[struck]].slenderness;
+        let [estimate, evenness] = degree::closed_form_and_evenness(field, slenderness, gamma);
+        let descriptor = || degree::descriptor(estimate, first_moment, evenness, gamma);
+        let told = learned.map(|learned| learned.network.predict(&descriptor()));
+        // Beyond their reach the examples decide nothing, but how far it is beyond says how much to trust the closed form.
+        let confidence = told.as_ref().map_or(CONFIDENCE_CLOSED_FORM, |told| told.confidence);
+        let told = told.filter(|told| told.within_reach);
+        let wanted = told.map_or(prepared.kappa * estimate, |told| degree::sites(told.value, estimate));
+        // There is room for the sites that stay, at least.
+        let wanted = wanted.max(field.pins().len() as f64);
+        let SiteCount { sites, capped } = degree::decide(first_moment, gamma, wanted, 1.0, strike.degree_max as usize);
+        DegreeGuess { sites: sites as u32, capped, inferred: told.is_some(), confidence }
+    };
+    fields.iter().enumerate().map(guess).collect()
+}
+
+fn diagrams(
+    context: StrikeContext<'_>,
+    budget: Option<TimeBudget>,
+    sites: &[u32],
+    fields: &[EnergyField],
+    workspace: &mut Workspace,
+) -> Result<(Vec<BodyCells>, Option<Termination>), FractureError> {
+    let StrikeContext { request, cancel, observer, .. } = context;
+    let (mut cells, mut ending) = (Vec::new(), None);
+    for (struck, (&count, field)) in sites.iter().zip(fields).enumerate().filter(|(_, (count, _))| **count > 0) {
+        let stage = observer.stage(Stage::Centroidal);
+        let options = DiagramOptions {
+            tolerance: request.tolerance,
+            iterations_max: request.iterations_max,
+            ..DiagramOptions::new(count as usize, request.seed)
+        };
+        let mut monitor = ConvergenceMonitor::new(request, budget, count, cancel);
+        let mut diagram = Diagram::default();
+        centroidal::diagram_until(field, &options, &mut workspace.centroidal, &mut monitor, &mut diagram)?;
+        ending = ending.max(Some(monitor.ending(&diagram)));
+        stage.produced_bytes(diagram_bytes(&diagram));
+        cells.push(BodyCells { struck, diagram });
+    }
+    Ok((cells, ending))
+}
+
+pub(in crate::pipeline) fn diagram_bytes(diagram: &Diagram) -> u64 {
+    (size_of_val(diagram.sites.as_slice()) + size_of_val(diagram.labels.as_slice())) as u64
+}
+
+/// `count` in whole parts proportional to `wishes` (largest remainders first, ties to the lower index). Where there are
+/// fewer sites than bodies the smallest wishes get none.
+fn shared_out(count: u32, wishes: &[f64]) -> Vec<u32> {
+    let total: f64 = wishes.iter().sum();
+    let exact: Vec<f64> = wishes.iter().map(|wish| f64::from(count) * wish / total).collect();
+    let mut parts: Vec<u32> = exact.iter().map(|part| part.floor() as u32).collect();
+    let mut order: Vec<usize> = (0..wishes.len()).collect();
+    order.sort_by(|&a, &b| (exact[b] - exact[b].floor()).total_cmp(&(exact[a] - exact[a].floor())).then(a.cmp(&b)));
+    let missing = count.saturating_sub(parts.iter().sum()) as usize;
+    order.iter().cycle().take(missing).for_each(|&body| parts[body] += 1);
+    parts
+}
+
+#[cfg(test)]
+mod tests {
+    use super::shared_out;
+
+    #[test]
+    fn sites_are_shared_out_without_loss() {
+        assert_eq!(shared_out(50, &[1.0]), [50]);
+        assert_eq!(shared_out(10, &[2.0, 1.0]), [7, 3]);
+        assert_eq!(shared_out(1, &[0.2, 5.0]), [0, 1]);
+        assert_eq!(shared_out(3, &[1.0, 1.0, 1.0, 1.0]).iter().sum::<u32>(), 3);
+    }
+}

@@ -1,0 +1,120 @@
+//! Load, first half: a request in meters and newton-seconds becomes relative forces in the local frame, body by body.
+//!
+//! Based on: Hertz impact as a half-sine pulse (Johnson, *Contact Mechanics*, 1985, section 11.4): peak force
+//! F = (π/2)·J/τ.
+
+use crate::elasticity;
+use crate::pipeline::contact::ImpactContact;
+use crate::pipeline::error::CONTACTS_MAX;
+use crate::pipeline::error::FractureError;
+use crate::pipeline::prepared::object::PreparedObject;
+use crate::pipeline::request::fracture_request::FractureRequest;
+use crate::scene::DEFAULT_DURATION_S;
+use crate::scene::DEFAULT_RADIUS_DIAGONALS;
+use crate::scene::EffectKind;
+use nalgebra::Vector3;
+
+/// Relative forces are rounded to this step, so that the same impact at another magnitude gives the same bits.
+const FORCE_STEP: f64 = 1.0 / (1u64 << 40) as f64;
+
+/// The contacts of one strike, as the engine sees them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ContactSet {
+    /// Largest peak force of all contacts, N; relative forces are fractions of it.
+    pub peak_force_n: f64,
+    /// Struck bodies in ascending order, each with its contacts: impulse relative to the peak, lengths local.
+    pub bodies: Vec<(usize, Vec<elasticity::ContactLoad>)>,
+}
+
+impl ContactSet {
+    /// Validates `strike` and hands each contact to the body that it is nearest to.
+    pub fn new(prepared: &PreparedObject, strike: &FractureRequest) -> Result<Self, FractureError> {
+        let count = strike.contacts.len();
+        if !(1..=CONTACTS_MAX).contains(&count) {
+            return Err(FractureError::ContactCount(count));
+        }
+        let forces = strike
+            .contacts
+            .iter()
+            .enumerate()
+            .map(|(index, contact)| peak_force_n(index, contact))
+            .collect::<Result<Vec<_>, _>>()?;
+        let peak_force_n = forces.iter().map(|force| force.norm()).fold(0.0, f64::max);
+        let mut bodies: Vec<(usize, Vec<elasticity::ContactLoad>)> = Vec::new();
+        for (index, (contact, force)) in strike.contacts.iter().zip(&forces).enumerate() {
+            let (body, mut local) = place(prepared, index, contact, *force / peak_force_n)?;
+            if strike.effects.has(EffectKind::Elastic) {
+                // The coarser lattice's boundary may lie farther away than the radius; the load is spread from there all the same.
+                local.radius = local.radius.max(prepared.solid(body)?.elasticity.distance(&local.point));
+            }
+            match bodies.iter_mut().find(|(known, _)| *known == body) {
+                Some((_, contacts)) => contacts.push(local),
+                None => bodies.push((body, vec![local])),
+            }
+        }
+        bodies.sort_by_key(|(body, _)| *body);
+        Ok(Self { peak_force_n, bodies })
+    }
+}
+
+impl ContactSet {
+    /// Joules per unit of local energy: F²/(E·L).
+    pub fn unit_j(&self, prepared: &PreparedObject) -> f64 {
+        self.peak_force_n.powi(2) / (prepared.parameters.material.young_pa * prepared.frame.diagonal_m)
+    }
+
+    /// ρL³/F: fractions of the peak force per unit of local weight of unit density.
+    pub fn weight_unit(&self, prepared: &PreparedObject) -> f64 {
+        prepared.parameters.material.density_kg_m3 * prepared.frame.diagonal_m.powi(3) / self.peak_force_n
+    }
+}
+
+fn peak_force_n(contact: usize, given: &ImpactContact) -> Result<Vector3<f64>, FractureError> {
+    let duration_s = given.duration_s.unwrap_or(DEFAULT_DURATION_S);
+    let numbers = given.point_m.iter().map(|x| ("point", *x, false));
+    let numbers = numbers.chain(given.impulse_ns.iter().map(|x| ("impulse", *x, false)));
+    let numbers = numbers.chain([("duration", duration_s, true), ("radius", given.radius_m.unwrap_or(1.0), true)]);
+    for (key, value, positive) in numbers {
+        if !value.is_finite() || (positive && value <= 0.0) {
+            return Err(FractureError::Number { contact, key, value, positive });
+        }
+    }
+    if given.impulse_ns == Vector3::zeros() {
+        return Err(FractureError::ZeroImpulse { contact });
+    }
+    let force = given.impulse_ns * (std::f64::consts::FRAC_PI_2 / duration_s);
+    match force.norm() {
+        norm if norm.is_normal() => Ok(force),
+        norm => Err(FractureError::Number { contact, key: "peak force", value: norm, positive: true }),
+    }
+}
+
+/// The nearest body, and the contact in its terms; refused if the surface is farther than the radius given. The crack
+/// lattice stands for the surface, to within its spacing: it rounds corners off.
+fn place(
+    prepared: &PreparedObject,
+    index: usize,
+    contact: &ImpactContact,
+    relative: Vector3<f64>,
+) -> Result<(usize, elasticity::ContactLoad), FractureError> {
+    let point = prepared.frame.to_local(&contact.point_m);
+    let radius = contact.radius_m.map_or(DEFAULT_RADIUS_DIAGONALS, |radius_m| radius_m / prepared.frame.diagonal_m);
+    let nearest = prepared.bodies.iter().map(|body| body.boundary.nearest(&point));
+    let nearest = nearest.enumerate().filter_map(|(body, nearest)| Some((body, nearest?)));
+    let nearest = nearest.reduce(|best, next| if next.1.distance < best.1.distance { next } else { best });
+    let (body, distance, surface) =
+        nearest.map_or((0, f64::INFINITY, point), |(body, nearest)| (body, nearest.distance, nearest.place));
+    let lattice = prepared.report.surface_deviation.max(prepared.parameters.crack_spacing);
+    // Far from the origin a point cannot be given more exactly than its coordinates are rounded.
+    let rounding = f64::EPSILON * contact.point_m.coords.amax() / prepared.frame.diagonal_m;
+    if distance > radius + lattice + rounding {
+        return Err(FractureError::TooFar {
+            contact: index,
+            distance_m: distance * prepared.frame.diagonal_m,
+            radius_m: radius * prepared.frame.diagonal_m,
+            surface_m: prepared.frame.to_meters(&surface),
+        });
+    }
+    let impulse = relative.map(|x| (x / FORCE_STEP).round() * FORCE_STEP);
+    Ok((body, elasticity::ContactLoad { point, impulse, radius }))
+}

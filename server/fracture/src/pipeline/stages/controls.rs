@@ -1,0 +1,56 @@
+//! An artist's controls, followed while a body is divided.
+
+use super::cells::BodyCells;
+use super::energy::BodyEnergy;
+use crate::centroidal::EnergyField;
+use crate::pipeline::error::FractureError;
+use crate::pipeline::prepared::object::PreparedObject;
+use crate::pipeline::request::context::StrikeContext;
+use crate::pipeline::request::fracture_request::FractureRequest;
+use crate::scene::EffectKind;
+/// Masses of the fields where something is painted, with the total that they had; `None` where nothing is.
+pub(in crate::pipeline) fn repainted(
+    prepared: &PreparedObject,
+    strike: &FractureRequest,
+    energies: &[BodyEnergy],
+    fields: &[EnergyField],
+) -> Vec<Option<Vec<f64>>> {
+    let repaint = |(energy, field): (&BodyEnergy, &EnergyField)| {
+        let factors = &strike.controls_of(prepared, energy.body).filter(|warped| !warped.factors.is_empty())?.factors;
+        let mut masses: Vec<f64> = field.mass().iter().zip(factors).map(|(mass, factor)| mass * factor).collect();
+        let scale = field.mass().iter().sum::<f64>() / masses.iter().sum::<f64>();
+        masses.iter_mut().for_each(|mass| *mass *= scale);
+        Some(masses)
+    };
+    energies.iter().zip(fields).map(repaint).collect()
+}
+
+/// The fields as the controls want them divided: in the bent space, painted, with the sites that stay.
+pub(in crate::pipeline) fn followed<'a>(
+    prepared: &'a PreparedObject,
+    strike: &FractureRequest,
+    energies: &[BodyEnergy],
+    fields: &[EnergyField<'a>],
+    masses: &'a [Option<Vec<f64>>],
+) -> Result<Vec<EnergyField<'a>>, FractureError> {
+    let follow = |((energy, field), mass): ((&BodyEnergy, &EnergyField<'a>), &'a Option<Vec<f64>>)| {
+        let mass = mass.as_deref().unwrap_or(field.mass());
+        let field = field.like(strike.lift_of(prepared, energy.body)?, mass);
+        Ok(strike.controls_of(prepared, energy.body).map_or(field, |warped| field.pinned(&warped.pins)))
+    };
+    energies.iter().zip(fields).zip(masses).map(follow).collect()
+}
+
+/// Keeps the protected regions of finished diagrams whole.
+pub(in crate::pipeline) fn guard(context: StrikeContext<'_>, energies: &[BodyEnergy], cells: &mut [BodyCells]) {
+    let StrikeContext { prepared, request, observer, .. } = context;
+    for BodyCells { struck, diagram } in cells {
+        let body = energies[*struck].body;
+        if let Some(warped) = request.controls_of(prepared, body) {
+            let effect = observer.effect(EffectKind::Warp);
+            let sites = diagram.count();
+            warped.keep_whole(&mut diagram.labels, &prepared.bodies[body].volumes, sites);
+            effect.produced_bytes(warped.bytes() as u64);
+        }
+    }
+}

@@ -1,0 +1,200 @@
+//! Load and elasticity: from an impact to strain energy on the crack lattice's nodes.
+//!
+//! Based on: Schvartzman & Otaduy (I3D 2014), section 3: one quasi-static solve per impact; inertia relief, anchors and units
+//! are ours. With diagonal L, modulus E and peak force F, energies in joules are F²/(E·L) times local ones.
+
+use super::contact_set::ContactSet;
+use super::falloff::falloff;
+use crate::cancel_token::CancelToken;
+use crate::elasticity::DrivingEnergy;
+use crate::elasticity::ElasticityError;
+use crate::elasticity::NodalLoad;
+use crate::elasticity::ReducedBasis;
+use crate::pipeline::error::FractureError;
+use crate::pipeline::prepared::anchored::AnchoredBody;
+use crate::pipeline::prepared::object::ElasticModel;
+use crate::pipeline::prepared::object::PreparedObject;
+use crate::pipeline::prepared::parameters::ElasticRequest;
+use crate::pipeline::request::context::StrikeContext;
+use crate::pipeline::request::fracture_request::FractureRequest;
+use crate::pipeline::request::stage::Stage;
+use crate::pipeline::workspace::Workspace;
+use crate::scene::EffectKind;
+
+/// Strain energy of one struck body.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BodyEnergy {
+    /// Which body.
+    pub body: usize,
+    /// Share of the body's strain energy on each node of the crack lattice; sum 1.
+    pub shares: Vec<f64>,
+    /// The body's strain energy, J.
+    pub energy_j: f64,
+    /// Relative error of the energy, estimated, if the displacement is a reduced one; `None`: it was solved for.
+    pub reduced_error: Option<f64>,
+    /// Contact radius in effect, m: the largest of its contacts after raising them to what the lattice resolves.
+    pub radius_m: f64,
+}
+
+impl BodyEnergy {
+    /// Joule·meters² per unit of a local first moment of the shares: energy times the square of the diagonal.
+    pub fn unit_j_m2(&self, diagonal_m: f64) -> f64 {
+        self.energy_j * diagonal_m * diagonal_m
+    }
+}
+
+/// The strain energy of every body that `contacts` strike: from its deformation, or a falloff where the effects do without.
+///
+/// # Errors
+/// [`FractureError`], naming the body.
+pub fn strain_energy(
+    context: StrikeContext<'_>,
+    contacts: &ContactSet,
+    workspace: &mut Workspace,
+) -> Result<Vec<BodyEnergy>, FractureError> {
+    apply(context, contacts, workspace)?;
+    strain_energy_applied(context, contacts, workspace)
+}
+
+/// As [`strain_energy`], after [`apply`].
+pub(in crate::pipeline) fn strain_energy_applied(
+    context: StrikeContext<'_>,
+    contacts: &ContactSet,
+    workspace: &mut Workspace,
+) -> Result<Vec<BodyEnergy>, FractureError> {
+    if context.request.effects.has(EffectKind::Elastic) {
+        return deformed(context, contacts, workspace);
+    }
+    let load = context.observer.stage(Stage::Load);
+    let energies = falloff(context.prepared, contacts)?;
+    load.produced_bytes(energies.iter().map(|energy| size_of_val(energy.shares.as_slice()) as u64).sum());
+    Ok(energies)
+}
+
+/// Writes the forces of `contacts` on every struck body into the workspace; none if the effects do without deformation.
+pub(in crate::pipeline) fn apply(
+    context: StrikeContext<'_>,
+    contacts: &ContactSet,
+    workspace: &mut Workspace,
+) -> Result<(), FractureError> {
+    let StrikeContext { prepared, request, observer, .. } = context;
+    if !request.effects.has(EffectKind::Elastic) {
+        return Ok(());
+    }
+    let held = prepared.held(request.effects)?;
+    let count = workspace.loads.len().max(contacts.bodies.len());
+    workspace.loads.resize_with(count, NodalLoad::default);
+    for ((index, contacts), load) in contacts.bodies.iter().zip(&mut workspace.loads) {
+        let own = held.and_then(|held| held.body(*index));
+        let elasticity = own.map_or(&prepared.solid(*index)?.elasticity, |own| &own.elasticity);
+        let stage = observer.stage(Stage::Load);
+        let touched = elasticity.touch(contacts, load, &mut workspace.elasticity);
+        touched.map_err(|source| FractureError::of_body(*index, source))?;
+        stage.produced(&load.applied);
+    }
+    Ok(())
+}
+
+/// The largest contact radius in effect under `load`, m.
+pub(in crate::pipeline) fn radius_m(prepared: &PreparedObject, load: &NodalLoad) -> f64 {
+    load.touches.iter().map(|touch| touch.radius).fold(0.0, f64::max) * prepared.frame.diagonal_m
+}
+
+/// The energies of every struck body under the workspace's loads.
+fn deformed(
+    context: StrikeContext<'_>,
+    contacts: &ContactSet,
+    workspace: &mut Workspace,
+) -> Result<Vec<BodyEnergy>, FractureError> {
+    let StrikeContext { prepared, request, cancel, observer } = context;
+    let (unit_j, held) = (contacts.unit_j(prepared), prepared.held(request.effects)?);
+    let mut energies = Vec::with_capacity(contacts.bodies.len());
+    for (place, (index, _)) in contacts.bodies.iter().enumerate() {
+        let (body, solid) = (&prepared.bodies[*index], prepared.solid(*index)?);
+        let own = held.and_then(|held| held.body(*index));
+        let elasticity = own.map_or(&solid.elasticity, |own| &own.elasticity);
+        let failed = |source| FractureError::of_body(*index, source);
+        let stage = observer.stage(Stage::Elasticity);
+        let reduced_error = match own {
+            Some(own) => displace_held(context, contacts, own, place, workspace).map(|()| None),
+            None => displace(solid, request, place, workspace, cancel),
+        };
+        let reduced_error = reduced_error.map_err(failed)?;
+        observer.part(EffectKind::Elastic, size_of_val(workspace.displacement.as_slice()) as u64);
+        let tensile = request.effects.has(EffectKind::Tensile).then(|| observer.effect(EffectKind::Tensile));
+        let driving = if tensile.is_some() { DrivingEnergy::Tensile } else { DrivingEnergy::Total };
+        elasticity
+            .tet_energy(&solid.lattice, &workspace.displacement, driving, &mut workspace.tet_energy, cancel)
+            .map_err(failed)?;
+        if let Some(tensile) = tensile {
+            tensile.produced(&workspace.tet_energy);
+        }
+        let mut shares = Vec::with_capacity(body.crack.nodes.len());
+        solid.transfer.apply(&workspace.tet_energy, &mut shares);
+        let total: f64 = shares.iter().sum();
+        if total == 0.0 {
+            return Err(FractureError::Balanced { body: *index });
+        }
+        if !total.is_finite() {
+            return Err(FractureError::Range(total));
+        }
+        shares.iter_mut().for_each(|share| *share /= total);
+        stage.produced(&shares);
+        energies.push(BodyEnergy {
+            body: *index,
+            shares,
+            energy_j: total * unit_j,
+            reduced_error,
+            radius_m: radius_m(prepared, &workspace.loads[place]),
+        });
+    }
+    Ok(energies)
+}
+
+/// The displacement under load `place` of the workspace: from the reduced basis if that is asked for and all of it good enough, with the
+/// estimated error of what is used of it, else from the solve.
+fn displace(
+    solid: &ElasticModel,
+    request: &FractureRequest,
+    place: usize,
+    workspace: &mut Workspace,
+    cancel: &CancelToken,
+) -> Result<Option<f64>, ElasticityError> {
+    let Workspace { loads, displacement, coordinates, elasticity, .. } = workspace;
+    let load = &mut loads[place];
+    if let (ElasticRequest::Reduced, Some(reduced)) = (request.elastic, &solid.reduced) {
+        reduced.project(load, coordinates);
+        let error = reduced.estimate().error(reduced.residual(&solid.elasticity, load, coordinates, elasticity));
+        if error <= request.reduced_error_max {
+            let used = reduced.used(request.rank_max);
+            reduced.expand(&coordinates[..used], displacement, elasticity);
+            return Ok(Some(ReducedBasis::truncated_error(coordinates, used, error)));
+        }
+    }
+    solid.elasticity.balance(load);
+    solid.elasticity.solve(&load.forces, displacement, elasticity, cancel)?;
+    Ok(None)
+}
+
+/// The displacement of a held body under load `place` of the workspace, and under its weight where that is asked for. Reduced bases are
+/// those of free bodies: it is solved for.
+fn displace_held(
+    context: StrikeContext<'_>,
+    contacts: &ContactSet,
+    own: &AnchoredBody,
+    place: usize,
+    workspace: &mut Workspace,
+) -> Result<(), ElasticityError> {
+    let StrikeContext { prepared, request, cancel, observer } = context;
+    let Workspace { loads, displacement, elasticity, .. } = workspace;
+    own.elasticity.balance(&mut loads[place]);
+    own.elasticity.solve(&loads[place].forces, displacement, elasticity, cancel)?;
+    observer.part(EffectKind::Anchored, own.elasticity.own_bytes() as u64);
+    if let Some(sag) = own.sag.as_ref().filter(|_| request.effects.has(EffectKind::Gravity)) {
+        let gravity = observer.effect(EffectKind::Gravity);
+        let unit = contacts.weight_unit(prepared);
+        displacement.iter_mut().zip(sag).for_each(|(u, w)| *u += unit * w);
+        gravity.produced(sag);
+    }
+    Ok(())
+}

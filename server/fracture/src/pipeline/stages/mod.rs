@@ -1,0 +1,12 @@
+//! The stages of a strike, from contacts to cells, in the order of the method.
+
+pub(super) mod bound_test;
+pub(super) mod cells;
+pub(super) mod contact_set;
+pub(super) mod controls;
+pub(super) mod convergence_monitor;
+pub(super) mod energy;
+pub(super) mod falloff;
+pub(super) mod search;
+pub(super) mod termination;
+pub(super) mod threshold;

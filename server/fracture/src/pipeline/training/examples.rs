@@ -1,0 +1,90 @@
+//! Makes examples: impacts whose fracture degree is found by full optimization.
+
+use super::sample::ImpactSampler;
+use crate::cancel_token::CancelToken;
+use crate::centroidal::Diagram;
+use crate::centroidal::EnergyField;
+use crate::degree;
+use crate::degree::CurveOptions;
+use crate::degree::CurvePoint;
+use crate::degree::EnergyCurve;
+use crate::lift::LiftKind;
+use crate::pipeline::error::FractureError;
+use crate::pipeline::prepared::example::Example;
+use crate::pipeline::prepared::example::ExamplePoint;
+use crate::pipeline::prepared::example::TWICE;
+use crate::pipeline::prepared::example::records;
+use crate::pipeline::prepared::object::PreparedObject;
+use crate::pipeline::request::context::StrikeContext;
+use crate::pipeline::stages::contact_set::ContactSet;
+use crate::pipeline::stages::energy::strain_energy;
+use crate::pipeline::workspace::Workspace;
+use crate::random::RandomStream;
+use std::collections::BTreeMap;
+
+/// Curves end at this many sites; predictions above the largest label are out of reach.
+const SITES_MAX: usize = 128;
+
+/// The examples of impact number `index` of `seed`, one per body that it strikes.
+pub fn examples(
+    prepared: &PreparedObject,
+    sampler: &ImpactSampler,
+    seed: u64,
+    index: u64,
+    workspace: &mut Workspace,
+    token: &CancelToken,
+) -> Result<Vec<Example>, FractureError> {
+    let strike = sampler.impact(seed, index);
+    let impact = ContactSet::new(prepared, &strike)?;
+    let mut examples = Vec::new();
+    let energies = match strain_energy(StrikeContext::new(prepared, &strike, token, &()), &impact, workspace) {
+        // Two blows that cancel leave nothing to learn from.
+        Err(FractureError::Balanced { .. }) => Vec::new(),
+        energies => energies?,
+    };
+    for mut energy in energies {
+        let (body, interior) = (&prepared.bodies[energy.body], prepared.lift(energy.body, LiftKind::Interior)?);
+        let field = EnergyField::new(interior, &body.volumes, &mut energy.shares)
+            .map_err(|source| FractureError::Field { body: energy.body, source })?
+            .grouped(&body.clusters);
+        let mut curve = |starts: u64| -> Result<(Vec<CurvePoint>, Vec<u32>), FractureError> {
+            let seed = RandomStream::new(seed ^ index, starts).bits();
+            let mut curve =
+                EnergyCurve::new(&field, CurveOptions { sites_max: SITES_MAX, seed, ..CurveOptions::default() });
+            let mut sites = BTreeMap::new();
+            let mut show = |count: usize, diagram: &Diagram| {
+                sites.insert(count, diagram.site_nodes(interior));
+            };
+            curve.extend_until(&field, 0.0, &mut &*token, &mut workspace.centroidal, &mut show)?;
+            Ok((curve.points().to_vec(), sites.into_values().flatten().collect()))
+        };
+        let (own, site_nodes) = curve(0)?;
+        let again = if index.is_multiple_of(TWICE) { curve(1)?.0 } else { Vec::new() };
+        let mut points: Vec<ExamplePoint> = own
+            .iter()
+            .enumerate()
+            .map(|(place, point)| ExamplePoint {
+                sites: point.sites as u32,
+                energy_max: point.energy_max,
+                energy_max_worst: point.energy_max_worst,
+                energy_max_again: again.get(place).map_or(0.0, |point| point.energy_max),
+                estimate: 0.0,
+            })
+            .collect();
+        let labels: Vec<(usize, f64)> = records(own.iter().map(|point| point.energy_max)).collect();
+        for (place, gamma) in labels {
+            points[place].estimate = degree::closed_form(&field, &body.slenderness, gamma);
+        }
+        examples.push(Example {
+            impact: index,
+            body: energy.body,
+            contacts: strike.contacts.clone(),
+            energy_j: energy.energy_j,
+            first_moment: own[0].energy_max,
+            evenness: degree::evenness(&field),
+            points,
+            site_nodes,
+        });
+    }
+    Ok(examples)
+}

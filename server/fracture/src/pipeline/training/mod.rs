@@ -1,0 +1,8 @@
+//! What a bake learns from impacts on the object: examples, reduced bases, degrees.
+
+pub(super) mod calibrate;
+pub(super) mod compare;
+pub(super) mod examples;
+pub(super) mod learn;
+pub(super) mod reduce;
+pub(super) mod sample;

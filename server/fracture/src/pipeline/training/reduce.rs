@@ -1,0 +1,230 @@
+//! Reduced bases from the examples' impacts, and what they are worth on others.
+//!
+//! Ours: the problem is linear, so every contact of an example is worth three snapshots, one per direction of its force.
+
+use super::sample::ImpactSampler;
+use crate::cancel_token::CancelToken;
+use crate::centroidal::EnergyField;
+use crate::degree;
+use crate::elasticity::ContactLoad;
+use crate::elasticity::DrivingEnergy;
+use crate::elasticity::ErrorEstimate;
+use crate::elasticity::NodalLoad;
+use crate::elasticity::ReducedBasis;
+use crate::lift::LiftKind;
+use crate::pipeline::error::FractureError;
+use crate::pipeline::prepared::object::PreparedObject;
+use crate::pipeline::prepared::reduction::ReductionErrors;
+use crate::pipeline::request::context::StrikeContext;
+use crate::pipeline::request::fracture_request::FractureRequest;
+use crate::pipeline::request::solver_settings::REDUCED_ERROR_MAX;
+use crate::pipeline::stages::contact_set::ContactSet;
+use crate::pipeline::stages::energy::strain_energy;
+use crate::pipeline::workspace::Workspace;
+use nalgebra::Vector3;
+use rayon::prelude::*;
+
+/// Most bytes of one body's basis; larger lattices get fewer displacements.
+const BASIS_BYTES_MAX: usize = 13 << 20;
+
+/// Most bytes of one body's snapshots, while they are computed; larger lattices get fewer snapshots.
+const SNAPSHOT_BYTES_MAX: usize = 512 << 20;
+
+/// Fewer displacements are no basis.
+const RANK_MIN: usize = 8;
+
+/// Impacts on which the bases are tried; no example is among them. The estimates are fitted to every other one and judged on the rest.
+const HELD_OUT: u64 = 128;
+
+/// Numbers of the held-out impacts begin here: examples never get so far.
+const HELD_OUT_FIRST: u64 = 1 << 32;
+
+/// Makes the bases of all bodies, and tries them. Without impacts, or with `rank_max` 0, there are none.
+pub fn reduce(prepared: &mut PreparedObject, rank_max: usize, token: &CancelToken) -> Result<(), FractureError> {
+    let solids = |prepared: &mut PreparedObject| -> Vec<usize> {
+        let all =
+            prepared.bodies.iter_mut().enumerate().filter_map(|(index, body)| Some((index, body.solid.as_mut()?)));
+        all.map(|(index, solid)| {
+            solid.reduced = None;
+            index
+        })
+        .collect()
+    };
+    let solids = solids(prepared);
+    prepared.reduction = None;
+    for &index in &solids {
+        let basis = basis(prepared, index, rank_max, token)?;
+        if let Some(solid) = &mut prepared.bodies[index].solid {
+            solid.reduced = basis;
+        }
+    }
+    if prepared.bodies.iter().all(|body| body.reduced().is_none()) {
+        return Ok(());
+    }
+    let trials = trials(prepared, token)?;
+    for index in 0..prepared.bodies.len() {
+        let own = trials.iter().filter(|trial| trial.body == index && trial.fits);
+        let pairs: Vec<_> = own.map(|trial| (trial.residual, trial.energy_error)).collect();
+        if let Some(solid) = &mut prepared.bodies[index].solid {
+            solid.reduced = solid.reduced.take().map(|reduced| reduced.estimating(ErrorEstimate::fit(&pairs)));
+        }
+    }
+    prepared.reduction = ReductionErrors::of(prepared, &trials);
+    Ok(())
+}
+
+/// The basis of body `index` from the contacts of the object's impacts.
+fn basis(
+    prepared: &PreparedObject,
+    index: usize,
+    rank_max: usize,
+    token: &CancelToken,
+) -> Result<Option<ReducedBasis>, FractureError> {
+    let solid = prepared.solid(index)?;
+    let column_bytes = size_of::<f64>() * solid.elasticity.size();
+    let rank_max = rank_max.min(BASIS_BYTES_MAX / (column_bytes / 2));
+    if rank_max < RANK_MIN {
+        return Ok(None);
+    }
+    let failed = |source| FractureError::of_body(index, source);
+    let mut loads = Vec::new();
+    let mut workspace = Workspace::default();
+    for contact in contacts(prepared, index)?.into_iter().take(SNAPSHOT_BYTES_MAX / column_bytes / 3) {
+        for axis in 0..3 {
+            let impulse = Vector3::ith(axis, 1.0);
+            let mut load = NodalLoad::default();
+            solid
+                .elasticity
+                .load(&[ContactLoad { impulse, ..contact }], &mut load, &mut workspace.elasticity)
+                .map_err(failed)?;
+            loads.push(load);
+        }
+    }
+    if loads.len() < RANK_MIN {
+        return Ok(None);
+    }
+    solid.elasticity.reduce(&loads, rank_max, token).map_err(failed)
+}
+
+/// All contacts of the object's impacts with body `index`.
+fn contacts(prepared: &PreparedObject, index: usize) -> Result<Vec<ContactLoad>, FractureError> {
+    let sampler = ImpactSampler::new(prepared);
+    let mut contacts = Vec::new();
+    for impact in 0..prepared.impacts {
+        let strike = sampler.impact(prepared.parameters.seed, impact);
+        let bodies = ContactSet::new(prepared, &strike)?.bodies;
+        contacts.extend(bodies.into_iter().filter(|(body, _)| *body == index).flat_map(|(_, contacts)| contacts));
+    }
+    Ok(contacts)
+}
+
+/// One body under one held-out impact, solved and reduced.
+struct Trial {
+    body: usize,
+    /// Whether the estimate is fitted to it; it is judged on the others.
+    fits: bool,
+    residual: f64,
+    energy_error: f64,
+    density_error: f64,
+    degree_error: f64,
+}
+
+fn trials(prepared: &PreparedObject, token: &CancelToken) -> Result<Vec<Trial>, FractureError> {
+    let sampler = ImpactSampler::new(prepared);
+    let one = |workspace: &mut Workspace, number: u64| {
+        let strike = sampler.impact(prepared.parameters.seed, HELD_OUT_FIRST + number);
+        let mut trials = trial(prepared, &strike, workspace, token)?;
+        trials.iter_mut().for_each(|trial| trial.fits = number.is_multiple_of(2));
+        Ok::<_, FractureError>(trials)
+    };
+    let all: Vec<Vec<Trial>> =
+        (0..HELD_OUT).into_par_iter().map_init(Workspace::default, one).collect::<Result<_, _>>()?;
+    Ok(all.into_iter().flatten().collect())
+}
+
+fn trial(
+    prepared: &PreparedObject,
+    strike: &FractureRequest,
+    workspace: &mut Workspace,
+    token: &CancelToken,
+) -> Result<Vec<Trial>, FractureError> {
+    let impact = ContactSet::new(prepared, strike)?;
+    let solved = match strain_energy(StrikeContext::new(prepared, strike, token, &()), &impact, workspace) {
+        // Two blows that cancel have no energy to compare.
+        Err(FractureError::Balanced { .. }) => return Ok(Vec::new()),
+        solved => solved?,
+    };
+    let mut trials = Vec::new();
+    for (place, ((index, _), solved)) in impact.bodies.iter().zip(solved).enumerate() {
+        let body = &prepared.bodies[*index];
+        let solid = prepared.solid(*index)?;
+        let Some(reduced) = &solid.reduced else { continue };
+        let failed = |source| FractureError::of_body(*index, source);
+        let Workspace { loads, displacement, coordinates, elasticity, .. } = workspace;
+        let load = &loads[place];
+        reduced.project(load, coordinates);
+        let residual = reduced.residual(&solid.elasticity, load, coordinates, elasticity);
+        reduced.expand(coordinates, displacement, elasticity);
+        solid
+            .elasticity
+            .tet_energy(&solid.lattice, &workspace.displacement, DrivingEnergy::Total, &mut workspace.tet_energy, token)
+            .map_err(failed)?;
+        let mut shares = Vec::new();
+        solid.transfer.apply(&workspace.tet_energy, &mut shares);
+        let total: f64 = shares.iter().sum();
+        let unit_j = impact.unit_j(prepared);
+        let ratio = total * unit_j / solved.energy_j;
+        let differences = shares.iter().zip(&solved.shares).map(|(own, true_)| (own / total * ratio - true_).abs());
+        let density_error = differences.sum();
+        shares.iter_mut().for_each(|share| *share /= total);
+        let [own, wanted] = [(shares, ratio), (solved.shares, 1.0)].map(|(mut shares, ratio)| {
+            let field = EnergyField::new(prepared.lift(*index, LiftKind::Interior)?, &body.volumes, &mut shares)
+                .map_err(|source| FractureError::Field { body: *index, source })?;
+            let unit = solved.energy_j * ratio * prepared.frame.diagonal_m.powi(2);
+            Ok::<_, FractureError>(degree::closed_form(&field, &body.slenderness, prepared.gamma_j_m2 / unit))
+        });
+        trials.push(Trial {
+            body: *index,
+            fits: false,
+            residual,
+            energy_error: (ratio - 1.0).abs(),
+            density_error,
+            degree_error: (own? / wanted? - 1.0).abs(),
+        });
+    }
+    Ok(trials)
+}
+
+impl ReductionErrors {
+    /// `None` without trials.
+    fn of(prepared: &PreparedObject, trials: &[Trial]) -> Option<Self> {
+        let estimates: Vec<(f64, f64)> = trials
+            .iter()
+            .filter(|trial| !trial.fits)
+            .filter_map(|trial| {
+                let reduced = prepared.bodies[trial.body].reduced()?;
+                Some((reduced.estimate().error(trial.residual), trial.energy_error))
+            })
+            .collect();
+        let share = |holds: &dyn Fn(&(f64, f64)) -> bool| {
+            estimates.iter().filter(|pair| holds(pair)).count() as f64 / estimates.len() as f64
+        };
+        Some(Self {
+            rank: prepared.bodies.iter().map(|body| body.reduced().map_or(0, ReducedBasis::rank)).collect(),
+            holdout: trials.len(),
+            energy_error_median: quantile(trials, 0.5, |trial| trial.energy_error)?,
+            energy_error_p90: quantile(trials, 0.9, |trial| trial.energy_error)?,
+            density_error_median: quantile(trials, 0.5, |trial| trial.density_error)?,
+            degree_error_median: quantile(trials, 0.5, |trial| trial.degree_error)?,
+            estimates_within_3: share(&|(estimate, error)| (1.0 / 3.0..=3.0).contains(&(estimate / error))),
+            solved: share(&|(estimate, _)| *estimate > REDUCED_ERROR_MAX),
+        })
+    }
+}
+
+/// `None` of none.
+fn quantile(trials: &[Trial], share: f64, value: impl Fn(&Trial) -> f64) -> Option<f64> {
+    let mut sorted: Vec<f64> = trials.iter().map(value).collect();
+    sorted.sort_by(f64::total_cmp);
+    sorted.get((sorted.len() as f64 * share) as usize).copied()
+}

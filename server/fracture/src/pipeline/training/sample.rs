@@ -1,0 +1,102 @@
+//! Impacts drawn over an object's surface: what it is calibrated on and what it learns from.
+//!
+//! Ours: contact points uniform by area, directions around the inward normal, radii over two octaves, one or two contacts.
+
+use crate::pipeline::contact::ImpactContact;
+use crate::pipeline::prepared::object::PreparedBody;
+use crate::pipeline::prepared::object::PreparedObject;
+use crate::pipeline::prepared::parameters::ElasticRequest;
+use crate::pipeline::request::fracture_request::FractureRequest;
+use crate::random::RandomStream;
+use crate::scene::DEFAULT_RADIUS_DIAGONALS;
+use nalgebra::Point3;
+use nalgebra::Vector3;
+use std::f64::consts::TAU;
+
+/// Share of the drawn impacts that have a second contact.
+const TWO_CONTACTS: f64 = 0.2;
+
+/// Directions are at most this far from the inward normal: cosine of the angle.
+const COSINE_MIN: f64 = 0.5;
+
+/// Radii over the default: from just below it, so that it is within, to four times it. Contacts much smaller would need a
+/// larger reduced basis: from 0.7 on, the energy of the bunny's is 2.3 % off instead of 0.5 %, and 4.5 % with half of the contacts at the
+/// default itself, since a surface has room for several hundred contacts of that size.
+const RADIUS_FACTORS: [f64; 2] = [0.95, 4.0];
+
+/// Draws impacts over all bodies of an object.
+pub struct ImpactSampler<'a> {
+    prepared: &'a PreparedObject,
+    /// Body and face of its crack lattice's boundary, with the area up to and including it.
+    faces: Vec<(usize, usize, f64)>,
+}
+
+impl<'a> ImpactSampler<'a> {
+    /// Over the boundaries of all crack lattices.
+    pub fn new(prepared: &'a PreparedObject) -> Self {
+        let mut sum = 0.0;
+        let mut faces = Vec::new();
+        for (index, body) in prepared.bodies.iter().enumerate() {
+            for face in 0..body.topology.boundary.len() {
+                sum += normal(corners(body, face)).norm();
+                faces.push((index, face, sum));
+            }
+        }
+        Self { prepared, faces }
+    }
+
+    /// A point, uniform by area, and the inward unit normal there, both local.
+    pub fn point(&self, stream: &mut RandomStream) -> (Point3<f64>, Vector3<f64>) {
+        let total = self.faces.last().map_or(0.0, |(.., sum)| *sum);
+        let place = stream.uniform() * total;
+        let found = self.faces.partition_point(|(.., sum)| *sum <= place).min(self.faces.len() - 1);
+        let (body, face, _) = self.faces[found];
+        let triangle = corners(&self.prepared.bodies[body], face);
+        let [a, b, c] = triangle.map(|corner| corner.coords / 3.0);
+        (Point3::from(a + b + c), -normal(triangle).normalize())
+    }
+
+    /// Impact number `index` of `seed`, at a magnitude of about 1 N·s, to be solved; everything else that is not drawn is at
+    /// its default.
+    pub fn impact(&self, seed: u64, index: u64) -> FractureRequest {
+        let mut stream = RandomStream::new(seed, index);
+        let count = if stream.uniform() < TWO_CONTACTS { 2 } else { 1 };
+        let contacts = (0..count).map(|_| self.contact(&mut stream)).collect::<Vec<_>>();
+        let first = contacts[0];
+        let elastic = ElasticRequest::Solve;
+        FractureRequest { contacts, seed: index, elastic, ..FractureRequest::at(first.point_m, first.impulse_ns) }
+    }
+
+    fn contact(&self, stream: &mut RandomStream) -> ImpactContact {
+        let (point, inward) = self.point(stream);
+        let cosine = 1.0 - (1.0 - COSINE_MIN) * stream.uniform();
+        let (turn, magnitude) = (TAU * stream.uniform(), 1.0 - 0.5 * stream.uniform());
+        let [least, greatest] = RADIUS_FACTORS;
+        let radius = DEFAULT_RADIUS_DIAGONALS * least * (greatest / least).powf(stream.uniform());
+        let across = inward.cross(&least_axis(&inward)).normalize();
+        let sideways = across * turn.cos() + inward.cross(&across) * turn.sin();
+        let direction = inward * cosine + sideways * (1.0 - cosine * cosine).sqrt();
+        ImpactContact {
+            point_m: self.prepared.frame.to_meters(&point),
+            impulse_ns: direction * magnitude,
+            duration_s: None,
+            radius_m: Some(radius * self.prepared.frame.diagonal_m),
+        }
+    }
+}
+
+fn corners(body: &PreparedBody, face: usize) -> [Point3<f64>; 3] {
+    body.topology.boundary[face].nodes.map(|node| body.crack.nodes[node as usize])
+}
+
+/// Twice the area, outward.
+fn normal([a, b, c]: [Point3<f64>; 3]) -> Vector3<f64> {
+    (b - a).cross(&(c - a))
+}
+
+/// The coordinate axis that `vector` leans on least.
+fn least_axis(vector: &Vector3<f64>) -> Vector3<f64> {
+    let mut axis = Vector3::zeros();
+    axis[vector.iamin()] = 1.0;
+    axis
+}
