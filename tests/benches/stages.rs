@@ -69,6 +69,7 @@ fn stages(criterion: &mut Criterion) {
                 lift: body.interior.as_ref().unwrap(),
                 coordinates: &diagram.sites,
                 of_fragment: &components.sites,
+                of_node: Some(&diagram.labels),
             };
             let fixed = FixedPoints::default();
             points.find(&body.crack, &body.topology, &components.labels, Some(sites), &fixed).unwrap();

@@ -84,7 +84,12 @@ impl Memory {
     /// Labels to sections: points, build, emit, ms. The second time it has room.
     fn tessellate(&mut self, work: &Work) -> [f64; 3] {
         let (lattice, topology, labels) = (&work.body.crack, &work.body.topology, &work.split.labels);
-        let sites = BisectorSites { lift: work.lift, coordinates: &work.diagram.sites, of_fragment: &work.split.sites };
+        let sites = BisectorSites {
+            lift: work.lift,
+            coordinates: &work.diagram.sites,
+            of_fragment: &work.split.sites,
+            of_node: Some(&work.diagram.labels),
+        };
         let begun = Instant::now();
         self.points.find(lattice, topology, labels, Some(sites), &FixedPoints::default()).unwrap();
         let points_ms = since_ms(begun);

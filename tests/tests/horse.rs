@@ -155,7 +155,12 @@ fn view(lattice: &Lattice, labels: &[u32]) -> Image {
 fn crack_pairs(prepared: &PreparedObject, lift: LiftKind, diagram: &Diagram) -> BTreeMap<[u32; 2], Vec<Point3<f64>>> {
     let body = &prepared.bodies[0];
     let identity: Vec<u32> = (0..diagram.cell_energy.len() as u32).collect();
-    let sites = BisectorSites { lift: body.lift(lift).unwrap(), coordinates: &diagram.sites, of_fragment: &identity };
+    let sites = BisectorSites {
+        lift: body.lift(lift).unwrap(),
+        coordinates: &diagram.sites,
+        of_fragment: &identity,
+        of_node: None,
+    };
     let fixed = FixedPoints::default();
     let points = crack_points(&body.crack, &body.topology, &diagram.labels, Some(sites), &fixed).unwrap().to_fixed();
     let mut pairs: BTreeMap<[u32; 2], Vec<Point3<f64>>> = BTreeMap::new();
