@@ -3,7 +3,7 @@
 use clap::{Parser, Subcommand};
 use shatter_cli_common as program;
 use shatter_cli_common::lab::ForwardedArgs;
-use shatter_server::commands::{CommandError, bake, check, inspect, interrupt, merge, serve, upgrade};
+use shatter_server::commands::{CommandError, bake, check, inspect, interrupt, merge, serve};
 use std::io::Write;
 use std::process::ExitCode;
 
@@ -24,8 +24,6 @@ enum Command {
     Bake(bake::BakeArgs),
     /// Joins the shares of a bake that was divided: the same bytes as if it had not been.
     Merge(merge::MergeArgs),
-    /// Converts databases of older formats, in place.
-    Upgrade(upgrade::UpgradeArgs),
     /// Verifies a database and prints what it holds.
     Inspect(inspect::InspectArgs),
     /// Validates a scene and prints what is prepared and run for each of its objects.
@@ -71,7 +69,6 @@ fn run(command: &Command) -> Result<bool, CommandError> {
         Command::Demo(arguments) => Err(arguments.run("shatterd", "demo", &[]).into()),
         Command::Bake(args) => bake::run(args).map(|()| true),
         Command::Merge(args) => merge::run(args).map(|()| true),
-        Command::Upgrade(args) => upgrade::run(args).map(|()| true),
         Command::Inspect(args) => inspect::run(args).map(|()| true),
         Command::Check(args) => check::run(args).map(|()| true),
         Command::Serve(args) => serve::run(args).map(|()| true),

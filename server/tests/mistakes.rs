@@ -95,7 +95,7 @@ fn files_of_another_kind_are_named_with_what_to_do() {
     let spot = here.file("spot.obj", "v 0 0 0\n");
     let scene = here.file("scene.toml", "[objects.mugg]\n");
     let [spot, scene, folder] = [spot.as_path(), &scene, &here.databases()].map(|path| path.display().to_string());
-    for line in ["inspect", "check", "upgrade", "serve --config", "serve --scene", "bake --scene"] {
+    for line in ["inspect", "check", "serve --config", "serve --scene", "bake --scene"] {
         check(&here, &format!("shatterd {line} {spot}"), (3, "is a mesh, not a"));
     }
     check(&here, &format!("shatterd merge {spot} --out {folder}"), (3, &format!("shatterd bake {spot} --name NAME")));

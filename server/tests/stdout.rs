@@ -106,13 +106,11 @@ fn every_command_of_shatterd_tells_that_stdout_is_full() {
     let mesh = here.file("cube.obj", &cube());
     let (scene, mesh) = (scene.to_str().unwrap(), mesh.to_str().unwrap());
     let bake = ["bake", mesh, "--name", "cube", "--out", folder, "--crack-spacing", "0.1", "--elastic-spacing", "0.2"];
-    for arguments in
-        [&["inspect", database][..], &["upgrade", database], &["check", scene, "--databases", folder], &bake]
-    {
+    for arguments in [&["inspect", database][..], &["check", scene, "--databases", folder], &bake] {
         check(|| command(arguments), false);
         check(|| command(&[arguments, &["--json"]].concat()), false);
     }
-    for help in ["demo", "bake", "merge", "upgrade", "inspect", "check", "serve", "study"] {
+    for help in ["demo", "bake", "merge", "inspect", "check", "serve", "study"] {
         check(|| command(&[help, "--help"]), true);
     }
     check(|| command(&["--version"]), true);

@@ -1,4 +1,4 @@
-//! Bakes that are divided, stopped, resumed, joined and upgraded: the bytes are always those of an undivided bake.
+//! Bakes that are divided, stopped, resumed, or joined: the bytes are always those of an undivided bake.
 
 use nalgebra::Point3;
 use rustix::process::{Pid, Signal, kill_process};
@@ -290,42 +290,6 @@ fn a_killed_bake_or_merge_leaves_the_old_file_or_the_new_one() {
     check_killed(merge, 40, &bakery.database(), &old, &new);
 }
 
-#[test]
-fn an_older_format_is_refused_with_the_command_that_converts_it() {
-    for older in ["1", "2"] {
-        check_upgraded(older);
-    }
-}
-
-fn check_upgraded(older: &str) {
-    let house = House::new();
-    let old = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("formats/{older}.shatter"));
-    let file = house.path("wedge.shatter");
-    std::fs::copy(old, &file).unwrap();
-    let name = file.to_str().unwrap();
-    let (code, refused) = house.json("shatterd", &["inspect", name]);
-    assert_eq!((code, refused["error"]["kind"].as_str()), (3, Some("database_format")), "{refused}");
-    assert!(refused["error"]["message"].as_str().unwrap().contains("shatterd upgrade"), "{refused}");
-    let upgraded = house.ok("shatterd", &["upgrade", name]);
-    assert_eq!(
-        (&upgraded["files"][0]["from"], &upgraded["files"][0]["to"]),
-        (&older.into(), &"3".into()),
-        "{upgraded}"
-    );
-    let inspected = house.ok("shatterd", &["inspect", name]);
-    assert_eq!((&inspected["format"], &inspected["examples"]), (&"3".into(), &12.into()), "{inspected}");
-    for key in ["program", "version", "input_hash"] {
-        assert!(inspected["provenance"][key].as_str().is_some_and(|text| !text.is_empty()), "{key}: {inspected}");
-    }
-    for key in ["pose_network_p90", "few_holdout", "few_within_one"] {
-        assert!(inspected["learned"][key].is_number(), "{key}: {inspected}");
-    }
-    assert!(inspected["learned"].is_object() && inspected["reduced"].is_object(), "{inspected}");
-    let bytes = std::fs::read(&file).unwrap();
-    assert_eq!(house.ok("shatterd", &["upgrade", name])["files"][0]["from"], "3");
-    assert!(std::fs::read(&file).unwrap() == bytes, "nothing to convert, nothing written");
-}
-
 /// Mode of a file, without its type.
 fn mode(file: &Path) -> u32 {
     std::fs::metadata(file).unwrap().permissions().mode() & 0o777
@@ -393,47 +357,4 @@ fn damaged_files_are_named_with_what_is_damaged_and_what_to_do() {
     let (code, refused) = bakery.house.json("shatterd", &["inspect", kept.to_str().unwrap()]);
     assert_eq!(code, 3, "{refused}");
     check_named(&refused, &kept, &["checksum of"]);
-}
-
-#[test]
-fn upgrade_goes_on_after_bad_files_and_names_each() {
-    let house = House::new();
-    let old = Path::new(env!("CARGO_MANIFEST_DIR")).join("formats/2.shatter");
-    let [first, bad, absent, last] =
-        ["first", "bad", "absent", "last"].map(|name| house.path(&format!("{name}.shatter")));
-    for file in [&first, &bad, &last] {
-        std::fs::copy(&old, file).unwrap();
-    }
-    spoil(&bad);
-    let files = [&first, &bad, &absent, &last].map(|file| file.to_str().unwrap());
-    let (code, document) = house.json("shatterd", &[&["upgrade"], &files[..]].concat());
-    assert_eq!(code, 3, "{document}");
-    check_named(&document, &bad, &["checksum of"]);
-    check_named(&document, &absent, &[]);
-    let said = String::from_utf8(house.run("shatterd", &[&["upgrade"], &files[1..3]].concat()).stderr).unwrap();
-    assert_eq!((said.matches(files[1]).count(), said.matches(files[2]).count()), (1, 1), "{said}");
-    let told = document["files"].as_array().unwrap();
-    let became: Vec<_> = told
-        .iter()
-        .map(|file| (file["file"].as_str().unwrap(), file["from"].as_str(), file["error"].is_object()))
-        .collect();
-    assert_eq!(
-        became,
-        [(files[0], Some("2"), false), (files[1], None, true), (files[2], None, true), (files[3], Some("2"), false),]
-    );
-    assert!(load(&first).is_ok() && load(&last).is_ok(), "those around the bad ones are converted");
-}
-
-#[test]
-fn upgrade_follows_links_and_keeps_modes() {
-    let house = House::new();
-    let old = Path::new(env!("CARGO_MANIFEST_DIR")).join("formats/2.shatter");
-    std::fs::create_dir(house.path("elsewhere")).unwrap();
-    let (target, link) = (house.path("elsewhere/it.shatter"), house.path("link.shatter"));
-    std::fs::copy(&old, &target).unwrap();
-    std::fs::set_permissions(&target, std::fs::Permissions::from_mode(0o664)).unwrap();
-    std::os::unix::fs::symlink("elsewhere/it.shatter", &link).unwrap();
-    house.ok("shatterd", &["upgrade", link.to_str().unwrap()]);
-    assert!(std::fs::symlink_metadata(&link).unwrap().is_symlink() && load(&target).is_ok());
-    assert_eq!(mode(&target), 0o664);
 }

@@ -18,9 +18,6 @@ const USAGE: u8 = 2;
 /// Kind of a command whose reader went away: it ends quietly.
 const CLOSED: &str = "closed";
 
-/// Between several offenders.
-const AND: &str = ", ";
-
 /// A command's failure, as printed and as exit code.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct CommandError {
@@ -64,14 +61,6 @@ impl CommandError {
         Self { fault: "environment", ..Self::refused(kind, path.display().to_string(), error.of(path)) }
     }
 
-    /// Several in one, of as many files; nothing of none.
-    pub fn of_files(failures: &[Self]) -> Option<Self> {
-        let joined = |part: fn(&Self) -> &str, between| failures.iter().map(part).collect::<Vec<_>>().join(between);
-        let first = failures.first()?.clone();
-        let (at, message) = (joined(|failure| &failure.at, AND), joined(|failure| &failure.message, "; "));
-        Some(Self { at, message, exit_code: exit::REFUSED, ..first })
-    }
-
     /// With what became of each file.
     pub fn with_files(self, files: serde_json::Value) -> Self {
         Self { files: Some(files), ..self }
@@ -105,11 +94,6 @@ impl CommandError {
         Self::interrupted("interrupted; nothing was written")
     }
 
-    /// Whether somebody ended it.
-    pub fn is_interrupted(&self) -> bool {
-        self.kind == "interrupted"
-    }
-
     /// What it is called.
     pub fn kind(&self) -> &'static str {
         self.kind
@@ -134,7 +118,7 @@ impl CommandError {
             let _ = writeln!(std::io::stderr(), "shatterd: {refusal}");
         }
         // What the message names already is not named twice.
-        let named = self.at.split(AND).all(|at| self.message.contains(at));
+        let named = self.message.contains(&self.at);
         let at = if named { String::new() } else { format!(" (at {})", text::quoted(&self.at)) };
         let _ = writeln!(std::io::stderr(), "shatterd: {}: {}{at}", self.kind, text::message(&self.message));
         ExitCode::from(self.exit_code)

@@ -18,6 +18,5 @@ pub mod output;
 pub mod serve;
 mod shares;
 mod size;
-pub mod upgrade;
 
 pub use command_error::CommandError;

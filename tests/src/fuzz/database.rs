@@ -4,7 +4,7 @@ use super::{choice, seed};
 use nalgebra::Vector3;
 use serde_json::{Map, Value};
 use shatter_fracture::cancel_token::CancelToken;
-use shatter_fracture::database::{BakeRequest, bake, load, load_older, load_parameters, load_partial, save};
+use shatter_fracture::database::{BakeRequest, bake, load, load_parameters, load_partial, save};
 use shatter_fracture::fragment::closed;
 use shatter_fracture::pipeline::{
     DegreeRequest, FractureMeshes, FractureRequest, PreparedObject, StrikeContext, Workspace, strike,
@@ -114,7 +114,7 @@ pub(super) fn run(input: &[u8]) -> bool {
     let folder = tempfile::tempdir().expect("a folder for the file");
     let path = folder.path().join("fuzz.shatter");
     std::fs::write(&path, bytes).expect("a file that can be written");
-    let other = [load_older(&path).is_ok(), load_partial(&path).is_ok(), load_parameters(&path).is_ok()];
+    let other = [load_partial(&path).is_ok(), load_parameters(&path).is_ok()];
     match load(&path) {
         Ok(prepared) => {
             struck(&prepared);

@@ -5,11 +5,11 @@ use shatter_proto::name::nearest;
 /// The commands of each program.
 pub const COMMANDS: [(&str, &[&str]); 2] = [
     ("shatter", &["list", "status", "impact", "prefracture", "threshold", "load"]),
-    ("shatterd", &["demo", "bake", "merge", "upgrade", "inspect", "check", "serve", "study"]),
+    ("shatterd", &["demo", "bake", "merge", "inspect", "check", "serve", "study"]),
 ];
 
 /// Other words for commands.
-const OTHER_COMMANDS: [(&str, &[&str]); 10] = [
+const OTHER_COMMANDS: [(&str, &[&str]); 9] = [
     ("impact", &["strike", "hit", "break", "fracture", "smash", "shatter", "shoot"]),
     ("list", &["ls", "objects", "show"]),
     ("status", &["stat", "info", "ps", "top", "health", "ping"]),
@@ -18,7 +18,6 @@ const OTHER_COMMANDS: [(&str, &[&str]); 10] = [
     ("bake", &["convert", "import", "build", "prepare", "add", "create"]),
     ("inspect", &["view", "dump", "verify"]),
     ("check", &["validate", "lint", "plan"]),
-    ("upgrade", &["migrate", "update"]),
     ("merge", &["join"]),
 ];
 

@@ -38,7 +38,6 @@ pub struct BakeRequest {
     /// Threshold γ, J·m²; `None`: from material and fragment size.
     pub gamma_j_m2: Option<f64>,
     /// Which preset the lattices are of, as far as nothing below says otherwise.
-    #[serde(default)]
     pub quality: Preset,
     /// Spacing of the elastic lattice over the diagonal; `None`: the preset's number of nodes.
     pub elastic_spacing: Option<f64>,
@@ -49,13 +48,10 @@ pub struct BakeRequest {
     /// Impacts to learn the degree from; with any, κ is fitted on them.
     pub examples: u64,
     /// Whether they give the object a reduced basis, too.
-    #[serde(default)]
     pub elastic: ElasticRequest,
     /// Of the factor of the stiffness, of bodies for which it is exact enough.
-    #[serde(default)]
     pub factor: Precision,
     /// What the object shall be prepared for; examples need elasticity and interior distances.
-    #[serde(default)]
     pub tables: Tables,
     /// Everything random while baking follows from it.
     pub seed: u64,

@@ -19,17 +19,12 @@ pub enum DatabaseError {
     #[error("not a complete safetensors container: {0}")]
     Container(#[from] safetensors::SafeTensorError),
     /// Written by another version of the format.
-    #[error(
-        "format {found}, this program reads {known}: {}",
-        if *older { "convert it with `shatterd upgrade FILE`" } else { "use the program that wrote it" }
-    )]
+    #[error("format {found}, this program reads {known}: bake it again, or use the program that wrote it")]
     Format {
         /// What the file says.
         found: String,
         /// What this program reads.
         known: &'static str,
-        /// Whether it can be converted.
-        older: bool,
     },
     /// A share of a bake.
     #[error("a share of a bake, not a whole database: join the shares with `shatterd merge`")]

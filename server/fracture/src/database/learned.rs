@@ -52,7 +52,7 @@ pub(super) fn put_network(tensors: &mut Tensors, network: &PoseNetwork) {
     let columns = network.mean.len();
     tensors.f64("network.mean".into(), &[columns], &network.mean);
     tensors.f64("network.spread".into(), &[columns], &network.spread);
-    tensors.f64("network.centres".into(), &[network.centers.len() / columns, columns], &network.centers);
+    tensors.f64("network.centers".into(), &[network.centers.len() / columns, columns], &network.centers);
     tensors.f64("network.weights".into(), &[network.weights.len()], &network.weights);
     tensors.f64("network.scales".into(), &[2], &[network.width, network.reach]);
 }
@@ -72,15 +72,6 @@ fn offsets(examples: &[Example], rows: impl Fn(&Example) -> usize) -> Vec<u32> {
         sum
     }));
     offsets
-}
-
-/// Impacts of a file that does not say how many: up to that of the last example.
-pub(super) fn impacts_of_1(contents: &ContainerContents) -> Result<u64, DatabaseError> {
-    if !contents.holds(HEADS) {
-        return Ok(0);
-    }
-    let heads = contents.u32(HEADS, None, 2, u64::from(u32::MAX))?;
-    Ok(heads.as_chunks::<2>().0.last().map_or(0, |head| u64::from(head[0]) + 1))
 }
 
 /// The examples of an object whose bodies have so many crack nodes each; none where the file has none.
@@ -257,7 +248,7 @@ fn network(contents: &ContainerContents) -> Result<PoseNetwork, DatabaseError> {
     }
     let spread = contents.f64("network.spread", Some(columns), FLAT)?;
     positive("network.spread", &spread)?;
-    let centers = contents.f64("network.centres", None, columns)?;
+    let centers = contents.f64("network.centers", None, columns)?;
     let count = centers.len() / columns;
     if count > NETWORK_MAX {
         return Err(DatabaseError::TooLarge { what: "centers of a network", found: count, cap: NETWORK_MAX });

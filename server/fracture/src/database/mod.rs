@@ -29,19 +29,15 @@ pub use hash::input_hash;
 pub use learned::EXAMPLES_MAX;
 pub use lost_parts::SeveredParts;
 pub use object::{
-    BODIES_MAX, NODES_MAX, Provenance, load, load_older, load_parameters, load_partial, load_provenance, load_tables,
-    load_task, save, save_partial, tensor_bytes,
+    BODIES_MAX, NODES_MAX, Provenance, load, load_parameters, load_partial, load_provenance, load_tables, load_task,
+    save, save_partial, tensor_bytes,
 };
 pub use share::{JoinError, PartialBake, SHARE_EXTENSION, SHARES_MAX, Share, ShareError, ShareTask, join};
 pub use stored::{lacking, stored};
 pub use tables::Tables;
 
 /// The format that this program writes and reads; a whole number, raised by every incompatible change.
-pub const FORMAT: &str = "3";
-
-/// All formats that [`load_older`] reads: 1 has no reduced basis, 2 neither sites nor how evenly the energy of an example is
-/// spread.
-pub const FORMATS: &[&str] = &["1", "2", FORMAT];
+pub const FORMAT: &str = "1";
 
 /// The ending of database files.
 pub const EXTENSION: &str = "shatter";

@@ -4,7 +4,7 @@ use super::container::{ContainerContents, FLAT, MappedFile, Tensors, write};
 use super::learned::{self, EXAMPLES_MAX, QUALITY_KEY};
 use super::reduced::{self, REDUCTION_KEY};
 use super::share::{PartialBake, Share, ShareRemainder, ShareTask};
-use super::{DatabaseError, FORMAT, FORMATS, Tables, bake, skins, stored_values};
+use super::{DatabaseError, FORMAT, Tables, bake, skins, stored_values};
 use crate::cancel_token::CancelToken;
 use crate::lattice::{EnergyTransfer, Lattice, check_manifold};
 use crate::lift::{LiftKind, LiftedLattice};
@@ -41,22 +41,17 @@ const SHARE_KEY: &str = "share";
 /// Most coordinates of a lift.
 const DIMENSION_MAX: usize = 512;
 
-/// Dimension of an interior lift that was not made.
-const NOT_MADE: usize = 0;
-
 /// Metadata key "shape": what the tensors alone do not say.
 #[derive(Serialize, Deserialize)]
 struct Shape {
     frame: LocalFrame,
     gamma_j_m2: f64,
     kappa: f64,
-    /// Dimension of each body's interior lift.
-    dimensions: Vec<usize>,
-    /// Dimension of each body's surface lift; none for a body without one, and past the end.
-    #[serde(default)]
-    surface_dimensions: Vec<Option<usize>>,
-    /// Impacts drawn for the examples; format 1 does not say.
-    #[serde(default)]
+    /// Dimension of each body's interior lift; none for a body without one.
+    interior_dimensions: Vec<Option<usize>>,
+    /// Dimension of each body's surface lift; none for a body without one.
+    surface_diffusion_dimensions: Vec<Option<usize>>,
+    /// Impacts drawn for the examples.
     impacts: u64,
 }
 
@@ -108,20 +103,15 @@ fn write_object(prepared: &PreparedObject, task: Option<&ShareTask>, path: &Path
     if let Some(learned) = &prepared.learned {
         learned::put_network(&mut tensors, &learned.network);
     }
+    let dimensions = |lift: fn(&PreparedBody) -> Option<&LiftedLattice>| {
+        prepared.bodies.iter().map(|body| lift(body).map(|lift| lift.dimension)).collect()
+    };
     let shape = Shape {
         frame: prepared.frame,
         gamma_j_m2: prepared.gamma_j_m2,
         kappa: prepared.kappa,
-        dimensions: prepared
-            .bodies
-            .iter()
-            .map(|body| body.interior.as_ref().map_or(NOT_MADE, |lift| lift.dimension))
-            .collect(),
-        surface_dimensions: prepared
-            .bodies
-            .iter()
-            .map(|body| body.surface_diffusion.as_ref().map(|lift| lift.dimension))
-            .collect(),
+        interior_dimensions: dimensions(|body| body.interior.as_ref()),
+        surface_diffusion_dimensions: dimensions(|body| body.surface_diffusion.as_ref()),
         impacts: prepared.impacts,
     };
     let provenance = Provenance { program: "shatterd bake".into(), version: env!("CARGO_PKG_VERSION").into() };
@@ -164,35 +154,11 @@ pub fn load(path: &Path) -> Result<PreparedObject, DatabaseError> {
 /// As [`load`], but only these tables, if the object has them: the others are neither verified nor held.
 pub fn load_tables(path: &Path, tables: Tables) -> Result<PreparedObject, DatabaseError> {
     let mapped = MappedFile::open(path)?;
-    let contents = verified_tables(&mapped, &[FORMAT], tables)?;
+    let contents = verified_tables(&mapped, tables)?;
     no_share(&contents)?;
     let prepared = object(&contents, tables)?;
     stored_values::impacts(&prepared)?;
     Ok(prepared)
-}
-
-/// An object of any format that can still be read as work that remains, and that format: nothing remains of the newest format,
-/// of an older one all its examples do, for what was learned from them is not read.
-pub fn load_older(path: &Path) -> Result<(PartialBake, String), DatabaseError> {
-    let mapped = MappedFile::open(path)?;
-    let contents = verified(&mapped, FORMATS)?;
-    no_share(&contents)?;
-    let format = contents.text("shatter_format")?.to_owned();
-    let (prepared, end) = if format == FORMAT {
-        let prepared = object(&contents, Tables::ALL)?;
-        stored_values::impacts(&prepared)?;
-        (prepared, 0)
-    } else {
-        let prepared = bare(&contents, Tables::ALL)?;
-        let known = contents.json::<Shape>("shape")?.impacts.max(learned::impacts_of_1(&contents)?);
-        (prepared, known)
-    };
-    if end > EXAMPLES_MAX as u64 {
-        return Err(DatabaseError::TooLarge { what: "impacts", found: end as usize, cap: EXAMPLES_MAX });
-    }
-    let first = prepared.impacts;
-    let task = ShareTask { request: None, share: Share::WHOLE, first, end: first + end, done: 0 };
-    Ok((PartialBake { prepared, task }, format))
 }
 
 fn no_share(contents: &ContainerContents) -> Result<(), DatabaseError> {
@@ -202,7 +168,7 @@ fn no_share(contents: &ContainerContents) -> Result<(), DatabaseError> {
 /// As [`load`], of a share.
 pub fn load_partial(path: &Path) -> Result<PartialBake, DatabaseError> {
     let mapped = MappedFile::open(path)?;
-    let contents = verified(&mapped, &[FORMAT])?;
+    let contents = verified(&mapped)?;
     let task = task(&contents)?;
     Ok(PartialBake { prepared: object(&contents, Tables::ALL)?, task })
 }
@@ -210,11 +176,12 @@ pub fn load_partial(path: &Path) -> Result<PartialBake, DatabaseError> {
 /// The examples of a share and what it is a share of; the lattices are not looked at.
 pub(super) fn load_rest(path: &Path) -> Result<ShareRemainder, DatabaseError> {
     let mapped = MappedFile::open(path)?;
-    let contents = verified(&mapped, &[FORMAT])?;
+    let contents = verified(&mapped)?;
     let shape: Shape = contents.json("shape")?;
     let report: BakeReport = contents.json("report")?;
-    let crack_nodes: Vec<usize> =
-        (0..shape.dimensions.len()).map(|index| contents.rows(&format!("{BASE}{index}.crack.nodes"))).collect();
+    let crack_nodes: Vec<usize> = (0..shape.interior_dimensions.len())
+        .map(|index| contents.rows(&format!("{BASE}{index}.crack.nodes")))
+        .collect();
     Ok(ShareRemainder {
         task: task(&contents)?,
         input_hash: report.input_hash,
@@ -225,7 +192,7 @@ pub(super) fn load_rest(path: &Path) -> Result<ShareRemainder, DatabaseError> {
 
 /// What a share is a share of, and how far it is: nothing else of it is looked at.
 pub fn load_task(path: &Path) -> Result<ShareTask, DatabaseError> {
-    task(&verified(&MappedFile::open(path)?, &[FORMAT])?)
+    task(&verified(&MappedFile::open(path)?)?)
 }
 
 /// Name and length in bytes of every tensor of `path`, by its header alone: nothing is verified, nothing else is read.
@@ -262,22 +229,17 @@ fn task(contents: &ContainerContents) -> Result<ShareTask, DatabaseError> {
     Err(DatabaseError::Metadata { key: SHARE_KEY, reason })
 }
 
-/// The contents of a file of one of these formats, all checksums compared.
-fn verified<'a>(mapped: &'a MappedFile, formats: &[&'static str]) -> Result<ContainerContents<'a>, DatabaseError> {
-    verified_tables(mapped, formats, Tables::ALL)
+/// The contents of a file, all checksums compared.
+fn verified(mapped: &MappedFile) -> Result<ContainerContents<'_>, DatabaseError> {
+    verified_tables(mapped, Tables::ALL)
 }
 
 /// As [`verified`], but the checksums of the wanted tables alone.
-fn verified_tables<'a>(
-    mapped: &'a MappedFile,
-    formats: &[&'static str],
-    tables: Tables,
-) -> Result<ContainerContents<'a>, DatabaseError> {
+fn verified_tables(mapped: &MappedFile, tables: Tables) -> Result<ContainerContents<'_>, DatabaseError> {
     let contents = mapped.parse()?;
     let found = contents.text("shatter_format")?;
-    if !formats.contains(&found) {
-        let older = FORMATS.contains(&found);
-        return Err(DatabaseError::Format { found: brief(found), known: FORMAT, older });
+    if found != FORMAT {
+        return Err(DatabaseError::Format { found: brief(found), known: FORMAT });
     }
     contents.verify(|tensor| tables.want(tensor))?;
     Ok(contents)
@@ -313,7 +275,7 @@ fn bare(contents: &ContainerContents, tables: Tables) -> Result<PreparedObject, 
     let shape: Shape = contents.json("shape")?;
     check_shape(&shape)?;
     stored_values::usual(&parameters, &shape.frame, shape.gamma_j_m2, shape.kappa)?;
-    let bodies = (0..shape.dimensions.len())
+    let bodies = (0..shape.interior_dimensions.len())
         .map(|index| body(contents, index, &shape, (&parameters, &report), tables))
         .collect::<Result<Vec<_>, _>>()?;
     stored_values::report(&report, &shape.frame, &bodies)?;
@@ -347,21 +309,19 @@ fn reduction(contents: &ContainerContents, bodies: &[PreparedBody]) -> Result<Op
 }
 
 fn check_shape(shape: &Shape) -> Result<(), DatabaseError> {
-    let found = shape.dimensions.len();
+    let Shape { interior_dimensions: interior, surface_diffusion_dimensions: surface, .. } = shape;
+    let found = interior.len();
     if found > BODIES_MAX {
         return Err(DatabaseError::TooLarge { what: "bodies", found, cap: BODIES_MAX });
     }
     let positive = |value: f64| value.is_finite() && value > 0.0;
     let reason = if found == 0 {
         "no body"
+    } else if surface.len() != found {
+        "the lifts are of different numbers of bodies"
     } else if !positive(shape.gamma_j_m2) || !positive(shape.kappa) {
         "gamma or kappa is not positive"
-    } else if shape
-        .dimensions
-        .iter()
-        .chain(shape.surface_dimensions.iter().flatten())
-        .any(|&dimension| dimension != NOT_MADE && !(3..=DIMENSION_MAX).contains(&dimension))
-    {
+    } else if interior.iter().chain(surface).flatten().any(|dimension| !(3..=DIMENSION_MAX).contains(dimension)) {
         "a lift's dimension is out of range"
     } else {
         return stored_values::frame(&shape.frame);
@@ -392,9 +352,9 @@ fn body(
         };
         dimension.map(measured).transpose()
     };
-    let own = Some(shape.dimensions[index]).filter(|dimension| *dimension != NOT_MADE && tables.interior);
+    let own = shape.interior_dimensions[index].filter(|_| tables.interior);
     let interior = lift("interior", LiftKind::Interior, own)?;
-    let surface = shape.surface_dimensions.get(index).copied().flatten().filter(|_| tables.surface_diffusion);
+    let surface = shape.surface_diffusion_dimensions[index].filter(|_| tables.surface_diffusion);
     let surface_diffusion = lift("surface_diffusion", LiftKind::SurfaceDiffusion, surface)?;
     let mut body = PreparedBody { solid, interior, surface_diffusion, ..PreparedBody::new(crack) };
     if contents.holds(&name(BOUND)) {

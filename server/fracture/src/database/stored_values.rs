@@ -276,7 +276,7 @@ pub(super) fn quality(own: &LearnedErrors) -> Result<(), DatabaseError> {
         ("closed_form_median", own.closed_form_median, 0.0..=ERROR_MAX),
         ("closed_form_p90", own.closed_form_p90, 0.0..=ERROR_MAX),
         ("pose_network_median", own.pose_network_median, 0.0..=ERROR_MAX),
-        ("pose_network_p90", own.pose_network_p90.unwrap_or(0.0), 0.0..=ERROR_MAX),
+        ("pose_network_p90", own.pose_network_p90, 0.0..=ERROR_MAX),
         ("few_within_one", own.few_within_one.unwrap_or(0.0), 0.0..=1.0),
         ("label_noise_median", own.label_noise_median, 0.0..=ERROR_MAX),
     ];

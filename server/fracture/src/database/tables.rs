@@ -14,10 +14,8 @@ pub struct Tables {
     /// Examples, and what was learned from them.
     pub examples: bool,
     /// How the input looks on the crack lattices' boundaries.
-    #[serde(default)]
     pub attributes: bool,
     /// The input's own triangles.
-    #[serde(default)]
     pub skin: bool,
 }
 

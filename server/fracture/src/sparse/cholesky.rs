@@ -54,11 +54,6 @@ impl Precision {
             Self::F32 => size_of::<f32>(),
         }
     }
-
-    /// Whether it is the default one, which is not written down.
-    pub fn is_default(&self) -> bool {
-        *self == Self::default()
-    }
 }
 
 /// The factor L of one matrix, with its ordering. Immutable: solves may run at the same time.

@@ -14,7 +14,6 @@ pub(crate) const DIAGONAL_RANGE_M: std::ops::RangeInclusive<f64> = 1e-30..=1e36;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LocalFrame {
     /// Center of the bounding box, meters.
-    #[serde(rename = "centre_m")]
     pub center_m: Point3<f64>,
     /// Diagonal of the bounding box, meters; finite and positive.
     pub diagonal_m: f64,

@@ -80,12 +80,7 @@ fn facts(prepared: &PreparedObject, learned: &LearnedModel) -> Vec<Fact> {
         Fact::new("Examples", prepared.examples.len().to_string()),
         Fact::new("Network", both(quality.median_relative_error, quality.p90_relative_error)),
         Fact::new("Closed form, κ of these examples", both(quality.closed_form_median, quality.closed_form_p90)),
-        Fact::new(
-            "Network on the blow's pose instead",
-            quality
-                .pose_network_p90
-                .map_or_else(|| share(quality.pose_network_median), |p90| both(quality.pose_network_median, p90)),
-        ),
+        Fact::new("Network on the blow's pose instead", both(quality.pose_network_median, quality.pose_network_p90)),
         Fact::new("Labels from other starts", share(quality.label_noise_median)),
         Fact::new("Labels of 8 sites and more", quality.holdout.to_string()),
     ];

@@ -27,14 +27,11 @@ pub struct LearnedErrors {
     pub closed_form_p90: f64,
     /// Median of a network on the impact's pose and magnitude instead.
     pub pose_network_median: f64,
-    /// Its ninth decile; files of earlier programs do not say.
-    #[serde(default)]
-    pub pose_network_p90: Option<f64>,
+    /// Its ninth decile.
+    pub pose_network_p90: f64,
     /// Labels below [`SITES_MIN`], which the other figures leave out.
-    #[serde(default)]
     pub few_holdout: usize,
     /// Share of those that the network is off by one at most; nothing of none.
-    #[serde(default)]
     pub few_within_one: Option<f64>,
     /// Median difference between two labels of one field at one γ from different starts: the floor for any learner.
     pub label_noise_median: f64,

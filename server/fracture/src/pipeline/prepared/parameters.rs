@@ -41,13 +41,10 @@ pub struct BakeParameters {
     /// Everything random while baking follows from it.
     pub seed: u64,
     /// Whether its impacts give it a reduced basis; without one every strike is solved.
-    #[serde(default)]
     pub elastic: ElasticRequest,
     /// Of the factors of its stiffness that are exact enough in it.
-    #[serde(default, skip_serializing_if = "Precision::is_default")]
     pub factor: Precision,
     /// Which preset it was baked as.
-    #[serde(default, skip_serializing_if = "Preset::is_default")]
     pub quality: Preset,
 }
 
@@ -67,13 +64,10 @@ pub struct BakeReport {
     /// What was wrong with the input and what was done about it.
     pub defects: Vec<Defect>,
     /// Names of the input's materials; attributes and skins tell them by their places.
-    #[serde(default)]
     pub materials: Vec<String>,
     /// The cracks that it carries from the beginning, if it was given any.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cracks: Option<ExistingCracks>,
     /// Lifts that a body does without, and why.
-    #[serde(default)]
     pub unprepared: Vec<MissingLift>,
 }
 

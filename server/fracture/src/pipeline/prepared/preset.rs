@@ -66,11 +66,6 @@ impl Preset {
         }
     }
 
-    /// Whether it is the default.
-    pub fn is_default(&self) -> bool {
-        *self == Self::default()
-    }
-
     /// What a bake of it fixes.
     pub fn lattices(self) -> LatticeSettings {
         let [elastic_nodes, crack_nodes] = match self {

@@ -52,7 +52,7 @@ pub fn learn(examples: &[Example], seed: u64) -> Option<(f64, LearnedModel)> {
         closed_form_median: closed.median,
         closed_form_p90: closed.p90,
         pose_network_median: pose.median,
-        pose_network_p90: Some(pose.p90),
+        pose_network_p90: pose.p90,
         few_holdout: few.len(),
         few_within_one: (!few.is_empty())
             .then(|| few.iter().filter(|off| **off <= 1.0).count() as f64 / few.len() as f64),

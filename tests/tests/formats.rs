@@ -1,0 +1,72 @@
+//! A database of the present format that was baked once and never changes: every later program reads it, and strikes it alike.
+//!
+//! `formats/1.shatter` is a corner of a cube of 1 m, baked by `shatterd bake wedge.obj --name wedge --elastic-spacing 0.2
+//! --crack-spacing 0.2 --examples 8`. It holds every kind of tensor but texture coordinates and materials.
+
+use serde_json::Value;
+use shatter_tests::house::House;
+use std::path::Path;
+
+/// Largest relative difference of a number from the recorded one: processors round differently.
+const TOLERANCE: f64 = 1e-6;
+
+/// A strike of the frozen database and what came of it when it was baked.
+struct RecordedStrike {
+    options: &'static [&'static str],
+    degree_source: &'static str,
+    /// Sites, and as many fragments.
+    sites: u64,
+    e1_over_gamma: f64,
+    /// Volumes of the three largest fragments, m³.
+    largest_m3: [f64; 3],
+}
+
+const RECORDED: [RecordedStrike; 2] = [
+    RecordedStrike {
+        options: &["--degree", "3", "--elastic", "solve"],
+        degree_source: "forced",
+        sites: 3,
+        e1_over_gamma: 23.707601085913012,
+        largest_m3: [0.07297260964017183, 0.05312243922147415, 0.040571116610119834],
+    },
+    RecordedStrike {
+        options: &["--degree", "inferred", "--elastic", "reduced"],
+        degree_source: "inferred",
+        sites: 28,
+        e1_over_gamma: 23.820401336719023,
+        largest_m3: [0.023908692572703144, 0.022704685563537014, 0.018321664912118965],
+    },
+];
+
+#[track_caller]
+fn check_close(found: &Value, recorded: f64) {
+    let found = found.as_f64().unwrap();
+    assert!((found / recorded - 1.0).abs() <= TOLERANCE, "{found}, recorded {recorded}");
+}
+
+fn check_strike(house: &House, recorded: &RecordedStrike) {
+    let impact = ["impact", "wedge", "--point", "0.3,0.3,0.3", "--impulse=-900,-800,-700", "--disable", "slivers"];
+    let document = house.ok("shatter", &[&impact, recorded.options].concat());
+    let fragments = document["fragments"].as_array().unwrap();
+    let mut volumes: Vec<&Value> = fragments.iter().map(|fragment| &fragment["volume_m3"]).collect();
+    volumes.sort_by(|a, b| b.as_f64().unwrap().total_cmp(&a.as_f64().unwrap()));
+    assert_eq!(document["degree_source"], recorded.degree_source);
+    assert_eq!((document["sites"].as_u64(), volumes.len() as u64), (Some(recorded.sites), recorded.sites));
+    check_close(&document["e1_over_gamma"], recorded.e1_over_gamma);
+    volumes.iter().zip(recorded.largest_m3).for_each(|(found, recorded)| check_close(found, recorded));
+}
+
+#[test]
+fn the_frozen_database_is_read_and_struck_as_when_it_was_baked() {
+    let mut house = House::new();
+    let frozen = Path::new(env!("CARGO_MANIFEST_DIR")).join("formats/1.shatter");
+    std::fs::create_dir_all(house.databases()).unwrap();
+    let file = house.databases().join("wedge.shatter");
+    std::fs::copy(frozen, &file).unwrap();
+    let inspected = house.ok("shatterd", &["inspect", file.to_str().unwrap()]);
+    assert_eq!((&inspected["format"], &inspected["examples"]), (&"1".into(), &8.into()), "{inspected}");
+    assert_eq!((&inspected["crack_nodes"], &inspected["reduced"]["rank"][0]), (&42.into(), &33.into()), "{inspected}");
+    assert!(inspected["learned"].is_object(), "{inspected}");
+    house.serve(&[]);
+    RECORDED.iter().for_each(|recorded| check_strike(&house, recorded));
+}
