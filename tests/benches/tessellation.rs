@@ -86,7 +86,7 @@ fn stages(criterion: &mut Criterion, dimension: usize) {
     let mut group = criterion.benchmark_group(format!("tessellation/dimension {dimension}"));
     group.bench_function("components", |bench| bench.iter(|| memory.split.split(&topology, &labels)));
     let split = memory.split.clone();
-    let sites = BisectorSites { lift: &lift, coordinates: &coordinates, of_fragment: &split.sites };
+    let sites = BisectorSites { lift: &lift, coordinates: &coordinates, of_fragment: &split.sites, of_node: None };
     group.bench_function("points", |bench| {
         bench.iter(|| memory.points.find(&lattice, &topology, &split.labels, Some(sites), &fixed).unwrap())
     });
