@@ -1,5 +1,6 @@
 //! Names of services and objects.
 
+use crate::text::is_invisible;
 use crate::{Error, ErrorKind};
 use std::fmt;
 
@@ -36,14 +37,15 @@ impl fmt::Display for ServiceName {
     }
 }
 
-/// Checks the name of an object: 1 to 64 bytes of UTF-8 without control characters or path separators.
+/// Checks the name of an object: 1 to 64 bytes of UTF-8 without control characters, invisible ones or path separators.
 pub fn object_name(name: &str) -> Result<(), Error> {
-    let plain = |c: char| !c.is_control() && c != '/' && c != '\\';
+    let plain = |c: char| !is_invisible(c) && c != '/' && c != '\\';
     if (1..=OBJECT_NAME_MAX).contains(&name.len()) && name.chars().all(plain) {
         return Ok(());
     }
-    let message =
-        format!("`{name}` does not name an object: 1 to {OBJECT_NAME_MAX} bytes without `/`, `\\` or controls");
+    let message = format!(
+        "`{name}` does not name an object: 1 to {OBJECT_NAME_MAX} bytes without `/`, `\\`, control or invisible characters"
+    );
     Err(Error::new(ErrorKind::ObjectName, name, message))
 }
 
@@ -110,7 +112,7 @@ mod tests {
         for name in ["horse", "große Vase 3", "花瓶"] {
             assert!(object_name(name).is_ok(), "{name}");
         }
-        for name in ["", "a/b", "a\nb", &"x".repeat(65)] {
+        for name in ["", "a/b", "a\nb", "a\u{202e}b", "a\u{2069}", "\u{200e}a", "a\u{200b}b", &"x".repeat(65)] {
             assert_eq!(object_name(name).unwrap_err().kind, ErrorKind::ObjectName, "{name}");
         }
     }

@@ -29,7 +29,7 @@ fn shown(text: &str, most: usize) -> String {
     let mut count = 0;
     for character in text.chars() {
         let before = shown.len();
-        if is_hidden(character) {
+        if is_invisible(character) {
             shown.extend(character.escape_default());
         } else {
             shown.push(character);
@@ -45,13 +45,27 @@ fn shown(text: &str, most: usize) -> String {
     shown
 }
 
-/// Control characters, line and paragraph separators, and marks that change the direction of writing.
-fn is_hidden(character: char) -> bool {
-    let marks = matches!(
+/// Control characters, line and paragraph separators, marks that change the direction of writing, and other format characters that
+/// nobody sees: what names may not hold and messages escape. `shatter-fracture`, which does not
+/// know this crate, has the same.
+///
+/// Source: general category Cf of the Unicode Character Database 16.0, without the signs that are drawn.
+pub fn is_invisible(character: char) -> bool {
+    let format = matches!(
         character,
-        '\u{061c}' | '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}' | '\u{feff}'
+        '\u{ad}'
+            | '\u{61c}'
+            | '\u{180e}'
+            | '\u{200b}'..='\u{200f}'
+            | '\u{2028}'..='\u{202e}'
+            | '\u{2060}'..='\u{206f}'
+            | '\u{feff}'
+            | '\u{fff9}'..='\u{fffb}'
+            | '\u{1bca0}'..='\u{1bca3}'
+            | '\u{1d173}'..='\u{1d17a}'
+            | '\u{e0000}'..='\u{e007f}'
     );
-    character.is_control() || marks
+    character.is_control() || format
 }
 
 /// Writes `text` into `bytes`, cut at a character boundary if it is too long, the rest zeroed; returns the length.
@@ -83,6 +97,7 @@ mod tests {
     fn shown_texts_hold_no_control_character_and_no_megabytes() {
         assert_eq!(message("Vase Nr. 3: größer"), "Vase Nr. 3: größer");
         assert_eq!(quoted("a\u{1b}[31mb\nc\u{202e}d\u{9b}"), "a\\u{1b}[31mb\\nc\\u{202e}d\\u{9b}");
+        assert_eq!(quoted("a\u{2066}\u{200f}\u{200b}\u{ad}b"), "a\\u{2066}\\u{200f}\\u{200b}\\u{ad}b");
         let long = quoted(&"ü".repeat(5_000_000));
         assert!(long.starts_with(&"ü".repeat(QUOTED_MAX)) && long.ends_with("… (10000000 bytes)"), "{long}");
         let escaped = quoted(&"\n".repeat(150));

@@ -10,7 +10,7 @@ use shatter_tests::house::House;
 use shatter_tests::model::{Element, elements};
 use shatter_tests::{glb, peers};
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 const STEPS: &str = "1000";
 
@@ -142,6 +142,18 @@ fn check_seen(seen: &[Value], answer: &Value) {
     assert!(seen.iter().all(materials), "{seen:?}");
 }
 
+/// Every file of `folders`, which held none before, stands in the document.
+#[track_caller]
+fn check_files_named(answer: &Value, folders: &[&Path]) {
+    let mut named: Vec<PathBuf> =
+        answer["files"].as_array().unwrap().iter().map(|file| file.as_str().unwrap().into()).collect();
+    let entries = folders.iter().flat_map(|folder| std::fs::read_dir(folder).unwrap());
+    let mut there: Vec<PathBuf> = entries.map(|entry| entry.unwrap().path()).filter(|path| path.is_file()).collect();
+    named.sort();
+    there.sort();
+    assert_eq!(named, there);
+}
+
 #[test]
 fn obj_folders_hold_closed_pieces_in_place_and_their_masses() {
     let house = with(&shapes::arch(), "0.035");
@@ -149,6 +161,7 @@ fn obj_folders_hold_closed_pieces_in_place_and_their_masses() {
     let more = ["--format", "obj", "--enable", "hulls,bonds"];
     let answer = prefracture(&house, 16, &folder, &more);
     assert_eq!(answer["file"].as_str(), folder.to_str());
+    check_files_named(&answer, &[&folder]);
     let table: Value = serde_json::from_slice(&std::fs::read(folder.join("fragments.json")).unwrap()).unwrap();
     assert_eq!(table["bonds"].as_array().unwrap().len(), answer["bonds"].as_array().unwrap().len());
     let listed = table["fragments"].as_array().unwrap();
@@ -315,6 +328,7 @@ fn models_for_mujoco_say_what_the_answer_says_and_step() {
     let answer = prefracture(&house, 16, &folder, &["--format", "mjcf"]);
     let file = folder.join("thing.xml");
     assert_eq!(answer["file"].as_str(), file.to_str());
+    check_files_named(&answer, &[&folder, &folder.join("thing_assets")]);
     let text = std::fs::read_to_string(&file).unwrap();
     let all = elements(&text).unwrap();
     assert!(all.iter().any(|element| element.get("mesh").is_some_and(|mesh| mesh.ends_with("_hull"))));

@@ -13,7 +13,7 @@ const FILE_MODE: u32 = 0o666;
 pub fn write_glb(path: &Path, fragments: &[FragmentView<'_>]) -> Result<WriteReport, ExportError> {
     let (bytes, written) = glb_bytes(fragments)?;
     write_whole(path, &bytes)?;
-    Ok(written)
+    Ok(WriteReport { files: vec![path.to_owned()], ..written })
 }
 
 /// Where `path` leads: itself, or the file that a link of that name stands for. What is neither a file nor new would be lost if a file

@@ -105,14 +105,17 @@ pub struct RunView {
 }
 
 /// What was written.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct WriteReport {
     /// Nodes in the file.
     pub fragments: usize,
     /// How many of them are closed and carry `EXT_mesh_manifold`; the others are written without that claim.
     pub closed: usize,
-    /// Size of the file.
+    /// Size of all files together.
     pub bytes: usize,
+    /// Every file, the main one first: the `.glb` file, the table of OBJ files, the model for MuJoCo. Empty where the bytes stay in memory.
+    pub files: Vec<PathBuf>,
 }
 
 /// Why no file was written.
@@ -215,7 +218,8 @@ pub fn glb_bytes(fragments: &[FragmentView<'_>]) -> Result<(Vec<u8>, WriteReport
     check::all(fragments)?;
     let document = document::build(fragments)?;
     let bytes = container::frame(&document.root.to_vec()?, &document.binary)?;
-    let written = WriteReport { fragments: fragments.len(), closed: document.closed, bytes: bytes.len() };
+    let written =
+        WriteReport { fragments: fragments.len(), closed: document.closed, bytes: bytes.len(), files: Vec::new() };
     Ok((bytes, written))
 }
 

@@ -20,10 +20,16 @@ pub fn write_obj(folder: &Path, object: &ObjectView<'_>) -> Result<WriteReport, 
     check::object(object)?;
     let made = std::fs::create_dir_all(folder);
     made.map_err(|source| ExportError::Folder { folder: folder.to_owned(), source })?;
-    let mut written = WriteReport { fragments: object.fragments.len(), closed: 0, bytes: 0 };
-    let mut put = |name: &str, text: &str| {
+    let files = vec![folder.join(TABLE)];
+    let mut written = WriteReport { fragments: object.fragments.len(), closed: 0, bytes: 0, files };
+    let mut put = |name: &str, text: &str| -> Result<(), ExportError> {
+        let path = folder.join(name);
+        write_whole(&path, text.as_bytes())?;
         written.bytes += text.len();
-        write_whole(&folder.join(name), text.as_bytes())
+        if name != TABLE {
+            written.files.push(path);
+        }
+        Ok(())
     };
     let mut rows = Vec::with_capacity(object.fragments.len());
     put(MATERIALS, &materials())?;

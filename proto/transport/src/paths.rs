@@ -89,6 +89,9 @@ impl ServicePaths {
                 _ => trusted(folder, self.uid)?,
             }
         }
+        // As the daemon does: who may rename in the folder above can put another runtime folder in its place.
+        let above = self.folder.parent().and_then(Path::parent);
+        above.map_or(Ok(()), |above| steady(above, self.uid))?;
         Ok(true)
     }
 
@@ -203,6 +206,10 @@ mod tests {
             assert!(refusal.message.contains(&format!("belongs to user {uid}, not to {}", uid + 1)), "{refusal}");
         }
         use std::os::unix::fs::PermissionsExt;
+        std::fs::set_permissions(&root, std::fs::Permissions::from_mode(0o777)).unwrap();
+        let refusal = here.exists().unwrap_err();
+        assert!(refusal.message.contains("can be changed by others (mode 777)"), "{refusal}");
+        std::fs::set_permissions(&root, std::fs::Permissions::from_mode(0o700)).unwrap();
         std::fs::set_permissions(&here.folder, std::fs::Permissions::from_mode(0o755)).unwrap();
         assert_eq!(here.exists().unwrap_err().kind, ErrorKind::RuntimeFolder);
         std::fs::remove_dir_all(&root).unwrap();

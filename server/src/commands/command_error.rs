@@ -181,11 +181,14 @@ impl From<SurfaceError> for CommandError {
             SurfaceError::UnknownFormat { path, .. } => ("unknown_format", path.display().to_string()),
             SurfaceError::Malformed { place, .. } => ("malformed_file", place.clone()),
             SurfaceError::TooLarge { .. } => ("too_large", String::new()),
-            SurfaceError::Empty => ("empty_mesh", String::new()),
+            SurfaceError::Empty { .. } => ("empty_mesh", String::new()),
             SurfaceError::NonFiniteVertex { vertex } => ("non_finite_vertex", format!("vertex {vertex}")),
             SurfaceError::VertexOutOfBounds { face, .. } => ("vertex_out_of_bounds", format!("face {face}")),
-            SurfaceError::FarVertex { vertex } | SurfaceError::Outlier { vertex, .. } => {
-                ("far_vertex", format!("vertex {vertex}"))
+            SurfaceError::VertexOutOfRange { vertex, .. } => ("extent_out_of_range", format!("vertex {vertex}")),
+            SurfaceError::FarVertex { vertex } => ("far_vertex", format!("vertex {vertex}")),
+            SurfaceError::Outliers { vertices, .. } => {
+                let names = vertices.iter().map(|(vertex, _)| format!("vertex {vertex}"));
+                ("far_vertex", names.collect::<Vec<_>>().join(AND))
             }
             SurfaceError::AllDegenerate => ("all_degenerate", String::new()),
             SurfaceError::ZeroExtent => ("zero_extent", String::new()),

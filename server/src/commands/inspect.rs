@@ -44,7 +44,6 @@ pub struct InspectArgs {
 pub fn run(args: &InspectArgs) -> Result<(), CommandError> {
     let file = lookup::database(&args.file, args.databases.as_deref())?;
     expected_file::check(&file, ExpectedFile::Database)?;
-    args.out.as_deref().map_or(Ok(()), output::folder)?;
     let damaged = |error| CommandError::database(&file, &error);
     if args.memory {
         // Each thread keeps free memory of its own. Whoever set the pool up earlier has decided.
@@ -55,9 +54,10 @@ pub fn run(args: &InspectArgs) -> Result<(), CommandError> {
     let prepared = served.prepared();
     let memory = args.memory.then(|| memory_table(&served, before)).transpose()?;
     let provenance = database::load_provenance(&file).map_err(damaged)?;
+    args.out.as_deref().map_or(Ok(()), |folder| page_folder(prepared, folder))?;
     let page = args.out.as_ref().map(|folder| folder.join(format!("{}.html", prepared.name)));
     if let Some(folder) = &args.out {
-        draw_examples(prepared, &file, folder)?;
+        draw_examples(&file, folder)?;
     }
     args.mesh.as_ref().map_or(Ok(()), |mesh| intact_mesh::write(prepared, mesh))?;
     let bytes = std::fs::metadata(&file).map_or(0, |metadata| metadata.len());
@@ -141,12 +141,17 @@ fn timing(served: &EngineObject, asked: bool) -> Result<Value, CommandError> {
     }))
 }
 
-/// Has the lab draw the page of what the object has learned.
-fn draw_examples(prepared: &PreparedObject, file: &Path, folder: &Path) -> Result<(), CommandError> {
+/// Makes the folder of the page, where there is something to show.
+fn page_folder(prepared: &PreparedObject, folder: &Path) -> Result<(), CommandError> {
     if prepared.learned.is_none() {
         let message = "the database has no examples, or too few to learn from; bake it with --examples 64";
         return Err(CommandError::refused("no_examples", "", message));
     }
+    output::folder(folder)
+}
+
+/// Has the lab draw the page of what the object has learned.
+fn draw_examples(file: &Path, folder: &Path) -> Result<(), CommandError> {
     let output = lab::program().arg("examples").arg(file).arg("--out").arg(folder).stdin(Stdio::null()).output();
     let output = output.map_err(|error| CommandError::from(lab::absent(&error)))?;
     let told = String::from_utf8_lossy(&output.stderr);

@@ -45,11 +45,15 @@ const OTHER_OPTIONS: [(&str, &[&str]); 16] = [
 ];
 
 /// What may be given for an argument that is missing.
-const MISSING: [(&str, &str); 4] = [
+const MISSING: [(&str, &str); 8] = [
     ("--name <NAME>", "the object is listed and struck by its name, for example --name vase"),
     ("<OBJECT>", "`shatter list` shows the names of the objects"),
     ("<MESH>", "give a mesh file, or --shape SHAPE for a generated object, or --scene FILE"),
     ("<SCENE>", "a scene is a TOML file with a table [objects.NAME] for each object"),
+    ("--ray <X,Y,Z,DX,DY,DZ>", "--impulse-ns goes with --ray; --point goes with --impulse"),
+    ("--point <X,Y,Z>", "give the place by --point X,Y,Z, or by --ray X,Y,Z,DX,DY,DZ"),
+    ("--impulse <X,Y,Z>", "--point goes with --impulse X,Y,Z; --ray goes with --impulse-ns J, or with --impulse X,Y,Z"),
+    ("--direction <X,Y,Z>", "--point goes with --direction X,Y,Z; a --ray has a direction of its own"),
 ];
 
 /// What to do instead of the command `word` of `program`.

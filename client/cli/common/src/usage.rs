@@ -75,6 +75,9 @@ fn unknown(error: &mut clap::Error, command: &Command, words: &[OsString]) -> Op
     }
     let flag = word.trim_start_matches('-').split('=').next().unwrap_or_default();
     let known: Vec<&str> = options(own);
+    if let Some(tip) = before_command(command, own, &word) {
+        return Some(tip);
+    }
     if own.has_subcommands() && !own.get_subcommands().all(|sub| sub.get_name() != flag) {
         return Some(mistakes::command(own.get_name(), flag));
     }
@@ -88,6 +91,15 @@ fn unknown(error: &mut clap::Error, command: &Command, words: &[OsString]) -> Op
             Some(format!("the options of `{}` are {}", path(own), all.join(", ")))
         }
     }
+}
+
+/// What to do about an option of a command that stands before the command.
+fn before_command(command: &Command, own: &Command, word: &str) -> Option<String> {
+    let flag = word.split('=').next().unwrap_or_default();
+    let has = |own: &Command| options(own).iter().any(|known| flag.strip_prefix("--") == Some(*known));
+    let is_found = if own.has_subcommands() { own.get_subcommands().any(has) } else { has(own) };
+    let called = if own.has_subcommands() { format!("{} COMMAND", path(command)) } else { path(own).to_owned() };
+    is_found.then(|| format!("put `{flag}` after the command: `{called} {flag}`"))
 }
 
 /// What to do about a word that is no command.
@@ -234,6 +246,18 @@ mod tests {
         );
         assert!(message.contains(wanted) && error.exit_code() == 2, "{message}\n\n{error}");
         assert!(!message.contains('\n') && !message.contains("Usage"), "{message}");
+    }
+
+    #[test]
+    fn an_option_before_its_command_belongs_after_it() {
+        let told = |words: &[&str]| {
+            let words: Vec<OsString> = words.iter().map(OsString::from).collect();
+            usage_message(&parsed::<Program>(words).unwrap_err())
+        };
+        let after = told(&["program", "--seed", "3", "impact"]);
+        assert!(after.contains("put `--seed` after the command: `program impact --seed`"), "{after}");
+        let alone = told(&["program", "--seed=3"]);
+        assert!(alone.contains("put `--seed` after the command: `program COMMAND --seed`"), "{alone}");
     }
 
     #[test]

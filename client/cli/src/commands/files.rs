@@ -28,6 +28,15 @@ pub struct OutputTarget {
     folder: Option<PathBuf>,
 }
 
+/// What a command wrote.
+#[derive(Debug, Default)]
+pub struct WrittenFiles {
+    /// The file that the command was asked for; of OBJ the folder. `None`: nothing was written.
+    pub target: Option<PathBuf>,
+    /// Every file, the main one first.
+    pub all: Vec<PathBuf>,
+}
+
 impl OutputTarget {
     /// The ending of a file tells its format; what has neither `.glb` nor `.xml` is a folder, for `object.glb` unless `format` says
     /// otherwise.
@@ -108,13 +117,12 @@ impl OutputTarget {
         }
     }
 
-    /// Writes the fragments and names each file on stderr. Returns all files, or the folder of many, the main one first. Nothing for an
-    /// object that stays whole.
-    pub fn write(&self, broken: &FractureResult) -> Result<Vec<PathBuf>, CliError> {
+    /// Writes the fragments and names each file on stderr. Nothing for an object that stays whole.
+    pub fn write(&self, broken: &FractureResult) -> Result<WrittenFiles, CliError> {
         if broken.is_whole() {
             note(format_args!("nothing to write: {} stays whole", broken.summary().object()));
-            tell_earlier(&self.path);
-            return Ok(Vec::new());
+            self.files_of_a_strike().iter().for_each(|path| tell_earlier(path));
+            return Ok(WrittenFiles::default());
         }
         if let Some(folder) = &self.folder {
             std::fs::create_dir_all(folder).map_err(|error| {
@@ -122,17 +130,20 @@ impl OutputTarget {
                 Error::new(ErrorKind::Output, at.clone(), format!("cannot create the folder {at}: {error}"))
             })?;
         }
+        let all = match self.format {
+            Format::Glb => glb(&self.path, broken)?,
+            Format::Obj => wrote(&self.path, "", broken.write_obj(&self.path)?),
+            Format::Mjcf => wrote(&self.path, ", with its meshes", broken.write_mjcf(&self.path)?),
+        };
+        Ok(WrittenFiles { target: Some(self.path.clone()), all })
+    }
+
+    /// Files that strikes with this target write, under names that do not depend on the fragments.
+    fn files_of_a_strike(&self) -> Vec<PathBuf> {
         match self.format {
-            Format::Glb => Ok(glb(&self.path, broken)?),
-            Format::Obj => {
-                wrote(&self.path, "", &broken.write_obj(&self.path)?);
-                Ok(vec![self.path.clone()])
-            }
-            Format::Mjcf => {
-                wrote(&self.path, ", with its meshes", &broken.write_mjcf(&self.path)?);
-                let stem = self.path.file_stem().unwrap_or_default().to_string_lossy();
-                Ok(vec![self.path.clone(), self.path.with_file_name(format!("{stem}_assets"))])
-            }
+            Format::Glb => ["glb", "closed.glb", "hulls.glb"].map(|ending| self.path.with_extension(ending)).to_vec(),
+            Format::Obj => vec![self.path.join("fragments.json")],
+            Format::Mjcf => vec![self.path.clone()],
         }
     }
 }
@@ -147,18 +158,16 @@ fn is_about_skin(refusal: &Error) -> bool {
 /// hulls, if there are any. Returns the files.
 fn glb(file: &Path, broken: &FractureResult) -> Result<Vec<PathBuf>, Error> {
     let (closed, hulls) = (file.with_extension("closed.glb"), file.with_extension("hulls.glb"));
-    let mut files = vec![file.to_owned()];
+    let mut files = Vec::new();
     if broken.fragments().any(|fragment| fragment.skin().is_some()) {
-        wrote(file, "", &broken.write_skins_glb(file)?);
-        wrote(&closed, ", closed meshes of the lattice", &broken.write_glb(&closed)?);
-        files.push(closed);
+        files.extend(wrote(file, "", broken.write_skins_glb(file)?));
+        files.extend(wrote(&closed, ", closed meshes of the lattice", broken.write_glb(&closed)?));
     } else {
-        wrote(file, "", &broken.write_glb(file)?);
+        files.extend(wrote(file, "", broken.write_glb(file)?));
         tell_earlier(&closed);
     }
     if broken.fragments().any(|fragment| fragment.hull().is_some()) {
-        wrote(&hulls, ", hulls", &broken.write_hulls_glb(&hulls)?);
-        files.push(hulls);
+        files.extend(wrote(&hulls, ", hulls", broken.write_hulls_glb(&hulls)?));
     } else {
         tell_earlier(&hulls);
     }
@@ -172,10 +181,14 @@ fn tell_earlier(path: &Path) {
     }
 }
 
-/// Names a file, or of OBJ a folder, that was written.
-fn wrote(path: &Path, what: &str, written: &WriteReport) {
+/// Names a file, or of OBJ a folder, that was written, and every file that belongs to it. Returns the files.
+fn wrote(path: &Path, what: &str, written: WriteReport) -> Vec<PathBuf> {
     let size = size(written.bytes as u64);
     note(format_args!("wrote {} ({} fragments{what}, {size})", path.display(), written.fragments));
+    for file in written.files.iter().filter(|file| *file != path) {
+        note(format_args!("wrote {}", file.display()));
+    }
+    written.files
 }
 
 #[cfg(test)]
@@ -191,6 +204,13 @@ mod tests {
             folder: folder.map(PathBuf::from),
         });
         assert_eq!(found, wanted, "{out}");
+    }
+
+    #[test]
+    fn all_files_of_an_earlier_strike_are_looked_for() {
+        let files = |out: &str| OutputTarget::new(Path::new(out), None, "vase").ok().unwrap().files_of_a_strike();
+        assert_eq!(files("j.glb"), ["j.glb", "j.closed.glb", "j.hulls.glb"].map(PathBuf::from));
+        assert_eq!(files("j.xml"), ["j.xml"].map(PathBuf::from));
     }
 
     #[test]

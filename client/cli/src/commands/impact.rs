@@ -1,12 +1,12 @@
 //! `shatter impact`.
 
-use super::files::{Format, OutputTarget};
+use super::files::{Format, OutputTarget, WrittenFiles};
 use super::parse::{NamedConvention, convention, degree, effect, elastic, lift, origin, quality, ray, vector};
 use super::{ANSWER, CliError, document, note, out, reply, with_contact};
 use serde_json::{Value, json};
 use shatter_client::{
-    Client, Deadline, DegreeRule, Effect, ElasticSource, FractureResult, Fragment, Hit, HullMesh, Impact, Lift,
-    Quality, Ray, RetainedFragment, SEED_DEFAULT,
+    Client, Deadline, DegreeRule, Effect, ElasticSource, Error, ErrorKind, FractureResult, Fragment, Hit, HullMesh,
+    Impact, Lift, Quality, Ray, RetainedFragment, SEED_DEFAULT,
 };
 use shatter_proto::result::{BondWire, DebrisWire, EffectWire, HullWire, NO_MATERIAL, SummaryWire};
 use std::collections::BTreeMap;
@@ -102,12 +102,19 @@ pub struct Args {
 /// What connecting and the way back may take beyond the deadline of a strike.
 const SLACK_MS: u64 = 250;
 
-/// Refuses points without impulses, and impulses without points.
+/// Refuses points without impulses, impulses without points, and an impulse along a ray that has no size.
 fn paired(args: &Args) -> Result<(), CliError> {
     let (points, impulses) = (args.point.len() + usize::from(args.ray.is_some()), args.impulse.len());
     if args.impulse_ns.is_some() && args.ray.is_none() {
         let message = "--impulse-ns is the size of an impulse along --ray; with --point give --impulse X,Y,Z";
         return Err(CliError::Usage(message.to_owned()));
+    }
+    if let Some(impulse_ns) = args.impulse_ns.filter(|impulse_ns| !(*impulse_ns > 0.0 && impulse_ns.is_finite())) {
+        let message = format!(
+            "--impulse-ns {impulse_ns}: the size of an impulse along a ray must be positive and finite; turn the ray to \
+             strike from the other side"
+        );
+        return Err(Error::new(ErrorKind::Impulse, "--impulse-ns", message).into());
     }
     if args.impulse_ns.is_some() || points == impulses {
         return Ok(());
@@ -133,7 +140,7 @@ pub fn run(service: &str, args: &Args) -> Result<(), CliError> {
         Some(target) => target.strike(&object, &impact, [&args.enable, &args.disable], deadline)?,
         None => object.strike(&impact)?.wait(deadline())?,
     };
-    let files = target.map_or(Ok(Vec::new()), |target| target.write(&broken))?;
+    let files = target.map_or(Ok(WrittenFiles::default()), |target| target.write(&broken))?;
     if let (Some(asked), Some(missed)) = (args.time_ms, broken.summary().missed_time()) {
         let (by_ms, reason) = (missed.by.as_secs_f64() * 1e3, missed.explanation());
         note(format_args!("the time of {asked} ms was exceeded by {by_ms:.1} ms: {reason}"));
@@ -263,7 +270,7 @@ fn hulls(broken: &FractureResult) -> Option<Value> {
 }
 
 /// The document of an answer.
-pub(super) fn to_json(broken: &FractureResult, asked: RequestEcho<'_>, files: &[PathBuf]) -> Value {
+pub(super) fn to_json(broken: &FractureResult, asked: RequestEcho<'_>, files: &WrittenFiles) -> Value {
     let file = |file: &PathBuf| file.display().to_string();
     let summary = broken.summary();
     let digest = broken.digest();
@@ -331,8 +338,8 @@ pub(super) fn to_json(broken: &FractureResult, asked: RequestEcho<'_>, files: &[
         "response_bytes": broken.bytes(),
         "output_hash": digest.output_hash,
         "hit": broken.hit().map(hit),
-        "file": files.first().map(file),
-        "files": files.iter().map(file).collect::<Vec<_>>(),
+        "file": files.target.as_ref().map(file),
+        "files": files.all.iter().map(file).collect::<Vec<_>>(),
     })
 }
 

@@ -59,7 +59,9 @@ pub fn write_mjcf(path: &Path, object: &ObjectView<'_>) -> Result<WriteReport, E
     write_whole(path, model.xml.as_bytes())?;
     let bytes = model.xml.len() + model.meshes.iter().map(|(_, text)| text.len()).sum::<usize>();
     let closed = object.fragments.iter().filter(|fragment| super::is_closed(fragment)).count();
-    Ok(WriteReport { fragments: object.fragments.len(), closed, bytes })
+    let meshes = model.meshes.iter().map(|(name, _)| folder.join(name));
+    let files = std::iter::once(path.to_owned()).chain(meshes).collect();
+    Ok(WriteReport { fragments: object.fragments.len(), closed, bytes, files })
 }
 
 /// From +Y up to +Z up: a quarter turn about x.

@@ -16,7 +16,7 @@ use crate::pipeline::{
     self, BakeParameters, BakeReport, ElasticModel, ElasticRequest, FractureError, MissingLift, PreparedBody,
     PreparedObject, Preset, calibrate,
 };
-use crate::scene::{DEFAULT_FRAGMENT_DIAGONALS, Material};
+use crate::scene::{DEFAULT_FRAGMENT_DIAGONALS, Material, is_invisible};
 use crate::skin::{BoundaryAttributes, Skin};
 use crate::sparse::Precision;
 use crate::surface::{RawMesh, Surface, SurfaceError};
@@ -27,7 +27,7 @@ use std::sync::Arc;
 /// What to bake, apart from the mesh.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct BakeRequest {
-    /// The object's name: 1 to [`NAME_BYTES_MAX`] bytes, no path separators, no control characters.
+    /// The object's name: 1 to [`NAME_BYTES_MAX`] bytes, no path separators, no control or invisible characters.
     pub name: String,
     /// The material's name, for the record.
     pub material_name: String,
@@ -115,7 +115,7 @@ pub(super) const GONE_MAX: f64 = 0.25;
 pub enum BakeError {
     /// The name cannot be a file's name or is too long for a request.
     #[error(
-        "object name {0:?}: 1 to {NAME_BYTES_MAX} bytes without path separators, control characters or a leading dot"
+        "object name {0:?}: 1 to {NAME_BYTES_MAX} bytes without path separators, control or invisible characters or a leading dot"
     )]
     Name(String),
     /// A number is not finite and positive.
@@ -405,7 +405,7 @@ fn surface_lift(
 pub fn is_object_name(name: &str) -> bool {
     (1..=NAME_BYTES_MAX).contains(&name.len())
         && !name.starts_with('.')
-        && !name.chars().any(|c| c.is_control() || c == '/' || c == '\\')
+        && !name.chars().any(|c| is_invisible(c) || c == '/' || c == '\\')
 }
 
 pub(super) fn check(request: &BakeRequest) -> Result<(), BakeError> {

@@ -14,6 +14,28 @@ pub fn brief(text: &str) -> String {
     }
 }
 
+/// Control characters, line and paragraph separators, marks that change the direction of writing, and other format characters that
+/// nobody sees: names of objects hold none.
+///
+/// Source: general category Cf of the Unicode Character Database 16.0, without the signs that are drawn.
+pub fn is_invisible(character: char) -> bool {
+    let format = matches!(
+        character,
+        '\u{ad}'
+            | '\u{61c}'
+            | '\u{180e}'
+            | '\u{200b}'..='\u{200f}'
+            | '\u{2028}'..='\u{202e}'
+            | '\u{2060}'..='\u{206f}'
+            | '\u{feff}'
+            | '\u{fff9}'..='\u{fffb}'
+            | '\u{1bca0}'..='\u{1bca3}'
+            | '\u{1d173}'..='\u{1d17a}'
+            | '\u{e0000}'..='\u{e007f}'
+    );
+    character.is_control() || format
+}
+
 /// The one of `all` that is nearest to `name`, the first of several: one that `name` begins, or that begins `name`, else that of the
 /// smallest edit distance (F. J. Damerau 1964, V. I. Levenshtein 1966).
 pub fn nearest<'a>(name: &str, all: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {

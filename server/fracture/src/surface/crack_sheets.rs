@@ -181,7 +181,7 @@ mod tests {
 
     #[test]
     fn what_is_no_sheet_is_refused_by_name() {
-        assert!(matches!(refused(|raw| raw.triangles.clear()), SurfaceError::Empty));
+        assert!(matches!(refused(|raw| raw.triangles.clear()), SurfaceError::Empty { .. }));
         assert!(matches!(refused(|raw| raw.positions_m[5].x = 1e9), SurfaceError::FarVertex { vertex: 5 }));
         assert!(matches!(refused(|raw| raw.triangles[1][2] = 8), SurfaceError::VertexOutOfBounds { face: 1, .. }));
         let flat = |raw: &mut RawMesh| raw.triangles.iter_mut().for_each(|corners| corners[1] = corners[0]);

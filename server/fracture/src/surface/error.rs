@@ -2,8 +2,14 @@
 
 use std::path::PathBuf;
 
-fn vertex_at(vertex: u64, [x, y, z]: &[f64; 3]) -> String {
+fn vertex_at(vertex: u64, at_m: &[f64; 3]) -> String {
+    let is_long = |x: &f64| *x != 0.0 && !(1e-6..1e12).contains(&x.abs());
+    let [x, y, z] = at_m.map(|x| if is_long(&x) { format!("{x:e}") } else { x.to_string() });
     format!("vertex {vertex} at ({x}, {y}, {z})")
+}
+
+fn vertices_at(vertices: &[(u64, [f64; 3])]) -> String {
+    vertices.iter().map(|(vertex, at_m)| vertex_at(*vertex, at_m)).collect::<Vec<_>>().join(", ")
 }
 
 /// A mesh that cannot be used; every variant names the place.
@@ -42,13 +48,28 @@ pub enum SurfaceError {
         limit: u64,
     },
     /// No vertex or no triangle.
-    #[error("the mesh is empty")]
-    Empty,
+    #[error("no {missing} were found; {expected}")]
+    Empty {
+        /// Which of both.
+        missing: &'static str,
+        /// What a file of this format has.
+        expected: &'static str,
+    },
     /// A coordinate is infinite or not a number.
     #[error("vertex {vertex} is not finite")]
     NonFiniteVertex {
         /// The vertex of the file, counted from 0.
         vertex: u64,
+    },
+    /// A coordinate so large that volumes and masses are no finite numbers.
+    #[error("{} is out of range: coordinates must lie within ±{limit_m:e} m. Check --unit", vertex_at(*.vertex, .at_m))]
+    VertexOutOfRange {
+        /// The vertex of the file, counted from 0.
+        vertex: u64,
+        /// Where it is, m.
+        at_m: [f64; 3],
+        /// The largest magnitude of a coordinate, m.
+        limit_m: f64,
     },
     /// A face names a vertex that does not exist.
     #[error("face {face} names vertex {index}, but there are {vertices}")]
@@ -91,20 +112,18 @@ pub enum SurfaceError {
         /// Its extents along its principal axes, the largest first, m.
         extents_m: [f64; 3],
     },
-    /// One vertex, or a few, so far from the others that these are a dot.
+    /// A few vertices so far from the others that these are a dot.
     #[error(
-        "{} is {distance_m:.3e} m from the middle of the mesh, {times:.0} times as far as nearly all others: nothing that is enclosed \
-         is left at that scale; remove it",
-        vertex_at(*.vertex, .at_m)
+        "far from all other vertices, up to {distance_m:.3e} m from the middle of the mesh, {times:.0} times as far as the others: {}. \
+         Nothing that is enclosed is left at that scale; remove them",
+        vertices_at(.vertices)
     )]
-    Outlier {
-        /// The vertex of the file, counted from 0.
-        vertex: u64,
-        /// Where it is, m.
-        at_m: [f64; 3],
-        /// Its distance from the middle of the mesh, m.
+    Outliers {
+        /// The vertices of the file, counted from 0, and where they are, m; the farthest first.
+        vertices: Vec<(u64, [f64; 3])>,
+        /// The largest of their distances from the middle of the mesh, m.
         distance_m: f64,
-        /// That distance over the one that nearly all other vertices do not exceed.
+        /// That distance over the largest one of all other vertices.
         times: f64,
     },
     /// The work was cancelled.

@@ -1,6 +1,6 @@
 //! A mesh as a file gives it, in meters and y-up, with nothing mended.
 
-use super::{SurfaceError, TriangleAttributes};
+use super::{DIAGONAL_RANGE_M, SurfaceError, TriangleAttributes};
 use nalgebra::Point3;
 use std::fmt;
 use std::str::FromStr;
@@ -132,13 +132,24 @@ impl RawMesh {
         self.faces.get(triangle).map_or(triangle as u64, |&face| u64::from(face))
     }
 
-    /// Checks that there is something, that every coordinate is finite and that every index names a vertex.
+    /// Checks that there is something, that every coordinate is finite and not too large, and that every index names a vertex.
     pub fn check(&self) -> Result<(), SurfaceError> {
-        if self.positions_m.is_empty() || self.triangles.is_empty() {
-            return Err(SurfaceError::Empty);
+        self.check_expected("a mesh has vertices and faces")
+    }
+
+    /// As [`Self::check`]; a refusal of an empty mesh says what is `expected`.
+    pub(super) fn check_expected(&self, expected: &'static str) -> Result<(), SurfaceError> {
+        let missing = [("vertices", self.positions_m.is_empty()), ("faces", self.triangles.is_empty())];
+        if let Some((missing, _)) = missing.into_iter().find(|(_, is_missing)| *is_missing) {
+            return Err(SurfaceError::Empty { missing, expected });
         }
         if let Some(vertex) = self.positions_m.iter().position(|p| !p.coords.iter().all(|c| c.is_finite())) {
             return Err(SurfaceError::NonFiniteVertex { vertex: vertex as u64 });
+        }
+        let limit_m = *DIAGONAL_RANGE_M.end();
+        if let Some(vertex) = self.positions_m.iter().position(|p| p.coords.amax() > limit_m) {
+            let at_m = self.positions_m[vertex].coords.into();
+            return Err(SurfaceError::VertexOutOfRange { vertex: vertex as u64, at_m, limit_m });
         }
         let vertices = self.positions_m.len() as u64;
         for (triangle, corners) in self.triangles.iter().enumerate() {

@@ -1,30 +1,30 @@
-//! Why a surface encloses nothing: it is flat, or a vertex is far from all others.
+//! Why a surface encloses nothing: it is flat, or a few vertices are far from all others.
 
 use super::{RawMesh, Surface, SurfaceError};
 use nalgebra::{Matrix3, Point3, Vector3};
 
-/// Share of the vertices among which an outlier is none.
-const NEARLY_ALL: f64 = 0.9;
-
-/// An outlier is so many times as far from the middle as nearly all vertices.
+/// An outlier is so many times as far from the middle as all vertices that are none.
 const TIMES_MIN: f64 = 30.0;
 
 /// Fewer vertices have no outlier.
 const VERTICES_MIN: usize = 8;
 
+/// More vertices are no outliers, but a part.
+const OUTLIERS_MAX: usize = 8;
+
 /// A mesh whose least extent is this small, over its largest, is flat.
 const FLAT: f64 = 1e-4;
 
-/// The vertex that is farthest from all others, if it is far.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Outlier {
-    vertex: u64,
-    at_m: Point3<f64>,
+/// Vertices that are far from all others.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Outliers {
+    /// The farthest first.
+    vertices: Vec<(u64, [f64; 3])>,
     distance_m: f64,
     times: f64,
 }
 
-impl Outlier {
+impl Outliers {
     /// That of the vertices that triangles of `raw` use.
     pub fn of(raw: &RawMesh) -> Option<Self> {
         let mut used: Vec<u32> = raw.triangles.iter().flatten().copied().collect();
@@ -34,29 +34,31 @@ impl Outlier {
             return None;
         }
         let point = |vertex: u32| raw.positions_m[vertex as usize];
-        let middle = Point3::from(Vector3::from_fn(|axis, _| {
-            median(used.iter().map(|vertex| point(*vertex)[axis]).collect(), 0.5)
-        }));
-        let distance = |vertex: u32| (point(vertex) - middle).norm();
-        let usual = median(used.iter().map(|vertex| distance(*vertex)).collect(), NEARLY_ALL);
-        let vertex = used.iter().copied().max_by(|a, b| distance(*a).total_cmp(&distance(*b)))?;
-        let (distance_m, times) = (distance(vertex), distance(vertex) / usual);
-        let found = Self { vertex: u64::from(vertex), at_m: point(vertex), distance_m, times };
-        (times.is_finite() && times >= TIMES_MIN).then_some(found)
+        let middle =
+            Point3::from(Vector3::from_fn(|axis, _| median(used.iter().map(|vertex| point(*vertex)[axis]).collect())));
+        let mut far: Vec<(f64, u32)> = used.iter().map(|vertex| ((point(*vertex) - middle).norm(), *vertex)).collect();
+        far.sort_by(|a, b| b.0.total_cmp(&a.0));
+        // Fewer than half, so that the middle is one of the others.
+        let most = OUTLIERS_MAX.min((used.len() - 1) / 2);
+        let is_gap = |count: &usize| far[count - 1].0 >= TIMES_MIN * far[*count].0;
+        let count = (1..=most).rev().find(is_gap)?;
+        let (distance_m, times) = (far[0].0, far[0].0 / far[count].0);
+        let vertices = far[..count].iter().map(|(_, vertex)| (u64::from(*vertex), point(*vertex).coords.into()));
+        times.is_finite().then(|| Self { vertices: vertices.collect(), distance_m, times })
     }
 }
 
-/// The value below which `share` of them are; there is at least one.
-fn median(mut values: Vec<f64>, share: f64) -> f64 {
-    let place = (share * (values.len() - 1) as f64) as usize;
+/// The value below which half of them are; there is at least one.
+fn median(mut values: Vec<f64>) -> f64 {
+    let place = (values.len() - 1) / 2;
     *values.select_nth_unstable_by(place, f64::total_cmp).1
 }
 
 impl Surface {
-    /// Why nothing is inside: one vertex is far from all others, or the surface is flat, if either is so.
+    /// Why nothing is inside: a few vertices are far from all others, or the surface is flat, if either is so.
     pub fn nothing_inside(&self) -> Option<SurfaceError> {
-        if let Some(Outlier { vertex, at_m, distance_m, times }) = self.outlier {
-            return Some(SurfaceError::Outlier { vertex, at_m: at_m.coords.into(), distance_m, times });
+        if let Some(Outliers { vertices, distance_m, times }) = self.outliers.clone() {
+            return Some(SurfaceError::Outliers { vertices, distance_m, times });
         }
         let extents_m = self.extents().map(|extent| extent * self.frame.diagonal_m);
         (extents_m[2] <= FLAT * extents_m[0]).then_some(SurfaceError::Flat { extents_m })
@@ -110,14 +112,20 @@ mod tests {
     }
 
     #[test]
-    fn a_vertex_far_from_all_others_is_named() {
-        let mut mesh = shapes::arch();
-        let first = mesh.positions_m.len() as u32;
-        mesh.positions_m.push(Point3::new(7e6, 1.0, -2.0));
-        mesh.triangles.push([0, 1, first]);
-        let error = refused(mesh);
-        let SurfaceError::Outlier { vertex, at_m, times, .. } = error else { panic!("{error}") };
-        assert!(vertex == u64::from(first) && at_m == [7e6, 1.0, -2.0] && times > 1e6, "{error}");
-        assert!(error.to_string().contains("(7000000, 1, -2)"), "{error}");
+    fn vertices_far_from_all_others_are_named() {
+        for count in [1, 3, 8] {
+            let mut mesh = shapes::arch();
+            let first = mesh.positions_m.len() as u32;
+            for far in first..first + count {
+                mesh.positions_m.push(Point3::new(7e6, 1.0 + 1e6 * f64::from(far - first), -2.0));
+                mesh.triangles.push([0, 1, far]);
+            }
+            let error = refused(mesh);
+            let SurfaceError::Outliers { vertices, times, .. } = &error else { panic!("{error}") };
+            let mut named: Vec<u64> = vertices.iter().map(|(vertex, _)| *vertex).collect();
+            named.sort_unstable();
+            assert!(named.into_iter().eq((first..first + count).map(u64::from)) && *times > 1e6, "{error}");
+            assert!(error.to_string().contains(&format!("vertex {first} at (7000000, 1, -2)")), "{error}");
+        }
     }
 }

@@ -19,6 +19,9 @@ use crate::scene::brief;
 use std::fmt::Display;
 use std::path::Path;
 
+/// What a PLY file has.
+const PLY_EXPECTED: &str = "a PLY file has the elements `vertex` and `face`";
+
 /// Vertices, and triangles, that a mesh may have.
 const LIMIT: usize = 1 << 26;
 
@@ -28,20 +31,22 @@ const LIMIT: usize = 1 << 26;
 /// mended. Buffers of a `.gltf` are read from its own folder and below; a URI that leads elsewhere is refused.
 ///
 /// Errors: unreadable or unknown files, malformed ones (with line, byte or element), empty meshes, coordinates that are
-/// not finite, indices that name no vertex, more than 2²⁶ vertices or triangles.
+/// not finite or beyond 1e36 m, indices that name no vertex, more than 2²⁶ vertices or triangles.
 pub fn read(path: &Path, unit: LengthUnit, up: UpAxis) -> Result<RawMesh, SurfaceError> {
     let extension = path.extension().map(|word| word.to_string_lossy().to_lowercase()).unwrap_or_default();
-    let parse: fn(&[u8], &Path) -> Result<RawMesh, SurfaceError> = match extension.as_str() {
-        "obj" => |bytes, _| obj::parse(bytes),
-        "ply" => |bytes, _| ply::parse(bytes),
-        "stl" => |bytes, _| stl::parse(bytes),
-        "gltf" | "glb" => gltf::parse,
+    let (parse, expected): (fn(&[u8], &Path) -> Result<RawMesh, SurfaceError>, _) = match extension.as_str() {
+        "obj" => {
+            (|bytes, _| obj::parse(bytes), "an OBJ file has vertices, lines `v X Y Z`, and faces, lines `f A B C`")
+        }
+        "ply" => (|bytes, _| ply::parse(bytes), PLY_EXPECTED),
+        "stl" => (|bytes, _| stl::parse(bytes), "an STL file has facets of three vertices"),
+        "gltf" | "glb" => (gltf::parse, "a glTF file has meshes of triangles in its scene"),
         _ => return Err(SurfaceError::UnknownFormat { path: path.to_owned(), extension }),
     };
     let bytes = load(path)?;
     let mut mesh = parse(&bytes, path.parent().unwrap_or(Path::new("")))?;
     mesh.place(unit, up);
-    mesh.check()?;
+    mesh.check_expected(expected)?;
     Ok(mesh)
 }
 

@@ -1,11 +1,14 @@
 //! Numbers that somebody has painted on the vertices of a PLY file.
 
 use super::ply::{check_size, one_line, scalar};
-use super::{SurfaceError, load, malformed};
+use super::{PLY_EXPECTED, SurfaceError, load, malformed};
 use nalgebra::Point3;
 use ply_rs_bw::parser::{Parser, Reader};
 use ply_rs_bw::ply::{DefaultElement, Property, PropertyType, ScalarType};
 use std::path::Path;
+
+/// A file without a vertex.
+const EMPTY: SurfaceError = SurfaceError::Empty { missing: "vertices", expected: PLY_EXPECTED };
 
 /// The vertices of a PLY file, in its coordinates, and the values of their property `attribute`: colors of eight bits from 0 to 1,
 /// other numbers as they are.
@@ -41,11 +44,11 @@ fn parse(bytes: &[u8], attribute: &str) -> Result<(Vec<Point3<f64>>, Vec<f64>), 
         let finite = |vertex: &usize| points[*vertex].iter().all(|x| x.is_finite()) && values[*vertex].is_finite();
         return match (0..points.len()).find(|vertex| !finite(vertex)) {
             Some(vertex) => Err(SurfaceError::NonFiniteVertex { vertex: vertex as u64 }),
-            None if points.is_empty() => Err(SurfaceError::Empty),
+            None if points.is_empty() => Err(EMPTY),
             None => Ok((points, values)),
         };
     }
-    Err(SurfaceError::Empty)
+    Err(EMPTY)
 }
 
 #[cfg(test)]
@@ -72,7 +75,7 @@ mod tests {
     fn what_is_not_painted_is_refused() {
         let refused = |text: String, attribute: &str| parse(text.as_bytes(), attribute).unwrap_err();
         assert!(refused(file("uchar red", "0 0 0 1\n"), "blue").to_string().contains("blue"));
-        assert!(matches!(refused(file("uchar red", ""), "red"), SurfaceError::Empty));
+        assert!(matches!(refused(file("uchar red", ""), "red"), SurfaceError::Empty { .. }));
         assert!(matches!(refused("ply\nwhat".to_owned(), "red"), SurfaceError::Malformed { .. }));
         assert!(matches!(refused(file("uchar red", "0 0\n"), "red"), SurfaceError::Malformed { .. }));
     }

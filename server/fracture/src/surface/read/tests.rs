@@ -75,8 +75,14 @@ fn obj_errors_name_the_line_or_the_face() {
     }
     let infinite = read_bytes("a.obj", b"v 0 0 0\nv 0 nan 0\nv 0 1 1e999\nf 1 2 3\n");
     assert!(matches!(infinite, Err(SurfaceError::NonFiniteVertex { vertex: 1 })));
-    assert!(matches!(read_bytes("a.obj", b""), Err(SurfaceError::Empty)));
-    assert!(matches!(read_bytes("a.obj", b"v 0 0 0\n"), Err(SurfaceError::Empty)));
+    assert!(matches!(read_bytes("a.obj", b""), Err(SurfaceError::Empty { .. })));
+    assert!(matches!(read_bytes("a.obj", b"v 0 0 0\n"), Err(SurfaceError::Empty { .. })));
+    let prose = read_bytes("a.obj", b"# Shatter\nA daemon that breaks things.\n").unwrap_err().to_string();
+    assert!(prose.starts_with("no vertices were found; an OBJ file has vertices, lines `v X Y Z`"), "{prose}");
+    let huge = read_bytes("a.obj", b"v 0 0 0\nv 1 0 0\nv 0 1e200 0\nf 1 2 3\n").unwrap_err();
+    assert!(matches!(huge, SurfaceError::VertexOutOfRange { vertex: 2, .. }), "{huge}");
+    let told = "vertex 2 at (0, 1e200, 0) is out of range: coordinates must lie within ±1e36 m";
+    assert!(huge.to_string().starts_with(told), "{huge}");
 }
 
 fn ply_header(format: &str, number: &str, list: &str) -> String {

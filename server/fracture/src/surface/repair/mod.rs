@@ -15,7 +15,7 @@ pub use shells::ShellPart;
 mod tests;
 
 use super::defect::DefectTally;
-use super::shape::Outlier;
+use super::shape::Outliers;
 use super::{Defect, DefectKind, LocalFrame, RawMesh, SurfaceError, TriangleAttributes};
 use edges::{Edges, HalfEdge};
 use nalgebra::Point3;
@@ -37,8 +37,8 @@ pub struct Surface {
     pub looks: TriangleAttributes,
     /// Shells that stand alone and enclose something.
     pub parts: Vec<ShellPart>,
-    /// The vertex that is far from all others, if there is one.
-    pub(super) outlier: Option<Outlier>,
+    /// Vertices that are far from all others, if there are a few.
+    pub(super) outliers: Option<Outliers>,
     /// What was wrong with the input, in a fixed order of kinds.
     pub defects: Vec<Defect>,
     /// Whether every edge is passed as often in one direction as in the other: the winding number is an integer.
@@ -89,8 +89,8 @@ impl Surface {
         }
         defects.sort_by_key(|defect| defect.kind);
         let looks = raw.looks.clone().fitting(raw.triangles.len()).of(&source, &turned);
-        let (parts, outlier) = (shells.parts, Outlier::of(&raw));
-        Ok(Self { frame, positions, triangles, faces, looks, parts, outlier, defects, closed, simple })
+        let (parts, outliers) = (shells.parts, Outliers::of(&raw));
+        Ok(Self { frame, positions, triangles, faces, looks, parts, outliers, defects, closed, simple })
     }
 
     /// The three corners of triangle `triangle`.
