@@ -188,7 +188,7 @@ impl From<SurfaceError> for CommandError {
             SurfaceError::FarVertex { vertex } => ("far_vertex", format!("vertex {vertex}")),
             SurfaceError::Outliers { vertices, .. } => {
                 let names = vertices.iter().map(|(vertex, _)| format!("vertex {vertex}"));
-                ("far_vertex", names.collect::<Vec<_>>().join(AND))
+                ("far_vertex", names.collect::<Vec<_>>().join(", "))
             }
             SurfaceError::AllDegenerate => ("all_degenerate", String::new()),
             SurfaceError::ZeroExtent => ("zero_extent", String::new()),

@@ -25,6 +25,9 @@ const PLY_EXPECTED: &str = "a PLY file has the elements `vertex` and `face`";
 /// Vertices, and triangles, that a mesh may have.
 const LIMIT: usize = 1 << 26;
 
+/// Reads the bytes of a mesh file that lies in a folder.
+type Parser = fn(&[u8], &Path) -> Result<RawMesh, SurfaceError>;
+
 /// Reads a mesh file; the extension, in upper or lower case, tells the format.
 ///
 /// Polygons are cut into triangles, which keep the file's normals, texture coordinates and materials; points and lines are left out; every node of a glTF scene is placed. Nothing is
@@ -34,7 +37,7 @@ const LIMIT: usize = 1 << 26;
 /// not finite or beyond 1e36 m, indices that name no vertex, more than 2²⁶ vertices or triangles.
 pub fn read(path: &Path, unit: LengthUnit, up: UpAxis) -> Result<RawMesh, SurfaceError> {
     let extension = path.extension().map(|word| word.to_string_lossy().to_lowercase()).unwrap_or_default();
-    let (parse, expected): (fn(&[u8], &Path) -> Result<RawMesh, SurfaceError>, _) = match extension.as_str() {
+    let (parse, expected): (Parser, _) = match extension.as_str() {
         "obj" => {
             (|bytes, _| obj::parse(bytes), "an OBJ file has vertices, lines `v X Y Z`, and faces, lines `f A B C`")
         }
