@@ -1,6 +1,6 @@
 //! Cracks that an object carries from the beginning: sheets without width, along which both lattices are slotted.
 
-use super::bake::{BakeError, GONE_MAX};
+use super::bake_error::{BakeError, GONE_MAX};
 use crate::cancel_token::CancelToken;
 use crate::lattice::{self, LatticeError, LatticeLevels, SLOT_HALF, Spacings};
 use crate::pipeline::{BakeReport, ExistingCracks};

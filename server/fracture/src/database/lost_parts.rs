@@ -1,6 +1,6 @@
 //! Parts of an object that a lattice loses, tears off, or leaves without elasticity: named in the defect report.
 
-use super::bake::BakeError;
+use super::bake_error::BakeError;
 use crate::lattice::{CRACK_NODES_MAX, LatticeLevels, Spacings};
 use crate::pipeline::Preset;
 use crate::surface::{Defect, DefectKind, InsideTest, ShellPart, Surface};

@@ -3,6 +3,8 @@
 #[cfg(test)]
 mod altered_tests;
 mod bake;
+mod bake_error;
+mod bake_request;
 mod bake_step;
 mod container;
 mod cracks;
@@ -13,6 +15,7 @@ mod hostile_tests;
 mod learned;
 mod lost_parts;
 mod object;
+mod object_name;
 mod reduced;
 mod share;
 mod skins;
@@ -22,7 +25,9 @@ mod stuffed;
 mod tables;
 mod thin;
 
-pub use bake::{BakeError, BakeRequest, NAME_BYTES_MAX, bake};
+pub use bake::bake;
+pub use bake_error::BakeError;
+pub use bake_request::BakeRequest;
 pub use bake_step::{BakeSize, BakeStep};
 pub use error::DatabaseError;
 pub use hash::input_hash;
@@ -32,6 +37,7 @@ pub use object::{
     BODIES_MAX, NODES_MAX, Provenance, load, load_parameters, load_partial, load_provenance, load_tables, load_task,
     save, save_partial, tensor_bytes,
 };
+pub use object_name::NAME_BYTES_MAX;
 pub use share::{JoinError, PartialBake, SHARE_EXTENSION, SHARES_MAX, Share, ShareError, ShareTask, join};
 pub use stored::{lacking, stored};
 pub use tables::Tables;

@@ -4,7 +4,7 @@ use super::container::{ContainerContents, FLAT, MappedFile, Tensors, write};
 use super::learned::{self, EXAMPLES_MAX, QUALITY_KEY};
 use super::reduced::{self, REDUCTION_KEY};
 use super::share::{PartialBake, Share, ShareRemainder, ShareTask};
-use super::{DatabaseError, FORMAT, Tables, bake, skins, stored_values};
+use super::{DatabaseError, FORMAT, Tables, bake_request, skins, stored_values};
 use crate::cancel_token::CancelToken;
 use crate::lattice::{EnergyTransfer, Lattice, check_manifold};
 use crate::lift::{LiftKind, LiftedLattice};
@@ -217,7 +217,8 @@ fn task(contents: &ContainerContents) -> Result<ShareTask, DatabaseError> {
     }
     let task: ShareTask = contents.json(SHARE_KEY)?;
     if let Some(request) = &task.request {
-        bake::check(request).map_err(|error| DatabaseError::Metadata { key: SHARE_KEY, reason: error.to_string() })?;
+        bake_request::check(request)
+            .map_err(|error| DatabaseError::Metadata { key: SHARE_KEY, reason: error.to_string() })?;
     }
     let share = Share::new(task.share.index, task.share.count);
     let reason = match share {

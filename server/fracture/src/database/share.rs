@@ -4,7 +4,9 @@
 //! bake.
 
 use super::DatabaseError;
-use super::bake::{BakeError, BakeRequest, few_enough, finish, whole};
+use super::bake::{finish, whole};
+use super::bake_error::BakeError;
+use super::bake_request::{BakeRequest, few_enough};
 use super::bake_step::BakeStep;
 use super::object::BASE;
 use crate::cancel_token::CancelToken;

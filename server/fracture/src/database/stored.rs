@@ -1,6 +1,7 @@
 //! Whether what is stored is what a bake would make.
 
-use super::bake::{self, BakeError, BakeRequest};
+use super::bake_error::BakeError;
+use super::bake_request::{self, BakeRequest};
 use super::bake_step::BakeStep;
 use super::{Tables, input_hash, load, stuffed};
 use crate::cancel_token::CancelToken;
@@ -22,7 +23,7 @@ pub fn stored(
     let Ok(prepared) = load(file) else {
         return Ok(None);
     };
-    bake::check(request)?;
+    bake_request::check(request)?;
     progress(BakeStep::Surface);
     let surface = Surface::repair(raw)?;
     let sheets = request.cracks.as_ref().map(|raw| CrackSheets::new(raw, &surface.frame)).transpose();
@@ -44,11 +45,11 @@ pub fn stored(
 /// Whether everything but the spacings is as a bake would make it.
 fn alike(prepared: &PreparedObject, surface: &Surface, sheets: Option<&CrackSheets>, request: &BakeRequest) -> bool {
     let own = &prepared.parameters;
-    let parameters = bake::parameters(request, surface, [own.elastic_spacing, own.crack_spacing]);
+    let parameters = bake_request::parameters(request, surface, [own.elastic_spacing, own.crack_spacing]);
     prepared.report.input_hash == input_hash(surface, sheets)
         && prepared.name == request.name
         && prepared.impacts == request.examples
-        && prepared.gamma_j_m2 == bake::gamma(request, &parameters)
+        && prepared.gamma_j_m2 == bake_request::gamma(request, &parameters)
         && request.kappa.is_none_or(|kappa| prepared.kappa == kappa)
         && *own == parameters
         && lacking(prepared, request.tables()).is_none()

@@ -1,7 +1,7 @@
 //! Values of a database beyond shapes and index ranges: a file that no bake would write is refused by name, checksums or not.
 
 use super::DatabaseError;
-use super::bake::is_object_name;
+use super::object_name::is_object_name;
 use crate::degree;
 use crate::lattice::{EnergyTransfer, Lattice};
 use crate::lift::MODES_MAX;

@@ -1,6 +1,7 @@
 //! The lattices of a bake: volume, spacings, what they keep of the surface, and what was found out about it.
 
-use super::bake::{BakeError, BakeRequest, GONE_MAX, parameters};
+use super::bake_error::{BakeError, GONE_MAX};
+use super::bake_request::{BakeRequest, parameters};
 use super::bake_step::BakeStep;
 use super::cracks::{UncrackedShape, elastic_spacing};
 use super::hash::input_hash;

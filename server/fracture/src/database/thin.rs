@@ -1,7 +1,7 @@
 //! Walls and gaps thinner than a lattice keeps: the spacing follows the walls, and what is lost all the same is said.
 
 use super::BakeRequest;
-use super::bake::BakeError;
+use super::bake_error::BakeError;
 use crate::cancel_token::CancelToken;
 use crate::lattice::{self, LatticeError, LatticeLevels, Locator};
 use crate::pipeline::LatticeSettings;

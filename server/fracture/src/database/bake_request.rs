@@ -1,0 +1,152 @@
+//! What to bake, and what follows from it.
+
+use super::Tables;
+use super::bake_error::BakeError;
+use super::learned::EXAMPLES_MAX;
+use super::object_name::is_object_name;
+use crate::degree;
+use crate::lift;
+use crate::pipeline::BakeParameters;
+use crate::pipeline::ElasticRequest;
+use crate::pipeline::Preset;
+use crate::scene::DEFAULT_FRAGMENT_DIAGONALS;
+use crate::scene::Material;
+use crate::sparse::Precision;
+use crate::surface::RawMesh;
+use crate::surface::Surface;
+use serde::Deserialize;
+use serde::Serialize;
+
+/// What to bake, apart from the mesh.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct BakeRequest {
+    /// The object's name: 1 to [`NAME_BYTES_MAX`] bytes, no path separators, no control or invisible characters.
+    pub name: String,
+    /// The material's name, for the record.
+    pub material_name: String,
+    /// What it is made of.
+    pub material: Material,
+    /// Reference fragment size d, m; `None`: a tenth of the diagonal.
+    pub fragment_size_m: Option<f64>,
+    /// Threshold γ, J·m²; `None`: from material and fragment size.
+    pub gamma_j_m2: Option<f64>,
+    /// Which preset the lattices are of, as far as nothing below says otherwise.
+    pub quality: Preset,
+    /// Spacing of the elastic lattice over the diagonal; `None`: the preset's number of nodes.
+    pub elastic_spacing: Option<f64>,
+    /// Spacing of the crack lattice over the diagonal; `None`: the preset's number of nodes.
+    pub crack_spacing: Option<f64>,
+    /// κ; `None`: fitted on sampled impacts, which takes most of the time on small lattices.
+    pub kappa: Option<f64>,
+    /// Impacts to learn the degree from; with any, κ is fitted on them.
+    pub examples: u64,
+    /// Whether they give the object a reduced basis, too.
+    pub elastic: ElasticRequest,
+    /// Of the factor of the stiffness, of bodies for which it is exact enough.
+    pub factor: Precision,
+    /// What the object shall be prepared for; examples need elasticity and interior distances.
+    pub tables: Tables,
+    /// Everything random while baking follows from it.
+    pub seed: u64,
+    /// Whether parts that the preset's lattice severs become bodies of their own; else the object is refused. No part of what is
+    /// stored.
+    #[serde(skip, default)]
+    pub allows_severed: bool,
+    /// Triangles along which the object is cracked already, in the coordinates of the mesh; which way they face does not matter.
+    #[serde(skip)]
+    pub cracks: Option<RawMesh>,
+}
+
+impl BakeRequest {
+    /// An object of that name and material, everything else at its default.
+    pub fn new(name: impl Into<String>, material_name: impl Into<String>, material: Material) -> Self {
+        Self {
+            name: name.into(),
+            material_name: material_name.into(),
+            material,
+            fragment_size_m: None,
+            gamma_j_m2: None,
+            quality: Preset::default(),
+            elastic_spacing: None,
+            crack_spacing: None,
+            kappa: None,
+            examples: 0,
+            elastic: ElasticRequest::Reduced,
+            factor: Precision::F64,
+            tables: Tables::ALL,
+            seed: 0,
+            allows_severed: true,
+            cracks: None,
+        }
+    }
+
+    /// Everything else that determines the object.
+    pub fn without_cracks(&self) -> Self {
+        // The sheets themselves may be large.
+        Self {
+            name: self.name.clone(),
+            material_name: self.material_name.clone(),
+            material: self.material.clone(),
+            allows_severed: false,
+            cracks: None,
+            ..*self
+        }
+    }
+
+    /// The tables that are made.
+    pub(super) fn tables(&self) -> Tables {
+        let learns = self.examples > 0;
+        Tables { elastic: self.tables.elastic || learns, interior: self.tables.interior || learns, ..self.tables }
+    }
+}
+
+pub(super) fn check(request: &BakeRequest) -> Result<(), BakeError> {
+    if !is_object_name(&request.name) {
+        return Err(BakeError::Name(request.name.clone()));
+    }
+    let numbers = [
+        ("fragment-size", request.fragment_size_m),
+        ("gamma", request.gamma_j_m2),
+        ("elastic-spacing", request.elastic_spacing),
+        ("crack-spacing", request.crack_spacing),
+        ("kappa", request.kappa),
+    ];
+    for (key, value) in numbers {
+        if let Some(value) = value.filter(|value| !(value.is_finite() && *value > 0.0)) {
+            return Err(BakeError::NotPositive { key, value });
+        }
+    }
+    few_enough(request.examples)
+}
+
+pub(super) fn parameters(
+    request: &BakeRequest,
+    surface: &Surface,
+    [elastic_spacing, crack_spacing]: [f64; 2],
+) -> BakeParameters {
+    BakeParameters {
+        material_name: request.material_name.clone(),
+        material: request.material.clone(),
+        fragment_size_m: request.fragment_size_m.unwrap_or(DEFAULT_FRAGMENT_DIAGONALS * surface.frame.diagonal_m),
+        elastic_spacing,
+        crack_spacing,
+        modes: request.quality.lattices().modes,
+        alpha: lift::ALPHA_DEFAULT,
+        seed: request.seed,
+        elastic: request.elastic,
+        factor: request.factor,
+        quality: request.quality,
+    }
+}
+
+pub(super) fn few_enough(examples: u64) -> Result<(), BakeError> {
+    let fits = examples <= EXAMPLES_MAX as u64;
+    fits.then_some(()).ok_or(BakeError::TooManyExamples { asked: examples })
+}
+
+/// γ, J·m².
+pub(super) fn gamma(request: &BakeRequest, parameters: &BakeParameters) -> f64 {
+    let BakeParameters { material, fragment_size_m, .. } = parameters;
+    let reference = || degree::reference_gamma(material.young_pa, material.strength_pa, *fragment_size_m);
+    request.gamma_j_m2.unwrap_or_else(reference)
+}
