@@ -5,7 +5,7 @@ use nalgebra::{Point3, Vector3};
 use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{BakeRequest, bake};
 use shatter_fracture::pipeline::{
-    self, DegreeRequest, FractureMeshes, FractureRequest, FractureResult, PreparedObject, RetainedFragments, Stage,
+    self, DegreeRequest, FractureMeshes, FractureOutcome, FractureRequest, PreparedObject, RetainedFragments, Stage,
     StageObserver, StrikeContext, Workspace, strike_again,
 };
 use shatter_fracture::scene::{EffectKind, EffectSet};
@@ -50,7 +50,7 @@ fn ms_since(since: Option<Instant>) -> f64 {
 }
 
 /// Median milliseconds of some rounds, and the stages of the last.
-fn timed(mut work: impl FnMut(&Times) -> FractureResult) -> (f64, Times, FractureResult) {
+fn timed(mut work: impl FnMut(&Times) -> FractureOutcome) -> (f64, Times, FractureOutcome) {
     let mut rounds = Vec::new();
     loop {
         let (times, begun) = (Times::default(), Instant::now());

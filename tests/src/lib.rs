@@ -4,6 +4,7 @@ pub mod fuzz;
 pub mod glb;
 pub mod golden;
 pub mod house;
+pub mod imports;
 pub mod model;
 pub mod pages;
 pub mod peers;

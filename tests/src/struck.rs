@@ -5,11 +5,11 @@ use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::centroidal::{self, Diagram, DiagramOptions, EnergyField};
 use shatter_fracture::lift::LiftKind;
 use shatter_fracture::pipeline::{
-    self, BodyEnergy, ContactSet, FractureError, FractureRequest, FractureResult, PreparedObject, Workspace,
+    self, BodyEnergy, ContactSet, FractureError, FractureOutcome, FractureRequest, PreparedObject, Workspace,
 };
 
 /// The whole walk.
-pub fn outcome(prepared: &PreparedObject, strike: &FractureRequest) -> Result<FractureResult, FractureError> {
+pub fn outcome(prepared: &PreparedObject, strike: &FractureRequest) -> Result<FractureOutcome, FractureError> {
     pipeline::strike(
         pipeline::StrikeContext::new(prepared, strike, &CancelToken::default(), &()),
         &mut Workspace::default(),

@@ -5,7 +5,7 @@ use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{BakeRequest, bake, load, save};
 use shatter_fracture::lift::LiftKind;
 use shatter_fracture::pipeline::{
-    DegreeRequest, ElasticRequest, FractureRequest, FractureResult, ImpactSampler, PreparedObject, Stage,
+    DegreeRequest, ElasticRequest, FractureOutcome, FractureRequest, ImpactSampler, PreparedObject, Stage,
     StageObserver, StrikeContext, Workspace, strike, strike_again,
 };
 use shatter_fracture::random::RandomStream;
@@ -105,7 +105,7 @@ fn random(prepared: &PreparedObject, stream: &mut RandomStream) -> FractureReque
 }
 
 /// All that is known of an outcome, bit by bit.
-fn bytes(outcome: &FractureResult) -> Vec<u64> {
+fn bytes(outcome: &FractureOutcome) -> Vec<u64> {
     let numbers = [
         outcome.threshold().gamma_j_m2,
         outcome.threshold().e1_over_gamma,

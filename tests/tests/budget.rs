@@ -5,7 +5,7 @@ use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::centroidal::{self, DiagramOptions, EnergyField, GAP_CERTAIN, GAP_MIN, ITERATIONS_MAX};
 use shatter_fracture::database::{BakeRequest, bake};
 use shatter_fracture::pipeline::{
-    ContactSet, DegreeRequest, DegreeSource, ElasticRequest, FractureRequest, FractureResult, HURRIED_RANK_MAX,
+    ContactSet, DegreeRequest, DegreeSource, ElasticRequest, FractureOutcome, FractureRequest, HURRIED_RANK_MAX,
     ImpactSampler, PreparedObject, Preset, RANK_MAX, StopReason, StrikeContext, StrikeCost, Termination, TimeBudget,
     Workspace, reduce, strain_energy, strike,
 };
@@ -50,13 +50,13 @@ fn falling() -> Option<TimeBudget> {
     Some(TimeBudget { cost: COST, elastic_falls: true, degree_falls: true })
 }
 
-fn struck(prepared: &PreparedObject, blow: &FractureRequest, cancel: &CancelToken) -> FractureResult {
+fn struck(prepared: &PreparedObject, blow: &FractureRequest, cancel: &CancelToken) -> FractureOutcome {
     strike(StrikeContext::new(prepared, blow, cancel, &()), &mut Workspace::default()).unwrap()
 }
 
 /// What holds however early a strike was stopped: pieces are closed, as all faces have another side, and their volumes add up.
 #[track_caller]
-fn check_whole(prepared: &PreparedObject, outcome: &FractureResult) {
+fn check_whole(prepared: &PreparedObject, outcome: &FractureOutcome) {
     let pieces = outcome.meshes().unwrap();
     let volume: f64 = pieces.fragments.iter().map(|fragment| fragment.volume_m3).sum();
     assert!((volume / prepared.report.lattice_volume_m3 - 1.0).abs() < 1e-12, "{volume}");
@@ -119,7 +119,7 @@ fn a_descent_ends_when_the_time_left_is_what_the_rest_takes() {
     );
 }
 
-fn cells(outcome: &FractureResult) -> Vec<(f64, f64)> {
+fn cells(outcome: &FractureOutcome) -> Vec<(f64, f64)> {
     let pieces = outcome.meshes().unwrap();
     pieces.fragments.iter().map(|fragment| (fragment.volume_m3, fragment.energy_j_m2)).collect()
 }

@@ -1,5 +1,6 @@
 //! Which crate uses what, and that every public type has a name of its own. Each rule names the place that breaks it.
 
+use shatter_tests::imports::Imports;
 use shatter_tests::sources::{CRATES, check, files, owner, root, shipped, sources};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -120,4 +121,35 @@ fn no_public_type_has_the_name_of_another_crates() {
     // Programs have arguments each, which no other crate sees.
     let twice = owners.into_iter().filter(|(name, owners)| owners.len() > 1 && name != "Args");
     check("one name, one type", twice.map(|(name, owners)| format!("{name}: {owners:?}")).collect());
+}
+
+/// Folders whose files import each other in cycles of at most [`CYCLE_MAX`].
+const WITHOUT_CYCLES: [&str; 5] =
+    ["server/src", "server/engine/src", "server/fracture/src", "proto/src", "client/export/src"];
+
+/// Files that may import each other in a cycle: what cannot be told apart without a third.
+const CYCLE_MAX: usize = 3;
+
+#[test]
+fn files_import_each_other_in_small_cycles_at_most() {
+    let sources = sources();
+    let cycles = |folder: &str| -> Vec<String> {
+        let imports = Imports::of(folder, &sources);
+        imports.cycles(CYCLE_MAX).iter().map(|cycle| format!("{folder}: {}", cycle.join(", "))).collect()
+    };
+    check("no cycle of more than three files", WITHOUT_CYCLES.into_iter().flat_map(cycles).collect());
+}
+
+#[test]
+fn a_cycle_is_found_through_re_exports() {
+    let file = |name: &str, text: &str| (format!("x/src/{name}"), text.to_owned());
+    let sources = [
+        file("lib.rs", "mod a;\nmod b;\npub use a::A;\npub use b::{B, deep::C};\n"),
+        file("a.rs", "use crate::{\n    B,\n};\npub struct A;\n"),
+        file("b/mod.rs", "pub mod deep;\nuse self::deep::C;\npub struct B;\n"),
+        file("b/deep.rs", "use super::super::A;\npub struct C;\n"),
+    ];
+    let imports = Imports::of("x/src", &sources);
+    assert_eq!(imports.cycles(2), [vec!["a.rs", "b/deep.rs", "b/mod.rs"]]);
+    assert!(imports.cycles(3).is_empty());
 }

@@ -7,7 +7,7 @@ use shatter_fracture::database::{BakeRequest, PartialBake, Share, bake, load, sa
 use shatter_fracture::degree::{self, SITES_MIN};
 use shatter_fracture::lift::LiftKind;
 use shatter_fracture::pipeline::{
-    ContactSet, DegreeRequest, DegreeSource, ElasticRequest, Example, FractureRequest, FractureResult, ImpactContact,
+    ContactSet, DegreeRequest, DegreeSource, ElasticRequest, Example, FractureOutcome, FractureRequest, ImpactContact,
     ImpactSampler, PreparedObject, StrikeContext, Workspace, examples, sampled, strain_energy, strike,
 };
 use shatter_fracture::random::RandomStream;
@@ -29,7 +29,7 @@ fn horseshoe_after(examples: u64) -> PreparedObject {
     bake(shapes::horseshoe(), &request, &CancelToken::default(), &mut |_| ()).unwrap()
 }
 
-fn struck(prepared: &PreparedObject, strike_: &FractureRequest) -> FractureResult {
+fn struck(prepared: &PreparedObject, strike_: &FractureRequest) -> FractureOutcome {
     strike(StrikeContext::new(prepared, strike_, &CancelToken::default(), &()), &mut Workspace::default()).unwrap()
 }
 
@@ -95,7 +95,7 @@ fn degrees_are_inferred_within_reach_and_said_to_be() {
 }
 
 /// Largest E_i of the fragments over γ.
-fn excess(outcome: &FractureResult) -> f64 {
+fn excess(outcome: &FractureOutcome) -> f64 {
     let pieces = outcome.meshes().unwrap();
     pieces.fragments.iter().map(|row| row.energy_j_m2).fold(0.0, f64::max) / outcome.threshold().gamma_j_m2
 }

@@ -4,7 +4,7 @@ use nalgebra::{Point3, Vector3};
 use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{BakeRequest, PartialBake, Share, bake, load, save};
 use shatter_fracture::pipeline::{
-    ContactSet, ElasticRequest, FractureRequest, FractureResult, ImpactSampler, PreparedObject, RANK_MAX,
+    ContactSet, ElasticRequest, FractureOutcome, FractureRequest, ImpactSampler, PreparedObject, RANK_MAX,
     REDUCED_ERROR_MAX, StrikeContext, Workspace, reduce, strain_energy, strike,
 };
 use shatter_fracture::surface::{RawMesh, shapes};
@@ -25,7 +25,7 @@ fn made(mesh: RawMesh, name: &str, impacts: u64, rank_max: usize) -> PreparedObj
 }
 
 /// A blow at the top.
-fn struck(prepared: &PreparedObject, elastic: ElasticRequest) -> FractureResult {
+fn struck(prepared: &PreparedObject, elastic: ElasticRequest) -> FractureOutcome {
     let top = prepared.bodies[0].crack.nodes.iter().max_by(|a, b| a.y.total_cmp(&b.y)).unwrap();
     let point_m: Point3<f64> = prepared.frame.to_meters(top);
     let blow = FractureRequest { elastic, ..FractureRequest::at(point_m, Vector3::new(1.0, -3.0, 0.5)).seeded(1) };

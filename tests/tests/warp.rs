@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, Point3, Vector3};
 use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{BakeRequest, Tables, bake};
 use shatter_fracture::lift::LiftKind;
-use shatter_fracture::pipeline::{DegreeRequest, FractureRequest, FractureResult, PreparedObject, WarpError};
+use shatter_fracture::pipeline::{DegreeRequest, FractureOutcome, FractureRequest, PreparedObject, WarpError};
 use shatter_fracture::scene::{EffectKind, EffectSet, Grain, Paint, Region, WarpControls, Waves};
 use shatter_fracture::surface::shapes;
 use shatter_tests::{real, struck};
@@ -38,7 +38,7 @@ fn blow(lift: LiftKind, warp: bool) -> FractureRequest {
 
 /// Meshes of the pieces, in coordinates of the mesh file.
 struct Pieces {
-    outcome: FractureResult,
+    outcome: FractureOutcome,
     positions: Vec<Point3<f64>>,
     indices: Vec<u32>,
 }

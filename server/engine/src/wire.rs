@@ -24,7 +24,7 @@ use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database;
 use shatter_fracture::lift::LiftKind;
 use shatter_fracture::pipeline::{
-    self, DEGREE_MAX, DegreeSource, FractureMeshes, FractureResult, PreparedObject, RetainedFragments, StageObserver,
+    self, DEGREE_MAX, DegreeSource, FractureMeshes, FractureOutcome, PreparedObject, RetainedFragments, StageObserver,
     StrikeContext, StrikeCost, Workspace,
 };
 use shatter_fracture::scene::{DEFAULT_DURATION_S, DEFAULT_RADIUS_DIAGONALS, EffectKind, EffectSet};
@@ -221,7 +221,7 @@ impl EngineObject {
         strike: &Request,
         (request, hit): (&pipeline::FractureRequest, HitWire),
         costs: Option<Arc<ObjectCosts>>,
-        result: FractureResult,
+        result: FractureOutcome,
     ) -> Result<Box<dyn EngineResult>, Error> {
         let deformed = request.effects.has(EffectKind::Elastic);
         let on = self.terms.effects(strike)?;
@@ -299,7 +299,7 @@ struct RequestedResult {
     used: EffectiveSettings,
     /// Who learns from what it took.
     costs: Option<Arc<ObjectCosts>>,
-    result: FractureResult,
+    result: FractureOutcome,
 }
 
 impl EngineResult for RequestedResult {

@@ -8,7 +8,7 @@ use shatter_fracture::fragment::closed;
 use shatter_fracture::lattice::{EnergyTransfer, GONE, block};
 use shatter_fracture::lift::LiftKind;
 use shatter_fracture::pipeline::{
-    self, DegreeRequest, FractureError, FractureMeshes, FractureRequest, FractureResult, OUTER, PreparedObject,
+    self, DegreeRequest, FractureError, FractureMeshes, FractureOutcome, FractureRequest, OUTER, PreparedObject,
     RetainedFragments, StrikeContext, Workspace, strike_again,
 };
 use shatter_fracture::scene::{EffectKind, EffectSet, Materials};
@@ -108,7 +108,7 @@ fn again(
     kept: &RetainedFragments,
     fragment: u32,
     strike: &FractureRequest,
-) -> Result<FractureResult, FractureError> {
+) -> Result<FractureOutcome, FractureError> {
     strike_again(
         StrikeContext::new(prepared, strike, &CancelToken::default(), &()),
         (kept, fragment),

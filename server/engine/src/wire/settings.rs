@@ -1,7 +1,7 @@
 //! Dials of accuracy and time: what a strike asks for, and what its answer tells of them.
 
 use shatter_fracture::pipeline::{
-    self, DegreeRequest, ElasticRequest, FractureResult, PreparedObject, SolverSettings, StrikeCost, TimeBudget,
+    self, DegreeRequest, ElasticRequest, FractureOutcome, PreparedObject, SolverSettings, StrikeCost, TimeBudget,
 };
 use shatter_proto::effect::Effects;
 use shatter_proto::request::{DegreeRule, ElasticSource, Quality, Request};
@@ -115,7 +115,7 @@ impl EffectiveSettings {
     }
 
     /// Writes them beside what `result` tells.
-    pub(super) fn tell(&self, result: &FractureResult, summary: &mut SummaryWire) {
+    pub(super) fn tell(&self, result: &FractureOutcome, summary: &mut SummaryWire) {
         let number = |names: &[&str], name: &str| names.iter().position(|own| *own == name).unwrap_or(0) as u32;
         summary.quality = self.quality.number();
         summary.degree = number(&DEGREES, degree(self.degree));

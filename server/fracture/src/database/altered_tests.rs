@@ -6,7 +6,7 @@ use super::*;
 use crate::cancel_token::CancelToken;
 use crate::fragment::closed;
 use crate::pipeline::{
-    DegreeRequest, FractureError, FractureMeshes, FractureRequest, FractureResult, PreparedObject, StrikeContext,
+    DegreeRequest, FractureError, FractureMeshes, FractureOutcome, FractureRequest, PreparedObject, StrikeContext,
     Workspace, strike,
 };
 use crate::random::RandomStream;
@@ -144,7 +144,7 @@ fn middle(prepared: &PreparedObject) -> Point3<f64> {
 }
 
 /// The outcome of `impulse_ns` at [`middle`], its degree decided.
-fn decided(prepared: &PreparedObject, impulse_ns: Vector3<f64>) -> Result<FractureResult, FractureError> {
+fn decided(prepared: &PreparedObject, impulse_ns: Vector3<f64>) -> Result<FractureOutcome, FractureError> {
     let own =
         FractureRequest { degree: DegreeRequest::ClosedForm, ..FractureRequest::at(middle(prepared), impulse_ns) };
     strike(StrikeContext::new(prepared, &own, &CancelToken::default(), &()), &mut Workspace::default())

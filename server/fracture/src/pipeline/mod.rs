@@ -43,7 +43,7 @@ pub use request::observer::{EffectSpan, StageObserver, StageSpan};
 pub use request::solver_settings::{GAME_ERROR_MAX, GAME_TOLERANCE, REDUCED_ERROR_MAX, SolverSettings};
 pub use request::stage::Stage;
 pub use restrike::strike_again;
-pub use result::{Fracture, FractureResult, ThresholdReport};
+pub use result::{Fracture, FractureOutcome, ThresholdReport};
 pub use stages::cells::{BodyCells, DegreeSource};
 pub use stages::contact_set::ContactSet;
 pub use stages::energy::{BodyEnergy, strain_energy};

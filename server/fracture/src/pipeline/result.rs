@@ -54,14 +54,14 @@ pub struct Fracture {
 }
 
 /// The result of one strike. It knows its exact size before any mesh is written.
-pub enum FractureResult {
+pub enum FractureOutcome {
     /// The object stays whole, or nothing but the threshold was asked for.
     Intact(ThresholdReport),
     /// The object breaks.
     Fractured(Box<Fracture>),
 }
 
-impl FractureResult {
+impl FractureOutcome {
     /// What the strike found out before anything broke.
     pub fn threshold(&self) -> &ThresholdReport {
         match self {

@@ -11,7 +11,7 @@ use super::request::fracture_request::DegreeRequest;
 use super::request::fracture_request::FractureRequest;
 use super::request::stage::Stage;
 use super::result::Fracture;
-use super::result::FractureResult;
+use super::result::FractureOutcome;
 use super::result::ThresholdReport;
 use super::stages::bound_test;
 use super::stages::cells::Division;
@@ -39,7 +39,7 @@ use crate::tessellation::TessellationWorkspace;
 ///
 /// # Errors
 /// [`FractureError`], naming the contact or the body.
-pub fn strike(context: StrikeContext<'_>, workspace: &mut Workspace) -> Result<FractureResult, FractureError> {
+pub fn strike(context: StrikeContext<'_>, workspace: &mut Workspace) -> Result<FractureOutcome, FractureError> {
     let begun_s = context.cancel.remaining_s();
     let plan = context.request.planned().degrade_for_budget(context.prepared, begun_s);
     walk(context.with_request(&plan), begun_s, workspace, FractureMeshes::new)
@@ -51,7 +51,7 @@ pub(in crate::pipeline) fn walk(
     begun_s: f64,
     workspace: &mut Workspace,
     cut: impl FnOnce(MeshSources<'_>, &mut TessellationWorkspace) -> Result<FractureMeshes, FractureError>,
-) -> Result<FractureResult, FractureError> {
+) -> Result<FractureOutcome, FractureError> {
     let StrikeContext { prepared, request, cancel, observer } = context;
     let gamma_j_m2 = check(prepared, request)?;
     let contacts = {
@@ -66,7 +66,7 @@ pub(in crate::pipeline) fn walk(
             let loads = workspace.loads.iter().take(contacts.bodies.len());
             let radius_m = loads.map(|load| radius_m(prepared, load)).fold(0.0, f64::max);
             let report = report(request, gamma_j_m2, e1_over_gamma, radius_m);
-            return Ok(FractureResult::Intact(ThresholdReport { is_bound: true, ..report }));
+            return Ok(FractureOutcome::Intact(ThresholdReport { is_bound: true, ..report }));
         }
     }
     let mut energies = strain_energy_applied(context, &contacts, workspace)?;
@@ -78,7 +78,7 @@ pub(in crate::pipeline) fn walk(
         report.impulse_factor = threshold::under_weight(&mut |factor| weighed(context, &contacts, factor, workspace))?;
     }
     if holds || request.threshold_only {
-        return Ok(FractureResult::Intact(report));
+        return Ok(FractureOutcome::Intact(report));
     }
     let solved = energies.iter().any(|energy| energy.reduced_error.is_none());
     let budget = request.budget.map(|budget| budget.rescaled(solved, begun_s - cancel.remaining_s()));
@@ -89,7 +89,7 @@ pub(in crate::pipeline) fn walk(
     let Workspace { tessellation, spare, .. } = workspace;
     let sources = MeshSources { context, energies: &energies, fields: &fields, division: &division, spare };
     let meshes = cut(sources, tessellation)?;
-    Ok(FractureResult::Fractured(Box::new(fracture(report, &division, meshes))))
+    Ok(FractureOutcome::Fractured(Box::new(fracture(report, &division, meshes))))
 }
 
 /// The threshold test: the energy densities of the struck bodies, of which `shares` are the values, and E_1 of each against γ.

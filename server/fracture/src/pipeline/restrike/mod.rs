@@ -26,7 +26,7 @@ use crate::pipeline::prepared::object::PreparedObject;
 use crate::pipeline::request::context::StrikeContext;
 use crate::pipeline::request::fracture_request::FractureRequest;
 use crate::pipeline::request::stage::Stage;
-use crate::pipeline::result::FractureResult;
+use crate::pipeline::result::FractureOutcome;
 use crate::pipeline::stages::cells::BodyCells;
 use crate::pipeline::walk::walk;
 use crate::pipeline::workspace::Workspace;
@@ -61,7 +61,7 @@ pub fn strike_again(
     context: StrikeContext<'_>,
     (kept, fragment): (&RetainedFragments, u32),
     workspace: &mut Workspace,
-) -> Result<FractureResult, FractureError> {
+) -> Result<FractureOutcome, FractureError> {
     let StrikeContext { prepared, request, cancel, observer } = context;
     // A fragment is free and straight, whatever held and bent the object that it was part of.
     let gone = [EffectKind::Anchored, EffectKind::Gravity, EffectKind::Warp];

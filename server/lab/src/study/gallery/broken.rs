@@ -7,7 +7,7 @@ use nalgebra::{Point3, Vector3};
 use shatter_engine::wire::refusal;
 use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::pipeline::{
-    self, DegreeRequest, FractureMeshes, FractureRequest, FractureResult, FragmentRow, PreparedObject, Workspace,
+    self, DegreeRequest, FractureMeshes, FractureOutcome, FractureRequest, FragmentRow, PreparedObject, Workspace,
 };
 use shatter_fracture::scene::EffectKind;
 
@@ -59,7 +59,7 @@ impl GalleryResult {
         Ok(Self { children: Some((parent.id, Box::new(children))), ..self })
     }
 
-    fn of(prepared: &PreparedObject, outcome: FractureResult) -> Result<Self, EffectsError> {
+    fn of(prepared: &PreparedObject, outcome: FractureOutcome) -> Result<Self, EffectsError> {
         let (e1_over_gamma, sites) = (outcome.threshold().e1_over_gamma, outcome.sites());
         let pieces = outcome.into_meshes().ok_or_else(|| EffectsError::Whole(prepared.name.clone()))?;
         let mut positions = vec![[0.0; 3]; pieces.counts.vertices];

@@ -1,7 +1,7 @@
 //! What an answer must be, and what was wrong with one that is not.
 
 use shatter_fracture::fragment::{OpenMesh, closed};
-use shatter_fracture::pipeline::{FractureMeshes, FractureResult, PreparedObject};
+use shatter_fracture::pipeline::{FractureMeshes, FractureOutcome, PreparedObject};
 use std::hash::{DefaultHasher, Hasher};
 
 /// Volumes of fragments add up to the lattice's to this share of it.
@@ -69,7 +69,7 @@ pub enum FuzzFault {
 }
 
 /// Checks every number and every mesh of an answer and digests its geometry.
-pub(super) fn check(prepared: &PreparedObject, outcome: &FractureResult) -> Result<u64, FuzzFault> {
+pub(super) fn check(prepared: &PreparedObject, outcome: &FractureOutcome) -> Result<u64, FuzzFault> {
     let report = &prepared.report;
     finite("kappa", &[prepared.kappa])?;
     finite("gamma", &[prepared.gamma_j_m2, outcome.threshold().gamma_j_m2])?;
