@@ -377,6 +377,10 @@ mod tests {
         let mut catalog =
             Arc::new(Catalog::default().renewed(DirectorySnapshot::of(&databases).unwrap(), &librarian.loader));
         librarian.finish(&catalog);
+        let begun = Instant::now();
+        while finished.lock().unwrap().is_empty() && begun.elapsed() < PATIENCE {
+            std::thread::yield_now();
+        }
         write("c");
         librarian.reload(&catalog);
         let begun = news(&mut events);
