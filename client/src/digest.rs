@@ -37,26 +37,8 @@ impl FractureResult {
                 let bytes: &[u8] = match kind {
                     SectionKind::Summary => bytemuck::bytes_of(&nameless),
                     SectionKind::Stages => bytemuck::cast_slice(&timeless),
-                    SectionKind::Fragments => bytemuck::cast_slice(view.fragments),
-                    SectionKind::Runs => bytemuck::cast_slice(view.runs),
-                    SectionKind::Merges => bytemuck::cast_slice(view.merges),
-                    SectionKind::Positions => bytemuck::cast_slice(view.positions),
-                    SectionKind::Indices => bytemuck::cast_slice(view.indices),
                     SectionKind::Effects => bytemuck::cast_slice(&timeless_effects),
-                    SectionKind::Velocities => bytemuck::cast_slice(view.velocities),
-                    SectionKind::Normals => bytemuck::cast_slice(view.normals),
-                    SectionKind::Uvs => bytemuck::cast_slice(view.uvs),
-                    SectionKind::Bonds => bytemuck::cast_slice(view.bonds),
-                    SectionKind::Debris => bytemuck::cast_slice(view.debris),
-                    SectionKind::Hulls => bytemuck::cast_slice(view.hulls),
-                    SectionKind::HullPositions => bytemuck::cast_slice(view.hull_positions),
-                    SectionKind::HullIndices => bytemuck::cast_slice(view.hull_indices),
-                    SectionKind::Looks => bytemuck::cast_slice(view.looks),
-                    SectionKind::Materials => bytemuck::cast_slice(view.materials),
-                    SectionKind::Skins => bytemuck::cast_slice(view.skins),
-                    SectionKind::SkinVertices => bytemuck::cast_slice(view.skin_vertices),
-                    SectionKind::SkinIndices => bytemuck::cast_slice(view.skin_indices),
-                    SectionKind::SkinMaterials => bytemuck::cast_slice(view.skin_materials),
+                    kind => view.bytes(kind),
                 };
                 if kind.effect().is_some() && bytes.is_empty() {
                     return None;

@@ -77,30 +77,7 @@ impl FractureResult {
     /// All sections, borrowed from shared memory.
     pub fn view(&self) -> ResultView<'_> {
         // The ranges fit: they were checked against this very payload, whose length does not change.
-        self.checked.view(self.answer.payload()).unwrap_or(ResultView {
-            summary: &NOTHING,
-            stages: &[],
-            fragments: &[],
-            runs: &[],
-            merges: &[],
-            positions: &[],
-            indices: &[],
-            effects: &[],
-            velocities: &[],
-            normals: &[],
-            uvs: &[],
-            bonds: &[],
-            debris: &[],
-            hulls: &[],
-            hull_positions: &[],
-            hull_indices: &[],
-            looks: &[],
-            materials: &[],
-            skins: &[],
-            skin_vertices: &[],
-            skin_indices: &[],
-            skin_materials: &[],
-        })
+        self.checked.view(self.answer.payload()).unwrap_or(ResultView::empty(&NOTHING))
     }
 
     /// In whose coordinates it is: that of the connection which struck. Lengths, here named by the meter, are in its unit.

@@ -14,7 +14,7 @@ pub enum Class {
 }
 
 macro_rules! effects {
-    ($($(#[$doc:meta])* $bit:literal $effect:ident $name:literal $class:ident $default:literal $needs:expr;)*) => {
+    ($($(#[$doc:meta])* $bit:literal $effect:ident $name:literal $class:ident $default:literal $needs:expr, $cost:literal;)*) => {
         /// An effect.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
         #[repr(u32)]
@@ -47,6 +47,13 @@ macro_rules! effects {
                 }
             }
 
+            /// When it costs time or memory: while baking, while loading, with every strike.
+            pub fn cost(self) -> &'static str {
+                match self {
+                    $(Self::$effect => $cost,)*
+                }
+            }
+
             /// The effect without which it means nothing.
             pub fn needs(self) -> Option<Self> {
                 match self {
@@ -59,37 +66,53 @@ macro_rules! effects {
 
 effects! {
     /// Strain energy from the deformation of the body. Off: it falls off with the distance from the contacts.
-    0 Elastic "elastic" Physics true None;
+    0 Elastic "elastic" Physics true None,
+        "bake: lattice, basis, bound; load: lattice, stiffness, factor; strike: stage `elasticity`, unless a bound of E_1 is below γ";
     /// Tension alone drives cracks (Miehe et al. 2010).
-    1 Tensile "tensile" Physics false Some(Self::Elastic);
+    1 Tensile "tensile" Physics false Some(Self::Elastic),
+        "strike: a spectral split per elastic tetrahedron";
     /// Interior distances. Off: straight ones.
-    2 Interior "interior" Physics true None;
+    2 Interior "interior" Physics true None,
+        "bake: eigenpairs; load: lift; strike: a longer lift in stage `centroidal`";
     /// The degree from the object's examples. Off: from the closed form.
-    3 Examples "examples" Physics true None;
+    3 Examples "examples" Physics true None,
+        "bake: optimised examples; load: network; strike: microseconds in stage `degree`";
     /// Slivers become part of the neighbor that they share most with.
-    4 Slivers "slivers" Physics true None;
+    4 Slivers "slivers" Physics true None,
+        "strike: areas of cracks, and a second tessellation where there is a sliver";
     /// Velocities of the fragments from the strain energy that is set free.
-    5 Release "release" Output false None;
+    5 Release "release" Output false None,
+        "strike: one pass over nodes; 48 bytes per fragment";
     /// Normals, one per vertex.
-    6 Normals "normals" Output false None;
+    6 Normals "normals" Output false None,
+        "strike: one pass over triangles; 12 bytes per vertex";
     /// Texture coordinates of crack faces, one per vertex.
-    7 Uv "uv" Output false None;
+    7 Uv "uv" Output false None,
+        "strike: one pass over vertices; 8 bytes per vertex";
     /// Which fragments touch, and how.
-    8 Bonds "bonds" Output false None;
+    8 Bonds "bonds" Output false None,
+        "strike: one pass over crack triangles; 64 bytes per pair";
     /// Points on crack faces from which dust and chips come.
-    9 Debris "debris" Output false None;
+    9 Debris "debris" Output false None,
+        "strike: one pass over crack triangles; 40 bytes per point";
     /// Convex proxies of the fragments for collisions.
-    10 Hulls "hulls" Output false None;
+    10 Hulls "hulls" Output false None,
+        "strike: a hull per fragment, fitted and measured; about 1 kB per fragment";
     /// Cells follow what an artist says: grain, waves, paint, protected regions, sites.
-    11 Warp "warp" Physics false None;
+    11 Warp "warp" Physics false None,
+        "load: eigenpairs of the bent space, if something bends; strike: one pass over protected nodes";
     /// What lies in the scene's anchors does not move. Off: the body is free.
-    12 Anchored "anchored" Physics false Some(Self::Elastic);
+    12 Anchored "anchored" Physics false Some(Self::Elastic),
+        "load: a second factor; strike: a solve, never the basis, and the degree without examples";
     /// An anchored body has weight.
-    13 Gravity "gravity" Physics false Some(Self::Anchored);
+    13 Gravity "gravity" Physics false Some(Self::Anchored),
+        "load: one solve; strike: one pass over elastic nodes";
     /// Outer faces look as the input does there: normals, texture coordinates, materials.
-    14 Attributes "attributes" Output false None;
+    14 Attributes "attributes" Output false None,
+        "bake: the nearest point of the input; load: looks; strike: 20 bytes per vertex, 4 per triangle";
     /// The input's own triangles, cut as the object is.
-    15 Skin "skin" Output false None;
+    15 Skin "skin" Output false None,
+        "bake: where the input lies in the lattice; load: the input; strike: one pass over it";
 }
 
 impl Effect {

@@ -1,62 +1,16 @@
 //! From counts to offsets: where every section of an answer lies before a byte of it is written.
 
 use crate::PROTOCOL_VERSION;
-use crate::effect::Effect;
-use crate::result::{
-    ANSWER_MAGIC, BLOCK_BYTES, Block, BondWire, DebrisWire, EffectWire, FragmentWire, HullWire, ResultHeader, RunWire,
-    STAGES, SectionKind, SectionWire, SkinVertexWire, SkinWire, StageWire, SummaryWire, VelocityWire,
-    VertexAttributeWire,
-};
+use crate::result::{ANSWER_MAGIC, BLOCK_BYTES, Block, ResultHeader, SectionKind, SectionWire};
 use bytemuck::Zeroable;
+
+pub use crate::sections::{SectionCounts, SectionsMut};
 
 /// Number of sections of an answer.
 pub const SECTIONS: usize = SectionKind::ALL.len();
 
 /// Bytes of the section table.
 pub const TABLE_BYTES: usize = SECTIONS * size_of::<SectionWire>();
-
-/// How many elements the sections hold that depend on the strike.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct SectionCounts {
-    /// Fragments.
-    pub fragments: usize,
-    /// Runs.
-    pub runs: usize,
-    /// Merge pairs.
-    pub merges: usize,
-    /// Vertices.
-    pub vertices: usize,
-    /// Indices.
-    pub indices: usize,
-    /// Velocities: one per fragment, or none.
-    pub velocities: usize,
-    /// Normals: one per vertex, or none.
-    pub normals: usize,
-    /// Texture coordinates: one per vertex, or none.
-    pub uvs: usize,
-    /// Bonds.
-    pub bonds: usize,
-    /// Points of debris.
-    pub debris: usize,
-    /// Hulls: one per fragment, or none.
-    pub hulls: usize,
-    /// Vertices of hulls.
-    pub hull_vertices: usize,
-    /// Indices of hulls.
-    pub hull_indices: usize,
-    /// Looks: one per vertex, or none.
-    pub looks: usize,
-    /// Materials: one per triangle, or none.
-    pub materials: usize,
-    /// Skins: one per fragment, or none.
-    pub skins: usize,
-    /// Vertices of skins.
-    pub skin_vertices: usize,
-    /// Indices of skins.
-    pub skin_indices: usize,
-    /// Materials of skins: one per triangle, or none.
-    pub skin_materials: usize,
-}
 
 /// Offsets and lengths of all sections.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -65,85 +19,13 @@ pub struct Layout {
     used_bytes: u64,
 }
 
-/// The sections of a payload, to be written.
-pub struct SectionsMut<'a> {
-    /// The facts.
-    pub summary: &'a mut SummaryWire,
-    /// One row per stage, in the order of [`STAGES`].
-    pub stages: &'a mut [StageWire],
-    /// One row per fragment.
-    pub fragments: &'a mut [FragmentWire],
-    /// One row per run.
-    pub runs: &'a mut [RunWire],
-    /// Merge pairs.
-    pub merges: &'a mut [[u32; 2]],
-    /// Positions.
-    pub positions: &'a mut [[f32; 3]],
-    /// Indices.
-    pub indices: &'a mut [u32],
-    /// One row per effect, in the order of [`Effect::ALL`].
-    pub effects: &'a mut [EffectWire],
-    /// Velocities.
-    pub velocities: &'a mut [VelocityWire],
-    /// Normals.
-    pub normals: &'a mut [[f32; 3]],
-    /// Texture coordinates.
-    pub uvs: &'a mut [[f32; 2]],
-    /// Bonds.
-    pub bonds: &'a mut [BondWire],
-    /// Debris.
-    pub debris: &'a mut [DebrisWire],
-    /// Hulls.
-    pub hulls: &'a mut [HullWire],
-    /// Positions of hulls.
-    pub hull_positions: &'a mut [[f32; 3]],
-    /// Indices of hulls.
-    pub hull_indices: &'a mut [u32],
-    /// Looks.
-    pub looks: &'a mut [VertexAttributeWire],
-    /// Materials.
-    pub materials: &'a mut [u32],
-    /// Skins.
-    pub skins: &'a mut [SkinWire],
-    /// Vertices of skins.
-    pub skin_vertices: &'a mut [SkinVertexWire],
-    /// Indices of skins.
-    pub skin_indices: &'a mut [u32],
-    /// Materials of skins.
-    pub skin_materials: &'a mut [u32],
-}
-
 impl Layout {
     /// Lays out an answer. Counts beyond 2³² elements per section cannot be addressed by the tables and give `None`.
     pub fn new(counts: &SectionCounts) -> Option<Self> {
         let mut table = [SectionWire::zeroed(); SECTIONS];
         let mut end = TABLE_BYTES as u64;
         for (entry, kind) in table.iter_mut().zip(SectionKind::ALL) {
-            let elements = match kind {
-                SectionKind::Summary => 1,
-                SectionKind::Stages => STAGES.len(),
-                SectionKind::Fragments => counts.fragments,
-                SectionKind::Runs => counts.runs,
-                SectionKind::Merges => counts.merges,
-                SectionKind::Positions => counts.vertices,
-                SectionKind::Indices => counts.indices,
-                SectionKind::Effects => Effect::ALL.len(),
-                SectionKind::Velocities => counts.velocities,
-                SectionKind::Normals => counts.normals,
-                SectionKind::Uvs => counts.uvs,
-                SectionKind::Bonds => counts.bonds,
-                SectionKind::Debris => counts.debris,
-                SectionKind::Hulls => counts.hulls,
-                SectionKind::HullPositions => counts.hull_vertices,
-                SectionKind::HullIndices => counts.hull_indices,
-                SectionKind::Looks => counts.looks,
-                SectionKind::Materials => counts.materials,
-                SectionKind::Skins => counts.skins,
-                SectionKind::SkinVertices => counts.skin_vertices,
-                SectionKind::SkinIndices => counts.skin_indices,
-                SectionKind::SkinMaterials => counts.skin_materials,
-            };
-            let elements = u32::try_from(elements).ok()?;
+            let elements = u32::try_from(counts.elements(kind)).ok()?;
             let element_bytes = kind.element_bytes() as u32;
             let offset = end.next_multiple_of(BLOCK_BYTES as u64);
             let length = u64::from(elements) * u64::from(element_bytes);
@@ -196,32 +78,8 @@ impl Layout {
             (rest, at) = (tail, entry.offset + entry.length);
             Some(section)
         });
-        let mut next = || parts.next().flatten();
         // Every section begins at a multiple of 64 bytes, so the casts cannot fail on alignment.
-        let sections = SectionsMut {
-            summary: bytemuck::try_from_bytes_mut(next()?).ok()?,
-            stages: bytemuck::try_cast_slice_mut(next()?).ok()?,
-            fragments: bytemuck::try_cast_slice_mut(next()?).ok()?,
-            runs: bytemuck::try_cast_slice_mut(next()?).ok()?,
-            merges: bytemuck::try_cast_slice_mut(next()?).ok()?,
-            positions: bytemuck::try_cast_slice_mut(next()?).ok()?,
-            indices: bytemuck::try_cast_slice_mut(next()?).ok()?,
-            effects: bytemuck::try_cast_slice_mut(next()?).ok()?,
-            velocities: bytemuck::try_cast_slice_mut(next()?).ok()?,
-            normals: bytemuck::try_cast_slice_mut(next()?).ok()?,
-            uvs: bytemuck::try_cast_slice_mut(next()?).ok()?,
-            bonds: bytemuck::try_cast_slice_mut(next()?).ok()?,
-            debris: bytemuck::try_cast_slice_mut(next()?).ok()?,
-            hulls: bytemuck::try_cast_slice_mut(next()?).ok()?,
-            hull_positions: bytemuck::try_cast_slice_mut(next()?).ok()?,
-            hull_indices: bytemuck::try_cast_slice_mut(next()?).ok()?,
-            looks: bytemuck::try_cast_slice_mut(next()?).ok()?,
-            materials: bytemuck::try_cast_slice_mut(next()?).ok()?,
-            skins: bytemuck::try_cast_slice_mut(next()?).ok()?,
-            skin_vertices: bytemuck::try_cast_slice_mut(next()?).ok()?,
-            skin_indices: bytemuck::try_cast_slice_mut(next()?).ok()?,
-            skin_materials: bytemuck::try_cast_slice_mut(next()?).ok()?,
-        };
+        let sections = SectionsMut::of(|| parts.next().flatten())?;
         rest.fill(0);
         Some(sections)
     }

@@ -24,6 +24,7 @@ mod output_rows;
 mod overrun;
 pub mod request;
 pub mod result;
+mod sections;
 pub mod text;
 pub mod view;
 mod zero_copy;

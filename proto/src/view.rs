@@ -2,66 +2,17 @@
 
 use crate::layout::{SECTIONS, TABLE_BYTES};
 use crate::result::{
-    ANSWER_MAGIC, BLOCK_BYTES, Block, BondWire, DebrisWire, EffectWire, FragmentWire, HullWire, OUTER, ResultHeader,
-    RunWire, SectionKind, SectionWire, SkinVertexWire, SkinWire, StageWire, SummaryWire, VelocityWire,
-    VertexAttributeWire,
+    ANSWER_MAGIC, BLOCK_BYTES, Block, FragmentWire, OUTER, ResultHeader, RunWire, SectionKind, SectionWire,
 };
 use crate::{Error, ErrorKind, PROTOCOL_VERSION};
 use std::ops::Range;
+
+pub use crate::sections::ResultView;
 
 /// Where the sections of an answer lie, after all checks. Cheap to keep beside the payload that it was checked against.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct CheckedLayout {
     ranges: [Range<usize>; SECTIONS],
-}
-
-/// The sections of a checked answer, borrowed.
-#[derive(Clone, Copy, Debug)]
-pub struct ResultView<'a> {
-    /// The facts.
-    pub summary: &'a SummaryWire,
-    /// One row per stage.
-    pub stages: &'a [StageWire],
-    /// One row per fragment.
-    pub fragments: &'a [FragmentWire],
-    /// One row per run.
-    pub runs: &'a [RunWire],
-    /// Merge pairs, relative to the first vertex of their fragment.
-    pub merges: &'a [[u32; 2]],
-    /// Positions, m, relative to the fragment's center of mass.
-    pub positions: &'a [[f32; 3]],
-    /// Indices, relative to the first vertex of their fragment.
-    pub indices: &'a [u32],
-    /// One row per effect.
-    pub effects: &'a [EffectWire],
-    /// One per fragment, or none.
-    pub velocities: &'a [VelocityWire],
-    /// One per vertex, or none.
-    pub normals: &'a [[f32; 3]],
-    /// One per vertex, m, or none.
-    pub uvs: &'a [[f32; 2]],
-    /// Pairs of fragments that touch.
-    pub bonds: &'a [BondWire],
-    /// Points on cracks.
-    pub debris: &'a [DebrisWire],
-    /// One per fragment, or none.
-    pub hulls: &'a [HullWire],
-    /// Positions of hulls, m, relative to the center of mass of their fragment.
-    pub hull_positions: &'a [[f32; 3]],
-    /// Indices of hulls, relative to the first vertex of their hull.
-    pub hull_indices: &'a [u32],
-    /// One per vertex, or none.
-    pub looks: &'a [VertexAttributeWire],
-    /// One per triangle, or none.
-    pub materials: &'a [u32],
-    /// One per fragment, or none.
-    pub skins: &'a [SkinWire],
-    /// Vertices of skins.
-    pub skin_vertices: &'a [SkinVertexWire],
-    /// Indices of skins, relative to the first vertex of their skin.
-    pub skin_indices: &'a [u32],
-    /// One per triangle of all skins, or none.
-    pub skin_materials: &'a [u32],
 }
 
 impl CheckedLayout {
@@ -82,30 +33,7 @@ impl CheckedLayout {
     pub fn view<'a>(&self, payload: &'a [Block]) -> Option<ResultView<'a>> {
         let bytes: &'a [u8] = bytemuck::cast_slice(payload);
         let section = |kind: SectionKind| bytes.get(self.ranges[kind as usize - 1].clone());
-        Some(ResultView {
-            summary: bytemuck::try_from_bytes(section(SectionKind::Summary)?).ok()?,
-            stages: bytemuck::try_cast_slice(section(SectionKind::Stages)?).ok()?,
-            fragments: bytemuck::try_cast_slice(section(SectionKind::Fragments)?).ok()?,
-            runs: bytemuck::try_cast_slice(section(SectionKind::Runs)?).ok()?,
-            merges: bytemuck::try_cast_slice(section(SectionKind::Merges)?).ok()?,
-            positions: bytemuck::try_cast_slice(section(SectionKind::Positions)?).ok()?,
-            indices: bytemuck::try_cast_slice(section(SectionKind::Indices)?).ok()?,
-            effects: bytemuck::try_cast_slice(section(SectionKind::Effects)?).ok()?,
-            velocities: bytemuck::try_cast_slice(section(SectionKind::Velocities)?).ok()?,
-            normals: bytemuck::try_cast_slice(section(SectionKind::Normals)?).ok()?,
-            uvs: bytemuck::try_cast_slice(section(SectionKind::Uvs)?).ok()?,
-            bonds: bytemuck::try_cast_slice(section(SectionKind::Bonds)?).ok()?,
-            debris: bytemuck::try_cast_slice(section(SectionKind::Debris)?).ok()?,
-            hulls: bytemuck::try_cast_slice(section(SectionKind::Hulls)?).ok()?,
-            hull_positions: bytemuck::try_cast_slice(section(SectionKind::HullPositions)?).ok()?,
-            hull_indices: bytemuck::try_cast_slice(section(SectionKind::HullIndices)?).ok()?,
-            looks: bytemuck::try_cast_slice(section(SectionKind::Looks)?).ok()?,
-            materials: bytemuck::try_cast_slice(section(SectionKind::Materials)?).ok()?,
-            skins: bytemuck::try_cast_slice(section(SectionKind::Skins)?).ok()?,
-            skin_vertices: bytemuck::try_cast_slice(section(SectionKind::SkinVertices)?).ok()?,
-            skin_indices: bytemuck::try_cast_slice(section(SectionKind::SkinIndices)?).ok()?,
-            skin_materials: bytemuck::try_cast_slice(section(SectionKind::SkinMaterials)?).ok()?,
-        })
+        ResultView::of(section)
     }
 }
 

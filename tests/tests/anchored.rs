@@ -149,7 +149,7 @@ fn held_fragments_are_bonded_to_the_world_and_stand_still() {
     let outputs = [HELD[0], EffectKind::Bonds, EffectKind::Release];
     let pieces = struck::outcome(&bar, &blow(1.0, &outputs)).unwrap().into_meshes().unwrap();
     let bonds = pieces.bonds();
-    assert_eq!(bonds.len(), pieces.counts.bonds);
+    assert_eq!(bonds.len(), pieces.bond_count());
     let world: Vec<_> = bonds.iter().filter(|bond| bond.fragments[1] == WORLD).collect();
     let area: f64 = world.iter().map(|bond| bond.area_m2).sum();
     // The end and four strips of 5 cm.

@@ -304,27 +304,7 @@ struct RequestedResult {
 
 impl EngineResult for RequestedResult {
     fn counts(&self) -> SectionCounts {
-        self.result.meshes().map_or(SectionCounts::default(), |pieces| SectionCounts {
-            fragments: pieces.fragments.len(),
-            runs: pieces.runs.len(),
-            merges: pieces.counts.merges,
-            vertices: pieces.counts.vertices,
-            indices: pieces.counts.indices,
-            velocities: pieces.velocities.len(),
-            normals: if pieces.effects.has(EffectKind::Normals) { pieces.counts.vertices } else { 0 },
-            uvs: if pieces.effects.has(EffectKind::Uv) { pieces.counts.vertices } else { 0 },
-            bonds: pieces.counts.bonds,
-            debris: pieces.counts.debris,
-            hulls: pieces.hulls.rows.len(),
-            hull_vertices: pieces.hulls.positions.len(),
-            hull_indices: pieces.hulls.indices.len(),
-            looks: pieces.looks.vertices.len(),
-            materials: pieces.looks.materials.len(),
-            skins: pieces.skins.rows.len(),
-            skin_vertices: pieces.skins.vertices.len(),
-            skin_indices: pieces.skins.indices.len(),
-            skin_materials: pieces.skins.materials.len(),
-        })
+        self.result.meshes().map_or(SectionCounts::default(), rows::counts)
     }
 
     fn keep(&self) -> Option<RetainedFragments> {

@@ -255,7 +255,7 @@ fn effects_apply_to_children_as_to_fragments() {
     let sum: Vector3<f64> = (0..children.fragments.len()).map(momentum).sum();
     assert!(sizes > 0.0 && sum.norm() < 1e-9 * sizes);
     assert!(children.bonds().iter().all(|bond| bond.fragments[1] < children.fragments.len() as u32));
-    assert_eq!((children.debris().len(), children.bonds().len()), (children.counts.debris, children.counts.bonds));
+    assert_eq!((children.debris().len(), children.bonds().len()), (children.debris_count(), children.bond_count()));
 }
 
 #[test]

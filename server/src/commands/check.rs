@@ -5,7 +5,7 @@ use super::{CommandError, lookup, output};
 use crate::config::data_folder;
 use clap::Args;
 use serde_json::{Value, json};
-use shatter_engine::scene::{Scene, SceneObject, paid, tables};
+use shatter_engine::scene::{Scene, SceneObject, tables};
 use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{self, EXTENSION, Tables};
 use shatter_fracture::scene::{Anchors, WarpControls};
@@ -74,7 +74,7 @@ fn plan(name: &str, object: &SceneObject, folder: &Path) -> Result<Value, Comman
             "class": if effect.class() == Class::Physics { "physics" } else { "output" },
             "state": state,
             "needs": effect.needs().map(Effect::name),
-            "paid": paid(effect),
+            "paid": effect.cost(),
         })
     };
     let table = |table: shatter_engine::scene::OptionalTable| {

@@ -10,7 +10,7 @@ use shatter_fracture::scene::EffectKind;
 use shatter_fracture::tessellation::HostFrame;
 use shatter_proto::Error;
 use shatter_proto::convention::Convention;
-use shatter_proto::layout::SectionsMut;
+use shatter_proto::layout::{SectionCounts, SectionsMut};
 use shatter_proto::request::Contact;
 use shatter_proto::result::{
     BondWire, DebrisWire, FragmentWire, HullWire, RunWire, SkinVertexWire, SkinWire, VelocityWire, VertexAttributeWire,
@@ -23,6 +23,31 @@ pub(super) fn contact(own: &Contact, from: &Convention) -> pipeline::ImpactConta
         impulse_ns: from.our_vector(own.impulse_ns).into(),
         duration_s: own.duration_s,
         radius_m: own.radius_m.map(|units| from.meters(units)),
+    }
+}
+
+/// Elements per section of a result with these fragments.
+pub(super) fn counts(pieces: &FractureMeshes) -> SectionCounts {
+    SectionCounts {
+        fragments: pieces.fragments.len(),
+        runs: pieces.runs.len(),
+        merges: pieces.counts.merges,
+        vertices: pieces.counts.vertices,
+        indices: pieces.counts.indices,
+        velocities: pieces.velocities.len(),
+        normals: if pieces.effects.has(EffectKind::Normals) { pieces.counts.vertices } else { 0 },
+        uvs: if pieces.effects.has(EffectKind::Uv) { pieces.counts.vertices } else { 0 },
+        bonds: pieces.bond_count(),
+        debris: pieces.debris_count(),
+        hulls: pieces.hulls.rows.len(),
+        hull_vertices: pieces.hulls.positions.len(),
+        hull_indices: pieces.hulls.indices.len(),
+        looks: pieces.looks.vertices.len(),
+        materials: pieces.looks.materials.len(),
+        skins: pieces.skins.rows.len(),
+        skin_vertices: pieces.skins.vertices.len(),
+        skin_indices: pieces.skins.indices.len(),
+        skin_materials: pieces.skins.materials.len(),
     }
 }
 

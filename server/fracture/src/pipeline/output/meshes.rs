@@ -2,8 +2,6 @@
 
 use super::cut::MeshSources;
 use super::hulls::FragmentHulls;
-use super::outputs::bond_count;
-use super::outputs::debris_count;
 use super::release_velocity::ReleaseVelocity;
 use super::rows::BondRow;
 use super::rows::BulkCounts;
@@ -210,14 +208,7 @@ impl FractureMeshes {
             self.counts.vertices += pieces.tessellation.vertex_count();
             self.counts.indices += pieces.tessellation.index_count();
             self.counts.merges += pieces.tessellation.merge_count();
-            if self.effects.has(EffectKind::Bonds) {
-                self.counts.bonds += bond_count(&pieces.tessellation);
-            }
-            if self.effects.has(EffectKind::Debris) {
-                self.counts.debris += debris_count(&pieces.tessellation);
-            }
         }
-        self.counts.bonds += self.world.len();
     }
 
     /// Writes positions (relative to each fragment's center of mass, m), indices and merge pairs (both relative to the
@@ -239,8 +230,7 @@ impl FractureMeshes {
         indices: &mut [u32],
         merges: &mut [[u32; 2]],
     ) -> Result<(), FractureError> {
-        let given =
-            BulkCounts { vertices: positions.len(), indices: indices.len(), merges: merges.len(), ..self.counts };
+        let given = BulkCounts { vertices: positions.len(), indices: indices.len(), merges: merges.len() };
         if given != self.counts {
             return Err(FractureError::SectionLengths { given, needed: self.counts });
         }

@@ -4,8 +4,9 @@ use super::faces::Face;
 use super::faces::faces;
 use super::meshes::FractureMeshes;
 use super::rows::BondRow;
-use super::rows::DebrisRow;
+use crate::pipeline::workspace::body_meshes::BodyMeshes;
 use crate::random::RandomStream;
+use crate::scene::EffectKind;
 use crate::tessellation::HostFrame;
 use crate::tessellation::MeterFrame;
 use crate::tessellation::RunRange;
@@ -22,23 +23,48 @@ const DEBRIS_SPACINGS: [f64; 2] = [0.1, 1.0];
 /// Streams of random numbers of the cracks' debris begin here.
 const DEBRIS_STREAM: u64 = 0x6465_6272_6973_0000;
 
+/// A point of a crack from which dust and chips come.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DebrisRow {
+    /// The fragment on whose face it lies, the lower id of two.
+    pub fragment: u32,
+    /// The other.
+    pub neighbor: u32,
+    /// Relative to the fragment's center of mass, m.
+    pub position_m: Vector3<f64>,
+    /// Out of the fragment, of length one.
+    pub normal: Vector3<f64>,
+    /// Diameter, m.
+    pub size_m: f64,
+}
+
 /// Whether debris and bonds of this crack are told on this side.
 fn is_lower(run: &RunRange) -> bool {
     run.neighbor.is_some_and(|neighbor| run.fragment < neighbor)
 }
 
-/// Number of bonds of a tessellation.
-pub(in crate::pipeline) fn bond_count(tessellation: &Tessellation) -> usize {
-    tessellation.runs().iter().filter(|run| is_lower(run)).count()
-}
-
-/// Number of points of debris of a tessellation.
-pub(in crate::pipeline) fn debris_count(tessellation: &Tessellation) -> usize {
-    let lower = tessellation.runs().iter().filter(|run| is_lower(run));
-    lower.map(|run| run.triangles.len().div_ceil(TRIANGLES_PER_POINT)).sum()
-}
-
 impl FractureMeshes {
+    /// Number of bonds; none unless they are asked for.
+    pub fn bond_count(&self) -> usize {
+        let cracks = |body: &BodyMeshes| body.tessellation.runs().iter().filter(|run| is_lower(run)).count();
+        match self.effects.has(EffectKind::Bonds) {
+            true => self.bodies.iter().map(cracks).sum::<usize>() + self.world.len(),
+            false => 0,
+        }
+    }
+
+    /// Number of points of debris; none unless they are asked for.
+    pub fn debris_count(&self) -> usize {
+        let points = |run: &RunRange| run.triangles.len().div_ceil(TRIANGLES_PER_POINT);
+        let cracks = |body: &BodyMeshes| -> usize {
+            body.tessellation.runs().iter().filter(|run| is_lower(run)).map(points).sum()
+        };
+        match self.effects.has(EffectKind::Debris) {
+            true => self.bodies.iter().map(cracks).sum(),
+            false => 0,
+        }
+    }
+
     /// Normals of all vertices, in their order: those of their run's triangles around them, by area. Nothing is written beyond
     /// `out`.
     pub fn normals(&self, out: &mut [[f32; 3]]) {
@@ -77,7 +103,7 @@ impl FractureMeshes {
     /// All bonds: of fragments, by body and by their numbers, then of fragments with the world, by fragment.
     pub fn bonds(&self) -> Vec<BondRow> {
         let meter = self.transform.meters_per_unit;
-        let mut bonds = Vec::with_capacity(self.counts.bonds);
+        let mut bonds = Vec::with_capacity(self.bond_count());
         self.each_crack(|first, tessellation, run, neighbor| {
             let (mut area, mut mean, mut moment) = (0.0, Vector3::zeros(), Vector3::zeros());
             for face in faces(tessellation, run) {
@@ -101,7 +127,7 @@ impl FractureMeshes {
     pub fn debris(&self) -> Vec<DebrisRow> {
         let meter = self.transform.meters_per_unit;
         let [least, most] = DEBRIS_SPACINGS.map(|spacings| spacings * self.crack_spacing * meter);
-        let mut debris = Vec::with_capacity(self.counts.debris);
+        let mut debris = Vec::with_capacity(self.debris_count());
         let mut crack = 0;
         self.each_crack(|first, tessellation, run, neighbor| {
             let mut random = RandomStream::new(self.seed, DEBRIS_STREAM + crack);

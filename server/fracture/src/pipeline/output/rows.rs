@@ -71,10 +71,6 @@ pub struct BulkCounts {
     pub indices: usize,
     /// Merge pairs: two u32 each.
     pub merges: usize,
-    /// Bonds.
-    pub bonds: usize,
-    /// Points of debris.
-    pub debris: usize,
 }
 
 /// Second fragment of a bond that ties the first to the world: no fragment.
@@ -92,19 +88,4 @@ pub struct BondRow {
     pub normal: Vector3<f64>,
     /// Centroid of that area, coordinates of the mesh file, m; of the held nodes of the crack lattice where there is none.
     pub centroid_m: Point3<f64>,
-}
-
-/// A point of a crack from which dust and chips come.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct DebrisRow {
-    /// The fragment on whose face it lies, the lower id of two.
-    pub fragment: u32,
-    /// The other.
-    pub neighbor: u32,
-    /// Relative to the fragment's center of mass, m.
-    pub position_m: Vector3<f64>,
-    /// Out of the fragment, of length one.
-    pub normal: Vector3<f64>,
-    /// Diameter, m.
-    pub size_m: f64,
 }
