@@ -2,39 +2,21 @@
 
 use super::Tables;
 use super::bake_error::BakeError;
-use super::bake_request::BakeRequest;
-use super::bake_request::check;
-use super::bake_request::gamma;
-use super::bake_step::BakeSize;
-use super::bake_step::BakeStep;
-use super::share::PartialBake;
-use super::share::Share;
-use super::stored_values;
-use super::stored_values::RatioRange;
+use super::bake_request::{BakeRequest, check, gamma};
+use super::bake_step::{BakeSize, BakeStep};
+use super::share::{PartialBake, Share};
+use super::stored_values::{self, RatioRange};
 use super::stuffed::lattices;
-use crate::cancel_token::CancelToken;
-use crate::cancel_token::Cancelled;
+use crate::cancel_token::{CancelToken, Cancelled};
 use crate::degree;
-use crate::lattice::BodyLattice;
-use crate::lattice::Lattice;
-use crate::lift;
-use crate::lift::Extension;
-use crate::lift::LiftError;
-use crate::lift::LiftKind;
-use crate::lift::LiftedLattice;
-use crate::pipeline;
-use crate::pipeline::BakeParameters;
-use crate::pipeline::BakeReport;
-use crate::pipeline::ElasticModel;
-use crate::pipeline::ElasticRequest;
-use crate::pipeline::MissingLift;
-use crate::pipeline::PreparedBody;
-use crate::pipeline::PreparedObject;
-use crate::pipeline::calibrate;
-use crate::skin::BoundaryAttributes;
-use crate::skin::Skin;
-use crate::surface::RawMesh;
-use crate::surface::Surface;
+use crate::lattice::{BodyLattice, Lattice};
+use crate::lift::{self, Extension, LiftError, LiftKind, LiftedLattice};
+use crate::pipeline::{
+    self, BakeParameters, BakeReport, ElasticModel, ElasticRequest, MissingLift, PreparedBody, PreparedObject,
+    calibrate,
+};
+use crate::skin::{BoundaryAttributes, Skin};
+use crate::surface::{RawMesh, Surface};
 use crate::tessellation::Topology;
 use std::sync::Arc;
 

@@ -4,18 +4,12 @@ use super::Tables;
 use super::bake_error::BakeError;
 use super::learned::EXAMPLES_MAX;
 use super::object_name::is_object_name;
-use crate::degree;
-use crate::lift;
-use crate::pipeline::BakeParameters;
-use crate::pipeline::ElasticRequest;
-use crate::pipeline::Preset;
-use crate::scene::DEFAULT_FRAGMENT_DIAGONALS;
-use crate::scene::Material;
+use crate::pipeline::{BakeParameters, ElasticRequest, Preset};
+use crate::scene::{DEFAULT_FRAGMENT_DIAGONALS, Material};
 use crate::sparse::Precision;
-use crate::surface::RawMesh;
-use crate::surface::Surface;
-use serde::Deserialize;
-use serde::Serialize;
+use crate::surface::{RawMesh, Surface};
+use crate::{degree, lift};
+use serde::{Deserialize, Serialize};
 
 /// What to bake, apart from the mesh.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -4,15 +4,11 @@
 
 use super::error::FractureError;
 use super::output::retained::RetainedFragments;
-use super::prepared::object::PreparedBody;
-use super::prepared::object::PreparedObject;
+use super::prepared::object::{PreparedBody, PreparedObject};
 use super::restrike::parent::inner;
-use crate::elasticity::BoundaryNodes;
-use crate::elasticity::ClosestApproach;
-use crate::elasticity::RayHit;
+use crate::elasticity::{BoundaryNodes, ClosestApproach, RayHit};
 use crate::surface::LocalFrame;
-use nalgebra::Point3;
-use nalgebra::Vector3;
+use nalgebra::{Point3, Vector3};
 
 /// A ray, in the coordinates of the mesh file.
 #[derive(Clone, Copy, Debug, PartialEq)]

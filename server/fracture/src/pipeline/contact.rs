@@ -1,7 +1,6 @@
 //! A contact of an impact.
 
-use nalgebra::Point3;
-use nalgebra::Vector3;
+use nalgebra::{Point3, Vector3};
 /// One contact, in the coordinates of the mesh file (meters, y up).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ImpactContact {

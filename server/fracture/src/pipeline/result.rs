@@ -2,8 +2,7 @@
 
 use super::output::meshes::FractureMeshes;
 use super::stages::cells::DegreeSource;
-use super::stages::termination::StopReason;
-use super::stages::termination::Termination;
+use super::stages::termination::{StopReason, Termination};
 
 /// What every strike finds out, whether the object breaks or not.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,23 +1,18 @@
 //! Labels, tessellation, fragments: cells become closed meshes that know their mass.
 
-use super::release_velocity;
-use super::release_velocity::ReleaseVelocity;
+use super::release_velocity::{self, ReleaseVelocity};
 use super::slivers;
 use crate::centroidal::EnergyField;
 use crate::fragment::properties;
 use crate::pipeline::error::FractureError;
 use crate::pipeline::request::context::StrikeContext;
 use crate::pipeline::request::stage::Stage;
-use crate::pipeline::stages::cells::BodyCells;
-use crate::pipeline::stages::cells::Division;
+use crate::pipeline::stages::cells::{BodyCells, Division};
 use crate::pipeline::stages::energy::BodyEnergy;
-use crate::pipeline::workspace::body_meshes::BodyMeshes;
-use crate::pipeline::workspace::body_meshes::CutBuffers;
+use crate::pipeline::workspace::body_meshes::{BodyMeshes, CutBuffers};
 use crate::pipeline::workspace::buffer_pool::BufferPool;
 use crate::scene::EffectKind;
-use crate::tessellation::BisectorSites;
-use crate::tessellation::FixedPoints;
-use crate::tessellation::TessellationWorkspace;
+use crate::tessellation::{BisectorSites, FixedPoints, TessellationWorkspace};
 /// What the fragments of a strike are made of.
 #[derive(Clone, Copy)]
 pub(in crate::pipeline) struct MeshSources<'a> {

@@ -1,9 +1,7 @@
 //! The triangles of a run, with their areas.
 
-use crate::tessellation::RunRange;
-use crate::tessellation::Tessellation;
-use nalgebra::Point3;
-use nalgebra::Vector3;
+use crate::tessellation::{RunRange, Tessellation};
+use nalgebra::{Point3, Vector3};
 /// A triangle of a run: corners and area vector, local.
 pub(in crate::pipeline) struct Face {
     pub corners: [Point3<f64>; 3],

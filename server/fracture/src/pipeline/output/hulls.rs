@@ -7,22 +7,12 @@
 //! Curved walls need more faces than there are: what the hull then cuts off between its corners is halved by corners that stand out of
 //! the outer surface as far.
 
-use crate::cancel_token::CancelToken;
-use crate::cancel_token::Cancelled;
-use crate::hull::ClosedTriangles;
-use crate::hull::ConvexHull;
-use crate::hull::Plane;
-use crate::hull::bounds;
-use crate::hull::clipped;
-use crate::hull::meet;
+use crate::cancel_token::{CancelToken, Cancelled};
+use crate::hull::{ClosedTriangles, ConvexHull, Plane, bounds, clipped, meet};
 use crate::lattice::Lattice;
 use crate::pipeline::workspace::body_meshes::BodyMeshes;
-use crate::tessellation::FragmentRange;
-use crate::tessellation::RunRange;
-use crate::tessellation::Tessellation;
-use crate::tessellation::Transform;
-use nalgebra::Point3;
-use nalgebra::Vector3;
+use crate::tessellation::{FragmentRange, RunRange, Tessellation, Transform};
+use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
 /// What a hull holds of its fragment's volume where that can be had.

@@ -3,12 +3,7 @@
 use super::cut::MeshSources;
 use super::hulls::FragmentHulls;
 use super::release_velocity::ReleaseVelocity;
-use super::rows::BondRow;
-use super::rows::BulkCounts;
-use super::rows::FragmentRow;
-use super::rows::OUTER;
-use super::rows::RunRow;
-use super::rows::WORLD;
+use super::rows::{BondRow, BulkCounts, FragmentRow, OUTER, RunRow, WORLD};
 use super::skins::FragmentSkins;
 use super::vertex_attributes::VertexAttributes;
 use super::world_bonds;
@@ -17,15 +12,10 @@ use crate::pipeline::error::FractureError;
 use crate::pipeline::prepared::object::PreparedObject;
 use crate::pipeline::request::context::StrikeContext;
 use crate::pipeline::workspace::body_meshes::BodyMeshes;
-use crate::scene::EffectKind;
-use crate::scene::EffectSet;
+use crate::scene::{EffectKind, EffectSet};
 use crate::skin::Skin;
 use crate::surface::LocalFrame;
-use crate::tessellation::BisectorSites;
-use crate::tessellation::HostFrame;
-use crate::tessellation::MeterFrame;
-use crate::tessellation::TessellationWorkspace;
-use crate::tessellation::Transform;
+use crate::tessellation::{BisectorSites, HostFrame, MeterFrame, TessellationWorkspace, Transform};
 use std::sync::Arc;
 
 /// The meshes of all bodies, ready to be emitted: their size is known to the byte.

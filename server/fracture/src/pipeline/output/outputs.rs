@@ -1,18 +1,13 @@
 //! What answers carry beside the pieces, if it is asked for: normals, texture coordinates, bonds, debris.
 
-use super::faces::Face;
-use super::faces::faces;
+use super::faces::{Face, faces};
 use super::meshes::FractureMeshes;
 use super::rows::BondRow;
 use crate::pipeline::workspace::body_meshes::BodyMeshes;
 use crate::random::RandomStream;
 use crate::scene::EffectKind;
-use crate::tessellation::HostFrame;
-use crate::tessellation::MeterFrame;
-use crate::tessellation::RunRange;
-use crate::tessellation::Tessellation;
-use nalgebra::Point3;
-use nalgebra::Vector3;
+use crate::tessellation::{HostFrame, MeterFrame, RunRange, Tessellation};
+use nalgebra::{Point3, Vector3};
 
 /// Triangles of a crack face per point of debris.
 const TRIANGLES_PER_POINT: usize = 4;

@@ -9,9 +9,7 @@ use crate::centroidal::EnergyField;
 use crate::fragment::RigidProperties;
 use crate::lattice::Lattice;
 use crate::surface::LocalFrame;
-use nalgebra::Matrix3;
-use nalgebra::Point3;
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Point3, Vector3};
 
 /// η: most of the energy makes surfaces, sound and heat.
 pub const RELEASE_SHARE: f64 = 0.1;

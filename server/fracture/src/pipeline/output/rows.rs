@@ -1,7 +1,6 @@
 //! Tables of the fragments: one row each, offsets into the bulk sections.
 
-use nalgebra::Point3;
-use nalgebra::Vector3;
+use nalgebra::{Point3, Vector3};
 
 /// Neighbor of an outer run, and of a run on an earlier crack: nobody.
 pub const OUTER: u32 = u32::MAX;

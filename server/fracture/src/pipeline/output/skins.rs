@@ -2,11 +2,7 @@
 
 use crate::pipeline::prepared::object::PreparedObject;
 use crate::pipeline::workspace::body_meshes::BodyMeshes;
-use crate::skin::BlendedVertex;
-use crate::skin::ClippedSurface;
-use crate::skin::Skin;
-use crate::skin::SkinPoint;
-use crate::skin::clip;
+use crate::skin::{BlendedVertex, ClippedSurface, Skin, SkinPoint, clip};
 use crate::tessellation::BisectorSites;
 use nalgebra::Point3;
 use rayon::prelude::*;

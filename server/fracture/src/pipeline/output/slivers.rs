@@ -2,10 +2,7 @@
 
 use crate::fragment::RigidProperties;
 use crate::pipeline::request::context::StrikeContext;
-use crate::tessellation::Components;
-use crate::tessellation::RunRange;
-use crate::tessellation::Tessellation;
-use crate::tessellation::Topology;
+use crate::tessellation::{Components, RunRange, Tessellation, Topology};
 use std::collections::BTreeMap;
 
 /// Smaller pieces are slivers: volume in cubes of the crack lattice's spacing. They have about four nodes, so the lattice shapes them

@@ -1,16 +1,12 @@
 //! How the outer faces of the fragments look, if it is asked for: as the input does there.
 
 use crate::pipeline::error::FractureError;
-use crate::pipeline::prepared::object::PreparedBody;
-use crate::pipeline::prepared::object::PreparedObject;
+use crate::pipeline::prepared::object::{PreparedBody, PreparedObject};
 use crate::pipeline::workspace::body_meshes::BodyMeshes;
 use crate::scene::EffectKind;
 use crate::skin::BoundaryAttributes;
-use crate::surface::NO_MATERIAL;
-use crate::surface::barycentric;
-use crate::tessellation::OuterVertex;
-use crate::tessellation::Topology;
-use crate::tessellation::outer_vertices;
+use crate::surface::{NO_MATERIAL, barycentric};
+use crate::tessellation::{OuterVertex, Topology, outer_vertices};
 use nalgebra::Vector3;
 use std::collections::HashMap;
 

@@ -1,14 +1,12 @@
 //! Which fragments the world holds, and by how much of their surface.
 
 use super::faces::faces;
-use super::rows::BondRow;
-use super::rows::WORLD;
+use super::rows::{BondRow, WORLD};
 use crate::lattice::Lattice;
 use crate::pipeline::prepared::anchored::AnchoredObject;
 use crate::pipeline::workspace::body_meshes::BodyMeshes;
 use crate::surface::LocalFrame;
-use nalgebra::Point3;
-use nalgebra::Vector3;
+use nalgebra::{Point3, Vector3};
 
 /// What anchors have of one fragment, local.
 #[derive(Clone, Copy, Default)]

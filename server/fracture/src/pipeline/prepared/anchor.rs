@@ -1,16 +1,11 @@
 //! Holds an object by anchors.
 
-use super::anchored::AnchorError;
-use super::anchored::AnchorNodes;
-use super::anchored::AnchoredBody;
-use super::anchored::AnchoredObject;
+use super::anchored::{AnchorError, AnchorNodes, AnchoredBody, AnchoredObject};
 use super::object::PreparedObject;
 use crate::cancel_token::CancelToken;
 use crate::elasticity::ElasticityError;
 use crate::pipeline::error::FractureError;
-use crate::scene::Anchors;
-use crate::scene::EffectKind;
-use crate::scene::EffectSet;
+use crate::scene::{Anchors, EffectKind, EffectSet};
 impl PreparedObject {
     /// The nodes that `anchors` hold, after a check that they do hold every body that they reach.
     ///

@@ -5,11 +5,8 @@
 //! every strike adds its displacement. With diagonal L, density ρ and peak force F, forces are fractions of F and volumes are in
 //! L³: the weight is ρL³/F times that of unit density, and so is what it displaces.
 
-use crate::cancel_token::CancelToken;
-use crate::cancel_token::Cancelled;
-use crate::elasticity::ElasticWorkspace;
-use crate::elasticity::Elasticity;
-use crate::elasticity::ElasticityError;
+use crate::cancel_token::{CancelToken, Cancelled};
+use crate::elasticity::{ElasticWorkspace, Elasticity, ElasticityError};
 use crate::memory::held;
 use crate::scene::Anchors;
 

@@ -8,15 +8,11 @@
 //! is more than residuals that pass for a solution can be worth, and than rounding. A reduced displacement is a projection: its
 //! energy is no more than U.
 
-use super::object::PreparedBody;
-use super::object::PreparedObject;
+use super::object::{PreparedBody, PreparedObject};
 use super::parameters::ElasticRequest;
-use crate::cancel_token::CancelToken;
-use crate::cancel_token::Cancelled;
+use crate::cancel_token::{CancelToken, Cancelled};
 use crate::degree;
-use crate::elasticity::EigenvalueLowerBound;
-use crate::elasticity::Elasticity;
-use crate::elasticity::ElasticityError;
+use crate::elasticity::{EigenvalueLowerBound, Elasticity, ElasticityError};
 use crate::lift::LiftKind;
 use std::ops::RangeInclusive;
 

@@ -3,9 +3,7 @@
 //! Based on: Schvartzman & Otaduy (I3D 2014), section 3: examples fractured with a full optimisation teach the degree. That
 //! one curve E_max(n) labels every γ is ours: n depends on W/γ alone.
 
-use crate::degree;
-use crate::degree::SITES_MIN;
-use crate::degree::TrainingSample;
+use crate::degree::{self, SITES_MIN, TrainingSample};
 use crate::pipeline::contact::ImpactContact;
 /// One impact of this many is labelled twice.
 pub(in crate::pipeline) const TWICE: u64 = 8;

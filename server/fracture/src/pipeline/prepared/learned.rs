@@ -1,8 +1,7 @@
 //! What an object has learned from its examples, and how well.
 
 use crate::degree::PoseNetwork;
-use serde::Deserialize;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 /// What examples taught.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LearnedModel {

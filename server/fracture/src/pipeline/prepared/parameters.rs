@@ -5,8 +5,7 @@ use crate::lift::LiftKind;
 use crate::scene::Material;
 use crate::sparse::Precision;
 use crate::surface::Defect;
-use serde::Deserialize;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 /// Most displacements of one body's basis.
 pub const RANK_MAX: usize = 256;
 

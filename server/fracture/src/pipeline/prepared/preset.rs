@@ -3,11 +3,9 @@
 //! A bake fixes the lattices, a strike chooses among what is left. Numbers that are given by themselves go before those of a preset.
 
 use super::parameters::RANK_MAX;
-use crate::lattice::CRACK_NODES_DEFAULT;
-use crate::lattice::ELASTIC_NODES_DEFAULT;
+use crate::lattice::{CRACK_NODES_DEFAULT, ELASTIC_NODES_DEFAULT};
 use crate::lift::MODES_DEFAULT;
-use serde::Deserialize;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 /// A preset, from fast to accurate.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]

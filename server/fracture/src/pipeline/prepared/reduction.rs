@@ -1,7 +1,6 @@
 //! How well the reduced bases of an object do.
 
-use serde::Deserialize;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 /// How well the bases do on impacts that they have not seen: medians over bodies struck.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ReductionErrors {

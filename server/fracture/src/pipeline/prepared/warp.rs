@@ -6,25 +6,13 @@
 //! f^(5/3)-fold.
 
 use super::object::PreparedObject;
-use super::warped_body::WarpError;
-use super::warped_body::WarpedBody;
+use super::warped_body::{WarpError, WarpedBody};
 use crate::cancel_token::CancelToken;
 use crate::lattice::Lattice;
-use crate::lift;
-use crate::lift::Extension;
-use crate::lift::LiftError;
-use crate::lift::LiftKind;
-use crate::lift::LiftedLattice;
-use crate::lift::SpaceWarp;
-use crate::scene::Grain;
-use crate::scene::Paint;
-use crate::scene::WarpControls;
-use crate::scene::Waves;
-use crate::surface::LocalFrame;
-use crate::surface::NearestPoints;
-use nalgebra::Point3;
-use nalgebra::Unit;
-use nalgebra::Vector3;
+use crate::lift::{self, Extension, LiftError, LiftKind, LiftedLattice, SpaceWarp};
+use crate::scene::{Grain, Paint, WarpControls, Waves};
+use crate::surface::{LocalFrame, NearestPoints};
+use nalgebra::{Point3, Unit, Vector3};
 use std::collections::BTreeSet;
 
 /// Halvings of the range in which the steepest waves that do not fold are looked for.

@@ -1,9 +1,7 @@
 //! What an artist's controls make of one body.
 
 use crate::cancel_token::Cancelled;
-use crate::lift::LiftError;
-use crate::lift::LiftKind;
-use crate::lift::LiftedLattice;
+use crate::lift::{LiftError, LiftKind, LiftedLattice};
 /// Why controls cannot be had of an object.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum WarpError {

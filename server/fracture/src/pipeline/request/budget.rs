@@ -5,12 +5,10 @@
 //! says by itself does not fall, either, except that a search that was asked for is begun, and becomes the guess where time ends it.
 
 use super::cost::StrikeCost;
-use super::fracture_request::DegreeRequest;
-use super::fracture_request::FractureRequest;
+use super::fracture_request::{DegreeRequest, FractureRequest};
 use crate::centroidal::ITERATIONS_MAX;
 use crate::pipeline::prepared::object::PreparedObject;
-use crate::pipeline::prepared::parameters::ElasticRequest;
-use crate::pipeline::prepared::parameters::RANK_MAX;
+use crate::pipeline::prepared::parameters::{ElasticRequest, RANK_MAX};
 
 /// What is known of the time of one strike, and what of it may fall. How much time is left is known to its
 /// [`CancelToken`](crate::cancel_token::CancelToken::remaining_s).

@@ -1,21 +1,17 @@
 //! What one strike asks for.
 
 use super::budget::TimeBudget;
-use super::solver_settings::GAME_ERROR_MAX;
-use super::solver_settings::GAME_TOLERANCE;
+use super::solver_settings::{GAME_ERROR_MAX, GAME_TOLERANCE};
 use crate::centroidal::ITERATIONS_MAX;
-use crate::lift::LiftKind;
-use crate::lift::LiftedLattice;
+use crate::lift::{LiftKind, LiftedLattice};
 use crate::pipeline::DEGREE_MAX;
 use crate::pipeline::contact::ImpactContact;
 use crate::pipeline::error::FractureError;
 use crate::pipeline::prepared::object::PreparedObject;
 use crate::pipeline::prepared::parameters::ElasticRequest;
 use crate::pipeline::prepared::warped_body::WarpedBody;
-use crate::scene::EffectKind;
-use crate::scene::EffectSet;
-use nalgebra::Point3;
-use nalgebra::Vector3;
+use crate::scene::{EffectKind, EffectSet};
+use nalgebra::{Point3, Vector3};
 
 /// Seed of a strike that names none; the same as in the client (a test of `shatter-server` compares them).
 pub const SEED_DEFAULT: u64 = 0;

@@ -1,11 +1,8 @@
 //! What a strike of a preset chooses.
 
-use super::fracture_request::DegreeRequest;
-use super::fracture_request::FractureRequest;
-use crate::centroidal::ITERATIONS_MAX;
-use crate::centroidal::TOLERANCE;
-use crate::pipeline::prepared::parameters::ElasticRequest;
-use crate::pipeline::prepared::parameters::RANK_MAX;
+use super::fracture_request::{DegreeRequest, FractureRequest};
+use crate::centroidal::{ITERATIONS_MAX, TOLERANCE};
+use crate::pipeline::prepared::parameters::{ElasticRequest, RANK_MAX};
 use crate::pipeline::prepared::preset::Preset;
 
 /// Tolerance of [`Preset::Game`]: its diagrams end some 2 % above the best of several, 1 % above the ends of their descents.

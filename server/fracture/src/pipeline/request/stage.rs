@@ -1,7 +1,6 @@
 //! The stages of a strike, in the order in which data flows.
 
-use serde::Deserialize;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// A stage of a strike; names as in JSON.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]

@@ -4,22 +4,12 @@
 //! holds no tetrahedron that a crack crosses, so that neither distances nor displacements know a way through one.
 
 use crate::cancel_token::CancelToken;
-use crate::lattice::EnergyTransfer;
-use crate::lattice::GONE;
-use crate::lattice::Lattice;
-use crate::lift;
-use crate::lift::LiftError;
-use crate::lift::LiftKind;
-use crate::pipeline::error::FractureError;
-use crate::pipeline::error::SOLVED_NODES_MAX;
-use crate::pipeline::error::TETS_MIN;
+use crate::lattice::{EnergyTransfer, GONE, Lattice};
+use crate::lift::{self, LiftError, LiftKind};
+use crate::pipeline::error::{FractureError, SOLVED_NODES_MAX, TETS_MIN};
 use crate::pipeline::output::retained::RetainedBody;
-use crate::pipeline::prepared::object::ElasticModel;
-use crate::pipeline::prepared::object::PreparedBody;
-use crate::pipeline::prepared::object::PreparedObject;
-use crate::pipeline::prepared::parameters::BakeParameters;
-use crate::pipeline::prepared::parameters::BakeReport;
-use crate::pipeline::prepared::parameters::ElasticRequest;
+use crate::pipeline::prepared::object::{ElasticModel, PreparedBody, PreparedObject};
+use crate::pipeline::prepared::parameters::{BakeParameters, BakeReport, ElasticRequest};
 use crate::pipeline::request::context::StrikeContext;
 use crate::scene::EffectKind;
 use crate::sparse::Precision;

@@ -7,11 +7,8 @@
 //! difference up to its square.
 
 use crate::lattice::Lattice;
-use crate::tessellation::FixedPoints;
-use crate::tessellation::Tessellation;
-use crate::tessellation::Topology;
-use nalgebra::Point3;
-use nalgebra::Vector3;
+use crate::tessellation::{FixedPoints, Tessellation, Topology};
+use nalgebra::{Point3, Vector3};
 use std::collections::HashMap;
 
 /// Moves the points of `fixed` that are not points of `old`, but lie on its cracks inside the body, such that the volume of the

@@ -4,8 +4,7 @@ use super::contact_set::ContactSet;
 use crate::elasticity::NodalLoad;
 use crate::pipeline::prepared::object::PreparedObject;
 use crate::pipeline::prepared::parameters::ElasticRequest;
-use crate::pipeline::request::fracture_request::DegreeRequest;
-use crate::pipeline::request::fracture_request::FractureRequest;
+use crate::pipeline::request::fracture_request::{DegreeRequest, FractureRequest};
 use crate::scene::EffectKind;
 /// Whether a bound will do for `strike`: not where exact figures or a number of sites are asked for, nor where something holds it.
 pub(in crate::pipeline) fn will_do(strike: &FractureRequest) -> bool {

@@ -4,12 +4,8 @@ use super::convergence_monitor::ConvergenceMonitor;
 use super::search::search;
 use super::termination::Termination;
 use super::threshold::ThresholdResult;
-use crate::centroidal;
-use crate::centroidal::Diagram;
-use crate::centroidal::DiagramOptions;
-use crate::centroidal::EnergyField;
-use crate::degree;
-use crate::degree::SiteCount;
+use crate::centroidal::{self, Diagram, DiagramOptions, EnergyField};
+use crate::degree::{self, SiteCount};
 use crate::lift::LiftKind;
 use crate::pipeline::error::FractureError;
 use crate::pipeline::request::budget::TimeBudget;
@@ -19,8 +15,7 @@ use crate::pipeline::request::observer::StageObserver;
 use crate::pipeline::request::stage::Stage;
 use crate::pipeline::workspace::Workspace;
 use crate::scene::EffectKind;
-use serde::Deserialize;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Trust in a degree from the closed form where no examples are asked: what is said at the edge of their reach, since it errs about
 /// as much as they do there.

@@ -5,13 +5,10 @@
 
 use crate::elasticity;
 use crate::pipeline::contact::ImpactContact;
-use crate::pipeline::error::CONTACTS_MAX;
-use crate::pipeline::error::FractureError;
+use crate::pipeline::error::{CONTACTS_MAX, FractureError};
 use crate::pipeline::prepared::object::PreparedObject;
 use crate::pipeline::request::fracture_request::FractureRequest;
-use crate::scene::DEFAULT_DURATION_S;
-use crate::scene::DEFAULT_RADIUS_DIAGONALS;
-use crate::scene::EffectKind;
+use crate::scene::{DEFAULT_DURATION_S, DEFAULT_RADIUS_DIAGONALS, EffectKind};
 use nalgebra::Vector3;
 
 /// Relative forces are rounded to this step, so that the same impact at another magnitude gives the same bits.

@@ -2,11 +2,7 @@
 
 use super::termination::Termination;
 use crate::cancel_token::CancelToken;
-use crate::centroidal::Diagram;
-use crate::centroidal::GAP_CERTAIN;
-use crate::centroidal::StepDecision;
-use crate::centroidal::StopCondition;
-use crate::centroidal::gap;
+use crate::centroidal::{Diagram, GAP_CERTAIN, StepDecision, StopCondition, gap};
 use crate::pipeline::request::budget::TimeBudget;
 use crate::pipeline::request::fracture_request::FractureRequest;
 

@@ -6,14 +6,10 @@
 use super::contact_set::ContactSet;
 use super::falloff::falloff;
 use crate::cancel_token::CancelToken;
-use crate::elasticity::DrivingEnergy;
-use crate::elasticity::ElasticityError;
-use crate::elasticity::NodalLoad;
-use crate::elasticity::ReducedBasis;
+use crate::elasticity::{DrivingEnergy, ElasticityError, NodalLoad, ReducedBasis};
 use crate::pipeline::error::FractureError;
 use crate::pipeline::prepared::anchored::AnchoredBody;
-use crate::pipeline::prepared::object::ElasticModel;
-use crate::pipeline::prepared::object::PreparedObject;
+use crate::pipeline::prepared::object::{ElasticModel, PreparedObject};
 use crate::pipeline::prepared::parameters::ElasticRequest;
 use crate::pipeline::request::context::StrikeContext;
 use crate::pipeline::request::fracture_request::FractureRequest;

@@ -1,26 +1,15 @@
 //! A degree searched by diagrams, as far as there is time.
 
-use super::cells::BodyCells;
-use super::cells::DegreeGuess;
-use super::cells::DegreeSource;
-use super::cells::Division;
-use super::cells::diagram_bytes;
-use super::cells::observe;
-use super::cells::source_of;
+use super::cells::{BodyCells, DegreeGuess, DegreeSource, Division, diagram_bytes, observe, source_of};
 use super::convergence_monitor::ConvergenceMonitor;
 use super::threshold::ThresholdResult;
 use crate::cancel_token::Cancelled;
-use crate::centroidal::Diagram;
-use crate::centroidal::EnergyField;
-use crate::centroidal::diagram_until;
-use crate::degree;
-use crate::degree::CurveOptions;
-use crate::degree::SiteCount;
+use crate::centroidal::{Diagram, EnergyField, diagram_until};
+use crate::degree::{self, CurveOptions, SiteCount};
 use crate::pipeline::error::FractureError;
 use crate::pipeline::request::budget::TimeBudget;
 use crate::pipeline::request::context::StrikeContext;
-use crate::pipeline::request::fracture_request::DegreeRequest;
-use crate::pipeline::request::fracture_request::FractureRequest;
+use crate::pipeline::request::fracture_request::{DegreeRequest, FractureRequest};
 use crate::pipeline::request::stage::Stage;
 use crate::pipeline::workspace::Workspace;
 

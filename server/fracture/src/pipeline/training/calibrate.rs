@@ -5,9 +5,7 @@
 use super::sample::ImpactSampler;
 use crate::cancel_token::CancelToken;
 use crate::centroidal::EnergyField;
-use crate::degree;
-use crate::degree::CurveOptions;
-use crate::degree::EnergyCurve;
+use crate::degree::{self, CurveOptions, EnergyCurve};
 use crate::lift::LiftKind;
 use crate::pipeline::error::FractureError;
 use crate::pipeline::prepared::object::PreparedObject;

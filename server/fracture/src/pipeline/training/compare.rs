@@ -3,24 +3,12 @@
 //! Based on: the house's method, section 3. A cell that an interior distance cannot reach around a concavity falls into
 //! pieces; the volume of those pieces, their number and the stretch of the lift tell how well it fits a tessellator.
 
-use crate::cancel_token::CancelToken;
-use crate::cancel_token::Cancelled;
-use crate::centroidal;
-use crate::centroidal::DiagramOptions;
-use crate::centroidal::DiagramWorkspace;
-use crate::centroidal::EnergyField;
-use crate::centroidal::FieldError;
-use crate::lift::Extension;
-use crate::lift::LiftError;
-use crate::lift::LiftKind;
-use crate::lift::LiftedLattice;
-use crate::lift::Stretch;
-use crate::lift::stretch;
-use crate::lift::surface_diffusion;
+use crate::cancel_token::{CancelToken, Cancelled};
+use crate::centroidal::{self, DiagramOptions, DiagramWorkspace, EnergyField, FieldError};
+use crate::lift::{Extension, LiftError, LiftKind, LiftedLattice, Stretch, stretch, surface_diffusion};
 use crate::pipeline::prepared::object::PreparedBody;
 use crate::tessellation::components;
-use serde::Deserialize;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 
 /// One lift, one number of sites, one seed.

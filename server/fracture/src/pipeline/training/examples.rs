@@ -2,18 +2,11 @@
 
 use super::sample::ImpactSampler;
 use crate::cancel_token::CancelToken;
-use crate::centroidal::Diagram;
-use crate::centroidal::EnergyField;
-use crate::degree;
-use crate::degree::CurveOptions;
-use crate::degree::CurvePoint;
-use crate::degree::EnergyCurve;
+use crate::centroidal::{Diagram, EnergyField};
+use crate::degree::{self, CurveOptions, CurvePoint, EnergyCurve};
 use crate::lift::LiftKind;
 use crate::pipeline::error::FractureError;
-use crate::pipeline::prepared::example::Example;
-use crate::pipeline::prepared::example::ExamplePoint;
-use crate::pipeline::prepared::example::TWICE;
-use crate::pipeline::prepared::example::records;
+use crate::pipeline::prepared::example::{Example, ExamplePoint, TWICE, records};
 use crate::pipeline::prepared::object::PreparedObject;
 use crate::pipeline::request::context::StrikeContext;
 use crate::pipeline::stages::contact_set::ContactSet;

@@ -3,13 +3,10 @@
 use super::examples::examples;
 use super::sample::ImpactSampler;
 use crate::cancel_token::CancelToken;
-use crate::degree;
-use crate::degree::SITES_MIN;
-use crate::degree::TrainingSample;
+use crate::degree::{self, SITES_MIN, TrainingSample};
 use crate::pipeline::error::FractureError;
 use crate::pipeline::prepared::example::Example;
-use crate::pipeline::prepared::learned::LearnedErrors;
-use crate::pipeline::prepared::learned::LearnedModel;
+use crate::pipeline::prepared::learned::{LearnedErrors, LearnedModel};
 use crate::pipeline::prepared::object::PreparedObject;
 use crate::pipeline::workspace::Workspace;
 use rayon::prelude::*;

@@ -3,14 +3,12 @@
 //! Ours: contact points uniform by area, directions around the inward normal, radii over two octaves, one or two contacts.
 
 use crate::pipeline::contact::ImpactContact;
-use crate::pipeline::prepared::object::PreparedBody;
-use crate::pipeline::prepared::object::PreparedObject;
+use crate::pipeline::prepared::object::{PreparedBody, PreparedObject};
 use crate::pipeline::prepared::parameters::ElasticRequest;
 use crate::pipeline::request::fracture_request::FractureRequest;
 use crate::random::RandomStream;
 use crate::scene::DEFAULT_RADIUS_DIAGONALS;
-use nalgebra::Point3;
-use nalgebra::Vector3;
+use nalgebra::{Point3, Vector3};
 use std::f64::consts::TAU;
 
 /// Share of the drawn impacts that have a second contact.

@@ -2,9 +2,7 @@
 
 use super::buffer_pool::BufferPool;
 use crate::fragment::RigidProperties;
-use crate::tessellation::Components;
-use crate::tessellation::CrackPoints;
-use crate::tessellation::Tessellation;
+use crate::tessellation::{Components, CrackPoints, Tessellation};
 use nalgebra::Point3;
 use std::mem::take;
 /// The meshes of one body, whole or broken, or of one fragment that was struck again.

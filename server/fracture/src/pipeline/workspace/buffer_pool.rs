@@ -2,8 +2,7 @@
 //! anew each time costs a good part of a millisecond in pages alone.
 
 use super::body_meshes::CutBuffers;
-use std::sync::Arc;
-use std::sync::Mutex;
+use std::sync::{Arc, Mutex};
 
 /// Most that are kept; the rest goes back to the system.
 const KEPT_MAX: usize = 8;

@@ -3,9 +3,7 @@
 pub(super) mod body_meshes;
 pub(super) mod buffer_pool;
 
-use crate::centroidal;
-use crate::elasticity;
-use crate::tessellation;
+use crate::{centroidal, elasticity, tessellation};
 use buffer_pool::BufferPool;
 
 /// What the stages write into. One per worker; after a first strike on the largest object little is allocated anew.
