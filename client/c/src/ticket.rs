@@ -100,6 +100,7 @@ impl From<shatter_client::Progress> for Progress {
             shatter_client::Progress::Waiting => (State::Waiting, "", 0),
             shatter_client::Progress::Computing { stage, age } => (State::Computing, stage, age.as_nanos() as u64),
             shatter_client::Progress::Ended => (State::Ended, "", 0),
+            _ => (State::Computing, "", 0),
         };
         Self { state, reserved: 0, age_ns, stage: text(stage) }
     }

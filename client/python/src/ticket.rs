@@ -51,8 +51,8 @@ impl Ticket {
         let progress = py.detach(|| self.with(|ticket| Ok(ticket.progress()))).map_err(raised)?;
         Ok(match progress {
             Progress::Waiting => "waiting",
-            Progress::Computing { .. } => "computing",
             Progress::Ended => "ended",
+            _ => "computing",
         })
     }
 
