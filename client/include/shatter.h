@@ -10,7 +10,7 @@
  *     if (shatter_object_strike(mug, &impact, &ticket, &refusal)) ...                      // never blocks
  *     if (shatter_ticket_poll(ticket, &broken, &refusal)) ...                              // nor does this, once a frame
  *     if (broken) for (uint32_t id = 0; !shatter_broken_fragment(broken, id, &fragment, NULL); id++) ...
- *     shatter_broken_release(broken);                                                      // now its pointers are gone
+ *     shatter_broken_free(broken);                                                         // now its pointers are gone
  *
  * Meters, kilograms, seconds; right-handed, +Y up, counter-clockwise seen from outside.
  *
@@ -20,7 +20,8 @@
  *
  * Results go through pointers and are written if the code is SHATTER_CODE_OK; handles are NULL otherwise, and freeing NULL is fine.
  * Null pointers, lengths and numbers that cannot be are refused with SHATTER_CODE_ARGUMENT or the code of the rule. What cannot be
- * checked must hold: pointers that are not NULL lead to what they say, aligned, and handles have not been freed.
+ * checked must hold: pointers that are not NULL lead to what they say, aligned; handles have not
+ * been freed; every bool is 0 or 1.
  *
  * Made by cbindgen of client/c/src: change it there.
  */
@@ -28,13 +29,14 @@
 #ifndef SHATTER_H
 #define SHATTER_H
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 /* For lengths of texts: up to the zero at their end. */
 #define SHATTER_UP_TO_ZERO SIZE_MAX
 
 /// Version of this interface; what a struct or function means changes only with it.
-#define SHATTER_VERSION 2
+#define SHATTER_VERSION 3
 
 /// For `iterations_max`: none at all.
 #define SHATTER_NO_ITERATIONS UINT32_MAX
@@ -386,7 +388,7 @@ typedef uint32_t ShatterContent;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
-/// The answer to a strike. It holds one bucket of the daemon's pool until it is released: do so once the fragments are copied to where
+/// The answer to a strike. It holds one bucket of the daemon's pool until it is freed: do so once the fragments are copied to where
 /// they are needed. One thread at a time; what its pointers lead to, any number may read.
 typedef struct ShatterBroken ShatterBroken;
 
@@ -407,8 +409,8 @@ typedef struct ShatterRefusal {
     ShatterCode code;
     /// Whose fault it is.
     ShatterFault fault;
-    /// 1 if the same call may succeed a little later.
-    uint32_t retry;
+    /// Whether the same call may succeed a little later.
+    bool retry;
     /// Zero.
     uint32_t reserved;
     /// When it is likely to find room, ms from now; 0: not known.
@@ -425,8 +427,8 @@ typedef struct ShatterRefusal {
 typedef struct ShatterStatus {
     /// Process id of the daemon.
     uint32_t pid;
-    /// 1 while the daemon is ending.
-    uint32_t ending;
+    /// Whether the daemon is ending.
+    bool ending;
     /// Objects ready.
     uint32_t objects_ready;
     /// Objects that could not be loaded.
@@ -487,8 +489,8 @@ typedef struct ShatterFacts {
     char name[72];
     /// Name of its material.
     char material[40];
-    /// 1: it can be struck. 0: `refusal` says why not, and everything else but the name is zero.
-    uint32_t ready;
+    /// Whether it can be struck. If not, `refusal` says why, and everything else but the name is zero.
+    bool ready;
     /// Bodies (components).
     uint32_t bodies;
     /// Cap on the degree.
@@ -631,8 +633,8 @@ typedef struct ShatterImpact {
     uint64_t from_handle;
     /// That fragment; 0 without a handle.
     uint32_t from_fragment;
-    /// 1: the service keeps the answer for a while, so that its fragments can be struck. 0: it does not.
-    uint32_t keep;
+    /// Whether the service keeps the answer for a while, so that its fragments can be struck.
+    bool keep;
     /// Zero.
     uint64_t reserved[8];
 } ShatterImpact;
@@ -647,8 +649,8 @@ typedef struct ShatterHit {
     double distance_m;
     /// Body (component of the object) that it lies on.
     uint32_t body;
-    /// 1: there is a hit. 0: the strike had no ray, and everything else is zero.
-    uint32_t present;
+    /// Whether there is a hit. If not, the strike had no ray, and everything else is zero.
+    bool present;
 } ShatterHit;
 
 /// How far a strike is.
@@ -673,8 +675,8 @@ typedef struct ShatterSummary {
     uint32_t fracture_degree;
     /// Which rule produced it. 0: threshold. 1: closed form. 2: inferred. 3: verified. 4: optimised. 5: forced.
     uint32_t degree_source;
-    /// 1 if the object's cap on the degree was reached.
-    uint32_t capped;
+    /// Whether the object's cap on the degree was reached.
+    bool capped;
     /// What stopped it. 0: no diagram was made. 1: a cap. 2: converged. 3: the error was met. 4: time. 5: iterations.
     uint32_t stop_reason;
     /// Where the energy came from. 0: solve. 1: reduced basis. 2: falloff. 3: a bound, the object stays whole whatever it is.
@@ -726,7 +728,7 @@ typedef struct ShatterLook {
 } ShatterLook;
 
 /// One fragment: a closed mesh and what a rigid body needs. Pointers lead into shared memory and hold until
-/// `shatter_broken_release`; those to what the answer does not have are NULL. Positions are relative to `center_m`.
+/// `shatter_broken_free`; those to what the answer does not have are NULL. Positions are relative to `center_m`.
 typedef struct ShatterFragment {
     /// Its number in the answer.
     uint32_t id;
@@ -773,8 +775,8 @@ typedef struct ShatterFragment {
 typedef struct ShatterRun {
     /// The fragment on the other side of the crack; `SHATTER_NONE`: the outside, or a fragment of an earlier answer.
     uint32_t neighbor;
-    /// 1: a side of a crack, be it one of an earlier answer. 0: the outside.
-    uint32_t crack;
+    /// Whether it is a side of a crack, be it one of an earlier answer; else it is the outside.
+    bool crack;
     /// First of the fragment's indices.
     uint32_t index_first;
     /// Number of indices.
@@ -859,8 +861,8 @@ typedef struct ShatterCounter {
     /// Stages. 0: load. 1: elasticity. 2: threshold. 3: degree. 4: centroidal. 5: labels. 6: tessellation. 7: fragments. Effects: the
     /// place of their bit in `ShatterEffect`.
     uint32_t number;
-    /// 1 if it ran.
-    uint32_t ran;
+    /// Whether it ran.
+    bool ran;
     /// Time it took, ns.
     uint64_t ns;
     /// Bytes of results it produced, or of tables it used.
@@ -904,7 +906,7 @@ ShatterCode shatter_wait_for(const char *name,
                              struct ShatterService **service,
                              struct ShatterRefusal *refusal);
 
-/// Gives a connection back; NULL is fine. Objects, tickets and answers that came from it live on by themselves.
+/// Frees a connection; NULL is fine. Objects, tickets and answers that came from it live on by themselves.
 void shatter_service_free(struct ShatterService *service);
 
 /// How the service goes.
@@ -989,7 +991,7 @@ ShatterCode shatter_object_facts(const struct ShatterObject *object,
                                  struct ShatterFacts *facts,
                                  struct ShatterRefusal *refusal);
 
-/// Sends a strike and returns at once: the answer is fetched from the ticket. `ticket` is NULL afterwards where it failed. End it with
+/// Sends a strike and returns at once: the answer is fetched from the ticket. `ticket` is NULL afterwards where it failed. Free it with
 /// `shatter_ticket_free`. The first strike after the daemon was lost connects to its successor, which takes some milliseconds.
 ///
 /// Codes: whatever the daemon would refuse in the impact's own fields; `busy` if the connection has too many strikes under way;
@@ -1031,14 +1033,14 @@ ShatterCode shatter_object_even(const struct ShatterObject *object,
                                 struct ShatterTicket **ticket,
                                 struct ShatterRefusal *refusal);
 
-/// Gives an object back; NULL is fine. Its tickets and answers live on.
+/// Frees an object; NULL is fine. Its tickets and answers live on.
 void shatter_object_free(struct ShatterObject *object);
 
 /// Looks for the answer; never blocks. Once a frame is often enough. Returns `SHATTER_CODE_OK` with `broken` NULL while there is none;
-/// with an answer, which is handed out once: give it back with `shatter_broken_release`.
+/// with an answer, which is handed out once: free it with `shatter_broken_free`.
 ///
 /// Codes: the refusal of the service; `lost` if the daemon went away; `bad_answer` if the answer fails the checks. After an answer or
-/// an error the ticket is spent (`cancelled`), except after `busy` at `answers`: release answers that you hold, and poll again.
+/// an error the ticket is spent (`cancelled`), except after `busy` at `answers`: free answers that you hold, and poll again.
 ShatterCode shatter_ticket_poll(struct ShatterTicket *ticket,
                                 struct ShatterBroken **broken,
                                 struct ShatterRefusal *refusal);
@@ -1055,7 +1057,7 @@ ShatterCode shatter_ticket_progress(struct ShatterTicket *ticket,
                                     struct ShatterProgress *progress,
                                     struct ShatterRefusal *refusal);
 
-/// Ends a ticket, and cancels its strike if that is still under way; NULL is fine.
+/// Frees a ticket and cancels its strike if that is still under way; NULL is fine.
 void shatter_ticket_free(struct ShatterTicket *ticket);
 
 /// The facts of the strike.
@@ -1096,16 +1098,16 @@ ShatterCode shatter_broken_skin(const struct ShatterBroken *broken,
                                 struct ShatterSkin *skin,
                                 struct ShatterRefusal *refusal);
 
-/// Whether the surface of fragment `id` is closed and oriented: 1 or 0.
+/// Whether the surface of fragment `id` is closed and oriented.
 ///
 /// Codes: `unknown_fragment`.
 ShatterCode shatter_broken_is_closed(const struct ShatterBroken *broken,
                                      uint32_t id,
-                                     uint32_t *closed,
+                                     bool *closed,
                                      struct ShatterRefusal *refusal);
 
 /// Which fragments touch, and which the world holds: `rows` leads to `count` of them in shared memory, until
-/// `shatter_broken_release`. None unless `bonds` is on.
+/// `shatter_broken_free`. None unless `bonds` is on.
 ShatterCode shatter_broken_bonds(const struct ShatterBroken *broken,
                                  const struct ShatterBond **rows,
                                  size_t *count,
@@ -1146,8 +1148,8 @@ ShatterCode shatter_broken_write_glb(const struct ShatterBroken *broken,
                                      size_t length,
                                      struct ShatterRefusal *refusal);
 
-/// Gives an answer back, and its bucket to the daemon; NULL is fine. No pointer into it may be used any more.
-void shatter_broken_release(struct ShatterBroken *broken);
+/// Frees an answer and gives its bucket back to the daemon; NULL is fine. No pointer into it may be used any more.
+void shatter_broken_free(struct ShatterBroken *broken);
 
 #ifdef __cplusplus
 }  // extern "C"

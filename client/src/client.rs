@@ -55,6 +55,9 @@ impl Drop for RetainGuard {
 }
 
 /// Where the service `name` of this user lives.
+///
+/// # Errors
+/// `service_name` for a name that a service cannot have, `runtime_folder` where the user has none.
 pub fn place(name: &str) -> Result<ServicePaths, Error> {
     let name = ServiceName::new(name)?;
     let runtime = std::env::var_os("XDG_RUNTIME_DIR");
@@ -93,13 +96,17 @@ impl Client {
     /// Connects to the service `name`. Without a daemon the refusal comes at once; one that is starting is waited for, and a place
     /// for a second.
     ///
-    /// Errors: `no_daemon`, `version_mismatch` (names both versions), `busy` (no place for another client),
+    /// # Errors
+    /// `no_daemon`, `version_mismatch` (names both versions), `busy` (no place for another client),
     /// `runtime_folder`, `service_name`, `transport`.
     pub fn connect(name: &str, deadline: Deadline) -> Result<Self, Error> {
         Self::connect_at(&place(name)?, deadline)
     }
 
     /// Connects to the service at `place`, as [`Self::connect`].
+    ///
+    /// # Errors
+    /// Those of [`Self::connect`].
     pub fn connect_at(place: &ServicePaths, deadline: Deadline) -> Result<Self, Error> {
         let begun = Instant::now();
         let full = |refusal: &Error| refusal.kind == ErrorKind::Busy && begun.elapsed() < PLACE && !deadline.passed();
@@ -115,6 +122,9 @@ impl Client {
     }
 
     /// Connects like [`Self::connect`], but waits for a daemon to appear.
+    ///
+    /// # Errors
+    /// Those of [`Self::connect`].
     pub fn wait_for(name: &str, deadline: Deadline) -> Result<Self, Error> {
         let place = place(name)?;
         loop {
@@ -135,11 +145,17 @@ impl Client {
     }
 
     /// All objects, ready or not, by name.
+    ///
+    /// # Errors
+    /// `no_daemon`, `lost` or `transport` if the connection fails, `late` after the deadline.
     pub fn objects(&self, deadline: Deadline) -> Result<Vec<ObjectFacts>, Error> {
         self.line.over(|link| control::objects(&link, deadline))
     }
 
-    /// The object `name`, ready to be struck. Errors: `unknown_object`, `corrupt_object`.
+    /// The object `name`, ready to be struck.
+    ///
+    /// # Errors
+    /// `unknown_object`, `corrupt_object`, and those of [`Self::objects`].
     pub fn object(&self, name: &str, deadline: Deadline) -> Result<Object, Error> {
         let objects = self.objects(deadline)?;
         let names: Vec<String> = objects.iter().map(|facts| facts.name.clone()).collect();
@@ -164,7 +180,8 @@ impl Client {
     /// Gives back the answer that is kept under `handle`: its fragments cannot be struck any more. Strikes that were sent before over
     /// this connection still find it.
     ///
-    /// Errors: `unknown_handle` if none is.
+    /// # Errors
+    /// `unknown_handle` if none is, and those of [`Self::objects`].
     pub fn release(&self, handle: u64, deadline: Deadline) -> Result<(), Error> {
         self.line.over(|link| control::release(&link, handle, deadline))
     }
@@ -175,6 +192,9 @@ impl Client {
     }
 
     /// How the service goes.
+    ///
+    /// # Errors
+    /// Those of [`Self::objects`].
     pub fn status(&self, deadline: Deadline) -> Result<Status, Error> {
         self.line.over(|link| control::status(&link, deadline))
     }

@@ -13,6 +13,7 @@ use std::time::Duration;
 /// file, +Y up; over a connection with another convention ([`Client::with_convention`](crate::Client::with_convention)) in its
 /// unit and along its axes. Nothing is checked here; the service names what it refuses.
 #[derive(Clone, Debug, PartialEq)]
+#[must_use = "an impact does nothing until it strikes an object"]
 pub struct Impact(Request);
 
 impl Impact {

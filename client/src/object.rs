@@ -32,7 +32,8 @@ impl Object {
     /// Sends a strike. Never waits: the answer is fetched from the ticket. The first strike after the daemon was lost connects
     /// to its successor, which takes some milliseconds.
     ///
-    /// Errors: whatever the daemon would refuse in the request's own fields, found before it is sent; `busy` if the
+    /// # Errors
+    /// Whatever the daemon would refuse in the request's own fields, found before it is sent; `busy` if the
     /// connection has too many strikes under way; `lost` if it reached no daemon, `no_daemon` while there is none.
     pub fn strike(&self, impact: &Impact) -> Result<Ticket, Error> {
         let strike = impact.strike(&self.facts.name, self.convention);

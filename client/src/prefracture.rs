@@ -25,7 +25,10 @@ impl Object {
     /// The impact that divides the object into `pieces` even ones, wherever they lie: to be refined (seed, effects, quality) and struck
     /// like any other. Of an object of more than eight bodies the smaller ones stay whole.
     ///
-    /// Asks the service where bodies are, if the object has several; then, and only then, this waits. Errors: as of a strike.
+    /// Asks the service where bodies are, if the object has several; then, and only then, this waits.
+    ///
+    /// # Errors
+    /// As of [`Object::strike`] and [`Ticket::wait`](crate::Ticket::wait).
     pub fn even(&self, pieces: u32, deadline: Deadline) -> Result<Impact, Error> {
         let facts = self.facts();
         let even = |places: &[[f64; 3]], pieces| uniform(facts, &self.convention(), places, pieces);

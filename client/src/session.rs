@@ -31,7 +31,10 @@ impl Session {
     }
 
     /// A link to the daemon that serves now: the last one, or a new one if another daemon serves. Never waits; opening
-    /// takes some milliseconds, once per daemon. Errors: as [`Attempt`].
+    /// takes some milliseconds, once per daemon.
+    ///
+    /// # Errors
+    /// As [`Attempt`].
     pub(crate) fn link(&self) -> Result<Arc<Connection>, Error> {
         let mut link = self.guard();
         if link.is_lost() || !link.daemon_lives() {

@@ -17,6 +17,7 @@ use std::time::{Duration, Instant};
 const VERDICT: Duration = Duration::from_secs(2);
 
 /// What [`Ticket::poll`] finds.
+#[must_use = "an answer is handed out once"]
 pub enum Poll {
     /// Not yet.
     Pending,
@@ -26,6 +27,7 @@ pub enum Poll {
 
 /// How far a strike is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Progress {
     /// On its way to the daemon, or among those that wait.
     Waiting,
@@ -41,6 +43,7 @@ pub enum Progress {
 }
 
 /// A strike under way. Dropping it cancels the strike.
+#[must_use = "dropping a ticket cancels its strike"]
 pub struct Ticket {
     progress: Progress,
     question: Option<PendingControlRequest>,
@@ -77,7 +80,8 @@ impl Ticket {
 
     /// Looks for the answer; never blocks. Once a frame is often enough.
     ///
-    /// Errors: the refusal of the service; `lost` if the daemon went away; `bad_answer` if an answer fails the checks.
+    /// # Errors
+    /// The refusal of the service; `lost` if the daemon went away; `bad_answer` if an answer fails the checks.
     /// After an answer or an error the ticket is spent and only says so.
     pub fn poll(&mut self) -> Result<Poll, Error> {
         let found = match &mut self.state {
@@ -130,6 +134,9 @@ impl Ticket {
     }
 
     /// Waits for the answer. On `late` the ticket is still good: wait again, or drop it to cancel.
+    ///
+    /// # Errors
+    /// `late` at `ticket` after the deadline, and those of [`Self::poll`].
     pub fn wait(&mut self, deadline: Deadline) -> Result<FractureResult, Error> {
         loop {
             if let Poll::Ready(broken) = self.poll()? {

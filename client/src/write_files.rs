@@ -12,33 +12,43 @@ use std::path::Path;
 impl FractureResult {
     /// Writes the fragments to a `.glb` file, whole or not at all.
     ///
-    /// Errors: `output` (folder not writable, or the path is a folder), `bad_answer` (the fragments make no valid
+    /// # Errors
+    /// `output` (folder not writable, or the path is a folder), `bad_answer` (the fragments make no valid
     /// file). An object that stayed whole has no fragments to write: `output` as well.
     pub fn write_glb(&self, path: &Path) -> Result<WriteReport, Error> {
         self.with_views(|views| write_glb(path, views)).map_err(|error| refusal(path, &error))
     }
 
     /// Writes the hulls of the fragments to a `.glb` file as [`Self::write_glb`] does the fragments: nodes of the same names at the
-    /// same places. Errors as there; without hulls there is nothing to write: `output`.
+    /// same places.
+    ///
+    /// # Errors
+    /// As of [`Self::write_glb`]; without hulls there is nothing to write: `output`.
     pub fn write_hulls_glb(&self, path: &Path) -> Result<WriteReport, Error> {
         hulls_glb(self.metric().view(), path).map_err(|error| refusal(path, &error))
     }
 
     /// Writes what is seen of the fragments to a `.glb` file: their skins, and their crack faces, whose rims are moved to those of the
-    /// skins; nodes of the same names at the same places. Errors as of [`Self::write_glb`]; without skins there is nothing to write:
-    /// `output`.
+    /// skins; nodes of the same names at the same places.
+    ///
+    /// # Errors
+    /// As of [`Self::write_glb`]; without skins there is nothing to write: `output`.
     pub fn write_skins_glb(&self, path: &Path) -> Result<WriteReport, Error> {
         skins_glb(self.metric().view(), path).map_err(|error| refusal(path, &error))
     }
 
     /// Writes the fragments as OBJ files into `folder`, which is made if it is not there: see [`write_obj`].
-    /// Errors as of [`Self::write_glb`].
+    ///
+    /// # Errors
+    /// As of [`Self::write_glb`].
     pub fn write_obj(&self, folder: &Path) -> Result<WriteReport, Error> {
         self.with_object(|object| write_obj(folder, object)).map_err(|error| refusal(folder, &error))
     }
 
     /// Writes the fragments as a model for MuJoCo, with the hulls and bonds that the answer has: see [`write_mjcf`].
-    /// Errors as of [`Self::write_glb`].
+    ///
+    /// # Errors
+    /// As of [`Self::write_glb`].
     pub fn write_mjcf(&self, path: &Path) -> Result<WriteReport, Error> {
         self.with_object(|object| write_mjcf(path, object)).map_err(|error| refusal(path, &error))
     }

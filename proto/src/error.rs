@@ -2,6 +2,7 @@
 
 use crate::text;
 use bytemuck::{Pod, Zeroable};
+use std::fmt;
 use std::time::Duration;
 
 /// Whose fault a refusal is.
@@ -47,6 +48,7 @@ macro_rules! kinds {
         /// One noun per rule.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
         #[repr(u32)]
+        #[non_exhaustive]
         pub enum ErrorKind {
             $($(#[$doc])* $kind = $code,)*
         }
@@ -197,7 +199,7 @@ kinds! {
 }
 
 /// Why something was not done. Shown and as a document, its texts hold no control characters: see [`text::message`].
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{}", text::message(message))]
 pub struct Error {
     /// The rule.
@@ -208,6 +210,17 @@ pub struct Error {
     pub message: String,
     /// When the same request is likely to find room, if that is known.
     pub retry_after: Option<Duration>,
+}
+
+/// As shown, with the rule and the offender: `main` prints an error that it returns by this.
+impl fmt::Debug for Error {
+    fn fmt(&self, to: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(to, "{self} ({}", self.kind.name())?;
+        match self.at.as_str() {
+            "" => write!(to, ")"),
+            at => write!(to, ", at `{}`)", text::quoted(at)),
+        }
+    }
 }
 
 impl Error {
@@ -292,6 +305,13 @@ mod tests {
             assert!(ErrorKind::ALL[..i].iter().all(|b| b.name() != a.name()), "{a:?}");
         }
         assert_eq!(ErrorKind::from_code(0), None);
+    }
+
+    #[test]
+    fn main_prints_a_sentence() {
+        let error = Error::new(ErrorKind::Impulse, "contacts[1].impulse_ns", "the impulse is zero");
+        assert_eq!(format!("{error:?}"), "the impulse is zero (impulse, at `contacts[1].impulse_ns`)");
+        assert_eq!(format!("{:?}", Error::new(ErrorKind::Stopping, "", "no more")), "no more (stopping)");
     }
 
     #[test]

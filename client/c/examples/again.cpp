@@ -24,7 +24,7 @@ template <auto Free> struct Freed {
 using Service = std::unique_ptr<ShatterService, Freed<shatter_service_free>>;
 using Object = std::unique_ptr<ShatterObject, Freed<shatter_object_free>>;
 using Ticket = std::unique_ptr<ShatterTicket, Freed<shatter_ticket_free>>;
-using Broken = std::unique_ptr<ShatterBroken, Freed<shatter_broken_release>>;
+using Broken = std::unique_ptr<ShatterBroken, Freed<shatter_broken_free>>;
 
 // What a call may take at most.
 constexpr std::uint64_t patience_ms = 120000;
@@ -174,7 +174,7 @@ void run(char **words, ShatterContact contact)
     impact.degree = SHATTER_DEGREE_SITES;
     impact.degree_sites = static_cast<std::uint32_t>(std::strtoul(words[5], nullptr, 10));
     impact.enable = SHATTER_EFFECT_NORMALS | SHATTER_EFFECT_UV | SHATTER_EFFECT_BONDS | SHATTER_EFFECT_HULLS;
-    impact.keep = 1;
+    impact.keep = true;
     const Broken first = strike(object, impact);
     show("first", first);
 
@@ -188,7 +188,7 @@ void run(char **words, ShatterContact contact)
     impact.degree_sites = 4;
     impact.from_handle = facts.handle;
     impact.from_fragment = largest;
-    impact.keep = 0;
+    impact.keep = false;
     const Broken second = strike(object, impact);
     const double children_m3 = show("second", second);
     std::printf("parent_volume_m3 %.17g\nchildren_volume_m3 %.17g\n", parent.volume_m3, children_m3);

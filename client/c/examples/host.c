@@ -100,7 +100,7 @@ static int replace(ShatterBroken *broken, const char *name, ShatterRefusal *refu
         printf("%s_fragments %u\n%s_mass_kg %.17g\n", name, summary.fragment_count, name, mass_kg);
         printf("%s_momentum %.3g\n", name, sqrt(momentum[0] * momentum[0] + momentum[1] * momentum[1] + momentum[2] * momentum[2]));
     }
-    shatter_broken_release(broken);
+    shatter_broken_free(broken);
     return status;
 }
 

@@ -53,7 +53,7 @@ static int show(const ShatterBroken *broken, ShatterRefusal *refusal)
     size_t cracks = 0;
     for (uint32_t id = 0; id < summary.fragment_count; id++) {
         ShatterFragment fragment;
-        uint32_t closed = 0;
+        bool closed;
         if (shatter_broken_fragment(broken, id, &fragment, refusal)
             || shatter_broken_is_closed(broken, id, &closed, refusal)) {
             return refused("fragment", refusal);
@@ -63,12 +63,12 @@ static int show(const ShatterBroken *broken, ShatterRefusal *refusal)
             if (shatter_broken_run(broken, id, number, &run, refusal)) {
                 return refused("run", refusal);
             }
-            cracks += run.crack;
+            cracks += run.crack ? 1 : 0;
         }
         volume_m3 += fragment.volume_m3;
         meshes_m3 += mesh_volume_m3(&fragment);
         mass_kg += fragment.mass_kg;
-        all_closed += closed;
+        all_closed += closed ? 1 : 0;
     }
     printf("fragments %u\nclosed %u\ncrack_faces %zu\n", summary.fragment_count, all_closed, cracks);
     printf("volume_m3 %.17g\nmeshes_m3 %.17g\nmass_kg %.17g\n", volume_m3, meshes_m3, mass_kg);
@@ -96,7 +96,7 @@ static int strike(const ShatterObject *object, const ShatterImpact *impact, cons
         && shatter_broken_write_glb(broken, SHATTER_CONTENT_FRAGMENTS, out, strlen(out), &refusal)) {
         status = refused("file", &refusal);
     }
-    shatter_broken_release(broken);
+    shatter_broken_free(broken);
     shatter_ticket_free(ticket);
     return status;
 }

@@ -23,20 +23,20 @@ pub struct Hit {
     pub distance_m: f64,
     /// Body (component of the object) that it lies on.
     pub body: u32,
-    /// 1: there is a hit. 0: the strike had no ray, and everything else is zero.
-    pub present: u32,
+    /// Whether there is a hit. If not, the strike had no ray, and everything else is zero.
+    pub present: bool,
 }
 
 impl From<Option<shatter_client::Hit>> for Hit {
     fn from(hit: Option<shatter_client::Hit>) -> Self {
         hit.map_or(
-            Self { point_m: [0.0; 3], normal: [0.0; 3], distance_m: 0.0, body: 0, present: 0 },
+            Self { point_m: [0.0; 3], normal: [0.0; 3], distance_m: 0.0, body: 0, present: false },
             |shatter_client::Hit { point_m, normal, distance_m, body }| Self {
                 point_m,
                 normal,
                 distance_m,
                 body,
-                present: 1,
+                present: true,
             },
         )
     }
@@ -54,8 +54,8 @@ pub struct Summary {
     pub fracture_degree: u32,
     /// Which rule produced it. 0: threshold. 1: closed form. 2: inferred. 3: verified. 4: optimised. 5: forced.
     pub degree_source: u32,
-    /// 1 if the object's cap on the degree was reached.
-    pub capped: u32,
+    /// Whether the object's cap on the degree was reached.
+    pub capped: bool,
     /// What stopped it. 0: no diagram was made. 1: a cap. 2: converged. 3: the error was met. 4: time. 5: iterations.
     pub stop_reason: u32,
     /// Where the energy came from. 0: solve. 1: reduced basis. 2: falloff. 3: a bound, the object stays whole whatever it is.
@@ -106,7 +106,7 @@ impl From<&FractureResult> for Summary {
             sites: row.sites,
             fracture_degree: row.fracture_degree,
             degree_source: row.degree_source,
-            capped: row.capped,
+            capped: row.capped != 0,
             stop_reason: row.stop_reason,
             elastic: row.elastic,
             quality: row.quality,
@@ -131,7 +131,7 @@ impl From<&FractureResult> for Summary {
 }
 
 /// One fragment: a closed mesh and what a rigid body needs. Pointers lead into shared memory and hold until
-/// `shatter_broken_release`; those to what the answer does not have are NULL. Positions are relative to `center_m`.
+/// `shatter_broken_free`; those to what the answer does not have are NULL. Positions are relative to `center_m`.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct Fragment {
@@ -209,8 +209,8 @@ impl From<&shatter_client::Fragment<'_>> for Fragment {
 pub struct Run {
     /// The fragment on the other side of the crack; `SHATTER_NONE`: the outside, or a fragment of an earlier answer.
     pub neighbor: u32,
-    /// 1: a side of a crack, be it one of an earlier answer. 0: the outside.
-    pub crack: u32,
+    /// Whether it is a side of a crack, be it one of an earlier answer; else it is the outside.
+    pub crack: bool,
     /// First of the fragment's indices.
     pub index_first: u32,
     /// Number of indices.
@@ -225,7 +225,7 @@ impl From<shatter_client::Run<'_>> for Run {
     fn from(run: shatter_client::Run<'_>) -> Self {
         Self {
             neighbor: run.neighbor.unwrap_or(NONE),
-            crack: u32::from(run.crack),
+            crack: run.crack,
             index_first: run.index_first,
             index_count: run.indices.len() as u32,
             vertex_first: run.vertex_first,
@@ -350,8 +350,8 @@ pub struct Counter {
     /// Stages. 0: load. 1: elasticity. 2: threshold. 3: degree. 4: centroidal. 5: labels. 6: tessellation. 7: fragments. Effects: the
     /// place of their bit in `ShatterEffect`.
     pub number: u32,
-    /// 1 if it ran.
-    pub ran: u32,
+    /// Whether it ran.
+    pub ran: bool,
     /// Time it took, ns.
     pub ns: u64,
     /// Bytes of results it produced, or of tables it used.
@@ -389,6 +389,9 @@ same! {
     Counter is StageWire: ran ns bytes;
     Counter is EffectWire: ran ns bytes;
 }
+
+/// The daemon writes `ran` as a word of 0 or 1, whose first byte is the `bool` on little-endian machines alone.
+const _: () = assert!(cfg!(target_endian = "little"));
 
 const _: () = assert!(NONE == wire::OUTER && NONE == wire::WORLD && NONE == wire::NO_MATERIAL);
 

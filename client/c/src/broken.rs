@@ -10,7 +10,7 @@ use std::mem::MaybeUninit;
 use std::os::unix::ffi::OsStrExt;
 use std::path::Path;
 
-/// The answer to a strike. It holds one bucket of the daemon's pool until it is released: do so once the fragments are copied to where
+/// The answer to a strike. It holds one bucket of the daemon's pool until it is freed: do so once the fragments are copied to where
 /// they are needed. One thread at a time; what its pointers lead to, any number may read.
 pub struct Broken(pub(crate) shatter_client::FractureResult);
 
@@ -120,19 +120,19 @@ pub extern "C" fn shatter_broken_skin(
     })
 }
 
-/// Whether the surface of fragment `id` is closed and oriented: 1 or 0.
+/// Whether the surface of fragment `id` is closed and oriented.
 ///
 /// Codes: `unknown_fragment`.
 #[unsafe(no_mangle)]
 pub extern "C" fn shatter_broken_is_closed(
     broken: Option<&Broken>,
     id: u32,
-    closed: Option<&mut MaybeUninit<u32>>,
+    closed: Option<&mut MaybeUninit<bool>>,
     refusal: Option<&mut MaybeUninit<Refusal>>,
 ) -> Code {
     border(refusal, || {
         let place = given("closed", closed)?;
-        place.write(u32::from(fragment(broken, id)?.is_closed()));
+        place.write(fragment(broken, id)?.is_closed());
         Ok(())
     })
 }
@@ -154,7 +154,7 @@ fn lend<'a, T: 'a, U>(
 }
 
 /// Which fragments touch, and which the world holds: `rows` leads to `count` of them in shared memory, until
-/// `shatter_broken_release`. None unless `bonds` is on.
+/// `shatter_broken_free`. None unless `bonds` is on.
 #[unsafe(no_mangle)]
 pub extern "C" fn shatter_broken_bonds(
     broken: Option<&Broken>,
@@ -241,8 +241,8 @@ pub unsafe extern "C" fn shatter_broken_write_glb(
     })
 }
 
-/// Gives an answer back, and its bucket to the daemon; NULL is fine. No pointer into it may be used any more.
+/// Frees an answer and gives its bucket back to the daemon; NULL is fine. No pointer into it may be used any more.
 #[unsafe(no_mangle)]
-pub extern "C" fn shatter_broken_release(broken: Option<Box<Broken>>) {
+pub extern "C" fn shatter_broken_free(broken: Option<Box<Broken>>) {
     end(broken);
 }

@@ -13,8 +13,8 @@ pub struct Facts {
     pub name: [c_char; 72],
     /// Name of its material.
     pub material: [c_char; 40],
-    /// 1: it can be struck. 0: `refusal` says why not, and everything else but the name is zero.
-    pub ready: u32,
+    /// Whether it can be struck. If not, `refusal` says why, and everything else but the name is zero.
+    pub ready: bool,
     /// Bodies (components).
     pub bodies: u32,
     /// Cap on the degree.
@@ -64,7 +64,7 @@ impl From<&ObjectFacts> for Facts {
         Self {
             name: text(&facts.name),
             material: text(&facts.material),
-            ready: u32::from(facts.ready),
+            ready: facts.ready,
             bodies: facts.bodies,
             degree_max: facts.degree_max,
             generation: facts.generation,
@@ -96,8 +96,8 @@ impl From<&ObjectFacts> for Facts {
 pub struct Status {
     /// Process id of the daemon.
     pub pid: u32,
-    /// 1 while the daemon is ending.
-    pub ending: u32,
+    /// Whether the daemon is ending.
+    pub ending: bool,
     /// Objects ready.
     pub objects_ready: u32,
     /// Objects that could not be loaded.
@@ -156,7 +156,7 @@ impl From<&StatusRow> for Status {
     fn from(row: &StatusRow) -> Self {
         Self {
             pid: row.pid,
-            ending: row.ending,
+            ending: row.ending != 0,
             objects_ready: row.objects_ready,
             objects_failed: row.objects_failed,
             threads: row.threads,

@@ -149,6 +149,7 @@ fn unfit(error: &ContactError) -> Failure {
         ContactError::Poisson(_) => "poisson",
         ContactError::NoMass => "mass_kg",
         ContactError::NoPoint(..) => "radius_m",
+        _ => "contact",
     };
     wrong(at, error.to_string())
 }

@@ -72,8 +72,8 @@ pub struct Impact {
     pub from_handle: u64,
     /// That fragment; 0 without a handle.
     pub from_fragment: u32,
-    /// 1: the service keeps the answer for a while, so that its fragments can be struck. 0: it does not.
-    pub keep: u32,
+    /// Whether the service keeps the answer for a while, so that its fragments can be struck.
+    pub keep: bool,
     /// Zero.
     pub reserved: [u64; 8],
 }
@@ -353,11 +353,7 @@ impl Impact {
             }
             (handle, fragment) => impact.from(handle, fragment),
         };
-        match self.keep {
-            0 => Ok(impact),
-            1 => Ok(impact.keep()),
-            other => Err(wrong("impact.keep", format!("keep must be 0 or 1, not {other}"))),
-        }
+        Ok(if self.keep { impact.keep() } else { impact })
     }
 }
 

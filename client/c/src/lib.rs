@@ -20,7 +20,7 @@ mod ticket;
 pub use answer::{Bond, Counter, Debris, Fragment, Hash, Hit, Hull, Look, NONE, Run, Skin, SkinVertex, Summary};
 pub use broken::{
     Broken, Content, shatter_broken_bonds, shatter_broken_debris, shatter_broken_effects, shatter_broken_fragment,
-    shatter_broken_hash, shatter_broken_hull, shatter_broken_is_closed, shatter_broken_release, shatter_broken_run,
+    shatter_broken_free, shatter_broken_hash, shatter_broken_hull, shatter_broken_is_closed, shatter_broken_run,
     shatter_broken_skin, shatter_broken_stages, shatter_broken_summary, shatter_broken_write_glb,
 };
 pub use code::{Code, Fault};

@@ -23,7 +23,7 @@ pub extern "C" fn shatter_object_facts(
     })
 }
 
-/// Sends a strike and returns at once: the answer is fetched from the ticket. `ticket` is NULL afterwards where it failed. End it with
+/// Sends a strike and returns at once: the answer is fetched from the ticket. `ticket` is NULL afterwards where it failed. Free it with
 /// `shatter_ticket_free`. The first strike after the daemon was lost connects to its successor, which takes some milliseconds.
 ///
 /// Codes: whatever the daemon would refuse in the impact's own fields; `busy` if the connection has too many strikes under way;
@@ -115,7 +115,7 @@ pub extern "C" fn shatter_object_even(
     })
 }
 
-/// Gives an object back; NULL is fine. Its tickets and answers live on.
+/// Frees an object; NULL is fine. Its tickets and answers live on.
 #[unsafe(no_mangle)]
 pub extern "C" fn shatter_object_free(object: Option<Box<Object>>) {
     end(object);

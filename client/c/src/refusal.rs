@@ -12,8 +12,8 @@ pub struct Refusal {
     pub code: Code,
     /// Whose fault it is.
     pub fault: Fault,
-    /// 1 if the same call may succeed a little later.
-    pub retry: u32,
+    /// Whether the same call may succeed a little later.
+    pub retry: bool,
     /// Zero.
     pub reserved: u32,
     /// When it is likely to find room, ms from now; 0: not known.
@@ -33,7 +33,7 @@ impl Refusal {
     }
 
     pub(crate) fn of(code: Code, fault: Fault, name: &str, at: &str, message: &str) -> Self {
-        let (retry, reserved, retry_after_ms) = (0, 0, 0.0);
+        let (retry, reserved, retry_after_ms) = (false, 0, 0.0);
         Self { code, fault, retry, reserved, retry_after_ms, name: text(name), at: text(at), message: text(message) }
     }
 }
@@ -42,7 +42,7 @@ impl From<&shatter_client::Error> for Refusal {
     fn from(refusal: &shatter_client::Error) -> Self {
         let kind = refusal.kind;
         Self {
-            retry: u32::from(kind.retry()),
+            retry: kind.retry(),
             retry_after_ms: refusal.retry_after.map_or(0.0, |wait| 1e3 * wait.as_secs_f64()),
             ..Self::of(kind.into(), kind.fault().into(), kind.name(), &refusal.at, &refusal.message)
         }
@@ -84,9 +84,9 @@ mod tests {
     fn refusals_keep_what_they_say() {
         let busy = shatter_client::Error::new(ErrorKind::Busy, "queue", "full").after(Duration::from_micros(1500));
         let busy = Refusal::from(&busy);
-        assert_eq!((busy.code, busy.fault, busy.retry, busy.retry_after_ms), (Code::Busy, Fault::Service, 1, 1.5));
+        assert_eq!((busy.code, busy.fault, busy.retry, busy.retry_after_ms), (Code::Busy, Fault::Service, true, 1.5));
         assert_eq!([shown(&busy.name), shown(&busy.at), shown(&busy.message)], ["busy", "queue", "full"]);
         let absent = Refusal::from(&shatter_client::Error::new(ErrorKind::Gamma, "", ""));
-        assert_eq!((absent.retry, absent.retry_after_ms, absent.fault), (0, 0.0, Fault::Caller));
+        assert_eq!((absent.retry, absent.retry_after_ms, absent.fault), (false, 0.0, Fault::Caller));
     }
 }

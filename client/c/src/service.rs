@@ -9,7 +9,7 @@ use std::ffi::c_char;
 use std::mem::MaybeUninit;
 
 /// Version of this interface; what a struct or function means changes only with it.
-pub const VERSION: u32 = 2;
+pub const VERSION: u32 = 3;
 
 /// A connection to a service. It outlives the daemon: what was under way when a daemon went away ends with `SHATTER_CODE_LOST`, what
 /// comes next goes to the daemon that then serves. Any number of threads may use it at a time.
@@ -86,7 +86,7 @@ fn opened(
     Ok(())
 }
 
-/// Gives a connection back; NULL is fine. Objects, tickets and answers that came from it live on by themselves.
+/// Frees a connection; NULL is fine. Objects, tickets and answers that came from it live on by themselves.
 #[unsafe(no_mangle)]
 pub extern "C" fn shatter_service_free(service: Option<Box<Service>>) {
     end(service);

@@ -37,10 +37,10 @@ pub struct Progress {
 }
 
 /// Looks for the answer; never blocks. Once a frame is often enough. Returns `SHATTER_CODE_OK` with `broken` NULL while there is none;
-/// with an answer, which is handed out once: give it back with `shatter_broken_release`.
+/// with an answer, which is handed out once: free it with `shatter_broken_free`.
 ///
 /// Codes: the refusal of the service; `lost` if the daemon went away; `bad_answer` if the answer fails the checks. After an answer or
-/// an error the ticket is spent (`cancelled`), except after `busy` at `answers`: release answers that you hold, and poll again.
+/// an error the ticket is spent (`cancelled`), except after `busy` at `answers`: free answers that you hold, and poll again.
 #[unsafe(no_mangle)]
 pub extern "C" fn shatter_ticket_poll(
     ticket: Option<&mut Ticket>,
@@ -88,7 +88,7 @@ pub extern "C" fn shatter_ticket_progress(
     })
 }
 
-/// Ends a ticket, and cancels its strike if that is still under way; NULL is fine.
+/// Frees a ticket and cancels its strike if that is still under way; NULL is fine.
 #[unsafe(no_mangle)]
 pub extern "C" fn shatter_ticket_free(ticket: Option<Box<Ticket>>) {
     end(ticket);
@@ -100,6 +100,7 @@ impl From<shatter_client::Progress> for Progress {
             shatter_client::Progress::Waiting => (State::Waiting, "", 0),
             shatter_client::Progress::Computing { stage, age } => (State::Computing, stage, age.as_nanos() as u64),
             shatter_client::Progress::Ended => (State::Ended, "", 0),
+            _ => (State::Computing, "", 0),
         };
         Self { state, reserved: 0, age_ns, stage: text(stage) }
     }

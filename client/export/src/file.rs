@@ -10,6 +10,9 @@ use std::path::{Path, PathBuf};
 const FILE_MODE: u32 = 0o666;
 
 /// Writes `fragments` to `path`. On failure the folder is as it was.
+///
+/// # Errors
+/// [`ExportError`] by the figure that makes no valid file, or by the file that cannot be written.
 pub fn write_glb(path: &Path, fragments: &[FragmentView<'_>]) -> Result<WriteReport, ExportError> {
     let (bytes, written) = glb_bytes(fragments)?;
     write_whole(path, &bytes)?;
@@ -32,6 +35,9 @@ pub(super) fn target(path: &Path) -> Result<PathBuf, ExportError> {
 
 /// Writes `bytes` to `path`, replacing a file of that name; a reader sees the old file or the new one, never a part. Its folder is
 /// made if it is not there, with those above it.
+///
+/// # Errors
+/// The folder or the file cannot be written.
 pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), ExportError> {
     let path = &target(path)?;
     let folder = match path.parent() {

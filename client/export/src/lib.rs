@@ -120,6 +120,7 @@ pub struct WriteReport {
 
 /// Why no file was written.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum ExportError {
     /// The list is empty: the object stayed whole.
     #[error("there is no fragment to write")]
@@ -214,6 +215,9 @@ pub enum ExportError {
 }
 
 /// The bytes of a `.glb` file with these fragments, and what they hold.
+///
+/// # Errors
+/// [`ExportError`] by the figure that makes no valid file.
 pub fn glb_bytes(fragments: &[FragmentView<'_>]) -> Result<(Vec<u8>, WriteReport), ExportError> {
     check::all(fragments)?;
     let document = document::build(fragments)?;

@@ -16,6 +16,9 @@ const TABLE: &str = "fragments.json";
 /// Writes the fragments into `folder`, which is made if it is not there. Each file appears whole or not at all, the table
 /// `fragments.json` last. Files of those names are replaced; pieces that the table there before names and the new one does not are
 /// removed; all others stay.
+///
+/// # Errors
+/// [`ExportError`] by the figure that makes no valid file, or by the file that cannot be written.
 pub fn write_obj(folder: &Path, object: &ObjectView<'_>) -> Result<WriteReport, ExportError> {
     check::object(object)?;
     let made = std::fs::create_dir_all(folder);

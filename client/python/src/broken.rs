@@ -2,9 +2,9 @@
 
 use crate::array::rows;
 use crate::fragment::Fragment;
-use crate::refusal::raised;
+use crate::refusal::{raised, wrong};
 use numpy::PyArray2;
-use pyo3::exceptions::{PyBufferError, PyIndexError, PyValueError};
+use pyo3::exceptions::{PyBufferError, PyIndexError};
 use pyo3::prelude::*;
 use pyo3::types::{PyIterator, PyTuple};
 use shatter_client::ErrorKind;
@@ -32,7 +32,7 @@ impl Broken {
 
     fn held(&self) -> PyResult<Arc<Held>> {
         let place = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        place.clone().ok_or_else(|| PyValueError::new_err("the answer was released"))
+        place.clone().ok_or_else(|| wrong("the answer was released"))
     }
 
     fn write(

@@ -1,6 +1,6 @@
 //! Durations and radii of collisions, by Hertz theory.
 
-use pyo3::exceptions::PyValueError;
+use crate::refusal::wrong;
 use pyo3::prelude::*;
 use shatter_export::contact::{self, ContactBody, ElasticMaterial};
 
@@ -34,6 +34,6 @@ pub fn hertz(one: Body, other: Body, speed_m_s: f64, impulse_ns: Option<f64>) ->
         None => contact::HertzContact::of(&one, &other, speed_m_s),
     };
     let contact::HertzContact { approach_m, radius_m, force_n, duration_s } =
-        found.map_err(|error| PyValueError::new_err(error.to_string()))?;
+        found.map_err(|error| wrong(error.to_string()))?;
     Ok(Hertz { approach_m, radius_m, force_n, duration_s })
 }

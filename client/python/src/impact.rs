@@ -1,7 +1,6 @@
 //! What strikes an object, from keywords.
 
-use crate::refusal::raised;
-use pyo3::exceptions::PyValueError;
+use crate::refusal::{raised, wrong};
 use pyo3::prelude::*;
 use shatter_client::{Effect, ElasticSource, Impact, Lift, Quality};
 use shatter_proto::name::nearest;
@@ -44,7 +43,7 @@ pub fn at<'a>(mut contacts: impl Iterator<Item = &'a Contact>) -> PyResult<Impac
         let impact = contact.duration_s.map_or(impact.clone(), |duration_s| impact.duration(duration_s));
         contact.radius.map_or(impact.clone(), |radius| impact.radius(radius))
     };
-    let first = contacts.next().ok_or_else(|| PyValueError::new_err("a strike takes at least one Contact"))?;
+    let first = contacts.next().ok_or_else(|| wrong("a strike takes at least one Contact"))?;
     let impact = describe(Impact::at(first.point), first);
     Ok(contacts.fold(impact, |impact, contact| describe(impact.and_at(contact.point), contact)))
 }
@@ -119,7 +118,7 @@ impl Wish<'_> {
 fn source(name: &str) -> PyResult<shatter_client::DegreeRule> {
     use shatter_client::DegreeRule::{ClosedForm, Inferred, Optimised, Verified};
     let rules = [("closed_form", ClosedForm), ("inferred", Inferred), ("verified", Verified), ("optimised", Optimised)];
-    let number = |error| PyValueError::new_err(format!("{error}; or pass a number from 1 to 2³² − 1"));
+    let number = |error| wrong(format!("{error}; or pass a number from 1 to 2³² − 1"));
     one_of("degree", name, &rules).map_err(number)
 }
 
@@ -138,7 +137,7 @@ fn elastic(name: &str) -> PyResult<ElasticSource> {
 }
 
 fn named<T: Copy>(key: &str, name: &str, choices: &[(&str, T)]) -> PyResult<T> {
-    one_of(key, name, choices).map_err(PyValueError::new_err)
+    one_of(key, name, choices).map_err(wrong)
 }
 
 /// The choice of that name; the error lists all names, and the nearest.

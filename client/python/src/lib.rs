@@ -11,7 +11,7 @@ mod service;
 mod ticket;
 
 use pyo3::prelude::*;
-use refusal::Refusal;
+use refusal::{Refusal, ShatterError};
 use service::Service;
 use shatter_client::{Convention, default_service};
 
@@ -44,6 +44,8 @@ fn wait_for(py: Python<'_>, name: Option<&str>, timeout_s: f64, convention: &str
 
 #[pymodule]
 fn _shatter(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add("ShatterError", module.py().get_type::<ShatterError>())?;
+    module.add("ArgumentError", refusal::argument_error(module.py())?)?;
     module.add("Refusal", module.py().get_type::<Refusal>())?;
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add_function(wrap_pyfunction!(connect, module)?)?;

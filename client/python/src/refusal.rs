@@ -1,9 +1,40 @@
-//! Refusals as an exception.
+//! The exceptions of the module.
 
-use pyo3::exceptions::PyException;
+use pyo3::exceptions::{PyException, PyValueError};
 use pyo3::prelude::*;
+use pyo3::sync::PyOnceLock;
+use pyo3::types::{PyDict, PyType};
 
-pyo3::create_exception!(shatter, Refusal, PyException, "Why something was not done.");
+pyo3::create_exception!(shatter, ShatterError, PyException, "Base class of the exceptions of this module.");
+pyo3::create_exception!(shatter, Refusal, ShatterError, "Why something was not done.");
+
+/// The class `ArgumentError`. It has two bases, and `create_exception!` takes one.
+static ARGUMENT_ERROR: PyOnceLock<Py<PyType>> = PyOnceLock::new();
+
+/// The class of the exceptions that [`wrong`] makes.
+///
+/// # Errors
+/// Python has no memory for the class.
+pub fn argument_error(py: Python<'_>) -> PyResult<&Bound<'_, PyType>> {
+    let class = ARGUMENT_ERROR.get_or_try_init(py, || {
+        let bases = (py.get_type::<ShatterError>(), py.get_type::<PyValueError>());
+        let members = PyDict::new(py);
+        members.set_item("__module__", "shatter")?;
+        members.set_item("__doc__", "An argument cannot be used.")?;
+        let class = py.get_type::<PyType>().call1(("ArgumentError", bases, members))?;
+        Ok::<_, PyErr>(class.cast_into::<PyType>()?.unbind())
+    })?;
+    Ok(class.bind(py))
+}
+
+/// The exception for an argument that cannot be used.
+pub fn wrong(message: impl Into<String>) -> PyErr {
+    let message = message.into();
+    Python::attach(|py| match argument_error(py) {
+        Ok(class) => PyErr::from_type(class.clone(), message),
+        Err(error) => error,
+    })
+}
 
 /// The exception that `refusal` is, with its rule, offender, fault and advice as attributes.
 pub fn raised(refusal: shatter_client::Error) -> PyErr {

@@ -2,11 +2,10 @@
 
 use crate::broken::Hit;
 use crate::impact::{self, Contact, Wish};
-use crate::refusal::raised;
+use crate::refusal::{raised, wrong};
 use crate::ticket::Ticket;
-use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use shatter_client::{Client, Convention, Deadline, ErrorKind, Impact, ObjectFacts, Ray, SEED_DEFAULT};
+use shatter_client::{Client, Convention, Deadline, Error, ErrorKind, Impact, ObjectFacts, Ray, SEED_DEFAULT};
 use std::time::{Duration, Instant};
 
 // Signatures show literals in `help()`, but not constants.
@@ -17,7 +16,7 @@ const SLICE: Duration = Duration::from_millis(50);
 
 /// Seconds that are a time.
 pub fn timeout(seconds: f64) -> PyResult<Duration> {
-    Duration::try_from_secs_f64(seconds).map_err(|error| PyValueError::new_err(format!("{seconds} s: {error}")))
+    Duration::try_from_secs_f64(seconds).map_err(|error| wrong(format!("{seconds} s: {error}")))
 }
 
 /// Asks in slices until there is an answer or a refusal that is not `pending`, or until `timeout` is over; other threads of Python run
@@ -246,7 +245,7 @@ impl Object {
         let aim = fragment.map_or(aim.clone(), |(handle, fragment)| aim.from(handle, fragment));
         let ticket = self.0.strike(&aim).map(Ticket::new).map_err(raised)?;
         let hit = ticket.wait(py, timeout_s)?.hit()?;
-        hit.ok_or_else(|| PyValueError::new_err("the service sent no hit for a ray"))
+        hit.ok_or_else(|| raised(Error::new(ErrorKind::BadAnswer, "hit", "the service sent no hit for a ray")))
     }
 
     /// Divides the whole object into even pieces without an impact; asks where bodies are first, if there are several.

@@ -29,7 +29,7 @@ impl Ticket {
 #[pymethods]
 impl Ticket {
     /// Waits for the answer; Ctrl-C ends it. On ``late`` the ticket is still good.
-    #[pyo3(signature = (timeout_s = 60.0))]
+    #[pyo3(signature = (*, timeout_s = 60.0))]
     pub fn wait(&self, py: Python<'_>, timeout_s: f64) -> PyResult<Broken> {
         let timeout = timeout(timeout_s)?;
         // The service may say `late`, too, of the strike.
@@ -51,8 +51,8 @@ impl Ticket {
         let progress = py.detach(|| self.with(|ticket| Ok(ticket.progress()))).map_err(raised)?;
         Ok(match progress {
             Progress::Waiting => "waiting",
-            Progress::Computing { .. } => "computing",
             Progress::Ended => "ended",
+            _ => "computing",
         })
     }
 

@@ -178,7 +178,24 @@ def test_refusals_name_their_rule(body, strike, kind):
     assert error.kind == kind and error.fault == "caller" and not error.retry and str(error)
 
 
-def test_wrong_arguments_are_pythons_own_errors(body, service):
+def test_all_errors_have_one_base(body):
+    assert issubclass(shatter.ShatterError, Exception)
+    for error in [shatter.Refusal, shatter.ArgumentError]:
+        assert issubclass(error, shatter.ShatterError) and error.__module__ == "shatter"
+    with pytest.raises(shatter.ShatterError) as refused:
+        shatter.connect("nobody-here")
+    assert type(refused.value) is shatter.Refusal
+    with pytest.raises(shatter.ShatterError) as wrong:
+        body.strike(blow(body), quality="fine")
+    assert type(wrong.value) is shatter.ArgumentError and isinstance(wrong.value, ValueError)
+
+
+def test_options_have_names(body):
+    with pytest.raises(TypeError):
+        body.strike(blow(body)).wait(60.0)
+
+
+def test_wrong_arguments_are_named(body, service):
     for wrong in [(1.0, 2.0), "abc", None, (1.0, 2.0, "x")]:
         with pytest.raises((TypeError, ValueError)):
             shatter.Contact(wrong, (1, 0, 0))

@@ -35,7 +35,7 @@ fn panics_stay_inside() {
     // SAFETY: written by `border`, whatever happens.
     let refusal = unsafe { refusal.assume_init() };
     assert_eq!(refusal.message, crate::refusal::text("fell over 7"));
-    assert_eq!((refusal.fault, refusal.retry), (Fault::Service, 0));
+    assert_eq!((refusal.fault, refusal.retry), (Fault::Service, false));
     assert_eq!(border(None, || panic!("plain")), Code::Panicked);
     assert_eq!(border(None, || std::panic::panic_any(3)), Code::Panicked);
     struct Falls;

@@ -74,7 +74,7 @@ fn every_field_reaches_the_client() {
     check(Impact { deadline_ms: 16.5, ..zero(1) }, say().deadline(Duration::from_micros(16_500)));
     check(Impact { seed: 3, ..zero(1) }, say().seed(3));
     check(Impact { from_handle: 4, from_fragment: 2, ..zero(1) }, say().from(4, 2));
-    check(Impact { keep: 1, ..zero(1) }, say().keep());
+    check(Impact { keep: true, ..zero(1) }, say().keep());
 }
 
 #[test]
@@ -124,7 +124,6 @@ fn what_cannot_be_is_refused_by_name() {
     for wrong in [
         Impact { contacts: std::ptr::null(), ..zero(1) },
         Impact { contacts: CONTACTS.as_ptr().cast::<u8>().wrapping_add(1).cast(), ..zero(1) },
-        Impact { keep: 2, ..zero(1) },
         Impact { deadline_ms: -1.0, ..zero(1) },
         Impact { deadline_ms: f64::NAN, ..zero(1) },
         Impact { deadline_ms: f64::INFINITY, ..zero(1) },

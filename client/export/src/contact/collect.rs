@@ -9,6 +9,7 @@ const TOUCHES_MAX: usize = 16 * CONTACTS_MAX;
 
 /// When contacts of a body become a strike.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[must_use = "a policy does nothing until a collector watches a body by it"]
 pub struct ContactPolicy {
     own: ContactBody,
     merge_m: f64,

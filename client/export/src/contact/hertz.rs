@@ -49,6 +49,7 @@ impl ContactBody {
 
 /// Why a contact has no duration and radius.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum ContactError {
     /// A Young's modulus or mass that is not positive, or a speed that is not positive and finite.
     #[error("{key}: {value} is not positive")]

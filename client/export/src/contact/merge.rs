@@ -112,7 +112,8 @@ impl ContactGroup {
 
     /// The contact of a strike that it is for `own`; `None` where its impulses cancel.
     ///
-    /// Errors: theory has no result for it.
+    /// # Errors
+    /// Theory has no result for it.
     fn blow(&self, own: &ContactBody) -> Result<Option<MergedContact>, ContactError> {
         let impulse_ns = self.impulse.norm();
         if impulse_ns == 0.0 {
@@ -127,7 +128,8 @@ impl ContactGroup {
 /// Contacts of a strike of `own`: the nearest two become one for as long as they are nearer than `merge_m`, or there are too many
 /// ([`CONTACTS_MAX`]). Strongest first; the same for any order of `groups`, but for the last bits.
 ///
-/// Errors: more than [`LOSS_MAX`] of the impulse would be lost.
+/// # Errors
+/// More than [`LOSS_MAX`] of the impulse would be lost.
 pub(super) fn merged(
     mut groups: Vec<ContactGroup>,
     own: &ContactBody,

@@ -27,6 +27,9 @@ pub struct MjcfModel {
 }
 
 /// The model of `object`, whose meshes are to lie in the folder `meshes` beside the document.
+///
+/// # Errors
+/// [`ExportError`] by the figure that makes no valid model.
 pub fn mjcf(object: &ObjectView<'_>, meshes: &str) -> Result<MjcfModel, ExportError> {
     check::object(object)?;
     let name = |id: u32| fragment_name(id, object.fragments.len());
@@ -43,6 +46,9 @@ pub fn mjcf(object: &ObjectView<'_>, meshes: &str) -> Result<MjcfModel, ExportEr
 /// Writes the model of `object` to `path`, and its meshes into the folder `STEM_assets` beside it, which is made if it is not there.
 /// Each file appears whole or not at all, the document last. Files of the same names are replaced; meshes that the model there before names
 /// and the new one does not are removed; all others stay.
+///
+/// # Errors
+/// As of [`mjcf`], and the file that cannot be written.
 pub fn write_mjcf(path: &Path, object: &ObjectView<'_>) -> Result<WriteReport, ExportError> {
     let stem = path.file_stem().unwrap_or(OsStr::new("object")).to_string_lossy();
     let meshes = format!("{stem}_assets");

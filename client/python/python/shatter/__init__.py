@@ -11,11 +11,13 @@
     broken.write_glb("broken.glb")
 
 Meters, kilograms, seconds; right-handed, +Y up, counter-clockwise seen from outside, unless the connection says otherwise
-(``convention``). What is refused raises :class:`Refusal`. Any number of threads may use anything of it at a time. A process that forks
+(``convention``). The exceptions of this module derive from :class:`ShatterError`: :class:`Refusal` says what was refused,
+:class:`ArgumentError` which argument cannot be used. Any number of threads may use anything of it at a time. A process that forks
 connects anew in the child.
 """
 
 from ._shatter import (
+    ArgumentError,
     Bond,
     Broken,
     Contact,
@@ -29,6 +31,7 @@ from ._shatter import (
     Refusal,
     Run,
     Service,
+    ShatterError,
     Skin,
     Status,
     Summary,
@@ -40,6 +43,7 @@ from ._shatter import (
 )
 
 __all__ = [
+    "ArgumentError",
     "Bond",
     "Broken",
     "Contact",
@@ -53,6 +57,7 @@ __all__ = [
     "Refusal",
     "Run",
     "Service",
+    "ShatterError",
     "Skin",
     "Status",
     "Summary",

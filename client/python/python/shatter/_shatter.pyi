@@ -15,6 +15,7 @@ _Vector = tuple[float, float, float] | Sequence[float] | NDArray[np.float64]
 _Body = tuple[float, float, float, float]
 
 __all__ = [
+    "ArgumentError",
     "Bond",
     "Broken",
     "Contact",
@@ -28,6 +29,7 @@ __all__ = [
     "Refusal",
     "Run",
     "Service",
+    "ShatterError",
     "Skin",
     "Status",
     "Summary",
@@ -39,7 +41,13 @@ __all__ = [
 ]
 __version__: str
 
-class Refusal(Exception):
+class ShatterError(Exception):
+    """Base class of the exceptions of this module."""
+
+class ArgumentError(ShatterError, ValueError):
+    """An argument cannot be used."""
+
+class Refusal(ShatterError):
     """Why something was not done. The message is one sentence for people."""
 
     kind: str
@@ -254,7 +262,7 @@ class Object:
 class Ticket:
     """A strike under way. It is cancelled when nobody has it any more."""
 
-    def wait(self, timeout_s: float = 60.0) -> Broken:
+    def wait(self, *, timeout_s: float = 60.0) -> Broken:
         """Waits for the answer; Ctrl-C ends it. On ``late`` the ticket is still good."""
 
     def poll(self) -> Broken | None:
