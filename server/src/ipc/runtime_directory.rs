@@ -276,7 +276,7 @@ mod tests {
         assert_eq!((refusal.kind, refusal.at.as_str()), (ErrorKind::SecondDaemon, "home"));
         assert!(refusal.message.contains(&std::process::id().to_string()), "{refusal}");
         drop(home);
-        assert!(RuntimeDirectory::take(&place).is_ok());
+        RuntimeDirectory::take(&place).unwrap().close().unwrap();
     }
 
     #[test]
@@ -294,6 +294,7 @@ mod tests {
         assert_eq!([past(true), past(false), past(true), past(true)], [(0, 0), (1, 0), (2, 1), (3, 1)]);
         fs::write(place.past(), "not a past").unwrap();
         assert_eq!(past(true), (1, 0));
+        RuntimeDirectory::take(&place).unwrap().close().unwrap();
     }
 
     #[test]
@@ -340,7 +341,9 @@ mod tests {
             })
             .collect();
         assert!(names[0] != names[1] && names[1] != names[2]);
-        assert_eq!(listed(&place).iter().map(|instance| &instance.token).collect::<Vec<_>>(), [&names[2]]);
+        let left = listed(&place);
+        assert_eq!(left.iter().map(|instance| &instance.token).collect::<Vec<_>>(), [&names[2]]);
+        assert!(left.iter().all(remove_unused));
         fs::write(place.instances(), "no list").unwrap();
         assert!(listed(&place).is_empty() && RuntimeDirectory::take(&place).unwrap().close().is_ok());
     }
