@@ -221,7 +221,7 @@ pub struct StatusRow {
     pub buckets_used_max: u64,
     /// Bytes of shared memory that the buckets take up.
     pub buckets_bytes: u64,
-    /// Daemons that this service has had before this one since its runtime folder was made.
+    /// Daemons that served under this name before this one since its runtime folder was made; failed starts do not count.
     pub restarts: u64,
     /// Of the restarts, those after a daemon that was killed or crashed.
     pub crashes: u64,

@@ -81,7 +81,7 @@ const GAUGES: &[(&str, &str, Option<Unit>, GaugeReading)] = &[
     ("pool_buckets_unread", "Answers that their clients have not read yet", None, |row| row.unread),
     ("pool_buckets_used_max", "Most buckets that were held at once", None, |row| row.buckets_used_max),
     ("pool", "Shared memory that the buckets take up", Some(Unit::Bytes), |row| row.buckets_bytes),
-    ("restarts", "Daemons that this service has had before this one", None, |row| row.restarts),
+    ("restarts", "Daemons that served under this name before this one", None, |row| row.restarts),
     ("crashes", "Of these, those that ended without a goodbye", None, |row| row.crashes),
     ("ending", "1 while the daemon is ending", None, |row| row.ending.into()),
     ("uptime", "Time since the daemon started", Some(Unit::Seconds), |row| row.uptime_ns / 1_000_000_000),

@@ -23,7 +23,8 @@ use std::time::Duration;
 const LOCK_TRIES: u32 = 100;
 const LOCK_PAUSE: Duration = Duration::from_millis(10);
 
-/// The daemons that a service has had before the one that runs. The file lies in the runtime folder, and goes with it.
+/// The daemons that served under a name before the one that runs; a start that failed does not count. The file lies in the runtime
+/// folder, and goes with it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct RestartHistory {
@@ -34,15 +35,22 @@ pub struct RestartHistory {
 }
 
 impl RestartHistory {
-    /// The past of a daemon that begins now.
+    /// The history that the last daemon wrote when it began to serve; empty if there is none or it cannot be read.
     fn read(place: &ServicePaths) -> Self {
-        let Ok(text) = fs::read(place.past()) else { return Self::default() };
-        let past: Self = serde_json::from_slice(&text).unwrap_or_default();
-        let crashed = u64::from(place.hello().exists());
-        Self { restarts: past.restarts.saturating_add(1), crashes: past.crashes.saturating_add(crashed) }
+        fs::read(place.past()).ok().and_then(|text| serde_json::from_slice(&text).ok()).unwrap_or_default()
     }
 
-    /// Kept for the next daemon. A past that cannot be written is lost, no more.
+    /// One more crash.
+    fn with_crash(self) -> Self {
+        Self { crashes: self.crashes.saturating_add(1), ..self }
+    }
+
+    /// One more daemon that serves.
+    fn with_restart(self) -> Self {
+        Self { restarts: self.restarts.saturating_add(1), ..self }
+    }
+
+    /// Keeps it for the next daemon. A history that cannot be written is lost, no more.
     fn write(self, place: &ServicePaths, runtime: &PrivateFolder) {
         let written = serde_json::to_vec(&self).map(|json| write(runtime, &place.past(), &json));
         if !matches!(written, Ok(Ok(()))) {
@@ -74,8 +82,12 @@ impl RuntimeDirectory {
         let runtime = PrivateFolder::open(&place.folder, place.uid)?;
         let instance = Instance::random(place)?;
         let lock = lock(place, &instance)?;
-        let past = RestartHistory::read(place);
-        past.write(place, &runtime);
+        let mut past = RestartHistory::read(place);
+        if place.hello().exists() {
+            // Written now: should this start fail, the next one finds no hello.
+            past = past.with_crash();
+            past.write(place, &runtime);
+        }
         // A stale hello would invite clients before there is anything to connect to.
         let _ = fs::remove_file(place.hello());
         let earlier = listed(place);
@@ -105,10 +117,12 @@ impl RuntimeDirectory {
         self.past
     }
 
-    /// Tells clients that the daemon serves, what it speaks, and where.
+    /// Tells clients that the daemon serves, what it speaks, and where. The first time counts the daemon for the next one's history.
     pub fn announce(&self) -> Result<(), Error> {
         let hello = DaemonInfo::ours(std::process::id(), &self.instance.token).to_json();
-        self.is_announced.store(true, Ordering::Relaxed);
+        if !self.is_announced.swap(true, Ordering::Relaxed) {
+            self.past.with_restart().write(&self.place, &self.runtime);
+        }
         write(&self.runtime, &self.place.hello(), hello.as_bytes())
     }
 
@@ -276,7 +290,7 @@ mod tests {
         assert_eq!((refusal.kind, refusal.at.as_str()), (ErrorKind::SecondDaemon, "home"));
         assert!(refusal.message.contains(&std::process::id().to_string()), "{refusal}");
         drop(home);
-        assert!(RuntimeDirectory::take(&place).is_ok());
+        RuntimeDirectory::take(&place).unwrap().close().unwrap();
     }
 
     #[test]
@@ -293,7 +307,26 @@ mod tests {
         };
         assert_eq!([past(true), past(false), past(true), past(true)], [(0, 0), (1, 0), (2, 1), (3, 1)]);
         fs::write(place.past(), "not a past").unwrap();
-        assert_eq!(past(true), (1, 0));
+        assert_eq!(past(true), (0, 0));
+        RuntimeDirectory::take(&place).unwrap().close().unwrap();
+    }
+
+    #[test]
+    fn a_start_that_fails_is_no_restart_and_hides_no_crash() {
+        let root = tempfile::tempdir().unwrap();
+        let place = place(root.path());
+        let start = || RuntimeDirectory::take(&place).unwrap();
+        start().close().unwrap();
+        let served = start();
+        served.announce().unwrap();
+        assert_eq!(served.past(), RestartHistory { restarts: 0, crashes: 0 });
+        // As if it were killed.
+        drop(served);
+        for _ in 0..2 {
+            let failed = start();
+            assert_eq!(failed.past(), RestartHistory { restarts: 1, crashes: 1 });
+            failed.close().unwrap();
+        }
     }
 
     #[test]
@@ -340,7 +373,9 @@ mod tests {
             })
             .collect();
         assert!(names[0] != names[1] && names[1] != names[2]);
-        assert_eq!(listed(&place).iter().map(|instance| &instance.token).collect::<Vec<_>>(), [&names[2]]);
+        let left = listed(&place);
+        assert_eq!(left.iter().map(|instance| &instance.token).collect::<Vec<_>>(), [&names[2]]);
+        assert!(left.iter().all(remove_unused));
         fs::write(place.instances(), "no list").unwrap();
         assert!(listed(&place).is_empty() && RuntimeDirectory::take(&place).unwrap().close().is_ok());
     }

@@ -13,6 +13,7 @@ use shatter_fracture::pipeline::Preset;
 use shatter_fracture::surface::shapes::write_obj;
 use shatter_fracture::surface::{self, LengthUnit, UpAxis};
 use shatter_server::commands::{CommandError, output};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -25,7 +26,7 @@ pub struct StudyArgs {
 
 #[derive(clap::Subcommand)]
 enum Study {
-    /// Runs the catalogue of hard cases and bad meshes, and writes a table and a page.
+    /// Runs the catalogue of hard cases and bad meshes, and writes a table and a page. Takes several minutes.
     Stability(Stability),
     /// Bakes and strikes the objects of the shipped scenes, with the scene's effects and with all, draws what each costs, and every
     /// effect, off and on.
@@ -253,14 +254,19 @@ fn effects(args: &Effects) -> Result<(), CommandError> {
 }
 
 fn stability(args: &Stability) -> Result<bool, CommandError> {
-    let (mut rows, real_portraits) = rows(args);
+    let files = real_files(args);
+    let mut progress = StudyProgress::new(CASES.len() + files.len() + FURTHER_PARTS);
+    let (mut rows, real_portraits) = rows(&files, &mut progress);
     let findings = StabilityFindings {
         real_portraits,
-        locking: found(locking(), "error against Poisson's ratio", &mut rows),
-        necks: found(neck_over_impulses(), "a neck over a range of impulses", &mut rows),
-        neck_portraits: found(neck_portraits(), "pictures of the neck", &mut rows),
-        spoiled: found(spoiled_statues(), "pictures of spoiled statues", &mut rows),
-        mutants: tally(args)?,
+        locking: found(locking, "error against Poisson's ratio", &mut rows, &mut progress),
+        necks: found(neck_over_impulses, "a neck over a range of impulses", &mut rows, &mut progress),
+        neck_portraits: found(neck_portraits, "pictures of the neck", &mut rows, &mut progress),
+        spoiled: found(spoiled_statues, "pictures of spoiled statues", &mut rows, &mut progress),
+        mutants: {
+            progress.next(&format!("{} bad meshes", args.mutants));
+            tally(args)?
+        },
         rows,
     };
     let page = args.out.join("stability.html");
@@ -276,8 +282,14 @@ fn stability(args: &Stability) -> Result<bool, CommandError> {
 }
 
 /// What was found, or nothing and a failed row: one fault must not cost the rest of the study.
-fn found<T>(result: Result<Vec<T>, TrialFault>, name: &str, rows: &mut Vec<CaseRow>) -> Vec<T> {
-    result.unwrap_or_else(|fault| {
+fn found<T>(
+    find: impl FnOnce() -> Result<Vec<T>, TrialFault>,
+    name: &str,
+    rows: &mut Vec<CaseRow>,
+    progress: &mut StudyProgress,
+) -> Vec<T> {
+    progress.next(name);
+    find().unwrap_or_else(|fault| {
         rows.push(CaseRow::failed(name, &fault));
         Vec::new()
     })
@@ -302,28 +314,48 @@ fn bar(length: usize) -> ProgressBar {
     bar
 }
 
+/// Parts of the stability study after the cases and the real meshes.
+const FURTHER_PARTS: usize = 5;
+
+/// Tells on stderr, one line each, which part of a study begins.
+struct StudyProgress {
+    number: usize,
+    total: usize,
+}
+
+impl StudyProgress {
+    fn new(total: usize) -> Self {
+        Self { number: 0, total }
+    }
+
+    /// The next part begins.
+    fn next(&mut self, name: &str) {
+        self.number += 1;
+        // A study whose stderr is closed goes on.
+        let _ = writeln!(std::io::stderr(), "{} of {}: {name}", self.number, self.total);
+    }
+}
+
+/// The real meshes that are there, with their folder.
+fn real_files(args: &Stability) -> Vec<(&Path, &'static str)> {
+    let folder = args.meshes.as_deref();
+    let files = folder.into_iter().flat_map(|folder| REAL.iter().map(move |file| (folder, *file)));
+    files.filter(|(folder, file)| folder.join(file).is_file()).collect()
+}
+
 /// The catalogue, then real meshes with their pictures.
-fn rows(args: &Stability) -> (Vec<CaseRow>, Vec<ReportFigure>) {
-    let files: Vec<(&Path, &str)> = match &args.meshes {
-        Some(folder) => REAL.iter().map(|file| (folder.as_path(), *file)).collect(),
-        None => Vec::new(),
-    };
-    let files: Vec<_> = files.into_iter().filter(|(folder, file)| folder.join(file).is_file()).collect();
-    let bar = bar(CASES.len() + files.len());
+fn rows(files: &[(&Path, &str)], progress: &mut StudyProgress) -> (Vec<CaseRow>, Vec<ReportFigure>) {
     let (mut rows, mut pictures) = (Vec::new(), Vec::new());
     for case in CASES {
-        bar.set_message(case.name);
+        progress.next(case.name);
         rows.push(judge(case));
-        bar.inc(1);
     }
     for (folder, file) in files {
-        bar.set_message(file.to_owned());
+        progress.next(file);
         let (row, picture) = real(folder, file);
         rows.push(row);
         pictures.extend(picture);
-        bar.inc(1);
     }
-    bar.finish_and_clear();
     (rows, pictures)
 }
 

@@ -12,6 +12,7 @@ mod error;
 mod object;
 mod page;
 mod progress;
+mod runtime_folder;
 mod views;
 
 pub use error::DemoError;
@@ -23,6 +24,7 @@ use demo_strike::DemoStrike;
 use energy::SurfaceEnergy;
 use object::DemoTarget;
 use progress::DemoProgress;
+use runtime_folder::RuntimeFolder;
 use shatter_client::{Client, Deadline};
 use shatter_export::write_whole;
 use shatter_server::commands::interrupt;
@@ -67,7 +69,7 @@ pub struct DemoFiles {
     pub reused: bool,
 }
 
-/// Runs the demonstration. The daemon is ended on every way out.
+/// Runs the demonstration. On every way out the daemon is ended and a runtime folder that was not there before is removed.
 pub fn run(options: &DemoOptions) -> Result<DemoFiles, DemoError> {
     let begun = Instant::now();
     let progress = DemoProgress::new();
@@ -75,11 +77,14 @@ pub fn run(options: &DemoOptions) -> Result<DemoFiles, DemoError> {
     folder(&options.databases)?;
     let target = object::prepare(&options.databases, &progress)?;
     progress.step("start the daemon");
+    // Before the daemon, so that it is dropped after it.
+    let runtime_folder = RuntimeFolder::of(&options.service)?;
     let daemon = Daemon::start(&options.program, &options.service, &options.databases, START_PATIENCE)?;
     let pid = daemon.pid();
     let blows = strike(options, &target, &progress)?;
     progress.step("end the daemon");
     daemon.end()?;
+    drop(runtime_folder);
     progress.step("strain energy");
     let energies = blows.iter().map(|blow| SurfaceEnergy::new(&target, blow)).collect::<Result<Vec<_>, _>>()?;
     let pages = page::page(&target, pid, &blows, &energies, begun.elapsed(), &progress)?;
