@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 /// What to bake, apart from the mesh.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct BakeRequest {
-    /// The object's name: 1 to [`NAME_BYTES_MAX`] bytes, no path separators, no control or invisible characters.
+    /// The object's name: 1 to [`NAME_BYTES_MAX`](super::NAME_BYTES_MAX) bytes, no path separators, no control or invisible characters.
     pub name: String,
     /// The material's name, for the record.
     pub material_name: String,

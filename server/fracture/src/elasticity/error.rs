@@ -11,7 +11,7 @@ use crate::sparse::SparseError;
 pub const POISSON_MAX: f64 = 0.45;
 
 /// The largest relative residual ‖f − K u‖ / ‖f‖ that is returned as a solution, unless it is rounding
-/// ([`ROUNDING_MAX`]). Compact bodies leave 1e-14, a needle of 1:100 2e-8. A mechanism or a load out of equilibrium
+/// ([`ROUNDING_MAX`](super::ROUNDING_MAX)). Compact bodies leave 1e-14, a needle of 1:100 2e-8. A mechanism or a load out of equilibrium
 /// leaves about 1.
 pub const RESIDUAL_MAX: f64 = 1e-6;
 

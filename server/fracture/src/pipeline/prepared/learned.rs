@@ -11,7 +11,7 @@ pub struct LearnedModel {
     pub quality: LearnedErrors,
 }
 
-/// Relative errors |Δn|/n of degrees of at least [`SITES_MIN`], each example left out in turn.
+/// Relative errors |Δn|/n of degrees of at least [`SITES_MIN`](crate::degree::SITES_MIN), each example left out in turn.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LearnedErrors {
     /// Labels that the figures are over.
@@ -28,7 +28,7 @@ pub struct LearnedErrors {
     pub pose_network_median: f64,
     /// Its ninth decile.
     pub pose_network_p90: f64,
-    /// Labels below [`SITES_MIN`], which the other figures leave out.
+    /// Labels below [`SITES_MIN`](crate::degree::SITES_MIN), which the other figures leave out.
     pub few_holdout: usize,
     /// Share of those that the network is off by one at most; nothing of none.
     pub few_within_one: Option<f64>,

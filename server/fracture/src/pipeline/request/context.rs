@@ -6,7 +6,7 @@ use crate::cancel_token::CancelToken;
 use crate::pipeline::prepared::object::PreparedObject;
 
 /// One strike: what is struck, what is asked for, and who may stop and observe it. The memory that stages write into is a
-/// [`Workspace`](super::Workspace), apart from it.
+/// [`Workspace`](crate::pipeline::Workspace), apart from it.
 #[derive(Clone, Copy)]
 pub struct StrikeContext<'a> {
     /// The object.

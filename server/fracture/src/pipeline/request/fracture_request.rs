@@ -52,7 +52,7 @@ pub struct FractureRequest {
     /// What is simulated.
     pub effects: EffectSet,
     /// With [`EffectKind::Slivers`](crate::scene::EffectKind): pieces of less volume become part of a neighbor, m³; `None`, or where it is
-    /// less: [`SLIVER_CUBES`](super::SLIVER_CUBES).
+    /// less: [`SLIVER_CUBES`](crate::pipeline::SLIVER_CUBES).
     pub volume_min_m3: Option<f64>,
     /// Where the descent of a diagram ends: an iteration lowers its energy by less than this part of it.
     pub tolerance: f64,
