@@ -151,9 +151,8 @@ fn refusals_name_rule_and_offender() {
         assert_eq!((refusal.kind, refusal.at.as_str()), (kind, at), "{refusal}");
     };
     check(Impact::new([Contact::new([0.0; 3])]), ErrorKind::Impulse, "contacts[0].impulse_ns");
-    let first = Contact::new([0.0, 0.1, 0.0]).impulse([-1.0, 0.0, 0.0]);
-    let nowhere = Contact::new([f64::NAN; 3]).impulse([1.0; 3]);
-    check(Impact::new([first, nowhere]), ErrorKind::ContactPoint, "contacts[1].point_m");
+    let contacts = [[0.0, 0.1, 0.0], [f64::NAN; 3]].map(|point_m| Contact::new(point_m).impulse([-1.0, 0.0, 0.0]));
+    check(Impact::new(contacts), ErrorKind::ContactPoint, "contacts[1].point_m");
     check(impact().gamma(-1.0), ErrorKind::Gamma, "gamma_j_m2");
     check(impact().degree(DegreeRule::Sites(0)), ErrorKind::Degree, "0");
     check(impact().degree(DegreeRule::Sites(3)).fragments_max(2), ErrorKind::CapExceeded, "fragments_max");
