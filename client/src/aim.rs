@@ -1,6 +1,7 @@
 //! Rays: struck is the point where one first meets the object.
 
 use crate::{Deadline, FractureResult, Impact, Object};
+use shatter_proto::request::Contact;
 use shatter_proto::result::HitWire;
 use shatter_proto::{Error, ErrorKind};
 
@@ -11,6 +12,13 @@ pub struct Ray {
     pub origin_m: [f64; 3],
     /// Where it leads, of any length but zero.
     pub direction: [f64; 3],
+}
+
+/// The contact where the ray first meets the object; its impulse is still zero.
+impl From<Ray> for Contact {
+    fn from(ray: Ray) -> Self {
+        Self::new(ray.origin_m).ray(ray.direction)
+    }
 }
 
 /// Where a ray first meets an object, in the coordinates of the connection.

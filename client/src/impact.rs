@@ -4,9 +4,7 @@ use crate::Ray;
 use shatter_export::contact::MergedContact;
 use shatter_proto::convention::Convention;
 use shatter_proto::effect::{Effect, Effects};
-use shatter_proto::request::{
-    Contact, DegreeRule, ElasticSource, Lift, Purpose, Quality, Request, RetainedFragment, squarable,
-};
+use shatter_proto::request::{Contact, DegreeRule, ElasticSource, Lift, Purpose, Quality, Request, RetainedFragment};
 use std::time::Duration;
 
 /// One impact: contacts, and how the answer shall be computed. Lengths in m and directions in the coordinates of the mesh
@@ -17,77 +15,25 @@ use std::time::Duration;
 pub struct Impact(Request);
 
 impl Impact {
-    /// A first contact at `point_m`, whose impulse is still zero.
-    pub fn at(point_m: [f64; 3]) -> Self {
-        Self(Request::default()).and_at(point_m)
+    /// An impact of these contacts, of which the service takes 1 to 8.
+    pub fn new(contacts: impl IntoIterator<Item = Contact>) -> Self {
+        Self(Request { contacts: contacts.into_iter().collect(), ..Request::default() })
     }
 
     /// The contacts that a simulator told of, in their order; `None` of none. How the answer shall be computed is the caller's to add.
-    pub fn of(blows: &[MergedContact]) -> Option<Self> {
-        let (first, rest) = blows.split_first()?;
-        let with = |impact: Self, blow: &MergedContact| {
-            impact.impulse(blow.impulse_ns).duration(blow.hertz.duration_s).radius(blow.hertz.radius_m)
+    pub fn of(contacts: &[MergedContact]) -> Option<Self> {
+        let contact = |merged: &MergedContact| {
+            let contact = Contact::new(merged.point_m).impulse(merged.impulse_ns);
+            contact.duration(merged.hertz.duration_s).radius(merged.hertz.radius_m)
         };
-        let begun = with(Self::at(first.point_m), first);
-        Some(rest.iter().fold(begun, |impact, blow| with(impact.and_at(blow.point_m), blow)))
-    }
-
-    /// One more contact, which the following calls describe.
-    pub fn and_at(mut self, point_m: [f64; 3]) -> Self {
-        self.0.contacts.push(Contact { point_m, ray: None, impulse_ns: [0.0; 3], duration_s: None, radius_m: None });
-        self
-    }
-
-    /// The only contact, where `ray` first meets the object; its impulse is still zero. [`FractureResult::hit`](crate::FractureResult::hit)
-    /// tells where that was.
-    pub fn along(ray: Ray) -> Self {
-        Self::at(ray.origin_m).ray(ray.direction)
-    }
-
-    /// Makes the point of the last contact the origin of a ray: the contact is where the ray first meets the object. For
-    /// impacts of one contact.
-    pub fn ray(self, direction: [f64; 3]) -> Self {
-        self.last(|contact| contact.ray = Some(direction))
+        (!contacts.is_empty()).then(|| Self::new(contacts.iter().map(contact)))
     }
 
     /// Asks where `ray` first meets the object, without an impact.
     pub fn aim(ray: Ray) -> Self {
-        let mut impact = Self::along(ray);
+        let mut impact = Self::new([ray.into()]);
         impact.0.purpose = Purpose::Aim;
         impact
-    }
-
-    /// Impulse of the last contact along its ray, N·s; in a convention's unit of length kg·unit/s. Without a ray it stays as
-    /// it is.
-    pub fn impulse_along_ray(self, impulse_ns: f64) -> Self {
-        self.last(|contact| {
-            let Some(ray) = contact.ray else { return };
-            let ray = squarable(ray);
-            let length = ray.iter().map(|x| x * x).sum::<f64>().sqrt();
-            contact.impulse_ns = ray.map(|x| impulse_ns * x / length);
-        })
-    }
-
-    /// Impulse of the last contact, N·s: what it hands to the object. In a convention's unit of length: kg·unit/s.
-    pub fn impulse(self, impulse_ns: [f64; 3]) -> Self {
-        self.last(|contact| contact.impulse_ns = impulse_ns)
-    }
-
-    /// Duration of the last contact, s.
-    pub fn duration(self, duration_s: f64) -> Self {
-        self.last(|contact| contact.duration_s = Some(duration_s))
-    }
-
-    /// Radius of the last contact, m.
-    pub fn radius(self, radius_m: f64) -> Self {
-        self.last(|contact| contact.radius_m = Some(radius_m))
-    }
-
-    fn last(mut self, change: impl FnOnce(&mut Contact)) -> Self {
-        if let Some(contact) = self.0.contacts.last_mut() {
-            change(contact);
-        }
-        self
     }
 
     /// Where the number of sites comes from; by default the preset says.

@@ -1,12 +1,13 @@
 //! Rust client of `shatterd`, the brittle-fracture daemon.
 //!
 //! ```no_run
-//! use shatter_client::{Client, Deadline, Impact, Poll};
+//! use shatter_client::{Client, Contact, Deadline, Impact, Poll};
 //!
 //! # fn main() -> Result<(), shatter_client::Error> {
 //! let service = Client::connect("default", Deadline::ms(50))?;
 //! let mug = service.object("mug", Deadline::ms(50))?; // the README's first session bakes it
-//! let mut ticket = mug.strike(&Impact::at([0.0, 0.05, 0.04]).impulse([0.0, 0.0, -2.0]))?; // never blocks
+//! let contact = Contact::new([0.0, 0.05, 0.04]).impulse([0.0, 0.0, -2.0]);
+//! let mut ticket = mug.strike(&Impact::new([contact]))?; // never blocks
 //! loop {
 //!     match ticket.poll()? {
 //!         Poll::Pending => { /* draw a frame */ }
@@ -66,7 +67,7 @@ pub use shatter_proto::control::{Latency, ObjectState};
 pub use shatter_proto::convention::{Convention, Hand, Up, Winding};
 pub use shatter_proto::effect::{Effect, Effects};
 pub use shatter_proto::request::{
-    DegreeRule, ElasticSource, Lift, Purpose, Quality, Request, RetainedFragment, SEED_DEFAULT,
+    Contact, DegreeRule, ElasticSource, Lift, Purpose, Quality, Request, RetainedFragment, SEED_DEFAULT,
 };
 pub use shatter_proto::result::MissedTime;
 pub use shatter_proto::{Error, ErrorKind, Fault, exit};

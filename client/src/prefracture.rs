@@ -9,7 +9,7 @@
 //! each gets a contact of its own, the largest first: the pieces are shared out by the closed form, in proportion to volumes where bodies
 //! are compact.
 
-use crate::{Deadline, DegreeRule, Effect, Error, FractureResult, Impact, Object, ObjectFacts};
+use crate::{Contact, Deadline, DegreeRule, Effect, Error, FractureResult, Impact, Object, ObjectFacts};
 use shatter_proto::convention::Convention;
 use shatter_proto::request::CONTACTS_MAX;
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -47,12 +47,12 @@ fn uniform(facts: &ObjectFacts, convention: &Convention, places: &[[f64; 3]], pi
     let force_n = PI * radius_m * radius_m * (2.0 * facts.young_pa * density_j_m3).sqrt();
     // Where facts are missing any will do: the number of pieces is asked for.
     let impulse_ns = Some(force_n * facts.duration_s / FRAC_PI_2).filter(|j| j.is_normal()).unwrap_or(1.0);
-    // Describes the last contact.
-    let load =
-        |impact: Impact| impact.impulse(convention.vector([0.0, -impulse_ns, 0.0])).radius(convention.length(radius_m));
-    let (first, others) = places.split_first().unwrap_or((&facts.center_m, &[]));
-    let one = load(Impact::at(convention.vector(*first)));
-    let impact = others.iter().fold(one, |impact, place| load(impact.and_at(convention.vector(*place))));
+    let contact = |place: &[f64; 3]| {
+        let contact = Contact::new(convention.vector(*place)).impulse(convention.vector([0.0, -impulse_ns, 0.0]));
+        contact.radius(convention.length(radius_m))
+    };
+    let places = if places.is_empty() { &[facts.center_m] } else { places };
+    let impact = Impact::new(places.iter().map(contact));
     impact.degree(DegreeRule::Sites(pieces)).disable(Effect::Elastic)
 }
 

@@ -7,6 +7,7 @@ use crate::{Error, ErrorKind, PROTOCOL_VERSION, text};
 use bytemuck::{Pod, Zeroable};
 use std::time::Duration;
 
+mod contact;
 mod ray;
 mod settings;
 
@@ -156,8 +157,9 @@ pub enum ElasticSource {
     Solve,
 }
 
-/// A validated contact, in the coordinates of the strike's convention. See [`ContactWire`] for the units.
+/// One contact of an impact, in the coordinates of the strike's convention. See [`ContactWire`] for the units.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[must_use = "a contact does nothing until it is part of an impact"]
 pub struct Contact {
     /// Where, m; with a ray, where the ray begins.
     pub point_m: [f64; 3],

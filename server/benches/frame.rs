@@ -9,7 +9,7 @@
 #[path = "../tests/support/mod.rs"]
 mod support;
 
-use shatter_client::{Client, ErrorKind, Impact, Object};
+use shatter_client::{Client, Contact, ErrorKind, Impact, Object};
 use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{BakeRequest, bake, load, save};
 use shatter_fracture::pipeline::{ImpactSampler, PreparedObject, Preset};
@@ -52,7 +52,7 @@ fn impacts(prepared: &PreparedObject, quality: Preset) -> Vec<Impact> {
     let impact = |index: usize| {
         let strike = sampler.impact(!prepared.parameters.seed, index as u64);
         let contact = &strike.contacts[0];
-        let impact = Impact::at(contact.point_m.coords.into()).impulse(contact.impulse_ns.into());
+        let impact = Impact::new([Contact::new(contact.point_m.coords.into()).impulse(contact.impulse_ns.into())]);
         impact.degree(DegreeRule::Sites(SITES)).quality(preset).seed(index as u64)
     };
     (0..WARM + STRIKES).map(impact).collect()

@@ -241,7 +241,9 @@ fn wall(here: &TestPlace, name: &str, apart: Duration) {
         let begun = Instant::now();
         let send = |rank: u32| {
             let deadline = (4 + rank) * apart;
-            let impact = Impact::at(bench.facts().center_m).impulse([1.0, 0.0, 0.0]).radius(bench.facts().diagonal_m);
+            let impact = Impact::new([Contact::new(bench.facts().center_m)
+                .impulse([1.0, 0.0, 0.0])
+                .radius(bench.facts().diagonal_m)]);
             let impact = impact.degree(DegreeRule::Sites(SITES)).seed(rank.into()).deadline(deadline);
             (Instant::now() + deadline, bench.strike(&impact).unwrap())
         };
@@ -291,7 +293,11 @@ fn share() -> (f64, u64) {
     let large = daemon.connect().object("large", patience()).unwrap();
     let mut bytes = 0;
     let mut once = || {
-        let broken = large.strike(&Impact::at([0.0; 3]).impulse([1.0, 0.0, 0.0])).unwrap().wait(patience()).unwrap();
+        let broken = large
+            .strike(&Impact::new([Contact::new([0.0; 3]).impulse([1.0, 0.0, 0.0])]))
+            .unwrap()
+            .wait(patience())
+            .unwrap();
         bytes = broken.bytes();
         let stages: u64 = broken.stages().iter().map(|stage| stage.ns).sum();
         broken.round_trip().as_secs_f64() * 1e6 - stages as f64 * 1e-3

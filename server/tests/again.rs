@@ -30,7 +30,9 @@ fn start(settings: &str) -> (InProcess, Client, Object) {
 
 /// A blow on the end of the bar that breaks it.
 fn blow() -> Impact {
-    Impact::at([0.2, 0.0, 0.0]).impulse([-50.0, 3.0, 0.0]).radius(0.05).degree(DegreeRule::Sites(6)).seed(3)
+    Impact::new([Contact::new([0.2, 0.0, 0.0]).impulse([-50.0, 3.0, 0.0]).radius(0.05)])
+        .degree(DegreeRule::Sites(6))
+        .seed(3)
 }
 
 fn strike(bar: &Object, impact: &Impact) -> FractureResult {
@@ -51,7 +53,8 @@ fn largest(broken: &FractureResult) -> (u32, Impact) {
     let fragment = broken.fragments().max_by(|a, b| weight(a).total_cmp(&weight(b))).unwrap();
     let farthest = fragment.positions().iter().max_by(|a, b| a[0].total_cmp(&b[0])).unwrap();
     let point = [0, 1, 2].map(|k| fragment.center_m()[k] + f64::from(farthest[k]));
-    let impact = Impact::at(point).impulse([-40.0, 1.0, 2.0]).radius(0.05).degree(DegreeRule::Sites(7));
+    let impact =
+        Impact::new([Contact::new(point).impulse([-40.0, 1.0, 2.0]).radius(0.05)]).degree(DegreeRule::Sites(7));
     (fragment.id(), impact)
 }
 
@@ -246,7 +249,7 @@ fn progress_never_says_that_a_strike_ended_which_has_not_arrived() {
     let daemon = InProcess::start(here, "");
     let slow = daemon.connect().object("slow", patience()).unwrap();
     for round in 0..50 {
-        let mut ticket = slow.strike(&Impact::at([0.0; 3]).impulse([-1.0, 0.0, 0.0])).unwrap();
+        let mut ticket = slow.strike(&Impact::new([Contact::new([0.0; 3]).impulse([-1.0, 0.0, 0.0])])).unwrap();
         let deadline = patience();
         while !matches!(ticket.progress(), Progress::Computing { .. }) {
             assert!(ticket.progress() != Progress::Ended && !deadline.passed(), "round {round}");

@@ -3,7 +3,7 @@
 mod support;
 
 use serde_json::Value;
-use shatter_client::{Client, Convention, DegreeRule, Error, ErrorKind, FractureResult, Impact, Object, Ray};
+use shatter_client::{Client, Contact, Convention, DegreeRule, Error, ErrorKind, FractureResult, Impact, Object, Ray};
 use std::sync::LazyLock;
 use support::{InProcess, TestPlace, bar, patience, shatter};
 
@@ -26,8 +26,8 @@ fn ray(origin_m: [f64; 3], direction: [f64; 3]) -> Ray {
     Ray { origin_m, direction }
 }
 
-fn impact(begun: Impact) -> Impact {
-    begun.impulse([-50.0, 3.0, 0.0]).degree(DegreeRule::Sites(6)).seed(3)
+fn impact(contact: impl Into<Contact>) -> Impact {
+    Impact::new([contact.into().impulse([-50.0, 3.0, 0.0])]).degree(DegreeRule::Sites(6)).seed(3)
 }
 
 fn strike(bar: &Object, impact: &Impact) -> FractureResult {
@@ -57,8 +57,8 @@ fn a_ray_hits_the_nearest_surface_and_strikes_there() {
     let hit = bar.aim(aimed, patience()).unwrap();
     near(hit.point_m, [0.2, 0.03, 0.02], DEVIATION_M);
     assert!((hit.distance_m - 0.8).abs() < DEVIATION_M && hit.normal[0] > 0.7 && hit.body == 0, "{hit:?}");
-    let along = strike(&bar, &impact(Impact::along(aimed)));
-    let at = strike(&bar, &impact(Impact::at(hit.point_m)));
+    let along = strike(&bar, &impact(aimed));
+    let at = strike(&bar, &impact(Contact::new(hit.point_m)));
     assert_eq!((along.hit(), at.hit()), (Some(hit), None));
     assert_eq!(shape(&along), shape(&at));
     let inside = bar.aim(ray([0.0; 3], [0.0, 1.0, 0.0]), patience()).unwrap();
@@ -77,7 +77,7 @@ fn rays_are_in_the_coordinates_of_the_connection() {
     near(hit.point_m, to.vector(ours.point_m), 1e-9);
     near(hit.normal, to.direction(ours.normal), 1e-12);
     assert!((hit.distance_m - 100.0 * ours.distance_m).abs() < 1e-9);
-    let far = refused(&unreal, &impact(Impact::at(to.vector([0.5, 0.03, 0.02]))));
+    let far = refused(&unreal, &impact(Contact::new(to.vector([0.5, 0.03, 0.02]))));
     near(nearest(&far), to.vector([0.2, 0.03, 0.02]), 100.0 * DEVIATION_M);
 }
 
@@ -100,29 +100,29 @@ fn what_misses_is_told_how_closely() {
     for direction in [[0.0; 3], [f64::NAN, 0.0, 0.0]] {
         assert_eq!(bar.aim(ray([1.0, 0.0, 0.0], direction), patience()).unwrap_err().kind, ErrorKind::Ray);
     }
-    let beside = Impact::along(ray([1.0, 0.0, 0.0], [-1.0, 0.0, 0.0])).impulse([-1.0, 0.0, 0.0]);
-    let beside = impact(beside.and_at([0.2, 0.0, 0.0]));
-    assert_eq!(refused(&bar, &beside).kind, ErrorKind::Ray);
-    let far = refused(&bar, &impact(Impact::at([0.5, 0.03, 0.02])));
+    let aimed = Contact::from(ray([1.0, 0.0, 0.0], [-1.0, 0.0, 0.0])).impulse([-1.0, 0.0, 0.0]);
+    let beside = Contact::new([0.2, 0.0, 0.0]).impulse([-50.0, 3.0, 0.0]);
+    assert_eq!(refused(&bar, &Impact::new([aimed, beside])).kind, ErrorKind::Ray);
+    let far = refused(&bar, &impact(Contact::new([0.5, 0.03, 0.02])));
     assert_eq!(far.kind, ErrorKind::ContactTooFar);
     for part in ["contact 0 is 0.", "m from the surface", "(radius)", "Check --unit and --up"] {
         assert!(far.message.contains(part), "{far}");
     }
     near(nearest(&far), [0.2, 0.03, 0.02], DEVIATION_M);
-    assert!(strike(&bar, &impact(Impact::at(nearest(&far)))).fragments().len() > 1);
+    assert!(strike(&bar, &impact(Contact::new(nearest(&far)))).fragments().len() > 1);
 }
 
 #[test]
 fn fragments_are_aimed_at_too() {
     let (_daemon, _, bar) = start();
-    let broken = strike(&bar, &impact(Impact::at([0.2, 0.0, 0.0])).keep());
+    let broken = strike(&bar, &impact(Contact::new([0.2, 0.0, 0.0])).keep());
     let handle = broken.handle().unwrap();
     let largest = broken.fragments().max_by(|a, b| a.mass_kg().total_cmp(&b.mass_kg())).unwrap();
     let center = largest.center_m();
     let down = ray([center[0], 1.0, center[2]], [0.0, -1.0, 0.0]);
     let hit = bar.aim_at_fragment(handle, largest.id(), down, patience()).unwrap();
     assert!(hit.point_m[1] > center[1] && hit.point_m[1] < 0.1 + DEVIATION_M, "{hit:?} above {center:?}");
-    let again = impact(Impact::along(down)).from(handle, largest.id());
+    let again = impact(down).from(handle, largest.id());
     assert_eq!(strike(&bar, &again).hit(), Some(hit));
     let none = bar.aim_at_fragment(handle, 9999, down, patience()).unwrap_err();
     assert_eq!(none.kind, ErrorKind::UnknownFragment);

@@ -4,7 +4,7 @@ mod support;
 
 use rustix::process::Signal;
 use serde_json::Value;
-use shatter_client::{Client, DegreeRule, Effect, ErrorKind, Impact, ObjectFacts};
+use shatter_client::{Client, Contact, DegreeRule, Effect, ErrorKind, Impact, ObjectFacts};
 use std::process::{Command, Stdio};
 use support::{Child, TestPlace, bar, patience, shatter, shatterd};
 
@@ -29,7 +29,9 @@ fn serve(databases: [&str; 2], files: &[(&str, &[u8])]) -> (TestPlace, Child, Cl
 }
 
 fn blow() -> Impact {
-    Impact::at([0.2, 0.0, 0.0]).impulse([-50.0, 3.0, 0.0]).radius(0.05).degree(DegreeRule::Sites(24)).seed(3)
+    Impact::new([Contact::new([0.2, 0.0, 0.0]).impulse([-50.0, 3.0, 0.0]).radius(0.05)])
+        .degree(DegreeRule::Sites(24))
+        .seed(3)
 }
 
 /// Answers of both objects, as hashes.

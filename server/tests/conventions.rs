@@ -5,7 +5,7 @@ mod support;
 
 use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 use shatter_client::{
-    Client, Convention, DegreeRule, Effect, ErrorKind, FractureResult, Hand, Impact, Object, Up, Winding,
+    Client, Contact, Convention, DegreeRule, Effect, ErrorKind, FractureResult, Hand, Impact, Object, Up, Winding,
 };
 use shatter_engine::scene::Scene;
 use shatter_proto::view::ResultView;
@@ -99,8 +99,10 @@ impl Host {
         let ours = |vector: Vector3<f64>| -> [f64; 3] { (self.axes.transpose() * vector * self.unit).into() };
         let radius = 0.05 / self.unit;
         let asked = |point: [f64; 3], impulse: [f64; 3], radius: f64| {
-            let impact =
-                Impact::at(point).impulse(impulse).radius(radius).degree(DegreeRule::Sites(sites)).seed(3).keep();
+            let impact = Impact::new([Contact::new(point).impulse(impulse).radius(radius)])
+                .degree(DegreeRule::Sites(sites))
+                .seed(3)
+                .keep();
             effects.iter().fold(impact, |impact, effect| impact.enable(*effect))
         };
         Blow {
@@ -380,11 +382,11 @@ fn what_is_no_convention_is_refused_by_name() {
     let (_daemon, service) = start();
     for meters_per_unit in [0.0, -1.0, f64::NAN, f64::INFINITY, 1e-9, 1e9] {
         let bar = object(&service, Convention { meters_per_unit, ..Convention::UNREAL });
-        let refusal = bar.strike(&Impact::at(POINT_M).impulse(IMPULSE_NS)).err().unwrap();
+        let refusal = bar.strike(&Impact::new([Contact::new(POINT_M).impulse(IMPULSE_NS)])).err().unwrap();
         assert_eq!((refusal.kind, refusal.at.as_str()), (ErrorKind::Convention, "convention.meters_per_unit"));
     }
     // A meter from the middle of the bar.
-    let far = Impact::at([100.0, 0.0, 0.0]).impulse([-50.0, 0.0, 0.0]);
+    let far = Impact::new([Contact::new([100.0, 0.0, 0.0]).impulse([-50.0, 0.0, 0.0])]);
     let refusal = object(&service, Convention::UNREAL).strike(&far).and_then(|mut ticket| ticket.wait(patience()));
     assert_eq!(refusal.err().unwrap().kind, ErrorKind::ContactTooFar);
 }

@@ -2,7 +2,7 @@
 
 mod support;
 
-use shatter_client::{DegreeRule, Effect, Effects, ErrorKind, FractureResult, Fragment, Impact, Lift, Object};
+use shatter_client::{Contact, DegreeRule, Effect, Effects, ErrorKind, FractureResult, Fragment, Impact, Lift, Object};
 use shatter_engine::scene::Scene;
 use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
@@ -52,7 +52,9 @@ fn start_with(scene: Option<Scene>) -> (InProcess, Object) {
 
 /// A blow on the end of the bar that breaks it.
 fn blow() -> Impact {
-    Impact::at([0.2, 0.0, 0.0]).impulse([-50.0, 3.0, 0.0]).radius(0.05).degree(DegreeRule::Sites(24)).seed(3)
+    Impact::new([Contact::new([0.2, 0.0, 0.0]).impulse([-50.0, 3.0, 0.0]).radius(0.05)])
+        .degree(DegreeRule::Sites(24))
+        .seed(3)
 }
 
 fn strike(bar: &Object, impact: &Impact) -> FractureResult {
@@ -137,7 +139,8 @@ fn without_elasticity_neither_solve_nor_basis_is_touched() {
     let elasticity = cheap.stages().iter().find(|stage| stage.name() == "elasticity").unwrap();
     assert_eq!((elasticity.ran, elasticity.ns, elasticity.bytes), (0, 0, 0));
     assert_eq!((cheap.summary().elastic(), strike(&bar, &blow()).summary().elastic()), ("falloff", "solve"));
-    let weak = blow().disable(Effect::Elastic).radius(1e120);
+    let wide = Contact::new([0.2, 0.0, 0.0]).impulse([-50.0, 3.0, 0.0]).radius(1e120);
+    let weak = Impact::new([wide]).degree(DegreeRule::Sites(24)).seed(3).disable(Effect::Elastic);
     let refusal = bar.strike(&weak).and_then(|mut ticket| ticket.wait(patience())).err().unwrap();
     assert_eq!(refusal.kind, ErrorKind::Impulse, "{refusal}");
     assert!(cheap.fragments().len() >= 24 && cheap.fragments().all(|fragment| fragment.is_closed()));

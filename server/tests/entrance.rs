@@ -2,7 +2,7 @@
 
 mod support;
 
-use shatter_client::{Client, Deadline, Impact};
+use shatter_client::{Client, Contact, Deadline, Impact};
 use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};
 use std::os::unix::fs::{DirBuilderExt, MetadataExt, PermissionsExt, symlink};
@@ -31,7 +31,7 @@ fn segment(here: &TestPlace) -> PathBuf {
 fn served(here: &TestPlace) -> bool {
     let strike = || {
         let vase = Client::connect_at(&here.place, Deadline::ms(300))?.object("vase", patience())?;
-        vase.strike(&Impact::at([0.0, 0.1, 0.0]).impulse([-1.0, 0.0, 0.0]))?.wait(patience())
+        vase.strike(&Impact::new([Contact::new([0.0, 0.1, 0.0]).impulse([-1.0, 0.0, 0.0])]))?.wait(patience())
     };
     strike().is_ok()
 }

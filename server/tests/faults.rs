@@ -8,7 +8,7 @@ mod support;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rustix::process::Signal;
-use shatter_client::{Client, Deadline, DegreeRule, Error, ErrorKind, Impact, Object};
+use shatter_client::{Client, Contact, Deadline, DegreeRule, Error, ErrorKind, Impact, Object};
 use std::collections::{BTreeMap, VecDeque};
 use std::path::PathBuf;
 use std::process::Command;
@@ -42,7 +42,7 @@ fn play_a_role() {
 
 fn impact(number: u64) -> Impact {
     let y = 0.06 * ((number % 16) as f64 / 16.0 - 0.5);
-    let impact = Impact::at([0.2, y, 0.0]).impulse([-50.0, 0.0, 0.0]).radius(0.05);
+    let impact = Impact::new([Contact::new([0.2, y, 0.0]).impulse([-50.0, 0.0, 0.0]).radius(0.05)]);
     impact.degree(DegreeRule::Sites(4 + (number % 5) as u32)).seed(number)
 }
 

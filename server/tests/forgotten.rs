@@ -3,7 +3,7 @@
 mod support;
 
 use bytemuck::Zeroable;
-use shatter_client::{Client, Error, ErrorKind, Impact, Object};
+use shatter_client::{Client, Contact, Error, ErrorKind, Impact, Object};
 use shatter_proto::control::{self, ControlRequest, ObjectRow, ReplyRow};
 use shatter_proto::error::ErrorWire;
 use shatter_proto::result::Block;
@@ -23,7 +23,7 @@ fn connect(here: &TestPlace) -> Client {
 }
 
 fn impact() -> Impact {
-    Impact::at([0.0, 0.1, 0.0]).impulse([-1.0, 0.0, 0.0])
+    Impact::new([Contact::new([0.0, 0.1, 0.0]).impulse([-1.0, 0.0, 0.0])])
 }
 
 /// Gives up the locks by which others see that nodes of this process live: a process loses its locks of a file with any of the

@@ -5,7 +5,7 @@ mod support;
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
-use shatter_client::{Client, DegreeRule, ErrorKind, Impact};
+use shatter_client::{Client, Contact, DegreeRule, ErrorKind, Impact};
 use shatter_proto::PROTOCOL_VERSION;
 use shatter_proto::name::OBJECT_NAME_MAX;
 use shatter_proto::request::{Request, RequestWire};
@@ -128,7 +128,7 @@ fn check(count: u64) -> BTreeMap<&'static str, u64> {
 fn serves(daemon: &InProcess, failed: u64) {
     let service: Client = daemon.connect();
     let vase = service.object("vase", patience()).unwrap();
-    let impact = Impact::at([0.0, 0.1, 0.0]).impulse([-1.0, 0.0, 0.0]).degree(DegreeRule::Sites(5));
+    let impact = Impact::new([Contact::new([0.0, 0.1, 0.0]).impulse([-1.0, 0.0, 0.0])]).degree(DegreeRule::Sites(5));
     assert_eq!(vase.strike(&impact).unwrap().wait(patience()).unwrap().fragments().len(), 5);
     assert_eq!(service.status(patience()).unwrap().row().failed, failed);
 }

@@ -4,7 +4,7 @@ mod support;
 
 use rustix::process::Signal;
 use serde_json::Value;
-use shatter_client::{Client, Effect, ErrorKind, Impact};
+use shatter_client::{Client, Contact, Effect, ErrorKind, Impact};
 use shatter_proto::result::STAGES;
 use std::io::{BufRead, BufReader};
 use std::process::{Command, Stdio};
@@ -28,7 +28,7 @@ fn play_a_role() {
 }
 
 fn impact() -> Impact {
-    Impact::at([0.0, 0.1, 0.0]).impulse([-1.0, 0.0, 0.0])
+    Impact::new([Contact::new([0.0, 0.1, 0.0]).impulse([-1.0, 0.0, 0.0])])
 }
 
 fn connect(here: Option<&TestPlace>) -> Client {

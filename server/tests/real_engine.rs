@@ -3,7 +3,7 @@
 
 mod support;
 
-use shatter_client::{DegreeRule, Error, ErrorKind, Impact, Object, Quality};
+use shatter_client::{Contact, DegreeRule, Error, ErrorKind, Impact, Object, Quality};
 use shatter_engine::object::{self, EngineResult, Loader};
 use shatter_engine::wire;
 use shatter_fracture::cancel_token::CancelToken;
@@ -82,7 +82,7 @@ fn start(settings: &str) -> (InProcess, Object, Written) {
 
 /// A blow on the end of the bar.
 fn blow(impulse_ns: f64) -> Impact {
-    Impact::at([0.2, 0.0, 0.0]).impulse([-impulse_ns, 0.0, 0.0]).radius(0.05)
+    Impact::new([Contact::new([0.2, 0.0, 0.0]).impulse([-impulse_ns, 0.0, 0.0]).radius(0.05)])
 }
 
 #[test]
@@ -208,9 +208,16 @@ fn the_engines_refusals_name_the_offender() {
         let refusal = refusal(impact);
         assert_eq!((refusal.kind, refusal.at.as_str()), (kind, at), "{refusal}");
     };
-    check(Impact::at([1.0, 0.0, 0.0]).impulse([1.0, 0.0, 0.0]), ErrorKind::ContactTooFar, "contacts[0].point_m");
-    check(blow(1.0).and_at([0.0, 3.0, 0.0]).impulse([1.0; 3]), ErrorKind::ContactTooFar, "contacts[1].point_m");
-    check(blow(1.0).and_at([1e200, 0.0, 0.0]).impulse([1.0; 3]), ErrorKind::ContactTooFar, "contacts[1].point_m");
+    check(
+        Impact::new([Contact::new([1.0, 0.0, 0.0]).impulse([1.0, 0.0, 0.0])]),
+        ErrorKind::ContactTooFar,
+        "contacts[0].point_m",
+    );
+    for point in [[0.0, 3.0, 0.0], [1e200, 0.0, 0.0]] {
+        let first = Contact::new([0.2, 0.0, 0.0]).impulse([-1.0, 0.0, 0.0]).radius(0.05);
+        let impact = Impact::new([first, Contact::new(point).impulse([1.0; 3])]);
+        check(impact, ErrorKind::ContactTooFar, "contacts[1].point_m");
+    }
     check(blow(1e145).gamma(1e-30), ErrorKind::Gamma, "inf");
     check(blow(1.0).degree(DegreeRule::Sites(513)), ErrorKind::Degree, "513");
     check(blow(1.0).error(-1.0), ErrorKind::Budget, "error_max");

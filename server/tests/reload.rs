@@ -4,7 +4,7 @@ mod support;
 
 use rustix::process::Signal;
 use serde_json::Value;
-use shatter_client::{Client, ErrorKind, Impact, ObjectFacts, ObjectState};
+use shatter_client::{Client, Contact, ErrorKind, Impact, ObjectFacts, ObjectState};
 use shatter_proto::control::StatusRow;
 use std::io::Read;
 use std::process::Stdio;
@@ -30,7 +30,7 @@ fn start(here: &TestPlace, settings: &str) -> (Child, Client) {
 }
 
 fn impact() -> Impact {
-    Impact::at([0.0, 0.1, 0.0]).impulse([-1.0, 0.0, 0.0])
+    Impact::new([Contact::new([0.0, 0.1, 0.0]).impulse([-1.0, 0.0, 0.0])])
 }
 
 /// γ of the object's version that a new strike meets.

@@ -4,7 +4,7 @@
 mod support;
 
 use iceoryx2::prelude::{NodeBuilder, SignalHandlingMode};
-use shatter_client::{Client, Deadline, DegreeRule, Error, ErrorKind, Impact, Poll, Progress, Ticket};
+use shatter_client::{Client, Contact, Deadline, DegreeRule, Error, ErrorKind, Impact, Poll, Progress, Ticket};
 use shatter_proto::control::StatusRow;
 use shatter_proto::request::RequestWire;
 use shatter_proto::result::{Block, ResultHeader};
@@ -22,7 +22,7 @@ fn start(objects: &[(&str, &str)], settings: &str) -> InProcess {
 }
 
 fn impact() -> Impact {
-    Impact::at([0.0, 0.1, 0.0]).impulse([-1.0, 0.0, 0.0])
+    Impact::new([Contact::new([0.0, 0.1, 0.0]).impulse([-1.0, 0.0, 0.0])])
 }
 
 fn refused(service: &Client, object: &str, impact: &Impact) -> Error {
@@ -150,8 +150,9 @@ fn refusals_name_rule_and_offender() {
         let refusal = refused(&service, "vase", &impact);
         assert_eq!((refusal.kind, refusal.at.as_str()), (kind, at), "{refusal}");
     };
-    check(Impact::at([0.0; 3]), ErrorKind::Impulse, "contacts[0].impulse_ns");
-    check(impact().and_at([f64::NAN; 3]).impulse([1.0; 3]), ErrorKind::ContactPoint, "contacts[1].point_m");
+    check(Impact::new([Contact::new([0.0; 3])]), ErrorKind::Impulse, "contacts[0].impulse_ns");
+    let contacts = [[0.0, 0.1, 0.0], [f64::NAN; 3]].map(|point_m| Contact::new(point_m).impulse([-1.0, 0.0, 0.0]));
+    check(Impact::new(contacts), ErrorKind::ContactPoint, "contacts[1].point_m");
     check(impact().gamma(-1.0), ErrorKind::Gamma, "gamma_j_m2");
     check(impact().degree(DegreeRule::Sites(0)), ErrorKind::Degree, "0");
     check(impact().degree(DegreeRule::Sites(3)).fragments_max(2), ErrorKind::CapExceeded, "fragments_max");

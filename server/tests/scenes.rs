@@ -3,7 +3,7 @@
 mod support;
 
 use serde_json::Value;
-use shatter_client::{Client, DegreeRule, Effect, Error, ErrorKind, Impact, Lift, Object};
+use shatter_client::{Client, Contact, DegreeRule, Effect, Error, ErrorKind, Impact, Lift, Object};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use support::{Child, TestPlace, bar, patience, shatter, shatterd};
@@ -29,7 +29,9 @@ fn serve(here: &TestPlace, scene: &Path) -> (Child, Client, Object) {
 }
 
 fn blow() -> Impact {
-    Impact::at([0.2, 0.0, 0.0]).impulse([-50.0, 3.0, 0.0]).radius(0.05).degree(DegreeRule::Sites(24)).seed(3)
+    Impact::new([Contact::new([0.2, 0.0, 0.0]).impulse([-50.0, 3.0, 0.0]).radius(0.05)])
+        .degree(DegreeRule::Sites(24))
+        .seed(3)
 }
 
 fn refused(bar: &Object, impact: &Impact) -> Error {

@@ -5,7 +5,7 @@ mod support;
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
-use shatter_client::{Impact, Object, Quality};
+use shatter_client::{Contact, Impact, Object, Quality};
 use shatter_engine::wire;
 use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::centroidal::{self, DiagramOptions, EnergyField};
@@ -286,7 +286,7 @@ fn prepare(here: &TestPlace) -> (PreparedObject, Vec<(Impact, FractureRequest)>)
     let draw = |index| {
         let contact = sampler.impact(11, index).contacts[0];
         let sites = 10 + (random.next_u64() % 90) as u32;
-        let impact = Impact::at(contact.point_m.into()).impulse(contact.impulse_ns.into()).seed(index);
+        let impact = Impact::new([Contact::new(contact.point_m.into()).impulse(contact.impulse_ns.into())]).seed(index);
         let strike = FractureRequest::at(contact.point_m, contact.impulse_ns).seeded(1);
         let strike = FractureRequest { degree: DegreeRequest::Sites(sites), seed: index, ..strike };
         (impact.degree(shatter_client::DegreeRule::Sites(sites)), strike)

@@ -3,7 +3,7 @@
 mod support;
 
 use rustix::process::Signal;
-use shatter_client::{Client, DegreeRule, Impact, Ticket};
+use shatter_client::{Client, Contact, DegreeRule, Impact, Ticket};
 use std::collections::VecDeque;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
@@ -19,7 +19,7 @@ const IMPACTS: usize = 16;
 
 fn impact(index: usize) -> Impact {
     let y = 0.06 * (index as f64 / IMPACTS as f64 - 0.5);
-    let impact = Impact::at([0.2, y, 0.0]).impulse([-50.0, 0.0, 0.0]).radius(0.05);
+    let impact = Impact::new([Contact::new([0.2, y, 0.0]).impulse([-50.0, 0.0, 0.0]).radius(0.05)]);
     impact.degree(DegreeRule::Sites(4 + index as u32 % 5)).seed(index as u64)
 }
 

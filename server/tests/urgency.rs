@@ -2,7 +2,7 @@
 
 mod support;
 
-use shatter_client::{Client, Deadline, DegreeRule, ErrorKind, Impact, Object, Ticket};
+use shatter_client::{Client, Contact, Deadline, DegreeRule, ErrorKind, Impact, Object, Ticket};
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 use support::{InProcess, TestPlace, eventually, order, patience};
@@ -16,7 +16,7 @@ struct Kept {
 }
 
 fn impact() -> Impact {
-    Impact::at([0.0, 0.1, 0.0]).impulse([-1.0, 0.0, 0.0])
+    Impact::new([Contact::new([0.0, 0.1, 0.0]).impulse([-1.0, 0.0, 0.0])])
 }
 
 fn object(service: &Client, name: &str) -> Object {
@@ -246,7 +246,7 @@ fn a_time_missed_in_the_queue_is_told() {
     let daemon = InProcess::start(here, "[compute]\nthreads = 1");
     let service = daemon.connect();
     let [first, vase] = ["gate", "vase"].map(|name| service.object(name, patience()).unwrap());
-    let impact = Impact::at([0.0, 0.1, 0.0]).impulse([-1.0, 0.0, 0.0]);
+    let impact = Impact::new([Contact::new([0.0, 0.1, 0.0]).impulse([-1.0, 0.0, 0.0])]);
     let mut tickets = [first.strike(&impact).unwrap(), vase.strike(&impact.clone().time_ms(1.0)).unwrap()];
     eventually(|| "one waits", || service.status(patience()).unwrap().row().queued == 1);
     std::thread::sleep(Duration::from_millis(5));

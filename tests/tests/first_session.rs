@@ -27,7 +27,7 @@ const CARGO: &str = "cargo() { :; }";
 
 /// What the Rust examples of the README take from their surroundings.
 const SURROUNDINGS: &str = "
-    use shatter_client::{Client, Convention, Deadline, Impact};
+    use shatter_client::{Client, Contact, Convention, Deadline, Impact};
     let deadline = Deadline::after(std::time::Duration::from_secs(60));
     let service = Client::connect(\"default\", deadline)?;
     let mug = service.object(\"mug\", deadline)?;

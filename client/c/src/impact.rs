@@ -264,15 +264,7 @@ impl Impact {
         }
         // SAFETY: handed on.
         let contacts = unsafe { elements("impact.contacts", self.contacts, count) }?;
-        let mut impact = shatter_client::Impact::at(contacts[0].point_m);
-        for (i, contact) in contacts.iter().enumerate() {
-            impact = if i == 0 { impact } else { impact.and_at(contact.point_m) };
-            impact = if contact.ray == [0.0; 3] { impact } else { impact.ray(contact.ray) };
-            impact = impact.impulse(contact.impulse_ns);
-            impact = told(impact, contact.duration_s, shatter_client::Impact::duration);
-            impact = told(impact, contact.radius_m, shatter_client::Impact::radius);
-        }
-        Ok(impact)
+        Ok(shatter_client::Impact::new(contacts.iter().map(shatter_client::Contact::from)))
     }
 
     fn dials(&self, impact: shatter_client::Impact) -> Result<shatter_client::Impact, Failure> {
@@ -354,6 +346,19 @@ impl Impact {
             (handle, fragment) => impact.from(handle, fragment),
         };
         Ok(if self.keep { impact.keep() } else { impact })
+    }
+}
+
+/// Zero stands for "not said".
+impl From<&Contact> for shatter_client::Contact {
+    fn from(contact: &Contact) -> Self {
+        let said = |value: f64| (value != 0.0).then_some(value);
+        Self {
+            ray: (contact.ray != [0.0; 3]).then_some(contact.ray),
+            duration_s: said(contact.duration_s),
+            radius_m: said(contact.radius_m),
+            ..Self::new(contact.point_m).impulse(contact.impulse_ns)
+        }
     }
 }
 

@@ -36,16 +36,21 @@ impl Contact {
 }
 
 /// An impact with these contacts.
-pub fn at<'a>(mut contacts: impl Iterator<Item = &'a Contact>) -> PyResult<Impact> {
-    let describe = |impact: Impact, contact: &Contact| {
-        let impact = impact.impulse(contact.impulse);
-        let impact = contact.ray.map_or(impact.clone(), |direction| impact.ray(direction));
-        let impact = contact.duration_s.map_or(impact.clone(), |duration_s| impact.duration(duration_s));
-        contact.radius.map_or(impact.clone(), |radius| impact.radius(radius))
-    };
-    let first = contacts.next().ok_or_else(|| wrong("a strike takes at least one Contact"))?;
-    let impact = describe(Impact::at(first.point), first);
-    Ok(contacts.fold(impact, |impact, contact| describe(impact.and_at(contact.point), contact)))
+pub fn at<'a>(contacts: impl Iterator<Item = &'a Contact>) -> PyResult<Impact> {
+    let contacts: Vec<shatter_client::Contact> = contacts.map(shatter_client::Contact::from).collect();
+    match contacts.is_empty() {
+        true => Err(wrong("a strike takes at least one Contact")),
+        false => Ok(Impact::new(contacts)),
+    }
+}
+
+impl From<&Contact> for shatter_client::Contact {
+    fn from(told: &Contact) -> Self {
+        let contact = Self::new(told.point).impulse(told.impulse);
+        let contact = told.ray.map_or(contact, |direction| contact.ray(direction));
+        let contact = told.duration_s.map_or(contact, |duration_s| contact.duration(duration_s));
+        told.radius.map_or(contact, |radius| contact.radius(radius))
+    }
 }
 
 /// A number of sites, or where it comes from.

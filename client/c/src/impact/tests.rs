@@ -28,10 +28,10 @@ fn refused(impact: Impact) -> Error {
 
 #[test]
 fn zero_is_the_default_of_everything_but_the_contacts() {
-    let first = shatter_client::Impact::at([0.1, 0.2, 0.3]).impulse([-1.0, 0.0, 0.5]);
-    assert_eq!(read(zero(1)).unwrap(), first);
-    let both = first.and_at([0.4, 0.5, 0.6]).impulse([0.0, 2.0, 0.0]).duration(0.001).radius(0.02);
-    assert_eq!(read(zero(2)).unwrap(), both);
+    let first = shatter_client::Contact::new([0.1, 0.2, 0.3]).impulse([-1.0, 0.0, 0.5]);
+    assert_eq!(read(zero(1)).unwrap(), shatter_client::Impact::new([first]));
+    let second = shatter_client::Contact::new([0.4, 0.5, 0.6]).impulse([0.0, 2.0, 0.0]).duration(0.001).radius(0.02);
+    assert_eq!(read(zero(2)).unwrap(), shatter_client::Impact::new([first, second]));
 }
 
 #[test]

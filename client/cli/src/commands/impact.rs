@@ -2,11 +2,11 @@
 
 use super::files::{Format, OutputTarget, WrittenFiles};
 use super::parse::{NamedConvention, convention, degree, effect, elastic, lift, origin, quality, ray, vector};
-use super::{ANSWER, CliError, document, note, out, reply, with_contact};
+use super::{ANSWER, CliError, document, note, out, reply, with_options};
 use serde_json::{Value, json};
 use shatter_client::{
-    Client, Deadline, DegreeRule, Effect, ElasticSource, Error, ErrorKind, FractureResult, Fragment, Hit, HullMesh,
-    Impact, Lift, Quality, Ray, RetainedFragment, SEED_DEFAULT,
+    Client, Contact, Deadline, DegreeRule, Effect, ElasticSource, Error, ErrorKind, FractureResult, Fragment, Hit,
+    HullMesh, Impact, Lift, Quality, Ray, RetainedFragment, SEED_DEFAULT,
 };
 use shatter_proto::result::{BondWire, DebrisWire, EffectWire, HullWire, NO_MATERIAL, SummaryWire};
 use std::collections::BTreeMap;
@@ -177,12 +177,15 @@ fn solved_instead(summary: &SummaryWire) -> String {
 }
 
 fn impact(args: &Args) -> Impact {
-    let mut contacts = args.point.iter().zip(&args.impulse);
     let radius = args.radius_m.map(|meters| args.convention.convention.length(meters));
-    let describe = |impact: Impact, impulse: &[f64; 3]| with_contact(impact.impulse(*impulse), args.duration_s, radius);
-    let first = contacts.next().map(|(point, impulse)| describe(Impact::at(*point), impulse));
-    let first = first.unwrap_or_else(|| aimed(args, describe));
-    let impact = contacts.fold(first, |impact, (point, impulse)| describe(impact.and_at(*point), impulse));
+    let describe =
+        |contact: Contact, impulse: &[f64; 3]| with_options(contact.impulse(*impulse), args.duration_s, radius);
+    let given = args.point.iter().zip(&args.impulse).map(|(point, impulse)| describe(Contact::new(*point), impulse));
+    let mut contacts: Vec<Contact> = given.collect();
+    if contacts.is_empty() {
+        contacts.push(aimed(args, describe));
+    }
+    let impact = Impact::new(contacts);
     let impact = impact.seed(args.seed);
     let impact = args.degree.map_or(impact.clone(), |degree| impact.degree(degree));
     let impact = args.elastic.map_or(impact.clone(), |elastic| impact.elastic(elastic));
@@ -199,11 +202,11 @@ fn impact(args: &Args) -> Impact {
     args.deadline_ms.map_or(impact.clone(), |ms| impact.deadline(Duration::from_millis(ms)))
 }
 
-/// The impact of a single contact that a ray finds.
-fn aimed(args: &Args, describe: impl Fn(Impact, &[f64; 3]) -> Impact) -> Impact {
-    let Some(ray) = args.ray else { return Impact::at([0.0; 3]) };
-    let impact = describe(Impact::along(ray), args.impulse.first().unwrap_or(&[0.0; 3]));
-    args.impulse_ns.map_or(impact.clone(), |impulse_ns| impact.impulse_along_ray(impulse_ns))
+/// The only contact, which a ray finds.
+fn aimed(args: &Args, describe: impl Fn(Contact, &[f64; 3]) -> Contact) -> Contact {
+    let Some(ray) = args.ray else { return Contact::new([0.0; 3]) };
+    let contact = describe(ray.into(), args.impulse.first().unwrap_or(&[0.0; 3]));
+    args.impulse_ns.map_or(contact, |impulse_ns| contact.impulse_along_ray(impulse_ns))
 }
 
 /// Where a ray met the object.

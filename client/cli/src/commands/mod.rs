@@ -11,7 +11,7 @@ pub mod threshold;
 mod time_of_day;
 
 use shatter_cli_common::cli_error::{CliError, document, note, out};
-use shatter_client::{Deadline, Impact};
+use shatter_client::{Contact, Deadline};
 use std::time::Duration;
 
 /// How long a command waits for a reply of the service.
@@ -25,8 +25,8 @@ fn reply() -> Deadline {
     Deadline::after(REPLY)
 }
 
-/// `impact` with the duration and the radius of its last contact, where they were given.
-fn with_contact(impact: Impact, duration_s: Option<f64>, radius_m: Option<f64>) -> Impact {
-    let impact = duration_s.map_or(impact.clone(), |duration_s| impact.duration(duration_s));
-    radius_m.map_or(impact.clone(), |radius_m| impact.radius(radius_m))
+/// `contact` with the duration and the radius, where they were given.
+fn with_options(contact: Contact, duration_s: Option<f64>, radius_m: Option<f64>) -> Contact {
+    let contact = duration_s.map_or(contact, |duration_s| contact.duration(duration_s));
+    radius_m.map_or(contact, |radius_m| contact.radius(radius_m))
 }

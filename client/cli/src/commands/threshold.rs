@@ -2,10 +2,10 @@
 
 use super::impact::{hit, hit_line};
 use super::parse::{NamedConvention, convention, ray, vector};
-use super::{ANSWER, CliError, document, out, reply, with_contact};
+use super::{ANSWER, CliError, document, out, reply, with_options};
 use nalgebra::Vector3;
 use serde_json::json;
-use shatter_client::{Client, Deadline, Impact, Ray};
+use shatter_client::{Client, Contact, Deadline, Impact, Ray};
 use shatter_proto::request::squarable;
 
 /// Arguments of `shatter threshold`.
@@ -54,9 +54,10 @@ pub fn run(service: &str, args: &Args) -> Result<(), CliError> {
     })?;
     let host = args.convention.convention;
     let object = Client::connect(service, reply())?.with_convention(host).object(&args.object, reply())?;
-    let begun = args.ray.map_or_else(|| Impact::at(args.point.unwrap_or_default()), Impact::along);
-    let impact = begun.impulse(unit.into()).threshold_only();
-    let impact = with_contact(impact, args.duration_s, args.radius_m.map(|meters| host.length(meters)));
+    let contact = args.ray.map_or_else(|| Contact::new(args.point.unwrap_or_default()), Contact::from);
+    let radius = args.radius_m.map(|meters| host.length(meters));
+    let contact = with_options(contact.impulse(unit.into()), args.duration_s, radius);
+    let impact = Impact::new([contact]).threshold_only();
     let broken = object.strike(&impact)?.wait(Deadline::after(ANSWER))?;
     let summary = broken.summary();
     if args.json {

@@ -4,7 +4,7 @@ use super::Failure;
 use super::film::Shell;
 use nalgebra::{Matrix3, Vector3};
 use rapier3d_f64::prelude::{MassProperties, Matrix, SharedShape, Vector};
-use shatter_client::{Deadline, DegreeRule, Effect, FractureResult, Fragment, Impact, Object, ObjectFacts};
+use shatter_client::{Contact, Deadline, DegreeRule, Effect, FractureResult, Fragment, Impact, Object, ObjectFacts};
 use shatter_export::contact::{ContactBody, ContactPolicy, ElasticMaterial, HertzContact};
 use std::time::Duration;
 
@@ -70,7 +70,7 @@ impl Prototype {
 
 /// The whole object, put together of pieces.
 fn whole(facts: &ObjectFacts, object: &Object) -> Result<Block, Failure> {
-    let impact = Impact::at(facts.center_m).impulse([0.0, -1.0, 0.0]).radius(facts.diagonal_m);
+    let impact = Impact::new([Contact::new(facts.center_m).impulse([0.0, -1.0, 0.0]).radius(facts.diagonal_m)]);
     let impact = impact.degree(DegreeRule::Sites(PARTS)).enable(Effect::Hulls);
     let broken: FractureResult = object.strike(&impact)?.wait(Deadline::after(PATIENCE))?;
     let parts: Vec<Block> = broken.fragments().map(|fragment| block(&fragment)).collect();
@@ -155,7 +155,8 @@ fn weakest(object: &Object, block: &Block, own: ContactBody) -> Result<f64, Fail
         let point_m = [0, 1, 2].map(|k| block.center_m[k] + f64::from(tip[k]));
         let mut impulse_ns = [0.0; 3];
         impulse_ns[axis] = -sign;
-        let impact = Impact::at(point_m).impulse(impulse_ns).duration(hertz.duration_s).radius(hertz.radius_m);
+        let impact =
+            Impact::new([Contact::new(point_m).impulse(impulse_ns).duration(hertz.duration_s).radius(hertz.radius_m)]);
         let answer = object.strike(&impact.threshold_only())?.wait(Deadline::after(PATIENCE))?;
         least_ns = least_ns.min(answer.summary().threshold_impulse_factor);
     }

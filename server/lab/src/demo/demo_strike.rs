@@ -4,7 +4,7 @@ use super::object::{DemoTarget, RADIUS_M};
 use super::{ANSWER_PATIENCE, DemoError, views};
 use crate::report::{StageTime, significant};
 use nalgebra::Vector3;
-use shatter_client::{Deadline, FractureResult, Fragment, Impact, Object};
+use shatter_client::{Contact, Deadline, FractureResult, Fragment, Impact, Object};
 use shatter_export::WriteReport;
 use shatter_proto::result::{STAGES, SummaryWire};
 use shatter_server::commands::interrupt;
@@ -58,7 +58,7 @@ pub(super) fn threshold_ns(object: &Object, target: &DemoTarget) -> Result<f64, 
 }
 
 fn impact(target: &DemoTarget, impulse_ns: Vector3<f64>) -> Impact {
-    Impact::at(target.point_m.coords.into()).impulse(impulse_ns.into()).radius(RADIUS_M).seed(SEED)
+    Impact::new([Contact::new(target.point_m.coords.into()).impulse(impulse_ns.into()).radius(RADIUS_M)]).seed(SEED)
 }
 
 impl DemoStrike {

@@ -5,7 +5,9 @@ use super::schedule::Schedule;
 use super::tally::{RequestEnd, RequestRecord};
 use super::{ANSWER, reply};
 use shatter_cli_common::cli_error::{CliError, out};
-use shatter_client::{Client, Deadline, DegreeRule, Error, ErrorKind, FractureResult, Impact, Object, Poll, Ticket};
+use shatter_client::{
+    Client, Contact, Deadline, DegreeRule, Error, ErrorKind, FractureResult, Impact, Object, Poll, Ticket,
+};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant, SystemTime};
@@ -60,9 +62,7 @@ impl Mark {
         let object = connection.object(&target.object, reply())?;
         let facts = object.facts();
         let center = facts.center_m;
-        let all_over = Impact::at(center)
-            .impulse([1.0, 0.0, 0.0])
-            .radius(facts.diagonal_m)
+        let all_over = Impact::new([Contact::new(center).impulse([1.0, 0.0, 0.0]).radius(facts.diagonal_m)])
             .degree(DegreeRule::Sites(SITES.min(facts.degree_max)));
         let broken = insist(|| object.strike(&all_over)?.wait(Deadline::after(ANSWER)))?;
         let points = surface(&broken);
@@ -122,8 +122,9 @@ impl Sender {
         let inward: [f64; 3] = std::array::from_fn(|axis| mark.center[axis] - point[axis]);
         let length = inward.iter().map(|x| x * x).sum::<f64>().sqrt();
         let direction = if length > 0.0 { inward.map(|x| x / length) } else { [1.0, 0.0, 0.0] };
-        let impact =
-            Impact::at(point).impulse(direction).degree(DegreeRule::Sites(mark.degree)).seed(self.schedule.seed());
+        let impact = Impact::new([Contact::new(point).impulse(direction)])
+            .degree(DegreeRule::Sites(mark.degree))
+            .seed(self.schedule.seed());
         let deadline = self.plan.deadline_ms.map(Duration::from_millis);
         mark.object.strike(&deadline.map_or(impact.clone(), |deadline| impact.deadline(deadline)))
     }
