@@ -30,3 +30,4 @@ pub mod skin;
 pub mod sparse;
 pub mod surface;
 pub mod tessellation;
+mod triangle;

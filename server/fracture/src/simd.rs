@@ -1,68 +1,19 @@
 //! The widest instructions of the machine for the loops that take the time of a reduced strike, and numbers side by side for them.
 //!
-//! Ours: a kernel is compiled twice, for the baseline and for AVX2 without fused multiply-add, and sums in lanes that are written out: equal
-//! bits from both.
+//! `pulp` compiles a kernel for the baseline and for AVX2. Kernels sum in lanes that are written out, and rustc never contracts a
+//! product and a sum: equal bits from both.
 
+use pulp::{Arch, NullaryFnOnce};
 use std::ops::{Add, Mul, Sub};
 
-/// A loop over many numbers; its `run` is to be inlined, and all that it calls.
-pub(crate) trait Kernel {
-    /// What it finds.
-    type Output;
-    /// Runs it.
-    fn run(self) -> Self::Output;
-}
-
-/// The compilations of a kernel.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Instructions {
-    Baseline,
-    #[cfg(target_arch = "x86_64")]
-    Avx2,
-}
-
-impl Instructions {
-    /// All compilations, the widest last.
-    const COMPILED: &[Self] = &[
-        Self::Baseline,
-        #[cfg(target_arch = "x86_64")]
-        Self::Avx2,
-    ];
-
-    /// Whether this machine's processor has them.
-    fn are_available(self) -> bool {
-        match self {
-            Self::Baseline => true,
-            #[cfg(target_arch = "x86_64")]
-            Self::Avx2 => std::arch::is_x86_feature_detected!("avx2"),
-        }
+/// Runs `kernel` with the widest instructions that this machine has. Its `call` is to be inlined, and all that it calls.
+#[inline]
+pub(crate) fn widest<K: NullaryFnOnce>(kernel: K) -> K::Output {
+    #[cfg(test)]
+    if let Some(forced) = tests::forced() {
+        return forced.dispatch(kernel);
     }
-
-    /// The widest that this machine has.
-    fn widest() -> Self {
-        #[cfg(test)]
-        if let Some(forced) = tests::forced() {
-            return forced;
-        }
-        let widest = Self::COMPILED.iter().copied().rev().find(|instructions| instructions.are_available());
-        widest.unwrap_or(Self::Baseline)
-    }
-}
-
-/// Runs `kernel` with the widest instructions that this machine has.
-pub(crate) fn widest<K: Kernel>(kernel: K) -> K::Output {
-    match Instructions::widest() {
-        Instructions::Baseline => kernel.run(),
-        // SAFETY: `Instructions::widest` returns what is available, so the processor has said that it has AVX2.
-        #[cfg(target_arch = "x86_64")]
-        Instructions::Avx2 => unsafe { avx2(kernel) },
-    }
-}
-
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2")]
-fn avx2<K: Kernel>(kernel: K) -> K::Output {
-    kernel.run()
+    Arch::new().dispatch(kernel)
 }
 
 /// N numbers side by side.
@@ -139,19 +90,36 @@ impl<const N: usize> Mul<f64> for SimdLanes<N> {
 pub(crate) mod tests {
     use super::*;
     use std::fmt::Debug;
+    use std::mem::discriminant;
     use std::sync::Mutex;
-    use std::sync::atomic::{AtomicUsize, Ordering};
 
     /// Held by the test that forces instructions: one at a time.
     static FORCING: Mutex<()> = Mutex::new(());
 
-    /// Position of the forced instructions among the compiled ones, counted from 1, for all threads; 0: none are forced. Other tests
-    /// meanwhile get the same bits.
-    static FORCED: AtomicUsize = AtomicUsize::new(0);
+    /// The forced instructions, for all threads. Other tests meanwhile get the same bits.
+    static FORCED: Mutex<Option<Arch>> = Mutex::new(None);
 
-    pub(super) fn forced() -> Option<Instructions> {
-        let position = FORCED.load(Ordering::Relaxed).checked_sub(1)?;
-        Instructions::COMPILED.get(position).copied()
+    pub(super) fn forced() -> Option<Arch> {
+        *FORCED.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
+    }
+
+    fn force(arch: Option<Arch>) {
+        *FORCED.lock().unwrap_or_else(|poisoned| poisoned.into_inner()) = arch;
+    }
+
+    /// The baseline, then every other compilation that this machine can run.
+    fn available() -> Vec<Arch> {
+        let mut all = vec![Arch::Scalar];
+        #[cfg(target_arch = "x86_64")]
+        match pulp::x86::V3::try_new() {
+            Some(v3) => all.push(Arch::V3(v3)),
+            None => println!("skipped: this processor lacks AVX2"),
+        }
+        // Further ones, of other processors or where another crate turns on more of `pulp`.
+        if all.iter().all(|arch| discriminant(arch) != discriminant(&Arch::new())) {
+            all.push(Arch::new());
+        }
+        all
     }
 
     /// Asserts that every compilation that this machine can run gives the same as the baseline; what they give.
@@ -159,16 +127,12 @@ pub(crate) mod tests {
     pub(crate) fn same_on_every_path<T: PartialEq + Debug>(run: impl Fn() -> T) -> T {
         let _one_at_a_time = FORCING.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
         let mut plain = None;
-        for (position, instructions) in Instructions::COMPILED.iter().enumerate() {
-            if !instructions.are_available() {
-                println!("skipped: this processor lacks {instructions:?}");
-                continue;
-            }
-            FORCED.store(position + 1, Ordering::Relaxed);
+        for arch in available() {
+            force(Some(arch));
             let found = run();
-            FORCED.store(0, Ordering::Relaxed);
+            force(None);
             match &plain {
-                Some(plain) => assert_eq!(found, *plain, "{instructions:?}"),
+                Some(plain) => assert_eq!(found, *plain, "{arch:?}"),
                 None => plain = Some(found),
             }
         }
@@ -176,12 +140,13 @@ pub(crate) mod tests {
     }
 
     #[test]
-    fn the_baseline_is_first_and_can_be_forced() {
-        assert_eq!(Instructions::COMPILED[0], Instructions::Baseline);
+    fn every_path_can_be_forced_and_the_baseline_is_first() {
+        let available = available();
+        assert!(matches!(available[0], Arch::Scalar));
+        assert!(available.iter().any(|arch| discriminant(arch) == discriminant(&Arch::new())), "the widest is tried");
         let seen = Mutex::new(Vec::new());
-        same_on_every_path(|| seen.lock().unwrap().push(Instructions::widest()));
-        let seen = seen.into_inner().unwrap();
-        let available = Instructions::COMPILED.iter().filter(|instructions| instructions.are_available());
-        assert!(available.into_iter().all(|instructions| seen.contains(instructions)), "{seen:?}");
+        same_on_every_path(|| seen.lock().unwrap().push(discriminant(&forced().unwrap())));
+        let all: Vec<_> = available.iter().map(discriminant).collect();
+        assert_eq!(seen.into_inner().unwrap(), all);
     }
 }

@@ -1,9 +1,8 @@
 //! The boundary of a lattice as a triangle mesh of its own, for contacts.
-//!
-//! Based on: C. Ericson, *Real-Time Collision Detection* (2005), section 5.1.5, for the closest point of a triangle.
 
 use crate::lattice::Lattice;
 use crate::memory::held;
+use crate::triangle::closest_point;
 use nalgebra::Point3;
 
 /// Boundary nodes, densely renumbered, and their faces.
@@ -108,7 +107,7 @@ impl BoundaryNodes {
         mut best: Option<NearestBoundaryPoint>,
     ) -> Option<NearestBoundaryPoint> {
         for face in group * GROUP..(group * GROUP + GROUP).min(self.faces.len()) {
-            let place = closest(point, self.corners(face));
+            let place = closest_point(&self.corners(face), point);
             // Overflow far outside gives no number: that far is infinitely far.
             let distance = (place - point).norm().min(f64::INFINITY);
             if best.is_none_or(|best| (distance, face) < (best.distance, best.face)) {
@@ -142,51 +141,15 @@ fn around(nodes: usize, faces: &[[u32; 3]]) -> (Vec<u32>, Vec<u32>) {
     (starts, pairs.into_iter().map(|pair| pair.1).collect())
 }
 
-/// The point of triangle (a, b, c) closest to `p`, by the Voronoi region of its features that `p` lies in.
-fn closest(p: &Point3<f64>, [a, b, c]: [Point3<f64>; 3]) -> Point3<f64> {
-    let (ab, ac) = (b - a, c - a);
-    let (d1, d2) = (ab.dot(&(p - a)), ac.dot(&(p - a)));
-    if d1 <= 0.0 && d2 <= 0.0 {
-        return a;
-    }
-    let (d3, d4) = (ab.dot(&(p - b)), ac.dot(&(p - b)));
-    if d3 >= 0.0 && d4 <= d3 {
-        return b;
-    }
-    let vc = d1 * d4 - d3 * d2;
-    if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 {
-        return a + ab * (d1 / (d1 - d3));
-    }
-    let (d5, d6) = (ab.dot(&(p - c)), ac.dot(&(p - c)));
-    if d6 >= 0.0 && d5 <= d6 {
-        return c;
-    }
-    let vb = d5 * d2 - d1 * d6;
-    if vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0 {
-        return a + ac * (d2 / (d2 - d6));
-    }
-    let va = d3 * d6 - d5 * d4;
-    if va <= 0.0 && d4 >= d3 && d5 >= d6 {
-        return b + (c - b) * ((d4 - d3) / ((d4 - d3) + (d5 - d6)));
-    }
-    let total = va + vb + vc;
-    a + ab * (vb / total) + ac * (vc / total)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use proptest::prelude::*;
-
-    fn point() -> impl Strategy<Value = Point3<f64>> {
-        prop::array::uniform3(-1.0..1.0_f64).prop_map(Point3::from)
-    }
 
     /// As a look at every face.
     fn check(boundary: &BoundaryNodes, point: Point3<f64>) {
         let mut plain: Option<NearestBoundaryPoint> = None;
         for face in 0..boundary.faces.len() {
-            let place = closest(&point, boundary.corners(face));
+            let place = closest_point(&boundary.corners(face), &point);
             let distance = (place - point).norm();
             if plain.is_none_or(|plain| distance < plain.distance) {
                 plain = Some(NearestBoundaryPoint { face, place, distance });
@@ -206,21 +169,5 @@ mod tests {
         }
         let nowhere = boundary.nearest(&Point3::new(1e300, 0.0, 0.0)).unwrap();
         assert_eq!((nowhere.face, nowhere.distance), (0, f64::INFINITY));
-    }
-
-    proptest! {
-        #[test]
-        fn no_point_of_a_triangle_is_closer_than_the_closest(p in point(), corners in prop::array::uniform3(point())) {
-            let [a, b, c] = corners;
-            let distance = (closest(&p, corners) - p).norm();
-            let mut sampled = f64::INFINITY;
-            for i in 0..=40 {
-                for j in 0..=40 - i {
-                    let place = a + (b - a) * (f64::from(i) / 40.0) + (c - a) * (f64::from(j) / 40.0);
-                    sampled = sampled.min((place - p).norm());
-                }
-            }
-            prop_assert!(distance <= sampled + 1e-9 && sampled <= distance + 0.1);
-        }
     }
 }

@@ -6,7 +6,8 @@ use super::{Elasticity, ElasticityError};
 use crate::cancel_token::CancelToken;
 use crate::lattice::Lattice;
 use crate::memory::held;
-use crate::simd::{Kernel, SimdLanes, widest};
+use crate::simd::{SimdLanes, widest};
+use pulp::NullaryFnOnce;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -117,11 +118,11 @@ impl Energies<'_> {
     }
 }
 
-impl Kernel for Energies<'_> {
+impl NullaryFnOnce for Energies<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn run(self) {
+    fn call(self) {
         match self.driving {
             DrivingEnergy::Total => self.fill::<false>(),
             DrivingEnergy::Tensile => self.fill::<true>(),

@@ -9,8 +9,9 @@
 use super::residual::{self, ResidualForm, Sums};
 use super::{ElasticWorkspace, Elasticity, NodalLoad};
 use crate::memory::held;
-use crate::simd::{Kernel, widest};
+use crate::simd::widest;
 use nalgebra::Vector3;
+use pulp::NullaryFnOnce;
 use rayon::prelude::*;
 
 /// A basis of displacements of one free body, K-orthonormal, the most energetic first.
@@ -49,11 +50,11 @@ struct Products<'a> {
     sums: &'a mut [f64],
 }
 
-impl Kernel for Products<'_> {
+impl NullaryFnOnce for Products<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn run(self) {
+    fn call(self) {
         let length = SIDE * self.coordinates.len();
         for (row, sum) in self.sums.iter_mut().enumerate() {
             let rest = &self.basis[row * self.rank..];
@@ -81,11 +82,11 @@ struct Gather<'a, F> {
     coordinates: &'a mut [f64],
 }
 
-impl<F: Iterator<Item = (usize, Vector3<f64>)>> Kernel for Gather<'_, F> {
+impl<F: Iterator<Item = (usize, Vector3<f64>)>> NullaryFnOnce for Gather<'_, F> {
     type Output = ();
 
     #[inline(always)]
-    fn run(self) {
+    fn call(self) {
         for (node, force) in self.forces {
             let (x, others) = self.basis[3 * node * self.rank..][..3 * self.rank].split_at(self.rank);
             let (y, z) = others.split_at(self.rank);

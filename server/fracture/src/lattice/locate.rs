@@ -1,9 +1,8 @@
 //! Where a point lies in a lattice, and the nearest point of its boundary.
-//!
-//! Based on: C. Ericson, *Real-Time Collision Detection* (2005), section 5.1.5 (closest point on a triangle).
 
 use super::tree::{Aabb, AabbTree};
 use super::{BoundaryFace, Lattice};
+use crate::triangle::ClosestFeature;
 use nalgebra::{Matrix3, Point3, Vector3};
 
 /// Barycentric coordinates this little below 0 still count as inside: rounding on shared faces.
@@ -103,7 +102,7 @@ impl Locator {
     pub fn nearest(&self, point: &Point3<f64>) -> Option<NearestOnBoundary> {
         let on = |face: u32| {
             let triangle = &self.triangles[face as usize];
-            let barycentric = closest(triangle, point);
+            let barycentric = ClosestFeature::of(triangle, point).barycentric();
             let foot =
                 triangle.iter().zip(barycentric).map(|(corner, weight)| corner.coords * weight).sum::<Vector3<_>>();
             (Point3::from(foot), barycentric)
@@ -125,42 +124,6 @@ impl Locator {
         let sum: f64 = clamped.iter().sum();
         Some(LatticePoint { tet, barycentric: clamped.map(|weight| weight / sum) })
     }
-}
-
-/// Barycentric coordinates of the point of a triangle closest to `point`.
-fn closest([a, b, c]: &[Point3<f64>; 3], point: &Point3<f64>) -> [f64; 3] {
-    let (ab, ac, ap) = (b - a, c - a, point - a);
-    let (d1, d2) = (ab.dot(&ap), ac.dot(&ap));
-    if d1 <= 0.0 && d2 <= 0.0 {
-        return [1.0, 0.0, 0.0];
-    }
-    let bp = point - b;
-    let (d3, d4) = (ab.dot(&bp), ac.dot(&bp));
-    if d3 >= 0.0 && d4 <= d3 {
-        return [0.0, 1.0, 0.0];
-    }
-    let vc = d1 * d4 - d3 * d2;
-    if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 {
-        let t = d1 / (d1 - d3);
-        return [1.0 - t, t, 0.0];
-    }
-    let cp = point - c;
-    let (d5, d6) = (ab.dot(&cp), ac.dot(&cp));
-    if d6 >= 0.0 && d5 <= d6 {
-        return [0.0, 0.0, 1.0];
-    }
-    let vb = d5 * d2 - d1 * d6;
-    if vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0 {
-        let t = d2 / (d2 - d6);
-        return [1.0 - t, 0.0, t];
-    }
-    let va = d3 * d6 - d5 * d4;
-    if va <= 0.0 && d4 >= d3 && d5 >= d6 {
-        let t = (d4 - d3) / ((d4 - d3) + (d5 - d6));
-        return [0.0, 1.0 - t, t];
-    }
-    let sum = va + vb + vc;
-    [va / sum, vb / sum, vc / sum]
 }
 
 #[cfg(test)]

@@ -2,6 +2,7 @@
 
 use super::closest;
 use super::tree::TriangleTree;
+use crate::triangle::closest_point;
 use nalgebra::Point3;
 
 /// Points that can be asked which of them is nearest to another.
@@ -36,8 +37,7 @@ impl NearestTriangles {
     /// corner of a triangle without area. 0 without triangles.
     pub fn to(&self, point: &Point3<f64>) -> (usize, [f64; 3]) {
         let triangle = closest::nearest(&self.tree, point).1 as usize;
-        let weights =
-            self.triangles.get(triangle).map(|corners| barycentric(corners, &closest::closest_on(corners, point)));
+        let weights = self.triangles.get(triangle).map(|corners| barycentric(corners, &closest_point(corners, point)));
         (triangle, weights.unwrap_or([1.0, 0.0, 0.0]))
     }
 }

@@ -3,9 +3,10 @@
 //! A slot of half width w along a whole sheet would reach w beyond where the sheet ends, and make a crack that much longer. So
 //! where a sheet ends within the body, the slot is that of the sheet less a strip of width w along its end.
 
-use super::closest::{self, closest_on};
+use super::closest;
 use super::tree::TriangleTree;
 use super::{CrackSheets, InsideTest};
+use crate::triangle::closest_point;
 use nalgebra::{Point3, Vector3};
 use std::collections::HashMap;
 
@@ -48,7 +49,7 @@ impl OpenEdges {
     fn nearest(&self, point: &Point3<f64>) -> Option<(&Edge, Point3<f64>)> {
         let edge = self.edges.get(closest::nearest(&self.tree, point).1 as usize)?;
         let [a, b] = edge.ends;
-        Some((edge, closest_on(&[a, b, b], point)))
+        Some((edge, closest_point(&[a, b, b], point)))
     }
 }
 

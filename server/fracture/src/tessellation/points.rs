@@ -12,8 +12,9 @@ use super::{TessellationError, Topology};
 use crate::lattice::Lattice;
 use crate::lift::LiftedLattice;
 use crate::memory::held;
-use crate::simd::{Kernel, widest};
+use crate::simd::widest;
 use nalgebra::{Point3, Vector3};
+use pulp::NullaryFnOnce;
 use rayon::prelude::*;
 
 /// Whether a mask has five or six edges, so that three labels or more meet; counting is slow on old processors.
@@ -228,11 +229,11 @@ struct EdgePoints<'a> {
     out: &'a mut [Point3<f64>],
 }
 
-impl Kernel for EdgePoints<'_> {
+impl NullaryFnOnce for EdgePoints<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn run(self) {
+    fn call(self) {
         for ((edge, sides), out) in self.simplices.iter().zip(self.sides).zip(self.out) {
             *out = self.finder.edge(self.topology.edges[*edge as usize], *sides);
         }
