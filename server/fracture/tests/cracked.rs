@@ -275,7 +275,7 @@ fn bytes_depend_on_where_a_crack_is_and_not_on_which_way_it_faces() {
     let hash = |cracks: &RawMesh| input_hash(&surface, Some(&CrackSheets::new(cracks, &surface.frame).unwrap()));
     assert_eq!(hash(&half_depth()), HALF.report.input_hash);
     assert!(hash(&other) != HALF.report.input_hash && HALF.report.input_hash != WHOLE.report.input_hash);
-    assert!(!String::from_utf8_lossy(&bytes(&WHOLE)).contains("cracks"));
+    assert!(String::from_utf8_lossy(&bytes(&WHOLE)).contains(r#"\"cracks\":null"#));
 }
 
 #[test]
@@ -300,7 +300,7 @@ fn what_is_no_crack_of_the_object_is_named_or_refused() {
         (slices, "existing cracks take"),
         (flat, "existing cracks: every triangle is degenerate"),
         (moved(half_depth(), |point| point * f64::NAN), "existing cracks: vertex 0 is not finite"),
-        (RawMesh::new(Vec::new(), Vec::new()), "existing cracks: the mesh is empty"),
+        (RawMesh::new(Vec::new(), Vec::new()), "existing cracks: no vertices were found"),
     ] {
         let error = baked(shapes::cuboid(SIZE_M), Some(cracks)).err().unwrap().to_string();
         assert!(error.contains(words), "{error}");

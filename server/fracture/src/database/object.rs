@@ -345,18 +345,21 @@ fn body(
         true => Some(solid(contents, index, &crack, parameters.material.poisson, parameters.factor)?),
         false => None,
     };
-    let lift = |part: &str, kind, dimension: Option<usize>| {
+    let lift = |part: &str, kind, dimension: Option<usize>, is_wanted: bool| {
+        if dimension.is_none() && contents.holds(&name(part)) {
+            let reason = format!("the lift `{}` is there, but its dimension is null", name(part));
+            return Err(DatabaseError::Metadata { key: "shape", reason });
+        }
         let measured = |dimension| {
             let coordinates = contents.f64(&name(part), Some(crack.nodes.len()), dimension)?;
             stored_values::lift(&name(part), &coordinates)?;
             Ok::<_, DatabaseError>(LiftedLattice::measured(kind, &crack, dimension, coordinates))
         };
-        dimension.map(measured).transpose()
+        dimension.filter(|_| is_wanted).map(measured).transpose()
     };
-    let own = shape.interior_dimensions[index].filter(|_| tables.interior);
-    let interior = lift("interior", LiftKind::Interior, own)?;
-    let surface = shape.surface_diffusion_dimensions[index].filter(|_| tables.surface_diffusion);
-    let surface_diffusion = lift("surface_diffusion", LiftKind::SurfaceDiffusion, surface)?;
+    let interior = lift("interior", LiftKind::Interior, shape.interior_dimensions[index], tables.interior)?;
+    let surface = shape.surface_diffusion_dimensions[index];
+    let surface_diffusion = lift("surface_diffusion", LiftKind::SurfaceDiffusion, surface, tables.surface_diffusion)?;
     let mut body = PreparedBody { solid, interior, surface_diffusion, ..PreparedBody::new(crack) };
     if contents.holds(&name(BOUND)) {
         body.bound = bound(contents, name(BOUND), &body)?;
