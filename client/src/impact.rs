@@ -4,7 +4,9 @@ use crate::Ray;
 use shatter_export::contact::MergedContact;
 use shatter_proto::convention::Convention;
 use shatter_proto::effect::{Effect, Effects};
-use shatter_proto::request::{Contact, DegreeRule, ElasticSource, Lift, Purpose, Quality, Request, RetainedFragment};
+use shatter_proto::request::{
+    Contact, DegreeRule, DisplacementSource, Lift, Purpose, Quality, Request, RetainedFragment,
+};
 use std::time::Duration;
 
 /// One impact: contacts, and how the answer shall be computed. Lengths in m and directions in the coordinates of the mesh
@@ -55,7 +57,7 @@ impl Impact {
     }
 
     /// Where displacements come from; by default the preset says.
-    pub fn elastic(mut self, elastic: ElasticSource) -> Self {
+    pub fn elastic(mut self, elastic: DisplacementSource) -> Self {
         self.0.elastic = elastic;
         self
     }

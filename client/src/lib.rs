@@ -67,7 +67,7 @@ pub use shatter_proto::control::{Latency, ObjectState};
 pub use shatter_proto::convention::{Convention, Hand, Up, Winding};
 pub use shatter_proto::effect::{Effect, Effects};
 pub use shatter_proto::request::{
-    Contact, DegreeRule, ElasticSource, Lift, Purpose, Quality, Request, RetainedFragment, SEED_DEFAULT,
+    Contact, DegreeRule, DisplacementSource, Lift, Purpose, Quality, Request, RetainedFragment, SEED_DEFAULT,
 };
 pub use shatter_proto::result::MissedTime;
 pub use shatter_proto::{Error, ErrorKind, Fault, exit};

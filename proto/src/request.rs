@@ -147,7 +147,7 @@ pub enum DegreeRule {
 
 /// Where displacements come from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum ElasticSource {
+pub enum DisplacementSource {
     /// From where the preset says.
     #[default]
     Preset,
@@ -191,7 +191,7 @@ pub struct Request {
     /// Which lift; `None`: the object's default.
     pub lift: Option<Lift>,
     /// Where displacements come from.
-    pub elastic: ElasticSource,
+    pub elastic: DisplacementSource,
     /// The preset that says what nothing else says; `None`: the object's.
     pub quality: Option<Quality>,
     /// Elastic energy and diagram are computed until their estimated relative errors are no more, instead of as the preset says.
@@ -255,9 +255,9 @@ impl Request {
             DegreeRule::Sites(sites) => (3, sites),
         };
         wire.elastic = match self.elastic {
-            ElasticSource::Preset => 0,
-            ElasticSource::Solve => 1,
-            ElasticSource::Reduced => 2,
+            DisplacementSource::Preset => 0,
+            DisplacementSource::Solve => 1,
+            DisplacementSource::Reduced => 2,
         };
         wire.set_dials(self)?;
         wire.set_convention(&self.convention)?;
@@ -391,11 +391,11 @@ impl RequestWire {
         }
     }
 
-    fn elastic(&self) -> Result<ElasticSource, Error> {
+    fn elastic(&self) -> Result<DisplacementSource, Error> {
         match self.elastic {
-            0 => Ok(ElasticSource::Preset),
-            1 => Ok(ElasticSource::Solve),
-            2 => Ok(ElasticSource::Reduced),
+            0 => Ok(DisplacementSource::Preset),
+            1 => Ok(DisplacementSource::Solve),
+            2 => Ok(DisplacementSource::Reduced),
             other => Err(Error::new(ErrorKind::Elastic, other.to_string(), "elastic must be 0 to 2")),
         }
     }

@@ -1,9 +1,9 @@
 //! Everything that wakes the daemon's loop: bells, events, clocks, signals, questions from the operations port.
 
 use crate::config::Config;
+use crate::http_endpoints::{LoopInquiry, OperationsPort};
 use crate::ipc::WakeSocket;
 use crate::jobs::WorkerEvent;
-use crate::operations::{LoopInquiry, OperationsPort};
 use shatter_proto::{Error, ErrorKind};
 use std::sync::Arc;
 use std::time::Duration;

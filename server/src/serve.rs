@@ -5,13 +5,13 @@ use crate::catalog::{Catalog, RetiredVersions, unix_ns};
 use crate::config::Config;
 use crate::event_source::{EventSource, Signals, WakeEvent};
 use crate::hot_reloader::{DatabaseFolder, HotReloader};
+use crate::http_endpoints::{LoopInquiry, LoopReport, OperationsPort};
 use crate::ipc::{
     ActiveControlRequest, ClientEntryCheck, PopulatedPages, Ports, RuntimeDirectory, StaleSegmentReaper, WakeSocket,
 };
 use crate::jobs::{Jobs, WorkerEvent, WorkerPool, lanes, threads};
 use crate::memory::ResidentMemory;
 use crate::metrics::{JobEnd, Metrics};
-use crate::operations::{LoopInquiry, LoopReport, OperationsPort};
 use crate::pending_arrivals::PendingArrivals;
 use crate::retained::RetainedResults;
 use crate::waiting_lists::WaitingLists;

@@ -3,12 +3,12 @@
 use rayon::ThreadPoolBuilder;
 use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::centroidal::EnergyField;
-use shatter_fracture::database::{BakeRequest, PartialBake, Share, bake, load, save};
+use shatter_fracture::database::{BakeRequest, BakeShare, PartialBake, bake, load, save};
 use shatter_fracture::degree::{self, SITES_MIN};
 use shatter_fracture::lift::LiftKind;
 use shatter_fracture::pipeline::{
-    ContactSet, DegreeRequest, DegreeSource, ElasticRequest, Example, FractureOutcome, FractureRequest, ImpactContact,
-    ImpactSampler, PreparedObject, StrikeContext, Workspace, examples, sampled, strain_energy, strike,
+    ContactSet, DegreeRequest, DegreeSource, ElasticRequest, FractureOutcome, FractureRequest, ImpactContact,
+    ImpactSampler, PreparedObject, StrikeContext, TrainingExample, Workspace, examples, sampled, strain_energy, strike,
 };
 use shatter_fracture::random::RandomStream;
 use shatter_fracture::surface::shapes;
@@ -66,7 +66,7 @@ fn examples_that_are_added_are_those_of_an_undivided_bake() {
         (load(&path).unwrap(), std::fs::read(path).unwrap())
     };
     let (part, _) = file(&horseshoe_after(10), "part");
-    let more = PartialBake::add(part, 14, Share::WHOLE).unwrap();
+    let more = PartialBake::add(part, 14, BakeShare::WHOLE).unwrap();
     let part = more.complete(&CancelToken::default(), &mut |_| ()).unwrap();
     assert!(file(&part, "added").1 == file(&horseshoe(), "whole").1);
 }
@@ -115,7 +115,7 @@ fn a_verified_degree_holds_and_is_near_the_optimised_one() {
 
 /// Thresholds of an example, drawn uniformly in the logarithm, with n₀ (interpolated between its labels: a power law, nearly)
 /// and the degree.
-fn drawn(example: &Example) -> Vec<(f64, f64, u32)> {
+fn drawn(example: &TrainingExample) -> Vec<(f64, f64, u32)> {
     let labels: Vec<(f64, f64, u32)> = example.labels().collect();
     let (most, least) = (labels[0].0.ln(), labels[labels.len() - 1].0.ln());
     let mut stream = RandomStream::new(example.impact, 77);
@@ -206,7 +206,7 @@ fn an_example_is_the_field_of_its_impact() {
     let prepared = horseshoe();
     let all = sampled(&prepared, &[0, 1, 2, 3], &CancelToken::default()).unwrap();
     assert_eq!(all[..], prepared.examples[..all.len()]);
-    let Example { impact, contacts, first_moment, body, .. } = &all[2];
+    let TrainingExample { impact, contacts, first_moment, body, .. } = &all[2];
     let at = FractureRequest::at(contacts[0].point_m, contacts[0].impulse_ns).seeded(1);
     let again = FractureRequest { contacts: contacts.clone(), seed: *impact, elastic: ElasticRequest::Solve, ..at };
     let impact = ContactSet::new(&prepared, &again).unwrap();

@@ -2,7 +2,7 @@
 
 use nalgebra::{Point3, Vector3};
 use shatter_fracture::cancel_token::CancelToken;
-use shatter_fracture::database::{BakeRequest, PartialBake, Share, bake, load, save};
+use shatter_fracture::database::{BakeRequest, BakeShare, PartialBake, bake, load, save};
 use shatter_fracture::pipeline::{
     ContactSet, ElasticRequest, FractureOutcome, FractureRequest, ImpactSampler, PreparedObject, RANK_MAX,
     REDUCED_ERROR_MAX, StrikeContext, Workspace, reduce, strain_energy, strike,
@@ -54,7 +54,7 @@ fn an_object_that_is_to_be_solved_learns_degrees_and_has_no_basis() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("arch.shatter");
     save(&prepared, &file).unwrap();
-    let more = PartialBake::add(load(&file).unwrap(), 2, Share::WHOLE).unwrap();
+    let more = PartialBake::add(load(&file).unwrap(), 2, BakeShare::WHOLE).unwrap();
     let more = more.complete(&CancelToken::default(), &mut |_| ()).unwrap();
     assert!(more.examples.len() > prepared.examples.len() && more.reduction.is_none(), "it stays so");
     assert_eq!(struck(&more, ElasticRequest::Reduced).threshold().reduced_error, None);

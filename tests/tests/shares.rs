@@ -5,7 +5,7 @@ use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
 use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::database::{
-    BakeRequest, DatabaseError, JoinError, PartialBake, Share, ShareError, bake, join, load, load_partial, save,
+    BakeRequest, BakeShare, DatabaseError, JoinError, PartialBake, ShareError, bake, join, load, load_partial, save,
     save_partial,
 };
 use shatter_fracture::surface::RawMesh;
@@ -39,7 +39,7 @@ fn undivided(folder: &Path) -> Vec<u8> {
 }
 
 /// A share of that many impacts, saved and read again after every step, as if it were stopped each time.
-fn share(folder: &Path, share: Share, request: &BakeRequest) -> PathBuf {
+fn share(folder: &Path, share: BakeShare, request: &BakeRequest) -> PathBuf {
     let path = share.file(folder, &request.name);
     let token = CancelToken::default();
     let mut partial = PartialBake::begin(wedge(), request, share, &token, &mut |_| ()).unwrap();
@@ -65,7 +65,7 @@ fn shares_joined_in_any_order_are_the_undivided_bake() {
     let folder = tempfile::tempdir().unwrap();
     let whole = undivided(folder.path());
     for count in [1, 3] {
-        let of = |index| share(folder.path(), Share::new(index, count).unwrap(), &request(EXAMPLES));
+        let of = |index| share(folder.path(), BakeShare::new(index, count).unwrap(), &request(EXAMPLES));
         let mut shares: Vec<PathBuf> = (0..count).map(of).collect();
         assert!(joined(&shares).unwrap() == whole, "{count} shares");
         shares.reverse();
@@ -82,7 +82,7 @@ fn more_examples_may_be_divided_too() {
     let shares = [0, 1].map(|index| {
         let path = folder.path().join(format!("{index}.share"));
         let mut partial =
-            PartialBake::add(load(&first).unwrap(), EXAMPLES - 10, Share::new(index, 2).unwrap()).unwrap();
+            PartialBake::add(load(&first).unwrap(), EXAMPLES - 10, BakeShare::new(index, 2).unwrap()).unwrap();
         while !partial.task.is_done() {
             partial.step(&CancelToken::default()).unwrap();
         }
@@ -98,13 +98,13 @@ fn shares_that_do_not_belong_together_are_refused() {
     let of = |index, request: &BakeRequest, name: &str| {
         let place = folder.path().join(name);
         std::fs::create_dir_all(&place).unwrap();
-        share(&place, Share::new(index, 2).unwrap(), request)
+        share(&place, BakeShare::new(index, 2).unwrap(), request)
     };
     let [zero, one] = [0, 1].map(|index| of(index, &request(16), "same"));
     let other = of(1, &BakeRequest { seed: 9, ..request(16) }, "other");
-    let unfinished = Share::new(1, 2).unwrap().file(folder.path(), "unfinished");
+    let unfinished = BakeShare::new(1, 2).unwrap().file(folder.path(), "unfinished");
     let partial =
-        PartialBake::begin(wedge(), &request(16), Share::new(1, 2).unwrap(), &CancelToken::default(), &mut |_| ());
+        PartialBake::begin(wedge(), &request(16), BakeShare::new(1, 2).unwrap(), &CancelToken::default(), &mut |_| ());
     save_partial(&partial.unwrap(), &unfinished).unwrap();
     let database = folder.path().join("database.shatter");
     save(&join(&[one.clone(), zero.clone()], &CancelToken::default(), &mut |_| ()).unwrap(), &database).unwrap();
@@ -127,12 +127,12 @@ fn shares_that_do_not_belong_together_are_refused() {
 
 #[test]
 fn a_share_is_two_numbers() {
-    assert_eq!("3/8".parse(), Share::new(3, 8));
-    assert_eq!("3".parse::<Share>(), Err(ShareError::Text("3".into())));
-    assert_eq!("-1/2".parse::<Share>(), Err(ShareError::Text("-1/2".into())));
-    assert_eq!("2/2".parse::<Share>(), Err(ShareError::Index { index: 2, count: 2 }));
-    assert_eq!("0/0".parse::<Share>(), Err(ShareError::Count { count: 0 }));
-    let impacts: Vec<u64> = (0..3).flat_map(|index| Share::new(index, 3).unwrap().impacts(5, 12)).collect();
+    assert_eq!("3/8".parse(), BakeShare::new(3, 8));
+    assert_eq!("3".parse::<BakeShare>(), Err(ShareError::Text("3".into())));
+    assert_eq!("-1/2".parse::<BakeShare>(), Err(ShareError::Text("-1/2".into())));
+    assert_eq!("2/2".parse::<BakeShare>(), Err(ShareError::Index { index: 2, count: 2 }));
+    assert_eq!("0/0".parse::<BakeShare>(), Err(ShareError::Count { count: 0 }));
+    let impacts: Vec<u64> = (0..3).flat_map(|index| BakeShare::new(index, 3).unwrap().impacts(5, 12)).collect();
     assert_eq!(impacts, [5, 8, 11, 6, 9, 7, 10]);
 }
 
@@ -192,7 +192,7 @@ fn await_file(file: &Path) {
 fn an_interrupted_bake_keeps_what_is_done_and_goes_on_with_it() {
     let bakery = Bakery::new();
     let examples = ["--examples", "4000"];
-    let kept = Share::WHOLE.file(&bakery.house.databases(), "wedge");
+    let kept = BakeShare::WHOLE.file(&bakery.house.databases(), "wedge");
     for (signal, code) in [(Signal::INT, 130), (Signal::TERM, 143)] {
         let _ = std::fs::remove_file(&kept);
         let mut child = bakery.command(&examples).spawn().unwrap();
@@ -280,7 +280,7 @@ fn a_killed_bake_or_merge_leaves_the_old_file_or_the_new_one() {
     assert_eq!(bakery.bake(&["--examples", "40"]).0, 0);
     let new = bakery.bytes();
     check_killed(|| bakery.command(&["--examples", "40", "--resume"]), 60, &bakery.database(), &old, &new);
-    let shares = [0, 1].map(|index| share(&bakery.house.databases(), Share::new(index, 2).unwrap(), &request(40)));
+    let shares = [0, 1].map(|index| share(&bakery.house.databases(), BakeShare::new(index, 2).unwrap(), &request(40)));
     let merge = || {
         let mut command = bakery.house.command("shatterd");
         command.arg("merge").args(&shares).arg("--out").arg(bakery.house.databases());
@@ -348,7 +348,7 @@ fn damaged_files_are_named_with_what_is_damaged_and_what_to_do() {
     let bakery = Bakery::new();
     let folder = bakery.house.databases();
     std::fs::create_dir_all(&folder).unwrap();
-    let kept = share(&folder, Share::WHOLE, &request(16));
+    let kept = share(&folder, BakeShare::WHOLE, &request(16));
     spoil(&kept);
     let (code, refused) = bakery.bake(&["--examples", "16", "--resume"]);
     assert_eq!(code, 3, "{refused}");

@@ -273,9 +273,9 @@ impl Impact {
             Purpose::Threshold => impact.threshold_only(),
         };
         let impact = impact.elastic(match Elastic::of(ErrorKind::Elastic, "impact.elastic", self.elastic)? {
-            Elastic::Preset => shatter_client::ElasticSource::Preset,
-            Elastic::Solve => shatter_client::ElasticSource::Solve,
-            Elastic::Reduced => shatter_client::ElasticSource::Reduced,
+            Elastic::Preset => shatter_client::DisplacementSource::Preset,
+            Elastic::Solve => shatter_client::DisplacementSource::Solve,
+            Elastic::Reduced => shatter_client::DisplacementSource::Reduced,
         });
         let impact = match Lift::of(ErrorKind::Lift, "impact.lift", self.lift)? {
             Lift::Object => impact,

@@ -2,7 +2,7 @@
 
 use crate::refusal::{raised, wrong};
 use pyo3::prelude::*;
-use shatter_client::{Effect, ElasticSource, Impact, Lift, Quality};
+use shatter_client::{DisplacementSource, Effect, Impact, Lift, Quality};
 use shatter_proto::name::nearest;
 use std::time::Duration;
 
@@ -137,8 +137,8 @@ fn lift(name: &str) -> PyResult<Lift> {
     named("lift", name, &lifts)
 }
 
-fn elastic(name: &str) -> PyResult<ElasticSource> {
-    named("elastic", name, &[("reduced", ElasticSource::Reduced), ("solve", ElasticSource::Solve)])
+fn elastic(name: &str) -> PyResult<DisplacementSource> {
+    named("elastic", name, &[("reduced", DisplacementSource::Reduced), ("solve", DisplacementSource::Solve)])
 }
 
 fn named<T: Copy>(key: &str, name: &str, choices: &[(&str, T)]) -> PyResult<T> {

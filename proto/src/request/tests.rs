@@ -49,7 +49,7 @@ fn a_strike_survives_the_wire() {
         ..strike()
     };
     for quality in Quality::ALL {
-        let strike = Request { quality: Some(quality), elastic: ElasticSource::Reduced, ..optimised.clone() };
+        let strike = Request { quality: Some(quality), elastic: DisplacementSource::Reduced, ..optimised.clone() };
         assert_eq!(strike.wire([0; 16], 0).unwrap().validate().unwrap(), strike);
         assert_eq!(Quality::by_name(quality.name()), Ok(quality));
     }

@@ -1,8 +1,8 @@
 //! Where wire types turn into engine types and back: the only such place.
 
-mod aim;
 mod cost;
 mod errors;
+mod ray;
 mod rows;
 mod settings;
 mod tables;
@@ -12,7 +12,7 @@ pub use self::errors::refusal;
 pub(crate) use self::errors::refusal_in;
 pub(crate) use self::settings::preset;
 
-use self::aim::AimResult;
+use self::ray::AimResult;
 use self::rows::Writer;
 use self::settings::EffectiveSettings;
 use crate::cost::ObjectCosts;
@@ -181,11 +181,11 @@ impl ServedObject for EngineObject {
         token: &CancelToken,
         observer: &dyn StageObserver,
     ) -> Result<Box<dyn EngineResult>, Error> {
-        let hit = aim::first_hit(strike, |ray| pipeline::aim(&self.prepared, ray))?;
+        let hit = ray::first_hit(strike, |ray| pipeline::aim(&self.prepared, ray))?;
         if strike.purpose == Purpose::Aim {
             return Ok(Box::new(AimResult::new(strike, hit)));
         }
-        let request = self.request(&aim::pointed(strike, &hit))?;
+        let request = self.request(&ray::pointed(strike, &hit))?;
         tables::check(&self.prepared, &request)?;
         let context = StrikeContext::new(&self.prepared, &request, token, observer);
         let result = pipeline::strike(context, workspace);
@@ -201,11 +201,11 @@ impl ServedObject for EngineObject {
         token: &CancelToken,
         observer: &dyn StageObserver,
     ) -> Result<Box<dyn EngineResult>, Error> {
-        let hit = aim::first_hit(strike, |ray| pipeline::aim_again(&self.prepared, from, ray))?;
+        let hit = ray::first_hit(strike, |ray| pipeline::aim_again(&self.prepared, from, ray))?;
         if strike.purpose == Purpose::Aim {
             return Ok(Box::new(AimResult::new(strike, hit)));
         }
-        let request = self.request(&aim::pointed(strike, &hit))?;
+        let request = self.request(&ray::pointed(strike, &hit))?;
         let context = StrikeContext::new(&self.prepared, &request, token, observer);
         let result = pipeline::strike_again(context, from, workspace);
         let result = result.map_err(|error| refusal_in(error, &strike.convention))?;

@@ -6,7 +6,7 @@ use super::{CommandError, bake_report, bake_scene, interrupt, output, shares, si
 use crate::config::data_folder;
 use clap::Args;
 use shatter_cli_common::choice;
-use shatter_fracture::database::{self, BakeError, BakeRequest, PartialBake, Share, Tables};
+use shatter_fracture::database::{self, BakeError, BakeRequest, BakeShare, PartialBake, Tables};
 use shatter_fracture::pipeline::{ElasticRequest, PreparedObject, Preset};
 use shatter_fracture::scene::{MATERIALS, Materials};
 use shatter_fracture::sparse::Precision;
@@ -90,7 +90,7 @@ pub struct BakeArgs {
     /// Bake only share I of N of the examples, I from 0, into NAME.I-of-N.share, for `shatterd merge` [default: in a Slurm job
     /// array or an indexed Kubernetes job its own share, elsewhere 0/1]
     #[arg(long, value_name = "I/N")]
-    pub shard: Option<Share>,
+    pub shard: Option<BakeShare>,
     /// Go on with the examples of a bake that was stopped; from the beginning if there is nothing to go on with
     #[arg(long)]
     pub resume: bool,

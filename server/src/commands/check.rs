@@ -77,7 +77,7 @@ fn plan(name: &str, object: &SceneObject, folder: &Path) -> Result<Value, Comman
             "paid": effect.cost(),
         })
     };
-    let table = |table: shatter_engine::scene::OptionalTable| {
+    let table = |table: shatter_engine::scene::OptionalDatabaseTable| {
         let own = |tensor: &str| table.tensors.iter().any(|part| tensor.contains(part));
         let bytes =
             sizes.as_ref().map(|sizes| sizes.iter().filter(|(tensor, _)| own(tensor)).map(|(_, n)| n).sum::<u64>());

@@ -6,7 +6,7 @@ use super::bake_progress::BakeProgress;
 use super::interrupt;
 use serde_json::json;
 use shatter_fracture::cancel_token::CancelToken;
-use shatter_fracture::database::{self, BakeError, BakeRequest, PartialBake, Share, ShareError};
+use shatter_fracture::database::{self, BakeError, BakeRequest, BakeShare, PartialBake, ShareError};
 use shatter_fracture::surface::RawMesh;
 use std::env::{VarError, var};
 use std::path::Path;
@@ -26,15 +26,15 @@ const SLURM_ID: &str = "SLURM_ARRAY_TASK_ID";
 const KUBERNETES_INDEX: &str = "JOB_COMPLETION_INDEX";
 
 /// The share that was asked for; in a job array, of a bake with examples, the task's own.
-pub fn share(asked: Option<Share>, examples: u64) -> Result<Share, CommandError> {
+pub fn share(asked: Option<BakeShare>, examples: u64) -> Result<BakeShare, CommandError> {
     match asked {
         Some(share) if share.count > 1 && examples == 0 => {
             let message = format!("--shard {share} divides examples, and there are none: say how many with --examples");
             Err(CommandError::refused("shard", "--shard", message))
         }
         Some(share) => Ok(share),
-        None if examples == 0 => Ok(Share::WHOLE),
-        None => Ok(scheduled(&|name| number(name))?.map_or(Share::WHOLE, |(share, scheduler)| {
+        None if examples == 0 => Ok(BakeShare::WHOLE),
+        None => Ok(scheduled(&|name| number(name))?.map_or(BakeShare::WHOLE, |(share, scheduler)| {
             let (index, count) = (share.index, share.count);
             eprintln!("share {index} of {count}, says {scheduler}; --shard 0/1 bakes everything");
             share
@@ -46,7 +46,7 @@ pub fn share(asked: Option<Share>, examples: u64) -> Result<Share, CommandError>
 type Variable<'a> = &'a dyn Fn(&'static str) -> Result<Option<u64>, CommandError>;
 
 /// The share that the job scheduler gives by these variables, and what the scheduler is called.
-fn scheduled(variable: Variable) -> Result<Option<(Share, &'static str)>, CommandError> {
+fn scheduled(variable: Variable) -> Result<Option<(BakeShare, &'static str)>, CommandError> {
     let shards = variable(SHARDS_VARIABLE)?;
     if let Some(id) = variable(SLURM_ID)? {
         let share = shards.map_or_else(|| of_array(id, variable), |count| of_shards(SLURM_ID, id, count))?;
@@ -60,8 +60,8 @@ fn scheduled(variable: Variable) -> Result<Option<(Share, &'static str)>, Comman
 }
 
 /// Share `index`, which the variable `name` holds, of as many as [`SHARDS_VARIABLE`] says.
-fn of_shards(name: &'static str, index: u64, count: u64) -> Result<Share, CommandError> {
-    Share::new(index, count).map_err(|error| match error {
+fn of_shards(name: &'static str, index: u64, count: u64) -> Result<BakeShare, CommandError> {
+    BakeShare::new(index, count).map_err(|error| match error {
         ShareError::Count { .. } => {
             CommandError::refused("shard", SHARDS_VARIABLE, format!("{SHARDS_VARIABLE}: {error}"))
         }
@@ -71,7 +71,7 @@ fn of_shards(name: &'static str, index: u64, count: u64) -> Result<Share, Comman
 
 /// The share of task `id` of a Slurm array that alone says how many there are. One with gaps may be the repetition of some
 /// tasks of another: its own count would divide the examples otherwise than that did.
-fn of_array(id: u64, variable: Variable) -> Result<Share, CommandError> {
+fn of_array(id: u64, variable: Variable) -> Result<BakeShare, CommandError> {
     let [count, first, last] = ["SLURM_ARRAY_TASK_COUNT", "SLURM_ARRAY_TASK_MIN", "SLURM_ARRAY_TASK_MAX"].map(variable);
     let (Some(count), Some(first), Some(last)) = (count?, first?, last?) else {
         return Err(unknown_count(
@@ -80,7 +80,7 @@ fn of_array(id: u64, variable: Variable) -> Result<Share, CommandError> {
         ));
     };
     let contiguous = last.checked_sub(first).and_then(|span| span.checked_add(1)) == Some(count);
-    match id.checked_sub(first).map(|index| Share::new(index, count)) {
+    match id.checked_sub(first).map(|index| BakeShare::new(index, count)) {
         Some(Ok(share)) if contiguous => Ok(share),
         _ => Err(unknown_count(&format!("the Slurm array has {count} tasks from {first} to {last}"), ALL_TASKS)),
     }
@@ -123,7 +123,7 @@ pub fn resume(
     raw: &RawMesh,
     args: &BakeArgs,
     request: &BakeRequest,
-    share: Share,
+    share: BakeShare,
 ) -> Result<Option<PartialBake>, CommandError> {
     if !file.exists() {
         eprintln!("{} is not there: baking from the beginning", file.display());

@@ -59,8 +59,8 @@ fn every_field_reaches_the_client() {
     ] {
         check(Impact { lift: lift as u32, ..zero(1) }, say().lift(wanted));
     }
-    check(Impact { elastic: 1, ..zero(1) }, say().elastic(shatter_client::ElasticSource::Solve));
-    check(Impact { elastic: 2, ..zero(1) }, say().elastic(shatter_client::ElasticSource::Reduced));
+    check(Impact { elastic: 1, ..zero(1) }, say().elastic(shatter_client::DisplacementSource::Solve));
+    check(Impact { elastic: 2, ..zero(1) }, say().elastic(shatter_client::DisplacementSource::Reduced));
     for (i, quality) in shatter_client::Quality::ALL.into_iter().enumerate() {
         check(Impact { quality: 1 + i as u32, ..zero(1) }, say().quality(quality));
     }

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 
 /// A format of files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-pub enum Format {
+pub enum FileFormat {
     /// One binary glTF file.
     Glb,
     /// A folder of Wavefront OBJ files and a table of masses.
@@ -21,7 +21,7 @@ pub enum Format {
 /// What `--out` and `--format` say.
 #[derive(Debug, PartialEq, Eq)]
 pub struct OutputTarget {
-    format: Format,
+    format: FileFormat,
     /// The file; of OBJ the folder.
     path: PathBuf,
     /// The folder that is made if it is not there.
@@ -40,11 +40,11 @@ pub struct WrittenFiles {
 impl OutputTarget {
     /// The ending of a file tells its format; what has neither `.glb` nor `.xml` is a folder, for `object.glb` unless `format` says
     /// otherwise.
-    pub fn new(out: &Path, format: Option<Format>, object: &str) -> Result<Self, CliError> {
+    pub fn new(out: &Path, format: Option<FileFormat>, object: &str) -> Result<Self, CliError> {
         let ending = out.extension().map(|ending| ending.to_string_lossy().to_lowercase());
         let told = match ending.as_deref().filter(|_| !out.is_dir()) {
-            Some("glb") => Some(Format::Glb),
-            Some("xml") => Some(Format::Mjcf),
+            Some("glb") => Some(FileFormat::Glb),
+            Some("xml") => Some(FileFormat::Mjcf),
             Some("obj") => {
                 let message = "OBJ files are written into a folder: --out DIR --format obj";
                 return Err(CliError::Usage(message.to_owned()));
@@ -76,14 +76,14 @@ impl OutputTarget {
             return Err(CliError::Usage(format!("--format and the ending of {out} do not go together")));
         }
         let in_folder = |name: String| (out.join(name), Some(out.to_owned()));
-        let format = told.or(format).unwrap_or(Format::Glb);
+        let format = told.or(format).unwrap_or(FileFormat::Glb);
         let (path, folder) = match (told, format) {
             (Some(_), _) => {
                 (out.to_owned(), out.parent().filter(|parent| !parent.as_os_str().is_empty()).map(Path::to_owned))
             }
-            (None, Format::Obj) => (out.to_owned(), None),
-            (None, Format::Glb) => in_folder(format!("{object}.glb")),
-            (None, Format::Mjcf) => in_folder(format!("{object}.xml")),
+            (None, FileFormat::Obj) => (out.to_owned(), None),
+            (None, FileFormat::Glb) => in_folder(format!("{object}.glb")),
+            (None, FileFormat::Mjcf) => in_folder(format!("{object}.xml")),
         };
         Ok(Self { format, path, folder })
     }
@@ -98,16 +98,16 @@ impl OutputTarget {
         deadline: impl Fn() -> Deadline,
     ) -> Result<FractureResult, CliError> {
         let shown: &[Effect] = match self.format {
-            Format::Glb => &[Effect::Skin],
-            Format::Mjcf => &[Effect::Bonds, Effect::Hulls],
-            Format::Obj => &[],
+            FileFormat::Glb => &[Effect::Skin],
+            FileFormat::Mjcf => &[Effect::Bonds, Effect::Hulls],
+            FileFormat::Obj => &[],
         };
         let shown = shown.iter().filter(|effect| !disable.contains(effect));
         let equipped = shown.fold(impact.clone(), |impact, effect| impact.enable(*effect));
         let strike = |impact: &Impact| object.strike(impact)?.wait(deadline());
         match strike(&equipped) {
             Err(refusal)
-                if self.format == Format::Glb && !enable.contains(&Effect::Skin) && is_about_skin(&refusal) =>
+                if self.format == FileFormat::Glb && !enable.contains(&Effect::Skin) && is_about_skin(&refusal) =>
             {
                 let path = self.path.display();
                 note(format_args!("{path} will show the lattice, not the triangles of the mesh file: {refusal}"));
@@ -131,9 +131,9 @@ impl OutputTarget {
             })?;
         }
         let all = match self.format {
-            Format::Glb => glb(&self.path, broken)?,
-            Format::Obj => wrote(&self.path, "", broken.write_obj(&self.path)?),
-            Format::Mjcf => wrote(&self.path, ", with its meshes", broken.write_mjcf(&self.path)?),
+            FileFormat::Glb => glb(&self.path, broken)?,
+            FileFormat::Obj => wrote(&self.path, "", broken.write_obj(&self.path)?),
+            FileFormat::Mjcf => wrote(&self.path, ", with its meshes", broken.write_mjcf(&self.path)?),
         };
         Ok(WrittenFiles { target: Some(self.path.clone()), all })
     }
@@ -141,9 +141,11 @@ impl OutputTarget {
     /// Files that strikes with this target write, under names that do not depend on the fragments.
     fn files_of_a_strike(&self) -> Vec<PathBuf> {
         match self.format {
-            Format::Glb => ["glb", "closed.glb", "hulls.glb"].map(|ending| self.path.with_extension(ending)).to_vec(),
-            Format::Obj => vec![self.path.join("fragments.json")],
-            Format::Mjcf => vec![self.path.clone()],
+            FileFormat::Glb => {
+                ["glb", "closed.glb", "hulls.glb"].map(|ending| self.path.with_extension(ending)).to_vec()
+            }
+            FileFormat::Obj => vec![self.path.join("fragments.json")],
+            FileFormat::Mjcf => vec![self.path.clone()],
         }
     }
 }
@@ -196,7 +198,7 @@ mod tests {
     use super::*;
 
     #[track_caller]
-    fn check(out: &str, format: Option<Format>, wanted: Option<(Format, &str, Option<&str>)>) {
+    fn check(out: &str, format: Option<FileFormat>, wanted: Option<(FileFormat, &str, Option<&str>)>) {
         let found = OutputTarget::new(Path::new(out), format, "vase").ok();
         let wanted = wanted.map(|(format, path, folder)| OutputTarget {
             format,
@@ -215,19 +217,19 @@ mod tests {
 
     #[test]
     fn endings_and_formats_say_what_is_written() {
-        check("a.glb", None, Some((Format::Glb, "a.glb", None)));
-        check("a.GLB", Some(Format::Glb), Some((Format::Glb, "a.GLB", None)));
-        check("a.xml", None, Some((Format::Mjcf, "a.xml", None)));
-        check("pieces", None, Some((Format::Glb, "pieces/vase.glb", Some("pieces"))));
-        check("pieces.v2", Some(Format::Mjcf), Some((Format::Mjcf, "pieces.v2/vase.xml", Some("pieces.v2"))));
-        check("pieces", Some(Format::Obj), Some((Format::Obj, "pieces", None)));
-        check("a.glb", Some(Format::Obj), None);
-        check("new/a.glb", None, Some((Format::Glb, "new/a.glb", Some("new"))));
+        check("a.glb", None, Some((FileFormat::Glb, "a.glb", None)));
+        check("a.GLB", Some(FileFormat::Glb), Some((FileFormat::Glb, "a.GLB", None)));
+        check("a.xml", None, Some((FileFormat::Mjcf, "a.xml", None)));
+        check("pieces", None, Some((FileFormat::Glb, "pieces/vase.glb", Some("pieces"))));
+        check("pieces.v2", Some(FileFormat::Mjcf), Some((FileFormat::Mjcf, "pieces.v2/vase.xml", Some("pieces.v2"))));
+        check("pieces", Some(FileFormat::Obj), Some((FileFormat::Obj, "pieces", None)));
+        check("a.glb", Some(FileFormat::Obj), None);
+        check("new/a.glb", None, Some((FileFormat::Glb, "new/a.glb", Some("new"))));
         check("a.glbb", None, None);
         check("/dev/null", None, None);
         check("a.gltf", None, None);
-        check("A.STL", Some(Format::Glb), None);
-        check("a.xml", Some(Format::Glb), None);
-        check("a.obj", Some(Format::Obj), None);
+        check("A.STL", Some(FileFormat::Glb), None);
+        check("a.xml", Some(FileFormat::Glb), None);
+        check("a.obj", Some(FileFormat::Obj), None);
     }
 }

@@ -1,11 +1,11 @@
 //! `shatter impact`.
 
-use super::files::{Format, OutputTarget, WrittenFiles};
+use super::files::{FileFormat, OutputTarget, WrittenFiles};
 use super::parse::{NamedConvention, convention, degree, effect, elastic, lift, origin, quality, ray, vector};
 use super::{ANSWER, CliError, document, note, out, reply, with_options};
 use serde_json::{Value, json};
 use shatter_client::{
-    Client, Contact, Deadline, DegreeRule, Effect, ElasticSource, Error, ErrorKind, FractureResult, Fragment, Hit,
+    Client, Contact, Deadline, DegreeRule, DisplacementSource, Effect, Error, ErrorKind, FractureResult, Fragment, Hit,
     HullMesh, Impact, Lift, Quality, Ray, RetainedFragment, SEED_DEFAULT,
 };
 use shatter_proto::result::{BondWire, DebrisWire, EffectWire, HullWire, NO_MATERIAL, SummaryWire};
@@ -49,7 +49,7 @@ pub struct Args {
     /// Where displacements come from: `reduced`, from the object's examples where that is exact enough, or `solve`; without it the
     /// preset says.
     #[arg(long, value_name = "reduced|solve", value_parser = elastic)]
-    elastic: Option<ElasticSource>,
+    elastic: Option<DisplacementSource>,
     /// Which preset says what is not said here; without it the object's. The document tells its numbers.
     #[arg(long, value_name = "draft|game|film|reference", value_parser = quality)]
     quality: Option<Quality>,
@@ -93,7 +93,7 @@ pub struct Args {
     out: Option<PathBuf>,
     /// What is written into a folder: `glb` (the default), `obj` (one file per fragment, fragments.mtl, fragments.json), or `mjcf`.
     #[arg(long, value_enum, requires = "out")]
-    format: Option<Format>,
+    format: Option<FileFormat>,
     /// Print one JSON document.
     #[arg(long)]
     json: bool,
@@ -151,7 +151,7 @@ pub fn run(service: &str, args: &Args) -> Result<(), CliError> {
         document(&to_json(&broken, asked, &files))
     } else {
         screen(&broken)?;
-        if matches!(args.elastic, Some(ElasticSource::Reduced)) && broken.summary().elastic() == SOLVE {
+        if matches!(args.elastic, Some(DisplacementSource::Reduced)) && broken.summary().elastic() == SOLVE {
             out(format_args!("  {}\n", solved_instead(&broken.summary())))?;
         }
         Ok(())

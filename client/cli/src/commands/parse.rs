@@ -1,7 +1,7 @@
 //! Values of options.
 
 use shatter_cli_common::choice;
-use shatter_client::{Convention, DegreeRule, Effect, ElasticSource, Error, Lift, Quality, Ray, RetainedFragment};
+use shatter_client::{Convention, DegreeRule, DisplacementSource, Effect, Error, Lift, Quality, Ray, RetainedFragment};
 
 /// Numbers separated by commas.
 fn numbers<const N: usize>(text: &str, wanted: &str) -> Result<[f64; N], String> {
@@ -60,8 +60,8 @@ pub fn lift(text: &str) -> Result<Lift, String> {
 }
 
 /// Where displacements come from.
-pub fn elastic(text: &str) -> Result<ElasticSource, String> {
-    choice(text, &[("reduced", ElasticSource::Reduced), ("solve", ElasticSource::Solve)])
+pub fn elastic(text: &str) -> Result<DisplacementSource, String> {
+    choice(text, &[("reduced", DisplacementSource::Reduced), ("solve", DisplacementSource::Solve)])
 }
 
 /// A preset by its name.

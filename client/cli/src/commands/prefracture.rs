@@ -1,6 +1,6 @@
 //! `shatter prefracture`.
 
-use super::files::{Format, OutputTarget};
+use super::files::{FileFormat, OutputTarget};
 use super::impact::{RequestEcho, screen, to_json};
 use super::parse::{effect, lift, quality};
 use super::{ANSWER, CliError, document, reply};
@@ -38,7 +38,7 @@ pub struct Args {
     out: PathBuf,
     /// What is written into a folder: `glb` (the default), `obj` (one file per piece, fragments.mtl, fragments.json), or `mjcf`.
     #[arg(long, value_enum)]
-    format: Option<Format>,
+    format: Option<FileFormat>,
     /// Print one JSON document, as of an impact.
     #[arg(long)]
     json: bool,

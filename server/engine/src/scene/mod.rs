@@ -9,7 +9,7 @@ mod warp;
 
 pub use object::{ObjectPolicy, SceneObject};
 pub use recipe::BakeRecipe;
-pub use tables::{OptionalTable, tables};
+pub use tables::{OptionalDatabaseTable, tables};
 
 use names::known;
 use shatter_fracture::scene::{MATERIALS, Materials, toml_error};

@@ -4,7 +4,7 @@ use shatter_fracture::database::Tables;
 
 /// A table of a database that objects can do without.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct OptionalTable {
+pub struct OptionalDatabaseTable {
     /// What it is called in a plan.
     pub name: &'static str,
     /// Whether it is wanted.
@@ -14,13 +14,21 @@ pub struct OptionalTable {
 }
 
 /// All tables, and which of them are wanted.
-pub fn tables(wanted: Tables) -> [OptionalTable; 6] {
+pub fn tables(wanted: Tables) -> [OptionalDatabaseTable; 6] {
     [
-        OptionalTable { name: "elastic", wanted: wanted.elastic, tensors: &[".elastic.", ".transfer.", "reduced"] },
-        OptionalTable { name: "interior", wanted: wanted.interior, tensors: &[".interior"] },
-        OptionalTable { name: "surface_diffusion", wanted: wanted.surface_diffusion, tensors: &[".surface_diffusion"] },
-        OptionalTable { name: "examples", wanted: wanted.examples, tensors: &["examples.", "network."] },
-        OptionalTable { name: "attributes", wanted: wanted.attributes, tensors: &[".outer."] },
-        OptionalTable { name: "skin", wanted: wanted.skin, tensors: &["skin."] },
+        OptionalDatabaseTable {
+            name: "elastic",
+            wanted: wanted.elastic,
+            tensors: &[".elastic.", ".transfer.", "reduced"],
+        },
+        OptionalDatabaseTable { name: "interior", wanted: wanted.interior, tensors: &[".interior"] },
+        OptionalDatabaseTable {
+            name: "surface_diffusion",
+            wanted: wanted.surface_diffusion,
+            tensors: &[".surface_diffusion"],
+        },
+        OptionalDatabaseTable { name: "examples", wanted: wanted.examples, tensors: &["examples.", "network."] },
+        OptionalDatabaseTable { name: "attributes", wanted: wanted.attributes, tensors: &[".outer."] },
+        OptionalDatabaseTable { name: "skin", wanted: wanted.skin, tensors: &["skin."] },
     ]
 }

@@ -7,7 +7,7 @@ use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::pipeline::{CostSample, ElasticRequest, ImpactSampler, Stage, StrikeCost, Workspace};
 use shatter_proto::Error;
 use shatter_proto::layout::Layout;
-use shatter_proto::request::{Contact, DegreeRule, ElasticSource, Request};
+use shatter_proto::request::{Contact, DegreeRule, DisplacementSource, Request};
 use shatter_proto::result::{Block, StageWire};
 use std::time::{Duration, Instant};
 
@@ -17,17 +17,23 @@ const SEED: u64 = 1;
 /// What is timed: each number of sites with each of these, of which one is solved for.
 struct Plan {
     sites: &'static [u32],
-    iterations: [(u32, ElasticSource); 2],
+    iterations: [(u32, DisplacementSource); 2],
     rounds: u64,
 }
 
 /// What a prediction is fitted to.
-const FITTED: Plan =
-    Plan { sites: &[8, 32, 128], iterations: [(0, ElasticSource::Solve), (6, ElasticSource::Reduced)], rounds: 2 };
+const FITTED: Plan = Plan {
+    sites: &[8, 32, 128],
+    iterations: [(0, DisplacementSource::Solve), (6, DisplacementSource::Reduced)],
+    rounds: 2,
+};
 
 /// What it is judged by.
-const JUDGED: Plan =
-    Plan { sites: &[12, 20, 50, 90], iterations: [(3, ElasticSource::Solve), (12, ElasticSource::Reduced)], rounds: 3 };
+const JUDGED: Plan = Plan {
+    sites: &[12, 20, 50, 90],
+    iterations: [(3, DisplacementSource::Solve), (12, DisplacementSource::Reduced)],
+    rounds: 3,
+};
 
 /// What strikes are expected to take, and how far that is off.
 #[derive(Clone, Copy, Debug)]
@@ -132,6 +138,6 @@ impl EngineObject {
             }
         }
         let iterations = strike.iterations_max.unwrap_or(0) as usize;
-        Ok(sample(sites, strike.elastic == ElasticSource::Solve, iterations, begun.elapsed(), &profiler.rows()))
+        Ok(sample(sites, strike.elastic == DisplacementSource::Solve, iterations, begun.elapsed(), &profiler.rows()))
     }
 }

@@ -4,7 +4,7 @@ use shatter_fracture::pipeline::{
     self, DegreeRequest, ElasticRequest, FractureOutcome, PreparedObject, SolverSettings, StrikeCost, TimeBudget,
 };
 use shatter_proto::effect::Effects;
-use shatter_proto::request::{DegreeRule, ElasticSource, Quality, Request};
+use shatter_proto::request::{DegreeRule, DisplacementSource, Quality, Request};
 use shatter_proto::result::{DEGREES, STOP_REASONS, SummaryWire};
 
 /// The engine's preset.
@@ -27,9 +27,9 @@ pub(super) fn of(strike: &Request, quality: Quality) -> SolverSettings {
     let preset = preset(quality).dials();
     SolverSettings {
         elastic: match strike.elastic {
-            ElasticSource::Preset => preset.elastic,
-            ElasticSource::Reduced => ElasticRequest::Reduced,
-            ElasticSource::Solve => ElasticRequest::Solve,
+            DisplacementSource::Preset => preset.elastic,
+            DisplacementSource::Reduced => ElasticRequest::Reduced,
+            DisplacementSource::Solve => ElasticRequest::Solve,
         },
         degree: match strike.degree {
             DegreeRule::Preset => preset.degree,
@@ -53,7 +53,7 @@ pub(super) fn bounded(
     let Some(error_max) = asked.error_max else { return timed(request, asked, cost) };
     let (elastic, iterations_max) = (request.elastic, request.iterations_max);
     let mut request = request.to_the_error(error_max);
-    if asked.elastic != ElasticSource::Preset {
+    if asked.elastic != DisplacementSource::Preset {
         request.elastic = elastic;
     }
     if asked.iterations_max.is_some() {
@@ -64,7 +64,7 @@ pub(super) fn bounded(
 
 /// `request` with what may fall if `asked` bounds its time.
 fn timed(request: pipeline::FractureRequest, asked: &Request, cost: StrikeCost) -> pipeline::FractureRequest {
-    let elastic_falls = asked.elastic == ElasticSource::Preset;
+    let elastic_falls = asked.elastic == DisplacementSource::Preset;
     let budget = TimeBudget { cost, elastic_falls, degree_falls: asked.degree == DegreeRule::Preset };
     pipeline::FractureRequest { budget: asked.time_ms_max.map(|_| budget), ..request }
 }
@@ -157,11 +157,11 @@ mod tests {
 
     #[test]
     fn what_is_asked_for_by_itself_goes_before_the_preset() {
-        let strike = Request { elastic: ElasticSource::Solve, degree: DegreeRule::Sites(7), ..Request::default() };
+        let strike = Request { elastic: DisplacementSource::Solve, degree: DegreeRule::Sites(7), ..Request::default() };
         let draft = pipeline::Preset::Draft.dials();
         let expected = SolverSettings { elastic: ElasticRequest::Solve, degree: DegreeRequest::Sites(7), ..draft };
         assert_eq!(of(&strike, Quality::Draft), expected);
-        let few = Request { iterations_max: Some(3), elastic: ElasticSource::Reduced, ..Request::default() };
+        let few = Request { iterations_max: Some(3), elastic: DisplacementSource::Reduced, ..Request::default() };
         let film = pipeline::Preset::Film.dials();
         let expected = SolverSettings { iterations_max: 3, elastic: ElasticRequest::Reduced, ..film };
         assert_eq!(of(&few, Quality::Film), expected);

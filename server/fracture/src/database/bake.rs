@@ -4,8 +4,8 @@ use super::Tables;
 use super::bake_error::BakeError;
 use super::bake_request::{BakeRequest, check, gamma};
 use super::bake_step::{BakeSize, BakeStep};
-use super::share::{PartialBake, Share};
-use super::stored_values::{self, RatioRange};
+use super::share::{BakeShare, PartialBake};
+use super::stored_values::{self, PlausibleRange};
 use super::stuffed::lattices;
 use crate::cancel_token::{CancelToken, Cancelled};
 use crate::degree;
@@ -27,7 +27,7 @@ pub fn bake(
     token: &CancelToken,
     progress: &mut dyn FnMut(BakeStep),
 ) -> Result<PreparedObject, BakeError> {
-    PartialBake::begin(raw, request, Share::WHOLE, token, progress)?.complete(token, progress)
+    PartialBake::begin(raw, request, BakeShare::WHOLE, token, progress)?.complete(token, progress)
 }
 
 /// Everything but the examples and what is learned from them.
@@ -63,7 +63,7 @@ pub(super) fn whole(
     if !(gamma_j_m2.is_normal() && gamma_j_m2 > 0.0) {
         return Err(BakeError::NotPositive { key: "gamma from the fragment size", value: gamma_j_m2 });
     }
-    if let Some(RatioRange { key, over, value }) =
+    if let Some(PlausibleRange { key, over, value }) =
         stored_values::unusual(&parameters, &surface.frame, gamma_j_m2, degree::KAPPA)
     {
         return Err(BakeError::Unusual { key, over, value });

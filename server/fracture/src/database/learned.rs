@@ -4,7 +4,7 @@
 use super::container::{ContainerContents, FLAT, Tensors};
 use super::{DatabaseError, stored_values};
 use crate::degree::{DESCRIPTOR_LENGTH, PoseNetwork};
-use crate::pipeline::{Example, ExamplePoint, ImpactContact, LearnedErrors, LearnedModel, lessons};
+use crate::pipeline::{ImpactContact, LearnedErrors, LearnedModel, TrainingExample, TrainingExamplePoint, lessons};
 
 /// Tensor of the examples' impacts and bodies; a file without it has no examples.
 const HEADS: &str = "examples.heads";
@@ -22,7 +22,7 @@ const NETWORK_MAX: usize = 1 << 12;
 const DEFAULT: f64 = 0.0;
 
 /// Adds the tensors of `examples`, if there are any.
-pub(super) fn put_examples(tensors: &mut Tensors, examples: &[Example]) {
+pub(super) fn put_examples(tensors: &mut Tensors, examples: &[TrainingExample]) {
     let count = examples.len();
     if count == 0 {
         return;
@@ -35,10 +35,11 @@ pub(super) fn put_examples(tensors: &mut Tensors, examples: &[Example]) {
     let contacts: Vec<f64> = examples.iter().flat_map(|example| &example.contacts).flat_map(contact).collect();
     tensors.u32("examples.contact_offsets".into(), &[count + 1], &offsets(examples, |example| example.contacts.len()));
     tensors.f64("examples.contacts".into(), &[contacts.len() / 8, 8], &contacts);
-    let points: Vec<&ExamplePoint> = examples.iter().flat_map(|example| &example.points).collect();
+    let points: Vec<&TrainingExamplePoint> = examples.iter().flat_map(|example| &example.points).collect();
     let sites: Vec<u32> = points.iter().map(|point| point.sites).collect();
-    let energies =
-        |point: &&ExamplePoint| [point.energy_max, point.energy_max_worst, point.energy_max_again, point.estimate];
+    let energies = |point: &&TrainingExamplePoint| {
+        [point.energy_max, point.energy_max_worst, point.energy_max_again, point.estimate]
+    };
     let energies: Vec<f64> = points.iter().flat_map(energies).collect();
     tensors.u32("examples.point_offsets".into(), &[count + 1], &offsets(examples, |example| example.points.len()));
     tensors.u32("examples.sites".into(), &[sites.len()], &sites);
@@ -64,7 +65,7 @@ fn contact(contact: &ImpactContact) -> [f64; 8] {
 }
 
 /// Where each example's rows begin, and where the last one's end.
-fn offsets(examples: &[Example], rows: impl Fn(&Example) -> usize) -> Vec<u32> {
+fn offsets(examples: &[TrainingExample], rows: impl Fn(&TrainingExample) -> usize) -> Vec<u32> {
     let mut offsets = vec![0];
     let mut sum = 0;
     offsets.extend(examples.iter().map(|example| {
@@ -75,7 +76,7 @@ fn offsets(examples: &[Example], rows: impl Fn(&Example) -> usize) -> Vec<u32> {
 }
 
 /// The examples of an object whose bodies have so many crack nodes each; none where the file has none.
-pub(super) fn examples(contents: &ContainerContents, bodies: &[usize]) -> Result<Vec<Example>, DatabaseError> {
+pub(super) fn examples(contents: &ContainerContents, bodies: &[usize]) -> Result<Vec<TrainingExample>, DatabaseError> {
     if !contents.holds(HEADS) {
         return Ok(Vec::new());
     }
@@ -103,7 +104,7 @@ pub(super) fn examples(contents: &ContainerContents, bodies: &[usize]) -> Result
     let point_rows = rows(contents, "examples.point_offsets", heads.len(), sites.len())?;
     check_points(&sites, energies)?;
     let mut site_nodes = site_nodes(contents, heads, bodies, &sites, &point_rows)?.into_iter();
-    let point = |row: usize| ExamplePoint {
+    let point = |row: usize| TrainingExamplePoint {
         sites: sites[row],
         energy_max: energies[row][0],
         energy_max_worst: energies[row][1],
@@ -117,10 +118,10 @@ pub(super) fn examples(contents: &ContainerContents, bodies: &[usize]) -> Result
         duration_s: given(duration_s),
         radius_m: given(radius_m),
     };
-    let examples: Vec<Example> = heads
+    let examples: Vec<TrainingExample> = heads
         .iter()
         .enumerate()
-        .map(|(index, head)| Example {
+        .map(|(index, head)| TrainingExample {
             impact: u64::from(head[0]),
             body: head[1] as usize,
             contacts: contacts[contact_rows[index].clone()].iter().map(contact).collect(),
@@ -131,7 +132,8 @@ pub(super) fn examples(contents: &ContainerContents, bodies: &[usize]) -> Result
             site_nodes: site_nodes.next().unwrap_or_default(),
         })
         .collect();
-    let bare = |example: &Example| example.lessons(0).any(|lesson| !lesson.descriptor.iter().all(|x| x.is_finite()));
+    let bare =
+        |example: &TrainingExample| example.lessons(0).any(|lesson| !lesson.descriptor.iter().all(|x| x.is_finite()));
     match examples.iter().position(bare) {
         Some(index) => Err(DatabaseError::NonFinite { tensor: "examples.energies".into(), index }),
         None => Ok(examples),
@@ -141,7 +143,7 @@ pub(super) fn examples(contents: &ContainerContents, bodies: &[usize]) -> Result
 /// What `examples` taught; nothing where the file says that it was nothing.
 pub(super) fn learned(
     contents: &ContainerContents,
-    examples: &[Example],
+    examples: &[TrainingExample],
 ) -> Result<Option<LearnedModel>, DatabaseError> {
     if !contents.metadata.contains_key(QUALITY_KEY) {
         return Ok(None);

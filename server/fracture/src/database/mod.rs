@@ -38,7 +38,7 @@ pub use object::{
     save, save_partial, tensor_bytes,
 };
 pub use object_name::NAME_BYTES_MAX;
-pub use share::{JoinError, PartialBake, SHARE_EXTENSION, SHARES_MAX, Share, ShareError, ShareTask, join};
+pub use share::{BakeShare, JoinError, PartialBake, SHARE_EXTENSION, SHARES_MAX, ShareError, ShareTask, join};
 pub use stored::{lacking, stored};
 pub use tables::Tables;
 

@@ -3,7 +3,7 @@
 use super::container::{ContainerContents, FLAT, MappedFile, Tensors, write};
 use super::learned::{self, EXAMPLES_MAX, QUALITY_KEY};
 use super::reduced::{self, REDUCTION_KEY};
-use super::share::{PartialBake, Share, ShareRemainder, ShareTask};
+use super::share::{BakeShare, PartialBake, ShareRemainder, ShareTask};
 use super::{DatabaseError, FORMAT, Tables, bake_request, skins, stored_values};
 use crate::cancel_token::CancelToken;
 use crate::lattice::{EnergyTransfer, Lattice, check_manifold};
@@ -220,7 +220,7 @@ fn task(contents: &ContainerContents) -> Result<ShareTask, DatabaseError> {
         bake_request::check(request)
             .map_err(|error| DatabaseError::Metadata { key: SHARE_KEY, reason: error.to_string() })?;
     }
-    let share = Share::new(task.share.index, task.share.count);
+    let share = BakeShare::new(task.share.index, task.share.count);
     let reason = match share {
         Err(error) => error.to_string(),
         Ok(_) if task.end < task.first || task.end > EXAMPLES_MAX as u64 => "impacts out of range".to_owned(),

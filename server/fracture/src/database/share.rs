@@ -10,7 +10,7 @@ use super::bake_request::{BakeRequest, few_enough};
 use super::bake_step::BakeStep;
 use super::object::BASE;
 use crate::cancel_token::CancelToken;
-use crate::pipeline::{Example, PreparedObject, sampled};
+use crate::pipeline::{PreparedObject, TrainingExample, sampled};
 use crate::surface::RawMesh;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -29,14 +29,14 @@ pub const SHARE_EXTENSION: &str = "share";
 
 /// The impacts whose number, counted from the first that is new, leaves `index` when divided by `count`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Share {
+pub struct BakeShare {
     /// Which share, below `count`.
     pub index: u64,
     /// How many there are, 1 to [`SHARES_MAX`].
     pub count: u64,
 }
 
-impl Share {
+impl BakeShare {
     /// All of them.
     pub const WHOLE: Self = Self { index: 0, count: 1 };
 
@@ -69,7 +69,7 @@ impl Share {
     }
 }
 
-impl fmt::Display for Share {
+impl fmt::Display for BakeShare {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         write!(f, "{}/{}", self.index, self.count)
     }
@@ -97,7 +97,7 @@ pub enum ShareError {
     },
 }
 
-impl FromStr for Share {
+impl FromStr for BakeShare {
     type Err = ShareError;
 
     fn from_str(text: &str) -> Result<Self, ShareError> {
@@ -115,7 +115,7 @@ pub struct ShareTask {
     /// database that was there.
     pub request: Option<BakeRequest>,
     /// Which share.
-    pub share: Share,
+    pub share: BakeShare,
     /// Impacts that the object knew before.
     pub first: u64,
     /// Impacts that it shall know in the end.
@@ -137,7 +137,7 @@ impl ShareTask {
 
     /// Whether both are parts of the same work, however far they are.
     pub fn same_work(&self, other: &Self) -> bool {
-        let whole = |task: &Self| Self { share: Share::WHOLE, done: 0, ..task.clone() };
+        let whole = |task: &Self| Self { share: BakeShare::WHOLE, done: 0, ..task.clone() };
         whole(self) == whole(other) && self.share.count == other.share.count
     }
 }
@@ -157,7 +157,7 @@ impl PartialBake {
     pub fn begin(
         raw: RawMesh,
         request: &BakeRequest,
-        share: Share,
+        share: BakeShare,
         token: &CancelToken,
         progress: &mut dyn FnMut(BakeStep),
     ) -> Result<Self, BakeError> {
@@ -170,7 +170,7 @@ impl PartialBake {
     /// `count` more examples for an object.
     ///
     /// Errors: [`BakeError::TooManyExamples`].
-    pub fn add(prepared: PreparedObject, count: u64, share: Share) -> Result<Self, BakeError> {
+    pub fn add(prepared: PreparedObject, count: u64, share: BakeShare) -> Result<Self, BakeError> {
         let first = prepared.impacts;
         let end = first.saturating_add(count);
         few_enough(end)?;
@@ -229,7 +229,7 @@ impl PartialBake {
 pub(super) struct ShareRemainder {
     pub task: ShareTask,
     pub input_hash: String,
-    pub examples: Vec<Example>,
+    pub examples: Vec<TrainingExample>,
     pub checksums: BTreeMap<String, String>,
 }
 
@@ -289,13 +289,13 @@ pub enum JoinError {
         /// Which file.
         path: PathBuf,
         /// Which share.
-        share: Share,
+        share: BakeShare,
     },
     /// A share is missing.
     #[error("share {share} is missing")]
     Missing {
         /// Which.
-        share: Share,
+        share: BakeShare,
     },
     /// Learning failed.
     #[error(transparent)]
@@ -335,18 +335,18 @@ pub fn join(
     }
     let count = own.task.share.count;
     if let Some(index) = (0..count).find(|index| !shares.contains_key(index)) {
-        return Err(JoinError::Missing { share: Share { index, count } });
+        return Err(JoinError::Missing { share: BakeShare { index, count } });
     }
     let mut partial = super::object::load_partial(first).map_err(damaged(first))?;
-    let known = |example: &Example| example.impact < partial.task.first;
+    let known = |example: &TrainingExample| example.impact < partial.task.first;
     partial.prepared.examples.retain(known);
-    let mut new: Vec<Example> = shares.into_values().flatten().collect();
+    let mut new: Vec<TrainingExample> = shares.into_values().flatten().collect();
     new.sort_by_key(|example| (example.impact, example.body));
     partial.prepared.examples.extend(new);
     Ok(partial.learn(token, progress)?)
 }
 
-fn new_examples(task: &ShareTask, examples: Vec<Example>) -> Vec<Example> {
+fn new_examples(task: &ShareTask, examples: Vec<TrainingExample>) -> Vec<TrainingExample> {
     examples.into_iter().filter(|example| example.impact >= task.first).collect()
 }
 

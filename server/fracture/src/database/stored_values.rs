@@ -83,7 +83,7 @@ pub(super) fn bound(tensor: &str, values: &[f64; 4], ranges: &[RangeInclusive<f6
 }
 
 /// A number that a bake may be asked for, over what it usually is.
-pub(super) struct RatioRange {
+pub(super) struct PlausibleRange {
     /// Which number.
     pub key: &'static str,
     /// Over what.
@@ -94,17 +94,17 @@ pub(super) struct RatioRange {
 
 /// The first number of an object in `frame` that differs from the usual by more than [`RATIOS`]: the fragment size from the
 /// diagonal, γ from that of material and fragment size, κ from 1.
-pub(super) fn unusual(own: &BakeParameters, frame: &LocalFrame, gamma_j_m2: f64, kappa: f64) -> Option<RatioRange> {
+pub(super) fn unusual(own: &BakeParameters, frame: &LocalFrame, gamma_j_m2: f64, kappa: f64) -> Option<PlausibleRange> {
     let BakeParameters { material, fragment_size_m, .. } = own;
     let reference = degree::reference_gamma(material.young_pa, material.strength_pa, *fragment_size_m);
     let all = [
-        RatioRange {
+        PlausibleRange {
             key: "fragment_size_m",
             over: "the diagonal of the shape",
             value: fragment_size_m / frame.diagonal_m,
         },
-        RatioRange { key: "gamma_j_m2", over: "that of material and fragment size", value: gamma_j_m2 / reference },
-        RatioRange { key: "kappa", over: "1", value: kappa },
+        PlausibleRange { key: "gamma_j_m2", over: "that of material and fragment size", value: gamma_j_m2 / reference },
+        PlausibleRange { key: "kappa", over: "1", value: kappa },
     ];
     all.into_iter().find(|ratio| !RATIOS.contains(&ratio.value))
 }
@@ -116,7 +116,7 @@ pub(super) fn usual(
     gamma_j_m2: f64,
     kappa: f64,
 ) -> Result<(), DatabaseError> {
-    unusual(own, frame, gamma_j_m2, kappa).map_or(Ok(()), |RatioRange { key, over, value }| {
+    unusual(own, frame, gamma_j_m2, kappa).map_or(Ok(()), |PlausibleRange { key, over, value }| {
         let part = if key == "fragment_size_m" { "parameters" } else { "shape" };
         Err(metadata(
             part,

@@ -7,7 +7,7 @@
 mod calibrate;
 mod criterion;
 mod curve;
-mod moment_bound;
+mod first_moment_bound;
 mod pose_network;
 mod slenderness;
 #[cfg(test)]
@@ -21,7 +21,7 @@ pub use criterion::{
     threshold_factor,
 };
 pub use curve::{CurveOptions, CurvePoint, EnergyCurve, OptimizedDegree, optimise};
-pub use moment_bound::{reach, reach_range};
+pub use first_moment_bound::{reach, reach_range};
 pub use pose_network::{PoseNetwork, Prediction, TrainedNetwork, train};
 pub use slenderness::Slenderness;
 pub use training_sample::{DESCRIPTOR_LENGTH, TrainingSample, descriptor, sites, target};

@@ -38,7 +38,7 @@ pub use outer::{OuterVertex, outer_vertices};
 pub use points::{BisectorSites, CrackPoints, FixedPoints, crack_points};
 use runs::Laid;
 pub use runs::{FragmentRange, RunRange};
-pub use seam::{Old, seam};
+pub use seam::{EarlierCracks, seam};
 pub use topology::{FACE_EDGES, OuterFace, Topology};
 
 use crate::lattice::Lattice;

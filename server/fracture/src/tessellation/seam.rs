@@ -24,7 +24,7 @@ const RIDGE: [[f64; 2]; 7] =
 
 /// An earlier labelling and its crack points.
 #[derive(Clone, Copy, Debug)]
-pub struct Old<'a> {
+pub struct EarlierCracks<'a> {
     /// Fragment of each node.
     pub labels: &'a [u32],
     /// Its crack points, all of them.
@@ -36,7 +36,7 @@ pub struct Old<'a> {
 pub fn seam(
     lattice: &Lattice,
     topology: &Topology,
-    old: Old<'_>,
+    old: EarlierCracks<'_>,
     labels: &[u32],
     sites: BisectorSites<'_>,
 ) -> FixedPoints {
@@ -71,7 +71,7 @@ fn slots(count: usize, fixed: &[(u32, Point3<f64>)]) -> Vec<u32> {
 struct Seam<'a> {
     lattice: &'a Lattice,
     topology: &'a Topology,
-    old: Old<'a>,
+    old: EarlierCracks<'a>,
     labels: &'a [u32],
     sites: BisectorSites<'a>,
     edges: Vec<u32>,

@@ -10,7 +10,7 @@ pub(in crate::pipeline) const TWICE: u64 = 8;
 
 /// One point of an example's curve.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ExamplePoint {
+pub struct TrainingExamplePoint {
     /// n.
     pub sites: u32,
     /// E_max(n), the better of the starts; shares of the body's energy times local length squared.
@@ -25,7 +25,7 @@ pub struct ExamplePoint {
 
 /// One strain energy field and its curve.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Example {
+pub struct TrainingExample {
     /// Number of the impact; two bodies that it strikes make two examples.
     pub impact: u64,
     /// The body.
@@ -39,15 +39,15 @@ pub struct Example {
     /// How evenly the energy is spread: [`degree::evenness`].
     pub evenness: f64,
     /// E_max(n) by rising n, from 1.
-    pub points: Vec<ExamplePoint>,
+    pub points: Vec<TrainingExamplePoint>,
     /// The sites of the best diagram of each point but n = 1, as the crack nodes nearest to them, point after point.
     pub site_nodes: Vec<u32>,
 }
 
-impl Example {
+impl TrainingExample {
     /// The sites of the best diagram of point `place`, as crack nodes; none where n = 1.
     pub fn sites(&self, place: usize) -> &[u32] {
-        let length = |point: &ExamplePoint| if point.sites > 1 { point.sites as usize } else { 0 };
+        let length = |point: &TrainingExamplePoint| if point.sites > 1 { point.sites as usize } else { 0 };
         let begin: usize = self.points[..place].iter().map(length).sum();
         &self.site_nodes[begin..][..length(&self.points[place])]
     }

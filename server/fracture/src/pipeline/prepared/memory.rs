@@ -2,7 +2,7 @@
 
 use super::anchored::AnchoredObject;
 use super::energy_bound::EnergyUpperBound;
-use super::example::Example;
+use super::example::TrainingExample;
 use super::learned::LearnedModel;
 use super::object::{ElasticModel, PreparedBody, PreparedObject};
 use super::warped_body::WarpedBody;
@@ -115,6 +115,6 @@ fn lift(lift: &LiftedLattice) -> usize {
     held(coordinates) + held(first_moment) + held(second_moment) + held(density)
 }
 
-fn example(example: &Example) -> usize {
+fn example(example: &TrainingExample) -> usize {
     held(&example.contacts) + held(&example.points) + held(&example.site_nodes)
 }

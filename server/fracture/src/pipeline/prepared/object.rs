@@ -2,7 +2,7 @@
 
 use super::anchored::AnchoredObject;
 use super::energy_bound::EnergyUpperBound;
-use super::example::Example;
+use super::example::TrainingExample;
 use super::learned::LearnedModel;
 use super::parameters::{BakeParameters, BakeReport};
 use super::reduction::ReductionErrors;
@@ -131,7 +131,7 @@ pub struct PreparedObject {
     /// Impacts that were drawn for the examples: the next is number `impacts`.
     pub impacts: u64,
     /// Impacts whose fracture degree is known, by their numbers.
-    pub examples: Vec<Example>,
+    pub examples: Vec<TrainingExample>,
     /// What they taught, if they are enough.
     pub learned: Option<LearnedModel>,
     /// How well the reduced bases do, if there are any.

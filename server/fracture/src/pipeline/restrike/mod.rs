@@ -30,7 +30,7 @@ use crate::pipeline::workspace::Workspace;
 use crate::pipeline::workspace::body_meshes::{BodyMeshes, CutBuffers};
 use crate::scene::EffectKind;
 use crate::skin::Skin;
-use crate::tessellation::{BisectorSites, FixedPoints, Old, TessellationWorkspace, seam};
+use crate::tessellation::{BisectorSites, EarlierCracks, FixedPoints, TessellationWorkspace, seam};
 use parent::{NOBODY, ParentFragment};
 use std::sync::Arc;
 use volume_correction::correct_volume;
@@ -105,7 +105,7 @@ impl Children<'_> {
         labels.produced(&cut.components.labels);
         let tessellation = observer.stage(Stage::Tessellation);
         let lift = self.scattered();
-        let old = Old { labels: &self.old.labels, points: &self.old.points };
+        let old = EarlierCracks { labels: &self.old.labels, points: &self.old.points };
         let of_fragment = self.sites_of(&cut.components.sites);
         let sites = self.sites(&lift, &of_fragment);
         let fixed = seam(&self.body.crack, &self.body.topology, old, &cut.components.labels, sites);

@@ -36,7 +36,7 @@ pub struct LiftRow {
 
 /// Why lifts were not compared.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum CompareError {
+pub enum LiftComparisonError {
     /// A lift could not be made.
     #[error("lift carried by {carry:?}: {source}")]
     Lift {
@@ -74,8 +74,8 @@ impl<'a> LiftComparison<'a> {
     /// Euclidean and interior as `body` has them, and the surface lift with about `modes` functions, carried both ways;
     /// the mean value coordinates take seconds on a body of 12 000 nodes.
     ///
-    /// Errors: [`CompareError::Lift`].
-    pub fn new(body: &'a PreparedBody, modes: usize, token: &CancelToken) -> Result<Self, CompareError> {
+    /// Errors: [`LiftComparisonError::Lift`].
+    pub fn new(body: &'a PreparedBody, modes: usize, token: &CancelToken) -> Result<Self, LiftComparisonError> {
         let candidate = |lift: Cow<'a, LiftedLattice>, carry| {
             let stretch = stretch(&lift, &body.crack);
             Candidate { lift, carry, stretch }
@@ -84,7 +84,7 @@ impl<'a> LiftComparison<'a> {
         let mut lifts: Vec<Candidate> = prepared.map(|lift| candidate(Cow::Borrowed(lift), None)).collect();
         for carry in [Extension::Harmonic, Extension::MeanValue] {
             let lift = surface_diffusion(&body.crack, carry, modes, token)
-                .map_err(|source| CompareError::Lift { carry, source })?;
+                .map_err(|source| LiftComparisonError::Lift { carry, source })?;
             lifts.push(candidate(Cow::Owned(lift), Some(carry)));
         }
         Ok(Self { body, lifts })
@@ -93,8 +93,8 @@ impl<'a> LiftComparison<'a> {
     /// One row per lift, in the order euclidean, interior, surface by harmonic and by mean value coordinates: a
     /// centroidal diagram of `sites` sites of uniform energy from the start that `seed` gives.
     ///
-    /// Errors: [`CompareError::Field`], [`CompareError::Cancelled`].
-    pub fn rows(&self, sites: usize, seed: u64, token: &CancelToken) -> Result<Vec<LiftRow>, CompareError> {
+    /// Errors: [`LiftComparisonError::Field`], [`LiftComparisonError::Cancelled`].
+    pub fn rows(&self, sites: usize, seed: u64, token: &CancelToken) -> Result<Vec<LiftRow>, LiftComparisonError> {
         self.lifts.iter().map(|candidate| self.row(candidate, sites, seed, token)).collect()
     }
 
@@ -104,11 +104,11 @@ impl<'a> LiftComparison<'a> {
         sites: usize,
         seed: u64,
         token: &CancelToken,
-    ) -> Result<LiftRow, CompareError> {
+    ) -> Result<LiftRow, LiftComparisonError> {
         let volumes = &self.body.volumes;
         let (lift, mut uniform) = (&candidate.lift, volumes.clone());
         let field = EnergyField::new(lift, volumes, &mut uniform)
-            .map_err(|source| CompareError::Field { lift: lift.kind, source })?;
+            .map_err(|source| LiftComparisonError::Field { lift: lift.kind, source })?;
         let options = DiagramOptions::new(sites, seed);
         let diagram = centroidal::diagram(&field, &options, &mut DiagramWorkspace::default(), token)?;
         let split = components(&self.body.topology, &diagram.labels);

@@ -6,7 +6,7 @@ use crate::centroidal::{Diagram, EnergyField};
 use crate::degree::{self, CurveOptions, CurvePoint, EnergyCurve};
 use crate::lift::LiftKind;
 use crate::pipeline::error::FractureError;
-use crate::pipeline::prepared::example::{Example, ExamplePoint, TWICE, records};
+use crate::pipeline::prepared::example::{TWICE, TrainingExample, TrainingExamplePoint, records};
 use crate::pipeline::prepared::object::PreparedObject;
 use crate::pipeline::request::context::StrikeContext;
 use crate::pipeline::stages::contact_set::ContactSet;
@@ -26,7 +26,7 @@ pub fn examples(
     index: u64,
     workspace: &mut Workspace,
     token: &CancelToken,
-) -> Result<Vec<Example>, FractureError> {
+) -> Result<Vec<TrainingExample>, FractureError> {
     let strike = sampler.impact(seed, index);
     let impact = ContactSet::new(prepared, &strike)?;
     let mut examples = Vec::new();
@@ -53,10 +53,10 @@ pub fn examples(
         };
         let (own, site_nodes) = curve(0)?;
         let again = if index.is_multiple_of(TWICE) { curve(1)?.0 } else { Vec::new() };
-        let mut points: Vec<ExamplePoint> = own
+        let mut points: Vec<TrainingExamplePoint> = own
             .iter()
             .enumerate()
-            .map(|(place, point)| ExamplePoint {
+            .map(|(place, point)| TrainingExamplePoint {
                 sites: point.sites as u32,
                 energy_max: point.energy_max,
                 energy_max_worst: point.energy_max_worst,
@@ -68,7 +68,7 @@ pub fn examples(
         for (place, gamma) in labels {
             points[place].estimate = degree::closed_form(&field, &body.slenderness, gamma);
         }
-        examples.push(Example {
+        examples.push(TrainingExample {
             impact: index,
             body: energy.body,
             contacts: strike.contacts.clone(),

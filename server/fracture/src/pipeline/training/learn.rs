@@ -5,25 +5,33 @@ use super::sample::ImpactSampler;
 use crate::cancel_token::CancelToken;
 use crate::degree::{self, SITES_MIN, TrainingSample};
 use crate::pipeline::error::FractureError;
-use crate::pipeline::prepared::example::Example;
+use crate::pipeline::prepared::example::TrainingExample;
 use crate::pipeline::prepared::learned::{LearnedErrors, LearnedModel};
 use crate::pipeline::prepared::object::PreparedObject;
 use crate::pipeline::workspace::Workspace;
 use rayon::prelude::*;
 
 /// The examples of these impacts of the object's seed, in order, on all threads of the current pool.
-pub fn sampled(prepared: &PreparedObject, impacts: &[u64], token: &CancelToken) -> Result<Vec<Example>, FractureError> {
+pub fn sampled(
+    prepared: &PreparedObject,
+    impacts: &[u64],
+    token: &CancelToken,
+) -> Result<Vec<TrainingExample>, FractureError> {
     let (sampler, seed) = (ImpactSampler::new(prepared), prepared.parameters.seed);
     let one = |workspace: &mut Workspace, index: &u64| examples(prepared, &sampler, seed, *index, workspace, token);
-    let all: Vec<Vec<Example>> = impacts.par_iter().map_init(Workspace::default, one).collect::<Result<_, _>>()?;
+    let all: Vec<Vec<TrainingExample>> =
+        impacts.par_iter().map_init(Workspace::default, one).collect::<Result<_, _>>()?;
     Ok(all.into_iter().flatten().collect())
 }
 
 /// κ and the network; `None` where the examples have too few labels.
-pub fn learn(examples: &[Example], seed: u64) -> Option<(f64, LearnedModel)> {
+pub fn learn(examples: &[TrainingExample], seed: u64) -> Option<(f64, LearnedModel)> {
     let trained = degree::train(&lessons(examples), seed)?;
-    let labels: Vec<(f64, f64)> =
-        examples.iter().flat_map(Example::labels).map(|(_, estimate, sites)| (estimate, f64::from(sites))).collect();
+    let labels: Vec<(f64, f64)> = examples
+        .iter()
+        .flat_map(TrainingExample::labels)
+        .map(|(_, estimate, sites)| (estimate, f64::from(sites)))
+        .collect();
     let counts = |(_, sites): &(f64, f64)| *sites >= SITES_MIN as f64;
     let kappa =
         Errors::of(labels.iter().filter(|label| counts(label)).map(|(estimate, sites)| sites / estimate))?.median;
@@ -53,13 +61,13 @@ pub fn learn(examples: &[Example], seed: u64) -> Option<(f64, LearnedModel)> {
         few_holdout: few.len(),
         few_within_one: (!few.is_empty())
             .then(|| few.iter().filter(|off| **off <= 1.0).count() as f64 / few.len() as f64),
-        label_noise_median: Errors::of(examples.iter().flat_map(Example::noise))?.median,
+        label_noise_median: Errors::of(examples.iter().flat_map(TrainingExample::noise))?.median,
     };
     Some((kappa, LearnedModel { network: trained.network, quality }))
 }
 
 /// The lessons of all examples, in order.
-pub(crate) fn lessons(examples: &[Example]) -> Vec<TrainingSample> {
+pub(crate) fn lessons(examples: &[TrainingExample]) -> Vec<TrainingSample> {
     examples.iter().enumerate().flat_map(|(k, example)| example.lessons(k)).collect()
 }
 

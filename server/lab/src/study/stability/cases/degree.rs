@@ -3,7 +3,7 @@
 use super::super::trial::{TrialFault, at, baked, coarse, struck};
 use shatter_fracture::database::BakeRequest;
 use shatter_fracture::degree::{TrainingSample, train};
-use shatter_fracture::pipeline::{DegreeRequest, DegreeSource, Example, FractureRequest, PreparedObject};
+use shatter_fracture::pipeline::{DegreeRequest, DegreeSource, FractureRequest, PreparedObject, TrainingExample};
 use shatter_fracture::surface::{RawMesh, shapes};
 
 /// An arch, a strike, and the factor at which it just breaks.
@@ -55,7 +55,7 @@ pub fn duplicate_examples() -> Result<f64, TrialFault> {
     Ok(once.iter().map(change).fold(0.0, f64::max))
 }
 
-fn lessons(examples: &[Example]) -> Vec<TrainingSample> {
+fn lessons(examples: &[TrainingExample]) -> Vec<TrainingSample> {
     examples.iter().enumerate().flat_map(|(k, example)| example.lessons(k)).collect()
 }
 
