@@ -45,9 +45,9 @@ fn shown(text: &str, most: usize) -> String {
     shown
 }
 
-/// Control characters, line and paragraph separators, marks that change the direction of writing, and other format characters that
-/// nobody sees: what names may not hold and messages escape. `shatter-fracture`, which does not
-/// know this crate, has the same.
+/// Control characters, line and paragraph separators, marks that change the direction of writing, and other format characters
+/// without a sign: names may not hold them, messages escape them. `shatter-fracture` does not know this crate and has the same table; a
+/// test of `shatter-engine` compares them.
 ///
 /// Source: general category Cf of the Unicode Character Database 16.0, without the signs that are drawn.
 pub fn is_invisible(character: char) -> bool {

@@ -27,7 +27,7 @@ pub trait ServedObject: Send + Sync {
         Ok(())
     }
 
-    /// Strikes it. `token` is polled, `observer` is told of stages and effects.
+    /// Strikes it. `token` is polled, `observer` sees every stage and effect.
     fn strike(
         &self,
         strike: &Request,
@@ -68,7 +68,7 @@ pub trait EngineResult {
     /// The strike took so long, from when its computation began until its answer was written; `stages` of it as told.
     fn took(&self, _time: Duration, _stages: &[StageWire]) {}
 
-    /// Writes everything but the stages and effects straight into the lent answer; `observer` is told of effects.
+    /// Writes everything but the stages and effects straight into the lent answer; `observer` sees every effect.
     fn write(&self, sections: &mut SectionsMut<'_>, observer: &dyn StageObserver) -> Result<(), Error>;
 }
 

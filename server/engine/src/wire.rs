@@ -384,6 +384,15 @@ mod tests {
     }
 
     #[test]
+    fn engine_and_client_refuse_the_same_characters_in_names() {
+        for character in '\0'..=char::MAX {
+            let both =
+                [shatter_proto::text::is_invisible, shatter_fracture::scene::is_invisible].map(|is| is(character));
+            assert_eq!(both[0], both[1], "{character:?}");
+        }
+    }
+
+    #[test]
     fn degree_sources_have_the_same_names_on_the_wire() {
         for (source, number) in [
             (DegreeSource::Threshold, 0),

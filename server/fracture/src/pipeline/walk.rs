@@ -14,7 +14,7 @@ use super::stages::cells::{Division, divide};
 use super::stages::contact_set::ContactSet;
 use super::stages::energy::{BodyEnergy, apply, radius_m, strain_energy, strain_energy_applied};
 use super::stages::threshold::{self, ThresholdResult};
-use super::stages::{bound_test, controls};
+use super::stages::{controls, threshold_bound};
 use super::workspace::Workspace;
 use crate::centroidal::{Diagram, EnergyField};
 use crate::degree;
@@ -48,9 +48,9 @@ pub(in crate::pipeline) fn walk(
         ContactSet::new(prepared, request)?
     };
     apply(context, &contacts, workspace)?;
-    if bound_test::will_do(request) {
+    if threshold_bound::will_do(request) {
         let _threshold = observer.stage(Stage::Threshold);
-        let below = bound_test::below(prepared, request, &contacts, gamma_j_m2, &mut workspace.loads);
+        let below = threshold_bound::below(prepared, request, &contacts, gamma_j_m2, &mut workspace.loads);
         if let Some(e1_over_gamma) = below {
             let loads = workspace.loads.iter().take(contacts.bodies.len());
             let radius_m = loads.map(|load| radius_m(prepared, load)).fold(0.0, f64::max);

@@ -14,8 +14,8 @@ pub fn brief(text: &str) -> String {
     }
 }
 
-/// Control characters, line and paragraph separators, marks that change the direction of writing, and other format characters that
-/// nobody sees: names of objects hold none.
+/// Control characters, line and paragraph separators, marks that change the direction of writing, and other format characters
+/// without a sign: names of objects hold none. `shatter-proto` has the same table; a test of `shatter-engine` compares them.
 ///
 /// Source: general category Cf of the Unicode Character Database 16.0, without the signs that are drawn.
 pub fn is_invisible(character: char) -> bool {

@@ -1,10 +1,10 @@
 //! Cells become closed meshes, tables and what effects add to them.
 
 pub(super) mod cut;
+pub(super) mod emitted_effects;
 pub(super) mod faces;
 pub(super) mod hulls;
 pub(super) mod meshes;
-pub(super) mod outputs;
 pub(super) mod release_velocity;
 pub(super) mod retained;
 pub(super) mod rows;

@@ -2,7 +2,7 @@
 
 use nalgebra::{Point3, Vector3};
 
-/// Neighbor of an outer run, and of a run on an earlier crack: nobody.
+/// Neighbor of an outer run, and of a run on an earlier crack: no fragment.
 pub const OUTER: u32 = u32::MAX;
 
 /// One fragment. Offsets point into the sections; index values are relative to the fragment's first vertex.

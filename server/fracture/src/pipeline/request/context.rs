@@ -15,7 +15,7 @@ pub struct StrikeContext<'a> {
     pub request: &'a FractureRequest,
     /// Polled by every stage.
     pub cancel: &'a CancelToken,
-    /// Told of every stage and effect.
+    /// Sees every stage and effect.
     pub observer: &'a dyn StageObserver,
 }
 

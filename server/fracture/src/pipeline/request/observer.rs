@@ -3,7 +3,7 @@
 use super::stage::Stage;
 use crate::scene::EffectKind;
 
-/// Told when a stage or an effect begins and ends. This crate has no clock; the caller may bring one.
+/// Sees when a stage or an effect begins and ends. This crate has no clock; the caller may bring one.
 ///
 /// Stages and effects are spans: [`stage`](StageSpan) and [`effect`](EffectSpan) of `dyn StageObserver` begin one, which ends where
 /// it is dropped.

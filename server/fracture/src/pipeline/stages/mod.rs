@@ -1,6 +1,5 @@
 //! The stages of a strike, from contacts to cells, in the order of the method.
 
-pub(super) mod bound_test;
 pub(super) mod cells;
 pub(super) mod contact_set;
 pub(super) mod controls;
@@ -10,3 +9,4 @@ pub(super) mod falloff;
 pub(super) mod search;
 pub(super) mod termination;
 pub(super) mod threshold;
+pub(super) mod threshold_bound;

@@ -1,4 +1,4 @@
-//! What answers carry beside the pieces, if it is asked for: normals, texture coordinates, bonds, debris.
+//! Effects that are computed while a result is written: normals, texture coordinates, bonds, debris.
 
 use super::faces::{Face, faces};
 use super::meshes::FractureMeshes;
