@@ -8,6 +8,7 @@ pub mod imports;
 pub mod model;
 pub mod pages;
 pub mod peers;
+pub mod prose;
 pub mod real;
 pub mod sources;
 pub mod statistics;
