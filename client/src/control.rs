@@ -89,8 +89,8 @@ impl ObjectFacts {
     }
 }
 
-impl From<&ObjectRow> for ObjectFacts {
-    fn from(row: &ObjectRow) -> Self {
+impl ObjectFacts {
+    fn of(row: &ObjectRow) -> Self {
         Self {
             name: row.name(),
             state: row.state(),
@@ -125,7 +125,7 @@ pub(crate) fn objects(connection: &Connection, deadline: Deadline) -> Result<Vec
     let mut objects: Vec<ObjectFacts> = Vec::new();
     loop {
         let (rows, total) = ask::<ObjectRow>(connection, ControlRequest::List(objects.len() as u32), deadline)?;
-        objects.extend(rows.iter().map(ObjectFacts::from));
+        objects.extend(rows.iter().map(ObjectFacts::of));
         if rows.is_empty() || objects.len() >= total as usize {
             return Ok(objects);
         }
@@ -134,7 +134,7 @@ pub(crate) fn objects(connection: &Connection, deadline: Deadline) -> Result<Vec
 
 pub(crate) fn status(connection: &Connection, deadline: Deadline) -> Result<Status, Error> {
     let (rows, _) = ask::<StatusRow>(connection, ControlRequest::Status, deadline)?;
-    rows.first().map(Status::from).ok_or_else(no_reply)
+    rows.first().map(Status::of).ok_or_else(no_reply)
 }
 
 pub(crate) fn release(connection: &Connection, handle: u64, deadline: Deadline) -> Result<(), Error> {

@@ -81,8 +81,8 @@ pub struct Status {
     pub stages: Vec<(StageKind, Latency)>,
 }
 
-impl From<&StatusRow> for Status {
-    fn from(row: &StatusRow) -> Self {
+impl Status {
+    pub(crate) fn of(row: &StatusRow) -> Self {
         Self {
             pid: row.pid,
             is_ending: row.ending != 0,
