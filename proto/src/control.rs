@@ -6,7 +6,7 @@
 use crate::error::ErrorWire;
 use crate::name::OBJECT_NAME_MAX;
 use crate::request::{REQUEST_MAGIC, head};
-use crate::result::{Block, STAGES};
+use crate::result::{Block, StageKind};
 use crate::{Error, ErrorKind, PROTOCOL_VERSION, text};
 use bytemuck::{Pod, Zeroable};
 
@@ -255,8 +255,8 @@ pub struct StatusRow {
     pub kept_bytes: u64,
     /// From the arrival of a strike to its answer.
     pub strike: Latency,
-    /// By stage, in the order of [`STAGES`].
-    pub stages: [Latency; STAGES.len()],
+    /// By stage, in the order of [`StageKind::ALL`].
+    pub stages: [Latency; StageKind::ALL.len()],
 }
 
 /// How far a strike is.
@@ -265,7 +265,7 @@ pub struct StatusRow {
 pub struct ProgressRow {
     /// 1: it waits. 2: it computes.
     pub state: u32,
-    /// Position in [`STAGES`] of the stage that computes, or that computed last.
+    /// Number of the [`StageKind`] that computes, or that computed last.
     pub stage: u32,
     /// Time since the daemon took it in, ns.
     pub age_ns: u64,

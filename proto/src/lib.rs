@@ -14,17 +14,19 @@
 //! counter-clockwise seen from outside; unless the strike names another [`convention::Convention`], in which contacts are then read and answers
 //! written, whatever unit a field's name ends with.
 
+mod codes;
 pub mod control;
 pub mod convention;
+mod costs;
 pub mod effect;
 pub mod error;
 pub mod layout;
 pub mod name;
 mod output_rows;
-mod overrun;
 pub mod request;
 pub mod result;
 mod sections;
+mod summary;
 pub mod text;
 pub mod view;
 mod zero_copy;

@@ -20,7 +20,7 @@ use shatter_fracture::scene::Materials;
 use shatter_fracture::surface::{self, LengthUnit, RawMesh, UpAxis, shapes};
 use shatter_proto::layout::Layout;
 use shatter_proto::request::{Contact, DegreeRule, Request};
-use shatter_proto::result::{Block, ResultHeader, StageWire};
+use shatter_proto::result::{Block, ResultHeader};
 use shatter_server::jobs::lanes;
 use std::path::Path;
 use std::sync::Barrier;
@@ -81,7 +81,8 @@ fn answer(served: &EngineObject, number: usize, workspace: &mut Workspace, paylo
     payload.resize(payload.len().max(layout.blocks()), bytemuck::Zeroable::zeroed());
     let _header: ResultHeader = layout.header(0);
     outcome.write(&mut layout.split(&mut payload[..layout.blocks()]).unwrap(), &clock).unwrap();
-    (layout.used_bytes(), clock.rows().iter().map(|row: &StageWire| row.ns).sum())
+    let stages: Duration = clock.stages().iter().map(|cost| cost.time).sum();
+    (layout.used_bytes(), stages.as_nanos() as u64)
 }
 
 /// Strikes per second of as many strikes side by side as there are threads, each on one of them.
@@ -299,8 +300,8 @@ fn share() -> (f64, u64) {
             .wait(patience())
             .unwrap();
         bytes = broken.bytes();
-        let stages: u64 = broken.stages().iter().map(|stage| stage.ns).sum();
-        broken.round_trip().as_secs_f64() * 1e6 - stages as f64 * 1e-3
+        let stages: Duration = broken.stages().map(|cost| cost.time).sum();
+        (broken.round_trip().as_secs_f64() - stages.as_secs_f64()) * 1e6
     };
     let times = (0..2000).map(|_| once()).collect();
     (median(times), bytes)

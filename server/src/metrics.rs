@@ -8,7 +8,7 @@ use prometheus_client::metrics::gauge::Gauge;
 use prometheus_client::metrics::histogram::{Histogram, exponential_buckets};
 use prometheus_client::registry::{Registry, Unit};
 use shatter_proto::control::{Latency, StatusRow};
-use shatter_proto::result::{EffectWire, STAGES, StageWire};
+use shatter_proto::result::{EffectCost, EnergySource, StageCost, StageKind};
 use shatter_proto::{Error, ErrorKind, Fault};
 use std::time::Duration;
 
@@ -122,7 +122,7 @@ impl Metrics {
             strike_seconds: seconds(),
             gauges: Vec::new(),
             strike_times: times()?,
-            stage_times: STAGES.iter().map(|_| times()).collect::<Result<_, _>>()?,
+            stage_times: StageKind::ALL.iter().map(|_| times()).collect::<Result<_, _>>()?,
         };
         Ok(metrics.registered())
     }
@@ -159,28 +159,30 @@ impl Metrics {
         &mut self,
         end: JobEnd,
         time: Duration,
-        energy: Option<&'static str>,
-        stages: &[StageWire],
-        effects: &[EffectWire],
+        energy: Option<EnergySource>,
+        stages: &[StageCost],
+        effects: &[EffectCost],
     ) {
         self.ended(end);
         if end != JobEnd::Answered {
             return;
         }
         if let Some(source) = energy {
-            self.energies.get_or_create(&[("source", source)]).inc();
+            self.energies.get_or_create(&[("source", source.name())]).inc();
         }
         self.strike_seconds.observe(time.as_secs_f64());
-        self.strike_times.saturating_record(u64::try_from(time.as_nanos()).unwrap_or(u64::MAX));
+        self.strike_times.saturating_record(nanoseconds(time));
         for (stage, times) in stages.iter().zip(&mut self.stage_times) {
-            if stage.ran != 0 {
-                self.stage_seconds.get_or_create(&[("stage", stage.name())]).observe(stage.ns as f64 * 1e-9);
-                times.saturating_record(stage.ns);
+            if stage.has_run {
+                let labels = [("stage", stage.stage.name())];
+                self.stage_seconds.get_or_create(&labels).observe(stage.time.as_secs_f64());
+                times.saturating_record(nanoseconds(stage.time));
             }
         }
         // What an effect takes as part of a stage is counted there.
-        for effect in effects.iter().filter(|effect| effect.ran != 0 && effect.ns != 0) {
-            self.effect_seconds.get_or_create(&[("effect", effect.name())]).observe(effect.ns as f64 * 1e-9);
+        for effect in effects.iter().filter(|cost| cost.has_run && !cost.time.is_zero()) {
+            let labels = [("effect", effect.effect.name())];
+            self.effect_seconds.get_or_create(&labels).observe(effect.time.as_secs_f64());
         }
     }
 
@@ -210,6 +212,10 @@ impl Metrics {
     }
 }
 
+fn nanoseconds(time: Duration) -> u64 {
+    u64::try_from(time.as_nanos()).unwrap_or(u64::MAX)
+}
+
 fn latency(times: &Times<u64>) -> Latency {
     Latency {
         count: times.len(),
@@ -224,14 +230,16 @@ fn latency(times: &Times<u64>) -> Latency {
 mod tests {
     use super::*;
     use bytemuck::Zeroable;
+    use shatter_proto::effect::Effect;
 
     #[test]
     fn strikes_are_counted_and_timed() {
         let mut metrics = Metrics::new().unwrap();
-        let stage = StageWire { stage: 1, ran: 1, ns: 5_000_000, bytes: 0 };
-        let idle = StageWire { stage: 0, ran: 0, ..stage };
-        let bonds = EffectWire { effect: 8, ran: 1, ns: 70_000, bytes: 64 };
-        metrics.ran(JobEnd::Answered, Duration::from_millis(20), Some("bounded"), &[idle, stage], &[bonds]);
+        let (idle, mut stage) = (StageCost::idle(StageKind::Load), StageCost::idle(StageKind::Elasticity));
+        stage.add(Duration::from_millis(5), 0);
+        let mut bonds = EffectCost::idle(Effect::Bonds);
+        bonds.add(Duration::from_micros(70), 64);
+        metrics.ran(JobEnd::Answered, Duration::from_millis(20), Some(EnergySource::Bounded), &[idle, stage], &[bonds]);
         metrics.ran(JobEnd::Failed, Duration::from_millis(20), None, &[idle, stage], &[bonds]);
         metrics.ended(JobEnd::Busy);
         let mut row = StatusRow::zeroed();

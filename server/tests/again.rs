@@ -4,9 +4,9 @@ mod support;
 
 use serde_json::Value;
 use shatter_client::{
-    Client, DegreeRule, Error, ErrorKind, FractureResult, Impact, Object, Progress, Request, RetainedFragment,
+    Client, DegreeRule, Error, ErrorKind, FractureResult, Impact, Object, Progress, Request, RetainedFragment, Status,
 };
-use shatter_proto::control::{ControlRequest, StatusRow};
+use shatter_proto::control::ControlRequest;
 use shatter_proto::request::Contact;
 use std::sync::LazyLock;
 use support::{Child, InProcess, RawPeer, TestPlace, bar, eventually, patience, shatter, shatterd};
@@ -43,8 +43,8 @@ fn refused(bar: &Object, impact: &Impact) -> Error {
     bar.strike(impact).and_then(|mut ticket| ticket.wait(patience())).err().unwrap()
 }
 
-fn status(service: &Client) -> StatusRow {
-    *service.status(patience()).unwrap().row()
+fn status(service: &Client) -> Status {
+    service.status(patience()).unwrap()
 }
 
 /// The fragment of `broken` that weighs most, and a blow on where its surface is farthest along +x.
@@ -69,7 +69,7 @@ fn check(bar: &Object, before: &FractureResult, kept: bool) -> FractureResult {
     assert!(children.fragments().len() >= 7 && children.fragments().all(|child| child.is_closed()));
     assert!((sum / parent - 1.0).abs() < 1e-6, "{sum} of {parent}");
     let old = children.fragments().flat_map(|child| child.runs().collect::<Vec<_>>());
-    assert!(old.filter(|run| run.crack && run.neighbor.is_none()).count() > 0, "sides of the first crack are told");
+    assert!(old.filter(|run| run.is_crack && run.neighbor.is_none()).count() > 0, "sides of the first crack are told");
     assert_eq!(children.handle().is_some(), kept);
     children
 }

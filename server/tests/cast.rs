@@ -39,8 +39,8 @@ fn answers(service: &Client) -> [String; 2] {
     ["near", "far"].map(|name| {
         let object = service.object(name, patience()).unwrap();
         let broken = object.strike(&blow()).unwrap().wait(patience()).unwrap();
-        let elastic = broken.effects().iter().any(|row| row.name() == "elastic" && row.ran != 0);
-        assert_eq!((elastic, broken.bonds().is_empty()), (name == "near", name == "far"));
+        let elastic = broken.effects().any(|cost| cost.effect == Effect::Elastic && cost.has_run);
+        assert_eq!((elastic, broken.bonds().len() == 0), (name == "near", name == "far"));
         broken.digest().output_hash
     })
 }
@@ -66,7 +66,7 @@ fn objects_of_one_database_answer_as_if_each_had_its_own_and_are_replaced_togeth
     assert_eq!(answers(&service), apart(&coarse));
     let [near, far] = facts(&service);
     assert!(near.memory_bytes > far.memory_bytes, "{} and {}", near.memory_bytes, far.memory_bytes);
-    assert_eq!(service.status(patience()).unwrap().row().memory_bytes, near.memory_bytes + far.memory_bytes);
+    assert_eq!(service.status(patience()).unwrap().memory_bytes, near.memory_bytes + far.memory_bytes);
     assert_eq!((far.degree_max, far.fragments_max, far.bytes_max), (30, Some(64), Some(4_000_000)));
     assert_eq!((near.fragments_max, near.bytes_max), (None, None));
     let (_, text) = shatter(&here, &["list", "--json"]);

@@ -2,7 +2,10 @@
 
 mod support;
 
-use shatter_client::{Contact, DegreeRule, Effect, Effects, ErrorKind, FractureResult, Fragment, Impact, Lift, Object};
+use shatter_client::{
+    Bond, Contact, DegreeRule, Effect, EffectCost, Effects, ErrorKind, FractureResult, Fragment, FragmentVelocity,
+    Impact, Lift, Object, StageCost, StageKind,
+};
 use shatter_engine::scene::Scene;
 use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
@@ -106,9 +109,10 @@ fn off_is_exactly_nothing() {
     let (_daemon, bar) = start_held();
     let check = |impact: Impact, on: Effects| {
         let broken = strike(&bar, &impact);
-        for (row, effect) in broken.effects().iter().zip(Effect::ALL) {
-            assert_eq!((row.name(), row.ran != 0), (effect.name(), on.has(effect)), "{impact:?}");
-            assert!(on.has(effect) || (row.ns, row.bytes) == (0, 0), "{row:?}");
+        assert!(broken.effects().map(|cost| cost.effect).eq(Effect::ALL));
+        for cost in broken.effects() {
+            assert_eq!(cost.has_run, on.has(cost.effect), "{} {impact:?}", cost.effect.name());
+            assert!(cost.has_run || cost == EffectCost::idle(cost.effect), "{cost:?}");
         }
         let extra = broken
             .digest()
@@ -136,9 +140,12 @@ fn off_is_exactly_nothing() {
 fn without_elasticity_neither_solve_nor_basis_is_touched() {
     let (_daemon, bar) = start();
     let cheap = strike(&bar, &blow().disable(Effect::Elastic));
-    let elasticity = cheap.stages().iter().find(|stage| stage.name() == "elasticity").unwrap();
-    assert_eq!((elasticity.ran, elasticity.ns, elasticity.bytes), (0, 0, 0));
-    assert_eq!((cheap.summary().elastic(), strike(&bar, &blow()).summary().elastic()), ("falloff", "solve"));
+    let elasticity = cheap.stages().find(|cost| cost.stage == StageKind::Elasticity).unwrap();
+    assert_eq!(elasticity, StageCost::idle(StageKind::Elasticity));
+    assert_eq!(
+        (cheap.summary().energy_source.name(), strike(&bar, &blow()).summary().energy_source.name()),
+        ("falloff", "solve")
+    );
     let wide = Contact::new([0.2, 0.0, 0.0]).impulse([-50.0, 3.0, 0.0]).radius(1e120);
     let weak = Impact::new([wide]).degree(DegreeRule::Sites(24)).seed(3).disable(Effect::Elastic);
     let refusal = bar.strike(&weak).and_then(|mut ticket| ticket.wait(patience())).err().unwrap();
@@ -240,7 +247,7 @@ fn bonds_are_the_cracks_that_fragments_share() {
     assert_eq!(2 * broken.bonds().len(), pairs);
     let half = bar.facts().diagonal_m;
     for bond in broken.bonds() {
-        let [lower, upper] = bond.fragments;
+        let (lower, upper) = (bond.fragment, bond.neighbor.unwrap());
         for (own, other, sign) in [(lower, upper, 1.0), (upper, lower, -1.0)] {
             let (vector, area) = face(&fragments[own as usize], other);
             assert!((area / bond.area_m2 - 1.0).abs() < 1e-5, "{area} of {}", bond.area_m2);
@@ -270,12 +277,12 @@ fn the_world_holds_what_lies_in_its_anchors() {
     let (_daemon, bar) = start_held();
     let outputs = [Effect::Bonds, Effect::Release];
     let broken = strike(&bar, &with(&[&outputs[..], &[Effect::Anchored]].concat()));
-    let world: Vec<_> = broken.bonds().iter().filter(|bond| bond.holds_to_world()).collect();
+    let world: Vec<Bond> = broken.bonds().filter(Bond::is_with_world).collect();
     let [seen, told]: [f64; 2] =
         [broken.fragments().map(|own| held_area(&own)).sum(), world.iter().map(|bond| bond.area_m2).sum()];
     assert!((told / seen - 1.0).abs() < 1e-4, "{told} of {seen}");
     for fragment in broken.fragments() {
-        let bond = world.iter().find(|bond| bond.fragments[0] == fragment.id());
+        let bond = world.iter().find(|bond| bond.fragment == fragment.id());
         let velocity = fragment.velocity().unwrap();
         assert_eq!(norm(velocity.linear_m_s) + norm(velocity.angular_rad_s) == 0.0, bond.is_some());
         let (own, told) = (held_area(&fragment), bond.map_or(0.0, |bond| bond.area_m2));
@@ -283,7 +290,7 @@ fn the_world_holds_what_lies_in_its_anchors() {
     }
     assert!(!world.is_empty() && world.len() < broken.fragments().len());
     let free = strike(&bar, &with(&outputs));
-    assert!(free.bonds().iter().all(|bond| !bond.holds_to_world()));
+    assert!(!free.bonds().any(|bond| bond.is_with_world()));
 }
 
 #[test]
@@ -342,12 +349,14 @@ fn both_sides_of_a_crack_have_the_same_texture() {
 fn release_makes_no_momentum() {
     let (_daemon, bar) = start();
     let broken = strike(&bar, &with(&[Effect::Release]));
-    let parts: Vec<_> =
-        broken.fragments().map(|own| (own.mass_kg(), own.center_m(), own.row(), own.velocity().unwrap())).collect();
+    let parts: Vec<_> = broken
+        .fragments()
+        .map(|own| (own.mass_kg(), own.center_m(), own.inertia_kg_m2(), own.velocity().unwrap()))
+        .collect();
     let momenta = || parts.iter().map(|(mass, _, _, velocity)| velocity.linear_m_s.map(|v| v * mass));
     let linear = sum(momenta());
-    let angular = sum(parts.iter().map(|(mass, center, row, velocity)| {
-        let [xx, yy, zz, xy, xz, yz] = row.inertia_kg_m2;
+    let angular = sum(parts.iter().map(|(mass, center, inertia, velocity)| {
+        let [xx, yy, zz, xy, xz, yz] = *inertia;
         let w = velocity.angular_rad_s;
         let spin = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]].map(|row| (0..3).map(|k| row[k] * w[k]).sum::<f64>());
         let orbit = cross(*center, velocity.linear_m_s.map(|v| v * mass));
@@ -358,7 +367,7 @@ fn release_makes_no_momentum() {
     assert!(norm(linear) < 1e-9 * scale, "{linear:?} of {scale}");
     assert!(norm(angular) < 1e-9 * scale * bar.facts().diagonal_m, "{angular:?} of {scale}");
     // The nearest to the blow flies fastest, and away.
-    let speed = |own: &shatter_proto::result::VelocityWire| norm(own.linear_m_s);
+    let speed = |own: &FragmentVelocity| norm(own.linear_m_s);
     let fastest = parts.iter().max_by(|a, b| speed(&a.3).total_cmp(&speed(&b.3))).unwrap();
     assert!(fastest.1[0] > 0.1, "{:?}", fastest.1);
 }

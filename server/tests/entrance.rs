@@ -241,11 +241,7 @@ fn nothing_of_killed_daemons_stays() {
     }
     let last = Child::start(&mut role(&here, "daemon", "[times]\ncleanup_ms = 20"));
     assert!(early.folder.exists(), "a client still holds it");
-    assert_eq!(
-        service.status(patience()).unwrap().row().restarts,
-        4,
-        "the connection goes to the daemon that serves now"
-    );
+    assert_eq!(service.status(patience()).unwrap().restarts, 4, "the connection goes to the daemon that serves now");
     eventually(|| format!("left: {}", early.folder.display()), || !early.folder.exists());
     eventually(|| "one instance is left", || here.transports().len() == 1);
     drop(service);

@@ -205,8 +205,8 @@ fn clients_killed(kills: u64) {
         let answer = strike(kill);
         assert!(answer.is_ok(), "after kill {kill}: {:?}", answer.err());
     }
-    eventually(|| "the dead are buried", || service.status(patience()).unwrap().row().clients == 1);
-    eventually(|| "nothing computes for them", || service.status(patience()).unwrap().row().running == 0);
+    eventually(|| "the dead are buried", || service.status(patience()).unwrap().clients == 1);
+    eventually(|| "nothing computes for them", || service.status(patience()).unwrap().running == 0);
     // Their buckets are back: half of all are this client's share, the other half a second one's.
     let other = Client::connect_at(&here.place, patience()).unwrap();
     let theirs = other.object("bar", patience()).unwrap();
@@ -214,7 +214,7 @@ fn clients_killed(kills: u64) {
     let others: Vec<_> =
         (0..8).map(|number| theirs.strike(&impact(number)).unwrap().wait(patience()).unwrap()).collect();
     drop((held, others, theirs, other));
-    eventually(|| "the second one is gone", || service.status(patience()).unwrap().row().clients == 1);
+    eventually(|| "the second one is gone", || service.status(patience()).unwrap().clients == 1);
     println!("  descriptors, segments and nodes: {baseline:?} before, {:?} after", found());
     let back = || found().iter().zip(&baseline).all(|(now, before)| now <= before);
     eventually(|| format!("descriptors, segments and nodes are given back: {:?}", found()), back);
@@ -258,7 +258,7 @@ fn segments_that_the_dead_did_not_finish_hang_nobody() {
     leave_tags(&its);
     victim.kill();
     eventually(|| "its node is gone", || its.len() == 1 && !its[0].exists());
-    eventually(|| "the dead client is buried", || service.status(patience()).unwrap().row().clients == 1);
+    eventually(|| "the dead client is buried", || service.status(patience()).unwrap().clients == 1);
     drop(served(1).unwrap());
     leave_unfinished(&connections().collect::<Vec<_>>());
     daemon.kill();

@@ -51,7 +51,7 @@ fn a_call_that_reached_no_daemon_is_made_again_over_a_new_connection() {
     let calls: [fn(&Client, &Object); 4] = [
         |_, vase| _ = vase.strike(&impact()).unwrap().wait(patience()).unwrap(),
         |service, _| assert_eq!(service.objects(patience()).unwrap().len(), 1),
-        |service, _| assert_eq!(service.status(patience()).unwrap().row().objects_ready, 1),
+        |service, _| assert_eq!(service.status(patience()).unwrap().objects_ready, 1),
         |service, _| assert_eq!(service.release(7, patience()).unwrap_err().kind, ErrorKind::UnknownHandle),
     ];
     for call in calls {

@@ -130,7 +130,7 @@ fn serves(daemon: &InProcess, failed: u64) {
     let vase = service.object("vase", patience()).unwrap();
     let impact = Impact::new([Contact::new([0.0, 0.1, 0.0]).impulse([-1.0, 0.0, 0.0])]).degree(DegreeRule::Sites(5));
     assert_eq!(vase.strike(&impact).unwrap().wait(patience()).unwrap().fragments().len(), 5);
-    assert_eq!(service.status(patience()).unwrap().row().failed, failed);
+    assert_eq!(service.status(patience()).unwrap().failed, failed);
 }
 
 #[test]

@@ -5,7 +5,7 @@ mod support;
 use rustix::process::Signal;
 use serde_json::Value;
 use shatter_client::{Client, Contact, Effect, ErrorKind, Impact};
-use shatter_proto::result::STAGES;
+use shatter_proto::result::StageKind;
 use std::io::{BufRead, BufReader};
 use std::process::{Command, Stdio};
 use std::time::Duration;
@@ -79,7 +79,7 @@ fn a_second_daemon_of_the_same_name_is_refused() {
     assert!(error.contains("`second`") && error.contains(&first.id().to_string()), "{error}");
     let other = Child::start(shatterd(&here).args(["--service", "other"]));
     assert_eq!(other.terminate().code(), Some(0));
-    assert_eq!(connect(Some(&here)).status(patience()).unwrap().row().pid, first.id());
+    assert_eq!(connect(Some(&here)).status(patience()).unwrap().pid, first.id());
 }
 
 #[test]
@@ -90,7 +90,7 @@ fn a_daemon_whose_messages_nobody_reads_serves_on() {
     for _ in 0..20 {
         assert!(service.object("nothing", patience()).is_err());
     }
-    assert_eq!(service.status(patience()).unwrap().row().pid, daemon.id());
+    assert_eq!(service.status(patience()).unwrap().pid, daemon.id());
     assert_eq!(daemon.terminate().code(), Some(0));
 }
 
@@ -134,7 +134,7 @@ fn a_killed_daemon_is_noticed_and_can_be_started_again() {
     let service = connect(Some(&here));
     let slow = service.object("slow", patience()).unwrap();
     let mut ticket = slow.strike(&impact()).unwrap();
-    while service.status(patience()).unwrap().row().running == 0 {
+    while service.status(patience()).unwrap().running == 0 {
         std::thread::yield_now();
     }
     first.kill();
@@ -199,7 +199,7 @@ fn the_command_line_strikes_and_prints_one_document() {
     assert_eq!(answer["fragments"].as_array().unwrap().len(), 3);
     assert!(answer["fragments"].as_array().unwrap().iter().all(|fragment| fragment["closed"] == true));
     let names = answer["stages"].as_array().unwrap().iter().map(|stage| stage["name"].as_str().unwrap());
-    assert!(names.eq(STAGES.into_iter().chain(Effect::ALL.map(Effect::name))), "{out}");
+    assert!(names.eq(StageKind::ALL.iter().map(|stage| stage.name()).chain(Effect::ALL.map(Effect::name))), "{out}");
     let keys = ["object", "handle", "gamma_j_m2", "e1_over_gamma", "sites", "fracture_degree", "degree_source"];
     let keys = keys.into_iter().chain(["quality", "iterations", "time_ns"]).chain([
         "confidence",

@@ -4,8 +4,7 @@ mod support;
 
 use rustix::process::Signal;
 use serde_json::Value;
-use shatter_client::{Client, Contact, ErrorKind, Impact, ObjectFacts, ObjectState};
-use shatter_proto::control::StatusRow;
+use shatter_client::{Client, Contact, ErrorKind, Impact, ObjectFacts, ObjectState, Status};
 use std::io::Read;
 use std::process::Stdio;
 use std::time::{Duration, Instant};
@@ -39,8 +38,8 @@ fn strike(service: &Client, object: &str) -> f64 {
     object.strike(&impact()).unwrap().wait(patience()).unwrap().summary().gamma_j_m2
 }
 
-fn status(service: &Client) -> StatusRow {
-    *service.status(patience()).unwrap().row()
+fn status(service: &Client) -> Status {
+    service.status(patience()).unwrap()
 }
 
 fn facts(service: &Client, object: &str) -> Option<ObjectFacts> {
@@ -86,7 +85,7 @@ fn a_hangup_swaps_whole_and_a_strike_keeps_the_version_it_began_with() {
     std::fs::remove_file(gate).unwrap();
     let broken = early.wait(patience()).unwrap();
     assert_eq!(broken.summary().gamma_j_m2, 3.0);
-    assert_eq!(broken.view().positions[1], [1.5, 0.0, 0.0]);
+    assert_eq!(broken.positions()[1], [1.5, 0.0, 0.0]);
     eventually(&service, |service| status(service).retired == 0);
     assert_eq!((status(&service).retired_bytes, status(&service).failed), (0, 0));
 }
@@ -156,8 +155,8 @@ fn a_bad_replacement_is_named_and_the_version_before_it_served() {
     here.database("vase", "?");
     eventually(&service, |service| status(service).objects_outdated == 1);
     let vase = facts(&service, "vase").unwrap();
-    assert!(vase.ready && vase.generation == 1);
-    assert!(vase.refusal.unwrap().message.contains("vase.shatter: checksum"));
+    assert!(vase.is_ready() && vase.generation == 1);
+    assert!(vase.error.unwrap().message.contains("vase.shatter: checksum"));
     assert_eq!((status(&service).objects_ready, status(&service).objects_failed), (1, 0));
     assert_eq!(strike(&service, "vase"), 3.0);
     for command in ["list", "status"] {
@@ -218,7 +217,7 @@ fn an_object_that_is_being_loaded_is_listed_as_such() {
     here.database("pot", "tint 5");
     eventually(&service, |service| facts(service, "pot").is_some());
     let pot = facts(&service, "pot").unwrap();
-    assert_eq!((pot.ready, pot.state), (false, ObjectState::Loading));
+    assert_eq!((pot.is_ready(), pot.state), (false, ObjectState::Loading));
     let row = status(&service);
     assert_eq!((row.objects_ready, row.objects_loading, row.objects_failed), (1, 1, 0));
     let refusal = service.object("pot", patience()).err().unwrap();

@@ -4,8 +4,9 @@
 mod support;
 
 use iceoryx2::prelude::{NodeBuilder, SignalHandlingMode};
-use shatter_client::{Client, Contact, Deadline, DegreeRule, Error, ErrorKind, Impact, Poll, Progress, Ticket};
-use shatter_proto::control::StatusRow;
+use shatter_client::{
+    Client, Contact, Deadline, DegreeRule, Error, ErrorKind, Impact, Poll, Progress, StageKind, Status, Ticket,
+};
 use shatter_proto::request::RequestWire;
 use shatter_proto::result::{Block, ResultHeader};
 use shatter_transport::{Ipc, STRIKE_SERVICE, config, service_name};
@@ -32,14 +33,14 @@ fn refused(service: &Client, object: &str, impact: &Impact) -> Error {
 
 /// Waits, not for ever, until the status says so: the daemon counts an answer after it has sent it.
 #[track_caller]
-fn eventually(service: &Client, says: impl Fn(&StatusRow) -> bool) {
+fn eventually(service: &Client, says: impl Fn(&Status) -> bool) {
     for _ in 0..2000 {
-        if says(service.status(patience()).unwrap().row()) {
+        if says(&service.status(patience()).unwrap()) {
             return;
         }
         std::thread::sleep(std::time::Duration::from_millis(5));
     }
-    panic!("never: {:?}", service.status(patience()).unwrap().row());
+    panic!("never: {:?}", service.status(patience()).unwrap());
 }
 
 #[test]
@@ -51,7 +52,7 @@ fn fragments_come_back_through_shared_memory() {
     let mut ticket = vase.strike(&impact().degree(DegreeRule::Sites(3)).seed(9)).unwrap();
     let broken = ticket.wait(patience()).unwrap();
     let summary = broken.summary();
-    assert_eq!((summary.object(), summary.sites, summary.seed), ("vase ä".to_owned(), 3, 9));
+    assert_eq!((summary.object.as_str(), summary.sites, summary.seed), ("vase ä", 3, 9));
     assert_eq!(broken.fragments().len(), 3);
     for (i, fragment) in broken.fragments().enumerate() {
         assert!(fragment.is_closed() && fragment.id() as usize == i);
@@ -60,10 +61,10 @@ fn fragments_come_back_through_shared_memory() {
         assert_eq!((run.neighbor, run.index_first, run.vertex_first), (None, 0, 0));
         assert_eq!((run.indices, run.positions), (fragment.indices(), fragment.positions()));
     }
-    let names: Vec<&str> = broken.stages().iter().map(|stage| stage.name()).collect();
-    assert_eq!(names, shatter_proto::result::STAGES);
-    let ran: Vec<&str> = broken.stages().iter().filter(|stage| stage.ran != 0).map(|stage| stage.name()).collect();
-    assert_eq!(ran, ["load", "fragments"]);
+    let stages: Vec<StageKind> = broken.stages().map(|cost| cost.stage).collect();
+    assert_eq!(stages, StageKind::ALL);
+    let ran: Vec<StageKind> = broken.stages().filter(|cost| cost.has_run).map(|cost| cost.stage).collect();
+    assert_eq!(ran, [StageKind::Load, StageKind::Fragments]);
     // The answer is spent, and says so.
     assert_eq!(ticket.poll().err().unwrap().kind, ErrorKind::Cancelled);
 }
@@ -75,7 +76,7 @@ fn writer_and_reader_both_work_in_the_mapped_segment() {
     let broken = vase.strike(&impact()).unwrap().wait(patience()).unwrap();
     let mapped = daemon.here.mapped();
     assert!(within(&broken.address_range(), &mapped), "{:x?} is not in {mapped:x?}", broken.address_range());
-    let view = broken.view();
+    let view = broken.raw_view();
     for address in [view.positions.as_ptr() as usize, view.indices.as_ptr() as usize] {
         assert!(broken.address_range().contains(&address) && address.is_multiple_of(64));
     }
@@ -264,7 +265,7 @@ fn connections_outlive_the_daemon_and_say_what_was_lost() {
     assert_eq!(vase.strike(&impact()).err().unwrap().kind, ErrorKind::NoDaemon, "known by now, and said at once");
     daemon.again();
     assert_eq!(vase.strike(&impact()).unwrap().wait(patience()).unwrap().fragments().len(), 1);
-    assert_eq!(service.status(patience()).unwrap().row().restarts, 1);
+    assert_eq!(service.status(patience()).unwrap().restarts, 1);
     assert!(service.objects(patience()).unwrap().len() == 2);
     drop(unread);
 }
@@ -314,7 +315,10 @@ fn a_ticket_tells_how_far_its_strike_is() {
             std::thread::sleep(std::time::Duration::from_millis(1));
         }
     };
-    until(&mut first, |progress| matches!(progress, Progress::Computing { stage: "load", age } if !age.is_zero()));
+    until(
+        &mut first,
+        |progress| matches!(progress, Progress::Computing { stage: StageKind::Load, age } if !age.is_zero()),
+    );
     (0..20).for_each(|_| until(&mut second, |progress| progress == Progress::Waiting));
     std::fs::remove_file(gate).unwrap();
     for ticket in [&mut first, &mut second] {
@@ -384,7 +388,7 @@ fn an_ending_daemon_refuses_what_waits_and_leaves_nothing() {
     let slow = service.object("slow", patience()).unwrap();
     let _computing = slow.strike(&impact()).unwrap();
     let mut waiting = slow.strike(&impact()).unwrap();
-    while service.status(patience()).unwrap().row().queued == 0 {
+    while service.status(patience()).unwrap().queued == 0 {
         std::thread::yield_now();
     }
     let verdict = std::thread::scope(|scope| {

@@ -5,7 +5,7 @@ mod support;
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
-use shatter_client::{Contact, Impact, Object, Quality};
+use shatter_client::{Contact, EnergySource, Impact, Object, Quality};
 use shatter_engine::wire;
 use shatter_fracture::cancel_token::CancelToken;
 use shatter_fracture::centroidal::{self, DiagramOptions, EnergyField};
@@ -86,11 +86,11 @@ impl Way {
         assert!(broken.fragments().all(|fragment| fragment.is_closed()));
         let summary = broken.summary();
         Shot {
-            time_ms: summary.time_ns as f64 * 1e-6,
+            time_ms: summary.time.as_secs_f64() * 1e3,
             iterations: summary.iterations,
             rank: summary.rank,
-            solved: summary.elastic() == "solve",
-            reason: summary.stop_reason(),
+            solved: summary.energy_source == EnergySource::Solve,
+            reason: summary.stop_criterion.name(),
             cvd_gap: summary.cvd_gap,
             energy: f64::NAN,
             true_gap: f64::NAN,

@@ -102,11 +102,11 @@ fn ten_thousand_strikes_across_twenty_reloads_are_each_of_one_version() {
     println!("{seen:?} of the two versions in {:.1} s", began.elapsed().as_secs_f64());
     assert!(seen[0] + seen[1] >= STRIKES);
     assert!(seen.iter().all(|seen| *seen > STRIKES / 10), "{seen:?}");
-    let row = *service.status(patience()).unwrap().row();
+    let row = service.status(patience()).unwrap();
     assert_eq!((row.failed, row.refused, row.busy, row.cancelled), (0, 0, 0, 0));
     assert_eq!(row.reloads, 1 + RELOADS as u64);
     let deadline = patience();
-    while service.status(patience()).unwrap().row().retired > 0 {
+    while service.status(patience()).unwrap().retired > 0 {
         assert!(!deadline.passed(), "a replaced version is never released");
         std::thread::sleep(Duration::from_millis(1));
     }

@@ -2,7 +2,7 @@
 
 mod support;
 
-use shatter_client::{Client, Contact, Deadline, DegreeRule, ErrorKind, Impact, Object, Ticket};
+use shatter_client::{Client, Contact, Deadline, DegreeRule, ErrorKind, Impact, Object, OverrunCause, Ticket};
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 use support::{InProcess, TestPlace, eventually, order, patience};
@@ -44,7 +44,7 @@ impl Kept {
         let deadline = patience();
         loop {
             let status = self.service.status(patience()).unwrap();
-            if holds(status.row().running, status.row().queued) {
+            if holds(status.running, status.queued) {
                 return;
             }
             assert!(!deadline.passed(), "never");
@@ -248,11 +248,11 @@ fn a_time_missed_in_the_queue_is_told() {
     let [first, vase] = ["gate", "vase"].map(|name| service.object(name, patience()).unwrap());
     let impact = Impact::new([Contact::new([0.0, 0.1, 0.0]).impulse([-1.0, 0.0, 0.0])]);
     let mut tickets = [first.strike(&impact).unwrap(), vase.strike(&impact.clone().time_ms(1.0)).unwrap()];
-    eventually(|| "one waits", || service.status(patience()).unwrap().row().queued == 1);
+    eventually(|| "one waits", || service.status(patience()).unwrap().queued == 1);
     std::thread::sleep(Duration::from_millis(5));
     std::fs::remove_file(gate).unwrap();
-    let [held, missed] = tickets.each_mut().map(|ticket| ticket.wait(patience()).unwrap().summary().missed_time());
-    assert_eq!((held, missed.map(|missed| missed.reason)), (None, Some("queue")));
+    let [held, missed] = tickets.each_mut().map(|ticket| ticket.wait(patience()).unwrap().summary().missed_time);
+    assert_eq!((held, missed.map(|missed| missed.cause)), (None, Some(OverrunCause::Queue)));
     let roomy = vase.strike(&impact.time_ms(60_000.0)).unwrap().wait(patience()).unwrap();
-    assert_eq!(roomy.summary().missed_time(), None);
+    assert_eq!(roomy.summary().missed_time, None);
 }

@@ -1,7 +1,7 @@
 //! Which crate uses what, and that every public type has a name of its own. Each rule names the place that breaks it.
 
 use shatter_tests::imports::Imports;
-use shatter_tests::sources::{CRATES, check, files, owner, root, shipped, sources};
+use shatter_tests::sources::{CRATES, check, code, files, owner, root, shipped, sources};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 
@@ -123,9 +123,91 @@ fn no_public_type_has_the_name_of_another_crates() {
     check("one name, one type", twice.map(|(name, owners)| format!("{name}: {owners:?}")).collect());
 }
 
+/// Folders of what hosts link, whose public interface holds no row of shared memory.
+const WITHOUT_ROWS: [&str; 2] = ["client/src", "client/export/src"];
+
+/// Whether a name is that of a row of shared memory, or of what holds rows.
+fn is_row(name: &str) -> bool {
+    name.ends_with("Wire") || name.ends_with("Row") || ["ResultView", "SectionsMut", "CheckedLayout"].contains(&name)
+}
+
+/// The public signatures of a source, but for those that documentation hides: items, fields, re-exports and implementations of traits,
+/// each with the number of its first line.
+fn signatures(lines: &[(usize, String)]) -> Vec<(usize, String)> {
+    let mut found = Vec::new();
+    let mut is_hidden = false;
+    let mut lines = lines.iter();
+    while let Some((number, line)) = lines.next() {
+        let text = code(line).trim();
+        let is_public = text.starts_with("pub ") || (text.starts_with("impl") && text.contains(" for "));
+        if !is_public {
+            is_hidden = text == "#[doc(hidden)]" || (is_hidden && text.is_empty());
+            continue;
+        }
+        let ends: &[char] = match text {
+            text if text.starts_with("pub use ") => &[';'],
+            text if text.contains("fn ") || text.starts_with("impl") => &['{', ';'],
+            _ => &['{', ';', ','],
+        };
+        let mut signature = text.to_owned();
+        while !signature.ends_with(ends) {
+            let Some((_, line)) = lines.next() else { break };
+            signature = format!("{signature} {}", code(line).trim());
+        }
+        if !std::mem::take(&mut is_hidden) {
+            found.push((*number, signature));
+        }
+    }
+    found
+}
+
+/// The first name of a row in a signature.
+fn row_in(signature: &str) -> Option<&str> {
+    signature.split(|c: char| !c.is_alphanumeric() && c != '_').find(|name| is_row(name))
+}
+
+#[test]
+fn no_host_sees_a_row_of_shared_memory() {
+    let (mut broken, mut count) = (Vec::new(), 0);
+    for (name, text) in sources().iter().filter(|(name, _)| WITHOUT_ROWS.iter().any(|folder| name.starts_with(folder)))
+    {
+        for (number, signature) in signatures(&shipped(name, text)) {
+            count += 1;
+            broken.extend(row_in(&signature).map(|row| format!("{name}:{number}: {row}")));
+        }
+    }
+    assert!(count > 300, "{count} public signatures");
+    check("public signatures hold plain types", broken);
+}
+
+#[test]
+fn a_row_is_found_in_every_kind_of_signature() {
+    let text = "\
+pub fn a(&self) -> Option<SummaryWire> {
+pub fn b(
+    row: &StatusRow,
+) -> u32 {
+pub use x::{
+    A, ResultView,
+};
+    pub rows: &'a [BondWire],
+impl From<&ObjectRow> for Facts {
+pub(crate) fn c(row: &RunWire) {
+fn d(row: &RunWire) {
+#[doc(hidden)]
+pub fn e(&self) -> ResultView<'_> {
+pub fn f(&self) -> Row2 {
+";
+    let lines: Vec<(usize, String)> = (1..).zip(text.lines().map(str::to_owned)).collect();
+    let found = signatures(&lines);
+    let rows: Vec<(usize, Option<&str>)> = found.iter().map(|(number, own)| (*number, row_in(own))).collect();
+    let wanted = [(1, "SummaryWire"), (2, "StatusRow"), (5, "ResultView"), (8, "BondWire"), (9, "ObjectRow")];
+    assert_eq!(rows, wanted.map(|(n, row)| (n, Some(row))).into_iter().chain([(14, None)]).collect::<Vec<_>>());
+}
+
 /// Folders whose files import each other in cycles of at most [`CYCLE_MAX`].
-const WITHOUT_CYCLES: [&str; 5] =
-    ["server/src", "server/engine/src", "server/fracture/src", "proto/src", "client/export/src"];
+const WITHOUT_CYCLES: [&str; 6] =
+    ["server/src", "server/engine/src", "server/fracture/src", "proto/src", "client/src", "client/export/src"];
 
 /// Files that may import each other in a cycle: what cannot be told apart without a third.
 const CYCLE_MAX: usize = 3;

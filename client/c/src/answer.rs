@@ -6,6 +6,7 @@ use shatter_proto::result as wire;
 use std::ffi::c_char;
 use std::mem::offset_of;
 use std::ptr;
+use std::time::Duration;
 
 /// Neighbor of a run that faces no fragment of the answer; second fragment of a bond with the world; material of a triangle that has
 /// none of the input's.
@@ -31,7 +32,7 @@ impl From<Option<shatter_client::Hit>> for Hit {
     fn from(hit: Option<shatter_client::Hit>) -> Self {
         hit.map_or(
             Self { point_m: [0.0; 3], normal: [0.0; 3], distance_m: 0.0, body: 0, present: false },
-            |shatter_client::Hit { point_m, normal, distance_m, body }| Self {
+            |shatter_client::Hit { point_m, normal, distance_m, body, .. }| Self {
                 point_m,
                 normal,
                 distance_m,
@@ -100,30 +101,30 @@ pub struct Summary {
 
 impl From<&FractureResult> for Summary {
     fn from(broken: &FractureResult) -> Self {
-        let row = broken.summary();
+        let facts = broken.summary();
         Self {
             fragment_count: broken.fragments().len() as u32,
-            sites: row.sites,
-            fracture_degree: row.fracture_degree,
-            degree_source: row.degree_source,
-            capped: row.capped != 0,
-            stop_reason: row.stop_reason,
-            elastic: row.elastic,
-            quality: row.quality,
-            iterations: row.iterations,
-            overrun: row.overrun,
-            gamma_j_m2: row.gamma_j_m2,
-            e1_over_gamma: row.e1_over_gamma,
-            threshold_impulse_factor: row.threshold_impulse_factor,
-            confidence: row.confidence,
-            radius_m: row.radius_m,
-            energy_error: row.energy_error,
-            cvd_gap: row.cvd_gap,
-            seed: row.seed,
-            handle: row.handle,
-            time_ns: row.time_ns,
-            overrun_ns: row.overrun_ns,
-            round_trip_ns: broken.round_trip().as_nanos() as u64,
+            sites: facts.sites,
+            fracture_degree: facts.fracture_degree,
+            degree_source: facts.degree_origin.code(),
+            capped: facts.is_capped,
+            stop_reason: facts.stop_criterion.code(),
+            elastic: facts.energy_source.code(),
+            quality: facts.quality.map_or(0, shatter_client::Quality::number),
+            iterations: facts.iterations,
+            overrun: facts.missed_time.map_or(0, |missed| missed.cause.code()),
+            gamma_j_m2: facts.gamma_j_m2,
+            e1_over_gamma: facts.e1_over_gamma,
+            threshold_impulse_factor: facts.threshold_impulse_factor,
+            confidence: facts.confidence,
+            radius_m: facts.radius_m,
+            energy_error: facts.energy_error,
+            cvd_gap: facts.cvd_gap,
+            seed: facts.seed,
+            handle: facts.handle.unwrap_or(0),
+            time_ns: nanoseconds(facts.time),
+            overrun_ns: facts.missed_time.map_or(0, |missed| nanoseconds(missed.by)),
+            round_trip_ns: nanoseconds(broken.round_trip()),
             bytes: broken.bytes(),
             hit: broken.hit().into(),
         }
@@ -177,20 +178,20 @@ pub struct Fragment {
 
 impl From<&shatter_client::Fragment<'_>> for Fragment {
     fn from(fragment: &shatter_client::Fragment<'_>) -> Self {
-        let (row, velocity) = (fragment.row(), fragment.velocity());
+        let velocity = fragment.velocity();
         Self {
-            id: row.id,
-            body: row.body,
-            volume_m3: row.volume_m3,
-            mass_kg: row.mass_kg,
-            center_m: row.center_m,
-            inertia_kg_m2: row.inertia_kg_m2,
+            id: fragment.id(),
+            body: fragment.body(),
+            volume_m3: fragment.volume_m3(),
+            mass_kg: fragment.mass_kg(),
+            center_m: fragment.center_m(),
+            inertia_kg_m2: fragment.inertia_kg_m2(),
             linear_m_s: velocity.map_or([0.0; 3], |velocity| velocity.linear_m_s),
             angular_rad_s: velocity.map_or([0.0; 3], |velocity| velocity.angular_rad_s),
             positions: start(fragment.positions()),
             normals: start(fragment.normals()),
             uvs: start(fragment.uvs()),
-            looks: start(fragment.vertex_attributes()),
+            looks: start(fragment.outer_attributes()),
             vertex_count: fragment.positions().len(),
             indices: start(fragment.indices()),
             index_count: fragment.indices().len(),
@@ -225,7 +226,7 @@ impl From<shatter_client::Run<'_>> for Run {
     fn from(run: shatter_client::Run<'_>) -> Self {
         Self {
             neighbor: run.neighbor.unwrap_or(NONE),
-            crack: run.crack,
+            crack: run.is_crack,
             index_first: run.index_first,
             index_count: run.indices.len() as u32,
             vertex_first: run.vertex_first,
@@ -382,8 +383,8 @@ macro_rules! same {
 }
 
 same! {
-    Look is VertexAttributeWire: normal uv;
-    SkinVertex is SkinVertexWire: position_m normal uv;
+    Look is OuterAttributes: normal uv;
+    SkinVertex is SkinVertex: position_m normal uv;
     Bond is BondWire: fragments area_m2 normal centroid_m;
     Debris is DebrisWire: fragment neighbor position_m normal size_m reserved;
     Counter is StageWire: ran ns bytes;
@@ -394,6 +395,11 @@ same! {
 const _: () = assert!(cfg!(target_endian = "little"));
 
 const _: () = assert!(NONE == wire::OUTER && NONE == wire::WORLD && NONE == wire::NO_MATERIAL);
+
+/// A time in nanoseconds.
+pub(crate) fn nanoseconds(time: Duration) -> u64 {
+    u64::try_from(time.as_nanos()).unwrap_or(u64::MAX)
+}
 
 /// Where a part of an answer begins, as C reads it; NULL if it is empty.
 pub(crate) fn start<T, U>(part: &[T]) -> *const U {

@@ -5,6 +5,7 @@ use crate::answer::{Bond, Counter, Debris, Fragment, Hash, Hull, Run, Skin, Summ
 use crate::border::{Failure, border, bytes, end, given, wrong};
 use crate::refusal::Refusal;
 use shatter_client::ErrorKind;
+use shatter_proto::view::ResultView;
 use std::ffi::{OsStr, c_char};
 use std::mem::MaybeUninit;
 use std::os::unix::ffi::OsStrExt;
@@ -142,12 +143,12 @@ fn lend<'a, T: 'a, U>(
     broken: Option<&'a Broken>,
     rows: Option<&mut MaybeUninit<*const U>>,
     count: Option<&mut MaybeUninit<usize>>,
-    find: impl FnOnce(&'a shatter_client::FractureResult) -> &'a [T],
+    find: impl FnOnce(ResultView<'a>) -> &'a [T],
 ) -> Result<(), Failure> {
     let (rows, count) = (given("rows", rows)?, given("count", count)?);
     rows.write(std::ptr::null());
     count.write(0);
-    let found = find(&given("broken", broken)?.0);
+    let found = find(given("broken", broken)?.0.raw_view());
     rows.write(start(found));
     count.write(found.len());
     Ok(())
@@ -162,7 +163,7 @@ pub extern "C" fn shatter_broken_bonds(
     count: Option<&mut MaybeUninit<usize>>,
     refusal: Option<&mut MaybeUninit<Refusal>>,
 ) -> Code {
-    border(refusal, || lend(broken, rows, count, shatter_client::FractureResult::bonds))
+    border(refusal, || lend(broken, rows, count, |view| view.bonds))
 }
 
 /// Points on cracks from which dust and chips come, as `shatter_broken_bonds`. None unless `debris` is on.
@@ -173,7 +174,7 @@ pub extern "C" fn shatter_broken_debris(
     count: Option<&mut MaybeUninit<usize>>,
     refusal: Option<&mut MaybeUninit<Refusal>>,
 ) -> Code {
-    border(refusal, || lend(broken, rows, count, shatter_client::FractureResult::debris))
+    border(refusal, || lend(broken, rows, count, |view| view.debris))
 }
 
 /// What each stage did, as `shatter_broken_bonds`.
@@ -184,7 +185,7 @@ pub extern "C" fn shatter_broken_stages(
     count: Option<&mut MaybeUninit<usize>>,
     refusal: Option<&mut MaybeUninit<Refusal>>,
 ) -> Code {
-    border(refusal, || lend(broken, rows, count, shatter_client::FractureResult::stages))
+    border(refusal, || lend(broken, rows, count, |view| view.stages))
 }
 
 /// What each effect did, as `shatter_broken_bonds`.
@@ -195,7 +196,7 @@ pub extern "C" fn shatter_broken_effects(
     count: Option<&mut MaybeUninit<usize>>,
     refusal: Option<&mut MaybeUninit<Refusal>>,
 ) -> Code {
-    border(refusal, || lend(broken, rows, count, shatter_client::FractureResult::effects))
+    border(refusal, || lend(broken, rows, count, |view| view.effects))
 }
 
 /// Hashes the answer, as `shatter impact --json` does (`output_hash`).

@@ -1,8 +1,8 @@
 //! What the service says of its objects and of itself.
 
+use crate::answer::nanoseconds;
 use crate::refusal::{Refusal, text};
 use shatter_client::ObjectFacts;
-use shatter_proto::control::StatusRow;
 use std::ffi::c_char;
 
 /// An object of a service. Texts are UTF-8 and end with a zero.
@@ -64,7 +64,7 @@ impl From<&ObjectFacts> for Facts {
         Self {
             name: text(&facts.name),
             material: text(&facts.material),
-            ready: facts.ready,
+            ready: facts.is_ready(),
             bodies: facts.bodies,
             degree_max: facts.degree_max,
             generation: facts.generation,
@@ -85,7 +85,7 @@ impl From<&ObjectFacts> for Facts {
             duration_s: facts.duration_s,
             memory_bytes: facts.memory_bytes,
             file_bytes: facts.file_bytes,
-            refusal: facts.refusal.as_ref().map_or_else(Refusal::none, Refusal::from),
+            refusal: facts.error.as_ref().map_or_else(Refusal::none, Refusal::from),
         }
     }
 }
@@ -152,37 +152,37 @@ pub struct Status {
     pub strike_max_ns: u64,
 }
 
-impl From<&StatusRow> for Status {
-    fn from(row: &StatusRow) -> Self {
+impl From<&shatter_client::Status> for Status {
+    fn from(own: &shatter_client::Status) -> Self {
         Self {
-            pid: row.pid,
-            ending: row.ending != 0,
-            objects_ready: row.objects_ready,
-            objects_failed: row.objects_failed,
-            threads: row.threads,
-            running: row.running,
-            queued: row.queued,
-            queue_max: row.queue_max,
-            clients: row.clients,
-            clients_max: row.clients_max,
-            buckets: row.buckets,
+            pid: own.pid,
+            ending: own.is_ending,
+            objects_ready: own.objects_ready,
+            objects_failed: own.objects_failed,
+            threads: own.threads,
+            running: own.running,
+            queued: own.queued,
+            queue_max: own.queue_max,
+            clients: own.clients,
+            clients_max: own.clients_max,
+            buckets: own.buckets,
             reserved: 0,
-            bucket_bytes: row.bucket_bytes,
-            unread: row.unread,
-            kept: row.kept,
-            restarts: row.restarts,
-            crashes: row.crashes,
-            uptime_ns: row.uptime_ns,
-            answered: row.answered,
-            refused: row.refused,
-            busy: row.busy,
-            late: row.late,
-            failed: row.failed,
-            cancelled: row.cancelled,
-            memory_bytes: row.memory_bytes,
-            strike_p50_ns: row.strike.p50_ns,
-            strike_p99_ns: row.strike.p99_ns,
-            strike_max_ns: row.strike.max_ns,
+            bucket_bytes: own.bucket_bytes,
+            unread: own.unread,
+            kept: own.kept,
+            restarts: own.restarts,
+            crashes: own.crashes,
+            uptime_ns: nanoseconds(own.uptime),
+            answered: own.answered,
+            refused: own.refused,
+            busy: own.busy,
+            late: own.late,
+            failed: own.failed,
+            cancelled: own.cancelled,
+            memory_bytes: own.memory_bytes,
+            strike_p50_ns: own.strike.p50_ns,
+            strike_p99_ns: own.strike.p99_ns,
+            strike_max_ns: own.strike.max_ns,
         }
     }
 }

@@ -102,7 +102,7 @@ pub extern "C" fn shatter_service_status(
 ) -> Code {
     border(refusal, || {
         let (service, place) = (given("service", service)?, given("status", status)?);
-        place.write(Status::from(service.0.status(Deadline::ms(timeout_ms))?.row()));
+        place.write(Status::from(&service.0.status(Deadline::ms(timeout_ms))?));
         Ok(())
     })
 }

@@ -1,5 +1,6 @@
 //! A strike under way.
 
+use crate::answer::nanoseconds;
 use crate::border::{border, end, given};
 use crate::refusal::{Refusal, text};
 use crate::{Broken, Code};
@@ -98,7 +99,7 @@ impl From<shatter_client::Progress> for Progress {
     fn from(progress: shatter_client::Progress) -> Self {
         let (state, stage, age_ns) = match progress {
             shatter_client::Progress::Waiting => (State::Waiting, "", 0),
-            shatter_client::Progress::Computing { stage, age } => (State::Computing, stage, age.as_nanos() as u64),
+            shatter_client::Progress::Computing { stage, age } => (State::Computing, stage.name(), nanoseconds(age)),
             shatter_client::Progress::Ended => (State::Ended, "", 0),
             _ => (State::Computing, "", 0),
         };

@@ -7,12 +7,11 @@ pub(super) fn object(view: &ObjectView<'_>) -> Result<(), ExportError> {
     all(view.fragments)?;
     let fragments = view.fragments.len();
     for (bond, row) in view.bonds.iter().enumerate() {
-        let ends = if row.holds_to_world() { &row.fragments[..1] } else { &row.fragments[..] };
-        if let Some(&fragment) = ends.iter().find(|end| **end as usize >= fragments) {
+        if let Some(fragment) = row.fragments().find(|end| *end as usize >= fragments) {
             return Err(ExportError::BondOutOfRange { bond, fragment, fragments });
         }
         if !row.centroid_m.iter().chain([&row.area_m2]).all(|x| x.is_finite()) {
-            return Err(ExportError::NonFinite { fragment: row.fragments[0], what: "a bond" });
+            return Err(ExportError::NonFinite { fragment: row.fragment, what: "a bond" });
         }
     }
     for (fragment, hull) in view.fragments.iter().zip(view.hulls) {

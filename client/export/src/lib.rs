@@ -31,7 +31,7 @@ pub use mjcf::{MjcfModel, mjcf, write_mjcf};
 pub use normals::smooth_normals;
 pub use obj_folder::write_obj;
 
-use shatter_proto::result::BondWire;
+use shatter_proto::result::Bond;
 use std::io;
 use std::path::PathBuf;
 
@@ -87,10 +87,10 @@ pub struct ObjectView<'a> {
     pub name: &'a str,
     /// All of its fragments; ids are places.
     pub fragments: &'a [FragmentView<'a>],
-    /// One per fragment, `None` for one too flat for a hull; empty: nobody asked for hulls.
+    /// One per fragment, `None` for one too flat for a hull; empty without hulls.
     pub hulls: &'a [Option<HullView<'a>>],
-    /// Which fragments hold together; empty: nobody asked, or none do.
-    pub bonds: &'a [BondWire],
+    /// Which fragments hold together; may be empty.
+    pub bonds: &'a [Bond],
 }
 
 /// Triangles of one fragment on one side of a crack, or on the outside.

@@ -7,7 +7,7 @@ use super::document::{CRACK_COLOR, OUTER_COLOR, fragment_name};
 use super::obj::{Part, Vertices, line, mesh};
 use super::{ExportError, FragmentView, ObjectView, WriteReport, check, smooth_normals, stale, write_whole};
 use serde_json::{Value, json};
-use shatter_proto::result::BondWire;
+use shatter_proto::result::Bond;
 use std::path::Path;
 
 const MATERIALS: &str = "fragments.mtl";
@@ -113,8 +113,8 @@ fn row(fragment: &FragmentView<'_>, file: &str, hull: Option<String>) -> Value {
 }
 
 fn table(object: &ObjectView<'_>, fragments: Vec<Value>) -> Value {
-    let bond = |bond: &BondWire| {
-        let fragments = if bond.holds_to_world() { &bond.fragments[..1] } else { &bond.fragments[..] };
+    let bond = |bond: &Bond| {
+        let fragments: Vec<u32> = bond.fragments().collect();
         let (area_m2, normal, centroid_m) = (bond.area_m2, bond.normal, bond.centroid_m);
         json!({ "fragments": fragments, "area_m2": area_m2, "normal": normal, "centroid_m": centroid_m })
     };

@@ -99,32 +99,32 @@ impl Broken {
     /// Which fragments touch; empty unless ``bonds`` is on.
     #[getter]
     fn bonds(&self) -> PyResult<Vec<Bond>> {
-        let bond = |row: &shatter_proto::result::BondWire| Bond {
-            fragments: (row.fragments[0], (!row.holds_to_world()).then_some(row.fragments[1])),
-            area_m2: row.area_m2,
-            normal: row.normal,
-            centroid_m: row.centroid_m,
+        let bond = |own: shatter_client::Bond| Bond {
+            fragments: (own.fragment, own.neighbor),
+            area_m2: own.area_m2,
+            normal: own.normal,
+            centroid_m: own.centroid_m,
         };
-        Ok(self.held()?.with(|broken| broken.bonds().iter().map(bond).collect()))
+        Ok(self.held()?.with(|broken| broken.bonds().map(bond).collect()))
     }
 
     /// Where dust and chips come from; empty unless ``debris`` is on.
     #[getter]
     fn debris(&self) -> PyResult<Vec<Debris>> {
-        let debris = |row: &shatter_proto::result::DebrisWire| Debris {
-            fragment: row.fragment,
-            neighbor: row.neighbor,
-            position_m: row.position_m,
-            normal: row.normal,
-            size_m: row.size_m,
+        let debris = |own: shatter_client::DebrisPoint| Debris {
+            fragment: own.fragment,
+            neighbor: own.neighbor,
+            position_m: own.position_m,
+            normal: own.normal,
+            size_m: own.size_m,
         };
-        Ok(self.held()?.with(|broken| broken.debris().iter().map(debris).collect()))
+        Ok(self.held()?.with(|broken| broken.debris().map(debris).collect()))
     }
 
     /// (all vertices, 3): of all fragments one after the other, each relative to its own center.
     #[getter]
     fn positions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f32>>> {
-        rows(py, &self.held()?, |broken| Some(broken.view().positions))
+        rows(py, &self.held()?, |broken| Some(broken.positions()))
     }
 
     /// Writes a binary glTF file, whole or not at all.
@@ -193,28 +193,28 @@ pub struct Summary {
 
 impl Summary {
     fn of(broken: &shatter_client::FractureResult) -> Self {
-        let row = broken.summary();
+        let facts = broken.summary();
         Self {
-            object: row.object(),
-            sites: row.sites,
-            fracture_degree: row.fracture_degree,
-            degree_source: row.degree_source(),
-            capped: row.capped != 0,
-            stop_reason: row.stop_reason(),
-            elastic: row.elastic(),
-            quality: row.quality(),
-            iterations: row.iterations,
-            gamma_j_m2: row.gamma_j_m2,
-            e1_over_gamma: row.e1_over_gamma,
-            threshold_impulse_factor: row.threshold_impulse_factor,
-            confidence: row.confidence,
-            radius_m: row.radius_m,
-            energy_error: row.energy_error,
-            cvd_gap: row.cvd_gap,
-            seed: row.seed,
-            time_s: 1e-9 * row.time_ns as f64,
-            overrun_s: 1e-9 * row.overrun_ns as f64,
-            overrun_reason: row.missed_time().map(|missed| missed.reason),
+            object: facts.object,
+            sites: facts.sites,
+            fracture_degree: facts.fracture_degree,
+            degree_source: facts.degree_origin.name(),
+            capped: facts.is_capped,
+            stop_reason: facts.stop_criterion.name(),
+            elastic: facts.energy_source.name(),
+            quality: facts.quality.map_or("unknown", shatter_client::Quality::name),
+            iterations: facts.iterations,
+            gamma_j_m2: facts.gamma_j_m2,
+            e1_over_gamma: facts.e1_over_gamma,
+            threshold_impulse_factor: facts.threshold_impulse_factor,
+            confidence: facts.confidence,
+            radius_m: facts.radius_m,
+            energy_error: facts.energy_error,
+            cvd_gap: facts.cvd_gap,
+            seed: facts.seed,
+            time_s: facts.time.as_secs_f64(),
+            overrun_s: facts.missed_time.map_or(0.0, |missed| missed.by.as_secs_f64()),
+            overrun_reason: facts.missed_time.map(|missed| missed.cause.name()),
             round_trip_s: broken.round_trip().as_secs_f64(),
             bytes: broken.bytes(),
         }
@@ -260,7 +260,7 @@ pub struct Hit {
 
 impl From<shatter_client::Hit> for Hit {
     fn from(hit: shatter_client::Hit) -> Self {
-        let shatter_client::Hit { point_m, normal, distance_m, body } = hit;
+        let shatter_client::Hit { point_m, normal, distance_m, body, .. } = hit;
         Self { point: point_m, normal, distance: distance_m, body }
     }
 }

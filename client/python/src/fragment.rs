@@ -4,7 +4,7 @@ use crate::array::{column, rows};
 use crate::broken::{Held, unknown};
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
-use shatter_proto::result::{SkinVertexWire, VertexAttributeWire};
+use shatter_client::{OuterAttributes, SkinVertex};
 use std::sync::Arc;
 
 /// One fragment: a closed mesh and what a rigid body needs.
@@ -40,12 +40,12 @@ fn triangles(indices: &[u32]) -> &[[u32; 3]] {
 }
 
 /// Normal and texture coordinates.
-fn looks(rows: &[VertexAttributeWire]) -> &[[f32; 5]] {
+fn looks(rows: &[OuterAttributes]) -> &[[f32; 5]] {
     bytemuck::cast_slice(rows)
 }
 
 /// Position, normal and texture coordinates.
-fn skin_vertices(rows: &[SkinVertexWire]) -> &[[f32; 8]] {
+fn skin_vertices(rows: &[SkinVertex]) -> &[[f32; 8]] {
     bytemuck::cast_slice(rows)
 }
 
@@ -58,7 +58,7 @@ impl Fragment {
 
     #[getter]
     fn body(&self) -> PyResult<u32> {
-        self.with(|own| own.row().body)
+        self.with(|own| own.body())
     }
 
     #[getter]
@@ -131,7 +131,7 @@ impl Fragment {
     /// (vertices, 5): normal and texture coordinates of the input, zero on cracks; None unless ``attributes`` is on.
     #[getter]
     fn looks<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<f32>>>> {
-        self.rows(py, |own| looks(own.vertex_attributes()))
+        self.rows(py, |own| looks(own.outer_attributes()))
     }
 
     /// (triangles,): the input's, 2³²−1 on cracks; None unless ``attributes`` is on and the input has any.
@@ -146,7 +146,7 @@ impl Fragment {
         self.with(|own| {
             let run = |run: shatter_client::Run<'_>| Run {
                 neighbor: run.neighbor,
-                crack: run.crack,
+                crack: run.is_crack,
                 triangle_first: run.index_first / 3,
                 triangle_count: run.indices.len() as u32 / 3,
                 vertex_first: run.vertex_first,

@@ -79,16 +79,15 @@ impl Service {
     fn status(&self, py: Python<'_>, timeout_s: f64) -> PyResult<Status> {
         let deadline = Deadline::after(timeout(timeout_s)?);
         let status = py.detach(|| self.0.status(deadline)).map_err(raised)?;
-        let row = status.row();
         Ok(Status {
-            pid: row.pid,
-            threads: row.threads,
-            clients: row.clients,
-            queued: row.queued,
-            running: row.running,
-            answered: row.answered,
-            refused: row.refused,
-            uptime_s: 1e-9 * row.uptime_ns as f64,
+            pid: status.pid,
+            threads: status.threads,
+            clients: status.clients,
+            queued: status.queued,
+            running: status.running,
+            answered: status.answered,
+            refused: status.refused,
+            uptime_s: status.uptime.as_secs_f64(),
         })
     }
 
@@ -141,9 +140,9 @@ impl From<&ObjectFacts> for Facts {
     fn from(facts: &ObjectFacts) -> Self {
         Self {
             name: facts.name.clone(),
-            ready: facts.ready,
+            ready: facts.is_ready(),
             state: facts.state.name(),
-            refusal: facts.refusal.as_ref().map(|refusal| refusal.message.clone()),
+            refusal: facts.error.as_ref().map(|error| error.message.clone()),
             material: facts.material.clone(),
             bodies: facts.bodies,
             degree_max: facts.degree_max,

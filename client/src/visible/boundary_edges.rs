@@ -5,7 +5,7 @@
 //! edges between them become paths along it.
 
 use super::Faces;
-use crate::FragmentSkin;
+use crate::fragment::FragmentSkin;
 use nalgebra::Vector3;
 use std::collections::HashMap;
 
@@ -216,7 +216,7 @@ fn between(cracks: &mut Faces, ends: [u32; 2], share: f32, position: [f32; 3]) -
 #[cfg(test)]
 mod tests {
     use super::*;
-    use shatter_proto::result::SkinVertexWire;
+    use shatter_proto::result::SkinVertex;
 
     /// A crack face in the plane z = 0: a regular polygon of that many corners and radius, as a fan around its center.
     fn disc(corners: u32, radius: f32) -> Faces {
@@ -231,16 +231,16 @@ mod tests {
     }
 
     /// A skin around the face: a cone below it, whose rim has that many corners.
-    fn cone(corners: u32, radius: f32) -> (Vec<SkinVertexWire>, Vec<u32>) {
+    fn cone(corners: u32, radius: f32) -> (Vec<SkinVertex>, Vec<u32>) {
         let rim = disc(corners, radius);
         let position = |vertex: usize| if vertex == 0 { [0.0, 0.0, -2.0] } else { rim.positions[vertex] };
-        let vertex = |vertex| SkinVertexWire { position_m: position(vertex), normal: [0.0, 0.0, -1.0], uv: [0.0; 2] };
+        let vertex = |vertex| SkinVertex { position_m: position(vertex), normal: [0.0, 0.0, -1.0], uv: [0.0; 2] };
         let indices = rim.indices.as_chunks::<3>().0.iter().flat_map(|&[a, b, c]| [a, c, b]).collect();
         ((0..rim.positions.len()).map(vertex).collect(), indices)
     }
 
     /// Half-edges without an opposite, of face and skin together.
-    fn open(cracks: &Faces, vertices: &[SkinVertexWire], indices: &[u32]) -> usize {
+    fn open(cracks: &Faces, vertices: &[SkinVertex], indices: &[u32]) -> usize {
         let first = cracks.positions.len() as u32;
         let positions: Vec<[f32; 3]> =
             cracks.positions.iter().copied().chain(vertices.iter().map(|vertex| vertex.position_m)).collect();

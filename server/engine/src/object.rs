@@ -5,7 +5,7 @@ use shatter_fracture::pipeline::{RetainedFragments, StageObserver, Workspace};
 use shatter_proto::control::ObjectRow;
 use shatter_proto::layout::{SectionCounts, SectionsMut};
 use shatter_proto::request::Request;
-use shatter_proto::result::{OverrunCause, StageWire};
+use shatter_proto::result::{OverrunCause, StageCost};
 use shatter_proto::{Error, ErrorKind};
 use std::path::Path;
 use std::sync::Arc;
@@ -65,8 +65,8 @@ pub trait EngineResult {
         None
     }
 
-    /// The strike took so long, from when its computation began until its answer was written; `stages` of it as told.
-    fn took(&self, _time: Duration, _stages: &[StageWire]) {}
+    /// Learns what the strike cost: the time from when its computation began until its result was written, and the stages of it.
+    fn took(&self, _time: Duration, _stages: &[StageCost]) {}
 
     /// Writes everything but the stages and effects straight into the lent answer; `observer` sees every effect.
     fn write(&self, sections: &mut SectionsMut<'_>, observer: &dyn StageObserver) -> Result<(), Error>;

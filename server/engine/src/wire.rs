@@ -34,7 +34,10 @@ use shatter_proto::effect;
 use shatter_proto::layout::{Layout, SectionCounts, SectionsMut};
 use shatter_proto::name::OBJECT_NAME_MAX;
 use shatter_proto::request::{Lift, Purpose, Quality, Request, SEED_DEFAULT};
-use shatter_proto::result::{HULL_FACES_MAX, HitWire, NO_MATERIAL, OUTER, OverrunCause, StageWire, SummaryWire, WORLD};
+use shatter_proto::result::{
+    DegreeOrigin, EnergySource, HULL_FACES_MAX, HitWire, NO_MATERIAL, OUTER, OverrunCause, StageCost, SummaryWire,
+    WORLD,
+};
 use shatter_proto::{Error, ErrorKind};
 use std::sync::Arc;
 use std::time::Duration;
@@ -317,7 +320,7 @@ impl EngineResult for RequestedResult {
         solved.then_some(if self.used.is_reducible { OverrunCause::ReducedError } else { OverrunCause::NoReducedBasis })
     }
 
-    fn took(&self, time: Duration, stages: &[StageWire]) {
+    fn took(&self, time: Duration, stages: &[StageCost]) {
         let (Some(costs), Some(fracture)) = (&self.costs, self.result.fracture()) else { return };
         let solved = fracture.threshold.reduced_error.is_none();
         costs.learn(self.used.effects, &cost::sample(fracture.sites, solved, fracture.iterations, time, stages));
@@ -333,15 +336,14 @@ impl EngineResult for RequestedResult {
 impl RequestedResult {
     fn summary(&self) -> SummaryWire {
         let (result, threshold) = (&self.result, self.result.threshold());
+        let energy_source = match (self.deformed, threshold.reduced_error) {
+            _ if threshold.is_bound => EnergySource::Bounded,
+            (false, _) => EnergySource::Falloff,
+            (true, Some(_)) => EnergySource::Reduced,
+            (true, None) => EnergySource::Solve,
+        };
         let mut summary = SummaryWire {
-            degree_source: match result.degree_source() {
-                DegreeSource::Threshold => 0,
-                DegreeSource::ClosedForm => 1,
-                DegreeSource::Inferred => 2,
-                DegreeSource::Verified => 3,
-                DegreeSource::Optimised => 4,
-                DegreeSource::Forced => 5,
-            },
+            degree_source: degree_origin(result.degree_source()).code(),
             sites: result.sites(),
             fracture_degree: result.fracture_degree(),
             capped: u32::from(result.capped()),
@@ -351,12 +353,7 @@ impl RequestedResult {
             confidence: result.confidence(),
             seed: self.seed,
             radius_m: self.convention.length(threshold.radius_m),
-            elastic: match (self.deformed, threshold.reduced_error) {
-                _ if threshold.is_bound => 3,
-                (false, _) => 2,
-                (true, Some(_)) => 1,
-                (true, None) => 0,
-            },
+            elastic: energy_source.code(),
             energy_error: threshold.reduced_error.unwrap_or(0.0),
             hit: self.hit,
             ..SummaryWire::zeroed()
@@ -364,6 +361,17 @@ impl RequestedResult {
         summary.set_object(&self.object);
         self.used.tell(result, &mut summary);
         summary
+    }
+}
+
+fn degree_origin(source: DegreeSource) -> DegreeOrigin {
+    match source {
+        DegreeSource::Threshold => DegreeOrigin::Threshold,
+        DegreeSource::ClosedForm => DegreeOrigin::ClosedForm,
+        DegreeSource::Inferred => DegreeOrigin::Inferred,
+        DegreeSource::Verified => DegreeOrigin::Verified,
+        DegreeSource::Optimised => DegreeOrigin::Optimised,
+        DegreeSource::Forced => DegreeOrigin::Forced,
     }
 }
 
@@ -375,7 +383,6 @@ const _: () = assert!(HULL_FACES_MAX == shatter_fracture::hull::FACES_MAX);
 #[cfg(test)]
 mod tests {
     use super::*;
-    use shatter_proto::result::DEGREE_SOURCES;
 
     #[test]
     fn engine_and_client_have_the_same_default_seed() {
@@ -394,15 +401,15 @@ mod tests {
 
     #[test]
     fn degree_sources_have_the_same_names_on_the_wire() {
-        for (source, number) in [
-            (DegreeSource::Threshold, 0),
-            (DegreeSource::ClosedForm, 1),
-            (DegreeSource::Inferred, 2),
-            (DegreeSource::Verified, 3),
-            (DegreeSource::Optimised, 4),
-            (DegreeSource::Forced, 5),
+        for source in [
+            DegreeSource::Threshold,
+            DegreeSource::ClosedForm,
+            DegreeSource::Inferred,
+            DegreeSource::Verified,
+            DegreeSource::Optimised,
+            DegreeSource::Forced,
         ] {
-            assert_eq!(serde_json::json!(source), DEGREE_SOURCES[number]);
+            assert_eq!(serde_json::json!(source), degree_origin(source).name());
         }
     }
 }

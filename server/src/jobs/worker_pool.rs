@@ -15,7 +15,7 @@ use shatter_fracture::pipeline::Workspace;
 use shatter_proto::error::ErrorWire;
 use shatter_proto::layout::Layout;
 use shatter_proto::request::{Request, RetainedFragment};
-use shatter_proto::result::{Block, EffectWire, StageWire};
+use shatter_proto::result::{Block, EffectCost, EnergySource, StageCost};
 use shatter_proto::{Error, ErrorKind, Fault};
 use std::collections::HashSet;
 use std::mem::MaybeUninit;
@@ -40,11 +40,11 @@ pub enum WorkerEvent {
         /// How.
         end: JobEnd,
         /// Where its answer's energy came from.
-        energy: Option<&'static str>,
+        energy: Option<EnergySource>,
         /// What each stage did.
-        stages: Box<[StageWire]>,
+        stages: Box<[StageCost]>,
         /// What each effect did.
-        effects: Box<[EffectWire]>,
+        effects: Box<[EffectCost]>,
     },
     /// What goes on in the folder of databases.
     News(ReloadEvent),
@@ -163,7 +163,7 @@ impl WorkerPool {
                 }
             };
             let (energy, stages, effects) =
-                (profiler.energy(), Box::new(profiler.rows()), Box::new(profiler.effects()));
+                (profiler.energy(), Box::new(profiler.stages()), Box::new(profiler.effects()));
             WorkerEvent::Landed { flight, end, energy, stages, effects }
         });
     }
@@ -279,7 +279,7 @@ impl WorkerPool {
         sent?;
         // Before the outcome is given back, which takes as long again.
         self.waker.wake(flight.key().0);
-        outcome.took(took, &profiler.rows());
+        outcome.took(took, &profiler.stages());
         Ok(())
     }
 
@@ -355,7 +355,7 @@ fn write(
     sections.summary.time_ns = u64::try_from(took.as_nanos()).unwrap_or(u64::MAX);
     if let Some(over) = timing.time_ms_max.and_then(|ms| took.checked_sub(Duration::from_secs_f64(1e-3 * ms))) {
         let waited = timing.begun.saturating_duration_since(timing.arrived);
-        let reason = overrun_cause::reason(over, waited, outcome.solved(), &profiler.rows());
+        let reason = overrun_cause::reason(over, waited, outcome.solved(), &profiler.stages());
         sections.summary.overrun = reason as u32;
         sections.summary.overrun_ns = u64::try_from(over.as_nanos()).unwrap_or(u64::MAX).max(1);
     }

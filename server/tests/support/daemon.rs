@@ -234,7 +234,7 @@ pub fn play(clients: impl FnOnce(&str)) {
         Ok("daemon") => {
             let databases = PathBuf::from(std::env::var_os(DATABASES).unwrap());
             run(ServeOptions {
-                place: shatter_client::place(&std::env::var("SHATTER_SERVICE").unwrap()).unwrap(),
+                place: shatter_client::service_paths(&std::env::var("SHATTER_SERVICE").unwrap()).unwrap(),
                 config: config(&std::env::var(CONFIG).unwrap(), &databases),
                 loader: loader(),
                 only: None,

@@ -120,7 +120,7 @@ impl OutputTarget {
     /// Writes the fragments and names each file on stderr. Nothing for an object that stays whole.
     pub fn write(&self, broken: &FractureResult) -> Result<WrittenFiles, CliError> {
         if broken.is_whole() {
-            note(format_args!("nothing to write: {} stays whole", broken.summary().object()));
+            note(format_args!("nothing to write: {} stays whole", broken.summary().object));
             self.files_of_a_strike().iter().for_each(|path| tell_earlier(path));
             return Ok(WrittenFiles::default());
         }

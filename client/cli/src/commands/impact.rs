@@ -5,10 +5,10 @@ use super::parse::{NamedConvention, convention, degree, effect, elastic, lift, o
 use super::{ANSWER, CliError, document, note, out, reply, with_options};
 use serde_json::{Value, json};
 use shatter_client::{
-    Client, Contact, Deadline, DegreeRule, DisplacementSource, Effect, Error, ErrorKind, FractureResult, Fragment, Hit,
-    HullMesh, Impact, Lift, Quality, Ray, RetainedFragment, SEED_DEFAULT,
+    Bond, Client, Contact, Deadline, DebrisPoint, DegreeOrigin, DegreeRule, DisplacementSource, Effect, EnergySource,
+    Error, ErrorKind, FractureResult, Fragment, Hit, HullMesh, Impact, Lift, NO_MATERIAL, Quality, Ray,
+    RetainedFragment, SEED_DEFAULT, Summary,
 };
-use shatter_proto::result::{BondWire, DebrisWire, EffectWire, HullWire, NO_MATERIAL, SummaryWire};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -141,7 +141,7 @@ pub fn run(service: &str, args: &Args) -> Result<(), CliError> {
         None => object.strike(&impact)?.wait(deadline())?,
     };
     let files = target.map_or(Ok(WrittenFiles::default()), |target| target.write(&broken))?;
-    if let (Some(asked), Some(missed)) = (args.time_ms, broken.summary().missed_time()) {
+    if let (Some(asked), Some(missed)) = (args.time_ms, broken.summary().missed_time) {
         let (by_ms, reason) = (missed.by.as_secs_f64() * 1e3, missed.explanation());
         note(format_args!("the time of {asked} ms was exceeded by {by_ms:.1} ms: {reason}"));
     }
@@ -151,8 +151,9 @@ pub fn run(service: &str, args: &Args) -> Result<(), CliError> {
         document(&to_json(&broken, asked, &files))
     } else {
         screen(&broken)?;
-        if matches!(args.elastic, Some(DisplacementSource::Reduced)) && broken.summary().elastic() == SOLVE {
-            out(format_args!("  {}\n", solved_instead(&broken.summary())))?;
+        let summary = broken.summary();
+        if args.elastic == Some(DisplacementSource::Reduced) && summary.energy_source == EnergySource::Solve {
+            out(format_args!("  {}\n", solved_instead(&summary)))?;
         }
         Ok(())
     }
@@ -169,7 +170,7 @@ pub(super) struct RequestEcho<'a> {
 }
 
 /// Why reduced displacements were asked for in vain.
-fn solved_instead(summary: &SummaryWire) -> String {
+fn solved_instead(summary: &Summary) -> String {
     let limit = 100.0 * summary.reduced_error_max;
     format!(
         "no reduced displacements within an estimated error of {limit:.0} %, the limit of this quality: solved for instead"
@@ -246,7 +247,7 @@ fn materials(of: &[u32]) -> Value {
 }
 
 /// One point of debris.
-fn debris(point: &DebrisWire) -> Value {
+fn debris(point: DebrisPoint) -> Value {
     json!({
         "fragment": point.fragment,
         "neighbor": point.neighbor,
@@ -256,19 +257,23 @@ fn debris(point: &DebrisWire) -> Value {
     })
 }
 
-/// What holds of all hulls: the least coverage, that of all fragments together, the largest margin. `None` where there are none.
+/// Of all hulls: the least coverage, the coverage of all fragments together, the largest margin. `None` unless `hulls` ran.
 fn hulls(broken: &FractureResult) -> Option<Value> {
-    let rows: Vec<(f64, HullWire)> =
-        broken.fragments().zip(broken.view().hulls).map(|(fragment, hull)| (fragment.volume_m3(), *hull)).collect();
-    if rows.is_empty() {
+    let has_run = broken.effects().any(|cost| cost.effect == Effect::Hulls && cost.has_run);
+    if !has_run || broken.is_whole() {
         return None;
     }
-    let (volume, held) =
-        rows.iter().fold((0.0, 0.0), |(volume, held), (own, hull)| (volume + own, held + own * hull.coverage));
+    // A fragment too flat for a hull counts as one that its hull does not cover.
+    let coverage = |fragment: &Fragment<'_>| fragment.hull().map_or(0.0, |hull| hull.coverage);
+    let (volume, held) = broken.fragments().fold((0.0, 0.0), |(volume, held), fragment| {
+        let own = fragment.volume_m3();
+        (volume + own, held + own * coverage(&fragment))
+    });
+    let margins = broken.fragments().filter_map(|fragment| fragment.hull()).map(|hull| hull.margin_m);
     Some(json!({
-        "coverage_min": rows.iter().map(|(_, hull)| hull.coverage).fold(1.0, f64::min),
+        "coverage_min": broken.fragments().map(|fragment| coverage(&fragment)).fold(1.0, f64::min),
         "coverage": held / volume,
-        "margin_max_m": rows.iter().map(|(_, hull)| hull.margin_m).fold(0.0, f64::max),
+        "margin_max_m": margins.fold(0.0, f64::max),
     }))
 }
 
@@ -278,14 +283,14 @@ pub(super) fn to_json(broken: &FractureResult, asked: RequestEcho<'_>, files: &W
     let summary = broken.summary();
     let digest = broken.digest();
     let fragments: Vec<Value> = broken.fragments().map(|fragment| fragment_json(&fragment)).collect();
-    let stage = |stage: &shatter_proto::result::StageWire| json!({ "name": stage.name(), "ran": stage.ran != 0, "ns": stage.ns, "bytes": stage.bytes });
-    let effect = |effect: &EffectWire| json!({ "name": effect.name(), "ran": effect.ran != 0, "ns": effect.ns, "bytes": effect.bytes });
+    let cost = |name: &str, has_run: bool, time: Duration, bytes: u64| json!({ "name": name, "ran": has_run, "ns": nanoseconds(time), "bytes": bytes });
+    let stages = broken.stages().map(|own| cost(own.stage.name(), own.has_run, own.time, own.bytes));
+    let effects = broken.effects().map(|own| cost(own.effect.name(), own.has_run, own.time, own.bytes));
     let section = |section: &shatter_client::SectionDigest| json!({ "name": section.name, "bytes": section.bytes, "hash": section.hash });
-    let bond = |bond: &BondWire| {
-        let fragments = if bond.holds_to_world() { &bond.fragments[..1] } else { &bond.fragments[..] };
+    let bond = |bond: Bond| {
         json!({
-            "fragments": fragments,
-            "world": bond.holds_to_world(),
+            "fragments": bond.fragments().collect::<Vec<u32>>(),
+            "world": bond.is_with_world(),
             "area_m2": bond.area_m2,
             "normal": bond.normal,
             "centroid_m": bond.centroid_m,
@@ -293,51 +298,51 @@ pub(super) fn to_json(broken: &FractureResult, asked: RequestEcho<'_>, files: &W
     };
     json!({
         "status": "ok",
-        "object": summary.object(),
+        "object": summary.object,
         "handle": broken.handle(),
         "convention": asked.convention,
         "gamma_j_m2": summary.gamma_j_m2,
         "e1_over_gamma": summary.e1_over_gamma,
         "sites": summary.sites,
         "fracture_degree": summary.fracture_degree,
-        "degree_source": summary.degree_source(),
+        "degree_source": summary.degree_origin.name(),
         "confidence": summary.confidence,
-        "elastic": summary.elastic(),
+        "elastic": summary.energy_source.name(),
         "error_estimate": {
-            "energy": (![FALLOFF, BOUNDED].contains(&summary.elastic())).then_some(summary.energy_error),
+            "energy": (![EnergySource::Falloff, EnergySource::Bounded].contains(&summary.energy_source)).then_some(summary.energy_error),
             "cvd_gap": (summary.sites > 0).then_some(summary.cvd_gap),
         },
         "iterations": summary.iterations,
-        "time_ns": summary.time_ns,
+        "time_ns": nanoseconds(summary.time),
         "quality": {
-            "name": summary.quality(),
-            "elastic": summary.elastic(),
+            "name": quality(&summary),
+            "elastic": summary.energy_source.name(),
             "rank": summary.rank,
             "tolerance": summary.tolerance,
             "iterations": summary.iterations_max,
             "lift_modes": summary.lift_modes,
             "crack_nodes": summary.crack_nodes,
             "elastic_nodes": summary.elastic_nodes,
-            "degree": summary.degree(),
+            "degree": summary.degree_method.name(),
             "reduced_error_max": summary.reduced_error_max,
             "error_max": asked.error_max,
             "time_ms_max": asked.time_ms_max,
         },
-        "missed_time": summary.missed_time().map(|missed| json!({
+        "missed_time": summary.missed_time.map(|missed| json!({
             "by_ms": missed.by.as_secs_f64() * 1e3,
-            "reason": missed.reason,
+            "reason": missed.cause.name(),
             "message": missed.explanation(),
         })),
-        "capped": summary.capped != 0,
+        "capped": summary.is_capped,
         "radius_m": summary.radius_m,
         "fragments": fragments,
-        "bonds": broken.bonds().iter().map(bond).collect::<Vec<_>>(),
-        "debris": broken.debris().iter().map(debris).collect::<Vec<_>>(),
+        "bonds": broken.bonds().map(bond).collect::<Vec<_>>(),
+        "debris": broken.debris().map(debris).collect::<Vec<_>>(),
         "hulls": hulls(broken),
-        "stages": broken.stages().iter().map(stage).chain(broken.effects().iter().map(effect)).collect::<Vec<_>>(),
+        "stages": stages.chain(effects).collect::<Vec<_>>(),
         "sections": digest.sections.iter().map(section).collect::<Vec<_>>(),
-        "stop_reason": summary.stop_reason(),
-        "round_trip_ns": broken.round_trip().as_nanos() as u64,
+        "stop_reason": summary.stop_criterion.name(),
+        "round_trip_ns": nanoseconds(broken.round_trip()),
         "response_bytes": broken.bytes(),
         "output_hash": digest.output_hash,
         "hit": broken.hit().map(hit),
@@ -346,17 +351,25 @@ pub(super) fn to_json(broken: &FractureResult, asked: RequestEcho<'_>, files: &W
     })
 }
 
+/// Name of the preset.
+fn quality(summary: &Summary) -> &'static str {
+    summary.quality.map_or("unknown", Quality::name)
+}
+
+fn nanoseconds(time: Duration) -> u64 {
+    u64::try_from(time.as_nanos()).unwrap_or(u64::MAX)
+}
+
 fn fragment_json(fragment: &Fragment<'_>) -> Value {
-    let row = fragment.row();
     json!({
-        "id": row.id,
-        "body": row.body,
-        "volume_m3": row.volume_m3,
-        "mass_kg": row.mass_kg,
-        "center_m": row.center_m,
-        "vertices": row.vertex_count,
-        "triangles": row.index_count / 3,
-        "energy_j_m2": row.energy_j_m2,
+        "id": fragment.id(),
+        "body": fragment.body(),
+        "volume_m3": fragment.volume_m3(),
+        "mass_kg": fragment.mass_kg(),
+        "center_m": fragment.center_m(),
+        "vertices": fragment.positions().len(),
+        "triangles": fragment.indices().len() / 3,
+        "energy_j_m2": fragment.energy_j_m2(),
         "closed": fragment.is_closed(),
         "velocity": fragment.velocity().map(|own| json!({ "linear_m_s": own.linear_m_s, "angular_rad_s": own.angular_rad_s })),
         "materials": materials(fragment.materials()),
@@ -365,42 +378,30 @@ fn fragment_json(fragment: &Fragment<'_>) -> Value {
     })
 }
 
-/// Where displacements come from that are no reduced ones.
-const SOLVE: &str = "solve";
-
-/// Where energy comes from that is no elastic one.
-const FALLOFF: &str = "falloff";
-
-/// Where it is not known, since a bound of it says enough.
-const BOUNDED: &str = "bounded";
-
-/// Where a number of sites was asked for.
-const FORCED: &str = "forced";
-
 /// How far the answer can be trusted.
-fn trust(summary: &SummaryWire) -> String {
-    if summary.elastic() == FALLOFF {
+fn trust(summary: &Summary) -> String {
+    if summary.energy_source == EnergySource::Falloff {
         let confidence = summary.confidence;
         return format!("energy: falloff, no elasticity, no estimate; confidence in the degree {confidence:.2}");
     }
-    if summary.elastic() == BOUNDED {
+    if summary.energy_source == EnergySource::Bounded {
         return "energy: bounded, no displacements; whatever they are, E₁ is no more".to_owned();
     }
     format!(
         "displacements: {}, energy error {:.2} % (estimated); confidence in the degree {:.2}",
-        summary.elastic(),
+        summary.energy_source,
         100.0 * summary.energy_error,
         summary.confidence
     )
 }
 
 /// The threshold, and how far the energy is above it. Pieces of equal size by falloff alone are of no energy that is measured.
-fn load(summary: &SummaryWire) -> String {
+fn load(summary: &Summary) -> String {
     let gamma = format!("γ {:.3e} J·m²", summary.gamma_j_m2);
-    if summary.elastic() == FALLOFF && summary.degree_source() == FORCED {
+    if summary.energy_source == EnergySource::Falloff && summary.degree_origin == DegreeOrigin::Forced {
         return gamma;
     }
-    let most = if summary.elastic() == BOUNDED { "at most " } else { "" };
+    let most = if summary.energy_source == EnergySource::Bounded { "at most " } else { "" };
     format!("{gamma}, E₁/γ {most}{}", significant(summary.e1_over_gamma))
 }
 
@@ -422,37 +423,36 @@ pub(super) fn screen(broken: &FractureResult) -> Result<(), CliError> {
     let milliseconds = broken.round_trip().as_secs_f64() * 1e3;
     let load = load(&summary);
     if broken.is_whole() {
-        out(format_args!("{} stays whole ({load}; {milliseconds:.1} ms)\n", summary.object()))?;
+        out(format_args!("{} stays whole ({load}; {milliseconds:.1} ms)\n", summary.object))?;
         broken.hit().map_or(Ok(()), |hit| out(format_args!("  {}\n", hit_line(&hit))))?;
         return out(format_args!("  {}\n", trust(&summary)));
     }
     out(format_args!(
         "{}: {} fragments, {} sites by {}{} ({load}; {milliseconds:.1} ms, {} bytes)\n",
-        summary.object(),
+        summary.object,
         broken.fragments().len(),
         summary.sites,
-        summary.degree_source(),
-        if summary.capped != 0 { ", capped" } else { "" },
+        summary.degree_origin,
+        if summary.is_capped { ", capped" } else { "" },
         broken.bytes()
     ))?;
     broken.hit().map_or(Ok(()), |hit| out(format_args!("  {}\n", hit_line(&hit))))?;
     out(format_args!("  {}\n", trust(&summary)))?;
     let times: Vec<String> = broken
         .stages()
-        .iter()
-        .filter(|stage| stage.ran != 0)
-        .map(|stage| format!("{} {:.2}", stage.name(), stage.ns as f64 * 1e-6))
+        .filter(|cost| cost.has_run)
+        .map(|cost| format!("{} {:.2}", cost.stage, cost.time.as_secs_f64() * 1e3))
         .collect();
     out(format_args!("  ms: {}\n", times.join(", ")))?;
     out(format_args!(
         "  quality: {}, {} iterations ({}), gap of the cells {:.2} % (estimated); {:.2} ms from admission to sending\n",
-        summary.quality(),
+        quality(&summary),
         summary.iterations,
-        summary.stop_reason(),
+        summary.stop_criterion,
         100.0 * summary.cvd_gap,
-        summary.time_ns as f64 * 1e-6
+        summary.time.as_secs_f64() * 1e3
     ))?;
-    let effects: Vec<&str> = broken.effects().iter().filter(|row| row.ran != 0).map(EffectWire::name).collect();
+    let effects: Vec<&str> = broken.effects().filter(|cost| cost.has_run).map(|cost| cost.effect.name()).collect();
     out(format_args!("  effects: {}\n", if effects.is_empty() { "none".to_owned() } else { effects.join(", ") }))?;
     let mut masses: Vec<f64> = broken.fragments().map(|fragment| fragment.mass_kg()).collect();
     masses.sort_by(f64::total_cmp);

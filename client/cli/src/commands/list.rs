@@ -30,7 +30,7 @@ pub fn run(service: &str, args: &Args) -> Result<(), CliError> {
         "object", "state", "bounds m (low corner, high corner)", "volume m³", "γ J·m²", "nodes"
     ))?;
     for facts in &listed {
-        if facts.ready {
+        if facts.is_ready() {
             out(format_args!(
                 "{:width$}  {:7}  {:BOUNDS$}  {:11.3e}  {:11.3e}  {:6}  {}\n",
                 escaped(&facts.name),

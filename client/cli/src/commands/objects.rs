@@ -12,13 +12,13 @@ const MIB: f64 = 1_048_576.0;
 pub fn document(object: &ObjectFacts, facts: Value) -> Value {
     let mut document = Map::from_iter([
         ("object".to_owned(), json!(object.name)),
-        ("ready".to_owned(), json!(object.ready)),
+        ("ready".to_owned(), json!(object.is_ready())),
         ("state".to_owned(), json!(object.state.name())),
     ]);
-    if let Some(refusal) = &object.refusal {
-        document.insert("error".to_owned(), refusal.document()["error"].clone());
+    if let Some(error) = &object.error {
+        document.insert("error".to_owned(), error.document()["error"].clone());
     }
-    if let (true, Value::Object(facts)) = (object.ready, facts) {
+    if let (true, Value::Object(facts)) = (object.is_ready(), facts) {
         document.extend(facts);
     }
     Value::Object(document)
@@ -43,9 +43,9 @@ pub fn width(objects: &[ObjectFacts]) -> usize {
 
 /// Why an object, or what lies in its place now, could not be loaded; empty if it could.
 pub fn complaint(object: &ObjectFacts, width: usize) -> String {
-    match &object.refusal {
-        Some(refusal) if object.ready => format!("{:width$}  outdated: {refusal}\n", ""),
-        Some(refusal) => format!("{:width$}  {:7}  {refusal}\n", escaped(&object.name), object.state.name()),
+    match &object.error {
+        Some(error) if object.is_ready() => format!("{:width$}  outdated: {error}\n", ""),
+        Some(error) => format!("{:width$}  {:7}  {error}\n", escaped(&object.name), object.state.name()),
         None => String::new(),
     }
 }
@@ -58,7 +58,7 @@ pub fn table(objects: &[ObjectFacts]) -> String {
         "object", "memory MiB", "file MiB", "load ms", "version"
     );
     for object in objects {
-        if object.ready {
+        if object.is_ready() {
             text += &format!(
                 "{:width$}  {:10.1}  {:8.1}  {:7.0}  {:7}  {}\n",
                 escaped(&object.name),

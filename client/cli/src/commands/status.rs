@@ -96,44 +96,44 @@ fn latency(latency: &Latency) -> Value {
 }
 
 fn to_json(service: &str, status: &Status, loaded: &[ObjectFacts]) -> Value {
-    let row = status.row();
-    let stages: Map<String, Value> = status.stages().map(|(name, times)| (name.to_owned(), latency(times))).collect();
+    let stages: Map<String, Value> =
+        status.stages.iter().map(|(stage, times)| (stage.name().to_owned(), latency(times))).collect();
     json!({
         "service": service,
-        "pid": row.pid,
-        "uptime_s": row.uptime_ns as f64 * 1e-9,
-        "objects_ready": row.objects_ready,
-        "objects_failed": row.objects_failed,
-        "objects_loading": row.objects_loading,
-        "objects_outdated": row.objects_outdated,
-        "memory_bytes": row.memory_bytes,
-        "retired": row.retired,
-        "retired_bytes": row.retired_bytes,
-        "kept": row.kept,
-        "kept_bytes": row.kept_bytes,
-        "reloads": row.reloads,
-        "read_unix_s": row.read_unix_ns as f64 * 1e-9,
-        "threads": row.threads,
-        "clients": row.clients,
-        "clients_max": row.clients_max,
-        "running": row.running,
-        "queued": row.queued,
-        "queue_max": row.queue_max,
-        "buckets": row.buckets,
-        "bucket_bytes": row.bucket_bytes,
-        "unread": row.unread,
-        "buckets_used_max": row.buckets_used_max,
-        "buckets_bytes": row.buckets_bytes,
-        "restarts": row.restarts,
-        "crashes": row.crashes,
-        "ending": row.ending != 0,
-        "answered": row.answered,
-        "refused": row.refused,
-        "busy": row.busy,
-        "late": row.late,
-        "failed": row.failed,
-        "cancelled": row.cancelled,
-        "strike": latency(&row.strike),
+        "pid": status.pid,
+        "uptime_s": status.uptime.as_secs_f64(),
+        "objects_ready": status.objects_ready,
+        "objects_failed": status.objects_failed,
+        "objects_loading": status.objects_loading,
+        "objects_outdated": status.objects_outdated,
+        "memory_bytes": status.memory_bytes,
+        "retired": status.retired,
+        "retired_bytes": status.retired_bytes,
+        "kept": status.kept,
+        "kept_bytes": status.kept_bytes,
+        "reloads": status.reloads,
+        "read_unix_s": status.read_unix.as_secs_f64(),
+        "threads": status.threads,
+        "clients": status.clients,
+        "clients_max": status.clients_max,
+        "running": status.running,
+        "queued": status.queued,
+        "queue_max": status.queue_max,
+        "buckets": status.buckets,
+        "bucket_bytes": status.bucket_bytes,
+        "unread": status.unread,
+        "buckets_used_max": status.buckets_used_max,
+        "buckets_bytes": status.buckets_bytes,
+        "restarts": status.restarts,
+        "crashes": status.crashes,
+        "ending": status.is_ending,
+        "answered": status.answered,
+        "refused": status.refused,
+        "busy": status.busy,
+        "late": status.late,
+        "failed": status.failed,
+        "cancelled": status.cancelled,
+        "strike": latency(&status.strike),
         "stages": stages,
         "objects": loaded.iter().map(objects::loaded).collect::<Vec<_>>(),
     })
@@ -141,66 +141,65 @@ fn to_json(service: &str, status: &Status, loaded: &[ObjectFacts]) -> Value {
 
 /// One screen of text; `last` is the look before this one, for rates.
 fn screen(service: &str, status: &Status, loaded: &[ObjectFacts], last: Option<&(Instant, Status)>) -> String {
-    let row = status.row();
     let mib = |bytes: u64| bytes as f64 / 1_048_576.0;
     let mut text = format!(
         "{service}: {}pid {}, up {:.0} s, {} objects ready, {} loading, {} failed, {} of {} clients, {} threads; {} restarts, {} of them after crashes\n",
-        if row.ending == 0 { "" } else { "ending, " },
-        row.pid,
-        row.uptime_ns as f64 * 1e-9,
-        row.objects_ready,
-        row.objects_loading,
-        row.objects_failed,
-        row.clients,
-        row.clients_max,
-        row.threads,
-        row.restarts,
-        row.crashes
+        if status.is_ending { "ending, " } else { "" },
+        status.pid,
+        status.uptime.as_secs_f64(),
+        status.objects_ready,
+        status.objects_loading,
+        status.objects_failed,
+        status.clients,
+        status.clients_max,
+        status.threads,
+        status.restarts,
+        status.crashes
     );
     text += &format!(
         "strikes: {} running, {} of {} queued; {} answered{}, {} refused, {} busy, {} late, {} failed, {} cancelled\n",
-        row.running,
-        row.queued,
-        row.queue_max,
-        row.answered,
+        status.running,
+        status.queued,
+        status.queue_max,
+        status.answered,
         last.map(|last| rate(last, status)).unwrap_or_default(),
-        row.refused,
-        row.busy,
-        row.late,
-        row.failed,
-        row.cancelled
+        status.refused,
+        status.busy,
+        status.late,
+        status.failed,
+        status.cancelled
     );
     text += &format!(
         "answers: {} buckets of {:.1} MiB, {} unread; at most {} were held at once, {:.1} MiB exist; {} kept to be struck again, {:.1} MiB\n",
-        row.buckets,
-        mib(row.bucket_bytes),
-        row.unread,
-        row.buckets_used_max,
-        mib(row.buckets_bytes),
-        row.kept,
-        mib(row.kept_bytes)
+        status.buckets,
+        mib(status.bucket_bytes),
+        status.unread,
+        status.buckets_used_max,
+        mib(status.buckets_bytes),
+        status.kept,
+        mib(status.kept_bytes)
     );
     text += &format!("{:14} {:>8} {:>9} {:>9} {:>9} {:>9}  ms\n", "", "count", "p50", "p90", "p99", "max");
-    for (name, times) in std::iter::once(("strike", &row.strike)).chain(status.stages()) {
+    let stages = status.stages.iter().map(|(stage, times)| (stage.name(), times));
+    for (name, times) in std::iter::once(("strike", &status.strike)).chain(stages) {
         let [p50, p90, p99, max] = [times.p50_ns, times.p90_ns, times.p99_ns, times.max_ns].map(|ns| ns as f64 * 1e-6);
         text += &format!("{name:14} {:8} {p50:9.3} {p90:9.3} {p99:9.3} {max:9.3}\n", times.count);
     }
     text += &format!(
         "databases: read {}, {} reloads; {:.1} MiB of memory, {:.1} MiB more in {} replaced objects still being struck\n",
-        utc(Duration::from_nanos(row.read_unix_ns)),
-        row.reloads,
-        mib(row.memory_bytes),
-        mib(row.retired_bytes),
-        row.retired
+        utc(status.read_unix),
+        status.reloads,
+        mib(status.memory_bytes),
+        mib(status.retired_bytes),
+        status.retired
     );
     text + &objects::table(loaded)
 }
 
 /// Answers per second since the last look at the same daemon.
 fn rate((then, last): &(Instant, Status), status: &Status) -> String {
-    let (before, now) = (last.row(), status.row());
-    if before.pid != now.pid {
+    if last.pid != status.pid {
         return String::new();
     }
-    format!(" ({:.0}/s)", now.answered.saturating_sub(before.answered) as f64 / then.elapsed().as_secs_f64())
+    format!(" ({:.0}/s)", status.answered.saturating_sub(last.answered) as f64 / then.elapsed().as_secs_f64())
 }

@@ -4,7 +4,7 @@ use super::shapes::{Shape, Solid};
 use super::{fragment_name, tensor_z_up, z_up};
 use crate::{FragmentView, ObjectView, PrincipalInertia, principal};
 use quick_xml::Writer;
-use shatter_proto::result::BondWire;
+use shatter_proto::result::Bond;
 use std::fmt::Display;
 use std::io;
 
@@ -146,11 +146,11 @@ fn bonds(xml: &mut Xml, object: &ObjectView<'_>) -> io::Result<()> {
     }
     let name = |id: u32| fragment_name(id, object.fragments.len());
     let number = |id: u32| name(id).trim_start_matches("fragment_").to_owned();
-    let pairs = || object.bonds.iter().filter(|bond| !bond.holds_to_world());
+    let pairs = || object.bonds.iter().filter_map(|bond| Some([bond.fragment, bond.neighbor?]));
     if pairs().next().is_some() {
         group(xml, "contact", |xml| {
-            pairs().try_for_each(|bond| {
-                let [one, two] = bond.fragments.map(name);
+            pairs().try_for_each(|pair| {
+                let [one, two] = pair.map(name);
                 empty(xml, "exclude", [("body1", one.as_str()), ("body2", &two)])
             })
         })?;
@@ -164,16 +164,15 @@ fn bonds(xml: &mut Xml, object: &ObjectView<'_>) -> io::Result<()> {
 fn weld(
     xml: &mut Xml,
     object: &ObjectView<'_>,
-    bond: &BondWire,
+    bond: &Bond,
     name: impl Fn(u32) -> String,
     number: impl Fn(u32) -> String,
 ) -> io::Result<()> {
-    let [first, second] = bond.fragments;
-    let one = name(first);
-    if bond.holds_to_world() {
+    let (first, one) = (bond.fragment, name(bond.fragment));
+    let Some(second) = bond.neighbor else {
         let (own, anchor) = (format!("bond_{}_world", number(first)), list(z_up(bond.centroid_m)));
         return empty(xml, "weld", [("name", own.as_str()), ("body1", &one), ("anchor", &anchor)]);
-    }
+    };
     let center = object.fragments[second as usize].center_m;
     let anchor = list(z_up([0, 1, 2].map(|k| bond.centroid_m[k] - center[k])));
     let (own, two) = (format!("bond_{}_{}", number(first), number(second)), name(second));

@@ -4,11 +4,11 @@ use super::EngineObject;
 use crate::object::ServedObject;
 use crate::stage_profiler::StageProfiler;
 use shatter_fracture::cancel_token::CancelToken;
-use shatter_fracture::pipeline::{CostSample, ElasticRequest, ImpactSampler, Stage, StrikeCost, Workspace};
+use shatter_fracture::pipeline::{CostSample, ElasticRequest, ImpactSampler, StrikeCost, Workspace};
 use shatter_proto::Error;
 use shatter_proto::layout::Layout;
 use shatter_proto::request::{Contact, DegreeRule, DisplacementSource, Request};
-use shatter_proto::result::{Block, StageWire};
+use shatter_proto::result::{Block, StageCost, StageKind};
 use std::time::{Duration, Instant};
 
 /// Seed of the impacts that are timed.
@@ -49,12 +49,12 @@ pub struct CostReport {
 }
 
 /// What a strike took, of which the stages took so much.
-pub(super) fn sample(sites: u32, solved: bool, iterations: usize, took: Duration, rows: &[StageWire]) -> CostSample {
-    let [degree, diagram] = [Stage::Degree as usize, Stage::Centroidal as usize];
-    let sum = |of: &dyn Fn(usize) -> bool| -> Duration {
-        rows.iter().filter(|row| of(row.stage as usize)).map(|row| Duration::from_nanos(row.ns)).sum()
+pub(super) fn sample(sites: u32, solved: bool, iterations: usize, took: Duration, costs: &[StageCost]) -> CostSample {
+    let [degree, diagram] = [StageKind::Degree, StageKind::Centroidal].map(StageKind::code);
+    let sum = |of: &dyn Fn(u32) -> bool| -> Duration {
+        costs.iter().filter(|cost| of(cost.stage.code())).map(|cost| cost.time).sum()
     };
-    let seconds = |of: &dyn Fn(usize) -> bool| sum(of).as_secs_f64();
+    let seconds = |of: &dyn Fn(u32) -> bool| sum(of).as_secs_f64();
     CostSample {
         sites,
         solved,
@@ -138,6 +138,6 @@ impl EngineObject {
             }
         }
         let iterations = strike.iterations_max.unwrap_or(0) as usize;
-        Ok(sample(sites, strike.elastic == DisplacementSource::Solve, iterations, begun.elapsed(), &profiler.rows()))
+        Ok(sample(sites, strike.elastic == DisplacementSource::Solve, iterations, begun.elapsed(), &profiler.stages()))
     }
 }

@@ -1,11 +1,12 @@
 //! Dials of accuracy and time: what a strike asks for, and what its answer tells of them.
 
 use shatter_fracture::pipeline::{
-    self, DegreeRequest, ElasticRequest, FractureOutcome, PreparedObject, SolverSettings, StrikeCost, TimeBudget,
+    self, DegreeRequest, ElasticRequest, FractureOutcome, PreparedObject, SolverSettings, StopReason, StrikeCost,
+    TimeBudget,
 };
 use shatter_proto::effect::Effects;
 use shatter_proto::request::{DegreeRule, DisplacementSource, Quality, Request};
-use shatter_proto::result::{DEGREES, STOP_REASONS, SummaryWire};
+use shatter_proto::result::{DegreeMethod, StopCriterion, SummaryWire};
 
 /// The engine's preset.
 pub(crate) fn preset(quality: Quality) -> pipeline::Preset {
@@ -116,10 +117,9 @@ impl EffectiveSettings {
 
     /// Writes them beside what `result` tells.
     pub(super) fn tell(&self, result: &FractureOutcome, summary: &mut SummaryWire) {
-        let number = |names: &[&str], name: &str| names.iter().position(|own| *own == name).unwrap_or(0) as u32;
         summary.quality = self.quality.number();
-        summary.degree = number(&DEGREES, degree(self.degree));
-        summary.stop_reason = number(&STOP_REASONS, result.stop_reason().name());
+        summary.degree = degree_method(self.degree).code();
+        summary.stop_reason = stop_criterion(result.stop_reason()).code();
         (summary.tolerance, summary.iterations_max) = (self.tolerance, count(self.iterations_max));
         (summary.iterations, summary.cvd_gap) = (count(result.iterations()), result.cvd_gap().unwrap_or(0.0));
         summary.rank = if result.threshold().reduced_error.is_some() { count(self.rank) } else { 0 };
@@ -129,13 +129,24 @@ impl EffectiveSettings {
     }
 }
 
-fn degree(request: DegreeRequest) -> &'static str {
+fn degree_method(request: DegreeRequest) -> DegreeMethod {
     match request {
-        DegreeRequest::Sites(_) => "sites",
-        DegreeRequest::ClosedForm => "closed_form",
-        DegreeRequest::Inferred => "inferred",
-        DegreeRequest::Verified => "verified",
-        DegreeRequest::Optimised => "optimised",
+        DegreeRequest::Sites(_) => DegreeMethod::Sites,
+        DegreeRequest::ClosedForm => DegreeMethod::ClosedForm,
+        DegreeRequest::Inferred => DegreeMethod::Inferred,
+        DegreeRequest::Verified => DegreeMethod::Verified,
+        DegreeRequest::Optimised => DegreeMethod::Optimised,
+    }
+}
+
+fn stop_criterion(reason: StopReason) -> StopCriterion {
+    match reason {
+        StopReason::Complete => StopCriterion::Complete,
+        StopReason::Capped => StopCriterion::Capped,
+        StopReason::Converged => StopCriterion::Converged,
+        StopReason::ErrorMet => StopCriterion::ErrorMet,
+        StopReason::Time => StopCriterion::Time,
+        StopReason::Iterations => StopCriterion::Iterations,
     }
 }
 

@@ -53,7 +53,7 @@ impl Prototype {
     pub fn of(object: &Object) -> Result<Self, Failure> {
         let facts = object.facts().clone();
         let block = whole(&facts, object)?;
-        let terms = facts.contact_terms(block.mass_kg).speed_min(0.5).cooldown(0.1);
+        let terms = facts.contact_policy(block.mass_kg).speed_min(0.5).cooldown(0.1);
         let least_ns = SHARE * weakest(object, &block, terms.own())?;
         Ok(Self { facts, block, terms: terms.impulse_min(least_ns), least_ns })
     }
@@ -85,7 +85,7 @@ fn whole(facts: &ObjectFacts, object: &Object) -> Result<Block, Failure> {
         let moved = (Vector3::from(fragment.center_m()) - center).cast::<f32>();
         fragment
             .runs()
-            .for_each(|run| shell.add(run.positions, run.indices, moved.into(), run.vertex_first, run.crack));
+            .for_each(|run| shell.add(run.positions, run.indices, moved.into(), run.vertex_first, run.is_crack));
     }
     let index = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
     Ok(Block {
@@ -122,7 +122,7 @@ pub fn block(fragment: &Fragment<'_>) -> Block {
     let flat = || SharedShape::round_convex_hull(&fragment.positions().iter().map(place).collect::<Vec<_>>(), 5e-4);
     let mut shell = Shell::default();
     for run in fragment.runs() {
-        shell.add(run.positions, run.indices, [0.0; 3], run.vertex_first, run.crack);
+        shell.add(run.positions, run.indices, [0.0; 3], run.vertex_first, run.is_crack);
     }
     Block {
         mass_kg: fragment.mass_kg(),

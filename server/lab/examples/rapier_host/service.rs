@@ -197,7 +197,7 @@ fn connected(place: &Place) -> Result<Line, Failure> {
     let patience = Deadline::after(Duration::from_secs(20));
     let service = Client::connect(&place.service, patience)?;
     let objects = OBJECTS.iter().map(|name| service.object(name, patience)).collect::<Result<_, _>>()?;
-    Ok(Line { objects, pid: service.status(patience)?.row().pid })
+    Ok(Line { objects, pid: service.status(patience)?.pid })
 }
 
 /// Asks the daemon to end, and waits; one that does not is killed.

@@ -4,9 +4,8 @@ use super::object::{DemoTarget, RADIUS_M};
 use super::{ANSWER_PATIENCE, DemoError, views};
 use crate::report::{StageTime, significant};
 use nalgebra::Vector3;
-use shatter_client::{Contact, Deadline, FractureResult, Fragment, Impact, Object};
+use shatter_client::{Contact, Deadline, FractureResult, Fragment, Impact, Object, StageCost, Summary};
 use shatter_export::WriteReport;
-use shatter_proto::result::{STAGES, SummaryWire};
 use shatter_server::commands::interrupt;
 use std::path::Path;
 
@@ -29,7 +28,7 @@ pub(super) struct DemoStrike {
     /// Impulse, N·s.
     pub impulse_ns: Vector3<f64>,
     /// The answer's own figures.
-    pub summary: SummaryWire,
+    pub summary: Summary,
     /// Name of the file with the fragments.
     pub file: String,
     /// What went into it.
@@ -116,10 +115,9 @@ impl DemoStrike {
 }
 
 fn stages(broken: &FractureResult) -> Vec<StageTime> {
-    let time = |stage: usize| broken.stages().iter().find(|row| row.stage as usize == stage && row.ran == 1);
-    STAGES
-        .iter()
-        .enumerate()
-        .map(|(stage, name)| StageTime { name: (*name).to_owned(), ns: time(stage).map(|row| row.ns) })
-        .collect()
+    let time = |cost: StageCost| StageTime {
+        name: cost.stage.name().to_owned(),
+        ns: cost.has_run.then(|| u64::try_from(cost.time.as_nanos()).unwrap_or(u64::MAX)),
+    };
+    broken.stages().map(time).collect()
 }

@@ -7,6 +7,7 @@ use super::progress::DemoProgress;
 use super::{DemoError, views};
 use crate::picture::ENERGY;
 use crate::report::{Fact, Page, ReportFigure, Scale, StrikeReport, bytes, grouped, nanoseconds, share, significant};
+use shatter_client::EnergySource;
 use std::time::Duration;
 
 /// Decades of strain energy density that the colors span, downwards from the largest value of all strikes.
@@ -113,8 +114,8 @@ fn strike(
 fn strike_facts(target: &DemoTarget, blow: &DemoStrike, impulse: &str) -> Vec<Fact> {
     let summary = &blow.summary;
     let whole = target.prepared.report.lattice_volume_m3;
-    let source = summary.degree_source().replace('_', " ");
-    let capped = if summary.capped == 1 { ", capped" } else { "" };
+    let source = summary.degree_origin.name().replace('_', " ");
+    let capped = if summary.is_capped { ", capped" } else { "" };
     let [lightest, heaviest] = blow.masses_kg.map(|mass| significant(mass * 1e3, 3));
     vec![
         Fact::new("Impulse", format!("{impulse} N·s")),
@@ -127,7 +128,7 @@ fn strike_facts(target: &DemoTarget, blow: &DemoStrike, impulse: &str) -> Vec<Fa
         Fact::new("Closed surfaces", format!("{} of {}", blow.closed, blow.written.fragments)),
         Fact::new("Sum of volumes against the lattice", format!("{:+.1e}", blow.volume_m3 / whole - 1.0)),
         Fact::new("Mass of a fragment", format!("{lightest} to {heaviest} g")),
-        Fact::new("Time in the daemon", nanoseconds(summary.time_ns)),
+        Fact::new("Time in the daemon", nanoseconds(u64::try_from(summary.time.as_nanos()).unwrap_or(u64::MAX))),
         Fact::new("Round trip", nanoseconds(blow.round_trip_ns)),
         Fact::new("Answer", bytes(blow.bytes)),
     ]
@@ -135,9 +136,11 @@ fn strike_facts(target: &DemoTarget, blow: &DemoStrike, impulse: &str) -> Vec<Fa
 
 /// Where the displacements came from, and how far their energy is off.
 fn displacements(blow: &DemoStrike) -> String {
-    match blow.summary.elastic() {
-        "reduced" => format!("from examples, energy off by {} (estimated)", share(blow.summary.energy_error)),
-        source => source.to_owned(),
+    match blow.summary.energy_source {
+        EnergySource::Reduced => {
+            format!("from examples, energy off by {} (estimated)", share(blow.summary.energy_error))
+        }
+        source => source.name().to_owned(),
     }
 }
 

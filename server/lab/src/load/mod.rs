@@ -104,7 +104,7 @@ fn within(text: &str, most: f64) -> Result<f64, String> {
 pub fn run(service: &str, args: &LoadArgs) -> Result<(), CliError> {
     let connection = Client::connect(service, reply())?;
     let targets = targets(&connection, args)?;
-    let servers = connection.status(reply())?.row().threads.max(1) as usize;
+    let servers = connection.status(reply())?.threads.max(1) as usize;
     let rates: Vec<Option<f64>> = if args.closed { vec![None] } else { args.rate.iter().copied().map(Some).collect() };
     let mut runs = Vec::new();
     for rate in rates {
@@ -167,7 +167,7 @@ fn targets(connection: &Client, args: &LoadArgs) -> Result<Vec<LoadTarget>, CliE
     if !args.objects.is_empty() {
         return Ok(args.objects.iter().cloned().map(target).collect());
     }
-    let ready = connection.objects(reply())?.into_iter().filter(|facts| facts.ready);
+    let ready = connection.objects(reply())?.into_iter().filter(|facts| facts.is_ready());
     let all: Vec<LoadTarget> = ready.map(|facts| target(facts.name)).collect();
     if all.is_empty() {
         return Err(Error::new(ErrorKind::UnknownObject, "", "the service has no object to strike").into());

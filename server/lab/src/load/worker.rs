@@ -221,8 +221,8 @@ fn micros(time: Duration) -> u64 {
 }
 
 fn answered(begin: Instant, due: Duration, broken: &FractureResult) -> RequestRecord {
-    let stages = broken.stages().iter().map(|stage| stage.ns);
-    let service = Duration::from_nanos(stages.chain(broken.effects().iter().map(|effect| effect.ns)).sum());
+    let stages = broken.stages().map(|cost| cost.time);
+    let service: Duration = stages.chain(broken.effects().map(|cost| cost.time)).sum();
     RequestRecord {
         due_us: micros(due),
         latency_us: micros(begin.elapsed().saturating_sub(due)),

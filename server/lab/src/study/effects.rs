@@ -20,9 +20,10 @@ use shatter_proto::Error;
 use shatter_proto::effect::Effect;
 use shatter_proto::layout::Layout;
 use shatter_proto::request::{Contact, DegreeRule, Request};
-use shatter_proto::result::Block;
+use shatter_proto::result::{Block, StageKind};
 use std::path::Path;
 use std::sync::Arc;
+use std::time::Duration;
 
 /// The scenes that come with the program.
 pub const SHIPPED: [(&str, &str); 3] = [
@@ -68,7 +69,7 @@ pub enum EffectsError {
 
 /// What one stage or effect took and produced: medians.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct EffectCost {
+pub struct MedianCost {
     /// Its name.
     pub name: &'static str,
     /// Whether it ran.
@@ -87,9 +88,9 @@ pub struct SceneCosts {
     /// The object.
     pub object: String,
     /// On the scene's terms.
-    pub own: Vec<EffectCost>,
+    pub own: Vec<MedianCost>,
     /// With everything on.
-    pub all: Vec<EffectCost>,
+    pub all: Vec<MedianCost>,
     /// The object, broken on the scene's terms: bytes of a PNG file.
     pub portrait: Vec<u8>,
     /// Bytes of memory that the tables for the scene's terms hold, and all tables.
@@ -97,7 +98,7 @@ pub struct SceneCosts {
 }
 
 /// Time of all stages and effects, ns.
-fn total(costs: &[EffectCost]) -> u64 {
+fn total(costs: &[MedianCost]) -> u64 {
     costs.iter().map(|cost| cost.ns).sum()
 }
 
@@ -132,7 +133,7 @@ fn request_of(prepared: &Arc<PreparedObject>, terms: &ObjectPolicy) -> Result<pi
 }
 
 /// Medians over strikes all over the object.
-fn costs(prepared: &Arc<PreparedObject>, terms: ObjectPolicy) -> Result<Vec<EffectCost>, EffectsError> {
+fn costs(prepared: &Arc<PreparedObject>, terms: ObjectPolicy) -> Result<Vec<MedianCost>, EffectsError> {
     let served = EngineObject::new(prepared.clone(), terms);
     let (mut workspace, mut payload) = (Workspace::default(), Vec::new());
     let mut runs = Vec::new();
@@ -146,24 +147,31 @@ fn costs(prepared: &Arc<PreparedObject>, terms: ObjectPolicy) -> Result<Vec<Effe
         clock.write(outcome.as_ref(), &mut sections, layout.base_bytes())?;
         runs.push(clock);
     }
-    let stages = (0..runs[0].rows().len()).map(|k| {
-        let row = |clock: &StageProfiler| (clock.rows()[k].ran, clock.rows()[k].ns, clock.rows()[k].bytes);
-        cost(runs[0].rows()[k].name(), runs[1..].iter().map(row).collect())
+    let stages = (0..StageKind::ALL.len()).map(|k| {
+        let run = |clock: &StageProfiler| {
+            let cost = clock.stages()[k];
+            (cost.has_run, cost.time, cost.bytes)
+        };
+        cost(StageKind::ALL[k].name(), runs[1..].iter().map(run).collect())
     });
     let effects = (0..Effect::ALL.len()).map(|k| {
-        let row = |clock: &StageProfiler| (clock.effects()[k].ran, clock.effects()[k].ns, clock.effects()[k].bytes);
-        cost(Effect::ALL[k].name(), runs[1..].iter().map(row).collect())
+        let run = |clock: &StageProfiler| {
+            let cost = clock.effects()[k];
+            (cost.has_run, cost.time, cost.bytes)
+        };
+        cost(Effect::ALL[k].name(), runs[1..].iter().map(run).collect())
     });
     Ok(stages.chain(effects).collect())
 }
 
-fn cost(name: &'static str, rows: Vec<(u32, u64, u64)>) -> EffectCost {
-    let median = |of: fn(&(u32, u64, u64)) -> u64| {
-        let mut values: Vec<u64> = rows.iter().map(of).collect();
+fn cost(name: &'static str, runs: Vec<(bool, Duration, u64)>) -> MedianCost {
+    let median = |of: fn(&(bool, Duration, u64)) -> u64| {
+        let mut values: Vec<u64> = runs.iter().map(of).collect();
         values.sort_unstable();
         values[values.len() / 2]
     };
-    EffectCost { name, ran: rows.iter().any(|row| row.0 != 0), ns: median(|row| row.1), bytes: median(|row| row.2) }
+    let nanoseconds = |run: &(bool, Duration, u64)| u64::try_from(run.1.as_nanos()).unwrap_or(u64::MAX);
+    MedianCost { name, ran: runs.iter().any(|run| run.0), ns: median(nanoseconds), bytes: median(|run| run.2) }
 }
 
 fn too_large() -> Error {
@@ -187,7 +195,7 @@ fn strike(prepared: &PreparedObject, number: u64) -> Request {
 
 /// One document of everything.
 pub fn document(pairs: &[SceneCosts]) -> Value {
-    let costs = |costs: &[EffectCost]| -> Vec<Value> {
+    let costs = |costs: &[MedianCost]| -> Vec<Value> {
         costs.iter().map(|own| json!({ "name": own.name, "ran": own.ran, "ns": own.ns, "bytes": own.bytes })).collect()
     };
     let pair = |pair: &SceneCosts| {
@@ -218,7 +226,7 @@ pub fn page(pairs: &[SceneCosts], gallery: Section) -> Result<Study, EffectsErro
 
 fn section(pair: &SceneCosts) -> Result<Section, PlotError> {
     let ms = |ns: u64| ns as f64 * 1e-6;
-    let segments = |costs: &[EffectCost]| -> Vec<Segment> {
+    let segments = |costs: &[MedianCost]| -> Vec<Segment> {
         let both = costs.iter().zip(&pair.all);
         let own = both.map(|(own, all)| match own.ran {
             true => Segment { name: own.name, length: ms(own.ns), hatched: false },
@@ -230,8 +238,8 @@ fn section(pair: &SceneCosts) -> Result<Section, PlotError> {
         StackedBar { name: format!("scene: {:.1} ms", ms(total(&pair.own))), segments: segments(&pair.own) },
         StackedBar { name: format!("all on: {:.1} ms", ms(total(&pair.all))), segments: segments(&pair.all) },
     ];
-    let row = |(own, all): (&EffectCost, &EffectCost)| {
-        let cell = |cost: &EffectCost| match cost.ran {
+    let row = |(own, all): (&MedianCost, &MedianCost)| {
+        let cell = |cost: &MedianCost| match cost.ran {
             true => [format!("{:.3} ms", ms(cost.ns)), format!("{} bytes", cost.bytes)],
             false => ["off".to_owned(), "0 bytes".to_owned()],
         };
