@@ -6,7 +6,7 @@ use crate::result::{
     SkinWire, StageKind, StageWire, SummaryWire,
 };
 
-/// How many elements the sections hold that depend on the strike.
+/// Element counts of the sections that depend on the request.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SectionCounts {
     /// Fragments.
@@ -35,7 +35,7 @@ pub struct SectionCounts {
     pub hull_vertices: usize,
     /// Indices of hulls.
     pub hull_indices: usize,
-    /// Looks: one per vertex, or none.
+    /// Outer attributes: one per vertex, or none.
     pub looks: usize,
     /// Materials: one per triangle, or none.
     pub materials: usize,

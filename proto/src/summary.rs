@@ -208,9 +208,9 @@ impl MissedTime {
     pub fn explanation(&self) -> &'static str {
         match self.cause {
             OverrunCause::Queue => "waited in the queue",
-            OverrunCause::NoReducedBasis => "no reduced basis: the strike was solved for",
+            OverrunCause::NoReducedBasis => "no reduced basis: the request was solved for",
             OverrunCause::ReducedError => {
-                "the estimated error of the reduced displacements was too large: the strike was solved for"
+                "the estimated error of the reduced displacements was too large: the request was solved for"
             }
             OverrunCause::Degree => "energy and fracture degree took longer",
             OverrunCause::Cells => "the cells took longer, without any refinement",

@@ -13,7 +13,7 @@ use shatter_proto::convention::Convention;
 use shatter_proto::layout::{SectionCounts, SectionsMut};
 use shatter_proto::request::Contact;
 use shatter_proto::result::{
-    BondWire, DebrisWire, FragmentWire, HullWire, RunWire, SkinVertexWire, SkinWire, VelocityWire, VertexAttributeWire,
+    BondWire, DebrisWire, FragmentVelocity, FragmentWire, HullWire, OuterAttributes, RunWire, SkinVertex, SkinWire,
 };
 
 /// A contact of a strike in `from`, as the engine has it.
@@ -155,9 +155,9 @@ fn fill<W, O>(wire: &mut [W], own: &[O], row: impl Fn(&O) -> W) {
     wire.iter_mut().zip(own).for_each(|(wire, own)| *wire = row(own));
 }
 
-fn velocity(own: &ReleaseVelocity, to: &Convention) -> VelocityWire {
+fn velocity(own: &ReleaseVelocity, to: &Convention) -> FragmentVelocity {
     let ReleaseVelocity { linear_m_s, angular_rad_s } = *own;
-    VelocityWire { linear_m_s: to.vector(linear_m_s.into()), angular_rad_s: to.axial(angular_rad_s.into()) }
+    FragmentVelocity { linear_m_s: to.vector(linear_m_s.into()), angular_rad_s: to.axial(angular_rad_s.into()) }
 }
 
 fn bond(own: &BondRow, to: &Convention) -> BondWire {
@@ -185,8 +185,8 @@ fn hull(own: &HullRow, to: &Convention) -> HullWire {
     HullWire { vertex_first, vertex_count, index_first, index_count, coverage, margin_m: to.length(margin_m) }
 }
 
-fn look(own: &VertexAttribute, to: &Convention) -> VertexAttributeWire {
-    VertexAttributeWire { normal: to.direction(own.normal), uv: own.uv }
+fn look(own: &VertexAttribute, to: &Convention) -> OuterAttributes {
+    OuterAttributes { normal: to.direction(own.normal), uv: own.uv }
 }
 
 fn skin(own: &SkinRow) -> SkinWire {
@@ -194,8 +194,8 @@ fn skin(own: &SkinRow) -> SkinWire {
     SkinWire { vertex_first, vertex_count, index_first, index_count }
 }
 
-fn skin_vertex(own: &SkinVertexRow, to: &Convention) -> SkinVertexWire {
-    SkinVertexWire { position_m: to.vector_f32(own.position_m), normal: to.direction(own.normal), uv: own.uv }
+fn skin_vertex(own: &SkinVertexRow, to: &Convention) -> SkinVertex {
+    SkinVertex { position_m: to.vector_f32(own.position_m), normal: to.direction(own.normal), uv: own.uv }
 }
 
 fn fragment(row: &FragmentRow, to: &Convention) -> FragmentWire {
