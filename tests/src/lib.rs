@@ -9,6 +9,7 @@ pub mod model;
 pub mod pages;
 pub mod peers;
 pub mod real;
+pub mod reference;
 pub mod sources;
 pub mod statistics;
 pub mod struck;
