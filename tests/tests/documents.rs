@@ -140,6 +140,12 @@ fn the_guide_names_files_and_tests_that_exist() {
 }
 
 #[test]
+fn the_program_without_a_daemon_is_the_example() {
+    let block = format!("```rust\n{}```", text("server/fracture/examples/library.rs"));
+    assert!(text(&format!("{GUIDE}/internals.md")).contains(&block));
+}
+
+#[test]
 fn host_pages_begin_with_their_status() {
     let hosts: Vec<String> = guide().into_iter().filter(|page| page.contains("/hosts/")).collect();
     assert!(hosts.len() >= 6);
