@@ -5,7 +5,7 @@
 //!
 //! # fn main() -> Result<(), shatter_client::Error> {
 //! let service = Client::connect("default", Deadline::ms(50))?;
-//! let mug = service.object("mug", Deadline::ms(50))?; // the README's first session bakes it
+//! let mug = service.object("mug", Deadline::ms(50))?; // the guide's first session bakes it
 //! let contact = Contact::new([0.0, 0.05, 0.04]).impulse([0.0, 0.0, -2.0]);
 //! let mut ticket = mug.strike(&Impact::new([contact]))?; // never blocks
 //! loop {

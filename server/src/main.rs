@@ -3,6 +3,7 @@
 use clap::{Parser, Subcommand};
 use shatter_cli_common as program;
 use shatter_cli_common::lab::ForwardedArgs;
+use shatter_cli_common::manuals::ManualsArgs;
 use shatter_server::commands::{CommandError, bake, check, inspect, interrupt, merge, serve};
 use std::io::Write;
 use std::process::ExitCode;
@@ -33,6 +34,9 @@ enum Command {
     /// Shows how far the results can be trusted (hard cases, bad meshes), and what effects cost and look like.
     #[command(disable_help_flag = true)]
     Study(ForwardedArgs),
+    /// Writes man pages and shell completions, for packages.
+    #[command(hide = true)]
+    Manuals(ManualsArgs),
 }
 
 fn main() -> ExitCode {
@@ -73,5 +77,6 @@ fn run(command: &Command) -> Result<bool, CommandError> {
         Command::Check(args) => check::run(args).map(|()| true),
         Command::Serve(args) => serve::run(args).map(|()| true),
         Command::Study(arguments) => Err(arguments.run("shatterd", "study", &[]).into()),
+        Command::Manuals(args) => Ok(args.run::<Cli>().map(|()| true)?),
     }
 }

@@ -10,6 +10,7 @@ pub mod pages;
 pub mod peers;
 pub mod prose;
 pub mod real;
+pub mod reference;
 pub mod sources;
 pub mod statistics;
 pub mod struck;

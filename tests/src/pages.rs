@@ -28,6 +28,16 @@ pub fn text(name: &str) -> String {
     std::fs::read_to_string(root().join(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
 }
 
+/// The source folder of the guide.
+pub const GUIDE: &str = "client/guide/src";
+
+/// The pages of the guide in the order of its summary, from the folder of the project.
+pub fn guide() -> Vec<String> {
+    let summary = text(&format!("{GUIDE}/SUMMARY.md"));
+    let links = summary.lines().filter_map(|line| Some(line.trim().strip_prefix("- [")?.split_once("](")?.1));
+    links.filter_map(|link| Some(format!("{GUIDE}/{}", link.strip_suffix(')')?))).collect()
+}
+
 /// The fenced blocks of the page `name`, in order.
 pub fn blocks(name: &str) -> Vec<Block> {
     let text = text(name);
@@ -73,8 +83,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn blocks_of_the_readme_are_found() {
-        let all = blocks("README.md");
+    fn blocks_of_the_guide_are_found() {
+        let pages = guide();
+        assert!(pages.len() > 15 && pages[0].ends_with("/getting-started.md"), "{pages:?}");
+        let all: Vec<Block> = pages.iter().flat_map(|page| blocks(page)).collect();
         assert!(all.len() > 15 && all.iter().all(|block| !block.text.trim().is_empty()), "{all:?}");
         assert!(all.iter().any(|block| block.language == "sh" && block.text.contains("--shape mug")));
         assert!(all.iter().filter_map(|block| block.not_run.as_ref()).all(|reason| !reason.is_empty()));

@@ -35,7 +35,7 @@ enum Linked {
     Static,
 }
 
-/// Runs `compiler` as the README does, with these flags beside its own.
+/// Runs `compiler` as the guide does, with these flags beside its own.
 fn compile(compiler: &str, flags: &[&str], source: &Path, linked: Linked, out: &Path) -> std::io::Result<Output> {
     let library = program("libshatter.so");
     let folder = library.parent().unwrap();

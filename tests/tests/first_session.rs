@@ -1,4 +1,4 @@
-//! Every example of the documentation, against a daemon with the object that the README's first session makes.
+//! Every example of the README and the guide, against a daemon with the object that the guide's first session makes.
 
 use shatter_tests::house::{House, program};
 use shatter_tests::pages::{self, Block, blocks, blows, crate_example, root};
@@ -9,23 +9,17 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// Pages with examples, in the order in which their blocks are run.
-const PAGES: [&str; 7] = [
-    "README.md",
-    "client/hosts/README.md",
-    "client/hosts/mujoco.md",
-    "client/hosts/blender.md",
-    "client/hosts/unity.md",
-    "client/hosts/unreal.md",
-    "client/hosts/godot.md",
-];
+fn pages_with_examples() -> Vec<String> {
+    [vec!["README.md".to_owned()], pages::guide()].concat()
+}
 
-/// Objects that the README bakes.
+/// Objects that the guide bakes.
 const OBJECTS: [&str; 2] = ["mug", "fine"];
 
 /// Blocks that others run: `.ci/run` the demo, cargo the tests; the build is there.
 const CARGO: &str = "cargo() { :; }";
 
-/// What the Rust examples of the README take from their surroundings.
+/// What the Rust examples of the pages take from their surroundings.
 const SURROUNDINGS: &str = "
     use shatter_client::{Client, Contact, Convention, Deadline, Impact};
     let deadline = Deadline::after(std::time::Duration::from_secs(60));
@@ -54,24 +48,32 @@ fn git(folder: &Path, arguments: &[&str]) -> Option<String> {
     Some(String::from_utf8(output.stdout).unwrap())
 }
 
-/// Builds a program of the README's Rust examples and the one at the head of the client's documentation.
+/// The blocks in `language` that tests run, in the order of the pages.
+fn run_blocks(language: &str) -> Vec<Block> {
+    let all = pages_with_examples();
+    let all = all.iter().flat_map(|page| blocks(page));
+    all.filter(|block| block.language == language && block.not_run.is_none()).collect()
+}
+
+/// Builds a program of the pages' Rust examples and the one at the head of the client's documentation.
 fn rust_examples(house: &House) -> String {
-    let readme = blocks("README.md").into_iter().filter(|block| block.language == "rust");
-    let readme: String = readme
+    let examples: Vec<String> = run_blocks("rust")
+        .iter()
         .enumerate()
         .map(|(number, block)| {
             format!(
-                "fn readme_{number}() -> Result<(), shatter_client::Error> {{{SURROUNDINGS}{}Ok(())}}\n",
-                block.text
+                "// {}\nfn example_{number}() -> Result<(), shatter_client::Error> {{{SURROUNDINGS}{}Ok(())}}\n",
+                block.place, block.text
             )
         })
         .collect();
-    let count = readme.matches("fn readme_").count();
-    assert!(count >= 3, "{readme}");
-    let calls: String = (0..count).map(|number| format!("readme_{number}()?;\n")).collect();
+    let count = examples.len();
+    assert!(count >= 5, "{examples:?}");
+    let examples = examples.concat();
+    let calls: String = (0..count).map(|number| format!("example_{number}()?;\n")).collect();
     let crate_example = crate_example("client/src/lib.rs", "no_run").replace("fn main()", "pub fn main()");
     let source = format!(
-        "#![allow(unused)]\nmod head {{\n{crate_example}}}\n{readme}fn main() -> Result<(), shatter_client::Error> {{\nhead::main()?;\n{calls}Ok(())\n}}\n"
+        "#![allow(unused)]\nmod head {{\n{crate_example}}}\n{examples}fn main() -> Result<(), shatter_client::Error> {{\nhead::main()?;\n{calls}Ok(())\n}}\n"
     );
     let (file, out) = (house.path("examples.rs"), house.path("examples"));
     fs::write(&file, source).unwrap();
@@ -101,8 +103,9 @@ fn python_examples(house: &House) -> String {
         .filter_map(|line| line.strip_prefix("    "))
         .map(|line| line.to_owned() + "\n")
         .collect();
-    let readme = blocks("README.md").into_iter().find(|block| block.language == "python").unwrap().text;
-    for (name, text) in [("readme.py", readme), ("documented.py", documented)] {
+    let first = |page: &str| blocks(page).into_iter().find(|block| block.language == "python").unwrap().text;
+    let (readme, guide) = (first("README.md"), first(&pages::guide()[0]));
+    for (name, text) in [("readme.py", readme), ("guide.py", guide), ("documented.py", documented)] {
         assert!(text.contains("import shatter") && text.contains("write_glb"), "{text}");
         fs::write(house.path(name), text).unwrap();
     }
@@ -111,8 +114,32 @@ fn python_examples(house: &House) -> String {
         format!("PYTHONDONTWRITEBYTECODE=1 PYTHONPATH='{}' '{python}' '{}' {more}\n", site.display(), file.display())
     };
     run(&house.path("readme.py"), "")
+        + &run(&house.path("guide.py"), "")
         + &run(&house.path("documented.py"), "")
         + &run(&package.join("examples/strike.py"), "mug broken.glb")
+}
+
+/// Commands that run the README's C example, where there is a C compiler.
+fn c_example(house: &House) -> String {
+    if Command::new("cc").arg("--version").output().is_err() {
+        println!("skipped: README.md: no cc");
+        return String::new();
+    }
+    let block = blocks("README.md").into_iter().find(|block| block.language == "c").unwrap();
+    let source =
+        format!("#include \"shatter.h\"\n#include <stdio.h>\nint main(void) {{\n{}return 0;\n}}\n", block.text);
+    let (file, out) = (house.path("readme.c"), house.path("readme_c"));
+    fs::write(&file, source).unwrap();
+    let built = Command::new("cc")
+        .args(["-std=c11", "-Wall", "-Wextra", "-Werror", "-I"])
+        .args([&root().join("client/include"), &file])
+        .arg(program("libshatter.a"))
+        .args(["-lpthread", "-ldl", "-lm", "-o"])
+        .arg(&out)
+        .output()
+        .unwrap();
+    assert!(built.status.success(), "{}", String::from_utf8_lossy(&built.stderr));
+    format!("{}\n", out.display())
 }
 
 /// Whether the compilers that a block asks for are there; says so if not.
@@ -131,7 +158,8 @@ fn can_run(block: &Block) -> bool {
 /// All shell blocks, one after the other, in one shell.
 fn shell_blocks() -> String {
     let mut script = String::new();
-    for block in PAGES.iter().flat_map(|page| blocks(page)).filter(|block| block.language == "sh") {
+    let all = pages_with_examples();
+    for block in all.iter().flat_map(|page| blocks(page)).filter(|block| block.language == "sh") {
         match &block.not_run {
             Some(reason) => println!("not run: {}: {reason}", block.place),
             None if can_run(&block) => script += &format!("echo '== {}' >&2\n{}", block.place, block.text),
@@ -143,7 +171,7 @@ fn shell_blocks() -> String {
 
 /// Plain strikes with every point and impulse that is documented, whether or not its block is run.
 fn documented_blows() -> String {
-    let all: String = PAGES.iter().map(|page| pages::text(page)).collect();
+    let all: String = pages_with_examples().iter().map(|page| pages::text(page)).collect();
     let mut all = blows(&all);
     let header = pages::text("client/include/shatter.h");
     let numbers = header.split_once("ShatterContact contact = {{").unwrap().1.split_once("}, 0.0").unwrap().0;
@@ -165,10 +193,10 @@ fn every_example_of_the_documentation_works_on_what_the_first_session_makes() {
         println!("skipped: no git, so nobody sees what the commands leave behind");
     }
     let before = git(&folder, &["status", "--porcelain", "--untracked-files=all"]);
-    let (rust, python) = (rust_examples(&house), python_examples(&house));
+    let (rust, python, c) = (rust_examples(&house), python_examples(&house), c_example(&house));
     let script = format!(
         "set -euo pipefail\ntrap 'kill $(jobs -p); wait' EXIT\n{CARGO}\n{}echo '== documented points' >&2\n{}\
-         echo '== Rust' >&2\n{rust}\necho '== Python' >&2\n{python}",
+         echo '== Rust' >&2\n{rust}\necho '== Python' >&2\n{python}echo '== C' >&2\n{c}",
         shell_blocks(),
         documented_blows(),
     );
@@ -186,7 +214,7 @@ fn every_example_of_the_documentation_works_on_what_the_first_session_makes() {
     assert_eq!(
         git(&folder, &["status", "--porcelain", "--untracked-files=all"]),
         before,
-        "README commands leave nothing that git sees"
+        "documented commands leave nothing that git sees"
     );
 
     let database = house.databases().join("mug.shatter");
@@ -198,12 +226,12 @@ fn every_example_of_the_documentation_works_on_what_the_first_session_makes() {
     assert!((share - 1.0).abs() <= 0.05, "the rows add up to {share} of the resident memory: {memory}");
 }
 
-/// Commands of pages name objects that the README bakes, and none of these is left unbaked.
+/// Commands of pages name objects that the guide bakes, and none of these is left unbaked.
 #[test]
-fn documented_strikes_name_objects_that_the_readme_bakes() {
+fn documented_strikes_name_objects_that_the_guide_bakes() {
     let mut odd = Vec::new();
-    for page in PAGES {
-        for block in blocks(page) {
+    for page in pages_with_examples() {
+        for block in blocks(&page) {
             for line in block.text.lines() {
                 let words: Vec<&str> = line.split_whitespace().collect();
                 if let ["shatter", "impact" | "threshold" | "prefracture" | "load", object, ..] = words[..]
@@ -219,8 +247,8 @@ fn documented_strikes_name_objects_that_the_readme_bakes() {
         }
     }
     assert!(odd.is_empty(), "{}", odd.join("\n"));
-    let readme = pages::text("README.md");
-    assert!(readme.contains("shatterd bake --shape mug") && readme.contains("--name fine"));
+    let guide: String = pages::guide().iter().map(|page| pages::text(page)).collect();
+    assert!(guide.contains("shatterd bake --shape mug") && guide.contains("--name fine"));
 }
 
 #[test]

@@ -1,5 +1,4 @@
-// Breaks an object of a running shatterd, and the largest of its pieces again. C++17; how to build it stands in the README, "From C and
-// C++".
+// Breaks an object of a running shatterd, and the largest of its pieces again. C++17; the guide says how to build it ("Getting started").
 //
 //     again SERVICE OBJECT X,Y,Z JX,JY,JZ DEGREE
 #include "shatter.h"

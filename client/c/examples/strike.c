@@ -1,5 +1,5 @@
 /*
- * Breaks an object of a running shatterd and shows the pieces. C11; how to build it stands in the README, "From C and C++".
+ * Breaks an object of a running shatterd and shows the pieces. C11; the guide says how to build it ("Getting started").
  *
  *     strike SERVICE OBJECT X,Y,Z JX,JY,JZ DEGREE [OUT.glb]
  */

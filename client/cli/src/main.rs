@@ -6,6 +6,7 @@ use clap::{Parser, Subcommand};
 use commands::{impact, list, prefracture, status, threshold};
 use shatter_cli_common::cli_error::{CliError, ended, usage};
 use shatter_cli_common::lab::ForwardedArgs;
+use shatter_cli_common::manuals::ManualsArgs;
 use std::process::ExitCode;
 
 /// Strikes brittle objects and fetches the fragments from a running shatterd.
@@ -34,6 +35,9 @@ enum Command {
     /// What the service does under many impacts from many processes.
     #[command(disable_help_flag = true)]
     Load(ForwardedArgs),
+    /// Writes man pages and shell completions, for packages.
+    #[command(hide = true)]
+    Manuals(ManualsArgs),
 }
 
 fn main() -> ExitCode {
@@ -51,6 +55,7 @@ fn main() -> ExitCode {
         Command::Load(arguments) => {
             Err(CliError::Refused(arguments.run("shatter", "load", &[("SHATTER_SERVICE", &cli.service)])))
         }
+        Command::Manuals(args) => args.run::<Cli>().map_err(CliError::from),
     };
     result.map_or_else(|failure| ended::<Cli>(&failure, json), |()| ExitCode::SUCCESS)
 }

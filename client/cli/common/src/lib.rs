@@ -2,6 +2,7 @@
 
 pub mod cli_error;
 pub mod lab;
+pub mod manuals;
 mod mistakes;
 mod stdout;
 mod usage;

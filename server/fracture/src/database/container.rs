@@ -140,7 +140,7 @@ impl MappedFile {
         }
         let file = File::open(path).map_err(io)?;
         // SAFETY: the map is read-only and private to this process; databases are replaced by rename, never rewritten
-        // in place, and the README says that whoever may write to the folder is trusted.
+        // in place, and the guide says that who may write to the folder is trusted.
         unsafe { memmap2::Mmap::map(&file) }.map(Self).map_err(io)
     }
 

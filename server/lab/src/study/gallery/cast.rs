@@ -258,7 +258,7 @@ pub fn cast() -> Vec<Showcase> {
         .drawn(|broken, on| if on { marks::skin(broken) } else { marks::attributes(broken) }),
         Showcase::held(
             EffectKind::Anchored,
-            "held on the left, the bar breaks there, too",
+            "held on the left, the bar breaks there too",
             blow([0.2, 0.05, 0.0], [0.0, -20.0, 0.0], 24, &elastic),
         ),
         Showcase::held(
@@ -286,11 +286,11 @@ fn more() -> [Showcase; 3] {
     [
         Showcase {
             also: Some(right),
-            ..new("several contacts", "left one blow, right a second one at the end", EffectKind::Elastic, Stage::Bar, left)
+            ..new("several contacts", "left one contact, right a second one at the end", EffectKind::Elastic, Stage::Bar, left)
         },
         new(
             "existing crack",
-            "cracked from the top to half its height: left with straight distances, right with those that know no way across",
+            "cracked from the top to half its height: left with straight distances, right with interior distances",
             EffectKind::Interior,
             Stage::Cracked,
             cracked,
@@ -330,7 +330,7 @@ fn artist() -> [Showcase; 5] {
     };
     [
         Showcase::warp("warp: grain", "pieces four times as long along the grain", WarpControls { grain, ..silent() }),
-        Showcase::warp("warp: waves", "cracks wind", WarpControls { waves, ..silent() }),
+        Showcase::warp("warp: waves", "wavy cracks", WarpControls { waves, ..silent() }),
         Showcase::warp(
             "warp: paint",
             "many small pieces on the left, few on the right",

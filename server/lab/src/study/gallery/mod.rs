@@ -52,7 +52,7 @@ impl EffectPicture {
 }
 
 /// What stands before all pictures.
-const LEAD: &str = "Left without the effect, right with it; the same object, blow and seed.";
+const LEAD: &str = "Left without the effect, right with it; object, impact and seed are the same.";
 
 /// Draws all pairs; `progress` is told of each.
 pub fn shown(progress: &mut dyn FnMut(&str)) -> Result<Vec<EffectPicture>, EffectsError> {

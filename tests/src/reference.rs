@@ -1,0 +1,218 @@
+//! The reference pages of the guide, generated from the code.
+
+use crate::house::House;
+use crate::pages;
+use bytemuck::Zeroable;
+use shatter_proto::ErrorKind;
+use shatter_proto::control::StatusRow;
+use shatter_proto::result::{EffectWire, STAGES, StageWire};
+use shatter_server::metrics::{JobEnd, Metrics};
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt::Write;
+use std::time::Duration;
+
+/// Stands below the title of each generated page.
+const NOTE: &str = "Generated from the code by the test `documents`. Do not edit this page.\n\n";
+
+/// Name and text of each page.
+pub fn reference_pages() -> [(&'static str, String); 4] {
+    [("errors", errors()), ("configuration", configuration()), ("commands", commands()), ("metrics", metrics())]
+}
+
+/// Doc lines of each error kind by its name, from the source.
+fn causes() -> BTreeMap<String, String> {
+    let source = pages::text("proto/src/error.rs");
+    let kinds = source.split_once("\nkinds! {").unwrap().1.split_once("\n}").unwrap().0;
+    let (mut causes, mut doc) = (BTreeMap::new(), String::new());
+    for line in kinds.lines().map(str::trim) {
+        match line.strip_prefix("///") {
+            Some(text) => doc += text,
+            None if line.is_empty() => {}
+            None => {
+                let name = line.split('"').nth(1).unwrap().to_owned();
+                causes.insert(name, std::mem::take(&mut doc).trim().to_owned());
+            }
+        }
+    }
+    causes
+}
+
+/// What to do about an error of this kind. A new kind gets a line here.
+fn remedy(kind: ErrorKind) -> &'static str {
+    match kind {
+        ErrorKind::BadMagic | ErrorKind::UnknownRequest | ErrorKind::ReservedField => {
+            "Send requests with the client library of this version."
+        }
+        ErrorKind::VersionMismatch => "Install daemon and client of the same release.",
+        ErrorKind::ObjectName => "Use 1 to 64 bytes of UTF-8.",
+        ErrorKind::UnknownObject => "`shatter list` names the objects; bake this one, or correct the name.",
+        ErrorKind::CorruptObject => "Bake the object again; the log and `shatter status` give the reason.",
+        ErrorKind::ContactCount => "Give 1 to 8 contacts.",
+        ErrorKind::ContactPoint => "Give finite coordinates.",
+        ErrorKind::ContactTooFar => "Check `--unit`, `--up` and the convention, use a larger radius, or use a ray.",
+        ErrorKind::Impulse => "Give a finite impulse other than zero.",
+        ErrorKind::ContactDuration => "Give a finite duration, 0 or more; 0 selects the default.",
+        ErrorKind::ContactRadius => "Give a finite radius, 0 or more; 0 selects the default.",
+        ErrorKind::Gamma => "Give a finite γ above zero.",
+        ErrorKind::Degree => "Give 1 site up to the object's limit (`shatter list --json`), or a rule.",
+        ErrorKind::Lift => "Use another lift, or bake the object so that it has this one.",
+        ErrorKind::UnknownEffect => "Use an effect of the guide's page *Effects*.",
+        ErrorKind::Budget => "Give a finite time or error limit above zero.",
+        ErrorKind::Convention => "Use a named convention, or a unit of finite length above zero.",
+        ErrorKind::UnknownHandle => "Strike the object again with `keep`; raise `answers.kept_max` or `times.kept_s`.",
+        ErrorKind::CapExceeded => "Ask for fewer sites, or raise the limit of the request or the scene.",
+        ErrorKind::ServiceName => "Use 1 to 32 letters, digits, `-` or `_`.",
+        ErrorKind::Configuration => "Correct the key that the message names.",
+        ErrorKind::Output => "Check the path, its rights and the space on the disk.",
+        ErrorKind::Unsolvable => "Move the contacts, or anchor the object differently.",
+        ErrorKind::Elastic => "Use `reduced` or `solve`.",
+        ErrorKind::Effect => "Enable what the effect needs, or change what the scene allows.",
+        ErrorKind::UnknownFragment => "Use the id of a fragment of that result.",
+        ErrorKind::FragmentSize => "Strike a larger fragment, or treat this one as unbreakable.",
+        ErrorKind::Ray => "Give one ray with a finite direction other than zero, and no other contact.",
+        ErrorKind::RayMissed => "Aim at the object; the message gives the closest approach.",
+        ErrorKind::Busy => "Wait for `retry_after_ms`; free results that you have read.",
+        ErrorKind::Late => "Send fewer strikes, allow more time, or use a faster preset.",
+        ErrorKind::Stopping => "Send the strike again when the next daemon serves.",
+        ErrorKind::Cancelled => "Nothing: the ticket was dropped.",
+        ErrorKind::Failed | ErrorKind::Transport => "Report it with the daemon's log.",
+        ErrorKind::AnswerTooLarge => "Restart the daemon, or raise `answers.bucket_mib_max`.",
+        ErrorKind::BadAnswer => "Report it; check that no other program writes to the service's shared memory.",
+        ErrorKind::Loading => "Wait for `retry_after_ms`.",
+        ErrorKind::NoDaemon => "Start `shatterd serve`; check the service's name and `XDG_RUNTIME_DIR`.",
+        ErrorKind::Lost => "Send it again; the daemon will be restarted by its supervisor.",
+        ErrorKind::SecondDaemon => "Stop the other daemon, or use another service name.",
+        ErrorKind::RuntimeFolder => "Make the folder yours alone (mode 0700), or set `XDG_RUNTIME_DIR`.",
+        ErrorKind::SharedMemory => "Free space in `/dev/shm`.",
+        ErrorKind::DatabaseFolder => "Check that the folder exists and can be read; see `--databases`.",
+        ErrorKind::Port => "Choose another `operations.port`, or 0 for none.",
+        other => panic!("no remedy for {}", other.name()),
+    }
+}
+
+fn errors() -> String {
+    let causes = causes();
+    let mut page = format!(
+        "# Error kinds\n\n{NOTE}\
+         Both programs print an error as one sentence on stderr. With `--json` stdout holds a document with the keys `kind`,\n\
+         `message`, `fault`, `retry`, `retry_after_ms` and `at`. `at` names the offending argument, key or path.\n\n\
+         *Fault* is the side that has to change something. *Retry* means that the same request may succeed later. *Exit* is\n\
+         the exit code of a command that ends with the error. *Code* is the number in C and on the wire.\n\n\
+         | kind | cause | remedy | fault | retry | exit | code |\n|---|---|---|---|---|---|---|\n"
+    );
+    for kind in ErrorKind::ALL {
+        let retry = if kind.retry() { "yes" } else { "no" };
+        let (name, cause, remedy) = (kind.name(), &causes[kind.name()], remedy(*kind));
+        let (fault, exit, code) = (kind.fault().name(), kind.exit_code(), kind.code());
+        writeln!(page, "| `{name}` | {cause} | {remedy} | {fault} | {retry} | {exit} | {code} |").unwrap();
+    }
+    page
+}
+
+fn configuration() -> String {
+    let mut page = format!(
+        "# Configuration\n\n{NOTE}\
+         `shatterd serve --config FILE` reads a TOML file. It needs only the keys that differ from the default below; options\n\
+         override both. An unknown key is refused by name.\n"
+    );
+    let mut doc: Vec<&str> = Vec::new();
+    for line in pages::text("config/shatterd.toml").lines() {
+        if let Some(text) = line.strip_prefix('#') {
+            doc.push(text.trim());
+        } else if let Some(section) = line.strip_prefix('[') {
+            let section = section.trim_end_matches(']');
+            write!(page, "\n## {section}\n\n| key | default | meaning |\n|---|---|---|\n").unwrap();
+        } else if let Some((key, value)) = line.split_once(" = ") {
+            writeln!(page, "| `{key}` | `{value}` | {} |", doc.join(" ").replace('|', "\\|")).unwrap();
+            doc.clear();
+        } else {
+            doc.clear();
+        }
+    }
+    page
+}
+
+/// Every command that has its own `--help`.
+const COMMANDS: [&str; 17] = [
+    "shatterd",
+    "shatterd demo",
+    "shatterd bake",
+    "shatterd merge",
+    "shatterd inspect",
+    "shatterd check",
+    "shatterd serve",
+    "shatterd study stability",
+    "shatterd study effects",
+    "shatterd study paper",
+    "shatterd study accuracy",
+    "shatter",
+    "shatter list",
+    "shatter status",
+    "shatter impact",
+    "shatter prefracture",
+    "shatter threshold",
+];
+
+/// The commands that the help of the program itself lists.
+fn listed(help: &str) -> BTreeSet<&str> {
+    let listed = help.split_once("Commands:\n").unwrap().1.lines().take_while(|line| !line.is_empty());
+    listed.filter_map(|line| line.split_whitespace().next()).filter(|name| *name != "help").collect()
+}
+
+fn commands() -> String {
+    let house = House::new();
+    let help = |command: &str| {
+        let words: Vec<&str> = command.split(' ').collect();
+        let mut run = house.command(words[0]);
+        let output = run.args(&words[1..]).arg("--help").env_remove("SHATTER_MESHES").output().unwrap();
+        assert!(output.status.success(), "{command}: {}", String::from_utf8_lossy(&output.stderr));
+        let text = String::from_utf8(output.stdout).unwrap();
+        text.lines().map(|line| line.trim_end().to_owned() + "\n").collect::<String>()
+    };
+    for program in ["shatter", "shatterd"] {
+        let own = COMMANDS.iter().chain(&["shatter load"]).filter_map(|command| command.strip_prefix(program));
+        let own: BTreeSet<&str> = own.filter_map(|rest| rest.strip_prefix(' ')?.split(' ').next()).collect();
+        assert_eq!(own, listed(&help(program)), "the reference shows every command of {program}");
+    }
+    let mut page = format!("# Command lines\n\n{NOTE}The text of `--help` of every command.\n");
+    for command in COMMANDS.iter().chain(&["shatter load"]) {
+        write!(page, "\n## {command}\n\n```text\n{}```\n", help(command)).unwrap();
+    }
+    page
+}
+
+/// Metrics with every label that there is.
+fn exposition() -> String {
+    let mut metrics = Metrics::new().unwrap();
+    use JobEnd::{Answered, Busy, Cancelled, Failed, Late, Refused};
+    for end in [Answered, Busy, Cancelled, Failed, Late, Refused] {
+        metrics.ended(end);
+    }
+    let stage = |stage: usize| StageWire { stage: stage as u32, ran: 1, ns: 1, bytes: 0 };
+    let stages: Vec<StageWire> = (0..STAGES.len()).map(stage).collect();
+    let effects = [EffectWire { effect: 8, ran: 1, ns: 1, bytes: 0 }];
+    metrics.ran(Answered, Duration::from_millis(1), Some("bounded"), &stages, &effects);
+    metrics.text(&StatusRow::zeroed())
+}
+
+fn metrics() -> String {
+    let text = exposition();
+    let mut page = format!(
+        "# Metrics\n\n{NOTE}\
+         `/metrics` of `operations.port` serves these as OpenMetrics text. The daemon also writes them to its runtime folder\n\
+         every `times.metrics_s`.\n\n| metric | type | meaning | label |\n|---|---|---|---|\n"
+    );
+    let described = |kind: &str| -> BTreeMap<&str, &str> {
+        text.lines().filter_map(|line| line.strip_prefix(kind)?.split_once(' ')).collect()
+    };
+    let (types, helps) = (described("# TYPE "), described("# HELP "));
+    for (name, kind) in types {
+        let sample = text.lines().find(|line| !line.starts_with('#') && line.starts_with(name)).unwrap_or_default();
+        let labels = sample.split_once('{').and_then(|(_, rest)| rest.split_once('}')).map_or("", |(labels, _)| labels);
+        let label = labels.split('=').next().filter(|label| !label.is_empty() && *label != "le");
+        let label = label.map_or_else(String::new, |label| format!("`{label}`"));
+        let help = helps[name].trim_end_matches('.');
+        writeln!(page, "| `{name}` | {kind} | {help} | {label} |").unwrap();
+    }
+    page
+}
