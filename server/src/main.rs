@@ -20,9 +20,9 @@ enum Command {
     /// Bake a mug, serve it, strike it three times and write a page with the results
     #[command(disable_help_flag = true)]
     Demo(ForwardedArgs),
-    /// Turn a mesh into a database: repair and report defects, build lattices, factor, calibrate
+    /// Turn a mesh into a database: repair, build lattices, factor, calibrate
     Bake(bake::BakeArgs),
-    /// Join the shares of a divided bake into the database that an undivided bake writes, byte for byte
+    /// Join the shares of a bake into a database, with the same bytes as an undivided bake
     Merge(merge::MergeArgs),
     /// Verify a database and print its contents
     Inspect(inspect::InspectArgs),
@@ -30,7 +30,7 @@ enum Command {
     Check(check::CheckArgs),
     /// Serve the baked objects until SIGINT or SIGTERM
     Serve(serve::ServeArgs),
-    /// Measure accuracy and robustness (hard cases, bad meshes), and the cost and look of effects
+    /// Measure accuracy, robustness to hard cases and bad meshes, and the cost of effects
     #[command(disable_help_flag = true)]
     Study(ForwardedArgs),
 }
