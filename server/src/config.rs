@@ -13,7 +13,7 @@ pub const DEFAULT: &str = include_str!("../../config/shatterd.toml");
 /// Configuration of the daemon. `config/shatterd.toml` documents the keys.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
-#[expect(missing_docs, reason = "the compiled-in file documents every key for those who set it")]
+#[expect(missing_docs, reason = "the compiled-in file documents every key")]
 pub struct Config {
     pub service: ServiceConfig,
     pub databases: DatabasesConfig,

@@ -38,7 +38,7 @@ pub enum WorkerEvent {
     Landed {
         /// The job.
         flight: Arc<Job>,
-        /// How it ended.
+        /// End of the request.
         end: JobEnd,
         /// Source of the result's energy.
         energy: Option<&'static str>,
