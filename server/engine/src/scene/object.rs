@@ -245,9 +245,8 @@ impl SceneObject {
             }
         }
         let database = values.database.unwrap_or_else(|| name.to_owned());
-        object_name(&database).map_err(|_| {
-            invalid(at("database"), format!("`{}` is not the name of a database; {NAMES}", brief(&database)))
-        })?;
+        object_name(&database)
+            .map_err(|_| invalid(at("database"), format!("`{}` is no database name; {NAMES}", brief(&database))))?;
         let material = values.material.map(|name| match materials.get(&name) {
             Ok(material) => Ok((name, material.clone())),
             Err(error) => Err(invalid(at("material"), error)),
