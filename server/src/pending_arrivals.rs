@@ -12,7 +12,7 @@ pub type ListenerId = [u8; 16];
 /// Longest wait of a control request; after it, the client is assumed never to have sent the named impact request.
 const PATIENCE: Duration = Duration::from_secs(5);
 
-/// Maximum number of waiting control requests; further ones are answered at once.
+/// Maximum number of waiting control requests; further ones get their reply at once.
 const HELD_MAX: usize = 1024;
 
 /// Arrived impact requests by client, and control requests that wait for others.

@@ -7,10 +7,10 @@ use std::time::{Duration, Instant};
 /// Longest wait of a list request; the folder may be on a disk that does not respond.
 const WAIT_MAX: Duration = Duration::from_millis(100);
 
-/// Maximum number of waiting list requests; further ones are answered at once.
+/// Maximum number of waiting list requests; further ones get their reply at once.
 const HELD_MAX: usize = 1024;
 
-/// List requests, each of which is answered when a scan that began after its arrival is over.
+/// List requests, each of which gets its reply when a scan that began after its arrival is over.
 #[derive(Default)]
 pub struct WaitingLists(VecDeque<WaitingList>);
 

@@ -54,7 +54,7 @@ pub enum DemoError {
     /// The service returned an error.
     #[error(transparent)]
     Refused(#[from] Error),
-    /// A strike beyond the threshold left the object whole.
+    /// An impulse above the threshold left the object whole.
     #[error("the object stayed whole at {factor} times the impulse that breaks it")]
     StayedWhole {
         /// Multiple of the breaking impulse.

@@ -129,7 +129,7 @@ fn strike_facts(target: &DemoTarget, blow: &DemoStrike, impulse: &str) -> Vec<Fa
         Fact::new("Mass of a fragment", format!("{lightest} to {heaviest} g")),
         Fact::new("Time in the daemon", nanoseconds(summary.time_ns)),
         Fact::new("Round trip", nanoseconds(blow.round_trip_ns)),
-        Fact::new("Answer", bytes(blow.bytes)),
+        Fact::new("Result size", bytes(blow.bytes)),
     ]
 }
 

@@ -161,7 +161,7 @@ pub const CASES: &[Case] = &[
     case("random labels, nodes moved", "tessellation: any labels", SUM, SUM_WHY, tessellation::random_labels_on_a_perturbed_block),
     case("no example", "degree: no example", AtMost(0.0), "0 if the degree source of the result is the closed form", degree::no_example),
     case("every example twice", "degree: duplicate examples", AtMost(0.05), "relative change of the inferred numbers: duplicate training samples count once", degree::duplicate_examples),
-    case("a blow beyond all examples", "degree: far outside the examples", AtMost(0.0), "0 if near impacts are inferred and the far one uses the closed form", degree::far_outside),
+    case("an impact beyond all examples", "degree: far outside the examples", AtMost(0.0), "0 if near impacts are inferred and the far one uses the closed form", degree::far_outside),
     case("by a hair", "degree: at the threshold", Between(1.0, 7.0), "difference between the degrees just above and just below the threshold: a few fragments, not dozens", degree::by_a_hair),
     case("falling gamma", "degree: at the threshold", AtMost(0.0), "largest decrease of the optimized degree: monotone by construction", degree::monotone),
     case("degree of a plate", "degree: thin bodies", Between(0.5, 2.0), "closed form over optimised: counted in two dimensions where cells are larger than the thickness", degree::of_a_plate),
