@@ -20,8 +20,9 @@ pub(crate) fn size(config: &Config, catalog: &Catalog) -> PoolSize {
     }
 }
 
-/// Whether results need larger buckets than exist, and larger ones than the last warning (`told`, bytes) asked for. `wanted` must not
-/// exceed the configured maximum, since a restart makes no larger buckets.
+/// Whether results need larger buckets than exist, and larger ones than the last warning (`told`, bytes) asked for.
+///
+/// `wanted` must not exceed the configured maximum, since a restart makes no larger buckets.
 pub(crate) fn is_short(wanted: u64, bucket_bytes: u64, told: &mut u64) -> bool {
     let short = wanted > bucket_bytes.max(*told);
     if short {

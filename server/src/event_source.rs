@@ -68,8 +68,9 @@ impl Signals {
         })
     }
 
-    /// Runs `work` on a separate thread and returns its result; `None` if SIGINT, SIGTERM or `stop` came first. The abandoned work then
-    /// ends with the process.
+    /// Runs `work` on a separate thread and returns its result; `None` if SIGINT, SIGTERM or `stop` came first.
+    ///
+    /// The abandoned work then ends with the process.
     ///
     /// # Errors
     /// `failed` if the work panicked, or no thread can be started.

@@ -1,5 +1,6 @@
-//! Loopback HTTP port for supervisors and scrapers: liveness, readiness and metrics. It carries no requests or results. Every reply
-//! comes from the daemon's event loop, so a daemon whose loop hangs fails its health check.
+//! Loopback HTTP port for supervisors and scrapers: liveness, readiness and metrics.
+//!
+//! It carries no requests or results. Every reply comes from the daemon's event loop, so a daemon whose loop hangs fails its health check.
 
 use http_body_util::Full;
 use hyper::body::{Bytes, Incoming};

@@ -32,8 +32,9 @@ impl ResidentMemory {
     }
 }
 
-/// Returns free heap pages to the system, if the C library can. After loading, about a tenth of an object's memory is free in the
-/// heap: 81 of 992 MB for the vase, 12 of 92 MB for the mug.
+/// Returns free heap pages to the system, if the C library can.
+///
+/// After loading, about a tenth of an object's memory is free in the heap: 81 of 992 MB for the vase, 12 of 92 MB for the mug.
 pub fn release_free() {
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
     {

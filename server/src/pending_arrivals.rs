@@ -1,5 +1,7 @@
-//! Ordering of control requests after impact requests. The two kinds travel through separate services, so a control request can overtake
-//! an earlier impact request. It names the impact request that it follows by sequence number, and waits until that one has arrived.
+//! Ordering of control requests after impact requests.
+//!
+//! The two kinds travel through separate services, so a control request can overtake an earlier impact request. It names the impact request
+//! that it follows by sequence number, and waits until that one has arrived.
 
 use crate::ipc::ActiveControlRequest;
 use shatter_proto::control::ControlRequest;

@@ -59,8 +59,9 @@ pub struct ServeOptions {
     pub stop: Arc<Notify>,
 }
 
-/// Serves until SIGINT, SIGTERM or `options.stop`. Errors: `second_daemon`, `runtime_folder`, `database_folder`,
-/// `shared_memory`, `transport`.
+/// Serves until SIGINT, SIGTERM or `options.stop`.
+///
+/// Errors: `second_daemon`, `runtime_folder`, `database_folder`, `shared_memory`, `transport`.
 pub fn run(options: ServeOptions) -> Result<(), Error> {
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
     let runtime = runtime.map_err(|error| Error::new(ErrorKind::Failed, "runtime", error.to_string()))?;

@@ -1,5 +1,6 @@
-//! Test of the example host: ten seconds, with the daemon killed in between. To run it:
-//! `cargo test --release --workspace --features shatter-lab/rapier --test rapier_host`
+//! Test of the example host: ten seconds, with the daemon killed in between.
+//!
+//! To run it: `cargo test --release --workspace --features shatter-lab/rapier --test rapier_host`
 
 use serde_json::Value;
 use std::path::{Path, PathBuf};

@@ -11,8 +11,10 @@ use std::path::{Path, PathBuf};
 /// Extension of database files.
 pub(super) const EXTENSION: &str = "shatter";
 
-/// Identity of one version of a file. It includes the time of the last status change, which no program can set: a file that was
-/// overwritten and given its old modification time is another version.
+/// Identity of one version of a file.
+///
+/// It includes the time of the last status change, which no program can set: a file that was overwritten and given its old modification
+/// time is another version.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct FileStamp {
     device: u64,

@@ -1,5 +1,7 @@
-//! Objects of the service. A database that cannot be loaded is logged and listed with its error; the others are served. A scene
-//! may make several objects of one database: each is a separate entry, loaded separately.
+//! Objects of the service.
+//!
+//! A database that cannot be loaded is logged and listed with its error; the others are served. A scene may make several objects of one
+//! database: each is a separate entry, loaded separately.
 //!
 //! A catalog is immutable. A reload builds a new catalog, which keeps the versions of unchanged files, and replaces the old catalog
 //! as a whole. A request keeps the version with which it began.
@@ -51,8 +53,10 @@ impl Default for Catalog {
 }
 
 impl Catalog {
-    /// Builds the catalog of `shelf` on the current rayon pool. Keeps versions whose files did not change and retries files that
-    /// failed. If the file of a version was replaced by one that fails, the old version stays served.
+    /// Builds the catalog of `shelf` on the current rayon pool.
+    ///
+    /// Keeps versions whose files did not change and retries files that failed. If the file of a version was replaced by one that fails,
+    /// the old version stays served.
     #[must_use]
     pub fn renewed(&self, shelf: DirectorySnapshot, loader: &Loader) -> Self {
         let found = shelf.map(|source, stamp| match self.at(source) {

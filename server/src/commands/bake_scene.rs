@@ -22,6 +22,7 @@ enum State {
 }
 
 /// Bakes every database of the scene whose shape is generated into `folder`, one after the other; keeps files that are up to date.
+///
 /// A failure or an interruption ends the command; finished files stay.
 pub fn run(scene: &Path, folder: &Path, as_json: bool) -> Result<(), CommandError> {
     expected_file::check(scene, ExpectedFile::Scene)?;

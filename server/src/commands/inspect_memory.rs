@@ -6,8 +6,9 @@ use serde_json::{Value, json};
 use shatter_engine::object::ServedObject;
 use shatter_engine::wire::EngineObject;
 
-/// Finishes the object as a daemon does, and compares its memory with the resident memory of this process. `before` is the resident
-/// memory before the object was loaded.
+/// Finishes the object as a daemon does, and compares its memory with the resident memory of this process.
+///
+/// `before` is the resident memory before the object was loaded.
 ///
 /// # Errors
 /// Those of the factorization and of the strikes that the daemon times.

@@ -60,8 +60,9 @@ impl ClientEntryCheck {
         self.restored
     }
 
-    /// Checks whether clients can connect. Damage is logged, repaired if possible, and returned as an error; after a repair the next
-    /// check succeeds. Errors: `transport`.
+    /// Checks whether clients can connect.
+    ///
+    /// Damage is logged, repaired if possible, and returned as an error; after a repair the next check succeeds. Errors: `transport`.
     pub fn check(&mut self) -> Result<(), Error> {
         let Err((path, what)) = self.look() else {
             self.trouble = None;

@@ -28,8 +28,9 @@ impl PopulatedPages {
         Ok(())
     }
 
-    /// Number of buckets that were ever populated, and their populated bytes. The transport reuses the bucket that was returned last, so
-    /// the number is the maximum that was held at once.
+    /// Number of buckets that were ever populated, and their populated bytes.
+    ///
+    /// The transport reuses the bucket that was returned last, so the number is the maximum that was held at once.
     pub fn extent(&self) -> (u64, u64) {
         let known = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         (known.len() as u64, known.values().map(|length| *length as u64).sum())

@@ -145,8 +145,9 @@ impl Ports {
         self.node.try_cleanup_dead_nodes().cleanups
     }
 
-    /// Writes the first `blocks` blocks of `buckets` buckets once, by sending real requests to itself. So the first requests find
-    /// populated memory, and a transport that does not work is detected before the daemon serves.
+    /// Writes the first `blocks` blocks of `buckets` buckets once, by sending real requests to itself.
+    ///
+    /// Afterwards the first requests find populated memory, and a transport that does not work is detected before the daemon serves.
     pub fn rehearse(&self, buckets: usize, blocks: usize, populated: &PopulatedPages) -> Result<(), Error> {
         let blocks = blocks.min(self.pool.blocks);
         let buckets = buckets.min(self.pool.buckets).min(STRIKES_PER_CLIENT_MAX);

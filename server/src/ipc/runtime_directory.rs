@@ -23,8 +23,9 @@ use std::time::Duration;
 const LOCK_TRIES: u32 = 100;
 const LOCK_PAUSE: Duration = Duration::from_millis(10);
 
-/// Counts of the daemons that served under this name before; failed starts do not count. Stored in the runtime directory, and removed
-/// with it.
+/// Counts of the daemons that served under this name before; failed starts do not count.
+///
+/// Stored in the runtime directory, and removed with it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct RestartHistory {
@@ -75,8 +76,9 @@ pub struct RuntimeDirectory {
 }
 
 impl RuntimeDirectory {
-    /// Takes the service name, then removes the files of killed predecessors. The kernel releases the lock whenever the process ends.
-    /// Errors: `second_daemon`, `runtime_folder`.
+    /// Takes the service name, then removes the files of killed predecessors.
+    ///
+    /// The kernel releases the lock whenever the process ends. Errors: `second_daemon`, `runtime_folder`.
     pub fn take(place: &ServicePaths) -> Result<Self, Error> {
         place.create()?;
         let runtime = PrivateFolder::open(&place.folder, place.uid)?;

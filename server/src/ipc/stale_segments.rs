@@ -1,6 +1,8 @@
-//! Removal of segments whose owner is dead. A process that is killed between creating a segment and registering it leaves a segment that
-//! the transport's cleanup misses, because it follows registrations (iceoryx2 0.10.0). The owner of a segment can still be found: every
-//! port writes a tag before it creates anything, and the tag is removed after everything else.
+//! Removal of segments whose owner is dead.
+//!
+//! A process that is killed between creating a segment and registering it leaves a segment that the transport's cleanup misses, because it
+//! follows registrations (iceoryx2 0.10.0). The owner of a segment can still be found: every port writes a tag before it creates anything,
+//! and the tag is removed after everything else.
 //!
 //! If a process is killed while it writes a tag, iceoryx2 never reclaims its node (0.10.0): the cleanup removes everything but the
 //! unfinished tag and finds the node again each time. The node then owns only that tag. A process that is killed while it creates its

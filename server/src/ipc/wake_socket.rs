@@ -64,8 +64,9 @@ impl ClientWaker {
         listeners
     }
 
-    /// Wakes the client whose listener has this id. A dead client or a lost wake-up does no harm: clients poll every few
-    /// milliseconds.
+    /// Wakes the client whose listener has this id.
+    ///
+    /// A dead client or a lost wake-up does no harm: clients poll every few milliseconds.
     pub fn wake(&self, listener: [u8; 16]) {
         let id = u128::from_le_bytes(listener);
         self.0.for_each_listener(|monofier, details| {

@@ -46,8 +46,10 @@ pub(super) struct JobPayload {
     pub kept: Option<Arc<RetainedFragments>>,
 }
 
-/// One request. Two threads share the connection: one computes the result, the other checks whether the client still waits for it.
-/// Both hold the lock for microseconds.
+/// One request.
+///
+/// Two threads share the connection: one computes the result, the other checks whether the client still waits for it. Both hold the lock
+/// for microseconds.
 pub struct Job {
     request: Mutex<Option<ActiveImpactRequest>>,
     cargo: Mutex<Option<JobPayload>>,

@@ -61,8 +61,9 @@ struct Running {
 }
 
 impl Jobs {
-    /// Creates an empty job table. At most one request computes per worker slot, at most `queue_max` wait, and no client holds more
-    /// than `held_max` buckets.
+    /// Creates an empty job table.
+    ///
+    /// At most one request computes per worker slot, at most `queue_max` wait, and no client holds more than `held_max` buckets.
     pub fn new(queue_max: usize, held_max: usize, crew: Arc<WorkerPool>) -> Self {
         let (waiting, forecast) = (Queue::new(queue_max, crew.lanes(), AHEAD), Forecast::default());
         let (running, unread) = (Vec::new(), Vec::new());
@@ -271,8 +272,10 @@ impl Jobs {
         dropped
     }
 
-    /// Ends late requests: refuses waiting ones, and asks computing ones to stop at their next checkpoint. Also refuses requests that
-    /// waited too long for their client to read. Returns the ends of all refused requests, including those refused at dispatch.
+    /// Ends late requests: refuses waiting ones, and asks computing ones to stop at their next checkpoint.
+    ///
+    /// Also refuses requests that waited too long for their client to read. Returns the ends of all refused requests, including those
+    /// refused at dispatch.
     pub fn expire(&mut self) -> Vec<JobEnd> {
         let now = Instant::now();
         let late = |place: &QueueKey| place.deadline.is_some_and(|deadline| deadline <= now);

@@ -1,5 +1,7 @@
-//! Queue of waiting requests. The earliest deadline goes first. Requests without a deadline, or with the same one, go first come first
-//! served, except that requests beyond a client's share start when its share allows.
+//! Queue of waiting requests.
+//!
+//! The earliest deadline goes first. Requests without a deadline, or with the same one, go first come first served, except that requests
+//! beyond a client's share start when its share allows.
 //!
 //! Deadlines: C. L. Liu & J. W. Layland, *Scheduling algorithms for multiprogramming in a hard real-time environment* (1973).
 //! Virtual time and shares: A. Demers, S. Keshav & S. Shenker, *Analysis and simulation of a fair queueing algorithm* (1989).

@@ -96,8 +96,9 @@ pub fn lanes(count: usize, nice: i32) -> Result<Vec<ThreadPool>, Error> {
 }
 
 impl WorkerPool {
-    /// Creates a worker pool that reports to `events` and retains results in `answers`. `populated` knows the buckets that the
-    /// rehearsal wrote.
+    /// Creates a worker pool that reports to `events` and retains results in `answers`.
+    ///
+    /// `populated` knows the buckets that the rehearsal wrote.
     pub fn new(
         all: ThreadPool,
         lanes: Vec<ThreadPool>,

@@ -20,8 +20,9 @@ struct Values {
     max: Option<[f64; 3]>,
 }
 
-/// Reads the anchors and gravity of the object at `path`, for the effects `allowed`. Refuses anchors without the effect, and the
-/// effect without anchors.
+/// Reads the anchors and gravity of the object at `path`, for the effects `allowed`.
+///
+/// Refuses anchors without the effect, and the effect without anchors.
 pub(super) fn read(
     path: &str,
     tables: Option<&[toml::Table]>,

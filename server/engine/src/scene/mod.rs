@@ -37,8 +37,9 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// Reads a scene file. Errors: `configuration`, `unknown_effect`, `effect`, `object_name`; each names the offending input and the
-    /// nearest known name.
+    /// Reads a scene file.
+    ///
+    /// Errors: `configuration`, `unknown_effect`, `effect`, `object_name`; each names the offending input and the nearest known name.
     pub fn load(path: &Path) -> Result<Self, Error> {
         let at = path.display().to_string();
         let text = read_text(path)

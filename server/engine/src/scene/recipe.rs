@@ -85,8 +85,9 @@ impl BakeRecipe {
 }
 
 impl Scene {
-    /// Inputs of the databases, by name. Refuses objects of one database with different inputs, and a shape without a material; errors
-    /// name the key.
+    /// Inputs of the databases, by name.
+    ///
+    /// Refuses objects of one database with different inputs, and a shape without a material; errors name the key.
     pub fn recipes(&self) -> Result<BTreeMap<String, BakeRecipe>, Error> {
         let mut databases: BTreeMap<&str, Vec<(&str, &SceneObject)>> = BTreeMap::new();
         for (name, object) in &self.objects {

@@ -1,5 +1,6 @@
-//! The film as an animated `.glb`: one node per actor, visible while its scale is one. Meshes have no normals, so that outer and crack
-//! faces share their points; closed meshes are marked (`EXT_mesh_manifold`).
+//! The film as an animated `.glb`: one node per actor, visible while its scale is one.
+//!
+//! Meshes have no normals, so that outer and crack faces share their points; closed meshes are marked (`EXT_mesh_manifold`).
 
 use super::Failure;
 use super::film::{Actor, Film, Look, Shell};

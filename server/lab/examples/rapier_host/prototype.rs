@@ -58,8 +58,10 @@ impl Prototype {
         Ok(Self { facts, block, terms: terms.impulse_min(least_ns), least_ns })
     }
 
-    /// Contact policy of a fragment. The relevant energy grows with F²L, and the duration of Hertz contacts with the size of bodies, so
-    /// the impulse that just breaks a body grows with the square root of its size.
+    /// Contact policy of a fragment.
+    ///
+    /// The relevant energy grows with F²L, and the duration of Hertz contacts with the size of bodies, so the impulse that just breaks a
+    /// body grows with the square root of its size.
     pub fn terms_of(&self, fragment: &Block) -> ContactPolicy {
         let radius_m = (fragment.volume_m3 * 0.75 / std::f64::consts::PI).cbrt();
         let least_ns = self.least_ns * (fragment.volume_m3 / self.block.volume_m3).powf(1.0 / 6.0);

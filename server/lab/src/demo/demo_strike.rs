@@ -13,8 +13,9 @@ use std::path::Path;
 /// Seed of all random choices.
 const SEED: u64 = 1;
 
-/// Number of times that the same request is sent; the last result counts. The first one allocates memory, and the daemon still measures
-/// costs when it begins to serve.
+/// Number of times that the same request is sent; the last result counts.
+///
+/// The first one allocates memory, and the daemon still measures costs when it begins to serve.
 pub(super) const REPEATS: usize = 5;
 
 /// Impulse of the threshold request, N·s; the result scales it.

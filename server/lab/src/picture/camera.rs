@@ -43,8 +43,9 @@ pub(super) struct Projected {
 const FILL: f32 = 0.90;
 
 impl Camera {
-    /// Fits a camera in direction `from` of the scene that shows all of `points` as large as the aspect `width / height` allows. Up
-    /// is +y; without points it looks at the unit box.
+    /// Fits a camera in direction `from` of the scene that shows all of `points` as large as the aspect `width / height` allows.
+    ///
+    /// Up is +y; without points it looks at the unit box.
     pub fn fit(points: &[Point3<f32>], from: Vector3<f32>, projection: Projection, aspect: f32) -> Self {
         let back = from.try_normalize(1e-12).unwrap_or_else(Vector3::z);
         let vertical = if back.y.abs() > 0.999 { Vector3::z() } else { Vector3::y() };

@@ -7,8 +7,9 @@
 pub struct Color(pub [f32; 3]);
 
 impl Color {
-    /// Color from OKLab's polar form: lightness 0 to 1, chroma (0: grey; 0.1: muted; 0.25: vivid), hue in degrees. Clamped to the
-    /// gamut of sRGB.
+    /// Color from OKLab's polar form: lightness 0 to 1, chroma (0: grey; 0.1: muted; 0.25: vivid), hue in degrees.
+    ///
+    /// Clamped to the gamut of sRGB.
     pub fn oklch(lightness: f32, chroma: f32, hue_deg: f32) -> Self {
         let hue = hue_deg.to_radians();
         Self::oklab([lightness, chroma * hue.cos(), chroma * hue.sin()])
@@ -56,8 +57,10 @@ pub struct Ramp {
     anchors: &'static [[f32; 3]],
 }
 
-/// Color map from pale ivory through amber and crimson to deep violet. Lightness falls monotonically, so the map works in greyscale and
-/// with any color vision; its pale end shows the shape where values are small.
+/// Color map from pale ivory through amber and crimson to deep violet.
+///
+/// Lightness falls monotonically, so the map works in greyscale and with any color vision; its pale end shows the shape where values are
+/// small.
 pub const ENERGY: Ramp = Ramp {
     anchors: &[
         [0.955, 0.020, 95.0],

@@ -24,8 +24,9 @@ pub struct DrawnMesh {
 }
 
 impl DrawnMesh {
-    /// Colors `triangles`; `paint(triangle, vertex)` returns the color of a corner. Normals are smooth across edges that bend by less
-    /// than `crease_deg`, and sharp elsewhere.
+    /// Colors `triangles`; `paint(triangle, vertex)` returns the color of a corner.
+    ///
+    /// Normals are smooth across edges that bend by less than `crease_deg`, and sharp elsewhere.
     pub fn paint(
         positions: Vec<Point3<f32>>,
         triangles: Vec<[u32; 3]>,

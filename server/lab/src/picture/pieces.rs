@@ -17,8 +17,9 @@ pub struct Spread {
     pub factor: f64,
 }
 
-/// Colors fragments: a muted color for the outer faces of each, a warmer and paler one for its crack faces. Positions in meters
-/// relative to the hub.
+/// Colors fragments: a muted color for the outer faces of each, a warmer and paler one for its crack faces.
+///
+/// Positions in meters relative to the hub.
 pub fn pieces(fragments: &[FragmentView<'_>], spread: Spread) -> DrawnMesh {
     let mut scene = DrawnMesh::default();
     for fragment in fragments {

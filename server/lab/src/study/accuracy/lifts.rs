@@ -1,5 +1,7 @@
-//! Settings of the lift. Energies in different lifts are not comparable, so all diagrams are judged in the finest lift: energy of the
-//! same node labels there, with sites in their centroids, relative to the energy of the best diagram in that lift.
+//! Settings of the lift.
+//!
+//! Energies in different lifts are not comparable, so all diagrams are judged in the finest lift: energy of the same node labels there,
+//! with sites in their centroids, relative to the energy of the best diagram in that lift.
 
 use super::dials::Bench;
 use super::subject::timed;

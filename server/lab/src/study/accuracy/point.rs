@@ -193,8 +193,9 @@ impl StudyPoint {
         }
     }
 
-    /// JSON document: numbers that are not finite and errors that were not measured are null. `not_known_yet` names the errors whose
-    /// reference is not fine enough.
+    /// JSON document: numbers that are not finite and errors that were not measured are null.
+    ///
+    /// `not_known_yet` names the errors whose reference is not fine enough.
     pub fn document(&self) -> Value {
         let mut map = Map::new();
         map.insert("dial".to_owned(), self.dial.into());

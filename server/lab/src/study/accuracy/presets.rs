@@ -40,7 +40,7 @@ impl Bench<'_> {
         }
     }
 
-    /// Adds the close-up of a preset, unless it shares the lattices of another one.
+    /// Adds the close-up of `draft`, `game` or `film`; `reference` has the lattices of `film`.
     fn seen(&mut self, quality: Preset, baked: Option<&Baked>) -> Result<(), StudyError> {
         let shown = [Preset::Draft, Preset::Game, Preset::Film].contains(&quality);
         let (Some(own), Some(strike)) = (baked.filter(|_| shown), self.strikes.first()) else { return Ok(()) };

@@ -6,8 +6,9 @@ use std::fmt;
 use std::num::ParseIntError;
 use std::str::FromStr;
 
-/// Mutant: a base mesh, a defect, and the seed of the defect's strength, place and number. Printed and parsed as
-/// `mesh/defect/seed`.
+/// Mutant: a base mesh, a defect, and the seed of the defect's strength, place and number.
+///
+/// Printed and parsed as `mesh/defect/seed`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Mutant {
     /// Name of the base mesh.

@@ -29,7 +29,7 @@ pub enum FuzzVerdict {
     Checked {
         /// Hash of the fragments' meshes.
         geometry: u64,
-        /// Volume of the lattice, m³.
+        /// Volume inside the input surface, as the engine computed it, m³.
         volume_m3: f64,
     },
     /// Refused with an error.

@@ -8,8 +8,10 @@ use std::sync::mpsc::{Sender, channel};
 /// Number of threads on which mutants are judged again.
 const OTHER_THREADS: usize = 3;
 
-/// Plan of a run. Mutants come in a fixed order: one defect after the other, each on the next mesh; after every pair of mesh and defect,
-/// again with the next seed.
+/// Plan of a run.
+///
+/// Mutants come in a fixed order: one defect after the other, each on the next mesh; after every pair of mesh and defect, again with the
+/// next seed.
 #[derive(Clone, Debug)]
 pub struct FuzzPlan {
     /// Number of mutants.

@@ -16,8 +16,9 @@ pub struct ShrunkMesh {
     pub tries: usize,
 }
 
-/// Removes triangles while `fails` is true for the rest, then unused vertices; tries at most `tries_max` meshes. `mesh` itself must
-/// fail.
+/// Removes triangles while `fails` is true for the rest, then unused vertices; tries at most `tries_max` meshes.
+///
+/// `mesh` itself must fail.
 pub fn shrink(mesh: &RawMesh, tries_max: usize, fails: &mut dyn FnMut(&RawMesh) -> bool) -> ShrunkMesh {
     let mut shrunk = ShrunkMesh { mesh: RawMesh { faces: Vec::new(), ..mesh.clone() }, tries: 0 };
     let mut parts = 2;

@@ -42,7 +42,7 @@ pub struct PaperContact {
     pub direction: Vector3<f64>,
     pub partner: ContactBody,
     pub speed_m_s: f64,
-    /// Radius of curvature of the body at the contact, m.
+    /// Radius of curvature of the body at the contact, m; infinite where it is flat.
     pub own_radius_m: f64,
     /// γ over the body's own γ.
     pub gamma_factor: f64,

@@ -90,8 +90,10 @@ pub fn baked(mesh: RawMesh, request: &BakeRequest) -> Result<PreparedObject, Tri
     Ok(bake(mesh, request, &CancelToken::default(), &mut |_| ())?)
 }
 
-/// Request with 12 sites and an impulse of 1 N·s along −`outward`. The contact is where the ray from the box's center along `outward`
-/// leaves the first body for the last time; this is well defined on every body.
+/// Request with 12 sites and an impulse of 1 N·s along −`outward`.
+///
+/// The contact is where the ray from the box's center along `outward` leaves the first body for the last time; this is well defined on
+/// every body.
 pub fn at(prepared: &PreparedObject, outward: [f64; 3]) -> FractureRequest {
     let outward = Vector3::from(outward).normalize();
     let nodes = prepared.bodies.iter().flat_map(|body| body.crack.nodes.iter());
