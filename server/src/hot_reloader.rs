@@ -394,7 +394,7 @@ mod tests {
         let loaded = news(&mut events);
         assert!(
             matches!(loaded, ReloadEvent::Loaded(_)) && *finished.lock().unwrap() == ["a"],
-            "it waits for no finish"
+            "a load waits for no deferred work"
         );
         catalog = librarian.handle(loaded, &listed).unwrap();
         assert_eq!((catalog.loading(), catalog.ready()), (0, 3));
@@ -428,7 +428,7 @@ mod tests {
         assert_eq!(
             (librarian.look_for_client(), librarian.look_for_client()),
             (1, 2),
-            "the first may have begun too early"
+            "the first scan may have begun too early"
         );
         std::fs::write(databases.join("a.shatter"), "").unwrap();
         for done in [1, 2] {
@@ -438,7 +438,7 @@ mod tests {
         }
         let listed = librarian.expected(&catalog).unwrap();
         assert_eq!((librarian.looks_done(), listed.get("a").err().unwrap().kind), (2, ErrorKind::Loading));
-        assert!(!librarian.loads.is_busy && !librarian.asked, "twice the same, a moment apart, is no rest");
+        assert!(!librarian.loads.is_busy && !librarian.asked, "two scans for clients do not show a stable folder");
         for _ in 0..2 {
             librarian.look();
             let seen = news(&mut events);
@@ -481,6 +481,6 @@ mod tests {
         librarian.reload(&catalog);
         let loaded = news(&mut events);
         assert!(matches!(loaded, ReloadEvent::Loaded(Err(_))) && librarian.handle(loaded, &catalog).is_none());
-        assert!(events.try_recv().is_err(), "the second look found it busy");
+        assert!(events.try_recv().is_err(), "a scan was under way already");
     }
 }

@@ -294,7 +294,7 @@ impl Daemon {
         }
         let dead = self.ports.reap_dead_clients();
         if dead > 0 {
-            tracing::info!(dead, "cleaned up after clients that died");
+            tracing::info!(dead, "cleaned up after dead clients");
         }
     }
 

@@ -46,7 +46,7 @@ mod tests {
         let mut unrest = Debounce::default();
         let mut look = |seen: &DirectorySnapshot| unrest.settled(seen.clone(), &served);
         assert!(!look(&served) && !look(&one) && !look(&two) && look(&two), "twice the same");
-        assert!(!look(&one) && !look(&served) && !look(&one), "what was undone is forgotten");
+        assert!(!look(&one) && !look(&served) && !look(&one), "an undone change is forgotten");
         let restless: Vec<bool> = (0..RESTLESS_MAX).map(|turn| look(if turn % 2 == 0 { &two } else { &one })).collect();
         assert_eq!(restless.iter().filter(|read| **read).count(), 1, "{restless:?}");
     }

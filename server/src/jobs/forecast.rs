@@ -120,7 +120,7 @@ mod tests {
         assert_eq!(forecast.of(&vase), Some(Duration::from_millis(8)));
         (0..40).for_each(|_| forecast.learn(&vase, Duration::from_millis(20)));
         assert!(forecast.of(&vase).unwrap().abs_diff(Duration::from_millis(20)) < Duration::from_micros(10));
-        assert_eq!(forecast.of(&work("vase", DegreeRule::Sites(31))), forecast.of(&vase), "about as many");
+        assert_eq!(forecast.of(&work("vase", DegreeRule::Sites(31))), forecast.of(&vase), "a similar number of sites");
         for other in [
             work("statue", DegreeRule::Sites(20)),
             work("vase", DegreeRule::Sites(512)),
@@ -144,7 +144,7 @@ mod tests {
             };
             (1..200).take_while(refuses).count()
         };
-        assert_eq!(refused(Duration::from_micros(1)), 199, "a burst is one doubt");
+        assert_eq!(refused(Duration::from_micros(1)), 199, "a burst reduces the forecast once");
         assert!(refused(DOUBT_PAUSE) < 30);
     }
 
