@@ -1,4 +1,4 @@
-//! How the service goes: counters and times, as Prometheus text and as one row for `status`.
+//! Metrics of the service: counters and times, as OpenMetrics text and as one row for `status`.
 
 use hdrhistogram::Histogram as Times;
 use prometheus_client::encoding::text::encode;
@@ -12,27 +12,27 @@ use shatter_proto::result::{EffectCost, EnergySource, StageCost, StageKind};
 use shatter_proto::{Error, ErrorKind, Fault};
 use std::time::Duration;
 
-/// How a strike ended.
+/// End of a request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum JobEnd {
-    /// With an answer.
+    /// With a result.
     Answered,
-    /// With a refusal of the request.
+    /// Refused by validation.
     Refused,
-    /// For want of room.
+    /// Refused for lack of capacity.
     Busy,
-    /// Its deadline passed, or would have.
+    /// Its deadline passed, or would have passed.
     Late,
-    /// Inside the service.
+    /// Failed inside the service.
     Failed,
-    /// Nobody waited for it any more.
+    /// Dropped by its client.
     Cancelled,
 }
 
 impl JobEnd {
     const ALL: [Self; 6] = [Self::Answered, Self::Refused, Self::Busy, Self::Late, Self::Failed, Self::Cancelled];
 
-    /// The end that a refusal is.
+    /// End that corresponds to an error.
     pub fn of(refusal: &Error) -> Self {
         match (refusal.kind, refusal.kind.fault()) {
             (ErrorKind::Cancelled, _) => Self::Cancelled,
@@ -57,32 +57,32 @@ impl JobEnd {
 
 type Label = [(&'static str, &'static str); 1];
 
-/// Times by name.
+/// Histograms by name.
 type SpanTimes = Family<Label, Histogram, fn() -> Histogram>;
 
-/// What a gauge shows of a status row.
+/// Reader of a gauge from a status row.
 type GaugeReading = fn(&StatusRow) -> u64;
 
-/// What goes on now: name, meaning, unit, where it is read.
+/// Gauges: name, description, unit, reader.
 const GAUGES: &[(&str, &str, Option<Unit>, GaugeReading)] = &[
-    ("running", "Strikes computing", None, |row| row.running.into()),
-    ("queued", "Strikes waiting", None, |row| row.queued.into()),
-    ("queue_max", "Strikes that may wait", None, |row| row.queue_max.into()),
-    ("clients", "Clients connected", None, |row| row.clients.into()),
-    ("clients_max", "Clients that may be connected", None, |row| row.clients_max.into()),
+    ("running", "Requests computing", None, |row| row.running.into()),
+    ("queued", "Requests waiting", None, |row| row.queued.into()),
+    ("queue_max", "Maximum number of waiting requests", None, |row| row.queue_max.into()),
+    ("clients", "Connected clients", None, |row| row.clients.into()),
+    ("clients_max", "Maximum number of connected clients", None, |row| row.clients_max.into()),
     ("objects", "Objects ready", None, |row| row.objects_ready.into()),
     ("objects_loading", "Objects whose databases are being loaded", None, |row| row.objects_loading.into()),
     ("objects_failed", "Objects that could not be loaded", None, |row| row.objects_failed.into()),
     ("objects", "Memory of the objects", Some(Unit::Bytes), |row| row.memory_bytes),
-    ("answers_kept", "Answers kept so that their fragments can be struck", None, |row| row.kept),
-    ("answers_kept", "Memory of the answers that are kept", Some(Unit::Bytes), |row| row.kept_bytes),
-    ("reloads", "Times the databases were read again", None, |row| row.reloads),
-    ("pool_buckets", "Buckets for answers", None, |row| row.buckets.into()),
-    ("pool_buckets_unread", "Answers that their clients have not read yet", None, |row| row.unread),
-    ("pool_buckets_used_max", "Most buckets that were held at once", None, |row| row.buckets_used_max),
-    ("pool", "Shared memory that the buckets take up", Some(Unit::Bytes), |row| row.buckets_bytes),
+    ("answers_kept", "Results retained so that their fragments can be struck", None, |row| row.kept),
+    ("answers_kept", "Memory of the retained results", Some(Unit::Bytes), |row| row.kept_bytes),
+    ("reloads", "Reloads of the databases", None, |row| row.reloads),
+    ("pool_buckets", "Buckets for results", None, |row| row.buckets.into()),
+    ("pool_buckets_unread", "Results that their clients have not read yet", None, |row| row.unread),
+    ("pool_buckets_used_max", "Maximum number of buckets held at once", None, |row| row.buckets_used_max),
+    ("pool", "Shared memory of the buckets", Some(Unit::Bytes), |row| row.buckets_bytes),
     ("restarts", "Daemons that served under this name before this one", None, |row| row.restarts),
-    ("crashes", "Of these, those that ended without a goodbye", None, |row| row.crashes),
+    ("crashes", "Of these, those that crashed or were killed", None, |row| row.crashes),
     ("ending", "1 while the daemon is ending", None, |row| row.ending.into()),
     ("uptime", "Time since the daemon started", Some(Unit::Seconds), |row| row.uptime_ns / 1_000_000_000),
 ];
@@ -100,18 +100,18 @@ pub struct Metrics {
     stage_times: Vec<Times<u64>>,
 }
 
-/// 10 µs to 40 s.
+/// Histogram from 10 µs to 40 s.
 fn seconds() -> Histogram {
     Histogram::new(exponential_buckets(1e-5, 2.0, 23))
 }
 
-/// Up to ten minutes, to two digits.
+/// Recorder of times up to ten minutes, with two significant digits.
 fn times() -> Result<Times<u64>, Error> {
     Times::new_with_max(600_000_000_000, 2).map_err(|error| Error::new(ErrorKind::Failed, "metrics", error.to_string()))
 }
 
 impl Metrics {
-    /// All zero.
+    /// Creates metrics that are all zero.
     pub fn new() -> Result<Self, Error> {
         let metrics = Self {
             registry: Registry::with_prefix("shatter"),
@@ -129,15 +129,15 @@ impl Metrics {
 
     fn registered(mut self) -> Self {
         let registry = &mut self.registry;
-        registry.register("strikes", "Strikes by how they ended", self.ends.clone());
-        let help = "Answers by where their energy came from; bounded: the object stays whole, and nothing had to be solved for";
+        registry.register("strikes", "Requests by their end", self.ends.clone());
+        let help = "Results by source of their energy; bounded: the object stays whole, and no solve was needed";
         registry.register("energies", help, self.energies.clone());
         let stages = self.stage_seconds.clone();
         registry.register_with_unit("stage", "Time per stage that ran", Unit::Seconds, stages);
         let effects = self.effect_seconds.clone();
-        registry.register_with_unit("effect", "Time per effect that ran beside the stages", Unit::Seconds, effects);
+        registry.register_with_unit("effect", "Time per effect that ran outside the stages", Unit::Seconds, effects);
         let strikes = self.strike_seconds.clone();
-        registry.register_with_unit("strike", "Time from arrival to answer", Unit::Seconds, strikes);
+        registry.register_with_unit("strike", "Time from arrival to result", Unit::Seconds, strikes);
         for (name, help, unit, reading) in GAUGES {
             let gauge = Gauge::default();
             match unit {
@@ -149,12 +149,12 @@ impl Metrics {
         self
     }
 
-    /// Counts a strike that ended before it began.
+    /// Counts a request that ended before it began to compute.
     pub fn ended(&self, end: JobEnd) {
         self.ends.get_or_create(&[("end", end.name())]).inc();
     }
 
-    /// Counts a strike that ran; `energy` names where its answer's energy came from.
+    /// Counts a request that computed; `energy` names the source of its result's energy.
     pub fn ran(
         &mut self,
         end: JobEnd,
@@ -179,22 +179,22 @@ impl Metrics {
                 times.saturating_record(nanoseconds(stage.time));
             }
         }
-        // What an effect takes as part of a stage is counted there.
+        // The time of an effect inside a stage is part of the stage's time.
         for effect in effects.iter().filter(|cost| cost.has_run && !cost.time.is_zero()) {
             let labels = [("effect", effect.effect.name())];
             self.effect_seconds.get_or_create(&labels).observe(effect.time.as_secs_f64());
         }
     }
 
-    /// Prometheus text; what goes on now is taken from `now`.
+    /// OpenMetrics text; gauges are read from `now`.
     pub fn text(&self, now: &StatusRow) -> String {
         for (gauge, reading) in &self.gauges {
             gauge.set(i64::try_from(reading(now)).unwrap_or(i64::MAX));
         }
         let mut text = String::new();
-        // Writing to a string fails only if a metric cannot be shown; what was written by then is still good.
+        // Writing to a string fails only if a metric cannot be formatted; the text before it is still valid.
         if let Err(error) = encode(&mut text, &self.registry) {
-            tracing::warn!(%error, "metrics");
+            tracing::warn!(%error, "cannot write a metric");
         }
         text
     }

@@ -52,7 +52,7 @@ fn what_is_late_is_counted_so_and_a_closed_loop_waits() {
     let told: Value = serde_json::from_str(&text).unwrap();
     assert_eq!(told["runs"].as_array().unwrap().len(), 2);
     let read = |name: &str| std::fs::read_to_string(out.join(name)).unwrap();
-    assert!(read("load.svg").contains("most answered"));
+    assert!(read("load.svg").contains("highest throughput"));
     let strikes: u64 = told["runs"].as_array().unwrap().iter().map(|run| run["sent"].as_u64().unwrap()).sum();
     assert_eq!(read("load.csv").lines().count() as u64, 1 + strikes);
 }

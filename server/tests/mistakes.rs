@@ -101,9 +101,9 @@ fn files_of_another_kind_are_named_with_what_to_do() {
     check(&here, &format!("shatterd merge {spot} --out {folder}"), (3, &format!("shatterd bake {spot} --name NAME")));
     check(&here, &format!("shatterd bake {folder} --name x"), (3, "is a folder, not a mesh"));
     check(&here, &format!("shatterd bake {scene} --name x"), (3, "shatterd check"));
-    check(&here, &format!("shatterd bake {folder}/mug.shatter --name x"), (3, "is a database already"));
+    check(&here, &format!("shatterd bake {folder}/mug.shatter --name x"), (3, "is a database, not a mesh"));
     check(&here, &format!("shatterd bake {} --name x", spot.trim_end_matches(".obj")), (3, "spot.obj?"));
-    check(&here, &format!("shatterd bake {spot} --name x --out {spot}"), (3, "a folder is needed here"));
+    check(&here, &format!("shatterd bake {spot} --name x --out {spot}"), (3, "is a file; name a folder"));
     check(&here, &format!("shatterd inspect {folder}"), (3, "mug.shatter"));
     check(&here, &format!("shatterd serve --scene {scene}"), (3, "did you mean `mug`?"));
     let (code, plan, _) = run(&here, &["shatterd", "check", &scene]);

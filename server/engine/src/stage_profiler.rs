@@ -1,4 +1,4 @@
-//! The clock that the science does not have: times and spans per stage.
+//! Profiler of a request: times and tracing spans per stage. The simulation itself reads no clock.
 
 use crate::object::EngineResult;
 use shatter_fracture::pipeline::{Stage, StageObserver};
@@ -13,24 +13,24 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::{Duration, Instant};
 use tracing::span::EnteredSpan;
 
-/// The stage that a strike is in, for those who ask: its number.
+/// Number of the current stage of a request, readable from other threads.
 pub type CurrentStage = Arc<AtomicU32>;
 
-/// Measures one strike.
+/// Profiler of one request.
 pub struct StageProfiler {
     shown: CurrentStage,
     times: RefCell<Times>,
-    /// Where the energy came from, once that is written.
+    /// Source of the energy, once the result is written.
     energy: Cell<Option<EnergySource>>,
 }
 
-/// What is measured.
+/// Measurements of a request.
 struct Times {
     stages: [StageCost; StageKind::ALL.len()],
     effects: [EffectCost; Effect::ALL.len()],
     entered: Option<(Instant, EnteredSpan)>,
     begun: Option<Instant>,
-    /// What effects took of the stage that is entered.
+    /// Time of effects inside the current stage.
     others: Duration,
 }
 
@@ -41,7 +41,7 @@ impl Default for StageProfiler {
 }
 
 impl StageProfiler {
-    /// One that shows the stage that it is in.
+    /// Creates a profiler that publishes its current stage in `shown`.
     pub fn showing(shown: CurrentStage) -> Self {
         let stages = std::array::from_fn(|stage| StageCost::idle(StageKind::ALL[stage]));
         let effects = Effect::ALL.map(EffectCost::idle);
@@ -49,14 +49,14 @@ impl StageProfiler {
         Self { shown, times: RefCell::new(times), energy: Cell::new(None) }
     }
 
-    /// Writes a result into its sections as part of the last stage, whose results are `bytes` long, and then what every stage and
-    /// effect did.
+    /// Writes a result into its sections as part of the last stage, whose output has `bytes` bytes, then the rows of all stages and
+    /// effects.
     ///
     /// # Errors
     /// Those of the result.
     pub fn write(&self, result: &dyn EngineResult, sections: &mut SectionsMut<'_>, bytes: u64) -> Result<(), Error> {
         let observer: &dyn StageObserver = self;
-        // An object that stays whole has no fragments: the stage does not run.
+        // An object that stays whole has no fragments, so the stage does not run.
         let stage = (!sections.fragments.is_empty()).then(|| observer.stage(Stage::Fragments));
         result.write(sections, observer)?;
         if let Some(stage) = stage {
@@ -68,17 +68,17 @@ impl StageProfiler {
         Ok(())
     }
 
-    /// Where the energy of the strike came from; `None` until a result was written.
+    /// Source of the energy; `None` before the result is written.
     pub fn energy(&self) -> Option<EnergySource> {
         self.energy.get()
     }
 
-    /// The cost of each effect, also of those that did not run.
+    /// Cost of each effect, including those that did not run.
     pub fn effects(&self) -> [EffectCost; Effect::ALL.len()] {
         self.times.borrow().effects
     }
 
-    /// The cost of each stage, also of those that did not run.
+    /// Cost of each stage, including those that did not run.
     pub fn stages(&self) -> [StageCost; StageKind::ALL.len()] {
         self.times.borrow().stages
     }

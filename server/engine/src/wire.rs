@@ -1,4 +1,4 @@
-//! Where wire types turn into engine types and back: the only such place.
+//! Conversion between wire types and engine types; no other module converts them.
 
 mod cost;
 mod errors;
@@ -42,19 +42,19 @@ use shatter_proto::{Error, ErrorKind};
 use std::sync::Arc;
 use std::time::Duration;
 
-/// Bytes of answer per crack tetrahedron at most: four labels in it make 24 crack triangles, with their share of
-/// vertices and merge pairs; and per boundary triangle, of which there are fewer than tetrahedra. Normals and texture
-/// coordinates are not twice as long as positions, debris has a row per four triangles, bonds one per crack and held fragment; a
-/// hull has 1.2 kB at most, and tetrahedra are many more than fragments. Looks are as long as normals and texture coordinates.
+/// Maximum bytes of a result per crack tetrahedron. Four labels in a tetrahedron make 24 crack triangles, with their share of vertices
+/// and merge pairs. The bound also covers boundary triangles, of which there are fewer than tetrahedra. Normals and texture coordinates
+/// are less than twice as long as positions, and vertex attributes are as long as both. Debris has one row per four triangles, bonds one
+/// per crack and held fragment. A hull has at most 1.2 kB, and there are many more tetrahedra than fragments.
 const ANSWER_BYTES_PER_TET: usize = 2 * (1024 + 256) + 512;
 
-/// Bytes of answer per triangle of the skin at most: six parts of it, with their materials and twelve vertices.
+/// Maximum bytes of a result per triangle of the skin: six parts of it, with their materials and twelve vertices.
 const ANSWER_BYTES_PER_SKIN_TRIANGLE: usize = 6 * 16 + 12 * 32;
 
-// What is baked can be asked for, and the other way round.
+// Every name that can be baked can be requested, and vice versa.
 const _: () = assert!(database::NAME_BYTES_MAX == OBJECT_NAME_MAX);
 
-/// Loads databases as the science writes them: whole, or what a scene wants of them.
+/// Creates a loader of databases: whole, or the parts that a scene needs.
 pub fn loader(scene: Option<Scene>) -> Loader {
     Arc::new(move |path, name| {
         let object = scene.as_ref().map(|scene| scene.objects.get(name?));
@@ -66,11 +66,11 @@ pub fn loader(scene: Option<Scene>) -> Loader {
         let mut prepared = database::load_tables(path, terms.tables()).map_err(|error| error.to_string())?;
         let own = &prepared.parameters.material_name;
         if let Some((name, _)) = material.filter(|(name, _)| name != own) {
-            return Err(format!("it was baked of {own}, the scene wants {name}: bake it again"));
+            return Err(format!("it was baked as {own}, but the scene needs {name}; bake it again"));
         }
         if let Some(table) = database::lacking(&prepared, terms.tables()).filter(|_| scene.is_some()) {
             return Err(format!(
-                "it was baked without the table `{table}`, which the scene needs: `shatterd bake --scene` makes it"
+                "it was baked without the table `{table}`, which the scene needs; run `shatterd bake --scene`"
             ));
         }
         if let Some(name) = name {
@@ -85,7 +85,7 @@ pub fn loader(scene: Option<Scene>) -> Loader {
     })
 }
 
-/// A prepared object, served.
+/// Served object of the engine.
 pub struct EngineObject {
     prepared: Arc<PreparedObject>,
     terms: ObjectPolicy,
@@ -95,25 +95,25 @@ pub struct EngineObject {
 }
 
 impl EngineObject {
-    /// On the terms of an object that no scene speaks of.
+    /// Creates an object without a scene, with the default policy.
     pub fn whole(prepared: PreparedObject) -> Self {
         Self::new(Arc::new(prepared), ObjectPolicy::default())
     }
 
-    /// On these terms.
+    /// Creates an object with a policy.
     pub fn new(prepared: Arc<PreparedObject>, terms: ObjectPolicy) -> Self {
         let costs = Arc::new(ObjectCosts::new(StrikeCost::typical(&prepared)));
         let bounds_m = bounds_m(&prepared).map(|corner| corner.coords.into());
         Self { prepared, terms, costs, bounds_m }
     }
 
-    /// The object.
+    /// The prepared object.
     pub fn prepared(&self) -> &PreparedObject {
         &self.prepared
     }
 }
 
-/// Lowest and highest corner of the mesh, m; of the lattice where the object has no skin, or where the skin is bent when it breaks.
+/// Lowest and highest corner of the mesh, m; of the lattice if the object has no skin or is warped.
 fn bounds_m(prepared: &PreparedObject) -> [Point3<f64>; 2] {
     let Some(skin) = prepared.skin.as_ref().filter(|_| prepared.bodies.iter().all(|body| body.warped.is_none())) else {
         return prepared.bounds_m();
@@ -163,7 +163,7 @@ impl ServedObject for EngineObject {
         }
         match self.timed() {
             Ok(samples) => self.costs.measured(&samples),
-            // What cannot be struck has no time.
+            // An object that cannot be struck has no times.
             Err(refusal) => tracing::debug!("not timed: {refusal}"),
         }
         Ok(())
@@ -173,7 +173,7 @@ impl ServedObject for EngineObject {
         let worn = self.prepared.skin.as_ref().map_or(0, |skin| skin.triangles.len());
         let most = self.prepared.crack_tets().saturating_mul(ANSWER_BYTES_PER_TET);
         let most = most.saturating_add(worn.saturating_mul(ANSWER_BYTES_PER_SKIN_TRIANGLE));
-        // Longer ones are refused before a bucket is asked for.
+        // Longer results are refused before a bucket is loaned.
         self.terms.bytes_max.and_then(|bytes| usize::try_from(bytes).ok()).map_or(most, |bytes| most.min(bytes))
     }
 
@@ -212,13 +212,13 @@ impl ServedObject for EngineObject {
         let context = StrikeContext::new(&self.prepared, &request, token, observer);
         let result = pipeline::strike_again(context, from, workspace);
         let result = result.map_err(|error| refusal_in(error, &strike.convention))?;
-        // What these take says nothing of the object.
+        // The times of a fragment tell nothing about the object.
         self.struck(strike, (&request, hit), None, result)
     }
 }
 
 impl EngineObject {
-    /// The answer to `strike`, within the scene's caps.
+    /// Wraps the result of `strike`, after checking the scene's limits.
     fn struck(
         &self,
         strike: &Request,
@@ -236,16 +236,16 @@ impl EngineObject {
         Ok(Box::new(struck))
     }
 
-    /// The preset of `strike`: its own, else the scene's, else the one that the object was baked for.
+    /// Preset of `strike`: its own, else the scene's, else the one for which the object was baked.
     fn quality(&self, strike: &Request) -> Quality {
         let baked = settings::of_lattices(self.prepared.parameters.quality);
         strike.quality.or(self.terms.quality).unwrap_or(baked)
     }
 
-    /// Refuses an answer beyond the scene's caps.
+    /// Refuses a result beyond the scene's limits.
     fn fits(&self, counts: &SectionCounts) -> Result<(), Error> {
         let exceeded = |key: &str, found: u64, what: &str, cap: u64| {
-            Error::new(ErrorKind::CapExceeded, key, format!("{found} {what}, the scene takes {cap}"))
+            Error::new(ErrorKind::CapExceeded, key, format!("{found} {what}, but the scene allows {cap}"))
         };
         if let Some(cap) = self.terms.fragments_max.filter(|cap| counts.fragments > *cap as usize) {
             return Err(exceeded("fragments_max", counts.fragments as u64, "fragments", cap.into()));
@@ -257,7 +257,7 @@ impl EngineObject {
         }
     }
 
-    /// A strike as the engine wants it, on the object's terms.
+    /// Engine request for `strike` under the object's policy.
     pub fn request(&self, strike: &Request) -> Result<pipeline::FractureRequest, Error> {
         let (on, dials) = (self.terms.effects(strike)?, settings::of(strike, self.quality(strike)));
         let both = EffectKind::ALL.into_iter().zip(effect::Effect::ALL);
@@ -289,18 +289,18 @@ impl EngineObject {
     }
 }
 
-/// A result of the engine, with what it does not know of the request.
+/// Result of the engine, with the data of its request.
 struct RequestedResult {
     object: String,
     seed: u64,
-    /// In whose coordinates it is answered.
+    /// Coordinates of the result.
     convention: Convention,
-    /// Where its ray met the object.
+    /// Point at which its ray hit the object.
     hit: HitWire,
-    /// Whether its energy is that of a deformation.
+    /// Whether its energy is elastic.
     deformed: bool,
     used: EffectiveSettings,
-    /// Who learns from what it took.
+    /// Costs that learn from its times.
     costs: Option<Arc<ObjectCosts>>,
     result: FractureOutcome,
 }

@@ -1,4 +1,4 @@
-//! What developers and buyers look at: studies, pictures, the demonstration, and the load generator. Not published.
+//! Tools for developers and evaluators: studies, pictures, the demonstration, and the load generator. Not published.
 
 pub mod commands;
 pub mod demo;

@@ -1,11 +1,11 @@
 //! The daemon's side of the transport.
 //!
-//! What shaped it (iceoryx2 0.10.0): wake-ups can be lost, so every wait has a bound; a static pool of equal buckets, whose
-//! exhaustion is an error and not a panic; a failed loan must not use up a request's loans; a full `/dev/shm` kills with
-//! SIGBUS unless the pages are asked for first; a daemon killed while starting leaves a service that nobody can open.
+//! Constraints (iceoryx2 0.10.0): wake-ups can be lost, so every wait has a bound. The buckets come from a static pool of equal size,
+//! so its exhaustion is an error and not a panic. A failed loan must not use up a request's loans. A full `/dev/shm` kills with
+//! SIGBUS unless the pages are populated first. A daemon that is killed during its start leaves a service that cannot be opened.
 //!
-//! Every process of the same user can write to the transport's management memory and bring the daemon down: the user is
-//! the trust domain, the folders are closed to others, and a supervisor should restart what falls.
+//! Every process of the same user can write to the transport's management memory and crash the daemon: the user is the trust domain,
+//! the folders are closed to others, and a supervisor should restart the daemon.
 
 mod client_entry;
 mod memory;

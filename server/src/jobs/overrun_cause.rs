@@ -1,10 +1,10 @@
-//! Why a strike took longer than its time budget.
+//! Cause of an exceeded time budget.
 
 use shatter_proto::result::{OverrunCause, StageCost, StageKind};
 use std::time::Duration;
 
-/// The reason for exceeding a time budget by `over`, of a strike that waited so long, was solved for because of `solved`, and took
-/// so long in each stage: the queue where the budget would have been kept without it, else the part that took longest.
+/// Cause of exceeding a time budget by `over`: the queue if the request would have kept its budget without waiting (`waited`), else
+/// the slowest part. `solved` holds the reason if displacements were solved for; `stages` holds the time of each stage.
 pub(super) fn reason(
     over: Duration,
     waited: Duration,

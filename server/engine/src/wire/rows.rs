@@ -1,4 +1,4 @@
-//! Pieces into the sections of an answer, each element once, in the convention of its strike; and contacts out of it.
+//! Conversion of fragments to result sections, in the convention of the request, and of contacts from it.
 
 use super::refusal;
 use nalgebra::Vector3;
@@ -16,7 +16,7 @@ use shatter_proto::result::{
     BondWire, DebrisWire, FragmentVelocity, FragmentWire, HullWire, OuterAttributes, RunWire, SkinVertex, SkinWire,
 };
 
-/// A contact of a strike in `from`, as the engine has it.
+/// Converts a contact of a request in the convention `from`.
 pub(super) fn contact(own: &Contact, from: &Convention) -> pipeline::ImpactContact {
     pipeline::ImpactContact {
         point_m: from.our_vector(own.point_m).into(),
@@ -51,7 +51,7 @@ pub(super) fn counts(pieces: &FractureMeshes) -> SectionCounts {
     }
 }
 
-/// Coordinates that are not ours.
+/// Coordinates in the convention of a host.
 struct HostCoordinates<'a>(&'a Convention);
 
 impl HostFrame for HostCoordinates<'_> {
@@ -72,19 +72,19 @@ fn single(vector: [f64; 3]) -> [f32; 3] {
     vector.map(|x| x as f32)
 }
 
-/// Writes pieces in a convention.
+/// Writer of fragments in a convention.
 pub(super) struct Writer<'a> {
     pub pieces: &'a FractureMeshes,
     pub to: &'a Convention,
 }
 
 impl Writer<'_> {
-    /// Everything but the summary, the stages and what effects did; `observer` sees the effects that are computed here.
+    /// Writes all sections but the summary, the stages and the effects; reports the effects that are computed here to `observer`.
     pub fn write(&self, sections: &mut SectionsMut<'_>, observer: &dyn StageObserver) -> Result<(), Error> {
         let Self { pieces, to } = self;
         fill(sections.fragments, &pieces.fragments, |row| fragment(row, to));
         fill(sections.runs, &pieces.runs, run);
-        // Ours are written by the code that knows no other.
+        // The default convention has a separate path without conversion.
         let written = match to.is_default() {
             true => pieces.emit(sections.positions, sections.indices, sections.merges),
             false => pieces.emit_for(&HostCoordinates(to), sections.positions, sections.indices, sections.merges),
@@ -95,7 +95,7 @@ impl Writer<'_> {
         Ok(())
     }
 
-    /// What was computed, and told, with the pieces.
+    /// Writes the data that was computed with the fragments.
     fn told(&self, sections: &mut SectionsMut<'_>) {
         let Self { pieces, to } = self;
         fill(sections.velocities, &pieces.velocities, |own| velocity(own, to));
@@ -110,7 +110,7 @@ impl Writer<'_> {
         fill(sections.skin_materials, &pieces.skins.materials, |own| *own);
     }
 
-    /// Corners of whole triangles, the way round that is wanted.
+    /// Writes triangles in the winding order of the convention.
     fn triangles(&self, wire: &mut [u32], own: &[u32]) {
         let (wire, own) = (wire.as_chunks_mut::<3>().0, own.as_chunks::<3>().0);
         match self.to.is_clockwise() {
@@ -119,7 +119,7 @@ impl Writer<'_> {
         }
     }
 
-    /// What is computed here.
+    /// Computes and writes the remaining effects.
     fn effects(&self, sections: &mut SectionsMut<'_>, observer: &dyn StageObserver) {
         let Self { pieces, to } = self;
         let effect = |effect: EffectKind, write: &mut dyn FnMut() -> usize| {
@@ -150,7 +150,7 @@ impl Writer<'_> {
     }
 }
 
-/// Writes each of `own` in its place.
+/// Converts each element into its row.
 fn fill<W, O>(wire: &mut [W], own: &[O], row: impl Fn(&O) -> W) {
     wire.iter_mut().zip(own).for_each(|(wire, own)| *wire = row(own));
 }

@@ -1,4 +1,4 @@
-//! Dials of accuracy and time: what a strike asks for, and what its answer tells of them.
+//! Solver settings: accuracy and time of a request, and their values in its result.
 
 use shatter_fracture::pipeline::{
     self, DegreeRequest, ElasticRequest, FractureOutcome, PreparedObject, SolverSettings, StopReason, StrikeCost,
@@ -8,7 +8,7 @@ use shatter_proto::effect::Effects;
 use shatter_proto::request::{DegreeRule, DisplacementSource, Quality, Request};
 use shatter_proto::result::{DegreeMethod, StopCriterion, SummaryWire};
 
-/// The engine's preset.
+/// Engine preset of a wire preset.
 pub(crate) fn preset(quality: Quality) -> pipeline::Preset {
     match quality {
         Quality::Draft => pipeline::Preset::Draft,
@@ -18,12 +18,12 @@ pub(crate) fn preset(quality: Quality) -> pipeline::Preset {
     }
 }
 
-/// The preset that lattices are of.
+/// Wire preset of an engine preset.
 pub(super) fn of_lattices(quality: pipeline::Preset) -> Quality {
     Quality::ALL.into_iter().find(|own| preset(*own) == quality).unwrap_or_default()
 }
 
-/// The dials of `strike`: those that it gives, else those of `quality`.
+/// Solver settings of `strike`: those that it gives, else those of `quality`.
 pub(super) fn of(strike: &Request, quality: Quality) -> SolverSettings {
     let preset = preset(quality).dials();
     SolverSettings {
@@ -45,7 +45,7 @@ pub(super) fn of(strike: &Request, quality: Quality) -> SolverSettings {
     }
 }
 
-/// `request` with what `asked` says of error and time, whose own dials stay.
+/// Applies the bounds of error and time of `asked` to `request`; explicit settings of `asked` stay.
 pub(super) fn bounded(
     request: pipeline::FractureRequest,
     asked: &Request,
@@ -63,17 +63,17 @@ pub(super) fn bounded(
     timed(request, asked, cost)
 }
 
-/// `request` with what may fall if `asked` bounds its time.
+/// Applies the time bound of `asked` to `request`, and marks which settings may be degraded for it.
 fn timed(request: pipeline::FractureRequest, asked: &Request, cost: StrikeCost) -> pipeline::FractureRequest {
     let elastic_falls = asked.elastic == DisplacementSource::Preset;
     let budget = TimeBudget { cost, elastic_falls, degree_falls: asked.degree == DegreeRule::Preset };
     pipeline::FractureRequest { budget: asked.time_ms_max.map(|_| budget), ..request }
 }
 
-/// The numbers by which an answer is computed, as far as the result does not tell them.
+/// Settings by which a result is computed, as far as the engine's result does not contain them.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct EffectiveSettings {
-    /// What is on.
+    /// Effects that are on.
     pub effects: Effects,
     quality: Quality,
     degree: DegreeRequest,
@@ -83,12 +83,12 @@ pub(super) struct EffectiveSettings {
     lift_modes: usize,
     elastic_nodes: usize,
     crack_nodes: usize,
-    /// Whether displacements could have been reduced ones.
+    /// Whether reduced displacements were possible.
     pub is_reducible: bool,
 }
 
 impl EffectiveSettings {
-    /// Of `request`, with those effects and so much of a basis at most, asked of `prepared`.
+    /// Settings of `request` for `prepared`, with these effects and a reduced basis of at most rank `rank_max`.
     pub(super) fn of(
         prepared: &PreparedObject,
         effects: Effects,
@@ -115,7 +115,7 @@ impl EffectiveSettings {
         }
     }
 
-    /// Writes them beside what `result` tells.
+    /// Writes the settings into the summary.
     pub(super) fn tell(&self, result: &FractureOutcome, summary: &mut SummaryWire) {
         summary.quality = self.quality.number();
         summary.degree = degree_method(self.degree).code();

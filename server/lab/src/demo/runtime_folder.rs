@@ -1,17 +1,17 @@
-//! The runtime folder of the demonstration's service, which goes with it.
+//! Removal of the service's runtime folder after the demonstration.
 
 use shatter_client::{Error, place};
 use shatter_server::ipc::RuntimeDirectory;
 use std::fs;
 
-/// Removes the runtime folder of a service when dropped, unless it was there before. Drop it after the daemon.
+/// Guard that removes the runtime folder of a service when dropped, unless the folder existed before. Drop it after the daemon.
 pub(super) struct RuntimeFolder {
     service: String,
     was_there: bool,
 }
 
 impl RuntimeFolder {
-    /// Of `service`, before its daemon starts. Errors: `service_name`, `runtime_folder`.
+    /// Creates the guard for `service`, before its daemon starts. Errors: `service_name`, `runtime_folder`.
     pub fn of(service: &str) -> Result<Self, Error> {
         let was_there = place(service)?.exists()?;
         Ok(Self { service: service.to_owned(), was_there })
@@ -24,8 +24,8 @@ impl Drop for RuntimeFolder {
             return;
         }
         let Ok(place) = place(&self.service) else { return };
-        // Taking the name removes what a killed daemon left in shared memory; the list of that goes with the folder. A daemon that
-        // still runs keeps the name, and its folder.
+        // Taking the service name removes files of a killed daemon from shared memory; their list is in the folder. A running daemon keeps
+        // the name and its folder.
         if RuntimeDirectory::take(&place).and_then(RuntimeDirectory::close).is_ok() {
             // A folder that cannot be removed is small and harmless.
             let _ = fs::remove_dir_all(&place.folder);
