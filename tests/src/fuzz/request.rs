@@ -5,7 +5,7 @@ use bytemuck::{AnyBitPattern, Zeroable, bytes_of};
 use shatter_proto::control::{self, ControlReplyHeader, ControlRequest, ControlRequestWire, ObjectRow, StatusRow};
 use shatter_proto::layout::{Layout, SectionCounts};
 use shatter_proto::request::{Contact, Request, RequestWire};
-use shatter_proto::result::{BLOCK_BYTES, Block, ResultHeader};
+use shatter_proto::result::{BLOCK_BYTES, Block, ResultHeader, StageCost, StageKind, Summary};
 use shatter_proto::view::CheckedLayout;
 use shatter_transport::daemon_info::DaemonInfo;
 
@@ -73,9 +73,11 @@ pub(super) fn run(input: &[u8]) -> bool {
             let (header, payload) = parts::<ResultHeader>(rest);
             CheckedLayout::new(&header, &payload).is_ok_and(|checked| {
                 let view = checked.view(&payload).expect("a checked answer has a view");
-                let names = [view.summary.degree_source(), view.summary.elastic(), view.summary.quality()];
+                let summary = Summary::from(view.summary);
+                let names = [summary.degree_origin.name(), summary.energy_source.name(), summary.stop_criterion.name()];
                 assert!(names.iter().all(|name| !name.is_empty()));
-                let _ = view.summary.object();
+                assert_eq!(view.stages.iter().map(StageCost::from).count(), StageKind::ALL.len());
+                view.effects.iter().for_each(|row| _ = row.cost());
                 true
             })
         }

@@ -315,7 +315,7 @@ pub(super) fn to_json(broken: &FractureResult, asked: RequestEcho<'_>, files: &W
         "iterations": summary.iterations,
         "time_ns": nanoseconds(summary.time),
         "quality": {
-            "name": quality(&summary),
+            "name": preset(&summary),
             "elastic": summary.energy_source.name(),
             "rank": summary.rank,
             "tolerance": summary.tolerance,
@@ -352,7 +352,7 @@ pub(super) fn to_json(broken: &FractureResult, asked: RequestEcho<'_>, files: &W
 }
 
 /// Name of the preset.
-fn quality(summary: &Summary) -> &'static str {
+fn preset(summary: &Summary) -> &'static str {
     summary.quality.map_or("unknown", Quality::name)
 }
 
@@ -446,7 +446,7 @@ pub(super) fn screen(broken: &FractureResult) -> Result<(), CliError> {
     out(format_args!("  ms: {}\n", times.join(", ")))?;
     out(format_args!(
         "  quality: {}, {} iterations ({}), gap of the cells {:.2} % (estimated); {:.2} ms from admission to sending\n",
-        quality(&summary),
+        preset(&summary),
         summary.iterations,
         summary.stop_criterion,
         100.0 * summary.cvd_gap,

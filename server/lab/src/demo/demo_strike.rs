@@ -75,7 +75,7 @@ impl DemoStrike {
         let request = impact(target, impulse_ns);
         let answer = || object.strike(&request)?.wait(Deadline::after(ANSWER_PATIENCE));
         for _ in 1..REPEATS {
-            answer()?;
+            drop(answer()?);
         }
         let broken = answer()?;
         if broken.is_whole() {
