@@ -308,15 +308,15 @@ fn what_cannot_be_struck_again_is_refused_by_name() {
     assert_eq!(kept.fragments(), count);
     assert!(kept.bytes() > 4 * HORSESHOE.crack_nodes());
     for (prepared, fragment, strike, words) in [
-        (&*HORSESHOE, count, strike.clone(), "the answer has"),
-        (&*HORSESHOE, u32::MAX, strike.clone(), "the answer has"),
-        (&*SLIT, largest, strike.clone(), "not one of this object"),
+        (&*HORSESHOE, count, strike.clone(), "the result has"),
+        (&*HORSESHOE, u32::MAX, strike.clone(), "the result has"),
+        (&*SLIT, largest, strike.clone(), "belong to another object"),
         (&*HORSESHOE, largest, FractureRequest { lift: LiftKind::SurfaceDiffusion, ..strike.clone() }, "has no lift"),
         (&*HORSESHOE, largest, blow(&[Point3::new(9.0, 0.0, 0.0)], Vector3::x(), 4), "from the surface"),
     ] {
         let error = again(prepared, &kept, fragment, &strike).err().unwrap();
         assert!(error.to_string().contains(words), "{error}");
-        assert_eq!(error.is_callers(), words != "not one of this object", "{error}");
+        assert_eq!(error.is_callers(), words != "belong to another object", "{error}");
     }
     let many = first(&HORSESHOE, &FractureRequest { degree: DegreeRequest::Sites(512), ..strike });
     let smallest = many.fragments.iter().min_by(|a, b| a.volume_m3.total_cmp(&b.volume_m3)).unwrap().id;
