@@ -346,7 +346,7 @@ fn a_part_of_a_body_gets_all_energy_of_its_elastic_tetrahedra() {
     assert!((got / given - 1.0).abs() < 1e-12 && shares.iter().all(|share| *share >= 0.0), "{got} of {given}");
 }
 
-/// Whether some points near the mouth of the slit lie on one of its sides, and some on the other.
+/// True if some points near the mouth of the slit lie on one of its sides, and some on the other.
 fn spans_the_mouth(points: impl Iterator<Item = Point3<f64>>) -> bool {
     let mouth: Vec<f64> = points.filter(|point| point.y > 0.06).map(|point| point.x).collect();
     mouth.iter().any(|x| *x < -0.015) && mouth.iter().any(|x| *x > 0.015)

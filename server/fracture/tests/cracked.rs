@@ -55,7 +55,7 @@ fn baked(mesh: RawMesh, cracks: Option<RawMesh>) -> Result<PreparedObject, BakeE
     bake(mesh, &request, &CancelToken::default(), &mut |_| {})
 }
 
-/// Whether the line from `a` to `b` leads through the triangle.
+/// True if the line from `a` to `b` leads through the triangle.
 fn crosses(a: &Point3<f64>, b: &Point3<f64>, [p, q, r]: &[Point3<f64>; 3]) -> bool {
     let volume =
         |a: &Point3<f64>, b: &Point3<f64>, c: &Point3<f64>, d: &Point3<f64>| (b - a).cross(&(c - a)).dot(&(d - a));
@@ -129,7 +129,7 @@ fn shown(pieces: &FractureMeshes) -> Vec<Vec<Point3<f64>>> {
     pieces.fragments.iter().map(show).collect()
 }
 
-/// Whether some points near the crack's mouth lie on one of its sides, and some on the other.
+/// True if some points near the crack's mouth lie on one of its sides, and some on the other.
 fn spans_the_mouth(points: impl Iterator<Item = Point3<f64>>) -> bool {
     let mouth: Vec<f64> = points.filter(|point| point.y > 0.06).map(|point| point.x).collect();
     mouth.iter().any(|x| *x < -0.01) && mouth.iter().any(|x| *x > 0.01)

@@ -69,7 +69,7 @@ pub enum BakeError {
         spacing: f64,
         /// Crack spacing that keeps such walls, over the diagonal.
         spacing_needed: f64,
-        /// Whether that spacing is accepted.
+        /// True if that spacing is accepted.
         possible: bool,
     },
     /// A preset that was not asked for by name severs parts.
@@ -122,7 +122,7 @@ pub enum BakeError {
 }
 
 impl BakeError {
-    /// Whether the work was cancelled, wherever it was.
+    /// True if the work was cancelled, wherever it was.
     pub fn is_cancelled(&self) -> bool {
         matches!(
             self,

@@ -34,7 +34,7 @@ pub struct BakeRequest {
     pub kappa: Option<f64>,
     /// Impacts to learn the degree from; with any, κ is fitted on them.
     pub examples: u64,
-    /// Whether they give the object a reduced basis, too.
+    /// True if they give the object a reduced basis, too.
     pub elastic: ElasticRequest,
     /// Of the factor of the stiffness, of bodies for which it is exact enough.
     pub factor: Precision,
@@ -42,7 +42,7 @@ pub struct BakeRequest {
     pub tables: Tables,
     /// Everything random while baking follows from it.
     pub seed: u64,
-    /// Whether parts that the preset's lattice severs become bodies of their own; else the object is refused. No part of what is
+    /// True if parts that the preset's lattice severs become bodies of their own; else the object is refused. No part of what is
     /// stored.
     #[serde(skip, default)]
     pub allows_severed: bool,

@@ -160,7 +160,7 @@ pub struct ContainerContents<'a> {
 }
 
 impl ContainerContents<'_> {
-    /// Whether there is a tensor of that name.
+    /// True if there is a tensor of that name.
     pub fn holds(&self, name: &str) -> bool {
         self.tensors.tensor(name).is_ok()
     }

@@ -5,7 +5,7 @@ use crate::scene::is_invisible;
 /// Longest object name in bytes: it travels in a fixed field of the request.
 pub const NAME_BYTES_MAX: usize = 64;
 
-/// Whether `name` can name an object: it names a file and travels in a fixed field.
+/// True if `name` can name an object: it names a file and travels in a fixed field.
 pub fn is_object_name(name: &str) -> bool {
     (1..=NAME_BYTES_MAX).contains(&name.len())
         && !name.starts_with('.')

@@ -130,12 +130,12 @@ impl ShareTask {
         self.share.impacts(self.first, self.end)
     }
 
-    /// Whether all of them are done.
+    /// True if all of them are done.
     pub fn is_done(&self) -> bool {
         self.done == self.impacts().len() as u64
     }
 
-    /// Whether both are parts of the same work, however far they are.
+    /// True if both are parts of the same work, however far they are.
     pub fn same_work(&self, other: &Self) -> bool {
         let whole = |task: &Self| Self { share: BakeShare::WHOLE, done: 0, ..task.clone() };
         whole(self) == whole(other) && self.share.count == other.share.count

@@ -1,4 +1,4 @@
-//! Whether what is stored is what a bake would make.
+//! True if what is stored is what a bake would make.
 
 use super::bake_error::BakeError;
 use super::bake_request::{self, BakeRequest};
@@ -42,7 +42,7 @@ pub fn stored(
     Ok((parameters == *own).then_some(prepared))
 }
 
-/// Whether everything but the spacings is as a bake would make it.
+/// True if everything but the spacings is as a bake would make it.
 fn alike(prepared: &PreparedObject, surface: &Surface, sheets: Option<&CrackSheets>, request: &BakeRequest) -> bool {
     let own = &prepared.parameters;
     let parameters = bake_request::parameters(request, surface, [own.elastic_spacing, own.crack_spacing]);

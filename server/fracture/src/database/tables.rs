@@ -53,7 +53,7 @@ impl Tables {
         }
     }
 
-    /// Whether the tensor of this name is wanted.
+    /// True if the tensor of this name is wanted.
     pub(super) fn want(self, tensor: &str) -> bool {
         let (owner, part) = tensor.split_once('.').unwrap_or((tensor, ""));
         match owner {

@@ -134,7 +134,7 @@ impl EnergyCurve {
 }
 
 impl CurvePoint {
-    /// Whether it is the best start so far.
+    /// True if it is the best start so far.
     fn record(&mut self, start: u32, energy_max: f64) -> bool {
         let best = energy_max < self.energy_max;
         if best {

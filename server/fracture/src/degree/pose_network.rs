@@ -57,7 +57,7 @@ pub struct Prediction {
     pub value: f64,
     /// 1 on an example, e^(−1/2) at the end of the reach, 0 far away.
     pub confidence: f64,
-    /// Whether the examples reach this far.
+    /// True if the examples reach this far.
     pub within_reach: bool,
 }
 

@@ -12,7 +12,7 @@ pub struct VerifiedDegree {
     pub degree: SiteCount,
     /// The diagram that passed, or the cap's, or the last that there was time for.
     pub diagram: Diagram,
-    /// Whether `stop` let it come to its end.
+    /// True if `stop` let it come to its end.
     pub finished: bool,
 }
 

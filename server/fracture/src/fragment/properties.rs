@@ -98,7 +98,7 @@ impl RigidProperties {
         sums.finish(reference)
     }
 
-    /// Whether a physics engine can take it: finite, positive volume, positive definite inertia that some mass
+    /// True if a physics engine can take it: finite, positive volume, positive definite inertia that some mass
     /// distribution has.
     pub fn rigid(&self) -> Result<(), NotRigid> {
         if !(self.volume > 0.0 && self.volume.is_finite()) {

@@ -83,7 +83,7 @@ pub fn bounds(points: &[Point3<f64>]) -> [Point3<f64>; 2] {
     points.iter().fold(start, |[low, high], point| [low.inf(point), high.sup(point)])
 }
 
-/// Whether two boxes have a point in common.
+/// True if two boxes have a point in common.
 pub fn meet([low, high]: &[Point3<f64>; 2], [other_low, other_high]: &[Point3<f64>; 2]) -> bool {
     (0..3).all(|axis| low[axis] <= other_high[axis] && other_low[axis] <= high[axis])
 }

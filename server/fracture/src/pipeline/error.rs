@@ -38,7 +38,7 @@ pub enum FractureError {
         key: &'static str,
         /// Its value.
         value: f64,
-        /// Whether it must also be positive.
+        /// True if it must also be positive.
         positive: bool,
     },
     /// The impulse of a contact is zero.
@@ -221,7 +221,7 @@ impl FractureError {
         }
     }
 
-    /// Whether the request is at fault and would fail again, rather than the service.
+    /// True if the request is at fault and would fail again, rather than the service.
     pub fn is_callers(&self) -> bool {
         !matches!(
             self,

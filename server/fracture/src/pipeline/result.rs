@@ -11,7 +11,7 @@ pub struct ThresholdReport {
     pub gamma_j_m2: f64,
     /// Largest E_1/γ of the struck bodies.
     pub e1_over_gamma: f64,
-    /// Whether the request ended before any displacement was computed, because an upper bound of E_1 is below γ.
+    /// True if the request ended before any displacement was computed, because an upper bound of E_1 is below γ.
     ///
     /// [`Self::e1_over_gamma`] is then that bound, and [`Self::impulse_factor`] a lower bound.
     pub is_bound: bool,
@@ -45,7 +45,7 @@ pub struct Fracture {
     pub degree_source: DegreeSource,
     /// Confidence in the degree, 0 ..= 1: 1 for a given, tested or optimized number, less for an estimate.
     pub confidence: f64,
-    /// Whether the maximum limited the degree.
+    /// True if the maximum limited the degree.
     pub capped: bool,
     /// Iterations of the diagrams, the largest of all bodies.
     pub iterations: usize,
@@ -116,7 +116,7 @@ impl FractureOutcome {
         self.fracture().map_or(1.0, |fracture| fracture.confidence)
     }
 
-    /// Whether the maximum limited the degree.
+    /// True if the maximum limited the degree.
     pub fn capped(&self) -> bool {
         self.fracture().is_some_and(|fracture| fracture.capped)
     }

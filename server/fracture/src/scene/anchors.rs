@@ -16,7 +16,7 @@ pub struct Anchors {
 }
 
 impl Anchors {
-    /// Whether `point_m` (mesh file, m) is held.
+    /// True if `point_m` (mesh file, m) is held.
     pub fn contains(&self, point_m: &Point3<f64>) -> bool {
         self.regions.iter().any(|region| region.holds(point_m))
     }

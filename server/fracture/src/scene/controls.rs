@@ -46,7 +46,7 @@ pub struct WarpControls {
 }
 
 impl WarpControls {
-    /// Whether nothing is said.
+    /// True if nothing is said.
     pub fn is_silent(&self) -> bool {
         *self == Self::default()
     }

@@ -102,7 +102,7 @@ impl EffectSet {
         Self(effects.into_iter().fold(0, |bits, effect| bits | 1 << effect as u32))
     }
 
-    /// Whether `effect` is one of them.
+    /// True if `effect` is one of them.
     pub fn has(self, effect: EffectKind) -> bool {
         self.0 & (1 << effect as u32) != 0
     }

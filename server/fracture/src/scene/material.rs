@@ -27,7 +27,7 @@ pub struct Material {
 }
 
 impl Material {
-    /// Whether every number is possible; if not, the first key that is not, and its value.
+    /// True if every number is possible; if not, the first key that is not, and its value.
     pub fn check(&self) -> Result<(), (&'static str, f64)> {
         let numbers =
             [("young_pa", self.young_pa), ("density_kg_m3", self.density_kg_m3), ("strength_pa", self.strength_pa)];

@@ -23,7 +23,7 @@ pub enum Region {
 }
 
 impl Region {
-    /// Whether `point_m` lies in it.
+    /// True if `point_m` lies in it.
     pub fn holds(&self, point_m: &Point3<f64>) -> bool {
         self.distance_m(point_m) == 0.0
     }

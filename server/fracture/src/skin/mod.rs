@@ -61,7 +61,7 @@ pub struct Skin {
     pub triangles: Vec<[u32; 3]>,
     /// Material of each triangle; empty if the file has none.
     pub materials: Vec<u32>,
-    /// Whether the file has texture coordinates.
+    /// True if the file has texture coordinates.
     pub textured: bool,
 }
 

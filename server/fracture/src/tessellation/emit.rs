@@ -28,7 +28,7 @@ pub trait HostFrame: Sync {
     /// A direction of length one.
     fn direction(&self, ours: Vector3<f64>) -> [f32; 3];
 
-    /// Whether triangles go clockwise seen from outside.
+    /// True if triangles go clockwise seen from outside.
     fn is_clockwise(&self) -> bool;
 }
 

@@ -17,7 +17,7 @@ use nalgebra::{Point3, Vector3};
 use pulp::NullaryFnOnce;
 use rayon::prelude::*;
 
-/// Whether a mask has five or six edges, so that three labels or more meet; counting is slow on old processors.
+/// True if a mask has five or six edges, so that three labels or more meet; counting is slow on old processors.
 const MANY: [bool; 64] = {
     let mut many = [false; 64];
     let mut mask = 0;
@@ -155,7 +155,7 @@ impl CrackPoints {
         FixedPoints { edges: self.edges.fixed(), faces: self.faces.fixed(), tets: self.tets.fixed() }
     }
 
-    /// Whether these are points of `labels` on the lattice of `topology`.
+    /// True if these are points of `labels` on the lattice of `topology`.
     pub(super) fn fit(&self, topology: &Topology, labels: &[u32]) -> bool {
         let lengths = [self.edges.slots.len(), self.faces.slots.len(), self.tets.slots.len()];
         lengths == [topology.edges.len(), topology.faces.len(), topology.tet_edges.len()] && self.labels == labels

@@ -235,7 +235,7 @@ impl Corners<'_> {
         }
     }
 
-    /// Whether the diagonals from second to fourth corner are shorter than those from first to third, together.
+    /// True if the diagonals from second to fourth corner are shorter than those from first to third, together.
     fn second_is_shorter(&self, quads: &[[u8; 4]]) -> bool {
         let total = |i: usize, j: usize| -> f64 {
             quads.iter().map(|corners| apart(self.place(corners[i]), self.place(corners[j]))).sum()

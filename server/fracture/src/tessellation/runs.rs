@@ -26,7 +26,7 @@ pub struct RunRange {
     /// The fragment on the other side; `None` is the outside, or a fragment that is not told of
     /// ([`Tessellation::keep_first`]).
     pub neighbor: Option<u32>,
-    /// Whether it is a side of a crack, and not of the lattice's own boundary.
+    /// True if it is a side of a crack, and not of the lattice's own boundary.
     pub crack: bool,
     /// Its vertices in the answer.
     pub vertices: Range<usize>,
@@ -36,7 +36,7 @@ pub struct RunRange {
     pub merges: Range<usize>,
     /// Where its geometry is stored.
     pub(super) sheet: usize,
-    /// Whether it is stored the other way round.
+    /// True if it is stored the other way round.
     pub(super) flipped: bool,
 }
 

@@ -39,9 +39,9 @@ pub struct Topology {
     pub boundary: Vec<OuterFace>,
     /// Nodes on the boundary, ascending.
     pub boundary_nodes: Vec<u32>,
-    /// Whether an edge lies on the boundary; length `edges`.
+    /// True if an edge lies on the boundary; length `edges`.
     pub boundary_edge: Vec<bool>,
-    /// Whether a face lies on the boundary; length `faces`.
+    /// True if a face lies on the boundary; length `faces`.
     pub boundary_face: Vec<bool>,
     neighbor_offsets: Vec<u32>,
     neighbors: Vec<u32>,

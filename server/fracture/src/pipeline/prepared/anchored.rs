@@ -45,7 +45,9 @@ pub enum AnchorError {
         body: usize,
     },
     /// A region contains no node.
-    #[error("anchors[{region}], {what}, contains no node of the elastic lattice (edges of {spacing_m:.4} m); enlarge it")]
+    #[error(
+        "anchors[{region}], {what}, contains no node of the elastic lattice (edges of {spacing_m:.4} m); enlarge it"
+    )]
     Empty {
         /// Index of the region.
         region: usize,

@@ -39,7 +39,7 @@ pub struct BakeParameters {
     pub alpha: f64,
     /// Seed of all random numbers of the bake.
     pub seed: u64,
-    /// Whether the bake builds a reduced basis; without one, every request is solved.
+    /// True if the bake builds a reduced basis; without one, every request is solved.
     pub elastic: ElasticRequest,
     /// Precision of the stiffness factors. Single precision applies only where it is accurate enough.
     pub factor: Precision,

@@ -33,7 +33,7 @@ pub struct LatticeSettings {
     pub modes: usize,
     /// Largest number of displacements of a body's basis.
     pub rank_max: usize,
-    /// Whether the crack lattice's boundary is fitted to ridges and creases.
+    /// True if the crack lattice's boundary is fitted to ridges and creases.
     pub fitted: bool,
 }
 

@@ -74,7 +74,7 @@ pub struct WarpedBody {
     pub(in crate::pipeline) pins: Vec<u32>,
     /// Factor on the energy in the placement of sites, by node; empty: 1.
     pub(in crate::pipeline) factors: Vec<f64>,
-    /// Whether the number of sites is as without controls: neither grain nor paint.
+    /// True if the number of sites is as without controls: neither grain nor paint.
     pub(in crate::pipeline) alike: bool,
 }
 

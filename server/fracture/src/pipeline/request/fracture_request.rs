@@ -72,7 +72,7 @@ pub struct FractureRequest {
     pub budget: Option<TimeBudget>,
     /// Seed of all random numbers.
     pub seed: u64,
-    /// Whether to stop after the threshold test, with the impulse that just breaks the object and no fragments.
+    /// True to stop after the threshold test, with the impulse that just breaks the object and no fragments.
     pub threshold_only: bool,
 }
 

@@ -118,7 +118,7 @@ fn contacts(prepared: &PreparedObject, index: usize) -> Result<Vec<ContactLoad>,
 /// One body under one held-out impact, both solved and reduced.
 struct Trial {
     body: usize,
-    /// Whether the estimate is fitted to this trial. The other trials test it.
+    /// True if the estimate is fitted to this trial. The other trials test it.
     fits: bool,
     residual: f64,
     energy_error: f64,
