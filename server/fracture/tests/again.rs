@@ -140,7 +140,7 @@ fn check(
     let before = &shown(before)[fragment as usize];
     let outer: f64 = own.iter().map(|child| child.outer_m2).sum();
     assert!((outer - before.outer_m2).abs() < 1e-6 * before.outer_m2.max(1e-6), "{outer} {}", before.outer_m2);
-    assert!(own.iter().any(|child| child.old_crack_m2 > 0.0), "some child lies along the first crack");
+    assert!(own.iter().any(|child| child.old_crack_m2 > 0.0), "a child touches the first crack");
     let side = |crack: bool| children.runs.iter().filter(|run| run.crack == crack && run.neighbor == OUTER).count();
     assert!(side(true) > 0 || side(false) > 0);
     children

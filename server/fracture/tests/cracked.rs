@@ -18,7 +18,7 @@ use std::sync::LazyLock;
 /// Sides of the block, m. Its crack is in the middle plane, from the top to half its depth.
 const SIZE_M: [f64; 3] = [0.4, 0.2, 0.2];
 
-/// Distance from a crack's end up to which its sides may be connected, m: a seventh of the elastic spacing.
+/// Distance from a crack's end up to which its sides may be connected, m: three tenths of the elastic spacing.
 const END_M: f64 = 0.01;
 
 static WHOLE: LazyLock<PreparedObject> = LazyLock::new(|| baked(shapes::cuboid(SIZE_M), None).unwrap());

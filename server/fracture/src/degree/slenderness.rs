@@ -1,4 +1,6 @@
-//! Thickness of plates and rods. Cells larger than a plate's thickness tile a surface, and cells larger than a rod's
+//! Thickness and cross-section of slender bodies.
+//!
+//! Cells larger than a plate's thickness tile a surface, and cells larger than a rod's
 //! section tile a line. The formula for solids then overestimates the number of cells of equal energy.
 
 use crate::centroidal::cube_root;

@@ -1,5 +1,6 @@
-//! Crack points in barycentric coordinates: intersections of bisectors, triple lines and quadruple points with edges,
-//! faces and tetrahedra, moved inside their simplices.
+//! Crack points in barycentric coordinates, moved inside their simplices.
+//!
+//! They are the intersections of bisectors, triple lines and quadruple points with edges, faces and tetrahedra.
 //!
 //! Based on: Schvartzman & Otaduy, *Fracture Animation Based on High-Dimensional Voronoi Diagrams* (I3D 2014): inside a
 //! tetrahedron |X − p_i|² − |X − p_j|² is linear. The margin is ours. The projection onto the simplex, shrunk by the

@@ -1,5 +1,6 @@
-//! Correction of the children's volumes: moves new points on an earlier crack that is not quite flat until the
-//! children's volumes add up to their parent's.
+//! Correction of the children's volumes, which must add up to their parent's.
+//!
+//! Needed where an earlier crack is not quite flat: new points on it are moved until the sum is right.
 //!
 //! Ours. An earlier crack that halves a tetrahedron is a quadrilateral. It is flat unless one of its edge points is
 //! moved to keep its distance from a node. A new crack that ends on it folds it along a line other than its diagonal.
