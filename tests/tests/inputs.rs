@@ -236,7 +236,7 @@ fn a_preset_that_severs_is_refused_unless_it_is_named() {
     write_obj(&limbs(), &mesh).unwrap();
     let told = check_texts(&bake(&house, &mesh, &["--json"]), "game by default");
     assert!(told.contains("preset `game` severs 1 part"), "{told}");
-    assert!(told.contains("try the next preset, --quality film") && told.contains("asked for by name"), "{told}");
+    assert!(told.contains("try the next preset, --quality film") && told.contains("an explicit --quality"), "{told}");
     assert!(!house.databases().join("own.shatter").exists());
     let draft = bake(&house, &mesh, &["--quality", "draft", "--json"]);
     assert_eq!(draft.status.code(), Some(0), "{}", String::from_utf8_lossy(&draft.stderr));

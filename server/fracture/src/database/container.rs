@@ -1,4 +1,4 @@
-//! The container: safetensors with sorted metadata, a checksum per tensor, written aside and renamed.
+//! File container: safetensors with sorted metadata and a checksum per tensor, written atomically.
 //!
 //! Based on: the safetensors format, version 0.x (little-endian, JSON header, contiguous tensors), through the
 //! `safetensors` crate; checksums by BLAKE3.
@@ -12,14 +12,15 @@ use std::fs::File;
 use std::io::Write;
 use std::path::Path;
 
-/// Metadata key of the checksums: a JSON object, tensor name → BLAKE3 in hexadecimal; the entry [`METADATA_ENTRY`] covers
-/// every other metadata key.
+/// Metadata key of the checksums: a JSON object, tensor name → BLAKE3 in hexadecimal.
+///
+/// The entry [`METADATA_ENTRY`] covers every other metadata key.
 pub const CHECKSUMS_KEY: &str = "checksums";
 
-/// Number of columns of a tensor with one axis.
+/// Number of columns that marks a tensor with one axis.
 pub const FLAT: usize = 0;
 
-/// Entry of the checksums that covers the metadata.
+/// Entry of the checksums for the metadata.
 const METADATA_ENTRY: &str = "__metadata__";
 
 /// Tensors to be written, by name.
@@ -47,8 +48,9 @@ fn little_endian<T: Copy, const N: usize>(values: &[T], bytes: fn(T) -> [u8; N])
     values.iter().flat_map(|&value| bytes(value)).collect()
 }
 
-/// Writes `tensors` and `metadata` to `path`: aside first, then renamed, so that nobody ever sees half a file. The same
-/// content gives the same bytes.
+/// Writes `tensors` and `metadata` to a temporary file and renames it to `path`.
+///
+/// Readers never see an incomplete file. Equal contents give equal bytes.
 pub fn write(path: &Path, tensors: &Tensors, mut metadata: BTreeMap<String, String>) -> Result<(), DatabaseError> {
     let mut checksums: BTreeMap<&str, String> =
         tensors.0.iter().map(|(name, (_, _, bytes))| (name.as_str(), checksum(bytes))).collect();
@@ -63,7 +65,7 @@ pub fn write(path: &Path, tensors: &Tensors, mut metadata: BTreeMap<String, Stri
     write_aside(path, &bytes).map_err(|source| DatabaseError::Io { path: path.to_owned(), source })
 }
 
-/// The crate writes metadata in the order of a hash map; the same object must give the same bytes.
+/// Sorts the metadata, which the crate writes in the order of a hash map, so that equal objects give equal bytes.
 fn sorted_header(bytes: Vec<u8>) -> Vec<u8> {
     let Some((length, rest)) = bytes.split_first_chunk::<8>() else { return bytes };
     let length = u64::from_le_bytes(*length) as usize;
@@ -86,7 +88,7 @@ fn to_json<T: serde::Serialize>(map: &BTreeMap<impl AsRef<str> + Ord + serde::Se
     serde_json::Value::Object(entries).to_string()
 }
 
-/// A new file gets the usual mode, one that is replaced keeps its own.
+/// Writes a temporary file and renames it. A new file gets the default mode; a replaced file's mode is kept.
 fn write_aside(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let mut builder = tempfile::Builder::new();
@@ -102,14 +104,14 @@ fn write_aside(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
     Ok(())
 }
 
-/// Temporary files are their owner's alone; a database has the usual mode of a new file, less what the process's mask takes away.
+/// Sets the default mode of a new file, reduced by the umask; temporary files are private otherwise.
 #[cfg(unix)]
 fn usual_mode(builder: &mut tempfile::Builder) {
     use std::os::unix::fs::PermissionsExt;
     builder.permissions(std::fs::Permissions::from_mode(0o666));
 }
 
-/// Elsewhere a new file inherits the rights of its folder.
+/// Without Unix permissions, a new file inherits the rights of its folder.
 #[cfg(not(unix))]
 fn usual_mode(_: &mut tempfile::Builder) {}
 
@@ -127,24 +129,24 @@ pub(super) fn metadata_checksum<'a>(entries: impl Iterator<Item = (&'a String, &
     hasher.finalize().to_hex().to_string()
 }
 
-/// A file mapped into memory; verified tensors are read from it.
+/// A file mapped into memory, from which verified tensors are read.
 pub struct MappedFile(memmap2::Mmap);
 
 impl MappedFile {
     /// Maps `path`.
     pub fn open(path: &Path) -> Result<Self, DatabaseError> {
         let io = |source| DatabaseError::Io { path: path.to_owned(), source };
-        // Asked before it is opened: opening a pipe would wait for a writer.
+        // Checked before opening, because opening a pipe waits for a writer.
         if !std::fs::metadata(path).map_err(io)?.is_file() {
             return Err(io(std::io::Error::new(std::io::ErrorKind::InvalidInput, "not a regular file")));
         }
         let file = File::open(path).map_err(io)?;
-        // SAFETY: the map is read-only and private to this process; databases are replaced by rename, never rewritten
-        // in place, and the guide says that who may write to the folder is trusted.
+        // SAFETY: the map is read-only and private to this process. Databases are replaced by rename and never
+        // rewritten in place, and the guide declares that everyone with write access to the folder is trusted.
         unsafe { memmap2::Mmap::map(&file) }.map(Self).map_err(io)
     }
 
-    /// Parses the header. Verifies offsets and sizes against the file, nothing else yet.
+    /// Parses the header. Verifies only offsets and sizes against the file.
     pub fn parse(&self) -> Result<ContainerContents<'_>, DatabaseError> {
         let (_, header) = SafeTensors::read_metadata(&self.0)?;
         let metadata: BTreeMap<String, String> = header.metadata().clone().unwrap_or_default().into_iter().collect();
@@ -152,7 +154,7 @@ impl MappedFile {
     }
 }
 
-/// What a container holds.
+/// Contents of a container.
 pub struct ContainerContents<'a> {
     tensors: SafeTensors<'a>,
     /// All metadata.
@@ -160,12 +162,12 @@ pub struct ContainerContents<'a> {
 }
 
 impl ContainerContents<'_> {
-    /// Whether there is a tensor of that name.
+    /// True if there is a tensor of the given name.
     pub fn holds(&self, name: &str) -> bool {
         self.tensors.tensor(name).is_ok()
     }
 
-    /// Rows of the tensor `name`; none where there is no such tensor.
+    /// Rows of the tensor `name`; 0 if there is no such tensor.
     pub fn rows(&self, name: &str) -> usize {
         self.tensors.tensor(name).ok().and_then(|view| view.shape().first().copied()).unwrap_or(0)
     }
@@ -181,18 +183,18 @@ impl ContainerContents<'_> {
         self.metadata.get(key).map(String::as_str).ok_or_else(missing)
     }
 
-    /// A metadata value that is JSON.
+    /// A metadata value in JSON.
     pub fn json<T: serde::de::DeserializeOwned>(&self, key: &'static str) -> Result<T, DatabaseError> {
         serde_json::from_str(self.text(key)?)
             .map_err(|error| DatabaseError::Metadata { key, reason: brief(&error.to_string()) })
     }
 
-    /// The checksum of every tensor, as stored.
+    /// The stored checksum of every tensor.
     pub fn checksums(&self) -> Result<BTreeMap<String, String>, DatabaseError> {
         self.json(CHECKSUMS_KEY)
     }
 
-    /// Compares every tensor that is wanted, and the metadata, with its checksum.
+    /// Compares the metadata, and every tensor that is wanted, with its checksum.
     pub fn verify(&self, want: impl Fn(&str) -> bool) -> Result<(), DatabaseError> {
         let stored = self.checksums()?;
         let expect = |name: &str, found: String| match stored.get(name) {
@@ -206,7 +208,7 @@ impl ContainerContents<'_> {
         Ok(())
     }
 
-    /// Finite 64-bit floats with `columns` columns, or [`FLAT`]; the number of rows is the file's, or must be `rows`.
+    /// Finite 64-bit floats with `columns` columns, or [`FLAT`]. The number of rows must be `rows` if given.
     pub fn f64(&self, name: &str, rows: Option<usize>, columns: usize) -> Result<Vec<f64>, DatabaseError> {
         let values = self.typed(name, Dtype::F64, rows, columns, f64::from_le_bytes)?;
         match values.iter().position(|value| !value.is_finite()) {
@@ -215,7 +217,7 @@ impl ContainerContents<'_> {
         }
     }
 
-    /// Finite 32-bit floats in `rows` rows of as many columns as there are, which are returned first.
+    /// Number of columns, and finite 32-bit floats in `rows` rows.
     pub fn f32(&self, name: &str, rows: usize) -> Result<(usize, Vec<f32>), DatabaseError> {
         let columns = self.tensors.tensor(name).ok().and_then(|view| view.shape().get(1).copied()).unwrap_or(1);
         let values = self.typed(name, Dtype::F32, Some(rows), columns.max(1), f32::from_le_bytes)?;

@@ -1,4 +1,4 @@
-//! The one walk from an impact to fragments, in the order of the method.
+//! The path of a request from an impact to fragments, in the order of the method.
 
 mod aim;
 mod contact;
@@ -60,5 +60,5 @@ pub use training::sample::ImpactSampler;
 pub use walk::strike;
 pub use workspace::Workspace;
 
-/// Most sites of one strike.
+/// Largest number of sites of one request.
 pub const DEGREE_MAX: u32 = 512;

@@ -8,7 +8,7 @@ pub(in crate::pipeline) struct Face {
     pub area: Vector3<f64>,
 }
 
-/// The triangles of `run`, their areas out of its fragment.
+/// The triangles of `run`, with area vectors out of its fragment.
 pub(in crate::pipeline) fn faces<'a>(
     tessellation: &'a Tessellation,
     run: &'a RunRange,

@@ -1,4 +1,4 @@
-//! Cells become closed meshes, tables and what effects add to them.
+//! Closed meshes and tables from cells, with the additions of effects.
 
 pub(super) mod cut;
 pub(super) mod emitted_effects;
