@@ -23,7 +23,7 @@ pub const CONTACTS_MAX: usize = 8;
 
 /// A request that failed and changed nothing.
 ///
-/// [`Self::is_callers`] tells errors of the request from faults of the service.
+/// [`Self::is_callers`] distinguishes errors of the request from faults of the service.
 #[derive(Debug, thiserror::Error)]
 pub enum FractureError {
     /// No contact, or more than [`CONTACTS_MAX`].
