@@ -42,7 +42,7 @@ pub enum FractureError {
         positive: bool,
     },
     /// The impulse of a contact is zero.
-    #[error("contact {contact}: the impulse is zero; pass one in N·s that is not")]
+    #[error("contact {contact}: the impulse is zero; pass a nonzero impulse in N·s")]
     ZeroImpulse {
         /// Index of the contact.
         contact: usize,
