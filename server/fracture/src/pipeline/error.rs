@@ -104,7 +104,7 @@ pub enum FractureError {
         /// Index of the body.
         body: usize,
     },
-    /// The object has no anchors, or no weight acts on it.
+    /// The object has no anchors or no gravity, which the effect needs.
     #[error("the object is not prepared for the effect `{}`: give it `anchors` in the scene", .effect.name())]
     Unheld {
         /// Requested effect.
