@@ -165,7 +165,7 @@ mod tests {
             };
             let prepared = bake(shapes::by_name(shape).unwrap(), &request, &CancelToken::default(), &mut hear).unwrap();
             let ratio = told as f64 / prepared.bytes() as f64;
-            println!("{shape} {}: {told} bytes told, {ratio:.3} of those held", quality.name());
+            println!("{shape} {}: {told} bytes estimated, {ratio:.3} of those held", quality.name());
             assert!((0.9..1.1).contains(&ratio), "{shape} {}: {ratio}", quality.name());
         }
     }

@@ -9,7 +9,9 @@ use nalgebra::Point3;
 
 /// Shape into which slots are cut.
 pub(super) struct UncrackedShape<'a> {
+    /// Surface of the input.
     pub surface: &'a Surface,
+    /// Inside test of that surface.
     pub inside: &'a InsideTest,
     /// Lattices without slots, and the volume (local) to which they were fitted.
     pub levels: &'a LatticeLevels,

@@ -320,7 +320,7 @@ fn check_shape(shape: &Shape) -> Result<(), DatabaseError> {
     }
     let positive = |value: f64| value.is_finite() && value > 0.0;
     let reason = if found == 0 {
-        "no body"
+        "no bodies"
     } else if surface.len() != found {
         "the lifts have different numbers of bodies"
     } else if !positive(shape.gamma_j_m2) || !positive(shape.kappa) {

@@ -21,7 +21,7 @@ use std::str::FromStr;
 /// Largest number of shares of a bake.
 pub const SHARES_MAX: u64 = 65_536;
 
-/// Number of impacts between two checks of the token.
+/// Number of impacts between two checks of the token and of the caller's clock.
 const BATCH: usize = 16;
 
 /// Extension of files with a share.

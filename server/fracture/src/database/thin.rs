@@ -11,9 +11,9 @@ use rayon::prelude::*;
 /// Largest measured width, local. Default spacings preserve anything thicker.
 pub(super) const WIDTH_MAX: f64 = 0.1;
 
-/// Share of the surface whose walls the lattice must preserve, and whose thickness determines the spacing.
+/// Share of the surface with lost walls at which a bake fails.
 ///
-/// With less, the bake fails. Thinner details may be lost; the report names them.
+/// The spacing follows the thickness that the walls of this share do not exceed. The report names smaller losses.
 const SHARE: f64 = 0.25;
 
 /// Smallest number of samples that is reported.

@@ -141,9 +141,10 @@ pub fn decide(first_moment: f64, gamma: f64, estimate: f64, kappa: f64, sites_ma
 
 /// The default γ, J·m²: c·W_t·d⁵ with the energy density at the tensile strength, W_t = σ_t²/(2E).
 ///
-/// A region of size d strained to its strength just stays intact. `youngs_pa` is E, `strength_pa` is σ_t, `size_m` is
-/// the reference fragment size d. γ grows with the fifth power of d, so it belongs to an object rather than to a
-/// material.
+/// A region of size d strained to its strength just stays intact. γ grows with the fifth power of d, so it belongs to an
+/// object rather than to a material.
+///
+/// `youngs_pa` is E, `strength_pa` is σ_t, `size_m` is the reference fragment size d.
 pub fn reference_gamma(youngs_pa: f64, strength_pa: f64, size_m: f64) -> f64 {
     COEFFICIENT * strength_pa * strength_pa / (2.0 * youngs_pa) * size_m.powi(5)
 }

@@ -3,10 +3,14 @@
 //! Based on: M. Bădoiu & K. L. Clarkson, *Smaller core-sets for balls* (SODA 2003), for a center close to all points.
 //! The bound is ours.
 //!
-//! E_1 = Σ w_v q_v(c), with w_v the energies of the nodes, raised to the floor of a field, q_v(p) = |X_v − p|² + 2
-//! b_v·(X_v − p) + m_v the mean of |X − p|² over node v's cell, and c the center of energy. As a function of p the sum
-//! is least at c, where its gradient −2 Σ w_v (X_v + b_v − p) vanishes. So for every p, with U the energy before the
-//! floor was applied,
+//! E_1 = Σ w_v q_v(c), where
+//!
+//! - w_v are the energies of the nodes, raised to the floor of a field;
+//! - q_v(p) = |X_v − p|² + 2 b_v·(X_v − p) + m_v is the mean of |X − p|² over node v's cell;
+//! - c is the center of energy.
+//!
+//! As a function of p the sum is least at c, where its gradient −2 Σ w_v (X_v + b_v − p) vanishes. So for every p, with
+//! U the energy before the floor was applied,
 //!
 //! E_1 ≤ Σ w_v q_v(p) ≤ Σ w_v · max q_v(p) ≤ (1 + [`FLOOR`]) U · max q_v(p),
 //!

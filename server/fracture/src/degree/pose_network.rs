@@ -352,6 +352,6 @@ mod tests {
         assert_eq!(train(&lessons(curved)[..70], 1), None);
         let alike: Vec<TrainingSample> =
             (0..40).map(|example| TrainingSample { example, descriptor: vec![1.0, 2.0], target: 0.5 }).collect();
-        assert_eq!(train(&alike, 1), None, "one lesson, forty times");
+        assert_eq!(train(&alike, 1), None, "one sample, forty times");
     }
 }

@@ -23,7 +23,7 @@ pub const CONTACTS_MAX: usize = 8;
 
 /// A request that failed and changed nothing.
 ///
-/// [`Self::is_callers`] tells errors of the request from faults of the service.
+/// [`Self::is_callers`] distinguishes errors of the request from faults of the service.
 #[derive(Debug, thiserror::Error)]
 pub enum FractureError {
     /// No contact, or more than [`CONTACTS_MAX`].
@@ -42,7 +42,7 @@ pub enum FractureError {
         positive: bool,
     },
     /// The impulse of a contact is zero.
-    #[error("contact {contact}: the impulse is zero; pass one in N·s that is not")]
+    #[error("contact {contact}: the impulse is zero; pass a nonzero impulse in N·s")]
     ZeroImpulse {
         /// Index of the contact.
         contact: usize,
@@ -104,7 +104,7 @@ pub enum FractureError {
         /// Index of the body.
         body: usize,
     },
-    /// The object has no anchors, or no weight acts on it.
+    /// The object has no anchors or no gravity, which the effect needs.
     #[error("the object is not prepared for the effect `{}`: give it `anchors` in the scene", .effect.name())]
     Unheld {
         /// Requested effect.

@@ -17,8 +17,8 @@ pub struct ThresholdReport {
     pub is_bound: bool,
     /// Factor on the impulses at which the object just breaks; 0 if its weight alone breaks it.
     ///
-    /// With gravity, a request for the threshold only searches for this factor. Other requests report the factor on all
-    /// loads, weight included.
+    /// With gravity, a request with `threshold_only` searches for this factor. Other requests with gravity report the
+    /// factor on all loads, weight included.
     pub impulse_factor: f64,
     /// Largest effective contact radius, m, after raising each to the resolution of the elastic lattice.
     pub radius_m: f64,

@@ -11,7 +11,7 @@
 //! - Connectivity depends on labels only.
 //! - No two crack points coincide, because each stays inside its simplex by [`MARGIN`].
 //! - Quadrilaterals are split so that the part of each label in each tetrahedron is positive for any positions of its
-//! points.
+//!   points.
 //! - Crack polygons are computed once for both of their fragments, so the fragments' volumes add up to the lattice's.
 //!
 //! The caller is responsible for fixed points and their positions.

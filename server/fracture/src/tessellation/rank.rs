@@ -58,6 +58,7 @@ pub(super) struct MergePair {
 }
 
 impl Ranks {
+    /// Computes all ranks, and the number of vertices of each sheet.
     pub fn count(&mut self, input: Input<'_>) {
         let mut vertices = std::mem::take(&mut self.vertices);
         vertices.clear();

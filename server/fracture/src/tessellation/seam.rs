@@ -4,10 +4,10 @@
 //!
 //! - Edge points between it and the others are those of the earlier cracks.
 //! - On a face with two children and another fragment, the point is on the segment in which the earlier crack crossed
-//! the face.
+//!   the face.
 //! - In a tetrahedron with three children and another fragment, the point is on the triangle of the earlier crack.
 //! - In a tetrahedron with two children and two other fragments, the point is moved so that the earlier fragment's part
-//! keeps its volume.
+//!   keeps its volume.
 //!
 //! The children's volumes then add up to the earlier fragment's, provided that the four edge points of every
 //! tetrahedron that an earlier crack halves are coplanar. They are if one bisector determined them.

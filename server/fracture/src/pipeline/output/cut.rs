@@ -16,10 +16,15 @@ use crate::tessellation::{BisectorSites, FixedPoints, TessellationWorkspace};
 /// Inputs of the fragments of a request.
 #[derive(Clone, Copy)]
 pub(in crate::pipeline) struct MeshSources<'a> {
+    /// Context of the request.
     pub context: StrikeContext<'a>,
+    /// Strain energies of the struck bodies.
     pub energies: &'a [BodyEnergy],
+    /// Energy densities of the struck bodies, without an artist's controls.
     pub fields: &'a [EnergyField<'a>],
+    /// Degree and diagrams.
     pub division: &'a Division,
+    /// Pool of buffers.
     pub spare: &'a BufferPool,
 }
 

@@ -80,7 +80,7 @@ impl FractureMeshes {
         });
     }
 
-    /// Writes the texture coordinates of all vertices, m; zero off the cracks.
+    /// Writes the texture coordinates of all vertices, m; zero outside cracks.
     ///
     /// They are coordinates in the mean plane of the crack, equal on both sides.
     pub fn uvs(&self, out: &mut [[f32; 2]]) {

@@ -4,7 +4,9 @@ use crate::tessellation::{RunRange, Tessellation};
 use nalgebra::{Point3, Vector3};
 /// A triangle of a run: corners and area vector, local.
 pub(in crate::pipeline) struct Face {
+    /// Corners, local.
     pub corners: [Point3<f64>; 3],
+    /// Area vector, local.
     pub area: Vector3<f64>,
 }
 

@@ -3,13 +3,15 @@
 //! Based on: Schvartzman & Otaduy (I3D 2014), section 3, which asks for crack concavity. The method is ours:
 //!
 //! - The whole tetrahedra of the fragment form an object ([`ParentFragment`]), which is struck like any other, up to
-//! the labels.
+//!   the labels.
 //! - The labels are transferred to the whole lattice of the body. A node of the fragment without a whole tetrahedron
-//! takes the label of the nearest node that has one. Nodes of other fragments keep their labels.
+//!   takes the label of the nearest node that has one. Nodes of other fragments keep their labels.
 //! - Points of earlier cracks do not move, so the volumes of the children add up to that of the fragment.
 //!
-//! Cost: that of a first request on an object with the fragment's nodes; the eigenpairs of the interior lift and the
-//! factor of the stiffness, which a first request finds prepared; and one tessellation of the body's whole lattice.
+//! Cost, in addition to a first request on an object with the fragment's nodes:
+//!
+//! - the eigenpairs of the interior lift and the factor of the stiffness, which a first request finds prepared;
+//! - one tessellation of the body's whole lattice.
 
 pub(super) mod parent;
 pub(super) mod volume_correction;

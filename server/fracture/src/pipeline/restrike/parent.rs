@@ -27,7 +27,7 @@ pub(in crate::pipeline) struct ParentFragment {
     /// Representative in the fragment's lattice, for each node of the body's lattice.
     ///
     /// Nodes of the fragment's lattice represent themselves. Nodes of the fragment without a whole tetrahedron have the
-    /// nearest one along edges. [`NOBODY`] outside the fragment.
+    /// nearest one along edges. [`NOBODY`] marks nodes outside the fragment.
     pub stands: Vec<u32>,
 }
 

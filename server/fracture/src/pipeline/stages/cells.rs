@@ -123,10 +123,13 @@ fn wishes(context: StrikeContext<'_>, threshold: &ThresholdResult, fields: &[Ene
 
 /// Degree of one struck body, estimated without a diagram.
 pub(in crate::pipeline) struct DegreeGuess {
+    /// Number of sites, 1 if the body stays intact.
     pub sites: u32,
+    /// True if the maximum limited the number.
     pub capped: bool,
     /// True if the estimate is the examples' or the body stays intact.
     pub inferred: bool,
+    /// Confidence in the number, 0 ..= 1.
     pub confidence: f64,
 }
 

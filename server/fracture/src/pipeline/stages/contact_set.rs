@@ -12,7 +12,7 @@ use crate::pipeline::request::fracture_request::FractureRequest;
 use crate::scene::{DEFAULT_DURATION_S, DEFAULT_RADIUS_DIAGONALS, EffectKind};
 use nalgebra::Vector3;
 
-/// Rounding step of relative forces, which makes the bits of a result independent of the impact's magnitude.
+/// Rounding step of relative forces, so that scaling an impact does not change their bits.
 const FORCE_STEP: f64 = 1.0 / (1u64 << 40) as f64;
 
 /// Contacts of one request, in local units and by body.

@@ -48,8 +48,9 @@ const STRIDE: f64 = 4.0;
 
 /// The factor on the impulses at which the object just breaks under unchanged weight; 0 if the weight alone breaks it.
 ///
-/// `e1_over_gamma` returns E_1/γ at a factor. With weight, E_1 is not proportional to the square of the factor, so a
-/// search is needed: regula falsi on √E_1, which is nearly linear in the factor, with a bisection in every third trial.
+/// `e1_over_gamma` returns E_1/γ at a factor. With weight, E_1 is not proportional to the square of the factor, so
+/// the factor is searched for. The search is regula falsi on √E_1, which is nearly linear in the factor, with a
+/// bisection in every third trial.
 ///
 /// Errors: those of `e1_over_gamma`.
 pub(in crate::pipeline) fn under_weight(

@@ -33,9 +33,13 @@ impl Drop for BodyMeshes {
 /// Buffers for cutting one body.
 #[derive(Default)]
 pub(in crate::pipeline) struct CutBuffers {
+    /// Fragments of the nodes, and sites of the fragments.
     pub components: Components,
+    /// Crack points.
     pub points: CrackPoints,
+    /// Surfaces of the fragments.
     pub tessellation: Tessellation,
+    /// Rigid-body properties of the fragments.
     pub measured: Vec<RigidProperties>,
 }
 

@@ -1,7 +1,7 @@
 //! Pool of buffers of dropped results, for later requests.
 //!
-//! Results grow with the lattice. Allocating one again each time costs a large part of a millisecond in page faults
-//! alone.
+//! Results grow with the lattice. The page faults of a new allocation each time would cost a large part of
+//! a millisecond.
 
 use super::body_meshes::CutBuffers;
 use std::sync::{Arc, Mutex};

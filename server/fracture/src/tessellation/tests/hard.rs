@@ -85,7 +85,7 @@ fn fixed_points_are_taken_as_they_are() {
     let middles = crack_points(&lattice, &topology, labels, None, &FixedPoints::default()).unwrap();
     let mut fixed = middles.to_fixed();
     let kept = crack_points(&lattice, &topology, labels, Some(voronoi.sites()), &fixed).unwrap();
-    assert_eq!(kept, middles, "all fixed: the sites have no say");
+    assert_eq!(kept, middles, "all fixed: the sites have no effect");
     fixed.edges.truncate(10);
     fixed.faces.clear();
     let mixed = crack_points(&lattice, &topology, labels, Some(voronoi.sites()), &fixed).unwrap().to_fixed();
