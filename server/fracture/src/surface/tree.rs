@@ -1,17 +1,17 @@
-//! A bounding-box hierarchy over triangles, shared by winding number, closest point and self-intersections.
+//! Bounding-box hierarchy over triangles, shared by winding number, closest point and self-intersections.
 //!
-//! Based on: median split of the triangle centers along the longest axis of their box; balanced, so that its depth is
-//! at most 32 and a traversal needs a fixed stack.
+//! The median of the triangle centers along the longest axis of their box splits each node. The tree is balanced: its
+//! depth is at most 32, so a traversal needs only a fixed stack.
 
 use nalgebra::{Point3, Vector3};
 
-/// Triangles per leaf, at most.
+/// Largest number of triangles per leaf.
 const LEAF: usize = 4;
 
-/// More than a depth-first traversal that pushes both children can need: depth + 1.
+/// Stack size of a depth-first traversal that pushes both children; depth + 1 suffices.
 pub(super) const STACK: usize = 40;
 
-/// An axis-aligned box.
+/// Axis-aligned bounding box.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct BoundingBox {
     pub low: Point3<f64>,
@@ -44,7 +44,7 @@ impl BoundingBox {
         (0..3).all(|k| self.low[k] <= other.low[k] && other.high[k] <= self.high[k])
     }
 
-    /// Squared distance of a point, 0 inside.
+    /// Squared distance of a point from the box; 0 inside.
     pub fn distance_squared(&self, point: &Point3<f64>) -> f64 {
         let axis = |k: usize| (self.low[k] - point[k]).max(point[k] - self.high[k]).max(0.0);
         let (x, y, z) = (axis(0), axis(1), axis(2));
@@ -52,7 +52,7 @@ impl BoundingBox {
     }
 }
 
-/// A node: its left child follows it, its right child is at `right`; `right` = 0 marks a leaf.
+/// Node of the hierarchy. Its left child follows it, its right child has index `right`; 0 marks a leaf.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Node {
     pub bounds: BoundingBox,
@@ -66,23 +66,23 @@ impl Node {
         self.right == 0
     }
 
-    /// Its triangles, in the tree's order.
+    /// Its triangles, as a range in the tree's order.
     pub fn range(&self) -> std::ops::Range<usize> {
         self.first as usize..(self.first + self.count) as usize
     }
 }
 
-/// The hierarchy. Triangles are stored in leaf order.
+/// Bounding-box hierarchy. Triangles are stored in leaf order.
 #[derive(Clone, Debug, Default)]
 pub(super) struct TriangleTree {
     pub nodes: Vec<Node>,
     pub triangles: Vec<[Point3<f64>; 3]>,
-    /// For each stored triangle, its place in the list given to [`Tree::new`].
+    /// Index of each stored triangle in the list given to [`Tree::new`].
     pub order: Vec<u32>,
 }
 
 impl TriangleTree {
-    /// Builds the hierarchy in O(n log n); no triangles give no nodes.
+    /// Builds the hierarchy in O(n log n). An empty list yields no nodes.
     pub fn new(triangles: &[[Point3<f64>; 3]]) -> Self {
         let mut order: Vec<u32> = (0..triangles.len() as u32).collect();
         let centers: Vec<Point3<f64>> =
@@ -95,7 +95,7 @@ impl TriangleTree {
         Self { nodes, triangles, order }
     }
 
-    /// Calls `visit` for every triangle stored at `first` or later whose box overlaps `bounds`.
+    /// Calls `visit` for every triangle stored at index `first` or later whose box overlaps `bounds`.
     pub fn overlapping(&self, bounds: &BoundingBox, first: usize, mut visit: impl FnMut(usize)) {
         let mut stack = [0u32; STACK];
         let mut top = usize::from(!self.nodes.is_empty());
