@@ -64,8 +64,8 @@ impl CrackSheets {
             return Err(SurfaceError::AllDegenerate);
         }
         let mut defects = Vec::new();
-        degenerate.report(DefectKind::DegenerateTriangles, "left out of the existing cracks", &mut defects);
-        repeated.report(DefectKind::DuplicateTriangles, "kept once among the existing cracks", &mut defects);
+        degenerate.report(DefectKind::DegenerateTriangles, "left out of the cracks", &mut defects);
+        repeated.report(DefectKind::DuplicateTriangles, "once among the cracks", &mut defects);
         Ok(Self {
             tree: TriangleTree::new(&triangles),
             rim: OpenEdges::new(&triangles),
@@ -115,7 +115,7 @@ impl CrackSheets {
         let mut defects = Vec::new();
         tally.report(
             DefectKind::IdleCrack,
-            "none: outside the object, or smaller than the lattice resolves",
+            "none: outside of the object, or smaller than the lattice resolves",
             &mut defects,
         );
         defects.pop()

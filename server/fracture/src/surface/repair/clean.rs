@@ -93,7 +93,7 @@ fn report_precision(raw: &RawMesh, frame: &LocalFrame, defects: &mut Vec<Defect>
             far.note(vertex as u64);
         }
     }
-    far.report(DefectKind::LostPrecision, "none: move the object near the origin or store double precision", defects);
+    far.report(DefectKind::LostPrecision, "none: move the object near the origin or store doubles", defects);
 }
 
 /// Merges equal local positions.

@@ -78,8 +78,8 @@ impl Surface {
         let crossings = intersect::intersections(&positions, &triangles);
         if let Some(first) = crossings.first {
             let action = match crossings.complete {
-                true => "none: points inside either part are inside",
-                false => "none: points inside either part are inside; counting stopped early",
+                true => "none: what either part encloses is inside",
+                false => "none: what either part encloses is inside; counting was given up",
             };
             defects.push(Defect::new(DefectKind::SelfIntersection, crossings.count, face(first), action));
         }
