@@ -66,7 +66,7 @@ fn farthest(lattice: &Lattice, measure: impl Fn(&Point3<f64>) -> f64) -> Option<
 /// Largest distance of collinear anchors from their line, over their extent.
 const LINE_SHARE: f64 = 1e-9;
 
-/// Rejects anchors among `count` nodes that do not exist, are none at all, or lie on a line.
+/// Rejects anchors that are no node of `count` nodes, an empty list of anchors, and anchors that all lie on a line.
 pub(super) fn check_anchors(
     nodes: &[u32],
     count: usize,
