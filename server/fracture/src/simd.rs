@@ -101,6 +101,7 @@ pub(crate) mod tests {
     /// Instruction set forced on all threads. Tests that run meanwhile compute the same bits.
     static FORCED: Mutex<Option<Arch>> = Mutex::new(None);
 
+    /// Forced instruction set, if any.
     pub(super) fn forced() -> Option<Arch> {
         *FORCED.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
     }

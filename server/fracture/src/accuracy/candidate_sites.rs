@@ -12,7 +12,9 @@ use crate::lift::LiftedLattice;
 /// Site with its squared lifted distances from the four corners.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct CandidateSite {
+    /// Index of the site.
     pub(super) site: u32,
+    /// Squared lifted distance from each corner.
     pub(super) squares: [f64; 4],
 }
 
@@ -41,6 +43,7 @@ impl CandidateSite {
 /// Sites of one diagram on one lattice.
 #[derive(Clone, Copy)]
 pub(super) struct CandidateSites<'a> {
+    /// Lattice of the diagram.
     pub(super) lattice: &'a Lattice,
     lift: &'a LiftedLattice,
     sites: &'a [f64],

@@ -17,8 +17,10 @@ use nalgebra::{Matrix4, Point3, Vector4};
 
 /// Labels of the nodes of a lattice, with the crack points between them.
 pub struct Regions<'a> {
+    /// Lattice of the labels.
     pub(super) lattice: &'a Lattice,
     topology: &'a Topology,
+    /// Label of each node.
     pub(super) labels: &'a [u32],
     points: CrackPoints,
     edges: Vec<Option<Point3<f64>>>,

@@ -34,6 +34,7 @@ pub const ITERATIONS_MAX: usize = 200;
 
 /// State that a descent changes.
 pub(super) struct LloydState<'a> {
+    /// Memory of the assignments.
     pub scratch: &'a mut AssignScratch,
     /// State reached. Its sites are the input.
     pub current: &'a mut AssignState,

@@ -11,7 +11,9 @@ use rayon::prelude::*;
 /// After the largest diagram, no call allocates memory that grows with the mesh.
 #[derive(Clone, Debug, Default)]
 pub struct DiagramWorkspace {
+    /// Memory of the assignments.
     pub(super) scratch: AssignScratch,
+    /// Memory of the start.
     pub(super) start: seeding::SeedScratch,
     /// Nodes of the field, then groups of them, coarser and coarser.
     pub(super) levels: Vec<PointLevel>,

@@ -47,6 +47,7 @@ struct Block {
 }
 
 impl Elements {
+    /// Packs the elements into SIMD blocks.
     pub(super) fn new(elements: &[Element]) -> Self {
         Self { blocks: elements.chunks(SIDE).map(Block::new).collect() }
     }

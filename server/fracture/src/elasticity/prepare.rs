@@ -18,10 +18,13 @@ use std::sync::{Arc, OnceLock};
 /// Bodies that differ only in their support share everything but the factor.
 #[derive(Debug)]
 pub struct Elasticity {
+    /// Lamé's constants.
     pub(super) lame: Lame,
+    /// Stiffness matrix of the free body.
     pub(super) stiffness: Arc<SymmetricMatrix<3>>,
     /// Largest rounding error of a row of K u, relative to ‖u‖; see [`row_rounding`].
     pub(super) row_rounding: f64,
+    /// Symbolic factorization of the stiffness.
     pub(super) symbolic: SymbolicFactor,
     /// Requested precision of the factor.
     precision: Precision,
@@ -29,9 +32,13 @@ pub struct Elasticity {
     ///
     /// Making it submits no work to other threads, so a thread cannot wait for itself.
     factor: OnceLock<Result<Cholesky, ElasticityError>>,
+    /// Support of the body.
     pub(super) support: Support,
+    /// Gradients and volumes of the tetrahedra.
     pub(super) elements: Arc<Elements>,
+    /// Boundary of the lattice.
     pub(super) boundary: Arc<BoundaryNodes>,
+    /// Mass distribution.
     pub(super) inertia: Arc<Inertia>,
     /// Mean edge length of the lattice, local.
     pub(super) spacing: f64,

@@ -167,6 +167,7 @@ impl Sums {
         self.sums[node as usize] += more;
     }
 
+    /// Nodes with their sums, in order of arrival.
     pub(super) fn iter(&self) -> impl Iterator<Item = (usize, Vector3<f64>)> {
         self.nodes.iter().map(|node| (*node as usize, self.sums[*node as usize]))
     }

@@ -137,6 +137,7 @@ impl Elasticity {
         norm(residual) / norm(forces)
     }
 
+    /// Fails if `array` does not have three entries per node. `what` names it in the error.
     pub(super) fn check_length(&self, what: &'static str, array: &[f64]) -> Result<(), ElasticityError> {
         match array.len() {
             found if found == self.size() => Ok(()),

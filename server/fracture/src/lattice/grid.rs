@@ -29,6 +29,7 @@ const RING: [[i32; 3]; 4] = [[1, -1, -1], [1, 1, -1], [1, 1, 1], [1, -1, 1]];
 /// Layout of the grid; see the head of this file.
 pub(super) struct Grid {
     origin: Point3<f64>,
+    /// Side of the cubes, local.
     pub(super) spacing: f64,
     cells: [usize; 3],
 }

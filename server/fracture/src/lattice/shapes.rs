@@ -5,7 +5,9 @@ use nalgebra::{Isometry3, Point3, Vector3};
 
 /// Shape given by a closure and half the sides of its box.
 pub(super) struct ImplicitShape<F: Fn(&Point3<f64>) -> f64 + Sync> {
+    /// Signed distance.
     pub(super) distance: F,
+    /// Half sides of the box, centered at the origin.
     pub(super) half: Vector3<f64>,
 }
 

@@ -43,6 +43,7 @@ enum View {
 }
 
 impl<'a> MeanValueWeights<'a> {
+    /// Allocates memory for the weights of points in `surface`.
     pub(super) fn new(surface: &'a BoundarySurface) -> Self {
         let count = surface.nodes.len();
         Self { surface, seen: Vec::with_capacity(count), weights: vec![0.0; count] }

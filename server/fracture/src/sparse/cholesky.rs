@@ -31,6 +31,7 @@ use std::sync::Arc;
 /// Symbolic factorization: the ordering and the pattern of L, without numbers. Cheap to clone.
 #[derive(Clone, Debug)]
 pub struct SymbolicFactor {
+    /// Pattern of L.
     pub(super) pattern: Arc<SymbolicCholesky<u32>>,
     /// New → old row.
     pub(super) forward: Arc<[u32]>,
@@ -240,13 +241,16 @@ impl Cholesky {
 
 /// Scalar lower triangle of a matrix in compressed columns, rows ascending.
 pub(super) struct Lower {
+    /// Number of scalar rows.
     pub(super) size: usize,
     offsets: Vec<u32>,
     rows: Vec<u32>,
+    /// Entries of the triangle, column by column.
     pub(super) values: Vec<f64>,
 }
 
 impl Lower {
+    /// Extracts the lower triangle of `matrix`.
     pub(super) fn new<const B: usize>(matrix: &SymmetricMatrix<B>) -> Self {
         let size = matrix.size();
         let mut lower = Self { size, offsets: vec![0], rows: Vec::new(), values: Vec::new() };
@@ -270,6 +274,7 @@ impl Lower {
         lower
     }
 
+    /// Pattern of the triangle, as faer reads it.
     pub(super) fn pattern(&self) -> SymbolicSparseColMatRef<'_, u32> {
         SymbolicSparseColMatRef::new_checked(self.size, self.size, &self.offsets, None, &self.rows)
     }

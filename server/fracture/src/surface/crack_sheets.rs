@@ -18,6 +18,7 @@ const FAR: f64 = 1e6;
 #[derive(Clone, Debug, Default)]
 pub struct CrackSheets {
     tree: TriangleTree,
+    /// Open edges of the sheets.
     pub(super) rim: OpenEdges,
     triangles: Vec<[Point3<f64>; 3]>,
     /// Face of the input file that each triangle was cut from.

@@ -22,9 +22,12 @@ const AMBIGUOUS: f64 = 0.3;
 /// Queries take a few microseconds and may run on any thread.
 #[derive(Clone, Debug)]
 pub struct InsideTest {
+    /// Hierarchy of the triangles.
     pub(super) tree: TriangleTree,
     winding: WindingMoments,
+    /// Bounding box of the triangles.
     pub(super) bounds: BoundingBox,
+    /// True if the winding number is an integer.
     pub(super) closed: bool,
     /// Volume by the divergence theorem, local.
     pub(super) signed_volume: f64,

@@ -14,32 +14,40 @@ pub(super) const STACK: usize = 40;
 /// Axis-aligned bounding box.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct BoundingBox {
+    /// Lowest corner.
     pub low: Point3<f64>,
+    /// Highest corner.
     pub high: Point3<f64>,
 }
 
 impl BoundingBox {
+    /// Box that contains no point.
     pub const EMPTY: Self = Self {
         low: Point3::new(f64::INFINITY, f64::INFINITY, f64::INFINITY),
         high: Point3::new(f64::NEG_INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY),
     };
 
+    /// Bounding box of `points`.
     pub fn of<'a>(points: impl IntoIterator<Item = &'a Point3<f64>>) -> Self {
         points.into_iter().fold(Self::EMPTY, |bounds, point| bounds.with(point))
     }
 
+    /// Smallest box that contains this one and `point`.
     pub fn with(&self, point: &Point3<f64>) -> Self {
         Self { low: self.low.inf(point), high: self.high.sup(point) }
     }
 
+    /// Extents of the box.
     pub fn diagonal(&self) -> Vector3<f64> {
         self.high - self.low
     }
 
+    /// Returns true if the boxes overlap or touch.
     pub fn overlaps(&self, other: &Self) -> bool {
         (0..3).all(|k| self.low[k] <= other.high[k] && other.low[k] <= self.high[k])
     }
 
+    /// Returns true if `other` lies in this box.
     pub fn contains(&self, other: &Self) -> bool {
         (0..3).all(|k| self.low[k] <= other.low[k] && other.high[k] <= self.high[k])
     }
@@ -55,13 +63,18 @@ impl BoundingBox {
 /// Node of the hierarchy. Its left child follows it, its right child has index `right`; 0 marks a leaf.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Node {
+    /// Bounding box of its triangles.
     pub bounds: BoundingBox,
+    /// Index of its first triangle, in the tree's order.
     pub first: u32,
+    /// Number of its triangles.
     pub count: u32,
+    /// Index of its right child; 0 for a leaf.
     pub right: u32,
 }
 
 impl Node {
+    /// Returns true if it has no children.
     pub fn is_leaf(&self) -> bool {
         self.right == 0
     }
@@ -75,7 +88,9 @@ impl Node {
 /// Bounding-box hierarchy. Triangles are stored in leaf order.
 #[derive(Clone, Debug, Default)]
 pub(super) struct TriangleTree {
+    /// Nodes in depth-first order, the root first.
     pub nodes: Vec<Node>,
+    /// Corners of the triangles, in leaf order.
     pub triangles: Vec<[Point3<f64>; 3]>,
     /// Index of each stored triangle in the list given to [`Tree::new`].
     pub order: Vec<u32>,

@@ -15,6 +15,7 @@ use gltf::{Document, Gltf, Node};
 use nalgebra::{Matrix3, Matrix4, Point3};
 use std::path::{Component, Path, PathBuf};
 
+/// Parses a glTF or GLB file whose buffers lie in `folder`.
 pub(super) fn parse(bytes: &[u8], folder: &Path) -> Result<RawMesh, SurfaceError> {
     // The crate subtracts the header size from the length without a check.
     if bytes.starts_with(b"glTF") && bytes.get(8..12).is_some_and(|length| length[0] < 12 && length[1..] == [0; 3]) {

@@ -11,6 +11,7 @@ use nalgebra::Point3;
 use std::borrow::Cow;
 use tobj::{LoadError, LoadOptions, Mesh};
 
+/// Parses an OBJ file.
 pub(super) fn parse(bytes: &[u8]) -> Result<RawMesh, SurfaceError> {
     let text = String::from_utf8_lossy(bytes);
     // Some editors write a byte-order mark at the start of a file.

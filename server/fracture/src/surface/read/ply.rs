@@ -15,9 +15,13 @@ use ply_rs_bw::ply::{
 /// Values of one row of an element: coordinates and attributes of a vertex, or vertex indices.
 #[derive(Default)]
 pub(super) struct PlyRow {
+    /// Position of a vertex.
     pub point: Point3<f64>,
+    /// Normal of a vertex.
     pub normal: [f64; 3],
+    /// Texture coordinates of a vertex.
     pub uv: [f64; 2],
+    /// Vertex indices of a face or strip.
     pub indices: Vec<i64>,
 }
 
@@ -47,6 +51,7 @@ pub(super) fn meaning(name: &str) -> Meaning {
     }
 }
 
+/// Parses a PLY file.
 pub(super) fn parse(bytes: &[u8]) -> Result<RawMesh, SurfaceError> {
     let mut reader = Reader::new(bytes);
     let parser = Parser::<PlyRow>::new();
@@ -72,6 +77,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<RawMesh, SurfaceError> {
     body.finish(&header)
 }
 
+/// Text of an error with all white space replaced by single spaces.
 pub(super) fn one_line(error: &impl ToString) -> String {
     error.to_string().split_whitespace().collect::<Vec<_>>().join(" ")
 }

@@ -14,6 +14,7 @@ use stl_io::create_stl_reader;
 const HEADER: usize = 84;
 const FACET: usize = 50;
 
+/// Parses an STL file.
 pub(super) fn parse(bytes: &[u8]) -> Result<RawMesh, SurfaceError> {
     let facets = bytes.get(80..HEADER).map(|count| count.iter().rev().fold(0, |n, &byte| n << 8 | usize::from(byte)));
     let exact = facets.is_some_and(|facets| facets * FACET + HEADER == bytes.len());

@@ -16,8 +16,11 @@ const PEELS_MAX: usize = 8;
 
 /// Welded mesh in local coordinates.
 pub(super) struct CleanMesh {
+    /// Transform between the object's coordinates and local ones.
     pub frame: LocalFrame,
+    /// Vertex positions, local.
     pub positions: Vec<Point3<f64>>,
+    /// Vertex indices of each triangle.
     pub triangles: Vec<[u32; 3]>,
     /// Triangle of the raw mesh that each triangle came from.
     pub source: Vec<u32>,
