@@ -8,9 +8,10 @@ use rayon::prelude::*;
 
 /// Shares of the area of outer faces whose normals are near those of the input, 0 ..= 1.
 ///
-/// Three points sample each face, each for a third of its area. They are compared with the nearest point of the input:
-/// normals of flat faces with the triangle there; normals of nodes, with which hosts shade, with the normals with which
-/// the input is shaded. These are its own, or smooth ones of its triangles.
+/// Three points sample each face, each for a third of its area. Normals there are compared with those of the nearest
+/// point of the input: normals of flat faces with that of the triangle there, normals of nodes with the input's
+/// shading normal. Hosts shade with normals of nodes. The input's shading normals are its own, or smooth ones of its
+/// triangles.
 ///
 /// Cracks do not change the shares: they divide outer faces but rotate none. Walls of
 /// existing cracks count as outer faces.

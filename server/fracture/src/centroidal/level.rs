@@ -18,7 +18,7 @@ pub(super) struct PointLevel {
     dimension: usize,
     /// Index of each point in the field or the finer level.
     pub order: Vec<u32>,
-    /// Coordinates X of each point, [`Level::stride`] entries each, padded with zeros.
+    /// Coordinates X of each point, [`PointLevel::stride`] entries each, padded with zeros.
     pub rows: Vec<f64>,
     /// Mass w of each point.
     pub mass: Vec<f64>,

@@ -42,9 +42,9 @@ pub(super) struct LloydState<'a> {
     pub trial: &'a mut AssignState,
     /// Number of pinned sites, which are the first ones.
     pub pinned: usize,
-    /// See [`DiagramOptions`](super::Options).
+    /// As [`DiagramOptions::tolerance`](super::DiagramOptions::tolerance).
     pub tolerance: f64,
-    /// See [`DiagramOptions`](super::Options).
+    /// As [`DiagramOptions::iterations_max`](super::DiagramOptions::iterations_max).
     pub iterations_max: usize,
 }
 

@@ -92,7 +92,7 @@ pub(super) struct TriangleTree {
     pub nodes: Vec<Node>,
     /// Corners of the triangles, in leaf order.
     pub triangles: Vec<[Point3<f64>; 3]>,
-    /// Index of each stored triangle in the list given to [`Tree::new`].
+    /// Index of each stored triangle in the list given to [`TriangleTree::new`].
     pub order: Vec<u32>,
 }
 

@@ -32,7 +32,7 @@ struct Moments {
     octupole: [f64; 10],
 }
 
-/// Moments of every node of a [`Tree`].
+/// Moments of every node of a [`TriangleTree`].
 #[derive(Clone, Debug)]
 pub(super) struct WindingMoments {
     moments: Vec<Moments>,
