@@ -10,7 +10,7 @@ fn surface(mesh: RawMesh) -> Surface {
     Surface::repair(mesh).unwrap()
 }
 
-/// `count` points, uniform in the surface's box widened by a tenth.
+/// `count` points, uniform in the surface's bounding box widened by a tenth.
 fn points(inside: &InsideTest, count: usize) -> Vec<Point3<f64>> {
     let mut random = RandomStream::new(7, 0);
     let (low, size) = (inside.bounds.low, inside.bounds.diagonal());
@@ -18,8 +18,10 @@ fn points(inside: &InsideTest, count: usize) -> Vec<Point3<f64>> {
     (0..count).map(|_| low + size.component_mul(&Vector3::from_fn(|_, _| uniform()))).collect()
 }
 
-/// Compares the hierarchy, for points alone and for four close together, with the sum over all triangles; returns how many
-/// points lie inside.
+/// Compares the hierarchy's winding numbers with the sum over all triangles, for single
+/// points and for four close together.
+///
+/// Returns the number of points inside.
 fn check_winding(surface: &Surface, count: usize) -> usize {
     let inside = InsideTest::new(surface);
     let triangles: Vec<_> = (0..surface.triangles.len()).map(|t| surface.corners(t)).collect();
@@ -40,7 +42,7 @@ fn check_winding(surface: &Surface, count: usize) -> usize {
     compared.iter().filter(|(.., within)| *within).count()
 }
 
-/// A sphere without its cap above `height`.
+/// Sphere without its cap above `height`.
 fn open_sphere(height: f64) -> RawMesh {
     let mut mesh = shapes::sphere(1.0, 4);
     let RawMesh { positions_m, triangles, .. } = &mut mesh;
