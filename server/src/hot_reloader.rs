@@ -105,7 +105,10 @@ pub struct DatabaseFolder {
 }
 
 impl DatabaseFolder {
-    /// Looks at it. Errors: `database_folder`.
+    /// Looks at it.
+    ///
+    /// # Errors
+    /// `database_folder`.
     pub fn look(&self) -> Result<DirectorySnapshot, Error> {
         if !self.required && !self.path.exists() {
             return Ok(DirectorySnapshot::default());
@@ -117,7 +120,10 @@ impl DatabaseFolder {
         })
     }
 
-    /// Refuses to begin without one of those that are wanted. Errors: `unknown_object`, `database_folder`.
+    /// Refuses to begin without one of those that are wanted.
+    ///
+    /// # Errors
+    /// `unknown_object`, `database_folder`.
     pub fn complete(&self) -> Result<(), Error> {
         let shelf = self.look()?;
         let mut wanted = self.only.iter().flat_map(BTreeMap::values);
@@ -139,6 +145,9 @@ impl DatabaseFolder {
 
 impl HotReloader {
     /// One that tells `events`, and loads at niceness `nice`.
+    ///
+    /// # Errors
+    /// `failed` if a thread cannot be started.
     pub fn new(
         folder: DatabaseFolder,
         loader: Loader,

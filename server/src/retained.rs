@@ -80,7 +80,10 @@ impl RetainedResults {
         (handle, EvictedResults(self.kept.drain(..surplus).collect()))
     }
 
-    /// What is struck when this fragment of an answer of the object `name` is. Errors: `unknown_handle`, `unknown_fragment`.
+    /// What is struck when this fragment of an answer of the object `name` is.
+    ///
+    /// # Errors
+    /// `unknown_handle`, `unknown_fragment`.
     pub fn target(&self, name: &str, origin: RetainedFragment, now: Instant) -> Result<RetainedTarget, Error> {
         let RetainedFragment { handle, fragment } = origin;
         let lives = |entry: &&Entry| entry.handle == handle && now.saturating_duration_since(entry.since) < self.time;
@@ -97,7 +100,10 @@ impl RetainedResults {
         Ok((entry.object.clone(), Some(entry.kept.clone())))
     }
 
-    /// Gives one back. Errors: `unknown_handle`.
+    /// Gives one back.
+    ///
+    /// # Errors
+    /// `unknown_handle`.
     pub fn release(&mut self, handle: u64) -> Result<EvictedResults, Error> {
         let place = self.kept.iter().position(|entry| entry.handle == handle);
         let entry = place.and_then(|place| self.kept.remove(place)).ok_or_else(|| unknown_handle(handle))?;

@@ -59,8 +59,10 @@ pub struct ServeOptions {
     pub stop: Arc<Notify>,
 }
 
-/// Serves until SIGINT, SIGTERM or `options.stop`. Errors: `second_daemon`, `runtime_folder`, `database_folder`,
-/// `shared_memory`, `transport`.
+/// Serves until SIGINT, SIGTERM or `options.stop`.
+///
+/// # Errors
+/// `second_daemon`, `runtime_folder`, `database_folder`, `shared_memory`, `transport`.
 pub fn run(options: ServeOptions) -> Result<(), Error> {
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
     let runtime = runtime.map_err(|error| Error::new(ErrorKind::Failed, "runtime", error.to_string()))?;
@@ -390,7 +392,10 @@ impl Daemon {
         format!("{state}: {ready} of {entries} objects ready, {running} strikes computing, {queued} waiting\n")
     }
 
-    /// Whether clients can come in; what can be put right is. Errors: `runtime_folder`, `transport`, `shared_memory`.
+    /// Whether clients can come in; what can be put right is.
+    ///
+    /// # Errors
+    /// `runtime_folder`, `transport`, `shared_memory`.
     fn check_way_in(&mut self) -> Result<(), Error> {
         self.home.check()?;
         self.entrance.check()?;

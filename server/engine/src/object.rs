@@ -23,11 +23,17 @@ pub trait ServedObject: Send + Sync {
     fn answer_bytes_max(&self) -> usize;
 
     /// Does what loading left for later, so that no strike has to. The error is what such strikes will be told.
+    ///
+    /// # Errors
+    /// What requests that need it will be told: `failed`, `unsolvable`.
     fn finish(&self) -> Result<(), Error> {
         Ok(())
     }
 
     /// Strikes it. `token` is polled, `observer` sees every stage and effect.
+    ///
+    /// # Errors
+    /// What is wrong with the request or the object, with the kind of the rule; `cancelled` if `token` says so.
     fn strike(
         &self,
         strike: &Request,
@@ -37,6 +43,9 @@ pub trait ServedObject: Send + Sync {
     ) -> Result<Box<dyn EngineResult>, Error>;
 
     /// Strikes fragment `fragment` of one of its answers, of which `kept` was kept.
+    ///
+    /// # Errors
+    /// Those of [`Self::strike`], and `unknown_fragment`, `fragment_size`.
     fn strike_again(
         &self,
         (_kept, fragment): (&RetainedFragments, u32),
@@ -69,6 +78,9 @@ pub trait EngineResult {
     fn took(&self, _time: Duration, _stages: &[StageCost]) {}
 
     /// Writes everything but the stages and effects straight into the lent answer; `observer` sees every effect.
+    ///
+    /// # Errors
+    /// `failed` if the sections do not fit the result.
     fn write(&self, sections: &mut SectionsMut<'_>, observer: &dyn StageObserver) -> Result<(), Error>;
 }
 

@@ -62,7 +62,10 @@ impl DatabaseSource {
 pub struct DirectorySnapshot(Vec<(DatabaseSource, FileStamp)>);
 
 impl DirectorySnapshot {
-    /// Looks at `folder`. Errors: `database_folder`.
+    /// Looks at `folder`.
+    ///
+    /// # Errors
+    /// `database_folder`.
     pub fn of(folder: &Path) -> Result<Self, Error> {
         let refuse = |error: io::Error| {
             let at = folder.display().to_string();

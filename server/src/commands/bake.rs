@@ -106,6 +106,9 @@ pub struct BakeArgs {
 }
 
 /// Bakes and prints what was found. Whatever happens, a database that was there stays whole until the new one is.
+///
+/// # Errors
+/// [`CommandError`] by what is wrong with mesh, arguments or files.
 pub fn run(args: &BakeArgs) -> Result<(), CommandError> {
     let folder = args.out.clone().map_or_else(data_folder, Ok)?;
     if let Some(scene) = &args.scene {

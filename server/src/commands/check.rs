@@ -29,6 +29,9 @@ pub struct CheckArgs {
 }
 
 /// Reads the scene and prints its plan. Databases that are there are asked how large the tables are.
+///
+/// # Errors
+/// [`CommandError`] by what is wrong with the scene or a database.
 pub fn run(args: &CheckArgs) -> Result<(), CommandError> {
     expected_file::check(&args.scene, ExpectedFile::Scene)?;
     let scene = Scene::load(&args.scene)?;

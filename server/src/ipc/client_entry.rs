@@ -37,7 +37,10 @@ pub struct ClientEntryCheck {
 }
 
 impl ClientEntryCheck {
-    /// Goes the way in to `instance` once. Errors: `transport`, which names what is in the way.
+    /// Goes the way in to `instance` once.
+    ///
+    /// # Errors
+    /// `transport`, which names what is in the way.
     pub fn open(instance: &Instance, uid: u32) -> Result<Self, Error> {
         let ending = |path: &PathBuf, ending: &str| path.extension() == Some(OsStr::new(ending));
         let entries = fs::read_dir(&instance.folder).into_iter().flatten().flatten();
@@ -60,8 +63,11 @@ impl ClientEntryCheck {
         self.restored
     }
 
-    /// Looks whether clients can come in. What is in their way is put right, if it can be, named in the log, and returned: the next
-    /// look then finds nothing. Errors: `transport`.
+    /// Looks whether clients can come in. What is in their way is put right, if it can be, named in the log, and returned: the
+    /// next look then finds nothing.
+    ///
+    /// # Errors
+    /// `transport`.
     pub fn check(&mut self) -> Result<(), Error> {
         let Err((path, what)) = self.look() else {
             self.trouble = None;

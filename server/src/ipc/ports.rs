@@ -73,6 +73,9 @@ pub struct Ports {
 
 impl Ports {
     /// Creates the services of `instance`. Needs a tokio runtime for the bell.
+    ///
+    /// # Errors
+    /// `transport` if a service cannot be created.
     pub fn open(instance: &Instance, pool: PoolSize) -> Result<(Self, WakeSocket, ClientWaker), Error> {
         let config = config(instance)?;
         let node = NodeBuilder::new()
@@ -147,6 +150,9 @@ impl Ports {
 
     /// Writes the first `blocks` blocks of `buckets` buckets once, through real requests to itself: the first strikes then
     /// find memory that exists, and a transport that does not work is found before anyone is served.
+    ///
+    /// # Errors
+    /// `transport` if a request is lost, `shared_memory` if memory is full.
     pub fn rehearse(&self, buckets: usize, blocks: usize, populated: &PopulatedPages) -> Result<(), Error> {
         let blocks = blocks.min(self.pool.blocks);
         let buckets = buckets.min(self.pool.buckets).min(STRIKES_PER_CLIENT_MAX);
@@ -163,7 +169,10 @@ impl Ports {
     }
 }
 
-/// Lends a bucket for an answer. Errors: `busy` when all are held, `answer_too_large`.
+/// Lends a bucket for an answer.
+///
+/// # Errors
+/// `busy` when all are held, `answer_too_large`.
 pub fn loan(active: &ActiveImpactRequest, blocks: usize) -> Result<LoanedBuffer, Error> {
     active.loan_slice_uninit(blocks).map_err(|error| match error {
         LoanError::OutOfMemory => Error::new(ErrorKind::Busy, "answers", "all buckets of answers are held by clients"),

@@ -76,7 +76,10 @@ pub struct RuntimeDirectory {
 
 impl RuntimeDirectory {
     /// Takes the name: the kernel gives the lock back when the process ends, however it ends. Then removes what killed
-    /// predecessors left. Errors: `second_daemon`, `runtime_folder`.
+    /// predecessors left.
+    ///
+    /// # Errors
+    /// `second_daemon`, `runtime_folder`.
     pub fn take(place: &ServicePaths) -> Result<Self, Error> {
         place.create()?;
         let runtime = PrivateFolder::open(&place.folder, place.uid)?;
@@ -118,6 +121,9 @@ impl RuntimeDirectory {
     }
 
     /// Tells clients that the daemon serves, what it speaks, and where. The first time counts the daemon for the next one's history.
+    ///
+    /// # Errors
+    /// `runtime_folder` if the file cannot be written.
     pub fn announce(&self) -> Result<(), Error> {
         let hello = DaemonInfo::ours(std::process::id(), &self.instance.token).to_json();
         if !self.is_announced.swap(true, Ordering::Relaxed) {
@@ -131,8 +137,10 @@ impl RuntimeDirectory {
         self.segments.check().is_ok()
     }
 
-    /// Looks whether clients can find the daemon, and says hello again where that file was removed. Errors: `runtime_folder`, which
-    /// a restart mends.
+    /// Looks whether clients can find the daemon, and says hello again where that file was removed.
+    ///
+    /// # Errors
+    /// `runtime_folder`, which a restart mends.
     pub fn check(&self) -> Result<(), Error> {
         let advised = |refusal: Error| Error { message: format!("{}; restart the daemon", refusal.message), ..refusal };
         self.runtime.check().map_err(advised)?;
@@ -149,6 +157,9 @@ impl RuntimeDirectory {
     }
 
     /// Writes the metrics for whoever scrapes them.
+    ///
+    /// # Errors
+    /// `runtime_folder` if the file cannot be written.
     pub fn write_metrics(&self, text: &str) -> Result<(), Error> {
         write(&self.runtime, &self.place.metrics(), text.as_bytes())
     }
@@ -171,6 +182,9 @@ impl RuntimeDirectory {
     }
 
     /// Removes what this instance leaves, unless clients still hold a part of it: then the next daemon does.
+    ///
+    /// # Errors
+    /// `runtime_folder` if the list of instances cannot be written.
     pub fn close(mut self) -> Result<(), Error> {
         // Another folder in its place is not this daemon's.
         let left = (self.has_segments() && !remove_unused(&self.instance)).then(|| self.instance.clone());

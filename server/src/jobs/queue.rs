@@ -113,6 +113,9 @@ impl<T> Queue<T> {
     }
 
     /// Takes `item` in, at this moment; gives it back if the queue is full, or its client has its share of it.
+    ///
+    /// # Errors
+    /// `item`, if the queue is full or the client has its share of it.
     pub fn push(&mut self, at: Instant, place: QueueKey, item: T) -> Result<(), T> {
         self.advance(at);
         if self.held(&place.client) >= SHARE * self.most.saturating_sub(self.waiting.len()) {

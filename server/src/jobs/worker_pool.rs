@@ -77,6 +77,9 @@ pub struct WorkerPool {
 }
 
 /// Computing threads, so much nicer than others: they give way to the thread that waits, and to hosts.
+///
+/// # Errors
+/// `failed` if a thread cannot be started.
 pub fn threads(count: usize, nice: i32) -> Result<ThreadPool, Error> {
     let builder = ThreadPoolBuilder::new().num_threads(count).thread_name(|index| format!("compute-{index}"));
     let give_way = move |_| {
@@ -90,6 +93,9 @@ pub fn threads(count: usize, nice: i32) -> Result<ThreadPool, Error> {
 }
 
 /// Threads of which each is its own.
+///
+/// # Errors
+/// Those of [`threads`].
 pub fn lanes(count: usize, nice: i32) -> Result<Vec<ThreadPool>, Error> {
     (0..count).map(|_| threads(1, nice)).collect()
 }
@@ -192,6 +198,9 @@ impl WorkerPool {
     }
 
     /// Gives back an answer that is kept.
+    ///
+    /// # Errors
+    /// `unknown_handle`.
     pub fn release(&self, handle: u64) -> Result<(), Error> {
         let gone = self.answers().release(handle)?;
         self.drop_evicted(gone);

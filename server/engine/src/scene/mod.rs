@@ -19,6 +19,9 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 /// Reads a text file; devices and pipes, which may never end, are refused.
+///
+/// # Errors
+/// Those of the file system, and one for what is no regular file.
 pub fn read_text(path: &Path) -> std::io::Result<String> {
     if std::fs::metadata(path)?.is_file() {
         std::fs::read_to_string(path)
@@ -37,8 +40,10 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// Reads a scene file. Errors: `configuration`, `unknown_effect`, `effect`, `object_name`, naming the offender and the nearest
-    /// that is known.
+    /// Reads a scene file.
+    ///
+    /// # Errors
+    /// `configuration`, `unknown_effect`, `effect`, `object_name`, naming the offender and the nearest that is known.
     pub fn load(path: &Path) -> Result<Self, Error> {
         let at = path.display().to_string();
         let text = read_text(path)
@@ -48,6 +53,9 @@ impl Scene {
     }
 
     /// As [`Self::load`], of the text of a file, which refers to others from `folder` on.
+    ///
+    /// # Errors
+    /// Those of [`Self::load`].
     pub fn parse(text: &str, folder: &Path) -> Result<Self, Error> {
         let wrong = |error: toml::de::Error| Error::new(ErrorKind::Configuration, "scene", toml_error(text, &error));
         let table: toml::Table = text.parse().map_err(wrong)?;

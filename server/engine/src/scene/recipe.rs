@@ -87,6 +87,9 @@ impl BakeRecipe {
 impl Scene {
     /// What its databases are baked from, by their names. Refused by key: objects of one database that do not agree on what it is baked
     /// from, a shape without a material.
+    ///
+    /// # Errors
+    /// `configuration` at a key on which the objects of one database differ.
     pub fn recipes(&self) -> Result<BTreeMap<String, BakeRecipe>, Error> {
         let mut databases: BTreeMap<&str, Vec<(&str, &SceneObject)>> = BTreeMap::new();
         for (name, object) in &self.objects {

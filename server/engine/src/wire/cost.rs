@@ -68,14 +68,16 @@ pub(super) fn sample(sites: u32, solved: bool, iterations: usize, took: Duration
 impl EngineObject {
     /// What strikes took that a prediction can be fitted to.
     ///
-    /// Errors: those of the strikes.
+    /// # Errors
+    /// Those of the strikes.
     pub(super) fn timed(&self) -> Result<Vec<CostSample>, Error> {
         self.carried_out(&FITTED)
     }
 
     /// Fits what strikes take and judges it by other strikes; `None` where nothing fits.
     ///
-    /// Errors: those of the strikes.
+    /// # Errors
+    /// Those of the strikes.
     pub fn timing(&self) -> Result<Option<CostReport>, Error> {
         let Some(cost) = StrikeCost::fit(&self.timed()?) else { return Ok(None) };
         let judged = self.carried_out(&JUDGED)?;

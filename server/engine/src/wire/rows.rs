@@ -80,6 +80,9 @@ pub(super) struct Writer<'a> {
 
 impl Writer<'_> {
     /// Everything but the summary, the stages and what effects did; `observer` sees the effects that are computed here.
+    ///
+    /// # Errors
+    /// `failed` if a section has another length.
     pub fn write(&self, sections: &mut SectionsMut<'_>, observer: &dyn StageObserver) -> Result<(), Error> {
         let Self { pieces, to } = self;
         fill(sections.fragments, &pieces.fragments, |row| fragment(row, to));

@@ -30,7 +30,8 @@ pub struct ExactCells {
 
 /// The exact diagram of `sites` (site-major, `sites × dimension` of `lift`, at least one) on `lattice`; ties go to the lowest index.
 ///
-/// Errors: [`AccuracyError::Length`], [`AccuracyError::Cancelled`].
+/// # Errors
+/// [`AccuracyError::Length`], [`AccuracyError::Cancelled`].
 pub fn exact(
     lattice: &Lattice,
     lift: &LiftedLattice,

@@ -21,7 +21,8 @@ pub struct LabelErrors {
 
 /// Compares the regions of labels with the exact diagram of `sites` (site-major) in `lift`, both on the lattice of `regions`.
 ///
-/// Errors: [`AccuracyError::Length`], [`AccuracyError::Cancelled`].
+/// # Errors
+/// [`AccuracyError::Length`], [`AccuracyError::Cancelled`].
 pub fn misplaced(
     regions: &Regions<'_>,
     lift: &LiftedLattice,
@@ -85,7 +86,8 @@ fn oriented(corners: [[f64; 4]; 4]) -> [[f64; 4]; 4] {
 /// `lift`, that of the reference) is another than the one that `given` tells for its place on `lattice`, over all. By one place per
 /// reference tetrahedron, its centroid; places outside `lattice` are taken at the nearest point of its boundary.
 ///
-/// Errors: [`AccuracyError::Length`], [`AccuracyError::Cancelled`].
+/// # Errors
+/// [`AccuracyError::Length`], [`AccuracyError::Cancelled`].
 pub fn label_fraction(
     lattice: &Lattice,
     given: &(dyn Fn(&LatticePoint) -> u32 + Sync),
@@ -118,7 +120,8 @@ pub fn label_fraction(
 
 /// The nearest of `sites` (site-major) to a place of `lattice` in its lift, ties to the lowest index: what the exact diagram gives it to.
 ///
-/// Errors: [`AccuracyError::Length`].
+/// # Errors
+/// [`AccuracyError::Length`].
 pub fn nearest(
     lattice: &Lattice,
     lift: &LiftedLattice,

@@ -31,7 +31,8 @@ impl<'a> Regions<'a> {
     /// The regions that a strike makes of `labels` (sites, one per node): crack points on the bisectors of `sites` (site-major) in `lift`,
     /// within the tessellator's margin. Components are not told apart.
     ///
-    /// Errors: [`AccuracyError::Tessellation`].
+    /// # Errors
+    /// [`AccuracyError::Tessellation`].
     pub fn new(
         lattice: &'a Lattice,
         topology: &'a Topology,
@@ -61,7 +62,8 @@ impl<'a> Regions<'a> {
 
     /// The crack surface as triangles, local, each once.
     ///
-    /// Errors: [`AccuracyError::Tessellation`].
+    /// # Errors
+    /// [`AccuracyError::Tessellation`].
     pub fn cracks(&self) -> Result<Vec<[Point3<f64>; 3]>, AccuracyError> {
         let tessellation = tessellate(self.lattice, self.topology, self.labels, &self.points)?;
         let mut triangles = Vec::new();

@@ -10,7 +10,8 @@ pub fn energy_error(energy: f64, reference: f64) -> f64 {
 /// ∫|W − W_ref| / ∫W_ref, 0 ..= 2 where the totals agree: `energies` and `reference` are the energies of the nodes of one common
 /// lattice (∫ W times the node's hat function), both in one unit. Differences within a node's cell are not seen.
 ///
-/// Errors: [`AccuracyError::Length`].
+/// # Errors
+/// [`AccuracyError::Length`].
 pub fn density_error(energies: &[f64], reference: &[f64]) -> Result<f64, AccuracyError> {
     AccuracyError::check("energies", reference.len(), energies.len())?;
     Ok(l1(energies, reference))
@@ -57,7 +58,8 @@ pub fn size_distance(volumes: &[f64], reference: &[f64]) -> f64 {
 
 /// Σ|V_i − V_i,ref| / Σ V_i,ref over the sites, 0 ..= 2 where the totals agree: volumes of the cells of the same sites.
 ///
-/// Errors: [`AccuracyError::Length`].
+/// # Errors
+/// [`AccuracyError::Length`].
 pub fn volume_l1(volumes: &[f64], reference: &[f64]) -> Result<f64, AccuracyError> {
     AccuracyError::check("volumes", reference.len(), volumes.len())?;
     Ok(l1(volumes, reference))

@@ -21,6 +21,9 @@ use crate::tessellation::Topology;
 use std::sync::Arc;
 
 /// Bakes `raw`. Deterministic in (mesh, request); `progress` is told of each step as it begins.
+///
+/// # Errors
+/// [`BakeError`]; `token` cancels.
 pub fn bake(
     raw: RawMesh,
     request: &BakeRequest,

@@ -21,7 +21,8 @@ pub(super) struct UncrackedShape<'a> {
 impl UncrackedShape<'_> {
     /// The lattices with slots along `sheets`, which the report then tells of.
     ///
-    /// Errors: [`BakeError::CracksTakeAll`], those of the lattices.
+    /// # Errors
+    /// [`BakeError::CracksTakeAll`], those of the lattices.
     pub(super) fn slotted(
         &self,
         sheets: &CrackSheets,

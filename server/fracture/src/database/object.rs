@@ -65,11 +65,17 @@ pub struct Provenance {
 }
 
 /// Writes `prepared` to `path` (aside, then renamed).
+///
+/// # Errors
+/// [`DatabaseError`] by the file that cannot be written.
 pub fn save(prepared: &PreparedObject, path: &Path) -> Result<(), DatabaseError> {
     write_object(prepared, None, path)
 }
 
 /// Writes a share to `path` (aside, then renamed).
+///
+/// # Errors
+/// Those of [`save`].
 pub fn save_partial(partial: &PartialBake, path: &Path) -> Result<(), DatabaseError> {
     write_object(&partial.prepared, Some(&partial.task), path)
 }
@@ -147,11 +153,17 @@ fn put_lattice(tensors: &mut Tensors, name: &str, lattice: &Lattice) {
 
 /// Loads and verifies `path`: checksums, shapes, ranges, finiteness, orientation. Bodies without a reduced basis are factored,
 /// the others at first need ([`PreparedObject::factor`]).
+///
+/// # Errors
+/// [`DatabaseError`] by what is damaged, missing, or of another format.
 pub fn load(path: &Path) -> Result<PreparedObject, DatabaseError> {
     load_tables(path, Tables::ALL)
 }
 
 /// As [`load`], but only these tables, if the object has them: the others are neither verified nor held.
+///
+/// # Errors
+/// Those of [`load`].
 pub fn load_tables(path: &Path, tables: Tables) -> Result<PreparedObject, DatabaseError> {
     let mapped = MappedFile::open(path)?;
     let contents = verified_tables(&mapped, tables)?;
@@ -166,6 +178,9 @@ fn no_share(contents: &ContainerContents) -> Result<(), DatabaseError> {
 }
 
 /// As [`load`], of a share.
+///
+/// # Errors
+/// Those of [`load`], and for a database that is no share.
 pub fn load_partial(path: &Path) -> Result<PartialBake, DatabaseError> {
     let mapped = MappedFile::open(path)?;
     let contents = verified(&mapped)?;
@@ -191,21 +206,33 @@ pub(super) fn load_rest(path: &Path) -> Result<ShareRemainder, DatabaseError> {
 }
 
 /// What a share is a share of, and how far it is: nothing else of it is looked at.
+///
+/// # Errors
+/// Those of [`load_partial`].
 pub fn load_task(path: &Path) -> Result<ShareTask, DatabaseError> {
     task(&verified(&MappedFile::open(path)?)?)
 }
 
 /// Name and length in bytes of every tensor of `path`, by its header alone: nothing is verified, nothing else is read.
+///
+/// # Errors
+/// [`DatabaseError`] for a file or header that cannot be read.
 pub fn tensor_bytes(path: &Path) -> Result<Vec<(String, u64)>, DatabaseError> {
     Ok(MappedFile::open(path)?.parse()?.lengths())
 }
 
 /// What the database or share `path` was baked from, by its header alone: nothing is verified, nothing else is read.
+///
+/// # Errors
+/// Those of [`tensor_bytes`].
 pub fn load_parameters(path: &Path) -> Result<BakeParameters, DatabaseError> {
     MappedFile::open(path)?.parse()?.json("parameters")
 }
 
 /// Who wrote the database or share `path`.
+///
+/// # Errors
+/// Those of [`tensor_bytes`].
 pub fn load_provenance(path: &Path) -> Result<Provenance, DatabaseError> {
     MappedFile::open(path)?.parse()?.json("provenance")
 }

@@ -10,9 +10,11 @@ use crate::pipeline::{MissingLift, PreparedObject};
 use crate::surface::{CrackSheets, RawMesh, Surface};
 use std::path::Path;
 
-/// The object in `file`, if a bake of `raw` would make it; tables that it has beside those are no difference. One that cannot be read
-/// counts as absent. Spacings that the request leaves open cost lattices, nothing costs more; `progress` is told of them. Errors: those
-/// of a bake as far as that.
+/// The object in `file`, if a bake of `raw` would make it; tables that it has beside those are no difference. One that cannot be
+/// read counts as absent. Spacings that the request leaves open cost lattices, nothing costs more; `progress` is told of them.
+///
+/// # Errors
+/// Those of a bake as far as that.
 pub fn stored(
     file: &Path,
     raw: RawMesh,

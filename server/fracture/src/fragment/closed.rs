@@ -56,6 +56,9 @@ pub enum OpenMesh {
 /// Whether the triangles are a closed, oriented surface around a positive volume: after welding vertices with bitwise
 /// equal positions, every edge has exactly two half-edges, opposite to each other. Uses nothing but what a reader of
 /// the answer has; merge pairs are not needed.
+///
+/// # Errors
+/// [`OpenMesh`]: the first defect.
 pub fn closed(positions: &[[f32; 3]], indices: &[u32]) -> Result<(), OpenMesh> {
     let (triangles, rest) = indices.as_chunks::<3>();
     if !rest.is_empty() {

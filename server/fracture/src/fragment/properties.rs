@@ -100,6 +100,9 @@ impl RigidProperties {
 
     /// Whether a physics engine can take it: finite, positive volume, positive definite inertia that some mass
     /// distribution has.
+    ///
+    /// # Errors
+    /// [`NotRigid`]: the first property that is not.
     pub fn rigid(&self) -> Result<(), NotRigid> {
         if !(self.volume > 0.0 && self.volume.is_finite()) {
             return Err(NotRigid::Volume { volume: self.volume });

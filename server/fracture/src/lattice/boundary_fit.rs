@@ -76,7 +76,8 @@ impl Sample {
 /// As [`stuff`] to a volume (local, positive), with ridges and creases: the level set is the one whose lattice holds the volume once its
 /// boundary was fitted to it.
 ///
-/// Errors: those of [`stuff`].
+/// # Errors
+/// Those of [`stuff`].
 pub(super) fn stuff_fitted(
     shape: &dyn SignedDistance,
     spacing: f64,
@@ -103,7 +104,8 @@ pub(super) fn stuff_fitted(
 /// Moves boundary nodes of all bodies so that the largest distance from their level set falls, but for those after
 /// whose moves boundaries would cross. Every invariant of [`Lattice`] and every bound of [`stuff`] but that of the volume holds.
 ///
-/// Errors: cancelled; a distance that is not finite.
+/// # Errors
+/// Cancelled; a distance that is not finite.
 fn fit(level: &mut LatticeLevel, shape: &dyn SignedDistance, token: &CancelToken) -> Result<(), LatticeError> {
     let mut joined = Lattice::default();
     for body in &level.bodies {

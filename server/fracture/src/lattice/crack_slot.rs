@@ -40,7 +40,8 @@ impl SignedDistance for Slotted<'_> {
 /// As [`stuff`] to a volume, then without slots of [`SLOT_HALF`]: apart from them the lattice is the one without cracks.
 /// `volume` (local, positive) is that of the shape without slots.
 ///
-/// Errors: those of [`stuff`].
+/// # Errors
+/// Those of [`stuff`].
 pub fn stuff_slotted(
     shape: &dyn SignedDistance,
     depth: &SlotDepth,
@@ -55,7 +56,8 @@ pub fn stuff_slotted(
 /// As [`super::levels`], with slots on both levels, each as wide as its own spacing asks; nothing is fitted, since no edge may become
 /// longer.
 ///
-/// Errors: those of [`stuff`].
+/// # Errors
+/// Those of [`stuff`].
 pub fn slotted_levels(
     shape: &dyn SignedDistance,
     depth: &SlotDepth,

@@ -72,8 +72,10 @@ impl LatticeLevel {
 /// spacing of it is searched whose bodies hold that volume to 0.1 %: chords cut up to a seventh off thin limbs. Where
 /// none does, the nearest is taken; [`LatticeLevel::volume`] tells.
 ///
-/// Every dihedral angle lies within [10.7°, 164.8°] (Labelle & Shewchuk 2007). The result depends on nothing but the
-/// arguments. Errors: see [`LatticeError`].
+/// Every dihedral angle lies within [10.7°, 164.8°] (Labelle & Shewchuk 2007). The result depends on nothing but the arguments.
+///
+/// # Errors
+/// See [`LatticeError`].
 pub fn stuff(
     shape: &dyn SignedDistance,
     spacing: f64,

@@ -106,9 +106,11 @@ pub struct Spacings {
 
 /// Stuffs a shape at two spacings, both to `volume` (local, positive), and pairs their bodies.
 ///
-/// Bodies are matched by overlap. A body that the coarser level lost, or joined with another, is solved on its crack
-/// lattice, so that distinct bodies never share a solve and none is missing. Errors: those of [`stuff`]; an empty
-/// elastic level is none.
+/// Bodies are matched by overlap. A body that the coarser level lost, or joined with another, is solved on its crack lattice, so
+/// that distinct bodies never share a solve and none is missing.
+///
+/// # Errors
+/// Those of [`stuff`]; an empty elastic level is none.
 pub fn levels(
     shape: &dyn SignedDistance,
     spacings: Spacings,
@@ -121,6 +123,9 @@ pub fn levels(
 
 /// As [`levels`], with the finer boundary fitted to ridges and creases. Which nodes move may hang on the last bits of a place: the same
 /// shape elsewhere, or in another unit, may get another lattice, as good a one.
+///
+/// # Errors
+/// Those of [`levels`].
 pub fn fitted_levels(
     shape: &dyn SignedDistance,
     spacings: Spacings,

@@ -50,6 +50,9 @@ pub enum NonManifold {
 }
 
 /// Whether the lattice is one face-connected body whose boundary is a closed 2-manifold; the first fault found if not.
+///
+/// # Errors
+/// [`NonManifold`]: the first defect.
 pub fn check_manifold(lattice: &Lattice) -> Result<(), NonManifold> {
     check_faces(lattice)?;
     match lattice.components().len() {

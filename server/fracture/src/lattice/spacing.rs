@@ -42,7 +42,8 @@ pub fn default_spacing(volume: f64, area: f64, nodes: usize) -> f64 {
 /// The elastic and the crack spacing (local) for a solid of this volume and surface area (local): what was asked for, or
 /// about as many nodes as `nodes` says, elastic and crack ones, the crack level never the coarser one.
 ///
-/// Errors: [`LatticeError::SpacingOutOfRange`], [`LatticeError::TooManyNodes`], [`LatticeError::CrackCoarser`].
+/// # Errors
+/// [`LatticeError::SpacingOutOfRange`], [`LatticeError::TooManyNodes`], [`LatticeError::CrackCoarser`].
 pub fn spacings(
     volume: f64,
     area: f64,

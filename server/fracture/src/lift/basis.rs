@@ -69,7 +69,8 @@ impl Basis {
     /// Appends an orthonormal basis Q of `block`, which [`Self::project`] has seen, and returns R with block = Q R,
     /// `width × width`. `lengths` are the columns' lengths before the projection: what rounding is measured against.
     ///
-    /// Errors: [`LiftError::NotFinite`].
+    /// # Errors
+    /// [`LiftError::NotFinite`].
     pub(super) fn append(&mut self, block: &mut [f64], lengths: &[f64]) -> Result<Mat<f64>, LiftError> {
         let (start, width) = (self.len(), lengths.len());
         let mut factor = Mat::<f64>::zeros(width, width);
@@ -98,7 +99,8 @@ impl Basis {
     /// Appends a random unit column that is orthogonal to the basis; it does not depend on how often it was asked for
     /// elsewhere, only on how many came before.
     ///
-    /// Errors: [`LiftError::TooFewNodes`] if the basis spans all of the space.
+    /// # Errors
+    /// [`LiftError::TooFewNodes`] if the basis spans all of the space.
     pub(super) fn append_random(&mut self) -> Result<(), LiftError> {
         for _ in 0..REPLACEMENTS_MAX {
             let mut column: Vec<f64> = (0..self.order).map(|_| self.random.uniform() - 0.5).collect();

@@ -32,10 +32,11 @@ impl Extension {
     /// `values` (node-major, `surface nodes × dimension`, any unit) carried to all nodes of the lattice that `surface` is
     /// the boundary of; node-major, `nodes × dimension`, the boundary's own values as they are.
     ///
-    /// Errors: those of [`carry_harmonic`] or [`carry_mean_value`].
-    ///
     /// # Panics
     /// If `values` has another length.
+    ///
+    /// # Errors
+    /// Those of [`carry_harmonic`] or [`carry_mean_value`].
     pub fn carry(
         self,
         lattice: &Lattice,
@@ -53,11 +54,12 @@ impl Extension {
 
 /// [`Extension::carry`] by harmonic coordinates. Polls the token before it factors and before it solves.
 ///
-/// Errors: as the constructor of the Laplacian: [`LiftError::TooFewNodes`], [`LiftError::DegenerateTet`],
-/// [`LiftError::Disconnected`], [`LiftError::Sparse`]; [`LiftError::NotFinite`]; [`LiftError::Cancelled`].
-///
 /// # Panics
 /// If `values` is not of length `surface nodes × dimension`.
+///
+/// # Errors
+/// As the constructor of the Laplacian: [`LiftError::TooFewNodes`], [`LiftError::DegenerateTet`], [`LiftError::Disconnected`],
+/// [`LiftError::Sparse`]; [`LiftError::NotFinite`]; [`LiftError::Cancelled`].
 pub fn carry_harmonic(
     lattice: &Lattice,
     surface: &BoundarySurface,
@@ -87,11 +89,11 @@ pub fn carry_harmonic(
 
 /// [`Extension::carry`] by mean value coordinates. Polls the token at every node.
 ///
-/// Errors: [`LiftError::NotFinite`] (a surface without a triangle, or values that are not finite);
-/// [`LiftError::Cancelled`].
-///
 /// # Panics
 /// If `values` is not of length `surface nodes × dimension`.
+///
+/// # Errors
+/// [`LiftError::NotFinite`] (a surface without a triangle, or values that are not finite); [`LiftError::Cancelled`].
 pub fn carry_mean_value(
     lattice: &Lattice,
     surface: &BoundarySurface,

@@ -40,9 +40,10 @@ pub struct Spectrum {
 impl Spectrum {
     /// The `count` lowest pairs.
     ///
-    /// Errors: [`LiftError::TooFewNodes`] if the lattice has no more than `count` nodes, [`LiftError::TooManyModes`],
-    /// [`LiftError::DegenerateTet`], [`LiftError::Disconnected`], [`LiftError::Sparse`],
-    /// [`LiftError::NotConverged`], [`LiftError::NotFinite`], [`LiftError::Cancelled`].
+    /// # Errors
+    /// [`LiftError::TooFewNodes`] if the lattice has no more than `count` nodes, [`LiftError::TooManyModes`],
+    /// [`LiftError::DegenerateTet`], [`LiftError::Disconnected`], [`LiftError::Sparse`], [`LiftError::NotConverged`],
+    /// [`LiftError::NotFinite`], [`LiftError::Cancelled`].
     pub fn compute(lattice: &Lattice, count: usize, token: &CancelToken) -> Result<Self, LiftError> {
         token.check()?;
         Self::of(&Laplacian::new(lattice)?, count, token)
@@ -51,7 +52,8 @@ impl Spectrum {
     /// The `count` lowest pairs of the cotangent Laplacian of a closed surface. Its shells do not hear of each other: every
     /// function lives on one shell and vanishes on the others, and each shell's constant is left out.
     ///
-    /// Errors: as [`Self::compute`], with [`LiftError::DegenerateFace`] instead of a tetrahedron's.
+    /// # Errors
+    /// As [`Self::compute`], with [`LiftError::DegenerateFace`] instead of a tetrahedron's.
     pub fn of_surface(surface: &BoundarySurface, count: usize, token: &CancelToken) -> Result<Self, LiftError> {
         let (nodes, shells) = (surface.nodes.len(), surface.shells());
         if count + shells.len() > nodes || shells.is_empty() {

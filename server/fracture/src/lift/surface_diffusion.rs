@@ -30,8 +30,9 @@ const STRETCH_MAX: f64 = 1e6;
 /// all are kept then: they are what tells the shells apart. The dimension is the functions kept, and the shells where
 /// there are several.
 ///
-/// Errors: [`LiftError::TooManyModes`], [`LiftError::TooManyShells`]; [`LiftError::Flat`]; those of
-/// [`Spectrum::of_surface`] and of [`Extension::carry`].
+/// # Errors
+/// [`LiftError::TooManyModes`], [`LiftError::TooManyShells`]; [`LiftError::Flat`]; those of [`Spectrum::of_surface`] and of
+/// [`Extension::carry`].
 pub fn surface_diffusion(
     lattice: &Lattice,
     carry: Extension,

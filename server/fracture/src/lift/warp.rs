@@ -76,8 +76,10 @@ impl SpaceWarp {
         to
     }
 
-    /// The lattice in the reference space. Errors: the first tetrahedron that is turned over or squeezed to nothing: space folds
-    /// there.
+    /// The lattice in the reference space.
+    ///
+    /// # Errors
+    /// The first tetrahedron that is turned over or squeezed to nothing: space folds there.
     pub fn lattice(&self, lattice: &Lattice) -> Result<Lattice, usize> {
         let warped =
             Lattice { nodes: lattice.nodes.iter().map(|node| self.map(node)).collect(), tets: lattice.tets.clone() };

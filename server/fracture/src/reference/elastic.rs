@@ -33,6 +33,9 @@ fn solved(body: &Elasticity, lattice: &Lattice, forces: &[f64]) -> Result<(Vec<f
 }
 
 /// Largest relative error of any tetrahedron's energy over six states of constant stress.
+///
+/// # Errors
+/// [`ElasticityError`] for a lattice that cannot be solved.
 pub fn patch_error(lattice: &Lattice, poisson: f64) -> Result<f64, ElasticityError> {
     let body = Elasticity::prepare(lattice, poisson, &CancelToken::default())?;
     let mut worst = 0.0f64;
@@ -63,6 +66,9 @@ fn bent(lattice: &Lattice, poisson: f64) -> Result<(Vec<f64>, Vec<f64>), Elastic
 }
 
 /// (exact − computed)/exact energy of the beam in pure bending; exact = ½ ∫ z².
+///
+/// # Errors
+/// [`ElasticityError`] for a lattice that cannot be solved.
 pub fn bending_error(lattice: &Lattice, poisson: f64) -> Result<f64, ElasticityError> {
     let size = half_sides(lattice) * 2.0;
     let exact = 0.5 * size.x * size.y * size.z.powi(3) / 12.0;
@@ -71,6 +77,9 @@ pub fn bending_error(lattice: &Lattice, poisson: f64) -> Result<f64, ElasticityE
 
 /// (exact − computed)/exact sagitta of that beam: how far the middle of its axis lies off the chord of its ends, L²/8.
 /// The lattice must have nodes at the ends and the middle of the axis.
+///
+/// # Errors
+/// [`ElasticityError`] for a lattice that cannot be solved.
 pub fn bending_sagitta_error(lattice: &Lattice, poisson: f64) -> Result<f64, ElasticityError> {
     let half = half_sides(lattice).x;
     let (displacement, _) = bent(lattice, poisson)?;
@@ -83,6 +92,9 @@ pub fn bending_sagitta_error(lattice: &Lattice, poisson: f64) -> Result<f64, Ela
 }
 
 /// (exact − computed)/exact energy of a plate bent to a sphere, σ_xx = σ_yy = z: (1 − ν) A t³/12.
+///
+/// # Errors
+/// [`ElasticityError`] for a lattice that cannot be solved.
 pub fn plate_error(lattice: &Lattice, poisson: f64) -> Result<f64, ElasticityError> {
     let forces = traction(lattice, |place| Matrix3::from_diagonal(&Vector3::new(place.z, place.z, 0.0)));
     let body = Elasticity::prepare(lattice, poisson, &CancelToken::default())?;
@@ -93,6 +105,9 @@ pub fn plate_error(lattice: &Lattice, poisson: f64) -> Result<f64, ElasticityErr
 
 /// (theory − computed)/theory energy of an anchored cantilever, 8:1, under a transverse end load, ν = 0:
 /// F²L³/(6EI) + F²L/(2κGA) with κ = 5/6 (Timoshenko's beam). `fine` cubes span its height.
+///
+/// # Errors
+/// [`ElasticityError`] for a lattice that cannot be solved.
 pub fn cantilever_error(fine: usize) -> Result<f64, ElasticityError> {
     let lattice = block([8 * fine, fine, fine], 1.0 / fine as f64);
     let clamped = (0..lattice.nodes.len() as u32).filter(|&node| lattice.nodes[node as usize].x < -3.999).collect();
@@ -108,6 +123,9 @@ pub fn cantilever_error(fine: usize) -> Result<f64, ElasticityError> {
 
 /// (exact − computed)/exact energy of a free bar, 4:1, pushed at one end, ν = 0: it accelerates as a whole, the stress
 /// falls linearly to zero at the far end, energy = A L/6.
+///
+/// # Errors
+/// [`ElasticityError`] for a lattice that cannot be solved.
 pub fn bar_error(fine: usize) -> Result<f64, ElasticityError> {
     let lattice = block([4 * fine, fine, fine], 0.25 / fine as f64);
     let body = Elasticity::prepare(&lattice, 0.0, &CancelToken::default())?;
@@ -128,12 +146,18 @@ fn fixed_bar(fine: usize) -> Result<(Lattice, Elasticity), ElasticityError> {
 
 /// (exact − computed)/exact energy of that bar as it hangs by its weight, ρg = 1: the stress falls linearly to zero at the free
 /// end, energy = A L³/6.
+///
+/// # Errors
+/// [`ElasticityError`] for a lattice that cannot be solved.
 pub fn hanging_error(fine: usize) -> Result<f64, ElasticityError> {
     let (lattice, body) = fixed_bar(fine)?;
     Ok(1.0 - solved(&body, &lattice, &body.weight(&Vector3::x()))?.1.iter().sum::<f64>() / (0.0625 / 6.0))
 }
 
 /// (exact − computed)/exact energy of that bar, pushed with stress 1 at its free end: energy = A L/2.
+///
+/// # Errors
+/// [`ElasticityError`] for a lattice that cannot be solved.
 pub fn fixed_bar_error(fine: usize) -> Result<f64, ElasticityError> {
     let (lattice, body) = fixed_bar(fine)?;
     let push = |place: Point3<f64>| if place.x > 0.499 { -1.0 } else { 0.0 };
@@ -143,6 +167,9 @@ pub fn fixed_bar_error(fine: usize) -> Result<f64, ElasticityError> {
 
 /// Largest difference of any tetrahedron's energy, over the largest energy, between two choices of the three pinned
 /// nodes, under the traction of a smooth stress on a free block.
+///
+/// # Errors
+/// [`ElasticityError`] for a lattice that cannot be solved.
 pub fn pin_difference(lattice: &Lattice) -> Result<f64, ElasticityError> {
     let forces = traction(lattice, |place| Matrix3::from_diagonal(&Vector3::new(place.z, 1.0, 0.0)));
     let last = lattice.nodes.len() as u32 - 1;

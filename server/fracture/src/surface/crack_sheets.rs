@@ -34,7 +34,8 @@ fn bits(point: &Point3<f64>) -> [u64; 3] {
 impl CrackSheets {
     /// Of a mesh as it was read, for the object of that frame. Triangles without area and repeated ones are left out.
     ///
-    /// Errors: [`RawMesh::check`]'s, [`SurfaceError::FarVertex`], [`SurfaceError::AllDegenerate`].
+    /// # Errors
+    /// [`RawMesh::check`]'s, [`SurfaceError::FarVertex`], [`SurfaceError::AllDegenerate`].
     pub fn new(raw: &RawMesh, frame: &LocalFrame) -> Result<Self, SurfaceError> {
         raw.check()?;
         // Zeros of either sign are one place.

@@ -133,6 +133,9 @@ impl RawMesh {
     }
 
     /// Checks that there is something, that every coordinate is finite and not too large, and that every index names a vertex.
+    ///
+    /// # Errors
+    /// [`SurfaceError`]: the first defect.
     pub fn check(&self) -> Result<(), SurfaceError> {
         self.check_expected("a mesh has vertices and faces")
     }

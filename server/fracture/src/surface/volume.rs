@@ -49,7 +49,8 @@ impl InsideTest {
     /// The volume of the points with a winding number above ½, local (cubed diagonals): exact to rounding for simple
     /// surfaces, else to about 0.1 %. The same for any number of threads.
     ///
-    /// Errors: nothing inside, or cancelled.
+    /// # Errors
+    /// Nothing inside, or cancelled.
     pub fn input_volume(&self, token: &CancelToken) -> Result<f64, SurfaceError> {
         let volume = match (self.simple, self.closed) {
             (true, _) => self.signed_volume,

@@ -57,8 +57,11 @@ impl Widths {
 }
 
 impl InsideTest {
-    /// Widths up to `limit` (local, positive). Samples where the surface does not separate inside from outside, as on
-    /// sheets within a body, are left out. Errors: cancelled.
+    /// Widths up to `limit` (local, positive). Samples where the surface does not separate inside from outside, as on sheets
+    /// within a body, are left out.
+    ///
+    /// # Errors
+    /// Cancelled.
     pub fn widths(&self, side: WidthSide, limit: f64, token: &CancelToken) -> Result<Widths, Cancelled> {
         let areas: Vec<f64> = self.tree.triangles.iter().map(|corners| normal(corners).norm()).collect();
         let ends: Vec<f64> = areas

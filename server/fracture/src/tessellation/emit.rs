@@ -80,6 +80,9 @@ impl Tessellation {
     /// indices relative to its first vertex, counter-clockwise seen from outside; merge pairs (from, to) relative to
     /// its first vertex. Slices have exactly the lengths [`Self::vertex_count`], [`Self::index_count`] and
     /// [`Self::merge_count`]; otherwise nothing is written. Same bytes for any number of threads.
+    ///
+    /// # Errors
+    /// [`TessellationError`] for slices of other lengths.
     pub fn emit(
         &self,
         centers: &[Point3<f64>],
@@ -92,6 +95,9 @@ impl Tessellation {
     }
 
     /// [`Self::emit`] in the coordinates and the winding of `host`.
+    ///
+    /// # Errors
+    /// Those of [`Self::emit`].
     pub fn emit_for(
         &self,
         host: &impl HostFrame,

@@ -125,6 +125,9 @@ impl CrackPoints {
     /// With `sites`, points lie on the bisectors, moved to the nearest point whose barycentric coordinates are all at
     /// least [`MARGIN`](super::MARGIN) where the bisectors meet nearer to the simplex's boundary or outside;
     /// degenerate systems, and all without `sites`, give barycenters. `fixed` wins over both.
+    ///
+    /// # Errors
+    /// [`TessellationError`] for labels or sites that do not fit the lattice.
     pub fn find(
         &mut self,
         lattice: &Lattice,
@@ -189,6 +192,9 @@ impl CrackPoints {
 }
 
 /// [`CrackPoints::find`] into fresh memory.
+///
+/// # Errors
+/// Those of [`CrackPoints::find`].
 pub fn crack_points(
     lattice: &Lattice,
     topology: &Topology,

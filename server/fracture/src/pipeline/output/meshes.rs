@@ -203,6 +203,9 @@ impl FractureMeshes {
 
     /// Writes positions (relative to each fragment's center of mass, m), indices and merge pairs (both relative to the
     /// fragment's first vertex) into the caller's memory; lengths exactly [`Self::counts`], or nothing is written.
+    ///
+    /// # Errors
+    /// [`FractureError::SectionLengths`] for slices of other lengths.
     pub fn emit(
         &self,
         positions: &mut [[f32; 3]],
@@ -213,6 +216,9 @@ impl FractureMeshes {
     }
 
     /// [`Self::emit`] in the coordinates and the winding of `host`.
+    ///
+    /// # Errors
+    /// Those of [`Self::emit`].
     pub fn emit_for(
         &self,
         host: &impl HostFrame,

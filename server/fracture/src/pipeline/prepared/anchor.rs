@@ -9,7 +9,8 @@ use crate::scene::{Anchors, EffectKind, EffectSet};
 impl PreparedObject {
     /// The nodes that `anchors` hold, after a check that they do hold every body that they reach.
     ///
-    /// Errors: [`AnchorError::ElasticityUnprepared`], [`AnchorError::Empty`], [`AnchorError::Loose`].
+    /// # Errors
+    /// [`AnchorError::ElasticityUnprepared`], [`AnchorError::Empty`], [`AnchorError::Loose`].
     pub fn anchor_nodes(&self, anchors: &Anchors) -> Result<AnchorNodes, AnchorError> {
         let mut grip =
             AnchorNodes { counts: vec![0; anchors.regions.len()], nodes: Vec::with_capacity(self.bodies.len()) };
@@ -49,7 +50,8 @@ impl PreparedObject {
     /// Holds the object by `anchors`, for strikes with [`EffectKind::Anchored`]: factors what they hold, and solves for its weight.
     /// Strikes without it find the object as it was.
     ///
-    /// Errors: those of [`Self::anchor_nodes`], and [`AnchorError::Cancelled`].
+    /// # Errors
+    /// Those of [`Self::anchor_nodes`], and [`AnchorError::Cancelled`].
     pub fn anchor(&mut self, anchors: &Anchors, token: &CancelToken) -> Result<(), AnchorError> {
         let grip = self.anchor_nodes(anchors)?;
         let mut bodies = Vec::with_capacity(grip.nodes.len());
@@ -68,7 +70,8 @@ impl PreparedObject {
 
     /// What holds the object under `effects`; nothing without [`EffectKind::Anchored`].
     ///
-    /// Errors: [`FractureError::Unheld`].
+    /// # Errors
+    /// [`FractureError::Unheld`].
     pub fn held(&self, effects: EffectSet) -> Result<Option<&AnchoredObject>, FractureError> {
         if !effects.has(EffectKind::Anchored) {
             return Ok(None);

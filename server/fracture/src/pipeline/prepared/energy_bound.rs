@@ -36,7 +36,8 @@ pub struct EnergyUpperBound {
 impl EnergyUpperBound {
     /// That of `body`; `None` without elasticity, or where its stiffness has no bound.
     ///
-    /// Errors: [`Cancelled`].
+    /// # Errors
+    /// [`Cancelled`].
     fn of(body: &PreparedBody, token: &CancelToken) -> Result<Option<Self>, Cancelled> {
         let Some(solid) = &body.solid else { return Ok(None) };
         match EigenvalueLowerBound::of(&solid.elasticity, token) {
@@ -84,7 +85,8 @@ impl EnergyUpperBound {
 impl PreparedObject {
     /// Finds the bounds of bodies that have none, if its strikes may do without a solve at all.
     ///
-    /// Errors: [`Cancelled`].
+    /// # Errors
+    /// [`Cancelled`].
     pub fn bound(&mut self, token: &CancelToken) -> Result<(), Cancelled> {
         if self.parameters.elastic == ElasticRequest::Solve {
             return Ok(());

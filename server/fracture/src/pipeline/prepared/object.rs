@@ -34,6 +34,9 @@ pub struct ElasticModel {
 
 impl ElasticModel {
     /// Assembles the stiffness, which is factored at first need; without a reduced basis, which whoever has one adds.
+    ///
+    /// # Errors
+    /// [`ElasticityError`] for a lattice without an assembly, or a cancelled `token`.
     pub fn new(
         lattice: Lattice,
         transfer: EnergyTransfer,
@@ -145,21 +148,24 @@ pub struct PreparedObject {
 impl PreparedObject {
     /// The lift of that kind of body `body`.
     ///
-    /// Errors: [`FractureError::LiftUnprepared`].
+    /// # Errors
+    /// [`FractureError::LiftUnprepared`].
     pub fn lift(&self, body: usize, kind: LiftKind) -> Result<&LiftedLattice, FractureError> {
         self.bodies[body].lift(kind).ok_or(FractureError::LiftUnprepared { body, lift: kind })
     }
 
     /// What the elasticity of body `body` needs.
     ///
-    /// Errors: [`FractureError::ElasticityUnprepared`].
+    /// # Errors
+    /// [`FractureError::ElasticityUnprepared`].
     pub fn solid(&self, body: usize) -> Result<&ElasticModel, FractureError> {
         self.bodies[body].solid.as_ref().ok_or(FractureError::ElasticityUnprepared { body })
     }
 
     /// Factors the stiffness of every body that is not factored yet, so that no strike has to.
     ///
-    /// Errors: [`FractureError::Elasticity`], what every strike that needs that factor will be told.
+    /// # Errors
+    /// [`FractureError::Elasticity`], what every strike that needs that factor will be told.
     pub fn factor(&self) -> Result<(), FractureError> {
         let solids = self.bodies.iter().enumerate().filter_map(|(body, own)| Some((body, own.solid.as_ref()?)));
         for (body, own) in solids {

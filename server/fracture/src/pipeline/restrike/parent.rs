@@ -32,7 +32,8 @@ pub(in crate::pipeline) struct ParentFragment {
 impl ParentFragment {
     /// The fragment `label` of `body`, prepared for what the request asks of it; `fragment` names it in errors.
     ///
-    /// Errors: [`FractureError::FragmentSmall`], [`FractureError::FragmentLarge`], [`FractureError::FragmentLift`],
+    /// # Errors
+    /// [`FractureError::FragmentSmall`], [`FractureError::FragmentLarge`], [`FractureError::FragmentLift`],
     /// [`FractureError::FragmentLiftKind`], [`FractureError::ElasticityUnprepared`], [`FractureError::Elasticity`],
     /// [`FractureError::Cancelled`].
     pub fn new(

@@ -50,7 +50,8 @@ const STRIDE: f64 = 4.0;
 /// `e1_over_gamma` tells E_1/γ at a factor: no multiple of its square then, which is why the factor is searched for, by regula
 /// falsi on √E_1, nearly linear in it, and a bisection every third time.
 ///
-/// Errors: those of `e1_over_gamma`.
+/// # Errors
+/// Those of `e1_over_gamma`.
 pub(in crate::pipeline) fn under_weight(
     e1_over_gamma: &mut dyn FnMut(f64) -> Result<f64, FractureError>,
 ) -> Result<f64, FractureError> {

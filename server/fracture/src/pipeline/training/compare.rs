@@ -74,7 +74,8 @@ impl<'a> LiftComparison<'a> {
     /// Euclidean and interior as `body` has them, and the surface lift with about `modes` functions, carried both ways;
     /// the mean value coordinates take seconds on a body of 12 000 nodes.
     ///
-    /// Errors: [`LiftComparisonError::Lift`].
+    /// # Errors
+    /// [`LiftComparisonError::Lift`].
     pub fn new(body: &'a PreparedBody, modes: usize, token: &CancelToken) -> Result<Self, LiftComparisonError> {
         let candidate = |lift: Cow<'a, LiftedLattice>, carry| {
             let stretch = stretch(&lift, &body.crack);
@@ -93,7 +94,8 @@ impl<'a> LiftComparison<'a> {
     /// One row per lift, in the order euclidean, interior, surface by harmonic and by mean value coordinates: a
     /// centroidal diagram of `sites` sites of uniform energy from the start that `seed` gives.
     ///
-    /// Errors: [`LiftComparisonError::Field`], [`LiftComparisonError::Cancelled`].
+    /// # Errors
+    /// [`LiftComparisonError::Field`], [`LiftComparisonError::Cancelled`].
     pub fn rows(&self, sites: usize, seed: u64, token: &CancelToken) -> Result<Vec<LiftRow>, LiftComparisonError> {
         self.lifts.iter().map(|candidate| self.row(candidate, sites, seed, token)).collect()
     }

@@ -33,8 +33,9 @@ type Parser = fn(&[u8], &Path) -> Result<RawMesh, SurfaceError>;
 /// Polygons are cut into triangles, which keep the file's normals, texture coordinates and materials; points and lines are left out; every node of a glTF scene is placed. Nothing is
 /// mended. Buffers of a `.gltf` are read from its own folder and below; a URI that leads elsewhere is refused.
 ///
-/// Errors: unreadable or unknown files, malformed ones (with line, byte or element), empty meshes, coordinates that are
-/// not finite or beyond 1e36 m, indices that name no vertex, more than 2²⁶ vertices or triangles.
+/// # Errors
+/// Unreadable or unknown files, malformed ones (with line, byte or element), empty meshes, coordinates that are not finite or
+/// beyond 1e36 m, indices that name no vertex, more than 2²⁶ vertices or triangles.
 pub fn read(path: &Path, unit: LengthUnit, up: UpAxis) -> Result<RawMesh, SurfaceError> {
     let extension = path.extension().map(|word| word.to_string_lossy().to_lowercase()).unwrap_or_default();
     let (parse, expected): (Parser, _) = match extension.as_str() {

@@ -52,7 +52,8 @@ impl Surface {
     /// Mends a mesh: welds bitwise-equal positions, drops duplicate triangles and those without area, makes the winding
     /// consistent, turns inverted shells outward, keeps cavities; and names everything that was wrong.
     ///
-    /// Errors: [`RawMesh::check`]'s, and meshes without extent or area.
+    /// # Errors
+    /// [`RawMesh::check`]'s, and meshes without extent or area.
     pub fn repair(raw: RawMesh) -> Result<Self, SurfaceError> {
         raw.check()?;
         let mut defects = Vec::new();

@@ -56,8 +56,10 @@ pub struct Judge {
 }
 
 impl Judge {
-    /// Meshes are glass, have one thread and may take `deadline`. Errors: the program's own table of materials has no
-    /// glass.
+    /// Meshes are glass, have one thread and may take `deadline`.
+    ///
+    /// # Errors
+    /// The program's own table of materials has no glass.
     pub fn new(deadline: Duration) -> Result<Self, MaterialError> {
         Ok(Self { material: Materials::parse(MATERIALS)?.get("glass")?.clone(), deadline, threads: 1 })
     }
