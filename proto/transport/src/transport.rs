@@ -71,7 +71,7 @@ const FILES_FEW: u64 = 256;
 /// The daemon's configuration of the transport for `instance`; the machine's and the user's own files are not read.
 ///
 /// # Errors
-/// `transport` for a folder whose path the transport does not take.
+/// `runtime_folder` for a folder whose path the transport does not take.
 pub fn config(instance: &Instance) -> Result<Config, Error> {
     let mut config = Config::default();
     let folder = Path::new(instance.folder.as_os_str().as_bytes());

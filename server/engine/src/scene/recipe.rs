@@ -89,7 +89,7 @@ impl Scene {
     /// from, a shape without a material.
     ///
     /// # Errors
-    /// `configuration` at a key on which the objects of one database differ.
+    /// `configuration` at a key on which the objects of one database differ, or for a shape without a material.
     pub fn recipes(&self) -> Result<BTreeMap<String, BakeRecipe>, Error> {
         let mut databases: BTreeMap<&str, Vec<(&str, &SceneObject)>> = BTreeMap::new();
         for (name, object) in &self.objects {
